@@ -62,7 +62,7 @@ endforeach()
 
 check(filters/codec ${core})
 check(filters/meshio filters/core)
-check(filters/texture filters/meshio filters/core)
+check(filters/texture filters/codec filters/meshio ${core})
 check(filters/model filters/codec ${core})
 check(filters/store filters/model filters/codec ${core})
 
@@ -95,7 +95,7 @@ check(viewer/session FLAT viewer/session/section viewer/session/look/RakingLight
   server/protocol filters/model filters/codec ${core})
 check(viewer/client viewer/session server/session server/protocol filters/store filters/model filters/codec ${core})
 check(viewer/rendering VTK viewer/session viewer/session/look viewer/session/section ${core})
-check(viewer/sources VTK viewer/client viewer/session viewer/session/look server/protocol filters/adapter filters/store filters/model
+check(viewer/sources VTK viewer/client viewer/session viewer/session/look server/protocol filters/adapter filters/store filters/texture filters/model
   filters/codec ${core})
 check(viewer/paraview)
 check(viewer/mobile FLAT viewer/session viewer/session/look viewer/session/section ${core})

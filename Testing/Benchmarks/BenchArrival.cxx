@@ -60,8 +60,9 @@ bool IsNew(const DrawnSurface::Part& part, const std::vector<DrawnSurface::Part>
 std::size_t CutIntoChunks(const DrawnSurface::Part& part, const ViewerScene& scene)
 {
   const Vec3 center = scene.box.lo * 0.5 + scene.box.hi * 0.5;
-  ChunkCutter cutter(part.part->surface, UnitNormalsOf(*part.normals), {}, scene.depths,
-    SurfaceColoring::Own, center, 1);
+  const Coloring own;
+  ChunkCutter cutter(
+    part.part->surface, UnitNormalsOf(*part.normals), {}, scene.depths, own, center, 1);
   if (part.glide)
   {
     cutter.SetGlide(*part.glide);

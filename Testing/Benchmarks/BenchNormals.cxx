@@ -150,7 +150,7 @@ void Bench(const std::string& file, Painter& painter)
     std::size_t{ 1 } << tree.depths.partition, [&](VertexId v) { return partition[v]; });
   const ClusterLevels levels = Need(BuildLevels(mesh, tree, buckets, LevelOptions{}));
   const std::vector<Vec3> original = SumsOfNormals(mesh.points, mesh.triangles);
-  std::vector<Picture> originals, backgrounds;
+  std::vector<WindowPicture> originals, backgrounds;
   for (int i = 0; i < directions; ++i)
   {
     ViewerScene scene = SceneFrom(i, tree.boxes[1]);

@@ -71,9 +71,9 @@ struct Look
 // What a view is compared with: the original, and the background alone.
 struct Reference
 {
-  Picture original, background;
+  WindowPicture original, background;
 
-  double ShareOfWrong(const Picture& picture) const
+  double ShareOfWrong(const WindowPicture& picture) const
   {
     return bench::ShareOfWrong(picture, this->original, this->background);
   }
@@ -354,7 +354,7 @@ void BenchFlank(const ServedModel& model)
     {
       SessionOptions options;
       options.detail = detail;
-      Picture picture;
+      WindowPicture picture;
       const Look look = LookAt(model, view, options, 10e6 / 8, &reference, painter, &picture);
       std::printf("zoom %4.0f, %-9s %8.1f %8llu %6.2f | %8.1f %6.2f\n", peer.zoom,
         detail == DetailMode::View ? "view" : "one level", look.bytes / 1e3,

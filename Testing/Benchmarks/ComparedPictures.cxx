@@ -23,9 +23,9 @@ constexpr int finer = 2;
   std::exit(2);
 }
 
-Picture Shrunk(const Picture& fine)
+WindowPicture Shrunk(const WindowPicture& fine)
 {
-  Picture picture{ width, height, std::vector<std::uint8_t>(3 * width * height) };
+  WindowPicture picture{ width, height, std::vector<std::uint8_t>(3 * width * height) };
   for (std::size_t y = 0; y < height; ++y)
   {
     for (std::size_t x = 0; x < 3 * width; ++x)
@@ -43,7 +43,7 @@ Picture Shrunk(const Picture& fine)
   return picture;
 }
 
-bool Differs(const Picture& a, const Picture& b, std::size_t pixel, int most)
+bool Differs(const WindowPicture& a, const WindowPicture& b, std::size_t pixel, int most)
 {
   for (std::size_t k = 3 * pixel; k < 3 * pixel + 3; ++k)
   {
@@ -68,7 +68,7 @@ Painter::Painter()
   this->Window->AddRenderer(&this->Scene.Renderer());
 }
 
-Picture Painter::Draw(const ViewerScene& scene)
+WindowPicture Painter::Draw(const ViewerScene& scene)
 {
   const Vec3 centre = scene.box.lo * 0.5 + scene.box.hi * 0.5;
   const Status drawn = this->Scene.Update(*scene.surface, scene.depths, centre);
@@ -82,7 +82,8 @@ Picture Painter::Draw(const ViewerScene& scene)
   return Shrunk(*picture);
 }
 
-double ShareOfWrong(const Picture& picture, const Picture& original, const Picture& background)
+double ShareOfWrong(
+  const WindowPicture& picture, const WindowPicture& original, const WindowPicture& background)
 {
   std::size_t object = 0, wrong = 0;
   for (std::size_t i = 0; i < std::size_t{ width } * height; ++i)
@@ -94,7 +95,7 @@ double ShareOfWrong(const Picture& picture, const Picture& original, const Pictu
   return object > 0 ? static_cast<double>(wrong) / static_cast<double>(object) : 0;
 }
 
-double RmsDifference(const Picture& a, const Picture& b)
+double RmsDifference(const WindowPicture& a, const WindowPicture& b)
 {
   double sum = 0;
   for (std::size_t i = 0; i < a.rgb.size(); ++i)

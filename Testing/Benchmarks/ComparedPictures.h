@@ -20,7 +20,7 @@ class Painter
 {
 public:
   Painter();
-  Picture Draw(const ViewerScene& scene);
+  WindowPicture Draw(const ViewerScene& scene);
 
 private:
   vtkSmartPointer<vtkRenderWindow> Window;
@@ -29,9 +29,10 @@ private:
 
 // Of the object's pixels, those that differ from `background` in either picture: the share with a
 // channel that is off by more than 8 of 255.
-double ShareOfWrong(const Picture& picture, const Picture& original, const Picture& background);
+double ShareOfWrong(
+  const WindowPicture& picture, const WindowPicture& original, const WindowPicture& background);
 
 // Root mean square of the channels' differences, of their range.
-double RmsDifference(const Picture& a, const Picture& b);
+double RmsDifference(const WindowPicture& a, const WindowPicture& b);
 
 }

@@ -84,7 +84,7 @@ for (const lang of ["en", "de", "ar"]) {
         await page.keyboard.press("Escape");
       },
       legend: async () => {
-        await page.evaluate(() => document.querySelector("[name=coloring][value='2']").click());
+        await page.evaluate(() => document.querySelector("[name=coloring][value='resolution']").click());
         await page.keyboard.press("Escape");
         await page.locator("#legend li").first().waitFor();
       },

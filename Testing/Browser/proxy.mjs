@@ -8,7 +8,7 @@ import { createServer, request } from "node:http";
 import { connect } from "node:net";
 
 const frameHead = 20; // bytes of a KdStream frame before its payload: doc/protocol.md
-const kinds = ["tree", "levels", "partitions", "boxes"];
+const kinds = ["tree", "levels", "partitions", "boxes", "textures"];
 
 // "partitions/12" of the KdStream frame in a message.
 function blobOfFrame(message) {

@@ -133,7 +133,7 @@ test("a legend of the colours of detail, which the list does not keep", async ()
   assert.equal(await visit.page.locator("#legend").isVisible(), false);
   await visit.page.locator("#menu-button").click();
   assert.match(await visit.page.locator("#menu").innerText(), /around a double tap/);
-  await visit.page.locator("[name=coloring][value='2']").check({ force: true });
+  await visit.page.locator("[name=coloring][value='resolution']").check({ force: true });
   await visit.page.locator("#menu-button").click();
   await visit.untilIdle();
   await visit.page.locator("#legend li").first().waitFor();
@@ -147,7 +147,7 @@ test("a legend of the colours of detail, which the list does not keep", async ()
   assert.equal(await visit.page.locator("#legend").isVisible(), false);
   await visit.untilIdle();
   await visit.picture("slow-6-list");
-  assert.equal(await visit.page.evaluate(() => document.getElementById("menu").elements.coloring.value), "0");
+  assert.equal(await visit.page.evaluate(() => document.getElementById("menu").elements.coloring.value), "own");
 });
 
 test("on a desktop: double click, and no frame around the picture after a key", async () => {

@@ -172,7 +172,7 @@ test("a link shows the same elsewhere", async () => {
   await mine.pinch(middle, 80, 260);
   await mine.drag(middle, 70, 40);
   await mine.page.locator("#menu-button").click();
-  await mine.page.locator("[name=coloring][value='1']").check({ force: true });
+  await mine.page.locator("[name=coloring][value='partition']").check({ force: true });
   await mine.page.locator("#menu-button").click();
   await mine.untilIdle();
   const seen = await mine.around(middle, 380);

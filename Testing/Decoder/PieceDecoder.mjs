@@ -10,18 +10,18 @@ const context = { seed: 0, group: 1, samePartition: 9, parent: 10, sibling: 12, 
   ancestor: 33, reachEnd: 34, reachNode: 35, single: 36, attribute: 37 };
 const pieceChoices = 20; // contexts of few symbols, whose frequencies sum to 256
 
-function need(holds, what) {
+export function need(holds, what) {
   if (!holds) throw new Error(what);
 }
 
 // Ordered bits as BigInt, of a float (4) or a double (8), and back.
-function ordered(value, size) {
+export function ordered(value, size) {
   size === 4 ? floats.setFloat32(0, value) : floats.setFloat64(0, value);
   const bits = size === 4 ? BigInt(floats.getUint32(0)) : floats.getBigUint64(0);
   const sign = 1n << BigInt(8 * size - 1);
   return bits & sign ? ~bits & (2n * sign - 1n) : bits | sign;
 }
-function unordered(bits, size) {
+export function unordered(bits, size) {
   const sign = 1n << BigInt(8 * size - 1);
   const raw = bits & sign ? bits ^ sign : ~bits & (2n * sign - 1n);
   size === 4 ? floats.setUint32(0, Number(raw)) : floats.setBigUint64(0, raw);
@@ -54,7 +54,7 @@ class Bytes {
 }
 
 // Section 3.
-class Symbols {
+export class Symbols {
   constructor(reader, contexts, choices = pieceChoices) {
     this.choices = choices;
     this.bits = reader.take(reader.varint());
@@ -452,7 +452,7 @@ function compare(s, t) {
   return s[0] - t[0] || s[1] - t[1] || s[2] - t[2];
 }
 
-function content(blob, magic) {
+export function content(blob, magic) {
   const reader = new Bytes(blob.subarray(0, blob.length - 8));
   need([...Buffer.from(magic), 8].every((byte) => reader.byte() === byte), `no ${magic} of version 8`);
   return reader;

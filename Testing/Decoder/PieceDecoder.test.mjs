@@ -4,6 +4,7 @@ import assert from "node:assert/strict";
 import { execFileSync } from "node:child_process";
 import { readFileSync } from "node:fs";
 import { decodePartitionBoxes, decodePiece, decodeTreePage } from "./PieceDecoder.mjs";
+import { decodeTexture } from "./TextureDecoder.mjs";
 
 const [program, file] = process.argv.slice(2);
 execFileSync(program, [file]);
@@ -16,7 +17,7 @@ const same = (values, expected, where) => {
   assert.equal(values.length, expected.length, where);
   values.forEach((value, i) => assert.ok(Object.is(value, expected[i]), `${where}, value ${i}`));
 };
-let samples = 0, damaged = 0, pages = 0;
+let samples = 0, damaged = 0, pages = 0, textures = 0;
 
 function checkTree(sample) {
   const blob = new Uint8Array(Buffer.from(sample.blob, "hex"));
@@ -36,8 +37,25 @@ function checkTree(sample) {
   ++pages;
 }
 
+function checkTexture(sample) {
+  const blob = new Uint8Array(Buffer.from(sample.blob, "hex"));
+  const where = `texture ${textures}`;
+  const told = decodeTexture(blob, sample.triangles);
+  assert.deepEqual([told.width, told.height, told.format], [sample.width, sample.height, sample.format], where);
+  assert.equal(Buffer.from(told.image).toString("hex"), sample.image, where);
+  same(told.places, doubles(sample.places), where);
+  same(told.given, doubles(sample.given), where);
+  const cut = blob.slice(0, blob.length - 1 - (37 * textures % (blob.length - 12)));
+  assert.throws(() => decodeTexture(cut, sample.triangles), where);
+  ++textures;
+}
+
 for (const line of readFileSync(file, "utf8").split("\n").filter(Boolean)) {
   const sample = JSON.parse(line);
+  if (sample.kind === "texture") {
+    checkTexture(sample);
+    continue;
+  }
   if (sample.kind) {
     checkTree(sample);
     continue;
@@ -67,5 +85,6 @@ for (const line of readFileSync(file, "utf8").split("\n").filter(Boolean)) {
   ++samples;
 }
 assert.ok(samples > 600, "too few samples");
+assert.ok(textures > 30, "too few textures");
 assert.ok(pages > 100, "too few pages and boxes");
-console.log(`${pages} pages and boxes are the same; ${samples} pieces are the same, ${damaged} that were cut are refused`);
+console.log(`${pages} pages and boxes, ${textures} textures are the same; ${samples} pieces are the same, ${damaged} that were cut are refused`);

@@ -10,10 +10,11 @@ namespace
 
 constexpr std::uint64_t batchBytes = std::uint64_t{ 1 } << 22;
 
-// What the writer needs of a piece beside its bytes, which follow: deviations, then the blob.
+// What the writer needs of a piece beside its bytes, which follow: deviations, the numbers of its
+// own vertices of which ranges are gathered, array after array, then the blob.
 struct PieceHead
 {
-  std::uint64_t blobBytes = 0;
+  std::uint64_t blobBytes = 0, scalarBytes = 0;
   std::uint32_t node = 0, ownVertices = 0, triangles = 0, deviations = 0;
 };
 
@@ -31,11 +32,20 @@ Status TeamPieces::Add(const Piece& piece, std::span<const std::uint8_t> blob)
     KDSTREAM_TRY(file);
     this->Kept = std::move(*file);
   }
-  const PieceHead head{ blob.size(), piece.id.node, piece.ownVertices,
+  std::vector<std::uint8_t> scalars;
+  for (std::size_t k = 0; piece.id.resolution.IsOriginal() && k < this->Scalars.size(); ++k)
+  {
+    const AttributeInfo& array = this->Scalars[k];
+    const std::vector<std::uint8_t>& values = FindAttribute(piece.attributes, array)->values;
+    scalars.insert(scalars.end(), values.begin(),
+      values.begin() + static_cast<std::ptrdiff_t>(piece.ownVertices * array.TupleSize()));
+  }
+  const PieceHead head{ blob.size(), scalars.size(), piece.id.node, piece.ownVertices,
     static_cast<std::uint32_t>(piece.triangles.size()),
     static_cast<std::uint32_t>(piece.deviations.size()) };
   const std::span<const std::byte> parts[] = { std::as_bytes(std::span(&head, 1)),
-    std::as_bytes(std::span(piece.deviations)), std::as_bytes(blob) };
+    std::as_bytes(std::span(piece.deviations)), std::as_bytes(std::span(scalars)),
+    std::as_bytes(blob) };
   std::vector<std::byte> bytes;
   for (const std::span<const std::byte> part : parts)
   {
@@ -99,6 +109,15 @@ Status TeamPieces::Write(std::span<const std::byte> bytes, Resolution resolution
       std::memcpy(piece.deviations.data(), bytes.data(), head.deviations * sizeof(float));
     }
     bytes = bytes.subspan(head.deviations * sizeof(float));
+    const auto* scalar = reinterpret_cast<const std::uint8_t*>(bytes.data());
+    for (std::size_t k = 0; resolution.IsOriginal() && k < this->Scalars.size(); ++k)
+    {
+      const AttributeInfo& array = this->Scalars[k];
+      const std::size_t size = head.ownVertices * array.TupleSize();
+      piece.attributes.push_back({ array, { scalar, scalar + size } });
+      scalar += size;
+    }
+    bytes = bytes.subspan(head.scalarBytes);
     const std::span<const std::uint8_t> blob(
       reinterpret_cast<const std::uint8_t*>(bytes.data()), head.blobBytes);
     KDSTREAM_TRY(this->Writer->AddPiece(piece, blob));

@@ -6,6 +6,7 @@
 #include "filters/Parallel/MpiTeam.h"
 #include "filters/core/pieces/Piece.h"
 #include "filters/outofcore/files/SpillFile.h"
+#include "filters/store/ScalarStatistics.h"
 #include "filters/store/StoreWriter.h"
 
 #include <cstdint>
@@ -20,10 +21,12 @@ namespace kdstream
 class TeamPieces
 {
 public:
-  // writer: of rank 0; none elsewhere.
-  TeamPieces(MpiTeam& team, SpillFolder& folder, StoreWriter* writer)
+  // attributes: of the model. writer: of rank 0; none elsewhere.
+  TeamPieces(MpiTeam& team, SpillFolder& folder, std::span<const AttributeInfo> attributes,
+    StoreWriter* writer)
     : Team(team)
     , Folder(folder)
+    , Scalars(ScalarStatistics::ArraysOf(attributes))
     , Writer(writer)
   {
   }
@@ -40,6 +43,7 @@ private:
 
   MpiTeam& Team;
   SpillFolder& Folder;
+  std::vector<AttributeInfo> Scalars; // of which the writer gathers the ranges
   StoreWriter* Writer;
   SpillFile Kept;
   std::vector<std::uint64_t> BatchBegin{ 0 }; // in the file, and the end

@@ -4,6 +4,7 @@
 #include "filters/app/BuildCommand.h"
 #include "filters/app/ConvertedInput.h"
 #include "filters/app/OutputFolders.h"
+#include "filters/app/TiledTextures.h"
 #include "filters/build/Builder.h"
 #include "filters/program/Program.h"
 #include "filters/program/TbbExecution.h"
@@ -25,7 +26,8 @@ constexpr const char* footer =
   "whole by kdstream-convert where "
   "pictures paint it, unless --textures off); or a "
   ".vtp, "
-  ".vtk, .wrl, .glb, .gltf, .pcd or .xyz file, which kdstream-convert reads whole, in memory of "
+  ".vtk, .wrl, .glb, .gltf, .pcd, .xyz or .las file, which kdstream-convert reads whole, in memory "
+  "of "
   "its own "
   "(kdstream-convert --help). A file without faces is a point cloud.\n\n"
   "Example:\n"
@@ -52,10 +54,15 @@ Result<BuildReport> BuildFrom(BuildCommand& line, const std::filesystem::path& s
   {
     arguments.push_back("--texture-pixels=" + std::to_string(line.texturePixels));
   }
+  std::vector<std::string> more = arguments; // what changes nothing
+  if (line.threads > 0)
+  {
+    more.push_back("--threads=" + std::to_string(line.threads));
+  }
   const auto begin = std::chrono::steady_clock::now();
   const std::filesystem::path folder = store.has_parent_path() ? store.parent_path() : ".";
   const Result<ConvertedInput> converted =
-    ConvertedInput::Make(line.input, folder, arguments, execution);
+    ConvertedInput::Make(line.input, folder, more, line.WantsTiles(), execution);
   KDSTREAM_TRY(converted);
   const std::chrono::duration<double> seconds = std::chrono::steady_clock::now() - begin;
   warnings = converted->Warnings();
@@ -66,10 +73,25 @@ Result<BuildReport> BuildFrom(BuildCommand& line, const std::filesystem::path& s
   {
     line.build.convertedBy += argument + " ";
   }
+  std::shared_ptr<const TiledTextures> textures;
+  if (std::error_code none; std::filesystem::exists(converted->Paint() / "paint", none))
+  {
+    const auto paint = PaintFolder::Open(converted->Paint());
+    KDSTREAM_TRY(paint);
+    textures = std::make_shared<TiledTextures>(*paint, line.tiles);
+    line.build.textures = textures;
+    line.build.convertedBy += "--texture-quality=" + line.textureQuality;
+  }
   Result<BuildReport> report = BuildStore(converted->File(), store, line.build, execution);
   if (!report)
   {
     return converted->Blame(report.GetError());
+  }
+  if (textures)
+  {
+    line.tiled = textures->Counts();
+    const std::vector<std::string> told = textures->Warnings();
+    warnings.insert(warnings.end(), told.begin(), told.end());
   }
   report->seconds.emplace_back("convert", seconds.count());
   for (auto& [step, time] : report->seconds)

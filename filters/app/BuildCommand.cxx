@@ -156,7 +156,17 @@ void AddBuildOptions(CLI::App& app, BuildCommand& line)
       "make a surface of a point cloud: greedy joins its points, poisson is closed and near them")
     ->check(CLI::IsMember({ "greedy", "poisson" }))
     ->group("Input");
-  AddTextureOptions(app, line.textures, line.texturePixels);
+  AddTextureOptions(app, { "on", "off", "colors", "tiles" },
+    "pictures: the original keeps them, in tiles of its partitions, and levels have them as "
+    "colours of vertices (on, tiles); colours alone (colors); or they are left out (off). The "
+    "whole mesh is in memory while they are read",
+    line.textures, line.texturePixels);
+  app
+    .add_option("--texture-quality", line.textureQuality,
+      "of tiles as WebP: 1 to 100, or lossless: texels and texture coordinates bit for bit")
+    ->type_name("1-100|lossless")
+    ->capture_default_str()
+    ->group("Output");
   app
     .add_option("--weld", line.weld,
       "join vertices that agree in place and attributes to the bit; those of .stl always are")
@@ -198,6 +208,28 @@ Status CheckLevelOptions(const CLI::App& app, const BuildCommand& line)
         std::string(name) + ": a store by --partitioner " + line.partitioner + " has no levels" };
     }
   }
+  return {};
+}
+
+// A whole number of at most three digits.
+std::optional<unsigned> SmallNumber(const std::string& text)
+{
+  const bool digits =
+    !text.empty() && text.size() <= 3 &&
+    std::all_of(text.begin(), text.end(), [](char c) { return c >= '0' && c <= '9'; });
+  return digits ? std::optional(static_cast<unsigned>(std::stoi(text))) : std::nullopt;
+}
+
+Status InterpretQuality(BuildCommand& line)
+{
+  const unsigned quality =
+    line.textureQuality == "lossless" ? 0 : SmallNumber(line.textureQuality).value_or(101);
+  if (quality > 100 || (quality == 0 && line.textureQuality != "lossless"))
+  {
+    return Error{ ErrorCode::InvalidArgument,
+      "--texture-quality: \"" + line.textureQuality + "\" is neither 1 to 100 nor lossless" };
+  }
+  line.tiles.quality = quality;
   return {};
 }
 
@@ -251,16 +283,14 @@ Status Interpret(const CLI::App& app, BuildCommand& line)
     ShareArenas();
   }
   KDSTREAM_TRY(CheckFolder(line.build.temporaryFolder));
+  KDSTREAM_TRY(InterpretQuality(line));
   line.build.median = *MedianMethodOfName(line.median);
   if (line.precision == "lossless")
   {
     line.build.bits = 0;
     return {};
   }
-  const bool digits = !line.precision.empty() && line.precision.size() <= 2 &&
-                      std::all_of(line.precision.begin(), line.precision.end(),
-                        [](char c) { return c >= '0' && c <= '9'; });
-  const int bits = digits ? std::stoi(line.precision) : 0;
+  const unsigned bits = SmallNumber(line.precision).value_or(0);
   if (bits < 8 || bits > 24)
   {
     return Error{ ErrorCode::InvalidArgument,
@@ -305,8 +335,13 @@ std::string StatsOf(const BuildCommand& line, const BuildReport& report)
       .Member("pictures", line.baked->pictures)
       .Member("texels", line.baked->texels)
       .Member("texels_per_vertex", line.baked->texelsPerVertex)
-      .Member("loss", line.baked->loss)
-      .EndObject();
+      .Member("loss", line.baked->loss);
+    if (line.tiled)
+    {
+      json.Member("halved_tiles", line.tiled->halved)
+        .Member("repeating_triangles", line.tiled->repeating);
+    }
+    json.EndObject();
   }
   json.EndObject();
   return json.Text();

@@ -5,6 +5,7 @@
 #include "filters/build/Builder.h"
 #include "filters/program/Program.h"
 #include "filters/texture/BakeTextures.h"
+#include "filters/texture/MakeTile.h"
 
 #include <cstdint>
 #include <optional>
@@ -25,12 +26,17 @@ struct BuildCommand
   std::string precision = "20", median = "auto";
   unsigned threads = 0;
   bool quiet = false;
-  std::string textures = "on";
+  std::string textures = "on", textureQuality = "90";
   std::uint64_t texturePixels = mostPicturePixels;
+  TileOptions tiles{}; // by Interpret
 
   // Whether kdstream-convert reads the input: set by ChooseReader.
   bool converts = false;
   std::optional<BakeReport> baked{}; // what became of its pictures
+  std::optional<TileCounts> tiled{}; // and of them in the original
+
+  // Whether the original keeps its pictures, if there are any.
+  bool WantsTiles() const { return this->textures == "on" || this->textures == "tiles"; }
 };
 
 // All options; `line` takes what is given. Keeps a reference to it.

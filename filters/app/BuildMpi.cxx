@@ -65,8 +65,8 @@ std::size_t RanksHere(std::size_t ranks)
 // What only one process does. Not in this program's help, but understood, to say where it is done.
 void HideOptionsOfOneProcess(CLI::App& app)
 {
-  for (const char* const name :
-    { "--partitioner", "--reconstruct", "--resume", "--textures", "--texture-pixels" })
+  for (const char* const name : { "--partitioner", "--reconstruct", "--resume", "--textures",
+         "--texture-pixels", "--texture-quality" })
   {
     app.get_option(name)->group("");
   }

@@ -10,6 +10,7 @@
 #include "filters/meshio/FileEnding.h"
 #include "filters/meshio/MeshWriter.h"
 #include "filters/program/Program.h"
+#include "filters/program/TbbExecution.h"
 
 #include <sys/resource.h>
 #include <unistd.h>
@@ -41,6 +42,7 @@ constexpr const char* footer =
   "  .wrl            VRML 2\n"
   "  .glb .gltf      the default scene; textures are baked to colours of vertices\n"
   "  .pcd            of PCL\n"
+  "  .las            of laser scanners; compressed ones (.laz) are not read\n"
   "  .xyz            lines of x y z, then nothing, intensity, r g b, nx ny nz, intensity r g b, or "
   "r g "
   "b nx ny nz\n\n"
@@ -49,8 +51,9 @@ constexpr const char* footer =
 
 struct CommandLine
 {
-  std::string input, output, reconstruct, textures = "on";
+  std::string input, output, reconstruct, paint, textures = "on";
   std::uint64_t texturePixels = mostPicturePixels;
+  unsigned threads = 0;
   bool quiet = false, progressLines = false;
 };
 
@@ -155,8 +158,8 @@ Result<ForeignMesh> Read(const CommandLine& line, const Execution& execution)
   try
   {
     LimitMemory(MostMemory(line.input));
-    Result<ForeignMesh> read =
-      ReadForeignMesh(line.input, { line.textures == "on", line.texturePixels }, execution);
+    Result<ForeignMesh> read = ReadForeignMesh(
+      line.input, { line.textures == "on", line.texturePixels, line.paint }, execution);
     if (read && !line.reconstruct.empty())
     {
       LimitMemory(std::numeric_limits<std::uint64_t>::max());
@@ -195,7 +198,7 @@ int Convert(const std::string& program, const CommandLine& line)
   Result<ForeignMesh> read = Error{};
   {
     ProgressReporter progress(program, line.quiet || line.progressLines);
-    Execution execution;
+    Execution execution = MakeTbbExecution(line.threads);
     execution.progress = std::ref(progress);
     if (line.progressLines)
     {
@@ -250,8 +253,12 @@ int main(int argc, char** argv)
     .add_option("--reconstruct", line.reconstruct,
       "make a surface of a point cloud: greedy joins its points, poisson is closed and near them")
     ->check(CLI::IsMember({ "greedy", "poisson" }));
-  AddTextureOptions(app, line.textures, line.texturePixels);
+  AddTextureOptions(app, { "on", "off" },
+    "bake pictures to the colours of vertices, or leave them out", line.textures,
+    line.texturePixels);
   app.add_flag("--quiet", line.quiet, "no progress, and no line at the end");
   app.add_flag("--progress-lines", line.progressLines)->group(""); // for kdstream-build alone
+  app.add_option("--paint", line.paint)->group("");                // the same
+  app.add_option("--threads", line.threads)->group("");            // the same
   return RunProgram(app, argc, argv, [&]() { return Convert(app.get_name(), line); });
 }

@@ -160,13 +160,13 @@ bool CanConvert()
 
 bool NeedsConversion(const std::filesystem::path& input)
 {
-  static constexpr std::array<const char*, 7> endings{ ".vtp", ".vtk", ".wrl", ".glb", ".gltf",
-    ".pcd", ".xyz" };
+  static constexpr std::array<const char*, 9> endings{ ".vtp", ".vtk", ".wrl", ".glb", ".gltf",
+    ".pcd", ".xyz", ".las", ".laz" };
   return std::find(endings.begin(), endings.end(), FileEnding(input)) != endings.end();
 }
 
 Result<ConvertedInput> ConvertedInput::Make(const std::string& input,
-  const std::filesystem::path& folder, const std::vector<std::string>& arguments,
+  const std::filesystem::path& folder, const std::vector<std::string>& arguments, bool keepPaint,
   const Execution& execution)
 {
   const Result<std::filesystem::path> program = FindProgram(input);
@@ -179,6 +179,10 @@ Result<ConvertedInput> ConvertedInput::Make(const std::string& input,
   }
   ConvertedInput converted{ std::filesystem::path(name), input };
   std::vector<std::string> all = arguments;
+  if (keepPaint)
+  {
+    all.push_back("--paint=" + converted.Paint().string());
+  }
   // In one word: a folder may begin with a hyphen.
   all.insert(
     all.end(), { "--progress-lines", "--output=" + converted.File().string(), "--", input });

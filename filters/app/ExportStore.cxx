@@ -319,13 +319,20 @@ Status PutBlobs(const Store& store, const std::string& model, Writer& writer)
   const std::vector<PieceId> pieces = store.PieceIds();
   const std::vector<NodeId> pages = TreePages(info.depths);
   const std::vector<NodeId> boxes = AllPartitionBoxes(info.depths);
-  const std::size_t all = pieces.size() + pages.size() + boxes.size();
+  const std::uint64_t textures = info.textures ? info.partitions : 0;
+  const std::size_t all = pieces.size() + pages.size() + boxes.size() + textures;
   std::size_t done = 0;
   for (const PieceId piece : pieces)
   {
     KDSTREAM_TRY(writer.Tell(done++, all));
     KDSTREAM_TRY(writer.PutBlob(
       pathOf(BlobOf(piece, info.depths)), [&] { return store.ReadPieceBlob(piece); }));
+  }
+  for (std::uint32_t p = 0; info.textures && p < info.partitions; ++p)
+  {
+    KDSTREAM_TRY(writer.Tell(done++, all));
+    KDSTREAM_TRY(writer.PutBlob(
+      pathOf(protocol::BlobId::Texture(p)), [&] { return store.ReadTextureBlob(p); }));
   }
   for (const NodeId page : pages)
   {

@@ -126,17 +126,18 @@ Result<Cut> ReadResolutions(const Store& store, const std::string& file)
   return cut ? std::move(cut) : bad(cut.GetError().message);
 }
 
-Result<Mesh> ExtractRegion(const Store& store, const WantedMesh& wanted)
+Result<std::vector<std::uint32_t>> PartitionsOfRegion(const Store& store, const WantedMesh& wanted)
 {
   const Result<std::vector<Box>> boxes = store.ReadBoxes();
   KDSTREAM_TRY(boxes);
-  const TreeDepths& depths = store.Info().depths;
-  const auto partitions = FindRegion(*boxes, depths, *wanted.region, wanted.rings);
+  return FindRegion(*boxes, store.Info().depths, *wanted.region, wanted.rings);
+}
+
+Result<Mesh> ExtractRegionInContext(const Store& store, const WantedMesh& wanted)
+{
+  const auto partitions = PartitionsOfRegion(store, wanted);
   KDSTREAM_TRY(partitions);
-  if (!wanted.inContext)
-  {
-    return GlueStoreMesh(store, *partitions);
-  }
+  const TreeDepths& depths = store.Info().depths;
   std::vector<PieceId> pieces;
   for (const std::uint32_t p : *partitions)
   {
@@ -168,6 +169,29 @@ Result<Mesh> ExtractMesh(const Store& store, const WantedMesh& wanted)
   {
     return DrawStoreMesh(store, { info.depths, Resolution::Level(*wanted.level) });
   }
+  if (wanted.region && wanted.inContext)
+  {
+    return ExtractRegionInContext(store, wanted);
+  }
+  if (!wanted.resolutions.empty())
+  {
+    const Result<Cut> cut = ReadResolutions(store, wanted.resolutions);
+    return cut ? DrawStoreMesh(store, *cut) : Result<Mesh>(cut.GetError());
+  }
+  const auto partitions = WantedPartitions(store, wanted);
+  KDSTREAM_TRY(partitions);
+  return GlueStoreMesh(store, **partitions);
+}
+
+Result<std::optional<std::vector<std::uint32_t>>> WantedPartitions(
+  const Store& store, const WantedMesh& wanted)
+{
+  using Wanted = std::optional<std::vector<std::uint32_t>>;
+  const ModelDescription& info = store.Info();
+  if (wanted.level || wanted.inContext || !wanted.resolutions.empty())
+  {
+    return Wanted();
+  }
   if (wanted.partition)
   {
     if (*wanted.partition >= info.partitions)
@@ -176,23 +200,20 @@ Result<Mesh> ExtractMesh(const Store& store, const WantedMesh& wanted)
                          std::to_string(info.partitions) + " partitions, 0 to " +
                          std::to_string(info.partitions - 1));
     }
-    return GlueStoreMesh(store, std::array{ *wanted.partition });
+    return Wanted(std::vector<std::uint32_t>{ *wanted.partition });
   }
   if (wanted.region)
   {
-    return ExtractRegion(store, wanted);
-  }
-  if (!wanted.resolutions.empty())
-  {
-    const Result<Cut> cut = ReadResolutions(store, wanted.resolutions);
-    return cut ? DrawStoreMesh(store, *cut) : Result<Mesh>(cut.GetError());
+    Result<std::vector<std::uint32_t>> region = PartitionsOfRegion(store, wanted);
+    KDSTREAM_TRY(region);
+    return Wanted(std::move(*region));
   }
   std::vector<std::uint32_t> all(info.partitions);
   for (std::uint32_t p = 0; p < all.size(); ++p)
   {
     all[p] = p;
   }
-  return GlueStoreMesh(store, all);
+  return Wanted(std::move(all));
 }
 
 }

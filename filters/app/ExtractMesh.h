@@ -9,6 +9,7 @@
 #include <cstdint>
 #include <optional>
 #include <string>
+#include <vector>
 
 namespace kdstream
 {
@@ -27,5 +28,9 @@ struct WantedMesh
 // Errors: InvalidArgument, naming the option, where the store has no such thing; NotFound where the
 // file of resolutions cannot be read; those of reading the store.
 Result<Mesh> ExtractMesh(const Store& store, const WantedMesh& wanted);
+
+// The partitions that are wanted, ascending; nothing where levels are wanted too. Errors: as above.
+Result<std::optional<std::vector<std::uint32_t>>> WantedPartitions(
+  const Store& store, const WantedMesh& wanted);
 
 }

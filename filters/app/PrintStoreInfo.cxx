@@ -72,6 +72,13 @@ void PrintStoreInfo(const ModelDescription& info, std::uintmax_t bytes)
                                     (point ? " a vertex" : " a triangle"));
   }
   line("partition bytes      ", info.original.bytes);
+  if (info.textures)
+  {
+    line("texture bytes        ", std::to_string(info.textures->bytes) + " (" +
+                                    info.textures->format +
+                                    (info.textures->lossless ? ", lossless" : "") + "), " +
+                                    std::to_string(info.textures->texels) + " texels");
+  }
   line("store bytes          ", bytes);
   line("digest               ", info.digest);
   if (!info.HasLevels())

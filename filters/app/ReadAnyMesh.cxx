@@ -52,7 +52,7 @@ Result<Mesh> ReadAnyMesh(const std::string& file, const Execution& execution)
     return ReadWhole(file, execution);
   }
   const Result<ConvertedInput> converted =
-    ConvertedInput::Make(file, std::filesystem::temp_directory_path(), {}, execution);
+    ConvertedInput::Make(file, std::filesystem::temp_directory_path(), {}, false, execution);
   KDSTREAM_TRY(converted);
   Result<Mesh> mesh = ReadWhole(converted->File(), execution);
   return mesh ? std::move(mesh) : Result<Mesh>(converted->Blame(mesh.GetError()));

@@ -5,10 +5,13 @@
 #include "filters/app/DirectionText.h"
 #include "filters/app/ExportStore.h"
 #include "filters/app/ExtractMesh.h"
+#include "filters/app/ExtractTextured.h"
 #include "filters/app/OutputFolders.h"
 #include "filters/app/PrintStoreInfo.h"
 #include "filters/app/ReadAnyMesh.h"
+#include "filters/app/WriteTextured.h"
 #include "filters/core/MeshDistance.h"
+#include "filters/meshio/FileEnding.h"
 #include "filters/meshio/MeshWriter.h"
 #include "filters/model/ModelJson.h"
 #include "filters/program/Program.h"
@@ -206,6 +209,19 @@ private:
     {
       return PrintError(this->Program, this->Line.output, output.GetError());
     }
+    const std::string ending = FileEnding(*output);
+    const bool takesPictures = store.Info().textures && (ending == ".obj" || ending == ".glb");
+    const auto partitions = takesPictures
+                              ? WantedPartitions(store, this->Line.wanted)
+                              : Result<std::optional<std::vector<std::uint32_t>>>(std::nullopt);
+    if (!partitions)
+    {
+      return PrintError(this->Program, this->Line.store, partitions.GetError());
+    }
+    if (*partitions || ending == ".glb")
+    {
+      return this->ExtractTextured(store, *output, *partitions, *folders, begin);
+    }
     const Result<Mesh> mesh = ExtractMesh(store, this->Line.wanted);
     if (!mesh)
     {
@@ -225,6 +241,52 @@ private:
                               : std::to_string(mesh->triangles.size()) + " triangles",
       begin);
     return exitDone;
+  }
+
+  // With pictures those of these partitions; a mesh without any as a .glb.
+  int ExtractTextured(const Store& store, const std::filesystem::path& output,
+    const std::optional<std::vector<std::uint32_t>>& partitions, OutputFolders& folders,
+    Moment begin) const
+  {
+    const Result<TexturedMesh> mesh =
+      partitions ? kdstream::ExtractTextured(store, *partitions) : this->ExtractPlain(store);
+    if (!mesh)
+    {
+      return PrintError(this->Program, this->Line.store, mesh.GetError());
+    }
+    const Status written =
+      FileEnding(output) == ".glb" ? WriteGlb(output, *mesh) : WriteTexturedObj(output, *mesh);
+    if (!written)
+    {
+      return PrintError(this->Program, this->Line.output, written.GetError());
+    }
+    folders.Keep();
+    this->TellWritten(this->Line.output,
+      std::to_string(mesh->mesh.triangles.size()) + " triangles and " +
+        std::to_string(mesh->pictures.size()) +
+        (mesh->pictures.size() == 1 ? " picture" : " pictures"),
+      begin);
+    return exitDone;
+  }
+
+  // All of one white material.
+  Result<TexturedMesh> ExtractPlain(const Store& store) const
+  {
+    Result<Mesh> mesh = ExtractMesh(store, this->Line.wanted);
+    KDSTREAM_TRY(mesh);
+    if (mesh->triangles.empty())
+    {
+      return Error{ ErrorCode::InvalidArgument,
+        "there are no triangles: .ply, .vtp, .obj and .wrl hold points" };
+    }
+    TexturedMesh plain;
+    const std::size_t triangles = mesh->triangles.size();
+    plain.mesh = std::move(*mesh);
+    plain.corners.assign(
+      triangles, { noPictureCoordinate, noPictureCoordinate, noPictureCoordinate });
+    plain.materialOf.assign(triangles, 0);
+    plain.materials.emplace_back().name = "surface";
+    return plain;
   }
 
   int Export(const Store& store) const
@@ -379,7 +441,9 @@ void AddExtract(CLI::App& extract, CommandLine& line)
   rings->needs(region);
   context->needs(region);
   extract
-    .add_option("-o,--output", line.output, "the mesh to write: .ply, .vtp, .stl, .obj or .wrl")
+    .add_option("-o,--output", line.output,
+      "the mesh to write: .ply, .vtp, .stl, .obj, .wrl or .glb; .obj and .glb with the "
+      "pictures of a textured original")
     ->type_name("OUT")
     ->required()
     ->group("Output");

@@ -1,23 +1,22 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// The options of textures, which kdstream-build and kdstream-convert share.
+// The options of textures that kdstream-build and kdstream-convert share.
 #pragma once
 
 #include "filters/program/Program.h"
 #include "filters/texture/BakeTextures.h"
 
 #include <string>
+#include <vector>
 
 namespace kdstream
 {
 
-// --textures on|off and --texture-pixels N. Keeps references.
-inline void AddTextureOptions(CLI::App& app, std::string& textures, std::uint64_t& pixels)
+// --textures, of these values, and --texture-pixels N. Keeps references.
+inline void AddTextureOptions(CLI::App& app, const std::vector<std::string>& values,
+  const std::string& help, std::string& textures, std::uint64_t& pixels)
 {
-  app
-    .add_option("--textures", textures,
-      "bake pictures to the colours of vertices, or leave them out; the whole mesh is in memory "
-      "while they are baked")
-    ->check(CLI::IsMember({ "on", "off" }))
+  app.add_option("--textures", textures, help)
+    ->check(CLI::IsMember(values))
     ->capture_default_str()
     ->group("Input");
   app

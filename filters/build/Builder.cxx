@@ -206,7 +206,8 @@ private:
     const PieceCutter cutter(numbered, this->Input, resolution, this->Exec);
     const std::size_t pieces =
       resolution.IsOriginal() ? this->Facts.partitions : cutter.PieceCount();
-    KDSTREAM_TRY(WritePieces(cutter, pieces, codec, writer, this->Clock, this->Exec,
+    KDSTREAM_TRY(WritePieces(cutter, pieces, { codec, this->Options.textures.get() }, writer,
+      this->Clock, this->Exec,
       [&](std::size_t written)
       {
         const double part = double(written) / double(pieces);

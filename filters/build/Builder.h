@@ -5,6 +5,7 @@
 #pragma once
 
 #include "filters/build/PartitionMesh.h"
+#include "filters/build/PieceTextures.h"
 #include "filters/core/Execution.h"
 #include "filters/core/levels/Levels.h"
 #include "filters/core/tree/KdTree.h"
@@ -14,6 +15,7 @@
 #include <cstdint>
 #include <filesystem>
 #include <functional>
+#include <memory>
 #include <optional>
 #include <string>
 #include <utility>
@@ -47,6 +49,8 @@ struct BuildOptions
   // What is up, and from where the model is looked at first: towards the eye. Guessed where they
   // are not given (GuessPose.h). REQUIRES: directions (DirectionOf).
   std::optional<Vec3> up, view;
+  // Makes textures of partitions, by arrays of paint that the input has; null: there are none.
+  std::shared_ptr<const PieceTextures> textures;
   std::string inputName; // stored as the input's name; empty: that of the file
   // Of an input that is made anew for each build from another file, that file, and all else that it
   // depends on: an interrupted build of the same is the same build. Empty: none.

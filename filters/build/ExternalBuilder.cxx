@@ -310,7 +310,8 @@ private:
       const unsigned depth = PieceDepth(resolution, mesh.depths);
       const std::size_t all =
         resolution.IsOriginal() ? this->PartitionCount(mesh) : std::size_t{ 1 } << depth;
-      KDSTREAM_TRY(WritePieces(cutter, cutter.PieceCount(), codec, writer, this->Clock, this->Exec,
+      KDSTREAM_TRY(WritePieces(cutter, cutter.PieceCount(), { codec, this->Options.textures.get() },
+        writer, this->Clock, this->Exec,
         [&](std::size_t written)
         {
           const double done = double(pieces.firstPiece + written) / double(all);

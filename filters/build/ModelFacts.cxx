@@ -29,6 +29,11 @@ ModelDescription DescribeModel(
   info.smallestPartition = facts.smallestPartition;
   info.largestPartition = facts.largestPartition;
   info.attributes = facts.attributes;
+  if (options.textures)
+  {
+    std::erase_if(info.attributes, IsTexturePaint);
+    info.textures = options.textures->Describe();
+  }
   info.partitioner = NameOf(options.partitioner);
   info.weld = options.weld;
   info.title = options.title;

@@ -14,32 +14,61 @@ namespace kdstream
 namespace
 {
 
+// Cuts and encodes piece i of the cutter. What was there before goes first: it may be large.
+Status Encode(
+  const PieceCutter& cutter, std::size_t i, const PieceEncoding& encoding, EncodedPiece& encoded)
+{
+  encoded = {};
+  encoded.piece = cutter.Cut(i);
+  if (encoding.textures && encoded.piece.id.resolution.IsOriginal())
+  {
+    Result<EncodedTexture> texture = encoding.textures->Make(encoded.piece);
+    KDSTREAM_TRY(texture);
+    encoded.texture = std::move(*texture);
+  }
+  encoded.blob = EncodePiece(encoded.piece, encoding.codec);
+  return {};
+}
+
+Status AddTo(StoreWriter& writer, const EncodedPiece& encoded)
+{
+  const Piece& piece = encoded.piece;
+  KDSTREAM_TRY(writer.AddPiece(piece, encoded.blob));
+  if (!encoded.texture)
+  {
+    return {};
+  }
+  // A depth's nodes begin at a power of two.
+  const std::uint32_t partition = piece.id.node - (NodeId{ 1 } << DepthOfNode(piece.id.node));
+  return writer.AddTexture(partition, encoded.texture->bytes, encoded.texture->texels);
+}
+
 // Pieces that follow each other, and their bytes.
 struct Batch
 {
   std::size_t first = 0, count = 0;
-  std::vector<Piece> pieces;
-  std::vector<std::vector<std::uint8_t>> blobs;
+  std::vector<EncodedPiece> pieces;
+  std::vector<Status> statuses;
 
   void Begin(std::size_t firstPiece, std::size_t pieceCount)
   {
     this->first = firstPiece;
     this->count = pieceCount;
     this->pieces.resize(std::max(this->pieces.size(), pieceCount));
-    this->blobs.resize(this->pieces.size());
+    this->statuses.assign(this->pieces.size(), {});
   }
 
-  void Encode(std::size_t i, const PieceCutter& cutter, const CodecContext& codec)
+  void Encode(std::size_t i, const PieceCutter& cutter, const PieceEncoding& encoding)
   {
-    this->pieces[i] = cutter.Cut(this->first + i);
-    this->blobs[i] = EncodePiece(this->pieces[i], codec);
+    this->statuses[i] = kdstream::Encode(cutter, this->first + i, encoding, this->pieces[i]);
   }
 
-  Status AddTo(StoreWriter& writer) const
+  Status Write(StoreWriter& writer) const
   {
     for (std::size_t i = 0; i < this->count; ++i)
     {
-      KDSTREAM_TRY(writer.AddPiece(this->pieces[i], this->blobs[i]));
+      KDSTREAM_TRY(this->statuses[i]);
+      KDSTREAM_TRY(AddTo(writer, this->pieces[i]));
     }
     return {};
   }
@@ -54,38 +83,36 @@ std::size_t PiecesAtOnce(const PieceCutter& cutter)
 
 }
 
-Status EncodePieces(const PieceCutter& cutter, std::size_t count, const CodecContext& codec,
+Status EncodePieces(const PieceCutter& cutter, std::size_t count, const PieceEncoding& encoding,
   const PieceSink& add, StepClock& clock, const Execution& execution,
   const std::function<Status(std::size_t)>& done)
 {
   const std::size_t atOnce = PiecesAtOnce(cutter);
-  std::vector<Piece> pieces(std::min(atOnce, count));
-  std::vector<std::vector<std::uint8_t>> blobs(pieces.size());
+  Batch batch;
   for (std::size_t first = 0; first < count; first += atOnce)
   {
-    const std::size_t batch = std::min(atOnce, count - first);
-    execution.parallelFor(batch, 1,
+    batch.Begin(first, std::min(atOnce, count - first));
+    execution.parallelFor(batch.count, 1,
       [&](std::size_t begin, std::size_t end)
       {
         for (std::size_t i = begin; i < end; ++i)
         {
-          pieces[i] = {}; // a large one goes before the next comes
-          pieces[i] = cutter.Cut(first + i);
-          blobs[i] = EncodePiece(pieces[i], codec);
+          batch.Encode(i, cutter, encoding);
         }
       });
     clock.Finish("encode");
-    for (std::size_t i = 0; i < batch; ++i)
+    for (std::size_t i = 0; i < batch.count; ++i)
     {
-      KDSTREAM_TRY(add(pieces[i], blobs[i]));
+      KDSTREAM_TRY(batch.statuses[i]);
+      KDSTREAM_TRY(add(batch.pieces[i]));
     }
     clock.Finish("write");
-    KDSTREAM_TRY(done(first + batch));
+    KDSTREAM_TRY(done(first + batch.count));
   }
   return {};
 }
 
-Status WritePieces(const PieceCutter& cutter, std::size_t count, const CodecContext& codec,
+Status WritePieces(const PieceCutter& cutter, std::size_t count, const PieceEncoding& encoding,
   StoreWriter& writer, StepClock& clock, const Execution& execution,
   const std::function<Status(std::size_t)>& written)
 {
@@ -93,9 +120,7 @@ Status WritePieces(const PieceCutter& cutter, std::size_t count, const CodecCont
   if (atOnce < 2)
   {
     return EncodePieces(
-      cutter, count, codec,
-      [&](const Piece& piece, std::span<const std::uint8_t> blob)
-      { return writer.AddPiece(piece, blob); },
+      cutter, count, encoding, [&](const EncodedPiece& encoded) { return AddTo(writer, encoded); },
       clock, execution, written);
   }
   const std::size_t most = atOnce / 2; // two batches are in memory
@@ -114,11 +139,11 @@ Status WritePieces(const PieceCutter& cutter, std::size_t count, const CodecCont
         {
           if (i < writes)
           {
-            added = before.AddTo(writer);
+            added = before.Write(writer);
           }
           else
           {
-            next.Encode(i - writes, cutter, codec);
+            next.Encode(i - writes, cutter, encoding);
           }
         }
       });

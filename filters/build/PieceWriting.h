@@ -3,6 +3,7 @@
 // picture.
 #pragma once
 
+#include "filters/build/PieceTextures.h"
 #include "filters/build/StepClock.h"
 #include "filters/core/Execution.h"
 #include "filters/core/pieces/VertexTree.h"
@@ -10,7 +11,8 @@
 
 #include <cstdint>
 #include <functional>
-#include <span>
+#include <optional>
+#include <vector>
 
 namespace kdstream
 {
@@ -20,19 +22,34 @@ namespace kdstream
 inline constexpr std::size_t encodeBatch = 64;
 inline constexpr std::size_t encodeBatchVertices = std::size_t{ 1 } << 17;
 
+// How pieces become bytes. textures: of the original's; null: there are none.
+struct PieceEncoding
+{
+  const CodecContext& codec;
+  const PieceTextures* textures = nullptr;
+};
+
+struct EncodedPiece
+{
+  Piece piece; // without paint, where there are textures
+  std::vector<std::uint8_t> blob;
+  std::optional<EncodedTexture> texture{};
+};
+
 // Who takes a piece and its bytes. Errors end the work.
-using PieceSink = std::function<Status(const Piece&, std::span<const std::uint8_t>)>;
+using PieceSink = std::function<Status(const EncodedPiece&)>;
 
 // Cuts and encodes the first `count` pieces of a cutter, a batch at a time on all threads, and
 // gives them to `add` in order; `done` as `written` below.
-Status EncodePieces(const PieceCutter& cutter, std::size_t count, const CodecContext& codec,
+Status EncodePieces(const PieceCutter& cutter, std::size_t count, const PieceEncoding& encoding,
   const PieceSink& add, StepClock& clock, const Execution& execution,
   const std::function<Status(std::size_t)>& done);
 
 // Cuts, encodes and writes the first `count` pieces of a cutter, a batch at a time on all threads:
 // one is written, by any thread, while the next is encoded. written(i): called when pieces up to
-// the i-th are written; it may stop the work. Errors: those of the writer and of `written`.
-Status WritePieces(const PieceCutter& cutter, std::size_t count, const CodecContext& codec,
+// the i-th are written; it may stop the work. Errors: those of the writer, of
+// textures and of `written`.
+Status WritePieces(const PieceCutter& cutter, std::size_t count, const PieceEncoding& encoding,
   StoreWriter& writer, StepClock& clock, const Execution& execution,
   const std::function<Status(std::size_t)>& written);
 

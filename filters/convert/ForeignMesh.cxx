@@ -57,7 +57,7 @@ Result<ForeignMesh> ReadInChunks(const std::filesystem::path& file, const Execut
 Result<ForeignMesh> Bake(
   TexturedFile read, const TextureOptions& textures, const Execution& execution)
 {
-  Result<BakeReport> report = BakeTextures(read.textured, textures.mostPixels, execution);
+  Result<BakeReport> report = BakeTexturesAndKeepPaint(read.textured, textures, execution);
   KDSTREAM_TRY(report);
   ForeignMesh result{ std::move(read.textured.mesh), std::move(read.warnings) };
   result.warnings.insert(result.warnings.end(), report->warnings.begin(), report->warnings.end());
@@ -107,7 +107,7 @@ ReadFormat FormatOf(const std::string& ending)
     const char* ending;
     ReadFormat read;
   } formats[] = { { ".stl", ReadInChunks }, { ".vtp", ReadVtp }, { ".vtk", ReadVtk },
-    { ".wrl", ReadVrml }, { ".xyz", ReadXyz },
+    { ".wrl", ReadVrml }, { ".xyz", ReadXyz }, { ".las", ReadLas }, { ".laz", ReadLas },
 #ifdef KDSTREAM_HAS_PCL
     { ".pcd", ReadPcd }
 #else

@@ -34,7 +34,7 @@ struct ForeignMesh
 //   .vtp          VTK's XML; .vtk: VTK's legacy format, of a grid its surface
 //   .wrl          VRML 2 (VRML 97); .glb, .gltf: glTF 2.0, the default scene, transforms applied
 //   .pcd          PCL's clouds: ascii, binary, compressed; points that are not finite are dropped
-//   .xyz          see ReadXyz
+//   .xyz          see ReadXyz; .las: see ReadLas
 //   .ply .stl .obj  as kdstream-build reads them; corners of .stl in the same place are joined
 // Pictures are baked to colours of vertices, as textures asks (BakeTextures.h), in .obj, .ply,
 // .glb and .gltf.
@@ -60,6 +60,12 @@ Result<ForeignMesh> ReadGltf(
 // lines that begin with # or //, and a first line with only the number of points. Points that are
 // not finite are dropped.
 Result<ForeignMesh> ReadXyz(const std::filesystem::path& file, const Execution& execution);
+
+// Uncompressed LAS 1.0 to 1.4 (LasHeader.h), doubles. Arrays: "RGB", "intensity", "classification",
+// "return_number", each where it says something; the rest of a point (times, angles, source, user
+// data, waves) is not carried. Points that are marked as withheld are dropped. What the header claims
+// is checked against the file's size before memory is taken for it.
+Result<ForeignMesh> ReadLas(const std::filesystem::path& file, const Execution& execution);
 
 // Through PCL. What the header claims is checked against the file's size before PCL takes memory
 // for it. Fields: x y z; normal_x normal_y normal_z as "Normals"; rgb and rgba as colours; all

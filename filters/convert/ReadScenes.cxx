@@ -315,10 +315,17 @@ public:
   Status Bake(ForeignMesh& joined, const TextureOptions& options, const Execution& execution)
   {
     this->Textured.mesh = std::move(joined.mesh);
-    Result<BakeReport> report = BakeTextures(this->Textured, options.mostPixels, execution);
+    TextureOptions used = options;
+    if (this->AnyOwn && !options.paintFolder.empty())
+    {
+      used.paintFolder.clear();
+      joined.warnings.push_back(
+        "colours of vertices are multiplied in: the pictures themselves are not kept");
+    }
+    Result<BakeReport> report = BakeTexturesAndKeepPaint(this->Textured, used, execution);
     KDSTREAM_TRY(report);
     joined.mesh = std::move(this->Textured.mesh);
-    this->MultiplyByOwn(joined.mesh.attributes.back());
+    this->MultiplyByOwn(joined.mesh.attributes);
     joined.warnings.insert(joined.warnings.end(), report->warnings.begin(), report->warnings.end());
     if (report->pictures > 0)
     {
@@ -329,8 +336,11 @@ public:
   }
 
 private:
-  void MultiplyByOwn(Attribute& colors) const
+  // REQUIRES: the colours were baked.
+  void MultiplyByOwn(std::vector<Attribute>& arrays) const
   {
+    Attribute& colors = *std::find_if(arrays.begin(), arrays.end(),
+      [](const Attribute& array) { return RoleOf(array) == AttributeRole::Colors; });
     for (std::size_t i = 0; this->AnyOwn && i < this->Own.size(); ++i)
     {
       for (std::size_t k = 0; k < colors.components; ++k)

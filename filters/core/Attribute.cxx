@@ -7,6 +7,7 @@
 #include <bit>
 #include <cmath>
 #include <cstring>
+#include <iterator>
 #include <limits>
 #include <type_traits>
 
@@ -110,10 +111,48 @@ AttributeRole RoleOf(const AttributeInfo& attribute)
                                                                  : AttributeRole::Other;
 }
 
-bool IsInLevels(const AttributeInfo& attribute)
+bool IsOfCorners(const AttributeInfo& attribute)
 {
-  const AttributeRole role = RoleOf(attribute);
-  return role == AttributeRole::Normals || role == AttributeRole::Colors;
+  return attribute == AttributeInfo{ std::string(paintCornersName), AttributeType::Float32,
+    AttributeAssociation::Cell, 6 };
+}
+
+bool IsTexturePaint(const AttributeInfo& attribute)
+{
+  return IsOfCorners(attribute) || attribute == AttributeInfo{ std::string(paintMaterialName),
+    AttributeType::UInt32, AttributeAssociation::Cell, 1 };
+}
+
+bool IsScalar(const AttributeInfo& attribute)
+{
+  return attribute.association == AttributeAssociation::Point && attribute.components == 1 &&
+         !attribute.name.starts_with("vtk");
+}
+
+bool HoldsClasses(const AttributeInfo& scalar)
+{
+  std::string name = scalar.name;
+  std::transform(name.begin(), name.end(), name.begin(),
+    [](char c) { return c >= 'A' && c <= 'Z' ? static_cast<char>(c - 'A' + 'a') : c; });
+  const auto isCalled = [&name](std::string_view word) { return name.find(word) != name.npos; };
+  constexpr std::string_view measures[] = { "intens", "reflect", "quality", "confiden", "grey",
+    "gray", "alpha" };
+  return std::none_of(std::begin(measures), std::end(measures), isCalled) &&
+         (SizeOf(scalar.type) == 1 || isCalled("class") || isCalled("label"));
+}
+
+std::vector<AttributeInfo> ArraysOfLevels(std::span<const AttributeInfo> attributes)
+{
+  std::vector<AttributeInfo> arrays;
+  std::size_t scalars = 0;
+  std::copy_if(attributes.begin(), attributes.end(), std::back_inserter(arrays),
+    [&scalars](const AttributeInfo& attribute)
+    {
+      const AttributeRole role = RoleOf(attribute);
+      return role == AttributeRole::Normals || role == AttributeRole::Colors ||
+             (IsScalar(attribute) && ++scalars <= mostScalars);
+    });
+  return arrays;
 }
 
 double Attribute::Get(std::size_t tuple, std::size_t component) const

@@ -59,8 +59,29 @@ enum class AttributeRole
   TextureCoordinates // "TCoords", two floats or doubles, a point array
 };
 AttributeRole RoleOf(const AttributeInfo& attribute);
-// Whether levels carry the array, as means: normals and colours.
-bool IsInLevels(const AttributeInfo& attribute);
+
+// Whether it is a number for each vertex, by which viewers may colour: a point array of one
+// component that is none of VTK's own (whose names begin with "vtk").
+bool IsScalar(const AttributeInfo& attribute);
+// Whether such numbers are names of classes, of which no mean can be taken: integers of one byte,
+// and whatever is called a class or a label (classification, scalar_Classification, label, …); but
+// what is called intensity, reflectance, quality, confidence, grey or alpha never is.
+bool HoldsClasses(const AttributeInfo& scalar);
+
+// The most arrays that are numbers (IsScalar) which levels carry: the first ones.
+inline constexpr std::size_t mostScalars = 16;
+// Those that levels carry too: normals, colours and numbers, as means, and classes, as the most
+// frequent (LevelAttributes.h). In their order. O(attributes).
+std::vector<AttributeInfo> ArraysOfLevels(std::span<const AttributeInfo> attributes);
+
+// How pictures paint triangles, on their way through a build: the texture coordinates of a
+// triangle's three corners, six floats, and its material, a uint32. No store has them: they become
+// textures of partitions (filters/build/PieceTextures.h).
+inline constexpr std::string_view paintCornersName = "kdstream.corners";
+inline constexpr std::string_view paintMaterialName = "kdstream.material";
+bool IsTexturePaint(const AttributeInfo& attribute);
+// Whether the values of a tuple are of the triangle's corners, in their order: they turn with them.
+bool IsOfCorners(const AttributeInfo& attribute);
 
 // One array, as little-endian values, tuple after tuple.
 struct Attribute : AttributeInfo

@@ -70,8 +70,8 @@ Result<std::unique_ptr<MeshReader>> OpenByEnding(const std::string& ending, Byte
   {
     return OpenObjReader(std::move(source), execution, scratch);
   }
-  constexpr std::array<const char*, 7> convertedFormats{ ".vtp", ".vtk", ".wrl", ".glb", ".gltf",
-    ".pcd", ".xyz" };
+  constexpr std::array<const char*, 9> convertedFormats{ ".vtp", ".vtk", ".wrl", ".glb", ".gltf",
+    ".pcd", ".xyz", ".las", ".laz" };
   if (std::find(convertedFormats.begin(), convertedFormats.end(), ending) != convertedFormats.end())
   {
     return Error{ ErrorCode::Unsupported,

@@ -18,12 +18,11 @@ bool IsIntegerIn(const JsonValue& value, std::uint64_t lowest, std::uint64_t hig
   return value.IsUint64() && value.GetUint64() >= lowest && value.GetUint64() <= highest;
 }
 
-// NaN where the value is no number.
+}
+
 double NumberOf(const JsonValue& value)
 {
   return value.IsNumber() ? value.GetDouble() : std::numeric_limits<double>::quiet_NaN();
-}
-
 }
 
 std::string Show(const JsonValue& value)

@@ -18,6 +18,9 @@ namespace kdstream
 // depth.
 std::string Show(const JsonValue& value);
 
+// NaN for what is no number.
+double NumberOf(const JsonValue& value);
+
 // Every function gives a harmless default once something is wrong; look at Fault() at the end.
 class JsonReader
 {

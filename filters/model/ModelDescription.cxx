@@ -55,6 +55,13 @@ CodecContext ModelDescription::Codec() const
   return context;
 }
 
+const ScalarDescription* ScalarDescriptions::Find(std::string_view name) const
+{
+  const ScalarDescription* found = std::find_if(this->begin(), this->end(),
+    [name](const ScalarDescription& scalar) { return scalar.name == name; });
+  return found == this->end() ? nullptr : found;
+}
+
 std::string_view NameOf(ModelDetail detail)
 {
   constexpr std::string_view names[] = { "preview", "levels", "regions" };
@@ -102,6 +109,7 @@ ModelDescription ToldWith(ModelDescription model, ModelDetail detail)
   if (detail != ModelDetail::Regions)
   {
     model.original = {};
+    model.textures.reset();
   }
   for (std::size_t level = PreviewLevel(model) + std::size_t{ 1 };
        detail == ModelDetail::Preview && level < model.levels.size(); ++level)

@@ -13,11 +13,14 @@
 #include "filters/core/pieces/Piece.h"
 #include "filters/core/tree/KdTree.h"
 
+#include <algorithm>
 #include <cstddef>
 #include <cstdint>
+#include <memory>
 #include <optional>
 #include <string>
 #include <string_view>
+#include <utility>
 #include <vector>
 
 namespace kdstream
@@ -54,12 +57,68 @@ struct ModelPose
   bool operator==(const ModelPose&) const = default;
 };
 
+// Of a model whose original carries the pictures that paint it: a tile for each partition
+// (TextureTile.h).
+struct TextureDescription
+{
+  std::string format = "webp"; // of the tiles' images
+  bool lossless = false;       // they keep the input's texels and coordinates bit for bit
+  std::uint64_t bytes = 0;     // of all tiles
+  std::uint64_t texels = 0;    // the same
+  bool operator==(const TextureDescription&) const = default;
+};
+
 // The direction as a pose has it. Nothing where its length is 0 or not finite.
 std::optional<Vec3> DirectionOf(const Vec3& vector);
 
 // From where a model is looked at if nothing else is known: +z where y is up, as glTF has it; -y
 // where z is, as CAD has it; of another direction, whichever of the two is nearer to level.
 Vec3 FrontOf(const Vec3& up);
+
+// The values of an array that viewers may colour by (IsScalar), over the vertices of the original.
+// What is not finite does not count; all are 0 where nothing is.
+struct ScalarDescription
+{
+  std::string name;           // one of the model's point arrays
+  double least = 0, most = 0; // least <= low <= high <= most
+  double low = 0, high = 0;   // the 2nd and the 98th percentile, of a sample: ScalarStatistics.h
+  struct Class
+  {
+    double value = 0;
+    std::uint64_t vertices = 0; // that have it
+    bool operator==(const Class&) const = default;
+  };
+  std::vector<Class> classes; // ascending; none where the array holds none (HoldsClasses), or more
+                              // than mostClasses
+  static constexpr std::size_t mostClasses = 256;
+  bool operator==(const ScalarDescription&) const = default;
+};
+
+// Those of a model. Copies share them.
+class ScalarDescriptions
+{
+public:
+  ScalarDescriptions() = default;
+  ScalarDescriptions(std::vector<ScalarDescription> all)
+    : All(std::make_shared<const std::vector<ScalarDescription>>(std::move(all)))
+  {
+  }
+
+  std::size_t size() const { return this->All ? this->All->size() : 0; }
+  bool empty() const { return this->size() == 0; }
+  const ScalarDescription* begin() const { return this->All ? this->All->data() : nullptr; }
+  const ScalarDescription* end() const { return this->begin() + this->size(); }
+  // Of the array of that name; null where there is none.
+  const ScalarDescription* Find(std::string_view name) const;
+  bool operator==(const ScalarDescriptions& other) const
+  {
+    return this->All == other.All ||
+           std::equal(this->begin(), this->end(), other.begin(), other.end());
+  }
+
+private:
+  std::shared_ptr<const std::vector<ScalarDescription>> All;
+};
 
 // How much of a model a client may have; each includes those before.
 enum class ModelDetail : std::uint8_t
@@ -89,8 +148,10 @@ struct ModelDescription
 
   // UTF-8, shown by viewers; may be empty.
   std::string title, credit, license, unit, description;
-  std::vector<AttributeInfo> attributes; // point arrays first
-  std::optional<ModelPose> pose;         // none: viewers take one as it is by default
+  std::vector<AttributeInfo> attributes;      // point arrays first
+  ScalarDescriptions scalars;                 // that levels carry too, in the order of attributes
+  std::optional<ModelPose> pose;              // none: viewers take one as it is by default
+  std::optional<TextureDescription> textures; // none: there are no tiles
 
   // That the client may have whom a server tells it; servers with tokens.
   ModelDetail detail = ModelDetail::Regions;

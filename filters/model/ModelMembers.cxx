@@ -3,7 +3,10 @@
 
 #include "filters/core/VectorMath.h"
 
+#include <array>
 #include <cmath>
+#include <limits>
+#include <utility>
 
 namespace kdstream
 {
@@ -90,6 +93,64 @@ void ReadPose(JsonReader& reader, const JsonValue& object, ModelDescription& mod
   }
 }
 
+void ReadTextures(JsonReader& reader, const JsonValue& object, ModelDescription& model)
+{
+  const JsonValue* textures = reader.Find(object, "textures", false);
+  if (!textures)
+  {
+    return;
+  }
+  TextureDescription& told = model.textures.emplace();
+  told.format = reader.Text(*textures, "format", 16);
+  told.lossless = reader.Boolean(*textures, "lossless");
+  told.bytes = reader.Integer(*textures, "bytes", 0, mostCount);
+  told.texels = reader.Integer(*textures, "texels", 0, mostCount);
+}
+
+// Takes numbers one after the other, none of which may be below the one before.
+class AscendingNumbers
+{
+public:
+  double Take(const JsonValue& number)
+  {
+    const double value = NumberOf(number);
+    this->Ascends = this->Ascends && value >= this->Before;
+    this->Before = value;
+    return value;
+  }
+  bool AllAscend() const { return this->Ascends; }
+
+private:
+  double Before = -std::numeric_limits<double>::infinity();
+  bool Ascends = true;
+};
+
+bool TakeRange(const JsonValue& range, ScalarDescription& scalar)
+{
+  AscendingNumbers numbers;
+  rapidjson::SizeType i = 0;
+  for (double* const value : { &scalar.least, &scalar.low, &scalar.high, &scalar.most })
+  {
+    *value = i < range.Size() ? numbers.Take(range[i++]) : std::nan("");
+  }
+  return numbers.AllAscend() && scalar.most >= scalar.high;
+}
+
+// Each value, followed by how many vertices have it.
+bool TakeClasses(const JsonValue& list, std::vector<ScalarDescription::Class>& classes)
+{
+  AscendingNumbers values;
+  for (rapidjson::SizeType i = 0; i + 1 < list.Size(); i += 2)
+  {
+    if (!list[i + 1].IsUint64())
+    {
+      return false;
+    }
+    classes.push_back({ values.Take(list[i]), list[i + 1].GetUint64() });
+  }
+  return values.AllAscend() && list.Size() % 2 == 0;
+}
+
 }
 
 std::string_view NameOf(ScalarType type)
@@ -152,6 +213,42 @@ void PutPose(JsonWriter& json, const ModelDescription& model)
   }
 }
 
+void PutTextures(JsonWriter& json, const ModelDescription& model, const char* key)
+{
+  if (model.textures)
+  {
+    json.Key(key)
+      .BeginObject()
+      .Member("bytes", model.textures->bytes)
+      .Member("format", model.textures->format)
+      .Member("lossless", model.textures->lossless)
+      .Member("texels", model.textures->texels)
+      .EndObject();
+  }
+}
+
+void PutScalars(JsonWriter& json, const ModelDescription& model)
+{
+  if (model.scalars.empty())
+  {
+    return;
+  }
+  json.Key("scalars").BeginArray();
+  for (const ScalarDescription& scalar : model.scalars)
+  {
+    json.BeginObject().Key("classes").BeginArray();
+    for (const ScalarDescription::Class& each : scalar.classes)
+    {
+      json.Put(each.value).Put(each.vertices);
+    }
+    json.EndArray()
+      .Member("name", scalar.name)
+      .Member("range", std::array{ scalar.least, scalar.low, scalar.high, scalar.most })
+      .EndObject();
+  }
+  json.EndArray();
+}
+
 void PutBits(JsonWriter& json, const CoordinateGrid& grid)
 {
   if (grid.Lossless())
@@ -176,6 +273,30 @@ void ReadShared(JsonReader& reader, const JsonValue& object, ModelDescription& m
     model.original = ReadResolution(reader, *original);
   }
   ReadPose(reader, object, model);
+  ReadTextures(reader, object, model);
+}
+
+void ReadScalars(JsonReader& reader, const JsonValue& object, ModelDescription& model)
+{
+  if (!reader.Find(object, "scalars", false))
+  {
+    return;
+  }
+  std::vector<ScalarDescription> all;
+  const JsonValue* scalars = reader.Array(object, "scalars", mostScalars);
+  for (rapidjson::SizeType i = 0; scalars && i < scalars->Size(); ++i)
+  {
+    const JsonValue& entry = (*scalars)[i];
+    ScalarDescription& scalar = all.emplace_back();
+    scalar.name = reader.Text(entry, "name", longestAttributeName);
+    const JsonValue* range = reader.Array(entry, "range", 4);
+    const JsonValue* classes = reader.Array(entry, "classes", 2 * ScalarDescription::mostClasses);
+    if (!range || !classes || !TakeRange(*range, scalar) || !TakeClasses(*classes, scalar.classes))
+    {
+      reader.Fail("\"scalars\" do not ascend");
+    }
+  }
+  model.scalars = std::move(all);
 }
 
 void ReadTexts(

@@ -28,11 +28,19 @@ void PutTexts(JsonWriter& json, const ModelDescription& model);
 void PutUnlessEmpty(JsonWriter& json, const char* key, const std::string& text);
 // "pose", if it has one.
 void PutPose(JsonWriter& json, const ModelDescription& model);
+// Its textures as a member `key`, if it has some.
+void PutTextures(JsonWriter& json, const ModelDescription& model, const char* key = "textures");
+
+// "scalars", if it has some: {"classes","name","range"}; "classes": each value, followed by how
+// many vertices have it; "range": least, low, high, most.
+void PutScalars(JsonWriter& json, const ModelDescription& model);
 // The bits of an axis, or "lossless".
 void PutBits(JsonWriter& json, const CoordinateGrid& grid);
 
-// Counts, depths, box, levels, original and pose: whatever all forms that are read have alike.
+// Counts, depths, box, levels, original, pose and textures: whatever all forms that are read have
+// alike.
 void ReadShared(JsonReader& reader, const JsonValue& object, ModelDescription& model);
+void ReadScalars(JsonReader& reader, const JsonValue& object, ModelDescription& model);
 void ReadTexts(
   JsonReader& reader, const JsonValue& object, std::size_t mostBytes, ModelDescription& model);
 

@@ -134,8 +134,10 @@ void PutModel(JsonWriter& json, const ModelDescription& model)
   json.EndObject();
   PutTexts(json, model);
   PutPose(json, model);
+  PutTextures(json, model);
   json.Key("attributes");
   PutAttributes(json, model.attributes);
+  PutScalars(json, model);
   if (model.detail != ModelDetail::Regions)
   {
     json.Member("detail", NameOf(model.detail));
@@ -212,6 +214,7 @@ Result<ModelDescription> ModelFromJson(const JsonValue& json)
       model.attributes.push_back(ReadServedAttribute(reader, attribute));
     }
   }
+  ReadScalars(reader, json, model);
   if (json.IsObject() && FindMember(json, "detail"))
   {
     model.detail = ReadName(reader, json, "detail", ModelDetail::Preview, ModelDetail::Regions,

@@ -162,11 +162,13 @@ std::string WriteStoredModel(const ModelDescription& model, std::string (*number
     .Member("partitions", model.partitions);
   PutPose(json, model);
   json.Member("primitive", static_cast<unsigned>(model.primitive))
-    .Member("representative", model.representative)
-    .Member("sheets", model.sheets)
+    .Member("representative", model.representative);
+  PutScalars(json, model);
+  json.Member("sheets", model.sheets)
     .Member("smallest_partition", model.smallestPartition)
-    .Member("stitch_depth", model.depths.stitch)
-    .Member("title", model.title)
+    .Member("stitch_depth", model.depths.stitch);
+  PutTextures(json, model);
+  json.Member("title", model.title)
     .Member("triangles", model.triangles)
     .Member("unit", model.unit)
     .Member("vertices", model.vertices)
@@ -202,6 +204,7 @@ Result<ModelDescription> ParseStoredModel(std::string_view text)
       model.attributes.push_back(ReadStoredAttribute(reader, attribute));
     }
   }
+  ReadScalars(reader, json, model);
   ReadTexts(reader, json, text.size(), model);
   model.input = textOf("input");
   model.welded = reader.Integer(json, "welded", 0, mostCount);
@@ -245,6 +248,7 @@ void PutStatistics(JsonWriter& json, const ModelDescription& model, std::uint64_
   PutBox(json, model.box);
   json.Key("attributes");
   PutAttributes(json, model.attributes);
+  PutScalars(json, model);
   json.Member("partitioner", model.partitioner)
     .Member("level_maker", model.levelMaker)
     .Member("representative", model.representative)
@@ -252,6 +256,7 @@ void PutStatistics(JsonWriter& json, const ModelDescription& model, std::uint64_
     .Member("weld", model.weld);
   PutTexts(json, model);
   PutPose(json, model);
+  PutTextures(json, model, "tiles");
   json.Member("store_bytes", storeBytes).Member("digest", model.digest);
 }
 

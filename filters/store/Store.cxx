@@ -54,8 +54,7 @@ Result<std::shared_ptr<Store>> Store::Open(const std::filesystem::path& file)
   database->reset(); // before the file is closed, should there be no memory for the store
   std::shared_ptr<Store> store(new Store);
   store->Information = std::move(*info);
-  store->Database =
-    std::make_unique<Connection>(std::move(*opened), *state, store->Information.digest);
+  store->Database = std::make_unique<Connection>(std::move(*opened), *state, store->Information);
   return store;
 }
 
@@ -100,6 +99,16 @@ std::string Store::BoxesName(NodeId node)
   return "boxes/" + std::to_string(node);
 }
 
+std::string Store::TextureName(std::uint32_t partition)
+{
+  return "textures/" + std::to_string(partition);
+}
+
+bool Store::HasTexture(std::uint32_t partition) const
+{
+  return this->Information.textures && partition < this->Information.partitions;
+}
+
 Result<std::vector<std::uint8_t>> Store::ReadPieceBlob(PieceId id) const
 {
   if (!this->Information.HasPiece(id))
@@ -125,6 +134,15 @@ Result<std::vector<std::uint8_t>> Store::ReadBoxesBlob(NodeId node) const
     return Error{ ErrorCode::NotFound, "the model has no such boxes" };
   }
   return this->Database->ReadOfNode(StoreQuery::Boxes, node, BoxesName(node));
+}
+
+Result<std::vector<std::uint8_t>> Store::ReadTextureBlob(std::uint32_t partition) const
+{
+  if (!this->HasTexture(partition))
+  {
+    return Error{ ErrorCode::NotFound, "the model has no such texture" };
+  }
+  return this->Database->ReadOfNode(StoreQuery::Texture, partition, TextureName(partition));
 }
 
 Result<std::uint64_t> Store::PieceBlobSize(PieceId id) const
@@ -155,6 +173,15 @@ Result<std::uint64_t> Store::BoxesBlobSize(NodeId node) const
   return this->Database->ReadNumber(StoreQuery::BoxesSize, node, BoxesName(node));
 }
 
+Result<std::uint64_t> Store::TextureBlobSize(std::uint32_t partition) const
+{
+  if (!this->HasTexture(partition))
+  {
+    return Error{ ErrorCode::NotFound, "the model has no such texture" };
+  }
+  return this->Database->ReadNumber(StoreQuery::TextureSize, partition, TextureName(partition));
+}
+
 Result<Piece> Store::ReadPiece(PieceId id) const
 {
   const auto blob = this->ReadPieceBlob(id);
@@ -173,13 +200,17 @@ Result<Piece> Store::Decode(std::span<const std::uint8_t> blob, PieceId id) cons
   return piece;
 }
 
-// The original has them all; levels those whose mean says something.
+// The original has them all; levels those that one looks at. Of numbers these are the ones of which
+// the metadata tells the range: earlier builds kept them for the original.
 bool Store::AttributesFit(const Piece& piece) const
 {
-  std::vector<AttributeInfo> expected = this->Information.attributes;
+  const ModelDescription& model = this->Information;
+  std::vector<AttributeInfo> expected = model.attributes;
   if (!piece.id.resolution.IsOriginal())
   {
-    std::erase_if(expected, [](const AttributeInfo& info) { return !IsInLevels(info); });
+    expected = ArraysOfLevels(model.attributes);
+    std::erase_if(expected, [&model](const AttributeInfo& info)
+      { return IsScalar(info) && !model.scalars.Find(info.name); });
   }
   return std::equal(expected.begin(), expected.end(), piece.attributes.begin(),
     piece.attributes.end(),

@@ -54,11 +54,14 @@ public:
   Result<std::vector<std::uint8_t>> ReadPieceBlob(PieceId id) const;
   Result<std::vector<std::uint8_t>> ReadTreePageBlob(NodeId page) const override;
   Result<std::vector<std::uint8_t>> ReadBoxesBlob(NodeId node) const;
+  // The texture of a partition (TextureTile.h); a model without textures has none.
+  Result<std::vector<std::uint8_t>> ReadTextureBlob(std::uint32_t partition) const;
 
   // How many bytes they have; the bytes are neither read nor checked.
   Result<std::uint64_t> PieceBlobSize(PieceId id) const;
   Result<std::uint64_t> TreePageBlobSize(NodeId page) const;
   Result<std::uint64_t> BoxesBlobSize(NodeId node) const;
+  Result<std::uint64_t> TextureBlobSize(std::uint32_t partition) const;
 
   // Decoded.
   Result<Piece> ReadPiece(PieceId id) const;
@@ -73,10 +76,12 @@ public:
   // Ids of every piece the model has, coarse to fine, nodes ascending.
   std::vector<PieceId> PieceIds() const;
 
-  // What a damaged blob is called: "tree/1", "boxes/1", "levels/7/1", "partitions/12".
+  // What a damaged blob is called: "tree/1", "boxes/1", "levels/7/1", "partitions/12",
+  // "textures/12".
   static std::string BlobName(PieceId id, const TreeDepths& depths);
   static std::string TreePageName(NodeId page);
   static std::string BoxesName(NodeId node);
+  static std::string TextureName(std::uint32_t partition);
 
   // Reads and checks everything, digest included; the names and reasons of what is damaged, empty
   // if whole. Where very much is, it stops, with an error that says so. Memory: of the tree, once
@@ -93,6 +98,7 @@ private:
   // Calls `visit` for each of PieceIds, until it fails.
   Status VisitPieceIds(const std::function<Status(PieceId)>& visit) const;
   bool AttributesFit(const Piece& piece) const;
+  bool HasTexture(std::uint32_t partition) const;
   std::string NameOfRow(std::int64_t row) const;
   std::unique_ptr<Connection> Database;
   ModelDescription Information;

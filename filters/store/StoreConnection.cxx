@@ -21,6 +21,8 @@ constexpr std::array queryTexts{
   "SELECT length(data) FROM pieces WHERE id = ? AND typeof(data) = 'blob'",
   "SELECT length(data) FROM tree WHERE page = ? AND typeof(data) = 'blob'",
   "SELECT length(data) FROM boxes WHERE node = ? AND typeof(data) = 'blob'",
+  "SELECT data, checksum FROM textures WHERE partition = ? AND typeof(data) = 'blob'",
+  "SELECT length(data) FROM textures WHERE partition = ? AND typeof(data) = 'blob'",
 };
 // What a row says of itself is under its checksum, but for these two, which its id says as well.
 constexpr const char* selectMislabelled =
@@ -77,11 +79,12 @@ Result<ModelDescription> ReadStoredModel(sqlite3* database)
   {
     return DamagedBlob("header", version.GetError().message);
   }
-  if (*version != storeVersion)
+  if (*version != storeVersion && *version != texturedStoreVersion)
   {
     return Error{ ErrorCode::Unsupported,
-      "store version " + std::to_string(*version) + "; this program reads version " +
-        std::to_string(storeVersion) + ": build the store again" };
+      "store version " + std::to_string(*version) + "; this program reads versions " +
+        std::to_string(storeVersion) + " and " + std::to_string(texturedStoreVersion) +
+        ": build the store again" };
   }
   Result<Statement> statement = Statement::Prepare(database, selectModel);
   if (!statement)
@@ -99,7 +102,12 @@ Result<ModelDescription> ReadStoredModel(sqlite3* database)
     return DamagedBlob(
       "metadata", *row ? "row \"model\" has a wrong checksum" : "row \"model\" is missing");
   }
-  return ParseStoredModel(json);
+  Result<ModelDescription> model = ParseStoredModel(json);
+  if (model && model->textures.has_value() != (*version == texturedStoreVersion))
+  {
+    return DamagedBlob("metadata", "what it says of textures is not of the store's version");
+  }
+  return model;
 }
 
 // One connection with its statements: used by one thread at a time.
@@ -110,9 +118,10 @@ struct Store::Connection::Reader
 };
 
 Store::Connection::Connection(
-  std::unique_ptr<const StoreFile> file, const FileState& state, std::string digest)
+  std::unique_ptr<const StoreFile> file, const FileState& state, const ModelDescription& model)
   : File(std::move(file))
-  , Digest(std::move(digest))
+  , Digest(model.digest)
+  , Textured(model.textures.has_value())
   , LastState(state)
 {
 }
@@ -200,7 +209,9 @@ Result<std::unique_ptr<Store::Connection::Reader>> Store::Connection::Take()
   Result<kdstream::Database> database = OpenForReading(this->File->Descriptor());
   KDSTREAM_TRY(database);
   auto reader = std::make_unique<Reader>();
-  for (std::size_t query = 0; query < queryTexts.size(); ++query)
+  const std::size_t queries =
+    this->Textured ? queryTexts.size() : static_cast<std::size_t>(StoreQuery::Texture);
+  for (std::size_t query = 0; query < queries; ++query)
   {
     Result<Statement> statement = Statement::Prepare(database->get(), queryTexts[query]);
     KDSTREAM_TRY(statement);

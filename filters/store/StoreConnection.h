@@ -26,7 +26,9 @@ enum class StoreQuery : std::size_t
   Boxes,
   PieceSize,
   TreePageSize,
-  BoxesSize
+  BoxesSize,
+  Texture, // the last two where a model has textures
+  TextureSize
 };
 
 // A blob of a store, or its metadata, that is not what was written.
@@ -43,8 +45,9 @@ Result<ModelDescription> ReadStoredModel(sqlite3* database);
 class Store::Connection
 {
 public:
-  // state: of the file when the model with this digest was read.
-  Connection(std::unique_ptr<const StoreFile> file, const FileState& state, std::string digest);
+  // state: of the file when the model was read.
+  Connection(
+    std::unique_ptr<const StoreFile> file, const FileState& state, const ModelDescription& model);
   ~Connection();
 
   // Whether what has just been read is of the model that was opened: whoever writes to the file
@@ -57,7 +60,7 @@ public:
 
   // The blob of a piece, whose checksum holds. name: what errors call it, here and below.
   Result<std::vector<std::uint8_t>> ReadPiece(PieceId id, const std::string& name);
-  // The same of a row of tree or boxes.
+  // The same of a row of tree, boxes or textures.
   Result<std::vector<std::uint8_t>> ReadOfNode(
     StoreQuery select, NodeId node, const std::string& name);
   // The number in the only column of row `key`.
@@ -83,6 +86,7 @@ private:
 
   const std::unique_ptr<const StoreFile> File;
   const std::string Digest;
+  const bool Textured;
   std::mutex Mutex; // for what follows
   FileState LastState;
   bool Changed = false;

@@ -161,6 +161,11 @@ void ContentDigest::AddPiece(PieceId id, std::span<const std::uint8_t> data)
   this->AddBlob('p', static_cast<std::uint64_t>(PieceRow(id)), data);
 }
 
+void ContentDigest::AddTexture(std::uint32_t partition, std::span<const std::uint8_t> data)
+{
+  this->AddBlob('x', partition, data);
+}
+
 void ContentDigest::AddBlob(char kind, std::uint64_t key, std::span<const std::uint8_t> data)
 {
   const XXH128_hash_t hash = XXH3_128bits(data.data(), data.size());

@@ -16,6 +16,7 @@ namespace kdstream
 {
 
 inline constexpr int storeVersion = 9;
+inline constexpr int texturedStoreVersion = 10;       // that has textures too
 inline constexpr int storeApplicationId = 0x4B445331; // "KDS1": SQLite's application_id
 
 inline constexpr const char* storeSchema = R"(
@@ -24,6 +25,10 @@ CREATE TABLE tree (page INTEGER PRIMARY KEY, data BLOB NOT NULL, checksum INTEGE
 CREATE TABLE boxes (node INTEGER PRIMARY KEY, data BLOB NOT NULL, checksum INTEGER NOT NULL);
 CREATE TABLE pieces (id INTEGER PRIMARY KEY, resolution INTEGER NOT NULL, node INTEGER NOT NULL,
   vertices INTEGER NOT NULL, triangles INTEGER NOT NULL, data BLOB NOT NULL, checksum INTEGER NOT NULL);
+)";
+// Of a store of that version, besides.
+inline constexpr const char* textureSchema = R"(
+CREATE TABLE textures (partition INTEGER PRIMARY KEY, data BLOB NOT NULL, checksum INTEGER NOT NULL);
 )";
 
 // The row of a piece: its resolution (63 = original) above its node, so that rows lie coarse to
@@ -35,14 +40,15 @@ std::optional<PieceId> PieceOfRow(std::int64_t row);
 // XXH3-64 over what a row says and its data, so that a row that is damaged or in the wrong place is
 // noticed.
 std::int64_t MetadataChecksum(std::string_view key, std::string_view value);
-// Of a row of tree or boxes.
+// Of a row of tree, boxes or textures.
 std::int64_t NodeChecksum(NodeId node, std::span<const std::uint8_t> data);
 std::int64_t PieceChecksum(
   PieceId id, std::uint64_t vertices, std::uint64_t triangles, std::span<const std::uint8_t> data);
 
 // The content digest: XXH3-128, as 32 hexadecimal digits, over the coordinate grid, depths and the
 // levels' spacings, and then over the kind, key and XXH3-128 of every blob: levels coarse to fine,
-// partitions, boxes, tree pages, each by ascending node.
+// partitions (each with its texture behind it, if there are textures), boxes, tree pages, each by
+// ascending node.
 class ContentDigest
 {
 public:
@@ -51,6 +57,7 @@ public:
   void AddTreePage(NodeId page, std::span<const std::uint8_t> data);
   void AddBoxes(NodeId node, std::span<const std::uint8_t> data);
   void AddPiece(PieceId id, std::span<const std::uint8_t> data);
+  void AddTexture(std::uint32_t partition, std::span<const std::uint8_t> data);
   std::string Hexadecimal() const;
 
 private:

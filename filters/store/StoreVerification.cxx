@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Whether a store is whole: Store::Verify.
 #include "filters/codec/PartitionBoxes.h"
+#include "filters/codec/TextureTile.h"
 #include "filters/codec/TreePage.h"
 #include "filters/core/tree/PieceDepth.h"
 #include "filters/store/Store.h"
@@ -72,11 +73,34 @@ private:
         if (blob)
         {
           this->Digest.AddPiece(id, *blob);
-          this->Note(name, OnlyStatus(this->Whole.Decode(*blob, id)));
+          const auto piece = this->Whole.Decode(*blob, id);
+          this->Note(name, OnlyStatus(piece));
+          this->CheckTexture(id, piece ? &*piece : nullptr);
         }
         KDSTREAM_TRY(this->EndWhereMuchIsWrong());
         return this->Progress.Report("verify", ++done / all);
       });
+  }
+
+  // The texture of a partition. piece: null where it is damaged.
+  void CheckTexture(PieceId id, const Piece* piece)
+  {
+    const ModelDescription& info = this->Whole.Information;
+    if (!info.textures || !id.resolution.IsOriginal())
+    {
+      return;
+    }
+    const std::uint32_t partition = id.node - (NodeId{ 1 } << info.depths.partition);
+    const auto blob = this->Whole.ReadTextureBlob(partition);
+    this->Note(TextureName(partition), OnlyStatus(blob));
+    if (blob)
+    {
+      this->Digest.AddTexture(partition, *blob);
+    }
+    if (blob && piece)
+    {
+      this->Note(TextureName(partition), OnlyStatus(DecodeTextureTile(*blob, piece->triangles)));
+    }
   }
 
   double CountPieces() const

@@ -3,6 +3,7 @@
 
 #include "filters/core/SystemReason.h"
 #include "filters/store/DeviationList.h"
+#include "filters/store/ScalarStatistics.h"
 #include "filters/store/Sqlite.h"
 #include "filters/store/Store.h"
 #include "filters/store/StoreSchema.h"
@@ -31,14 +32,25 @@ PieceFacts FactsOf(std::vector<float> deviations, std::size_t bytes)
   return { *at99, *std::max_element(at99, deviations.end()), static_cast<std::uint32_t>(bytes) };
 }
 
+Status CheckBlobSize(const std::string& name, std::size_t bytes)
+{
+  return bytes <= Store::largestBlobBytes
+           ? Status{}
+           : Error{ ErrorCode::LimitExceeded,
+               name + " takes " + std::to_string(bytes) +
+                 " bytes, more than the 64 MiB that servers send: make partitions of fewer "
+                 "vertices" };
+}
+
 }
 
 struct StoreWriter::State
 {
   UnfinishedStore file;
   ModelDescription info;
+  ScalarStatistics scalars{ info.attributes };
   Database database{}; // closed before the file goes
-  Statement page{}, boxes{}, piece{};
+  Statement page{}, boxes{}, piece{}, texture{};
   std::unique_ptr<ContentDigest> digest{};
   std::unique_ptr<DeviationList> deviations{}; // of the resolution that is being written
   PieceTable pieces{};
@@ -47,7 +59,7 @@ struct StoreWriter::State
   static Result<std::unique_ptr<State>> Begin(
     const std::filesystem::path& store, ModelDescription info);
 
-  // A row of tree or boxes.
+  // A row of tree, boxes or textures.
   Status Insert(Statement& insert, NodeId node, std::span<const std::uint8_t> data);
 
   // Why something could not be written, with the store's name: of a full disk, how much it lacks.
@@ -70,6 +82,7 @@ Error StoreWriter::State::Explain(const Error& error) const
   {
     written += level.bytes;
   }
+  written += this->info.textures ? this->info.textures->bytes : 0;
   const auto mebibytes = [](std::uint64_t bytes)
   { return std::to_string((bytes + (1U << 20) - 1) >> 20) + " MiB"; };
   const std::string sizes = "the store takes about " + mebibytes(this->BytesInAll(written)) +
@@ -132,8 +145,9 @@ Result<std::unique_ptr<StoreWriter::State>> StoreWriter::State::Begin(
   const std::string setUp =
     "PRAGMA page_size = 4096; PRAGMA journal_mode = OFF; PRAGMA synchronous = OFF;"
     "PRAGMA application_id = " +
-    std::to_string(storeApplicationId) + "; PRAGMA user_version = " + std::to_string(storeVersion) +
-    ";" + storeSchema + "BEGIN;";
+    std::to_string(storeApplicationId) + "; PRAGMA user_version = " +
+    std::to_string(state->info.textures ? texturedStoreVersion : storeVersion) + ";" + storeSchema +
+    (state->info.textures ? textureSchema : "") + "BEGIN;";
   if (Status status = Execute(state->database.get(), setUp); !status)
   {
     return state->Explain(status.GetError());
@@ -150,6 +164,13 @@ Result<std::unique_ptr<StoreWriter::State>> StoreWriter::State::Begin(
   state->page = std::move(*page);
   state->boxes = std::move(*boxes);
   state->piece = std::move(*piece);
+  if (state->info.textures)
+  {
+    Result<Statement> texture =
+      Statement::Prepare(state->database.get(), "INSERT INTO textures VALUES (?, ?, ?)");
+    KDSTREAM_TRY(texture);
+    state->texture = std::move(*texture);
+  }
   return state;
 }
 
@@ -191,20 +212,29 @@ Status StoreWriter::AddTreePage(NodeId page, std::span<const std::uint8_t> data)
   return this->S->Insert(this->S->page, page, data);
 }
 
+Status StoreWriter::AddTexture(
+  std::uint32_t partition, std::span<const std::uint8_t> data, std::uint64_t texels)
+{
+  KDSTREAM_TRY(CheckBlobSize(Store::TextureName(partition), data.size()));
+  this->S->info.textures->bytes += data.size();
+  this->S->info.textures->texels += texels;
+  this->S->digest->AddTexture(partition, data);
+  return this->S->Insert(this->S->texture, partition, data);
+}
+
 Status StoreWriter::AddPiece(const Piece& piece, std::span<const std::uint8_t> data)
 {
   ModelDescription& info = this->S->info;
-  if (data.size() > Store::largestBlobBytes)
-  {
-    return Error{ ErrorCode::LimitExceeded,
-      Store::BlobName(piece.id, info.depths) + " takes " + std::to_string(data.size()) +
-        " bytes, more than the 64 MiB that servers send: make partitions of fewer vertices" };
-  }
+  KDSTREAM_TRY(CheckBlobSize(Store::BlobName(piece.id, info.depths), data.size()));
   ResolutionDescription& resolution =
     piece.id.resolution.IsOriginal() ? info.original : info.levels[piece.id.resolution.Depth()];
   resolution.vertices += piece.ownVertices;
   resolution.bytes += data.size();
   ++resolution.pieces;
+  if (piece.id.resolution.IsOriginal())
+  {
+    this->S->scalars.Add(piece);
+  }
   if (Status status = this->S->deviations->Add(piece.deviations); !status)
   {
     return this->S->Explain(status.GetError());
@@ -258,6 +288,7 @@ Result<ModelDescription> StoreWriter::Finish()
 {
   State& state = *this->S;
   state.info.digest = state.digest->Hexadecimal();
+  state.info.scalars = state.scalars.Describe();
   const std::string json = MetadataOf(state.info);
   {
     Result<Statement> insert =
@@ -277,6 +308,7 @@ Result<ModelDescription> StoreWriter::Finish()
   state.page = {};
   state.boxes = {};
   state.piece = {};
+  state.texture = {};
   state.database.reset();
   KDSTREAM_TRY(OfFile(state.file.Store().string(), state.file.Finish()));
   return state.info;

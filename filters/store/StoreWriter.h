@@ -20,15 +20,23 @@ namespace kdstream
 class StoreWriter
 {
 public:
-  // info: everything but the digest and the counts of bytes and pieces, which the writer adds.
+  // info: everything but the digest, the counts of bytes and pieces and the scalars, which the writer
+  // adds.
   static Result<std::unique_ptr<StoreWriter>> Create(
     const std::filesystem::path& store, ModelDescription info);
   ~StoreWriter();
 
   // The pieces first, coarse to fine, nodes ascending; then all boxes of partitions, then all tree
   // pages, ascending: the order of the digest.
+  // REQUIRES: pieces of the original have the arrays of which ranges are gathered
+  // (ScalarStatistics.h); no others are looked at.
   // Errors: LimitExceeded for a blob that servers would not send; InputOutput.
   Status AddPiece(const Piece& piece, std::span<const std::uint8_t> data);
+  // Of textured models (info.textures), directly after the piece of the partition. texels: of its
+  // picture. Errors: as AddPiece.
+  Status AddTexture(
+    std::uint32_t partition, std::span<const std::uint8_t> data, std::uint64_t texels);
+
   Status AddBoxes(NodeId node, std::span<const std::uint8_t> data);
   Status AddTreePage(NodeId page, std::span<const std::uint8_t> data);
 

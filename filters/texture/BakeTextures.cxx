@@ -9,13 +9,16 @@
 
 #include "filters/core/VectorMath.h"
 #include "filters/core/Weld.h"
-#include "filters/meshio/ByteSource.h"
+#include "filters/texture/PaintArrays.h"
+#include "filters/texture/PaintFolder.h"
+#include "filters/texture/PictureReader.h"
 #include "filters/texture/PictureTexels.h"
 
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
 #include <cstring>
+#include <functional>
 #include <numeric>
 #include <optional>
 
@@ -24,11 +27,11 @@ namespace kdstream
 namespace
 {
 
-constexpr std::size_t fewestCuts = 3;    // of a side
-constexpr double partsOfTexel = 8;       // of the picture, for all triangles together
-constexpr double partsOfTriangle = 64;   // on top of that
-constexpr double mostCuts = 1 << 15;     // of a side; before the limit for all
-constexpr std::size_t mostWarnings = 20; // of pictures that cannot be read
+constexpr std::size_t fewestCuts = 3;  // of a side
+constexpr double partsOfTexel = 8;     // of the picture, for all triangles together
+constexpr double partsOfTriangle = 64; // on top of that
+constexpr std::size_t trianglesAtOnce = 4096;
+constexpr double mostCuts = 1 << 15; // of a side; before the limit for all
 // Triangles without area count so much, and none more than the most: sums stay numbers.
 constexpr double leastArea = 1e-250, mostArea = 1e250;
 
@@ -69,42 +72,53 @@ struct PlaceSum
   Color light{}; // × weight
   double weight = 0;
   std::array<double, 3> shown{}; // sRGB, 0-255, × weight: for the loss
+
+  void Add(double partWeight, const Color& partLight, const std::array<double, 3>& partShown)
+  {
+    for (std::size_t k = 0; k < 4; ++k)
+    {
+      this->light[k] += partWeight * partLight[k];
+    }
+    for (std::size_t k = 0; k < 3; ++k)
+    {
+      this->shown[k] += partWeight * partShown[k];
+    }
+    this->weight += partWeight;
+  }
+  void Add(const PlaceSum& other)
+  {
+    for (std::size_t k = 0; k < 4; ++k)
+    {
+      this->light[k] += other.light[k];
+    }
+    for (std::size_t k = 0; k < 3; ++k)
+    {
+      this->shown[k] += other.shown[k];
+    }
+    this->weight += other.weight;
+  }
 };
 
-Result<std::vector<std::uint8_t>> BytesOf(const PictureSource& source)
+// The same of a triangle's parts, for each of its corners.
+struct TriangleSum
 {
-  if (source.file.empty())
-  {
-    return source.bytes;
-  }
-  Result<ByteSource> file = ByteSource::Open(source.file);
-  KDSTREAM_TRY(file);
-  const std::uint64_t offset = std::min(source.offset, file->Size());
-  const std::uint64_t size = std::min(source.size, file->Size() - offset);
-  file->Seek(offset);
-  std::vector<std::uint8_t> bytes;
-  while (bytes.size() < size)
-  {
-    const Result<std::string_view> block = file->Peek(1);
-    KDSTREAM_TRY(block);
-    const auto take =
-      static_cast<std::size_t>(std::min<std::uint64_t>(block->size(), size - bytes.size()));
-    if (take == 0)
-    {
-      break;
-    }
-    bytes.insert(bytes.end(), block->begin(), block->begin() + static_cast<std::ptrdiff_t>(take));
-    file->Consume(take);
-  }
-  return bytes;
+  std::array<PlaceSum, 3> corners{};
+  double squares = 0; // of what is shown, × area
+  std::uint16_t cuts = 0;
+};
+
+double SquareOf(const std::array<double, 3>& shown)
+{
+  return shown[0] * shown[0] + shown[1] * shown[1] + shown[2] * shown[2];
 }
 
 class Baker
 {
 public:
-  Baker(TexturedMesh& textured, std::uint64_t mostPixels)
+  // folder: where decoded pictures go; null: into memory.
+  Baker(TexturedMesh& textured, std::uint64_t mostPixels, PaintFolderWriter* folder)
     : Textured(textured)
-    , MostPixels(mostPixels)
+    , Reader(textured.pictures, mostPixels, folder)
   {
   }
 
@@ -118,14 +132,14 @@ public:
       KDSTREAM_TRY(execution.Report("textures", double(i) / double(ofPicture.size())));
       if (!ofPicture[i].empty())
       {
-        this->BakePicture(this->Textured.pictures[i], ofPicture[i]);
+        const auto done = [&](double part)
+        { return execution.Report("textures", (double(i) + part) / double(ofPicture.size())); };
+        KDSTREAM_TRY(
+          this->BakePicture(static_cast<std::uint32_t>(i), ofPicture[i], execution, done));
       }
     }
-    if (this->Unread > mostWarnings)
-    {
-      this->Report.warnings.push_back(
-        std::to_string(this->Unread - mostWarnings) + " further pictures cannot be read");
-    }
+    const std::vector<std::string> unread = this->Reader.Warnings();
+    this->Report.warnings.insert(this->Report.warnings.end(), unread.begin(), unread.end());
     this->Finish();
     return std::move(this->Report);
   }
@@ -189,26 +203,6 @@ private:
     return area >= leastArea ? std::min(area, mostArea) : leastArea; // NaN: the least
   }
 
-  // weight: of a part at one of its triangle's corners.
-  void Add(VertexId corner, double weight, const Color& light, const std::array<double, 3>& shown)
-  {
-    PlaceSum& sum = this->Sums[this->Places[corner]];
-    for (std::size_t k = 0; k < 4; ++k)
-    {
-      sum.light[k] += weight * light[k];
-    }
-    for (std::size_t k = 0; k < 3; ++k)
-    {
-      sum.shown[k] += weight * shown[k];
-    }
-    sum.weight += weight;
-  }
-
-  void AddSquares(double area, const std::array<double, 3>& shown)
-  {
-    this->Squares += area * (shown[0] * shown[0] + shown[1] * shown[1] + shown[2] * shown[2]);
-  }
-
   // The whole triangle in one colour.
   void Paint(std::size_t triangle, const Color& light)
   {
@@ -218,57 +212,60 @@ private:
       255 * FromLinear(light[2]) };
     for (const VertexId corner : t)
     {
-      this->Add(corner, area / 3, light, shown);
+      this->Sums[this->Places[corner]].Add(area / 3, light, shown);
     }
-    this->AddSquares(area, shown);
+    this->Squares += area * SquareOf(shown);
     this->Cuts.resize(this->Textured.mesh.triangles.size());
     this->Cuts[triangle] = 0;
   }
 
-  void BakePicture(const PictureSource& source, const std::vector<std::uint32_t>& triangles)
+  Status BakePicture(std::uint32_t number, const std::vector<std::uint32_t>& triangles,
+    const Execution& execution, const std::function<Status(double part)>& done)
   {
-    const std::optional<Picture> picture = this->ReadPicture(source);
+    const Result<std::optional<ReadablePicture>> picture = this->Reader.Read(number);
+    KDSTREAM_TRY(picture);
     this->Cuts.resize(this->Textured.mesh.triangles.size());
-    if (!picture)
+    if (!*picture)
     {
       for (const std::uint32_t triangle : triangles)
       {
         this->Paint(triangle, this->ColorOf(triangle));
       }
-      return;
+      return {};
     }
     ++this->Report.pictures;
-    const PictureTexels texels(*picture);
+    const PictureTexels texels((*picture)->Texels());
     const double thinning = this->FindThinning(texels, triangles);
-    for (const std::uint32_t triangle : triangles)
+    // Each triangle by itself, on any thread; then all in their order: sums depend on no thread.
+    std::vector<TriangleSum> sums(std::min(triangles.size(), trianglesAtOnce));
+    for (std::size_t first = 0; first < triangles.size(); first += trianglesAtOnce)
     {
-      this->BakeTriangle(triangle, texels, thinning);
+      const std::size_t count = std::min(trianglesAtOnce, triangles.size() - first);
+      execution.parallelFor(count, 16,
+        [&](std::size_t begin, std::size_t end)
+        {
+          for (std::size_t i = begin; i < end; ++i)
+          {
+            sums[i] = this->SumOf(triangles[first + i], texels, thinning);
+          }
+        });
+      for (std::size_t i = 0; i < count; ++i)
+      {
+        this->Add(triangles[first + i], sums[i]);
+      }
+      KDSTREAM_TRY(done(double(first + count) / double(triangles.size())));
     }
+    return {};
   }
 
-  std::optional<Picture> ReadPicture(const PictureSource& source)
+  void Add(std::size_t triangle, const TriangleSum& sum)
   {
-    const Result<std::vector<std::uint8_t>> bytes = BytesOf(source);
-    Result<Picture> picture =
-      bytes ? DecodePicture(*bytes, this->MostPixels) : Result<Picture>(bytes.GetError());
-    if (!picture)
+    for (std::size_t k = 0; k < 3; ++k)
     {
-      const bool missing = !bytes && bytes.GetError().code == ErrorCode::NotFound;
-      if (++this->Unread <= mostWarnings)
-      {
-        this->Report.warnings.push_back(
-          source.name + (missing ? " is not there" : ": " + picture.GetError().message) +
-          ": the material's colour is taken");
-      }
-      return std::nullopt;
+      this->Sums[this->Places[this->Textured.mesh.triangles[triangle][k]]].Add(sum.corners[k]);
     }
-    const PictureType is = TypeOfPicture(*bytes), named = TypeOfName(source.file.string());
-    if (named != PictureType::Unknown && named != is)
-    {
-      this->Report.warnings.push_back(
-        source.name + ": is named as " + NameOf(named).substr(2) + ", but is " + NameOf(is));
-    }
-    return std::move(*picture);
+    this->Squares += sum.squares;
+    this->Cuts[triangle] = sum.cuts;
   }
 
   // The corners' places in the picture, in pictures.
@@ -305,15 +302,15 @@ private:
     return std::clamp(std::ceil(texels.LongestSide(at)), double(fewestCuts), mostCuts);
   }
 
-  void BakeTriangle(std::size_t triangle, const PictureTexels& texels, double thinning)
+  TriangleSum SumOf(std::size_t triangle, const PictureTexels& texels, double thinning) const
   {
     const std::array<PlaceInPicture, 3> at = this->CornersOf(triangle);
     const TexturedMaterial& material = this->MaterialOf(triangle);
-    const Triangle& t = this->Textured.mesh.triangles[triangle];
     const auto cuts =
       std::max(fewestCuts, static_cast<std::size_t>(std::floor(CutsOf(texels, at) * thinning)));
-    this->Cuts[triangle] = static_cast<std::uint16_t>(cuts);
-    const double area = this->AreaOf(t) / double(cuts * cuts);
+    TriangleSum sum;
+    sum.cuts = static_cast<std::uint16_t>(cuts);
+    const double area = this->AreaOf(this->Textured.mesh.triangles[triangle]) / double(cuts * cuts);
     const bool plain = material.factor == Color{ 1, 1, 1, 1 };
     // Rows of small triangles, upright and upside down by turns: their middles.
     for (std::size_t row = 0; row < cuts; ++row)
@@ -342,11 +339,12 @@ private:
         }
         for (std::size_t k = 0; k < 3; ++k)
         {
-          this->Add(t[k], shares[k] * area, light, shown);
+          sum.corners[k].Add(shares[k] * area, light, shown);
         }
-        this->AddSquares(area, shown);
+        sum.squares += area * SquareOf(shown);
       }
     }
+    return sum;
   }
 
   void Finish()
@@ -421,12 +419,11 @@ private:
   }
 
   TexturedMesh& Textured;
-  std::uint64_t MostPixels;
+  PictureReader Reader;
   std::vector<VertexId> Places;
   std::vector<PlaceSum> Sums;      // of each place, at its number
   std::vector<std::uint16_t> Cuts; // of each triangle's sides; 0: of one colour
   double Squares = 0;
-  std::size_t Unread = 0; // pictures
   BakeReport Report;
 };
 
@@ -445,7 +442,26 @@ std::string BakeReport::Tell() const
 Result<BakeReport> BakeTextures(
   TexturedMesh& textured, std::uint64_t mostPixels, const Execution& execution)
 {
-  return Baker(textured, mostPixels).Bake(execution);
+  return Baker(textured, mostPixels, nullptr).Bake(execution);
+}
+
+Result<BakeReport> BakeTexturesAndKeepPaint(
+  TexturedMesh& textured, const TextureOptions& options, const Execution& execution)
+{
+  if (options.paintFolder.empty())
+  {
+    return BakeTextures(textured, options.mostPixels, execution);
+  }
+  Result<PaintFolderWriter> folder = PaintFolderWriter::Create(options.paintFolder);
+  KDSTREAM_TRY(folder);
+  Result<BakeReport> report = Baker(textured, options.mostPixels, &*folder).Bake(execution);
+  KDSTREAM_TRY(report);
+  if (report->pictures > 0)
+  {
+    KDSTREAM_TRY(folder->Finish(textured.materials, textured.pictures.size()));
+    AddPaintArrays(textured);
+  }
+  return report;
 }
 
 }

@@ -8,6 +8,7 @@
 #include "filters/texture/TexturedMesh.h"
 
 #include <cstdint>
+#include <filesystem>
 #include <string>
 #include <vector>
 
@@ -18,6 +19,9 @@ struct TextureOptions
 {
   bool bake = true;                             // false: pictures are left out
   std::uint64_t mostPixels = mostPicturePixels; // of one
+  // Where pictures and materials go for tiles (PaintFolder.h), of which the mesh gets the arrays
+  // (PaintArrays.h); empty: no tiles are wanted.
+  std::filesystem::path paintFolder{};
 };
 
 struct BakeReport
@@ -55,5 +59,10 @@ struct BakeReport
 // usual; the limits are ours.
 Result<BakeReport> BakeTextures(TexturedMesh& textured,
   std::uint64_t mostPixels = mostPicturePixels, const Execution& execution = {});
+
+// The same, and what tiles need besides, where options.paintFolder asks for that: then no picture
+// is in memory (PaintFolderWriter::AddPicture). Errors: besides, InputOutput of the folder.
+Result<BakeReport> BakeTexturesAndKeepPaint(
+  TexturedMesh& textured, const TextureOptions& options, const Execution& execution = {});
 
 }

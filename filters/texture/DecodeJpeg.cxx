@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// JPEG by libjpeg-turbo. Steps: 1. the header: how large, which colours  2. memory  3. rows.
+// JPEG by libjpeg-turbo. Steps: 1. the header: how large, which colours  2. rows.
 #include "filters/texture/Picture.h"
 
 #include <array>
@@ -54,8 +54,9 @@ bool ReadJpegHeader(
   return jpeg_read_header(&codec, TRUE) == JPEG_HEADER_OK;
 }
 
+// row: room for one.
 bool ReadJpegRows(
-  jpeg_decompress_struct& codec, Escape& escape, std::uint8_t* texels, std::size_t row)
+  jpeg_decompress_struct& codec, Escape& escape, std::uint8_t* row, PictureRows& rows)
 {
   if (setjmp(escape.place) != 0)
   {
@@ -64,8 +65,12 @@ bool ReadJpegRows(
   jpeg_start_decompress(&codec);
   while (codec.output_scanline < codec.output_height)
   {
-    JSAMPROW at = texels + codec.output_scanline * row;
+    JSAMPROW at = row;
     jpeg_read_scanlines(&codec, &at, 1);
+    if (!rows.AddRow(row))
+    {
+      return false;
+    }
   }
   jpeg_finish_decompress(&codec);
   return true;
@@ -84,7 +89,7 @@ public:
   JpegDecoder(const JpegDecoder&) = delete;
   JpegDecoder& operator=(const JpegDecoder&) = delete;
 
-  Result<Picture> Decode(std::span<const std::uint8_t> bytes, std::uint64_t mostPixels)
+  Status Decode(std::span<const std::uint8_t> bytes, std::uint64_t mostPixels, PictureRows& rows)
   {
     if (!ReadJpegHeader(this->Codec, this->Leave, bytes))
     {
@@ -98,14 +103,18 @@ public:
     }
     const bool grey = this->Codec.jpeg_color_space == JCS_GRAYSCALE;
     this->Codec.out_color_space = grey ? JCS_GRAYSCALE : JCS_RGB;
-    Picture picture{ this->Codec.image_width, this->Codec.image_height, grey ? 1U : 3U, {} };
-    const std::size_t row = picture.width * picture.components;
-    picture.texels.resize(row * picture.height);
-    if (!ReadJpegRows(this->Codec, this->Leave, picture.texels.data(), row))
+    const std::size_t components = grey ? 1 : 3;
+    if (!rows.Begin(this->Codec.image_width, this->Codec.image_height, components))
     {
+      return rows.Why();
+    }
+    std::vector<std::uint8_t> row(this->Codec.image_width * components);
+    if (!ReadJpegRows(this->Codec, this->Leave, row.data(), rows))
+    {
+      KDSTREAM_TRY(rows.Why());
       return this->Failed();
     }
-    return picture;
+    return {};
   }
 
 private:
@@ -121,9 +130,9 @@ private:
 
 }
 
-Result<Picture> DecodeJpeg(std::span<const std::uint8_t> bytes, std::uint64_t mostPixels)
+Status DecodeJpeg(std::span<const std::uint8_t> bytes, std::uint64_t mostPixels, PictureRows& rows)
 {
-  return JpegDecoder().Decode(bytes, mostPixels);
+  return JpegDecoder().Decode(bytes, mostPixels, rows);
 }
 
 }

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// PNG by libpng. Steps: 1. the header: how large  2. memory  3. rows, of whatever kind, as bytes.
+// PNG by libpng. Steps: 1. the header: how large  2. rows, of whatever kind, as bytes.
 #include "filters/texture/Picture.h"
 
 #include <algorithm>
@@ -67,6 +67,25 @@ bool AskForBytes(png_structp codec, png_infop info)
   return true;
 }
 
+// Of one that is not interlaced. row: room for one.
+bool TellPngRows(png_structp codec, png_bytep row, std::size_t height, PictureRows& rows)
+{
+  if (setjmp(png_jmpbuf(codec)) != 0)
+  {
+    return false;
+  }
+  for (std::size_t y = 0; y < height; ++y)
+  {
+    png_read_row(codec, row, nullptr);
+    if (!rows.AddRow(row))
+    {
+      return false;
+    }
+  }
+  png_read_end(codec, nullptr);
+  return true;
+}
+
 bool ReadPngRows(
   png_structp codec, png_bytep texels, std::size_t row, std::size_t height, int passes)
 {
@@ -99,7 +118,7 @@ public:
   PngDecoder(const PngDecoder&) = delete;
   PngDecoder& operator=(const PngDecoder&) = delete;
 
-  Result<Picture> Decode(std::uint64_t mostPixels)
+  Status Decode(std::uint64_t mostPixels, PictureRows& rows)
   {
     if (!this->Codec || !this->Info)
     {
@@ -123,18 +142,37 @@ public:
     {
       return Error{ ErrorCode::InvalidInput, "it is a PNG of an unknown kind" };
     }
-    picture.texels.resize(row * picture.height);
-    const bool interlaced = png_get_interlace_type(this->Codec, this->Info) == PNG_INTERLACE_ADAM7;
-    constexpr int passesOfAdam7 = 7;
-    if (!ReadPngRows(
-          this->Codec, picture.texels.data(), row, picture.height, interlaced ? passesOfAdam7 : 1))
-    {
-      return this->Failed();
-    }
-    return picture;
+    return png_get_interlace_type(this->Codec, this->Info) == PNG_INTERLACE_ADAM7
+             ? this->DecodeInterlaced(std::move(picture), row, rows)
+             : this->DecodeRows(picture, row, rows);
   }
 
 private:
+  Status DecodeRows(const Picture& head, std::size_t rowBytes, PictureRows& rows)
+  {
+    if (!rows.Begin(head.width, head.height, head.components))
+    {
+      return rows.Why();
+    }
+    std::vector<std::uint8_t> row(rowBytes);
+    if (!TellPngRows(this->Codec, row.data(), head.height, rows))
+    {
+      KDSTREAM_TRY(rows.Why());
+      return this->Failed();
+    }
+    return {};
+  }
+
+  // Every pass needs all rows.
+  Status DecodeInterlaced(Picture picture, std::size_t rowBytes, PictureRows& rows)
+  {
+    constexpr int passesOfAdam7 = 7;
+    picture.texels.resize(rowBytes * picture.height);
+    return ReadPngRows(this->Codec, picture.texels.data(), rowBytes, picture.height, passesOfAdam7)
+             ? TellRows(picture, rows)
+             : Status(this->Failed());
+  }
+
   Error Failed() const
   {
     return { ErrorCode::InvalidInput,
@@ -148,9 +186,9 @@ private:
 
 }
 
-Result<Picture> DecodePng(std::span<const std::uint8_t> bytes, std::uint64_t mostPixels)
+Status DecodePng(std::span<const std::uint8_t> bytes, std::uint64_t mostPixels, PictureRows& rows)
 {
-  return PngDecoder(bytes).Decode(mostPixels);
+  return PngDecoder(bytes).Decode(mostPixels, rows);
 }
 
 }

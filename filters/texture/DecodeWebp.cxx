@@ -7,7 +7,7 @@
 namespace kdstream
 {
 
-Result<Picture> DecodeWebp(std::span<const std::uint8_t> bytes, std::uint64_t mostPixels)
+Status DecodeWebp(std::span<const std::uint8_t> bytes, std::uint64_t mostPixels, PictureRows& rows)
 {
   const Error damaged{ ErrorCode::InvalidInput, "it is a damaged or truncated WebP" };
   WebPBitstreamFeatures features;
@@ -33,7 +33,7 @@ Result<Picture> DecodeWebp(std::span<const std::uint8_t> bytes, std::uint64_t mo
   {
     return damaged;
   }
-  return picture;
+  return TellRows(picture, rows);
 }
 
 }

@@ -67,16 +67,43 @@ Status CheckPictureSize(std::uint64_t width, std::uint64_t height, std::uint64_t
 namespace
 {
 
-Result<Picture> DecodeKnown(std::span<const std::uint8_t> bytes, std::uint64_t mostPixels)
+// Into memory.
+class RowsOfPicture : public PictureRows
+{
+public:
+  explicit RowsOfPicture(Picture& picture)
+    : Into(picture)
+  {
+  }
+  bool Begin(std::size_t width, std::size_t height, std::size_t components) override
+  {
+    this->Into = { width, height, components, {} };
+    this->Into.texels.resize(width * height * components);
+    return true;
+  }
+  bool AddRow(const std::uint8_t* texels) override
+  {
+    const std::size_t row = this->Into.width * this->Into.components;
+    std::copy_n(texels, row, this->Into.texels.begin() + std::ptrdiff_t(this->Rows++ * row));
+    return true;
+  }
+  Status Why() const override { return {}; }
+
+private:
+  Picture& Into;
+  std::size_t Rows = 0;
+};
+
+Status DecodeKnown(std::span<const std::uint8_t> bytes, std::uint64_t mostPixels, PictureRows& rows)
 {
   switch (TypeOfPicture(bytes))
   {
     case PictureType::Jpeg:
-      return DecodeJpeg(bytes, mostPixels);
+      return DecodeJpeg(bytes, mostPixels, rows);
     case PictureType::Png:
-      return DecodePng(bytes, mostPixels);
+      return DecodePng(bytes, mostPixels, rows);
     case PictureType::Webp:
-      return DecodeWebp(bytes, mostPixels);
+      return DecodeWebp(bytes, mostPixels, rows);
     case PictureType::Unknown:
       break;
   }
@@ -88,9 +115,28 @@ Result<Picture> DecodeKnown(std::span<const std::uint8_t> bytes, std::uint64_t m
 
 Result<Picture> DecodePicture(std::span<const std::uint8_t> bytes, std::uint64_t mostPixels)
 {
+  Picture picture;
+  RowsOfPicture rows(picture);
+  KDSTREAM_TRY(DecodePictureRows(bytes, mostPixels, rows));
+  return picture;
+}
+
+Status TellRows(const Picture& picture, PictureRows& rows)
+{
+  bool goes = rows.Begin(picture.width, picture.height, picture.components);
+  for (std::size_t y = 0; goes && y < picture.height; ++y)
+  {
+    goes = rows.AddRow(&picture.texels[y * picture.width * picture.components]);
+  }
+  return goes ? Status{} : rows.Why();
+}
+
+Status DecodePictureRows(
+  std::span<const std::uint8_t> bytes, std::uint64_t mostPixels, PictureRows& rows)
+{
   try
   {
-    return DecodeKnown(bytes, mostPixels);
+    return DecodeKnown(bytes, mostPixels, rows);
   }
   catch (const std::bad_alloc&)
   {

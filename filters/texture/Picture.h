@@ -4,6 +4,7 @@
 
 #include "filters/core/Result.h"
 
+#include <array>
 #include <cstddef>
 #include <cstdint>
 #include <span>
@@ -20,6 +21,14 @@ struct Picture
   std::size_t components = 3;        // 1-4
   std::vector<std::uint8_t> texels;
 };
+
+// The texel of any picture as RGBA.
+inline std::array<std::uint8_t, 4> RgbaOf(const std::uint8_t* texel, std::size_t components)
+{
+  const bool grey = components < 3;
+  return { texel[0], texel[grey ? 0 : 1], texel[grey ? 0 : 2],
+    components % 2 == 0 ? texel[components - 1] : std::uint8_t{ 255 } };
+}
 
 enum class PictureType
 {
@@ -47,11 +56,31 @@ inline constexpr std::uint64_t mostPicturePixels = std::uint64_t{ 1 } << 30;
 Result<Picture> DecodePicture(
   std::span<const std::uint8_t> bytes, std::uint64_t mostPixels = mostPicturePixels);
 
-// One format each, for DecodePicture.
+// Who takes a picture as it is decoded. False: it cannot; it keeps why.
+class PictureRows
+{
+public:
+  virtual ~PictureRows() = default;
+  // Once, before the rows.
+  virtual bool Begin(std::size_t width, std::size_t height, std::size_t components) = 0;
+  // From above down, width × components bytes.
+  virtual bool AddRow(const std::uint8_t* texels) = 0;
+  virtual Status Why() const = 0;
+};
 
-Result<Picture> DecodeJpeg(std::span<const std::uint8_t> bytes, std::uint64_t mostPixels);
-Result<Picture> DecodePng(std::span<const std::uint8_t> bytes, std::uint64_t mostPixels);
-Result<Picture> DecodeWebp(std::span<const std::uint8_t> bytes, std::uint64_t mostPixels);
+// The same row by row. Peak memory: a row, and what the library needs; but of an interlaced PNG and
+// of a WebP the texels. Errors: as above, when some rows may have been told; rows.Why().
+Status DecodePictureRows(
+  std::span<const std::uint8_t> bytes, std::uint64_t mostPixels, PictureRows& rows);
+
+// One format each, for DecodePictureRows.
+
+Status DecodeJpeg(std::span<const std::uint8_t> bytes, std::uint64_t mostPixels, PictureRows& rows);
+Status DecodePng(std::span<const std::uint8_t> bytes, std::uint64_t mostPixels, PictureRows& rows);
+Status DecodeWebp(std::span<const std::uint8_t> bytes, std::uint64_t mostPixels, PictureRows& rows);
+
+// All rows of a picture in memory. Errors: rows.Why().
+Status TellRows(const Picture& picture, PictureRows& rows);
 
 // Whether so many pixels may be decoded. Errors: LimitExceeded with the size; InvalidInput for
 // none.

@@ -15,12 +15,40 @@ namespace kdstream
 using PlaceInPicture = std::array<double, 2>; // 0-1 from the left and from above; any number
 using Texel = std::array<std::uint8_t, 4>;    // RGBA, sRGB
 
+// How texels lie: row by row, or in squares (PaintFolder.h).
+struct TexelLayout
+{
+  static constexpr std::size_t squareSide = 64;
+  static constexpr std::size_t squareBytes = 4 * squareSide * squareSide;
+
+  std::size_t width = 0, height = 0, components = 0;
+  const std::uint8_t* texels = nullptr;
+  bool squares = false; // of RGBA
+
+  const std::uint8_t* At(std::size_t column, std::size_t row) const
+  {
+    if (!this->squares)
+    {
+      return this->texels + (row * this->width + column) * this->components;
+    }
+    const std::size_t across = (this->width + squareSide - 1) / squareSide;
+    const std::size_t square = row / squareSide * across + column / squareSide;
+    return this->texels + square * squareBytes +
+           4 * (row % squareSide * squareSide + column % squareSide);
+  }
+};
+
 // Nearest texels: nothing is mixed but by who asks. The picture must outlive it.
 class PictureTexels
 {
 public:
   explicit PictureTexels(const Picture& picture)
-    : Source(picture)
+    : PictureTexels(
+        TexelLayout{ picture.width, picture.height, picture.components, picture.texels.data() })
+  {
+  }
+  explicit PictureTexels(const TexelLayout& layout)
+    : Source(layout)
     , Linear(LinearOfBytes())
   {
   }
@@ -29,10 +57,10 @@ public:
 
   Texel At(const PlaceInPicture& place, TextureWrap wrapU, TextureWrap wrapV) const
   {
-    const Picture& p = this->Source;
+    const TexelLayout& p = this->Source;
     const std::size_t column = Cell(place[0], p.width, wrapU);
     const std::size_t row = Cell(place[1], p.height, wrapV);
-    const std::uint8_t* const texel = &p.texels[(row * p.width + column) * p.components];
+    const std::uint8_t* const texel = p.At(column, row);
     const bool grey = p.components < 3;
     const std::uint8_t alpha = p.components % 2 == 0 ? texel[p.components - 1] : 255;
     return { texel[0], texel[grey ? 0 : 1], texel[grey ? 0 : 2], alpha };
@@ -88,7 +116,7 @@ private:
                       : 0;
   }
 
-  const Picture& Source;
+  const TexelLayout Source;
   const std::array<double, 256>& Linear;
 };
 

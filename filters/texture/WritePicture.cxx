@@ -3,6 +3,7 @@
 
 #include <cstdio>
 #include <cstdlib>
+#include <string>
 
 #include <jpeglib.h>
 #include <png.h>
@@ -63,7 +64,7 @@ std::vector<std::uint8_t> EncodePng(const Picture& picture)
   return bytes;
 }
 
-std::vector<std::uint8_t> EncodeWebp(const Picture& picture)
+std::vector<std::uint8_t> EncodeLosslessWebp(const Picture& picture)
 {
   const bool grey = picture.components < 3, alpha = picture.components % 2 == 0;
   std::vector<std::uint8_t> wide;
@@ -87,7 +88,44 @@ std::vector<std::uint8_t> EncodePicture(const Picture& picture, PictureType type
 {
   return type == PictureType::Jpeg  ? EncodeJpeg(picture)
          : type == PictureType::Png ? EncodePng(picture)
-                                    : EncodeWebp(picture);
+                                    : EncodeLosslessWebp(picture);
+}
+
+Result<std::vector<std::uint8_t>> EncodeWebp(const Picture& picture, unsigned quality, bool alpha)
+{
+  const Error failed{ ErrorCode::LimitExceeded, "a picture of " + std::to_string(picture.width) +
+                                                  " x " + std::to_string(picture.height) +
+                                                  " texels cannot be encoded as WebP" };
+  WebPConfig config;
+  WebPPicture input;
+  if (picture.width > WEBP_MAX_DIMENSION || picture.height > WEBP_MAX_DIMENSION ||
+      !WebPConfigInit(&config) || !WebPPictureInit(&input))
+  {
+    return failed;
+  }
+  config.quality = quality == 0 ? 30.0F : float(quality); // of a lossless one: how hard it tries
+  config.lossless = quality == 0;
+  config.exact = 1;
+  config.method = 2;
+  input.use_argb = config.lossless;
+  input.width = static_cast<int>(picture.width);
+  input.height = static_cast<int>(picture.height);
+  WebPMemoryWriter writer;
+  WebPMemoryWriterInit(&writer);
+  input.writer = WebPMemoryWrite;
+  input.custom_ptr = &writer;
+  const int stride = 4 * input.width;
+  const bool encoded = (alpha ? WebPPictureImportRGBA : WebPPictureImportRGBX)(
+                         &input, picture.texels.data(), stride) &&
+                       WebPEncode(&config, &input);
+  WebPPictureFree(&input);
+  Result<std::vector<std::uint8_t>> bytes = failed;
+  if (encoded)
+  {
+    bytes = std::vector<std::uint8_t>(writer.mem, writer.mem + writer.size);
+  }
+  WebPMemoryWriterClear(&writer);
+  return bytes;
 }
 
 }

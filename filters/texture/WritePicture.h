@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Pictures as files: for kdstream-generate and tests.
+// Pictures as files: of texture tiles, and for kdstream-generate and tests.
 #pragma once
 
+#include "filters/core/Result.h"
 #include "filters/texture/Picture.h"
 
 #include <cstdint>
@@ -14,5 +15,10 @@ namespace kdstream
 // 90). The same bytes for the same picture and versions of the libraries. REQUIRES: a known type;
 // what it can hold.
 std::vector<std::uint8_t> EncodePicture(const Picture& picture, PictureType type);
+
+// A WebP of a quality of 1-100, or lossless (0), of an RGBA picture; alpha: whether it is kept (its
+// texels bit for bit where lossless, also those of alpha 0), else it is an RGB. Errors:
+// LimitExceeded for sides above 16383, or where there is no memory.
+Result<std::vector<std::uint8_t>> EncodeWebp(const Picture& picture, unsigned quality, bool alpha);
 
 }

@@ -151,7 +151,7 @@ bool Routes::Takes(const HttpRequest& request) const
   }
   const auto resource = protocol::ParseResourcePath(PathOf(request.target));
   return resource && resource->kind == protocol::ResourcePath::Kind::Blob &&
-         resource->blob.kind == protocol::BlobKind::Partition;
+         protocol::IsOfOriginal(resource->blob);
 }
 
 HttpResponse Routes::AnswerAdmin(const HttpRequest& request) const

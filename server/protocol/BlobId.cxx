@@ -24,6 +24,7 @@ bool IsValid(const BlobId& blob)
     case BlobKind::Level:
       return blob.level <= maximumDepth && blob.number >= 1 && blob.number < nodeEnd;
     case BlobKind::Partition:
+    case BlobKind::Texture:
       return blob.level == 0 && blob.number < partitionEnd;
   }
   return false;
@@ -41,6 +42,8 @@ std::string BlobName(const BlobId& blob)
       return "levels/" + std::to_string(blob.level) + "/" + std::to_string(blob.number);
     case BlobKind::Partition:
       return "partitions/" + std::to_string(blob.number);
+    case BlobKind::Texture:
+      return "textures/" + std::to_string(blob.number);
   }
   return {};
 }
@@ -69,10 +72,11 @@ Result<BlobId> ParseBlobName(std::string_view name)
     return node ? Result<BlobId>(BlobId::LevelPiece(static_cast<std::uint8_t>(*depth), *node))
                 : bad("not a tree node", parts[2]);
   }
-  if (parts.size() == 2 && parts[0] == "partitions")
+  if (parts.size() == 2 && (parts[0] == "partitions" || parts[0] == "textures"))
   {
+    const BlobKind kind = parts[0] == "textures" ? BlobKind::Texture : BlobKind::Partition;
     const auto partition = ParseDecimal(parts[1], 0, partitionEnd - 1);
-    return partition ? Result<BlobId>(BlobId::Partition(*partition))
+    return partition ? Result<BlobId>(BlobId{ kind, 0, *partition })
                      : bad("no partition", parts[1]);
   }
   return Error{ ErrorCode::NotFound, "no blob is called " + Quoted(name) };

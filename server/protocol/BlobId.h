@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Which blob of a model: a page of the tree, boxes of partitions, a piece of a level, or a
-// partition of the original.
+// Which blob of a model: a page of the tree, boxes of partitions, a piece of a level, a
+// partition of the original, or the texture of one.
 //
 // Blobs are the only data of the protocol: everything else names or describes them. The names below
 // are the same in URLs ("/api/models/dragon/DIGEST/levels/7/1"), error messages and logs.
@@ -24,7 +24,8 @@ enum class BlobKind : std::uint8_t
   Tree = 0,
   Level = 1,
   Partition = 2,
-  Boxes = 3
+  Boxes = 3,
+  Texture = 4
 };
 
 struct BlobId
@@ -32,7 +33,7 @@ struct BlobId
   BlobKind kind = BlobKind::Tree;
   std::uint8_t level = 0;   // of a Level, 0 for the others
   std::uint32_t number = 1; // node of a tree page, of boxes or of a level's piece (from 1); number
-                            // of a partition (from 0)
+                            // of a partition, also of its texture (from 0)
   auto operator<=>(const BlobId&) const = default;
 
   static constexpr BlobId TreePage(std::uint32_t node) { return { BlobKind::Tree, 0, node }; }
@@ -48,13 +49,23 @@ struct BlobId
   {
     return { BlobKind::Partition, 0, number };
   }
+  static constexpr BlobId Texture(std::uint32_t partition)
+  {
+    return { BlobKind::Texture, 0, partition };
+  }
 };
 
 // Whether the numbers are in the ranges that any model could have (whether a model has it is for
 // its server).
 bool IsValid(const BlobId& blob);
 
-// "tree/1", "boxes/1", "levels/7/1", "partitions/12". REQUIRES: IsValid(blob).
+// Whether it has some of the original's surface: a partition or its texture.
+constexpr bool IsOfOriginal(const BlobId& blob)
+{
+  return blob.kind == BlobKind::Partition || blob.kind == BlobKind::Texture;
+}
+
+// "tree/1", "boxes/1", "levels/7/1", "partitions/12", "textures/12". REQUIRES: IsValid(blob).
 std::string BlobName(const BlobId& blob);
 
 // The inverse, strict: decimal numbers without sign, leading zeros or surrounding characters, in

@@ -7,6 +7,7 @@
 //   /api/models/{id}/{digest}/tree/{node}           a page of its tree
 //   /api/models/{id}/{digest}/levels/{d}/{node}     a piece of level d
 //   /api/models/{id}/{digest}/partitions/{p}        a partition of the original
+//   /api/models/{id}/{digest}/textures/{p}          its texture
 //
 // A blob's path never changes its content: another build of the model has another digest.
 #pragma once

@@ -81,6 +81,21 @@ Result<BlobList> ListPartitions(
   return list;
 }
 
+// The texture of a partition.
+Result<BlobList> ListTexture(const ModelDescription& model, std::uint32_t partition)
+{
+  BlobList list;
+  list.kind = BlobKind::Texture;
+  list.numbers = { partition };
+  list.count = 1;
+  if (!model.textures || partition >= model.partitions)
+  {
+    return NoBlob(model, BlobId::Texture(partition));
+  }
+  list.estimatedBytes = model.textures->bytes / model.partitions;
+  return list;
+}
+
 // Pages of the tree, or boxes of partitions.
 Result<BlobList> ListNodes(
   const ModelDescription& model, BlobKind kind, const std::vector<std::uint32_t>& nodes)
@@ -111,8 +126,9 @@ Result<BlobList> ListAnyBlobs(const ModelDescription& model, const std::vector<B
   for (const BlobId& blob : blobs)
   {
     const auto one = blob.kind == BlobKind::Level ? ListLevel(model, blob.level, { blob.number })
-                     : blob.kind == BlobKind::Partition
-                       ? ListPartitions(model, { blob.number })
+                     : blob.kind == BlobKind::Partition ? ListPartitions(model, { blob.number })
+                     : blob.kind == BlobKind::Texture
+                       ? ListTexture(model, blob.number)
                        : ListNodes(model, blob.kind, { blob.number });
     KDSTREAM_TRY(one);
     list.estimatedBytes += one->estimatedBytes;

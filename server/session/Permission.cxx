@@ -27,6 +27,7 @@ ModelDetail DetailOf(const ModelDescription& model, const BlobId& blob)
     case BlobKind::Tree: // the first page already tells of pieces of the next levels
       return ModelDetail::Levels;
     case BlobKind::Partition:
+    case BlobKind::Texture:
     case BlobKind::Boxes:
       break;
   }

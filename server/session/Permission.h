@@ -56,9 +56,10 @@ public:
   // Whether a blob has to be taken by TakePartition before it is sent.
   bool IsCounted(const protocol::BlobId& blob) const
   {
-    return this->Ledger && blob.kind == protocol::BlobKind::Partition;
+    return this->Ledger && protocol::IsOfOriginal(blob);
   }
-  // Enters that the client gets it. 403 or 429 beyond a quota, 503. Waits for a disk.
+  // Enters that the client gets the partition, or its texture: it counts once. 403 or 429 beyond a
+  // quota, 503. Waits for a disk.
   Refused TakePartition(
     const ModelDescription& model, std::uint32_t partition, std::uint64_t bytes) const;
   Refused TakeRegion(const ModelDescription& model) const;

@@ -143,6 +143,8 @@ private:
         return this->Source->TreePageBlobSize(blob.number);
       case protocol::BlobKind::Boxes:
         return this->Source->BoxesBlobSize(blob.number);
+      case protocol::BlobKind::Texture:
+        return this->Source->TextureBlobSize(blob.number);
       default:
         return this->OfPiece(blob, [this](PieceId id) { return this->Source->PieceBlobSize(id); });
     }
@@ -187,9 +189,10 @@ private:
       [&]() -> Result<BlobBytes>
       {
         auto bytes =
-          blob.kind == protocol::BlobKind::Tree ? this->Source->ReadTreePageBlob(blob.number)
-          : blob.kind == protocol::BlobKind::Boxes
-            ? this->Source->ReadBoxesBlob(blob.number)
+          blob.kind == protocol::BlobKind::Tree    ? this->Source->ReadTreePageBlob(blob.number)
+          : blob.kind == protocol::BlobKind::Boxes ? this->Source->ReadBoxesBlob(blob.number)
+          : blob.kind == protocol::BlobKind::Texture
+            ? this->Source->ReadTextureBlob(blob.number)
             : this->OfPiece(blob, [this](PieceId id) { return this->Source->ReadPieceBlob(id); });
         KDSTREAM_TRY(bytes);
         KDSTREAM_TRY(CheckSize(blob, bytes->size()));

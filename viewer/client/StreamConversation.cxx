@@ -93,12 +93,15 @@ void StreamConversation::Queue(std::uint32_t request, decltype(protocol::ClientM
 }
 
 // Asks for blobs one by one, in as many messages as it takes: by their numbers where all are of one
-// kind and level, by their names otherwise.
+// kind and level, by their names otherwise, and textures.
 void StreamConversation::QueueLists(std::uint32_t request, const std::vector<BlobId>& blobs)
 {
   const bool alike = std::all_of(blobs.begin(), blobs.end(),
     [&](const BlobId& blob)
-    { return blob.kind == blobs.front().kind && blob.level == blobs.front().level; });
+    {
+      return blob.kind == blobs.front().kind && blob.level == blobs.front().level &&
+             blob.kind != BlobKind::Texture;
+    });
   for (std::size_t i = 0; !alike && i < blobs.size(); i += longestListOfNames)
   {
     const auto begin = blobs.begin() + static_cast<std::ptrdiff_t>(i);
@@ -128,6 +131,8 @@ void StreamConversation::QueueLists(std::uint32_t request, const std::vector<Blo
         break;
       case BlobKind::Partition:
         this->Queue(request, protocol::PartitionsRequest{ std::move(numbers) });
+        break;
+      case BlobKind::Texture: // by their names
         break;
     }
   }

@@ -198,12 +198,30 @@ Result<std::vector<SessionStep>> ReadReplay(const std::string& file)
   return steps;
 }
 
+// Errors: NotFound where the model of the scene has no such array.
+Status CheckColors(const ColorChoice& colors, const ViewerScene& scene)
+{
+  const bool isOpen = !scene.box.Empty();
+  if (!isOpen || ColoringOf(colors, scene.scalars).kind == colors.coloring)
+  {
+    return {};
+  }
+  std::string names;
+  for (const ScalarDescription& scalar : scene.scalars)
+  {
+    names += (names.empty() ? "'" : ", '") + scalar.name + "'";
+  }
+  return Error{ ErrorCode::NotFound, "the model has no array of numbers '" + colors.attribute +
+                                       "' to be coloured by; it has " +
+                                       (names.empty() ? "none" : names) };
+}
+
 Result<int> ViewHeadless(const std::string& program, const ViewOptions& line,
   const std::vector<SessionStep>& replay, ModelSource& source)
 {
   const auto first = At(line.source, FirstModel(line, replay, source.Models()));
   KDSTREAM_TRY(first);
-  SceneSettings settings{ line.coloring, line.occlusion };
+  SceneSettings settings{ line.colors, line.occlusion };
   const auto window = line.offscreen.empty()
                         ? SessionWindow::MakeOnScreen(line.width, line.height, settings)
                         : SessionWindow::MakeOffscreen(
@@ -233,6 +251,7 @@ Result<int> ViewHeadless(const std::string& program, const ViewOptions& line,
     const auto told = At(picture ? step.name : line.source, failures.Tell(step, player.Play(step)));
     KDSTREAM_TRY(told);
     Perform(step, settings);
+    KDSTREAM_TRY(At(line.source, CheckColors(settings.colors, session.Scene())));
     exitCode = std::max(exitCode, *told);
   }
   failures.TellOfTheRest();

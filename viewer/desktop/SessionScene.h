@@ -7,6 +7,7 @@
 #include "viewer/session/SessionTypes.h"
 
 #include <cstdint>
+#include <memory>
 #include <optional>
 
 namespace kdstream
@@ -17,7 +18,9 @@ class SessionScene
 public:
   // For vtkRenderWindow::AddRenderer. It stays the same.
   vtkRenderer& Renderer() { return this->Scene.Renderer(); }
-  void SetStyle(const SceneStyle& style) { this->Scene.SetStyle(style); }
+  // From the next picture on; occlusion: SceneStyle. The colours are the choice's for whatever
+  // model is shown (ColoringOf).
+  void SetLook(const ColorChoice& colors, bool occlusion);
 
   // Takes surface and camera. Only a surface that has changed since the last time costs anything.
   // Errors: those of SurfaceScene.
@@ -28,8 +31,12 @@ public:
 
 private:
   SurfaceScene Scene;
+  ColorChoice Colors;
+  bool HasOcclusion = false;
+  ScalarDescriptions Scalars; // of the scene
   Vec3 Middle{};
   std::optional<std::uint64_t> ShownVersion;
+  std::shared_ptr<const TileList> ShownTiles;
 };
 
 }

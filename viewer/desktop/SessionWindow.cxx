@@ -46,7 +46,7 @@ void SessionWindow::Resize(const Viewport& view)
 void SessionWindow::SetSettings(const SceneSettings& settings)
 {
   this->How = settings;
-  this->Scene.SetStyle({ settings.coloring, false, settings.occlusion });
+  this->Scene.SetLook(settings.colors, settings.occlusion);
 }
 
 Status SessionWindow::Show(const ViewerScene& scene, const std::vector<Box>& regionBoxes)

@@ -2,7 +2,7 @@
 // Settings of a look as steps of a session file: see SettingSteps.h.
 #include "viewer/desktop/SettingSteps.h"
 
-#include <array>
+#include <optional>
 #include <string>
 
 namespace kdstream
@@ -12,25 +12,6 @@ namespace
 
 using Kind = SessionStep::Kind;
 
-constexpr std::array<SurfaceColoring, 4> allColorings{ SurfaceColoring::Own, SurfaceColoring::Stone,
-  SurfaceColoring::Partition, SurfaceColoring::Resolution };
-
-}
-
-const char* NameOf(SurfaceColoring coloring)
-{
-  switch (coloring)
-  {
-    case SurfaceColoring::Stone:
-      return "none";
-    case SurfaceColoring::Partition:
-      return "partition";
-    case SurfaceColoring::Resolution:
-      return "resolution";
-    case SurfaceColoring::Own:
-      break;
-  }
-  return "own";
 }
 
 const char* NameOf(DetailMode detail)
@@ -38,9 +19,9 @@ const char* NameOf(DetailMode detail)
   return detail == DetailMode::Level ? "level" : detail == DetailMode::Full ? "full" : "view";
 }
 
-SessionStep ColoringStep(SurfaceColoring coloring)
+SessionStep ColorsStep(const ColorChoice& colors)
 {
-  return { Kind::Colors, {}, NameOf(coloring) };
+  return { Kind::Colors, {}, FormatColors(colors) };
 }
 
 SessionStep LightStep(bool occlusion)
@@ -76,7 +57,7 @@ SessionStep BudgetsStep(std::uint64_t triangles, std::uint64_t memory)
 std::string LinkTo(const ViewerSession& session, const SceneSettings& settings)
 {
   ViewLink link = session.Link();
-  link.colors = settings.coloring == SurfaceColoring::Own ? "" : NameOf(settings.coloring);
+  link.colors = settings.colors == ColorChoice{} ? "" : FormatColors(settings.colors);
   link.light = settings.occlusion ? "" : "plain";
   return FormatViewLink(link);
 }
@@ -91,13 +72,8 @@ void Perform(const SessionStep& step, SceneSettings& settings)
   {
     settings.boxes = step.name == "on";
   }
-  for (const SurfaceColoring coloring : allColorings)
-  {
-    if (step.kind == Kind::Colors && step.name == NameOf(coloring))
-    {
-      settings.coloring = coloring;
-    }
-  }
+  const auto colors = step.kind == Kind::Colors ? ParseColors(step.name) : std::nullopt;
+  settings.colors = colors ? *colors : settings.colors;
 }
 
 }

@@ -6,6 +6,7 @@
 #include "viewer/rendering/SurfaceScene.h"
 #include "viewer/session/SessionFile.h"
 #include "viewer/session/ViewerSession.h"
+#include "viewer/session/look/Coloring.h"
 
 #include <cstdint>
 #include <string>
@@ -16,18 +17,16 @@ namespace kdstream
 // How a scene is drawn: what no session knows.
 struct SceneSettings
 {
-  SurfaceColoring coloring = SurfaceColoring::Own;
+  ColorChoice colors;
   bool occlusion = true;
   bool boxes = false; // of the region's partitions
   bool operator==(const SceneSettings&) const = default;
 };
 
-// As the options of kdstream-view name them: "own", "none", "partition", "resolution"; "view",
-// "level", "full".
-const char* NameOf(SurfaceColoring coloring);
+// As the options of kdstream-view name them: "view", "level", "full".
 const char* NameOf(DetailMode detail);
 
-SessionStep ColoringStep(SurfaceColoring coloring);
+SessionStep ColorsStep(const ColorChoice& colors);
 SessionStep LightStep(bool occlusion);
 SessionStep BoxesStep(bool boxes);
 SessionStep DetailStep(DetailMode detail);

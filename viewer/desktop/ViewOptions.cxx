@@ -60,17 +60,6 @@ void AddPictureOptions(CLI::App& app, ViewOptions& line)
     ->type_name("WxH")
     ->default_str("1280x720")
     ->group(group);
-  const std::map<std::string, SurfaceColoring> colorings{ { "own", SurfaceColoring::Own },
-    { "none", SurfaceColoring::Stone }, { "partition", SurfaceColoring::Partition },
-    { "resolution", SurfaceColoring::Resolution } };
-  app
-    .add_option("--colour-by", line.coloring,
-      "colours of the surface: own (the model's, where it has some), none, or one for each "
-      "partition or resolution")
-    ->transform(CLI::CheckedTransformer(colorings).description(""))
-    ->type_name("own|none|partition|resolution")
-    ->default_str("own")
-    ->group(group);
   const std::map<std::string, bool> lights{ { "relief", true }, { "plain", false } };
   app
     .add_option("--light", line.occlusion,
@@ -83,6 +72,63 @@ void AddPictureOptions(CLI::App& app, ViewOptions& line)
   app.add_option("--screenshot", line.screenshot, "write what is shown at the end (NAME.png)")
     ->check(CLI::Validator(CheckPicture, ""))
     ->type_name("FILE")
+    ->group(group);
+}
+
+// "own", …, or the name of an array, which may be written as links have it too, if it is one of
+// these.
+ColorChoice ColorsOf(const std::string& text, ColorChoice colors)
+{
+  const auto told = ParseColors(text);
+  colors.coloring = told ? told->coloring : SurfaceColoring::Attribute;
+  colors.attribute = told ? told->attribute : text;
+  return colors;
+}
+
+void AddColorOptions(CLI::App& app, ViewOptions& line)
+{
+  const char* const group = "Picture";
+  const auto take = [&line](const std::string& text)
+  {
+    if (!IsAttributeName(text))
+    {
+      throw CLI::ValidationError("--colour-by", "'" + text + "' is no name of an array");
+    }
+    line.colors = ColorsOf(text, line.colors);
+  };
+  CLI::Option* const by = app.add_option_function<std::string>("--colour-by,--color-by", take,
+    "colours of the surface: own (the model's, where it has some), none, one for each partition or "
+    "resolution, or what an array of numbers says, of this NAME (kdstream-store info lists them)");
+  by->type_name("own|none|partition|resolution|NAME")->default_str("own")->group(group);
+  std::map<std::string, ColorMap> maps;
+  for (const ColorMap map : allColorMaps)
+  {
+    maps[std::string(NameOf(map))] = map;
+  }
+  app
+    .add_option("--colour-map,--color-map", line.colors.map,
+      "of the array's numbers; diverging: for what lies to either side of the middle")
+    ->transform(CLI::CheckedTransformer(maps).description(""))
+    ->type_name("viridis|cividis|diverging")
+    ->default_str("viridis")
+    ->needs(by)
+    ->group(group);
+  app
+    .add_option_function<std::string>(
+      "--colour-range,--color-range",
+      [&line](const std::string& text)
+      {
+        line.colors.range = ParseRange(text, ',');
+        if (!line.colors.range)
+        {
+          throw CLI::ValidationError(
+            "--colour-range", "'" + text + "' is not LOW,HIGH, two numbers, the first one less");
+        }
+      },
+      "which of the array's numbers the ends of the map stand for [default: the 2nd and the 98th "
+      "percentile]")
+    ->type_name("LOW,HIGH")
+    ->needs(by)
     ->group(group);
 }
 
@@ -194,6 +240,7 @@ void AddViewOptions(CLI::App& app, ViewOptions& line)
     ->group(model);
   AddDetailOptions(app, line);
   AddPictureOptions(app, line);
+  AddColorOptions(app, line);
   AddSessionFiles(app, line);
   AddCacheOptions(app, line);
 }
@@ -258,10 +305,10 @@ Status TakeLink(ViewOptions& options)
       "the link is to a view of '" + link->model + "', and not of --model " + options.model };
   }
   options.model = link->model;
-  SceneSettings scene{ options.coloring, options.occlusion };
+  SceneSettings scene{ options.colors, options.occlusion };
   Perform({ SessionStep::Kind::Colors, {}, link->colors }, scene);
   Perform({ SessionStep::Kind::Light, {}, link->light }, scene);
-  options.coloring = scene.coloring;
+  options.colors = scene.colors;
   options.occlusion = link->light.empty() ? options.occlusion : scene.occlusion;
   return {};
 }

@@ -6,6 +6,7 @@
 #include "filters/program/Program.h"
 #include "viewer/rendering/SurfaceScene.h"
 #include "viewer/session/ViewerSession.h"
+#include "viewer/session/look/Coloring.h"
 
 #include <cstdint>
 #include <string>
@@ -26,7 +27,7 @@ struct ViewOptions
   DetailMode detail = DetailMode::View;
   std::uint64_t triangles = RefinementOptions().triangles;
   std::uint64_t memory = std::uint64_t{ 1 } << 30;
-  SurfaceColoring coloring = SurfaceColoring::Own;
+  ColorChoice colors;
   bool occlusion = true;
   int width = 1280, height = 720;
 

@@ -65,6 +65,12 @@ GlesChunk UploadChunk(const SurfaceChunk& content)
     glEnableVertexAttribArray(AttributePlace::away);
     glEnableVertexAttribArray(AttributePlace::formerNormal);
   }
+  if (!content.places.empty())
+  {
+    chunk.buffers[4] = MakeBuffer(chunk, GL_ARRAY_BUFFER, content.places);
+    glVertexAttribPointer(AttributePlace::place, 2, GL_FLOAT, GL_FALSE, 0, nullptr);
+    glEnableVertexAttribArray(AttributePlace::place);
+  }
   if (!content.indices.empty())
   {
     chunk.buffers[2] = MakeBuffer(chunk, GL_ELEMENT_ARRAY_BUFFER, content.indices);

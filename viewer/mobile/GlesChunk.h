@@ -19,14 +19,16 @@ enum AttributePlace : GLuint // as `location` in GlesShaders.h
   color = 2,
   radius = 3,
   away = 4,
-  formerNormal = 5
+  formerNormal = 5,
+  place = 6
 };
 
 struct GlesChunk
 {
   GLuint vertexArray = 0;
-  // Of vertices, colours (0 without), indices or radii of a cloud, and glides (0 without).
-  std::array<GLuint, 4> buffers{};
+  // Of vertices, colours (0 without), indices or radii of a cloud, and (0 without) glides and
+  // places in a texture.
+  std::array<GLuint, 5> buffers{};
   GLsizei count = 0;       // of indices, or points of a cloud
   std::size_t bytes = 0;   // of all buffers, and
   std::size_t gliding = 0; // of that of glides

@@ -62,9 +62,10 @@ Result<GLuint> GlesPrograms::Surface(std::size_t kind)
     const bool isCloud = (kind & cloud) != 0;
     const char* isCut = (kind & cut) != 0 ? "#define CUT\n" : "";
     const char* hasRelief = (kind & relief) != 0 ? "#define RELIEF\n" : "";
+    const char* isPainted = (kind & paint) != 0 ? "#define PAINT\n" : "";
     const auto made = MakeProgram(isCloud ? "cloud's" : "surface's",
-      { shaders::header, isCut, shaders::surfaceVertex },
-      { shaders::header, isCut, hasRelief, shaders::light,
+      { shaders::header, isCut, isPainted, shaders::surfaceVertex },
+      { shaders::header, isCut, hasRelief, isPainted, shaders::light,
         isCloud ? shaders::cloudFragment : shaders::surfaceFragment });
     KDSTREAM_TRY(made);
     program = *made;

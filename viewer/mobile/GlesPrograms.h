@@ -22,6 +22,7 @@ public:
   static constexpr std::size_t cloud = 1;
   static constexpr std::size_t cut = 2;    // by a section
   static constexpr std::size_t relief = 4; // not of clouds
+  static constexpr std::size_t paint = 8;  // by a texture; not of clouds
 
   // Errors: Unsupported where no context of OpenGL ES 3.0 or WebGL 2 is current, or a shader is
   // refused, with what the driver says.
@@ -44,7 +45,7 @@ private:
   GlesPrograms() = default;
 
   GLuint Gradient = 0, Filling = 0, Empty = 0;
-  std::array<GLuint, 8> Surfaces{}; // by kind; 0: not yet
+  std::array<GLuint, 16> Surfaces{}; // by kind; 0: not yet
 };
 
 void SetVector(GLuint program, const char* name, const Vec3& v);

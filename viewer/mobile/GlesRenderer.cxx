@@ -25,15 +25,35 @@ namespace kdstream
 
 struct GlesRenderer::Part
 {
-  DrawnSurface::Part drawn;         // nothing of a cloud, whose splats depend on all of it
-  const Surface* surface = nullptr; // while it is uploaded,
-  std::span<const float> radii;     // and so long of a cloud
-  Box bounds;                       // relative to Center, not scaled
+  DrawnSurface::Part drawn;                  // nothing of a cloud, whose splats depend on all of it
+  const Surface* surface = nullptr;          // while it is uploaded,
+  std::span<const float> radii;              // and so long of a cloud
+  Box bounds;                                // relative to Center, not scaled
+  std::shared_ptr<const TextureTile> tile{}; // that paints it; or null
+  GLuint texture = 0;                        // of its picture
   std::vector<GlesChunk> chunks;
 };
 
 namespace
 {
+
+GlesRenderer::TileUpload uploadTile = nullptr;
+
+// With one texel of no colour. Charts have a margin that is enough for halves and quarters.
+GLuint MakeTexture()
+{
+  constexpr std::array<std::uint8_t, 4> nothing{};
+  GLuint texture = 0;
+  glGenTextures(1, &texture);
+  glBindTexture(GL_TEXTURE_2D, texture);
+  glTexImage2D(GL_TEXTURE_2D, 0, GL_RGBA, 1, 1, 0, GL_RGBA, GL_UNSIGNED_BYTE, nothing.data());
+  glTexParameteri(GL_TEXTURE_2D, GL_TEXTURE_MIN_FILTER, GL_LINEAR_MIPMAP_NEAREST);
+  glTexParameteri(GL_TEXTURE_2D, GL_TEXTURE_MAG_FILTER, GL_LINEAR);
+  glTexParameteri(GL_TEXTURE_2D, GL_TEXTURE_WRAP_S, GL_CLAMP_TO_EDGE);
+  glTexParameteri(GL_TEXTURE_2D, GL_TEXTURE_WRAP_T, GL_CLAMP_TO_EDGE);
+  glTexParameteri(GL_TEXTURE_2D, GL_TEXTURE_MAX_LEVEL, 0);
+  return texture;
+}
 
 // Clears errors of other code. A lost context may report its error for ever.
 void ClearErrors()
@@ -64,6 +84,15 @@ template <class Part>
 void FreeChunks(const Part& part)
 {
   std::for_each(part.chunks.begin(), part.chunks.end(), FreeChunk);
+}
+
+template <class Part>
+void FreeTexture(const Part& part)
+{
+  if (part.texture != 0)
+  {
+    glDeleteTextures(1, &part.texture);
+  }
 }
 
 // The power of two that brings a length to 0.5 … 1: exact, and so floats round as they would
@@ -117,9 +146,47 @@ Result<std::unique_ptr<GlesRenderer>> GlesRenderer::Make()
 void GlesRenderer::Free()
 {
   std::for_each(this->Parts.begin(), this->Parts.end(), FreeChunks<Part>);
+  std::for_each(this->Parts.begin(), this->Parts.end(), FreeTexture<Part>);
   this->Parts.clear();
   this->Tried.reset();
   this->FreeCap();
+}
+
+void GlesRenderer::SetTileUpload(TileUpload upload)
+{
+  uploadTile = upload;
+}
+
+// Takes over the textures of tiles that paint parts still, lets go of the others, and then has
+// those brought that are new.
+void GlesRenderer::FollowTiles(std::vector<Part>& parts)
+{
+  for (Part& part : parts)
+  {
+    const auto before = std::find_if(this->Parts.begin(), this->Parts.end(),
+      [&part](const Part& each) { return part.tile && each.tile == part.tile; });
+    part.texture = before == this->Parts.end() ? 0 : std::exchange(before->texture, 0);
+  }
+  std::for_each(this->Parts.begin(), this->Parts.end(), FreeTexture<Part>);
+  for (Part& part : parts)
+  {
+    if (part.tile && part.texture == 0)
+    {
+      part.texture = MakeTexture();
+      uploadTile(part.texture, *part.tile);
+    }
+  }
+}
+
+// What paints a part, or null.
+std::shared_ptr<const TextureTile> GlesRenderer::TileOf(
+  const ViewerScene& scene, const SurfacePart& part) const
+{
+  if (!uploadTile || !scene.tiles || this->Colors.kind != SurfaceColoring::Own)
+  {
+    return nullptr;
+  }
+  return FindTile(*scene.tiles, part.piece);
 }
 
 void GlesRenderer::FreeCap()
@@ -157,12 +224,20 @@ std::size_t GlesRenderer::GraphicsBytes() const
     std::for_each(part.chunks.begin(), part.chunks.end(), add);
   }
   std::for_each(this->Cap.begin(), this->Cap.end(), add);
+  for (const Part& part : this->Parts)
+  {
+    bytes += part.texture == 0 ? 0 : std::size_t{ 4 } * part.tile->width * part.tile->height;
+  }
   return bytes;
 }
 
-void GlesRenderer::SetColoring(SurfaceColoring coloring)
+void GlesRenderer::SetColoring(const Coloring& coloring)
 {
-  this->Coloring = coloring;
+  if (!(coloring == this->Colors))
+  {
+    this->Colors = coloring;
+    ++this->ColorsVersion;
+  }
 }
 
 void GlesRenderer::SetGlided(double share)
@@ -198,18 +273,19 @@ Status GlesRenderer::Upload(const ViewerScene& scene)
     const Surface& surface = drawn.part->surface;
     if (isCloud)
     {
-      parts.push_back({ {}, &surface, {}, {}, {} });
+      parts.push_back({ {}, &surface, {}, {}, {}, 0, {} });
       parts.back().radii = std::span(radii).subspan(points, surface.points.size());
       points += surface.points.size();
     }
     else if (!surface.triangles.empty())
     {
-      parts.push_back({ drawn, &surface, {}, {}, {} });
+      parts.push_back({ drawn, &surface, {}, {}, this->TileOf(scene, *drawn.part), 0, {} });
     }
   }
   this->StopGliding();
   KDSTREAM_TRY(this->Place(scene, parts));
   std::for_each(this->Parts.begin(), this->Parts.end(), FreeChunks<Part>);
+  this->FollowTiles(parts);
   this->Parts = std::move(parts);
   ClearErrors();
   std::size_t unchecked = 0; // points
@@ -277,7 +353,7 @@ Status GlesRenderer::Place(const ViewerScene& scene, std::vector<Part>& parts)
   {
     Part* const before = findBefore(part);
     if (before && before->drawn.LooksLike(part.drawn) && scale == this->Scale &&
-        this->Coloring == this->Colored)
+        this->ColorsVersion == this->Colored && before->tile == part.tile)
     {
       std::swap(part.chunks, before->chunks);
     }
@@ -285,7 +361,7 @@ Status GlesRenderer::Place(const ViewerScene& scene, std::vector<Part>& parts)
   this->Center = center;
   this->Scale = scale;
   this->Depths = scene.depths;
-  this->Colored = this->Coloring;
+  this->Colored = this->ColorsVersion;
   this->Points = scene.surface->TriangleCount() == 0 ? scene.surface->PointCount() : 0;
   return {};
 }
@@ -294,7 +370,7 @@ void GlesRenderer::UploadPart(Part& part)
 {
   ChunkCutter cutter(*part.surface,
     part.drawn.normals ? UnitNormalsOf(*part.drawn.normals) : NormalsOf(*part.surface), part.radii,
-    this->Depths, this->Coloring, this->Center, this->Scale);
+    this->Depths, this->Colors, this->Center, this->Scale);
   part.bounds = Enlarged(part.bounds, cutter.LargestRadius());
   if (part.drawn.glide && this->Glided < 1)
   {
@@ -305,6 +381,10 @@ void GlesRenderer::UploadPart(Part& part)
       longest = std::max(longest, Length(part.drawn.glide->points[i] - part.surface->points[i]));
     }
     this->LongestWay = longest;
+  }
+  if (part.tile)
+  {
+    cutter.SetPaint(part.drawn.part->corners, *part.tile);
   }
   SurfaceChunk content;
   while (cutter.Next(content))
@@ -374,11 +454,25 @@ void GlesRenderer::Aim(GLuint program, const Sight& sight) const
   glEnable(GL_DEPTH_TEST);
 }
 
-// Into the bound framebuffer, `height` pixels high.
-void GlesRenderer::DrawChunks(const ViewerScene& scene, const Sight& sight, int height)
+// Into the bound framebuffer, `height` pixels high. paints: with textures, where there are any.
+void GlesRenderer::DrawChunks(const ViewerScene& scene, const Sight& sight, int height, bool paints)
+{
+  this->DrawChunksBy(0, scene, sight, height, !paints);
+  const bool hasTextures = std::any_of(
+    this->Parts.begin(), this->Parts.end(), [](const Part& part) { return part.texture != 0; });
+  if (paints && hasTextures)
+  {
+    this->DrawChunksBy(GlesPrograms::paint, scene, sight, height, false);
+  }
+  this->DrawCap(sight);
+}
+
+// Those that a texture paints, or the others, or all of them without.
+void GlesRenderer::DrawChunksBy(
+  std::size_t paint, const ViewerScene& scene, const Sight& sight, int height, bool all)
 {
   const bool isCloud = this->Points > 0;
-  std::size_t kind = isCloud ? GlesPrograms::cloud : 0;
+  std::size_t kind = paint + (isCloud ? GlesPrograms::cloud : 0);
   kind += scene.section ? GlesPrograms::cut : 0;
   kind += scene.lighting.relief > 0 && !isCloud ? GlesPrograms::relief : 0;
   const auto program = this->Compiled->Surface(kind);
@@ -406,17 +500,27 @@ void GlesRenderer::DrawChunks(const ViewerScene& scene, const Sight& sight, int 
       Vec3{ sight.nearest, sight.farthest, 1.0 / (sight.farthest - sight.nearest) });
   }
 
-  glUniform1f(glGetUniformLocation(*program, "smoothness"),
-    this->Coloring == SurfaceColoring::Own ? 1.0f : 0.0f);
+  glUniform1f(
+    glGetUniformLocation(*program, "smoothness"), this->Colors.IsOfPoints() ? 1.0f : 0.0f);
   glUniform1f(glGetUniformLocation(*program, "toGo"), static_cast<float>(1.0 - this->Glided));
   glVertexAttrib4f(AttributePlace::away, 0.0f, 0.0f, 0.0f, 0.0f);
   glVertexAttrib4f(AttributePlace::formerNormal, 0.0f, 0.0f, 0.0f, 0.0f);
   glVertexAttrib4f(AttributePlace::color, stoneColor[0] / 255.0f, stoneColor[1] / 255.0f,
     stoneColor[2] / 255.0f, 1.0f);
+  glActiveTexture(GL_TEXTURE0);
   for (const Part& part : this->Parts)
   {
     for (const GlesChunk& chunk : part.chunks)
     {
+      const bool isPainted = chunk.buffers[4] != 0;
+      if (!all && isPainted != (paint != 0))
+      {
+        continue;
+      }
+      if (paint != 0)
+      {
+        glBindTexture(GL_TEXTURE_2D, part.texture);
+      }
       glBindVertexArray(chunk.vertexArray);
       if (isCloud)
       {
@@ -428,7 +532,6 @@ void GlesRenderer::DrawChunks(const ViewerScene& scene, const Sight& sight, int 
       }
     }
   }
-  this->DrawCap(sight);
 }
 
 // What fills the section, in one colour.
@@ -471,8 +574,8 @@ void GlesRenderer::FollowCap(const ViewerScene& scene)
     return;
   }
   const UnitNormals unlit(scene.cap->points.size());
-  ChunkCutter cutter(
-    *scene.cap, unlit, {}, this->Depths, SurfaceColoring::Stone, this->Center, this->Scale);
+  const Coloring plain(SurfaceColoring::Stone);
+  ChunkCutter cutter(*scene.cap, unlit, {}, this->Depths, plain, this->Center, this->Scale);
   for (SurfaceChunk content; cutter.Next(content);)
   {
     this->Cap.push_back(UploadChunk(content));
@@ -497,7 +600,7 @@ bool GlesRenderer::DrawDepths(
   {
     return false;
   }
-  this->DrawChunks(scene, sight, HalfSide(viewport.height));
+  this->DrawChunks(scene, sight, HalfSide(viewport.height), false);
   glBindVertexArray(this->Compiled->EmptyArray());
   this->Occlusion->EndDepths(sight.projection, this->Facet * this->Scale);
   return true;
@@ -519,7 +622,7 @@ Status GlesRenderer::Draw(const ViewerScene& scene, const Viewport& viewport)
     KDSTREAM_TRY(compiled);
     this->Compiled = std::move(*compiled);
   }
-  const Content wanted{ scene.surfaceVersion, this->Coloring };
+  const Content wanted{ scene.surfaceVersion, this->ColorsVersion, scene.tiles };
   if (this->Tried != wanted)
   {
     this->Outcome = this->Upload(scene);
@@ -550,7 +653,7 @@ Status GlesRenderer::Draw(const ViewerScene& scene, const Viewport& viewport)
   this->DrawBackground();
   if (!this->Parts.empty())
   {
-    this->DrawChunks(scene, sight, viewport.height);
+    this->DrawChunks(scene, sight, viewport.height, true);
   }
   if (occludes)
   {

@@ -8,7 +8,7 @@
 
 #include "filters/core/Result.h"
 #include "viewer/session/SessionTypes.h"
-#include "viewer/session/look/Palette.h"
+#include "viewer/session/look/Coloring.h"
 #include "viewer/session/look/SceneRules.h"
 
 #include <cstddef>
@@ -40,7 +40,7 @@ public:
   // that is current then.
   void Forget();
 
-  void SetColoring(SurfaceColoring coloring);
+  void SetColoring(const Coloring& coloring);
   // Whether hollows are darker (viewer/session/look/OcclusionShaders.h), from the next Draw on; not
   // at first. It draws the surface a second time, into a quarter of the pixels.
   void SetOcclusion(bool occlusion) { this->HasOcclusion = occlusion; }
@@ -51,6 +51,12 @@ public:
   // the next Draw: from 0, to 1, which it is at first. At 0 a new surface looks as the one before
   // it.
   void SetGlided(double share);
+
+  // What brings a tile's picture to a texture that is bound as GL_TEXTURE_2D, at once or later: as
+  // RGB, whose alpha is 1. Until then the texture has one texel without colour. Null, as at first:
+  // nothing is painted. One for all renderers.
+  using TileUpload = void (*)(unsigned texture, const TextureTile& tile);
+  static void SetTileUpload(TileUpload upload);
 
   // Draws the scene into the lower left of the bound framebuffer, which needs a depth buffer; with
   // several samples a pixel, edges are smooth. The surface goes to the graphics memory only where
@@ -77,13 +83,18 @@ private:
   void UploadPart(Part& part);
   void Free();
   void FreeCap();
+  void FollowTiles(std::vector<Part>& parts);
   void FollowCap(const ViewerScene& scene);
   void StopGliding();
   Sight SightOf(const SceneCamera& camera, const Viewport& viewport) const;
   bool DrawDepths(const ViewerScene& scene, const Sight& sight, const Viewport& viewport);
   void DrawBackground();
   void Aim(unsigned program, const Sight& sight) const;
-  void DrawChunks(const ViewerScene& scene, const Sight& sight, int height);
+  void DrawChunks(const ViewerScene& scene, const Sight& sight, int height, bool paints);
+  void DrawChunksBy(
+    std::size_t paint, const ViewerScene& scene, const Sight& sight, int height, bool all);
+  std::shared_ptr<const TextureTile> TileOf(
+    const ViewerScene& scene, const SurfacePart& part) const;
   void DrawCap(const Sight& sight);
 
   std::unique_ptr<GlesOcclusion> Occlusion; // made when it is first wanted
@@ -102,7 +113,8 @@ private:
   struct Content
   {
     std::uint64_t version = 0;
-    SurfaceColoring coloring = SurfaceColoring::Own;
+    std::uint64_t colors = 0; // ColorsVersion
+    std::shared_ptr<const TileList> tiles;
     bool operator==(const Content&) const = default;
   };
   std::optional<Content> Tried; // the last that was to be uploaded, and
@@ -111,12 +123,13 @@ private:
   Vec3 Center{};
   double Scale = 1.0;
   TreeDepths Depths;
-  SurfaceColoring Colored = SurfaceColoring::Own;
-  Box Bounds;             // of what is drawn, relative to Center; not scaled
-  double Facet = 0.0;     // FacetLength of what is drawn; not scaled
-  std::size_t Points = 0; // of a cloud; 0 if it has triangles
+  std::uint64_t Colored = 0; // ColorsVersion
+  Box Bounds;                // of what is drawn, relative to Center; not scaled
+  double Facet = 0.0;        // FacetLength of what is drawn; not scaled
+  std::size_t Points = 0;    // of a cloud; 0 if it has triangles
 
-  SurfaceColoring Coloring = SurfaceColoring::Own;
+  Coloring Colors;
+  std::uint64_t ColorsVersion = 0; // grows whenever Colors change
   bool HasOcclusion = false;
   double Glided = 1;
   std::optional<double> LongestWay; // of what glides, in the model's unit; none where nothing does

@@ -32,7 +32,8 @@ void main()
 
 // Positions minus the eye first: close to the eye nothing is lost by it. Then into the camera's
 // coordinates, and to the window: projection has the two scales and the two terms of the depth.
-// With CUT a plane cuts away what is above it.
+// With CUT a plane cuts away what is above it. With PAINT a texture paints it; where that is not
+// there yet, and of no colour, the vertices' colours do.
 inline constexpr const char* surfaceVertex = R"(
 layout(location = 0) in vec3 position;
 layout(location = 1) in vec4 normal;
@@ -40,6 +41,10 @@ layout(location = 2) in vec4 color;
 layout(location = 3) in float radius; // of a cloud's splat
 layout(location = 4) in vec3 away;    // from where the vertex glides to its place
 layout(location = 5) in vec4 formerNormal; // that it had there; the last is 0 where it does not glide
+#ifdef PAINT
+layout(location = 6) in vec2 place; // in the texture
+out vec2 texturePlace;
+#endif
 uniform float toGo; // of the way: from 1 to 0
 uniform vec3 eye;
 uniform mat3 turn;
@@ -56,13 +61,16 @@ centroid out float above; // of a place in the triangle, at its edge too
 #endif
 void main()
 {
-  vec3 place = position + toGo * away;
+  vec3 here = position + toGo * away;
 #ifdef CUT
-  above = dot(place, section.xyz) + section.w;
+  above = dot(here, section.xyz) + section.w;
 #endif
-  viewPosition = turn * (place - eye);
+  viewPosition = turn * (here - eye);
   viewNormal = turn * mix(normal.xyz, formerNormal.xyz, toGo * formerNormal.w);
   smoothColor = flatColor = color.rgb;
+#ifdef PAINT
+  texturePlace = place;
+#endif
   gl_Position = vec4(projection.xy * viewPosition.xy,
     projection.z * viewPosition.z + projection.w, -viewPosition.z);
   splat.x = clamp(2.0 * radius * splatPixels.x / gl_Position.w, splatPixels.y, splatPixels.z);
@@ -88,12 +96,20 @@ out vec4 fragment;
 #ifdef CUT
 centroid in float above;
 #endif
+#ifdef PAINT
+in vec2 texturePlace;
+uniform sampler2D paint;
+#endif
 #ifdef RELIEF
 uniform vec2 relief; // how much, and within how many pixels a radian is all of it
 #endif
 vec3 lit(vec3 normal)
 {
   vec3 baseColor = mix(flatColor, smoothColor, smoothness);
+#ifdef PAINT
+  vec4 texel = texture(paint, texturePlace);
+  baseColor = mix(baseColor, texel.rgb, texel.a);
+#endif
   vec3 toEye = normalize(-viewPosition);
   vec3 diffuse = vec3(0.0);
   vec3 specular = vec3(0.0);

@@ -4,6 +4,7 @@
 
 #include "viewer/session/Geometry.h"
 #include "viewer/session/look/SceneRules.h"
+#include "viewer/session/paint/PaintedCorners.h"
 
 #include <algorithm>
 #include <limits>
@@ -31,18 +32,18 @@ std::uint32_t PackNormal(const std::array<float, 3>& normal)
 }
 
 ChunkCutter::ChunkCutter(const Surface& surface, UnitNormals normals, std::span<const float> radii,
-  const TreeDepths& depths, SurfaceColoring coloring, const Vec3& center, double scale)
+  const TreeDepths& depths, const Coloring& coloring, const Vec3& center, double scale)
   : Drawn(surface)
   , Depths(depths)
-  , Coloring(coloring)
+  , Colors(coloring)
   , Center(center)
   , Scale(scale)
   , Normals(std::move(normals))
   , Radii(radii)
 {
-  this->OwnColoring = coloring == SurfaceColoring::Own ? OwnColors(surface) : nullptr;
+  this->OfPoints = ColoredBy(surface, coloring);
   this->ColoredBySource =
-    coloring == SurfaceColoring::Partition || coloring == SurfaceColoring::Resolution;
+    coloring.kind == SurfaceColoring::Partition || coloring.kind == SurfaceColoring::Resolution;
   if (!surface.triangles.empty() && surface.points.size() > SurfaceChunk::mostVertices)
   {
     this->IndexInChunk.assign(surface.points.size(), absent);
@@ -60,12 +61,12 @@ void ChunkCutter::Append(SurfaceChunk& chunk, VertexId vertex) const
   chunk.vertices.push_back(
     { { static_cast<float>(p[0]), static_cast<float>(p[1]), static_cast<float>(p[2]) },
       this->Normals.empty() ? 0 : PackNormal(this->Normals[vertex]) });
-  if (this->OwnColoring || this->ColoredBySource)
+  if (this->OfPoints || this->ColoredBySource)
   {
     const Color color =
-      this->OwnColoring
-        ? OwnColor(*this->OwnColoring, vertex)
-        : ColorOf(ColorSourceOf(this->Drawn.sources[vertex], this->Depths), this->Coloring);
+      this->OfPoints
+        ? PointColor(*this->OfPoints, this->Colors, vertex)
+        : ColorOf(ColorSourceOf(this->Drawn.sources[vertex], this->Depths), this->Colors.kind);
     chunk.colors.push_back({ color[0], color[1], color[2], 255 });
   }
 }
@@ -93,6 +94,7 @@ bool ChunkCutter::NextOfFew(SurfaceChunk& chunk)
   for (VertexId v = 0; v < this->Drawn.points.size(); ++v)
   {
     this->Append(chunk, v);
+    this->AppendGlide(chunk, v);
   }
   chunk.indices.reserve(3 * this->Drawn.triangles.size());
   for (const Triangle& t : this->Drawn.triangles)
@@ -102,25 +104,61 @@ bool ChunkCutter::NextOfFew(SurfaceChunk& chunk)
       chunk.indices.push_back(static_cast<std::uint16_t>(corner));
     }
   }
-  this->AppendGlides(chunk);
   this->Done = this->Drawn.triangles.size();
   return true;
 }
 
-void ChunkCutter::AppendGlides(SurfaceChunk& chunk) const
+// As NextOfFew, but a vertex for each place of the tile that a point has. False where these are too
+// many: nothing has been done then but what Next clears.
+bool ChunkCutter::NextOfPainted(SurfaceChunk& chunk)
+{
+  const PaintedCorners painted = PaintedCornersOf(this->Drawn, this->Corners, *this->Tile);
+  if (painted.points.size() > SurfaceChunk::mostVertices)
+  {
+    return false;
+  }
+  for (const VertexId point : painted.points)
+  {
+    this->Append(chunk, point);
+    this->AppendGlide(chunk, point);
+  }
+  for (const Triangle& t : painted.triangles)
+  {
+    for (const VertexId corner : t)
+    {
+      chunk.indices.push_back(static_cast<std::uint16_t>(corner));
+    }
+  }
+  chunk.places = painted.places;
+  this->Done = this->Drawn.triangles.size();
+  return true;
+}
+
+void ChunkCutter::SetGlide(const PartGlide& glide)
+{
+  this->Glide = &glide;
+  this->FormerNormals = UnitNormalsOf(glide.normals);
+}
+
+void ChunkCutter::SetPaint(std::span<const std::uint32_t> corners, const TextureTile& tile)
+{
+  if (CanPaint(this->Drawn, corners, tile))
+  {
+    this->Corners = corners;
+    this->Tile = &tile;
+  }
+}
+
+void ChunkCutter::AppendGlide(SurfaceChunk& chunk, VertexId v) const
 {
   if (!this->Glide)
   {
     return;
   }
-  const UnitNormals normals = UnitNormalsOf(this->Glide->normals);
-  for (VertexId v = 0; v < this->Drawn.points.size(); ++v)
-  {
-    const Vec3 away = (this->Glide->points[v] - this->Drawn.points[v]) * this->Scale;
-    chunk.glides.push_back(
-      { { static_cast<float>(away[0]), static_cast<float>(away[1]), static_cast<float>(away[2]) },
-        PackNormal(normals[v]) | 1U << 30 });
-  }
+  const Vec3 away = (this->Glide->points[v] - this->Drawn.points[v]) * this->Scale;
+  chunk.glides.push_back(
+    { { static_cast<float>(away[0]), static_cast<float>(away[1]), static_cast<float>(away[2]) },
+      PackNormal(this->FormerNormals[v]) | 1U << 30 });
 }
 
 // Turned, not mirrored: the orientation stays.
@@ -132,8 +170,8 @@ Triangle ChunkCutter::WithColorLast(const Triangle& t) const
   const ColorSource whole = Together(Together(corners[0], corners[1]), corners[2]);
   const auto decides = [&](const ColorSource& corner)
   {
-    return this->Coloring == SurfaceColoring::Partition ? corner.partition == whole.partition
-                                                        : corner.resolution == whole.resolution;
+    return this->Colors.kind == SurfaceColoring::Partition ? corner.partition == whole.partition
+                                                           : corner.resolution == whole.resolution;
   };
   if (decides(corners[2]))
   {
@@ -149,12 +187,17 @@ bool ChunkCutter::Next(SurfaceChunk& chunk)
   chunk.indices.clear();
   chunk.radii.clear();
   chunk.glides.clear();
+  chunk.places.clear();
   if (this->Drawn.triangles.empty())
   {
     return this->NextOfCloud(chunk);
   }
   if (this->Drawn.points.size() <= SurfaceChunk::mostVertices)
   {
+    if (this->Tile && this->Done == 0 && this->NextOfPainted(chunk))
+    {
+      return true;
+    }
     return this->NextOfFew(chunk);
   }
   std::vector<VertexId> taken;

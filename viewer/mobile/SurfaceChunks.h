@@ -3,9 +3,10 @@
 // the README's picture. No OpenGL here.
 #pragma once
 
+#include "filters/codec/TextureTile.h"
 #include "filters/core/drawing/DrawnSurface.h"
 #include "filters/core/tree/KdTree.h"
-#include "viewer/session/look/Palette.h"
+#include "viewer/session/look/Coloring.h"
 #include "viewer/session/look/VertexNormals.h"
 
 #include <array>
@@ -44,6 +45,9 @@ struct SurfaceChunk
   std::vector<std::uint16_t> indices; // 3 a triangle; none for a cloud
   std::vector<float> radii;           // of a cloud's splats, scaled: one a vertex
   std::vector<GlideVertex> glides;    // one a vertex; none where nothing glides
+  // Where in its texture each vertex lies, 0-1 from the first row of the first texel; none where
+  // nothing paints it.
+  std::vector<std::array<float, 2>> places;
 };
 
 // Hands out the chunks of a surface one after the other, so that never more than one is held.
@@ -64,18 +68,23 @@ struct SurfaceChunk
 class ChunkCutter
 {
 public:
-  // The surface and the radii must outlive the cutter. Coordinates become (point - center) × scale.
-  // REQUIRES: CheckSurface(surface, center) has found nothing.
-  // normals: one a point, or none at all. radii: of a cloud's splats, one a point; else none.
+  // The surface, the radii and the coloring must outlive the cutter. Coordinates become (point -
+  // center) × scale. REQUIRES: CheckSurface(surface, center) has found nothing. normals: one a
+  // point, or none at all. radii: of a cloud's splats, one a point; else none.
   ChunkCutter(const Surface& surface, UnitNormals normals, std::span<const float> radii,
-    const TreeDepths& depths, SurfaceColoring coloring, const Vec3& center, double scale);
+    const TreeDepths& depths, const Coloring& coloring, const Vec3& center, double scale);
 
   // In the model's unit, of a cloud's splats; 0 for a surface.
   double LargestRadius() const;
 
   // From where the points glide: one a point, kept as long as the surface. A surface that does not
   // become one chunk as it stands does not glide.
-  void SetGlide(const PartGlide& glide) { this->Glide = &glide; }
+  void SetGlide(const PartGlide& glide);
+
+  // By what the triangles are painted: corners as SurfacePart has them. Both are kept as long as
+  // the surface. A vertex that lies in two places of the tile is repeated. A surface that does not
+  // become one chunk so is not painted, nor is one whose corners the tile does not have.
+  void SetPaint(std::span<const std::uint32_t> corners, const TextureTile& tile);
 
   // Replaces `chunk` with the next one; false when there is none.
   bool Next(SurfaceChunk& chunk);
@@ -84,19 +93,23 @@ private:
   void Append(SurfaceChunk& chunk, VertexId vertex) const;
   bool NextOfCloud(SurfaceChunk& chunk);
   bool NextOfFew(SurfaceChunk& chunk);
-  void AppendGlides(SurfaceChunk& chunk) const;
+  bool NextOfPainted(SurfaceChunk& chunk);
+  void AppendGlide(SurfaceChunk& chunk, VertexId vertex) const;
   Triangle WithColorLast(const Triangle& triangle) const;
 
   const Surface& Drawn;
   TreeDepths Depths;
-  SurfaceColoring Coloring;
+  const Coloring& Colors;
   Vec3 Center;
   double Scale;
-  const Attribute* OwnColoring = nullptr; // where the colours are the model's own
-  bool ColoredBySource = false;           // or those of partitions or resolutions
+  const Attribute* OfPoints = nullptr; // ColoredBy: where the colours are those of points
+  bool ColoredBySource = false;        // or those of partitions or resolutions
   UnitNormals Normals;
   std::span<const float> Radii;
   const PartGlide* Glide = nullptr;
+  UnitNormals FormerNormals; // of Glide
+  std::span<const std::uint32_t> Corners;
+  const TextureTile* Tile = nullptr;
   std::vector<std::uint32_t> IndexInChunk; // of every point; `absent` if it is in no chunk yet
   std::size_t Done = 0;                    // triangles, or points of a cloud
 };

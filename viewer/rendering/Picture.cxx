@@ -36,7 +36,7 @@ Status ReadBack(vtkRenderWindow& window, vtkUnsignedCharArray& pixels)
 }
 
 // The rows of a picture of this size in the opposite order.
-void TurnRows(const Picture& size, const std::uint8_t* from, std::uint8_t* to)
+void TurnRows(const WindowPicture& size, const std::uint8_t* from, std::uint8_t* to)
 {
   const std::size_t row = 3 * static_cast<std::size_t>(size.width);
   const auto rows = static_cast<std::size_t>(size.height);
@@ -79,11 +79,11 @@ Status WriteFile(const std::string& file, const unsigned char* bytes, std::size_
 
 }
 
-Result<Picture> Pixels(vtkRenderWindow& window)
+Result<WindowPicture> Pixels(vtkRenderWindow& window)
 {
   const vtkNew<vtkUnsignedCharArray> pixels;
   KDSTREAM_TRY(ReadBack(window, *pixels));
-  Picture picture;
+  WindowPicture picture;
   picture.width = window.GetSize()[0];
   picture.height = window.GetSize()[1];
   picture.rgb.resize(static_cast<std::size_t>(pixels->GetNumberOfValues()));
@@ -91,9 +91,9 @@ Result<Picture> Pixels(vtkRenderWindow& window)
   return picture;
 }
 
-Picture PartOf(const Picture& picture, int left, int top, int width, int height)
+WindowPicture PartOf(const WindowPicture& picture, int left, int top, int width, int height)
 {
-  Picture part{ width, height, {} };
+  WindowPicture part{ width, height, {} };
   const std::size_t row = 3 * static_cast<std::size_t>(width);
   part.rgb.reserve(row * static_cast<std::size_t>(height));
   for (int y = top; y < top + height; ++y)
@@ -104,15 +104,15 @@ Picture PartOf(const Picture& picture, int left, int top, int width, int height)
   return part;
 }
 
-Picture Stacked(const Picture& upper, const Picture& lower)
+WindowPicture Stacked(const WindowPicture& upper, const WindowPicture& lower)
 {
-  Picture both = upper;
+  WindowPicture both = upper;
   both.height += lower.height;
   both.rgb.insert(both.rgb.end(), lower.rgb.begin(), lower.rgb.end());
   return both;
 }
 
-Status WritePng(const Picture& picture, const std::string& file)
+Status WritePng(const WindowPicture& picture, const std::string& file)
 {
   const vtkNew<vtkImageData> image;
   image->SetDimensions(picture.width, picture.height, 1);

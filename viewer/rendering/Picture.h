@@ -13,26 +13,26 @@ class vtkRenderWindow;
 namespace kdstream
 {
 
-struct Picture
+struct WindowPicture
 {
   int width = 0;
   int height = 0;
   std::vector<std::uint8_t> rgb; // 3 bytes a pixel, row by row, the top row first
-  bool operator==(const Picture&) const = default;
+  bool operator==(const WindowPicture&) const = default;
 };
 
 // Draws the window and gives back what it then shows, 3 × width × height bytes.
 // Errors: InputOutput if VTK gives back no pixels.
-Result<Picture> Pixels(vtkRenderWindow& window);
+Result<WindowPicture> Pixels(vtkRenderWindow& window);
 
 // A part of it: its upper left corner and size, within the picture.
-Picture PartOf(const Picture& picture, int left, int top, int width, int height);
+WindowPicture PartOf(const WindowPicture& picture, int left, int top, int width, int height);
 // One above the other. REQUIRES: they have the same width.
-Picture Stacked(const Picture& upper, const Picture& lower);
+WindowPicture Stacked(const WindowPicture& upper, const WindowPicture& lower);
 
 // Writes a PNG file, whole or not at all.
 // Errors: InputOutput, with the operating system's reason, if the file cannot be written.
-Status WritePng(const Picture& picture, const std::string& file);
+Status WritePng(const WindowPicture& picture, const std::string& file);
 
 // Draws the window into a PNG file. Errors: those of Pixels and WritePng.
 Status WritePng(vtkRenderWindow& window, const std::string& file);

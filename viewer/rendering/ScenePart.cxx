@@ -6,12 +6,14 @@
 #include "viewer/session/Geometry.h"
 #include "viewer/session/look/SceneLook.h"
 #include "viewer/session/look/SplatRadii.h"
+#include "viewer/session/paint/PaintedCorners.h"
 
 #include <vtkActor.h>
 #include <vtkCellArray.h>
 #include <vtkCellData.h>
 #include <vtkFloatArray.h>
 #include <vtkIdList.h>
+#include <vtkImageData.h>
 #include <vtkOpenGLPolyDataMapper.h>
 #include <vtkOpenGLVertexBufferObject.h>
 #include <vtkPointData.h>
@@ -20,11 +22,13 @@
 #include <vtkPolyDataMapper.h>
 #include <vtkProperty.h>
 #include <vtkShaderProperty.h>
+#include <vtkTexture.h>
 #include <vtkTypeInt32Array.h>
 #include <vtkUniforms.h>
 #include <vtkUnsignedCharArray.h>
 
 #include <algorithm>
+#include <iterator>
 #include <span>
 
 namespace kdstream
@@ -103,6 +107,28 @@ void FaceNormalsToTheEye(vtkActor& actor)
   RaiseReliefOf(actor, 0, 0);
 }
 
+// By the texture as by a colour: VTK would multiply all light by it, highlights too.
+void PaintBeforeLight(vtkActor& actor)
+{
+  vtkShaderProperty* shader = actor.GetShaderProperty();
+  shader->AddFragmentShaderReplacement("//VTK::Color::Impl", true,
+    "//VTK::Color::Impl\n"
+    "vec3 paint = texture(actortexture, tcoordVCVSOutput).rgb;\n"
+    "ambientColor *= paint;\n"
+    "diffuseColor *= paint;\n",
+    false);
+  shader->AddFragmentShaderReplacement("//VTK::TCoord::Impl", true, "", false);
+}
+
+void PaintNothing(vtkActor& actor)
+{
+  vtkShaderProperty* shader = actor.GetShaderProperty();
+  for (const char* place : { "//VTK::Color::Impl", "//VTK::TCoord::Impl" })
+  {
+    shader->ClearFragmentShaderReplacement(place, true);
+  }
+}
+
 // Not by the mapper's clipping planes: at edges of the surface these are told of places beside it,
 // and single pixels of what is cut away stay.
 void DiscardWhatIsAbove(vtkActor& actor)
@@ -172,6 +198,69 @@ vtkSmartPointer<vtkUnsignedCharArray> Colors(std::size_t count, const ColorAt& c
   return colors;
 }
 
+// Of each vertex of a painted surface, what its point has.
+Surface Split(const Surface& surface, const PaintedCorners& painted)
+{
+  Surface split;
+  split.triangles = painted.triangles;
+  for (const VertexId point : painted.points)
+  {
+    split.points.push_back(surface.points[point]);
+    split.sources.push_back(surface.sources[point]);
+  }
+  for (const Attribute& array : surface.attributes)
+  {
+    Attribute values{ array.Info(), {} };
+    for (const VertexId point : painted.points)
+    {
+      values.Append(array, point);
+    }
+    split.attributes.push_back(std::move(values));
+  }
+  return split;
+}
+
+UnitNormals Split(const UnitNormals& normals, const PaintedCorners& painted)
+{
+  UnitNormals split;
+  for (std::size_t i = 0; i < painted.points.size() && !normals.empty(); ++i)
+  {
+    split.push_back(normals[painted.points[i]]);
+  }
+  return split;
+}
+
+// The picture's first row is the image's lowest: places go down from it as coordinates go up.
+vtkSmartPointer<vtkFloatArray> Places(const PaintedCorners& painted)
+{
+  auto result = vtkSmartPointer<vtkFloatArray>::New();
+  result->SetName("Places");
+  result->SetNumberOfComponents(2);
+  result->SetNumberOfTuples(static_cast<vtkIdType>(painted.places.size()));
+  float* out = result->GetPointer(0);
+  for (const auto& place : painted.places)
+  {
+    out = std::copy(place.begin(), place.end(), out);
+  }
+  return result;
+}
+
+// Charts have a margin of their own picture: what is beyond it is not looked at.
+vtkSmartPointer<vtkTexture> TextureOf(const TilePicture& picture)
+{
+  const vtkNew<vtkImageData> image;
+  image->SetDimensions(static_cast<int>(picture.width), static_cast<int>(picture.height), 1);
+  image->AllocateScalars(VTK_UNSIGNED_CHAR, 3);
+  std::copy(picture.texels.begin(), picture.texels.end(),
+    static_cast<unsigned char*>(image->GetScalarPointer()));
+  auto texture = vtkSmartPointer<vtkTexture>::New();
+  texture->SetInputDataObject(image);
+  texture->InterpolateOn();
+  texture->RepeatOff();
+  texture->EdgeClampOn();
+  return texture;
+}
+
 void SetUpMaterial(vtkActor& actor)
 {
   vtkProperty* front = actor.GetProperty();
@@ -198,9 +287,45 @@ ScenePart::ScenePart()
 
 ScenePart::~ScenePart() = default;
 
+bool ScenePart::ShowPainted(const SurfacePart& part, const UnitNormals& normals,
+  const TreeDepths& depths, const Vec3& center, const SceneStyle& style, const Paint& paint)
+{
+  if (!CanPaint(part.surface, part.corners, *paint.tile))
+  {
+    return false;
+  }
+  if (this->Tile != paint.tile)
+  {
+    const auto picture = paint.decoder(*paint.tile);
+    if (!picture)
+    {
+      return false;
+    }
+    this->Texture = TextureOf(*picture);
+    this->Tile = paint.tile;
+  }
+  const PaintedCorners painted = PaintedCornersOf(part.surface, part.corners, *paint.tile);
+  const auto texture = this->Texture; // Show lets it go
+  this->Show(Split(part.surface, painted), Split(normals, painted), depths, center, style);
+  this->Texture = texture;
+  this->Tile = paint.tile;
+  this->Drawn->GetPointData()->SetTCoords(Places(painted));
+  this->IsPainted = true;
+  this->SetStyle(style);
+  return true;
+}
+
+void ScenePart::LetGoOfTexture()
+{
+  this->Tile = nullptr;
+  this->Texture = nullptr;
+  this->IsPainted = false;
+}
+
 void ScenePart::Show(const Surface& surface, const UnitNormals& normals, const TreeDepths& depths,
   const Vec3& center, const SceneStyle& style)
 {
+  this->LetGoOfTexture();
   this->IsCloud = surface.triangles.empty();
   this->Extent = BoundsAround(surface, center);
   const std::size_t cells = this->IsCloud ? surface.points.size() : surface.triangles.size();
@@ -241,15 +366,23 @@ void ScenePart::Show(const Surface& surface, const UnitNormals& normals, const T
 
 void ScenePart::TakeColors(const Surface& surface, const TreeDepths& depths)
 {
-  this->PointColors = nullptr;
-  if (const Attribute* own = OwnColors(surface))
-  {
-    this->PointColors =
-      Colors(surface.points.size(), [own](std::size_t i) { return OwnColor(*own, i); });
-  }
+  this->Arrays.attributes.clear();
+  const Attribute* own = OwnColors(surface);
+  std::copy_if(surface.attributes.begin(), surface.attributes.end(),
+    std::back_inserter(this->Arrays.attributes),
+    [own](const Attribute& array) { return &array == own || IsScalar(array); });
   this->Sources.resize(surface.points.size());
   std::transform(surface.sources.begin(), surface.sources.end(), this->Sources.begin(),
     [&depths](const Surface::Source& source) { return ColorSourceOf(source, depths); });
+}
+
+// Null where the points have none of that kind.
+vtkSmartPointer<vtkUnsignedCharArray> ScenePart::PointColors(const Coloring& coloring) const
+{
+  const Attribute* array = ColoredBy(this->Arrays, coloring);
+  return array ? Colors(this->Sources.size(),
+                   [&](std::size_t i) { return PointColor(*array, coloring, i); })
+               : nullptr;
 }
 
 // Of each drawn cell (triangle, or point of a cloud).
@@ -282,14 +415,24 @@ void ScenePart::SetStyle(const SceneStyle& style)
   {
     this->Drawing->GetProperty()->SetInterpolationToPhong();
   }
-  const SurfaceColoring coloring = style.coloring;
-  const bool own = coloring == SurfaceColoring::Own && this->PointColors;
-  const bool bySource =
-    coloring == SurfaceColoring::Partition || coloring == SurfaceColoring::Resolution;
-  this->Mapper->SetScalarVisibility(own || bySource);
-  this->Drawn->GetPointData()->SetScalars(own ? this->PointColors.Get() : nullptr);
-  this->Drawn->GetCellData()->SetScalars(bySource ? this->CellColors(coloring).Get() : nullptr);
-  if (own)
+  const SurfaceColoring kind = style.coloring.kind;
+  const bool painted = kind == SurfaceColoring::Own && this->IsPainted;
+  const auto ofPoints = painted ? nullptr : this->PointColors(style.coloring);
+  const bool bySource = kind == SurfaceColoring::Partition || kind == SurfaceColoring::Resolution;
+  if (painted != (this->Drawing->GetTexture() != nullptr))
+  {
+    // A texture is multiplied by the colour.
+    const Color plain = painted ? Color{ 255, 255, 255 } : stoneColor;
+    vtkProperty* material = this->Drawing->GetProperty();
+    material->SetDiffuseColor(plain[0] / 255.0, plain[1] / 255.0, plain[2] / 255.0);
+    material->SetAmbientColor(material->GetDiffuseColor());
+    painted ? PaintBeforeLight(*this->Drawing) : PaintNothing(*this->Drawing);
+  }
+  this->Drawing->SetTexture(painted ? this->Texture.Get() : nullptr);
+  this->Mapper->SetScalarVisibility(ofPoints || bySource);
+  this->Drawn->GetPointData()->SetScalars(ofPoints);
+  this->Drawn->GetCellData()->SetScalars(bySource ? this->CellColors(kind).Get() : nullptr);
+  if (ofPoints)
   {
     this->Mapper->SetScalarModeToUsePointData();
   }

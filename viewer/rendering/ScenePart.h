@@ -2,7 +2,7 @@
 // One part of a surface in a VTK renderer: an actor of its own. For SurfaceScene.cxx alone.
 #pragma once
 
-#include "filters/core/drawing/Surface.h"
+#include "filters/core/drawing/SurfaceParts.h"
 #include "filters/core/tree/KdTree.h"
 #include "viewer/rendering/SurfaceScene.h"
 #include "viewer/session/look/SceneRules.h"
@@ -11,12 +11,14 @@
 #include <vtkNew.h>
 #include <vtkSmartPointer.h>
 
+#include <memory>
 #include <optional>
 #include <vector>
 
 class vtkActor;
 class vtkPolyData;
 class vtkPolyDataMapper;
+class vtkTexture;
 class vtkUnsignedCharArray;
 
 namespace kdstream
@@ -38,6 +40,15 @@ public:
   // REQUIRES: CheckSurface has found nothing. O(points + triangles).
   void Show(const Surface& surface, const UnitNormals& normals, const TreeDepths& depths,
     const Vec3& center, const SceneStyle& style);
+  // The same with a texture, while the style has the model's own colours. False, and nothing has
+  // been shown, where the tile does not fit the part or its picture cannot be had.
+  struct Paint
+  {
+    std::shared_ptr<const TextureTile> tile;
+    TileDecoder decoder = nullptr;
+  };
+  bool ShowPainted(const SurfacePart& part, const UnitNormals& normals, const TreeDepths& depths,
+    const Vec3& center, const SceneStyle& style, const Paint& paint);
   void SetStyle(const SceneStyle& style);
   // What is above the plane is not drawn until it is cut anew, or shows another surface. center: as
   // in Show.
@@ -48,7 +59,9 @@ public:
   void AimSplats(const ClippingPlanes& planes, double tangent, int height);
 
 private:
+  void LetGoOfTexture();
   void TakeColors(const Surface& surface, const TreeDepths& depths);
+  vtkSmartPointer<vtkUnsignedCharArray> PointColors(const Coloring& coloring) const;
   vtkSmartPointer<vtkUnsignedCharArray> CellColors(SurfaceColoring coloring) const;
 
   vtkNew<vtkActor> Drawing;
@@ -57,9 +70,12 @@ private:
   Box Extent;
   bool IsCut = false;
   bool IsCloud = false;
-  double LargestRadius = 0.0;                        // of the points of a cloud; 0 for a surface
-  std::vector<ColorSource> Sources;                  // one a point
-  vtkSmartPointer<vtkUnsignedCharArray> PointColors; // the model's own; null without
+  double LargestRadius = 0.0;              // of the points of a cloud; 0 for a surface
+  std::vector<ColorSource> Sources;        // one a point
+  Surface Arrays;                          // without points: what they may be coloured by
+  std::shared_ptr<const TextureTile> Tile; // whose picture is in Texture; or null
+  vtkSmartPointer<vtkTexture> Texture;     // or null
+  bool IsPainted = false;                  // by it
 };
 
 }

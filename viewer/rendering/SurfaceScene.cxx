@@ -108,10 +108,11 @@ Status SurfaceScene::Update(const Surface& surface, const TreeDepths& depths, co
   return {};
 }
 
-Status SurfaceScene::Update(
-  const DrawnSurface& surface, const TreeDepths& depths, const Vec3& center)
+Status SurfaceScene::Update(const DrawnSurface& surface, const TreeDepths& depths,
+  const Vec3& center, const std::shared_ptr<const TileList>& tiles)
 {
-  if (surface.TriangleCount() == 0 || surface.Parts().size() > mostParts)
+  const bool isPainted = this->Decoder && tiles && !tiles->empty();
+  if (surface.TriangleCount() == 0 || (surface.Parts().size() > mostParts && !isPainted))
   {
     KDSTREAM_TRY(this->Update(surface.Whole(), depths, center));
     this->Facet = FacetLength(surface);
@@ -141,11 +142,13 @@ Status SurfaceScene::Update(
   for (std::size_t i = 0; i < parts.size(); ++i)
   {
     entries[i].drawn = parts[i];
+    entries[i].tile = isPainted ? FindTile(*tiles, parts[i].part->piece) : nullptr;
     const auto known = before.find(parts[i].part.get());
     if (known != before.end())
     {
       entries[i].scene = std::move(known->second->scene);
-      entries[i].isShown = known->second->drawn.LooksLike(parts[i]);
+      entries[i].isShown =
+        known->second->drawn.LooksLike(parts[i]) && known->second->tile == entries[i].tile;
     }
   }
   // What is not needed any more makes room for what is new.
@@ -161,8 +164,13 @@ Status SurfaceScene::Update(
     }
     if (!std::exchange(entry.isShown, true))
     {
-      entry.scene->Show(entry.drawn.part->surface, UnitNormalsOf(*entry.drawn.normals), depths,
-        center, this->Style);
+      const SurfacePart& part = *entry.drawn.part;
+      const UnitNormals normals = UnitNormalsOf(*entry.drawn.normals);
+      if (!entry.tile || !entry.scene->ShowPainted(part, normals, depths, center, this->Style,
+                           { entry.tile, this->Decoder }))
+      {
+        entry.scene->Show(part.surface, normals, depths, center, this->Style);
+      }
     }
   }
   this->Take(std::move(entries));

@@ -10,8 +10,10 @@
 #include "filters/core/drawing/DrawnSurface.h"
 #include "filters/core/tree/KdTree.h"
 #include "viewer/rendering/Picture.h"
+#include "viewer/session/look/Coloring.h"
 #include "viewer/session/look/SceneLook.h"
 #include "viewer/session/look/SceneRules.h"
+#include "viewer/session/paint/ShownTiles.h"
 #include "viewer/session/section/SectionPlane.h"
 
 #include <vtkNew.h>
@@ -32,9 +34,18 @@ namespace kdstream
 class SceneOcclusion;
 class ScenePart;
 
+// Red, green and blue bytes, rows from the top down, of a tile's picture: what its image says, and
+// as large as it tells. Errors: whatever hinders that; the tile paints nothing then.
+struct TilePicture
+{
+  std::uint32_t width = 1, height = 1;
+  std::vector<std::uint8_t> texels;
+};
+using TileDecoder = Result<TilePicture> (*)(const TextureTile& tile);
+
 struct SceneStyle
 {
-  SurfaceColoring coloring = SurfaceColoring::Own;
+  Coloring coloring{};
   bool flat = false;      // a normal a triangle instead of one a vertex
   bool occlusion = false; // hollows are darker (viewer/session/look/OcclusionShaders.h)
 };
@@ -58,8 +69,12 @@ public:
   // colouring by partition. O(points + triangles). The surface is not kept. Errors, which leave the
   // scene as it was: those of CheckSurface.
   Status Update(const Surface& surface, const TreeDepths& depths, const Vec3& center);
-  // The same, where only parts that differ from the last surface cost anything: each is an actor.
-  Status Update(const DrawnSurface& surface, const TreeDepths& depths, const Vec3& center);
+  // The same, where only parts that differ from the last surface, or are painted by another tile,
+  // cost anything: each is an actor. tiles: null, or what paints parts that tell corners.
+  Status Update(const DrawnSurface& surface, const TreeDepths& depths, const Vec3& center,
+    const std::shared_ptr<const TileList>& tiles = nullptr);
+  // Null, as at first: tiles paint nothing.
+  void SetTileDecoder(TileDecoder decoder) { this->Decoder = decoder; }
 
   // O(points + triangles) where the coloring changes.
   void SetStyle(const SceneStyle& style);
@@ -80,7 +95,8 @@ private:
   {
     std::unique_ptr<ScenePart> scene;
     DrawnSurface::Part drawn; // nothing where it is a whole surface
-    bool isShown = false;     // by `scene`
+    std::shared_ptr<const TextureTile> tile;
+    bool isShown = false; // by `scene`
   };
 
   void Take(std::vector<Entry> entries);
@@ -92,6 +108,7 @@ private:
   vtkNew<vtkRenderer> SceneRenderer;
   std::vector<Entry> Entries;
 
+  TileDecoder Decoder = nullptr;
   SceneStyle Style;
   SceneCamera Camera;
   TreeDepths Depths;

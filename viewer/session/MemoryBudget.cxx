@@ -34,7 +34,7 @@ MemoryShares MemoryBudget::Shares() const
   const auto bytes = [left](double part) { return static_cast<std::size_t>(part * left); };
   const auto triangles = [left](double each) { return static_cast<std::uint64_t>(left / each); };
   return { bytes(0.4), bytes(0.06), bytes(0.4), triangles(bytesOfSeenTriangle),
-    triangles(bytesOfLevelTriangle), triangles(bytesOfRegionTriangle) };
+    triangles(bytesOfLevelTriangle), triangles(bytesOfRegionTriangle), bytes(0.2) };
 }
 
 bool MemoryBudget::Follow(std::size_t taken)

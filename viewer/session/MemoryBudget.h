@@ -18,6 +18,7 @@ struct MemoryShares
   std::uint64_t triangles = 0;       // that the view wants
   std::uint64_t levelTriangles = 0;  // of a level for the whole model
   std::uint64_t regionTriangles = 0; // of the region around a tap
+  std::size_t pictureBytes = 0;      // decoded pictures of textures
   bool operator==(const MemoryShares&) const = default;
 };
 

@@ -6,6 +6,7 @@
 #include "filters/model/Json.h"
 #include "filters/model/JsonWriter.h"
 #include "viewer/session/ViewerSession.h"
+#include "viewer/session/look/Coloring.h"
 
 #include <algorithm>
 #include <initializer_list>
@@ -203,6 +204,18 @@ Result<SessionStep> ParseWait(const JsonValue& object, std::size_t line)
   return step;
 }
 
+Result<SessionStep> ParseColorsStep(const JsonValue& object, std::size_t line)
+{
+  auto step = ParseNamed(object, line, "colours", SessionStep::Kind::Colors);
+  if (step && !ParseColors(step->name))
+  {
+    return Wrong(line, "'colours' is one of 'own', 'none', 'partition', 'resolution', or "
+                       "'by:NAME:MAP:LOW:HIGH', of which the last two may be absent, and the last "
+                       "three");
+  }
+  return step;
+}
+
 Result<SessionStep> ParseLink(const JsonValue& object, std::size_t line)
 {
   auto step = ParseNamed(object, line, "link", SessionStep::Kind::Link);
@@ -272,8 +285,7 @@ Result<SessionStep> ParseStep(std::string_view text, std::size_t line)
          : has("turning") ? ParseWord(object, line, "turning", Kind::Turning, { "upright", "free" })
          : has("detail")
            ? ParseWord(object, line, "detail", Kind::Detail, { "view", "level", "full" })
-         : has("colours") ? ParseWord(object, line, "colours", Kind::Colors,
-                              { "own", "none", "partition", "resolution" })
+         : has("colours") ? ParseColorsStep(object, line)
          : has("light")   ? ParseWord(object, line, "light", Kind::Light, { "relief", "plain" })
          : has("boxes")   ? ParseWord(object, line, "boxes", Kind::Boxes, { "on", "off" })
                         : Wrong(line, "none of 'touches', 'zoom', 'wait', 'screenshot', 'select', "

@@ -22,9 +22,14 @@ bool IsOfPiece(const protocol::BlobId& blob)
   return blob.kind == protocol::BlobKind::Level || blob.kind == protocol::BlobKind::Partition;
 }
 
+bool IsOfTree(const protocol::BlobId& blob)
+{
+  return blob.kind == protocol::BlobKind::Tree || blob.kind == protocol::BlobKind::Boxes;
+}
+
 PieceId PieceOfBlob(const protocol::BlobId& blob, const TreeDepths& depths)
 {
-  if (blob.kind == protocol::BlobKind::Partition)
+  if (blob.kind != protocol::BlobKind::Level)
   {
     return { Resolution::Original(), NodeOfPartition(blob.number, depths) };
   }

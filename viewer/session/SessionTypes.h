@@ -4,9 +4,11 @@
 
 #include "filters/core/drawing/DrawnSurface.h"
 #include "filters/core/pieces/Piece.h"
+#include "filters/model/ModelDescription.h"
 #include "server/protocol/BlobId.h"
 #include "viewer/session/Camera.h"
 #include "viewer/session/look/SceneLook.h"
+#include "viewer/session/paint/ShownTiles.h"
 #include "viewer/session/section/SectionPlane.h"
 
 #include <cstdint>
@@ -20,9 +22,10 @@ namespace kdstream
 {
 
 // "levels/12/3", "partitions/7": a piece as the protocol names it, and back. REQUIRES
-// (PieceOfBlob): IsOfPiece(blob).
+// (PieceOfBlob): IsOfPiece(blob), or a texture, of which it is the piece that is painted.
 protocol::BlobId BlobOfPiece(PieceId piece, const TreeDepths& depths);
-bool IsOfPiece(const protocol::BlobId& blob); // no tree page, no boxes
+bool IsOfPiece(const protocol::BlobId& blob); // no tree page, no boxes, no texture
+bool IsOfTree(const protocol::BlobId& blob);  // a page, or boxes
 PieceId PieceOfBlob(const protocol::BlobId& blob, const TreeDepths& depths);
 
 // What the session asks of a server. The host sends it by any means (a stream's message, or a GET
@@ -70,10 +73,12 @@ struct ViewerScene
   Quaternion orientation;               // of the camera: x right, y up, view along -z
   double viewAngle = Camera::viewAngle; // radians, vertical
   TreeDepths depths;                    // of the model
+  ScalarDescriptions scalars;           // that it may be coloured by
   std::optional<SectionPlane> section;  // what is above is not drawn
   std::shared_ptr<const Surface> cap;   // in the section's plane, where the model is solid; or null
   std::uint64_t capVersion = 0;         // grows whenever `cap` is another one
   SceneLighting lighting;
+  std::shared_ptr<const TileList> tiles; // that paint parts of the surface; null: none
 };
 
 // What decides which pieces are shown in full screen.

@@ -70,6 +70,7 @@ void ViewerSession::RefineView()
     model.refinement.Reset();
   }
   this->MissingTree.merge(model.tree.TakeMissing());
+  this->FollowTiles();
 
   Situation now = this->GetSituation();
   if (this->LastSituation != now)
@@ -83,6 +84,20 @@ void ViewerSession::RefineView()
     this->ChooseByView();
   }
   this->AskMore();
+}
+
+// What the view wants of textures, of the surface that is drawn.
+void ViewerSession::FollowTiles()
+{
+  if (this->Tiles.AreThere())
+  {
+    std::set<NodeId> tapped;
+    for (const PieceId piece : this->TappedPieces())
+    {
+      tapped.insert(piece.node);
+    }
+    this->Tiles.Follow(*this->Shown.GetSurface(), this->Eye, tapped);
+  }
 }
 
 // The region's partitions that the section does not cut away.
@@ -146,7 +161,9 @@ void ViewerSession::ChooseByView()
     this->RefineView(); // the preview has just appeared
     return;
   }
-  const std::vector<BlobId> missing = this->InOrder(needs.missing);
+  std::vector<BlobId> missing = this->InOrder(needs.missing);
+  const std::vector<BlobId>& tiles = this->Tiles.Missing();
+  missing.insert(missing.end(), tiles.begin(), tiles.end());
   std::set<BlobId> useful(missing.begin(), missing.end());
   if (missing.empty())
   {
@@ -232,6 +249,10 @@ std::vector<BlobId> ViewerSession::InOrder(const std::vector<PieceId>& missing)
 // About, of a blob that has not come.
 std::size_t ViewerSession::BytesOf(const BlobId& blob)
 {
+  if (blob.kind == protocol::BlobKind::Texture)
+  {
+    return this->Tiles.ExpectedBytes();
+  }
   return IsOfPiece(blob) ? this->Current->refinement.BlobBytes(
                              PieceOfBlob(blob, this->Current->codec.depths), this->Current->tree)
                          : bytesOfTreeBlob;
@@ -251,7 +272,7 @@ void ViewerSession::AskMore()
                         std::any_of(this->MissingTree.begin(), this->MissingTree.end(),
                           [this](const BlobId& blob) { return this->FailedTree.count(blob) == 0; });
   const auto mayAsk = [&]
-  { return !this->Queue.empty() && !(tapWaits && IsOfPiece(this->Queue.front())); };
+  { return !this->Queue.empty() && !(tapWaits && !IsOfTree(this->Queue.front())); };
   const BlobId preview = BlobOfPiece(
     { Resolution::Level(this->Current->policy.PreviewLevel()), 1 }, this->Current->codec.depths);
   while (mayAsk() && underWay < window && this->Book.RequestCount() < mostRequests)
@@ -263,7 +284,7 @@ void ViewerSession::AskMore()
     do
     {
       const BlobId blob = this->Queue.front();
-      this->AskedForPick += this->IsPicking() && !IsOfPiece(blob) ? 1 : 0;
+      this->AskedForPick += this->IsPicking() && IsOfTree(blob) ? 1 : 0;
       bytes += this->BytesOf(blob);
       request.blobs.push_back(blob);
       this->Queue.pop_front();

@@ -66,6 +66,7 @@ ViewerSession::Situation ViewerSession::GetSituation() const
     now.rings = this->Region->rings;
   }
   now.tree = this->MissingTree;
+  now.tiles = this->Tiles.Missing();
   now.failedPieces = this->FailedPieces;
   now.failedTree = this->FailedTree;
   now.pieces = this->Pieces.Version();
@@ -91,6 +92,7 @@ void ViewerSession::Update()
     return;
   }
   this->FollowTree();
+  this->FollowTiles();
   Situation now = this->GetSituation();
   if (this->LastSituation != now)
   {
@@ -138,6 +140,7 @@ void ViewerSession::ChooseAndAsk()
     }
   }
   wanted.insert(this->MissingTree.begin(), this->MissingTree.end());
+  wanted.insert(this->Tiles.Missing().begin(), this->Tiles.Missing().end());
   this->Book.CancelUnwanted(wanted);
   if (this->Book.Empty())
   {
@@ -163,6 +166,21 @@ void ViewerSession::RequestMissing(const std::vector<PieceId>& missing)
   this->RequestLevels(fresh);
   this->RequestTree();
   this->RequestRegion(fresh);
+  this->RequestTiles();
+}
+
+void ViewerSession::RequestTiles()
+{
+  SessionRequest request;
+  request.kind = SessionRequest::Kind::Blobs;
+  std::copy_if(this->Tiles.Missing().begin(), this->Tiles.Missing().end(),
+    std::back_inserter(request.blobs),
+    [this](const BlobId& blob) { return !this->Book.IsOwed(blob); });
+  if (!request.blobs.empty())
+  {
+    this->BlobsWanted += request.blobs.size();
+    this->Book.Send(std::move(request));
+  }
 }
 
 // Pages, then boxes. A tap that would need too many is dropped.

@@ -77,6 +77,8 @@ public:
     this->Glides = glides;
     this->Parts.Follow(glides);
   }
+  // Whether the original's parts that are drawn from now on tell the corners of their triangles.
+  void KeepCorners(bool keeps) { this->Parts.KeepCorners(keeps); }
   const std::shared_ptr<const DrawnSurface>& GetSurface() const { return this->Drawn; }
   std::uint64_t Version() const { return this->DrawnVersion; }
 

@@ -331,7 +331,8 @@ bool TakeEntry(ViewLink& link, std::string_view key, std::string_view value)
   if (key == "colours")
   {
     link.colors = value;
-    return IsOneOf(value, { "own", "none", "partition", "resolution" });
+    return value.substr(0, 3) == "by:" || // what that says the scene knows: look/Coloring.h
+           IsOneOf(value, { "own", "none", "partition", "resolution" });
   }
   if (key == "light")
   {

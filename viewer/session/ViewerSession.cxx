@@ -34,6 +34,15 @@ std::vector<LevelFacts> FactsOf(const ModelDescription& model)
   return facts;
 }
 
+// As statistics name it.
+const char* NameOf(const BlobId& blob, bool isPreview)
+{
+  return isPreview                          ? "preview"
+         : blob.kind == BlobKind::Partition ? "partition"
+         : blob.kind == BlobKind::Texture   ? "texture"
+                                            : "level";
+}
+
 // Why this viewer cannot show the model; empty if it can.
 std::string Objection(const ModelDescription& model)
 {
@@ -50,6 +59,7 @@ ViewerSession::ViewerSession(SessionOptions options)
   : Options(std::move(options))
   , Gestures(this->Options.gestures)
   , Pieces(this->Options.cacheBytes)
+  , Tiles(this->Options.pictureBytes)
   , History(this->Options.mostStatistics)
 {
   this->Options.rings = std::clamp(this->Options.rings, 1u, 3u);
@@ -105,6 +115,7 @@ void ViewerSession::CloseModel()
   this->Book.CancelAll();
   this->Pieces.Clear();
   this->Shown.Reset({});
+  this->Tiles.Reset({});
   this->Current.reset();
   this->Region.reset();
   this->EarlierTaps.clear();
@@ -193,6 +204,7 @@ void ViewerSession::SetMemory(const MemoryShares& shares)
   this->Options.treeBytes = shares.treeBytes;
   this->Options.mostRegionTriangles = shares.regionTriangles;
   this->Pieces.SetLimit(shares.cacheBytes);
+  this->Tiles.SetLimit(shares.pictureBytes);
   this->CutRegion();
   this->SetBudgets(shares.triangles, shares.viewBytes);
 }
@@ -227,6 +239,7 @@ void ViewerSession::Retry()
 {
   this->FailedPieces.clear();
   this->FailedTree.clear();
+  this->Tiles.Retry();
   this->Doubtful.clear();
   this->LastError.clear();
 }
@@ -278,6 +291,8 @@ void ViewerSession::Opened(std::uint32_t request, const ModelDescription& model)
       ViewRefinement(model, this->Options.refinement),
       ViewRefinement(model, this->Options.refinement), SeenPartitions(model.depths) });
   this->Shown.Reset(model.depths);
+  this->Tiles.Reset(model);
+  this->Shown.KeepCorners(this->Tiles.AreThere());
   this->Section.Reset(model.box);
   this->FitModel();
   this->Target = this->Current->policy.PreviewLevel();
@@ -309,7 +324,7 @@ void ViewerSession::BlobArrived(std::uint32_t request, const BlobId& blob,
     this->LoneRequest = 0;
   }
   BlobStatistics entry;
-  entry.what = preview ? "preview" : blob.kind == BlobKind::Partition ? "partition" : "level";
+  entry.what = NameOf(blob, preview);
   entry.id = protocol::BlobName(blob);
   entry.bytes = bytes.size();
   entry.transmissionSeconds = transmissionSeconds;
@@ -353,9 +368,13 @@ Status ViewerSession::Decode(
   const BlobId& blob, std::span<const std::uint8_t> bytes, BlobStatistics& entry)
 {
   Model& model = *this->Current;
-  if (!IsOfPiece(blob))
+  if (IsOfTree(blob))
   {
     return model.tree.Add(blob, bytes);
+  }
+  if (blob.kind == BlobKind::Texture)
+  {
+    return this->Tiles.Add(blob, bytes, this->Pieces.Peek(PieceOfBlob(blob, model.codec.depths)));
   }
   const double begin = this->Options.clock ? this->Options.clock() : 0;
   auto piece = DecodePiece(bytes, PieceOfBlob(blob, model.codec.depths), model.codec);
@@ -386,7 +405,13 @@ void ViewerSession::Fail(const BlobId& blob, const std::string& message)
   }
   const std::string sentence =
     protocol::BlobName(blob) + " of " + this->ModelId + " cannot be had: " + message;
-  if (!IsOfPiece(blob))
+  if (blob.kind == BlobKind::Texture)
+  {
+    this->Tiles.Fail(blob);
+    this->LastError = sentence;
+    return;
+  }
+  if (IsOfTree(blob))
   {
     this->FailedTree.insert(blob);
     this->DropPick();
@@ -488,6 +513,9 @@ void ViewerSession::BeginFrame()
     if (!this->Ends.empty())
     {
       this->PickEndsAnew();
+    }
+    if (!this->Ends.empty() || this->Tiles.AreThere())
+    {
       this->Update();
     }
     this->Trace("frame");
@@ -522,6 +550,7 @@ ViewerScene ViewerSession::Scene() const
   scene.surfaceVersion = this->Shown.Version();
   scene.box = this->Current ? this->Current->box : Box{};
   scene.depths = this->Current ? this->Current->codec.depths : TreeDepths{};
+  scene.scalars = this->Current ? this->Current->description.scalars : ScalarDescriptions{};
   scene.eye = this->Eye.Eye();
   scene.focal = this->Eye.Focal();
   scene.up = this->Eye.Up();
@@ -530,6 +559,7 @@ ViewerScene ViewerSession::Scene() const
   scene.cap = this->Section.Cap();
   scene.capVersion = this->Section.CapVersion();
   scene.lighting = LightingOf(this->Lamps);
+  scene.tiles = this->Tiles.Tiles();
   return scene;
 }
 

@@ -22,6 +22,7 @@
 #include "viewer/session/ViewLink.h"
 #include "viewer/session/ViewRefinement.h"
 #include "viewer/session/look/RakingLight.h"
+#include "viewer/session/paint/ShownTiles.h"
 #include "viewer/session/section/ShownSection.h"
 
 #include <deque>
@@ -52,6 +53,8 @@ struct SessionOptions
   std::size_t cacheBytes = std::size_t{ 256 } << 20;
   // What is kept of the model's tree, bytes.
   std::size_t treeBytes = std::size_t{ 16 } << 20;
+  // Decoded pictures of textures that are kept, bytes.
+  std::size_t pictureBytes = std::size_t{ 512 } << 20;
   // By the view, when all that is wanted is there: what one would want next, nearer by half in the
   // middle of the screen, is fetched until about so many bytes were asked for, once for each view.
   // 0: nothing is fetched ahead.
@@ -241,8 +244,8 @@ public:
   const std::optional<Cut>& ShownCut() const { return this->Shown.GetCut(); }
   // The boxes of the region's partitions, that of the picked one first; none without a region.
   std::vector<Box> RegionBoxes() const;
-  // Bytes of all pieces that it holds.
-  std::size_t PieceBytes() const { return this->Pieces.Bytes(); }
+  // Bytes of all pieces, and of textures as they came, that it holds.
+  std::size_t PieceBytes() const { return this->Pieces.Bytes() + this->Tiles.Bytes(); }
   // The pieces that the shown surface is drawn from.
   const std::set<PieceId>& ShownPieces() const { return this->Shown.Pieces(); }
   // Of all models so far.
@@ -307,7 +310,8 @@ private:
     SurfaceWish wish;
     NodeId cell = 0; // of the region, 0 without one
     unsigned rings = 0;
-    std::set<protocol::BlobId> tree; // that is missing
+    std::set<protocol::BlobId> tree;     // that is missing
+    std::vector<protocol::BlobId> tiles; // that are missing
     std::set<PieceId> failedPieces;
     std::set<protocol::BlobId> failedTree;
     std::uint64_t pieces = 0, cut = 0, requests = 0; // versions
@@ -364,6 +368,7 @@ private:
   void Retry();
   Situation GetSituation() const;
   void FollowTree();
+  void FollowTiles();
   void Update();
   bool ByView() const { return this->Options.detail == DetailMode::View; }
   void ChooseAndAsk();
@@ -385,6 +390,7 @@ private:
   SurfaceWish Wish() const;
   void RequestMissing(const std::vector<PieceId>& missing);
   void RequestTree();
+  void RequestTiles();
   void RequestLevels(const std::vector<PieceId>& missing);
   void RequestRegion(const std::vector<PieceId>& missing);
   std::vector<PieceId> BesideRegion(std::vector<PieceId> missing) const;
@@ -433,6 +439,7 @@ private:
   std::set<protocol::BlobId> MissingTree; // what is needed now
 
   PieceCache Pieces;
+  ShownTiles Tiles;
   ShownSurface Shown;
   RequestBook Book;
   LineMeter Meter;

@@ -1,16 +1,18 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// libFuzzer's entry to the decoders of pieces, tree pages and boxes. The first bytes choose the
-// tree's depths, the grid and the piece; the rest is the blob, once as it is and once with a right
-// checksum appended, so that the decoders behind the checksum are reached. What decodes must pass
-// CheckPiece and encode to a blob that decodes to the same.
+// libFuzzer's entry to the decoders of pieces, textures, tree pages and boxes. The first bytes
+// choose the tree's depths, the grid and the piece; the rest is the blob, once as it is and once
+// with a right checksum appended, so that the decoders behind the checksum are reached. What
+// decodes must pass CheckPiece and encode to a blob that decodes to the same.
 #include "filters/codec/PartitionBoxes.h"
 #include "filters/codec/PieceCodec.h"
 #include "filters/codec/Seal.h"
+#include "filters/codec/TextureTile.h"
 #include "filters/codec/TreePage.h"
 
 #include <algorithm>
 #include <cstdint>
 #include <cstdlib>
+#include <vector>
 
 using namespace kdstream;
 
@@ -45,6 +47,30 @@ void DecodeTree(std::span<const std::uint8_t> blob, const CodecContext& context)
   }
 }
 
+// Of a strip of as many triangles as the tile says.
+void DecodeTexture(std::span<const std::uint8_t> blob)
+{
+  const auto head = ReadTextureTileHead(blob);
+  if (!head || head->triangles > 4096)
+  {
+    return;
+  }
+  std::vector<Triangle> triangles;
+  for (VertexId v = 0; v < head->triangles; ++v)
+  {
+    triangles.push_back({ v, v + 1, v + 2 });
+  }
+  const auto tile = DecodeTextureTile(blob, triangles);
+  if (tile)
+  {
+    const auto again = DecodeTextureTile(EncodeTextureTile(*tile, triangles), triangles);
+    if (!again || again->corners != tile->corners || again->image != tile->image)
+    {
+      std::abort();
+    }
+  }
+}
+
 void Decode(std::span<const std::uint8_t> blob, PieceId id, const CodecContext& context)
 {
   if (const Result<Piece> piece = DecodePiece(blob, id, context))
@@ -57,6 +83,7 @@ void Decode(std::span<const std::uint8_t> blob, PieceId id, const CodecContext& 
     }
   }
   DecodeTree(blob, context);
+  DecodeTexture(blob);
 }
 
 }

@@ -1,13 +1,14 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Writes pieces, tree pages and boxes as blobs and as what they hold, one JSON object a line, for
-// the decoder in JavaScript (Testing/Decoder) to be held against: PieceSamples FILE. Or the seeds
-// that FuzzCodec starts from, which are made anew for each codec version: PieceSamples --seeds
-// FOLDER
+// Writes pieces, textures, tree pages and boxes as blobs and as what they hold, one JSON object a
+// line, for the decoder in JavaScript (Testing/Decoder) to be held against: PieceSamples FILE. Or
+// the seeds that FuzzCodec starts from, which are made anew for each codec version: PieceSamples
+// --seeds FOLDER
 #include "Testing/Fixtures/Meshes.h"
 #include "Testing/Fixtures/Model.h"
 #include "filters/codec/PartitionBoxes.h"
 #include "filters/codec/PieceCodec.h"
 #include "filters/codec/Testing/RandomPiece.h"
+#include "filters/codec/Testing/RandomTile.h"
 #include "filters/codec/TreePage.h"
 #include "filters/core/BitCast.h"
 
@@ -94,6 +95,31 @@ std::string Sample(const Piece& piece, const CodecContext& context)
          ",\"attributes\":" +
          List(piece.attributes, [](const Attribute& attribute) { return Hex(attribute.values); }) +
          "}\n";
+}
+
+// Places of corners; of an exact one u and v as they were given, too.
+std::string TextureSample(const TextureTile& tile, const std::vector<Triangle>& triangles)
+{
+  const std::vector<std::uint8_t> blob = EncodeTextureTile(tile, triangles);
+  const TextureTile told = *DecodeTextureTile(blob, triangles);
+  std::vector<double> places, given;
+  for (std::size_t t = 0; t < triangles.size(); ++t)
+  {
+    for (std::size_t k = 0; k < 6; ++k)
+    {
+      places.push_back(told.corners[t][k / 2][k % 2]);
+      if (tile.isExact)
+      {
+        given.push_back(tile.exact.corners[t][k / 2][k % 2]);
+      }
+    }
+  }
+  return "{\"kind\":\"texture\",\"triangles\":" +
+         List(triangles, [](const Triangle& t) { return List(t, Number); }) +
+         ",\"width\":" + Number(tile.width) + ",\"height\":" + Number(tile.height) +
+         ",\"format\":" + Number(static_cast<unsigned>(tile.format)) +
+         ",\"image\":" + Hex(tile.image) + ",\"places\":" + HexOfDoubles(places) +
+         ",\"given\":" + HexOfDoubles(given) + ",\"blob\":" + Hex(blob) + "}\n";
 }
 
 std::string HexOfBoxes(std::span<const Box> boxes)
@@ -231,6 +257,12 @@ int main(int argc, char** argv)
       const std::vector<std::uint32_t> spacings(depths.finest + 1, i % 2 == 0 ? 1 : 37);
       file << Sample(piece, { depths, grid, spacings });
     }
+  }
+  for (std::uint32_t side = 2; side < 20; ++side)
+  {
+    const std::vector<Triangle> triangles = TileGrid(side);
+    file << TextureSample(RandomTile(random, triangles), triangles);
+    file << TextureSample(RandomExactTile(random, triangles), triangles);
   }
   for (const Mesh& mesh : { Torus(40, 20), DisplacedSphere(3), Cloud(3), Soup(300, 5) })
   {

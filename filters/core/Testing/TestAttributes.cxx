@@ -13,6 +13,7 @@
 #include <cmath>
 #include <cstring>
 #include <limits>
+#include <map>
 #include <numeric>
 #include <random>
 
@@ -224,13 +225,12 @@ TEST(Attributes, SurfacesShowTheTuplesOfTheirSources)
             ASSERT_EQ(TupleOf(shown, v), TupleOf(*expected, vertex)) << shown.name;
           }
         }
-        std::size_t pointArrays = 0, inLevels = 0;
-        for (const Attribute& attribute : model.mesh.attributes)
-        {
-          pointArrays += attribute.association == AttributeAssociation::Point;
-          inLevels += RoleOf(attribute) == AttributeRole::Normals ||
-                      RoleOf(attribute) == AttributeRole::Colors;
-        }
+        const std::vector<AttributeInfo> all(
+          model.mesh.attributes.begin(), model.mesh.attributes.end());
+        const auto pointArrays = static_cast<std::size_t>(std::count_if(all.begin(), all.end(),
+          [](const auto& attribute)
+          { return attribute.association == AttributeAssociation::Point; }));
+        const std::size_t inLevels = ArraysOfLevels(all).size();
         ASSERT_EQ(surface->attributes.size(), onlyOriginal ? pointArrays : inLevels);
         ASSERT_TRUE(CheckAttributes(surface->attributes, surface->points.size(), 0));
       }
@@ -246,6 +246,8 @@ TEST(Attributes, LevelsCarryTheMeansOfNormalsAndColours)
       const VertexTree& tree = model.vertexTree;
       std::vector<VertexId> cluster(tree.original.size()); // of each numbered vertex
       const Attribute* const paint = FindPaint(model.mesh.attributes);
+      const std::vector<AttributeInfo> inLevels = ArraysOfLevels(
+        std::vector<AttributeInfo>(model.mesh.attributes.begin(), model.mesh.attributes.end()));
       for (unsigned d = tree.depths.finest + 1; d-- > 0;)
       {
         const VertexTreeLevel& level = tree.levels[d];
@@ -258,10 +260,11 @@ TEST(Attributes, LevelsCarryTheMeansOfNormalsAndColours)
         {
           const AttributeRole role = RoleOf(attribute);
           const Attribute* means = FindAttribute(level.attributes, attribute);
+          const bool isOfSpace = role == AttributeRole::Normals || role == AttributeRole::Colors;
           ASSERT_EQ(
-            means != nullptr, role == AttributeRole::Normals || role == AttributeRole::Colors)
+            means != nullptr, std::count(inLevels.begin(), inLevels.end(), attribute.Info()) == 1)
             << attribute.name;
-          if (!means)
+          if (!isOfSpace)
           {
             continue;
           }
@@ -327,6 +330,127 @@ TEST(Attributes, LevelsCarryTheMeansOfNormalsAndColours)
       }
     });
   EXPECT_GT(compared, 10000U);
+}
+
+// Of the numbers of a cluster's vertices: what its level has, as far as that is documented.
+void ExpectLevelValue(const Attribute& array, std::vector<double> values, double shown)
+{
+  std::erase_if(values, [](double value) { return !std::isfinite(value); });
+  if (values.empty())
+  {
+    ASSERT_TRUE(std::isnan(shown) || shown == 0);
+    return;
+  }
+  std::map<double, std::size_t> counts;
+  std::for_each(values.begin(), values.end(), [&](double value) { ++counts[value]; });
+  if (HoldsClasses(array))
+  {
+    const auto most = std::max_element(counts.begin(), counts.end(),
+      [](const auto& a, const auto& b) { return a.second < b.second; });
+    ASSERT_GE(counts[shown], 1U) << "a value that none of the vertices has: " << array.name << " "
+                                 << shown << ", of " << testing::PrintToString(counts);
+    const std::size_t lacks = most->second - counts[shown];
+    ASSERT_LE(lacks, counts.size() <= 4 ? 0 : values.size() / 5);
+    return;
+  }
+  double mean = 0;
+  for (const double value : values)
+  {
+    mean += value / double(values.size());
+  }
+  const bool isReal = array.type == AttributeType::Float32 || array.type == AttributeType::Float64;
+  const double largest =
+    std::max(std::abs(counts.begin()->first), std::abs(counts.rbegin()->first));
+  ASSERT_NEAR(shown, mean, largest * 1e-6 + (isReal ? 0 : 0.5));
+}
+
+TEST(Attributes, LevelsCarryTheMeansOfNumbersAndTheMostFrequentClasses)
+{
+  std::size_t numbers = 0, classes = 0;
+  std::mt19937 random(4);
+  for (const NamedMesh& named : AllMeshes())
+  {
+    if (named.mesh.points.size() > 3000 || named.mesh.points.empty())
+    {
+      continue;
+    }
+    SCOPED_TRACE(named.name);
+    Mesh mesh = named.mesh;
+    for (const AttributeInfo& info :
+      { AttributeInfo{ "intensity", AttributeType::UInt16, AttributeAssociation::Point, 1 },
+        AttributeInfo{ "time", AttributeType::Float64, AttributeAssociation::Point, 1 },
+        AttributeInfo{ "quality", AttributeType::Int8, AttributeAssociation::Point, 1 },
+        AttributeInfo{ "kind", AttributeType::UInt8, AttributeAssociation::Point, 1 },
+        AttributeInfo{ "scalar_Label", AttributeType::Float32, AttributeAssociation::Point, 1 } })
+    {
+      Attribute& array = mesh.attributes.emplace_back(Attribute{ info, {} });
+      array.values.resize(mesh.points.size() * info.TupleSize());
+      for (std::size_t v = 0; v < mesh.points.size(); ++v)
+      {
+        const double value = HoldsClasses(info) ? double(random() % (v % 3 == 0 ? 9 : 3))
+                                                : double(random() % 200) - 100;
+        array.Set(v, 0, info.name == "time" && v % 5 == 0 ? notANumber : value * 1.25);
+      }
+    }
+    const auto model = MakeModel(mesh, { 90, {}, 5 });
+    const VertexTree& tree = model->vertexTree;
+    std::vector<VertexId> cluster(tree.original.size());
+    for (unsigned d = tree.depths.finest + 1; d-- > 0;)
+    {
+      const VertexTreeLevel& level = tree.levels[d];
+      for (VertexId v = 0; v < cluster.size(); ++v)
+      {
+        cluster[v] =
+          d == tree.depths.finest ? tree.ClusterAt(d, v) : tree.levels[d + 1].parents[cluster[v]];
+      }
+      for (const Attribute& array : model->mesh.attributes)
+      {
+        std::vector<std::vector<double>> values(level.first.size());
+        for (VertexId v = 0; v < cluster.size(); ++v)
+        {
+          values[cluster[v]].push_back(array.Get(tree.original[v], 0));
+        }
+        const Attribute* shown = FindAttribute(level.attributes, array);
+        ASSERT_TRUE(shown && shown->TupleCount() == values.size()) << array.name;
+        for (std::size_t c = 0; c < values.size(); ++c)
+        {
+          ExpectLevelValue(array, values[c], shown->Get(c, 0));
+          ++(HoldsClasses(array) ? classes : numbers);
+        }
+      }
+    }
+  }
+  EXPECT_GT(numbers, 10000U);
+  EXPECT_GT(classes, 10000U);
+}
+
+TEST(Attributes, AreClassesByTypeOrName)
+{
+  const auto holds = [](const char* name, AttributeType type) {
+    return HoldsClasses({ name, type, AttributeAssociation::Point, 1 });
+  };
+  EXPECT_TRUE(holds("kind", AttributeType::UInt8));
+  EXPECT_TRUE(holds("scalar_Classification", AttributeType::Float32));
+  EXPECT_TRUE(holds("LABEL", AttributeType::Int64));
+  EXPECT_FALSE(holds("Intensity", AttributeType::UInt8));
+  EXPECT_FALSE(holds("kind", AttributeType::Int16));
+  EXPECT_FALSE(holds("class_confidence", AttributeType::Float32));
+}
+
+TEST(Attributes, NumbersBeyondAllSumsHaveAMean)
+{
+  Mesh mesh;
+  mesh.points.resize(4);
+  Attribute& huge = mesh.attributes.emplace_back(
+    Attribute{ { "huge", AttributeType::Float64, AttributeAssociation::Point, 1 },
+      std::vector<std::uint8_t>(32) });
+  for (std::size_t v = 0; v < 4; ++v)
+  {
+    huge.Set(v, 0, std::numeric_limits<double>::max());
+  }
+  ClusterLevels levels = OneCluster(mesh);
+  AddLevelAttributes(mesh, levels);
+  EXPECT_EQ(levels.levels[0].attributes.at(0).Get(0, 0), std::numeric_limits<double>::max());
 }
 
 TEST(Attributes, NormalsThatAreNoneOrCancelHaveADocumentedMean)
@@ -449,6 +573,22 @@ TEST(Attributes, SumsRefuseBytesThatNothingAddsUpTo)
   EXPECT_EQ(changed(80, std::uint64_t{ 511 }), wrong);
   EXPECT_EQ(changed(80, std::uint64_t{ 509 }), "");
   EXPECT_EQ(changed(88, std::uint64_t{ 1 } << 63), wrong) << "twice as many would be none";
+  const std::vector<AttributeInfo> numbers{ { "time", AttributeType::Float64,
+                                              AttributeAssociation::Point, 1 },
+    { "kind", AttributeType::UInt8, AttributeAssociation::Point, 1 } };
+  const auto ofNumbers = [&](std::size_t offset, auto value)
+  {
+    std::vector<std::byte> bytes(2 * 80);
+    std::memcpy(&bytes[80 + offset], &value, sizeof(value));
+    const auto loaded = AttributeSums::FromBytes(numbers, bytes);
+    return loaded ? "" : loaded.GetError().message;
+  };
+  EXPECT_EQ(ofNumbers(0, 7.5), "");
+  EXPECT_EQ(ofNumbers(0, notANumber), wrong);
+  EXPECT_EQ(ofNumbers(8, std::uint64_t{ 1 } << 33), wrong);
+  EXPECT_EQ(ofNumbers(72, std::uint64_t{ 7 }), "");
+  EXPECT_EQ(ofNumbers(72, std::uint64_t{ 1 } << 32), wrong);
+  EXPECT_EQ(ofNumbers(48, std::uint32_t{ 7 }), wrong) << "more than all votes";
   const std::vector<AttributeInfo> none{ infos[1] };
   EXPECT_TRUE(AttributeSums(none, 9).Empty());
   EXPECT_FALSE(AttributeSums::FromBytes(none, std::vector<std::byte>(1)));

@@ -88,6 +88,69 @@ TEST(SurfaceParts, AreTheSameWhateverWasShownBefore)
   }
 }
 
+namespace
+{
+
+// Of a part of the original: whether each corner of a triangle is the vertex that it is told to
+// have been, or a coarser one that stands for it.
+void ExpectCornersAreTheirs(const SurfacePart& part, const PieceLookup& lookup)
+{
+  const Piece& piece = *lookup(part.piece);
+  ASSERT_EQ(part.corners.size(), part.surface.triangles.size());
+  const std::set<std::uint32_t> once(part.corners.begin(), part.corners.end());
+  ASSERT_EQ(once.size(), part.corners.size());
+  for (std::size_t i = 0; i < part.corners.size(); ++i)
+  {
+    for (unsigned k = 0; k < 3; ++k)
+    {
+      const VertexId vertex = piece.triangles[part.corners[i] / 3][(part.corners[i] + k) % 3];
+      const Surface::Source& shown = part.surface.sources[part.surface.triangles[i][k]];
+      if (shown.resolution.IsOriginal())
+      {
+        ASSERT_EQ(shown.key, piece.keys[vertex]);
+      }
+    }
+  }
+}
+
+}
+
+TEST(SurfaceParts, TellWhichCornersTheirTrianglesHad)
+{
+  std::size_t triangles = 0, moved = 0;
+  for (const NamedMesh& named : AllMeshes())
+  {
+    const auto model = MakeModel(named.mesh, { 40, {}, 8 }, {}, {}, 2);
+    CutWalk walk(*model, 44);
+    SurfaceParts parts;
+    parts.KeepCorners(true);
+    for (unsigned step = 0; step < 60; ++step, walk.Step())
+    {
+      SCOPED_TRACE(named.name + ", step " + std::to_string(step));
+      ASSERT_TRUE(parts.GoTo(walk.Now(), model->Lookup()));
+      for (const auto& part : parts.Parts())
+      {
+        if (!part->piece.resolution.IsOriginal())
+        {
+          ASSERT_TRUE(part->corners.empty());
+          continue;
+        }
+        ExpectCornersAreTheirs(*part, model->Lookup());
+        triangles += part->corners.size();
+        moved +=
+          static_cast<std::size_t>(std::count_if(part->borrowed.begin(), part->borrowed.end(),
+            [](const auto& each) { return !each.piece.resolution.IsOriginal(); }));
+        if (testing::Test::HasFatalFailure())
+        {
+          return;
+        }
+      }
+    }
+  }
+  EXPECT_GT(triangles, 10'000u);
+  EXPECT_GT(moved, 100u);
+}
+
 // What stood for each point is found in the whole vertex tree too.
 TEST(SurfaceParts, TellWhatShowedTheirPointsBefore)
 {

@@ -64,10 +64,11 @@ std::vector<Triangle> SortedWithoutRepeats(
 class PartDrawer
 {
 public:
-  PartDrawer(ShownVertices& view, std::size_t number)
+  PartDrawer(ShownVertices& view, std::size_t number, bool keepsCorners)
     : View(view)
     , Number(number)
     , P(*view.Pieces()[number])
+    , KeepsCorners(keepsCorners && this->P.id.resolution.IsOriginal())
   {
   }
 
@@ -83,6 +84,10 @@ public:
     const std::vector<Triangle> drawn = this->DrawnTriangles();
     this->AddBorrowedPoints(drawn);
     this->AddTriangles(drawn);
+    if (this->KeepsCorners)
+    {
+      this->AddCorners();
+    }
     this->AddAttributes();
     return std::make_shared<const SurfacePart>(std::move(this->Part));
   }
@@ -211,6 +216,29 @@ private:
       SortedWithoutRepeats(triangles, this->Part.surface.points.size());
   }
 
+  // Finds each triangle of the piece again among those of the part: what it has become.
+  void AddCorners()
+  {
+    const std::vector<Triangle>& all = this->Part.surface.triangles; // ascending
+    this->Part.corners.assign(all.size(), 0);
+    std::vector<bool> isKnown(all.size(), false);
+    for (std::size_t i = 0; i < this->P.triangles.size(); ++i)
+    {
+      const Triangle& t = this->P.triangles[i];
+      const Triangle moved{ this->PointOf[t[0]], this->PointOf[t[1]], this->PointOf[t[2]] };
+      const Triangle rotated = RotateLowestFirst(moved);
+      const auto place = std::lower_bound(all.begin(), all.end(), rotated);
+      const auto number = static_cast<std::size_t>(place - all.begin());
+      if (place != all.end() && *place == rotated && !isKnown[number])
+      {
+        isKnown[number] = true;
+        const auto first = std::find(moved.begin(), moved.end(), rotated[0]) - moved.begin();
+        this->Part.corners[number] =
+          static_cast<std::uint32_t>(3 * i) + static_cast<std::uint32_t>(first);
+      }
+    }
+  }
+
   // The point arrays that all pieces have whose points are here, tuples in the order of the points.
   void AddAttributes()
   {
@@ -255,6 +283,7 @@ private:
   ShownVertices& View;
   const std::size_t Number;
   const Piece& P;
+  const bool KeepsCorners;
   SurfacePart Part;
   std::vector<VertexId> PointOf;   // of each vertex of the piece, or noVertex
   std::vector<std::uint64_t> Lent; // of each borrowed point, what NodeOf tells
@@ -403,7 +432,7 @@ Status SurfaceParts::GoTo(const Cut& cut, const PieceLookup& lookup)
     std::shared_ptr<const SurfacePart> part;
     if (view.HasChanged(i))
     {
-      part = PartDrawer(view, i).Draw();
+      part = PartDrawer(view, i, this->KeepsCorners).Draw();
       ++this->Drawn;
     }
     else

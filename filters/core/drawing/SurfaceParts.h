@@ -36,6 +36,10 @@ struct SurfacePart
   Surface surface;
   std::vector<std::uint32_t> own; // of each own point, the vertex of the piece
   std::vector<Borrowed> borrowed;
+  // Of each triangle the corner of the piece's triangles that its first corner was, 3 × the number
+  // of that triangle + 0 to 2; the others follow in turn. Where several have become one, the first
+  // of them. Empty unless it is asked for (SurfaceParts::KeepCorners).
+  std::vector<std::uint32_t> corners;
 
   // Of `surface`, which does not change any more; made when they are asked for first: O(n),
   // O(n log n). Threads: one at a time.
@@ -88,6 +92,9 @@ public:
   // Whether each GoTo also finds what showed the points before: O(log points) for each point of the
   // parts that it draws anew.
   void Follow(bool follows) { this->Follows = follows; }
+  // Whether parts of the original that are drawn from now on tell their triangles' corners, by
+  // which they are painted. O(T log T) for T triangles of each.
+  void KeepCorners(bool keeps) { this->KeepsCorners = keeps; }
   // Of each part, in their order; empty where it has stayed, or nothing is followed.
   const std::vector<FormerPoints>& Former() const { return this->Came; }
 
@@ -97,7 +104,7 @@ private:
 
   std::unique_ptr<ShownVertices> View;
   SurfacePartList All;
-  bool Follows = false;
+  bool Follows = false, KeepsCorners = false;
   std::vector<FormerPoints> Came;
   std::size_t Drawn = 0;
 };

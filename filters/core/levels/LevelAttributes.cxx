@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Normals and colours of the levels: see LevelAttributes.h.
+// Normals, colours and numbers of the levels: see LevelAttributes.h.
 //   1. The sums of the finest level's clusters over their original vertices, ascending.
 //   2. Level by level: the mean of each cluster, and its sum added to its parent's, children by
 //   lowest vertex.
@@ -7,6 +7,7 @@
 
 #include "filters/core/VectorMath.h"
 #include "filters/core/levels/CollapseAttributes.h"
+#include "filters/core/levels/ScalarSums.h"
 
 #include <algorithm>
 #include <array>
@@ -137,6 +138,8 @@ private:
 
 static_assert(std::is_trivially_copyable_v<ColorSum> && sizeof(ColorSum) == 40);
 static_assert(std::is_trivially_copyable_v<NormalSum> && sizeof(NormalSum) == 56);
+static_assert(std::is_trivially_copyable_v<ScalarSum> && sizeof(ScalarSum) == 16);
+static_assert(std::is_trivially_copyable_v<ClassVotes> && sizeof(ClassVotes) == 64);
 
 // The sum in a record. Records are multiples of its alignment, in memory fresh from the allocator.
 template <class Sum>
@@ -151,9 +154,27 @@ const Sum& SumAt(const std::byte* record)
   return *std::launder(reinterpret_cast<const Sum*>(record));
 }
 
-bool HasNormals(const AttributeInfo& attribute)
+// Calls visit(sum) with an empty sum of the kind that the array has in levels.
+template <class Visit>
+void WithSumOf(const AttributeInfo& attribute, const Visit& visit)
 {
-  return RoleOf(attribute) == AttributeRole::Normals;
+  const AttributeRole role = RoleOf(attribute);
+  if (role == AttributeRole::Normals)
+  {
+    visit(NormalSum{});
+  }
+  else if (role == AttributeRole::Colors)
+  {
+    visit(ColorSum{});
+  }
+  else if (HoldsClasses(attribute))
+  {
+    visit(ClassVotes{});
+  }
+  else
+  {
+    visit(ScalarSum{});
+  }
 }
 
 }
@@ -161,13 +182,10 @@ bool HasNormals(const AttributeInfo& attribute)
 AttributeSums::AttributeSums(std::span<const AttributeInfo> attributes, std::size_t clusters)
   : Clusters(clusters)
 {
-  for (const AttributeInfo& attribute : attributes)
+  for (const AttributeInfo& attribute : ArraysOfLevels(attributes))
   {
-    if (IsInLevels(attribute))
-    {
-      this->Columns.push_back({ attribute, this->Record });
-      this->Record += HasNormals(attribute) ? sizeof(NormalSum) : sizeof(ColorSum);
-    }
+    this->Columns.push_back({ attribute, this->Record });
+    WithSumOf(attribute, [&](const auto& sum) { this->Record += sizeof(sum); });
   }
   this->Records.resize(clusters * this->Record); // all zero: empty sums
 }
@@ -178,14 +196,7 @@ void AttributeSums::ForEachColumn(const Visit& visit) const
 {
   for (const Column& column : this->Columns)
   {
-    if (HasNormals(column.attribute))
-    {
-      visit(column, NormalSum{});
-    }
-    else
-    {
-      visit(column, ColorSum{});
-    }
+    WithSumOf(column.attribute, [&](const auto& sum) { visit(column, sum); });
   }
 }
 

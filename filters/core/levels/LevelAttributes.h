@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Normals and colours of the levels: the last part of step "levels" of the README's picture.
+// Normals, colours and numbers of the levels: the last part of step "levels" of the README's
+// picture.
 #pragma once
 
 #include "filters/core/Result.h"
@@ -13,8 +14,9 @@
 namespace kdstream
 {
 
-// Gives every level the mean of the mesh's normals and of its colours (RoleOf), under the name and
-// type that they have in the mesh; other arrays are the original's alone.
+// Gives every level the mean of the mesh's normals, of its colours (RoleOf) and of its numbers
+// (IsScalar), under the name and type that they have in the mesh; of classes (HoldsClasses) the
+// most frequent one. Other arrays are the original's alone (ArraysOfLevels).
 //
 // Colours: each component's mean over the cluster's original vertices, alpha like the others,
 // rounded to the nearest value (halves upwards). Where the levels come with colours of their own
@@ -23,6 +25,8 @@ namespace kdstream
 // direction (all zero, or a component that is NaN or infinite) are left out. Where the directions
 // cancel each other (their sum is shorter than 10^-9 of their number) it is the direction of the
 // lowest original vertex that has one; where none has one it is (0, 0, 0).
+// Numbers: ScalarSum of ScalarSums.h; integers are rounded to the nearest, halves away from 0.
+// Classes: ClassVotes there.
 //
 // Sums are in double, over original vertices ascending at the finest level and over children by
 // lowest vertex above. Serial; O(n + c log c) for c clusters; AttributeSums of the finest level and
@@ -37,7 +41,7 @@ void AddLevelAttributes(const Mesh& mesh, ClusterLevels& levels);
 class AttributeSums
 {
 public:
-  // Sums of nothing. attributes: of the mesh, those that are not in levels too (IsInLevels).
+  // Sums of nothing. attributes: of the mesh, those that are not in levels too (ArraysOfLevels).
   AttributeSums(std::span<const AttributeInfo> attributes, std::size_t clusters);
   // Sums as Bytes() gave them. Errors: InvalidInput, naming the cluster: bytes that are not whole
   // records, or that no colours add up to.
@@ -58,7 +62,8 @@ public:
   // Whether there is anything to add up.
   bool Empty() const { return this->Columns.empty(); }
   std::size_t ClusterCount() const { return this->Clusters; }
-  // Bytes of a cluster: 40 for colours and 56 for normals; at most 136, for normals, RGB and RGBA.
+  // Bytes of a cluster: 40 for colours, 56 for normals, 16 for numbers and 64 for classes; at most
+  // 1160, for normals, RGB, RGBA and mostScalars classes.
   std::size_t RecordSize() const { return this->Record; }
   // Record after record, in the byte order of this machine.
   std::span<const std::byte> Bytes() const { return this->Records; }

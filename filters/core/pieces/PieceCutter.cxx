@@ -232,6 +232,18 @@ void PieceCutter::AddTriangles(Piece& piece, VertexId begin, const std::vector<V
                  std::lower_bound(ghosts.begin(), ghosts.end(), v) - ghosts.begin()) +
                  piece.ownVertices;
   };
+  // By how many corners each was turned.
+  const auto turnOf = [&](const Triangle& turned, std::uint32_t number)
+  {
+    const Triangle& given = this->Triangles[number];
+    std::size_t turn = 0;
+    while (turn < 2 && local(this->PlaceOf(given[turn])) != turned[0])
+    {
+      ++turn;
+    }
+    // Of one that has a vertex twice, the two may be the first.
+    return turn == 0 && local(this->PlaceOf(given[1])) != turned[1] ? 2U : turn;
+  };
   for (auto& [triangle, number] : triangles)
   {
     triangle = RotateLowestFirst({ local(triangle[0]), local(triangle[1]), local(triangle[2]) });
@@ -255,9 +267,16 @@ void PieceCutter::AddTriangles(Piece& piece, VertexId begin, const std::vector<V
     {
       Attribute& cut = piece.attributes.emplace_back(Attribute{ array.Info(), {} });
       cut.values.reserve(sorted.size() * array.TupleSize());
+      const std::size_t third = IsOfCorners(array) ? array.TupleSize() / 3 : 0;
       for (const auto& [triangle, number] : sorted)
       {
         cut.Append(array, number);
+        if (third > 0)
+        {
+          std::rotate(cut.values.end() - 3 * std::ptrdiff_t(third),
+            cut.values.end() - std::ptrdiff_t((3 - turnOf(triangle, number)) * third),
+            cut.values.end());
+        }
       }
     }
   }

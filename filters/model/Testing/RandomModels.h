@@ -4,10 +4,13 @@
 
 #include "filters/model/ModelDescription.h"
 
+#include <algorithm>
+#include <array>
 #include <bit>
 #include <cmath>
 #include <random>
 #include <string>
+#include <vector>
 
 namespace kdstream
 {
@@ -144,9 +147,32 @@ public:
     {
       model.attributes.push_back({ this->Text(10), static_cast<AttributeType>(this->Integer(0, 9)),
         this->Integer(0, 1) == 0 ? AttributeAssociation::Point : AttributeAssociation::Cell,
-        this->Small<std::uint8_t>(1, 255) });
+        this->Integer(0, 1) == 0 ? std::uint8_t{ 1 } : this->Small<std::uint8_t>(1, 255) });
     }
+    this->AddScalars(model);
     return model;
+  }
+
+  void AddScalars(ModelDescription& model)
+  {
+    std::vector<ScalarDescription> all;
+    for (const AttributeInfo& array : model.attributes)
+    {
+      if (!IsScalar(array) || this->Integer(0, 3) == 0)
+      {
+        continue;
+      }
+      std::array<double, 4> range{ this->Double(), this->Double(), this->Double(), this->Double() };
+      std::sort(range.begin(), range.end());
+      ScalarDescription scalar{ array.name, range[0], range[3], range[1], range[2], {} };
+      const std::uint64_t classes = this->Integer(0, 1) * this->Integer(0, 256);
+      for (std::uint64_t i = 0; i < classes; ++i)
+      {
+        scalar.classes.push_back({ double(i) - 100.5, this->Integer(0, 1ull << 53) });
+      }
+      all.push_back(scalar);
+    }
+    model.scalars = all;
   }
 
   // The text with a few bytes changed, removed, repeated or put in.

@@ -6,6 +6,9 @@
 #include <gtest/gtest.h>
 #include <nlohmann/json.hpp>
 
+#include <tuple>
+#include <vector>
+
 using namespace kdstream;
 using Json = nlohmann::json;
 
@@ -79,6 +82,7 @@ TEST(TestStoredModel, ComesBack)
     {
       attribute.name = "name é";
     }
+    random.AddScalars(model);
     model.input = random.Text(20);
     model.levelMaker = random.Text(5);
     model.sheets = random.Integer(0, 1) == 1;
@@ -90,6 +94,45 @@ TEST(TestStoredModel, ComesBack)
     const auto spelledOtherwise = ParseStoredModel(WriteStoredModel(model, &JsonNumber));
     ASSERT_TRUE(spelledOtherwise);
     EXPECT_EQ(*spelledOtherwise, model);
+  }
+}
+
+TEST(TestStoredModel, RangesOfNumbersAreChecked)
+{
+  ModelDescription model = *ParseStoredModel(written);
+  model.attributes.push_back({ "intensity", AttributeType::UInt16 });
+  model.attributes.push_back({ "kind", AttributeType::UInt8 });
+  model.scalars = std::vector<ScalarDescription>{ { "intensity", 1, 9, 2, 8, {} },
+    { "kind", 0, 6, 0, 6, { { 0, 5 }, { 6, 7 } } } };
+  const auto good = Json::parse(Write(model));
+  ASSERT_EQ(*ParseStoredModel(good.dump()), model);
+  const std::string none = "the metadata: \"scalars\" do not ascend";
+  const std::tuple<const char*, Json, std::string> wrong[] = {
+    { "/scalars/0/range/0", 2.5, none },
+    { "/scalars/0/range/1", 8.5, none },
+    { "/scalars/0/range/3", 7, none },
+    { "/scalars/0/range/2", "8", none },
+    { "/scalars/0/range", Json::array({ 1, 2, 3 }), none },
+    { "/scalars/0/range", std::vector<int>(5, 1), "" },
+    { "/scalars/1/classes/2", -1, none },
+    { "/scalars/1/classes/3", -1, none },
+    { "/scalars/1/classes/0", nullptr, none },
+    { "/scalars/0/name", 7, "" },
+    { "/scalars", Json::array({ 1 }), "" },
+    { "/scalars", std::vector<Json>(17, good["scalars"][0]), "" },
+    { "/scalars/1/classes", std::vector<int>(513, 1), "" },
+  };
+  for (const auto& [place, value, message] : wrong)
+  {
+    Json changed = good;
+    changed[Json::json_pointer(place)] = value;
+    const auto parsed = ParseStoredModel(changed.dump());
+    ASSERT_FALSE(parsed) << place << " " << value;
+    EXPECT_EQ(parsed.GetError().code, ErrorCode::Damaged);
+    if (!message.empty())
+    {
+      EXPECT_EQ(parsed.GetError().message, message) << place << " " << value;
+    }
   }
 }
 

@@ -134,8 +134,7 @@ struct InFiles
     this->levels.files.resize(depths.finest + 1);
     this->levels.coarse.assign(
       built.levels.levels.begin(), built.levels.levels.begin() + blocks.firstInFiles);
-    std::copy_if(this->mesh.attributes.begin(), this->mesh.attributes.end(),
-      std::back_inserter(this->levels.attributes), IsInLevels);
+    this->levels.attributes = ArraysOfLevels(this->mesh.attributes);
     std::vector<VertexId> finest;
     for (const VertexId v : built.tree.order)
     {

@@ -21,7 +21,7 @@ struct ExternalLevels
   std::vector<LevelFile> files;
   std::vector<ClusterLevel> coarse;
   SpillFile clusterOfRank; // VertexId: of each vertex, by rank, its cluster of level L
-  std::vector<AttributeInfo> attributes; // that levels carry (IsInLevels), in the mesh's order
+  std::vector<AttributeInfo> attributes; // that levels carry (ArraysOfLevels), in the mesh's order
 };
 
 // Builds the levels L … 0 of a mesh in blocks: to the bit what BuildLevels makes in memory,

@@ -92,8 +92,7 @@ LevelSteps::LevelSteps(
       options.mayCoincide && (!this->Clusters || (options.sheets && mesh.triangleCount > 0)))
   , MayCoincide(this->JoinsCoincident && mesh.mayCoincide)
 {
-  std::copy_if(mesh.attributes.begin(), mesh.attributes.end(),
-    std::back_inserter(this->LevelsArrays.attributes), IsInLevels);
+  this->LevelsArrays.attributes = ArraysOfLevels(mesh.attributes);
   for (const AttributeInfo& attribute : this->LevelsArrays.attributes)
   {
     const bool normals = RoleOf(attribute) == AttributeRole::Normals;

@@ -12,6 +12,7 @@ TEST(TestBlobId, NamesAreAsDocumented)
   EXPECT_EQ(BlobName(BlobId::PartitionBoxes(9)), "boxes/9");
   EXPECT_EQ(BlobName(BlobId::LevelPiece(7, 1)), "levels/7/1");
   EXPECT_EQ(BlobName(BlobId::Partition(0)), "partitions/0");
+  EXPECT_EQ(BlobName(BlobId::Texture(7)), "textures/7");
 }
 
 TEST(TestBlobId, EveryValidNameComesBack)
@@ -43,7 +44,8 @@ TEST(TestBlobId, RefusesNumbersOutOfRangeOrInDisguise)
          "tree/0x1", "tree/1e1", "tree/2147483648", "tree/4294967297", "tree/18446744073709551617",
          "tree/99999999999999999999999999", "tree/%31", "tree/1.0", "levels/31/1", "levels/07/1",
          "levels/7/0", "levels//1", "levels/256/1", "partitions/1073741824", "partitions/00",
-         "partitions/-0", "partitions/", "boxes/0", "boxes/2147483648" })
+         "partitions/-0", "partitions/", "textures/1073741824", "textures/x", "boxes/0",
+         "boxes/2147483648" })
   {
     const auto blob = ParseBlobName(name);
     ASSERT_FALSE(blob) << name;
@@ -51,6 +53,7 @@ TEST(TestBlobId, RefusesNumbersOutOfRangeOrInDisguise)
   }
   EXPECT_TRUE(ParseBlobName("tree/2147483647"));
   EXPECT_TRUE(ParseBlobName("partitions/1073741823"));
+  EXPECT_TRUE(ParseBlobName("textures/1073741823"));
   EXPECT_TRUE(ParseBlobName("levels/30/1"));
 }
 

@@ -21,7 +21,7 @@ class MemoryModel : public ServedModel
 {
 public:
   // A model of random points with 2^partitionDepth partitions. Each partition's blob has
-  // `blobBytes` bytes, give or take a half; the others are small.
+  // `blobBytes` bytes, give or take a half; the others, of its texture among them, are small.
   MemoryModel(std::string id, std::uint64_t seed, unsigned partitionDepth, std::size_t blobBytes)
     : Random(seed)
   {
@@ -136,6 +136,7 @@ private:
     this->Told.box = this->Tree[1];
     this->Told.title = "made up";
     this->Told.levels.resize(this->Depths.finest + 1u);
+    this->Told.textures.emplace();
   }
 
   std::uint64_t Put(const protocol::BlobId& id, std::size_t size)
@@ -167,6 +168,10 @@ private:
     {
       this->Told.original.bytes += this->Put(
         protocol::BlobId::Partition(p), blobBytes / 2 + this->Random() % (blobBytes + 1) + 1);
+    }
+    for (std::uint32_t p = 0; p < this->Told.partitions; ++p)
+    {
+      this->Told.textures->bytes += this->Put(protocol::BlobId::Texture(p), 50 + p % 7);
     }
   }
 

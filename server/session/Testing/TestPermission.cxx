@@ -104,9 +104,11 @@ TEST_F(Access, EachDetailHasItsBlobs)
   EXPECT_EQ(this->StatusOf("levels", deepPage), 200u);
   EXPECT_EQ(this->StatusOf("levels", box), 403u);
   EXPECT_EQ(this->StatusOf("levels", BlobId::Partition(0)), 403u);
+  EXPECT_EQ(this->StatusOf("levels", BlobId::Texture(0)), 403u);
 
   EXPECT_EQ(this->StatusOf("regions", box), 200u);
   EXPECT_EQ(this->StatusOf("regions", BlobId::Partition(0)), 200u);
+  EXPECT_EQ(this->StatusOf("regions", BlobId::Texture(0)), 200u);
   EXPECT_FALSE(Permission().RefuseBlob(this->model->Description(), BlobId::Partition(0)));
 }
 

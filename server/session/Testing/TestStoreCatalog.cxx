@@ -226,6 +226,50 @@ TEST_F(Folder, DescribesAndReadsAStore)
   EXPECT_EQ((*boxes)[1], info.box);
 }
 
+// A few bytes for each partition.
+class SmallTextures : public PieceTextures
+{
+public:
+  TextureDescription Describe() const override { return { "webp", true }; }
+  Result<EncodedTexture> Make(Piece& piece) const override
+  {
+    const auto node = static_cast<std::uint8_t>(piece.id.node);
+    return EncodedTexture{ { 1, 2, node }, 100 };
+  }
+};
+
+TEST_F(Folder, TexturesAreReadLikePartitions)
+{
+  BuildOptions options;
+  options.tree.verticesPerPartition = 200;
+  options.textures = std::make_shared<SmallTextures>();
+  const auto report = BuildStore(Sheet(60), "sheet.ply", this->folder / "painted.kds", options);
+  ASSERT_TRUE(report) << report.GetError().message;
+  ASSERT_TRUE(this->catalog.Reload());
+  const auto model = this->catalog.Find("painted");
+  ASSERT_TRUE(model);
+  const auto& told = model->Description();
+  ASSERT_TRUE(told.textures);
+  EXPECT_EQ(*told.textures,
+    (TextureDescription{ "webp", true, 3 * told.partitions, 100 * told.partitions }));
+  for (std::uint32_t p = 0; p < told.partitions; ++p)
+  {
+    EXPECT_EQ(model->BlobSize(BlobId::Texture(p)).Value(), 3u);
+    const auto bytes = model->ReadBlob(BlobId::Texture(p));
+    ASSERT_TRUE(bytes);
+    EXPECT_EQ((*bytes)->back(), std::uint8_t(p + told.partitions));
+  }
+  const auto missing = static_cast<std::uint32_t>(told.partitions);
+  EXPECT_EQ(model->ReadBlob(BlobId::Texture(missing)).GetError().code, ErrorCode::NotFound);
+  // Who may have less is not told of them.
+  EXPECT_FALSE(ToldWith(told, ModelDetail::Levels).textures);
+  // A plain model has none.
+  this->Build("plain.kds", 20);
+  ASSERT_TRUE(this->catalog.Reload());
+  EXPECT_EQ(
+    this->catalog.Find("plain")->ReadBlob(BlobId::Texture(0)).GetError().code, ErrorCode::NotFound);
+}
+
 // As many and as long as a store can hold: the description must still be one that clients take.
 TEST_F(Folder, TellsEveryAttribute)
 {

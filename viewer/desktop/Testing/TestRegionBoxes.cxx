@@ -32,7 +32,7 @@ struct BoxedPlane
     EXPECT_TRUE(this->stage.scene->SetCamera({ { 0, 0, 5 }, { 0, 0, 0 }, { 0, 1, 0 }, 0.6 }));
   }
 
-  Picture DrawBoxes(const std::vector<Box>& shown)
+  WindowPicture DrawBoxes(const std::vector<Box>& shown)
   {
     this->boxes.Show(shown, { 0, 0, 0 }, 1.5);
     return this->stage.Draw();
@@ -50,8 +50,8 @@ Box BoxOf(const Vec3& lo, const Vec3& hi)
 TEST(RegionBoxes, LinesDoNotDarkenTheSurfaceBesideThem)
 {
   BoxedPlane plane;
-  const Picture without = plane.DrawBoxes({});
-  const Picture with = plane.DrawBoxes({ BoxOf({ -0.4, -0.4, -0.02 }, { 0.4, 0.4, 0.02 }) });
+  const WindowPicture without = plane.DrawBoxes({});
+  const WindowPicture with = plane.DrawBoxes({ BoxOf({ -0.4, -0.4, -0.02 }, { 0.4, 0.4, 0.02 }) });
   std::size_t lines = 0;
   for (int y = 0; y < side; ++y)
   {
@@ -69,7 +69,7 @@ TEST(RegionBoxes, LinesDoNotDarkenTheSurfaceBesideThem)
 TEST(RegionBoxes, WhatIsBehindTheSurfaceIsHidden)
 {
   BoxedPlane plane;
-  const Picture without = plane.DrawBoxes({});
+  const WindowPicture without = plane.DrawBoxes({});
   EXPECT_EQ(plane.DrawBoxes({ BoxOf({ -0.4, -0.4, -0.4 }, { 0.4, 0.4, -0.1 }) }).rgb, without.rgb);
   EXPECT_NE(plane.DrawBoxes({ BoxOf({ -0.4, -0.4, 0.1 }, { 0.4, 0.4, 0.4 }) }).rgb, without.rgb);
   EXPECT_EQ(plane.DrawBoxes({}).rgb, without.rgb);
@@ -84,8 +84,8 @@ TEST(RegionBoxes, FollowTheModelsPartOfTheWindow)
   plane.stage.window->AddRenderer(ground);
   plane.stage.scene->Renderer().SetLayer(1);
   plane.stage.scene->Renderer().SetViewport(0, 0, 0.5, 0.5);
-  const Picture without = plane.DrawBoxes({});
-  const Picture with = plane.DrawBoxes({ BoxOf({ -0.4, -0.4, 0.1 }, { 0.4, 0.4, 0.4 }) });
+  const WindowPicture without = plane.DrawBoxes({});
+  const WindowPicture with = plane.DrawBoxes({ BoxOf({ -0.4, -0.4, 0.1 }, { 0.4, 0.4, 0.4 }) });
   std::size_t changed = 0;
   for (int y = 0; y < side; ++y)
   {

@@ -298,7 +298,7 @@ TEST_F(TestView, WrongUsageEndsWithTwoAndFailedWorkWithOne)
     { "--offscreen auto --size 64x64x3", 2, "64x64x3" },
     { offscreen + "--rings 4", 2, "rings" },
     { offscreen + "--cache-size lots", 2, "--cache-size" },
-    { offscreen + "--colour-by height", 2, "colour-by" },
+    { offscreen + "--colour-by own --colour-map red", 2, "colour-map" },
     { offscreen + "--light dark", 2, "--light" },
     { offscreen + "--model nobody", 1, "'nobody'" },
     { offscreen + "--replay missing.jsonl", 1, "missing.jsonl" },
@@ -440,6 +440,40 @@ TEST_F(TestView, AMeshIsSeenWhereNothingCanBeKept)
   EXPECT_NE(this->Err.find("the store that is made of the mesh is not kept\n"), std::string::npos);
   EXPECT_EQ(ReadText(this->Folder / "n.png"), seen);
   EXPECT_TRUE(std::filesystem::is_empty(this->Folder / "brief"));
+}
+
+// A cloud with an intensity and classes, as PLY: what is not geometry travels, and is shown.
+TEST_F(TestView, ColoursByAnArray)
+{
+  std::string ply = "ply\nformat ascii 1.0\nelement vertex 3600\nproperty float x\n"
+                    "property float y\nproperty float z\nproperty float reflectance\n"
+                    "property uchar classification\nend_header\n";
+  for (int i = 0; i < 3600; ++i)
+  {
+    const int x = i % 60, y = i / 60;
+    ply += std::to_string(x) + " " + std::to_string(y) + " 0 " + std::to_string(x * 0.25) + " " +
+           std::to_string(x < 30 ? 2 : 6) + "\n";
+  }
+  this->Write("cloud.ply", ply);
+  const std::string look = "cloud.ply --offscreen auto --size 200x200 --cache kept --screenshot ";
+  ASSERT_EQ(this->Run(look + "own.png"), 0) << this->Err;
+  ASSERT_EQ(this->Run(look + "a.png --colour-by reflectance --report r.json"), 0) << this->Err;
+  EXPECT_GT(ShareThatDiffers(this->Folder / "a.png", this->Folder / "own.png"), 0.1);
+  ASSERT_EQ(this->Run(look + "b.png --color-by reflectance --colour-range 0,14.75"), 0);
+  EXPECT_GT(ShareThatDiffers(this->Folder / "b.png", this->Folder / "own.png"), 0.1);
+  ASSERT_EQ(this->Run(look + "c.png --colour-by reflectance --colour-map diverging"), 0);
+  EXPECT_GT(ShareThatDiffers(this->Folder / "c.png", this->Folder / "a.png"), 0.1);
+  ASSERT_EQ(this->Run(look + "d.png --colour-by classification"), 0) << this->Err;
+  EXPECT_GT(ShareThatDiffers(this->Folder / "d.png", this->Folder / "a.png"), 0.1);
+  EXPECT_NE(ReadText(this->Folder / "r.json").find("&colours=by:reflectance"), std::string::npos);
+  EXPECT_EQ(this->Run(look + "e.png --colour-by nothing"), 1);
+  EXPECT_NE(this->Err.find("the model has no array of numbers 'nothing' to be coloured by; it has "
+                           "'reflectance', 'classification'"),
+    std::string::npos)
+    << this->Err;
+  EXPECT_FALSE(std::filesystem::exists(this->Folder / "e.png"));
+  EXPECT_EQ(this->Run(look + "e.png --colour-map cividis"), 2) << this->Err;
+  EXPECT_EQ(this->Run(look + "e.png --colour-by reflectance --colour-range 2,1"), 2) << this->Err;
 }
 
 TEST_F(TestView, ALinkOpensTheViewThatItTells)

@@ -23,6 +23,7 @@
 #include <chrono>
 #include <csignal>
 #include <cstdlib>
+#include <fstream>
 #include <stdexcept>
 #include <thread>
 
@@ -258,6 +259,43 @@ TEST_F(TestWindow, SettingsAreRecorded)
       << picture << "\n"
       << ReadWhole(this->Folder / "r.jsonl");
   }
+}
+
+// K goes from array to array, and back to the model's own colours; a recording tells it.
+TEST_F(TestWindow, ColoursByTheNextArray)
+{
+  std::ofstream cloud(this->Folder / "cloud.ply");
+  cloud << "ply\nformat ascii 1.0\nelement vertex 3600\nproperty float x\nproperty float y\n"
+           "property float z\nproperty float reflectance\nproperty uchar kind\nend_header\n";
+  for (int i = 0; i < 3600; ++i)
+  {
+    const int x = i % 60, y = i / 60;
+    cloud << x << " " << y << " 0 " << x * 0.25 << " " << (y < 30 ? 1 : 2) << "\n";
+  }
+  cloud.close();
+  this->Open("cloud.ply --size " + Size() + " --record r.jsonl");
+  const std::string own = this->SettledPicture("cloud");
+  Hands("key k");
+  const std::string measure = this->SettledPicture("cloud");
+  Hands("key k");
+  const std::string kinds = this->SettledPicture("cloud");
+  Hands("key k");
+  const std::string again = this->SettledPicture("cloud");
+  EXPECT_GT(ShareThatDiffers(this->Folder / own, this->Folder / measure), 0.1);
+  EXPECT_GT(ShareThatDiffers(this->Folder / measure, this->Folder / kinds), 0.1);
+  EXPECT_EQ(ShareThatDiffers(this->Folder / own, this->Folder / again), 0);
+  ASSERT_EQ(this->End(), 0) << this->Err();
+  const std::string record = ReadWhole(this->Folder / "r.jsonl");
+  for (const char* line :
+    { R"({"colours":"by:reflectance"})", R"({"colours":"by:kind"})", R"({"colours":"own"})" })
+  {
+    EXPECT_NE(record.find(line), std::string::npos) << record;
+  }
+  const TemporaryFolder elsewhere;
+  Do("cd '" + elsewhere.Path.string() + "' && '" + program + "' '" +
+     (this->Folder / "cloud.ply").string() + "' --size " + Size() + " --offscreen x11 --replay '" +
+     (this->Folder / "r.jsonl").string() + "'");
+  EXPECT_LE(ShareThatDiffers(this->Folder / measure, elsewhere / measure), 0.002);
 }
 
 TEST_F(TestWindow, KeysOpenPanelsAndGoFromModelToModel)

@@ -20,7 +20,7 @@ void DrawHelp(const PanelFacts& facts, bool& isOpen)
   {
     const char *what, *how;
   };
-  static constexpr std::array<Line, 24> lines{ {
+  static constexpr std::array<Line, 25> lines{ {
     { "Drag, one finger, arrow keys", "turn" },
     { "Right drag, Shift and drag, two fingers", "move" },
     { "Wheel, pinch, + and -", "nearer and farther" },
@@ -40,6 +40,7 @@ void DrawHelp(const PanelFacts& facts, bool& isOpen)
     { "N", "notes on the model: read them, write them" },
     { "D", "what is shown, and what came of it" },
     { "O", "settings" },
+    { "K", "colours: by the next array of the model" },
     { "B", "boxes of the partitions around a double click" },
     { "Tab", "the model alone, without words" },
     { "F, F11", "full screen" },

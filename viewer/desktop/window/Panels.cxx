@@ -4,6 +4,7 @@
 
 #include "filters/program/ProgressReporter.h"
 #include "viewer/desktop/window/BlobTable.h"
+#include "viewer/desktop/window/ColorPanel.h"
 #include "viewer/desktop/window/HelpPanel.h"
 #include "viewer/desktop/window/ToolsPanel.h"
 
@@ -185,6 +186,7 @@ PanelWishes Panels::Draw(const PanelFacts& facts, const std::vector<Tile>& tiles
     return wishes;
   }
   DrawDistances(facts);
+  DrawColorLegend(facts, settings.scene.colors, this->StripHeight(facts, settings));
   this->DrawError(facts, wishes);
   this->DrawWarnings(facts);
   if (this->helpOpen)
@@ -465,14 +467,7 @@ void Panels::DrawSettings(const PanelFacts& facts, ViewSettings& settings)
   ImGui::SameLine();
   Choice("Widest", settings.rings, 3u);
   ImGui::Checkbox("Boxes of its partitions", &settings.scene.boxes);
-  Text("Show");
-  Choice("Own colours", settings.scene.coloring, SurfaceColoring::Own);
-  ImGui::SameLine();
-  Choice("Stone", settings.scene.coloring, SurfaceColoring::Stone);
-  ImGui::SameLine();
-  Choice("Partitions", settings.scene.coloring, SurfaceColoring::Partition);
-  ImGui::SameLine();
-  Choice("Detail", settings.scene.coloring, SurfaceColoring::Resolution);
+  DrawColorChoice(facts, settings.scene.colors);
   ImGui::Checkbox("Relief: hollows are darker", &settings.scene.occlusion);
   Text("At most");
   auto triangles = static_cast<float>(settings.triangles) / 1e6f;

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // What people do in a window: keys, buttons, settings. See WindowLook.h.
+#include "viewer/desktop/window/ColorPanel.h"
 #include "viewer/desktop/window/WindowLook.h"
 
 #include <array>
@@ -87,6 +88,13 @@ bool WindowLook::HandleKey(const WindowEvent& event)
   {
     ViewSettings settings = this->Settings;
     settings.scene.boxes = !settings.scene.boxes;
+    this->Apply(settings);
+    return true;
+  }
+  if (key == "k")
+  {
+    ViewSettings settings = this->Settings;
+    settings.scene.colors = NextColors(settings.scene.colors, this->Session.Model());
     this->Apply(settings);
     return true;
   }
@@ -227,9 +235,9 @@ void WindowLook::Apply(const ViewSettings& settings)
 void WindowLook::Apply(const SceneSettings& before)
 {
   const SceneSettings& now = this->Settings.scene;
-  if (before.coloring != now.coloring)
+  if (before.colors != now.colors)
   {
-    this->Session.Do(ColoringStep(now.coloring));
+    this->Session.Do(ColorsStep(now.colors));
   }
   if (before.occlusion != now.occlusion)
   {

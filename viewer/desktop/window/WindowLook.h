@@ -93,7 +93,7 @@ private:
   void TakePicture();
   Status WriteModelPicture(const std::string& file);
   Status WriteToldPicture(const std::string& file);
-  Result<Picture> PictureWith(InterfaceLayer::Part part);
+  Result<WindowPicture> PictureWith(InterfaceLayer::Part part);
   void Tell(const std::string& note);
   std::string Link() const { return LinkTo(this->Session.Viewer(), this->Settings.scene); }
   void WakeIf(bool changed) { this->FramesLeft = changed ? 2 : this->FramesLeft; }

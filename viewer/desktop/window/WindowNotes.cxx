@@ -82,7 +82,7 @@ void WindowLook::ShowNote(std::size_t index)
   }
   this->Session.Do({ SessionStep::Kind::Link, {}, text });
   ViewSettings settings = this->Settings;
-  settings.scene.coloring = SurfaceColoring::Own;
+  settings.scene.colors = {};
   Perform({ SessionStep::Kind::Colors, {}, link->colors }, settings.scene);
   this->Apply(settings);
   this->FramesLeft = 2;

@@ -98,11 +98,11 @@ void WindowLook::TakePicture()
 }
 
 // The window with a part of its words and buttons. It is drawn, but not shown.
-Result<Picture> WindowLook::PictureWith(InterfaceLayer::Part part)
+Result<WindowPicture> WindowLook::PictureWith(InterfaceLayer::Part part)
 {
   vtkRenderWindow& window = this->Display->Window();
   this->Interface.Draw(part);
-  this->Scene.SetStyle({ this->Settings.scene.coloring, false, this->Settings.scene.occlusion });
+  this->Scene.SetLook(this->Settings.scene.colors, this->Settings.scene.occlusion);
   window.SwapBuffersOff();
   auto picture = Pixels(window);
   window.SwapBuffersOn();

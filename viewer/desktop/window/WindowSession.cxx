@@ -74,6 +74,10 @@ void WindowSession::TakeModel(const ModelDescription& model)
 {
   this->Opened = model;
   this->Texts += model.title + model.description + model.credit + model.license;
+  for (const ScalarDescription& scalar : model.scalars)
+  {
+    this->Texts += scalar.name;
+  }
   this->Book.Open(model.id, {});
   const auto& models = this->Source->Models();
   const auto found = std::find_if(models.begin(), models.end(),
@@ -181,9 +185,9 @@ void WindowSession::RecordOptions()
   {
     this->Record.Add(BudgetsStep(now.triangles, now.memory));
   }
-  if (now.coloring != usual.coloring)
+  if (now.colors != usual.colors)
   {
-    this->Record.Add(ColoringStep(now.coloring));
+    this->Record.Add(ColorsStep(now.colors));
   }
   if (now.occlusion != usual.occlusion)
   {

@@ -26,7 +26,7 @@ ViewSettings SettingsOf(const ViewOptions& options)
 {
   ViewSettings settings;
   settings.detail = options.detail;
-  settings.scene.coloring = options.coloring;
+  settings.scene.colors = options.colors;
   settings.scene.occlusion = options.occlusion;
   settings.rings = options.rings;
   settings.triangles = options.triangles;
@@ -204,7 +204,7 @@ void WindowLook::DrawPicture()
   this->Seen = sight;
   const SceneSettings& settings = this->Settings.scene;
   this->LacksOcclusion = settings.occlusion && !may;
-  this->Scene.SetStyle({ settings.coloring, false, settings.occlusion && may });
+  this->Scene.SetLook(settings.colors, settings.occlusion && may);
   this->Display->Window().Render();
   const double end = SteadySeconds();
   if (!fresh)

@@ -8,6 +8,7 @@
 #include "viewer/session/look/RakingLight.h"
 #include "viewer/session/section/ShownSection.h"
 
+#include <cmath>
 #include <filesystem>
 #include <memory>
 #include <stdexcept>
@@ -20,9 +21,8 @@ namespace
 
 // A person turns the torus, comes nearer and taps: the region around it is the original, the rest a
 // coarser level.
-ViewerScene WalkOnTorus(const Mesh& torus, int width, int height)
+ViewerScene WalkOnTorus(kdstream::testing::MemoryServer server, int width, int height)
 {
-  kdstream::testing::MemoryServer server(torus, 128, 2);
   SessionOptions options;
   options.turning = Turning::Free;
   options.detail = DetailMode::Level;
@@ -57,6 +57,24 @@ ViewerScene WalkOnTorus(const Mesh& torus, int width, int height)
     throw std::runtime_error("no tap hit the torus");
   }
   return session.Scene();
+}
+
+ViewerScene WalkOnTorus(const Mesh& torus, int width, int height)
+{
+  return WalkOnTorus(kdstream::testing::MemoryServer(torus, 128, 2), width, height);
+}
+
+// The region is painted by textures, whose seams are those of its partitions.
+ViewerScene WalkOnTexturedTorus(const Mesh& torus, int width, int height)
+{
+  kdstream::testing::MemoryServer server(torus, 128, 2);
+  server.AddTiles(128);
+  ViewerScene scene = WalkOnTorus(std::move(server), width, height);
+  if (scene.tiles->empty())
+  {
+    throw std::runtime_error("no textures have come");
+  }
+  return scene;
 }
 
 // What is left of a painted torus: its points.
@@ -151,6 +169,48 @@ ViewerScene LookAtDragon(int width, int height)
   return scene;
 }
 
+// With an array of numbers: which side of it a point is on, or how high it is.
+Mesh WithNumbers(Mesh mesh, bool classes)
+{
+  Attribute& numbers = mesh.attributes.emplace_back(Attribute{
+    { classes ? "classification" : "height",
+      classes ? AttributeType::UInt8 : AttributeType::Float32, AttributeAssociation::Point, 1 },
+    {} });
+  numbers.values.resize(mesh.points.size() * numbers.TupleSize());
+  for (std::size_t i = 0; i < mesh.points.size(); ++i)
+  {
+    const Vec3& p = mesh.points[i];
+    numbers.Set(i, 0, classes ? 2 + (p[0] > 0 ? 1 : 0) + (p[1] > 0 ? 2 : 0) : p[0] + p[2]);
+  }
+  return mesh;
+}
+
+Coloring ByNumbers(bool classes)
+{
+  Coloring coloring(SurfaceColoring::Attribute);
+  coloring.attribute = classes ? "classification" : "height";
+  coloring.low = -0.5;
+  coloring.high = 0.75;
+  coloring.hasClasses = coloring.isLas = classes;
+  return coloring;
+}
+
+}
+
+std::vector<std::uint8_t> PatternOf(const TextureTile& tile)
+{
+  std::vector<std::uint8_t> texels;
+  texels.reserve(std::size_t{ 3 } * tile.width * tile.height);
+  for (std::uint32_t y = 0; y < tile.height; ++y)
+  {
+    for (std::uint32_t x = 0; x < tile.width; ++x)
+    {
+      const auto wave = [](std::uint32_t t, double length)
+      { return static_cast<std::uint8_t>(128 + 100 * std::sin(t / length)); };
+      texels.insert(texels.end(), { wave(x, 2), wave(y, 3), wave(x + y, 5) });
+    }
+  }
+  return texels;
 }
 
 bool HasDragon()
@@ -177,6 +237,11 @@ std::vector<ComparedScene> MakeComparedScenes()
     { "TorusRaked", 450, 300, SurfaceColoring::Stone, Raked(landscape) },
     { "TorusWide", 450, 300, SurfaceColoring::Stone, wide },
     { "TorusColors", 300, 450, SurfaceColoring::Own, WalkOnTorus(painted, 300, 450) },
+    { "Textured", 300, 450, SurfaceColoring::Own, WalkOnTexturedTorus(painted, 300, 450) },
+    { "TorusNumbers", 300, 450, ByNumbers(false),
+      WalkOnTorus(WithNumbers(plain, false), 300, 450) },
+    { "CloudClasses", 300, 450, ByNumbers(true),
+      WalkOnTorus(AsCloud(WithNumbers(plain, true), true), 300, 450) },
     { "Cloud", 300, 450, SurfaceColoring::Own, WalkOnTorus(AsCloud(painted, true), 300, 450) },
     { "CloudCut", 300, 450, SurfaceColoring::Own,
       Cut(WalkOnTorus(AsCloud(painted, true), 300, 450)) },

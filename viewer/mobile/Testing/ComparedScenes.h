@@ -3,7 +3,7 @@
 #pragma once
 
 #include "viewer/session/SessionTypes.h"
-#include "viewer/session/look/Palette.h"
+#include "viewer/session/look/Coloring.h"
 
 #include <string>
 #include <vector>
@@ -15,14 +15,17 @@ struct ComparedScene
 {
   std::string name;
   int width, height;
-  SurfaceColoring coloring;
+  Coloring coloring;
   ViewerScene scene;
 };
 
 // A torus from a session that has walked to a region, in three colourings; the same opened, cut by
-// a section, in raking light, under a wide angle, painted, and as clouds with colours and normals
-// and with neither; the Stanford dragon where its file is there.
+// a section, in raking light, under a wide angle, painted, with textures, coloured by an array, and
+// as clouds with colours and normals and with neither; the Stanford dragon where its file is there.
 std::vector<ComparedScene> MakeComparedScenes();
+
+// What stands for the picture of a tile: red, green and blue bytes, rows from the top down.
+std::vector<std::uint8_t> PatternOf(const TextureTile& tile);
 
 // Whether the dragon is there.
 bool HasDragon();

@@ -21,10 +21,15 @@ using namespace kdstream::test;
 
 Status DrawTo(const std::string& file, vtkRenderWindow& window)
 {
-  const Result<Picture> picture = Pixels(window);
+  const Result<WindowPicture> picture = Pixels(window);
   KDSTREAM_TRY(picture);
   WritePngFile(file, picture->rgb, picture->width, picture->height);
   return {};
+}
+
+Result<TilePicture> PictureOf(const TextureTile& tile)
+{
+  return TilePicture{ tile.width, tile.height, PatternOf(tile) };
 }
 
 Status DrawAll(const ComparedScene& compared)
@@ -36,10 +41,11 @@ Status DrawAll(const ComparedScene& compared)
   SceneStyle style;
   style.coloring = compared.coloring;
   drawn.SetStyle(style);
+  drawn.SetTileDecoder(PictureOf);
   const ViewerScene& scene = compared.scene;
   const Vec3 center = scene.box.lo * 0.5 + scene.box.hi * 0.5;
   drawn.SetLighting(scene.lighting);
-  for (const Status& status : { drawn.Update(*scene.surface, scene.depths, center),
+  for (const Status& status : { drawn.Update(*scene.surface, scene.depths, center, scene.tiles),
          drawn.SetCamera({ scene.eye, scene.focal, scene.up, scene.viewAngle }) })
   {
     KDSTREAM_TRY(status);

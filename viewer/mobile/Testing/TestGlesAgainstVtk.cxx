@@ -6,7 +6,11 @@
 #include "viewer/mobile/Testing/PngFile.h"
 #include "viewer/session/look/SceneLook.h"
 
+#include <GLES3/gl3.h>
+
+#include <algorithm>
 #include <iostream>
+#include <memory>
 #include <string>
 
 namespace kdstream::test
@@ -27,6 +31,14 @@ const std::vector<ComparedScene>& Scenes()
 {
   static const std::vector<ComparedScene> scenes = MakeComparedScenes();
   return scenes;
+}
+
+void UploadPattern(unsigned texture, const TextureTile& tile)
+{
+  const std::vector<std::uint8_t> pattern = PatternOf(tile);
+  glBindTexture(GL_TEXTURE_2D, texture);
+  glTexImage2D(GL_TEXTURE_2D, 0, GL_RGB, static_cast<GLsizei>(tile.width),
+    static_cast<GLsizei>(tile.height), 0, GL_RGB, GL_UNSIGNED_BYTE, pattern.data());
 }
 
 Image FromVtk(const ComparedScene& compared, const char* suffix)
@@ -109,14 +121,48 @@ void CompareHollows(const ComparedScene& compared)
 
 TEST(GlesAgainstVtk, DarkensTheSameHollows)
 {
+  GlesRenderer::SetTileUpload(UploadPattern);
   for (const ComparedScene& compared : Scenes())
   {
     CompareHollows(compared);
   }
 }
 
+// The scene's own check would find the place of textures only by chance.
+TEST(GlesAgainstVtk, PaintsByTextures)
+{
+  GlesRenderer::SetTileUpload(UploadPattern);
+  const auto textured = std::find_if(Scenes().begin(), Scenes().end(),
+    [](const ComparedScene& scene) { return scene.name == "Textured"; });
+  ASSERT_NE(textured, Scenes().end());
+  const Image there = FromVtk(*textured, usualSuffix);
+  Easel easel(textured->width, textured->height);
+  EXPECT_LE(Compare(easel.Draw(textured->scene), there).mean, mostMean);
+  const std::size_t bytes = easel.renderer->GraphicsBytes();
+  ViewerScene plain = textured->scene;
+  plain.tiles = nullptr;
+  EXPECT_GT(Compare(easel.Draw(plain), there).mean, 10 * mostMean);
+  EXPECT_LT(easel.renderer->GraphicsBytes() + 4 * 128 * 128, bytes);
+  auto moved = std::make_shared<TileList>(*textured->scene.tiles);
+  for (PaintedPiece& each : *moved)
+  {
+    TextureTile tile = *each.tile;
+    for (auto& corners : tile.corners)
+    {
+      for (TileCoordinate& corner : corners)
+      {
+        corner[0] += 1; // texel
+      }
+    }
+    each.tile = std::make_shared<const TextureTile>(std::move(tile));
+  }
+  plain.tiles = moved;
+  EXPECT_GT(Compare(easel.Draw(plain), there).mean, 2 * mostMean);
+}
+
 TEST(GlesAgainstVtk, DrawsTheSamePictures)
 {
+  GlesRenderer::SetTileUpload(UploadPattern);
   for (const ComparedScene& compared : Scenes())
   {
     CompareScene(compared);

@@ -17,7 +17,7 @@ namespace kdstream::test
 namespace
 {
 
-std::vector<SurfaceChunk> AllChunks(const Surface& surface, SurfaceColoring coloring,
+std::vector<SurfaceChunk> AllChunks(const Surface& surface, const Coloring& coloring,
   const Vec3& center = { 0, 0, 0 }, double scale = 1.0)
 {
   const std::vector<float> radii =

@@ -11,6 +11,7 @@
 #include "viewer/mobile/GlesRenderer.h"
 #include "viewer/mobile/GlideClock.h"
 #include "viewer/mobile/web/PageSession.h"
+#include "viewer/session/look/Coloring.h"
 #include "viewer/session/look/OcclusionClock.h"
 #include "viewer/session/look/Palette.h"
 
@@ -30,11 +31,23 @@
 #include <utility>
 #include <vector>
 
+// Only declared here: gl.js has the browser decode it.
+// clang-format off
+EM_JS(void, kdstream_upload_picture, (unsigned texture, const void* begin, std::size_t bytes,
+  unsigned format, unsigned width, unsigned height), {})
+// clang-format on
+
 namespace kdstream
 {
 
 namespace
 {
+
+void UploadTile(unsigned texture, const TextureTile& tile)
+{
+  kdstream_upload_picture(texture, tile.image.data(), tile.image.size(),
+    static_cast<unsigned>(tile.format), tile.width, tile.height);
+}
 
 double Now()
 {
@@ -49,12 +62,13 @@ struct PictureState
   std::uint64_t surfaceVersion = 0;
   Vec3 eye{}, focal{}, up{};
   Viewport viewport;
-  SurfaceColoring coloring = SurfaceColoring::Own;
+  std::uint64_t colorsVersion = 0;
   double glided = 1;
   std::optional<SectionPlane> section{};
   std::uint64_t capVersion = 0;
   SceneLighting lighting{};
   bool occluded = false;
+  std::shared_ptr<const TileList> tiles{};
   bool operator==(const PictureState&) const = default;
 };
 
@@ -66,7 +80,8 @@ struct WebViewer
 
   std::unique_ptr<GlesRenderer> renderer; // none before there is a context, and after it was lost
   Viewport viewport;
-  SurfaceColoring coloring = SurfaceColoring::Own;
+  ColorChoice colors;
+  std::uint64_t colorsVersion = 0;
   std::optional<PictureState> drawn;
   double nextSurface = 0;        // time of the next one, while parts keep coming
   double surfaceSeconds = 0;     // that the one which is drawn next has taken, in an earlier frame
@@ -109,8 +124,8 @@ void MakeRenderer(WebViewer& viewer)
     viewer.drawingError = made.GetError().message;
     return;
   }
+  GlesRenderer::SetTileUpload(UploadTile);
   viewer.renderer = std::move(*made);
-  viewer.renderer->SetColoring(viewer.coloring);
   viewer.drawingError.clear();
 }
 
@@ -188,13 +203,18 @@ bool Draw(WebViewer& viewer)
     MakeSurface(viewer, glided, begin); // the first one is drawn at once
     viewer.surfaceSeconds = 0;          // in this frame's
   }
-  const ViewerScene scene = session.Scene();
+  ViewerScene scene = session.Scene();
+  if (viewer.drawn && !MayDrawSurface(viewer, begin))
+  {
+    scene.tiles = viewer.drawn->tiles;
+  }
   const bool fresh = !viewer.drawn || viewer.drawn->surfaceVersion != scene.surfaceVersion;
   const bool made = !fresh && (IsPutOff(viewer) || MakeSurface(viewer, glided, begin));
   const bool begins = fresh && viewer.drawn && scene.surface->HasGlides();
   glided = begins ? 0 : glided;
   PictureState state{ scene.surfaceVersion, scene.eye, scene.focal, scene.up, viewer.viewport,
-    viewer.coloring, glided, scene.section, scene.capVersion, scene.lighting };
+    viewer.colorsVersion, glided, scene.section, scene.capVersion, scene.lighting };
+  state.tiles = scene.tiles;
   state.occluded = ChooseOcclusion(viewer, state, begin);
   if (scene.surface->PointCount() == 0) // the ground alone, whatever moves before it
   {
@@ -205,10 +225,12 @@ bool Draw(WebViewer& viewer)
   {
     return made; // then there is more to do in the next frame
   }
+  viewer.renderer->SetColoring(ColoringOf(viewer.colors, scene.scalars));
   viewer.renderer->SetGlided(glided);
   viewer.renderer->SetOcclusion(state.occluded);
   const Status drawn = viewer.renderer->Draw(scene, viewer.viewport);
   viewer.drawingError = drawn ? "" : drawn.GetError().message;
+  const bool painted = !viewer.drawn || viewer.drawn->tiles != scene.tiles;
   viewer.drawn = state;
   ++viewer.frames;
   const double end = Now();
@@ -217,7 +239,7 @@ bool Draw(WebViewer& viewer)
   {
     session.EndFrame(seconds); // of the surface that it shows, not of the one to come
   }
-  if (fresh)
+  if (fresh || painted)
   {
     viewer.nextSurface = TimeOfNextSurface(end, seconds);
   }
@@ -226,6 +248,32 @@ bool Draw(WebViewer& viewer)
     viewer.glide.Begin(end);
   }
   return true;
+}
+
+int HexOf(const Color& color)
+{
+  return color[0] << 16 | color[1] << 8 | color[2];
+}
+
+// Of the resolutions that are shown, the finest first.
+std::string LegendOfDetail(const ViewerScene& scene)
+{
+  std::set<Resolution> shown;
+  for (const auto& part : scene.surface->Parts())
+  {
+    shown.insert(part.part->piece.resolution);
+  }
+  JsonWriter json;
+  json.BeginArray();
+  for (auto resolution = shown.rbegin(); resolution != shown.rend(); ++resolution)
+  {
+    json.BeginObject()
+      .Member("level", resolution->IsOriginal() ? -1 : static_cast<int>(resolution->Depth()))
+      .Member("color", HexOf(ResolutionColor(*resolution)))
+      .EndObject();
+  }
+  json.EndArray();
+  return json.Text();
 }
 
 // id, x and y of each finger, doubles.
@@ -249,7 +297,6 @@ using kdstream::WebViewer;
 
 extern "C"
 {
-
   // A lack of memory must trap: where operator new cannot throw, it would return null and go on.
   // The linker puts this before the C library's own (--wrap).
   int __real_emscripten_resize_heap(std::size_t bytes);
@@ -323,6 +370,12 @@ extern "C"
   {
     viewer->page.Session().Zoom(factor, x, y);
   }
+  // The next frame draws again.
+  EMSCRIPTEN_KEEPALIVE void ViewerRedraw(WebViewer* viewer)
+  {
+    viewer->drawn.reset();
+  }
+
   EMSCRIPTEN_KEEPALIVE void ViewerGoHome(WebViewer* viewer)
   {
     viewer->page.Session().GoHome();
@@ -449,17 +502,21 @@ extern "C"
   {
     viewer->page.Session().SetRings(rings);
   }
-  // 0 the model's own, 1 partitions, 2 resolutions, 3 stone.
-  EMSCRIPTEN_KEEPALIVE void ViewerSetColoring(WebViewer* viewer, int coloring)
+  // coloring: of SurfaceColoring, or beyond, of the array whose name the text is; map: of ColorMap,
+  // or beyond, the first; low and high: the ends of its range, or NaN.
+  EMSCRIPTEN_KEEPALIVE void ViewerSetColors(
+    WebViewer* viewer, unsigned coloring, unsigned map, double low, double high)
   {
     using kdstream::SurfaceColoring;
-    viewer->coloring = coloring == 1   ? SurfaceColoring::Partition
-                       : coloring == 2 ? SurfaceColoring::Resolution
-                       : coloring == 3 ? SurfaceColoring::Stone
-                                       : SurfaceColoring::Own;
-    if (viewer->renderer)
+    const auto last = static_cast<unsigned>(SurfaceColoring::Attribute);
+    viewer->colors.coloring = static_cast<SurfaceColoring>(std::min(coloring, last));
+    viewer->colors.attribute = viewer->inbox;
+    viewer->colors.map = kdstream::allColorMaps[map < kdstream::allColorMaps.size() ? map : 0];
+    viewer->colors.range.reset();
+    ++viewer->colorsVersion;
+    if (low < high)
     {
-      viewer->renderer->SetColoring(viewer->coloring);
+      viewer->colors.range = { low, high };
     }
   }
 
@@ -620,28 +677,42 @@ extern "C"
   {
     return viewer->arrived.size();
   }
+  // The arrays that the model may be coloured by; and of the one that it
+  // is coloured by the range of the map, and the classes: {"arrays","low","high","classes"}.
+  EMSCRIPTEN_KEEPALIVE void ViewerArrays(WebViewer* viewer)
+  {
+    const auto scalars = viewer->page.Session().Scene().scalars;
+    const kdstream::Coloring coloring = ColoringOf(viewer->colors, scalars);
+    kdstream::JsonWriter json;
+    json.BeginObject().Member("low", coloring.low).Member("high", coloring.high);
+    json.Key("arrays").BeginArray();
+    for (const kdstream::ScalarDescription& scalar : scalars)
+    {
+      json.Put(scalar.name);
+    }
+    json.EndArray().Key("classes").BeginArray();
+    if (coloring.hasClasses)
+    {
+      for (const kdstream::ScalarDescription::Class& each :
+        scalars.Find(coloring.attribute)->classes)
+      {
+        json.Put(each.value);
+      }
+    }
+    json.EndArray().EndObject();
+    viewer->outbox = json.Text();
+  }
+  // 0xrrggbb, of a number of the array that it is coloured by.
+  EMSCRIPTEN_KEEPALIVE int ViewerShade(WebViewer* viewer, double value)
+  {
+    const auto scalars = viewer->page.Session().Scene().scalars;
+    return kdstream::HexOf(ColoringOf(viewer->colors, scalars).Of(value));
+  }
   // What the colours of resolutions mean: [{"level","color"}], the finest first, of what is shown.
   // level: -1 for the original; color: 0xrrggbb.
   EMSCRIPTEN_KEEPALIVE void ViewerLegend(WebViewer* viewer)
   {
-    std::set<kdstream::Resolution> shown;
-    const kdstream::ViewerScene scene = viewer->page.Session().Scene();
-    for (const auto& part : scene.surface->Parts())
-    {
-      shown.insert(part.part->piece.resolution);
-    }
-    kdstream::JsonWriter json;
-    json.BeginArray();
-    for (auto resolution = shown.rbegin(); resolution != shown.rend(); ++resolution)
-    {
-      const auto [red, green, blue] = kdstream::ResolutionColor(*resolution);
-      json.BeginObject()
-        .Member("level", resolution->IsOriginal() ? -1 : static_cast<int>(resolution->Depth()))
-        .Member("color", red << 16 | green << 8 | blue)
-        .EndObject();
-    }
-    json.EndArray();
-    viewer->outbox = json.Text();
+    viewer->outbox = kdstream::LegendOfDetail(viewer->page.Session().Scene());
   }
   EMSCRIPTEN_KEEPALIVE void ViewerStatus(WebViewer* viewer)
   {

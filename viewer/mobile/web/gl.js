@@ -72,7 +72,48 @@ const deleteSome = (drop) => (count, begin) => {
   }
 };
 
+// Pictures of textures, which the browser decodes while we go on.
+const mimeTypes = ["", "image/jpeg", "image/png", "image/webp"]; // TileImage
+let waitingPictures = 0;
+let told = () => {};
+let nextTelling = 0; // ms
+
+export const picturesAreWaiting = () => waitingPictures > 0;
+
+// came: called when some are there, and when all of them are.
+export function tellOfPictures(came) {
+  told = came;
+}
+
+// Replaces what the texture has, once it is decoded; where it cannot be, or has another size, or the device takes none so
+// large, the vertices' colours stay.
+async function uploadPicture(number, begin, count, format, width, height) {
+  const [context, owners, texture] = [gl, things, thingOf(number)];
+  const bytes = new Blob([bytesAt(begin, count).slice()], { type: mimeTypes[format] });
+  ++waitingPictures;
+  try {
+    const picture = await createImageBitmap(bytes, { premultiplyAlpha: "none", colorSpaceConversion: "none" });
+    if (picture.width === width && picture.height === height && owners.get(number) === texture
+      && Math.max(width, height) <= context.getParameter(context.MAX_TEXTURE_SIZE)) {
+      const target = context.TEXTURE_2D;
+      context.bindTexture(target, texture);
+      context.texImage2D(target, 0, context.RGB, context.RGB, context.UNSIGNED_BYTE, picture);
+      context.texParameteri(target, context.TEXTURE_MAX_LEVEL, 2);
+      context.generateMipmap(target);
+    }
+    picture.close();
+  } catch {
+    // it is none
+  }
+  --waitingPictures;
+  if (!waitingPictures || performance.now() >= nextTelling) {
+    nextTelling = performance.now() + 500;
+    told();
+  }
+}
+
 const functions = {
+  kdstream_upload_picture: uploadPicture,
   emscripten_performance_now: () => performance.now(),
   emscripten_notify_memory_growth() {},
 
@@ -110,6 +151,8 @@ const functions = {
   },
   glShaderSource: (shader, count, begin) =>
     gl.shaderSource(thingOf(shader), [...integers(begin, count)].map(textAt).join("")),
+  glTexImage2D: (target, level, inner, width, height, border, format, type, begin) =>
+    gl.texImage2D(target, level, inner, width, height, border, format, type, bytesAt(begin, 4)), // one texel
   glUniform3fv: (place, count, begin) => gl.uniform3fv(thingOf(place), floats(begin, 3 * count)),
   glUniformMatrix3fv: (place, count, transpose, begin) =>
     gl.uniformMatrix3fv(thingOf(place), false, floats(begin, 9 * count)),

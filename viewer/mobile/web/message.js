@@ -20,7 +20,7 @@ const reload = () => ({ label: t("Reload"), act: () => location.reload() });
 
 // What the session says of a part that could not be had, for people who know no parts.
 function partSentence(error, name) {
-  const [, part, why] = error.match(/^((?:tree|boxes|levels|partitions)\/\S+) of \S+ cannot be had: (.*)$/s) ?? [];
+  const [, part, why] = error.match(/^((?:tree|boxes|levels|partitions|textures)\/\S+) of \S+ cannot be had: (.*)$/s) ?? [];
   return sentence(part && !isRefusal(why)
     ? t("a part of “{name}” is missing ({part}): {why}", { name, part, why: inPlainWords(why) })
     : inPlainWords(part ? why : error));

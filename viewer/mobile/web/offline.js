@@ -20,7 +20,7 @@ function* nodesOf(depth) {
 }
 
 // Those of all that is coarser than `goal`, and of it: a level, or "original".
-function* blobsUpTo(goal, { partition_depth: depth, levels }) {
+function* blobsUpTo(goal, { partition_depth: depth, levels, textures }) {
   yield "tree/1";
   for (let page = depth - 5; depth >= 10 && page >= 5; page -= 5) {
     for (const node of nodesOf(page)) {
@@ -37,6 +37,9 @@ function* blobsUpTo(goal, { partition_depth: depth, levels }) {
   }
   for (let partition = 0; goal === "original" && partition < 2 ** depth; ++partition) {
     yield `partitions/${partition}`;
+    if (textures) {
+      yield `textures/${partition}`;
+    }
   }
 }
 
@@ -45,9 +48,9 @@ function levelsUpTo(goal, levels) {
   return levels.filter(({ depth }) => depth >= coarsest && (goal === "original" || depth <= goal));
 }
 
-function bytesUpTo(goal, { levels, original }) {
+function bytesUpTo(goal, { levels, original, textures }) {
   const sum = levelsUpTo(goal, levels).reduce((bytes, level) => bytes + level.bytes, 0);
-  return sum + (goal === "original" ? original.bytes : 0);
+  return sum + (goal === "original" ? original.bytes + (textures?.bytes ?? 0) : 0);
 }
 
 // ---- keeping one on purpose

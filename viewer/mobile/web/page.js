@@ -38,7 +38,7 @@ import { entryOf, markChosen, markKept, nameOf, readList, showEntries, showSite 
 import { hideLoading, showLoading, watchSilence } from "./loading.js";
 import { findMessage, showEnd, showMessage } from "./message.js";
 import { askForPreviews, previewsAreAsked, rememberedPreviews, showPreview, showsPreview } from "./previews.js";
-import { loadViewer } from "./viewer.js";
+import { arrayOf, loadViewer, tellOfPictures } from "./viewer.js";
 import { chooseLanguage, describeProgress, describeSurface, t } from "./words.js";
 
 // For what is fetched later (MakePage.cmake), which has no copies of these.
@@ -47,7 +47,7 @@ export { inPlainWords, refusalOf } from "./refusal.js";
 export { emptyStorage, findBlob, pinBlob, setStorageLimit, storageLimit, storageTrouble, storeBlobs, storeText, storedBytes }
   from "./storage.js";
 export { entryOf, make, nameOf } from "./list.js";
-export { anotherViewer } from "./viewer.js";
+export { anotherViewer, arrayOf, colorMaps } from "./viewer.js";
 export { figure, kilobytes, language, nameOfLevel, t } from "./words.js";
 
 /* global viewerBytes: of the WebAssembly, by MakePage.cmake */
@@ -213,15 +213,21 @@ function linkInAddress() {
   return location.hash.match(/^#(model=.{1,2000})$/)?.[1] ?? "";
 }
 
-const colorings = ["own", "partition", "resolution", "none"];
+let colouring = "own"; // as links have it
+
+function colourBy(colors) {
+  colouring = colors;
+  viewer.setColors(colors);
+  find("menu").elements.coloring.forEach((radio) => (radio.checked = radio.value === colors));
+}
+
 
 function followLink(link) {
   const told = new URLSearchParams(link);
   const menu = find("menu").elements;
   menu.detail.value = told.get("detail") === "level" ? "1" : "0";
   menu.turning.value = told.get("turning") === "free" ? "1" : "0";
-  menu.coloring.value = String(Math.max(colorings.indexOf(told.get("colours")), 0));
-  viewer.setColoring(Number(menu.coloring.value));
+  colourBy(link.match(/colours=([^&]*)/)?.[1] ?? "own"); // not decoded
   viewer.follow(link);
   line.exchange();
   wake();
@@ -274,17 +280,18 @@ function showWhatComes({ shownLevel, blobsLoaded, blobsWanted }, wrong) {
   }
 }
 
-const isColouredByDetail = () => find("menu").elements.coloring.value === "2";
+let legendShown = ""; // of which colours, of what
 
-let legendShown = ""; // of which surface
-
-async function showLegend({ mode, surface }) {
+async function showLegend({ mode, surface, model }) {
   const legend = find("legend");
-  legend.hidden = mode !== "full screen" || !isColouredByDetail();
-  if (!legend.hidden && legendShown !== surface) {
-    legendShown = surface;
-    const { entriesOf } = await import("./legend.js");
-    legend.replaceChildren(...entriesOf(viewer.legend()));
+  const isShown = mode === "full screen" && (colouring === "resolution" || arrayOf(colouring));
+  legend.hidden = !isShown;
+  const wanted = [colouring, model, surface].join();
+  if ((isShown || !find("menu").hidden) && legendShown !== wanted) {
+    legendShown = wanted;
+    const { offerArrays, showColours } = await import("./legend.js");
+    offerArrays(viewer, colouring, colourBy);
+    isShown && showColours(legend, viewer, colouring);
   }
 }
 
@@ -434,8 +441,7 @@ function keepFocus(mode, model) {
 
 // Partitions and detail are looked at in full screen; the list shows models as they are.
 function showOwnColours() {
-  find("menu").elements.coloring.value = "0";
-  viewer.setColoring(0);
+  colourBy("own");
 }
 
 function goBack() {
@@ -518,7 +524,7 @@ function showNotes({ mode, shownLevel }) {
   }
 }
 
-const colours = () => [undefined, ...colorings.slice(1)][find("menu").elements.coloring.value];
+const colours = () => (colouring === "own" ? undefined : colouring);
 
 async function openMenu(open) {
   showSheet("menu", open);
@@ -643,7 +649,7 @@ function listenToButtons() {
     } else if (target.name === "rings") {
       viewer.setRings(Number(target.value));
     } else if (target.name === "coloring") {
-      viewer.setColoring(Number(target.value));
+      colourBy(target.value);
     } else if (target.name === "previews") {
       askForPreviews(target.value === "asked");
     }
@@ -760,6 +766,10 @@ async function start() {
     showEnd(t("This browser cannot draw in 3D: it has no WebGL 2, or it is switched off."));
     return;
   }
+  tellOfPictures(() => {
+    viewer.redraw();
+    wake();
+  });
   line = new Line(viewer, wake);
   fingers = new Fingers(canvas, viewer, wake);
   window.kdstream = { status: () => (viewer.failure ? lastStatus : { ...viewer.status(), memory: viewer.memory() }) };

@@ -1,7 +1,9 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // The viewer in WebAssembly, as an object: what WebViewer.cxx exports, with texts and bytes carried in and out.
 
-import { bytesAt, forgetObjects, gainCanvas, imports, useContext, useMemory } from "./gl.js";
+import { bytesAt, forgetObjects, gainCanvas, imports, picturesAreWaiting, useContext, useMemory } from "./gl.js";
+
+export { tellOfPictures } from "./gl.js";
 
 const toBytes = new TextEncoder();
 const toText = new TextDecoder();
@@ -32,6 +34,18 @@ export async function loadViewer(came) {
 // Of the same WebAssembly, once that is loaded: a session and a canvas of its own.
 let functions = null;
 export const anotherViewer = () => new Viewer(functions);
+
+const colorings = ["own", "none", "partition", "resolution"];
+export const colorMaps = ["viridis", "cividis", "diverging"];
+
+// The array that colours are by, as links have them; "" for none.
+export function arrayOf(colours) {
+  try {
+    return decodeURIComponent(colours.split(":")[1] ?? "");
+  } catch {
+    return "";
+  }
+}
 
 class Viewer {
   #functions;
@@ -206,9 +220,11 @@ class Viewer {
     this.#call("SetRings", rings);
   }
 
-  // 0 the model's own, 1 partitions, 2 resolutions, 3 stone.
-  setColoring(coloring) {
-    this.#call("SetColoring", coloring);
+  // As links have it: own, partition, resolution, none, or by:NAME[:MAP[:LOW:HIGH]].
+  setColors(colors) {
+    const [by, , map, low, high] = colors.split(":");
+    this.#putText(arrayOf(colors));
+    this.#call("SetColors", colorings.indexOf(by), colorMaps.indexOf(map), low, high);
   }
 
   // Of WebAssembly and graphics together, at most; what is shown follows.
@@ -244,6 +260,11 @@ class Viewer {
 
   resize(width, height, pixelRatio) {
     this.#call("Resize", width, height, pixelRatio);
+  }
+
+  // The next frame draws, whatever has changed.
+  redraw() {
+    this.#call("Redraw");
   }
 
   // Draws what has changed; whether anything had.
@@ -341,6 +362,18 @@ class Viewer {
     return JSON.parse(this.#text() || "[]");
   }
 
+  // The arrays that the model may be coloured by; and of the one that it is coloured by the
+  // range of the map, and the classes: { arrays, low, high, classes }.
+  arrays() {
+    this.#call("Arrays");
+    return JSON.parse(this.#text());
+  }
+
+  // 0xrrggbb, of a number of that array.
+  shade(number) {
+    return this.#call("Shade", number);
+  }
+
   // { budget, heap, used, pieces, graphics } in bytes.
   memory() {
     this.#call("Memory");
@@ -350,6 +383,8 @@ class Viewer {
   // What to tell the person: page.js says what is in it.
   status() {
     this.#call("Status");
-    return JSON.parse(this.#text() || "{}");
+    const status = JSON.parse(this.#text() || "{}");
+    status.idle &&= !picturesAreWaiting();
+    return status;
   }
 }

@@ -64,11 +64,11 @@ struct Stage
     this->window->AddRenderer(&this->scene->Renderer());
   }
 
-  Picture Draw() const
+  WindowPicture Draw() const
   {
-    const Result<Picture> picture = Pixels(*this->window);
+    const Result<WindowPicture> picture = Pixels(*this->window);
     EXPECT_TRUE(picture) << (picture ? "" : picture.GetError().message);
-    return picture ? *picture : Picture{};
+    return picture ? *picture : WindowPicture{};
   }
 };
 
@@ -133,7 +133,7 @@ inline SceneCamera CameraAt(const Vec3& focal)
   return camera;
 }
 
-inline std::array<int, 3> PixelAt(const Picture& picture, int x, int y)
+inline std::array<int, 3> PixelAt(const WindowPicture& picture, int x, int y)
 {
   const std::size_t i = 3 * (static_cast<std::size_t>(y) * static_cast<std::size_t>(picture.width) +
                               static_cast<std::size_t>(x));
@@ -147,7 +147,7 @@ inline double Brightness(const std::array<int, 3>& pixel)
 
 // The mean brightness (0-255) of a square of 2 r + 1 pixels around a place given in fractions of
 // the picture.
-inline double BrightnessAround(const Picture& picture, double x, double y, int r)
+inline double BrightnessAround(const WindowPicture& picture, double x, double y, int r)
 {
   const int cx = static_cast<int>(x * picture.width);
   const int cy = static_cast<int>(y * picture.height);
@@ -168,7 +168,7 @@ struct PictureDifference
   int largest = 0;        // of any channel
 };
 
-inline PictureDifference Compare(const Picture& a, const Picture& b, int tolerance = 0)
+inline PictureDifference Compare(const WindowPicture& a, const WindowPicture& b, int tolerance = 0)
 {
   EXPECT_EQ(a.width, b.width);
   EXPECT_EQ(a.height, b.height);

@@ -108,7 +108,7 @@ TEST(OffscreenWindow, DrawsTheSameOnEglAndOsMesa)
     const Stage osMesa(WindowBackend::OsMesa, width, height);
     Show(egl, sphere);
     Show(osMesa, sphere);
-    const Picture picture = egl.Draw();
+    const WindowPicture picture = egl.Draw();
     EXPECT_EQ(Compare(picture, osMesa.Draw()).pixels, 0u);
     // It is the sphere that is drawn: stone in the middle, dark background in the corner.
     EXPECT_GT(
@@ -121,7 +121,7 @@ TEST(OffscreenWindow, SmoothsEdges)
   // Between stone and background lie pixels of neither, as many as the outline is long.
   const Stage stage(WindowBackend::Egl, 200, 200);
   Show(stage, BumpySphere(60));
-  const Picture smooth = stage.Draw();
+  const WindowPicture smooth = stage.Draw();
   stage.window->SetMultiSamples(0);
   EXPECT_GT(Compare(smooth, stage.Draw()).pixels, 300u);
 }
@@ -139,7 +139,7 @@ TEST(OffscreenWindow, FollowsChangesOfSize)
         std::pair{ 8, largestWindowSide }, std::pair{ 120, 160 } })
     {
       changing.window->SetSize(width, height);
-      const Picture picture = changing.Draw();
+      const WindowPicture picture = changing.Draw();
       ASSERT_EQ(picture.width, width);
       ASSERT_EQ(picture.height, height);
       const Stage fresh(backend, width, height);
@@ -154,7 +154,7 @@ TEST(OffscreenWindow, AlternatesWithOthers)
   const Surface fine = BumpySphere(50);
   const Surface coarse = BumpySphere(5);
   std::vector<Stage> stages;
-  std::vector<Picture> first;
+  std::vector<WindowPicture> first;
   for (const WindowBackend backend :
     { WindowBackend::Egl, WindowBackend::OsMesa, WindowBackend::OsMesa, WindowBackend::Egl })
   {
@@ -198,7 +198,7 @@ TEST(OffscreenWindow, AndItsSceneMayEndInEitherOrder)
 
     Stage windowFirst(backend, 50, 50);
     Show(windowFirst, BumpySphere(10));
-    const Picture picture = windowFirst.Draw();
+    const WindowPicture picture = windowFirst.Draw();
     windowFirst.window = nullptr;
     const Stage next(backend, 50, 50);
     next.window->AddRenderer(&windowFirst.scene->Renderer());
@@ -246,7 +246,7 @@ TEST(OffscreenWindow, ManyLiveSideBySide)
     stages.emplace_back(headless[i % 2], 64, 64);
     Show(stages.back(), sphere);
   }
-  const Picture picture = stages.front().Draw();
+  const WindowPicture picture = stages.front().Draw();
   for (const Stage& stage : stages)
   {
     EXPECT_EQ(Compare(stage.Draw(), picture).pixels, 0u);

@@ -43,7 +43,7 @@ Stage HalfStage()
 
 TEST_F(PictureTest, StartsAtTheTop)
 {
-  const Picture picture = HalfStage().Draw();
+  const WindowPicture picture = HalfStage().Draw();
   ASSERT_EQ(picture.width, 61);
   ASSERT_EQ(picture.height, 40);
   ASSERT_EQ(picture.rgb.size(), 61u * 40u * 3u);
@@ -63,7 +63,7 @@ TEST_F(PictureTest, IsTheSameInAPngFile)
   reader->SetFileName(file.c_str());
   reader->Update();
   const vtkImageData* read = reader->GetOutput();
-  const Picture picture = stage.Draw();
+  const WindowPicture picture = stage.Draw();
   ASSERT_EQ(reader->GetOutput()->GetDimensions()[0], picture.width);
   ASSERT_EQ(reader->GetOutput()->GetDimensions()[1], picture.height);
   ASSERT_EQ(reader->GetOutput()->GetNumberOfScalarComponents(), 3);

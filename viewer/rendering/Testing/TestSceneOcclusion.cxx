@@ -28,12 +28,13 @@ void Show(const Stage& stage, bool occlusion)
   ASSERT_TRUE(stage.scene->SetCamera({ { 0, 0, 5 }, { 0, 0, 0 }, { 0, 1, 0 }, 0.6 }));
 }
 
-int RedAt(const Picture& picture, int x, int y)
+int RedAt(const WindowPicture& picture, int x, int y)
 {
   return picture.rgb[3 * static_cast<std::size_t>(y * picture.width + x)];
 }
 
-Picture DrawGroove(bool occlusion, WindowBackend backend = WindowBackend::Egl, int samples = 4)
+WindowPicture DrawGroove(
+  bool occlusion, WindowBackend backend = WindowBackend::Egl, int samples = 4)
 {
   const Stage stage(backend, side, side);
   stage.window->SetMultiSamples(samples);
@@ -46,8 +47,8 @@ TEST(SceneOcclusion, AGrooveIsDark)
 {
   for (const int samples : { 0, 4 })
   {
-    const Picture plain = DrawGroove(false, WindowBackend::Egl, samples);
-    const Picture hollow = DrawGroove(true, WindowBackend::Egl, samples);
+    const WindowPicture plain = DrawGroove(false, WindowBackend::Egl, samples);
+    const WindowPicture hollow = DrawGroove(true, WindowBackend::Egl, samples);
     EXPECT_LT(RedAt(hollow, side / 2, side / 2), 0.6 * RedAt(plain, side / 2, side / 2));
     EXPECT_GE(RedAt(hollow, side / 4, side / 2), RedAt(plain, side / 4, side / 2) - 2);
   }
@@ -70,7 +71,7 @@ TEST(SceneOcclusion, APlaneStaysAsItIsWhereDepthsAreCoarse)
       EXPECT_TRUE(stage.scene->SetCamera({ { 0, 0, 5 }, { 0, 0, 0 }, { 0, 1, 0 }, viewAngle }));
       return stage.Draw();
     };
-    const Picture plain = draw(false), hollow = draw(true);
+    const WindowPicture plain = draw(false), hollow = draw(true);
     for (int y = 0; y < side; ++y)
     {
       for (int x = 0; x < side; ++x)
@@ -98,10 +99,10 @@ TEST(SceneOcclusion, StaysInItsPartOfTheWindow)
   ASSERT_TRUE(left.SetCamera({ { 0, 0, 5 }, { 0, 0, 0 }, { 0, 1, 0 }, 0.6 }));
   left.Renderer().SetViewport(0, 0, 0.5, 1);
   stage.window->AddRenderer(&left.Renderer());
-  const Picture plain = DrawGroove(false), hollow = DrawGroove(true);
+  const WindowPicture plain = DrawGroove(false), hollow = DrawGroove(true);
   for (int again = 0; again < 2; ++again)
   {
-    const Picture both = stage.Draw();
+    const WindowPicture both = stage.Draw();
     ASSERT_EQ(both.width, 2 * side);
     for (int y = 0; y < side; ++y)
     {
@@ -130,9 +131,9 @@ TEST(SceneOcclusion, LeavesWhatComesAfter)
   stage.window->SetNumberOfLayers(2);
   over.Renderer().SetLayer(1);
   stage.window->AddRenderer(&over.Renderer());
-  const Picture with = stage.Draw();
+  const WindowPicture with = stage.Draw();
   Show(stage, false);
-  const Picture without = stage.Draw();
+  const WindowPicture without = stage.Draw();
   EXPECT_EQ(RedAt(with, side / 2, side / 2), RedAt(without, side / 2, side / 2));
   EXPECT_EQ(RedAt(with, side / 2 + 4, side / 3), RedAt(without, side / 2 + 4, side / 3));
   stage.window->RemoveRenderer(&over.Renderer());

@@ -43,7 +43,7 @@ Surface SmoothSphere()
 }
 
 // Updates and draws, looking from a little above and to the right of the center.
-Picture Draw(const Stage& stage, const Surface& surface, const Vec3& center = { 0, 0, 0 })
+WindowPicture Draw(const Stage& stage, const Surface& surface, const Vec3& center = { 0, 0, 0 })
 {
   const Status status = stage.scene->Update(surface, depths, center);
   EXPECT_TRUE(status) << (status ? "" : status.GetError().message);
@@ -52,7 +52,7 @@ Picture Draw(const Stage& stage, const Surface& surface, const Vec3& center = { 
 }
 
 // What the stage shows without a surface.
-Picture Background()
+WindowPicture Background()
 {
   return Draw(MakeStage(), Surface{});
 }
@@ -93,7 +93,7 @@ int HueStep(const std::array<int, 3>& pixel)
 }
 
 // The hues that cover at least a hundredth of the picture.
-std::set<int> Hues(const Picture& picture)
+std::set<int> Hues(const WindowPicture& picture)
 {
   std::map<int, int> counts;
   for (int y = 0; y < picture.height; ++y)
@@ -127,7 +127,7 @@ std::size_t DistinctHues(const std::set<int>& hues)
 
 TEST(SurfaceScene, StandsBeforeASoftGradient)
 {
-  const Picture picture = Background();
+  const WindowPicture picture = Background();
   for (int y = 0; y + 1 < side; ++y)
   {
     const double step = Brightness(PixelAt(picture, 7, y + 1)) - Brightness(PixelAt(picture, 7, y));
@@ -140,7 +140,7 @@ TEST(SurfaceScene, StandsBeforeASoftGradient)
 
 TEST(SurfaceScene, LightsFromAboveLeft)
 {
-  const Picture picture = Draw(MakeStage(), SmoothSphere());
+  const WindowPicture picture = Draw(MakeStage(), SmoothSphere());
   const double lit = BrightnessAround(picture, 0.4, 0.35, 4);
   const double middle = BrightnessAround(picture, 0.55, 0.6, 4);
   const double dark = BrightnessAround(picture, 0.68, 0.75, 4);
@@ -154,7 +154,7 @@ TEST(SurfaceScene, LightsFromAboveLeft)
 TEST(SurfaceScene, LightsFollowTheCamera)
 {
   const Stage stage = MakeStage();
-  const Picture picture = Draw(stage, SmoothSphere());
+  const WindowPicture picture = Draw(stage, SmoothSphere());
   std::mt19937 random(7);
   std::normal_distribution<double> normal;
   for (int i = 0; i < 6; ++i)
@@ -163,7 +163,7 @@ TEST(SurfaceScene, LightsFollowTheCamera)
     const double scale = std::hypot(1.25, 1.0, 4.0) / std::hypot(eye[0], eye[1], eye[2]);
     eye = { eye[0] * scale, eye[1] * scale, eye[2] * scale };
     ASSERT_TRUE(stage.scene->SetCamera({ eye, { 0, 0, 0 }, { 0.1, 1, 0.2 }, 0.5 }));
-    const Picture turned = stage.Draw();
+    const WindowPicture turned = stage.Draw();
     for (const auto& [x, y] : { std::pair{ 0.4, 0.35 }, { 0.5, 0.5 }, { 0.68, 0.75 } })
     {
       EXPECT_NEAR(BrightnessAround(turned, x, y, 4), BrightnessAround(picture, x, y, 4), 4.0);
@@ -173,7 +173,7 @@ TEST(SurfaceScene, LightsFollowTheCamera)
 
 TEST(SurfaceScene, SurvivesHugeOffsets)
 {
-  const Picture picture = Draw(MakeStage(), BumpySphere(60));
+  const WindowPicture picture = Draw(MakeStage(), BumpySphere(60));
   for (const Vec3& offset : { Vec3{ 4e6, 4e6, 4e6 }, Vec3{ -4e6, 5e5, 0.0 } })
   {
     EXPECT_EQ(Compare(Draw(MakeStage(), BumpySphere(60, offset), offset), picture).pixels, 0u);
@@ -182,7 +182,7 @@ TEST(SurfaceScene, SurvivesHugeOffsets)
 
 TEST(SurfaceScene, DoesNotDependOnTheUnit)
 {
-  const Picture picture = Draw(MakeStage(), BumpySphere(40));
+  const WindowPicture picture = Draw(MakeStage(), BumpySphere(40));
   for (const double unit : { 0x1p-24, 0x1p24 })
   {
     Surface scaled = BumpySphere(40);
@@ -239,7 +239,7 @@ TEST(SurfaceScene, ColorsByResolution)
   EXPECT_EQ(DistinctHues(Hues(Draw(stage, sphere))), 2u);
   style.coloring = SurfaceColoring::Partition;
   stage.scene->SetStyle(style);
-  const Picture byPartition = stage.Draw();
+  const WindowPicture byPartition = stage.Draw();
   EXPECT_EQ(HueStep(PixelAt(byPartition, 150, 100)), -1);
   EXPECT_NE(HueStep(PixelAt(byPartition, 50, 100)), -1);
 }
@@ -247,13 +247,13 @@ TEST(SurfaceScene, ColorsByResolution)
 TEST(SurfaceScene, DrawsFlatTrianglesOnRequest)
 {
   const Stage stage = MakeStage();
-  const Picture smooth = Draw(stage, BumpySphere(6));
+  const WindowPicture smooth = Draw(stage, BumpySphere(6));
   SceneStyle style;
   style.flat = true;
   stage.scene->SetStyle(style);
-  const Picture flat = stage.Draw();
+  const WindowPicture flat = stage.Draw();
   EXPECT_GT(Compare(smooth, flat).pixels, static_cast<std::size_t>(side * side / 10));
-  const auto same = [](const Picture& picture)
+  const auto same = [](const WindowPicture& picture)
   {
     int count = 0;
     for (int x = side / 4; x < 3 * side / 4; ++x)
@@ -319,7 +319,7 @@ TEST(SurfaceScene, DrawsCloudsAsPoints)
     Surface cloud = BumpySphere(rows);
     cloud.triangles.clear();
     const Stage stage = MakeStage();
-    const Picture background = Background();
+    const WindowPicture background = Background();
     for (const double scale : { 1.0, 2.5 })
     {
       ASSERT_TRUE(stage.scene->Update(cloud, depths, { 0, 0, 0 }));
@@ -336,7 +336,7 @@ TEST(SurfaceScene, DrawsCloudsAsPoints)
 }
 
 // How many pixels of the row in the middle have a hue.
-int HuesInTheMiddle(const Picture& picture)
+int HuesInTheMiddle(const WindowPicture& picture)
 {
   int count = 0;
   for (int x = 0; x < side; ++x)
@@ -366,7 +366,7 @@ TEST(SurfaceScene, DrawsPointsRoundAndAsLargeAsTheyAreSeen)
   // Round: nothing in the corners of the square about the right splat.
   ASSERT_TRUE(stage.scene->SetCamera({ { 0, 0, 4 }, { 0, 0, 0 }, { 0, 1, 0 }, 0.4 }));
   const double pixels = side / (2 * std::tan(0.2) * 4);
-  const Picture near = stage.Draw();
+  const WindowPicture near = stage.Draw();
   const auto at = [&](double x, double y)
   {
     return HueStep(PixelAt(
@@ -461,7 +461,7 @@ TEST(SurfaceScene, DrawsCloudsAlikeWhateverDraws)
   const Surface cloud = PointsOfASquare();
   const Stage stage = MakeStage();
   ASSERT_TRUE(stage.scene->Update(cloud, depths, { 0, 0, 0 }));
-  const Picture picture = stage.Draw();
+  const WindowPicture picture = stage.Draw();
   for (const WindowBackend backend : { WindowBackend::Egl, WindowBackend::OsMesa })
   {
     Stage other(backend, side, side);
@@ -482,9 +482,9 @@ TEST(SurfaceScene, ReplacesItsSurface)
 {
   const Stage stage = MakeStage();
   const vtkRenderer* renderer = &stage.scene->Renderer();
-  const Picture coarse = Draw(stage, BumpySphere(8));
+  const WindowPicture coarse = Draw(stage, BumpySphere(8));
   const vtkActor* actor = stage.scene->Renderer().GetActors()->GetLastActor();
-  const Picture fine = Draw(stage, BumpySphere(60));
+  const WindowPicture fine = Draw(stage, BumpySphere(60));
   EXPECT_GT(Compare(coarse, fine).pixels, 1000u);
   Surface cloud = BumpySphere(30);
   cloud.triangles.clear();
@@ -519,7 +519,7 @@ TEST(SurfaceScene, DrawsWhatDiffersAsAllAnew)
       kept += before.count(actor) > 0 ? 1 : 0;
     }
     ASSERT_TRUE(stage.scene->SetCamera(CameraAt({ 0, 0, 0 })));
-    const Picture picture = stage.Draw();
+    const WindowPicture picture = stage.Draw();
     const Stage fresh = MakeStage();
     ASSERT_TRUE(fresh.scene->Update(surface, model->tree.depths, { 0, 0, 0 }));
     ASSERT_TRUE(fresh.scene->SetCamera(CameraAt({ 0, 0, 0 })));
@@ -532,7 +532,7 @@ TEST(SurfaceScene, DrawsWhatDiffersAsAllAnew)
 TEST(SurfaceScene, KeepsTheCameraWhenTheCenterMoves)
 {
   const Stage stage = MakeStage();
-  const Picture picture = Draw(stage, BumpySphere(40));
+  const WindowPicture picture = Draw(stage, BumpySphere(40));
   ASSERT_TRUE(stage.scene->Update(BumpySphere(40), depths, { 8, -16, 32 }));
   // Floats round differently around another center: a sample at an edge may fall to the other side.
   EXPECT_LT(Compare(stage.Draw(), picture, 3).pixels, 10u);
@@ -541,7 +541,7 @@ TEST(SurfaceScene, KeepsTheCameraWhenTheCenterMoves)
 TEST(SurfaceScene, RefusesBadSurfaces)
 {
   const Stage stage = MakeStage();
-  const Picture picture = Draw(stage, BumpySphere(20));
+  const WindowPicture picture = Draw(stage, BumpySphere(20));
   const double huge = std::numeric_limits<double>::max();
   for (const double value : { std::numeric_limits<double>::quiet_NaN(),
          std::numeric_limits<double>::infinity(), huge, -huge, 1e39 })
@@ -569,7 +569,7 @@ TEST(SurfaceScene, RefusesBadSurfaces)
 TEST(SurfaceScene, RefusesBadCameras)
 {
   const Stage stage = MakeStage();
-  const Picture picture = Draw(stage, BumpySphere(20));
+  const WindowPicture picture = Draw(stage, BumpySphere(20));
   const double nan = std::numeric_limits<double>::quiet_NaN();
   for (const SceneCamera& bad : {
          SceneCamera{ { nan, 0, 1 }, { 0, 0, 0 }, { 0, 1, 0 }, 0.5 },
@@ -594,7 +594,7 @@ TEST(SurfaceScene, RefusesBadCameras)
 
 // The rows in which the column in the middle differs from the background: the sphere's upper and
 // lower edge.
-std::pair<int, int> Extent(const Picture& picture, const Picture& background)
+std::pair<int, int> Extent(const WindowPicture& picture, const WindowPicture& background)
 {
   int first = side;
   int last = -1;
@@ -614,7 +614,7 @@ TEST(SurfaceScene, HasTheFieldOfViewAskedFor)
 {
   const Stage stage = MakeStage();
   ASSERT_TRUE(stage.scene->Update(SmoothSphere(), depths, { 0, 0, 0 }));
-  const Picture background = Background();
+  const WindowPicture background = Background();
   for (const auto& [distance, view] :
     { std::pair{ 4.0, 0.7 }, { 10.0, 0.3 }, { 1.5, 1.8 }, { 1000.0, 0.003 } })
   {
@@ -646,7 +646,7 @@ TEST(SurfaceScene, CutsNothingOff)
 {
   const Stage stage = MakeStage();
   ASSERT_TRUE(stage.scene->Update(SmoothSphere(), depths, { 0, 0, 0 }));
-  const Picture background = Background();
+  const WindowPicture background = Background();
   const auto clippingRange = [&]
   {
     const double* range = stage.scene->Renderer().GetActiveCamera()->GetClippingRange();
@@ -664,7 +664,7 @@ TEST(SurfaceScene, CutsNothingOff)
   }
   // From inside one sees the inner side all around.
   ASSERT_TRUE(stage.scene->SetCamera({ { 0, 0, 0 }, { 0, 0, -1 }, { 0, 1, 0 }, 1.5 }));
-  const Picture inside = stage.Draw();
+  const WindowPicture inside = stage.Draw();
   EXPECT_EQ(Compare(inside, background).pixels, static_cast<std::size_t>(side * side));
   // Looking away one sees nothing, and VTK does not mind.
   ASSERT_TRUE(stage.scene->SetCamera({ { 0, 0, 4 }, { 0, 0, 8 }, { 0, 1, 0 }, 0.5 }));

@@ -27,7 +27,7 @@ TEST(X11Window, DrawsWhatTheOthersDraw)
     Show(stages.back());
     EXPECT_EQ(Compare(stages.back().Draw(), stages.front().Draw()).pixels, 0u);
   }
-  const Picture picture = stages.front().Draw();
+  const WindowPicture picture = stages.front().Draw();
   EXPECT_GT(BrightnessAround(picture, 0.5, 0.4, 5), 1.5 * BrightnessAround(picture, 0.05, 0.05, 3));
   for (const std::size_t i : { 0, 1, 2, 3, 2, 1, 0, 3, 1, 3, 2, 0 })
   {
@@ -78,7 +78,7 @@ TEST(X11Window, LeavesStockWindowsAlone)
   ASSERT_TRUE(scene.Update(BumpySphere(50), depths, { 0, 0, 0 }));
   ASSERT_TRUE(scene.SetCamera(CameraAt({ 0, 0, 0 })));
   window->AddRenderer(&scene.Renderer());
-  const Result<Picture> picture = Pixels(*window);
+  const Result<WindowPicture> picture = Pixels(*window);
   ASSERT_TRUE(picture);
   window->Finalize();
 

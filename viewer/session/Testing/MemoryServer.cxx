@@ -164,6 +164,33 @@ void MemoryServer::TellOfPieces(const PieceTable& pieces)
   this->Told = pieces;
 }
 
+TileCoordinate TilePlaceOf(const Vec3& point)
+{
+  const auto at = [](double x)
+  { return static_cast<float>(std::nearbyint((x + 2) * 20 * tileSteps) / tileSteps); };
+  return { at(point[0]), at(point[1] + 0.1 * point[2]) };
+}
+
+void MemoryServer::AddTiles(std::uint32_t side)
+{
+  this->Model.textures = TextureDescription{ "png", false, 0, 0 };
+  for (std::uint32_t p = 0; p < this->Model.partitions; ++p)
+  {
+    const PieceId id{ Resolution::Original(), NodeOfPartition(p, this->Model.depths) };
+    const Piece piece = *DecodePiece(this->Blob(protocol::BlobId::Partition(p)), id, this->Context);
+    TextureTile tile{ side, side, TileImage::Png, { 1, 2, 3 }, {} };
+    for (const Triangle& t : piece.triangles)
+    {
+      tile.corners.push_back({ TilePlaceOf(piece.positions[t[0]]),
+        TilePlaceOf(piece.positions[t[1]]), TilePlaceOf(piece.positions[t[2]]) });
+    }
+    auto& blob = this->Blobs[protocol::BlobId::Texture(p)];
+    blob = EncodeTextureTile(tile, piece.triangles);
+    this->Model.textures->bytes += blob.size();
+    this->Model.textures->texels += std::uint64_t{ side } * side;
+  }
+}
+
 void MemoryServer::Take(ViewerSession& session)
 {
   for (const SessionRequest& request : session.TakeRequests())

@@ -4,6 +4,7 @@
 #pragma once
 
 #include "filters/codec/PieceCodec.h"
+#include "filters/codec/TextureTile.h"
 #include "filters/codec/TreePage.h"
 #include "filters/model/ModelDescription.h"
 #include "viewer/session/ViewerSession.h"
@@ -25,6 +26,9 @@ void Paint(Mesh& mesh);
 // The edges that only one triangle uses.
 std::size_t CountBoundaryEdges(const std::vector<Triangle>& triangles);
 
+// Where AddTiles has a vertex: a place in a tile of 100 texels or more, in steps that tiles keep.
+TileCoordinate TilePlaceOf(const Vec3& point);
+
 class MemoryServer
 {
 public:
@@ -40,6 +44,10 @@ public:
   // What the pages of the tree say of pieces.
   const PieceTable& Table() const { return this->Told; }
   void TellOfPieces(const PieceTable& pieces);
+
+  // Gives each partition a tile of texture: of so many texels a side, with three bytes for a
+  // picture, and the corners of triangles where TilePlaceOf says.
+  void AddTiles(std::uint32_t side);
 
   std::vector<protocol::BlobId> AllBlobs() const;
 

@@ -24,9 +24,10 @@ TEST(TestSessionFile, ReadsEveryKindOfLine)
                                   "{\"triangles\":5000,\"memory\":8000000000}\n"
                                   "{\"colours\":\"none\"}\n{\"light\":\"plain\"}\n"
                                   "{\"boxes\":\"on\"}\n{\"side\":\"top\"}\n"
-                                  "{\"link\":\"model=dragon\"}\n{\"tool\":\"measure\"}");
+                                  "{\"link\":\"model=dragon\"}\n{\"tool\":\"measure\"}\n"
+                                  "{\"colours\":\"by:a%20b:cividis:0:2.5\"}");
   ASSERT_TRUE(steps) << steps.GetError().message;
-  ASSERT_EQ(steps->size(), 18u);
+  ASSERT_EQ(steps->size(), 19u);
   EXPECT_EQ((*steps)[0], (SessionStep{ Kind::Select, {}, "dragon" }));
   EXPECT_EQ((*steps)[1], (SessionStep{ Kind::WaitForIdle, {}, {} }));
   EXPECT_EQ((*steps)[2], (SessionStep{ Kind::Touches, { 0.25, { { 1, 640, 360.5 } } }, {} }));
@@ -48,6 +49,7 @@ TEST(TestSessionFile, ReadsEveryKindOfLine)
   EXPECT_EQ((*steps)[15], (SessionStep{ Kind::Side, {}, "top" }));
   EXPECT_EQ((*steps)[16], (SessionStep{ Kind::Link, {}, "model=dragon" }));
   EXPECT_EQ((*steps)[17], (SessionStep{ Kind::Tool, {}, "measure" }));
+  EXPECT_EQ((*steps)[18], (SessionStep{ Kind::Colors, {}, "by:a%20b:cividis:0:2.5" }));
   EXPECT_TRUE(ParseSession("")->empty());
 }
 
@@ -67,6 +69,7 @@ TEST(TestSessionFile, NamesTheLineAndWhatIsWrong)
     { R"({"detail":"high"})", "'view', 'level', 'full'" },
     { R"({"rings":4})", "'rings'" },
     { R"({"rings":1.5})", "'rings'" },
+    { R"({"colours":"by:a:red"})", "'by:NAME:MAP:LOW:HIGH'" },
     { R"({"colours":"red"})", "'own', 'none', 'partition', 'resolution'" },
     { R"({"light":true})", "'light'" },
     { R"({"boxes":"yes"})", "'on', 'off'" },

@@ -14,10 +14,11 @@ using Color = std::array<std::uint8_t, 3>; // red, green, blue
 
 enum class SurfaceColoring
 {
-  Own,       // the colours that the model came with (OwnColors in SceneRules.h), else stone
-  Stone,     // one neutral material
-  Partition, // a colour a partition; below the stitch depth vertices have none, and stay stone
-  Resolution // a colour a resolution
+  Own,        // the colours that the model came with (OwnColors in SceneRules.h), else stone
+  Stone,      // one neutral material
+  Partition,  // a colour a partition; below the stitch depth vertices have none, and stay stone
+  Resolution, // a colour a resolution
+  Attribute   // what a number of each vertex looks like (Coloring.h)
 };
 
 // A colour for every partition; neighbours in number, and so mostly in space, lie far apart in hue.

@@ -1,0 +1,238 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// kdstream-convert on the clouds of laser scanners: LAS as its specification has it, and what lies.
+#include "Testing/EndToEnd/ConvertTools.h"
+
+#include <functional>
+#include <limits>
+#include <random>
+
+using namespace kdstream;
+using namespace kdstream::fixtures;
+
+namespace
+{
+
+constexpr std::size_t leastPointBytes[] = { 20, 28, 26, 34, 57, 63, 30, 36, 38, 59, 67 };
+constexpr std::size_t points = 40;
+
+template <class T>
+void Put(std::string& bytes, std::size_t place, T value)
+{
+  std::memcpy(&bytes[place], &value, sizeof(value));
+}
+
+bool HasColors(unsigned format)
+{
+  return format == 2 || format == 3 || format == 5 || format == 7 || format == 8 || format == 10;
+}
+
+// Point i is at (1e6 + i / 100, 2e6 - i / 100, i / 2), and withheld where i is 7.
+std::string MakeLas(unsigned format, unsigned channelScale = 256, std::size_t extraBytes = 3)
+{
+  const bool isLong = format >= 6;
+  const unsigned minor = isLong ? 4 : 2;
+  const std::size_t headerBytes = isLong ? 375 : 227, begin = headerBytes + 54;
+  const std::size_t pointBytes = leastPointBytes[format] + extraBytes;
+  std::string las(begin + points * pointBytes + 11, '\x7f');
+  std::fill_n(las.begin(), headerBytes, '\0');
+  las.replace(0, 4, "LASF");
+  las[24] = 1;
+  las[25] = static_cast<char>(minor);
+  Put(las, 94, static_cast<std::uint16_t>(headerBytes));
+  Put(las, 96, static_cast<std::uint32_t>(begin));
+  las[104] = static_cast<char>(format);
+  Put(las, 105, static_cast<std::uint16_t>(pointBytes));
+  Put(las, 107, static_cast<std::uint32_t>(isLong ? 0 : points));
+  const double scale[] = { 0.01, -0.01, 0.5 }, offset[] = { 1e6, 2e6, 0 };
+  for (std::size_t k = 0; k < 3; ++k)
+  {
+    Put(las, 131 + 8 * k, scale[k]);
+    Put(las, 155 + 8 * k, offset[k]);
+  }
+  if (isLong)
+  {
+    Put(las, 247, std::uint64_t{ points });
+  }
+  for (std::size_t i = 0; i < points; ++i)
+  {
+    const std::size_t at = begin + i * pointBytes;
+    for (std::size_t k = 0; k < 3; ++k)
+    {
+      Put(las, at + 4 * k, static_cast<std::int32_t>(i));
+    }
+    Put(las, at + 12, static_cast<std::uint16_t>(1000 + i));
+    const auto kind = static_cast<std::uint8_t>(i % 9);
+    const bool withheld = i == 7;
+    las[at + 14] = static_cast<char>((isLong ? 0x50U : 0x28U) | (i % 3 + 1));
+    las[at + 15] = static_cast<char>(isLong ? (withheld ? 4U : 0U) : kind | (withheld ? 128U : 0U));
+    las[at + 16] = static_cast<char>(isLong ? kind : 0);
+    if (HasColors(format))
+    {
+      const std::size_t place = at + (format == 2 ? 20 : isLong ? 30 : 28);
+      Put(las, place, static_cast<std::uint16_t>(i * channelScale));
+      Put(las, place + 2, static_cast<std::uint16_t>(200 * channelScale));
+      Put(las, place + 4, static_cast<std::uint16_t>(0));
+    }
+  }
+  return las;
+}
+
+class TestConvertLas : public ConvertTest
+{
+};
+
+const std::string withheld = ": 1 points are marked as withheld and were dropped\n";
+
+}
+
+TEST_F(TestConvertLas, EachFormatComesBack)
+{
+  for (unsigned format = 0; format <= 10; ++format)
+  {
+    SCOPED_TRACE(format);
+    this->WriteText("in.las", MakeLas(format, format % 2 == 0 ? 1 : 256));
+    const Mesh read = this->Converted("in.las", "kdstream-convert: warning: in.las" + withheld);
+    ASSERT_EQ(read.points.size(), points - 1);
+    EXPECT_EQ(read.scalarType, ScalarType::Float64);
+    EXPECT_TRUE(read.triangles.empty());
+    const auto intensity = ValuesOf(read, "intensity"), kinds = ValuesOf(read, "classification"),
+               returns = ValuesOf(read, "return_number"), colors = ValuesOf(read, "RGB");
+    ASSERT_EQ(intensity.size(), points - 1);
+    ASSERT_EQ(kinds.size(), points - 1);
+    ASSERT_EQ(returns.size(), points - 1);
+    ASSERT_EQ(colors.size(), HasColors(format) ? 3 * (points - 1) : 0);
+    for (std::size_t v = 0; v < read.points.size(); ++v)
+    {
+      const std::size_t i = v < 7 ? v : v + 1;
+      const double n = static_cast<double>(i);
+      EXPECT_EQ(read.points[v], (Vec3{ n * 0.01 + 1e6, n * -0.01 + 2e6, n * 0.5 }));
+      EXPECT_EQ(intensity[v], 1000 + n);
+      EXPECT_EQ(kinds[v], double(i % 9));
+      EXPECT_EQ(returns[v], double(i % 3 + 1));
+      if (HasColors(format))
+      {
+        EXPECT_EQ(colors[3 * v], n);
+        EXPECT_EQ(colors[3 * v + 1], 200);
+      }
+    }
+  }
+}
+
+TEST_F(TestConvertLas, BecomesAStore)
+{
+  this->WriteText("in.las", MakeLas(7));
+  const Outcome built = this->Build({ "in.las", "-o", "out.kds", "--quiet" });
+  EXPECT_EQ(built.exitCode, 0) << built.err;
+  const Outcome info = RunTool(this->Folder, "store", { "info", "out.kds", "--json" });
+  EXPECT_NE(info.out.find("\"classification\""), std::string::npos) << info.out;
+  EXPECT_NE(info.out.find("1000"), std::string::npos) << info.out;
+}
+
+TEST_F(TestConvertLas, WhatSaysNothingIsLeftOut)
+{
+  std::string las = MakeLas(2, 0);
+  for (std::size_t i = 0; i < points; ++i)
+  {
+    const std::size_t at = 281 + i * 29;
+    Put(las, at + 12, std::uint16_t{ 0 });
+    las[at + 14] = 1;
+    las[at + 15] = 0;
+    Put(las, at + 22, std::uint16_t{ 0 });
+  }
+  this->WriteText("in.las", las);
+  const Mesh read = this->Converted("in.las");
+  EXPECT_EQ(read.points.size(), points);
+  EXPECT_TRUE(read.attributes.empty());
+}
+
+TEST_F(TestConvertLas, LiarsAreToldByWhatIsWrong)
+{
+  struct Case
+  {
+    std::string error;
+    std::function<void(std::string&)> change;
+    unsigned format = 3;
+  };
+  const Case cases[] = {
+    { "is not a LAS file", [](std::string& las) { las[0] = 'X'; } },
+    { "truncated: ends inside its header", [](std::string& las) { las.resize(200); } },
+    { "truncated: ends inside its header", [](std::string& las) { las.resize(374); }, 6 },
+    { "is of version 2.2 of LAS, where 1.0 to 1.4 are read",
+      [](std::string& las) { las[24] = 2; } },
+    { "is of version 1.5 of LAS", [](std::string& las) { las[25] = 5; } },
+    { "its points are compressed (LAZ)", [](std::string& las) { las[104] = char(128 + 3); } },
+    { "its points are of format 11, where 0 to 10 are read",
+      [](std::string& las) { las[104] = 11; } },
+    { "a point of format 3 takes 34 bytes, not 33",
+      [](std::string& las) { Put(las, 105, std::uint16_t{ 33 }); } },
+    { "a point of format 3 takes 34 bytes, not 0",
+      [](std::string& las) { Put(las, 105, std::uint16_t{ 0 }); } },
+    { "its points begin at byte 12, in the header",
+      [](std::string& las) { Put(las, 96, std::uint32_t{ 12 }); } },
+    { "its points begin at byte 4294967295, in the header or behind the end of the file",
+      [](std::string& las) { Put(las, 96, ~std::uint32_t{ 0 }); } },
+    { "truncated: the header claims 4294967295 points, but the file holds 40",
+      [](std::string& las) { Put(las, 107, ~std::uint32_t{ 0 }); } },
+    { "truncated: the header claims 18446744073709551615 points, but the file holds 40",
+      [](std::string& las) { Put(las, 247, ~std::uint64_t{ 0 }); }, 7 },
+    { "has no points", [](std::string& las) { Put(las, 107, std::uint32_t{ 0 }); } },
+    { "the scale or the offset of y is no number to be used",
+      [](std::string& las) { Put(las, 139, std::numeric_limits<double>::infinity()); } },
+    { "the scale or the offset of x is no number to be used",
+      [](std::string& las) { Put(las, 131, 0.0); } },
+    { "the scale or the offset of z is no number to be used",
+      [](std::string& las) { Put(las, 171, std::numeric_limits<double>::quiet_NaN()); } },
+    { "truncated: the header claims 40 points, but the file holds 38",
+      [](std::string& las) { las.resize(las.size() - 50); } },
+    { "all of its points are marked as withheld",
+      [](std::string& las)
+      {
+        for (std::size_t i = 0; i < points; ++i)
+        {
+          las[281 + i * 37 + 15] = char(128);
+        }
+      } },
+  };
+  for (const Case& c : cases)
+  {
+    SCOPED_TRACE(c.error);
+    std::string las = MakeLas(c.format);
+    c.change(las);
+    this->WriteText("in.las", las);
+    this->ExpectError("in.las", c.error);
+  }
+  std::string compressed = MakeLas(7);
+  compressed[104] = char(128 + 7);
+  this->WriteText("in.laz", compressed);
+  this->ExpectError("in.laz", "compressed (LAZ), which is not read: make a .las of it");
+}
+
+TEST_F(TestConvertLas, CutAndChangedFiles)
+{
+  std::mt19937 random(11);
+  for (unsigned draw = 0; draw < 60; ++draw)
+  {
+    const std::string whole = MakeLas(draw % 11);
+    std::string bad = whole;
+    const bool cut = draw < 16;
+    if (cut)
+    {
+      bad.resize(whole.size() * draw / 16);
+    }
+    for (unsigned change = 0; !cut && change <= draw % 4; ++change)
+    {
+      bad[random() % (draw % 2 == 0 ? 375 : whole.size())] = static_cast<char>(random() % 256);
+    }
+    this->WriteText("in.las", bad);
+    std::filesystem::remove(this->Folder / "out.ply");
+    const Outcome outcome = this->Convert("in.las");
+    EXPECT_TRUE(outcome.exitCode == 1 || (!cut && outcome.exitCode == 0))
+      << draw << ": " << outcome.exitCode << " " << outcome.err;
+    EXPECT_LE(outcome.peakBytes, std::uint64_t{ 200 } << 20);
+    if (outcome.exitCode == 1)
+    {
+      EXPECT_EQ(outcome.err.rfind("kdstream-convert: error: in.las: ", 0), 0U) << outcome.err;
+      EXPECT_EQ(std::count(outcome.err.begin(), outcome.err.end(), '\n'), 1) << outcome.err;
+    }
+  }
+}

@@ -1,0 +1,321 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Textured models through kdstream-build and kdstream-store extract: what goes in comes out.
+#include "Testing/EndToEnd/TexturedFiles.h"
+#include "Testing/Fixtures/Meshes.h"
+#include "filters/build/Builder.h"
+#include "filters/codec/TextureTile.h"
+#include "filters/core/BitCast.h"
+#include "filters/model/JsonReader.h"
+#include "filters/store/Store.h"
+
+#include <algorithm>
+#include <map>
+
+using namespace kdstream;
+using namespace kdstream::fixtures;
+
+namespace
+{
+
+// Corners of a triangle: places, and bits of the coordinates.
+using PaintedCorner = std::pair<Vec3, std::uint64_t>;
+using PaintedTriangle = std::array<PaintedCorner, 3>;
+
+// What is no number has no bits of its own.
+std::uint64_t BitsOf(const PictureCoordinate& corner)
+{
+  return std::isfinite(corner[0]) && std::isfinite(corner[1]) ? BitCast<std::uint64_t>(corner) : 0;
+}
+
+// Turned so that the least corner comes first.
+PaintedTriangle Turned(const TexturedMesh& textured, std::size_t t)
+{
+  PaintedTriangle triangle;
+  for (std::size_t k = 0; k < 3; ++k)
+  {
+    triangle[k] = { textured.mesh.points[textured.mesh.triangles[t][k]],
+      BitsOf(textured.corners[t][k]) };
+  }
+  std::rotate(triangle.begin(), std::min_element(triangle.begin(), triangle.end()), triangle.end());
+  return triangle;
+}
+
+bool IsPainted(const TexturedMesh& textured, std::size_t t)
+{
+  return textured.materials[textured.materialOf[t]].picture != noPicture &&
+         std::all_of(textured.corners[t].begin(), textured.corners[t].end(),
+           [](const PictureCoordinate& corner) { return BitsOf(corner) != 0; });
+}
+
+class TestTexturedExtract : public TexturedTest
+{
+protected:
+  void BuildAndExtract(
+    const std::string& input, const std::string& output, const std::vector<std::string>& more)
+  {
+    std::vector<std::string> arguments{ input, "-o", "m.kds", "--quiet", "--precision", "lossless",
+      "--vertices-per-partition", "100" };
+    arguments.insert(arguments.end(), more.begin(), more.end());
+    const Outcome built = this->Build(arguments);
+    ASSERT_EQ(built.exitCode, 0) << built.err;
+    const Outcome verified = this->Store({ "verify", "m.kds" });
+    EXPECT_EQ(verified.exitCode, 0) << verified.err;
+    const Outcome extracted = this->Store({ "extract", "m.kds", "--all", "-o", output, "--quiet" });
+    ASSERT_EQ(extracted.exitCode, 0) << extracted.err;
+    EXPECT_EQ(extracted.err, "");
+  }
+
+  // Every coordinate bit for bit, every texel where a triangle looks.
+  void ExpectSame(const TexturedMesh& before, const TexturedMesh& after)
+  {
+    ASSERT_EQ(before.mesh.triangles.size(), after.mesh.triangles.size());
+    std::map<PaintedTriangle, std::size_t> found;
+    for (std::size_t t = 0; t < after.mesh.triangles.size(); ++t)
+    {
+      found.emplace(Turned(after, t), t);
+    }
+    const std::vector<Picture> from = PicturesOf(before), to = PicturesOf(after);
+    std::size_t looked = 0;
+    for (std::size_t t = 0; t < before.mesh.triangles.size(); ++t)
+    {
+      const auto same = found.find(Turned(before, t));
+      ASSERT_NE(same, found.end()) << "triangle " << t;
+      ASSERT_EQ(IsPainted(before, t), IsPainted(after, same->second));
+      if (IsPainted(before, t))
+      {
+        looked += this->CompareTexels(before, t, from, after, to, same->second);
+      }
+    }
+    EXPECT_GT(looked, 10 * before.mesh.triangles.size());
+  }
+
+private:
+  // Along the triangle; the coordinates of both files are the same.
+  static std::size_t CompareTexels(const TexturedMesh& before, std::size_t t,
+    const std::vector<Picture>& from, const TexturedMesh& after, const std::vector<Picture>& to,
+    std::size_t other)
+  {
+    const TexturedMaterial& a = before.materials[before.materialOf[t]];
+    const TexturedMaterial& b = after.materials[after.materialOf[other]];
+    std::size_t looked = 0;
+    for (std::size_t i = 0; i <= 5; ++i)
+    {
+      for (std::size_t j = 0; i + j <= 5; ++j, ++looked)
+      {
+        double u = 0, v = 0;
+        const std::array<double, 3> shares{ double(i) / 5, double(j) / 5, double(5 - i - j) / 5 };
+        for (std::size_t k = 0; k < 3; ++k)
+        {
+          u += shares[k] * double(before.corners[t][k][0]);
+          v += shares[k] * double(before.corners[t][k][1]);
+        }
+        const Texel expected =
+          PictureTexels(from[a.picture]).At(PlaceOf(a, u, v), a.wrapU, a.wrapV);
+        EXPECT_EQ(PictureTexels(to[b.picture]).At(PlaceOf(b, u, v), b.wrapU, b.wrapV), expected);
+      }
+    }
+    return looked;
+  }
+};
+
+}
+
+TEST_F(TestTexturedExtract, LosslessModelsComeBack)
+{
+  for (unsigned seed = 0; seed < 4; ++seed)
+  {
+    this->WriteHardObj("hard", seed);
+    this->BuildAndExtract("hard.obj", "out.obj", { "--texture-quality", "lossless" });
+    this->ExpectSame(this->ReadPainted("hard.obj"), this->ReadPainted("out.obj"));
+  }
+}
+
+TEST_F(TestTexturedExtract, PhotographsComeBack)
+{
+  ASSERT_EQ(RunTool(this->Folder, "generate",
+              { "statue", "statue.obj", "--vertices", "3000", "--picture-side", "256", "--quiet" })
+              .exitCode,
+    0);
+  this->BuildAndExtract("statue.obj", "out.obj", { "--texture-quality", "lossless" });
+  this->ExpectSame(this->ReadPainted("statue.obj"), this->ReadPainted("out.obj"));
+}
+
+// Of each place, as kdstream-convert bakes them: coordinates are turned upside down, and rounded,
+// on the way.
+TEST_F(TestTexturedExtract, AGlbHasTheSameColours)
+{
+  this->WriteHardObj("hard", 1);
+  this->BuildAndExtract("hard.obj", "out.glb", { "--texture-quality", "lossless" });
+  const auto colorsOf = [&](const std::string& input)
+  {
+    EXPECT_EQ(
+      RunTool(this->Folder, "convert", { input, "-o", "baked.ply", "--quiet" }).exitCode, 0);
+    const Mesh mesh = this->Read("baked.ply");
+    std::map<Vec3, std::array<double, 3>> colors;
+    for (std::size_t v = 0; v < mesh.points.size(); ++v)
+    {
+      const Attribute& rgb = mesh.attributes.back();
+      const Vec3& place = mesh.points[v]; // a .glb has floats
+      colors[{ std::round(1e5 * place[0]), std::round(1e5 * place[1]),
+        std::round(1e5 * place[2]) }] = { rgb.Get(v, 0), rgb.Get(v, 1), rgb.Get(v, 2) };
+    }
+    return colors;
+  };
+  const auto before = colorsOf("hard.obj"), after = colorsOf("out.glb");
+  ASSERT_EQ(before.size(), after.size());
+  for (const auto& [place, color] : before)
+  {
+    ASSERT_TRUE(after.contains(place)) << place[0] << " " << place[1];
+    for (std::size_t k = 0; k < 3; ++k)
+    {
+      ASSERT_NEAR(after.at(place)[k], color[k], 4);
+    }
+  }
+}
+
+TEST_F(TestTexturedExtract, PartsHaveTheirPictures)
+{
+  this->WriteHardObj("hard", 2);
+  this->BuildAndExtract("hard.obj", "all.obj", {});
+  for (const std::vector<std::string>& what :
+    { std::vector<std::string>{ "--partition", "2" }, { "--region", "9", "--rings", "0" } })
+  {
+    for (const char* output : { "part.obj", "part.glb" })
+    {
+      std::vector<std::string> arguments{ "extract", "m.kds", "-o", output };
+      arguments.insert(arguments.end(), what.begin(), what.end());
+      const Outcome extracted = this->Store(arguments);
+      EXPECT_EQ(extracted.exitCode, 0) << extracted.err;
+      EXPECT_NE(extracted.err.find("triangles and "), std::string::npos) << extracted.err;
+    }
+    const TexturedMesh part = this->ReadPainted("part.obj");
+    EXPECT_EQ(PicturesOf(part).size(), part.pictures.size());
+    EXPECT_GT(part.mesh.triangles.size(), 100U);
+  }
+  EXPECT_TRUE(this->Files().contains("part-partition-2.png"));
+}
+
+// Tiles whose image is none, or of another size: of a right checksum.
+class WrongImages : public PieceTextures
+{
+public:
+  explicit WrongImages(std::vector<std::uint8_t> image)
+    : Image(std::move(image))
+  {
+  }
+  TextureDescription Describe() const override { return {}; }
+  Result<EncodedTexture> Make(Piece& piece) const override
+  {
+    TextureTile tile{ 9, 9, TileImage::Webp, this->Image, {} };
+    tile.corners.resize(piece.triangles.size());
+    return EncodedTexture{ EncodeTextureTile(tile, piece.triangles), 81 };
+  }
+
+private:
+  std::vector<std::uint8_t> Image;
+};
+
+TEST_F(TestTexturedExtract, WrongImagesAreNamed)
+{
+  const std::vector<std::uint8_t> small =
+    EncodePicture({ 2, 2, 1, { 1, 2, 3, 4 } }, PictureType::Png);
+  for (const auto& [image, what] :
+    { std::pair{ small, "its image is of another size than is told" },
+      { std::vector<std::uint8_t>{ 1, 2 }, "it is no JPEG, PNG or WebP" },
+      { std::vector<std::uint8_t>(small.begin(), small.end() - 20),
+        "it is a damaged or truncated PNG (it ends too early)" } })
+  {
+    BuildOptions options;
+    options.textures = std::make_shared<WrongImages>(image);
+    ASSERT_TRUE(BuildStore(DisplacedSphere(3), "s.ply", this->Folder / "m.kds", options));
+    this->ExpectError(this->Store({ "extract", "m.kds", "--all", "-o", "out.glb" }), 1,
+      std::string("kdstream-store: error: m.kds: textures/0: ") + what);
+    EXPECT_FALSE(this->Files().contains("out.glb"));
+  }
+}
+
+// 256 MiB of texels, at 64M.
+TEST_F(TestTexturedExtract, PicturesMayBeLargerThanMemory)
+{
+  Picture picture{ 8192, 8192, 3, {} };
+  picture.texels.resize(picture.width * picture.height * 3);
+  for (std::size_t i = 0; i < picture.texels.size(); ++i)
+  {
+    picture.texels[i] = static_cast<std::uint8_t>((i / 300) ^ (i / 3 / picture.width / 64));
+  }
+  const std::vector<std::uint8_t> bytes = EncodePicture(picture, PictureType::Jpeg);
+  picture = {};
+  this->WriteText("large.jpg", { bytes.begin(), bytes.end() });
+  this->WriteText("large.mtl", "newmtl a\nmap_Kd large.jpg\n");
+  std::string text = "mtllib large.mtl\nusemtl a\n";
+  constexpr std::size_t side = 120;
+  for (std::size_t i = 0; i < (side + 1) * (side + 1); ++i)
+  {
+    const std::string x = std::to_string(double(i % (side + 1)) / side);
+    const std::string y = std::to_string(double(i / (side + 1)) / side);
+    text += "v " + x + " " + y + " 0\nvt " + x + " " + y + "\n";
+  }
+  for (std::size_t i = 0; i < side * side; ++i)
+  {
+    const std::size_t a = i / side * (side + 1) + i % side + 1;
+    text += "f";
+    for (const std::size_t v : { a, a + 1, a + side + 2, a + side + 1 })
+    {
+      text += " " + std::to_string(v) + "/" + std::to_string(v);
+    }
+    text += "\n";
+  }
+  this->WriteText("large.obj", text);
+  const Outcome built = this->Build({ "large.obj", "-o", "m.kds", "--quiet", "--memory", "64M",
+    "--vertices-per-partition", "500", "--stats", "s.json" });
+  ASSERT_EQ(built.exitCode, 0) << built.err;
+  const auto stats = ParseJson(ReadWhole(this->Folder / "s.json"));
+  ASSERT_TRUE(stats);
+  EXPECT_LT((*stats)["peak_rss_bytes"].GetUint64(), std::uint64_t{ 128 } << 20);
+  EXPECT_GT((*stats)["tiles"]["texels"].GetUint64(), std::uint64_t{ 8192 } * 8192);
+}
+
+TEST_F(TestTexturedExtract, ExportedFoldersHaveTheTextures)
+{
+  this->WriteHardObj("hard", 2);
+  this->BuildAndExtract("hard.obj", "all.obj", {});
+  const Outcome exported = this->Store({ "export", "m.kds", "www", "--quiet" });
+  ASSERT_EQ(exported.exitCode, 0) << exported.err;
+  const auto store = kdstream::Store::Open(this->Folder / "m.kds");
+  ASSERT_TRUE(store);
+  const ModelDescription& info = (*store)->Info();
+  for (std::uint32_t p = 0; p < info.partitions; ++p)
+  {
+    const auto blob = (*store)->ReadTextureBlob(p);
+    ASSERT_TRUE(blob);
+    EXPECT_EQ(ReadWhole(this->Folder /
+                        ("www/api/models/m/" + info.digest + "/textures/" + std::to_string(p))),
+      std::string(blob->begin(), blob->end()));
+  }
+  EXPECT_NE(ReadWhole(this->Folder / "www/api/models/m/model.json").find("\"textures\":{\"bytes\""),
+    std::string::npos);
+}
+
+TEST_F(TestTexturedExtract, LevelsAndPlainModelsAreGlbToo)
+{
+  this->WriteHardObj("hard", 3);
+  this->BuildAndExtract("hard.obj", "all.obj", {});
+  EXPECT_EQ(this->Store({ "extract", "m.kds", "--level", "4", "-o", "level.glb" }).exitCode, 0);
+  const Outcome built = this->Build({ "level.glb", "-o", "level.kds", "--quiet" });
+  EXPECT_EQ(built.exitCode, 0) << built.err;
+  EXPECT_NE(this->Store({ "info", "level.kds" }).out.find("RGB"), std::string::npos);
+}
+
+TEST_F(TestTexturedExtract, QualityIsCheckedAndColoursAreKeptAlone)
+{
+  this->WriteHardObj("hard", 4);
+  this->ExpectError(this->Build({ "hard.obj", "-o", "m.kds", "--texture-quality", "0" }), 2,
+    "kdstream-build: error: --texture-quality: \"0\" is neither 1 to 100 nor lossless");
+  ASSERT_EQ(
+    this->Build({ "hard.obj", "-o", "m.kds", "--quiet", "--textures", "colors" }).exitCode, 0);
+  EXPECT_EQ(this->Store({ "info", "m.kds" }).out.find("texture bytes"), std::string::npos);
+  ASSERT_EQ(
+    this->Build({ "hard.obj", "-o", "m.kds", "--quiet", "--textures", "tiles" }).exitCode, 0);
+  EXPECT_NE(this->Store({ "info", "m.kds" }).out.find("texture bytes"), std::string::npos);
+  EXPECT_NE(this->Store({ "info", "m.kds", "--json" }).out.find("\"tiles\""), std::string::npos);
+}

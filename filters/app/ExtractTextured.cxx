@@ -1,0 +1,312 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Steps: 1. partition by partition: vertices, triangles, their materials; a lossy tile becomes a
+// picture  2. for each picture of a lossless input: its texels from all tiles that have some.
+#include "filters/app/ExtractTextured.h"
+
+#include "filters/app/TilePictures.h"
+#include "filters/codec/TextureTile.h"
+#include "filters/texture/Picture.h"
+
+#include <algorithm>
+#include <array>
+#include <map>
+#include <optional>
+#include <tuple>
+#include <unordered_map>
+
+namespace kdstream
+{
+namespace
+{
+
+using Rgba = std::array<std::uint8_t, 4>;
+
+struct TiledPiece
+{
+  Piece piece;
+  TextureTile tile;
+};
+
+class TexturedExtraction
+{
+public:
+  TexturedExtraction(
+    const Store& store, std::span<const std::uint32_t> partitions, const Execution& execution)
+    : Source(store)
+    , Partitions(partitions)
+    , Exec(execution)
+  {
+    Mesh& mesh = this->Out.mesh;
+    mesh.scalarType = store.Info().grid.scalarType;
+    for (const AttributeInfo& attribute : store.Info().attributes)
+    {
+      if (attribute.association == AttributeAssociation::Point &&
+          RoleOf(attribute) != AttributeRole::Colors)
+      {
+        mesh.attributes.push_back({ attribute, {} });
+      }
+    }
+  }
+
+  Result<TexturedMesh> Extract()
+  {
+    for (std::size_t i = 0; i < this->Partitions.size(); ++i)
+    {
+      KDSTREAM_TRY(this->Exec.Report("pieces", double(i) / double(this->Partitions.size())));
+      const Result<TiledPiece> read = this->Read(this->Partitions[i]);
+      KDSTREAM_TRY(read);
+      KDSTREAM_TRY(this->Add(this->Partitions[i], *read));
+    }
+    for (const auto& [number, used] : this->Sources)
+    {
+      KDSTREAM_TRY(this->Restore(number, used));
+    }
+    return std::move(this->Out);
+  }
+
+private:
+  // A picture of the input, of which tiles have parts.
+  struct SourcePicture
+  {
+    std::uint32_t width = 1, height = 1;
+    std::uint32_t picture = 0;             // in Out
+    std::vector<std::uint32_t> partitions; // that have some of it
+    std::vector<std::uint32_t> materials;  // in Out
+  };
+
+  Result<TiledPiece> Read(std::uint32_t partition) const
+  {
+    Result<Piece> piece = this->Source.ReadPiece(
+      { Resolution::Original(), NodeOfPartition(partition, this->Source.Info().depths) });
+    KDSTREAM_TRY(piece);
+    const auto blob = this->Source.ReadTextureBlob(partition);
+    KDSTREAM_TRY(blob);
+    Result<TextureTile> tile = DecodeTextureTile(*blob, piece->triangles);
+    if (!tile)
+    {
+      return Error{ ErrorCode::Damaged,
+        Store::TextureName(partition) + ": " + tile.GetError().message };
+    }
+    return TiledPiece{ std::move(*piece), std::move(*tile) };
+  }
+
+  Status Add(std::uint32_t partition, const TiledPiece& part)
+  {
+    const ExactTile& exact = part.tile.exact;
+    const bool restored = part.tile.isExact && exact.halvings == 0;
+    const bool patches = std::any_of(exact.charts.begin(), exact.charts.end(),
+      [](const TileChart& chart) { return chart.source == noTileSource; });
+    std::optional<Picture> picture;
+    if (!restored || patches)
+    {
+      Result<Picture> decoded = DecodeTileImage(partition, part.tile);
+      KDSTREAM_TRY(decoded);
+      picture = std::move(*decoded);
+    }
+    const std::vector<VertexId> vertices = this->AddVertices(part.piece);
+    const std::uint32_t own = restored ? 0 : this->AddTileMaterial(partition, *picture);
+    const std::vector<std::uint32_t> ofSources =
+      restored ? this->AddSources(partition, exact) : std::vector<std::uint32_t>();
+    for (std::size_t t = 0; t < part.piece.triangles.size(); ++t)
+    {
+      const Triangle& triangle = part.piece.triangles[t];
+      if (!this->Counts(partition, part.piece, triangle))
+      {
+        continue;
+      }
+      this->Out.mesh.triangles.push_back(
+        { vertices[triangle[0]], vertices[triangle[1]], vertices[triangle[2]] });
+      if (!restored)
+      {
+        this->Out.materialOf.push_back(own);
+        this->Out.corners.push_back(CornersInTile(part.tile, t));
+        continue;
+      }
+      const TileChart& chart = exact.charts[exact.chartOf[t]];
+      this->Out.materialOf.push_back(
+        chart.source == noTileSource
+          ? this->MaterialOfColor(TexelAt(*picture,
+              std::min<std::int64_t>(std::int64_t(part.tile.corners[t][0][0]), part.tile.width - 1),
+              std::min<std::int64_t>(
+                std::int64_t(part.tile.corners[t][0][1]), part.tile.height - 1)))
+          : ofSources[chart.source]);
+      this->Out.corners.push_back(exact.corners[t]);
+    }
+    return {};
+  }
+
+  // Each triangle is in the pieces of all its corners' partitions: it is taken of the first.
+  bool Counts(std::uint32_t partition, const Piece& piece, const Triangle& triangle) const
+  {
+    std::uint32_t first = partition;
+    for (const VertexId v : triangle)
+    {
+      const std::uint32_t other = PartitionOfKey(piece.keys[v]);
+      if (other < first &&
+          std::binary_search(this->Partitions.begin(), this->Partitions.end(), other))
+      {
+        first = other;
+      }
+    }
+    return first == partition;
+  }
+
+  // The piece's vertices among the mesh's.
+  std::vector<VertexId> AddVertices(const Piece& piece)
+  {
+    Mesh& mesh = this->Out.mesh;
+    std::vector<VertexId> numbers;
+    for (std::size_t v = 0; v < piece.positions.size(); ++v)
+    {
+      const auto next = static_cast<VertexId>(mesh.points.size());
+      const auto [entry, isNew] = this->VertexOfKey.try_emplace(piece.keys[v], next);
+      numbers.push_back(entry->second);
+      if (!isNew)
+      {
+        continue;
+      }
+      mesh.points.push_back(piece.positions[v]);
+      for (Attribute& array : mesh.attributes)
+      {
+        array.Append(*FindAttribute(piece.attributes, array.Info()), v);
+      }
+    }
+    return numbers;
+  }
+
+  static std::array<PictureCoordinate, 3> CornersInTile(const TextureTile& tile, std::size_t t)
+  {
+    std::array<PictureCoordinate, 3> corners{};
+    for (std::size_t k = 0; k < 3; ++k)
+    {
+      const TileCoordinate& place = tile.corners[t][k];
+      corners[k] = { place[0] / float(tile.width), place[1] / float(tile.height) };
+    }
+    return corners;
+  }
+
+  std::uint32_t AddMaterial(TexturedMaterial material)
+  {
+    this->Out.materials.push_back(std::move(material));
+    return static_cast<std::uint32_t>(this->Out.materials.size() - 1);
+  }
+
+  std::uint32_t AddTileMaterial(std::uint32_t partition, const Picture& picture)
+  {
+    TexturedMaterial material;
+    material.name = "partition-" + std::to_string(partition);
+    material.picture = static_cast<std::uint32_t>(this->Out.pictures.size());
+    material.wrapU = material.wrapV = TextureWrap::Clamp;
+    material.opaque = !HasAlpha(picture);
+    PictureSource source;
+    source.name = material.name;
+    source.bytes = PngOf(picture);
+    this->Out.pictures.push_back(std::move(source));
+    return this->AddMaterial(std::move(material));
+  }
+
+  std::uint32_t MaterialOfColor(const Rgba& color)
+  {
+    const auto [entry, isNew] = this->MaterialOf.try_emplace(color, 0);
+    if (isNew)
+    {
+      TexturedMaterial material;
+      material.name = "colour-" + std::to_string(this->MaterialOf.size() - 1);
+      for (std::size_t k = 0; k < 3; ++k)
+      {
+        material.color[k] = LinearOfBytes()[color[k]];
+      }
+      material.color[3] = color[3] / 255.0;
+      material.opaque = color[3] == 255;
+      material.transform = upsideDown; // an OBJ has the coordinates as they are
+      entry->second = this->AddMaterial(std::move(material));
+    }
+    return entry->second;
+  }
+
+  // The material of each source of a tile.
+  std::vector<std::uint32_t> AddSources(std::uint32_t partition, const ExactTile& exact)
+  {
+    std::vector<std::uint32_t> materials;
+    for (const TileSource& source : exact.sources)
+    {
+      const auto known = std::find_if(this->KnownSources.begin(), this->KnownSources.end(),
+        [&](const auto& entry) { return entry.first == source; });
+      const std::uint32_t material =
+        known != this->KnownSources.end() ? known->second : this->AddSource(source);
+      materials.push_back(material);
+      std::vector<std::uint32_t>& partitions = this->Sources[source.picture].partitions;
+      if (partitions.empty() || partitions.back() != partition)
+      {
+        partitions.push_back(partition);
+      }
+    }
+    return materials;
+  }
+
+  std::uint32_t AddSource(const TileSource& source)
+  {
+    SourcePicture& picture = this->Sources[source.picture];
+    if (picture.materials.empty())
+    {
+      picture.width = source.width;
+      picture.height = source.height;
+      picture.picture = static_cast<std::uint32_t>(this->Out.pictures.size());
+      PictureSource& bytes = this->Out.pictures.emplace_back();
+      bytes.name = "picture-" + std::to_string(source.picture);
+    }
+    TexturedMaterial material;
+    material.name = "material-" + std::to_string(this->KnownSources.size());
+    material.picture = picture.picture;
+    material.transform = { source.u, source.v };
+    material.wrapU = static_cast<TextureWrap>(source.wrap[0]);
+    material.wrapV = static_cast<TextureWrap>(source.wrap[1]);
+    const std::uint32_t number = this->AddMaterial(std::move(material));
+    picture.materials.push_back(number);
+    this->KnownSources.emplace_back(source, number);
+    return number;
+  }
+
+  // ---- pictures of the input
+
+  Status Restore(std::uint32_t number, const SourcePicture& used)
+  {
+    KDSTREAM_TRY(CheckPictureSize(used.width, used.height, mostPicturePixels));
+    Picture canvas = GreyPicture(used.width, used.height);
+    for (const std::uint32_t partition : used.partitions)
+    {
+      KDSTREAM_TRY(this->Exec.Report("textures", 0));
+      const Result<TiledPiece> part = this->Read(partition);
+      KDSTREAM_TRY(part);
+      const Result<Picture> picture = DecodeTileImage(partition, part->tile);
+      KDSTREAM_TRY(picture);
+      PasteTile(number, part->tile, *picture, canvas);
+    }
+    const bool alpha = HasAlpha(canvas);
+    for (const std::uint32_t material : used.materials)
+    {
+      this->Out.materials[material].opaque = !alpha;
+    }
+    this->Out.pictures[used.picture].bytes = PngOf(std::move(canvas));
+    return {};
+  }
+
+  const Store& Source;
+  const std::span<const std::uint32_t> Partitions;
+  const Execution& Exec;
+  TexturedMesh Out;
+  std::unordered_map<VertexKey, VertexId> VertexOfKey;
+  std::map<Rgba, std::uint32_t> MaterialOf; // a colour
+  std::vector<std::pair<TileSource, std::uint32_t>> KnownSources;
+  std::map<std::uint32_t, SourcePicture> Sources; // by the number of the input's picture
+};
+
+}
+
+Result<TexturedMesh> ExtractTextured(
+  const Store& store, std::span<const std::uint32_t> partitions, const Execution& execution)
+{
+  return TexturedExtraction(store, partitions, execution).Extract();
+}
+
+}

@@ -1,0 +1,37 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// The pictures of texture tiles, and those of the input put together from them again: for
+// kdstream-store extract.
+#pragma once
+
+#include "filters/codec/TextureTile.h"
+#include "filters/core/Result.h"
+#include "filters/texture/Picture.h"
+
+#include <array>
+#include <cstdint>
+#include <vector>
+
+namespace kdstream
+{
+
+// The image of a partition's tile. Errors: Damaged, naming the blob, for what is none, or of
+// another size than the tile tells.
+Result<Picture> DecodeTileImage(std::uint32_t partition, const TextureTile& tile);
+
+// RGBA, grey and opaque.
+Picture GreyPicture(std::size_t width, std::size_t height);
+
+// Puts what an exact tile, with its picture, has of the input's picture `number` into the canvas:
+// around the triangles of each chart, and a texel further. REQUIRES: the tile is exact and not
+// halved; the canvas is RGBA.
+void PasteTile(
+  std::uint32_t number, const TextureTile& tile, const Picture& picture, Picture& canvas);
+
+// REQUIRES: a place in the picture.
+std::array<std::uint8_t, 4> TexelAt(const Picture& picture, std::int64_t x, std::int64_t y);
+// Whether a texel is not opaque. REQUIRES: RGB or RGBA.
+bool HasAlpha(const Picture& picture);
+// As a PNG, without alpha where all is opaque.
+std::vector<std::uint8_t> PngOf(Picture picture);
+
+}

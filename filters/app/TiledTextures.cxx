@@ -1,0 +1,57 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "filters/app/TiledTextures.h"
+
+#include "filters/texture/PaintArrays.h"
+
+namespace kdstream
+{
+
+TextureDescription TiledTextures::Describe() const
+{
+  return { std::string(NameOf(TileImage::Webp)), this->Options.quality == 0 };
+}
+
+Result<EncodedTexture> TiledTextures::Make(Piece& piece) const
+{
+  const Paint& paint = this->Folder->Content();
+  const auto painted = TakePaintArrays(piece, paint.materials.size());
+  if (!painted)
+  {
+    return Error{ ErrorCode::InvalidInput, "the mesh has lost what pictures paint it" };
+  }
+  const Result<MadeTile> made = MakeTile(*painted, paint, *this->Folder, this->Options);
+  KDSTREAM_TRY(made);
+  {
+    const std::lock_guard lock(this->Mutex);
+    this->Sums.Add(made->counts);
+  }
+  return EncodedTexture{ EncodeTextureTile(made->tile, piece.triangles), made->counts.texels };
+}
+
+TileCounts TiledTextures::Counts() const
+{
+  const std::lock_guard lock(this->Mutex);
+  return this->Sums;
+}
+
+std::vector<std::string> TiledTextures::Warnings() const
+{
+  const TileCounts counts = this->Counts();
+  std::vector<std::string> warnings;
+  if (counts.halved > 0)
+  {
+    warnings.push_back(std::to_string(counts.halved) + " of " + std::to_string(counts.tiles) +
+                       " textures of partitions would be larger than " +
+                       std::to_string(this->Options.mostSide) +
+                       " texels a side, and are coarser than the pictures");
+  }
+  if (counts.repeating > 0)
+  {
+    warnings.push_back(std::to_string(counts.repeating) +
+                       " triangles repeat a picture more than twice along a side, and are "
+                       "painted in its mean");
+  }
+  return warnings;
+}
+
+}

@@ -1,0 +1,42 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Textures of partitions from what kdstream-convert has left: part of step "encode" of the README's
+// picture.
+#pragma once
+
+#include "filters/build/PieceTextures.h"
+#include "filters/texture/MakeTile.h"
+#include "filters/texture/PaintFolder.h"
+
+#include <memory>
+#include <mutex>
+#include <string>
+#include <vector>
+
+namespace kdstream
+{
+
+class TiledTextures : public PieceTextures
+{
+public:
+  TiledTextures(std::shared_ptr<const PaintFolder> paint, const TileOptions& options)
+    : Folder(std::move(paint))
+    , Options(options)
+  {
+  }
+
+  TextureDescription Describe() const override;
+  Result<EncodedTexture> Make(Piece& piece) const override;
+
+  // Of all that were made, so far.
+  TileCounts Counts() const;
+  // What the user should know of them, a sentence each.
+  std::vector<std::string> Warnings() const;
+
+private:
+  const std::shared_ptr<const PaintFolder> Folder;
+  const TileOptions Options;
+  mutable std::mutex Mutex;
+  mutable TileCounts Sums;
+};
+
+}

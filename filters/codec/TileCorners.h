@@ -1,0 +1,319 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// The corners of a tile's triangles as symbols: what reader and writer of a texture tile both know,
+// and what each does with it. Layout: doc/formats.md, "Textures".
+//
+// Triangles come in the piece's order, so most corners are at a vertex that has been met: then a
+// choice names one of the two pairs that were told last there. A new pair is told as its difference
+// to what closes a parallelogram with a neighbour, or to another corner.
+#pragma once
+
+#include "filters/codec/ByteStream.h"
+#include "filters/codec/SymbolCoder.h"
+#include "filters/core/Types.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstdint>
+#include <span>
+#include <vector>
+
+namespace kdstream
+{
+
+struct TileContext
+{
+  enum Choices : std::size_t
+  {
+    corner = 0,   // which of the vertex' pairs; by the corner's number
+    sameChart = 3 // whose chart
+  };
+  enum Numbers : std::size_t
+  {
+    parallelogram = 4, // and y
+    near = 6,
+    far = 8,
+    chart = 10,
+    table,
+    chartSource,
+    chartPlace
+  };
+  static constexpr SymbolContexts all{ 4, chartPlace + 1 };
+};
+
+// What is told of a corner: steps of a texel, or of an exact tile the ordered bits of u and v.
+using TileCorner = std::array<std::int64_t, 2>;
+
+// What has been told so far.
+class TileCornerMemory
+{
+public:
+  static constexpr unsigned newPair = 2, newChart = 3;
+
+  TileCornerMemory(std::span<const Triangle> triangles, bool exact)
+    : Triangles(triangles)
+    , Exact(exact)
+    , Told(triangles.size())
+    , ChartOf(exact ? triangles.size() : 0)
+  {
+    VertexId vertices = 0;
+    for (const Triangle& t : triangles)
+    {
+      vertices = std::max({ vertices, t[0] + 1, t[1] + 1, t[2] + 1 });
+    }
+    this->Recent.resize(vertices);
+    this->LastAt.assign(vertices, noTriangle);
+  }
+
+protected:
+  static constexpr std::uint32_t noTriangle = noVertex;
+
+  struct Pairs
+  {
+    TileCorner pairs[2] = {}; // the newest first
+    unsigned count = 0;
+  };
+  struct Prediction
+  {
+    TileContext::Numbers context;
+    TileCorner value;
+  };
+
+  // The one that a symbol stands for, or null.
+  const TileCorner* PairOf(VertexId vertex, unsigned symbol) const
+  {
+    const Pairs& recent = this->Recent[vertex];
+    return symbol < recent.count ? &recent.pairs[symbol] : nullptr;
+  }
+  unsigned SymbolOf(VertexId vertex, const TileCorner& corner) const
+  {
+    for (unsigned symbol = 0; symbol < newPair; ++symbol)
+    {
+      const TileCorner* const pair = this->PairOf(vertex, symbol);
+      if (pair && *pair == corner)
+      {
+        return symbol;
+      }
+    }
+    return newPair;
+  }
+
+  // Of a new corner k; known: which corners of the triangle are told.
+  Prediction Predict(std::size_t t, std::size_t k, const std::array<bool, 3>& known) const
+  {
+    const std::size_t next = (k + 1) % 3, previous = (k + 2) % 3;
+    const std::array<TileCorner, 3>& here = this->Told[t];
+    if (known[next] && known[previous])
+    {
+      for (const std::size_t at : { next, previous })
+      {
+        const std::uint32_t other = this->LastAt[this->Triangles[t][at]];
+        if (const TileCorner* opposite = this->Across(t, next, previous, other))
+        {
+          return { TileContext::parallelogram,
+            { this->Close(here[next][0], here[previous][0], (*opposite)[0]),
+              this->Close(here[next][1], here[previous][1], (*opposite)[1]) } };
+        }
+      }
+    }
+    if (known[next] || known[previous])
+    {
+      return { TileContext::near, here[known[previous] ? previous : next] };
+    }
+    return { TileContext::far, this->Last };
+  }
+
+  // Triangle t is told: what later ones may refer to. A vertex that it has twice keeps the pair of
+  // the last corner.
+  void Remember(std::size_t t)
+  {
+    for (std::size_t k = 0; k < 3; ++k)
+    {
+      const VertexId vertex = this->Triangles[t][k];
+      Pairs& recent = this->Recent[vertex];
+      const TileCorner& corner = this->Told[t][k];
+      if (recent.count == 0 || recent.pairs[0] != corner)
+      {
+        recent.pairs[1] = recent.pairs[0];
+        recent.pairs[0] = corner;
+        recent.count = std::min(recent.count + 1, 2U);
+      }
+      this->LastAt[vertex] = static_cast<std::uint32_t>(t);
+    }
+    this->Last = this->Told[t][2];
+  }
+
+  // The chart of the triangle that was last at a corner, or the triangle before; noVertex at first.
+  std::uint32_t ChartAt(std::size_t t, unsigned symbol) const
+  {
+    const std::uint32_t other = this->LastAt[this->Triangles[t][symbol]];
+    return other == noTriangle ? noVertex : this->ChartOf[other];
+  }
+
+  // Modulo 2^64: what a reader has may be anything.
+  static std::int64_t Sum(std::int64_t a, std::int64_t b)
+  {
+    return static_cast<std::int64_t>(static_cast<std::uint64_t>(a) + static_cast<std::uint64_t>(b));
+  }
+  static std::int64_t Difference(std::int64_t a, std::int64_t b)
+  {
+    return static_cast<std::int64_t>(static_cast<std::uint64_t>(a) - static_cast<std::uint64_t>(b));
+  }
+
+  std::span<const Triangle> Triangles;
+  bool Exact;
+  std::vector<std::array<TileCorner, 3>> Told;
+  std::vector<std::uint32_t> ChartOf;
+  std::uint32_t LastChart = 0;
+
+private:
+  // The third corner of a triangle that has the corners `next` and `previous` of t, at the same
+  // pairs; null if it is none.
+  const TileCorner* Across(
+    std::size_t t, std::size_t next, std::size_t previous, std::uint32_t other) const
+  {
+    if (other == noTriangle)
+    {
+      return nullptr;
+    }
+    const Triangle& mine = this->Triangles[t];
+    const Triangle& theirs = this->Triangles[other];
+    for (std::size_t k = 0; k < 3; ++k)
+    {
+      // In a surface that is oriented the edge runs the other way there; in others either way.
+      for (const std::size_t turn : { std::size_t{ 1 }, std::size_t{ 2 } })
+      {
+        const std::size_t a = (k + turn) % 3, b = (k + 3 - turn) % 3;
+        if (theirs[a] == mine[next] && theirs[b] == mine[previous] &&
+            this->Told[other][a] == this->Told[t][next] &&
+            this->Told[other][b] == this->Told[t][previous])
+        {
+          return &this->Told[other][k];
+        }
+      }
+    }
+    return nullptr;
+  }
+
+  // a + b - c, in numbers.
+  std::int64_t Close(std::int64_t a, std::int64_t b, std::int64_t c) const
+  {
+    if (!this->Exact)
+    {
+      return Sum(a, Difference(b, c));
+    }
+    const auto number = [](std::int64_t bits)
+    { return double(FloatOfOrderedBits(static_cast<std::uint32_t>(bits))); };
+    const double closed = number(a) + number(b) - number(c);
+    // What is no number differs between machines; neither does a number that is none help.
+    return std::abs(closed) < 1e30 ? std::int64_t{ OrderedBits(static_cast<float>(closed)) } : a;
+  }
+
+  std::vector<Pairs> Recent;         // of each vertex
+  std::vector<std::uint32_t> LastAt; // the triangle that was told last
+  TileCorner Last{ 0, 0 };
+};
+
+class TileCornerWriter : public TileCornerMemory
+{
+public:
+  TileCornerWriter(SymbolWriter& symbols, std::span<const Triangle> triangles, bool exact)
+    : TileCornerMemory(triangles, exact)
+    , Symbols(symbols)
+  {
+  }
+
+  // Of an exact tile, before the triangle's corners.
+  void Chart(std::size_t t, std::uint32_t chart)
+  {
+    unsigned symbol = 0;
+    while (symbol < newChart && this->ChartAt(t, symbol) != chart)
+    {
+      ++symbol;
+    }
+    this->Symbols.Choice(TileContext::sameChart, symbol);
+    if (symbol == newChart)
+    {
+      this->Symbols.Signed(TileContext::chart, std::int64_t{ chart } - this->LastChart);
+    }
+    this->ChartOf[t] = this->LastChart = chart;
+  }
+
+  void Corners(std::size_t t, const std::array<TileCorner, 3>& corners)
+  {
+    std::array<bool, 3> known{};
+    for (std::size_t k = 0; k < 3; ++k)
+    {
+      const unsigned symbol = this->SymbolOf(this->Triangles[t][k], corners[k]);
+      this->Symbols.Choice(TileContext::corner + k, symbol);
+      known[k] = symbol != newPair;
+    }
+    this->Told[t] = corners;
+    for (std::size_t k = 0; k < 3; ++k)
+    {
+      if (!known[k])
+      {
+        const Prediction predicted = this->Predict(t, k, known);
+        this->Symbols.Signed(predicted.context, corners[k][0] - predicted.value[0]);
+        this->Symbols.Signed(predicted.context + 1, corners[k][1] - predicted.value[1]);
+        known[k] = true;
+      }
+    }
+    this->Remember(t);
+  }
+
+private:
+  SymbolWriter& Symbols;
+};
+
+// What is read past the end, or was never written, may be anything: see SymbolReader.
+class TileCornerReader : public TileCornerMemory
+{
+public:
+  TileCornerReader(SymbolReader& symbols, std::span<const Triangle> triangles, bool exact)
+    : TileCornerMemory(triangles, exact)
+    , Symbols(symbols)
+  {
+  }
+
+  // May be of none that there is.
+  std::uint64_t Chart(std::size_t t)
+  {
+    const unsigned symbol = this->Symbols.Choice(TileContext::sameChart);
+    const std::int64_t chart = symbol < newChart
+                                 ? std::int64_t{ this->ChartAt(t, symbol) }
+                                 : Sum(this->LastChart, this->Symbols.Signed(TileContext::chart));
+    this->ChartOf[t] = this->LastChart = static_cast<std::uint32_t>(chart);
+    return static_cast<std::uint64_t>(chart);
+  }
+
+  // A pair may be no corner.
+  std::array<TileCorner, 3> Corners(std::size_t t)
+  {
+    std::array<bool, 3> known{};
+    for (std::size_t k = 0; k < 3; ++k)
+    {
+      const TileCorner* const pair =
+        this->PairOf(this->Triangles[t][k], this->Symbols.Choice(TileContext::corner + k));
+      known[k] = pair != nullptr;
+      this->Told[t][k] = pair ? *pair : TileCorner{};
+    }
+    for (std::size_t k = 0; k < 3; ++k)
+    {
+      if (!known[k])
+      {
+        const Prediction predicted = this->Predict(t, k, known);
+        this->Told[t][k] = { Sum(predicted.value[0], this->Symbols.Signed(predicted.context)),
+          Sum(predicted.value[1], this->Symbols.Signed(predicted.context + 1)) };
+        known[k] = true;
+      }
+    }
+    this->Remember(t);
+    return this->Told[t];
+  }
+
+private:
+  SymbolReader& Symbols;
+};
+
+}

@@ -1,0 +1,149 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "filters/convert/LasHeader.h"
+
+#include <array>
+#include <cmath>
+#include <cstring>
+#include <string>
+
+namespace kdstream
+{
+namespace
+{
+
+// Bytes of a point, from format 0 on; files may add some of their own.
+constexpr std::array<std::size_t, 11> leastPointBytes{ 20, 28, 26, 34, 57, 63, 30, 36, 38, 59, 67 };
+
+template <class T>
+T ReadAt(std::string_view bytes, std::size_t place)
+{
+  T value;
+  std::memcpy(&value, bytes.data() + place, sizeof(value));
+  return value;
+}
+
+Error Wrong(const std::string& what)
+{
+  return { ErrorCode::InvalidInput, what };
+}
+
+// How many points the header claims: of version 1.4 in a number of its own, if that is not 0.
+std::uint64_t ClaimedPoints(std::string_view begin, unsigned minor)
+{
+  const std::uint64_t many = minor >= 4 ? ReadAt<std::uint64_t>(begin, 247) : 0;
+  return many > 0 ? many : ReadAt<std::uint32_t>(begin, 107);
+}
+
+Status TakePlacement(std::string_view begin, LasHeader& header)
+{
+  for (std::size_t k = 0; k < 3; ++k)
+  {
+    header.scale[k] = ReadAt<double>(begin, 131 + 8 * k);
+    header.offset[k] = ReadAt<double>(begin, 155 + 8 * k);
+    // What is to be added and multiplied: numbers that stay numbers for every point.
+    const bool isFinite = std::isfinite(header.scale[k] * 4294967296.0) &&
+                          std::isfinite(header.offset[k]) && header.scale[k] != 0;
+    if (!isFinite)
+    {
+      return Wrong(
+        std::string("the scale or the offset of ") + "xyz"[k] + " is no number to be used");
+    }
+  }
+  return {};
+}
+
+// Where the points are, and that they are there.
+Status TakePoints(std::string_view begin, unsigned minor, std::uint64_t fileSize, LasHeader& header)
+{
+  header.pointsBegin = ReadAt<std::uint32_t>(begin, 96);
+  header.pointBytes = ReadAt<std::uint16_t>(begin, 105);
+  header.points = ClaimedPoints(begin, minor);
+  if (header.pointBytes < leastPointBytes[header.format])
+  {
+    return Wrong("a point of format " + std::to_string(header.format) + " takes " +
+                 std::to_string(leastPointBytes[header.format]) + " bytes, not " +
+                 std::to_string(header.pointBytes));
+  }
+  if (header.pointsBegin < ReadAt<std::uint16_t>(begin, 94) || header.pointsBegin > fileSize)
+  {
+    return Wrong("its points begin at byte " + std::to_string(header.pointsBegin) +
+                 ", in the header or behind the end of the file");
+  }
+  const std::uint64_t held = (fileSize - header.pointsBegin) / header.pointBytes;
+  if (header.points > held)
+  {
+    return Wrong("truncated: the header claims " + std::to_string(header.points) +
+                 " points, but the file holds " + std::to_string(held));
+  }
+  if (header.points == 0)
+  {
+    return Wrong("has no points");
+  }
+  return header.points < noVertex
+           ? Status()
+           : Error{ ErrorCode::LimitExceeded,
+               std::to_string(header.points) + " points are more than a model may have" };
+}
+
+}
+
+std::optional<std::size_t> LasHeader::ColorPlace() const
+{
+  switch (this->format)
+  {
+    case 2:
+      return 20;
+    case 3:
+    case 5:
+      return 28;
+    case 7:
+    case 8:
+    case 10:
+      return 30;
+    default:
+      return {};
+  }
+}
+
+Result<LasHeader> ParseLasHeader(std::string_view begin, std::uint64_t fileSize)
+{
+  if (!begin.starts_with("LASF"))
+  {
+    return Wrong("is not a LAS file");
+  }
+  constexpr std::size_t oldest = 227; // bytes
+  if (begin.size() < oldest)
+  {
+    return Wrong("truncated: ends inside its header");
+  }
+  const unsigned major = ReadAt<std::uint8_t>(begin, 24), minor = ReadAt<std::uint8_t>(begin, 25);
+  if (major != 1 || minor > 4)
+  {
+    return Error{ ErrorCode::Unsupported, "is of version " + std::to_string(major) + "." +
+                                            std::to_string(minor) +
+                                            " of LAS, where 1.0 to 1.4 are read" };
+  }
+  if (minor == 4 && begin.size() < lasHeaderBytes)
+  {
+    return Wrong("truncated: ends inside its header");
+  }
+  LasHeader header;
+  const unsigned format = ReadAt<std::uint8_t>(begin, 104);
+  header.format = format & 63U;
+  if (format != header.format) // its two highest bits are those of LAZ
+  {
+    return Error{ ErrorCode::Unsupported,
+      "its points are compressed (LAZ), which is not read: make a .las of it, for example with "
+      "laszip -i in.laz -o out.las" };
+  }
+  if (header.format >= leastPointBytes.size())
+  {
+    return Error{ ErrorCode::Unsupported,
+      "its points are of format " + std::to_string(header.format) + ", where 0 to 10 are read" };
+  }
+  KDSTREAM_TRY(TakePlacement(begin, header));
+  KDSTREAM_TRY(TakePoints(begin, minor, fileSize, header));
+  return header;
+}
+
+}

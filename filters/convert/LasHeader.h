@@ -1,0 +1,40 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// The header of a .las file: what it claims, checked against the file's size.
+#pragma once
+
+#include "filters/core/Result.h"
+#include "filters/core/Types.h"
+
+#include <cstddef>
+#include <cstdint>
+#include <optional>
+#include <string_view>
+
+namespace kdstream
+{
+
+// Versions 1.0 to 1.4 (ASPRS, "LAS Specification 1.4 - R15", 2019), point formats 0 to 10.
+struct LasHeader
+{
+  std::uint64_t pointsBegin = 0; // in the file
+  std::uint64_t points = 0;
+  std::size_t pointBytes = 0;
+  unsigned format = 0;
+  Vec3 scale{}, offset{};
+
+  // At which byte of a point its colour is; nothing where it has none.
+  std::optional<std::size_t> ColorPlace() const;
+  // From format 6 on classes, flags and returns have bytes of their own.
+  bool IsLong() const { return this->format >= 6; }
+};
+
+// The most bytes of a header that are looked at.
+inline constexpr std::size_t lasHeaderBytes = 375;
+
+// begin: of the file, as many bytes as it has, up to lasHeaderBytes. Errors: InvalidInput saying
+// what is wrong, whatever the bytes are: so many points are in the file, and places are in points.
+// Unsupported for compressed points (LAZ) and formats beyond 10; LimitExceeded for more points than
+// meshes have.
+Result<LasHeader> ParseLasHeader(std::string_view begin, std::uint64_t fileSize);
+
+}

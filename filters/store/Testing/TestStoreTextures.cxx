@@ -1,0 +1,223 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Textures of partitions in stores: they go in beside the pieces, and come out as they were.
+#include "Testing/Fixtures/Meshes.h"
+#include "filters/build/ExternalBuilder.h"
+#include "filters/codec/TextureTile.h"
+#include "filters/meshio/MeshWriter.h"
+#include "filters/store/StoreEdit.h"
+#include "filters/store/Testing/StoreTest.h"
+
+#include <gtest/gtest.h>
+#include <sqlite3.h>
+
+#include <cmath>
+#include <cstring>
+
+using namespace kdstream;
+using namespace kdstream::fixtures;
+
+namespace
+{
+
+// Of a vertex: where its corners lie in every tile.
+TileCoordinate CornerAt(const Vec3& point)
+{
+  return { float(std::nearbyint((point[0] + 2) * 1000) / tileSteps),
+    float(std::nearbyint((point[1] + 2) * 1000 + point[2]) / tileSteps) };
+}
+
+Attribute PaintOf(const std::string& name, AttributeType type, std::uint8_t components)
+{
+  Attribute attribute;
+  attribute.name = name;
+  attribute.type = type;
+  attribute.association = AttributeAssociation::Cell;
+  attribute.components = components;
+  return attribute;
+}
+
+void AddPaint(Mesh& mesh)
+{
+  Attribute corners = PaintOf(std::string(paintCornersName), AttributeType::Float32, 6);
+  Attribute material = PaintOf(std::string(paintMaterialName), AttributeType::UInt32, 1);
+  corners.values.resize(mesh.triangles.size() * corners.TupleSize());
+  material.values.resize(mesh.triangles.size() * material.TupleSize());
+  for (std::size_t t = 0; t < mesh.triangles.size(); ++t)
+  {
+    for (std::size_t k = 0; k < 6; ++k)
+    {
+      corners.Set(t, k, double(CornerAt(mesh.points[mesh.triangles[t][k / 2]])[k % 2]));
+    }
+    material.Set(t, 0, 7);
+  }
+  mesh.attributes.push_back(corners);
+  mesh.attributes.push_back(material);
+}
+
+// Tiles whose picture is a few bytes.
+class PlainTextures : public PieceTextures
+{
+public:
+  TextureDescription Describe() const override { return { "png" }; }
+  Result<EncodedTexture> Make(Piece& piece) const override
+  {
+    TextureTile tile{ 4000, 4000, TileImage::Png, { 1, 2, 3 }, {} };
+    for (const Attribute& paint : piece.attributes)
+    {
+      for (std::size_t t = 0; IsOfCorners(paint) && t < piece.triangles.size(); ++t)
+      {
+        auto& corners = tile.corners.emplace_back();
+        for (std::size_t k = 0; k < 6; ++k)
+        {
+          corners[k / 2][k % 2] = float(paint.Get(t, k));
+        }
+      }
+    }
+    std::erase_if(piece.attributes, IsTexturePaint);
+    return EncodedTexture{ EncodeTextureTile(tile, piece.triangles), 16000000 };
+  }
+};
+
+// Longer bytes than any store takes.
+class TooLarge : public PlainTextures
+{
+public:
+  Result<EncodedTexture> Make(Piece& piece) const override
+  {
+    Result<EncodedTexture> made = this->PlainTextures::Make(piece);
+    made->bytes.resize((std::size_t{ 64 } << 20) + 1);
+    return made;
+  }
+};
+
+BuildOptions Options()
+{
+  BuildOptions options;
+  options.tree.verticesPerPartition = 90;
+  options.bits = 0;
+  options.textures = std::make_shared<PlainTextures>();
+  return options;
+}
+
+class StoreTextures : public StoreTest
+{
+protected:
+  void ExpectCorners(const Store& store)
+  {
+    std::size_t triangles = 0;
+    for (std::uint32_t p = 0; p < store.Info().partitions; ++p)
+    {
+      const auto piece =
+        store.ReadPiece({ Resolution::Original(), NodeOfPartition(p, store.Info().depths) });
+      const auto blob = store.ReadTextureBlob(p);
+      ASSERT_TRUE(piece && blob);
+      EXPECT_EQ(*store.TextureBlobSize(p), blob->size());
+      const auto tile = DecodeTextureTile(*blob, piece->triangles);
+      ASSERT_TRUE(tile) << tile.GetError().message;
+      for (std::size_t t = 0; t < piece->triangles.size(); ++t)
+      {
+        for (std::size_t k = 0; k < 3; ++k)
+        {
+          ASSERT_EQ(tile->corners[t][k], CornerAt(piece->positions[piece->triangles[t][k]]));
+        }
+      }
+      triangles += piece->triangles.size();
+    }
+    EXPECT_GE(triangles, store.Info().triangles);
+  }
+
+  void Sql(const std::string& text)
+  {
+    sqlite3* database = nullptr;
+    ASSERT_EQ(sqlite3_open(this->File().c_str(), &database), SQLITE_OK);
+    EXPECT_EQ(sqlite3_exec(database, text.c_str(), nullptr, nullptr, nullptr), SQLITE_OK);
+    sqlite3_close(database);
+  }
+};
+
+}
+
+TEST_F(StoreTextures, ComeBackWithTheirCorners)
+{
+  Mesh mesh = Shuffled(DisplacedSphere(4), 3);
+  AddPaint(mesh);
+  const BuildReport report = this->Build(mesh, Options());
+  const auto store = Store::Open(this->File());
+  ASSERT_TRUE(store) << store.GetError().message;
+  const ModelDescription& info = (*store)->Info();
+  ASSERT_TRUE(info.textures);
+  EXPECT_EQ(info.textures->format, "png");
+  EXPECT_EQ(info.textures->texels, 16000000 * info.partitions);
+  EXPECT_TRUE(info.attributes.empty());
+  this->ExpectCorners(**store);
+  EXPECT_TRUE((*store)->Verify().empty());
+  EXPECT_EQ((*store)->ReadTextureBlob(std::uint32_t(info.partitions)).GetError().message,
+    "the model has no such texture");
+  // Texts are changed without them.
+  ASSERT_TRUE(EditStore(this->File(), { "a title" }));
+  const auto edited = Store::Open(this->File());
+  ASSERT_TRUE(edited);
+  EXPECT_EQ((*edited)->Info().textures, info.textures);
+  EXPECT_TRUE((*edited)->Verify().empty());
+}
+
+TEST_F(StoreTextures, AreTheSameOutOfCore)
+{
+  Mesh mesh = Shuffled(DisplacedSphere(5), 4);
+  AddPaint(mesh);
+  const std::filesystem::path input = this->File("mesh.ply");
+  ASSERT_TRUE(WriteMesh(input, mesh));
+  BuildOptions options = Options();
+  const auto inMemory = BuildStore(input, this->File("memory.kds"), options);
+  ASSERT_TRUE(inMemory) << inMemory.GetError().message;
+  options.memory = std::uint64_t{ 64 } << 20;
+  const auto external = BuildStoreExternally(input, this->File(), options, {}, { {}, 512 << 10 });
+  ASSERT_TRUE(external) << external.GetError().message;
+  EXPECT_EQ(external->info.digest, inMemory->info.digest);
+  const auto store = Store::Open(this->File());
+  ASSERT_TRUE(store);
+  this->ExpectCorners(**store);
+}
+
+TEST_F(StoreTextures, PlainStoresHaveNone)
+{
+  BuildOptions options = Options();
+  options.textures = nullptr;
+  this->Build(DisplacedSphere(3), options);
+  const auto store = Store::Open(this->File());
+  ASSERT_TRUE(store);
+  EXPECT_FALSE((*store)->Info().textures);
+  EXPECT_EQ((*store)->ReadTextureBlob(0).GetError().code, ErrorCode::NotFound);
+  EXPECT_EQ((*store)->TextureBlobSize(0).GetError().code, ErrorCode::NotFound);
+  this->Sql("PRAGMA user_version = 10");
+  EXPECT_EQ(Store::Open(this->File()).GetError().message,
+    "metadata: what it says of textures is not of the store's version");
+}
+
+TEST_F(StoreTextures, DamageIsNamed)
+{
+  Mesh mesh = DisplacedSphere(3);
+  AddPaint(mesh);
+  this->Build(mesh, Options());
+  this->Sql("UPDATE textures SET data = x'01020304' WHERE partition = 2;"
+            "DELETE FROM textures WHERE partition = 3");
+  const auto store = Store::Open(this->File());
+  ASSERT_TRUE(store);
+  const std::vector<Error> found = (*store)->Verify();
+  ASSERT_EQ(found.size(), 2U);
+  EXPECT_EQ(found[0].message, "textures/2: wrong checksum");
+  EXPECT_EQ(found[1].message, "textures/3: row is missing");
+}
+
+TEST_F(StoreTextures, TooLargeOnesAreRefused)
+{
+  Mesh mesh = DisplacedSphere(2);
+  AddPaint(mesh);
+  BuildOptions options = Options();
+  options.textures = std::make_shared<TooLarge>();
+  const auto report = BuildStore(mesh, "mesh.ply", this->File(), options);
+  ASSERT_FALSE(report);
+  EXPECT_EQ(report.GetError().message,
+    "textures/0 takes 67108865 bytes, more than the 64 MiB that servers send: make partitions of "
+    "fewer vertices");
+}

@@ -1,0 +1,388 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Steps: 1. charts  2. a patch for each colour  3. pack all, halved until it fits  4. texels of
+// each chart, into the picture  5. where corners lie  6. encode the picture.
+#include "filters/texture/MakeTile.h"
+
+#include "filters/texture/PackBoxes.h"
+#include "filters/texture/WritePicture.h"
+
+#include <algorithm>
+#include <map>
+#include <optional>
+
+namespace kdstream
+{
+namespace
+{
+
+constexpr std::int64_t gutter = 2;    // of the tile's texels
+constexpr std::int64_t patchSide = 4; // the same; corners lie in the middle
+constexpr unsigned mostHalvings = 14;
+constexpr std::uint8_t emptyTexel = 128;
+
+using Rgba = std::array<std::uint8_t, 4>;
+
+std::int64_t FloorHalved(std::int64_t value, unsigned halvings)
+{
+  return value >> halvings;
+}
+
+std::int64_t CeilHalved(std::int64_t value, unsigned halvings)
+{
+  return -(-value >> halvings);
+}
+
+// What a material makes of a texel.
+class MaterialLight
+{
+public:
+  explicit MaterialLight(const TexturedMaterial& material)
+    : Factor(material.factor)
+    , Opaque(material.opaque)
+    , Plain(material.factor == Color{ 1, 1, 1, 1 })
+    , Linear(LinearOfBytes())
+  {
+    this->Factor[3] = std::clamp(this->Factor[3], 0.0, 1.0);
+  }
+
+  Rgba Of(const Rgba& texel) const
+  {
+    Rgba lit = texel;
+    for (std::size_t k = 0; k < 3 && !this->Plain; ++k)
+    {
+      lit[k] = ByteOfLinear(this->Linear[texel[k]] * this->Factor[k]);
+    }
+    lit[3] = this->Opaque ? std::uint8_t{ 255 }
+                          : static_cast<std::uint8_t>(texel[3] * this->Factor[3] + 0.5);
+    return lit;
+  }
+
+private:
+  Color Factor;
+  const bool Opaque, Plain;
+  const std::array<double, 256>& Linear;
+};
+
+// Means of 2^halvings × 2^halvings texels, in linear light. width: of the larger picture.
+std::vector<std::uint8_t> Halve(
+  const std::vector<std::uint8_t>& texels, std::size_t width, unsigned halvings)
+{
+  if (halvings == 0)
+  {
+    return texels;
+  }
+  const std::array<double, 256>& linear = LinearOfBytes();
+  const std::size_t step = std::size_t{ 1 } << halvings;
+  const std::size_t height = texels.size() / 4 / width;
+  std::vector<std::uint8_t> smaller;
+  for (std::size_t y = 0; y < height; y += step)
+  {
+    for (std::size_t x = 0; x < width; x += step)
+    {
+      Color sum{};
+      for (std::size_t i = 0; i < step * step; ++i)
+      {
+        const std::uint8_t* const texel = &texels[4 * ((y + i / step) * width + x + i % step)];
+        for (std::size_t k = 0; k < 4; ++k)
+        {
+          sum[k] += k < 3 ? linear[texel[k]] : texel[k];
+        }
+      }
+      const double part = 1 / double(step * step);
+      for (std::size_t k = 0; k < 3; ++k)
+      {
+        smaller.push_back(ByteOfLinear(sum[k] * part));
+      }
+      smaller.push_back(static_cast<std::uint8_t>(sum[3] * part + 0.5));
+    }
+  }
+  return smaller;
+}
+
+class TileMaker
+{
+public:
+  TileMaker(const PaintedTriangles& painted, const Paint& paint, const TexelSource& source,
+    const TileOptions& options)
+    : Painted(painted)
+    , ThePaint(paint)
+    , Source(source)
+    , Options(options)
+    , Charts(FindTileCharts(painted, paint, source, gutter))
+  {
+  }
+
+  Result<MadeTile> Make()
+  {
+    KDSTREAM_TRY(this->FindPatches());
+    KDSTREAM_TRY(this->Pack());
+    this->Texels.assign(static_cast<std::size_t>(4 * this->Packed.width * this->Packed.height), 0);
+    for (std::size_t i = 0; i < this->Texels.size(); ++i)
+    {
+      this->Texels[i] = i % 4 == 3 ? 255 : emptyTexel;
+    }
+    for (std::size_t i = 0; i < this->Charts.boxes.size(); ++i)
+    {
+      KDSTREAM_TRY(this->Crop(i));
+    }
+    this->PaintPatches();
+    this->PlaceCorners();
+    KDSTREAM_TRY(this->EncodeImage());
+    this->Counts.tiles = 1;
+    this->Counts.halved = this->Halvings > 0 ? 1 : 0;
+    this->Counts.texels = this->Texels.size() / 4;
+    this->Counts.triangles = this->Painted.triangles.size();
+    return MadeTile{ std::move(this->Tile), this->Counts };
+  }
+
+private:
+  const TexturedMaterial& MaterialOf(std::size_t t) const
+  {
+    return this->ThePaint.materials[this->Painted.materialOf[t]];
+  }
+
+  static Rgba ColorOf(const TexturedMaterial& material)
+  {
+    const double alpha = material.opaque ? 1 : std::clamp(material.color[3], 0.0, 1.0);
+    return { ByteOfLinear(material.color[0]), ByteOfLinear(material.color[1]),
+      ByteOfLinear(material.color[2]), static_cast<std::uint8_t>(255 * alpha + 0.5) };
+  }
+
+  // Of a picture, by a few of its texels.
+  Result<Rgba> MeanOf(const TexturedMaterial& material) const
+  {
+    constexpr std::int64_t samples = 16;
+    const auto size = this->Source.SizeOf(material.picture);
+    std::vector<std::uint8_t> texels(4 * samples * samples);
+    for (std::int64_t i = 0; i < samples * samples; ++i)
+    {
+      const std::int64_t x = (2 * (i % samples) + 1) * size[0] / (2 * samples);
+      const std::int64_t y = (2 * (i / samples) + 1) * size[1] / (2 * samples);
+      KDSTREAM_TRY(this->Source.Read(
+        material.picture, { { x, y }, { x + 1, y + 1 } }, &texels[std::size_t(4 * i)]));
+    }
+    const std::vector<std::uint8_t> mean = Halve(texels, samples, 4);
+    return MaterialLight(material).Of({ mean[0], mean[1], mean[2], mean[3] });
+  }
+
+  // The patches' colours, and of each unpainted triangle its patch.
+  Status FindPatches()
+  {
+    std::map<std::pair<std::uint32_t, bool>, Rgba> known; // of a material, whether it is a mean
+    std::map<Rgba, std::uint32_t> numbers;
+    this->PatchOf.assign(this->Painted.triangles.size(), noChartBox);
+    for (std::size_t t = 0; t < this->PatchOf.size(); ++t)
+    {
+      const Unpainted why = this->Charts.ofTriangle[t].why;
+      if (why == Unpainted::No)
+      {
+        continue;
+      }
+      const bool mean = why == Unpainted::Repeats;
+      this->Counts.repeating += mean ? 1 : 0;
+      const auto [entry, isNew] = known.try_emplace({ this->Painted.materialOf[t], mean });
+      if (isNew)
+      {
+        Result<Rgba> color =
+          mean ? this->MeanOf(this->MaterialOf(t)) : Result<Rgba>(ColorOf(this->MaterialOf(t)));
+        KDSTREAM_TRY(color);
+        entry->second = *color;
+      }
+      const auto number = static_cast<std::uint32_t>(this->Patches.size());
+      const auto [patch, isNewColor] = numbers.try_emplace(entry->second, number);
+      if (isNewColor)
+      {
+        this->Patches.push_back(entry->second);
+      }
+      this->PatchOf[t] = patch->second;
+    }
+    return {};
+  }
+
+  // With its gutter, in the tile's texels.
+  TexelBox Halved(const TexelBox& box) const
+  {
+    const unsigned h = this->Halvings;
+    return { { FloorHalved(box.lo[0], h) - gutter, FloorHalved(box.lo[1], h) - gutter },
+      { CeilHalved(box.hi[0], h) + gutter, CeilHalved(box.hi[1], h) + gutter } };
+  }
+
+  Status Pack()
+  {
+    const std::int64_t mostSide =
+      this->Options.quality == 0 ? std::int64_t{ longestTileSide } : this->Options.mostSide;
+    for (; this->Halvings <= mostHalvings; ++this->Halvings)
+    {
+      std::vector<std::array<std::int64_t, 2>> sizes;
+      for (const ChartBox& chart : this->Charts.boxes)
+      {
+        const TexelBox box = this->Halved(chart.box);
+        sizes.push_back({ box.Width(), box.Height() });
+      }
+      sizes.insert(sizes.end(), this->Patches.size(), { patchSide, patchSide });
+      if (auto packed = PackBoxes(sizes, mostSide))
+      {
+        this->Packed = std::move(*packed);
+        return {};
+      }
+    }
+    return Error{ ErrorCode::LimitExceeded,
+      "the charts of a partition do not fit a picture: make partitions of fewer vertices" };
+  }
+
+  void Put(std::int64_t x, std::int64_t y, const Rgba& texel)
+  {
+    std::copy(texel.begin(), texel.end(),
+      this->Texels.begin() + static_cast<std::ptrdiff_t>(4 * (y * this->Packed.width + x)));
+    this->HasAlpha = this->HasAlpha || texel[3] != 255;
+  }
+
+  Status Crop(std::size_t number)
+  {
+    const ChartBox& chart = this->Charts.boxes[number];
+    const TexturedMaterial& material = this->ThePaint.materials[chart.material];
+    const TexelBox halved = this->Halved(chart.box);
+    const std::int64_t step = std::int64_t{ 1 } << this->Halvings;
+    const TexelBox box{ { halved.lo[0] * step, halved.lo[1] * step },
+      { halved.hi[0] * step, halved.hi[1] * step } };
+    Result<std::vector<std::uint8_t>> read =
+      ReadWrapped(this->Source, material.picture, box, material.wrapU, material.wrapV);
+    KDSTREAM_TRY(read);
+    const std::vector<std::uint8_t> texels =
+      Halve(*read, static_cast<std::size_t>(box.Width()), this->Halvings);
+    const MaterialLight light(material);
+    const auto [x, y] = this->Packed.places[number];
+    const std::uint8_t* from = texels.data();
+    for (std::int64_t j = 0; j < halved.Height(); ++j)
+    {
+      for (std::int64_t i = 0; i < halved.Width(); ++i, from += 4)
+      {
+        this->Put(x + i, y + j, light.Of({ from[0], from[1], from[2], from[3] }));
+      }
+    }
+    return {};
+  }
+
+  void PaintPatches()
+  {
+    for (std::size_t p = 0; p < this->Patches.size(); ++p)
+    {
+      const auto [x, y] = this->Packed.places[this->Charts.boxes.size() + p];
+      for (std::int64_t i = 0; i < patchSide * patchSide; ++i)
+      {
+        this->Put(x + i % patchSide, y + i / patchSide, this->Patches[p]);
+      }
+    }
+  }
+
+  // Where a triangle's chart is, as an exact tile tells it: by its material's source.
+  TileChart PlaceOfChart(std::size_t t)
+  {
+    const std::int64_t step = std::int64_t{ 1 } << this->Halvings;
+    if (this->PatchOf[t] != noChartBox)
+    {
+      const auto [x, y] = this->Packed.places[this->Charts.boxes.size() + this->PatchOf[t]];
+      return { noTileSource, (x + patchSide / 2) * step, (y + patchSide / 2) * step };
+    }
+    const TriangleChart& chart = this->Charts.ofTriangle[t];
+    const ChartBox& box = this->Charts.boxes[chart.box];
+    const TexelBox halved = this->Halved(box.box);
+    const auto [x, y] = this->Packed.places[chart.box];
+    return { this->SourceOf(box.material), (x - halved.lo[0]) * step - chart.shift[0],
+      (y - halved.lo[1]) * step - chart.shift[1] };
+  }
+
+  std::uint32_t SourceOf(std::uint32_t number)
+  {
+    const auto next = static_cast<std::uint32_t>(this->Tile.exact.sources.size());
+    const auto [source, isNew] = this->Sources.try_emplace(number, next);
+    if (isNew)
+    {
+      const TexturedMaterial& material = this->ThePaint.materials[number];
+      const auto size = this->Source.SizeOf(material.picture);
+      this->Tile.exact.sources.push_back({ material.picture, size[0], size[1], material.transform.u,
+        material.transform.v,
+        { static_cast<std::uint8_t>(material.wrapU), static_cast<std::uint8_t>(material.wrapV) } });
+    }
+    return source->second;
+  }
+
+  void PlaceCorners()
+  {
+    ExactTile& exact = this->Tile.exact;
+    exact.halvings = static_cast<std::uint8_t>(this->Halvings);
+    std::map<std::array<std::int64_t, 3>, std::uint32_t> numbers; // of the charts
+    for (std::size_t t = 0; t < this->Painted.triangles.size(); ++t)
+    {
+      const TileChart chart = this->PlaceOfChart(t);
+      const auto next = static_cast<std::uint32_t>(exact.charts.size());
+      const auto [entry, isNew] =
+        numbers.try_emplace({ std::int64_t{ chart.source }, chart.x, chart.y }, next);
+      if (isNew)
+      {
+        exact.charts.push_back(chart);
+      }
+      exact.chartOf.push_back(entry->second);
+      auto& corners = this->Tile.corners.emplace_back();
+      for (std::size_t k = 0; k < 3; ++k)
+      {
+        corners[k] = PlaceOfCorner(exact, entry->second, this->Painted.corners[t][k]);
+      }
+    }
+    this->Tile.isExact = this->Options.quality == 0;
+    if (this->Tile.isExact)
+    {
+      exact.corners = this->Painted.corners;
+      return;
+    }
+    exact = {};
+  }
+
+  Status EncodeImage()
+  {
+    this->Tile.width = static_cast<std::uint32_t>(this->Packed.width);
+    this->Tile.height = static_cast<std::uint32_t>(this->Packed.height);
+    this->Tile.format = TileImage::Webp;
+    Picture picture{ this->Tile.width, this->Tile.height, 4, std::move(this->Texels) };
+    Result<std::vector<std::uint8_t>> image =
+      EncodeWebp(picture, this->Options.quality, this->HasAlpha);
+    this->Texels = std::move(picture.texels);
+    KDSTREAM_TRY(image);
+    this->Tile.image = std::move(*image);
+    return {};
+  }
+
+  const PaintedTriangles& Painted;
+  const Paint& ThePaint;
+  const TexelSource& Source;
+  const TileOptions& Options;
+  const TileCharts Charts;
+  std::vector<Rgba> Patches;
+  std::vector<std::uint32_t> PatchOf; // of each triangle; noChartBox: none
+  unsigned Halvings = 0;
+  PackedBoxes Packed;               // of boxes, then patches
+  std::vector<std::uint8_t> Texels; // RGBA, of the tile
+  bool HasAlpha = false;
+  std::map<std::uint32_t, std::uint32_t> Sources; // of materials
+  TextureTile Tile;
+  TileCounts Counts;
+};
+
+}
+
+void TileCounts::Add(const TileCounts& more)
+{
+  this->tiles += more.tiles;
+  this->halved += more.halved;
+  this->texels += more.texels;
+  this->triangles += more.triangles;
+  this->repeating += more.repeating;
+}
+
+Result<MadeTile> MakeTile(const PaintedTriangles& painted, const Paint& paint,
+  const TexelSource& source, const TileOptions& options)
+{
+  return TileMaker(painted, paint, source, options).Make();
+}
+
+}

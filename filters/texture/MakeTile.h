@@ -1,0 +1,49 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// A partition's part of the pictures: its triangles' charts cropped, packed into a small picture
+// and encoded. Part of step "encode" of the README's picture.
+#pragma once
+
+#include "filters/codec/TextureTile.h"
+#include "filters/texture/TileCharts.h"
+
+#include <cstdint>
+
+namespace kdstream
+{
+
+struct TileOptions
+{
+  // Of WebP, 1-100; 0: lossless: texels bit for bit, and coordinates as the input has them.
+  unsigned quality = 90;
+  // Texels of a side of a tile: what would be larger is halved until it is not. Lossless tiles may
+  // have longestTileSide.
+  std::int64_t mostSide = 4096;
+};
+
+// What became of triangles; of several tiles they can be added up.
+struct TileCounts
+{
+  std::uint64_t tiles = 0, halved = 0; // tiles that had to be made smaller
+  std::uint64_t texels = 0;            // of all tiles
+  std::uint64_t triangles = 0,
+                repeating = 0; // all; and those that have the mean of what they repeat
+  void Add(const TileCounts& more);
+};
+
+struct MadeTile
+{
+  TextureTile tile;
+  TileCounts counts;
+};
+
+// Charts as FindTileCharts tells, each with a gutter of two texels of what lies around it in its
+// picture, or beyond the edge by the wrap modes; a material's factor is multiplied in, in linear
+// light, and alpha is 1 where the material is opaque. Triangles without a picture get a patch of
+// their material's colour, and those that repeat their picture too often one of its mean. Texels
+// that no chart covers are grey. Time: O(texels of the tile + triangles log triangles); memory: ten
+// bytes a texel. The same bytes for the same input and version of libwebp. Errors: those of the
+// source; LimitExceeded where libwebp refuses.
+Result<MadeTile> MakeTile(const PaintedTriangles& painted, const Paint& paint,
+  const TexelSource& source, const TileOptions& options);
+
+}

@@ -1,0 +1,27 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Boxes packed into a picture. Part of step "encode" of the README's picture: texture tiles.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <optional>
+#include <span>
+#include <vector>
+
+namespace kdstream
+{
+
+struct PackedBoxes
+{
+  std::int64_t width = 1, height = 1;
+  std::vector<std::array<std::int64_t, 2>> places; // of each box, its left upper corner
+};
+
+// Boxes of these widths and heights (at least 1) beside each other, none over another, in shelves:
+// the highest first, from left to right and from above down. Of a few widths the one of the least
+// area that is no longer than mostSide is taken. Nothing: none is. O(n log n). Deterministic.
+// Source: next fit with decreasing heights (E. G. Coffman et al., SIAM J. Comput. 9(4), 1980).
+std::optional<PackedBoxes> PackBoxes(
+  std::span<const std::array<std::int64_t, 2>> sizes, std::int64_t mostSide);
+
+}

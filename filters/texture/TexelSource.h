@@ -1,0 +1,60 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Where the texels of decoded pictures are: in memory, or in files that may be larger than it
+// (PaintFolder.h). Part of step "encode" of the README's picture: texture tiles.
+#pragma once
+
+#include "filters/core/Result.h"
+#include "filters/texture/Picture.h"
+#include "filters/texture/TexturedMesh.h"
+
+#include <array>
+#include <cstdint>
+#include <vector>
+
+namespace kdstream
+{
+
+// Of texels: columns from the left and rows from above.
+struct TexelBox
+{
+  std::array<std::int64_t, 2> lo{}, hi{}; // hi is outside
+  std::int64_t Width() const { return this->hi[0] - this->lo[0]; }
+  std::int64_t Height() const { return this->hi[1] - this->lo[1]; }
+  bool operator==(const TexelBox&) const = default;
+};
+
+// From several threads at a time.
+class TexelSource
+{
+public:
+  virtual ~TexelSource() = default;
+
+  // Columns and rows; 0, 0: the picture could not be read. REQUIRES: a picture of the mesh's.
+  virtual std::array<std::uint32_t, 2> SizeOf(std::uint32_t picture) const = 0;
+  // Four bytes a texel, RGBA, row by row, into rgba. REQUIRES: the box is in the picture. Errors:
+  // InputOutput.
+  virtual Status Read(std::uint32_t picture, const TexelBox& box, std::uint8_t* rgba) const = 0;
+};
+
+// The same of a box that may lie anywhere, as the wrap modes repeat the picture. Four bytes a
+// texel. REQUIRES: the picture has texels.
+Result<std::vector<std::uint8_t>> ReadWrapped(const TexelSource& source, std::uint32_t picture,
+  const TexelBox& box, TextureWrap wrapU, TextureWrap wrapV);
+
+// Pictures in memory.
+class PicturesInMemory : public TexelSource
+{
+public:
+  // One without texels could not be read.
+  explicit PicturesInMemory(std::vector<Picture> pictures)
+    : Pictures(std::move(pictures))
+  {
+  }
+  std::array<std::uint32_t, 2> SizeOf(std::uint32_t picture) const override;
+  Status Read(std::uint32_t picture, const TexelBox& box, std::uint8_t* rgba) const override;
+
+private:
+  std::vector<Picture> Pictures;
+};
+
+}

@@ -1,0 +1,312 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "filters/texture/TileCharts.h"
+
+#include "filters/core/BitCast.h"
+#include "filters/core/DisjointSets.h"
+
+#include <algorithm>
+#include <cmath>
+#include <numeric>
+#include <tuple>
+#include <utility>
+
+namespace kdstream
+{
+namespace
+{
+
+constexpr double mostTexels = 1 << 30;  // of a coordinate
+constexpr std::int64_t mostRepeats = 2; // of a picture along a side of a chart
+constexpr std::size_t neighboursOfBox = 64, mostRounds = 8;
+
+// A side of a triangle, with what must agree for two of them to be in one chart.
+struct Side
+{
+  std::array<VertexId, 2> vertices; // ascending
+  std::uint32_t material;
+  std::array<std::uint64_t, 2> corners; // bits of the coordinates at these
+  std::uint32_t triangle;
+  auto Key() const { return std::tie(this->vertices, this->material, this->corners); }
+};
+
+class ChartFinder
+{
+public:
+  ChartFinder(const PaintedTriangles& painted, const Paint& paint, const TexelSource& source,
+    std::int64_t gutter)
+    : Painted(painted)
+    , ThePaint(paint)
+    , Source(source)
+    , Gutter(gutter)
+  {
+  }
+
+  TileCharts Find()
+  {
+    this->PlaceTriangles();
+    this->JoinSides();
+    this->MakeBoxes();
+    this->MergeBoxes();
+    return std::move(this->Charts);
+  }
+
+private:
+  const TexturedMaterial& MaterialOf(std::size_t t) const
+  {
+    return this->ThePaint.materials[this->Painted.materialOf[t]];
+  }
+
+  std::array<std::uint32_t, 2> SizeOf(const TexturedMaterial& material) const
+  {
+    return material.picture < this->ThePaint.pictures ? this->Source.SizeOf(material.picture)
+                                                      : std::array<std::uint32_t, 2>{};
+  }
+
+  // Where corners are, and which triangles have no place.
+  void PlaceTriangles()
+  {
+    const std::size_t count = this->Painted.triangles.size();
+    this->Charts.ofTriangle.resize(count);
+    this->Charts.texels.resize(count);
+    for (std::size_t t = 0; t < count; ++t)
+    {
+      const TexturedMaterial& material = this->MaterialOf(t);
+      const auto size = this->SizeOf(material);
+      Unpainted why = size[0] == 0 ? Unpainted::NoPicture : Unpainted::No;
+      for (std::size_t k = 0; k < 3 && why == Unpainted::No; ++k)
+      {
+        const PictureCoordinate& corner = this->Painted.corners[t][k];
+        const auto along = [&](const std::array<double, 3>& row, double side)
+        { return (row[0] * double(corner[0]) + row[1] * double(corner[1]) + row[2]) * side; };
+        auto& at = this->Charts.texels[t][k];
+        at = { along(material.transform.u, size[0]), along(material.transform.v, size[1]) };
+        const bool placed = std::abs(at[0]) < mostTexels && std::abs(at[1]) < mostTexels;
+        why = placed ? Unpainted::No : Unpainted::NoCoordinates;
+      }
+      this->Charts.ofTriangle[t].why = why;
+    }
+  }
+
+  bool IsPainted(std::size_t t) const { return this->Charts.ofTriangle[t].why == Unpainted::No; }
+
+  void JoinSides()
+  {
+    std::vector<Side> sides;
+    const std::span<const Triangle> triangles = this->Painted.triangles;
+    for (std::uint32_t t = 0; t < triangles.size(); ++t)
+    {
+      for (std::size_t k = 0; k < 3 && this->IsPainted(t); ++k)
+      {
+        std::size_t a = k, b = (k + 1) % 3;
+        if (triangles[t][b] < triangles[t][a])
+        {
+          std::swap(a, b);
+        }
+        const auto& corners = this->Painted.corners[t];
+        sides.push_back({ { triangles[t][a], triangles[t][b] }, this->Painted.materialOf[t],
+          { BitCast<std::uint64_t>(corners[a]), BitCast<std::uint64_t>(corners[b]) }, t });
+      }
+    }
+    std::sort(sides.begin(), sides.end(),
+      [](const Side& a, const Side& b)
+      { return a.Key() != b.Key() ? a.Key() < b.Key() : a.triangle < b.triangle; });
+    this->ChartOf.resize(triangles.size());
+    std::iota(this->ChartOf.begin(), this->ChartOf.end(), VertexId{ 0 });
+    for (std::size_t i = 1; i < sides.size(); ++i)
+    {
+      if (sides[i].Key() == sides[i - 1].Key())
+      {
+        Join(this->ChartOf, sides[i].triangle, sides[i - 1].triangle);
+      }
+    }
+    for (VertexId& chart : this->ChartOf)
+    {
+      chart = FindRoot(this->ChartOf, chart);
+    }
+  }
+
+  TexelBox BoxOf(std::size_t t) const
+  {
+    TexelBox box;
+    for (std::size_t i = 0; i < 2; ++i)
+    {
+      const auto& at = this->Charts.texels[t];
+      const auto [least, most] = std::minmax({ at[0][i], at[1][i], at[2][i] });
+      box.lo[i] = static_cast<std::int64_t>(std::floor(least));
+      box.hi[i] = std::max(static_cast<std::int64_t>(std::ceil(most)), box.lo[i] + 1);
+    }
+    return box;
+  }
+
+  static TexelBox Union(const TexelBox& a, const TexelBox& b)
+  {
+    return { { std::min(a.lo[0], b.lo[0]), std::min(a.lo[1], b.lo[1]) },
+      { std::max(a.hi[0], b.hi[0]), std::max(a.hi[1], b.hi[1]) } };
+  }
+
+  bool RepeatsTooOften(const TexelBox& box, const TexturedMaterial& material) const
+  {
+    const auto size = this->SizeOf(material);
+    return box.Width() > mostRepeats * size[0] + 1 || box.Height() > mostRepeats * size[1] + 1;
+  }
+
+  // A box for each chart, in the order of their first triangles.
+  void MakeBoxes()
+  {
+    const std::size_t count = this->ChartOf.size();
+    std::vector<TexelBox> charts(count); // by its number; empty: none yet
+    for (std::size_t t = 0; t < count; ++t)
+    {
+      if (this->IsPainted(t))
+      {
+        TexelBox& chart = charts[this->ChartOf[t]];
+        chart = chart.Width() == 0 ? this->BoxOf(t) : Union(chart, this->BoxOf(t));
+      }
+    }
+    std::vector<std::uint32_t> boxOf(count, noChartBox); // of each chart
+    for (std::size_t t = 0; t < count; ++t)
+    {
+      if (!this->IsPainted(t))
+      {
+        continue;
+      }
+      const std::uint32_t chart = this->ChartOf[t];
+      if (this->RepeatsTooOften(charts[chart], this->MaterialOf(t)))
+      {
+        this->AddTriangle(t);
+        continue;
+      }
+      if (boxOf[chart] == noChartBox)
+      {
+        boxOf[chart] = this->AddBox(t, charts[chart]);
+      }
+      this->Charts.ofTriangle[t].box = boxOf[chart];
+      this->Charts.ofTriangle[t].shift = this->ShiftOf(charts[chart], this->MaterialOf(t));
+    }
+  }
+
+  // One of a chart that is cut up.
+  void AddTriangle(std::size_t t)
+  {
+    const TexelBox box = this->BoxOf(t);
+    TriangleChart& chart = this->Charts.ofTriangle[t];
+    if (this->RepeatsTooOften(box, this->MaterialOf(t)))
+    {
+      chart.why = Unpainted::Repeats;
+      return;
+    }
+    chart.box = this->AddBox(t, box);
+    chart.shift = this->ShiftOf(box, this->MaterialOf(t));
+  }
+
+  std::uint32_t AddBox(std::size_t t, const TexelBox& box)
+  {
+    const auto shift = this->ShiftOf(box, this->MaterialOf(t));
+    this->Charts.boxes.push_back(
+      { this->Painted.materialOf[t], { { box.lo[0] - shift[0], box.lo[1] - shift[1] },
+                                       { box.hi[0] - shift[0], box.hi[1] - shift[1] } } });
+    return static_cast<std::uint32_t>(this->Charts.boxes.size() - 1);
+  }
+
+  // Whole periods, so that the box begins in the first.
+  std::array<std::int64_t, 2> ShiftOf(const TexelBox& box, const TexturedMaterial& material) const
+  {
+    const auto size = this->SizeOf(material);
+    const auto shift = [](std::int64_t begin, std::int64_t side, TextureWrap wrap)
+    {
+      if (wrap == TextureWrap::Clamp)
+      {
+        return std::int64_t{ 0 };
+      }
+      const std::int64_t period = wrap == TextureWrap::Mirror ? 2 * side : side;
+      return (begin / period - (begin % period < 0 ? 1 : 0)) * period;
+    };
+    return { shift(box.lo[0], size[0], material.wrapU), shift(box.lo[1], size[1], material.wrapV) };
+  }
+
+  std::int64_t Cost(const TexelBox& box) const
+  {
+    return (box.Width() + 2 * this->Gutter) * (box.Height() + 2 * this->Gutter);
+  }
+
+  void MergeBoxes()
+  {
+    std::vector<ChartBox>& boxes = this->Charts.boxes;
+    std::vector<std::uint32_t> into(boxes.size()); // the box that each went into
+    std::iota(into.begin(), into.end(), 0U);
+    std::vector<std::uint32_t> order = into; // boxes that are left
+    bool merged = true;
+    for (std::size_t round = 0; merged && round < mostRounds; ++round)
+    {
+      merged = this->MergeRound(order, into, round % 2);
+    }
+    std::sort(order.begin(), order.end());
+    std::vector<std::uint32_t> number(boxes.size());
+    std::vector<ChartBox> left;
+    for (const std::uint32_t box : order)
+    {
+      number[box] = static_cast<std::uint32_t>(left.size());
+      left.push_back(boxes[box]);
+    }
+    for (TriangleChart& chart : this->Charts.ofTriangle)
+    {
+      while (chart.box != noChartBox && into[chart.box] != chart.box)
+      {
+        chart.box = into[chart.box];
+      }
+      chart.box = chart.box == noChartBox ? noChartBox : number[chart.box];
+    }
+    boxes = std::move(left);
+  }
+
+  // Of each box those that begin after it along an axis. False: nothing was merged.
+  bool MergeRound(
+    std::vector<std::uint32_t>& order, std::vector<std::uint32_t>& into, std::size_t axis)
+  {
+    std::vector<ChartBox>& boxes = this->Charts.boxes;
+    const auto key = [&](std::uint32_t i)
+    { return std::tuple(boxes[i].material, boxes[i].box.lo[axis], boxes[i].box.lo[1 - axis], i); };
+    std::sort(order.begin(), order.end(),
+      [&](std::uint32_t a, std::uint32_t b) { return key(a) < key(b); });
+    bool merged = false;
+    for (std::size_t i = 0; i < order.size(); ++i)
+    {
+      ChartBox& box = boxes[order[i]];
+      const std::size_t end = std::min(order.size(), i + neighboursOfBox);
+      for (std::size_t j = i + 1; j < end && into[order[i]] == order[i]; ++j)
+      {
+        ChartBox& other = boxes[order[j]];
+        if (other.material != box.material || into[order[j]] != order[j])
+        {
+          continue;
+        }
+        const TexelBox both = Union(box.box, other.box);
+        if (this->Cost(both) <= this->Cost(box.box) + this->Cost(other.box))
+        {
+          box.box = both;
+          into[order[j]] = order[i];
+          merged = true;
+        }
+      }
+    }
+    std::erase_if(order, [&](std::uint32_t i) { return into[i] != i; });
+    return merged;
+  }
+
+  const PaintedTriangles& Painted;
+  const Paint& ThePaint;
+  const TexelSource& Source;
+  const std::int64_t Gutter;
+  TileCharts Charts;
+  std::vector<VertexId> ChartOf; // of each triangle, before boxes: the lowest of its chart
+};
+
+}
+
+TileCharts FindTileCharts(const PaintedTriangles& painted, const Paint& paint,
+  const TexelSource& source, std::int64_t gutter)
+{
+  return ChartFinder(painted, paint, source, gutter).Find();
+}
+
+}

@@ -1,0 +1,76 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Which parts of which pictures the triangles of a partition need. Part of step "encode" of the
+// README's picture: texture tiles.
+#pragma once
+
+#include "filters/core/Types.h"
+#include "filters/texture/TexelSource.h"
+#include "filters/texture/TexturedMesh.h"
+
+#include <array>
+#include <cstdint>
+#include <span>
+#include <vector>
+
+namespace kdstream
+{
+
+// How a mesh is painted, without the mesh.
+struct Paint
+{
+  std::vector<TexturedMaterial> materials;
+  std::size_t pictures = 0;
+};
+
+// Triangles of a partition's piece.
+struct PaintedTriangles
+{
+  std::span<const Triangle> triangles;
+  std::vector<std::array<PictureCoordinate, 3>> corners; // as the input has them
+  std::vector<std::uint32_t> materialOf;
+};
+
+inline constexpr std::uint32_t noChartBox = std::numeric_limits<std::uint32_t>::max();
+
+// Texels of all charts that lie near each other in one picture.
+struct ChartBox
+{
+  std::uint32_t material = 0;
+  TexelBox box; // all that corners lie in; may be outside the picture, which repeats there
+};
+
+// Why a triangle has no part of a picture.
+enum class Unpainted : std::uint8_t
+{
+  No,
+  NoPicture,     // its material has none, or one that could not be read
+  NoCoordinates, // or far too large ones
+  Repeats        // more of the picture than four times all of it
+};
+
+struct TriangleChart
+{
+  std::uint32_t box = noChartBox;
+  std::array<std::int64_t, 2> shift{}; // texels; corners less this lie in the box
+  Unpainted why = Unpainted::NoPicture;
+};
+
+struct TileCharts
+{
+  std::vector<ChartBox> boxes;
+  std::vector<TriangleChart> ofTriangle;
+  // Where corners are, in texels of the picture, not shifted; of unpainted triangles anything.
+  std::vector<std::array<std::array<double, 2>, 3>> texels;
+};
+
+// Steps: 1. Triangles of one material that share an edge, with the same coordinates there, are one
+// chart. 2. A chart that reaches over more than two pictures in a direction is cut into its
+// triangles. 3. Each chart is moved by whole periods of its picture, to begin in the first one.
+// 4. Charts of a material whose boxes together take no more than apart become one box. gutter:
+// texels around a box that count there. O(n log n), but for the last step, which looks at no more
+// than a few neighbours of each box. Deterministic. REQUIRES: corners and materials of each
+// triangle, materials that are there.
+TileCharts FindTileCharts(const PaintedTriangles& painted, const Paint& paint,
+  const TexelSource& source, std::int64_t gutter);
+
+}

@@ -1,0 +1,299 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Textures of a model: wanted where the original is shown and seen closely, within their budget,
+// and where they belong.
+#include "viewer/session/Testing/MemoryServer.h"
+#include "viewer/session/ViewerSession.h"
+#include "viewer/session/paint/PaintedCorners.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <random>
+
+using namespace kdstream;
+using kdstream::testing::CountBoundaryEdges;
+using kdstream::testing::MakeTorus;
+using kdstream::testing::MemoryServer;
+using kdstream::testing::TilePlaceOf;
+using protocol::BlobId;
+using protocol::BlobKind;
+
+namespace
+{
+
+constexpr std::uint32_t side = 128; // of a tile, texels
+constexpr std::size_t pictureBytes = 4 * side * side;
+
+// P = 7: 16,000 vertices.
+const MemoryServer& Plain()
+{
+  static const MemoryServer server(MakeTorus(200, 80), 128, 2);
+  return server;
+}
+
+const MemoryServer& Textured()
+{
+  static const MemoryServer server = []
+  {
+    MemoryServer made = Plain();
+    made.AddTiles(side);
+    return made;
+  }();
+  return server;
+}
+
+constexpr int width = 800, height = 600;
+constexpr double onRingX = 150, onRingY = 300; // pixels, where the torus is when it is opened
+
+void OpenFullScreen(ViewerSession& session, MemoryServer& server)
+{
+  session.Resize({ width, height, 1 });
+  ASSERT_TRUE(session.SelectModel("torus"));
+  server.Serve(session);
+  session.EnterFullScreen();
+  server.Serve(session);
+}
+
+std::size_t TexturesSent(const MemoryServer& server)
+{
+  return static_cast<std::size_t>(std::count_if(server.sent.begin(), server.sent.end(),
+    [](const BlobId& blob) { return blob.kind == BlobKind::Texture; }));
+}
+
+// Each vertex of the original is where its tile has it. How many parts are painted.
+std::size_t CountPaintedParts(const ViewerSession& session)
+{
+  const ViewerScene scene = session.Scene();
+  std::size_t painted = 0;
+  for (const DrawnSurface::Part& each : scene.surface->Parts())
+  {
+    const SurfacePart& part = *each.part;
+    const auto found = FindTile(*scene.tiles, part.piece);
+    if (!found)
+    {
+      continue;
+    }
+    ++painted;
+    const TextureTile& tile = *found;
+    EXPECT_TRUE(CanPaint(part.surface, part.corners, tile));
+    const PaintedCorners corners = PaintedCornersOf(part.surface, part.corners, tile);
+    EXPECT_EQ(corners.triangles.size(), part.surface.triangles.size());
+    for (std::size_t v = 0; v < corners.points.size(); ++v)
+    {
+      if (part.surface.sources[corners.points[v]].resolution.IsOriginal())
+      {
+        const TileCoordinate expected = TilePlaceOf(part.surface.points[corners.points[v]]);
+        EXPECT_FLOAT_EQ(corners.places[v][0] * side, expected[0]);
+        EXPECT_FLOAT_EQ(corners.places[v][1] * side, expected[1]);
+      }
+    }
+  }
+  return painted;
+}
+
+TEST(TestSessionTextures, AreWantedWhereTheOriginalIsSeenClosely)
+{
+  MemoryServer server = Textured();
+  ViewerSession session;
+  session.SetDetail(DetailMode::Full);
+  session.Resize({ width / 5, height / 5, 1 });
+  ASSERT_TRUE(session.SelectModel("torus"));
+  session.EnterFullScreen();
+  server.Serve(session);
+  ASSERT_TRUE(session.GetStatus().shownLevel);
+  EXPECT_EQ(TexturesSent(server), 0u) << "colours of vertices are enough for a small picture";
+  session.SetDetail(DetailMode::View);
+  session.Resize({ width, height, 1 });
+  session.Zoom(8, onRingX, onRingY);
+  server.Serve(session);
+  EXPECT_TRUE(session.IsIdle());
+  EXPECT_EQ(session.GetStatus().error, "");
+  EXPECT_GT(CountPaintedParts(session), 0u);
+  EXPECT_LT(TexturesSent(server), server.Description().partitions / 2) << "what is not seen";
+  for (const DrawnSurface::Part& each : session.Scene().surface->Parts())
+  {
+    const PieceId piece = each.part->piece;
+    if (piece.resolution.IsOriginal() && session.GetCamera().MaySee(each.part->Bounds()))
+    {
+      EXPECT_TRUE(FindTile(*session.Scene().tiles, piece)) << "partition of node " << piece.node;
+    }
+  }
+  const std::size_t sent = server.sent.size();
+  session.Zoom(1.02, onRingX, onRingY);
+  session.Zoom(1 / 1.02, onRingX, onRingY);
+  server.Serve(session);
+  EXPECT_EQ(server.sent.size(), sent) << "what is here is not asked for again";
+}
+
+// Two triangles of the piece, of which one has turned, around an edge that lies in two places.
+TEST(TestPaintedCorners, AVertexForEachPlace)
+{
+  Surface surface;
+  surface.points = { {}, {}, {}, {} };
+  surface.triangles = { { 0, 1, 2 }, { 0, 2, 3 } };
+  TextureTile tile{ 10, 20, TileImage::Png, {}, {} };
+  tile.corners = { { { { 6, 6 }, { 1, 2 }, { 3, 2 } } }, { { { 3, 4 }, { 1, 2 }, { 3, 2 } } } };
+  const std::vector<std::uint32_t> corners{ 3 * 1 + 1, 3 * 0 + 0 };
+  ASSERT_TRUE(CanPaint(surface, corners, tile));
+  const PaintedCorners painted = PaintedCornersOf(surface, corners, tile);
+  EXPECT_EQ(painted.points, (std::vector<VertexId>{ 0, 1, 2, 0, 2, 3 }));
+  EXPECT_EQ(painted.triangles, (std::vector<Triangle>{ { 0, 1, 2 }, { 3, 4, 5 } }));
+  const std::vector<std::array<float, 2>> places{ { 0.1f, 0.1f }, { 0.3f, 0.1f }, { 0.3f, 0.2f },
+    { 0.6f, 0.3f }, { 0.1f, 0.1f }, { 0.3f, 0.1f } };
+  EXPECT_EQ(painted.places, places);
+
+  EXPECT_FALSE(CanPaint(surface, std::vector<std::uint32_t>{ 0, 6 }, tile)) << "a triangle beyond";
+  EXPECT_FALSE(CanPaint(surface, std::vector<std::uint32_t>{ 0 }, tile));
+  EXPECT_FALSE(CanPaint(surface, {}, tile));
+}
+
+// Hostile: a hub with another place in each of its triangles costs no square of their number.
+TEST(TestPaintedCorners, APointInManyPlaces)
+{
+  constexpr std::uint32_t count = 200'000;
+  Surface surface;
+  surface.points.resize(count + 2);
+  TextureTile tile{ 16000, 16000, TileImage::Png, {}, {} };
+  std::vector<std::uint32_t> corners;
+  for (std::uint32_t i = 0; i < count; ++i)
+  {
+    const auto x = static_cast<float>(i) / 16;
+    surface.triangles.push_back({ 0, i + 1, i + 2 });
+    tile.corners.push_back({ { { x, 1 }, { 2, 2 }, { 3, 3 } } });
+    corners.push_back(3 * i);
+  }
+  const PaintedCorners painted = PaintedCornersOf(surface, corners, tile);
+  EXPECT_EQ(std::count(painted.points.begin(), painted.points.end(), 0u), count);
+  EXPECT_EQ(painted.triangles.size(), count);
+}
+
+TEST(TestSessionTextures, AModelWithoutHasNone)
+{
+  MemoryServer server = Plain();
+  ViewerSession session;
+  OpenFullScreen(session, server);
+  session.Zoom(30, onRingX, onRingY);
+  server.Serve(session);
+  EXPECT_EQ(TexturesSent(server), 0u);
+  EXPECT_TRUE(session.Scene().tiles->empty());
+  for (const DrawnSurface::Part& each : session.Scene().surface->Parts())
+  {
+    EXPECT_TRUE(each.part->corners.empty());
+  }
+}
+
+// Also where all of the model is of one level, or is the original.
+TEST(TestSessionTextures, OfATappedRegionComeByOneLevelToo)
+{
+  for (const DetailMode detail : { DetailMode::View, DetailMode::Level, DetailMode::Full })
+  {
+    MemoryServer server = Textured();
+    ViewerSession session;
+    session.SetDetail(detail);
+    OpenFullScreen(session, server);
+    for (int i = 0; i < 2; ++i)
+    {
+      session.HandleTouches({ 1 + 0.15 * i, { { 1, onRingX, onRingY } } });
+      session.HandleTouches({ 1.05 + 0.15 * i, {} });
+    }
+    server.Serve(session);
+    EXPECT_TRUE(session.IsIdle());
+    ASSERT_TRUE(session.GetStatus().region);
+    EXPECT_GE(CountPaintedParts(session), session.GetStatus().region->partitions / 2);
+  }
+}
+
+TEST(TestSessionTextures, ThatCannotBeHadAreNamedAndTheSurfaceStays)
+{
+  for (const bool isRefused : { true, false })
+  {
+    MemoryServer server = Textured();
+    if (isRefused)
+    {
+      for (std::uint32_t p = 0; p < server.Description().partitions; ++p)
+      {
+        server.refused.insert(BlobId::Texture(p));
+      }
+    }
+    else
+    {
+      server.lie = [](const BlobId& blob, std::vector<std::uint8_t>& bytes)
+      {
+        bytes[bytes.size() / 2] ^= blob.kind == BlobKind::Texture ? 1 : 0;
+        return true;
+      };
+    }
+    ViewerSession session;
+    OpenFullScreen(session, server);
+    session.Zoom(30, onRingX, onRingY);
+    server.Serve(session);
+    EXPECT_TRUE(session.IsIdle());
+    EXPECT_TRUE(session.Scene().tiles->empty());
+    EXPECT_EQ(CountBoundaryEdges(session.Scene().surface->Whole().triangles), 0u);
+    const std::string error = session.GetStatus().error;
+    EXPECT_EQ(error.rfind("textures/", 0), 0u) << error;
+    EXPECT_NE(error.find(" of torus cannot be had: "), std::string::npos) << error;
+    const std::size_t asked = server.log.size();
+    session.SetRings(2);
+    server.Serve(session);
+    for (std::size_t i = asked; i < server.log.size(); ++i)
+    {
+      EXPECT_EQ(server.log[i].find("textures/"), std::string::npos) << server.log[i];
+    }
+    server.refused.clear();
+    server.lie = {};
+    ASSERT_TRUE(session.SelectModel("torus")); // tries again
+    server.Serve(session);
+    EXPECT_GT(CountPaintedParts(session), 0u);
+    EXPECT_EQ(session.GetStatus().error, "");
+  }
+}
+
+// Whatever one looks at, the pictures take no more than they may, and those of the middle are
+// there.
+TEST(TestSessionTextures, StayWithinTheirBudget)
+{
+  constexpr std::size_t most = 5;
+  MemoryServer server = Textured();
+  SessionOptions options;
+  options.pictureBytes = most * pictureBytes + 1;
+  ViewerSession session(options);
+  OpenFullScreen(session, server);
+  std::mt19937 random(11);
+  std::uniform_real_distribution<double> part(0, 1);
+  std::size_t full = 0;
+  for (int step = 0; step < 60; ++step)
+  {
+    session.Zoom(0.2 + 4 * part(random), width * part(random), height * part(random));
+    server.Serve(session, &random, [&] { ASSERT_LE(session.Scene().tiles->size(), most); });
+    ASSERT_TRUE(session.IsIdle());
+    full += session.Scene().tiles->size() == most ? 1 : 0;
+    CountPaintedParts(session);
+    if (step % 10 == 9)
+    {
+      session.GoHome();
+    }
+  }
+  EXPECT_GT(full, 10u);
+  session.SetMemory({ std::size_t{ 1 } << 28, 1 << 24, std::size_t{ 1 } << 28, 1'000'000, 1'000'000,
+    1'000'000, pictureBytes });
+  EXPECT_LE(session.Scene().tiles->size(), 1u);
+}
+
+// A picture that is larger than all that may be is not decoded; nothing asks for it for ever.
+TEST(TestSessionTextures, TooLargeOnesAreLeftOut)
+{
+  MemoryServer server = Plain();
+  server.AddTiles(16000);
+  SessionOptions options;
+  options.pictureBytes = std::size_t{ 64 } << 20;
+  ViewerSession session(options);
+  OpenFullScreen(session, server);
+  session.Zoom(30, onRingX, onRingY);
+  server.Serve(session);
+  EXPECT_TRUE(session.IsIdle());
+  EXPECT_TRUE(session.Scene().tiles->empty());
+  EXPECT_EQ(session.GetStatus().error, "");
+}
+
+}

@@ -1,0 +1,36 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Numbers as colours: maps for measures, a palette for classes. Step "draw" of the README's
+// picture.
+#pragma once
+
+#include "viewer/session/look/Palette.h"
+
+#include <array>
+#include <optional>
+#include <string_view>
+
+namespace kdstream
+{
+
+enum class ColorMap
+{
+  Viridis,  // dark to light, perceptually even, readable in grey
+  Cividis,  // the same for people who do not tell red from green
+  Diverging // blue, grey in the middle, red: for what lies to either side of something
+};
+inline constexpr std::array<ColorMap, 3> allColorMaps{ ColorMap::Viridis, ColorMap::Cividis,
+  ColorMap::Diverging };
+
+// "viridis", "cividis", "diverging".
+std::string_view NameOf(ColorMap map);
+std::optional<ColorMap> ParseColorMap(std::string_view name);
+
+// REQUIRES: share is 0, the low end of the range, to 1.
+Color ColorOf(ColorMap map, double share);
+
+// Of a class. isLas: 0 to 18 are those of LAS 1.4 (ASPRS, table 17), whose usual colours these are
+// (ground brown, vegetation green, water blue, buildings red, noise magenta); the norm names none.
+// Else a hue for each, as partitions have it.
+Color ClassColor(double value, bool isLas);
+
+}

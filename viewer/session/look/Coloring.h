@@ -1,0 +1,77 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// What a surface is coloured by: what a person has chosen, and what follows from it for the model
+// that is shown. Step "draw" of the README's picture.
+#pragma once
+
+#include "filters/core/drawing/Surface.h"
+#include "filters/model/ModelDescription.h"
+#include "viewer/session/look/ColorMaps.h"
+#include "viewer/session/look/Palette.h"
+
+#include <array>
+#include <cstddef>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+namespace kdstream
+{
+
+struct ColorChoice
+{
+  SurfaceColoring coloring = SurfaceColoring::Own;
+  // Of Attribute alone: the array's name, the map of its numbers, and which
+  // numbers the map's ends stand for, low < high; nothing: the 2nd and the 98th percentile.
+  std::string attribute{};
+  ColorMap map = ColorMap::Viridis;
+  std::optional<std::array<double, 2>> range{};
+  bool operator==(const ColorChoice&) const = default;
+};
+
+// As session files, links and pages have it: "own", "none", "partition", "resolution", or
+// "by:NAME[:MAP[:LOW:HIGH]]", whose name is percent-encoded but for letters, digits, '-', '.' and
+// '_'.
+std::string FormatColors(const ColorChoice& choice);
+// Nothing where the text is none of these.
+std::optional<ColorChoice> ParseColors(std::string_view text);
+// Two finite numbers, the first below the second, with `between` between them.
+std::optional<std::array<double, 2>> ParseRange(std::string_view text, char between);
+
+// What renderers go by.
+struct Coloring
+{
+  Coloring(SurfaceColoring byWhat = SurfaceColoring::Own)
+    : kind(byWhat)
+  {
+  }
+
+  SurfaceColoring kind;
+  // Of Attribute alone.
+  std::string attribute{};
+  ColorMap map = ColorMap::Viridis;
+  double low = 0, high = 1; // low <= high
+  bool hasClasses = false;  // which have colours of their own, and no map
+  bool isLas = false;       // they are those of LAS
+  bool operator==(const Coloring&) const = default;
+
+  // What a number of the attribute looks like; stone where it is NaN.
+  Color Of(double value) const;
+  // Whether colours are those of points, which go over into each other: Own and Attribute.
+  bool IsOfPoints() const
+  {
+    return this->kind == SurfaceColoring::Own || this->kind == SurfaceColoring::Attribute;
+  }
+};
+
+// scalars: of the model. An array that is not among them is not coloured by: the model's own
+// colours are seen.
+Coloring ColoringOf(const ColorChoice& choice, const ScalarDescriptions& scalars);
+
+// The array whose values are the points' colours: the model's own colours, or the attribute; null
+// where the surface has none, or colours are not those of points.
+const Attribute* ColoredBy(const Surface& surface, const Coloring& coloring);
+// REQUIRES: array is ColoredBy of a surface that has the point.
+Color PointColor(const Attribute& array, const Coloring& coloring, std::size_t point);
+
+}

@@ -1,0 +1,90 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// The tiles of texture that paint what is shown as the original: which the view wants, and those
+// that have come. Between steps "choose" and "keep" of the README's picture.
+#pragma once
+
+#include "filters/codec/TextureTile.h"
+#include "filters/core/Result.h"
+#include "filters/core/drawing/DrawnSurface.h"
+#include "filters/core/pieces/Piece.h"
+#include "filters/model/ModelDescription.h"
+#include "server/protocol/BlobId.h"
+#include "viewer/session/Camera.h"
+
+#include <cstddef>
+#include <cstdint>
+#include <memory>
+#include <set>
+#include <span>
+#include <vector>
+
+namespace kdstream
+{
+
+struct PaintedPiece
+{
+  PieceId piece; // of the original
+  std::shared_ptr<const TextureTile> tile;
+};
+using TileList = std::vector<PaintedPiece>; // by piece, ascending
+
+// Null where none paints it. O(log).
+std::shared_ptr<const TextureTile> FindTile(const TileList& tiles, PieceId piece);
+
+// A tile is wanted where a partition is drawn as the original, may be seen, and either was tapped
+// or has its vertices so far apart on the screen that their colours alone look soft. Those of the
+// middle of the screen come first, as far as the limit on decoded pictures goes; what is not wanted
+// any more stays until others need its room. All O(parts log parts) but for Add.
+class ShownTiles
+{
+public:
+  explicit ShownTiles(std::size_t limit);
+
+  // Forgets everything. Of a model without textures nothing is wanted.
+  void Reset(const ModelDescription& model);
+  // Whether the model has any.
+  bool AreThere() const { return this->Expected.bytes > 0; }
+  // Bytes of decoded pictures, 4 a texel.
+  void SetLimit(std::size_t bytes);
+
+  // What the camera wants of a surface whose parts tell corners (SurfaceParts::KeepCorners).
+  // tapped: nodes of partitions.
+  void Follow(const DrawnSurface& surface, const Camera& camera, const std::set<NodeId>& tapped);
+  // Of what is wanted: what has neither come nor failed, the most urgent first.
+  const std::vector<protocol::BlobId>& Missing() const { return this->Lacking; }
+  // About, of a tile that has not come.
+  std::size_t ExpectedBytes() const { return this->Expected.bytes; }
+
+  // Any bytes may be given. piece: the decoded one that the tile paints, or null where it is not
+  // there any more: then nothing happens. Errors: of DecodeTextureTile.
+  Status Add(const protocol::BlobId& blob, std::span<const std::uint8_t> bytes, const Piece* piece);
+  // It is not asked for again until Retry.
+  void Fail(const protocol::BlobId& blob) { this->Failed.insert(blob); }
+  void Retry() { this->Failed.clear(); }
+
+  // Never null; another object whenever other tiles are there.
+  const std::shared_ptr<const TileList>& Tiles() const { return this->Here; }
+  // Of the tiles as they came, and their corners.
+  std::size_t Bytes() const { return this->Held; }
+  // That decoded pictures take, 4 a texel.
+  std::size_t PictureBytes() const;
+
+private:
+  bool Touch(PieceId piece);
+  void Evict();
+
+  std::size_t Limit;
+  TreeDepths Depths;
+  double Spacing = 0; // of the original's vertices
+  struct
+  {
+    std::size_t bytes = 0, picture = 0; // 4 a texel
+  } Expected;                           // of a tile, on average
+  TileList Kept; // in the order in which they were wanted, the last ones last
+  std::shared_ptr<const TileList> Here;
+  std::vector<protocol::BlobId> Lacking;
+  std::set<protocol::BlobId> Failed;
+  std::size_t Held = 0;
+};
+
+}

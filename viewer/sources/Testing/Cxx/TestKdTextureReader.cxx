@@ -1,0 +1,130 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Partitions of textured stores as VTK gets them: coordinates, pictures, each triangle once.
+#include "filters/codec/TextureTile.h"
+#include "filters/texture/WritePicture.h"
+#include "viewer/sources/Testing/Cxx/ModelSourceTools.h"
+
+#include <vtkDataArray.h>
+#include <vtkImageData.h>
+#include <vtkKdTextureReader.h>
+#include <vtkPointData.h>
+
+#include <cmath>
+
+namespace
+{
+
+using namespace kdstream;
+using namespace kdstream::testing;
+using fixtures::TemporaryFolder;
+
+constexpr std::uint32_t width = 9, height = 5;
+
+// Corners of a vertex lie where its place says; every seventh triangle is beyond a seam.
+TileCoordinate CornerAt(const Vec3& point, bool beyond)
+{
+  return { float(std::nearbyint(256 * (point[0] + 2)) / 256),
+    float(std::nearbyint(256 * (point[1] + 1.5)) / 256) + (beyond ? 1 : 0) };
+}
+
+class SeamTextures : public PieceTextures
+{
+public:
+  TextureDescription Describe() const override { return { "png" }; }
+  Result<EncodedTexture> Make(Piece& piece) const override
+  {
+    Picture picture{ width, height, 1, {} };
+    for (std::uint32_t i = 0; i < width * height; ++i)
+    {
+      picture.texels.push_back(static_cast<std::uint8_t>(i));
+    }
+    TextureTile tile{ width, height, TileImage::Png, EncodePicture(picture, PictureType::Png), {} };
+    for (std::size_t t = 0; t < piece.triangles.size(); ++t)
+    {
+      auto& corners = tile.corners.emplace_back();
+      for (std::size_t k = 0; k < 3; ++k)
+      {
+        corners[k] = CornerAt(piece.positions[piece.triangles[t][k]], t % 7 == 0);
+      }
+    }
+    return EncodedTexture{ EncodeTextureTile(tile, piece.triangles), width * height };
+  }
+};
+
+class TestKdTextureReader : public ::testing::Test
+{
+protected:
+  void Build(bool textured)
+  {
+    BuildOptions options;
+    options.tree.verticesPerPartition = 200;
+    options.bits = 0;
+    options.textures = textured ? std::make_shared<SeamTextures>() : nullptr;
+    const auto built = BuildStore(this->Sphere, "sphere.ply", this->File, options);
+    ASSERT_TRUE(built) << built.GetError().message;
+    this->Reader->SetFileName(this->File.c_str());
+  }
+  std::string Refusal()
+  {
+    FilterObserver heard(this->Reader);
+    this->Reader->Modified();
+    this->Reader->Update();
+    return heard.error;
+  }
+
+  const Mesh Sphere = fixtures::DisplacedSphere(4);
+  TemporaryFolder Folder;
+  const std::filesystem::path File = this->Folder / "model.kds";
+  vtkNew<vtkKdTextureReader> Reader;
+};
+
+TEST_F(TestKdTextureReader, PartitionsHaveCoordinatesAndPictures)
+{
+  this->Build(true);
+  this->Reader->UpdateInformation();
+  ASSERT_EQ(this->Reader->GetNumberOfModelPartitions(), 8);
+  vtkIdType triangles = 0, points = 0;
+  for (vtkIdType p = 0; p < this->Reader->GetNumberOfModelPartitions(); ++p)
+  {
+    this->Reader->SetPartition(p);
+    this->Reader->Update();
+    vtkPolyData* const surface = this->Reader->GetOutput();
+    triangles += surface->GetNumberOfPolys();
+    points += surface->GetNumberOfPoints();
+    vtkDataArray* const places = surface->GetPointData()->GetTCoords();
+    ASSERT_TRUE(places);
+    ASSERT_EQ(places->GetNumberOfTuples(), surface->GetNumberOfPoints());
+    for (vtkIdType i = 0; i < surface->GetNumberOfPoints(); ++i)
+    {
+      Vec3 point;
+      surface->GetPoint(i, point.data());
+      const double u = places->GetComponent(i, 0), v = places->GetComponent(i, 1);
+      const TileCoordinate here = CornerAt(point, false), beyond = CornerAt(point, true);
+      ASSERT_NEAR(u, here[0] / width, 1e-6);
+      ASSERT_TRUE(std::abs(1 - v - double(here[1]) / height) < 1e-6 ||
+                  std::abs(1 - v - double(beyond[1]) / height) < 1e-6);
+    }
+    vtkImageData* const picture = this->Reader->GetPicture();
+    ASSERT_EQ(picture->GetDimensions()[0], int(width));
+    ASSERT_EQ(picture->GetDimensions()[1], int(height));
+    ASSERT_EQ(picture->GetNumberOfScalarComponents(), 3);
+    ASSERT_EQ(picture->GetScalarComponentAsDouble(2, 0, 0, 1), (height - 1) * width + 2);
+    ASSERT_EQ(picture->GetScalarComponentAsDouble(3, height - 1, 0, 2), 3);
+  }
+  EXPECT_EQ(triangles, vtkIdType(this->Sphere.triangles.size()));
+  EXPECT_GT(points, vtkIdType(this->Sphere.points.size())) << "they are split at seams";
+}
+
+TEST_F(TestKdTextureReader, SaysWhatIsNotThere)
+{
+  EXPECT_NE(this->Refusal().find("no FileName is set"), std::string::npos);
+  this->Build(false);
+  EXPECT_NE(this->Refusal().find("the model has no textures"), std::string::npos);
+  this->Build(true);
+  this->Reader->SetPartition(1000);
+  EXPECT_NE(this->Refusal().find("there is no partition 1000: the model has "), std::string::npos);
+  this->Reader->SetPartition(1);
+  EXPECT_EQ(this->Refusal(), "");
+}
+
+}

@@ -1,0 +1,274 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Steps: 1. the file, and how large the picture is  2. the piece and its tile  3. triangles, points
+// split by their places  4. the picture, from below.
+#include "vtkKdTextureReader.h"
+
+#include "filters/adapter/MeshPolyData.h"
+#include "filters/codec/TextureTile.h"
+#include "filters/core/BitCast.h"
+#include "filters/store/Store.h"
+#include "filters/texture/Picture.h"
+
+#include <vtkDataObject.h>
+#include <vtkDemandDrivenPipeline.h>
+#include <vtkImageData.h>
+#include <vtkInformation.h>
+#include <vtkInformationVector.h>
+#include <vtkObjectFactory.h>
+#include <vtkPolyData.h>
+#include <vtkStreamingDemandDrivenPipeline.h>
+
+#include <algorithm>
+#include <map>
+#include <utility>
+
+vtkStandardNewMacro(vtkKdTextureReader);
+
+namespace
+{
+
+using namespace kdstream;
+
+Error OfTexture(std::uint32_t partition, const Error& error)
+{
+  return { ErrorCode::Damaged, Store::TextureName(partition) + ": " + error.message };
+}
+
+// Whether no partition of a lower number has it.
+bool IsOwned(const Piece& piece, const Triangle& triangle, std::uint32_t partition)
+{
+  return std::all_of(triangle.begin(), triangle.end(),
+    [&](VertexId v) { return PartitionOfKey(piece.keys[v]) >= partition; });
+}
+
+// The mesh whose points are corners of different places in the tile.
+Mesh SplitMesh(
+  const Piece& piece, const TextureTile& tile, std::uint32_t partition, ScalarType scalarType)
+{
+  Mesh mesh;
+  mesh.scalarType = scalarType;
+  Attribute places{ { "TCoords", AttributeType::Float32, AttributeAssociation::Point, 2 }, {} };
+  std::vector<const Attribute*> from;
+  for (const Attribute& array : piece.attributes)
+  {
+    const AttributeRole role = RoleOf(array);
+    if (array.association == AttributeAssociation::Point && role != AttributeRole::Colors &&
+        role != AttributeRole::TextureCoordinates)
+    {
+      from.push_back(&array);
+      mesh.attributes.push_back({ array.Info(), {} });
+    }
+  }
+  std::map<std::pair<VertexId, std::uint64_t>, VertexId> numbers;
+  std::size_t points = 0;
+  std::vector<std::array<float, 2>> coordinates;
+  for (std::size_t t = 0; t < piece.triangles.size(); ++t)
+  {
+    if (!IsOwned(piece, piece.triangles[t], partition))
+    {
+      continue;
+    }
+    Triangle& triangle = mesh.triangles.emplace_back();
+    for (std::size_t k = 0; k < 3; ++k)
+    {
+      const VertexId vertex = piece.triangles[t][k];
+      const TileCoordinate& at = tile.corners[t][k];
+      const auto [entry, isNew] =
+        numbers.try_emplace({ vertex, BitCast<std::uint64_t>(at) }, static_cast<VertexId>(points));
+      triangle[k] = entry->second;
+      if (!isNew)
+      {
+        continue;
+      }
+      ++points;
+      mesh.points.push_back(piece.positions[vertex]);
+      coordinates.push_back({ at[0] / float(tile.width), 1 - at[1] / float(tile.height) });
+      for (std::size_t i = 0; i < from.size(); ++i)
+      {
+        mesh.attributes[i].Append(*from[i], vertex);
+      }
+    }
+  }
+  places.values.resize(points * places.TupleSize());
+  for (std::size_t i = 0; i < points; ++i)
+  {
+    places.Set(i, 0, double(coordinates[i][0]));
+    places.Set(i, 1, double(coordinates[i][1]));
+  }
+  mesh.attributes.push_back(std::move(places));
+  return mesh;
+}
+
+// VTK's rows go up.
+void FillImage(const Picture& picture, vtkImageData& image)
+{
+  const int components = picture.components % 2 == 0 ? 4 : 3;
+  image.SetDimensions(int(picture.width), int(picture.height), 1);
+  image.AllocateScalars(VTK_UNSIGNED_CHAR, components);
+  auto* to = static_cast<std::uint8_t*>(image.GetScalarPointer());
+  for (std::size_t y = picture.height; y-- > 0;)
+  {
+    const std::uint8_t* texel = &picture.texels[y * picture.width * picture.components];
+    for (std::size_t x = 0; x < picture.width; ++x, texel += picture.components)
+    {
+      const auto rgba = RgbaOf(texel, picture.components);
+      to = std::copy_n(rgba.begin(), components, to);
+    }
+  }
+}
+
+Result<Picture> DecodeImage(const TextureTile& tile)
+{
+  Result<Picture> picture = DecodePicture(tile.image, std::uint64_t{ tile.width } * tile.height);
+  if (picture && (picture->width != tile.width || picture->height != tile.height))
+  {
+    return Error{ ErrorCode::Damaged, "its image is of another size than is told" };
+  }
+  return picture;
+}
+
+Status ReadInto(
+  const Store& store, std::uint32_t partition, vtkPolyData& surface, vtkImageData& image)
+{
+  const ModelDescription& info = store.Info();
+  const Result<Piece> piece =
+    store.ReadPiece({ Resolution::Original(), NodeOfPartition(partition, info.depths) });
+  KDSTREAM_TRY(piece);
+  const auto blob = store.ReadTextureBlob(partition);
+  KDSTREAM_TRY(blob);
+  const Result<TextureTile> tile = DecodeTextureTile(*blob, piece->triangles);
+  if (!tile)
+  {
+    return OfTexture(partition, tile.GetError());
+  }
+  const Result<Picture> picture = DecodeImage(*tile);
+  if (!picture)
+  {
+    return OfTexture(partition, picture.GetError());
+  }
+  FillImage(*picture, image);
+  return FillPolyData(
+    SplitMesh(*piece, *tile, partition, info.grid.scalarType), 0,
+    [](const AttributeInfo&) { return true; }, surface);
+}
+
+}
+
+vtkKdTextureReader::vtkKdTextureReader()
+{
+  this->SetNumberOfInputPorts(0);
+  this->SetNumberOfOutputPorts(2);
+}
+
+vtkKdTextureReader::~vtkKdTextureReader()
+{
+  this->SetFileName(nullptr);
+}
+
+vtkIdType vtkKdTextureReader::GetNumberOfModelPartitions() const
+{
+  return this->Model ? static_cast<vtkIdType>(this->Model->Info().partitions) : 0;
+}
+
+vtkPolyData* vtkKdTextureReader::GetOutput()
+{
+  return vtkPolyData::SafeDownCast(this->GetOutputDataObject(0));
+}
+
+vtkImageData* vtkKdTextureReader::GetPicture()
+{
+  return vtkImageData::SafeDownCast(this->GetOutputDataObject(1));
+}
+
+int vtkKdTextureReader::FillOutputPortInformation(int port, vtkInformation* info)
+{
+  info->Set(vtkDataObject::DATA_TYPE_NAME(), port == 0 ? "vtkPolyData" : "vtkImageData");
+  return 1;
+}
+
+vtkTypeBool vtkKdTextureReader::ProcessRequest(
+  vtkInformation* request, vtkInformationVector** inputVector, vtkInformationVector* outputVector)
+{
+  if (request->Has(vtkDemandDrivenPipeline::REQUEST_INFORMATION()))
+  {
+    return this->RequestInformation(outputVector);
+  }
+  if (request->Has(vtkDemandDrivenPipeline::REQUEST_DATA()))
+  {
+    return this->RequestData(outputVector);
+  }
+  return this->Superclass::ProcessRequest(request, inputVector, outputVector);
+}
+
+int vtkKdTextureReader::Fail(const std::string& why)
+{
+  const std::string name = this->FileName ? this->FileName : "";
+  vtkErrorMacro(<< (name.empty() ? "" : name + ": ") << why);
+  return 0;
+}
+
+int vtkKdTextureReader::RequestInformation(vtkInformationVector* outputVector)
+{
+  this->Model = nullptr;
+  if (!this->FileName || !*this->FileName)
+  {
+    return this->Fail("no FileName is set");
+  }
+  const auto store = kdstream::Store::Open(this->FileName);
+  if (!store)
+  {
+    return this->Fail(store.GetError().message);
+  }
+  this->Model = *store;
+  const kdstream::ModelDescription& info = this->Model->Info();
+  if (!info.textures)
+  {
+    return this->Fail("the model has no textures");
+  }
+  if (static_cast<std::uint64_t>(this->Partition) >= info.partitions)
+  {
+    return this->Fail("there is no partition " + std::to_string(this->Partition) +
+                      ": the model has " + std::to_string(info.partitions));
+  }
+  const auto partition = static_cast<std::uint32_t>(this->Partition);
+  const auto blob = this->Model->ReadTextureBlob(partition);
+  const auto head = blob ? kdstream::ReadTextureTileHead(*blob)
+                         : kdstream::Result<kdstream::TextureTileHead>(blob.GetError());
+  if (!head)
+  {
+    return this->Fail(
+      blob ? OfTexture(partition, head.GetError()).message : blob.GetError().message);
+  }
+  vtkInformation* const outInfo = outputVector->GetInformationObject(1);
+  const int extent[6] = { 0, static_cast<int>(head->width) - 1, 0,
+    static_cast<int>(head->height) - 1, 0, 0 };
+  outInfo->Set(vtkStreamingDemandDrivenPipeline::WHOLE_EXTENT(), extent, 6);
+  vtkDataObject::SetPointDataActiveScalarInfo(outInfo, VTK_UNSIGNED_CHAR, -1);
+  return 1;
+}
+
+int vtkKdTextureReader::RequestData(vtkInformationVector* outputVector)
+{
+  if (!this->Model)
+  {
+    return this->Fail("the model is not open");
+  }
+  auto* const surface = vtkPolyData::GetData(outputVector, 0);
+  auto* const image = vtkImageData::GetData(outputVector, 1);
+  const kdstream::Status read =
+    ReadInto(*this->Model, static_cast<std::uint32_t>(this->Partition), *surface, *image);
+  if (!read)
+  {
+    surface->Initialize();
+    image->Initialize();
+    return this->Fail(read.GetError().message);
+  }
+  return 1;
+}
+
+void vtkKdTextureReader::PrintSelf(ostream& os, vtkIndent indent)
+{
+  this->Superclass::PrintSelf(os, indent);
+  os << indent << "FileName: " << (this->FileName ? this->FileName : "(none)") << "\n";
+  os << indent << "Partition: " << this->Partition << "\n";
+}
