@@ -91,17 +91,18 @@ check(server/http server/session server/access server/protocol filters/model ${c
 check(server/app server/http server/session server/access server/protocol filters/program filters/store filters/model ${core})
 check(viewer/session/section viewer/session/Camera.h viewer/session/Picker.h filters/model ${core})
 check(viewer/session/look viewer/session/Geometry.h filters/model ${core})
-check(viewer/session FLAT viewer/session/section viewer/session/look/RakingLight.h viewer/session/look/SceneLook.h
+check(viewer/session/paint viewer/session/Camera.h server/protocol filters/model filters/codec ${core})
+check(viewer/session FLAT viewer/session/section viewer/session/paint viewer/session/look/Coloring.h viewer/session/look/RakingLight.h viewer/session/look/SceneLook.h
   server/protocol filters/model filters/codec ${core})
 check(viewer/client viewer/session server/session server/protocol filters/store filters/model filters/codec ${core})
-check(viewer/rendering VTK viewer/session viewer/session/look viewer/session/section ${core})
+check(viewer/rendering VTK viewer/session viewer/session/look viewer/session/section viewer/session/paint ${core})
 check(viewer/sources VTK viewer/client viewer/session viewer/session/look server/protocol filters/adapter filters/store filters/texture filters/model
   filters/codec ${core})
 check(viewer/paraview)
-check(viewer/mobile FLAT viewer/session viewer/session/look viewer/session/section ${core})
+check(viewer/mobile FLAT viewer/session viewer/session/look viewer/session/section viewer/session/paint filters/codec ${core})
 check(viewer/mobile/web viewer/mobile viewer/client viewer/session viewer/session/look server/protocol filters/model filters/codec ${core})
 check(viewer/desktop VTK FLAT viewer/desktop/window/WindowView.h viewer/rendering viewer/client viewer/session viewer/session/look
-  server/protocol filters/program filters/model ${core})
+  server/protocol filters/program filters/texture filters/model ${core})
 check(viewer/desktop/window VTK viewer/desktop viewer/rendering viewer/client viewer/session viewer/session/look
   filters/program filters/store filters/model ${core})
 

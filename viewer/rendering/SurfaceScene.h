@@ -13,7 +13,7 @@
 #include "viewer/session/look/Coloring.h"
 #include "viewer/session/look/SceneLook.h"
 #include "viewer/session/look/SceneRules.h"
-#include "viewer/session/paint/ShownTiles.h"
+#include "viewer/session/paint/TileList.h"
 #include "viewer/session/section/SectionPlane.h"
 
 #include <vtkNew.h>

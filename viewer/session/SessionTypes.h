@@ -8,7 +8,7 @@
 #include "server/protocol/BlobId.h"
 #include "viewer/session/Camera.h"
 #include "viewer/session/look/SceneLook.h"
-#include "viewer/session/paint/ShownTiles.h"
+#include "viewer/session/paint/TileList.h"
 #include "viewer/session/section/SectionPlane.h"
 
 #include <cstdint>

@@ -115,7 +115,7 @@ void ViewerSession::CloseModel()
   this->Book.CancelAll();
   this->Pieces.Clear();
   this->Shown.Reset({});
-  this->Tiles.Reset({});
+  this->Tiles.Reset({}, 0);
   this->Current.reset();
   this->Region.reset();
   this->EarlierTaps.clear();
@@ -291,7 +291,7 @@ void ViewerSession::Opened(std::uint32_t request, const ModelDescription& model)
       ViewRefinement(model, this->Options.refinement),
       ViewRefinement(model, this->Options.refinement), SeenPartitions(model.depths) });
   this->Shown.Reset(model.depths);
-  this->Tiles.Reset(model);
+  this->Tiles.Reset(model, VertexSpacing(model.box, static_cast<double>(model.vertices)));
   this->Shown.KeepCorners(this->Tiles.AreThere());
   this->Section.Reset(model.box);
   this->FitModel();

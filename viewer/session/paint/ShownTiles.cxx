@@ -2,9 +2,6 @@
 // The tiles of texture that paint what is shown: see ShownTiles.h.
 #include "viewer/session/paint/ShownTiles.h"
 
-#include "viewer/session/SessionTypes.h"
-#include "viewer/session/ViewRefinement.h"
-
 #include <algorithm>
 #include <limits>
 #include <utility>
@@ -34,24 +31,17 @@ bool IsSoft(const Box& box, const Camera& camera, double spacing)
 
 }
 
-std::shared_ptr<const TextureTile> FindTile(const TileList& tiles, PieceId piece)
-{
-  const auto place = std::partition_point(
-    tiles.begin(), tiles.end(), [piece](const PaintedPiece& each) { return each.piece < piece; });
-  return place != tiles.end() && place->piece == piece ? place->tile : nullptr;
-}
-
 ShownTiles::ShownTiles(std::size_t limit)
   : Limit(limit)
   , Here(std::make_shared<const TileList>())
 {
 }
 
-void ShownTiles::Reset(const ModelDescription& model)
+void ShownTiles::Reset(const ModelDescription& model, double spacing)
 {
   *this = ShownTiles(this->Limit);
   this->Depths = model.depths;
-  this->Spacing = VertexSpacing(model.box, static_cast<double>(model.vertices));
+  this->Spacing = spacing;
   if (model.textures)
   {
     // What a server claims is a guess at most.
@@ -126,7 +116,8 @@ void ShownTiles::Follow(
       break;
     }
     room -= bytes;
-    const auto blob = protocol::BlobId::Texture(BlobOfPiece(piece, this->Depths).number);
+    const auto blob =
+      protocol::BlobId::Texture(piece.node - (NodeId{ 1 } << this->Depths.partition));
     if (!this->Touch(piece) && this->Failed.count(blob) == 0)
     {
       this->Lacking.push_back(blob);

@@ -10,6 +10,7 @@
 #include "filters/model/ModelDescription.h"
 #include "server/protocol/BlobId.h"
 #include "viewer/session/Camera.h"
+#include "viewer/session/paint/TileList.h"
 
 #include <cstddef>
 #include <cstdint>
@@ -21,16 +22,6 @@
 namespace kdstream
 {
 
-struct PaintedPiece
-{
-  PieceId piece; // of the original
-  std::shared_ptr<const TextureTile> tile;
-};
-using TileList = std::vector<PaintedPiece>; // by piece, ascending
-
-// Null where none paints it. O(log).
-std::shared_ptr<const TextureTile> FindTile(const TileList& tiles, PieceId piece);
-
 // A tile is wanted where a partition is drawn as the original, may be seen, and either was tapped
 // or has its vertices so far apart on the screen that their colours alone look soft. Those of the
 // middle of the screen come first, as far as the limit on decoded pictures goes; what is not wanted
@@ -40,8 +31,9 @@ class ShownTiles
 public:
   explicit ShownTiles(std::size_t limit);
 
-  // Forgets everything. Of a model without textures nothing is wanted.
-  void Reset(const ModelDescription& model);
+  // Forgets everything. Of a model without textures nothing is wanted. spacing: of the original's
+  // vertices, in the model's unit.
+  void Reset(const ModelDescription& model, double spacing);
   // Whether the model has any.
   bool AreThere() const { return this->Expected.bytes > 0; }
   // Bytes of decoded pictures, 4 a texel.
