@@ -5,9 +5,9 @@
 //   lowest vertex.
 #include "filters/core/levels/LevelAttributes.h"
 
+#include "filters/core/ScalarSums.h"
 #include "filters/core/VectorMath.h"
 #include "filters/core/levels/CollapseAttributes.h"
-#include "filters/core/levels/ScalarSums.h"
 
 #include <algorithm>
 #include <array>
