@@ -140,6 +140,12 @@ protected:
 TEST_F(StoreTextures, ComeBackWithTheirCorners)
 {
   Mesh mesh = Shuffled(DisplacedSphere(4), 3);
+  for (VertexId v = 0; v < 200; ++v) // vertices twice, in all orders
+  {
+    const std::array<Triangle, 4> thin{ { { v, v, v + 9 }, { v + 9, v, v }, { v, v + 9, v },
+      { v, v, v } } };
+    mesh.triangles.insert(mesh.triangles.end(), thin.begin(), thin.end());
+  }
   AddPaint(mesh);
   const BuildReport report = this->Build(mesh, Options());
   const auto store = Store::Open(this->File());
