@@ -30,6 +30,7 @@ MeshSize ClaimedSize(const MeshReader& reader)
     const bool points = attribute.association == AttributeAssociation::Point;
     size.attributeBytes += attribute.TupleSize() * (points ? info.vertices : info.faces);
   }
+  size.sumBytes = SumBytesOf(info.attributes);
   return size;
 }
 

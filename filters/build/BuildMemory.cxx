@@ -2,9 +2,11 @@
 #include "filters/build/BuildMemory.h"
 
 #include "filters/build/PieceWriting.h"
+#include "filters/core/levels/LevelAttributes.h"
 
 #include <algorithm>
 #include <string>
+#include <vector>
 
 namespace kdstream
 {
@@ -12,6 +14,12 @@ namespace
 {
 
 constexpr std::uint64_t bytesPerCluster = 560; // measured
+
+// The sums of two levels are there at a time, of which one has half the clusters of the other.
+std::uint64_t BytesPerCluster(const MeshSize& size)
+{
+  return bytesPerCluster + size.sumBytes * 3 / 2;
+}
 
 // Of a limit: for libraries, threads and SQLite.
 constexpr std::uint64_t mostKeptFromSteps = std::uint64_t{ 96 } << 20;
@@ -80,7 +88,16 @@ MeshSize SizeOf(const Mesh& mesh)
   {
     size.attributeBytes += attribute.values.size();
   }
+  size.sumBytes =
+    SumBytesOf(std::vector<AttributeInfo>(mesh.attributes.begin(), mesh.attributes.end()));
   return size;
+}
+
+std::uint64_t SumBytesOf(std::span<const AttributeInfo> attributes)
+{
+  std::vector<AttributeInfo> numbers = ArraysOfLevels(attributes);
+  std::erase_if(numbers, [](const AttributeInfo& array) { return !IsScalar(array); });
+  return AttributeSums(numbers, 0).RecordSize();
 }
 
 std::uint64_t EstimateBuildMemory(
@@ -91,7 +108,7 @@ std::uint64_t EstimateBuildMemory(
   const std::uint64_t inBatch = std::min<std::uint64_t>(size.attributeBytes,
     size.attributeBytes / std::max<std::uint64_t>(1, partitions) * encodeBatch);
   return (std::uint64_t{ 32 } << 20) + 44 * size.vertices + 40 * size.triangles +
-         2 * size.attributeBytes + 3 * inBatch + bytesPerCluster * clusters +
+         2 * size.attributeBytes + 3 * inBatch + BytesPerCluster(size) * clusters +
          BytesOfLargePieces(size, partitions);
 }
 
@@ -123,7 +140,7 @@ std::uint64_t MostClusters(const MeshSize& size, std::uint64_t partitions, std::
   const std::uint64_t rest = EstimateBuildMemory(size, partitions, 0);
   return limit == 0
            ? 0
-           : std::max<std::uint64_t>(1, limit > rest ? (limit - rest) / bytesPerCluster : 0);
+           : std::max<std::uint64_t>(1, limit > rest ? (limit - rest) / BytesPerCluster(size) : 0);
 }
 
 std::uint64_t StepMemory(std::uint64_t limit)

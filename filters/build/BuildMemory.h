@@ -7,6 +7,7 @@
 #include "filters/core/tree/KdTree.h"
 
 #include <cstdint>
+#include <span>
 #include <string>
 
 namespace kdstream
@@ -17,8 +18,13 @@ struct MeshSize
 {
   std::uint64_t vertices = 0, triangles = 0;
   std::uint64_t attributeBytes = 0; // of all arrays
+  std::uint64_t sumBytes = 0;       // SumBytesOf its arrays
 };
 MeshSize SizeOf(const Mesh& mesh);
+
+// Bytes of the sums from which a cluster has its numbers and classes (AttributeSums); those of
+// normals and colours are in what a cluster takes anyway.
+std::uint64_t SumBytesOf(std::span<const AttributeInfo> attributes);
 
 // Bytes that a build in memory takes at most, measured on surfaces, clouds, soups and meshes with
 // attributes (BuildMemory.StaysBelowTheMemoryLimit). partitions: some, or one that is large, are

@@ -66,6 +66,11 @@ std::string Describe(const Result<BuildReport>& report)
   }
   text << report->info.digest << ", " << report->info.welded << " welded, "
        << report->info.inconsistentEdges << " inconsistent, " << report->mergedByGrid << " merged";
+  for (const ScalarDescription& scalar : report->info.scalars)
+  {
+    text << ", " << scalar.name << " " << scalar.least << " " << scalar.low << " " << scalar.high
+         << " " << scalar.most << " " << scalar.classes.size();
+  }
   return text.str();
 }
 
