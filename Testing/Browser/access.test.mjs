@@ -149,7 +149,7 @@ test("a quota that is used up says until when, and in the person's language", ()
     await visit.page.locator("#open").click();
     await visit.until("full screen", ({ mode, idle }) => mode === "full screen" && idle);
     await visit.doubleTap(await visit.centre());
-    await visit.untilSaid(/^Was Sie davon haben dürfen, ist verbraucht; mehr gibt es um \d\d:\d\d/);
+    await visit.untilSaid(/^Was Sie davon haben dürfen, ist verbraucht; mehr gibt es um \d{1,2}:\d\d/);
     await visit.picture("access-2-quota");
     assert.ok((await visit.status()).triangles > 0, "what is there stays");
   });
