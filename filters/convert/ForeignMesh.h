@@ -63,8 +63,8 @@ Result<ForeignMesh> ReadXyz(const std::filesystem::path& file, const Execution& 
 
 // Uncompressed LAS 1.0 to 1.4 (LasHeader.h), doubles. Arrays: "RGB", "intensity", "classification",
 // "return_number", each where it says something; the rest of a point (times, angles, source, user
-// data, waves) is not carried. Points that are marked as withheld are dropped. What the header claims
-// is checked against the file's size before memory is taken for it.
+// data, waves) is not carried. Points that are marked as withheld are dropped. What the header
+// claims is checked against the file's size before memory is taken for it.
 Result<ForeignMesh> ReadLas(const std::filesystem::path& file, const Execution& execution);
 
 // Through PCL. What the header claims is checked against the file's size before PCL takes memory

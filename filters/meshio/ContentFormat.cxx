@@ -14,10 +14,10 @@ struct Mark
 };
 
 // By what the formats' own descriptions want there; archives, since people forget to unpack.
-constexpr Mark marks[] = { { "ply\n", ".ply" }, { "ply\r", ".ply" }, { "glTF", ".glb" }, { "LASF", ".las" },
-  { "# vtk DataFile", ".vtk" }, { "#VRML", ".wrl" }, { "# .PCD", ".pcd" }, { "VERSION .7", ".pcd" },
-  { "<VTKFile", ".vtp" }, { "solid ", ".stl" }, { "solid\n", ".stl" }, { "PK\x03\x04", ".zip" },
-  { "\x1f\x8b", ".gz" } };
+constexpr Mark marks[] = { { "ply\n", ".ply" }, { "ply\r", ".ply" }, { "glTF", ".glb" },
+  { "LASF", ".las" }, { "# vtk DataFile", ".vtk" }, { "#VRML", ".wrl" }, { "# .PCD", ".pcd" },
+  { "VERSION .7", ".pcd" }, { "<VTKFile", ".vtp" }, { "solid ", ".stl" }, { "solid\n", ".stl" },
+  { "PK\x03\x04", ".zip" }, { "\x1f\x8b", ".gz" } };
 
 bool IsSpace(char c)
 {

@@ -20,8 +20,8 @@ namespace kdstream
 class StoreWriter
 {
 public:
-  // info: everything but the digest, the counts of bytes and pieces and the scalars, which the writer
-  // adds.
+  // info: everything but the digest, the counts of bytes and pieces and the scalars, which the
+  // writer adds.
   static Result<std::unique_ptr<StoreWriter>> Create(
     const std::filesystem::path& store, ModelDescription info);
   ~StoreWriter();

@@ -29,7 +29,8 @@ TEST(MeshReader, ReadsPlyWhateverTheCaseOfItsEnding)
 TEST(MeshReader, RefusesOtherFormatsByName)
 {
   const ScratchFolder folder;
-  for (const std::string ending : { ".vtp", ".vtk", ".wrl", ".glb", ".gltf", ".pcd", ".xyz", ".las", ".laz" })
+  for (const std::string ending :
+    { ".vtp", ".vtk", ".wrl", ".glb", ".gltf", ".pcd", ".xyz", ".las", ".laz" })
   {
     const Result<std::unique_ptr<MeshReader>> reader =
       MeshReader::Open(folder.Write("mesh" + ending, "ply\n"));

@@ -236,8 +236,8 @@ TEST(ExternalPieces, OfManyPartitions)
   const Execution execution = MakeTbbExecution(2);
   Mesh torus = WithAttributes(Shuffled(Torus(300, 210), 9), 5);
   std::size_t arrays = 0; // all of them take long
-  std::erase_if(torus.attributes,
-    [&](const Attribute& array) { return RoleOf(array) == AttributeRole::Other && ++arrays % 7 != 0; });
+  std::erase_if(torus.attributes, [&](const Attribute& array)
+    { return RoleOf(array) == AttributeRole::Other && ++arrays % 7 != 0; });
   ASSERT_GT(torus.attributes.size(), 3U);
   struct Deep
   {

@@ -156,8 +156,11 @@ protected:
         this->Folder / (model + (count > 1 ? "-" + std::to_string(count) : "") + ".png");
       while (!std::filesystem::exists(now) && std::chrono::steady_clock::now() < last)
       {
-        Hands("key s"); // once more where nothing was shown yet
-        for (int i = 0; i < 20 && !std::filesystem::exists(now); ++i)
+        // Once more where nothing was shown yet; else it comes late, and another key would write a
+        // picture after the next step.
+        Hands("key s");
+        const int waits = count > 1 ? 200 : 20;
+        for (int i = 0; i < waits && !std::filesystem::exists(now); ++i)
         {
           std::this_thread::sleep_for(50ms);
         }
