@@ -8,6 +8,17 @@ namespace kdstream
 namespace
 {
 
+// -1: none.
+int HexValue(char c)
+{
+  if (c >= '0' && c <= '9')
+  {
+    return c - '0';
+  }
+  const char lower = static_cast<char>(c | 0x20);
+  return lower >= 'a' && lower <= 'f' ? lower - 'a' + 10 : -1;
+}
+
 // The bytes of the UTF-8 character that the text begins with; 0 where there is none.
 std::size_t CharacterBytes(std::string_view text)
 {
@@ -87,6 +98,28 @@ std::string Quoted(std::string_view text)
   }
   quoted += text.size() > most ? "…\"" : "\"";
   return quoted;
+}
+
+std::optional<std::string> PercentDecoded(std::string_view text)
+{
+  std::string plain;
+  for (std::size_t i = 0; i < text.size(); ++i)
+  {
+    if (text[i] != '%')
+    {
+      plain += text[i];
+      continue;
+    }
+    const int high = i + 2 < text.size() ? HexValue(text[i + 1]) : -1;
+    const int low = i + 2 < text.size() ? HexValue(text[i + 2]) : -1;
+    if (high < 0 || low < 0)
+    {
+      return std::nullopt;
+    }
+    plain += static_cast<char>(high * 16 + low);
+    i += 2;
+  }
+  return plain;
 }
 
 }

@@ -3,6 +3,7 @@
 #pragma once
 
 #include <cstddef>
+#include <optional>
 #include <string>
 #include <string_view>
 
@@ -24,5 +25,9 @@ std::size_t CountCharacters(std::string_view text);
 // The text in quotes for a message: at most 64 characters of it, anything but printable ASCII as
 // '?'.
 std::string Quoted(std::string_view text);
+
+// The text with the byte that each %HH stands for, as addresses have them (RFC 3986, section 2.1).
+// Nothing where a % is followed by anything else.
+std::optional<std::string> PercentDecoded(std::string_view text);
 
 }

@@ -2,6 +2,7 @@
 #include "server/http/StaticFiles.h"
 
 #include "filters/core/SystemReason.h"
+#include "filters/core/Texts.h"
 
 #include <algorithm>
 #include <array>
@@ -20,38 +21,6 @@ namespace
 {
 
 namespace fs = std::filesystem;
-
-int HexValue(char c)
-{
-  if (c >= '0' && c <= '9')
-  {
-    return c - '0';
-  }
-  const char lower = static_cast<char>(c | 0x20);
-  return lower >= 'a' && lower <= 'f' ? lower - 'a' + 10 : -1;
-}
-
-std::optional<std::string> Unescape(std::string_view text)
-{
-  std::string plain;
-  for (std::size_t i = 0; i < text.size(); ++i)
-  {
-    if (text[i] != '%')
-    {
-      plain += text[i];
-      continue;
-    }
-    const int high = i + 2 < text.size() ? HexValue(text[i + 1]) : -1;
-    const int low = i + 2 < text.size() ? HexValue(text[i + 2]) : -1;
-    if (high < 0 || low < 0)
-    {
-      return std::nullopt;
-    }
-    plain += static_cast<char>(high * 16 + low);
-    i += 2;
-  }
-  return plain;
-}
 
 // The path below the root; nothing if a part of it is hidden, empty, "." or "..".
 std::optional<fs::path> RelativePath(std::string_view path)
@@ -166,7 +135,7 @@ Result<StaticFiles> StaticFiles::Open(const fs::path& folder, Report report)
 
 std::shared_ptr<const StaticFile> StaticFiles::Find(std::string_view urlPath, bool acceptGzip) const
 {
-  const auto plain = Unescape(urlPath);
+  const auto plain = PercentDecoded(urlPath);
   const auto relative = plain ? RelativePath(*plain) : std::nullopt;
   if (!relative)
   {
@@ -189,7 +158,7 @@ void StaticFiles::Forget() const
 Result<std::shared_ptr<const StaticFile>> StaticFiles::Read(
   std::string_view urlPath, bool acceptGzip) const
 {
-  const auto plain = Unescape(urlPath);
+  const auto plain = PercentDecoded(urlPath);
   if (!plain)
   {
     return Error{ ErrorCode::InvalidArgument, "a % without two hexadecimal digits" };

@@ -7,6 +7,11 @@
 namespace kdstream
 {
 
+SessionScene::SessionScene()
+{
+  this->Scene.SetTileDecoder(DecodeTile);
+}
+
 void SessionScene::SetLook(const ColorChoice& colors, bool occlusion)
 {
   this->Colors = colors;
@@ -24,7 +29,6 @@ Status SessionScene::Follow(const ViewerScene& scene)
   if (this->ShownVersion != scene.surfaceVersion || this->ShownTiles != scene.tiles)
   {
     this->Middle = scene.box.Empty() ? Vec3{} : scene.box.lo * 0.5 + scene.box.hi * 0.5;
-    this->Scene.SetTileDecoder(DecodeTile);
     KDSTREAM_TRY(this->Scene.Update(*scene.surface, scene.depths, this->Middle, scene.tiles));
     this->ShownVersion = scene.surfaceVersion;
     this->ShownTiles = scene.tiles;

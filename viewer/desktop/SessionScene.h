@@ -16,6 +16,8 @@ namespace kdstream
 class SessionScene
 {
 public:
+  SessionScene();
+
   // For vtkRenderWindow::AddRenderer. It stays the same.
   vtkRenderer& Renderer() { return this->Scene.Renderer(); }
   // From the next picture on; occlusion: SceneStyle. The colours are the choice's for whatever

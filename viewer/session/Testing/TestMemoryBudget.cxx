@@ -1,8 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // A viewer that may take less memory shows what is coarser, and never nothing.
 #include "viewer/session/MemoryBudget.h"
-#include "viewer/session/Testing/MemoryServer.h"
-#include "viewer/session/ViewerSession.h"
+#include "viewer/session/Testing/SessionsByView.h"
 
 #include <gtest/gtest.h>
 
@@ -13,26 +12,17 @@ using namespace kdstream;
 using kdstream::testing::CountBoundaryEdges;
 using kdstream::testing::MakeTorus;
 using kdstream::testing::MemoryServer;
+using kdstream::testing::onRingX;
+using kdstream::testing::onRingY;
+using kdstream::testing::OpenFullScreen;
 
 namespace
 {
-
-constexpr int width = 800, height = 600;
-constexpr double onRingX = 150, onRingY = 300; // pixels, where the torus is when it is opened
 
 const MemoryServer& Torus()
 {
   static const MemoryServer server(MakeTorus(400, 160), 128, 2);
   return server;
-}
-
-void OpenFullScreen(ViewerSession& session, MemoryServer& server)
-{
-  session.Resize({ width, height, 1 });
-  ASSERT_TRUE(session.SelectModel("torus"));
-  server.Serve(session);
-  session.EnterFullScreen();
-  server.Serve(session);
 }
 
 // In parts of what the torus takes where there is room.

@@ -1,8 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Textures of a model: wanted where the original is shown and seen closely, within their budget,
 // and where they belong.
-#include "viewer/session/Testing/MemoryServer.h"
-#include "viewer/session/ViewerSession.h"
+#include "viewer/session/Testing/SessionsByView.h"
 #include "viewer/session/paint/PaintedCorners.h"
 
 #include <gtest/gtest.h>
@@ -12,9 +11,14 @@
 
 using namespace kdstream;
 using kdstream::testing::CountBoundaryEdges;
+using kdstream::testing::height;
 using kdstream::testing::MakeTorus;
 using kdstream::testing::MemoryServer;
+using kdstream::testing::onRingX;
+using kdstream::testing::onRingY;
+using kdstream::testing::OpenFullScreen;
 using kdstream::testing::TilePlaceOf;
+using kdstream::testing::width;
 using protocol::BlobId;
 using protocol::BlobKind;
 
@@ -40,18 +44,6 @@ const MemoryServer& Textured()
     return made;
   }();
   return server;
-}
-
-constexpr int width = 800, height = 600;
-constexpr double onRingX = 150, onRingY = 300; // pixels, where the torus is when it is opened
-
-void OpenFullScreen(ViewerSession& session, MemoryServer& server)
-{
-  session.Resize({ width, height, 1 });
-  ASSERT_TRUE(session.SelectModel("torus"));
-  server.Serve(session);
-  session.EnterFullScreen();
-  server.Serve(session);
 }
 
 std::size_t TexturesSent(const MemoryServer& server)

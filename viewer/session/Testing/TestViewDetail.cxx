@@ -1,8 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // The session that chooses by the view, against a server in memory: what is seen is fine, what is
 // drawn is closed at every moment, and it comes to rest.
-#include "viewer/session/Testing/MemoryServer.h"
-#include "viewer/session/ViewerSession.h"
+#include "viewer/session/Testing/SessionsByView.h"
 
 #include <gtest/gtest.h>
 
@@ -12,8 +11,13 @@
 
 using namespace kdstream;
 using kdstream::testing::CountBoundaryEdges;
+using kdstream::testing::height;
 using kdstream::testing::MakeTorus;
 using kdstream::testing::MemoryServer;
+using kdstream::testing::onRingX;
+using kdstream::testing::onRingY;
+using kdstream::testing::OpenFullScreen;
+using kdstream::testing::width;
 using protocol::BlobId;
 using protocol::BlobKind;
 
@@ -25,18 +29,6 @@ const MemoryServer& Torus()
 {
   static const MemoryServer server(MakeTorus(400, 160), 128, 2);
   return server;
-}
-
-constexpr int width = 800, height = 600;
-constexpr double onRingX = 150, onRingY = 300; // pixels, where the torus is when it is opened
-
-void OpenFullScreen(ViewerSession& session, MemoryServer& server)
-{
-  session.Resize({ width, height, 1 });
-  ASSERT_TRUE(session.SelectModel("torus"));
-  server.Serve(session);
-  session.EnterFullScreen();
-  server.Serve(session);
 }
 
 void ExpectClosed(const ViewerSession& session)

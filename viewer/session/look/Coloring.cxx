@@ -2,6 +2,7 @@
 // What a surface is coloured by: see Coloring.h.
 #include "viewer/session/look/Coloring.h"
 
+#include "filters/core/Texts.h"
 #include "filters/model/Json.h"
 #include "filters/model/JsonWriter.h"
 #include "viewer/session/look/SceneRules.h"
@@ -41,36 +42,6 @@ std::string Encoded(std::string_view name)
                                : std::string{ '%', digits[byte >> 4], digits[byte & 15] };
   }
   return text;
-}
-
-std::optional<unsigned> HexDigit(char c)
-{
-  return c >= '0' && c <= '9'   ? std::optional(static_cast<unsigned>(c - '0'))
-         : c >= 'A' && c <= 'F' ? std::optional(static_cast<unsigned>(c - 'A') + 10)
-         : c >= 'a' && c <= 'f' ? std::optional(static_cast<unsigned>(c - 'a') + 10)
-                                : std::nullopt;
-}
-
-std::optional<std::string> Decoded(std::string_view text)
-{
-  std::string name;
-  for (std::size_t i = 0; i < text.size(); ++i)
-  {
-    if (text[i] != '%')
-    {
-      name += text[i];
-      continue;
-    }
-    const auto high = i + 2 < text.size() ? HexDigit(text[i + 1]) : std::nullopt;
-    const auto low = i + 2 < text.size() ? HexDigit(text[i + 2]) : std::nullopt;
-    if (!high || !low)
-    {
-      return {};
-    }
-    name += static_cast<char>(*high << 4 | *low);
-    i += 2;
-  }
-  return name;
 }
 
 // What stands before the first `end`, which goes with it.
@@ -132,7 +103,7 @@ std::optional<ColorChoice> ParseColors(std::string_view text)
   }
   text.remove_prefix(byAttribute.size());
   ColorChoice choice{ SurfaceColoring::Attribute };
-  const auto name = Decoded(TakeUpTo(text, ':'));
+  const auto name = PercentDecoded(TakeUpTo(text, ':'));
   const std::string_view map = TakeUpTo(text, ':');
   const auto parsed = map.empty() ? std::optional(ColorMap::Viridis) : ParseColorMap(map);
   if (!name || !IsAttributeName(*name) || !parsed)
