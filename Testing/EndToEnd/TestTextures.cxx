@@ -587,19 +587,33 @@ TEST_F(TestTextures, ObjPlyAndGlbOfOneMeshGiveOneStore)
   const int position = buffer.Add(points, "VEC3", gltfFloat, ",\"min\":[0,0,0],\"max\":[9,9,9]");
   const int texture = buffer.Add(coordinates, "VEC2", gltfFloat);
   const int index = buffer.Add(triangles, "SCALAR", gltfUnsignedShort);
-  this->WriteText("m.glb",
-    buffer.Glb("\"scene\":0,\"scenes\":[{\"nodes\":[0]}],\"nodes\":[{\"mesh\":0}],\"materials\":[" +
-               Textured() +
-               "],\"images\":[{\"uri\":\"a.png\"}],\"textures\":[{\"source\":0}],\"meshes\":[{"
-               "\"primitives\":[{"
-               "\"material\":0,\"indices\":" +
-               std::to_string(index) + ",\"attributes\":{\"POSITION\":" + std::to_string(position) +
-               ",\"TEXCOORD_0\":" + std::to_string(texture) + "}}]}]"));
+  const auto glb = [&](const std::string& more)
+  {
+    return buffer.Glb(
+      "\"scene\":0,\"scenes\":[{\"nodes\":[0]}],\"nodes\":[{\"mesh\":0}],\"materials\":[" +
+      Textured() +
+      "],\"images\":[{\"uri\":\"a.png\"}],\"textures\":[{\"source\":0}],\"meshes\":[{"
+      "\"primitives\":[{\"material\":0,\"indices\":" +
+      std::to_string(index) + ",\"attributes\":{\"POSITION\":" + std::to_string(position) +
+      ",\"TEXCOORD_0\":" + std::to_string(texture) + more + "}}]}]");
+  };
+  this->WriteText("m.glb", glb(""));
   const std::string digest = this->Digest("m.obj");
   EXPECT_EQ(Json::parse(ReadWhole(this->Folder / "s.json"))["vertices"], number(2 * side + 1, 0));
   EXPECT_EQ(this->Digest("m.ply"), digest);
   EXPECT_EQ(this->Digest("m.glb"), digest);
   EXPECT_EQ(Json::parse(ReadWhole(this->Folder / "s.json"))["textures"]["pictures"], 1);
+
+  // White vertices, as modellers write them, change nothing; a single one that is not does.
+  std::vector<float> colors(points.size(), 1);
+  const int white = buffer.Add(colors, "VEC3", gltfFloat);
+  this->WriteText("white.glb", glb(",\"COLOR_0\":" + std::to_string(white)));
+  EXPECT_EQ(this->Digest("white.glb"), digest);
+  colors.back() = 0.5F;
+  const int tinted = buffer.Add(colors, "VEC3", gltfFloat);
+  this->WriteText("tinted.glb", glb(",\"COLOR_0\":" + std::to_string(tinted)));
+  EXPECT_NE(this->Digest("tinted.glb"), digest);
+  EXPECT_EQ(WarningsOf("tinted.glb"), "");
 }
 
 TEST_F(TestTextures, NeitherThreadsNorMemoryChangeTheStore)

@@ -203,8 +203,6 @@ public:
     }
   }
 
-  bool HasOwn() const { return this->Own != nullptr; }
-
   // In a scene whose materials have their number as red (GltfScene): which that is.
   std::size_t MaterialNumber(std::size_t count) const
   {
@@ -305,10 +303,10 @@ public:
       }
       this->Textured.materialOf.push_back(static_cast<std::uint32_t>(material));
     }
-    this->AnyOwn = this->AnyOwn || paint.HasOwn();
     for (std::size_t i = 0; i < mesh.points.size(); ++i)
     {
       this->Own.push_back(paint.OwnColor(i));
+      this->AnyOwn = this->AnyOwn || this->Own.back() != Color{ 1, 1, 1, 1 };
     }
   }
 
@@ -357,7 +355,7 @@ private:
   std::size_t Count;
   std::vector<int> Sets; // of texture coordinates, of each material
   std::vector<Color> Own;
-  bool AnyOwn = false;
+  bool AnyOwn = false; // that is not white, as modellers write where nothing was painted
 };
 
 Result<ForeignMesh> Join(std::vector<ForeignMesh>& parts, VtkMessages& messages)

@@ -13,6 +13,7 @@
 #include "filters/texture/PaintFolder.h"
 #include "filters/texture/PictureReader.h"
 #include "filters/texture/PictureTexels.h"
+#include "filters/texture/SumTexels.h"
 
 #include <algorithm>
 #include <cmath>
@@ -28,9 +29,10 @@ namespace
 {
 
 constexpr std::size_t fewestCuts = 3;  // of a side
+constexpr double texelsOfCut = 1.4;    // of the longest side: a part or more for each texel
 constexpr double partsOfTexel = 8;     // of the picture, for all triangles together
 constexpr double partsOfTriangle = 64; // on top of that
-constexpr std::size_t trianglesAtOnce = 4096;
+constexpr std::size_t trianglesAtOnce = 16384;
 constexpr double mostCuts = 1 << 15; // of a side; before the limit for all
 // Triangles without area count so much, and none more than the most: sums stay numbers.
 constexpr double leastArea = 1e-250, mostArea = 1e250;
@@ -64,52 +66,6 @@ std::vector<VertexId> PlacesOf(const Mesh& mesh, const Execution& execution)
     refined[order[i]] = same ? refined[order[i - 1]] : order[i];
   }
   return refined;
-}
-
-// What texels add up to at a place.
-struct PlaceSum
-{
-  Color light{}; // × weight
-  double weight = 0;
-  std::array<double, 3> shown{}; // sRGB, 0-255, × weight: for the loss
-
-  void Add(double partWeight, const Color& partLight, const std::array<double, 3>& partShown)
-  {
-    for (std::size_t k = 0; k < 4; ++k)
-    {
-      this->light[k] += partWeight * partLight[k];
-    }
-    for (std::size_t k = 0; k < 3; ++k)
-    {
-      this->shown[k] += partWeight * partShown[k];
-    }
-    this->weight += partWeight;
-  }
-  void Add(const PlaceSum& other)
-  {
-    for (std::size_t k = 0; k < 4; ++k)
-    {
-      this->light[k] += other.light[k];
-    }
-    for (std::size_t k = 0; k < 3; ++k)
-    {
-      this->shown[k] += other.shown[k];
-    }
-    this->weight += other.weight;
-  }
-};
-
-// The same of a triangle's parts, for each of its corners.
-struct TriangleSum
-{
-  std::array<PlaceSum, 3> corners{};
-  double squares = 0; // of what is shown, × area
-  std::uint16_t cuts = 0;
-};
-
-double SquareOf(const std::array<double, 3>& shown)
-{
-  return shown[0] * shown[0] + shown[1] * shown[1] + shown[2] * shown[2];
 }
 
 class Baker
@@ -299,7 +255,8 @@ private:
 
   static double CutsOf(const PictureTexels& texels, const std::array<PlaceInPicture, 3>& at)
   {
-    return std::clamp(std::ceil(texels.LongestSide(at)), double(fewestCuts), mostCuts);
+    return std::clamp(
+      std::ceil(texels.LongestSide(at) / texelsOfCut), double(fewestCuts), mostCuts);
   }
 
   TriangleSum SumOf(std::size_t triangle, const PictureTexels& texels, double thinning) const
@@ -308,43 +265,8 @@ private:
     const TexturedMaterial& material = this->MaterialOf(triangle);
     const auto cuts =
       std::max(fewestCuts, static_cast<std::size_t>(std::floor(CutsOf(texels, at) * thinning)));
-    TriangleSum sum;
-    sum.cuts = static_cast<std::uint16_t>(cuts);
-    const double area = this->AreaOf(this->Textured.mesh.triangles[triangle]) / double(cuts * cuts);
-    const bool plain = material.factor == Color{ 1, 1, 1, 1 };
-    // Rows of small triangles, upright and upside down by turns: their middles.
-    for (std::size_t row = 0; row < cuts; ++row)
-    {
-      for (std::size_t i = 0; i < 2 * (cuts - row) - 1; ++i)
-      {
-        const double third = i % 2 == 0 ? 1.0 / 3 : 2.0 / 3;
-        const double second = (double(i / 2) + third) / double(cuts);
-        const double last = (double(row) + third) / double(cuts);
-        const Vec3 shares{ 1 - second - last, second, last };
-        const Texel texel =
-          texels.At({ shares[0] * at[0][0] + shares[1] * at[1][0] + shares[2] * at[2][0],
-                      shares[0] * at[0][1] + shares[1] * at[1][1] + shares[2] * at[2][1] },
-            material.wrapU, material.wrapV);
-        Color light = texels.LightOf(texel);
-        light[3] = material.opaque ? 1 : light[3];
-        std::array<double, 3> shown = texels.ShownOf(texel);
-        if (!plain)
-        {
-          for (std::size_t k = 0; k < 4; ++k)
-          {
-            light[k] *= k < 3 || !material.opaque ? material.factor[k] : 1;
-          }
-          std::transform(light.begin(), light.begin() + 3, shown.begin(),
-            [](double value) { return 255 * FromLinear(value); });
-        }
-        for (std::size_t k = 0; k < 3; ++k)
-        {
-          sum.corners[k].Add(shares[k] * area, light, shown);
-        }
-        sum.squares += area * SquareOf(shown);
-      }
-    }
-    return sum;
+    const double area = this->AreaOf(this->Textured.mesh.triangles[triangle]);
+    return SumTexels(material, texels, at, area, cuts);
   }
 
   void Finish()

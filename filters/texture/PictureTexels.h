@@ -8,6 +8,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <optional>
 
 namespace kdstream
 {
@@ -58,18 +59,44 @@ public:
   Texel At(const PlaceInPicture& place, TextureWrap wrapU, TextureWrap wrapV) const
   {
     const TexelLayout& p = this->Source;
-    const std::size_t column = Cell(place[0], p.width, wrapU);
-    const std::size_t row = Cell(place[1], p.height, wrapV);
-    const std::uint8_t* const texel = p.At(column, row);
-    const bool grey = p.components < 3;
-    const std::uint8_t alpha = p.components % 2 == 0 ? texel[p.components - 1] : 255;
-    return { texel[0], texel[grey ? 0 : 1], texel[grey ? 0 : 2], alpha };
+    return this->InCell(Cell(place[0], p.width, wrapU), Cell(place[1], p.height, wrapV));
   }
 
+  // Columns and rows from the upper left corner of the copy of the picture that a triangle between
+  // these places lies in; nothing where that is not one alone, as it is.
+  std::optional<std::array<PlaceInPicture, 3>> CellsOf(
+    const std::array<PlaceInPicture, 3>& at, TextureWrap wrapU, TextureWrap wrapV) const
+  {
+    const std::array<TextureWrap, 2> wraps{ wrapU, wrapV };
+    const std::array<double, 2> sizes{ double(this->Source.width), double(this->Source.height) };
+    std::array<PlaceInPicture, 3> cells = at;
+    for (std::size_t k = 0; k < 2; ++k)
+    {
+      const double copy = wraps[k] == TextureWrap::Repeat ? std::floor(at[0][k]) : 0;
+      for (PlaceInPicture& cell : cells)
+      {
+        cell[k] = (cell[k] - copy) * sizes[k];
+        if (!(cell[k] >= 0 && cell[k] <= sizes[k]))
+        {
+          return {};
+        }
+      }
+    }
+    return cells;
+  }
+  // Of a place that CellsOf tells, or between such.
+  Texel AtCell(double column, double row) const
+  {
+    const auto inside = [](double at, std::size_t size)
+    { return std::min(static_cast<std::size_t>(std::max(at, 0.0)), size - 1); };
+    return this->InCell(inside(column, this->Source.width), inside(row, this->Source.height));
+  }
+
+  // In linear light.
   Color LightOf(const Texel& texel) const
   {
     return { this->Linear[texel[0]], this->Linear[texel[1]], this->Linear[texel[2]],
-      texel[3] / 255.0 };
+      texel[3] == 255 ? 1 : texel[3] / 255.0 };
   }
   // 0-255.
   static std::array<double, 3> ShownOf(const Texel& texel)
@@ -99,6 +126,16 @@ public:
   }
 
 private:
+  // Both within the picture.
+  Texel InCell(std::size_t column, std::size_t row) const
+  {
+    const TexelLayout& p = this->Source;
+    const std::uint8_t* const texel = p.At(column, row);
+    const bool grey = p.components < 3;
+    const std::uint8_t alpha = p.components % 2 == 0 ? texel[p.components - 1] : 255;
+    return { texel[0], texel[grey ? 0 : 1], texel[grey ? 0 : 2], alpha };
+  }
+
   static std::size_t Cell(double t, std::size_t size, TextureWrap wrap)
   {
     double inside = t;

@@ -96,7 +96,8 @@ void ViewerSession::FollowTiles()
     {
       tapped.insert(piece.node);
     }
-    this->Tiles.Follow(*this->Shown.GetSurface(), this->Eye, tapped);
+    const bool all = this->Options.detail == DetailMode::Full;
+    this->Tiles.Follow(*this->Shown.GetSurface(), this->Eye, tapped, all);
   }
 }
 

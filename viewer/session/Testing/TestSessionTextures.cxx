@@ -87,14 +87,11 @@ TEST(TestSessionTextures, AreWantedWhereTheOriginalIsSeenClosely)
 {
   MemoryServer server = Textured();
   ViewerSession session;
-  session.SetDetail(DetailMode::Full);
   session.Resize({ width / 5, height / 5, 1 });
   ASSERT_TRUE(session.SelectModel("torus"));
   session.EnterFullScreen();
   server.Serve(session);
-  ASSERT_TRUE(session.GetStatus().shownLevel);
   EXPECT_EQ(TexturesSent(server), 0u) << "colours of vertices are enough for a small picture";
-  session.SetDetail(DetailMode::View);
   session.Resize({ width, height, 1 });
   session.Zoom(8, onRingX, onRingY);
   server.Serve(session);
@@ -115,6 +112,44 @@ TEST(TestSessionTextures, AreWantedWhereTheOriginalIsSeenClosely)
   session.Zoom(1 / 1.02, onRingX, onRingY);
   server.Serve(session);
   EXPECT_EQ(server.sent.size(), sent) << "what is here is not asked for again";
+}
+
+// The parts of the original that may be seen.
+std::size_t CountSeenParts(const ViewerSession& session)
+{
+  const auto& parts = session.Scene().surface->Parts();
+  return static_cast<std::size_t>(std::count_if(parts.begin(), parts.end(),
+    [&](const DrawnSurface::Part& each)
+    {
+      return each.part->piece.resolution.IsOriginal() && !each.part->surface.triangles.empty() &&
+             session.GetCamera().MaySee(each.part->Bounds());
+    }));
+}
+
+// As the original means with its pictures, however small it is on the screen.
+TEST(TestSessionTextures, AreAllWantedWhereAllIsTheOriginal)
+{
+  MemoryServer server = Textured();
+  ViewerSession session;
+  session.SetDetail(DetailMode::Full);
+  session.Resize({ width / 5, height / 5, 1 });
+  ASSERT_TRUE(session.SelectModel("torus"));
+  session.EnterFullScreen();
+  server.Serve(session);
+  const std::size_t seen = CountSeenParts(session);
+  EXPECT_GT(seen, server.Description().partitions / 2);
+  EXPECT_EQ(CountPaintedParts(session), seen);
+
+  ShownTiles tiles(std::size_t{ 1 } << 30);
+  const auto wanted = [&](double spacing, bool all)
+  {
+    tiles.Reset(server.Description(), spacing);
+    tiles.Follow(*session.Scene().surface, session.GetCamera(), {}, all);
+    return tiles.Missing().size();
+  };
+  EXPECT_EQ(wanted(1, false), seen) << "vertices that are far apart";
+  EXPECT_EQ(wanted(1e-6, false), 0u) << "colours of vertices are enough there";
+  EXPECT_EQ(wanted(1e-6, true), seen);
 }
 
 // Two triangles of the piece, of which one has turned, around an edge that lies in two places.

@@ -83,7 +83,7 @@ bool ShownTiles::Touch(PieceId piece)
 }
 
 void ShownTiles::Follow(
-  const DrawnSurface& surface, const Camera& camera, const std::set<NodeId>& tapped)
+  const DrawnSurface& surface, const Camera& camera, const std::set<NodeId>& tapped, bool all)
 {
   if (!this->AreThere())
   {
@@ -99,7 +99,7 @@ void ShownTiles::Follow(
     }
     const Box& box = part.part->Bounds();
     const bool isTapped = tapped.count(piece.node) > 0;
-    if (camera.MaySee(box) && (isTapped || IsSoft(box, camera, this->Spacing)))
+    if (camera.MaySee(box) && (isTapped || all || IsSoft(box, camera, this->Spacing)))
     {
       wanted.emplace_back(isTapped ? 0 : camera.Eccentricity(box.lo * 0.5 + box.hi * 0.5), piece);
     }

@@ -23,9 +23,10 @@ namespace kdstream
 {
 
 // A tile is wanted where a partition is drawn as the original, may be seen, and either was tapped
-// or has its vertices so far apart on the screen that their colours alone look soft. Those of the
-// middle of the screen come first, as far as the limit on decoded pictures goes; what is not wanted
-// any more stays until others need its room. All O(parts log parts) but for Add.
+// or has its vertices so far apart on the screen that their colours alone look soft, or where all
+// is to be shown as the original. Those of the middle of the screen come first, as far as the limit
+// on decoded pictures goes; what is not wanted any more stays until others need its room. All
+// O(parts log parts) but for Add.
 class ShownTiles
 {
 public:
@@ -40,8 +41,9 @@ public:
   void SetLimit(std::size_t bytes);
 
   // What the camera wants of a surface whose parts tell corners (SurfaceParts::KeepCorners).
-  // tapped: nodes of partitions.
-  void Follow(const DrawnSurface& surface, const Camera& camera, const std::set<NodeId>& tapped);
+  // tapped: nodes of partitions. all: also of those whose vertices are near each other.
+  void Follow(
+    const DrawnSurface& surface, const Camera& camera, const std::set<NodeId>& tapped, bool all);
   // Of what is wanted: what has neither come nor failed, the most urgent first.
   const std::vector<protocol::BlobId>& Missing() const { return this->Lacking; }
   // About, of a tile that has not come.

@@ -1,0 +1,69 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// What the texels of a triangle add up to for its corners. Part of step "read" of the README's
+// picture.
+#pragma once
+
+#include "filters/texture/Light.h"
+#include "filters/texture/PictureTexels.h"
+#include "filters/texture/TexturedMesh.h"
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+
+namespace kdstream
+{
+
+// What texels add up to at a place.
+struct PlaceSum
+{
+  Color light{}; // × weight
+  double weight = 0;
+  std::array<double, 3> shown{}; // sRGB, 0-255, × weight: for the loss
+
+  void Add(double partWeight, const Color& partLight, const std::array<double, 3>& partShown)
+  {
+    for (std::size_t k = 0; k < 4; ++k)
+    {
+      this->light[k] += partWeight * partLight[k];
+    }
+    for (std::size_t k = 0; k < 3; ++k)
+    {
+      this->shown[k] += partWeight * partShown[k];
+    }
+    this->weight += partWeight;
+  }
+  void Add(const PlaceSum& other)
+  {
+    for (std::size_t k = 0; k < 4; ++k)
+    {
+      this->light[k] += other.light[k];
+    }
+    for (std::size_t k = 0; k < 3; ++k)
+    {
+      this->shown[k] += other.shown[k];
+    }
+    this->weight += other.weight;
+  }
+};
+
+// The same of a triangle's texels, for each of its corners.
+struct TriangleSum
+{
+  std::array<PlaceSum, 3> corners{};
+  double squares = 0; // of what is shown, × area
+  std::uint16_t cuts = 0;
+};
+
+inline double SquareOf(const std::array<double, 3>& shown)
+{
+  return shown[0] * shown[0] + shown[1] * shown[1] + shown[2] * shown[2];
+}
+
+// Each side is cut into so many: rows of small triangles, upright and upside down by turns, looked
+// at in their middles, under the material's factor. at: the corners' places in the picture; area:
+// of the triangle. REQUIRES: 0 < cuts < 65536. O(cuts^2).
+TriangleSum SumTexels(const TexturedMaterial& material, const PictureTexels& texels,
+  const std::array<PlaceInPicture, 3>& at, double area, std::size_t cuts);
+
+}
