@@ -221,6 +221,40 @@ test("all that is known of a model, with links that lead to http alone", () => {
   });
 });
 
+test("below a title the licence is read whole, and is a link where it is an address", () => {
+  const folder = temporaryFolder();
+  cpSync(models, folder, { recursive: true });
+  const licences = {
+    "https://creativecommons.org/licenses/by-nc-sa/4.0/deed.de": "CC BY-NC-SA 4.0",
+    "http://www.creativecommons.org/publicdomain/zero/1.0/": "CC0 1.0",
+    "https://creativecommons.org/publicdomain/mark/1.0/": "Public Domain Mark 1.0",
+    [`https://www.example.org/${"terms".repeat(40)}`]: "example.org",
+    "https://creativecommons.org/choose": "creativecommons.org",
+    "All rights reserved": "All rights reserved",
+    "javascript:alert(1)": "javascript:alert(1)",
+    "<img src=x onerror=alert(1)>": "<img src=x onerror=alert(1)>",
+  };
+  return withServer(folder, async (visit, server) => {
+    for (const [licence, shown] of Object.entries(licences)) {
+      edit(folder, "pebble", "--credit", "The museum of a town with a very long name ".repeat(4).trim(), "--license", licence);
+      server.rereadModels();
+      const last = visit.page.locator("#credit > :last-child");
+      await eventually(`"${shown}" below the title`, async () => {
+        await visit.open(`${server.url}/?${Math.random()}#model=pebble`);
+        await visit.untilIdle();
+        return last.textContent();
+      }, (text) => text === shown);
+      assert.ok(await last.evaluate((each) => each.scrollWidth <= each.clientWidth), `${shown} is cut`);
+      const isAddress = licence.startsWith("http");
+      assert.equal(await last.evaluate((each) => each.href ?? ""), isAddress ? licence : "");
+      assert.equal(await visit.page.locator("#credit > :first-child").evaluate((each) => each.scrollWidth > each.clientWidth), true,
+        "the credit makes room");
+      assert.equal(await visit.page.locator("#credit img").count(), 0);
+    }
+    await visit.picture("list-7-licence");
+  });
+});
+
 test("sizes have sensible digits and units", () => {
   const folder = temporaryFolder();
   const meshes = temporaryFolder();

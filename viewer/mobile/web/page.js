@@ -37,6 +37,7 @@ import { Line, getList, hasToken, isOffline, takeToken } from "./line.js";
 import { entryOf, markChosen, markKept, nameOf, readList, showEntries, showSite } from "./list.js";
 import { hideLoading, showLoading, watchSilence } from "./loading.js";
 import { findMessage, showEnd, showMessage } from "./message.js";
+import { showOrigin } from "./origin.js";
 import { askForPreviews, previewsAreAsked, rememberedPreviews, showPreview, showsPreview } from "./previews.js";
 import { arrayOf, loadViewer, tellOfPictures } from "./viewer.js";
 import { chooseLanguage, describeProgress, describeSurface, t } from "./words.js";
@@ -302,7 +303,7 @@ function showStatus(status) {
   markChosen(status.model);
   say(find("title"), name);
   find("title").setAttribute("aria-level", status.mode === "full screen" ? 1 : 2);
-  say(find("credit"), [status.credit, status.license].filter(Boolean).join(" · "));
+  showOrigin(find("credit"), status.credit ?? "", status.license ?? "");
   say(find("natural"), t(status.colored ? "Colours" : "Stone"));
   find("stone").hidden = !status.colored;
   find("undo").disabled = !status.canUndo;

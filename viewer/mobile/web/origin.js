@@ -1,0 +1,42 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Who made a model and how it may be used, in one line below its title. Texts are a stranger's: they never become HTML, and
+// links lead to http only.
+
+import { make } from "./list.js";
+
+const commons = /^\/(?:licenses\/([a-z-]+)|publicdomain\/(zero|mark))\/(\d+\.\d+)/;
+
+function addressIn(text) {
+  try {
+    const address = new URL(text);
+    return /^https?:$/.test(address.protocol) ? address : null;
+  } catch {
+    return null;
+  }
+}
+
+// As people call it: "CC BY 4.0"; of another address whose it is. Short enough to be read whole.
+function nameOfLicence({ hostname, pathname }) {
+  const host = hostname.replace(/^www\./, "");
+  const [, kind, domain, version] = (host === "creativecommons.org" && commons.exec(pathname)) || [];
+  if (!version) {
+    return host;
+  }
+  return kind ? `CC ${kind.toUpperCase()} ${version}` : domain === "zero" ? `CC0 ${version}` : `Public Domain Mark ${version}`;
+}
+
+// Where there is not room for both the credit is cut, not the licence. All of both is in the model's sheet (about.js).
+export function showOrigin(element, credit, licence) {
+  if (element.dataset.shown === `${credit}\n${licence}`) {
+    return;
+  }
+  element.dataset.shown = `${credit}\n${licence}`;
+  const address = addressIn(licence);
+  element.replaceChildren(
+    ...(credit ? [make("span", { dir: "auto", textContent: credit })] : []),
+    ...(credit && licence ? [make("span", { textContent: "·" })] : []),
+    ...(address
+      ? [make("a", { href: address.href, title: licence, target: "_blank", rel: "noopener noreferrer nofollow license",
+        textContent: nameOfLicence(address) })]
+      : licence ? [make("span", { dir: "auto", textContent: licence })] : []));
+}
