@@ -10,11 +10,10 @@
 // pixels of the object count; pictures are drawn 4 x 4 times as fine (2 x 2, each of 4 samples).
 // Writes OUT/view-MODEL.tsv with every picture and view-MODEL.png, prints medians, and whether the
 // bars are met; exit code 1 where one is missed. The dragon's flank is held against what Nexus's
-// viewer fetched. Of models of 10 million triangles and more: what approaching costs, and whether
-// it grows with the model.
-#include "Testing/Benchmarks/ComparedPictures.h"
+// viewer fetched. Of models of 10 million triangles and more, before all that: what approaching
+// costs, and whether it grows with the model; then pictures at 10 Mbit/s alone.
 #include "Testing/Benchmarks/ErrorChart.h"
-#include "Testing/Benchmarks/SimulatedLine.h"
+#include "Testing/Benchmarks/ViewLooks.h"
 #include "server/session/StoreCatalog.h"
 
 #include <algorithm>
@@ -35,140 +34,13 @@ using namespace kdstream::bench;
 namespace
 {
 
-constexpr double never = std::numeric_limits<double>::infinity();
-constexpr double roundTrip = 0.03; // s
-// Of models of so many triangles and more the original cannot be drawn to compare with.
-constexpr std::uint64_t mostOfReference = 10'000'000;
+// Of models of so many triangles and more: what a view costs, before pictures of it.
+constexpr std::uint64_t large = 10'000'000;
 
 [[noreturn]] void Fail(const std::string& what)
 {
   std::fprintf(stderr, "BenchView: %s\n", what.c_str());
   std::exit(2);
-}
-
-struct View
-{
-  int direction = 0; // of 12
-  double zoom = 1;
-};
-
-// A picture on the way.
-struct Sample
-{
-  double bytes = 0, seconds = 0;
-  double wrong = 1; // share of the object's pixels
-};
-
-struct Look
-{
-  std::vector<Sample> samples;
-  double firstBytes = never, firstSeconds = never;
-  double oracleBytes = 0;
-  double bytes = 0; // all
-  std::uint64_t triangles = 0, wasted = 0;
-};
-
-// What a view is compared with: the original, and the background alone.
-struct Reference
-{
-  WindowPicture original, background;
-
-  double ShareOfWrong(const WindowPicture& picture) const
-  {
-    return bench::ShareOfWrong(picture, this->original, this->background);
-  }
-};
-
-double clockOfFingers = 0;
-
-// The preview, turned; then nearer, in full screen.
-void Turn(ViewerSession& session, int direction)
-{
-  const std::array<double, 3> tilts{ 0, 90, -90 };
-  for (int i = 0; i < direction % 4; ++i)
-  {
-    clockOfFingers += 1;
-    session.HandleTouches({ clockOfFingers, { { 1, 290, 240 } } });
-    session.HandleTouches({ clockOfFingers += 0.1, { { 1, 510, 240 } } });
-    session.HandleTouches({ clockOfFingers += 0.1, {} });
-  }
-  const double tilt = tilts[static_cast<std::size_t>(direction) / 4];
-  clockOfFingers += 1;
-  session.HandleTouches({ clockOfFingers, { { 1, 400, 240 } } });
-  session.HandleTouches({ clockOfFingers += 0.1, { { 1, 401, 240 + tilt } } });
-  session.HandleTouches({ clockOfFingers += 0.1, {} });
-}
-
-void OpenPreview(ViewerSession& session, SimulatedLine& line, const std::string& model, Look& look)
-{
-  session.Resize({ width, height, 1 });
-  static_cast<void>(session.SelectModel(model));
-  while (line.Next(session))
-  {
-    session.BeginFrame();
-    if (session.GetStatus().vertices > 0 && look.firstBytes == never)
-    {
-      look.firstBytes = static_cast<double>(line.Bytes());
-      look.firstSeconds = line.Now();
-    }
-  }
-}
-
-// Looks until nothing more comes. Without a reference: draws nothing.
-Look LookAt(const ServedModel& model, const View& view, SessionOptions options, double rate,
-  const Reference* reference, Painter& painter, Picture* last = nullptr)
-{
-  options.mostStatistics = 0;
-  ViewerSession session(std::move(options));
-  SimulatedLine line(model, rate, roundTrip);
-  Look look;
-  OpenPreview(session, line, model.Description().id, look);
-  Turn(session, view.direction);
-  session.EnterFullScreen();
-  session.Zoom(view.zoom, width / 2.0, height / 2.0);
-  std::uint64_t version = 0;
-  double bytes = 0;
-  const auto draw = [&](bool anyway)
-  {
-    const ViewerScene scene = session.Scene();
-    const bool fresh = scene.surfaceVersion != version;
-    if (reference && fresh && (anyway || static_cast<double>(line.Bytes()) > 1.08 * bytes))
-    {
-      version = scene.surfaceVersion;
-      bytes = static_cast<double>(line.Bytes());
-      look.samples.push_back({ bytes, line.Now(), reference->ShareOfWrong(painter.Draw(scene)) });
-    }
-  };
-  do
-  {
-    session.BeginFrame();
-    draw(false);
-  } while (line.Next(session));
-  session.BeginFrame();
-  draw(true);
-  look.bytes = static_cast<double>(line.Bytes());
-  look.triangles = session.GetStatus().triangles;
-  look.wasted = session.GetTraffic().wasted;
-  for (const PieceId piece : session.ShownPieces())
-  {
-    const auto size = model.BlobSize(BlobOfPiece(piece, model.Description().depths));
-    look.oracleBytes += size ? static_cast<double>(*size) : 0;
-  }
-  if (last)
-  {
-    *last = painter.Draw(session.Scene());
-  }
-  return look;
-}
-
-Reference ReferenceOf(const ServedModel& model, const View& view, Painter& painter)
-{
-  Reference reference;
-  SessionOptions full;
-  full.detail = DetailMode::Full;
-  LookAt(model, view, full, 1e12, nullptr, painter, &reference.original);
-  reference.background = painter.Draw(ViewerSession(SessionOptions()).Scene());
-  return reference;
 }
 
 // The first sample from which on at most `share` is wrong.
@@ -268,7 +140,8 @@ void WriteSamples(
   }
 }
 
-void Bench(const ServedModel& model, const std::string& folder, const std::string& out)
+void Bench(const ServedModel& model, const std::string& folder, const std::string& out,
+  const std::vector<double>& rates)
 {
   const std::string id = model.Description().id;
   std::ifstream file(folder + "/" + id + ".kds", std::ios::ate | std::ios::binary);
@@ -282,6 +155,7 @@ void Bench(const ServedModel& model, const std::string& folder, const std::strin
   std::ofstream table(out + "/view-" + id + ".tsv");
   table << "direction\tzoom\tdetail\tMbit/s\tbytes\tseconds\twrong\n";
   Painter painter;
+  ReferencePictures references(model);
   std::vector<ErrorPanel> panels;
   for (const double zoom : { 1.0, 4.0, 16.0 })
   {
@@ -290,8 +164,8 @@ void Bench(const ServedModel& model, const std::string& folder, const std::strin
     for (int direction = 0; direction < 12; ++direction)
     {
       const View view{ direction, zoom };
-      const Reference reference = ReferenceOf(model, view, painter);
-      for (const double megabits : { 1.0, 10.0, 100.0 })
+      const Reference reference = references.Of(view, painter);
+      for (const double megabits : rates)
       {
         const Look look = LookAt(model, view, {}, megabits * 1e6 / 8, &reference, painter);
         byView[megabits].Add(look);
@@ -349,7 +223,7 @@ void BenchFlank(const ServedModel& model)
   for (const Peer& peer : peers)
   {
     const View view{ 0, peer.zoom };
-    const Reference reference = ReferenceOf(model, view, painter);
+    const Reference reference = ReferencePictures(model).Of(view, painter);
     for (const DetailMode detail : { DetailMode::View, DetailMode::Level })
     {
       SessionOptions options;
@@ -449,13 +323,13 @@ int main(int count, char** arguments)
   {
     Fail(status.GetError().message);
   }
-  std::vector<std::shared_ptr<const ServedModel>> models, large;
+  std::vector<std::shared_ptr<const ServedModel>> models, largeOnes;
   for (const auto& model : stores.Models())
   {
     const std::string& id = model->Description().id;
     if (count == 3 || std::find(arguments + 3, arguments + count, id) != arguments + count)
     {
-      (model->Description().triangles < mostOfReference ? models : large).push_back(model);
+      (model->Description().triangles < large ? models : largeOnes).push_back(model);
     }
   }
   for (const auto& model : models)
@@ -466,17 +340,21 @@ int main(int count, char** arguments)
     {
       BenchFlank(*model);
     }
-    Bench(*model, arguments[1], arguments[2]);
+    Bench(*model, arguments[1], arguments[2], { 1, 10, 100 });
   }
-  std::sort(large.begin(), large.end(),
+  std::sort(largeOnes.begin(), largeOnes.end(),
     [](const auto& a, const auto& b)
     { return a->Description().triangles < b->Description().triangles; });
-  for (const auto& model : large)
+  for (const auto& model : largeOnes)
   {
     BenchApproach(*model, true);
     BenchApproach(*model, false);
   }
-  BenchSizes(large, 10);
-  BenchSizes(large, 100);
+  BenchSizes(largeOnes, 10);
+  BenchSizes(largeOnes, 100);
+  for (const auto& model : largeOnes)
+  {
+    Bench(*model, arguments[1], arguments[2], { 10 });
+  }
   return misses > 0 ? 1 : 0;
 }

@@ -2,6 +2,7 @@
 // Pictures of scenes: see ComparedPictures.h.
 #include "Testing/Benchmarks/ComparedPictures.h"
 
+#include "viewer/desktop/DecodeTile.h"
 #include "viewer/rendering/OffscreenWindow.h"
 
 #include <vtkRenderer.h>
@@ -64,6 +65,7 @@ Painter::Painter()
   {
     Fail(window.GetError().message);
   }
+  this->Scene.SetTileDecoder(DecodeTile);
   this->Window = *window;
   this->Window->AddRenderer(&this->Scene.Renderer());
 }
@@ -71,7 +73,7 @@ Painter::Painter()
 WindowPicture Painter::Draw(const ViewerScene& scene)
 {
   const Vec3 centre = scene.box.lo * 0.5 + scene.box.hi * 0.5;
-  const Status drawn = this->Scene.Update(*scene.surface, scene.depths, centre);
+  const Status drawn = this->Scene.Update(*scene.surface, scene.depths, centre, scene.tiles);
   const Status placed =
     this->Scene.SetCamera({ scene.eye, scene.focal, scene.up, scene.viewAngle });
   auto picture = Pixels(*this->Window);
