@@ -99,6 +99,34 @@ protected:
 
 const std::vector<std::array<float, 2>> leftAndRight{ { 0.25F, 0.5F }, { 0.75F, 0.5F } };
 
+// A scene of one mesh with that material's members; more: further members of the document.
+std::string Scene(GltfBuffer& buffer, const std::vector<std::array<float, 2>>& at,
+  const std::string& material, const std::string& more, bool glb = true)
+{
+  std::vector<float> points, coordinates;
+  for (std::size_t i = 0; i < at.size(); ++i)
+  {
+    const auto x = float(i);
+    points.insert(points.end(), { x, 0, 0, x, 1, 0, x, 0, 1 });
+    for (int k = 0; k < 3; ++k)
+    {
+      coordinates.insert(coordinates.end(), at[i].begin(), at[i].end());
+    }
+  }
+  const int position = buffer.Add(points, "VEC3", gltfFloat, ",\"min\":[0,0,0],\"max\":[9,1,1]");
+  const int texture = buffer.Add(coordinates, "VEC2", gltfFloat);
+  const std::string rest =
+    "\"scene\":0,\"scenes\":[{\"nodes\":[0]}],\"nodes\":[{\"mesh\":0}],\"materials\":[" + material +
+    "],\"meshes\":[{\"primitives\":[{\"material\":0,\"attributes\":{\"POSITION\":" +
+    std::to_string(position) + ",\"TEXCOORD_0\":" + std::to_string(texture) + "}}]}]," + more;
+  return glb ? buffer.Glb(rest) : buffer.Json(rest, "b.bin");
+}
+
+std::string Textured(const std::string& more = "")
+{
+  return "{\"pbrMetallicRoughness\":{\"baseColorTexture\":{\"index\":0" + more + "}}}";
+}
+
 }
 
 TEST_F(TestTextures, ObjIsPaintedByItsMaterials)
@@ -251,6 +279,33 @@ TEST_F(TestTextures, PicturesAreTakenForWhatTheyAre)
     "more than the limit of 2: the material's colour is taken\n");
 }
 
+TEST_F(TestTextures, TheFilesThatAMeshNamesAreToldToTheBuild)
+{
+  this->WritePicture("a.png", Row({ red, blue }), PictureType::Png);
+  this->WriteText("m.mtl", "newmtl a\nmap_Kd a.png\nnewmtl b\nmap_Kd gone.png\n");
+  this->WriteText("m.obj", Faces(leftAndRight, "mtllib m.mtl\nmtllib n.mtl\nusemtl a\n"));
+  const auto named = [&](const std::string& file)
+  {
+    std::istringstream lines(this->Convert(file, { "--progress-lines" }).err);
+    std::multiset<std::string> names;
+    for (std::string line; std::getline(lines, line);)
+    {
+      if (line.rfind("named ", 0) == 0)
+      {
+        names.insert(line.substr(6));
+      }
+    }
+    return names;
+  };
+  using Names = std::multiset<std::string>;
+  EXPECT_EQ(named("m.obj"), (Names{ "a.png", "gone.png", "m.mtl", "n.mtl" }));
+  GltfBuffer buffer;
+  const std::string images = "\"images\":[{\"uri\":\"a.png\"}],\"textures\":[{\"source\":0}]";
+  this->WriteText("m.gltf", Scene(buffer, leftAndRight, Textured(), images, false));
+  this->WriteText("b.bin", buffer.Bytes);
+  EXPECT_EQ(named("m.gltf"), (Names{ "a.png", "b.bin" }));
+}
+
 TEST_F(TestTextures, HostileMaterialsAreBounded)
 {
   this->WritePicture("a.png", Row({ red, blue }), PictureType::Png);
@@ -357,39 +412,6 @@ TEST_F(TestTextures, PlyIsPaintedByItsTextureFiles)
   this->WriteText("m.ply", own + "end_header\n" + painted + "3 0 1 2\n3 3 4 5\n3 6 7 8\n");
   EXPECT_EQ(WarningsOf("m.ply"), "colours of vertices are left out: pictures paint instead\n");
   EXPECT_EQ(ColorsOf(this->Read("out.ply")), (std::vector{ red, blue, blue }));
-}
-
-namespace
-{
-
-// A scene of one mesh with that material's members; more: further members of the document.
-std::string Scene(GltfBuffer& buffer, const std::vector<std::array<float, 2>>& at,
-  const std::string& material, const std::string& more, bool glb = true)
-{
-  std::vector<float> points, coordinates;
-  for (std::size_t i = 0; i < at.size(); ++i)
-  {
-    const auto x = float(i);
-    points.insert(points.end(), { x, 0, 0, x, 1, 0, x, 0, 1 });
-    for (int k = 0; k < 3; ++k)
-    {
-      coordinates.insert(coordinates.end(), at[i].begin(), at[i].end());
-    }
-  }
-  const int position = buffer.Add(points, "VEC3", gltfFloat, ",\"min\":[0,0,0],\"max\":[9,1,1]");
-  const int texture = buffer.Add(coordinates, "VEC2", gltfFloat);
-  const std::string rest =
-    "\"scene\":0,\"scenes\":[{\"nodes\":[0]}],\"nodes\":[{\"mesh\":0}],\"materials\":[" + material +
-    "],\"meshes\":[{\"primitives\":[{\"material\":0,\"attributes\":{\"POSITION\":" +
-    std::to_string(position) + ",\"TEXCOORD_0\":" + std::to_string(texture) + "}}]}]," + more;
-  return glb ? buffer.Glb(rest) : buffer.Json(rest, "b.bin");
-}
-
-std::string Textured(const std::string& more = "")
-{
-  return "{\"pbrMetallicRoughness\":{\"baseColorTexture\":{\"index\":0" + more + "}}}";
-}
-
 }
 
 TEST_F(TestTextures, GltfIsPaintedByPicturesInItAndBeside)

@@ -69,6 +69,7 @@ Result<BuildReport> BuildFrom(BuildCommand& line, const std::filesystem::path& s
   line.baked = converted->Baked();
   line.build.inputName = std::filesystem::path(line.input).filename().string();
   line.build.convertedFrom = line.input;
+  line.build.convertedWith = converted->Named();
   for (const std::string& argument : arguments)
   {
     line.build.convertedBy += argument + " ";

@@ -180,6 +180,18 @@ Result<ForeignMesh> Read(const CommandLine& line, const Execution& execution)
   }
 }
 
+// For kdstream-build. What would not be a line is no file that anybody names so.
+void TellNamed(const std::vector<std::filesystem::path>& files)
+{
+  for (const std::filesystem::path& file : files)
+  {
+    if (!file.empty() && file.native().find('\n') == std::string::npos)
+    {
+      std::cerr << convertNamedMark << file.string() << "\n";
+    }
+  }
+}
+
 int Convert(const std::string& program, const CommandLine& line)
 {
   Result<OutputFolders> folders = OutputFolders::Make(line.output);
@@ -214,6 +226,10 @@ int Convert(const std::string& program, const CommandLine& line)
   {
     std::cerr << convertTexturesMark << read->baked->pictures << " " << read->baked->texels << " "
               << read->baked->texelsPerVertex << " " << read->baked->loss << "\n";
+  }
+  if (line.progressLines)
+  {
+    TellNamed(read->named);
   }
   for (const std::string& warning : read->warnings)
   {

@@ -22,7 +22,7 @@ namespace kdstream
 namespace
 {
 
-constexpr std::size_t longestLine = 4096;
+constexpr std::size_t longestLine = 8192; // has a path, too
 const std::string programName = "kdstream-convert";
 
 // Without it the input cannot be read, or a cloud that the build reads itself gets no surface.
@@ -70,6 +70,7 @@ public:
   std::string step = "convert";
   double fraction = 0;
   std::vector<std::string> warnings;
+  std::vector<std::filesystem::path> named;
   std::optional<BakeReport> baked;
   std::optional<Error> error;
 
@@ -98,6 +99,10 @@ private:
     else if (this->Line.rfind(convertProgressMark, 0) == 0)
     {
       this->UnderstandProgress(this->Line.substr(convertProgressMark.size()));
+    }
+    else if (this->Line.rfind(convertNamedMark, 0) == 0)
+    {
+      this->named.emplace_back(this->Line.substr(convertNamedMark.size()));
     }
     else if (this->Line.rfind(convertTexturesMark, 0) == 0)
     {
@@ -195,6 +200,7 @@ Result<ConvertedInput> ConvertedInput::Make(const std::string& input,
   KDSTREAM_TRY(execution.Report(messages.step, messages.fraction));
   KDSTREAM_TRY(EndOf(ended, messages));
   converted.WarningTexts = std::move(messages.warnings);
+  converted.NamedFiles = std::move(messages.named);
   converted.BakedTextures = messages.baked;
   return converted;
 }
@@ -209,6 +215,7 @@ ConvertedInput::ConvertedInput(ConvertedInput&& other) noexcept
   : Folder(std::exchange(other.Folder, {}))
   , Input(std::move(other.Input))
   , WarningTexts(std::move(other.WarningTexts))
+  , NamedFiles(std::move(other.NamedFiles))
   , BakedTextures(std::move(other.BakedTextures))
 {
 }

@@ -23,6 +23,9 @@ inline const std::string convertProgressMark = "progress ";
 // LOSS".
 inline const std::string convertTexturesMark = "textures ";
 
+// With this begins its line of a file that the input names, whose path follows.
+inline const std::string convertNamedMark = "named ";
+
 // Whether the file's ending is one of those.
 bool NeedsConversion(const std::filesystem::path& input);
 
@@ -57,6 +60,8 @@ public:
   Error Blame(Error error) const;
   // What kdstream-convert warned of, without the names of program and file.
   const std::vector<std::string>& Warnings() const { return this->WarningTexts; }
+  // The files that it names: materials, pictures, buffers.
+  const std::vector<std::filesystem::path>& Named() const { return this->NamedFiles; }
   // What became of its pictures, if there were any; its warnings are among the others.
   const std::optional<BakeReport>& Baked() const { return this->BakedTextures; }
 
@@ -66,6 +71,7 @@ private:
   std::filesystem::path Folder; // empty once moved from
   std::string Input;
   std::vector<std::string> WarningTexts;
+  std::vector<std::filesystem::path> NamedFiles;
   std::optional<BakeReport> BakedTextures;
 };
 

@@ -56,6 +56,7 @@ struct BuildOptions
   // depends on: an interrupted build of the same is the same build. Empty: none.
   std::filesystem::path convertedFrom;
   std::string convertedBy;
+  std::vector<std::filesystem::path> convertedWith; // files that it names: pictures, materials
 };
 
 struct BuildReport

@@ -70,7 +70,8 @@ Result<std::string> FingerprintOfBuild(
   const std::filesystem::path& input, const BuildOptions& options)
 {
   return FingerprintOf({ "kdstream-build " + std::string(KDSTREAM_VERSION),
-    options.convertedFrom.empty() ? input : options.convertedFrom, DescribeOptions(options) });
+    options.convertedFrom.empty() ? input : options.convertedFrom, DescribeOptions(options),
+    options.convertedWith });
 }
 
 class ExternalBuilder : private ExternalBuildState

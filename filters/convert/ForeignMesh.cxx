@@ -60,6 +60,11 @@ Result<ForeignMesh> Bake(
   Result<BakeReport> report = BakeTexturesAndKeepPaint(read.textured, textures, execution);
   KDSTREAM_TRY(report);
   ForeignMesh result{ std::move(read.textured.mesh), std::move(read.warnings) };
+  result.named = std::move(read.libraries);
+  for (const PictureSource& picture : read.textured.pictures)
+  {
+    result.named.push_back(picture.file);
+  }
   result.warnings.insert(result.warnings.end(), report->warnings.begin(), report->warnings.end());
   if (report->pictures > 0)
   {

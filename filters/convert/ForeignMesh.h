@@ -24,6 +24,8 @@ struct ForeignMesh
   Mesh mesh;
   std::vector<std::string> warnings; // a sentence each, without the file's name
   std::optional<BakeReport> baked{}; // of a file with textures, if they were
+  // What else it depends on, whether or not it is there: the files that the file names.
+  std::vector<std::filesystem::path> named{};
 };
 
 // Reads a file by its ending. Polygons become fans and strips triangles as kdstream-build reads

@@ -1,25 +1,12 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Steps: 1. the JSON, of a .glb its first chunk  2. nodes: no cycles  3. images, textures,
-// materials
-// 4. the JSON without them, as a file in memory; its buffers by the numbers of open files,
-// so that it does not matter where it lies.
 #include "filters/convert/GltfMaterials.h"
 
-#include "filters/meshio/FileEnding.h"
+#include "filters/core/Texts.h"
 #include "filters/meshio/QuotedText.h"
 #include "filters/texture/ObjMaterials.h"
 
-#include <nlohmann/json.hpp>
-
-#include <fcntl.h>
-#include <sys/mman.h>
-#include <unistd.h>
-
 #include <algorithm>
 #include <cmath>
-#include <cstdlib>
-#include <cstring>
-#include <fstream>
 #include <optional>
 #include <utility>
 
@@ -30,118 +17,28 @@ namespace
 
 using Json = nlohmann::json;
 
-// A member, or null: also where the value is no object.
-const Json& Member(const Json& value, const char* name)
-{
-  static const Json null;
-  const auto found = value.is_object() ? value.find(name) : value.end();
-  return value.is_object() && found != value.end() ? *found : null;
-}
+constexpr std::size_t mostWarnings = 20;
 
-double NumberOf(const Json& value, double otherwise)
-{
-  return value.is_number() && std::isfinite(value.get<double>()) ? value.get<double>() : otherwise;
-}
-
-// A number of an element of an array; its size where it is none.
-std::size_t IndexIn(const Json& array, const Json& index)
-{
-  const std::size_t size = array.is_array() ? array.size() : 0;
-  return index.is_number_unsigned() ? std::min<std::size_t>(index.get<std::size_t>(), size) : size;
-}
-
-struct Document
-{
-  Json json;
-  std::uint64_t binary = 0; // where a .glb's second chunk's bytes begin
-  bool isGlb = false;
-};
-
-std::optional<Document> ReadDocument(const std::filesystem::path& file)
-{
-  std::ifstream text(file, std::ios::binary);
-  Document document;
-  document.isGlb = FileEnding(file) == ".glb";
-  if (!document.isGlb)
-  {
-    document.json = Json::parse(text, nullptr, false);
-    return document.json.is_object() ? std::optional(std::move(document)) : std::nullopt;
-  }
-  std::array<char, 20> head{};
-  std::error_code failed;
-  const std::uintmax_t bytes = std::filesystem::file_size(file, failed);
-  std::uint32_t length = 0;
-  if (failed || !text.read(head.data(), head.size()) || std::memcmp(head.data(), "glTF", 4) != 0)
-  {
-    return std::nullopt;
-  }
-  std::memcpy(&length, head.data() + 12, sizeof length);
-  if (length > bytes - head.size())
-  {
-    return std::nullopt;
-  }
-  std::string json(length, ' ');
-  text.read(json.data(), static_cast<std::streamsize>(length));
-  document.json = Json::parse(json, nullptr, false);
-  document.binary = head.size() + length + 8;
-  return document.json.is_object() ? std::optional(std::move(document)) : std::nullopt;
-}
-
-// Each node at most once below the others: what is reached again while it is open is a cycle.
-Status CheckNodes(const Json& json)
-{
-  const Json& nodes = Member(json, "nodes");
-  const std::size_t count = nodes.is_array() ? nodes.size() : 0;
-  std::vector<std::uint8_t> state(count); // 0 unknown, 1 open, 2 done
-  for (std::size_t root = 0; root < count; ++root)
-  {
-    std::vector<std::pair<std::size_t, std::size_t>> path; // node, next child
-    if (state[root] == 0)
-    {
-      path.push_back({ root, 0 });
-      state[root] = 1;
-    }
-    while (!path.empty())
-    {
-      const std::size_t node = path.back().first;
-      const Json& children = Member(nodes[node], "children");
-      if (!children.is_array() || path.back().second == children.size())
-      {
-        state[node] = 2;
-        path.pop_back();
-        continue;
-      }
-      const std::size_t child = IndexIn(nodes, children[path.back().second++]);
-      if (child < count && state[child] == 1)
-      {
-        return Error{ ErrorCode::InvalidInput,
-          "node " + std::to_string(child) + " is its own descendant" };
-      }
-      if (child < count && state[child] == 0)
-      {
-        state[child] = 1;
-        path.push_back({ child, 0 });
-      }
-    }
-  }
-  return {};
-}
-
-// What is behind "base64,"; nothing where that is no data.
-std::vector<std::uint8_t> DataOf(const std::string& uri)
+// What is behind ";base64,"; nothing where that is no data.
+std::optional<std::vector<std::uint8_t>> DataOf(const std::string& uri)
 {
   static constexpr std::string_view digits =
     "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
-  const std::size_t comma = uri.find(";base64,");
+  static constexpr std::string_view mark = ";base64,";
+  const std::size_t begin = uri.find(mark);
+  if (begin == std::string::npos)
+  {
+    return std::nullopt;
+  }
   std::vector<std::uint8_t> bytes;
   std::uint32_t bits = 0;
   unsigned held = 0;
-  for (std::size_t i = comma == std::string::npos ? uri.size() : comma + 8; i < uri.size(); ++i)
+  for (std::size_t i = begin + mark.size(); i < uri.size() && uri[i] != '='; ++i)
   {
     const std::size_t digit = digits.find(uri[i]);
     if (digit == std::string_view::npos)
     {
-      break;
+      return std::nullopt;
     }
     bits = (bits << 6U) | static_cast<std::uint32_t>(digit);
     held += 6;
@@ -154,32 +51,11 @@ std::vector<std::uint8_t> DataOf(const std::string& uri)
   return bytes;
 }
 
-std::string Plain(const std::string& uri)
-{
-  std::string name;
-  for (std::size_t i = 0; i < uri.size(); ++i)
-  {
-    const auto digit = [&](std::size_t at) {
-      return at < uri.size() ? std::string_view("0123456789abcdef").find(char(uri[at] | 32)) : 16;
-    };
-    if (uri[i] == '%' && digit(i + 1) < 16 && digit(i + 2) < 16)
-    {
-      name += static_cast<char>(16 * digit(i + 1) + digit(i + 2));
-      i += 2;
-    }
-    else
-    {
-      name += uri[i];
-    }
-  }
-  return name;
-}
-
 // Of the JSON, what it says of pictures.
 class MaterialReader
 {
 public:
-  MaterialReader(const Document& document, std::filesystem::path file)
+  MaterialReader(const GltfDocument& document, std::filesystem::path file)
     : Source(document)
     , File(std::move(file))
   {
@@ -198,16 +74,115 @@ public:
       return source;
     }
     const Json& views = Member(this->Source.json, "bufferViews");
-    const std::size_t view = IndexIn(views, Member(image, "bufferView"));
-    const Json& buffers = Member(this->Source.json, "buffers");
-    if (!views.is_array() || view == views.size())
+    const Json& view = Member(image, "bufferView");
+    const std::size_t at = IndexIn(views, view);
+    if (view.is_null())
     {
-      return source;
+      source.wrong = "it has neither uri nor bufferView";
     }
-    const std::size_t buffer = IndexIn(buffers, Member(views[view], "buffer"));
-    if (!buffers.is_array() || buffer == buffers.size())
+    else if (at == CountOf(views))
     {
-      return source;
+      source.wrong = "it " + NamesNone("bufferView", view, views);
+    }
+    else
+    {
+      this->LocateView(at, views[at], source);
+    }
+    return source;
+  }
+
+  // number: of the material, for warnings.
+  GltfMaterial MaterialOf(const Json& material, std::size_t number)
+  {
+    GltfMaterial read;
+    const Json& pbr = Member(material, "pbrMetallicRoughness");
+    const Json& factor = Member(pbr, "baseColorFactor");
+    for (std::size_t k = 0; k < std::min<std::size_t>(CountOf(factor), 4); ++k)
+    {
+      read.paint.factor[k] = std::clamp(NumberOf(factor[k], 1), 0.0, 1.0);
+    }
+    read.paint.color = read.paint.factor;
+    const Json& mode = Member(material, "alphaMode");
+    read.paint.opaque = !mode.is_string() || mode == "OPAQUE";
+    if (const Json& texture = Member(pbr, "baseColorTexture"); !texture.is_null())
+    {
+      this->ReadTexture(texture, number, read);
+    }
+    for (const char* const other : { "normalTexture", "occlusionTexture", "emissiveTexture" })
+    {
+      this->NoteOther(Member(material, other), other);
+    }
+    this->NoteOther(Member(pbr, "metallicRoughnessTexture"), "metallicRoughnessTexture");
+    return read;
+  }
+
+  // What is wrong, and what is not carried.
+  std::vector<std::string> TakeWarnings()
+  {
+    if (this->Wrong > mostWarnings)
+    {
+      this->Warnings.push_back(
+        std::to_string(this->Wrong - mostWarnings) + " further materials name what is not there");
+    }
+    std::string names;
+    for (const std::string& other : this->Others)
+    {
+      names += (names.empty() ? "" : ", ") + other;
+    }
+    if (!names.empty())
+    {
+      this->Warnings.push_back("pictures of materials that are not carried: " + names);
+    }
+    return std::move(this->Warnings);
+  }
+
+private:
+  void NoteOther(const Json& texture, const char* name)
+  {
+    if (texture.is_object() &&
+        std::find(this->Others.begin(), this->Others.end(), name) == this->Others.end())
+    {
+      this->Others.emplace_back(name);
+    }
+  }
+
+  void Warn(const std::string& sentence)
+  {
+    const bool told =
+      std::find(this->Warnings.begin(), this->Warnings.end(), sentence) != this->Warnings.end();
+    if (!told && ++this->Wrong <= mostWarnings)
+    {
+      this->Warnings.push_back(sentence);
+    }
+  }
+
+  void Locate(const std::string& uri, PictureSource& source) const
+  {
+    if (uri.rfind("data:", 0) == 0)
+    {
+      std::optional<std::vector<std::uint8_t>> data = DataOf(uri);
+      source.wrong = data ? "" : "its data URI is no base64";
+      source.bytes = data ? std::move(*data) : std::vector<std::uint8_t>();
+    }
+    else if (uri.find("://") != std::string::npos)
+    {
+      source.wrong = "it lies at " + QuotedText(uri) + ", and nothing is fetched";
+    }
+    else
+    {
+      source.file = FileBeside(this->File, PercentDecoded(uri).value_or(uri));
+    }
+  }
+
+  void LocateView(std::size_t number, const Json& view, PictureSource& source) const
+  {
+    const std::string named = "its bufferView " + std::to_string(number);
+    const Json& buffers = Member(this->Source.json, "buffers");
+    const std::size_t buffer = IndexIn(buffers, Member(view, "buffer"));
+    if (buffer == CountOf(buffers))
+    {
+      source.wrong = named + " " + NamesNone("buffer", Member(view, "buffer"), buffers);
+      return;
     }
     const Json& place = Member(buffers[buffer], "uri");
     if (place.is_string())
@@ -219,91 +194,61 @@ public:
       source.file = this->File;
       source.offset = this->Source.binary;
     }
-    const auto size = static_cast<std::uint64_t>(
-      std::clamp(NumberOf(Member(views[view], "byteLength"), 0), 0.0, 0x1p40));
-    const auto offset = static_cast<std::uint64_t>(
-      std::clamp(NumberOf(Member(views[view], "byteOffset"), 0), 0.0, 0x1p40));
-    source.offset += offset;
-    source.size = size;
-    if (source.file.empty())
+    const auto bytesOf = [&](const char* name) {
+      return static_cast<std::uint64_t>(std::clamp(NumberOf(Member(view, name), 0), 0.0, 0x1p40));
+    };
+    source.offset += bytesOf("byteOffset");
+    source.size = bytesOf("byteLength");
+    std::error_code failed;
+    const std::uint64_t all =
+      source.file.empty() ? source.bytes.size() : std::filesystem::file_size(source.file, failed);
+    if (source.wrong.empty() && !failed && source.offset + source.size > all)
     {
-      const std::size_t begin = std::min<std::size_t>(offset, source.bytes.size());
-      const std::size_t end = begin + std::min<std::size_t>(size, source.bytes.size() - begin);
-      source.bytes = { source.bytes.begin() + static_cast<std::ptrdiff_t>(begin),
-        source.bytes.begin() + static_cast<std::ptrdiff_t>(end) };
+      source.wrong = named + " reaches beyond the end of its buffer";
     }
-    return source;
-  }
-
-  GltfMaterial MaterialOf(const Json& material)
-  {
-    GltfMaterial read;
-    const Json& pbr = Member(material, "pbrMetallicRoughness");
-    const Json& factor = Member(pbr, "baseColorFactor");
-    for (std::size_t k = 0; k < 4 && factor.is_array() && k < factor.size(); ++k)
+    if (source.file.empty() && source.wrong.empty())
     {
-      read.paint.factor[k] = std::clamp(NumberOf(factor[k], 1), 0.0, 1.0);
-    }
-    read.paint.color = read.paint.factor;
-    const Json& mode = Member(material, "alphaMode");
-    read.paint.opaque = !mode.is_string() || mode == "OPAQUE";
-    this->ReadTexture(Member(pbr, "baseColorTexture"), read);
-    for (const char* const other : { "normalTexture", "occlusionTexture", "emissiveTexture" })
-    {
-      this->NoteOther(Member(material, other), other);
-    }
-    this->NoteOther(Member(pbr, "metallicRoughnessTexture"), "metallicRoughnessTexture");
-    return read;
-  }
-
-  std::vector<std::string> others; // pictures that are not carried
-
-private:
-  void NoteOther(const Json& texture, const char* name)
-  {
-    if (texture.is_object() &&
-        std::find(this->others.begin(), this->others.end(), name) == this->others.end())
-    {
-      this->others.emplace_back(name);
+      const auto begin = source.bytes.begin() + static_cast<std::ptrdiff_t>(source.offset);
+      source.bytes = { begin, begin + static_cast<std::ptrdiff_t>(source.size) };
     }
   }
 
-  void Locate(const std::string& uri, PictureSource& source) const
-  {
-    if (uri.rfind("data:", 0) == 0)
-    {
-      source.bytes = DataOf(uri);
-    }
-    else
-    {
-      source.file = FileBeside(this->File, Plain(uri));
-    }
-  }
-
-  void ReadTexture(const Json& info, GltfMaterial& read) const
+  void ReadTexture(const Json& info, std::size_t material, GltfMaterial& read)
   {
     const Json& textures = Member(this->Source.json, "textures");
     const std::size_t number = IndexIn(textures, Member(info, "index"));
-    if (!textures.is_array() || number == textures.size())
+    if (number == CountOf(textures))
     {
+      this->Warn("material " + std::to_string(material) + " " +
+                 NamesNone("texture", Member(info, "index"), textures) + ": its colour is taken");
       return;
     }
     const Json& texture = textures[number];
+    const std::string named = "texture " + std::to_string(number);
     const Json& webp = Member(Member(texture, "extensions"), "EXT_texture_webp");
     const Json& source = webp.is_object() ? Member(webp, "source") : Member(texture, "source");
     const Json& images = Member(this->Source.json, "images");
     const std::size_t image = IndexIn(images, source);
-    if (!images.is_array() || image == images.size())
+    if (image == CountOf(images))
     {
+      const bool other = Member(texture, "extensions").contains("KHR_texture_basisu");
+      this->Warn(named + " " +
+                 (other && source.is_null() ? "has its image as KTX 2 alone, which is not read"
+                                            : NamesNone("image", source, images)) +
+                 ": the material's colour is taken");
       return;
     }
     read.paint.picture = static_cast<std::uint32_t>(image);
     const Json& samplers = Member(this->Source.json, "samplers");
-    const std::size_t sampler = IndexIn(samplers, Member(texture, "sampler"));
-    if (samplers.is_array() && sampler < samplers.size())
+    const Json& sampler = Member(texture, "sampler");
+    if (const std::size_t at = IndexIn(samplers, sampler); at < CountOf(samplers))
     {
-      read.paint.wrapU = WrapOf(Member(samplers[sampler], "wrapS"));
-      read.paint.wrapV = WrapOf(Member(samplers[sampler], "wrapT"));
+      read.paint.wrapU = WrapOf(Member(samplers[at], "wrapS"));
+      read.paint.wrapV = WrapOf(Member(samplers[at], "wrapT"));
+    }
+    else if (!sampler.is_null())
+    {
+      this->Warn(named + " " + NamesNone("sampler", sampler, samplers) + ": its picture repeats");
     }
     read.coordinates =
       static_cast<int>(std::clamp(NumberOf(Member(info, "texCoord"), 0), 0.0, 99.0));
@@ -339,160 +284,29 @@ private:
       std::clamp(NumberOf(Member(transform, "texCoord"), read.coordinates), 0.0, 99.0));
   }
 
-  const Document& Source;
+  const GltfDocument& Source;
   std::filesystem::path File;
+  std::vector<std::string> Warnings, Others; // Others: pictures that are not carried
+  std::size_t Wrong = 0;
 };
 
-// Takes pictures out, and puts a material's number into its colour.
-void StripPictures(Json& json)
-{
-  for (const char* const name : { "images", "textures", "samplers", "extensionsRequired" })
-  {
-    json.erase(name);
-  }
-  const auto materials = json.find("materials");
-  for (std::size_t i = 0; materials != json.end() && materials->is_array() && i < materials->size();
-       ++i)
-  {
-    (*materials)[i] = { { "pbrMetallicRoughness", { { "baseColorFactor", { i, 0, 0, 1 } } } } };
-  }
 }
 
-}
-
-GltfScene::GltfScene(GltfScene&& other) noexcept
-  : materials(std::move(other.materials))
-  , pictures(std::move(other.pictures))
-  , warnings(std::move(other.warnings))
-  , Name(std::move(other.Name))
-  , Folder(std::exchange(other.Folder, {}))
-  , Descriptors(std::exchange(other.Descriptors, {}))
+GltfMaterials ReadGltfMaterials(const GltfDocument& document, const std::filesystem::path& file)
 {
-}
-
-// VTK's reader asks for the ending.
-Status GltfScene::Link(int copy)
-{
-  std::error_code failed;
-  std::string folder =
-    (std::filesystem::temp_directory_path(failed) / "kdstream-scene-XXXXXX").string();
-  if (failed || !::mkdtemp(folder.data()))
+  GltfMaterials read;
+  MaterialReader reader(document, file);
+  for (std::size_t i = 0; i < CountOf(Member(document.json, "images")); ++i)
   {
-    return Error{ ErrorCode::InputOutput, "cannot create a folder for temporary files" };
+    read.pictures.push_back(reader.PictureOf(i));
   }
-  this->Folder = folder;
-  this->Name = (this->Folder / "scene.gltf").string();
-  std::filesystem::create_symlink("/proc/self/fd/" + std::to_string(copy), this->Name, failed);
-  return failed ? Status(Error{ ErrorCode::InputOutput, failed.message(), folder }) : Status();
-}
-
-void GltfScene::HasRead()
-{
-  if (!this->Folder.empty())
+  const Json& materials = Member(document.json, "materials");
+  for (std::size_t i = 0; i < CountOf(materials); ++i)
   {
-    std::error_code ignored;
-    std::filesystem::remove_all(this->Folder, ignored);
-    this->Folder.clear();
+    read.materials.push_back(reader.MaterialOf(materials[i], i));
   }
-}
-
-GltfScene::~GltfScene()
-{
-  this->HasRead();
-  for (const int descriptor : this->Descriptors)
-  {
-    ::close(descriptor);
-  }
-}
-
-Result<GltfScene> GltfScene::Open(const std::filesystem::path& file)
-{
-  GltfScene scene;
-  scene.Name = file.string();
-  std::optional<Document> document = ReadDocument(file);
-  if (!document)
-  {
-    return scene;
-  }
-  Json& json = document->json;
-  KDSTREAM_TRY(CheckNodes(json));
-  const Json& images = Member(json, "images");
-  const Json& materials = Member(json, "materials");
-  if (!images.is_array() || images.empty() || !materials.is_array())
-  {
-    return scene;
-  }
-  MaterialReader reader(*document, file);
-  for (std::size_t i = 0; i < images.size(); ++i)
-  {
-    scene.pictures.push_back(reader.PictureOf(i));
-  }
-  for (const Json& material : materials)
-  {
-    scene.materials.push_back(reader.MaterialOf(material));
-  }
-  for (const std::string& other : reader.others)
-  {
-    scene.warnings.push_back((scene.warnings.empty() ? "" : scene.warnings.back() + ", ") + other);
-  }
-  if (!scene.warnings.empty())
-  {
-    scene.warnings = { "pictures of materials that are not carried: " + scene.warnings.back() };
-  }
-  StripPictures(json);
-  const auto keep = [&](int descriptor)
-  {
-    if (descriptor >= 0)
-    {
-      scene.Descriptors.push_back(descriptor);
-    }
-    return std::to_string(descriptor);
-  };
-  Json& buffers = json["buffers"];
-  for (std::size_t i = 0; buffers.is_array() && i < buffers.size(); ++i)
-  {
-    const Json uri = Member(buffers[i], "uri");
-    const bool binary = !uri.is_string() && document->isGlb && i == 0;
-    if (!buffers[i].is_object() || (!binary && !uri.is_string()) ||
-        (uri.is_string() && uri.get<std::string>().rfind("data:", 0) == 0))
-    {
-      continue;
-    }
-    const std::filesystem::path bytes = binary ? file : file.parent_path() / uri.get<std::string>();
-    buffers[i]["uri"] = "/proc/self/fd/" + keep(::open(bytes.c_str(), O_RDONLY | O_CLOEXEC));
-    std::error_code failed;
-    if (!binary)
-    {
-      continue;
-    }
-    buffers[i]["byteLength"] = std::filesystem::file_size(file, failed);
-    for (Json& view : json["bufferViews"])
-    {
-      if (view.is_object() && IndexIn(buffers, Member(view, "buffer")) == 0)
-      {
-        view["byteOffset"] = NumberOf(Member(view, "byteOffset"), 0) + double(document->binary);
-      }
-    }
-  }
-  const std::string text = json.dump(-1, ' ', false, Json::error_handler_t::replace);
-  const int copy = ::memfd_create("scene.gltf", MFD_CLOEXEC);
-  keep(copy);
-  std::size_t written = 0;
-  while (copy >= 0 && written < text.size())
-  {
-    const ssize_t count = ::write(copy, text.data() + written, text.size() - written);
-    if (count <= 0)
-    {
-      break;
-    }
-    written += static_cast<std::size_t>(count);
-  }
-  if (written < text.size())
-  {
-    return Error{ ErrorCode::InputOutput, "there is no memory for a copy of its JSON" };
-  }
-  KDSTREAM_TRY(scene.Link(copy));
-  return scene;
+  read.warnings = reader.TakeWarnings();
+  return read;
 }
 
 }

@@ -1,11 +1,10 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// What paints a glTF scene: read by us, since VTK's reader decodes whatever pictures a file claims.
+// What paints a glTF scene: materials and where their pictures are.
 #pragma once
 
-#include "filters/core/Result.h"
+#include "filters/convert/GltfDocument.h"
 #include "filters/texture/TexturedMesh.h"
 
-#include <array>
 #include <filesystem>
 #include <string>
 #include <vector>
@@ -20,41 +19,16 @@ struct GltfMaterial
   int coordinates = 0; // TEXCOORD_…
 };
 
-class GltfScene
+struct GltfMaterials
 {
-public:
-  // Reads the JSON of a .gltf or .glb. Where it has pictures, makes a copy of it without them, in
-  // memory, whose materials have their number as the red of their base colour: so parts of the
-  // scene tell their material. All that is wrong otherwise is left to the reader. Peak memory: some
-  // times the JSON. Errors: InvalidInput for nodes that are their own descendants.
-  static Result<GltfScene> Open(const std::filesystem::path& file);
-
-  GltfScene(GltfScene&& other) noexcept;
-  GltfScene(const GltfScene&) = delete;
-  GltfScene& operator=(const GltfScene&) = delete;
-  GltfScene& operator=(GltfScene&&) = delete;
-  ~GltfScene();
-
-  // What VTK is to read while this lives: the file itself or the copy.
-  const std::string& Readable() const { return this->Name; }
-  // To be called when its JSON is read: what names the copy is removed, so that nothing is left
-  // should a reader crash.
-  void HasRead();
-  // Whether it is the copy: then `materials` count, else those that VTK tells.
-  bool HasPictures() const { return !this->pictures.empty(); }
-
   std::vector<GltfMaterial> materials;
-  std::vector<PictureSource> pictures;
-  std::vector<std::string> warnings; // what materials have that is not carried
-
-private:
-  GltfScene() = default;
-
-  Status Link(int copy);
-
-  std::string Name;
-  std::filesystem::path Folder; // of a link to the copy; empty: none
-  std::vector<int> Descriptors; // of the copy, and of the files that its buffers are in
+  std::vector<PictureSource> pictures; // one an image; what names none that can be is `wrong`
+  // A sentence each: what names none that is there, of twenty; what is not carried.
+  std::vector<std::string> warnings;
 };
+
+// Of a document of that file, beside which pictures are looked for (FileBeside). Nothing is read
+// but the sizes of files. Memory: besides, pictures that are in the JSON itself.
+GltfMaterials ReadGltfMaterials(const GltfDocument& document, const std::filesystem::path& file);
 
 }

@@ -2,13 +2,11 @@
 // VRML and glTF: scenes of many parts, read by VTK and joined to one mesh.
 #include "filters/convert/FloatCoordinates.h"
 #include "filters/convert/ForeignMesh.h"
-#include "filters/convert/GltfBuffers.h"
-#include "filters/convert/GltfMaterials.h"
+#include "filters/convert/GltfScene.h"
 #include "filters/convert/PointAttributes.h"
 #include "filters/convert/PolyDataParts.h"
 #include "filters/convert/VtkMessages.h"
 #include "filters/meshio/ByteSource.h"
-#include "filters/meshio/FileEnding.h"
 #include "filters/texture/BakeTextures.h"
 
 #include <vtkActor.h>
@@ -269,16 +267,16 @@ class PaintedScene
 {
 public:
   explicit PaintedScene(GltfScene& scene)
-    : Count(scene.materials.size())
+    : Count(scene.read.materials.size())
   {
-    for (GltfMaterial& material : scene.materials)
+    for (const GltfMaterial& material : scene.read.materials)
     {
       this->Textured.materials.push_back(material.paint);
       this->Sets.push_back(material.coordinates);
     }
     this->Textured.materials.push_back({}); // of parts without one
     this->Sets.push_back(0);
-    this->Textured.pictures = std::move(scene.pictures);
+    this->Textured.pictures = std::move(scene.read.pictures);
   }
 
   // In the order in which parts are joined.
@@ -421,10 +419,6 @@ Result<ForeignMesh> ReadVrml(const std::filesystem::path& file, const Execution&
 Result<ForeignMesh> ReadGltf(
   const std::filesystem::path& file, const TextureOptions& textures, const Execution& execution)
 {
-  if (FileEnding(file) == ".gltf")
-  {
-    KDSTREAM_TRY(CheckGltfBuffers(file));
-  }
   Result<GltfScene> scene = GltfScene::Open(file);
   KDSTREAM_TRY(scene);
   const bool painted = scene->HasPictures() && textures.bake;
@@ -463,9 +457,9 @@ Result<ForeignMesh> ReadGltf(
     else
     {
       PartPaint paint(*block);
-      if (scene->HasPictures())
+      if (scene->IsCopy())
       {
-        paint.Use(scene->materials);
+        paint.Use(scene->read.materials);
       }
       paint.Paint(part->mesh);
     }
@@ -474,7 +468,9 @@ Result<ForeignMesh> ReadGltf(
   }
   Result<ForeignMesh> joined = Join(parts, messages);
   KDSTREAM_TRY(joined);
-  joined->warnings.insert(joined->warnings.end(), scene->warnings.begin(), scene->warnings.end());
+  joined->named = std::move(scene->named);
+  joined->warnings.insert(
+    joined->warnings.end(), scene->read.warnings.begin(), scene->read.warnings.end());
   if (painted && !joined->mesh.points.empty())
   {
     KDSTREAM_TRY(scenePaint->Bake(*joined, textures, execution));

@@ -118,12 +118,6 @@ bool Contains(const std::vector<std::string>& names, const std::string& name)
   return std::find(names.begin(), names.end(), name) != names.end();
 }
 
-std::string DidYouMean(const std::string& word, const std::vector<std::string>& names)
-{
-  const std::vector<std::string> meant = NamesMeant(word, names);
-  return meant.empty() ? "" : "; did you mean " + AnyOf(meant) + "?";
-}
-
 // "--title" of the word "--title=x"; none if the word is no option.
 std::optional<std::string> OptionOf(const std::string& word)
 {
@@ -361,6 +355,12 @@ std::vector<std::string> NamesMeant(const std::string& word, const std::vector<s
     }
   }
   return meant;
+}
+
+std::string DidYouMean(const std::string& word, const std::vector<std::string>& names)
+{
+  const std::vector<std::string> meant = NamesMeant(word, names);
+  return meant.empty() ? "" : "; did you mean " + AnyOf(meant) + "?";
 }
 
 std::optional<std::string> UnknownCommand(const CLI::App& app)

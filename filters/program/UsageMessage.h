@@ -24,4 +24,7 @@ std::optional<std::string> UnknownCommand(const CLI::App& app);
 // one may. None if there is no such name.
 std::vector<std::string> NamesMeant(const std::string& word, const std::vector<std::string>& names);
 
+// "; did you mean intensity?"; empty where none of them may be meant.
+std::string DidYouMean(const std::string& word, const std::vector<std::string>& names);
+
 }

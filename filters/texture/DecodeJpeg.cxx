@@ -20,12 +20,14 @@ struct Escape
   jpeg_error_mgr manager{};
   std::jmp_buf place{};
   std::array<char, JMSG_LENGTH_MAX> message{};
+  bool lacksMemory = false;
 };
 
 void OnJpegError(j_common_ptr codec)
 {
   auto* const escape = reinterpret_cast<Escape*>(codec->err);
   codec->err->format_message(codec, escape->message.data());
+  escape->lacksMemory = codec->err->msg_code == JERR_OUT_OF_MEMORY;
   std::longjmp(escape->place, 1);
 }
 
@@ -37,6 +39,20 @@ void OnJpegMessage(j_common_ptr codec, int level)
   if (level < 0 && (code == JWRN_JPEG_EOF || code == JWRN_HIT_MARKER || code == JWRN_HUFF_BAD_CODE))
   {
     OnJpegError(codec);
+  }
+}
+
+// Each scan of a progressive JPEG goes over all of it, whatever few bytes it has: programs write
+// ten or so.
+constexpr int mostScans = 200;
+
+void OnJpegProgress(j_common_ptr codec)
+{
+  auto* const escape = reinterpret_cast<Escape*>(codec->err);
+  if (reinterpret_cast<j_decompress_ptr>(codec)->input_scan_number > mostScans)
+  {
+    std::snprintf(escape->message.data(), escape->message.size(), "more than %d scans", mostScans);
+    std::longjmp(escape->place, 1);
   }
 }
 
@@ -84,6 +100,7 @@ public:
     this->Codec.err = jpeg_std_error(&this->Leave.manager);
     this->Leave.manager.error_exit = &OnJpegError;
     this->Leave.manager.emit_message = &OnJpegMessage;
+    this->Monitor.progress_monitor = &OnJpegProgress;
   }
   ~JpegDecoder() { jpeg_destroy_decompress(&this->Codec); }
   JpegDecoder(const JpegDecoder&) = delete;
@@ -101,6 +118,7 @@ public:
       return Error{ ErrorCode::InvalidInput,
         "it is a JPEG in CMYK, which is for print: save it in RGB" };
     }
+    this->Codec.progress = &this->Monitor;
     const bool grey = this->Codec.jpeg_color_space == JCS_GRAYSCALE;
     this->Codec.out_color_space = grey ? JCS_GRAYSCALE : JCS_RGB;
     const std::size_t components = grey ? 1 : 3;
@@ -120,12 +138,17 @@ public:
 private:
   Error Failed() const
   {
+    if (this->Leave.lacksMemory)
+    {
+      return NoMemoryForPixels();
+    }
     return { ErrorCode::InvalidInput,
       "it is a damaged or truncated JPEG (" + std::string(this->Leave.message.data()) + ")" };
   }
 
   jpeg_decompress_struct Codec{};
   Escape Leave;
+  jpeg_progress_mgr Monitor{};
 };
 
 }

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <csetjmp>
 #include <cstring>
+#include <memory>
 
 #include <png.h>
 
@@ -63,6 +64,7 @@ bool AskForBytes(png_structp codec, png_infop info)
   }
   png_set_expand(codec); // palettes, fewer bits, transparent colours
   png_set_scale_16(codec);
+  png_set_interlace_handling(codec); // each pass tells all rows
   png_read_update_info(codec, info);
   return true;
 }
@@ -129,22 +131,22 @@ public:
     {
       return this->Failed();
     }
-    Picture picture{ png_get_image_width(this->Codec, this->Info),
+    Picture head{ png_get_image_width(this->Codec, this->Info),
       png_get_image_height(this->Codec, this->Info), 0, {} };
-    KDSTREAM_TRY(CheckPictureSize(picture.width, picture.height, mostPixels));
+    KDSTREAM_TRY(CheckPictureSize(head.width, head.height, mostPixels));
     if (!AskForBytes(this->Codec, this->Info))
     {
       return this->Failed();
     }
-    picture.components = png_get_channels(this->Codec, this->Info);
+    head.components = png_get_channels(this->Codec, this->Info);
     const std::size_t row = png_get_rowbytes(this->Codec, this->Info);
-    if (row != picture.width * picture.components)
+    if (row != head.width * head.components)
     {
       return Error{ ErrorCode::InvalidInput, "it is a PNG of an unknown kind" };
     }
     return png_get_interlace_type(this->Codec, this->Info) == PNG_INTERLACE_ADAM7
-             ? this->DecodeInterlaced(std::move(picture), row, rows)
-             : this->DecodeRows(picture, row, rows);
+             ? this->DecodeInterlaced(head, row, rows)
+             : this->DecodeRows(head, row, rows);
   }
 
 private:
@@ -163,13 +165,13 @@ private:
     return {};
   }
 
-  // Every pass needs all rows.
-  Status DecodeInterlaced(Picture picture, std::size_t rowBytes, PictureRows& rows)
+  // Every pass needs all rows. Those that never come are not touched.
+  Status DecodeInterlaced(const Picture& head, std::size_t rowBytes, PictureRows& rows)
   {
     constexpr int passesOfAdam7 = 7;
-    picture.texels.resize(rowBytes * picture.height);
-    return ReadPngRows(this->Codec, picture.texels.data(), rowBytes, picture.height, passesOfAdam7)
-             ? TellRows(picture, rows)
+    const auto texels = std::make_unique_for_overwrite<std::uint8_t[]>(rowBytes * head.height);
+    return ReadPngRows(this->Codec, texels.get(), rowBytes, head.height, passesOfAdam7)
+             ? TellRows(head, texels.get(), rows)
              : Status(this->Failed());
   }
 

@@ -2,6 +2,8 @@
 // WebP by libwebp. Of an animation there is no picture.
 #include "filters/texture/Picture.h"
 
+#include <memory>
+
 #include <webp/decode.h>
 
 namespace kdstream
@@ -24,16 +26,18 @@ Status DecodeWebp(std::span<const std::uint8_t> bytes, std::uint64_t mostPixels,
   const auto height = static_cast<std::size_t>(features.height);
   KDSTREAM_TRY(CheckPictureSize(width, height, mostPixels));
   const bool alpha = features.has_alpha != 0;
-  Picture picture{ width, height, alpha ? 4U : 3U, {} };
-  picture.texels.resize(width * height * picture.components);
+  const Picture head{ width, height, alpha ? 4U : 3U, {} };
+  const std::size_t size = width * height * head.components;
+  // Not touched before there are texels: a header alone costs nothing.
+  const auto texels = std::make_unique_for_overwrite<std::uint8_t[]>(size);
   const auto decode = alpha ? &WebPDecodeRGBAInto : &WebPDecodeRGBInto;
   // Its sides have 14 bits: a row fits an int.
-  if (!decode(bytes.data(), bytes.size(), picture.texels.data(), picture.texels.size(),
-        static_cast<int>(width * picture.components)))
+  if (!decode(
+        bytes.data(), bytes.size(), texels.get(), size, static_cast<int>(width * head.components)))
   {
     return damaged;
   }
-  return TellRows(picture, rows);
+  return TellRows(head, texels.get(), rows);
 }
 
 }

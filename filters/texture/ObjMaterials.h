@@ -29,8 +29,9 @@ struct ObjMaterial
 
 struct ObjMaterials
 {
-  std::vector<ObjMaterial> materials; // of one name the first
-  std::vector<std::string> warnings;  // a sentence each, without the OBJ's name
+  std::vector<ObjMaterial> materials;             // of one name the first
+  std::vector<std::string> warnings;              // a sentence each, without the OBJ's name
+  std::vector<std::filesystem::path> libraries{}; // that are named, whether or not they are there
 };
 
 // The most libraries of a file, materials of all of them, and bytes of one: what is beyond is left

@@ -49,6 +49,11 @@ PictureType TypeOfName(const std::string& name)
                                                : PictureType::Unknown;
 }
 
+Error NoMemoryForPixels()
+{
+  return { ErrorCode::LimitExceeded, "there is not enough memory for its pixels" };
+}
+
 Status CheckPictureSize(std::uint64_t width, std::uint64_t height, std::uint64_t mostPixels)
 {
   if (width == 0 || height == 0)
@@ -60,6 +65,12 @@ Status CheckPictureSize(std::uint64_t width, std::uint64_t height, std::uint64_t
     return Error{ ErrorCode::LimitExceeded,
       "it claims " + std::to_string(width) + " x " + std::to_string(height) +
         " pixels, more than the limit of " + std::to_string(mostPixels) };
+  }
+  if (std::max(width, height) > mostPictureSide)
+  {
+    return Error{ ErrorCode::LimitExceeded, "it claims " + std::to_string(width) + " x " +
+                                              std::to_string(height) + " pixels, more than " +
+                                              std::to_string(mostPictureSide) + " along a side" };
   }
   return {};
 }
@@ -78,20 +89,19 @@ public:
   bool Begin(std::size_t width, std::size_t height, std::size_t components) override
   {
     this->Into = { width, height, components, {} };
-    this->Into.texels.resize(width * height * components);
+    this->Into.texels.reserve(width * height * components); // memory is taken by rows that come
     return true;
   }
   bool AddRow(const std::uint8_t* texels) override
   {
     const std::size_t row = this->Into.width * this->Into.components;
-    std::copy_n(texels, row, this->Into.texels.begin() + std::ptrdiff_t(this->Rows++ * row));
+    this->Into.texels.insert(this->Into.texels.end(), texels, texels + row);
     return true;
   }
   Status Why() const override { return {}; }
 
 private:
   Picture& Into;
-  std::size_t Rows = 0;
 };
 
 Status DecodeKnown(std::span<const std::uint8_t> bytes, std::uint64_t mostPixels, PictureRows& rows)
@@ -121,12 +131,12 @@ Result<Picture> DecodePicture(std::span<const std::uint8_t> bytes, std::uint64_t
   return picture;
 }
 
-Status TellRows(const Picture& picture, PictureRows& rows)
+Status TellRows(const Picture& head, const std::uint8_t* texels, PictureRows& rows)
 {
-  bool goes = rows.Begin(picture.width, picture.height, picture.components);
-  for (std::size_t y = 0; goes && y < picture.height; ++y)
+  bool goes = rows.Begin(head.width, head.height, head.components);
+  for (std::size_t y = 0; goes && y < head.height; ++y)
   {
-    goes = rows.AddRow(&picture.texels[y * picture.width * picture.components]);
+    goes = rows.AddRow(texels + y * head.width * head.components);
   }
   return goes ? Status{} : rows.Why();
 }
@@ -140,7 +150,7 @@ Status DecodePictureRows(
   }
   catch (const std::bad_alloc&)
   {
-    return Error{ ErrorCode::LimitExceeded, "there is not enough memory for its pixels" };
+    return NoMemoryForPixels();
   }
 }
 

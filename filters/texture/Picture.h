@@ -46,13 +46,16 @@ std::string NameOf(PictureType type);
 PictureType TypeOfName(const std::string& name);
 
 inline constexpr std::uint64_t mostPicturePixels = std::uint64_t{ 1 } << 30;
+// Along a side: a row takes memory by itself, and the squares of PaintFolder.h are 64 rows high.
+inline constexpr std::uint64_t mostPictureSide = std::uint64_t{ 1 } << 17;
 
 // Decodes the picture by what it is. 16-bit channels become bytes, palettes RGB or RGBA. Colours
 // are taken as sRGB whatever profile is embedded. mostPixels: no memory is taken for a picture that
-// claims more. Peak memory: the texels, and what the library needs: rows, of a progressive JPEG
-// twice the texels again.
+// claims more, and of less only for rows that are there. Peak memory: the texels, and what the
+// library needs: rows, of a progressive JPEG twice the texels again.
 // Errors, without the file's name: LimitExceeded with the size that is claimed, or where there is
-// no memory; InvalidInput for what is none of the three, truncated, damaged, or a JPEG in CMYK.
+// no memory; InvalidInput for what is none of the three, truncated, damaged, a JPEG in CMYK or of
+// more scans than any program writes.
 Result<Picture> DecodePicture(
   std::span<const std::uint8_t> bytes, std::uint64_t mostPixels = mostPicturePixels);
 
@@ -79,11 +82,14 @@ Status DecodeJpeg(std::span<const std::uint8_t> bytes, std::uint64_t mostPixels,
 Status DecodePng(std::span<const std::uint8_t> bytes, std::uint64_t mostPixels, PictureRows& rows);
 Status DecodeWebp(std::span<const std::uint8_t> bytes, std::uint64_t mostPixels, PictureRows& rows);
 
-// All rows of a picture in memory. Errors: rows.Why().
-Status TellRows(const Picture& picture, PictureRows& rows);
+// All rows of a picture in memory. head: its size, without texels. Errors: rows.Why().
+Status TellRows(const Picture& head, const std::uint8_t* texels, PictureRows& rows);
 
-// Whether so many pixels may be decoded. Errors: LimitExceeded with the size; InvalidInput for
-// none.
+// What is told where memory runs out.
+Error NoMemoryForPixels();
+
+// Whether so many pixels may be decoded. Errors: LimitExceeded with the size, also where a side is
+// longer than mostPictureSide; InvalidInput for none.
 Status CheckPictureSize(std::uint64_t width, std::uint64_t height, std::uint64_t mostPixels);
 
 }

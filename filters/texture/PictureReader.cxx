@@ -12,9 +12,18 @@ namespace
 {
 
 constexpr std::size_t mostWarnings = 20; // of pictures that cannot be read
+constexpr std::size_t typeBytes = 12;    // that TypeOfPicture looks at
+// What the largest picture may take: texels of 16 bits and four channels as they are, and profiles
+// beside them.
+constexpr std::uint64_t bytesPerPixel = 8, bytesBeside = std::uint64_t{ 1 } << 24;
 
-Result<std::vector<std::uint8_t>> BytesOf(const PictureSource& source)
+// Of what is no picture only the beginning.
+Result<std::vector<std::uint8_t>> BytesOf(const PictureSource& source, std::uint64_t mostPixels)
 {
+  if (!source.wrong.empty())
+  {
+    return Error{ ErrorCode::InvalidInput, source.wrong };
+  }
   if (source.file.empty())
   {
     return source.bytes;
@@ -22,8 +31,21 @@ Result<std::vector<std::uint8_t>> BytesOf(const PictureSource& source)
   Result<ByteSource> file = ByteSource::Open(source.file);
   KDSTREAM_TRY(file);
   const std::uint64_t offset = std::min(source.offset, file->Size());
-  const std::uint64_t size = std::min(source.size, file->Size() - offset);
+  std::uint64_t size = std::min(source.size, file->Size() - offset);
   file->Seek(offset);
+  const Result<std::string_view> begin = file->Peek(typeBytes);
+  KDSTREAM_TRY(begin);
+  if (TypeOfPicture({ reinterpret_cast<const std::uint8_t*>(begin->data()), begin->size() }) ==
+      PictureType::Unknown)
+  {
+    size = std::min<std::uint64_t>(size, typeBytes);
+  }
+  if (size > bytesBeside && (size - bytesBeside) / bytesPerPixel > mostPixels)
+  {
+    return Error{ ErrorCode::LimitExceeded, "it has " + std::to_string(size) +
+                                              " bytes, more than a picture of the limit of " +
+                                              std::to_string(mostPixels) + " pixels" };
+  }
   std::vector<std::uint8_t> bytes;
   while (bytes.size() < size)
   {
@@ -61,7 +83,7 @@ Result<ReadablePicture> PictureReader::Decode(
 Result<std::optional<ReadablePicture>> PictureReader::Read(std::uint32_t number)
 {
   const PictureSource& source = this->Pictures[number];
-  const Result<std::vector<std::uint8_t>> bytes = BytesOf(source);
+  const Result<std::vector<std::uint8_t>> bytes = BytesOf(source, this->MostPixels);
   Result<ReadablePicture> picture =
     bytes ? this->Decode(number, *bytes) : Result<ReadablePicture>(bytes.GetError());
   if (bytes && !picture && picture.GetError().code == ErrorCode::InputOutput)

@@ -46,6 +46,7 @@ struct PictureSource
   std::uint64_t offset = 0;
   std::uint64_t size = std::numeric_limits<std::uint64_t>::max(); // to the end
   std::vector<std::uint8_t> bytes{};
+  std::string wrong{}; // why there is no picture; empty: look
 };
 
 inline constexpr std::uint32_t noPicture = std::numeric_limits<std::uint32_t>::max();

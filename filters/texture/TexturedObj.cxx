@@ -112,6 +112,7 @@ private:
   {
     ObjMaterials found = this->Libraries.Take();
     this->Out.warnings = std::move(found.warnings);
+    this->Out.libraries = std::move(found.libraries);
     TexturedMesh& textured = this->Out.textured;
     textured.materials.push_back({}); // of faces without one
     std::map<std::filesystem::path, std::uint32_t> pictures;

@@ -18,6 +18,8 @@ struct TexturedFile
 {
   TexturedMesh textured;
   std::vector<std::string> warnings; // a sentence each, without the file's name
+  // That the file names besides pictures, whether or not they are there.
+  std::vector<std::filesystem::path> libraries{};
 };
 
 // As ObjReader.h reads it, but: a vertex for each combination of place and normal, whatever texture

@@ -22,6 +22,7 @@ namespace
 {
 
 constexpr std::size_t readChunk = std::size_t{ 1 } << 18; // vertices or faces
+constexpr const char* strangeNumber = "a texnumber that no TextureFile has";
 
 const PlyElement* FindElement(const PlyHeader& header, std::string_view name)
 {
@@ -218,18 +219,19 @@ private:
     {
       return Error{ ErrorCode::InvalidInput, "truncated: the file has changed since it was read" };
     }
-    this->Warn(this->Odd, this->FirstOdd, "a texcoord of another length than its corners");
-    this->Warn(this->Strange, this->FirstStrange, "a texnumber that no TextureFile has");
+    this->Warn(this->Odd, this->FirstOdd, "face", "a texcoord of another length than its corners");
+    this->Warn(this->Strange, this->FirstStrange, "face", strangeNumber);
     return {};
   }
 
-  void Warn(std::uint64_t count, std::uint64_t first, const std::string& what)
+  void Warn(
+    std::uint64_t count, std::uint64_t first, const std::string& element, const std::string& what)
   {
     if (count > 0)
     {
       this->Out.warnings.push_back(
-        std::to_string(count) + (count == 1 ? " face has " : " faces have ") + what +
-        " (the first is face " + std::to_string(first) + "): they count as white");
+        std::to_string(count) + " " + element + (count == 1 ? " has " : "s have ") + what +
+        " (the first is " + element + " " + std::to_string(first) + "): they count as white");
     }
   }
 
@@ -262,17 +264,12 @@ private:
   void AddFace(std::size_t corners, double number, std::uint64_t face)
   {
     TexturedMesh& textured = this->Out.textured;
-    const auto pictures = static_cast<double>(textured.pictures.size());
     const bool has = this->Coordinates.size() == 2 * corners;
     if (!has && this->Odd++ == 0)
     {
       this->FirstOdd = face;
     }
-    const bool known = number >= 0 && number < pictures;
-    if (!known && this->Strange++ == 0)
-    {
-      this->FirstStrange = face;
-    }
+    const bool known = this->CheckNumber(number, face);
     const auto none = static_cast<std::uint32_t>(textured.pictures.size());
     const auto at = [&](std::size_t corner) {
       return PictureCoordinate{ this->Coordinates[2 * corner], this->Coordinates[2 * corner + 1] };
@@ -284,6 +281,17 @@ private:
         has ? std::array{ at(0), at(k - 1), at(k) } : std::array{ no, no, no });
       textured.materialOf.push_back(has && known ? static_cast<std::uint32_t>(number) : none);
     }
+  }
+
+  // Whether a face, or triangle, names a picture that there is.
+  bool CheckNumber(double number, std::uint64_t element)
+  {
+    const bool known = number >= 0 && number < double(this->Out.textured.pictures.size());
+    if (!known && this->Strange++ == 0)
+    {
+      this->FirstStrange = element;
+    }
+    return known;
   }
 
   void TakeCornersOfVertices()
@@ -309,9 +317,10 @@ private:
       }
       const std::size_t triangle = textured.materialOf.size();
       const double number = numbers == arrays.end() ? 0 : numbers->Get(triangle, 0);
-      const bool known = number >= 0 && number < double(none);
+      const bool known = this->CheckNumber(number, triangle);
       textured.materialOf.push_back(known ? static_cast<std::uint32_t>(number) : none);
     }
+    this->Warn(this->Strange, this->FirstStrange, "triangle", strangeNumber);
   }
 
   // What pictures stand for.

@@ -3,6 +3,7 @@
 #include "viewer/desktop/HeadlessView.h"
 
 #include "filters/core/SystemReason.h"
+#include "viewer/desktop/CheckColors.h"
 #include "viewer/desktop/Player.h"
 #include "viewer/desktop/ViewReport.h"
 
@@ -198,24 +199,6 @@ Result<std::vector<SessionStep>> ReadReplay(const std::string& file)
   return steps;
 }
 
-// Errors: NotFound where the model of the scene has no such array.
-Status CheckColors(const ColorChoice& colors, const ViewerScene& scene)
-{
-  const bool isOpen = !scene.box.Empty();
-  if (!isOpen || ColoringOf(colors, scene.scalars).kind == colors.coloring)
-  {
-    return {};
-  }
-  std::string names;
-  for (const ScalarDescription& scalar : scene.scalars)
-  {
-    names += (names.empty() ? "'" : ", '") + scalar.name + "'";
-  }
-  return Error{ ErrorCode::NotFound, "the model has no array of numbers '" + colors.attribute +
-                                       "' to be coloured by; it has " +
-                                       (names.empty() ? "none" : names) };
-}
-
 Result<int> ViewHeadless(const std::string& program, const ViewOptions& line,
   const std::vector<SessionStep>& replay, ModelSource& source)
 {
@@ -248,10 +231,19 @@ Result<int> ViewHeadless(const std::string& program, const ViewOptions& line,
   for (const SessionStep& step : steps)
   {
     const bool picture = step.kind == SessionStep::Kind::Screenshot;
+    if (&step == &steps.back() && !line.screenshot.empty())
+    {
+      SceneSettings last = (*window)->Settings(); // pictures of a session file show the model alone
+      last.legend = line.legend;
+      (*window)->SetSettings(last);
+    }
     const auto told = At(picture ? step.name : line.source, failures.Tell(step, player.Play(step)));
     KDSTREAM_TRY(told);
     Perform(step, settings);
-    KDSTREAM_TRY(At(line.source, CheckColors(settings.colors, session.Scene())));
+    if (const ViewerScene scene = session.Scene(); !scene.box.Empty())
+    {
+      KDSTREAM_TRY(At(line.source, CheckColors(settings.colors, scene.scalars)));
+    }
     exitCode = std::max(exitCode, *told);
   }
   failures.TellOfTheRest();

@@ -31,10 +31,12 @@ Result<std::unique_ptr<SessionWindow>> SessionWindow::MakeOnScreen(
 SessionWindow::SessionWindow(vtkSmartPointer<vtkRenderWindow> window, const SceneSettings& settings)
   : Window(std::move(window))
   , Boxes(this->Scene.Renderer())
+  , Legend(this->Scene.Renderer())
 {
   this->SetSettings(settings);
   this->Window->AddRenderer(&this->Scene.Renderer());
   this->Window->AddRenderer(&this->Boxes.Renderer());
+  this->Legend.AddTo(*this->Window);
 }
 
 void SessionWindow::Resize(const Viewport& view)
@@ -54,6 +56,9 @@ Status SessionWindow::Show(const ViewerScene& scene, const std::vector<Box>& reg
   KDSTREAM_TRY(this->Scene.Follow(scene));
   this->Boxes.Show(this->How.boxes ? regionBoxes : std::vector<Box>(), this->Scene.Center(),
     boxLineWidth * this->PixelRatio);
+  const Coloring coloring = ColoringOf(this->How.colors, scene.scalars);
+  this->Legend.Show(coloring.attribute,
+    this->How.legend ? LegendOf(coloring, scene.scalars) : ColorLegend(), this->PixelRatio);
   this->Window->Render();
   this->Window->WaitForCompletion();
   return {};

@@ -3,6 +3,7 @@
 #pragma once
 
 #include "filters/core/Result.h"
+#include "viewer/desktop/PictureLegend.h"
 #include "viewer/desktop/RegionBoxes.h"
 #include "viewer/desktop/SessionScene.h"
 #include "viewer/desktop/SettingSteps.h"
@@ -41,6 +42,7 @@ private:
   vtkSmartPointer<vtkRenderWindow> Window;
   SessionScene Scene;
   RegionBoxes Boxes;
+  PictureLegend Legend;
   SceneSettings How;
   double PixelRatio = 1;
 };

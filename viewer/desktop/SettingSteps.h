@@ -19,7 +19,8 @@ struct SceneSettings
 {
   ColorChoice colors;
   bool occlusion = true;
-  bool boxes = false; // of the region's partitions
+  bool boxes = false;  // of the region's partitions
+  bool legend = false; // where colours are those of an array
   bool operator==(const SceneSettings&) const = default;
 };
 

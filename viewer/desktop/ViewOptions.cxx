@@ -130,6 +130,14 @@ void AddColorOptions(CLI::App& app, ViewOptions& line)
     ->type_name("LOW,HIGH")
     ->needs(by)
     ->group(group);
+  const std::map<std::string, bool> switches{ { "on", true }, { "off", false } };
+  app
+    .add_option("--legend", line.legend,
+      "what the colours mean, in the picture of --screenshot, where they are those of an array")
+    ->transform(CLI::CheckedTransformer(switches).description(""))
+    ->type_name("on|off")
+    ->default_str("on")
+    ->group(group);
 }
 
 void AddDetailOptions(CLI::App& app, ViewOptions& line)

@@ -29,6 +29,7 @@ struct ViewOptions
   std::uint64_t memory = std::uint64_t{ 1 } << 30;
   ColorChoice colors;
   bool occlusion = true;
+  bool legend = true; // in the screenshot
   int width = 1280, height = 720;
 
   bool OpensWindow() const { return this->offscreen.empty() && this->replay.empty(); }

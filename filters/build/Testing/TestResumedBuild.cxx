@@ -298,11 +298,13 @@ TEST_F(ResumedBuild, WhatAnotherBuildHasLeftIsRemovedWithAWord)
 
 TEST_F(ResumedBuild, AConvertedInputIsKnownByWhatItWasMadeFrom)
 {
-  const fs::path from = this->Folder / "scan.vtp";
+  const fs::path from = this->Folder / "scan.vtp", picture = this->Folder / "scan.png";
   std::ofstream(from) << "anything";
+  std::ofstream(picture) << "a picture";
   const Mesh mesh = Shuffled(Torus(96, 48), 2);
   this->Write(mesh);
   this->Options.convertedFrom = from;
+  this->Options.convertedWith = { picture };
   std::vector<std::size_t> publishing;
   this->CountSteps(publishing);
   const std::string expected = this->Take();
@@ -318,13 +320,18 @@ TEST_F(ResumedBuild, AConvertedInputIsKnownByWhatItWasMadeFrom)
   EXPECT_EQ(this->External().GetError().code, ErrorCode::InvalidArgument);
   std::ofstream(from) << "anything";
   fs::last_write_time(from, time);
+  const auto timeOfPicture = fs::last_write_time(picture);
+  std::ofstream(picture) << "another picture";
+  EXPECT_NE(this->External().GetError().message.find(picture.string()), std::string::npos);
+  std::ofstream(picture) << "a picture";
+  fs::last_write_time(picture, timeOfPicture);
   fs::remove(this->Input());
   this->Write(mesh); // converted again: another time of change
   const auto report = this->External();
   ASSERT_TRUE(report) << report.GetError().message;
   EXPECT_EQ(report->resumedPhases, 5U);
   EXPECT_TRUE(this->Take() == expected);
-  this->ExpectNothingLeft({ "in.ply", "scan.vtp", "spill" });
+  this->ExpectNothingLeft({ "in.ply", "scan.png", "scan.vtp", "spill" });
 }
 
 TEST_F(ResumedBuild, GoesOnWithMoreMemoryAndSaysThatItHasTooLittle)

@@ -243,6 +243,53 @@ TEST_F(BuildFolderTest, ABuildThatDoesNotResumeThrowsAwayWhatIsThere)
   EXPECT_EQ(this->FinishedPhases(), 0U) << "the journal went too";
 }
 
+TEST_F(BuildFolderTest, ABuildWhoseInputNamesAnotherFileIsNotResumed)
+{
+  const fs::path input = this->Parent.Path() / "input", picture = this->Parent.Path() / "a.png",
+                 gone = this->Parent.Path() / "gone.mtl";
+  std::ofstream(input) << "some mesh";
+  std::ofstream(picture) << "some picture";
+  const BuildIdentity identity{ "program 1", input, { { "--weld", "on" } }, { picture, gone } };
+  const std::string fingerprint = *FingerprintOf(identity);
+  {
+    BuildFolder folder = this->Open(false, fingerprint);
+    ASSERT_TRUE(MakeNumbers(folder));
+    folder.Keep(true);
+  }
+  const auto expectRefused = [&](const BuildIdentity& other, const fs::path& file)
+  {
+    const std::string now = *FingerprintOf(other);
+    const auto refused = BuildFolder::Open(this->Path(), now, true);
+    ASSERT_FALSE(refused);
+    EXPECT_EQ(refused.GetError().code, ErrorCode::InvalidArgument);
+    EXPECT_EQ(refused.GetError().message,
+      "--resume: the interrupted build had another file " + CanonicalPath(file).string() +
+        ", which its input names, or it has been changed since; its files are left as they are: "
+        "build without --resume to start over");
+    EXPECT_EQ(DescribeOtherBuild(fingerprint, now),
+      CanonicalPath(file).string() +
+        " has been changed since, so that --resume cannot go on with them");
+  };
+  const auto time = fs::last_write_time(picture);
+  fs::last_write_time(picture, time + std::chrono::seconds(1));
+  expectRefused(identity, picture);
+  std::ofstream(picture, std::ios::app) << "more";
+  fs::last_write_time(picture, time);
+  expectRefused(identity, picture);
+  std::ofstream(picture) << "some picture";
+  fs::last_write_time(picture, time);
+  std::ofstream(gone) << "newmtl a";
+  expectRefused(identity, gone);
+  fs::remove(gone);
+  BuildIdentity other = identity;
+  other.named = { gone };
+  expectRefused(other, picture);
+  other.named = { gone, picture, this->Parent.Path() / "b.png" };
+  expectRefused(other, other.named.back());
+  BuildFolder same = this->Open(true, *FingerprintOf(identity));
+  EXPECT_EQ(same.FinishedPhases(), 1U);
+}
+
 TEST_F(BuildFolderTest, AnotherBuildIsNotResumedAndLosesNothing)
 {
   const fs::path input = this->Parent.Path() / "input";

@@ -5,6 +5,8 @@
 
 #include <algorithm>
 #include <cerrno>
+#include <iterator>
+#include <set>
 #include <system_error>
 
 #include <sys/stat.h>
@@ -17,6 +19,11 @@ namespace
 namespace fs = std::filesystem;
 
 using Parts = std::vector<std::string_view>;
+
+std::string TextOfTime(const struct stat& state)
+{
+  return std::to_string(state.st_mtim.tv_sec) + "." + std::to_string(state.st_mtim.tv_nsec);
+}
 
 // The parts of a fingerprint, each after its length; fewer where it is none.
 Parts PartsOf(std::string_view fingerprint)
@@ -41,8 +48,49 @@ Parts PartsOf(std::string_view fingerprint)
   return parts;
 }
 
-// The parts of a fingerprint before the options: the program; path, size and time of the input.
-constexpr std::size_t partsOfProgram = 1, pathOfInput = 1, partsBeforeOptions = 4;
+void AddPart(const std::string& part, std::string& fingerprint)
+{
+  fingerprint += std::to_string(part.size()) + ":" + part + "\n";
+}
+
+// The parts of a fingerprint before the options: the program; path, size and time of the input; the
+// files that it names, in parts of their own.
+constexpr std::size_t pathOfInput = 1, partsOfInput = 3, namedFiles = 4, partsBeforeOptions = 5;
+
+// Path and "size time" of each; "none" of what is not there.
+std::string PartsOfNamed(const std::vector<fs::path>& files)
+{
+  std::string parts;
+  for (const fs::path& file : files)
+  {
+    struct stat state = {};
+    const bool there = stat(file.c_str(), &state) == 0;
+    AddPart(CanonicalPath(file).string(), parts);
+    AddPart(there ? std::to_string(state.st_size) + " " + TextOfTime(state) : "none", parts);
+  }
+  return parts;
+}
+
+// A file that only one of them names, or that has been changed; empty where there is none.
+std::string NamedOtherwise(const Parts& before, const Parts& after)
+{
+  using Files = std::set<std::pair<std::string_view, std::string_view>>; // paths and states
+  const auto filesOf = [](std::string_view named)
+  {
+    const Parts parts = PartsOf(named);
+    Files files;
+    for (std::size_t i = 0; i + 1 < parts.size(); i += 2)
+    {
+      files.emplace(parts[i], parts[i + 1]);
+    }
+    return files;
+  };
+  const Files earlier = filesOf(before[namedFiles]), now = filesOf(after[namedFiles]);
+  std::vector<Files::value_type> others;
+  std::set_symmetric_difference(
+    earlier.begin(), earlier.end(), now.begin(), now.end(), std::back_inserter(others));
+  return others.empty() ? std::string() : std::string(others.front().first);
+}
 
 // Whether the same program has made both, which then have the same options, with values.
 bool OfOneProgram(const Parts& before, const Parts& after)
@@ -53,8 +101,8 @@ bool OfOneProgram(const Parts& before, const Parts& after)
 
 bool OfOneInput(const Parts& before, const Parts& after)
 {
-  return std::equal(before.begin() + partsOfProgram, before.begin() + partsBeforeOptions,
-    after.begin() + partsOfProgram);
+  return std::equal(before.begin() + pathOfInput, before.begin() + pathOfInput + partsOfInput,
+    after.begin() + pathOfInput);
 }
 
 // "20", "none", "\"Statue of somebody\"".
@@ -97,12 +145,12 @@ Result<std::string> FingerprintOf(const BuildIdentity& identity)
     return SystemError("cannot be examined", errno, identity.input);
   }
   std::string fingerprint;
-  const auto add = [&](const std::string& part)
-  { fingerprint += std::to_string(part.size()) + ":" + part + "\n"; };
+  const auto add = [&](const std::string& part) { AddPart(part, fingerprint); };
   add(identity.program);
   add(CanonicalPath(identity.input).string());
   add(std::to_string(input.st_size));
-  add(std::to_string(input.st_mtim.tv_sec) + "." + std::to_string(input.st_mtim.tv_nsec));
+  add(TextOfTime(input));
+  add(PartsOfNamed(identity.named));
   for (const auto& [name, value] : identity.options)
   {
     add(name);
@@ -133,6 +181,11 @@ Status CheckSameBuild(std::string_view earlier, std::string_view now)
     return refused(
       ErrorCode::InvalidArgument, "had another input, or this one has been changed since");
   }
+  if (const std::string file = NamedOtherwise(before, after); !file.empty())
+  {
+    return refused(ErrorCode::InvalidArgument,
+      "had another file " + file + ", which its input names, or it has been changed since");
+  }
   return refused(ErrorCode::InvalidArgument,
     "had other options, which are needed to go on with it: " + DescribeOptions(before, after));
 }
@@ -149,9 +202,11 @@ std::string DescribeOtherBuild(std::string_view earlier, std::string_view now)
   {
     return needed + "their input " + std::string(before[pathOfInput]) + " is needed";
   }
-  return OfOneInput(before, after)
+  const std::string file = NamedOtherwise(before, after);
+  return OfOneInput(before, after) && file.empty()
            ? needed + DescribeOptions(before, after) + " is needed"
-           : "their input has been changed since, so that --resume cannot go on with them";
+           : (file.empty() ? "their input" : file) +
+               " has been changed since, so that --resume cannot go on with them";
 }
 
 }

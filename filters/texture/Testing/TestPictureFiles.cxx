@@ -1,25 +1,19 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Pictures of all kinds, and what is none or claims too much.
 #include "filters/texture/Picture.h"
+#include "filters/texture/Testing/OddPictures.h"
 #include "filters/texture/WritePicture.h"
 
 #include <gtest/gtest.h>
 
-#include <array>
-#include <cstdio>
-#include <cstdlib>
-#include <cstring>
 #include <random>
-
-#include <jpeglib.h>
-#include <png.h>
+#include <utility>
 
 using namespace kdstream;
+using namespace kdstream::test;
 
 namespace
 {
-
-using Bytes = std::vector<std::uint8_t>;
 
 Picture Noise(std::size_t width, std::size_t height, std::size_t components, unsigned seed)
 {
@@ -36,65 +30,6 @@ std::string ErrorOf(const Bytes& bytes, std::uint64_t most = mostPicturePixels)
 {
   const Result<Picture> picture = DecodePicture(bytes, most);
   return picture ? "none" : picture.GetError().message;
-}
-
-// A PNG of any depth and colour type, its rows as libpng packs them.
-Bytes RawPng(unsigned width, unsigned height, int depth, int type, Bytes rows, std::size_t row)
-{
-  Bytes bytes;
-  png_structp codec = png_create_write_struct(PNG_LIBPNG_VER_STRING, nullptr, nullptr, nullptr);
-  png_infop info = png_create_info_struct(codec);
-  png_set_write_fn(
-    codec, &bytes,
-    [](png_structp writer, png_bytep data, std::size_t size)
-    {
-      auto* const to = static_cast<Bytes*>(png_get_io_ptr(writer));
-      to->insert(to->end(), data, data + size);
-    },
-    nullptr);
-  png_set_IHDR(codec, info, width, height, depth, type, PNG_INTERLACE_NONE,
-    PNG_COMPRESSION_TYPE_DEFAULT, PNG_FILTER_TYPE_DEFAULT);
-  const std::array<png_color, 4> palette{ { { 1, 2, 3 }, { 255, 0, 0 }, { 0, 255, 0 },
-    { 9, 8, 7 } } };
-  if (type == PNG_COLOR_TYPE_PALETTE)
-  {
-    png_set_PLTE(codec, info, palette.data(), int(palette.size()));
-  }
-  png_write_info(codec, info);
-  for (unsigned y = 0; y < height; ++y)
-  {
-    png_write_row(codec, &rows[y * row]);
-  }
-  png_write_end(codec, info);
-  png_destroy_write_struct(&codec, &info);
-  return bytes;
-}
-
-Bytes CmykJpeg()
-{
-  jpeg_compress_struct codec{};
-  jpeg_error_mgr errors{};
-  codec.err = jpeg_std_error(&errors);
-  jpeg_create_compress(&codec);
-  unsigned char* begin = nullptr;
-  unsigned long size = 0;
-  jpeg_mem_dest(&codec, &begin, &size);
-  codec.image_width = codec.image_height = 8;
-  codec.input_components = 4;
-  codec.in_color_space = JCS_CMYK;
-  jpeg_set_defaults(&codec);
-  jpeg_start_compress(&codec, TRUE);
-  Bytes row(32, 100);
-  JSAMPROW at = row.data();
-  while (codec.next_scanline < codec.image_height)
-  {
-    jpeg_write_scanlines(&codec, &at, 1);
-  }
-  jpeg_finish_compress(&codec);
-  jpeg_destroy_compress(&codec);
-  Bytes bytes(begin, begin + size);
-  std::free(begin);
-  return bytes;
 }
 
 }
@@ -167,25 +102,11 @@ TEST(Picture, CmykIsRefused)
 
 TEST(Picture, WhatClaimsTooMuchTakesNoMemory)
 {
-  // A header alone, with its checksum right: 60000 x 60000, 16 bits RGBA.
-  Bytes huge = RawPng(1, 1, 16, PNG_COLOR_TYPE_RGBA, Bytes(8), 8);
-  const Bytes size{ 0, 0, 0xEA, 0x60, 0, 0, 0xEA, 0x60 };
-  std::copy(size.begin(), size.end(), huge.begin() + 16);
-  std::uint32_t crc = 0xFFFFFFFFU; // of PNG chunks
-  for (std::size_t i = 12; i < 29; ++i)
-  {
-    crc ^= huge[i];
-    for (int bit = 0; bit < 8; ++bit)
-    {
-      crc = (crc >> 1) ^ ((crc & 1U) != 0 ? 0xEDB88320U : 0U);
-    }
-  }
-  crc = ~crc;
-  for (std::size_t k = 0; k < 4; ++k)
-  {
-    huge[29 + k] = static_cast<std::uint8_t>(crc >> (24 - 8 * k));
-  }
+  const Bytes one = RawPng(1, 1, 16, PNG_COLOR_TYPE_RGBA, Bytes(8), 8);
+  const Bytes huge = PngClaiming(one, 60000, 60000);
   EXPECT_EQ(ErrorOf(huge), "it claims 60000 x 60000 pixels, more than the limit of 1073741824");
+  EXPECT_EQ(ErrorOf(PngClaiming(one, 1U << 20, 1)),
+    "it claims 1048576 x 1 pixels, more than 131072 along a side");
   const Picture small = Noise(20, 10, 3, 1);
   for (const PictureType type : { PictureType::Jpeg, PictureType::Png, PictureType::Webp })
   {
@@ -193,6 +114,34 @@ TEST(Picture, WhatClaimsTooMuchTakesNoMemory)
     EXPECT_EQ(ErrorOf(bytes, 199), "it claims 20 x 10 pixels, more than the limit of 199");
     EXPECT_EQ(ErrorOf(bytes, 200), "none");
   }
+}
+
+TEST(Picture, ScansWithoutEndAreRefused)
+{
+  const Bytes whole = ProgressiveJpeg();
+  EXPECT_EQ(ErrorOf(whole), "none");
+  // The last scan, from its tables on, again and again.
+  std::size_t scan = whole.size() - 2;
+  while (whole[scan] != 0xFF || whole[scan + 1] != 0xDA)
+  {
+    --scan;
+  }
+  Bytes many(whole.begin(), whole.end() - 2);
+  for (int i = 0; i < 300; ++i)
+  {
+    many.insert(many.end(), whole.begin() + static_cast<std::ptrdiff_t>(scan), whole.end() - 2);
+  }
+  many.insert(many.end(), { 0xFF, 0xD9 });
+  EXPECT_EQ(ErrorOf(many), "it is a damaged or truncated JPEG (more than 200 scans)");
+}
+
+TEST(Picture, InterlacedOnesAreTheSame)
+{
+  const Picture made = Noise(23, 19, 3, 6);
+  const Result<Picture> read =
+    DecodePicture(RawPng(23, 19, 8, PNG_COLOR_TYPE_RGB, made.texels, std::size_t{ 3 } * 23, true));
+  ASSERT_TRUE(read) << read.GetError().message;
+  EXPECT_EQ(read->texels, made.texels);
 }
 
 TEST(Picture, CutOnesAreErrorsThatSayWhat)

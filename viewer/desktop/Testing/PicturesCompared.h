@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// How much two PNG files differ, for tests.
+// How much two PNG files differ, and where, for tests.
 #pragma once
 
 #include <vtkImageData.h>
@@ -7,14 +7,19 @@
 #include <vtkPNGReader.h>
 
 #include <algorithm>
+#include <array>
 #include <cstdlib>
 #include <filesystem>
+#include <limits>
 
 namespace kdstream::testing
 {
 
-// Of the pixels of two pictures those that differ by more than 8 of 255; 1 for other sizes.
-inline double ShareThatDiffers(const std::filesystem::path& a, const std::filesystem::path& b)
+// Calls visit(column, row) of each pixel that differs by more than 8 of 255, row 0 below; returns
+// how many pixels there are, 0 where the pictures are not of one size.
+template <class Visit>
+vtkIdType ForEachThatDiffers(
+  const std::filesystem::path& a, const std::filesystem::path& b, const Visit& visit)
 {
   const vtkNew<vtkPNGReader> first;
   const vtkNew<vtkPNGReader> second;
@@ -23,13 +28,13 @@ inline double ShareThatDiffers(const std::filesystem::path& a, const std::filesy
   first->Update();
   second->Update();
   const auto size = first->GetOutput()->GetNumberOfPoints();
-  if (size == 0 || size != second->GetOutput()->GetNumberOfPoints())
+  if (size != second->GetOutput()->GetNumberOfPoints())
   {
-    return 1;
+    return 0;
   }
+  const int width = first->GetOutput()->GetDimensions()[0];
   const auto* p = static_cast<const unsigned char*>(first->GetOutput()->GetScalarPointer());
   const auto* q = static_cast<const unsigned char*>(second->GetOutput()->GetScalarPointer());
-  vtkIdType different = 0;
   for (vtkIdType i = 0; i < size; ++i)
   {
     int most = 0;
@@ -37,9 +42,35 @@ inline double ShareThatDiffers(const std::filesystem::path& a, const std::filesy
     {
       most = std::max(most, std::abs(p[c] - q[c]));
     }
-    different += most > 8 ? 1 : 0;
+    if (most > 8)
+    {
+      visit(static_cast<int>(i % width), static_cast<int>(i / width));
+    }
   }
-  return static_cast<double>(different) / static_cast<double>(size);
+  return size;
+}
+
+// Of the pixels of two pictures those that differ; 1 for other sizes.
+inline double ShareThatDiffers(const std::filesystem::path& a, const std::filesystem::path& b)
+{
+  vtkIdType different = 0;
+  const vtkIdType size = ForEachThatDiffers(a, b, [&](int, int) { ++different; });
+  return size == 0 ? 1 : static_cast<double>(different) / static_cast<double>(size);
+}
+
+// The box around them: least column and row, most column and row.
+inline std::array<int, 4> BoxThatDiffers(
+  const std::filesystem::path& a, const std::filesystem::path& b)
+{
+  constexpr int most = std::numeric_limits<int>::max();
+  std::array<int, 4> box{ most, most, -1, -1 };
+  ForEachThatDiffers(a, b,
+    [&](int column, int row)
+    {
+      box = { std::min(box[0], column), std::min(box[1], row), std::max(box[2], column),
+        std::max(box[3], row) };
+    });
+  return box;
 }
 
 }

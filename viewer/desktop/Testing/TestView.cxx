@@ -18,6 +18,7 @@
 #include <iterator>
 
 using namespace kdstream;
+using kdstream::testing::BoxThatDiffers;
 using kdstream::testing::ShareThatDiffers;
 using kdstream::testing::TorusCatalog;
 
@@ -442,8 +443,8 @@ TEST_F(TestView, AMeshIsSeenWhereNothingCanBeKept)
   EXPECT_TRUE(std::filesystem::is_empty(this->Folder / "brief"));
 }
 
-// A cloud with an intensity and classes, as PLY: what is not geometry travels, and is shown.
-TEST_F(TestView, ColoursByAnArray)
+// A cloud with an intensity and classes, as PLY.
+std::string CloudWithArrays()
 {
   std::string ply = "ply\nformat ascii 1.0\nelement vertex 3600\nproperty float x\n"
                     "property float y\nproperty float z\nproperty float reflectance\n"
@@ -454,7 +455,13 @@ TEST_F(TestView, ColoursByAnArray)
     ply += std::to_string(x) + " " + std::to_string(y) + " 0 " + std::to_string(x * 0.25) + " " +
            std::to_string(x < 30 ? 2 : 6) + "\n";
   }
-  this->Write("cloud.ply", ply);
+  return ply;
+}
+
+// What is not geometry travels, and is shown.
+TEST_F(TestView, ColoursByAnArray)
+{
+  this->Write("cloud.ply", CloudWithArrays());
   const std::string look = "cloud.ply --offscreen auto --size 200x200 --cache kept --screenshot ";
   ASSERT_EQ(this->Run(look + "own.png"), 0) << this->Err;
   ASSERT_EQ(this->Run(look + "a.png --colour-by reflectance --report r.json"), 0) << this->Err;
@@ -471,9 +478,52 @@ TEST_F(TestView, ColoursByAnArray)
                            "'reflectance', 'classification'"),
     std::string::npos)
     << this->Err;
+  EXPECT_EQ(this->Run(look + "e.png --colour-by reflectanse"), 1);
+  EXPECT_NE(this->Err.find("it has 'reflectance', 'classification'; did you mean reflectance?\n"),
+    std::string::npos)
+    << this->Err;
   EXPECT_FALSE(std::filesystem::exists(this->Folder / "e.png"));
   EXPECT_EQ(this->Run(look + "e.png --colour-map cividis"), 2) << this->Err;
   EXPECT_EQ(this->Run(look + "e.png --colour-by reflectance --colour-range 2,1"), 2) << this->Err;
+}
+
+// Only where colours are those of an array, only in --screenshot, and in its corner.
+TEST_F(TestView, APictureHasALegend)
+{
+  this->Write("cloud.ply", CloudWithArrays());
+  this->Write("session.jsonl",
+    "{\"select\":\"cloud\"}\n{\"select\":\"cloud\"}\n{\"wait\":\"idle\"}\n"
+    "{\"screenshot\":\"step.png\"}\n");
+  const std::string look = "cloud.ply --offscreen auto --size 640x480 --cache kept --screenshot ";
+  for (const std::string array : { "reflectance", "classification" })
+  {
+    const std::string by = " --colour-by " + array;
+    ASSERT_EQ(this->Run(look + "with.png" + by), 0) << this->Err;
+    ASSERT_EQ(this->Run(look + "without.png --legend off" + by), 0) << this->Err;
+    const double share = ShareThatDiffers(this->Folder / "with.png", this->Folder / "without.png");
+    EXPECT_GT(share, 0.01) << array;
+    EXPECT_LT(share, 0.2) << array;
+    const auto box = BoxThatDiffers(this->Folder / "with.png", this->Folder / "without.png");
+    EXPECT_GT(box[0], 400) << array;
+    EXPECT_LT(box[2], 640 - 8) << array;
+    EXPECT_LT(box[1], 40) << array;
+    EXPECT_GT(box[1], 4) << array;
+    ASSERT_EQ(this->Run(look + "last.png --replay session.jsonl" + by), 0) << this->Err;
+    EXPECT_LT(ShareThatDiffers(this->Folder / "step.png", this->Folder / "last.png"), 0.2);
+    EXPECT_GT(ShareThatDiffers(this->Folder / "step.png", this->Folder / "last.png"), 0.01)
+      << "the session's own picture shows the model alone";
+  }
+  for (const std::string colors : { "own", "partition" })
+  {
+    const std::string by = " --colour-by " + colors;
+    ASSERT_EQ(this->Run(look + "with.png" + by), 0) << this->Err;
+    ASSERT_EQ(this->Run(look + "without.png --legend off" + by), 0) << this->Err;
+    EXPECT_EQ(ReadText(this->Folder / "with.png"), ReadText(this->Folder / "without.png"));
+  }
+  EXPECT_EQ(this->Run("cloud.ply --offscreen auto --size 60x40 --cache kept --screenshot tiny.png "
+                      "--colour-by classification"),
+    0)
+    << this->Err;
 }
 
 TEST_F(TestView, ALinkOpensTheViewThatItTells)

@@ -526,6 +526,27 @@ TEST_F(TestWindow, AnInterruptBeforeAnythingIsSeenIsAFailure)
   EXPECT_EQ(this->End(true), 0) << "as if it had been closed";
 }
 
+// In the words of a look without a window; the window stays, with the model's own colours.
+TEST_F(TestWindow, AnArrayThatTheModelHasNotIsTold)
+{
+  std::ofstream(this->Folder / "cloud.ply")
+    << "ply\nformat ascii 1.0\nelement vertex 3\nproperty float x\nproperty float y\n"
+       "property float z\nproperty float reflectance\nend_header\n0 0 0 1\n1 0 0 2\n0 1 0 3\n";
+  this->Open("cloud.ply --colour-by reflectanse --size " + Size());
+  const auto last = std::chrono::steady_clock::now() + patience;
+  while (this->Err().find("error") == std::string::npos && std::chrono::steady_clock::now() < last)
+  {
+    std::this_thread::sleep_for(100ms);
+  }
+  EXPECT_NE(this->Err().find(
+              "kdstream-view: error: cloud.ply: the model has no array of numbers 'reflectanse' to "
+              "be coloured by; it has 'reflectance'; did you mean reflectance?\n"),
+    std::string::npos)
+    << this->Err();
+  this->SettledPicture("cloud");
+  EXPECT_EQ(this->End(), 1);
+}
+
 TEST_F(TestWindow, WhatCannotBeOpenedIsToldAndCanBeTriedAgain)
 {
   const std::string url = this->Server->Url();

@@ -2,14 +2,13 @@
 // What the window says of colours: see ColorPanel.h.
 #include "viewer/desktop/window/ColorPanel.h"
 
-#include "filters/program/ProgressReporter.h"
+#include "viewer/desktop/LegendText.h"
 #include "viewer/desktop/window/Panels.h"
 #include "viewer/session/look/ColorLegend.h"
 
 #include <imgui.h>
 
 #include <algorithm>
-#include <cstdio>
 #include <string>
 
 namespace kdstream
@@ -20,13 +19,6 @@ namespace
 ImU32 Ink(const Color& color)
 {
   return IM_COL32(color[0], color[1], color[2], 255);
-}
-
-std::string NumberText(double value)
-{
-  char text[32];
-  std::snprintf(text, sizeof(text), "%.6g", value);
-  return text;
 }
 
 // Which of the array's numbers the ends of the map stand for.
@@ -103,12 +95,6 @@ void DrawBar(const ColorLegend& legend, ImDrawList& drawing, ImVec2 from, ImVec2
   }
 }
 
-std::string TextOf(const ColorLegend::Class& each)
-{
-  return NumberText(each.value) + (each.name.empty() ? "" : " " + each.name) + ", " +
-         CountText(static_cast<double>(each.vertices));
-}
-
 float WidthOf(const ColorLegend& legend, const std::string& name, float line)
 {
   float widest = ImGui::CalcTextSize(name.c_str()).x;
@@ -119,7 +105,7 @@ float WidthOf(const ColorLegend& legend, const std::string& name, float line)
   }
   for (const ColorLegend::Class& each : legend.classes)
   {
-    widest = std::max(widest, ImGui::CalcTextSize(TextOf(each).c_str()).x + 1.5f * line);
+    widest = std::max(widest, ImGui::CalcTextSize(ClassText(each).c_str()).x + 1.5f * line);
   }
   return widest;
 }
@@ -188,7 +174,7 @@ void DrawColorLegend(const PanelFacts& facts, const ColorChoice& colors, double 
     drawing.AddRectFilled({ corner.x + edge, y + 0.1f * line },
       { corner.x + edge + 0.8f * line, y + 0.9f * line }, Ink(legend.classes[i].color));
     drawing.AddText({ corner.x + edge + 1.25f * line, y }, ImGui::GetColorU32(ImGuiCol_Text),
-      TextOf(legend.classes[i]).c_str());
+      ClassText(legend.classes[i]).c_str());
   }
 }
 

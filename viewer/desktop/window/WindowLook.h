@@ -60,6 +60,7 @@ public:
 
   void Run();
   bool IsOpen() const { return this->Session.IsOpen(); }
+  int ExitCode() const { return this->Session.ExitCode(); }
   // Writes what the command line asked for at the end.
   Status Finish();
 

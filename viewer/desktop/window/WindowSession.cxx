@@ -2,6 +2,7 @@
 // A window's session and where its models come from: see WindowSession.h.
 #include "viewer/desktop/window/WindowSession.h"
 
+#include "viewer/desktop/CheckColors.h"
 #include "viewer/desktop/SettingSteps.h"
 
 #include <algorithm>
@@ -78,6 +79,7 @@ void WindowSession::TakeModel(const ModelDescription& model)
   {
     this->Texts += scalar.name;
   }
+  this->CheckWantedColors(model);
   this->Book.Open(model.id, {});
   const auto& models = this->Source->Models();
   const auto found = std::find_if(models.begin(), models.end(),
@@ -86,6 +88,20 @@ void WindowSession::TakeModel(const ModelDescription& model)
   {
     this->Source->AskForNotes(model.id);
   }
+}
+
+// Of the model that the command line names, or the only one: of others nobody has said that they
+// have the array.
+void WindowSession::CheckWantedColors(const ModelDescription& model)
+{
+  const bool isMeant = model.id == this->Options.model || this->Source->Models().size() == 1;
+  const Status known = CheckColors(this->Options.colors, model.scalars);
+  if (this->WantsColors && isMeant && !known)
+  {
+    this->Code = PrintError(this->Program, "", At(this->Options.source, known).GetError());
+    this->Tell(known.GetError().message);
+  }
+  this->WantsColors = this->WantsColors && !isMeant;
 }
 
 void WindowSession::TakeNotes(const ClientEvent& event)

@@ -32,6 +32,8 @@ public:
   const std::string& Trouble() const { return this->OpeningTrouble; }
   // What is not as one would expect, though it is open: a server that is away.
   const std::string& Warnings() const { return this->OpeningWarnings; }
+  // Of what the command line asks for and the models have not: exitDone, or that of the error.
+  int ExitCode() const { return this->Code; }
   // Of the source; null before it is open.
   const std::vector<ModelSummary>* Models() const;
   // Of the model that is looked at, once it is open; else null.
@@ -77,6 +79,7 @@ private:
   void RecordOptions();
   void NoteIdle();
   void TakeModel(const ModelDescription& model);
+  void CheckWantedColors(const ModelDescription& model);
   void TakeNotes(const ClientEvent& event);
   void FollowOpening();
   void Send();
@@ -93,7 +96,9 @@ private:
   ModelDescription Opened;
   NotesBook Book;
   std::string LastComplaint, Note, Texts;
-  bool IsTouched = false; // a gesture goes on, in which nobody waits
+  int Code = exitDone;
+  bool WantsColors = true; // nobody has looked yet whether the first model has what was asked for
+  bool IsTouched = false;  // a gesture goes on, in which nobody waits
 };
 
 }

@@ -301,7 +301,7 @@ Result<int> ViewInWindow(const std::string& program, const ViewOptions& options)
   {
     return Error{ ErrorCode::Cancelled, "interrupted" }; // before anything was seen
   }
-  return exitDone;
+  return view.ExitCode();
 }
 
 }

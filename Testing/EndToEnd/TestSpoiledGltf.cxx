@@ -1,0 +1,212 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Textured glTF files that are spoiled in one way, through kdstream-build: images, textures,
+// samplers and what they name; nodes, buffers and accessors.
+#include "Testing/EndToEnd/SpoiledFiles.h"
+
+using namespace kdstream;
+using namespace kdstream::fixtures;
+
+namespace
+{
+
+constexpr const char* taken = ": the material's colour is taken";
+const std::string oneTexture = ",\"textures\":[{\"source\":0}]";
+
+class TestSpoiledGltf : public SpoiledTest
+{
+protected:
+  void SetUp() override { this->WriteBytes("a.png", TwoHalves(PictureType::Png)); }
+
+  // What is said of a .glb with these members.
+  void ExpectGlb(const std::string& more, const std::vector<std::string>& warnings,
+    const std::vector<Rgb>& colors, const std::string& texture = "{\"index\":0}")
+  {
+    SCOPED_TRACE(more + " " + texture);
+    GltfBuffer buffer;
+    this->WriteText("m.glb",
+      Glb(buffer, more, "\"pbrMetallicRoughness\":{\"baseColorTexture\":" + texture + "}"));
+    this->ExpectBuilt("m.glb", warnings, colors);
+  }
+  void ExpectImage(const std::string& image, const std::string& said)
+  {
+    this->ExpectGlb("\"images\":[" + image + "]" + oneTexture, { said + taken }, { white, white });
+  }
+};
+
+}
+
+TEST_F(TestSpoiledGltf, ImagesThatNameNothingAreTold)
+{
+  this->ExpectGlb("\"images\":[{\"uri\":\"a.png\"}]" + oneTexture, {}, { red, blue });
+  this->ExpectImage("{}", "image 0: it has neither uri nor bufferView");
+  this->ExpectImage("{\"uri\":7}", "image 0: it has neither uri nor bufferView");
+  this->ExpectImage("7", "image 0: it has neither uri nor bufferView");
+  this->ExpectImage("{\"bufferView\":9}", "image 0: it names bufferView 9, but there are 2");
+  this->ExpectImage("{\"bufferView\":-1}", "image 0: it names bufferView -1, but there are 2");
+  this->ExpectImage("{\"bufferView\":\"x\"}", "image 0: it names no bufferView");
+  this->ExpectImage(
+    "{\"uri\":\"data:image/png;base64,iVBORw0KGgo?\"}", "image 0: its data URI is no base64");
+  this->ExpectImage("{\"uri\":\"data:image/png,abc\"}", "image 0: its data URI is no base64");
+  this->ExpectImage("{\"uri\":\"data:image/png;base64,iVBORw0KGgo=\"}",
+    "image 0: it is a damaged or truncated PNG (it ends too early)");
+  this->ExpectImage("{\"uri\":\"data:image/png;base64,\"}", "image 0: it is empty");
+}
+
+TEST_F(TestSpoiledGltf, NothingIsReadElsewhere)
+{
+  this->ExpectImage("{\"uri\":\"http://example.org/a.png\"}",
+    "image 0: it lies at 'http://example.org/a.png', and nothing is fetched");
+  this->ExpectImage("{\"uri\":\"file:///etc/passwd\"}",
+    "image 0: it lies at 'file:///etc/passwd', and nothing is fetched");
+  this->ExpectImage("{\"uri\":\"../../../../etc/passwd\"}", "image 0 'passwd' is not there");
+  this->ExpectImage("{\"uri\":\"%2e%2e/%2e%2e/etc/passwd\"}", "image 0 'passwd' is not there");
+  this->ExpectImage("{\"uri\":\"/etc/passwd\"}", "image 0 'passwd' is not there");
+  // Where the geometry is.
+  for (const std::string uri : { "../../etc/passwd", "/etc/passwd", "x/../../b.bin" })
+  {
+    GltfBuffer buffer;
+    const std::string scene = Scene(buffer, "");
+    this->WriteText("m.gltf", buffer.Json(scene, uri));
+    this->ExpectRefused(
+      "m.gltf", "the file '" + uri +
+                  "', in which its geometry is, lies outside its folder, where nothing is read");
+  }
+}
+
+TEST_F(TestSpoiledGltf, ViewsBeyondTheirBuffersAreTold)
+{
+  GltfBuffer buffer;
+  const std::vector<std::uint8_t> picture = TwoHalves(PictureType::Png);
+  const int view = buffer.AddView(picture.data(), picture.size());
+  std::string glb =
+    Glb(buffer, "\"images\":[{\"bufferView\":" + std::to_string(view) + "}]" + oneTexture);
+  this->WriteText("m.glb", glb);
+  this->ExpectBuilt("m.glb", {}, { red, blue });
+  const std::string length = "\"byteLength\":" + std::to_string(picture.size());
+  std::string longer = "\"byteLength\":9" + std::string(length.size() - 14, '9');
+  glb.replace(glb.find(length), length.size(), longer);
+  this->WriteText("m.glb", glb);
+  this->ExpectBuilt("m.glb",
+    { std::string("image 0: its bufferView 0 reaches beyond the end of its buffer") + taken },
+    { white, white });
+}
+
+TEST_F(TestSpoiledGltf, TexturesThatNameNothingAreTold)
+{
+  const std::string images = "\"images\":[{\"uri\":\"a.png\"}],";
+  const std::vector<Rgb> whites{ white, white };
+  this->ExpectGlb(
+    images + "\"textures\":[{}]", { std::string("texture 0 names no image") + taken }, whites);
+  this->ExpectGlb(images + "\"textures\":[{\"source\":4}]",
+    { std::string("texture 0 names image 4, but there is 1") + taken }, whites);
+  this->ExpectGlb(
+    images + "\"textures\":[{\"extensions\":{\"KHR_texture_basisu\":{\"source\":0}}}]",
+    { std::string("texture 0 has its image as KTX 2 alone, which is not read") + taken }, whites);
+  this->ExpectGlb(images + "\"textures\":[{\"source\":0}]",
+    { "material 0 names texture 3, but there is 1: its colour is taken" }, whites, "{\"index\":3}");
+  this->ExpectGlb(images + "\"textures\":[{\"source\":0}]",
+    { "material 0 names no texture: its colour is taken" }, whites, "{}");
+  this->ExpectGlb("\"textures\":[{\"source\":0}]",
+    { std::string("texture 0 names image 0, but there are 0") + taken }, whites);
+  this->ExpectGlb(images + "\"samplers\":[{}],\"textures\":[{\"source\":0,\"sampler\":5}]",
+    { "texture 0 names sampler 5, but there is 1: its picture repeats" }, { red, blue });
+  this->ExpectGlb(images + "\"textures\":[{\"source\":0}]",
+    { "2 triangles have no texture coordinates, or such that are no numbers (the first is triangle "
+      "0): the material's colour is taken" },
+    whites, "{\"index\":0,\"texCoord\":1}");
+}
+
+TEST_F(TestSpoiledGltf, TwentyOfManyAreTold)
+{
+  std::string materials, primitives;
+  for (int i = 0; i < 30; ++i)
+  {
+    materials += (i == 0 ? "{" : ",{") + std::string("\"pbrMetallicRoughness\":{") +
+                 "\"baseColorTexture\":{\"index\":7}}}";
+  }
+  GltfBuffer buffer;
+  std::string scene = Scene(buffer, "\"images\":[{\"uri\":\"a.png\"}]" + oneTexture, "");
+  scene.replace(scene.find("[{}]"), 4, "[" + materials + "]");
+  this->WriteText("m.glb", buffer.Glb(scene));
+  std::vector<std::string> warnings;
+  for (int i = 0; i < 20; ++i)
+  {
+    warnings.push_back(
+      "material " + std::to_string(i) + " names texture 7, but there is 1: its colour is taken");
+  }
+  warnings.push_back("10 further materials name what is not there");
+  this->ExpectBuilt("m.glb", warnings, { white, white });
+}
+
+TEST_F(TestSpoiledGltf, NodesAreTreesOrNearly)
+{
+  const auto withNodes = [&](const std::string& nodes)
+  {
+    GltfBuffer buffer;
+    std::string scene = Scene(buffer, "\"images\":[{\"uri\":\"a.png\"}]" + oneTexture);
+    const std::string one = "\"nodes\":[{\"mesh\":0}]";
+    scene.replace(scene.find(one), one.size(), "\"nodes\":[" + nodes + "]");
+    this->WriteText("m.glb", buffer.Glb(scene));
+  };
+  withNodes("{\"mesh\":0,\"children\":[0]}");
+  this->ExpectRefused("m.glb", "node 0 is its own descendant");
+  withNodes("{\"mesh\":0,\"children\":[1]},{\"children\":[2]},{\"children\":[1]}");
+  this->ExpectRefused("m.glb", "node 1 is its own descendant");
+  // Each node twice below the one before: 2^40 meshes.
+  std::string doubled;
+  for (int i = 1; i <= 40; ++i)
+  {
+    const std::string next = std::to_string(i);
+    doubled += "{\"children\":[" + next + "," + next + "]},";
+  }
+  withNodes(doubled + "{\"mesh\":0}");
+  this->ExpectRefused("m.glb", "descendants: nodes are shared over and over");
+  withNodes("{\"mesh\":0,\"children\":[7,-1,\"x\"]}");
+  const Outcome built = this->Build({ "m.glb", "-o", "m.kds", "--quiet" });
+  EXPECT_LE(built.exitCode, 1) << built.err;
+}
+
+TEST_F(TestSpoiledGltf, AccessorsThatClaimTooMuchAreErrors)
+{
+  const auto withCount = [&](const std::string& count)
+  {
+    const std::string six = "\"count\":6,", other = "\"count\":" + count + ",";
+    GltfBuffer again;
+    std::string json =
+      again.Json(Scene(again, "\"images\":[{\"uri\":\"a.png\"}]" + oneTexture), "b.bin");
+    for (std::size_t at = json.find(six); at != std::string::npos; at = json.find(six, at + 1))
+    {
+      json.replace(at, six.size(), other);
+    }
+    this->WriteText("m.gltf", json);
+    this->WriteText("b.bin", again.Bytes);
+  };
+  withCount("6");
+  this->ExpectBuilt("m.gltf", {}, { red, blue });
+  for (const std::string count : { "7", "1000000000", "4000000000000", "1e+300", "-6", "null" })
+  {
+    withCount(count);
+    this->ExpectRefused(
+      "m.gltf", "accessor 0 claims " + count + " elements, more than its bufferView has");
+  }
+}
+
+TEST_F(TestSpoiledGltf, AccessorsBeyondBuffersAreErrors)
+{
+  const auto with = [&](const std::string& before, const std::string& after)
+  {
+    GltfBuffer buffer;
+    std::string json = buffer.Json(Scene(buffer, ""), "b.bin");
+    const std::size_t at = json.find(before);
+    ASSERT_NE(at, std::string::npos) << json;
+    json.replace(at, before.size(), after);
+    this->WriteText("m.gltf", json);
+    this->WriteText("b.bin", buffer.Bytes);
+  };
+  with("{\"bufferView\":1", "{\"bufferView\":4");
+  this->ExpectRefused("m.gltf", "accessor 1 names bufferView 4, but there are 2");
+  with("\"byteOffset\":72", "\"byteOffset\":73");
+  this->ExpectRefused("m.gltf", "accessor 1 lies in a bufferView that reaches beyond its buffer");
+  with("\"byteOffset\":0", "\"byteOffset\":9000000000");
+  this->ExpectRefused("m.gltf", "accessor 0 lies in a bufferView that reaches beyond its buffer");
+}

@@ -1,0 +1,84 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Stores as builds wrote them before levels carried numbers of vertices.
+#pragma once
+
+#include "filters/build/PieceWriting.h"
+#include "filters/codec/PieceCodec.h"
+#include "filters/store/Store.h"
+#include "filters/store/StoreSchema.h"
+#include "filters/store/StoreWriter.h"
+
+#include <gtest/gtest.h>
+
+#include <filesystem>
+#include <string>
+
+#include <sqlite3.h>
+
+namespace kdstream::fixtures
+{
+
+// The metadata without ranges of numbers.
+inline void ForgetScalars(const std::filesystem::path& file, ModelDescription info)
+{
+  info.scalars = {};
+  const std::string json = MetadataOf(info);
+  sqlite3* database = nullptr;
+  ASSERT_EQ(sqlite3_open(file.c_str(), &database), SQLITE_OK);
+  sqlite3_stmt* update = nullptr;
+  ASSERT_EQ(
+    sqlite3_prepare_v2(database, "UPDATE metadata SET value = ?, checksum = ? WHERE key = 'model'",
+      -1, &update, nullptr),
+    SQLITE_OK);
+  sqlite3_bind_text(update, 1, json.c_str(), -1, SQLITE_TRANSIENT);
+  sqlite3_bind_int64(update, 2, MetadataChecksum("model", json));
+  EXPECT_EQ(sqlite3_step(update), SQLITE_DONE);
+  sqlite3_finalize(update);
+  EXPECT_EQ(sqlite3_close(database), SQLITE_OK);
+}
+
+// `old`: of the same model as `now`, whose numbers only the original has.
+inline void WriteOldStore(const std::filesystem::path& now, const std::filesystem::path& old)
+{
+  const auto store = Store::Open(now);
+  ASSERT_TRUE(store) << store.GetError().message;
+  const ModelDescription model = (*store)->Info();
+  ModelDescription info = model;
+  info.digest.clear();
+  info.scalars = {};
+  info.levels.assign(model.levels.size(), {});
+  for (std::size_t depth = 0; depth < model.levels.size(); ++depth)
+  {
+    info.levels[depth].spacing = model.levels[depth].spacing;
+  }
+  info.original = {};
+  auto writer = StoreWriter::Create(old, info);
+  ASSERT_TRUE(writer) << writer.GetError().message;
+  const std::vector<PieceId> ids = (*store)->PieceIds();
+  for (std::size_t i = 0; i < ids.size(); ++i)
+  {
+    Result<Piece> piece = (*store)->ReadPiece(ids[i]);
+    ASSERT_TRUE(piece) << piece.GetError().message;
+    const Resolution resolution = ids[i].resolution;
+    if (!resolution.IsOriginal())
+    {
+      std::erase_if(
+        piece->attributes, [](const Attribute& array) { return IsScalar(array.Info()); });
+    }
+    ASSERT_TRUE((*writer)->AddPiece(*piece, EncodePiece(*piece, info.Codec())));
+    if (i + 1 == ids.size() || ids[i + 1].resolution != resolution)
+    {
+      const ResolutionDescription& before =
+        resolution.IsOriginal() ? model.original : model.levels[resolution.Depth()];
+      ASSERT_TRUE((*writer)->FinishResolution(resolution, before.triangles));
+    }
+  }
+  const auto boxes = (*store)->ReadBoxes();
+  ASSERT_TRUE(boxes);
+  ASSERT_TRUE(WriteTreePages(*boxes, model.depths, **writer));
+  const Result<ModelDescription> written = (*writer)->Finish();
+  ASSERT_TRUE(written) << written.GetError().message;
+  ForgetScalars(old, *written);
+}
+
+}

@@ -1,0 +1,81 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// What the fuzz targets of textured files share: a folder in memory for a mesh and what it names,
+// and what must hold of all that was read.
+#pragma once
+
+#include "filters/texture/BakeTextures.h"
+#include "filters/texture/WritePicture.h"
+
+#include <cstdlib>
+#include <filesystem>
+#include <fstream>
+#include <string>
+#include <string_view>
+
+namespace kdstream::test
+{
+
+// There is a picture in it, "a.png". It stays, as fuzzers end without an end.
+class FuzzFolder
+{
+public:
+  FuzzFolder()
+  {
+    std::string name = "/dev/shm/kdstream-fuzz-XXXXXX";
+    if (!::mkdtemp(name.data()))
+    {
+      std::abort();
+    }
+    this->Path = name;
+    const auto png = EncodePicture({ 2, 1, 3, { 255, 0, 0, 0, 0, 255 } }, PictureType::Png);
+    this->Write("a.png", { reinterpret_cast<const char*>(png.data()), png.size() });
+  }
+
+  std::filesystem::path Write(const std::string& name, std::string_view content) const
+  {
+    const std::filesystem::path file = this->Path / name;
+    std::ofstream(file, std::ios::binary) << content;
+    return file;
+  }
+
+private:
+  std::filesystem::path Path;
+};
+
+inline void Require(bool holds)
+{
+  if (!holds)
+  {
+    std::abort();
+  }
+}
+
+// Everything names what is there, before and after baking.
+inline void CheckTextured(TexturedMesh textured)
+{
+  Mesh& mesh = textured.mesh;
+  const std::size_t triangles = mesh.triangles.size();
+  Require(textured.corners.size() == triangles && textured.materialOf.size() == triangles);
+  for (const Triangle& t : mesh.triangles)
+  {
+    Require(t[0] < mesh.points.size() && t[1] < mesh.points.size() && t[2] < mesh.points.size());
+  }
+  for (const std::uint32_t material : textured.materialOf)
+  {
+    Require(material < textured.materials.size());
+  }
+  for (const TexturedMaterial& material : textured.materials)
+  {
+    Require(material.picture == noPicture || material.picture < textured.pictures.size());
+  }
+  constexpr std::uint64_t mostPixels = 1 << 16;
+  const Result<BakeReport> report = BakeTextures(textured, mostPixels);
+  Require(bool(report));
+  for (const Attribute& attribute : mesh.attributes)
+  {
+    const bool points = attribute.association == AttributeAssociation::Point;
+    Require(attribute.TupleCount() == (points ? mesh.points.size() : triangles));
+  }
+}
+
+}

@@ -1,0 +1,156 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Pictures that our own writer does not make: PNGs of all kinds, JPEGs in CMYK and in scans,
+// headers that claim more than there is.
+#pragma once
+
+#include <algorithm>
+#include <array>
+#include <cstdint>
+#include <cstdio>
+#include <cstdlib>
+#include <vector>
+
+#include <jpeglib.h>
+#include <png.h>
+
+namespace kdstream::test
+{
+
+using Bytes = std::vector<std::uint8_t>;
+
+// A PNG of any depth and colour type, its rows as libpng packs them, `row` bytes each. A palette is
+// (1, 2, 3), red, green, (9, 8, 7), blue; alphas: of its first colours.
+inline Bytes RawPng(unsigned width, unsigned height, int depth, int type, Bytes rows,
+  std::size_t row, bool interlaced = false, Bytes alphas = {})
+{
+  Bytes bytes;
+  png_structp codec = png_create_write_struct(PNG_LIBPNG_VER_STRING, nullptr, nullptr, nullptr);
+  png_infop info = png_create_info_struct(codec);
+  png_set_write_fn(
+    codec, &bytes,
+    [](png_structp writer, png_bytep data, std::size_t size)
+    {
+      auto* const to = static_cast<Bytes*>(png_get_io_ptr(writer));
+      to->insert(to->end(), data, data + size);
+    },
+    nullptr);
+  png_set_IHDR(codec, info, width, height, depth, type,
+    interlaced ? PNG_INTERLACE_ADAM7 : PNG_INTERLACE_NONE, PNG_COMPRESSION_TYPE_DEFAULT,
+    PNG_FILTER_TYPE_DEFAULT);
+  const std::array<png_color, 5> palette{ { { 1, 2, 3 }, { 255, 0, 0 }, { 0, 255, 0 }, { 9, 8, 7 },
+    { 0, 0, 255 } } };
+  if (type == PNG_COLOR_TYPE_PALETTE)
+  {
+    png_set_PLTE(codec, info, palette.data(), std::min(int(palette.size()), 1 << depth));
+  }
+  if (!alphas.empty())
+  {
+    png_set_tRNS(codec, info, alphas.data(), int(alphas.size()), nullptr);
+  }
+  png_write_info(codec, info);
+  std::vector<png_bytep> begins;
+  for (unsigned y = 0; y < height; ++y)
+  {
+    begins.push_back(&rows[y * row]);
+  }
+  png_write_image(codec, begins.data());
+  png_write_end(codec, info);
+  png_destroy_write_struct(&codec, &info);
+  return bytes;
+}
+
+// A JPEG of 8 x 8 in CMYK, or of 64 x 32 in scans, mid-grey.
+inline Bytes RawJpeg(bool cmyk)
+{
+  jpeg_compress_struct codec{};
+  jpeg_error_mgr errors{};
+  codec.err = jpeg_std_error(&errors);
+  jpeg_create_compress(&codec);
+  unsigned char* begin = nullptr;
+  unsigned long size = 0;
+  jpeg_mem_dest(&codec, &begin, &size);
+  codec.image_width = cmyk ? 8 : 64;
+  codec.image_height = cmyk ? 8 : 32;
+  codec.input_components = cmyk ? 4 : 3;
+  codec.in_color_space = cmyk ? JCS_CMYK : JCS_RGB;
+  jpeg_set_defaults(&codec);
+  if (!cmyk)
+  {
+    jpeg_simple_progression(&codec);
+  }
+  jpeg_start_compress(&codec, TRUE);
+  Bytes row(codec.image_width * std::size_t(codec.input_components), 100);
+  JSAMPROW at = row.data();
+  while (codec.next_scanline < codec.image_height)
+  {
+    jpeg_write_scanlines(&codec, &at, 1);
+  }
+  jpeg_finish_compress(&codec);
+  jpeg_destroy_compress(&codec);
+  Bytes bytes(begin, begin + size);
+  std::free(begin);
+  return bytes;
+}
+
+inline Bytes CmykJpeg()
+{
+  return RawJpeg(true);
+}
+inline Bytes ProgressiveJpeg()
+{
+  return RawJpeg(false);
+}
+
+// The PNG with another size in its header, whose checksum is right.
+inline Bytes PngClaiming(Bytes png, std::uint32_t width, std::uint32_t height)
+{
+  const auto put = [&](std::size_t at, std::uint32_t value)
+  {
+    for (std::size_t k = 0; k < 4; ++k)
+    {
+      png[at + k] = static_cast<std::uint8_t>(value >> (24 - 8 * k));
+    }
+  };
+  put(16, width);
+  put(20, height);
+  std::uint32_t crc = 0xFFFFFFFFU; // of PNG chunks
+  for (std::size_t i = 12; i < 29; ++i)
+  {
+    crc ^= png[i];
+    for (int bit = 0; bit < 8; ++bit)
+    {
+      crc = (crc >> 1) ^ ((crc & 1U) != 0 ? 0xEDB88320U : 0U);
+    }
+  }
+  put(29, ~crc);
+  return png;
+}
+
+// The JPEG with another size in its header.
+inline Bytes JpegClaiming(Bytes jpeg, unsigned width, unsigned height)
+{
+  for (std::size_t i = 0; i + 8 < jpeg.size(); ++i)
+  {
+    if (jpeg[i] == 0xFF && (jpeg[i + 1] == 0xC0 || jpeg[i + 1] == 0xC2))
+    {
+      const auto put = [&](std::size_t at, unsigned value)
+      {
+        jpeg[at] = static_cast<std::uint8_t>(value >> 8);
+        jpeg[at + 1] = static_cast<std::uint8_t>(value & 255U);
+      };
+      put(i + 5, height);
+      put(i + 7, width);
+      break;
+    }
+  }
+  return jpeg;
+}
+
+// A WebP of 16383 x 16383 that is a header and nothing else.
+inline Bytes WebpOfNothing()
+{
+  return { 'R', 'I', 'F', 'F', 36, 0, 0, 0, 'W', 'E', 'B', 'P', 'V', 'P', '8', 'L', 24, 0, 0, 0,
+    0x2F, 0xFE, 0xBF, 0xFF, 0x0F, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0 };
+}
+
+}

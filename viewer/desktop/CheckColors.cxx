@@ -1,0 +1,30 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "viewer/desktop/CheckColors.h"
+
+#include "filters/program/UsageMessage.h"
+
+#include <string>
+#include <vector>
+
+namespace kdstream
+{
+
+Status CheckColors(const ColorChoice& colors, const ScalarDescriptions& scalars)
+{
+  if (ColoringOf(colors, scalars).kind == colors.coloring)
+  {
+    return {};
+  }
+  std::string listed;
+  std::vector<std::string> names;
+  for (const ScalarDescription& scalar : scalars)
+  {
+    listed += (listed.empty() ? "'" : ", '") + scalar.name + "'";
+    names.push_back(scalar.name);
+  }
+  return Error{ ErrorCode::NotFound,
+    "the model has no array of numbers '" + colors.attribute + "' to be coloured by; it has " +
+      (listed.empty() ? "none" : listed) + DidYouMean(colors.attribute, names) };
+}
+
+}
