@@ -210,3 +210,18 @@ TEST_F(TestSpoiledGltf, AccessorsBeyondBuffersAreErrors)
   with("\"byteOffset\":0", "\"byteOffset\":9000000000");
   this->ExpectRefused("m.gltf", "accessor 0 lies in a bufferView that reaches beyond its buffer");
 }
+
+TEST_F(TestSpoiledGltf, ExtensionsThatCompressAreErrorsAndOursAreNotWarnedOf)
+{
+  for (const std::string name : { "KHR_draco_mesh_compression", "EXT_meshopt_compression" })
+  {
+    GltfBuffer buffer;
+    this->WriteText("m.glb", Glb(buffer, "\"extensionsRequired\":[\"" + name + "\"]", ""));
+    this->ExpectRefused("m.glb",
+      "its geometry is compressed (" + name + "), which is not read: save it without compression");
+  }
+  const std::string ours = "[\"KHR_texture_transform\",\"EXT_texture_webp\"]";
+  this->ExpectGlb("\"images\":[{\"uri\":\"a.png\"}]" + oneTexture + ",\"extensionsUsed\":" + ours +
+                    ",\"extensionsRequired\":" + ours,
+    {}, { red, blue });
+}

@@ -162,6 +162,25 @@ std::string NamesNone(const std::string& element, const Json& index, const Json&
                            : "names no " + element;
 }
 
+Status CheckGltfExtensions(const Json& json)
+{
+  const Json& required = Member(json, "extensionsRequired");
+  for (std::size_t i = 0; i < CountOf(required); ++i)
+  {
+    for (const char* const compressed :
+      { "KHR_draco_mesh_compression", "EXT_meshopt_compression", "KHR_meshopt_compression" })
+    {
+      if (required[i] == compressed)
+      {
+        return Error{ ErrorCode::InvalidInput,
+          std::string("its geometry is compressed (") + compressed +
+            "), which is not read: save it without compression" };
+      }
+    }
+  }
+  return {};
+}
+
 Status CheckGltfNodes(const Json& json)
 {
   return NodeCheck(Member(json, "nodes")).Check();

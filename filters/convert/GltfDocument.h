@@ -37,6 +37,10 @@ std::size_t IndexIn(const nlohmann::json& array, const nlohmann::json& index);
 std::string NamesNone(
   const std::string& element, const nlohmann::json& index, const nlohmann::json& array);
 
+// Whether geometry is as it is written. Errors: InvalidInput naming the extension that compresses
+// it.
+Status CheckGltfExtensions(const nlohmann::json& json);
+
 // Whether nodes are trees, or nearly: a reader follows each way down to a node. Errors:
 // InvalidInput for a node that is its own descendant, or that has, by nodes that several share,
 // far more descendants than there are nodes.

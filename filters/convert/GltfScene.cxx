@@ -11,6 +11,7 @@
 #include <sys/mman.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <cstdlib>
 #include <optional>
 #include <utility>
@@ -28,6 +29,15 @@ void StripPictures(Json& json)
   for (const char* const name : { "images", "textures", "samplers", "extensionsRequired" })
   {
     json.erase(name);
+  }
+  // VTK warns of those that we read.
+  const auto used = json.find("extensionsUsed");
+  for (const char* const ours : { "KHR_texture_transform", "EXT_texture_webp" })
+  {
+    if (used != json.end() && used->is_array())
+    {
+      used->erase(std::remove(used->begin(), used->end(), ours), used->end());
+    }
   }
   const auto materials = json.find("materials");
   for (std::size_t i = 0; materials != json.end() && materials->is_array() && i < materials->size();
@@ -94,6 +104,7 @@ Result<GltfScene> GltfScene::Open(const std::filesystem::path& file)
     return scene;
   }
   Json& json = document->json;
+  KDSTREAM_TRY(CheckGltfExtensions(json));
   KDSTREAM_TRY(CheckGltfBuffers(json, file.parent_path()));
   KDSTREAM_TRY(CheckGltfAccessors(json));
   KDSTREAM_TRY(CheckGltfNodes(json));

@@ -57,6 +57,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
     return 0;
   }
   (void)CheckGltfNodes(document.json);
+  (void)CheckGltfExtensions(document.json);
   (void)CheckGltfAccessors(document.json);
   for (const bool isGlb : { false, true })
   {
