@@ -58,6 +58,27 @@ inline double ShareThatDiffers(const std::filesystem::path& a, const std::filesy
   return size == 0 ? 1 : static_cast<double>(different) / static_cast<double>(size);
 }
 
+// How many pixels have that colour; tolerance: of a channel, 0-255.
+inline vtkIdType CountOfColor(
+  const std::filesystem::path& file, const std::array<int, 3>& color, int tolerance = 4)
+{
+  const vtkNew<vtkPNGReader> reader;
+  reader->SetFileName(file.c_str());
+  reader->Update();
+  const auto* p = static_cast<const unsigned char*>(reader->GetOutput()->GetScalarPointer());
+  vtkIdType count = 0;
+  for (vtkIdType i = 0; i < reader->GetOutput()->GetNumberOfPoints(); ++i, p += 3)
+  {
+    bool same = true;
+    for (std::size_t c = 0; c < 3; ++c)
+    {
+      same = same && std::abs(p[c] - color[c]) <= tolerance;
+    }
+    count += same ? 1 : 0;
+  }
+  return count;
+}
+
 // The box around them: least column and row, most column and row.
 inline std::array<int, 4> BoxThatDiffers(
   const std::filesystem::path& a, const std::filesystem::path& b)

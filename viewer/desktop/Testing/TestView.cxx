@@ -19,6 +19,7 @@
 
 using namespace kdstream;
 using kdstream::testing::BoxThatDiffers;
+using kdstream::testing::CountOfColor;
 using kdstream::testing::ShareThatDiffers;
 using kdstream::testing::TorusCatalog;
 
@@ -503,6 +504,14 @@ TEST_F(TestView, APictureHasALegend)
     const double share = ShareThatDiffers(this->Folder / "with.png", this->Folder / "without.png");
     EXPECT_GT(share, 0.01) << array;
     EXPECT_LT(share, 0.2) << array;
+    // Words, and the map's upper end or the class "ground", which no lamp shades.
+    const std::array<int, 3> words{ 235, 235, 235 };
+    const std::array<int, 3> shown =
+      array == "reflectance" ? std::array{ 250, 230, 36 } : std::array{ 160, 112, 60 };
+    EXPECT_GT(CountOfColor(this->Folder / "with.png", words, 60), 100) << array;
+    EXPECT_EQ(CountOfColor(this->Folder / "without.png", words, 60), 0) << array;
+    EXPECT_GT(CountOfColor(this->Folder / "with.png", shown), 20) << array;
+    EXPECT_EQ(CountOfColor(this->Folder / "without.png", shown), 0) << array;
     const auto box = BoxThatDiffers(this->Folder / "with.png", this->Folder / "without.png");
     EXPECT_GT(box[0], 400) << array;
     EXPECT_LT(box[2], 640 - 8) << array;

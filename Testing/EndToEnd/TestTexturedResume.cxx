@@ -1,0 +1,147 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// A killed build of a textured mesh, resumed: only where pictures and libraries of materials are
+// those that they were.
+#include "Testing/EndToEnd/ProgramsTest.h"
+#include "filters/texture/WritePicture.h"
+
+#include <chrono>
+#include <csignal>
+#include <cstdio>
+#include <thread>
+
+using namespace kdstream;
+using namespace kdstream::fixtures;
+namespace fs = std::filesystem;
+
+namespace
+{
+
+class TestTexturedResume : public ProgramsTest
+{
+protected:
+  void SetUp() override
+  {
+    fs::create_directory(this->Folder / "spill");
+    this->WritePng(255);
+    this->WriteText("m.mtl", "newmtl a\nmap_Kd a.png\n");
+    constexpr int side = 450; // too many for 64M: built out of core
+    std::string text = "mtllib m.mtl\nusemtl a\n";
+    char line[200];
+    for (int i = 0; i < side * side; ++i)
+    {
+      const int x = i % side, y = i / side;
+      std::snprintf(line, sizeof line, "v %d %d %d\nvt %g %g\n", x, y, x * y % 7, x / double(side),
+        y / double(side));
+      text += line;
+    }
+    for (int i = 0; i < side * (side - 1); ++i)
+    {
+      const int a = i + 1, b = a + 1, c = b + side, d = a + side;
+      std::snprintf(line, sizeof line, "f %d/%d %d/%d %d/%d %d/%d\n", a, a, b, b, c, c, d, d);
+      text += i % side == side - 1 ? "" : line;
+    }
+    this->WriteText("m.obj", text);
+  }
+
+  void WritePng(std::uint8_t red)
+  {
+    const auto png = EncodePicture({ 2, 1, 3, { red, 0, 0, 0, 0, 255 } }, PictureType::Png);
+    this->WriteText("a.png", { png.begin(), png.end() });
+  }
+
+  Outcome Resume()
+  {
+    return this->Build(
+      { "m.obj", "-o", "m.kds", "--temp-dir", "spill", "--quiet", "--resume", "--memory", "64M" });
+  }
+
+  bool HasJournal() const
+  {
+    for (const fs::directory_entry& entry : fs::directory_iterator(this->Folder / "spill"))
+    {
+      if (fs::exists(entry.path() / "journal"))
+      {
+        return true;
+      }
+    }
+    return false;
+  }
+
+  // Kills a build once its first phase is finished; false where it was too quick.
+  bool KillBetweenPhases()
+  {
+    const pid_t child = ::fork();
+    if (child == 0)
+    {
+      std::vector<std::string> words{ std::string(KDSTREAM_PROGRAMS) + "/kdstream-build", "m.obj",
+        "-o", "m.kds", "--temp-dir", "spill", "--quiet", "--memory", "64M" };
+      std::vector<char*> arguments;
+      for (std::string& word : words)
+      {
+        arguments.push_back(word.data());
+      }
+      arguments.push_back(nullptr);
+      if (::chdir(this->Folder.Path.c_str()) == 0 && std::freopen("/dev/null", "w", stderr))
+      {
+        ::execv(arguments[0], arguments.data());
+      }
+      ::_exit(127);
+    }
+    int status = 0;
+    while (::waitpid(child, &status, WNOHANG) == 0)
+    {
+      if (this->HasJournal())
+      {
+        ::kill(child, SIGKILL);
+        ::waitpid(child, &status, 0);
+        break;
+      }
+      std::this_thread::sleep_for(std::chrono::milliseconds(1));
+    }
+    return WIFSIGNALED(status);
+  }
+
+  void ExpectRefused(const std::string& file)
+  {
+    const Outcome outcome = this->Resume();
+    EXPECT_EQ(outcome.exitCode, 2);
+    EXPECT_NE(
+      outcome.err.find("--resume: the interrupted build had another file " +
+                       fs::canonical(this->Folder.Path).string() + "/" + file +
+                       ", which its input names, or it has been changed since; its files are left "
+                       "as they are: build without --resume to start over\n"),
+      std::string::npos)
+      << outcome.err;
+    EXPECT_FALSE(fs::exists(this->Folder / "m.kds"));
+  }
+};
+
+}
+
+TEST_F(TestTexturedResume, AnotherPictureOrLibraryIsRefusedByName)
+{
+  bool killed = false;
+  for (int i = 0; i < 20 && !killed; ++i)
+  {
+    fs::remove(this->Folder / "m.kds");
+    killed = this->KillBetweenPhases();
+  }
+  ASSERT_TRUE(killed) << "no build was killed between its phases";
+  fs::remove(this->Folder / "m.kds");
+  for (const std::string file : { "a.png", "m.mtl" })
+  {
+    const auto time = fs::last_write_time(this->Folder / file);
+    fs::last_write_time(this->Folder / file, time + std::chrono::seconds(1));
+    this->ExpectRefused(file);
+    fs::rename(this->Folder / file, this->Folder / "away");
+    if (file == "a.png") // without a library there are no pictures to convert
+    {
+      this->ExpectRefused(file);
+    }
+    fs::rename(this->Folder / "away", this->Folder / file);
+    fs::last_write_time(this->Folder / file, time);
+  }
+  const Outcome resumed = this->Resume();
+  EXPECT_EQ(resumed.exitCode, 0) << resumed.err;
+  EXPECT_EQ(this->Store({ "verify", "m.kds" }).exitCode, 0);
+}
