@@ -2,6 +2,8 @@
 // Vertices and the nodes of a cut above them: see ShownVertices.h.
 #include "filters/core/drawing/ShownVertices.h"
 
+#include "filters/core/Later.h"
+
 #include <algorithm>
 #include <utility>
 
@@ -261,7 +263,7 @@ bool ShownVertices::IsSplit(const Piece& piece, std::uint32_t v) const
 }
 
 // Where clusters of level S are reached, or nothing is coarser.
-Resolution ShownVertices::InPartition(const Piece& piece, std::uint32_t v)
+KDSTREAM_LATER Resolution ShownVertices::InPartition(const Piece& piece, std::uint32_t v)
 {
   const std::uint32_t partition = PartitionOfKey(piece.keys[v]);
   if (!this->LastFinest || this->LastPartition != partition)
@@ -298,7 +300,8 @@ bool ShownVertices::IsActive(PieceId id) const
   return std::binary_search(this->C.active.begin(), this->C.active.end(), id);
 }
 
-std::optional<ShownVertices::Place> ShownVertices::IntervalAt(Resolution resolution, VertexKey key)
+KDSTREAM_LATER std::optional<ShownVertices::Place> ShownVertices::IntervalAt(
+  Resolution resolution, VertexKey key)
 {
   if (this->LastInterval && this->Ids[this->LastInterval->piece].resolution == resolution)
   {
