@@ -52,8 +52,9 @@ const loading = () => visit.page.evaluate(() => {
 
 const untilWaiting = () => eventually("it tells what it waits for", loading, (text) => text.startsWith("Loading the viewer"));
 
+// Of the model whose preview is there at first.
 async function openFullScreen(good = () => true) {
-  await visit.choose("pebble");
+  await visit.untilIdle();
   await visit.tap(await visit.centre());
   return visit.until("full screen", (status) => status.mode === "full screen" && good(status));
 }
@@ -64,9 +65,7 @@ test("a picture, and turning and enlarging it, do without the second part; what 
   const { shownLevel } = await visit.untilIdle();
   const middle = await visit.centre();
   await visit.drag(middle, 60, 20);
-  await visit.choose("pebble");
-  await visit.tap(middle);
-  await visit.until("full screen", ({ mode }) => mode === "full screen");
+  await openFullScreen();
   const large = await visit.centre();
   await visit.drag(large, -80, 10);
   await visit.pinch(large, 80, 240);
@@ -124,8 +123,8 @@ test("a link waits for it, and is followed then; the last of several", async () 
   visit = await Visit.phone(browser);
   const held = await holdBack();
   await visit.open(`${server.url}/#model=shell`);
+  await visit.until("the first part is there", ({ mode }) => mode === "no model");
   await untilWaiting();
-  assert.equal((await visit.status()).mode, "no model");
   await visit.page.evaluate((hash) => (location.hash = hash), new URL(link).hash);
   held.letGo();
   const followed = await visit.until("the section", (status) => status.depth !== null && status.idle);

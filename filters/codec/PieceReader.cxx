@@ -230,7 +230,7 @@ bool PieceReader::ReadAncestors()
 }
 
 // ofVertices: entries are vertices, not clusters.
-KDSTREAM_LATER bool PieceReader::ReadParents(bool ofVertices, const AncestorTable& table,
+bool PieceReader::ReadParents(bool ofVertices, const AncestorTable& table,
   std::vector<std::uint32_t>& parents, SiblingGroups& groups)
 {
   const std::size_t siblings = contexts::siblings + (ofVertices ? 0 : 4);

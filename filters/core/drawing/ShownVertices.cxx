@@ -2,8 +2,6 @@
 // Vertices and the nodes of a cut above them: see ShownVertices.h.
 #include "filters/core/drawing/ShownVertices.h"
 
-#include "filters/core/Later.h"
-
 #include <algorithm>
 #include <utility>
 
@@ -263,7 +261,7 @@ bool ShownVertices::IsSplit(const Piece& piece, std::uint32_t v) const
 }
 
 // Where clusters of level S are reached, or nothing is coarser.
-KDSTREAM_LATER Resolution ShownVertices::InPartition(const Piece& piece, std::uint32_t v)
+Resolution ShownVertices::InPartition(const Piece& piece, std::uint32_t v)
 {
   const std::uint32_t partition = PartitionOfKey(piece.keys[v]);
   if (!this->LastFinest || this->LastPartition != partition)
@@ -300,8 +298,7 @@ bool ShownVertices::IsActive(PieceId id) const
   return std::binary_search(this->C.active.begin(), this->C.active.end(), id);
 }
 
-KDSTREAM_LATER std::optional<ShownVertices::Place> ShownVertices::IntervalAt(
-  Resolution resolution, VertexKey key)
+std::optional<ShownVertices::Place> ShownVertices::IntervalAt(Resolution resolution, VertexKey key)
 {
   if (this->LastInterval && this->Ids[this->LastInterval->piece].resolution == resolution)
   {

@@ -64,7 +64,7 @@ let line = null;
 let fingers = null;
 
 let models = null; // the list, once one has come
-const rest = new Rest(wake); // of the viewer
+const rest = new Rest(() => fingers && wake()); // of the viewer
 const refreshing = new Refreshing(takeList, askAgain, wake); // asked again for what could not be had
 let linked = ""; // a link to a view, that waits for the list, or for the rest of the viewer
 let site = { title: "", text: "" };
@@ -726,6 +726,9 @@ async function start() {
   find("message").hidden = true; // from here on there is somebody to tell what is wrong
   find("message").className = "";
   const chosen = chooseLanguage(() => fingers && wake());
+  if (linkInAddress()) {
+    rest.fetch(); // nothing is shown before
+  }
   const heard = watchSilence();
   try {
     viewer = await loadViewer((bytes) => {
