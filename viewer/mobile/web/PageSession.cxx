@@ -3,6 +3,7 @@
 #include "viewer/mobile/web/PageSession.h"
 
 #include "filters/codec/Seal.h"
+#include "filters/core/tree/PieceDepth.h"
 #include "filters/model/ModelJson.h"
 #include "server/protocol/ResourcePath.h"
 #include "viewer/session/Geometry.h"
@@ -79,9 +80,13 @@ void PageSession::BecomeWhole()
 // Of the model that is open: it has what the first part of the viewer cannot show.
 bool PageSession::NeedsRest() const
 {
-  const bool isOpen = !this->Open.id.empty();
-  return isOpen &&
-         (this->Open.triangles == 0 || this->Open.grid.Lossless() || !this->Open.HasLevels());
+  if (this->Open.id.empty())
+  {
+    return false;
+  }
+  const std::size_t preview = PreviewLevel(this->Open.depths);
+  const auto& levels = this->Open.levels;
+  return preview >= levels.size() || levels[preview].triangles == 0 || this->Open.grid.Lossless();
 }
 
 void PageSession::SetMemory(std::size_t bytes)

@@ -45,8 +45,8 @@ public:
   void FollowMemory(std::size_t taken);
   std::size_t MemoryBytes() const { return this->Memory.Bytes(); }
   // The rest of the viewer is there (KDSTREAM_LATER). Until then previews are all that is shown;
-  // and of a cloud, of a lossless model and of one without levels nothing that its server sends is
-  // taken: it waits here.
+  // and of models whose preview is points, that are lossless, or have no levels, nothing that the
+  // server sends is taken: it waits here.
   void BecomeWhole();
   bool IsWhole() const { return this->Whole; }
   // Carries between session and line what either has for the other. Call after every input.
