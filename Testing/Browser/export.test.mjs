@@ -100,7 +100,10 @@ test("what has a digest in its path may be kept for ever, the rest is asked for 
   assert.equal(await header(blob, "content-type"), "application/octet-stream");
   assert.equal(await header("/api/models.json", "cache-control"), "no-cache");
   assert.equal(await header("/api/models.json", "content-encoding"), "gzip");
-  assert.equal(await header("/kdstream.wasm", "content-type"), "application/wasm");
+  for (const part of ["kdstream", "kdstream-more"]) {
+    assert.equal(await header(`/${part}.wasm`, "content-type"), "application/wasm");
+    assert.equal(await header(`/${part}.wasm`, "content-encoding"), "gzip");
+  }
   const missing = await fetch(`${host.url}/api/models/${models[0].id}/${models[0].digest}/partitions/999999`);
   assert.equal(missing.status, 404);
   assert.equal(missing.headers.get("cache-control"), null, "what is not there may come");

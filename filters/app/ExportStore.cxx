@@ -45,7 +45,7 @@ add_header Cache-Control no-cache;
 add_header X-Content-Type-Options nosniff;
 add_header Content-Security-Policy "@";
 add_header Referrer-Policy same-origin;
-location = /kdstream.wasm {
+location ~ ^/kdstream(-more)?\.wasm$ {
   types { application/wasm wasm; }
 }
 location = /kdstream.nginx.conf { return 404; }

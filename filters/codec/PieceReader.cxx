@@ -9,6 +9,7 @@
 #include "filters/codec/PieceContexts.h"
 #include "filters/codec/PositionReader.h"
 #include "filters/codec/Sorting.h"
+#include "filters/core/Later.h"
 #include "filters/core/SortTriangles.h"
 
 #include <array>
@@ -24,8 +25,7 @@ const char* PieceReader::Read()
   {
     return "triangles out of range";
   }
-  if (!(this->Grid.Lossless() ? this->ReadVertices<ExactPredictor>()
-                              : this->ReadVertices<GridPredictor>()))
+  if (!(this->Grid.Lossless() ? this->ReadExactVertices() : this->ReadVertices<GridPredictor>()))
   {
     return "vertices out of range";
   }
@@ -61,6 +61,11 @@ bool PieceReader::ReadVertices()
     this->Content.positions[this->Numbers[v]] = Predictor::PositionOf(points[v], this->Grid);
   }
   return true;
+}
+
+KDSTREAM_LATER bool PieceReader::ReadExactVertices()
+{
+  return this->ReadVertices<ExactPredictor>();
 }
 
 // The points of all vertices, and the numbers of own ones. One loop adds a vertex's difference to

@@ -38,6 +38,7 @@ public:
 private:
   template <class Predictor>
   bool ReadVertices();
+  bool ReadExactVertices();
   template <class Predictor>
   bool ReadPoints(typename Predictor::Point* points);
   void PlaceTriangles();

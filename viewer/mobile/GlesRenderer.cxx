@@ -264,7 +264,7 @@ void GlesRenderer::SetBackground(const Vec3& bottom, const Vec3& top)
 // stays there; what is not needed is freed before anything is uploaded.
 Status GlesRenderer::Upload(const ViewerScene& scene)
 {
-  const bool isCloud = scene.surface->TriangleCount() == 0;
+  const bool isCloud = scene.surface->TriangleCount() == 0 && scene.surface->PointCount() > 0;
   const std::vector<float> radii = isCloud ? SplatRadii(*scene.surface) : std::vector<float>();
   std::size_t points = 0;
   std::vector<Part> parts;

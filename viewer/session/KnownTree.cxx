@@ -3,6 +3,7 @@
 #include "viewer/session/KnownTree.h"
 
 #include "filters/codec/PartitionBoxes.h"
+#include "filters/core/Later.h"
 
 #include <string>
 #include <utility>
@@ -157,7 +158,7 @@ std::set<BlobId> KnownTree::TakeMissing()
 
 // ---- what comes
 
-Status KnownTree::Add(const BlobId& blob, std::span<const std::uint8_t> bytes)
+KDSTREAM_LATER Status KnownTree::Add(const BlobId& blob, std::span<const std::uint8_t> bytes)
 {
   return blob.kind == BlobKind::Tree ? this->AddPage(blob.number, bytes)
                                      : this->AddBoxes(blob.number, bytes);

@@ -2,6 +2,7 @@
 // What of a model may be seen: see SeenPartitions.h.
 #include "viewer/session/SeenPartitions.h"
 
+#include "filters/core/Later.h"
 #include "viewer/session/Geometry.h"
 
 #include <algorithm>
@@ -213,7 +214,7 @@ bool SeenPartitions::IsNearlyClosed(const Piece& whole)
   return all > 0 && single <= all / 200;
 }
 
-void SeenPartitions::LookThrough(const Camera& camera, bool closed)
+KDSTREAM_LATER void SeenPartitions::LookThrough(const Camera& camera, bool closed)
 {
   const Sight sight(camera, closed);
   if (this->Last && *this->Last == sight)

@@ -10,6 +10,8 @@
 // Some of the shown surface is near enough to the focal point to be on the screen (KeepInSight).
 #include "viewer/session/ViewerSession.h"
 
+#include "filters/core/Later.h"
+
 #include <algorithm>
 #include <cmath>
 #include <limits>
@@ -448,7 +450,7 @@ void ViewerSession::SetSpinning(bool spins)
   this->LastSpin.reset();
 }
 
-void ViewerSession::Spin(double time)
+KDSTREAM_LATER void ViewerSession::Spin(double time)
 {
   constexpr double longestStep = 0.1;       // after a pause it goes on from where it was
   constexpr double sidesPerSecond = 0.1309; // of the window; 2 of them are a radian

@@ -2,6 +2,8 @@
 // Views that have a name, and those that somebody else tells: step "look" of the README's picture.
 #include "viewer/session/ViewerSession.h"
 
+#include "filters/core/Later.h"
+
 #include <cmath>
 
 namespace kdstream
@@ -125,7 +127,7 @@ Status ViewerSession::Follow(const ViewLink& link)
 }
 
 // What a link says of the model that is open.
-void ViewerSession::TakeLink()
+KDSTREAM_LATER void ViewerSession::TakeLink()
 {
   const ViewLink link = *std::exchange(this->Followed, std::nullopt);
   const ModelDescription& model = this->Current->description;

@@ -10,6 +10,7 @@
 // point of the plane, which is exact.
 #include "viewer/session/ViewerSession.h"
 
+#include "filters/core/Later.h"
 #include "filters/core/tree/Region.h"
 
 #include <algorithm>
@@ -68,7 +69,7 @@ void ViewerSession::NameMeasurement(std::size_t index, const std::string& name)
   }
 }
 
-bool ViewerSession::MeasureAt(double x, double y)
+KDSTREAM_LATER bool ViewerSession::MeasureAt(double x, double y)
 {
   this->Retry();
   const auto hit = this->EndOn(this->Eye.RayOf(x, y));
@@ -185,7 +186,7 @@ bool ViewerSession::Settle(End& end, const SurfaceHit& hit)
 }
 
 // Which partitions are around the ends that wait, as far as the tree is known.
-void ViewerSession::FollowEnds()
+KDSTREAM_LATER void ViewerSession::FollowEnds()
 {
   Model& model = *this->Current;
   std::erase_if(this->Ends,
@@ -211,7 +212,7 @@ void ViewerSession::FollowEnds()
 }
 
 // On the surface that has just been drawn.
-void ViewerSession::PickEndsAnew()
+KDSTREAM_LATER void ViewerSession::PickEndsAnew()
 {
   std::erase_if(this->Ends,
     [this](End& end)

@@ -3,6 +3,7 @@
 // region around that, as soon as enough of the tree is known.
 #include "viewer/session/ViewerSession.h"
 
+#include "filters/core/Later.h"
 #include "filters/core/tree/Region.h"
 
 #include <algorithm>
@@ -70,7 +71,7 @@ void ViewerSession::DropPick()
 }
 
 // As far as what is known of the tree leads; what else is needed, the tree notes as missing.
-void ViewerSession::FollowPick()
+KDSTREAM_LATER void ViewerSession::FollowPick()
 {
   Model& model = *this->Current;
   if (this->WaitingPick)

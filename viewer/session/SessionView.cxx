@@ -9,6 +9,8 @@
 // nothing is under way that one could wait for.
 #include "viewer/session/ViewerSession.h"
 
+#include "filters/core/Later.h"
+
 #include <algorithm>
 #include <limits>
 #include <utility>
@@ -46,8 +48,14 @@ ViewRefinement::View ViewerSession::ViewOf(const Camera& camera, bool inSteps)
 void ViewerSession::RefineView()
 {
   Model& model = *this->Current;
-  this->FollowPick();
-  this->FollowEnds();
+  if (this->IsPicking() && !this->PreviewsOnly)
+  {
+    this->FollowPick();
+  }
+  if (!this->Ends.empty())
+  {
+    this->FollowEnds();
+  }
   this->MissingTree = model.tree.TakeMissing();
   std::erase_if(this->EarlierTaps,
     [&](std::uint32_t partition)
@@ -57,7 +65,7 @@ void ViewerSession::RefineView()
         box && this->Section.Plane() && this->Section.Plane()->CutsAwayAllOf(*box);
       return isGone || (box && !this->Eye.MaySee(*box));
     });
-  if (this->Mode == ViewerMode::FullScreen && !this->Shown.IsEmpty())
+  if (this->Mode == ViewerMode::FullScreen && !this->Shown.IsEmpty() && !this->PreviewsOnly)
   {
     model.seen.LookThrough(this->Eye, model.isClosed);
     const bool inSteps = this->Meter.Window() < fastLine;
@@ -89,7 +97,7 @@ void ViewerSession::RefineView()
 // What the view wants of textures, of the surface that is drawn.
 void ViewerSession::FollowTiles()
 {
-  if (this->Tiles.AreThere())
+  if (this->Tiles.AreThere() && !this->PreviewsOnly)
   {
     std::set<NodeId> tapped;
     for (const PieceId piece : this->TappedPieces())
@@ -310,7 +318,7 @@ void ViewerSession::AskAhead()
 {
   const bool mayAsk = this->ByView() && this->Mode == ViewerMode::FullScreen &&
                       !this->IsPicking() && this->Queue.empty() && this->Book.Empty() &&
-                      !this->ChoiceIsDue;
+                      !this->ChoiceIsDue && !this->PreviewsOnly;
   if (this->Options.aheadBytes == 0 || !mayAsk)
   {
     return;
@@ -345,7 +353,7 @@ void ViewerSession::AskAhead()
 }
 
 // What is missing for a view that is nearer, the tree first, then the most urgent.
-std::vector<BlobId> ViewerSession::WantedNext()
+KDSTREAM_LATER std::vector<BlobId> ViewerSession::WantedNext()
 {
   Model& model = *this->Current;
   Camera nearer = this->Eye;

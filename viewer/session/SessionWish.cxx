@@ -7,6 +7,8 @@
 //   3. cancel what nobody wants any more, and ask for what is missing.
 #include "viewer/session/ViewerSession.h"
 
+#include "filters/core/Later.h"
+
 #include <algorithm>
 #include <utility>
 
@@ -104,7 +106,7 @@ void ViewerSession::Update()
 
 // What is needed of the tree: for a tap that waits, and, where one looks closely, the pages that
 // tell of pieces in view no finer than the level that the zoom asks for.
-void ViewerSession::FollowTree()
+KDSTREAM_LATER void ViewerSession::FollowTree()
 {
   KnownTree& tree = this->Current->tree;
   this->FollowPick();
@@ -122,7 +124,7 @@ void ViewerSession::FollowTree()
   }
 }
 
-void ViewerSession::ChooseAndAsk()
+KDSTREAM_LATER void ViewerSession::ChooseAndAsk()
 {
   this->Shown.Choose(this->Wish(), this->Pieces, this->FailedPieces);
   // The preview may just have appeared: wish again.

@@ -219,6 +219,12 @@ void ViewerSession::SetAhead(std::size_t bytes)
   }
 }
 
+void ViewerSession::SetPreviewsOnly(bool only)
+{
+  this->PreviewsOnly = only;
+  this->Update();
+}
+
 void ViewerSession::SetDetail(DetailMode detail)
 {
   if (this->Options.detail != detail)

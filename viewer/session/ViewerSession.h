@@ -201,6 +201,11 @@ public:
   // first they do not. No trace tells of it.
   void SetGlides(bool glides) { this->Shown.SetGlides(glides); }
 
+  // Previews are all that is shown and asked for, by the view, until this is called with false:
+  // taps and zooms wait. For a page that has only begun to load (KDSTREAM_LATER). No trace tells of
+  // it.
+  void SetPreviewsOnly(bool only);
+
   // ---- what the server sends. Pieces that were on their way when their request was cancelled are
   // kept, other answers to it are ignored.
   void SetModels(std::vector<ModelSummary> models);
@@ -419,6 +424,7 @@ private:
   std::optional<double> LastSpin; // when it last did
   std::vector<ModelSummary> ModelList;
   bool HasModelList = false;
+  bool PreviewsOnly = false;
 
   ViewerMode Mode = ViewerMode::NoModel;
   std::string ModelId;          // selected

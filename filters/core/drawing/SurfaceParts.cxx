@@ -6,6 +6,7 @@
 //   other corners move up to their nodes of the cut, points of other pieces mostly: borrowed ones.
 #include "filters/core/drawing/SurfaceParts.h"
 
+#include "filters/core/Later.h"
 #include "filters/core/SortTriangles.h"
 #include "filters/core/drawing/FormerSurface.h"
 #include "filters/core/drawing/ShownVertices.h"
@@ -455,7 +456,7 @@ Status SurfaceParts::GoTo(const Cut& cut, const PieceLookup& lookup)
 }
 
 // pieces: the number of each part's piece, or `stayed`.
-void SurfaceParts::FindFormer(
+KDSTREAM_LATER void SurfaceParts::FindFormer(
   const SurfacePartList& before, const TreeDepths& depths, const std::vector<std::size_t>& pieces)
 {
   const FormerSurface former(before, depths);

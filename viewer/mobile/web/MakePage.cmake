@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: BSD-3-Clause
-# Puts the page of the folder SOURCE and WASM into the folder PAGE, compresses each file, prints their sizes, and fails
-# where they are more than MOST_BYTES together, or those that a phone must fetch before it sees anything than MOST_FIRST.
+# Puts the page of the folder SOURCE and the WebAssembly of the folder PARTS into the folder PAGE, compresses each file,
+# prints their sizes, and fails where they are more than MOST_BYTES together, or those that a phone must fetch before it sees anything than MOST_FIRST.
 # What page.js imports becomes one file with it: each file costs a slow network a round trip. What it fetches later is a
 # file each, and imports page.js for what both use.
 cmake_policy(VERSION 3.25)
@@ -35,14 +35,15 @@ endfunction()
 
 file(REMOVE_RECURSE "${PAGE}")
 file(MAKE_DIRECTORY "${PAGE}")
-file(COPY "${WASM}" DESTINATION "${PAGE}" NO_SOURCE_PERMISSIONS)
-file(SIZE "${WASM}" wasm_bytes)
+file(COPY "${PARTS}/kdstream.wasm" "${PARTS}/kdstream-more.wasm" DESTINATION "${PAGE}" NO_SOURCE_PERMISSIONS)
+file(SIZE "${PAGE}/kdstream.wasm" first_bytes)
+file(SIZE "${PAGE}/kdstream-more.wasm" rest_bytes)
 copy_stripped(index.html)
 minify(style.css)
 # Fetched when they are first used, or after the first picture.
 set(later tools.js notes.js gallery.js legend.js offline.js about.js access.js embedding.js words/de.js words/ar.js)
 list(TRANSFORM later PREPEND "--external:./" OUTPUT_VARIABLE externals)
-minify(page.js "--define:viewerBytes=${wasm_bytes}" ${externals})
+minify(page.js "--define:viewerBytes=${first_bytes}" "--define:restBytes=${rest_bytes}" ${externals})
 foreach(name IN LISTS later)
   minify(${name} --external:./page.js)
 endforeach()
@@ -57,7 +58,7 @@ file(COPY "${SOURCE}/icon.svg" "${SOURCE}/icon.png" "${SOURCE}/manifest.webmanif
 
 # The service worker knows all the others by their digests, and so is another one whenever any of them is.
 set(first index.html style.css page.js kdstream.wasm)
-set(files ${first} ${later} tools.css notes.css icon.svg icon.png manifest.webmanifest)
+set(files ${first} kdstream-more.wasm ${later} tools.css notes.css icon.svg icon.png manifest.webmanifest)
 set(digests)
 foreach(name IN LISTS files)
   file(SHA256 "${PAGE}/${name}" digest)

@@ -3,6 +3,7 @@
 #include "viewer/mobile/web/PageSession.h"
 
 #include "filters/codec/Seal.h"
+#include "filters/core/tree/PieceDepth.h"
 #include "filters/model/ModelJson.h"
 #include "server/protocol/ResourcePath.h"
 #include "viewer/session/Geometry.h"
@@ -63,6 +64,29 @@ PageSession::PageSession(std::function<double()> clock)
   , Talk(PatientLine())
 {
   this->Viewer.SetMemory(this->Memory.Shares());
+  this->Viewer.SetPreviewsOnly(true);
+}
+
+void PageSession::BecomeWhole()
+{
+  this->Whole = true;
+  for (const ClientEvent& event : std::exchange(this->Waiting, {}))
+  {
+    this->Take(event);
+  }
+  this->Viewer.SetPreviewsOnly(false);
+}
+
+// Of the model that is open: it has what the first part of the viewer cannot show.
+bool PageSession::NeedsRest() const
+{
+  if (this->Open.id.empty())
+  {
+    return false;
+  }
+  const std::size_t preview = PreviewLevel(this->Open.depths);
+  const auto& levels = this->Open.levels;
+  return preview >= levels.size() || levels[preview].triangles == 0 || this->Open.grid.Lossless();
 }
 
 void PageSession::SetMemory(std::size_t bytes)
@@ -108,11 +132,23 @@ void PageSession::Follow(const std::string& text)
 void PageSession::Exchange(double now)
 {
   this->Send(now);
-  for (const ClientEvent& event : this->Talk.TakeEvents())
+  for (ClientEvent& event : this->Talk.TakeEvents())
+  {
+    this->Receive(std::move(event));
+  }
+  this->Send(now); // what the events have led to
+}
+
+void PageSession::Receive(ClientEvent event)
+{
+  if (!this->Whole && this->NeedsRest())
+  {
+    this->Waiting.push_back(std::move(event));
+  }
+  else
   {
     this->Take(event);
   }
-  this->Send(now); // what the events have led to
 }
 
 void PageSession::Take(const ClientEvent& event)
@@ -122,8 +158,8 @@ void PageSession::Take(const ClientEvent& event)
     this->Open = event.model;
     this->OpenRequest = event.request;
   }
-  const bool keeps =
-    this->Keeps && event.kind == ClientEvent::Kind::Blob && event.request > this->OpenRequest;
+  const bool keeps = this->Keeps && event.kind == ClientEvent::Kind::Blob && !event.fromCache &&
+                     event.request > this->OpenRequest;
   const std::string before = keeps ? this->Viewer.GetStatus().error : "";
   Deliver(event, this->Viewer);
   if (keeps && !this->Open.id.empty() && this->Viewer.GetStatus().error == before)
@@ -208,7 +244,7 @@ void PageSession::Found(std::uint32_t search, std::size_t index, std::vector<std
   event.bytes = std::move(bytes);
   event.fromCache = true;
   searched->found.push_back(event.blob);
-  Deliver(event, this->Viewer);
+  this->Receive(std::move(event));
 }
 
 void PageSession::EndSearch(std::uint32_t search, double now)
@@ -275,6 +311,8 @@ void PageSession::Describe(JsonWriter& json, bool isOnItsWay) const
 {
   const ViewerStatus status = this->Viewer.GetStatus();
   const ViewerScene scene = this->Viewer.Scene();
+  const bool waits =
+    !this->Whole && (this->NeedsRest() || status.picking || status.mode == ViewerMode::FullScreen);
   json.Member("mode", kdstream::NameOf(status.mode))
     .Member("model", status.model)
     .Member("title", status.title)
@@ -289,7 +327,8 @@ void PageSession::Describe(JsonWriter& json, bool isOnItsWay) const
     .Member("blobsWanted", status.blobsWanted)
     .Member("bytesLoaded", status.bytesLoaded)
     .Member("error", status.error.empty() ? this->Refusal : status.error)
-    .Member("idle", this->Viewer.IsIdle() && !isOnItsWay)
+    .Member("idle", this->Viewer.IsIdle() && !isOnItsWay && !waits)
+    .Member("waits", waits)
     .Member("canUndo", status.canUndo)
     .Member("turnsOn", status.coasting)
     .Member("spinning", status.spinning)

@@ -2,7 +2,8 @@
 // A session and its line to the server, as a page drives them: everything that the phone's page
 // knows beside its picture. Between steps "request" and "decode" of the README's picture.
 //
-// No browser and no OpenGL here: WebViewer.cxx adds these, page.js the sockets and the clock.
+// No browser and no OpenGL here: PagePicture and WebViewer.cxx add these, page.js the sockets and
+// the clock.
 #pragma once
 
 #include "filters/model/JsonWriter.h"
@@ -43,6 +44,11 @@ public:
   // So many are taken now.
   void FollowMemory(std::size_t taken);
   std::size_t MemoryBytes() const { return this->Memory.Bytes(); }
+  // The rest of the viewer is there (KDSTREAM_LATER). Until then previews are all that is shown;
+  // and of models whose preview is points, that are lossless, or have no levels, nothing that the
+  // server sends is taken: it waits here.
+  void BecomeWhole();
+  bool IsWhole() const { return this->Whole; }
   // Carries between session and line what either has for the other. Call after every input.
   void Exchange(double now);
 
@@ -83,7 +89,9 @@ private:
   void Send(double now);
   void Send(const SessionRequest& request, double now);
   Searched* FindSearch(std::uint32_t id);
+  void Receive(ClientEvent event);
   void Take(const ClientEvent& event);
+  bool NeedsRest() const;
   std::string Staleness() const;
 
   MemoryBudget Memory;
@@ -93,6 +101,8 @@ private:
   bool Listed = false; // there is a list of models
   ModelDescription Open;
   std::uint32_t OpenRequest = 0; // all later ones are for that model
+  bool Whole = false;
+  std::vector<ClientEvent> Waiting; // for the rest of the viewer
   bool Keeps = false;
   std::deque<Arrival> Arrivals;
   std::vector<Searched> Searches; // that have not ended

@@ -8,11 +8,8 @@
 // canvas, times seconds of performance.now().
 //
 // No input traps but for a lack of memory; page.js tells the person of that.
-#include "viewer/mobile/GlesRenderer.h"
-#include "viewer/mobile/GlideClock.h"
+#include "viewer/mobile/web/PagePicture.h"
 #include "viewer/mobile/web/PageSession.h"
-#include "viewer/session/look/Coloring.h"
-#include "viewer/session/look/OcclusionClock.h"
 #include "viewer/session/look/Palette.h"
 
 #include <emscripten/emmalloc.h>
@@ -22,8 +19,6 @@
 #include <algorithm>
 #include <cstdint>
 #include <cstring>
-#include <memory>
-#include <optional>
 #include <set>
 #include <span>
 #include <string>
@@ -31,23 +26,11 @@
 #include <utility>
 #include <vector>
 
-// Only declared here: gl.js has the browser decode it.
-// clang-format off
-EM_JS(void, kdstream_upload_picture, (unsigned texture, const void* begin, std::size_t bytes,
-  unsigned format, unsigned width, unsigned height), {})
-// clang-format on
-
 namespace kdstream
 {
 
 namespace
 {
-
-void UploadTile(unsigned texture, const TextureTile& tile)
-{
-  kdstream_upload_picture(texture, tile.image.data(), tile.image.size(),
-    static_cast<unsigned>(tile.format), tile.width, tile.height);
-}
 
 double Now()
 {
@@ -56,43 +39,12 @@ double Now()
 
 }
 
-// All that decides about a picture.
-struct PictureState
-{
-  std::uint64_t surfaceVersion = 0;
-  Vec3 eye{}, focal{}, up{};
-  Viewport viewport;
-  std::uint64_t colorsVersion = 0;
-  double glided = 1;
-  std::optional<SectionPlane> section{};
-  std::uint64_t capVersion = 0;
-  SceneLighting lighting{};
-  bool occluded = false;
-  std::shared_ptr<const TileList> tiles{};
-  bool operator==(const PictureState&) const = default;
-};
-
 struct WebViewer
 {
   PageSession page{ Now };
+  PagePicture picture{ page, Now };
   std::vector<ServerLine::Action> actions; // to do, the next one last
   std::size_t mostBytes = 0;               // of the last Fetch
-
-  std::unique_ptr<GlesRenderer> renderer; // none before there is a context, and after it was lost
-  Viewport viewport;
-  ColorChoice colors;
-  std::uint64_t colorsVersion = 0;
-  std::optional<PictureState> drawn;
-  double nextSurface = 0;        // time of the next one, while parts keep coming
-  double surfaceSeconds = 0;     // that the one which is drawn next has taken, in an earlier frame
-  std::uint64_t blobsLoaded = 0; // at the last frame that drew no new surface
-  int framesPutOff = 0;
-  bool mayGlide = false;
-  GlideClock glide;
-  OcclusionClock occlusion;
-  double lastPicture = -1; // begin of the last frame, where the view moved in it; else below 0
-  std::uint64_t frames = 0;
-  std::string drawingError;
 
   std::string inbox, outbox;
   std::vector<std::uint8_t> arrived; // the bytes of the last arrival
@@ -103,152 +55,6 @@ namespace
 
 // More than any answer that a phone could show.
 constexpr std::size_t mostInbox = std::size_t{ 32 } << 20;
-
-// Of the WebAssembly, which never becomes less.
-std::size_t HeapBytes()
-{
-  return __builtin_wasm_memory_size(0) * 65536;
-}
-
-std::size_t GraphicsBytes(const WebViewer& viewer)
-{
-  return viewer.renderer ? viewer.renderer->GraphicsBytes() : 0;
-}
-
-void MakeRenderer(WebViewer& viewer)
-{
-  viewer.drawn.reset();
-  auto made = GlesRenderer::Make();
-  if (!made)
-  {
-    viewer.drawingError = made.GetError().message;
-    return;
-  }
-  GlesRenderer::SetTileUpload(UploadTile);
-  viewer.renderer = std::move(*made);
-  viewer.drawingError.clear();
-}
-
-// Where much is shown, a phone takes long for the surface of every part that comes: no more than a
-// third of the time, so that fingers are followed between. What glides arrives first.
-bool MayDrawSurface(const WebViewer& viewer, double now)
-{
-  const bool coming = viewer.page.Session().GetStatus().blobsWanted > 0;
-  return !coming || now >= viewer.nextSurface;
-}
-
-double TimeOfNextSurface(double now, double seconds)
-{
-  return now + std::min(2 * seconds, 1.0);
-}
-
-// Whether the surface is better made in the next frame: what has come since the last one was
-// decoded, and pieces were chosen by it, which keeps this frame waiting too. Where something comes
-// in every frame, every third makes one all the same.
-bool IsPutOff(WebViewer& viewer)
-{
-  constexpr int mostPutOff = 2;
-  const std::uint64_t loaded = viewer.page.Session().GetStatus().blobsLoaded;
-  const bool came = std::exchange(viewer.blobsLoaded, loaded) != loaded;
-  viewer.framesPutOff = came ? viewer.framesPutOff + 1 : 0;
-  return came && viewer.framesPutOff <= mostPutOff;
-}
-
-// Makes the surface of what has come, for a later frame: decoding, this and the way to the graphics
-// memory share no frame, so that none waits long for what arrives. Whether there is one.
-bool MakeSurface(WebViewer& viewer, double glided, double now)
-{
-  if (glided < 1 || !MayDrawSurface(viewer, now))
-  {
-    return false;
-  }
-  viewer.framesPutOff = 0;
-  ViewerSession& session = viewer.page.Session();
-  const std::uint64_t version = session.Scene().surfaceVersion;
-  session.SetGlides(viewer.mayGlide && viewer.glide.MayBegin(now));
-  const double begin = Now();
-  session.BeginFrame();
-  viewer.surfaceSeconds = Now() - begin;
-  return session.Scene().surfaceVersion != version;
-}
-
-// Whether the picture has occlusion. How quick the device is shows in the time to the browser's
-// next frame: what draws works on after Draw has returned.
-bool ChooseOcclusion(WebViewer& viewer, PictureState state, double now)
-{
-  const std::optional<PictureState>& last = viewer.drawn;
-  state.occluded = last && last->occluded;
-  if (viewer.lastPicture >= 0)
-  {
-    viewer.occlusion.Drawn(state.occluded, now - viewer.lastPicture, now);
-  }
-  const bool moves = last != state;
-  const bool fresh = !last || last->surfaceVersion != state.surfaceVersion;
-  viewer.lastPicture = moves && !fresh ? now : -1;
-  return viewer.occlusion.Has(moves, now);
-}
-
-// Draws if anything has changed; whether it did. A new surface that glides looks at first as the
-// one before it, and counts its time from there.
-bool Draw(WebViewer& viewer)
-{
-  const double begin = Now();
-  ViewerSession& session = viewer.page.Session();
-  viewer.page.FollowMemory(HeapBytes() + GraphicsBytes(viewer));
-  session.Advance(begin);
-  session.FollowView();
-  double glided = viewer.glide.Share(begin);
-  if (session.Scene().surface->PointCount() == 0)
-  {
-    MakeSurface(viewer, glided, begin); // the first one is drawn at once
-    viewer.surfaceSeconds = 0;          // in this frame's
-  }
-  ViewerScene scene = session.Scene();
-  if (viewer.drawn && !MayDrawSurface(viewer, begin))
-  {
-    scene.tiles = viewer.drawn->tiles;
-  }
-  const bool fresh = !viewer.drawn || viewer.drawn->surfaceVersion != scene.surfaceVersion;
-  const bool made = !fresh && (IsPutOff(viewer) || MakeSurface(viewer, glided, begin));
-  const bool begins = fresh && viewer.drawn && scene.surface->HasGlides();
-  glided = begins ? 0 : glided;
-  PictureState state{ scene.surfaceVersion, scene.eye, scene.focal, scene.up, viewer.viewport,
-    viewer.colorsVersion, glided, scene.section, scene.capVersion, scene.lighting };
-  state.tiles = scene.tiles;
-  state.occluded = ChooseOcclusion(viewer, state, begin);
-  if (scene.surface->PointCount() == 0) // the ground alone, whatever moves before it
-  {
-    state = PictureState{};
-    state.viewport = viewer.viewport;
-  }
-  if (viewer.drawn == state)
-  {
-    return made; // then there is more to do in the next frame
-  }
-  viewer.renderer->SetColoring(ColoringOf(viewer.colors, scene.scalars));
-  viewer.renderer->SetGlided(glided);
-  viewer.renderer->SetOcclusion(state.occluded);
-  const Status drawn = viewer.renderer->Draw(scene, viewer.viewport);
-  viewer.drawingError = drawn ? "" : drawn.GetError().message;
-  const bool painted = !viewer.drawn || viewer.drawn->tiles != scene.tiles;
-  viewer.drawn = state;
-  ++viewer.frames;
-  const double end = Now();
-  const double seconds = end - begin + (fresh ? viewer.surfaceSeconds : 0);
-  if (!made)
-  {
-    session.EndFrame(seconds); // of the surface that it shows, not of the one to come
-  }
-  if (fresh || painted)
-  {
-    viewer.nextSurface = TimeOfNextSurface(end, seconds);
-  }
-  if (begins)
-  {
-    viewer.glide.Begin(end);
-  }
-  return true;
-}
 
 int HexOf(const Color& color)
 {
@@ -321,6 +127,12 @@ extern "C"
     delete viewer;
   }
 
+  // The rest of the WebAssembly is there (parts.js).
+  EMSCRIPTEN_KEEPALIVE void ViewerBecomeWhole(WebViewer* viewer)
+  {
+    viewer->page.BecomeWhole();
+  }
+
   // ---- texts and bytes
 
   // Room for so many bytes; null where they are too many.
@@ -373,7 +185,7 @@ extern "C"
   // The next frame draws again.
   EMSCRIPTEN_KEEPALIVE void ViewerRedraw(WebViewer* viewer)
   {
-    viewer->drawn.reset();
+    viewer->picture.Redraw();
   }
 
   EMSCRIPTEN_KEEPALIVE void ViewerGoHome(WebViewer* viewer)
@@ -471,7 +283,7 @@ extern "C"
       .Member("heap", kdstream::HeapBytes())
       .Member("used", top - emmalloc_free_dynamic_memory())
       .Member("pieces", viewer->page.Session().PieceBytes())
-      .Member("graphics", kdstream::GraphicsBytes(*viewer))
+      .Member("graphics", viewer->picture.GraphicsBytes())
       .EndObject();
     viewer->outbox = json.Text();
   }
@@ -491,7 +303,7 @@ extern "C"
   // Whether anything moves by itself: new vertices to their places, and what is let go.
   EMSCRIPTEN_KEEPALIVE void ViewerSetMotion(WebViewer* viewer, bool motion)
   {
-    viewer->mayGlide = motion;
+    viewer->picture.SetGlides(motion);
     viewer->page.Session().SetCoasting(motion);
   }
   EMSCRIPTEN_KEEPALIVE void ViewerSetAhead(WebViewer* viewer, unsigned bytes)
@@ -509,15 +321,15 @@ extern "C"
   {
     using kdstream::SurfaceColoring;
     const auto last = static_cast<unsigned>(SurfaceColoring::Attribute);
-    viewer->colors.coloring = static_cast<SurfaceColoring>(std::min(coloring, last));
-    viewer->colors.attribute = viewer->inbox;
-    viewer->colors.map = kdstream::allColorMaps[map < kdstream::allColorMaps.size() ? map : 0];
-    viewer->colors.range.reset();
-    ++viewer->colorsVersion;
+    kdstream::ColorChoice colors;
+    colors.coloring = static_cast<SurfaceColoring>(std::min(coloring, last));
+    colors.attribute = viewer->inbox;
+    colors.map = kdstream::allColorMaps[map < kdstream::allColorMaps.size() ? map : 0];
     if (low < high)
     {
-      viewer->colors.range = { low, high };
+      colors.range = { low, high };
     }
+    viewer->picture.SetColors(colors);
   }
 
   // ---- the canvas
@@ -525,27 +337,21 @@ extern "C"
   // Makes all that draws: when gl.js has a context, and when that one is given back.
   EMSCRIPTEN_KEEPALIVE void ViewerMakeRenderer(WebViewer* viewer)
   {
-    kdstream::MakeRenderer(*viewer);
+    viewer->picture.MakeRenderer();
   }
   EMSCRIPTEN_KEEPALIVE void ViewerContextLost(WebViewer* viewer)
   {
-    if (viewer->renderer)
-    {
-      viewer->renderer->Forget();
-      viewer->renderer.reset();
-    }
+    viewer->picture.ForgetRenderer();
   }
   EMSCRIPTEN_KEEPALIVE void ViewerResize(
     WebViewer* viewer, int width, int height, double pixelRatio)
   {
-    viewer->viewport = { std::max(width, 1), std::max(height, 1), pixelRatio };
-    viewer->page.Session().Resize(viewer->viewport);
-    viewer->drawn.reset(); // a canvas that is resized is blank
+    viewer->picture.Resize({ std::max(width, 1), std::max(height, 1), pixelRatio });
   }
   // Draws what has changed; whether anything had.
   EMSCRIPTEN_KEEPALIVE bool ViewerFrame(WebViewer* viewer)
   {
-    return viewer->renderer && kdstream::Draw(*viewer);
+    return viewer->picture.Draw();
   }
 
   // ---- the line to the server
@@ -682,7 +488,7 @@ extern "C"
   EMSCRIPTEN_KEEPALIVE void ViewerArrays(WebViewer* viewer)
   {
     const auto scalars = viewer->page.Session().Scene().scalars;
-    const kdstream::Coloring coloring = ColoringOf(viewer->colors, scalars);
+    const kdstream::Coloring coloring = ColoringOf(viewer->picture.Colors(), scalars);
     kdstream::JsonWriter json;
     json.BeginObject().Member("low", coloring.low).Member("high", coloring.high);
     json.Key("arrays").BeginArray();
@@ -706,7 +512,7 @@ extern "C"
   EMSCRIPTEN_KEEPALIVE int ViewerShade(WebViewer* viewer, double value)
   {
     const auto scalars = viewer->page.Session().Scene().scalars;
-    return kdstream::HexOf(ColoringOf(viewer->colors, scalars).Of(value));
+    return kdstream::HexOf(ColoringOf(viewer->picture.Colors(), scalars).Of(value));
   }
   // What the colours of resolutions mean: [{"level","color"}], the finest first, of what is shown.
   // level: -1 for the original; color: 0xrrggbb.
@@ -718,17 +524,9 @@ extern "C"
   {
     kdstream::JsonWriter json;
     json.BeginObject();
-    const bool gliding = viewer->drawn && viewer->drawn->glided < 1;
-    const bool plain = viewer->drawn && !viewer->drawn->occluded;
-    const bool drawsSoon = viewer->framesPutOff > 0 ||
-                           (viewer->drawn && viewer->drawn->surfaceVersion !=
-                                               viewer->page.Session().Scene().surfaceVersion);
-    viewer->page.Describe(json, gliding || plain || drawsSoon);
-    json.Member("gliding", gliding)
-      .Member("plain", plain)
-      .Member("frames", viewer->frames)
-      .Member("drawingError", viewer->drawingError)
-      .EndObject();
+    viewer->page.Describe(json, viewer->picture.IsOnItsWay());
+    viewer->picture.Describe(json);
+    json.EndObject();
     viewer->outbox = json.Text();
   }
 }

@@ -34,16 +34,19 @@ function sentence(text) {
 
 // The message for how things stand, or null: { text; label and act of its button; good; stays: cannot be put away }.
 //
-// situation: { status: of the viewer; name: of the model; failed: the viewer has stopped; contextLost; listed: there is a
-// list of models; listTrouble: why there is no new one, asksForToken: for want of one; away: nothing comes from the
-// server; wellAgain; offline: what is kept is all
-// there is; update: a function, where there is a newer page; tryNow, askAgain, askForToken: functions }.
+// situation: { status: of the viewer; name: of the model; failed: what the viewer has stopped for, or null; contextLost;
+// listed: there is a list of models; listTrouble: why there is no new one, asksForToken: for want of one; away: nothing
+// comes from the server; wellAgain; offline: what is kept is all there is; rest: of the viewer (rest.js); update: a
+// function, where there is a newer page; tryNow, askAgain, askForToken: functions }.
 export function findMessage(situation) {
   const { status, name, listed, listTrouble } = situation;
   const again = { label: t("Try now"), act: situation.tryNow };
   const cure = situation.asksForToken ? { label: t("Enter it"), act: situation.askForToken } : again;
   const trying = (text) => `${sentence(text)} ${t("Trying again …")}`;
   const noList = () => ({ text: trying(t("the list of models cannot be had: {why}", { why: listTrouble })), ...cure });
+  if (situation.failed?.isPartMissing) {
+    return { text: t("The viewer could not be loaded from the server."), stays: true, ...reload() };
+  }
   if (situation.failed) {
     return { text: t("The viewer has stopped: this device has not enough memory for what was to be shown."), stays: true, ...reload() };
   }
@@ -61,6 +64,12 @@ export function findMessage(situation) {
     return { text: missing
       ? t("“{name}” is not kept on this device, and the server cannot be reached.", { name })
       : t("The server cannot be reached. What this device has kept is shown."), ...again };
+  }
+  if (situation.rest.outdated) {
+    return { text: t("There is a newer version of this viewer."), ...reload() };
+  }
+  if (situation.rest.failed) {
+    return { text: trying(t("a part of the viewer cannot be loaded from the server")), ...again };
   }
   if (status.drawingError) {
     return { text: sentence(t("the picture cannot be drawn: {why}", { why: status.drawingError })), ...reload() };

@@ -18,6 +18,7 @@
 //                   of the drawn surface; `surface` is its version, `colored` whether it came with colours
 //     blobsLoaded, blobsWanted, bytesLoaded
 //                   since nothing was outstanding last
+//     waits         whether more of the viewer must come first (rest.js)
 //     idle          whether all that is wanted has come and is drawn, and nothing moves
 //     canUndo       whether there is a jump of the view to take back; turnsOn: the model turns, spinning: by itself
 //     measuring     whether taps measure; tool: in hand, 0 none, 1 measure, 2 section, 3 light, 4 second light
@@ -33,12 +34,14 @@
 //                   that by decoded pieces; and of buffers and textures
 
 import { Fingers } from "./fingers.js";
-import { Line, getList, hasToken, isOffline, takeToken } from "./line.js";
+import { Line, hasToken, isOffline, takeToken } from "./line.js";
 import { entryOf, markChosen, markKept, nameOf, readList, showEntries, showSite } from "./list.js";
 import { hideLoading, showLoading, watchSilence } from "./loading.js";
 import { findMessage, showEnd, showMessage } from "./message.js";
 import { showOrigin } from "./origin.js";
 import { askForPreviews, previewsAreAsked, rememberedPreviews, showPreview, showsPreview } from "./previews.js";
+import { Refreshing } from "./refreshing.js";
+import { Rest } from "./rest.js";
 import { arrayOf, loadViewer, tellOfPictures } from "./viewer.js";
 import { chooseLanguage, describeProgress, describeSurface, t } from "./words.js";
 
@@ -51,7 +54,7 @@ export { entryOf, make, nameOf } from "./list.js";
 export { anotherViewer, arrayOf, colorMaps } from "./viewer.js";
 export { figure, kilobytes, language, nameOfLevel, t } from "./words.js";
 
-/* global viewerBytes: of the WebAssembly, by MakePage.cmake */
+/* global viewerBytes: of the WebAssembly's first part, by MakePage.cmake */
 
 const find = (id) => document.getElementById(id);
 const canvas = find("view");
@@ -62,9 +65,9 @@ let line = null;
 let fingers = null;
 
 let models = null; // the list, once one has come
-let listTrouble = ""; // why the last one could not be had
-let asksForToken = false; // because of that
-let linked = ""; // a link to a view, that waits for the list
+const rest = new Rest(() => fingers && wake()); // of the viewer
+const refreshing = new Refreshing(takeList, askAgain, wake); // asked again for what could not be had
+let linked = ""; // a link to a view, that waits for the list, or for the rest of the viewer
 let site = { title: "", text: "" };
 let tools = null; // once they have been used
 let about = null;
@@ -100,7 +103,7 @@ function showWhatIsWrong(status) {
   const away = Boolean(status.trouble) && (status.connection !== "connecting" || wasAway);
   if (wasAway && !away) {
     wellAgain = true;
-    refreshList();
+    refreshing.refresh();
     setTimeout(() => {
       wellAgain = false;
       wake();
@@ -108,55 +111,23 @@ function showWhatIsWrong(status) {
   }
   wasAway = away;
   const name = nameOf(selectedModel());
-  const failed = viewer.failure !== null;
+  const failed = viewer.failure;
   const listed = models !== null;
+  const { trouble: listTrouble, asksForToken } = refreshing;
   const offline = isOffline();
-  return showMessage(findMessage({ status, name, failed, contextLost, listed, listTrouble, asksForToken, away, wellAgain, offline, update, tryNow, askAgain, askForToken }));
+  return showMessage(findMessage({ status, name, failed, contextLost, listed, listTrouble, asksForToken, away, wellAgain, offline, rest, update, tryNow, askAgain, askForToken }));
 }
 
 // ---- the list of models
 
-const firstRetry = 1; // s
-const longestRetry = 8;
-const offlineRetry = 8;
-const emptyRetry = 5; // for a server that has no models yet
-
-let listTimer = 0; // 0: the list is not asked for, nor going to be
-let listRetry = firstRetry;
-
-async function refreshList() {
-  clearTimeout(listTimer);
-  listTimer = -1; // it is asked for now
-  const wasOffline = isOffline();
-  try {
-    const bytes = await getList();
-    const trouble = viewer.setModels(bytes);
-    if (trouble) {
-      throw new Error(trouble);
-    }
-    listTrouble = "";
-    asksForToken = false;
-    listRetry = firstRetry;
-    showModels(readList(bytes));
-    if (isOffline()) {
-      refreshListIn(offlineRetry * (1 + Math.random()));
-    } else if (wasOffline) {
-      askAgain(); // for what could not be had
-    }
-  } catch (error) {
-    listTrouble = error.message;
-    asksForToken = error.asksForToken ?? false;
-    // Not all at once when a server comes back.
-    refreshListIn(Math.max(listRetry, error.retryAfter ?? 0) * (1 + Math.random()));
-    listRetry = Math.min(2 * listRetry, longestRetry);
+// As it came; how many models it has. Throws where it is none.
+function takeList(bytes) {
+  const trouble = viewer.setModels(bytes);
+  if (trouble) {
+    throw new Error(trouble);
   }
-  listTimer = Math.max(listTimer, 0);
-  wake();
-}
-
-function refreshListIn(seconds) {
-  clearTimeout(listTimer);
-  listTimer = setTimeout(refreshList, 1000 * seconds);
+  showModels(readList(bytes));
+  return models.length;
 }
 
 function showModels(list) {
@@ -171,9 +142,7 @@ function showModels(list) {
   const none = find("empty");
   none.hidden = models.length > 0;
   say(none, t("This server has no models yet. They appear here as soon as it has one."));
-  if (!models.length) {
-    refreshListIn(emptyRetry);
-  } else if (viewer.status().mode === "no model") {
+  if (models.length && viewer.status().mode === "no model") {
     selectFirst();
   }
   if (!find("search").hidden) {
@@ -194,7 +163,6 @@ async function openGallery() {
 function selectFirst() {
   if (linked) {
     followLink(linked);
-    linked = "";
     return;
   }
   const earlier = models.find(({ id }) => id === history.state?.model);
@@ -222,8 +190,14 @@ function colourBy(colors) {
   find("menu").elements.coloring.forEach((radio) => (radio.checked = radio.value === colors));
 }
 
-
-function followLink(link) {
+// The last one where there are several before it can be done.
+async function followLink(link) {
+  linked = link;
+  await rest.wait();
+  if (linked !== link) {
+    return;
+  }
+  linked = "";
   const told = new URLSearchParams(link);
   const menu = find("menu").elements;
   menu.detail.value = told.get("detail") === "level" ? "1" : "0";
@@ -236,6 +210,7 @@ function followLink(link) {
 
 // The first time its preview, then the whole screen.
 function choose(model) {
+  linked = "";
   if (!previewsAreAsked() || showsPreview() || model !== lastStatus.model) {
     viewer.select(model);
   }
@@ -270,9 +245,11 @@ function showHint({ mode, shownLevel, region, measuring, tool }, wrong) {
   say(find("hint"), needed ? words : "");
 }
 
-// Before there is a picture.
-function showWhatComes({ shownLevel, blobsLoaded, blobsWanted }, wrong) {
-  if (shownLevel !== null || models?.length === 0 || wrong) {
+// Before there is a picture, or before what a person wants can be done.
+function showWhatComes({ shownLevel, blobsLoaded, blobsWanted, waits }, wrong) {
+  if ((rest.awaited || (waits && shownLevel === null)) && !wrong) {
+    showLoading(t("Loading the viewer"), rest.part());
+  } else if (shownLevel !== null || models?.length === 0 || wrong) {
     hideLoading();
   } else if (models) {
     showLoading(t("Loading “{name}”", { name: nameOf(selectedModel()) }), blobsWanted ? blobsLoaded / blobsWanted : null);
@@ -290,6 +267,7 @@ async function showLegend({ mode, surface, model }) {
   const wanted = [colouring, model, surface].join();
   if ((isShown || !find("menu").hidden) && legendShown !== wanted) {
     legendShown = wanted;
+    await rest.wait();
     const { offerArrays, showColours } = await import("./legend.js");
     offerArrays(viewer, colouring, colourBy);
     isShown && showColours(legend, viewer, colouring);
@@ -309,10 +287,10 @@ function showStatus(status) {
   find("undo").disabled = !status.canUndo;
   canvas.setAttribute("aria-label", t("{name} in 3D", { name }));
   say(find("status"), [describeSurface(status), describeProgress(status)].filter(Boolean).join(" · "));
-  const busy = status.blobsWanted > 0;
+  const busy = status.blobsWanted > 0 || status.waits;
   find("progress").classList.toggle("busy", busy);
   find("progress").firstElementChild.style.transform =
-    `scaleX(${busy ? status.blobsLoaded / status.blobsWanted : 1})`;
+    `scaleX(${status.waits ? rest.part() : busy ? status.blobsLoaded / status.blobsWanted : 1})`;
 }
 
 // ---- frames: only when something has changed
@@ -356,6 +334,9 @@ function show() {
   showWhatComes(lastStatus, wrong);
   showLegend(lastStatus);
   followMode(before.mode, lastStatus);
+  if (lastStatus.shownLevel !== null || lastStatus.waits) {
+    rest.fetch();
+  }
   if (lastStatus.idle && lastStatus.shownLevel !== null) {
     tellAloud(lastStatus);
     goOnOnce(); // now that it takes nothing away from the first picture
@@ -370,6 +351,7 @@ function goOnOnce() {
 }
 
 async function goOnAfterFirstPicture() {
+  await rest.fetch();
   if (!isEmbedded) {
     openGallery().catch(() => {}); // then the list is without pictures
   }
@@ -429,7 +411,7 @@ function followMode(before, { mode, model }) {
   }
   if (before === "full screen" && mode !== before) {
     showOwnColours();
-    refreshList();
+    refreshing.refresh();
   }
 }
 
@@ -487,6 +469,7 @@ const closeSheets = () => sheets.forEach((id) => showSheet(id, false));
 async function openTools(open) {
   showSheet("tools", open);
   if (open) {
+    await rest.wait();
     if (!tools) {
       const { Tools } = await import("./tools.js");
       tools ??= new Tools({
@@ -504,6 +487,7 @@ async function openTools(open) {
 }
 
 async function getNotes() {
+  await rest.wait();
   const { Notes } = await import("./notes.js");
   return notes ??= new Notes({
     canvas, viewer,
@@ -558,6 +542,7 @@ function redraw() {
 }
 
 async function answerEmbedder() {
+  await rest.wait();
   const { Embedding } = await import("./embedding.js");
   embedding = new Embedding({
     canvas, viewer, wake, redraw,
@@ -592,7 +577,8 @@ function tokenForgotten() {
 
 function tryNow() {
   line.hurry();
-  refreshList();
+  rest.hurry();
+  refreshing.refresh();
   wake();
 }
 
@@ -640,7 +626,8 @@ function listenToButtons() {
   for (const form of ["tools", "menu"]) {
     find(form).addEventListener("submit", (event) => event.preventDefault());
   }
-  find("menu").addEventListener("change", ({ target }) => {
+  find("menu").addEventListener("change", async ({ target }) => {
+    await rest.wait();
     if (target.name === "detail") {
       viewer.setDetail(Number(target.value));
     } else if (target.name === "turning") {
@@ -721,9 +708,7 @@ function listenToBrowser() {
   });
   setInterval(() => {
     line.tick();
-    if (isOffline() && listTimer === 0) { // the line has found that out
-      refreshListIn(offlineRetry * (1 + Math.random()));
-    }
+    refreshing.watch();
     const { connection, idle } = viewer.status();
     if (connection !== lastStatus.connection || !idle) {
       wake();
@@ -742,6 +727,9 @@ async function start() {
   find("message").hidden = true; // from here on there is somebody to tell what is wrong
   find("message").className = "";
   const chosen = chooseLanguage(() => fingers && wake());
+  if (linkInAddress()) {
+    rest.fetch(); // nothing is shown before
+  }
   const heard = watchSilence();
   try {
     viewer = await loadViewer((bytes) => {
@@ -781,7 +769,7 @@ async function start() {
   find("menu").elements.previews.value = rememberedPreviews(isEmbedded);
   listenToBrowser();
   line.exchange();
-  refreshList();
+  refreshing.refresh();
   if (isEmbedded) {
     document.body.dataset.embedded = "";
     answerEmbedder();

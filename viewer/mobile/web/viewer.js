@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // The viewer in WebAssembly, as an object: what WebViewer.cxx exports, with texts and bytes carried in and out.
 
-import { bytesAt, forgetObjects, gainCanvas, imports, picturesAreWaiting, useContext, useMemory } from "./gl.js";
+import { bytesAt, forgetObjects, gainCanvas, picturesAreWaiting, useContext } from "./gl.js";
+import { loadFirstPart, whole } from "./parts.js";
 
 export { tellOfPictures } from "./gl.js";
 
@@ -10,24 +11,9 @@ const toText = new TextDecoder();
 
 export const Action = { none: 0, connect: 1, send: 2, close: 3, fetch: 4, search: 5 };
 
-// came: called whenever some of it has come, with the bytes so far.
-export async function loadViewer(came) {
-  const response = await fetch(new URL("kdstream.wasm", import.meta.url), { credentials: "same-origin" });
-  if (!response.ok) {
-    throw new Error(`the server says ${response.status}`);
-  }
-  const parts = [];
-  let bytes = 0;
-  const reader = response.body.getReader();
-  for (let part; (part = await reader.read()).value;) {
-    parts.push(part.value);
-    bytes += part.value.length;
-    came(bytes);
-  }
-  const { instance } = await WebAssembly.instantiate(await new Blob(parts).arrayBuffer(), imports);
-  useMemory(instance.exports.memory);
-  instance.exports._initialize();
-  functions = instance.exports;
+// heard: called whenever some of it has come, with the bytes so far. The rest of it comes later (rest.js).
+export async function loadViewer(heard) {
+  functions = await loadFirstPart(heard);
   return new Viewer(functions);
 }
 
@@ -58,6 +44,7 @@ class Viewer {
   constructor(functions) {
     this.#functions = functions;
     this.#self = this.#functions.ViewerMake();
+    whole.then(() => this.#call("BecomeWhole"));
   }
 
   #call(name, ...values) {

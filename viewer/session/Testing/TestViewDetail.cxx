@@ -478,6 +478,37 @@ TEST(TestViewDetail, ATapComesFirst)
 }
 
 // Far away nothing of what was tapped or looked at is left.
+TEST(TestViewDetail, WithPreviewsOnlyZoomsAndTapsWait)
+{
+  MemoryServer server = Torus();
+  ViewerSession session;
+  session.SetPreviewsOnly(true);
+  OpenFullScreen(session, server);
+  session.SetAhead(1 << 20);
+  const std::size_t sent = server.sent.size();
+  ASSERT_GT(sent, 0u);
+  double clock = 0;
+  session.Zoom(4, onRingX, onRingY);
+  server.Serve(session);
+  DoubleTap(session, width / 2.0, height / 2.0, clock); // goes home, or picks
+  session.Zoom(4, onRingX, onRingY);
+  DoubleTap(session, onRingX, onRingY, clock);
+  server.Serve(session);
+  EXPECT_EQ(server.sent.size(), sent) << "nothing but the preview";
+  EXPECT_EQ(session.GetStatus().shownLevel, 11u);
+  EXPECT_EQ(session.GetStatus().error, "");
+  EXPECT_FALSE(session.GetStatus().region);
+  EXPECT_TRUE(session.GetStatus().picking);
+
+  session.SetPreviewsOnly(false);
+  server.Serve(session);
+  EXPECT_TRUE(session.GetStatus().region) << "the last tap";
+  EXPECT_FALSE(session.GetStatus().picking);
+  EXPECT_GT(VerticesOfOriginal(session), 100u);
+  EXPECT_TRUE(session.IsIdle());
+  ExpectClosed(session);
+}
+
 TEST(TestViewDetail, FarAwayThePreviewIsEnough)
 {
   MemoryServer server = Torus();

@@ -2,6 +2,8 @@
 // How large the points of a cloud are drawn: see SplatRadii.h.
 #include "viewer/session/look/SplatRadii.h"
 
+#include "filters/core/Later.h"
+
 #include "viewer/session/Geometry.h"
 
 #include <algorithm>
@@ -140,7 +142,7 @@ std::vector<float> SplatRadii(const Surface& cloud)
   return radii;
 }
 
-std::vector<float> SplatRadii(const DrawnSurface& cloud)
+KDSTREAM_LATER std::vector<float> SplatRadii(const DrawnSurface& cloud)
 {
   Surface all;
   for (const DrawnSurface::Part& each : cloud.Parts())

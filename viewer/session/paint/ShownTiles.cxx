@@ -2,6 +2,8 @@
 // The tiles of texture that paint what is shown: see ShownTiles.h.
 #include "viewer/session/paint/ShownTiles.h"
 
+#include "filters/core/Later.h"
+
 #include <algorithm>
 #include <limits>
 #include <utility>
@@ -82,7 +84,7 @@ bool ShownTiles::Touch(PieceId piece)
   return true;
 }
 
-void ShownTiles::Follow(
+KDSTREAM_LATER void ShownTiles::Follow(
   const DrawnSurface& surface, const Camera& camera, const std::set<NodeId>& tapped, bool all)
 {
   if (!this->AreThere())
@@ -125,7 +127,7 @@ void ShownTiles::Follow(
   }
 }
 
-Status ShownTiles::Add(
+KDSTREAM_LATER Status ShownTiles::Add(
   const protocol::BlobId& blob, std::span<const std::uint8_t> bytes, const Piece* piece)
 {
   if (!piece)

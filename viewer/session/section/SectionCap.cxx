@@ -2,6 +2,8 @@
 // The cap of a section: see SurfaceSection.h.
 #include "viewer/session/section/SurfaceSection.h"
 
+#include "filters/core/Later.h"
+
 #include <algorithm>
 #include <limits>
 #include <map>
@@ -174,7 +176,7 @@ private:
 
 }
 
-Surface CapOf(const std::vector<SectionSegment>& segments, const SectionPlane& plane)
+KDSTREAM_LATER Surface CapOf(const std::vector<SectionSegment>& segments, const SectionPlane& plane)
 {
   Surface cap;
   if (segments.empty())

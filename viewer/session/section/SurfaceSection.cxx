@@ -2,6 +2,8 @@
 // Where a plane meets a surface: see SurfaceSection.h.
 #include "viewer/session/section/SurfaceSection.h"
 
+#include "filters/core/Later.h"
+
 #include <algorithm>
 #include <map>
 #include <optional>
@@ -48,7 +50,8 @@ std::optional<SectionSegment> CutTriangle(
 
 }
 
-std::vector<SectionSegment> CutSurface(const DrawnSurface& surface, const SectionPlane& plane)
+KDSTREAM_LATER std::vector<SectionSegment> CutSurface(
+  const DrawnSurface& surface, const SectionPlane& plane)
 {
   std::vector<SectionSegment> segments;
   for (std::size_t p = 0; p < surface.Parts().size(); ++p)

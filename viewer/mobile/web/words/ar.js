@@ -223,6 +223,7 @@ export const texts = {
   "Trying again …": "تجري المحاولة مجددًا …",
   "Connected again.": "عاد الاتصال.",
   "Nothing has come from the server for a while. Still waiting …": "لم يصل شيء من الخادم منذ مدة. الانتظار مستمر …",
+  "a part of the viewer cannot be loaded from the server": "يتعذر تحميل جزء من العارض من الخادم",
   "The viewer could not be loaded from the server.": "تعذر تحميل العارض من الخادم.",
   "The viewer has stopped: this device has not enough memory for what was to be shown.":
     "توقف العارض: ذاكرة هذا الجهاز لا تكفي لما كان سيُعرض.",

@@ -226,6 +226,7 @@ export const texts = {
   "Connected again.": "Wieder verbunden.",
   "Nothing has come from the server for a while. Still waiting …":
     "Seit einer Weile ist nichts vom Server gekommen. Es wird weiter gewartet …",
+  "a part of the viewer cannot be loaded from the server": "ein Teil des Betrachters lässt sich nicht vom Server laden",
   "The viewer could not be loaded from the server.": "Der Betrachter ließ sich nicht vom Server laden.",
   "The viewer has stopped: this device has not enough memory for what was to be shown.":
     "Der Betrachter hat angehalten: Dieses Gerät hat zu wenig Speicher für das, was zu zeigen war.",

@@ -1,0 +1,207 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// The viewer's WebAssembly comes in two parts: there is a picture before the second, what needs it waits for it, and parts of
+// different versions never meet.
+
+import assert from "node:assert/strict";
+import { readFileSync } from "node:fs";
+import { join } from "node:path";
+import { after, afterEach, before, beforeEach, test } from "node:test";
+import { Server, Visit, eventually, launchBrowser, makeModels } from "./harness.mjs";
+import { place } from "./visit.mjs";
+
+let server, browser, visit;
+
+before(async () => {
+  server = await Server.start(makeModels({ dragon: false }));
+  browser = await launchBrowser();
+});
+
+after(async () => {
+  await browser?.close();
+  await server?.stop();
+});
+
+beforeEach(async () => {
+  visit = await Visit.phone(browser);
+});
+
+afterEach(async () => {
+  await visit.close();
+});
+
+const bytesOf = (name) => readFileSync(join(place("KDSTREAM_PAGE"), name));
+
+// Holds the second part back. Gives how often it was asked for, and what lets it go.
+async function holdBack() {
+  const held = { asked: 0, letGo: null };
+  const gone = new Promise((resolve) => {
+    held.letGo = resolve;
+  });
+  await visit.page.route("**/kdstream-more.wasm", async (route) => {
+    ++held.asked;
+    await gone;
+    await route.continue().catch(() => {}); // the page may be closed
+  });
+  return held;
+}
+
+const loading = () => visit.page.evaluate(() => {
+  const box = document.getElementById("loading");
+  return box.checkVisibility() ? document.getElementById("loading-text").textContent : "";
+});
+
+const untilWaiting = () => eventually("it tells what it waits for", loading, (text) => text.startsWith("Loading the viewer"));
+
+// Of the model whose preview is there at first.
+async function openFullScreen(good = () => true) {
+  await visit.untilIdle();
+  await visit.tap(await visit.centre());
+  return visit.until("full screen", (status) => status.mode === "full screen" && good(status));
+}
+
+test("a picture, and turning and enlarging it, do without the second part; what is finer waits for it", async () => {
+  const held = await holdBack();
+  await visit.open(server.url);
+  const { shownLevel } = await visit.untilIdle();
+  const middle = await visit.centre();
+  await visit.drag(middle, 60, 20);
+  await openFullScreen();
+  const large = await visit.centre();
+  await visit.drag(large, -80, 10);
+  await visit.pinch(large, 80, 240);
+  await visit.dragTwo(large, 20, 20);
+  await visit.doubleTap(large);
+  const waiting = await visit.until("it waits", ({ waits }) => waits);
+  assert.deepEqual([waiting.shownLevel, waiting.region, waiting.idle], [shownLevel, null, false]);
+  await visit.page.keyboard.press("u"); // back to where it was
+  assert.equal(held.asked, 1, "it was asked for, once");
+  assert.deepEqual(await visit.messages(), []);
+  held.letGo();
+  await visit.until("the original is there", ({ region, idle }) => idle && region !== null && region.shown === region.partitions);
+  assert.equal((await visit.status()).waits, false);
+  visit.assertClean(server.url);
+});
+
+test("tools wait for it, and say so", async () => {
+  const held = await holdBack();
+  await visit.open(server.url);
+  await openFullScreen();
+  await visit.page.locator("#tools-button").click();
+  await untilWaiting();
+  await visit.picture("parts-1-waiting");
+  assert.equal(await visit.page.locator("#tools button").count(), 0);
+  held.letGo();
+  await visit.page.locator("#measure").click();
+  await visit.until("it measures", ({ measuring }) => measuring);
+  assert.equal(await loading(), "");
+  visit.assertClean(server.url);
+});
+
+test("a choice in the menu waits for it", async () => {
+  const held = await holdBack();
+  await visit.open(server.url);
+  await openFullScreen();
+  const { frames } = await visit.status();
+  await visit.page.locator("#menu-button").click();
+  await visit.page.locator("[name=coloring][value='partition']").check({ force: true });
+  await untilWaiting();
+  assert.equal((await visit.status()).frames, frames, "as it was");
+  held.letGo();
+  await visit.until("other colours", (status) => status.frames > frames && status.idle);
+});
+
+test("a link waits for it, and is followed then; the last of several", async () => {
+  await visit.open(server.url);
+  await openFullScreen(({ idle }) => idle);
+  await visit.page.locator("#tools-button").click();
+  await visit.page.getByRole("button", { name: "Facing me", exact: true }).click();
+  await visit.until("it is cut", ({ depth, idle }) => depth !== null && idle);
+  const link = await visit.copied("#copy-link");
+  const { depth } = await visit.status();
+  await visit.close();
+
+  visit = await Visit.phone(browser);
+  const held = await holdBack();
+  await visit.open(`${server.url}/#model=shell`);
+  await visit.until("the first part is there", ({ mode }) => mode === "no model");
+  await untilWaiting();
+  await visit.page.evaluate((hash) => (location.hash = hash), new URL(link).hash);
+  held.letGo();
+  const followed = await visit.until("the section", (status) => status.depth !== null && status.idle);
+  assert.deepEqual([followed.model, followed.depth, followed.mode], ["pebble", depth, "full screen"]);
+  visit.assertClean(server.url);
+});
+
+test("a server that has not got it is asked again", async () => {
+  let refusals = 2;
+  await visit.page.route("**/kdstream-more.wasm", (route) => (refusals-- > 0 ? route.fulfill({ status: 503, body: "" }) : route.continue()));
+  await visit.open(server.url);
+  await visit.untilSaid(/^A part of the viewer cannot be loaded from the server\. Trying again …$/);
+  await visit.picture("parts-2-refused");
+  await openFullScreen();
+  await visit.page.locator("#tools-button").click();
+  await visit.page.locator("#measure").waitFor();
+  await visit.untilQuiet();
+  assert.ok(refusals < 0);
+});
+
+// The name that the parts know each other by.
+const kinOf = (name) => new Set(WebAssembly.Module.imports(new WebAssembly.Module(bytesOf(name)))
+  .map(({ module }) => module).filter((module) => !/^(env|wasi_.*)$/.test(module)));
+
+test("both parts are of one version, and the second has all from the first", () => {
+  const [first, more] = ["kdstream.wasm", "kdstream-more.wasm"];
+  assert.equal(kinOf(first).size, 1);
+  assert.deepEqual(kinOf(first), kinOf(more));
+  const exported = new Set(WebAssembly.Module.exports(new WebAssembly.Module(bytesOf(first))).map(({ name }) => name));
+  const missing = WebAssembly.Module.imports(new WebAssembly.Module(bytesOf(more))).filter(({ name }) => !exported.has(name));
+  assert.deepEqual(missing, []);
+});
+
+test("another version's second part is not taken", async () => {
+  const [kin] = kinOf("kdstream-more.wasm");
+  const other = Buffer.from(bytesOf("kdstream-more.wasm").toString("latin1").replaceAll(kin, "12345678"), "latin1");
+  await visit.page.route("**/kdstream-more.wasm", (route) =>
+    route.fulfill({ status: 200, contentType: "application/wasm", body: other }));
+  await visit.open(server.url);
+  await visit.untilSaid(/^There is a newer version of this viewer\.$/);
+  const { shownLevel } = await openFullScreen();
+  assert.notEqual(shownLevel, null);
+});
+
+// What nobody should need: a function of the second part is called before that has come.
+async function callEarly() {
+  await visit.page.addInitScript(() => {
+    const instantiate = WebAssembly.instantiate.bind(WebAssembly);
+    WebAssembly.instantiate = async (...given) => {
+      const made = await instantiate(...given);
+      window.viewerParts = [...window.viewerParts ?? [], made.instance.exports];
+      return made;
+    };
+  });
+  await visit.open(server.url);
+  await visit.untilIdle();
+  return visit.page.evaluate(() => {
+    const [first] = window.viewerParts;
+    const viewer = first.ViewerMake();
+    try {
+      first.ViewerLink(viewer);
+      return first.ViewerTextBytes(viewer);
+    } catch (error) {
+      return error.isPartMissing;
+    }
+  });
+}
+
+test("a function that is called early is fetched at once", async () => {
+  let asked = 0;
+  await visit.page.route("**/kdstream-more.wasm", (route) => (++asked > 1 ? route.continue() : undefined)); // the first one hangs
+  const bytes = await callEarly();
+  assert.equal(asked, 2);
+  assert.ok(bytes > 0, "it gives what it gives");
+});
+
+test("where that cannot be had either, the viewer stops in words", async () => {
+  await visit.page.route("**/kdstream-more.wasm", (route) => route.abort());
+  assert.equal(await callEarly(), true);
+});

@@ -1,0 +1,232 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// The page's picture: see PagePicture.h.
+#include "viewer/mobile/web/PagePicture.h"
+
+#include <emscripten/emscripten.h>
+
+#include <algorithm>
+#include <utility>
+
+// Only declared here: gl.js has the browser decode it.
+// clang-format off
+EM_JS(void, kdstream_upload_picture, (unsigned texture, const void* begin, std::size_t bytes,
+  unsigned format, unsigned width, unsigned height), {})
+// clang-format on
+
+namespace kdstream
+{
+
+namespace
+{
+
+void UploadTile(unsigned texture, const TextureTile& tile)
+{
+  kdstream_upload_picture(texture, tile.image.data(), tile.image.size(),
+    static_cast<unsigned>(tile.format), tile.width, tile.height);
+}
+
+double TimeOfNextSurface(double now, double seconds)
+{
+  return now + std::min(2 * seconds, 1.0);
+}
+
+}
+
+std::size_t HeapBytes()
+{
+  return __builtin_wasm_memory_size(0) * 65536;
+}
+
+PagePicture::PagePicture(PageSession& page, double (*clock)())
+  : Page(page)
+  , Clock(clock)
+{
+}
+
+std::size_t PagePicture::GraphicsBytes() const
+{
+  return this->Renderer ? this->Renderer->GraphicsBytes() : 0;
+}
+
+void PagePicture::MakeRenderer()
+{
+  this->Drawn.reset();
+  auto made = GlesRenderer::Make();
+  if (!made)
+  {
+    this->DrawingError = made.GetError().message;
+    return;
+  }
+  GlesRenderer::SetTileUpload(UploadTile);
+  this->Renderer = std::move(*made);
+  this->DrawingError.clear();
+}
+
+void PagePicture::ForgetRenderer()
+{
+  if (this->Renderer)
+  {
+    this->Renderer->Forget();
+    this->Renderer.reset();
+  }
+}
+
+void PagePicture::Resize(const Viewport& viewport)
+{
+  this->Window = viewport;
+  this->Page.Session().Resize(viewport);
+  this->Drawn.reset(); // a canvas that is resized is blank
+}
+
+void PagePicture::SetColors(const ColorChoice& colors)
+{
+  this->Chosen = colors;
+  ++this->ColorsVersion;
+}
+
+// Where much is shown, a phone takes long for the surface of every part that comes: no more than a
+// third of the time, so that fingers are followed between. What glides arrives first.
+bool PagePicture::MayDrawSurface(double now) const
+{
+  const bool coming = this->Page.Session().GetStatus().blobsWanted > 0;
+  return !coming || now >= this->NextSurface;
+}
+
+// Whether the surface is better made in the next frame: what has come since the last one was
+// decoded, and pieces were chosen by it, which keeps this frame waiting too. Where something comes
+// in every frame, every third makes one all the same.
+bool PagePicture::IsPutOff()
+{
+  constexpr int mostPutOff = 2;
+  const std::uint64_t loaded = this->Page.Session().GetStatus().blobsLoaded;
+  const bool came = std::exchange(this->BlobsLoaded, loaded) != loaded;
+  this->FramesPutOff = came ? this->FramesPutOff + 1 : 0;
+  return came && this->FramesPutOff <= mostPutOff;
+}
+
+// Makes the surface of what has come, for a later frame: decoding, this and the way to the graphics
+// memory share no frame, so that none waits long for what arrives. Whether there is one.
+bool PagePicture::MakeSurface(double glided, double now)
+{
+  if (glided < 1 || !this->MayDrawSurface(now))
+  {
+    return false;
+  }
+  this->FramesPutOff = 0;
+  ViewerSession& session = this->Page.Session();
+  const std::uint64_t version = session.Scene().surfaceVersion;
+  session.SetGlides(this->MayGlide && this->Page.IsWhole() && this->Glide.MayBegin(now));
+  const double begin = this->Clock();
+  session.BeginFrame();
+  this->SurfaceSeconds = this->Clock() - begin;
+  return session.Scene().surfaceVersion != version;
+}
+
+// Whether the picture has occlusion. How quick the device is shows in the time to the browser's
+// next frame: what draws works on after Render has returned.
+bool PagePicture::ChooseOcclusion(State state, double now)
+{
+  const std::optional<State>& last = this->Drawn;
+  state.occluded = last && last->occluded;
+  if (this->LastPicture >= 0)
+  {
+    this->Occlusion.Drawn(state.occluded, now - this->LastPicture, now);
+  }
+  const bool moves = last != state;
+  const bool fresh = !last || last->surfaceVersion != state.surfaceVersion;
+  this->LastPicture = moves && !fresh ? now : -1;
+  return this->Occlusion.Has(moves, now);
+}
+
+PagePicture::State PagePicture::StateOf(const ViewerScene& scene, double glided, double now)
+{
+  State state{ scene.surfaceVersion, scene.eye, scene.focal, scene.up, this->Window,
+    this->ColorsVersion, glided, scene.section, scene.capVersion, scene.lighting };
+  state.tiles = scene.tiles;
+  state.occluded = this->ChooseOcclusion(state, now);
+  if (scene.surface->PointCount() == 0) // the ground alone, whatever moves before it
+  {
+    state = State{};
+    state.viewport = this->Window;
+  }
+  return state;
+}
+
+void PagePicture::Render(const ViewerScene& scene, const State& state)
+{
+  this->Renderer->SetColoring(ColoringOf(this->Chosen, scene.scalars));
+  this->Renderer->SetGlided(state.glided);
+  this->Renderer->SetOcclusion(state.occluded);
+  const Status drawn = this->Renderer->Draw(scene, this->Window);
+  this->DrawingError = drawn ? "" : drawn.GetError().message;
+  this->Drawn = state;
+  ++this->Frames;
+}
+
+// A new surface that glides looks at first as the one before it, and counts its time from there.
+bool PagePicture::Draw()
+{
+  if (!this->Renderer)
+  {
+    return false;
+  }
+  const double begin = this->Clock();
+  ViewerSession& session = this->Page.Session();
+  this->Page.FollowMemory(HeapBytes() + this->GraphicsBytes());
+  session.Advance(begin);
+  session.FollowView();
+  double glided = this->Glide.Share(begin);
+  if (session.Scene().surface->PointCount() == 0)
+  {
+    this->MakeSurface(glided, begin); // the first one is drawn at once
+    this->SurfaceSeconds = 0;         // in this frame's
+  }
+  ViewerScene scene = session.Scene();
+  if (this->Drawn && !this->MayDrawSurface(begin))
+  {
+    scene.tiles = this->Drawn->tiles;
+  }
+  const bool fresh = !this->Drawn || this->Drawn->surfaceVersion != scene.surfaceVersion;
+  const bool made = !fresh && (this->IsPutOff() || this->MakeSurface(glided, begin));
+  const bool begins = fresh && this->Drawn && scene.surface->HasGlides();
+  const State state = this->StateOf(scene, begins ? 0 : glided, begin);
+  if (this->Drawn == state)
+  {
+    return made; // then there is more to do in the next frame
+  }
+  const bool painted = !this->Drawn || this->Drawn->tiles != scene.tiles;
+  this->Render(scene, state);
+  const double end = this->Clock();
+  const double seconds = end - begin + (fresh ? this->SurfaceSeconds : 0);
+  if (!made)
+  {
+    session.EndFrame(seconds); // of the surface that it shows, not of the one to come
+  }
+  if (fresh || painted)
+  {
+    this->NextSurface = TimeOfNextSurface(end, seconds);
+  }
+  if (begins)
+  {
+    this->Glide.Begin(end);
+  }
+  return true;
+}
+
+bool PagePicture::IsOnItsWay() const
+{
+  const bool drawsSoon =
+    this->FramesPutOff > 0 ||
+    (this->Drawn && this->Drawn->surfaceVersion != this->Page.Session().Scene().surfaceVersion);
+  return this->IsGliding() || this->IsPlain() || drawsSoon;
+}
+
+void PagePicture::Describe(JsonWriter& json) const
+{
+  json.Member("gliding", this->IsGliding())
+    .Member("plain", this->IsPlain())
+    .Member("frames", this->Frames)
+    .Member("drawingError", this->DrawingError);
+}
+
+}

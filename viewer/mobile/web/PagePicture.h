@@ -1,0 +1,101 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// The page's picture: when a frame makes a surface, when it draws, and how quick the device is.
+// Step "render" of the README's picture.
+//
+// Lengths and positions are pixels of the canvas, times seconds of performance.now().
+#pragma once
+
+#include "filters/model/JsonWriter.h"
+#include "viewer/mobile/GlesRenderer.h"
+#include "viewer/mobile/GlideClock.h"
+#include "viewer/mobile/web/PageSession.h"
+#include "viewer/session/look/Coloring.h"
+#include "viewer/session/look/OcclusionClock.h"
+
+#include <cstddef>
+#include <cstdint>
+#include <memory>
+#include <optional>
+#include <string>
+
+namespace kdstream
+{
+
+class PagePicture
+{
+public:
+  // clock: seconds of a steady clock.
+  PagePicture(PageSession& page, double (*clock)());
+
+  // Makes all that draws: when there is a context, and when one that was lost is given back.
+  void MakeRenderer();
+  // The context is lost, and all that was made of it.
+  void ForgetRenderer();
+  void Resize(const Viewport& viewport);
+  // The next frame draws, whatever has changed.
+  void Redraw() { this->Drawn.reset(); }
+  // Whether new vertices glide to their places; not at first.
+  void SetGlides(bool glides) { this->MayGlide = glides; }
+  void SetColors(const ColorChoice& colors);
+  const ColorChoice& Colors() const { return this->Chosen; }
+
+  // Draws if anything has changed; true where it did, or where there is more to do in the next
+  // frame. Nothing without a renderer.
+  bool Draw();
+
+  // Whether what is drawn is not yet what it comes to.
+  bool IsOnItsWay() const;
+  // "gliding", "plain", "frames" and "drawingError" of the status, into an object.
+  void Describe(JsonWriter& json) const;
+  // Of buffers and textures.
+  std::size_t GraphicsBytes() const;
+
+private:
+  // All that decides about a picture.
+  struct State
+  {
+    std::uint64_t surfaceVersion = 0;
+    Vec3 eye{}, focal{}, up{};
+    Viewport viewport;
+    std::uint64_t colorsVersion = 0;
+    double glided = 1;
+    std::optional<SectionPlane> section{};
+    std::uint64_t capVersion = 0;
+    SceneLighting lighting{};
+    bool occluded = false;
+    std::shared_ptr<const TileList> tiles{};
+    bool operator==(const State&) const = default;
+  };
+
+  bool IsGliding() const { return this->Drawn && this->Drawn->glided < 1; }
+  bool IsPlain() const { return this->Drawn && !this->Drawn->occluded; }
+  State StateOf(const ViewerScene& scene, double glided, double now);
+  bool MayDrawSurface(double now) const;
+  bool IsPutOff();
+  bool MakeSurface(double glided, double now);
+  bool ChooseOcclusion(State state, double now);
+  void Render(const ViewerScene& scene, const State& state);
+
+  PageSession& Page;
+  double (*Clock)();
+  std::unique_ptr<GlesRenderer> Renderer; // none before there is a context, and after it was lost
+  Viewport Window;
+  ColorChoice Chosen;
+  std::uint64_t ColorsVersion = 0;
+  std::optional<State> Drawn;
+  double NextSurface = 0;        // time of the next one, while parts keep coming
+  double SurfaceSeconds = 0;     // that the one which is drawn next has taken, in an earlier frame
+  std::uint64_t BlobsLoaded = 0; // at the last frame that drew no new surface
+  int FramesPutOff = 0;
+  bool MayGlide = false;
+  GlideClock Glide;
+  OcclusionClock Occlusion;
+  double LastPicture = -1; // begin of the last frame, where the view moved in it; else below 0
+  std::uint64_t Frames = 0;
+  std::string DrawingError;
+};
+
+// Of the WebAssembly, which never becomes less.
+std::size_t HeapBytes();
+
+}

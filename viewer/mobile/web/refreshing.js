@@ -1,0 +1,67 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// The list of models, asked for again: where it cannot be had, while it is empty, and while the server cannot be reached.
+
+import { getList, isOffline } from "./line.js";
+
+const firstRetry = 1; // s
+const longestRetry = 8;
+const offlineRetry = 8;
+const emptyRetry = 5; // for a server that has no models yet
+
+const spread = (seconds) => seconds * (1 + Math.random()); // not all at once when a server comes back
+
+export class Refreshing {
+  trouble = ""; // why the last one could not be had
+  asksForToken = false; // because of that
+
+  #timer = 0; // 0: it is not asked for, nor going to be
+  #retry = firstRetry; // s
+  #take;
+  #online;
+  #ended;
+
+  // take: called with the bytes of a list; how many models it has, or throws where it is none. online: called when the
+  // server can be reached again; ended: after every attempt.
+  constructor(take, online, ended) {
+    this.#take = take;
+    this.#online = online;
+    this.#ended = ended;
+  }
+
+  async refresh() {
+    clearTimeout(this.#timer);
+    this.#timer = -1; // it is asked for now
+    const wasOffline = isOffline();
+    try {
+      const count = this.#take(await getList());
+      this.trouble = "";
+      this.asksForToken = false;
+      this.#retry = firstRetry;
+      if (isOffline()) {
+        this.#refreshIn(spread(offlineRetry));
+      } else {
+        count || this.#refreshIn(emptyRetry);
+        wasOffline && this.#online();
+      }
+    } catch (error) {
+      this.trouble = error.message;
+      this.asksForToken = error.asksForToken ?? false;
+      this.#refreshIn(spread(Math.max(this.#retry, error.retryAfter ?? 0)));
+      this.#retry = Math.min(2 * this.#retry, longestRetry);
+    }
+    this.#timer = Math.max(this.#timer, 0);
+    this.#ended();
+  }
+
+  #refreshIn(seconds) {
+    clearTimeout(this.#timer);
+    this.#timer = setTimeout(() => this.refresh(), 1000 * seconds);
+  }
+
+  // Call now and then: others may find out that the server cannot be reached.
+  watch() {
+    if (isOffline() && this.#timer === 0) {
+      this.#refreshIn(spread(offlineRetry));
+    }
+  }
+}
