@@ -4,7 +4,6 @@
 
 #include <emscripten/emscripten.h>
 
-#include <algorithm>
 #include <utility>
 
 // Only declared here: gl.js has the browser decode it.
@@ -23,11 +22,6 @@ void UploadTile(unsigned texture, const TextureTile& tile)
 {
   kdstream_upload_picture(texture, tile.image.data(), tile.image.size(),
     static_cast<unsigned>(tile.format), tile.width, tile.height);
-}
-
-double TimeOfNextSurface(double now, double seconds)
-{
-  return now + std::min(2 * seconds, 1.0);
 }
 
 }
@@ -84,41 +78,25 @@ void PagePicture::SetColors(const ColorChoice& colors)
   ++this->ColorsVersion;
 }
 
-// Where much is shown, a phone takes long for the surface of every part that comes: no more than a
-// third of the time, so that fingers are followed between. What glides arrives first.
 bool PagePicture::MayDrawSurface(double now) const
 {
-  const bool coming = this->Page.Session().GetStatus().blobsWanted > 0;
-  return !coming || now >= this->NextSurface;
+  return this->Pace.MayDraw(this->Page.Session().GetStatus().blobsWanted > 0, now);
 }
 
-// Whether the surface is better made in the next frame: what has come since the last one was
-// decoded, and pieces were chosen by it, which keeps this frame waiting too. Where something comes
-// in every frame, every third makes one all the same.
-bool PagePicture::IsPutOff()
-{
-  constexpr int mostPutOff = 2;
-  const std::uint64_t loaded = this->Page.Session().GetStatus().blobsLoaded;
-  const bool came = std::exchange(this->BlobsLoaded, loaded) != loaded;
-  this->FramesPutOff = came ? this->FramesPutOff + 1 : 0;
-  return came && this->FramesPutOff <= mostPutOff;
-}
-
-// Makes the surface of what has come, for a later frame: decoding, this and the way to the graphics
-// memory share no frame, so that none waits long for what arrives. Whether there is one.
+// Makes the surface of what has come, for a later frame. What glides arrives first. Whether there
+// is one.
 bool PagePicture::MakeSurface(double glided, double now)
 {
   if (glided < 1 || !this->MayDrawSurface(now))
   {
     return false;
   }
-  this->FramesPutOff = 0;
   ViewerSession& session = this->Page.Session();
   const std::uint64_t version = session.Scene().surfaceVersion;
   session.SetGlides(this->MayGlide && this->Page.IsWhole() && this->Glide.MayBegin(now));
   const double begin = this->Clock();
   session.BeginFrame();
-  this->SurfaceSeconds = this->Clock() - begin;
+  this->Pace.Made(this->Clock() - begin);
   return session.Scene().surfaceVersion != version;
 }
 
@@ -179,7 +157,7 @@ bool PagePicture::Draw()
   if (session.Scene().surface->PointCount() == 0)
   {
     this->MakeSurface(glided, begin); // the first one is drawn at once
-    this->SurfaceSeconds = 0;         // in this frame's
+    this->Pace.Made(0);
   }
   ViewerScene scene = session.Scene();
   if (this->Drawn && !this->MayDrawSurface(begin))
@@ -187,7 +165,8 @@ bool PagePicture::Draw()
     scene.tiles = this->Drawn->tiles;
   }
   const bool fresh = !this->Drawn || this->Drawn->surfaceVersion != scene.surfaceVersion;
-  const bool made = !fresh && (this->IsPutOff() || this->MakeSurface(glided, begin));
+  const bool made = !fresh && (this->Pace.PutsOff(session.GetStatus().blobsLoaded) ||
+                                this->MakeSurface(glided, begin));
   const bool begins = fresh && this->Drawn && scene.surface->HasGlides();
   const State state = this->StateOf(scene, begins ? 0 : glided, begin);
   if (this->Drawn == state)
@@ -197,14 +176,14 @@ bool PagePicture::Draw()
   const bool painted = !this->Drawn || this->Drawn->tiles != scene.tiles;
   this->Render(scene, state);
   const double end = this->Clock();
-  const double seconds = end - begin + (fresh ? this->SurfaceSeconds : 0);
+  const double seconds = end - begin + (fresh ? this->Pace.MakingSeconds() : 0);
   if (!made)
   {
     session.EndFrame(seconds); // of the surface that it shows, not of the one to come
   }
   if (fresh || painted)
   {
-    this->NextSurface = TimeOfNextSurface(end, seconds);
+    this->Pace.Drawn(end, seconds);
   }
   if (begins)
   {
@@ -216,7 +195,7 @@ bool PagePicture::Draw()
 bool PagePicture::IsOnItsWay() const
 {
   const bool drawsSoon =
-    this->FramesPutOff > 0 ||
+    this->Pace.IsPuttingOff() ||
     (this->Drawn && this->Drawn->surfaceVersion != this->Page.Session().Scene().surfaceVersion);
   return this->IsGliding() || this->IsPlain() || drawsSoon;
 }

@@ -8,6 +8,7 @@
 #include "filters/model/JsonWriter.h"
 #include "viewer/mobile/GlesRenderer.h"
 #include "viewer/mobile/GlideClock.h"
+#include "viewer/mobile/SurfacePace.h"
 #include "viewer/mobile/web/PageSession.h"
 #include "viewer/session/look/Coloring.h"
 #include "viewer/session/look/OcclusionClock.h"
@@ -71,7 +72,6 @@ private:
   bool IsPlain() const { return this->Drawn && !this->Drawn->occluded; }
   State StateOf(const ViewerScene& scene, double glided, double now);
   bool MayDrawSurface(double now) const;
-  bool IsPutOff();
   bool MakeSurface(double glided, double now);
   bool ChooseOcclusion(State state, double now);
   void Render(const ViewerScene& scene, const State& state);
@@ -83,10 +83,7 @@ private:
   ColorChoice Chosen;
   std::uint64_t ColorsVersion = 0;
   std::optional<State> Drawn;
-  double NextSurface = 0;        // time of the next one, while parts keep coming
-  double SurfaceSeconds = 0;     // that the one which is drawn next has taken, in an earlier frame
-  std::uint64_t BlobsLoaded = 0; // at the last frame that drew no new surface
-  int FramesPutOff = 0;
+  SurfacePace Pace;
   bool MayGlide = false;
   GlideClock Glide;
   OcclusionClock Occlusion;
