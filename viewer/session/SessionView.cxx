@@ -41,8 +41,9 @@ void ViewerSession::FollowView()
 ViewRefinement::View ViewerSession::ViewOf(const Camera& camera, bool inSteps)
 {
   const std::optional<SectionPlane>& section = this->Section.Plane();
-  return { camera, this->Current->tree, this->Pieces, &this->Current->seen, inSteps,
-    section ? &*section : nullptr };
+  const bool isCloud = this->Current->description.triangles == 0; // whose points hide nothing
+  return { camera, this->Current->tree, this->Pieces, isCloud ? nullptr : &this->Current->seen,
+    inSteps, section ? &*section : nullptr };
 }
 
 void ViewerSession::RefineView()

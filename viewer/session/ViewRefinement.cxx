@@ -76,11 +76,13 @@ ViewRefinement::ViewRefinement(const ModelDescription& model, const RefinementOp
   {
     this->Options.tolerance /= 4;
   }
-  const auto add = [this](Resolution resolution, const ResolutionDescription& facts)
+  const bool isCloud = model.triangles == 0;
+  const auto add = [this, isCloud](Resolution resolution, const ResolutionDescription& facts)
   {
     const unsigned depth = PieceDepth(resolution, this->Depths);
     const double pieces = std::ldexp(1.0, static_cast<int>(depth));
-    this->Steps.push_back({ resolution, depth, static_cast<double>(facts.triangles) / pieces,
+    const auto drawn = static_cast<double>(isCloud ? facts.vertices : facts.triangles);
+    this->Steps.push_back({ resolution, depth, drawn / pieces,
       static_cast<double>(facts.vertices) / pieces, static_cast<double>(facts.bytes) / pieces,
       bytesOfTriangle *
         std::max(static_cast<double>(facts.triangles), 2.0 * static_cast<double>(facts.vertices)) /

@@ -41,8 +41,8 @@ struct RefinementOptions
   // A model whose original has at most so many triangles (points, of a cloud) costs little, and is
   // shown four times as fine: as it is, but where it is tiny on the screen.
   std::uint64_t smallModel = 0;
-  // What may be shown, and what the pieces for it may take of memory, bytes. Where more would be
-  // needed, the error that is left grows.
+  // What may be shown (points, of a cloud), and what the pieces for it may take of memory, bytes.
+  // Where more would be needed, the error that is left grows.
   std::uint64_t triangles = 2'000'000;
   std::size_t bytes = std::size_t{ 512 } << 20;
 };
@@ -121,7 +121,8 @@ private:
   {
     Resolution resolution;
     unsigned depth = 0;                                       // of its pieces
-    double triangles = 0, vertices = 0, blob = 0, memory = 0; // of one piece, on average
+    double triangles = 0; // of one piece, on average; points, of a cloud
+    double vertices = 0, blob = 0, memory = 0;
     double leap = 1; // it is taken at an error so many times as large
   };
   struct Candidate
