@@ -207,8 +207,47 @@ TEST_F(TestSpoiledGltf, AccessorsBeyondBuffersAreErrors)
   this->ExpectRefused("m.gltf", "accessor 1 names bufferView 4, but there are 2");
   with("\"byteOffset\":72", "\"byteOffset\":73");
   this->ExpectRefused("m.gltf", "accessor 1 lies in a bufferView that reaches beyond its buffer");
-  with("\"byteOffset\":0", "\"byteOffset\":9000000000");
-  this->ExpectRefused("m.gltf", "accessor 0 lies in a bufferView that reaches beyond its buffer");
+  for (const std::string offset : { "9000000000", "-40", "0.5", "\"x\"" })
+  {
+    with("\"byteOffset\":0", "\"byteOffset\":" + offset);
+    this->ExpectRefused("m.gltf", "accessor 0 lies in a bufferView that reaches beyond its buffer");
+  }
+  with("\"buffer\":0", "\"buffer\":3");
+  this->ExpectRefused(
+    "m.gltf", "accessor 0 lies in a bufferView that names buffer 3, but there is 1");
+  with("\"POSITION\":0", "\"POSITION\":9");
+  this->ExpectRefused("m.gltf", "mesh 0, part 0: 'POSITION' names accessor 9, but there are 2");
+  with("\"attributes\"", "\"indices\":7,\"attributes\"");
+  this->ExpectRefused("m.gltf", "mesh 0, part 0: 'indices' names accessor 7, but there are 2");
+  with("\"count\":6", "\"count\":5");
+  this->ExpectRefused(
+    "m.gltf", "mesh 0, part 0: 'TEXCOORD_0' has not as many elements as the others");
+  with("{\"mesh\":0}", "{\"mesh\":7}");
+  this->ExpectRefused("m.gltf", "node 0 names mesh 7, but there is 1");
+}
+
+TEST_F(TestSpoiledGltf, BuffersThatAreShorterThanTheyClaimAreErrors)
+{
+  GltfBuffer buffer;
+  std::string glb = Glb(buffer, "");
+  const std::string length = "\"byteLength\":120}]}";
+  ASSERT_NE(glb.find(length), std::string::npos) << glb;
+  glb.replace(glb.find(length), length.size(), "\"byteLength\":999}]}");
+  this->WriteText("m.glb", glb);
+  this->ExpectRefused("m.glb", "claims 999 bytes of its second chunk; it has 120");
+  const auto withData = [&](const std::string& data)
+  {
+    GltfBuffer again;
+    const std::string scene = Scene(again, "");
+    this->WriteText("m.gltf", again.Json(scene, "data:application/octet-stream;base64," + data));
+  };
+  withData(std::string(160, 'A'));
+  const Outcome built = this->Build({ "m.gltf", "-o", "m.kds", "--quiet" });
+  EXPECT_EQ(built.exitCode, 0) << built.err;
+  withData(std::string(156, 'A') + "AA==");
+  this->ExpectRefused("m.gltf", "claims 120 bytes of buffer 0; it has 118");
+  withData(std::string(159, 'A') + "?");
+  this->ExpectRefused("m.gltf", "buffer 0 is a data URI that is no base64");
 }
 
 TEST_F(TestSpoiledGltf, ExtensionsThatCompressAreErrorsAndOursAreNotWarnedOf)

@@ -2,14 +2,12 @@
 #include "filters/convert/GltfBuffers.h"
 
 #include "filters/convert/GltfDocument.h"
+#include "filters/core/TakeResult.h"
 #include "filters/core/Texts.h"
 #include "filters/meshio/QuotedText.h"
 
-#include <algorithm>
-#include <array>
 #include <cstdint>
 #include <string>
-#include <utility>
 
 namespace kdstream
 {
@@ -44,65 +42,9 @@ bool LiesBelow(const std::string& name)
   return place.empty() || (!place.is_absolute() && *place.begin() != "..");
 }
 
-// Bytes of an accessor's element; 0 where its kind is unknown.
-double ElementBytes(const Json& accessor)
+// How many bytes the file has, which must be there.
+Result<std::uint64_t> BytesOfFile(const std::string& name, const std::filesystem::path& folder)
 {
-  static constexpr std::array<std::pair<const char*, double>, 7> types{ { { "SCALAR", 1 },
-    { "VEC2", 2 }, { "VEC3", 3 }, { "VEC4", 4 }, { "MAT2", 4 }, { "MAT3", 9 }, { "MAT4", 16 } } };
-  static constexpr std::array<double, 7> bytes{ 1, 1, 2, 2, 0, 4, 4 }; // of 5120 …
-  const auto type = std::find_if(types.begin(), types.end(),
-    [&](const auto& known) { return Member(accessor, "type") == known.first; });
-  const double kind = NumberOf(Member(accessor, "componentType"), 0) - 5120;
-  const bool known = type != types.end() && kind >= 0 && kind < double(bytes.size());
-  return known ? type->second * bytes[static_cast<std::size_t>(kind)] : 0;
-}
-
-// Numbers are those of JSON: whole ones are exact up to 2^53.
-Status CheckAccessor(const Json& json, const Json& accessor)
-{
-  const Json& views = Member(json, "bufferViews");
-  const Json& number = Member(accessor, "bufferView");
-  const std::size_t at = IndexIn(views, number);
-  if (number.is_null())
-  {
-    return {}; // zeros
-  }
-  if (at == CountOf(views))
-  {
-    return Error{ ErrorCode::InvalidInput, NamesNone("bufferView", number, views) };
-  }
-  const Json& view = views[at];
-  const double length = NumberOf(Member(view, "byteLength"), 0);
-  const double count = NumberOf(Member(accessor, "count"), -1), size = ElementBytes(accessor);
-  const double stride = NumberOf(Member(view, "byteStride"), size);
-  const double room = length - NumberOf(Member(accessor, "byteOffset"), 0) - size;
-  if (count < 0 || (count > 0 && size > 0 && (room < 0 || (count - 1) * stride > room)))
-  {
-    return Error{ ErrorCode::InvalidInput,
-      "claims " + Member(accessor, "count").dump() + " elements, more than its bufferView has" };
-  }
-  const Json& buffers = Member(json, "buffers");
-  const std::size_t buffer = IndexIn(buffers, Member(view, "buffer"));
-  const double all =
-    buffer < CountOf(buffers) ? NumberOf(Member(buffers[buffer], "byteLength"), 0) : 0;
-  return NumberOf(Member(view, "byteOffset"), 0) + length <= all
-           ? Status{}
-           : Status(Error{
-               ErrorCode::InvalidInput, "lies in a bufferView that reaches beyond its buffer" });
-}
-
-Status CheckBuffer(const Json& buffer, const std::filesystem::path& folder)
-{
-  const Json& uri = Member(buffer, "uri");
-  if (!uri.is_string())
-  {
-    return {};
-  }
-  const std::string& name = uri.get_ref<const std::string&>();
-  if (IsData(name))
-  {
-    return {};
-  }
   if (!LiesBelow(name))
   {
     return Error{ ErrorCode::InvalidInput,
@@ -113,42 +55,57 @@ Status CheckBuffer(const Json& buffer, const std::filesystem::path& folder)
   const std::filesystem::path file = folder / name;
   const bool there = std::filesystem::is_regular_file(file, failure);
   const std::uintmax_t bytes = there ? std::filesystem::file_size(file, failure) : 0;
-  if (!there || failure)
-  {
-    return NotThere(name, folder);
-  }
-  const Json& length = Member(buffer, "byteLength");
-  if (length.is_number_unsigned() && length.get<std::uint64_t>() > bytes)
-  {
-    return Error{ ErrorCode::InvalidInput, "claims " + std::to_string(length.get<std::uint64_t>()) +
-                                             " bytes of the file " + QuotedText(name) +
-                                             "; it has " + std::to_string(bytes) };
-  }
-  return {};
+  return there && !failure ? Result<std::uint64_t>(bytes) : NotThere(name, folder);
 }
 
-}
-
-Status CheckGltfBuffers(const Json& json, const std::filesystem::path& folder)
+Status CheckBuffer(
+  const GltfDocument& document, std::size_t number, const std::filesystem::path& folder)
 {
-  const Json& buffers = Member(json, "buffers");
-  for (std::size_t i = 0; i < CountOf(buffers); ++i)
+  const Json& buffer = Member(document.json, "buffers")[number];
+  const Json& uri = Member(buffer, "uri");
+  const std::string name = uri.is_string() ? uri.get<std::string>() : std::string();
+  std::uint64_t bytes = 0;
+  std::string place;
+  if (IsData(name))
   {
-    KDSTREAM_TRY(CheckBuffer(buffers[i], folder));
-  }
-  return {};
-}
-
-Status CheckGltfAccessors(const Json& json)
-{
-  const Json& accessors = Member(json, "accessors");
-  for (std::size_t i = 0; i < CountOf(accessors); ++i)
-  {
-    if (const Status checked = CheckAccessor(json, accessors[i]); !checked)
+    const auto data = DataOf(name);
+    if (!data)
     {
       return Error{ ErrorCode::InvalidInput,
-        "accessor " + std::to_string(i) + " " + checked.GetError().message };
+        "buffer " + std::to_string(number) + " is a data URI that is no base64" };
     }
+    bytes = data->size();
+    place = "buffer " + std::to_string(number);
+  }
+  else if (uri.is_string())
+  {
+    KDSTREAM_TRY(Take(BytesOfFile(name, folder), bytes));
+    place = "the file " + QuotedText(name);
+  }
+  else if (document.isGlb && number == 0)
+  {
+    bytes = document.binaryBytes;
+    place = "its second chunk";
+  }
+  else
+  {
+    return {}; // that none of these is there tells who uses it
+  }
+  const double length = NumberOf(Member(buffer, "byteLength"), 0);
+  return length <= double(bytes)
+           ? Status{}
+           : Status(Error{ ErrorCode::InvalidInput,
+               "claims " + Member(buffer, "byteLength").dump() + " bytes of " + place +
+                 "; it has " + std::to_string(bytes) });
+}
+
+}
+
+Status CheckGltfBuffers(const GltfDocument& document, const std::filesystem::path& folder)
+{
+  for (std::size_t i = 0; i < CountOf(Member(document.json, "buffers")); ++i)
+  {
+    KDSTREAM_TRY(CheckBuffer(document, i, folder));
   }
   return {};
 }

@@ -3,9 +3,8 @@
 // or takes what it finds.
 #pragma once
 
+#include "filters/convert/GltfDocument.h"
 #include "filters/core/Result.h"
-
-#include <nlohmann/json_fwd.hpp>
 
 #include <filesystem>
 #include <vector>
@@ -13,16 +12,11 @@
 namespace kdstream
 {
 
-// Whether each file that the buffers name is there, below the folder, and as long as they claim.
-// json: of the glTF, which lies in the folder. All that is wrong otherwise is left to the reader.
-// Errors: InvalidInput naming the file.
-Status CheckGltfBuffers(const nlohmann::json& json, const std::filesystem::path& folder);
+// Whether each buffer is there, files below the folder, and as long as it claims. The document's
+// file lies in the folder. Errors: InvalidInput naming the file or the buffer.
+Status CheckGltfBuffers(const GltfDocument& document, const std::filesystem::path& folder);
 
-// Whether what accessors claim lies in their views, and these in their buffers. What is not there
-// at all is left to the reader. Errors: InvalidInput naming the accessor.
-Status CheckGltfAccessors(const nlohmann::json& json);
-
-// Those files. REQUIRES: they are checked.
+// The files of buffers. REQUIRES: they are checked.
 std::vector<std::filesystem::path> GltfBufferFiles(
   const nlohmann::json& json, const std::filesystem::path& folder);
 

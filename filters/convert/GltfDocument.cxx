@@ -128,6 +128,11 @@ std::optional<GltfDocument> ReadGltfDocument(const std::filesystem::path& file)
   text.read(json.data(), static_cast<std::streamsize>(length));
   document.json = Json::parse(json, nullptr, false);
   document.binary = head.size() + length + 8;
+  std::uint32_t chunk = 0;
+  if (text.read(reinterpret_cast<char*>(&chunk), sizeof chunk) && document.binary <= bytes)
+  {
+    document.binaryBytes = std::min<std::uint64_t>(chunk, bytes - document.binary);
+  }
   return document.json.is_object() ? std::optional(std::move(document)) : std::nullopt;
 }
 
@@ -152,6 +157,37 @@ std::size_t IndexIn(const Json& array, const Json& index)
 {
   const std::size_t size = CountOf(array);
   return index.is_number_unsigned() ? std::min<std::size_t>(index.get<std::size_t>(), size) : size;
+}
+
+std::optional<std::vector<std::uint8_t>> DataOf(const std::string& uri)
+{
+  static constexpr std::string_view digits =
+    "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
+  static constexpr std::string_view mark = ";base64,";
+  const std::size_t begin = uri.find(mark);
+  if (begin == std::string::npos)
+  {
+    return std::nullopt;
+  }
+  std::vector<std::uint8_t> bytes;
+  std::uint32_t bits = 0;
+  unsigned held = 0;
+  for (std::size_t i = begin + mark.size(); i < uri.size() && uri[i] != '='; ++i)
+  {
+    const std::size_t digit = digits.find(uri[i]);
+    if (digit == std::string_view::npos)
+    {
+      return std::nullopt;
+    }
+    bits = (bits << 6U) | static_cast<std::uint32_t>(digit);
+    held += 6;
+    if (held >= 8)
+    {
+      held -= 8;
+      bytes.push_back(static_cast<std::uint8_t>((bits >> held) & 255U));
+    }
+  }
+  return bytes;
 }
 
 std::string NamesNone(const std::string& element, const Json& index, const Json& array)

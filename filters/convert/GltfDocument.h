@@ -11,14 +11,16 @@
 #include <filesystem>
 #include <optional>
 #include <string>
+#include <vector>
 
 namespace kdstream
 {
 
 struct GltfDocument
 {
-  nlohmann::json json;      // an object
-  std::uint64_t binary = 0; // where the bytes of a .glb's second chunk begin
+  nlohmann::json json;           // an object
+  std::uint64_t binary = 0;      // where the bytes of a .glb's second chunk begin
+  std::uint64_t binaryBytes = 0; // that it has, 0 where there is none
   bool isGlb = false;
 };
 
@@ -33,6 +35,8 @@ double NumberOf(const nlohmann::json& value, double otherwise);
 std::size_t CountOf(const nlohmann::json& array);
 // The number of an element of an array; its size where it is none.
 std::size_t IndexIn(const nlohmann::json& array, const nlohmann::json& index);
+// What is in a data URI; nothing where that is not in base64.
+std::optional<std::vector<std::uint8_t>> DataOf(const std::string& uri);
 // "names image 7, but there are 2".
 std::string NamesNone(
   const std::string& element, const nlohmann::json& index, const nlohmann::json& array);

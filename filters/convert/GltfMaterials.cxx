@@ -19,38 +19,6 @@ using Json = nlohmann::json;
 
 constexpr std::size_t mostWarnings = 20;
 
-// What is behind ";base64,"; nothing where that is no data.
-std::optional<std::vector<std::uint8_t>> DataOf(const std::string& uri)
-{
-  static constexpr std::string_view digits =
-    "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
-  static constexpr std::string_view mark = ";base64,";
-  const std::size_t begin = uri.find(mark);
-  if (begin == std::string::npos)
-  {
-    return std::nullopt;
-  }
-  std::vector<std::uint8_t> bytes;
-  std::uint32_t bits = 0;
-  unsigned held = 0;
-  for (std::size_t i = begin + mark.size(); i < uri.size() && uri[i] != '='; ++i)
-  {
-    const std::size_t digit = digits.find(uri[i]);
-    if (digit == std::string_view::npos)
-    {
-      return std::nullopt;
-    }
-    bits = (bits << 6U) | static_cast<std::uint32_t>(digit);
-    held += 6;
-    if (held >= 8)
-    {
-      held -= 8;
-      bytes.push_back(static_cast<std::uint8_t>((bits >> held) & 255U));
-    }
-  }
-  return bytes;
-}
-
 // Of the JSON, what it says of pictures.
 class MaterialReader
 {

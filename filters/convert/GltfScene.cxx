@@ -4,6 +4,7 @@
 // numbers of open files, so that it does not matter where it lies.
 #include "filters/convert/GltfScene.h"
 
+#include "filters/convert/GltfAccessors.h"
 #include "filters/convert/GltfBuffers.h"
 #include "filters/convert/GltfDocument.h"
 
@@ -105,8 +106,9 @@ Result<GltfScene> GltfScene::Open(const std::filesystem::path& file)
   }
   Json& json = document->json;
   KDSTREAM_TRY(CheckGltfExtensions(json));
-  KDSTREAM_TRY(CheckGltfBuffers(json, file.parent_path()));
-  KDSTREAM_TRY(CheckGltfAccessors(json));
+  KDSTREAM_TRY(CheckGltfBuffers(*document, file.parent_path()));
+  KDSTREAM_TRY(CheckGltfAccessors(*document));
+  KDSTREAM_TRY(CheckGltfMeshes(json));
   KDSTREAM_TRY(CheckGltfNodes(json));
   scene.named = GltfBufferFiles(json, file.parent_path());
   if (Member(json, "images").is_null() && Member(json, "textures").is_null())

@@ -20,8 +20,8 @@ public:
   // them, in memory, whose materials have their number as the red of their base colour: so parts of
   // the scene tell their material. What names no picture becomes a warning, or is `wrong` of a
   // picture. All that is wrong otherwise is left to the reader. Peak memory: some times the JSON.
-  // Errors: those of CheckGltfExtensions, CheckGltfBuffers, CheckGltfAccessors and CheckGltfNodes;
-  // InputOutput.
+  // Errors: those of CheckGltfExtensions, CheckGltfBuffers, CheckGltfAccessors, CheckGltfMeshes and
+  // CheckGltfNodes; InputOutput.
   static Result<GltfScene> Open(const std::filesystem::path& file);
 
   GltfScene(GltfScene&& other) noexcept;

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // libFuzzer's entry to what we read of glTF ourselves, before VTK does: ./dev fuzz.
+#include "filters/convert/GltfAccessors.h"
 #include "filters/convert/GltfBuffers.h"
 #include "filters/convert/GltfMaterials.h"
 
@@ -58,14 +59,16 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   }
   (void)CheckGltfNodes(document.json);
   (void)CheckGltfExtensions(document.json);
-  (void)CheckGltfAccessors(document.json);
+  (void)CheckGltfMeshes(document.json);
   for (const bool isGlb : { false, true })
   {
     document.isGlb = isGlb;
     document.binary = isGlb ? 100 : 0;
+    document.binaryBytes = isGlb ? 1000 : 0;
+    (void)CheckGltfAccessors(document);
     Check(ReadGltfMaterials(document, isGlb ? "/folder/m.glb" : "/folder/m.gltf"));
   }
-  if (CheckGltfBuffers(document.json, "/folder"))
+  if (CheckGltfBuffers(document, "/folder"))
   {
     for (const std::filesystem::path& file : GltfBufferFiles(document.json, "/folder"))
     {

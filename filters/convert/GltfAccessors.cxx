@@ -1,0 +1,173 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "filters/convert/GltfAccessors.h"
+
+#include "filters/meshio/QuotedText.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <string>
+#include <utility>
+
+namespace kdstream
+{
+namespace
+{
+
+using Json = nlohmann::json;
+
+// Bytes of an accessor's element; 0 where its kind is unknown.
+double ElementBytes(const Json& accessor)
+{
+  static constexpr std::array<std::pair<const char*, double>, 7> types{ { { "SCALAR", 1 },
+    { "VEC2", 2 }, { "VEC3", 3 }, { "VEC4", 4 }, { "MAT2", 4 }, { "MAT3", 9 }, { "MAT4", 16 } } };
+  static constexpr std::array<double, 7> bytes{ 1, 1, 2, 2, 0, 4, 4 }; // of 5120 …
+  const auto type = std::find_if(types.begin(), types.end(),
+    [&](const auto& known) { return Member(accessor, "type") == known.first; });
+  const double kind = NumberOf(Member(accessor, "componentType"), 0) - 5120;
+  const bool known = type != types.end() && kind >= 0 && kind < double(bytes.size());
+  return known ? type->second * bytes[static_cast<std::size_t>(kind)] : 0;
+}
+
+// A whole number from 0 to 2^53, which JSON has exactly; -1 where it is none.
+double WholeOf(const Json& value, double otherwise)
+{
+  const double number = value.is_null() ? otherwise : NumberOf(value, -1);
+  return number >= 0 && number <= 0x1p53 && number == std::floor(number) ? number : -1;
+}
+
+Status CheckView(const GltfDocument& document, const Json& view)
+{
+  const Json& buffers = Member(document.json, "buffers");
+  const std::size_t buffer = IndexIn(buffers, Member(view, "buffer"));
+  if (buffer == CountOf(buffers))
+  {
+    return Error{ ErrorCode::InvalidInput,
+      "lies in a bufferView that " + NamesNone("buffer", Member(view, "buffer"), buffers) };
+  }
+  const bool there = Member(buffers[buffer], "uri").is_string() || (document.isGlb && buffer == 0);
+  const double all = there ? NumberOf(Member(buffers[buffer], "byteLength"), 0) : 0;
+  const double offset = WholeOf(Member(view, "byteOffset"), 0);
+  return offset >= 0 && offset + NumberOf(Member(view, "byteLength"), 0) <= all
+           ? Status{}
+           : Status(Error{
+               ErrorCode::InvalidInput, "lies in a bufferView that reaches beyond its buffer" });
+}
+
+Status CheckAccessor(const GltfDocument& document, const Json& accessor)
+{
+  const Json& views = Member(document.json, "bufferViews");
+  const Json& number = Member(accessor, "bufferView");
+  const std::size_t at = IndexIn(views, number);
+  if (number.is_null())
+  {
+    return {}; // zeros
+  }
+  if (at == CountOf(views))
+  {
+    return Error{ ErrorCode::InvalidInput, NamesNone("bufferView", number, views) };
+  }
+  const Json& view = views[at];
+  const Json& told = Member(accessor, "count");
+  const double count = WholeOf(told, -1), size = ElementBytes(accessor);
+  const double stride = WholeOf(Member(view, "byteStride"), size);
+  const double offset = WholeOf(Member(accessor, "byteOffset"), 0);
+  const double room = WholeOf(Member(view, "byteLength"), -1) - offset - size;
+  const bool fits = count >= 0 && stride >= 0 && offset >= 0 &&
+                    (count == 0 || (room >= 0 && (count - 1) * stride <= room));
+  const std::string claimed = told.is_number() || told.is_null() ? told.dump() : "no number of";
+  return fits ? CheckView(document, view)
+              : Status(Error{ ErrorCode::InvalidInput,
+                  "claims " + claimed + " elements, more than its bufferView has" });
+}
+
+Status CheckAttributes(const Json& accessors, const Json& attributes, double& points)
+{
+  if (!attributes.is_object())
+  {
+    return {};
+  }
+  for (const auto& [name, number] : attributes.items())
+  {
+    const std::size_t at = IndexIn(accessors, number);
+    if (at == CountOf(accessors))
+    {
+      return Error{ ErrorCode::InvalidInput,
+        QuotedText(name) + " " + NamesNone("accessor", number, accessors) };
+    }
+    const double count = NumberOf(Member(accessors[at], "count"), 0);
+    points = points < 0 ? count : points;
+    if (count != points)
+    {
+      return Error{ ErrorCode::InvalidInput,
+        QuotedText(name) + " has not as many elements as the others" };
+    }
+  }
+  return {};
+}
+
+Status CheckPart(const Json& accessors, const Json& part)
+{
+  double points = -1;
+  KDSTREAM_TRY(CheckAttributes(accessors, Member(part, "attributes"), points));
+  const Json& targets = Member(part, "targets");
+  for (std::size_t i = 0; i < CountOf(targets); ++i)
+  {
+    KDSTREAM_TRY(CheckAttributes(accessors, targets[i], points));
+  }
+  const Json& indices = Member(part, "indices");
+  return indices.is_null() || IndexIn(accessors, indices) < CountOf(accessors)
+           ? Status{}
+           : Status(Error{
+               ErrorCode::InvalidInput, "'indices' " + NamesNone("accessor", indices, accessors) });
+}
+
+Error Within(const std::string& element, const Status& wrong)
+{
+  return { ErrorCode::InvalidInput, element + wrong.GetError().message };
+}
+
+}
+
+Status CheckGltfAccessors(const GltfDocument& document)
+{
+  const Json& accessors = Member(document.json, "accessors");
+  for (std::size_t i = 0; i < CountOf(accessors); ++i)
+  {
+    if (const Status checked = CheckAccessor(document, accessors[i]); !checked)
+    {
+      return Within("accessor " + std::to_string(i) + " ", checked);
+    }
+  }
+  return {};
+}
+
+Status CheckGltfMeshes(const Json& json)
+{
+  const Json &accessors = Member(json, "accessors"), &meshes = Member(json, "meshes"),
+             &nodes = Member(json, "nodes");
+  for (std::size_t mesh = 0; mesh < CountOf(meshes); ++mesh)
+  {
+    const Json& parts = Member(meshes[mesh], "primitives");
+    for (std::size_t i = 0; i < CountOf(parts); ++i)
+    {
+      if (const Status checked = CheckPart(accessors, parts[i]); !checked)
+      {
+        return Within(
+          "mesh " + std::to_string(mesh) + ", part " + std::to_string(i) + ": ", checked);
+      }
+    }
+  }
+  for (std::size_t i = 0; i < CountOf(nodes); ++i)
+  {
+    const Json& mesh = Member(nodes[i], "mesh");
+    if (!mesh.is_null() && IndexIn(meshes, mesh) == CountOf(meshes))
+    {
+      return Error{ ErrorCode::InvalidInput,
+        "node " + std::to_string(i) + " " + NamesNone("mesh", mesh, meshes) };
+    }
+  }
+  return {};
+}
+
+}
