@@ -89,7 +89,7 @@ test("tools wait for it, and say so", async () => {
   await visit.page.locator("#tools-button").click();
   await untilWaiting();
   await visit.picture("parts-1-waiting");
-  assert.equal(await visit.page.locator("#tools button").count(), 0);
+  assert.equal(await visit.page.locator("#tools").isVisible(), false);
   held.letGo();
   await visit.page.locator("#measure").click();
   await visit.until("it measures", ({ measuring }) => measuring);
