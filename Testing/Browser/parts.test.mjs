@@ -3,10 +3,10 @@
 // different versions never meet.
 
 import assert from "node:assert/strict";
-import { readFileSync } from "node:fs";
+import { readFileSync, writeFileSync } from "node:fs";
 import { join } from "node:path";
 import { after, afterEach, before, beforeEach, test } from "node:test";
-import { Server, Visit, eventually, launchBrowser, makeModels } from "./harness.mjs";
+import { Server, Visit, buildStore, eventually, launchBrowser, makeModels, temporaryFolder, writePebble } from "./harness.mjs";
 import { place } from "./visit.mjs";
 
 let server, browser, visit;
@@ -89,7 +89,7 @@ test("tools wait for it, and say so", async () => {
   await visit.page.locator("#tools-button").click();
   await untilWaiting();
   await visit.picture("parts-1-waiting");
-  assert.equal(await visit.page.locator("#tools button").count(), 0);
+  assert.equal(await visit.page.locator("#tools").isVisible(), false);
   held.letGo();
   await visit.page.locator("#measure").click();
   await visit.until("it measures", ({ measuring }) => measuring);
@@ -131,6 +131,34 @@ test("a link waits for it, and is followed then; the last of several", async () 
   assert.deepEqual([followed.model, followed.depth, followed.mode], ["pebble", depth, "full screen"]);
   visit.assertClean(server.url);
 });
+
+// Points on a sphere.
+function writeCloud(file, points = 3000) {
+  const places = Array.from({ length: points }, (_, i) => {
+    const [z, turn] = [1 - 2 * (i + 0.5) / points, 2.4 * i];
+    return [Math.sqrt(1 - z * z) * Math.cos(turn), Math.sqrt(1 - z * z) * Math.sin(turn), z].join(" ");
+  });
+  writeFileSync(file, ["ply", "format ascii 1.0", `element vertex ${points}`, "property float x", "property float y", "property float z",
+    "end_header", ...places, ""].join("\n"));
+}
+
+for (const [what, write, ...options] of [["a cloud", writeCloud], ["a lossless model", writePebble, "--precision", "lossless"]]) {
+  test(`${what} waits for it`, async () => {
+    const models = temporaryFolder();
+    write(join(models, "mesh.ply"));
+    buildStore(join(models, "mesh.ply"), join(models, "model.kds"), ...options);
+    const other = await Server.start(models);
+    const held = await holdBack();
+    await visit.open(other.url);
+    await untilWaiting();
+    const waiting = await visit.until("it waits", ({ waits }) => waits);
+    assert.deepEqual([waiting.model, waiting.shownLevel], ["model", null]);
+    held.letGo();
+    await visit.untilIdle();
+    visit.assertClean(other.url);
+    await other.stop();
+  });
+}
 
 test("a server that has not got it is asked again", async () => {
   let refusals = 2;

@@ -467,9 +467,12 @@ function showSheet(id, open) {
 const closeSheets = () => sheets.forEach((id) => showSheet(id, false));
 
 async function openTools(open) {
+  await rest.wait();
+  if (open && lastStatus.mode !== "full screen") {
+    return; // it was left meanwhile
+  }
   showSheet("tools", open);
   if (open) {
-    await rest.wait();
     if (!tools) {
       const { Tools } = await import("./tools.js");
       tools ??= new Tools({
