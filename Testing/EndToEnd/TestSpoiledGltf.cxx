@@ -222,6 +222,22 @@ TEST_F(TestSpoiledGltf, AccessorsBeyondBuffersAreErrors)
   with("\"count\":6", "\"count\":5");
   this->ExpectRefused(
     "m.gltf", "mesh 0, part 0: 'TEXCOORD_0' has not as many elements as the others");
+  with("\"attributes\"", "\"indices\":1,\"attributes\"");
+  this->ExpectRefused("m.gltf", "mesh 0, part 0: 'indices' are no whole numbers");
+  with("\"attributes\"", "\"indices\":2,\"attributes\"");
+  const std::string json = ReadWhole(this->Folder / "m.gltf");
+  this->WriteText("m.gltf", std::string(json).replace(json.find("}],\"bufferViews\""), 1,
+                              "},{\"componentType\":5123,\"count\":6,\"type\":\"SCALAR\"}"));
+  this->ExpectRefused("m.gltf", "mesh 0, part 0: 'indices' are no whole numbers");
+  with("\"attributes\"", "\"mode\":5122,\"attributes\"");
+  this->ExpectRefused("m.gltf", "mesh 0, part 0: there is no mode '5122'");
+  with("\"VEC2\"", "\"VEC3\"");
+  this->ExpectRefused("m.gltf", "accessor 1 claims 6 elements, more than its bufferView has");
+  with("\"TEXCOORD_0\":1", "\"TEXCOORD_0\":0");
+  this->ExpectRefused("m.gltf", "mesh 0, part 0: 'TEXCOORD_0' is of a kind that is not read: type "
+                                "'\"VEC3\"', componentType '5126'");
+  with("{\"mesh\":0}", "{\"mesh\":0,\"matrix\":[1,0,0,0,0,1,0,0,0,0,1,0,0,0,1]}");
+  this->ExpectRefused("m.gltf", "node 0 has a matrix that is not of 16 numbers");
   with("{\"mesh\":0}", "{\"mesh\":7}");
   this->ExpectRefused("m.gltf", "node 0 names mesh 7, but there is 1");
 }

@@ -7,6 +7,7 @@
 #include <array>
 #include <cmath>
 #include <string>
+#include <string_view>
 #include <utility>
 
 namespace kdstream
@@ -15,6 +16,8 @@ namespace
 {
 
 using Json = nlohmann::json;
+
+constexpr double mostMode = 6; // fans of triangles
 
 // Bytes of an accessor's element; 0 where its kind is unknown.
 double ElementBytes(const Json& accessor)
@@ -81,6 +84,40 @@ Status CheckAccessor(const GltfDocument& document, const Json& accessor)
                   "claims " + claimed + " elements, more than its bufferView has" });
 }
 
+// Of which kinds an attribute may be, by the beginning of its name. Others may be of any.
+struct AttributeKinds
+{
+  std::string_view name, types;
+  bool isFloat = false; // alone; else bytes and shorts without sign, too
+};
+constexpr std::array<AttributeKinds, 7> attributeKinds{ { { "POSITION", "VEC3", true },
+  { "NORMAL", "VEC3", true }, { "TANGENT", "VEC3 VEC4", true }, { "TEXCOORD_", "VEC2" },
+  { "COLOR_", "VEC3 VEC4" }, { "JOINTS_", "VEC4" }, { "WEIGHTS_", "VEC4" } } };
+constexpr int unsignedByte = 5121, unsignedShort = 5123, unsignedInt = 5125, floating = 5126;
+
+Status CheckKind(const std::string& name, const Json& accessor)
+{
+  const auto kinds = std::find_if(attributeKinds.begin(), attributeKinds.end(),
+    [&](const AttributeKinds& each) { return name.starts_with(each.name); });
+  if (kinds == attributeKinds.end())
+  {
+    return {};
+  }
+  const Json &type = Member(accessor, "type"), &component = Member(accessor, "componentType");
+  constexpr std::size_t letters = 4; // of each type
+  const bool isOfType =
+    type.is_string() && (type == kinds->types.substr(0, letters) ||
+                          type == kinds->types.substr(kinds->types.size() - letters));
+  const bool isOfComponent =
+    component == floating ||
+    (!kinds->isFloat && (component == unsignedByte || component == unsignedShort));
+  return isOfType && isOfComponent
+           ? Status{}
+           : Status(Error{ ErrorCode::InvalidInput,
+               QuotedText(name) + " is of a kind that is not read: type " +
+                 QuotedText(type.dump()) + ", componentType " + QuotedText(component.dump()) });
+}
+
 Status CheckAttributes(const Json& accessors, const Json& attributes, double& points)
 {
   if (!attributes.is_object())
@@ -95,6 +132,7 @@ Status CheckAttributes(const Json& accessors, const Json& attributes, double& po
       return Error{ ErrorCode::InvalidInput,
         QuotedText(name) + " " + NamesNone("accessor", number, accessors) };
     }
+    KDSTREAM_TRY(CheckKind(name, accessors[at]));
     const double count = NumberOf(Member(accessors[at], "count"), 0);
     points = points < 0 ? count : points;
     if (count != points)
@@ -106,6 +144,23 @@ Status CheckAttributes(const Json& accessors, const Json& attributes, double& po
   return {};
 }
 
+Status CheckIndices(const Json& accessors, const Json& indices)
+{
+  const std::size_t at = IndexIn(accessors, indices);
+  if (at == CountOf(accessors))
+  {
+    return Error{ ErrorCode::InvalidInput,
+      "'indices' " + NamesNone("accessor", indices, accessors) };
+  }
+  const Json& component = Member(accessors[at], "componentType");
+  const bool known =
+    component == unsignedByte || component == unsignedShort || component == unsignedInt;
+  return known && Member(accessors[at], "type") == "SCALAR" &&
+             !Member(accessors[at], "bufferView").is_null()
+           ? Status{}
+           : Status(Error{ ErrorCode::InvalidInput, "'indices' are no whole numbers" });
+}
+
 Status CheckPart(const Json& accessors, const Json& part)
 {
   double points = -1;
@@ -115,11 +170,38 @@ Status CheckPart(const Json& accessors, const Json& part)
   {
     KDSTREAM_TRY(CheckAttributes(accessors, targets[i], points));
   }
+  const Json& mode = Member(part, "mode");
+  if (!mode.is_null() && !(WholeOf(mode, -1) >= 0 && WholeOf(mode, -1) <= mostMode))
+  {
+    return Error{ ErrorCode::InvalidInput, "there is no mode " + QuotedText(mode.dump()) };
+  }
   const Json& indices = Member(part, "indices");
-  return indices.is_null() || IndexIn(accessors, indices) < CountOf(accessors)
+  return indices.is_null() ? Status{} : CheckIndices(accessors, indices);
+}
+
+Status CheckNumbers(const Json& node, const char* name, std::size_t count)
+{
+  const Json& numbers = Member(node, name);
+  const bool fits =
+    numbers.is_null() ||
+    (CountOf(numbers) == count && std::all_of(numbers.begin(), numbers.end(),
+                                    [](const Json& number) { return number.is_number(); }));
+  return fits ? Status{}
+              : Status(Error{ ErrorCode::InvalidInput, std::string("has a ") + name +
+                                                         " that is not of " +
+                                                         std::to_string(count) + " numbers" });
+}
+
+Status CheckNode(const Json& node, const Json& meshes)
+{
+  KDSTREAM_TRY(CheckNumbers(node, "matrix", 16));
+  KDSTREAM_TRY(CheckNumbers(node, "translation", 3));
+  KDSTREAM_TRY(CheckNumbers(node, "rotation", 4));
+  KDSTREAM_TRY(CheckNumbers(node, "scale", 3));
+  const Json& mesh = Member(node, "mesh");
+  return mesh.is_null() || IndexIn(meshes, mesh) < CountOf(meshes)
            ? Status{}
-           : Status(Error{
-               ErrorCode::InvalidInput, "'indices' " + NamesNone("accessor", indices, accessors) });
+           : Status(Error{ ErrorCode::InvalidInput, NamesNone("mesh", mesh, meshes) });
 }
 
 Error Within(const std::string& element, const Status& wrong)
@@ -160,11 +242,9 @@ Status CheckGltfMeshes(const Json& json)
   }
   for (std::size_t i = 0; i < CountOf(nodes); ++i)
   {
-    const Json& mesh = Member(nodes[i], "mesh");
-    if (!mesh.is_null() && IndexIn(meshes, mesh) == CountOf(meshes))
+    if (const Status checked = CheckNode(nodes[i], meshes); !checked)
     {
-      return Error{ ErrorCode::InvalidInput,
-        "node " + std::to_string(i) + " " + NamesNone("mesh", mesh, meshes) };
+      return Within("node " + std::to_string(i) + " ", checked);
     }
   }
   return {};

@@ -12,8 +12,9 @@ namespace kdstream
 // InvalidInput naming the accessor.
 Status CheckGltfAccessors(const GltfDocument& document);
 
-// Whether nodes name meshes, and their parts accessors, that are there, and all attributes of a
-// part have as many elements. Errors: InvalidInput naming node or part.
+// Whether nodes name meshes, and their parts accessors, that are there and of a kind that is read,
+// and all attributes of a part have as many elements; whether places of nodes are numbers. Errors:
+// InvalidInput naming node or part.
 Status CheckGltfMeshes(const nlohmann::json& json);
 
 }

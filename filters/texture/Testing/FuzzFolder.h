@@ -3,7 +3,9 @@
 // and what must hold of all that was read.
 #pragma once
 
+#include "filters/codec/TextureTile.h"
 #include "filters/texture/BakeTextures.h"
+#include "filters/texture/MakeTile.h"
 #include "filters/texture/WritePicture.h"
 
 #include <cstdlib>
@@ -50,6 +52,25 @@ inline void Require(bool holds)
   }
 }
 
+// A tile can be made of all of it, whatever coordinates corners have; every other picture is one
+// that could not be read.
+inline void CheckTile(const TexturedMesh& textured)
+{
+  std::vector<Picture> pictures(textured.pictures.size());
+  for (std::size_t i = 0; i < pictures.size(); i += 2)
+  {
+    pictures[i] = { 2, 1, 3, { 255, 0, 0, 0, 0, 255 } };
+  }
+  const std::size_t count = pictures.size();
+  const PicturesInMemory source(std::move(pictures));
+  const PaintedTriangles painted{ textured.mesh.triangles, textured.corners, textured.materialOf };
+  constexpr unsigned quality = 50;
+  constexpr std::int64_t mostSide = 128;
+  const auto made = MakeTile(painted, { textured.materials, count }, source, { quality, mostSide });
+  Require(made && made->counts.triangles == textured.mesh.triangles.size());
+  (void)EncodeTextureTile(made->tile, textured.mesh.triangles);
+}
+
 // Everything names what is there, before and after baking.
 inline void CheckTextured(TexturedMesh textured)
 {
@@ -68,6 +89,7 @@ inline void CheckTextured(TexturedMesh textured)
   {
     Require(material.picture == noPicture || material.picture < textured.pictures.size());
   }
+  CheckTile(textured);
   constexpr std::uint64_t mostPixels = 1 << 16;
   const Result<BakeReport> report = BakeTextures(textured, mostPixels);
   Require(bool(report));
