@@ -148,6 +148,51 @@ TEST_F(TestForeignInput, WithoutKdstreamConvert)
   EXPECT_EQ(this->Files(), (std::set<std::string>{ "build", "in.xyz", "mesh.ply", "cloud.ply" }));
 }
 
+TEST_F(TestForeignInput, WithoutKdstreamConvertPicturesAreLeftOut)
+{
+  std::filesystem::copy(std::string(KDSTREAM_PROGRAMS) + "/kdstream-build", this->Folder / "build");
+  this->WriteText("in.mtl", "newmtl a\nmap_Kd a.png\n");
+  this->WriteText("in.obj", "mtllib in.mtl\nusemtl a\nv 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n");
+  const Outcome built =
+    RunProgram(this->Folder, this->Folder / "build", { "in.obj", "-o", "m.kds", "--quiet" });
+  EXPECT_EQ(built.exitCode, 0);
+  EXPECT_EQ(built.err.substr(0, built.err.find('\n')),
+    "kdstream-build: warning: in.obj: its pictures are left out: they are baked by "
+    "kdstream-convert, which is not there (it was looked for at " +
+      std::filesystem::canonical(this->Folder.Path).string() +
+      "/kdstream-convert): build it (cmake --build build/release --target kdstream-convert; it "
+      "needs VTK)");
+}
+
+// `./dev run MESH` builds kdstream-convert where the mesh needs it.
+TEST_F(TestForeignInput, TheScriptBuildsTheConverterForPaintedMeshes)
+{
+  const std::string script = ReadWhole(KDSTREAM_SCRIPT);
+  const std::size_t begin = script.find("\nconverter() {"), end = script.find("\n}\n", begin);
+  ASSERT_NE(end, std::string::npos);
+  this->WriteText("converter.sh",
+    "set -euo pipefail\n" + script.substr(begin, end + 3 - begin) + "converter \"$1\"\n");
+  const auto needsConverter = [&](const std::string& mesh)
+  {
+    const Outcome outcome = RunProgram(this->Folder, "/bin/bash", { "converter.sh", mesh });
+    EXPECT_EQ(outcome.exitCode, 0) << outcome.err;
+    return outcome.out == "kdstream-convert\n";
+  };
+  const std::string large(1 << 20, 'x'); // more than a pipe holds
+  this->WriteText("plain.obj", "v 0 0 0\n");
+  this->WriteText("a painted.OBJ", "# of a scan\nmtllib a.mtl\n" + large);
+  this->WriteText("plain.ply", "ply\nformat ascii 1.0\nend_header\n" + large);
+  this->WriteText("painted.ply", "ply\nformat ascii 1.0\ncomment TextureFile a.png\n" + large);
+  for (const char* mesh : { "", "plain.obj", "plain.ply", "mesh.stl", "mesh.STL" })
+  {
+    EXPECT_FALSE(needsConverter(mesh)) << mesh;
+  }
+  for (const char* mesh : { "a painted.OBJ", "painted.ply", "mesh.glb", "cloud.xyz" })
+  {
+    EXPECT_TRUE(needsConverter(mesh)) << mesh;
+  }
+}
+
 TEST_F(TestForeignInput, AnInterruptLeavesNothing)
 {
   Mesh cloud = DisplacedSphere(8);

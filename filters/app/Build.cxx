@@ -163,6 +163,10 @@ int Build(const CLI::App& app, BuildCommand& line)
   PrintWarnings(program, line, *report);
   if (!line.quiet)
   {
+    if (line.baked && line.tiled)
+    {
+      std::cerr << program << ": note: " << line.input << ": " << line.baked->TellLevels() << "\n";
+    }
     const std::chrono::duration<double> seconds = std::chrono::steady_clock::now() - begin;
     PrintWritten(program, line.output, GuessedPose(*report), seconds.count());
   }

@@ -411,9 +411,9 @@ std::vector<std::string> ChooseReader(BuildCommand& line)
   }
   // An input that cannot be read is an error of the build.
   Result<FoundTextures> found = FindTextures(line.input);
-  if (found && found->any && !CanConvert())
+  if (const auto why = found && found->any ? WhyNoPictures() : std::nullopt)
   {
-    return { "its pictures are left out: kdstream-convert, which bakes them, is not there" };
+    return { *why };
   }
   line.converts = found && found->any;
   return found ? std::move(found->warnings) : std::vector<std::string>{};

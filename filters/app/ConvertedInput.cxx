@@ -25,18 +25,29 @@ namespace
 constexpr std::size_t longestLine = 8192; // has a path, too
 const std::string programName = "kdstream-convert";
 
+bool IsThere(const std::filesystem::path& program)
+{
+  return ::access(program.c_str(), X_OK) == 0;
+}
+
+// needs: beside VTK.
+std::string HowToGet(const std::filesystem::path& program, const std::string& needs = "")
+{
+  return programName + ", which is not there (it was looked for at " + program.string() +
+         "): build it (cmake --build build/release --target kdstream-convert; it needs VTK" +
+         needs + ")";
+}
+
 // Without it the input cannot be read, or a cloud that the build reads itself gets no surface.
 Result<std::filesystem::path> FindProgram(const std::filesystem::path& input)
 {
   const std::filesystem::path program = ChildProgram::Beside(programName);
-  if (::access(program.c_str(), X_OK) != 0)
+  if (!IsThere(program))
   {
-    const bool foreign = NeedsConversion(input);
     return Error{ ErrorCode::Unsupported,
-      (foreign ? "this format is read by " : "--reconstruct needs ") + programName +
-        ", which is not there (it was looked for at " + program.string() +
-        "): build it (cmake --build build/release --target kdstream-convert; it needs VTK" +
-        (foreign ? "), or convert the file to .ply" : " and PCL)") };
+      NeedsConversion(input)
+        ? "this format is read by " + HowToGet(program) + ", or convert the file to .ply"
+        : "--reconstruct needs " + HowToGet(program, " and PCL") };
   }
   return program;
 }
@@ -158,9 +169,12 @@ Status EndOf(int status, const Messages& messages)
 
 }
 
-bool CanConvert()
+std::optional<std::string> WhyNoPictures()
 {
-  return ::access(ChildProgram::Beside(programName).c_str(), X_OK) == 0;
+  const std::filesystem::path program = ChildProgram::Beside(programName);
+  return IsThere(program)
+           ? std::nullopt
+           : std::optional("its pictures are left out: they are baked by " + HowToGet(program));
 }
 
 bool NeedsConversion(const std::filesystem::path& input)

@@ -29,8 +29,8 @@ inline const std::string convertNamedMark = "named ";
 // Whether the file's ending is one of those.
 bool NeedsConversion(const std::filesystem::path& input);
 
-// Whether kdstream-convert lies beside this program.
-bool CanConvert();
+// A warning, where no kdstream-convert lies beside this program: how to get it.
+std::optional<std::string> WhyNoPictures();
 
 // The PLY; it goes with the object.
 class ConvertedInput

@@ -254,8 +254,9 @@ private:
     {
       return PrintError(this->Program, this->Line.store, mesh.GetError());
     }
+    const Vec3 up = store.Info().pose.value_or(ModelPose{}).up;
     const Status written =
-      FileEnding(output) == ".glb" ? WriteGlb(output, *mesh) : WriteTexturedObj(output, *mesh);
+      FileEnding(output) == ".glb" ? WriteGlb(output, *mesh, up) : WriteTexturedObj(output, *mesh);
     if (!written)
     {
       return PrintError(this->Program, this->Line.output, written.GetError());

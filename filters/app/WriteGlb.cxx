@@ -1,11 +1,13 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Steps: 1. a primitive for each material, its vertices split where coordinates differ  2. pictures
-// 3. the JSON that tells where all that lies  4. head, JSON and bytes.
+// 3. the JSON that tells where all that lies, and how it stands  4. head, JSON and bytes.
 #include "filters/app/WriteTextured.h"
 
 #include "filters/core/BitCast.h"
+#include "filters/core/VectorMath.h"
 #include "filters/meshio/OutputFile.h"
 #include "filters/model/JsonWriter.h"
+#include "filters/model/ModelDescription.h"
 
 #include <algorithm>
 #include <bit>
@@ -43,8 +45,9 @@ int WrapNumber(TextureWrap wrap)
 class GlbWriter
 {
 public:
-  explicit GlbWriter(const TexturedMesh& textured)
+  GlbWriter(const TexturedMesh& textured, const Vec3& up)
     : Textured(textured)
+    , Axes(AxesOf(up))
     , Normals(FindRole(textured.mesh, AttributeRole::Normals))
     , Colors(textured.pictures.empty() ? FindRole(textured.mesh, AttributeRole::Colors) : nullptr)
   {
@@ -109,6 +112,15 @@ private:
     std::size_t material, positions, indices;
     std::optional<std::size_t> normals{}, texture{}, colors{};
   };
+
+  // The model's directions that are x, y and z in the file, each of length 1 and across the others:
+  // the rows of the node's rotation. What is in front (FrontOf) looks along z, as the format has
+  // it.
+  static std::array<Vec3, 3> AxesOf(const Vec3& up)
+  {
+    const Vec3 front = FrontOf(up);
+    return { Cross(up, front), up, front };
+  }
 
   template <class T>
   static void Append(std::string& bytes, T value)
@@ -278,10 +290,7 @@ private:
     json.Member("scene", 0).Key("scenes").BeginArray().BeginObject().Key("nodes").BeginArray();
     json.Put(0).EndArray().EndObject().EndArray();
     json.Key("nodes").BeginArray().BeginObject().Member("mesh", 0);
-    if (this->Origin != Vec3{})
-    {
-      json.Member("translation", this->Origin);
-    }
+    this->PutPlace(json);
     json.EndObject().EndArray();
     this->PutMesh(json);
     this->PutMaterials(json);
@@ -296,6 +305,28 @@ private:
     json.EndArray().Key("buffers").BeginArray().BeginObject();
     json.Member("byteLength", this->Bytes.size()).EndObject().EndArray().EndObject();
     return json.Text();
+  }
+
+  // Where the node stands, and how it is turned.
+  void PutPlace(JsonWriter& json) const
+  {
+    if (this->Axes[1] != Vec3{ 0, 1, 0 })
+    {
+      json.Key("matrix").BeginArray();
+      for (std::size_t column = 0; column < 4; ++column)
+      {
+        for (const Vec3& axis : this->Axes)
+        {
+          json.Put((column < 3 ? axis[column] : Dot(axis, this->Origin)) + 0.0); // no -0
+        }
+        json.Put(column < 3 ? 0 : 1);
+      }
+      json.EndArray();
+    }
+    else if (this->Origin != Vec3{})
+    {
+      json.Member("translation", this->Origin);
+    }
   }
 
   void PutMesh(JsonWriter& json) const
@@ -414,6 +445,7 @@ private:
   }
 
   const TexturedMesh& Textured;
+  const std::array<Vec3, 3> Axes;
   const Attribute* const Normals;
   const Attribute* const Colors;
   Vec3 Origin{};
@@ -426,9 +458,9 @@ private:
 
 }
 
-Status WriteGlb(const std::filesystem::path& file, const TexturedMesh& textured)
+Status WriteGlb(const std::filesystem::path& file, const TexturedMesh& textured, const Vec3& up)
 {
-  return GlbWriter(textured).Write(file);
+  return GlbWriter(textured, up).Write(file);
 }
 
 }

@@ -26,8 +26,9 @@ namespace kdstream
 Status WriteTexturedObj(const std::filesystem::path& file, const TexturedMesh& textured);
 
 // Coordinates are floats: of doubles they are differences to the box's middle, where the node
-// stands. Vertices are split where coordinates of their corners differ.
-Status WriteGlb(const std::filesystem::path& file, const TexturedMesh& textured);
+// stands. Vertices are split where coordinates of their corners differ. The format has y up and +z
+// in front: the node turns the mesh so, whose own up is `up`, of length 1, and coordinates stay.
+Status WriteGlb(const std::filesystem::path& file, const TexturedMesh& textured, const Vec3& up);
 
 // u, v from the upper left, as the transform makes them.
 std::array<double, 2> PictureCoordinateOf(

@@ -66,10 +66,6 @@ Result<ForeignMesh> Bake(
     result.named.push_back(picture.file);
   }
   result.warnings.insert(result.warnings.end(), report->warnings.begin(), report->warnings.end());
-  if (report->pictures > 0)
-  {
-    result.warnings.push_back(report->Tell());
-  }
   result.baked = std::move(*report);
   return result;
 }

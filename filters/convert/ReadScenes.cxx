@@ -323,10 +323,6 @@ public:
     joined.mesh = std::move(this->Textured.mesh);
     this->MultiplyByOwn(joined.mesh.attributes);
     joined.warnings.insert(joined.warnings.end(), report->warnings.begin(), report->warnings.end());
-    if (report->pictures > 0)
-    {
-      joined.warnings.push_back(report->Tell());
-    }
     joined.baked = std::move(*report);
     return {};
   }

@@ -68,6 +68,14 @@ std::vector<VertexId> PlacesOf(const Mesh& mesh, const Execution& execution)
   return refined;
 }
 
+// Three digits, or all before the point.
+std::string NumberText(double value)
+{
+  char text[64];
+  std::snprintf(text, sizeof text, value < 1000 ? "%.3g" : "%.0f", value);
+  return text;
+}
+
 class Baker
 {
 public:
@@ -351,14 +359,20 @@ private:
 
 }
 
-std::string BakeReport::Tell() const
+std::string BakeReport::TellLoss() const
 {
   char text[200];
   std::snprintf(text, sizeof text,
-    "textures are baked to the colours of vertices: about %.3g texels a vertex; the pictures are "
+    "textures are baked to the colours of vertices: about %s texels a vertex; the pictures are "
     "%.1f of 255 grey values off (RMS)",
-    this->texelsPerVertex, this->loss);
+    NumberText(this->texelsPerVertex).c_str(), this->loss);
   return text;
+}
+
+std::string BakeReport::TellLevels() const
+{
+  return "levels are painted with the pictures' means (about " + NumberText(this->texelsPerVertex) +
+         " texels a vertex); the original keeps the pictures";
 }
 
 Result<BakeReport> BakeTextures(
@@ -372,7 +386,12 @@ Result<BakeReport> BakeTexturesAndKeepPaint(
 {
   if (options.paintFolder.empty())
   {
-    return BakeTextures(textured, options.mostPixels, execution);
+    Result<BakeReport> report = BakeTextures(textured, options.mostPixels, execution);
+    if (report && report->pictures > 0)
+    {
+      report->warnings.push_back(report->TellLoss());
+    }
+    return report;
   }
   Result<PaintFolderWriter> folder = PaintFolderWriter::Create(options.paintFolder);
   KDSTREAM_TRY(folder);

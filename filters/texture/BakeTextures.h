@@ -27,7 +27,8 @@ struct TextureOptions
 struct BakeReport
 {
   std::uint64_t pictures = 0; // that were read
-  // That triangles cover, those that several cover as often. Of a picture that is missing: none.
+  // That triangles cover, those that several cover as often; one that repeats or clamps its picture
+  // covers each texel once at most. Of a picture that is missing: none.
   double texels = 0;
   double texelsPerVertex = 0; // over all places
   // How far the texels are from what the vertices' colours are between them, as viewers draw them:
@@ -35,8 +36,10 @@ struct BakeReport
   double loss = 0;
   std::vector<std::string> warnings; // a sentence each, that names the picture or the element
 
-  // For users: how many texels a vertex has, and what is lost.
-  std::string Tell() const;
+  // For users, where pictures are not kept: how many texels a vertex has, and what is lost.
+  std::string TellLoss() const;
+  // For users, where the original keeps them.
+  std::string TellLevels() const;
 };
 
 // Adds the point array "RGB" (uint8 × 3, or "RGBA" × 4 where a vertex is not opaque)
@@ -61,7 +64,8 @@ Result<BakeReport> BakeTextures(TexturedMesh& textured,
   std::uint64_t mostPixels = mostPicturePixels, const Execution& execution = {});
 
 // The same, and what tiles need besides, where options.paintFolder asks for that: then no picture
-// is in memory (PaintFolderWriter::AddPicture). Errors: besides, InputOutput of the folder.
+// is in memory (PaintFolderWriter::AddPicture). Without, where a picture was read, the last warning
+// is TellLoss(). Errors: besides, InputOutput of the folder.
 Result<BakeReport> BakeTexturesAndKeepPaint(
   TexturedMesh& textured, const TextureOptions& options, const Execution& execution = {});
 

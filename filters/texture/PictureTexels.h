@@ -116,13 +116,13 @@ public:
     }
     return std::sqrt(longest);
   }
-  // How many texels it covers.
+  // How many texels it covers: each once at most.
   double Covered(const std::array<PlaceInPicture, 3>& at) const
   {
     const double cross =
       (at[1][0] - at[0][0]) * (at[2][1] - at[0][1]) - (at[1][1] - at[0][1]) * (at[2][0] - at[0][0]);
     const double covered = std::abs(cross) / 2 * this->Count();
-    return std::isfinite(covered) ? covered : 0;
+    return std::isnan(covered) ? 0 : std::min(covered, this->Count());
   }
 
 private:
