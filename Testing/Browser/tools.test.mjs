@@ -4,7 +4,7 @@
 import assert from "node:assert/strict";
 import { readFileSync } from "node:fs";
 import { after, before, test } from "node:test";
-import { Pixels, Server, Visit, launchBrowser, makeModels, landscape } from "./harness.mjs";
+import { Pixels, Server, Visit, eventually, launchBrowser, makeModels, landscape } from "./harness.mjs";
 
 let server, browser, pixels;
 
@@ -163,6 +163,39 @@ test("two taps measure, on the original", async () => {
   assert.equal(await visit.page.locator("#overlay line").count(), 0);
   visit.assertClean(server.url);
   await visit.close();
+});
+
+test("a link shows its distances at once", async () => {
+  const mine = await Visit.phone(browser);
+  await openPebble(mine);
+  await turnPanel(mine);
+  await press(mine, "Measure");
+  await turnPanel(mine);
+  const middle = await mine.centre();
+  await mine.tap({ x: middle.x - 60, y: middle.y });
+  await mine.tap({ x: middle.x + 60, y: middle.y + 20 });
+  await mine.untilIdle();
+  const drawn = (visit) => visit.page.locator("#overlay text").allTextContents();
+  const [distance] = await drawn(mine);
+  await turnPanel(mine);
+  const link = await mine.copied("#copy-link");
+  assert.match(link, /&distances=[\w-]{40}$/);
+  await mine.close();
+
+  const theirs = await Visit.phone(browser);
+  await theirs.open(link);
+  await theirs.until("the view", ({ mode, idle, shownLevel }) => mode === "full screen" && idle && shownLevel !== null);
+  await eventually("the distance", () => drawn(theirs), ([text]) => text === distance);
+  assert.equal(await theirs.page.locator("#overlay line").count(), 1);
+  assert.equal(await theirs.page.locator("#tools").isVisible(), false, "nobody has opened the tools");
+  await theirs.picture("tools-7-distance");
+  // A link in the same tab.
+  await theirs.page.evaluate(() => {
+    location.hash = "model=pebble";
+  });
+  await eventually("no distance", () => drawn(theirs), ({ length }) => length === 0);
+  theirs.assertClean(server.url);
+  await theirs.close();
 });
 
 test("a link shows the same elsewhere", async () => {

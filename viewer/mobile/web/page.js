@@ -69,7 +69,7 @@ const rest = new Rest(() => fingers && wake()); // of the viewer
 const refreshing = new Refreshing(takeList, askAgain, wake); // asked again for what could not be had
 let linked = ""; // a link to a view, that waits for the list, or for the rest of the viewer
 let site = { title: "", text: "" };
-let tools = null; // once they have been used
+let tools = null; // once they have been used, or a link has brought distances
 let about = null;
 let notes = null; // once a model has some, or somebody writes some
 let embedding = null; // in somebody's page
@@ -206,6 +206,9 @@ async function followLink(link) {
   viewer.follow(link);
   line.exchange();
   wake();
+  if (told.has("distances")) {
+    getTools().then(wake, () => {}); // else they are not seen until the tools are opened
+  }
 }
 
 // The first time its preview, then the whole screen.
@@ -473,20 +476,23 @@ async function openTools(open) {
   }
   showSheet("tools", open);
   if (open) {
-    if (!tools) {
-      const { Tools } = await import("./tools.js");
-      tools ??= new Tools({
-        canvas, viewer, wake, redraw,
-        exchange: () => line.exchange(),
-        status: () => lastStatus,
-        words: () => [nameOf(selectedModel()), lastStatus.credit, lastStatus.license].filter(Boolean),
-        colours, getNotes,
-      });
-    }
-    tools.show();
+    (await getTools()).show();
     find("tools").querySelector("button").focus();
   }
   wake();
+}
+
+// They draw the distances, too.
+async function getTools() {
+  await rest.wait();
+  const { Tools } = await import("./tools.js");
+  return tools ??= new Tools({
+    canvas, viewer, wake, redraw,
+    exchange: () => line.exchange(),
+    status: () => lastStatus,
+    words: () => [nameOf(selectedModel()), lastStatus.credit, lastStatus.license].filter(Boolean),
+    colours, getNotes,
+  });
 }
 
 async function getNotes() {
