@@ -9,6 +9,9 @@
 #include <cstdio>
 #include <thread>
 
+#include <fcntl.h>
+#include <sys/file.h>
+
 using namespace kdstream;
 using namespace kdstream::fixtures;
 namespace fs = std::filesystem;
@@ -144,4 +147,33 @@ TEST_F(TestTexturedResume, AnotherPictureOrLibraryIsRefusedByName)
   const Outcome resumed = this->Resume();
   EXPECT_EQ(resumed.exitCode, 0) << resumed.err;
   EXPECT_EQ(this->Store({ "verify", "m.kds" }).exitCode, 0);
+}
+
+// Decoded pictures may be gigabytes.
+TEST_F(TestTexturedResume, WhatAKilledConversionHasLeftIsRemoved)
+{
+  const auto leave = [&](const std::string& name, std::chrono::seconds age)
+  {
+    const fs::path folder = this->Folder / (".kdstream-convert-" + name);
+    fs::create_directory(folder);
+    std::ofstream(folder / "input.ply") << "ply";
+    fs::last_write_time(folder, fs::file_time_type::clock::now() - age);
+    return folder;
+  };
+  using std::chrono::seconds;
+  const fs::path old = leave("killed", seconds(600)), fresh = leave("others", seconds(1)),
+                 busy = leave("atwork", seconds(600));
+  const int lock = ::open(busy.c_str(), O_RDONLY | O_DIRECTORY);
+  ASSERT_EQ(::flock(lock, LOCK_EX | LOCK_NB), 0);
+  this->WriteText("m.obj", "mtllib m.mtl\nusemtl a\nv 0 0 0\nv 1 0 0\nv 0 1 0\nvt 0 0\n"
+                           "f 1/1 2/1 3/1\n");
+  const Outcome built = this->Build({ "m.obj", "-o", "m.kds", "--quiet" });
+  EXPECT_EQ(built.exitCode, 0) << built.err;
+  EXPECT_FALSE(fs::exists(old));
+  EXPECT_TRUE(fs::exists(fresh / "input.ply"));
+  EXPECT_TRUE(fs::exists(busy / "input.ply"));
+  ::close(lock);
+  EXPECT_EQ(
+    this->Files(), (std::set<std::string>{ ".kdstream-convert-atwork", ".kdstream-convert-others",
+                     "a.png", "m.kds", "m.mtl", "m.obj", "spill" }));
 }

@@ -7,12 +7,15 @@
 #include "filters/meshio/FileEnding.h"
 #include "filters/program/ChildProgram.h"
 
+#include <fcntl.h>
+#include <sys/file.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
 #include <algorithm>
 #include <array>
 #include <cerrno>
+#include <chrono>
 #include <cstdlib>
 #include <optional>
 #include <sstream>
@@ -21,6 +24,48 @@ namespace kdstream
 {
 namespace
 {
+
+const std::string folderBegin = ".kdstream-convert-";
+// A folder that is this old and not locked is one of a process that is no more.
+constexpr std::chrono::minutes leftAge{ 2 };
+
+// -1 where it is locked, or not to be had.
+int LockFolder(const std::filesystem::path& folder)
+{
+  const int descriptor = ::open(folder.c_str(), O_RDONLY | O_DIRECTORY | O_NOFOLLOW | O_CLOEXEC);
+  if (descriptor >= 0 && ::flock(descriptor, LOCK_EX | LOCK_NB) != 0)
+  {
+    ::close(descriptor);
+    return -1;
+  }
+  return descriptor;
+}
+
+// The folders of builds that were killed. What cannot be removed stays.
+void RemoveLeft(const std::filesystem::path& folder)
+{
+  std::error_code failed;
+  std::vector<std::filesystem::path> found;
+  for (std::filesystem::directory_iterator entries(folder, failed), end; !failed && entries != end;
+       entries.increment(failed))
+  {
+    if (entries->path().filename().string().starts_with(folderBegin))
+    {
+      found.push_back(entries->path());
+    }
+  }
+  const auto now = std::filesystem::file_time_type::clock::now();
+  for (const std::filesystem::path& left : found)
+  {
+    const auto changed = std::filesystem::last_write_time(left, failed);
+    const int lock = failed || now - changed < leftAge ? -1 : LockFolder(left);
+    if (lock >= 0)
+    {
+      std::filesystem::remove_all(left, failed);
+      ::close(lock);
+    }
+  }
+}
 
 constexpr std::size_t longestLine = 8192; // has a path, too
 const std::string programName = "kdstream-convert";
@@ -190,12 +235,13 @@ Result<ConvertedInput> ConvertedInput::Make(const std::string& input,
 {
   const Result<std::filesystem::path> program = FindProgram(input);
   KDSTREAM_TRY(program);
-  std::string name = (folder / ".kdstream-convert-XXXXXX").string();
+  std::string name = (folder / (folderBegin + "XXXXXX")).string();
   if (!::mkdtemp(name.data()))
   {
     return Error{ ErrorCode::InputOutput, "cannot create a folder in it: " + SystemReason(errno),
       folder.string() };
   }
+  RemoveLeft(folder);
   ConvertedInput converted{ std::filesystem::path(name), input };
   std::vector<std::string> all = arguments;
   if (keepPaint)
@@ -221,12 +267,14 @@ Result<ConvertedInput> ConvertedInput::Make(const std::string& input,
 
 ConvertedInput::ConvertedInput(std::filesystem::path folder, std::string input)
   : Folder(std::move(folder))
+  , Lock(LockFolder(this->Folder))
   , Input(std::move(input))
 {
 }
 
 ConvertedInput::ConvertedInput(ConvertedInput&& other) noexcept
   : Folder(std::exchange(other.Folder, {}))
+  , Lock(std::exchange(other.Lock, -1))
   , Input(std::move(other.Input))
   , WarningTexts(std::move(other.WarningTexts))
   , NamedFiles(std::move(other.NamedFiles))
@@ -246,6 +294,10 @@ ConvertedInput::~ConvertedInput()
   {
     std::error_code ignored;
     std::filesystem::remove_all(this->Folder, ignored);
+  }
+  if (this->Lock >= 0)
+  {
+    ::close(this->Lock);
   }
 }
 

@@ -37,13 +37,12 @@ class ConvertedInput
 {
 public:
   // Runs the kdstream-convert that lies beside this program. The PLY lies in a new folder, made in
-  // `folder`, and nothing is left of it on an error. arguments: further ones for kdstream-convert.
-  // keepPaint: whether pictures go to Paint(), if there are any.
-  // Progress is reported as step "convert", and by their names the steps of a reconstruction; the
-  // process is ended if that asks to stop.
-  // Errors: Cancelled; Unsupported where there is no kdstream-convert; InvalidInput with the text
-  // of its own error line, or how it ended without one; InputOutput where the PLY cannot be
-  // written, with the file or folder.
+  // `folder`, and nothing is left of it on an error; what killed builds have left there is removed.
+  // arguments: further ones for kdstream-convert. keepPaint: whether pictures go to Paint(), if
+  // there are any. Progress is reported as step "convert", and by their names the steps of a
+  // reconstruction; the process is ended if that asks to stop. Errors: Cancelled; Unsupported where
+  // there is no kdstream-convert; InvalidInput with the text of its own error line, or how it ended
+  // without one; InputOutput where the PLY cannot be written, with the file or folder.
   static Result<ConvertedInput> Make(const std::string& input, const std::filesystem::path& folder,
     const std::vector<std::string>& arguments, bool keepPaint, const Execution& execution);
 
@@ -69,6 +68,7 @@ private:
   ConvertedInput(std::filesystem::path folder, std::string input);
 
   std::filesystem::path Folder; // empty once moved from
+  int Lock = -1;                // on it: which goes with the process, however that ends
   std::string Input;
   std::vector<std::string> WarningTexts;
   std::vector<std::filesystem::path> NamedFiles;
