@@ -2,6 +2,7 @@
 #include "vtkKdMeshReader.h"
 
 #include "filters/adapter/AlgorithmExecution.h"
+#include "filters/adapter/ErrorCodes.h"
 #include "filters/adapter/MeshPolyData.h"
 #include "filters/build/BuildInput.h"
 #include "filters/core/Weld.h"
@@ -24,21 +25,6 @@ namespace
 {
 
 using namespace kdstream;
-
-unsigned long CodeOf(const Error& error)
-{
-  switch (error.code)
-  {
-    case ErrorCode::NotFound:
-      return vtkErrorCode::FileNotFoundError;
-    case ErrorCode::Unsupported:
-      return vtkErrorCode::UnrecognizedFileTypeError;
-    case ErrorCode::InputOutput:
-      return vtkErrorCode::CannotOpenFileError;
-    default:
-      return vtkErrorCode::FileFormatError;
-  }
-}
 
 Result<std::unique_ptr<MeshReader>> OpenFile(const char* name, const Execution& execution)
 {
@@ -91,7 +77,7 @@ int vtkKdMeshReader::RequestInformation(
   {
     if (reader.GetError().code != ErrorCode::Cancelled)
     {
-      this->SetErrorCode(CodeOf(reader.GetError()));
+      this->SetErrorCode(VtkErrorCodeOf(reader.GetError()));
       vtkErrorMacro(<< this->FileName << ": " << reader.GetError().message);
     }
     return 0;
@@ -134,7 +120,7 @@ int vtkKdMeshReader::RequestData(
   {
     return 1;
   }
-  this->SetErrorCode(CodeOf(status.GetError()));
+  this->SetErrorCode(VtkErrorCodeOf(status.GetError()));
   vtkErrorMacro(<< (this->FileName ? this->FileName : "") << ": " << status.GetError().message);
   return 0;
 }

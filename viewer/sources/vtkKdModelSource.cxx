@@ -4,6 +4,7 @@
 #include "vtkKdModelSource.h"
 
 #include "filters/adapter/AlgorithmExecution.h"
+#include "filters/adapter/ErrorCodes.h"
 #include "filters/core/tree/Region.h"
 #include "viewer/sources/PieceOutput.h"
 #include "viewer/sources/ViewCut.h"
@@ -188,9 +189,10 @@ vtkIdType vtkKdModelSource::GetNumberOfModelTriangles() const
   return this->Model ? static_cast<vtkIdType>(this->Model->Info().triangles) : 0;
 }
 
-int vtkKdModelSource::Fail(const std::string& why)
+int vtkKdModelSource::Fail(const kdstream::Error& error)
 {
-  vtkErrorMacro(<< this->ModelName() << ": " << why);
+  this->SetErrorCode(kdstream::VtkErrorCodeOf(error));
+  vtkErrorMacro(<< this->ModelName() << ": " << error.message);
   return 0;
 }
 
@@ -226,7 +228,7 @@ int vtkKdModelSource::RequestDataObject(
 int vtkKdModelSource::RequestInformation(
   vtkInformation*, vtkInformationVector**, vtkInformationVector* outputVector)
 {
-  std::string error;
+  Error error;
   this->Model = this->OpenModel(error);
   if (!this->Model)
   {
@@ -293,7 +295,7 @@ int vtkKdModelSource::RequestData(
 {
   if (!this->Model)
   {
-    std::string error = "the model is not open";
+    Error error{ ErrorCode::NotFound, "the model is not open" };
     if (this->ModelName().empty())
     {
       this->OpenModel(error);
@@ -339,10 +341,11 @@ int vtkKdModelSource::RequestData(
   }
   if (status)
   {
+    this->SetErrorCode(vtkErrorCode::NoError);
     return 1;
   }
   output->Initialize();
-  return status.GetError().code == ErrorCode::Cancelled ? 1 : this->Fail(status.GetError().message);
+  return status.GetError().code == ErrorCode::Cancelled ? 1 : this->Fail(status.GetError());
 }
 
 void vtkKdModelSource::PrintSelf(ostream& os, vtkIndent indent)

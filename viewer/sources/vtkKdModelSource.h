@@ -31,7 +31,8 @@
  * the output information tells the bounds of all partitions in COMPOSITE_DATA_META_DATA
  * (vtkDataObject::BOUNDING_BOX), unless they would have to be fetched from far away.
  *
- * Aborting leaves an empty output. Errors name the file or server, and what of the model is wrong.
+ * Aborting leaves an empty output. Errors name the file or server, and what of the model is wrong;
+ * GetErrorCode tells that there was one (vtkErrorCode.h).
  *
  * Complexity: of what is loaded, linear; a region reads the boxes of all partitions, 48 bytes each.
  *
@@ -45,7 +46,7 @@
 #include "vtkNew.h"                         // for the selections
 
 #include <memory> // for what is open
-#include <string> // for errors
+#include <string> // for names
 #include <vector> // for partitions
 
 class vtkDataArraySelection;
@@ -53,6 +54,7 @@ class vtkDataArraySelection;
 namespace kdstream
 {
 class PieceSource;
+struct Error;
 struct ViewDemand;
 }
 
@@ -197,7 +199,7 @@ protected:
   /**
    * Opens the model, or gives the one that is open. Null: `error` says why.
    */
-  virtual std::shared_ptr<const kdstream::PieceSource> OpenModel(std::string& error) = 0;
+  virtual std::shared_ptr<const kdstream::PieceSource> OpenModel(kdstream::Error& error) = 0;
   /**
    * What errors name: the file or the server.
    */
@@ -219,7 +221,7 @@ private:
   vtkKdModelSource(const vtkKdModelSource&) = delete;
   void operator=(const vtkKdModelSource&) = delete;
 
-  int Fail(const std::string& why);
+  int Fail(const kdstream::Error& error);
   kdstream::ViewDemand Demand() const;
   void TellBounds(vtkInformation* outInfo);
 

@@ -12,17 +12,17 @@ vtkKdStoreReader::~vtkKdStoreReader()
   this->SetFileName(nullptr);
 }
 
-std::shared_ptr<const kdstream::PieceSource> vtkKdStoreReader::OpenModel(std::string& error)
+std::shared_ptr<const kdstream::PieceSource> vtkKdStoreReader::OpenModel(kdstream::Error& error)
 {
   if (!this->FileName || !*this->FileName)
   {
-    error = "no FileName is set";
+    error = { kdstream::ErrorCode::NotFound, "no FileName is set" };
     return nullptr;
   }
   auto store = kdstream::Store::Open(this->FileName);
   if (!store)
   {
-    error = store.GetError().message;
+    error = store.GetError();
     return nullptr;
   }
   return *store;

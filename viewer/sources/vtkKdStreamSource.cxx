@@ -21,7 +21,7 @@ std::string vtkKdStreamSource::Address() const
   return address;
 }
 
-std::shared_ptr<const kdstream::PieceSource> vtkKdStreamSource::OpenModel(std::string& error)
+std::shared_ptr<const kdstream::PieceSource> vtkKdStreamSource::OpenModel(kdstream::Error& error)
 {
   const std::string address = this->Address();
   if (this->Connected && this->ConnectedTo == address)
@@ -31,7 +31,7 @@ std::shared_ptr<const kdstream::PieceSource> vtkKdStreamSource::OpenModel(std::s
   this->Connected.reset();
   if (this->Url.empty())
   {
-    error = "no Url is set";
+    error = { kdstream::ErrorCode::NotFound, "no Url is set" };
     return nullptr;
   }
   const auto model = kdstream::RemoteModel::Open(
@@ -40,7 +40,7 @@ std::shared_ptr<const kdstream::PieceSource> vtkKdStreamSource::OpenModel(std::s
     kdstream::MakeAlgorithmExecution(*this, {}));
   if (!model)
   {
-    error = model.GetError().message;
+    error = model.GetError();
     return nullptr;
   }
   this->Connected = *model;

@@ -89,7 +89,7 @@ protected:
   vtkKdStreamSource() = default;
   ~vtkKdStreamSource() override = default;
 
-  std::shared_ptr<const kdstream::PieceSource> OpenModel(std::string& error) override;
+  std::shared_ptr<const kdstream::PieceSource> OpenModel(kdstream::Error& error) override;
   std::string ModelName() const override { return this->Url; }
   bool HasBoxesAtHand() const override { return this->BoundsOfPartitions; }
 

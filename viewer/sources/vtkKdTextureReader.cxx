@@ -3,6 +3,7 @@
 // split by their places  4. the picture, from below.
 #include "vtkKdTextureReader.h"
 
+#include "filters/adapter/ErrorCodes.h"
 #include "filters/adapter/MeshPolyData.h"
 #include "filters/codec/TextureTile.h"
 #include "filters/core/BitCast.h"
@@ -127,6 +128,31 @@ Result<Picture> DecodeImage(const TextureTile& tile)
   return picture;
 }
 
+// Of the partition's tile. Errors: of a model or partition without one.
+Result<TextureTileHead> ReadHead(const Store& store, vtkIdType wanted)
+{
+  const ModelDescription& info = store.Info();
+  if (!info.textures)
+  {
+    return Error{ ErrorCode::Unsupported, "the model has no textures" };
+  }
+  if (static_cast<std::uint64_t>(wanted) >= info.partitions)
+  {
+    return Error{ ErrorCode::InvalidArgument, "there is no partition " + std::to_string(wanted) +
+                                                ": the model has " +
+                                                std::to_string(info.partitions) };
+  }
+  const auto partition = static_cast<std::uint32_t>(wanted);
+  const auto blob = store.ReadTextureBlob(partition);
+  KDSTREAM_TRY(blob);
+  auto head = ReadTextureTileHead(*blob);
+  if (!head)
+  {
+    return OfTexture(partition, head.GetError());
+  }
+  return head;
+}
+
 Status ReadInto(
   const Store& store, std::uint32_t partition, vtkPolyData& surface, vtkImageData& image)
 {
@@ -200,10 +226,11 @@ vtkTypeBool vtkKdTextureReader::ProcessRequest(
   return this->Superclass::ProcessRequest(request, inputVector, outputVector);
 }
 
-int vtkKdTextureReader::Fail(const std::string& why)
+int vtkKdTextureReader::Fail(const kdstream::Error& error)
 {
   const std::string name = this->FileName ? this->FileName : "";
-  vtkErrorMacro(<< (name.empty() ? "" : name + ": ") << why);
+  this->SetErrorCode(kdstream::VtkErrorCodeOf(error));
+  vtkErrorMacro(<< (name.empty() ? "" : name + ": ") << error.message);
   return 0;
 }
 
@@ -212,32 +239,18 @@ int vtkKdTextureReader::RequestInformation(vtkInformationVector* outputVector)
   this->Model = nullptr;
   if (!this->FileName || !*this->FileName)
   {
-    return this->Fail("no FileName is set");
+    return this->Fail({ ErrorCode::NotFound, "no FileName is set" });
   }
-  const auto store = kdstream::Store::Open(this->FileName);
+  const auto store = Store::Open(this->FileName);
   if (!store)
   {
-    return this->Fail(store.GetError().message);
+    return this->Fail(store.GetError());
   }
   this->Model = *store;
-  const kdstream::ModelDescription& info = this->Model->Info();
-  if (!info.textures)
-  {
-    return this->Fail("the model has no textures");
-  }
-  if (static_cast<std::uint64_t>(this->Partition) >= info.partitions)
-  {
-    return this->Fail("there is no partition " + std::to_string(this->Partition) +
-                      ": the model has " + std::to_string(info.partitions));
-  }
-  const auto partition = static_cast<std::uint32_t>(this->Partition);
-  const auto blob = this->Model->ReadTextureBlob(partition);
-  const auto head = blob ? kdstream::ReadTextureTileHead(*blob)
-                         : kdstream::Result<kdstream::TextureTileHead>(blob.GetError());
+  const auto head = ReadHead(**store, this->Partition);
   if (!head)
   {
-    return this->Fail(
-      blob ? OfTexture(partition, head.GetError()).message : blob.GetError().message);
+    return this->Fail(head.GetError());
   }
   vtkInformation* const outInfo = outputVector->GetInformationObject(1);
   const int extent[6] = { 0, static_cast<int>(head->width) - 1, 0,
@@ -251,18 +264,19 @@ int vtkKdTextureReader::RequestData(vtkInformationVector* outputVector)
 {
   if (!this->Model)
   {
-    return this->Fail("the model is not open");
+    return this->Fail({ ErrorCode::NotFound, "the model is not open" });
   }
   auto* const surface = vtkPolyData::GetData(outputVector, 0);
   auto* const image = vtkImageData::GetData(outputVector, 1);
-  const kdstream::Status read =
+  const Status read =
     ReadInto(*this->Model, static_cast<std::uint32_t>(this->Partition), *surface, *image);
   if (!read)
   {
     surface->Initialize();
     image->Initialize();
-    return this->Fail(read.GetError().message);
+    return this->Fail(read.GetError());
   }
+  this->SetErrorCode(vtkErrorCode::NoError);
   return 1;
 }
 

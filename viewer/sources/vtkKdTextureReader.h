@@ -15,7 +15,8 @@
  *   mapper->SetInputConnection(reader->GetOutputPort());
  *   actor->SetTexture(texture);
  *
- * Errors name the file: one without textures, a partition that there is not, what is damaged.
+ * Errors name the file: one without textures, a partition that there is not, what is damaged;
+ * GetErrorCode tells that there was one (vtkErrorCode.h).
  * Complexity: of the partition, linear.
  *
  * @sa vtkKdStoreReader
@@ -27,7 +28,6 @@
 #include "vtkKdStreamViewerSourcesModule.h" // for the export macro
 
 #include <memory> // for what is open
-#include <string> // for errors
 
 class vtkImageData;
 class vtkPolyData;
@@ -35,6 +35,7 @@ class vtkPolyData;
 namespace kdstream
 {
 class Store;
+struct Error;
 }
 
 class VTKKDSTREAMVIEWERSOURCES_EXPORT vtkKdTextureReader : public vtkAlgorithm
@@ -83,7 +84,7 @@ private:
 
   int RequestInformation(vtkInformationVector* outputVector);
   int RequestData(vtkInformationVector* outputVector);
-  int Fail(const std::string& why);
+  int Fail(const kdstream::Error& error);
 
   char* FileName = nullptr;
   vtkIdType Partition = 0;

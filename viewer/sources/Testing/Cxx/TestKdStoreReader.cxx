@@ -7,6 +7,7 @@
 
 #include <vtkCompositeDataPipeline.h>
 #include <vtkDataArraySelection.h>
+#include <vtkErrorCode.h>
 #include <vtkInformation.h>
 #include <vtkInformationIntegerKey.h>
 #include <vtkInformationIntegerVectorKey.h>
@@ -393,7 +394,10 @@ TEST_F(TestKdStoreReader, ErrorsNameTheFileAndWhatIsWrong)
   EXPECT_NE(this->Refusal().find("no FileName is set"), std::string::npos);
   this->Reader->SetFileName((this->Folder / "none.kds").c_str());
   EXPECT_NE(this->Refusal().find("none.kds: "), std::string::npos);
+  EXPECT_EQ(this->Reader->GetErrorCode(), vtkErrorCode::FileNotFoundError);
   this->Open(this->Sphere);
+  this->Update();
+  EXPECT_EQ(this->Reader->GetErrorCode(), vtkErrorCode::NoError);
   this->Reader->SetContentToPartitions();
   this->Reader->AddPartition(128);
   EXPECT_NE(
@@ -401,6 +405,7 @@ TEST_F(TestKdStoreReader, ErrorsNameTheFileAndWhatIsWrong)
   this->Reader->SetContentToLevel();
   this->Reader->SetLevelDepth(40);
   EXPECT_NE(this->Refusal().find("there is no level 40: the finest is "), std::string::npos);
+  EXPECT_EQ(this->Reader->GetErrorCode(), vtkErrorCode::UnknownError);
   // A byte of what comes last in the file.
   const auto size = std::filesystem::file_size(this->File);
   std::fstream bytes(this->File, std::ios::in | std::ios::out | std::ios::binary);
@@ -414,6 +419,7 @@ TEST_F(TestKdStoreReader, ErrorsNameTheFileAndWhatIsWrong)
   this->Reader->SetContentToOriginal();
   const std::string damaged = this->Refusal();
   EXPECT_NE(damaged.find("model.kds: "), std::string::npos) << damaged;
+  EXPECT_EQ(this->Reader->GetErrorCode(), vtkErrorCode::FileFormatError);
 }
 
 TEST_F(TestKdStoreReader, TellsHowFarItIsAndStopsWhenToldTo)

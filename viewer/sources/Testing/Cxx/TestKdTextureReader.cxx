@@ -5,6 +5,7 @@
 #include "viewer/sources/Testing/Cxx/ModelSourceTools.h"
 
 #include <vtkDataArray.h>
+#include <vtkErrorCode.h>
 #include <vtkImageData.h>
 #include <vtkKdTextureReader.h>
 #include <vtkPointData.h>
@@ -118,13 +119,17 @@ TEST_F(TestKdTextureReader, PartitionsHaveCoordinatesAndPictures)
 TEST_F(TestKdTextureReader, SaysWhatIsNotThere)
 {
   EXPECT_NE(this->Refusal().find("no FileName is set"), std::string::npos);
+  EXPECT_EQ(this->Reader->GetErrorCode(), vtkErrorCode::FileNotFoundError);
   this->Build(false);
   EXPECT_NE(this->Refusal().find("the model has no textures"), std::string::npos);
+  EXPECT_EQ(this->Reader->GetErrorCode(), vtkErrorCode::UnrecognizedFileTypeError);
   this->Build(true);
   this->Reader->SetPartition(1000);
   EXPECT_NE(this->Refusal().find("there is no partition 1000: the model has "), std::string::npos);
+  EXPECT_EQ(this->Reader->GetErrorCode(), vtkErrorCode::UnknownError);
   this->Reader->SetPartition(1);
   EXPECT_EQ(this->Refusal(), "");
+  EXPECT_EQ(this->Reader->GetErrorCode(), vtkErrorCode::NoError);
 }
 
 }

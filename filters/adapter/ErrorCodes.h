@@ -1,0 +1,30 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Core's errors as those that VTK's readers tell.
+#pragma once
+
+#include "filters/core/Result.h"
+
+#include <vtkErrorCode.h>
+
+namespace kdstream
+{
+
+// For vtkAlgorithm::GetErrorCode: a vtkErrorCode::ErrorIds, never NoError.
+inline unsigned long VtkErrorCodeOf(const Error& error)
+{
+  switch (error.code)
+  {
+    case ErrorCode::NotFound:
+      return vtkErrorCode::FileNotFoundError;
+    case ErrorCode::Unsupported:
+      return vtkErrorCode::UnrecognizedFileTypeError;
+    case ErrorCode::InputOutput:
+      return vtkErrorCode::CannotOpenFileError;
+    case ErrorCode::InvalidArgument:
+      return vtkErrorCode::UnknownError; // nothing is wrong with the file
+    default:
+      return vtkErrorCode::FileFormatError;
+  }
+}
+
+}
