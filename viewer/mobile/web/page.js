@@ -34,7 +34,7 @@
 //                   that by decoded pieces; and of buffers and textures
 
 import { Fingers } from "./fingers.js";
-import { Line, hasToken, isOffline, takeToken } from "./line.js";
+import { Line, hasToken, isOffline, lacksToken, takeToken } from "./line.js";
 import { entryOf, markChosen, markKept, nameOf, readList, showEntries, showSite } from "./list.js";
 import { hideLoading, showLoading, watchSilence } from "./loading.js";
 import { findMessage, showEnd, showMessage } from "./message.js";
@@ -113,9 +113,9 @@ function showWhatIsWrong(status) {
   const name = nameOf(selectedModel());
   const failed = viewer.failure;
   const listed = models !== null;
-  const { trouble: listTrouble, asksForToken } = refreshing;
+  const { trouble: listTrouble } = refreshing;
   const offline = isOffline();
-  return showMessage(findMessage({ status, name, failed, contextLost, listed, listTrouble, asksForToken, away, wellAgain, offline, rest, update, tryNow, askAgain, askForToken }));
+  return showMessage(findMessage({ status, name, failed, contextLost, listed, listTrouble, lacksToken: lacksToken(), away, wellAgain, offline, rest, update, tryNow, askAgain, askForToken }));
 }
 
 // ---- the list of models
@@ -179,8 +179,10 @@ function selectFirst() {
 
 // The view that stands behind the # of the address; "" for none.
 function linkInAddress() {
-  return location.hash.match(/^#(model=.{1,2000})$/)?.[1] ?? "";
+  return location.hash.match(/^#((?:.*&)?model=.*)$/)?.[1].slice(0, mostOfLink) ?? "";
 }
+
+const mostOfLink = 1e4; // characters: more than any has that can be understood
 
 let colouring = "own"; // as links have it
 
@@ -573,6 +575,7 @@ async function askForToken() {
   const { askForToken: ask } = await import("./access.js");
   if (await ask()) {
     tryNow();
+    lastStatus.error && askAgain();
   }
 }
 
