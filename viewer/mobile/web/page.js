@@ -68,6 +68,7 @@ let models = null; // the list, once one has come
 const rest = new Rest(() => fingers && wake()); // of the viewer
 const refreshing = new Refreshing(takeList, askAgain, wake); // asked again for what could not be had
 let linked = ""; // a link to a view, that waits for the list, or for the rest of the viewer
+let linkTrouble = ""; // why the last one has opened nothing
 let site = { title: "", text: "" };
 let tools = null; // once they have been used, or a link has brought distances
 let about = null;
@@ -115,7 +116,8 @@ function showWhatIsWrong(status) {
   const listed = models !== null;
   const { trouble: listTrouble } = refreshing;
   const offline = isOffline();
-  return showMessage(findMessage({ status, name, failed, contextLost, listed, listTrouble, lacksToken: lacksToken(), away, wellAgain, offline, rest, update, tryNow, askAgain, askForToken }));
+  const told = { ...status, error: status.error || linkTrouble };
+  return showMessage(findMessage({ status: told, name, failed, contextLost, listed, listTrouble, lacksToken: lacksToken(), away, wellAgain, offline, rest, update, tryNow, askAgain, askForToken }));
 }
 
 // ---- the list of models
@@ -206,6 +208,11 @@ async function followLink(link) {
   menu.turning.value = told.get("turning") === "free" ? "1" : "0";
   colourBy(link.match(/colours=([^&]*)/)?.[1] ?? "own"); // not decoded
   viewer.follow(link);
+  const { mode, error } = viewer.status();
+  linkTrouble = mode === "no model" ? error : ""; // it names none of these
+  if (linkTrouble && !isEmbedded) {
+    selectFirst();
+  }
   line.exchange();
   wake();
   if (told.has("distances")) {
@@ -215,7 +222,7 @@ async function followLink(link) {
 
 // The first time its preview, then the whole screen.
 function choose(model) {
-  linked = "";
+  linked = linkTrouble = "";
   if (!previewsAreAsked() || showsPreview() || model !== lastStatus.model) {
     viewer.select(model);
   }
@@ -251,10 +258,10 @@ function showHint({ mode, shownLevel, region, measuring, tool }, wrong) {
 }
 
 // Before there is a picture, or before what a person wants can be done.
-function showWhatComes({ shownLevel, blobsLoaded, blobsWanted, waits }, wrong) {
+function showWhatComes({ model, shownLevel, blobsLoaded, blobsWanted, waits, error }, wrong) {
   if ((rest.awaited || (waits && shownLevel === null)) && !wrong) {
     showLoading(t("Loading the viewer"), rest.part());
-  } else if (shownLevel !== null || models?.length === 0 || wrong) {
+  } else if (shownLevel !== null || wrong || error || (models && !model && !linked)) {
     hideLoading();
   } else if (models) {
     showLoading(t("Loading “{name}”", { name: nameOf(selectedModel()) }), blobsWanted ? blobsLoaded / blobsWanted : null);
@@ -562,6 +569,7 @@ async function answerEmbedder() {
 
 // Asks anew for what could not be had.
 function askAgain() {
+  linkTrouble = "";
   line.distrustCache();
   viewer.select(lastStatus.model);
   if (lastStatus.mode !== "full screen") {
@@ -694,8 +702,8 @@ function listenToBrowser() {
   addEventListener("hashchange", () => {
     if (takeToken()) {
       location.reload();
-    } else if (linkInAddress() && models) {
-      followLink(linkInAddress());
+    } else if (linkInAddress()) {
+      models?.length ? followLink(linkInAddress()) : (linked = linkInAddress());
     }
   });
   document.addEventListener("visibilitychange", () => {
