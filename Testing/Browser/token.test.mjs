@@ -73,6 +73,38 @@ test("without a link, and with one that has expired, the page says what is wrong
   await late.close();
 });
 
+test("a token and a view come in one link, in either order", async () => {
+  const token = tokenFor("pebble", "regions");
+  for (const [fragment, left] of [
+    [`token=${token}&model=pebble`, "#model=pebble"],
+    [`model=pebble&token=${token}`, "#model=pebble"],
+    [`model=pebble&token=${token}&detail=level`, "#model=pebble&detail=level"],
+  ]) {
+    const visit = await Visit.phone(browser);
+    await visit.open(`${server.url}/#${fragment}`);
+    await visit.until(fragment, ({ mode, model, idle, shownLevel }) =>
+      mode === "full screen" && model === "pebble" && idle && shownLevel !== null);
+    assert.equal(new URL(visit.page.url()).hash, left, "the token has left the address");
+    assert.deepEqual(await visit.messages(), []);
+    await visit.close();
+  }
+});
+
+test("on a server without tokens one is passed over", async () => {
+  const open = await Server.start(makeModels({ dragon: false }));
+  try {
+    const visit = await Visit.phone(browser);
+    await visit.open(`${open.url}/#token=${tokenFor("*", "levels")}&model=pebble`);
+    await visit.until("the model", ({ mode, model, idle, shownLevel }) =>
+      mode === "full screen" && model === "pebble" && idle && shownLevel !== null);
+    assert.equal(new URL(visit.page.url()).hash, "#model=pebble");
+    assert.deepEqual(await visit.messages(), []);
+    await visit.close();
+  } finally {
+    await open.stop();
+  }
+});
+
 test("a token that is entered is in no address at all", async () => {
   const token = tokenFor("pebble", "levels");
   const visit = await Visit.phone(browser);
@@ -114,5 +146,16 @@ test("a token that is revoked ends the stream, and the page says so", async () =
   writeFileSync(keys, JSON.stringify({ secret, revoked_subjects: ["ann"] }));
   await visit.untilSaid(/the server asks for a token: the link has expired/);
   assert.equal((await visit.status()).triangles > 0, true, "what is there stays");
+
+  // Another one is asked for, and all goes on where it was.
+  assert.equal(await visit.page.locator("#message-action").textContent(), "Enter it");
+  await visit.page.click("#message-action");
+  await visit.page.fill("#token", `${server.url}/#model=pebble&token=${makeToken(keys, "--sub", "bob", "--models", "*", "--detail", "regions")}`);
+  await visit.page.keyboard.press("Enter");
+  await visit.untilSaid(/^Connected again\.$/);
+  await visit.doubleTap(await visit.centre());
+  const { mode, error } = await visit.until("a region", ({ idle, region }) => idle && region?.shown === region?.partitions && region !== null);
+  assert.equal(mode, "full screen");
+  assert.equal(error, "");
   await visit.close();
 });

@@ -5,7 +5,7 @@ import assert from "node:assert/strict";
 import { rmSync } from "node:fs";
 import { join } from "node:path";
 import { after, afterEach, before, beforeEach, test } from "node:test";
-import { Pixels, Server, Visit, launchBrowser, makeModels } from "./harness.mjs";
+import { Pixels, Server, Visit, eventually, launchBrowser, makeModels } from "./harness.mjs";
 import { Proxy } from "./proxy.mjs";
 
 let models, server, browser, pixels, proxy, visit;
@@ -186,4 +186,86 @@ test("no WebGL 2: a sentence, not a blank page", async () => {
   } finally {
     await without.close();
   }
+});
+
+// The picture of each model in the list.
+const untilPictures = () => eventually("the list's pictures", () => visit.page.evaluate(() =>
+  [...document.querySelectorAll("#models img")].every((image) => !image.hidden && image.naturalWidth > 0)));
+
+const isThere = ({ mode, model, idle, shownLevel }, wanted) =>
+  mode === "full screen" && model === wanted && idle && shownLevel !== null;
+
+test("a link with a wrong value is told, and its model opens all the same", async () => {
+  for (const [value, told] of [
+    ["view=zzz", /^This link to a view says nothing that can be understood about its view\.$/],
+    [`view=${"A".repeat(3000)}`, /^This link to a view is too long\.$/],
+    ["region=1.9&colours=%zz", /about its region\.$/],
+  ]) {
+    await visit.open("about:blank");
+    await visit.open(`${server.url}/#model=shell&${value}`);
+    await visit.until(value, (status) => isThere(status, "shell"));
+    await visit.untilSaid(told);
+    await visit.page.click("#dismiss");
+    assert.equal(await visit.page.locator("#loading").isVisible(), false, "nothing loads for ever");
+  }
+  await visit.picture("trouble-link");
+  await visit.back();
+  await untilPictures();
+});
+
+test("a link to a model that is not there is told, and the list is of use", async () => {
+  for (const model of ["nowhere", "", "%F0%9F%8F%BA"]) {
+    await visit.open("about:blank");
+    await visit.open(`${server.url}/#model=${model}`);
+    await visit.until("the list", ({ mode, idle, shownLevel }) => mode === "browsing" && idle && shownLevel !== null);
+    await visit.untilSaid(model === "nowhere" ? /^The server has no model .nowhere.\.$/ : /about its model\.$/);
+    await visit.page.click("#dismiss");
+    assert.equal(await visit.page.locator("#loading").isVisible(), false);
+  }
+  await untilPictures();
+  await visit.choose("shell");
+  await visit.untilQuiet();
+});
+
+// The same numbers, 0-1, in every run (mulberry32).
+function numbersFrom(seed) {
+  let state = seed;
+  return () => {
+    state = (state + 0x6d2b79f5) | 0;
+    let mixed = Math.imul(state ^ (state >>> 15), 1 | state);
+    mixed = (mixed + Math.imul(mixed ^ (mixed >>> 7), 61 | mixed)) ^ mixed;
+    return ((mixed ^ (mixed >>> 14)) >>> 0) / 2 ** 32;
+  };
+}
+
+// Keys that there are and that there are not, with values that fit and that do not, in any order.
+function anyFragment(number) {
+  const pick = (all) => all[Math.floor(number() * all.length)];
+  const letters = "AZaz09-_.:=&%#?/+~ \u00e9\u{1f3fa}";
+  const noise = (most) => Array.from({ length: Math.floor(number() * most) }, () => pick([...letters])).join("");
+  const value = () => pick([() => pick(["shell", "pebble"]), () => noise(60), () => "A".repeat(pick([19, 40, 47, 3000])),
+    () => pick(["free", "level", "full", "1.1", "64.2", "by:x:y", "partition", "own", "%", "%00", "", "a.b.c"])])();
+  const keys = ["model", "digest", "view", "turning", "detail", "region", "distances", "section", "lamps", "colours", "light", "notes", "x", ""];
+  const entry = () => (number() < 0.1 ? noise(40) : `${pick(keys)}=${value()}`);
+  return [...(number() < 0.6 ? [`model=${pick(["shell", "pebble"])}`] : []), ...Array.from({ length: Math.floor(number() * 5) }, entry)].join("&");
+}
+
+test("whatever stands behind the # there is a picture, and nothing loads for ever", async () => {
+  const number = numbersFrom(18);
+  const isOfUse = ({ mode, idle, shownLevel }) => mode !== "no model" && idle && shownLevel !== null;
+  for (let i = 0; i < 60; ++i) {
+    const fragment = anyFragment(number);
+    if (i % 6 === 0) { // as somebody comes from elsewhere
+      await visit.open("about:blank");
+      await visit.open(`${server.url}/#${fragment}`);
+    } else {
+      await visit.page.evaluate((hash) => {
+        location.hash = hash;
+      }, fragment);
+    }
+    await visit.until(`a picture for #${fragment}`, isOfUse);
+    assert.equal(await visit.page.locator("#loading").isVisible(), false, fragment);
+  }
+  assert.deepEqual(visit.errors, []);
+  assert.equal(await visit.page.locator("#models button").count(), 2);
 });

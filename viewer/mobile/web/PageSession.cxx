@@ -57,6 +57,22 @@ const char* NameOf(ServerLine::State state)
   return "connecting";
 }
 
+// "model=…" of a link in which something else cannot be understood; empty where it has none.
+std::string_view ModelAlone(std::string_view text)
+{
+  constexpr std::string_view key = "model=";
+  while (!text.empty())
+  {
+    const std::string_view entry = text.substr(0, text.find('&'));
+    if (entry.substr(0, key.size()) == key)
+    {
+      return entry;
+    }
+    text.remove_prefix(std::min(entry.size() + 1, text.size()));
+  }
+  return {};
+}
+
 }
 
 PageSession::PageSession(std::function<double()> clock)
@@ -121,12 +137,17 @@ void PageSession::SelectModel(const std::string& model)
 void PageSession::Follow(const std::string& text)
 {
   auto link = ParseViewLink(text);
+  const std::string wrong = link ? "" : link.GetError().message;
+  if (!link)
+  {
+    link = ParseViewLink(ModelAlone(text)); // it opens all the same
+  }
   if (link && link->detail == DetailMode::Full)
   {
     link->detail = DetailMode::View; // no phone holds every model's original
   }
   const Status followed = link ? this->Viewer.Follow(*link) : Status(link.GetError());
-  this->Refusal = followed ? "" : followed.GetError().message;
+  this->Refusal = !wrong.empty() ? wrong : followed ? "" : followed.GetError().message;
 }
 
 void PageSession::Exchange(double now)

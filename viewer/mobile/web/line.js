@@ -16,11 +16,12 @@ const keepPause = 300; // ms, for which blobs are gathered before they are kept
 const textPath = /\/(model|notes)\.json$/;
 const blobPath = /^\/api\/models\/([^/]+)\/[0-9a-f]{32}\//;
 
-// What the server lets its guests have comes with the page's link (#token=…), or is entered. It is kept for this tab, or
-// in this browser where the person wants it, and stays in no address or log; but a browser may remember the link that was
-// opened.
+// What the server lets its guests have comes with the page's link (#token=…, before or after what else that tells), or is
+// entered. It is kept for this tab, or in this browser where the person wants it, and stays in no address or log; but a
+// browser may remember the link that was opened.
 let token = "";
-const tokenPattern = /^(?:.*#token=)?([\w.-]{1,4096})$/;
+const tokenAlone = /^[\w.-]{1,4096}$/;
+const tokenInLink = /^(.*[#&])token=([\w.-]{1,4096})(?:&(.*))?$/;
 const rememberedKey = `kdstream.token ${location.pathname}`;
 
 // What `act` gives; null where the browser keeps nothing for us.
@@ -32,11 +33,11 @@ function unlessDenied(act) {
   }
 }
 
-// From the address, or what was kept. True if there was one in the address.
+// From the address, of which the rest stays, or what was kept. True if there was one in the address.
 export function takeToken() {
-  const [, found] = location.hash.match(/^#token=([\w.-]{1,4096})$/) ?? [];
+  const [, before, found, after = ""] = location.hash.match(tokenInLink) ?? [];
   if (found) {
-    history.replaceState(history.state, "", location.pathname + location.search);
+    history.replaceState(history.state, "", location.pathname + location.search + (before + after).replace(/[#&]$/, ""));
     keepToken(found);
     return true;
   }
@@ -66,12 +67,17 @@ export function forgetToken() {
 
 // One that somebody has entered: itself, or the whole link. False if it is none.
 export function enterToken(given) {
-  const [, found] = given.trim().match(tokenPattern) ?? [];
+  const text = given.trim();
+  const found = text.match(tokenInLink)?.[2] ?? text.match(tokenAlone)?.[0];
   if (found) {
     keepToken(found);
   }
   return Boolean(found);
 }
+
+// Whether the server's latest answer was that it wants one, or another one.
+let lacking = false;
+export const lacksToken = () => lacking;
 
 // What takes a token is for those who have one, and not for whoever uses this browser next.
 export const mayKeep = () => !token;
@@ -113,6 +119,7 @@ export async function get(path, mostBytes, cache = "default") {
     wait();
     const headers = token ? { Authorization: `Bearer ${token}` } : {};
     const response = await fetch(addressOf(path), { signal: controller.signal, cache, headers });
+    lacking = response.status === 401;
     const reader = response.body.getReader();
     const parts = [];
     let length = 0;
@@ -161,7 +168,7 @@ export async function getList() {
   offline = false;
   const { status, bytes, retryAfter } = answer;
   if (status !== 200) {
-    throw Object.assign(new Error(refusalOf(status, retryAfter, Boolean(token))), { retryAfter, asksForToken: status === 401 });
+    throw Object.assign(new Error(refusalOf(status, retryAfter, Boolean(token))), { retryAfter });
   }
   if (mayKeep()) {
     storeText(listPath, bytes);

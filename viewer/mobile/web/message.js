@@ -35,13 +35,14 @@ function sentence(text) {
 // The message for how things stand, or null: { text; label and act of its button; good; stays: cannot be put away }.
 //
 // situation: { status: of the viewer; name: of the model; failed: what the viewer has stopped for, or null; contextLost;
-// listed: there is a list of models; listTrouble: why there is no new one, asksForToken: for want of one; away: nothing
+// listed: there is a list of models; listTrouble: why there is no new one; lacksToken: the server wants one; away: nothing
 // comes from the server; wellAgain; offline: what is kept is all there is; rest: of the viewer (rest.js); update: a
 // function, where there is a newer page; tryNow, askAgain, askForToken: functions }.
 export function findMessage(situation) {
   const { status, name, listed, listTrouble } = situation;
   const again = { label: t("Try now"), act: situation.tryNow };
-  const cure = situation.asksForToken ? { label: t("Enter it"), act: situation.askForToken } : again;
+  const enter = { label: t("Enter it"), act: situation.askForToken };
+  const cure = situation.lacksToken ? enter : again;
   const trying = (text) => `${sentence(text)} ${t("Trying again …")}`;
   const noList = () => ({ text: trying(t("the list of models cannot be had: {why}", { why: listTrouble })), ...cure });
   if (situation.failed?.isPartMissing) {
@@ -57,7 +58,7 @@ export function findMessage(situation) {
     return noList();
   }
   if (situation.away) {
-    return { text: trying(inPlainWords(status.trouble)), ...again };
+    return { text: trying(inPlainWords(status.trouble)), ...cure };
   }
   if (situation.offline) {
     const missing = status.error && !status.targetLevel; // not even its description
@@ -75,7 +76,8 @@ export function findMessage(situation) {
     return { text: sentence(t("the picture cannot be drawn: {why}", { why: status.drawingError })), ...reload() };
   }
   if (status.error) {
-    return { text: partSentence(status.error, name), label: t("Try again"), act: situation.askAgain };
+    const isForToken = /asks for a token|says 401/.test(status.error);
+    return { text: partSentence(status.error, name), ...isForToken ? enter : { label: t("Try again"), act: situation.askAgain } };
   }
   if (listTrouble) {
     return noList();

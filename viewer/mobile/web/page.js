@@ -34,7 +34,7 @@
 //                   that by decoded pieces; and of buffers and textures
 
 import { Fingers } from "./fingers.js";
-import { Line, hasToken, isOffline, takeToken } from "./line.js";
+import { Line, hasToken, isOffline, lacksToken, takeToken } from "./line.js";
 import { entryOf, markChosen, markKept, nameOf, readList, showEntries, showSite } from "./list.js";
 import { hideLoading, showLoading, watchSilence } from "./loading.js";
 import { findMessage, showEnd, showMessage } from "./message.js";
@@ -68,6 +68,7 @@ let models = null; // the list, once one has come
 const rest = new Rest(() => fingers && wake()); // of the viewer
 const refreshing = new Refreshing(takeList, askAgain, wake); // asked again for what could not be had
 let linked = ""; // a link to a view, that waits for the list, or for the rest of the viewer
+let linkTrouble = ""; // why the last one has opened nothing
 let site = { title: "", text: "" };
 let tools = null; // once they have been used, or a link has brought distances
 let about = null;
@@ -113,9 +114,10 @@ function showWhatIsWrong(status) {
   const name = nameOf(selectedModel());
   const failed = viewer.failure;
   const listed = models !== null;
-  const { trouble: listTrouble, asksForToken } = refreshing;
+  const { trouble: listTrouble } = refreshing;
   const offline = isOffline();
-  return showMessage(findMessage({ status, name, failed, contextLost, listed, listTrouble, asksForToken, away, wellAgain, offline, rest, update, tryNow, askAgain, askForToken }));
+  const told = { ...status, error: status.error || linkTrouble };
+  return showMessage(findMessage({ status: told, name, failed, contextLost, listed, listTrouble, lacksToken: lacksToken(), away, wellAgain, offline, rest, update, tryNow, askAgain, askForToken }));
 }
 
 // ---- the list of models
@@ -179,8 +181,10 @@ function selectFirst() {
 
 // The view that stands behind the # of the address; "" for none.
 function linkInAddress() {
-  return location.hash.match(/^#(model=.{1,2000})$/)?.[1] ?? "";
+  return location.hash.match(/^#((?:.*&)?model=.*)$/)?.[1].slice(0, mostOfLink) ?? "";
 }
+
+const mostOfLink = 1e4; // characters: more than any has that can be understood
 
 let colouring = "own"; // as links have it
 
@@ -204,6 +208,11 @@ async function followLink(link) {
   menu.turning.value = told.get("turning") === "free" ? "1" : "0";
   colourBy(link.match(/colours=([^&]*)/)?.[1] ?? "own"); // not decoded
   viewer.follow(link);
+  const { mode, error } = viewer.status();
+  linkTrouble = mode === "no model" ? error : ""; // it names none of these
+  if (linkTrouble && !isEmbedded) {
+    selectFirst();
+  }
   line.exchange();
   wake();
   if (told.has("distances")) {
@@ -213,7 +222,7 @@ async function followLink(link) {
 
 // The first time its preview, then the whole screen.
 function choose(model) {
-  linked = "";
+  linked = linkTrouble = "";
   if (!previewsAreAsked() || showsPreview() || model !== lastStatus.model) {
     viewer.select(model);
   }
@@ -249,10 +258,10 @@ function showHint({ mode, shownLevel, region, measuring, tool }, wrong) {
 }
 
 // Before there is a picture, or before what a person wants can be done.
-function showWhatComes({ shownLevel, blobsLoaded, blobsWanted, waits }, wrong) {
+function showWhatComes({ model, shownLevel, blobsLoaded, blobsWanted, waits, error }, wrong) {
   if ((rest.awaited || (waits && shownLevel === null)) && !wrong) {
     showLoading(t("Loading the viewer"), rest.part());
-  } else if (shownLevel !== null || models?.length === 0 || wrong) {
+  } else if (shownLevel !== null || wrong || error || (models && !model && !linked)) {
     hideLoading();
   } else if (models) {
     showLoading(t("Loading “{name}”", { name: nameOf(selectedModel()) }), blobsWanted ? blobsLoaded / blobsWanted : null);
@@ -564,6 +573,7 @@ async function answerEmbedder() {
 
 // Asks anew for what could not be had.
 function askAgain() {
+  linkTrouble = "";
   line.distrustCache();
   viewer.select(lastStatus.model);
   if (lastStatus.mode !== "full screen") {
@@ -577,6 +587,7 @@ async function askForToken() {
   const { askForToken: ask } = await import("./access.js");
   if (await ask()) {
     tryNow();
+    lastStatus.error && askAgain();
   }
 }
 
@@ -695,8 +706,8 @@ function listenToBrowser() {
   addEventListener("hashchange", () => {
     if (takeToken()) {
       location.reload();
-    } else if (linkInAddress() && models) {
-      followLink(linkInAddress());
+    } else if (linkInAddress()) {
+      models?.length ? followLink(linkInAddress()) : (linked = linkInAddress());
     }
   });
   document.addEventListener("visibilitychange", () => {

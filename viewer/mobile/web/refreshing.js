@@ -12,7 +12,6 @@ const spread = (seconds) => seconds * (1 + Math.random()); // not all at once wh
 
 export class Refreshing {
   trouble = ""; // why the last one could not be had
-  asksForToken = false; // because of that
 
   #timer = 0; // 0: it is not asked for, nor going to be
   #retry = firstRetry; // s
@@ -35,7 +34,6 @@ export class Refreshing {
     try {
       const count = this.#take(await getList());
       this.trouble = "";
-      this.asksForToken = false;
       this.#retry = firstRetry;
       if (isOffline()) {
         this.#refreshIn(spread(offlineRetry));
@@ -45,7 +43,6 @@ export class Refreshing {
       }
     } catch (error) {
       this.trouble = error.message;
-      this.asksForToken = error.asksForToken ?? false;
       this.#refreshIn(spread(Math.max(this.#retry, error.retryAfter ?? 0)));
       this.#retry = Math.min(2 * this.#retry, longestRetry);
     }
