@@ -38,7 +38,10 @@ async function holdBack() {
     held.letGo = resolve;
   });
   await visit.page.route("**/kdstream-more.wasm", async (route) => {
-    ++held.asked;
+    if (++held.asked > 1) {
+      await route.abort(); // by a stand-in, for which the page would stand still
+      return;
+    }
     await gone;
     await route.continue().catch(() => {}); // the page may be closed
   });
