@@ -235,6 +235,7 @@ Result<int> ViewHeadless(const std::string& program, const ViewOptions& line,
     {
       SceneSettings last = (*window)->Settings(); // pictures of a session file show the model alone
       last.legend = line.legend;
+      last.distances = true;
       (*window)->SetSettings(last);
     }
     const auto told = At(picture ? step.name : line.source, failures.Tell(step, player.Play(step)));

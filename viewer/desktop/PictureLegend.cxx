@@ -5,106 +5,60 @@
 
 #include "viewer/desktop/LegendText.h"
 
-#include <vtkActor2D.h>
-#include <vtkCellArray.h>
-#include <vtkPointData.h>
-#include <vtkPoints.h>
-#include <vtkPolyData.h>
-#include <vtkPolyDataMapper2D.h>
-#include <vtkRenderWindow.h>
-#include <vtkRenderer.h>
 #include <vtkTextActor.h>
 #include <vtkTextProperty.h>
-#include <vtkUnsignedCharArray.h>
 
 #include <algorithm>
 #include <cmath>
-#include <utility>
 
 namespace kdstream
 {
 namespace
 {
 
-constexpr std::array<std::uint8_t, 4> ground{ 20, 22, 26, 170 };
+constexpr PictureInk::Rgba ground{ 20, 22, 26, 170 };
 constexpr Color ink{ 235, 235, 235 };
 constexpr double lineHeight = 16, fontSize = 13; // points
 constexpr double barLines = 9, marginLines = 0.75;
 constexpr double linesAround = 3 + 2 * marginLines; // the title, edges and margins
 
-std::array<std::uint8_t, 4> Opaque(const Color& color)
+PictureInk::Rgba Opaque(const Color& color)
 {
   return { color[0], color[1], color[2], 255 };
 }
 
 }
 
-PictureLegend::PictureLegend(vtkRenderer& model)
-  : Model(model)
-{
-  for (const auto& [renderer, shapes] :
-    { std::pair<vtkRenderer*, vtkPolyDataMapper2D*>(this->Below, this->Ground),
-      { this->Over, this->Shapes } })
-  {
-    const vtkNew<vtkActor2D> actor;
-    actor->SetMapper(shapes);
-    renderer->AddActor2D(actor);
-    renderer->AutomaticLightCreationOff();
-    renderer->InteractiveOff();
-    renderer->DrawOff();
-  }
-}
-
-void PictureLegend::AddTo(vtkRenderWindow& window)
-{
-  window.AddRenderer(this->Below);
-  window.AddRenderer(this->Over);
-}
-
-PictureLegend::~PictureLegend() = default;
-
 void PictureLegend::Show(const std::string& name, const ColorLegend& legend, double pixelRatio)
 {
   const bool any = !legend.colors.empty() || !legend.classes.empty();
-  for (vtkRenderer* const renderer : { this->Below.Get(), this->Over.Get() })
-  {
-    renderer->SetDraw(any);
-    renderer->SetLayer(this->Model.GetLayer());
-    renderer->PreserveColorBufferOn(); // after SetLayer, which changes it
-    renderer->PreserveDepthBufferOff();
-  }
+  this->Ink.Clear(any);
+  this->Texts.clear();
   if (!any)
   {
     return;
   }
-  for (const vtkSmartPointer<vtkTextActor>& text : this->Texts)
-  {
-    this->Over->RemoveActor2D(text);
-  }
-  this->Texts.clear();
-  this->Rectangles.clear();
   const double rows =
     legend.classes.empty() ? barLines : static_cast<double>(legend.classes.size());
-  const int* const window = this->Over->GetSize();
-  this->Line = std::min(lineHeight * pixelRatio, window[1] / (rows + linesAround));
+  this->Line = std::min(lineHeight * pixelRatio, this->Ink.Height() / (rows + linesAround));
 
   vtkTextActor& title = this->AddText(name);
-  double widest = this->WidthOf(title);
+  double widest = this->Ink.WidthOf(title);
   for (const ColorLegend::Tick& tick : legend.ticks)
   {
     widest =
-      std::max(widest, this->WidthOf(this->AddText(NumberText(tick.value))) + 1.5 * this->Line);
+      std::max(widest, this->Ink.WidthOf(this->AddText(NumberText(tick.value))) + 1.5 * this->Line);
   }
   for (const ColorLegend::Class& each : legend.classes)
   {
-    widest = std::max(widest, this->WidthOf(this->AddText(ClassText(each))) + 1.5 * this->Line);
+    widest = std::max(widest, this->Ink.WidthOf(this->AddText(ClassText(each))) + 1.5 * this->Line);
   }
 
   const double edge = this->Line / 2, between = marginLines * this->Line;
   const double content = rows * this->Line;
-  const Place lower{ window[0] - between - widest - 2 * edge, between };
-  const Place upper{ window[0] - between, between + content + 2 * this->Line + 2 * edge };
-  Draw({ { lower, upper, ground, ground } }, *this->Ground);
+  const Place lower{ this->Ink.Width() - between - widest - 2 * edge, between };
+  const Place upper{ this->Ink.Width() - between, between + content + 2 * this->Line + 2 * edge };
+  this->Ink.AddRectangle(0, lower, upper, ground, ground);
   title.SetPosition(lower.x + edge, upper.y - edge - this->Line);
   const Place low{ upper.x - edge - this->Line, lower.y + edge };
   if (legend.classes.empty())
@@ -115,7 +69,7 @@ void PictureLegend::Show(const std::string& name, const ColorLegend& legend, dou
   {
     this->ShowClasses(legend, { lower.x + edge, low.y + content });
   }
-  Draw(this->Rectangles, *this->Shapes);
+  this->Ink.Finish();
 }
 
 // Numbers stand to the left of the bar, so that this is at the edge.
@@ -158,53 +112,14 @@ void PictureLegend::ShowClasses(const ColorLegend& legend, Place upper)
 
 vtkTextActor& PictureLegend::AddText(const std::string& text)
 {
-  const auto actor = vtkSmartPointer<vtkTextActor>::New();
-  actor->SetInput(text.c_str());
-  actor->SetTextScaleModeToNone();
-  vtkTextProperty& look = *actor->GetTextProperty();
-  look.SetFontSize(static_cast<int>(std::lround(this->Line * fontSize / lineHeight)));
-  look.SetColor(ink[0] / 255.0, ink[1] / 255.0, ink[2] / 255.0);
-  this->Over->AddActor2D(actor);
-  this->Texts.push_back(actor);
-  return *actor;
-}
-
-double PictureLegend::WidthOf(vtkTextActor& text)
-{
-  double box[4] = {};
-  text.GetBoundingBox(this->Over, box);
-  return box[1] - box[0];
+  vtkTextActor& actor = this->Ink.AddText(text, this->Line * fontSize / lineHeight, ink);
+  this->Texts.push_back(&actor);
+  return actor;
 }
 
 void PictureLegend::AddRectangle(Place lower, Place upper, const Color& below, const Color& above)
 {
-  this->Rectangles.push_back({ lower, upper, Opaque(below), Opaque(above) });
-}
-
-void PictureLegend::Draw(const std::vector<Rectangle>& rectangles, vtkPolyDataMapper2D& mapper)
-{
-  const vtkNew<vtkPoints> points;
-  const vtkNew<vtkCellArray> quads;
-  const vtkNew<vtkUnsignedCharArray> colors;
-  colors->SetNumberOfComponents(4);
-  for (const Rectangle& each : rectangles)
-  {
-    const vtkIdType first = points->GetNumberOfPoints();
-    points->InsertNextPoint(each.lower.x, each.lower.y, 0);
-    points->InsertNextPoint(each.upper.x, each.lower.y, 0);
-    points->InsertNextPoint(each.upper.x, each.upper.y, 0);
-    points->InsertNextPoint(each.lower.x, each.upper.y, 0);
-    quads->InsertNextCell({ first, first + 1, first + 2, first + 3 });
-    for (const auto& color : { each.below, each.below, each.above, each.above })
-    {
-      colors->InsertNextTypedTuple(color.data());
-    }
-  }
-  const vtkNew<vtkPolyData> shapes;
-  shapes->SetPoints(points);
-  shapes->SetPolys(quads);
-  shapes->GetPointData()->SetScalars(colors);
-  mapper.SetInputData(shapes);
+  this->Ink.AddRectangle(1, lower, upper, Opaque(below), Opaque(above));
 }
 
 }

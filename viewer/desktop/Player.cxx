@@ -91,6 +91,10 @@ void Player::DeliverEvents()
 {
   for (const ClientEvent& event : this->Source.Take())
   {
+    if (event.kind == ClientEvent::Kind::Opened)
+    {
+      this->Unit = event.model.unit;
+    }
     Deliver(event, this->Session);
     this->Complain();
   }
@@ -109,7 +113,7 @@ Status Player::Frame()
   const auto begin = Clock::now();
   this->Session.BeginFrame();
   this->Complain();
-  Status status = this->Window.Show(this->Session.Scene(), this->Session.RegionBoxes());
+  Status status = this->Window.Show(this->Session, this->Unit);
   this->Session.EndFrame(std::chrono::duration<double>(Clock::now() - begin).count());
   if (this->Options.drawn)
   {

@@ -56,6 +56,7 @@ private:
   SessionWindow& Window;
   PlayerOptions Options;
   std::string LastComplaint;
+  std::string Unit; // of the model that was opened last
 };
 
 }

@@ -4,6 +4,7 @@
 
 #include "viewer/rendering/Picture.h"
 #include "viewer/rendering/ScreenWindow.h"
+#include "viewer/session/ViewerSession.h"
 
 #include <vtkRenderer.h>
 
@@ -31,11 +32,13 @@ Result<std::unique_ptr<SessionWindow>> SessionWindow::MakeOnScreen(
 SessionWindow::SessionWindow(vtkSmartPointer<vtkRenderWindow> window, const SceneSettings& settings)
   : Window(std::move(window))
   , Boxes(this->Scene.Renderer())
+  , Distances(this->Scene.Renderer())
   , Legend(this->Scene.Renderer())
 {
   this->SetSettings(settings);
   this->Window->AddRenderer(&this->Scene.Renderer());
   this->Window->AddRenderer(&this->Boxes.Renderer());
+  this->Distances.AddTo(*this->Window);
   this->Legend.AddTo(*this->Window);
 }
 
@@ -51,11 +54,15 @@ void SessionWindow::SetSettings(const SceneSettings& settings)
   this->Scene.SetLook(settings.colors, settings.occlusion);
 }
 
-Status SessionWindow::Show(const ViewerScene& scene, const std::vector<Box>& regionBoxes)
+Status SessionWindow::Show(const ViewerSession& session, const std::string& unit)
 {
+  const ViewerScene scene = session.Scene();
   KDSTREAM_TRY(this->Scene.Follow(scene));
-  this->Boxes.Show(this->How.boxes ? regionBoxes : std::vector<Box>(), this->Scene.Center(),
-    boxLineWidth * this->PixelRatio);
+  this->Boxes.Show(this->How.boxes ? session.RegionBoxes() : std::vector<Box>(),
+    this->Scene.Center(), boxLineWidth * this->PixelRatio);
+  this->Distances.Show(
+    this->How.distances ? SeenMeasurementsOf(session) : std::vector<SeenMeasurement>(), unit,
+    this->PixelRatio);
   const Coloring coloring = ColoringOf(this->How.colors, scene.scalars);
   this->Legend.Show(coloring.attribute,
     this->How.legend ? LegendOf(coloring, scene.scalars) : ColorLegend(), this->PixelRatio);

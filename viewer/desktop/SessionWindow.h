@@ -3,6 +3,7 @@
 #pragma once
 
 #include "filters/core/Result.h"
+#include "viewer/desktop/PictureDistances.h"
 #include "viewer/desktop/PictureLegend.h"
 #include "viewer/desktop/RegionBoxes.h"
 #include "viewer/desktop/SessionScene.h"
@@ -30,9 +31,9 @@ public:
   // From the next picture on.
   void SetSettings(const SceneSettings& settings);
   const SceneSettings& Settings() const { return this->How; }
-  // Renders the scene; regionBoxes: where the settings want them (ViewerSession::RegionBoxes). The
+  // Renders the session's scene, and what the settings want over it; unit: of the model. The
   // surface is uploaded to the graphics memory only if it has changed since the last time.
-  Status Show(const ViewerScene& scene, const std::vector<Box>& regionBoxes);
+  Status Show(const ViewerSession& session, const std::string& unit);
   // Writes what was shown last.
   Status SavePicture(const std::string& file);
 
@@ -42,6 +43,7 @@ private:
   vtkSmartPointer<vtkRenderWindow> Window;
   SessionScene Scene;
   RegionBoxes Boxes;
+  PictureDistances Distances;
   PictureLegend Legend;
   SceneSettings How;
   double PixelRatio = 1;

@@ -19,8 +19,9 @@ struct SceneSettings
 {
   ColorChoice colors;
   bool occlusion = true;
-  bool boxes = false;  // of the region's partitions
-  bool legend = false; // where colours are those of an array
+  bool boxes = false;     // of the region's partitions
+  bool legend = false;    // where colours are those of an array
+  bool distances = false; // that were measured
   bool operator==(const SceneSettings&) const = default;
 };
 

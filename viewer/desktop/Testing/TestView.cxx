@@ -564,6 +564,43 @@ TEST_F(TestView, ALinkOpensTheViewThatItTells)
   EXPECT_NE(this->Err.find("does not go with --replay"), std::string::npos) << this->Err;
 }
 
+// Lines, ends and figures of what was measured: in --screenshot, of a session or of its link.
+TEST_F(TestView, APictureHasTheDistancesOfItsLink)
+{
+  const std::string url = this->Server->Url();
+  const std::string look = " --offscreen auto --size 640x480 --screenshot ";
+  const std::string lines =
+    "{\"turning\":\"upright\"}\n{\"select\":\"torus\"}\n{\"select\":\"torus\"}\n"
+    "{\"wait\":\"idle\"}\n";
+  this->Write("measure.jsonl",
+    lines + "{\"tool\":\"measure\"}\n"
+            "{\"t\":1,\"touches\":[{\"id\":1,\"x\":150,\"y\":240}]}\n{\"t\":1.05,\"touches\":[]}\n"
+            "{\"t\":2,\"touches\":[{\"id\":1,\"x\":490,\"y\":240}]}\n{\"t\":2.05,\"touches\":[]}\n"
+            "{\"wait\":\"idle\"}\n{\"screenshot\":\"step.png\"}\n");
+  ASSERT_EQ(this->Run(url + " --replay measure.jsonl --report r.json" + look + "last.png"), 0)
+    << this->Err;
+  const std::string link =
+    nlohmann::json::parse(ReadText(this->Folder / "r.json")).at("link").get<std::string>();
+  const std::size_t begin = link.find("&distances=");
+  ASSERT_NE(begin, std::string::npos) << link;
+  ASSERT_EQ(this->Run("'" + url + "#" + link + "'" + look + "link.png"), 0) << this->Err;
+  EXPECT_LT(ShareThatDiffers(this->Folder / "last.png", this->Folder / "link.png"), 0.002) << link;
+  // The same view without them.
+  std::string bare = link;
+  bare.erase(begin, link.find('&', begin + 1) - begin);
+  ASSERT_EQ(this->Run("'" + url + "#" + bare + "'" + look + "bare.png"), 0) << this->Err;
+  const std::array<int, 3> yellow{ 255, 209, 102 };
+  EXPECT_GT(CountOfColor(this->Folder / "link.png", yellow), 600) << "a line of 340 pixels";
+  EXPECT_EQ(CountOfColor(this->Folder / "bare.png", yellow), 0);
+  EXPECT_EQ(CountOfColor(this->Folder / "step.png", yellow), 0)
+    << "the session's own picture shows the model alone";
+  const auto box = BoxThatDiffers(this->Folder / "link.png", this->Folder / "bare.png");
+  EXPECT_NEAR(box[0], 150 - 5, 3) << "the disc at one end";
+  EXPECT_NEAR(box[2], 490 + 5, 3) << "and at the other";
+  EXPECT_NEAR(box[1], 240 - 5, 4) << "from below";
+  EXPECT_NEAR(box[3], 240 + 6 + 17, 5) << "the figure above the line";
+}
+
 TEST_F(TestView, AMeshThatCannotBeBuiltIsNamedAndLeavesNothing)
 {
   this->Write("bad.ply", "ply\nformat ascii 1.0\nelement vertex 1\nproperty float x\nend_header\n");

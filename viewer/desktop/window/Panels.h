@@ -3,6 +3,7 @@
 #pragma once
 
 #include "filters/model/ModelDescription.h"
+#include "viewer/desktop/Distances.h"
 #include "viewer/desktop/SettingSteps.h"
 #include "viewer/desktop/window/NotesPanel.h"
 #include "viewer/desktop/window/Previews.h"
@@ -35,13 +36,6 @@ struct ViewSettings
   bool fetchAhead = true;
   PreviewPlace previews = PreviewPlace::Strip;
   bool operator==(const ViewSettings&) const = default;
-};
-
-// A distance, and where its ends are seen: pixels from the window's upper left corner.
-struct SeenMeasurement
-{
-  Measurement measurement;
-  std::optional<std::array<double, 2>> from, to;
 };
 
 // What is told.

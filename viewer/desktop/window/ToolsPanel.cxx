@@ -24,21 +24,6 @@ void Say(const std::string& text)
   ImGui::TextUnformatted(text.data(), text.data() + text.size());
 }
 
-std::string LengthText(double value, double error)
-{
-  const double size = std::abs(value);
-  const int digits =
-    error > 0 ? static_cast<int>(std::ceil(std::log10(std::max(size, error) / error))) + 1 : 6;
-  std::array<char, 32> text{};
-  std::snprintf(text.data(), text.size(), "%.*g", std::clamp(digits, 1, 9), value);
-  return text.data();
-}
-
-std::string WithUnit(const std::string& text, const std::string& unit)
-{
-  return unit.empty() ? text : text + " " + unit;
-}
-
 void DrawSides(const PanelFacts& facts, PanelWishes& wishes)
 {
   Say("Look from");
@@ -255,9 +240,7 @@ void DrawDistances(const PanelFacts& facts)
     const ImVec2 from = place(*each.from), to = place(*each.to);
     paint.AddLine(from, to, shadowColor, scaled(4));
     paint.AddLine(from, to, lineColor, scaled(2));
-    const std::string text =
-      WithUnit(LengthText(each.measurement.Distance(), each.measurement.Error()),
-        facts.model ? facts.model->unit : "");
+    const std::string text = DistanceText(each.measurement, facts.model ? facts.model->unit : "");
     const ImVec2 size = ImGui::CalcTextSize(text.c_str());
     const ImVec2 at((from.x + to.x - size.x) / 2, (from.y + to.y) / 2 - size.y - scaled(6));
     paint.AddRectFilled({ at.x - scaled(4), at.y - scaled(1) },

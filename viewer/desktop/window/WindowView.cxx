@@ -260,13 +260,7 @@ PanelFacts WindowLook::Facts() const
 void WindowLook::AddTools(PanelFacts& facts) const
 {
   const ViewerSession& session = this->Session.Viewer();
-  const auto pixel = [&](const MeasuredPoint& end)
-  { return session.GetCamera().PixelOf(end.point); };
-  for (const Measurement& each : session.Measurements())
-  {
-    facts.measurements.push_back(
-      { each, pixel(each.from), each.to ? pixel(*each.to) : std::nullopt });
-  }
+  facts.measurements = SeenMeasurementsOf(session);
   facts.tool = session.GetTool();
   facts.light = session.GetLight();
   facts.notes = &this->Session.Notes();

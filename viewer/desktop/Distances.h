@@ -1,0 +1,35 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Distances that were measured, as they are seen: where, and in which words; in the window and in
+// pictures.
+#pragma once
+
+#include "viewer/session/Measurement.h"
+
+#include <array>
+#include <optional>
+#include <string>
+#include <vector>
+
+namespace kdstream
+{
+
+class ViewerSession;
+
+// A distance, and where its ends are seen: pixels from the window's upper left corner; nothing
+// behind the eye.
+struct SeenMeasurement
+{
+  Measurement measurement;
+  std::optional<std::array<double, 2>> from, to;
+};
+
+std::vector<SeenMeasurement> SeenMeasurementsOf(const ViewerSession& session);
+
+// As many digits as the error leaves, six where there is none.
+std::string LengthText(double value, double error);
+// "3.2 mm"; without a unit the text alone.
+std::string WithUnit(const std::string& text, const std::string& unit);
+// What stands at its line.
+std::string DistanceText(const Measurement& measurement, const std::string& unit);
+
+}

@@ -1,0 +1,79 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Words and flat shapes over the model, in a picture without a window: by VTK what Dear ImGui draws
+// in one.
+#pragma once
+
+#include "viewer/session/look/Palette.h"
+
+#include <vtkNew.h>
+#include <vtkSmartPointer.h>
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <string>
+#include <vector>
+
+class vtkPolyDataMapper2D;
+class vtkRenderer;
+class vtkRenderWindow;
+class vtkTextActor;
+
+namespace kdstream
+{
+
+// Layers are drawn one over the other, each by a renderer of its own, since depths would be in the
+// way: of shapes in one layer that lie over each other it is not known which is seen.
+class PictureInk
+{
+public:
+  // Pixels, from the lower left corner of the window.
+  struct Place
+  {
+    double x = 0, y = 0;
+  };
+  using Rgba = std::array<std::uint8_t, 4>;
+  struct Corner
+  {
+    Place place;
+    Rgba color;
+  };
+  // layers: at least 1. Words are in the last one.
+  PictureInk(vtkRenderer& model, std::size_t layers);
+  ~PictureInk();
+  PictureInk(const PictureInk&) = delete;
+  PictureInk& operator=(const PictureInk&) = delete;
+
+  // After the model's renderer. REQUIRES: before anything else.
+  void AddTo(vtkRenderWindow& window);
+
+  // Takes everything away. any: whether something will be drawn.
+  void Clear(bool any);
+  // Words in one line, `size` pixels high; who asks for them says where they are. They stay until
+  // Clear.
+  vtkTextActor& AddText(const std::string& text, double size, const Color& color);
+  double WidthOf(vtkTextActor& text); // pixels
+  // A convex polygon. layer: from 0 on.
+  void AddPolygon(std::size_t layer, const std::vector<Corner>& corners);
+  void AddRectangle(
+    std::size_t layer, Place lower, Place upper, const Rgba& below, const Rgba& above);
+  // After the last polygon.
+  void Finish();
+
+  int Width() const;
+  int Height() const;
+
+private:
+  struct Shapes
+  {
+    vtkNew<vtkRenderer> renderer;
+    vtkNew<vtkPolyDataMapper2D> mapper;
+    std::vector<std::vector<Corner>> polygons;
+  };
+
+  vtkRenderer& Model;
+  std::vector<Shapes> Layers;
+  std::vector<vtkSmartPointer<vtkTextActor>> Texts;
+};
+
+}
