@@ -223,19 +223,56 @@ test("a language that the address asks for is there without the server once it w
   assert.equal(await visit.page.getAttribute("#open", "aria-label"), "Ganzer Bildschirm");
 });
 
+// Takes something out of what is kept.
+const forget = (store, ...keys) => visit.page.evaluate(([name, all]) => new Promise((resolve) => {
+  const request = indexedDB.open("kdstream", 1);
+  request.onsuccess = () => {
+    const transaction = request.result.transaction(name, "readwrite");
+    all.forEach((key) => transaction.objectStore(name).delete(key));
+    transaction.oncomplete = () => resolve(request.result.close());
+  };
+}), [store, keys]);
+
+const picturesShown = () => visit.page.evaluate(() =>
+  [...document.querySelectorAll("#models img")].filter((image) => !image.hidden && image.naturalWidth > 0).length);
+
+test("the list is quiet without a network: a model that is kept, the pictures of before, and no alarm", async () => {
+  await visit.open(server.url);
+  await visit.choose("shell");
+  await eventually("pictures", picturesShown, (count) => count === 2);
+  await untilStored();
+  await workerIsActive();
+  await forget("texts", "/api/models/pebble/model.json"); // the first of the list
+  await server.stop();
+  await visit.page.reload();
+  const { model } = await visit.until("one that is kept", ({ idle, shownLevel }) => idle && shownLevel !== null);
+  assert.equal(model, "shell");
+  await eventually("pictures", picturesShown, (count) => count === 2);
+  await visit.untilSaid(/^The server cannot be reached\. What this device has kept is shown\.$/);
+  assert.equal(await visit.page.locator("#message").getAttribute("class"), "good", "it is no alarm");
+  await visit.picture("offline-6-list");
+
+  await forget("texts", "/api/models/shell/model.json");
+  await visit.page.reload();
+  await eventually("pictures", picturesShown, (count) => count === 2);
+  const { mode, error } = await visit.status();
+  assert.equal(mode, "no model", "none is kept");
+  assert.equal(error, "");
+  assert.equal(await visit.page.locator("#loading").isVisible(), false);
+  assert.equal(await visit.page.locator("#message").getAttribute("class"), "good");
+  await visit.picture("offline-7-list");
+  await visit.page.locator('[data-model="pebble"]').click();
+  await visit.untilSaid(/^“A pebble” is not kept on this device, and the server cannot be reached\.$/);
+  assert.equal(await visit.page.locator("#message").getAttribute("class"), "");
+  server = await Server.start(models, { port: server.port });
+});
+
 test("a model that was never seen says so", async () => {
   await visit.open(server.url);
   await visit.untilIdle();
   await untilStored();
   await workerIsActive();
-  await visit.page.evaluate(() => new Promise((resolve) => {
-    const request = indexedDB.open("kdstream", 1);
-    request.onsuccess = () => {
-      const texts = request.result.transaction("texts", "readwrite");
-      texts.objectStore("texts").delete("/api/models/shell/model.json");
-      texts.oncomplete = () => resolve(request.result.close());
-    };
-  }));
+  await forget("texts", "/api/models/shell/model.json");
   await server.stop();
   await visit.page.reload();
   await visit.page.locator('[data-model="shell"]').click();
