@@ -280,6 +280,65 @@ test("a model that was never seen says so", async () => {
   server = await Server.start(models, { port: server.port });
 });
 
+// "3 of 65 parts, 12 kB".
+function figuresOf(text) {
+  const [, done, all, bytes, unit] = text.match(/(\d+) of (\d+) parts, ([\d.]+)\u00a0([kM])B/);
+  return { done: Number(done), all: Number(all), bytes: Number(bytes) * (unit === "M" ? 1000 : 1) };
+}
+
+// As another tab does it.
+const emptyStorage = () => visit.page.evaluate(() => new Promise((resolve) => {
+  const request = indexedDB.open("kdstream", 1);
+  request.onsuccess = () => {
+    const names = [...request.result.objectStoreNames];
+    const transaction = request.result.transaction(names, "readwrite");
+    names.forEach((name) => transaction.objectStore(name).clear());
+    transaction.oncomplete = () => resolve(request.result.close());
+  };
+}));
+
+test("what is removed while a model is being kept is told, and fetched again", async () => {
+  const proxy = await Proxy.start(server.port);
+  await visit.open(proxy.url);
+  await openFullScreen("pebble");
+  await visit.page.locator("#menu-button").click();
+  await eventually("details to choose from", () => visit.page.locator("#keep-goal option").count(), (count) => count > 1);
+  const button = visit.page.locator("#keep");
+  const said = () => visit.page.locator("#keep-state").textContent();
+  const begin = async () => {
+    proxy.bytesPerSecond = 1000;
+    await button.click();
+    await eventually("progress", said, (text) => /^[1-9]\d* of \d+ parts, /.test(text) && figuresOf(text).bytes > 2);
+  };
+  await begin();
+  await visit.page.locator("#empty-storage").click(); // in this tab
+  await eventually("a pause", said, (text) => text === "Paused: all that was kept has been removed.");
+  assert.equal(await button.textContent(), "Keep offline");
+  await pause(500);
+  assert.deepEqual((await stored()).paths, [], "what was under way is not kept");
+
+  const removed = (text) => text === "Paused: some of what was kept has been removed since.";
+  await begin();
+  await emptyStorage();
+  proxy.bytesPerSecond = Infinity;
+  await eventually("what has happened", said, removed);
+  assert.equal(await button.textContent(), "Go on");
+  await visit.page.locator("#stored").scrollIntoViewIfNeeded();
+  await visit.picture("offline-8-removed");
+  const some = (await stored()).paths.length;
+  await button.click();
+  await eventually("the end", said, (text) => text === "Kept: it opens without a network.");
+  const { paths, told, bytes } = await stored();
+  assert.ok(paths.length > some && paths.some((path) => path.endsWith("/tree/1")), `${paths.length} ${some}`);
+  assert.equal(told, bytes);
+
+  await emptyStorage();
+  await visit.page.locator("#menu-button").click();
+  await visit.page.locator("#menu-button").click();
+  await eventually("what has happened since", said, removed);
+  await proxy.stop();
+});
+
 test("keep offline: progress, pause, going on, and the original without the server", async () => {
   const proxy = await Proxy.start(server.port);
   await visit.open(proxy.url);
@@ -295,13 +354,15 @@ test("keep offline: progress, pause, going on, and the original without the serv
   await eventually("progress", said, (text) => /^[1-9]\d* of \d+ parts, /.test(text));
   assert.equal(await button.textContent(), "Pause");
   await button.click();
-  await eventually("a pause", said, (text) => /^Paused after [1-9]/.test(text));
+  const paused = figuresOf(await eventually("a pause", said, (text) => /^Paused after [1-9]/.test(text)));
   const { paths } = await stored();
   assert.equal(await button.textContent(), "Go on");
   await visit.page.locator("#stored").scrollIntoViewIfNeeded();
   await visit.picture("offline-3-keeping");
-  proxy.bytesPerSecond = Infinity;
   await button.click();
+  const next = figuresOf(await eventually("progress", said, (text) => /^\d+ of \d+ parts, /.test(text)));
+  assert.ok(next.done >= paused.done && next.bytes >= paused.bytes, `it is counted on: ${JSON.stringify([paused, next])}`);
+  proxy.bytesPerSecond = Infinity;
   await eventually("the end", said, (text) => text === "Kept: it opens without a network.");
   const all = await stored();
   assert.ok(all.paths.length > paths.length);

@@ -48,7 +48,7 @@ import { chooseLanguage, describeProgress, describeSurface, t } from "./words.js
 // For what is fetched later (MakePage.cmake), which has no copies of these.
 export { Line, enterToken, forgetToken, get, getOrFind, hasToken, isOffline, mayKeep, rememberToken, remembersToken } from "./line.js";
 export { inPlainWords, refusalOf } from "./refusal.js";
-export { emptyStorage, findBlob, pinBlob, setStorageLimit, storageLimit, storageTrouble, storeBlobs, storeText, storedBytes }
+export { emptyStorage, findBlob, findText, pinBlobs, setStorageLimit, storageLimit, storageTrouble, storeBlobs, storeText, storedBytes }
   from "./storage.js";
 export { entryOf, make, nameOf } from "./list.js";
 export { anotherViewer, arrayOf, colorMaps } from "./viewer.js";
