@@ -223,24 +223,120 @@ test("a language that the address asks for is there without the server once it w
   assert.equal(await visit.page.getAttribute("#open", "aria-label"), "Ganzer Bildschirm");
 });
 
+// Takes something out of what is kept.
+const forget = (store, ...keys) => visit.page.evaluate(([name, all]) => new Promise((resolve) => {
+  const request = indexedDB.open("kdstream", 1);
+  request.onsuccess = () => {
+    const transaction = request.result.transaction(name, "readwrite");
+    all.forEach((key) => transaction.objectStore(name).delete(key));
+    transaction.oncomplete = () => resolve(request.result.close());
+  };
+}), [store, keys]);
+
+const picturesShown = () => visit.page.evaluate(() =>
+  [...document.querySelectorAll("#models img")].filter((image) => !image.hidden && image.naturalWidth > 0).length);
+
+test("the list is quiet without a network: a model that is kept, the pictures of before, and no alarm", async () => {
+  await visit.open(server.url);
+  await visit.choose("shell");
+  await eventually("pictures", picturesShown, (count) => count === 2);
+  await untilStored();
+  await workerIsActive();
+  await forget("texts", "/api/models/pebble/model.json"); // the first of the list
+  await server.stop();
+  await visit.page.reload();
+  const { model } = await visit.until("one that is kept", ({ idle, shownLevel }) => idle && shownLevel !== null);
+  assert.equal(model, "shell");
+  await eventually("pictures", picturesShown, (count) => count === 2);
+  await visit.untilSaid(/^The server cannot be reached\. What this device has kept is shown\.$/);
+  assert.equal(await visit.page.locator("#message").getAttribute("class"), "good", "it is no alarm");
+  await visit.picture("offline-6-list");
+
+  await forget("texts", "/api/models/shell/model.json");
+  await visit.page.reload();
+  await eventually("pictures", picturesShown, (count) => count === 2);
+  const { mode, error } = await visit.status();
+  assert.equal(mode, "no model", "none is kept");
+  assert.equal(error, "");
+  assert.equal(await visit.page.locator("#loading").isVisible(), false);
+  assert.equal(await visit.page.locator("#message").getAttribute("class"), "good");
+  await visit.picture("offline-7-list");
+  await visit.page.locator('[data-model="pebble"]').click();
+  await visit.untilSaid(/^“A pebble” is not kept on this device, and the server cannot be reached\.$/);
+  assert.equal(await visit.page.locator("#message").getAttribute("class"), "");
+  server = await Server.start(models, { port: server.port });
+});
+
 test("a model that was never seen says so", async () => {
   await visit.open(server.url);
   await visit.untilIdle();
   await untilStored();
   await workerIsActive();
-  await visit.page.evaluate(() => new Promise((resolve) => {
-    const request = indexedDB.open("kdstream", 1);
-    request.onsuccess = () => {
-      const texts = request.result.transaction("texts", "readwrite");
-      texts.objectStore("texts").delete("/api/models/shell/model.json");
-      texts.oncomplete = () => resolve(request.result.close());
-    };
-  }));
+  await forget("texts", "/api/models/shell/model.json");
   await server.stop();
   await visit.page.reload();
   await visit.page.locator('[data-model="shell"]').click();
   await visit.untilSaid(/^“A shell” is not kept on this device, and the server cannot be reached\.$/);
   server = await Server.start(models, { port: server.port });
+});
+
+// "3 of 65 parts, 12 kB".
+function figuresOf(text) {
+  const [, done, all, bytes, unit] = text.match(/(\d+) of (\d+) parts, ([\d.]+)\u00a0([kM])B/);
+  return { done: Number(done), all: Number(all), bytes: Number(bytes) * (unit === "M" ? 1000 : 1) };
+}
+
+// As another tab does it.
+const emptyStorage = () => visit.page.evaluate(() => new Promise((resolve) => {
+  const request = indexedDB.open("kdstream", 1);
+  request.onsuccess = () => {
+    const names = [...request.result.objectStoreNames];
+    const transaction = request.result.transaction(names, "readwrite");
+    names.forEach((name) => transaction.objectStore(name).clear());
+    transaction.oncomplete = () => resolve(request.result.close());
+  };
+}));
+
+test("what is removed while a model is being kept is told, and fetched again", async () => {
+  const proxy = await Proxy.start(server.port);
+  await visit.open(proxy.url);
+  await openFullScreen("pebble");
+  await visit.page.locator("#menu-button").click();
+  await eventually("details to choose from", () => visit.page.locator("#keep-goal option").count(), (count) => count > 1);
+  const button = visit.page.locator("#keep");
+  const said = () => visit.page.locator("#keep-state").textContent();
+  const begin = async () => {
+    proxy.bytesPerSecond = 1000;
+    await button.click();
+    await eventually("progress", said, (text) => /^[1-9]\d* of \d+ parts, /.test(text) && figuresOf(text).bytes > 2);
+  };
+  await begin();
+  await visit.page.locator("#empty-storage").click(); // in this tab
+  await eventually("a pause", said, (text) => text === "Paused: all that was kept has been removed.");
+  assert.equal(await button.textContent(), "Keep offline");
+  await pause(500);
+  assert.deepEqual((await stored()).paths, [], "what was under way is not kept");
+
+  const removed = (text) => text === "Paused: some of what was kept has been removed since.";
+  await begin();
+  await emptyStorage();
+  proxy.bytesPerSecond = Infinity;
+  await eventually("what has happened", said, removed);
+  assert.equal(await button.textContent(), "Go on");
+  await visit.page.locator("#stored").scrollIntoViewIfNeeded();
+  await visit.picture("offline-8-removed");
+  const some = (await stored()).paths.length;
+  await button.click();
+  await eventually("the end", said, (text) => text === "Kept: it opens without a network.");
+  const { paths, told, bytes } = await stored();
+  assert.ok(paths.length > some && paths.some((path) => path.endsWith("/tree/1")), `${paths.length} ${some}`);
+  assert.equal(told, bytes);
+
+  await emptyStorage();
+  await visit.page.locator("#menu-button").click();
+  await visit.page.locator("#menu-button").click();
+  await eventually("what has happened since", said, removed);
+  await proxy.stop();
 });
 
 test("keep offline: progress, pause, going on, and the original without the server", async () => {
@@ -258,13 +354,15 @@ test("keep offline: progress, pause, going on, and the original without the serv
   await eventually("progress", said, (text) => /^[1-9]\d* of \d+ parts, /.test(text));
   assert.equal(await button.textContent(), "Pause");
   await button.click();
-  await eventually("a pause", said, (text) => /^Paused after [1-9]/.test(text));
+  const paused = figuresOf(await eventually("a pause", said, (text) => /^Paused after [1-9]/.test(text)));
   const { paths } = await stored();
   assert.equal(await button.textContent(), "Go on");
   await visit.page.locator("#stored").scrollIntoViewIfNeeded();
   await visit.picture("offline-3-keeping");
-  proxy.bytesPerSecond = Infinity;
   await button.click();
+  const next = figuresOf(await eventually("progress", said, (text) => /^\d+ of \d+ parts, /.test(text)));
+  assert.ok(next.done >= paused.done && next.bytes >= paused.bytes, `it is counted on: ${JSON.stringify([paused, next])}`);
+  proxy.bytesPerSecond = Infinity;
   await eventually("the end", said, (text) => text === "Kept: it opens without a network.");
   const all = await stored();
   assert.ok(all.paths.length > paths.length);

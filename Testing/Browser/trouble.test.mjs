@@ -253,7 +253,7 @@ function anyFragment(number) {
 test("whatever stands behind the # there is a picture, and nothing loads for ever", async () => {
   const number = numbersFrom(18);
   const isOfUse = ({ mode, idle, shownLevel }) => mode !== "no model" && idle && shownLevel !== null;
-  for (let i = 0; i < 60; ++i) {
+  for (let i = 0; i < 30; ++i) {
     const fragment = anyFragment(number);
     if (i % 6 === 0) { // as somebody comes from elsewhere
       await visit.open("about:blank");

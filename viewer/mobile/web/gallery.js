@@ -6,7 +6,7 @@
 // the model's digest. What was fetched for it, the view finds when the model is chosen, and the other way round (`previews`
 // in line.js). Whoever saves data gets the pictures that are kept, and no others.
 
-import { Line, anotherViewer, entryOf, findBlob, mayKeep, nameOf, storeBlobs, t } from "./page.js"; // the page that is there already
+import { Line, anotherViewer, entryOf, findBlob, isOffline, mayKeep, nameOf, storeBlobs, t } from "./page.js"; // the page that is there already
 
 const side = 192; // pixels
 const pause = 300; // ms, until it is looked again whether the page is at rest
@@ -98,7 +98,7 @@ export class Gallery {
     this.#filter();
   }
 
-  #see(entries) {
+  async #see(entries) {
     for (const { target, isIntersecting } of entries) {
       const model = this.#models.get(target.dataset.model);
       if (isIntersecting && model && !this.#put(model)) {
@@ -107,7 +107,18 @@ export class Gallery {
         this.#wanted.delete(target.dataset.model); // scrolled away
       }
     }
+    await Promise.all([...this.#wanted.values()].map((model) => this.#lookUp(model)));
     this.#work();
+  }
+
+  // Shows the picture that is kept, if there is one: no other has to be made first.
+  async #lookUp(model) {
+    const picture = this.#pictures.has(model.digest) ? "" : await this.#find(model);
+    if (picture) {
+      this.#pictures.set(model.digest, picture);
+      this.#put(model);
+      this.#wanted.delete(model.id);
+    }
   }
 
   // Shows what there is; whether there is nothing left to do.
@@ -153,7 +164,7 @@ export class Gallery {
   async #make(model) {
     const { mode = "no model", idle, shownLevel, error } = this.#page.status();
     const rests = mode === "no model" || (mode === "browsing" && idle && (shownLevel !== null || error));
-    if (document.hidden || !rests) {
+    if (document.hidden || !rests || isOffline()) {
       return null;
     }
     if (this.#maker?.made >= mostMade) {

@@ -75,15 +75,20 @@ export function markChosen(id) {
   }
 }
 
-// Which models open without a network: description and preview are kept.
-export async function markKept(models) {
+// Those of the models that open without a network: description and preview are kept.
+export async function findKept(models) {
   const paths = mayKeep() ? await storedPaths() : new Set();
   const begins = new Set([...paths].map((path) => path.split("/", 5).join("/")));
-  for (const { id, digest } of models) {
-    const kept = paths.has(`/api/models/${id}/model.json`) && begins.has(`/api/models/${id}/${digest}`);
-    const mark = entryOf(id)?.querySelector(".kept");
+  return models.filter(({ id, digest }) =>
+    paths.has(`/api/models/${id}/model.json`) && begins.has(`/api/models/${id}/${digest}`));
+}
+
+export async function markKept(models) {
+  const kept = await findKept(models);
+  for (const model of models) {
+    const mark = entryOf(model.id)?.querySelector(".kept");
     if (mark) {
-      mark.hidden = !kept;
+      mark.hidden = !kept.includes(model);
     }
   }
 }

@@ -64,7 +64,7 @@ export function findMessage(situation) {
     const missing = status.error && !status.targetLevel; // not even its description
     return { text: missing
       ? t("“{name}” is not kept on this device, and the server cannot be reached.", { name })
-      : t("The server cannot be reached. What this device has kept is shown."), ...again };
+      : t("The server cannot be reached. What this device has kept is shown."), good: !missing, ...again };
   }
   if (situation.rest.outdated) {
     return { text: t("There is a newer version of this viewer."), ...reload() };

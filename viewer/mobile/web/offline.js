@@ -2,7 +2,7 @@
 // What of the page works without a network: its own files (worker.js), a model that is kept on purpose, and the part of
 // the options that tells of both. What was merely looked at line.js keeps. Fetched after the first picture.
 
-import { emptyStorage, get, isOffline, kilobytes, mayKeep, nameOfLevel, pinBlob, refusalOf, setStorageLimit, storageLimit,
+import { emptyStorage, findText, get, isOffline, kilobytes, mayKeep, nameOfLevel, pinBlobs, refusalOf, setStorageLimit, storageLimit,
   storageTrouble, storeBlobs, storeText, storedBytes, t } from "./page.js"; // the page that is there already
 
 const find = (id) => document.getElementById(id);
@@ -55,17 +55,39 @@ function bytesUpTo(goal, { levels, original, textures }) {
 
 // ---- keeping one on purpose
 
-// run: null while it is paused; requests of a run before it no longer count.
-let job = null; // { id, goal, run, done, all, bytes, trouble }
+// run: null while it is paused; requests of a run before it no longer count. begin, paths: of the blobs; absent: those of
+// them that there are not.
+let job = null; // { id, goal, run, done, all, bytes, trouble, begin, paths, absent }
 
-async function keepModel(own, description) {
-  const { id, digest } = description;
-  const paths = [...blobsUpTo(own.goal, description)].map((blob) => `/api/models/${id}/${digest}/${blob}`);
-  own.all = paths.length;
-  own.done = own.bytes = 0;
-  own.trouble = "";
+const newJob = (id, trouble = "") => ({ id, run: null, done: 0, all: 0, bytes: 0, trouble, absent: new Set() });
+
+// How much is kept by now; what there is stays so. Gives the paths of the rest.
+async function countKept(own) {
+  const there = await pinBlobs(own.begin, own.paths);
+  const left = [...own.paths].filter((path) => !there.has(path) && !own.absent.has(path));
+  own.done = own.all - left.length;
+  own.bytes = [...there.values()].reduce((sum, bytes) => sum + bytes, 0);
+  return left;
+}
+
+// Another tab may have emptied the storage, or the browser.
+async function checkKept(own) {
+  await countKept(own);
+  if (!await findText(descriptionOf(own.id))) {
+    own.done = Math.min(own.done, own.all - 1);
+  }
+  if (own.done < own.all) {
+    own.trouble = t("some of what was kept has been removed since");
+  }
+}
+
+async function keepModel(own, { id, digest, ...description }) {
   const run = (own.run = {});
-  const next = paths.values();
+  own.begin = `/api/models/${id}/${digest}/`;
+  own.paths = new Set([...blobsUpTo(own.goal, description)].map((blob) => own.begin + blob));
+  own.all = own.paths.size;
+  own.trouble = "";
+  const next = (await countKept(own)).values();
   const work = async () => {
     for (const path of next) {
       if (own.run !== run) {
@@ -77,6 +99,7 @@ async function keepModel(own, description) {
   };
   await Promise.all(Array.from({ length: atOnce }, work));
   if (own.run === run) {
+    await checkKept(own);
     own.run = null;
   }
 }
@@ -89,28 +112,36 @@ async function keepBlob(own, run, path) {
       own.trouble = trouble;
     }
   };
-  if (!await pinBlob(path)) {
-    const { status, bytes } = await get(path, mostBlobBytes).catch(() => ({ status: 0 }));
+  const { status, bytes } = await get(path, mostBlobBytes).catch(() => ({ status: 0 }));
+  if (own.run !== run) {
+    return;
+  }
+  if (status === 200) {
+    const isTooMuch = await storedBytes() + bytes.byteLength > storageLimit();
     if (own.run !== run) {
       return;
     }
-    if (status === 200) {
-      if (await storedBytes() + bytes.byteLength > storageLimit()) {
-        return pause(t("the limit is reached"));
-      }
-      if (!await storeBlobs([{ path, bytes: bytes.buffer }], true)) {
-        return pause(t(storageTrouble() || "it cannot be kept"));
-      }
-      own.bytes += bytes.byteLength;
-    } else if (status !== 404) { // where there are no vertices there is no blob
-      return pause(status ? refusalOf(status) : t("the server cannot be reached"));
+    if (isTooMuch) {
+      return pause(t("the limit is reached"));
     }
+    if (!await storeBlobs([{ path, bytes: bytes.buffer }], true)) {
+      return pause(t(storageTrouble() || "it cannot be kept"));
+    }
+  } else if (status === 404) { // where there are no vertices there is no blob
+    own.absent.add(path);
+  } else {
+    return pause(status ? refusalOf(status) : t("the server cannot be reached"));
   }
-  own.done += own.run === run;
+  if (own.run === run) {
+    own.bytes += status === 200 ? bytes.byteLength : 0;
+    ++own.done;
+  }
 }
 
+const descriptionOf = (id) => `/api/models/${id}/model.json`;
+
 async function describe(id) {
-  const path = `/api/models/${id}/model.json`;
+  const path = descriptionOf(id);
   const { status, bytes } = await get(path, mostBlobBytes);
   if (status !== 200) {
     throw new Error(refusalOf(status));
@@ -172,7 +203,7 @@ export async function openOfflineOptions(id, told) {
     return;
   }
   if (job?.id !== id && !job?.run) {
-    job = { id, run: null, done: 0, all: 0, bytes: 0, trouble: "" };
+    job = newJob(id);
     find("keep-goal").replaceChildren();
     describe(id).then((description) => {
       const goals = [...levelsUpTo("original", description.levels).map(({ depth }) => depth), "original"];
@@ -180,6 +211,9 @@ export async function openOfflineOptions(id, told) {
         `${nameOfLevel(goal === "original" ? -1 : goal)}, ${size(bytesUpTo(goal, description))}`, goal)));
       find("keep-goal").value = "original";
     }, () => {});
+  }
+  if (job.all && !job.run && job.done === job.all) {
+    await checkKept(job);
   }
   find("limit").value = storageLimit();
   await showOffline();
@@ -193,7 +227,9 @@ function listenToOfflineOptions() {
   });
   find("empty-storage").addEventListener("click", async () => {
     if (job) {
-      Object.assign(job, { run: null, done: 0, all: 0, bytes: 0, trouble: "" });
+      const wasKeeping = job.run;
+      job.run = null; // what it has asked for no longer counts
+      job = newJob(job.id, wasKeeping ? t("all that was kept has been removed") : "");
     }
     await emptyStorage();
     showOffline();

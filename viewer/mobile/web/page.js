@@ -35,7 +35,7 @@
 
 import { Fingers } from "./fingers.js";
 import { Line, hasToken, isOffline, lacksToken, takeToken } from "./line.js";
-import { entryOf, markChosen, markKept, nameOf, readList, showEntries, showSite } from "./list.js";
+import { entryOf, findKept, markChosen, markKept, nameOf, readList, showEntries, showSite } from "./list.js";
 import { hideLoading, showLoading, watchSilence } from "./loading.js";
 import { findMessage, showEnd, showMessage } from "./message.js";
 import { showOrigin } from "./origin.js";
@@ -48,7 +48,7 @@ import { chooseLanguage, describeProgress, describeSurface, t } from "./words.js
 // For what is fetched later (MakePage.cmake), which has no copies of these.
 export { Line, enterToken, forgetToken, get, getOrFind, hasToken, isOffline, mayKeep, rememberToken, remembersToken } from "./line.js";
 export { inPlainWords, refusalOf } from "./refusal.js";
-export { emptyStorage, findBlob, pinBlob, setStorageLimit, storageLimit, storageTrouble, storeBlobs, storeText, storedBytes }
+export { emptyStorage, findBlob, findText, pinBlobs, setStorageLimit, storageLimit, storageTrouble, storeBlobs, storeText, storedBytes }
   from "./storage.js";
 export { entryOf, make, nameOf } from "./list.js";
 export { anotherViewer, arrayOf, colorMaps } from "./viewer.js";
@@ -161,8 +161,8 @@ async function openGallery() {
   }
 }
 
-// What a link shows, or, after a reload in full screen, that model again.
-function selectFirst() {
+// What a link shows, or, after a reload in full screen, that model again. Without a network one that is kept, or none.
+async function selectFirst() {
   if (linked) {
     followLink(linked);
     return;
@@ -172,11 +172,15 @@ function selectFirst() {
     goOnOnce(); // there may be no picture for long
     return;
   }
-  viewer.select((earlier ?? models[0]).id);
-  if (earlier) {
-    viewer.enterFullScreen();
+  const first = earlier ?? (isOffline() ? await findKept(models) : models)[0];
+  if (!first) {
+    goOnOnce();
+  } else if (viewer.status().mode === "no model") {
+    viewer.select(first.id);
+    earlier && viewer.enterFullScreen();
+    line.exchange();
+    wake();
   }
-  line.exchange();
 }
 
 // The view that stands behind the # of the address; "" for none.

@@ -122,6 +122,8 @@ export function setStorageLimit(bytes) {
 // Of all blobs.
 export const storedBytes = () => within("readonly", async ({ texts }) => await done(texts.get("bytes")) ?? 0, 0);
 
+const rangeOf = (begin) => IDBKeyRange.bound(begin, `${begin}\uffff`);
+
 // An ArrayBuffer, or null.
 export function findBlob(path) {
   return within("readwrite", async ({ blobs, entries }) => {
@@ -162,15 +164,13 @@ export async function storeBlobs(all, pinned = false) {
   return false;
 }
 
-// Pins what is there already; whether it is.
-export function pinBlob(path) {
+// Pins those of the blobs that are there; gives their sizes by their paths. begin: of all the paths, a Set.
+export function pinBlobs(begin, paths) {
   return within("readwrite", async ({ entries }) => {
-    const entry = await done(entries.get(path));
-    if (entry) {
-      entries.put({ ...entry, pinned: 1 });
-    }
-    return Boolean(entry);
-  }, false);
+    const there = (await done(entries.getAll(rangeOf(begin)))).filter(({ path }) => paths.has(path));
+    there.filter(({ pinned }) => !pinned).forEach((entry) => entries.put({ ...entry, pinned: 1 }));
+    return new Map(there.map(({ path, size }) => [path, size]));
+  }, new Map());
 }
 
 // The list of models and their descriptions, as bytes under their paths.
@@ -179,7 +179,7 @@ export const storeText = (path, bytes) => within("readwrite", ({ texts }) => don
 
 // The paths of blobs that begin so.
 export const storedPathsOf = (begin) => within("readonly",
-  async ({ entries }) => new Set(await done(entries.getAllKeys(IDBKeyRange.bound(begin, `${begin}\uffff`)))), new Set());
+  async ({ entries }) => new Set(await done(entries.getAllKeys(rangeOf(begin)))), new Set());
 
 // The paths of all descriptions and blobs. For marks in the list.
 export const storedPaths = () => within("readonly",

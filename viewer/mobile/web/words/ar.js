@@ -111,6 +111,8 @@ export const texts = {
   "Nothing more can be kept: {why}.": "لا يمكن حفظ المزيد: {why}.",
   "the limit is reached": "بلغ الحد الأقصى",
   "it cannot be kept": "لا يمكن حفظه",
+  "some of what was kept has been removed since": "أُزيل بعض ما حُفظ",
+  "all that was kept has been removed": "أُزيل كل ما حُفظ",
   "this browser keeps nothing for this page": "هذا المتصفح لا يحفظ شيئًا لهذه الصفحة",
   "the browser's storage is full": "مساحة تخزين المتصفح ممتلئة",
 

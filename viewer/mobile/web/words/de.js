@@ -111,6 +111,8 @@ export const texts = {
   "Nothing more can be kept: {why}.": "Mehr kann nicht behalten werden: {why}.",
   "the limit is reached": "die Grenze ist erreicht",
   "it cannot be kept": "es lässt sich nicht behalten",
+  "some of what was kept has been removed since": "einiges von dem, was behalten war, ist inzwischen entfernt",
+  "all that was kept has been removed": "alles Behaltene ist entfernt",
   "this browser keeps nothing for this page": "dieser Browser speichert nichts für diese Seite",
   "the browser's storage is full": "der Speicher des Browsers ist voll",
 
