@@ -146,11 +146,12 @@ function writeCloud(file, points = 3000) {
 }
 
 for (const [what, write, ...options] of [["a cloud", writeCloud], ["a lossless model", writePebble, "--precision", "lossless"]]) {
-  test(`${what} waits for it`, async () => {
+  test(`${what} waits for it`, async (t) => {
     const models = temporaryFolder();
     write(join(models, "mesh.ply"));
     buildStore(join(models, "mesh.ply"), join(models, "model.kds"), ...options);
     const other = await Server.start(models);
+    t.after(() => other.stop());
     const held = await holdBack();
     await visit.open(other.url);
     await untilWaiting();
@@ -159,7 +160,6 @@ for (const [what, write, ...options] of [["a cloud", writeCloud], ["a lossless m
     held.letGo();
     await visit.untilIdle();
     visit.assertClean(other.url);
-    await other.stop();
   });
 }
 
