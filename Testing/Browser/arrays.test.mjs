@@ -2,7 +2,7 @@
 // Colours by an array of numbers, on a phone: which there are, what they mean, and a link that keeps them.
 
 import assert from "node:assert/strict";
-import { writeFileSync } from "node:fs";
+import { readFileSync, writeFileSync } from "node:fs";
 import { join } from "node:path";
 import { after, before, test } from "node:test";
 import { Pixels, Server, Visit, buildStore, launchBrowser, temporaryFolder, writePebble } from "./harness.mjs";
@@ -107,6 +107,26 @@ test("classes have colours and names of their own; the list shows the model as i
   await visit.back();
   assert.equal(await visit.page.locator("#legend").isVisible(), false);
   await visit.close();
+});
+
+test("a saved picture tells what its colours mean", async () => {
+  for (const colours of ["by:classification", "by:height%3A", "resolution"]) {
+    const visit = await Visit.phone(browser);
+    await openModel(visit, "hill", `&colours=${colours}`);
+    await visit.page.locator("#legend li").first().waitFor();
+    const told = await visit.page.locator("#legend rect").evaluateAll((all) => all.map((rect) => rect.getAttribute("fill")));
+    const { height } = await visit.page.locator("#view").boundingBox();
+    await visit.page.locator("#tools-button").click();
+    const [download] = await Promise.all([visit.page.waitForEvent("download"), visit.page.locator("#save-picture").click()]);
+    await download.saveAs(`${process.env.KDSTREAM_PICTURES}/arrays-4-saved-${colours.replace(/\W/g, "-")}.png`);
+    const saved = readFileSync(await download.path());
+    for (const color of [told.at(0), told.at(-1)]) {
+      const channels = [1, 3, 5].map((at) => parseInt(color.slice(at, at + 2), 16));
+      assert.ok(await pixels.count(saved, channels, Math.ceil(3 * height)) > 100, `${colours}: ${color} below the picture`);
+    }
+    visit.assertClean(server.url);
+    await visit.close();
+  }
 });
 
 test("what a link says of arrays that are not there, or are none, does no harm", async () => {

@@ -302,6 +302,23 @@ export class Pixels {
     return pixels;
   }
 
+  // How many pixels of a PNG have this colour, [red, green, blue], below the row `top`.
+  async count(png, color, top = 0) {
+    return this.#page.evaluate(async ([base64, wanted, first]) => {
+      const image = new Image();
+      image.src = `data:image/png;base64,${base64}`;
+      await image.decode();
+      const context = new OffscreenCanvas(image.width, image.height).getContext("2d");
+      context.drawImage(image, 0, 0);
+      const { data } = context.getImageData(0, first, image.width, image.height - first);
+      let found = 0;
+      for (let i = 0; i < data.length; i += 4) {
+        found += wanted.every((value, k) => Math.abs(value - data[i + k]) < 2);
+      }
+      return found;
+    }, [png.toString("base64"), color, top]);
+  }
+
   // The part of the pixels that differ by more than `tolerance` (of 255) in a channel. Sizes must be the same.
   async difference(one, other, tolerance = 24) {
     return this.#page.evaluate(async ([a, b, most]) => {

@@ -3,8 +3,9 @@
 
 import assert from "node:assert/strict";
 import { readFileSync } from "node:fs";
+import { join } from "node:path";
 import { after, before, test } from "node:test";
-import { Pixels, Server, Visit, eventually, launchBrowser, makeModels, landscape } from "./harness.mjs";
+import { Pixels, Server, Visit, eventually, launchBrowser, makeModels, landscape, runProgram } from "./harness.mjs";
 
 let server, browser, pixels;
 
@@ -254,4 +255,33 @@ test("a picture is saved with its words", async () => {
   await download.saveAs(`${process.env.KDSTREAM_PICTURES}/tools-4-saved.png`);
   visit.assertClean(server.url);
   await visit.close();
+});
+
+test("a saved picture breaks a long title, and ends what is longer still", async () => {
+  const models = makeModels({ dragon: false });
+  const title = (text) => runProgram("kdstream-store", "edit", join(models, "pebble.kds"), "--quiet", "--title", text);
+  const rowHeight = 3 * 18; // pixels
+  for (const [text, rows] of [
+    ["A pebble", 1],
+    ["A pebble from the beach in front of the old lighthouse, with bumps", 2],
+    ["A pebble from the beach in front of the old lighthouse, with bumps ".repeat(8), 3],
+    ["Pebble".repeat(40), 1],
+  ]) {
+    title(text);
+    const own = await Server.start(models);
+    const visit = await Visit.phone(browser);
+    try {
+      await visit.open(`${own.url}/#model=pebble`);
+      await visit.until("the view", ({ mode, idle, shownLevel }) => mode === "full screen" && idle && shownLevel !== null);
+      await turnPanel(visit);
+      const [download] = await Promise.all([visit.page.waitForEvent("download"), press(visit, "Save picture")]);
+      await download.saveAs(`${process.env.KDSTREAM_PICTURES}/tools-8-title-${text.length}.png`);
+      const height = readFileSync(await download.path()).readUInt32BE(20);
+      const pixelsHigh = await visit.page.locator("#view").evaluate((canvas) => canvas.height);
+      assert.equal(height, Math.floor(pixelsHigh + (rows + 0.7) * rowHeight), text);
+    } finally {
+      await visit.close();
+      await own.stop();
+    }
+  }
 });

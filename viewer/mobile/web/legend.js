@@ -14,9 +14,9 @@ function drawing(tag, attributes, ...inner) {
   return element;
 }
 
-function entryOf(color, ...words) {
-  const square = drawing("rect", { width: 1, height: 1, fill: hex(color) });
-  return make("li", {}, drawing("svg", { viewBox: "0 0 1 1" }, square), ...words);
+function entryOf({ color, text }) {
+  const square = drawing("rect", { width: 1, height: 1, fill: color });
+  return make("li", {}, drawing("svg", { viewBox: "0 0 1 1" }, square), text);
 }
 
 // What LAS calls those of its classes that most files have.
@@ -27,35 +27,50 @@ const classes = {
 const mostClasses = 20; // that are told
 
 function classesOf(name, present, viewer) {
-  return present.slice(0, mostClasses).map((value) =>
-    entryOf(viewer.shade(value), `${inFigures(value)} ${name.includes("lassification") && classes[value] ? t(classes[value]) : ""}`));
+  return present.slice(0, mostClasses).map((value) => ({
+    color: hex(viewer.shade(value)),
+    text: `${inFigures(value)} ${name.includes("lassification") && classes[value] ? t(classes[value]) : ""}`,
+  }));
 }
 
-// From the low end to the high one.
-function barOf(name, { low, high }, viewer) {
-  const width = 200, shades = 40;
-  const ends = [[low, "start"], [(low + high) / 2, "middle"], [high, "end"]];
+// What they mean: the array's name, or "" for colours of detail, and either `entries`, [{ color, text }], or a bar, from the
+// low end to the high one: its `colors`, and what stands at its `ends` and between them. null where the model lacks the array.
+export function keyOf(viewer, colouring) {
+  const name = arrayOf(colouring);
+  if (!name) {
+    return { name, colors: [], entries: viewer.legend().map(({ level, color }) => ({ color: hex(color), text: nameOfLevel(level) })) };
+  }
+  const { arrays, low, high, classes: present } = viewer.arrays();
+  if (!arrays.includes(name)) {
+    return null;
+  }
+  const shades = present.length ? 0 : 40;
+  return {
+    name,
+    entries: classesOf(name, present, viewer),
+    colors: Array.from({ length: shades }, (_, i) => hex(viewer.shade(low + (high - low) * (i + 0.5) / shades))),
+    ends: [low, (low + high) / 2, high].map(inFigures),
+  };
+}
+
+function barOf({ name, colors, ends }) {
+  const width = 200, step = width / colors.length;
   const bar = drawing("svg", { viewBox: `0 0 ${width} 22`, role: "img", "aria-label": name },
-    ...Array.from({ length: shades }, (_, i) => drawing("rect", {
-      x: i * width / shades, width: width / shades + 0.5, height: 8,
-      fill: hex(viewer.shade(low + (high - low) * (i + 0.5) / shades)),
-    })),
-    ...ends.map(([value, anchor], i) => drawing("text", {
-      x: i * width / 2, y: 20, "font-size": 11, "text-anchor": anchor, fill: "currentColor", direction: "ltr",
-    }, inFigures(value))));
+    ...colors.map((fill, i) => drawing("rect", { x: i * step, width: step + 0.5, height: 8, fill })),
+    ...ends.map((text, i) => drawing("text", {
+      x: i * width / 2, y: 20, "font-size": 11, "text-anchor": ["start", "middle", "end"][i], fill: "currentColor", direction: "ltr",
+    }, text)));
   bar.style.width = `${width}px`;
   bar.style.height = "22px";
   return make("li", {}, `${name} `, bar);
 }
 
 export function showColours(list, viewer, colouring) {
-  const name = arrayOf(colouring);
-  const shown = viewer.arrays();
-  list.hidden = !!name && !shown.arrays.includes(name);
+  const key = keyOf(viewer, colouring);
+  list.hidden = !key;
   list.style.flexWrap = "wrap";
-  list.setAttribute("aria-label", name || t("Colours of detail"));
-  list.replaceChildren(...!name ? viewer.legend().map(({ level, color }) => entryOf(color, nameOfLevel(level)))
-    : shown.classes.length ? classesOf(name, shown.classes, viewer) : [barOf(name, shown, viewer)]);
+  list.setAttribute("aria-label", key?.name || t("Colours of detail"));
+  list.replaceChildren(...!key ? [] : key.colors.length ? [barOf(key)] : key.entries.map(entryOf));
 }
 
 let offered; // which arrays

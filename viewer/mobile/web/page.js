@@ -504,6 +504,7 @@ async function getTools() {
     exchange: () => line.exchange(),
     status: () => lastStatus,
     words: () => [nameOf(selectedModel()), lastStatus.credit, lastStatus.license].filter(Boolean),
+    key: async () => (find("legend").hidden ? null : (await import("./legend.js")).keyOf(viewer, colouring)),
     colours, getNotes,
   });
 }

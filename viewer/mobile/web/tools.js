@@ -5,6 +5,7 @@
 import { figure, language, t } from "./page.js"; // the page that is there already
 import { download, group, make, makeButton } from "./elements.js";
 import { Looks, tool } from "./looks.js";
+import { composePicture } from "./picture.js";
 
 const find = (id) => document.getElementById(id);
 
@@ -48,32 +49,9 @@ async function copyText(text) {
   }
 }
 
-// The canvas on the page's background, with the lines over it, and title, credit and licence below.
-function composePicture(canvas, overlay, words) {
-  const ratio = canvas.width / canvas.clientWidth;
-  const line = Math.round(18 * ratio);
-  const picture = make("canvas", { width: canvas.width, height: canvas.height + (words.length ? (words.length + 0.7) * line : 0) });
-  const brush = picture.getContext("2d");
-  const ground = brush.createLinearGradient(0, 0, 0, canvas.height);
-  ground.addColorStop(0, "rgb(33 36 41)");
-  ground.addColorStop(1, "rgb(92 94 99)");
-  brush.fillStyle = ground;
-  brush.fillRect(0, 0, canvas.width, canvas.height);
-  brush.drawImage(canvas, 0, 0);
-  overlay(brush);
-  brush.fillStyle = "#1a1c20";
-  brush.fillRect(0, canvas.height, picture.width, picture.height - canvas.height);
-  brush.fillStyle = "#f3f0ea";
-  brush.font = `${Math.round(13 * ratio)}px system-ui, sans-serif`;
-  words.forEach((text, i) => brush.fillText(text, line / 2, canvas.height + (i + 1) * line, picture.width - line));
-  return new Promise((done) => {
-    picture.toBlob(done, "image/png");
-  });
-}
-
 // ---- the panel
 
-// page: { canvas, viewer, exchange, wake, status(), words(), colours() }
+// page: { canvas, viewer, exchange, wake, redraw, status(), words(), key(), colours(), getNotes() }
 export class Tools {
   #page;
   #panel = find("tools");
@@ -149,8 +127,9 @@ export class Tools {
   }
 
   async #savePicture() {
+    const key = await this.#page.key();
     this.#page.redraw(); // a canvas keeps its picture for as long as this turn lasts
-    const blob = await composePicture(this.#page.canvas, (brush) => this.#paint(brush), this.#page.words());
+    const blob = await composePicture({ canvas: this.#page.canvas, overlay: (brush) => this.#paint(brush), key, words: this.#page.words() });
     download(blob, `${this.#page.status().model}.png`);
     this.#note("The picture is saved.");
   }

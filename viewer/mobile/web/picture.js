@@ -1,0 +1,110 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// A picture to carry away: the canvas on the page's background, with the lines over it, and below it what its colours mean,
+// title, credit and licence.
+
+import { make } from "./elements.js";
+
+const ink = "#f3f0ea";
+const mostLines = 3; // of one text
+const mostLetters = 1000; // of it
+
+function shorten(brush, text, width) {
+  let letters = [...text];
+  while (letters.length > 1 && brush.measureText(letters.join("")).width > width) {
+    letters = [...letters.slice(0, -2), "…"];
+  }
+  return letters.join("");
+}
+
+// Into lines that are at most so wide; what is more than a few of them ends with an ellipsis.
+function wrap(brush, text, width) {
+  const lines = [""];
+  for (const word of text.slice(0, mostLetters).split(/\s+/)) {
+    const longer = `${lines.at(-1)} ${word}`.trim();
+    if (lines.at(-1) && brush.measureText(longer).width > width) {
+      lines.push(word);
+    } else {
+      lines[lines.length - 1] = longer;
+    }
+  }
+  const rest = lines.splice(mostLines - 1).join(" ");
+  return [...lines, ...rest ? [rest] : []].map((each) => shorten(brush, each, width));
+}
+
+// ---- what colours mean: rows, each a function that paints itself with its foot at y
+
+function entryRows(brush, entries, { left, width, line }) {
+  const rows = [[]];
+  let x = 0;
+  for (const { color, text } of entries) {
+    const wide = 1.3 * line + brush.measureText(text).width;
+    if (x > 0 && x + wide > width) {
+      rows.push([]);
+      x = 0;
+    }
+    rows.at(-1).push({ color, text, x: left + x });
+    x += wide;
+  }
+  return rows.map((row) => (y) => row.forEach(({ color, text, x: from }) => {
+    brush.fillStyle = color;
+    brush.fillRect(from, y - 0.6 * line, 0.6 * line, 0.6 * line);
+    brush.fillStyle = ink;
+    brush.fillText(text, from + 0.8 * line, y);
+  }));
+}
+
+function barRows(brush, { colors, ends }, { left, width, line }) {
+  const wide = Math.min(width, 18 * line);
+  const step = wide / colors.length;
+  return [
+    (y) => colors.forEach((color, i) => {
+      brush.fillStyle = color;
+      brush.fillRect(left + i * step, y - 0.5 * line, step + 1, 0.5 * line);
+    }),
+    (y) => {
+      brush.fillStyle = ink;
+      ends.forEach((text, i) => {
+        brush.textAlign = ["left", "center", "right"][i];
+        brush.fillText(text, left + i * wide / 2, y);
+      });
+      brush.textAlign = "start";
+    },
+  ];
+}
+
+// key: as keyOf has it (legend.js), or null.
+function rowsOf(brush, key, words, place) {
+  const textRow = (text) => (y) => {
+    brush.fillStyle = ink;
+    brush.fillText(text, place.left, y);
+  };
+  const named = key?.name ? [textRow(shorten(brush, key.name, place.width))] : [];
+  const colours = key ? [...named, ...key.colors.length ? barRows(brush, key, place) : entryRows(brush, key.entries, place)] : [];
+  return [...colours, ...words.flatMap((text) => wrap(brush, text, place.width)).map(textRow)];
+}
+
+// overlay: called with what paints, to put the lines over the picture. A PNG as a Blob.
+export function composePicture({ canvas, overlay, key, words }) {
+  const ratio = canvas.width / canvas.clientWidth;
+  const line = Math.round(18 * ratio);
+  const picture = make("canvas", { width: canvas.width });
+  const brush = picture.getContext("2d");
+  const font = `${Math.round(13 * ratio)}px system-ui, sans-serif`;
+  brush.font = font;
+  const rows = rowsOf(brush, key, words, { left: line / 2, width: canvas.width - line, line });
+  picture.height = canvas.height + (rows.length ? (rows.length + 0.7) * line : 0); // which forgets the font
+  const ground = brush.createLinearGradient(0, 0, 0, canvas.height);
+  ground.addColorStop(0, "rgb(33 36 41)");
+  ground.addColorStop(1, "rgb(92 94 99)");
+  brush.fillStyle = ground;
+  brush.fillRect(0, 0, canvas.width, canvas.height);
+  brush.drawImage(canvas, 0, 0);
+  overlay(brush);
+  brush.fillStyle = "#1a1c20";
+  brush.fillRect(0, canvas.height, picture.width, picture.height - canvas.height);
+  brush.font = font;
+  rows.forEach((paint, i) => paint(canvas.height + (i + 1) * line));
+  return new Promise((done) => {
+    picture.toBlob(done, "image/png");
+  });
+}
