@@ -5,7 +5,8 @@ import assert from "node:assert/strict";
 import { readFileSync, writeFileSync } from "node:fs";
 import { join } from "node:path";
 import { after, before, test } from "node:test";
-import { Server, Visit, launchBrowser, makeModels, makeToken, temporaryFolder } from "./harness.mjs";
+import { Server, Visit, eventually, launchBrowser, makeModels, makeToken, temporaryFolder } from "./harness.mjs";
+import { Proxy } from "./proxy.mjs";
 
 const keys = join(temporaryFolder(), "tokens.json");
 const log = join(temporaryFolder(), "access.log");
@@ -158,4 +159,34 @@ test("a token that is revoked ends the stream, and the page says so", async () =
   assert.equal(mode, "full screen");
   assert.equal(error, "");
   await visit.close();
+});
+
+test("where nothing streams another token can be entered, too", async () => {
+  const tokenOf = (name) => makeToken(keys, "--sub", name, "--models", "*", "--detail", "regions");
+  const proxy = await Proxy.start(server.port);
+  proxy.streams = false;
+  const visit = await Visit.phone(browser);
+  try {
+    await visit.open(`${proxy.url}/#token=${tokenOf("eve")}`);
+    await openFullScreen(visit);
+    assert.equal((await visit.status()).connection, "getting");
+    writeFileSync(keys, JSON.stringify({ secret, revoked_subjects: ["ann", "eve"] }));
+    await eventually("it counts no more", async () =>
+      (await fetch(`${server.url}/api/models.json`, { headers: { Authorization: `Bearer ${tokenOf("eve")}` } })).status,
+    (status) => status === 401);
+    await visit.doubleTap(await visit.centre());
+    await visit.untilSaid(/^The token has been revoked\. Trying again …$/);
+    assert.equal(await visit.page.locator("#message-action").textContent(), "Enter it");
+    await visit.page.click("#message-action");
+    await visit.page.fill("#token", tokenOf("bob"));
+    await visit.page.keyboard.press("Enter");
+    await visit.untilQuiet();
+    await visit.doubleTap(await visit.centre());
+    const { mode, error } = await visit.until("a region", ({ idle, region }) => idle && region?.shown === region?.partitions && region !== null);
+    assert.equal(mode, "full screen");
+    assert.equal(error, "");
+  } finally {
+    await visit.close();
+    await proxy.stop();
+  }
 });

@@ -41,8 +41,7 @@ function sentence(text) {
 export function findMessage(situation) {
   const { status, name, listed, listTrouble } = situation;
   const again = { label: t("Try now"), act: situation.tryNow };
-  const enter = { label: t("Enter it"), act: situation.askForToken };
-  const cure = situation.lacksToken ? enter : again;
+  const cure = situation.lacksToken ? { label: t("Enter it"), act: situation.askForToken } : again;
   const trying = (text) => `${sentence(text)} ${t("Trying again …")}`;
   const noList = () => ({ text: trying(t("the list of models cannot be had: {why}", { why: listTrouble })), ...cure });
   if (situation.failed?.isPartMissing) {
@@ -76,8 +75,7 @@ export function findMessage(situation) {
     return { text: sentence(t("the picture cannot be drawn: {why}", { why: status.drawingError })), ...reload() };
   }
   if (status.error) {
-    const isForToken = /asks for a token|says 401/.test(status.error);
-    return { text: partSentence(status.error, name), ...isForToken ? enter : { label: t("Try again"), act: situation.askAgain } };
+    return { text: partSentence(status.error, name), label: t("Try again"), act: situation.askAgain };
   }
   if (listTrouble) {
     return noList();

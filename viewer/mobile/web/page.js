@@ -592,7 +592,6 @@ async function askForToken() {
   const { askForToken: ask } = await import("./access.js");
   if (await ask()) {
     tryNow();
-    lastStatus.error && askAgain();
   }
 }
 
