@@ -454,7 +454,7 @@ TEST_F(TestWindow, NotesAreWrittenAndSteppedThrough)
   this->Open("vase.kds --size " + Size());
   const std::string first = this->SettledPicture("vase");
   // "Add a note here", its title and text, "Keep this note".
-  const std::string add = "sleep 0.5 key n sleep 0.5 mousemove 570 168 click 1 sleep 0.5 ";
+  const std::string add = "sleep 1 key n sleep 1 mousemove 570 168 click 1 sleep 1 ";
   Hands(add + "type 'A quakex'");
   Hands("key BackSpace");
   Hands("key Return"); // to the text
@@ -463,16 +463,16 @@ TEST_F(TestWindow, NotesAreWrittenAndSteppedThrough)
   Hands("type 'q'");
   Hands("key Escape"); // out of the field, with what is in it
   Hands("key q");      // asks first
-  Hands("sleep 0.5 mousemove 560 370 click 1 sleep 0.5 key n");
+  Hands("sleep 1 mousemove 560 370 click 1 sleep 1 key n");
   Hands("mousemove 300 400 mousedown 1 mousemove_relative -- 90 0 mousemove_relative -- 90 20 "
         "mouseup 1");
   const std::string turned = this->SettledPicture("vase");
   EXPECT_GT(ShareThatDiffers(this->Folder / first, this->Folder / turned), 0.01);
   // "Save notes", below the list.
-  Hands("key n sleep 0.5 mousemove 700 159 click 1 sleep 0.5");
+  Hands("key n sleep 1 mousemove 700 159 click 1 sleep 1");
   notesAre({ { "A quake", "of 1687\nq", "" } });
   // The note: its view again.
-  Hands("mousemove 560 104 click 1 sleep 0.5");
+  Hands("mousemove 560 104 click 1 sleep 1");
   const std::string again = this->SettledPicture("vase");
   EXPECT_LE(ShareThatDiffers(this->Folder / first, this->Folder / again), 0.01);
   EXPECT_EQ(this->End(), 0) << this->Err();
