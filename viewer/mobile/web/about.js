@@ -3,19 +3,15 @@
 // triangles. Fetched when it is first opened. Texts are a stranger's: they never become HTML, and links lead to http only.
 
 import { make, makeButton } from "./elements.js";
-import { figure, language, nameOf, t } from "./page.js"; // the page that is there already
+import { addressIn, figure, language, nameOf, t } from "./page.js"; // the page that is there already
 
 // ---- links
 
 const address = /https?:\/\/[^\s<>"'“”‘’]+/g;
 
 function linkTo(text) {
-  try {
-    const { href, protocol } = new URL(text);
-    return /^https?:$/.test(protocol) ? make("a", { href, target: "_blank", rel: "noopener noreferrer nofollow", textContent: text }) : text;
-  } catch {
-    return text;
-  }
+  const found = addressIn(text);
+  return found ? make("a", { href: found.href, target: "_blank", rel: "noopener noreferrer nofollow", textContent: text }) : text;
 }
 
 // The text, its addresses as links. A full stop or bracket behind an address is the sentence's.

@@ -6,7 +6,8 @@ import { make } from "./list.js";
 
 const commons = /^\/(?:licenses\/([a-z-]+)|publicdomain\/(zero|mark))\/(\d+\.\d+)/;
 
-function addressIn(text) {
+// The address that a text is, or null where it is none of the web's.
+export function addressIn(text) {
   try {
     const address = new URL(text);
     return /^https?:$/.test(address.protocol) ? address : null;

@@ -51,6 +51,7 @@ export { inPlainWords, refusalOf } from "./refusal.js";
 export { emptyStorage, findBlob, findText, pinBlobs, setStorageLimit, storageLimit, storageTrouble, storeBlobs, storeText, storedBytes }
   from "./storage.js";
 export { entryOf, make, nameOf } from "./list.js";
+export { addressIn } from "./origin.js";
 export { anotherViewer, arrayOf, colorMaps } from "./viewer.js";
 export { figure, kilobytes, language, nameOfLevel, t } from "./words.js";
 
