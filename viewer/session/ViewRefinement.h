@@ -120,7 +120,7 @@ private:
   struct Step
   {
     Resolution resolution;
-    unsigned depth = 0;                                       // of its pieces
+    unsigned depth = 0;   // of its pieces
     double triangles = 0; // of one piece, on average; points, of a cloud
     double vertices = 0, blob = 0, memory = 0;
     double leap = 1; // it is taken at an error so many times as large
