@@ -140,8 +140,8 @@ test("six sides, and turning by itself until it is touched", async () => {
   await visit.close();
 });
 
-test("two taps measure, on the original", async () => {
-  const visit = await Visit.phone(browser);
+// A distance across the middle of it; the panel is closed.
+async function measurePebble(visit) {
   await openPebble(visit);
   await turnPanel(visit);
   await press(visit, "Measure");
@@ -150,6 +150,11 @@ test("two taps measure, on the original", async () => {
   await visit.tap({ x: middle.x - 60, y: middle.y });
   await visit.tap({ x: middle.x + 60, y: middle.y + 20 });
   await visit.untilIdle();
+}
+
+test("two taps measure, on the original", async () => {
+  const visit = await Visit.phone(browser);
+  await measurePebble(visit);
   await turnPanel(visit);
   const told = await visit.page.locator("#measurements li span").textContent();
   const [, distance, height] = told.match(/^([\d.]+) ± \S+, height (-?[\d.]+), across [\d.]+$/) ?? assert.fail(told);
@@ -168,14 +173,7 @@ test("two taps measure, on the original", async () => {
 
 test("a link shows its distances at once", async () => {
   const mine = await Visit.phone(browser);
-  await openPebble(mine);
-  await turnPanel(mine);
-  await press(mine, "Measure");
-  await turnPanel(mine);
-  const middle = await mine.centre();
-  await mine.tap({ x: middle.x - 60, y: middle.y });
-  await mine.tap({ x: middle.x + 60, y: middle.y + 20 });
-  await mine.untilIdle();
+  await measurePebble(mine);
   const drawn = (visit) => visit.page.locator("#overlay text").allTextContents();
   const [distance] = await drawn(mine);
   await turnPanel(mine);

@@ -22,4 +22,13 @@ inline void OpenFullScreen(ViewerSession& session, MemoryServer& server)
   server.Serve(session);
 }
 
+// In a window a fifth as wide and high, where levels are fine enough.
+inline void OpenSmall(ViewerSession& session, MemoryServer& server)
+{
+  session.Resize({ width / 5, height / 5, 1 });
+  ASSERT_TRUE(session.SelectModel("torus"));
+  session.EnterFullScreen();
+  server.Serve(session);
+}
+
 }

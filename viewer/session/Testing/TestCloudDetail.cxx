@@ -14,6 +14,7 @@ using kdstream::testing::MemoryServer;
 using kdstream::testing::onRingX;
 using kdstream::testing::onRingY;
 using kdstream::testing::OpenFullScreen;
+using kdstream::testing::OpenSmall;
 using kdstream::testing::width;
 using protocol::BlobId;
 using protocol::BlobKind;
@@ -46,10 +47,7 @@ TEST(TestCloudDetail, IsFineWhereOneLooksAndTheRestCostsNothing)
   MemoryServer server = Cloud();
   ASSERT_EQ(server.Description().triangles, 0u);
   ViewerSession session;
-  session.Resize({ width / 5, height / 5, 1 }); // so small that no original is needed
-  ASSERT_TRUE(session.SelectModel("torus"));
-  session.EnterFullScreen();
-  server.Serve(session);
+  OpenSmall(session, server);
   EXPECT_EQ(PartitionsSent(server), 0u);
   session.Resize({ width, height, 1 });
   session.Zoom(20, onRingX, onRingY); // then its points are far apart

@@ -17,6 +17,7 @@ using kdstream::testing::MemoryServer;
 using kdstream::testing::onRingX;
 using kdstream::testing::onRingY;
 using kdstream::testing::OpenFullScreen;
+using kdstream::testing::OpenSmall;
 using kdstream::testing::TilePlaceOf;
 using kdstream::testing::width;
 using protocol::BlobId;
@@ -87,10 +88,7 @@ TEST(TestSessionTextures, AreWantedWhereTheOriginalIsSeenClosely)
 {
   MemoryServer server = Textured();
   ViewerSession session;
-  session.Resize({ width / 5, height / 5, 1 });
-  ASSERT_TRUE(session.SelectModel("torus"));
-  session.EnterFullScreen();
-  server.Serve(session);
+  OpenSmall(session, server);
   EXPECT_EQ(TexturesSent(server), 0u) << "colours of vertices are enough for a small picture";
   session.Resize({ width, height, 1 });
   session.Zoom(8, onRingX, onRingY);
@@ -132,10 +130,7 @@ TEST(TestSessionTextures, AreAllWantedWhereAllIsTheOriginal)
   MemoryServer server = Textured();
   ViewerSession session;
   session.SetDetail(DetailMode::Full);
-  session.Resize({ width / 5, height / 5, 1 });
-  ASSERT_TRUE(session.SelectModel("torus"));
-  session.EnterFullScreen();
-  server.Serve(session);
+  OpenSmall(session, server);
   const std::size_t seen = CountSeenParts(session);
   EXPECT_GT(seen, server.Description().partitions / 2);
   EXPECT_EQ(CountPaintedParts(session), seen);
