@@ -8,6 +8,8 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <cstdint>
+#include <cstring>
 #include <optional>
 
 namespace kdstream
@@ -90,6 +92,22 @@ public:
     const auto inside = [](double at, std::size_t size)
     { return std::min(static_cast<std::size_t>(std::max(at, 0.0)), size - 1); };
     return this->InCell(inside(column, this->Source.width), inside(row, this->Source.height));
+  }
+
+  bool InSquares() const { return this->Source.squares; }
+  // The same, quicker. REQUIRES: InSquares().
+  Texel AtSquareCell(double column, double row) const
+  {
+    const auto inside = [](double at, std::size_t size)
+    {
+      return std::min(static_cast<std::uint32_t>(std::max(static_cast<std::int32_t>(at), 0)),
+        static_cast<std::uint32_t>(size - 1));
+    };
+    const std::uint32_t x = inside(column, this->Source.width);
+    const std::uint32_t y = inside(row, this->Source.height);
+    Texel texel;
+    std::memcpy(texel.data(), this->Source.At(x, y), texel.size());
+    return texel;
   }
 
   // In linear light.

@@ -9,19 +9,41 @@ namespace kdstream
 namespace
 {
 
+typedef float Four __attribute__((vector_size(16))); // of GCC and Clang
+
+// What is summed of a texel. What is shown of a byte, and its square, are whole numbers.
+struct TexelValues
+{
+  Four light; // linear, and alpha
+  Four shown; // sRGB, 0-255, and the square of all three
+};
+
+// Of parts that are all upright, or all upside down: floats, of so few that sums of whole numbers
+// stay exact.
+struct FewSums
+{
+  static constexpr std::size_t most = 64;   // parts, times the square of a white texel: 0.7 × 2^24
+  TexelValues whole{}, byColumn{}, byRow{}; // as they are, and times their column and row
+  std::size_t parts = 0;
+};
+
 // What the parts of a triangle add up to, all of them of one size.
 struct PartSums
 {
   using Values = std::array<double, 8>; // light, what is shown, its square
   Values whole{}, second{}, last{};     // as it is, and by the second and the last corner's shares
 
-  void Add(const Values& values, double secondShare, double lastShare)
+  // A part's second corner has a share of (its column + third) / cuts, its last one so by rows.
+  void Add(const FewSums& few, double third, double cuts)
   {
-    for (std::size_t k = 0; k < values.size(); ++k)
+    for (std::size_t k = 0; k < 8; ++k)
     {
-      this->whole[k] += values[k];
-      this->second[k] += secondShare * values[k];
-      this->last[k] += lastShare * values[k];
+      const auto of = [k](const TexelValues& v) -> double
+      { return k < 4 ? v.light[k] : v.shown[k - 4]; };
+      const double sum = of(few.whole);
+      this->whole[k] += sum;
+      this->second[k] += (of(few.byColumn) + third * sum) / cuts;
+      this->last[k] += (of(few.byRow) + third * sum) / cuts;
     }
   }
 
@@ -46,45 +68,105 @@ struct PartSums
   }
 };
 
+// The parts of a row from column `first` to `end`, whose middles lie at `at` and steps from it.
+template <class ValueOf>
+void SumRow(FewSums& few, std::size_t row, std::size_t first, std::size_t end,
+  const PlaceInPicture& at, const PlaceInPicture& step, const ValueOf& valueOf)
+{
+  TexelValues whole{}, byColumn{};
+  for (std::size_t i = first; i < end; ++i)
+  {
+    const auto column = static_cast<float>(i - first);
+    const TexelValues values = valueOf(at[0] + double(i) * step[0], at[1] + double(i) * step[1]);
+    whole.light += values.light;
+    whole.shown += values.shown;
+    byColumn.light += column * values.light;
+    byColumn.shown += column * values.shown;
+  }
+  few.whole.light += whole.light;
+  few.whole.shown += whole.shown;
+  few.byColumn.light += byColumn.light + static_cast<float>(first) * whole.light;
+  few.byColumn.shown += byColumn.shown + static_cast<float>(first) * whole.shown;
+  few.byRow.light += static_cast<float>(row) * whole.light;
+  few.byRow.shown += static_cast<float>(row) * whole.shown;
+  few.parts += end - first;
+}
+
+// Of the upright parts, or of those upside down, which are one less in each row.
+template <class ValueOf>
+void SumAlike(PartSums& sums, const std::array<PlaceInPicture, 3>& at, std::size_t cuts,
+  bool upright, const ValueOf& valueOf)
+{
+  const auto sides = double(cuts);
+  const double third = upright ? 1.0 / 3 : 2.0 / 3;
+  const PlaceInPicture step{ (at[1][0] - at[0][0]) / sides, (at[1][1] - at[0][1]) / sides };
+  const PlaceInPicture down{ (at[2][0] - at[0][0]) / sides, (at[2][1] - at[0][1]) / sides };
+  FewSums few;
+  for (std::size_t row = 0; row < cuts; ++row)
+  {
+    const double rows = double(row) + third;
+    const PlaceInPicture begin{ at[0][0] + rows * down[0] + third * step[0],
+      at[0][1] + rows * down[1] + third * step[1] };
+    const std::size_t count = cuts - row - (upright ? 0 : 1);
+    for (std::size_t first = 0; first < count; first += FewSums::most)
+    {
+      const std::size_t end = std::min(count, first + FewSums::most);
+      if (few.parts + end - first > FewSums::most)
+      {
+        sums.Add(few, third, sides);
+        few = {};
+      }
+      SumRow(few, row, first, end, begin, step, valueOf);
+    }
+  }
+  sums.Add(few, third, sides);
+}
+
 // valueOf(x, y): of places between `at`.
 template <class ValueOf>
 PartSums SumParts(const std::array<PlaceInPicture, 3>& at, std::size_t cuts, const ValueOf& valueOf)
 {
-  const PlaceInPicture toSecond{ at[1][0] - at[0][0], at[1][1] - at[0][1] };
-  const PlaceInPicture toLast{ at[2][0] - at[0][0], at[2][1] - at[0][1] };
-  const double part = 1 / double(cuts);
   PartSums sums;
-  for (std::size_t row = 0; row < cuts; ++row)
-  {
-    for (std::size_t i = 0; i < 2 * (cuts - row) - 1; ++i)
-    {
-      const double third = i % 2 == 0 ? 1.0 / 3 : 2.0 / 3;
-      const double second = (double(i / 2) + third) * part;
-      const double last = (double(row) + third) * part;
-      sums.Add(valueOf(at[0][0] + second * toSecond[0] + last * toLast[0],
-                 at[0][1] + second * toSecond[1] + last * toLast[1]),
-        second, last);
-    }
-  }
+  SumAlike(sums, at, cuts, true, valueOf);
+  SumAlike(sums, at, cuts, false, valueOf);
   return sums;
 }
 
-PartSums::Values Joined(const Color& light, const std::array<double, 3>& shown)
+TexelValues Plain(const std::array<float, 256>& lights, const Texel& texel, bool opaque)
 {
-  return { light[0], light[1], light[2], light[3], shown[0], shown[1], shown[2], SquareOf(shown) };
+  const std::array<int, 3> bytes{ texel[0], texel[1], texel[2] };
+  const int square = bytes[0] * bytes[0] + bytes[1] * bytes[1] + bytes[2] * bytes[2];
+  const float alpha = opaque || texel[3] == 255 ? 1 : float(texel[3]) / 255;
+  return { Four{ lights[texel[0]], lights[texel[1]], lights[texel[2]], alpha },
+    Four{ float(bytes[0]), float(bytes[1]), float(bytes[2]), float(square) } };
+}
+
+const std::array<float, 256>& LightOfBytes()
+{
+  static const std::array<float, 256> lights = []
+  {
+    std::array<float, 256> floats{};
+    std::transform(LinearOfBytes().begin(), LinearOfBytes().end(), floats.begin(),
+      [](double light) { return static_cast<float>(light); });
+    return floats;
+  }();
+  return lights;
 }
 
 // Under the material's factor.
-PartSums::Values Tinted(const TexturedMaterial& material, Color light)
+TexelValues Tinted(
+  const TexturedMaterial& material, const PictureTexels& texels, const Texel& texel)
 {
+  Color light = texels.LightOf(texel);
   std::array<double, 3> shown{};
-  for (std::size_t k = 0; k < 4; ++k)
+  for (std::size_t k = 0; k < 3; ++k)
   {
-    light[k] *= k < 3 || !material.opaque ? material.factor[k] : 1;
+    light[k] *= material.factor[k];
+    shown[k] = 255 * FromLinear(light[k]);
   }
-  std::transform(light.begin(), light.begin() + 3, shown.begin(),
-    [](double value) { return 255 * FromLinear(value); });
-  return Joined(light, shown);
+  light[3] = material.opaque ? 1 : light[3] * material.factor[3];
+  return { Four{ float(light[0]), float(light[1]), float(light[2]), float(light[3]) },
+    Four{ float(shown[0]), float(shown[1]), float(shown[2]), float(SquareOf(shown)) } };
 }
 
 }
@@ -92,34 +174,31 @@ PartSums::Values Tinted(const TexturedMaterial& material, Color light)
 TriangleSum SumTexels(const TexturedMaterial& material, const PictureTexels& texels,
   const std::array<PlaceInPicture, 3>& at, double area, std::size_t cuts)
 {
-  const bool opaque = material.opaque;
-  const auto lightOf = [&](const Texel& texel)
-  {
-    Color light = texels.LightOf(texel);
-    light[3] = opaque ? 1 : light[3];
-    return light;
-  };
+  const std::array<float, 256>& lights = LightOfBytes();
   const auto sum = [&](const std::array<PlaceInPicture, 3>& places, const auto& texelAt)
   {
     if (material.factor != Color{ 1, 1, 1, 1 })
     {
       return SumParts(
-        places, cuts, [&](double x, double y) { return Tinted(material, lightOf(texelAt(x, y))); });
+        places, cuts, [&](double x, double y) { return Tinted(material, texels, texelAt(x, y)); });
     }
     return SumParts(places, cuts,
-      [&](double x, double y)
-      {
-        const Texel texel = texelAt(x, y);
-        return Joined(lightOf(texel), PictureTexels::ShownOf(texel));
-      });
+      [&, opaque = material.opaque](double x, double y)
+      { return Plain(lights, texelAt(x, y), opaque); });
   };
   const auto cells = texels.CellsOf(at, material.wrapU, material.wrapV);
+  if (!cells)
+  {
+    return sum(at,
+      [&](double u, double v) {
+        return texels.At({ u, v }, material.wrapU, material.wrapV);
+      })
+      .OfTriangle(area, cuts);
+  }
   const PartSums parts =
-    cells ? sum(*cells, [&](double column, double row) { return texels.AtCell(column, row); })
-          : sum(at,
-              [&](double u, double v) {
-                return texels.At({ u, v }, material.wrapU, material.wrapV);
-              });
+    texels.InSquares()
+      ? sum(*cells, [&](double column, double row) { return texels.AtSquareCell(column, row); })
+      : sum(*cells, [&](double column, double row) { return texels.AtCell(column, row); });
   return parts.OfTriangle(area, cuts);
 }
 
