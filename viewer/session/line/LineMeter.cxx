@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // How fast the line to the server is: see LineMeter.h.
-#include "viewer/session/LineMeter.h"
+#include "viewer/session/line/LineMeter.h"
 
 #include <algorithm>
 
