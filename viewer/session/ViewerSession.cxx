@@ -10,6 +10,17 @@
 namespace kdstream
 {
 
+void SessionOptions::TakeShares(const MemoryShares& shares)
+{
+  this->refinement.triangles = shares.triangles;
+  this->refinement.bytes = shares.viewBytes;
+  this->policy.triangleBudget = shares.levelTriangles;
+  this->cacheBytes = shares.cacheBytes;
+  this->treeBytes = shares.treeBytes;
+  this->pictureBytes = shares.pictureBytes;
+  this->mostRegionTriangles = shares.regionTriangles;
+}
+
 ViewerSession::ViewerSession(SessionOptions options)
   : Options(std::move(options))
   , Gestures(this->Options.gestures)
@@ -140,8 +151,15 @@ void ViewerSession::SetRings(unsigned rings)
 
 void ViewerSession::SetBudgets(std::uint64_t triangles, std::size_t bytes)
 {
-  this->Options.refinement.triangles = this->Options.policy.triangleBudget = triangles;
-  this->Options.refinement.bytes = bytes;
+  this->SetMemory(SharesOfBudgets(triangles, bytes));
+}
+
+void ViewerSession::SetMemory(const MemoryShares& shares)
+{
+  this->Options.TakeShares(shares);
+  this->Pieces.SetLimit(shares.cacheBytes);
+  this->Tiles.SetLimit(shares.pictureBytes);
+  this->CutRegion();
   if (this->Current)
   {
     Model& model = *this->Current;
@@ -152,16 +170,6 @@ void ViewerSession::SetBudgets(std::uint64_t triangles, std::size_t bytes)
   }
   this->Update();
   this->Trace("budgets");
-}
-
-void ViewerSession::SetMemory(const MemoryShares& shares)
-{
-  this->Options.treeBytes = shares.treeBytes;
-  this->Options.mostRegionTriangles = shares.regionTriangles;
-  this->Pieces.SetLimit(shares.cacheBytes);
-  this->Tiles.SetLimit(shares.pictureBytes);
-  this->CutRegion();
-  this->SetBudgets(shares.triangles, shares.viewBytes);
 }
 
 void ViewerSession::SetAhead(std::size_t bytes)

@@ -73,6 +73,8 @@ struct SessionOptions
   std::function<double()> clock;
   // Blobs of which Statistics tells: the newest.
   std::size_t mostStatistics = 10'000;
+  // All of the above that is held, at most.
+  void TakeShares(const MemoryShares& shares);
   // From then on, `sink` is called with one line of JSON after every input: the input, the state,
   // the requests that it led to. The same inputs give the same lines. What writes them is linked
   // only where this is called: a page does without.
@@ -189,11 +191,12 @@ public:
   // For this region and the next ones. Clamped to 1-3.
   void SetRings(unsigned rings);
   void SetDetail(DetailMode detail);
-  // From now on at most about so many triangles are shown, and so many bytes taken.
+  // From now on at most about so many triangles are shown, and so many bytes taken
+  // (SharesOfBudgets).
   void SetBudgets(std::uint64_t triangles, std::size_t bytes);
-  // The same and more, for all that is held: what is shown becomes coarser, and a region smaller,
-  // where they exceed it. Of the tree it counts for models that are opened from now on. No session
-  // file tells of it.
+  // The same for all that is held, each by itself: what is shown becomes coarser, and a region
+  // smaller, where they exceed it. Of the tree it counts for models that are opened from now on. No
+  // session file tells of it.
   void SetMemory(const MemoryShares& shares);
   // As SessionOptions::aheadBytes.
   void SetAhead(std::size_t bytes);
