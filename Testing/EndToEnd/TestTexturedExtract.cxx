@@ -235,47 +235,6 @@ TEST_F(TestTexturedExtract, WrongImagesAreNamed)
   }
 }
 
-// 256 MiB of texels, at 64M.
-TEST_F(TestTexturedExtract, PicturesMayBeLargerThanMemory)
-{
-  Picture picture{ 8192, 8192, 3, {} };
-  picture.texels.resize(picture.width * picture.height * 3);
-  for (std::size_t i = 0; i < picture.texels.size(); ++i)
-  {
-    picture.texels[i] = static_cast<std::uint8_t>((i / 300) ^ (i / 3 / picture.width / 64));
-  }
-  const std::vector<std::uint8_t> bytes = EncodePicture(picture, PictureType::Jpeg);
-  picture = {};
-  this->WriteText("large.jpg", { bytes.begin(), bytes.end() });
-  this->WriteText("large.mtl", "newmtl a\nmap_Kd large.jpg\n");
-  std::string text = "mtllib large.mtl\nusemtl a\n";
-  constexpr std::size_t side = 120;
-  for (std::size_t i = 0; i < (side + 1) * (side + 1); ++i)
-  {
-    const std::string x = std::to_string(double(i % (side + 1)) / side);
-    const std::string y = std::to_string(double(i / (side + 1)) / side);
-    text += "v " + x + " " + y + " 0\nvt " + x + " " + y + "\n";
-  }
-  for (std::size_t i = 0; i < side * side; ++i)
-  {
-    const std::size_t a = i / side * (side + 1) + i % side + 1;
-    text += "f";
-    for (const std::size_t v : { a, a + 1, a + side + 2, a + side + 1 })
-    {
-      text += " " + std::to_string(v) + "/" + std::to_string(v);
-    }
-    text += "\n";
-  }
-  this->WriteText("large.obj", text);
-  const Outcome built = this->Build({ "large.obj", "-o", "m.kds", "--quiet", "--memory", "64M",
-    "--vertices-per-partition", "500", "--stats", "s.json" });
-  ASSERT_EQ(built.exitCode, 0) << built.err;
-  const auto stats = ParseJson(ReadWhole(this->Folder / "s.json"));
-  ASSERT_TRUE(stats);
-  EXPECT_LT((*stats)["peak_rss_bytes"].GetUint64(), std::uint64_t{ 128 } << 20);
-  EXPECT_GT((*stats)["tiles"]["texels"].GetUint64(), std::uint64_t{ 8192 } * 8192);
-}
-
 TEST_F(TestTexturedExtract, ExportedFoldersHaveTheTextures)
 {
   this->WriteHardObj("hard", 2);
