@@ -1,7 +1,9 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // libFuzzer's entry to the viewer session: each byte is something that the person, the line or a
 // server does, true or lied. Whatever came before, when the server answers properly at last, but
-// for what it has lost, the session comes to rest.
+// for what it has lost, the session comes to rest; and there is never a hole in what is drawn,
+// unless a piece came under another's name, which no piece alone can tell.
+#include "viewer/session/MemoryBudget.h"
 #include "viewer/session/Testing/MemoryServer.h"
 #include "viewer/session/ViewerSession.h"
 
@@ -10,8 +12,10 @@
 #include <cstdio>
 #include <cstdlib>
 #include <span>
+#include <utility>
 
 using namespace kdstream;
+using kdstream::testing::CountBoundaryEdges;
 using kdstream::testing::MakeTorus;
 using kdstream::testing::MemoryServer;
 using protocol::BlobId;
@@ -139,6 +143,7 @@ private:
         break;
       case 3:
         bytes = this->Server.Blob(this->AnyBlob());
+        this->Swapped = this->Swapped || IsOfPiece(blob);
         break;
       case 4: // twice, and under a name of its own
         this->Session.BlobArrived(this->Given.Next(), blob, bytes, 0.01, false);
@@ -154,7 +159,30 @@ private:
   void Frame()
   {
     this->Session.BeginFrame();
+    const ViewerScene scene = this->Session.Scene();
+    const bool isOther = std::exchange(this->Drawn, scene.surfaceVersion) != scene.surfaceVersion;
+    if (isOther && !this->Swapped && CountBoundaryEdges(scene.surface->Whole().triangles) != 0)
+    {
+      std::fputs("FuzzSession: there is a hole\n", stderr);
+      std::abort();
+    }
     this->Session.EndFrame(0.01);
+  }
+
+  // As a person sets them, or as a page that runs out of memory does.
+  void SetBudgets()
+  {
+    const std::uint8_t how = this->Given.Next();
+    const std::uint64_t triangles = std::uint64_t{ 1 } << how % 16;
+    const std::size_t bytes = std::size_t{ 256 } << how / 16;
+    if (this->Way % 2 == 0)
+    {
+      return this->Session.SetBudgets(triangles, bytes);
+    }
+    MemoryShares shares = SharesOfBudgets(triangles, bytes);
+    shares.treeBytes = std::size_t{ 64 } << this->Given.Next() % 16;
+    shares.cacheBytes = std::size_t{ 64 } << this->Given.Next() % 16;
+    this->Session.SetMemory(shares);
   }
 
   void Tap(int times)
@@ -237,6 +265,9 @@ private:
       case 13:
         this->UseTools();
         break;
+      case 14:
+        this->SetBudgets();
+        break;
       default:
         for (int answers = this->Way == 0 ? 8 : 1; answers > 0; --answers)
         {
@@ -251,7 +282,9 @@ private:
   std::vector<BlobId> All;
   std::mt19937 Random;
   ViewerSession Session;
-  unsigned Way = 0; // how the server lies
+  unsigned Way = 0;        // how the server lies
+  bool Swapped = false;    // a piece came under another's name
+  std::uint64_t Drawn = 0; // the surface's version
   double Clock = 0;
 };
 
