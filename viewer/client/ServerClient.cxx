@@ -102,6 +102,7 @@ public:
         options.firstRetry = 1;
         options.jitter = 3;
         options.streamRetry = 60;
+        options.longestDebt = 60;
         this->Talk.emplace(std::move(options));
         this->Act();
       });

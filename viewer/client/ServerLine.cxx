@@ -205,7 +205,9 @@ double ServerLine::NextTick() const
 {
   constexpr double never = std::numeric_limits<double>::infinity();
   const bool probes = this->Current == State::Getting && this->Options.streamRetry > 0;
-  return std::min(this->Retrying ? this->RetryAt : never, probes ? this->ProbeAt : never);
+  const double debt =
+    this->GivesUpDebt() ? this->Stream.OwedSince() + this->Options.longestDebt : never;
+  return std::min({ this->Retrying ? this->RetryAt : never, probes ? this->ProbeAt : never, debt });
 }
 
 void ServerLine::Tick(double now)
@@ -241,6 +243,11 @@ void ServerLine::Tick(double now)
   if (silent)
   {
     this->Lose("it brought nothing for too long", now);
+  }
+  else if (this->GivesUpDebt() && now >= this->Stream.OwedSince() + this->Options.longestDebt)
+  {
+    this->Stream.FailLongestOwed("the server sends other things instead");
+    this->Lose("it did not bring what was asked for first", now);
   }
 }
 

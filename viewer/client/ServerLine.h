@@ -45,6 +45,9 @@ struct ServerLineOptions
   double streamRetry = 0;
   double longestSilence = 0; // s; if something is owed and nothing has come for so long, the
                              // connection is given up; 0 = never (the host's sockets do that)
+  // s; if there was no progress with what is owed longest for so long, though other things came
+  // (StreamConversation::OwedSince), that has failed, and the connection is given up; 0 = never
+  double longestDebt = 0;
 };
 
 // All times are seconds of any one steady clock.
@@ -110,6 +113,10 @@ private:
   void Rest(double now);
   void RetryLater(double now, double atLeast = 0);
   double Jittered(double pause, double now) const;
+  bool GivesUpDebt() const
+  {
+    return this->Current == State::Streaming && this->Options.longestDebt > 0;
+  }
   void ProbeStream();
   void EndProbe(double now);
   void FetchNext();

@@ -6,6 +6,7 @@
 
 #include <algorithm>
 #include <iterator>
+#include <limits>
 #include <utility>
 
 namespace kdstream
@@ -49,6 +50,7 @@ void StreamConversation::Send(const SessionRequest& request, double now)
   {
     this->Cancel(request.id);
     this->Flush(now);
+    this->FollowOldest(now);
     return;
   }
   if (request.kind != Kind::Open && !this->Refusal.empty())
@@ -81,6 +83,7 @@ void StreamConversation::Send(const SessionRequest& request, double now)
     this->QueueLists(request.id, request.blobs);
   }
   this->Flush(now);
+  this->FollowOldest(now);
 }
 
 void StreamConversation::Queue(std::uint32_t request, decltype(protocol::ClientMessage::body) body)
@@ -175,6 +178,7 @@ Status StreamConversation::ReceiveText(std::string_view text, double now)
   auto message = protocol::ParseServerMessage(text);
   KDSTREAM_TRY(message);
   const std::uint32_t wire = message->request;
+  this->NoteMessage(wire, false, now);
   const auto found = this->Unfinished.find(wire);
   if (const auto* error = std::get_if<protocol::ErrorAnswer>(&message->body))
   {
@@ -201,6 +205,7 @@ Status StreamConversation::ReceiveText(std::string_view text, double now)
     this->Frames.Forget(wire);
     this->FinishMessage(wire, now);
   }
+  this->FollowOldest(now);
   return {};
 }
 
@@ -256,6 +261,7 @@ void StreamConversation::Failed(std::uint32_t wire, const protocol::ErrorAnswer&
       event.kind = ClientEvent::Kind::BlobFailed;
       event.blob = *answer.blob;
       this->Events.push_back(std::move(event));
+      this->NoteMessage(wire, true, now);
     }
     return;
   }
@@ -304,15 +310,19 @@ Status StreamConversation::ReceiveFrame(std::span<const std::uint8_t> message, d
   const auto found = this->Unfinished.find(frame->header.request);
   if (found == this->Unfinished.end())
   {
+    this->NoteMessage(frame->header.request, false, now);
     return {}; // of a request that has ended
   }
   auto blob = this->Frames.Accept(*frame);
   KDSTREAM_TRY(blob);
+  const auto debt = this->Outstanding.find(found->second.request);
+  const bool isOwed =
+    debt != this->Outstanding.end() && debt->second.owed.count(frame->header.blob) != 0;
+  this->NoteMessage(frame->header.request, isOwed, now);
   if (!*blob)
   {
     return {};
   }
-  const auto debt = this->Outstanding.find(found->second.request);
   if (debt != this->Outstanding.end() && debt->second.owed.erase((*blob)->id) != 0)
   {
     ClientEvent event;
@@ -324,7 +334,91 @@ Status StreamConversation::ReceiveFrame(std::span<const std::uint8_t> message, d
     this->Events.push_back(std::move(event));
   }
   this->LastBlob = now;
+  this->FollowOldest(now);
   return {};
+}
+
+StreamConversation::Oldest StreamConversation::FindOldest() const
+{
+  const auto isOwed = [this](std::uint32_t request)
+  {
+    const auto debt = this->Outstanding.find(request);
+    return debt != this->Outstanding.end() && debt->second.IsOwed();
+  };
+  for (const auto& [wire, message] : this->Unfinished)
+  {
+    if (isOwed(message.request))
+    {
+      return { message.request, wire };
+    }
+  }
+  for (const Message& message : this->Waiting)
+  {
+    if (isOwed(message.request))
+    {
+      return { message.request, 0 };
+    }
+  }
+  return {};
+}
+
+void StreamConversation::FollowOldest(double now)
+{
+  const Oldest oldest = this->FindOldest();
+  if (oldest != this->Longest)
+  {
+    this->Longest = oldest;
+    this->LastProgress = now;
+    this->AskedByThen = 0;
+    this->Strays = 0;
+    this->OthersCame = false;
+  }
+}
+
+void StreamConversation::NoteMessage(std::uint32_t wire, bool isOwed, double now)
+{
+  const bool isOwn = isOwed && wire == this->Longest.wire;
+  if (isOwn)
+  {
+    this->AskedByThen = 0;
+    this->Strays = 0;
+  }
+  else if (this->AskedByThen == 0)
+  {
+    this->AskedByThen = this->LastWire;
+  }
+  const bool isProgress =
+    isOwn || (isOwed ? wire <= this->AskedByThen : this->Strays++ < mostStrays);
+  this->LastProgress = isProgress ? now : this->LastProgress;
+  this->OthersCame = !isProgress;
+}
+
+double StreamConversation::OwedSince() const
+{
+  return this->Longest.request != 0 && this->OthersCame ? this->LastProgress
+                                                        : std::numeric_limits<double>::infinity();
+}
+
+void StreamConversation::FailLongestOwed(const std::string& message)
+{
+  const auto debt = this->Outstanding.find(this->Longest.request);
+  if (debt->second.open)
+  {
+    this->Fail(debt->first, message);
+    this->Outstanding.erase(debt);
+    return;
+  }
+  ClientEvent event;
+  event.kind = ClientEvent::Kind::BlobFailed;
+  event.request = debt->first;
+  event.blob = debt->second.OwedInOrder().front();
+  event.message = message;
+  debt->second.owed.erase(event.blob);
+  this->Events.push_back(std::move(event));
+  if (debt->second.owed.empty())
+  {
+    this->Outstanding.erase(debt);
+  }
 }
 
 void StreamConversation::Restart(double now)
@@ -351,6 +445,8 @@ void StreamConversation::Restart(double now)
     }
   }
   this->Flush(now);
+  this->Longest = {};
+  this->FollowOldest(now);
 }
 
 bool StreamConversation::Debt::IsResting() const
@@ -396,6 +492,7 @@ void StreamConversation::AskAgain(std::size_t most, double now)
     }
   }
   this->Flush(now);
+  this->FollowOldest(now);
 }
 
 void StreamConversation::FailAll(const std::string& message)
@@ -406,6 +503,7 @@ void StreamConversation::FailAll(const std::string& message)
   }
   this->Outstanding.clear();
   this->Waiting.clear();
+  this->Longest = {};
 }
 
 // What was opened is not there any more: pieces of another build must not be mixed with it.

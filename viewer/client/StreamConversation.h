@@ -47,6 +47,18 @@ public:
   // Asks for it, if it was not asked for `most` times already; else it has failed.
   void AskAgain(std::size_t most, double now);
 
+  // Since when other things have come than what is owed longest, without progress with that;
+  // infinite where this is not so. Progress are its own bytes; those of what had been asked for
+  // when the first other answer came after these, since a server may send that before; and so many
+  // messages between that bring nothing of what is owed: of requests that were called back, or that
+  // tell what will come. So there is progress on the slowest line, but not for ever where a server
+  // always sends something else.
+  double OwedSince() const;
+  static constexpr std::size_t mostStrays = 64;
+  // What is owed longest (the next blob of its request) has failed. REQUIRES: OwedSince() is
+  // finite.
+  void FailLongestOwed(const std::string& message);
+
   // Everything that is owed has failed; the next Send starts a new conversation.
   void FailAll(const std::string& message);
 
@@ -66,6 +78,7 @@ private:
     std::set<protocol::BlobId> owed;      // those that have not come
 
     std::vector<protocol::BlobId> OwedInOrder() const;
+    bool IsOwed() const { return this->busy.empty() && (this->open || !this->owed.empty()); }
     bool IsResting() const;   // all that is owed is to be asked for again
     std::size_t messages = 0; // not yet ended
     std::string busy;         // what a busy server said of it; empty = it was not
@@ -88,12 +101,29 @@ private:
   void Fail(std::uint32_t request, const std::string& message);
   void Failed(std::uint32_t wire, const protocol::ErrorAnswer& answer, double now);
 
+  // What is owed longest.
+  struct Oldest
+  {
+    std::uint32_t request = 0; // 0: nothing
+    std::uint32_t wire = 0;    // of its message; 0: that waits to be sent
+    bool operator==(const Oldest&) const = default;
+  };
+  Oldest FindOldest() const;
+  void FollowOldest(double now);
+  void NoteMessage(std::uint32_t wire, bool isOwed, double now);
+
   std::map<std::uint32_t, Debt> Outstanding; // by the session's request
   std::deque<Message> Waiting;
   std::map<std::uint32_t, Message> Unfinished; // by the message's own number
   std::uint32_t LastWire = 0;
   protocol::FrameAssembler Frames;
   double LastBlob = 0;
+  Oldest Longest;          // owed,
+  double LastProgress = 0; // with it;
+  // Messages that had been sent as the first other answer came since then; 0: none has come.
+  std::uint32_t AskedByThen = 0;
+  std::size_t Strays = 0;    // messages that bring nothing of what is owed, since then
+  bool OthersCame = false;   // since the last progress
   std::string Model, Digest; // that is open, or was when the connection was lost
   std::string Refusal;       // why nothing more can be had of it; empty = it can
   std::vector<std::string> Messages;

@@ -225,7 +225,7 @@ Result<int> ViewHeadless(const std::string& program, const ViewOptions& line,
   options.complain = [&](const std::string& sentence) { exitCode = failures.Add(sentence); };
   options.interrupted = Interrupted;
   ViewReport report;
-  options.drawn = [&] { report.AddFrame(session.GetStatus()); };
+  options.drawn = [&] { report.AddFrame(session.GetStatus(), session.Scene()); };
   Player player(source, session, **window, options);
   const std::vector<SessionStep> steps = Script(*first, replay, line);
   for (const SessionStep& step : steps)

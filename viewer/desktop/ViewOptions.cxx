@@ -259,10 +259,8 @@ SessionOptions SessionOptionsOf(const ViewOptions& line)
   options.rings = line.rings;
   options.turning = Turning::Free; // until a session file says otherwise
   options.detail = line.detail;
-  options.refinement.triangles = options.policy.triangleBudget = line.triangles;
-  options.refinement.bytes = line.memory;
+  options.TakeShares(SharesOfBudgets(line.triangles, line.memory));
   options.refinement.smallModel = line.triangles / 8;
-  options.cacheBytes = line.memory / 2; // the other half is what is drawn
   options.clock = []
   {
     return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch())

@@ -43,14 +43,15 @@ double ViewReport::Now() const
   return std::chrono::duration<double>(std::chrono::steady_clock::now() - this->Begin).count();
 }
 
-void ViewReport::AddFrame(const ViewerStatus& status)
+void ViewReport::AddFrame(const ViewerStatus& status, const ViewerScene& scene)
 {
-  if (status.vertices == this->Vertices && status.triangles == this->Triangles)
+  const bool isAsBefore = scene.surfaceVersion == this->Surface && scene.tiles == this->Tiles;
+  if (isAsBefore || (this->First < 0 && status.vertices == 0))
   {
     return;
   }
-  this->Vertices = status.vertices;
-  this->Triangles = status.triangles;
+  this->Surface = scene.surfaceVersion;
+  this->Tiles = scene.tiles;
   this->PeakTriangles = std::max(this->PeakTriangles, status.triangles);
   this->Settled = this->Now();
   this->First = this->First < 0 ? this->Settled : this->First;

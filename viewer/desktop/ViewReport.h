@@ -7,6 +7,7 @@
 
 #include <chrono>
 #include <cstdint>
+#include <memory>
 #include <string>
 
 namespace kdstream
@@ -21,8 +22,8 @@ public:
   // Its seconds begin now.
   ViewReport();
 
-  // A frame has been drawn.
-  void AddFrame(const ViewerStatus& status);
+  // A frame of this scene has been drawn.
+  void AddFrame(const ViewerStatus& status, const ViewerScene& scene);
   // One JSON object. link: to what is seen at the end.
   std::string Json(const SessionTraffic& traffic, const std::string& link) const;
 
@@ -31,8 +32,9 @@ private:
 
   std::chrono::steady_clock::time_point Begin;
   double First = -1;   // s; of the first frame with anything on it, -1 before
-  double Settled = -1; // s; of the last frame that showed something else
-  std::uint64_t Vertices = 0, Triangles = 0, PeakTriangles = 0;
+  double Settled = -1; // s; of the last frame with another surface, or other textures on it
+  std::uint64_t Surface = 0, PeakTriangles = 0; // a version
+  std::shared_ptr<const TileList> Tiles;
 };
 
 }

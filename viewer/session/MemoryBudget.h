@@ -9,7 +9,7 @@
 namespace kdstream
 {
 
-// What a session may hold (ViewerSession::SetMemory).
+// What a session may hold (SessionOptions::TakeShares).
 struct MemoryShares
 {
   std::size_t cacheBytes = 0;        // decoded pieces, those that are shown among them
@@ -21,6 +21,12 @@ struct MemoryShares
   std::size_t pictureBytes = 0;      // decoded pictures of textures
   bool operator==(const MemoryShares&) const = default;
 };
+
+// What one may hold that may show about so many triangles at a time, where what the view wants may
+// take about so many bytes, decoded and drawn. A region around a tap takes at most half of the
+// triangles (the other half is for the regions before it). Half as many bytes again are for decoded
+// pictures of textures.
+MemoryShares SharesOfBudgets(std::uint64_t triangles, std::size_t viewBytes);
 
 // A budget for all that a page takes: the memory of its program, which never shrinks again, and
 // that of the graphics. Pieces may take two fifths of it. The rest is for what is drawn of them,

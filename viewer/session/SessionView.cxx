@@ -148,13 +148,13 @@ std::vector<PieceId> ViewerSession::TappedPieces() const
 }
 
 // The region before the one that is tapped now stays, with those before it, as long as all of them
-// are within half of the budget.
+// are within half of the budget, and no more than one region may be.
 void ViewerSession::AddToRegion(const PickedRegion& last)
 {
   this->EarlierTaps.insert(
     this->EarlierTaps.begin(), last.partitions.begin(), last.partitions.end());
-  const auto most = std::min<std::uint64_t>(this->Options.mostRegionPartitions,
-    this->Options.refinement.triangles / 2 / this->TrianglesOfPartition());
+  const auto most = std::min<std::uint64_t>(
+    this->MostOfRegion(), this->Options.refinement.triangles / 2 / this->TrianglesOfPartition());
   std::set<std::uint32_t> once;
   std::erase_if(this->EarlierTaps,
     [&](std::uint32_t partition) { return once.size() >= most || !once.insert(partition).second; });

@@ -7,20 +7,20 @@
 #include "filters/codec/PieceCodec.h"
 #include "filters/core/Result.h"
 #include "filters/model/ModelDescription.h"
-#include "viewer/session/BlobHistory.h"
 #include "viewer/session/GestureRecognizer.h"
 #include "viewer/session/KnownTree.h"
 #include "viewer/session/LevelPolicy.h"
-#include "viewer/session/LineMeter.h"
 #include "viewer/session/Measurement.h"
 #include "viewer/session/MemoryBudget.h"
 #include "viewer/session/Picker.h"
 #include "viewer/session/PieceCache.h"
-#include "viewer/session/RequestBook.h"
 #include "viewer/session/SessionTypes.h"
 #include "viewer/session/ShownSurface.h"
 #include "viewer/session/ViewLink.h"
 #include "viewer/session/ViewRefinement.h"
+#include "viewer/session/line/BlobHistory.h"
+#include "viewer/session/line/LineMeter.h"
+#include "viewer/session/line/RequestBook.h"
 #include "viewer/session/look/RakingLight.h"
 #include "viewer/session/paint/ShownTiles.h"
 #include "viewer/session/section/ShownSection.h"
@@ -73,6 +73,8 @@ struct SessionOptions
   std::function<double()> clock;
   // Blobs of which Statistics tells: the newest.
   std::size_t mostStatistics = 10'000;
+  // All of the above that is held, at most.
+  void TakeShares(const MemoryShares& shares);
   // From then on, `sink` is called with one line of JSON after every input: the input, the state,
   // the requests that it led to. The same inputs give the same lines. What writes them is linked
   // only where this is called: a page does without.
@@ -189,11 +191,12 @@ public:
   // For this region and the next ones. Clamped to 1-3.
   void SetRings(unsigned rings);
   void SetDetail(DetailMode detail);
-  // From now on at most about so many triangles are shown, and so many bytes taken.
+  // From now on at most about so many triangles are shown, and so many bytes taken
+  // (SharesOfBudgets).
   void SetBudgets(std::uint64_t triangles, std::size_t bytes);
-  // The same and more, for all that is held: what is shown becomes coarser, and a region smaller,
-  // where they exceed it. Of the tree it counts for models that are opened from now on. No session
-  // file tells of it.
+  // The same for all that is held, each by itself: what is shown becomes coarser, and a region
+  // smaller, where they exceed it. Of the tree it counts for models that are opened from now on. No
+  // session file tells of it.
   void SetMemory(const MemoryShares& shares);
   // As SessionOptions::aheadBytes.
   void SetAhead(std::size_t bytes);

@@ -156,7 +156,7 @@ void WindowLook::Frame()
   this->LastFrame = begin;
   this->FrameSeconds = SteadySeconds() - begin;
   this->Session.EndFrame(this->FrameSeconds, this->Input.Touching());
-  this->Report.AddFrame(this->Session.Viewer().GetStatus());
+  this->Report.AddFrame(this->Session.Viewer().GetStatus(), this->Session.Viewer().Scene());
   if (this->OwesPicture && (!this->Session.IsRecording() || this->Session.Viewer().IsIdle()))
   {
     this->TakePicture();

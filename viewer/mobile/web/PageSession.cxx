@@ -38,6 +38,7 @@ ServerLineOptions PatientLine()
   options.jitter = 3;
   options.streamRetry = 60;
   options.longestSilence = 20;
+  options.longestDebt = 60;
   return options;
 }
 

@@ -3,6 +3,7 @@
 #pragma once
 
 #include "viewer/session/Testing/MemoryServer.h"
+#include "viewer/session/Testing/SessionsByView.h"
 #include "viewer/session/ViewerSession.h"
 
 #include <gtest/gtest.h>
@@ -41,8 +42,6 @@ inline SessionOptions WithTrace(std::vector<std::string>& trace)
   options.TraceTo([&trace](std::string_view line) { trace.emplace_back(line); });
   return options;
 }
-
-constexpr int width = 800, height = 600;
 
 inline void Open(ViewerSession& session)
 {
