@@ -6,6 +6,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <map>
 #include <numeric>
 #include <tuple>
 #include <utility>
@@ -333,6 +334,32 @@ private:
   std::vector<VertexId> ChartOf; // of each triangle, before boxes: the lowest of its chart
 };
 
+}
+
+std::vector<std::uint32_t> NumberShownPictures(const Paint& paint)
+{
+  std::vector<std::uint32_t> numbers;
+  std::map<std::tuple<std::uint32_t, Color, bool>, std::uint32_t> known;
+  std::vector<bool> taken(paint.pictures); // a picture's own number
+  auto next = static_cast<std::uint32_t>(paint.pictures);
+  for (const TexturedMaterial& material : paint.materials)
+  {
+    if (material.picture >= paint.pictures)
+    {
+      numbers.push_back(noPicture);
+      continue;
+    }
+    Color factor = material.factor;
+    factor[3] = material.opaque ? 1 : factor[3];
+    const auto [entry, isNew] = known.try_emplace({ material.picture, factor, material.opaque }, 0);
+    if (isNew)
+    {
+      entry->second = taken[material.picture] ? next++ : material.picture;
+      taken[material.picture] = true;
+    }
+    numbers.push_back(entry->second);
+  }
+  return numbers;
 }
 
 TileCharts FindTileCharts(const PaintedTriangles& painted, const Paint& paint,

@@ -22,6 +22,11 @@ struct Paint
   std::size_t pictures = 0;
 };
 
+// Of each material the number of its picture as the material shows it: the picture's own for the
+// first of those that have it; where one has another factor, or other alpha, numbers from
+// paint.pictures on, alike for those that are alike. Without a picture: noPicture.
+std::vector<std::uint32_t> NumberShownPictures(const Paint& paint);
+
 // Triangles of a partition's piece.
 struct PaintedTriangles
 {
