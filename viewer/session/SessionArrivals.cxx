@@ -101,6 +101,11 @@ void ViewerSession::BlobArrived(std::uint32_t request, const BlobId& blob,
   entry.fromCache = fromCache;
   ++this->BlobsLoaded;
   this->BytesLoaded += bytes.size();
+  this->LostBefore.erase(blob);
+  if (!this->Lost.empty() && !fromCache)
+  {
+    this->AskForLost();
+  }
   if (const Status status = this->Decode(blob, bytes, entry); !status)
   {
     this->Fail(blob, status.GetError().message);
@@ -215,6 +220,29 @@ void ViewerSession::TellWhatIsMissed()
   }
 }
 
+// Something comes again.
+void ViewerSession::AskForLost()
+{
+  for (const BlobId& blob : std::exchange(this->Lost, {}))
+  {
+    this->FailedTree.erase(blob);
+    if (blob.kind == BlobKind::Texture)
+    {
+      this->Tiles.Retry();
+    }
+    else if (IsOfPiece(blob))
+    {
+      const PieceId piece = PieceOfBlob(blob, this->Current->codec.depths);
+      this->FailedPieces.erase(piece);
+      this->Doubtful.erase(piece);
+    }
+  }
+  if (this->LastError.ends_with(" cannot be had: " + this->LostWhy))
+  {
+    this->LastError.clear();
+  }
+}
+
 void ViewerSession::BlobFailed(
   std::uint32_t request, const BlobId& blob, const std::string& message)
 {
@@ -238,7 +266,12 @@ void ViewerSession::RequestFailed(std::uint32_t request, const std::string& mess
   for (const BlobId& blob : owed)
   {
     this->Fail(blob, message);
+    if (this->LostBefore.insert(blob).second)
+    {
+      this->Lost.insert(blob);
+    }
   }
+  this->LostWhy = message;
   if (open)
   {
     this->LastError = this->ModelId + " cannot be opened: " + message;

@@ -126,6 +126,30 @@ Status ViewerSession::Follow(const ViewLink& link)
   return {};
 }
 
+// Of a link, in the window as it is now.
+void ViewerSession::TakePlace(const CameraPlace& place)
+{
+  Camera there = this->Eye;
+  there.SetPlace(place);
+  there.SetTurning(this->Options.turning);
+  this->TakeView(there, there.GetViewport());
+  this->EyeMoved = this->IsArriving = true;
+  this->Told = ToldView{ place, this->Eye };
+}
+
+// A window may still change its shape while it opens. So as long as nobody has touched what a link
+// has told, it is told anew; else false.
+KDSTREAM_LATER bool ViewerSession::TakeToldPlace(const Viewport& viewport)
+{
+  if (!(this->Told->eye == this->Eye))
+  {
+    return false;
+  }
+  this->Eye.SetViewport(viewport);
+  this->TakePlace(CameraPlace(this->Told->place));
+  return true;
+}
+
 // What a link says of the model that is open.
 KDSTREAM_LATER void ViewerSession::TakeLink()
 {
@@ -134,11 +158,7 @@ KDSTREAM_LATER void ViewerSession::TakeLink()
   this->Coasting.reset();
   if (link.place)
   {
-    Camera there = this->Eye;
-    there.SetPlace(*link.place);
-    there.SetTurning(link.turning);
-    this->TakeView(there, there.GetViewport());
-    this->EyeMoved = this->IsArriving = true;
+    this->TakePlace(*link.place);
   }
   this->Lamps = link.lamps;
   this->Section.Set({});

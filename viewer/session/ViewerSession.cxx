@@ -36,7 +36,10 @@ ViewerSession::ViewerSession(SessionOptions options)
 
 void ViewerSession::Resize(const Viewport& viewport)
 {
-  this->TakeView(Camera(this->Eye), viewport);
+  if (!this->Told || !this->TakeToldPlace(viewport))
+  {
+    this->TakeView(Camera(this->Eye), viewport);
+  }
   this->Gestures.SetPixelRatio(this->Eye.GetViewport().pixelRatio);
   if (!this->EyeMoved && this->Current)
   {
@@ -79,6 +82,8 @@ Status ViewerSession::SelectModel(const std::string& model)
 void ViewerSession::CloseModel()
 {
   this->Book.CancelAll();
+  this->Lost.clear();
+  this->LostBefore.clear();
   this->Pieces.Clear();
   this->Shown.Reset({});
   this->Tiles.Reset({}, 0);
@@ -100,6 +105,7 @@ void ViewerSession::CloseModel()
   this->LastSteps.clear();
   this->Coasting.reset();
   this->Followed.reset();
+  this->Told.reset();
   this->SetSpinning(false);
   this->Measured.clear();
   this->Ends.clear();
@@ -206,6 +212,8 @@ void ViewerSession::SetDetail(DetailMode detail)
 // Forgets what failed, so that it is asked for again.
 void ViewerSession::Retry()
 {
+  this->Lost.clear();
+  this->LostBefore.clear();
   this->FailedPieces.clear();
   this->FailedTree.clear();
   this->Tiles.Retry();

@@ -285,6 +285,11 @@ private:
     std::vector<Box> boxes; // of these
   };
 
+  struct ToldView
+  {
+    CameraPlace place;
+    Camera eye; // there
+  };
   struct EarlierView
   {
     Camera eye;
@@ -339,6 +344,8 @@ private:
   double DistanceToObstacle(const Ray& ray) const;
   void JumpHome();
   void NoteJump(const EarlierView& before);
+  void TakePlace(const CameraPlace& place);
+  bool TakeToldPlace(const Viewport& viewport);
   void TakeLink();
   void LetGo(double x, double y, double time);
   void Spin(double time);
@@ -408,6 +415,7 @@ private:
   void TakeLate(
     std::uint32_t request, const protocol::BlobId& blob, std::span<const std::uint8_t> bytes);
   void Fail(const protocol::BlobId& blob, const std::string& message);
+  void AskForLost();
   void TellWhatIsMissed();
   void NoteWhatIsShown();
   void Trace(std::string_view input, std::string_view detail = {}) const;
@@ -420,6 +428,7 @@ private:
   bool EyeMoved = false;                // by a pinch or a wheel since it was fitted
   std::deque<EarlierView> EarlierViews; // before the last jumps, the last one last
   std::optional<ViewLink> Followed;     // waits until its model is open
+  std::optional<ToldView> Told;         // the last link's
   bool IsArriving = false;              // at a view of somebody else's, whose surface comes
   std::deque<TurningStep> LastSteps;    // of a finger that turns
   std::optional<Coast> Coasting;
@@ -462,6 +471,10 @@ private:
   std::uint32_t LoneRequest = 0;          // sent while nothing was owed; none of it has come
   std::set<PieceId> FailedPieces;
   std::set<protocol::BlobId> FailedTree;
+  // Failed with all of their request, as when the line is lost: asked for once more by themselves;
+  // and those that have been. Until they come, or somebody tries again.
+  std::set<protocol::BlobId> Lost, LostBefore;
+  std::string LostWhy;
   std::map<PieceId, std::string> Doubtful; // that failed, and why: perhaps nobody misses them
   std::string LastError;
 

@@ -3,7 +3,7 @@
 #pragma once
 
 #include "viewer/session/Testing/MemoryServer.h"
-#include "viewer/session/Testing/SessionsByView.h"
+#include "viewer/session/Testing/SessionsOpened.h"
 #include "viewer/session/ViewerSession.h"
 
 #include <gtest/gtest.h>
@@ -94,11 +94,6 @@ inline void TakeTree(ViewerSession& session, MemoryServer& server)
   {
     ASSERT_TRUE(server.Answer(session));
   }
-}
-
-inline void ExpectClosed(const ViewerSession& session)
-{
-  ASSERT_EQ(CountBoundaryEdges(session.Scene().surface->Whole().triangles), 0u);
 }
 
 }

@@ -218,6 +218,9 @@ TEST(ColorLegend, TellsMeasuresAndClasses)
   EXPECT_EQ(classes.classes[0].name, "water") << "there is more of it";
   EXPECT_EQ(classes.classes[0].vertices, 900U);
   EXPECT_EQ(classes.classes[1].name, "ground");
-  EXPECT_TRUE(LegendOf(ColoringOf(By("flat"), scalars), scalars).ticks.empty());
+  const ColorLegend flat = LegendOf(ColoringOf(By("flat"), scalars), scalars);
+  EXPECT_EQ(flat.colors, std::vector<Color>(2, ColorOf(ColorMap::Viridis, 0)));
+  ASSERT_EQ(flat.ticks.size(), 1U);
+  EXPECT_EQ(flat.ticks[0].value, 7);
   EXPECT_TRUE(LegendOf({}, scalars).colors.empty());
 }

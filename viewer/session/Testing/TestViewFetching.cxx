@@ -256,6 +256,53 @@ TEST(TestViewFetching, WhatFailsIsToldOnlyWhereItIsMissed)
     look(server, all)->GetStatus().error.find(" of torus cannot be had: "), std::string::npos);
 }
 
+// What fails with its whole request is asked for once more as soon as anything comes again.
+TEST(TestViewFetching, WhatALostLineTookIsHadOnceItIsBack)
+{
+  MemoryServer server = Torus();
+  ViewerSession lucky, session;
+  for (ViewerSession* each : { &lucky, &session })
+  {
+    OpenFullScreen(*each, server);
+    each->Zoom(6, onRingX, onRingY);
+  }
+  for (int round = 0; round < 9; ++round)
+  {
+    session.BeginFrame();
+    for (const SessionRequest& request : session.TakeRequests())
+    {
+      session.RequestFailed(request.id, "the line was lost");
+    }
+  }
+  EXPECT_TRUE(session.IsIdle());
+  EXPECT_NE(session.GetStatus().error.find("the line was lost"), std::string::npos);
+  for (ViewerSession* each : { &lucky, &session })
+  {
+    each->HandleTouches({ 1, { { 1, 300, 300 } } });
+    each->HandleTouches({ 2, { { 1, 330, 310 } } });
+    each->HandleTouches({ 3, {} });
+    server.Serve(*each);
+  }
+  EXPECT_EQ(session.GetStatus().error, "");
+  EXPECT_EQ(session.ShownPieces(), lucky.ShownPieces());
+
+  // Once: a server that gives it to nobody is not asked without end.
+  session.Zoom(3, 400, 300);
+  for (int round = 0; round < 50; ++round)
+  {
+    session.BeginFrame();
+    for (const SessionRequest& request : session.TakeRequests())
+    {
+      if (request.blobs.size() > 1)
+      {
+        session.BlobArrived(request.id, request.blobs[0], server.Blob(request.blobs[0]), 1, false);
+      }
+      session.RequestFailed(request.id, "no");
+    }
+  }
+  EXPECT_TRUE(session.IsIdle());
+}
+
 TEST(TestViewFetching, ATapComesFirst)
 {
   MemoryServer server = Torus();

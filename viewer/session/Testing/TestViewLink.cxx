@@ -117,6 +117,38 @@ TEST(TestViewLink, AnotherWindowShowsTheMiddle)
   }
 }
 
+// As a phone's does while the page starts: its bars come and go.
+TEST(TestViewLink, AWindowThatChangesItsShapeShowsTheSame)
+{
+  MemoryServer server = Torus();
+  ViewerSession mine, theirs, slow;
+  for (ViewerSession* each : { &mine, &theirs, &slow })
+  {
+    Open(*each);
+  }
+  mine.Resize({ 412, 703, 1 });
+  theirs.Resize({ 412, 743, 1 });
+  slow.Resize({ 412, 703, 1 });
+  server.Serve(mine);
+  mine.Zoom(3, 200, 300);
+  for (ViewerSession* each : { &theirs, &slow })
+  {
+    ASSERT_TRUE(each->Follow(mine.Link()));
+    server.Serve(*each);
+  }
+  const Camera before = slow.GetCamera();
+  EXPECT_FALSE(before == theirs.GetCamera());
+  slow.Resize({ 412, 743, 1 });
+  EXPECT_TRUE(slow.GetCamera() == theirs.GetCamera());
+  slow.Resize({ 412, 743, 2 });
+  slow.Resize({ 412, 703, 1 });
+  EXPECT_TRUE(slow.GetCamera() == before);
+  slow.Zoom(1.1, 200, 300); // from here on it is one's own
+  const double distance = slow.GetCamera().Distance();
+  slow.Resize({ 412, 743, 1 });
+  EXPECT_EQ(slow.GetCamera().Distance(), distance);
+}
+
 TEST(TestViewLink, AnotherVersionOfTheModelIsTold)
 {
   MemoryServer server = Torus();

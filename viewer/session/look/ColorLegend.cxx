@@ -14,11 +14,11 @@ namespace
 constexpr std::size_t shades = 33;
 constexpr double mostTicks = 6;
 
-// What LAS calls its classes.
+// What LAS 1.4 calls its classes.
 constexpr std::array<std::string_view, 19> lasNames{ "never classified", "unclassified", "ground",
-  "low vegetation", "medium vegetation", "high vegetation", "building", "low noise", "key point",
-  "water", "rail", "road", "overlap", "wire guard", "wire conductor", "tower", "wire connector",
-  "bridge deck", "high noise" };
+  "low vegetation", "medium vegetation", "high vegetation", "building", "low point (noise)",
+  "key point", "water", "rail", "road", "overlap", "wire guard", "wire conductor", "tower",
+  "wire connector", "bridge deck", "high noise" };
 
 std::string NameOfLasClass(double value)
 {
@@ -102,12 +102,18 @@ ColorLegend LegendOf(const Coloring& coloring, const ScalarDescriptions& scalars
     legend.classes = scalar ? ClassesOf(coloring, *scalar) : legend.classes;
     return legend;
   }
+  if (coloring.low == coloring.high)
+  {
+    legend.colors.assign(2, coloring.Of(coloring.low));
+    legend.ticks = { { 0.5, coloring.low } };
+    return legend;
+  }
   for (std::size_t i = 0; i < shades; ++i)
   {
     legend.colors.push_back(
       ColorOf(coloring.map, static_cast<double>(i) / static_cast<double>(shades - 1)));
   }
-  const bool hasTicks = coloring.low < coloring.high && std::isfinite(coloring.high - coloring.low);
+  const bool hasTicks = std::isfinite(coloring.high - coloring.low);
   for (const double value :
     hasTicks ? RoundNumbers(coloring.low, coloring.high) : std::vector<double>())
   {

@@ -15,7 +15,8 @@ namespace kdstream
 struct ColorLegend
 {
   // Of a measure: colours from the low end to the high one, evenly spread; and round numbers with
-  // where they are, 0 … 1 from the low end, ascending.
+  // where they are, 0 … 1 from the low end, ascending. Where all is one number, that and its colour
+  // alone.
   struct Tick
   {
     double share = 0;
