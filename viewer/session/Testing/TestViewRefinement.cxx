@@ -167,6 +167,34 @@ TEST(TestViewRefinement, ASmallModelIsShownFourTimesAsFine)
   }
 }
 
+// Light, paint at the vertices, and pictures ask for more and more: the finer a level is, the
+// nearer to the original the last one.
+TEST(TestViewRefinement, PaintAndPicturesAskForMoreVertices)
+{
+  MemoryServer server = Torus();
+  ModelDescription painted = server.Description();
+  painted.attributes.push_back({ "RGB", AttributeType::UInt8, AttributeAssociation::Point, 3 });
+  ModelDescription textured = painted;
+  textured.textures.emplace();
+  EXPECT_DOUBLE_EQ(LightPartOf(server.Description()), 1.0 / 6);
+  EXPECT_DOUBLE_EQ(LightPartOf(painted), 1.0 / 3);
+  EXPECT_DOUBLE_EQ(LightPartOf(textured), 1.0 / 2);
+  KnownTree tree = WholeTree(server);
+  std::vector<std::size_t> pieces;
+  for (const ModelDescription& model : { server.Description(), painted, textured })
+  {
+    ViewRefinement refinement(model, {});
+    std::size_t& all = pieces.emplace_back(0);
+    for (const double zoom : { 0.3, 0.4, 0.55, 0.75, 1.0 })
+    {
+      Follow(refinement, Looking(server.Description(), zoom), tree);
+      all += refinement.Pieces().size();
+    }
+  }
+  EXPECT_LT(pieces[0], pieces[1]);
+  EXPECT_LT(pieces[1], pieces[2]);
+}
+
 TEST(TestViewRefinement, RefinesWhatWouldBeSeenToBeWrong)
 {
   MemoryServer server = Torus();
