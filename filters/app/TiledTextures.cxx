@@ -19,7 +19,9 @@ Result<EncodedTexture> TiledTextures::Make(Piece& piece) const
   {
     return Error{ ErrorCode::InvalidInput, "the mesh has lost what pictures paint it" };
   }
-  const Result<MadeTile> made = MakeTile(*painted, paint, *this->Folder, this->Options);
+  TileOptions options = this->Options;
+  options.oneLarge = &this->LargeTile;
+  const Result<MadeTile> made = MakeTile(*painted, paint, *this->Folder, options);
   KDSTREAM_TRY(made);
   {
     const std::lock_guard lock(this->Mutex);

@@ -35,7 +35,8 @@ public:
 private:
   const std::shared_ptr<const PaintFolder> Folder;
   const TileOptions Options;
-  mutable std::mutex Mutex;
+  mutable std::mutex LargeTile; // TileOptions::oneLarge
+  mutable std::mutex Mutex;     // of the sums
   mutable TileCounts Sums;
 };
 

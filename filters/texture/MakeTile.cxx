@@ -8,6 +8,7 @@
 
 #include <algorithm>
 #include <map>
+#include <mutex>
 #include <optional>
 
 namespace kdstream
@@ -18,6 +19,8 @@ namespace
 constexpr std::int64_t gutter = 2;    // of the tile's texels
 constexpr std::int64_t patchSide = 4; // the same; corners lie in the middle
 constexpr unsigned mostHalvings = 14;
+constexpr std::int64_t texelsAtOnce = 1 << 20;  // of a picture, that are in memory
+constexpr std::int64_t texelsOfLarge = 1 << 21; // of a tile
 constexpr std::uint8_t emptyTexel = 128;
 
 using Rgba = std::array<std::uint8_t, 4>;
@@ -135,8 +138,13 @@ public:
   {
     KDSTREAM_TRY(this->FindPatches());
     KDSTREAM_TRY(this->Pack());
-    this->Texels.assign(
-      static_cast<std::size_t>(4 * this->Packed.width * this->Packed.height), emptyTexel);
+    const std::int64_t size = this->Packed.width * this->Packed.height;
+    std::unique_lock<std::mutex> alone;
+    if (this->Options.oneLarge && size > texelsOfLarge)
+    {
+      alone = std::unique_lock(*this->Options.oneLarge);
+    }
+    this->Texels.assign(static_cast<std::size_t>(4 * size), emptyTexel);
     for (std::size_t alpha = 3; alpha < this->Texels.size(); alpha += 4)
     {
       this->Texels[alpha] = 255;
@@ -150,7 +158,7 @@ public:
     KDSTREAM_TRY(this->EncodeImage());
     this->Counts.tiles = 1;
     this->Counts.halved = this->Halvings > 0 ? 1 : 0;
-    this->Counts.texels = this->Texels.size() / 4;
+    this->Counts.texels = static_cast<std::uint64_t>(size);
     this->Counts.triangles = this->Painted.triangles.size();
     return MadeTile{ std::move(this->Tile), this->Counts };
   }
@@ -262,27 +270,41 @@ private:
     this->HasAlpha = this->HasAlpha || leastAlpha != 255;
   }
 
+  // In bands: a chart may be larger than what is left of it.
   Status Crop(std::size_t number)
   {
-    const ChartBox& chart = this->Charts.boxes[number];
-    const TexturedMaterial& material = this->ThePaint.materials[chart.material];
-    const TexelBox halved = this->Halved(chart.box);
+    const TexelBox halved = this->Halved(this->Charts.boxes[number].box);
     const std::int64_t step = std::int64_t{ 1 } << this->Halvings;
     const TexelBox box{ { halved.lo[0] * step, halved.lo[1] * step },
       { halved.hi[0] * step, halved.hi[1] * step } };
-    Result<std::vector<std::uint8_t>> read =
-      ReadWrapped(this->Source, material.picture, box, material.wrapU, material.wrapV);
+    const std::int64_t rows = std::max<std::int64_t>(1, texelsAtOnce / (box.Width() * step));
+    for (std::int64_t row = 0; row < halved.Height(); row += rows)
+    {
+      KDSTREAM_TRY(this->CropRows(number, row, std::min(rows, halved.Height() - row), box));
+    }
+    return {};
+  }
+
+  // Some rows of a chart's; box: all of it, in the picture's texels.
+  Status CropRows(std::size_t number, std::int64_t first, std::int64_t rows, const TexelBox& box)
+  {
+    const TexturedMaterial& material =
+      this->ThePaint.materials[this->Charts.boxes[number].material];
+    const std::int64_t step = std::int64_t{ 1 } << this->Halvings;
+    const std::int64_t above = box.lo[1] + first * step;
+    Result<std::vector<std::uint8_t>> read = ReadWrapped(this->Source, material.picture,
+      { { box.lo[0], above }, { box.hi[0], above + rows * step } }, material.wrapU, material.wrapV);
     KDSTREAM_TRY(read);
     std::vector<std::uint8_t> texels =
       Halve(std::move(*read), static_cast<std::size_t>(box.Width()), this->Halvings);
     const MaterialLight light(material);
     const auto [x, y] = this->Packed.places[number];
-    const std::int64_t width = halved.Width();
-    for (std::int64_t j = 0; j < halved.Height(); ++j)
+    const std::int64_t width = box.Width() / step;
+    for (std::int64_t j = 0; j < rows; ++j)
     {
       std::uint8_t* const row = texels.data() + 4 * j * width;
       light.Light(row, width);
-      this->PutRow(x, y + j, row, width);
+      this->PutRow(x, y + first + j, row, width);
     }
     return {};
   }
@@ -370,8 +392,7 @@ private:
     this->Tile.format = TileImage::Webp;
     Picture picture{ this->Tile.width, this->Tile.height, 4, std::move(this->Texels) };
     Result<std::vector<std::uint8_t>> image =
-      EncodeWebp(picture, this->Options.quality, this->HasAlpha);
-    this->Texels = std::move(picture.texels);
+      EncodeWebp(std::move(picture), this->Options.quality, this->HasAlpha);
     KDSTREAM_TRY(image);
     this->Tile.image = std::move(*image);
     return {};

@@ -7,6 +7,7 @@
 #include "filters/texture/TileCharts.h"
 
 #include <cstdint>
+#include <mutex>
 
 namespace kdstream
 {
@@ -18,6 +19,9 @@ struct TileOptions
   // Texels of a side of a tile: what would be larger is halved until it is not. Lossless tiles may
   // have longestTileSide.
   std::int64_t mostSide = 4096;
+  // Held while a tile of more than 2 million texels is made: one at a time, for their memory. Null:
+  // any number.
+  std::mutex* oneLarge = nullptr;
 };
 
 // What became of triangles; of several tiles they can be added up.
@@ -41,8 +45,8 @@ struct MadeTile
 // light, and alpha is 1 where the material is opaque. Triangles without a picture get a patch of
 // their material's colour, and those that repeat their picture too often one of its mean. Texels
 // that no chart covers are grey. Time: O(texels of the tile + triangles log triangles); memory: ten
-// bytes a texel. The same bytes for the same input and version of libwebp. Errors: those of the
-// source; LimitExceeded where libwebp refuses.
+// bytes a texel of the tile. The same bytes for the same input and version of libwebp. Errors:
+// those of the source; LimitExceeded where libwebp refuses.
 Result<MadeTile> MakeTile(const PaintedTriangles& painted, const Paint& paint,
   const TexelSource& source, const TileOptions& options);
 

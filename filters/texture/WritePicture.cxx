@@ -70,7 +70,7 @@ std::vector<std::uint8_t> EncodePicture(const Picture& picture, PictureType type
                                     : EncodeLosslessWebp(picture);
 }
 
-Result<std::vector<std::uint8_t>> EncodeWebp(const Picture& picture, unsigned quality, bool alpha)
+Result<std::vector<std::uint8_t>> EncodeWebp(Picture picture, unsigned quality, bool alpha)
 {
   const Error failed{ ErrorCode::LimitExceeded, "a picture of " + std::to_string(picture.width) +
                                                   " x " + std::to_string(picture.height) +
@@ -94,9 +94,10 @@ Result<std::vector<std::uint8_t>> EncodeWebp(const Picture& picture, unsigned qu
   input.writer = WebPMemoryWrite;
   input.custom_ptr = &writer;
   const int stride = 4 * input.width;
-  const bool encoded = (alpha ? WebPPictureImportRGBA : WebPPictureImportRGBX)(
-                         &input, picture.texels.data(), stride) &&
-                       WebPEncode(&config, &input);
+  const bool taken =
+    (alpha ? WebPPictureImportRGBA : WebPPictureImportRGBX)(&input, picture.texels.data(), stride);
+  picture.texels = {}; // libwebp has its own
+  const bool encoded = taken && WebPEncode(&config, &input);
   WebPPictureFree(&input);
   Result<std::vector<std::uint8_t>> bytes = failed;
   if (encoded)
