@@ -26,6 +26,7 @@ constexpr double moreRelief = 1.5;   // of the back, to be taken for the front
 constexpr double lowPart = 0.5;      // of the narrower side: seen from above
 constexpr double sineOfThirty = 0.5;
 constexpr double facingCosine = 0.3;
+constexpr double oneSided = 0.8; // of the area, more than what faces the other way
 
 using Point2 = std::array<double, 2>;
 
@@ -124,6 +125,20 @@ public:
       [this](std::size_t a, std::size_t b) { return this->Sides[a] < this->Sides[b]; });
     const bool isFlat = this->Sides[order[0]] < flatPart * this->Sides[order[1]];
     return isFlat && order[0] != 0 ? std::optional<Axis>({ order[0], 1 }) : std::nullopt;
+  }
+
+  // Whether it is flat along y and nearly all of it faces -y: a wall, where z is up.
+  bool IsWall() const
+  {
+    const std::optional<Axis> flat = this->Flat();
+    double towards = 0, all = 0;
+    for (const Triangle& t : this->Triangles)
+    {
+      const Vec3 normal = this->DoubledNormal(t);
+      towards -= normal[1];
+      all += Length(normal);
+    }
+    return flat && flat->index == 1 && towards > oneSided * all;
   }
 
   // How much of the floor is spanned by what touches it, where the shape would stand with this axis
@@ -267,7 +282,7 @@ Vec3 GuessUp(const Shape& shape, std::string_view ending)
   }
   if (const std::optional<Axis> flat = shape.Flat())
   {
-    return flat->Direction();
+    return shape.IsWall() ? Vec3{ 0, 0, 1 } : flat->Direction();
   }
   if (const std::optional<Axis> up = UpByShape(shape))
   {
@@ -296,6 +311,10 @@ Vec3 GuessView(const Shape& shape, const Vec3& up, std::string_view ending)
   if (const auto flat = shape.Flat(); flat && flat->Direction() == up)
   {
     return up;
+  }
+  if (LongestComponent(up) != 1 && shape.IsWall())
+  {
+    return { 0, -1, 0 };
   }
   const std::size_t upward = LongestComponent(up), ahead = LongestComponent(front);
   const std::size_t aside = 3 - upward - ahead;

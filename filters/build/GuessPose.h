@@ -19,7 +19,8 @@ namespace kdstream
 // Up is one of the six axes.
 // 1. glTF says: y is up, +z in front. VRML says that y is up.
 // 2. What is flat (one side of the box below a fifth of the next, and along y or z) lies: it is
-//    looked at from above.
+//    looked at from above. But what is flat along y and nearly all of which faces -y is a wall: z
+//    is up, and -y in front.
 // 3. Else the axis is up whose ends differ most in what they could stand on: how much of the box's
 //    face the points span that are within a fiftieth of the box's diagonal of it, if the middle of
 //    the surface is above that; x counts a tenth less. That is the static stability of Fu,

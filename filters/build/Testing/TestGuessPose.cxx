@@ -161,6 +161,16 @@ TEST(TestGuessPose, WhatIsFlatLiesAndIsSeenFromAbove)
   EXPECT_EQ(Guess(ThinPlate(8)).view, Guess(ThinPlate(8)).up);
 }
 
+TEST(TestGuessPose, AWallIsSeenFromWhereItFaces)
+{
+  const Mesh wall = Turned(GridPlate(10), [](const Vec3& p) { return Vec3{ p[0], 0, p[1] }; });
+  EXPECT_EQ(Guess(wall).up, (Vec3{ 0, 0, 1 }));
+  EXPECT_EQ(Guess(wall).view, (Vec3{ 0, -1, 0 }));
+  const Mesh ground = Turned(GridPlate(10), [](const Vec3& p) { return Vec3{ p[0], 0, -p[1] }; });
+  EXPECT_EQ(Guess(ground).up, (Vec3{ 0, 1, 0 }));
+  EXPECT_EQ(Guess(ground).view, (Vec3{ 0, 1, 0 }));
+}
+
 TEST(TestGuessPose, WhereTheShapeDoesNotSayTheFormatDoes)
 {
   const Mesh ball = DisplacedSphere(4);
