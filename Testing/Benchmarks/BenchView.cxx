@@ -277,6 +277,28 @@ void BenchApproach(const ServedModel& model, bool stays)
   }
 }
 
+// Jumps while pieces are under way: what of all that comes from then on is in vain.
+void BenchJumps(const ServedModel& model)
+{
+  std::printf("\n%s, jumps to 11 other directions, 10 Mbit/s: kB from then on (wasted)\n",
+    model.Description().id.c_str());
+  for (const double zoom : { 1.0, 4.0, 16.0 })
+  {
+    double bytes = 0, wasted = 0;
+    for (int direction = 1; direction < 12; ++direction)
+    {
+      for (const double after : { 0.1, 0.3, 1.0 })
+      {
+        const JumpCost cost = CostOfJump(model, { direction, zoom }, after, 10e6 / 8);
+        bytes += cost.bytes;
+        wasted += cost.wasted;
+      }
+    }
+    std::printf("  zoom %4.1f: %.0f (%.0f)\n", zoom, bytes / 33e3, wasted / 33e3);
+    Bar("wasted of the bytes after a jump", wasted / bytes, 0.1);
+  }
+}
+
 // What a view costs of models of any size: that is the promise, cost by the screen and not by the
 // model. All but the smallest are held against the smallest.
 void BenchSizes(const std::vector<std::shared_ptr<const ServedModel>>& models, double megabits)
@@ -335,6 +357,7 @@ int main(int count, char** arguments)
   {
     BenchApproach(*model, true);
     BenchApproach(*model, false);
+    BenchJumps(*model);
     if (model->Description().id == "dragon")
     {
       BenchFlank(*model);
@@ -348,6 +371,7 @@ int main(int count, char** arguments)
   {
     BenchApproach(*model, true);
     BenchApproach(*model, false);
+    BenchJumps(*model);
   }
   BenchSizes(largeOnes, 10);
   BenchSizes(largeOnes, 100);

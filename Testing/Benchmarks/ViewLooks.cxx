@@ -125,6 +125,30 @@ Look LookAt(const ServedModel& model, const View& view, SessionOptions options, 
   return look;
 }
 
+JumpCost CostOfJump(const ServedModel& model, const View& view, double after, double rate)
+{
+  SessionOptions options;
+  options.mostStatistics = 0;
+  ViewerSession session(std::move(options));
+  SimulatedLine line(model, rate, roundTrip);
+  Look unused;
+  Open(session, line, model, { 0, view.zoom }, unused);
+  const double until = line.Now() + after;
+  do
+  {
+    session.BeginFrame();
+  } while (line.Next(session) && line.Now() < until);
+  const auto before = static_cast<double>(line.Bytes());
+  const auto wasted = static_cast<double>(session.GetTraffic().wasted);
+  Turn(session, view.direction);
+  do
+  {
+    session.BeginFrame();
+  } while (line.Next(session));
+  return { static_cast<double>(line.Bytes()) - before,
+    static_cast<double>(session.GetTraffic().wasted) - wasted };
+}
+
 // Only the eye goes from view to view.
 WindowPicture ReferencePictures::OfWhole(const View& view)
 {

@@ -60,6 +60,16 @@ void OpenPreview(ViewerSession& session, SimulatedLine& line, const std::string&
 Look LookAt(const ServedModel& model, const View& view, SessionOptions options, double rate,
   const Reference* reference, Painter& painter, WindowPicture* last = nullptr);
 
+// Bytes after a jump of the eye, and those of them that nothing was shown of.
+struct JumpCost
+{
+  double bytes = 0, wasted = 0;
+};
+
+// Looks from direction 0 at a zoom for `after` seconds, jumps to another direction, and waits there
+// until nothing more comes, at `rate` bytes a second.
+JumpCost CostOfJump(const ServedModel& model, const View& view, double after, double rate);
+
 // Draws what the looks at a model are held against: its original (`--detail full`). One of more
 // than 10 million triangles is kept, some 200 bytes a triangle; of more than 50 million the same
 // view with four times the budget and a quarter of the error stands for it.
