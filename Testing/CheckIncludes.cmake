@@ -92,7 +92,8 @@ check(server/app server/http server/session server/access server/protocol filter
 check(viewer/session/section viewer/session/Camera.h viewer/session/Picker.h filters/model ${core})
 check(viewer/session/look viewer/session/Geometry.h filters/model ${core})
 check(viewer/session/paint viewer/session/Camera.h server/protocol filters/model filters/codec ${core})
-check(viewer/session FLAT viewer/session/section viewer/session/paint viewer/session/look/Coloring.h viewer/session/look/RakingLight.h viewer/session/look/SceneLook.h
+check(viewer/session/line viewer/session/SessionTypes.h)
+check(viewer/session FLAT viewer/session/line viewer/session/section viewer/session/paint viewer/session/look/Coloring.h viewer/session/look/RakingLight.h viewer/session/look/SceneLook.h
   server/protocol filters/model filters/codec ${core})
 check(viewer/client viewer/session server/session server/protocol filters/store filters/model filters/codec ${core})
 check(viewer/rendering VTK viewer/session viewer/session/look viewer/session/section viewer/session/paint ${core})

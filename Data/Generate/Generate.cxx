@@ -65,8 +65,15 @@ Status MakeReliefFile(
               : Status{ grid.GetError() };
 }
 
-int Generate(const std::string& program, const CommandLine& line)
+int Generate(const CLI::App& app, const CommandLine& line)
 {
+  const std::string& program = app.get_name();
+  if (line.kind != "statue" && app.count("--picture-side") > 0)
+  {
+    return PrintError(program, line.file,
+      { ErrorCode::InvalidArgument,
+        "a " + line.kind + " has no --picture-side: only a statue has" });
+  }
   const std::string ending = line.kind == "statue" ? ".obj" : ".ply";
   if (FileEnding(line.file) != ending)
   {
@@ -162,5 +169,5 @@ int main(int argc, char** argv)
     ->check(CLI::Range(1U, 1024U))
     ->default_str("all");
   app.add_flag("--quiet", line.quiet, "no progress, and no line at the end");
-  return RunProgram(app, argc, argv, [&]() { return Generate(app.get_name(), line); });
+  return RunProgram(app, argc, argv, [&]() { return Generate(app, line); });
 }

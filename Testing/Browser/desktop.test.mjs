@@ -2,20 +2,14 @@
 // The same page on a desktop: mouse, wheel, double click and keys stand in for fingers.
 
 import assert from "node:assert/strict";
-import { after, before, test } from "node:test";
-import { Pixels, Server, Visit, launchBrowser, makeModels } from "./harness.mjs";
+import { test } from "node:test";
+import { Pixels, Visit, makeModels, startForTests } from "./harness.mjs";
 
 let server, browser, pixels;
 
-before(async () => {
-  server = await Server.start(makeModels({ vase: true }));
-  browser = await launchBrowser();
+startForTests(() => makeModels({ vase: true }), async (started) => {
+  ({ server, browser } = started);
   pixels = await Pixels.make(browser);
-});
-
-after(async () => {
-  await browser?.close();
-  await server?.stop();
 });
 
 test("mouse, wheel, double click and keys", async () => {

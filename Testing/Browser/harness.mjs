@@ -19,6 +19,7 @@ import { mkdtempSync, rmSync, writeFileSync } from "node:fs";
 import { tmpdir } from "node:os";
 import { join } from "node:path";
 import { createInterface } from "node:readline";
+import { after, before } from "node:test";
 import { chromium } from "playwright-core";
 import { PageVisit, longest, place, rememberMessages } from "./visit.mjs";
 
@@ -188,6 +189,21 @@ export function launchBrowser(...options) {
     executablePath: process.env.KDSTREAM_CHROMIUM ?? "/usr/bin/chromium",
     args: ["--no-sandbox", "--use-angle=swiftshader", "--enable-unsafe-swiftshader", "--disable-quic", "--no-first-run",
       "--disable-background-networking", "--disable-component-update", "--disable-sync", ...options],
+  });
+}
+
+// A server of the folder that `make` gives, and a browser: both are there before a file's tests, which get them by `take`, and
+// end after them.
+export function startForTests(make, take) {
+  let server, browser;
+  before(async () => {
+    server = await Server.start(make());
+    browser = await launchBrowser();
+    await take({ server, browser });
+  });
+  after(async () => {
+    await browser?.close();
+    await server?.stop();
   });
 }
 

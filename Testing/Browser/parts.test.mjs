@@ -5,21 +5,13 @@
 import assert from "node:assert/strict";
 import { readFileSync, writeFileSync } from "node:fs";
 import { join } from "node:path";
-import { after, afterEach, before, beforeEach, test } from "node:test";
-import { Server, Visit, buildStore, eventually, launchBrowser, makeModels, temporaryFolder, writePebble } from "./harness.mjs";
+import { afterEach, beforeEach, test } from "node:test";
+import { Server, Visit, buildStore, eventually, makeModels, startForTests, temporaryFolder, writePebble } from "./harness.mjs";
 import { place } from "./visit.mjs";
 
 let server, browser, visit;
 
-before(async () => {
-  server = await Server.start(makeModels({ dragon: false }));
-  browser = await launchBrowser();
-});
-
-after(async () => {
-  await browser?.close();
-  await server?.stop();
-});
+startForTests(() => makeModels({ dragon: false }), (started) => ({ server, browser } = started));
 
 beforeEach(async () => {
   visit = await Visit.phone(browser);

@@ -2,21 +2,13 @@
 // No false alarms: what is seen on a slow network before there is a picture, and words that fit the device.
 
 import assert from "node:assert/strict";
-import { after, afterEach, before, beforeEach, test } from "node:test";
-import { Server, Visit, landscape, launchBrowser, longest, makeModels } from "./harness.mjs";
+import { afterEach, beforeEach, test } from "node:test";
+import { Visit, landscape, longest, makeModels, startForTests } from "./harness.mjs";
 import { Proxy } from "./proxy.mjs";
 
 let server, browser, proxy, visit;
 
-before(async () => {
-  server = await Server.start(makeModels({ dragon: false }));
-  browser = await launchBrowser();
-});
-
-after(async () => {
-  await browser?.close();
-  await server?.stop();
-});
+startForTests(() => makeModels({ dragon: false }), (started) => ({ server, browser } = started));
 
 beforeEach(async () => {
   proxy = await Proxy.start(server.port);

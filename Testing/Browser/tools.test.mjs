@@ -4,20 +4,14 @@
 import assert from "node:assert/strict";
 import { readFileSync } from "node:fs";
 import { join } from "node:path";
-import { after, before, test } from "node:test";
-import { Pixels, Server, Visit, eventually, launchBrowser, makeModels, landscape, runProgram } from "./harness.mjs";
+import { test } from "node:test";
+import { Pixels, Server, Visit, eventually, landscape, makeModels, runProgram, startForTests } from "./harness.mjs";
 
 let server, browser, pixels;
 
-before(async () => {
-  server = await Server.start(makeModels({ dragon: false }));
-  browser = await launchBrowser();
+startForTests(() => makeModels({ dragon: false }), async (started) => {
+  ({ server, browser } = started);
   pixels = await Pixels.make(browser);
-});
-
-after(async () => {
-  await browser?.close();
-  await server?.stop();
 });
 
 async function openPebble(visit, url = server.url) {

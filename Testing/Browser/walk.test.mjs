@@ -3,20 +3,14 @@
 // what is interesting, and back; upright with the detail that the view needs, lying with one level for all.
 
 import assert from "node:assert/strict";
-import { after, before, test } from "node:test";
-import { Pixels, Server, Visit, landscape, launchBrowser, makeModels, portrait } from "./harness.mjs";
+import { test } from "node:test";
+import { Pixels, Visit, landscape, makeModels, portrait, startForTests } from "./harness.mjs";
 
 let server, browser, pixels;
 
-before(async () => {
-  server = await Server.start(makeModels());
-  browser = await launchBrowser();
+startForTests(makeModels, async (started) => {
+  ({ server, browser } = started);
   pixels = await Pixels.make(browser);
-});
-
-after(async () => {
-  await browser?.close();
-  await server?.stop();
 });
 
 // Pinches until level `goal` is shown. Returns the last status.

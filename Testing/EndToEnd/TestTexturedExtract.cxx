@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Textured models through kdstream-build and kdstream-store extract: what goes in comes out.
+#include "Testing/EndToEnd/SamePaint.h"
 #include "Testing/EndToEnd/TexturedFiles.h"
 #include "Testing/Fixtures/Meshes.h"
 #include "filters/build/Builder.h"
 #include "filters/codec/TextureTile.h"
-#include "filters/core/BitCast.h"
 #include "filters/model/JsonReader.h"
 #include "filters/store/Store.h"
 
@@ -16,36 +16,6 @@ using namespace kdstream::fixtures;
 
 namespace
 {
-
-// Corners of a triangle: places, and bits of the coordinates.
-using PaintedCorner = std::pair<Vec3, std::uint64_t>;
-using PaintedTriangle = std::array<PaintedCorner, 3>;
-
-// What is no number has no bits of its own.
-std::uint64_t BitsOf(const PictureCoordinate& corner)
-{
-  return std::isfinite(corner[0]) && std::isfinite(corner[1]) ? BitCast<std::uint64_t>(corner) : 0;
-}
-
-// Turned so that the least corner comes first.
-PaintedTriangle Turned(const TexturedMesh& textured, std::size_t t)
-{
-  PaintedTriangle triangle;
-  for (std::size_t k = 0; k < 3; ++k)
-  {
-    triangle[k] = { textured.mesh.points[textured.mesh.triangles[t][k]],
-      BitsOf(textured.corners[t][k]) };
-  }
-  std::rotate(triangle.begin(), std::min_element(triangle.begin(), triangle.end()), triangle.end());
-  return triangle;
-}
-
-bool IsPainted(const TexturedMesh& textured, std::size_t t)
-{
-  return textured.materials[textured.materialOf[t]].picture != noPicture &&
-         std::all_of(textured.corners[t].begin(), textured.corners[t].end(),
-           [](const PictureCoordinate& corner) { return BitsOf(corner) != 0; });
-}
 
 class TestTexturedExtract : public TexturedTest
 {
@@ -64,58 +34,6 @@ protected:
     ASSERT_EQ(extracted.exitCode, 0) << extracted.err;
     EXPECT_EQ(extracted.err, "");
   }
-
-  // Every coordinate bit for bit, every texel where a triangle looks.
-  void ExpectSame(const TexturedMesh& before, const TexturedMesh& after)
-  {
-    ASSERT_EQ(before.mesh.triangles.size(), after.mesh.triangles.size());
-    std::map<PaintedTriangle, std::size_t> found;
-    for (std::size_t t = 0; t < after.mesh.triangles.size(); ++t)
-    {
-      found.emplace(Turned(after, t), t);
-    }
-    const std::vector<Picture> from = PicturesOf(before), to = PicturesOf(after);
-    std::size_t looked = 0;
-    for (std::size_t t = 0; t < before.mesh.triangles.size(); ++t)
-    {
-      const auto same = found.find(Turned(before, t));
-      ASSERT_NE(same, found.end()) << "triangle " << t;
-      ASSERT_EQ(IsPainted(before, t), IsPainted(after, same->second));
-      if (IsPainted(before, t))
-      {
-        looked += this->CompareTexels(before, t, from, after, to, same->second);
-      }
-    }
-    EXPECT_GT(looked, 10 * before.mesh.triangles.size());
-  }
-
-private:
-  // Along the triangle; the coordinates of both files are the same.
-  static std::size_t CompareTexels(const TexturedMesh& before, std::size_t t,
-    const std::vector<Picture>& from, const TexturedMesh& after, const std::vector<Picture>& to,
-    std::size_t other)
-  {
-    const TexturedMaterial& a = before.materials[before.materialOf[t]];
-    const TexturedMaterial& b = after.materials[after.materialOf[other]];
-    std::size_t looked = 0;
-    for (std::size_t i = 0; i <= 5; ++i)
-    {
-      for (std::size_t j = 0; i + j <= 5; ++j, ++looked)
-      {
-        double u = 0, v = 0;
-        const std::array<double, 3> shares{ double(i) / 5, double(j) / 5, double(5 - i - j) / 5 };
-        for (std::size_t k = 0; k < 3; ++k)
-        {
-          u += shares[k] * double(before.corners[t][k][0]);
-          v += shares[k] * double(before.corners[t][k][1]);
-        }
-        const Texel expected =
-          PictureTexels(from[a.picture]).At(PlaceOf(a, u, v), a.wrapU, a.wrapV);
-        EXPECT_EQ(PictureTexels(to[b.picture]).At(PlaceOf(b, u, v), b.wrapU, b.wrapV), expected);
-      }
-    }
-    return looked;
-  }
 };
 
 }
@@ -126,7 +44,7 @@ TEST_F(TestTexturedExtract, LosslessModelsComeBack)
   {
     this->WriteHardObj("hard", seed);
     this->BuildAndExtract("hard.obj", "out.obj", { "--texture-quality", "lossless" });
-    this->ExpectSame(this->ReadPainted("hard.obj"), this->ReadPainted("out.obj"));
+    ExpectSamePaint(this->ReadPainted("hard.obj"), this->ReadPainted("out.obj"));
   }
 }
 
@@ -137,7 +55,7 @@ TEST_F(TestTexturedExtract, PhotographsComeBack)
               .exitCode,
     0);
   this->BuildAndExtract("statue.obj", "out.obj", { "--texture-quality", "lossless" });
-  this->ExpectSame(this->ReadPainted("statue.obj"), this->ReadPainted("out.obj"));
+  ExpectSamePaint(this->ReadPainted("statue.obj"), this->ReadPainted("out.obj"));
 }
 
 // Of each place, as kdstream-convert bakes them: coordinates are turned upside down, and rounded,
@@ -233,47 +151,6 @@ TEST_F(TestTexturedExtract, WrongImagesAreNamed)
       std::string("kdstream-store: error: m.kds: textures/0: ") + what);
     EXPECT_FALSE(this->Files().contains("out.glb"));
   }
-}
-
-// 256 MiB of texels, at 64M.
-TEST_F(TestTexturedExtract, PicturesMayBeLargerThanMemory)
-{
-  Picture picture{ 8192, 8192, 3, {} };
-  picture.texels.resize(picture.width * picture.height * 3);
-  for (std::size_t i = 0; i < picture.texels.size(); ++i)
-  {
-    picture.texels[i] = static_cast<std::uint8_t>((i / 300) ^ (i / 3 / picture.width / 64));
-  }
-  const std::vector<std::uint8_t> bytes = EncodePicture(picture, PictureType::Jpeg);
-  picture = {};
-  this->WriteText("large.jpg", { bytes.begin(), bytes.end() });
-  this->WriteText("large.mtl", "newmtl a\nmap_Kd large.jpg\n");
-  std::string text = "mtllib large.mtl\nusemtl a\n";
-  constexpr std::size_t side = 120;
-  for (std::size_t i = 0; i < (side + 1) * (side + 1); ++i)
-  {
-    const std::string x = std::to_string(double(i % (side + 1)) / side);
-    const std::string y = std::to_string(double(i / (side + 1)) / side);
-    text += "v " + x + " " + y + " 0\nvt " + x + " " + y + "\n";
-  }
-  for (std::size_t i = 0; i < side * side; ++i)
-  {
-    const std::size_t a = i / side * (side + 1) + i % side + 1;
-    text += "f";
-    for (const std::size_t v : { a, a + 1, a + side + 2, a + side + 1 })
-    {
-      text += " " + std::to_string(v) + "/" + std::to_string(v);
-    }
-    text += "\n";
-  }
-  this->WriteText("large.obj", text);
-  const Outcome built = this->Build({ "large.obj", "-o", "m.kds", "--quiet", "--memory", "64M",
-    "--vertices-per-partition", "500", "--stats", "s.json" });
-  ASSERT_EQ(built.exitCode, 0) << built.err;
-  const auto stats = ParseJson(ReadWhole(this->Folder / "s.json"));
-  ASSERT_TRUE(stats);
-  EXPECT_LT((*stats)["peak_rss_bytes"].GetUint64(), std::uint64_t{ 128 } << 20);
-  EXPECT_GT((*stats)["tiles"]["texels"].GetUint64(), std::uint64_t{ 8192 } * 8192);
 }
 
 TEST_F(TestTexturedExtract, ExportedFoldersHaveTheTextures)

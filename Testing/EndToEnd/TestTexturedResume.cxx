@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // A killed build of a textured mesh, resumed: only where pictures and libraries of materials are
-// those that they were.
+// those that they were; and it gives the store of a build in memory.
 #include "Testing/EndToEnd/ProgramsTest.h"
+#include "filters/model/JsonReader.h"
 #include "filters/texture/WritePicture.h"
 
 #include <chrono>
@@ -58,6 +59,32 @@ protected:
       { "m.obj", "-o", "m.kds", "--temp-dir", "spill", "--quiet", "--resume", "--memory", "64M" });
   }
 
+  // Killed after its first phase. Errors: builds that are always too quick.
+  void KillBuild()
+  {
+    bool killed = false;
+    for (int i = 0; i < 20 && !killed; ++i)
+    {
+      fs::remove(this->Folder / "m.kds");
+      killed = this->KillBetweenPhases();
+    }
+    ASSERT_TRUE(killed) << "no build was killed between its phases";
+    fs::remove(this->Folder / "m.kds");
+  }
+
+  // The digest, and the most bytes of temporary files.
+  std::pair<std::string, std::uint64_t> BuildWith(std::vector<std::string> more)
+  {
+    more.insert(more.begin(),
+      { "m.obj", "-o", "m.kds", "--temp-dir", "spill", "--quiet", "--stats", "s.json" });
+    const Outcome built = this->Build(more);
+    EXPECT_EQ(built.exitCode, 0) << built.err;
+    const auto stats = ParseJson(ReadWhole(this->Folder / "s.json"));
+    EXPECT_TRUE(stats);
+    return { (*stats)["digest"].GetString(), (*stats)["temp_bytes"].GetUint64() };
+  }
+
+private:
   bool HasJournal() const
   {
     for (const fs::directory_entry& entry : fs::directory_iterator(this->Folder / "spill"))
@@ -104,6 +131,7 @@ protected:
     return WIFSIGNALED(status);
   }
 
+protected:
   void ExpectRefused(const std::string& file)
   {
     const Outcome outcome = this->Resume();
@@ -123,14 +151,7 @@ protected:
 
 TEST_F(TestTexturedResume, AnotherPictureOrLibraryIsRefusedByName)
 {
-  bool killed = false;
-  for (int i = 0; i < 20 && !killed; ++i)
-  {
-    fs::remove(this->Folder / "m.kds");
-    killed = this->KillBetweenPhases();
-  }
-  ASSERT_TRUE(killed) << "no build was killed between its phases";
-  fs::remove(this->Folder / "m.kds");
+  ASSERT_NO_FATAL_FAILURE(this->KillBuild());
   for (const std::string file : { "a.png", "m.mtl" })
   {
     const auto time = fs::last_write_time(this->Folder / file);
@@ -147,6 +168,34 @@ TEST_F(TestTexturedResume, AnotherPictureOrLibraryIsRefusedByName)
   const Outcome resumed = this->Resume();
   EXPECT_EQ(resumed.exitCode, 0) << resumed.err;
   EXPECT_EQ(this->Store({ "verify", "m.kds" }).exitCode, 0);
+}
+
+// 202,500 vertices: out of core at 64M, in memory at 1G.
+TEST_F(TestTexturedResume, OutOfCoreOrResumedTheStoreIsThatOfMemory)
+{
+  Picture picture{ 512, 512, 3, {} };
+  for (std::size_t i = 0; i < 3 * picture.width * picture.height; ++i)
+  {
+    picture.texels.push_back(static_cast<std::uint8_t>((i * 7919 >> 3) ^ (i >> 11)));
+  }
+  const auto png = EncodePicture(picture, PictureType::Png);
+  this->WriteText("a.png", { png.begin(), png.end() });
+  const auto [inMemory, none] = this->BuildWith({ "--memory", "1G" });
+  EXPECT_EQ(none, 0U);
+  for (const std::string threads : { "1", "3" })
+  {
+    const auto [digest, spilled] = this->BuildWith({ "--memory", "64M", "--threads", threads });
+    EXPECT_EQ(digest, inMemory);
+    EXPECT_GT(spilled, 10'000'000U);
+  }
+  EXPECT_EQ(this->BuildWith({ "--memory", "100M" }).first, inMemory);
+  ASSERT_NO_FATAL_FAILURE(this->KillBuild());
+  const auto [resumed, spilled] = this->BuildWith({ "--memory", "64M", "--resume" });
+  EXPECT_EQ(resumed, inMemory);
+  EXPECT_GT(spilled, 0U);
+  const auto stats = ParseJson(ReadWhole(this->Folder / "s.json"));
+  EXPECT_GT((*stats)["resumed_phases"].GetUint64(), 0U);
+  EXPECT_GT((*stats)["tiles"]["texels"].GetUint64(), picture.width * picture.height);
 }
 
 // Decoded pictures may be gigabytes.

@@ -18,6 +18,29 @@
 namespace kdstream::fixtures
 {
 
+// Decoded, from bytes or files.
+inline std::vector<Picture> PicturesOf(const TexturedMesh& textured)
+{
+  std::vector<Picture> pictures;
+  for (const PictureSource& source : textured.pictures)
+  {
+    const std::string bytes = source.bytes.empty()
+                                ? ReadWhole(source.file)
+                                : std::string(source.bytes.begin(), source.bytes.end());
+    Result<Picture> picture =
+      DecodePicture({ reinterpret_cast<const std::uint8_t*>(bytes.data()), bytes.size() });
+    EXPECT_TRUE(picture) << source.name << ": " << picture.GetError().message;
+    pictures.push_back(picture ? std::move(*picture) : Picture{ 1, 1, 1, { 0 } });
+  }
+  return pictures;
+}
+
+inline PlaceInPicture PlaceOf(const TexturedMaterial& material, double u, double v)
+{
+  const TextureTransform& m = material.transform;
+  return { m.u[0] * u + m.u[1] * v + m.u[2], m.v[0] * u + m.v[1] * v + m.v[2] };
+}
+
 class TexturedTest : public ProgramsTest
 {
 protected:
@@ -86,26 +109,6 @@ protected:
     EXPECT_TRUE(read) << read.GetError().message;
     EXPECT_EQ(read->warnings, std::vector<std::string>{});
     return std::move(read->textured);
-  }
-
-  static std::vector<Picture> PicturesOf(const TexturedMesh& textured)
-  {
-    std::vector<Picture> pictures;
-    for (const PictureSource& source : textured.pictures)
-    {
-      const std::string bytes = ReadWhole(source.file);
-      Result<Picture> picture =
-        DecodePicture({ reinterpret_cast<const std::uint8_t*>(bytes.data()), bytes.size() });
-      EXPECT_TRUE(picture) << source.name << ": " << picture.GetError().message;
-      pictures.push_back(picture ? std::move(*picture) : Picture{ 1, 1, 1, { 0 } });
-    }
-    return pictures;
-  }
-
-  static PlaceInPicture PlaceOf(const TexturedMaterial& material, double u, double v)
-  {
-    const TextureTransform& m = material.transform;
-    return { m.u[0] * u + m.u[1] * v + m.u[2], m.v[0] * u + m.v[1] * v + m.v[2] };
   }
 
 private:

@@ -137,6 +137,10 @@ int Build(const CLI::App& app, BuildCommand& line)
   CatchInterrupts();
   const auto begin = std::chrono::steady_clock::now();
   std::vector<std::string> warnings = ChooseReader(line);
+  if (const std::string memory = MemoryOfConversion(line); !memory.empty() && !line.quiet)
+  {
+    std::cerr << program << ": note: " << line.input << ": " << memory << "\n";
+  }
   Result<BuildReport> report = Error{};
   {
     ProgressReporter progress(program, line.quiet, SharesOfSteps(line));

@@ -233,6 +233,20 @@ Status InterpretQuality(BuildCommand& line)
   return {};
 }
 
+// What would be given in vain.
+Status CheckTextureOptions(const CLI::App& app, BuildCommand& line)
+{
+  line.qualityGiven = app.count("--texture-quality") > 0;
+  line.pixelsGiven = app.count("--texture-pixels") > 0;
+  if (line.qualityGiven && !line.WantsTiles())
+  {
+    return Error{ ErrorCode::InvalidArgument,
+      "--texture-quality needs --textures on or tiles: the original keeps no pictures with " +
+        line.textures };
+  }
+  return CheckTexturePixels(app, line.textures);
+}
+
 // Of --temp-dir, which may be empty.
 Status CheckFolder(const std::filesystem::path& folder)
 {
@@ -251,6 +265,7 @@ Status CheckFolder(const std::filesystem::path& folder)
 Status Interpret(const CLI::App& app, BuildCommand& line)
 {
   KDSTREAM_TRY(CheckLevelOptions(app, line));
+  KDSTREAM_TRY(CheckTextureOptions(app, line));
   if (line.partitions > 0)
   {
     line.build.tree.partitions = line.partitions;
@@ -303,10 +318,18 @@ Status Interpret(const CLI::App& app, BuildCommand& line)
 namespace
 {
 
-std::string StatsOf(const BuildCommand& line, const BuildReport& report)
+// The most memory of this process, or of the children that have ended, in bytes.
+std::uint64_t PeakMemory(int who)
 {
   rusage usage{};
-  getrusage(RUSAGE_SELF, &usage);
+  getrusage(who, &usage);
+  return static_cast<std::uint64_t>(usage.ru_maxrss) * 1024;
+}
+
+std::string StatsOf(const BuildCommand& line, const BuildReport& report)
+{
+  const std::uint64_t own = PeakMemory(RUSAGE_SELF);
+  const std::uint64_t converted = line.converts ? PeakMemory(RUSAGE_CHILDREN) : 0;
   std::error_code status;
   const std::uintmax_t bytes = std::filesystem::file_size(line.output, status);
   ModelDescription model = report.info;
@@ -320,9 +343,12 @@ std::string StatsOf(const BuildCommand& line, const BuildReport& report)
     .Member("temp_bytes_read", report.bytesRead)
     .Member("temp_bytes_written", report.bytesWritten)
     .Member("resumed_phases", report.resumedPhases)
-    .Member("peak_rss_bytes", static_cast<std::uint64_t>(usage.ru_maxrss) * 1024)
-    .Key("seconds")
-    .BeginObject();
+    .Member("peak_rss_bytes", std::max(own, converted));
+  if (line.converts)
+  {
+    json.Member("convert_peak_rss_bytes", converted);
+  }
+  json.Key("seconds").BeginObject();
   for (const auto& [step, time] : report.seconds)
   {
     json.Member(step, time);
@@ -419,6 +445,22 @@ std::vector<std::string> ChooseReader(BuildCommand& line)
   return found ? std::move(found->warnings) : std::vector<std::string>{};
 }
 
+std::string MemoryOfConversion(const BuildCommand& line)
+{
+  if (!line.converts || !line.reconstruct.empty() || NeedsConversion(line.input))
+  {
+    return {};
+  }
+  // Measured on statues of 250,000 and a million vertices: 2.8 and 1.7 times the .obj.
+  constexpr double memoryPerByte = 2;
+  std::error_code failed;
+  const double bytes = memoryPerByte * double(std::filesystem::file_size(line.input, failed));
+  return failed || bytes <= double(line.build.memory)
+           ? std::string()
+           : "kdstream-convert reads it whole, which takes about " + BytesText(bytes) +
+               " beside --memory";
+}
+
 Status CheckStoreName(const std::filesystem::path& store)
 {
   const std::string name = store.filename().string(), ending = ".kds";
@@ -491,10 +533,26 @@ std::string CoarseFloats(const BuildReport& report, const std::string& unit)
   return text.str();
 }
 
+// Why an option of pictures was given in vain.
+std::string NoPictures(const BuildCommand& line)
+{
+  return line.baked ? "the original keeps no pictures" : "no pictures were read";
+}
+
 }
 
 void PrintWarnings(std::string_view program, const BuildCommand& line, const BuildReport& report)
 {
+  for (const auto& [option, vain] :
+    { std::pair{ "--texture-quality", line.qualityGiven && !line.tiled },
+      { "--texture-pixels", line.pixelsGiven && !line.baked } })
+  {
+    if (vain)
+    {
+      std::cerr << program << ": warning: " << line.input << ": " << option
+                << " changes nothing: " << NoPictures(line) << "\n";
+    }
+  }
   if (!report.ignoredAttributes.empty())
   {
     std::string names;

@@ -28,7 +28,8 @@ struct BuildCommand
   bool quiet = false;
   std::string textures = "on", textureQuality = "90";
   std::uint64_t texturePixels = mostPicturePixels;
-  TileOptions tiles{}; // by Interpret
+  TileOptions tiles{}; // by Interpret, as are the next two
+  bool qualityGiven = false, pixelsGiven = false;
 
   // Whether kdstream-convert reads the input: set by ChooseReader.
   bool converts = false;
@@ -48,6 +49,10 @@ Status Interpret(const CLI::App& app, BuildCommand& line);
 // Sets line.converts: for foreign formats, for surfaces of point clouds, and for meshes that
 // pictures paint, unless --textures is off. Returns warnings of pictures, a sentence each.
 std::vector<std::string> ChooseReader(BuildCommand& line);
+
+// What is to be known before kdstream-convert reads a mesh that pictures paint: about how much
+// memory that takes, where it is more than the build's own; empty otherwise.
+std::string MemoryOfConversion(const BuildCommand& line);
 
 // The parts of a build's time that its steps take, for the time left; none where they are not
 // known.

@@ -192,8 +192,13 @@ void TellNamed(const std::vector<std::filesystem::path>& files)
   }
 }
 
-int Convert(const std::string& program, const CommandLine& line)
+int Convert(const CLI::App& app, const CommandLine& line)
 {
+  const std::string& program = app.get_name();
+  if (const Status textures = CheckTexturePixels(app, line.textures); !textures)
+  {
+    return PrintError(program, "", textures.GetError());
+  }
   Result<OutputFolders> folders = OutputFolders::Make(line.output);
   if (!folders)
   {
@@ -234,6 +239,11 @@ int Convert(const std::string& program, const CommandLine& line)
   for (const std::string& warning : read->warnings)
   {
     std::cerr << program << ": warning: " << line.input << ": " << warning << "\n";
+  }
+  if (!line.progressLines && !read->baked && app.count("--texture-pixels") > 0)
+  {
+    std::cerr << program << ": warning: " << line.input
+              << ": --texture-pixels changes nothing: no pictures were read\n";
   }
   // The file has a temporary name until it is whole: interrupts wait.
   CatchInterrupts();
@@ -276,5 +286,5 @@ int main(int argc, char** argv)
   app.add_flag("--progress-lines", line.progressLines)->group(""); // for kdstream-build alone
   app.add_option("--paint", line.paint)->group("");                // the same
   app.add_option("--threads", line.threads)->group("");            // the same
-  return RunProgram(app, argc, argv, [&]() { return Convert(app.get_name(), line); });
+  return RunProgram(app, argc, argv, [&]() { return Convert(app, line); });
 }

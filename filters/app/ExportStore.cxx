@@ -6,12 +6,12 @@
 #include "filters/core/SystemReason.h"
 #include "filters/model/ModelJson.h"
 #include "filters/store/StoreNotes.h"
+#include "filters/store/WriteWhole.h"
 #include "server/protocol/ResourcePath.h"
 
 #include <zlib.h>
 
 #include <algorithm>
-#include <cerrno>
 #include <fstream>
 #include <iterator>
 #include <memory>
@@ -203,23 +203,7 @@ public:
     const fs::path file = this->PlaceOf(path);
     std::error_code failure;
     fs::create_directories(file.parent_path(), failure);
-    const fs::path unfinished = file.string() + ".new";
-    errno = 0;
-    std::ofstream output(unfinished, std::ios::binary);
-    output.write(bytes.data(), static_cast<std::streamsize>(bytes.size()));
-    output.close();
-    if (!output)
-    {
-      const int reason = errno;
-      fs::remove(unfinished, failure);
-      return SystemError("cannot be written", reason, file.string());
-    }
-    fs::rename(unfinished, file, failure);
-    if (failure)
-    {
-      fs::remove(unfinished);
-      return SystemError("cannot be written", failure.value(), file.string());
-    }
+    KDSTREAM_TRY(WriteWhole(file, bytes));
     ++this->Report.files;
     this->Report.bytes += bytes.size();
     return {};

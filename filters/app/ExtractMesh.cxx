@@ -11,6 +11,7 @@
 #include <cerrno>
 #include <fstream>
 #include <iterator>
+#include <numeric>
 #include <set>
 #include <utility>
 #include <vector>
@@ -133,6 +134,26 @@ Result<std::vector<std::uint32_t>> PartitionsOfRegion(const Store& store, const 
   return FindRegion(*boxes, store.Info().depths, *wanted.region, wanted.rings);
 }
 
+std::vector<std::uint32_t> AllPartitions(const ModelDescription& info)
+{
+  std::vector<std::uint32_t> all(info.partitions);
+  std::iota(all.begin(), all.end(), 0U);
+  return all;
+}
+
+WantedPartitions PartitionsOfCut(const Cut& cut)
+{
+  WantedPartitions original{ {}, BaseOf(cut) == Resolution::Original() };
+  for (const PieceId& piece : PiecesOf(cut))
+  {
+    if (piece.resolution == Resolution::Original())
+    {
+      original.partitions.push_back(piece.node - NodeOfPartition(0, cut.depths));
+    }
+  }
+  return original;
+}
+
 Result<Mesh> ExtractRegionInContext(const Store& store, const WantedMesh& wanted)
 {
   const auto partitions = PartitionsOfRegion(store, wanted);
@@ -178,19 +199,22 @@ Result<Mesh> ExtractMesh(const Store& store, const WantedMesh& wanted)
     const Result<Cut> cut = ReadResolutions(store, wanted.resolutions);
     return cut ? DrawStoreMesh(store, *cut) : Result<Mesh>(cut.GetError());
   }
-  const auto partitions = WantedPartitions(store, wanted);
-  KDSTREAM_TRY(partitions);
-  return GlueStoreMesh(store, **partitions);
+  const auto original = PartitionsOf(store, wanted);
+  KDSTREAM_TRY(original);
+  return GlueStoreMesh(store, original->partitions);
 }
 
-Result<std::optional<std::vector<std::uint32_t>>> WantedPartitions(
-  const Store& store, const WantedMesh& wanted)
+Result<WantedPartitions> PartitionsOf(const Store& store, const WantedMesh& wanted)
 {
-  using Wanted = std::optional<std::vector<std::uint32_t>>;
   const ModelDescription& info = store.Info();
-  if (wanted.level || wanted.inContext || !wanted.resolutions.empty())
+  if (wanted.level || (!wanted.resolutions.empty() && !info.HasLevels()))
   {
-    return Wanted();
+    return WantedPartitions{};
+  }
+  if (!wanted.resolutions.empty())
+  {
+    const Result<Cut> cut = ReadResolutions(store, wanted.resolutions);
+    return cut ? PartitionsOfCut(*cut) : Result<WantedPartitions>(cut.GetError());
   }
   if (wanted.partition)
   {
@@ -200,20 +224,15 @@ Result<std::optional<std::vector<std::uint32_t>>> WantedPartitions(
                          std::to_string(info.partitions) + " partitions, 0 to " +
                          std::to_string(info.partitions - 1));
     }
-    return Wanted(std::vector<std::uint32_t>{ *wanted.partition });
+    return WantedPartitions{ { *wanted.partition }, true };
   }
   if (wanted.region)
   {
     Result<std::vector<std::uint32_t>> region = PartitionsOfRegion(store, wanted);
     KDSTREAM_TRY(region);
-    return Wanted(std::move(*region));
+    return WantedPartitions{ std::move(*region), !wanted.inContext };
   }
-  std::vector<std::uint32_t> all(info.partitions);
-  for (std::uint32_t p = 0; p < all.size(); ++p)
-  {
-    all[p] = p;
-  }
-  return Wanted(std::move(all));
+  return WantedPartitions{ AllPartitions(info), true };
 }
 
 }

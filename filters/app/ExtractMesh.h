@@ -29,8 +29,14 @@ struct WantedMesh
 // file of resolutions cannot be read; those of reading the store.
 Result<Mesh> ExtractMesh(const Store& store, const WantedMesh& wanted);
 
-// The partitions that are wanted, ascending; nothing where levels are wanted too. Errors: as above.
-Result<std::optional<std::vector<std::uint32_t>>> WantedPartitions(
-  const Store& store, const WantedMesh& wanted);
+// What a mesh has of the original.
+struct WantedPartitions
+{
+  std::vector<std::uint32_t> partitions; // that are shown as the original, ascending
+  bool alone = false;                    // nothing else is in the mesh
+};
+
+// None for a level. Errors: as above.
+Result<WantedPartitions> PartitionsOf(const Store& store, const WantedMesh& wanted);
 
 }

@@ -79,6 +79,21 @@ std::string NamesOf(const StoreTexts& texts)
   return all;
 }
 
+// The names of arrays that neither a .glb nor an .obj with pictures has; "" if there are none.
+std::string AttributesWithoutPlace(const std::vector<AttributeInfo>& attributes)
+{
+  std::string names;
+  for (const AttributeInfo& attribute : attributes)
+  {
+    const AttributeRole role = RoleOf(attribute);
+    if (role != AttributeRole::Normals && role != AttributeRole::Colors)
+    {
+      names += (names.empty() ? "" : ", ") + attribute.name;
+    }
+  }
+  return names;
+}
+
 class Commands
 {
 public:
@@ -209,32 +224,49 @@ private:
     {
       return PrintError(this->Program, this->Line.output, output.GetError());
     }
+    const Result<WantedPartitions> original = store.Info().textures
+                                                ? PartitionsOf(store, this->Line.wanted)
+                                                : Result<WantedPartitions>(WantedPartitions{});
+    if (!original)
+    {
+      return PrintError(this->Program, this->Line.store, original.GetError());
+    }
     const std::string ending = FileEnding(*output);
-    const bool takesPictures = store.Info().textures && (ending == ".obj" || ending == ".glb");
-    const auto partitions = takesPictures
-                              ? WantedPartitions(store, this->Line.wanted)
-                              : Result<std::optional<std::vector<std::uint32_t>>>(std::nullopt);
-    if (!partitions)
+    const bool withPictures = original->alone && (ending == ".obj" || ending == ".glb");
+    const int exitCode = withPictures || ending == ".glb"
+                           ? this->ExtractTextured(store, *output, *original, *folders, begin)
+                           : this->ExtractPlain(store, *output, *folders, begin);
+    if (exitCode == exitDone && !original->partitions.empty() && !withPictures)
     {
-      return PrintError(this->Program, this->Line.store, partitions.GetError());
+      this->WarnOfLoss(original->alone
+                         ? "the format does not hold the pictures of the original; .obj and .glb do"
+                         : "the pictures of the original are left out: .obj and .glb have them of "
+                           "partitions alone, without levels");
     }
-    if (*partitions || ending == ".glb")
-    {
-      return this->ExtractTextured(store, *output, *partitions, *folders, begin);
-    }
+    return exitCode;
+  }
+
+  void WarnOfLoss(const std::string& loss) const
+  {
+    std::cerr << this->Program << ": warning: " << this->Line.output << ": " << loss << "\n";
+  }
+
+  int ExtractPlain(const Store& store, const std::filesystem::path& output, OutputFolders& folders,
+    Moment begin) const
+  {
     const Result<Mesh> mesh = ExtractMesh(store, this->Line.wanted);
     if (!mesh)
     {
       return PrintError(this->Program, this->Line.store, mesh.GetError());
     }
-    if (Status status = WriteMesh(*output, *mesh); !status)
+    if (Status status = WriteMesh(output, *mesh); !status)
     {
       return PrintError(this->Program, this->Line.output, status.GetError());
     }
-    folders->Keep();
-    for (const std::string& loss : LossesOfFormat(*output, *mesh))
+    folders.Keep();
+    for (const std::string& loss : LossesOfFormat(output, *mesh))
     {
-      std::cerr << this->Program << ": warning: " << this->Line.output << ": " << loss << "\n";
+      this->WarnOfLoss(loss);
     }
     this->TellWritten(this->Line.output,
       mesh->triangles.empty() ? std::to_string(mesh->points.size()) + " points"
@@ -243,13 +275,14 @@ private:
     return exitDone;
   }
 
-  // With pictures those of these partitions; a mesh without any as a .glb.
+  // With the pictures of partitions, where nothing else is wanted; else a mesh without any as a
+  // .glb.
   int ExtractTextured(const Store& store, const std::filesystem::path& output,
-    const std::optional<std::vector<std::uint32_t>>& partitions, OutputFolders& folders,
-    Moment begin) const
+    const WantedPartitions& original, OutputFolders& folders, Moment begin) const
   {
-    const Result<TexturedMesh> mesh =
-      partitions ? kdstream::ExtractTextured(store, *partitions) : this->ExtractPlain(store);
+    const Result<TexturedMesh> mesh = original.alone
+                                        ? kdstream::ExtractTextured(store, original.partitions)
+                                        : this->MakePlain(store);
     if (!mesh)
     {
       return PrintError(this->Program, this->Line.store, mesh.GetError());
@@ -262,6 +295,11 @@ private:
       return PrintError(this->Program, this->Line.output, written.GetError());
     }
     folders.Keep();
+    const std::string left = AttributesWithoutPlace(store.Info().attributes);
+    if (!left.empty())
+    {
+      this->WarnOfLoss("the format does not hold these attributes: " + left);
+    }
     this->TellWritten(this->Line.output,
       std::to_string(mesh->mesh.triangles.size()) + " triangles and " +
         std::to_string(mesh->pictures.size()) +
@@ -271,7 +309,7 @@ private:
   }
 
   // All of one white material.
-  Result<TexturedMesh> ExtractPlain(const Store& store) const
+  Result<TexturedMesh> MakePlain(const Store& store) const
   {
     Result<Mesh> mesh = ExtractMesh(store, this->Line.wanted);
     KDSTREAM_TRY(mesh);

@@ -3,6 +3,7 @@
 
 #include "filters/core/Texts.h"
 #include "filters/meshio/QuotedText.h"
+#include "filters/texture/LostLooks.h"
 #include "filters/texture/ObjMaterials.h"
 
 #include <algorithm>
@@ -64,7 +65,13 @@ public:
   {
     GltfMaterial read;
     const Json& pbr = Member(material, "pbrMetallicRoughness");
-    const Json& factor = Member(pbr, "baseColorFactor");
+    const Json& core = Member(pbr, "baseColorTexture");
+    // Older than the core's way, which some write for those who do not know this one.
+    const Json& glossy =
+      Member(Member(material, "extensions"), "KHR_materials_pbrSpecularGlossiness");
+    const bool isGlossy = core.is_null() && glossy.is_object();
+    const Json& factor =
+      isGlossy ? Member(glossy, "diffuseFactor") : Member(pbr, "baseColorFactor");
     for (std::size_t k = 0; k < std::min<std::size_t>(CountOf(factor), 4); ++k)
     {
       read.paint.factor[k] = std::clamp(NumberOf(factor[k], 1), 0.0, 1.0);
@@ -72,7 +79,8 @@ public:
     read.paint.color = read.paint.factor;
     const Json& mode = Member(material, "alphaMode");
     read.paint.opaque = !mode.is_string() || mode == "OPAQUE";
-    if (const Json& texture = Member(pbr, "baseColorTexture"); !texture.is_null())
+    if (const Json& texture = isGlossy ? Member(glossy, "diffuseTexture") : core;
+        !texture.is_null())
     {
       this->ReadTexture(texture, number, read);
     }
@@ -81,6 +89,8 @@ public:
       this->NoteOther(Member(material, other), other);
     }
     this->NoteOther(Member(pbr, "metallicRoughnessTexture"), "metallicRoughnessTexture");
+    this->NoteExtensions(Member(material, "extensions"));
+    this->NoteValues(material, number);
     return read;
   }
 
@@ -101,13 +111,63 @@ public:
     {
       this->Warnings.push_back("pictures of materials that are not carried: " + names);
     }
+    const std::vector<std::string> lost = this->Lost.Tell();
+    this->Warnings.insert(this->Warnings.end(), lost.begin(), lost.end());
     return std::move(this->Warnings);
   }
 
 private:
-  void NoteOther(const Json& texture, const char* name)
+  // Fit for a message.
+  static bool IsWord(const std::string& name)
   {
-    if (texture.is_object() &&
+    return name.size() <= 40 &&
+           std::all_of(name.begin(), name.end(),
+             [](char c) { return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z'); });
+  }
+
+  // The textures of all extensions but the one that is taken as the colour.
+  void NoteExtensions(const Json& extensions)
+  {
+    for (const auto& [extension, members] : extensions.items())
+    {
+      for (const auto& [name, value] : members.items())
+      {
+        if (name.ends_with("Texture") && name != "diffuseTexture" && IsWord(name))
+        {
+          this->NoteOther(value, name);
+        }
+      }
+    }
+  }
+
+  // Metalness counts where it is told: without a word it would be 1, which writers that know
+  // nothing of it do not mean.
+  void NoteValues(const Json& material, std::size_t number)
+  {
+    const Json& pbr = Member(material, "pbrMetallicRoughness");
+    const Json& name = Member(material, "name");
+    const std::string named =
+      name.is_string() ? QuotedText(name.get<std::string>()) : std::to_string(number);
+    const bool metal = NumberOf(Member(pbr, "metallicFactor"), 0) > 0;
+    const Json& light = Member(material, "emissiveFactor");
+    const bool emits = std::any_of(
+      light.begin(), light.end(), [](const Json& value) { return NumberOf(value, 0) > 0; });
+    const Json& glass = Member(Member(material, "extensions"), "KHR_materials_transmission");
+    for (const auto& [look, is] : { std::pair{ LostLook::Metalness, metal },
+           { LostLook::Roughness, metal && NumberOf(Member(pbr, "roughnessFactor"), 1) < 1 },
+           { LostLook::Emission, emits && !Member(material, "emissiveTexture").is_object() },
+           { LostLook::Transparency, NumberOf(Member(glass, "transmissionFactor"), 0) > 0 } })
+    {
+      if (is)
+      {
+        this->Lost.Add(look, named);
+      }
+    }
+  }
+
+  void NoteOther(const Json& texture, const std::string& name)
+  {
+    if (texture.is_object() && this->Others.size() < mostWarnings &&
         std::find(this->Others.begin(), this->Others.end(), name) == this->Others.end())
     {
       this->Others.emplace_back(name);
@@ -255,6 +315,7 @@ private:
   const GltfDocument& Source;
   std::filesystem::path File;
   std::vector<std::string> Warnings, Others; // Others: pictures that are not carried
+  LostLooks Lost;
   std::size_t Wrong = 0;
 };
 

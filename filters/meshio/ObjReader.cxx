@@ -20,7 +20,6 @@ namespace
 {
 
 constexpr std::uint64_t mostPlaces = noVertex - 1; // of places, texture coordinates, normals
-constexpr std::uint64_t statementsPerReport = 1 << 17;
 
 // Of places, texture coordinates and normals.
 using Counts = std::array<std::uint64_t, 3>;
@@ -127,29 +126,21 @@ void ObjReader::Count(ObjKeyword keyword)
   }
 }
 
-// One pass over the whole text.
+// One pass over the whole text, which ends at its beginning.
 template <class Visit>
 Status ObjReader::ForEachStatement(const Execution& execution, Visit&& visit)
 {
+  this->SoFar = {};
+  KDSTREAM_TRY(this->Statements.ForEach(execution, 0, 1,
+    [&]() -> Status
+    {
+      KDSTREAM_TRY(visit());
+      this->Count(this->Statements.Keyword());
+      return {};
+    }));
   this->Statements.Restart();
   this->SoFar = {};
-  for (std::uint64_t number = 0;; ++number)
-  {
-    const Result<bool> more = this->Statements.Next();
-    KDSTREAM_TRY(more);
-    if (!*more)
-    {
-      this->Statements.Restart();
-      this->SoFar = {};
-      return {};
-    }
-    KDSTREAM_TRY(visit());
-    this->Count(this->Statements.Keyword());
-    if (number % statementsPerReport == 0)
-    {
-      KDSTREAM_TRY(execution.Report("read", this->Statements.GetLines().Fraction()));
-    }
-  }
+  return {};
 }
 
 Status ObjReader::LookAtPlace(std::string_view text)

@@ -3,6 +3,7 @@
 // is written in them. Part of step "read".
 #pragma once
 
+#include "filters/core/Execution.h"
 #include "filters/core/Result.h"
 #include "filters/core/Types.h"
 #include "filters/meshio/TextLines.h"
@@ -45,6 +46,29 @@ public:
   std::string_view Rest() const { return this->Text; }
   const TextLines& GetLines() const { return this->Lines; }
   void Restart() { this->Lines.Restart(); }
+
+  // Calls visit() at each statement of the whole text. Reports this pass, of step "read", as the
+  // share of it that begins at `before`. Errors: those of Next, of `visit` and of `execution`.
+  template <class Visit>
+  Status ForEach(const Execution& execution, double before, double share, const Visit& visit)
+  {
+    constexpr std::uint64_t statementsPerReport = 1 << 17;
+    this->Restart();
+    for (std::uint64_t number = 0;; ++number)
+    {
+      const Result<bool> more = this->Next();
+      KDSTREAM_TRY(more);
+      if (!*more)
+      {
+        return {};
+      }
+      KDSTREAM_TRY(visit());
+      if (number % statementsPerReport == 0)
+      {
+        KDSTREAM_TRY(execution.Report("read", before + share * this->Lines.Fraction()));
+      }
+    }
+  }
 
 private:
   Status Join();

@@ -2,9 +2,10 @@
 // Which scalar properties of a PLY element make up which array: see PlyArrays.h.
 #include "filters/meshio/PlyArrays.h"
 
+#include "filters/core/Texts.h"
+
 #include <algorithm>
 #include <array>
-#include <charconv>
 #include <optional>
 #include <set>
 #include <string_view>
@@ -77,31 +78,16 @@ constexpr std::array<KnownGroup, 7> knownGroups{ {
   { { "texture_u", "texture_v", "", "" }, 2, false, "TCoords" },
 } };
 
-std::optional<std::uint8_t> HexDigit(char c)
-{
-  std::uint8_t value = 0;
-  const auto parsed = std::from_chars(&c, &c + 1, value, 16);
-  return parsed.ec == std::errc() ? std::optional(value) : std::nullopt;
-}
-
-// %XX becomes a byte.
+// %HH becomes a byte; any other % is one.
 std::string Unescape(std::string_view name)
 {
   std::string plain;
   for (std::size_t i = 0; i < name.size(); ++i)
   {
     const bool room = name[i] == '%' && i + 2 < name.size();
-    const auto high = room ? HexDigit(name[i + 1]) : std::nullopt;
-    const auto low = room ? HexDigit(name[i + 2]) : std::nullopt;
-    if (high && low)
-    {
-      plain += static_cast<char>(*high << 4 | *low);
-      i += 2;
-    }
-    else
-    {
-      plain += name[i];
-    }
+    const auto byte = room ? PercentDecoded(name.substr(i, 3)) : std::nullopt;
+    plain += byte ? *byte : std::string(1, name[i]);
+    i += byte ? 2 : 0;
   }
   return plain;
 }

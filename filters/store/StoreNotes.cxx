@@ -3,13 +3,13 @@
 
 #include "filters/core/SystemReason.h"
 #include "filters/store/OpenFile.h"
+#include "filters/store/WriteWhole.h"
 
 #include <fcntl.h>
 #include <sys/stat.h>
 #include <unistd.h>
 
 #include <cerrno>
-#include <fstream>
 #include <string>
 #include <utility>
 
@@ -47,6 +47,15 @@ std::filesystem::path NotesFileOf(const std::filesystem::path& store)
   return store.parent_path() / (store.stem().string() + ".notes.json");
 }
 
+std::filesystem::path NotesFileIn(
+  const std::filesystem::path& storeOrFolder, const std::string& model)
+{
+  std::error_code failure;
+  return NotesFileOf(std::filesystem::is_directory(storeOrFolder, failure)
+                       ? storeOrFolder / (model + ".kds")
+                       : storeOrFolder);
+}
+
 Result<NotesText> ReadNotes(const std::filesystem::path& path)
 {
   const OpenFile file(path, O_NONBLOCK); // what has the name may be a pipe that nobody writes to
@@ -81,26 +90,7 @@ Status WriteNotes(const std::filesystem::path& file, const std::vector<Note>& no
       "these notes are too long to be served: " + std::to_string(text.size()) + " bytes, at most " +
         std::to_string(maximumNotesBytes) };
   }
-  const std::filesystem::path unfinished = file.string() + ".new";
-  errno = 0;
-  std::ofstream output(unfinished, std::ios::binary | std::ios::trunc);
-  output << text;
-  output.close();
-  std::error_code failure;
-  if (!output)
-  {
-    const int reason = errno;
-    std::filesystem::remove(unfinished, failure);
-    return SystemError("cannot be written", reason, file.string());
-  }
-  std::filesystem::rename(unfinished, file, failure);
-  if (failure)
-  {
-    const int reason = failure.value();
-    std::filesystem::remove(unfinished, failure);
-    return SystemError("cannot be written", reason, file.string());
-  }
-  return {};
+  return WriteWhole(file, text);
 }
 
 }

@@ -8,6 +8,7 @@
 
 #include <cstdint>
 #include <filesystem>
+#include <string>
 #include <vector>
 
 namespace kdstream
@@ -20,6 +21,9 @@ struct NotesText
 };
 
 std::filesystem::path NotesFileOf(const std::filesystem::path& store);
+// Of a model in what was opened: its store, or a folder of stores.
+std::filesystem::path NotesFileIn(
+  const std::filesystem::path& storeOrFolder, const std::string& model);
 
 // Reads at most maximumNotesBytes, and waits for no writer of a pipe. Errors: NotFound where there
 // is no such file; those of ParseNotes; InvalidInput for what is no file; InputOutput.

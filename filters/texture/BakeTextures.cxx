@@ -22,6 +22,7 @@
 #include <functional>
 #include <numeric>
 #include <optional>
+#include <span>
 
 namespace kdstream
 {
@@ -33,6 +34,8 @@ constexpr double texelsOfCut = 1.4;    // of the longest side: a part or more fo
 constexpr double partsOfTexel = 8;     // of the picture, for all triangles together
 constexpr double partsOfTriangle = 64; // on top of that
 constexpr std::size_t trianglesAtOnce = 16384;
+constexpr std::size_t trianglesOfTask = 64;
+constexpr double readShare = 0.3;    // of the progress: pictures that are decoded
 constexpr double mostCuts = 1 << 15; // of a side; before the limit for all
 // Triangles without area count so much, and none more than the most: sums stay numbers.
 constexpr double leastArea = 1e-250, mostArea = 1e250;
@@ -68,6 +71,31 @@ std::vector<VertexId> PlacesOf(const Mesh& mesh, const Execution& execution)
   return refined;
 }
 
+// Σ of(i), the same with any threads: sums of blocks, in their order.
+template <class Of>
+auto SumInBlocks(std::size_t count, const Execution& execution, const Of& of)
+{
+  using Sums = decltype(of(std::size_t{}));
+  constexpr std::size_t block = 1 << 16;
+  std::vector<Sums> parts((count + block - 1) / block, Sums{});
+  execution.parallelFor(parts.size(), 1,
+    [&](std::size_t begin, std::size_t end)
+    {
+      for (std::size_t i = begin * block; i < std::min(end * block, count); ++i)
+      {
+        const Sums values = of(i);
+        std::transform(values.begin(), values.end(), parts[i / block].begin(),
+          parts[i / block].begin(), std::plus<>());
+      }
+    });
+  Sums all{};
+  for (const Sums& part : parts)
+  {
+    std::transform(part.begin(), part.end(), all.begin(), all.begin(), std::plus<>());
+  }
+  return all;
+}
+
 // Three digits, or all before the point.
 std::string NumberText(double value)
 {
@@ -91,20 +119,28 @@ public:
     this->Places = PlacesOf(this->Textured.mesh, execution);
     this->Sums.resize(this->Places.size());
     const std::vector<std::vector<std::uint32_t>> ofPicture = this->SortTriangles();
-    for (std::size_t i = 0; i < ofPicture.size(); ++i)
+    std::vector<std::uint32_t> used;
+    for (std::uint32_t i = 0; i < ofPicture.size(); ++i)
     {
-      KDSTREAM_TRY(execution.Report("textures", double(i) / double(ofPicture.size())));
       if (!ofPicture[i].empty())
       {
-        const auto done = [&](double part)
-        { return execution.Report("textures", (double(i) + part) / double(ofPicture.size())); };
-        KDSTREAM_TRY(
-          this->BakePicture(static_cast<std::uint32_t>(i), ofPicture[i], execution, done));
+        used.push_back(i);
       }
+    }
+    KDSTREAM_TRY(this->Reader.ReadAhead(used, readShare, execution));
+    for (std::size_t i = 0; i < used.size(); ++i)
+    {
+      const auto done = [&](double part)
+      {
+        return execution.Report(
+          "textures", readShare + (1 - readShare) * (double(i) + part) / double(used.size()));
+      };
+      KDSTREAM_TRY(done(0));
+      KDSTREAM_TRY(this->BakePicture(used[i], ofPicture[used[i]], execution, done));
     }
     const std::vector<std::string> unread = this->Reader.Warnings();
     this->Report.warnings.insert(this->Report.warnings.end(), unread.begin(), unread.end());
-    this->Finish();
+    this->Finish(execution);
     return std::move(this->Report);
   }
 
@@ -199,27 +235,52 @@ private:
     }
     ++this->Report.pictures;
     const PictureTexels texels((*picture)->Texels());
-    const double thinning = this->FindThinning(texels, triangles);
-    // Each triangle by itself, on any thread; then all in their order: sums depend on no thread.
-    std::vector<TriangleSum> sums(std::min(triangles.size(), trianglesAtOnce));
-    for (std::size_t first = 0; first < triangles.size(); first += trianglesAtOnce)
+    const double thinning = this->FindThinning(texels, triangles, execution);
+    // Each triangle by itself, on any thread, while those before are added in their order: sums
+    // depend on no thread.
+    std::array<std::vector<TriangleSum>, 2> sums;
+    sums.fill(std::vector<TriangleSum>(std::min(triangles.size(), trianglesAtOnce)));
+    const std::size_t blocks = (triangles.size() + trianglesAtOnce - 1) / trianglesAtOnce;
+    const auto ofBlock = [&](std::size_t block)
     {
-      const std::size_t count = std::min(trianglesAtOnce, triangles.size() - first);
-      execution.parallelFor(count, 16,
+      return std::span(triangles).subspan(block * trianglesAtOnce,
+        std::min(trianglesAtOnce, triangles.size() - block * trianglesAtOnce));
+    };
+    for (std::size_t block = 0; block <= blocks; ++block)
+    {
+      const auto now = block < blocks ? ofBlock(block) : std::span<const std::uint32_t>();
+      const auto task = [&](std::size_t i)
+      {
+        if (i == 0)
+        {
+          this->AddAll(block > 0 ? ofBlock(block - 1) : now.first(0), sums[(block + 1) % 2]);
+          return;
+        }
+        const std::size_t first = (i - 1) * trianglesOfTask;
+        for (std::size_t t = first; t < std::min(first + trianglesOfTask, now.size()); ++t)
+        {
+          sums[block % 2][t] = this->SumOf(now[t], texels, thinning);
+        }
+      };
+      execution.parallelFor(1 + (now.size() + trianglesOfTask - 1) / trianglesOfTask, 1,
         [&](std::size_t begin, std::size_t end)
         {
           for (std::size_t i = begin; i < end; ++i)
           {
-            sums[i] = this->SumOf(triangles[first + i], texels, thinning);
+            task(i);
           }
         });
-      for (std::size_t i = 0; i < count; ++i)
-      {
-        this->Add(triangles[first + i], sums[i]);
-      }
-      KDSTREAM_TRY(done(double(first + count) / double(triangles.size())));
+      KDSTREAM_TRY(done(double(block) / double(blocks)));
     }
     return {};
+  }
+
+  void AddAll(std::span<const std::uint32_t> triangles, const std::vector<TriangleSum>& sums)
+  {
+    for (std::size_t i = 0; i < triangles.size(); ++i)
+    {
+      this->Add(triangles[i], sums[i]);
+    }
   }
 
   void Add(std::size_t triangle, const TriangleSum& sum)
@@ -247,16 +308,17 @@ private:
   }
 
   // How much fewer cuts there must be than would be right, and how many texels are covered.
-  double FindThinning(const PictureTexels& texels, const std::vector<std::uint32_t>& triangles)
+  double FindThinning(const PictureTexels& texels, const std::vector<std::uint32_t>& triangles,
+    const Execution& execution)
   {
-    double parts = 0;
-    for (const std::uint32_t triangle : triangles)
-    {
-      const std::array<PlaceInPicture, 3> at = this->CornersOf(triangle);
-      const double cuts = this->CutsOf(texels, at);
-      parts += cuts * cuts;
-      this->Report.texels += texels.Covered(at);
-    }
+    const auto [parts, covered] = SumInBlocks(triangles.size(), execution,
+      [&](std::size_t i) -> std::array<double, 2>
+      {
+        const std::array<PlaceInPicture, 3> at = this->CornersOf(triangles[i]);
+        const double cuts = CutsOf(texels, at);
+        return { cuts * cuts, texels.Covered(at) };
+      });
+    this->Report.texels += covered;
     const double most = partsOfTexel * texels.Count() + partsOfTriangle * double(triangles.size());
     return parts > most ? std::sqrt(most / parts) : 1;
   }
@@ -277,75 +339,107 @@ private:
     return SumTexels(material, texels, at, area, cuts);
   }
 
-  void Finish()
+  void Finish(const Execution& execution)
+  {
+    std::vector<std::array<std::uint8_t, 4>> colors(this->Sums.size());
+    execution.parallelFor(colors.size(), 4096,
+      [&](std::size_t begin, std::size_t end)
+      {
+        for (std::size_t v = begin; v < end; ++v)
+        {
+          colors[v] = ByteColor(this->Sums[this->Places[v]]);
+        }
+      });
+    std::size_t places = 0;
+    for (std::size_t v = 0; v < colors.size(); ++v)
+    {
+      places += this->Places[v] == v ? 1 : 0;
+    }
+    this->Report.texelsPerVertex = places > 0 ? this->Report.texels / double(places) : 0;
+    this->MeasureLoss(colors, execution);
+    this->Keep(colors);
+  }
+
+  static std::array<std::uint8_t, 4> ByteColor(const PlaceSum& sum)
+  {
+    std::array<std::uint8_t, 4> color{ 255, 255, 255, 255 };
+    if (sum.weight > 0)
+    {
+      std::transform(sum.light.begin(), sum.light.begin() + 3, color.begin(),
+        [&](double light) { return ByteOfLinear(light / sum.weight); });
+      const double alpha = sum.light[3] / sum.weight;
+      color[3] = static_cast<std::uint8_t>(std::lround(255 * std::clamp(alpha, 0.0, 1.0)));
+    }
+    return color;
+  }
+
+  // In the mesh, in place of the colours that it had.
+  void Keep(const std::vector<std::array<std::uint8_t, 4>>& colors)
   {
     Mesh& mesh = this->Textured.mesh;
     std::erase_if(mesh.attributes, [](const Attribute& attribute)
       { return attribute.name == "RGB" || attribute.name == "RGBA"; });
-    std::vector<std::array<std::uint8_t, 4>> colors(this->Sums.size());
-    bool opaque = true;
-    std::size_t places = 0;
-    for (std::size_t v = 0; v < colors.size(); ++v)
-    {
-      const PlaceSum& sum = this->Sums[this->Places[v]];
-      const bool any = sum.weight > 0;
-      for (std::size_t k = 0; k < 3; ++k)
-      {
-        colors[v][k] = any ? ByteOfLinear(sum.light[k] / sum.weight) : 255;
-      }
-      const double alpha = any ? sum.light[3] / sum.weight : 1;
-      colors[v][3] = static_cast<std::uint8_t>(std::lround(255 * std::clamp(alpha, 0.0, 1.0)));
-      opaque = opaque && colors[v][3] == 255;
-      places += this->Places[v] == v ? 1 : 0;
-    }
-    const bool alpha = !opaque;
-    Attribute attribute{ { alpha ? "RGBA" : "RGB", AttributeType::UInt8,
-                           AttributeAssociation::Point, std::uint8_t(alpha ? 4 : 3) },
-      {} };
+    const bool opaque =
+      std::all_of(colors.begin(), colors.end(), [](const auto& color) { return color[3] == 255; });
+    const std::uint8_t components = opaque ? 3 : 4;
+    Attribute attribute{
+      { opaque ? "RGB" : "RGBA", AttributeType::UInt8, AttributeAssociation::Point, components }, {}
+    };
+    attribute.values.reserve(components * colors.size());
     for (const std::array<std::uint8_t, 4>& color : colors)
     {
-      attribute.values.insert(
-        attribute.values.end(), color.begin(), color.begin() + (alpha ? 4 : 3));
+      attribute.values.insert(attribute.values.end(), color.begin(), color.begin() + components);
     }
-    this->Report.texelsPerVertex = places > 0 ? this->Report.texels / double(places) : 0;
-    this->MeasureLoss(colors);
     mesh.attributes.push_back(std::move(attribute));
   }
 
   // Σ area (texel - Σ share × colour)², multiplied out: the texels' squares and their products with
   // the shares were added up on the way, and the products of the shares follow from the cuts.
-  void MeasureLoss(const std::vector<std::array<std::uint8_t, 4>>& colors)
+  void MeasureLoss(
+    const std::vector<std::array<std::uint8_t, 4>>& colors, const Execution& execution)
   {
-    double sum = this->Squares, all = 0;
-    for (std::size_t v = 0; v < colors.size(); ++v)
-    {
-      for (std::size_t k = 0; k < 3 && this->Places[v] == v; ++k)
+    const auto [mixed] = SumInBlocks(colors.size(), execution,
+      [&](std::size_t v) -> std::array<double, 1>
       {
-        sum -= 2 * colors[v][k] * this->Sums[v].shown[k];
-      }
-    }
+        const std::array<double, 3>& shown = this->Sums[v].shown;
+        return { this->Places[v] == v
+                   ? colors[v][0] * shown[0] + colors[v][1] * shown[1] + colors[v][2] * shown[2]
+                   : 0 };
+      });
     this->Cuts.resize(this->Textured.mesh.triangles.size());
-    for (std::size_t i = 0; i < this->Textured.mesh.triangles.size(); ++i)
-    {
-      const Triangle& t = this->Textured.mesh.triangles[i];
-      const double area = this->AreaOf(t), cuts = this->Cuts[i];
-      const double within = cuts > 0 ? 1 / (cuts * cuts) : 0; // of the spread of shares in a part
-      all += area;
-      for (std::size_t a = 0; a < 3; ++a)
+    const auto [squares, all] = SumInBlocks(this->Cuts.size(), execution,
+      [&](std::size_t i) -> std::array<double, 2>
       {
-        for (std::size_t b = 0; b < 3; ++b)
+        const double area = this->AreaOf(this->Textured.mesh.triangles[i]);
+        return { area * this->SquaresOfColors(i, colors), area };
+      });
+    const double mean = (this->Squares - 2 * mixed + squares) / all / 3;
+    this->Report.loss = all > 0 && std::isfinite(mean) ? std::sqrt(std::max(0.0, mean)) : 0;
+  }
+
+  // The mean square of what a triangle's corners mix to, in the middles of its parts.
+  double SquaresOfColors(
+    std::size_t triangle, const std::vector<std::array<std::uint8_t, 4>>& colors) const
+  {
+    const Triangle& t = this->Textured.mesh.triangles[triangle];
+    const double cuts = this->Cuts[triangle];
+    const double within = cuts > 0 ? 1 / (cuts * cuts) : 0; // of the spread of shares in a part
+    double sum = 0;
+    for (std::size_t a = 0; a < 3; ++a)
+    {
+      for (std::size_t b = 0; b < 3; ++b)
+      {
+        const double whole = (a == b ? 2.0 : 1.0) / 12;
+        const double products = whole - (whole - 1.0 / 9) * within;
+        int dot = 0;
+        for (std::size_t k = 0; k < 3; ++k)
         {
-          const double whole = (a == b ? 2.0 : 1.0) / 12;
-          const double products = whole - (whole - 1.0 / 9) * within;
-          for (std::size_t k = 0; k < 3; ++k)
-          {
-            sum += area * products * colors[t[a]][k] * colors[t[b]][k];
-          }
+          dot += int{ colors[t[a]][k] } * colors[t[b]][k];
         }
+        sum += products * dot;
       }
     }
-    const double mean = sum / all / 3;
-    this->Report.loss = all > 0 && std::isfinite(mean) ? std::sqrt(std::max(0.0, mean)) : 0;
+    return sum;
   }
 
   TexturedMesh& Textured;
@@ -393,13 +487,14 @@ Result<BakeReport> BakeTexturesAndKeepPaint(
     }
     return report;
   }
-  Result<PaintFolderWriter> folder = PaintFolderWriter::Create(options.paintFolder);
+  Result<PaintFolderWriter> folder =
+    PaintFolderWriter::Create(options.paintFolder, textured.pictures.size());
   KDSTREAM_TRY(folder);
   Result<BakeReport> report = Baker(textured, options.mostPixels, &*folder).Bake(execution);
   KDSTREAM_TRY(report);
   if (report->pictures > 0)
   {
-    KDSTREAM_TRY(folder->Finish(textured.materials, textured.pictures.size()));
+    KDSTREAM_TRY(folder->Finish(textured.materials));
     AddPaintArrays(textured);
   }
   return report;

@@ -57,6 +57,24 @@ public:
     return lit;
   }
 
+  // Of a row of texels, RGBA.
+  void Light(std::uint8_t* rgba, std::int64_t texels) const
+  {
+    if (this->Plain && this->Opaque)
+    {
+      for (std::int64_t i = 0; i < texels; ++i)
+      {
+        rgba[4 * i + 3] = 255;
+      }
+      return;
+    }
+    for (std::int64_t i = 0; i < texels; ++i, rgba += 4)
+    {
+      const Rgba lit = this->Of({ rgba[0], rgba[1], rgba[2], rgba[3] });
+      std::copy(lit.begin(), lit.end(), rgba);
+    }
+  }
+
 private:
   Color Factor;
   const bool Opaque, Plain;
@@ -65,7 +83,7 @@ private:
 
 // Means of 2^halvings × 2^halvings texels, in linear light. width: of the larger picture.
 std::vector<std::uint8_t> Halve(
-  const std::vector<std::uint8_t>& texels, std::size_t width, unsigned halvings)
+  std::vector<std::uint8_t> texels, std::size_t width, unsigned halvings)
 {
   if (halvings == 0)
   {
@@ -116,10 +134,11 @@ public:
   {
     KDSTREAM_TRY(this->FindPatches());
     KDSTREAM_TRY(this->Pack());
-    this->Texels.assign(static_cast<std::size_t>(4 * this->Packed.width * this->Packed.height), 0);
-    for (std::size_t i = 0; i < this->Texels.size(); ++i)
+    this->Texels.assign(
+      static_cast<std::size_t>(4 * this->Packed.width * this->Packed.height), emptyTexel);
+    for (std::size_t alpha = 3; alpha < this->Texels.size(); alpha += 4)
     {
-      this->Texels[i] = i % 4 == 3 ? 255 : emptyTexel;
+      this->Texels[alpha] = 255;
     }
     for (std::size_t i = 0; i < this->Charts.boxes.size(); ++i)
     {
@@ -161,7 +180,7 @@ private:
       KDSTREAM_TRY(this->Source.Read(
         material.picture, { { x, y }, { x + 1, y + 1 } }, &texels[std::size_t(4 * i)]));
     }
-    const std::vector<std::uint8_t> mean = Halve(texels, samples, 4);
+    const std::vector<std::uint8_t> mean = Halve(std::move(texels), samples, 4);
     return MaterialLight(material).Of({ mean[0], mean[1], mean[2], mean[3] });
   }
 
@@ -230,11 +249,16 @@ private:
       "the charts of a partition do not fit a picture: make partitions of fewer vertices" };
   }
 
-  void Put(std::int64_t x, std::int64_t y, const Rgba& texel)
+  void PutRow(std::int64_t x, std::int64_t y, const std::uint8_t* rgba, std::int64_t texels)
   {
-    std::copy(texel.begin(), texel.end(),
+    std::copy_n(rgba, 4 * texels,
       this->Texels.begin() + static_cast<std::ptrdiff_t>(4 * (y * this->Packed.width + x)));
-    this->HasAlpha = this->HasAlpha || texel[3] != 255;
+    std::uint8_t leastAlpha = 255;
+    for (std::int64_t i = 0; i < texels; ++i)
+    {
+      leastAlpha = std::min(leastAlpha, rgba[4 * i + 3]);
+    }
+    this->HasAlpha = this->HasAlpha || leastAlpha != 255;
   }
 
   Status Crop(std::size_t number)
@@ -248,17 +272,16 @@ private:
     Result<std::vector<std::uint8_t>> read =
       ReadWrapped(this->Source, material.picture, box, material.wrapU, material.wrapV);
     KDSTREAM_TRY(read);
-    const std::vector<std::uint8_t> texels =
-      Halve(*read, static_cast<std::size_t>(box.Width()), this->Halvings);
+    std::vector<std::uint8_t> texels =
+      Halve(std::move(*read), static_cast<std::size_t>(box.Width()), this->Halvings);
     const MaterialLight light(material);
     const auto [x, y] = this->Packed.places[number];
-    const std::uint8_t* from = texels.data();
+    const std::int64_t width = halved.Width();
     for (std::int64_t j = 0; j < halved.Height(); ++j)
     {
-      for (std::int64_t i = 0; i < halved.Width(); ++i, from += 4)
-      {
-        this->Put(x + i, y + j, light.Of({ from[0], from[1], from[2], from[3] }));
-      }
+      std::uint8_t* const row = texels.data() + 4 * j * width;
+      light.Light(row, width);
+      this->PutRow(x, y + j, row, width);
     }
     return {};
   }
@@ -270,7 +293,7 @@ private:
       const auto [x, y] = this->Packed.places[this->Charts.boxes.size() + p];
       for (std::int64_t i = 0; i < patchSide * patchSide; ++i)
       {
-        this->Put(x + i % patchSide, y + i / patchSide, this->Patches[p]);
+        this->PutRow(x + i % patchSide, y + i / patchSide, this->Patches[p].data(), 1);
       }
     }
   }

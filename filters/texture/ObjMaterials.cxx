@@ -4,6 +4,7 @@
 #include "filters/meshio/NumberText.h"
 #include "filters/meshio/ObjStatements.h"
 #include "filters/meshio/QuotedText.h"
+#include "filters/texture/LostLooks.h"
 
 #include <algorithm>
 #include <cmath>
@@ -134,6 +135,79 @@ bool ReadKd(std::string_view text, ObjMaterial& material)
   return count == 1 || count == 3;
 }
 
+// The largest of the finite numbers that a text begins with; nothing where there is none.
+std::optional<double> LargestNumber(std::string_view text)
+{
+  std::optional<double> largest;
+  for (std::string_view word = TakeObjWord(text); !word.empty(); word = TakeObjWord(text))
+  {
+    double value = 0;
+    if (ParseNumber(word, value) != NumberTextError::None || !std::isfinite(value))
+    {
+      break;
+    }
+    largest = std::max(largest.value_or(value), value);
+  }
+  return largest;
+}
+
+// Of values that are not carried; what is no number counts as not told.
+void ReadLostLook(std::string_view name, std::string_view text, ObjMaterial& material)
+{
+  const std::optional<double> value = LargestNumber(text);
+  if (!value)
+  {
+    return;
+  }
+  if (name == "Pm")
+  {
+    material.metalness = *value;
+  }
+  else if (name == "Pr")
+  {
+    material.rough = *value < 1;
+  }
+  else if (name == "Ke")
+  {
+    material.emission = *value;
+  }
+  else if (name == "d")
+  {
+    material.opacity = value;
+  }
+  else if (name == "Tr")
+  {
+    material.transparency = value;
+  }
+}
+
+// Some programs write Tr 1 of what is opaque: alone it says nothing, since nobody would see the
+// surface.
+bool IsTransparent(const ObjMaterial& material)
+{
+  const double through = material.transparency.value_or(0);
+  return material.opacity ? *material.opacity < 1 : through > 0 && through < 1;
+}
+
+LostLooks LooksOf(const std::vector<ObjMaterial>& materials)
+{
+  LostLooks lost;
+  for (const ObjMaterial& material : materials)
+  {
+    for (const auto& [look, is] : { std::pair{ LostLook::Metalness, material.metalness > 0 },
+           { LostLook::Roughness, material.metalness > 0 && material.rough },
+           { LostLook::Emission, material.emission > 0 },
+           { LostLook::Transparency, IsTransparent(material) } })
+    {
+      if (is)
+      {
+        lost.Add(look, QuotedText(material.name));
+      }
+    }
+  }
+  return lost;
+}
+
 bool IsOtherMap(std::string_view name)
 {
   static constexpr std::array<std::string_view, 5> others{ "bump", "norm", "disp", "decal",
@@ -250,9 +324,15 @@ void ObjLibraries::Read(const std::filesystem::path& file, std::uint64_t line)
       understood = MapStatement(rest).Understand(changed) && !changed.picture.empty();
       *material = understood ? changed : *material;
     }
-    else if (IsOtherMap(name) && this->OtherMaps.size() < 20 &&
-             std::find(this->OtherMaps.begin(), this->OtherMaps.end(), name) ==
-               this->OtherMaps.end())
+    else if (!IsOtherMap(name))
+    {
+      if (material)
+      {
+        ReadLostLook(name, rest, *material);
+      }
+    }
+    else if (this->OtherMaps.size() < 20 && std::find(this->OtherMaps.begin(),
+                                              this->OtherMaps.end(), name) == this->OtherMaps.end())
     {
       this->OtherMaps.emplace_back(name.substr(0, 40));
     }
@@ -283,6 +363,10 @@ ObjMaterials ObjLibraries::Take()
   all.erase(std::unique(all.begin(), all.end(),
               [](const ObjMaterial& a, const ObjMaterial& b) { return a.name == b.name; }),
     all.end());
+  for (std::string& sentence : LooksOf(all).Tell())
+  {
+    this->Found.warnings.push_back(std::move(sentence));
+  }
   return std::move(this->Found);
 }
 

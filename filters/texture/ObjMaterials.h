@@ -8,6 +8,7 @@
 
 #include <cstdint>
 #include <filesystem>
+#include <optional>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -25,6 +26,12 @@ struct ObjMaterial
   std::string place;         // of the map_Kd, for messages: "statue.mtl, line 4"
   bool clamp = false;
   std::array<double, 2> offset{}, scale{ 1, 1 }; // u, v up
+
+  // What is not carried: 0, black and opaque, unless they are told. `rough`: whether there is a Pr
+  // below 1.
+  double metalness = 0, emission = 0;
+  std::optional<double> opacity{}, transparency{}; // d, Tr
+  bool rough = false;
 };
 
 struct ObjMaterials
@@ -42,7 +49,8 @@ inline constexpr std::uint64_t mostObjLibraryBytes = std::uint64_t{ 1 } << 26;
 // The libraries that a statement "mtllib" of the mesh's file names, one after the other. line: of
 // the statement. A name with blanks is taken whole if there is such a file, else as several names.
 // Each file is read once, however often it is named. Read are newmtl, Kd, and map_Kd with the
-// options -o -s -clamp; others are passed over, other pictures named in one warning. A library that
+// options -o -s -clamp; others are passed over, other pictures named in one warning, and in one
+// each Pm, Pr with it, Ke, and d or Tr, where they are not what counts without them. A library that
 // is missing, or a line that cannot be understood, becomes a warning. Memory: the materials.
 class ObjLibraries
 {

@@ -153,19 +153,19 @@ TextureWrap TakeWrap(ByteReader& reader)
 
 }
 
-Result<PaintFolderWriter> PaintFolderWriter::Create(const std::filesystem::path& folder)
+Result<PaintFolderWriter> PaintFolderWriter::Create(
+  const std::filesystem::path& folder, std::size_t pictures)
 {
   if (::mkdir(folder.c_str(), 0700) != 0 && errno != EEXIST)
   {
     return CannotWrite(folder);
   }
-  return PaintFolderWriter(folder);
+  return PaintFolderWriter(folder, pictures);
 }
 
 Result<MappedPicture> PaintFolderWriter::AddPicture(
   std::uint32_t number, std::span<const std::uint8_t> bytes, std::uint64_t mostPixels)
 {
-  this->Sizes.resize(std::max<std::size_t>(this->Sizes.size(), number + std::size_t{ 1 }));
   const std::filesystem::path file = PictureFile(this->Folder, number);
   SquareRows rows(file);
   KDSTREAM_TRY(DecodePictureRows(bytes, mostPixels, rows));
@@ -209,12 +209,10 @@ MappedPicture::~MappedPicture()
   }
 }
 
-Status PaintFolderWriter::Finish(
-  const std::vector<TexturedMaterial>& materials, std::size_t pictures)
+Status PaintFolderWriter::Finish(const std::vector<TexturedMaterial>& materials)
 {
-  this->Sizes.resize(pictures);
   ByteWriter writer;
-  writer.Varint(pictures);
+  writer.Varint(this->Sizes.size());
   for (const auto& [width, height] : this->Sizes)
   {
     writer.Varint(width);

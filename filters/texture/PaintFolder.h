@@ -52,26 +52,29 @@ private:
 class PaintFolderWriter
 {
 public:
-  // Makes the folder. Errors: InputOutput.
-  static Result<PaintFolderWriter> Create(const std::filesystem::path& folder);
+  // Makes the folder, for so many pictures. Errors: InputOutput.
+  static Result<PaintFolderWriter> Create(
+    const std::filesystem::path& folder, std::size_t pictures);
 
   // Decodes a picture into its file, row by row (DecodePictureRows). Memory besides: 256 bytes for
   // each column of the picture; what is returned refers to the file, which the system keeps in
   // memory as far as it has some. Errors: InputOutput where the file cannot be written; else those
-  // of decoding, and the picture counts as not added.
+  // of decoding, and the picture counts as not added. Different ones from several threads at a
+  // time.
   Result<MappedPicture> AddPicture(
     std::uint32_t number, std::span<const std::uint8_t> bytes, std::uint64_t mostPixels);
   // Pictures that were not added count as those that could not be read. Errors: InputOutput.
-  Status Finish(const std::vector<TexturedMaterial>& materials, std::size_t pictures);
+  Status Finish(const std::vector<TexturedMaterial>& materials);
 
 private:
-  explicit PaintFolderWriter(std::filesystem::path folder)
+  PaintFolderWriter(std::filesystem::path folder, std::size_t pictures)
     : Folder(std::move(folder))
+    , Sizes(pictures)
   {
   }
 
   std::filesystem::path Folder;
-  std::vector<std::array<std::uint32_t, 2>> Sizes;
+  std::vector<std::array<std::uint32_t, 2>> Sizes; // of each picture; none: 0
 };
 
 // Reads it. A read takes 16 KiB, whatever the picture's size: what is read again comes from the

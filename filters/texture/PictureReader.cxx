@@ -11,8 +11,9 @@ namespace kdstream
 namespace
 {
 
-constexpr std::size_t mostWarnings = 20; // of pictures that cannot be read
-constexpr std::size_t typeBytes = 12;    // that TypeOfPicture looks at
+constexpr std::size_t mostWarnings = 20;  // of pictures that cannot be read
+constexpr std::size_t picturesAtOnce = 8; // at most: between two reports of progress
+constexpr std::size_t typeBytes = 12;     // that TypeOfPicture looks at
 // What the largest picture may take: texels of 16 bits and four channels as they are, and profiles
 // beside them.
 constexpr std::uint64_t bytesPerPixel = 8, bytesBeside = std::uint64_t{ 1 } << 24;
@@ -80,34 +81,70 @@ Result<ReadablePicture> PictureReader::Decode(
   return picture;
 }
 
+PictureReader::Outcome PictureReader::Load(std::uint32_t number) const
+{
+  const Result<std::vector<std::uint8_t>> bytes = BytesOf(this->Pictures[number], this->MostPixels);
+  if (!bytes)
+  {
+    return { bytes.GetError(), bytes.GetError().code == ErrorCode::NotFound };
+  }
+  return { this->Decode(number, *bytes), false, TypeOfPicture(*bytes) };
+}
+
+Status PictureReader::ReadAhead(
+  const std::vector<std::uint32_t>& numbers, double share, const Execution& execution)
+{
+  if (!this->Folder)
+  {
+    return {};
+  }
+  this->Ahead.resize(this->Pictures.size());
+  for (std::size_t first = 0; first < numbers.size(); first += picturesAtOnce)
+  {
+    KDSTREAM_TRY(execution.Report("textures", share * double(first) / double(numbers.size())));
+    execution.parallelFor(std::min(picturesAtOnce, numbers.size() - first), 1,
+      [&](std::size_t begin, std::size_t end)
+      {
+        for (std::size_t i = first + begin; i < first + end; ++i)
+        {
+          this->Ahead[numbers[i]].emplace(this->Load(numbers[i]));
+        }
+      });
+  }
+  return {};
+}
+
 Result<std::optional<ReadablePicture>> PictureReader::Read(std::uint32_t number)
 {
   const PictureSource& source = this->Pictures[number];
-  const Result<std::vector<std::uint8_t>> bytes = BytesOf(source, this->MostPixels);
-  Result<ReadablePicture> picture =
-    bytes ? this->Decode(number, *bytes) : Result<ReadablePicture>(bytes.GetError());
-  if (bytes && !picture && picture.GetError().code == ErrorCode::InputOutput)
+  const bool ahead = number < this->Ahead.size() && this->Ahead[number];
+  Outcome read = ahead ? std::move(*this->Ahead[number]) : this->Load(number);
+  if (ahead)
   {
-    return picture.GetError();
+    this->Ahead[number].reset();
   }
-  if (!picture)
+  if (!read.picture && read.type != PictureType::Unknown &&
+      read.picture.GetError().code == ErrorCode::InputOutput)
   {
-    const bool missing = !bytes && bytes.GetError().code == ErrorCode::NotFound;
+    return read.picture.GetError();
+  }
+  if (!read.picture)
+  {
     if (++this->Unread <= mostWarnings)
     {
-      this->Told.push_back(source.name +
-                           (missing ? " is not there" : ": " + picture.GetError().message) +
-                           ": the material's colour is taken");
+      this->Told.push_back(
+        source.name + (read.missing ? " is not there" : ": " + read.picture.GetError().message) +
+        ": the material's colour is taken");
     }
     return std::optional<ReadablePicture>();
   }
-  const PictureType is = TypeOfPicture(*bytes), named = TypeOfName(source.file.string());
-  if (named != PictureType::Unknown && named != is)
+  const PictureType named = TypeOfName(source.file.string());
+  if (named != PictureType::Unknown && named != read.type)
   {
     this->Told.push_back(
-      source.name + ": is named as " + NameOf(named).substr(2) + ", but is " + NameOf(is));
+      source.name + ": is named as " + NameOf(named).substr(2) + ", but is " + NameOf(read.type));
   }
-  return std::optional(std::move(*picture));
+  return std::optional(std::move(*read.picture));
 }
 
 std::vector<std::string> PictureReader::Warnings() const

@@ -1,8 +1,9 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// A mesh's pictures, one after the other: into memory, or into the folder of a build's tiles. Part
+// A mesh's pictures: one after the other into memory, or into the folder of a build's tiles. Part
 // of step "read" of the README's picture.
 #pragma once
 
+#include "filters/core/Execution.h"
 #include "filters/texture/PaintFolder.h"
 #include "filters/texture/PictureTexels.h"
 #include "filters/texture/TexturedMesh.h"
@@ -42,6 +43,11 @@ public:
   {
   }
 
+  // Decodes these into the folder, several at a time, for Read to give; into memory, one at a time
+  // has to do, and nothing happens here. share: of step "textures", for its progress. Errors:
+  // Cancelled.
+  Status ReadAhead(
+    const std::vector<std::uint32_t>& numbers, double share, const Execution& execution);
   // Nothing, and a warning, where it cannot be read. Errors: InputOutput of the folder.
   Result<std::optional<ReadablePicture>> Read(std::uint32_t number);
   // So far: of twenty pictures that could not be read, and how many more there are; and of those
@@ -49,11 +55,20 @@ public:
   std::vector<std::string> Warnings() const;
 
 private:
+  struct Outcome
+  {
+    Result<ReadablePicture> picture = Error{};
+    bool missing = false; // the file
+    PictureType type = PictureType::Unknown;
+  };
+
+  Outcome Load(std::uint32_t number) const;
   Result<ReadablePicture> Decode(std::uint32_t number, std::span<const std::uint8_t> bytes) const;
 
   const std::vector<PictureSource>& Pictures;
   const std::uint64_t MostPixels;
   PaintFolderWriter* const Folder;
+  std::vector<std::optional<Outcome>> Ahead; // of each picture; gone once it was read
   std::vector<std::string> Told;
   std::size_t Unread = 0;
 };

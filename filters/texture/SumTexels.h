@@ -3,7 +3,7 @@
 // picture.
 #pragma once
 
-#include "filters/texture/Light.h"
+#include "filters/core/Light.h"
 #include "filters/texture/PictureTexels.h"
 #include "filters/texture/TexturedMesh.h"
 

@@ -55,6 +55,20 @@ std::int64_t Place(const Run& run, std::int64_t i)
   return run.step == 0 ? 0 : run.step > 0 ? i : run.count - 1 - i;
 }
 
+// What was read of a row, as it comes in the box. RGBA.
+void CopyRun(const Run& columns, const std::uint8_t* line, std::uint8_t* to)
+{
+  if (columns.step > 0)
+  {
+    std::copy_n(line, 4 * columns.count, to);
+    return;
+  }
+  for (std::int64_t i = 0; i < columns.count; ++i, to += 4)
+  {
+    std::copy_n(line + 4 * Place(columns, i), 4, to);
+  }
+}
+
 }
 
 Result<std::vector<std::uint8_t>> ReadWrapped(const TexelSource& source, std::uint32_t picture,
@@ -78,12 +92,8 @@ Result<std::vector<std::uint8_t>> ReadWrapped(const TexelSource& source, std::ui
         { { column.from, row.from }, { column.from + width, row.from + height } }, part.data()));
       for (std::int64_t j = 0; j < row.count; ++j)
       {
-        const std::uint8_t* const line = part.data() + 4 * width * Place(row, j);
-        std::uint8_t* to = texels.data() + 4 * ((y + j) * box.Width() + x);
-        for (std::int64_t i = 0; i < column.count; ++i, to += 4)
-        {
-          std::copy_n(line + 4 * Place(column, i), 4, to);
-        }
+        CopyRun(column, part.data() + 4 * width * Place(row, j),
+          texels.data() + 4 * ((y + j) * box.Width() + x));
       }
       x += column.count;
     }

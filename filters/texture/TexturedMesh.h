@@ -4,7 +4,7 @@
 #pragma once
 
 #include "filters/core/Types.h"
-#include "filters/texture/Light.h"
+#include "filters/core/Light.h"
 
 #include <array>
 #include <cstdint>

@@ -22,7 +22,6 @@ namespace kdstream
 namespace
 {
 
-constexpr std::uint64_t statementsPerReport = 1 << 17;
 constexpr std::size_t mostUnknown = 20; // materials that are warned of
 
 class TexturedObjReader
@@ -57,31 +56,23 @@ public:
   }
 
 private:
+  // One of the two passes; before: of "read" when it begins.
   template <class Visit>
   Status ForEachStatement(const Execution& execution, double before, const Visit& visit)
   {
-    this->Statements.Restart();
     this->SoFar = {};
-    for (std::uint64_t number = 0;; ++number)
-    {
-      const Result<bool> more = this->Statements.Next();
-      KDSTREAM_TRY(more);
-      if (!*more)
+    return this->Statements.ForEach(execution, before, 0.5,
+      [&]() -> Status
       {
+        KDSTREAM_TRY(visit());
+        const auto kind = static_cast<std::size_t>(this->Statements.Keyword());
+        if (kind < this->SoFar.size() && ++this->SoFar[kind] >= noVertex)
+        {
+          return Error{ ErrorCode::LimitExceeded,
+            "more than 4294967294 " + std::string(objPartNames[kind]) + "s" };
+        }
         return {};
-      }
-      KDSTREAM_TRY(visit());
-      const auto kind = static_cast<std::size_t>(this->Statements.Keyword());
-      if (kind < this->SoFar.size() && ++this->SoFar[kind] >= noVertex)
-      {
-        return Error{ ErrorCode::LimitExceeded,
-          "more than 4294967294 " + std::string(objPartNames[kind]) + "s" };
-      }
-      if (number % statementsPerReport == 0)
-      {
-        KDSTREAM_TRY(execution.Report("read", before + this->Statements.GetLines().Fraction() / 2));
-      }
-    }
+      });
   }
 
   std::uint64_t Line() const { return this->Statements.GetLines().Number(); }

@@ -19,14 +19,23 @@ constexpr double mostTexels = 1 << 30;  // of a coordinate
 constexpr std::int64_t mostRepeats = 2; // of a picture along a side of a chart
 constexpr std::size_t neighboursOfBox = 64, mostRounds = 8;
 
-// A side of a triangle, with what must agree for two of them to be in one chart.
+// A side of a triangle: its vertices, the lower one in the upper half, and the triangle's corner
+// that it begins at.
 struct Side
 {
-  std::array<VertexId, 2> vertices; // ascending
-  std::uint32_t material;
-  std::array<std::uint64_t, 2> corners; // bits of the coordinates at these
+  std::uint64_t vertices;
   std::uint32_t triangle;
-  auto Key() const { return std::tie(this->vertices, this->material, this->corners); }
+  std::uint32_t corner;
+  bool operator<(const Side& other) const { return this->vertices < other.vertices; }
+};
+
+// What two sides of the same vertices must agree in to be in one chart.
+struct SidePaint
+{
+  std::uint32_t material;
+  std::array<std::uint64_t, 2> corners; // bits of the coordinates at the lower and the other vertex
+  std::uint32_t triangle;
+  auto Key() const { return std::tie(this->material, this->corners); }
 };
 
 class ChartFinder
@@ -93,35 +102,58 @@ private:
   {
     std::vector<Side> sides;
     const std::span<const Triangle> triangles = this->Painted.triangles;
+    sides.reserve(3 * triangles.size());
     for (std::uint32_t t = 0; t < triangles.size(); ++t)
     {
-      for (std::size_t k = 0; k < 3 && this->IsPainted(t); ++k)
+      for (std::uint32_t k = 0; k < 3 && this->IsPainted(t); ++k)
       {
-        std::size_t a = k, b = (k + 1) % 3;
-        if (triangles[t][b] < triangles[t][a])
-        {
-          std::swap(a, b);
-        }
-        const auto& corners = this->Painted.corners[t];
-        sides.push_back({ { triangles[t][a], triangles[t][b] }, this->Painted.materialOf[t],
-          { BitCast<std::uint64_t>(corners[a]), BitCast<std::uint64_t>(corners[b]) }, t });
+        const auto [low, high] = std::minmax(triangles[t][k], triangles[t][(k + 1) % 3]);
+        sides.push_back({ (std::uint64_t{ low } << 32U) | high, t, k });
       }
     }
-    std::sort(sides.begin(), sides.end(),
-      [](const Side& a, const Side& b)
-      { return a.Key() != b.Key() ? a.Key() < b.Key() : a.triangle < b.triangle; });
+    std::sort(sides.begin(), sides.end());
     this->ChartOf.resize(triangles.size());
     std::iota(this->ChartOf.begin(), this->ChartOf.end(), VertexId{ 0 });
+    std::vector<SidePaint> alike;
+    for (std::size_t begin = 0, end = 0; begin < sides.size(); begin = end)
+    {
+      alike.clear();
+      for (; end < sides.size() && sides[end].vertices == sides[begin].vertices; ++end)
+      {
+        alike.push_back(this->PaintOf(sides[end]));
+      }
+      this->JoinAlike(alike);
+    }
+    for (VertexId& chart : this->ChartOf)
+    {
+      chart = FindRoot(this->ChartOf, chart);
+    }
+  }
+
+  SidePaint PaintOf(const Side& side) const
+  {
+    const std::uint32_t t = side.triangle;
+    std::size_t a = side.corner, b = (a + 1) % 3;
+    if (this->Painted.triangles[t][b] < this->Painted.triangles[t][a])
+    {
+      std::swap(a, b);
+    }
+    const auto& corners = this->Painted.corners[t];
+    return { this->Painted.materialOf[t],
+      { BitCast<std::uint64_t>(corners[a]), BitCast<std::uint64_t>(corners[b]) }, t };
+  }
+
+  // Of sides of the same vertices.
+  void JoinAlike(std::vector<SidePaint>& sides)
+  {
+    std::sort(sides.begin(), sides.end(),
+      [](const SidePaint& a, const SidePaint& b) { return a.Key() < b.Key(); });
     for (std::size_t i = 1; i < sides.size(); ++i)
     {
       if (sides[i].Key() == sides[i - 1].Key())
       {
         Join(this->ChartOf, sides[i].triangle, sides[i - 1].triangle);
       }
-    }
-    for (VertexId& chart : this->ChartOf)
-    {
-      chart = FindRoot(this->ChartOf, chart);
     }
   }
 

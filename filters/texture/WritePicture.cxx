@@ -1,11 +1,10 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "filters/texture/WritePicture.h"
 
-#include <cstdio>
-#include <cstdlib>
+#include "filters/texture/CompressJpeg.h"
+
 #include <string>
 
-#include <jpeglib.h>
 #include <png.h>
 #include <webp/encode.h>
 
@@ -14,38 +13,18 @@ namespace kdstream
 namespace
 {
 
-// Errors end the process: there is nothing wrong with what we made, and memory is all it takes.
 std::vector<std::uint8_t> EncodeJpeg(const Picture& picture)
 {
   constexpr int quality = 90;
-  jpeg_compress_struct codec{};
-  jpeg_error_mgr errors{};
-  codec.err = jpeg_std_error(&errors);
-  jpeg_create_compress(&codec);
-  unsigned char* begin = nullptr;
-  unsigned long size = 0;
-  jpeg_mem_dest(&codec, &begin, &size);
-  codec.image_width = static_cast<JDIMENSION>(picture.width);
-  codec.image_height = static_cast<JDIMENSION>(picture.height);
-  codec.input_components = static_cast<int>(picture.components);
-  codec.in_color_space = picture.components == 1 ? JCS_GRAYSCALE : JCS_RGB;
-  jpeg_set_defaults(&codec);
-  jpeg_set_quality(&codec, quality, TRUE);
-  jpeg_start_compress(&codec, TRUE);
-  std::vector<std::uint8_t> row(picture.width * picture.components);
-  while (codec.next_scanline < codec.image_height)
-  {
-    const auto from =
-      picture.texels.begin() + static_cast<std::ptrdiff_t>(codec.next_scanline * row.size());
-    row.assign(from, from + static_cast<std::ptrdiff_t>(row.size()));
-    JSAMPROW at = row.data();
-    jpeg_write_scanlines(&codec, &at, 1);
-  }
-  jpeg_finish_compress(&codec);
-  jpeg_destroy_compress(&codec);
-  std::vector<std::uint8_t> bytes(begin, begin + size);
-  std::free(begin); // libjpeg took it so
-  return bytes;
+  return CompressJpeg(
+    picture.width, picture.height, picture.components,
+    picture.components == 1 ? JCS_GRAYSCALE : JCS_RGB,
+    [](jpeg_compress_struct& codec) { jpeg_set_quality(&codec, quality, TRUE); },
+    [&picture](std::size_t number, std::vector<std::uint8_t>& row)
+    {
+      const auto from = picture.texels.begin() + static_cast<std::ptrdiff_t>(number * row.size());
+      row.assign(from, from + static_cast<std::ptrdiff_t>(row.size()));
+    });
 }
 
 std::vector<std::uint8_t> EncodePng(const Picture& picture)

@@ -218,7 +218,6 @@ Result<std::unique_ptr<LocalClient>> LocalClient::Open(const std::filesystem::pa
 {
   std::error_code failure;
   std::vector<std::shared_ptr<const ServedModel>> models;
-  std::map<std::string, std::filesystem::path> notes;
   if (std::filesystem::is_directory(storeOrFolder, failure))
   {
     std::string wrong;
@@ -237,11 +236,6 @@ Result<std::unique_ptr<LocalClient>> LocalClient::Open(const std::filesystem::pa
       return Error{ ErrorCode::NotFound,
         wrong.empty() ? "no stores (.kds) are in this folder" : wrong };
     }
-    for (const auto& model : models)
-    {
-      const std::string& id = model->Description().id;
-      notes[id] = NotesFileOf(storeOrFolder / (id + ".kds"));
-    }
   }
   else
   {
@@ -250,7 +244,12 @@ Result<std::unique_ptr<LocalClient>> LocalClient::Open(const std::filesystem::pa
       std::make_shared<BlobCache>(0), [](const std::string&) {});
     KDSTREAM_TRY(model);
     models.push_back(*model);
-    notes[(*model)->Description().id] = NotesFileOf(storeOrFolder);
+  }
+  std::map<std::string, std::filesystem::path> notes;
+  for (const auto& model : models)
+  {
+    const std::string& id = model->Description().id;
+    notes[id] = NotesFileIn(storeOrFolder, id);
   }
   return std::make_unique<LocalClient>(std::move(models), std::move(notes));
 }

@@ -22,9 +22,11 @@ Status CheckColors(const ColorChoice& colors, const ScalarDescriptions& scalars)
     listed += (listed.empty() ? "'" : ", '") + scalar.name + "'";
     names.push_back(scalar.name);
   }
+  const std::string meant = DidYouMean(colors.attribute, names);
   return Error{ ErrorCode::NotFound,
     "the model has no array of numbers '" + colors.attribute + "' to be coloured by; it has " +
-      (listed.empty() ? "none" : listed) + DidYouMean(colors.attribute, names) };
+      (listed.empty() ? "none" : listed) +
+      (meant.empty() ? "; arrays of faces are not shown" : meant) };
 }
 
 }

@@ -9,7 +9,8 @@ namespace kdstream
 {
 
 // scalars: of the model. Errors: NotFound where the colours are by an array that it has not: with
-// those that it has, and the nearest of them.
+// those that it has, and the nearest of them; or else that arrays of faces are not shown, which it
+// may have.
 Status CheckColors(const ColorChoice& colors, const ScalarDescriptions& scalars);
 
 }

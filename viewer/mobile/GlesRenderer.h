@@ -7,22 +7,19 @@
 #pragma once
 
 #include "filters/core/Result.h"
+#include "viewer/mobile/GlesBuffers.h"
 #include "viewer/session/SessionTypes.h"
 #include "viewer/session/look/Coloring.h"
 #include "viewer/session/look/SceneRules.h"
 
 #include <cstddef>
-#include <cstdint>
 #include <memory>
-#include <optional>
-#include <vector>
 
 namespace kdstream
 {
 
 class GlesOcclusion;
 class GlesPrograms;
-struct GlesChunk;
 
 // Threads: that of the context. A context of OpenGL ES 3.0 or WebGL 2 must be current in every
 // call, the destructor included; all of the context's state but the bound framebuffer may change.
@@ -74,18 +71,9 @@ public:
   std::size_t GraphicsBytes() const;
 
 private:
-  struct Part;
   struct Sight;
 
   GlesRenderer();
-  Status Upload(const ViewerScene& scene);
-  Status Place(const ViewerScene& scene, std::vector<Part>& parts);
-  void UploadPart(Part& part);
-  void Free();
-  void FreeCap();
-  void FollowTiles(std::vector<Part>& parts);
-  void FollowCap(const ViewerScene& scene);
-  void StopGliding();
   Sight SightOf(const SceneCamera& camera, const Viewport& viewport) const;
   bool DrawDepths(const ViewerScene& scene, const Sight& sight, const Viewport& viewport);
   void DrawBackground();
@@ -93,48 +81,15 @@ private:
   void DrawChunks(const ViewerScene& scene, const Sight& sight, int height, bool paints);
   void DrawChunksBy(
     std::size_t paint, const ViewerScene& scene, const Sight& sight, int height, bool all);
-  std::shared_ptr<const TextureTile> TileOf(
-    const ViewerScene& scene, const SurfacePart& part) const;
   void DrawCap(const Sight& sight);
 
   std::unique_ptr<GlesOcclusion> Occlusion; // made when it is first wanted
   std::unique_ptr<GlesPrograms> Compiled;   // null: to be compiled in the context that is current
-  std::vector<Part> Parts;
-  std::vector<GlesChunk> Cap; // what fills the section
-  struct CapPlace
-  {
-    std::uint64_t version = 0;
-    Vec3 center{};
-    double scale = 1.0;
-    bool operator==(const CapPlace&) const = default;
-  };
-  CapPlace CapHere; // of what is in Cap
-  // What is in the graphics memory, and how it is to be looked at.
-  struct Content
-  {
-    std::uint64_t version = 0;
-    std::uint64_t colors = 0; // ColorsVersion
-    std::shared_ptr<const TileList> tiles;
-    bool operator==(const Content&) const = default;
-  };
-  std::optional<Content> Tried; // the last that was to be uploaded, and
-  Status Outcome;               // what came of it
-  // Of all parts, which are in the graphics memory as this makes them.
-  Vec3 Center{};
-  double Scale = 1.0;
-  TreeDepths Depths;
-  std::uint64_t Colored = 0; // ColorsVersion
-  Box Bounds;                // of what is drawn, relative to Center; not scaled
-  double Facet = 0.0;        // FacetLength of what is drawn; not scaled
-  std::size_t Points = 0;    // of a cloud; 0 if it has triangles
-
-  Coloring Colors;
-  std::uint64_t ColorsVersion = 0; // grows whenever Colors change
+  Status Outcome;                           // of the last upload, or of drawing since
   bool HasOcclusion = false;
-  double Glided = 1;
-  std::optional<double> LongestWay; // of what glides, in the model's unit; none where nothing does
   Vec3 Bottom;
   Vec3 Top;
+  GlesBuffers Buffers;
 };
 
 }

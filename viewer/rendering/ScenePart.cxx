@@ -3,6 +3,7 @@
 #include "viewer/rendering/ScenePart.h"
 
 #include "viewer/rendering/CloudSplats.h"
+#include "viewer/rendering/TileTexture.h"
 #include "viewer/session/Geometry.h"
 #include "viewer/session/look/SceneLook.h"
 #include "viewer/session/look/SplatRadii.h"
@@ -13,7 +14,6 @@
 #include <vtkCellData.h>
 #include <vtkFloatArray.h>
 #include <vtkIdList.h>
-#include <vtkImageData.h>
 #include <vtkOpenGLPolyDataMapper.h>
 #include <vtkOpenGLVertexBufferObject.h>
 #include <vtkPointData.h>
@@ -245,22 +245,6 @@ vtkSmartPointer<vtkFloatArray> Places(const PaintedCorners& painted)
   return result;
 }
 
-// Charts have a margin of their own picture: what is beyond it is not looked at.
-vtkSmartPointer<vtkTexture> TextureOf(const TilePicture& picture)
-{
-  const vtkNew<vtkImageData> image;
-  image->SetDimensions(static_cast<int>(picture.width), static_cast<int>(picture.height), 1);
-  image->AllocateScalars(VTK_UNSIGNED_CHAR, 3);
-  std::copy(picture.texels.begin(), picture.texels.end(),
-    static_cast<unsigned char*>(image->GetScalarPointer()));
-  auto texture = vtkSmartPointer<vtkTexture>::New();
-  texture->SetInputDataObject(image);
-  texture->InterpolateOn();
-  texture->RepeatOff();
-  texture->EdgeClampOn();
-  return texture;
-}
-
 void SetUpMaterial(vtkActor& actor)
 {
   vtkProperty* front = actor.GetProperty();
@@ -301,7 +285,7 @@ bool ScenePart::ShowPainted(const SurfacePart& part, const UnitNormals& normals,
     {
       return false;
     }
-    this->Texture = TextureOf(*picture);
+    this->Texture = MakeTileTexture(*picture);
     this->Tile = paint.tile;
   }
   const PaintedCorners painted = PaintedCornersOf(part.surface, part.corners, *paint.tile);

@@ -2,10 +2,28 @@
 // Which level of detail to show at a zoom: step "choose" of the README's picture.
 #include "viewer/session/LevelPolicy.h"
 
+#include "viewer/session/ViewRefinement.h"
+
 #include <algorithm>
 
 namespace kdstream
 {
+
+std::vector<LevelFacts> LevelFactsOf(const ModelDescription& model)
+{
+  const double part = LightPartOf(model);
+  std::vector<LevelFacts> facts;
+  for (const auto& level : model.levels)
+  {
+    if (model.detail == ModelDetail::Preview && facts.size() > PreviewLevel(model))
+    {
+      break; // of which nothing can be had
+    }
+    const double spacing = VertexSpacing(model.box, static_cast<double>(level.vertices));
+    facts.push_back({ std::max(level.deviation99, spacing * part), level.triangles });
+  }
+  return facts;
+}
 
 LevelPolicy::LevelPolicy(std::span<const LevelFacts> levels, const LevelPolicyOptions& options)
   : Options(options)

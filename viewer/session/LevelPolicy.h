@@ -3,6 +3,8 @@
 // section 5.2).
 #pragma once
 
+#include "filters/model/ModelDescription.h"
+
 #include <cstdint>
 #include <span>
 #include <vector>
@@ -16,6 +18,10 @@ struct LevelFacts
   double deviation = 0; // that 99 of 100 of its vertices do not exceed, model units
   std::uint64_t triangles = 0;
 };
+// Of the levels of a model that can be had, 0 first. Light and paint suffer before the shape does
+// (LightPartOf). Of a whole level the vertices are taken to be spread over half the surface of the
+// box.
+std::vector<LevelFacts> LevelFactsOf(const ModelDescription& model);
 
 struct LevelPolicyOptions
 {

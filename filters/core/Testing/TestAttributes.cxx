@@ -3,6 +3,7 @@
 #include "Testing/Fixtures/Attributes.h"
 #include "Testing/Fixtures/Meshes.h"
 #include "Testing/Fixtures/Model.h"
+#include "filters/core/Light.h"
 #include "filters/core/Weld.h"
 #include "filters/core/levels/CollapseAttributes.h"
 #include "filters/core/levels/LevelAttributes.h"
@@ -290,7 +291,7 @@ TEST(Attributes, LevelsCarryTheMeansOfNormalsAndColours)
             {
               const double value = attribute.Get(tree.original[v], k);
               const std::size_t at = cluster[v] * n + k;
-              sums[at] += value / (color ? 1 : length);
+              sums[at] += color && k < 3 ? ToLinear(value / 255) : value / (color ? 1 : length);
               least[at] = std::min(least[at], value);
               most[at] = std::max(most[at], value);
             }
@@ -312,7 +313,9 @@ TEST(Attributes, LevelsCarryTheMeansOfNormalsAndColours)
               }
               else if (role == AttributeRole::Colors)
               {
-                ASSERT_EQ(means->Get(c, k), std::floor(sum / counts[c] + 0.5));
+                const double mean = sum / counts[c];
+                const double shown = k < 3 ? 255 * FromLinear(mean) : mean;
+                ASSERT_NEAR(means->Get(c, k), shown, 0.5001);
                 ++compared;
               }
               else if (counts[c] == 0)
@@ -516,16 +519,17 @@ TEST(Attributes, SurfacesHaveOnlyWhatAllPiecesHave)
   EXPECT_TRUE(CheckAttributes(surface->attributes, surface->points.size(), 0));
 }
 
-TEST(Attributes, ColoursRoundToTheNearest)
+TEST(Attributes, ColoursAreMeansOfLight)
 {
   Mesh mesh;
   mesh.points.resize(4);
   mesh.attributes = { PointArray("RGBA", AttributeType::UInt8, 4,
-    { 0, 255, 1, 255, 1, 255, 1, 0, 0, 255, 1, 0, 1, 255, 2, 255 }) };
+    { 0, 255, 90, 255, 255, 255, 90, 0, 0, 255, 90, 0, 255, 255, 92, 255 }) };
   ClusterLevels levels = OneCluster(mesh);
   AddLevelAttributes(mesh, levels);
   EXPECT_EQ(
-    levels.levels[0].attributes.at(0).values, (std::vector<std::uint8_t>{ 1, 255, 1, 128 }));
+    levels.levels[0].attributes.at(0).values, (std::vector<std::uint8_t>{ 188, 255, 91, 128 }))
+    << "half of white's light is shown by 188; alpha's mean is its own";
 }
 
 TEST(Attributes, SumsRefuseBytesThatNothingAddsUpTo)
@@ -569,7 +573,7 @@ TEST(Attributes, SumsRefuseBytesThatNothingAddsUpTo)
   EXPECT_EQ(changed(48, notANumber), wrong);
   EXPECT_EQ(changed(48, -1.0), wrong);
   EXPECT_EQ(changed(48, 7.0), "");
-  EXPECT_EQ(changed(56, std::uint64_t{ 511 }), wrong) << "two tuples add up to 510 at most";
+  EXPECT_EQ(changed(56, std::uint64_t{ 2 * wholeLight + 1 }), wrong) << "more than two whites";
   EXPECT_EQ(changed(80, std::uint64_t{ 511 }), wrong);
   EXPECT_EQ(changed(80, std::uint64_t{ 509 }), "");
   EXPECT_EQ(changed(88, std::uint64_t{ 1 } << 63), wrong) << "twice as many would be none";

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // What colours, normals and values that are no numbers do to levels by edge collapse.
+#include "filters/core/Light.h"
 #include "filters/core/Testing/BuiltLevels.h"
+#include "filters/core/VectorMath.h"
 #include "filters/core/levels/LevelAttributes.h"
 
 #include <gtest/gtest.h>
@@ -132,6 +134,42 @@ TEST(CollapseLevels, SmoothPaintIsThatOfThePlace)
     }
     EXPECT_LT(sum / double(level.positions.size()), 2) << "level " << d;
   }
+}
+
+// By area, as ToLinear has it.
+double MeanLight(const ClusterLevel& level)
+{
+  double light = 0, whole = 0;
+  for (const Triangle& t : level.triangles)
+  {
+    const std::vector<Vec3>& at = level.positions;
+    const double area = Length(Cross(Minus(at[t[1]], at[t[0]]), Minus(at[t[2]], at[t[0]])));
+    for (const VertexId v : t)
+    {
+      light += area * ToLinear(level.attributes[0].Get(v, 0) / 255) / 3;
+    }
+    whole += area;
+  }
+  return light / whole;
+}
+
+// Means of bytes would go down to 0.2.
+TEST(CollapseLevels, WhatIsMixedKeepsItsLight)
+{
+  const Mesh board = Checkerboard(3);
+  ClusterLevels levels = BuildAllLevels(board).levels;
+  AddLevelAttributes(board, levels);
+  const double half = (ToLinear(20 / 255.0) + ToLinear(230 / 255.0)) / 2;
+  std::size_t coarse = 0;
+  for (const ClusterLevel& level : levels.levels)
+  {
+    if (level.triangles.size() >= 60)
+    {
+      EXPECT_NEAR(MeanLight(level), half, 0.025) << level.triangles.size() << " triangles";
+      coarse += level.triangles.size() < 400 ? 1 : 0;
+    }
+  }
+  EXPECT_GE(coarse, 2U);
 }
 
 TEST(PaintQuadric, SmoothPaintCostsNothing)

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "filters/core/levels/CoarserState.h"
 
+#include "filters/core/Light.h"
 #include "filters/core/VectorMath.h"
 
 #include <algorithm>
@@ -50,8 +51,14 @@ void Place(const CollapseState& below, const Merging& merging, const CollapseSpa
     });
 }
 
-// What is known of the colour of a coarser cluster: what each triangle of its children says of its
-// place, and the children's own colours.
+Vec3 LightOf(const PaintColor& color)
+{
+  const std::array<double, 256>& linear = LinearOfBytes();
+  return { linear[color[0]], linear[color[1]], linear[color[2]] };
+}
+
+// What is known of the colour of a coarser cluster, as light: what each triangle of its children
+// says of its place, and the children's own colours.
 class MergedColor
 {
 public:
@@ -59,32 +66,30 @@ public:
   {
     for (std::size_t k = 0; k < 3; ++k)
     {
-      this->Sums[k] += color[k] * vertices;
+      this->Sums[k] += WholeLightOfBytes()[color[k]] * vertices;
       this->Least[k] = std::min(this->Least[k], color[k]);
       this->Most[k] = std::max(this->Most[k], color[k]);
     }
     this->Vertices += vertices;
   }
-  void AddTriangle(const PaintQuadric& paint, const Vec3& place)
+  void AddTriangle(const PaintQuadric& light, const Vec3& place)
   {
-    if (paint.area > 0)
+    if (light.area > 0)
     {
-      this->Weighted = Plus(this->Weighted, Times(paint.ColorAt(place), paint.area));
-      this->Area += paint.area;
+      this->Weighted = Plus(this->Weighted, Times(light.ColorAt(place), light.area));
+      this->Area += light.area;
     }
   }
   // Between the children's; their mean where no triangle is.
-  PaintColor Color(double greyValue) const
+  PaintColor Color() const
   {
     PaintColor color{};
     for (std::size_t k = 0; k < 3; ++k)
     {
-      const double best = this->Weighted[k] / (this->Area * greyValue);
+      const double best = this->Weighted[k] / this->Area;
+      const double mean = double(this->Sums[k]) / (double(this->Vertices) * wholeLight);
       color[k] =
-        std::isfinite(best)
-          ? static_cast<std::uint8_t>(
-              std::floor(std::clamp(best, double(this->Least[k]), double(this->Most[k])) + 0.5))
-          : static_cast<std::uint8_t>((2 * this->Sums[k] + this->Vertices) / (2 * this->Vertices));
+        std::clamp(ByteOfLinear(std::isfinite(best) ? best : mean), this->Least[k], this->Most[k]);
     }
     return color;
   }
@@ -112,24 +117,23 @@ std::vector<PaintColor> CoarserPaint(const CollapseState& below, const CollapseS
   {
     merged[parents[i]].AddChild(colors[below.ownBegin + i], below.clusters[i].count);
   }
-  const double greyValue = GreyValue(DiagonalOf(space.box));
   const auto place = [&](VertexId c) { return space.Relative(below.level.positions[c]); };
   for (const Triangle& t : below.level.triangles)
   {
-    const PaintQuadric paint =
-      PaintOfTriangle(t, { place(t[0]), place(t[1]), place(t[2]) }, colors, greyValue);
+    const PaintQuadric light = PaintQuadric::OfTriangle({ place(t[0]), place(t[1]), place(t[2]) },
+      { LightOf(colors[t[0]]), LightOf(colors[t[1]]), LightOf(colors[t[2]]) });
     for (const VertexId c : t)
     {
       if (below.IsOwn(c))
       {
         const VertexId parent = parents[c - below.ownBegin];
-        merged[parent].AddTriangle(paint, space.Relative(coarser.positions[parent]));
+        merged[parent].AddTriangle(light, space.Relative(coarser.positions[parent]));
       }
     }
   }
   std::vector<PaintColor> paint(merged.size());
   std::transform(merged.begin(), merged.end(), paint.begin(),
-    [&](const MergedColor& color) { return color.Color(greyValue); });
+    [](const MergedColor& color) { return color.Color(); });
   return paint;
 }
 

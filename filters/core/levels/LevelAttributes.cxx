@@ -5,6 +5,7 @@
 //   lowest vertex.
 #include "filters/core/levels/LevelAttributes.h"
 
+#include "filters/core/Light.h"
 #include "filters/core/ScalarSums.h"
 #include "filters/core/VectorMath.h"
 #include "filters/core/levels/CollapseAttributes.h"
@@ -26,6 +27,7 @@ namespace kdstream
 namespace
 {
 
+// Red, green and blue as light, in whole numbers: sums are the same in any order. Alpha as it is.
 class ColorSum
 {
 public:
@@ -33,7 +35,8 @@ public:
   {
     for (std::size_t k = 0; k < colors.components; ++k)
     {
-      this->Sum[k] += colors.values[tuple * colors.components + k];
+      const std::uint8_t value = colors.values[tuple * colors.components + k];
+      this->Sum[k] += k < alpha ? WholeLightOfBytes()[value] : value;
     }
     ++this->Count;
   }
@@ -48,19 +51,30 @@ public:
   // Whether bytes may be these sums: the mean is a number.
   bool IsPossible() const
   {
-    return this->Count < noVertex && std::all_of(this->Sum.begin(), this->Sum.end(),
-                                       [&](std::uint64_t sum) { return sum <= 255 * this->Count; });
+    const auto mean = [&](std::uint64_t sum, std::uint64_t most)
+    { return sum <= most * this->Count; };
+    return this->Count < noVertex && mean(this->Sum[alpha], 255) &&
+           std::all_of(this->Sum.begin(), this->Sum.begin() + alpha,
+             [&](std::uint64_t sum) { return mean(sum, wholeLight); });
   }
   void AppendMean(Attribute& means) const
   {
     for (std::size_t k = 0; k < means.components; ++k)
     {
-      means.values.push_back(static_cast<std::uint8_t>(
-        this->Count == 0 ? 0 : (2 * this->Sum[k] + this->Count) / (2 * this->Count)));
+      means.values.push_back(this->Count == 0 ? std::uint8_t{ 0 } : this->MeanOf(k));
     }
   }
 
 private:
+  static constexpr std::size_t alpha = 3;
+
+  std::uint8_t MeanOf(std::size_t k) const
+  {
+    return k < alpha
+             ? ByteOfLinear(double(this->Sum[k]) / (double(this->Count) * wholeLight))
+             : static_cast<std::uint8_t>((2 * this->Sum[k] + this->Count) / (2 * this->Count));
+  }
+
   std::array<std::uint64_t, 4> Sum{};
   std::uint64_t Count = 0;
 };

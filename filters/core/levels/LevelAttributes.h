@@ -18,8 +18,8 @@ namespace kdstream
 // (IsScalar), under the name and type that they have in the mesh; of classes (HoldsClasses) the
 // most frequent one. Other arrays are the original's alone (ArraysOfLevels).
 //
-// Colours: each component's mean over the cluster's original vertices, alpha like the others,
-// rounded to the nearest value (halves upwards). Where the levels come with colours of their own
+// Colours: the mean of the light (Light.h) of the cluster's original vertices, as the nearest byte;
+// alpha's own mean, halves upwards. Where the levels come with colours of their own
 // (ClusterLevel::paint), red, green and blue of the array that the mesh is painted with are those.
 // Normals: the mean of the directions of the cluster's normals, of length 1. Tuples without a
 // direction (all zero, or a component that is NaN or infinite) are left out. Where the directions

@@ -3,14 +3,14 @@
 // headers that claim more than there is.
 #pragma once
 
+#include "filters/texture/CompressJpeg.h"
+
 #include <algorithm>
 #include <array>
 #include <cstdint>
-#include <cstdio>
 #include <cstdlib>
 #include <vector>
 
-#include <jpeglib.h>
 #include <png.h>
 
 namespace kdstream::test
@@ -59,46 +59,20 @@ inline Bytes RawPng(unsigned width, unsigned height, int depth, int type, Bytes 
   return bytes;
 }
 
-// A JPEG of 8 x 8 in CMYK, or of 64 x 32 in scans, mid-grey.
-inline Bytes RawJpeg(bool cmyk)
-{
-  jpeg_compress_struct codec{};
-  jpeg_error_mgr errors{};
-  codec.err = jpeg_std_error(&errors);
-  jpeg_create_compress(&codec);
-  unsigned char* begin = nullptr;
-  unsigned long size = 0;
-  jpeg_mem_dest(&codec, &begin, &size);
-  codec.image_width = cmyk ? 8 : 64;
-  codec.image_height = cmyk ? 8 : 32;
-  codec.input_components = cmyk ? 4 : 3;
-  codec.in_color_space = cmyk ? JCS_CMYK : JCS_RGB;
-  jpeg_set_defaults(&codec);
-  if (!cmyk)
-  {
-    jpeg_simple_progression(&codec);
-  }
-  jpeg_start_compress(&codec, TRUE);
-  Bytes row(codec.image_width * std::size_t(codec.input_components), 100);
-  JSAMPROW at = row.data();
-  while (codec.next_scanline < codec.image_height)
-  {
-    jpeg_write_scanlines(&codec, &at, 1);
-  }
-  jpeg_finish_compress(&codec);
-  jpeg_destroy_compress(&codec);
-  Bytes bytes(begin, begin + size);
-  std::free(begin);
-  return bytes;
-}
-
+// 8 x 8, mid-grey.
 inline Bytes CmykJpeg()
 {
-  return RawJpeg(true);
+  return CompressJpeg(
+    8, 8, 4, JCS_CMYK, [](jpeg_compress_struct&) {},
+    [](std::size_t, Bytes& row) { std::fill(row.begin(), row.end(), std::uint8_t{ 100 }); });
 }
+
+// 64 x 32 in scans, mid-grey.
 inline Bytes ProgressiveJpeg()
 {
-  return RawJpeg(false);
+  return CompressJpeg(
+    64, 32, 3, JCS_RGB, [](jpeg_compress_struct& codec) { jpeg_simple_progression(&codec); },
+    [](std::size_t, Bytes& row) { std::fill(row.begin(), row.end(), std::uint8_t{ 100 }); });
 }
 
 // The PNG with another size in its header, whose checksum is right.

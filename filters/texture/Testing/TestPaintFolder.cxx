@@ -41,7 +41,7 @@ protected:
   // Picture 1 of three was not read.
   void Write(const std::vector<Picture>& pictures, const std::vector<TexturedMaterial>& materials)
   {
-    Result<PaintFolderWriter> writer = PaintFolderWriter::Create(this->Folder / "paint");
+    Result<PaintFolderWriter> writer = PaintFolderWriter::Create(this->Folder / "paint", pictures.size());
     ASSERT_TRUE(writer);
     for (std::uint32_t i = 0; i < pictures.size(); ++i)
     {
@@ -53,7 +53,7 @@ protected:
         this->ExpectTexels(pictures[i], mapped->Texels());
       }
     }
-    ASSERT_TRUE(writer->Finish(materials, pictures.size()));
+    ASSERT_TRUE(writer->Finish(materials));
   }
 
   static void ExpectTexels(const Picture& picture, const TexelLayout& texels)
@@ -138,7 +138,7 @@ TEST_F(TestPaintFolder, TexelsAndMaterialsComeBack)
 
 TEST_F(TestPaintFolder, PicturesThatCannotBeReadOrWrittenAreErrors)
 {
-  Result<PaintFolderWriter> writer = PaintFolderWriter::Create(this->Folder / "paint");
+  Result<PaintFolderWriter> writer = PaintFolderWriter::Create(this->Folder / "paint", 2);
   ASSERT_TRUE(writer);
   std::mt19937 random(1);
   std::vector<std::uint8_t> bytes = EncodePicture(RandomPicture(random), PictureType::Png);
@@ -151,7 +151,7 @@ TEST_F(TestPaintFolder, PicturesThatCannotBeReadOrWrittenAreErrors)
   const auto unwritable = writer->AddPicture(
     1, EncodePicture(RandomPicture(random), PictureType::Png), mostPicturePixels);
   EXPECT_EQ(unwritable.GetError().code, ErrorCode::InputOutput);
-  ASSERT_TRUE(writer->Finish({}, 2));
+  ASSERT_TRUE(writer->Finish({}));
   const auto folder = PaintFolder::Open(this->Folder / "paint");
   ASSERT_TRUE(folder) << folder.GetError().message;
   EXPECT_EQ((*folder)->SizeOf(0), (std::array<std::uint32_t, 2>{}));

@@ -17,17 +17,10 @@ namespace
 // store.
 std::filesystem::path NotesFile(const std::string& source, const std::string& model)
 {
-  const std::filesystem::path here = model + ".notes.json";
   std::error_code failure;
-  if (NamesServer(source))
-  {
-    return here;
-  }
-  if (std::filesystem::is_directory(source, failure))
-  {
-    return source / here;
-  }
-  return IsStore(source) ? NotesFileOf(source) : here;
+  const bool isHere =
+    !NamesServer(source) && (std::filesystem::is_directory(source, failure) || IsStore(source));
+  return isHere ? NotesFileIn(source, model) : NotesFileOf(model + ".kds");
 }
 
 }

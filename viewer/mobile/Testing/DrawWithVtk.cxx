@@ -3,6 +3,7 @@
 // VTK's OpenGL symbols and those of OpenGL ES do not go together in one.
 #include "viewer/mobile/Testing/ComparedScenes.h"
 #include "viewer/mobile/Testing/PngFile.h"
+#include "viewer/mobile/Testing/TiledScenes.h"
 #include "viewer/rendering/OffscreenWindow.h"
 #include "viewer/rendering/Picture.h"
 #include "viewer/rendering/SurfaceScene.h"
@@ -11,7 +12,10 @@
 #include <vtkLightCollection.h>
 #include <vtkRenderer.h>
 
+#include <algorithm>
 #include <cstdio>
+#include <string>
+#include <utility>
 
 namespace
 {
@@ -68,17 +72,56 @@ Status DrawAll(const ComparedScene& compared)
   return DrawTo(compared.name + whiteSuffix, **window);
 }
 
+// By tiles, and by the whole picture.
+Status DrawTiled(const TiledScene& tiled)
+{
+  const auto window = MakeOffscreenWindow(WindowBackend::Egl, tiled.width, tiled.height);
+  KDSTREAM_TRY(window);
+  SurfaceScene drawn;
+  (*window)->AddRenderer(&drawn.Renderer());
+  drawn.Renderer().GradientBackgroundOff();
+  drawn.Renderer().SetBackground(0.0, 0.0, 0.0);
+  drawn.SetTileDecoder(
+    [](const TextureTile& tile) -> Result<TilePicture>
+    {
+      auto texels = TexelsOf(tile);
+      KDSTREAM_TRY(texels);
+      return TilePicture{ tile.width, tile.height, std::move(*texels) };
+    });
+  const ViewerScene& scene = tiled.scene;
+  const Vec3 center = scene.box.lo * 0.5 + scene.box.hi * 0.5;
+  drawn.SetLighting(scene.lighting);
+  for (const auto& [tiles, suffix] :
+    { std::pair{ scene.tiles, tiledSuffix }, { tiled.whole, wholeSuffix } })
+  {
+    KDSTREAM_TRY(drawn.Update(*scene.surface, scene.depths, center, tiles));
+    KDSTREAM_TRY(drawn.SetCamera({ scene.eye, scene.focal, scene.up, scene.viewAngle }));
+    KDSTREAM_TRY(DrawTo(tiled.name + suffix, **window));
+  }
+  return {};
+}
+
+int TellOf(const std::string& name, const Status& status)
+{
+  if (!status)
+  {
+    std::fprintf(stderr, "%s: %s\n", name.c_str(), status.GetError().message.c_str());
+  }
+  return status ? 0 : 1;
+}
+
 }
 
 int main()
 {
+  int exitCode = 0;
   for (const ComparedScene& compared : MakeComparedScenes())
   {
-    if (const Status status = DrawAll(compared); !status)
-    {
-      std::fprintf(stderr, "%s: %s\n", compared.name.c_str(), status.GetError().message.c_str());
-      return 1;
-    }
+    exitCode = std::max(exitCode, TellOf(compared.name, DrawAll(compared)));
   }
-  return 0;
+  for (const TiledScene& tiled : MakeTiledScenes())
+  {
+    exitCode = std::max(exitCode, TellOf(tiled.name, DrawTiled(tiled)));
+  }
+  return exitCode;
 }

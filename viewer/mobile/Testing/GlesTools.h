@@ -6,6 +6,7 @@
 #include "viewer/mobile/GlesRenderer.h"
 #include "viewer/mobile/Testing/Images.h"
 
+#include <GLES3/gl3.h>
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -18,6 +19,21 @@
 
 namespace kdstream::test
 {
+
+// A tile's picture for GlesRenderer::SetTileUpload, as the page brings it
+// (viewer/mobile/web/gl.js): with halves and quarters. texels: red, green and blue bytes, rows from
+// the top down.
+inline void UploadTexels(
+  unsigned texture, const TextureTile& tile, const std::vector<std::uint8_t>& texels)
+{
+  ASSERT_EQ(texels.size(), std::size_t{ 3 } * tile.width * tile.height);
+  glBindTexture(GL_TEXTURE_2D, texture);
+  glPixelStorei(GL_UNPACK_ALIGNMENT, 1);
+  glTexImage2D(GL_TEXTURE_2D, 0, GL_RGB, static_cast<GLsizei>(tile.width),
+    static_cast<GLsizei>(tile.height), 0, GL_RGB, GL_UNSIGNED_BYTE, texels.data());
+  glTexParameteri(GL_TEXTURE_2D, GL_TEXTURE_MAX_LEVEL, 2);
+  glGenerateMipmap(GL_TEXTURE_2D);
+}
 
 // A renderer and what it draws into. Throws, and so fails its test, where there is no OpenGL ES.
 struct Easel

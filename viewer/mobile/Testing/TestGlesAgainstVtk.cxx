@@ -6,8 +6,6 @@
 #include "viewer/mobile/Testing/PngFile.h"
 #include "viewer/session/look/SceneLook.h"
 
-#include <GLES3/gl3.h>
-
 #include <algorithm>
 #include <iostream>
 #include <memory>
@@ -35,10 +33,7 @@ const std::vector<ComparedScene>& Scenes()
 
 void UploadPattern(unsigned texture, const TextureTile& tile)
 {
-  const std::vector<std::uint8_t> pattern = PatternOf(tile);
-  glBindTexture(GL_TEXTURE_2D, texture);
-  glTexImage2D(GL_TEXTURE_2D, 0, GL_RGB, static_cast<GLsizei>(tile.width),
-    static_cast<GLsizei>(tile.height), 0, GL_RGB, GL_UNSIGNED_BYTE, pattern.data());
+  UploadTexels(texture, tile, PatternOf(tile));
 }
 
 Image FromVtk(const ComparedScene& compared, const char* suffix)

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // The history of a session's blobs: whose frame's time is whose, and that it does not grow for
 // ever.
-#include "viewer/session/BlobHistory.h"
+#include "viewer/session/line/BlobHistory.h"
 
 #include <gtest/gtest.h>
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "viewer/session/LineMeter.h"
+#include "viewer/session/line/LineMeter.h"
 
 #include <gtest/gtest.h>
 

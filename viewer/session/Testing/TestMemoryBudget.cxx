@@ -9,21 +9,15 @@
 #include <limits>
 
 using namespace kdstream;
-using kdstream::testing::CountBoundaryEdges;
-using kdstream::testing::MakeTorus;
+using kdstream::testing::ExpectClosed;
 using kdstream::testing::MemoryServer;
 using kdstream::testing::onRingX;
 using kdstream::testing::onRingY;
 using kdstream::testing::OpenFullScreen;
+using kdstream::testing::Torus;
 
 namespace
 {
-
-const MemoryServer& Torus()
-{
-  static const MemoryServer server(MakeTorus(400, 160), 128, 2);
-  return server;
-}
 
 // In parts of what the torus takes where there is room.
 MemoryShares SharesOf(std::uint64_t triangles)
@@ -104,7 +98,7 @@ TEST(TestMemoryBudget, LessMakesWhatIsSeenCoarserAndMoreFinerAgain)
   EXPECT_GT(less.triangles, 2'000u);
   EXPECT_GT(less.errorLeft, 0);
   EXPECT_LT(session.PieceBytes(), held / 2);
-  EXPECT_EQ(CountBoundaryEdges(session.Scene().surface->Whole().triangles), 0u);
+  ExpectClosed(session);
 
   session.SetMemory(SharesOf(300'000));
   server.Serve(session);
@@ -148,7 +142,7 @@ TEST(TestMemoryBudget, ARegionIsCutToWhatThereIsRoomFor)
   EXPECT_EQ(region->partitions, 1u) << "what was picked is shown, whatever there is";
   EXPECT_EQ(region->shown, 1u);
   EXPECT_TRUE(session.IsIdle());
-  EXPECT_EQ(CountBoundaryEdges(session.Scene().surface->Whole().triangles), 0u);
+  ExpectClosed(session);
 }
 
 }

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "filters/texture/Light.h"
+#include "filters/core/Light.h"
 
 #include <algorithm>
 #include <cmath>
@@ -39,6 +39,18 @@ double FromLinear(double value)
 const std::array<double, 256>& LinearOfBytes()
 {
   static const std::array<double, 256> table = LinearAt(0);
+  return table;
+}
+
+const std::array<std::uint32_t, 256>& WholeLightOfBytes()
+{
+  static const std::array<std::uint32_t, 256> table = []
+  {
+    std::array<std::uint32_t, 256> whole{};
+    std::transform(LinearOfBytes().begin(), LinearOfBytes().end(), whole.begin(),
+      [](double light) { return static_cast<std::uint32_t>(light * wholeLight + 0.5); });
+    return whole;
+  }();
   return table;
 }
 

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // How fast the line to the server is: see LineMeter.h.
-#include "viewer/session/LineMeter.h"
+#include "viewer/session/line/LineMeter.h"
 
 #include <algorithm>
 
@@ -11,7 +11,7 @@ namespace
 constexpr double leastWindow = 12 * 1024, firstWindow = 64 * 1024, mostWindow = 4096.0 * 1024;
 constexpr double leastAhead = 0.25; // s
 // What came before counts so much less with each blob: the last dozen tell.
-constexpr double memory = 0.92;
+constexpr double remembered = 0.92;
 }
 
 void LineMeter::Arrived(std::size_t bytes, double seconds, bool alone)
@@ -22,8 +22,8 @@ void LineMeter::Arrived(std::size_t bytes, double seconds, bool alone)
   }
   if (!alone)
   {
-    this->Behind.bytes = this->Behind.bytes * memory + static_cast<double>(bytes);
-    this->Behind.seconds = this->Behind.seconds * memory + seconds;
+    this->Behind.bytes = this->Behind.bytes * remembered + static_cast<double>(bytes);
+    this->Behind.seconds = this->Behind.seconds * remembered + seconds;
   }
   else if (!(this->Alone.seconds > 0) || seconds < this->Alone.seconds)
   {

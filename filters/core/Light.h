@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Colours, and the light that they stand for. Part of step "read" of the README's picture.
+// Colours, and the light that they stand for: sums and means of colours are those of light, or
+// edges of dark and bright would grow dark.
 #pragma once
 
 #include <array>
@@ -18,6 +19,10 @@ double FromLinear(double value);
 // ToLinear of all bytes / 255, rounded to multiples of 2^-40: the same on every machine, whatever
 // its pow rounds to.
 const std::array<double, 256>& LinearOfBytes();
+
+// The same in whole parts of 2^24: their sums do not depend on the order.
+inline constexpr std::uint32_t wholeLight = std::uint32_t{ 1 } << 24;
+const std::array<std::uint32_t, 256>& WholeLightOfBytes();
 
 // The byte whose light is nearest in sRGB: of what FromLinear gives, rounded. NaN becomes 0.
 std::uint8_t ByteOfLinear(double value);

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Which requests are under way, and which blobs they still owe: step "request" of the README's
 // picture.
-#include "viewer/session/RequestBook.h"
+#include "viewer/session/line/RequestBook.h"
 
 #include <algorithm>
 #include <utility>

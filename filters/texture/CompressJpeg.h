@@ -1,0 +1,52 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// libjpeg's way to make a JPEG in memory, for WritePicture and for the odd ones of tests.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <cstdio>
+#include <cstdlib>
+#include <vector>
+
+#include <jpeglib.h>
+
+namespace kdstream
+{
+
+// prepare(codec): sets what a JPEG has besides its size and colours, whose defaults are set.
+// fill(number, row): the samples of a row of it, `components` a pixel.
+//
+// Errors end the process: there is nothing wrong with what we made, and memory is all it takes.
+template <class Prepare, class Fill>
+std::vector<std::uint8_t> CompressJpeg(std::size_t width, std::size_t height,
+  std::size_t components, J_COLOR_SPACE colors, const Prepare& prepare, const Fill& fill)
+{
+  jpeg_compress_struct codec{};
+  jpeg_error_mgr errors{};
+  codec.err = jpeg_std_error(&errors);
+  jpeg_create_compress(&codec);
+  unsigned char* begin = nullptr;
+  unsigned long size = 0;
+  jpeg_mem_dest(&codec, &begin, &size);
+  codec.image_width = static_cast<JDIMENSION>(width);
+  codec.image_height = static_cast<JDIMENSION>(height);
+  codec.input_components = static_cast<int>(components);
+  codec.in_color_space = colors;
+  jpeg_set_defaults(&codec);
+  prepare(codec);
+  jpeg_start_compress(&codec, TRUE);
+  std::vector<std::uint8_t> row(width * components);
+  while (codec.next_scanline < codec.image_height)
+  {
+    fill(std::size_t{ codec.next_scanline }, row);
+    JSAMPROW at = row.data();
+    jpeg_write_scanlines(&codec, &at, 1);
+  }
+  jpeg_finish_compress(&codec);
+  jpeg_destroy_compress(&codec);
+  std::vector<std::uint8_t> bytes(begin, begin + size);
+  std::free(begin); // libjpeg took it so
+  return bytes;
+}
+
+}

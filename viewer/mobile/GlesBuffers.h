@@ -1,0 +1,122 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// What of a session's scene lies in the graphics memory: the parts of its surface, the pictures of
+// its tiles, what fills its section. GlesRenderer draws it. Internal to viewer/mobile.
+#pragma once
+
+#include "filters/core/Result.h"
+#include "viewer/mobile/GlesChunk.h"
+#include "viewer/session/SessionTypes.h"
+#include "viewer/session/look/Coloring.h"
+#include "viewer/session/look/SceneRules.h"
+
+#include <cstddef>
+#include <cstdint>
+#include <memory>
+#include <optional>
+#include <span>
+#include <vector>
+
+namespace kdstream
+{
+
+// Threads and context: as GlesRenderer's.
+class GlesBuffers
+{
+public:
+  struct Part
+  {
+    DrawnSurface::Part drawn;         // nothing of a cloud, whose splats depend on all of it
+    const Surface* surface = nullptr; // while it is uploaded,
+    std::span<const float> radii;     // and so long of a cloud
+    Box bounds;                       // relative to the placement's center, not scaled
+    std::shared_ptr<const TextureTile> tile{}; // that paints it; or null
+    GLuint texture = 0;                        // of its picture
+    std::vector<GlesChunk> chunks;
+  };
+  // Positions are relative to the center, and then scaled: by the power of two that brings them to
+  // -1 … 1.
+  struct Placement
+  {
+    Vec3 center{};
+    double scale = 1.0;
+    bool operator==(const Placement&) const = default;
+  };
+
+  GlesBuffers() = default;
+  ~GlesBuffers();
+  GlesBuffers(const GlesBuffers&) = delete;
+  GlesBuffers& operator=(const GlesBuffers&) = delete;
+
+  // The context was lost: nothing is deleted.
+  void Forget();
+
+  // These four as GlesRenderer's.
+  using TileUpload = void (*)(unsigned texture, const TextureTile& tile);
+  static void SetTileUpload(TileUpload upload);
+  void SetColoring(const Coloring& coloring);
+  void SetGlided(double share) { this->GlidedShare = share; }
+
+  const Coloring& GetColoring() const { return this->Colors; }
+  double Glided() const { return this->GlidedShare; }
+
+  // Brings here what of the scene is not here: where its surface, its tiles or the coloring are
+  // others than last time, those parts that differ; and its cap. What is not needed is freed before
+  // anything is uploaded. outcome: what came of the surface, where that was brought; its errors are
+  // those of GlesRenderer::Draw.
+  void Follow(const ViewerScene& scene, Status& outcome);
+
+  const std::vector<Part>& Parts() const { return this->PartList; }
+  const std::vector<GlesChunk>& Cap() const { return this->CapChunks; }
+  bool IsCloud() const { return this->Points > 0; }
+  const Placement& GetPlacement() const { return this->Place; }
+  // Around all parts, wherever they glide; relative to the center, not scaled.
+  Box Reach() const;
+  double Facet() const { return this->FacetOfAll; } // FacetLength of all parts; not scaled
+  std::size_t Bytes() const;                        // O(parts)
+
+private:
+  void Free();
+  void FreeCap();
+  void StopGliding();
+  Status Upload(const ViewerScene& scene);
+  Status TakeOver(const ViewerScene& scene, std::vector<Part>& parts);
+  void UploadPart(Part& part);
+  void FollowTiles(std::vector<Part>& parts);
+  void FollowCap(const ViewerScene& scene);
+  std::shared_ptr<const TextureTile> TileOf(
+    const ViewerScene& scene, const SurfacePart& part) const;
+
+  // What is in the graphics memory, and how it is to be looked at.
+  struct Content
+  {
+    std::uint64_t version = 0;
+    std::uint64_t colors = 0; // ColorsVersion
+    std::shared_ptr<const TileList> tiles;
+    bool operator==(const Content&) const = default;
+  };
+  struct CapPlace
+  {
+    std::uint64_t version = 0;
+    Placement place;
+    bool operator==(const CapPlace&) const = default;
+  };
+
+  std::vector<Part> PartList;
+  std::vector<GlesChunk> CapChunks;
+  CapPlace CapHere;             // of what is in CapChunks
+  std::optional<Content> Tried; // the last that was to be uploaded
+  // Of all parts, which are in the graphics memory as this makes them.
+  Placement Place;
+  TreeDepths Depths;
+  std::uint64_t Colored = 0; // ColorsVersion
+  Box Bounds;                // of what is drawn, relative to the center; not scaled
+  double FacetOfAll = 0.0;
+  std::size_t Points = 0; // of a cloud; 0 if it has triangles
+
+  Coloring Colors;
+  std::uint64_t ColorsVersion = 0; // grows whenever Colors change
+  double GlidedShare = 1;
+  std::optional<double> LongestWay; // of what glides, in the model's unit; none where nothing does
+};
+
+}

@@ -1,0 +1,173 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Which model is shown, and how: the list, links to views, colours; and what could not be had, asked for again.
+
+import { isOffline } from "./line.js";
+import { entryOf, findKept, markKept, readList, showEntries, showSite } from "./list.js";
+import { previewsAreAsked, showPreview, showsPreview } from "./previews.js";
+import { Refreshing } from "./refreshing.js";
+import { t } from "./words.js";
+import { goOnOnce, lastStatus, rest, wake } from "./frames.js";
+import { find, isEmbedded, line, say, viewer } from "./shared.js";
+import { getTools } from "./sheets.js";
+
+export let models = null; // the list, once one has come
+export let linked = ""; // a link to a view, that waits for the list, or for the rest of the viewer
+export let linkTrouble = ""; // why the last one has opened nothing
+export let site = { title: "", text: "" };
+let gallery = null; // the pictures of the list, once there was time for them
+export const refreshing = new Refreshing(takeList, askAgain, wake); // asked again for what could not be had
+
+export function selectedModel() {
+  const id = lastStatus.model ?? "";
+  return models?.find((model) => model.id === id) ?? { id, title: lastStatus.title };
+}
+
+// ---- the list of models
+
+// As it came; how many models it has. Throws where it is none.
+function takeList(bytes) {
+  const trouble = viewer.setModels(bytes);
+  if (trouble) {
+    throw new Error(trouble);
+  }
+  showModels(readList(bytes));
+  return models.length;
+}
+
+function showModels(list) {
+  site = list.site;
+  showSite(site);
+  if (JSON.stringify(list.models) !== JSON.stringify(models)) {
+    models = list.models;
+    showEntries(models, choose);
+    gallery?.show(models);
+  }
+  markKept(models);
+  const none = find("empty");
+  none.hidden = models.length > 0;
+  say(none, t("This server has no models yet. They appear here as soon as it has one."));
+  if (models.length && viewer.status().mode === "no model") {
+    selectFirst();
+  }
+  if (!find("search").hidden) {
+    openGallery();
+  }
+}
+
+// Pictures, and the search.
+export async function openGallery() {
+  const { Gallery } = await import("./gallery.js");
+  if (!gallery) {
+    gallery = new Gallery({ status: () => lastStatus, savesData: () => find("menu").elements.ahead.value === "0" });
+    gallery.show(models);
+  }
+}
+
+// What a link shows, or, after a reload in full screen, that model again. Without a network one that is kept, or none.
+async function selectFirst() {
+  if (linked) {
+    followLink(linked);
+    return;
+  }
+  const earlier = models.find(({ id }) => id === history.state?.model);
+  if (!earlier && previewsAreAsked()) {
+    goOnOnce(); // there may be no picture for long
+    return;
+  }
+  const first = earlier ?? (isOffline() ? await findKept(models) : models)[0];
+  if (!first) {
+    goOnOnce();
+  } else if (viewer.status().mode === "no model") {
+    viewer.select(first.id);
+    earlier && viewer.enterFullScreen();
+    line.exchange();
+    wake();
+  }
+}
+
+// The first time its preview, then the whole screen.
+function choose(model) {
+  linked = linkTrouble = "";
+  if (!previewsAreAsked() || showsPreview() || model !== lastStatus.model) {
+    viewer.select(model);
+  }
+  showPreview(true);
+  line.exchange();
+  wake();
+}
+
+export const canClosePreview = () => lastStatus.mode !== "full screen" && previewsAreAsked() && showsPreview();
+
+export function closePreview() {
+  showPreview(false);
+  entryOf(lastStatus.model)?.focus({ preventScroll: true });
+}
+
+// ---- links
+
+// The view that stands behind the # of the address; "" for none.
+export function linkInAddress() {
+  return location.hash.match(/^#((?:.*&)?model=.*)$/)?.[1].slice(0, mostOfLink) ?? "";
+}
+
+const mostOfLink = 1e4; // characters: more than any has that can be understood
+
+// Follows that, or keeps it until there is a list.
+export function takeLink() {
+  models?.length ? followLink(linkInAddress()) : (linked = linkInAddress());
+}
+
+export let colouring = "own"; // as links have it
+
+export function colourBy(colors) {
+  colouring = colors;
+  viewer.setColors(colors);
+  find("menu").elements.coloring.forEach((radio) => (radio.checked = radio.value === colors));
+}
+
+// The last one where there are several before it can be done.
+export async function followLink(link) {
+  linked = link;
+  await rest.wait();
+  if (linked !== link) {
+    return;
+  }
+  linked = "";
+  const told = new URLSearchParams(link);
+  const menu = find("menu").elements;
+  menu.detail.value = told.get("detail") === "level" ? "1" : "0";
+  menu.turning.value = told.get("turning") === "free" ? "1" : "0";
+  colourBy(link.match(/colours=([^&]*)/)?.[1] ?? "own"); // not decoded
+  viewer.follow(link);
+  const { mode, error } = viewer.status();
+  linkTrouble = mode === "no model" ? error : ""; // it names none of these
+  if (linkTrouble && !isEmbedded) {
+    selectFirst();
+  }
+  line.exchange();
+  wake();
+  if (told.has("distances")) {
+    getTools().then(wake, () => {}); // else they are not seen until the tools are opened
+  }
+}
+
+// ---- once more
+
+// Asks anew for what could not be had.
+export function askAgain() {
+  linkTrouble = "";
+  line.distrustCache();
+  viewer.select(lastStatus.model);
+  if (lastStatus.mode !== "full screen") {
+    viewer.leaveFullScreen();
+  }
+  line.exchange();
+  wake();
+}
+
+export function tryNow() {
+  line.hurry();
+  rest.hurry();
+  refreshing.refresh();
+  wake();
+}

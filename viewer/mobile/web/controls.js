@@ -1,0 +1,205 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// What a person, the browser or a page around this one wants: buttons, keys, to and fro, tokens; what becomes of the
+// network and of the canvas.
+
+import { takeToken } from "./line.js";
+import { entryOf } from "./list.js";
+import { askForPreviews, showPreview, showsPreview } from "./previews.js";
+import { canClosePreview, closePreview, colourBy, followLink, linkInAddress, models, refreshing, takeLink, tryNow } from "./choosing.js";
+import { lastStatus, redraw, rest, wake } from "./frames.js";
+import { canvas, fingers, find, isEmbedded, line, viewer } from "./shared.js";
+import { closeSheets, openAbout, openMenu, openTools, shownSheet } from "./sheets.js";
+
+export let contextLost = false;
+export let embedding = null; // in somebody's page
+
+// ---- to and fro
+
+// Full screen is a page of its own for the browser's back.
+export function followMode(before, { mode, model }) {
+  if (mode === "full screen" && before !== mode && !history.state?.model && !isEmbedded) {
+    history.pushState({ model }, "");
+  }
+  if (before !== mode) {
+    showPreview(showsPreview() && mode !== "full screen");
+    closeSheets();
+    before !== "no model" && keepFocus(mode, model);
+  }
+  if (before === "full screen" && mode !== before) {
+    showOwnColours();
+    refreshing.refresh();
+  }
+}
+
+// Whoever goes by keyboard stays where things go on: what had the focus may be hidden by now.
+function keepFocus(mode, model) {
+  if (!document.activeElement?.checkVisibility?.() || document.activeElement === document.body) {
+    (mode === "full screen" ? canvas : entryOf(model))?.focus({ preventScroll: true });
+  }
+}
+
+// Partitions and detail are looked at in full screen; the list shows models as they are.
+function showOwnColours() {
+  colourBy("own");
+}
+
+function goBack() {
+  if (canClosePreview()) {
+    closePreview();
+  } else if (history.state?.model) {
+    history.back();
+  } else {
+    followHistory();
+  }
+}
+
+function followHistory() {
+  const model = history.state?.model;
+  if (model) {
+    if (model !== lastStatus.model && models?.some(({ id }) => id === model)) {
+      viewer.select(model);
+    }
+    viewer.enterFullScreen();
+  } else {
+    viewer.leaveFullScreen();
+  }
+  line.exchange();
+  wake();
+}
+
+// ---- buttons and keys
+
+export function listenToButtons() {
+  find("back").addEventListener("click", goBack);
+  find("open").addEventListener("click", () => {
+    viewer.enterFullScreen();
+    line.exchange();
+    wake();
+  });
+  const jump = (button, go) => find(button).addEventListener("click", () => {
+    go();
+    line.exchange();
+    wake();
+  });
+  jump("home", () => viewer.goHome());
+  jump("undo", () => viewer.undoView());
+  find("menu-button").addEventListener("click", () => openMenu(find("menu").hidden));
+  find("tools-button").addEventListener("click", () => openTools(find("tools").hidden));
+  find("about-button").addEventListener("click", () => openAbout(find("about").hidden));
+  for (const form of ["tools", "menu"]) {
+    find(form).addEventListener("submit", (event) => event.preventDefault());
+  }
+  find("menu").addEventListener("change", async ({ target }) => {
+    await rest.wait();
+    if (target.name === "detail") {
+      viewer.setDetail(Number(target.value));
+    } else if (target.name === "turning") {
+      viewer.setTurning(Number(target.value));
+    } else if (target.name === "ahead") {
+      viewer.setAhead(Number(target.value));
+    } else if (target.name === "rings") {
+      viewer.setRings(Number(target.value));
+    } else if (target.name === "coloring") {
+      colourBy(target.value);
+    } else if (target.name === "previews") {
+      askForPreviews(target.value === "asked");
+    }
+    line.exchange();
+    wake();
+  });
+  canvas.addEventListener("pointerdown", closeSheets);
+  listenToKeys();
+}
+
+function listenToKeys() {
+  // Where the keys of a keyboard go is told to whoever goes from place to place by them, not to who presses one, nor
+  // to who has only opened a link.
+  const isBy = (way) => (document.body.dataset.by = way);
+  addEventListener("pointerdown", () => isBy("pointer"), true);
+  addEventListener("keydown", ({ key }) => key === "Tab" && isBy("keys"), true);
+  document.addEventListener("keydown", (event) => {
+    const { key, target } = event;
+    const open = shownSheet();
+    if (event.defaultPrevented || target.closest?.("dialog")) {
+      return;
+    }
+    if (key === "Escape" && open) {
+      closeSheets();
+      find(`${open}-button`).focus();
+    } else if (key === "Escape" && (canClosePreview() || (lastStatus.mode === "full screen" && !isEmbedded))) {
+      goBack();
+    } else if (key === "/" && !find("search").hidden && !/^(input|select|textarea)$/i.test(target.nodeName)) {
+      event.preventDefault(); // it is not what is searched
+      find("search").focus();
+    } else if (key === "Enter" && document.activeElement === canvas) {
+      if (lastStatus.mode === "full screen") {
+        fingers.tap(lastStatus.measuring ? 1 : 2);
+      } else {
+        viewer.enterFullScreen();
+      }
+      line.exchange();
+      wake();
+    }
+  });
+}
+
+// ---- who else is there
+
+export function listenToBrowser() {
+  addEventListener("popstate", followHistory);
+  addEventListener("online", tryNow);
+  addEventListener("hashchange", () => {
+    if (takeToken()) {
+      location.reload();
+    } else if (linkInAddress()) {
+      takeLink();
+    }
+  });
+  document.addEventListener("visibilitychange", () => {
+    if (!document.hidden) {
+      tryNow();
+    }
+  });
+  canvas.addEventListener("webglcontextlost", (event) => {
+    event.preventDefault(); // else it is never given back
+    contextLost = true;
+    viewer.contextLost();
+    wake();
+  });
+  canvas.addEventListener("webglcontextrestored", () => {
+    contextLost = false;
+    viewer.contextRestored();
+    wake();
+  });
+  setInterval(() => {
+    line.tick();
+    refreshing.watch();
+    const { connection, idle } = viewer.status();
+    if (connection !== lastStatus.connection || !idle) {
+      wake();
+    }
+  }, 500);
+}
+
+export async function answerEmbedder() {
+  await rest.wait();
+  const { Embedding } = await import("./embedding.js");
+  embedding = new Embedding({
+    canvas, viewer, wake, redraw,
+    exchange: () => line.exchange(),
+    follow: followLink,
+    status: () => lastStatus,
+  });
+  wake();
+}
+
+export async function askForToken() {
+  const { askForToken: ask } = await import("./access.js");
+  if (await ask()) {
+    tryNow();
+  }
+}
+
+export function tokenForgotten() {
+  location.assign(location.pathname + location.search);
+}

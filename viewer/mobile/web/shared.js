@@ -1,0 +1,29 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// What the parts of the page share: the elements of its document, and the viewer with its line and its fingers, which
+// start() (page.js) puts here. These parts are choosing.js (which model, seen how), frames.js (what is drawn and said),
+// sheets.js (options, tools, notes) and controls.js (buttons, keys, the browser). They import from each other, in circles
+// too: so none calls another, or reads what it holds, before start().
+
+export const find = (id) => document.getElementById(id);
+export const canvas = find("view");
+export const coarse = matchMedia("(pointer: coarse)").matches;
+export const isEmbedded = new URLSearchParams(location.search).has("embed") && window.parent !== window; // in somebody's page
+
+export let viewer = null;
+export let line = null;
+export let fingers = null;
+
+export function shareViewer(loaded) {
+  viewer = loaded;
+}
+
+export function shareLine(itsLine, itsFingers) {
+  line = itsLine;
+  fingers = itsFingers;
+}
+
+export function say(element, text) {
+  if (element.textContent !== text) {
+    element.textContent = text;
+  }
+}

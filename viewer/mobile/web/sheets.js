@@ -1,0 +1,103 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// The sheets: options, tools, what is known of the model; and its notes. What they hold is fetched when it is first used.
+
+import { hasToken } from "./line.js";
+import { nameOf } from "./list.js";
+import { colouring, followLink, selectedModel } from "./choosing.js";
+import { tokenForgotten } from "./controls.js";
+import { lastStatus, redraw, rest, wake } from "./frames.js";
+import { canvas, find, line, viewer } from "./shared.js";
+
+const sheets = ["menu", "tools", "about"];
+export let tools = null; // once they have been used, or a link has brought distances
+let about = null;
+let notes = null; // once a model has some, or somebody writes some
+
+export const shownSheet = () => sheets.find((id) => !find(id).hidden);
+
+function showSheet(id, open) {
+  find(id).hidden = !open;
+  find(`${id}-button`).setAttribute("aria-expanded", open);
+  if (open) {
+    sheets.filter((other) => other !== id).forEach((other) => showSheet(other, false));
+  }
+  wake(); // the hint makes room
+}
+
+export const closeSheets = () => sheets.forEach((id) => showSheet(id, false));
+
+export async function openTools(open) {
+  await rest.wait();
+  if (open && lastStatus.mode !== "full screen") {
+    return; // it was left meanwhile
+  }
+  showSheet("tools", open);
+  if (open) {
+    (await getTools()).show();
+    find("tools").querySelector("button").focus();
+  }
+  wake();
+}
+
+// They draw the distances, too.
+export async function getTools() {
+  await rest.wait();
+  const { Tools } = await import("./tools.js");
+  return tools ??= new Tools({
+    canvas, viewer, wake, redraw,
+    exchange: () => line.exchange(),
+    status: () => lastStatus,
+    words: () => [nameOf(selectedModel()), lastStatus.credit, lastStatus.license].filter(Boolean),
+    key: async () => (find("legend").hidden ? null : (await import("./legend.js")).keyOf(viewer, colouring)),
+    colours, getNotes,
+  });
+}
+
+async function getNotes() {
+  await rest.wait();
+  const { Notes } = await import("./notes.js");
+  return notes ??= new Notes({
+    canvas, viewer,
+    follow: followLink,
+    status: () => lastStatus,
+    hasNotes: () => selectedModel().notes > 0,
+    colours,
+  });
+}
+
+let notesAsked = false;
+
+// Once there is a picture.
+export function showNotes({ mode, shownLevel }) {
+  notes?.show();
+  if (!notesAsked && mode === "full screen" && shownLevel !== null && selectedModel().notes) {
+    notesAsked = true;
+    getNotes().catch(() => {}); // then the model is without notes
+  }
+}
+
+const colours = () => (colouring === "own" ? undefined : colouring);
+
+export async function openMenu(open) {
+  showSheet("menu", open);
+  if (open) {
+    find("menu").querySelector("input:checked").focus();
+    const { openOfflineOptions } = await import("./offline.js");
+    openOfflineOptions(lastStatus.model, wake);
+    if (hasToken()) {
+      (await import("./access.js")).openAccessOptions(find("access"), tokenForgotten);
+    }
+  }
+}
+
+export async function openAbout(open) {
+  showSheet("about", open);
+  if (open) {
+    about ??= (await import("./about.js")).describeModel;
+    find("about").replaceChildren(...about(selectedModel(), lastStatus, () => {
+      openAbout(false);
+      find("about-button").focus();
+    }));
+    find("about").focus();
+  }
+}

@@ -1,0 +1,60 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "viewer/rendering/TileTexture.h"
+
+#include <vtkImageData.h>
+#include <vtkNew.h>
+#include <vtkObjectFactory.h>
+#include <vtkOpenGLTexture.h>
+#include <vtkTextureObject.h>
+
+#include <algorithm>
+
+namespace kdstream
+{
+namespace
+{
+
+// Of halves and quarters of the picture the one that fits a pixel, as the page filters tiles
+// (GlesRenderer.cxx): charts have a margin of their own picture that is enough for these.
+class TileTexture : public vtkOpenGLTexture
+{
+public:
+  static TileTexture* New();
+  vtkTypeMacro(TileTexture, vtkOpenGLTexture);
+
+  void Load(vtkRenderer* renderer) override
+  {
+    this->Superclass::Load(renderer);
+    if (vtkTextureObject* const object = this->TextureObject)
+    {
+      object->SetMinificationFilter(vtkTextureObject::LinearMipmapNearest);
+      object->SetMaxLevel(2);
+      object->SetMaximumAnisotropicFiltering(1);
+      object->SendParameters();
+    }
+  }
+
+protected:
+  TileTexture() = default;
+};
+vtkStandardNewMacro(TileTexture);
+
+}
+
+vtkSmartPointer<vtkTexture> MakeTileTexture(const TilePicture& picture)
+{
+  const vtkNew<vtkImageData> image;
+  image->SetDimensions(static_cast<int>(picture.width), static_cast<int>(picture.height), 1);
+  image->AllocateScalars(VTK_UNSIGNED_CHAR, 3);
+  std::copy(picture.texels.begin(), picture.texels.end(),
+    static_cast<unsigned char*>(image->GetScalarPointer()));
+  auto texture = vtkSmartPointer<TileTexture>::New();
+  texture->SetInputDataObject(image);
+  texture->InterpolateOn();
+  texture->MipmapOn();
+  texture->RepeatOff();
+  texture->EdgeClampOn();
+  return texture;
+}
+
+}

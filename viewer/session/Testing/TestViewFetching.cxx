@@ -1,0 +1,408 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// What the session that chooses by the view asks a server for: in which order, what ahead, what it
+// calls back, and what it does about blobs that come late, damaged, or not at all.
+#include "viewer/session/Testing/SessionsByView.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <memory>
+#include <optional>
+#include <set>
+#include <string>
+#include <utility>
+#include <vector>
+
+using namespace kdstream;
+using kdstream::testing::DoubleTap;
+using kdstream::testing::ExpectClosed;
+using kdstream::testing::height;
+using kdstream::testing::MakeTorus;
+using kdstream::testing::MemoryServer;
+using kdstream::testing::onRingX;
+using kdstream::testing::onRingY;
+using kdstream::testing::OpenFullScreen;
+using kdstream::testing::Torus;
+using kdstream::testing::VerticesOfOriginal;
+using kdstream::testing::width;
+using protocol::BlobId;
+using protocol::BlobKind;
+
+namespace
+{
+
+// What is on the line when it is called back comes all the same: it is kept, once, and not asked
+// for again; what was never asked for is not taken.
+TEST(TestViewFetching, WhatComesLateIsKept)
+{
+  MemoryServer server = Torus();
+  std::vector<std::string> late; // what the trace tells of it
+  SessionOptions options;
+  options.TraceTo(
+    [&late](std::string_view line)
+    {
+      if (line.find("\"late\"") != std::string_view::npos)
+      {
+        late.emplace_back(line);
+      }
+    });
+  ViewerSession session(options);
+  OpenFullScreen(session, server);
+  session.Zoom(20, onRingX, onRingY);
+  session.BeginFrame();
+  std::vector<std::pair<std::uint32_t, BlobId>> onTheLine;
+  for (const SessionRequest& request : session.TakeRequests())
+  {
+    for (const BlobId& blob : request.blobs)
+    {
+      onTheLine.emplace_back(request.id, blob);
+    }
+  }
+  ASSERT_GT(onTheLine.size(), 2u);
+  session.GoHome();
+  session.Zoom(20, width - onRingX, onRingY); // elsewhere: it is called back
+  session.BeginFrame();
+  std::size_t cancels = 0;
+  for (const SessionRequest& request : session.TakeRequests())
+  {
+    cancels += request.kind == SessionRequest::Kind::Cancel ? 1 : 0;
+  }
+  ASSERT_GT(cancels, 0u);
+  const auto damaged = onTheLine.front();
+  session.BlobArrived(damaged.first, damaged.second, std::vector<std::uint8_t>(100), 0.1, false);
+  session.BlobArrived(damaged.first, BlobId::Partition(300), server.Blob(BlobId::Partition(300)),
+    0.1, false); // not this request's
+  for (const auto& [request, blob] : onTheLine)
+  {
+    session.BlobArrived(request, blob, server.Blob(blob), 0.1, false);
+    session.BlobArrived(request, blob, server.Blob(blob), 0.1, false);
+    ExpectClosed(session);
+  }
+  EXPECT_EQ(session.GetStatus().error, "");
+  EXPECT_GT(late.size(), 0u);
+  EXPECT_LE(late.size(), onTheLine.size()) << "each once";
+  EXPECT_TRUE(std::none_of(late.begin(), late.end(),
+    [](const std::string& line) { return line.find("partitions/300\"") != std::string::npos; }));
+  server.Serve(session);
+  server.sent.clear();
+  session.GoHome();
+  session.Zoom(20, onRingX, onRingY);
+  server.Serve(session);
+  std::size_t again = 0;
+  for (const auto& [request, blob] : onTheLine)
+  {
+    again +=
+      blob.kind != BlobKind::Tree && blob.kind != BlobKind::Boxes ? server.sent.count(blob) : 0;
+  }
+  EXPECT_LE(again, 1u) << "but for the one that came damaged";
+  EXPECT_LE(session.GetTraffic().wasted, session.GetTraffic().bytes);
+}
+
+// What comes for a pinch to 1.4 times the size in the middle of the screen, after all was served.
+std::size_t BytesOfAPinch(std::size_t aheadBytes, std::uint64_t& before, Surface& shown)
+{
+  MemoryServer server = Torus();
+  SessionOptions options;
+  options.aheadBytes = aheadBytes;
+  ViewerSession session(options);
+  OpenFullScreen(session, server);
+  EXPECT_TRUE(session.IsIdle());
+  before = session.GetTraffic().bytes;
+  session.Zoom(1.4, width / 2.0, height / 2.0);
+  std::uint64_t bytes = before;
+  for (session.BeginFrame(); server.Take(session), !session.IsIdle(); session.BeginFrame())
+  {
+    EXPECT_TRUE(server.Answer(session));
+    bytes = session.GetTraffic().bytes;
+  }
+  shown = session.Scene().surface->Whole();
+  EXPECT_EQ(session.GetStatus().blobsWanted, 0u) << "what is fetched ahead is no progress";
+  return bytes - before;
+}
+
+TEST(TestViewFetching, WhatIsWantedNextIsFetchedAhead)
+{
+  std::uint64_t without = 0, with = 0;
+  Surface plain, ahead;
+  const std::size_t fetched = BytesOfAPinch(0, without, plain);
+  EXPECT_GT(fetched, 5'000u);
+  EXPECT_LT(BytesOfAPinch(std::size_t{ 4 } << 20, with, ahead), fetched / 10);
+  EXPECT_GT(with, without);
+  EXPECT_EQ(ahead.sources, plain.sources) << "what is shown is the same";
+  EXPECT_EQ(ahead.triangles, plain.triangles);
+
+  std::uint64_t little = 0;
+  BytesOfAPinch(8'000, little, ahead);
+  EXPECT_GT(little, without);
+  EXPECT_LT(little, without + 12'000) << "about as many bytes as are allowed";
+  EXPECT_EQ(ahead.sources, plain.sources);
+}
+
+TEST(TestViewFetching, WhatIsFetchedAheadMakesWay)
+{
+  MemoryServer server = Torus();
+  SessionOptions options;
+  options.aheadBytes = std::size_t{ 4 } << 20;
+  ViewerSession session(options);
+  session.Resize({ width, height, 1 });
+  ASSERT_TRUE(session.SelectModel("torus"));
+  session.EnterFullScreen();
+  for (server.Take(session); !session.IsIdle(); server.Take(session))
+  {
+    ASSERT_TRUE(server.Answer(session));
+    session.BeginFrame();
+  }
+  const std::vector<BlobId> ahead = server.Outstanding();
+  ASSERT_GT(ahead.size(), 2u);
+  // Something else is wanted.
+  session.Zoom(40, onRingX, onRingY);
+  session.BeginFrame();
+  EXPECT_FALSE(session.IsIdle());
+  server.Take(session);
+  const std::vector<BlobId> now = server.Outstanding();
+  const std::set<BlobId> still(now.begin(), now.end());
+  EXPECT_LT(std::count_if(ahead.begin(), ahead.end(),
+              [&still](const BlobId& blob) { return still.count(blob) > 0; }),
+    static_cast<std::ptrdiff_t>(ahead.size() / 2));
+  server.Serve(session);
+  EXPECT_TRUE(session.IsIdle());
+  ExpectClosed(session);
+}
+
+// As of a server that is away, while all that is seen is in the cache.
+TEST(TestViewFetching, WhatIsFetchedAheadMayFail)
+{
+  MemoryServer server = Torus();
+  SessionOptions options;
+  ViewerSession before(options);
+  OpenFullScreen(before, server); // fetches what is seen, alone
+  server.lie = [seen = server.sent](const BlobId& blob, std::vector<std::uint8_t>&)
+  { return seen.count(blob) > 0; };
+  server.sent.clear();
+  options.aheadBytes = std::size_t{ 4 } << 20;
+  ViewerSession session(options);
+  OpenFullScreen(session, server);
+  while (server.Take(session), !server.Outstanding().empty())
+  {
+    ASSERT_TRUE(server.Answer(session));
+    session.BeginFrame();
+  }
+  EXPECT_TRUE(session.IsIdle());
+  EXPECT_EQ(session.GetStatus().error, "");
+  // What is wanted is told.
+  session.Zoom(6, onRingX, onRingY);
+  server.Serve(session);
+  EXPECT_NE(session.GetStatus().error.find(" of torus cannot be had: "), std::string::npos);
+}
+
+// Finer than level S and than the preview: can be shown without what is between.
+bool IsOnTheWay(PieceId piece, const TreeDepths& depths)
+{
+  return !piece.resolution.IsOriginal() && piece.resolution.Depth() > depths.stitch &&
+         piece.node > 1;
+}
+
+TEST(TestViewFetching, WhatFailsIsToldOnlyWhereItIsMissed)
+{
+  const auto look = [](MemoryServer& server, const std::set<BlobId>& refused)
+  {
+    server.refused = refused;
+    auto session = std::make_unique<ViewerSession>();
+    OpenFullScreen(*session, server);
+    EXPECT_TRUE(session->IsIdle());
+    ExpectClosed(*session);
+    return session;
+  };
+  MemoryServer server(MakeTorus(300, 120), 1024, 2); // many levels finer than S
+  const TreeDepths depths = server.Codec().depths;
+  const auto whole = look(server, {});
+  std::set<BlobId> stepsAlone;
+  std::optional<PieceId> used;
+  for (const BlobId& blob : server.sent)
+  {
+    const PieceId piece = IsOfPiece(blob) ? PieceOfBlob(blob, depths) : PieceId{};
+    if (IsOfPiece(blob) && IsOnTheWay(piece, depths))
+    {
+      const bool isUsed = whole->ShownPieces().count(piece) > 0;
+      isUsed ? void(used = piece) : void(stepsAlone.insert(blob));
+    }
+  }
+  ASSERT_FALSE(stepsAlone.empty());
+  ASSERT_TRUE(used);
+  // Came first alone, until something finer was there.
+  const auto withoutSteps = look(server, stepsAlone);
+  EXPECT_EQ(withoutSteps->GetStatus().error, "");
+  EXPECT_EQ(withoutSteps->ShownPieces(), whole->ShownPieces());
+
+  // What is below it stands in.
+  const BlobId bad = BlobOfPiece(*used, depths);
+  const auto otherwise = look(server, { bad });
+  EXPECT_EQ(otherwise->GetStatus().error, "");
+  EXPECT_GE(otherwise->GetStatus().triangles, whole->GetStatus().triangles);
+
+  // Unless that cannot be had either.
+  std::set<BlobId> all{ bad };
+  for (const PieceId piece : otherwise->ShownPieces())
+  {
+    const unsigned deeper =
+      std::max(DepthOfNode(piece.node), DepthOfNode(used->node)) - DepthOfNode(used->node);
+    if (piece != *used && piece.node >> deeper == used->node)
+    {
+      all.insert(BlobOfPiece(piece, depths));
+    }
+  }
+  ASSERT_GT(all.size(), 1u);
+  EXPECT_NE(
+    look(server, all)->GetStatus().error.find(" of torus cannot be had: "), std::string::npos);
+}
+
+TEST(TestViewFetching, ATapComesFirst)
+{
+  MemoryServer server = Torus();
+  ViewerSession session;
+  OpenFullScreen(session, server);
+  double clock = 0;
+  session.Zoom(5, onRingX, onRingY);
+  session.BeginFrame();
+  server.Take(session); // much is wanted
+  for (int i = 0; i < 4; ++i)
+  {
+    server.Answer(session);
+  }
+  session.BeginFrame();
+  server.sent.clear();
+  DoubleTap(session, 400, 300, clock);
+  ASSERT_TRUE(session.GetStatus().picking || session.GetStatus().region);
+  // The tree around it alone, then the way down to the partition: a piece of each level that is not
+  // there yet. What was under way before is called back.
+  std::size_t before = 0;
+  while (session.GetStatus().region == std::nullopt || session.GetStatus().region->shown == 0)
+  {
+    server.Take(session);
+    const std::vector<BlobId> outstanding = server.Outstanding();
+    if (!session.GetStatus().region)
+    {
+      EXPECT_TRUE(std::none_of(outstanding.begin(), outstanding.end(), IsOfPiece));
+    }
+    ASSERT_TRUE(server.Answer(session));
+    session.BeginFrame();
+    ++before;
+    ASSERT_LT(before, 100u);
+  }
+  EXPECT_LE(before, 8u);
+  server.Serve(session);
+  const auto region = session.GetStatus().region;
+  ASSERT_TRUE(region);
+  EXPECT_EQ(region->shown, region->partitions);
+  ExpectClosed(session);
+
+  // The next one adds to it.
+  const std::size_t originals = VerticesOfOriginal(session);
+  DoubleTap(session, 430, 340, clock);
+  server.Serve(session);
+  ASSERT_TRUE(session.GetStatus().region);
+  EXPECT_GE(VerticesOfOriginal(session), originals);
+  DoubleTap(session, -1e6, -1e6, clock);
+  EXPECT_FALSE(session.GetStatus().region);
+}
+
+TEST(TestViewFetching, WhatIsNotWantedAnyMoreIsCalledBack)
+{
+  MemoryServer server = Torus();
+  ViewerSession session;
+  OpenFullScreen(session, server);
+  session.Zoom(8, onRingX, onRingY);
+  for (int i = 0; i < 6; ++i)
+  {
+    session.BeginFrame();
+    ASSERT_TRUE(server.Answer(session));
+  }
+  ASSERT_FALSE(session.IsIdle());
+  server.log.clear();
+  session.Zoom(1.0 / 8, onRingX, onRingY);
+  session.Zoom(8, width - onRingX, onRingY);
+  session.BeginFrame();
+  server.Take(session);
+  EXPECT_TRUE(std::any_of(server.log.begin(), server.log.end(),
+    [](const std::string& request)
+    { return request.find("\"kind\":\"cancel\"") != std::string::npos; }));
+  server.Serve(session);
+  EXPECT_TRUE(session.IsIdle());
+}
+
+// So that a turn is answered at once: little is under way on a slow line (the server's is 0.25 s a
+// blob).
+TEST(TestViewFetching, LittleIsUnderWayOnASlowLine)
+{
+  MemoryServer server = Torus();
+  ViewerSession session;
+  OpenFullScreen(session, server);
+  session.Zoom(30, onRingX, onRingY);
+  std::size_t most = 0;
+  server.Serve(session, nullptr,
+    [&]
+    {
+      std::size_t underWay = 0;
+      for (const auto& blob : server.Outstanding())
+      {
+        underWay += server.Blob(blob).size();
+      }
+      most = std::max(most, underWay);
+    });
+  EXPECT_GT(most, 0u);
+  EXPECT_LT(most, 16u * 1024);
+}
+
+TEST(TestViewFetching, WhatFailsStaysCoarseAndIsNotAskedForAgain)
+{
+  MemoryServer server = Torus();
+  ViewerSession session;
+  constexpr unsigned level = 13;
+  const NodeId first = NodeId{ 1 } << PieceDepth(Resolution::Level(level), server.Codec().depths);
+  for (NodeId node = first; node < 2 * first; node += 2)
+  {
+    server.refused.insert(BlobId::LevelPiece(static_cast<std::uint8_t>(level), node));
+  }
+  OpenFullScreen(session, server);
+  session.Resize({ 2 * width, 2 * height, 1 });
+  server.Serve(session, nullptr, [&session] { ExpectClosed(session); });
+  EXPECT_TRUE(session.IsIdle());
+  EXPECT_NE(
+    session.GetStatus().error.find("levels/" + std::to_string(level) + "/"), std::string::npos)
+    << session.GetStatus().error;
+  EXPECT_GE(session.GetStatus().shownLevel, level);
+
+  server.refused.clear();
+  server.log.clear();
+  session.Resize({ 2 * width, 2 * height + 1, 1 });
+  server.Serve(session);
+  for (const std::string& request : server.log)
+  {
+    EXPECT_EQ(request.find("levels/" + std::to_string(level) + "/" + std::to_string(first) + "\""),
+      std::string::npos)
+      << request;
+  }
+  session.Zoom(1.01, onRingX, onRingY); // asks again
+  server.Serve(session);
+  EXPECT_EQ(session.GetStatus().error, "");
+}
+
+TEST(TestViewFetching, CountsWhatWasWasted)
+{
+  MemoryServer server = Torus();
+  ViewerSession session;
+  OpenFullScreen(session, server);
+  std::uint64_t bytes = 0;
+  for (const BlobId& blob : server.sent)
+  {
+    bytes += server.Blob(blob).size();
+  }
+  EXPECT_EQ(session.GetTraffic().blobs, server.sent.size());
+  EXPECT_EQ(session.GetTraffic().bytes, bytes);
+  EXPECT_EQ(session.GetTraffic().wasted, 0u);
+  const auto piece = BlobId::Partition(0);
+  session.BlobArrived(4711, piece, server.Blob(piece), 0, false); // nobody asked
+  EXPECT_EQ(session.GetTraffic().wasted, server.Blob(piece).size());
+}
+
+}
