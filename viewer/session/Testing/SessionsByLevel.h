@@ -17,7 +17,7 @@ namespace kdstream::testing
 
 // P = 7, S = 11, L = 13: the preview is level S. For splits below S: SmallCells, with P = 8, S =
 // 12, L = 13.
-inline const MemoryServer& Torus()
+inline const MemoryServer& SmallTorus()
 {
   static const MemoryServer server(MakeTorus(200, 80), 128, 2);
   return server;

@@ -76,7 +76,7 @@ TEST(TestLyingServer, BoxesThatLieMakeNothingEndless)
   for (const unsigned seed : { 1u, 2u, 3u, 4u, 5u, 6u })
   {
     std::mt19937 random(seed);
-    MemoryServer server = Torus();
+    MemoryServer server = SmallTorus();
     TellOfBoxes(server, LiesOfBoxes(server.Tree(), random), seed % 2 == 0);
     SessionOptions options;
     options.TakeShares(SharesOfBudgets(12'000, std::size_t{ 1 } << 30));

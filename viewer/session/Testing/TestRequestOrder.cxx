@@ -19,13 +19,6 @@ using protocol::BlobId;
 namespace
 {
 
-// P = 9: 64,000 vertices.
-const MemoryServer& LargeTorus()
-{
-  static const MemoryServer server(MakeTorus(400, 160), 128, 2);
-  return server;
-}
-
 // What the page tells of a piece, seen from a camera.
 class Expectation
 {
@@ -186,7 +179,7 @@ TEST(TestRequestOrder, CoarseBeforeFineTheWorstFirstTheMiddleBeforeTheEdge)
   {
     std::mt19937 random(seed);
     std::uniform_real_distribution<double> part(0, 1);
-    MemoryServer server = LargeTorus();
+    MemoryServer server = Torus();
     ViewerSession session;
     session.Resize({ width, height, 1 });
     ASSERT_TRUE(session.SelectModel("torus"));
@@ -217,7 +210,7 @@ TEST(TestRequestOrder, CoarseBeforeFineTheWorstFirstTheMiddleBeforeTheEdge)
 
 std::size_t Sent(std::size_t ahead, bool turnOff)
 {
-  MemoryServer server = LargeTorus();
+  MemoryServer server = Torus();
   SessionOptions options;
   options.aheadBytes = ahead;
   ViewerSession session(options);
@@ -249,7 +242,7 @@ TEST(TestRequestOrder, WhatIsTurnedOffIsNotFetchedAhead)
 // What is under way ahead is called back.
 TEST(TestRequestOrder, TurningItOffCallsBackWhatIsUnderWay)
 {
-  MemoryServer server = LargeTorus();
+  MemoryServer server = Torus();
   SessionOptions options;
   options.aheadBytes = std::size_t{ 4 } << 20;
   ViewerSession session(options);

@@ -21,7 +21,7 @@ constexpr std::size_t muchMemory = std::size_t{ 1 } << 30;
 
 std::uint64_t TrianglesOfPartition()
 {
-  return Torus().Description().triangles / Torus().Description().partitions;
+  return SmallTorus().Description().triangles / SmallTorus().Description().partitions;
 }
 
 TEST(TestSessionBudgets, SharesGrowWithThem)
@@ -68,7 +68,7 @@ std::size_t PictureBytes(const ViewerSession& session)
 TEST(TestSessionBudgets, MemoryBoundsPicturesOfTextures)
 {
   constexpr std::uint32_t side = 512; // a MiB a tile
-  MemoryServer painted = Torus();
+  MemoryServer painted = SmallTorus();
   painted.AddTiles(side);
   for (const bool later : { false, true })
   {
@@ -91,7 +91,7 @@ TEST(TestSessionBudgets, MemoryBoundsPicturesOfTextures)
 // What is there goes where less may be held.
 TEST(TestSessionBudgets, LessMemoryLetsPicturesGo)
 {
-  MemoryServer server = Torus();
+  MemoryServer server = SmallTorus();
   server.AddTiles(512);
   ViewerSession session;
   OpenFullScreen(session, server);
@@ -117,7 +117,7 @@ TEST(TestSessionBudgets, BothBoundRegionsAroundTaps)
   {
     for (const bool later : { false, true })
     {
-      MemoryServer server = Torus();
+      MemoryServer server = SmallTorus();
       SessionOptions options;
       options.rings = 3;
       ViewerSession session = SessionWith(options, triangles, memory, later);
@@ -150,7 +150,7 @@ TEST(TestSessionBudgets, BothBoundRegionsAroundTaps)
 
 TEST(TestSessionBudgets, LessCutsTheRegionThatIsThere)
 {
-  MemoryServer server = Torus();
+  MemoryServer server = SmallTorus();
   SessionOptions options;
   options.rings = 3;
   ViewerSession session(options);
@@ -171,7 +171,7 @@ TEST(TestSessionBudgets, LessCutsTheRegionThatIsThere)
 // One level for the whole model: the finest that either allows.
 TEST(TestSessionBudgets, BothBoundTheLevel)
 {
-  const auto& levels = Torus().Description().levels;
+  const auto& levels = SmallTorus().Description().levels;
   const std::uint64_t fits = levels[12].triangles; // and level 13 does not
   for (const bool later : { false, true })
   {
@@ -180,7 +180,7 @@ TEST(TestSessionBudgets, BothBoundTheLevel)
         std::tuple{ manyTriangles, std::size_t{ 121 * fits }, 12u },
         std::tuple{ manyTriangles, std::size_t{ 1 }, 11u } })
     {
-      MemoryServer server = Torus();
+      MemoryServer server = SmallTorus();
       ViewerSession session = SessionWith(ByLevel(), triangles, memory, later);
       Open(session);
       server.Serve(session);

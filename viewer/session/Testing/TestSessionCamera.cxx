@@ -255,7 +255,7 @@ View FirstViewIn(const Viewport& window, MemoryServer server)
 
 TEST(TestSessionCamera, TheFirstViewIsTheModels)
 {
-  MemoryServer server = Torus();
+  MemoryServer server = SmallTorus();
   const Vec3 middle = FirstViewIn({ 800, 600, 1 }, server).focal;
   for (const ModelPose& pose : { ModelPose{}, leaningBack, { { 1, 0, 0 }, { 0, 0, -1 }, true } })
   {
@@ -272,7 +272,7 @@ TEST(TestSessionCamera, NobodyGetsLost)
   std::size_t within = 0, gestures = 0;
   for (unsigned seed = 0; seed < 12; ++seed)
   {
-    MemoryServer server = seed % 3 == 2 ? Terrain() : Torus();
+    MemoryServer server = seed % 3 == 2 ? Terrain() : SmallTorus();
     server.SetPose(leaningBack);
     SessionOptions options;
     options.detail = seed % 2 == 0 ? DetailMode::View : DetailMode::Level;
@@ -309,7 +309,7 @@ TEST(TestSessionCamera, ZoomingOutLeadsAway)
   for (unsigned seed = 0; seed < 40; ++seed)
   {
     SCOPED_TRACE("seed " + std::to_string(seed));
-    MemoryServer server = seed % 2 == 0 ? Terrain() : Torus();
+    MemoryServer server = seed % 2 == 0 ? Terrain() : SmallTorus();
     server.SetPose(leaningBack);
     ViewerSession session;
     Person person(seed, server, session);
@@ -343,7 +343,7 @@ TEST(TestSessionCamera, ZoomingOutLeadsAway)
 
 TEST(TestSessionCamera, HomeIsTheFirstViewAndUndoTheOneBefore)
 {
-  MemoryServer server = Torus();
+  MemoryServer server = SmallTorus();
   server.SetPose(leaningBack);
   ViewerSession session;
   Person person(99, server, session);
@@ -369,7 +369,7 @@ TEST(TestSessionCamera, HomeIsTheFirstViewAndUndoTheOneBefore)
 
 TEST(TestSessionCamera, ADoubleTapBesideTheModelGoesHome)
 {
-  MemoryServer server = Torus();
+  MemoryServer server = SmallTorus();
   ViewerSession session;
   Open(session);
   server.Serve(session);
@@ -399,7 +399,7 @@ TEST(TestSessionCamera, ADoubleTapBesideTheModelGoesHome)
 
 TEST(TestSessionCamera, AnotherModelHasNoJumpsToTakeBack)
 {
-  MemoryServer server = Torus();
+  MemoryServer server = SmallTorus();
   ViewerSession session;
   Open(session);
   server.Serve(session);
@@ -416,7 +416,7 @@ TEST(TestSessionCamera, ATwistRollsOnlyWhereTurningIsFree)
 {
   for (const Turning turning : { Turning::Upright, Turning::Free })
   {
-    MemoryServer server = Torus();
+    MemoryServer server = SmallTorus();
     ViewerSession session;
     Open(session);
     server.Serve(session);
@@ -447,7 +447,7 @@ TEST(TestSessionCamera, WhatIsLetGoTurnsOnForAMoment)
 {
   const auto afterADrag = [](bool coast, double rest, const std::vector<double>& frames)
   {
-    MemoryServer server = Torus();
+    MemoryServer server = SmallTorus();
     SessionOptions options;
     options.coasts = coast;
     ViewerSession session(options);
@@ -482,7 +482,7 @@ TEST(TestSessionCamera, WhatIsLetGoTurnsOnForAMoment)
 
 TEST(TestSessionCamera, TurnsByItselfUntilItIsTouched)
 {
-  MemoryServer server = Torus();
+  MemoryServer server = SmallTorus();
   ViewerSession session;
   Open(session);
   server.Serve(session);
@@ -525,7 +525,7 @@ TEST(TestSessionCamera, AFlickWithinAFrameTurnsOn)
 {
   for (const bool flick : { true, false })
   {
-    MemoryServer server = Torus();
+    MemoryServer server = SmallTorus();
     SessionOptions options;
     options.coasts = true;
     ViewerSession session(options);
@@ -546,7 +546,7 @@ TEST(TestSessionCamera, AFlickWithinAFrameTurnsOn)
 
 TEST(TestSessionCamera, AFingerHoldsWhatTurns)
 {
-  MemoryServer server = Torus();
+  MemoryServer server = SmallTorus();
   SessionOptions options;
   options.coasts = true;
   ViewerSession session(options);

@@ -19,7 +19,7 @@ namespace
 
 TEST(TestSessionFaults, WhatIsShownIsKeptWhileSomethingElseComes)
 {
-  MemoryServer server = Torus();
+  MemoryServer server = SmallTorus();
   SessionOptions options = ByLevel();
   options.cacheBytes = 1; // nothing beyond what is shown or asked for
   ViewerSession session(options);
@@ -37,7 +37,7 @@ TEST(TestSessionFaults, WhatIsShownIsKeptWhileSomethingElseComes)
 
 TEST(TestSessionFaults, AnswersToCancelledRequestsAreIgnored)
 {
-  MemoryServer server = Torus();
+  MemoryServer server = SmallTorus();
   SessionOptions options = ByLevel();
   options.policy.tolerance = 4; // the preview is fine enough for the whole torus
   ViewerSession session(options);
@@ -71,7 +71,7 @@ TEST(TestSessionFaults, AnswersToCancelledRequestsAreIgnored)
 
 TEST(TestSessionFaults, DamagedBytesBecomeASentenceAndTheNextCoarserLevel)
 {
-  MemoryServer server = Torus();
+  MemoryServer server = SmallTorus();
   server.Blob(BlobId::LevelPiece(13, 5)).resize(40);
   ViewerSession session(ByLevel());
   Open(session);
@@ -85,7 +85,8 @@ TEST(TestSessionFaults, DamagedBytesBecomeASentenceAndTheNextCoarserLevel)
   EXPECT_EQ(status.targetLevel, 13u);
   EXPECT_EQ(status.shownLevel, 12u);
   // Usable: once the blob is whole again, the next pinch gets it, and only it.
-  server.Blob(BlobId::LevelPiece(13, 5)) = MemoryServer(Torus()).Blob(BlobId::LevelPiece(13, 5));
+  server.Blob(BlobId::LevelPiece(13, 5)) =
+    MemoryServer(SmallTorus()).Blob(BlobId::LevelPiece(13, 5));
   server.sent.clear();
   Pinch(session, x, y, 1.1);
   server.Serve(session);
@@ -96,7 +97,7 @@ TEST(TestSessionFaults, DamagedBytesBecomeASentenceAndTheNextCoarserLevel)
 
 TEST(TestSessionFaults, ARefusedPartitionLeavesTheRestOfTheRegion)
 {
-  MemoryServer server = Torus();
+  MemoryServer server = SmallTorus();
   ViewerSession session(ByLevel());
   Open(session);
   server.Serve(session);
@@ -127,7 +128,7 @@ TEST(TestSessionFaults, ARefusedPartitionLeavesTheRestOfTheRegion)
 
 TEST(TestSessionFaults, ALostConnectionFailsWhatWasOutstanding)
 {
-  MemoryServer server = Torus();
+  MemoryServer server = SmallTorus();
   ViewerSession session(ByLevel());
   Open(session);
   server.Serve(session);
@@ -151,7 +152,7 @@ TEST(TestSessionFaults, ALostConnectionFailsWhatWasOutstanding)
 TEST(TestSessionFaults, ModelsThatCannotBeShownAreRefusedInWords)
 {
   ViewerSession session(ByLevel());
-  ModelDescription model = MemoryServer(Torus()).Description();
+  ModelDescription model = MemoryServer(SmallTorus()).Description();
   model.levels.clear();
   Open(session);
   session.Opened(session.TakeRequests()[0].id, model);
@@ -175,7 +176,7 @@ TEST(TestSessionFaults, ModelsThatCannotBeShownAreRefusedInWords)
   session.LeaveFullScreen();
   EXPECT_TRUE(session.IsIdle());
   ViewerSession deep(ByLevel());
-  model = MemoryServer(Torus()).Description();
+  model = MemoryServer(SmallTorus()).Description();
   model.depths = { 30, 30, 30 };
   model.levels.resize(31);
   Open(deep);

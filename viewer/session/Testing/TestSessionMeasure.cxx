@@ -61,11 +61,11 @@ std::size_t PartitionsSent(const MemoryServer& server)
 
 TEST(TestSessionMeasure, EndsLieOnTheOriginalOnceItHasCome)
 {
-  const double step = Torus().Description().grid.step;
+  const double step = SmallTorus().Description().grid.step;
   for (unsigned seed = 0; seed < 24; ++seed)
   {
     SCOPED_TRACE("seed " + std::to_string(seed));
-    MemoryServer server = Torus();
+    MemoryServer server = SmallTorus();
     SessionOptions options;
     options.detail = seed % 2 == 0 ? DetailMode::View : DetailMode::Level;
     const auto session = Measuring(server, options);
@@ -113,7 +113,7 @@ TEST(TestSessionMeasure, EndsLieOnTheOriginalOnceItHasCome)
 
 TEST(TestSessionMeasure, FetchesLittle)
 {
-  MemoryServer server = Torus();
+  MemoryServer server = SmallTorus();
   const auto session = Measuring(server, ByLevel());
   server.sent.clear();
   const auto [x, y] = OnModel(*session);
@@ -132,7 +132,7 @@ TEST(TestSessionMeasure, WhatMayNotBeHadStaysOnTheLevel)
 {
   for (const bool isRefused : { true, false })
   {
-    MemoryServer server = Torus();
+    MemoryServer server = SmallTorus();
     for (std::uint32_t i = 0; isRefused && i < 1u << server.Codec().depths.partition; ++i)
     {
       server.refused.insert(protocol::BlobId::Partition(i));
@@ -165,7 +165,7 @@ TEST(TestSessionMeasure, WhatMayNotBeHadStaysOnTheLevel)
 
 TEST(TestSessionMeasure, TapsPlaceOneEndAfterTheOther)
 {
-  MemoryServer server = Torus();
+  MemoryServer server = SmallTorus();
   const auto session = Measuring(server);
   const auto [x, y] = OnModel(*session);
   DoubleTap(*session, x, y); // quickly
@@ -203,7 +203,7 @@ TEST(TestSessionMeasure, TapsPlaceOneEndAfterTheOther)
 
 TEST(TestSessionMeasure, ALinkTellsThem)
 {
-  MemoryServer server = Torus();
+  MemoryServer server = SmallTorus();
   const auto mine = Measuring(server);
   const auto [x, y] = OnModel(*mine);
   for (int i = 0; i < 4; ++i)

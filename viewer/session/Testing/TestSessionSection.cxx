@@ -53,7 +53,7 @@ TEST(TestSessionSection, WhatIsCutAwayIsNotFetched)
     SCOPED_TRACE("seed " + std::to_string(seed));
     std::mt19937 random(seed);
     std::uniform_real_distribution<double> any(0, 1);
-    MemoryServer server = Torus();
+    MemoryServer server = SmallTorus();
     const auto session = std::make_unique<ViewerSession>();
     Open(*session);
     server.Serve(*session);
@@ -101,7 +101,7 @@ TEST(TestSessionSection, LessIsWanted)
   std::size_t sent[2]{};
   for (const bool isCut : { false, true })
   {
-    MemoryServer server = Torus();
+    MemoryServer server = SmallTorus();
     ViewerSession session;
     Open(session);
     server.Serve(session);
@@ -123,7 +123,7 @@ TEST(TestSessionSection, RegionsEndAtThePlane)
 {
   for (const DetailMode detail : { DetailMode::View, DetailMode::Level })
   {
-    MemoryServer server = Torus();
+    MemoryServer server = SmallTorus();
     SessionOptions options;
     options.detail = detail;
     options.rings = 3;
@@ -145,7 +145,7 @@ TEST(TestSessionSection, RegionsEndAtThePlane)
 
 TEST(TestSessionSection, FingersMoveAndTurnIt)
 {
-  MemoryServer server = Torus();
+  MemoryServer server = SmallTorus();
   const auto session = Looking(server);
   const Camera before = session->GetCamera();
   session->SetTool(Tool::Section);
@@ -181,7 +181,7 @@ TEST(TestSessionSection, FingersMoveAndTurnIt)
 
 TEST(TestSessionSection, TheCapIsWhatIsPicked)
 {
-  MemoryServer server = Torus();
+  MemoryServer server = SmallTorus();
   const auto session = Looking(server);
   ASSERT_TRUE(session->SetSectionAlong("z"));
   session->BeginFrame();
@@ -203,7 +203,7 @@ TEST(TestSessionSection, TheCapIsWhatIsPicked)
 // Across a ring of the torus: both ends come to the original's outline.
 TEST(TestSessionSection, MeasuresAlongTheOutline)
 {
-  MemoryServer server = Torus();
+  MemoryServer server = SmallTorus();
   const auto session = Looking(server);
   ASSERT_TRUE(session->SetSectionAlong("z"));
   server.Serve(*session);
@@ -253,7 +253,7 @@ TEST(TestSessionSection, NobodyGetsLost)
     SCOPED_TRACE("seed " + std::to_string(seed));
     std::mt19937 random(seed);
     std::uniform_real_distribution<double> any(0, 1);
-    MemoryServer server = Torus();
+    MemoryServer server = SmallTorus();
     const auto session = Looking(server);
     session->SetSectionAlong(seed % 2 == 0 ? "x" : "view");
     for (int i = 0; i < 20; ++i)
@@ -279,7 +279,7 @@ TEST(TestSessionSection, NobodyGetsLost)
 
 TEST(TestSessionSection, LightComesFromTheFinger)
 {
-  MemoryServer server = Torus();
+  MemoryServer server = SmallTorus();
   const auto session = Looking(server);
   EXPECT_EQ(session->Scene().lighting, SceneLighting{});
   session->SetTool(Tool::Light);
@@ -321,7 +321,7 @@ TEST(TestSessionSection, LightComesFromTheFinger)
 
 TEST(TestSessionSection, ALinkTellsOfBoth)
 {
-  MemoryServer server = Torus();
+  MemoryServer server = SmallTorus();
   const auto mine = Looking(server);
   ASSERT_TRUE(mine->SetSectionAlong("y"));
   mine->SetSectionDepth(0.3);
@@ -361,7 +361,7 @@ TEST(TestSessionSection, FilesTellOfBoth)
   const auto steps = ParseSession(file);
   ASSERT_TRUE(steps) << steps.GetError().message;
   std::string again;
-  MemoryServer server = Torus();
+  MemoryServer server = SmallTorus();
   ViewerSession session;
   session.Resize({ width, height, 1 });
   for (const SessionStep& step : *steps)
@@ -401,7 +401,7 @@ TEST(TestSessionSection, IsTheSameEveryTime)
   for (auto& trace : traces)
   {
     clockOfFingers = 0;
-    MemoryServer server = Torus();
+    MemoryServer server = SmallTorus();
     SessionOptions options;
     options.TraceTo([&trace](std::string_view line) { trace.emplace_back(line); });
     const auto session = Looking(server, options);
@@ -419,7 +419,7 @@ TEST(TestSessionSection, IsTheSameEveryTime)
 
 TEST(TestSessionSection, OutlinesAreDrawn)
 {
-  MemoryServer server = Torus();
+  MemoryServer server = SmallTorus();
   const auto session = Looking(server);
   EXPECT_EQ(session->SectionOutline(), "");
   session->SetSectionAlong("z");

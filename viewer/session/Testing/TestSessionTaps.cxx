@@ -19,7 +19,7 @@ namespace
 
 TEST(TestSessionTaps, OtherRingsChangeTheRegionThatIsThere)
 {
-  MemoryServer server = Torus();
+  MemoryServer server = SmallTorus();
   ViewerSession session(ByLevel());
   Open(session);
   session.EnterFullScreen();
@@ -103,7 +103,7 @@ TEST(TestSessionTaps, ARegionInALevelCoarserThanTheStitchLevelAsksForPiecesInBet
 
 TEST(TestSessionTaps, MovingTheRegionOnReusesPartitions)
 {
-  MemoryServer server = Torus();
+  MemoryServer server = SmallTorus();
   SessionOptions options = ByLevel();
   options.smallestRegionPoints = 60;
   ViewerSession session(options);
@@ -141,7 +141,7 @@ TEST(TestSessionTaps, MovingTheRegionOnReusesPartitions)
 
 TEST(TestSessionTaps, ADoubleTapBeforeTheTreeWaitsForIt)
 {
-  MemoryServer server = Torus();
+  MemoryServer server = SmallTorus();
   ViewerSession session(ByLevel());
   Open(session);
   server.Answer(session); // opened

@@ -59,7 +59,7 @@ TEST(TestViewLink, ShowsTheSameElsewhere)
 {
   for (unsigned seed = 0; seed < 30; ++seed)
   {
-    MemoryServer server = Torus();
+    MemoryServer server = SmallTorus();
     const auto mine = SomeView(seed, server);
     const std::string text = FormatViewLink(mine->Link());
     EXPECT_LT(text.size(), 110u) << text;
@@ -77,7 +77,7 @@ TEST(TestViewLink, ShowsTheSameElsewhere)
 
 TEST(TestViewLink, ARegionIsTheOriginalThere)
 {
-  MemoryServer server = Torus();
+  MemoryServer server = SmallTorus();
   ViewerSession mine;
   Open(mine);
   server.Serve(mine);
@@ -99,7 +99,7 @@ TEST(TestViewLink, ARegionIsTheOriginalThere)
 // Nothing of the square in the middle is cut off.
 TEST(TestViewLink, AnotherWindowShowsTheMiddle)
 {
-  MemoryServer server = Torus();
+  MemoryServer server = SmallTorus();
   const auto mine = SomeView(7, server);
   const ViewerScene here = mine->Scene();
   for (const Viewport& window : { Viewport{ 400, 900, 2 }, Viewport{ 1600, 500, 1 } })
@@ -151,7 +151,7 @@ TEST(TestViewLink, AWindowThatChangesItsShapeShowsTheSame)
 
 TEST(TestViewLink, AnotherVersionOfTheModelIsTold)
 {
-  MemoryServer server = Torus();
+  MemoryServer server = SmallTorus();
   ViewLink link = SomeView(1, server)->Link();
   link.digest = "0123abcd";
   ViewerSession theirs;
@@ -172,7 +172,7 @@ TEST(TestViewLink, AnotherVersionOfTheModelIsTold)
 // From what is right, and not: a sentence or a link, and no camera that is lost.
 TEST(TestViewLink, TakesAnyText)
 {
-  MemoryServer server = Torus();
+  MemoryServer server = SmallTorus();
   const std::string good =
     FormatViewLink(SomeView(3, server)->Link()) +
     "&region=131.2&colours=partition&light=plain&detail=level&distances=" + std::string(80, 'f');
@@ -226,7 +226,7 @@ TEST(TestViewLink, SidesAreLevelAndOpposite)
   for (const ModelPose& pose : { ModelPose{}, ModelPose{ { 0, 0, 1 }, { 0, -0.8, 0.6 }, false },
          ModelPose{ { 0, 0, 1 }, { 0, 0, 1 }, false } })
   {
-    MemoryServer server = Torus();
+    MemoryServer server = SmallTorus();
     server.SetPose(pose);
     ViewerSession session;
     Open(session);

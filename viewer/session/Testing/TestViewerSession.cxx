@@ -20,7 +20,7 @@ namespace
 
 TEST(TestViewerSession, WalksFromBrowsingToAStreamedRegion)
 {
-  MemoryServer server = Torus();
+  MemoryServer server = SmallTorus();
   SessionOptions options = ByLevel();
   options.policy.tolerance = 4; // the preview is fine enough for the whole torus
   ViewerSession session(options);
@@ -101,7 +101,7 @@ TEST(TestViewerSession, WalksFromBrowsingToAStreamedRegion)
 
 TEST(TestViewerSession, SelectingTwiceEntersFullScreenAndAnotherModelBrowses)
 {
-  MemoryServer server = Torus();
+  MemoryServer server = SmallTorus();
   ViewerSession session(ByLevel());
   session.SetModels({ Summarize(server.Description()), { "other", {}, {}, 1, 1 } });
   Open(session);
@@ -127,7 +127,7 @@ TEST(TestViewerSession, SelectingTwiceEntersFullScreenAndAnotherModelBrowses)
 
 TEST(TestViewerSession, AWheelZoomsAsAPinchDoesAndBackShowsThePreviewAgain)
 {
-  MemoryServer server = Torus();
+  MemoryServer server = SmallTorus();
   SessionOptions options = ByLevel();
   options.policy.tolerance = 4;
   ViewerSession session(options);
@@ -197,7 +197,7 @@ TEST(TestViewerSession, APaintedModelIsShownFiner)
 
 TEST(TestViewerSession, FullScreenBeforeTheModelIsOpenFollowsTheZoomToo)
 {
-  MemoryServer server = Torus();
+  MemoryServer server = SmallTorus();
   SessionOptions options = ByLevel();
   options.policy.tolerance = 0.5; // the preview is too coarse for the whole torus
   ViewerSession early(options), late(options);
@@ -215,7 +215,7 @@ TEST(TestViewerSession, FullScreenBeforeTheModelIsOpenFollowsTheZoomToo)
 // A preview that was turned is all to be seen in full screen too, as it was turned.
 TEST(TestViewerSession, AnotherWindowFitsATurnedModelUntilItIsZoomed)
 {
-  MemoryServer server = Torus();
+  MemoryServer server = SmallTorus();
   ViewerSession session(ByLevel());
   Open(session);
   server.Serve(session);
@@ -252,7 +252,7 @@ TEST(TestViewerSession, AnotherWindowFitsATurnedModelUntilItIsZoomed)
 
 TEST(TestViewerSession, CancelledTouchesAreNoTap)
 {
-  MemoryServer server = Torus();
+  MemoryServer server = SmallTorus();
   ViewerSession session(ByLevel());
   Open(session);
   server.Serve(session);
@@ -275,7 +275,7 @@ TEST_P(TestRandomSessions, DrawAClosedSurfaceAtEveryMoment)
   for (unsigned seed = 0; seed < 8; ++seed)
   {
     std::mt19937 random(seed);
-    MemoryServer server = seed % 2 == 0 ? Torus() : SmallCells();
+    MemoryServer server = seed % 2 == 0 ? SmallTorus() : SmallCells();
     std::set<BlobId> damaged;
     SessionOptions options = ByLevel();
     options.cacheBytes = seed % 3 == 0 ? 1 : 1u << 26; // one keeps nothing beyond what is shown
@@ -366,7 +366,7 @@ TEST(TestViewerSession, TheOrderOfArrivalDoesNotMatterInTheEnd)
 
 TEST(TestViewerSession, AFasterZoomCancelsTheLevelInBetween)
 {
-  MemoryServer server = Torus();
+  MemoryServer server = SmallTorus();
   SessionOptions options = ByLevel();
   options.policy.tolerance = 4; // the preview is fine enough for the whole torus
   ViewerSession session(options);
@@ -390,7 +390,7 @@ TEST(TestViewerSession, AFasterZoomCancelsTheLevelInBetween)
 
 TEST(TestViewerSession, KeepsEveryBlobsTimes)
 {
-  MemoryServer server = Torus();
+  MemoryServer server = SmallTorus();
   double seconds = 0;
   SessionOptions options = ByLevel();
   options.clock = [&seconds] { return seconds += 0.125; };
@@ -431,7 +431,7 @@ TEST(TestViewerSession, KeepsEveryBlobsTimes)
 
 TEST(TestViewerSession, KeepsTheTimesOfTheNewestBlobsOnly)
 {
-  MemoryServer server = Torus();
+  MemoryServer server = SmallTorus();
   SessionOptions options = ByLevel();
   options.mostStatistics = 3;
   ViewerSession session(options);

@@ -5,14 +5,17 @@
 //   RecordSession view|level torus FILE            a bumpy torus, over the stream
 //   RecordSession view|level plate FILE            a plate, over GET
 //   RecordSession view|level FOLDER/MODEL.kds FILE a store
+//   RecordSession view slow|slow-get FILE          the torus on a slow line, with budgets
+//   (SlowWalk.h)
 //
 // By the view, or with one level for the whole model.
 //
 // Writes FILE.recording and FILE.trace. Exit code 1 where the walk did not get through what it is
 // for: a recording in which nothing happens proves nothing.
 #include "server/session/StoreCatalog.h"
+#include "viewer/client/Testing/Replay/MemoryCatalog.h"
 #include "viewer/client/Testing/Replay/Recorder.h"
-#include "viewer/session/Testing/MemoryServer.h"
+#include "viewer/client/Testing/Replay/SlowWalk.h"
 
 #include <algorithm>
 #include <cmath>
@@ -61,61 +64,6 @@ Mesh MakePlate()
   }
   return mesh;
 }
-
-// With colours and normals.
-Mesh PaintedTorus()
-{
-  Mesh mesh = MakeTorus(420, 210);
-  Paint(mesh);
-  return mesh;
-}
-
-class MemoryModel : public ServedModel
-{
-public:
-  MemoryModel(const Mesh& mesh, std::string id)
-    : Server(mesh, 400, 2)
-    , Facts(this->Server.Description())
-  {
-    this->Facts.id = std::move(id);
-    // Levels follow the shape alone: a painted model would be shown in the finest at once.
-    this->Facts.attributes.clear();
-  }
-  const ModelDescription& Description() const override { return this->Facts; }
-  Result<std::span<const Box>> Boxes() const override
-  {
-    return std::span<const Box>(this->Server.Tree());
-  }
-  Result<BlobBytes> ReadBlob(const protocol::BlobId& blob) const override
-  {
-    if (!this->Server.Has(blob))
-    {
-      return Error{ ErrorCode::NotFound, "no such blob" };
-    }
-    return std::make_shared<const std::vector<std::uint8_t>>(this->Server.Blob(blob));
-  }
-
-private:
-  mutable MemoryServer Server;
-  ModelDescription Facts;
-};
-
-class MemoryCatalog : public Catalog
-{
-public:
-  MemoryCatalog(const Mesh& mesh, std::string id)
-    : Only(std::make_shared<MemoryModel>(mesh, std::move(id)))
-  {
-  }
-  std::vector<std::shared_ptr<const ServedModel>> Models() const override { return { this->Only }; }
-  std::shared_ptr<const ServedModel> Find(std::string_view id) const override
-  {
-    return id == this->Only->Description().id ? this->Only : nullptr;
-  }
-
-private:
-  std::shared_ptr<const ServedModel> Only;
-};
 
 class Walk
 {
@@ -374,7 +322,8 @@ int main(int count, char** arguments)
   const std::string detail = count == 4 ? arguments[1] : "";
   if (detail != "view" && detail != "level")
   {
-    std::fprintf(stderr, "usage: RecordSession view|level torus|plate|FOLDER/MODEL.kds FILE\n");
+    std::fprintf(
+      stderr, "usage: RecordSession view|level torus|plate|slow|slow-get|FOLDER/MODEL.kds FILE\n");
     return 2;
   }
   const bool byView = detail == "view";
@@ -384,6 +333,10 @@ int main(int count, char** arguments)
     const bool torus = what == "torus";
     const MemoryCatalog models(torus ? PaintedTorus() : MakePlate(), what);
     return Walk(models, torus, byView, what, arguments[3]).Run() ? 0 : 1;
+  }
+  if (what == "slow" || what == "slow-get")
+  {
+    return WalkSlowly(what == "slow", arguments[3]) ? 0 : 1;
   }
   const std::filesystem::path store = what;
   StoreCatalog stores(store.parent_path(),

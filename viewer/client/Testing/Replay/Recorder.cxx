@@ -4,6 +4,7 @@
 
 #include "filters/model/ModelJson.h"
 #include "server/protocol/ResourcePath.h"
+#include "viewer/session/Testing/MemoryServer.h"
 
 #include <cmath>
 #include <utility>
@@ -65,6 +66,25 @@ Recorder::Recorder(const Catalog& models, bool hasStream, const std::string& fil
 void Recorder::Do(Kind kind, std::vector<double> numbers, std::string payload)
 {
   this->Input({ kind, this->Now, std::move(numbers), std::move(payload) });
+  if (kind == Kind::Draw && this->drawsEach)
+  {
+    this->CountHoles();
+  }
+}
+
+void Recorder::CountHoles()
+{
+  const ViewerScene scene = this->Session.Session().Scene();
+  if (std::exchange(this->DrawnVersion, scene.surfaceVersion) != scene.surfaceVersion)
+  {
+    ++this->SurfacesDrawn;
+    this->BoundaryEdges += CountBoundaryEdges(scene.surface->Whole().triangles);
+  }
+}
+
+void Recorder::Carry(std::size_t bytes)
+{
+  this->Wait(this->bytesPerSecond > 0 ? static_cast<double>(bytes) / this->bytesPerSecond : 0);
 }
 
 void Recorder::Input(RecordedInput input)
@@ -175,6 +195,7 @@ bool Recorder::Answer()
     return true;
   }
   const auto& bytes = std::get<std::vector<std::uint8_t>>(*message);
+  this->Carry(bytes.size());
   std::string frame(bytes.begin(), bytes.end());
   if (std::exchange(this->Damage, false))
   {
@@ -194,6 +215,7 @@ void Recorder::AnswerFetch()
     return;
   }
   HttpReply reply = this->Fetch(fetch.target);
+  this->Carry(reply.body.size());
   if (!reply.body.empty() && std::exchange(this->Damage, false))
   {
     reply.body[reply.body.size() * 2 / 3] ^= 4;
@@ -223,7 +245,7 @@ std::size_t Recorder::Settle(std::size_t answers)
   std::size_t given = 0;
   for (; given < answers && this->Answer(); ++given)
   {
-    if (given % 6 == 5)
+    if (this->drawsEach || given % 6 == 5)
     {
       this->Do(Kind::Draw);
     }

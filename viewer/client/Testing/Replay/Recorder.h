@@ -68,6 +68,12 @@ public:
   // Of the next frame or fetched blob one bit is another.
   void DamageNext() { this->Damage = true; }
   bool serverIsUp = true;
+  double bytesPerSecond = 0; // that the line carries; 0: any number
+  // Each answer is drawn, instead of several together.
+  bool drawsEach = false;
+  // Edges with one triangle alone, of all surfaces that were drawn.
+  std::size_t Holes() const { return this->BoundaryEdges; }
+  std::size_t Surfaces() const { return this->SurfacesDrawn; }
   TroubledCatalog catalog;
 
   void Wait(double seconds) { this->Now += seconds; }
@@ -79,6 +85,8 @@ public:
 
 private:
   void Input(RecordedInput input);
+  void Carry(std::size_t bytes);
+  void CountHoles();
   void AnswerFetch();
   HttpReply Fetch(const std::string& target);
 
@@ -90,6 +98,8 @@ private:
   std::unique_ptr<Conversation> Talk;
   std::deque<HttpFetch> Fetches;
   TracedSession Session;
+  std::uint64_t DrawnVersion = 0;
+  std::size_t BoundaryEdges = 0, SurfacesDrawn = 0;
 };
 
 }

@@ -22,11 +22,12 @@ struct KindFacts
   std::size_t numbers; // of touches: a multiple
 };
 
-constexpr std::array<KindFacts, 22> kinds{ { { InputKind::Resize, "resize", 3 },
+constexpr std::array<KindFacts, 23> kinds{ { { InputKind::Resize, "resize", 3 },
   { InputKind::Touches, "touches", 3 }, { InputKind::CancelTouches, "cancel", 0 },
   { InputKind::Wheel, "wheel", 3 }, { InputKind::Rings, "rings", 1 },
-  { InputKind::Detail, "detail", 1 }, { InputKind::Turning, "turning", 1 },
-  { InputKind::Coast, "glide", 1 }, { InputKind::Home, "home", 0 }, { InputKind::Undo, "undo", 0 },
+  { InputKind::Detail, "detail", 1 }, { InputKind::Budgets, "budgets", 2 },
+  { InputKind::Turning, "turning", 1 }, { InputKind::Coast, "glide", 1 },
+  { InputKind::Home, "home", 0 }, { InputKind::Undo, "undo", 0 },
   { InputKind::Select, "select", 0 }, { InputKind::Back, "back", 0 },
   { InputKind::Models, "models", 0 }, { InputKind::Opened, "opened", 0 },
   { InputKind::Text, "text", 0 }, { InputKind::Frame, "frame", 0 },

@@ -19,6 +19,7 @@
 //   wheel          factor, x, y
 //   rings          1-3
 //   detail         0 by the view, 1 one level, 2 the original
+//   budgets        triangles, bytes
 //   turning        0 upright, 1 free
 //   coast          1 what is let go turns on, 0 it does not
 //   home
@@ -56,6 +57,7 @@ struct RecordedInput
     Wheel,
     Rings,
     Detail,
+    Budgets,
     Turning,
     Coast,
     Home,

@@ -224,6 +224,9 @@ void TracedSession::Dispatch(const RecordedInput& input)
       return this->Viewer.SetDetail(numbers[0] == 0   ? DetailMode::View
                                     : numbers[0] == 1 ? DetailMode::Level
                                                       : DetailMode::Full);
+    case Kind::Budgets:
+      return this->Viewer.SetBudgets(
+        static_cast<std::uint64_t>(numbers[0]), static_cast<std::size_t>(numbers[1]));
     case Kind::Turning:
       return this->Viewer.SetTurning(numbers[0] == 0 ? Turning::Upright : Turning::Free);
     case Kind::Coast:
