@@ -15,7 +15,8 @@ namespace
 {
 
 // Of halves and quarters of the picture the one that fits a pixel, as the page filters tiles
-// (GlesRenderer.cxx): charts have a margin of their own picture that is enough for these.
+// (viewer/mobile/GlesBuffers.cxx): charts have a margin of their own picture that is enough for
+// these.
 class TileTexture : public vtkOpenGLTexture
 {
 public:
