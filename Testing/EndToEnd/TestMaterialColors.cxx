@@ -4,6 +4,9 @@
 #include "Testing/EndToEnd/GltfFile.h"
 #include "Testing/EndToEnd/TexturedFiles.h"
 
+#include <array>
+#include <map>
+
 using namespace kdstream;
 using namespace kdstream::fixtures;
 
@@ -23,6 +26,49 @@ protected:
   }
 };
 
+}
+
+// Two triangles apart and one between them, of one material each, then of another.
+TEST_F(TestMaterialColors, ColoursOfMaterialsBecomeThoseOfVertices)
+{
+  const std::string lead = "kdstream-build: warning: m.obj: ";
+  const std::string left = lead + "not carried by this version: materials and their textures\n";
+  const auto colors = [&](const std::string& materials, const std::string& place,
+                        const std::vector<std::string>& more, const std::string& warnings)
+  {
+    this->WriteText("m.mtl", materials);
+    this->WriteText("m.obj", "mtllib m.mtl\nv 0 0 0" + place + "\nv 1 0 0" + place + "\nv 0 1 0" +
+                               place + "\nv 1 1 0" + place + "\nv 5 5 5" + place + "\nv 6 5 5" +
+                               place + "\nv 5 6 5" + place +
+                               "\nusemtl a\nf 1 2 3\nusemtl b\nf 2 4 3\nusemtl a\nf 5 6 7\n");
+    std::vector<std::string> all = more;
+    all.insert(all.end(), { "--precision", "lossless" });
+    EXPECT_EQ(this->WarningsOf("m.obj", all), warnings) << materials;
+    EXPECT_EQ(this->Store({ "extract", "m.kds", "--all", "-o", "out.ply", "--quiet" }).exitCode, 0);
+    const Mesh mesh = this->Read("out.ply");
+    std::map<Vec3, std::array<double, 3>> found;
+    for (std::size_t v = 0; v < mesh.points.size() && !mesh.attributes.empty(); ++v)
+    {
+      const Attribute& rgb = mesh.attributes[0];
+      found[mesh.points[v]] = { rgb.Get(v, 0), rgb.Get(v, 1), rgb.Get(v, 2) };
+    }
+    return found;
+  };
+  const std::string redAndBlue = "newmtl a\nKd 1 0 0\nnewmtl b\nKd 0 0 1\n";
+  auto found = colors(redAndBlue, "", {}, "");
+  const double mean = ByteOfLinear(0.5);
+  EXPECT_EQ(found[(Vec3{ 0, 0, 0 })], (std::array<double, 3>{ 255, 0, 0 }));
+  EXPECT_EQ(found[(Vec3{ 1, 1, 0 })], (std::array<double, 3>{ 0, 0, 255 }));
+  EXPECT_EQ(found[(Vec3{ 1, 0, 0 })], (std::array<double, 3>{ mean, 0, mean }));
+  EXPECT_EQ(found[(Vec3{ 5, 6, 5 })], (std::array<double, 3>{ 255, 0, 0 }));
+  // One that is no grey, two greys; one grey, one that no face has, vertices with colours.
+  EXPECT_EQ(colors("newmtl a\nKd 1 0 0\nnewmtl b\nKd 1 0 0\n", "", {}, "").size(), 7U);
+  EXPECT_EQ(colors("newmtl a\nKd 0.5 0.5 0.5\nnewmtl b\nKd 1 1 1\n", "", {}, "").size(), 7U);
+  EXPECT_TRUE(colors("newmtl a\nKd 0.8 0.8 0.8\nnewmtl b\nKd 0.8\n", "", {}, left).empty());
+  EXPECT_TRUE(colors("newmtl a\nKd 1 1 1\nnewmtl b\nnewmtl c\nKd 1 0 0\n", "", {}, left).empty());
+  EXPECT_EQ(colors(redAndBlue, " 0 1 0", {}, left)[(Vec3{ 0, 0, 0 })],
+    (std::array<double, 3>{ 0, 255, 0 }));
+  EXPECT_TRUE(colors(redAndBlue, "", { "--textures", "off" }, "").empty());
 }
 
 TEST_F(TestMaterialColors, CoordinatesThatTellNoPlaceAreCounted)
