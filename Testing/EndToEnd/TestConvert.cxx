@@ -439,7 +439,7 @@ TEST_F(TestConvert, TextIsRefusedWithItsLine)
     { "c.xyz", "1 2 3\n1e999 2 3\n", "line 2: '1e999' is too large a number" },
     { "d.xyz", "1 2 3 4 5\n", "line 1: has 5 columns" },
     { "e.xyz", "1 2 3 0.5 300 0 7\n", "columns 5 to 7 should be colours" },
-    { "f.xyz", "nan nan nan\n", "holds no points; 1 points are not finite" },
+    { "f.xyz", "nan nan nan\n", "holds no points; 1 point is not finite" },
     { "g.xyz", "", "is empty" },
     { "a.obj", "v 1 2 3\nf 1 1 2\n", "face 0 (line 2) names vertex 2, but there is only 1" },
     { "b.obj", "v 1 2 3\nf 1 1 -2\n",

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Materials that show one picture under different factors: what a lossless store gives back.
+// What stores give back of materials: factors of one picture, and what lies beyond its edges.
 #include "Testing/EndToEnd/GltfFile.h"
 #include "Testing/EndToEnd/TexturedFiles.h"
 
@@ -134,4 +134,48 @@ TEST_F(TestExtractedFactors, EachFactorHasItsTexels)
     }
   }
   EXPECT_EQ(looked, ways.size() * 2 * 12 * 12 * 4);
+}
+
+// Readers such as VTK's take "-clamp on" as a part of the name.
+TEST_F(TestExtractedFactors, EdgesAreClampedWhereTheyAreSeenAlone)
+{
+  const auto maps = [&](const std::string& quality, const std::string& edge)
+  {
+    this->WriteHardObj("hard", 3);
+    std::string mesh = ReadWhole(this->Folder / "hard.obj");
+    if (edge == "within")
+    {
+      // Every coordinate, but those that are none, between 0 and 1.
+      std::istringstream lines(mesh);
+      mesh.clear();
+      for (std::string line; std::getline(lines, line);)
+      {
+        mesh +=
+          (line.rfind("vt ", 0) == 0 ? "vt 0.25 " + std::to_string(double(mesh.size() % 97) / 97)
+                                     : line) +
+          "\n";
+      }
+      this->WriteText("hard.obj", mesh);
+    }
+    EXPECT_EQ(
+      this->Build({ "hard.obj", "-o", "m.kds", "--quiet", "--texture-quality", quality }).exitCode,
+      0);
+    EXPECT_EQ(this->Store({ "extract", "m.kds", "--all", "-o", "out.obj", "--quiet" }).exitCode, 0);
+    std::istringstream lines(ReadWhole(this->Folder / "out.mtl"));
+    std::multiset<std::string> found;
+    for (std::string line; std::getline(lines, line);)
+    {
+      if (line.rfind("map_Kd", 0) == 0)
+      {
+        found.insert(line);
+      }
+    }
+    return found;
+  };
+  using Maps = std::multiset<std::string>;
+  EXPECT_EQ(maps("90", "beyond"), (Maps{ "map_Kd out-partition-0.png" }));
+  EXPECT_EQ(maps("lossless", "beyond"),
+    (Maps{ "map_Kd -clamp on out-picture-1.png", "map_Kd out-picture-0.png" }));
+  EXPECT_EQ(
+    maps("lossless", "within"), (Maps{ "map_Kd out-picture-0.png", "map_Kd out-picture-1.png" }));
 }

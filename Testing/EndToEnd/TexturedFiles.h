@@ -67,7 +67,7 @@ protected:
         const double u = double(x) / double(side), v = double(y) / double(side);
         text << "v " << u << " " << v << " " << float(0.05 * std::sin(9 * u) * std::cos(7 * v))
              << "\nvt " << float(1.3 * u + 0.001 * double(random() % 9)) << " " << float(v * 0.9)
-             << "\nvt " << float(1 - u) << " " << float(v) << "\n"; // mirrored
+             << "\nvt " << float(1 - u) << " " << float(v - 0.02) << "\n"; // mirrored, beyond
       }
     }
     const char* material = "";

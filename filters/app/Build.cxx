@@ -37,9 +37,16 @@ constexpr const char* footer =
 Result<BuildReport> BuildFrom(BuildCommand& line, const std::filesystem::path& store,
   const Execution& execution, std::vector<std::string>& warnings)
 {
+  const std::filesystem::path folder = store.has_parent_path() ? store.parent_path() : ".";
   if (!line.converts)
   {
-    return BuildStore(std::filesystem::path(line.input), store, line.build, execution);
+    Result<BuildReport> report =
+      BuildStore(std::filesystem::path(line.input), store, line.build, execution);
+    if (report)
+    {
+      RemoveDeadConversions(folder);
+    }
+    return report;
   }
   std::vector<std::string> arguments;
   if (!line.reconstruct.empty())
@@ -60,7 +67,6 @@ Result<BuildReport> BuildFrom(BuildCommand& line, const std::filesystem::path& s
     more.push_back("--threads=" + std::to_string(line.threads));
   }
   const auto begin = std::chrono::steady_clock::now();
-  const std::filesystem::path folder = store.has_parent_path() ? store.parent_path() : ".";
   const Result<ConvertedInput> converted =
     ConvertedInput::Make(line.input, folder, more, line.WantsTiles(), execution);
   KDSTREAM_TRY(converted);

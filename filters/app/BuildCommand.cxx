@@ -5,6 +5,7 @@
 #include "filters/app/DirectionText.h"
 #include "filters/app/TextureOptions.h"
 #include "filters/build/BuildMemory.h"
+#include "filters/meshio/ObjReader.h"
 #include "filters/model/ModelJson.h"
 #include "filters/outofcore/files/ReturnFreeMemory.h"
 #include "filters/texture/FindTextures.h"
@@ -437,7 +438,9 @@ std::vector<std::string> ChooseReader(BuildCommand& line)
   }
   // An input that cannot be read is an error of the build.
   Result<FoundTextures> found = FindTextures(line.input);
-  if (const auto why = found && found->any ? WhyNoPictures() : std::nullopt)
+  if (const auto why = found && found->any
+                         ? WhyNoPictures(found->colors ? "colours of materials" : "pictures")
+                         : std::nullopt)
   {
     return { *why };
   }
@@ -553,13 +556,14 @@ void PrintWarnings(std::string_view program, const BuildCommand& line, const Bui
                 << " changes nothing: " << NoPictures(line) << "\n";
     }
   }
-  if (!report.ignoredAttributes.empty())
+  std::string names;
+  for (const std::string& name : report.ignoredAttributes)
   {
-    std::string names;
-    for (const std::string& name : report.ignoredAttributes)
-    {
-      names += (names.empty() ? "" : ", ") + name;
-    }
+    const bool unwanted = line.textures == "off" && name == objMaterialsName;
+    names += unwanted ? "" : (names.empty() ? "" : ", ") + name;
+  }
+  if (!names.empty())
+  {
     std::cerr << program << ": warning: " << line.input
               << ": not carried by this version: " << names << "\n";
   }

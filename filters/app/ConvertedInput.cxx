@@ -25,8 +25,10 @@ namespace kdstream
 namespace
 {
 
-const std::string folderBegin = ".kdstream-convert-";
-// A folder that is this old and not locked is one of a process that is no more.
+// A folder has its name once it is locked: without a lock it is one of a process that is no more.
+// Before, it is empty, and has the other name: one that is as old as this is of such a process,
+// too.
+const std::string folderBegin = ".kdstream-convert-", newBegin = ".kdstream-new-";
 constexpr std::chrono::minutes leftAge{ 2 };
 
 // -1 where it is locked, or not to be had.
@@ -41,30 +43,39 @@ int LockFolder(const std::filesystem::path& folder)
   return descriptor;
 }
 
-// The folders of builds that were killed. What cannot be removed stays.
-void RemoveLeft(const std::filesystem::path& folder)
+struct LockedFolder
 {
+  std::filesystem::path path;
+  int lock = -1; // -1: there are no locks here
+};
+
+// A new one in `folder`. Errors: InputOutput.
+Result<LockedFolder> MakeFolder(const std::filesystem::path& folder)
+{
+  const auto refused = [&](const std::string& reason)
+  {
+    return Error{ ErrorCode::InputOutput, "cannot create a folder in it: " + reason,
+      folder.string() };
+  };
+  std::string name = (folder / (newBegin + "XXXXXX")).string();
+  if (!::mkdtemp(name.data()))
+  {
+    return refused(SystemReason(errno));
+  }
+  LockedFolder made{ folder / (folderBegin + name.substr(name.size() - 6)), LockFolder(name) };
   std::error_code failed;
-  std::vector<std::filesystem::path> found;
-  for (std::filesystem::directory_iterator entries(folder, failed), end; !failed && entries != end;
-       entries.increment(failed))
+  std::filesystem::rename(name, made.path, failed);
+  if (failed)
   {
-    if (entries->path().filename().string().starts_with(folderBegin))
+    std::error_code ignored;
+    std::filesystem::remove(name, ignored);
+    if (made.lock >= 0)
     {
-      found.push_back(entries->path());
+      ::close(made.lock);
     }
+    return refused(failed.message());
   }
-  const auto now = std::filesystem::file_time_type::clock::now();
-  for (const std::filesystem::path& left : found)
-  {
-    const auto changed = std::filesystem::last_write_time(left, failed);
-    const int lock = failed || now - changed < leftAge ? -1 : LockFolder(left);
-    if (lock >= 0)
-    {
-      std::filesystem::remove_all(left, failed);
-      ::close(lock);
-    }
-  }
+  return made;
 }
 
 constexpr std::size_t longestLine = 8192; // has a path, too
@@ -214,12 +225,41 @@ Status EndOf(int status, const Messages& messages)
 
 }
 
-std::optional<std::string> WhyNoPictures()
+void RemoveDeadConversions(const std::filesystem::path& folder)
+{
+  std::error_code failed;
+  std::vector<std::filesystem::path> found;
+  const auto now = std::filesystem::file_time_type::clock::now();
+  for (std::filesystem::directory_iterator entries(folder, failed), end; !failed && entries != end;
+       entries.increment(failed))
+  {
+    const std::filesystem::path& left = entries->path();
+    const std::string name = left.filename().string();
+    std::error_code gone;
+    if (name.starts_with(folderBegin) ||
+        (name.starts_with(newBegin) &&
+          now - std::filesystem::last_write_time(left, gone) > leftAge && !gone))
+    {
+      found.push_back(left);
+    }
+  }
+  for (const std::filesystem::path& left : found)
+  {
+    const int lock = LockFolder(left);
+    if (lock >= 0)
+    {
+      std::filesystem::remove_all(left, failed);
+      ::close(lock);
+    }
+  }
+}
+
+std::optional<std::string> WhyNoPictures(std::string_view what)
 {
   const std::filesystem::path program = ChildProgram::Beside(programName);
-  return IsThere(program)
-           ? std::nullopt
-           : std::optional("its pictures are left out: they are baked by " + HowToGet(program));
+  return IsThere(program) ? std::nullopt
+                          : std::optional("its " + std::string(what) +
+                                          " are left out: they are baked by " + HowToGet(program));
 }
 
 bool NeedsConversion(const std::filesystem::path& input)
@@ -235,14 +275,10 @@ Result<ConvertedInput> ConvertedInput::Make(const std::string& input,
 {
   const Result<std::filesystem::path> program = FindProgram(input);
   KDSTREAM_TRY(program);
-  std::string name = (folder / (folderBegin + "XXXXXX")).string();
-  if (!::mkdtemp(name.data()))
-  {
-    return Error{ ErrorCode::InputOutput, "cannot create a folder in it: " + SystemReason(errno),
-      folder.string() };
-  }
-  RemoveLeft(folder);
-  ConvertedInput converted{ std::filesystem::path(name), input };
+  RemoveDeadConversions(folder);
+  const Result<LockedFolder> made = MakeFolder(folder);
+  KDSTREAM_TRY(made);
+  ConvertedInput converted{ made->path, made->lock, input };
   std::vector<std::string> all = arguments;
   if (keepPaint)
   {
@@ -265,9 +301,9 @@ Result<ConvertedInput> ConvertedInput::Make(const std::string& input,
   return converted;
 }
 
-ConvertedInput::ConvertedInput(std::filesystem::path folder, std::string input)
+ConvertedInput::ConvertedInput(std::filesystem::path folder, int lock, std::string input)
   : Folder(std::move(folder))
-  , Lock(LockFolder(this->Folder))
+  , Lock(lock)
   , Input(std::move(input))
 {
 }

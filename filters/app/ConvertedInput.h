@@ -10,6 +10,7 @@
 #include <filesystem>
 #include <optional>
 #include <string>
+#include <string_view>
 #include <vector>
 
 namespace kdstream
@@ -29,15 +30,19 @@ inline const std::string convertNamedMark = "named ";
 // Whether the file's ending is one of those.
 bool NeedsConversion(const std::filesystem::path& input);
 
-// A warning, where no kdstream-convert lies beside this program: how to get it.
-std::optional<std::string> WhyNoPictures();
+// A warning, where no kdstream-convert lies beside this program: how to get it. what: is left out.
+std::optional<std::string> WhyNoPictures(std::string_view what = "pictures");
+
+// Removes what killed builds have left in the folder: hidden folders with a PLY and pictures. What
+// cannot be removed stays. O(entries of the folder).
+void RemoveDeadConversions(const std::filesystem::path& folder);
 
 // The PLY; it goes with the object.
 class ConvertedInput
 {
 public:
   // Runs the kdstream-convert that lies beside this program. The PLY lies in a new folder, made in
-  // `folder`, and nothing is left of it on an error; what killed builds have left there is removed.
+  // `folder`, and nothing is left of it on an error; RemoveDeadConversions is called for it.
   // arguments: further ones for kdstream-convert. keepPaint: whether pictures go to Paint(), if
   // there are any. Progress is reported as step "convert", and by their names the steps of a
   // reconstruction; the process is ended if that asks to stop. Errors: Cancelled; Unsupported where
@@ -65,7 +70,7 @@ public:
   const std::optional<BakeReport>& Baked() const { return this->BakedTextures; }
 
 private:
-  ConvertedInput(std::filesystem::path folder, std::string input);
+  ConvertedInput(std::filesystem::path folder, int lock, std::string input);
 
   std::filesystem::path Folder; // empty once moved from
   int Lock = -1;                // on it: which goes with the process, however that ends

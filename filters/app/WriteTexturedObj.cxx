@@ -108,13 +108,35 @@ void WriteNumbers(OutputFile& output, std::string_view before, const double* beg
   output.Write("\n");
 }
 
+// Of each material whether a coordinate lies beyond the edge of its picture.
+std::vector<bool> MaterialsThatLeave(const TexturedMesh& textured)
+{
+  std::vector<bool> leave(textured.materials.size());
+  for (std::size_t t = 0; t < textured.corners.size(); ++t)
+  {
+    const std::uint32_t material = textured.materialOf[t];
+    for (const PictureCoordinate& corner : textured.corners[t])
+    {
+      const auto at = PictureCoordinateOf(textured.materials[material], corner);
+      if (std::min(at[0], at[1]) < 0 || std::max(at[0], at[1]) > 1)
+      {
+        leave[material] = true;
+      }
+    }
+  }
+  return leave;
+}
+
+// Some readers take "-clamp on" as a part of the picture's name: it is written where it is seen.
 Status WriteMaterials(
   const std::filesystem::path& file, const std::string& objName, const TexturedMesh& textured)
 {
+  const std::vector<bool> leave = MaterialsThatLeave(textured);
   OutputFile output;
   KDSTREAM_TRY(OfFile(file.string(), output.Open(file)));
-  for (const TexturedMaterial& material : textured.materials)
+  for (std::size_t i = 0; i < textured.materials.size(); ++i)
   {
+    const TexturedMaterial& material = textured.materials[i];
     output.Write("newmtl " + material.name + "\n");
     Vec3 color{ 1, 1, 1 };
     for (std::size_t k = 0; k < 3 && material.picture == noPicture; ++k)
@@ -130,7 +152,7 @@ Status WriteMaterials(
     }
     if (material.picture != noPicture)
     {
-      const bool clamp = material.wrapU == TextureWrap::Clamp;
+      const bool clamp = material.wrapU == TextureWrap::Clamp && leave[i];
       output.Write(std::string("map_Kd ") + (clamp ? "-clamp on " : "") +
                    PictureFileOf(objName, textured.pictures[material.picture]) + "\n");
     }

@@ -7,6 +7,7 @@
 #include "filters/meshio/ContentFormat.h"
 #include "filters/meshio/FileEnding.h"
 #include "filters/meshio/MeshReader.h"
+#include "filters/meshio/ObjReader.h"
 #include "filters/texture/FindTextures.h"
 
 #include <algorithm>
@@ -16,6 +17,7 @@ namespace kdstream
 namespace
 {
 
+const std::string notCarried = "not carried: ";
 constexpr std::size_t readChunk = std::size_t{ 1 } << 18;
 
 // What kdstream-build reads itself.
@@ -48,7 +50,7 @@ Result<ForeignMesh> ReadInChunks(const std::filesystem::path& file, const Execut
   }
   for (const std::string& name : input.Info().ignoredAttributes)
   {
-    result.warnings.push_back("not carried: " + name);
+    result.warnings.push_back(notCarried + name);
   }
   return result;
 }
@@ -66,7 +68,10 @@ Result<ForeignMesh> Bake(
     result.named.push_back(picture.file);
   }
   result.warnings.insert(result.warnings.end(), report->warnings.begin(), report->warnings.end());
-  result.baked = std::move(*report);
+  if (!read.textured.pictures.empty())
+  {
+    result.baked = std::move(*report);
+  }
   return result;
 }
 
@@ -82,6 +87,9 @@ Result<ForeignMesh> ReadOwn(
     Result<ForeignMesh> read = ReadInChunks(file, execution);
     if (read)
     {
+      // Who wants none is not told of them.
+      std::erase_if(read->warnings, [&](const std::string& warning)
+        { return !textures.bake && warning == notCarried + objMaterialsName; });
       read->warnings.insert(read->warnings.begin(), found->warnings.begin(), found->warnings.end());
     }
     return read;

@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <cstdint>
 #include <string>
 #include <string_view>
 #include <utility>
@@ -248,6 +249,40 @@ Status CheckGltfMeshes(const Json& json)
     }
   }
   return {};
+}
+
+std::optional<std::string> IncompleteGltfTriangles(const Json& json)
+{
+  constexpr double triangles = 4; // of modes
+  const Json &accessors = Member(json, "accessors"), &meshes = Member(json, "meshes");
+  std::string first;
+  std::size_t found = 0;
+  for (std::size_t mesh = 0; mesh < CountOf(meshes); ++mesh)
+  {
+    const Json& parts = Member(meshes[mesh], "primitives");
+    for (std::size_t i = 0; i < CountOf(parts); ++i)
+    {
+      const Json& indices = Member(parts[i], "indices");
+      const std::size_t at = IndexIn(accessors,
+        indices.is_null() ? Member(Member(parts[i], "attributes"), "POSITION") : indices);
+      const double corners =
+        at < CountOf(accessors) ? WholeOf(Member(accessors[at], "count"), 0) : 0;
+      if (NumberOf(Member(parts[i], "mode"), triangles) == triangles && std::fmod(corners, 3) > 0 &&
+          found++ == 0)
+      {
+        first = "mesh " + std::to_string(mesh) + ", part " + std::to_string(i) + ": " +
+                std::to_string(static_cast<std::uint64_t>(corners)) +
+                (indices.is_null() ? " vertices" : " indices");
+      }
+    }
+  }
+  const std::string others = found == 2  ? " (and 1 other part)"
+                             : found > 2 ? " (and " + std::to_string(found - 1) + " other parts)"
+                                         : "";
+  return found == 0
+           ? std::nullopt
+           : std::optional(first + " of triangles, which is no multiple of three" + others +
+                           ": the last triangle, which is not whole, is left out");
 }
 
 }

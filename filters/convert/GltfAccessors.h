@@ -5,6 +5,9 @@
 #include "filters/convert/GltfDocument.h"
 #include "filters/core/Result.h"
 
+#include <optional>
+#include <string>
+
 namespace kdstream
 {
 
@@ -16,5 +19,9 @@ Status CheckGltfAccessors(const GltfDocument& document);
 // and all attributes of a part have as many elements; whether places of nodes are numbers. Errors:
 // InvalidInput naming node or part.
 Status CheckGltfMeshes(const nlohmann::json& json);
+
+// A sentence, where triangles of parts have corners that are no multiple of three: the last ones
+// are left out. REQUIRES: CheckGltfMeshes.
+std::optional<std::string> IncompleteGltfTriangles(const nlohmann::json& json);
 
 }

@@ -53,6 +53,7 @@ void StripPictures(Json& json)
 GltfScene::GltfScene(GltfScene&& other) noexcept
   : read(std::move(other.read))
   , named(std::move(other.named))
+  , incomplete(std::move(other.incomplete))
   , Name(std::move(other.Name))
   , Folder(std::exchange(other.Folder, {}))
   , Descriptors(std::exchange(other.Descriptors, {}))
@@ -110,6 +111,7 @@ Result<GltfScene> GltfScene::Open(const std::filesystem::path& file)
   KDSTREAM_TRY(CheckGltfAccessors(*document));
   KDSTREAM_TRY(CheckGltfMeshes(json));
   KDSTREAM_TRY(CheckGltfNodes(json));
+  scene.incomplete = IncompleteGltfTriangles(json);
   scene.named = GltfBufferFiles(json, file.parent_path());
   if (Member(json, "images").is_null() && Member(json, "textures").is_null())
   {

@@ -7,6 +7,7 @@
 #include "filters/core/Result.h"
 
 #include <filesystem>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -41,6 +42,7 @@ public:
 
   GltfMaterials read;                       // of a copy
   std::vector<std::filesystem::path> named; // files of buffers and images
+  std::optional<std::string> incomplete;    // IncompleteGltfTriangles
 
 private:
   GltfScene() = default;

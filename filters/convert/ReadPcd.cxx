@@ -169,9 +169,10 @@ private:
     }
     if (this->Kept.size() < this->Size)
     {
-      this->Output.warnings.push_back(std::to_string(this->Size - this->Kept.size()) + " of " +
-                                      std::to_string(this->Size) +
-                                      " points are not finite and were dropped");
+      this->Output.warnings.push_back(
+        std::to_string(this->Size - this->Kept.size()) + " of " + std::to_string(this->Size) +
+        (this->Size - this->Kept.size() == 1 ? " points is not finite and was dropped"
+                                             : " points are not finite and were dropped"));
     }
     return {};
   }

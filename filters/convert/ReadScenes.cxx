@@ -465,6 +465,10 @@ Result<ForeignMesh> ReadGltf(
   Result<ForeignMesh> joined = Join(parts, messages);
   KDSTREAM_TRY(joined);
   joined->named = std::move(scene->named);
+  if (scene->incomplete)
+  {
+    joined->warnings.push_back(std::move(*scene->incomplete));
+  }
   joined->warnings.insert(
     joined->warnings.end(), scene->read.warnings.begin(), scene->read.warnings.end());
   if (painted && !joined->mesh.points.empty())

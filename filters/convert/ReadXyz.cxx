@@ -197,8 +197,9 @@ private:
     }
     if (this->Dropped > 0)
     {
-      result.warnings.push_back(
-        std::to_string(this->Dropped) + " points are not finite and were dropped");
+      result.warnings.push_back(this->Dropped == 1 ? "1 point is not finite and was dropped"
+                                                   : std::to_string(this->Dropped) +
+                                                       " points are not finite and were dropped");
     }
     return result;
   }

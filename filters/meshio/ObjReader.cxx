@@ -252,7 +252,7 @@ void ObjReader::Describe()
   }
   if (found.materials)
   {
-    info.ignoredAttributes.push_back("materials and their textures");
+    info.ignoredAttributes.push_back(objMaterialsName);
   }
   if (found.curves > 0)
   {

@@ -9,6 +9,9 @@
 namespace kdstream
 {
 
+// What Info().ignoredAttributes calls materials.
+inline constexpr const char* objMaterialsName = "materials and their textures";
+
 // Read: places (v, with w passed over), colours after the coordinates ("RGB", uint8: from 0 to 1 in
 // the file, or to 255 where one is above 1; only if all places have one), faces of any number of
 // corners (a fan), numbers from 1 on or back from the face, lines that a backslash continues.

@@ -14,6 +14,7 @@
 #include "filters/texture/PictureReader.h"
 #include "filters/texture/PictureTexels.h"
 #include "filters/texture/SumTexels.h"
+#include "filters/texture/TileCharts.h"
 
 #include <algorithm>
 #include <cmath>
@@ -137,6 +138,14 @@ public:
       };
       KDSTREAM_TRY(done(0));
       KDSTREAM_TRY(this->BakePicture(used[i], ofPicture[used[i]], execution, done));
+    }
+    if (this->FarTriangles > 0)
+    {
+      this->Report.warnings.push_back(
+        std::to_string(this->FarTriangles) +
+        (this->FarTriangles == 1 ? " triangle has" : " triangles have") +
+        " texture coordinates of 2^30 texels or more, which tell no place in a picture: a mean of "
+        "the picture is taken");
     }
     const std::vector<std::string> unread = this->Reader.Warnings();
     this->Report.warnings.insert(this->Report.warnings.end(), unread.begin(), unread.end());
@@ -311,13 +320,15 @@ private:
   double FindThinning(const PictureTexels& texels, const std::vector<std::uint32_t>& triangles,
     const Execution& execution)
   {
-    const auto [parts, covered] = SumInBlocks(triangles.size(), execution,
-      [&](std::size_t i) -> std::array<double, 2>
+    const auto [parts, covered, far] = SumInBlocks(triangles.size(), execution,
+      [&](std::size_t i) -> std::array<double, 3>
       {
         const std::array<PlaceInPicture, 3> at = this->CornersOf(triangles[i]);
         const double cuts = CutsOf(texels, at);
-        return { cuts * cuts, texels.Covered(at) };
+        return { cuts * cuts, texels.Covered(at),
+          texels.Farthest(at) < mostChartTexels ? 0.0 : 1.0 };
       });
+    this->FarTriangles += static_cast<std::uint64_t>(far);
     this->Report.texels += covered;
     const double most = partsOfTexel * texels.Count() + partsOfTriangle * double(triangles.size());
     return parts > most ? std::sqrt(most / parts) : 1;
@@ -448,6 +459,7 @@ private:
   std::vector<PlaceSum> Sums;      // of each place, at its number
   std::vector<std::uint16_t> Cuts; // of each triangle's sides; 0: of one colour
   double Squares = 0;
+  std::uint64_t FarTriangles = 0; // TooFar in tiles
   BakeReport Report;
 };
 

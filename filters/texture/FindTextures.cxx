@@ -8,6 +8,9 @@
 #include "filters/texture/TexturedPly.h"
 
 #include <algorithm>
+#include <optional>
+#include <string_view>
+#include <unordered_map>
 
 namespace kdstream
 {
@@ -31,6 +34,86 @@ Result<bool> HasWord(ByteSource& source, std::string_view word)
     }
     source.Consume(block->size() - (word.size() - 1)); // the next block may begin within it
   }
+}
+
+bool IsGrey(const Color& color)
+{
+  return color[0] == color[1] && color[0] == color[2];
+}
+
+// Colours of materials that are used, as far as is known.
+class UsedColors
+{
+public:
+  void Add(const ObjMaterial& material)
+  {
+    this->Several =
+      this->Several || (this->First && *this->First != material.color) || !IsGrey(material.color);
+    this->First = material.color;
+  }
+  // Whether they are more than one shade of grey.
+  bool Count() const { return this->Several; }
+
+private:
+  std::optional<Color> First;
+  bool Several = false;
+};
+
+bool HasColors(const std::vector<ObjMaterial>& materials)
+{
+  UsedColors colors;
+  for (const ObjMaterial& material : materials)
+  {
+    if (material.colored)
+    {
+      colors.Add(material);
+    }
+  }
+  return colors.Count();
+}
+
+// Whether faces use such colours, in an .obj whose vertices do not all have their own. What is
+// wrong in it is left to its reader. Errors: InputOutput.
+Result<bool> UsesColors(ObjStatements& statements, const std::vector<ObjMaterial>& materials)
+{
+  std::unordered_map<std::string_view, const ObjMaterial*> byName;
+  for (const ObjMaterial& material : materials)
+  {
+    byName.emplace(material.name, &material);
+  }
+  UsedColors colors;
+  const ObjMaterial* used = nullptr;
+  bool places = false, bare = false; // bare: a vertex has no colour
+  statements.Restart();
+  while (!bare || !colors.Count())
+  {
+    const Result<bool> more = statements.Next();
+    if (!more && more.GetError().code == ErrorCode::InputOutput)
+    {
+      return more.GetError();
+    }
+    if (!more || !*more)
+    {
+      break;
+    }
+    const std::string_view text = statements.Rest();
+    ObjPlace place;
+    if (statements.Keyword() == ObjKeyword::Place && !bare)
+    {
+      places = true;
+      bare = !ParseObjPlace(text, false, place) || !place.colored;
+    }
+    else if (statements.Keyword() == ObjKeyword::Face && used)
+    {
+      colors.Add(*used);
+    }
+    else if (statements.Name() == "usemtl")
+    {
+      const auto found = byName.find(TrimmedObjText(text));
+      used = found != byName.end() && found->second->colored ? found->second : nullptr;
+    }
+  }
+  return colors.Count() && (bare || !places);
 }
 
 Result<FoundTextures> FindInObj(const std::filesystem::path& file)
@@ -65,7 +148,20 @@ Result<FoundTextures> FindInObj(const std::filesystem::path& file)
   ObjMaterials found = libraries.Take();
   const bool any = std::any_of(found.materials.begin(), found.materials.end(),
     [](const ObjMaterial& material) { return !material.picture.empty(); });
-  return any ? FoundTextures{ true, {} } : FoundTextures{ false, std::move(found.warnings) };
+  if (any)
+  {
+    return FoundTextures{ true };
+  }
+  if (HasColors(found.materials))
+  {
+    const Result<bool> uses = UsesColors(statements, found.materials);
+    KDSTREAM_TRY(uses);
+    if (*uses)
+    {
+      return FoundTextures{ true, true };
+    }
+  }
+  return FoundTextures{ false, false, std::move(found.warnings) };
 }
 
 }
@@ -78,7 +174,7 @@ Result<FoundTextures> FindTextures(const std::filesystem::path& file)
     Result<ByteSource> source = ByteSource::Open(file);
     KDSTREAM_TRY(source);
     const Result<PlyHeader> header = ReadPlyHeader(*source);
-    return FoundTextures{ header && HasPictures(*header), {} };
+    return FoundTextures{ header && HasPictures(*header) };
   }
   return ending == ".obj" ? FindInObj(file) : FoundTextures{};
 }

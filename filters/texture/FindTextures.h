@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Whether a mesh's file is painted by pictures: step "read" of the README's picture goes another
-// way then.
+// Whether a mesh's file is painted by pictures, or by colours of materials: step "read" of the
+// README's picture goes another way then.
 #pragma once
 
 #include "filters/core/Execution.h"
@@ -17,12 +17,15 @@ namespace kdstream
 struct FoundTextures
 {
   bool any = false;
+  bool colors = false; // any, but no picture: materials of several colours, or one that is no grey
   // What the user should know where there are none: materials that are not there.
-  std::vector<std::string> warnings;
+  std::vector<std::string> warnings{};
 };
 
 // Of an .obj, whose materials are read, and a .ply (HasPictures); other files have none. Goes
-// through an .obj's text once for the names of libraries, and again if there are any. Errors:
+// through an .obj's text once for the names of libraries, and again if there are any; and, if no
+// material has a picture but some have such colours, until faces are found that use them. An .obj
+// with colours of all its vertices keeps those instead. Errors:
 // NotFound, InputOutput; what is wrong in the mesh is left to its reader.
 Result<FoundTextures> FindTextures(const std::filesystem::path& file);
 

@@ -206,8 +206,8 @@ private:
       {
         continue;
       }
-      const bool mean = why == Unpainted::Repeats;
-      this->Counts.repeating += mean ? 1 : 0;
+      const bool mean = why == Unpainted::Repeats || why == Unpainted::TooFar;
+      this->Counts.repeating += why == Unpainted::Repeats ? 1 : 0;
       const auto [entry, isNew] = known.try_emplace({ this->Painted.materialOf[t], mean });
       if (isNew)
       {

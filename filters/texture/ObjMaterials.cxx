@@ -15,20 +15,6 @@ namespace kdstream
 namespace
 {
 
-std::string_view Trimmed(std::string_view text)
-{
-  const auto blank = [](char c) { return c == ' ' || c == '\t' || c == '\r'; };
-  while (!text.empty() && blank(text.front()))
-  {
-    text.remove_prefix(1);
-  }
-  while (!text.empty() && blank(text.back()))
-  {
-    text.remove_suffix(1);
-  }
-  return text;
-}
-
 bool IsFile(const std::filesystem::path& file)
 {
   std::error_code failed;
@@ -71,7 +57,7 @@ public:
         }
       }
     }
-    material.picture = Trimmed(this->Rest);
+    material.picture = TrimmedObjText(this->Rest);
     return true;
   }
 
@@ -92,7 +78,7 @@ private:
       std::string_view after = this->Rest;
       double value = 0;
       const std::string_view word = TakeObjWord(after);
-      if (ParseNumber(word, value) != NumberTextError::None || Trimmed(after).empty())
+      if (ParseNumber(word, value) != NumberTextError::None || TrimmedObjText(after).empty())
       {
         break;
       }
@@ -217,6 +203,20 @@ bool IsOtherMap(std::string_view name)
 
 }
 
+std::string_view TrimmedObjText(std::string_view text)
+{
+  const auto blank = [](char c) { return c == ' ' || c == '\t' || c == '\r'; };
+  while (!text.empty() && blank(text.front()))
+  {
+    text.remove_prefix(1);
+  }
+  while (!text.empty() && blank(text.back()))
+  {
+    text.remove_suffix(1);
+  }
+  return text;
+}
+
 std::filesystem::path FileBeside(const std::filesystem::path& base, std::string_view written)
 {
   std::string name(written);
@@ -232,7 +232,7 @@ std::filesystem::path FileBeside(const std::filesystem::path& base, std::string_
 
 void ObjLibraries::Add(std::string_view names, std::uint64_t line)
 {
-  const std::string_view whole = Trimmed(names);
+  const std::string_view whole = TrimmedObjText(names);
   std::vector<std::string_view> words;
   for (std::string_view word = TakeObjWord(names); !word.empty(); word = TakeObjWord(names))
   {
@@ -311,7 +311,7 @@ void ObjLibraries::Read(const std::filesystem::path& file, std::uint64_t line)
       }
       all.push_back({});
       material = &all.back();
-      material->name = Trimmed(rest);
+      material->name = TrimmedObjText(rest);
     }
     else if (material && name == "Kd")
     {

@@ -74,6 +74,9 @@ private:
   bool TooMany = false;
 };
 
+// Without blanks around it: the name in "newmtl" and "usemtl".
+std::string_view TrimmedObjText(std::string_view text);
+
 // Where a file that `base` names is: relative to base's folder. What is written absolute, or leads
 // out of that folder, as other machines write it (C:\scans\a.png, ../../a.png), is looked for by
 // its last part, in the folder itself. So a mesh reads no file outside its folder, but through

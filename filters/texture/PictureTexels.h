@@ -134,6 +134,17 @@ public:
     }
     return std::sqrt(longest);
   }
+  // The farthest of these coordinates from 0, in texels.
+  double Farthest(const std::array<PlaceInPicture, 3>& at) const
+  {
+    double farthest = 0;
+    for (const PlaceInPicture& place : at)
+    {
+      farthest = std::max({ farthest, std::abs(place[0]) * double(this->Source.width),
+        std::abs(place[1]) * double(this->Source.height) });
+    }
+    return farthest;
+  }
   // How many texels it covers: each once at most.
   double Covered(const std::array<PlaceInPicture, 3>& at) const
   {

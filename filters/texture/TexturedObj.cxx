@@ -43,7 +43,9 @@ public:
     KDSTREAM_TRY(this->ForEachStatement(execution, 0.5, [this]() { return this->Keep(); }));
     if (this->Colored)
     {
-      this->Out.warnings.push_back("colours of vertices are left out: pictures paint instead");
+      this->Out.warnings.push_back(
+        std::string("colours of vertices are left out: ") +
+        (this->Out.textured.pictures.empty() ? "materials" : "pictures") + " paint instead");
     }
     this->MakeNormals();
     if (this->Unknown > mostUnknown)
@@ -195,8 +197,7 @@ private:
 
   void Use(std::string_view text)
   {
-    const std::string name(text.substr(std::min(text.find_first_not_of(" \t"), text.size()),
-      text.find_last_not_of(" \t\r") + 1 - std::min(text.find_first_not_of(" \t"), text.size())));
+    const std::string name(TrimmedObjText(text));
     const auto [found, added] = this->MaterialNumbers.emplace(name, 0);
     this->Material = found->second;
     if (added && this->MaterialNumbers.size() > mostObjMaterials * 2)

@@ -16,7 +16,6 @@ namespace kdstream
 namespace
 {
 
-constexpr double mostTexels = 1 << 30;  // of a coordinate
 constexpr std::int64_t mostRepeats = 2; // of a picture along a side of a chart
 constexpr std::size_t neighboursOfBox = 64, mostRounds = 8;
 
@@ -90,8 +89,10 @@ private:
         { return (row[0] * double(corner[0]) + row[1] * double(corner[1]) + row[2]) * side; };
         auto& at = this->Charts.texels[t][k];
         at = { along(material.transform.u, size[0]), along(material.transform.v, size[1]) };
-        const bool placed = std::abs(at[0]) < mostTexels && std::abs(at[1]) < mostTexels;
-        why = placed ? Unpainted::No : Unpainted::NoCoordinates;
+        const bool placed = std::abs(at[0]) < mostChartTexels && std::abs(at[1]) < mostChartTexels;
+        why = placed                                         ? Unpainted::No
+              : std::isfinite(at[0]) && std::isfinite(at[1]) ? Unpainted::TooFar
+                                                             : Unpainted::NoCoordinates;
       }
       this->Charts.ofTriangle[t].why = why;
     }

@@ -35,6 +35,9 @@ struct PaintedTriangles
   std::vector<std::uint32_t> materialOf;
 };
 
+// Of a coordinate, in texels of its picture.
+inline constexpr double mostChartTexels = 1 << 30;
+
 inline constexpr std::uint32_t noChartBox = std::numeric_limits<std::uint32_t>::max();
 
 // Texels of all charts that lie near each other in one picture.
@@ -48,9 +51,10 @@ struct ChartBox
 enum class Unpainted : std::uint8_t
 {
   No,
-  NoPicture,     // its material has none, or one that could not be read
-  NoCoordinates, // or far too large ones
-  Repeats        // more of the picture than four times all of it
+  NoPicture, // its material has none, or one that could not be read
+  NoCoordinates,
+  TooFar, // coordinates of mostChartTexels or more
+  Repeats // more of the picture than four times all of it
 };
 
 struct TriangleChart
