@@ -9,14 +9,14 @@ import { Pixels, Server, Visit, buildStore, launchBrowser, temporaryFolder, writ
 
 let server, browser, pixels;
 
-// A hill of points: its height once more as "my height", and which half of it.
+// A hill of points: its height once more as "height:", and which part of it.
 function writeHill(file) {
   const side = 120;
   const points = [];
   for (let i = 0; i < side * side; ++i) {
     const x = i % side - side / 2, y = Math.floor(i / side) - side / 2;
     const z = 30 * Math.exp(-(x * x + y * y) / 900);
-    points.push(`${x} ${y} ${z} ${z * 2} ${x < 0 ? 2 : 6}`);
+    points.push(`${x} ${y} ${z} ${z * 2} ${i === 0 ? 7 : x < -10 ? 2 : 6}`);
   }
   writeFileSync(file, `ply\nformat ascii 1.0\nelement vertex ${points.length}\nproperty float x\nproperty float y\n` +
     "property float z\nproperty float height%3a\nproperty uchar classification\nend_header\n" + points.join("\n") + "\n");
@@ -100,9 +100,9 @@ test("colours by an array, its range and its map, and a link to them", async () 
 test("classes have colours and names of their own; the list shows the model as it is", async () => {
   const visit = await Visit.phone(browser);
   await openModel(visit, "hill", "&colours=by:classification");
-  await visit.page.locator("#legend li").nth(1).waitFor();
+  await visit.page.locator("#legend li").nth(2).waitFor();
   const told = await visit.page.locator("#legend li").allInnerTexts();
-  assert.deepEqual(told.map((each) => each.trim()), ["2 ground", "6 building"]);
+  assert.deepEqual(told.map((each) => each.trim()), ["2 ground", "6 building", "7 low point (noise)"]);
   await visit.picture("arrays-3-classes");
   await visit.back();
   assert.equal(await visit.page.locator("#legend").isVisible(), false);
@@ -133,6 +133,9 @@ test("what a link says of arrays that are not there, or are none, does no harm",
   for (const colours of ["by:nothing", "by:%zz", "by:", "by:classification:red:1:0:7", "by:height%3a:cividis:NaN:1e999"]) {
     const visit = await Visit.phone(browser);
     await openModel(visit, "hill", `&colours=${colours}`);
+    if (colours === "by:nothing") {
+      await visit.untilSaid(/nothing that can be understood about its colours/);
+    }
     await visit.page.locator("#menu-button").click();
     await arraysOf(visit).waitFor();
     visit.assertClean(server.url);

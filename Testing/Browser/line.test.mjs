@@ -85,6 +85,20 @@ test("without a stream the same comes by GET", async (t) => {
   assert.deepEqual(got.shown, streamed.shown);
 });
 
+test("of a stream that was there and is cut it is not said that the server has none", async (t) => {
+  const proxy = await Proxy.start(server.port);
+  t.after(() => proxy.stop());
+  const visit = await Visit.phone(browser);
+  await openFullScreen(visit, proxy.url);
+  proxy.streams = false;
+  proxy.cut();
+  await visit.doubleTap(await visit.centre());
+  await visit.untilSaid(/^The connection to the server was lost: it was closed\. Trying again/);
+  proxy.streams = true;
+  await visit.until("the whole region", whole);
+  await visit.close();
+});
+
 test("without a stream too, a server that goes away is taken up again by the page itself", async () => {
   const visit = await Visit.phone(browser);
   await visit.page.addInitScript(() => {

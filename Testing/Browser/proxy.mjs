@@ -48,8 +48,13 @@ export class Proxy extends EventEmitter {
     return proxy;
   }
 
-  async stop() {
+  // What is connected, but not what will be.
+  cut() {
     this.#sockets.forEach((socket) => socket.destroy());
+  }
+
+  async stop() {
+    this.cut();
     this.#server.closeAllConnections();
     this.#server.close();
     await once(this.#server, "close");

@@ -56,11 +56,19 @@ function textsOfPage(text) {
 
 const scripts = readdirSync(web).filter((name) => name.endsWith(".js"));
 const elsewhere = ["Front", "Back", "Left", "Right", "Top", "Bottom", // in tools.js, from a list
-  "From", "To", "unclassified", "ground", "low vegetation", "medium vegetation", "high vegetation", "building", "noise",
-  "water", "road", "bridge", // in legend.js, from lists
+  "From", "To", "unclassified", "ground", "low vegetation", "medium vegetation", "high vegetation", "building",
+  "low point (noise)", "water", "road", "bridge deck", "high noise", // in legend.js, from lists
   "this browser keeps nothing for this page", "the browser's storage is full"]; // in storage.js
 const wanted = new Set([...scripts.flatMap((name) => textsOfScript(read(name))), ...textsOfPage(read("index.html")), ...elsewhere]);
 const namesIn = (text) => [...new Set([...text.matchAll(/\{(\w+)\}/g)].map(([, name]) => name))].sort();
+
+test("classes of LAS are called as in the window", () => {
+  const names = readFileSync(join(web, "..", "..", "session", "look", "ColorLegend.cxx"), "utf8").match(/lasNames\{([^}]*)\}/)[1];
+  const all = [...names.matchAll(/"([^"]+)"/g)].map(([, name]) => name);
+  const here = [...read("legend.js").match(/const classes = \{([^}]*)\}/)[1].matchAll(/(\d+): "([^"]+)"/g)];
+  assert.ok(here.length > 8);
+  here.forEach(([, number, name]) => assert.equal(name, all[number], number));
+});
 
 test("texts are found", () => {
   for (const text of ["Loading the viewer", "Copy link", "Measure", "First view", "Level\u00a0{n}", "Pause", "the server is busy"]) {

@@ -101,10 +101,10 @@ void ViewerSession::BlobArrived(std::uint32_t request, const BlobId& blob,
   entry.fromCache = fromCache;
   ++this->BlobsLoaded;
   this->BytesLoaded += bytes.size();
-  this->LostBefore.erase(blob);
-  if (!this->Lost.empty() && !fromCache)
+  if (this->HasLost && !this->AskedForLost && !fromCache)
   {
-    this->AskForLost();
+    this->Retry(); // something comes again
+    this->AskedForLost = true;
   }
   if (const Status status = this->Decode(blob, bytes, entry); !status)
   {
@@ -118,6 +118,7 @@ void ViewerSession::BlobArrived(std::uint32_t request, const BlobId& blob,
     this->History.Add(piece, std::move(entry));
   }
   this->Update();
+  this->AskedForLost = this->AskedForLost && (this->HasLost || !this->IsIdle());
   this->Trace("blob", protocol::BlobName(blob));
 }
 
@@ -220,29 +221,6 @@ void ViewerSession::TellWhatIsMissed()
   }
 }
 
-// Something comes again.
-void ViewerSession::AskForLost()
-{
-  for (const BlobId& blob : std::exchange(this->Lost, {}))
-  {
-    this->FailedTree.erase(blob);
-    if (blob.kind == BlobKind::Texture)
-    {
-      this->Tiles.Retry();
-    }
-    else if (IsOfPiece(blob))
-    {
-      const PieceId piece = PieceOfBlob(blob, this->Current->codec.depths);
-      this->FailedPieces.erase(piece);
-      this->Doubtful.erase(piece);
-    }
-  }
-  if (this->LastError.ends_with(" cannot be had: " + this->LostWhy))
-  {
-    this->LastError.clear();
-  }
-}
-
 void ViewerSession::BlobFailed(
   std::uint32_t request, const BlobId& blob, const std::string& message)
 {
@@ -266,12 +244,8 @@ void ViewerSession::RequestFailed(std::uint32_t request, const std::string& mess
   for (const BlobId& blob : owed)
   {
     this->Fail(blob, message);
-    if (this->LostBefore.insert(blob).second)
-    {
-      this->Lost.insert(blob);
-    }
   }
-  this->LostWhy = message;
+  this->HasLost |= !owed.empty();
   if (open)
   {
     this->LastError = this->ModelId + " cannot be opened: " + message;

@@ -82,8 +82,6 @@ Status ViewerSession::SelectModel(const std::string& model)
 void ViewerSession::CloseModel()
 {
   this->Book.CancelAll();
-  this->Lost.clear();
-  this->LostBefore.clear();
   this->Pieces.Clear();
   this->Shown.Reset({});
   this->Tiles.Reset({}, 0);
@@ -212,8 +210,7 @@ void ViewerSession::SetDetail(DetailMode detail)
 // Forgets what failed, so that it is asked for again.
 void ViewerSession::Retry()
 {
-  this->Lost.clear();
-  this->LostBefore.clear();
+  this->HasLost = this->AskedForLost = false;
   this->FailedPieces.clear();
   this->FailedTree.clear();
   this->Tiles.Retry();

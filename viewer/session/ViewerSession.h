@@ -415,7 +415,6 @@ private:
   void TakeLate(
     std::uint32_t request, const protocol::BlobId& blob, std::span<const std::uint8_t> bytes);
   void Fail(const protocol::BlobId& blob, const std::string& message);
-  void AskForLost();
   void TellWhatIsMissed();
   void NoteWhatIsShown();
   void Trace(std::string_view input, std::string_view detail = {}) const;
@@ -471,10 +470,8 @@ private:
   std::uint32_t LoneRequest = 0;          // sent while nothing was owed; none of it has come
   std::set<PieceId> FailedPieces;
   std::set<protocol::BlobId> FailedTree;
-  // Failed with all of their request, as when the line is lost: asked for once more by themselves;
-  // and those that have been. Until they come, or somebody tries again.
-  std::set<protocol::BlobId> Lost, LostBefore;
-  std::string LostWhy;
+  // Some failed with all of its request, as where the line is lost; that has been asked for again.
+  bool HasLost = false, AskedForLost = false;
   std::map<PieceId, std::string> Doubtful; // that failed, and why: perhaps nobody misses them
   std::string LastError;
 

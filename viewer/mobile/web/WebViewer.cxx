@@ -10,6 +10,7 @@
 // No input traps but for a lack of memory; page.js tells the person of that.
 #include "viewer/mobile/web/PagePicture.h"
 #include "viewer/mobile/web/PageSession.h"
+#include "viewer/session/look/ColorLegend.h"
 #include "viewer/session/look/Palette.h"
 
 #include <emscripten/emmalloc.h>
@@ -484,7 +485,8 @@ extern "C"
     return viewer->arrived.size();
   }
   // The arrays that the model may be coloured by; and of the one that it
-  // is coloured by the range of the map, and the classes: {"arrays","low","high","classes"}.
+  // is coloured by the range of the map, and the classes of a legend:
+  // {"arrays","low","high","classes"}.
   EMSCRIPTEN_KEEPALIVE void ViewerArrays(WebViewer* viewer)
   {
     const auto scalars = viewer->page.Session().Scene().scalars;
@@ -499,10 +501,13 @@ extern "C"
     json.EndArray().Key("classes").BeginArray();
     if (coloring.hasClasses)
     {
-      for (const kdstream::ScalarDescription::Class& each :
-        scalars.Find(coloring.attribute)->classes)
+      const auto& classes = scalars.Find(coloring.attribute)->classes;
+      for (const kdstream::ScalarDescription::Class& each : classes)
       {
-        json.Put(each.value);
+        if (kdstream::IsInLegend(each, classes))
+        {
+          json.Put(each.value);
+        }
       }
     }
     json.EndArray().EndObject();

@@ -87,7 +87,7 @@ async function selectFirst() {
 
 // The first time its preview, then the whole screen.
 function choose(model) {
-  linked = linkTrouble = "";
+  linked = linkTrouble = coloursOfLink = "";
   if (!previewsAreAsked() || showsPreview() || model !== lastStatus.model) {
     viewer.select(model);
   }
@@ -118,11 +118,21 @@ export function takeLink() {
 }
 
 export let colouring = "own"; // as links have it
+let coloursOfLink = ""; // until another model is chosen
 
 export function colourBy(colors) {
   colouring = colors;
   viewer.setColors(colors);
   find("menu").elements.coloring.forEach((radio) => (radio.checked = radio.value === colors));
+}
+
+// The model has none such.
+export function missColours() {
+  if (colouring === coloursOfLink) {
+    coloursOfLink = "";
+    linkTrouble = "this link to a view says nothing that can be understood about its colours";
+    wake();
+  }
 }
 
 // The last one where there are several before it can be done.
@@ -137,7 +147,7 @@ export async function followLink(link) {
   const menu = find("menu").elements;
   menu.detail.value = told.get("detail") === "level" ? "1" : "0";
   menu.turning.value = told.get("turning") === "free" ? "1" : "0";
-  colourBy(link.match(/colours=([^&]*)/)?.[1] ?? "own"); // not decoded
+  colourBy(coloursOfLink = link.match(/colours=([^&]*)/)?.[1] ?? "own"); // not decoded
   viewer.follow(link);
   const { mode, error } = viewer.status();
   linkTrouble = mode === "no model" ? error : ""; // it names none of these

@@ -9,7 +9,7 @@ import { showOrigin } from "./origin.js";
 import { Rest } from "./rest.js";
 import { arrayOf } from "./viewer.js";
 import { describeProgress, describeSurface, t } from "./words.js";
-import { askAgain, colourBy, colouring, linkTrouble, linked, models, openGallery, refreshing, selectedModel, site, tryNow } from "./choosing.js";
+import { askAgain, colourBy, colouring, linkTrouble, linked, missColours, models, openGallery, refreshing, selectedModel, site, tryNow } from "./choosing.js";
 import { askForToken, contextLost, embedding, followMode } from "./controls.js";
 import { canvas, coarse, fingers, find, isEmbedded, line, say, viewer } from "./shared.js";
 import { showNotes, shownSheet, tools } from "./sheets.js";
@@ -187,7 +187,9 @@ async function showLegend({ mode, surface, model }) {
     await rest.wait();
     const { offerArrays, showColours } = await import("./legend.js");
     offerArrays(viewer, colouring, colourBy);
-    isShown && showColours(legend, viewer, colouring);
+    if (isShown && !showColours(legend, viewer, colouring) && lastStatus.shownLevel !== null) {
+      missColours();
+    }
   }
 }
 

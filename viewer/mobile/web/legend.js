@@ -19,15 +19,14 @@ function entryOf({ color, text }) {
   return make("li", {}, drawing("svg", { viewBox: "0 0 1 1" }, square), text);
 }
 
-// What LAS calls those of its classes that most files have.
+// What LAS calls those of its classes that most files have, as in ColorLegend.cxx.
 const classes = {
-  1: "unclassified", 2: "ground", 3: "low vegetation", 4: "medium vegetation", 5: "high vegetation", 6: "building", 7: "noise",
-  9: "water", 11: "road", 17: "bridge", 18: "noise",
+  1: "unclassified", 2: "ground", 3: "low vegetation", 4: "medium vegetation", 5: "high vegetation", 6: "building",
+  7: "low point (noise)", 9: "water", 11: "road", 17: "bridge deck", 18: "high noise",
 };
-const mostClasses = 20; // that are told
 
 function classesOf(name, present, viewer) {
-  return present.slice(0, mostClasses).map((value) => ({
+  return present.map((value) => ({
     color: hex(viewer.shade(value)),
     text: `${inFigures(value)} ${name.includes("lassification") && classes[value] ? t(classes[value]) : ""}`,
   }));
@@ -65,12 +64,14 @@ function barOf({ name, colors, ends }) {
   return make("li", {}, `${name} `, bar);
 }
 
+// Whether the model has them.
 export function showColours(list, viewer, colouring) {
   const key = keyOf(viewer, colouring);
   list.hidden = !key;
   list.style.flexWrap = "wrap";
   list.setAttribute("aria-label", key?.name || t("Colours of detail"));
   list.replaceChildren(...!key ? [] : key.colors.length ? [barOf(key)] : key.entries.map(entryOf));
+  return Boolean(key);
 }
 
 let offered; // which arrays

@@ -362,7 +362,7 @@ export class Line {
     }
     if (this.#socket === socket) {
       this.#socket = null;
-      const why = reason || (opened ? "it was closed" : trouble?.message ?? "the server has no stream");
+      const why = reason || (trouble?.message ?? "it was closed"); // told where there was a stream before
       this.#viewer.socketEnded(refused, why, now(), trouble?.retryAfter ?? 0);
       this.#told();
     }

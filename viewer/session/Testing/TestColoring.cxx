@@ -215,12 +215,28 @@ TEST(ColorLegend, TellsMeasuresAndClasses)
   EXPECT_EQ(measure.ticks[2].share, 0.5);
   const ColorLegend classes = LegendOf(ColoringOf(By("Classification"), scalars), scalars);
   ASSERT_EQ(classes.classes.size(), 2U);
-  EXPECT_EQ(classes.classes[0].name, "water") << "there is more of it";
-  EXPECT_EQ(classes.classes[0].vertices, 900U);
-  EXPECT_EQ(classes.classes[1].name, "ground");
+  EXPECT_EQ(classes.classes[0].name, "ground");
+  EXPECT_EQ(classes.classes[0].vertices, 70U);
+  EXPECT_EQ(classes.classes[1].name, "water");
   const ColorLegend flat = LegendOf(ColoringOf(By("flat"), scalars), scalars);
   EXPECT_EQ(flat.colors, std::vector<Color>(2, ColorOf(ColorMap::Viridis, 0)));
   ASSERT_EQ(flat.ticks.size(), 1U);
   EXPECT_EQ(flat.ticks[0].value, 7);
   EXPECT_TRUE(LegendOf({}, scalars).colors.empty());
+}
+
+TEST(ColorLegend, OfManyClassesTellsTheMostFrequentByNumber)
+{
+  ScalarDescription many{ "kind", 0, 29, 0, 29, {} };
+  for (int i = 0; i < 30; ++i)
+  {
+    many.classes.push_back({ double(i), std::uint64_t(i < 5 ? 1 : 10 + i / 2) });
+  }
+  const ScalarDescriptions all(std::vector<ScalarDescription>{ many });
+  const ColorLegend legend = LegendOf(ColoringOf(By("kind"), all), all);
+  ASSERT_EQ(legend.classes.size(), ColorLegend::mostClasses);
+  for (std::size_t i = 0; i < legend.classes.size(); ++i)
+  {
+    EXPECT_EQ(legend.classes[i].value, double(10 + i));
+  }
 }

@@ -43,15 +43,27 @@ std::vector<ColorLegend::Class> ClassesOf(const Coloring& coloring, const Scalar
   std::vector<ColorLegend::Class> classes;
   for (const ScalarDescription::Class& each : scalar.classes)
   {
-    classes.push_back({ each.value, each.vertices, coloring.Of(each.value),
-      coloring.isLas ? NameOfLasClass(each.value) : std::string() });
+    if (IsInLegend(each, scalar.classes))
+    {
+      classes.push_back({ each.value, each.vertices, coloring.Of(each.value),
+        coloring.isLas ? NameOfLasClass(each.value) : std::string() });
+    }
   }
-  std::stable_sort(classes.begin(), classes.end(),
-    [](const auto& a, const auto& b) { return a.vertices > b.vertices; });
-  classes.resize(std::min(classes.size(), ColorLegend::mostClasses));
   return classes;
 }
 
+}
+
+bool IsInLegend(
+  const ScalarDescription::Class& each, const std::vector<ScalarDescription::Class>& all)
+{
+  const auto before = std::count_if(all.begin(), all.end(),
+    [&each](const ScalarDescription::Class& other)
+    {
+      return other.vertices > each.vertices ||
+             (other.vertices == each.vertices && other.value < each.value);
+    });
+  return static_cast<std::size_t>(before) < ColorLegend::mostClasses;
 }
 
 std::vector<double> RoundNumbers(double low, double high)

@@ -24,7 +24,7 @@ struct ColorLegend
   };
   std::vector<Color> colors{};
   std::vector<Tick> ticks{};
-  // Of classes: the most frequent first, at most mostClasses of them.
+  // Of classes: the mostClasses most frequent, ascending.
   struct Class
   {
     double value = 0;
@@ -38,6 +38,10 @@ struct ColorLegend
 
 // Nothing where the coloring is none by an attribute. scalars: of the model.
 ColorLegend LegendOf(const Coloring& coloring, const ScalarDescriptions& scalars);
+
+// Whether it is among the ColorLegend::mostClasses most frequent. O(all).
+bool IsInLegend(
+  const ScalarDescription::Class& each, const std::vector<ScalarDescription::Class>& all);
 
 // The multiples of 1, 2 or 5 times a power of ten between them, about five; both ends where there
 // is nothing round between numbers that hardly differ. REQUIRES: low < high, and their difference

@@ -51,8 +51,9 @@ export const texts = {
   "medium vegetation": "نبات متوسط",
   "high vegetation": "نبات مرتفع",
   "building": "مبنى",
-  "noise": "ضجيج",
-  "bridge": "جسر",
+  "low point (noise)": "نقطة منخفضة (ضجيج)",
+  "high noise": "ضجيج مرتفع",
+  "bridge deck": "جسر",
   "water": "ماء",
   "road": "طريق",
 
@@ -249,7 +250,6 @@ export const texts = {
 
 export const sentences = {
   "it was closed": "أُغلق",
-  "the server has no stream": "ليس لدى الخادم بث",
   "the server does not answer": "الخادم لا يجيب",
   "it brought nothing for too long": "لم يصل شيء لمدة طويلة",
   "its checksum is wrong": "المجموع التدقيقي خاطئ",

@@ -51,8 +51,9 @@ export const texts = {
   "medium vegetation": "mittlere Vegetation",
   "high vegetation": "hohe Vegetation",
   "building": "Gebäude",
-  "noise": "Rauschen",
-  "bridge": "Brücke",
+  "low point (noise)": "tiefer Punkt (Rauschen)",
+  "high noise": "hohes Rauschen",
+  "bridge deck": "Brücke",
   "water": "Wasser",
   "road": "Straße",
 
@@ -252,7 +253,6 @@ export const texts = {
 
 export const sentences = {
   "it was closed": "sie wurde geschlossen",
-  "the server has no stream": "der Server hat keinen Datenstrom",
   "the server does not answer": "der Server antwortet nicht",
   "it brought nothing for too long": "zu lange kam nichts",
   "its checksum is wrong": "die Prüfsumme stimmt nicht",
