@@ -2,7 +2,7 @@
 // A textured GLB through a lossless store and out as a GLB again: coordinates bit for bit, and
 // every texel where a triangle looks. Coordinates that are no numbers are named.
 #include "Testing/EndToEnd/GltfFile.h"
-#include "Testing/EndToEnd/SamePaint.h"
+#include "Testing/EndToEnd/Textures/SamePaint.h"
 #include "filters/model/JsonReader.h"
 
 #include <cstring>

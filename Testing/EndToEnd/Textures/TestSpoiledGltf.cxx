@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Textured glTF files that are spoiled in one way, through kdstream-build: images, textures,
 // samplers and what they name; nodes, buffers and accessors.
-#include "Testing/EndToEnd/SpoiledFiles.h"
+#include "Testing/EndToEnd/Textures/SpoiledFiles.h"
 
 using namespace kdstream;
 using namespace kdstream::fixtures;

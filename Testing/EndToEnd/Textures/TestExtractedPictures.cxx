@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // kdstream-store extract of a textured store: pictures wherever there can be, and a warning
 // wherever they are left out.
-#include "Testing/EndToEnd/TexturedFiles.h"
+#include "Testing/EndToEnd/Textures/TexturedFiles.h"
 
 using namespace kdstream;
 using namespace kdstream::fixtures;

@@ -2,7 +2,7 @@
 // Meshes that pictures paint, OBJ by its materials and PLY by its texture files, through the
 // programs: colours of vertices, and every warning of what could not be carried. glTF:
 // TestTexturedGltf; what a build adds: TestTexturedBuild.
-#include "Testing/EndToEnd/PaintedFiles.h"
+#include "Testing/EndToEnd/Textures/PaintedFiles.h"
 
 #include <nlohmann/json.hpp>
 

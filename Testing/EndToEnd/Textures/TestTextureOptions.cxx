@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Options of pictures that would change nothing are refused, or where only the input tells that,
 // warned of; and how much memory a conversion takes is told before.
-#include "Testing/EndToEnd/TexturedFiles.h"
+#include "Testing/EndToEnd/Textures/TexturedFiles.h"
 #include "filters/model/JsonReader.h"
 
 using namespace kdstream;

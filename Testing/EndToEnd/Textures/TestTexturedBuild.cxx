@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // What kdstream-build makes of meshes that pictures paint, whatever their format: what it says of
 // pictures that it does not keep, which files it knows of, and one store however it is built.
-#include "Testing/EndToEnd/PaintedFiles.h"
+#include "Testing/EndToEnd/Textures/PaintedFiles.h"
 #include "Testing/Fixtures/Meshes.h"
 
 #include <nlohmann/json.hpp>

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // What stores give back of materials: factors of one picture, and what lies beyond its edges.
 #include "Testing/EndToEnd/GltfFile.h"
-#include "Testing/EndToEnd/TexturedFiles.h"
+#include "Testing/EndToEnd/Textures/TexturedFiles.h"
 
 #include <array>
 #include <set>

@@ -2,7 +2,7 @@
 // Meshes whose paint is more or less than pictures: materials of colours alone, coordinates that
 // tell no place, parts that are not whole. What is carried, and what is said of the rest.
 #include "Testing/EndToEnd/GltfFile.h"
-#include "Testing/EndToEnd/TexturedFiles.h"
+#include "Testing/EndToEnd/Textures/TexturedFiles.h"
 
 #include <array>
 #include <map>

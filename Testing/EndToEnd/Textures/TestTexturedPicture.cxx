@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // A textured model that was cut up, extracted and drawn by VTK beside the model itself: seams and
 // charts are not seen.
-#include "Testing/EndToEnd/TexturedFiles.h"
+#include "Testing/EndToEnd/Textures/TexturedFiles.h"
 #include "viewer/rendering/OffscreenWindow.h"
 
 #include <vtkActor.h>

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Binary PLY files with pictures, as MeshLab and others write them, of both byte orders:
 // coordinates of faces and numbers of pictures, or coordinates of vertices.
-#include "Testing/EndToEnd/TexturedFiles.h"
+#include "Testing/EndToEnd/Textures/TexturedFiles.h"
 
 #include <algorithm>
 #include <cstring>

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Textured OBJ and PLY files that are spoiled in one way, through kdstream-build: texture
 // coordinates, materials and their libraries, numbers of pictures.
-#include "Testing/EndToEnd/SpoiledFiles.h"
+#include "Testing/EndToEnd/Textures/SpoiledFiles.h"
 
 using namespace kdstream;
 using namespace kdstream::fixtures;

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Textured models through kdstream-build and kdstream-store extract: what goes in comes out.
-#include "Testing/EndToEnd/SamePaint.h"
-#include "Testing/EndToEnd/TexturedFiles.h"
+#include "Testing/EndToEnd/Textures/SamePaint.h"
+#include "Testing/EndToEnd/Textures/TexturedFiles.h"
 #include "Testing/Fixtures/Meshes.h"
 #include "filters/build/Builder.h"
 #include "filters/codec/TextureTile.h"

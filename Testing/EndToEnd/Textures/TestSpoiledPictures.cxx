@@ -2,7 +2,7 @@
 // Pictures that are missing, cut, odd or claim too much, in textured OBJ, PLY and glTF files
 // through kdstream-build: a warning names the picture, the rest is built, and no claim takes
 // memory.
-#include "Testing/EndToEnd/SpoiledFiles.h"
+#include "Testing/EndToEnd/Textures/SpoiledFiles.h"
 #include "filters/texture/Testing/OddPictures.h"
 
 using namespace kdstream;

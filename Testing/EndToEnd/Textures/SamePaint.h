@@ -3,7 +3,7 @@
 // where triangles look.
 #pragma once
 
-#include "Testing/EndToEnd/TexturedFiles.h"
+#include "Testing/EndToEnd/Textures/TexturedFiles.h"
 #include "filters/core/BitCast.h"
 
 #include <algorithm>

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // glTF that pictures paint, in it and beside it, through kdstream-convert: colours of vertices, and
 // every warning of what could not be carried.
-#include "Testing/EndToEnd/PaintedFiles.h"
+#include "Testing/EndToEnd/Textures/PaintedFiles.h"
 
 using namespace kdstream;
 using namespace kdstream::fixtures;
