@@ -81,7 +81,7 @@ class TestConvertLas : public ConvertTest
 {
 };
 
-const std::string withheld = ": 1 points are marked as withheld and were dropped\n";
+const std::string withheld = ": 1 point is marked as withheld and was dropped\n";
 
 }
 

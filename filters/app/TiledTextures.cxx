@@ -50,8 +50,8 @@ std::vector<std::string> TiledTextures::Warnings() const
   if (counts.repeating > 0)
   {
     warnings.push_back(std::to_string(counts.repeating) +
-                       " triangles repeat a picture more than twice along a side, and are "
-                       "painted in its mean");
+                       (counts.repeating == 1 ? " triangle repeats" : " triangles repeat") +
+                       " a picture more than twice along a side: painted in its mean");
   }
   return warnings;
 }

@@ -134,7 +134,9 @@ private:
     if (this->Withheld > 0)
     {
       result.warnings.push_back(
-        std::to_string(this->Withheld) + " points are marked as withheld and were dropped");
+        std::to_string(this->Withheld) + (this->Withheld == 1
+                                             ? " point is marked as withheld and was dropped"
+                                             : " points are marked as withheld and were dropped"));
     }
     return result;
   }

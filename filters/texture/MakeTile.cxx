@@ -16,8 +16,11 @@ namespace kdstream
 namespace
 {
 
-constexpr std::int64_t gutter = 2;    // of the tile's texels
-constexpr std::int64_t patchSide = 4; // the same; corners lie in the middle
+constexpr std::int64_t gutter = 2; // of the tile's texels
+// Sides of patches, the same. Lossy WebP mixes the colours within its blocks: a large patch has a
+// whole one, wherever it lies.
+constexpr std::int64_t smallPatch = 4, largePatch = 32, blockSide = 16;
+constexpr std::size_t mostLargePatches = 64;
 constexpr unsigned mostHalvings = 14;
 constexpr std::int64_t texelsAtOnce = 1 << 20;  // of a picture, that are in memory
 constexpr std::int64_t texelsOfLarge = 1 << 21; // of a tile
@@ -235,6 +238,25 @@ private:
       { CeilHalved(box.hi[0], h) + gutter, CeilHalved(box.hi[1], h) + gutter } };
   }
 
+  std::int64_t PatchSide() const
+  {
+    const bool lossy = this->Options.quality != 0;
+    return lossy && this->Patches.size() <= mostLargePatches ? largePatch : smallPatch;
+  }
+
+  // Where the corners lie that have this colour: in the middle of the patch, or of its whole block.
+  std::array<std::int64_t, 2> MiddleOfPatch(std::size_t patch) const
+  {
+    std::array<std::int64_t, 2> place = this->Packed.places[this->Charts.boxes.size() + patch];
+    for (std::int64_t& at : place)
+    {
+      at = this->PatchSide() == smallPatch
+             ? at + smallPatch / 2
+             : (at + blockSide - 1) / blockSide * blockSide + blockSide / 2;
+    }
+    return place;
+  }
+
   Status Pack()
   {
     const std::int64_t mostSide =
@@ -247,7 +269,7 @@ private:
         const TexelBox box = this->Halved(chart.box);
         sizes.push_back({ box.Width(), box.Height() });
       }
-      sizes.insert(sizes.end(), this->Patches.size(), { patchSide, patchSide });
+      sizes.insert(sizes.end(), this->Patches.size(), { this->PatchSide(), this->PatchSide() });
       if (auto packed = PackBoxes(sizes, mostSide))
       {
         this->Packed = std::move(*packed);
@@ -314,9 +336,10 @@ private:
     for (std::size_t p = 0; p < this->Patches.size(); ++p)
     {
       const auto [x, y] = this->Packed.places[this->Charts.boxes.size() + p];
-      for (std::int64_t i = 0; i < patchSide * patchSide; ++i)
+      const std::int64_t side = this->PatchSide();
+      for (std::int64_t i = 0; i < side * side; ++i)
       {
-        this->PutRow(x + i % patchSide, y + i / patchSide, this->Patches[p].data(), 1);
+        this->PutRow(x + i % side, y + i / side, this->Patches[p].data(), 1);
       }
     }
   }
@@ -327,8 +350,8 @@ private:
     const std::int64_t step = std::int64_t{ 1 } << this->Halvings;
     if (this->PatchOf[t] != noChartBox)
     {
-      const auto [x, y] = this->Packed.places[this->Charts.boxes.size() + this->PatchOf[t]];
-      return { noTileSource, (x + patchSide / 2) * step, (y + patchSide / 2) * step };
+      const auto [x, y] = this->MiddleOfPatch(this->PatchOf[t]);
+      return { noTileSource, x * step, y * step };
     }
     const TriangleChart& chart = this->Charts.ofTriangle[t];
     const ChartBox& box = this->Charts.boxes[chart.box];

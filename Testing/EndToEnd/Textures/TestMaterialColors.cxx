@@ -94,9 +94,8 @@ TEST_F(TestMaterialColors, CoordinatesThatTellNoPlaceAreCounted)
     EXPECT_EQ(warning(huge), far) << huge;
   }
   EXPECT_EQ(warning("1 0.5"), "");
-  EXPECT_EQ(warning("100 0"), lead +
-                                "1 triangles repeat a picture more than twice along a side, and "
-                                "are painted in its mean\n");
+  EXPECT_EQ(warning("100 0"),
+    lead + "1 triangle repeats a picture more than twice along a side: painted in its mean\n");
 }
 
 TEST_F(TestMaterialColors, TrianglesThatAreNotWholeAreSaid)

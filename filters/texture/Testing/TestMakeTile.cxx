@@ -8,6 +8,7 @@
 
 #include <cmath>
 #include <limits>
+#include <map>
 #include <random>
 
 using namespace kdstream;
@@ -186,7 +187,15 @@ TEST(MakeTile, LossyOnesHaveTheSamePlaces)
     const auto lossless = MakeTile(scene.painted, scene.paint, source, { 0 });
     const auto lossy = MakeTile(scene.painted, scene.paint, source, { 80 });
     ASSERT_TRUE(lossless && lossy);
-    EXPECT_EQ(lossless->tile.corners, lossy->tile.corners);
+    ASSERT_EQ(lossless->tile.corners.size(), lossy->tile.corners.size());
+    for (std::size_t t = 0; t < scene.triangles.size(); ++t) // patches of colours are larger
+    {
+      const auto &a = lossless->tile.corners[t], &b = lossy->tile.corners[t];
+      for (std::size_t i = 0; i < 6; ++i)
+      {
+        EXPECT_NEAR(a[i / 2][i % 2] - a[0][i % 2], b[i / 2][i % 2] - b[0][i % 2], 1e-3);
+      }
+    }
     const auto picture = DecodePicture(lossy->tile.image);
     ASSERT_TRUE(picture);
     EXPECT_EQ(picture->width, lossy->tile.width);
@@ -218,6 +227,57 @@ TEST(MakeTile, LargeOnesAreHalved)
     const auto at = Mix(corners, { 0.3, 0.3, 0.4 });
     EXPECT_NEAR(TexelOf(*picture, at[0], at[1])[1], 77, 3);
   }
+}
+
+// What lies beside them is noise: the worst that there can be. Linear filters read four texels.
+TEST(MakeTile, FlatColoursDoNotBleed)
+{
+  std::map<unsigned, int> worst; // of each quality
+  for (unsigned seed = 0; seed < 40; ++seed)
+  {
+    Scene scene = RandomScene(seed);
+    std::mt19937 random(seed);
+    const std::size_t colors = 1 + random() % 30, first = scene.paint.materials.size();
+    for (std::size_t i = 0; i < colors; ++i)
+    {
+      TexturedMaterial material;
+      material.color = { Number(random, 0, 1), Number(random, 0, 1), Number(random, 0, 1), 1 };
+      scene.paint.materials.push_back(material);
+      scene.triangles.push_back({ 0, 1, 2 });
+      scene.painted.corners.push_back({});
+      scene.painted.materialOf.push_back(static_cast<std::uint32_t>(first + i));
+    }
+    scene.painted.triangles = scene.triangles;
+    for (TexturedMaterial& material : scene.paint.materials)
+    {
+      material.opaque = true;
+    }
+    const PicturesInMemory source(scene.pictures);
+    for (const unsigned quality : { 75U, 90U })
+    {
+      const auto made = MakeTile(scene.painted, scene.paint, source, { quality });
+      ASSERT_TRUE(made) << made.GetError().message;
+      const auto picture = DecodePicture(made->tile.image);
+      ASSERT_TRUE(picture) << picture.GetError().message;
+      for (std::size_t t = scene.triangles.size() - colors; t < scene.triangles.size(); ++t)
+      {
+        const Color& color = scene.paint.materials[scene.painted.materialOf[t]].color;
+        const auto at = made->tile.corners[t][0];
+        for (int i = 0; i < 4; ++i)
+        {
+          const Texel texel = TexelOf(*picture, double(at[0]) - i % 2, double(at[1]) - i / 2);
+          for (std::size_t k = 0; k < 3; ++k)
+          {
+            worst[quality] =
+              std::max(worst[quality], std::abs(int{ texel[k] } - ByteOfLinear(color[k])));
+          }
+        }
+      }
+    }
+  }
+  // What quantising and YUV of 8 bits leave of a colour.
+  EXPECT_LE(worst[90], 4);
+  EXPECT_LE(worst[75], 6);
 }
 
 TEST(MakeTile, FactorsAreMultipliedIn)
