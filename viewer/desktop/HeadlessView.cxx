@@ -49,7 +49,7 @@ Result<std::string> FirstModel(const ViewOptions& line, const std::vector<Sessio
     {
       return std::string();
     }
-    if (step.kind == SessionStep::Kind::Touches)
+    if (NeedsModel(step))
     {
       break;
     }

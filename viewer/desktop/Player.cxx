@@ -26,6 +26,10 @@ Status Player::Play(const SessionStep& step)
   {
     this->Options.record(step);
   }
+  if (NeedsModel(step) && this->IsOpening())
+  {
+    KDSTREAM_TRY(this->WaitForIdle());
+  }
   switch (step.kind)
   {
     case SessionStep::Kind::WaitForIdle:
@@ -46,6 +50,11 @@ Status Player::Play(const SessionStep& step)
       this->SendRequests();
       return {};
   }
+}
+
+bool Player::IsOpening() const
+{
+  return this->Session.GetStatus().mode != ViewerMode::NoModel && this->Session.Scene().box.Empty();
 }
 
 void Player::Set(const SessionStep& step)

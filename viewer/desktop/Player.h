@@ -33,6 +33,7 @@ struct PlayerOptions
 
 // Takes what the server sends during waits only, and uses the times in the steps instead of a
 // clock. So the same steps give the same gestures, picks and levels, however fast the server is.
+// What needs a model waits where the one that is chosen has not come.
 class Player
 {
 public:
@@ -44,6 +45,7 @@ public:
   Status Play(const SessionStep& step);
 
 private:
+  bool IsOpening() const; // a model is chosen, and has not come
   void Set(const SessionStep& step);
   Status WaitForIdle();
   Status Frame();

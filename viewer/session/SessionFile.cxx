@@ -322,6 +322,13 @@ Result<std::vector<SessionStep>> ParseSession(
   return steps;
 }
 
+bool NeedsModel(const SessionStep& step)
+{
+  using Kind = SessionStep::Kind;
+  return step.kind == Kind::Touches || step.kind == Kind::Zoom || step.kind == Kind::Go ||
+         step.kind == Kind::Side || step.kind == Kind::Section || step.kind == Kind::Depth;
+}
+
 Status Perform(const SessionStep& step, ViewerSession& session)
 {
   switch (step.kind)

@@ -90,6 +90,9 @@ struct SessionStep
   bool operator==(const SessionStep&) const = default;
 };
 
+// Whether the step does nothing where no model is open: touches, zooms, jumps, a section.
+bool NeedsModel(const SessionStep& step);
+
 // Reads a session file's content; empty lines are skipped. O(size).
 // check: what a player has against a step, which is told before it plays any.
 // Errors: InvalidInput naming the line and what is wrong in it; unknown keys are errors, and what

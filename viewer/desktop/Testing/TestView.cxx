@@ -83,6 +83,24 @@ TEST_F(TestView, TheSameReplayAsksForTheSameBlobsAndDrawsTheSamePictures)
   EXPECT_EQ(ReadText(this->Folder / "region.png"), picture);
 }
 
+TEST_F(TestView, WhatNeedsAModelWaitsForIt)
+{
+  const std::string select = "{\"select\":\"torus\"}\n", wait = "{\"wait\":\"idle\"}\n";
+  const std::string zoom = "{\"zoom\":3,\"x\":150,\"y\":100}\n" + wait;
+  this->Write("patient.jsonl", select + wait + zoom);
+  this->Write("hasty.jsonl", select + zoom);
+  this->Write("alone.jsonl", zoom); // of the only model
+  for (const std::string name : { "patient", "hasty", "alone" })
+  {
+    ASSERT_EQ(this->View("--offscreen auto --size 200x150 --replay " + name +
+                         ".jsonl --screenshot " + name + ".png"),
+      0)
+      << this->Err;
+    EXPECT_EQ(ReadText(this->Folder / (name + ".png")), ReadText(this->Folder / "patient.png"))
+      << name;
+  }
+}
+
 TEST_F(TestView, EglAndOsMesaShowTheOnlyModelInFullScreen)
 {
   for (const std::string backend : { "egl", "osmesa" })
