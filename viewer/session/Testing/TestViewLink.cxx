@@ -120,7 +120,7 @@ TEST(TestViewLink, AnotherWindowShowsTheMiddle)
 // As a phone's does while the page starts: its bars come and go.
 TEST(TestViewLink, AWindowThatChangesItsShapeShowsTheSame)
 {
-  MemoryServer server = Torus();
+  MemoryServer server = SmallTorus();
   ViewerSession mine, theirs, slow;
   for (ViewerSession* each : { &mine, &theirs, &slow })
   {
