@@ -31,13 +31,15 @@ namespace
 const std::string folderBegin = ".kdstream-convert-", newBegin = ".kdstream-new-";
 constexpr std::chrono::minutes leftAge{ 2 };
 
-// -1 where it is locked, or not to be had.
+// -1 where it is locked, or not to be had: errno says why.
 int LockFolder(const std::filesystem::path& folder)
 {
   const int descriptor = ::open(folder.c_str(), O_RDONLY | O_DIRECTORY | O_NOFOLLOW | O_CLOEXEC);
   if (descriptor >= 0 && ::flock(descriptor, LOCK_EX | LOCK_NB) != 0)
   {
+    const int reason = errno;
     ::close(descriptor);
+    errno = reason;
     return -1;
   }
   return descriptor;
@@ -63,6 +65,13 @@ Result<LockedFolder> MakeFolder(const std::filesystem::path& folder)
     return refused(SystemReason(errno));
   }
   LockedFolder made{ folder / (folderBegin + name.substr(name.size() - 6)), LockFolder(name) };
+  if (made.lock < 0 && errno != ENOLCK && errno != EOPNOTSUPP)
+  {
+    const std::string reason = SystemReason(errno);
+    std::error_code ignored;
+    std::filesystem::remove(name, ignored);
+    return refused(reason);
+  }
   std::error_code failed;
   std::filesystem::rename(name, made.path, failed);
   if (failed)

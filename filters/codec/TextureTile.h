@@ -43,7 +43,9 @@ inline constexpr std::uint32_t noTileSource = std::numeric_limits<std::uint32_t>
 // Of an exact tile: a picture of the input as a material uses it.
 struct TileSource
 {
-  std::uint32_t picture = 0; // number among the input's
+  // Number among the input's; from their count on: as another factor or alpha shows it
+  // (doc/formats.md).
+  std::uint32_t picture = 0;
   std::uint32_t width = 1, height = 1;
   // From the coordinates that the input gives to those of the picture, 0-1 from its upper left:
   // u' = u[0] u + u[1] v + u[2], v' alike.

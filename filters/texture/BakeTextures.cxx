@@ -144,8 +144,7 @@ public:
       this->Report.warnings.push_back(
         std::to_string(this->FarTriangles) +
         (this->FarTriangles == 1 ? " triangle has" : " triangles have") +
-        " texture coordinates of 2^30 texels or more, which tell no place in a picture: a mean of "
-        "the picture is taken");
+        " texture coordinates of 2^30 texels or more, which tell no place in a picture");
     }
     const std::vector<std::string> unread = this->Reader.Warnings();
     this->Report.warnings.insert(this->Report.warnings.end(), unread.begin(), unread.end());

@@ -133,7 +133,6 @@ public:
     , Source(source)
     , Options(options)
     , Charts(FindTileCharts(painted, paint, source, gutter))
-    , Shown(options.quality == 0 ? NumberShownPictures(paint) : std::vector<std::uint32_t>())
   {
   }
 
@@ -369,8 +368,9 @@ private:
     {
       const TexturedMaterial& material = this->ThePaint.materials[number];
       const auto size = this->Source.SizeOf(material.picture);
-      this->Tile.exact.sources.push_back({ this->Shown.empty() ? material.picture
-                                                               : this->Shown[number],
+      this->Tile.exact.sources.push_back({ this->ThePaint.shown.empty()
+                                             ? material.picture
+                                             : this->ThePaint.shown[number],
         size[0], size[1], material.transform.u, material.transform.v,
         { static_cast<std::uint8_t>(material.wrapU), static_cast<std::uint8_t>(material.wrapV) } });
     }
@@ -426,7 +426,6 @@ private:
   const TexelSource& Source;
   const TileOptions& Options;
   const TileCharts Charts;
-  const std::vector<std::uint32_t> Shown; // of materials; empty: the tile is not exact
   std::vector<Rgba> Patches;
   std::vector<std::uint32_t> PatchOf; // of each triangle; noChartBox: none
   unsigned Halvings = 0;

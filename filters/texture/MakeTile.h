@@ -43,11 +43,11 @@ struct MadeTile
 // Charts as FindTileCharts tells, each with a gutter of two texels of what lies around it in its
 // picture, or beyond the edge by the wrap modes; a material's factor is multiplied in, in linear
 // light, and alpha is 1 where the material is opaque. Triangles without a picture get a patch of
-// their material's colour, and those that repeat their picture too often one of its mean: in a
-// lossy tile of up to 64 such colours so large that no other colour reaches its corners. Texels
-// that no chart covers are grey. Time: O(texels of the tile + triangles log triangles); memory: ten
-// bytes a texel of the tile. The same bytes for the same input and version of libwebp. Errors:
-// those of the source; LimitExceeded where libwebp refuses.
+// their material's colour, and those that repeat their picture too often, or lie too far, one of
+// its mean: in a lossy tile of up to 64 such colours so large that no other colour reaches its
+// corners. Texels that no chart covers are grey. Time: O(texels of the tile + triangles log
+// triangles); memory: ten bytes a texel of the tile. The same bytes for the same input and version
+// of libwebp. Errors: those of the source; LimitExceeded where libwebp refuses.
 Result<MadeTile> MakeTile(const PaintedTriangles& painted, const Paint& paint,
   const TexelSource& source, const TileOptions& options);
 

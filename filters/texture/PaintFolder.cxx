@@ -277,6 +277,7 @@ Result<std::shared_ptr<const PaintFolder>> PaintFolder::Open(const std::filesyst
       reader.Failed() ? reader.Why() : Error{ ErrorCode::InvalidInput, "bytes beyond the end" };
     return OfFile(index.string(), Status(error)).GetError();
   }
+  paint->ThePaint.shown = NumberShownPictures(paint->ThePaint);
   return std::shared_ptr<const PaintFolder>(std::move(paint));
 }
 

@@ -24,6 +24,36 @@ PictureType TypeOfPicture(std::span<const std::uint8_t> bytes)
                                             : PictureType::Unknown;
 }
 
+bool IsDecodedByRows(std::span<const std::uint8_t> bytes)
+{
+  constexpr std::size_t interlacing = 28; // of the first chunk of a PNG
+  constexpr std::uint8_t baseline = 0xC0, extended = 0xC1, scan = 0xDA;
+  const PictureType type = TypeOfPicture(bytes);
+  if (type != PictureType::Jpeg)
+  {
+    return type == PictureType::Png && bytes.size() > interlacing && bytes[interlacing] == 0;
+  }
+  // Segments: 0xFF, which, and a length that counts itself. What stands before the first frame is
+  // passed over.
+  for (std::size_t at = 2; at + 4 <= bytes.size() && bytes[at] == 0xFF;)
+  {
+    const std::uint8_t segment = bytes[at + 1];
+    if (segment == baseline || segment == extended)
+    {
+      return true;
+    }
+    const bool isFrame = segment > extended && segment <= 0xCF && segment != 0xC4 &&
+                         segment != 0xC8 && segment != 0xCC;
+    if (isFrame || segment == scan)
+    {
+      return false;
+    }
+    const bool isFill = segment == 0xFF;
+    at += isFill ? 1 : 2 + (std::size_t{ bytes[at + 2] } << 8U | bytes[at + 3]);
+  }
+  return false;
+}
+
 std::string NameOf(PictureType type)
 {
   switch (type)

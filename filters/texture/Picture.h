@@ -45,6 +45,10 @@ std::string NameOf(PictureType type);
 // By the ending of its name, in any case; Unknown for others.
 PictureType TypeOfName(const std::string& name);
 
+// Whether decoding it takes memory for a few rows alone: of a WebP, an interlaced PNG and a
+// progressive JPEG all texels are needed at a time. By its headers; false for what is none.
+bool IsDecodedByRows(std::span<const std::uint8_t> bytes);
+
 inline constexpr std::uint64_t mostPicturePixels = std::uint64_t{ 1 } << 30;
 // Along a side: a row takes memory by itself, and the squares of PaintFolder.h are 64 rows high.
 inline constexpr std::uint64_t mostPictureSide = std::uint64_t{ 1 } << 17;

@@ -81,14 +81,18 @@ Result<ReadablePicture> PictureReader::Decode(
   return picture;
 }
 
-PictureReader::Outcome PictureReader::Load(std::uint32_t number) const
+std::optional<PictureReader::Outcome> PictureReader::Load(std::uint32_t number, bool byRows) const
 {
   const Result<std::vector<std::uint8_t>> bytes = BytesOf(this->Pictures[number], this->MostPixels);
   if (!bytes)
   {
-    return { bytes.GetError(), bytes.GetError().code == ErrorCode::NotFound };
+    return Outcome{ bytes.GetError(), bytes.GetError().code == ErrorCode::NotFound };
   }
-  return { this->Decode(number, *bytes), false, TypeOfPicture(*bytes) };
+  if (byRows && !IsDecodedByRows(*bytes))
+  {
+    return std::nullopt;
+  }
+  return Outcome{ this->Decode(number, *bytes), false, true, TypeOfPicture(*bytes) };
 }
 
 Status PictureReader::ReadAhead(
@@ -107,7 +111,10 @@ Status PictureReader::ReadAhead(
       {
         for (std::size_t i = first + begin; i < first + end; ++i)
         {
-          this->Ahead[numbers[i]].emplace(this->Load(numbers[i]));
+          if (std::optional<Outcome> read = this->Load(numbers[i], true))
+          {
+            this->Ahead[numbers[i]].emplace(std::move(*read));
+          }
         }
       });
   }
@@ -118,13 +125,12 @@ Result<std::optional<ReadablePicture>> PictureReader::Read(std::uint32_t number)
 {
   const PictureSource& source = this->Pictures[number];
   const bool ahead = number < this->Ahead.size() && this->Ahead[number];
-  Outcome read = ahead ? std::move(*this->Ahead[number]) : this->Load(number);
+  Outcome read = ahead ? std::move(*this->Ahead[number]) : *this->Load(number, false);
   if (ahead)
   {
     this->Ahead[number].reset();
   }
-  if (!read.picture && read.type != PictureType::Unknown &&
-      read.picture.GetError().code == ErrorCode::InputOutput)
+  if (!read.picture && read.wasRead && read.picture.GetError().code == ErrorCode::InputOutput)
   {
     return read.picture.GetError();
   }

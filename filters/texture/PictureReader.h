@@ -43,8 +43,9 @@ public:
   {
   }
 
-  // Decodes these into the folder, several at a time, for Read to give; into memory, one at a time
-  // has to do, and nothing happens here. share: of step "textures", for its progress. Errors:
+  // Decodes those of these that are decoded by rows into the folder, several at a time, for Read to
+  // give. Others, and all that go into memory, Read decodes: one at a time, for the memory that
+  // they take. share: of step "textures", for its progress. Errors:
   // Cancelled.
   Status ReadAhead(
     const std::vector<std::uint32_t>& numbers, double share, const Execution& execution);
@@ -59,10 +60,12 @@ private:
   {
     Result<ReadablePicture> picture = Error{};
     bool missing = false; // the file
+    bool wasRead = false; // its bytes were
     PictureType type = PictureType::Unknown;
   };
 
-  Outcome Load(std::uint32_t number) const;
+  // Nothing where it is to be decoded by rows, and is not.
+  std::optional<Outcome> Load(std::uint32_t number, bool byRows) const;
   Result<ReadablePicture> Decode(std::uint32_t number, std::span<const std::uint8_t> bytes) const;
 
   const std::vector<PictureSource>& Pictures;

@@ -19,7 +19,7 @@ struct TexelValues
 };
 
 // Of parts that are all upright, or all upside down: floats, of so few that sums of whole numbers
-// stay exact.
+// stay exact, but for rows and columns.
 struct FewSums
 {
   static constexpr std::size_t most = 64;   // parts, times the square of a white texel: 0.7 × 2^24

@@ -3,8 +3,8 @@
 // before it is baked to colours of vertices. Part of step "read" of the README's picture.
 #pragma once
 
-#include "filters/core/Types.h"
 #include "filters/core/Light.h"
+#include "filters/core/Types.h"
 
 #include <array>
 #include <cstdint>

@@ -40,6 +40,7 @@ public:
     this->AsFloats = this->Precision.FloatsSuffice();
     this->Out.textured.mesh.scalarType = this->AsFloats ? ScalarType::Float32 : ScalarType::Float64;
     this->TakeMaterials();
+    this->Reserve();
     KDSTREAM_TRY(this->ForEachStatement(execution, 0.5, [this]() { return this->Keep(); }));
     if (this->Colored)
     {
@@ -87,6 +88,7 @@ private:
     {
       ++this->All[kind];
     }
+    this->AllFaces += this->Statements.Keyword() == ObjKeyword::Face ? 1 : 0;
     if (this->Statements.Keyword() == ObjKeyword::Place)
     {
       for (std::size_t k = 0; k < 3; ++k)
@@ -99,6 +101,19 @@ private:
       this->Libraries.Add(text, this->Line());
     }
     return {};
+  }
+
+  // For what the statements hold: nothing is moved as it grows.
+  void Reserve()
+  {
+    TexturedMesh& textured = this->Out.textured;
+    textured.mesh.points.reserve(this->All[0]);
+    this->Coordinates.reserve(this->All[1]);
+    this->NormalsRead.reserve(this->All[2]);
+    textured.mesh.triangles.reserve(this->AllFaces);
+    textured.materialOf.reserve(this->AllFaces);
+    this->CornerCoordinates.reserve(this->AllFaces);
+    this->CornerNormals.reserve(this->AllFaces);
   }
 
   void TakeMaterials()
@@ -266,6 +281,7 @@ private:
   void MakeNormals()
   {
     TexturedMesh& textured = this->Out.textured;
+    textured.corners.reserve(this->CornerCoordinates.size());
     for (const std::array<std::uint32_t, 3>& named : this->CornerCoordinates)
     {
       std::array<PictureCoordinate, 3>& corners = textured.corners.emplace_back();
@@ -335,7 +351,7 @@ private:
   DecimalPrecision Precision;
   bool AsFloats = true, Colored = false;
   std::array<std::uint64_t, 3> All{}, SoFar{}; // places, texture coordinates, normals
-  std::uint64_t Faces = 0;
+  std::uint64_t Faces = 0, AllFaces = 0;
   std::map<std::string, std::uint32_t> MaterialNumbers;
   std::uint32_t Material = 0;
   std::size_t Unknown = 0;

@@ -20,6 +20,8 @@ struct Paint
 {
   std::vector<TexturedMaterial> materials;
   std::size_t pictures = 0;
+  // NumberShownPictures, for lossless tiles; empty: each as the input numbers it.
+  std::vector<std::uint32_t> shown{};
 };
 
 // Of each material the number of its picture as the material shows it: the picture's own for the

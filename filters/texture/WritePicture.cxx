@@ -96,7 +96,7 @@ Result<std::vector<std::uint8_t>> EncodeWebp(Picture picture, unsigned quality, 
   const int stride = 4 * input.width;
   const bool taken =
     (alpha ? WebPPictureImportRGBA : WebPPictureImportRGBX)(&input, picture.texels.data(), stride);
-  picture.texels = {}; // libwebp has its own
+  std::vector<std::uint8_t>().swap(picture.texels); // libwebp has its own
   const bool encoded = taken && WebPEncode(&config, &input);
   WebPPictureFree(&input);
   Result<std::vector<std::uint8_t>> bytes = failed;

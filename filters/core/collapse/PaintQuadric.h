@@ -22,7 +22,7 @@ struct PaintQuadric
 {
   // Of one triangle; nothing where it has no area, or where numbers overflow. colors: of its
   // corners, each channel in model units, so that a difference of 1 costs what a distance of 1
-  // does.
+  // does; for ColorAt alone in any unit.
   static PaintQuadric OfTriangle(
     const std::array<Vec3, 3>& corners, const std::array<Vec3, 3>& colors);
 

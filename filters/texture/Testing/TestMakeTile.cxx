@@ -61,6 +61,7 @@ Scene RandomScene(unsigned seed)
     material.transform = random() % 2 == 0 ? upsideDown : TextureTransform{};
     scene.paint.materials.push_back(material);
   }
+  scene.paint.shown = NumberShownPictures(scene.paint);
   for (std::uint32_t strip = 0; strip < 12; ++strip)
   {
     const VertexId first = strip * 10;

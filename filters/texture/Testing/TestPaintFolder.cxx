@@ -41,7 +41,8 @@ protected:
   // Picture 1 of three was not read.
   void Write(const std::vector<Picture>& pictures, const std::vector<TexturedMaterial>& materials)
   {
-    Result<PaintFolderWriter> writer = PaintFolderWriter::Create(this->Folder / "paint", pictures.size());
+    Result<PaintFolderWriter> writer =
+      PaintFolderWriter::Create(this->Folder / "paint", pictures.size());
     ASSERT_TRUE(writer);
     for (std::uint32_t i = 0; i < pictures.size(); ++i)
     {

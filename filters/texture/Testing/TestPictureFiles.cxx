@@ -135,6 +135,22 @@ TEST(Picture, ScansWithoutEndAreRefused)
   EXPECT_EQ(ErrorOf(many), "it is a damaged or truncated JPEG (more than 200 scans)");
 }
 
+TEST(Picture, ThoseThatNeedAllTexelsAreKnownBefore)
+{
+  const Picture picture{ 5, 4, 3, std::vector<std::uint8_t>(60, 100) };
+  EXPECT_TRUE(IsDecodedByRows(EncodePicture(picture, PictureType::Png)));
+  EXPECT_TRUE(IsDecodedByRows(EncodePicture(picture, PictureType::Jpeg)));
+  EXPECT_FALSE(IsDecodedByRows(EncodePicture(picture, PictureType::Webp)));
+  EXPECT_FALSE(IsDecodedByRows(RawPng(2, 1, 8, PNG_COLOR_TYPE_RGB, Bytes(6), 6, true)));
+  EXPECT_FALSE(IsDecodedByRows(ProgressiveJpeg()));
+  Bytes cut = EncodePicture(picture, PictureType::Jpeg);
+  for (; !cut.empty(); cut.pop_back())
+  {
+    static_cast<void>(IsDecodedByRows(cut)); // for sanitizers
+  }
+  EXPECT_FALSE(IsDecodedByRows(cut));
+}
+
 TEST(Picture, InterlacedOnesAreTheSame)
 {
   const Picture made = Noise(23, 19, 3, 6);
