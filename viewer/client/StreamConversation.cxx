@@ -92,7 +92,7 @@ void StreamConversation::Queue(std::uint32_t request, decltype(protocol::ClientM
   {
     ++this->Outstanding[request].messages;
   }
-  this->Waiting.push_back({ request, { 0, std::move(body) }, 0 });
+  this->Waiting.push_back({ request, { 0, std::move(body) }, 0, {} });
 }
 
 // Asks for blobs one by one, in as many messages as it takes: by their numbers where all are of one
@@ -143,19 +143,23 @@ void StreamConversation::QueueLists(std::uint32_t request, const std::vector<Blo
 
 void StreamConversation::Cancel(std::uint32_t request)
 {
-  if (this->Outstanding.erase(request) == 0)
+  const auto debt = this->Outstanding.find(request);
+  if (debt == this->Outstanding.end())
   {
     return;
   }
+  const std::set<BlobId> owed = std::move(debt->second.owed);
+  this->Outstanding.erase(debt);
   std::erase_if(
     this->Waiting, [request](const Message& message) { return message.request == request; });
-  for (const auto& [wire, message] : this->Unfinished)
+  for (auto& [wire, message] : this->Unfinished)
   {
     // An open cannot be called back; its answer finds nobody.
     const bool open = std::holds_alternative<protocol::OpenRequest>(message.content.body);
     if (message.request == request && !open)
     {
       this->Messages.push_back(protocol::WriteClientMessage({ wire, protocol::CancelRequest{} }));
+      message.calledBack = owed;
     }
   }
 }
@@ -318,11 +322,15 @@ Status StreamConversation::ReceiveFrame(std::span<const std::uint8_t> message, d
   const auto debt = this->Outstanding.find(found->second.request);
   const bool isOwed =
     debt != this->Outstanding.end() && debt->second.owed.count(frame->header.blob) != 0;
-  this->NoteMessage(frame->header.request, isOwed, now);
+  // It may have been on the line when it was called back.
+  std::set<BlobId>& calledBack = found->second.calledBack;
+  const bool isMeant = isOwed || calledBack.count(frame->header.blob) != 0;
+  this->NoteMessage(frame->header.request, isMeant, now);
   if (!*blob)
   {
     return {};
   }
+  calledBack.erase((*blob)->id); // once
   if (debt != this->Outstanding.end() && debt->second.owed.erase((*blob)->id) != 0)
   {
     ClientEvent event;
@@ -375,9 +383,9 @@ void StreamConversation::FollowOldest(double now)
   }
 }
 
-void StreamConversation::NoteMessage(std::uint32_t wire, bool isOwed, double now)
+void StreamConversation::NoteMessage(std::uint32_t wire, bool isMeant, double now)
 {
-  const bool isOwn = isOwed && wire == this->Longest.wire;
+  const bool isOwn = isMeant && wire == this->Longest.wire;
   if (isOwn)
   {
     this->AskedByThen = 0;
@@ -388,7 +396,7 @@ void StreamConversation::NoteMessage(std::uint32_t wire, bool isOwed, double now
     this->AskedByThen = this->LastWire;
   }
   const bool isProgress =
-    isOwn || (isOwed ? wire <= this->AskedByThen : this->Strays++ < mostStrays);
+    isOwn || (isMeant ? wire <= this->AskedByThen : this->Strays++ < mostStrays);
   this->LastProgress = isProgress ? now : this->LastProgress;
   this->OthersCame = !isProgress;
 }

@@ -49,10 +49,10 @@ public:
 
   // Since when other things have come than what is owed longest, without progress with that;
   // infinite where this is not so. Progress are its own bytes; those of what had been asked for
-  // when the first other answer came after these, since a server may send that before; and so many
-  // messages between that bring nothing of what is owed: of requests that were called back, or that
-  // tell what will come. So there is progress on the slowest line, but not for ever where a server
-  // always sends something else.
+  // when the first other answer came after these, since a server may send that before, also where
+  // it has been called back since; and so many messages between that bring nothing of either, as
+  // those that tell what will come. So there is progress on the slowest line, but not for ever
+  // where a server always sends something else.
   double OwedSince() const;
   static constexpr std::size_t mostStrays = 64;
   // What is owed longest (the next blob of its request) has failed. REQUIRES: OwedSince() is
@@ -89,6 +89,7 @@ private:
     std::uint32_t request = 0; // the session's; 0 = ours, to open the model again
     protocol::ClientMessage content;
     double sent = 0;
+    std::set<protocol::BlobId> calledBack; // that may come all the same, once
   };
 
   void Queue(std::uint32_t request, decltype(protocol::ClientMessage::body) body);
@@ -110,7 +111,8 @@ private:
   };
   Oldest FindOldest() const;
   void FollowOldest(double now);
-  void NoteMessage(std::uint32_t wire, bool isOwed, double now);
+  // isMeant: it brings what is owed, or was and has been called back.
+  void NoteMessage(std::uint32_t wire, bool isMeant, double now);
 
   std::map<std::uint32_t, Debt> Outstanding; // by the session's request
   std::deque<Message> Waiting;
@@ -122,7 +124,7 @@ private:
   double LastProgress = 0; // with it;
   // Messages that had been sent as the first other answer came since then; 0: none has come.
   std::uint32_t AskedByThen = 0;
-  std::size_t Strays = 0;    // messages that bring nothing of what is owed, since then
+  std::size_t Strays = 0;    // messages that bring nothing of what was asked for, since then
   bool OthersCame = false;   // since the last progress
   std::string Model, Digest; // that is open, or was when the connection was lost
   std::string Refusal;       // why nothing more can be had of it; empty = it can

@@ -20,7 +20,6 @@ constexpr double bytesOfRegionTriangle = 750;
 // Of bytes for what the view wants, as of the standard budget's two fifths.
 constexpr double pieceBytesOfLevelTriangle = 0.4 * bytesOfLevelTriangle;
 constexpr double pieceBytesOfRegionTriangle = 0.4 * bytesOfRegionTriangle;
-constexpr std::size_t treeBytes = std::size_t{ 16 } << 20;
 
 constexpr double smallestPart = 0.2;
 constexpr double smaller = 0.8; // at each growth
@@ -31,7 +30,7 @@ MemoryShares SharesOfBudgets(std::uint64_t triangles, std::size_t viewBytes)
 {
   const auto within = [viewBytes](double each)
   { return static_cast<std::uint64_t>(static_cast<double>(viewBytes) / each); };
-  return { viewBytes / 2, treeBytes, viewBytes, triangles,
+  return { viewBytes / 2, standardTreeBytes, viewBytes, triangles,
     std::min(triangles, within(pieceBytesOfLevelTriangle)),
     std::min(triangles / 2, within(pieceBytesOfRegionTriangle)), viewBytes / 2 };
 }

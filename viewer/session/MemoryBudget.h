@@ -9,6 +9,9 @@
 namespace kdstream
 {
 
+// Of a model's tree, where nothing else is said.
+constexpr std::size_t standardTreeBytes = std::size_t{ 16 } << 20;
+
 // What a session may hold (SessionOptions::TakeShares).
 struct MemoryShares
 {

@@ -101,10 +101,9 @@ void ViewerSession::BlobArrived(std::uint32_t request, const BlobId& blob,
   entry.fromCache = fromCache;
   ++this->BlobsLoaded;
   this->BytesLoaded += bytes.size();
-  if (this->HasLost && !this->AskedForLost && !fromCache)
+  if (!fromCache)
   {
-    this->Retry(); // something comes again
-    this->AskedForLost = true;
+    this->AskForLost(blob);
   }
   if (const Status status = this->Decode(blob, bytes, entry); !status)
   {
@@ -118,7 +117,7 @@ void ViewerSession::BlobArrived(std::uint32_t request, const BlobId& blob,
     this->History.Add(piece, std::move(entry));
   }
   this->Update();
-  this->AskedForLost = this->AskedForLost && (this->HasLost || !this->IsIdle());
+  this->SettleLost();
   this->Trace("blob", protocol::BlobName(blob));
 }
 
@@ -170,6 +169,50 @@ Status ViewerSession::Decode(
   return {};
 }
 
+// Something comes over the line again: what it took is asked for anew, at once; after that, each
+// time one of what was asked for anew has come. So it ends where nobody is given the rest.
+void ViewerSession::AskForLost(const BlobId& come)
+{
+  if (this->AskedAgain.count(come) != 0)
+  {
+    this->AskedAgain.clear();
+  }
+  if (!this->AskedAgain.empty())
+  {
+    return;
+  }
+  for (const auto& [blob, message] : std::exchange(this->Lost, {}))
+  {
+    if (this->LastError == this->SentenceOf(blob, message))
+    {
+      this->LastError.clear();
+    }
+    if (IsOfPiece(blob))
+    {
+      const PieceId piece = PieceOfBlob(blob, this->Current->codec.depths);
+      this->FailedPieces.erase(piece);
+      this->Doubtful.erase(piece);
+    }
+    this->FailedTree.erase(blob);
+    this->Tiles.Retry(blob);
+    this->AskedAgain.insert(blob);
+  }
+}
+
+// The next loss is one by itself.
+void ViewerSession::SettleLost()
+{
+  if (this->Lost.empty() && this->IsIdle())
+  {
+    this->AskedAgain.clear();
+  }
+}
+
+std::string ViewerSession::SentenceOf(const BlobId& blob, const std::string& message) const
+{
+  return protocol::BlobName(blob) + " of " + this->ModelId + " cannot be had: " + message;
+}
+
 void ViewerSession::Fail(const BlobId& blob, const std::string& message)
 {
   if (this->Ahead.erase(blob) > 0)
@@ -179,8 +222,7 @@ void ViewerSession::Fail(const BlobId& blob, const std::string& message)
     this->AheadSpent = this->Options.aheadBytes;
     return;
   }
-  const std::string sentence =
-    protocol::BlobName(blob) + " of " + this->ModelId + " cannot be had: " + message;
+  const std::string sentence = this->SentenceOf(blob, message);
   if (blob.kind == BlobKind::Texture)
   {
     this->Tiles.Fail(blob);
@@ -226,8 +268,10 @@ void ViewerSession::BlobFailed(
 {
   if (this->Current && this->Book.Settle(request, blob))
   {
+    this->AskedAgain.erase(blob);
     this->Fail(blob, message);
     this->Update();
+    this->SettleLost();
     this->Trace("failed", protocol::BlobName(blob));
   }
 }
@@ -243,14 +287,18 @@ void ViewerSession::RequestFailed(std::uint32_t request, const std::string& mess
   const std::vector<BlobId> owed = this->Book.Close(request);
   for (const BlobId& blob : owed)
   {
+    if (this->Ahead.count(blob) == 0)
+    {
+      this->Lost.insert_or_assign(blob, message);
+    }
     this->Fail(blob, message);
   }
-  this->HasLost |= !owed.empty();
   if (open)
   {
     this->LastError = this->ModelId + " cannot be opened: " + message;
   }
   this->Update();
+  this->SettleLost();
   this->Trace("request failed");
 }
 

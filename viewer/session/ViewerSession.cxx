@@ -210,7 +210,8 @@ void ViewerSession::SetDetail(DetailMode detail)
 // Forgets what failed, so that it is asked for again.
 void ViewerSession::Retry()
 {
-  this->HasLost = this->AskedForLost = false;
+  this->Lost.clear();
+  this->AskedAgain.clear();
   this->FailedPieces.clear();
   this->FailedTree.clear();
   this->Tiles.Retry();

@@ -52,7 +52,7 @@ struct SessionOptions
   // Decoded pieces that are kept beyond what is shown, bytes.
   std::size_t cacheBytes = std::size_t{ 256 } << 20;
   // What is kept of the model's tree, bytes.
-  std::size_t treeBytes = std::size_t{ 16 } << 20;
+  std::size_t treeBytes = standardTreeBytes;
   // Decoded pictures of textures that are kept, bytes.
   std::size_t pictureBytes = std::size_t{ 512 } << 20;
   // By the view, when all that is wanted is there: what one would want next, nearer by half in the
@@ -414,6 +414,9 @@ private:
     const protocol::BlobId& blob, std::span<const std::uint8_t> bytes, BlobStatistics& entry);
   void TakeLate(
     std::uint32_t request, const protocol::BlobId& blob, std::span<const std::uint8_t> bytes);
+  void AskForLost(const protocol::BlobId& come);
+  void SettleLost();
+  std::string SentenceOf(const protocol::BlobId& blob, const std::string& message) const;
   void Fail(const protocol::BlobId& blob, const std::string& message);
   void TellWhatIsMissed();
   void NoteWhatIsShown();
@@ -470,8 +473,10 @@ private:
   std::uint32_t LoneRequest = 0;          // sent while nothing was owed; none of it has come
   std::set<PieceId> FailedPieces;
   std::set<protocol::BlobId> FailedTree;
-  // Some failed with all of its request, as where the line is lost; that has been asked for again.
-  bool HasLost = false, AskedForLost = false;
+  // What failed with all of its request, as where the line is lost, and why; and what of that was
+  // asked for again, as long as none of it has come.
+  std::map<protocol::BlobId, std::string> Lost;
+  std::set<protocol::BlobId> AskedAgain;
   std::map<PieceId, std::string> Doubtful; // that failed, and why: perhaps nobody misses them
   std::string LastError;
 

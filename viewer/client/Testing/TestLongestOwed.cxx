@@ -7,9 +7,12 @@
 
 #include <algorithm>
 #include <functional>
+#include <iterator>
 #include <limits>
 #include <map>
+#include <numeric>
 #include <string>
+#include <utility>
 #include <vector>
 
 using namespace kdstream;
@@ -99,6 +102,14 @@ public:
     this->Line.Send(Partitions(request, blobs), this->Now);
     this->Listen();
   }
+  void CallBack(std::uint32_t request)
+  {
+    SessionRequest cancel;
+    cancel.kind = SessionRequest::Kind::Cancel;
+    cancel.id = request;
+    this->Line.Send(cancel, this->Now);
+    this->Listen();
+  }
   // One frame of a blob of so many bytes.
   void SayFrame(
     std::uint32_t wire, std::uint32_t partition, std::uint32_t offset = 0, std::uint32_t total = 3)
@@ -174,6 +185,16 @@ const std::map<std::string, Chatter> chatters{
     [](Talk& talk, std::uint32_t step) { talk.SayFrame(talk.Asking.front().wire, 1000 + step); } },
   { "one piece over and over",
     [](Talk& talk, std::uint32_t) { talk.SayFrame(talk.Asking.front().wire, 2); } },
+  { "a piece that was called back, over and over",
+    [](Talk& talk, std::uint32_t step)
+    {
+      if (step == 1)
+      {
+        talk.Ask(50, { 50, 51 });
+        talk.CallBack(50);
+      }
+      talk.SayFrame(talk.Asking.back().wire, 50);
+    } },
   { "answers to nothing", [](Talk& talk, std::uint32_t step) { talk.SayFrame(9999, step); } },
   { "that it begins",
     [](Talk& talk, std::uint32_t)
@@ -370,10 +391,7 @@ TEST(TestLongestOwed, WhatWasCalledBackMayComeBefore)
 {
   Talk talk;
   talk.Ask(2, { 1 });
-  SessionRequest cancel;
-  cancel.kind = SessionRequest::Kind::Cancel;
-  cancel.id = 2;
-  talk.Line.Send(cancel, talk.Now);
+  talk.CallBack(2);
   talk.Ask(3, { 2 });
   std::vector<Blob> blobs = BlobsOf(talk);
   ASSERT_EQ(blobs.size(), 2u);
@@ -385,6 +403,26 @@ TEST(TestLongestOwed, WhatWasCalledBackMayComeBefore)
     }
   }
   EXPECT_GT(talk.Now, 3 * longestDebt);
+  ExpectAllCame(talk, 1);
+}
+
+// Of a line that was quick, and carried much at a time, until it became slow.
+TEST(TestLongestOwed, MuchThatWasCalledBackMayComeBefore)
+{
+  Talk talk;
+  std::vector<std::uint32_t> many(4 * StreamConversation::mostStrays);
+  std::iota(many.begin(), many.end(), 100u);
+  talk.Ask(2, many);
+  talk.CallBack(2);
+  talk.Ask(3, { 2 });
+  std::vector<Blob> blobs = BlobsOf(talk);
+  ASSERT_EQ(blobs.size(), many.size() + 1);
+  for (Blob& blob : blobs)
+  {
+    blob.total = protocol::maximumPayloadBytes;
+    SendFrame(talk, blob);
+  }
+  EXPECT_GT(talk.Now, 10 * longestDebt);
   ExpectAllCame(talk, 1);
 }
 

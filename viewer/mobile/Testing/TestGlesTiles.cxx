@@ -6,6 +6,7 @@
 #include "viewer/mobile/Testing/PngFile.h"
 #include "viewer/mobile/Testing/TiledScenes.h"
 
+#include <algorithm>
 #include <iostream>
 
 namespace kdstream::test

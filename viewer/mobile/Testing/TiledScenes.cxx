@@ -8,6 +8,7 @@
 #include "viewer/session/Testing/MemoryServer.h"
 #include "viewer/session/ViewerSession.h"
 
+#include <algorithm>
 #include <cmath>
 #include <stdexcept>
 

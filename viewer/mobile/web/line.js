@@ -362,7 +362,7 @@ export class Line {
     }
     if (this.#socket === socket) {
       this.#socket = null;
-      const why = reason || (trouble?.message ?? "it was closed"); // told where there was a stream before
+      const why = reason || trouble?.message || "it was closed"; // which one reads only where a stream had opened
       this.#viewer.socketEnded(refused, why, now(), trouble?.retryAfter ?? 0);
       this.#told();
     }

@@ -2,7 +2,7 @@
 // What the parts of the page share: the elements of its document, and the viewer with its line and its fingers, which
 // start() (page.js) puts here. These parts are choosing.js (which model, seen how), frames.js (what is drawn and said),
 // sheets.js (options, tools, notes) and controls.js (buttons, keys, the browser). They import from each other, in circles
-// too: so none calls another, or reads what it holds, before start().
+// too: so none calls another, or reads what it holds but functions, before start().
 
 export const find = (id) => document.getElementById(id);
 export const canvas = find("view");

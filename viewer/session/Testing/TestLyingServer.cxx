@@ -62,9 +62,9 @@ void TellOfBoxes(MemoryServer& server, const std::vector<Box>& boxes, bool exact
     server.Blob(BlobId::TreePage(page)) =
       EncodeTreePage(RoundTreePage(boxes, page, depths, server.Table()));
   }
-  for (const NodeId node : AllPartitionBoxes(depths))
+  if (exactToo)
   {
-    if (exactToo)
+    for (const NodeId node : AllPartitionBoxes(depths))
     {
       server.Blob(BlobId::PartitionBoxes(node)) = EncodePartitionBoxes(boxes, node, depths);
     }

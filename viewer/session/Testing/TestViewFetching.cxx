@@ -6,6 +6,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <map>
 #include <memory>
 #include <optional>
 #include <set>
@@ -256,6 +257,36 @@ TEST(TestViewFetching, WhatFailsIsToldOnlyWhereItIsMissed)
     look(server, all)->GetStatus().error.find(" of torus cannot be had: "), std::string::npos);
 }
 
+// All that is asked for now is lost; how many requests that were.
+std::size_t Lose(ViewerSession& session)
+{
+  session.BeginFrame();
+  const std::vector<SessionRequest> requests = session.TakeRequests();
+  for (const SessionRequest& request : requests)
+  {
+    session.RequestFailed(request.id, "the line was lost");
+  }
+  return requests.size();
+}
+
+// Of all that is asked for until nothing is, in at most so many rounds.
+void LoseAll(ViewerSession& session)
+{
+  for (int round = 0; round < 9; ++round)
+  {
+    Lose(session);
+  }
+  EXPECT_TRUE(session.IsIdle());
+  EXPECT_NE(session.GetStatus().error.find("the line was lost"), std::string::npos);
+}
+
+void TurnALittle(ViewerSession& session)
+{
+  session.HandleTouches({ 1, { { 1, 300, 300 } } });
+  session.HandleTouches({ 2, { { 1, 330, 310 } } });
+  session.HandleTouches({ 3, {} });
+}
+
 // What fails with its whole request is asked for once more as soon as anything comes again.
 TEST(TestViewFetching, WhatALostLineTookIsHadOnceItIsBack)
 {
@@ -266,41 +297,142 @@ TEST(TestViewFetching, WhatALostLineTookIsHadOnceItIsBack)
     OpenFullScreen(*each, server);
     each->Zoom(6, onRingX, onRingY);
   }
-  for (int round = 0; round < 9; ++round)
-  {
-    session.BeginFrame();
-    for (const SessionRequest& request : session.TakeRequests())
-    {
-      session.RequestFailed(request.id, "the line was lost");
-    }
-  }
-  EXPECT_TRUE(session.IsIdle());
-  EXPECT_NE(session.GetStatus().error.find("the line was lost"), std::string::npos);
+  LoseAll(session);
   for (ViewerSession* each : { &lucky, &session })
   {
-    each->HandleTouches({ 1, { { 1, 300, 300 } } });
-    each->HandleTouches({ 2, { { 1, 330, 310 } } });
-    each->HandleTouches({ 3, {} });
+    TurnALittle(*each);
     server.Serve(*each);
   }
   EXPECT_EQ(session.GetStatus().error, "");
   EXPECT_EQ(session.ShownPieces(), lucky.ShownPieces());
+}
 
-  // Once: a server that gives it to nobody is not asked without end.
-  session.Zoom(3, 400, 300);
-  for (int round = 0; round < 50; ++round)
+// Lost again before all of that has come.
+TEST(TestViewFetching, WhatIsLostAgainIsHadToo)
+{
+  for (const std::size_t answers : { 2u, 3u, 5u, 8u })
   {
+    MemoryServer server = Torus();
+    ViewerSession lucky, session;
+    for (ViewerSession* each : { &lucky, &session })
+    {
+      OpenFullScreen(*each, server);
+      each->Zoom(6, onRingX, onRingY);
+    }
+    LoseAll(session);
+    TurnALittle(lucky);
+    server.Serve(lucky);
+    TurnALittle(session);
+    std::vector<std::uint32_t> owing;
+    for (std::size_t come = 0; come < answers;)
+    {
+      session.BeginFrame();
+      for (const SessionRequest& request : session.TakeRequests())
+      {
+        owing.push_back(request.id);
+        for (const BlobId& blob : request.blobs)
+        {
+          if (come < answers)
+          {
+            ++come;
+            session.BlobArrived(request.id, blob, server.Blob(blob), 0.1, false);
+          }
+        }
+      }
+    }
+    for (const std::uint32_t request : owing)
+    {
+      session.RequestFailed(request, "the line was lost");
+    }
+    LoseAll(session);
+    TurnALittle(session);
+    TurnALittle(lucky);
+    server.Serve(session);
+    server.Serve(lucky);
+    EXPECT_EQ(session.GetStatus().error, "") << answers;
+    EXPECT_EQ(session.ShownPieces(), lucky.ShownPieces()) << answers;
+  }
+}
+
+// A server that gives some pieces to nobody, and loses the request with each, is not asked without
+// end, though others come.
+TEST(TestViewFetching, WhatIsLostEachTimeIsNotAskedForWithoutEnd)
+{
+  MemoryServer server = Torus();
+  ViewerSession session;
+  OpenFullScreen(session, server);
+  session.Zoom(6, onRingX, onRingY);
+  std::map<BlobId, std::size_t> asked;
+  std::size_t requests = 0, come = 0;
+  for (int round = 0; round < 300; ++round)
+  {
+    if (session.IsIdle() && round < 200)
+    {
+      TurnALittle(session);
+    }
     session.BeginFrame();
     for (const SessionRequest& request : session.TakeRequests())
     {
-      if (request.blobs.size() > 1)
+      ++requests;
+      for (const BlobId& blob : request.blobs)
       {
-        session.BlobArrived(request.id, request.blobs[0], server.Blob(request.blobs[0]), 1, false);
+        ++asked[blob];
+        if (IsOfTree(blob) || blob.number % 4 != 1)
+        {
+          ++come;
+          session.BlobArrived(request.id, blob, server.Blob(blob), 0.1, false);
+        }
       }
       session.RequestFailed(request.id, "no");
     }
   }
   EXPECT_TRUE(session.IsIdle());
+  EXPECT_GT(come, 20u);
+  EXPECT_GT(requests, 10u);
+  EXPECT_LT(requests, 200u);
+  std::size_t most = 0;
+  for (const auto& [blob, times] : asked)
+  {
+    most = std::max(most, times);
+  }
+  EXPECT_EQ(most, 2u);
+  EXPECT_NE(session.GetStatus().error.find(" cannot be had: no"), std::string::npos);
+}
+
+// What is told of something else stays, and what came damaged is not asked for again.
+TEST(TestViewFetching, WhatWasNotLostStaysTold)
+{
+  MemoryServer server = Torus();
+  ViewerSession session;
+  OpenFullScreen(session, server);
+  session.Zoom(6, onRingX, onRingY);
+  LoseAll(session);
+  TurnALittle(session);
+  session.BeginFrame();
+  std::optional<BlobId> damaged;
+  std::string told;
+  for (const SessionRequest& request : session.TakeRequests())
+  {
+    for (const BlobId& blob : request.blobs)
+    {
+      if (!damaged)
+      {
+        damaged = blob;
+        session.BlobFailed(request.id, blob, "it is damaged");
+        told = session.GetStatus().error;
+      }
+      else
+      {
+        session.BlobArrived(request.id, blob, server.Blob(blob), 0.1, false);
+      }
+    }
+  }
+  ASSERT_TRUE(damaged);
+  ASSERT_NE(told.find("it is damaged"), std::string::npos) << told;
+  server.sent.clear();
+  server.Serve(session);
+  EXPECT_EQ(session.GetStatus().error, told);
+  EXPECT_EQ(server.sent.count(*damaged), 0u);
 }
 
 TEST(TestViewFetching, ATapComesFirst)

@@ -55,6 +55,7 @@ public:
   // It is not asked for again until Retry.
   void Fail(const protocol::BlobId& blob) { this->Failed.insert(blob); }
   void Retry() { this->Failed.clear(); }
+  void Retry(const protocol::BlobId& blob) { this->Failed.erase(blob); }
 
   // Never null; another object whenever other tiles are there.
   const std::shared_ptr<const TileList>& Tiles() const { return this->Here; }

@@ -320,21 +320,22 @@ bool Walk::Run()
 int main(int count, char** arguments)
 {
   const std::string detail = count == 4 ? arguments[1] : "";
-  if (detail != "view" && detail != "level")
+  const bool byView = detail == "view";
+  const std::string what = count == 4 ? arguments[2] : "";
+  const bool isSlow = what == "slow" || what == "slow-get";
+  if ((!byView && detail != "level") || (isSlow && !byView))
   {
-    std::fprintf(
-      stderr, "usage: RecordSession view|level torus|plate|slow|slow-get|FOLDER/MODEL.kds FILE\n");
+    std::fprintf(stderr, "usage: RecordSession view|level torus|plate|FOLDER/MODEL.kds FILE\n"
+                         "       RecordSession view slow|slow-get FILE\n");
     return 2;
   }
-  const bool byView = detail == "view";
-  const std::string what = arguments[2];
   if (what == "torus" || what == "plate")
   {
     const bool torus = what == "torus";
     const MemoryCatalog models(torus ? PaintedTorus() : MakePlate(), what);
     return Walk(models, torus, byView, what, arguments[3]).Run() ? 0 : 1;
   }
-  if (what == "slow" || what == "slow-get")
+  if (isSlow)
   {
     return WalkSlowly(what == "slow", arguments[3]) ? 0 : 1;
   }

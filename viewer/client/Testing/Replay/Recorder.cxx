@@ -3,6 +3,7 @@
 #include "viewer/client/Testing/Replay/Recorder.h"
 
 #include "filters/model/ModelJson.h"
+#include "server/protocol/BinaryFrame.h"
 #include "server/protocol/ResourcePath.h"
 #include "viewer/session/Testing/MemoryServer.h"
 
@@ -196,6 +197,11 @@ bool Recorder::Answer()
   }
   const auto& bytes = std::get<std::vector<std::uint8_t>>(*message);
   this->Carry(bytes.size());
+  if (const auto parsed = protocol::ParseFrame(bytes);
+      parsed && parsed->header.offset + parsed->payload.size() == parsed->header.total)
+  {
+    this->sent.push_back(parsed->header.blob);
+  }
   std::string frame(bytes.begin(), bytes.end());
   if (std::exchange(this->Damage, false))
   {
@@ -236,6 +242,10 @@ HttpReply Recorder::Fetch(const std::string& target)
     return { 200, WriteModel(model->Description()) };
   }
   const auto blob = model->ReadBlob(path->blob);
+  if (blob)
+  {
+    this->sent.push_back(path->blob);
+  }
   return blob ? HttpReply{ 200, { (*blob)->begin(), (*blob)->end() } }
               : HttpReply{ 500, R"({"error":")" + blob.GetError().message + "\"}" };
 }

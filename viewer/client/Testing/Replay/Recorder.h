@@ -71,6 +71,8 @@ public:
   double bytesPerSecond = 0; // that the line carries; 0: any number
   // Each answer is drawn, instead of several together.
   bool drawsEach = false;
+  // Blobs of which all has been sent, in order.
+  std::vector<protocol::BlobId> sent;
   // Edges with one triangle alone, of all surfaces that were drawn.
   std::size_t Holes() const { return this->BoundaryEdges; }
   std::size_t Surfaces() const { return this->SurfacesDrawn; }
