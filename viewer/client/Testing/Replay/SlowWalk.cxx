@@ -111,7 +111,7 @@ std::ptrdiff_t SlowWalk::OthersSent() const
     });
 }
 
-// The first partition comes after at most three blobs that were asked for before, besides the tree
+// The first partition comes after at most one blob that was asked for before, besides the tree
 // that the tap needs, and the way down.
 void SlowWalk::TapOnTheWay()
 {
@@ -127,7 +127,7 @@ void SlowWalk::TapOnTheWay()
   }
   this->Expect(isShown(), "a partition is there");
   this->Expect(!this->IsIdle(), "before all else");
-  this->Expect(this->OthersSent() <= 3, "soon");
+  this->Expect(this->OthersSent() <= 1, "soon");
   this->Phone.Settle();
   const auto region = this->Phone.Status().region;
   this->Expect(region && region->shown == region->partitions, "the region comes");
