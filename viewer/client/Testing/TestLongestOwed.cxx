@@ -310,6 +310,14 @@ void SendFrame(Talk& talk, Blob& blob)
   blob.sent += bytes;
 }
 
+void SendAll(Talk& talk, Blob& blob)
+{
+  while (blob.sent < blob.total)
+  {
+    SendFrame(talk, blob);
+  }
+}
+
 std::vector<Blob> BlobsOf(const Talk& talk)
 {
   std::vector<Blob> blobs;
@@ -340,10 +348,7 @@ TEST(TestLongestOwed, ASlowLineIsNotGivenUp)
   std::vector<Blob> blobs = BlobsOf(talk);
   for (Blob& blob : blobs)
   {
-    while (blob.sent < blob.total)
-    {
-      SendFrame(talk, blob);
-    }
+    SendAll(talk, blob);
   }
   EXPECT_GT(talk.Now, 5 * longestDebt);
   ExpectAllCame(talk, 3);
@@ -359,10 +364,7 @@ TEST(TestLongestOwed, OneThatSendsTheLastFirstIsNotGivenUp)
   std::vector<Blob> blobs = BlobsOf(talk);
   for (auto blob = blobs.rbegin(); blob != blobs.rend(); ++blob)
   {
-    while (blob->sent < blob->total)
-    {
-      SendFrame(talk, *blob);
-    }
+    SendAll(talk, *blob);
   }
   EXPECT_GT(talk.Now, 10 * longestDebt);
   ExpectAllCame(talk, 6);
@@ -397,10 +399,7 @@ TEST(TestLongestOwed, WhatWasCalledBackMayComeBefore)
   ASSERT_EQ(blobs.size(), 2u);
   for (Blob& blob : blobs)
   {
-    while (blob.sent < blob.total)
-    {
-      SendFrame(talk, blob);
-    }
+    SendAll(talk, blob);
   }
   EXPECT_GT(talk.Now, 3 * longestDebt);
   ExpectAllCame(talk, 1);

@@ -22,6 +22,19 @@ inline void OpenFullScreen(ViewerSession& session, MemoryServer& server)
   server.Serve(session);
 }
 
+// Until the view needs nothing more: what is fetched ahead is under way.
+inline void OpenUntilIdle(ViewerSession& session, MemoryServer& server)
+{
+  session.Resize({ width, height, 1 });
+  ASSERT_TRUE(session.SelectModel("torus"));
+  session.EnterFullScreen();
+  for (server.Take(session); !session.IsIdle(); server.Take(session))
+  {
+    ASSERT_TRUE(server.Answer(session));
+    session.BeginFrame();
+  }
+}
+
 // In a window a fifth as wide and high, where levels are fine enough.
 inline void OpenSmall(ViewerSession& session, MemoryServer& server)
 {

@@ -248,14 +248,7 @@ TEST(TestRequestOrder, TurningItOffCallsBackWhatIsUnderWay)
   SessionOptions options;
   options.aheadBytes = std::size_t{ 4 } << 20;
   ViewerSession session(options);
-  session.Resize({ width, height, 1 });
-  ASSERT_TRUE(session.SelectModel("torus"));
-  session.EnterFullScreen();
-  for (server.Take(session); !session.IsIdle(); server.Take(session))
-  {
-    ASSERT_TRUE(server.Answer(session));
-    session.BeginFrame();
-  }
+  OpenUntilIdle(session, server);
   ASSERT_GT(server.Outstanding().size(), 0u);
   session.SetAhead(0);
   server.Take(session);

@@ -145,14 +145,7 @@ TEST(TestViewFetching, WhatIsFetchedAheadMakesWay)
   SessionOptions options;
   options.aheadBytes = std::size_t{ 4 } << 20;
   ViewerSession session(options);
-  session.Resize({ width, height, 1 });
-  ASSERT_TRUE(session.SelectModel("torus"));
-  session.EnterFullScreen();
-  for (server.Take(session); !session.IsIdle(); server.Take(session))
-  {
-    ASSERT_TRUE(server.Answer(session));
-    session.BeginFrame();
-  }
+  OpenUntilIdle(session, server);
   const std::vector<BlobId> ahead = server.Outstanding();
   ASSERT_GT(ahead.size(), 2u);
   // Something else is wanted.
