@@ -2,6 +2,7 @@
 // A server that never sends what is waited for, but always something else, is given up, and the
 // message names the piece; one that is slow, or sends in another order, is not.
 #include "viewer/client/ServerLine.h"
+#include "viewer/client/Testing/SessionRequests.h"
 
 #include <gtest/gtest.h>
 
@@ -16,6 +17,7 @@
 #include <vector>
 
 using namespace kdstream;
+using namespace kdstream::testing;
 using ActionKind = ServerLine::Action::Kind;
 using State = ServerLine::State;
 using EventKind = ClientEvent::Kind;
@@ -34,15 +36,6 @@ ServerLineOptions Page()
   options.longestSilence = 20;
   options.longestDebt = longestDebt;
   return options;
-}
-
-SessionRequest Partitions(std::uint32_t id, std::vector<BlobId> blobs)
-{
-  SessionRequest request;
-  request.kind = SessionRequest::Kind::Partitions;
-  request.id = id;
-  request.blobs = std::move(blobs);
-  return request;
 }
 
 // A line, the server at its other end, and the time.

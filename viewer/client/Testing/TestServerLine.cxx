@@ -3,6 +3,7 @@
 #include "viewer/client/ServerLine.h"
 
 #include "filters/model/ModelJson.h"
+#include "viewer/client/Testing/SessionRequests.h"
 
 #include <gtest/gtest.h>
 
@@ -10,6 +11,7 @@
 #include <limits>
 
 using namespace kdstream;
+using namespace kdstream::testing;
 using ActionKind = ServerLine::Action::Kind;
 using State = ServerLine::State;
 using EventKind = ClientEvent::Kind;
@@ -17,23 +19,6 @@ using protocol::BlobId;
 
 namespace
 {
-
-SessionRequest OpenModel(std::uint32_t id)
-{
-  SessionRequest request;
-  request.id = id;
-  request.model = "m";
-  return request;
-}
-
-SessionRequest Partitions(std::uint32_t id, std::vector<BlobId> blobs)
-{
-  SessionRequest request;
-  request.kind = SessionRequest::Kind::Partitions;
-  request.id = id;
-  request.blobs = std::move(blobs);
-  return request;
-}
 
 ModelDescription Model()
 {
