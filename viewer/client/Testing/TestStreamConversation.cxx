@@ -2,6 +2,7 @@
 // Requests as messages and answers as events, without sockets: lists, limits, cancels, lost
 // connections.
 #include "viewer/client/StreamConversation.h"
+#include "viewer/client/Testing/SessionRequests.h"
 
 #include <gtest/gtest.h>
 
@@ -9,6 +10,7 @@
 #include <random>
 
 using namespace kdstream;
+using kdstream::testing::OpenModel;
 using Kind = SessionRequest::Kind;
 using EventKind = ClientEvent::Kind;
 using protocol::BlobId;
@@ -25,14 +27,6 @@ SessionRequest Partitions(std::uint32_t id, std::uint32_t count, std::uint32_t f
   {
     request.blobs.push_back(BlobId::Partition(first + i));
   }
-  return request;
-}
-
-SessionRequest OpenModel(std::uint32_t id, const std::string& model)
-{
-  SessionRequest request;
-  request.id = id;
-  request.model = model;
   return request;
 }
 
