@@ -138,8 +138,8 @@ endfunction()
 #   kdstream_add_tests(CoreTests LABEL unit TESTS Testing/TestKdTree Testing/TestRegion LINK KdStream::core …)
 # LABEL is unit, render or e2e. SOURCES are what the tests share, DEPENDS the programs that they start, LAUNCHER is what starts
 # the tests, as xvfb-run. KDSTREAM_PROGRAMS is defined as the folder of all programs. Further labels are for
-# the sources named after them, or for all: HOSTILE reads bytes of strangers and runs with the address sanitizer too, THREADS
-# runs with the thread sanitizer too, and SLOW is left to `./dev test --all`.
+# the sources named after them, or for ALL: HOSTILE reads bytes of strangers and runs with the address sanitizer too, THREADS
+# runs with the thread sanitizer too. SLOW names tests (Suite.Name) that are left to `./dev test --all`: an entry of their own.
 set(KDSTREAM_TESTED_LABEL "" CACHE STRING "Build the tests of this label only, e.g. hostile; empty = all")
 add_custom_target(tests) # all test programs, and what they start
 if(KDSTREAM_BUILD_TESTING)
@@ -154,8 +154,9 @@ if(KDSTREAM_BUILD_TESTING)
 endif()
 
 function(kdstream_add_tests program)
-  set(labels HOSTILE THREADS SLOW)
-  cmake_parse_arguments(PARSE_ARGV 1 arg "" "LABEL" "TESTS;SOURCES;LINK;DEFINITIONS;DEPENDS;ENVIRONMENT;LAUNCHER;${labels}")
+  set(labels HOSTILE THREADS)
+  cmake_parse_arguments(PARSE_ARGV 1 arg "" "LABEL"
+    "TESTS;SOURCES;LINK;DEFINITIONS;DEPENDS;ENVIRONMENT;LAUNCHER;SLOW;${labels}")
   if(arg_UNPARSED_ARGUMENTS)
     message(FATAL_ERROR "kdstream_add_tests(${program}): ${arg_UNPARSED_ARGUMENTS} is not understood")
   endif()
@@ -192,8 +193,20 @@ function(kdstream_add_tests program)
   if(arg_DEPENDS)
     add_dependencies(${program} ${arg_DEPENDS})
   endif()
+  list(JOIN arg_SLOW ":" slow)
+  set(without "")
+  if(slow AND KDSTREAM_TESTED_LABEL STREQUAL "")
+    add_test(NAME ${program}-slow COMMAND ${arg_LAUNCHER} $<TARGET_FILE:${program}> "--gtest_filter=${slow}")
+    set(labels_of_${program}-slow ${arg_LABEL} slow)
+    list(APPEND tests ${program}-slow)
+  endif()
+  if(slow)
+    set(without "--gtest_filter=-${slow}")
+  endif()
   foreach(test IN LISTS tests)
-    add_test(NAME ${test} COMMAND ${arg_LAUNCHER} $<TARGET_FILE:${program}> ${test})
+    if(NOT TEST ${test})
+      add_test(NAME ${test} COMMAND ${arg_LAUNCHER} $<TARGET_FILE:${program}> ${test} ${without})
+    endif()
     set_tests_properties(${test} PROPERTIES LABELS "${labels_of_${test}}")
     if(arg_ENVIRONMENT)
       set_tests_properties(${test} PROPERTIES ENVIRONMENT "${arg_ENVIRONMENT}")
