@@ -26,7 +26,7 @@ inline void SetUpRanks()
   ::setenv("OMPI_MCA_hwloc_base_binding_policy", "none", 1);
   // Open MPI waits so many seconds behind a rank with an exit code. All have cleaned up by then.
   ::setenv("OMPI_MCA_odls_base_sigkill_timeout", "0", 1);
-  ::setenv("MPIEXEC_TIMEOUT", "120", 1); // s: a job that hangs fails its test
+  ::setenv("MPIEXEC_TIMEOUT", "300", 1); // s: a job that hangs fails its test
 }
 
 // `mpirun -np RANKS …`: what comes behind the program's name.

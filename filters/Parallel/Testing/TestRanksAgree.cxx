@@ -66,14 +66,13 @@ TEST(RanksAgree, OtherOptionsOfOneRankEndTheJob)
   };
   expectDifference({ "--precision", "12" }, "20", "12");
   expectDifference({ "--weld", "off" }, "on", "off");
-  expectDifference({ "--vertices-per-partition", "50" }, "2000", "50");
   expectDifference({ "--title", "A ball" }, "not given", "\"A ball\"");
   const std::vector<std::string> elsewhere{ "mesh.ply", "-o", "other.kds", "--quiet" };
   ExpectOneMessage(RunOneOtherwise(folder, usual, elsewhere),
     "--output is out.kds on " + Rank(0) + ", and other.kds on " + Rank(1), 2);
 }
 
-// What a rank does not even understand, or will not do.
+// What a rank does not understand, or does not do.
 TEST(RanksAgree, WrongUsageOfOneRankEndsTheJob)
 {
   const TemporaryFolder folder;
@@ -83,7 +82,6 @@ TEST(RanksAgree, WrongUsageOfOneRankEndsTheJob)
   const auto run = [&](const std::vector<std::string>& more)
   { return RunOneOtherwise(folder, usual, With(usual, more)); };
   ExpectOneMessage(run({ "--precison", "12" }), of, 2);
-  ExpectOneMessage(run({ "--resume" }), of, 2);
   ExpectOneMessage(run({ "--help" }), "--help or --version on " + Rank(1), 2);
   ExpectOneMessage(RunOneOtherwise(folder, usual, { "mesh.las", "-o", "out.kds" }), of, 1);
   EXPECT_EQ(Others(folder, { "mesh.ply" }), std::vector<std::string>{});
