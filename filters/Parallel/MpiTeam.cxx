@@ -3,18 +3,56 @@
 
 #include "filters/Parallel/TeamFiles.h"
 #include "filters/core/BitCast.h"
+#include "filters/core/CaughtError.h"
 
 #include <algorithm>
+#include <array>
 #include <functional>
 #include <string>
 
+#include <unistd.h>
+
 namespace kdstream
 {
+namespace
+{
+
+// A step of an exchange that the other ranks do at the same time.
+template <class Step>
+auto Together(const Step& step)
+{
+  try
+  {
+    return step();
+  }
+  catch (...)
+  {
+    throw BrokenTeam{ CaughtError() };
+  }
+}
+
+}
 
 MpiTeam::MpiTeam(vtkMPIController& controller)
   : Messages(controller)
   , Nodes(this->Messages.Count())
 {
+}
+
+std::string MpiTeam::Where() const
+{
+  std::array<char, 256> host{};
+  ::gethostname(host.data(), host.size() - 1);
+  return "rank " + std::to_string(this->Rank()) + " on " + host.data();
+}
+
+Error MpiTeam::NameRank(Error error) const
+{
+  if (this->Count() > 1 && error.code != ErrorCode::Cancelled)
+  {
+    (error.place.empty() ? error.message : error.place) += " (" + this->Where() + ")";
+  }
+  return error;
 }
 
 // The lowest rank with an error tells it to all.
@@ -28,12 +66,12 @@ Status MpiTeam::Agree(std::span<const std::uint64_t> numbers, const Error* own)
   std::vector<std::uint64_t> mine(each, 0);
   mine[0] = own != nullptr ? 1 : 0;
   std::copy(numbers.begin(), numbers.end(), mine.begin() + 1);
-  this->AllTold = this->Messages.TellAll(mine);
+  this->AllTold = Together([&] { return this->Messages.TellAll(mine); });
   for (std::size_t rank = 0; rank < this->Count(); ++rank)
   {
     if (this->AllTold[rank * each] != 0)
     {
-      this->Failed = this->ErrorOf(rank, own);
+      this->Failed = Together([&] { return this->ErrorOf(rank, own); });
       return *this->Failed;
     }
   }
@@ -43,7 +81,7 @@ Status MpiTeam::Agree(std::span<const std::uint64_t> numbers, const Error* own)
 // The error of a rank, told to all. own: on this rank, if it has any.
 Error MpiTeam::ErrorOf(std::size_t rank, const Error* own)
 {
-  Error error = rank == this->Rank() ? *own : Error{};
+  Error error = rank == this->Rank() ? this->NameRank(*own) : Error{};
   int code[] = { static_cast<int>(error.code) };
   this->Messages.Broadcast(rank, code);
   error.code = static_cast<ErrorCode>(code[0]);
@@ -64,7 +102,7 @@ Status MpiTeam::Sum(std::span<std::uint64_t> numbers)
   if (numbers.size() > this->Count())
   {
     KDSTREAM_TRY(this->Agree());
-    this->Messages.Combine(numbers, std::plus<>());
+    Together([&] { this->Messages.Combine(numbers, std::plus<>()); });
     return {};
   }
   // So few are told while the ranks agree.
@@ -84,8 +122,12 @@ Status MpiTeam::Spread(std::vector<VertexId>& numbers)
 {
   const std::uint64_t count = numbers.size();
   KDSTREAM_TRY(this->Agree(std::span(&count, 1)));
-  numbers.resize(static_cast<std::size_t>(this->Told(0, 0)));
-  this->Messages.PassDown(std::as_writable_bytes(std::span(numbers)));
+  Together(
+    [&]
+    {
+      numbers.resize(static_cast<std::size_t>(this->Told(0, 0)));
+      this->Messages.PassDown(std::as_writable_bytes(std::span(numbers)));
+    });
   return {};
 }
 
@@ -97,7 +139,6 @@ Status MpiTeam::Fetch(SpillFile& file, std::size_t elementBytes, std::span<const
 
 Status MpiTeam::Share(std::span<std::byte> blocks, unsigned depth)
 {
-  KDSTREAM_TRY(this->Agree());
   const std::size_t bytes = blocks.size() >> depth;
   std::vector<std::size_t> offsets, lengths;
   for (std::size_t rank = 0; rank < this->Count(); ++rank)
@@ -106,13 +147,13 @@ Status MpiTeam::Share(std::span<std::byte> blocks, unsigned depth)
     offsets.push_back(range.begin * bytes);
     lengths.push_back((range.end - range.begin) * bytes);
   }
-  this->Messages.GatherParts(blocks, offsets, lengths);
+  KDSTREAM_TRY(this->Agree());
+  Together([&] { this->Messages.GatherParts(blocks, offsets, lengths); });
   return {};
 }
 
 Status MpiTeam::JoinBoxes(std::span<Box> boxes)
 {
-  KDSTREAM_TRY(this->Agree());
   std::vector<double> mine; // the upper ends negative, so that one minimum does for both
   for (const Box& box : boxes)
   {
@@ -120,7 +161,11 @@ Status MpiTeam::JoinBoxes(std::span<Box> boxes)
     std::transform(
       box.hi.begin(), box.hi.end(), std::back_inserter(mine), [](double x) { return -x; });
   }
-  this->Messages.Combine(std::span(mine), [](double a, double b) { return std::min(a, b); });
+  KDSTREAM_TRY(this->Agree());
+  Together(
+    [&] {
+      this->Messages.Combine(std::span(mine), [](double a, double b) { return std::min(a, b); });
+    });
   for (std::size_t i = 0; i < boxes.size(); ++i)
   {
     for (std::size_t k = 0; k < 3; ++k)
@@ -154,15 +199,21 @@ Result<double> MpiTeam::AddInOrder(const std::function<Status(double& sum)>& add
 {
   KDSTREAM_TRY(this->Agree());
   double sum = 0;
-  if (!this->IsFirst())
-  {
-    this->Messages.Receive(this->Rank() - 1, std::as_writable_bytes(std::span(&sum, 1)));
-  }
-  const Status added = add(sum); // the others are not left to wait, whatever becomes of it
-  if (this->Rank() + 1 < this->Count())
-  {
-    this->Messages.Send(this->Rank() + 1, std::as_bytes(std::span(&sum, 1)));
-  }
+  const Status added = Together(
+    [&]
+    {
+      const std::span<double> one(&sum, 1);
+      if (!this->IsFirst())
+      {
+        this->Messages.Receive(this->Rank() - 1, std::as_writable_bytes(one));
+      }
+      Status status = add(sum); // the others are not left to wait, whatever becomes of it
+      if (this->Rank() + 1 < this->Count())
+      {
+        this->Messages.Send(this->Rank() + 1, std::as_bytes(one));
+      }
+      return status;
+    });
   KDSTREAM_TRY(added);
   const auto bits = BitCast<std::uint64_t>(sum);
   KDSTREAM_TRY(this->Agree(std::span(&bits, 1)));
@@ -184,12 +235,28 @@ Result<bool> MpiTeam::ExchangeBytes(
   {
     anyMore = anyMore || this->Told(rank, 0) > 0;
   }
+  Together([&] { this->Swap(out, room); });
+  return anyMore;
+}
+
+// What each rank has for each other one, as Agree has told the sizes.
+void MpiTeam::Swap(const std::vector<std::span<const std::byte>>& out, const Room& room)
+{
+  const std::size_t ranks = this->Count();
+  // Before anything is under way: there may be no memory for it.
+  std::vector<std::span<std::byte>> in(ranks);
+  for (std::size_t from = 0; from < ranks; ++from)
+  {
+    if (from != this->Rank())
+    {
+      in[from] = room(from, static_cast<std::size_t>(this->Told(from, 1 + this->Rank())));
+    }
+  }
   RankMessages::Requests requests;
   for (std::size_t step = 1; step < ranks; ++step)
   {
     const std::size_t from = (this->Rank() + ranks - step) % ranks;
-    const auto size = static_cast<std::size_t>(this->Told(from, 1 + this->Rank()));
-    this->Messages.BeginReceive(from, room(from, size), requests);
+    this->Messages.BeginReceive(from, in[from], requests);
   }
   for (std::size_t step = 1; step < ranks; ++step)
   {
@@ -197,7 +264,6 @@ Result<bool> MpiTeam::ExchangeBytes(
     this->Messages.BeginSend(to, out[to], requests);
   }
   this->Messages.WaitFor(requests);
-  return anyMore;
 }
 
 }

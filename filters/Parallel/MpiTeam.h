@@ -5,7 +5,8 @@
 // A rank is a process of the job. Who has which blocks is NodeShares' matter, how bytes get from
 // one rank to the other RankMessages', and what goes from file to file TeamFiles'. Where a step
 // goes wrong on one rank it leaves by the error, up to the caller, who calls Fail. The others learn
-// it when they next tell each other something: every call agrees first that nobody has failed.
+// it when they next tell each other something: every call agrees first that nobody has failed. What
+// goes wrong while bytes are under way cannot be told any more: that is a BrokenTeam.
 #pragma once
 
 #include "filters/Parallel/NodeShares.h"
@@ -18,6 +19,7 @@
 #include <functional>
 #include <optional>
 #include <span>
+#include <string>
 #include <type_traits>
 #include <vector>
 
@@ -41,6 +43,13 @@ constexpr std::uint64_t RoundsOf(std::uint64_t elements, std::size_t ofRound)
   return (elements + ofRound - 1) / ofRound;
 }
 
+// Thrown, on one rank, in the middle of an exchange (there was no memory for what came): the others
+// wait for bytes that do not come, and only the end of this process ends them, too.
+struct BrokenTeam
+{
+  Error error;
+};
+
 class MpiTeam : public BlockTeam
 {
 public:
@@ -49,6 +58,11 @@ public:
 
   std::size_t Rank() const { return this->Messages.Rank(); }
   std::size_t Count() const { return this->Messages.Count(); }
+
+  // This rank for messages: "rank 1 on node7".
+  std::string Where() const;
+  // An error of this rank, which names it then, unless it is the only one or was interrupted.
+  Error NameRank(Error error) const;
 
   // Who has which blocks.
   NodeShares& Shares() { return this->Nodes; }
@@ -140,10 +154,16 @@ public:
       more);
   }
 
-  // Tells all others that this rank cannot go on, and returns the error that all end with: its own,
-  // or that of a lower rank that failed at the same time. Once it has come through a call above it
-  // is known to all.
+  // Tells all others that this rank cannot go on, and returns the error that all end with, which
+  // names its rank: its own, or that of a lower rank that failed at the same time. Once it has come
+  // through a call above it is known to all.
   Error Fail(const Error& error);
+  // The same with an error that all ranks have found at the same time, in the same words.
+  Error FailTogether(const Error& error)
+  {
+    this->Failed = error;
+    return error;
+  }
   // All are done: the error of a rank that is not.
   Status Finish() { return this->Agree(); }
 
@@ -152,6 +172,7 @@ private:
 
   Result<bool> ExchangeBytes(
     const std::vector<std::span<const std::byte>>& out, const Room& room, bool more);
+  void Swap(const std::vector<std::span<const std::byte>>& out, const Room& room);
   // What every call begins with: nobody has failed. Each rank tells the others some numbers on the
   // way, Count() + 1 at most. REQUIRES: own, or the same count of numbers on all ranks.
   Status Agree(std::span<const std::uint64_t> numbers = {}, const Error* own = nullptr);

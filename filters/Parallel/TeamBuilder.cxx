@@ -3,6 +3,7 @@
 // pieces.
 #include "filters/Parallel/TeamBuilder.h"
 
+#include "filters/Parallel/RankAgreement.h"
 #include "filters/Parallel/ShareReader.h"
 #include "filters/Parallel/TeamFaces.h"
 #include "filters/Parallel/TeamLevels.h"
@@ -21,6 +22,7 @@
 #include "filters/core/CaughtError.h"
 #include "filters/core/TakeResult.h"
 #include "filters/core/VectorMath.h"
+#include "filters/outofcore/files/LockedFolder.h"
 #include "filters/outofcore/files/RecordFile.h"
 #include "filters/outofcore/files/ReturnFreeMemory.h"
 #include "filters/outofcore/levels/LevelDeviations.h"
@@ -59,7 +61,7 @@ public:
     , Store(store)
     , Options(options)
     , Exec(execution)
-    , Memory(stepMemory > 0 ? stepMemory : StepMemory(options.memory))
+    , Memory(stepMemory)
   {
     // The libraries of MPI and VTK are no part of the steps' memory.
     this->Mesh.keptMemory = KeptMemory(this->Memory) + ResidentBytes();
@@ -88,6 +90,7 @@ private:
     Result<std::unique_ptr<MeshReader>> reader =
       MeshReader::Open(this->Input, this->Exec, this->Files.Path());
     KDSTREAM_TRY(reader);
+    KDSTREAM_TRY(AgreeOnHeader(this->Team, (*reader)->Info()));
     KDSTREAM_TRY(CheckClaimedPartitions(**reader, this->Options, false));
     ShareReader share(std::move(*reader), this->Team.Rank(), this->Team.Count());
     KDSTREAM_TRY(Take(
@@ -331,12 +334,18 @@ Result<BuildReport> BuildHere(MpiTeam& team, const std::filesystem::path& input,
   std::uint64_t stepMemory)
 {
   KDSTREAM_TRY(CheckOptions(options));
+  KDSTREAM_TRY(AgreeOnInput(team, input));
+  // Where nodes are split and blocks end must be the same on all ranks: the smallest limit decides.
+  const Result<std::uint64_t> smallest = team.Most(~options.memory);
+  KDSTREAM_TRY(smallest);
+  const std::uint64_t memory = stepMemory > 0 ? stepMemory : StepMemory(~*smallest);
   const std::filesystem::path beside = store.has_parent_path() ? store.parent_path() : ".";
-  Result<SpillFolder> folder =
-    SpillFolder::Create(options.temporaryFolder.empty() ? beside : options.temporaryFolder);
+  const std::filesystem::path& parent =
+    options.temporaryFolder.empty() ? beside : options.temporaryFolder;
+  RemoveDeadFolders(parent);
+  Result<SpillFolder> folder = SpillFolder::Create(parent);
   KDSTREAM_TRY(folder);
-  return TeamBuilder(team, std::move(*folder), input, store, options, execution, stepMemory)
-    .Build();
+  return TeamBuilder(team, std::move(*folder), input, store, options, execution, memory).Build();
 }
 
 }
@@ -350,11 +359,17 @@ Result<BuildReport> BuildStoreTogether(MpiTeam& team, const std::filesystem::pat
   {
     report = BuildHere(team, input, store, options, execution, stepMemory);
   }
+  catch (const BrokenTeam&)
+  {
+    throw;
+  }
   catch (...) // the others wait: they must be told
   {
     report = CaughtError();
   }
-  return report ? std::move(report) : team.Fail(report.GetError());
+  // A rank may have the input by another path.
+  return report ? std::move(report)
+                : team.Fail(OfFile(input.string(), std::move(report)).GetError());
 }
 
 }

@@ -13,12 +13,15 @@ namespace kdstream
 {
 
 // Builds `store` from `input`: the same content as BuildStore makes, whatever the number of ranks.
-// Called by every rank with the same arguments; all return the same error if one has any. Only rank
-// 0 writes the store; the report's counts of bytes and passes are those of the rank that asks.
-// options.memory: of one rank. A rank holds its share of the mesh and of the levels in files of its
-// own in options.temporaryFolder, or beside the store. stepMemory: for tests, bytes for each step;
-// 0: what options.memory leaves. Errors: those of BuildStore; Unsupported for baselines and
-// options.resume; LimitExceeded for less than leastMemory (ExternalBuilder.h).
+// Called by every rank with the same options (AgreeOnOptions of RankAgreement.h); all return the
+// same error if one has any, which names the rank. Only rank 0 writes the store; the report's
+// counts of bytes and passes are those of the rank that asks. options.memory: of one rank; the
+// steps of all have what the smallest leaves. That ranks have the same input is checked. A rank
+// holds its share of the mesh and of the levels in files of its own in options.temporaryFolder, or
+// beside the store. stepMemory: for tests, bytes for each step; 0: what options.memory leaves.
+// Errors: those of BuildStore; Unsupported for baselines and options.resume; LimitExceeded for less
+// than leastMemory (ExternalBuilder.h); InvalidInput where ranks have different files. A BrokenTeam
+// comes through.
 Result<BuildReport> BuildStoreTogether(MpiTeam& team, const std::filesystem::path& input,
   const std::filesystem::path& store, const BuildOptions& options, const Execution& execution = {},
   std::uint64_t stepMemory = 0);

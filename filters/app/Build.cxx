@@ -6,6 +6,7 @@
 #include "filters/app/OutputFolders.h"
 #include "filters/app/TiledTextures.h"
 #include "filters/build/Builder.h"
+#include "filters/outofcore/files/LockedFolder.h"
 #include "filters/program/Program.h"
 #include "filters/program/TbbExecution.h"
 
@@ -38,6 +39,7 @@ Result<BuildReport> BuildFrom(BuildCommand& line, const std::filesystem::path& s
   const Execution& execution, std::vector<std::string>& warnings)
 {
   const std::filesystem::path folder = store.has_parent_path() ? store.parent_path() : ".";
+  RemoveDeadFolders(line.build.temporaryFolder.empty() ? folder : line.build.temporaryFolder);
   if (!line.converts)
   {
     Result<BuildReport> report =

@@ -3,6 +3,7 @@
 // picture. The contract is doc/cli.md#kdstream-build-mpi.
 #include "filters/Parallel/MpiJob.h"
 #include "filters/Parallel/MpiTeam.h"
+#include "filters/Parallel/RankAgreement.h"
 #include "filters/Parallel/TeamBuilder.h"
 #include "filters/app/BuildCommand.h"
 #include "filters/app/ConvertedInput.h"
@@ -133,20 +134,51 @@ Status PrepareOutputs(
   return status ? team.Finish() : Status(team.Fail(status.GetError()));
 }
 
-int Build(MpiTeam& team, const CLI::App& app, BuildCommand& line)
+// What a rank finds out alone: whether there is work to do, and whether it can do it.
+Result<bool> ReadCommandLine(CLI::App& app, int argc, char** argv, BuildCommand& line)
 {
+  const Result<bool> wanted = ParseCommandLine(app, argc, argv);
+  KDSTREAM_TRY(wanted);
+  if (*wanted)
+  {
+    KDSTREAM_TRY(Interpret(app, line));
+    KDSTREAM_TRY(CheckOptions(line));
+    KDSTREAM_TRY(OfFile(line.input, CheckInput(line)));
+  }
+  return *wanted;
+}
+
+// All ranks go on, or end, together. The same result on all.
+Result<bool> ReadCommandLine(
+  MpiTeam& team, CLI::App& app, int argc, char** argv, BuildCommand& line)
+{
+  KDSTREAM_TRY(AgreeOnProgram(team));
+  const Result<bool> wanted = ReadCommandLine(app, argc, argv, line);
+  if (!wanted)
+  {
+    return team.Fail(wanted.GetError());
+  }
+  KDSTREAM_TRY(AgreeOnOptions(team, line.build,
+    { { "the version of the program", KDSTREAM_VERSION },
+      { "what it does", *wanted ? "a build" : "--help or --version" },
+      { "--output", line.output } }));
+  return *wanted;
+}
+
+int Build(MpiTeam& team, CLI::App& app, int argc, char** argv)
+{
+  BuildCommand line;
+  AddBuildOptions(app, line);
+  HideOptionsOfOneProcess(app);
   const std::string& program = app.get_name();
-  if (Status status = Interpret(app, line); !status) // the same on all ranks
+  const Result<bool> wanted = ReadCommandLine(team, app, argc, argv, line);
+  if (!wanted)
   {
-    return PrintError(program, "", status.GetError());
+    return PrintError(program, "", wanted.GetError());
   }
-  if (Status status = CheckOptions(line); !status)
+  if (!*wanted)
   {
-    return PrintError(program, "", status.GetError());
-  }
-  if (Status status = CheckInput(line); !status)
-  {
-    return PrintError(program, line.input, status.GetError());
+    return exitDone;
   }
   ShareMachine(RanksHere(team.Count()), app.count("--memory") > 0, line);
   OutputFolders folders;
@@ -190,10 +222,10 @@ int Build(MpiTeam& team, const CLI::App& app, BuildCommand& line)
 
 // The other ranks wait for this one. Only MPI can tell them, and does when a rank ends without a
 // farewell to it: the job ends.
-[[noreturn]] void EndJob(const std::string& program)
+[[noreturn]] void EndJob(const MpiTeam& team, const std::string& program, const Error& error)
 {
   std::cerr.clear(); // this rank speaks, whichever it is
-  std::_Exit(PrintError(program, "", CaughtError()));
+  std::_Exit(PrintError(program, "", team.NameRank(error)));
 }
 
 }
@@ -207,21 +239,18 @@ int main(int argc, char** argv)
     std::cout.setstate(std::ios::failbit);
     std::cerr.setstate(std::ios::failbit);
   }
-  BuildCommand line;
   CLI::App app(description, "kdstream-build-mpi");
   app.footer(footer);
-  AddBuildOptions(app, line);
-  HideOptionsOfOneProcess(app);
-  return RunProgram(app, argc, argv,
-    [&]()
-    {
-      try
-      {
-        return Build(team, app, line);
-      }
-      catch (...)
-      {
-        EndJob(app.get_name());
-      }
-    });
+  try
+  {
+    return Build(team, app, argc, argv);
+  }
+  catch (const BrokenTeam& broken)
+  {
+    EndJob(team, app.get_name(), broken.error);
+  }
+  catch (...)
+  {
+    EndJob(team, app.get_name(), CaughtError());
+  }
 }

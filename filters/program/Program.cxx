@@ -23,7 +23,7 @@ namespace kdstream
 namespace
 {
 
-constexpr const char* optionsHint = " (--help tells the options)\n";
+constexpr const char* optionsHint = " (--help tells the options)";
 
 std::atomic<bool> interrupted{ false };
 
@@ -46,7 +46,7 @@ bool IsStore(const std::filesystem::path& file)
 
 }
 
-int RunProgram(CLI::App& app, int argc, char** argv, const std::function<int()>& work)
+Result<bool> ParseCommandLine(CLI::App& app, int argc, char** argv)
 {
   SetUpHelp(app, KDSTREAM_VERSION);
   try
@@ -57,20 +57,28 @@ int RunProgram(CLI::App& app, int argc, char** argv, const std::function<int()>&
   {
     if (const auto unknown = UnknownCommand(app))
     {
-      std::cerr << app.get_name() << ": error: " << *unknown << optionsHint;
-      return exitUsage;
+      return Error{ ErrorCode::InvalidArgument, *unknown + optionsHint };
     }
     app.exit(success); // prints the help or the version
-    return exitDone;
+    return false;
   }
   catch (const CLI::ParseError& error)
   {
-    std::cerr << app.get_name() << ": error: " << UsageMessage(app, error) << optionsHint;
-    return exitUsage;
+    return Error{ ErrorCode::InvalidArgument, UsageMessage(app, error) + optionsHint };
+  }
+  return true;
+}
+
+int RunProgram(CLI::App& app, int argc, char** argv, const std::function<int()>& work)
+{
+  const Result<bool> wanted = ParseCommandLine(app, argc, argv);
+  if (!wanted)
+  {
+    return PrintError(app.get_name(), "", wanted.GetError());
   }
   try
   {
-    return work();
+    return *wanted ? work() : exitDone;
   }
   catch (...)
   {

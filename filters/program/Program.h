@@ -29,6 +29,10 @@ inline constexpr int exitUsage = 2;
 // that runs out among them.
 int RunProgram(CLI::App& app, int argc, char** argv, const std::function<int()>& work);
 
+// Its first half: whether there is work to do; false once the help or the version was printed.
+// Errors: InvalidArgument for wrong usage.
+Result<bool> ParseCommandLine(CLI::App& app, int argc, char** argv);
+
 // Prints `program: error: FILE: what, where` on stderr; returns the exit code that goes with the
 // error: wrong usage for an InvalidArgument, failed work for everything else. FILE is the one that
 // the error names, else `file`, which may be empty. Work that was interrupted (Cancelled) says so,

@@ -2,6 +2,7 @@
 // Stores of this machine as a session's source. Step "receive" of the README's picture.
 #include "viewer/client/LocalClient.h"
 
+#include "filters/core/CaughtError.h"
 #include "filters/store/StoreNotes.h"
 #include "server/session/StoreCatalog.h"
 #include "server/session/StoreModel.h"
@@ -107,13 +108,32 @@ private:
       const Job job = std::move(this->Jobs.front());
       this->Jobs.pop_front();
       lock.unlock();
-      std::optional<ClientEvent> event = this->Do(job);
+      std::optional<ClientEvent> event = this->DoOrFail(job);
       lock.lock();
       if (event)
       {
         this->Events.push_back(std::move(*event));
         this->Arrived.notify_all();
       }
+    }
+  }
+
+  // An exception, for want of memory mostly, is a failure of the job and not the program's end.
+  std::optional<ClientEvent> DoOrFail(const Job& job)
+  {
+    try
+    {
+      return this->Do(job);
+    }
+    catch (...)
+    {
+      ClientEvent event;
+      event.kind = job.kind == Job::Kind::Read ? ClientEvent::Kind::BlobFailed
+                                               : ClientEvent::Kind::RequestFailed;
+      event.request = job.request;
+      event.blob = job.blob;
+      event.message = CaughtError().message;
+      return job.kind == Job::Kind::Notes ? std::nullopt : std::optional(std::move(event));
     }
   }
 

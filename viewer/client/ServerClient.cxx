@@ -19,6 +19,7 @@
 #include <cmath>
 #include <condition_variable>
 #include <future>
+#include <iterator>
 #include <limits>
 #include <mutex>
 #include <optional>
@@ -42,7 +43,7 @@ public:
     , Tls(std::move(tls))
     , Work(asio::make_work_guard(this->Context))
     , Fetcher(std::make_unique<HttpFetcher>(this->Context, this->Server, this->Tls))
-    , Thread([this] { this->Context.run(); })
+    , Thread([this] { this->Run(); })
   {
   }
 
@@ -67,8 +68,9 @@ public:
     asio::post(this->Context,
       [this, &fetch, &promise]
       {
+        this->Waiting = &promise;
         this->Fetcher->Fetch(
-          fetch, [&promise](Result<HttpReply> answer) { promise.set_value(std::move(answer)); });
+          fetch, [this](Result<HttpReply> answer) { this->Answer(std::move(answer)); });
       });
     return reply.get();
   }
@@ -126,7 +128,19 @@ public:
     asio::post(this->Context,
       [this, request]
       {
-        this->Talk->Send(request, Now());
+        try
+        {
+          this->Talk->Send(request, Now());
+        }
+        catch (...) // the line may not know of it, so that nobody would answer
+        {
+          ClientEvent event;
+          event.kind = ClientEvent::Kind::RequestFailed;
+          event.request = request.id;
+          event.message = whyBroken;
+          this->Unpublished.push_back(std::move(event));
+          throw;
+        }
         this->Act();
       });
   }
@@ -144,10 +158,74 @@ public:
   }
 
 private:
+  static constexpr const char* whyBroken = "this program had no memory for what came, or failed";
+
   static double Now()
   {
     return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch())
       .count();
+  }
+
+  // What a handler throws, for want of memory mostly, ends the connection and not the program.
+  void Run() noexcept
+  {
+    for (bool broken = false;;)
+    {
+      try
+      {
+        if (broken)
+        {
+          this->LoseConnection();
+          broken = false;
+        }
+        this->Context.run();
+        return;
+      }
+      catch (...)
+      {
+        if (broken) // there was not even memory for that
+        {
+          std::this_thread::sleep_for(std::chrono::milliseconds(100));
+        }
+        broken = true;
+      }
+    }
+  }
+
+  // Whatever was under way has failed: a step of it was not done.
+  void LoseConnection()
+  {
+    const Error error{ ErrorCode::InputOutput, whyBroken };
+    ++this->Connection;
+    this->Socket.reset();
+    this->NotesFetcher.reset();
+    this->Fetcher.reset();
+    this->Fetcher = std::make_unique<HttpFetcher>(this->Context, this->Server, this->Tls);
+    this->Answer(error);
+    this->Ticks.cancel();
+    this->TickAt = std::numeric_limits<double>::infinity();
+    if (!this->Talk)
+    {
+      return;
+    }
+    if (this->Talk->GetState() == ServerLine::State::Getting)
+    {
+      this->Talk->Fetched(error, Now());
+    }
+    else
+    {
+      this->Talk->SocketEnded(false, error.message, Now());
+    }
+    this->Act();
+  }
+
+  // To who waits for it in FetchAndWait.
+  void Answer(Result<HttpReply> reply)
+  {
+    if (this->Waiting != nullptr)
+    {
+      std::exchange(this->Waiting, nullptr)->set_value(std::move(reply));
+    }
   }
 
   // Does what the line wants, and passes on what it has for the session.
@@ -174,7 +252,9 @@ private:
           break;
       }
     }
-    this->Publish(this->Talk->TakeEvents());
+    this->Publish(); // what there was no memory for before
+    this->Unpublished = this->Talk->TakeEvents();
+    this->Publish();
     this->WaitForTick();
   }
 
@@ -270,20 +350,20 @@ private:
     event.kind = ClientEvent::Kind::Notes;
     event.model.id = model;
     event.bytes.assign(reply->body.begin(), reply->body.end());
-    this->Publish({ std::move(event) });
+    this->Unpublished.push_back(std::move(event));
+    this->Publish();
   }
 
-  void Publish(std::vector<ClientEvent> events)
+  void Publish()
   {
-    if (events.empty())
+    if (this->Unpublished.empty())
     {
       return;
     }
     const std::lock_guard lock(this->Mutex);
-    for (ClientEvent& event : events)
-    {
-      this->Events.push_back(std::move(event));
-    }
+    this->Events.reserve(this->Events.size() + this->Unpublished.size());
+    std::move(this->Unpublished.begin(), this->Unpublished.end(), std::back_inserter(this->Events));
+    this->Unpublished.clear();
     this->Arrived.notify_all();
   }
 
@@ -296,6 +376,8 @@ private:
   std::unique_ptr<StreamSocket> Socket;
   std::unique_ptr<HttpFetcher> Fetcher;
   std::unique_ptr<HttpFetcher> NotesFetcher;
+  std::promise<Result<HttpReply>>* Waiting = nullptr; // FetchAndWait's
+  std::vector<ClientEvent> Unpublished;
   asio::steady_timer Ticks{ this->Context };
   double TickAt = std::numeric_limits<double>::infinity(); // what Ticks waits for
 

@@ -308,6 +308,10 @@ std::vector<ServerLine::Action> ServerLine::TakeActions()
 std::vector<ClientEvent> ServerLine::TakeEvents()
 {
   std::vector<ClientEvent> events = this->Stream.TakeEvents();
+  if (events.empty())
+  {
+    return this->Gets.TakeEvents();
+  }
   for (ClientEvent& event : this->Gets.TakeEvents())
   {
     events.push_back(std::move(event));

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // kdstream-build-mpi against kdstream-build: the same store, whatever the number of ranks; one
 // message and no store where it fails.
-#include "Testing/EndToEnd/Process.h"
 #include "Testing/Fixtures/Attributes.h"
 #include "Testing/Fixtures/Meshes.h"
+#include "filters/Parallel/Testing/RunRanks.h"
 #include "filters/meshio/MeshWriter.h"
 
 #include <gtest/gtest.h>
@@ -21,32 +21,6 @@ using namespace kdstream::fixtures;
 namespace
 {
 
-// `mpirun -np RANKS …`: what comes behind the program's name.
-std::vector<std::string> Ranks(unsigned ranks, const std::vector<std::string>& command)
-{
-  ::setenv("OMPI_ALLOW_RUN_AS_ROOT", "1", 1);
-  ::setenv("OMPI_ALLOW_RUN_AS_ROOT_CONFIRM", "1", 1);
-  ::setenv("OMPI_MCA_rmaps_base_oversubscribe", "1", 1);
-  ::setenv("OMPI_MCA_mpi_yield_when_idle", "1", 1);
-  ::setenv("OMPI_MCA_hwloc_base_binding_policy", "none", 1);
-  // Open MPI waits so many seconds behind a rank with an exit code. All have cleaned up by then.
-  ::setenv("OMPI_MCA_odls_base_sigkill_timeout", "0", 1);
-  std::vector<std::string> all{ KDSTREAM_NUMBER_FLAG, std::to_string(ranks) };
-  all.insert(all.end(), command.begin(), command.end());
-  return all;
-}
-
-const std::string program = std::string(KDSTREAM_PROGRAMS) + "/kdstream-build-mpi";
-
-// Runs `mpirun -np RANKS kdstream-build-mpi …` in the folder.
-Outcome RunRanks(
-  const TemporaryFolder& folder, unsigned ranks, const std::vector<std::string>& arguments)
-{
-  std::vector<std::string> command{ program };
-  command.insert(command.end(), arguments.begin(), arguments.end());
-  return RunProgram(folder, KDSTREAM_MPIRUN, Ranks(ranks, command));
-}
-
 nlohmann::json StatsOf(const TemporaryFolder& folder, const std::string& name)
 {
   nlohmann::json stats = nlohmann::json::parse(ReadWhole(folder / name), nullptr, false);
@@ -62,22 +36,6 @@ nlohmann::json StatsOf(const TemporaryFolder& folder, const std::string& name)
 std::string WithoutName(const std::string& said)
 {
   return said.substr(std::min(said.size(), said.find(": ")));
-}
-
-// Files beside those that are named.
-std::vector<std::string> Others(
-  const TemporaryFolder& folder, const std::vector<std::string>& known)
-{
-  std::vector<std::string> others;
-  for (const auto& entry : std::filesystem::directory_iterator(folder.Path))
-  {
-    const std::string name = entry.path().filename().string();
-    if (std::find(known.begin(), known.end(), name) == known.end())
-    {
-      others.push_back(name);
-    }
-  }
-  return others;
 }
 
 // Builds the mesh by one process and by some ranks; all that the stores and statistics say of it is
@@ -170,7 +128,7 @@ void CheckMemoryOfRanks(const TemporaryFolder& folder, unsigned ranks, std::uint
   const std::vector<std::string>& options)
 {
   std::vector<std::string> command{ std::string(KDSTREAM_PROGRAMS) + "/MeasureRank",
-    folder.Path.string(), program, "mesh.ply", "-o", "some.kds", "--quiet", "--memory",
+    folder.Path.string(), buildMpi, "mesh.ply", "-o", "some.kds", "--quiet", "--memory",
     std::to_string(mebibytes) + "M" };
   command.insert(command.end(), options.begin(), options.end());
   const Outcome outcome = RunProgram(folder, KDSTREAM_MPIRUN, Ranks(ranks, command));
@@ -199,21 +157,11 @@ TEST(BuildMpi, EachRankHoldsItsLimitOfMemory)
 namespace
 {
 
-void ExpectOneMessage(const Outcome& outcome, const std::string& said)
-{
-  EXPECT_EQ(outcome.exitCode, 1) << outcome.err;
-  const std::string prefix = "kdstream-build-mpi: error: ";
-  const std::size_t first = outcome.err.find(prefix);
-  ASSERT_NE(first, std::string::npos) << outcome.err;
-  EXPECT_EQ(outcome.err.find(prefix, first + 1), std::string::npos) << outcome.err;
-  EXPECT_NE(outcome.err.find(said), std::string::npos) << outcome.err;
-}
-
 // Runs three ranks, of which one is other than the rest: `differs` is done in its shell before.
 Outcome RunWithOneOther(const TemporaryFolder& folder, const std::string& differs)
 {
   const std::string script = "in=mesh.ply; if [ \"$OMPI_COMM_WORLD_RANK\" = 1 ]; then " + differs +
-                             "; fi; exec " + program + " \"$in\" -o out.kds --quiet";
+                             "; fi; exec " + buildMpi + " \"$in\" -o out.kds --quiet";
   return RunProgram(folder, KDSTREAM_MPIRUN, Ranks(3, { "/bin/sh", "-c", script }));
 }
 
@@ -227,7 +175,7 @@ TEST(BuildMpi, AnErrorOfOneRankIsThatOfAll)
   std::ofstream(folder / "cut.ply", std::ios::binary) << whole.substr(0, whole.size() - 7);
   // Only the rank that reads the end sees this.
   ExpectOneMessage(RunRanks(folder, 3, { "cut.ply", "-o", "out.kds", "--quiet" }), "cut.ply: ");
-  ExpectOneMessage(RunWithOneOther(folder, "in=none.ply"), "no such file");
+  ExpectOneMessage(RunWithOneOther(folder, "in=none.ply"), "none.ply: no such file (rank 1 on ");
   Mesh wide = DisplacedSphere(4);
   wide.scalarType = ScalarType::Float64;
   for (Vec3& p : wide.points)
@@ -239,7 +187,9 @@ TEST(BuildMpi, AnErrorOfOneRankIsThatOfAll)
   ExpectOneMessage(RunRanks(folder, 3, { "wide.ply", "-o", "out.kds", "--quiet" }), tooWide);
   // A disk on which files get no larger than 8 MB: levels need more.
   ASSERT_TRUE(WriteMesh(folder / "mesh.ply", GridPlate(500)));
-  ExpectOneMessage(RunWithOneOther(folder, "ulimit -f 16000"), "is too small");
+  const Outcome full = RunWithOneOther(folder, "ulimit -f 16000");
+  ExpectOneMessage(full, "is too small");
+  EXPECT_NE(full.err.find(" (rank 1 on "), std::string::npos) << full.err;
   EXPECT_EQ(Others(folder, { "mesh.ply", "cut.ply", "wide.ply" }), std::vector<std::string>{});
 }
 
@@ -269,10 +219,11 @@ void ExpectSameRefusal(const TemporaryFolder& folder, unsigned ranks, const std:
   arguments.push_back("--resume");
   const Outcome one = RunTool(folder, "build", arguments);
   EXPECT_EQ(one.exitCode, 1);
-  const auto line = [](const std::string& err)
+  const auto line = [](const std::string& err) // without the rank
   {
     const std::size_t begin = std::min(err.size(), err.find("error: "));
-    return err.substr(begin, err.find('\n', begin) - begin);
+    const std::string whole = err.substr(begin, err.find('\n', begin) - begin);
+    return whole.substr(0, whole.find(" (rank "));
   };
   EXPECT_EQ(line(some.err), line(one.err));
 }
@@ -330,75 +281,22 @@ TEST(BuildMpi, PartitionsThatNoMemoryHoldsAreRefused)
 namespace
 {
 
-// Starts mpirun in the folder; its process.
-pid_t Start(const TemporaryFolder& folder, std::vector<std::string> arguments)
-{
-  arguments.insert(arguments.begin(), KDSTREAM_MPIRUN);
-  std::vector<char*> argv;
-  for (std::string& argument : arguments)
-  {
-    argv.push_back(argument.data());
-  }
-  argv.push_back(nullptr);
-  const std::string out = (folder / ".said").string();
-  const pid_t child = ::fork();
-  if (child == 0)
-  {
-    if (::chdir(folder.Path.c_str()) == 0 && std::freopen(out.c_str(), "w", stdout) != nullptr &&
-        ::dup2(STDOUT_FILENO, STDERR_FILENO) >= 0)
-    {
-      ::execv(KDSTREAM_MPIRUN, argv.data());
-    }
-    ::_exit(127);
-  }
-  return child;
-}
-
-// Whether a rank has begun to read: a folder of its own is there, with a file. Or whether the first
-// one has begun to write the store: it is there under another name.
-bool HasBegun(const TemporaryFolder& folder, bool store)
-{
-  std::error_code gone; // files go while they are looked at
-  for (const auto& entry : std::filesystem::directory_iterator(folder.Path, gone))
-  {
-    const bool unfinished = entry.path().extension() == ".unfinished";
-    if (store ? unfinished
-              : entry.is_directory(gone) && !std::filesystem::is_empty(entry.path(), gone))
-    {
-      return true;
-    }
-  }
-  return false;
-}
-
-// A rank: a child of mpirun's.
-pid_t ChildOf(pid_t parent)
-{
-  std::ifstream children(
-    "/proc/" + std::to_string(parent) + "/task/" + std::to_string(parent) + "/children");
-  pid_t child = 0, last = 0;
-  while (children >> child)
-  {
-    last = child;
-  }
-  return last;
-}
-
 void CheckInterrupted(bool oneRank, bool whileItWrites)
 {
   const TemporaryFolder folder;
   // mpirun tells the ranks a second later: they are to be at work then.
   ASSERT_TRUE(WriteMesh(folder / "mesh.ply", GridPlate(oneRank || whileItWrites ? 350 : 700)));
   const std::vector<std::string> command = Ranks(
-    2, { program, "mesh.ply", "-o", "out.kds", "--quiet", "--threads", "1", "--memory", "64M" });
+    2, { buildMpi, "mesh.ply", "-o", "out.kds", "--quiet", "--threads", "1", "--memory", "64M" });
   ::setenv("OMPI_MCA_odls_base_sigkill_timeout", "1", 1);
-  const pid_t mpirun = Start(folder, command);
+  const pid_t mpirun = Start(folder, KDSTREAM_MPIRUN, command);
   while (!HasBegun(folder, whileItWrites) && ::waitpid(mpirun, nullptr, WNOHANG) == 0)
   {
     std::this_thread::sleep_for(std::chrono::milliseconds(1));
   }
-  const pid_t to = oneRank ? ChildOf(mpirun) : mpirun;
-  ASSERT_GT(to, 0);
+  const std::vector<pid_t> ranks = ChildrenOf(mpirun);
+  ASSERT_FALSE(ranks.empty());
+  const pid_t to = oneRank ? ranks.back() : mpirun;
   ::kill(to, SIGINT);
   int status = 0;
   ASSERT_EQ(::waitpid(mpirun, &status, 0), mpirun);

@@ -3,6 +3,7 @@
 #include "filters/outofcore/files/SpillFile.h"
 
 #include "filters/core/SystemReason.h"
+#include "filters/outofcore/files/LockedFolder.h"
 
 #define XXH_INLINE_ALL
 #include <xxhash.h>
@@ -276,16 +277,11 @@ Status SpillFile::Sync() const
 
 Result<SpillFolder> SpillFolder::Create(const std::filesystem::path& parent)
 {
-  std::string name = (parent.empty() ? std::filesystem::path(".") : parent) / "kdstream-XXXXXX";
-  if (mkdtemp(name.data()) == nullptr)
-  {
-    return Error{ ErrorCode::InputOutput,
-      "no folder for temporary files can be made in " + parent.string() + ": " +
-        SystemReason(errno),
-      parent.string() };
-  }
+  Result<LockedFolder> made = MakeLockedFolder(parent);
+  KDSTREAM_TRY(made);
   auto ledger = std::make_shared<detail::SpillLedger>();
-  ledger->folder = name;
+  ledger->folder = std::move(made->path);
+  ledger->lock = std::move(made->lock);
   return SpillFolder(std::move(ledger));
 }
 

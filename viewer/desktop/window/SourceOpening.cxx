@@ -2,6 +2,8 @@
 // Opening what the command line names: see SourceOpening.h.
 #include "viewer/desktop/window/SourceOpening.h"
 
+#include "filters/core/CaughtError.h"
+
 #include <filesystem>
 #include <iostream>
 #include <mutex>
@@ -62,7 +64,15 @@ SourceOpening::SourceOpening(std::string program, const ViewOptions& options)
           std::cerr << program + ": warning: " + std::string(sentence) + "\n";
           warnings += (warnings.empty() ? "" : "\n") + std::string(sentence);
         };
-        auto ended = OpenBoth(options, report, warn);
+        Result<OpenedSources> ended = Error{};
+        try
+        {
+          ended = OpenBoth(options, report, warn);
+        }
+        catch (...)
+        {
+          ended = CaughtError();
+        }
         if (ended)
         {
           ended->warnings = std::move(warnings);

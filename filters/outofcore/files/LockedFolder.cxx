@@ -1,0 +1,186 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "filters/outofcore/files/LockedFolder.h"
+
+#include "filters/core/SystemReason.h"
+
+#define XXH_INLINE_ALL
+#include <xxhash.h>
+
+#include <algorithm>
+#include <array>
+#include <cerrno>
+#include <charconv>
+#include <chrono>
+#include <csignal>
+#include <cstdio>
+#include <fstream>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include <fcntl.h>
+#include <sys/file.h>
+#include <sys/stat.h>
+#include <sys/vfs.h>
+#include <unistd.h>
+
+namespace kdstream
+{
+namespace
+{
+
+namespace fs = std::filesystem;
+
+constexpr std::string_view lockedBegin = ".kdstream-files-";
+constexpr std::chrono::hours longestPause{ 24 }; // of a build that still works
+
+// Where process numbers mean the same: this machine since it was started, and this container.
+std::string PlaceOfProcesses()
+{
+  std::string boot;
+  std::ifstream("/proc/sys/kernel/random/boot_id") >> boot;
+  std::error_code unknown;
+  const std::string place = boot + fs::read_symlink("/proc/self/ns/pid", unknown).string();
+  std::array<char, 17> text{};
+  std::snprintf(text.data(), text.size(), "%016llx",
+    static_cast<unsigned long long>(XXH3_64bits(place.data(), place.size())));
+  return text.data();
+}
+
+struct FolderOwner
+{
+  std::string place;
+  pid_t process = 0;
+};
+
+// As the name of a folder tells: PLACE-PROCESS-LETTERS behind its begin.
+std::optional<FolderOwner> OwnerOf(const fs::path& folder)
+{
+  const std::string name = folder.filename().string();
+  if (!name.starts_with(lockedBegin))
+  {
+    return {};
+  }
+  const std::size_t place = lockedBegin.size(), process = name.find('-', place) + 1;
+  FolderOwner owner{ name.substr(place, process - 1 - place), 0 };
+  const char* const end = name.data() + name.size();
+  const auto read = std::from_chars(name.data() + process, end, owner.process);
+  const bool whole = process > place && read.ec == std::errc() && read.ptr != end &&
+                     *read.ptr == '-' && owner.process > 0;
+  return whole ? std::optional(owner) : std::nullopt;
+}
+
+// Whether no other machine can see these files, so that a lock is one against all.
+bool IsOnDiskOfMachine(int descriptor)
+{
+  constexpr std::array<long, 7> disks{ 0xEF53, 0x58465342, 0x9123683E, 0x01021994, 0x794C7630,
+    0x2FC12FC1, static_cast<long>(0xF2F52010) }; // ext, xfs, btrfs, tmpfs, overlay, zfs, f2fs
+  struct statfs state = {};
+  return fstatfs(descriptor, &state) == 0 &&
+         std::find(disks.begin(), disks.end(), static_cast<long>(state.f_type)) != disks.end();
+}
+
+bool IsSameFolder(int descriptor, const fs::path& path)
+{
+  struct stat opened = {}, named = {};
+  return fstat(descriptor, &opened) == 0 && lstat(path.c_str(), &named) == 0 &&
+         opened.st_dev == named.st_dev && opened.st_ino == named.st_ino;
+}
+
+bool IsUnchangedForLong(const fs::path& folder)
+{
+  std::error_code failed;
+  auto last = fs::last_write_time(folder, failed);
+  for (fs::directory_iterator entry(folder, failed), end; !failed && entry != end;
+       entry.increment(failed))
+  {
+    std::error_code gone;
+    const auto time = fs::last_write_time(entry->path(), gone);
+    last = gone ? last : std::max(last, time);
+  }
+  return !failed && fs::file_time_type::clock::now() - last > longestPause;
+}
+
+// descriptor: of the folder, which nobody else has locked as far as can be known.
+bool IsDead(int descriptor, bool locked, const fs::path& folder, const FolderOwner& owner)
+{
+  if (locked && IsOnDiskOfMachine(descriptor))
+  {
+    return true;
+  }
+  const bool gone =
+    owner.place == PlaceOfProcesses() && kill(owner.process, 0) != 0 && errno == ESRCH;
+  return gone || IsUnchangedForLong(folder);
+}
+
+}
+
+Result<LockedFolder> MakeLockedFolder(const fs::path& parent)
+{
+  const std::string begin =
+    std::string(lockedBegin) + PlaceOfProcesses() + "-" + std::to_string(getpid()) + "-XXXXXX";
+  for (;;)
+  {
+    std::string name = (parent.empty() ? fs::path(".") : parent) / begin;
+    if (mkdtemp(name.data()) == nullptr)
+    {
+      return SystemError(
+        "no folder for temporary files can be made in " + parent.string(), errno, parent.string());
+    }
+    const int descriptor = open(name.c_str(), O_RDONLY | O_DIRECTORY | O_NOFOLLOW | O_CLOEXEC);
+    const bool refused = descriptor >= 0 && flock(descriptor, LOCK_EX | LOCK_NB) != 0;
+    const bool taken = refused && errno == EWOULDBLOCK;
+    if (descriptor >= 0 && !taken && IsSameFolder(descriptor, name))
+    {
+      return LockedFolder{ name,
+        std::shared_ptr<void>(nullptr, [descriptor](void*) { close(descriptor); }) };
+    }
+    const int reason = errno;
+    if (descriptor >= 0)
+    {
+      close(descriptor);
+    }
+    if (descriptor >= 0 || reason == ENOENT)
+    {
+      continue; // before it was locked another build has taken it for one of a killed process
+    }
+    rmdir(name.c_str());
+    return SystemError(
+      "the folder for temporary files " + name + " cannot be opened", reason, parent.string());
+  }
+}
+
+void RemoveDeadFolders(const fs::path& parent)
+{
+  std::error_code failed;
+  std::vector<std::pair<fs::path, FolderOwner>> found;
+  for (fs::directory_iterator entry(parent.empty() ? "." : parent, failed), end;
+       !failed && entry != end; entry.increment(failed))
+  {
+    if (const auto owner = OwnerOf(entry->path()))
+    {
+      found.emplace_back(entry->path(), *owner);
+    }
+  }
+  for (const auto& [folder, owner] : found)
+  {
+    struct stat state = {};
+    const int descriptor = open(folder.c_str(), O_RDONLY | O_DIRECTORY | O_NOFOLLOW | O_CLOEXEC);
+    if (descriptor < 0)
+    {
+      continue;
+    }
+    const bool locked = flock(descriptor, LOCK_EX | LOCK_NB) == 0;
+    const bool taken = !locked && errno == EWOULDBLOCK;
+    if (!taken && fstat(descriptor, &state) == 0 && state.st_uid == geteuid() &&
+        IsDead(descriptor, locked, folder, owner))
+    {
+      std::error_code ignored;
+      fs::remove_all(folder, ignored);
+    }
+    close(descriptor);
+  }
+}
+
+}
