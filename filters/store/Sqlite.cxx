@@ -237,7 +237,7 @@ Error SqliteError(sqlite3* database, ErrorCode code)
     case SQLITE_CORRUPT:
       return { code, "its pages are damaged, or cut off" };
     case SQLITE_INTERRUPT:
-      return { code, "to read it takes longer than any store does" };
+      return { code, "takes longer to read than any store" };
     case SQLITE_TOOBIG:
       return { code, "a value in it is too large" };
     case SQLITE_ERROR: // our own statements, on tables that are not there

@@ -107,7 +107,7 @@ Result<int> CheckHeader(Bytes page)
   }
   if (page[18] != 1 || page[19] != 1)
   {
-    return NotAStore("it is written by way of a second file");
+    return NotAStore("it uses a write-ahead log");
   }
   if (NumberAt(page, 56, 4) != 1)
   {
@@ -115,7 +115,7 @@ Result<int> CheckHeader(Bytes page)
   }
   if (NumberAt(page, 52, 4) != 0 || NumberAt(page, 64, 4) != 0)
   {
-    return NotAStore("its pages move (auto_vacuum)");
+    return NotAStore("it uses auto-vacuum");
   }
   return static_cast<int>(version);
 }

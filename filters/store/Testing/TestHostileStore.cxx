@@ -170,8 +170,8 @@ TEST_F(HostileStore, AnotherSchemaIsRefusedAndNamed)
     // Forms of the file.
     { "PRAGMA page_size = 512; VACUUM", "its pages are not those of a store, of 4096 bytes" },
     { "PRAGMA page_size = 65536; VACUUM", "its pages are not those of a store, of 4096 bytes" },
-    { "PRAGMA journal_mode = WAL", "it is written by way of a second file" },
-    { "PRAGMA auto_vacuum = FULL; VACUUM", "its pages move (auto_vacuum)" },
+    { "PRAGMA journal_mode = WAL", "it uses a write-ahead log" },
+    { "PRAGMA auto_vacuum = FULL; VACUUM", "it uses auto-vacuum" },
   };
   for (const auto& [statements, why] : schemas)
   {
@@ -319,7 +319,7 @@ TEST_F(HostileStore, ATreeWithoutAnEndIsEnded)
   ASSERT_TRUE(store) << store.GetError().message;
   const auto damage = (*store)->Verify();
   ASSERT_FALSE(damage.empty());
-  EXPECT_EQ(damage.front().message, "pieces: to read it takes longer than any store does");
+  EXPECT_EQ(damage.front().message, "pieces: takes longer to read than any store");
 }
 
 // Files beside the store belong to nobody: neither read nor removed.

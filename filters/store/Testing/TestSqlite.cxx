@@ -107,7 +107,7 @@ TEST(TestSqlite, AStatementThatDoesNotEndIsEnded)
     const auto counted = QueryInteger(database->get(), endless + "SELECT count(*) FROM c");
     ASSERT_FALSE(counted);
     EXPECT_EQ(counted.GetError().code, ErrorCode::Damaged);
-    EXPECT_EQ(counted.GetError().message, "to read it takes longer than any store does");
+    EXPECT_EQ(counted.GetError().message, "takes longer to read than any store");
     // All rows of a statement count together.
     auto rows = Statement::Prepare(database->get(), (endless + "SELECT x FROM c").c_str());
     ASSERT_TRUE(rows);

@@ -4,6 +4,7 @@
 #include "Testing/Fixtures/Meshes.h"
 #include "Testing/Fixtures/TemporaryFolder.h"
 #include "filters/build/Builder.h"
+#include "filters/store/Sqlite.h"
 #include "filters/store/Store.h"
 #include "server/session/StoreCatalog.h"
 #include "server/session/StoreModel.h"
@@ -228,4 +229,28 @@ TEST_F(SomeOpenStores, AFolderOfManyTakesFewDescriptors)
   const auto list = catalog.ListJson();
   catalog.Refresh();
   EXPECT_EQ(catalog.ListJson(), list) << "nothing has changed";
+}
+
+TEST_F(SomeOpenStores, AStrangersStoreKeepsNoOtherFromBeingServed)
+{
+  const fs::path stores = this->folder / "stores";
+  fs::create_directory(stores);
+  fs::copy_file(this->File(0), stores / "a-view.kds");
+  fs::copy_file(this->File(0), stores / "b-good.kds");
+  {
+    const auto database = OpenForWriting(stores / "a-view.kds");
+    ASSERT_TRUE(database);
+    ASSERT_TRUE(Execute(database->get(),
+      "DROP TABLE metadata; CREATE VIEW metadata AS SELECT 'model' AS key, (WITH RECURSIVE c(x) AS "
+      "(SELECT 1 UNION ALL SELECT x + 1 FROM c) SELECT count(*) FROM c) AS value, 0 AS checksum"));
+  }
+  std::vector<std::string> told;
+  StoreCatalog catalog(stores, [&told](const fs::path& file, const std::string& what)
+    { told.push_back(file.filename().string() + ": " + what); });
+  ASSERT_TRUE(catalog.Reload());
+  EXPECT_EQ(catalog.Models().size(), 1u);
+  EXPECT_TRUE(catalog.Find("b-good"));
+  EXPECT_EQ(told, std::vector<std::string>{ "a-view.kds: not a KdStream store: it has a view "
+                                            "'metadata'; it is left out, the other stores are "
+                                            "served" });
 }
