@@ -67,14 +67,31 @@ int FileSize(sqlite3_file* file, sqlite3_int64* bytes)
   return SQLITE_OK;
 }
 
-int Write(sqlite3_file*, const void*, int, sqlite3_int64)
+// Of a file that is open for reading alone the system refuses it.
+int Write(sqlite3_file* file, const void* data, int bytes, sqlite3_int64 offset)
 {
-  return SQLITE_READONLY;
+  const auto* from = static_cast<const char*>(data);
+  while (bytes > 0)
+  {
+    const ssize_t put = ::pwrite(DescriptorOf(file), from, static_cast<std::size_t>(bytes), offset);
+    if (put < 0 && errno == EINTR)
+    {
+      continue;
+    }
+    if (put <= 0)
+    {
+      return put == 0 || errno == ENOSPC ? SQLITE_FULL : SQLITE_IOERR_WRITE;
+    }
+    from += put;
+    bytes -= static_cast<int>(put);
+    offset += put;
+  }
+  return SQLITE_OK;
 }
 
-int Truncate(sqlite3_file*, sqlite3_int64)
+int Truncate(sqlite3_file* file, sqlite3_int64 bytes)
 {
-  return SQLITE_READONLY;
+  return ::ftruncate(DescriptorOf(file), bytes) == 0 ? SQLITE_OK : SQLITE_IOERR_TRUNCATE;
 }
 
 int Sync(sqlite3_file*, int)
@@ -105,22 +122,21 @@ int SectorSize(sqlite3_file*)
 
 int DeviceCharacteristics(sqlite3_file*)
 {
-  return SQLITE_IOCAP_IMMUTABLE;
+  return 0; // of one that is only read its URI says that it is immutable
 }
 
 constexpr sqlite3_io_methods methods{ 1, Close, Read, Write, Truncate, Sync, FileSize, Lock, Lock,
   CheckReservedLock, FileControl, SectorSize, DeviceCharacteristics, nullptr, nullptr, nullptr,
   nullptr, nullptr, nullptr };
 
-// pAppData is the file system of the platform, which makes temporary files.
-int Open(sqlite3_vfs* vfs, const char* name, sqlite3_file* file, int flags, int* outFlags)
+// No other file is opened, neither a journal nor a temporary one.
+int Open(sqlite3_vfs*, const char* name, sqlite3_file* file, int flags, int* outFlags)
 {
+  file->pMethods = nullptr;
   if (!(flags & SQLITE_OPEN_MAIN_DB))
   {
-    auto* platform = static_cast<sqlite3_vfs*>(vfs->pAppData);
-    return platform->xOpen(platform, name, file, flags, outFlags);
+    return SQLITE_CANTOPEN;
   }
-  file->pMethods = nullptr;
   const auto descriptor = sqlite3_uri_int64(name, "descriptor", -1);
   if (descriptor < 0)
   {
@@ -131,7 +147,7 @@ int Open(sqlite3_vfs* vfs, const char* name, sqlite3_file* file, int flags, int*
   opened->descriptor = static_cast<int>(descriptor);
   if (outFlags)
   {
-    *outFlags = (flags & ~SQLITE_OPEN_READWRITE) | SQLITE_OPEN_READONLY;
+    *outFlags = flags;
   }
   return SQLITE_OK;
 }
@@ -166,7 +182,6 @@ const char* Register()
   vfs.szOsFile = std::max(platform->szOsFile, static_cast<int>(sizeof(DescriptorFile)));
   vfs.pNext = nullptr;
   vfs.zName = "kdstream-descriptor";
-  vfs.pAppData = platform;
   vfs.xOpen = Open;
   vfs.xAccess = Access;
   vfs.xFullPathname = FullPathname;

@@ -1,11 +1,17 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "filters/store/Sqlite.h"
 
+#include "filters/core/SystemReason.h"
 #include "filters/store/DescriptorVfs.h"
 
 #include <sqlite3.h>
+#include <sys/stat.h>
 
+#include <algorithm>
+#include <cerrno>
+#include <ctime>
 #include <system_error>
+#include <utility>
 
 namespace kdstream
 {
@@ -44,6 +50,90 @@ Result<std::string> UriOf(const std::filesystem::path& file)
   return uri;
 }
 
+// Of the processor, for this thread: neither a slow disk nor other programs are the file's doing.
+std::chrono::nanoseconds ThreadTime()
+{
+  timespec time = {};
+  ::clock_gettime(CLOCK_THREAD_CPUTIME_ID, &time);
+  return std::chrono::seconds(time.tv_sec) + std::chrono::nanoseconds(time.tv_nsec);
+}
+
+// What the statement that this thread runs has taken. Null where it may take any time.
+struct Work
+{
+  std::uint64_t steps = 0;
+  std::chrono::nanoseconds begin{ 0 }; // of ThreadTime, as if it had run without a pause
+};
+thread_local Work* current = nullptr;
+
+constexpr int stepsBetweenLooks = 100;
+
+// SQLite calls it now and then while a statement runs; another answer than 0 ends it. The bytes of
+// the file come as a pointer.
+int HasTakenTooMuch(void* fileBytes)
+{
+  if (!current)
+  {
+    return 0;
+  }
+  const auto bytes = static_cast<std::uint64_t>(reinterpret_cast<std::uintptr_t>(fileBytes));
+  current->steps += stepsBetweenLooks;
+  const std::chrono::nanoseconds most =
+    std::chrono::seconds(2) + std::chrono::microseconds(bytes / 50);
+  return current->steps > 1'000'000 + bytes || ThreadTime() - current->begin > most ? 1 : 0;
+}
+
+// While it lives, what this thread runs is counted.
+class Counted
+{
+public:
+  Counted(std::uint64_t& steps, std::chrono::nanoseconds& time)
+    : Steps(steps)
+    , Time(time)
+    , Own{ steps, ThreadTime() - time }
+    , Before(std::exchange(current, &Own))
+  {
+  }
+  Counted(const Counted&) = delete;
+  Counted& operator=(const Counted&) = delete;
+  ~Counted()
+  {
+    this->Steps = this->Own.steps;
+    this->Time = ThreadTime() - this->Own.begin;
+    current = this->Before;
+  }
+
+private:
+  std::uint64_t& Steps;
+  std::chrono::nanoseconds& Time;
+  Work Own;
+  Work* Before;
+};
+
+// See Sqlite.h: what holds for every file.
+Status Distrust(sqlite3* database)
+{
+  for (const auto& [option, value] :
+    { std::pair{ SQLITE_DBCONFIG_DEFENSIVE, 1 }, { SQLITE_DBCONFIG_ENABLE_VIEW, 0 },
+      { SQLITE_DBCONFIG_ENABLE_TRIGGER, 0 }, { SQLITE_DBCONFIG_TRUSTED_SCHEMA, 0 },
+      { SQLITE_DBCONFIG_ENABLE_LOAD_EXTENSION, 0 }, { SQLITE_DBCONFIG_WRITABLE_SCHEMA, 0 } })
+  {
+    sqlite3_db_config(database, option, value, nullptr); // an older SQLite does not know them all
+  }
+  for (const auto& [limit, value] :
+    { std::pair{ SQLITE_LIMIT_LENGTH, mostRowBytes }, { SQLITE_LIMIT_SQL_LENGTH, 64 << 10 },
+      { SQLITE_LIMIT_COLUMN, 32 }, { SQLITE_LIMIT_EXPR_DEPTH, 32 },
+      { SQLITE_LIMIT_COMPOUND_SELECT, 4 }, { SQLITE_LIMIT_VDBE_OP, 10000 },
+      { SQLITE_LIMIT_FUNCTION_ARG, 8 }, { SQLITE_LIMIT_ATTACHED, 0 },
+      { SQLITE_LIMIT_LIKE_PATTERN_LENGTH, 100 }, { SQLITE_LIMIT_VARIABLE_NUMBER, 32 },
+      { SQLITE_LIMIT_TRIGGER_DEPTH, 1 }, { SQLITE_LIMIT_WORKER_THREADS, 0 } })
+  {
+    sqlite3_limit(database, limit, value);
+  }
+  return Execute(
+    database, "PRAGMA cell_size_check = ON; PRAGMA temp_store = MEMORY; PRAGMA mmap_size = 0");
+}
+
 Result<Database> Open(const std::string& name, int flags, ErrorCode code, const char* vfs = nullptr)
 {
   sqlite3* raw = nullptr;
@@ -52,6 +142,37 @@ Result<Database> Open(const std::string& name, int flags, ErrorCode code, const 
   if (status != SQLITE_OK)
   {
     return SqliteError(raw, code);
+  }
+  KDSTREAM_TRY(Distrust(raw));
+  return database;
+}
+
+// By our own file system, which opens no other file.
+Result<Database> OpenDescriptor(int descriptor, bool toWrite, ErrorCode code)
+{
+  const char* const vfs = DescriptorVfs();
+  if (!vfs)
+  {
+    return Error{ ErrorCode::LimitExceeded, "out of memory" };
+  }
+  struct stat status = {};
+  if (::fstat(descriptor, &status) != 0)
+  {
+    return SystemError("cannot be read or written", errno);
+  }
+  Result<Database> database =
+    Open((toWrite ? "file:/store?descriptor=" : "file:/store?immutable=1&descriptor=") +
+           std::to_string(descriptor),
+      (toWrite ? SQLITE_OPEN_READWRITE : SQLITE_OPEN_READONLY) | SQLITE_OPEN_URI |
+        SQLITE_OPEN_NOMUTEX,
+      code, vfs);
+  KDSTREAM_TRY(database);
+  sqlite3_progress_handler(database->get(), stepsBetweenLooks, HasTakenTooMuch,
+    reinterpret_cast<void*>(static_cast<std::uintptr_t>(status.st_size)));
+  if (toWrite)
+  {
+    KDSTREAM_TRY(
+      Execute(database->get(), "PRAGMA journal_mode = MEMORY; PRAGMA synchronous = OFF"));
   }
   return database;
 }
@@ -70,13 +191,12 @@ void Statement::Finalize::operator()(sqlite3_stmt* statement) const
 
 Result<Database> OpenForReading(int descriptor)
 {
-  const char* const vfs = DescriptorVfs();
-  if (!vfs)
-  {
-    return Error{ ErrorCode::LimitExceeded, "out of memory" };
-  }
-  return Open("file:/store?immutable=1&descriptor=" + std::to_string(descriptor),
-    SQLITE_OPEN_READONLY | SQLITE_OPEN_URI | SQLITE_OPEN_NOMUTEX, ErrorCode::Damaged, vfs);
+  return OpenDescriptor(descriptor, false, ErrorCode::Damaged);
+}
+
+Result<Database> OpenForWriting(int descriptor)
+{
+  return OpenDescriptor(descriptor, true, ErrorCode::InputOutput);
 }
 
 Result<Database> OpenForWriting(const std::filesystem::path& file)
@@ -86,6 +206,12 @@ Result<Database> OpenForWriting(const std::filesystem::path& file)
   return Open(*uri,
     SQLITE_OPEN_READWRITE | SQLITE_OPEN_CREATE | SQLITE_OPEN_URI | SQLITE_OPEN_NOMUTEX,
     ErrorCode::InputOutput);
+}
+
+void LimitValues(sqlite3* database, std::size_t bytes)
+{
+  sqlite3_limit(database, SQLITE_LIMIT_LENGTH,
+    static_cast<int>(std::min(bytes, static_cast<std::size_t>(mostRowBytes))));
 }
 
 Error SqliteError(sqlite3* database, ErrorCode code)
@@ -110,6 +236,10 @@ Error SqliteError(sqlite3* database, ErrorCode code)
       return { ErrorCode::LimitExceeded, "out of memory" };
     case SQLITE_CORRUPT:
       return { code, "its pages are damaged, or cut off" };
+    case SQLITE_INTERRUPT:
+      return { code, "takes longer to read than any store" };
+    case SQLITE_TOOBIG:
+      return { code, "a value in it is too large" };
     case SQLITE_ERROR: // our own statements, on tables that are not there
       return { code, "its tables are not those of a store" };
     default:
@@ -119,6 +249,9 @@ Error SqliteError(sqlite3* database, ErrorCode code)
 
 Status Execute(sqlite3* database, const std::string& sql)
 {
+  std::uint64_t steps = 0;
+  std::chrono::nanoseconds time{ 0 };
+  const Counted counted(steps, time);
   if (sqlite3_exec(database, sql.c_str(), nullptr, nullptr, nullptr) != SQLITE_OK)
   {
     return SqliteError(database, ErrorCode::InputOutput);
@@ -135,9 +268,31 @@ Result<std::int64_t> QueryInteger(sqlite3* database, const std::string& sql)
   return *row ? statement->Integer(0) : 0;
 }
 
+Result<bool> HasSchema(sqlite3* database, std::span<const std::string_view> creations)
+{
+  Result<Statement> rows =
+    Statement::Prepare(database, "SELECT sql FROM sqlite_schema ORDER BY rowid");
+  KDSTREAM_TRY(rows);
+  std::size_t same = 0;
+  Result<bool> row = rows->Step();
+  for (; row && *row; row = rows->Step(), ++same)
+  {
+    const auto sql = rows->Blob(0);
+    if (same == creations.size() ||
+        !std::equal(sql.begin(), sql.end(), creations[same].begin(), creations[same].end(),
+          [](std::uint8_t a, char b) { return a == static_cast<std::uint8_t>(b); }))
+    {
+      return false;
+    }
+  }
+  KDSTREAM_TRY(row);
+  return same == creations.size();
+}
+
 Result<Statement> Statement::Prepare(sqlite3* database, const char* sql)
 {
   Statement statement;
+  const Counted counted(statement.Steps, statement.Time);
   sqlite3_stmt* raw = nullptr;
   if (sqlite3_prepare_v2(database, sql, -1, &raw, nullptr) != SQLITE_OK)
   {
@@ -165,6 +320,7 @@ void Statement::Bind(int parameter, std::span<const std::uint8_t> value)
 
 Result<bool> Statement::Step()
 {
+  const Counted counted(this->Steps, this->Time);
   const int status = sqlite3_step(this->Handle.get());
   if (status == SQLITE_ROW)
   {
@@ -183,6 +339,8 @@ Result<bool> Statement::Step()
 void Statement::Reset()
 {
   sqlite3_reset(this->Handle.get());
+  this->Steps = 0;
+  this->Time = {};
 }
 
 std::int64_t Statement::Integer(int column) const

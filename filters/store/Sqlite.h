@@ -5,6 +5,7 @@
 
 #include "filters/core/Result.h"
 
+#include <chrono>
 #include <cstdint>
 #include <filesystem>
 #include <memory>
@@ -24,10 +25,26 @@ struct CloseDatabase
 };
 using Database = std::unique_ptr<sqlite3, CloseDatabase>;
 
+// No value and no row is larger than this: the largest blob of a store, and what stands beside it.
+inline constexpr int mostRowBytes = (64 << 20) + (64 << 10);
+
+// All of these take the file for a stranger's: its views and triggers do not run, its schema may
+// call no function that has effects, cells of pages are checked, no value is larger than
+// mostRowBytes, nothing is written to another file for the time being, and it is not mapped into
+// memory. A schema may still have expressions: compare it first with the one that is expected.
+
 // The file of an open descriptor, which must stay open as long as the database. Read-only and
-// immutable: no journal is looked for, no lock is taken, pages that were read are kept.
+// immutable: no journal is looked for, no lock is taken, pages that were read are kept. A statement
+// ends with an error of code Damaged once it has taken, until Reset, 2 s and a second for each
+// 50 MB of the file, of the processor's time, or a million and as many steps as the file has bytes.
 Result<Database> OpenForReading(int descriptor);
+// The same, to write to a file that nobody else has open. There is no journal beside it.
+Result<Database> OpenForWriting(int descriptor);
+// A file that several programs may write to, made where there is none. Its statements may take any
+// time.
 Result<Database> OpenForWriting(const std::filesystem::path& file);
+// From now on no value is larger.
+void LimitValues(sqlite3* database, std::size_t bytes);
 
 // What went wrong in the last call on `database`, in our words: SQLite's are about databases, and
 // to people a store is a file. Of code `code` unless another one says it better.
@@ -35,6 +52,10 @@ Error SqliteError(sqlite3* database, ErrorCode code);
 
 Status Execute(sqlite3* database, const std::string& sql);
 Result<std::int64_t> QueryInteger(sqlite3* database, const std::string& sql);
+
+// Whether the tables and indexes are just these, each as its CREATE statement made it. Errors:
+// those of a statement.
+Result<bool> HasSchema(sqlite3* database, std::span<const std::string_view> creations);
 
 // A prepared statement. Bind from parameter 1, Step, read columns from 0, Reset.
 class Statement
@@ -59,6 +80,9 @@ private:
     void operator()(sqlite3_stmt* statement) const;
   };
   std::unique_ptr<sqlite3_stmt, Finalize> Handle;
+  // What it has taken since Reset.
+  std::uint64_t Steps = 0;
+  std::chrono::nanoseconds Time{ 0 };
 };
 
 }

@@ -14,13 +14,19 @@ namespace kdstream
 namespace
 {
 
-// What readers take memory for in advance (the tree, lists of pieces) grows with the partitions,
-// each of which has a row with a blob.
+// What readers take memory for in advance (the tree, lists of pieces) grows with the pieces, each
+// of which has a row: of one vertex, 59 bytes.
 Status CheckCounts(const ModelDescription& info, std::uint64_t fileBytes)
 {
-  constexpr std::uint64_t leastRowBytes = 16;
+  constexpr std::uint64_t leastRowBytes = 56;
   const std::uint64_t partitions = std::uint64_t{ 1 } << info.depths.partition;
-  if (fileBytes / leastRowBytes < partitions / 2) // more than half of them are there
+  std::uint64_t pieces =
+    info.HasLevels() ? partitions : partitions / 2 + 1; // of an octree at least
+  for (unsigned depth = 0; depth < info.levels.size(); ++depth)
+  {
+    pieces += std::uint64_t{ 1 } << PieceDepth(Resolution::Level(depth), info.depths);
+  }
+  if (fileBytes / leastRowBytes < pieces)
   {
     return DamagedBlob("metadata", "a file of " + std::to_string(fileBytes) +
                                      " bytes has no room for partitions of depth " +
@@ -40,9 +46,7 @@ Result<std::shared_ptr<Store>> Store::Open(const std::filesystem::path& file)
   KDSTREAM_TRY(opened);
   const Result<FileState> state = (*opened)->State();
   KDSTREAM_TRY(state);
-  Result<kdstream::Database> database = OpenForReading((*opened)->Descriptor());
-  KDSTREAM_TRY(database);
-  Result<ModelDescription> info = ReadStoredModel(database->get());
+  Result<ModelDescription> info = ReadStoredModel((*opened)->Descriptor());
   const Result<FileState> after = (*opened)->State();
   KDSTREAM_TRY(after);
   if (!(*after == *state))
@@ -51,7 +55,6 @@ Result<std::shared_ptr<Store>> Store::Open(const std::filesystem::path& file)
   }
   KDSTREAM_TRY(info);
   KDSTREAM_TRY(CheckCounts(*info, static_cast<std::uint64_t>(state->size)));
-  database->reset(); // before the file is closed, should there be no memory for the store
   std::shared_ptr<Store> store(new Store);
   store->Information = std::move(*info);
   store->Database = std::make_unique<Connection>(std::move(*opened), *state, store->Information);
@@ -66,6 +69,11 @@ Status Store::CheckUnchanged() const
 std::optional<bool> Store::LooksUnchanged() const
 {
   return this->Database->LooksUnchanged();
+}
+
+FileState Store::State() const
+{
+  return this->Database->State();
 }
 
 bool Store::IsFile(const std::filesystem::path& file) const
@@ -236,16 +244,22 @@ Result<std::vector<Box>> Store::ReadBoxes() const
 {
   const TreeDepths& depths = this->Information.depths;
   const NodeId first = NodeId{ 1 } << DepthOfPartitionBoxes(depths);
-  std::vector<Box> partitions; // as many as there are, not as many as are claimed
+  for (NodeId node = first; node < 2 * first; ++node) // no memory for what is only claimed
+  {
+    KDSTREAM_TRY(this->BoxesBlobSize(node));
+  }
+  std::vector<Box> boxes(std::size_t{ 2 } << depths.partition);
+  auto partition = boxes.begin() + (std::ptrdiff_t{ 1 } << depths.partition);
   for (NodeId node = first; node < 2 * first; ++node)
   {
     const auto blob = this->ReadBoxesBlob(node);
     KDSTREAM_TRY(blob);
     const auto told = DecodePartitionBoxes(*blob, node, depths);
     KDSTREAM_TRY(told);
-    partitions.insert(partitions.end(), told->begin(), told->end());
+    partition = std::copy(told->begin(), told->end(), partition);
   }
-  return BoxesAbove(partitions);
+  UniteBoxes(boxes);
+  return boxes;
 }
 
 Result<PieceTable> Store::ReadPieceTable(std::span<const Box> boxes) const

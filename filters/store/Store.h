@@ -21,6 +21,8 @@
 namespace kdstream
 {
 
+struct FileState; // StoreFile.h
+
 // Reads one store. Any number of threads may read at once. The store is the file that was opened,
 // by one descriptor: where another file takes its name, the old one is read on. Where the file
 // itself is written to or truncated (its size, times or digest differ), every read fails from then
@@ -31,9 +33,11 @@ public:
   // No blob is larger: servers and clients would not take it.
   static constexpr std::uint64_t largestBlobBytes = std::uint64_t{ 64 } << 20;
 
-  // Opens and checks the metadata; a file that was changed in the last 20 ms is waited for. Errors:
-  // NotFound; Damaged, naming what; Unsupported for another store version; InputOutput where the
-  // file cannot be opened or is being written; LimitExceeded for want of memory.
+  // Opens and checks the metadata; a file that was changed in the last 20 ms is waited for. The
+  // file may be a stranger's: whatever it says, this takes at most 40 MiB, what a metadata of 1 MiB
+  // takes, and the time to read that. Errors: NotFound; InvalidInput where it is not a store,
+  // naming what it has; Damaged, naming what; Unsupported for another store version; InputOutput
+  // where the file cannot be opened or is being written; LimitExceeded for want of memory.
   static Result<std::shared_ptr<Store>> Open(const std::filesystem::path& file);
   ~Store() override;
 
@@ -44,6 +48,8 @@ public:
   Status CheckUnchanged() const;
   // The same without reading anything; nothing where it cannot be told so.
   std::optional<bool> LooksUnchanged() const;
+  // What the file says of its content without being read.
+  FileState State() const;
   // Whether the path `file` leads to the very file that is open, unchanged.
   bool IsFile(const std::filesystem::path& file) const;
 

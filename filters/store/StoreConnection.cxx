@@ -2,6 +2,7 @@
 #include "filters/store/StoreConnection.h"
 
 #include "filters/model/ModelJson.h"
+#include "filters/store/StoreHead.h"
 #include "filters/store/StoreSchema.h"
 
 #include <array>
@@ -59,34 +60,14 @@ Error DamagedBlob(const std::string& blob, const std::string& what)
   return { ErrorCode::Damaged, blob + ": " + what };
 }
 
-Result<ModelDescription> ReadStoredModel(sqlite3* database)
+Result<ModelDescription> ReadStoredModel(int descriptor)
 {
-  const Result<std::int64_t> application = QueryInteger(database, "PRAGMA application_id");
-  if (!application && application.GetError().code != ErrorCode::Damaged)
-  {
-    return application.GetError();
-  }
-  if (!application)
-  {
-    return DamagedBlob("header", application.GetError().message);
-  }
-  if (*application != storeApplicationId)
-  {
-    return Error{ ErrorCode::InvalidInput, "not a KdStream store" };
-  }
-  const Result<std::int64_t> version = QueryInteger(database, "PRAGMA user_version");
-  if (!version)
-  {
-    return DamagedBlob("header", version.GetError().message);
-  }
-  if (*version != storeVersion && *version != texturedStoreVersion)
-  {
-    return Error{ ErrorCode::Unsupported,
-      "store version " + std::to_string(*version) + "; this program reads versions " +
-        std::to_string(storeVersion) + " and " + std::to_string(texturedStoreVersion) +
-        ": build the store again" };
-  }
-  Result<Statement> statement = Statement::Prepare(database, selectModel);
+  const Result<int> version = CheckStoreHead(descriptor);
+  KDSTREAM_TRY(version);
+  const Result<Database> database = OpenForReading(descriptor);
+  KDSTREAM_TRY(database);
+  LimitValues(database->get(), mostMetadataBytes + 100); // with its key and its checksum
+  Result<Statement> statement = Statement::Prepare(database->get(), selectModel);
   if (!statement)
   {
     return DamagedBlob("metadata", statement.GetError().message);
@@ -185,9 +166,7 @@ FileState Store::Connection::State()
 // By a connection that has kept no pages.
 Result<std::string> Store::Connection::ReadDigest() const
 {
-  const Result<kdstream::Database> database = OpenForReading(this->File->Descriptor());
-  KDSTREAM_TRY(database);
-  const Result<ModelDescription> info = ReadStoredModel(database->get());
+  const Result<ModelDescription> info = ReadStoredModel(this->File->Descriptor());
   if (!info && IsTransient(info.GetError()))
   {
     return info.GetError();
@@ -206,6 +185,7 @@ Result<std::unique_ptr<Store::Connection::Reader>> Store::Connection::Take()
       return reader;
     }
   }
+  KDSTREAM_TRY(CheckStoreHead(this->File->Descriptor())); // it may have been written to
   Result<kdstream::Database> database = OpenForReading(this->File->Descriptor());
   KDSTREAM_TRY(database);
   auto reader = std::make_unique<Reader>();
@@ -271,6 +251,7 @@ Result<std::vector<std::uint8_t>> Store::Connection::ReadBlob(
                                [&](const Statement& row) -> Result<std::vector<std::uint8_t>>
                                {
                                  const auto data = row.Blob(column);
+                                 this->Bytes += data.size();
                                  if (!isWhole(row, data))
                                  {
                                    return DamagedBlob(name, "wrong checksum");
@@ -307,7 +288,7 @@ Result<std::uint64_t> Store::Connection::ReadNumber(
 }
 
 Status Store::Connection::VisitMislabelled(
-  const std::function<void(std::int64_t id, const Error& error)>& note)
+  const std::function<bool(std::int64_t id, const Error& error)>& note)
 {
   const Result<std::unique_ptr<Reader>> reader = this->Take();
   KDSTREAM_TRY(reader);
@@ -316,8 +297,11 @@ Status Store::Connection::VisitMislabelled(
   Result<bool> row = rows->Step();
   for (; row && *row; row = rows->Step())
   {
-    note(rows->Integer(0),
-      DamagedBlob("its row", "resolution is " + rows->Text(1) + ", node " + rows->Text(2)));
+    if (!note(rows->Integer(0),
+          DamagedBlob("its row", "resolution is " + rows->Text(1) + ", node " + rows->Text(2))))
+    {
+      break;
+    }
   }
   return row ? Status{} : row.GetError();
 }

@@ -7,6 +7,7 @@
 #include "filters/store/Store.h"
 #include "filters/store/StoreFile.h"
 
+#include <atomic>
 #include <cstdint>
 #include <functional>
 #include <memory>
@@ -34,9 +35,10 @@ enum class StoreQuery : std::size_t
 // A blob of a store, or its metadata, that is not what was written.
 Error DamagedBlob(const std::string& blob, const std::string& what);
 
-// What a store says of its model, checked but for what it says of the file. Errors: InvalidInput
-// where the file is none; Unsupported for another version; Damaged; InputOutput and LimitExceeded.
-Result<ModelDescription> ReadStoredModel(sqlite3* database);
+// What the store in an open file says of its model, checked but for what it says of the file.
+// Memory: 32 MiB, and what SQLite reads at once, twice. Errors: those of CheckStoreHead; Damaged;
+// InputOutput and LimitExceeded.
+Result<ModelDescription> ReadStoredModel(int descriptor);
 
 // As many connections as threads have read at the same time. Any number of threads may read at
 // once; every read fails once the file is another one than that which was opened. Errors of all:
@@ -57,6 +59,8 @@ public:
   // The same by the file's state alone: nothing where that does not tell it. Reads nothing.
   std::optional<bool> LooksUnchanged();
   FileState State();
+  // Of all blobs so far, whether they were whole or not.
+  std::uint64_t BytesRead() const { return this->Bytes; }
 
   // The blob of a piece, whose checksum holds. name: what errors call it, here and below.
   Result<std::vector<std::uint8_t>> ReadPiece(PieceId id, const std::string& name);
@@ -65,8 +69,9 @@ public:
     StoreQuery select, NodeId node, const std::string& name);
   // The number in the only column of row `key`.
   Result<std::uint64_t> ReadNumber(StoreQuery select, std::int64_t key, const std::string& name);
-  // note(id, error) for each row of a piece whose other columns do not agree with its id.
-  Status VisitMislabelled(const std::function<void(std::int64_t id, const Error& error)>& note);
+  // note(id, error) for each row of a piece whose other columns do not agree with its id, as long
+  // as it returns true.
+  Status VisitMislabelled(const std::function<bool(std::int64_t id, const Error& error)>& note);
 
 private:
   struct Reader;
@@ -87,6 +92,7 @@ private:
   const std::unique_ptr<const StoreFile> File;
   const std::string Digest;
   const bool Textured;
+  std::atomic<std::uint64_t> Bytes{ 0 };
   std::mutex Mutex; // for what follows
   FileState LastState;
   bool Changed = false;

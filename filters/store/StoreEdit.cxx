@@ -6,6 +6,7 @@
 #include "filters/files/NewFile.h"
 #include "filters/store/OpenFile.h"
 #include "filters/store/Sqlite.h"
+#include "filters/store/StoreHead.h"
 #include "filters/store/StoreSchema.h"
 
 #include <fcntl.h>
@@ -78,20 +79,14 @@ void ChangePose(const StoreTexts& texts, ModelDescription& info)
 }
 
 // The copy is thrown away unless all goes well: it needs no journal.
-Status ReplaceMetadata(const std::filesystem::path& file, const ModelDescription& info)
+Status ReplaceMetadata(int copy, const std::string& json)
 {
-  const Result<Database> database = OpenForWriting(file);
+  KDSTREAM_TRY(CheckStoreHead(copy)); // somebody may have written to the store meanwhile
+  const Result<Database> database = OpenForWriting(copy);
   KDSTREAM_TRY(database);
-  if (Status status =
-        Execute(database->get(), "PRAGMA journal_mode = OFF; PRAGMA synchronous = OFF");
-      !status)
-  {
-    return status;
-  }
   Result<Statement> update = Statement::Prepare(
     database->get(), "UPDATE metadata SET value = ?, checksum = ? WHERE key = 'model'");
   KDSTREAM_TRY(update);
-  const std::string json = MetadataOf(info);
   update->Bind(1, json);
   update->Bind(2, MetadataChecksum("model", json));
   KDSTREAM_TRY(update->Step());
@@ -130,12 +125,14 @@ Result<ModelDescription> EditStore(
   Change(texts.unit, info.unit);
   Change(texts.description, info.description);
   ChangePose(texts, info);
+  const std::string json = MetadataOf(info);
+  KDSTREAM_TRY(CheckMetadataSize(json));
   NewFile::RemoveLeftovers(store);
   Result<NewFile> copy = NewFile::Create(store);
   KDSTREAM_TRY(copy);
   KDSTREAM_TRY(CopyFile(
     source.descriptor, copy->Descriptor(), static_cast<std::uint64_t>(opened.st_size), execution));
-  KDSTREAM_TRY(ReplaceMetadata(copy->Path(), info));
+  KDSTREAM_TRY(ReplaceMetadata(copy->Descriptor(), json));
   if (!IsStill(opened, store))
   {
     return Error{ ErrorCode::InputOutput, "was replaced while it was copied: nothing is changed" };

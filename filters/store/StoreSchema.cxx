@@ -63,6 +63,41 @@ private:
 
 }
 
+std::vector<StoreTable> TablesOfStore(int version)
+{
+  std::vector<StoreTable> tables{
+    { "metadata",
+      "CREATE TABLE metadata (key TEXT PRIMARY KEY, value TEXT NOT NULL, checksum INTEGER NOT "
+      "NULL) WITHOUT ROWID" },
+    { "tree", "CREATE TABLE tree (page INTEGER PRIMARY KEY, data BLOB NOT NULL, checksum INTEGER "
+              "NOT NULL)" },
+    { "boxes", "CREATE TABLE boxes (node INTEGER PRIMARY KEY, data BLOB NOT NULL, checksum INTEGER "
+               "NOT NULL)" },
+    { "pieces",
+      "CREATE TABLE pieces (id INTEGER PRIMARY KEY, resolution INTEGER NOT NULL, node INTEGER NOT "
+      "NULL,\n  vertices INTEGER NOT NULL, triangles INTEGER NOT NULL, data BLOB NOT NULL, "
+      "checksum "
+      "INTEGER NOT NULL)" },
+  };
+  if (version == texturedStoreVersion)
+  {
+    tables.push_back({ "textures", "CREATE TABLE textures (partition INTEGER PRIMARY KEY, data "
+                                   "BLOB NOT NULL, checksum INTEGER NOT NULL)" });
+  }
+  return tables;
+}
+
+std::string SchemaOfStore(int version)
+{
+  std::string schema;
+  for (const StoreTable& table : TablesOfStore(version))
+  {
+    schema += table.sql;
+    schema += ";\n";
+  }
+  return schema;
+}
+
 std::int64_t PieceRow(PieceId id)
 {
   const std::int64_t resolution = id.resolution.IsOriginal()
@@ -87,6 +122,16 @@ std::optional<PieceId> PieceOfRow(std::int64_t row)
 std::int64_t MetadataChecksum(std::string_view key, std::string_view value)
 {
   return RowHash().Text(key).Text(value).Value();
+}
+
+Status CheckMetadataSize(std::string_view json)
+{
+  return json.size() <= mostMetadataBytes
+           ? Status{}
+           : Error{ ErrorCode::LimitExceeded,
+               "its texts take " + std::to_string(json.size()) + " bytes with what else is said " +
+                 "of the model, more than the " + std::to_string(mostMetadataBytes) +
+                 " that are read" };
 }
 
 std::int64_t NodeChecksum(NodeId node, std::span<const std::uint8_t> data)

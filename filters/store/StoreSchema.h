@@ -4,6 +4,7 @@
 #pragma once
 
 #include "filters/core/Result.h"
+#include "filters/model/ModelJson.h"
 #include "filters/store/Store.h"
 
 #include <cstdint>
@@ -11,6 +12,8 @@
 #include <optional>
 #include <span>
 #include <string>
+#include <string_view>
+#include <vector>
 
 namespace kdstream
 {
@@ -19,17 +22,19 @@ inline constexpr int storeVersion = 9;
 inline constexpr int texturedStoreVersion = 10;       // that has textures too
 inline constexpr int storeApplicationId = 0x4B445331; // "KDS1": SQLite's application_id
 
-inline constexpr const char* storeSchema = R"(
-CREATE TABLE metadata (key TEXT PRIMARY KEY, value TEXT NOT NULL, checksum INTEGER NOT NULL) WITHOUT ROWID;
-CREATE TABLE tree (page INTEGER PRIMARY KEY, data BLOB NOT NULL, checksum INTEGER NOT NULL);
-CREATE TABLE boxes (node INTEGER PRIMARY KEY, data BLOB NOT NULL, checksum INTEGER NOT NULL);
-CREATE TABLE pieces (id INTEGER PRIMARY KEY, resolution INTEGER NOT NULL, node INTEGER NOT NULL,
-  vertices INTEGER NOT NULL, triangles INTEGER NOT NULL, data BLOB NOT NULL, checksum INTEGER NOT NULL);
-)";
-// Of a store of that version, besides.
-inline constexpr const char* textureSchema = R"(
-CREATE TABLE textures (partition INTEGER PRIMARY KEY, data BLOB NOT NULL, checksum INTEGER NOT NULL);
-)";
+inline constexpr std::size_t storePageBytes = 4096; // of SQLite's pages
+// The row of metadata: servers and clients take no longer ones.
+inline constexpr std::size_t mostMetadataBytes = maximumModelBytes;
+
+struct StoreTable
+{
+  std::string_view name;
+  std::string_view sql; // as SQLite keeps it in the schema: a store has these very letters
+};
+// Of a store of that version, in the order in which they are created; the first is the metadata.
+std::vector<StoreTable> TablesOfStore(int version);
+// The statements that create them.
+std::string SchemaOfStore(int version);
 
 // The row of a piece: its resolution (63 = original) above its node, so that rows lie coarse to
 // fine.
@@ -66,7 +71,10 @@ private:
   std::unique_ptr<State> Hash;
 };
 
-// The value of the row "model"; ParseStoredModel (ModelJson.h) is the way back.
+// The value of the row "model"; ParseStoredModel (ModelJson.h) is the way back. A store may not
+// have more than mostMetadataBytes of it.
 std::string MetadataOf(const ModelDescription& model);
+// Errors: LimitExceeded.
+Status CheckMetadataSize(std::string_view json);
 
 }

@@ -8,6 +8,7 @@
 #include "filters/store/StoreConnection.h"
 #include "filters/store/StoreSchema.h"
 
+#include <algorithm>
 #include <cmath>
 #include <optional>
 #include <utility>
@@ -21,6 +22,7 @@ class Store::Verification
 public:
   Verification(const Store& store, const Execution& execution)
     : Whole(store)
+    , ReadBefore(store.Database->BytesRead())
     , Progress(execution)
     , Digest(store.Information)
   {
@@ -28,11 +30,15 @@ public:
 
   std::vector<Error> Run()
   {
-    const Status labels =
-      this->Whole.Database->VisitMislabelled([this](std::int64_t row, const Error& error)
-        { this->Note(this->Whole.NameOfRow(row), error); });
+    const Status labels = this->Whole.Database->VisitMislabelled(
+      [this](std::int64_t row, const Error& error)
+      {
+        this->Note(this->Whole.NameOfRow(row), error);
+        return bool(this->EndWhereMuchIsWrong());
+      });
     this->Note("pieces", labels);
-    Status ended = this->CheckPieces();
+    Status ended = this->EndWhereMuchIsWrong();
+    ended = ended ? this->CheckPieces() : ended;
     ended = ended ? this->CheckTree() : ended;
     if (!ended)
     {
@@ -114,8 +120,14 @@ private:
     return count;
   }
 
+  // Each blob is read once: more bytes than the file has are some of them again and again.
   Status EndWhereMuchIsWrong() const
   {
+    Connection& database = *this->Whole.Database;
+    if (database.BytesRead() - this->ReadBefore > static_cast<std::uint64_t>(database.State().size))
+    {
+      return Error{ ErrorCode::Damaged, "its blobs overlap: they have more bytes than the file" };
+    }
     return this->Found.size() < mostFound
              ? Status{}
              : Status{ Error{ ErrorCode::Damaged, "there is more, which is not checked" } };
@@ -150,8 +162,14 @@ private:
   {
     const TreeDepths& depths = this->Whole.Information.depths;
     const std::size_t before = this->Found.size();
-    std::vector<Box> partitions; // as many as there are, not as many as are claimed
     const NodeId first = NodeId{ 1 } << DepthOfPartitionBoxes(depths);
+    bool isThere = true; // all of them: no memory for what is only claimed
+    for (NodeId node = first; isThere && node < 2 * first; ++node)
+    {
+      isThere = this->Whole.BoxesBlobSize(node).HasValue();
+    }
+    std::vector<Box> boxes(isThere ? std::size_t{ 2 } << depths.partition : 0);
+    auto partition = boxes.begin() + static_cast<std::ptrdiff_t>(boxes.size() / 2);
     for (NodeId node = first; node < 2 * first; ++node)
     {
       const auto blob = this->Whole.ReadBoxesBlob(node);
@@ -161,13 +179,18 @@ private:
       {
         this->Digest.AddBoxes(node, *blob);
       }
-      if (told)
+      if (told && isThere)
       {
-        partitions.insert(partitions.end(), told->begin(), told->end());
+        partition = std::copy(told->begin(), told->end(), partition);
       }
       KDSTREAM_TRY(this->EndWhereMuchIsWrong());
     }
-    return this->Found.size() == before ? BoxesAbove(partitions) : std::vector<Box>();
+    if (this->Found.size() != before)
+    {
+      return std::vector<Box>();
+    }
+    UniteBoxes(boxes);
+    return boxes;
   }
 
   template <class Value>
@@ -177,6 +200,7 @@ private:
   }
 
   const Store& Whole;
+  const std::uint64_t ReadBefore;
   const Execution& Progress;
   ContentDigest Digest;
   std::vector<Error> Found;

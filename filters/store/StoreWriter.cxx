@@ -139,16 +139,15 @@ Result<std::unique_ptr<StoreWriter::State>> StoreWriter::State::Begin(
   state->deviations = std::make_unique<DeviationList>(state->file.Folder());
   state->digest = std::make_unique<ContentDigest>(state->info);
   state->pieces = PieceTable(state->info.depths, state->info.HasLevels());
-  Result<Database> database = OpenForWriting(state->file.Path());
+  Result<Database> database = OpenForWriting(state->file.Descriptor());
   KDSTREAM_TRY(database);
   state->database = std::move(*database);
-  // The file is thrown away unless it is finished: no journal, and one fsync at the end.
-  const std::string setUp =
-    "PRAGMA page_size = 4096; PRAGMA journal_mode = OFF; PRAGMA synchronous = OFF;"
-    "PRAGMA application_id = " +
-    std::to_string(storeApplicationId) + "; PRAGMA user_version = " +
-    std::to_string(state->info.textures ? texturedStoreVersion : storeVersion) + ";" + storeSchema +
-    (state->info.textures ? textureSchema : "") + "BEGIN;";
+  // The file is thrown away unless it is finished: no journal on the disk, one fsync at the end.
+  const int version = state->info.textures ? texturedStoreVersion : storeVersion;
+  const std::string setUp = "PRAGMA page_size = " + std::to_string(storePageBytes) +
+                            "; PRAGMA application_id = " + std::to_string(storeApplicationId) +
+                            "; PRAGMA user_version = " + std::to_string(version) + ";" +
+                            SchemaOfStore(version) + "BEGIN;";
   if (Status status = Execute(state->database.get(), setUp); !status)
   {
     return state->Explain(status.GetError());
@@ -291,6 +290,7 @@ Result<ModelDescription> StoreWriter::Finish()
   state.info.digest = state.digest->Hexadecimal();
   state.info.scalars = state.scalars.Describe();
   const std::string json = MetadataOf(state.info);
+  KDSTREAM_TRY(OfFile(state.file.Store().string(), CheckMetadataSize(json)));
   {
     Result<Statement> insert =
       Statement::Prepare(state.database.get(), "INSERT INTO metadata VALUES ('model', ?, ?)");

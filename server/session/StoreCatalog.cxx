@@ -177,6 +177,7 @@ StoreCatalog::StoreCatalog(
   , Grace(grace)
   , Reports(std::make_shared<Reporter>(std::move(report)))
   , Cache(std::make_shared<BlobCache>(cacheBytes))
+  , Stores(std::make_shared<OpenStores>())
   , Notes(std::make_unique<NotesFiles>(this->Folder,
       [reports = this->Reports](const std::filesystem::path& file, const std::string& what)
       { reports->Tell(file, what); }))
@@ -268,8 +269,10 @@ void StoreCatalog::Add(
     state.byId.emplace(id, old);
     return;
   }
-  auto model = OpenStoreModel(file, id, this->Cache,
-    [reports = this->Reports, file](const std::string& what) { reports->Tell(file, what); });
+  auto model = OpenStoreModel(
+    file, id, this->Cache,
+    [reports = this->Reports, file](const std::string& what) { reports->Tell(file, what); },
+    this->Stores);
   if (model)
   {
     this->Reports->Forget(file);
@@ -305,6 +308,7 @@ void StoreCatalog::KeepReplaced(State& state, const State& before) const
     if (present != state.byId.end() &&
         present->second->Description().digest != old->Description().digest)
     {
+      old->StayOpen();
       state.replaced.push_back({ old, now + this->Grace });
     }
   }

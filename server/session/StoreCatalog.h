@@ -20,6 +20,7 @@ namespace kdstream
 {
 
 class NotesFiles;
+class OpenStores;
 class StoreModel;
 
 class StoreCatalog : public Catalog
@@ -38,13 +39,15 @@ public:
     std::chrono::seconds grace = defaultGrace, std::size_t cacheBytes = BlobCache::defaultBytes);
   ~StoreCatalog() override;
 
-  // Reads the folder (not the folders in it), at first and whenever it may have changed. Stores
-  // that have not changed stay open. Stores that cannot be opened and names that are not model ids
+  // Reads the folder (not the folders in it), at first and whenever it may have changed. Models
+  // whose stores have not changed stay; of the stores those that were read last are open
+  // (OpenStores). Stores that cannot be opened and names that are not model ids
   // are reported; where the name had a model before, that one stays. Models whose file is gone are
   // found no more; one whose file was written to in place and is no store any more is found, but
   // not listed, and says that it is damaged. Pointers to earlier models stay valid. Errors:
   // NotFound or InputOutput where the folder cannot be read, LimitExceeded where memory runs out:
-  // the models stay as they were, and Refresh tries again. Memory: 48 bytes a node of each tree.
+  // the models stay as they were, and Refresh tries again. Memory: the descriptions; and 48 bytes a
+  // node of each tree of which regions have been asked for.
   Status Reload();
 
   // What Reload does, where stores may have come or gone; but nothing is reported again.
@@ -101,6 +104,7 @@ private:
   std::chrono::seconds Grace;
   std::shared_ptr<Reporter> Reports;
   std::shared_ptr<BlobCache> Cache;
+  std::shared_ptr<OpenStores> Stores;
   std::unique_ptr<NotesFiles> Notes;
   std::mutex ReloadMutex;           // one reload at a time
   std::atomic<bool> Again{ false }; // the folder is to be read again soon

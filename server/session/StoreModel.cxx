@@ -4,8 +4,10 @@
 #include "filters/core/CaughtError.h"
 #include "filters/model/ModelJson.h"
 #include "filters/store/Store.h"
+#include "filters/store/StoreFile.h"
 
 #include <atomic>
+#include <iterator>
 #include <mutex>
 #include <set>
 #include <utility>
@@ -32,19 +34,29 @@ auto Caught(const Read& read) -> decltype(read())
   }
 }
 
+// Of a store that is let go while nobody reads it. What its file says of itself is known: by that,
+// and by the digest, it is the same when it is opened again.
 class ModelOfStore : public StoreModel
 {
 public:
-  ModelOfStore(std::shared_ptr<Store> store, ModelDescription description,
-    std::shared_ptr<BlobCache> cache, DamageReport report)
-    : Source(std::move(store))
+  ModelOfStore(std::filesystem::path file, const std::shared_ptr<Store>& store,
+    ModelDescription description, std::shared_ptr<BlobCache> cache, DamageReport report,
+    std::shared_ptr<OpenStores> stores)
+    : File(std::move(file))
+    , Stores(std::move(stores))
     , Told(std::move(description))
     , Cache(std::move(cache))
     , Number(this->Cache->AddModel())
     , Report(std::move(report))
+    , LastState(store->State())
   {
+    this->Stores->Keep(this, store);
   }
-  ~ModelOfStore() override { this->Cache->RemoveModel(this->Number); }
+  ~ModelOfStore() override
+  {
+    this->Stores->Remove(this);
+    this->Cache->RemoveModel(this->Number);
+  }
 
   const ModelDescription& Description() const override { return this->Told; }
 
@@ -54,15 +66,43 @@ public:
     {
       return Error{ ErrorCode::Damaged, "the file is no whole store any more" };
     }
-    return Caught([this] { return this->Source->CheckUnchanged(); });
+    return Caught(
+      [this]() -> Status
+      {
+        if (!this->FindOpen() && FileState::Of(this->File) == this->State())
+        {
+          return {};
+        }
+        const auto store = this->Opened();
+        KDSTREAM_TRY(store);
+        return (*store)->CheckUnchanged();
+      });
   }
   std::optional<bool> LooksUnchanged() const override
   {
-    return this->IsDamaged() ? false : this->Source->LooksUnchanged();
+    if (this->IsDamaged())
+    {
+      return false;
+    }
+    const auto store = this->FindOpen();
+    return store ? store->LooksUnchanged() : std::nullopt;
   }
   bool IsFile(const std::filesystem::path& file) const override
   {
-    return this->Source->IsFile(file);
+    if (const auto store = this->FindOpen())
+    {
+      return store->IsFile(file);
+    }
+    return this->CheckUnchanged() && FileState::Of(file) == this->State();
+  }
+  void StayOpen() const override
+  {
+    auto store = this->FindOpen();
+    {
+      const std::lock_guard lock(this->StateMutex);
+      this->Kept = std::move(store);
+    }
+    this->Stores->Remove(this);
   }
 
   Result<std::span<const Box>> Boxes() const override
@@ -70,7 +110,13 @@ public:
     const std::lock_guard lock(this->TreeMutex);
     if (!this->Tree && this->Tree.GetError().code != ErrorCode::Damaged)
     {
-      this->Tree = Caught([this] { return this->Source->ReadBoxes(); });
+      this->Tree = Caught(
+        [this]() -> Result<std::vector<Box>>
+        {
+          const auto store = this->Opened();
+          KDSTREAM_TRY(store);
+          return (*store)->ReadBoxes();
+        });
       if (!this->Tree)
       {
         this->ReportOfTree(this->Tree.GetError());
@@ -94,7 +140,8 @@ public:
           });
         if (bytes && !isRead)
         {
-          KDSTREAM_TRY(this->Source->CheckUnchanged());
+          KDSTREAM_TRY(this->Opened()); // from now on it is found without a disk
+          KDSTREAM_TRY(this->CheckUnchanged());
         }
         return bytes;
       });
@@ -113,7 +160,7 @@ public:
       {
         if (const auto bytes = this->Cache->Find(this->Number, blob))
         {
-          KDSTREAM_TRY(this->Source->CheckUnchanged());
+          KDSTREAM_TRY(this->CheckUnchanged());
           return bytes->size();
         }
         auto size = this->SizeInStore(blob);
@@ -126,6 +173,55 @@ public:
   }
 
 private:
+  // The store, where it is open.
+  std::shared_ptr<Store> FindOpen() const
+  {
+    auto kept = this->FindKept();
+    return kept ? kept : this->Stores->Find(this);
+  }
+  std::shared_ptr<Store> FindKept() const
+  {
+    const std::lock_guard lock(this->StateMutex);
+    return this->Kept;
+  }
+
+  // The store, opened again where it was let go. Errors: Changed where another file is there.
+  Result<std::shared_ptr<Store>> Opened() const
+  {
+    if (auto store = this->FindOpen())
+    {
+      if (!this->FindKept())
+      {
+        this->Stores->Keep(this, store);
+      }
+      return store;
+    }
+    const Error replaced{ ErrorCode::Changed, "the file was replaced while nobody read it" };
+    if (!FileState::Of(this->File).SameContent(this->State()))
+    {
+      return replaced;
+    }
+    auto store = Store::Open(this->File);
+    KDSTREAM_TRY(store);
+    if (!(*store)->State().SameContent(this->State()) ||
+        (*store)->Info().digest != this->Told.digest)
+    {
+      return replaced;
+    }
+    {
+      const std::lock_guard lock(this->StateMutex);
+      this->LastState = (*store)->State();
+    }
+    this->Stores->Keep(this, *store);
+    return store;
+  }
+
+  FileState State() const
+  {
+    const std::lock_guard lock(this->StateMutex);
+    return this->LastState;
+  }
+
   // No client takes another size.
   static Status CheckSize(const protocol::BlobId& blob, std::uint64_t bytes)
   {
@@ -137,16 +233,18 @@ private:
 
   Result<std::uint64_t> SizeInStore(const protocol::BlobId& blob) const
   {
+    const auto store = this->Opened();
+    KDSTREAM_TRY(store);
     switch (blob.kind)
     {
       case protocol::BlobKind::Tree:
-        return this->Source->TreePageBlobSize(blob.number);
+        return (*store)->TreePageBlobSize(blob.number);
       case protocol::BlobKind::Boxes:
-        return this->Source->BoxesBlobSize(blob.number);
+        return (*store)->BoxesBlobSize(blob.number);
       case protocol::BlobKind::Texture:
-        return this->Source->TextureBlobSize(blob.number);
+        return (*store)->TextureBlobSize(blob.number);
       default:
-        return this->OfPiece(blob, [this](PieceId id) { return this->Source->PieceBlobSize(id); });
+        return this->OfPiece(blob, [&store](PieceId id) { return (*store)->PieceBlobSize(id); });
     }
   }
 
@@ -188,12 +286,14 @@ private:
     auto read = Caught(
       [&]() -> Result<BlobBytes>
       {
+        const auto store = this->Opened();
+        KDSTREAM_TRY(store);
         auto bytes =
-          blob.kind == protocol::BlobKind::Tree    ? this->Source->ReadTreePageBlob(blob.number)
-          : blob.kind == protocol::BlobKind::Boxes ? this->Source->ReadBoxesBlob(blob.number)
+          blob.kind == protocol::BlobKind::Tree    ? (*store)->ReadTreePageBlob(blob.number)
+          : blob.kind == protocol::BlobKind::Boxes ? (*store)->ReadBoxesBlob(blob.number)
           : blob.kind == protocol::BlobKind::Texture
-            ? this->Source->ReadTextureBlob(blob.number)
-            : this->OfPiece(blob, [this](PieceId id) { return this->Source->ReadPieceBlob(id); });
+            ? (*store)->ReadTextureBlob(blob.number)
+            : this->OfPiece(blob, [&store](PieceId id) { return (*store)->ReadPieceBlob(id); });
         KDSTREAM_TRY(bytes);
         KDSTREAM_TRY(CheckSize(blob, bytes->size()));
         return std::make_shared<const std::vector<std::uint8_t>>(std::move(*bytes));
@@ -224,11 +324,15 @@ private:
     return Error{ ErrorCode::NotFound, "the model has no " + protocol::BlobName(blob) };
   }
 
-  std::shared_ptr<Store> Source;
+  const std::filesystem::path File;
+  const std::shared_ptr<OpenStores> Stores;
   ModelDescription Told;
   std::shared_ptr<BlobCache> Cache;
   BlobCache::Model Number;
   DamageReport Report;
+  mutable std::mutex StateMutex;
+  mutable FileState LastState;         // of the file, when it was opened last
+  mutable std::shared_ptr<Store> Kept; // which another file has replaced; else null
   mutable std::mutex TreeMutex;
   // As it was read last; not yet at first. Once it has been read it stays in its place.
   mutable Result<std::vector<Box>> Tree = Error{ ErrorCode::InputOutput, "not yet read" };
@@ -239,8 +343,51 @@ private:
 
 }
 
+std::shared_ptr<Store> OpenStores::Find(const StoreModel* model)
+{
+  const std::lock_guard lock(this->Mutex);
+  const auto place = this->Places.find(model);
+  if (place == this->Places.end())
+  {
+    return nullptr;
+  }
+  return place->second->store;
+}
+
+void OpenStores::Keep(const StoreModel* model, std::shared_ptr<Store> store)
+{
+  std::list<Entry> added, gone; // is closed when nobody waits for the mutex
+  added.push_back({ model, std::move(store) });
+  const std::lock_guard lock(this->Mutex);
+  const auto [place, isNew] = this->Places.try_emplace(model, added.begin());
+  if (!isNew) // two threads have opened it
+  {
+    gone.splice(gone.begin(), this->Recent, place->second);
+    place->second = added.begin();
+  }
+  this->Recent.splice(this->Recent.begin(), added);
+  while (this->Recent.size() > this->Most)
+  {
+    this->Places.erase(this->Recent.back().model);
+    gone.splice(gone.begin(), this->Recent, std::prev(this->Recent.end()));
+  }
+}
+
+void OpenStores::Remove(const StoreModel* model)
+{
+  std::list<Entry> gone;
+  const std::lock_guard lock(this->Mutex);
+  const auto place = this->Places.find(model);
+  if (place != this->Places.end())
+  {
+    gone.splice(gone.begin(), this->Recent, place->second);
+    this->Places.erase(place);
+  }
+}
+
 Result<std::shared_ptr<const StoreModel>> OpenStoreModel(const std::filesystem::path& file,
-  const std::string& id, std::shared_ptr<BlobCache> cache, DamageReport report)
+  const std::string& id, std::shared_ptr<BlobCache> cache, DamageReport report,
+  std::shared_ptr<OpenStores> stores)
 {
   return Caught(
     [&]() -> Result<std::shared_ptr<const StoreModel>>
@@ -252,10 +399,9 @@ Result<std::shared_ptr<const StoreModel>> OpenStoreModel(const std::filesystem::
       told.id = id;
       auto description = ParseModel(WriteModel(told));
       KDSTREAM_TRY(description);
-      auto model = std::make_shared<ModelOfStore>(
-        std::move(*store), std::move(*description), std::move(cache), std::move(report));
-      (void)model->Boxes();
-      return std::shared_ptr<const StoreModel>(std::move(model));
+      return std::shared_ptr<const StoreModel>(std::make_shared<const ModelOfStore>(file, *store,
+        std::move(*description), std::move(cache), std::move(report),
+        stores ? std::move(stores) : std::make_shared<OpenStores>(1)));
     });
 }
 

@@ -13,11 +13,13 @@
 #include <unistd.h>
 
 #include <algorithm>
+#include <array>
 #include <cerrno>
 #include <chrono>
 #include <condition_variable>
 #include <mutex>
 #include <span>
+#include <string_view>
 #include <thread>
 #include <utility>
 
@@ -36,12 +38,12 @@ constexpr const char* cacheFile = "blobs.sqlite";
 
 // `used`: milliseconds, of the last use; `sum`: HashOfBytes of the bytes. The one row of `total`
 // has the bytes of all entries, so that nobody has to count them.
-constexpr const char* cacheLayout = "CREATE TABLE entries(origin TEXT, digest TEXT, name TEXT, "
-                                    "used INTEGER, sum INTEGER, bytes BLOB);"
-                                    "CREATE UNIQUE INDEX by_name ON entries(origin, digest, name);"
-                                    "CREATE INDEX by_use ON entries(used);"
-                                    "CREATE TABLE total(bytes INTEGER);"
-                                    "INSERT INTO total VALUES(0);";
+constexpr std::array<std::string_view, 4> cacheLayout{
+  "CREATE TABLE entries(origin TEXT, digest TEXT, name TEXT, used INTEGER, sum INTEGER, bytes "
+  "BLOB)",
+  "CREATE UNIQUE INDEX by_name ON entries(origin, digest, name)",
+  "CREATE INDEX by_use ON entries(used)", "CREATE TABLE total(bytes INTEGER)"
+};
 
 std::int64_t SumOf(std::span<const std::uint8_t> bytes)
 {
@@ -52,6 +54,14 @@ std::int64_t NowInMilliseconds()
 {
   using namespace std::chrono;
   return duration_cast<milliseconds>(system_clock::now().time_since_epoch()).count();
+}
+
+// A table of a stranger's file could compute what it is asked for.
+Status CheckLayout(sqlite3* database)
+{
+  const auto same = HasSchema(database, cacheLayout);
+  KDSTREAM_TRY(same);
+  return *same ? Status{} : Status{ Error{ ErrorCode::Damaged, "has other tables than a cache" } };
 }
 
 // What the last call on a database came to.
@@ -67,7 +77,8 @@ bool IsBusy(sqlite3* database)
 
 bool IsDamaged(sqlite3* database)
 {
-  return CodeOf(database) == SQLITE_NOTADB || CodeOf(database) == SQLITE_CORRUPT;
+  const int code = CodeOf(database);
+  return code == SQLITE_NOTADB || code == SQLITE_CORRUPT || code == SQLITE_ERROR; // other tables
 }
 
 Status MakeTables(sqlite3* database)
@@ -81,8 +92,13 @@ Status MakeTables(sqlite3* database)
     KDSTREAM_TRY(Execute(
       database, "DROP TABLE IF EXISTS entries; DROP TABLE IF EXISTS total; PRAGMA user_version = " +
                   std::to_string(cacheVersion)));
-    KDSTREAM_TRY(Execute(database, cacheLayout));
+    for (const std::string_view creation : cacheLayout)
+    {
+      KDSTREAM_TRY(Execute(database, std::string(creation)));
+    }
+    KDSTREAM_TRY(Execute(database, "INSERT INTO total VALUES(0)"));
   }
+  KDSTREAM_TRY(CheckLayout(database));
   return Execute(database, "COMMIT");
 }
 
@@ -93,7 +109,7 @@ Status PrepareCache(sqlite3* database)
   sqlite3_busy_timeout(database, openingMilliseconds);
   const auto version = QueryInteger(database, "PRAGMA user_version");
   KDSTREAM_TRY(version);
-  KDSTREAM_TRY(*version == cacheVersion ? Status{} : MakeTables(database));
+  KDSTREAM_TRY(*version == cacheVersion ? CheckLayout(database) : MakeTables(database));
   sqlite3_busy_timeout(database, patienceMilliseconds);
   return Execute(database, "PRAGMA synchronous = NORMAL");
 }
@@ -142,7 +158,7 @@ Result<Database> OpenTables(const fs::path& file, bool& isDamaged)
   {
     return database;
   }
-  isDamaged = IsDamaged(database->get());
+  isDamaged = IsDamaged(database->get()) || prepared.GetError().code == ErrorCode::Damaged;
   return Error{ ErrorCode::InputOutput,
     IsBusy(database->get()) ? "another program is writing to it" : prepared.GetError().message,
     file.string() };
@@ -218,6 +234,7 @@ Result<ReadOnlyCache> OpenToRead(const fs::path& folder, bool isWritten)
   {
     return Error{ ErrorCode::Unsupported, "is another version's", file.string() };
   }
+  KDSTREAM_TRY(OfFile(file.string(), CheckLayout(opened.database.get())));
   return opened;
 }
 

@@ -268,7 +268,7 @@ TEST_F(DamagedStore, ATinyStoreThatClaimsALotIsRefused)
       << store.GetError().message;
   }
   // Nor does it get so much where it looks large enough, with a hole at its end.
-  fs::resize_file(this->File(), std::uintmax_t{ 9 } << 30);
+  fs::resize_file(this->File(), std::uintmax_t{ 31 } << 30);
   const auto hollow = Store::Open(this->File());
   ASSERT_TRUE(hollow) << hollow.GetError().message;
   const auto boxes = (*hollow)->ReadBoxes();

@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // libFuzzer's entry to stores: the input is a store's file. It is served as a server does, each of
 // its blobs, and read and verified as a program does. Mutations are of bytes, or of what stands in
-// a row, whose checksum is made right again, so that what lies behind the checksums is reached.
+// a row, whose checksum is made right again, so that what lies behind the checksums is reached; or
+// of the schema, of which SQLite itself must say that it is a store's where a store is opened.
 #include "filters/codec/PartitionBoxes.h"
 #include "filters/codec/Seal.h"
 #include "filters/codec/TreePage.h"
@@ -14,6 +15,8 @@
 #include <sys/syscall.h>
 #include <unistd.h>
 
+#include <algorithm>
+#include <array>
 #include <cstdint>
 #include <cstdio>
 #include <cstdlib>
@@ -108,27 +111,6 @@ void Serve(const ServedModel& model)
   }
   const protocol::ClientMessage region{ 1, protocol::RegionRequest{ 1, 3, {} } };
   (void)ListBlobs(model, region, 1000).HasValue();
-}
-
-void Read(const std::filesystem::path& file)
-{
-  const auto store = Store::Open(file);
-  if (!store)
-  {
-    Require(!store.GetError().message.empty(), "an error without words");
-    return;
-  }
-  const bool whole = (*store)->Verify().empty();
-  std::size_t read = 0;
-  for (const PieceId id : (*store)->PieceIds())
-  {
-    const auto piece = (*store)->ReadPiece(id);
-    Require(piece || !whole, "a whole store with a piece that cannot be read");
-    if (++read > mostBlobs)
-    {
-      break;
-    }
-  }
 }
 
 struct CloseConnection
@@ -247,15 +229,106 @@ bool MutateNode(
     NodeChecksum(static_cast<NodeId>(node), data), node);
 }
 
+// Whatever of them a later mutation of a row runs comes to an end.
+constexpr std::array schemaChanges{
+  "ALTER TABLE metadata RENAME TO m; CREATE VIEW metadata AS SELECT * FROM m",
+  "ALTER TABLE pieces RENAME TO p; CREATE VIEW pieces AS SELECT * FROM p",
+  "CREATE VIEW v AS WITH RECURSIVE c(x) AS (SELECT 1 UNION ALL SELECT x + 1 FROM c) SELECT x FROM "
+  "c",
+  "CREATE TRIGGER t AFTER UPDATE ON metadata BEGIN DELETE FROM tree; END",
+  "CREATE INDEX i ON pieces(abs(node)) WHERE node > 1",
+  "CREATE UNIQUE INDEX j ON tree(checksum)",
+  "ALTER TABLE tree ADD COLUMN g AS (page + 1)",
+  "ALTER TABLE boxes ADD COLUMN d DEFAULT (hex(zeroblob(100)))",
+  "CREATE TABLE other (a UNIQUE, b CHECK (a > b)) STRICT",
+  "CREATE TABLE textures (partition INTEGER PRIMARY KEY, data BLOB NOT NULL, checksum INTEGER NOT "
+  "NULL)",
+  "DROP TABLE boxes",
+  "PRAGMA user_version = 10",
+  "PRAGMA writable_schema = ON; UPDATE sqlite_schema SET rootpage = rootpage + 1",
+  "PRAGMA writable_schema = ON; UPDATE sqlite_schema SET sql = replace(sql, 'INTEGER', 'TEXT')",
+  "PRAGMA writable_schema = ON; UPDATE sqlite_schema SET type = 'view', rootpage = 0 WHERE name = "
+  "'tree'",
+  "PRAGMA writable_schema = ON; UPDATE sqlite_schema SET name = 'pieces' WHERE name = 'tree'",
+  "PRAGMA writable_schema = ON; INSERT INTO sqlite_schema SELECT * FROM sqlite_schema",
+  "PRAGMA auto_vacuum = FULL; VACUUM",
+  "PRAGMA page_size = 1024; VACUUM",
+};
+
+bool MutateSchema(sqlite3* database, std::uint64_t choice)
+{
+  sqlite3_db_config(database, SQLITE_DBCONFIG_ENABLE_TRIGGER, 0, nullptr);
+  return sqlite3_exec(database, schemaChanges[choice % schemaChanges.size()], nullptr, nullptr,
+           nullptr) == SQLITE_OK;
+}
+
+// Whether the file has the schema of a store as SQLite sees it.
+bool HasSchemaOfStore(const std::filesystem::path& file)
+{
+  sqlite3* raw = nullptr;
+  const Connection database(
+    sqlite3_open_v2(file.c_str(), &raw, SQLITE_OPEN_READONLY, nullptr) == SQLITE_OK ? raw
+                                                                                    : nullptr);
+  const auto version = Prepared(raw, "PRAGMA user_version");
+  if (!version || sqlite3_step(version.get()) != SQLITE_ROW)
+  {
+    return false;
+  }
+  const auto tables = TablesOfStore(sqlite3_column_int(version.get(), 0));
+  const auto rows = Prepared(raw, "SELECT type, name, tbl_name, sql FROM sqlite_schema");
+  std::size_t same = 0;
+  int status = rows ? sqlite3_step(rows.get()) : SQLITE_ERROR;
+  for (; status == SQLITE_ROW; status = sqlite3_step(rows.get()))
+  {
+    const auto text = [&rows](int column)
+    {
+      const auto bytes = BlobOf(rows.get(), column);
+      return std::string(bytes.begin(), bytes.end());
+    };
+    same += std::any_of(tables.begin(), tables.end(),
+              [&text](const StoreTable& table)
+              {
+                return text(0) == "table" && text(1) == table.name && text(2) == table.name &&
+                       text(3) == table.sql;
+              })
+              ? 1
+              : 1000;
+  }
+  return status == SQLITE_DONE && same == tables.size();
+}
+
+void Read(const std::filesystem::path& file)
+{
+  const auto store = Store::Open(file);
+  if (!store)
+  {
+    Require(!store.GetError().message.empty(), "an error without words");
+    return;
+  }
+  Require(HasSchemaOfStore(file), "a store with another schema");
+  const bool whole = (*store)->Verify().empty();
+  std::size_t read = 0;
+  for (const PieceId id : (*store)->PieceIds())
+  {
+    const auto piece = (*store)->ReadPiece(id);
+    Require(piece || !whole, "a whole store with a piece that cannot be read");
+    if (++read > mostBlobs)
+    {
+      break;
+    }
+  }
+}
+
 // 0 where it has no such row.
 std::size_t MutateRow(std::uint8_t* data, std::size_t size, std::size_t most, std::uint64_t choice)
 {
   const auto database = Deserialized(data, size);
   const bool done =
-    database && (choice % 4 == 0    ? MutateMetadata(database.get())
-                  : choice % 4 == 1 ? MutatePiece(database.get(), choice / 4)
-                  : choice % 4 == 2 ? MutateNode(database.get(), "tree", "page", choice / 4)
-                                    : MutateNode(database.get(), "boxes", "node", choice / 4));
+    database && (choice % 5 == 0    ? MutateMetadata(database.get())
+                  : choice % 5 == 1 ? MutatePiece(database.get(), choice / 5)
+                  : choice % 5 == 2 ? MutateNode(database.get(), "tree", "page", choice / 5)
+                  : choice % 5 == 3 ? MutateNode(database.get(), "boxes", "node", choice / 5)
+                                    : MutateSchema(database.get(), choice / 5));
   if (!done)
   {
     return 0;

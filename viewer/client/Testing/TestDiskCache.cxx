@@ -71,6 +71,32 @@ std::optional<Bytes> FindSoon(DiskCache& cache, const CacheKey& key)
   return std::nullopt;
 }
 
+// Whoever may write to the folder could otherwise have what is asked for computed, without an end.
+TEST(TestDiskCache, AStrangersTablesAreMadeAnew)
+{
+  const std::string endless = "(WITH RECURSIVE c(x) AS (SELECT 1 UNION ALL SELECT x + 1 FROM c) "
+                              "SELECT count(*) FROM c)";
+  for (const std::string& change : { "ALTER TABLE entries RENAME TO e; CREATE VIEW entries AS "
+                                     "SELECT origin, digest, name, used, sum, " +
+                                       endless + " AS bytes FROM e",
+         "CREATE TRIGGER t BEFORE INSERT ON entries BEGIN SELECT " + endless + "; END",
+         std::string("CREATE INDEX i ON entries(length(hex(bytes)))"),
+         std::string("ALTER TABLE entries ADD COLUMN more AS (hex(zeroblob(1000)))"),
+         std::string("CREATE TABLE more(a)") })
+  {
+    const TemporaryFolder folder;
+    {
+      const auto cache = Open(folder.Path);
+      cache->Put(Key(1), Content(1));
+    }
+    Sql(folder.Path, change);
+    const auto cache = Open(folder.Path);
+    EXPECT_FALSE(cache->Find(Key(1))) << change;
+    cache->Put(Key(2), Content(2));
+    EXPECT_EQ(FindSoon(*cache, Key(2)), Content(2)) << change;
+  }
+}
+
 TEST(TestDiskCache, KeepsWhatWasPutBeyondItsLife)
 {
   const TemporaryFolder folder;

@@ -1,0 +1,356 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Steps: 1. the header of the file  2. each row of the schema, which must be a table of a store
+// 3. no table is missing  4. the page of the metadata has one row.
+// What the bytes mean: https://sqlite.org/fileformat2.html, sections 1.3, 1.6, 2.1 and 2.6.
+#include "filters/store/StoreHead.h"
+
+#include "filters/core/SystemReason.h"
+#include "filters/core/Texts.h"
+#include "filters/store/StoreSchema.h"
+
+#include <unistd.h>
+
+#include <algorithm>
+#include <array>
+#include <cerrno>
+#include <cstdint>
+#include <optional>
+#include <span>
+#include <string>
+#include <string_view>
+#include <vector>
+
+namespace kdstream
+{
+namespace
+{
+
+constexpr std::size_t headerBytes = 100;
+constexpr std::uint8_t tableLeaf = 0x0D, indexLeaf = 0x0A; // kinds of a page
+
+using PageBytes = std::array<std::uint8_t, storePageBytes>;
+using Bytes = std::span<const std::uint8_t>;
+
+Error NotAStore(const std::string& why)
+{
+  return { ErrorCode::InvalidInput, "not a KdStream store: " + why };
+}
+
+Error DamagedPage()
+{
+  return { ErrorCode::Damaged, "its first page is damaged, or cut off" };
+}
+
+std::string InQuotes(std::string_view name)
+{
+  std::string quoted = Quoted(name);
+  quoted.front() = quoted.back() = '\'';
+  return quoted;
+}
+
+// How much of it the file has.
+Result<std::size_t> ReadPage(int descriptor, std::uint32_t number, PageBytes& page)
+{
+  const off_t begin = static_cast<off_t>(number - 1) * storePageBytes;
+  std::size_t end = 0;
+  while (end < page.size())
+  {
+    const ssize_t got =
+      ::pread(descriptor, page.data() + end, page.size() - end, begin + static_cast<off_t>(end));
+    if (got < 0 && errno != EINTR)
+    {
+      return SystemError("cannot be read or written", errno);
+    }
+    if (got == 0)
+    {
+      break;
+    }
+    end += got > 0 ? static_cast<std::size_t>(got) : 0;
+  }
+  return end;
+}
+
+// REQUIRES: bytes that are there. The highest comes first.
+std::uint32_t NumberAt(Bytes bytes, std::size_t at, std::size_t size)
+{
+  std::uint32_t number = 0;
+  for (const std::uint8_t byte : bytes.subspan(at, size))
+  {
+    number = number << 8 | byte;
+  }
+  return number;
+}
+
+// The version.
+Result<int> CheckHeader(Bytes page)
+{
+  constexpr std::string_view magic{ "SQLite format 3\0", 16 };
+  if (page.size() < headerBytes ||
+      !std::equal(magic.begin(), magic.end(), page.begin(),
+        [](char a, std::uint8_t b) { return static_cast<std::uint8_t>(a) == b; }) ||
+      NumberAt(page, 68, 4) != storeApplicationId)
+  {
+    return Error{ ErrorCode::InvalidInput, "not a KdStream store" };
+  }
+  const std::uint32_t version = NumberAt(page, 60, 4);
+  if (version != storeVersion && version != texturedStoreVersion)
+  {
+    return Error{ ErrorCode::Unsupported,
+      "store version " + std::to_string(static_cast<std::int32_t>(version)) +
+        "; this program reads versions " + std::to_string(storeVersion) + " and " +
+        std::to_string(texturedStoreVersion) + ": build the store again" };
+  }
+  if (NumberAt(page, 16, 2) != storePageBytes || page[20] != 0)
+  {
+    return NotAStore(
+      "its pages are not those of a store, of " + std::to_string(storePageBytes) + " bytes");
+  }
+  if (page[18] != 1 || page[19] != 1)
+  {
+    return NotAStore("it uses a write-ahead log");
+  }
+  if (NumberAt(page, 56, 4) != 1)
+  {
+    return NotAStore("its texts are not UTF-8");
+  }
+  if (NumberAt(page, 52, 4) != 0 || NumberAt(page, 64, 4) != 0)
+  {
+    return NotAStore("it uses auto-vacuum");
+  }
+  return static_cast<int>(version);
+}
+
+// Takes numbers and texts from the begin of some bytes, until there are too few.
+class Taker
+{
+public:
+  explicit Taker(Bytes bytes)
+    : Left(bytes)
+  {
+  }
+  // Seven bits a byte, the highest first; all eight of a ninth.
+  std::optional<std::uint64_t> Varint()
+  {
+    std::uint64_t number = 0;
+    for (std::size_t i = 0; i < std::min<std::size_t>(9, this->Left.size()); ++i)
+    {
+      const std::uint8_t byte = this->Left[i];
+      number = i == 8 ? number << 8 | byte : number << 7 | (byte & 0x7F);
+      if (i == 8 || byte < 0x80)
+      {
+        this->Left = this->Left.subspan(i + 1);
+        return number;
+      }
+    }
+    return {};
+  }
+  std::size_t BytesLeft() const { return this->Left.size(); }
+  std::optional<Bytes> Take(std::uint64_t count)
+  {
+    if (count > this->Left.size())
+    {
+      return {};
+    }
+    const Bytes taken = this->Left.first(static_cast<std::size_t>(count));
+    this->Left = this->Left.subspan(taken.size());
+    return taken;
+  }
+
+private:
+  Bytes Left;
+};
+
+// Of the schema.
+struct SchemaRow
+{
+  std::string_view type, name, table, sql;
+  std::uint32_t page = 0; // where the table begins; 0 of what has none
+};
+
+constexpr std::size_t schemaColumns = 5; // type, name, tbl_name, rootpage, sql
+
+// How many bytes a value takes; nothing for a type that no value has.
+std::optional<std::uint64_t> SizeOfSerial(std::uint64_t type)
+{
+  constexpr std::array<std::uint64_t, 10> ofNumbers{ 0, 1, 2, 3, 4, 6, 8, 8, 0, 0 };
+  if (type < ofNumbers.size())
+  {
+    return ofNumbers[type];
+  }
+  return type < 12 ? std::nullopt : std::optional((type - 12) / 2);
+}
+
+std::string_view TextOf(std::uint64_t type, Bytes value)
+{
+  const bool isText = type >= 13 && type % 2 == 1;
+  return isText ? std::string_view(reinterpret_cast<const char*>(value.data()), value.size())
+                : std::string_view();
+}
+
+// A number of a row that is not negative; else 0.
+std::uint32_t NumberOf(std::uint64_t type, Bytes value)
+{
+  const bool isSmall = type >= 1 && type <= 4 && value[0] < 0x80;
+  return isSmall ? NumberAt(value, 0, value.size()) : type == 9 ? 1 : 0;
+}
+
+// Nothing where the bytes do not begin with the type and the name of a row of a schema. It has the
+// other columns only where it lies in the page whole, and SQLite reads the same of it.
+std::optional<SchemaRow> RowOfCell(Bytes cell)
+{
+  constexpr std::uint64_t mostInPage = storePageBytes - 35; // more goes to other pages
+  Taker taker(cell);
+  const auto payload = taker.Varint();
+  const auto rowid = taker.Varint();
+  const std::size_t before = taker.BytesLeft();
+  const auto head = taker.Varint();
+  if (!payload || !rowid || !head)
+  {
+    return {};
+  }
+  std::array<std::uint64_t, schemaColumns> types;
+  for (std::uint64_t& type : types)
+  {
+    const auto taken = taker.Varint();
+    if (!taken)
+    {
+      return {};
+    }
+    type = *taken;
+  }
+  const bool isHeadWhole = before - taker.BytesLeft() == *head;
+  std::array<Bytes, schemaColumns> values;
+  std::size_t taken = 0;
+  for (; taken < schemaColumns; ++taken)
+  {
+    const auto size = SizeOfSerial(types[taken]);
+    const auto value = size ? taker.Take(*size) : std::nullopt;
+    if (!value)
+    {
+      break;
+    }
+    values[taken] = *value;
+  }
+  if (taken < 2)
+  {
+    return {};
+  }
+  SchemaRow row{ TextOf(types[0], values[0]), TextOf(types[1], values[1]), {}, {}, 0 };
+  if (isHeadWhole && taken == schemaColumns && *payload <= mostInPage &&
+      before - taker.BytesLeft() == *payload)
+  {
+    row.table = TextOf(types[2], values[2]);
+    row.page = NumberOf(types[3], values[3]);
+    row.sql = TextOf(types[4], values[4]);
+  }
+  return row;
+}
+
+// What the row has that a store does not have.
+Error StrangeRow(const SchemaRow& row, bool isExpected)
+{
+  const std::string name = InQuotes(row.name);
+  if (row.type != "table")
+  {
+    const bool known = row.type == "view" || row.type == "trigger" || row.type == "index";
+    return NotAStore(!known                ? "its schema has more than tables"
+                     : row.type == "index" ? "it has an index " + name
+                                           : "it has a " + std::string(row.type) + " " + name);
+  }
+  if (!row.sql.empty() && row.page == 0)
+  {
+    return NotAStore("it has a virtual table " + name);
+  }
+  return NotAStore(
+    isExpected ? "its table " + name + " is not the one of a store" : "it has a table " + name);
+}
+
+Result<std::vector<SchemaRow>> ReadRows(Bytes page)
+{
+  const std::uint32_t count = NumberAt(page, headerBytes + 3, 2);
+  constexpr std::size_t firstPointer = headerBytes + 8;
+  if (page[headerBytes] != tableLeaf)
+  {
+    return NotAStore("its schema has more than the tables of a store");
+  }
+  if (firstPointer + 2 * std::size_t{ count } > page.size())
+  {
+    return DamagedPage();
+  }
+  std::vector<SchemaRow> rows;
+  for (std::size_t i = 0; i < count; ++i)
+  {
+    const std::uint32_t at = NumberAt(page, firstPointer + 2 * i, 2);
+    const auto row = at < page.size() ? RowOfCell(page.subspan(at)) : std::nullopt;
+    if (!row)
+    {
+      return DamagedPage();
+    }
+    rows.push_back(*row);
+  }
+  // What is not a table tells best what the file is.
+  std::stable_partition(
+    rows.begin(), rows.end(), [](const SchemaRow& row) { return row.type != "table"; });
+  return rows;
+}
+
+// The page where the metadata begin.
+Result<std::uint32_t> CheckSchema(Bytes page, int version)
+{
+  const Result<std::vector<SchemaRow>> rows = ReadRows(page);
+  KDSTREAM_TRY(rows);
+  const std::vector<StoreTable> tables = TablesOfStore(version);
+  std::vector<std::uint32_t> pages(tables.size(), 0);
+  for (const SchemaRow& row : *rows)
+  {
+    const auto found = std::find_if(tables.begin(), tables.end(),
+      [&row](const StoreTable& table) { return table.name == row.name; });
+    const bool isExpected = found != tables.end();
+    if (!isExpected || row.type != "table" || row.table != row.name || row.sql != found->sql ||
+        row.page < 2)
+    {
+      return StrangeRow(row, isExpected);
+    }
+    std::uint32_t& own = pages[static_cast<std::size_t>(found - tables.begin())];
+    if (own != 0 || std::find(pages.begin(), pages.end(), row.page) != pages.end())
+    {
+      return NotAStore("its table " + InQuotes(row.name) + " is there twice");
+    }
+    own = row.page;
+  }
+  const auto missing = std::find(pages.begin(), pages.end(), 0U);
+  if (missing != pages.end())
+  {
+    return Error{ ErrorCode::Damaged,
+      "its tables are not those of a store: " +
+        InQuotes(tables[static_cast<std::size_t>(missing - pages.begin())].name) + " is missing" };
+  }
+  return pages.front();
+}
+
+}
+
+Result<int> CheckStoreHead(int descriptor)
+{
+  PageBytes bytes;
+  const Result<std::size_t> got = ReadPage(descriptor, 1, bytes);
+  KDSTREAM_TRY(got);
+  const Result<int> version = CheckHeader(Bytes(bytes).first(*got));
+  KDSTREAM_TRY(version);
+  if (*got < bytes.size())
+  {
+    return DamagedPage();
+  }
+  const Result<std::uint32_t> metadata = CheckSchema(bytes, *version);
+  KDSTREAM_TRY(metadata);
+  // Their keys are texts, which SQLite reads whole to compare them.
+  const Result<std::size_t> ofMetadata = ReadPage(descriptor, *metadata, bytes);
+  KDSTREAM_TRY(ofMetadata);
+  if (*ofMetadata < bytes.size() || bytes[0] != indexLeaf || NumberAt(bytes, 3, 2) > 1)
+  {
+    return Error{ ErrorCode::Damaged, "metadata: more than one row, or a damaged page" };
+  }
+  return *version;
+}
+
+}

@@ -1,0 +1,364 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Stores of strangers: what a file makes SQLite do ends, whatever its schema and its pages say, and
+// the error tells what is wrong with it.
+#include "Testing/Fixtures/Meshes.h"
+#include "filters/store/StoreEdit.h"
+#include "filters/store/StoreSchema.h"
+#include "filters/store/Testing/StoreTest.h"
+
+#include <gtest/gtest.h>
+#include <sqlite3.h>
+
+#include <cstdint>
+#include <fstream>
+#include <string>
+#include <vector>
+
+using namespace kdstream;
+using namespace kdstream::fixtures;
+namespace fs = std::filesystem;
+
+namespace
+{
+
+// Of 40 partitions or so.
+class HostileStore : public StoreTest
+{
+protected:
+  void SetUp() override
+  {
+    BuildOptions options;
+    options.tree.verticesPerPartition = 200;
+    this->Build(Torus(96, 48), options);
+    fs::rename(this->File(), this->File("good"));
+  }
+
+  // The good store, changed by these statements.
+  void Make(const std::string& statements)
+  {
+    fs::copy_file(this->File("good"), this->File(), fs::copy_options::overwrite_existing);
+    sqlite3* database = nullptr;
+    ASSERT_EQ(sqlite3_open(this->File().c_str(), &database), SQLITE_OK);
+    sqlite3_db_config(database, SQLITE_DBCONFIG_DEFENSIVE, 0, nullptr);
+    char* message = nullptr;
+    EXPECT_EQ(sqlite3_exec(database, statements.c_str(), nullptr, nullptr, &message), SQLITE_OK)
+      << statements << ": " << message;
+    EXPECT_EQ(sqlite3_close(database), SQLITE_OK);
+  }
+
+  std::string Bytes(const std::string& name = "good") const
+  {
+    std::ifstream file(this->File(name), std::ios::binary);
+    return std::string((std::istreambuf_iterator<char>(file)), {});
+  }
+  void Write(const std::string& bytes) const
+  {
+    std::ofstream(this->File(), std::ios::binary | std::ios::trunc) << bytes;
+  }
+
+  // Why the store is not opened; "" where it is.
+  std::string Refusal() const
+  {
+    const auto store = Store::Open(this->File());
+    return store ? "" : store.GetError().message;
+  }
+
+  // The metadata become this text, under a right checksum.
+  void MakeMetadata(const std::string& json)
+  {
+    this->Make("UPDATE metadata SET checksum = " + std::to_string(MetadataChecksum("model", json)) +
+               ", value = '" + json + "'");
+  }
+};
+
+// Numbers in pages: the highest byte comes first.
+std::uint32_t NumberAt(const std::string& bytes, std::size_t at, std::size_t size)
+{
+  std::uint32_t number = 0;
+  for (std::size_t i = 0; i < size; ++i)
+  {
+    number = number << 8 | static_cast<std::uint8_t>(bytes[at + i]);
+  }
+  return number;
+}
+
+void SetNumber(std::string& bytes, std::size_t at, std::size_t size, std::size_t number)
+{
+  for (std::size_t i = 0; i < size; ++i)
+  {
+    bytes[at + i] = static_cast<char>(number >> (8 * (size - 1 - i)));
+  }
+}
+
+// Counts without an end.
+const std::string endless = "WITH RECURSIVE c(x) AS (SELECT 1 UNION ALL SELECT x + 1 FROM c) "
+                            "SELECT count(*) FROM c";
+
+constexpr const char* notAStore = "not a KdStream store: ";
+
+}
+
+TEST_F(HostileStore, TheGoodOneIsRead)
+{
+  this->Make("");
+  const auto store = Store::Open(this->File());
+  ASSERT_TRUE(store) << store.GetError().message;
+  EXPECT_TRUE((*store)->Verify().empty());
+}
+
+TEST_F(HostileStore, AnotherSchemaIsRefusedAndNamed)
+{
+  const std::vector<std::pair<std::string, std::string>> schemas{
+    // Views, one of which never ends.
+    { "ALTER TABLE metadata RENAME TO m; CREATE VIEW metadata AS SELECT 'model' AS key, value, "
+      "checksum FROM m, (" +
+        endless + ")",
+      "it has a view 'metadata'" },
+    { "DROP TABLE metadata; CREATE VIEW metadata AS SELECT 'model' AS key, (" + endless +
+        ") AS value, 0 AS checksum",
+      "it has a view 'metadata'" },
+    { "CREATE VIEW harmless AS SELECT 1", "it has a view 'harmless'" },
+    { "CREATE VIEW \"\x1B[2J\n\" AS SELECT 1", "it has a view '?[2J?'" },
+    // Triggers, which would run where the store is edited.
+    { "CREATE TRIGGER t BEFORE UPDATE ON metadata BEGIN SELECT (" + endless + "); END",
+      "it has a trigger 't'" },
+    // Indexes, with and without an expression; that of a table of its own.
+    { "CREATE INDEX i ON pieces(node)", "it has an index 'i'" },
+    { "CREATE INDEX i ON pieces(abs(node)) WHERE node > 3", "it has an index 'i'" },
+    { "CREATE TABLE other (a UNIQUE)", "it has an index 'sqlite_autoindex_other_1'" },
+    { "CREATE TABLE other (a)", "it has a table 'other'" },
+    // Columns that are computed, checked or more than there should be.
+    { "ALTER TABLE tree ADD COLUMN g AS (hex(zeroblob(10000)))",
+      "its table 'tree' is not the one of a store" },
+    { "ALTER TABLE boxes ADD COLUMN more DEFAULT (abs(-3))",
+      "its table 'boxes' is not the one of a store" },
+    { "DROP TABLE tree; CREATE TABLE tree (page INTEGER PRIMARY KEY, data BLOB NOT NULL, checksum "
+      "INTEGER NOT NULL CHECK (length(hex(zeroblob(1000000))) > 0))",
+      "its table 'tree' is not the one of a store" },
+    { "DROP TABLE tree; CREATE TABLE tree (page INTEGER PRIMARY KEY, data BLOB NOT NULL, checksum "
+      "INTEGER NOT NULL) STRICT",
+      "its table 'tree' is not the one of a store" },
+    { "DROP TABLE boxes; CREATE TABLE boxes (node INTEGER PRIMARY KEY, data BLOB NOT NULL, "
+      "checksum INTEGER NOT NULL) WITHOUT ROWID",
+      "its table 'boxes' is not the one of a store" },
+    { "CREATE VIRTUAL TABLE v USING fts5(a)", "it has a virtual table 'v'" },
+    { "CREATE TABLE textures (partition INTEGER PRIMARY KEY, data BLOB NOT NULL, checksum INTEGER "
+      "NOT NULL)",
+      "it has a table 'textures'" }, // in a store of a version without
+    { "ANALYZE", "it has a table 'sqlite_stat1'" },
+    // Texts, rows and numbers that are none of a schema.
+    { "PRAGMA writable_schema = ON; INSERT INTO sqlite_schema VALUES ('table', 'tree', 'tree', 3, "
+      "'CREATE TABLE tree (a)')",
+      "its table 'tree' is not the one of a store" },
+    { "PRAGMA writable_schema = ON; INSERT INTO sqlite_schema SELECT * FROM sqlite_schema",
+      "its table 'metadata' is there twice" },
+    { "PRAGMA writable_schema = ON; UPDATE sqlite_schema SET rootpage = (SELECT rootpage FROM "
+      "sqlite_schema WHERE name = 'tree') WHERE name = 'boxes'",
+      "its table 'boxes' is there twice" },
+    { "PRAGMA writable_schema = ON; UPDATE sqlite_schema SET type = 'thing' WHERE name = 'tree'",
+      "its schema has more than tables" },
+    { "PRAGMA writable_schema = ON; UPDATE sqlite_schema SET tbl_name = 'boxes' WHERE name = "
+      "'tree'",
+      "its table 'tree' is not the one of a store" },
+    { "PRAGMA writable_schema = ON; UPDATE sqlite_schema SET sql = CAST(sql AS BLOB) WHERE name = "
+      "'tree'",
+      "its table 'tree' is not the one of a store" },
+    { "PRAGMA writable_schema = ON; UPDATE sqlite_schema SET rootpage = -3 WHERE name = 'tree'",
+      "it has a virtual table 'tree'" },
+    // More than a page of it.
+    { "CREATE TABLE huge (a /* " + std::string(200000, 'x') + " */)", "it has a table 'huge'" },
+    // Forms of the file.
+    { "PRAGMA page_size = 512; VACUUM", "its pages are not those of a store, of 4096 bytes" },
+    { "PRAGMA page_size = 65536; VACUUM", "its pages are not those of a store, of 4096 bytes" },
+    { "PRAGMA journal_mode = WAL", "it uses a write-ahead log" },
+    { "PRAGMA auto_vacuum = FULL; VACUUM", "it uses auto-vacuum" },
+  };
+  for (const auto& [statements, why] : schemas)
+  {
+    SCOPED_TRACE(statements.substr(0, 200));
+    this->Make(statements);
+    const auto store = Store::Open(this->File());
+    ASSERT_FALSE(store);
+    EXPECT_EQ(store.GetError().message, notAStore + why);
+    EXPECT_EQ(store.GetError().code, ErrorCode::InvalidInput);
+    const auto edited = EditStore(this->File(), { .title = "Another" });
+    ASSERT_FALSE(edited);
+    EXPECT_EQ(edited.GetError().message, notAStore + why);
+  }
+}
+
+TEST_F(HostileStore, ThousandsOfTablesAreNotRead)
+{
+  std::string tables = "BEGIN;";
+  for (int i = 0; i < 3000; ++i)
+  {
+    tables += "CREATE TABLE t" + std::to_string(i) + " (a, b, c);";
+  }
+  this->Make(tables + "COMMIT");
+  EXPECT_EQ(this->Refusal(), std::string(notAStore) + "its schema has more than the tables of a "
+                                                      "store");
+}
+
+TEST_F(HostileStore, TextsInUtf16AreRefused)
+{
+  sqlite3* database = nullptr;
+  ASSERT_EQ(sqlite3_open(this->File().c_str(), &database), SQLITE_OK);
+  const std::string make =
+    "PRAGMA encoding = 'UTF-16le'; PRAGMA application_id = " + std::to_string(storeApplicationId) +
+    "; PRAGMA user_version = " + std::to_string(storeVersion) + ";" + SchemaOfStore(storeVersion);
+  ASSERT_EQ(sqlite3_exec(database, make.c_str(), nullptr, nullptr, nullptr), SQLITE_OK);
+  ASSERT_EQ(sqlite3_close(database), SQLITE_OK);
+  EXPECT_EQ(this->Refusal(), std::string(notAStore) + "its texts are not UTF-8");
+}
+
+TEST_F(HostileStore, ATableThatIsMissingIsNamed)
+{
+  for (const StoreTable& table : TablesOfStore(storeVersion))
+  {
+    this->Make("DROP TABLE " + std::string(table.name));
+    EXPECT_EQ(this->Refusal(),
+      "its tables are not those of a store: '" + std::string(table.name) + "' is missing");
+  }
+}
+
+// Each byte of the first page becomes another one: refused, or read as before.
+TEST_F(HostileStore, AnyByteOfTheFirstPageMayBeAnotherOne)
+{
+  const std::string good = this->Bytes();
+  for (std::size_t i = 0; i < storePageBytes; i += i < 130 || i > 3400 ? 1 : 97)
+  {
+    for (const int byte : { 0, 1, 0x7F, 0x81, 0xFF })
+    {
+      std::string bytes = good;
+      bytes[i] = static_cast<char>(byte);
+      this->Write(bytes);
+      fs::last_write_time(this->File(), fs::file_time_type::clock::now() - std::chrono::hours(1));
+      const auto store = Store::Open(this->File());
+      EXPECT_TRUE(store || !store.GetError().message.empty()) << i;
+    }
+  }
+}
+
+TEST_F(HostileStore, ShortFilesAreRefused)
+{
+  const std::string good = this->Bytes();
+  for (const std::size_t size : { 0, 15, 16, 99, 100, 108, 512, 4095, 4096, 4097, 8191 })
+  {
+    this->Write(good.substr(0, size));
+    EXPECT_NE(this->Refusal(), "") << size;
+  }
+}
+
+TEST_F(HostileStore, MetadataThatAreTooMuchAreRefused)
+{
+  std::string json = "[0";
+  while (json.size() < 30'000'000)
+  {
+    json += ",0";
+  }
+  this->MakeMetadata(json + "]");
+  EXPECT_EQ(this->Refusal(), "metadata: a value in it is too large");
+  this->Make("INSERT INTO metadata VALUES ('other', '', 0)");
+  EXPECT_EQ(this->Refusal(), "metadata: more than one row, or a damaged page");
+  this->Make("UPDATE metadata SET key = hex(zeroblob(5000000))");
+  EXPECT_EQ(this->Refusal(), "metadata: row \"model\" is missing");
+  this->Make("UPDATE metadata SET value = CAST(value AS BLOB), checksum = zeroblob(5000000)");
+  EXPECT_EQ(this->Refusal(), "metadata: a value in it is too large");
+}
+
+// The table of the pieces becomes 400^6 leaves: each page of it leads 400 times to the next.
+TEST_F(HostileStore, ATreeWithoutAnEndIsEnded)
+{
+  this->Make("");
+  std::string bytes = this->Bytes("model.kds");
+  sqlite3* database = nullptr;
+  ASSERT_EQ(sqlite3_open(this->File().c_str(), &database), SQLITE_OK);
+  std::size_t root = 0;
+  ASSERT_EQ(sqlite3_exec(
+              database, "SELECT rootpage FROM sqlite_schema WHERE name = 'pieces'",
+              [](void* to, int, char** values, char**)
+              {
+                *static_cast<std::size_t*>(to) = std::stoul(values[0]);
+                return 0;
+              },
+              &root, nullptr),
+    SQLITE_OK);
+  sqlite3_close(database);
+  std::size_t leaf = root; // the first one
+  while (bytes[(leaf - 1) * storePageBytes] == 5)
+  {
+    const std::size_t page = (leaf - 1) * storePageBytes;
+    leaf = NumberAt(bytes, page + NumberAt(bytes, page + 12, 2), 4);
+  }
+  ASSERT_NE(leaf, root);
+  constexpr std::size_t depth = 6, children = 400;
+  std::size_t next = bytes.size() / storePageBytes;
+  bytes.resize(bytes.size() + (depth - 1) * storePageBytes);
+  std::size_t page = root;
+  for (std::size_t i = 0; i < depth; ++i)
+  {
+    const std::size_t child = i + 1 < depth ? ++next : leaf;
+    const std::size_t at = (page - 1) * storePageBytes;
+    std::fill_n(bytes.begin() + static_cast<std::ptrdiff_t>(at), storePageBytes, '\0');
+    bytes[at] = 5; // an inner page of a table
+    SetNumber(bytes, at + 3, 2, children);
+    SetNumber(bytes, at + 5, 2, storePageBytes - children * 6);
+    SetNumber(bytes, at + 8, 4, child);
+    for (std::size_t cell = 0; cell < children; ++cell)
+    {
+      const std::size_t place = storePageBytes - (cell + 1) * 6;
+      SetNumber(bytes, at + 12 + 2 * cell, 2, place);
+      SetNumber(bytes, at + place, 4, child);
+      bytes[at + place + 4] = 1; // the key
+    }
+    page = child;
+  }
+  SetNumber(bytes, 28, 4, bytes.size() / storePageBytes);
+  this->Write(bytes);
+  const auto store = Store::Open(this->File());
+  ASSERT_TRUE(store) << store.GetError().message;
+  const auto damage = (*store)->Verify();
+  ASSERT_FALSE(damage.empty());
+  EXPECT_EQ(damage.front().message, "pieces: takes longer to read than any store");
+}
+
+// Files beside the store belong to nobody: neither read nor removed.
+TEST_F(HostileStore, AJournalBesideTheStoreIsLeftAlone)
+{
+  this->Make("");
+  const std::string garbage(100000, '\x5A');
+  for (const char* ending : { "-journal", "-wal", "-shm" })
+  {
+    std::ofstream(this->File("model.kds") += ending) << garbage;
+  }
+  ASSERT_EQ(this->Refusal(), "");
+  ASSERT_TRUE(EditStore(this->File(), { .title = "Another" }));
+  const auto store = Store::Open(this->File());
+  ASSERT_TRUE(store);
+  EXPECT_EQ((*store)->Info().title, "Another");
+  EXPECT_TRUE((*store)->Verify().empty());
+  for (const char* ending : { "-journal", "-wal", "-shm" })
+  {
+    EXPECT_EQ(this->Bytes(std::string("model.kds") + ending), garbage);
+  }
+  EXPECT_EQ(this->FilesInFolder(), 5u) << "the good one, the store, and what lies beside it";
+}
+
+// A list of free pages that is a ring, and pages that are free and used: an edit ends.
+TEST_F(HostileStore, FreePagesThatAreARingAreSurvived)
+{
+  this->Make("DELETE FROM pieces WHERE resolution = 63");
+  const std::string bytes = this->Bytes("model.kds");
+  const std::size_t trunk = NumberAt(bytes, 32, 4);
+  ASSERT_NE(trunk, 0u);
+  for (const std::size_t next : { trunk, std::size_t{ 1 }, std::size_t{ 2 }, bytes.size() })
+  {
+    std::string hostile = bytes;
+    SetNumber(hostile, (trunk - 1) * storePageBytes, 4, next);
+    SetNumber(hostile, (trunk - 1) * storePageBytes + 4, 4, 0);
+    SetNumber(hostile, 36, 4, 1000000);
+    this->Write(hostile);
+    const auto edited = EditStore(this->File(), { .description = std::string(4000, 'x') });
+    EXPECT_TRUE(edited || !edited.GetError().message.empty());
+  }
+}
