@@ -6,7 +6,7 @@ import { createServer } from "node:http";
 import { readFileSync, writeFileSync } from "node:fs";
 import { after, before, test } from "node:test";
 import { fileURLToPath } from "node:url";
-import { Server, Visit, eventually, launchBrowser, makeModels, makeToken, temporaryFolder } from "./harness.mjs";
+import { Server, Visit, eventually, launchBrowser, makeModels, makeToken, pause, temporaryFolder } from "./harness.mjs";
 
 let server, browser, host;
 
@@ -45,11 +45,11 @@ after(async () => {
   await server?.stop();
 });
 
-async function openHost(elements) {
-  host.body = `<!doctype html><title>A museum</title><link rel="icon" href="data:,">
-    <style nonce="a">kdstream-viewer { width: 320px; height: 240px; } .far { margin-top: 3000px; }</style>
+async function openHost(elements, isPhone = false) {
+  host.body = `<!doctype html><title>A museum</title><link rel="icon" href="data:,"><meta name="viewport" content="width=device-width">
+    <style nonce="a">kdstream-viewer { width: 320px; height: 240px; } .far { margin-top: 3000px; } .tall { height: 1500px; }</style>
     <script src="${server.url}/embed.js"></script>${elements}`;
-  const visit = await Visit.desktop(browser);
+  const visit = await (isPhone ? Visit.phone(browser) : Visit.desktop(browser));
   await visit.page.addInitScript(() => {
     window.told = [];
     for (const name of ["ready", "viewchange", "error", "sleep"]) {
@@ -138,6 +138,124 @@ test("a model that is named later is shown then", async () => {
   })), true);
   await visit.page.evaluate(() => document.getElementById("a").setAttribute("model", "pebble"));
   await untilTold(visit, "a picture", "ready", "a");
+  await visit.close();
+});
+
+// On a phone, between paragraphs; gives what one does there, and what came of it.
+async function openArticle() {
+  const visit = await openHost(`<p class="tall">before</p><kdstream-viewer id="a" model="pebble"></kdstream-viewer>
+    <p class="tall">after</p><p class="far">the end</p>`, true);
+  await visit.page.evaluate(() => document.getElementById("a").scrollIntoView({ block: "center" }));
+  await untilTold(visit, "a picture", "ready", "a");
+  const frame = visit.page.frames()[1];
+  const middle = async () => {
+    const { x, y, width, height } = await visit.page.locator("#a").boundingBox();
+    return { x: x + width / 2, y: y + height / 2 };
+  };
+  // Once that rests.
+  const scrolled = () => visit.page.evaluate(async () => {
+    const frames = (n) => new Promise((seen) => (n ? requestAnimationFrame(() => frames(n - 1).then(seen)) : seen()));
+    for (let before = NaN; before !== scrollY; await frames(8)) {
+      before = scrollY;
+    }
+    return scrollY;
+  });
+  const link = async () => {
+    await eventually("rest", () => ask(visit, "a", "status"), ({ idle }) => idle);
+    return ask(visit, "a", "link");
+  };
+  const isEntered = () => frame.evaluate(() => document.body.hasAttribute("data-entered"));
+  // By one finger; whether that has turned the model, and scrolled the page.
+  const drag = async (dx, dy) => {
+    const [seen, top] = [await link(), await scrolled()];
+    await visit.dragSlowly(await middle(), dx, dy);
+    const turns = await link() !== seen;
+    await pause(400); // a page scrolls when both it and the frame have had their say
+    return { scrolls: Math.abs(await scrolled() - top) > 20, turns };
+  };
+  return { visit, frame, middle, scrolled, link, isEntered, drag };
+}
+
+test("one finger scrolls the page around a viewer, until one has entered that", async () => {
+  const { visit, frame, middle, scrolled, link, isEntered, drag } = await openArticle();
+  assert.match(await frame.locator("#hint").textContent(), /^Tap to turn the model$/);
+  assert.deepEqual(await drag(0, -100), { turns: false, scrolls: true });
+  assert.deepEqual(await drag(0, 100), { turns: false, scrolls: true });
+  assert.equal((await drag(60, 0)).turns, false, "nor across");
+  assert.equal(await isEntered(), false, "a finger that scrolls is no tap");
+
+  const seen = await link();
+  await visit.tap(await middle());
+  await eventually("entered by a tap", isEntered);
+  assert.equal(await link(), seen, "which does nothing else");
+  assert.deepEqual(await drag(0, -100), { turns: true, scrolls: false });
+  assert.deepEqual(await drag(50, 40), { turns: true, scrolls: false });
+
+  await visit.tap({ x: 200, y: (await visit.page.locator("#a").boundingBox()).y - 20 }); // beside it
+  await eventually("left", isEntered, (entered) => !entered);
+  assert.deepEqual(await drag(0, 100), { turns: false, scrolls: true });
+
+  const [before_, top] = [await link(), await scrolled()];
+  await visit.pinch(await middle(), 60, 120, 6);
+  await eventually("entered by two fingers", isEntered);
+  await eventually("pinched", link, (now) => now !== before_);
+  assert.ok(Math.abs(await scrolled() - top) < 20, "which do not scroll");
+  assert.deepEqual(await drag(0, -100), { turns: true, scrolls: false });
+
+  await visit.page.evaluate(() => scrollTo(0, 5000));
+  await eventually("left", isEntered, (entered) => !entered);
+  await visit.page.evaluate(() => document.getElementById("a").scrollIntoView({ block: "center" }));
+  assert.deepEqual(await drag(0, 100), { turns: false, scrolls: true });
+  await visit.picture("embed-2-outside"); // after a screenshot the next finger is not always felt
+  await eventually("entered", async () => {
+    await visit.tap(await middle());
+    return isEntered();
+  });
+  await visit.picture("embed-3-entered");
+  assert.deepEqual(visit.errors, []);
+  await visit.close();
+});
+
+test("a mouse turns an embedded model at once", async () => {
+  const visit = await openHost('<kdstream-viewer id="a" model="pebble"></kdstream-viewer>');
+  await untilTold(visit, "a view", "viewchange", "a");
+  const seen = await ask(visit, "a", "link");
+  const { x, y, width, height } = await visit.page.locator("#a").boundingBox();
+  await visit.page.mouse.move(x + width / 2, y + height / 2);
+  await visit.page.mouse.down();
+  await visit.page.mouse.move(x + width / 2 + 60, y + height / 2 + 10, { steps: 5 });
+  await visit.page.mouse.up();
+  await eventually("turned", () => ask(visit, "a", "link"), (link) => link !== seen);
+  await visit.close();
+});
+
+test("an embedded viewer fills the screen, and comes back", async () => {
+  const { visit, frame, isEntered, drag } = await openArticle();
+  const fills = () => frame.evaluate(() => document.fullscreenElement === document.documentElement);
+  const button = frame.locator("#open");
+  assert.equal(await button.getAttribute("aria-label"), "Full screen");
+  await button.tap();
+  await eventually("the whole screen", fills);
+  await eventually("the whole screen", () => frame.evaluate(() => innerHeight), (height) => height > 600);
+  await eventually("one finger turns there", isEntered);
+  await visit.picture("embed-4-full-screen");
+  await button.tap();
+  await eventually("the page again", fills, (filling) => !filling);
+  await eventually("left", isEntered, (entered) => !entered);
+  assert.equal((await drag(0, -100)).turns, false);
+  assert.deepEqual(visit.errors, []);
+  await visit.close();
+});
+
+test("where no frame may fill the screen, the viewer has a tab of its own", async () => {
+  const { visit, frame, link } = await openArticle();
+  await frame.evaluate(() => (Element.prototype.requestFullscreen = undefined));
+  const seen = await link();
+  const [tab] = await Promise.all([visit.page.context().waitForEvent("page"), frame.locator("#open").tap()]);
+  await tab.waitForLoadState();
+  assert.equal(tab.url(), `${server.url}/#${seen}`);
+  await eventually("the same view", () => tab.evaluate(() => window.kdstream?.status()),
+    (status) => status?.mode === "full screen" && status.model === "pebble" && status.shownLevel !== null);
   await visit.close();
 });
 

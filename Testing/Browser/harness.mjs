@@ -285,6 +285,20 @@ export class Visit extends PageVisit {
     await this.#fingers(steps, (part) => [{ x: from.x + part * dx, y: from.y + part * dy, id: 1 }]);
   }
 
+  // The same in the time that it takes, by which a browser scrolls; it stands still before it is lifted, and throws nothing.
+  async dragSlowly(from, dx, dy, steps = 10) {
+    const send = (type, part) => this.#session.send("Input.dispatchTouchEvent",
+      { type, touchPoints: type === "touchEnd" ? [] : [{ x: from.x + part * dx, y: from.y + part * dy, id: 1 }] });
+    await send("touchStart", 0);
+    for (let step = 1; step <= steps; ++step) {
+      await pause(20);
+      await send("touchMove", step / steps);
+    }
+    await pause(300);
+    await send("touchEnd", 1);
+    this.#clock = Math.max(this.#clock, Date.now() / 1000);
+  }
+
   // Two fingers beside `middle`, moved by (dx, dy) together.
   async dragTwo(middle, dx, dy, steps = 2) {
     await this.#fingers(steps, (part) => [-40, 40].map((side, id) => (
@@ -333,6 +347,19 @@ export class Pixels {
       }
       return found;
     }, [png.toString("base64"), color, top]);
+  }
+
+  // The upper rows of a PNG, as one.
+  async top(png, height) {
+    const base64 = await this.#page.evaluate(async ([given, rows]) => {
+      const image = new Image();
+      image.src = `data:image/png;base64,${given}`;
+      await image.decode();
+      const canvas = Object.assign(document.createElement("canvas"), { width: image.width, height: rows });
+      canvas.getContext("2d").drawImage(image, 0, 0);
+      return canvas.toDataURL().split(",")[1];
+    }, [png.toString("base64"), height]);
+    return Buffer.from(base64, "base64");
   }
 
   // The part of the pixels that differ by more than `tolerance` (of 255) in a channel. Sizes must be the same.

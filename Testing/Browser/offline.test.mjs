@@ -383,6 +383,104 @@ test("keep offline: progress, pause, going on, and the original without the serv
   assert.equal(error, "");
 });
 
+const saveData = () => Object.defineProperty(Navigator.prototype, "connection", { get: () => ({ saveData: true }) });
+
+// All of it, or up to a level, by the options of a page that is open.
+async function keepOffline(page = visit.page, goal = "original") {
+  await page.locator("#menu-button").click();
+  await eventually("details to choose from", () => page.locator("#keep-goal option").count(), (count) => count > 1);
+  await page.locator("#keep-goal").selectOption(goal);
+  await page.locator("#keep").click();
+  await eventually("the end", () => page.locator("#keep-state").textContent(), (text) => text === "Kept: it opens without a network.");
+  await page.locator("#menu-button").click();
+}
+
+const untilLost = () => visit.until("the loss", ({ connection }) => connection === "lost");
+
+async function pinchToTheOriginal() {
+  for (let pinches = 0; !(await visit.status()).original; ++pinches) {
+    assert.ok(pinches < 10, "the original is there");
+    await visit.pinch(await visit.centre(), 100, 140);
+    await visit.untilIdle();
+  }
+}
+
+const untilRegion = () => visit.until("a region",
+  ({ idle, region }) => idle && region !== null && region.partitions > 0 && region.shown === region.partitions);
+
+// Of which there is more than one sees at first.
+let dragon = null;
+async function serveTheDragon() {
+  await server.stop();
+  dragon ??= makeModels();
+  server = await Server.start(dragon);
+}
+
+test("a model that is kept goes on where the server dies in mid view", async () => {
+  await serveTheDragon();
+  await visit.page.addInitScript(saveData);
+  await visit.open(server.url);
+  await openFullScreen("dragon");
+  await keepOffline();
+  assert.equal((await visit.status()).original, false, "there is more to see");
+  await server.stop();
+  await pinchToTheOriginal();
+  await visit.picture("offline-9-died");
+  await untilLost();
+  await visit.doubleTap(await visit.centre());
+  assert.equal((await untilRegion()).error, "");
+  server = await Server.start(dragon, { port: server.port });
+  await visit.page.evaluate(() => document.getElementById("message-action").click());
+  await visit.untilQuiet();
+});
+
+test("what the server owes as it dies comes from what another tab has kept meanwhile", async () => {
+  await serveTheDragon();
+  const proxy = await Proxy.start(server.port);
+  await visit.page.addInitScript(saveData);
+  await visit.open(proxy.url);
+  await openFullScreen("dragon");
+  const other = await visit.page.context().newPage();
+  await other.goto(`${proxy.url}/#model=dragon`);
+  await keepOffline(other);
+  await other.close();
+  proxy.holds = true;
+  await visit.doubleTap(await visit.centre());
+  await visit.until("waiting", ({ blobsWanted }) => blobsWanted > 0);
+  await pause(300);
+  assert.equal((await visit.status()).idle, false);
+  await proxy.stop();
+  await untilRegion();
+  assert.equal((await visit.status()).connection, "lost");
+});
+
+test("what is not kept keeps nothing waiting without the server, and comes once that is back", async () => {
+  await serveTheDragon();
+  await visit.page.addInitScript(saveData);
+  await visit.open(server.url);
+  await openFullScreen("dragon");
+  const { targetLevel, finestLevel } = await visit.status();
+  await keepOffline(visit.page, String(finestLevel));
+  assert.ok(finestLevel > targetLevel, "there is more to see");
+  await server.stop();
+  await visit.doubleTap(await visit.centre()); // wants the original
+  for (let pinches = 0; (await visit.status()).shownLevel < finestLevel; ++pinches) {
+    assert.ok(pinches < 10, "the finest level is there");
+    await visit.pinch(await visit.centre(), 100, 140);
+    await visit.untilIdle();
+  }
+  await untilLost();
+  assert.equal((await visit.status()).original, false);
+  await visit.doubleTap(await visit.centre());
+  await visit.untilIdle();
+  assert.match(await visit.messageShown(), /^The connection to the server was lost: .* Trying again …$/);
+  await visit.picture("offline-10-not-kept");
+  server = await Server.start(dragon, { port: server.port });
+  await visit.page.evaluate(() => document.getElementById("message-action").click());
+  await untilRegion();
+  await visit.untilQuiet();
+});
+
 test("it is shown what is kept, limited, and emptied", async () => {
   await visit.open(server.url);
   await openFullScreen("pebble");

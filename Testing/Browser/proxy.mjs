@@ -35,6 +35,7 @@ export class Proxy extends EventEmitter {
   alterFrame = null;
   bytesPerSecond = Infinity; // of each answer to a GET
   stallsAt = Infinity; // bytes of an answer after which nothing more comes
+  holds = false; // true: of streams nothing comes any more
   altered = 0; // blobs and frames that were
 
   static async start(target) {
@@ -146,7 +147,7 @@ export class Proxy extends EventEmitter {
         waiting = waiting.subarray(end + 4);
         upgraded = true;
       }
-      for (let frame; (frame = takeFrame(waiting)); waiting = waiting.subarray(frame.bytes)) {
+      for (let frame; !this.holds && (frame = takeFrame(waiting)); waiting = waiting.subarray(frame.bytes)) {
         to.write(makeFrame(frame.first, frame.binary ? this.#alterMessage(frame.payload) : frame.payload));
       }
     });

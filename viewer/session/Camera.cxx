@@ -80,8 +80,15 @@ void Camera::FitTo(const Box& box, const Quaternion& orientation)
   this->Radius = radius > 0 && std::isfinite(radius) ? radius : 1;
   this->FocalPoint = fitted.lo * 0.5 + fitted.hi * 0.5;
   this->Turn = orientation;
+  this->EyeDistance = this->DistanceOfFit();
+}
+
+// From the middle of the box, as it is turned: where its face that is nearest to the eye takes the
+// width of the window, and where its height.
+std::array<double, 2> Camera::FitDistances() const
+{
   // Half the box's extents along the camera's axes.
-  const Vec3 sides = fitted.hi * 0.5 - fitted.lo * 0.5;
+  const Vec3 sides = this->Fitted.hi * 0.5 - this->Fitted.lo * 0.5;
   const std::array<Vec3, 3> axes{ this->Right(), this->Up(), this->Forward() };
   Vec3 half{};
   for (std::size_t k = 0; k < 3; ++k)
@@ -91,11 +98,39 @@ void Camera::FitTo(const Box& box, const Quaternion& orientation)
       half[k] += std::abs(axes[k][i]) * sides[i];
     }
   }
-  const double aspect = static_cast<double>(this->View.width) / this->View.height;
-  const double size = std::max(half[1], half[0] / aspect) / this->Tangent;
-  // The face of the box that is nearest to the eye fits; a flat or tiny box keeps its distance.
-  this->EyeDistance =
-    std::clamp(fitMargin * size + half[2], this->Radius, farthestInRadii * this->Radius);
+  return { fitMargin * (half[0] / this->Aspect() / this->Tangent) + half[2],
+    fitMargin * (half[1] / this->Tangent) + half[2] };
+}
+
+// A flat or tiny box keeps its distance.
+double Camera::Bounded(double distance) const
+{
+  return std::clamp(distance, this->Radius, farthestInRadii * this->Radius);
+}
+
+double Camera::DistanceOfFit() const
+{
+  const auto [across, up] = this->FitDistances();
+  return this->Bounded(std::max(across, up));
+}
+
+bool Camera::IsFitted() const
+{
+  return this->FocalPoint == this->PointAt({}) && this->EyeDistance == this->DistanceOfFit();
+}
+
+void Camera::MoveTo(const Viewport& window)
+{
+  const Vec3 focal = this->FocalPoint;
+  const double before = this->EyeDistance, aspect = this->Aspect();
+  const double spare = std::max(1.0, before / this->DistanceOfFit());
+  const auto [across, up] = this->FitDistances();
+  this->SetViewport(window);
+  const auto [newAcross, newUp] = this->FitDistances();
+  const double wide = before < across ? before * aspect / this->Aspect() : newAcross;
+  const double high = before < up ? before : newUp;
+  this->EyeDistance = this->Bounded(spare * std::max(wide, high));
+  this->FocalPoint = this->Confined(focal);
 }
 
 Vec3 Camera::PlaceOf(const Vec3& point) const
@@ -111,12 +146,12 @@ Vec3 Camera::PointAt(const Vec3& place) const
 CameraPlace Camera::GetPlace() const
 {
   return { this->PlaceOf(this->FocalPoint), this->EyeDistance / this->Radius, this->Turn,
-    static_cast<double>(this->View.width) / this->View.height };
+    this->Aspect() };
 }
 
 void Camera::SetPlace(const CameraPlace& place)
 {
-  const double aspect = static_cast<double>(this->View.width) / this->View.height;
+  const double aspect = this->Aspect();
   const double farther = std::max(1.0, std::min(place.aspect, 1.0) / std::min(aspect, 1.0));
   this->Turn = place.orientation;
   this->EyeDistance =
@@ -199,8 +234,7 @@ void Camera::Roll(double cosine, double sine, double x, double y)
 // seen, with room left (partOnScreen), so the nearest point of the box is.
 double Camera::Reach(double distance) const
 {
-  const double aspect = double(this->View.width) / this->View.height;
-  return partOnScreen * this->Tangent * std::min(1.0, aspect) * distance;
+  return partOnScreen * this->Tangent * std::min(1.0, this->Aspect()) * distance;
 }
 
 Vec3 Camera::Confined(const Vec3& focal) const
@@ -295,9 +329,8 @@ std::optional<std::array<double, 2>> Camera::PixelOf(const Vec3& point) const
 
 std::array<Vec3, 5> Camera::InwardNormals() const
 {
-  const double aspect = double(this->View.width) / this->View.height;
   const Vec3 ahead = this->Forward();
-  const Vec3 up = ahead * this->Tangent, right = ahead * (this->Tangent * aspect);
+  const Vec3 up = ahead * this->Tangent, right = ahead * (this->Tangent * this->Aspect());
   return { ahead, Normalized(up - this->Up()), Normalized(up + this->Up()),
     Normalized(right - this->Right()), Normalized(right + this->Right()) };
 }

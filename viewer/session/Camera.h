@@ -71,6 +71,13 @@ public:
   // the sphere around the box. An empty box counts as the unit cube.
   void FitTo(const Box& box, const Quaternion& orientation = {});
 
+  // The same view in another window, as large as it can be: all of the box is to be seen that was,
+  // and as much is left around it, so that a fitted view fits again. The distance is within the
+  // limits of FitTo.
+  void MoveTo(const Viewport& window);
+  // Whether it looks as FitTo has it.
+  bool IsFitted() const;
+
   CameraPlace GetPlace() const;
   // A point of the model, in these lengths, and back.
   Vec3 PlaceOf(const Vec3& point) const;
@@ -145,6 +152,10 @@ public:
   bool operator==(const Camera&) const = default;
 
 private:
+  double Aspect() const { return static_cast<double>(this->View.width) / this->View.height; }
+  std::array<double, 2> FitDistances() const;
+  double Bounded(double distance) const;
+  double DistanceOfFit() const;
   Vec3 OnBall(double x, double y) const;
   void RotateUpright(double dx, double dy);
   double Reach(double distance) const;

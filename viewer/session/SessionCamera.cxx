@@ -153,20 +153,50 @@ void ViewerSession::StepOutside()
   }
 }
 
-// The same view in another window. If the model would be lost in it, and only a way through the
-// surface led back, the first one.
+// The same view in another window. Who has zoomed has chosen the eye's place, which stays; else
+// what was seen of the model fits that window. If the model would be lost in it, and only a way
+// through the surface led back, the first one.
 void ViewerSession::TakeView(const Camera& view, const Viewport& viewport)
 {
   this->Eye = view;
   this->Eye.SetViewport(viewport);
   if (!(this->Eye.GetViewport() == view.GetViewport()))
   {
-    this->KeepInSight(this->Eye);
+    if (!this->EyeMoved)
+    {
+      this->Eye = view;
+      this->Eye.MoveTo(viewport);
+    }
+    if (this->EyeMoved || !view.IsFitted())
+    {
+      this->KeepInSight(this->Eye);
+    }
   }
   if (this->Current && this->FreePart(view, this->Eye) < 1)
   {
     this->FitModel();
   }
+}
+
+// In the window as it is nothing changes. As long as nobody moves, each window shows what was seen
+// in the first one: a phone that is turned and turned back shows the same.
+void ViewerSession::TakeWindow(const Viewport& viewport)
+{
+  Camera here = this->Eye;
+  here.SetViewport(viewport);
+  if (here.GetViewport() == this->Eye.GetViewport() ||
+      (this->Told && this->TakeToldPlace(viewport)))
+  {
+    return;
+  }
+  if (!this->Left || !(this->Left->eye == this->Eye))
+  {
+    this->Left = LeftView{ { this->Eye, this->EyeMoved }, {} };
+  }
+  const EarlierView view = this->Left->view;
+  this->EyeMoved = view.moved;
+  this->TakeView(view.eye, viewport);
+  this->Left->eye = this->Eye;
 }
 
 void ViewerSession::Turn(double x, double y, double dx, double dy)

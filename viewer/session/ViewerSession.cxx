@@ -4,6 +4,8 @@
 // to see with what is loaded and with what is under way; what comes: SessionArrivals.cxx.
 #include "viewer/session/ViewerSession.h"
 
+#include "filters/core/Later.h"
+
 #include <algorithm>
 #include <utility>
 
@@ -36,15 +38,8 @@ ViewerSession::ViewerSession(SessionOptions options)
 
 void ViewerSession::Resize(const Viewport& viewport)
 {
-  if (!this->Told || !this->TakeToldPlace(viewport))
-  {
-    this->TakeView(Camera(this->Eye), viewport);
-  }
+  this->TakeWindow(viewport);
   this->Gestures.SetPixelRatio(this->Eye.GetViewport().pixelRatio);
-  if (!this->EyeMoved && this->Current)
-  {
-    this->Eye.FitTo(this->Current->box, this->Eye.Orientation());
-  }
   this->FollowZoom();
   this->Update();
   this->Trace("resize");
@@ -104,6 +99,7 @@ void ViewerSession::CloseModel()
   this->Coasting.reset();
   this->Followed.reset();
   this->Told.reset();
+  this->Left.reset();
   this->SetSpinning(false);
   this->Measured.clear();
   this->Ends.clear();
@@ -217,6 +213,13 @@ void ViewerSession::Retry()
   this->Tiles.Retry();
   this->Doubtful.clear();
   this->LastError.clear();
+}
+
+KDSTREAM_LATER void ViewerSession::AskAgain()
+{
+  this->Retry();
+  this->Update();
+  this->Trace("ask again");
 }
 
 // The level that the zoom asks for, and whether the region can still be seen.

@@ -131,6 +131,9 @@ public:
   explicit ViewerSession(SessionOptions options = {});
 
   // ---- what the person does
+  // Shows the same in another window. A first view or a side that nobody has touched fits again; of
+  // a model that was turned all is seen that was, from where it was; where one has zoomed the eye
+  // stays. Back in the window of before, and in the same one, it is exactly what was seen.
   void Resize(const Viewport& viewport);
   // Errors: NotFound where the server's list is known and `model` is not in it; nothing changes
   // then.
@@ -204,6 +207,8 @@ public:
   // first they do not. No trace tells of it.
   void SetGlides(bool glides) { this->Shown.SetGlides(glides); }
 
+  // Asks for what has failed once more, as where a server is back.
+  void AskAgain();
   // Previews are all that is shown and asked for, by the view, until this is called with false:
   // taps and zooms wait. For a page that has only begun to load (KDSTREAM_LATER). No trace tells of
   // it.
@@ -258,6 +263,11 @@ public:
   const std::set<PieceId>& ShownPieces() const { return this->Shown.Pieces(); }
   // Of all models so far.
   const SessionTraffic& GetTraffic() const { return this->Traffic; }
+  // The blobs that are outstanding, each with the request that it belongs to.
+  const std::map<protocol::BlobId, std::uint32_t>& OwedBlobs() const
+  {
+    return this->Book.AllOwed();
+  }
   // What is outstanding, for messages.
   std::string DescribeOutstanding() const { return this->Book.Describe(); }
   // How often it was worked out what to show and what to ask for: for tests.
@@ -294,6 +304,12 @@ private:
   {
     Camera eye;
     bool moved = false;
+  };
+  // As it was when the window began to change its shape.
+  struct LeftView
+  {
+    EarlierView view;
+    Camera eye; // in the window as it is now
   };
   // A finger's way while it turns the model.
   struct TurningStep
@@ -340,6 +356,7 @@ private:
   void BackAway(double length);
   void StepOutside();
   void TakeView(const Camera& view, const Viewport& viewport);
+  void TakeWindow(const Viewport& viewport);
   void Turn(double x, double y, double dx, double dy);
   double DistanceToObstacle(const Ray& ray) const;
   void JumpHome();
@@ -431,6 +448,7 @@ private:
   std::deque<EarlierView> EarlierViews; // before the last jumps, the last one last
   std::optional<ViewLink> Followed;     // waits until its model is open
   std::optional<ToldView> Told;         // the last link's
+  std::optional<LeftView> Left;         // that changes of the window are made from
   bool IsArriving = false;              // at a view of somebody else's, whose surface comes
   std::deque<TurningStep> LastSteps;    // of a finger that turns
   std::optional<Coast> Coasting;

@@ -138,6 +138,7 @@ void PagePicture::Render(const ViewerScene& scene, const State& state)
   const Status drawn = this->Renderer->Draw(scene, this->Window);
   this->DrawingError = drawn ? "" : drawn.GetError().message;
   this->Drawn = state;
+  this->Again = false;
   ++this->Frames;
 }
 
@@ -169,7 +170,7 @@ bool PagePicture::Draw()
                                 this->MakeSurface(glided, begin));
   const bool begins = fresh && this->Drawn && scene.surface->HasGlides();
   const State state = this->StateOf(scene, begins ? 0 : glided, begin);
-  if (this->Drawn == state)
+  if (this->Drawn == state && !this->Again)
   {
     return made; // then there is more to do in the next frame
   }

@@ -33,8 +33,8 @@ public:
   // The context is lost, and all that was made of it.
   void ForgetRenderer();
   void Resize(const Viewport& viewport);
-  // The next frame draws, whatever has changed.
-  void Redraw() { this->Drawn.reset(); }
+  // The next frame draws, whatever has changed: if nothing has, the same picture again.
+  void Redraw() { this->Again = true; }
   // Whether new vertices glide to their places; not at first.
   void SetGlides(bool glides) { this->MayGlide = glides; }
   void SetColors(const ColorChoice& colors);
@@ -83,6 +83,7 @@ private:
   ColorChoice Chosen;
   std::uint64_t ColorsVersion = 0;
   std::optional<State> Drawn;
+  bool Again = false;
   SurfacePace Pace;
   bool MayGlide = false;
   GlideClock Glide;

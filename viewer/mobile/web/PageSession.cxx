@@ -3,6 +3,7 @@
 #include "viewer/mobile/web/PageSession.h"
 
 #include "filters/codec/Seal.h"
+#include "filters/core/Later.h"
 #include "filters/core/tree/PieceDepth.h"
 #include "filters/model/ModelJson.h"
 #include "server/protocol/ResourcePath.h"
@@ -10,6 +11,7 @@
 #include "viewer/session/look/SceneRules.h"
 
 #include <algorithm>
+#include <map>
 #include <utility>
 
 namespace kdstream
@@ -153,6 +155,7 @@ void PageSession::Follow(const std::string& text)
 
 void PageSession::Exchange(double now)
 {
+  this->FollowTrouble();
   this->Send(now);
   for (ClientEvent& event : this->Talk.TakeEvents())
   {
@@ -214,17 +217,57 @@ void PageSession::Send(const SessionRequest& request, double now)
 {
   Searched* const cancelled =
     request.kind == SessionRequest::Kind::Cancel ? this->FindSearch(request.id) : nullptr;
+  const bool isOwed = !cancelled || cancelled->isOwed;
   if (cancelled)
   {
     this->Searches.erase(this->Searches.begin() + (cancelled - this->Searches.data()));
   }
-  else if (this->Keeps && !request.blobs.empty())
+  if (!isOwed)
   {
-    this->Searches.push_back({ request, false, {} });
+    return;
+  }
+  if (this->Keeps && !request.blobs.empty())
+  {
+    this->Searches.push_back({ request, false, {}, this->IsAway, false });
   }
   else
   {
     this->Talk.Send(request, now);
+  }
+}
+
+// When the server has gone, and when it is back.
+void PageSession::FollowTrouble()
+{
+  const bool isAway = this->Whole && !this->Talk.Trouble().empty();
+  if (std::exchange(this->IsAway, isAway) == isAway)
+  {
+    return;
+  }
+  if (isAway && this->Keeps)
+  {
+    this->SearchOwed();
+  }
+  if (!isAway && std::exchange(this->Misses, false))
+  {
+    this->Viewer.AskAgain();
+  }
+}
+
+KDSTREAM_LATER void PageSession::SearchOwed()
+{
+  std::map<std::uint32_t, SessionRequest> owed;
+  for (const auto& [blob, request] : this->Viewer.OwedBlobs())
+  {
+    owed[request].id = request;
+    owed[request].blobs.push_back(blob);
+  }
+  for (auto& [id, request] : owed)
+  {
+    if (!this->FindSearch(id))
+    {
+      this->Searches.push_back({ std::move(request), false, {}, true, true });
+    }
   }
 }
 
@@ -241,7 +284,7 @@ std::string PageSession::TakeSearch()
   {
     if (!std::exchange(search.isTold, true))
     {
-      std::string text = std::to_string(search.request.id);
+      std::string text = std::to_string(search.request.id) + (search.isAgain ? " again" : "");
       for (const protocol::BlobId& blob : search.request.blobs)
       {
         text += "\n" + protocol::BlobPath(this->Open.id, this->Open.digest, blob);
@@ -269,16 +312,41 @@ void PageSession::Found(std::uint32_t search, std::size_t index, std::vector<std
   this->Receive(std::move(event));
 }
 
-void PageSession::EndSearch(std::uint32_t search, double now)
+// What was found comes once more where the server owes it and something else of the same request.
+void PageSession::EndSearch(std::uint32_t search, bool isKept, double now)
 {
-  if (Searched* const searched = this->FindSearch(search))
+  Searched* const searched = this->FindSearch(search);
+  if (!searched)
   {
-    const SessionRequest left = LeftOf(std::move(searched->request), searched->found);
-    this->Searches.erase(this->Searches.begin() + (searched - this->Searches.data()));
-    if (!left.blobs.empty())
-    {
-      this->Talk.Send(left, now);
-    }
+    return;
+  }
+  if (this->IsAway && !std::exchange(searched->isAgain, true))
+  {
+    searched->isTold = false; // the server has gone while it was searched
+    return;
+  }
+  const SessionRequest left = LeftOf(std::move(searched->request), searched->found);
+  const bool isOwed = searched->isOwed;
+  this->Searches.erase(this->Searches.begin() + (searched - this->Searches.data()));
+  const bool fails = isKept && this->IsAway && !left.blobs.empty();
+  if (isOwed && (fails || left.blobs.empty()))
+  {
+    SessionRequest cancel;
+    cancel.kind = SessionRequest::Kind::Cancel;
+    cancel.id = search;
+    this->Talk.Send(cancel, now);
+  }
+  if (fails)
+  {
+    this->Misses = true;
+    ClientEvent event;
+    event.request = search;
+    event.message = "it is not kept on this device";
+    this->Receive(std::move(event));
+  }
+  else if (!isOwed && !left.blobs.empty())
+  {
+    this->Talk.Send(left, now);
   }
 }
 

@@ -65,12 +65,16 @@ public:
   // The next one since the last call, or none.
   std::optional<Arrival> TakeArrival();
   // The next search for blobs that the page may have kept, or "": its number and their paths at the
-  // server, a line each. The server is asked for those that are not found.
+  // server, a line each. The server is asked for those that are not found. While nothing comes from
+  // the server, what it still owes is searched too; " again" stands behind the number then, since
+  // the page may have kept more than it knew of when it searched first.
   std::string TakeSearch();
   // The blob `index` of the search; one that is damaged counts as not found. Of a search that has
   // ended, or that nobody wants any more, nothing is taken.
   void Found(std::uint32_t search, std::size_t index, std::vector<std::uint8_t> bytes);
-  void EndSearch(std::uint32_t search, double now);
+  // isKept: a person has had the model kept. Then what is not found must not keep the rest waiting:
+  // it has failed until the server is back.
+  void EndSearch(std::uint32_t search, bool isKept, double now);
 
   // [{"name","distance","height","horizontal","error","exact","waits","from","to"}]: the distances
   // that were measured. from, to: where the ends are seen, [x, y] in pixels, or null; heights are
@@ -86,10 +90,14 @@ private:
     SessionRequest request;
     bool isTold = false;
     std::vector<protocol::BlobId> found;
+    bool isAgain = false; // while nothing comes from the server
+    bool isOwed = false;  // by the server too
   };
   void Send(double now);
   void Send(const SessionRequest& request, double now);
   Searched* FindSearch(std::uint32_t id);
+  void FollowTrouble();
+  void SearchOwed();
   void Receive(ClientEvent event);
   void Take(const ClientEvent& event);
   bool NeedsRest() const;
@@ -107,6 +115,8 @@ private:
   bool Keeps = false;
   std::deque<Arrival> Arrivals;
   std::vector<Searched> Searches; // that have not ended
+  bool IsAway = false;            // nothing comes from the server
+  bool Misses = false;            // what has failed for that reason
 };
 
 }

@@ -422,7 +422,7 @@ extern "C"
   }
   // The next thing to do for the line: 0 nothing, 1 connect, 2 send the text, 3 close, 4 fetch the
   // path in the text, 5 search what is kept for the paths in the text, which come after the
-  // search's number, one a line.
+  // search's number, one a line ("7 again": PageSession::TakeSearch).
   EMSCRIPTEN_KEEPALIVE int ViewerNextAction(WebViewer* viewer)
   {
     if (std::string search = viewer->page.TakeSearch(); !search.empty())
@@ -463,9 +463,10 @@ extern "C"
   {
     viewer->page.Found(search, index, { viewer->inbox.begin(), viewer->inbox.end() });
   }
-  EMSCRIPTEN_KEEPALIVE void ViewerEndSearch(WebViewer* viewer, std::uint32_t search, double now)
+  EMSCRIPTEN_KEEPALIVE void ViewerEndSearch(
+    WebViewer* viewer, std::uint32_t search, bool isKept, double now)
   {
-    viewer->page.EndSearch(search, now);
+    viewer->page.EndSearch(search, isKept, now);
   }
   EMSCRIPTEN_KEEPALIVE void ViewerSetKeeps(WebViewer* viewer, bool keeps)
   {

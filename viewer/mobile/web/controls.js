@@ -148,6 +148,7 @@ function listenToKeys() {
 export function listenToBrowser() {
   addEventListener("popstate", followHistory);
   addEventListener("online", tryNow);
+  addEventListener("offline", () => line.drop());
   addEventListener("hashchange", () => {
     if (takeToken()) {
       location.reload();
@@ -185,7 +186,7 @@ export async function answerEmbedder() {
   await rest.wait();
   const { Embedding } = await import("./embedding.js");
   embedding = new Embedding({
-    canvas, viewer, wake, redraw,
+    canvas, viewer, fingers, wake, redraw,
     exchange: () => line.exchange(),
     follow: followLink,
     status: () => lastStatus,

@@ -30,11 +30,13 @@
 
     connectedCallback() {
       addEventListener("message", this);
+      addEventListener("pointerdown", this, true);
       this.#watch.observe(this);
     }
 
     disconnectedCallback() {
       removeEventListener("message", this);
+      removeEventListener("pointerdown", this, true);
       this.#watch.disconnect();
       this.#isSeen = false;
       this.#sleep();
@@ -162,7 +164,11 @@
       });
     }
 
-    handleEvent({ source, origin, data }) {
+    handleEvent({ type, source, origin, data }) {
+      if (type === "pointerdown") { // beside the frame
+        this.#frame?.contentWindow.postMessage({ kdstream: 1, deed: "leave" }, this.#address().origin);
+        return;
+      }
       if (!this.#frame || source !== this.#frame.contentWindow || origin !== this.#address().origin || data?.kdstream !== 1) {
         return;
       }

@@ -2,6 +2,10 @@
 // The page in the frame of a <kdstream-viewer> (embed.js) on somebody's page: answers what that asks for, and tells it what
 // is seen.
 //
+// One finger scrolls that page, until a tap or two fingers have entered the viewer; then it turns the model, until one taps
+// beside the frame, or scrolls it away. A button shows the viewer on the whole screen; where the browser lets no frame do
+// that, in a tab of its own.
+//
 // Whoever embeds the viewer is not trusted with what a token gives: where there is one, only pages of the same origin are
 // answered.
 
@@ -22,14 +26,45 @@ const deeds = {
   },
 };
 
-// page: { canvas, viewer, exchange, wake, redraw, follow(link), status() }.
+const leastSeen = 0.5; // of the frame: of one that is scrolled farther away the fingers are elsewhere
+
+async function fillScreen(viewer) {
+  try {
+    await (document.fullscreenElement ? document.exitFullscreen() : document.documentElement.requestFullscreen());
+  } catch {
+    const address = new URL(location);
+    address.searchParams.delete("embed");
+    address.hash = viewer.link();
+    window.open(address);
+  }
+}
+
+// page: { canvas, viewer, fingers, exchange, wake, redraw, follow(link), status() }.
 export class Embedding {
   #page;
   #told = { ready: false, link: "", error: "" };
+  #leave;
 
   constructor(page) {
     this.#page = page;
     addEventListener("message", (message) => this.#answer(message));
+    const { canvas, viewer, fingers, wake } = page;
+    const open = document.getElementById("open");
+    open.addEventListener("click", () => fillScreen(viewer));
+    fingers.onEnter = () => {
+      document.body.toggleAttribute("data-entered", fingers.entered);
+      fingers.entered && canvas.focus({ preventScroll: true });
+      wake();
+    };
+    const leave = () => fingers.enter(Boolean(document.fullscreenElement));
+    document.addEventListener("fullscreenchange", () => {
+      open.setAttribute("aria-pressed", Boolean(document.fullscreenElement));
+      leave();
+    });
+    addEventListener("blur", leave);
+    new IntersectionObserver(([{ intersectionRatio }]) => intersectionRatio < leastSeen && leave(), { threshold: [0, leastSeen] })
+      .observe(canvas);
+    this.#leave = leave;
   }
 
   // The page's own origin is answered in any case, others where nothing is guarded.
@@ -43,7 +78,11 @@ export class Embedding {
 
   async #answer({ source, data }) {
     const deed = Object.hasOwn(deeds, data?.deed) ? deeds[data.deed] : null;
-    if (source !== window.parent || data?.kdstream !== 1 || !data.id) {
+    if (source !== window.parent || data?.kdstream !== 1) {
+      return;
+    }
+    if (!data.id) {
+      data.deed === "leave" && this.#leave();
       return;
     }
     const answer = (told) => source.postMessage({ kdstream: 1, id: data.id, ...told }, "*");

@@ -6,6 +6,7 @@ const wheelLine = 16; // points that a mouse's wheel means by a line
 const halfGap = 60; // points: the two fingers that stand for a mouse's right button, from their middle
 const keyStep = 40; // points that an arrow key turns by
 const keyZoom = 1.25;
+const slop = 10; // points: who has moved less has tapped
 
 export class Fingers {
   #canvas;
@@ -13,6 +14,10 @@ export class Fingers {
   #changed;
   #down = new Map(); // by pointer: { x, y, pans } in points of the window
   #moved = 0; // time of the last move that the viewer has not been told
+  #outside = null; // the finger's pointerdown that is down where one finger scrolls
+
+  entered = true; // else one finger scrolls the page around this one's frame (embedding.js)
+  onEnter = () => {};
 
   // changed: called whenever the viewer has been told something, or should be (flush).
   constructor(canvas, viewer, changed) {
@@ -24,6 +29,7 @@ export class Fingers {
     listen("pointermove", this.#move);
     listen("pointerup", this.#lift);
     listen("pointercancel", this.#cancel);
+    listen("touchmove", (event) => this.#down.size && event.cancelable && event.preventDefault());
     listen("wheel", this.#wheel);
     listen("keydown", this.#key);
     for (const name of ["contextmenu", "gesturestart", "selectstart"]) {
@@ -41,6 +47,24 @@ export class Fingers {
   // The canvas has moved or changed its size: what the fingers did before no longer counts.
   restart() {
     if (this.#down.size) {
+      this.#viewer.cancelTouches();
+      this.#tell(performance.now());
+    }
+  }
+
+  // One finger turns from now on; or scrolls again.
+  enter(enters = true) {
+    if (this.entered !== enters) {
+      this.entered = enters;
+      this.#outside = null;
+      enters || this.#forget();
+      this.onEnter();
+    }
+  }
+
+  #forget() {
+    if (this.#down.size) {
+      this.#down.clear();
       this.#viewer.cancelTouches();
       this.#tell(performance.now());
     }
@@ -75,6 +99,15 @@ export class Fingers {
 
   #press(event) {
     const { pointerId, pointerType, button, shiftKey, clientX, clientY } = event;
+    if (!this.entered && pointerType !== "mouse") {
+      const first = this.#outside;
+      this.#outside = event;
+      if (!first) {
+        return;
+      }
+      this.enter(); // two fingers
+      this.#press(first);
+    }
     const right = button === 2 || (button === 0 && shiftKey);
     if (pointerType === "mouse" && button !== 0 && !right) {
       return;
@@ -96,6 +129,11 @@ export class Fingers {
   }
 
   #lift(event) {
+    const first = this.#outside;
+    if (first?.pointerId === event.pointerId && Math.hypot(event.clientX - first.clientX, event.clientY - first.clientY) < slop) {
+      this.enter();
+    }
+    this.#outside = null;
     if (this.#down.has(event.pointerId)) {
       this.flush();
       this.#down.delete(event.pointerId);
@@ -104,6 +142,7 @@ export class Fingers {
   }
 
   #cancel({ pointerId }) {
+    this.#outside = null; // it scrolls
     if (this.#down.delete(pointerId)) {
       this.#viewer.cancelTouches();
       this.#tell(performance.now());

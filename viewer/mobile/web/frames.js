@@ -87,7 +87,7 @@ async function goOnAfterFirstPicture() {
 
 // A canvas keeps its picture for as long as the turn lasts in which this is called.
 export function redraw() {
-  viewer.resize(canvas.width, canvas.height, canvas.width / canvas.clientWidth);
+  viewer.redraw();
   viewer.frame();
 }
 
@@ -150,6 +150,10 @@ let knowsDoubleTap = false;
 function showHint({ mode, shownLevel, region, measuring, tool }, wrong) {
   if (mode !== "full screen") {
     say(find("hint"), "");
+    return;
+  }
+  if (coarse && !fingers.entered) {
+    say(find("hint"), t("Tap to turn the model"));
     return;
   }
   if (measuring) {

@@ -3,7 +3,7 @@
 // the README's picture.
 
 import { refusalOf } from "./refusal.js";
-import { findBlob, findText, storeBlobs, storeText, storedPathsOf } from "./storage.js";
+import { findBlob, findText, isPinned, storeBlobs, storeText, storedPathsOf } from "./storage.js";
 import { Action } from "./viewer.js";
 import { t } from "./words.js";
 
@@ -202,6 +202,8 @@ function learnKept(begin) {
   return keptSoon.get(begin);
 }
 
+export const addKept = (path) => kept.get(beginOf(path))?.add(path);
+
 // As `get`, but what is kept of texts is all there is where the server cannot be reached.
 export async function getOrFind(path, mostBytes, cache = "default", keeps = true) {
   try {
@@ -281,7 +283,7 @@ export class Line {
   #store() {
     const arrived = this.#arrived;
     this.#arrived = [];
-    storeBlobs(arrived).then((stored) => stored && arrived.forEach(({ path }) => kept.get(beginOf(path))?.add(path)));
+    storeBlobs(arrived).then((stored) => stored && arrived.forEach(({ path }) => addKept(path)));
     for (const id of new Set(arrived.map(({ path }) => blobPath.exec(path)[1]))) {
       if (!this.#described.has(id)) {
         this.#described.add(id);
@@ -368,26 +370,35 @@ export class Line {
     }
   }
 
-  // Gives what is kept; at once, where that is nothing.
+  // The browser has no network any more: a connection would only fall silent.
+  drop() {
+    if (this.#socket) {
+      this.#socket.close();
+      this.#ended(this.#socket, true);
+    }
+  }
+
+  // Gives what is kept; at once, where that is nothing. "again": the server has gone, and what is known may be out of date.
   async #search(text) {
-    const [search, ...paths] = text.split("\n");
+    const [head, ...paths] = text.split("\n");
+    const [search, again] = head.split(" ");
     const begin = beginOf(paths[0]);
     if (mayKeep() && !kept.has(begin)) {
       await learnKept(begin);
     }
-    const stored = (path) => mayKeep() && kept.get(begin).has(path);
+    const stored = (path) => mayKeep() && (again || kept.get(begin).has(path));
     const give = (index, bytes) => bytes && this.#viewer.found(search, index, bytes);
     const reads = [];
     for (const [index, path] of paths.entries()) {
       if (stored(path)) {
-        reads.push(findBlob(path).then((bytes) => give(index, bytes)));
+        reads.push(findBlob(path).then((bytes) => give(index, bytes ?? previews.get(path))));
       } else if (previews.has(path)) {
         give(index, previews.get(path));
         this.#keep({ path, bytes: previews.get(path) });
       }
     }
     reads.length && await Promise.all(reads);
-    this.#viewer.endSearch(search, now());
+    this.#viewer.endSearch(search, again && mayKeep() && await isPinned(`${begin}tree/1`), now());
     this.#told();
   }
 

@@ -2,7 +2,7 @@
 // What of the page works without a network: its own files (worker.js), a model that is kept on purpose, and the part of
 // the options that tells of both. What was merely looked at line.js keeps. Fetched after the first picture.
 
-import { emptyStorage, findText, get, isOffline, kilobytes, mayKeep, nameOfLevel, pinBlobs, refusalOf, setStorageLimit, storageLimit,
+import { addKept, emptyStorage, findText, get, isOffline, kilobytes, mayKeep, nameOfLevel, pinBlobs, refusalOf, setStorageLimit, storageLimit,
   storageTrouble, storeBlobs, storeText, storedBytes, t } from "./page.js"; // the page that is there already
 
 const find = (id) => document.getElementById(id);
@@ -127,6 +127,7 @@ async function keepBlob(own, run, path) {
     if (!await storeBlobs([{ path, bytes: bytes.buffer }], true)) {
       return pause(t(storageTrouble() || "it cannot be kept"));
     }
+    addKept(path);
   } else if (status === 404) { // where there are no vertices there is no blob
     own.absent.add(path);
   } else {

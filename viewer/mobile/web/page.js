@@ -46,7 +46,7 @@ import { lastStatus, rest, wake, watchSize } from "./frames.js";
 import { canvas, coarse, find, fingers, isEmbedded, line, shareLine, shareViewer, viewer } from "./shared.js";
 
 // For what is fetched later (MakePage.cmake), which has no copies of these.
-export { Line, enterToken, forgetToken, get, getOrFind, hasToken, isOffline, mayKeep, rememberToken, remembersToken } from "./line.js";
+export { Line, addKept, enterToken, forgetToken, get, getOrFind, hasToken, isOffline, mayKeep, rememberToken, remembersToken } from "./line.js";
 export { inPlainWords, refusalOf } from "./refusal.js";
 export { emptyStorage, findBlob, findText, pinBlobs, setStorageLimit, storageLimit, storageTrouble, storeBlobs, storeText, storedBytes }
   from "./storage.js";
@@ -134,6 +134,7 @@ async function start() {
   refreshing.refresh();
   if (isEmbedded) {
     document.body.dataset.embedded = "";
+    fingers.enter(false);
     answerEmbedder();
   }
   wake();

@@ -173,6 +173,9 @@ export function pinBlobs(begin, paths) {
   }, new Map());
 }
 
+// Whether that blob was asked to be kept.
+export const isPinned = (path) => within("readonly", async ({ entries }) => Boolean((await done(entries.get(path)))?.pinned), false);
+
 // The list of models and their descriptions, as bytes under their paths.
 export const findText = (path) => within("readonly", async ({ texts }) => await done(texts.get(path)) ?? null, null);
 export const storeText = (path, bytes) => within("readwrite", ({ texts }) => done(texts.put(bytes, path)));

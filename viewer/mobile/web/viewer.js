@@ -327,9 +327,9 @@ class Viewer {
     }
   }
 
-  // The rest of it is not kept.
-  endSearch(search, now) {
-    this.#call("EndSearch", search, now);
+  // The rest of it is not kept. isKept: the model is, on purpose.
+  endSearch(search, isKept, now) {
+    this.#call("EndSearch", search, isKept ? 1 : 0, now);
   }
 
   // Whether what comes is told by nextArrival, and what is kept is searched first.

@@ -214,43 +214,159 @@ TEST(TestViewerSession, FullScreenBeforeTheModelIsOpenFollowsTheZoomToo)
   EXPECT_EQ(early.GetStatus().shownLevel, late.GetStatus().shownLevel);
 }
 
-// A preview that was turned is all to be seen in full screen too, as it was turned.
-TEST(TestViewerSession, AnotherWindowFitsATurnedModelUntilItIsZoomed)
+void TurnSlowly(Fingers& fingers, ViewerSession& session)
+{
+  for (int i = 0; i <= 20; ++i)
+  {
+    session.HandleTouches({ fingers.now += 0.02, { { 1, 100.0 + 20 * i, 200.0 + 7 * i } } });
+  }
+  session.HandleTouches({ fingers.now += 0.02, {} });
+}
+
+// How much of the box's way from the middle is within the window, across and up, from 1 for all: of
+// its corner that is farthest out.
+std::array<double, 2> SeenPart(const ViewerSession& session)
+{
+  const Viewport& window = session.GetCamera().GetViewport();
+  const Box box = session.Scene().box;
+  std::array<double, 2> out{ 1, 1 };
+  for (unsigned corner = 0; corner < 8; ++corner)
+  {
+    Vec3 v;
+    for (unsigned k = 0; k < 3; ++k)
+    {
+      v[k] = (corner >> k & 1 ? box.hi : box.lo)[k];
+    }
+    const auto pixel = session.GetCamera().PixelOf(v);
+    EXPECT_TRUE(pixel);
+    out[0] = std::max(out[0], std::abs(2 * (*pixel)[0] / window.width - 1));
+    out[1] = std::max(out[1], std::abs(2 * (*pixel)[1] / window.height - 1));
+  }
+  return { 1 / out[0], 1 / out[1] };
+}
+
+constexpr Viewport portrait{ height / 2, width, 1 }, landscape{ width, height, 1 };
+
+// A picture is saved by drawing once more, and bars of a browser come and go.
+TEST(TestViewerSession, TheSameWindowShowsTheSameView)
 {
   Fingers fingers;
   MemoryServer server = SmallTorus();
   ViewerSession session(ByLevel());
   Open(session);
   server.Serve(session);
-  for (int i = 0; i <= 20; ++i)
+  const auto expectTheSame = [&session](const char* what)
   {
-    session.HandleTouches({ fingers.now += 0.02, { { 1, 100.0 + 20 * i, 200.0 + 7 * i } } });
+    SCOPED_TRACE(what);
+    const Camera before = session.GetCamera();
+    session.Resize(landscape);
+    EXPECT_TRUE(session.GetCamera() == before);
+    session.Resize({ width, height - 40, 1 });
+    session.Resize({ height, height, 2 });
+    session.Resize(portrait);
+    session.Resize(landscape);
+    EXPECT_TRUE(session.GetCamera() == before);
+  };
+  expectTheSame("first view");
+  TurnSlowly(fingers, session);
+  expectTheSame("turned");
+  session.SetSpinning(true);
+  session.Advance(1000);
+  session.Advance(1000.05);
+  session.SetSpinning(false);
+  expectTheSame("turned by itself");
+  ASSERT_TRUE(session.LookFromSide("top"));
+  expectTheSame("from above");
+  TurnSlowly(fingers, session);
+  expectTheSame("turned from above");
+  fingers.Pinch(session, 420, 310, 4);
+  expectTheSame("pinched");
+  session.Zoom(0.7, 200, 100);
+  expectTheSame("wheel");
+  for (int i = 0; i < 10; ++i)
+  {
+    session.HandleTouches(
+      { fingers.now += 0.02, { { 1, 300.0 + 9 * i, 200.0 }, { 2, 400.0 + 9 * i, 200.0 } } });
   }
   session.HandleTouches({ fingers.now += 0.02, {} });
-  const Quaternion turned = session.Scene().orientation;
-  ASSERT_NE(turned, Quaternion{});
-  const double wide = Length(session.Scene().eye - session.Scene().focal);
-  session.Resize({ height / 2, width, 1 });
-  const ViewerScene scene = session.Scene();
-  EXPECT_EQ(scene.orientation, turned);
-  EXPECT_GT(Length(scene.eye - scene.focal), 1.5 * wide);
-  // Every corner of the box is in the window.
-  const double tangent = Camera::tangentOfHalfAngle;
-  for (unsigned corner = 0; corner < 8; ++corner)
+  expectTheSame("panned");
+  session.SetTurning(Turning::Free);
+  TurnSlowly(fingers, session);
+  expectTheSame("turned freely");
+  const ViewLink link = session.Link();
+  session.GoHome();
+  expectTheSame("home again");
+  ASSERT_TRUE(session.Follow(link));
+  expectTheSame("a link");
+  session.UndoView();
+  expectTheSame("undone");
+}
+
+// Of a preview that was turned as much is seen in full screen, from where it was turned to.
+TEST(TestViewerSession, AnotherWindowShowsWhatWasSeenOfATurnedModel)
+{
+  Fingers fingers;
+  MemoryServer server = SmallTorus();
+  for (const bool isPortrait : { false, true })
   {
-    Vec3 v;
-    for (unsigned k = 0; k < 3; ++k)
-    {
-      v[k] = (corner >> k & 1 ? scene.box.hi : scene.box.lo)[k] - scene.eye[k];
-    }
-    const Vec3 seen = turned.Inverse().Rotate(v);
-    EXPECT_LE(std::abs(seen[1]), -seen[2] * tangent);
-    EXPECT_LE(std::abs(seen[0]), -seen[2] * tangent * (height / 2) / width);
+    ViewerSession session(ByLevel());
+    session.Resize(isPortrait ? portrait : landscape);
+    ASSERT_TRUE(session.SelectModel("torus"));
+    server.Serve(session);
+    TurnSlowly(fingers, session);
+    const Quaternion turned = session.Scene().orientation;
+    ASSERT_NE(turned, Quaternion{});
+    const auto [across, up] = SeenPart(session);
+    session.Resize(isPortrait ? landscape : portrait);
+    EXPECT_EQ(session.Scene().orientation, turned);
+    const auto [newAcross, newUp] = SeenPart(session);
+    EXPECT_GE(newAcross, across - 1e-9);
+    EXPECT_GE(newUp, up - 1e-9);
+    session.Zoom(2, 10, 10);
+    const Vec3 eye = session.Scene().eye;
+    session.Resize(landscape);
+    EXPECT_EQ(session.Scene().eye, eye);
   }
-  session.Zoom(2, 10, 10);
-  const Vec3 eye = session.Scene().eye;
-  session.Resize({ width, height, 1 });
-  EXPECT_EQ(session.Scene().eye, eye);
+}
+
+// A first view or a side fits every window, also where one comes back to it by other ways.
+TEST(TestViewerSession, WhatNobodyHasTouchedFitsAnotherWindow)
+{
+  Fingers fingers;
+  MemoryServer server = SmallTorus();
+  ViewerSession session(ByLevel()), upright(ByLevel());
+  Open(session);
+  upright.Resize(portrait);
+  ASSERT_TRUE(upright.SelectModel("torus"));
+  server.Serve(session);
+  server.Serve(upright);
+  const auto expectAlike = [&](const char* what)
+  {
+    SCOPED_TRACE(what);
+    session.Resize(portrait);
+    EXPECT_EQ(session.Scene().eye, upright.Scene().eye);
+    EXPECT_EQ(session.Scene().orientation, upright.Scene().orientation);
+    session.Resize(landscape);
+  };
+  expectAlike("first view");
+  TurnSlowly(fingers, session);
+  session.GoHome();
+  expectAlike("home");
+  fingers.Pinch(session, 420, 310, 4);
+  session.Resize(portrait);
+  session.GoHome();
+  session.Resize(landscape);
+  expectAlike("home in another window");
+  ASSERT_TRUE(session.LookFromSide("left") && upright.LookFromSide("left"));
+  expectAlike("a side");
+  session.Zoom(3, 400, 300);
+  session.GoHome();
+  upright.GoHome();
+  session.Resize(portrait);
+  session.LookFromSide("top");
+  session.UndoView();
+  session.Resize(landscape);
+  expectAlike("undone to home");
 }
 
 TEST(TestViewerSession, CancelledTouchesAreNoTap)

@@ -37,6 +37,7 @@ export const texts = {
   "{done} of {all} parts, {bytes}": "{done} من {all} جزء، {bytes}",
   "Tap one point of the surface, then another": "المس نقطة على السطح ثم نقطة أخرى",
   "Click one point of the surface, then another": "انقر نقطة على السطح ثم نقطة أخرى",
+  "Tap to turn the model": "المس لتدوير النموذج",
   "Double-tap the surface for its original detail": "المس السطح مرتين لرؤية تفاصيله الأصلية",
   "Double-click the surface for its original detail": "انقر السطح مرتين لرؤية تفاصيله الأصلية",
   "Colours of detail": "ألوان التفاصيل",

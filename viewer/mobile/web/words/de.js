@@ -37,6 +37,7 @@ export const texts = {
   "{done} of {all} parts, {bytes}": "{done} von {all} Teilen, {bytes}",
   "Tap one point of the surface, then another": "Einen Punkt der Oberfläche antippen, dann einen anderen",
   "Click one point of the surface, then another": "Einen Punkt der Oberfläche anklicken, dann einen anderen",
+  "Tap to turn the model": "Antippen, um das Modell zu drehen",
   "Double-tap the surface for its original detail": "Doppelt antippen zeigt dort das Original",
   "Double-click the surface for its original detail": "Ein Doppelklick zeigt dort das Original",
   "Colours of detail": "Farben der Genauigkeit",
