@@ -290,7 +290,7 @@ Result<ModelDescription> StoreWriter::Finish()
   state.info.digest = state.digest->Hexadecimal();
   state.info.scalars = state.scalars.Describe();
   const std::string json = MetadataOf(state.info);
-  KDSTREAM_TRY(OfFile(state.file.Store().string(), CheckMetadataSize(json)));
+  KDSTREAM_TRY(OfFile(state.file.Target().string(), CheckMetadataSize(json)));
   {
     Result<Statement> insert =
       Statement::Prepare(state.database.get(), "INSERT INTO metadata VALUES ('model', ?, ?)");
