@@ -287,7 +287,8 @@ Status BuildFolder::TakeUp(std::string_view fingerprint, bool resume)
   else
   {
     this->Folder.Ledger->Note(FileOperation::Remove);
-    unlink((this->Folder.Path() / journalName).c_str());
+    std::error_code ignored;
+    fs::remove_all(this->Folder.Path() / journalName, ignored); // whatever has its name
     this->Journal.fingerprint = fingerprint;
   }
   std::uint64_t next = 0;
