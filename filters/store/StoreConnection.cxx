@@ -238,7 +238,11 @@ Result<Value> Store::Connection::ReadRow(
     result = take(statement);
   }
   statement.Reset();
-  this->Return(std::move(*reader));
+  if (row) // SQLite tells of a damaged page once: a connection that has it in memory takes it as it
+           // is
+  {
+    this->Return(std::move(*reader));
+  }
   return result;
 }
 
