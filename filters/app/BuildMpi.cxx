@@ -160,8 +160,7 @@ Result<bool> ReadCommandLine(
   }
   KDSTREAM_TRY(AgreeOnOptions(team, line.build,
     { { "the version of the program", KDSTREAM_VERSION },
-      { "what it does", *wanted ? "a build" : "--help or --version" },
-      { "--output", line.output } }));
+      { "--help or --version", *wanted ? "" : "given" }, { "--output", line.output } }));
   return *wanted;
 }
 

@@ -82,7 +82,8 @@ TEST(RanksAgree, WrongUsageOfOneRankEndsTheJob)
   const auto run = [&](const std::vector<std::string>& more)
   { return RunOneOtherwise(folder, usual, With(usual, more)); };
   ExpectOneMessage(run({ "--precison", "12" }), of, 2);
-  ExpectOneMessage(run({ "--help" }), "--help or --version on " + Rank(1), 2);
+  ExpectOneMessage(run({ "--help" }),
+    "--help or --version is not given on " + Rank(0) + ", and given on " + Rank(1), 2);
   ExpectOneMessage(RunOneOtherwise(folder, usual, { "mesh.las", "-o", "out.kds" }), of, 1);
   EXPECT_EQ(Others(folder, { "mesh.ply" }), std::vector<std::string>{});
 }
