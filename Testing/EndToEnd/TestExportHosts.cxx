@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // What nginx and Apache make of an exported folder by the rules that lie in it: for each path the
-// headers that kdstream-serve would send. Arguments: kdstream-store, nginx, Apache and the folder
-// of its modules; of a host that is "" the test is skipped.
+// headers that kdstream-serve would send. The test of a host that is not installed is skipped.
+#include "Testing/Fixtures/Eventually.h"
 #include "filters/store/Store.h"
 #include "server/app/Testing/ServeProcess.h"
 #include "server/http/Testing/HttpTestClient.h"
@@ -17,7 +17,9 @@ using namespace kdstream;
 namespace
 {
 
-std::string store, nginx, apache, apacheModules;
+const std::string store = KDSTREAM_PROGRAMS "/kdstream-store";
+const std::string nginx = KDSTREAM_NGINX, apache = KDSTREAM_APACHE,
+                  apacheModules = KDSTREAM_APACHE_MODULES;
 
 std::uint16_t FreePort()
 {
@@ -59,10 +61,7 @@ protected:
   }
   void WaitForHost() const
   {
-    while (!HttpTestClient::Connects(this->port))
-    {
-      std::this_thread::sleep_for(std::chrono::milliseconds(10));
-    }
+    EXPECT_TRUE(fixtures::Eventually([&] { return HttpTestClient::Connects(this->port); }));
   }
   void StartNginx()
   {
@@ -191,15 +190,4 @@ TEST_F(ExportHosts, Apache)
   const auto list = this->Get("/api/models"); // a folder, for which Apache serves no file
   EXPECT_EQ(list.status, 302u);
   EXPECT_EQ(list.Field("Location"), "http://test/api/models.json");
-}
-
-int main(int argc, char** argv)
-{
-  testing::InitGoogleTest(&argc, argv);
-  const auto argument = [&](int i) { return argc > i ? std::string(argv[i]) : std::string(); };
-  store = argument(1);
-  nginx = argument(2);
-  apache = argument(3);
-  apacheModules = argument(4);
-  return RUN_ALL_TESTS();
 }

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Two kdstream-serve on one folder behind nginx, which is configured as deploy/kdstream.nginx.conf
 // says: one is killed while clients are sent things, and nobody loses anything.
-//   TestTwoServers KDSTREAM-SERVE NGINX [gtest's options]
 #include "Testing/EndToEnd/StreamTap.h"
+#include "Testing/Fixtures/Eventually.h"
 #include "Testing/Fixtures/Meshes.h"
 #include "filters/codec/Seal.h"
 #include "filters/core/tree/PieceDepth.h"
@@ -22,7 +22,7 @@ using protocol::BlobId;
 namespace
 {
 
-std::string nginx; // "": it is not installed
+const std::string nginx = KDSTREAM_NGINX; // "": it is not installed
 
 // The text with each `from` replaced; one that is not there fails.
 std::string Replaced(
@@ -46,10 +46,7 @@ public:
     , Port(FreePort())
     , Process_({ "-e", folder / "nginx.log", "-c", this->Write(folder, first, second) }, nginx)
   {
-    while (!HttpTestClient::Connects(this->Port))
-    {
-      std::this_thread::sleep_for(std::chrono::milliseconds(20));
-    }
+    EXPECT_TRUE(fixtures::Eventually([&] { return HttpTestClient::Connects(this->Port); }));
   }
 
   // Not at once, or its workers would stay.
@@ -407,9 +404,8 @@ TEST_F(TwoServers, OneThatStopsIsPassedOver)
   }
   ASSERT_TRUE(deaf.Receive());
   this->servers[0]->Signal(SIGTERM);
-  while (HttpTestClient(this->ports[0]).Get("/readyz")->status == 200)
-  {
-  }
+  EXPECT_TRUE(fixtures::Eventually(
+    [&] { return HttpTestClient(this->ports[0]).Get("/readyz")->status != 200; }));
   EXPECT_EQ(HttpTestClient(this->ports[0]).Get("/api/models.json")->status, 503u);
   for (int i = 0; i < 20; ++i)
   {
@@ -437,10 +433,7 @@ TEST_F(TwoServers, ClientsWaitWhileBothAreGone)
   }
   EXPECT_EQ(this->Get("/api/models.json").status, 502u);
   crowd.LetThrough();
-  while (!crowd.HaveAllComeBack())
-  {
-    std::this_thread::sleep_for(std::chrono::milliseconds(20));
-  }
+  EXPECT_TRUE(fixtures::Eventually([&] { return crowd.HaveAllComeBack(); }));
   const auto port = std::to_string(this->ports[1]);
   const Process again({ this->stores, "--port", port, "--trusted-proxy", "127.0.0.1" });
   EXPECT_EQ(again.Port(), this->ports[1]);
@@ -505,12 +498,4 @@ TEST_F(TwoServers, AreToldWhoAsksForWhom)
   const auto text = fixtures::ReadWhole(log);
   EXPECT_NE(text.find(" 127.0.0.2 \"GET /api/stream\" 426 "), std::string::npos) << text;
   EXPECT_EQ(text.find("192.0.2.1"), std::string::npos) << text;
-}
-
-int main(int argc, char** argv)
-{
-  testing::InitGoogleTest(&argc, argv);
-  program = argc > 1 ? argv[1] : "";
-  nginx = argc > 2 ? argv[2] : "";
-  return RUN_ALL_TESTS();
 }

@@ -24,7 +24,7 @@ namespace kdstream
 
 namespace fs = std::filesystem;
 
-inline std::string program;
+inline const std::string program = KDSTREAM_PROGRAMS "/kdstream-serve";
 inline constexpr const char* openToAll = "kdstream-serve: open to all: ";
 
 // A running kdstream-serve.

@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
+#include "Testing/Fixtures/Eventually.h"
 #include "server/app/AccessLog.h"
 
 #include "Testing/Fixtures/TemporaryFolder.h"
@@ -135,9 +136,8 @@ TEST_F(Log, WhatADiskDoesNotTakeIsCounted)
       const auto text = fixtures::ReadWhole(this->file);
       return static_cast<std::uint64_t>(std::count(text.begin(), text.end(), '\n'));
     };
-    while ((*log)->Lost() + written() < 100) // until the last of them is done with
-    {
-    }
+    // until the last of them is done with
+    EXPECT_TRUE(fixtures::Eventually([&] { return (*log)->Lost() + written() >= 100; }));
     EXPECT_GT((*log)->Lost(), 80u); // some 16 lines have room
     EXPECT_TRUE(fixtures::ReadWhole(this->file).ends_with(" 250.0\n")) << "whole lines, or none";
     ASSERT_EQ(::setrlimit(RLIMIT_FSIZE, &before), 0);

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// kdstream-serve as a process: its line, its signals, its exit codes. Argument: the program.
+// kdstream-serve as a process: its line, its signals, its exit codes.
+#include "Testing/Fixtures/Eventually.h"
 #include "filters/model/ModelJson.h"
 #include "server/app/Testing/ServeProcess.h"
 #include "server/http/Testing/HttpTestClient.h"
@@ -39,10 +40,12 @@ protected:
   {
     client.Send("GET /large HTTP/1.1\r\nHost: x\r\n\r\n");
     HttpTestClient other(port);
-    while (other.Get("/metrics")->body.find("kdstream_reader_queue_length_count 1\n") ==
-           std::string::npos)
-    {
-    }
+    EXPECT_TRUE(fixtures::Eventually(
+      [&]
+      {
+        return other.Get("/metrics")->body.find("kdstream_reader_queue_length_count 1\n") !=
+               std::string::npos;
+      }));
   }
 };
 
@@ -67,12 +70,8 @@ TEST_F(Serve, ServesAFolderUntilItIsTold)
 
   this->Build("two.kds");
   serve.Signal(SIGHUP);
-  std::size_t count = 1;
-  while (count == 1) // until it has read the folder again
-  {
-    count = ParseModelList(HttpTestClient(port).Get("/api/models.json")->body)->size();
-  }
-  EXPECT_EQ(count, 2u);
+  EXPECT_TRUE(fixtures::Eventually([&]
+    { return ParseModelList(HttpTestClient(port).Get("/api/models.json")->body)->size() == 2; }));
 
   serve.Signal(SIGTERM);
   EXPECT_EQ(serve.Wait(), 0);
@@ -139,20 +138,23 @@ TEST_F(Serve, RunsOutOfPlacesBeforeDescriptors)
     this->Build("two.kds");
     serve.Signal(SIGHUP);
     std::uint32_t request = 1;
-    do // with the crowd still there
-    {
-      seated.Ask({ ++request, protocol::OpenRequest{ "two" } });
-    } while (!seated.Await(request).opened);
+    EXPECT_TRUE(fixtures::Eventually( // with the crowd still there
+      [&]
+      {
+        seated.Ask({ ++request, protocol::OpenRequest{ "two" } });
+        return seated.Await(request).opened;
+      }));
     ++request;
     seated.Ask({ request, protocol::PartitionsRequest{ { 0 } } });
     EXPECT_EQ(seated.Await(request).blobs.size(), 1u);
   }
   EXPECT_EQ(turnedAway, 40u);
-  std::optional<HttpTestClient::Response> answer;
-  while (!answer || answer->status != 200) // until the crowd has gone
-  {
-    answer = HttpTestClient(port).Get("/api/models/two/model.json");
-  }
+  EXPECT_TRUE(fixtures::Eventually( // when the crowd has gone
+    [&]
+    {
+      const auto answer = HttpTestClient(port).Get("/api/models/two/model.json");
+      return answer && answer->status == 200;
+    }));
   seated.Close();
   serve.Signal(SIGTERM);
   EXPECT_EQ(serve.Wait(), 0);
@@ -214,9 +216,8 @@ TEST_F(Serve, WaitsForNobodyWhoReadsWhatItSays)
     std::ofstream(this->stores / (std::string(200, 'x') + " " + std::to_string(i) + ".kds"));
   }
   this->Build("two.kds");
-  while (HttpTestClient(port).Get("/api/models/two/model.json")->status != 200)
-  {
-  }
+  EXPECT_TRUE(fixtures::Eventually(
+    [&] { return HttpTestClient(port).Get("/api/models/two/model.json")->status == 200; }));
   serve.Signal(SIGTERM);
   EXPECT_EQ(serve.Wait(), 0);
 }
@@ -240,10 +241,12 @@ TEST_F(Serve, AnOverwrittenStoreIsOpenedAgainByItself)
     out << in.rdbuf();
   }
   std::string after;
-  while (after.empty()) // until it has been seen
-  {
-    after = digest();
-  }
+  EXPECT_TRUE(fixtures::Eventually(
+    [&]
+    {
+      after = digest();
+      return !after.empty();
+    }));
   EXPECT_NE(after, before);
 }
 
@@ -270,40 +273,32 @@ TEST_F(Serve, StoresAppearChangeAndGoByThemselves)
     return model && model->status == 200 ? ParseModel(model->body)->digest : "";
   };
   this->Build("one.kds");
-  while (digest("one").empty())
-  {
-  }
+  EXPECT_TRUE(fixtures::Eventually([&] { return !digest("one").empty(); }));
   const auto first = digest("one");
   this->Build("one.kds", 2);
-  while (digest("one") == first)
-  {
-  }
+  EXPECT_TRUE(fixtures::Eventually([&] { return digest("one") != first; }));
   {
     const auto bytes = fixtures::ReadWhole(this->stores / "one.kds");
     std::ofstream slow(this->stores / "two.kds", std::ios::binary);
     slow << bytes.substr(0, bytes.size() / 2) << std::flush;
     this->Build("three.kds"); // while two is half there
-    while (digest("three").empty())
-    {
-    }
+    EXPECT_TRUE(fixtures::Eventually([&] { return !digest("three").empty(); }));
     EXPECT_EQ(digest("two"), "");
     slow << bytes.substr(bytes.size() / 2);
   }
-  while (digest("two").empty())
-  {
-  }
+  EXPECT_TRUE(fixtures::Eventually([&] { return !digest("two").empty(); }));
   fs::remove(this->stores / "one.kds");
-  while (!digest("one").empty())
-  {
-  }
+  EXPECT_TRUE(fixtures::Eventually([&] { return digest("one").empty(); }));
   fs::rename(log, this->folder / "old.log");
   serve.Signal(SIGHUP);
   // What is logged just as the file is made may still go to the old one.
-  while (!fs::exists(log) ||
-         fixtures::ReadWhole(log).find("\"GET /api/models.json\" 200 ") == std::string::npos)
-  {
-    EXPECT_EQ(client.Get("/api/models.json")->status, 200u);
-  }
+  EXPECT_TRUE(fixtures::Eventually(
+    [&]
+    {
+      EXPECT_EQ(client.Get("/api/models.json")->status, 200u);
+      return fs::exists(log) &&
+             fixtures::ReadWhole(log).find("\"GET /api/models.json\" 200 ") != std::string::npos;
+    }));
   serve.Signal(SIGTERM);
   EXPECT_EQ(serve.Wait(), 0);
   EXPECT_EQ(serve.ErrorLine(), "kdstream-serve: warning: " + this->stores.string() +
@@ -318,9 +313,8 @@ TEST_F(Ending, FinishesWhatIsUnderWay)
   HttpTestClient client(port);
   AskForIt(client, port);
   serve.Signal(SIGTERM);
-  while (HttpTestClient(port).Get("/readyz")->status == 200)
-  {
-  }
+  EXPECT_TRUE(
+    fixtures::Eventually([&] { return HttpTestClient(port).Get("/readyz")->status != 200; }));
   EXPECT_EQ(HttpTestClient(port).Get("/api/models.json")->status, 503u);
   EXPECT_EQ(client.Receive()->body, this->large);
   EXPECT_EQ(serve.Wait(), 0);
@@ -357,9 +351,8 @@ TEST_F(Ending, ASecondSignalEndsItAtOnce)
   HttpTestClient deaf(port);
   AskForIt(deaf, port);
   serve.Signal(SIGTERM);
-  while (HttpTestClient(port).Get("/readyz")->status == 200)
-  {
-  }
+  EXPECT_TRUE(
+    fixtures::Eventually([&] { return HttpTestClient(port).Get("/readyz")->status != 200; }));
   serve.Signal(SIGINT);
   EXPECT_EQ(serve.Wait(), 0);
   EXPECT_EQ(serve.ErrorLine(), "kdstream-serve: warning: it ends before all answers are finished");
@@ -388,9 +381,7 @@ TEST_F(Serve, TheCertificateIsReadAgainOnSighup)
   EXPECT_NE(client.Receive("ready\n").find("Security: max-age=77\r\n"), std::string::npos);
   WriteSelfSigned(certificate, key, "second");
   serve.Signal(SIGHUP);
-  while (TlsTestClient(port).ServerName() != "second")
-  {
-  }
+  EXPECT_TRUE(fixtures::Eventually([&] { return TlsTestClient(port).ServerName() == "second"; }));
   std::ofstream(certificate) << "nonsense";
   serve.Signal(SIGHUP);
   EXPECT_EQ(serve.ErrorLine(), "kdstream-serve: warning: " + certificate.string() +
@@ -621,11 +612,4 @@ TEST_F(Serve, LogsAddressesOfIPv4AsThatOnASocketOfIPv6)
   EXPECT_EQ(serve.Wait(), 0);
   EXPECT_NE(fixtures::ReadWhole(log).find("Z 127.0.0.1 \"GET /healthz\" 200 "), std::string::npos)
     << fixtures::ReadWhole(log);
-}
-
-int main(int argc, char** argv)
-{
-  testing::InitGoogleTest(&argc, argv);
-  program = argc > 1 ? argv[1] : "";
-  return RUN_ALL_TESTS();
 }

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // kdstream-serve on a system that fails it: the disk, descriptors, memory, the log's reader, the
 // clock, TLS. What fails is the request that needs it and no other; it is said and counted; and all
-// is well again when the system is, without a restart. Arguments: the program, the library of
-// faults.
+// is well again when the system is, without a restart.
+#include "Testing/Fixtures/Eventually.h"
 #include "filters/model/ModelJson.h"
 #include "server/app/Testing/Faults.h"
 #include "server/app/Testing/ServeProcess.h"
@@ -25,7 +25,7 @@ using namespace kdstream;
 namespace
 {
 
-std::string library;
+const std::string library = KDSTREAM_FAULTS;
 
 class Faulty : public Serve
 {
@@ -181,9 +181,7 @@ TEST_F(Faulty, ADiskThatCannotBeRead)
   EXPECT_EQ(client.Get("/page")->body, "page");
   stream.Ask({ 3, protocol::PartitionsRequest{ { 3, 4 } } });
   EXPECT_EQ(stream.Await(3).blobs.size(), 2u);
-  while (!Has(port, "two"))
-  {
-  }
+  EXPECT_TRUE(fixtures::Eventually([&] { return Has(port, "two"); }));
   this->faults->reading = EIO;
   EXPECT_EQ(client.Get(BlobOf(client, 100, "grid"))->status, 503u);
   EXPECT_EQ(serve.ErrorLine(), warning(100)) << "said again, after it had been well";
@@ -230,19 +228,19 @@ TEST_F(Faulty, NoDescriptors)
   this->faults->accepting = EMFILE;
   {
     HttpTestClient waits(port);
-    while (client.Get("/metrics")->body.find("kdstream_failures_total{what=\"accept\"} 0\n") !=
-           std::string::npos)
-    {
-    }
+    EXPECT_TRUE(fixtures::Eventually(
+      [&]
+      {
+        return client.Get("/metrics")->body.find("kdstream_failures_total{what=\"accept\"} 0\n") ==
+               std::string::npos;
+      }));
   }
   EXPECT_EQ(serve.ErrorLine(),
     "kdstream-serve: error: a connection cannot be accepted: Too many open files");
   EXPECT_EQ(client.Get(blob)->status, 200u) << "who is in stays in";
   this->faults->Clear();
   EXPECT_EQ(HttpTestClient(port).Get("/page")->body, "page");
-  while (!Has(port, "two"))
-  {
-  }
+  EXPECT_TRUE(fixtures::Eventually([&] { return Has(port, "two"); }));
 }
 
 TEST_F(Faulty, NoMemoryForAConnection)
@@ -309,18 +307,15 @@ TEST_F(Faulty, MemoryThatFailsNowAndThen)
   HttpTestClient client(port);
   EXPECT_EQ(client.Get(blob)->body, whole);
   EXPECT_EQ(client.Get("/page")->body, "page");
-  while (!Has(port, "new7"))
-  {
-  }
+  EXPECT_TRUE(fixtures::Eventually([&] { return Has(port, "new7"); }));
   StreamTestClient stream(port);
   ASSERT_TRUE(stream.Open());
   stream.Ask({ 1, protocol::OpenRequest{ "one" } });
   ASSERT_TRUE(stream.Await(1).opened);
   stream.Ask({ 2, protocol::PartitionsRequest{ { 0 } } });
   EXPECT_EQ(stream.Await(2).blobs.size(), 1u);
-  while (Count(port, "kdstream_connections") > 4) // no seat stays taken: three, and who asks
-  {
-  }
+  // no seat stays taken: three, and who asks
+  EXPECT_TRUE(fixtures::Eventually([&] { return Count(port, "kdstream_connections") <= 4; }));
   stream.Close();
   serve.Signal(SIGTERM);
   EXPECT_EQ(serve.Wait(), 0);
@@ -336,18 +331,16 @@ TEST_F(Faulty, AFullDisk)
   HttpTestClient client(port);
   const auto blob = BlobOf(client, 0, "one", fields);
   EXPECT_EQ(client.Get(blob, fields)->status, 200u);
-  while (fixtures::ReadWhole(log).find("/partitions/0") == std::string::npos)
-  {
-  }
+  EXPECT_TRUE(fixtures::Eventually(
+    [&] { return fixtures::ReadWhole(log).find("/partitions/0") != std::string::npos; }));
   this->faults->writing = ENOSPC;
   for (int i = 0; i < 2; ++i)
   {
     EXPECT_EQ(client.Get(blob, fields)->status, 503u) << "what cannot be entered is not given";
   }
   EXPECT_EQ(client.Get("/api/models.json", fields)->status, 200u) << "though it cannot be logged";
-  while (Count(port, "kdstream_lost_log_lines_total") < 3)
-  {
-  }
+  EXPECT_TRUE(
+    fixtures::Eventually([&] { return Count(port, "kdstream_lost_log_lines_total") >= 3; }));
   EXPECT_EQ(Count(port, "kdstream_failures_total{what=\"quota\"}"), 2u);
   EXPECT_EQ(serve.ErrorLine(), "kdstream-serve: error: " + (this->folder / "quotas.db").string() +
                                  ": the quotas cannot be kept: database or disk is full");
@@ -393,9 +386,7 @@ TEST_F(Faulty, PipesThatNobodyReads)
   std::ofstream(this->stores / "broken.kds") << "nonsense";
   serve.Signal(SIGHUP); // warns, too
   this->Build("two.kds");
-  while (!Has(port, "two"))
-  {
-  }
+  EXPECT_TRUE(fixtures::Eventually([&] { return Has(port, "two"); }));
   ::close(reader);
   serve.Signal(SIGTERM);
   EXPECT_EQ(serve.Wait(), 0);
@@ -422,16 +413,16 @@ TEST_F(Faulty, AClockThatJumps)
     EXPECT_EQ(stream.Await(request).blobs.size(), 1u) << ahead;
     const auto name = "new" + std::to_string(request);
     this->Build(name + ".kds");
-    while (!Has(port, name))
-    {
-    }
+    EXPECT_TRUE(fixtures::Eventually([&] { return Has(port, name); }));
     std::ofstream(this->stores / ("broken" + name + ".kds")) << "nonsense";
     serve.Signal(SIGHUP);
     // The one of before may be said twice: seen, and read again.
-    while (
-      serve.ErrorLine().find("broken" + name + ".kds: not a KdStream store") == std::string::npos)
-    {
-    }
+    EXPECT_TRUE(fixtures::Eventually(
+      [&]
+      {
+        return serve.ErrorLine().find("broken" + name + ".kds: not a KdStream store") !=
+               std::string::npos;
+      }));
     fs::remove(this->stores / ("broken" + name + ".kds"));
   }
   stream.Close();
@@ -534,12 +525,4 @@ TEST_F(Faulty, MemoryThatFailsNowAndThenUnderTls)
   EXPECT_EQ(after.Receive(end).substr(0, 15), "HTTP/1.1 200 OK");
   serve.Signal(SIGTERM);
   EXPECT_EQ(serve.Wait(), 0);
-}
-
-int main(int argc, char** argv)
-{
-  testing::InitGoogleTest(&argc, argv);
-  program = argc > 1 ? argv[1] : "";
-  library = argc > 2 ? argv[2] : "";
-  return RUN_ALL_TESTS();
 }

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // kdstream-serve --tokens and kdstream-serve token, as processes.
+#include "Testing/Fixtures/Eventually.h"
 #include "filters/model/Json.h"
 #include "filters/model/ModelJson.h"
 #include "server/app/Testing/ServeProcess.h"
@@ -188,9 +189,8 @@ TEST_F(Guarded, FollowsItsFileWhileItEnds)
   stream.Ask({ 2, protocol::PartitionsRequest{ thrice } });
   ASSERT_TRUE(stream.Receive()); // it has begun
   serve.Signal(SIGTERM);
-  while (HttpTestClient(port).Get("/readyz")->status == 200)
-  {
-  }
+  EXPECT_TRUE(
+    fixtures::Eventually([&] { return HttpTestClient(port).Get("/readyz")->status != 200; }));
   this->WriteKeys(",\"revoked\":[\"" + made.id + "\"]");
   std::this_thread::sleep_for(std::chrono::seconds(1)); // what it may take
   const auto answer = stream.Await(2);

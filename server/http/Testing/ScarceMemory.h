@@ -1,12 +1,11 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Memory that runs out at a chosen moment: replaces operator new of a test program. Include it in
-// one source only.
+// Memory that runs out at a chosen moment, in a test program that has ScarceMemory.cxx among its
+// sources.
 #pragma once
 
 #include <atomic>
+#include <chrono>
 #include <cstddef>
-#include <cstdlib>
-#include <new>
 #include <thread>
 
 namespace kdstream
@@ -42,10 +41,11 @@ public:
   static void FailHere(long n) { untilFailureHere = n; }
 
   bool HasFailed() const { return failedBytes != 0; }
-  // Waits until the allocation has failed; how many bytes it was for.
+  // Waits until the allocation has failed, for a minute at most; how many bytes it was for, or 0.
   std::size_t AwaitFailure() const
   {
-    while (failedBytes == 0)
+    const auto end = std::chrono::steady_clock::now() + std::chrono::minutes(1);
+    while (failedBytes == 0 && std::chrono::steady_clock::now() < end)
     {
       std::this_thread::yield();
     }
@@ -74,29 +74,4 @@ private:
   static inline thread_local long untilFailureHere = never;
 };
 
-}
-
-// Of both kinds: sorts take their buffers by the second, which must go by the same delete.
-// Not inlined: g++ would take malloc and delete for a mismatched pair.
-[[gnu::noinline]] void* operator new(std::size_t size, const std::nothrow_t& /*no throw*/) noexcept
-{
-  return kdstream::ScarceMemory::FailsNow(size) ? nullptr : std::malloc(size == 0 ? 1 : size);
-}
-[[gnu::noinline]] void* operator new(std::size_t size)
-{
-  void* memory =
-    kdstream::ScarceMemory::FailsNow(size) ? nullptr : std::malloc(size == 0 ? 1 : size);
-  if (memory == nullptr)
-  {
-    throw std::bad_alloc();
-  }
-  return memory;
-}
-[[gnu::noinline]] void operator delete(void* memory) noexcept
-{
-  std::free(memory);
-}
-[[gnu::noinline]] void operator delete(void* memory, std::size_t) noexcept
-{
-  std::free(memory);
 }

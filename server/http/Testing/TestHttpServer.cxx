@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // The server on real sockets: what the routes cannot show by themselves.
+#include "Testing/Fixtures/Eventually.h"
 #include "filters/model/ModelJson.h"
 #include "server/http/Testing/ServerTest.h"
 #include "server/protocol/Testing/RandomMessages.h"
@@ -96,10 +97,7 @@ TEST_F(Server, ADiskThatHangsDelaysOnlyThoseWhoReadIt)
   HttpTestClient reader(port);
   reader.Send("GET " + this->Blob(BlobId::Partition(0)) + " HTTP/1.1\r\nHost: x\r\n\r\n");
   stream.Ask({ 2, RegionRequest{ 1, 1, {} } });
-  while (this->model->hanging != 2)
-  {
-    std::this_thread::yield();
-  }
+  EXPECT_TRUE(fixtures::Eventually([&] { return this->model->hanging == 2; }));
   HttpTestClient other(port);
   EXPECT_EQ(other.Get("/healthz")->body, "ok\n");
   EXPECT_EQ(other.Get("/api/models/dragon/model.json")->status, 200u);

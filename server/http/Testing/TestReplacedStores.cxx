@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // What readers get while their store is renamed over, overwritten in place and truncated: the bytes
 // of the digest that they asked for, or a word that says that there are none any more.
+#include "Testing/Fixtures/Eventually.h"
 #include "server/http/HttpServer.h"
 
 #include "Testing/Fixtures/TemporaryFolder.h"
@@ -187,10 +188,8 @@ protected:
         std::this_thread::yield();
       }
     };
-    while (tally.Readers() < readers) // a model that is replaced now cannot be opened
-    {
-      std::this_thread::yield();
-    }
+    // a model that is replaced now cannot be opened
+    EXPECT_TRUE(fixtures::Eventually([&] { return tally.Readers() >= readers; }));
     wait(500);
     replace();
     wait(500);

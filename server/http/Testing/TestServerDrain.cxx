@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // How a server ends: what is under way is finished, and what is new is told so.
+#include "Testing/Fixtures/Eventually.h"
 #include "server/http/Testing/ServerTest.h"
 
 #include <thread>
@@ -26,15 +27,10 @@ TEST_F(Drain, StopsThoughReadersHaveWork)
     readers.back()->Send(
       "GET " + this->Blob(BlobId::Partition(p)) + " HTTP/1.1\r\nHost: x\r\n\r\n");
   }
-  while (this->model->hanging != 1)
-  {
-    std::this_thread::yield();
-  }
+  EXPECT_TRUE(fixtures::Eventually([&] { return this->model->hanging == 1; }));
   std::thread stopping([this] { this->server->Stop(); });
-  while (HttpTestClient(port).Get("/readyz")->status == 200)
-  {
-    std::this_thread::yield();
-  }
+  EXPECT_TRUE(
+    fixtures::Eventually([&] { return HttpTestClient(port).Get("/readyz")->status != 200; }));
   this->model->diskHangs = false;
   this->model->diskHangs.notify_all();
   stopping.join();
@@ -78,10 +74,7 @@ TEST_F(Drain, WhatIsNewIsRefusedWhileAnswersAreFinished)
   HttpTestClient reader(port);
   this->model->diskHangs = true;
   reader.Send("GET " + this->Blob(BlobId::Partition(0)) + " HTTP/1.1\r\nHost: x\r\n\r\n");
-  while (this->model->hanging != 1)
-  {
-    std::this_thread::yield();
-  }
+  EXPECT_TRUE(fixtures::Eventually([&] { return this->model->hanging == 1; }));
   HttpTestClient idle(port);
   EXPECT_EQ(idle.Get("/healthz")->status, 200u);
 
@@ -120,10 +113,7 @@ TEST_F(Drain, AStreamFinishesItsRequestAndTakesNoOther)
   client.Await(1);
   this->model->diskHangs = true;
   client.Ask({ 2, RegionRequest{ 1, 3, {} } });
-  while (this->model->hanging != 1)
-  {
-    std::this_thread::yield();
-  }
+  EXPECT_TRUE(fixtures::Eventually([&] { return this->model->hanging == 1; }));
   this->server->BeginDrain();
   client.Ask({ 3, PreviewRequest{} });
   const auto refused = client.Await(3);

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Who is let in, how much each may have, and who has to go.
+#include "Testing/Fixtures/Eventually.h"
 #include "server/http/Testing/ServerTest.h"
 
 #include <atomic>
@@ -137,10 +138,8 @@ TEST_F(Limits, SeatsOfIdleConnectionsAreTakenBack)
   {
     EXPECT_EQ(client.Get("/healthz")->status, 200u);
     const auto line = "{status=\"200\"} " + std::to_string(++answers) + "\n";
-    while (!this->MetricsHave(line, admin)) // until the server knows that the client has its answer
-    {
-      std::this_thread::yield();
-    }
+    // until the server knows that the client has its answer
+    EXPECT_TRUE(fixtures::Eventually([&] { return this->MetricsHave(line, admin); }));
   };
   HttpTestClient longest(port);
   ask(longest);
@@ -169,10 +168,13 @@ TEST_F(Limits, SeatsOfIdleStreamsAreTakenBackButOfNoOthers)
   idle.Ask({ 1, OpenRequest{ "dragon" } });
   ASSERT_TRUE(idle.Await(1).opened);
   unsigned status = 503;
-  while (status == 503) // until the server knows that the client has its answer
-  {
-    status = HttpTestClient(port).Get("/healthz")->status;
-  }
+  // until the server knows that the client has its answer
+  EXPECT_TRUE(fixtures::Eventually(
+    [&]
+    {
+      status = HttpTestClient(port).Get("/healthz")->status;
+      return status != 503;
+    }));
   EXPECT_EQ(status, 200u);
   EXPECT_FALSE(idle.Receive());
   EXPECT_EQ(idle.CloseCode(), 1001);
@@ -195,11 +197,12 @@ TEST_F(Limits, WhoTakesTooLittleIsDropped)
     slow.Send("GET " + this->Blob(BlobId::Partition(p)) + " HTTP/1.1\r\nHost: x\r\n\r\n");
   }
   HttpTestClient other(port);
-  while (!this->MetricsHave("kdstream_refusals_total{reason=\"slow\"} 2\n", other) ||
-         !this->MetricsHave("kdstream_streams 0\n", other))
-  {
-    std::this_thread::sleep_for(std::chrono::milliseconds(10));
-  }
+  EXPECT_TRUE(fixtures::Eventually(
+    [&]
+    {
+      return this->MetricsHave("kdstream_refusals_total{reason=\"slow\"} 2\n", other) &&
+             this->MetricsHave("kdstream_streams 0\n", other);
+    }));
 }
 
 // However long its answer may take as a whole: ten minutes here.
@@ -212,10 +215,8 @@ TEST_F(Limits, WhoTakesNothingAtAllIsDroppedSoon)
   HttpTestClient deaf(port);
   deaf.Send("GET " + this->Blob(BlobId::Partition(1)) + " HTTP/1.1\r\nHost: x\r\n\r\n");
   HttpTestClient other(port);
-  while (!this->MetricsHave("kdstream_refusals_total{reason=\"slow\"} 1\n", other))
-  {
-    std::this_thread::sleep_for(std::chrono::milliseconds(10));
-  }
+  EXPECT_TRUE(fixtures::Eventually(
+    [&] { return this->MetricsHave("kdstream_refusals_total{reason=\"slow\"} 1\n", other); }));
   // What it was sent, into the buffers of the system, is logged and counted.
   const auto& whole = *this->model->blobs.at(BlobId::Partition(1));
   const auto logged = this->AwaitRecord(this->Blob(BlobId::Partition(1))).bytes;

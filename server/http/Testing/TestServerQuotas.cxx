@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // A server with quotas, on real sockets.
+#include "Testing/Fixtures/Eventually.h"
 #include "Testing/Fixtures/TemporaryFolder.h"
 #include "filters/store/Sqlite.h"
 #include "server/access/Testing/ForgedToken.h"
@@ -128,9 +129,9 @@ TEST_F(QuotaServer, AFileThatIsLockedDelaysOnlyThoseWhoTake)
   reader.Send("GET " + this->Blob(BlobId::Partition(3)) + " HTTP/1.1\r\nHost: x\r\n" +
               Bearer("ann") + "\r\n");
   stream.Ask({ 2, RegionRequest{ 128, 0, {} } });
-  while (!MetricsHave("kdstream_reader_wait_seconds_count 2\n", watcher)) // with the opening
-  {
-  }
+  // with the opening
+  EXPECT_TRUE(fixtures::Eventually(
+    [&] { return MetricsHave("kdstream_reader_wait_seconds_count 2\n", watcher); }));
   EXPECT_EQ(watcher.Get(this->Blob(BlobId::LevelPiece(0, 1)), Bearer("bob"))->status, 200u);
   ASSERT_TRUE(Execute(other->get(), "COMMIT")); // sooner than the file is given up
   EXPECT_EQ(reader.Receive()->status, 200u);

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Streams on real sockets: what the conversation cannot show by itself.
+#include "Testing/Fixtures/Eventually.h"
 #include "server/http/Testing/ServerTest.h"
 #include "server/protocol/Testing/RandomMessages.h"
 
@@ -60,10 +61,8 @@ TEST_F(Streams, FiftyClientsAtOnceGetTheirRegions)
         StreamTestClient client(port);
         const bool open = client.Open();
         ++connected;
-        while (connected < clients) // all at once
-        {
-          std::this_thread::yield();
-        }
+        // all at once
+        EXPECT_TRUE(fixtures::Eventually([&] { return connected >= clients; }));
         client.Ask({ 1, OpenRequest{ "dragon" } });
         const auto opened = client.Await(1);
         const auto cell = static_cast<std::uint32_t>(128 + i * 2);

@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
+#include "Testing/Fixtures/Eventually.h"
 #include "server/session/BlobCache.h"
 
 #include <gtest/gtest.h>
@@ -88,10 +89,7 @@ TEST_F(Cache, ManyWhoWantTheSameReadItOnce)
         const auto blob = this->cache.Get(this->model, BlobId::Partition(7),
           [&]() -> Result<BlobBytes>
           {
-            while (begun < wanting)
-            {
-              std::this_thread::yield();
-            }
+            EXPECT_TRUE(fixtures::Eventually([&] { return begun >= wanting; }));
             ++this->reads;
             return std::make_shared<const std::vector<std::uint8_t>>(10);
           });

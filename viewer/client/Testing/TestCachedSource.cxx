@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // What was seen before comes from the disk, with the server and without it.
+#include "Testing/Fixtures/Eventually.h"
 #include "viewer/client/CachedSource.h"
 
 #include "viewer/client/LocalClient.h"
@@ -165,10 +166,7 @@ TEST_F(TestCachedSource, ARegionIsAskedForWithoutWhatIsKept)
   const auto cache = *DiskCache::Open(this->Folder.Path, this->MostBytes);
   const CacheKey third{ "http://a:1", "", "partitions/3" };
   cache->Put(third, { 1, 2, 3 });
-  while (!cache->Find(third))
-  {
-    std::this_thread::sleep_for(std::chrono::milliseconds(5));
-  }
+  EXPECT_TRUE(fixtures::Eventually([&] { return cache->Find(third); }));
   std::vector<SessionRequest> heard;
   CachedSource source(std::make_unique<Listening>(heard), cache, "http://a:1");
   SessionRequest region;

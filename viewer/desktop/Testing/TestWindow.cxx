@@ -40,7 +40,7 @@ using kdstream::testing::TorusModel;
 namespace
 {
 
-std::string program; // kdstream-view
+const std::string program = KDSTREAM_PROGRAMS "/kdstream-view";
 constexpr int windowWidth = 800, windowHeight = 600;
 constexpr auto patience = 60s; // of each step, on a machine that does other things too
 
@@ -561,11 +561,4 @@ TEST_F(TestWindow, WhatCannotBeOpenedIsToldAndCanBeTriedAgain)
   EXPECT_EQ(this->End(), 0);
 }
 
-}
-
-int main(int argc, char** argv)
-{
-  ::testing::InitGoogleTest(&argc, argv);
-  program = argc > 1 ? argv[1] : "kdstream-view";
-  return RUN_ALL_TESTS();
 }

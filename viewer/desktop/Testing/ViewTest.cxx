@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Runs kdstream-view for its tests: see ViewTest.h. The program is the tests' first argument.
+// Runs kdstream-view for its tests: see ViewTest.h.
 #include "viewer/desktop/Testing/ViewTest.h"
 
 #include <sys/wait.h>
@@ -12,7 +12,7 @@
 namespace
 {
 
-std::string program; // kdstream-view
+const std::string program = KDSTREAM_PROGRAMS "/kdstream-view";
 
 }
 
@@ -27,6 +27,9 @@ std::string ReadText(const std::filesystem::path& file)
 
 ViewTest::ViewTest()
 {
+  ::unsetenv("XDG_CACHE_HOME"); // nothing is kept but where a test says
+  ::unsetenv("HOME");
+  ::unsetenv("DISPLAY"); // a window would wait for somebody
   std::string name = (std::filesystem::temp_directory_path() / "kdstream-view-XXXXXX").string();
   this->Folder = ::mkdtemp(name.data());
   this->Server = std::move(*HttpServer::Start(this->Models, {}));
@@ -47,14 +50,4 @@ int ViewTest::Run(const std::string& arguments)
   return WIFEXITED(status) ? WEXITSTATUS(status) : -1;
 }
 
-}
-
-int main(int argc, char** argv)
-{
-  ::testing::InitGoogleTest(&argc, argv);
-  program = argc > 1 ? argv[1] : "kdstream-view";
-  ::unsetenv("XDG_CACHE_HOME"); // nothing is kept but where a test says
-  ::unsetenv("HOME");
-  ::unsetenv("DISPLAY"); // a window would wait for somebody
-  return RUN_ALL_TESTS();
 }

@@ -61,31 +61,33 @@ inline std::pair<double, double> OnModel(const ViewerSession& session)
   return { width * 0.5 + Dot(v, right) * scale, height * 0.5 - Dot(v, up) * scale };
 }
 
-inline double clockOfFingers = 0;
-
-inline void Tap(ViewerSession& session, double x, double y)
+// Fingers on the screen, with a clock of their own.
+struct Fingers
 {
-  session.HandleTouches({ clockOfFingers += 0.1, { { 1, x, y } } });
-  session.HandleTouches({ clockOfFingers += 0.05, {} });
-}
+  double now = 0;
 
-inline void DoubleTap(ViewerSession& session, double x, double y)
-{
-  clockOfFingers += 1;
-  Tap(session, x, y);
-  Tap(session, x, y);
-}
-
-inline void Pinch(ViewerSession& session, double x, double y, double factor)
-{
-  const double from = factor > 1 ? 30 : 30 / factor;
-  for (int i = 0; i <= 10; ++i)
+  void Tap(ViewerSession& session, double x, double y)
   {
-    const double gap = from * (1 + (factor - 1) * i / 10);
-    session.HandleTouches({ clockOfFingers += 0.02, { { 1, x - gap, y }, { 2, x + gap, y } } });
+    session.HandleTouches({ this->now += 0.1, { { 1, x, y } } });
+    session.HandleTouches({ this->now += 0.05, {} });
   }
-  session.HandleTouches({ clockOfFingers += 0.02, {} });
-}
+  void DoubleTap(ViewerSession& session, double x, double y)
+  {
+    this->now += 1;
+    this->Tap(session, x, y);
+    this->Tap(session, x, y);
+  }
+  void Pinch(ViewerSession& session, double x, double y, double factor)
+  {
+    const double from = factor > 1 ? 30 : 30 / factor;
+    for (int i = 0; i <= 10; ++i)
+    {
+      const double gap = from * (1 + (factor - 1) * i / 10);
+      session.HandleTouches({ this->now += 0.02, { { 1, x - gap, y }, { 2, x + gap, y } } });
+    }
+    session.HandleTouches({ this->now += 0.02, {} });
+  }
+};
 
 // A double tap needs pages and boxes of the tree before it asks for partitions.
 inline void TakeTree(ViewerSession& session, MemoryServer& server)

@@ -73,6 +73,7 @@ void TellOfBoxes(MemoryServer& server, const std::vector<Box>& boxes, bool exact
 
 TEST(TestLyingServer, BoxesThatLieMakeNothingEndless)
 {
+  Fingers fingers;
   for (const unsigned seed : { 1u, 2u, 3u, 4u, 5u, 6u })
   {
     std::mt19937 random(seed);
@@ -88,7 +89,7 @@ TEST(TestLyingServer, BoxesThatLieMakeNothingEndless)
       session.Zoom(step % 3 == 2 ? 0.4 : 2.5, 100 + 40 * step, 300);
       if (step % 2 == 1)
       {
-        DoubleTap(session, onRingX, onRingY);
+        fingers.DoubleTap(session, onRingX, onRingY);
       }
       server.Serve(session, nullptr,
         [&]

@@ -105,6 +105,7 @@ TEST(TestSessionBudgets, LessMemoryLetsPicturesGo)
 // A tap on a region of three rings, and another beside it.
 TEST(TestSessionBudgets, BothBoundRegionsAroundTaps)
 {
+  Fingers fingers;
   struct Case
   {
     std::uint64_t triangles;
@@ -125,7 +126,7 @@ TEST(TestSessionBudgets, BothBoundRegionsAroundTaps)
       const double move = 12; // pixels
       for (int tap = 0; tap < 4; ++tap)
       {
-        DoubleTap(session, onRingX, onRingY + move * tap);
+        fingers.DoubleTap(session, onRingX, onRingY + move * tap);
         server.Serve(session);
         const auto region = session.GetStatus().region;
         ASSERT_TRUE(region);
@@ -150,12 +151,13 @@ TEST(TestSessionBudgets, BothBoundRegionsAroundTaps)
 
 TEST(TestSessionBudgets, LessCutsTheRegionThatIsThere)
 {
+  Fingers fingers;
   MemoryServer server = SmallTorus();
   SessionOptions options;
   options.rings = 3;
   ViewerSession session(options);
   OpenFullScreen(session, server);
-  DoubleTap(session, onRingX, onRingY);
+  fingers.DoubleTap(session, onRingX, onRingY);
   server.Serve(session);
   const auto whole = session.GetStatus().region;
   ASSERT_TRUE(whole);

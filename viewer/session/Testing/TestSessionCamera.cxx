@@ -369,16 +369,17 @@ TEST(TestSessionCamera, HomeIsTheFirstViewAndUndoTheOneBefore)
 
 TEST(TestSessionCamera, ADoubleTapBesideTheModelGoesHome)
 {
+  Fingers fingers;
   MemoryServer server = SmallTorus();
   ViewerSession session;
   Open(session);
   server.Serve(session);
   const View home = ViewOf(session);
   EXPECT_FALSE(session.GetStatus().canUndo);
-  Pinch(session, 420, 320, 1.3);
+  fingers.Pinch(session, 420, 320, 1.3);
   const View near = ViewOf(session);
   EXPECT_NE(near, home);
-  DoubleTap(session, 3, 3);
+  fingers.DoubleTap(session, 3, 3);
   EXPECT_EQ(ViewOf(session), home);
   EXPECT_TRUE(session.GetStatus().canUndo);
   session.UndoView();
@@ -388,7 +389,7 @@ TEST(TestSessionCamera, ADoubleTapBesideTheModelGoesHome)
   EXPECT_EQ(ViewOf(session), near);
   // On the model it does not.
   const auto [x, y] = OnModel(session);
-  DoubleTap(session, x, y);
+  fingers.DoubleTap(session, x, y);
   EXPECT_EQ(ViewOf(session), near);
   session.LeaveFullScreen();
   EXPECT_EQ(ViewOf(session), home);

@@ -19,6 +19,7 @@ namespace
 
 TEST(TestSessionFaults, WhatIsShownIsKeptWhileSomethingElseComes)
 {
+  Fingers fingers;
   MemoryServer server = SmallTorus();
   SessionOptions options = ByLevel();
   options.cacheBytes = 1; // nothing beyond what is shown or asked for
@@ -26,10 +27,10 @@ TEST(TestSessionFaults, WhatIsShownIsKeptWhileSomethingElseComes)
   Open(session);
   server.Serve(session);
   const auto [x, y] = OnModel(session);
-  Pinch(session, x, y, 16);
+  fingers.Pinch(session, x, y, 16);
   server.Take(session);
   ASSERT_TRUE(server.Answer(session)); // one piece of the finer level
-  Pinch(session, x, y, 0.02);
+  fingers.Pinch(session, x, y, 0.02);
   server.Serve(session, nullptr, [&] { ExpectClosed(session); });
   EXPECT_EQ(session.GetStatus().shownLevel, 11u);
   EXPECT_EQ(server.sent.count(BlobId::LevelPiece(11, 1)), 1u);
@@ -37,6 +38,7 @@ TEST(TestSessionFaults, WhatIsShownIsKeptWhileSomethingElseComes)
 
 TEST(TestSessionFaults, AnswersToCancelledRequestsAreIgnored)
 {
+  Fingers fingers;
   MemoryServer server = SmallTorus();
   SessionOptions options = ByLevel();
   options.policy.tolerance = 4; // the preview is fine enough for the whole torus
@@ -45,7 +47,7 @@ TEST(TestSessionFaults, AnswersToCancelledRequestsAreIgnored)
   session.EnterFullScreen();
   server.Serve(session);
   const auto [x, y] = OnModel(session);
-  Pinch(session, x, y, 16);
+  fingers.Pinch(session, x, y, 16);
   std::uint32_t request = 0;
   BlobId blob;
   for (const SessionRequest& sent : session.TakeRequests())
@@ -57,7 +59,7 @@ TEST(TestSessionFaults, AnswersToCancelledRequestsAreIgnored)
     }
   }
   ASSERT_NE(request, 0u);
-  Pinch(session, x, y, 0.05);
+  fingers.Pinch(session, x, y, 0.05);
   const std::size_t blobs = session.Statistics().size();
   session.BlobArrived(request, blob, server.Blob(blob), 1, false);
   session.BlobFailed(request, blob, "late");
@@ -71,13 +73,14 @@ TEST(TestSessionFaults, AnswersToCancelledRequestsAreIgnored)
 
 TEST(TestSessionFaults, DamagedBytesBecomeASentenceAndTheNextCoarserLevel)
 {
+  Fingers fingers;
   MemoryServer server = SmallTorus();
   server.Blob(BlobId::LevelPiece(13, 5)).resize(40);
   ViewerSession session(ByLevel());
   Open(session);
   server.Serve(session);
   const auto [x, y] = OnModel(session);
-  Pinch(session, x, y, 6);
+  fingers.Pinch(session, x, y, 6);
   server.Serve(session, nullptr, [&] { ExpectClosed(session); });
   EXPECT_TRUE(session.IsIdle());
   ViewerStatus status = session.GetStatus();
@@ -88,7 +91,7 @@ TEST(TestSessionFaults, DamagedBytesBecomeASentenceAndTheNextCoarserLevel)
   server.Blob(BlobId::LevelPiece(13, 5)) =
     MemoryServer(SmallTorus()).Blob(BlobId::LevelPiece(13, 5));
   server.sent.clear();
-  Pinch(session, x, y, 1.1);
+  fingers.Pinch(session, x, y, 1.1);
   server.Serve(session);
   EXPECT_EQ(session.GetStatus().error, "");
   EXPECT_EQ(session.GetStatus().shownLevel, 13u);
@@ -97,12 +100,13 @@ TEST(TestSessionFaults, DamagedBytesBecomeASentenceAndTheNextCoarserLevel)
 
 TEST(TestSessionFaults, ARefusedPartitionLeavesTheRestOfTheRegion)
 {
+  Fingers fingers;
   MemoryServer server = SmallTorus();
   ViewerSession session(ByLevel());
   Open(session);
   server.Serve(session);
   const auto [x, y] = OnModel(session);
-  DoubleTap(session, x, y);
+  fingers.DoubleTap(session, x, y);
   TakeTree(session, server);
   const NodeId cell = session.GetStatus().region->cell;
   const std::uint32_t bad = cell - (1u << server.Codec().depths.partition);
@@ -119,7 +123,7 @@ TEST(TestSessionFaults, ARefusedPartitionLeavesTheRestOfTheRegion)
   session.Resize({ width, height, 1 });
   server.Serve(session);
   EXPECT_TRUE(server.log.empty());
-  DoubleTap(session, x, y);
+  fingers.DoubleTap(session, x, y);
   server.Serve(session);
   status = session.GetStatus();
   EXPECT_EQ(status.region->shown, status.region->partitions);
@@ -128,12 +132,13 @@ TEST(TestSessionFaults, ARefusedPartitionLeavesTheRestOfTheRegion)
 
 TEST(TestSessionFaults, ALostConnectionFailsWhatWasOutstanding)
 {
+  Fingers fingers;
   MemoryServer server = SmallTorus();
   ViewerSession session(ByLevel());
   Open(session);
   server.Serve(session);
   const auto [x, y] = OnModel(session);
-  DoubleTap(session, x, y);
+  fingers.DoubleTap(session, x, y);
   // The finer levels and the region fail, then the coarser levels that would replace them.
   for (int round = 0; round < 4; ++round)
   {
@@ -144,7 +149,7 @@ TEST(TestSessionFaults, ALostConnectionFailsWhatWasOutstanding)
   }
   EXPECT_TRUE(session.IsIdle());
   EXPECT_NE(session.GetStatus().error.find("the connection was lost"), std::string::npos);
-  DoubleTap(session, x, y);
+  fingers.DoubleTap(session, x, y);
   server.Serve(session);
   EXPECT_EQ(session.GetStatus().region->shown, session.GetStatus().region->partitions);
 }

@@ -36,10 +36,10 @@ Ray RayThrough(const ViewerSession& session, double x, double y)
   return { scene.eye, Normalized(scene.orientation.Rotate(sight)) };
 }
 
-void SlowTap(ViewerSession& session, double x, double y)
+void SlowTap(Fingers& fingers, ViewerSession& session, double x, double y)
 {
-  clockOfFingers += 1;
-  Tap(session, x, y);
+  fingers.now += 1;
+  fingers.Tap(session, x, y);
 }
 
 std::unique_ptr<ViewerSession> Measuring(MemoryServer& server, SessionOptions options = {})
@@ -61,6 +61,7 @@ std::size_t PartitionsSent(const MemoryServer& server)
 
 TEST(TestSessionMeasure, EndsLieOnTheOriginalOnceItHasCome)
 {
+  Fingers fingers;
   const double step = SmallTorus().Description().grid.step;
   for (unsigned seed = 0; seed < 24; ++seed)
   {
@@ -81,7 +82,7 @@ TEST(TestSessionMeasure, EndsLieOnTheOriginalOnceItHasCome)
       if (hit && shown && std::abs(hit->distance - shown->distance) < 0.01) // not past an edge
       {
         meant.push_back(*hit);
-        SlowTap(*session, x, y);
+        SlowTap(fingers, *session, x, y);
         while (server.Take(*session), !session->IsIdle() && any(random) < 0.9)
         {
           (void)server.Answer(*session, &random);
@@ -113,11 +114,12 @@ TEST(TestSessionMeasure, EndsLieOnTheOriginalOnceItHasCome)
 
 TEST(TestSessionMeasure, FetchesLittle)
 {
+  Fingers fingers;
   MemoryServer server = SmallTorus();
   const auto session = Measuring(server, ByLevel());
   server.sent.clear();
   const auto [x, y] = OnModel(*session);
-  SlowTap(*session, x, y);
+  SlowTap(fingers, *session, x, y);
   EXPECT_TRUE(session->Measurements().front().from.waits);
   EXPECT_FALSE(session->Measurements().front().IsExact());
   EXPECT_EQ(session->Measurements().front().Distance(), 0);
@@ -130,6 +132,7 @@ TEST(TestSessionMeasure, FetchesLittle)
 
 TEST(TestSessionMeasure, WhatMayNotBeHadStaysOnTheLevel)
 {
+  Fingers fingers;
   for (const bool isRefused : { true, false })
   {
     MemoryServer server = SmallTorus();
@@ -151,7 +154,7 @@ TEST(TestSessionMeasure, WhatMayNotBeHadStaysOnTheLevel)
     server.Serve(session);
     session.SetTool(Tool::Measure);
     const auto [x, y] = OnModel(session);
-    SlowTap(session, x, y);
+    SlowTap(fingers, session, x, y);
     server.Serve(session);
     EXPECT_TRUE(session.IsIdle());
     ASSERT_EQ(session.Measurements().size(), 1u);
@@ -165,28 +168,29 @@ TEST(TestSessionMeasure, WhatMayNotBeHadStaysOnTheLevel)
 
 TEST(TestSessionMeasure, TapsPlaceOneEndAfterTheOther)
 {
+  Fingers fingers;
   MemoryServer server = SmallTorus();
   const auto session = Measuring(server);
   const auto [x, y] = OnModel(*session);
-  DoubleTap(*session, x, y); // quickly
+  fingers.DoubleTap(*session, x, y); // quickly
   ASSERT_EQ(session->Measurements().size(), 1u);
   EXPECT_TRUE(session->Measurements().front().to);
   EXPECT_FALSE(session->GetStatus().region) << "no region is asked for meanwhile";
-  SlowTap(*session, 3, 3); // beside the model
+  SlowTap(fingers, *session, 3, 3); // beside the model
   EXPECT_EQ(session->Measurements().size(), 1u);
-  SlowTap(*session, x, y);
+  SlowTap(fingers, *session, x, y);
   EXPECT_EQ(session->Measurements().size(), 2u);
   EXPECT_EQ(session->Measurements().back().name, "2");
   session->SetTool(Tool::None);
   EXPECT_EQ(session->Measurements().size(), 1u) << "half of one is dropped";
   session->NameMeasurement(0, "nose");
   EXPECT_EQ(session->Measurements().front().name, "nose");
-  SlowTap(*session, x, y);
+  SlowTap(fingers, *session, x, y);
   EXPECT_EQ(session->Measurements().size(), 1u);
   session->SetTool(Tool::Measure);
   for (int i = 0; i < 200; ++i)
   {
-    SlowTap(*session, x + i % 7, y);
+    SlowTap(fingers, *session, x + i % 7, y);
   }
   EXPECT_EQ(session->Measurements().size(), 64u);
   session->RemoveMeasurement(0);
@@ -203,12 +207,13 @@ TEST(TestSessionMeasure, TapsPlaceOneEndAfterTheOther)
 
 TEST(TestSessionMeasure, ALinkTellsThem)
 {
+  Fingers fingers;
   MemoryServer server = SmallTorus();
   const auto mine = Measuring(server);
   const auto [x, y] = OnModel(*mine);
   for (int i = 0; i < 4; ++i)
   {
-    SlowTap(*mine, x + 5 * i, y - 4 * i);
+    SlowTap(fingers, *mine, x + 5 * i, y - 4 * i);
     server.Serve(*mine);
   }
   ASSERT_EQ(mine->Measurements().size(), 2u);

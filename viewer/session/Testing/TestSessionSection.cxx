@@ -25,29 +25,29 @@ std::unique_ptr<ViewerSession> Looking(MemoryServer& server, SessionOptions opti
   return session;
 }
 
-void Drag(ViewerSession& session, double x, double y, double dx, double dy)
+void Drag(Fingers& fingers, ViewerSession& session, double x, double y, double dx, double dy)
 {
   for (int i = 0; i <= 10; ++i)
   {
-    session.HandleTouches({ clockOfFingers += 0.02, { { 1, x + dx * i / 10, y + dy * i / 10 } } });
+    session.HandleTouches({ fingers.now += 0.02, { { 1, x + dx * i / 10, y + dy * i / 10 } } });
   }
-  session.HandleTouches({ clockOfFingers += 0.02, {} });
+  session.HandleTouches({ fingers.now += 0.02, {} });
 }
 
-void DragTwo(ViewerSession& session, double dx, double dy)
+void DragTwo(Fingers& fingers, ViewerSession& session, double dx, double dy)
 {
   for (int i = 0; i <= 10; ++i)
   {
-    session.HandleTouches(
-      { clockOfFingers += 0.02, { { 1, 300 + dx * i / 10, 300 + dy * i / 10 },
-                                  { 2, 500 + dx * i / 10, 300 + dy * i / 10 } } });
+    session.HandleTouches({ fingers.now += 0.02, { { 1, 300 + dx * i / 10, 300 + dy * i / 10 },
+                                                   { 2, 500 + dx * i / 10, 300 + dy * i / 10 } } });
   }
-  session.HandleTouches({ clockOfFingers += 0.02, {} });
+  session.HandleTouches({ fingers.now += 0.02, {} });
 }
 
 // What is cut away is not asked for, with whichever camera; without the section it is.
 TEST(TestSessionSection, WhatIsCutAwayIsNotFetched)
 {
+  Fingers fingers;
   for (unsigned seed = 0; seed < 12; ++seed)
   {
     SCOPED_TRACE("seed " + std::to_string(seed));
@@ -68,11 +68,11 @@ TEST(TestSessionSection, WhatIsCutAwayIsNotFetched)
     {
       session->Zoom(1.6, x, y);
       server.Serve(*session);
-      Drag(*session, 300, 300, 400 * any(random) - 200, 200 * any(random) - 100);
+      Drag(fingers, *session, 300, 300, 400 * any(random) - 200, 200 * any(random) - 100);
       server.Serve(*session, &random);
       if (i % 2 == 1)
       {
-        DoubleTap(*session, x, y);
+        fingers.DoubleTap(*session, x, y);
         server.Serve(*session, &random);
       }
     }
@@ -121,6 +121,7 @@ TEST(TestSessionSection, LessIsWanted)
 // Only what is left of a tapped region is asked for, and counted.
 TEST(TestSessionSection, RegionsEndAtThePlane)
 {
+  Fingers fingers;
   for (const DetailMode detail : { DetailMode::View, DetailMode::Level })
   {
     MemoryServer server = SmallTorus();
@@ -129,7 +130,7 @@ TEST(TestSessionSection, RegionsEndAtThePlane)
     options.rings = 3;
     const auto session = Looking(server, options);
     const auto [x, y] = OnModel(*session);
-    DoubleTap(*session, x, y);
+    fingers.DoubleTap(*session, x, y);
     server.Serve(*session);
     ASSERT_TRUE(session->GetStatus().region);
     const auto all = session->GetStatus().region->partitions;
@@ -145,42 +146,44 @@ TEST(TestSessionSection, RegionsEndAtThePlane)
 
 TEST(TestSessionSection, FingersMoveAndTurnIt)
 {
+  Fingers fingers;
   MemoryServer server = SmallTorus();
   const auto session = Looking(server);
   const Camera before = session->GetCamera();
   session->SetTool(Tool::Section);
-  Drag(*session, 300, 300, 100, 0);
+  Drag(fingers, *session, 300, 300, 100, 0);
   EXPECT_NE(session->GetCamera(), before) << "without a section a finger turns as ever";
   session->GoHome();
   ASSERT_EQ(session->GetCamera(), before);
   ASSERT_TRUE(session->SetSectionAlong("x"));
   ASSERT_EQ(session->GetSection().Plane()->normal, (Vec3{ 1, 0, 0 }));
   const double at = session->GetSection().Plane()->offset;
-  Drag(*session, 400, 300, 100, 0);
+  Drag(fingers, *session, 400, 300, 100, 0);
   EXPECT_EQ(session->GetCamera(), before);
   // The finger's way on the screen, but for what it went before it counted.
   const double unit = session->GetCamera().PixelsPerUnit();
   EXPECT_NEAR(session->GetSection().Plane()->offset - at, 100 / unit, 11 / unit);
   const double turned = session->GetSection().Plane()->offset;
-  DragTwo(*session, 0, 12);
-  DragTwo(*session, 5, 0);
+  DragTwo(fingers, *session, 0, 12);
+  DragTwo(fingers, *session, 5, 0);
   EXPECT_EQ(session->GetSection().Plane()->normal, (Vec3{ 1, 0, 0 })) << "snapped";
-  DragTwo(*session, 200, 0);
+  DragTwo(fingers, *session, 200, 0);
   EXPECT_LT(session->GetSection().Plane()->normal[0], 0.9);
   EXPECT_NEAR(Length(session->GetSection().Plane()->normal), 1, 1e-12);
   EXPECT_NE(session->GetSection().Plane()->offset, turned);
   // A plane across the line of sight: down is nearer.
   ASSERT_TRUE(session->SetSectionAlong("view"));
   const double depth = session->GetSection().Depth();
-  Drag(*session, 400, 200, 0, 60);
+  Drag(fingers, *session, 400, 200, 0, 60);
   EXPECT_LT(session->GetSection().Depth(), depth);
   session->SetTool(Tool::None);
-  Drag(*session, 400, 200, 60, 0);
+  Drag(fingers, *session, 400, 200, 60, 0);
   EXPECT_NE(session->GetCamera().Orientation(), before.Orientation());
 }
 
 TEST(TestSessionSection, TheCapIsWhatIsPicked)
 {
+  Fingers fingers;
   MemoryServer server = SmallTorus();
   const auto session = Looking(server);
   ASSERT_TRUE(session->SetSectionAlong("z"));
@@ -191,8 +194,8 @@ TEST(TestSessionSection, TheCapIsWhatIsPicked)
   EXPECT_GT(scene.cap->triangles.size(), 100u);
   session->SetTool(Tool::Measure);
   const auto [x, y] = OnModel(*session);
-  clockOfFingers += 1;
-  Tap(*session, x, y);
+  fingers.now += 1;
+  fingers.Tap(*session, x, y);
   ASSERT_EQ(session->Measurements().size(), 1u);
   const MeasuredPoint end = session->Measurements().front().from;
   EXPECT_NEAR(scene.section->Above(end.point), 0, 1e-9);
@@ -203,6 +206,7 @@ TEST(TestSessionSection, TheCapIsWhatIsPicked)
 // Across a ring of the torus: both ends come to the original's outline.
 TEST(TestSessionSection, MeasuresAlongTheOutline)
 {
+  Fingers fingers;
   MemoryServer server = SmallTorus();
   const auto session = Looking(server);
   ASSERT_TRUE(session->SetSectionAlong("z"));
@@ -214,8 +218,8 @@ TEST(TestSessionSection, MeasuresAlongTheOutline)
   {
     const auto pixel = camera.PixelOf(plane.NearestTo({ radius, 0, 0 }));
     ASSERT_TRUE(pixel);
-    clockOfFingers += 1;
-    Tap(*session, (*pixel)[0], (*pixel)[1]);
+    fingers.now += 1;
+    fingers.Tap(*session, (*pixel)[0], (*pixel)[1]);
   };
   // Where the outline crosses the x axis, of what is shown now.
   std::vector<double> crossings;
@@ -248,6 +252,7 @@ TEST(TestSessionSection, MeasuresAlongTheOutline)
 // A section leaves enough to find one's way back.
 TEST(TestSessionSection, NobodyGetsLost)
 {
+  Fingers fingers;
   for (unsigned seed = 0; seed < 30; ++seed)
   {
     SCOPED_TRACE("seed " + std::to_string(seed));
@@ -260,9 +265,10 @@ TEST(TestSessionSection, NobodyGetsLost)
     {
       const double x = any(random) * width, y = any(random) * height;
       session->SetTool(any(random) < 0.2 ? Tool::Section : Tool::None);
-      any(random) < 0.5   ? Drag(*session, x, y, 300 * any(random) - 150, 300 * any(random) - 150)
+      any(random) < 0.5
+        ? Drag(fingers, *session, x, y, 300 * any(random) - 150, 300 * any(random) - 150)
       : any(random) < 0.7 ? session->Zoom(any(random) < 0.6 ? 1.4 : 0.6, x, y)
-                          : DragTwo(*session, 400 * any(random) - 200, 100);
+                          : DragTwo(fingers, *session, 400 * any(random) - 200, 100);
       server.Serve(*session);
     }
     session->SetTool(Tool::None);
@@ -279,12 +285,13 @@ TEST(TestSessionSection, NobodyGetsLost)
 
 TEST(TestSessionSection, LightComesFromTheFinger)
 {
+  Fingers fingers;
   MemoryServer server = SmallTorus();
   const auto session = Looking(server);
   EXPECT_EQ(session->Scene().lighting, SceneLighting{});
   session->SetTool(Tool::Light);
   const Camera before = session->GetCamera();
-  Drag(*session, 400, 300, -200, 0);
+  Drag(fingers, *session, 400, 300, -200, 0);
   EXPECT_EQ(session->GetCamera(), before);
   ASSERT_TRUE(session->GetLight());
   EXPECT_NEAR(session->GetLight()->lamp.x, -200 / (0.45 * height), 1e-9);
@@ -293,16 +300,16 @@ TEST(TestSessionSection, LightComesFromTheFinger)
   EXPECT_NEAR(Length(from), 1, 1e-9);
   EXPECT_LT(from[0], -0.7);
   EXPECT_EQ(session->Scene().lighting.lamps[1].intensity, 0);
-  DoubleTap(*session, 790, 300); // beyond the rim: no lower than the horizon, and no region
+  fingers.DoubleTap(*session, 790, 300); // beyond the rim: no lower than the horizon, and no region
   EXPECT_NEAR(session->GetLight()->lamp.x, RakingLight::rim, 1e-9);
   EXPECT_GT(session->Scene().lighting.lamps[0].position[2], 0.05);
   EXPECT_FALSE(session->GetStatus().region);
   session->SetTool(Tool::SecondLight);
-  Drag(*session, 400, 300, 0, -100);
+  Drag(fingers, *session, 400, 300, 0, -100);
   ASSERT_TRUE(session->GetLight()->second);
   EXPECT_GT(session->GetLight()->second->y, 0.2);
   EXPECT_GT(session->Scene().lighting.lamps[1].intensity, 0);
-  Pinch(*session, 400, 300, 2);
+  fingers.Pinch(*session, 400, 300, 2);
   EXPECT_NE(session->GetCamera(), before) << "two fingers zoom as ever";
   session->SetLight({});
   EXPECT_EQ(session->Scene().lighting, SceneLighting{});
@@ -321,14 +328,15 @@ TEST(TestSessionSection, LightComesFromTheFinger)
 
 TEST(TestSessionSection, ALinkTellsOfBoth)
 {
+  Fingers fingers;
   MemoryServer server = SmallTorus();
   const auto mine = Looking(server);
   ASSERT_TRUE(mine->SetSectionAlong("y"));
   mine->SetSectionDepth(0.3);
   mine->SetTool(Tool::Section);
-  DragTwo(*mine, 130, 50);
+  DragTwo(fingers, *mine, 130, 50);
   mine->SetTool(Tool::SecondLight);
-  Drag(*mine, 400, 300, 90, 30);
+  Drag(fingers, *mine, 400, 300, 90, 30);
   const std::string text = FormatViewLink(mine->Link());
   EXPECT_LT(text.size(), 150u) << text;
   ViewerSession theirs;
@@ -400,18 +408,18 @@ TEST(TestSessionSection, IsTheSameEveryTime)
   std::vector<std::string> traces[2];
   for (auto& trace : traces)
   {
-    clockOfFingers = 0;
+    Fingers fingers;
     MemoryServer server = SmallTorus();
     SessionOptions options;
     options.TraceTo([&trace](std::string_view line) { trace.emplace_back(line); });
     const auto session = Looking(server, options);
     session->SetSectionAlong("view");
     session->SetTool(Tool::Section);
-    Drag(*session, 200, 200, 90, 40);
-    DragTwo(*session, 70, -30);
+    Drag(fingers, *session, 200, 200, 90, 40);
+    DragTwo(fingers, *session, 70, -30);
     server.Serve(*session);
     session->SetTool(Tool::Light);
-    Drag(*session, 200, 200, 90, 40);
+    Drag(fingers, *session, 200, 200, 90, 40);
     server.Serve(*session);
   }
   EXPECT_EQ(traces[0], traces[1]);

@@ -19,13 +19,14 @@ namespace
 
 TEST(TestSessionTaps, OtherRingsChangeTheRegionThatIsThere)
 {
+  Fingers fingers;
   MemoryServer server = SmallTorus();
   ViewerSession session(ByLevel());
   Open(session);
   session.EnterFullScreen();
   server.Serve(session);
   const auto [x, y] = OnModel(session);
-  DoubleTap(session, x, y);
+  fingers.DoubleTap(session, x, y);
   server.Serve(session);
   const auto first = session.GetStatus().region;
   ASSERT_TRUE(first);
@@ -54,6 +55,7 @@ TEST(TestSessionTaps, OtherRingsChangeTheRegionThatIsThere)
 // A mesh so small that all its levels are mere points: the original is a double tap away.
 TEST(TestSessionTaps, PicksOnPointsWhereThereAreNoTriangles)
 {
+  Fingers fingers;
   Mesh mesh;
   mesh.points = { { 0, 0, 0 }, { 1, 0, 0 }, { 0, 1, 0 } };
   mesh.triangles = { { 0, 1, 2 } };
@@ -71,10 +73,10 @@ TEST(TestSessionTaps, PicksOnPointsWhereThereAreNoTriangles)
   const double scale =
     height / (2 * Camera::tangentOfHalfAngle * Dot(v, scene.orientation.Rotate({ 0, 0, -1 })));
   const double x = width * 0.5 + v[0] * scale, y = height * 0.5 - v[1] * scale;
-  DoubleTap(session, x + 60, y); // too far away
+  fingers.DoubleTap(session, x + 60, y); // too far away
   server.Serve(session);
   EXPECT_FALSE(session.GetStatus().region);
-  DoubleTap(session, x + 20, y);
+  fingers.DoubleTap(session, x + 20, y);
   server.Serve(session);
   ASSERT_TRUE(session.GetStatus().region);
   EXPECT_EQ(session.GetStatus().triangles, 1u);
@@ -82,6 +84,7 @@ TEST(TestSessionTaps, PicksOnPointsWhereThereAreNoTriangles)
 
 TEST(TestSessionTaps, ARegionInALevelCoarserThanTheStitchLevelAsksForPiecesInBetween)
 {
+  Fingers fingers;
   MemoryServer server = SmallCells();
   SessionOptions options = ByLevel();
   options.policy.tolerance = 1000; // the preview is always fine enough
@@ -89,7 +92,7 @@ TEST(TestSessionTaps, ARegionInALevelCoarserThanTheStitchLevelAsksForPiecesInBet
   Open(session);
   server.Serve(session);
   const auto [x, y] = OnModel(session);
-  DoubleTap(session, x, y);
+  fingers.DoubleTap(session, x, y);
   server.Serve(session, nullptr, [&] { ExpectClosed(session); });
   const ViewerStatus status = session.GetStatus();
   EXPECT_EQ(status.shownLevel, 11u);
@@ -103,6 +106,7 @@ TEST(TestSessionTaps, ARegionInALevelCoarserThanTheStitchLevelAsksForPiecesInBet
 
 TEST(TestSessionTaps, MovingTheRegionOnReusesPartitions)
 {
+  Fingers fingers;
   MemoryServer server = SmallTorus();
   SessionOptions options = ByLevel();
   options.smallestRegionPoints = 60;
@@ -110,7 +114,7 @@ TEST(TestSessionTaps, MovingTheRegionOnReusesPartitions)
   Open(session);
   server.Serve(session);
   const auto [x, y] = OnModel(session);
-  DoubleTap(session, x, y);
+  fingers.DoubleTap(session, x, y);
   server.Serve(session);
   const NodeId cell = session.GetStatus().region->cell;
   const auto before = server.sent;
@@ -118,7 +122,7 @@ TEST(TestSessionTaps, MovingTheRegionOnReusesPartitions)
   while (session.GetStatus().region->cell == cell && shift < 200)
   {
     shift += 5;
-    DoubleTap(session, x, y + shift);
+    fingers.DoubleTap(session, x, y + shift);
     ASSERT_TRUE(session.GetStatus().region);
   }
   server.Serve(session);
@@ -130,17 +134,18 @@ TEST(TestSessionTaps, MovingTheRegionOnReusesPartitions)
   }
   EXPECT_GT(server.sent.size(), before.size());
   // Turning and pinching keep the region; far away it is let go.
-  Pinch(session, x, y, 1.5);
+  fingers.Pinch(session, x, y, 1.5);
   EXPECT_TRUE(session.GetStatus().region);
   for (int i = 0; i < 6; ++i)
   {
-    Pinch(session, x, y, 0.3);
+    fingers.Pinch(session, x, y, 0.3);
   }
   EXPECT_FALSE(session.GetStatus().region);
 }
 
 TEST(TestSessionTaps, ADoubleTapBeforeTheTreeWaitsForIt)
 {
+  Fingers fingers;
   MemoryServer server = SmallTorus();
   ViewerSession session(ByLevel());
   Open(session);
@@ -148,7 +153,7 @@ TEST(TestSessionTaps, ADoubleTapBeforeTheTreeWaitsForIt)
   server.Answer(session); // the preview
   session.BeginFrame();
   const auto [x, y] = OnModel(session);
-  DoubleTap(session, x, y);
+  fingers.DoubleTap(session, x, y);
   EXPECT_FALSE(session.GetStatus().region);
   server.Serve(session);
   ASSERT_TRUE(session.GetStatus().region);
@@ -158,6 +163,7 @@ TEST(TestSessionTaps, ADoubleTapBeforeTheTreeWaitsForIt)
 // However large the model: what comes is what lies along the way to the tap.
 TEST(TestSessionTaps, OnlyTheTreeAroundATapComes)
 {
+  Fingers fingers;
   MemoryServer server(MakeTorus(200, 80), 4, 2); // P = 12: pages at the root, and at depth 7
   ViewerSession session(ByLevel());
   Open(session);
@@ -172,7 +178,7 @@ TEST(TestSessionTaps, OnlyTheTreeAroundATapComes)
   server.Serve(session);
   EXPECT_EQ(count(BlobKind::Tree), 1);
   const auto [x, y] = OnModel(session);
-  DoubleTap(session, x, y);
+  fingers.DoubleTap(session, x, y);
   server.Serve(session);
   const auto region = session.GetStatus().region;
   ASSERT_TRUE(region);
@@ -187,6 +193,7 @@ TEST(TestSessionTaps, OnlyTheTreeAroundATapComes)
 
 TEST(TestSessionTaps, ATapThatNeedsTooMuchOfTheTreeIsDropped)
 {
+  Fingers fingers;
   MemoryServer server(MakeTorus(200, 80), 4, 2);
   SessionOptions options = ByLevel();
   options.mostBlobsOfPick = 2;
@@ -195,7 +202,7 @@ TEST(TestSessionTaps, ATapThatNeedsTooMuchOfTheTreeIsDropped)
   session.EnterFullScreen();
   server.Serve(session);
   const auto [x, y] = OnModel(session);
-  DoubleTap(session, x, y);
+  fingers.DoubleTap(session, x, y);
   server.Serve(session);
   EXPECT_FALSE(session.GetStatus().region);
   EXPECT_TRUE(session.IsIdle());
@@ -205,6 +212,7 @@ TEST(TestSessionTaps, ATapThatNeedsTooMuchOfTheTreeIsDropped)
 
 TEST(TestSessionTaps, APageThatFailsEndsTheTapInWordsAndTheNextOneAsksAgain)
 {
+  Fingers fingers;
   MemoryServer server(MakeTorus(200, 80), 4, 2);
   ViewerSession session(ByLevel());
   Open(session);
@@ -212,14 +220,14 @@ TEST(TestSessionTaps, APageThatFailsEndsTheTapInWordsAndTheNextOneAsksAgain)
   const auto whole = server.Blob(BlobId::TreePage(1));
   server.Blob(BlobId::TreePage(1)).resize(20);
   const auto [x, y] = OnModel(session);
-  DoubleTap(session, x, y);
+  fingers.DoubleTap(session, x, y);
   server.Serve(session);
   EXPECT_TRUE(session.IsIdle());
   EXPECT_FALSE(session.GetStatus().region);
   EXPECT_EQ(session.GetStatus().error.rfind("tree/1 of torus cannot be had: ", 0), 0u)
     << session.GetStatus().error;
   server.Blob(BlobId::TreePage(1)) = whole;
-  DoubleTap(session, x, y);
+  fingers.DoubleTap(session, x, y);
   server.Serve(session);
   EXPECT_EQ(session.GetStatus().error, "");
   EXPECT_TRUE(session.GetStatus().region);

@@ -34,7 +34,7 @@ double PixelsApart(const ViewerScene& a, const ViewerScene& b)
 }
 
 // Somebody who has looked around, and served all of it.
-std::unique_ptr<ViewerSession> SomeView(unsigned seed, MemoryServer& server)
+std::unique_ptr<ViewerSession> SomeView(Fingers& fingers, unsigned seed, MemoryServer& server)
 {
   auto session = std::make_unique<ViewerSession>();
   Open(*session);
@@ -45,11 +45,11 @@ std::unique_ptr<ViewerSession> SomeView(unsigned seed, MemoryServer& server)
   session->SetTurning(seed % 3 == 0 ? Turning::Free : Turning::Upright);
   for (int i = 0; i < 4; ++i)
   {
-    Pinch(*session, any(random) * width, any(random) * height, 0.7 + 3 * any(random));
-    session->HandleTouches({ clockOfFingers += 1, { { 1, 300, 300 } } });
+    fingers.Pinch(*session, any(random) * width, any(random) * height, 0.7 + 3 * any(random));
+    session->HandleTouches({ fingers.now += 1, { { 1, 300, 300 } } });
     session->HandleTouches(
-      { clockOfFingers += 0.1, { { 1, 300 + 200 * any(random), 300 + 90 * any(random) } } });
-    session->HandleTouches({ clockOfFingers += 0.1, {} });
+      { fingers.now += 0.1, { { 1, 300 + 200 * any(random), 300 + 90 * any(random) } } });
+    session->HandleTouches({ fingers.now += 0.1, {} });
     server.Serve(*session);
   }
   return session;
@@ -57,10 +57,11 @@ std::unique_ptr<ViewerSession> SomeView(unsigned seed, MemoryServer& server)
 
 TEST(TestViewLink, ShowsTheSameElsewhere)
 {
+  Fingers fingers;
   for (unsigned seed = 0; seed < 30; ++seed)
   {
     MemoryServer server = SmallTorus();
-    const auto mine = SomeView(seed, server);
+    const auto mine = SomeView(fingers, seed, server);
     const std::string text = FormatViewLink(mine->Link());
     EXPECT_LT(text.size(), 110u) << text;
     const auto link = ParseViewLink(text);
@@ -77,13 +78,14 @@ TEST(TestViewLink, ShowsTheSameElsewhere)
 
 TEST(TestViewLink, ARegionIsTheOriginalThere)
 {
+  Fingers fingers;
   MemoryServer server = SmallTorus();
   ViewerSession mine;
   Open(mine);
   server.Serve(mine);
   mine.SetRings(2);
   const auto [x, y] = OnModel(mine);
-  DoubleTap(mine, x, y);
+  fingers.DoubleTap(mine, x, y);
   server.Serve(mine);
   ASSERT_TRUE(mine.GetStatus().region);
   ViewerSession theirs;
@@ -99,8 +101,9 @@ TEST(TestViewLink, ARegionIsTheOriginalThere)
 // Nothing of the square in the middle is cut off.
 TEST(TestViewLink, AnotherWindowShowsTheMiddle)
 {
+  Fingers fingers;
   MemoryServer server = SmallTorus();
-  const auto mine = SomeView(7, server);
+  const auto mine = SomeView(fingers, 7, server);
   const ViewerScene here = mine->Scene();
   for (const Viewport& window : { Viewport{ 400, 900, 2 }, Viewport{ 1600, 500, 1 } })
   {
@@ -151,8 +154,9 @@ TEST(TestViewLink, AWindowThatChangesItsShapeShowsTheSame)
 
 TEST(TestViewLink, AnotherVersionOfTheModelIsTold)
 {
+  Fingers fingers;
   MemoryServer server = SmallTorus();
-  ViewLink link = SomeView(1, server)->Link();
+  ViewLink link = SomeView(fingers, 1, server)->Link();
   link.digest = "0123abcd";
   ViewerSession theirs;
   Open(theirs);
@@ -172,9 +176,10 @@ TEST(TestViewLink, AnotherVersionOfTheModelIsTold)
 // From what is right, and not: a sentence or a link, and no camera that is lost.
 TEST(TestViewLink, TakesAnyText)
 {
+  Fingers fingers;
   MemoryServer server = SmallTorus();
   const std::string good =
-    FormatViewLink(SomeView(3, server)->Link()) +
+    FormatViewLink(SomeView(fingers, 3, server)->Link()) +
     "&region=131.2&colours=partition&light=plain&detail=level&distances=" + std::string(80, 'f');
   ViewerSession theirs;
   Open(theirs);

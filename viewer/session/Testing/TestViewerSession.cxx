@@ -20,6 +20,7 @@ namespace
 
 TEST(TestViewerSession, WalksFromBrowsingToAStreamedRegion)
 {
+  Fingers fingers;
   MemoryServer server = SmallTorus();
   SessionOptions options = ByLevel();
   options.policy.tolerance = 4; // the preview is fine enough for the whole torus
@@ -39,10 +40,10 @@ TEST(TestViewerSession, WalksFromBrowsingToAStreamedRegion)
 
   // A tap: full screen. A pinch: nearer, and a finer level.
   const auto [x, y] = OnModel(session);
-  Tap(session, x, y);
+  fingers.Tap(session, x, y);
   EXPECT_EQ(session.GetStatus().mode, ViewerMode::FullScreen);
   server.Serve(session);
-  Pinch(session, x, y, 16);
+  fingers.Pinch(session, x, y, 16);
   EXPECT_EQ(session.GetStatus().targetLevel, 13u);
   EXPECT_EQ(session.GetStatus().shownLevel, 11u); // until all of the other has come
   server.Serve(session);
@@ -53,7 +54,7 @@ TEST(TestViewerSession, WalksFromBrowsingToAStreamedRegion)
   // A double tap: the partitions of the region that the server finds too, nearest first.
   server.log.clear();
   const auto [px, py] = OnModel(session);
-  DoubleTap(session, px, py);
+  fingers.DoubleTap(session, px, py);
   TakeTree(session, server);
   server.Take(session);
   ASSERT_GE(server.log.size(), 2u);
@@ -91,7 +92,7 @@ TEST(TestViewerSession, WalksFromBrowsingToAStreamedRegion)
   // A double tap beside the model lets the region go and goes home; nothing is asked for.
   server.log.clear();
   session.Resize({ width, height, 1 });
-  DoubleTap(session, -1e6, -1e6);
+  fingers.DoubleTap(session, -1e6, -1e6);
   server.Serve(session);
   EXPECT_FALSE(session.GetStatus().region);
   EXPECT_TRUE(server.log.empty());
@@ -127,6 +128,7 @@ TEST(TestViewerSession, SelectingTwiceEntersFullScreenAndAnotherModelBrowses)
 
 TEST(TestViewerSession, AWheelZoomsAsAPinchDoesAndBackShowsThePreviewAgain)
 {
+  Fingers fingers;
   MemoryServer server = SmallTorus();
   SessionOptions options = ByLevel();
   options.policy.tolerance = 4;
@@ -154,7 +156,7 @@ TEST(TestViewerSession, AWheelZoomsAsAPinchDoesAndBackShowsThePreviewAgain)
   EXPECT_EQ(session.GetStatus().targetLevel, 13u);
   server.Serve(session);
   EXPECT_EQ(session.GetStatus().shownLevel, 13u);
-  DoubleTap(session, nowX, nowY);
+  fingers.DoubleTap(session, nowX, nowY);
   server.Serve(session);
   ASSERT_TRUE(session.GetStatus().region);
 
@@ -215,15 +217,16 @@ TEST(TestViewerSession, FullScreenBeforeTheModelIsOpenFollowsTheZoomToo)
 // A preview that was turned is all to be seen in full screen too, as it was turned.
 TEST(TestViewerSession, AnotherWindowFitsATurnedModelUntilItIsZoomed)
 {
+  Fingers fingers;
   MemoryServer server = SmallTorus();
   ViewerSession session(ByLevel());
   Open(session);
   server.Serve(session);
   for (int i = 0; i <= 20; ++i)
   {
-    session.HandleTouches({ clockOfFingers += 0.02, { { 1, 100.0 + 20 * i, 200.0 + 7 * i } } });
+    session.HandleTouches({ fingers.now += 0.02, { { 1, 100.0 + 20 * i, 200.0 + 7 * i } } });
   }
-  session.HandleTouches({ clockOfFingers += 0.02, {} });
+  session.HandleTouches({ fingers.now += 0.02, {} });
   const Quaternion turned = session.Scene().orientation;
   ASSERT_NE(turned, Quaternion{});
   const double wide = Length(session.Scene().eye - session.Scene().focal);
@@ -252,14 +255,15 @@ TEST(TestViewerSession, AnotherWindowFitsATurnedModelUntilItIsZoomed)
 
 TEST(TestViewerSession, CancelledTouchesAreNoTap)
 {
+  Fingers fingers;
   MemoryServer server = SmallTorus();
   ViewerSession session(ByLevel());
   Open(session);
   server.Serve(session);
   const auto [x, y] = OnModel(session);
-  session.HandleTouches({ clockOfFingers += 1, { { 1, x, y } } });
+  session.HandleTouches({ fingers.now += 1, { { 1, x, y } } });
   session.CancelTouches();
-  session.HandleTouches({ clockOfFingers += 0.1, {} });
+  session.HandleTouches({ fingers.now += 0.1, {} });
   EXPECT_EQ(session.GetStatus().mode, ViewerMode::Browsing);
 }
 
@@ -271,6 +275,7 @@ class TestRandomSessions : public ::testing::TestWithParam<bool>
 
 TEST_P(TestRandomSessions, DrawAClosedSurfaceAtEveryMoment)
 {
+  Fingers fingers;
   const bool faults = GetParam();
   for (unsigned seed = 0; seed < 8; ++seed)
   {
@@ -296,22 +301,22 @@ TEST_P(TestRandomSessions, DrawAClosedSurfaceAtEveryMoment)
       switch (random() % 5)
       {
         case 0:
-          Pinch(session, x, y, 2.5);
+          fingers.Pinch(session, x, y, 2.5);
           break;
         case 1:
-          Pinch(session, x, y, 0.4);
+          fingers.Pinch(session, x, y, 0.4);
           break;
         case 2:
           session.SetRings(static_cast<unsigned>(1 + random() % 3));
-          DoubleTap(session, x + dx, y);
+          fingers.DoubleTap(session, x + dx, y);
           break;
         case 3:
-          DoubleTap(session, x, y + dx);
+          fingers.DoubleTap(session, x, y + dx);
           break;
         default:
-          session.HandleTouches({ clockOfFingers += 1, { { 1, x, y } } });
-          session.HandleTouches({ clockOfFingers += 0.1, { { 1, x + dx, y } } });
-          session.HandleTouches({ clockOfFingers += 0.1, {} });
+          session.HandleTouches({ fingers.now += 1, { { 1, x, y } } });
+          session.HandleTouches({ fingers.now += 0.1, { { 1, x + dx, y } } });
+          session.HandleTouches({ fingers.now += 0.1, {} });
           break;
       }
       // Some answers, or all of them, before the next gesture.
@@ -342,6 +347,7 @@ INSTANTIATE_TEST_SUITE_P(WithAndWithoutFaults, TestRandomSessions, ::testing::Bo
 
 TEST(TestViewerSession, TheOrderOfArrivalDoesNotMatterInTheEnd)
 {
+  Fingers fingers;
   std::optional<Surface> first;
   for (unsigned seed = 0; seed < 4; ++seed)
   {
@@ -351,7 +357,7 @@ TEST(TestViewerSession, TheOrderOfArrivalDoesNotMatterInTheEnd)
     Open(session);
     server.Serve(session, &random);
     const auto [x, y] = OnModel(session);
-    DoubleTap(session, x, y);
+    fingers.DoubleTap(session, x, y);
     server.Serve(session, &random);
     const Surface& surface = session.Scene().surface->Whole();
     EXPECT_TRUE(session.GetStatus().region);
@@ -366,6 +372,7 @@ TEST(TestViewerSession, TheOrderOfArrivalDoesNotMatterInTheEnd)
 
 TEST(TestViewerSession, AFasterZoomCancelsTheLevelInBetween)
 {
+  Fingers fingers;
   MemoryServer server = SmallTorus();
   SessionOptions options = ByLevel();
   options.policy.tolerance = 4; // the preview is fine enough for the whole torus
@@ -375,10 +382,10 @@ TEST(TestViewerSession, AFasterZoomCancelsTheLevelInBetween)
   server.Serve(session);
   server.log.clear();
   const auto [x, y] = OnModel(session);
-  Pinch(session, x, y, 16);
+  fingers.Pinch(session, x, y, 16);
   server.Take(session);
   const std::uint64_t answered = server.sent.size();
-  Pinch(session, x, y, 0.05); // back before anything has come
+  fingers.Pinch(session, x, y, 0.05); // back before anything has come
   server.Take(session);
   EXPECT_EQ(session.GetStatus().targetLevel, 11u);
   EXPECT_NE(server.log.back().find("cancel"), std::string::npos);
@@ -390,6 +397,7 @@ TEST(TestViewerSession, AFasterZoomCancelsTheLevelInBetween)
 
 TEST(TestViewerSession, KeepsEveryBlobsTimes)
 {
+  Fingers fingers;
   MemoryServer server = SmallTorus();
   double seconds = 0;
   SessionOptions options = ByLevel();
@@ -408,7 +416,7 @@ TEST(TestViewerSession, KeepsEveryBlobsTimes)
   EXPECT_EQ(preview.parsingSeconds, 0.125);
   EXPECT_EQ(preview.renderingSeconds, 0.5);
   const auto [x, y] = OnModel(session);
-  DoubleTap(session, x, y);
+  fingers.DoubleTap(session, x, y);
   while (server.Answer(session))
   {
   }
@@ -431,6 +439,7 @@ TEST(TestViewerSession, KeepsEveryBlobsTimes)
 
 TEST(TestViewerSession, KeepsTheTimesOfTheNewestBlobsOnly)
 {
+  Fingers fingers;
   MemoryServer server = SmallTorus();
   SessionOptions options = ByLevel();
   options.mostStatistics = 3;
@@ -438,7 +447,7 @@ TEST(TestViewerSession, KeepsTheTimesOfTheNewestBlobsOnly)
   Open(session);
   server.Serve(session);
   const auto [x, y] = OnModel(session);
-  Pinch(session, x, y, 6);
+  fingers.Pinch(session, x, y, 6);
   server.Serve(session);
   ASSERT_GT(server.sent.size(), 5u); // a page of the tree among them
   ASSERT_EQ(session.Statistics().size(), 3u);
@@ -453,6 +462,7 @@ TEST(TestViewerSession, KeepsTheTimesOfTheNewestBlobsOnly)
 // clusters are split.
 TEST(TestViewerSession, MovingTheCameraDoesNotChooseAnew)
 {
+  Fingers fingers;
   MemoryServer server = SmallCells();
   SessionOptions options = ByLevel();
   options.policy.tolerance = 4;
@@ -461,25 +471,25 @@ TEST(TestViewerSession, MovingTheCameraDoesNotChooseAnew)
   session.EnterFullScreen();
   server.Serve(session);
   const auto [x, y] = OnModel(session);
-  DoubleTap(session, x, y);
+  fingers.DoubleTap(session, x, y);
   server.Serve(session);
   ASSERT_TRUE(session.GetStatus().region);
   ASSERT_EQ(session.GetStatus().region->shown, session.GetStatus().region->partitions);
   ASSERT_LT(session.GetStatus().shownLevel, server.Codec().depths.stitch);
-  session.HandleTouches({ clockOfFingers += 1, {} });
+  session.HandleTouches({ fingers.now += 1, {} });
   const std::uint64_t choices = session.Choices();
   const Vec3 eye = session.Scene().eye;
   for (int i = 0; i <= 50; ++i)
   {
-    session.HandleTouches({ clockOfFingers += 0.02, { { 1, x + 3 * i, y } } });
+    session.HandleTouches({ fingers.now += 0.02, { { 1, x + 3 * i, y } } });
   }
-  session.HandleTouches({ clockOfFingers += 0.02, {} });
-  Pinch(session, x, y, 1.01);
+  session.HandleTouches({ fingers.now += 0.02, {} });
+  fingers.Pinch(session, x, y, 1.01);
   session.Resize({ width + 10, height, 1 });
   EXPECT_NE(session.Scene().eye, eye);
   EXPECT_EQ(session.Choices(), choices);
   // What changes something is seen to.
-  Pinch(session, x, y, 16);
+  fingers.Pinch(session, x, y, 16);
   server.Serve(session);
   EXPECT_GT(session.Choices(), choices);
   EXPECT_EQ(session.GetStatus().shownLevel, 13u);
