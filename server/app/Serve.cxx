@@ -272,7 +272,7 @@ void Drain(const sigset_t& signals, const Surroundings& around)
 // then the process ends without them. The logs have their lines by then.
 void EndAtAnyRate() noexcept
 {
-  constexpr std::chrono::seconds patience{ 2 };
+  static constexpr std::chrono::seconds patience{ 2 };
   try
   {
     std::thread(

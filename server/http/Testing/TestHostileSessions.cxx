@@ -15,6 +15,7 @@
 
 #include <atomic>
 #include <cstdlib>
+#include <iostream>
 #include <random>
 
 using namespace kdstream;
@@ -564,6 +565,12 @@ protected:
       thread.join();
     }
     EXPECT_TRUE(this->HasNobody());
+    // They get far enough to be hostile.
+    const auto metrics = HttpTestClient(this->AdminPort()).Get("/metrics")->body;
+    const std::string name = "\nkdstream_streams_total ";
+    const auto streams = std::atol(metrics.c_str() + metrics.find(name) + name.size());
+    EXPECT_GT(streams, sessions / 5);
+    std::cout << sessions << " sessions, " << streams << " streams\n";
   }
 
   // Whether all slots are free before long: the limits above are over then.
