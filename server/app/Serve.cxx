@@ -20,9 +20,12 @@
 
 #include <algorithm>
 #include <array>
+#include <chrono>
 #include <csignal>
+#include <cstdlib>
 #include <iostream>
 #include <string_view>
+#include <thread>
 
 namespace
 {
@@ -265,6 +268,26 @@ void Drain(const sigset_t& signals, const Surroundings& around)
   }
 }
 
+// A thread that waits for a disk that hangs cannot be ended, and the server waits for its threads:
+// then the process ends without them. The logs have their lines by then.
+void EndAtAnyRate() noexcept
+{
+  static constexpr std::chrono::seconds patience{ 2 };
+  try
+  {
+    std::thread(
+      []
+      {
+        std::this_thread::sleep_for(patience);
+        std::_Exit(exitDone);
+      })
+      .detach();
+  }
+  catch (...) // no thread: then all depends on the disk
+  {
+  }
+}
+
 // No more clients than there are descriptors for.
 Status FitDescriptors(
   Messages& messages, std::optional<std::uint64_t> limit, HttpServerOptions& server)
@@ -397,6 +420,7 @@ void Run(const sigset_t& signals, const ServeOptions& line, Messages& messages,
   const Surroundings around{ line, messages, catalog, logs, watch ? &*watch : nullptr, server };
   WaitForEnd(signals, around);
   Drain(signals, around);
+  EndAtAnyRate();
 }
 
 int Serve(const std::string& program, ServeOptions& line)

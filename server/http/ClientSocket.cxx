@@ -5,7 +5,6 @@
 #include "server/http/TlsLayers.h"
 
 #include <boost/asio/read.hpp>
-#include <boost/beast/websocket/teardown.hpp>
 
 namespace kdstream
 {
@@ -35,11 +34,6 @@ public:
   void WriteSome(const ClientSocket::Output& buffers, ClientSocket::BytesHandler handler) override
   {
     this->Socket.async_write_some(buffers, std::move(handler));
-  }
-  void TearDown(ClientSocket::ErrorHandler handler) override
-  {
-    using beast::websocket::async_teardown;
-    async_teardown(beast::role_type::server, this->Socket, std::move(handler));
   }
 
 private:
@@ -112,11 +106,6 @@ void ClientSocket::ReadSome(asio::mutable_buffer buffer, BytesHandler handler)
 void ClientSocket::WriteSome(const Output& buffers, BytesHandler handler)
 {
   this->Below->WriteSome(buffers, std::move(handler));
-}
-
-void ClientSocket::TearDown(ErrorHandler handler)
-{
-  this->Below->TearDown(std::move(handler));
 }
 
 }

@@ -8,7 +8,6 @@
 #include <boost/asio/io_context.hpp>
 #include <boost/asio/ip/tcp.hpp>
 #include <boost/beast/core/error.hpp>
-#include <boost/beast/core/role.hpp>
 
 #include <array>
 #include <chrono>
@@ -114,14 +113,6 @@ public:
     this->WriteSome(Output(buffers), BytesHandler(std::forward<Handler>(handler)));
   }
 
-  // What Beast asks of a stream that a WebSocket runs on.
-  friend void beast_close_socket(ClientSocket& socket) { socket.Close(); }
-  template <class Handler>
-  friend void async_teardown(beast::role_type, ClientSocket& socket, Handler&& handler)
-  {
-    socket.TearDown(ErrorHandler(std::forward<Handler>(handler)));
-  }
-
   // The parts of a message that are written at once, as a buffer sequence of one type.
   class Output
   {
@@ -158,7 +149,6 @@ private:
   }
   void ReadSome(asio::mutable_buffer buffer, BytesHandler handler);
   void WriteSome(const Output& buffers, BytesHandler handler);
-  void TearDown(ErrorHandler handler);
 
   std::unique_ptr<Layers> Below;
 };

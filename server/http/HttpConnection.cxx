@@ -6,6 +6,7 @@
 #include "server/http/ResponseHead.h"
 #include "server/http/RoundTrip.h"
 #include "server/http/StreamConnection.h"
+#include "server/http/WebSocketFrames.h"
 #include "server/protocol/ResourcePath.h"
 #include "server/session/Refusal.h"
 
@@ -31,6 +32,19 @@ namespace kdstream
 
 namespace
 {
+
+// A connection goes through these states, and each has an end that no client can postpone:
+//
+//   a proxy's header, TLS's handshake    --request-timeout for both together
+//   the request's header                 --request-timeout
+//   a reader (of disks) has the request  --answer-timeout: 503 then. A client that has gone (its
+//                                        socket is reset) is not waited for.
+//   the answer is sent                   --answer-timeout for 64 KiB, and for all of it, each plus
+//                                        the time that --slowest allows for so many bytes
+//   the end: what comes is dropped       closePatience
+//
+// All but the third are ended by the socket's timer, all by the server's reaper where that fails.
+// What keeps a connection alive is what its socket is waiting for, never a reader.
 
 // "name." is the same host as "name".
 std::string_view WithoutFinalDot(std::string_view host)
@@ -66,7 +80,7 @@ public:
         self->Guard(
           [&]
           {
-            self->Socket.ExpireAfter(self->State.Options.requestTimeout);
+            self->Expire(self->State.Options.requestTimeout);
             self->Admitted.isIntroduced ? self->ReadIntroduction(std::make_shared<ProxyHeader>())
                                         : self->ShakeHands();
           });
@@ -98,8 +112,21 @@ public:
       });
   }
 
+  void EndIfOverdue() override
+  {
+    asio::post(this->Executor,
+      [self = this->shared_from_this()]
+      {
+        if (Clock::now() >= self->End())
+        {
+          self->Guard([&] { self->Reading ? self->GiveReaderUp() : self->Socket.Close(); });
+        }
+      });
+  }
+
 private:
   static constexpr std::size_t bytesAtOnce = 65536; // of an answer's body
+  static constexpr std::chrono::seconds closePatience{ 2 };
   // How long a client may take for its first request if its seat is needed.
   static constexpr std::chrono::seconds patienceWithNew{ 5 };
 
@@ -108,6 +135,13 @@ private:
   void Guard(const Work& work) noexcept
   {
     this->State.Guard(work, [this] { this->Socket.Close(); });
+  }
+
+  // The state that begins ends by then.
+  void Expire(std::chrono::milliseconds time)
+  {
+    this->Socket.ExpireAfter(time);
+    this->EndBy(Clock::now() + time);
   }
 
   // What a proxy says of its client, byte by byte where it does not say how long that is: what
@@ -179,7 +213,7 @@ private:
   {
     this->Answering = false;
     this->Input.Begin();
-    this->Socket.ExpireAfter(this->State.Options.requestTimeout);
+    this->Expire(this->State.Options.requestTimeout);
     this->Parse();
   }
 
@@ -330,23 +364,32 @@ private:
   void Respond()
   {
     auto request = this->Plain();
-    if (auto response = this->Caught([&] { return this->State.Answers.AnswerAtOnce(request); }))
+    if (auto response =
+          Caught(this->State, [&] { return this->State.Answers.AnswerAtOnce(request); }))
     {
       this->Send(std::move(*response), this->Input.Request().keep_alive());
       return;
     }
-    const auto self = this->shared_from_this();
+    this->AwaitReader();
+    const auto reading = this->Reading;
     const bool takes = this->State.Answers.Takes(request);
     const auto found = std::make_shared<std::optional<HttpResponse>>();
     MakeRoundTrip(
       this->Executor, [&](WorkerPool::Work work) { this->State.Read(takes, std::move(work)); },
-      [self, found, request = std::move(request)]
+      [&state = this->State, found, request = std::move(request)]
       {
-        const auto answer = [&] { return std::optional(self->State.Answers.Answer(request)); };
-        self->State.Guard([&] { *found = self->Caught(answer); }, [] {});
+        const auto answer = [&] { return std::optional(state.Answers.Answer(request)); };
+        state.Guard([&] { *found = Caught(state, answer); }, [] {});
       },
-      [self, found]
+      [weak = this->weak_from_this(), reading, found]
       {
+        const auto self = weak.lock();
+        if (!self || self->Reading != reading)
+        {
+          return; // nobody waits for it any more
+        }
+        self->Reading.reset();
+        self->Socket.Tcp().cancel();
         // Where there is nothing, there was no memory to say so either.
         self->Guard(
           [&]
@@ -357,8 +400,35 @@ private:
       });
   }
 
+  // While a reader has the request, only this keeps the connection: that its client may go.
+  void AwaitReader()
+  {
+    this->Reading = std::make_shared<int>();
+    this->Socket.ExpireNever();
+    this->EndBy(Clock::now() + this->State.Options.answerTimeout);
+    this->Socket.Tcp().async_wait(asio::socket_base::wait_error,
+      [self = this->shared_from_this()](beast::error_code error)
+      {
+        if (!error && self->Reading)
+        {
+          self->Answer = {};
+          self->Answer.status = 400;
+          self->Guard([&] { self->Record(asio::error::connection_reset); });
+          self->Socket.Close();
+        }
+      });
+  }
+
+  // The reader's answer is not waited for any longer.
+  void GiveReaderUp()
+  {
+    this->Reading.reset();
+    this->Socket.Tcp().cancel();
+    this->Refuse(503, "the answer takes too long to read");
+  }
+
   template <class Work>
-  std::optional<HttpResponse> Caught(const Work& answer) const
+  static std::optional<HttpResponse> Caught(ServerState& state, const Work& answer)
   {
     try
     {
@@ -366,9 +436,9 @@ private:
     }
     catch (...)
     {
-      this->State.Counters.CountFailure(Metrics::Failure::Answer);
-      this->State.LogCaught("a request is not answered");
-      return this->State.Answers.Failure(503, "the server is short of memory");
+      state.Counters.CountFailure(Metrics::Failure::Answer);
+      state.LogCaught("a request is not answered");
+      return state.Answers.Failure(503, "the server is short of memory");
     }
   }
 
@@ -423,6 +493,19 @@ private:
       this->Send(this->State.Answers.Forbidden({ 401, permission.GetError().message }), false);
       return;
     }
+    const auto key = text(http::field::sec_websocket_key);
+    if (text(http::field::sec_websocket_version) != "13")
+    {
+      auto response = this->State.Answers.Failure(426, "the WebSocket's version must be 13");
+      response.fields.emplace_back("Sec-WebSocket-Version", "13");
+      this->Send(std::move(response), false);
+      return;
+    }
+    if (!IsWebSocketKey(key))
+    {
+      this->Refuse(400, "Sec-WebSocket-Key must be 16 bytes in base64");
+      return;
+    }
     if (this->Input.HasMore())
     {
       this->Refuse(400, "the client sent data before the WebSocket was open");
@@ -441,7 +524,7 @@ private:
       return;
     }
     ServeStream(std::move(this->Socket), this->State, std::move(seat), std::move(*permission),
-      AccessRecord{ client.address, "STREAM", target, 101, 0, 0 }, request);
+      AccessRecord{ client.address, "STREAM", target, 101, 0, 0 }, key);
   }
 
   void Send(HttpResponse response, bool keepAlive)
@@ -468,7 +551,7 @@ private:
       bytes == 0 ? nullptr : this->Answer.body->data() + this->Answer.begin + this->BodySent;
     this->BodySent += bytes;
     const auto left = std::chrono::ceil<std::chrono::milliseconds>(this->TakenBy - Clock::now());
-    this->Socket.ExpireAfter(std::clamp(left, {}, this->State.PatienceFor(bytes)));
+    this->Expire(std::clamp(left, {}, this->State.PatienceFor(bytes)));
     asio::async_write(
       this->Socket, std::array{ before, asio::const_buffer(part, bytes) },
       [](beast::error_code error, std::size_t) // how much to write at once
@@ -541,7 +624,7 @@ private:
   // with unread bytes, the kernel would discard an answer that is still on its way.
   void Close()
   {
-    this->Socket.ExpireAfter(std::chrono::seconds(2));
+    this->Expire(closePatience);
     this->Socket.EndOutput(
       [self = this->shared_from_this()](beast::error_code error)
       {
@@ -557,7 +640,9 @@ private:
     this->Socket.async_read_some(asio::buffer(this->Discarded),
       [self = this->shared_from_this()](beast::error_code error, std::size_t)
       {
-        if (!error)
+        // The socket's timer is no end of this: it is never looked at where there is always
+        // something to read.
+        if (!error && Clock::now() < self->End())
         {
           self->Guard([&] { self->DiscardInput(); });
         }
@@ -579,6 +664,7 @@ private:
   std::array<char, 4096> Discarded{};
   Clock::time_point Began;
   bool Answering = false;
+  std::shared_ptr<int> Reading; // while a reader has the request; another one for each
 };
 
 }

@@ -9,7 +9,9 @@
 
 #include <algorithm>
 #include <atomic>
+#include <condition_variable>
 #include <memory>
+#include <mutex>
 #include <thread>
 #include <utility>
 #include <vector>
@@ -54,6 +56,7 @@ struct HttpServer::Implementation
   Status LoadCertificate();
   void StartThreads();
   void Run(Loop& loop) noexcept;
+  void Reap() noexcept;
   void Serve(TcpSocket socket);
   void ServeAdmin(TcpSocket socket);
   ClientSocket Wrap(TcpSocket socket);
@@ -74,6 +77,10 @@ struct HttpServer::Implementation
   std::shared_ptr<int> Refusals = std::make_shared<int>(0); // their copies count
   std::shared_ptr<int> Administrators = std::make_shared<int>(0);
   std::vector<std::thread> Threads;
+  std::thread Reaper; // not on an event loop: no want of memory there can stop it
+  std::mutex ReaperMutex;
+  std::condition_variable ReaperIsDone;
+  bool Stopping = false; // under ReaperMutex
 };
 
 Status HttpServer::Implementation::Prepare()
@@ -113,6 +120,7 @@ void HttpServer::Implementation::StartThreads()
   }
   this->Public.Accept();
   this->Admin.Accept();
+  this->Reaper = std::thread([this] { this->Reap(); });
   this->Threads.emplace_back([this] { this->Run(this->First); });
   for (auto& loop : this->Others)
   {
@@ -136,6 +144,23 @@ void HttpServer::Implementation::Run(Loop& loop) noexcept
       this->State.LogCaught("a connection ends");
       this->Public.Accept(); // it may have been an accept that failed: its handler is lost then
       this->Admin.Accept();
+    }
+  }
+}
+
+// Once a second, ends what should have ended by its own timers.
+void HttpServer::Implementation::Reap() noexcept
+{
+  constexpr std::chrono::seconds interval{ 1 };
+  std::unique_lock lock(this->ReaperMutex);
+  while (!this->ReaperIsDone.wait_for(lock, interval, [this] { return this->Stopping; }))
+  {
+    try
+    {
+      this->State.EndOverdue();
+    }
+    catch (...) // no memory: the next time
+    {
     }
   }
 }
@@ -213,7 +238,7 @@ Admission HttpServer::Implementation::Admit(const TcpSocket& socket)
 
 void HttpServer::Implementation::Stop(std::chrono::milliseconds drainTimeout)
 {
-  if (this->Threads.empty())
+  if (!this->Reaper.joinable())
   {
     return;
   }
@@ -221,6 +246,12 @@ void HttpServer::Implementation::Stop(std::chrono::milliseconds drainTimeout)
   this->State.WaitForConnections(drainTimeout);
   this->Public.Close();
   this->Admin.Close();
+  {
+    const std::lock_guard lock(this->ReaperMutex);
+    this->Stopping = true;
+  }
+  this->ReaperIsDone.notify_all();
+  this->Reaper.join();
   this->First.context.stop();
   for (auto& loop : this->Others)
   {

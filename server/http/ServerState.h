@@ -28,6 +28,10 @@ namespace kdstream
 
 // A connection that can be asked to end when it has answered what is under way. Functions: from any
 // thread, but those that are protected.
+//
+// Each of a connection's states has an end, which its own timers see to. Should one of them be lost
+// or never set, the server's reaper (EndOverdue) looks at all connections every second: so no slot
+// is lost for ever.
 class Drainable
 {
 public:
@@ -37,16 +41,28 @@ public:
   virtual void Drain() = 0;
   // Its seat is needed: it ends if its client still waits for nothing.
   virtual void GiveUp() = 0;
+  // Its state should have ended by now: it is closed, unless it has gone on meanwhile.
+  virtual void EndIfOverdue() = 0;
 
   // When its seat may be taken back; the end of time while its client waits for something.
   Clock::time_point FreeFrom() const { return Clock::time_point(this->Free.load()); }
+  // Its seat is about to be taken back: it is not chosen again.
+  void SetChosen() { this->SetBusy(); }
+  // When its state ends at the latest.
+  Clock::time_point End() const { return Clock::time_point(this->EndOfState.load()); }
 
 protected:
+  bool IsBusy() const { return this->FreeFrom() == Clock::time_point::max(); }
   void SetBusy() { this->Free = Clock::time_point::max().time_since_epoch(); }
   void SetIdle(Clock::duration before) { this->Free = (Clock::now() + before).time_since_epoch(); }
+  void EndBy(Clock::time_point time) { this->EndOfState = time.time_since_epoch(); }
 
 private:
   std::atomic<Clock::duration> Free{ Clock::time_point::max().time_since_epoch() };
+  // At first, the time that any connection may take to set it.
+  std::atomic<Clock::duration> EndOfState{
+    (Clock::now() + std::chrono::seconds(60)).time_since_epoch()
+  };
 };
 
 // Who is served: the socket's other end, or for a trusted proxy the client that it speaks for.
@@ -195,6 +211,34 @@ public:
       connection->Drain();
     }
   }
+  // Closes the connections that are in a state for longer than that may last, which their own
+  // timers should have done. Throws std::bad_alloc, before anything has changed.
+  void EndOverdue()
+  {
+    std::vector<std::shared_ptr<Drainable>> overdue;
+    // Their timers come first.
+    const auto now = Drainable::Clock::now() - std::chrono::milliseconds(500);
+    {
+      const std::lock_guard lock(this->Mutex);
+      const auto isOverdue = [now](const auto& entry) { return entry.first->End() <= now; };
+      // So that nothing throws below: the end of a connection takes the lock.
+      overdue.reserve(static_cast<std::size_t>(
+        std::count_if(this->Connections.begin(), this->Connections.end(), isOverdue)));
+      for (const auto& entry : this->Connections)
+      {
+        auto connection =
+          overdue.size() < overdue.capacity() && isOverdue(entry) ? entry.second.lock() : nullptr;
+        if (connection)
+        {
+          overdue.push_back(std::move(connection));
+        }
+      }
+    }
+    for (const auto& connection : overdue)
+    {
+      connection->EndIfOverdue();
+    }
+  }
   bool WaitForConnections(std::chrono::milliseconds timeout)
   {
     std::unique_lock lock(this->Mutex);
@@ -274,8 +318,7 @@ private:
       });
   }
 
-  // The connection that has been idle for longest, of which nothing more is known then; null if
-  // none may be ended yet. The lock is held.
+  // The connection that has been idle for longest; null if none may be ended yet. The lock is held.
   std::shared_ptr<Drainable> TakeIdle()
   {
     auto first = Drainable::Clock::now();
@@ -293,7 +336,10 @@ private:
       return nullptr;
     }
     auto connection = chosen->second.lock();
-    this->Connections.erase(chosen);
+    if (connection)
+    {
+      connection->SetChosen();
+    }
     return connection;
   }
 

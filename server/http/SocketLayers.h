@@ -22,7 +22,6 @@ public:
   virtual void EndOutput(ErrorHandler handler) = 0;
   virtual void ReadSome(asio::mutable_buffer buffer, BytesHandler handler) = 0;
   virtual void WriteSome(const Output& buffers, BytesHandler handler) = 0;
-  virtual void TearDown(ErrorHandler handler) = 0;
 };
 
 }

@@ -2,21 +2,42 @@
 // At most one message is being written, and the next one is made only when it has been sent. So a
 // client that does not read costs the memory of one frame, and a cancel takes effect at the next
 // frame. What the conversation has to read is read by the pool of readers, one blob at a time.
+//
+// A stream goes through these phases, and each has an end that no client can postpone:
+//
+//   Opening   the answer to the upgrade is being written      until it has taken too long to send
+//   Open      messages go both ways                           until the client has been silent for
+//                                                             --stream-timeout, or has not taken a
+//                                                             message in --answer-timeout
+//   Closing   a Close frame is sent or owed, and the client's  \ closePatience after the Close
+//   frame
+//             is waited for; messages are skipped               | was made, whatever else comes or
+//   Ending    nothing more is sent; what comes is dropped,     / does not: Deadline() does not move
+//             so that the last answer gets through              any more
+//
+// Then the socket is closed, which ends the read and the write that are under way, there being no
+// others: these alone keep the stream alive. Neither waits for the other, and what a reader (of
+// disks) does for the stream does not keep it.
 #include "server/http/StreamConnection.h"
 
 #include "server/http/RoundTrip.h"
+#include "server/http/WebSocketFrames.h"
 #include "server/protocol/ResourcePath.h"
 #include "server/session/Conversation.h"
 
 #include <boost/asio/basic_waitable_timer.hpp>
 #include <boost/asio/post.hpp>
-#include <boost/beast/core/flat_buffer.hpp>
-#include <boost/beast/websocket/stream.hpp>
+#include <boost/asio/write.hpp>
 
+#include <algorithm>
 #include <chrono>
+#include <limits>
+#include <optional>
 #include <string>
+#include <string_view>
 #include <utility>
 #include <variant>
+#include <vector>
 
 namespace kdstream
 {
@@ -36,8 +57,11 @@ public:
     , Place(std::move(seat))
     , Record(std::move(record))
     , Talk(state.Models, state.Options.stream, std::move(permission))
-    , Patience(this->Socket.get_executor())
-    , Looks(this->Socket.get_executor())
+    // More than a conversation accepts, so that the conversation can refuse it in words; but not
+    // unlimited.
+    , Frames(16 * state.Options.stream.message.bytes)
+    , Arrived(bytesAtOnce)
+    , Alarm(this->Socket.get_executor())
   {
     this->State.Counters.StreamOpened();
   }
@@ -51,34 +75,17 @@ public:
     this->State.Log(this->Record);
   }
 
-  void Run(const beast::http::request<beast::http::empty_body>& request)
+  void Run(const std::string& key)
   {
-    namespace websocket = beast::websocket;
     this->State.Enter(this->shared_from_this());
-    this->Socket.next_layer().ExpireNever();
-    this->Socket.set_option(websocket::stream_base::timeout{
-      this->State.Options.requestTimeout, this->State.Options.streamTimeout, true });
-    this->Socket.set_option(websocket::stream_base::decorator(
-      [](websocket::response_type& response)
-      {
-        response.set(
-          beast::http::field::sec_websocket_protocol, std::string(protocol::streamSubprotocol));
-      }));
-    // More than a conversation accepts, so that the conversation can refuse it in words; but not
-    // unlimited.
-    this->Socket.read_message_max(16 * this->State.Options.stream.message.bytes);
-    this->Socket.auto_fragment(false);
+    this->Socket.ExpireNever();
     this->LimitUnsentBytes();
-    this->Socket.async_accept(request,
-      [self = this->shared_from_this()](beast::error_code error)
-      {
-        if (!error)
-        {
-          self->Accepted = true;
-          self->GoOn();
-          self->WatchToken();
-        }
-      });
+    this->Head = "HTTP/1.1 101 Switching Protocols\r\nUpgrade: websocket\r\nConnection: Upgrade\r\n"
+                 "Sec-WebSocket-Accept: " +
+                 WebSocketAccept(key) +
+                 "\r\nSec-WebSocket-Protocol: " + std::string(protocol::streamSubprotocol) +
+                 "\r\n\r\n";
+    this->Send(this->Head, {}, &StreamConnection::OnOpened);
   }
 
   void Drain() override
@@ -90,10 +97,7 @@ public:
           [&]
           {
             self->Talk.Drain();
-            if (self->Accepted)
-            {
-              self->Write();
-            }
+            self->Write();
           });
       });
   }
@@ -115,27 +119,31 @@ public:
       });
   }
 
+  void EndIfOverdue() override
+  {
+    asio::post(this->Socket.get_executor(),
+      [self = this->shared_from_this()] { self->Guard([&] { self->OnAlarm(); }); });
+  }
+
 private:
+  static constexpr std::size_t bytesAtOnce = 4096; // that are read
   static constexpr std::chrono::milliseconds closePatience{ 2000 };
 
   using Timer = asio::basic_waitable_timer<Clock, asio::wait_traits<Clock>, EventLoop>;
+
+  enum class Phase
+  {
+    Opening,
+    Open,
+    Closing,
+    Ending
+  };
 
   // What each handler does.
   template <class Work>
   void Guard(const Work& work) noexcept
   {
-    this->State.Guard(work, [this] { this->Socket.next_layer().Close(); });
-  }
-
-  // Reads and writes what can be read and written now.
-  void GoOn() noexcept
-  {
-    this->Guard(
-      [this]
-      {
-        this->Write();
-        this->Read();
-      });
+    this->State.Guard(work, [this] { this->Socket.Close(); });
   }
 
   // Without this the kernel would buffer megabytes for a slow client, and a cancel would have to
@@ -144,66 +152,217 @@ private:
   {
 #ifdef TCP_NOTSENT_LOWAT
     const int bytes = 2 * static_cast<int>(protocol::maximumFrameBytes);
-    auto& socket = this->Socket.next_layer().Tcp();
-    ::setsockopt(socket.native_handle(), IPPROTO_TCP, TCP_NOTSENT_LOWAT, &bytes, sizeof bytes);
+    ::setsockopt(
+      this->Socket.Tcp().native_handle(), IPPROTO_TCP, TCP_NOTSENT_LOWAT, &bytes, sizeof bytes);
 #endif
+  }
+
+  void OnOpened()
+  {
+    this->Head = {};
+    this->Now = Phase::Open;
+    this->GoOn();
+  }
+
+  // Reads and writes what can be read and written now.
+  void GoOn()
+  {
+    this->Write();
+    this->Read();
+  }
+
+  // ---- what the client says
+
+  bool Listens() const
+  {
+    switch (this->Now)
+    {
+      case Phase::Opening:
+        return false;
+      case Phase::Open:
+        return this->Talk.AcceptsMessages();
+      default:
+        return true;
+    }
   }
 
   void Read()
   {
-    // After the conversation has ended we read on only to find the client's close frame.
-    if (this->Reading || this->Unreadable ||
-        !(this->Talk.AcceptsMessages() || this->Talk.Closing()))
+    while (!this->Reading && this->Listens())
     {
-      return;
+      if (this->Unread.empty())
+      {
+        this->ReadMore();
+        return;
+      }
+      this->TakeNext();
     }
+  }
+
+  void ReadMore()
+  {
+    this->Hear();
     this->Reading = true;
-    this->Socket.async_read(this->Input,
-      [self = this->shared_from_this()](beast::error_code error, std::size_t)
+    this->Socket.async_read_some(asio::buffer(this->Arrived),
+      [self = this->shared_from_this()](beast::error_code error, std::size_t bytes)
       {
         self->Reading = false;
-        self->Unreadable = error.failed();
-        if (!error)
+        // Who has gone without a Close frame, or sends on and on after the end, is not waited for.
+        if (error || Clock::now() >= self->Deadline())
         {
-          self->Guard([&] { self->Take(); });
-          self->GoOn();
+          self->Socket.Close();
+          return;
         }
+        self->Unread = { self->Arrived.data(), bytes };
+        self->Guard(
+          [&]
+          {
+            self->Hear();
+            self->Read();
+          });
       });
   }
 
-  void Take()
+  // The client is there.
+  void Hear()
   {
-    if (this->Socket.got_text())
-    {
-      const auto data = this->Input.cdata();
-      const auto wait = this->State.Clients.TakeRequest(this->Record.client);
-      if (wait.count() > 0)
-      {
-        this->State.Counters.CountRefusal(Metrics::Reason::Requests);
-      }
-      this->Talk.Receive({ static_cast<const char*>(data.data()), data.size() }, wait);
-      this->SetBusy();
-    }
-    else
-    {
-      this->Talk.ReceiveBinary();
-    }
-    this->Input.consume(this->Input.size());
+    this->HeardAt = Clock::now();
+    this->Pinged = false;
   }
 
+  void TakeNext()
+  {
+    if (this->Now == Phase::Ending)
+    {
+      this->Unread = {};
+      return;
+    }
+    using Event = WebSocketReader::Event;
+    switch (this->Frames.Take(this->Unread))
+    {
+      case Event::None:
+      case Event::Pong:
+        break;
+      case Event::Text:
+        this->TakeText();
+        break;
+      case Event::Binary:
+        this->Talk.ReceiveBinary();
+        this->Write();
+        break;
+      case Event::Ping: // only the latest is answered, as the standard allows (section 5.5.3)
+        if (this->Now == Phase::Open)
+        {
+          this->Pong = std::string(this->Frames.Control());
+          this->Write();
+        }
+        break;
+      case Event::Close: // is answered with its own status
+        this->IsOver = true;
+        this->Close(this->Frames.Status() == 0 ? normalClosure : this->Frames.Status());
+        break;
+      case Event::Error:
+        this->IsOver = true;
+        this->Close(this->Frames.Status());
+        break;
+    }
+  }
+
+  void TakeText()
+  {
+    const auto wait = this->State.Clients.TakeRequest(this->Record.client);
+    if (wait.count() > 0)
+    {
+      this->State.Counters.CountRefusal(Metrics::Reason::Requests);
+    }
+    this->Talk.Receive(this->Frames.Message(), wait);
+    this->SetBusy();
+    this->Write();
+  }
+
+  // ---- what the server says
+
+  // Sends head and body, then goes on with `then`.
+  void Send(std::string_view head, asio::const_buffer body, void (StreamConnection::*then)())
+  {
+    this->Writing = true;
+    this->TakenBy = Clock::now() + this->State.PatienceFor(head.size() + body.size());
+    this->Watch();
+    asio::async_write(
+      this->Socket, std::array{ asio::const_buffer(head.data(), head.size()), body },
+      [](beast::error_code error, std::size_t) // how much to write at once
+      { return error ? 0 : std::numeric_limits<std::size_t>::max(); },
+      [self = this->shared_from_this(), then](beast::error_code error, std::size_t sent)
+      {
+        self->Writing = false;
+        self->CountSent(sent);
+        if (error)
+        {
+          self->Socket.Close();
+          return;
+        }
+        self->Guard([&] { (self.get()->*then)(); });
+      });
+  }
+
+  void SendFrame(WebSocketOpcode opcode, std::string_view payload, void (StreamConnection::*then)())
+  {
+    this->FrameHead = WebSocketHead(opcode, payload.size());
+    this->Send(this->FrameHead.Bytes(), asio::const_buffer(payload.data(), payload.size()), then);
+  }
+
+  // The next frame that is owed, if none is being written.
   void Write()
   {
-    if (this->Writing)
+    if (this->Writing || this->Now == Phase::Opening || this->Now == Phase::Ending)
     {
       return;
     }
+    if (this->Now == Phase::Closing)
+    {
+      this->WriteClose();
+    }
+    else if (!this->WriteControl())
+    {
+      this->WriteMessage();
+    }
+  }
+
+  // A pong or a ping, but not two in a row: who sends ping after ping does not hold up its answers.
+  bool WriteControl()
+  {
+    const bool may = !std::exchange(this->WasControl, false);
+    if (may && this->Pong)
+    {
+      this->Controlled = std::move(*std::exchange(this->Pong, std::nullopt));
+      this->WasControl = true;
+      this->SendFrame(WebSocketOpcode::Pong, this->Controlled, &StreamConnection::GoOn);
+    }
+    else if (may && this->PingIsDue)
+    {
+      this->PingIsDue = false;
+      this->WasControl = true;
+      this->SendFrame(WebSocketOpcode::Ping, {}, &StreamConnection::GoOn);
+    }
+    return this->Writing;
+  }
+
+  void WriteMessage()
+  {
     auto message = this->Talk.NextReadyMessage();
     this->CountWhatWasRefused();
     if (!message)
     {
       this->RunErrand();
-      this->CloseIfEnded();
-      if (this->Talk.IsIdle() && !this->Talk.Closing())
+      if (const auto reason = this->Talk.Closing())
+      {
+        this->Close(static_cast<std::uint16_t>(*reason));
+      }
+      else if (this->Pong || this->PingIsDue)
+      {
+        this->WriteControl();
+      }
+      else if (this->Talk.IsIdle() && this->IsBusy()) // pings make nobody less idle
       {
         this->SetIdle(this->State.Options.idleTimeout);
       }
@@ -211,23 +370,35 @@ private:
     }
     this->Output = std::move(*message);
     this->Sending = this->Talk.Reached();
-    this->Writing = true;
     this->SetBusy();
-    this->Socket.text(std::holds_alternative<std::string>(this->Output));
-    const auto bytes = std::visit([](const auto& m) { return asio::buffer(m); }, this->Output);
-    this->WatchWrite(bytes.size());
-    this->Socket.async_write(bytes,
-      [self = this->shared_from_this()](beast::error_code error, std::size_t sent)
-      {
-        self->Writing = false;
-        self->Record.bytes += sent;
-        self->State.Counters.CountBytes(sent);
-        if (!error)
-        {
-          self->CountBlob();
-          self->GoOn();
-        }
-      });
+    this->SendsMessage = true;
+    const bool isText = std::holds_alternative<std::string>(this->Output);
+    this->SendFrame(isText ? WebSocketOpcode::Text : WebSocketOpcode::Binary, this->Payload(),
+      &StreamConnection::OnMessageSent);
+  }
+
+  std::string_view Payload() const
+  {
+    return std::visit([](const auto& message)
+      { return std::string_view(reinterpret_cast<const char*>(message.data()), message.size()); },
+      this->Output);
+  }
+
+  // bytes: with the frame's head.
+  void CountSent(std::size_t bytes)
+  {
+    if (std::exchange(this->SendsMessage, false))
+    {
+      const auto sent = bytes - std::min(bytes, this->FrameHead.Bytes().size());
+      this->Record.bytes += sent;
+      this->State.Counters.CountBytes(sent);
+    }
+  }
+
+  void OnMessageSent()
+  {
+    this->CountBlob();
+    this->GoOn();
   }
 
   void CountWhatWasRefused()
@@ -262,79 +433,8 @@ private:
     }
   }
 
-  // Ends the stream if what is being written is not taken in time, though the client may answer
-  // pings: one timer, which looks again when it goes off.
-  void WatchWrite(std::size_t bytes)
-  {
-    this->TakenBy = Clock::now() + this->State.PatienceFor(bytes);
-    if (!this->Watching)
-    {
-      this->Watch();
-    }
-  }
-
-  void Watch()
-  {
-    this->Watching = true;
-    this->Patience.expires_at(this->TakenBy);
-    this->Patience.async_wait(
-      [weak = this->weak_from_this()](beast::error_code error)
-      {
-        const auto self = weak.lock();
-        if (self && !error)
-        {
-          self->Guard([&] { self->LookAtWrite(); });
-        }
-      });
-  }
-
-  void LookAtWrite()
-  {
-    this->Watching = false;
-    if (!this->Writing)
-    {
-      return;
-    }
-    if (Clock::now() < this->TakenBy)
-    {
-      this->Watch();
-      return;
-    }
-    this->State.Counters.CountRefusal(Metrics::Reason::Slow);
-    this->Socket.next_layer().Close();
-  }
-
-  // The conversation itself looks at its token before each message; who waits for none is told
-  // within this time.
-  static constexpr std::chrono::milliseconds tokenInterval{ 250 };
-
-  void WatchToken()
-  {
-    if (!this->State.Options.guard || this->Talk.Closing())
-    {
-      return;
-    }
-    this->Looks.expires_after(tokenInterval);
-    this->Looks.async_wait(
-      [weak = this->weak_from_this()](beast::error_code error)
-      {
-        const auto self = weak.lock();
-        if (self && !error)
-        {
-          self->Guard(
-            [&]
-            {
-              if (!self->Talk.IsPermitted())
-              {
-                self->Write();
-              }
-              self->WatchToken();
-            });
-        }
-      });
-  }
-
-  // Has the readers do what the conversation waits for.
+  // Has the readers do what the conversation waits for. They do not keep the stream: its slot is
+  // free when its client has gone, though a disk may hang.
   void RunErrand()
   {
     const auto errand = this->Talk.TakeErrand();
@@ -342,65 +442,198 @@ private:
     {
       return;
     }
-    const auto self = this->shared_from_this();
     MakeRoundTrip(
       this->Socket.get_executor(),
       [&](WorkerPool::Work work) { this->State.Read(errand->Takes(), std::move(work)); },
       [errand] { errand->Run(); },
-      [self, errand]
+      [weak = this->weak_from_this(), errand]
       {
-        self->Guard([&] { self->Talk.Finish(errand); });
-        self->GoOn();
+        if (const auto self = weak.lock())
+        {
+          self->Guard(
+            [&]
+            {
+              self->Talk.Finish(errand);
+              self->GoOn();
+            });
+        }
       });
   }
 
-  void CloseIfEnded()
+  // ---- the end
+
+  // Begins the closing handshake: a Close frame once what is being written is sent, and no message
+  // after it. IsOver: the client's has come, or what it sends is not understood.
+  void Close(std::uint16_t status)
   {
-    const auto reason = this->Talk.Closing();
-    if (!reason || this->ClosingNow)
+    if (this->Now == Phase::Closing) // ours is on its way
+    {
+      this->Write();
+      return;
+    }
+    this->Now = Phase::Closing;
+    this->SetBusy(); // its slot is about to be free
+    this->Frames.SkipMessages();
+    this->Status = WriteCloseStatus(status);
+    this->Write();
+  }
+
+  void WriteClose()
+  {
+    if (!this->ClosedBy)
+    {
+      // All that is owed has been given to the kernel. Who does not answer has gone, or sleeps:
+      // nobody waits for him, least of all the end of the server.
+      this->ClosedBy = Clock::now() + std::min(closePatience, this->State.PatienceFor(0));
+      this->SendFrame(WebSocketOpcode::Close, this->Status, &StreamConnection::GoOn);
+    }
+    else if (this->IsOver)
+    {
+      this->EndOutput();
+    }
+  }
+
+  // For a moment what the client still sends is read: if the socket were closed with unread bytes,
+  // the kernel would discard the Close frame that is on its way.
+  void EndOutput()
+  {
+    this->Now = Phase::Ending;
+    this->Socket.EndOutput(
+      [self = this->shared_from_this()](beast::error_code error)
+      {
+        if (error)
+        {
+          self->Socket.Close();
+        }
+      });
+    this->Read();
+  }
+
+  // ---- the time
+
+  // When the stream ends unless something happens before.
+  Clock::time_point Deadline() const
+  {
+    if (this->ClosedBy)
+    {
+      return *this->ClosedBy;
+    }
+    const auto silent = this->HeardAt + this->State.Options.streamTimeout;
+    return this->Writing ? std::min(silent, this->TakenBy) : silent;
+  }
+
+  Clock::time_point PingAt() const
+  {
+    return this->HeardAt + this->State.Options.streamTimeout / 2;
+  }
+
+  // The conversation itself looks at its token before each message; who waits for none is told
+  // within this time.
+  static constexpr std::chrono::milliseconds tokenInterval{ 250 };
+
+  // One timer for all: it looks again when it goes off, and is set anew only if it would come too
+  // late.
+  void Watch()
+  {
+    auto next = this->Deadline();
+    this->EndBy(next);
+    if (this->Now == Phase::Open || this->Now == Phase::Opening)
+    {
+      next = this->Pinged ? next : std::min(next, this->PingAt());
+      next = this->State.Options.guard ? std::min(next, Clock::now() + tokenInterval) : next;
+    }
+    if (this->Watching && this->Alarm.expiry() <= next)
     {
       return;
     }
-    this->ClosingNow = true;
-    this->Writing = true;
-    // All that is owed has been given to the kernel. Who does not answer has gone, or sleeps:
-    // nobody waits for him, least of all the end of the server.
-    this->TakenBy = Clock::now() + std::min(closePatience, this->State.PatienceFor(0));
-    this->Watch();
-    this->Socket.async_close(
-      beast::websocket::close_reason(
-        static_cast<beast::websocket::close_code>(static_cast<std::uint16_t>(*reason))),
-      [self = this->shared_from_this()](beast::error_code) {});
+    this->Watching = false;
+    this->Alarm.expires_at(next);
+    this->Alarm.async_wait(
+      [weak = this->weak_from_this()](beast::error_code error)
+      {
+        const auto self = weak.lock();
+        if (self && !error)
+        {
+          self->Watching = false;
+          self->Guard([&] { self->OnAlarm(); });
+        }
+      });
+    this->Watching = true;
   }
 
-  beast::websocket::stream<ClientSocket, false> Socket; // false: no code for compression
+  void OnAlarm()
+  {
+    const auto now = Clock::now();
+    if (now >= this->Deadline())
+    {
+      if (this->Writing && !this->ClosedBy && now >= this->TakenBy)
+      {
+        this->State.Counters.CountRefusal(Metrics::Reason::Slow);
+      }
+      this->Socket.Close();
+      return;
+    }
+    if (this->Now == Phase::Open)
+    {
+      if (!this->Pinged && now >= this->PingAt())
+      {
+        this->Pinged = this->PingIsDue = true;
+        this->Write();
+      }
+      if (this->State.Options.guard && !this->Talk.IsPermitted())
+      {
+        this->Write();
+      }
+    }
+    this->Watch();
+  }
+
+  static constexpr std::uint16_t normalClosure = 1000;
+
+  ClientSocket Socket;
   ServerState& State;
   Seat Place;
   AccessRecord Record;
   Conversation Talk;
   Conversation::Tally Counted; // what the metrics know of
   Clock::time_point Opened = Clock::now();
-  beast::flat_buffer Input;
+  Phase Now = Phase::Opening;
+  // What comes.
+  WebSocketReader Frames;
+  std::vector<char> Arrived;
+  std::string_view Unread; // of it
+  bool Reading = false;
+  Clock::time_point HeardAt = Clock::now();
+  // What goes.
+  std::string Head; // of the answer to the upgrade
+  WebSocketHead FrameHead;
   Conversation::Message Output;    // that is being sent
   Conversation::Milestone Sending; // for its request
-  Timer Patience, Looks;
-  Clock::time_point TakenBy; // what is being written
-  bool Watching = false;
-  bool Accepted = false;
-  bool Reading = false;
-  bool Unreadable = false; // it has failed: amid a message it must not be read again
+  std::optional<std::string> Pong; // that is owed
+  std::string Controlled;          // the payload of a control frame that is being sent
+  std::string Status;              // of our Close frame
   bool Writing = false;
-  bool ClosingNow = false;
+  bool SendsMessage = false;
+  bool WasControl = false;
+  bool PingIsDue = false;
+  bool Pinged = false; // since something was heard
+  bool IsOver = false; // nothing that the client sends matters any more
+  // When what is being written must be sent, and when all must have ended once our Close frame is
+  // on its way.
+  Clock::time_point TakenBy;
+  std::optional<Clock::time_point> ClosedBy;
+  Timer Alarm;
+  bool Watching = false;
 };
 
 }
 
 void ServeStream(ClientSocket socket, ServerState& state, Seat seat, Permission permission,
-  AccessRecord record, const beast::http::request<beast::http::empty_body>& request)
+  AccessRecord record, const std::string& key)
 {
   std::make_shared<StreamConnection>(
     std::move(socket), state, std::move(seat), std::move(permission), std::move(record))
-    ->Run(request);
+    ->Run(key);
 }
 
 }

@@ -6,7 +6,6 @@
 #include <boost/asio/error.hpp>
 #include <boost/asio/post.hpp>
 #include <boost/asio/write.hpp>
-#include <boost/beast/websocket/teardown.hpp>
 
 #include <algorithm>
 #include <cstring>
@@ -169,22 +168,6 @@ void TlsLayers::WriteSome(const ClientSocket::Output& buffers, ClientSocket::Byt
   }
   this->Flush([bytes, handler = std::move(handler)](beast::error_code error) mutable
     { handler(error, error ? 0 : bytes); });
-}
-
-void TlsLayers::TearDown(ClientSocket::ErrorHandler handler)
-{
-  this->Engine.EndOutput();
-  this->Flush(
-    [this, handler = std::move(handler)](beast::error_code error) mutable
-    {
-      if (error)
-      {
-        handler(error);
-        return;
-      }
-      using beast::websocket::async_teardown;
-      async_teardown(beast::role_type::server, this->Socket, std::move(handler));
-    });
 }
 
 // More of what the client sends, after what reading has made to send (new keys).

@@ -26,7 +26,6 @@ public:
   void EndOutput(ClientSocket::ErrorHandler handler) override;
   void ReadSome(asio::mutable_buffer buffer, ClientSocket::BytesHandler handler) override;
   void WriteSome(const ClientSocket::Output& buffers, ClientSocket::BytesHandler handler) override;
-  void TearDown(ClientSocket::ErrorHandler handler) override;
 
 private:
   using Outcome = TlsEngine::Outcome;

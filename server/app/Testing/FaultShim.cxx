@@ -44,6 +44,16 @@ Function* Real(const char* name)
 bool Strikes(const std::atomic<int> kdstream::Faults::*fault)
 {
   const int reason = faults ? (faults->*fault).load() : 0;
+  if (reason == kdstream::Faults::hangs)
+  {
+    const bool isMain = ::gettid() == ::getpid();
+    faults->struck += isMain ? 0 : 1;
+    while (!isMain && (faults->*fault).load() == kdstream::Faults::hangs)
+    {
+      ::usleep(1000);
+    }
+    return false;
+  }
   if (reason != 0)
   {
     ++faults->struck;

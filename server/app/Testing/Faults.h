@@ -21,6 +21,9 @@ inline constexpr const char* faultsVariable = "KDSTREAM_FAULTS"; // the file's p
 // Numbers of errno; 0: all is well.
 struct Faults
 {
+  // As if the disk hung: of all threads but the main one, for as long as it is set.
+  static constexpr int hangs = -1;
+
   std::atomic<int> reading{ 0 };   // of regular files: read, pread
   std::atomic<int> writing{ 0 };   // to regular files: write, pwrite
   std::atomic<int> opening{ 0 };   // of any file, to read

@@ -17,6 +17,7 @@
 
 #include <algorithm>
 #include <cerrno>
+#include <chrono>
 #include <fstream>
 #include <set>
 #include <thread>
@@ -186,6 +187,28 @@ TEST_F(Faulty, ADiskThatCannotBeRead)
   this->faults->reading = EIO;
   EXPECT_EQ(client.Get(BlobOf(client, 100, "grid"))->status, 503u);
   EXPECT_EQ(serve.ErrorLine(), warning(100)) << "said again, after it had been well";
+}
+
+TEST_F(Faulty, ADiskThatHangsDoesNotKeepItFromEnding)
+{
+  this->BuildGrid("grid.kds");
+  Process serve(this->Arguments({ "--drain", "1" }));
+  const auto port = serve.Port();
+  HttpTestClient client(port);
+  const auto blob = BlobOf(client, 5, "grid");
+  this->faults->struck = 0;
+  this->faults->reading = Faults::hangs;
+  HttpTestClient waiting(port);
+  waiting.Send("GET " + blob + " HTTP/1.1\r\nHost: a\r\n\r\n");
+  const auto until = std::chrono::steady_clock::now() + std::chrono::minutes(1);
+  while (this->faults->struck == 0)
+  {
+    ASSERT_LT(std::chrono::steady_clock::now(), until);
+    std::this_thread::sleep_for(std::chrono::milliseconds(1));
+  }
+  serve.Signal(SIGTERM);
+  EXPECT_EQ(serve.ErrorLine(), "kdstream-serve: warning: it ends before all answers are finished");
+  EXPECT_EQ(serve.Wait(), 0);
 }
 
 TEST_F(Faulty, NoDescriptors)

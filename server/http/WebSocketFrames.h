@@ -1,0 +1,144 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// The frames of a WebSocket (RFC 6455, sections 4 to 8), as a server reads and writes them. No
+// sockets, no timers, no extensions. Internal to the server.
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <span>
+#include <string>
+#include <string_view>
+
+namespace kdstream
+{
+
+enum class WebSocketOpcode : std::uint8_t
+{
+  Continuation = 0,
+  Text = 1,
+  Binary = 2,
+  Close = 8,
+  Ping = 9,
+  Pong = 10
+};
+
+// The status of a Close frame (section 7.4) for what a client does wrong.
+enum class WebSocketError : std::uint16_t
+{
+  Protocol = 1002,
+  BadText = 1007, // not UTF-8
+  TooLarge = 1009
+};
+
+// Whether the bytes that have come so far may begin a text in UTF-8 (RFC 3629): neither surrogates
+// nor overlong forms, up to U+10FFFF.
+class Utf8Check
+{
+public:
+  // Whether the text may still go on. After the first false the check is of no use.
+  bool Take(std::string_view text);
+  // Whether the text may end here: not amid a character.
+  bool IsWhole() const { return this->Missing == 0; }
+
+private:
+  int Missing = 0;                            // bytes of the character
+  std::uint8_t Least = 0x80, Greatest = 0xbf; // the next of them
+};
+
+// What a client sends, in pieces of any size. It keeps no more than one message and one control
+// frame. An error is reported at the first byte that shows it, not at the end of the frame.
+class WebSocketReader
+{
+public:
+  // mostBytes: of a message.
+  explicit WebSocketReader(std::size_t mostBytes)
+    : MostBytes(mostBytes)
+  {
+  }
+
+  enum class Event
+  {
+    None,   // more bytes are needed
+    Text,   // Message() is whole
+    Binary, // a binary message has begun; its bytes are not kept
+    Ping,   // its payload is Control()
+    Pong,
+    Close, // Status() and Control(), the reason
+    Error  // Status() says what is wrong. There is nothing after a Close or an error.
+  };
+  // The next event; takes the bytes up to it.
+  Event Take(std::string_view& bytes);
+
+  // Messages are no longer wanted: neither kept nor checked. Only control frames are events.
+  void SkipMessages();
+
+  const std::string& Message() const { return this->Text; }
+  std::string_view Control() const
+  {
+    return std::string_view(this->ControlBytes.data(), this->ControlSize)
+      .substr(this->ControlBegin);
+  }
+  // Of a Close frame without a status: 0.
+  std::uint16_t Status() const { return this->Code; }
+
+private:
+  static constexpr std::size_t mostControlBytes = 125;
+
+  bool TakeHead(std::string_view& bytes);
+  bool CheckStart();
+  bool CheckLength();
+  bool TakePayload(std::string_view& bytes);
+  bool KeepMessage(std::string_view part);
+  Event EndFrame();
+  Event EndMessage();
+  Event EndClose();
+  bool Fail(WebSocketError error);
+  bool IsControl() const { return (static_cast<unsigned>(this->Opcode) & 8u) != 0; }
+
+  const std::size_t MostBytes;
+  // The frame: of its head what has come so far.
+  std::array<std::uint8_t, 14> Head{};
+  std::size_t HeadFilled = 0, HeadSize = 2;
+  bool InPayload = false;
+  WebSocketOpcode Opcode = WebSocketOpcode::Continuation;
+  bool IsLast = false; // of its message
+  std::uint64_t Left = 0;
+  std::size_t MaskAt = 0; // of the next byte
+  // The message.
+  bool InMessage = false;
+  bool IsText = false;
+  bool Skips = false;
+  bool IsDone = false; // the text has been an event: the next message begins with an empty one
+  std::string Text;
+  Utf8Check Utf8;
+  // The control frame.
+  std::array<char, mostControlBytes> ControlBytes{};
+  std::size_t ControlSize = 0, ControlBegin = 0;
+  std::uint16_t Code = 0;
+  bool Failed = false;
+  bool Ended = false;
+};
+
+// The head of a whole frame that a server sends: unmasked.
+class WebSocketHead
+{
+public:
+  WebSocketHead() = default;
+  WebSocketHead(WebSocketOpcode opcode, std::size_t bytes);
+  std::string_view Bytes() const { return { this->Filled.data(), this->Size }; }
+
+private:
+  std::array<char, 10> Filled{};
+  std::size_t Size = 0;
+};
+
+// The payload of a Close frame.
+std::string WriteCloseStatus(std::uint16_t status);
+
+// Whether the text is the base64 of 16 bytes, as a Sec-WebSocket-Key must be.
+bool IsWebSocketKey(std::string_view text);
+// Sec-WebSocket-Accept for such a key.
+std::string WebSocketAccept(std::string_view key);
+
+}
