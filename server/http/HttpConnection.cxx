@@ -20,6 +20,7 @@
 #include <algorithm>
 #include <array>
 #include <chrono>
+#include <functional>
 #include <limits>
 #include <optional>
 #include <string>
@@ -31,6 +32,9 @@ namespace kdstream
 
 namespace
 {
+
+constexpr const char* otherHost =
+  "this server does not answer for that host: --allow-host names those that it does";
 
 // "name." is the same host as "name".
 std::string_view WithoutFinalDot(std::string_view host)
@@ -95,6 +99,10 @@ public:
         {
           self->Socket.Close();
         }
+        else if (self->StopWaiting)
+        {
+          self->StopWaiting();
+        }
       });
   }
 
@@ -102,6 +110,8 @@ private:
   static constexpr std::size_t bytesAtOnce = 65536; // of an answer's body
   // How long a client may take for its first request if its seat is needed.
   static constexpr std::chrono::seconds patienceWithNew{ 5 };
+  // How long it may wait for a disk then.
+  static constexpr std::chrono::seconds patienceWithDisk{ 2 };
 
   // What each handler does.
   template <class Work>
@@ -246,7 +256,12 @@ private:
     const auto target = this->Target();
     const bool probes = Routes::IsProbe(target.path);
     const bool draining = this->State.Draining();
-    if (this->Admitted.isAdmin)
+    if (this->Admitted.isAdmin && !probes && !this->MayNameHost(target))
+    {
+      this->State.Counters.CountRefusal(Metrics::Reason::Host);
+      this->Refuse(421, otherHost);
+    }
+    else if (this->Admitted.isAdmin)
     {
       this->Send(this->State.Answers.AnswerAdmin(this->Plain()), request.keep_alive());
     }
@@ -268,7 +283,7 @@ private:
     else if (!probes && !this->MayNameHost(target))
     {
       this->State.Counters.CountRefusal(Metrics::Reason::Host);
-      this->Refuse(421, "this server does not answer for that host");
+      this->Refuse(421, otherHost);
     }
     else if (const auto wait = this->TakeRequest(); wait.count() > 0)
     {
@@ -305,70 +320,73 @@ private:
   }
 
   // A page that has had its own name resolved to this address (DNS rebinding) names its own host.
+  // Who listens for this machine alone is asked by addresses, by the names of localhost, and by
+  // names that no stranger has. With TLS browsers compare the name with the certificate's.
   bool MayNameHost(const RequestTarget& target) const
   {
-    const auto& allowed = this->State.Options.allowedHosts;
-    if (allowed.empty())
-    {
-      return true;
-    }
+    const auto& state = this->State;
+    const auto& allowed = state.Options.allowedHosts;
+    const bool isAdmin = this->Admitted.isAdmin;
     const auto field = this->Input.Request()[beast::http::field::host];
     const std::string_view host =
       target.host ? *target.host : std::string_view(field.data(), field.size());
     const auto port = host.find(':', host.rfind(']') == host.npos ? 0 : host.rfind(']'));
     const auto named = WithoutFinalDot(host.substr(0, port));
-    return std::any_of(allowed.begin(), allowed.end(),
+    const bool isListed = std::any_of(allowed.begin(), allowed.end(),
       [&](const std::string& name)
       {
         const auto known = WithoutFinalDot(name);
         return beast::iequals(beast::string_view(known.data(), known.size()),
           beast::string_view(named.data(), named.size()));
       });
+    const bool takesAny =
+      allowed.empty() && (isAdmin ? !state.isAdminLocal : !state.isLocal || state.IsTls());
+    return isListed || takesAny || ((isAdmin || allowed.empty()) && CannotBeRebound(named));
   }
 
   // Answers at once what needs no disk, and leaves the rest to the readers.
   void Respond()
   {
     auto request = this->Plain();
-    if (auto response = this->Caught([&] { return this->State.Answers.AnswerAtOnce(request); }))
+    auto& state = this->State;
+    if (auto response = state.Caught([&] { return state.Answers.AnswerAtOnce(request); }))
     {
       this->Send(std::move(*response), this->Input.Request().keep_alive());
       return;
     }
-    const auto self = this->shared_from_this();
-    const bool takes = this->State.Answers.Takes(request);
+    const auto needs = state.Answers.NeedsOf(request);
     const auto found = std::make_shared<std::optional<HttpResponse>>();
-    MakeRoundTrip(
-      this->Executor, [&](WorkerPool::Work work) { this->State.Read(takes, std::move(work)); },
-      [self, found, request = std::move(request)]
-      {
-        const auto answer = [&] { return std::optional(self->State.Answers.Answer(request)); };
-        self->State.Guard([&] { *found = self->Caught(answer); }, [] {});
+    this->SetIdle(patienceWithDisk); // others need the seat more
+    this->StopWaiting = MakeRoundTrip(
+      this->Executor,
+      [&](WorkerPool::Work work, WorkerPool::Work giveUp) {
+        state.Read(needs.takes, { std::move(work), std::move(giveUp), needs.source, needs.part });
       },
-      [self, found]
+      [&state, found, request = std::move(request)]
       {
-        // Where there is nothing, there was no memory to say so either.
-        self->Guard(
-          [&]
-          {
-            *found ? self->Send(std::move(**found), self->Input.Request().keep_alive())
-                   : self->Socket.Close();
-          });
-      });
+        const auto answer = [&] { return std::optional(state.Answers.Answer(request)); };
+        state.Guard([&] { *found = state.Caught(answer); }, [] {});
+      },
+      [self = this->shared_from_this(), found](bool isDone)
+      { self->Guard([&] { self->OnAnswer(isDone ? std::move(*found) : std::nullopt, isDone); }); });
   }
 
-  template <class Work>
-  std::optional<HttpResponse> Caught(const Work& answer) const
+  void OnAnswer(std::optional<HttpResponse> answer, bool isDone)
   {
-    try
+    this->SetBusy();
+    this->StopWaiting = {};
+    if (!isDone)
     {
-      return answer();
+      this->State.CountGivenUp();
+      this->Refuse(503, "the disk does not answer: ask again");
     }
-    catch (...)
+    else if (answer)
     {
-      this->State.Counters.CountFailure(Metrics::Failure::Answer);
-      this->State.LogCaught("a request is not answered");
-      return this->State.Answers.Failure(503, "the server is short of memory");
+      this->Send(std::move(*answer), this->Input.Request().keep_alive());
+    }
+    else // there was no memory to say so either
+    {
+      this->Socket.Close();
     }
   }
 
@@ -579,6 +597,7 @@ private:
   std::array<char, 4096> Discarded{};
   Clock::time_point Began;
   bool Answering = false;
+  std::function<void()> StopWaiting; // for a disk; empty: it does not wait for one
 };
 
 }

@@ -345,11 +345,25 @@ private:
     const auto self = this->shared_from_this();
     MakeRoundTrip(
       this->Socket.get_executor(),
-      [&](WorkerPool::Work work) { this->State.Read(errand->Takes(), std::move(work)); },
-      [errand] { errand->Run(); },
-      [self, errand]
+      [&](WorkerPool::Work work, WorkerPool::Work giveUp)
       {
-        self->Guard([&] { self->Talk.Finish(errand); });
+        this->State.Read(errand->Takes(),
+          { std::move(work), std::move(giveUp), errand->Source(), errand->Part() });
+      },
+      [errand] { errand->Run(); },
+      [self, errand](bool isDone)
+      {
+        self->Guard(
+          [&]
+          {
+            if (isDone)
+            {
+              self->Talk.Finish(errand);
+              return;
+            }
+            self->State.CountGivenUp();
+            self->Talk.GiveUp(errand);
+          });
         self->GoOn();
       });
   }

@@ -109,6 +109,15 @@ protected:
     EXPECT_EQ(process.Wait(), 0);
     return token;
   }
+  static bool AwaitModel(std::uint16_t port, const std::string& model)
+  {
+    const auto until = std::chrono::steady_clock::now() + std::chrono::seconds(30);
+    while (!Has(port, model) && std::chrono::steady_clock::now() < until)
+    {
+      std::this_thread::sleep_for(std::chrono::milliseconds(50));
+    }
+    return Has(port, model);
+  }
   static bool Has(std::uint16_t port, const std::string& model)
   {
     const auto answer = HttpTestClient(port).Get("/api/models/" + model + "/model.json");
@@ -186,6 +195,71 @@ TEST_F(Faulty, ADiskThatCannotBeRead)
   this->faults->reading = EIO;
   EXPECT_EQ(client.Get(BlobOf(client, 100, "grid"))->status, 503u);
   EXPECT_EQ(serve.ErrorLine(), warning(100)) << "said again, after it had been well";
+}
+
+// The disk of one store: all else is served, the folder is followed, and the signals are heeded.
+TEST_F(Faulty, ADiskThatHangsOnOneStore)
+{
+  std::ofstream(this->folder / "index.html") << "home";
+  std::ofstream(this->folder / "page") << "page";
+  this->Build("hangs.kds");
+  Process serve(this->Arguments({ "--web", this->folder, "--readers", "2", "--drain", "1" }));
+  const auto port = serve.Port();
+  HttpTestClient client(port);
+  const auto blob = BlobOf(client, 0, "hangs");
+  this->faults->hanging = 1;
+  std::vector<std::unique_ptr<HttpTestClient>> askers;
+  for (int i = 0; i < 100; ++i)
+  {
+    askers.push_back(std::make_unique<HttpTestClient>(port));
+    const std::string path = i % 2 == 0 ? blob : "/api/models/hangs/notes.json";
+    askers.back()->Send("GET " + path + " HTTP/1.1\r\nHost: localhost\r\n\r\n");
+  }
+  EXPECT_EQ(client.Get(BlobOf(client))->status, 200u);
+  EXPECT_EQ(client.Get("/page")->body, "page");
+  EXPECT_EQ(client.Get("/readyz")->status, 200u);
+  this->Build("two.kds");
+  serve.Signal(SIGHUP);
+  EXPECT_TRUE(AwaitModel(port, "two")) << "another store is seen";
+  EXPECT_EQ(client.Get("/readyz")->status, 200u);
+  serve.Signal(SIGTERM);
+  EXPECT_EQ(serve.Wait(), 0);
+}
+
+// The whole folder's: what has been opened is served as far as it is in memory.
+TEST_F(Faulty, AFolderThatHangs)
+{
+  const auto hanging = this->folder / "hangs";
+  fs::create_directory(hanging);
+  fs::rename(this->stores / "one.kds", hanging / "one.kds");
+  Process serve({ hanging, "--port", "0", "--drain", "1" });
+  const auto port = serve.Port();
+  HttpTestClient client(port);
+  const auto blob = BlobOf(client);
+  EXPECT_EQ(client.Get(blob)->status, 200u);
+  this->faults->hanging = 1;
+  serve.Signal(SIGHUP);
+  EXPECT_EQ(client.Get("/readyz")->status, 200u);
+  EXPECT_EQ(client.Get("/api/models/one/model.json")->status, 200u);
+  EXPECT_EQ(client.Get(blob)->status, 200u);
+  serve.Signal(SIGTERM);
+  EXPECT_EQ(serve.Wait(), 0);
+}
+
+TEST_F(Faulty, AFolderThatHangsAtTheStart)
+{
+  const auto hanging = this->folder / "hangs";
+  fs::create_directory(hanging);
+  this->faults->hanging = 1;
+  Process serve({ hanging, "--port", "0" });
+  const auto until = std::chrono::steady_clock::now() + std::chrono::seconds(20);
+  while (this->faults->struck == 0 && std::chrono::steady_clock::now() < until)
+  {
+    std::this_thread::sleep_for(std::chrono::milliseconds(5));
+  }
+  EXPECT_GT(this->faults->struck, 0u);
+  serve.Signal(SIGTERM);
+  EXPECT_EQ(serve.Wait(), 0);
 }
 
 TEST_F(Faulty, NoDescriptors)
