@@ -107,11 +107,16 @@ void FolderFollower::Run()
   this->First = std::move(first);
   this->Changed.notify_all();
   this->Changed.wait(lock, [this] { return this->Follows || this->Ending; });
+  const bool isNeeded = !this->Ending;
   lock.unlock();
   std::optional<FolderWatch> watch;
   this->Guarded(
     [&]
     {
+      if (!isNeeded)
+      {
+        return;
+      }
       auto opened = FolderWatch::Open(this->Folder);
       if (!opened)
       {

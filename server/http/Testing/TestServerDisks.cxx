@@ -3,6 +3,9 @@
 // else notices.
 #include "server/http/Testing/ServerTest.h"
 
+#include <future>
+#include <thread>
+
 using namespace kdstream;
 using namespace kdstream::protocol;
 using namespace std::chrono_literals;
@@ -17,13 +20,28 @@ protected:
   std::vector<std::unique_ptr<HttpTestClient>> askers;
   std::vector<std::unique_ptr<StreamTestClient>> streams;
 
+  // Ends the disk's hanging in any case, so that what fails does not wait for ever.
+  std::promise<void> over;
+  std::thread deadline;
+
   void SetUp() override
   {
     this->options.threads = 1;
     this->options.readers = 2;
+    this->deadline = std::thread(
+      [this, isOver = this->over.get_future()]
+      {
+        if (isOver.wait_for(20s) == std::future_status::timeout)
+        {
+          ADD_FAILURE() << "somebody waits for the disk who should not";
+          this->SetHanging(false);
+        }
+      });
   }
   void TearDown() override
   {
+    this->over.set_value();
+    this->deadline.join();
     this->SetHanging(false);
     this->server.reset();
   }

@@ -150,7 +150,9 @@ TEST_F(QuotaServer, AFileThatIsLockedDelaysOnlyThoseWhoTakeWhateverTheyHave)
   HttpTestClient reader(port), watcher(port);
   reader.Send("GET " + blob + " HTTP/1.1\r\nHost: localhost\r\nIf-None-Match: \"x\"\r\n" +
               Bearer("ann") + "\r\n");
-  while (!MetricsHave("kdstream_reader_wait_seconds_count 1\n", watcher))
+  const auto until = std::chrono::steady_clock::now() + std::chrono::seconds(20);
+  while (!MetricsHave("kdstream_reader_wait_seconds_count 1\n", watcher) &&
+         std::chrono::steady_clock::now() < until)
   {
   }
   EXPECT_EQ(watcher.Get(this->Blob(BlobId::LevelPiece(0, 1)), Bearer("bob"))->status, 200u);
