@@ -71,7 +71,14 @@ public:
   RunningProgram(const RunningProgram&) = delete;
   RunningProgram& operator=(const RunningProgram&) = delete;
 
-  void Signal(int signal) const { ::kill(this->Id, signal); }
+  // Nothing once it has been waited for.
+  void Signal(int signal) const
+  {
+    if (this->Id > 0)
+    {
+      ::kill(this->Id, signal);
+    }
+  }
   // The exit code, or minus the signal that ended it.
   int Wait()
   {

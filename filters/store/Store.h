@@ -46,7 +46,7 @@ public:
   // Whether the file is still the one that was opened, as every read checks after it. Errors:
   // Changed; InputOutput and LimitExceeded where it cannot be told.
   Status CheckUnchanged() const;
-  // The same without reading anything; nothing where it cannot be told so.
+  // The same without waiting for a disk; nothing where it cannot be told so.
   std::optional<bool> LooksUnchanged() const;
   // What the file says of its content without being read.
   FileState State() const;

@@ -141,7 +141,7 @@ Status Store::Connection::CheckUnchanged()
 
 std::optional<bool> Store::Connection::LooksUnchanged()
 {
-  const Result<FileState> now = this->File->State();
+  const Result<FileState> now = this->File->KnownState();
   return now ? this->Compare(*now) : std::nullopt;
 }
 

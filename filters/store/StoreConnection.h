@@ -56,7 +56,8 @@ public:
   // changes its state first. Errors: Changed; InputOutput and LimitExceeded where it cannot be
   // told.
   Status CheckUnchanged();
-  // The same by the file's state alone: nothing where that does not tell it. Reads nothing.
+  // The same by the file's state alone, as far as the kernel knows it: nothing where that does not
+  // tell it. Waits for no disk.
   std::optional<bool> LooksUnchanged();
   FileState State();
   // Of all blobs so far, whether they were whole or not.

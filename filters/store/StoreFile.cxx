@@ -4,6 +4,7 @@
 #include "filters/core/SystemReason.h"
 
 #include <fcntl.h>
+#include <sys/sysmacros.h>
 #include <unistd.h>
 
 #include <chrono>
@@ -88,6 +89,22 @@ Result<std::unique_ptr<const StoreFile>> StoreFile::Open(const std::filesystem::
     before = std::move(after);
   }
   return Error{ ErrorCode::InputOutput, "is being written" };
+}
+
+Result<FileState> StoreFile::KnownState() const
+{
+  struct statx status = {};
+  constexpr unsigned wanted = STATX_TYPE | STATX_INO | STATX_SIZE | STATX_MTIME | STATX_CTIME;
+  if (::statx(this->Handle, "", AT_EMPTY_PATH | AT_STATX_DONT_SYNC, wanted, &status) != 0 ||
+      (status.stx_mask & wanted) != wanted)
+  {
+    return SystemError("cannot be read", errno);
+  }
+  const auto time = [](const statx_timestamp& from) {
+    return timespec{ from.tv_sec, static_cast<long>(from.tv_nsec) };
+  };
+  return FileState{ gnu_dev_makedev(status.stx_dev_major, status.stx_dev_minor), status.stx_ino,
+    static_cast<off_t>(status.stx_size), time(status.stx_mtime), time(status.stx_ctime) };
 }
 
 StoreFile::~StoreFile()

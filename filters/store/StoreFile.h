@@ -47,6 +47,8 @@ public:
   int Descriptor() const { return this->Handle; }
   // Errors: InputOutput.
   Result<FileState> State() const;
+  // As far as the kernel knows it: waits for no disk and no other machine.
+  Result<FileState> KnownState() const;
 
 private:
   explicit StoreFile(int descriptor)

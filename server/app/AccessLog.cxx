@@ -64,7 +64,7 @@ std::string LineOf(const AccessRecord& record)
   char numbers[80];
   std::snprintf(numbers, sizeof numbers, "\" %u %llu %.1f\n", record.status,
     static_cast<unsigned long long>(record.bytes), record.seconds * 1000);
-  return UtcNow() + " " + record.client + " \"" + Escaped(record.method) + " " +
+  return UtcNow() + " " + Escaped(record.client) + " \"" + Escaped(record.method) + " " +
          Escaped(record.target) + numbers;
 }
 

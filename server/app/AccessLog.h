@@ -44,6 +44,7 @@ public:
   std::uint64_t Lost() const { return this->Lines->Lost(); }
   std::string WhyLost() const { return this->Lines->WhyLost(); }
   Status Reopen() { return this->Lines->Reopen(); }
+  void End() { this->Lines->End(); }
 
 private:
   explicit AccessLog(std::shared_ptr<LineLog> lines)

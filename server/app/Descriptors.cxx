@@ -2,6 +2,7 @@
 #include "server/app/Descriptors.h"
 
 #include <dirent.h>
+#include <fcntl.h>
 #include <sys/resource.h>
 
 #include <algorithm>
@@ -13,8 +14,8 @@ namespace kdstream
 namespace
 {
 
-// That are open now.
-std::uint64_t OpenDescriptors()
+// That are open now. Where none is left to look with, each number is asked for.
+std::uint64_t OpenDescriptors(std::uint64_t limit)
 {
   std::uint64_t count = 0;
   if (DIR* const folder = ::opendir("/proc/self/fd"))
@@ -24,7 +25,12 @@ std::uint64_t OpenDescriptors()
       ++count;
     }
     ::closedir(folder);
-    count -= 3; // ".", ".." and the folder itself
+    return count - 3; // ".", ".." and the folder itself
+  }
+  constexpr std::uint64_t most = 1 << 20;
+  for (int file = 0; file < static_cast<int>(std::min(limit, most)); ++file)
+  {
+    count += ::fcntl(file, F_GETFD) >= 0 ? 1 : 0;
   }
   return count;
 }
@@ -60,13 +66,13 @@ Result<bool> FitConnections(std::uint64_t limit, HttpServerOptions& server)
 {
   constexpr std::uint64_t leastLeft = 10;
   constexpr std::uint64_t mostForOthers = 448;
-  const auto own = OpenDescriptors() + DescriptorsOfItself(server);
+  const auto own = OpenDescriptors(limit) + DescriptorsOfItself(server);
   if (limit < own + leastLeft)
   {
-    return Error{ ErrorCode::LimitExceeded, "this process may have " + std::to_string(limit) +
-                                              " descriptors (ulimit -n, LimitNOFILE=), " +
-                                              "but needs " + std::to_string(own + leastLeft) +
-                                              " with these stores, threads and readers" };
+    return Error{ ErrorCode::LimitExceeded,
+      "this process may have " + std::to_string(limit) +
+        " descriptors (ulimit -n, LimitNOFILE=), " + "but needs at least " +
+        std::to_string(own + leastLeft) + " with these stores, threads and readers" };
   }
   const auto left = limit - own;
   const auto clients = left - std::min(mostForOthers, left / 2);

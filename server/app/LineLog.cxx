@@ -185,6 +185,11 @@ LineLog::LineLog(std::string file, std::shared_ptr<Writer> writer)
 
 LineLog::~LineLog()
 {
+  this->End();
+}
+
+void LineLog::End() noexcept
+{
   std::unique_lock lock(this->Lines->mutex);
   this->Lines->ending = true;
   this->Lines->changed.notify_all();

@@ -28,10 +28,13 @@ public:
   // Appends to `file`; "-" is stderr. Errors: InputOutput.
   static Result<std::shared_ptr<LineLog>> Open(
     const std::string& file, TellLost tellLost = LostAsText);
-  // Writes what waits, for at most a second.
+  // What End does.
   ~LineLog();
   LineLog(const LineLog&) = delete;
   LineLog& operator=(const LineLog&) = delete;
+
+  // Writes what waits, for at most a second. What comes later is lost.
+  void End() noexcept;
 
   // With its end. Waits for nobody, and what there is no memory for is lost. From any thread.
   void Add(std::string_view line) noexcept;

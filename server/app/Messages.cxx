@@ -37,6 +37,15 @@ Status Messages::WaitForNobody()
   return {};
 }
 
+void Messages::End()
+{
+  const std::lock_guard lock(this->Mutex);
+  if (this->Later)
+  {
+    this->Later->End();
+  }
+}
+
 std::uint64_t Messages::Lost() const
 {
   const std::lock_guard lock(this->Mutex);

@@ -36,6 +36,8 @@ public:
 
   // From now on nobody waits for stderr. Errors: InputOutput.
   Status WaitForNobody();
+  // Writes what has been said, for at most a second.
+  void End();
   // Lines that could not be written since then.
   std::uint64_t Lost() const;
 

@@ -5,7 +5,7 @@
 #include "filters/program/Program.h"
 #include "server/app/AccessLog.h"
 #include "server/app/Descriptors.h"
-#include "server/app/FolderWatch.h"
+#include "server/app/FolderFollower.h"
 #include "server/app/Messages.h"
 #include "server/app/ServeOptions.h"
 #include "server/app/TokenCommand.h"
@@ -19,8 +19,6 @@
 #include <unistd.h>
 
 #include <algorithm>
-#include <array>
-#include <chrono>
 #include <csignal>
 #include <cstdlib>
 #include <iostream>
@@ -131,6 +129,7 @@ struct Surroundings
   const ServeOptions& line;
   Messages& messages;
   StoreCatalog& catalog;
+  FolderFollower& folder;
   const Logs& logs;
   TokensWatch* tokens; // null: none are asked for
   HttpServer& server;
@@ -138,16 +137,13 @@ struct Surroundings
 
 void Reload(const Surroundings& around)
 {
-  const auto& [line, messages, catalog, logs, tokens, server] = around;
+  const auto& [line, messages, catalog, folder, logs, tokens, server] = around;
+  folder.ReadAnew(
+    [&around] { WarnOfEmptyFolder(around.messages, around.line.folder, around.catalog); });
   if (tokens)
   {
     tokens->Reload();
   }
-  if (const auto status = catalog.Reload(); !status)
-  {
-    messages.Warn(line.folder, status.GetError().message + "; the models of before are served");
-  }
-  WarnOfEmptyFolder(messages, line.folder, catalog);
   if (line.server.web)
   {
     line.server.web->Forget();
@@ -180,61 +176,23 @@ void Try(Messages& messages, std::string_view what, const Work& work)
   }
 }
 
-// Follows the folder of stores.
-class FolderFollower
-{
-public:
-  explicit FolderFollower(const Surroundings& around)
-    : Catalog(around.catalog)
-    , Watch(FolderWatch::Open(around.line.folder))
-  {
-    if (this->Watch)
-    {
-      this->Catalog.Look(); // what came before it was watched
-      return;
-    }
-    around.messages.Warn(around.line.folder,
-      this->Watch.GetError().message + ": what changes in it is seen at SIGHUP");
-  }
-
-  int Descriptor() const { return this->Watch ? this->Watch->Descriptor() : -1; }
-
-  void Look()
-  {
-    if (this->Watch && this->Watch->HasChanged())
-    {
-      this->Catalog.Look();
-    }
-    else
-    {
-      this->Catalog.Refresh();
-    }
-  }
-
-private:
-  StoreCatalog& Catalog;
-  Result<FolderWatch> Watch;
-};
-
-// Reloads at SIGHUP and when stores come and go, until SIGTERM or SIGINT.
+// Reloads at SIGHUP, until SIGTERM or SIGINT.
 void WaitForEnd(const sigset_t& signals, const Surroundings& around)
 {
-  FolderFollower folder(around);
+  around.folder.Follow();
   const int signalFile = ::signalfd(-1, &signals, SFD_CLOEXEC);
-  std::array<pollfd, 2> sources{ { { signalFile, POLLIN, 0 },
-    { folder.Descriptor(), POLLIN, 0 } } };
+  pollfd source{ signalFile, POLLIN, 0 };
   constexpr int untilNextLook = 1000; // ms
   LossTeller ofAccess, ofAudit;
   for (;;)
   {
-    (void)::poll(sources.data(), sources.size(), untilNextLook);
+    (void)::poll(&source, 1, untilNextLook);
     Try(around.messages, "what the logs have lost is not told",
       [&]
       {
         ofAccess.Look(around.messages, around.line.accessLog, around.logs.access);
         ofAudit.Look(around.messages, around.line.auditLog, around.logs.audit);
       });
-    Try(around.messages, around.line.folder, [&folder] { folder.Look(); });
     constexpr timespec now{ 0, 0 };
     const int signal = sigtimedwait(&signals, nullptr, &now);
     if (signal == SIGTERM || signal == SIGINT)
@@ -268,24 +226,27 @@ void Drain(const sigset_t& signals, const Surroundings& around)
   }
 }
 
-// A thread that waits for a disk that hangs cannot be ended, and the server waits for its threads:
-// then the process ends without them. The logs have their lines by then.
-void EndAtAnyRate() noexcept
+// Ends what a disk may hold, which is waited for no longer. False where one holds it.
+bool EndWithin(std::chrono::milliseconds time, const Surroundings& around)
 {
-  static constexpr std::chrono::seconds patience{ 2 };
-  try
+  const bool isFree = around.folder.End(time);
+  return around.server.StopWithin(time) && isFree;
+}
+
+// Ends the process at once, though threads wait for a disk. What the logs have is written.
+[[noreturn]] void EndAtOnce(Messages& messages, const Logs& logs)
+{
+  messages.Warn("", "it ends though a disk does not answer");
+  for (const auto& log : { logs.access, logs.audit })
   {
-    std::thread(
-      []
-      {
-        std::this_thread::sleep_for(patience);
-        std::_Exit(exitDone);
-      })
-      .detach();
+    if (log)
+    {
+      log->End();
+    }
   }
-  catch (...) // no thread: then all depends on the disk
-  {
-  }
+  messages.End();
+  std::cout.flush();
+  std::_Exit(exitDone);
 }
 
 // No more clients than there are descriptors for.
@@ -348,9 +309,11 @@ Status OpenPages(Messages& messages, ServeOptions& line)
     StaticFiles::Open(line.web, [&messages](const std::string& file, const std::string& what)
       { messages.Warn(file, what); }));
   KDSTREAM_TRY(web);
-  if (!web->Read("/"))
+  if (const auto page = web->Read("/"); !page)
   {
-    return Error{ ErrorCode::NotFound, "there is no index.html in this folder", line.web };
+    return page.GetError().code == ErrorCode::NotFound
+             ? Error{ ErrorCode::NotFound, "there is no index.html in this folder", line.web }
+             : page.GetError();
   }
   line.server.web = std::move(*web);
   return {};
@@ -398,7 +361,8 @@ Result<std::optional<TokensFile>> OpenAccess(ServeOptions& line)
 
 // Serves until it is told to end.
 void Run(const sigset_t& signals, const ServeOptions& line, Messages& messages,
-  StoreCatalog& catalog, const Logs& logs, std::optional<TokensFile> tokens, HttpServer& server)
+  StoreCatalog& catalog, FolderFollower& folder, const Logs& logs, std::optional<TokensFile> tokens,
+  HttpServer& server)
 {
   if (line.server.admin)
   {
@@ -417,10 +381,41 @@ void Run(const sigset_t& signals, const ServeOptions& line, Messages& messages,
     watch.emplace(
       std::move(*tokens), [&](const std::string& what) { messages.Warn(line.tokens, what); });
   }
-  const Surroundings around{ line, messages, catalog, logs, watch ? &*watch : nullptr, server };
+  const Surroundings around{ line, messages, catalog, folder, logs, watch ? &*watch : nullptr,
+    server };
   WaitForEnd(signals, around);
   Drain(signals, around);
-  EndAtAnyRate();
+  constexpr std::chrono::milliseconds patience{ 200 };
+  if (!EndWithin(patience, around))
+  {
+    EndAtOnce(messages, logs);
+  }
+}
+
+// Reads the folder for the first time. Nothing where a signal to end came before the disk answered.
+std::optional<Status> ReadFirst(const sigset_t& signals, FolderFollower& folder)
+{
+  constexpr std::chrono::milliseconds step{ 50 };
+  for (;;)
+  {
+    if (auto status = folder.AwaitFirst(step))
+    {
+      return status;
+    }
+    constexpr timespec now{ 0, 0 };
+    const int signal = sigtimedwait(&signals, nullptr, &now);
+    if (signal == SIGTERM || signal == SIGINT)
+    {
+      return std::nullopt;
+    }
+  }
+}
+
+// Before anything else is opened, so that what is short is said by its name.
+Status CheckDescriptors(std::optional<std::uint64_t> limit, HttpServerOptions server)
+{
+  const auto fits = limit ? FitConnections(*limit, server) : false;
+  return fits ? Status{} : fits.GetError();
 }
 
 int Serve(const std::string& program, ServeOptions& line)
@@ -435,9 +430,16 @@ int Serve(const std::string& program, ServeOptions& line)
     { messages.Warn(file.string(), what); },
     std::chrono::seconds(line.grace), line.cacheBytes);
   catalog.SetSite(line.site);
-  if (const auto status = catalog.Reload(); !status)
+  FolderFollower folder(catalog, line.folder,
+    [&messages, &line](const std::string& what) { messages.Warn(line.folder, what); });
+  const auto status = ReadFirst(signals, folder);
+  if (!status)
   {
-    Error error = status.GetError();
+    EndAtOnce(messages, {});
+  }
+  if (!*status)
+  {
+    Error error = status->GetError();
     if (error.code == ErrorCode::NotFound && line.folder.find('/') == std::string::npos)
     {
       error.message +=
@@ -445,9 +447,13 @@ int Serve(const std::string& program, ServeOptions& line)
     }
     return PrintError(program, line.folder, error);
   }
-  if (const auto status = OpenPages(messages, line); !status)
+  if (const auto enough = CheckDescriptors(descriptors, line.server); !enough)
   {
-    return PrintError(program, "", status.GetError());
+    return PrintError(program, "", enough.GetError());
+  }
+  if (const auto opened = OpenPages(messages, line); !opened)
+  {
+    return PrintError(program, "", opened.GetError());
   }
   const auto logs = OpenLogs(line);
   if (!logs)
@@ -459,9 +465,9 @@ int Serve(const std::string& program, ServeOptions& line)
   {
     return PrintError(program, "", tokens.GetError());
   }
-  if (const auto status = FitDescriptors(messages, descriptors, line.server); !status)
+  if (const auto fit = FitDescriptors(messages, descriptors, line.server); !fit)
   {
-    return PrintError(program, "", status.GetError());
+    return PrintError(program, "", fit.GetError());
   }
   line.server.onError = [&messages](const std::string& what) { messages.Fail(what); };
   line.server.lostLines = [&messages, logs = *logs] { return LostLines(messages, logs); };
@@ -473,7 +479,7 @@ int Serve(const std::string& program, ServeOptions& line)
     PrintError(program, "", server.GetError());
     return exitFailed; // also of a --host that no name server knows today
   }
-  Run(signals, line, messages, catalog, *logs, std::move(*tokens), **server);
+  Run(signals, line, messages, catalog, folder, *logs, std::move(*tokens), **server);
   return exitDone; // what is still under way ends with the server
 }
 

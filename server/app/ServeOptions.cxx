@@ -174,7 +174,9 @@ void AddProxies(CLI::App& app, HttpServerOptions& server)
     ->group(address);
   app
     .add_option("--allow-host", server.allowedHosts,
-      "host that requests may name; may be repeated [default: any]")
+      "host that requests may name; may be repeated [default: any; at loopback localhost, "
+      "addresses, "
+      "names without a dot]")
     ->check(Must(
       "a host, without scheme and port, such as models.example.org, 192.0.2.1 or [2001:db8::1]",
       IsHost))

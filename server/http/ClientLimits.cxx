@@ -95,7 +95,7 @@ std::string_view WithoutPort(std::string_view entry)
 std::string PlainAddress(const std::string& address)
 {
   const auto parsed = ParseAddress(address);
-  return parsed && parsed->is_v4() ? parsed->to_string() : address;
+  return parsed ? parsed->to_string() : address; // not as who sent it has written it
 }
 
 std::string ClientLimits::KeyOf(std::string_view address, bool& isLoopback)

@@ -21,6 +21,7 @@
 #include <algorithm>
 #include <array>
 #include <chrono>
+#include <functional>
 #include <limits>
 #include <optional>
 #include <string>
@@ -45,6 +46,8 @@ namespace
 //
 // All but the third are ended by the socket's timer, all by the server's reaper where that fails.
 // What keeps a connection alive is what its socket is waiting for, never a reader.
+constexpr const char* otherHost =
+  "this server does not answer for that host: --allow-host names those that it does";
 
 // "name." is the same host as "name".
 std::string_view WithoutFinalDot(std::string_view host)
@@ -109,6 +112,10 @@ public:
         {
           self->Socket.Close();
         }
+        else if (self->StopWaiting)
+        {
+          self->StopWaiting();
+        }
       });
   }
 
@@ -119,7 +126,7 @@ public:
       {
         if (Clock::now() >= self->End())
         {
-          self->Guard([&] { self->Reading ? self->GiveReaderUp() : self->Socket.Close(); });
+          self->Guard([&] { self->StopWaiting ? self->StopWaiting() : self->Socket.Close(); });
         }
       });
   }
@@ -129,6 +136,8 @@ private:
   static constexpr std::chrono::seconds closePatience{ 2 };
   // How long a client may take for its first request if its seat is needed.
   static constexpr std::chrono::seconds patienceWithNew{ 5 };
+  // How long it may wait for a disk then.
+  static constexpr std::chrono::seconds patienceWithDisk{ 2 };
 
   // What each handler does.
   template <class Work>
@@ -280,7 +289,12 @@ private:
     const auto target = this->Target();
     const bool probes = Routes::IsProbe(target.path);
     const bool draining = this->State.Draining();
-    if (this->Admitted.isAdmin)
+    if (this->Admitted.isAdmin && !probes && !this->MayNameHost(target))
+    {
+      this->State.Counters.CountRefusal(Metrics::Reason::Host);
+      this->Refuse(421, otherHost);
+    }
+    else if (this->Admitted.isAdmin)
     {
       this->Send(this->State.Answers.AnswerAdmin(this->Plain()), request.keep_alive());
     }
@@ -302,7 +316,7 @@ private:
     else if (!probes && !this->MayNameHost(target))
     {
       this->State.Counters.CountRefusal(Metrics::Reason::Host);
-      this->Refuse(421, "this server does not answer for that host");
+      this->Refuse(421, otherHost);
     }
     else if (const auto wait = this->TakeRequest(); wait.count() > 0)
     {
@@ -339,78 +353,75 @@ private:
   }
 
   // A page that has had its own name resolved to this address (DNS rebinding) names its own host.
+  // Who listens for this machine alone is asked by addresses, by the names of localhost, and by
+  // names that no stranger has. With TLS browsers compare the name with the certificate's.
   bool MayNameHost(const RequestTarget& target) const
   {
-    const auto& allowed = this->State.Options.allowedHosts;
-    if (allowed.empty())
-    {
-      return true;
-    }
+    const auto& state = this->State;
+    const auto& allowed = state.Options.allowedHosts;
+    const bool isAdmin = this->Admitted.isAdmin;
     const auto field = this->Input.Request()[beast::http::field::host];
     const std::string_view host =
       target.host ? *target.host : std::string_view(field.data(), field.size());
     const auto port = host.find(':', host.rfind(']') == host.npos ? 0 : host.rfind(']'));
     const auto named = WithoutFinalDot(host.substr(0, port));
-    return std::any_of(allowed.begin(), allowed.end(),
+    const bool isListed = std::any_of(allowed.begin(), allowed.end(),
       [&](const std::string& name)
       {
         const auto known = WithoutFinalDot(name);
         return beast::iequals(beast::string_view(known.data(), known.size()),
           beast::string_view(named.data(), named.size()));
       });
+    const bool takesAny =
+      allowed.empty() && (isAdmin ? !state.isAdminLocal : !state.isLocal || state.IsTls());
+    return isListed || takesAny || ((isAdmin || allowed.empty()) && CannotBeRebound(named));
   }
 
   // Answers at once what needs no disk, and leaves the rest to the readers.
   void Respond()
   {
     auto request = this->Plain();
-    if (auto response =
-          Caught(this->State, [&] { return this->State.Answers.AnswerAtOnce(request); }))
+    auto& state = this->State;
+    if (auto response = state.Caught([&] { return state.Answers.AnswerAtOnce(request); }))
     {
       this->Send(std::move(*response), this->Input.Request().keep_alive());
       return;
     }
-    this->AwaitReader();
-    const auto reading = this->Reading;
-    const bool takes = this->State.Answers.Takes(request);
+    const auto needs = state.Answers.NeedsOf(request);
     const auto found = std::make_shared<std::optional<HttpResponse>>();
-    MakeRoundTrip(
-      this->Executor, [&](WorkerPool::Work work) { this->State.Read(takes, std::move(work)); },
-      [&state = this->State, found, request = std::move(request)]
+    this->SetIdle(patienceWithDisk); // others need the seat more
+    this->AwaitReader();
+    this->StopWaiting = MakeRoundTrip(
+      this->Executor,
+      [&](WorkerPool::Work work, WorkerPool::Work giveUp) {
+        state.Read(needs.takes, { std::move(work), std::move(giveUp), needs.source, needs.part });
+      },
+      [&state, found, request = std::move(request)]
       {
         const auto answer = [&] { return std::optional(state.Answers.Answer(request)); };
-        state.Guard([&] { *found = Caught(state, answer); }, [] {});
+        state.Guard([&] { *found = state.Caught(answer); }, [] {});
       },
-      [weak = this->weak_from_this(), reading, found]
+      [weak = this->weak_from_this(), found](bool isDone)
       {
         const auto self = weak.lock();
-        if (!self || self->Reading != reading)
+        if (self && self->StopWaiting) // else its client has gone
         {
-          return; // nobody waits for it any more
+          self->Guard([&] { self->OnAnswer(isDone ? std::move(*found) : std::nullopt, isDone); });
         }
-        self->Reading.reset();
-        self->Socket.Tcp().cancel();
-        // Where there is nothing, there was no memory to say so either.
-        self->Guard(
-          [&]
-          {
-            *found ? self->Send(std::move(**found), self->Input.Request().keep_alive())
-                   : self->Socket.Close();
-          });
       });
   }
 
   // While a reader has the request, only this keeps the connection: that its client may go.
   void AwaitReader()
   {
-    this->Reading = std::make_shared<int>();
     this->Socket.ExpireNever();
     this->EndBy(Clock::now() + this->State.Options.answerTimeout);
     this->Socket.Tcp().async_wait(asio::socket_base::wait_error,
       [self = this->shared_from_this()](beast::error_code error)
       {
-        if (!error && self->Reading)
+        if (!error && self->StopWaiting)
         {
+          self->StopWaiting = {};
           self->Answer = {};
           self->Answer.status = 400;
           self->Guard([&] { self->Record(asio::error::connection_reset); });
@@ -419,26 +430,23 @@ private:
       });
   }
 
-  // The reader's answer is not waited for any longer.
-  void GiveReaderUp()
+  void OnAnswer(std::optional<HttpResponse> answer, bool isDone)
   {
-    this->Reading.reset();
+    this->SetBusy();
+    this->StopWaiting = {};
     this->Socket.Tcp().cancel();
-    this->Refuse(503, "the answer takes too long to read");
-  }
-
-  template <class Work>
-  static std::optional<HttpResponse> Caught(ServerState& state, const Work& answer)
-  {
-    try
+    if (!isDone)
     {
-      return answer();
+      this->State.CountGivenUp();
+      this->Refuse(503, "the disk does not answer: ask again");
     }
-    catch (...)
+    else if (answer)
     {
-      state.Counters.CountFailure(Metrics::Failure::Answer);
-      state.LogCaught("a request is not answered");
-      return state.Answers.Failure(503, "the server is short of memory");
+      this->Send(std::move(*answer), this->Input.Request().keep_alive());
+    }
+    else // there was no memory to say so either
+    {
+      this->Socket.Close();
     }
   }
 
@@ -664,7 +672,7 @@ private:
   std::array<char, 4096> Discarded{};
   Clock::time_point Began;
   bool Answering = false;
-  std::shared_ptr<int> Reading; // while a reader has the request; another one for each
+  std::function<void()> StopWaiting; // for a disk; empty: it does not wait for one
 };
 
 }

@@ -12,6 +12,7 @@
 #include <condition_variable>
 #include <memory>
 #include <mutex>
+#include <optional>
 #include <thread>
 #include <utility>
 #include <vector>
@@ -61,7 +62,8 @@ struct HttpServer::Implementation
   void ServeAdmin(TcpSocket socket);
   ClientSocket Wrap(TcpSocket socket);
   Admission Admit(const TcpSocket& socket);
-  void Stop(std::chrono::milliseconds drainTimeout);
+  void StopLoops(std::chrono::milliseconds drainTimeout);
+  bool StopPools(std::optional<std::chrono::milliseconds> patience);
 
   // Whether there may be one more connection beside those that have a seat.
   bool MayJoin(const std::shared_ptr<int>& others) const
@@ -94,7 +96,10 @@ Status HttpServer::Implementation::Prepare()
   }
   KDSTREAM_TRY(this->LoadCertificate());
   KDSTREAM_TRY(this->Public.Listen(options.address));
-  return options.admin ? this->Admin.Listen(*options.admin) : Status{};
+  KDSTREAM_TRY(options.admin ? this->Admin.Listen(*options.admin) : Status{});
+  this->State.isLocal = this->Public.IsLocal();
+  this->State.isAdminLocal = this->Admin.IsLocal();
+  return {};
 }
 
 Status HttpServer::Implementation::LoadCertificate()
@@ -108,10 +113,12 @@ void HttpServer::Implementation::StartThreads()
 {
   const auto& options = this->State.Options;
   const unsigned threads = std::max(1u, options.threads);
-  this->State.Readers.Start(std::max(1u, options.readers));
+  WorkerPool::Limits limits;
+  limits.patience = options.answerTimeout;
+  this->State.Readers.Start(std::max(1u, options.readers), limits);
   if (options.quotas)
   {
-    this->State.Takers.Start(std::max(1u, options.readers));
+    this->State.Takers.Start(std::max(1u, options.readers), limits);
   }
   if (this->State.IsTls())
   {
@@ -236,7 +243,7 @@ Admission HttpServer::Implementation::Admit(const TcpSocket& socket)
   return admission;
 }
 
-void HttpServer::Implementation::Stop(std::chrono::milliseconds drainTimeout)
+void HttpServer::Implementation::StopLoops(std::chrono::milliseconds drainTimeout)
 {
   if (!this->Reaper.joinable())
   {
@@ -262,10 +269,26 @@ void HttpServer::Implementation::Stop(std::chrono::milliseconds drainTimeout)
     thread.join();
   }
   this->Threads.clear();
-  // While the sockets of what they hold have their context.
-  this->State.Readers.Stop();
-  this->State.Takers.Stop();
-  this->State.Handshakes.Stop();
+}
+
+// While the sockets of what they hold have their context. False where a disk holds one of their
+// threads for longer than `patience`.
+bool HttpServer::Implementation::StopPools(std::optional<std::chrono::milliseconds> patience)
+{
+  const auto until = WorkerPool::Clock::now() + patience.value_or(std::chrono::milliseconds(0));
+  bool stopped = true;
+  for (auto* pool : { &this->State.Readers, &this->State.Takers, &this->State.Handshakes })
+  {
+    if (!patience)
+    {
+      pool->Stop();
+    }
+    else if (!pool->Stop(std::max({}, until - WorkerPool::Clock::now())))
+    {
+      stopped = false;
+    }
+  }
+  return stopped;
 }
 
 HttpServer::HttpServer(std::unique_ptr<Implementation> implementation)
@@ -275,7 +298,8 @@ HttpServer::HttpServer(std::unique_ptr<Implementation> implementation)
 
 HttpServer::~HttpServer()
 {
-  this->Server->Stop(std::chrono::milliseconds(0));
+  this->Server->StopLoops(std::chrono::milliseconds(0));
+  this->Server->StopPools(std::nullopt);
 }
 
 Result<std::unique_ptr<HttpServer>> HttpServer::Start(
@@ -320,7 +344,14 @@ bool HttpServer::WaitUntilDrained(std::chrono::milliseconds time)
 
 void HttpServer::Stop()
 {
-  this->Server->Stop(this->Server->State.Options.drainTimeout);
+  this->Server->StopLoops(this->Server->State.Options.drainTimeout);
+  this->Server->StopPools(std::nullopt);
+}
+
+bool HttpServer::StopWithin(std::chrono::milliseconds patience)
+{
+  this->Server->StopLoops(std::chrono::milliseconds(0));
+  return this->Server->StopPools(patience);
 }
 
 }

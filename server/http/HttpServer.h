@@ -57,7 +57,9 @@ struct HttpServerOptions
   std::vector<std::string> trustedProxies;
   // Their connections begin with a header of the PROXY protocol, which names the client instead.
   bool proxyProtocol = false;
-  // The hosts that requests may name (but those to /healthz and /readyz); none: any.
+  // The hosts that requests may name (but those to /healthz and /readyz). None: any; but where it
+  // listens at loopback without TLS, only those that CannotBeRebound (RequestForm.h), as at
+  // `admin`.
   std::vector<std::string> allowedHosts;
   std::size_t headerBytes = 8192; // most of a request's header; a body none may have
   ConversationLimits stream;      // what the client of each may ask for at once
@@ -79,7 +81,8 @@ struct HttpServerOptions
   // connection or the last answer on.
   std::chrono::milliseconds requestTimeout{ 30'000 };
   // How long a client may take to receive an answer, 64 KiB of it, or a message of a stream (which
-  // is no larger), each plus a second for each `slowestBytes`.
+  // is no larger), each plus a second for each `slowestBytes`; and how long an answer waits for a
+  // disk, before the client is told to ask again (503).
   std::chrono::milliseconds answerTimeout{ 30'000 };
   std::size_t slowestBytes = 16384; // at least 1
   // A stream is closed when its client has sent nothing for so long, not even an answer to a ping.
@@ -112,7 +115,7 @@ public:
   static Result<std::unique_ptr<HttpServer>> Start(
     const Catalog& catalog, HttpServerOptions options);
 
-  // Stops at once.
+  // Stops at once; but a disk that hangs is waited for.
   ~HttpServer();
 
   std::uint16_t Port() const;
@@ -130,6 +133,9 @@ public:
   bool WaitUntilDrained(std::chrono::milliseconds time);
   // Drains for at most drainTimeout, then takes no more connections and ends the threads.
   void Stop();
+  // Stops at once, and waits for disks for so long at most. False where one still holds a thread:
+  // who does not want to wait for it ends the process by _exit.
+  bool StopWithin(std::chrono::milliseconds patience);
 
 private:
   struct Implementation;

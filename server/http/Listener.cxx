@@ -55,6 +55,7 @@ Status Listener::Listen(const ListenAddress& address)
   const auto local = this->Acceptor.local_endpoint();
   const auto host = local.address().to_string();
   this->LocalPort = local.port();
+  this->Local = local.address().is_loopback();
   this->Told =
     (local.address().is_v6() ? "[" + host + "]" : host) + ":" + std::to_string(this->LocalPort);
   this->KeepSpare();

@@ -37,6 +37,8 @@ public:
   Status Listen(const ListenAddress& address);
   // "127.0.0.1:8700": where it listens.
   const std::string& Address() const { return this->Told; }
+  // Whether it listens for this machine alone.
+  bool IsLocal() const { return this->Local; }
   std::uint16_t Port() const { return this->LocalPort; }
 
   // Makes sure that an accept is under way.
@@ -61,6 +63,7 @@ private:
   asio::steady_timer Pause;
   std::weak_ptr<int> Accepting; // lives as long as the handler of the accept that is under way
   std::string Told;
+  bool Local = false;
   std::uint16_t LocalPort = 0;
   std::unique_ptr<std::FILE, int (*)(std::FILE*)> Spare{ nullptr, nullptr };
 };

@@ -96,7 +96,7 @@ std::string Metrics::Text(const CacheUse& memory, std::uint64_t lostLines) const
   Put(text, "kdstream_refusals_total", "counter", "Clients refused or dropped, by reason.");
   PutEach(text, "kdstream_refusals_total{reason", reasons, this->Refusals);
   constexpr std::array<const char*, static_cast<std::size_t>(Failure::Count)> failures{ "accept",
-    "connection", "answer", "quota" };
+    "connection", "answer", "quota", "disk" };
   Put(text, "kdstream_failures_total", "counter",
     "What failed for want of memory, descriptors or the disk.");
   PutEach(text, "kdstream_failures_total{what", failures, this->Failures);

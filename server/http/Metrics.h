@@ -75,6 +75,7 @@ public:
     Connection, // one has ended by it
     Answer,     // of HTTP: 503
     Quota,      // quotas could not be kept
+    Disk,       // what an answer waited for was given up
     Count
   };
   void CountFailure(Failure failure) { ++this->Failures[static_cast<std::size_t>(failure)]; }

@@ -17,6 +17,11 @@ bool BeginsWith(std::string_view text, std::string_view start)
            [](char a, char b) { return a == (b >= 'A' && b <= 'Z' ? b + ('a' - 'A') : b); });
 }
 
+bool IsSame(std::string_view text, std::string_view inLowerCase)
+{
+  return text.size() == inLowerCase.size() && BeginsWith(text, inLowerCase);
+}
+
 }
 
 std::optional<std::size_t> EmptyLine(std::string_view input)
@@ -43,6 +48,19 @@ bool HasFoldedLine(std::string_view input)
     }
   }
   return false;
+}
+
+bool CannotBeRebound(std::string_view host)
+{
+  const auto dot = host.rfind('.');
+  if (dot == host.npos)
+  {
+    return true;
+  }
+  // Browsers take a host whose last part is a number for an address of IPv4, or for none at all.
+  const auto last = host.substr(dot + 1);
+  return (!last.empty() && last.find_first_not_of("0123456789") == last.npos) ||
+         host.front() == '[' || IsSame(last, "localhost") || IsSame(host, "localhost.localdomain");
 }
 
 RequestTarget SplitTarget(std::string_view target)

@@ -19,6 +19,13 @@ std::optional<std::size_t> EmptyLine(std::string_view input);
 // line before (section 5.2), where proxies may read another request than the server does.
 bool HasFoldedLine(std::string_view input);
 
+// Whether a page of a stranger cannot have this name for its host: DNS rebinding has a browser that
+// loaded the page from the stranger's name ask this machine under that name. Such a name is one
+// that somebody has registered, so it has a dot. An address is no name, those of localhost lead to
+// the machine itself in every browser, and a name without a dot is nobody's in the public DNS.
+// host: without port and final dot.
+bool CannotBeRebound(std::string_view host);
+
 struct RequestTarget
 {
   std::optional<std::string> host; // that it names, with its port: instead of the field Host

@@ -10,6 +10,7 @@
 #include <boost/asio/require.hpp>
 
 #include <array>
+#include <atomic>
 #include <cstddef>
 #include <memory>
 #include <type_traits>
@@ -58,12 +59,16 @@ private:
   HandlerPlace* Reserved;
 };
 
-// Gives `begin` what another thread is to call: that does `there`, and then has the event loop do
-// `here`. Only to begin may fail, for want of memory. Had the other thread to take memory for the
-// way back it could fail there, and nothing of a connection may be touched, nor ended, but on its
-// loop. What both hold is let go by the loop too. REQUIRES: there throws nothing.
+// Gives `begin` two functions: one that another thread is to call, which does `there`, and then has
+// the event loop do here(true); and one that gives that up: whichever thread calls it, the loop
+// does here(false), though `there` may still wait for a disk. One of the two comes back, once. Only
+// to begin may fail, for want of memory. Had the other thread to take memory for the way back it
+// could fail there, and nothing of a connection may be touched, nor ended, but on its loop: what
+// `here` holds is let go by the loop. Where it may be given up `there` must hold no connection:
+// nobody knows when it is let go. Returns another function that gives it up; it may outlive the
+// trip, of which it keeps nothing. REQUIRES: there throws nothing.
 template <class Begin, class There, class Here>
-void MakeRoundTrip(EventLoop loop, const Begin& begin, There there, Here here)
+auto MakeRoundTrip(EventLoop loop, const Begin& begin, There there, Here here)
 {
   struct Trip
   {
@@ -71,17 +76,46 @@ void MakeRoundTrip(EventLoop loop, const Begin& begin, There there, Here here)
     There there;
     Here here;
     HandlerPlace memory;
-  };
-  auto trip = std::make_shared<Trip>(Trip{ loop, std::move(there), std::move(here), {} });
-  begin(
-    [trip = std::move(trip)]() mutable noexcept
+    std::atomic<bool> returns{ false };
+
+    Trip(EventLoop home, There away, Here back)
+      : loop(std::move(home))
+      , there(std::move(away))
+      , here(std::move(back))
     {
-      trip->there();
+    }
+    static void Return(std::shared_ptr<Trip> trip, bool isDone)
+    {
+      if (trip->returns.exchange(true))
+      {
+        return;
+      }
       const ReservedMemory<std::byte> memory(trip->memory);
       const auto back = asio::require(
         trip->loop, asio::execution::blocking.never, asio::execution::allocator(memory));
-      back.execute([trip = std::move(trip)] { trip->here(); });
-    });
+      back.execute(
+        [trip = std::move(trip), isDone]
+        {
+          auto arrived = std::move(trip->here);
+          arrived(isDone);
+        });
+    }
+  };
+  auto trip = std::make_shared<Trip>(std::move(loop), std::move(there), std::move(here));
+  begin(
+    [trip]() mutable noexcept
+    {
+      trip->there();
+      Trip::Return(std::move(trip), true);
+    },
+    [trip]() mutable noexcept { Trip::Return(std::move(trip), false); });
+  return [weak = std::weak_ptr(trip)]
+  {
+    if (auto self = weak.lock())
+    {
+      Trip::Return(std::move(self), false);
+    }
+  };
 }
 
 }

@@ -55,6 +55,12 @@ HttpResponse Fleeting(unsigned status, std::string_view contentType, std::string
   return response;
 }
 
+// The digest covers the content, so digest and name identify the bytes.
+std::string TagOfBlob(std::string_view digest, const std::string& name)
+{
+  return "\"" + std::string(digest) + "/" + name + "\"";
+}
+
 std::string_view PathOf(std::string_view target)
 {
   return target.substr(0, target.find('?'));
@@ -143,15 +149,26 @@ std::optional<HttpResponse> Routes::AnswerAtOnce(const HttpRequest& request) con
   return this->Answer(request, Patience::None);
 }
 
-bool Routes::Takes(const HttpRequest& request) const
+Routes::Needs Routes::NeedsOf(const HttpRequest& request) const
 {
-  if (!this->Options.ledger || request.method != "GET" || !request.ifNoneMatch.empty())
+  using Kind = protocol::ResourcePath::Kind;
+  const auto path = PathOf(request.target);
+  const auto resource = protocol::ParseResourcePath(path);
+  if (!resource)
   {
-    return false;
+    return { false, this, std::string(path) };
   }
-  const auto resource = protocol::ParseResourcePath(PathOf(request.target));
-  return resource && resource->kind == protocol::ResourcePath::Kind::Blob &&
-         protocol::IsOfOriginal(resource->blob);
+  if (resource->kind != Kind::Blob)
+  {
+    return { false, this->Models.Find(resource->model).get(),
+      resource->kind == Kind::Notes ? "notes" : "" };
+  }
+  // As AnswerBlob decides it: only a client that has just these bytes gets none.
+  const bool takes =
+    this->Options.ledger && protocol::IsOfOriginal(resource->blob) && request.method == "GET" &&
+    !NamesTag(request.ifNoneMatch, TagOfBlob(resource->digest, protocol::BlobName(resource->blob)));
+  return { takes, this->Models.FindDigest(resource->model, resource->digest).get(),
+    protocol::BlobName(resource->blob) };
 }
 
 HttpResponse Routes::AnswerAdmin(const HttpRequest& request) const
@@ -432,8 +449,7 @@ Routes::Answered Routes::AnswerBlob(const HttpRequest& request, const ServedMode
     }
     return this->Failure(refusal.status, refusal.message);
   };
-  // The digest covers the content, so digest and name identify the bytes.
-  auto tag = "\"" + description.digest + "/" + name + "\"";
+  auto tag = TagOfBlob(description.digest, name);
   constexpr const char* type = "application/octet-stream";
   const char* const policy = this->Options.guard ? forEverOfOne : forEver;
   const bool isCounted = permission.IsCounted(id);

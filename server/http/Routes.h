@@ -43,8 +43,14 @@ public:
   // The same where it waits for nobody, else nothing.
   std::optional<HttpResponse> AnswerAtOnce(const HttpRequest& request) const;
 
-  // Whether the answer may count against a quota.
-  bool Takes(const HttpRequest& request) const;
+  // What an answer that is not given at once waits for.
+  struct Needs
+  {
+    bool takes = false;           // it may count against a quota
+    const void* source = nullptr; // the model or the folder of files that is read, by address
+    std::string part = {};        // of it, where others may read the same
+  };
+  Needs NeedsOf(const HttpRequest& request) const;
 
   // What the administrator may ask: /metrics, /healthz, /readyz. Waits for nobody.
   HttpResponse AnswerAdmin(const HttpRequest& request) const;

@@ -17,6 +17,7 @@
 #include <condition_variable>
 #include <memory>
 #include <mutex>
+#include <optional>
 #include <string>
 #include <string_view>
 #include <unordered_map>
@@ -101,6 +102,8 @@ public:
   Metrics Counters;
   const Routes Answers;
   TlsCertificate Certificate;
+  // Whether they listen for this machine alone; set before anybody connects.
+  bool isLocal = false, isAdminLocal = false;
   WorkerPool Readers{ [this](WorkerPool::Clock::duration waited)
     { this->Counters.CountWait(waited); } };
   // Of what counts against quotas. Others than the readers: where another process holds the quotas'
@@ -176,15 +179,37 @@ public:
 
   // Has one of the readers do it, or, if it takes of a quota, one of those for that. It must throw
   // nothing.
-  void Read(bool takes, WorkerPool::Work work)
+  void Read(bool takes, WorkerPool::Task task)
   {
     auto& pool = takes && this->Options.quotas ? this->Takers : this->Readers;
-    this->Counters.CountWaiting(pool.Add(std::move(work)));
+    this->Counters.CountWaiting(pool.Add(std::move(task)));
+  }
+  // What was read has been given up.
+  void CountGivenUp()
+  {
+    this->Counters.CountFailure(Metrics::Failure::Disk);
+    this->LogError("a disk does not answer: who waits for it is told to ask again");
   }
   // Has one of the threads for handshakes do it.
   void ShakeHands(WorkerPool::Work work)
   {
-    this->Handshakes.Add([this, work = std::move(work)] { this->Guard(work, [] {}); });
+    this->Handshakes.Add({ [this, work = std::move(work)] { this->Guard(work, [] {}); } });
+  }
+
+  // An answer, or that there is no memory for one.
+  template <class Work>
+  std::optional<HttpResponse> Caught(const Work& answer)
+  {
+    try
+    {
+      return answer();
+    }
+    catch (...)
+    {
+      this->Counters.CountFailure(Metrics::Failure::Answer);
+      this->LogCaught("a request is not answered");
+      return this->Answers.Failure(503, "the server is short of memory");
+    }
   }
 
   bool Draining() const { return this->Drains; }

@@ -444,16 +444,28 @@ private:
     }
     MakeRoundTrip(
       this->Socket.get_executor(),
-      [&](WorkerPool::Work work) { this->State.Read(errand->Takes(), std::move(work)); },
+      [&](WorkerPool::Work work, WorkerPool::Work giveUp)
+      {
+        this->State.Read(errand->Takes(),
+          { std::move(work), std::move(giveUp), errand->Source(), errand->Part() });
+      },
       [errand] { errand->Run(); },
-      [weak = this->weak_from_this(), errand]
+      [weak = this->weak_from_this(), errand](bool isDone)
       {
         if (const auto self = weak.lock())
         {
           self->Guard(
             [&]
             {
-              self->Talk.Finish(errand);
+              if (isDone)
+              {
+                self->Talk.Finish(errand);
+              }
+              else
+              {
+                self->State.CountGivenUp();
+                self->Talk.GiveUp(errand);
+              }
               self->GoOn();
             });
         }

@@ -87,7 +87,9 @@ void TlsLayers::Shake(const std::shared_ptr<ShakingHands>& hands)
         return;
       }
       MakeRoundTrip(
-        this->Socket.get_executor(), this->Elsewhere,
+        this->Socket.get_executor(),
+        [this](WorkerPool::Work work, const WorkerPool::Work& /*giveUp*/)
+        { this->Elsewhere(std::move(work)); },
         [this, hands]
         {
           try
@@ -99,7 +101,7 @@ void TlsLayers::Shake(const std::shared_ptr<ShakingHands>& hands)
             hands->outcome = Outcome::Failed;
           }
         },
-        [this, hands] { this->GoOnShaking(hands); });
+        [this, hands](bool /*isDone*/) { this->GoOnShaking(hands); });
     });
 }
 

@@ -1,6 +1,16 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Threads for what those of the event loop must not wait for: disks, searches for regions,
 // handshakes of TLS. Internal to the server.
+//
+// A disk that hangs delays only those who wait for it:
+//   - a source (a store, say) has at most half of the threads at a time; further tasks wait in a
+//     queue of the source, where they cost no thread;
+//   - who asks for what is being read already waits for that reading, without a thread;
+//   - a thread that is held for longer than `stalledAfter` is replaced by another, up to
+//     mostReplaced of them; once it is back there is one too many, which ends;
+//   - a task that is not done within `patience` is given up: its giveUp is called. Where all
+//   threads
+//     that a source may have are held by such tasks, further ones of it are given up at once.
 #pragma once
 
 #include <chrono>
@@ -9,9 +19,11 @@
 #include <cstdint>
 #include <deque>
 #include <functional>
+#include <list>
+#include <map>
 #include <mutex>
+#include <string>
 #include <thread>
-#include <vector>
 
 namespace kdstream
 {
@@ -24,35 +36,88 @@ public:
   // Throws nothing.
   using Work = std::function<void()>;
 
-  // onBegin: told of each work how long it has waited; from any thread.
+  struct Task
+  {
+    Work work;
+    // Called once, from any thread, where the task has waited or run for too long: nobody waits for
+    // it any more. Where it has not begun it never will. Empty: it is never given up.
+    Work giveUp = {};
+    // What it waits for, by address; null: for nothing that may hang.
+    const void* source = nullptr;
+    // What of the source it reads; "": nothing that another task might read as well.
+    std::string part = {};
+  };
+
+  struct Limits
+  {
+    Clock::duration stalledAfter = std::chrono::seconds(1);
+    Clock::duration patience = std::chrono::seconds(30);
+  };
+  static constexpr std::size_t mostReplaced = 256;
+
+  // onBegin: told of each task how long it has waited until it began or was given up; from any
+  // thread.
   explicit WorkerPool(std::function<void(Clock::duration waited)> onBegin = {})
     : OnBegin(std::move(onBegin))
   {
   }
   ~WorkerPool() { this->Stop(); }
 
-  void Start(unsigned threads);
+  void Start(unsigned threads, const Limits& limits);
+  void Start(unsigned threads) { this->Start(threads, Limits()); }
   // Finishes the work that is under way; what has not begun is dropped.
   void Stop();
+  // The same for at most so long. False where a thread is still held: then Stop, and the
+  // destructor, wait for it.
+  bool Stop(Clock::duration time);
 
-  // First come, first served. How much waits at a time is for those who add to bound: a connection
-  // adds one at a time. Returns how many wait now.
-  std::size_t Add(Work work);
+  // First come, first served, among those whose source may have a thread. How much waits at a time
+  // is for those who add to bound: a connection adds one at a time. Returns how many wait now.
+  std::size_t Add(Task task);
 
 private:
   struct Entry
   {
-    Work work;
+    Task task;
     Clock::time_point added;
+    Clock::time_point begun = {};
+    bool lost = false;             // it has begun, and is given up
+    std::list<Entry> waiting = {}; // for the same part
   };
-  void Run();
+  // Entries go from one list to another without memory, which may be short.
+  using Entries = std::list<Entry>;
+  struct Source
+  {
+    Entries queue;
+    unsigned running = 0, lost = 0;
+  };
+  using Thread = std::list<std::thread>::iterator;
+
+  void Run(Thread self);
+  void Watch();
+  void StartThread();
+  Entries::iterator Pick();
+  void Finish(Entries::iterator entry, Entries& done);
+  void Look(Entries& late, std::deque<Work>& lost);
+  void TakeLate(Entries& queue, bool all, Entries& late);
+  unsigned MostOf(const void* source) const;
+  bool IsHopeless(const Task& task) const;
+  Entry* FindRunning(const Task& task);
+  std::size_t CountStalled() const;
+  void BeginStopping();
 
   std::function<void(Clock::duration)> OnBegin;
-  std::mutex Mutex;
-  std::condition_variable Added;
-  std::deque<Entry> Queue;
-  bool Stopping = false;
-  std::vector<std::thread> Threads;
+  Limits Times;
+  std::mutex Mutex; // for what follows
+  std::condition_variable Added, Watched, Ended;
+  unsigned Wanted = 0; // threads that are not stalled
+  std::size_t Waiting = 0;
+  std::map<const void*, Source> Sources; // that have tasks
+  Entries Running;
+  std::size_t Stalled = 0; // of Running, when it was looked at last
+  bool Stopping = false, Idle = false;
+  std::list<std::thread> Threads, Surplus; // Surplus: that have ended
+  std::thread Watcher;
 };
 
 }

@@ -35,29 +35,15 @@ BlobBytes BlobCache::Find(Model model, const protocol::BlobId& blob)
 }
 
 // The blob; null if the caller is to read it.
-BlobBytes BlobCache::FindOrClaim(const Key& key)
+BlobBytes BlobCache::FindOrMiss(Model model, const protocol::BlobId& blob)
 {
-  std::unique_lock lock(this->Mutex);
-  for (;;)
+  auto bytes = this->Find(model, blob);
+  if (!bytes)
   {
-    const auto [entry, isNew] = this->Entries.try_emplace(key);
-    if (isNew)
-    {
-      ++this->Misses;
-      return nullptr;
-    }
-    if (!entry->second.reading)
-    {
-      if (auto bytes = this->Touch(entry))
-      {
-        return bytes;
-      }
-      entry->second.reading = true;
-      ++this->Misses;
-      return nullptr;
-    }
-    this->Read.wait(lock);
+    const std::lock_guard lock(this->Mutex);
+    ++this->Misses;
   }
+  return bytes;
 }
 
 // What the entry has, as the latest that was asked for.
@@ -72,11 +58,15 @@ BlobBytes BlobCache::Touch(EntryMap::iterator entry)
   return bytes;
 }
 
-void BlobCache::Keep(const Key& key, const BlobBytes& bytes)
+// The bytes that whoever asks for the blob gets.
+BlobBytes BlobCache::Keep(const Key& key, const BlobBytes& bytes)
 {
   const std::lock_guard lock(this->Mutex);
-  Entry& entry = this->Entries.at(key);
-  entry.bytes = bytes;
+  Entry& entry = this->Entries[key];
+  if (auto first = entry.bytes.lock())
+  {
+    return first;
+  }
   if (bytes->size() <= this->Most)
   {
     this->Recent.push_front(key);
@@ -84,23 +74,13 @@ void BlobCache::Keep(const Key& key, const BlobBytes& bytes)
     entry.kept = bytes;
     this->Bytes += bytes->size();
   }
+  entry.bytes = bytes;
   while (this->Bytes > this->Most)
   {
     this->LetGo(this->Entries.find(this->Recent.back()));
   }
   this->Sweep();
-}
-
-void BlobCache::Release(const Key& key)
-{
-  const std::lock_guard lock(this->Mutex);
-  const auto entry = this->Entries.find(key);
-  entry->second.reading = false;
-  if (entry->second.bytes.expired())
-  {
-    this->Entries.erase(entry);
-  }
-  this->Read.notify_all();
+  return bytes;
 }
 
 void BlobCache::LetGo(EntryMap::iterator entry)
@@ -120,8 +100,7 @@ void BlobCache::Sweep()
   constexpr std::size_t few = 1000;
   if (this->Entries.size() > few + 2 * this->Recent.size())
   {
-    std::erase_if(this->Entries,
-      [](const auto& entry) { return !entry.second.reading && entry.second.bytes.expired(); });
+    std::erase_if(this->Entries, [](const auto& entry) { return entry.second.bytes.expired(); });
   }
 }
 

@@ -7,7 +7,6 @@
 #include "server/protocol/BlobId.h"
 #include "server/session/Catalog.h"
 
-#include <condition_variable>
 #include <cstddef>
 #include <cstdint>
 #include <list>
@@ -34,29 +33,26 @@ public:
   }
 
   Model AddModel();
-  // Forgets its blobs. REQUIRES: none of them is being read.
+  // Forgets its blobs. REQUIRES: no Get of them is under way.
   void RemoveModel(Model model);
 
   // The blob, if it is in memory; else null.
   BlobBytes Find(Model model, const protocol::BlobId& blob);
 
-  // The blob: found, or what read() returns, a Result<BlobBytes>. Where several threads want the
-  // same, one reads and the others wait for it. Errors: those of read(), which are not kept.
+  // The blob: found, or what read() returns, a Result<BlobBytes>. No thread waits for another,
+  // which a disk may hold: where two read the same at once, both get the bytes of the one that was
+  // first. (A server has them read one after the other, by WorkerPool.) Errors: those of read(),
+  // which are not kept.
   template <class Read>
   Result<BlobBytes> Get(Model model, const protocol::BlobId& blob, const Read& read)
   {
-    const Key key{ model, blob };
-    if (auto bytes = this->FindOrClaim(key))
+    if (auto bytes = this->FindOrMiss(model, blob))
     {
       return bytes;
     }
-    Claim claim{ *this, key };
     auto result = read();
-    if (result)
-    {
-      this->Keep(key, *result);
-    }
-    return result;
+    KDSTREAM_TRY(result);
+    return this->Keep({ model, blob }, *result);
   }
 
   // What was found and what had to be read so far, and what is kept, whoever else holds it.
@@ -66,31 +62,20 @@ private:
   using Key = std::pair<Model, protocol::BlobId>;
   struct Entry
   {
-    bool reading = true;
     std::weak_ptr<const std::vector<std::uint8_t>> bytes; // found as long as anybody holds it
     BlobBytes kept;                                       // null where it is not among Recent
     std::list<Key>::iterator place;                       // in Recent, if kept
   };
   using EntryMap = std::map<Key, Entry>;
 
-  // While it lives, this thread reads the blob.
-  struct Claim
-  {
-    BlobCache& cache;
-    Key key;
-    ~Claim() { this->cache.Release(this->key); }
-  };
-
-  BlobBytes FindOrClaim(const Key& key);
+  BlobBytes FindOrMiss(Model model, const protocol::BlobId& blob);
   BlobBytes Touch(EntryMap::iterator entry);
-  void Keep(const Key& key, const BlobBytes& bytes);
-  void Release(const Key& key);
+  BlobBytes Keep(const Key& key, const BlobBytes& bytes);
   void LetGo(EntryMap::iterator entry);
   void Sweep();
 
   const std::size_t Most;
   mutable std::mutex Mutex;
-  std::condition_variable Read;
   Model Models = 0;
   EntryMap Entries;
   std::list<Key> Recent; // the latest first

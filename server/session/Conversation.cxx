@@ -31,6 +31,18 @@ bool Errand::Takes() const
                        : this->May.IsCounted(this->Blob);
 }
 
+const void* Errand::Source() const
+{
+  const auto* const open =
+    this->Request ? std::get_if<protocol::OpenRequest>(&this->Request->body) : nullptr;
+  return open ? this->Models.Find(open->model).get() : this->Model.get();
+}
+
+std::string Errand::Part() const
+{
+  return this->Request ? "" : protocol::BlobName(this->Blob);
+}
+
 // What an exception ends, for want of memory mostly, is an error.
 void Errand::Run() noexcept
 {
@@ -344,6 +356,21 @@ void Conversation::Finish(const std::shared_ptr<Errand>& errand)
   {
     this->FinishList(*errand);
   }
+}
+
+void Conversation::GiveUp(const std::shared_ptr<Errand>& errand)
+{
+  if (errand != this->Pending)
+  {
+    return;
+  }
+  // Of what is running only what nobody writes to is read.
+  auto failed = std::make_shared<Errand>(this->Models, this->Limits.partitions, this->May);
+  failed->Request = errand->Request;
+  failed->Blob = errand->Blob;
+  failed->Failure = Error{ ErrorCode::InputOutput, "the disk does not answer" };
+  this->Pending = failed;
+  this->Finish(failed);
 }
 
 void Conversation::Answer(ServerMessage message)

@@ -53,6 +53,10 @@ public:
 
   // Whether it counts against a quota.
   bool Takes() const;
+  // The model that it reads, by address, and what of it, where others may read the same; to be
+  // asked before it is run. null, "": none.
+  const void* Source() const;
+  std::string Part() const;
   // Does it, on any thread, once. What fails is kept for the conversation.
   void Run() noexcept;
 
@@ -122,6 +126,8 @@ public:
   std::shared_ptr<Errand> TakeErrand();
   // Takes back what has been run. Without effect where its request has been cancelled meanwhile.
   void Finish(const std::shared_ptr<Errand>& errand);
+  // Goes on without it, as if its disk could not be read: it may still be running.
+  void GiveUp(const std::shared_ptr<Errand>& errand);
 
   // Of the message that was pulled last: whether it ends the first blob of its request, or the
   // last, and when that request was received.

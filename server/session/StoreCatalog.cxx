@@ -5,12 +5,14 @@
 #include "filters/core/SystemReason.h"
 #include "server/protocol/ResourcePath.h"
 #include "server/session/NotesFiles.h"
+#include "server/session/PatientLoop.h"
 #include "server/session/StoreModel.h"
 
 #include <dirent.h>
 
 #include <algorithm>
 #include <cerrno>
+#include <deque>
 #include <system_error>
 #include <utility>
 
@@ -64,6 +66,8 @@ namespace
 {
 
 constexpr std::string_view storeEnding = ".kds";
+// To look whether a file has changed takes no time, but where its disk hangs.
+constexpr std::chrono::seconds patienceWithLook{ 1 };
 constexpr std::size_t mostReplaced = 4; // of one model: each keeps a file and a tree
 
 bool MayPass(const Error& error)
@@ -106,6 +110,13 @@ std::vector<std::shared_ptr<const ServedModel>> ListOf(const ModelMap& byId)
   }
   return models;
 }
+
+// Says that something has ended, be it by an exception.
+struct AtEnd
+{
+  std::atomic<bool>& ended;
+  ~AtEnd() { this->ended = true; }
+};
 
 Error UnreadableFolder(int number)
 {
@@ -178,7 +189,7 @@ StoreCatalog::StoreCatalog(
   , Reports(std::make_shared<Reporter>(std::move(report)))
   , Cache(std::make_shared<BlobCache>(cacheBytes))
   , Stores(std::make_shared<OpenStores>())
-  , Notes(std::make_unique<NotesFiles>(this->Folder,
+  , Notes(std::make_shared<NotesFiles>(this->Folder,
       [reports = this->Reports](const std::filesystem::path& file, const std::string& what)
       { reports->Tell(file, what); }))
 {
@@ -217,26 +228,139 @@ Status StoreCatalog::Try(Patience patience)
   }
 }
 
-Status StoreCatalog::ReadFolder(Patience patience)
+struct StoreCatalog::Opening
 {
-  const auto files = FindStores(this->Folder);
-  KDSTREAM_TRY(files); // a disk that is not there for the moment, or no descriptors
-  const auto before = this->Current();
-  this->Reports->Forget(this->Folder);
-  State state;
-  for (const auto& file : *files)
+  std::atomic<bool> ended{ false };
+  bool isSame = false; // as the model of before
+  Result<std::shared_ptr<const StoreModel>> model = Error{ ErrorCode::InputOutput, "" };
+  bool isGone = false, isNew = false;
+};
+
+// The stores of the folder that have ids, and what becomes of each. The threads that open them
+// share this.
+struct StoreCatalog::Files
+{
+  struct File
   {
-    this->Add(state, file, *before, patience);
+    std::filesystem::path path;
+    std::string id;
+    std::shared_ptr<const StoreModel> old; // of before; may be null
+    std::shared_ptr<Opening> opening = std::make_shared<Opening>();
+  };
+  std::vector<File> files;
+  std::shared_ptr<BlobCache> cache;
+  std::shared_ptr<Reporter> reports;
+  std::shared_ptr<NotesFiles> notes;
+  std::shared_ptr<OpenStores> stores;
+
+  void Open(const File& file, Patience patience) const;
+};
+
+// May wait for a disk.
+void StoreCatalog::Files::Open(const File& file, Patience patience) const
+{
+  auto& found = *file.opening;
+  const AtEnd end{ found.ended };
+  found.isSame = file.old && file.old->IsFile(file.path);
+  if (!found.isSame)
+  {
+    found.model = OpenStoreModel(
+      file.path, file.id, this->cache,
+      [to = this->reports, path = file.path](const std::string& what) { to->Tell(path, what); },
+      this->stores);
   }
-  this->KeepReplaced(state, *before);
-  for (const auto& entry : state.byId)
+  if (found.isSame || found.model)
   {
-    // When told to read all anew, also what could not be read before.
-    if (patience == Patience::None || this->Notes->HasChanged(entry.first))
+    this->reports->Forget(file.path);
+  }
+  else
+  {
+    const Error& error = found.model.GetError();
+    found.isGone = error.code == ErrorCode::NotFound && IsGone(file.path);
+    found.isNew = patience == Patience::WithNew &&
+                  WasWrittenJustNow(file.path, file.old ? patienceWithChanged : patienceWithNew);
+    if (!found.isGone && !found.isNew)
     {
-      (void)this->Notes->Read(entry.first); // counts them for the list
+      this->reports->TellOnce(file.path, error.message + WhatIsServed(file.old.get(), error));
     }
   }
+  // When told to read all anew, also what could not be read before. It counts them for the list.
+  const bool isServed = found.isSame || found.model || (file.old && !found.isGone);
+  if (isServed && (patience == Patience::None || this->notes->HasChanged(file.id)))
+  {
+    (void)this->notes->Read(file.id);
+  }
+}
+
+// Opens those that may have changed. What a disk holds stays held: it is looked for next time.
+void StoreCatalog::OpenAll(Files& files, Patience patience)
+{
+  auto shared = std::make_shared<Files>(files);
+  std::erase_if(
+    shared->files, [this](const Files::File& file) { return this->HeldByDisk.count(file.path); });
+  ForEachPatiently(
+    shared->files.size(), patienceWithDisk,
+    [shared, patience](std::size_t i) { shared->Open(shared->files[i], patience); },
+    [this, &shared](std::size_t i)
+    {
+      const auto& file = shared->files[i];
+      const std::shared_ptr<const std::atomic<bool>> ended(file.opening, &file.opening->ended);
+      this->HeldByDisk[file.path] = { ended, file.opening };
+    });
+}
+
+bool StoreCatalog::IsHeld(const std::filesystem::path& file) const
+{
+  const auto held = this->HeldByDisk.find(file);
+  return held != this->HeldByDisk.end() && !*held->second.ended;
+}
+
+Status StoreCatalog::ReadFolder(Patience patience)
+{
+  const auto paths = FindStores(this->Folder);
+  KDSTREAM_TRY(paths); // a disk that is not there for the moment, or no descriptors
+  const auto before = this->Current();
+  this->Reports->Forget(this->Folder);
+  // What has been looked at is opened again; what has been opened meanwhile is taken.
+  std::erase_if(this->HeldByDisk,
+    [](const auto& entry) { return *entry.second.ended && !entry.second.opening; });
+  Files files{ {}, this->Cache, this->Reports, this->Notes, this->Stores };
+  for (const auto& path : *paths)
+  {
+    auto id = path.stem().string();
+    if (!IsModelId(id))
+    {
+      this->Reports->TellOnce(path, "a model's name has " + std::string(modelIdRule) +
+                                      "; it is left out, the other stores are served");
+      continue;
+    }
+    const auto found = before->byId.find(id);
+    auto old = found == before->byId.end() ? nullptr : found->second;
+    files.files.push_back({ path, std::move(id), std::move(old) });
+  }
+  this->OpenAll(files, patience);
+  State state;
+  for (const auto& file : files.files)
+  {
+    const auto held = this->HeldByDisk.find(file.path);
+    if (held == this->HeldByDisk.end())
+    {
+      this->Add(state, file.path, file.id, file.old, file.opening.get());
+    }
+    else if (*held->second.ended)
+    {
+      this->Add(state, file.path, file.id, file.old, held->second.opening.get());
+      state.passing = true; // it may have changed since
+      this->HeldByDisk.erase(held);
+    }
+    else
+    {
+      this->Add(state, file.path, file.id, file.old, nullptr);
+    }
+  }
+  // What has come to an end just now is opened again.
+  std::erase_if(this->HeldByDisk, [](const auto& entry) { return entry.second.ended->load(); });
+  this->KeepReplaced(state, *before);
   const bool passing = state.passing;
   this->Publish(std::move(state));
   this->Again = passing;
@@ -251,45 +375,30 @@ void StoreCatalog::Publish(State state)
   this->Present = std::make_shared<const State>(std::move(state));
 }
 
-// The model of `file`: the one of before, if it is the same or there is no other.
-void StoreCatalog::Add(
-  State& state, const std::filesystem::path& file, const State& before, Patience patience) const
+// The model of `file`: the one of before, if it is the same or there is no other. found: null while
+// a disk holds it.
+void StoreCatalog::Add(State& state, const std::filesystem::path& file, const std::string& id,
+  const std::shared_ptr<const StoreModel>& old, const Opening* found) const
 {
-  const auto id = file.stem().string();
-  if (!IsModelId(id))
+  if (found && found->model)
   {
-    this->Reports->TellOnce(file, "a model's name has " + std::string(modelIdRule) +
-                                    "; it is left out, the other stores are served");
+    state.byId.emplace(id, *found->model);
     return;
   }
-  const auto found = before.byId.find(id);
-  const auto old = found == before.byId.end() ? nullptr : found->second;
-  if (old && old->IsFile(file))
+  if (found && !found->isSame)
   {
-    state.byId.emplace(id, old);
-    return;
+    if (found->isGone)
+    {
+      return;
+    }
+    state.passing = state.passing || MayPass(found->model.GetError()) || found->isNew;
   }
-  auto model = OpenStoreModel(
-    file, id, this->Cache,
-    [reports = this->Reports, file](const std::string& what) { reports->Tell(file, what); },
-    this->Stores);
-  if (model)
+  else if (!found)
   {
-    this->Reports->Forget(file);
-    state.byId.emplace(id, std::move(*model));
-    return;
-  }
-  const Error& error = model.GetError();
-  if (error.code == ErrorCode::NotFound && IsGone(file))
-  {
-    return;
-  }
-  const bool isNew = patience == Patience::WithNew &&
-                     WasWrittenJustNow(file, old ? patienceWithChanged : patienceWithNew);
-  state.passing = state.passing || MayPass(error) || isNew;
-  if (!isNew)
-  {
-    this->Reports->TellOnce(file, error.message + WhatIsServed(old.get(), error));
+    state.passing = true;
+    this->Reports->TellOnce(file, std::string("its disk does not answer") +
+                                    (old ? "; the store of before is served as far as it is read"
+                                         : "; it is left out, the other stores are served"));
   }
   if (old)
   {
@@ -328,21 +437,63 @@ void StoreCatalog::KeepReplaced(State& state, const State& before) const
 void StoreCatalog::Refresh()
 {
   const auto present = this->Current();
-  // Also where a link leads to another file now, of which no folder tells.
-  const bool changed = std::any_of(present->byId.begin(), present->byId.end(),
-    [this](const auto& entry)
-    {
-      return !entry.second->IsFile(this->FileOf(entry.first)) ||
-             this->Notes->HasChanged(entry.first);
-    });
   const auto now = Clock::now();
   const bool outlived = std::any_of(present->replaced.begin(), present->replaced.end(),
     [now](const Replaced& replaced) { return replaced.until <= now; });
   const bool otherNotes = present->notes != this->Notes->Version(); // somebody has asked for them
-  if (this->Again || changed || outlived || otherNotes)
+  if (this->Again || this->HasChanged(*present) || outlived || otherNotes)
   {
     this->Look();
   }
+}
+
+// Also where a link leads to another file now, of which no folder tells.
+bool StoreCatalog::HasChanged(const State& present)
+{
+  struct Looking
+  {
+    struct File
+    {
+      std::filesystem::path path;
+      std::shared_ptr<const StoreModel> model;
+      std::atomic<bool> ended{ false };
+    };
+    std::deque<File> files;
+    std::shared_ptr<const NotesFiles> notes;
+    std::atomic<bool> changed{ false };
+  };
+  const std::lock_guard reloading(this->ReloadMutex);
+  const auto looking = std::make_shared<Looking>();
+  looking->notes = this->Notes;
+  for (const auto& [id, model] : present.byId)
+  {
+    if (auto path = this->FileOf(id); !this->IsHeld(path))
+    {
+      auto& file = looking->files.emplace_back();
+      file.path = std::move(path);
+      file.model = model;
+    }
+  }
+  ForEachPatiently(
+    looking->files.size(), patienceWithLook,
+    [looking](std::size_t i)
+    {
+      auto& file = looking->files[i];
+      const AtEnd end{ file.ended };
+      if (!file.model->IsFile(file.path) ||
+          looking->notes->HasChanged(file.model->Description().id))
+      {
+        looking->changed = true;
+      }
+    },
+    [this, &looking](std::size_t i)
+    {
+      const auto& file = looking->files[i];
+      this->HeldByDisk[file.path] = {
+        std::shared_ptr<const std::atomic<bool>>(looking, &file.ended), nullptr
+      };
+    });
+  return looking->changed;
 }
 
 std::filesystem::path StoreCatalog::FileOf(const std::string& id) const

@@ -32,6 +32,7 @@ public:
   using Report = std::function<void(const std::filesystem::path& file, const std::string& what)>;
 
   static constexpr std::chrono::seconds defaultGrace{ 3600 };
+  static constexpr std::chrono::seconds patienceWithDisk{ 5 };
 
   // A model that has been replaced is found by its digest for `grace` longer, so that two servers
   // behind a proxy can change at different times. All models share a BlobCache of `cacheBytes`.
@@ -46,8 +47,10 @@ public:
   // found no more; one whose file was written to in place and is no store any more is found, but
   // not listed, and says that it is damaged. Pointers to earlier models stay valid. Errors:
   // NotFound or InputOutput where the folder cannot be read, LimitExceeded where memory runs out:
-  // the models stay as they were, and Refresh tries again. Memory: the descriptions; and 48 bytes a
-  // node of each tree of which regions have been asked for.
+  // the models stay as they were, and Refresh tries again. A store that takes longer than
+  // patienceWithDisk is left to a thread of its own, and is seen, changed or not, once that has
+  // done it: a disk that hangs on one hides no other. Memory: the descriptions; and 48 bytes a node
+  // of each tree of which regions have been asked for.
   Status Reload();
 
   // What Reload does, where stores may have come or gone; but nothing is reported again.
@@ -86,6 +89,13 @@ private:
     std::uint64_t notes = 0;        // the version of the notes that the list tells of
     BlobBytes list;
   };
+  // What has been found of a file, and whether that has come to an end.
+  struct Opening;
+  struct Held
+  {
+    std::shared_ptr<const std::atomic<bool>> ended;
+    std::shared_ptr<const Opening> opening; // null: it was only looked at
+  };
   std::shared_ptr<const State> Current() const;
   std::filesystem::path FileOf(const std::string& id) const;
   void Publish(State state);
@@ -96,8 +106,12 @@ private:
   };
   Status Try(Patience patience);
   Status ReadFolder(Patience patience);
-  void Add(
-    State& state, const std::filesystem::path& file, const State& before, Patience patience) const;
+  struct Files;
+  void OpenAll(Files& files, Patience patience);
+  void Add(State& state, const std::filesystem::path& file, const std::string& id,
+    const std::shared_ptr<const StoreModel>& old, const Opening* found) const;
+  bool HasChanged(const State& present);
+  bool IsHeld(const std::filesystem::path& file) const;
   void KeepReplaced(State& state, const State& before) const;
 
   std::filesystem::path Folder;
@@ -105,9 +119,10 @@ private:
   std::shared_ptr<Reporter> Reports;
   std::shared_ptr<BlobCache> Cache;
   std::shared_ptr<OpenStores> Stores;
-  std::unique_ptr<NotesFiles> Notes;
-  std::mutex ReloadMutex;           // one reload at a time
-  std::atomic<bool> Again{ false }; // the folder is to be read again soon
+  std::shared_ptr<NotesFiles> Notes;
+  std::mutex ReloadMutex;                           // one reload at a time; for HeldByDisk too
+  std::map<std::filesystem::path, Held> HeldByDisk; // files that a disk holds, when last looked at
+  std::atomic<bool> Again{ false };                 // the folder is to be read again soon
   mutable std::mutex Mutex;
   std::shared_ptr<const State> Present;
 };

@@ -8,11 +8,14 @@
 #include <sys/socket.h>
 #include <sys/stat.h>
 #include <sys/time.h>
+#include <unistd.h>
 
 #include <cerrno>
+#include <climits>
 #include <cstdarg>
 #include <cstddef>
 #include <cstdio>
+#include <cstring>
 #include <ctime>
 
 extern "C"
@@ -62,6 +65,34 @@ bool Strikes(const std::atomic<int> kdstream::Faults::*fault)
   return reason != 0;
 }
 
+// While a disk hangs that has the path.
+void Await(const char* path)
+{
+  const int before = errno;
+  if (faults && faults->hanging != 0 && path && std::strstr(path, kdstream::Faults::hangingWord))
+  {
+    ++faults->struck;
+    while (faults->hanging != 0)
+    {
+      ::usleep(1000);
+    }
+  }
+  errno = before;
+}
+
+// The same of an open file.
+void Await(int file)
+{
+  if (faults && faults->hanging != 0)
+  {
+    char name[40], path[PATH_MAX];
+    std::snprintf(name, sizeof name, "/proc/self/fd/%d", file);
+    const auto bytes = ::readlink(name, path, sizeof path - 1);
+    path[bytes < 0 ? 0 : bytes] = 0;
+    Await(path);
+  }
+}
+
 bool IsRegular(int file)
 {
   struct stat status = {};
@@ -107,6 +138,7 @@ extern "C"
   ssize_t read(int file, void* data, std::size_t bytes)
   {
     static const auto real = Real<ssize_t(int, void*, std::size_t)>("read");
+    Await(file);
     return faults && faults->reading != 0 && IsRegular(file) && Strikes(&kdstream::Faults::reading)
              ? -1
              : real(file, data, bytes);
@@ -115,6 +147,7 @@ extern "C"
   ssize_t pread(int file, void* data, std::size_t bytes, off_t offset)
   {
     static const auto real = Real<ssize_t(int, void*, std::size_t, off_t)>("pread");
+    Await(file);
     return Strikes(&kdstream::Faults::reading) ? -1 : real(file, data, bytes, offset);
   }
 
@@ -149,6 +182,7 @@ extern "C"
     va_start(arguments, flags);
     const auto mode = ModeOf(flags, arguments);
     va_end(arguments);
+    Await(path);
     return FailsToOpen(flags) ? -1 : real(path, flags, mode);
   }
 
@@ -195,7 +229,29 @@ extern "C"
   DIR* opendir(const char* path)
   {
     static const auto real = Real<DIR*(const char*)>("opendir");
+    Await(path);
     return Strikes(&kdstream::Faults::opening) ? nullptr : real(path);
+  }
+
+  int stat(const char* path, struct stat* status)
+  {
+    static const auto real = Real<int(const char*, struct stat*)>("stat");
+    Await(path);
+    return real(path, status);
+  }
+
+  int lstat(const char* path, struct stat* status)
+  {
+    static const auto real = Real<int(const char*, struct stat*)>("lstat");
+    Await(path);
+    return real(path, status);
+  }
+
+  int fstat(int file, struct stat* status)
+  {
+    static const auto real = Real<int(int, struct stat*)>("fstat");
+    Await(file);
+    return real(file, status);
   }
 
   int accept4(int listener, sockaddr* address, socklen_t* length, int flags)

@@ -29,6 +29,10 @@ struct Faults
   std::atomic<int> opening{ 0 };   // of any file, to read
   std::atomic<int> accepting{ 0 }; // of connections
   std::atomic<int> tls{ 0 };       // SSL_new
+  // What is asked of files and folders whose path has this word in it does not come back while
+  // `hanging` is not 0: a disk, or another machine's, that does not answer.
+  static constexpr const char* hangingWord = "hangs";
+  std::atomic<int> hanging{ 0 };
   // Every so manieth allocation fails, of those of at least `leastBytes`; 0: none.
   std::atomic<std::uint64_t> allocation{ 0 };
   std::atomic<std::uint64_t> leastBytes{ 0 };
@@ -42,6 +46,7 @@ struct Faults
   void Clear()
   {
     this->reading = this->writing = this->opening = this->accepting = this->tls = 0;
+    this->hanging = 0;
     this->allocation = 0;
     this->leastBytes = 0;
     this->ahead = 0;

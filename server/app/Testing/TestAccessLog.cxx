@@ -47,6 +47,19 @@ TEST_F(Log, ALineARequestAppended)
   EXPECT_EQ(text.substr(7 + 20), " 127.0.0.1 \"GET /a\\x20\\x22b\\x22\" 200 512 250.0\n");
 }
 
+TEST_F(Log, AClientBreaksNoLine)
+{
+  {
+    const auto log = AccessLog::Open(this->file);
+    ASSERT_TRUE(log);
+    this->record.client = "fe80::1%\n127.0.0.1 \"";
+    (*log)->Write(this->record);
+  }
+  const auto text = fixtures::ReadWhole(this->file);
+  EXPECT_EQ(text.substr(20),
+    " fe80::1%\\x0a127.0.0.1\\x20\\x22 \"GET /a\\x20\\x22b\\x22\" 200 512 250.0\n");
+}
+
 TEST_F(Log, ANewFileIsNotForEverybody)
 {
   ASSERT_TRUE(AccessLog::Open(this->file));

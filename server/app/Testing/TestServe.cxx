@@ -166,8 +166,41 @@ TEST_F(Serve, DoesNotStartWithTooFewDescriptors)
   Process serve({ this->stores, "--port", "0", "--threads", "2" }, program, rlimit{ 32, 32 });
   EXPECT_EQ(serve.Wait(), 1);
   const auto line = serve.ErrorLine();
-  EXPECT_EQ(line.substr(0, line.find(", but needs ")),
+  EXPECT_EQ(line.substr(0, line.find(", but needs at least ")),
     "kdstream-serve: error: this process may have 32 descriptors (ulimit -n, LimitNOFILE=)");
+}
+
+// Also where there is none left to count the others with.
+TEST_F(Serve, CountsItsDescriptorsThoughTheyHaveRunOut)
+{
+#ifdef __SANITIZE_ADDRESS__
+  GTEST_SKIP() << "the sanitizer itself needs descriptors";
+#endif
+  this->Build("one.kds");
+  const auto needs = [this](rlim_t limit) -> std::optional<int>
+  {
+    Process serve(
+      { this->stores, "--port", "0", "--threads", "2" }, program, rlimit{ limit, limit });
+    EXPECT_EQ(serve.Wait(), 1) << limit;
+    const std::string before = "but needs at least ";
+    const auto line = serve.ErrorLine();
+    const auto place = line.find(before);
+    return place == line.npos ? std::nullopt
+                              : std::optional(std::stoi(line.substr(place + before.size())));
+  };
+  const auto enough = needs(32);
+  ASSERT_TRUE(enough);
+  EXPECT_GT(*enough, 32);
+  unsigned told = 0;
+  for (rlim_t limit = 5; limit < 12; ++limit) // with fewer the folder cannot be read
+  {
+    if (const auto few = needs(limit))
+    {
+      ++told;
+      EXPECT_GE(*few, *enough - 2) << limit << " descriptors: without the store at most";
+    }
+  }
+  EXPECT_GT(told, 0u);
 }
 
 TEST_F(Serve, StreamsHaveTheLimitsOfItsOptions)

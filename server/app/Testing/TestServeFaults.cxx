@@ -18,7 +18,9 @@
 #include <algorithm>
 #include <cerrno>
 #include <chrono>
+#include <condition_variable>
 #include <fstream>
+#include <mutex>
 #include <set>
 #include <thread>
 
@@ -28,6 +30,40 @@ namespace
 {
 
 const std::string library = KDSTREAM_FAULTS;
+
+// Kills a process that has not ended in time: then what it is asked fails instead of waiting.
+class Deadline
+{
+public:
+  explicit Deadline(const Process& process)
+    : Thread(
+        [this, &process]
+        {
+          std::unique_lock lock(this->Mutex);
+          if (!this->Changed.wait_for(
+                lock, std::chrono::seconds(60), [this] { return this->Over; }))
+          {
+            process.Signal(SIGKILL);
+          }
+        })
+  {
+  }
+  ~Deadline()
+  {
+    {
+      const std::lock_guard lock(this->Mutex);
+      this->Over = true;
+    }
+    this->Changed.notify_all();
+    this->Thread.join();
+  }
+
+private:
+  std::mutex Mutex;
+  std::condition_variable Changed;
+  bool Over = false;
+  std::thread Thread; // after what it uses
+};
 
 class Faulty : public Serve
 {
@@ -111,6 +147,21 @@ protected:
     const auto token = process.OutLine();
     EXPECT_EQ(process.Wait(), 0);
     return token;
+  }
+  // The status of the answer; 0 for none.
+  static unsigned Ask(std::uint16_t port, const std::string& target)
+  {
+    const auto answer = HttpTestClient(port).Get(target);
+    return answer ? answer->status : 0;
+  }
+  static bool AwaitModel(std::uint16_t port, const std::string& model)
+  {
+    const auto until = std::chrono::steady_clock::now() + std::chrono::seconds(30);
+    while (!Has(port, model) && std::chrono::steady_clock::now() < until)
+    {
+      std::this_thread::sleep_for(std::chrono::milliseconds(50));
+    }
+    return Has(port, model);
   }
   static bool Has(std::uint16_t port, const std::string& model)
   {
@@ -208,6 +259,74 @@ TEST_F(Faulty, ADiskThatHangsDoesNotKeepItFromEnding)
   }
   serve.Signal(SIGTERM);
   EXPECT_EQ(serve.ErrorLine(), "kdstream-serve: warning: it ends before all answers are finished");
+  EXPECT_EQ(serve.Wait(), 0);
+}
+
+// The disk of one store: all else is served, the folder is followed, and the signals are heeded.
+TEST_F(Faulty, ADiskThatHangsOnOneStore)
+{
+  std::ofstream(this->folder / "index.html") << "home";
+  std::ofstream(this->folder / "page") << "page";
+  this->Build("hangs.kds");
+  Process serve(this->Arguments({ "--web", this->folder, "--readers", "2", "--drain", "1" }));
+  const Deadline deadline(serve);
+  const auto port = serve.Port();
+  HttpTestClient client(port);
+  const auto blob = BlobOf(client, 0, "hangs"), other = BlobOf(client);
+  this->faults->hanging = 1;
+  std::vector<std::unique_ptr<HttpTestClient>> askers;
+  for (int i = 0; i < 100; ++i)
+  {
+    askers.push_back(std::make_unique<HttpTestClient>(port));
+    const std::string path = i % 2 == 0 ? blob : "/api/models/hangs/notes.json";
+    askers.back()->Send("GET " + path + " HTTP/1.1\r\nHost: localhost\r\n\r\n");
+  }
+  EXPECT_EQ(Ask(port, other), 200u);
+  EXPECT_EQ(Ask(port, "/page"), 200u);
+  EXPECT_EQ(Ask(port, "/readyz"), 200u);
+  this->Build("two.kds");
+  serve.Signal(SIGHUP);
+  EXPECT_TRUE(AwaitModel(port, "two")) << "another store is seen";
+  EXPECT_EQ(Ask(port, "/readyz"), 200u);
+  serve.Signal(SIGTERM);
+  EXPECT_EQ(serve.Wait(), 0);
+}
+
+// The whole folder's: what has been opened is served as far as it is in memory.
+TEST_F(Faulty, AFolderThatHangs)
+{
+  const auto hanging = this->folder / "hangs";
+  fs::create_directory(hanging);
+  fs::rename(this->stores / "one.kds", hanging / "one.kds");
+  Process serve({ hanging, "--port", "0", "--drain", "1" });
+  const Deadline deadline(serve);
+  const auto port = serve.Port();
+  HttpTestClient client(port);
+  const auto blob = BlobOf(client);
+  EXPECT_EQ(Ask(port, blob), 200u);
+  this->faults->hanging = 1;
+  serve.Signal(SIGHUP);
+  EXPECT_EQ(Ask(port, "/readyz"), 200u);
+  EXPECT_EQ(Ask(port, "/api/models/one/model.json"), 200u);
+  EXPECT_EQ(Ask(port, blob), 200u);
+  serve.Signal(SIGTERM);
+  EXPECT_EQ(serve.Wait(), 0);
+}
+
+TEST_F(Faulty, AFolderThatHangsAtTheStart)
+{
+  const auto hanging = this->folder / "hangs";
+  fs::create_directory(hanging);
+  this->faults->hanging = 1;
+  Process serve({ hanging, "--port", "0" });
+  const Deadline deadline(serve);
+  const auto until = std::chrono::steady_clock::now() + std::chrono::seconds(20);
+  while (this->faults->struck == 0 && std::chrono::steady_clock::now() < until)
+  {
+    std::this_thread::sleep_for(std::chrono::milliseconds(5));
+  }
+  EXPECT_GT(this->faults->struck, 0u);
+  serve.Signal(SIGTERM);
   EXPECT_EQ(serve.Wait(), 0);
 }
 

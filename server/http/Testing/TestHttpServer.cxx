@@ -299,6 +299,55 @@ TEST_F(Server, AnswersForTheHostsThatItIsTold)
   EXPECT_EQ(statusFor("10.0.0.7", "/healthz"), 200u);
 }
 
+// Names that a stranger may have, of whom a page has this machine asked (DNS rebinding).
+TEST_F(Server, AnswersNoStrangersNameAtLoopback)
+{
+  this->options.admin = ListenAddress{};
+  const auto port = this->Start();
+  const auto admin = this->AdminPort();
+  const auto statusFor =
+    [](std::uint16_t at, const std::string& host, const std::string& target = "/")
+  {
+    HttpTestClient client(at);
+    client.Send("GET " + target + " HTTP/1.1\r\nHost: " + host + "\r\n\r\n");
+    const auto response = client.Receive();
+    return response ? response->status : 0;
+  };
+  for (const char* own : { "127.0.0.1", "localhost:8700", "[::1]:8700", "x", "models.localhost." })
+  {
+    EXPECT_EQ(statusFor(port, own), 200u) << own;
+    EXPECT_EQ(statusFor(admin, own, "/metrics"), 200u) << own;
+  }
+  for (const char* foreign : { "evil.example", "evil.example:8700", "127.0.0.1.evil.example." })
+  {
+    EXPECT_EQ(statusFor(port, foreign), 421u) << foreign;
+    EXPECT_EQ(statusFor(admin, foreign, "/metrics"), 421u) << foreign;
+    EXPECT_EQ(statusFor(port, foreign, "/healthz"), 200u) << foreign;
+    EXPECT_EQ(statusFor(admin, foreign, "/readyz"), 200u) << foreign;
+    HttpTestClient client(port);
+    client.Send("GET http://" + std::string(foreign) + "/ HTTP/1.1\r\nHost: localhost\r\n\r\n");
+    EXPECT_EQ(client.Receive()->status, 421u) << foreign;
+  }
+}
+
+TEST_F(Server, AHostThatIsAllowedIsTakenByTheAdministratorToo)
+{
+  this->options.admin = ListenAddress{};
+  this->options.allowedHosts = { "models.example" };
+  const auto port = this->Start();
+  const auto admin = this->AdminPort();
+  const auto statusFor = [](std::uint16_t at, const std::string& host)
+  {
+    HttpTestClient client(at);
+    client.Send("GET /metrics HTTP/1.1\r\nHost: " + host + "\r\n\r\n");
+    return client.Receive()->status;
+  };
+  EXPECT_EQ(statusFor(port, "127.0.0.1"), 421u);
+  EXPECT_EQ(statusFor(admin, "127.0.0.1:9100"), 200u) << "who scrapes it";
+  EXPECT_EQ(statusFor(admin, "models.example"), 200u);
+  EXPECT_EQ(statusFor(admin, "evil.example"), 421u);
+}
+
 TEST_F(Server, TellsWhyItCannotStart)
 {
   const auto port = this->Start();

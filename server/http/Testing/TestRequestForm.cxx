@@ -26,6 +26,22 @@ TEST(RequestForm, AFoldedLineIsFoundBeforeTheHeaderEnds)
   EXPECT_FALSE(HasFoldedLine(""));
 }
 
+TEST(RequestForm, NamesThatSomebodyMayHaveRegisteredCanBeRebound)
+{
+  for (const char* safe : { "127.0.0.1", "192.0.2.1", "127.1", "[::1]", "[::ffff:127.0.0.1]",
+         "localhost", "LocalHost", "models.localhost", "localhost.localdomain", "x", "workstation",
+         "" })
+  {
+    EXPECT_TRUE(CannotBeRebound(safe)) << safe;
+  }
+  for (const char* rebound : { "evil.example", "127.0.0.1.evil.example", "localhost.evil.example",
+         "evil.notlocalhost", "localhost.localdomain.evil.example", "a.b", ".", "machine.local",
+         "127.0.0.1x", "1.2.3.4.5a" })
+  {
+    EXPECT_FALSE(CannotBeRebound(rebound)) << rebound;
+  }
+}
+
 TEST(RequestForm, ATargetMayNameItsHost)
 {
   const auto split = [](std::string_view target)

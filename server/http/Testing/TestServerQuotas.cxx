@@ -138,6 +138,31 @@ TEST_F(QuotaServer, AFileThatIsLockedDelaysOnlyThoseWhoTake)
   EXPECT_TRUE(stream.Await(2).end);
 }
 
+// A tag that is not the blob's makes the answer a whole one, which counts; the blob's own none.
+TEST_F(QuotaServer, AFileThatIsLockedDelaysOnlyThoseWhoTakeWhateverTheyHave)
+{
+  this->options.threads = 1;
+  this->options.readers = 1;
+  const auto port = this->StartWith(Share(0.5));
+  const auto other = OpenForWriting(this->folder.Path / "quotas.db");
+  ASSERT_TRUE(other);
+  ASSERT_TRUE(Execute(other->get(), "BEGIN IMMEDIATE"));
+  const auto blob = this->Blob(BlobId::Partition(3));
+  HttpTestClient reader(port), watcher(port);
+  reader.Send("GET " + blob + " HTTP/1.1\r\nHost: localhost\r\nIf-None-Match: \"x\"\r\n" +
+              Bearer("ann") + "\r\n");
+  const auto until = std::chrono::steady_clock::now() + std::chrono::seconds(20);
+  while (!MetricsHave("kdstream_reader_wait_seconds_count 1\n", watcher) &&
+         std::chrono::steady_clock::now() < until)
+  {
+  }
+  EXPECT_EQ(watcher.Get(this->Blob(BlobId::LevelPiece(0, 1)), Bearer("bob"))->status, 200u);
+  const auto tag = "\"" + this->model->Description().digest + "/partitions/3\"";
+  EXPECT_EQ(watcher.Get(blob, "If-None-Match: " + tag + "\r\n" + Bearer("bob"))->status, 304u);
+  ASSERT_TRUE(Execute(other->get(), "COMMIT")); // sooner than the file is given up
+  EXPECT_EQ(reader.Receive()->status, 200u);
+}
+
 // However many ask two servers with one file at the same time: the largest overshoot is none.
 TEST_F(QuotaServer, TwoWithOneFileGiveWhatOneWould)
 {

@@ -6,7 +6,6 @@
 
 #include <atomic>
 #include <new>
-#include <thread>
 #include <vector>
 
 using namespace kdstream;
@@ -74,37 +73,20 @@ TEST_F(Cache, WhatSomebodyHoldsIsFoundThoughItIsNotKept)
   EXPECT_EQ(this->cache.Find(this->model, BlobId::Partition(0)), held);
 }
 
-TEST_F(Cache, ManyWhoWantTheSameReadItOnce)
+// A disk may hold the one who reads.
+TEST_F(Cache, NobodyWaitsForWhoeverReadsTheSame)
 {
-  constexpr unsigned wanting = 16;
-  std::atomic<unsigned> begun{ 0 };
-  std::vector<BlobBytes> got(wanting);
-  std::vector<std::thread> threads;
-  for (unsigned i = 0; i < wanting; ++i)
-  {
-    threads.emplace_back(
-      [&, i]
-      {
-        ++begun;
-        const auto blob = this->cache.Get(this->model, BlobId::Partition(7),
-          [&]() -> Result<BlobBytes>
-          {
-            EXPECT_TRUE(fixtures::Eventually([&] { return begun >= wanting; }));
-            ++this->reads;
-            return std::make_shared<const std::vector<std::uint8_t>>(10);
-          });
-        got[i] = blob ? *blob : nullptr;
-      });
-  }
-  for (auto& thread : threads)
-  {
-    thread.join();
-  }
+  BlobBytes second;
+  const auto first = this->cache.Get(this->model, BlobId::Partition(7),
+    [&]() -> Result<BlobBytes>
+    {
+      second = this->Get(7); // meanwhile
+      return std::make_shared<const std::vector<std::uint8_t>>(100, 7);
+    });
+  ASSERT_TRUE(first);
   EXPECT_EQ(this->reads, 1u);
-  for (const auto& bytes : got)
-  {
-    EXPECT_EQ(bytes, got[0]);
-  }
+  EXPECT_EQ(*first, second) << "the blob is in memory once";
+  EXPECT_EQ(this->cache.Use().bytes, 100u);
 }
 
 TEST_F(Cache, FailuresAreNotKept)
