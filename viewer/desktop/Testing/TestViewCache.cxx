@@ -120,8 +120,8 @@ TEST_F(TestViewCache, AMeshIsSeenWhereNothingCanBeKept)
   ::setenv("TMPDIR", (this->Folder / "brief").c_str(), 1);
   EXPECT_EQ(this->Run(look + "nest.ply/below"), 0) << this->Err;
   ::unsetenv("TMPDIR");
-  EXPECT_NE(
-    this->Err.find("kdstream-view: warning: nest.ply/below: cannot be created: "), std::string::npos)
+  EXPECT_NE(this->Err.find("kdstream-view: warning: nest.ply/below: cannot be created: "),
+    std::string::npos)
     << this->Err;
   EXPECT_NE(this->Err.find("the store that is made of the mesh is not kept\n"), std::string::npos);
   EXPECT_EQ(ReadText(this->Folder / "n.png"), seen);
