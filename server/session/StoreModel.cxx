@@ -252,6 +252,9 @@ Result<std::shared_ptr<const StoreModel>> OpenStoreModel(const std::filesystem::
       told.id = id;
       auto description = ParseModel(WriteModel(told));
       KDSTREAM_TRY(description);
+      // For quotas; clients are not told.
+      description->inputDigest = (*store)->Info().inputDigest;
+      description->partitioner = (*store)->Info().partitioner;
       auto model = std::make_shared<ModelOfStore>(
         std::move(*store), std::move(*description), std::move(cache), std::move(report));
       (void)model->Boxes();

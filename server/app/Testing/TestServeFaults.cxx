@@ -15,8 +15,10 @@
 
 #include <sys/stat.h>
 
+#include <algorithm>
 #include <cerrno>
 #include <fstream>
+#include <set>
 #include <thread>
 
 using namespace kdstream;
@@ -339,6 +341,86 @@ TEST_F(Faulty, AFullDisk)
   const auto text = fixtures::ReadWhole(log);
   EXPECT_NE(text.find(" lines are lost\n"), std::string::npos) << text;
   EXPECT_EQ(text.find(" 503 "), std::string::npos) << text;
+}
+
+TEST_F(Faulty, QuotasWhoseFolderGoesAndComes)
+{
+  const auto place = this->folder / "quotas", away = this->folder / "away";
+  fs::create_directory(place);
+  this->BuildGrid("grid.kds");
+  const auto fields = "Authorization: Bearer " + this->MakeToken() + "\r\n";
+  Process serve(this->Arguments({ "--tokens", this->keys, "--quota-file", place / "quotas.db",
+    "--quota-partitions", "2%" })); // 2 of 128
+  const auto port = serve.Port();
+  HttpTestClient client(port);
+  const auto status = [&](std::uint32_t partition)
+  { return client.Get(BlobOf(client, partition, "grid", fields), fields)->status; };
+  EXPECT_EQ(status(0), 200u);
+  fs::rename(place, away);
+  for (std::uint32_t i = 0; i < 3; ++i)
+  {
+    EXPECT_EQ(status(i), 503u) << "of the original nothing";
+  }
+  EXPECT_EQ(client.Get("/api/models.json", fields)->status, 200u) << "but all else";
+  fs::rename(away, place);
+  EXPECT_EQ(status(1), 200u);
+  EXPECT_EQ(status(0), 200u);
+  EXPECT_EQ(status(2), 403u) << "what was had before counts";
+  serve.Signal(SIGTERM);
+  EXPECT_EQ(serve.Wait(), 0);
+}
+
+// By streams, so that tokens are read while there is memory: cjose does not bear the want of it.
+TEST_F(Faulty, QuotasWhileMemoryFailsNowAndThen)
+{
+  this->BuildGrid("grid.kds");
+  const auto token = this->MakeToken();
+  Process serve(this->Arguments({ "--tokens", this->keys, "--quota-file",
+    this->folder / "quotas.db", "--quota-partitions", "50%" })); // 64 of 128
+  const auto port = serve.Port();
+  const auto subprotocols = std::string(protocol::streamSubprotocol) + ", " + token;
+  const auto has = [](StreamTestClient& stream, std::uint32_t request, std::uint32_t partition)
+  {
+    stream.Ask({ request, protocol::PartitionsRequest{ { partition } } });
+    return stream.Await(request).blobs.size() == 1;
+  };
+  std::set<std::uint32_t> had;
+  std::uint32_t asked = 0;
+  for (const std::uint64_t every : { 101u, 53u, 37u, 29u, 23u, 19u, 17u, 13u, 11u, 7u })
+  {
+    for (int i = 0; i < 6; ++i, ++asked)
+    {
+      StreamTestClient stream(port); // which may end by it
+      ASSERT_TRUE(stream.Open(subprotocols));
+      stream.Ask({ 1, protocol::OpenRequest{ "grid" } });
+      ASSERT_TRUE(stream.Await(1).opened);
+      this->faults->allocation = every;
+      if (has(stream, 2, asked))
+      {
+        had.insert(asked);
+      }
+      this->faults->allocation = 0;
+    }
+  }
+  EXPECT_GT(this->faults->struck, 20u);
+  this->faults->Clear();
+  // What was entered and did not arrive may be had again.
+  std::set<std::uint32_t> all;
+  for (std::uint32_t partition = 0; partition < 128; ++partition)
+  {
+    StreamTestClient stream(port); // which a refusal ends
+    ASSERT_TRUE(stream.Open(subprotocols));
+    stream.Ask({ 1, protocol::OpenRequest{ "grid" } });
+    ASSERT_TRUE(stream.Await(1).opened);
+    if (has(stream, 2, partition))
+    {
+      all.insert(partition);
+    }
+  }
+  EXPECT_EQ(all.size(), 64u);
+  EXPECT_TRUE(std::includes(all.begin(), all.end(), had.begin(), had.end()));
+  serve.Signal(SIGTERM);
+  EXPECT_EQ(serve.Wait(), 0);
 }
 
 // Nobody reads what the server says: its stderr is full, and so is the pipe of its log.
