@@ -363,6 +363,11 @@ Status QuotaBook::Connection::Open()
     return QuotaError(opened.GetError().message, this->path);
   }
   this->database = std::move(*opened);
+  // Before SQLite makes a log and an index with such permissions, which would stay.
+  if (sqlite3_db_readonly(this->database.get(), "main") == 1)
+  {
+    return QuotaError("the file can only be read", this->path);
+  }
   // A file that was put in its place has tables, and nothing that acts.
   for (const int off :
     { SQLITE_DBCONFIG_ENABLE_TRIGGER, SQLITE_DBCONFIG_ENABLE_VIEW, SQLITE_DBCONFIG_TRUSTED_SCHEMA })

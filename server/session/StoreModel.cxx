@@ -399,6 +399,9 @@ Result<std::shared_ptr<const StoreModel>> OpenStoreModel(const std::filesystem::
       told.id = id;
       auto description = ParseModel(WriteModel(told));
       KDSTREAM_TRY(description);
+      // For quotas; clients are not told.
+      description->inputDigest = (*store)->Info().inputDigest;
+      description->partitioner = (*store)->Info().partitioner;
       return std::shared_ptr<const StoreModel>(std::make_shared<const ModelOfStore>(file, *store,
         std::move(*description), std::move(cache), std::move(report),
         stores ? std::move(stores) : std::make_shared<OpenStores>(1)));

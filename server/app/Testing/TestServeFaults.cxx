@@ -505,48 +505,49 @@ TEST_F(Faulty, QuotasWhoseFolderGoesAndComes)
   EXPECT_EQ(serve.Wait(), 0);
 }
 
+// By streams, so that tokens are read while there is memory: cjose does not bear the want of it.
 TEST_F(Faulty, QuotasWhileMemoryFailsNowAndThen)
 {
   this->BuildGrid("grid.kds");
-  const auto fields = "Authorization: Bearer " + this->MakeToken() + "\r\n";
+  const auto token = this->MakeToken();
   Process serve(this->Arguments({ "--tokens", this->keys, "--quota-file",
     this->folder / "quotas.db", "--quota-partitions", "50%" })); // 64 of 128
   const auto port = serve.Port();
-  std::vector<std::string> blobs;
+  const auto subprotocols = std::string(protocol::streamSubprotocol) + ", " + token;
+  const auto has = [](StreamTestClient& stream, std::uint32_t request, std::uint32_t partition)
   {
-    HttpTestClient client(port);
-    const auto first = BlobOf(client, 0, "grid", fields);
-    for (std::uint32_t partition = 0; partition < 128; ++partition)
-    {
-      blobs.push_back(first.substr(0, first.size() - 1) + std::to_string(partition));
-    }
-  }
-  std::set<std::size_t> had;
-  std::size_t asked = 0;
-  for (const std::uint64_t every : { 331u, 211u, 101u, 53u, 47u, 43u, 41u, 37u, 31u, 29u })
+    stream.Ask({ request, protocol::PartitionsRequest{ { partition } } });
+    return stream.Await(request).blobs.size() == 1;
+  };
+  std::set<std::uint32_t> had;
+  std::uint32_t asked = 0;
+  for (const std::uint64_t every : { 101u, 53u, 37u, 29u, 23u, 19u, 17u, 13u, 11u, 7u })
   {
-    this->faults->allocation = every;
     for (int i = 0; i < 6; ++i, ++asked)
     {
-      HttpTestClient client(port);
-      const auto answer = client.Get(blobs[asked], fields);
-      if (answer && answer->status == 200)
+      StreamTestClient stream(port); // which may end by it
+      ASSERT_TRUE(stream.Open(subprotocols));
+      stream.Ask({ 1, protocol::OpenRequest{ "grid" } });
+      ASSERT_TRUE(stream.Await(1).opened);
+      this->faults->allocation = every;
+      if (has(stream, 2, asked))
       {
         had.insert(asked);
       }
+      this->faults->allocation = 0;
     }
-    this->faults->allocation = 0;
   }
+  EXPECT_GT(this->faults->struck, 20u);
   this->faults->Clear();
   // What was entered and did not arrive may be had again.
-  HttpTestClient client(port);
-  std::set<std::size_t> all;
-  for (std::size_t partition = 0; partition < blobs.size(); ++partition)
+  std::set<std::uint32_t> all;
+  for (std::uint32_t partition = 0; partition < 128; ++partition)
   {
-    const auto answer = client.Get(blobs[partition], fields);
-    ASSERT_TRUE(answer);
-    EXPECT_TRUE(answer->status == 200 || answer->status == 403) << answer->status;
-    if (answer->status == 200)
+    StreamTestClient stream(port); // which a refusal ends
+    ASSERT_TRUE(stream.Open(subprotocols));
+    stream.Ask({ 1, protocol::OpenRequest{ "grid" } });
+    ASSERT_TRUE(stream.Await(1).opened);
+    if (has(stream, 2, partition))
     {
       all.insert(partition);
     }
