@@ -99,14 +99,8 @@ public:
     asio::post(this->Context,
       [this]
       {
-        ServerLineOptions options;
-        options.authority = this->Server.Authority();
-        options.firstRetry = 1;
-        options.jitter = 3;
-        options.streamRetry = 60;
-        options.longestDebt = 60;
-        this->Talk.emplace(std::move(options));
-        this->Act();
+        this->Started = true;
+        this->Begin();
       });
   }
 
@@ -204,8 +198,13 @@ private:
     this->Answer(error);
     this->Ticks.cancel();
     this->TickAt = std::numeric_limits<double>::infinity();
+    if (!this->Started)
+    {
+      return;
+    }
     if (!this->Talk)
     {
+      this->Begin();
       return;
     }
     if (this->Talk->GetState() == ServerLine::State::Getting)
@@ -226,6 +225,18 @@ private:
     {
       std::exchange(this->Waiting, nullptr)->set_value(std::move(reply));
     }
+  }
+
+  void Begin()
+  {
+    ServerLineOptions options;
+    options.authority = this->Server.Authority();
+    options.firstRetry = 1;
+    options.jitter = 3;
+    options.streamRetry = 60;
+    options.longestDebt = 60;
+    this->Talk.emplace(std::move(options));
+    this->Act();
   }
 
   // Does what the line wants, and passes on what it has for the session.
@@ -371,7 +382,8 @@ private:
   std::shared_ptr<asio::ssl::context> Tls; // null: plain
   asio::io_context Context;
   asio::executor_work_guard<asio::io_context::executor_type> Work;
-  std::optional<ServerLine> Talk; // from Start
+  bool Started = false;
+  std::optional<ServerLine> Talk; // from Begin
   std::uint64_t Connection = 0;   // grows with every one
   std::unique_ptr<StreamSocket> Socket;
   std::unique_ptr<HttpFetcher> Fetcher;

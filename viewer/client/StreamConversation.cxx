@@ -177,8 +177,18 @@ void StreamConversation::Flush(double now)
   }
 }
 
+// What is no longer owed must be told: without memory for that, nothing is taken.
+void StreamConversation::MakeRoomForEvent()
+{
+  if (this->Events.size() == this->Events.capacity())
+  {
+    this->Events.reserve(2 * this->Events.size() + 4);
+  }
+}
+
 Status StreamConversation::ReceiveText(std::string_view text, double now)
 {
+  this->MakeRoomForEvent();
   auto message = protocol::ParseServerMessage(text);
   KDSTREAM_TRY(message);
   const std::uint32_t wire = message->request;
@@ -222,13 +232,13 @@ void StreamConversation::Opened(std::uint32_t request, const ModelDescription& m
   }
   else if (debt != this->Outstanding.end() && debt->second.open)
   {
-    this->Outstanding.erase(debt);
     this->Digest = model.digest;
     ClientEvent event;
     event.kind = ClientEvent::Kind::Opened;
     event.request = request;
     event.model = model;
     this->Events.push_back(std::move(event));
+    this->Outstanding.erase(debt); // last: without memory for the event it is owed still
   }
 }
 
@@ -277,8 +287,8 @@ void StreamConversation::Failed(std::uint32_t wire, const protocol::ErrorAnswer&
   }
   else if (debt != this->Outstanding.end())
   {
-    this->Cancel(request); // its other messages
     this->Events.push_back(std::move(event));
+    this->Cancel(request); // its other messages
   }
   this->Flush(now);
 }
@@ -309,6 +319,7 @@ void StreamConversation::FinishMessage(std::uint32_t wire, double now)
 
 Status StreamConversation::ReceiveFrame(std::span<const std::uint8_t> message, double now)
 {
+  this->MakeRoomForEvent();
   const auto frame = protocol::ParseFrame(message);
   KDSTREAM_TRY(frame);
   const auto found = this->Unfinished.find(frame->header.request);
@@ -409,6 +420,7 @@ double StreamConversation::OwedSince() const
 
 void StreamConversation::FailLongestOwed(const std::string& message)
 {
+  this->MakeRoomForEvent();
   const auto debt = this->Outstanding.find(this->Longest.request);
   if (debt->second.open)
   {

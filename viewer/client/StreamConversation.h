@@ -92,6 +92,7 @@ private:
     std::set<protocol::BlobId> calledBack; // that may come all the same, once
   };
 
+  void MakeRoomForEvent();
   void Queue(std::uint32_t request, decltype(protocol::ClientMessage::body) body);
   void QueueLists(std::uint32_t request, const std::vector<protocol::BlobId>& blobs);
   void Cancel(std::uint32_t request);

@@ -14,6 +14,7 @@
 #include <chrono>
 #include <cstdlib>
 #include <filesystem>
+#include <limits>
 #include <new>
 
 #include <unistd.h>
@@ -40,7 +41,8 @@ bool FailsNow()
 
 }
 
-void* operator new(std::size_t bytes)
+// Not inlined: the compiler would take one half of a pair for a mistake.
+[[gnu::noinline]] void* operator new(std::size_t bytes)
 {
   void* const memory = FailsNow() ? nullptr : std::malloc(bytes > 0 ? bytes : 1);
   if (memory == nullptr)
@@ -50,12 +52,12 @@ void* operator new(std::size_t bytes)
   return memory;
 }
 
-void operator delete(void* memory) noexcept
+[[gnu::noinline]] void operator delete(void* memory) noexcept
 {
   std::free(memory);
 }
 
-void operator delete(void* memory, std::size_t) noexcept
+[[gnu::noinline]] void operator delete(void* memory, std::size_t) noexcept
 {
   std::free(memory);
 }
