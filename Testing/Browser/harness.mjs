@@ -349,16 +349,16 @@ export class Pixels {
     }, [png.toString("base64"), color, top]);
   }
 
-  // The upper rows of a PNG, as one.
-  async top(png, height) {
-    const base64 = await this.#page.evaluate(async ([given, rows]) => {
+  // A part of a PNG, as one: in pixels.
+  async part(png, box) {
+    const base64 = await this.#page.evaluate(async ([given, { x, y, width, height }]) => {
       const image = new Image();
       image.src = `data:image/png;base64,${given}`;
       await image.decode();
-      const canvas = Object.assign(document.createElement("canvas"), { width: image.width, height: rows });
-      canvas.getContext("2d").drawImage(image, 0, 0);
+      const canvas = Object.assign(document.createElement("canvas"), { width, height });
+      canvas.getContext("2d").drawImage(image, -x, -y);
       return canvas.toDataURL().split(",")[1];
-    }, [png.toString("base64"), height]);
+    }, [png.toString("base64"), box]);
     return Buffer.from(base64, "base64");
   }
 
