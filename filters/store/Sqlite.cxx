@@ -148,8 +148,15 @@ Result<Database> Open(const std::string& name, int flags, ErrorCode code, const 
 }
 
 // By our own file system, which opens no other file.
-Result<Database> OpenDescriptor(int descriptor, bool toWrite, ErrorCode code)
+enum class OpenMode
 {
+  Read,
+  Write,
+  Create
+};
+Result<Database> OpenDescriptor(int descriptor, OpenMode mode, ErrorCode code)
+{
+  const bool toWrite = mode != OpenMode::Read;
   const char* const vfs = DescriptorVfs();
   if (!vfs)
   {
@@ -169,10 +176,15 @@ Result<Database> OpenDescriptor(int descriptor, bool toWrite, ErrorCode code)
   KDSTREAM_TRY(database);
   sqlite3_progress_handler(database->get(), stepsBetweenLooks, HasTakenTooMuch,
     reinterpret_cast<void*>(static_cast<std::uintptr_t>(status.st_size)));
+  if (mode == OpenMode::Create) // a journal can be left out only where the file is trusted
+  {
+    sqlite3_db_config(database->get(), SQLITE_DBCONFIG_DEFENSIVE, 0, nullptr);
+  }
   if (toWrite)
   {
     KDSTREAM_TRY(
-      Execute(database->get(), "PRAGMA journal_mode = MEMORY; PRAGMA synchronous = OFF"));
+      Execute(database->get(), std::string("PRAGMA synchronous = OFF; PRAGMA journal_mode = ") +
+                                 (mode == OpenMode::Create ? "OFF" : "MEMORY")));
   }
   return database;
 }
@@ -191,12 +203,17 @@ void Statement::Finalize::operator()(sqlite3_stmt* statement) const
 
 Result<Database> OpenForReading(int descriptor)
 {
-  return OpenDescriptor(descriptor, false, ErrorCode::Damaged);
+  return OpenDescriptor(descriptor, OpenMode::Read, ErrorCode::Damaged);
 }
 
 Result<Database> OpenForWriting(int descriptor)
 {
-  return OpenDescriptor(descriptor, true, ErrorCode::InputOutput);
+  return OpenDescriptor(descriptor, OpenMode::Write, ErrorCode::InputOutput);
+}
+
+Result<Database> OpenEmpty(int descriptor)
+{
+  return OpenDescriptor(descriptor, OpenMode::Create, ErrorCode::InputOutput);
 }
 
 Result<Database> OpenForWriting(const std::filesystem::path& file)

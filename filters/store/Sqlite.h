@@ -40,6 +40,8 @@ inline constexpr int mostRowBytes = (64 << 20) + (64 << 10);
 Result<Database> OpenForReading(int descriptor);
 // The same, to write to a file that nobody else has open. There is no journal beside it.
 Result<Database> OpenForWriting(int descriptor);
+// A file of our own, which is empty: what cannot be written stays half written.
+Result<Database> OpenEmpty(int descriptor);
 // A file that several programs may write to, made where there is none. Its statements may take any
 // time.
 Result<Database> OpenForWriting(const std::filesystem::path& file);

@@ -139,10 +139,10 @@ Result<std::unique_ptr<StoreWriter::State>> StoreWriter::State::Begin(
   state->deviations = std::make_unique<DeviationList>(state->file.Folder());
   state->digest = std::make_unique<ContentDigest>(state->info);
   state->pieces = PieceTable(state->info.depths, state->info.HasLevels());
-  Result<Database> database = OpenForWriting(state->file.Descriptor());
+  Result<Database> database = OpenEmpty(state->file.Descriptor());
   KDSTREAM_TRY(database);
   state->database = std::move(*database);
-  // The file is thrown away unless it is finished: no journal on the disk, one fsync at the end.
+  // The file is thrown away unless it is finished: no journal, and one fsync at the end.
   const int version = state->info.textures ? texturedStoreVersion : storeVersion;
   const std::string setUp = "PRAGMA page_size = " + std::to_string(storePageBytes) +
                             "; PRAGMA application_id = " + std::to_string(storeApplicationId) +

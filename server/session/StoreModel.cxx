@@ -66,17 +66,7 @@ public:
     {
       return Error{ ErrorCode::Damaged, "the file is no whole store any more" };
     }
-    return Caught(
-      [this]() -> Status
-      {
-        if (!this->FindOpen() && FileState::Of(this->File) == this->State())
-        {
-          return {};
-        }
-        const auto store = this->Opened();
-        KDSTREAM_TRY(store);
-        return (*store)->CheckUnchanged();
-      });
+    return Caught([this] { return this->CheckFile(); });
   }
   std::optional<bool> LooksUnchanged() const override
   {
@@ -141,7 +131,7 @@ public:
         if (bytes && !isRead)
         {
           KDSTREAM_TRY(this->Opened()); // from now on it is found without a disk
-          KDSTREAM_TRY(this->CheckUnchanged());
+          KDSTREAM_TRY(this->CheckFile());
         }
         return bytes;
       });
@@ -160,7 +150,7 @@ public:
       {
         if (const auto bytes = this->Cache->Find(this->Number, blob))
         {
-          KDSTREAM_TRY(this->CheckUnchanged());
+          KDSTREAM_TRY(this->CheckFile());
           return bytes->size();
         }
         auto size = this->SizeInStore(blob);
@@ -183,6 +173,18 @@ private:
   {
     const std::lock_guard lock(this->StateMutex);
     return this->Kept;
+  }
+
+  // Whether the file is what it was; opens it only where its state alone does not tell that.
+  Status CheckFile() const
+  {
+    if (!this->FindOpen() && FileState::Of(this->File) == this->State())
+    {
+      return {};
+    }
+    const auto store = this->Opened();
+    KDSTREAM_TRY(store);
+    return (*store)->CheckUnchanged();
   }
 
   // The store, opened again where it was let go. Errors: Changed where another file is there.

@@ -5,6 +5,7 @@
 #include "filters/codec/TextureTile.h"
 #include "filters/meshio/MeshWriter.h"
 #include "filters/store/StoreEdit.h"
+#include "filters/store/StoreSchema.h"
 #include "filters/store/Testing/StoreTest.h"
 
 #include <gtest/gtest.h>
@@ -196,6 +197,9 @@ TEST_F(StoreTextures, PlainStoresHaveNone)
   EXPECT_EQ((*store)->ReadTextureBlob(0).GetError().code, ErrorCode::NotFound);
   EXPECT_EQ((*store)->TextureBlobSize(0).GetError().code, ErrorCode::NotFound);
   this->Sql("PRAGMA user_version = 10");
+  EXPECT_EQ(Store::Open(this->File()).GetError().message,
+    "its tables are not those of a store: 'textures' is missing");
+  this->Sql(std::string(TablesOfStore(texturedStoreVersion).back().sql));
   EXPECT_EQ(Store::Open(this->File()).GetError().message,
     "metadata: what it says of textures is not of the store's version");
 }
