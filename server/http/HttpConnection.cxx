@@ -133,7 +133,7 @@ public:
 
 private:
   static constexpr std::size_t bytesAtOnce = 65536; // of an answer's body
-  static constexpr std::chrono::seconds closePatience{ 2 };
+  static constexpr std::chrono::milliseconds closePatience{ 2000 };
   // How long a client may take for its first request if its seat is needed.
   static constexpr std::chrono::seconds patienceWithNew{ 5 };
   // How long it may wait for a disk then.
@@ -632,7 +632,7 @@ private:
   // with unread bytes, the kernel would discard an answer that is still on its way.
   void Close()
   {
-    this->Expire(closePatience);
+    this->Expire(std::min(closePatience, this->State.PatienceFor(0)));
     this->Socket.EndOutput(
       [self = this->shared_from_this()](beast::error_code error)
       {
