@@ -4,7 +4,7 @@
 // is well again when the system is, without a restart. Arguments: the program, the library of
 // faults.
 #include "filters/model/ModelJson.h"
-#include "server/app/Testing/Faults.h"
+#include "Testing/Faults/Faults.h"
 #include "server/app/Testing/ServeProcess.h"
 #include "server/http/Testing/HttpTestClient.h"
 #include "server/http/Testing/SelfSigned.h"
@@ -229,7 +229,7 @@ TEST_F(Faulty, NoMemoryForAConnection)
   HttpTestClient client(port);
   const auto list = client.Get("/api/models.json")->body;
   this->faults->leastBytes = 2000;
-  this->faults->allocation = 1;
+  this->faults->allocation = ENOMEM;
   // A connection needs more: it is ended, and the next accepted.
   EXPECT_FALSE(HttpTestClient(port).Get("/api/models.json"));
   EXPECT_EQ(client.Get("/api/models.json")->body, list) << "who is in stays in";
@@ -253,7 +253,7 @@ TEST_F(Faulty, MemoryThatFailsNowAndThen)
   const auto whole = before.Get(blob)->body;
   for (const std::uint64_t every : { 997u, 331u, 101u, 53u, 29u, 17u, 11u, 7u })
   {
-    this->faults->allocation = every;
+    this->faults->allocation.FailEvery(every, ENOMEM);
     for (int round = 0; round < 20; ++round)
     {
       HttpTestClient client(port);
@@ -494,7 +494,7 @@ TEST_F(Faulty, MemoryThatFailsNowAndThenUnderTls)
   const std::string end = "\r\n\r\n";
   for (const std::uint64_t every : { 997u, 331u, 101u, 53u, 29u, 17u, 7u })
   {
-    this->faults->allocation = every;
+    this->faults->allocation.FailEvery(every, ENOMEM);
     for (int round = 0; round < 20; ++round)
     {
       TlsTestClient client(port);
