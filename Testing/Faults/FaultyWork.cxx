@@ -2,6 +2,7 @@
 // What no program of ours does by itself, as one, so that it can be run with faults: a build out of
 // core of a small mesh, notes that a window saves, quotas that a server enters.
 #include "filters/build/ExternalBuilder.h"
+#include "filters/core/CaughtError.h"
 #include "filters/program/Program.h"
 #include "filters/store/StoreNotes.h"
 #include "server/access/QuotaBook.h"
@@ -98,6 +99,7 @@ int TakeAll(const std::string& file)
 }
 
 int main(int argc, char** argv)
+try
 {
   CLI::App app("Work for tests of faults.", "faulty-work");
   std::string work, file, output;
@@ -111,4 +113,8 @@ int main(int argc, char** argv)
              : work == "notes" ? SaveNotes(file)
                                : TakeAll(file);
     });
+}
+catch (...) // memory runs out before the work begins
+{
+  return kdstream::PrintError("faulty-work", "", kdstream::CaughtError());
 }

@@ -60,11 +60,14 @@ private:
   FileHook Hook;
 };
 
-bool IsSameFile(int descriptor, const fs::path& path)
+Result<bool> IsSameFile(int descriptor, const fs::path& path)
 {
   struct stat opened = {}, named = {};
-  return fstat(descriptor, &opened) == 0 && stat(path.c_str(), &named) == 0 &&
-         opened.st_dev == named.st_dev && opened.st_ino == named.st_ino;
+  if (fstat(descriptor, &opened) != 0 || (stat(path.c_str(), &named) != 0 && errno != ENOENT))
+  {
+    return SystemError(path.string() + " cannot be examined", errno);
+  }
+  return opened.st_dev == named.st_dev && opened.st_ino == named.st_ino;
 }
 
 Result<std::shared_ptr<void>> Lock(const fs::path& path, const FileHook& hook)
@@ -89,11 +92,13 @@ Result<std::shared_ptr<void>> Lock(const fs::path& path, const FileHook& hook)
       return SystemError(path.string() + " cannot be locked", reason);
     }
     // Whoever had it before may have removed it in between.
-    if (IsSameFile(descriptor, path))
+    const Result<bool> isSame = IsSameFile(descriptor, path);
+    if (isSame && *isSame)
     {
       return std::shared_ptr<void>(std::make_shared<FileLock>(descriptor, path, hook));
     }
     close(descriptor);
+    KDSTREAM_TRY(isSame);
   }
 }
 
