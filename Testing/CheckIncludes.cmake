@@ -61,10 +61,11 @@ foreach(folder IN ITEMS tree collapse levels pieces drawing)
 endforeach()
 
 check(filters/codec ${core})
-check(filters/meshio filters/core)
-check(filters/texture filters/codec filters/meshio ${core})
+check(filters/files filters/core)
+check(filters/meshio filters/files filters/core)
+check(filters/texture filters/files filters/codec filters/meshio ${core})
 check(filters/model filters/codec ${core})
-check(filters/store filters/model filters/codec ${core})
+check(filters/store filters/files filters/model filters/codec ${core})
 
 # Out of core: each folder on core and on those before it.
 set(outofcore "")
@@ -73,10 +74,10 @@ foreach(folder IN ITEMS files journal tree mesh levels pieces)
   list(APPEND outofcore filters/outofcore/${folder})
 endforeach()
 
-check(filters/program filters/core)
+check(filters/program filters/files filters/core)
 check(filters/build filters/store filters/model filters/codec filters/meshio ${core} ${outofcore})
 check(filters/Parallel VTK filters/build filters/store filters/model filters/codec filters/meshio ${core} ${outofcore})
-check(filters/app server/protocol filters/Parallel filters/build filters/convert/ForeignMesh.h filters/convert/Reconstruct.h filters/program filters/texture
+check(filters/app filters/files server/protocol filters/Parallel filters/build filters/convert/ForeignMesh.h filters/convert/Reconstruct.h filters/program filters/texture
   filters/store filters/model filters/codec filters/meshio ${core} ${outofcore})
 check(filters/adapter VTK ${core})
 check(filters/IO VTK filters/adapter filters/build filters/store filters/model filters/codec filters/meshio ${core} ${outofcore})
@@ -95,14 +96,14 @@ check(viewer/session/paint viewer/session/Camera.h server/protocol filters/model
 check(viewer/session/line viewer/session/SessionTypes.h)
 check(viewer/session FLAT viewer/session/line viewer/session/section viewer/session/paint viewer/session/look/Coloring.h viewer/session/look/RakingLight.h viewer/session/look/SceneLook.h
   server/protocol filters/model filters/codec ${core})
-check(viewer/client viewer/session server/session server/protocol filters/store filters/model filters/codec ${core})
-check(viewer/rendering VTK viewer/session viewer/session/look viewer/session/section viewer/session/paint ${core})
+check(viewer/client filters/files viewer/session server/session server/protocol filters/store filters/model filters/codec ${core})
+check(viewer/rendering VTK filters/files viewer/session viewer/session/look viewer/session/section viewer/session/paint ${core})
 check(viewer/sources VTK viewer/client viewer/session viewer/session/look server/protocol filters/adapter filters/store filters/texture filters/model
   filters/codec ${core})
 check(viewer/paraview)
 check(viewer/mobile FLAT viewer/session viewer/session/look viewer/session/section viewer/session/paint filters/codec ${core})
 check(viewer/mobile/web viewer/mobile viewer/client viewer/session viewer/session/look server/protocol filters/model filters/codec ${core})
-check(viewer/desktop VTK FLAT viewer/desktop/window/WindowView.h viewer/rendering viewer/client viewer/session viewer/session/look
+check(viewer/desktop VTK FLAT filters/files viewer/desktop/window/WindowView.h viewer/rendering viewer/client viewer/session viewer/session/look
   server/protocol filters/program filters/texture filters/model ${core})
 check(viewer/desktop/window VTK viewer/desktop viewer/rendering viewer/client viewer/session viewer/session/look
   filters/program filters/store filters/model ${core})

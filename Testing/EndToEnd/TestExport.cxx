@@ -7,11 +7,13 @@
 #include "filters/store/Store.h"
 #include "server/protocol/ResourcePath.h"
 
+#include <sys/stat.h>
 #include <zlib.h>
 
 #include <algorithm>
 #include <csignal>
 #include <fstream>
+#include <map>
 #include <set>
 #include <thread>
 
@@ -179,7 +181,7 @@ TEST_F(TestExport, WhatFailsLeavesNothing)
   EXPECT_EQ(this->Export({ "again.kds", "www", "--model", "ring" }).exitCode, 1);
   EXPECT_EQ(files(), before) << "another digest";
 
-  // What a killed call has left is gone on with.
+  // What a killed call has left goes.
   const auto store = *kdstream::Store::Open(this->Folder / "ring.kds");
   const auto digest = store->Info().digest;
   const auto left = this->Folder / "www/api/models/ring" / ("." + digest + ".new");
@@ -189,6 +191,73 @@ TEST_F(TestExport, WhatFailsLeavesNothing)
   EXPECT_FALSE(fs::exists(left));
   EXPECT_TRUE(fs::exists(this->Folder / "www/api/models/ring" / digest / "tree/1"));
   EXPECT_FALSE(fs::exists(this->Folder / "www/api/models/ring" / digest / "tree/1.new"));
+}
+
+// A file that has the right size only is written again.
+TEST_F(TestExport, ARerunComparesContents)
+{
+  ASSERT_EQ(this->Export({ "ring.kds", "www" }).exitCode, 0);
+  const auto contents = [this]
+  {
+    std::map<std::string, std::string> all;
+    for (const auto& entry : fs::recursive_directory_iterator(this->Folder / "www"))
+    {
+      if (entry.is_regular_file())
+      {
+        all[entry.path().string()] = ReadWhole(entry.path());
+      }
+    }
+    return all;
+  };
+  const auto before = contents();
+  for (const auto& [file, bytes] : before)
+  {
+    std::ofstream(file, std::ios::binary) << std::string(bytes.size(), '\0');
+    if (file.find("models.json") != std::string::npos)
+    {
+      std::ofstream(file, std::ios::binary) << bytes;
+    }
+  }
+  ASSERT_EQ(this->Export({ "ring.kds", "www" }).exitCode, 0);
+  EXPECT_TRUE(contents() == before);
+}
+
+// Where others may write to the folder, links under names that can be foreseen may be traps.
+TEST_F(TestExport, NoPlantedLinkIsFollowed)
+{
+  const auto digest = (*kdstream::Store::Open(this->Folder / "ring.kds"))->Info().digest;
+  fs::create_directories(this->Folder / "elsewhere");
+  fs::create_directories(this->Folder / "www/api/models/torus");
+  this->WriteText("victim", "precious");
+  const fs::path victim = this->Folder / "victim";
+  fs::create_symlink(this->Folder / "elsewhere", this->Folder / "www/api/models/.ring.new");
+  fs::create_symlink(
+    this->Folder / "elsewhere", this->Folder / ("www/api/models/torus/." + digest + ".new"));
+  for (const std::string name : { "www/.htaccess.new", "www/kdstream.nginx.conf.new",
+         "www/api/models.json.new", "www/api/models/torus/model.json.new" })
+  {
+    fs::create_symlink(victim, this->Folder / name);
+  }
+  ASSERT_EQ(this->Export({ "ring.kds", "www" }).exitCode, 0);
+  ASSERT_EQ(this->Export({ "ring.kds", "www", "--model", "torus" }).exitCode, 0);
+  EXPECT_TRUE(fs::is_empty(this->Folder / "elsewhere"));
+  EXPECT_EQ(ReadWhole(victim), "precious");
+  EXPECT_EQ(this->List().size(), 2u);
+  EXPECT_FALSE(fs::is_symlink(this->Folder / "www/api/models/ring"));
+}
+
+// What goes up is readable for those for whom the umask says so, a web server's user among them.
+TEST_F(TestExport, WhatGoesUpHasWhatTheUmaskGives)
+{
+  const mode_t before = ::umask(022);
+  ASSERT_EQ(this->Export({ "ring.kds", "www" }).exitCode, 0);
+  ::umask(before);
+  for (const auto& entry : fs::recursive_directory_iterator(this->Folder / "www"))
+  {
+    const auto mode = static_cast<unsigned>(entry.status().permissions()) & 0777U;
+    EXPECT_EQ(mode, entry.is_directory() ? 0755U : 0644U) << entry.path();
+    EXPECT_NE(entry.path().extension(), ".new") << entry.path();
+  }
 }
 
 // A host of plain files, which knows neither streams nor regions.

@@ -5,6 +5,7 @@
 #include "filters/app/DirectionText.h"
 #include "filters/app/TextureOptions.h"
 #include "filters/build/BuildMemory.h"
+#include "filters/files/WriteWhole.h"
 #include "filters/meshio/ObjReader.h"
 #include "filters/model/ModelJson.h"
 #include "filters/outofcore/files/ReturnFreeMemory.h"
@@ -596,12 +597,12 @@ int WriteStats(std::string_view program, const BuildCommand& line, const BuildRe
 {
   if (!line.stats.empty())
   {
-    std::ofstream file(line.stats);
-    file << StatsOf(line, report) << "\n";
-    file.close();
-    if (!file)
+    const auto place = CheckOutput(line.stats, OutputKind::Stream, {});
+    const Status written =
+      place ? WriteToOutput(*place, StatsOf(line, report) + "\n") : Status(place.GetError());
+    if (!written)
     {
-      return PrintError(program, line.stats, { ErrorCode::InputOutput, "cannot be written" });
+      return PrintError(program, line.stats, written.GetError());
     }
   }
   return exitDone;

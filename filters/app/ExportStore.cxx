@@ -4,14 +4,21 @@
 #include "filters/codec/PartitionBoxes.h"
 #include "filters/codec/TreePage.h"
 #include "filters/core/SystemReason.h"
+#include "filters/files/Folders.h"
+#include "filters/files/RandomLetters.h"
+#include "filters/files/WriteWhole.h"
 #include "filters/model/ModelJson.h"
 #include "filters/store/StoreNotes.h"
-#include "filters/store/WriteWhole.h"
 #include "server/protocol/ResourcePath.h"
 
+#include <fcntl.h>
+#include <sys/file.h>
+#include <sys/stat.h>
+#include <unistd.h>
 #include <zlib.h>
 
 #include <algorithm>
+#include <cerrno>
 #include <fstream>
 #include <iterator>
 #include <memory>
@@ -112,9 +119,109 @@ AddEncoding gzip .gz
 </IfModule>
 )";
 
+// A folder for files on their way up: hidden, of a random name, and its owner's alone, so that
+// nobody has put anything into it. Locked, as long as this process fills it.
+class HiddenFolder
+{
+public:
+  // For what is to become `target`. Removes what calls that were killed have left.
+  Status Make(const fs::path& target)
+  {
+    const std::string begin = "." + target.filename().string() + ".";
+    RemoveLeftovers(target.parent_path(), begin);
+    for (;;)
+    {
+      const fs::path place = target.parent_path() / (begin + RandomLetters() + std::string(ending));
+      if (::mkdir(place.c_str(), S_IRWXU) != 0)
+      {
+        if (errno == EEXIST)
+        {
+          continue;
+        }
+        return SystemError("cannot be written", errno, target.string());
+      }
+      const int lock = Open(place);
+      struct stat state = {};
+      // Before it was locked another call may have taken it for a leftover.
+      if (lock >= 0 && (::flock(lock, LOCK_EX | LOCK_NB) == 0 || errno != EWOULDBLOCK) &&
+          ::fstat(lock, &state) == 0 && state.st_nlink > 0)
+      {
+        this->Place = place;
+        this->Lock = lock;
+        return {};
+      }
+      const int reason = errno;
+      Close(lock);
+      if (lock < 0 && reason != ENOENT)
+      {
+        return SystemError("cannot be written", reason, target.string());
+      }
+    }
+  }
+  HiddenFolder() = default;
+  ~HiddenFolder()
+  {
+    std::error_code failure;
+    if (!this->Place.empty())
+    {
+      fs::remove_all(this->Place, failure);
+    }
+    Close(this->Lock);
+  }
+  HiddenFolder(const HiddenFolder&) = delete;
+  HiddenFolder& operator=(const HiddenFolder&) = delete;
+
+  const fs::path& Path() const { return this->Place; }
+
+private:
+  static constexpr std::string_view ending = ".new";
+
+  static int Open(const fs::path& folder)
+  {
+    return ::open(folder.c_str(), O_RDONLY | O_DIRECTORY | O_NOFOLLOW | O_CLOEXEC);
+  }
+  static void Close(int descriptor)
+  {
+    if (descriptor >= 0)
+    {
+      ::close(descriptor);
+    }
+  }
+  // Also of versions that did not use random letters.
+  static void RemoveLeftovers(const fs::path& parent, const std::string& begin)
+  {
+    std::vector<fs::path> left;
+    std::error_code failure;
+    for (fs::directory_iterator entry(parent, failure), end; entry != end; entry.increment(failure))
+    {
+      const std::string name = entry->path().filename().string();
+      const bool isPlain = name.size() + 1 == begin.size() + ending.size();
+      if ((isPlain || name.size() == begin.size() + randomLetters + ending.size()) &&
+          name.starts_with(begin) && name.ends_with(ending))
+      {
+        left.push_back(entry->path());
+      }
+    }
+    for (const fs::path& path : left)
+    {
+      const int lock = Open(path);
+      struct stat state = {};
+      if (lock >= 0 && ::fstat(lock, &state) == 0 && state.st_uid == ::geteuid() &&
+          ::flock(lock, LOCK_EX | LOCK_NB) == 0)
+      {
+        fs::remove_all(path, failure);
+      }
+      Close(lock);
+    }
+  }
+
+  fs::path Place;
+  int Lock = -1;
+};
+
 // A folder that goes up whole or not at all: what belongs into it is written into a hidden one
-// beside it, which takes its name at the end, or is removed. (What a call has left there that was
-// killed stays for the next one.) A folder that is up already stays where it is.
+// beside it, waited for, and takes its name at the end, or is removed. A folder that is up already
+// stays where it is.
 class NewFolder
 {
 public:
@@ -122,24 +229,33 @@ public:
     : Folder(std::move(folder))
     , Place(this->Folder)
   {
+  }
+  Status Make()
+  {
     std::error_code failure;
     if (fs::exists(this->Folder, failure))
     {
-      return;
+      return {};
     }
-    this->Place = this->Folder.parent_path() / ("." + this->Folder.filename().string() + ".new");
-    auto parent = this->Place.parent_path();
-    for (; !parent.empty() && !fs::exists(parent, failure); parent = parent.parent_path())
+    const auto parent = this->Folder.parent_path();
+    for (auto above = parent; !above.empty() && !fs::exists(above, failure);
+         above = above.parent_path())
     {
-      this->Made.push_back(parent);
+      this->Made.push_back(above);
     }
+    fs::create_directories(parent, failure);
+    KDSTREAM_TRY(this->Hidden.Make(this->Folder));
+    this->Place = this->Hidden.Path() / this->Folder.filename();
+    return ::mkdir(this->Place.c_str(), 0777) == 0 // less the umask, as it stays
+             ? Status{}
+             : Status{ SystemError("cannot be written", errno, this->Folder.string()) };
   }
   ~NewFolder()
   {
     std::error_code failure;
-    if (!this->IsUp())
+    if (!this->Hidden.Path().empty())
     {
-      fs::remove_all(this->Place, failure);
+      fs::remove_all(this->Hidden.Path(), failure);
     }
     for (const auto& parent : this->Made)
     {
@@ -150,6 +266,11 @@ public:
   NewFolder& operator=(const NewFolder&) = delete;
 
   bool IsUp() const { return this->Place == this->Folder; }
+  bool Holds(const fs::path& file) const
+  {
+    return std::mismatch(this->Folder.begin(), this->Folder.end(), file.begin(), file.end())
+             .first == this->Folder.end();
+  }
   const fs::path& Name() const { return this->Folder; }
   fs::path PlaceOf(const fs::path& file) const
   {
@@ -157,22 +278,30 @@ public:
   }
   Status GoUp()
   {
-    std::error_code failure;
-    if (!this->IsUp())
+    if (this->IsUp())
     {
-      fs::rename(this->Place, this->Folder, failure);
+      return {};
     }
+    KDSTREAM_TRY(SyncTree(this->Place));
+    std::error_code failure;
+    fs::rename(this->Place, this->Folder, failure);
     if (failure)
     {
       return SystemError("cannot be written", failure.value(), this->Folder.string());
     }
     this->Place = this->Folder;
+    KDSTREAM_TRY(SyncFolder(this->Folder.parent_path()));
+    for (const auto& parent : this->Made)
+    {
+      KDSTREAM_TRY(SyncFolder(parent.has_parent_path() ? parent.parent_path() : "."));
+    }
     return {};
   }
 
 private:
   fs::path Folder, Place;
   std::vector<fs::path> Made; // by this, the innermost first
+  HiddenFolder Hidden;
 };
 
 // Of a model's files: of all, or of those with another digest than what is up.
@@ -203,7 +332,9 @@ public:
     const fs::path file = this->PlaceOf(path);
     std::error_code failure;
     fs::create_directories(file.parent_path(), failure);
-    KDSTREAM_TRY(WriteWhole(file, bytes));
+    // What is not up is waited for all at once.
+    const bool goesUp = !this->Part.IsUp() && this->Part.Holds(this->Folder / path.substr(1));
+    KDSTREAM_TRY(goesUp ? WriteAnew(file, bytes) : WriteWhole(file, bytes));
     ++this->Report.files;
     this->Report.bytes += bytes.size();
     return {};
@@ -217,19 +348,14 @@ public:
     return this->Put(path + ".gz", *small);
   }
 
-  // What is there already is the same: its path has the digest. (From a call that was interrupted.)
+  // What is there already should be the same, since its path has the digest: it is compared.
   template <class Read>
   Status PutBlob(const std::string& path, const Read& read)
   {
-    std::error_code failure;
-    const auto there = fs::file_size(this->PlaceOf(path), failure);
-    const auto bytes = read();
-    KDSTREAM_TRY(bytes);
-    if (!failure && there == bytes->size())
-    {
-      return {};
-    }
-    return this->Put(path, { reinterpret_cast<const char*>(bytes->data()), bytes->size() });
+    const auto blob = read();
+    KDSTREAM_TRY(blob);
+    const std::string_view bytes(reinterpret_cast<const char*>(blob->data()), blob->size());
+    return HasBytes(this->PlaceOf(path), bytes) ? Status{} : this->Put(path, bytes);
   }
 
   Status RemoveText(const std::string& path)
@@ -276,10 +402,7 @@ private:
   fs::path PlaceOf(const std::string& path) const
   {
     const fs::path file = this->Folder / path.substr(1);
-    const auto& part = this->Part.Name();
-    const bool isOfPart =
-      std::mismatch(part.begin(), part.end(), file.begin(), file.end()).first == part.end();
-    return isOfPart ? this->Part.PlaceOf(file) : file;
+    return this->Part.Holds(file) ? this->Part.PlaceOf(file) : file;
   }
 
   fs::path Folder;
@@ -384,8 +507,24 @@ Result<std::vector<ModelSummary>> ListWith(const fs::path& file, const ModelSumm
 Status CopyPage(const fs::path& page, const fs::path& folder)
 {
   std::error_code failure;
-  fs::copy(
-    page, folder, fs::copy_options::recursive | fs::copy_options::overwrite_existing, failure);
+  constexpr auto options = fs::directory_options::follow_directory_symlink;
+  for (fs::recursive_directory_iterator entry(page, options, failure), end;
+       !failure && entry != end; entry.increment(failure))
+  {
+    const fs::path to = folder / entry->path().lexically_relative(page);
+    if (entry->is_directory(failure))
+    {
+      fs::create_directories(to, failure);
+      continue;
+    }
+    std::ifstream file(entry->path(), std::ios::binary);
+    const std::string bytes(std::istreambuf_iterator<char>(file), {});
+    if (!file || file.bad())
+    {
+      return SystemError("the page cannot be copied", errno, entry->path().string());
+    }
+    KDSTREAM_TRY(HasBytes(to, bytes) ? Status{} : WriteWhole(to, bytes));
+  }
   return failure ? Status(SystemError("the page cannot be copied", failure.value(), page.string()))
                  : Status();
 }
@@ -404,6 +543,7 @@ Result<ExportReport> ExportStore(const Store& store, const fs::path& folder,
   const auto models = ListWith(folder / protocol::modelListPath.substr(1), summary);
   KDSTREAM_TRY(models);
   NewFolder part(NewPartOf(folder, options.model, told.digest));
+  KDSTREAM_TRY(part.Make());
   Writer writer(folder, part, execution);
   KDSTREAM_TRY(PutBlobs(store, options.model, writer));
   const bool isNewModel = part.Name().filename() == options.model;

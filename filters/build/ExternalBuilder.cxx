@@ -51,7 +51,8 @@ std::string DescribeResumed(const BuildFolder& folder, const BuildOptions& optio
 {
   if (folder.FinishedPhases() > 0)
   {
-    return "going on with the step " + StepAfter(folder.LastPhase(), options);
+    return "going on with the step " + StepAfter(folder.LastPhase(), options) +
+           (folder.HasLostPhases() ? ": files of later ones are missing or were changed" : "");
   }
   const std::string nothing = "nothing to resume: ";
   switch (folder.WhatWasFound())

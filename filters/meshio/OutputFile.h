@@ -1,9 +1,10 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// A file that appears whole or not at all: written under a temporary name beside it, then renamed.
-// For the writers.
+// A file that appears whole or not at all (NewFile), written piece by piece in large blocks. For
+// the writers.
 #pragma once
 
 #include "filters/core/Result.h"
+#include "filters/files/NewFile.h"
 
 #include <algorithm>
 #include <bit>
@@ -11,6 +12,7 @@
 #include <cstddef>
 #include <cstring>
 #include <filesystem>
+#include <optional>
 #include <string>
 #include <string_view>
 
@@ -25,7 +27,7 @@ public:
   OutputFile() = default;
   OutputFile(const OutputFile&) = delete;
   OutputFile& operator=(const OutputFile&) = delete;
-  ~OutputFile();
+  ~OutputFile() = default;
 
   // Errors: InputOutput with the system's reason, or for a name that belongs to something else than
   // a regular file.
@@ -69,11 +71,8 @@ private:
   static constexpr std::size_t blockSize = std::size_t{ 1 } << 20;
 
   void Flush();
-  void Fail(std::string_view what, int reason);
 
-  std::filesystem::path Target;
-  std::filesystem::path Temporary;
-  int Descriptor = -1;
+  std::optional<NewFile> File;
   std::string Buffer;
   Status FirstError;
 };

@@ -4,6 +4,7 @@
 #include "filters/core/CaughtError.h"
 #include "filters/core/SystemReason.h"
 #include "filters/core/Texts.h"
+#include "filters/files/WriteWhole.h"
 #include "filters/program/HelpFormatter.h"
 #include "filters/program/UsageMessage.h"
 
@@ -185,6 +186,10 @@ Result<std::filesystem::path> CheckOutput(
   std::error_code status;
   fs::path target = file;
   constexpr unsigned mostLinks = 40; // as the kernel allows
+  if (kind == OutputKind::Stream && NamesDescriptor(target))
+  {
+    return target;
+  }
   for (unsigned i = 0; i < mostLinks && fs::is_symlink(target, status); ++i)
   {
     target = target.parent_path() / fs::read_symlink(target, status);

@@ -3,10 +3,10 @@
 #include "filters/store/StoreEdit.h"
 
 #include "filters/core/SystemReason.h"
+#include "filters/files/NewFile.h"
 #include "filters/store/OpenFile.h"
 #include "filters/store/Sqlite.h"
 #include "filters/store/StoreSchema.h"
-#include "filters/store/UnfinishedStore.h"
 
 #include <fcntl.h>
 #include <sys/sendfile.h>
@@ -130,7 +130,8 @@ Result<ModelDescription> EditStore(
   Change(texts.unit, info.unit);
   Change(texts.description, info.description);
   ChangePose(texts, info);
-  Result<UnfinishedStore> copy = UnfinishedStore::Create(store);
+  NewFile::RemoveLeftovers(store);
+  Result<NewFile> copy = NewFile::Create(store);
   KDSTREAM_TRY(copy);
   KDSTREAM_TRY(CopyFile(
     source.descriptor, copy->Descriptor(), static_cast<std::uint64_t>(opened.st_size), execution));

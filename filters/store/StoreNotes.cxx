@@ -2,8 +2,9 @@
 #include "filters/store/StoreNotes.h"
 
 #include "filters/core/SystemReason.h"
+#include "filters/files/NewFile.h"
+#include "filters/files/WriteWhole.h"
 #include "filters/store/OpenFile.h"
-#include "filters/store/WriteWhole.h"
 
 #include <fcntl.h>
 #include <sys/stat.h>
@@ -90,6 +91,7 @@ Status WriteNotes(const std::filesystem::path& file, const std::vector<Note>& no
       "these notes are too long to be served: " + std::to_string(text.size()) + " bytes, at most " +
         std::to_string(maximumNotesBytes) };
   }
+  NewFile::RemoveLeftovers(file);
   return WriteWhole(file, text);
 }
 

@@ -2,12 +2,12 @@
 #include "filters/store/StoreWriter.h"
 
 #include "filters/core/SystemReason.h"
+#include "filters/files/NewFile.h"
 #include "filters/store/DeviationList.h"
 #include "filters/store/ScalarStatistics.h"
 #include "filters/store/Sqlite.h"
 #include "filters/store/Store.h"
 #include "filters/store/StoreSchema.h"
-#include "filters/store/UnfinishedStore.h"
 
 #include <algorithm>
 #include <cerrno>
@@ -46,7 +46,7 @@ Status CheckBlobSize(const std::string& name, std::size_t bytes)
 
 struct StoreWriter::State
 {
-  UnfinishedStore file;
+  NewFile file;
   ModelDescription info;
   ScalarStatistics scalars{ info.attributes };
   Database database{}; // closed before the file goes
@@ -71,7 +71,7 @@ struct StoreWriter::State
 
 Error StoreWriter::State::Explain(const Error& error) const
 {
-  const std::string store = this->file.Store().string();
+  const std::string store = this->file.Target().string();
   const int full = this->file.WhyFull();
   if (full == 0)
   {
@@ -132,7 +132,8 @@ StoreWriter::~StoreWriter() = default;
 Result<std::unique_ptr<StoreWriter::State>> StoreWriter::State::Begin(
   const std::filesystem::path& store, ModelDescription info)
 {
-  Result<UnfinishedStore> file = UnfinishedStore::Create(store);
+  NewFile::RemoveLeftovers(store);
+  Result<NewFile> file = NewFile::Create(store);
   KDSTREAM_TRY(file);
   auto state = std::make_unique<State>(State{ std::move(*file), std::move(info) });
   state->deviations = std::make_unique<DeviationList>(state->file.Folder());
@@ -277,7 +278,7 @@ Status StoreWriter::FinishResolution(Resolution resolution, std::uint64_t triang
     resolution.IsOriginal() ? info.original : info.levels[resolution.Depth()];
   finished.triangles = triangles;
   const Result<DeviationList::Summary> deviations =
-    OfFile(this->S->file.Store().string(), this->S->deviations->Finish());
+    OfFile(this->S->file.Target().string(), this->S->deviations->Finish());
   KDSTREAM_TRY(deviations);
   finished.deviation99 = deviations->at99;
   finished.deviation = deviations->largest;
@@ -310,7 +311,7 @@ Result<ModelDescription> StoreWriter::Finish()
   state.piece = {};
   state.texture = {};
   state.database.reset();
-  KDSTREAM_TRY(OfFile(state.file.Store().string(), state.file.Finish()));
+  KDSTREAM_TRY(OfFile(state.file.Target().string(), state.file.Finish()));
   return state.info;
 }
 

@@ -15,7 +15,7 @@ namespace kdstream
 {
 
 // Writes to a temporary file beside the store; Finish makes it durable (fsync) and renames it. A
-// writer that is destroyed before that removes its file. Who may read it: UnfinishedStore.h. The
+// writer that is destroyed before that removes its file. Who may read it: NewFile.h. The
 // error of a full disk says how much the store takes.
 class StoreWriter
 {

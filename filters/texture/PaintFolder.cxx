@@ -4,6 +4,7 @@
 #include "filters/codec/ByteStream.h"
 #include "filters/core/BitCast.h"
 #include "filters/core/SystemReason.h"
+#include "filters/files/NewFile.h"
 
 #include <fcntl.h>
 #include <sys/mman.h>
@@ -74,9 +75,10 @@ void ForEachNumber(Material& material, const Visit& visit)
 class SquareRows : public PictureRows
 {
 public:
-  explicit SquareRows(std::filesystem::path file)
-    : File(std::move(file))
-    , Stream(this->File, std::ios::binary)
+  explicit SquareRows(const std::filesystem::path& file)
+    : Name(file.string())
+    , File(OfFile(this->Name, NewFile::Create(file)))
+    , Failure(this->File ? Status{} : Status(this->File.GetError()))
   {
   }
 
@@ -86,7 +88,7 @@ public:
     this->PictureHeight = height;
     this->Components = components;
     this->Squares.assign(static_cast<std::size_t>(SquaresAlong(width)) * squareBytes, 0);
-    return this->Note();
+    return bool(this->Failure);
   }
 
   bool AddRow(const std::uint8_t* texels) override
@@ -100,16 +102,15 @@ public:
     }
     ++this->Rows;
     return this->Rows % side == 0 || this->Rows == this->PictureHeight ? this->Write()
-                                                                       : this->Note();
+                                                                       : bool(this->Failure);
   }
 
   Status Why() const override { return this->Failure; }
 
   Status Finish()
   {
-    this->Stream.close();
-    (void)this->Note();
-    return this->Failure;
+    return this->Failure ? OfFile(this->Name, this->File->Finish(NewFile::Lasts::Processes))
+                         : this->Failure;
   }
   std::size_t Width() const { return this->PictureWidth; }
   std::size_t Height() const { return this->PictureHeight; }
@@ -117,24 +118,18 @@ public:
 private:
   bool Write()
   {
-    this->Stream.write(reinterpret_cast<const char*>(this->Squares.data()),
-      static_cast<std::streamsize>(this->Squares.size()));
-    std::fill(this->Squares.begin(), this->Squares.end(), std::uint8_t{ 0 });
-    return this->Note();
-  }
-
-  // Whether all went well so far.
-  bool Note()
-  {
-    if (!this->Stream && this->Failure)
+    if (this->Failure)
     {
-      this->Failure = CannotWrite(this->File);
+      const std::string_view squares(
+        reinterpret_cast<const char*>(this->Squares.data()), this->Squares.size());
+      this->Failure = OfFile(this->Name, this->File->Write(squares));
     }
+    std::fill(this->Squares.begin(), this->Squares.end(), std::uint8_t{ 0 });
     return bool(this->Failure);
   }
 
-  const std::filesystem::path File;
-  std::ofstream Stream;
+  const std::string Name;
+  Result<NewFile> File;
   std::vector<std::uint8_t> Squares;
   std::size_t PictureWidth = 0, PictureHeight = 0, Components = 0, Rows = 0;
   Status Failure;
@@ -168,6 +163,7 @@ Result<MappedPicture> PaintFolderWriter::AddPicture(
 {
   const std::filesystem::path file = PictureFile(this->Folder, number);
   SquareRows rows(file);
+  KDSTREAM_TRY(rows.Why());
   KDSTREAM_TRY(DecodePictureRows(bytes, mostPixels, rows));
   KDSTREAM_TRY(rows.Finish());
   Result<MappedPicture> picture = MappedPicture::Open(file, rows.Width(), rows.Height());
@@ -229,10 +225,11 @@ Status PaintFolderWriter::Finish(const std::vector<TexturedMaterial>& materials)
   }
   const std::vector<std::uint8_t> bytes = writer.Take();
   const std::filesystem::path file = this->Folder / "paint";
-  std::ofstream stream(file, std::ios::binary);
-  stream.write(reinterpret_cast<const char*>(bytes.data()), std::streamsize(bytes.size()));
-  stream.close();
-  return stream ? Status{} : CannotWrite(file);
+  auto output = OfFile(file.string(), NewFile::Create(file));
+  KDSTREAM_TRY(output);
+  KDSTREAM_TRY(OfFile(
+    file.string(), output->Write({ reinterpret_cast<const char*>(bytes.data()), bytes.size() })));
+  return OfFile(file.string(), output->Finish(NewFile::Lasts::Processes));
 }
 
 Result<std::shared_ptr<const PaintFolder>> PaintFolder::Open(const std::filesystem::path& folder)

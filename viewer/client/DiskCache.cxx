@@ -3,13 +3,17 @@
 #include "viewer/client/DiskCache.h"
 
 #include "filters/core/SeededHash.h"
+#include "filters/core/SystemReason.h"
+#include "filters/files/Folders.h"
 #include "filters/store/Sqlite.h"
 
 #include <fcntl.h>
 #include <sqlite3.h>
+#include <sys/stat.h>
 #include <unistd.h>
 
 #include <algorithm>
+#include <cerrno>
 #include <chrono>
 #include <condition_variable>
 #include <mutex>
@@ -49,16 +53,28 @@ std::int64_t NowInMilliseconds()
   return duration_cast<milliseconds>(system_clock::now().time_since_epoch()).count();
 }
 
-// Makes the tables, and makes them anew where another version made them.
-Status PrepareCache(sqlite3* database)
+// What the last call on a database came to.
+int CodeOf(sqlite3* database)
 {
-  sqlite3_busy_timeout(database, patienceMilliseconds);
-  KDSTREAM_TRY(Execute(database, "PRAGMA auto_vacuum = INCREMENTAL; PRAGMA journal_mode = WAL; "
-                                 "PRAGMA synchronous = NORMAL"));
+  return sqlite3_errcode(database) & 0xFF;
+}
+
+bool IsBusy(sqlite3* database)
+{
+  return CodeOf(database) == SQLITE_BUSY || CodeOf(database) == SQLITE_LOCKED;
+}
+
+bool IsDamaged(sqlite3* database)
+{
+  return CodeOf(database) == SQLITE_NOTADB || CodeOf(database) == SQLITE_CORRUPT;
+}
+
+Status MakeTables(sqlite3* database)
+{
   KDSTREAM_TRY(Execute(database, "BEGIN IMMEDIATE"));
   const auto version = QueryInteger(database, "PRAGMA user_version");
   KDSTREAM_TRY(version);
-  if (*version != cacheVersion)
+  if (*version != cacheVersion) // another program may have been quicker
   {
     KDSTREAM_TRY(Execute(
       database, "DROP TABLE IF EXISTS entries; DROP TABLE IF EXISTS total; PRAGMA user_version = " +
@@ -68,37 +84,85 @@ Status PrepareCache(sqlite3* database)
   return Execute(database, "COMMIT");
 }
 
+// Makes the tables, and makes them anew where another version made them. Where they are there
+// nobody is waited for who writes into them.
+Status PrepareCache(sqlite3* database)
+{
+  sqlite3_busy_timeout(database, patienceMilliseconds);
+  KDSTREAM_TRY(Execute(database, "PRAGMA auto_vacuum = INCREMENTAL; PRAGMA journal_mode = WAL; "
+                                 "PRAGMA synchronous = NORMAL"));
+  const auto version = QueryInteger(database, "PRAGMA user_version");
+  KDSTREAM_TRY(version);
+  return *version == cacheVersion ? Status{} : MakeTables(database);
+}
+
+Error IsNotOurs(const fs::path& file)
+{
+  return { ErrorCode::InputOutput, "is not a file of this user's own, and is left alone",
+    file.string() };
+}
+
+// In a folder that others may write to, the name may lead to anything: what others have put there
+// is neither changed nor believed.
+bool IsOwn(const struct stat& found)
+{
+  return S_ISREG(found.st_mode) && found.st_nlink == 1 &&
+         (found.st_uid == ::geteuid() || found.st_uid == 0);
+}
+
+// Makes the file, for its owner alone, unless it is there.
+Status MakeFile(const fs::path& file)
+{
+  const int made =
+    ::open(file.c_str(), O_RDWR | O_CREAT | O_EXCL | O_NOFOLLOW | O_CLOEXEC, S_IRUSR | S_IWUSR);
+  if (made >= 0)
+  {
+    ::close(made);
+    return {};
+  }
+  const int reason = errno;
+  struct stat found = {};
+  if (reason != EEXIST)
+  {
+    return SystemError("cannot be created", reason, file.string());
+  }
+  return ::lstat(file.c_str(), &found) == 0 && IsOwn(found) ? Status{} : Status{ IsNotOurs(file) };
+}
+
+// isDamaged: told of an error after which the file is of no use.
+Result<Database> OpenTables(const fs::path& file, bool& isDamaged)
+{
+  KDSTREAM_TRY(MakeFile(file));
+  auto database = OpenForWriting(file);
+  KDSTREAM_TRY(database);
+  const Status prepared = PrepareCache(database->get());
+  if (prepared)
+  {
+    return database;
+  }
+  isDamaged = IsDamaged(database->get());
+  return Error{ ErrorCode::InputOutput,
+    IsBusy(database->get()) ? "another program is writing to it" : prepared.GetError().message,
+    file.string() };
+}
+
 Result<Database> OpenToWrite(const fs::path& folder)
 {
-  std::error_code failure;
-  fs::create_directories(folder, failure);
-  if (failure)
-  {
-    return Error{ ErrorCode::InputOutput, "cannot be created: " + failure.message(),
-      folder.string() };
-  }
-  fs::permissions(folder, fs::perms::owner_all, failure);
+  KDSTREAM_TRY(MakePrivateFolder(folder));
   const fs::path file = folder / cacheFile;
+  bool isDamaged = false;
+  auto database = OpenTables(file, isDamaged);
+  if (database || !isDamaged)
   {
-    auto database = OpenForWriting(file);
-    KDSTREAM_TRY(database);
-    if (PrepareCache(database->get()))
-    {
-      return database;
-    }
+    return database;
   }
-  // No database, or a damaged one: it is only a cache.
+  // It is only a cache.
+  std::error_code failure;
   for (const char* ending : { "", "-wal", "-shm" })
   {
     fs::remove(file.string() + ending, failure);
   }
-  auto database = OpenForWriting(file);
-  KDSTREAM_TRY(database);
-  if (const Status prepared = PrepareCache(database->get()); !prepared)
-  {
-    return Error{ ErrorCode::InputOutput, prepared.GetError().message, file.string() };
-  }
-  return database;
+  return OpenTables(file, isDamaged);
 }
 
 // A file that stays open as long as the database that reads it.
@@ -131,10 +195,15 @@ Result<ReadOnlyCache> OpenToRead(const fs::path& folder, bool isWritten)
   const fs::path file = folder / cacheFile;
   if (!isWritten)
   {
-    opened.descriptor = ::open(file.c_str(), O_RDONLY | O_CLOEXEC);
-    if (opened.descriptor < 0)
+    opened.descriptor = ::open(file.c_str(), O_RDONLY | O_CLOEXEC | O_NOFOLLOW | O_NONBLOCK);
+    struct stat found = {};
+    if (opened.descriptor < 0 || ::fstat(opened.descriptor, &found) != 0)
     {
       return Error{ ErrorCode::NotFound, "cannot be read", file.string() };
+    }
+    if (!IsOwn(found))
+    {
+      return IsNotOurs(file);
     }
   }
   auto database = isWritten ? OpenForWriting(file) : OpenForReading(opened.descriptor);
@@ -290,7 +359,8 @@ private:
       lock.unlock();
       const Status done = this->Do(tasks);
       lock.lock();
-      if (!done)
+      // Where others have been writing for so long these entries are not kept, but later ones are.
+      if (!done && !this->WasBusy)
       {
         this->HasFailed = true;
         this->Tasks.clear();
@@ -305,7 +375,9 @@ private:
   Status Do(const std::vector<Task>& tasks)
   {
     Transaction transaction(this->Writing.get());
-    KDSTREAM_TRY(transaction.Begin());
+    const Status begun = transaction.Begin();
+    this->WasBusy = !begun && IsBusy(this->Writing.get());
+    KDSTREAM_TRY(begun);
     for (const Task& task : tasks)
     {
       KDSTREAM_TRY(task.kind == Task::Kind::Use ? this->Use(task.key) : this->Replace(task));
@@ -397,7 +469,8 @@ private:
 
   std::mutex ReadMutex; // of Reading
   ReadOnlyCache Reading;
-  Database Writing; // null where that cannot be done; of the thread alone
+  Database Writing;     // null where that cannot be done; of the thread alone
+  bool WasBusy = false; // of the thread alone
   const std::int64_t MostBytes;
   const std::function<void(const std::string& why)> OnTrouble;
   mutable std::mutex Mutex; // of all below

@@ -31,9 +31,12 @@ struct CacheKey
 class DiskCache
 {
 public:
-  // In `folder`, which is made, readable by its owner alone. Of another version's file nothing is
+  // In `folder`, which is made, readable by its owner alone; one that is there stays as it is, and
+  // the file in it is its owner's alone. Of another version's file, or a damaged one, nothing is
   // kept. mostBytes: of entries' contents.
-  // Where the folder cannot be written to, what is there is read, and nothing is kept.
+  // Where the folder cannot be written to, what is there is read, and nothing is kept. So too where
+  // another program keeps the file busy; nothing of it is lost. A link there, or a file of another
+  // user's, is left alone.
   // onTrouble: called once, from a thread of its own, where nothing more can be kept (a full disk),
   // with why; may be empty. Errors: InputOutput where neither can be done.
   static Result<std::shared_ptr<DiskCache>> Open(const std::filesystem::path& folder,

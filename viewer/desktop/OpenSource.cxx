@@ -3,6 +3,7 @@
 #include "viewer/desktop/OpenSource.h"
 
 #include "filters/core/SystemReason.h"
+#include "filters/files/Folders.h"
 #include "viewer/client/CachedSource.h"
 #include "viewer/client/LocalClient.h"
 #include "viewer/client/ServerClient.h"
@@ -116,13 +117,7 @@ public:
 Status MakeCacheFolder(const Result<std::filesystem::path>& folder)
 {
   KDSTREAM_TRY(folder);
-  std::error_code failure;
-  std::filesystem::create_directories(*folder, failure);
-  if (failure)
-  {
-    return Error{ ErrorCode::InputOutput, "cannot be made: " + failure.message(),
-      folder->string() };
-  }
+  KDSTREAM_TRY(MakePrivateFolder(*folder));
   if (::access(folder->c_str(), W_OK) != 0)
   {
     return SystemError("cannot be written", errno, folder->string());

@@ -3,6 +3,7 @@
 #include "viewer/desktop/ViewOptions.h"
 
 #include "filters/core/SystemReason.h"
+#include "filters/files/WriteWhole.h"
 #include "viewer/desktop/SettingSteps.h"
 #include "viewer/rendering/OffscreenWindow.h"
 
@@ -348,18 +349,7 @@ Status CheckOutputs(ViewOptions& line)
 
 Status WriteOutput(const std::string& file, const std::string& text)
 {
-  if (file.empty())
-  {
-    return {};
-  }
-  std::ofstream output(file, std::ios::binary | std::ios::trunc);
-  output << text;
-  output.close();
-  if (!output)
-  {
-    return SystemError("cannot be written", errno);
-  }
-  return {};
+  return file.empty() ? Status{} : WriteToOutput(file, text);
 }
 
 }

@@ -2,7 +2,7 @@
 // What a window shows, as bytes and as a PNG file: see Picture.h.
 #include "viewer/rendering/Picture.h"
 
-#include "filters/core/SystemReason.h"
+#include "filters/files/WriteWhole.h"
 
 #include <vtkImageData.h>
 #include <vtkNew.h>
@@ -12,9 +12,6 @@
 #include <vtkUnsignedCharArray.h>
 
 #include <algorithm>
-#include <cerrno>
-#include <cstdio>
-#include <memory>
 
 namespace kdstream
 {
@@ -44,37 +41,6 @@ void TurnRows(const WindowPicture& size, const std::uint8_t* from, std::uint8_t*
   {
     std::copy_n(from + y * row, row, to + (rows - 1 - y) * row);
   }
-}
-
-Error FileError(const std::string& file, const char* what)
-{
-  return SystemError(file + ": " + what, errno);
-}
-
-Status WriteFile(const std::string& file, const unsigned char* bytes, std::size_t size)
-{
-  // Beside the file, so that renaming it is one step.
-  const std::string temporary = file + ".part";
-  const auto close = [](std::FILE* f) { return std::fclose(f); };
-  std::unique_ptr<std::FILE, decltype(close)> stream(std::fopen(temporary.c_str(), "wb"), close);
-  if (!stream)
-  {
-    return FileError(file, "cannot be created");
-  }
-  const bool written = std::fwrite(bytes, 1, size, stream.get()) == size;
-  if (!written || std::fclose(stream.release()) != 0)
-  {
-    const Error error = FileError(file, "cannot be written");
-    std::remove(temporary.c_str());
-    return error;
-  }
-  if (std::rename(temporary.c_str(), file.c_str()) != 0)
-  {
-    const Error error = FileError(file, "cannot be replaced");
-    std::remove(temporary.c_str());
-    return error;
-  }
-  return {};
 }
 
 }
@@ -127,8 +93,11 @@ Status WritePng(const WindowPicture& picture, const std::string& file)
   {
     return Error{ ErrorCode::InputOutput, file + ": the picture cannot be encoded" };
   }
-  return WriteFile(
-    file, writer->GetResult()->GetPointer(0), static_cast<std::size_t>(bytes->GetNumberOfValues()));
+  const Status written =
+    WriteWhole(file, { reinterpret_cast<const char*>(writer->GetResult()->GetPointer(0)),
+                       static_cast<std::size_t>(bytes->GetNumberOfValues()) });
+  return written ? Status{}
+                 : Error{ ErrorCode::InputOutput, file + ": " + written.GetError().message };
 }
 
 Status WritePng(vtkRenderWindow& window, const std::string& file)

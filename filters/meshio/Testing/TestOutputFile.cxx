@@ -73,17 +73,19 @@ TEST(OutputFile, LeavesNothingWhenItIsNotFinished)
   EXPECT_EQ(ScratchFolder::Read(file), "old");
 }
 
-TEST(OutputFile, StepsAsideForATemporaryFileOfAnother)
+TEST(OutputFile, KeepsThePermissionsOfWhatItReplaces)
 {
   const ScratchFolder folder;
-  const std::string other = "out.bin.tmp-" + std::to_string(getpid()) + "-0";
-  folder.Write(other, "not mine");
+  const auto file = folder.Write("out.bin", "private");
+  ASSERT_EQ(chmod(file.c_str(), 0600), 0);
   OutputFile output;
-  ASSERT_TRUE(output.Open(folder.File("out.bin")));
+  ASSERT_TRUE(output.Open(file));
   output.Write("mine");
   ASSERT_TRUE(output.Finish());
-  EXPECT_EQ(ScratchFolder::Read(folder.File("out.bin")), "mine");
-  EXPECT_EQ(ScratchFolder::Read(folder.File(other)), "not mine");
+  struct stat status = {};
+  ASSERT_EQ(stat(file.c_str(), &status), 0);
+  EXPECT_EQ(status.st_mode & 0777, 0600U);
+  EXPECT_EQ(ScratchFolder::Read(file), "mine");
 }
 
 TEST(OutputFile, SaysWhyItCannotBeOpened)

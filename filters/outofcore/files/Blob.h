@@ -48,9 +48,7 @@ public:
   }
   void AddText(std::string_view text) { this->AddList(std::span<const char>(text)); }
 
-  const std::vector<std::byte>& Bytes() const { return this->Content; }
-
-private:
+  // Without their number.
   void AddBytes(std::span<const std::byte> bytes)
   {
     // Not by insert, of which g++ 12 warns without reason.
@@ -59,6 +57,9 @@ private:
     std::copy(bytes.begin(), bytes.end(), this->Content.data() + before);
   }
 
+  const std::vector<std::byte>& Bytes() const { return this->Content; }
+
+private:
   std::vector<std::byte> Content;
 };
 

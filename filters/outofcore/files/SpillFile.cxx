@@ -4,10 +4,16 @@
 
 #include "filters/core/SystemReason.h"
 
+#define XXH_INLINE_ALL
+#include <xxhash.h>
+
 #include <algorithm>
 #include <cerrno>
+#include <mutex>
+#include <optional>
 #include <system_error>
 #include <utility>
+#include <vector>
 
 #include <fcntl.h>
 #include <sys/statvfs.h>
@@ -54,6 +60,39 @@ Error FullDisk(const detail::SpillLedger& ledger, std::string_view purpose, std:
 
 }
 
+// The sum of a file that is written from its begin to its end. Whoever writes at another place, or
+// once more, has it read afterwards.
+class detail::SumOfWrites
+{
+public:
+  SumOfWrites() { XXH3_64bits_reset(&this->State); }
+
+  void Add(std::uint64_t offset, std::span<const std::byte> bytes)
+  {
+    const std::lock_guard lock(this->Mutex);
+    this->InOrder = this->InOrder && offset == this->End;
+    if (this->InOrder)
+    {
+      XXH3_64bits_update(&this->State, bytes.data(), bytes.size());
+      this->End += bytes.size();
+    }
+  }
+
+  // Of a file of so many bytes, if they all came in order.
+  std::optional<std::uint64_t> Of(std::uint64_t size) const
+  {
+    const std::lock_guard lock(this->Mutex);
+    return this->InOrder && this->End == size ? std::optional(XXH3_64bits_digest(&this->State))
+                                              : std::nullopt;
+  }
+
+private:
+  mutable std::mutex Mutex;
+  XXH3_state_t State;
+  std::uint64_t End = 0;
+  bool InOrder = true;
+};
+
 void detail::SpillLedger::Note(FileOperation operation) const
 {
   if (this->hook)
@@ -89,6 +128,8 @@ SpillFile& SpillFile::operator=(SpillFile&& other) noexcept
     this->Bytes = other.Bytes.exchange(0);
     this->Descriptor = std::exchange(other.Descriptor, -1);
     this->Kept = std::exchange(other.Kept, false);
+    this->KeptSum = std::exchange(other.KeptSum, 0);
+    this->Written = std::move(other.Written);
   }
   return *this;
 }
@@ -101,6 +142,7 @@ void SpillFile::Remove()
   }
   close(std::exchange(this->Descriptor, -1));
   const std::uint64_t bytes = this->Bytes.exchange(0);
+  this->Written.reset();
   if (!std::exchange(this->Kept, false))
   {
     this->Ledger->Note(FileOperation::Remove);
@@ -148,6 +190,8 @@ Status SpillFile::Write(std::uint64_t offset, std::span<const std::byte> bytes)
       this->Describe() + " belongs to a finished phase and cannot be written",
       this->Ledger->Disk() };
   }
+  const std::uint64_t first = offset;
+  const std::span<const std::byte> all = bytes;
   while (!bytes.empty())
   {
     this->Ledger->Note(FileOperation::Write);
@@ -182,7 +226,37 @@ Status SpillFile::Write(std::uint64_t offset, std::span<const std::byte> bytes)
       this->Ledger->Grow(offset - size);
     }
   }
+  if (this->Written)
+  {
+    this->Written->Add(first, all);
+  }
   return {};
+}
+
+Result<std::uint64_t> SpillFile::Sum() const
+{
+  if (this->Kept)
+  {
+    return this->KeptSum;
+  }
+  const auto known = this->Written ? this->Written->Of(this->Size()) : std::nullopt;
+  return known ? Result<std::uint64_t>(*known) : this->ReadSum();
+}
+
+Result<std::uint64_t> SpillFile::ReadSum() const
+{
+  XXH3_state_t state;
+  XXH3_64bits_reset(&state);
+  const std::uint64_t size = this->Size();
+  std::vector<std::byte> block(
+    static_cast<std::size_t>(std::min<std::uint64_t>(size, spillBlockBytes)));
+  for (std::uint64_t at = 0; at < size; at += block.size())
+  {
+    block.resize(static_cast<std::size_t>(std::min<std::uint64_t>(block.size(), size - at)));
+    KDSTREAM_TRY(this->Read(at, block));
+    XXH3_64bits_update(&state, block.data(), block.size());
+  }
+  return static_cast<std::uint64_t>(XXH3_64bits_digest(&state));
 }
 
 Status SpillFile::Sync() const
@@ -261,6 +335,7 @@ Result<SpillFile> SpillFolder::CreateFile(std::string_view purpose, std::uint64_
   {
     return FullDisk(*this->Ledger, purpose, bytes, 0, reason);
   }
+  file.Written = this->Ledger->sums ? std::make_shared<detail::SumOfWrites>() : nullptr;
   return file;
 }
 

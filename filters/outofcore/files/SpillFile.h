@@ -50,6 +50,7 @@ struct SpillLedger
   std::atomic<std::uint64_t> bytesRead{ 0 }, bytesWritten{ 0 }, onDisk{ 0 }, peakOnDisk{ 0 };
   std::atomic<std::uint64_t> files{ 0 };
   bool keepFolder = false;
+  bool sums = false; // files of it may be kept: what is written in order is summed on the way
   FileHook hook;
   std::shared_ptr<void> lock; // of the folder, as long as a file of it is open
 
@@ -62,6 +63,8 @@ struct SpillLedger
 
   void Grow(std::uint64_t bytes);
 };
+
+class SumOfWrites;
 }
 
 // One file of a folder; it is removed when this goes, unless it is what a finished phase of a build
@@ -94,6 +97,10 @@ private:
   std::string Describe() const;
   // Waits until the disk has all that was written.
   Status Sync() const;
+  // The XXH3 of all bytes. Known where they were written in order, or the file is what a phase has
+  // left; else it is read. Errors: InputOutput.
+  Result<std::uint64_t> Sum() const;
+  Result<std::uint64_t> ReadSum() const;
 
   std::shared_ptr<detail::SpillLedger> Ledger;
   std::filesystem::path Path;
@@ -103,6 +110,8 @@ private:
   std::atomic<std::uint64_t> Bytes{ 0 };
   int Descriptor = -1;
   bool Kept = false;
+  std::uint64_t KeptSum = 0;                    // of one that is kept
+  std::shared_ptr<detail::SumOfWrites> Written; // of one that may be
 };
 
 // A folder with a name of its own below a given one. It is removed with all that is in it when this

@@ -207,6 +207,7 @@ Result<BuildFolder> BuildFolder::Open(
   ledger->folder = path;
   ledger->hook = std::move(hook);
   ledger->lock = std::move(*lock);
+  ledger->sums = true;
   BuildFolder folder{ SpillFolder(std::move(ledger)) };
   if (Status taken = folder.TakeUp(fingerprint, resume); !taken)
   {
@@ -227,7 +228,9 @@ std::optional<LeftBuild> BuildFolder::LeftIn(const fs::path& path)
   ledger->keepFolder = true;
   const BuildFolder folder{ SpillFolder(std::move(ledger)) };
   const Result<PhaseJournal> journal = folder.ReadJournal();
-  const std::size_t usable = journal ? folder.CountUsable(*journal) : 0;
+  const std::size_t usable =
+    journal ? UsablePhases(*journal, [&](const JournalFile& file) { return folder.IsThere(file); })
+            : 0;
   return usable == 0
            ? std::nullopt
            : std::optional(LeftBuild{ journal->fingerprint, journal->phases[usable - 1].name });
@@ -253,16 +256,22 @@ fs::path BuildFolder::PathOf(std::uint64_t number) const
   return this->Folder.Path() / std::to_string(number);
 }
 
-std::size_t BuildFolder::CountUsable(const PhaseJournal& journal) const
+bool BuildFolder::IsThere(const JournalFile& file) const
 {
-  return UsablePhases(journal,
-    [&](const JournalFile& file)
-    {
-      struct stat state = {};
-      return lstat(this->PathOf(file.number).c_str(), &state) == 0 && S_ISREG(state.st_mode) &&
-             static_cast<std::uint64_t>(state.st_size) == file.bytes &&
-             TimeOf(state) == file.changed;
-    });
+  struct stat state = {};
+  return lstat(this->PathOf(file.number).c_str(), &state) == 0 && S_ISREG(state.st_mode) &&
+         static_cast<std::uint64_t>(state.st_size) == file.bytes && TimeOf(state) == file.changed;
+}
+
+bool BuildFolder::IsWhole(const JournalFile& file) const
+{
+  if (!this->IsThere(file))
+  {
+    return false;
+  }
+  const Result<SpillFile> opened = this->OpenKept(this->PathOf(file.number), file.name, file);
+  const Result<std::uint64_t> sum = opened ? opened->ReadSum() : opened.GetError();
+  return sum && *sum == file.sum;
 }
 
 Status BuildFolder::TakeUp(std::string_view fingerprint, bool resume)
@@ -296,7 +305,16 @@ Status BuildFolder::TakeUp(std::string_view fingerprint, bool resume)
     }
   }
   this->Folder.Ledger->files = next;
-  this->Journal.phases.resize(this->CountUsable(this->Journal));
+  std::map<std::pair<std::uint64_t, std::uint64_t>, bool> whole; // by number and sum
+  const std::size_t usable = UsablePhases(this->Journal,
+    [&](const JournalFile& file)
+    {
+      const auto [known, isNew] = whole.try_emplace({ file.number, file.sum });
+      known->second = isNew ? this->IsWhole(file) : known->second;
+      return known->second;
+    });
+  this->Lost = usable < this->Journal.phases.size();
+  this->Journal.phases.resize(usable);
   this->RemoveUnnamed();
   return {};
 }
@@ -341,10 +359,16 @@ Result<PhaseJournal> BuildFolder::ReadJournal() const
   {
     return Error{ ErrorCode::NotFound, "there is no journal" };
   }
-  Result<SpillFile> file = this->OpenKept(
-    path, "journal of the build", { journalName, 0, static_cast<std::uint64_t>(state.st_size), 0 });
+  const auto size = static_cast<std::uint64_t>(state.st_size);
+  Result<SpillFile> file = this->OpenKept(path, "journal of the build", { journalName, 0, size });
   KDSTREAM_TRY(file);
-  std::vector<std::byte> bytes(static_cast<std::size_t>(file->Size()));
+  std::vector<std::byte> bytes(std::min<std::uint64_t>(size, journalHeadBytes));
+  KDSTREAM_TRY(file->Read(0, bytes));
+  if (ClaimedJournalBytes(bytes) != size)
+  {
+    return Error{ ErrorCode::Damaged, "not the journal of a build by this version" };
+  }
+  bytes.resize(static_cast<std::size_t>(size));
   KDSTREAM_TRY(file->Read(0, bytes));
   return DecodeJournal(bytes);
 }
@@ -410,6 +434,9 @@ Status BuildFolder::Finish(std::string_view phase, const BlobWriter& blob,
         left.file.Describe() + " cannot be examined", errno, this->Folder.Path().parent_path());
     }
     entry.changed = TimeOf(state);
+    const Result<std::uint64_t> sum = left.file.Sum();
+    KDSTREAM_TRY(sum);
+    entry.sum = *sum;
   }
   const std::vector<JournalFile> released = GiveUp(journal, givenUp);
   KDSTREAM_TRY(this->WriteJournal(journal));
@@ -498,6 +525,7 @@ Result<SpillFile> BuildFolder::OpenKept(
   opened.Expected = file.bytes;
   opened.Bytes = file.bytes;
   opened.Kept = true;
+  opened.KeptSum = file.sum;
   opened.Descriptor = open(path.c_str(), O_RDONLY | O_CLOEXEC | O_NOFOLLOW);
   if (opened.Descriptor < 0)
   {

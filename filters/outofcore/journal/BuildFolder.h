@@ -73,8 +73,9 @@ public:
     const std::filesystem::path& store, const std::filesystem::path& temporaryFolder);
 
   // Makes the folder, or takes it up. Without `resume` all that is there is thrown away; with it,
-  // what the journal does not name. A phase with a missing file or one of another size, or written
-  // since, counts as not finished; a damaged journal as none. hook: for tests. Errors: InputOutput
+  // what the journal does not name. A phase with a missing file or one of another size or sum, or
+  // written since, counts as not finished, and so do those after it; a damaged journal as none. The
+  // files are read for that, once. hook: for tests. Errors: InputOutput
   // where the folder cannot be made or is not this user's; LimitExceeded where another process
   // builds in it now (a lock on PATH.lock, which the system gives back with the process). With
   // `resume` also, everything being left as it is, those of CheckSameBuild.
@@ -82,7 +83,8 @@ public:
     bool resume, FileHook hook = {});
 
   // What a build of the same fingerprint could go on from with `resume`; none where there is no
-  // finished phase, or where a build is running there. Changes nothing.
+  // finished phase, or where a build is running there. Changes nothing, and takes the files' sizes
+  // and times for enough.
   static std::optional<LeftBuild> LeftIn(const std::filesystem::path& path);
 
   BuildFolder(BuildFolder&&) noexcept = default;
@@ -97,6 +99,8 @@ public:
   // The last of them. REQUIRES: FinishedPhases() > 0.
   const std::string& LastPhase() const { return this->Journal.phases.back().name; }
   Found WhatWasFound() const { return this->Earlier; }
+  // Whether phases had been finished that are not any more: their files are missing or damaged.
+  bool HasLostPhases() const { return this->Lost; }
 
   // The phase has left these files, which are closed and from now on only read; and no phase that
   // is still to come needs what `givenUp` names of this and earlier ones (an empty file name means
@@ -124,8 +128,10 @@ private:
 
   std::filesystem::path PathOf(std::uint64_t number) const;
   Status TakeUp(std::string_view fingerprint, bool resume);
-  // How many phases of a journal have left their files.
-  std::size_t CountUsable(const PhaseJournal& journal) const;
+  // Whether the file of a phase is there, by its size and time.
+  bool IsThere(const JournalFile& file) const;
+  // And by its sum.
+  bool IsWhole(const JournalFile& file) const;
   void RemoveUnnamed();
   Result<PhaseJournal> ReadJournal() const;
   // Marks the files as given up; their numbers and sizes, but those that another entry still needs.
@@ -139,6 +145,7 @@ private:
   SpillFolder Folder;
   PhaseJournal Journal;
   Found Earlier = Found::Nothing;
+  bool Lost = false;
 };
 
 }

@@ -14,7 +14,7 @@ namespace
 {
 
 constexpr std::uint64_t mark = 0x4C414E52554F4A4B; // "KJOURNAL", if the bytes are in our order
-constexpr std::uint32_t layoutVersion = 2;
+constexpr std::uint32_t layoutVersion = 3;
 
 std::uint64_t Checksum(std::span<const std::byte> bytes)
 {
@@ -35,18 +35,15 @@ JournalPhase ReadPhase(BlobReader& reader)
     file.bytes = reader.Read<std::uint64_t>();
     file.releasedAfter = reader.Read<std::uint64_t>();
     file.changed = reader.Read<std::int64_t>();
+    file.sum = reader.Read<std::uint64_t>();
     phase.files.push_back(std::move(file));
   }
   return phase;
 }
 
-}
-
-std::vector<std::byte> EncodeJournal(const PhaseJournal& journal)
+BlobWriter Contents(const PhaseJournal& journal)
 {
   BlobWriter writer;
-  writer.Add(mark);
-  writer.Add(layoutVersion);
   writer.AddText(journal.fingerprint);
   writer.Add(static_cast<std::uint64_t>(journal.phases.size()));
   for (const JournalPhase& phase : journal.phases)
@@ -61,10 +58,33 @@ std::vector<std::byte> EncodeJournal(const PhaseJournal& journal)
       writer.Add(file.bytes);
       writer.Add(file.releasedAfter);
       writer.Add(file.changed);
+      writer.Add(file.sum);
     }
   }
+  return writer;
+}
+
+}
+
+std::vector<std::byte> EncodeJournal(const PhaseJournal& journal)
+{
+  const std::vector<std::byte> contents = Contents(journal).Bytes();
+  BlobWriter writer;
+  writer.Add(mark);
+  writer.Add(layoutVersion);
+  writer.Add(std::uint64_t{ journalHeadBytes } + contents.size() + sizeof(std::uint64_t));
+  writer.AddBytes(contents);
   writer.Add(Checksum(writer.Bytes()));
   return writer.Bytes();
+}
+
+std::uint64_t ClaimedJournalBytes(std::span<const std::byte> head)
+{
+  BlobReader reader(head);
+  const bool isOurs =
+    reader.Read<std::uint64_t>() == mark && reader.Read<std::uint32_t>() == layoutVersion;
+  const auto bytes = reader.Read<std::uint64_t>();
+  return isOurs && reader.Good() ? bytes : 0;
 }
 
 Result<PhaseJournal> DecodeJournal(std::span<const std::byte> bytes)
@@ -76,7 +96,8 @@ Result<PhaseJournal> DecodeJournal(std::span<const std::byte> bytes)
   {
     return Error{ ErrorCode::Damaged, "the checksum does not hold" };
   }
-  if (reader.Read<std::uint64_t>() != mark || reader.Read<std::uint32_t>() != layoutVersion)
+  if (reader.Read<std::uint64_t>() != mark || reader.Read<std::uint32_t>() != layoutVersion ||
+      reader.Read<std::uint64_t>() != bytes.size())
   {
     return Error{ ErrorCode::Damaged, "not the journal of a build by this version" };
   }

@@ -28,6 +28,7 @@ struct JournalFile
   // When the file was last written, in nanoseconds: one that was written since, or another of the
   // same size, is not what the phase has left.
   std::int64_t changed = 0;
+  std::uint64_t sum = 0; // the XXH3 of its bytes
   bool operator==(const JournalFile&) const = default;
 };
 
@@ -46,15 +47,21 @@ struct PhaseJournal
   bool operator==(const PhaseJournal&) const = default;
 };
 
-// A mark, the version of this layout, the journal, and an XXH3 checksum over all before it.
+// A mark, the version of this layout, how many bytes all of it is, the journal, and an XXH3
+// checksum over all before it.
 std::vector<std::byte> EncodeJournal(const PhaseJournal& journal);
 
 // Errors: Damaged for whatever EncodeJournal did not write, also by another version.
 Result<PhaseJournal> DecodeJournal(std::span<const std::byte> bytes);
 
+// What the first journalHeadBytes of a journal say of its size; 0 where they are not those of one:
+// nobody takes memory for a file that only has the name.
+inline constexpr std::size_t journalHeadBytes = 20;
+std::uint64_t ClaimedJournalBytes(std::span<const std::byte> head);
+
 // How many of the first phases a build can go on from: their files are there as the journal says,
 // or were given up when no phase after those needed them. isThere(file): whether a file of that
-// number, size and time exists.
+// number, size, time and sum exists; called more than once.
 template <class IsThere>
 std::size_t UsablePhases(const PhaseJournal& journal, const IsThere& isThere)
 {

@@ -75,6 +75,24 @@ TEST_F(TestStoreNotes, WhatCannotBeWrittenLeavesWhatWas)
   EXPECT_FALSE(fs::exists(this->Folder / "b.notes.json.new"));
 }
 
+TEST_F(TestStoreNotes, NoLinkBesideThemIsFollowedAndTheyStayPrivate)
+{
+  std::ofstream(this->Folder / "victim") << "precious";
+  const fs::path planted = this->File.string() + ".new";
+  fs::create_symlink("victim", planted);
+  const std::vector<Note> notes{ { "One", "", "" } };
+  ASSERT_TRUE(WriteNotes(this->File, notes));
+  ASSERT_EQ(::chmod(this->File.c_str(), 0600), 0);
+  ASSERT_TRUE(WriteNotes(this->File, notes));
+  struct stat state = {};
+  ASSERT_EQ(::stat(this->File.c_str(), &state), 0);
+  EXPECT_EQ(state.st_mode & 0777, 0600U);
+  std::string victim;
+  std::getline(std::ifstream(this->Folder / "victim"), victim);
+  EXPECT_EQ(victim, "precious");
+  EXPECT_TRUE(fs::is_symlink(planted));
+}
+
 TEST_F(TestStoreNotes, WhatIsNoneIsRefused)
 {
   std::ofstream(this->File) << "[]";

@@ -9,6 +9,7 @@
 #include <sqlite3.h>
 
 #include <sys/resource.h>
+#include <sys/stat.h>
 
 #include <atomic>
 #include <csignal>
@@ -233,6 +234,83 @@ TEST(TestDiskCache, AFullDiskIsToldOnceAndWhatIsThereStays)
   const auto cache = Open(folder.Path);
   EXPECT_EQ(cache->Find(Key(1)), Content(1));
   EXPECT_FALSE(cache->Find(Key(3)));
+}
+
+// In /tmp, say: who may write there is not the cache's to decide. The file is its owner's alone.
+TEST(TestDiskCache, AFolderThatWasThereKeepsItsPermissions)
+{
+  const TemporaryFolder folder;
+  const auto modeOf = [](const std::filesystem::path& path)
+  {
+    struct stat state = {};
+    return ::stat(path.c_str(), &state) == 0 ? state.st_mode & 07777 : 0;
+  };
+  for (const mode_t mode : { 01777, 0755, 0750 })
+  {
+    ASSERT_EQ(::chmod(folder.Path.c_str(), mode), 0);
+    Open(folder.Path)->Put(Key(1), Content(1));
+    EXPECT_EQ(modeOf(folder.Path), mode);
+    EXPECT_EQ(modeOf(folder / "blobs.sqlite"), 0600U);
+  }
+  Open(folder / "new/cache");
+  EXPECT_EQ(modeOf(folder / "new/cache"), 0700U);
+}
+
+// Another program's long transaction is no damage: nothing of what is kept goes, and nobody waits
+// who only reads.
+TEST(TestDiskCache, ABusyFileIsNotADamagedOne)
+{
+  const TemporaryFolder folder;
+  const auto before = Open(folder.Path);
+  before->Put(Key(1), Content(1));
+  ASSERT_TRUE(FindSoon(*before, Key(1)));
+  sqlite3* other = nullptr;
+  ASSERT_EQ(sqlite3_open((folder / "blobs.sqlite").c_str(), &other), SQLITE_OK);
+  ASSERT_EQ(sqlite3_exec(other, "BEGIN IMMEDIATE", nullptr, nullptr, nullptr), SQLITE_OK);
+  const auto busy = DiskCache::Open(folder.Path, plenty);
+  ASSERT_TRUE(busy) << busy.GetError().message;
+  EXPECT_EQ((*busy)->Find(Key(1)), Content(1));
+  EXPECT_EQ(before->Find(Key(1)), Content(1));
+  ASSERT_EQ(sqlite3_exec(other, "COMMIT", nullptr, nullptr, nullptr), SQLITE_OK);
+  (*busy)->Put(Key(2), Content(2));
+  EXPECT_EQ(FindSoon(**busy, Key(2)), Content(2));
+  EXPECT_EQ(FindSoon(*before, Key(2)), Content(2)) << "it is the same file still";
+  sqlite3_close(other);
+}
+
+// Nor is a file that another program has for itself, and whose version cannot be asked for.
+TEST(TestDiskCache, ALockedFileStaysAsItIs)
+{
+  const TemporaryFolder folder;
+  sqlite3* other = nullptr;
+  ASSERT_EQ(sqlite3_open((folder / "blobs.sqlite").c_str(), &other), SQLITE_OK);
+  ASSERT_EQ(
+    sqlite3_exec(other, "CREATE TABLE precious(x); BEGIN EXCLUSIVE", nullptr, nullptr, nullptr),
+    SQLITE_OK);
+  EXPECT_FALSE(DiskCache::Open(folder.Path, plenty));
+  ASSERT_EQ(
+    sqlite3_exec(other, "INSERT INTO precious VALUES(1); COMMIT", nullptr, nullptr, nullptr),
+    SQLITE_OK);
+  sqlite3_close(other);
+  Sql(folder.Path, "SELECT x FROM precious");
+}
+
+// Where others may write to the folder, its name may lead to anything.
+TEST(TestDiskCache, AnothersFileBehindALinkIsLeftAlone)
+{
+  const TemporaryFolder folder;
+  std::filesystem::create_directory(folder / "cache");
+  std::ofstream(folder / "victim") << std::string(5000, 'v');
+  std::filesystem::create_symlink("../victim", folder / "cache/blobs.sqlite");
+  const auto cache = DiskCache::Open(folder / "cache", plenty);
+  ASSERT_FALSE(cache);
+  EXPECT_EQ(cache.GetError().message, "is not a file of this user's own, and is left alone");
+  EXPECT_EQ(fixtures::ReadWhole(folder / "victim"), std::string(5000, 'v'));
+  EXPECT_TRUE(std::filesystem::is_symlink(folder / "cache/blobs.sqlite"));
+  // Nor is a file made where the link leads to nothing.
+  std::filesystem::remove(folder / "victim");
+  EXPECT_FALSE(DiskCache::Open(folder / "cache", plenty));
+  EXPECT_FALSE(std::filesystem::exists(folder / "victim"));
 }
 
 TEST(TestDiskCache, AFolderThatCannotBeIsRefused)

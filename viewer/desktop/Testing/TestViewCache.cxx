@@ -121,7 +121,7 @@ TEST_F(TestViewCache, AMeshIsSeenWhereNothingCanBeKept)
   EXPECT_EQ(this->Run(look + "nest.ply/below"), 0) << this->Err;
   ::unsetenv("TMPDIR");
   EXPECT_NE(
-    this->Err.find("kdstream-view: warning: nest.ply/below: cannot be made: "), std::string::npos)
+    this->Err.find("kdstream-view: warning: nest.ply/below: cannot be created: "), std::string::npos)
     << this->Err;
   EXPECT_NE(this->Err.find("the store that is made of the mesh is not kept\n"), std::string::npos);
   EXPECT_EQ(ReadText(this->Folder / "n.png"), seen);

@@ -1,0 +1,233 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Folders of killed builds that were damaged since, on the disk or by hand: --resume makes the same
+// store or says an error, never another store, and it is never ended by a signal.
+#include "Testing/Fixtures/Meshes.h"
+#include "filters/build/Testing/ExternalBuilderTest.h"
+
+#include <gtest/gtest.h>
+
+#include <cstdlib>
+#include <map>
+#include <random>
+
+#include <fcntl.h>
+#include <sys/stat.h>
+
+using namespace kdstream;
+using namespace kdstream::fixtures;
+namespace fs = std::filesystem;
+
+namespace
+{
+
+// A file of a folder, with the times that it had: damage of a disk does not change them.
+struct KeptFile
+{
+  std::string bytes;
+  timespec changed{};
+};
+using KeptFolder = std::map<std::string, KeptFile>;
+
+KeptFolder Keep(const fs::path& folder)
+{
+  KeptFolder kept;
+  for (const auto& entry : fs::directory_iterator(folder))
+  {
+    struct stat state = {};
+    ::stat(entry.path().c_str(), &state);
+    kept[entry.path().filename().string()] = { BytesOf(entry.path()), state.st_mtim };
+  }
+  return kept;
+}
+
+void PutBack(const KeptFolder& kept, const fs::path& folder)
+{
+  fs::remove_all(folder);
+  ASSERT_EQ(::mkdir(folder.c_str(), 0700), 0);
+  for (const auto& [name, file] : kept)
+  {
+    std::ofstream(folder / name, std::ios::binary) << file.bytes;
+    const timespec times[] = { file.changed, file.changed };
+    ASSERT_EQ(::utimensat(AT_FDCWD, (folder / name).c_str(), times, 0), 0);
+  }
+}
+
+class Damage
+{
+public:
+  explicit Damage(unsigned seed)
+    : Random(seed)
+  {
+  }
+
+  // Does one to three things to the folder; what, for whoever reads of a failure.
+  std::string Do(KeptFolder& folder)
+  {
+    std::string done;
+    for (std::size_t i = 0, times = 1 + this->Below(3); i < times && !folder.empty(); ++i)
+    {
+      done += this->DoOne(folder) + "; ";
+    }
+    return done;
+  }
+
+private:
+  std::size_t Below(std::size_t end)
+  {
+    return std::uniform_int_distribution<std::size_t>(0, end - 1)(this->Random);
+  }
+  KeptFolder::iterator Any(KeptFolder& folder)
+  {
+    const auto journal = folder.find("journal");
+    return journal != folder.end() && this->Below(6) == 0
+             ? journal
+             : std::next(folder.begin(), static_cast<std::ptrdiff_t>(this->Below(folder.size())));
+  }
+
+  std::string DoOne(KeptFolder& folder)
+  {
+    const auto it = this->Any(folder);
+    const std::string name = it->first;
+    std::string& bytes = it->second.bytes;
+    const std::size_t size = bytes.size(), at = size == 0 ? 0 : this->Below(size);
+    const std::size_t some = std::min(size - at, std::size_t{ 1 } << this->Below(16));
+    const bool isSeen = this->Below(8) == 0; // by the time of the change
+    it->second.changed.tv_nsec += isSeen ? 1 : 0;
+    switch (size == 0 ? 6 : this->Below(9))
+    {
+      case 0:
+      case 1:
+        bytes[at] = static_cast<char>(bytes[at] ^ (1 << this->Below(8)));
+        return "a bit of " + name + " at " + std::to_string(at);
+      case 2:
+        std::fill_n(bytes.begin() + static_cast<std::ptrdiff_t>(at), some, '\0');
+        return std::to_string(some) + " zeros in " + name + " at " + std::to_string(at);
+      case 3:
+        for (std::size_t i = at; i < at + some; ++i)
+        {
+          bytes[i] = static_cast<char>(this->Below(256));
+        }
+        return "a block of " + name + " at " + std::to_string(at);
+      case 4:
+        bytes.resize(at);
+        return name + " is cut off at " + std::to_string(at);
+      case 5:
+        bytes.append(1 + this->Below(100'000), static_cast<char>(this->Below(256)));
+        return name + " is longer";
+      case 6:
+        folder.erase(it);
+        return name + " is gone";
+      case 7:
+      {
+        const auto other = this->Any(folder);
+        std::swap(bytes, other->second.bytes);
+        return name + " and " + other->first + " are swapped";
+      }
+      default:
+      {
+        // Elsewhere in the same file, as if a write had gone to a wrong place.
+        const std::size_t from = this->Below(size);
+        const std::string moved = bytes.substr(from, std::min(some, size - from));
+        bytes.replace(at, std::min(moved.size(), size - at), moved, 0, size - at);
+        return "a block of " + name + " from " + std::to_string(from) + " at " + std::to_string(at);
+      }
+    }
+  }
+
+  std::mt19937 Random;
+};
+
+class DamagedBuild : public ExternalBuilderTest
+{
+protected:
+  // How a build with --resume in a process of its own ends: its exit code, or -1 for a signal.
+  int Resume()
+  {
+    const pid_t child = ::fork();
+    if (child == 0)
+    {
+      ::_exit(this->External() ? 0 : 1);
+    }
+    int state = 0;
+    ::waitpid(child, &state, 0);
+    return WIFEXITED(state) ? WEXITSTATUS(state) : -1;
+  }
+};
+
+}
+
+// KDSTREAM_DAMAGED_BUILDS: how many, for longer runs.
+TEST_F(DamagedBuild, IsTheSameStoreOrAnError)
+{
+  const char* const asked = std::getenv("KDSTREAM_DAMAGED_BUILDS");
+  const int count = asked ? std::atoi(asked) : 30;
+  this->Write(Shuffled(Torus(96, 48), 2));
+  std::vector<std::size_t> publishing;
+  this->CountSteps(publishing);
+  const std::string expected = this->Take();
+  std::vector<KeptFolder> lefts; // after each phase
+  for (const std::size_t k : publishing)
+  {
+    ASSERT_TRUE(this->BuildAndKill(k + 2));
+    lefts.push_back(Keep(this->Left()));
+  }
+  this->Options.resume = true;
+  int same = 0, errors = 0, others = 0, signals = 0;
+  for (int i = 0; i < count; ++i)
+  {
+    const auto seed = static_cast<unsigned>(i);
+    KeptFolder folder = lefts[seed * 7 % lefts.size()];
+    const std::string done = Damage(seed).Do(folder);
+    PutBack(folder, this->Left());
+    const int ended = this->Resume();
+    const std::string store = this->Take();
+    same += ended == 0 && store == expected;
+    errors += ended == 1 && store.empty();
+    others += ended >= 0 && !store.empty() && store != expected;
+    signals += ended < 0;
+    EXPECT_TRUE(ended == 0 ? store == expected : ended == 1 && store.empty())
+      << "case " << i << ": " << done << " ended with " << ended;
+  }
+  fs::remove_all(this->Left());
+  std::cout << count << " damaged folders: " << same << " times the same store, " << errors
+            << " errors, " << others << " other stores, " << signals << " signals\n";
+  EXPECT_EQ(same + errors, count);
+}
+
+// Each file alone, with the size and the time that it had: what it was is found out, and done again
+// from the phase that made it.
+TEST_F(DamagedBuild, ABitOfAnyFileIsFound)
+{
+  this->Write(Shuffled(Torus(96, 48), 2));
+  std::vector<std::size_t> publishing;
+  this->CountSteps(publishing);
+  const std::string expected = this->Take();
+  ASSERT_TRUE(this->BuildAndKill(publishing.back() + 2)); // all phases are finished
+  const KeptFolder left = Keep(this->Left());
+  this->Options.resume = true;
+  PutBack(left, this->Left());
+  auto report = this->External();
+  ASSERT_TRUE(report);
+  ASSERT_EQ(report->resumedPhases, 5U) << "nothing is wrong";
+  EXPECT_TRUE(this->Take() == expected);
+  std::string told;
+  this->Options.tellEarlierBuild = [&](const std::string& found) { told = found; };
+  for (const auto& [name, file] : left)
+  {
+    if (file.bytes.empty() || name == "journal")
+    {
+      continue;
+    }
+    SCOPED_TRACE(name);
+    KeptFolder damaged = left;
+    char& byte = damaged[name].bytes[file.bytes.size() / 3];
+    byte = static_cast<char>(byte ^ 1);
+    PutBack(damaged, this->Left());
+    report = this->External();
+    ASSERT_TRUE(report) << report.GetError().message;
+    EXPECT_LT(report->resumedPhases, 5U);
+    EXPECT_NE(told.find("missing or were changed"), std::string::npos) << told;
+    EXPECT_TRUE(this->Take() == expected);
+  }
+  this->ExpectNothingLeft();
+}

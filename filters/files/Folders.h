@@ -1,0 +1,24 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Folders: for one user alone, and made to outlast a power cut with all that is in them.
+#pragma once
+
+#include "filters/core/Result.h"
+
+#include <filesystem>
+
+namespace kdstream
+{
+
+// Makes the folder for its owner alone, and those that it is in as the umask has it. One that is
+// there stays as it is: its permissions are somebody's decision. Errors: InputOutput.
+Status MakePrivateFolder(const std::filesystem::path& folder);
+
+// Waits until the disk has the folder's entries. A folder that this user may not read is passed
+// over. Errors: InputOutput.
+Status SyncFolder(const std::filesystem::path& folder);
+
+// Waits until the disk has all files and folders below this one, and itself. Links are not
+// followed. Errors: InputOutput.
+Status SyncTree(const std::filesystem::path& folder);
+
+}

@@ -1,0 +1,57 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "filters/files/Folders.h"
+
+#include "Testing/Fixtures/TemporaryFolder.h"
+
+#include <gtest/gtest.h>
+
+#include <sys/stat.h>
+
+using namespace kdstream;
+using fixtures::TemporaryFolder;
+namespace fs = std::filesystem;
+
+namespace
+{
+
+mode_t AllModeOf(const fs::path& folder)
+{
+  struct stat state = {};
+  return ::stat(folder.c_str(), &state) == 0 ? state.st_mode & 07777 : 0;
+}
+
+}
+
+TEST(Folders, AreMadeForTheirOwnerAndStayAsTheyAre)
+{
+  const TemporaryFolder folder;
+  for (const std::string name : { "a/b/c", "d", "e/" })
+  {
+    ASSERT_TRUE(MakePrivateFolder(folder / name)) << name;
+    EXPECT_EQ(AllModeOf(folder / name), 0700U);
+  }
+  for (const mode_t mode : { 01777, 0755, 02770, 0700 })
+  {
+    ASSERT_EQ(::chmod((folder / "d").c_str(), mode), 0);
+    ASSERT_TRUE(MakePrivateFolder(folder / "d"));
+    EXPECT_EQ(AllModeOf(folder / "d"), mode);
+  }
+  fs::create_symlink("d", folder / "link");
+  EXPECT_TRUE(MakePrivateFolder(folder / "link"));
+  std::ofstream(folder / "file") << "x";
+  const Status file = MakePrivateFolder(folder / "file");
+  ASSERT_FALSE(file);
+  EXPECT_EQ(file.GetError().message, "cannot be created: Not a directory");
+  EXPECT_FALSE(MakePrivateFolder(folder / "file/in"));
+}
+
+TEST(Folders, AreWaitedForWithAllThatIsInThem)
+{
+  const TemporaryFolder folder;
+  fs::create_directories(folder / "a/b");
+  std::ofstream(folder / "a/b/file") << "x";
+  fs::create_symlink("nowhere", folder / "a/link");
+  EXPECT_TRUE(SyncTree(folder.Path));
+  EXPECT_TRUE(SyncFolder(folder / "a"));
+  EXPECT_FALSE(SyncTree(folder / "none"));
+}

@@ -1,0 +1,254 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// A file that takes its place when it is whole: nobody else's file is touched on the way, and who
+// may read it stays as it was.
+#include "filters/files/NewFile.h"
+
+#include "Testing/Fixtures/TemporaryFolder.h"
+#include "filters/files/WriteWhole.h"
+
+#include <gtest/gtest.h>
+
+#include <csignal>
+#include <set>
+
+#include <fcntl.h>
+#include <sys/file.h>
+#include <sys/resource.h>
+#include <sys/stat.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+using namespace kdstream;
+using fixtures::ReadWhole;
+using fixtures::TemporaryFolder;
+namespace fs = std::filesystem;
+
+namespace
+{
+
+mode_t ModeOf(const fs::path& file)
+{
+  struct stat state = {};
+  return ::stat(file.c_str(), &state) == 0 ? state.st_mode & 0777 : 0;
+}
+
+std::set<std::string> NamesIn(const fs::path& folder)
+{
+  std::set<std::string> names;
+  for (const auto& entry : fs::directory_iterator(folder))
+  {
+    names.insert(entry.path().filename().string());
+  }
+  return names;
+}
+
+// What a user who is not root makes of it, in a process of its own: true, or it ended otherwise.
+template <class Work>
+bool AsAnybody(const Work& work)
+{
+  const pid_t child = ::fork();
+  if (child == 0)
+  {
+    constexpr uid_t nobody = 65534;
+    const bool changed = ::geteuid() != 0 || ::setresuid(nobody, nobody, nobody) == 0;
+    ::_exit(changed && work() ? 0 : 1);
+  }
+  int state = 0;
+  ::waitpid(child, &state, 0);
+  return WIFEXITED(state) && WEXITSTATUS(state) == 0;
+}
+
+constexpr mode_t usualMask = 022;
+
+class NewFileTest : public ::testing::Test
+{
+protected:
+  NewFileTest()
+    : Mask(::umask(usualMask))
+  {
+  }
+  ~NewFileTest() override { ::umask(this->Mask); }
+  fs::path File() const { return this->Folder / "out.json"; }
+  Status Write(const std::string& bytes) const { return WriteWhole(this->File(), bytes); }
+
+  TemporaryFolder Folder;
+
+private:
+  mode_t Mask;
+};
+
+}
+
+TEST_F(NewFileTest, IsThereWholeOrNotAtAll)
+{
+  ASSERT_TRUE(this->Write("old"));
+  {
+    auto file = NewFile::Create(this->File());
+    ASSERT_TRUE(file);
+    ASSERT_TRUE(file->Write("new and unfinished"));
+    EXPECT_EQ(ReadWhole(this->File()), "old");
+    EXPECT_EQ(NamesIn(this->Folder.Path).size(), 2U);
+  }
+  EXPECT_EQ(NamesIn(this->Folder.Path), std::set<std::string>{ "out.json" });
+  EXPECT_EQ(ReadWhole(this->File()), "old");
+  ASSERT_TRUE(this->Write("new"));
+  EXPECT_EQ(ReadWhole(this->File()), "new");
+  EXPECT_EQ(NamesIn(this->Folder.Path), std::set<std::string>{ "out.json" });
+}
+
+// The names that programs have used for files on their way: links under them lead to others' files.
+TEST_F(NewFileTest, NoLinkBesideItIsFollowed)
+{
+  std::ofstream(this->Folder / "victim") << "precious";
+  const std::string process = std::to_string(::getpid());
+  for (const std::string name : { "out.json.new", "out.json.part", "out.json.tmp", "out.json~",
+         ".out.json.new", ".out.json.unfinished" })
+  {
+    fs::create_symlink("victim", this->Folder / name);
+  }
+  fs::create_symlink("victim", this->Folder / ("out.json.tmp-" + process + "-0"));
+  fs::create_symlink("victim", this->Folder / ".out.json.aaaaaa.unfinished"); // as a leftover
+  const auto before = NamesIn(this->Folder.Path);
+  for (const std::string bytes : { "one", "two" })
+  {
+    NewFile::RemoveLeftovers(this->File());
+    ASSERT_TRUE(this->Write(bytes));
+    EXPECT_EQ(ReadWhole(this->File()), bytes);
+    EXPECT_EQ(ReadWhole(this->Folder / "victim"), "precious");
+  }
+  auto after = before;
+  after.insert("out.json");
+  EXPECT_EQ(NamesIn(this->Folder.Path), after);
+}
+
+TEST_F(NewFileTest, NamesCannotBeForeseen)
+{
+  std::set<fs::path> names;
+  for (int i = 0; i < 20; ++i)
+  {
+    names.insert(NewFile::Create(this->File())->Path());
+  }
+  EXPECT_EQ(names.size(), 20U);
+  const fs::path longest = this->Folder / std::string(255, 'n');
+  ASSERT_TRUE(WriteWhole(longest, "x"));
+  EXPECT_EQ(ReadWhole(longest), "x");
+}
+
+TEST_F(NewFileTest, ANewOneHasWhatTheUmaskGives)
+{
+  for (const auto& [mask, mode] :
+    { std::pair<mode_t, mode_t>{ 022, 0644 }, { 077, 0600 }, { 0, 0666 } })
+  {
+    ::umask(mask);
+    ASSERT_TRUE(this->Write("x"));
+    EXPECT_EQ(ModeOf(this->File()), mode);
+    fs::remove(this->File());
+  }
+}
+
+TEST_F(NewFileTest, WhatIsReplacedKeepsItsPermissionsAndIsNoMoreReadableMeanwhile)
+{
+  for (const mode_t mode : { 0600, 0640, 0664, 0444, 0755 })
+  {
+    ASSERT_TRUE(this->Write("x"));
+    ASSERT_EQ(::chmod(this->File().c_str(), mode), 0);
+    auto file = NewFile::Create(this->File());
+    ASSERT_TRUE(file);
+    EXPECT_EQ(ModeOf(file->Path()), 0600U);
+    ASSERT_TRUE(file->Finish());
+    EXPECT_EQ(ModeOf(this->File()), mode);
+  }
+}
+
+TEST_F(NewFileTest, RootLeavesAFileToItsOwner)
+{
+  if (::geteuid() != 0)
+  {
+    GTEST_SKIP() << "only root gives files away";
+  }
+  ASSERT_TRUE(this->Write("x"));
+  ASSERT_EQ(::chown(this->File().c_str(), 1234, 4321), 0);
+  ASSERT_TRUE(this->Write("y"));
+  struct stat state = {};
+  ASSERT_EQ(::stat(this->File().c_str(), &state), 0);
+  EXPECT_EQ(state.st_uid, 1234U);
+  EXPECT_EQ(state.st_gid, 4321U);
+}
+
+TEST_F(NewFileTest, ALinkIsReplacedAndWhatItLeadsToStays)
+{
+  std::ofstream(this->Folder / "private") << "precious";
+  ASSERT_EQ(::chmod((this->Folder / "private").c_str(), 0600), 0);
+  fs::create_symlink("private", this->File());
+  ASSERT_TRUE(this->Write("x"));
+  EXPECT_FALSE(fs::is_symlink(this->File()));
+  EXPECT_EQ(ModeOf(this->File()), 0600U) << "it was private";
+  EXPECT_EQ(ReadWhole(this->Folder / "private"), "precious");
+  // Nor is it made writable for everybody, as what a stranger's link leads to may be.
+  fs::remove(this->File());
+  ASSERT_EQ(::chmod((this->Folder / "private").c_str(), 0666), 0);
+  fs::create_symlink("private", this->File());
+  ASSERT_TRUE(this->Write("x"));
+  EXPECT_EQ(ModeOf(this->File()), 0644U);
+  // A link that leads nowhere makes nothing there.
+  fs::remove(this->File());
+  fs::create_symlink("nowhere", this->File());
+  ASSERT_TRUE(this->Write("x"));
+  EXPECT_FALSE(fs::exists(this->Folder / "nowhere"));
+}
+
+TEST_F(NewFileTest, WhatIsNoRegularFileIsLeftAlone)
+{
+  fs::create_directory(this->File());
+  EXPECT_EQ(this->Write("x").GetError().message, "cannot be written: it is not a regular file");
+  fs::remove(this->File());
+  ASSERT_EQ(::mkfifo(this->File().c_str(), 0600), 0);
+  EXPECT_EQ(this->Write("x").GetError().message, "cannot be written: it is not a regular file");
+  EXPECT_EQ(WriteWhole(this->Folder / "none/x", "x").GetError().message,
+    "cannot be written: No such file or directory");
+  EXPECT_EQ(NamesIn(this->Folder.Path), std::set<std::string>{ "out.json" });
+}
+
+TEST_F(NewFileTest, WhatKilledWritersHaveLeftGoesAndWhatIsBeingWrittenStays)
+{
+  const fs::path left = this->Folder / ".out.json.abcdef.unfinished";
+  const fs::path other = this->Folder / ".other.json.abcdef.unfinished";
+  std::ofstream(left) << "half";
+  std::ofstream(other) << "half";
+  auto writing = NewFile::Create(this->File());
+  ASSERT_TRUE(writing);
+  NewFile::RemoveLeftovers(this->File());
+  EXPECT_FALSE(fs::exists(left));
+  EXPECT_TRUE(fs::exists(other));
+  EXPECT_TRUE(fs::exists(writing->Path()));
+  ASSERT_TRUE(writing->Finish());
+}
+
+// The rename worked: that the folder cannot be waited for is no reason to tell of a failure.
+TEST_F(NewFileTest, IsWrittenInAFolderThatCannotBeRead)
+{
+  ASSERT_EQ(::chmod(this->Folder.Path.c_str(), 0777), 0);
+  ASSERT_TRUE(AsAnybody([&] { return this->Write("old").HasValue(); }));
+  ASSERT_EQ(::chmod(this->Folder.Path.c_str(), 0333), 0);
+  EXPECT_TRUE(AsAnybody([&] { return this->Write("new").HasValue(); }));
+  ASSERT_EQ(::chmod(this->Folder.Path.c_str(), 0777), 0);
+  EXPECT_EQ(ReadWhole(this->File()), "new");
+}
+
+// A limit on the size of files stands in for a full disk.
+TEST_F(NewFileTest, AFullDiskLeavesWhatWas)
+{
+  ASSERT_TRUE(this->Write("old"));
+  rlimit before{};
+  ASSERT_EQ(::getrlimit(RLIMIT_FSIZE, &before), 0);
+  const auto handler = std::signal(SIGXFSZ, SIG_IGN);
+  const rlimit little{ 1000, before.rlim_max };
+  ASSERT_EQ(::setrlimit(RLIMIT_FSIZE, &little), 0);
+  const Status written = this->Write(std::string(5000, 'x'));
+  ::setrlimit(RLIMIT_FSIZE, &before);
+  std::signal(SIGXFSZ, handler);
+  ASSERT_FALSE(written);
+  EXPECT_EQ(written.GetError().message, "cannot be written: File too large");
+  EXPECT_EQ(ReadWhole(this->File()), "old");
+  EXPECT_EQ(NamesIn(this->Folder.Path), std::set<std::string>{ "out.json" });
+}
