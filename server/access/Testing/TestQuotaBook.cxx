@@ -21,6 +21,11 @@ namespace
 constexpr std::int64_t second = 1'000'000;
 constexpr std::uint64_t partitions = 1000;
 
+CountedModel Model(std::string_view digest, std::string_view input = {})
+{
+  return { digest, input, "1000", partitions };
+}
+
 class Quotas : public testing::Test
 {
 protected:
@@ -37,7 +42,7 @@ protected:
   static bool May(QuotaBook& book, const std::string& subject, std::uint32_t partition,
     const std::string& model = "m", std::uint64_t bytes = 1)
   {
-    const auto taken = book.TakePartition(subject, model, partitions, partition, bytes);
+    const auto taken = book.TakePartition(subject, Model(model), partition, bytes);
     EXPECT_TRUE(taken) << taken.GetError().message;
     return taken && !*taken;
   }
@@ -79,7 +84,7 @@ TEST_F(Quotas, AFileThatIsRemovedOrReplacedIsNoticed)
   {
     std::filesystem::remove(this->file.string() + end);
   }
-  const auto refused = book->TakePartition("ann", "m", partitions, 3, 1);
+  const auto refused = book->TakePartition("ann", Model("m"), 3, 1);
   ASSERT_FALSE(refused);
   EXPECT_EQ(refused.GetError().message, "the quotas' file was removed or replaced: what was had is "
                                         "counted anew in the one of its name");
@@ -92,7 +97,7 @@ TEST_F(Quotas, AFileThatIsRemovedOrReplacedIsNoticed)
   std::filesystem::create_directory(this->file);
   for (int i = 0; i < 2; ++i)
   {
-    EXPECT_FALSE(book->TakePartition("ann", "m", partitions, 5, 1)) << "no file, no partition";
+    EXPECT_FALSE(book->TakePartition("ann", Model("m"), 5, 1)) << "no file, no partition";
   }
 }
 
@@ -104,7 +109,7 @@ TEST_F(Quotas, AShareOfTheModelInAWindow)
     EXPECT_TRUE(May(*book, "ann", 7 * p));
     this->time += second;
   }
-  const auto refused = book->TakePartition("ann", "m", partitions, 500, 1);
+  const auto refused = book->TakePartition("ann", Model("m"), 500, 1);
   ASSERT_TRUE(refused && *refused);
   EXPECT_EQ((*refused)->endsIn, std::chrono::seconds(90)) << "when the first is forgotten";
   EXPECT_EQ((*refused)->message,
@@ -128,7 +133,7 @@ TEST_F(Quotas, OutliveAClockThatWasAhead)
   constexpr std::int64_t years = std::int64_t{ 10 } * 365 * 24 * 3600 * second;
   const auto region = [&book]
   {
-    const auto taken = book->TakeRegion("ann", "m");
+    const auto taken = book->TakeRegion("ann", Model("m"));
     return taken && !*taken;
   };
   this->time += years;
@@ -170,7 +175,8 @@ TEST_F(Quotas, AClockThatIsALittleBehindGivesNoMore)
   limits.regionsPerMinute = 3;
   limits.bytesPerSecond = 1'000'000;
   const std::unique_ptr<QuotaBook> books[] = { this->Open(limits), this->Open(limits) };
-  const auto region = [&books](int server) { return !*books[server]->TakeRegion("ann", "m"); };
+  const auto region = [&books](int server)
+  { return !*books[server]->TakeRegion("ann", Model("m")); };
   int had = 0;
   for (int i = 0; i < 120; ++i) // two minutes of two servers, one of which is a second behind
   {
@@ -219,7 +225,7 @@ TEST_F(Quotas, BytesASecond)
   const auto book = this->Open(limits);
   EXPECT_TRUE(May(*book, "ann", 0, "m", 9'999));
   EXPECT_TRUE(May(*book, "ann", 0, "m", 5'000)) << "as long as it is within ten seconds' worth";
-  const auto refused = book->TakePartition("ann", "m", partitions, 0, 1);
+  const auto refused = book->TakePartition("ann", Model("m"), 0, 1);
   ASSERT_TRUE(refused && *refused);
   EXPECT_EQ((*refused)->endsIn, std::chrono::seconds(5));
   EXPECT_TRUE(May(*book, "bob", 0, "m", 1));
@@ -255,15 +261,15 @@ TEST_F(Quotas, RegionsAMinute)
   const auto book = this->Open(limits);
   for (int i = 0; i < 3; ++i)
   {
-    EXPECT_FALSE(*book->TakeRegion("ann", "m"));
+    EXPECT_FALSE(*book->TakeRegion("ann", Model("m")));
   }
-  const auto refused = *book->TakeRegion("ann", "m");
+  const auto refused = *book->TakeRegion("ann", Model("m"));
   ASSERT_TRUE(refused);
   EXPECT_EQ(refused->endsIn, std::chrono::seconds(20));
   this->time += 20 * second;
-  EXPECT_FALSE(*book->TakeRegion("ann", "m"));
-  EXPECT_TRUE(*book->TakeRegion("ann", "m"));
-  EXPECT_FALSE(*book->TakeRegion("bob", "m"));
+  EXPECT_FALSE(*book->TakeRegion("ann", Model("m")));
+  EXPECT_TRUE(*book->TakeRegion("ann", Model("m")));
+  EXPECT_FALSE(*book->TakeRegion("bob", Model("m")));
 }
 
 // What two servers with one file give together: no partition more than one alone would.
@@ -306,7 +312,7 @@ TEST_F(Quotas, AFileThatSomebodyKeepsLockedIsAnError)
   const auto other = OpenForWriting(this->file);
   ASSERT_TRUE(other);
   ASSERT_TRUE(Execute(other->get(), "BEGIN IMMEDIATE"));
-  const auto taken = book->TakePartition("ann", "m", partitions, 1, 1);
+  const auto taken = book->TakePartition("ann", Model("m"), 1, 1);
   ASSERT_FALSE(taken);
   EXPECT_EQ(taken.GetError().code, ErrorCode::InputOutput);
   EXPECT_EQ(taken.GetError().message, "the quotas cannot be kept: the file is locked");
@@ -329,8 +335,7 @@ TEST_F(Quotas, ManyWhoFindTheFileLockedWaitTogether)
     const auto begin = std::chrono::steady_clock::now();
     for (unsigned reader = 0; reader < readers; ++reader)
     {
-      threads.emplace_back(
-        [&book] { EXPECT_FALSE(book->TakePartition("ann", "m", partitions, 1, 1)); });
+      threads.emplace_back([&book] { EXPECT_FALSE(book->TakePartition("ann", Model("m"), 1, 1)); });
     }
     for (auto& thread : threads)
     {
