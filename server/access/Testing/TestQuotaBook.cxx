@@ -192,6 +192,111 @@ TEST_F(Quotas, AClockThatIsALittleBehindGivesNoMore)
   EXPECT_FALSE(May(*books[1], "ann", 2));
 }
 
+// Another precision, another title, another conversion: one original.
+TEST_F(Quotas, BuildsOfOneInputCountTogether)
+{
+  auto limits = Share(0.002); // 2 of 1000
+  limits.regionsPerMinute = 1;
+  limits.bytesPerSecond = 1'000'000;
+  const auto book = this->Open(limits);
+  const auto may = [&](const CountedModel& model, std::uint32_t partition, std::uint64_t bytes = 1)
+  {
+    const auto taken = book->TakePartition("ann", model, partition, bytes);
+    EXPECT_TRUE(taken) << taken.GetError().message;
+    return taken && !*taken;
+  };
+  const auto fine = Model("fine", "input"), coarse = Model("coarse", "input"),
+             another = Model("another", "another input");
+  EXPECT_TRUE(may(fine, 1));
+  EXPECT_TRUE(may(coarse, 1)) << "which she has";
+  EXPECT_TRUE(may(coarse, 2));
+  EXPECT_FALSE(may(coarse, 3));
+  EXPECT_FALSE(may(fine, 3));
+  EXPECT_TRUE(may(fine, 2));
+  EXPECT_TRUE(may(another, 3));
+  EXPECT_FALSE(*book->TakeRegion("ann", fine));
+  EXPECT_TRUE(*book->TakeRegion("ann", coarse)) << "too fast";
+  EXPECT_FALSE(*book->TakeRegion("ann", another));
+  EXPECT_TRUE(may(fine, 1, 60'000'000));
+  EXPECT_FALSE(may(coarse, 1)) << "too fast";
+  EXPECT_TRUE(may(another, 3));
+  this->time += 101 * second;
+  EXPECT_TRUE(may(coarse, 8)) << "all expires";
+  EXPECT_TRUE(may(fine, 9));
+  EXPECT_FALSE(may(coarse, 10));
+}
+
+// Half as many partitions are twice as much each.
+TEST_F(Quotas, BuildsThatAreDividedOtherwiseCountByTheirShare)
+{
+  const auto book = this->Open(Share(0.01));
+  const CountedModel thousand = Model("a", "input"), hundred{ "b", "input", "100", 100 },
+                     many{ "c", "input", "3000", 3000 };
+  const auto may = [&](const CountedModel& model, std::uint32_t partition)
+  { return !*book->TakePartition("ann", model, partition, 1); };
+  for (std::uint32_t p = 0; p < 5; ++p)
+  {
+    EXPECT_TRUE(may(thousand, p));
+  }
+  EXPECT_FALSE(may(hundred, 1)) << "one is all there is, and half of that was had";
+  std::uint32_t more = 0;
+  for (; more < 100 && may(many, more); ++more)
+  {
+  }
+  EXPECT_EQ(more, 15u);
+  EXPECT_FALSE(may(thousand, 5));
+  EXPECT_TRUE(may(thousand, 4)) << "which she has";
+  this->time += 101 * second;
+  EXPECT_TRUE(may(hundred, 1));
+  EXPECT_FALSE(may(many, 0));
+}
+
+// Entries of before a store told its input, of servers of before, too, count as those of the input;
+// and none of them twice.
+TEST_F(Quotas, WhatWasHadBeforeTheInputWasKnownCounts)
+{
+  const auto book = this->Open(Share(0.004)); // 4 of 1000
+  EXPECT_TRUE(May(*book, "ann", 1, "fine"));
+  this->time += second;
+  EXPECT_TRUE(May(*book, "ann", 2, "fine"));
+  EXPECT_TRUE(May(*book, "ann", 1, "coarse"));
+  EXPECT_TRUE(May(*book, "ann", 3, "coarse"));
+  EXPECT_TRUE(May(*book, "bob", 1, "coarse"));
+  ASSERT_TRUE(Execute(OpenForWriting(this->file)->get(), "DELETE FROM originals"));
+  const auto fine = Model("fine", "input"), coarse = Model("coarse", "input");
+  const auto may = [&](const CountedModel& model, std::uint32_t partition)
+  { return !*book->TakePartition("ann", model, partition, 1); };
+  EXPECT_TRUE(may(fine, 3)) << "it is not yet known that she has it";
+  EXPECT_TRUE(may(coarse, 2)) << "now it is";
+  EXPECT_TRUE(may(coarse, 4)) << "the fourth";
+  EXPECT_FALSE(may(fine, 5));
+  EXPECT_FALSE(may(coarse, 5));
+  EXPECT_FALSE(May(*book, "ann", 5, "fine")) << "of a store that does not tell";
+  const auto count = [this](const char* sql)
+  { return *QueryInteger(OpenForWriting(this->file)->get(), sql); };
+  EXPECT_EQ(count("SELECT count(*) FROM had WHERE subject = 'ann'"), 4);
+  EXPECT_EQ(count("SELECT sum(count) FROM counts WHERE subject = 'ann'"), 4);
+  EXPECT_EQ(count("SELECT count(*) FROM had WHERE subject = 'bob'"), 1);
+  this->time += 99 * second;
+  EXPECT_TRUE(may(coarse, 6)) << "the first is forgotten, which was had first by the other";
+  EXPECT_FALSE(may(coarse, 7));
+}
+
+// A store of the same content from two files, and another of one of them.
+TEST_F(Quotas, InputsOfOneContentAreOneOriginal)
+{
+  const auto book = this->Open(Share(0.003)); // 3 of 1000
+  const auto may = [&](const CountedModel& model, std::uint32_t partition)
+  { return !*book->TakePartition("ann", model, partition, 1); };
+  EXPECT_TRUE(may(Model("fine", "ascii"), 1));
+  EXPECT_TRUE(may(Model("coarse", "binary"), 2));
+  EXPECT_TRUE(may(Model("another", "ascii"), 3));
+  EXPECT_TRUE(may(Model("coarse", "binary"), 4)) << "nothing says that they are one";
+  EXPECT_FALSE(may(Model("fine", "binary"), 5)) << "this does: four were had";
+  EXPECT_FALSE(may(Model("another", "ascii"), 5));
+  EXPECT_TRUE(may(Model("another", "ascii"), 4)) << "she has all four";
+}
+
 TEST_F(Quotas, LeaveAtLeastOnePartition)
 {
   const auto book = this->Open(Share(1e-9));
