@@ -449,8 +449,11 @@ Result<std::string> QuotaBook::Connection::OriginalOf(const CountedModel& model)
     KDSTREAM_TRY(
       this->Ask(this->enter, std::string_view(input), of, std::string_view(), std::int64_t{ 0 }));
   }
-  KDSTREAM_TRY(this->Ask(this->removeTwice, of));
-  KDSTREAM_TRY(this->Ask(this->countAnew, of));
+  if (isInputKnown && *ofInput) // there are others
+  {
+    KDSTREAM_TRY(this->Ask(this->removeTwice, of));
+    KDSTREAM_TRY(this->Ask(this->countAnew, of));
+  }
   return original;
 }
 
