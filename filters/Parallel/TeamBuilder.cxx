@@ -15,6 +15,7 @@
 #include "filters/build/ExternalBuilder.h"
 #include "filters/build/GuessPose.h"
 #include "filters/build/HubCheck.h"
+#include "filters/build/InputDigest.h"
 #include "filters/build/ModelFacts.h"
 #include "filters/build/PieceWriting.h"
 #include "filters/build/SharedSteps.h"
@@ -29,6 +30,7 @@
 #include "filters/outofcore/pieces/ExternalPieces.h"
 
 #include <algorithm>
+#include <optional>
 #include <sstream>
 #include <string>
 #include <vector>
@@ -67,6 +69,10 @@ public:
 
   Result<BuildReport> Build()
   {
+    if (this->Team.IsFirst())
+    {
+      this->Digest.emplace(FilesOfInput(this->Input, this->Options));
+    }
     KDSTREAM_TRY(this->Read());
     KDSTREAM_TRY(this->MakeTree());
     KDSTREAM_TRY(this->MakeFaces());
@@ -232,7 +238,11 @@ private:
   {
     KDSTREAM_TRY(Take(
       DeviationsOfLevels(this->Levels, this->Mesh.depths, &this->Team), this->Facts.deviations));
-    const ModelDescription description = this->Describe();
+    ModelDescription description = this->Describe();
+    if (this->Digest)
+    {
+      KDSTREAM_TRY(Take(this->Digest->Take(), description.inputDigest));
+    }
     std::unique_ptr<StoreWriter> writer;
     if (this->Team.IsFirst())
     {
@@ -302,6 +312,7 @@ private:
   ModelFacts Facts;
   std::uint64_t Triangles = 0; // of all ranks
   bool Weld = true;
+  std::optional<InputDigest> Digest; // of the rank that writes the store
   BuildReport Report;
 };
 

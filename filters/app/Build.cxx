@@ -7,8 +7,10 @@
 #include "filters/app/TiledTextures.h"
 #include "filters/build/Builder.h"
 #include "filters/core/CaughtError.h"
+#include "filters/meshio/FileEnding.h"
 #include "filters/program/Program.h"
 #include "filters/program/TbbExecution.h"
+#include "filters/texture/Picture.h"
 
 #include <chrono>
 #include <iostream>
@@ -77,6 +79,17 @@ Result<BuildReport> BuildFrom(BuildCommand& line, const std::filesystem::path& s
   line.build.inputName = std::filesystem::path(line.input).filename().string();
   line.build.convertedFrom = line.input;
   line.build.convertedWith = converted->Named();
+  line.build.inputFiles = { line.input };
+  const std::string ending = FileEnding(line.input);
+  for (const std::filesystem::path& named : converted->Named())
+  {
+    // Buffers hold a glTF's mesh; pictures do not, nor do materials.
+    if ((ending == ".gltf" || ending == ".glb") &&
+        TypeOfName(named.string()) == PictureType::Unknown)
+    {
+      line.build.inputFiles.push_back(named);
+    }
+  }
   for (const std::string& argument : arguments)
   {
     line.build.convertedBy += argument + " ";

@@ -81,6 +81,10 @@ void PrintStoreInfo(const ModelDescription& info, std::uintmax_t bytes)
   }
   line("store bytes          ", bytes);
   line("digest               ", info.digest);
+  if (!info.inputDigest.empty())
+  {
+    line("input digest         ", info.inputDigest);
+  }
   if (!info.HasLevels())
   {
     return;

@@ -7,6 +7,7 @@
 #include "filters/build/BuildMemory.h"
 #include "filters/build/ExternalBuilder.h"
 #include "filters/build/GuessPose.h"
+#include "filters/build/InputDigest.h"
 #include "filters/build/ModelFacts.h"
 #include "filters/build/PieceWriting.h"
 #include "filters/build/SharedSteps.h"
@@ -42,7 +43,9 @@ public:
   {
   }
 
-  Result<BuildReport> Build(const std::string& name, const std::filesystem::path& store)
+  // digest: waits for that of the input.
+  Result<BuildReport> Build(const std::string& name, const std::filesystem::path& store,
+    const std::function<Result<std::string>()>& digest)
   {
     Result<VertexTree> numbered = this->BuildTree();
     KDSTREAM_TRY(numbered);
@@ -54,7 +57,8 @@ public:
       this->Facts.deviations.push_back(bins.Most99());
     }
     this->Clock.Finish("levels");
-    const ModelDescription description = DescribeModel(this->Options, this->Facts, name);
+    ModelDescription description = DescribeModel(this->Options, this->Facts, name);
+    KDSTREAM_TRY(Take(digest(), description.inputDigest));
     Result<std::unique_ptr<StoreWriter>> writer = StoreWriter::Create(store, description);
     KDSTREAM_TRY(writer);
     KDSTREAM_TRY(this->WriteAll(*numbered, description.Codec(), **writer));
@@ -237,6 +241,7 @@ Result<BuildReport> BuildInMemory(const std::filesystem::path& input,
   const std::filesystem::path& store, const BuildOptions& options, const Execution& execution)
 {
   StepClock clock;
+  InputDigest digest(FilesOfInput(input, options));
   // What a reader must spill goes beside the store.
   Result<std::unique_ptr<MeshReader>> reader =
     MeshReader::Open(input, execution, store.has_parent_path() ? store.parent_path() : ".");
@@ -246,8 +251,9 @@ Result<BuildReport> BuildInMemory(const std::filesystem::path& input,
   clock.Finish("read");
   BuildOptions used = options;
   used.weld = options.weld || (*reader)->Info().soup;
-  Result<BuildReport> report = StoreBuilder(std::move(*mesh), used, execution, std::move(clock))
-                                 .Build(InputNameOf(input, options), store);
+  Result<BuildReport> report =
+    StoreBuilder(std::move(*mesh), used, execution, std::move(clock))
+      .Build(InputNameOf(input, options), store, [&digest] { return digest.Take(); });
   if (report)
   {
     report->ignoredAttributes = (*reader)->Info().ignoredAttributes;
@@ -320,7 +326,9 @@ Result<BuildReport> BuildStore(const std::filesystem::path& input,
 Result<BuildReport> BuildStore(Mesh mesh, const std::string& name,
   const std::filesystem::path& store, const BuildOptions& options, const Execution& execution)
 {
-  return StoreBuilder(std::move(mesh), options, execution, {}).Build(name, store);
+  const std::string digest = InputDigestOf(mesh);
+  return StoreBuilder(std::move(mesh), options, execution, {})
+    .Build(name, store, [&digest] { return Result<std::string>(digest); });
 }
 
 }

@@ -52,6 +52,8 @@ struct BuildOptions
   // Makes textures of partitions, by arrays of paint that the input has; null: there are none.
   std::shared_ptr<const PieceTextures> textures;
   std::string inputName; // stored as the input's name; empty: that of the file
+  // By whose bytes the input is known (InputDigest.h), one after the other; empty: the file.
+  std::vector<std::filesystem::path> inputFiles;
   // Of an input that is made anew for each build from another file, that file, and all else that it
   // depends on: an interrupted build of the same is the same build. Empty: none.
   std::filesystem::path convertedFrom;

@@ -14,6 +14,7 @@
 #include "filters/build/ExternalBuildState.h"
 #include "filters/build/FacesPhase.h"
 #include "filters/build/GuessPose.h"
+#include "filters/build/InputDigest.h"
 #include "filters/build/MeshPhase.h"
 #include "filters/build/ModelFacts.h"
 #include "filters/build/PhaseValues.h"
@@ -83,6 +84,7 @@ public:
     : ExternalBuildState{ input, store, options, execution,
       probe.stepMemory > 0 ? probe.stepMemory : StepMemory(options.memory) }
     , Hook(probe.hook)
+    , Digest(FilesOfInput(input, options))
   {
   }
 
@@ -257,8 +259,8 @@ private:
     {
       KDSTREAM_TRY(Take(DeviationsOfLevels(levels, mesh.depths), deviations));
     }
-    const ModelDescription description =
-      this->Describe(facts, mesh, inconsistent, std::move(deviations));
+    ModelDescription description = this->Describe(facts, mesh, inconsistent, std::move(deviations));
+    KDSTREAM_TRY(kdstream::Take(this->Digest.Take(), description.inputDigest));
     Result<std::unique_ptr<StoreWriter>> writer = StoreWriter::Create(this->Store, description);
     KDSTREAM_TRY(writer);
     KDSTREAM_TRY(this->WriteParts(mesh, levels, numbers, description.Codec(), **writer));
@@ -333,6 +335,7 @@ private:
   }
 
   const FileHook& Hook; // of the build folder's files
+  InputDigest Digest;   // of a resumed build, too: its input is not read otherwise
 };
 
 }

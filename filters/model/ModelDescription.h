@@ -158,6 +158,8 @@ struct ModelDescription
 
   // How it was built. Stores keep it and statistics tell it; servers do not.
   std::string input; // name of the file it was built from, without its folder
+  // IsDigest: of that file's bytes, the same for all builds of it; empty where it is not known.
+  std::string inputDigest;
   std::uint64_t welded = 0, inconsistentEdges = 0;
   std::uint64_t smallestPartition = 0, largestPartition = 0; // own vertices
   // As the options of kdstream-build name them. Partitioners other than kdtree make no levels,

@@ -149,9 +149,9 @@ std::string WriteStoredModel(const ModelDescription& model, std::string (*number
   PutUnlessEmpty(json, "description", model.description);
   json.Member("digest", model.digest).Member("finest_depth", model.depths.finest).Key("grid");
   PutGrid(json, model.grid);
-  json.Member("inconsistent_edges", model.inconsistentEdges)
-    .Member("input", model.input)
-    .Member("largest_partition", model.largestPartition)
+  json.Member("inconsistent_edges", model.inconsistentEdges).Member("input", model.input);
+  PutUnlessEmpty(json, "input_digest", model.inputDigest);
+  json.Member("largest_partition", model.largestPartition)
     .Member("level_maker", model.levelMaker)
     .Key("levels");
   PutStoredLevels(json, model.levels);
@@ -207,6 +207,11 @@ Result<ModelDescription> ParseStoredModel(std::string_view text)
   ReadScalars(reader, json, model);
   ReadTexts(reader, json, text.size(), model);
   model.input = textOf("input");
+  model.inputDigest = reader.Text(json, "input_digest", text.size(), false);
+  if (!model.inputDigest.empty() && !IsDigest(model.inputDigest))
+  {
+    reader.Fail("\"input_digest\" has not 32 hexadecimal digits");
+  }
   model.welded = reader.Integer(json, "welded", 0, mostCount);
   model.inconsistentEdges = reader.Integer(json, "inconsistent_edges", 0, mostCount);
   model.smallestPartition = reader.Integer(json, "smallest_partition", 0, mostCount);
@@ -224,8 +229,9 @@ Result<ModelDescription> ParseStoredModel(std::string_view text)
 
 void PutStatistics(JsonWriter& json, const ModelDescription& model, std::uint64_t storeBytes)
 {
-  json.Member("input", model.input)
-    .Member("vertices", model.vertices)
+  json.Member("input", model.input);
+  PutUnlessEmpty(json, "input_digest", model.inputDigest);
+  json.Member("vertices", model.vertices)
     .Member("triangles", model.triangles)
     .Member("partitions", model.partitions)
     .Member("partition_depth", model.depths.partition)

@@ -1,7 +1,14 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Three tables: which partitions a subject has had, and when; how many those are, so that nobody
-// counts them; and paces: the time at which all that was had would be had at the allowed rate
-// (the generic cell rate algorithm). A pace is kept as long as that time is not too far ahead.
+// Four tables: which partitions a subject has had of a model (its digest), and when; how many those
+// are, so that nobody counts them; paces: the time at which all that was had would be had at the
+// allowed rate (the generic cell rate algorithm), a pace being kept as long as that time is not too
+// far ahead; and which models have one original. Rows of one model stay under its digest, and all
+// models of its original are looked at together: so entries of before it was known which those are
+// count, too.
+//
+// A connection that has failed is closed, and the file is opened anew by the next call: whatever
+// the cause was (a full disk, a folder that was away, a file system that could only be read), the
+// file counts once it is over.
 #include "server/access/QuotaBook.h"
 
 #include "filters/store/Sqlite.h"
@@ -17,7 +24,9 @@
 #include <cmath>
 #include <ctime>
 #include <mutex>
+#include <set>
 #include <utility>
+#include <vector>
 
 namespace kdstream
 {
@@ -45,7 +54,26 @@ constexpr const char* schema =
   " PRIMARY KEY (subject, model)) WITHOUT ROWID;"
   "CREATE TABLE IF NOT EXISTS paces (subject TEXT, model TEXT, what TEXT, due INTEGER,"
   " PRIMARY KEY (subject, model, what)) WITHOUT ROWID;"
+  // Of models, by digest, and of inputs, whose names begin with "input ". Names with equal
+  // originals (the name of one of them) are of one original. partitions: 0 for inputs.
+  "CREATE TABLE IF NOT EXISTS originals (name TEXT PRIMARY KEY, original TEXT, division TEXT,"
+  " partitions INTEGER) WITHOUT ROWID;"
+  "CREATE INDEX IF NOT EXISTS originals_by_original ON originals (original);"
   "COMMIT;";
+
+// Partitions that were entered for two models of one original that are divided alike, before it was
+// known that it is one: each counts once, from when it was had first.
+constexpr const char* merge[] = {
+  "DELETE FROM had WHERE EXISTS (SELECT 1 FROM originals AS here, originals AS there, had AS other"
+  " WHERE here.name = had.model AND here.original = ?1 AND there.original = ?1"
+  " AND there.division = here.division AND there.name <> here.name"
+  " AND other.subject = had.subject AND other.model = there.name"
+  " AND other.partition = had.partition"
+  " AND (other.time, there.name) < (had.time, here.name))",
+  "UPDATE counts SET count = (SELECT count(*) FROM had WHERE had.subject = counts.subject"
+  " AND had.model = counts.model)"
+  " WHERE model IN (SELECT name FROM originals WHERE original = ?1)"
+};
 
 // What has expired of subjects that do not come any more.
 constexpr const char* tidy =
@@ -87,12 +115,43 @@ QuotaRefusal Refusal(const std::string& what, std::int64_t now, std::int64_t end
   return { what + ": again at " + UtcOf(now + seconds * second), std::chrono::seconds(seconds) };
 }
 
-// Which file it is; zeros where there is none.
-std::pair<dev_t, ino_t> IdentityOf(const std::filesystem::path& file)
+using FileIdentity = std::pair<dev_t, ino_t>;
+
+// Nothing where it is not there, or cannot be examined.
+std::optional<FileIdentity> IdentityOf(const std::filesystem::path& file)
 {
   struct stat status = {};
-  const bool isThere = ::stat(file.c_str(), &status) == 0;
-  return isThere ? std::pair(status.st_dev, status.st_ino) : std::pair<dev_t, ino_t>();
+  return ::stat(file.c_str(), &status) == 0
+           ? std::optional(FileIdentity(status.st_dev, status.st_ino))
+           : std::nullopt;
+}
+
+std::filesystem::path FolderOf(const std::filesystem::path& file)
+{
+  return file.has_parent_path() ? file.parent_path() : ".";
+}
+
+// The devices of the folders above one, but its own: on one of them it is when its file system is
+// not mounted.
+std::set<dev_t> DevicesAbove(const std::filesystem::path& folder)
+{
+  std::error_code failed;
+  std::filesystem::path each = std::filesystem::canonical(folder, failed);
+  std::set<dev_t> devices;
+  const auto own = IdentityOf(folder);
+  while (!failed && each.has_relative_path())
+  {
+    each = each.parent_path();
+    if (const auto above = IdentityOf(each))
+    {
+      devices.insert(above->first);
+    }
+  }
+  if (own)
+  {
+    devices.erase(own->first);
+  }
+  return devices;
 }
 
 // Makes the file, if it is not there, for its owner alone: it tells who looked at what.
@@ -105,56 +164,121 @@ void MakePrivate(const std::filesystem::path& file)
   }
 }
 
+Error QuotaError(const std::string& why, const std::filesystem::path& file)
+{
+  return { ErrorCode::InputOutput, "the quotas cannot be kept: " + why, file.string() };
 }
+
+// A statement that is ready for its next use, however this one ends.
+class ResetAtEnd
+{
+public:
+  explicit ResetAtEnd(Statement& statement)
+    : Of(statement)
+  {
+  }
+  ResetAtEnd(const ResetAtEnd&) = delete;
+  ResetAtEnd& operator=(const ResetAtEnd&) = delete;
+  ~ResetAtEnd() { this->Of.Reset(); }
+
+private:
+  Statement& Of;
+};
+
+// An entry of the table of originals.
+struct CountedName
+{
+  std::string name, division;
+  std::int64_t partitions = 1;
+};
+
+}
+
+// The open file.
+struct QuotaBook::Connection
+{
+  explicit Connection(std::filesystem::path file)
+    : path(std::move(file))
+  {
+  }
+
+  const std::filesystem::path path;
+  FileIdentity identity; // of the file that is open, of its log and of the index of that
+  std::optional<FileIdentity> logIdentity, indexIdentity;
+  std::set<dev_t> devicesAbove; // the folder
+  Database database;
+  Statement begin, commit, date, expire, lower, has, count, oldest, add, raise, due, pace,
+    originalOf, named, enter, join, removeTwice, countAnew;
+
+  std::filesystem::path Log() const { return this->path.string() + "-wal"; }
+  std::filesystem::path Index() const { return this->path.string() + "-shm"; }
+  // Whether the path still leads to the file that is open.
+  bool IsThere() const { return IdentityOf(this->path) == this->identity; }
+  Status Open();
+  Status Prepare();
+  // What has expired before now goes.
+  Status Tidy(std::int64_t before);
+  // Rolls back what is not committed. Whether nothing is open then.
+  bool RollBack();
+  // Leaves a file that was removed or replaced.
+  void Leave();
+
+  bool IsLocked() const { return (sqlite3_errcode(this->database.get()) & 0xff) == SQLITE_BUSY; }
+  Error Failure() const; // of the database
+  // Goes through the rows that a statement answers.
+  template <class OnRow, class... Values>
+  Status ForEach(Statement& statement, const OnRow& onRow, const Values&... values);
+  // What a statement answers, a number; nothing where it has no row.
+  template <class... Values>
+  Result<std::optional<std::int64_t>> Ask(Statement& statement, const Values&... values);
+  template <class... Values>
+  Result<std::optional<std::string>> AskText(Statement& statement, const Values&... values);
+
+  // All models that have the original of this one, itself among them. It is entered first, if it
+  // is not there.
+  Result<std::vector<CountedName>> ModelsLike(const CountedModel& model);
+  Result<std::string> OriginalOf(const CountedModel& model);
+};
 
 struct QuotaBook::File
 {
   std::filesystem::path path;
   std::chrono::seconds window{};
   std::mutex mutex;                         // for what follows
-  std::atomic<std::uint64_t> failures{ 0 }; // to begin
+  std::atomic<std::uint64_t> failures{ 0 }; // to begin, for a lock
   std::chrono::steady_clock::time_point lastFailure;
-  std::pair<dev_t, ino_t> identity;
-  Database database;
-  Statement begin, commit, rollback, date, expire, lower, has, count, oldest, add, raise, due, pace;
+  std::unique_ptr<Connection> open;     // null: it failed, or was never opened
+  std::optional<FileIdentity> lastOpen; // whose file it was
+  std::set<dev_t> devicesAbove;         // its folder then
 
-  // Opens the file, in place of the one of before.
   Status Open(std::int64_t now);
-  // Whether the path still leads to the file that is open.
-  bool IsThere() const { return IdentityOf(this->path) == this->identity; }
-  Status Prepare();
-  Error Failure() const; // of the database
-  Error Failure(const std::string& why) const;
-
-  // What a statement answers, a number; nothing where it has no row.
-  Result<std::optional<std::int64_t>> Ask(Statement& statement);
-  template <class... Values>
-  Result<std::optional<std::int64_t>> Ask(Statement& statement, const Values&... values)
+  void NoteLock()
   {
-    int parameter = 0;
-    (statement.Bind(++parameter, values), ...);
-    return this->Ask(statement);
+    ++this->failures;
+    this->lastFailure = std::chrono::steady_clock::now();
   }
 };
 
-Error QuotaBook::File::Failure() const
+// Whose partitions are entered, and all models that count with this one.
+struct QuotaBook::Holder
 {
-  sqlite3* of = this->database.get();
-  return this->Failure(
-    (sqlite3_errcode(of) & 0xff) == SQLITE_BUSY ? lockedFile : sqlite3_errmsg(of));
+  std::string_view subject;
+  const CountedModel& model;
+  Connection& file;
+  std::vector<CountedName> models;
+};
+
+Error QuotaBook::Connection::Failure() const
+{
+  return QuotaError(
+    this->IsLocked() ? lockedFile : sqlite3_errmsg(this->database.get()), this->path);
 }
 
-Error QuotaBook::File::Failure(const std::string& why) const
-{
-  return { ErrorCode::InputOutput, "the quotas cannot be kept: " + why, this->path.string() };
-}
-
-Status QuotaBook::File::Prepare()
+Status QuotaBook::Connection::Prepare()
 {
   const std::pair<Statement*, const char*> all[] = {
     { &this->begin, "BEGIN IMMEDIATE" },
     { &this->commit, "COMMIT" },
-    { &this->rollback, "ROLLBACK" },
     { &this->date, "UPDATE had SET time = ? WHERE subject = ? AND model = ? AND time > ?" },
     { &this->expire, "DELETE FROM had WHERE subject = ? AND model = ? AND time <= ?" },
     { &this->lower, "UPDATE counts SET count = count - ? WHERE subject = ? AND model = ?" },
@@ -166,6 +290,13 @@ Status QuotaBook::File::Prepare()
       "INSERT INTO counts VALUES (?, ?, 1) ON CONFLICT DO UPDATE SET count = count + 1" },
     { &this->due, "SELECT due FROM paces WHERE subject = ? AND model = ? AND what = ?" },
     { &this->pace, "INSERT OR REPLACE INTO paces VALUES (?, ?, ?, ?)" },
+    { &this->originalOf, "SELECT original FROM originals WHERE name = ?" },
+    { &this->named,
+      "SELECT name, division, partitions FROM originals WHERE original = ? AND partitions > 0" },
+    { &this->enter, "INSERT INTO originals VALUES (?, ?, ?, ?)" },
+    { &this->join, "UPDATE originals SET original = ? WHERE original = ?" },
+    { &this->removeTwice, merge[0] },
+    { &this->countAnew, merge[1] },
   };
   for (const auto& [statement, sql] : all)
   {
@@ -179,42 +310,192 @@ Status QuotaBook::File::Prepare()
   return {};
 }
 
-Result<std::optional<std::int64_t>> QuotaBook::File::Ask(Statement& statement)
+template <class OnRow, class... Values>
+Status QuotaBook::Connection::ForEach(
+  Statement& statement, const OnRow& onRow, const Values&... values)
 {
-  const auto row = statement.Step();
-  if (!row)
+  const ResetAtEnd reset(statement);
+  int parameter = 0;
+  (statement.Bind(++parameter, values), ...);
+  while (true)
   {
-    auto error = this->Failure();
-    statement.Reset();
-    return error;
+    const auto row = statement.Step();
+    if (!row)
+    {
+      return this->Failure();
+    }
+    if (!*row)
+    {
+      return {};
+    }
+    onRow(statement);
   }
-  const auto answer = *row ? std::optional(statement.Integer(0)) : std::nullopt;
-  statement.Reset();
+}
+
+template <class... Values>
+Result<std::optional<std::int64_t>> QuotaBook::Connection::Ask(
+  Statement& statement, const Values&... values)
+{
+  std::optional<std::int64_t> answer;
+  KDSTREAM_TRY(this->ForEach(
+    statement, [&answer](const Statement& row) { answer = row.Integer(0); }, values...));
   return answer;
 }
 
-Status QuotaBook::File::Open(std::int64_t now)
+template <class... Values>
+Result<std::optional<std::string>> QuotaBook::Connection::AskText(
+  Statement& statement, const Values&... values)
 {
-  for (Statement* const each :
-    { &this->begin, &this->commit, &this->rollback, &this->date, &this->expire, &this->lower,
-      &this->has, &this->count, &this->oldest, &this->add, &this->raise, &this->due, &this->pace })
-  {
-    *each = {}; // before their database
-  }
-  this->identity = {};
+  std::optional<std::string> answer;
+  KDSTREAM_TRY(this->ForEach(
+    statement, [&answer](const Statement& row) { answer = row.Text(0); }, values...));
+  return answer;
+}
+
+Status QuotaBook::Connection::Open()
+{
   MakePrivate(this->path);
   auto opened = OpenForWriting(this->path);
-  KDSTREAM_TRY(opened);
+  if (!opened)
+  {
+    return QuotaError(opened.GetError().message, this->path);
+  }
   this->database = std::move(*opened);
-  std::string old = tidy;
-  old.replace(
-    old.find('@'), 1, std::to_string(now - std::int64_t{ this->window.count() } * second));
-  if (!Execute(this->database.get(), schema) || !Execute(this->database.get(), old))
+  // A file that was put in its place has tables, and nothing that acts.
+  for (const int off :
+    { SQLITE_DBCONFIG_ENABLE_TRIGGER, SQLITE_DBCONFIG_ENABLE_VIEW, SQLITE_DBCONFIG_TRUSTED_SCHEMA })
+  {
+    sqlite3_db_config(this->database.get(), off, 0, nullptr);
+  }
+  if (!Execute(this->database.get(), schema))
   {
     return this->Failure();
   }
   KDSTREAM_TRY(this->Prepare());
-  this->identity = IdentityOf(this->path);
+  const auto is = IdentityOf(this->path);
+  int hasMoved = 0; // since it was opened
+  sqlite3_file_control(this->database.get(), nullptr, SQLITE_FCNTL_HAS_MOVED, &hasMoved);
+  if (!is || hasMoved != 0)
+  {
+    return QuotaError("the file was removed", this->path);
+  }
+  this->identity = *is;
+  this->logIdentity = IdentityOf(this->Log());
+  this->indexIdentity = IdentityOf(this->Index());
+  this->devicesAbove = DevicesAbove(FolderOf(this->path));
+  return {};
+}
+
+Status QuotaBook::Connection::Tidy(std::int64_t before)
+{
+  std::string old = tidy;
+  old.replace(old.find('@'), 1, std::to_string(before));
+  return Execute(this->database.get(), old) ? Status() : this->Failure();
+}
+
+bool QuotaBook::Connection::RollBack()
+{
+  if (!sqlite3_get_autocommit(this->database.get()))
+  {
+    sqlite3_exec(this->database.get(), "ROLLBACK", nullptr, nullptr, nullptr);
+  }
+  return sqlite3_get_autocommit(this->database.get()) != 0;
+}
+
+// What was entered goes into the file, wherever it is now. Its log may still lie beside another
+// file, which came in its place: SQLite would take it for that one's.
+void QuotaBook::Connection::Leave()
+{
+  sqlite3_wal_checkpoint_v2(
+    this->database.get(), nullptr, SQLITE_CHECKPOINT_TRUNCATE, nullptr, nullptr);
+  for (const auto& [file, was] :
+    { std::pair(this->Log(), this->logIdentity), std::pair(this->Index(), this->indexIdentity) })
+  {
+    if (was && IdentityOf(file) == was)
+    {
+      ::unlink(file.c_str());
+    }
+  }
+}
+
+// Names are joined where this model is the first to say that they are of one original.
+Result<std::string> QuotaBook::Connection::OriginalOf(const CountedModel& model)
+{
+  const auto ofModel = this->AskText(this->originalOf, model.digest);
+  KDSTREAM_TRY(ofModel);
+  const std::string input = "input " + std::string(model.inputDigest);
+  const bool isInputKnown = !model.inputDigest.empty();
+  const auto ofInput = this->AskText(this->originalOf, std::string_view(input));
+  KDSTREAM_TRY(ofInput);
+  if (*ofModel && (!isInputKnown || *ofInput == *ofModel))
+  {
+    return **ofModel;
+  }
+  const std::string original = isInputKnown && *ofInput ? **ofInput
+                               : *ofModel               ? **ofModel
+                                                        : std::string(model.digest);
+  const std::string_view of = original;
+  if (!*ofModel)
+  {
+    KDSTREAM_TRY(this->Ask(this->enter, model.digest, of, model.division,
+      static_cast<std::int64_t>(std::max<std::uint64_t>(1, model.partitions))));
+  }
+  else if (**ofModel != original)
+  {
+    KDSTREAM_TRY(this->Ask(this->join, of, std::string_view(**ofModel)));
+  }
+  if (isInputKnown && !*ofInput)
+  {
+    KDSTREAM_TRY(
+      this->Ask(this->enter, std::string_view(input), of, std::string_view(), std::int64_t{ 0 }));
+  }
+  if (isInputKnown && *ofInput) // there are others
+  {
+    KDSTREAM_TRY(this->Ask(this->removeTwice, of));
+    KDSTREAM_TRY(this->Ask(this->countAnew, of));
+  }
+  return original;
+}
+
+Result<std::vector<CountedName>> QuotaBook::Connection::ModelsLike(const CountedModel& model)
+{
+  const auto original = this->OriginalOf(model);
+  KDSTREAM_TRY(original);
+  std::vector<CountedName> models;
+  KDSTREAM_TRY(this->ForEach(
+    this->named,
+    [&models](const Statement& row) {
+      models.push_back({ row.Text(0), row.Text(1), row.Integer(2) });
+    },
+    std::string_view(*original)));
+  return models;
+}
+
+// In place of none. Errors: InputOutput; then none is open.
+Status QuotaBook::File::Open(std::int64_t now)
+{
+  const auto folder = IdentityOf(FolderOf(this->path));
+  if (folder && this->devicesAbove.contains(folder->first) && !IdentityOf(this->path))
+  {
+    return QuotaError("the file system of its folder is not mounted", this->path);
+  }
+  auto opened = std::make_unique<Connection>(this->path);
+  auto status = opened->Open();
+  if (status && this->lastOpen != opened->identity)
+  {
+    status = opened->Tidy(now - std::int64_t{ this->window.count() } * second);
+  }
+  if (!status)
+  {
+    if (opened->database && opened->IsLocked())
+    {
+      this->NoteLock();
+    }
+    return status;
+  }
+  this->devicesAbove = std::move(opened->devicesAbove);
+  this->lastOpen = opened->identity;
+  this->open = std::move(opened);
   return {};
 }
 
@@ -250,109 +531,194 @@ QuotaBook::Taken QuotaBook::InTransaction(const Work& work)
   if (file.failures != failures ||
       std::chrono::steady_clock::now() < file.lastFailure + pauseOfLocked)
   {
-    return file.Failure(lockedFile);
+    return QuotaError(lockedFile, file.path);
   }
-  if (!file.IsThere())
+  if (file.open && !file.open->IsThere())
   {
-    KDSTREAM_TRY(OfFile(file.path.string(), file.Open(this->Now())));
+    file.open->Leave();
+    file.open.reset();
+    KDSTREAM_TRY(file.Open(this->Now()));
     return Error{ ErrorCode::InputOutput,
       "the quotas' file was removed or replaced: what was had is counted anew in the one of its "
       "name",
       file.path.string() };
   }
-  const auto begun = file.Ask(file.begin);
-  if (!begun)
+  if (!file.open)
   {
-    ++file.failures;
-    file.lastFailure = std::chrono::steady_clock::now();
+    KDSTREAM_TRY(file.Open(this->Now()));
+  }
+  return this->TryTransaction(work);
+}
+
+// However it ends: nothing stays open of the transaction, and no connection that has failed.
+template <class Work>
+QuotaBook::Taken QuotaBook::TryTransaction(const Work& work)
+{
+  auto& file = *this->Kept;
+  auto& connection = *file.open;
+  bool fails = false;
+  struct AtEnd
+  {
+    File& file;
+    const bool& fails;
+    ~AtEnd()
+    {
+      if (!this->file.open->RollBack() || this->fails)
+      {
+        this->file.open.reset();
+      }
+    }
+  } const atEnd{ file, fails };
+  if (const auto begun = connection.Ask(connection.begin); !begun)
+  {
+    if (connection.IsLocked())
+    {
+      file.NoteLock();
+    }
+    fails = !connection.IsLocked();
     return begun.GetError();
   }
-  Taken taken = work(this->Now());
-  const bool entered = taken && !*taken;
-  const auto ended = file.Ask(entered ? file.commit : file.rollback);
-  if (!ended)
+  Taken taken = work(connection, this->Now());
+  fails = !taken;
+  if (taken && !*taken)
   {
-    (void)file.Ask(file.rollback).HasValue();
-    return taken ? ended.GetError() : taken.GetError();
+    if (const auto committed = connection.Ask(connection.commit); !committed)
+    {
+      fails = true;
+      return committed.GetError();
+    }
   }
   return taken;
 }
 
-// A partition that the subject has had within the window may be had again.
+// A partition that the subject has had within the window may be had again. What was had of models
+// that are divided otherwise counts by its share of the original.
 QuotaBook::Taken QuotaBook::EnterPartition(
-  const Holder& holder, std::uint64_t partitions, std::uint32_t partition, std::int64_t now)
+  const Holder& holder, std::uint32_t partition, std::int64_t now) const
 {
-  auto& file = *this->Kept;
-  const auto& [subject, model] = holder;
+  auto& file = holder.file;
+  const auto& subject = holder.subject;
   const std::int64_t window = std::int64_t{ this->Limits.window.count() } * second;
-  // What was had in the future was had while the clock was ahead. It is not forgotten, or whoever
-  // waits for the clock to be set back had a new quota; nor does it count until that future.
-  KDSTREAM_TRY(file.Ask(file.date, now, subject, model, now + clocksDiffer));
-  KDSTREAM_TRY(file.Ask(file.expire, subject, model, now - window));
-  if (const int gone = sqlite3_changes(file.database.get()); gone > 0)
+  std::int64_t had = 0;
+  double shareHad = 0;
+  std::optional<std::int64_t> oldest;
+  for (const CountedName& each : holder.models)
   {
-    KDSTREAM_TRY(file.Ask(file.lower, std::int64_t{ gone }, subject, model));
+    const std::string_view model = each.name;
+    // What was had in the future was had while the clock was ahead. It is not forgotten, or whoever
+    // waits for the clock to be set back had a new quota; nor does it count until that future.
+    KDSTREAM_TRY(file.Ask(file.date, now, subject, model, now + clocksDiffer));
+    KDSTREAM_TRY(file.Ask(file.expire, subject, model, now - window));
+    if (const int gone = sqlite3_changes(file.database.get()); gone > 0)
+    {
+      KDSTREAM_TRY(file.Ask(file.lower, std::int64_t{ gone }, subject, model));
+    }
+    const bool isDividedAlike = each.division == holder.model.division;
+    if (isDividedAlike)
+    {
+      const auto has = file.Ask(file.has, subject, model, std::int64_t{ partition });
+      KDSTREAM_TRY(has);
+      if (*has)
+      {
+        return std::optional<QuotaRefusal>();
+      }
+    }
+    const auto count = file.Ask(file.count, subject, model);
+    KDSTREAM_TRY(count);
+    if (count->value_or(0) > 0)
+    {
+      had += isDividedAlike ? **count : 0;
+      shareHad += isDividedAlike ? 0 : double(**count) / double(each.partitions);
+      const auto first = file.Ask(file.oldest, subject, model);
+      KDSTREAM_TRY(first);
+      oldest = std::min(oldest.value_or(now), first->value_or(now));
+    }
   }
-  const auto has = file.Ask(file.has, subject, model, std::int64_t{ partition });
-  KDSTREAM_TRY(has);
-  if (*has)
+  const auto partitions = static_cast<double>(holder.model.partitions);
+  const auto most =
+    std::max<std::int64_t>(1, std::llround(std::floor(this->Limits.share * partitions)));
+  constexpr double rounding = 1e-9; // of sums of shares
+  if (had + std::llround(std::ceil(shareHad * partitions - rounding)) >= most)
   {
-    return std::optional<QuotaRefusal>();
-  }
-  const auto count = file.Ask(file.count, subject, model);
-  KDSTREAM_TRY(count);
-  const auto most = std::max<std::int64_t>(
-    1, std::llround(std::floor(this->Limits.share * static_cast<double>(partitions))));
-  if (count->value_or(0) >= most)
-  {
-    const auto oldest = file.Ask(file.oldest, subject, model);
-    KDSTREAM_TRY(oldest);
     auto refusal =
       Refusal("the quota of " + std::to_string(most) + " partitions of this model is used up", now,
-        oldest->value_or(now) + window);
+        oldest.value_or(now) + window);
     refusal.isShare = true;
     return std::optional(std::move(refusal));
   }
+  const std::string_view model = holder.model.digest;
   KDSTREAM_TRY(file.Ask(file.add, subject, model, std::int64_t{ partition }, now));
   KDSTREAM_TRY(file.Ask(file.raise, subject, model));
   return std::optional<QuotaRefusal>();
 }
 
-// One more may always be had while the pace is kept: a partition of any size passes.
-QuotaBook::Taken QuotaBook::EnterBytes(const Holder& holder, std::uint64_t bytes, std::int64_t now)
+// From when on the pace of all models of the original goes on.
+Result<std::int64_t> QuotaBook::DueOf(
+  const Holder& holder, std::string_view what, std::int64_t now, std::int64_t latest)
 {
-  auto& file = *this->Kept;
-  const auto& [subject, model] = holder;
-  const std::string_view what = "bytes";
-  const auto due = file.Ask(file.due, subject, model, what);
-  KDSTREAM_TRY(due);
+  std::int64_t from = now;
+  for (const CountedName& each : holder.models)
+  {
+    const auto due =
+      holder.file.Ask(holder.file.due, holder.subject, std::string_view(each.name), what);
+    KDSTREAM_TRY(due);
+    from = std::max(from, DueFrom(*due, now, latest));
+  }
+  return from;
+}
+
+// One more may always be had while the pace is kept: a partition of any size passes.
+QuotaBook::Taken QuotaBook::EnterBytes(
+  const Holder& holder, std::uint64_t bytes, std::int64_t now) const
+{
   const auto rate = this->Limits.bytesPerSecond;
   const auto timeOf = [rate](std::uint64_t size) -> std::int64_t
   {
     return std::llround(
       static_cast<double>(size) / static_cast<double>(rate) * static_cast<double>(second));
   };
-  const auto from = DueFrom(*due, now, now + byteBurst + timeOf(largestBlob));
-  if (from - now >= byteBurst)
+  const std::string_view what = "bytes";
+  const auto from = DueOf(holder, what, now, now + byteBurst + timeOf(largestBlob));
+  KDSTREAM_TRY(from);
+  if (*from - now >= byteBurst)
   {
     return std::optional(
       Refusal("the quota of " + std::to_string(rate) + " bytes a second is used up", now,
-        from - byteBurst + 1));
+        *from - byteBurst + 1));
   }
-  KDSTREAM_TRY(file.Ask(file.pace, subject, model, what, from + timeOf(bytes)));
+  KDSTREAM_TRY(holder.file.Ask(
+    holder.file.pace, holder.subject, holder.model.digest, what, *from + timeOf(bytes)));
   return std::optional<QuotaRefusal>();
 }
 
-QuotaBook::Taken QuotaBook::TakePartition(std::string_view subject, std::string_view model,
-  std::uint64_t partitions, std::uint32_t partition, std::uint64_t bytes)
+QuotaBook::Taken QuotaBook::EnterRegion(const Holder& holder, std::int64_t now) const
 {
-  const Holder holder{ subject, model };
+  const std::string_view what = "regions";
+  const auto from = DueOf(holder, what, now, now + regionBurst);
+  KDSTREAM_TRY(from);
+  const auto next = *from + regionBurst / std::int64_t{ this->Limits.regionsPerMinute };
+  if (next - now > regionBurst)
+  {
+    return std::optional(Refusal("the quota of " + std::to_string(this->Limits.regionsPerMinute) +
+                                   " regions a minute is used up",
+      now, next - regionBurst));
+  }
+  KDSTREAM_TRY(holder.file.Ask(holder.file.pace, holder.subject, holder.model.digest, what, next));
+  return std::optional<QuotaRefusal>();
+}
+
+QuotaBook::Taken QuotaBook::TakePartition(
+  std::string_view subject, const CountedModel& model, std::uint32_t partition, std::uint64_t bytes)
+{
   return this->InTransaction(
-    [&](std::int64_t now) -> Taken
+    [&](Connection& file, std::int64_t now) -> Taken
     {
+      auto models = file.ModelsLike(model);
+      KDSTREAM_TRY(models);
+      const Holder holder{ subject, model, file, std::move(*models) };
       if (this->Limits.share > 0)
       {
-        auto taken = this->EnterPartition(holder, partitions, partition, now);
+        auto taken = this->EnterPartition(holder, partition, now);
         if (!taken || *taken)
         {
           return taken;
@@ -363,30 +729,18 @@ QuotaBook::Taken QuotaBook::TakePartition(std::string_view subject, std::string_
     });
 }
 
-QuotaBook::Taken QuotaBook::TakeRegion(std::string_view subject, std::string_view model)
+QuotaBook::Taken QuotaBook::TakeRegion(std::string_view subject, const CountedModel& model)
 {
   if (this->Limits.regionsPerMinute == 0)
   {
     return std::optional<QuotaRefusal>();
   }
   return this->InTransaction(
-    [&](std::int64_t now) -> Taken
+    [&](Connection& file, std::int64_t now) -> Taken
     {
-      auto& file = *this->Kept;
-      const std::string_view what = "regions";
-      const auto due = file.Ask(file.due, subject, model, what);
-      KDSTREAM_TRY(due);
-      const auto next = DueFrom(*due, now, now + regionBurst) +
-                        regionBurst / std::int64_t{ this->Limits.regionsPerMinute };
-      if (next - now > regionBurst)
-      {
-        return std::optional(
-          Refusal("the quota of " + std::to_string(this->Limits.regionsPerMinute) +
-                    " regions a minute is used up",
-            now, next - regionBurst));
-      }
-      KDSTREAM_TRY(file.Ask(file.pace, subject, model, what, next));
-      return std::optional<QuotaRefusal>();
+      auto models = file.ModelsLike(model);
+      KDSTREAM_TRY(models);
+      return this->EnterRegion({ subject, model, file, std::move(*models) }, now);
     });
 }
 

@@ -37,6 +37,18 @@ struct QuotaLimits
   }
 };
 
+// A model as quotas know it. Models of one original count together: those with equal digests, and
+// those that were built from the same input.
+struct CountedModel
+{
+  std::string_view digest;      // of its content
+  std::string_view inputDigest; // of what it was built from; empty where its store does not say
+  // How its original is divided: models of one original that are divided alike have the same
+  // partitions, with the same numbers.
+  std::string_view division;
+  std::uint64_t partitions = 1;
+};
+
 struct QuotaRefusal
 {
   std::string message; // with when it ends
@@ -59,27 +71,31 @@ public:
   ~QuotaBook();
 
   using Taken = Result<std::optional<QuotaRefusal>>; // nothing: it may have it
-  // Enters that the subject gets a partition of `bytes` bytes, of a model (its digest) that has
-  // `partitions`. From any thread; waits for a disk, and for other servers 2 s at most. Errors:
-  // InputOutput. Where the file was removed or replaced, one attempt fails and says so; then the
-  // file of that name counts, made anew if need be.
-  Taken TakePartition(std::string_view subject, std::string_view model, std::uint64_t partitions,
-    std::uint32_t partition, std::uint64_t bytes);
+  // Enters that the subject gets a partition of `bytes` bytes. From any thread; waits for a disk,
+  // and for other servers 2 s at most. What throws, such as for want of memory, enters nothing.
+  // Errors: InputOutput. After an error the file is opened again by the next call, so that it
+  // counts as soon as it can be had again. Where it was removed or replaced, one call fails and
+  // says so; then the file of that name counts, made anew if need be, but not in the folder on
+  // which its file system was mounted.
+  Taken TakePartition(std::string_view subject, const CountedModel& model, std::uint32_t partition,
+    std::uint64_t bytes);
   // The same for a region.
-  Taken TakeRegion(std::string_view subject, std::string_view model);
+  Taken TakeRegion(std::string_view subject, const CountedModel& model);
 
 private:
   struct File;
+  struct Connection;
   QuotaBook(std::unique_ptr<File> file, QuotaLimits limits, Clock clock);
-  struct Holder
-  {
-    std::string_view subject, model;
-  };
-  Taken EnterPartition(
-    const Holder& holder, std::uint64_t partitions, std::uint32_t partition, std::int64_t now);
-  Taken EnterBytes(const Holder& holder, std::uint64_t bytes, std::int64_t now);
+  struct Holder;
+  Taken EnterPartition(const Holder& holder, std::uint32_t partition, std::int64_t now) const;
+  Taken EnterBytes(const Holder& holder, std::uint64_t bytes, std::int64_t now) const;
+  Taken EnterRegion(const Holder& holder, std::int64_t now) const;
+  static Result<std::int64_t> DueOf(
+    const Holder& holder, std::string_view what, std::int64_t now, std::int64_t latest);
   template <class Work>
   Taken InTransaction(const Work& work);
+  template <class Work>
+  Taken TryTransaction(const Work& work);
 
   std::unique_ptr<File> Kept;
   QuotaLimits Limits;

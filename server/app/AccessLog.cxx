@@ -52,6 +52,7 @@ std::string LineOf(const PartitionRecord& record)
     .Member("client", record.client)
     .Member("model", record.model)
     .Member("digest", record.digest)
+    .Member("original", record.original)
     .Member("partition", record.partition)
     .Member("bytes", record.bytes)
     .EndObject();

@@ -7,7 +7,7 @@
 // escaped. The audit log: one line a partition that a client gets, as JSON.
 //
 //   {"time":"2026-01-31T12:00:00Z","sub":"ann","jti":"…","client":"127.0.0.1","model":"dragon",
-//    "digest":"…","partition":12,"bytes":15000}
+//    "digest":"…","original":"…","partition":12,"bytes":15000}
 //
 // Lines that the disk does not take are lost, and a line says how many: "# 17 lines are lost", as
 // JSON {"lost":17}.

@@ -5,6 +5,23 @@
 
 namespace kdstream
 {
+namespace
+{
+
+// Partitions depend on these alone: not on precision, levels or texts. Of welded vertices, or with
+// texture coordinates, there are other numbers.
+std::string DivisionOf(const ModelDescription& model)
+{
+  return model.partitioner + " " + std::to_string(model.partitions) + " of " +
+         std::to_string(model.vertices) + " " + std::to_string(model.triangles);
+}
+
+CountedModel CountedAs(const ModelDescription& model, const std::string& division)
+{
+  return { model.digest, model.inputDigest, division, model.partitions };
+}
+
+}
 
 PartitionLedger::PartitionLedger(std::shared_ptr<QuotaBook> quotas, OnPartition onPartition,
   std::function<void()> onRefusal, OnFailure onFailure)
@@ -20,8 +37,9 @@ std::optional<Refusal> PartitionLedger::TakePartition(
 {
   if (this->Quotas)
   {
+    const auto division = DivisionOf(model);
     auto refusal = this->RefusalOf(this->Quotas->TakePartition(
-      record.subject, model.digest, model.partitions, record.partition, record.bytes));
+      record.subject, CountedAs(model, division), record.partition, record.bytes));
     if (refusal)
     {
       return refusal;
@@ -31,6 +49,7 @@ std::optional<Refusal> PartitionLedger::TakePartition(
   {
     record.model = model.id;
     record.digest = model.digest;
+    record.original = model.inputDigest.empty() ? model.digest : model.inputDigest;
     this->Tell(record);
   }
   return std::nullopt;
@@ -39,8 +58,10 @@ std::optional<Refusal> PartitionLedger::TakePartition(
 std::optional<Refusal> PartitionLedger::TakeRegion(
   const ModelDescription& model, const std::string& subject) const
 {
-  return this->Quotas ? this->RefusalOf(this->Quotas->TakeRegion(subject, model.digest))
-                      : std::nullopt;
+  const auto division = DivisionOf(model);
+  return this->Quotas
+           ? this->RefusalOf(this->Quotas->TakeRegion(subject, CountedAs(model, division)))
+           : std::nullopt;
 }
 
 // Where quotas cannot be kept nothing is given.

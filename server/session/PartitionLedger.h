@@ -23,6 +23,8 @@ struct PartitionRecord
   std::string subject, token; // of its token, the id of which may be ""; both "" without one
   std::string client;         // address
   std::string model, digest;
+  std::string original; // equal for models of one input: its digest, or where that is not known the
+                        // model's
   std::uint32_t partition = 0;
   std::uint64_t bytes = 0;
 };

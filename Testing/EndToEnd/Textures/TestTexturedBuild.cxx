@@ -62,6 +62,38 @@ TEST_F(TestTexturedBuild, ABuildWarnsOfWhatIsLostWherePicturesAreNotKept)
       loss);
 }
 
+// By which a server knows one original under other options: of the file that the user named and of
+// the glTF's buffers, whatever became of pictures.
+TEST_F(TestTexturedBuild, TheDigestOfTheInputIsOfWhatHoldsTheMesh)
+{
+  GltfBuffer buffer;
+  this->WritePicture("a.png", Row({ red, blue }), PictureType::Png);
+  this->WriteText(
+    "m.gltf", Scene(buffer, leftAndRight, Textured(),
+                "\"images\":[{\"uri\":\"a.png\"}],\"textures\":[{\"source\":0}]", false));
+  this->WriteText("b.bin", buffer.Bytes);
+  const auto digestOf = [this](std::vector<std::string> options)
+  {
+    options.insert(options.end(), { "m.gltf", "-o", "m.kds", "--stats", "s.json", "--quiet" });
+    const Outcome built = this->Build(options);
+    EXPECT_EQ(built.exitCode, 0) << built.err;
+    const std::string stats = ReadWhole(this->Folder / "s.json"), key = "\"input_digest\": \"";
+    const std::size_t place = stats.find(key);
+    EXPECT_NE(place, std::string::npos) << stats;
+    return place == std::string::npos ? "" : stats.substr(place + key.size(), 32);
+  };
+  const std::string digest = digestOf({});
+  EXPECT_EQ(digestOf({ "--precision", "12", "--title", "another" }), digest);
+  EXPECT_EQ(digestOf({ "--textures", "off" }), digest);
+  EXPECT_EQ(digestOf({ "--textures", "colors" }), digest);
+  this->WritePicture("a.png", Row({ blue, red }), PictureType::Png);
+  EXPECT_EQ(digestOf({}), digest);
+  std::string bytes = buffer.Bytes;
+  bytes.back() = static_cast<char>(bytes.back() ^ 1);
+  this->WriteText("b.bin", bytes);
+  EXPECT_NE(digestOf({}), digest);
+}
+
 // Each texel counts once a triangle, however far that reaches.
 TEST_F(TestTexturedBuild, CoordinatesFarOutOfRangeAreCountedSensibly)
 {

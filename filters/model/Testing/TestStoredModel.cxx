@@ -84,6 +84,7 @@ TEST(TestStoredModel, ComesBack)
     }
     random.AddScalars(model);
     model.input = random.Text(20);
+    model.inputDigest = i % 3 == 0 ? "" : random.Digest();
     model.levelMaker = random.Text(5);
     model.sheets = random.Integer(0, 1) == 1;
     model.weld = random.Integer(0, 1) == 1;
@@ -143,6 +144,9 @@ TEST(TestStoredModel, EveryMemberIsChecked)
   const std::pair<const char*, Json> wrong[] = {
     { "/digest", 5 },
     { "/input", nullptr },
+    { "/input_digest", 7 },
+    { "/input_digest", "abc" },
+    { "/input_digest", std::string(32, 'g') },
     { "/vertices", -1 },
     { "/vertices", 0 },
     { "/triangles", "7" },
@@ -217,10 +221,14 @@ TEST(TestStoredModel, StatisticsHaveTheDocumentedKeys)
 {
   JsonWriter writer({ 2 });
   writer.BeginObject();
-  PutStatistics(writer, *ParseStoredModel(written), 1234);
+  auto model = *ParseStoredModel(written);
+  EXPECT_EQ(model.inputDigest, "") << "of a store that does not tell";
+  model.inputDigest = std::string(32, 'a');
+  PutStatistics(writer, model, 1234);
   writer.EndObject();
   const Json json = Json::parse(writer.Text());
   EXPECT_EQ(json["input"], "vase.ply");
+  EXPECT_EQ(json["input_digest"], std::string(32, 'a'));
   EXPECT_EQ(json["partition_vertices"], (Json{ { "min", 4931 }, { "max", 4932 } }));
   EXPECT_EQ(json["partition_bytes"], 39299);
   EXPECT_EQ(json["precision"], 20);

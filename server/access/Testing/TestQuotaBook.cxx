@@ -21,6 +21,11 @@ namespace
 constexpr std::int64_t second = 1'000'000;
 constexpr std::uint64_t partitions = 1000;
 
+CountedModel Model(std::string_view digest, std::string_view input = {})
+{
+  return { digest, input, "1000", partitions };
+}
+
 class Quotas : public testing::Test
 {
 protected:
@@ -37,7 +42,7 @@ protected:
   static bool May(QuotaBook& book, const std::string& subject, std::uint32_t partition,
     const std::string& model = "m", std::uint64_t bytes = 1)
   {
-    const auto taken = book.TakePartition(subject, model, partitions, partition, bytes);
+    const auto taken = book.TakePartition(subject, Model(model), partition, bytes);
     EXPECT_TRUE(taken) << taken.GetError().message;
     return taken && !*taken;
   }
@@ -79,7 +84,7 @@ TEST_F(Quotas, AFileThatIsRemovedOrReplacedIsNoticed)
   {
     std::filesystem::remove(this->file.string() + end);
   }
-  const auto refused = book->TakePartition("ann", "m", partitions, 3, 1);
+  const auto refused = book->TakePartition("ann", Model("m"), 3, 1);
   ASSERT_FALSE(refused);
   EXPECT_EQ(refused.GetError().message, "the quotas' file was removed or replaced: what was had is "
                                         "counted anew in the one of its name");
@@ -92,7 +97,7 @@ TEST_F(Quotas, AFileThatIsRemovedOrReplacedIsNoticed)
   std::filesystem::create_directory(this->file);
   for (int i = 0; i < 2; ++i)
   {
-    EXPECT_FALSE(book->TakePartition("ann", "m", partitions, 5, 1)) << "no file, no partition";
+    EXPECT_FALSE(book->TakePartition("ann", Model("m"), 5, 1)) << "no file, no partition";
   }
 }
 
@@ -104,7 +109,7 @@ TEST_F(Quotas, AShareOfTheModelInAWindow)
     EXPECT_TRUE(May(*book, "ann", 7 * p));
     this->time += second;
   }
-  const auto refused = book->TakePartition("ann", "m", partitions, 500, 1);
+  const auto refused = book->TakePartition("ann", Model("m"), 500, 1);
   ASSERT_TRUE(refused && *refused);
   EXPECT_EQ((*refused)->endsIn, std::chrono::seconds(90)) << "when the first is forgotten";
   EXPECT_EQ((*refused)->message,
@@ -128,7 +133,7 @@ TEST_F(Quotas, OutliveAClockThatWasAhead)
   constexpr std::int64_t years = std::int64_t{ 10 } * 365 * 24 * 3600 * second;
   const auto region = [&book]
   {
-    const auto taken = book->TakeRegion("ann", "m");
+    const auto taken = book->TakeRegion("ann", Model("m"));
     return taken && !*taken;
   };
   this->time += years;
@@ -170,7 +175,8 @@ TEST_F(Quotas, AClockThatIsALittleBehindGivesNoMore)
   limits.regionsPerMinute = 3;
   limits.bytesPerSecond = 1'000'000;
   const std::unique_ptr<QuotaBook> books[] = { this->Open(limits), this->Open(limits) };
-  const auto region = [&books](int server) { return !*books[server]->TakeRegion("ann", "m"); };
+  const auto region = [&books](int server)
+  { return !*books[server]->TakeRegion("ann", Model("m")); };
   int had = 0;
   for (int i = 0; i < 120; ++i) // two minutes of two servers, one of which is a second behind
   {
@@ -184,6 +190,111 @@ TEST_F(Quotas, AClockThatIsALittleBehindGivesNoMore)
   EXPECT_TRUE(May(*books[0], "ann", 1, "m", 60'000'000));
   this->time -= 30 * second;
   EXPECT_FALSE(May(*books[1], "ann", 2));
+}
+
+// Another precision, another title, another conversion: one original.
+TEST_F(Quotas, BuildsOfOneInputCountTogether)
+{
+  auto limits = Share(0.002); // 2 of 1000
+  limits.regionsPerMinute = 1;
+  limits.bytesPerSecond = 1'000'000;
+  const auto book = this->Open(limits);
+  const auto may = [&](const CountedModel& model, std::uint32_t partition, std::uint64_t bytes = 1)
+  {
+    const auto taken = book->TakePartition("ann", model, partition, bytes);
+    EXPECT_TRUE(taken) << taken.GetError().message;
+    return taken && !*taken;
+  };
+  const auto fine = Model("fine", "input"), coarse = Model("coarse", "input"),
+             another = Model("another", "another input");
+  EXPECT_TRUE(may(fine, 1));
+  EXPECT_TRUE(may(coarse, 1)) << "which she has";
+  EXPECT_TRUE(may(coarse, 2));
+  EXPECT_FALSE(may(coarse, 3));
+  EXPECT_FALSE(may(fine, 3));
+  EXPECT_TRUE(may(fine, 2));
+  EXPECT_TRUE(may(another, 3));
+  EXPECT_FALSE(*book->TakeRegion("ann", fine));
+  EXPECT_TRUE(*book->TakeRegion("ann", coarse)) << "too fast";
+  EXPECT_FALSE(*book->TakeRegion("ann", another));
+  EXPECT_TRUE(may(fine, 1, 60'000'000));
+  EXPECT_FALSE(may(coarse, 1)) << "too fast";
+  EXPECT_TRUE(may(another, 3));
+  this->time += 101 * second;
+  EXPECT_TRUE(may(coarse, 8)) << "all expires";
+  EXPECT_TRUE(may(fine, 9));
+  EXPECT_FALSE(may(coarse, 10));
+}
+
+// Half as many partitions are twice as much each.
+TEST_F(Quotas, BuildsThatAreDividedOtherwiseCountByTheirShare)
+{
+  const auto book = this->Open(Share(0.01));
+  const CountedModel thousand = Model("a", "input"), hundred{ "b", "input", "100", 100 },
+                     many{ "c", "input", "3000", 3000 };
+  const auto may = [&](const CountedModel& model, std::uint32_t partition)
+  { return !*book->TakePartition("ann", model, partition, 1); };
+  for (std::uint32_t p = 0; p < 5; ++p)
+  {
+    EXPECT_TRUE(may(thousand, p));
+  }
+  EXPECT_FALSE(may(hundred, 1)) << "one is all there is, and half of that was had";
+  std::uint32_t more = 0;
+  for (; more < 100 && may(many, more); ++more)
+  {
+  }
+  EXPECT_EQ(more, 15u);
+  EXPECT_FALSE(may(thousand, 5));
+  EXPECT_TRUE(may(thousand, 4)) << "which she has";
+  this->time += 101 * second;
+  EXPECT_TRUE(may(hundred, 1));
+  EXPECT_FALSE(may(many, 0));
+}
+
+// Entries of before a store told its input, of servers of before, too, count as those of the input;
+// and none of them twice.
+TEST_F(Quotas, WhatWasHadBeforeTheInputWasKnownCounts)
+{
+  const auto book = this->Open(Share(0.004)); // 4 of 1000
+  EXPECT_TRUE(May(*book, "ann", 1, "fine"));
+  this->time += second;
+  EXPECT_TRUE(May(*book, "ann", 2, "fine"));
+  EXPECT_TRUE(May(*book, "ann", 1, "coarse"));
+  EXPECT_TRUE(May(*book, "ann", 3, "coarse"));
+  EXPECT_TRUE(May(*book, "bob", 1, "coarse"));
+  ASSERT_TRUE(Execute(OpenForWriting(this->file)->get(), "DELETE FROM originals"));
+  const auto fine = Model("fine", "input"), coarse = Model("coarse", "input");
+  const auto may = [&](const CountedModel& model, std::uint32_t partition)
+  { return !*book->TakePartition("ann", model, partition, 1); };
+  EXPECT_TRUE(may(fine, 3)) << "it is not yet known that she has it";
+  EXPECT_TRUE(may(coarse, 2)) << "now it is";
+  EXPECT_TRUE(may(coarse, 4)) << "the fourth";
+  EXPECT_FALSE(may(fine, 5));
+  EXPECT_FALSE(may(coarse, 5));
+  EXPECT_FALSE(May(*book, "ann", 5, "fine")) << "of a store that does not tell";
+  const auto count = [this](const char* sql)
+  { return *QueryInteger(OpenForWriting(this->file)->get(), sql); };
+  EXPECT_EQ(count("SELECT count(*) FROM had WHERE subject = 'ann'"), 4);
+  EXPECT_EQ(count("SELECT sum(count) FROM counts WHERE subject = 'ann'"), 4);
+  EXPECT_EQ(count("SELECT count(*) FROM had WHERE subject = 'bob'"), 1);
+  this->time += 99 * second;
+  EXPECT_TRUE(may(coarse, 6)) << "the first is forgotten, which was had first by the other";
+  EXPECT_FALSE(may(coarse, 7));
+}
+
+// A store of the same content from two files, and another of one of them.
+TEST_F(Quotas, InputsOfOneContentAreOneOriginal)
+{
+  const auto book = this->Open(Share(0.003)); // 3 of 1000
+  const auto may = [&](const CountedModel& model, std::uint32_t partition)
+  { return !*book->TakePartition("ann", model, partition, 1); };
+  EXPECT_TRUE(may(Model("fine", "ascii"), 1));
+  EXPECT_TRUE(may(Model("coarse", "binary"), 2));
+  EXPECT_TRUE(may(Model("another", "ascii"), 3));
+  EXPECT_TRUE(may(Model("coarse", "binary"), 4)) << "nothing says that they are one";
+  EXPECT_FALSE(may(Model("fine", "binary"), 5)) << "this does: four were had";
+  EXPECT_FALSE(may(Model("another", "ascii"), 5));
+  EXPECT_TRUE(may(Model("another", "ascii"), 4)) << "she has all four";
 }
 
 TEST_F(Quotas, LeaveAtLeastOnePartition)
@@ -219,7 +330,7 @@ TEST_F(Quotas, BytesASecond)
   const auto book = this->Open(limits);
   EXPECT_TRUE(May(*book, "ann", 0, "m", 9'999));
   EXPECT_TRUE(May(*book, "ann", 0, "m", 5'000)) << "as long as it is within ten seconds' worth";
-  const auto refused = book->TakePartition("ann", "m", partitions, 0, 1);
+  const auto refused = book->TakePartition("ann", Model("m"), 0, 1);
   ASSERT_TRUE(refused && *refused);
   EXPECT_EQ((*refused)->endsIn, std::chrono::seconds(5));
   EXPECT_TRUE(May(*book, "bob", 0, "m", 1));
@@ -255,15 +366,15 @@ TEST_F(Quotas, RegionsAMinute)
   const auto book = this->Open(limits);
   for (int i = 0; i < 3; ++i)
   {
-    EXPECT_FALSE(*book->TakeRegion("ann", "m"));
+    EXPECT_FALSE(*book->TakeRegion("ann", Model("m")));
   }
-  const auto refused = *book->TakeRegion("ann", "m");
+  const auto refused = *book->TakeRegion("ann", Model("m"));
   ASSERT_TRUE(refused);
   EXPECT_EQ(refused->endsIn, std::chrono::seconds(20));
   this->time += 20 * second;
-  EXPECT_FALSE(*book->TakeRegion("ann", "m"));
-  EXPECT_TRUE(*book->TakeRegion("ann", "m"));
-  EXPECT_FALSE(*book->TakeRegion("bob", "m"));
+  EXPECT_FALSE(*book->TakeRegion("ann", Model("m")));
+  EXPECT_TRUE(*book->TakeRegion("ann", Model("m")));
+  EXPECT_FALSE(*book->TakeRegion("bob", Model("m")));
 }
 
 // What two servers with one file give together: no partition more than one alone would.
@@ -306,7 +417,7 @@ TEST_F(Quotas, AFileThatSomebodyKeepsLockedIsAnError)
   const auto other = OpenForWriting(this->file);
   ASSERT_TRUE(other);
   ASSERT_TRUE(Execute(other->get(), "BEGIN IMMEDIATE"));
-  const auto taken = book->TakePartition("ann", "m", partitions, 1, 1);
+  const auto taken = book->TakePartition("ann", Model("m"), 1, 1);
   ASSERT_FALSE(taken);
   EXPECT_EQ(taken.GetError().code, ErrorCode::InputOutput);
   EXPECT_EQ(taken.GetError().message, "the quotas cannot be kept: the file is locked");
@@ -329,8 +440,7 @@ TEST_F(Quotas, ManyWhoFindTheFileLockedWaitTogether)
     const auto begin = std::chrono::steady_clock::now();
     for (unsigned reader = 0; reader < readers; ++reader)
     {
-      threads.emplace_back(
-        [&book] { EXPECT_FALSE(book->TakePartition("ann", "m", partitions, 1, 1)); });
+      threads.emplace_back([&book] { EXPECT_FALSE(book->TakePartition("ann", Model("m"), 1, 1)); });
     }
     for (auto& thread : threads)
     {

@@ -15,8 +15,10 @@
 
 #include <sys/stat.h>
 
+#include <algorithm>
 #include <cerrno>
 #include <fstream>
+#include <set>
 #include <thread>
 
 using namespace kdstream;
@@ -339,6 +341,85 @@ TEST_F(Faulty, AFullDisk)
   const auto text = fixtures::ReadWhole(log);
   EXPECT_NE(text.find(" lines are lost\n"), std::string::npos) << text;
   EXPECT_EQ(text.find(" 503 "), std::string::npos) << text;
+}
+
+TEST_F(Faulty, QuotasWhoseFolderGoesAndComes)
+{
+  const auto place = this->folder / "quotas", away = this->folder / "away";
+  fs::create_directory(place);
+  this->BuildGrid("grid.kds");
+  const auto fields = "Authorization: Bearer " + this->MakeToken() + "\r\n";
+  Process serve(this->Arguments({ "--tokens", this->keys, "--quota-file", place / "quotas.db",
+    "--quota-partitions", "2%" })); // 2 of 128
+  const auto port = serve.Port();
+  HttpTestClient client(port);
+  const auto status = [&](std::uint32_t partition)
+  { return client.Get(BlobOf(client, partition, "grid", fields), fields)->status; };
+  EXPECT_EQ(status(0), 200u);
+  fs::rename(place, away);
+  for (std::uint32_t i = 0; i < 3; ++i)
+  {
+    EXPECT_EQ(status(i), 503u) << "of the original nothing";
+  }
+  EXPECT_EQ(client.Get("/api/models.json", fields)->status, 200u) << "but all else";
+  fs::rename(away, place);
+  EXPECT_EQ(status(1), 200u);
+  EXPECT_EQ(status(0), 200u);
+  EXPECT_EQ(status(2), 403u) << "what was had before counts";
+  serve.Signal(SIGTERM);
+  EXPECT_EQ(serve.Wait(), 0);
+}
+
+TEST_F(Faulty, QuotasWhileMemoryFailsNowAndThen)
+{
+  this->BuildGrid("grid.kds");
+  const auto fields = "Authorization: Bearer " + this->MakeToken() + "\r\n";
+  Process serve(this->Arguments({ "--tokens", this->keys, "--quota-file",
+    this->folder / "quotas.db", "--quota-partitions", "50%" })); // 64 of 128
+  const auto port = serve.Port();
+  std::vector<std::string> blobs;
+  {
+    HttpTestClient client(port);
+    const auto first = BlobOf(client, 0, "grid", fields);
+    for (std::uint32_t partition = 0; partition < 128; ++partition)
+    {
+      blobs.push_back(first.substr(0, first.size() - 1) + std::to_string(partition));
+    }
+  }
+  std::set<std::size_t> had;
+  std::size_t asked = 0;
+  for (const std::uint64_t every : { 331u, 211u, 101u, 53u, 47u, 43u, 41u, 37u, 31u, 29u })
+  {
+    this->faults->allocation = every;
+    for (int i = 0; i < 6; ++i, ++asked)
+    {
+      HttpTestClient client(port);
+      const auto answer = client.Get(blobs[asked], fields);
+      if (answer && answer->status == 200)
+      {
+        had.insert(asked);
+      }
+    }
+    this->faults->allocation = 0;
+  }
+  this->faults->Clear();
+  // What was entered and did not arrive may be had again.
+  HttpTestClient client(port);
+  std::set<std::size_t> all;
+  for (std::size_t partition = 0; partition < blobs.size(); ++partition)
+  {
+    const auto answer = client.Get(blobs[partition], fields);
+    ASSERT_TRUE(answer);
+    EXPECT_TRUE(answer->status == 200 || answer->status == 403) << answer->status;
+    if (answer->status == 200)
+    {
+      all.insert(partition);
+    }
+  }
+  EXPECT_EQ(all.size(), 64u);
+  EXPECT_TRUE(std::includes(all.begin(), all.end(), had.begin(), had.end()));
+  serve.Signal(SIGTERM);
+  EXPECT_EQ(serve.Wait(), 0);
 }
 
 // Nobody reads what the server says: its stderr is full, and so is the pipe of its log.

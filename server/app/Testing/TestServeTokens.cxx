@@ -229,6 +229,7 @@ TEST_F(Guarded, KeepsQuotasAndAccounts)
   EXPECT_EQ(member("client"), "127.0.0.1");
   EXPECT_EQ(member("model"), "one");
   EXPECT_EQ(member("digest"), digest);
+  EXPECT_EQ(member("original"), (*Store::Open(this->stores / "one.kds"))->Info().inputDigest);
   EXPECT_EQ(member("time").size(), 20u);
   EXPECT_EQ(FindMember(*line, "partition")->GetInt(), 0);
   EXPECT_GT(FindMember(*line, "bytes")->GetInt(), 0);

@@ -144,3 +144,42 @@ TEST_F(Ledger, EveryPartitionIsRecorded)
   EXPECT_EQ(record.partition, 7u);
   EXPECT_EQ(record.bytes, this->model->blobs.at(BlobId::Partition(7))->size());
 }
+
+// However it was built anew: another precision, other texts.
+TEST_F(Ledger, BuildsOfOneInputAreOneOriginal)
+{
+  const auto ledger = this->With(Share(0.25)); // 8 of 32
+  ModelDescription builds[] = { this->model->Description(), this->model->Description() };
+  builds[0].inputDigest = builds[1].inputDigest = std::string(32, 'a');
+  builds[1].digest = std::string(32, 'b');
+  builds[1].grid.bits = 8;
+  builds[1].title = "another";
+  const auto may = [&](const ModelDescription& build, std::uint32_t partition)
+  {
+    PartitionRecord record;
+    record.subject = "ann";
+    record.partition = partition;
+    return !ledger->TakePartition(build, record);
+  };
+  for (std::uint32_t partition = 0; partition < 8; ++partition)
+  {
+    EXPECT_TRUE(may(builds[partition % 2], partition));
+    EXPECT_TRUE(may(builds[1 - partition % 2], partition)) << "which she has";
+  }
+  EXPECT_FALSE(may(builds[0], 8));
+  EXPECT_FALSE(may(builds[1], 8));
+  ASSERT_EQ(this->records.size(), 16u);
+  for (const auto& record : this->records)
+  {
+    EXPECT_EQ(record.original, builds[0].inputDigest) << "for who reads the audit log";
+  }
+  // More partitions, each of which is less; and of a store that does not tell its input.
+  ModelDescription finer = builds[0], another = builds[0];
+  finer.digest = std::string(32, 'c');
+  finer.partitions *= 2;
+  EXPECT_FALSE(may(finer, 0));
+  another.digest = std::string(32, 'd');
+  another.inputDigest.clear();
+  EXPECT_TRUE(may(another, 9));
+  EXPECT_EQ(this->records.back().original, another.digest);
+}

@@ -1,0 +1,49 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Which input a store was built from: a digest of its bytes, the same for all builds of it,
+// whatever their options. Step "read" of the README's picture.
+#pragma once
+
+#include "filters/build/Builder.h"
+#include "filters/core/Result.h"
+#include "filters/core/Types.h"
+
+#include <atomic>
+#include <filesystem>
+#include <string>
+#include <thread>
+#include <vector>
+
+namespace kdstream
+{
+
+// The files by whose bytes the input of a build is known: options.inputFiles, or `input` itself.
+std::vector<std::filesystem::path> FilesOfInput(
+  const std::filesystem::path& input, const BuildOptions& options);
+
+// The digest of files, one after the other, worked out by a thread of its own while they are built
+// from: they are read once more, mostly from the system's memory. 1 MiB of memory.
+class InputDigest
+{
+public:
+  explicit InputDigest(std::vector<std::filesystem::path> files);
+  InputDigest(const InputDigest&) = delete;
+  InputDigest& operator=(const InputDigest&) = delete;
+  ~InputDigest(); // does not wait for the end of the files
+
+  // XXH3-128, as 32 hexadecimal digits. Waits for it; to be called once. Errors: those of
+  // ByteSource, with the file.
+  Result<std::string> Take();
+
+private:
+  void Work();
+
+  const std::vector<std::filesystem::path> Files;
+  std::atomic<bool> Stops{ false };
+  Result<std::string> Digest = Error{};
+  std::thread Thread;
+};
+
+// Of a mesh that comes from no file: of its coordinates, triangles and arrays.
+std::string InputDigestOf(const Mesh& mesh);
+
+}
