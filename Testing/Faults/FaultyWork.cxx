@@ -75,7 +75,7 @@ int TakeAll(const std::string& file)
       auto taken = QuotaBook::Taken(Error{});
       try
       {
-        taken = book->TakePartition("ann", "model", 8, partition, 100);
+        taken = book->TakePartition("ann", { "model", "input", "tree", 8 }, partition, 100);
       }
       catch (const std::bad_alloc&)
       {

@@ -100,7 +100,7 @@ std::vector<Operation> MakeOperations()
     std::uint32_t more = 0;
     for (std::uint32_t p = 0; p < 8; ++p)
     {
-      const auto taken = (*book)->TakePartition("ann", "model", 8, p, 100);
+      const auto taken = (*book)->TakePartition("ann", { "model", "input", "tree", 8 }, p, 100);
       if (!taken)
       {
         return "nothing can be taken: " + taken.GetError().message;

@@ -4,6 +4,7 @@
 #include "filters/app/ConvertedInput.h"
 
 #include "filters/core/SystemReason.h"
+#include "filters/files/Folders.h"
 #include "filters/meshio/FileEnding.h"
 #include "filters/program/ChildProgram.h"
 
@@ -337,8 +338,7 @@ ConvertedInput::~ConvertedInput()
 {
   if (!this->Folder.empty())
   {
-    std::error_code ignored;
-    std::filesystem::remove_all(this->Folder, ignored);
+    RemoveTree(this->Folder);
   }
   if (this->Lock >= 0)
   {

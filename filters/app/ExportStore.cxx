@@ -131,7 +131,7 @@ public:
     RemoveLeftovers(target.parent_path(), begin);
     for (;;)
     {
-      const fs::path place = target.parent_path() / (begin + RandomLetters() + std::string(ending));
+      fs::path place = target.parent_path() / (begin + RandomLetters() + std::string(ending));
       if (::mkdir(place.c_str(), S_IRWXU) != 0)
       {
         if (errno == EEXIST)
@@ -142,18 +142,21 @@ public:
       }
       const int lock = Open(place);
       struct stat state = {};
+      const bool isKnown = lock >= 0 && ::fstat(lock, &state) == 0;
+      const int reason = errno;
       // Before it was locked another call may have taken it for a leftover.
-      if (lock >= 0 && (::flock(lock, LOCK_EX | LOCK_NB) == 0 || errno != EWOULDBLOCK) &&
-          ::fstat(lock, &state) == 0 && state.st_nlink > 0)
+      const bool isTaken =
+        lock >= 0 && ::flock(lock, LOCK_EX | LOCK_NB) != 0 && errno == EWOULDBLOCK;
+      if (isKnown && !isTaken && state.st_nlink > 0)
       {
-        this->Place = place;
+        this->Place = std::move(place); // not copied: memory may have run out
         this->Lock = lock;
         return {};
       }
-      const int reason = errno;
       Close(lock);
-      if (lock < 0 && reason != ENOENT)
+      if (!isKnown && reason != ENOENT)
       {
+        ::rmdir(place.c_str());
         return SystemError("cannot be written", reason, target.string());
       }
     }
@@ -161,10 +164,9 @@ public:
   HiddenFolder() = default;
   ~HiddenFolder()
   {
-    std::error_code failure;
     if (!this->Place.empty())
     {
-      fs::remove_all(this->Place, failure);
+      RemoveTree(this->Place);
     }
     Close(this->Lock);
   }
@@ -255,7 +257,7 @@ public:
     std::error_code failure;
     if (!this->Hidden.Path().empty())
     {
-      fs::remove_all(this->Hidden.Path(), failure);
+      RemoveTree(this->Hidden.Path());
     }
     for (const auto& parent : this->Made)
     {

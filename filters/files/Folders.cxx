@@ -8,6 +8,8 @@
 #include <unistd.h>
 
 #include <cerrno>
+#include <new>
+#include <system_error>
 
 namespace kdstream
 {
@@ -86,6 +88,22 @@ Status SyncTree(const fs::path& folder)
     return SystemError("cannot be read", failure.value(), folder.string());
   }
   return SyncFolder(folder);
+}
+
+void RemoveTree(const fs::path& folder) noexcept
+{
+  std::error_code failure(EAGAIN, std::generic_category());
+  for (int attempt = 0; attempt < 2 && failure; ++attempt)
+  {
+    try
+    {
+      fs::remove_all(folder, failure);
+    }
+    catch (const std::bad_alloc&)
+    {
+      failure = std::make_error_code(std::errc::not_enough_memory);
+    }
+  }
 }
 
 }

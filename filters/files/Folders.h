@@ -21,4 +21,8 @@ Status SyncFolder(const std::filesystem::path& folder);
 // followed. Errors: InputOutput.
 Status SyncTree(const std::filesystem::path& folder);
 
+// Removes the folder and all below it, as far as that can be done. For destructors: does not throw
+// where memory runs out, and tries again.
+void RemoveTree(const std::filesystem::path& folder) noexcept;
+
 }

@@ -3,6 +3,7 @@
 #include "filters/outofcore/files/SpillFile.h"
 
 #include "filters/core/SystemReason.h"
+#include "filters/files/Folders.h"
 
 #define XXH_INLINE_ALL
 #include <xxhash.h>
@@ -294,8 +295,7 @@ SpillFolder::~SpillFolder()
   if (this->Ledger && !this->Ledger->keepFolder)
   {
     this->Ledger->Note(FileOperation::Remove);
-    std::error_code ignored;
-    std::filesystem::remove_all(this->Ledger->folder, ignored);
+    RemoveTree(this->Ledger->folder);
   }
 }
 

@@ -30,8 +30,6 @@ namespace
 
 namespace fs = std::filesystem;
 
-constexpr const char* journalName = "journal";
-
 // A locked file. It is removed while it is still locked: who locks it next has made another one.
 class FileLock
 {
@@ -134,7 +132,7 @@ std::int64_t TimeOf(const struct stat& state)
   return std::int64_t{ state.st_mtim.tv_sec } * 1000000000 + state.st_mtim.tv_nsec;
 }
 
-Status SyncFolder(const fs::path& path)
+Status SyncBuildFolder(const fs::path& path)
 {
   const int descriptor = open(path.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC);
   if (descriptor < 0 || fsync(descriptor) != 0)
@@ -242,7 +240,7 @@ BuildFolder::~BuildFolder()
   {
     // First: without it nothing else counts, wherever this ends.
     this->Folder.Ledger->Note(FileOperation::Remove);
-    unlink((this->Folder.Path() / journalName).c_str());
+    unlink(this->JournalPath.c_str());
   }
 }
 
@@ -292,7 +290,7 @@ Status BuildFolder::TakeUp(std::string_view fingerprint, bool resume)
   else
   {
     this->Folder.Ledger->Note(FileOperation::Remove);
-    unlink((this->Folder.Path() / journalName).c_str());
+    unlink(this->JournalPath.c_str());
     this->Journal.fingerprint = fingerprint;
   }
   std::uint64_t next = 0;
@@ -353,7 +351,7 @@ void BuildFolder::RemoveUnnamed()
 
 Result<PhaseJournal> BuildFolder::ReadJournal() const
 {
-  const fs::path path = this->Folder.Path() / journalName;
+  const fs::path path = this->JournalPath;
   struct stat state = {};
   if (lstat(path.c_str(), &state) != 0 || !S_ISREG(state.st_mode))
   {
@@ -381,7 +379,7 @@ Status BuildFolder::WriteJournal(const PhaseJournal& journal)
   KDSTREAM_TRY(file->Write(0, bytes));
   KDSTREAM_TRY(file->Sync());
   this->Folder.Ledger->Note(FileOperation::Rename);
-  if (rename(file->Path.c_str(), (this->Folder.Path() / journalName).c_str()) != 0)
+  if (rename(file->Path.c_str(), this->JournalPath.c_str()) != 0)
   {
     return SystemError(
       file->Describe() + " cannot be renamed", errno, this->Folder.Path().parent_path());
@@ -389,7 +387,7 @@ Status BuildFolder::WriteJournal(const PhaseJournal& journal)
   file->Kept = true;
   this->Folder.Ledger->onDisk -= bytes.size(); // the journal is no spill file
   this->Folder.Ledger->Note(FileOperation::Sync);
-  return SyncFolder(this->Folder.Path());
+  return SyncBuildFolder(this->Folder.Path());
 }
 
 const JournalPhase* BuildFolder::Find(std::string_view phase) const

@@ -3,8 +3,8 @@
 // clock, TLS. What fails is the request that needs it and no other; it is said and counted; and all
 // is well again when the system is, without a restart. Arguments: the program, the library of
 // faults.
-#include "filters/model/ModelJson.h"
 #include "Testing/Faults/Faults.h"
+#include "filters/model/ModelJson.h"
 #include "server/app/Testing/ServeProcess.h"
 #include "server/http/Testing/HttpTestClient.h"
 #include "server/http/Testing/SelfSigned.h"
@@ -17,7 +17,11 @@
 
 #include <algorithm>
 #include <cerrno>
+#include <chrono>
+#include <cstdlib>
 #include <fstream>
+#include <iostream>
+#include <random>
 #include <set>
 #include <thread>
 
@@ -303,6 +307,106 @@ TEST_F(Faulty, MemoryThatFailsNowAndThen)
   stream.Close();
   serve.Signal(SIGTERM);
   EXPECT_EQ(serve.Wait(), 0);
+}
+
+// Each call that a session makes of the system fails in its turn, once or from then on: it gets
+// answers or loses its connection, no place stays taken, and the next session is served. A seeded
+// part of the calls in every test run, all with KDSTREAM_ALL_FAULTS=1.
+TEST_F(Faulty, EachStepOfASession)
+{
+  constexpr unsigned deadline = 600; // seconds: a client that waits for ever ends the test
+  ::alarm(deadline);
+  std::ofstream(this->folder / "index.html") << "home";
+  std::ofstream(this->folder / "page") << "page";
+  this->BuildGrid("grid.kds");
+  const auto fields = "Authorization: Bearer " + this->MakeToken() + "\r\n";
+  Process serve(this->Arguments({ "--web", this->folder, "--access-log",
+    this->folder / "access.log", "--tokens", this->keys, "--quota-file", this->folder / "quotas.db",
+    "--quota-bytes", "1G", "--admin", "127.0.0.1:0" }));
+  const auto admin = serve.AdminPort();
+  const auto port = serve.Port();
+  const auto token = fields.substr(fields.find("ey"), fields.size() - fields.find("ey") - 2);
+  const auto digest = (*Store::Open(this->stores / "grid.kds"))->Info().digest;
+  std::uint32_t partition = 0;
+  const auto session = [&]
+  {
+    partition = (partition + 1) % 128;
+    const auto blob = protocol::BlobPath("grid", digest, protocol::BlobId::Partition(partition));
+    int served = 0;
+    {
+      HttpTestClient client(port);
+      for (const auto& target : { std::string("/page"), std::string("/api/models.json"), blob })
+      {
+        const auto answer = client.Get(target, fields);
+        EXPECT_TRUE(!answer || answer->status == 200 || answer->status >= 500) << answer->status;
+        served += answer && answer->status == 200 ? 1 : 0;
+        if (!answer)
+        {
+          break;
+        }
+      }
+    }
+    StreamTestClient stream(port);
+    if (!stream.Open(std::string(protocol::streamSubprotocol) + ", " + token))
+    {
+      return served;
+    }
+    stream.Ask({ 1, protocol::OpenRequest{ "grid" } });
+    served += stream.Await(1).opened ? 1 : 0;
+    stream.Ask({ 2, protocol::PartitionsRequest{ { partition } } });
+    served += stream.Await(2).blobs.size() == 1 ? 1 : 0;
+    stream.Ask({ 3, protocol::RegionRequest{ partition, 1, {} } });
+    served += stream.Await(3).end ? 1 : 0;
+    stream.Close();
+    return served;
+  };
+  constexpr int whole = 6;
+  ASSERT_EQ(session(), whole);
+  const bool all = std::getenv("KDSTREAM_ALL_FAULTS") != nullptr;
+  std::minstd_rand random(13);
+  const std::pair<Fault Faults::*, int> kinds[] = { { &Faults::allocation, ENOMEM },
+    { &Faults::reading, EIO }, { &Faults::writing, ENOSPC }, { &Faults::opening, EMFILE },
+    { &Faults::looking, EIO }, { &Faults::accepting, EMFILE }, { &Faults::mapping, ENOMEM } };
+  for (const auto& [kind, reason] : kinds)
+  {
+    (this->faults->*kind) = 0;
+    EXPECT_EQ(session(), whole);
+    const std::uint64_t calls = (this->faults->*kind).calls;
+    constexpr std::uint64_t sample = 12;
+    const auto tries = all ? calls : std::min(calls, sample);
+    std::uint64_t lost = 0;
+    for (std::uint64_t i = 0; i < 2 * tries; ++i)
+    {
+      const auto call = all ? i / 2 + 1 : 1 + random() % calls;
+      (this->faults->*kind).Fail(reason, call, i % 2 == 0 ? call : ~std::uint64_t{ 0 });
+      if (kind == &Faults::accepting && i % 2 == 1)
+      {
+        continue; // nobody comes in, so nobody would go on
+      }
+      lost += session() < whole ? 1 : 0;
+      this->faults->Clear();
+      ASSERT_TRUE(HttpTestClient(port).Get("/healthz")) << "call " << call << " of " << calls;
+    }
+    std::cout << "errno " << reason << ": " << calls << " calls, " << 2 * tries << " sessions, "
+              << lost << " that lost something\n";
+    const auto end = std::chrono::steady_clock::now() + std::chrono::seconds(10);
+    for (int served = 0; served != whole && std::chrono::steady_clock::now() < end;)
+    {
+      served = session(); // what could not be had is not tried again at once
+      EXPECT_TRUE(served == whole || std::chrono::steady_clock::now() < end);
+    }
+  }
+  const auto end = std::chrono::steady_clock::now() + std::chrono::seconds(10);
+  while (Count(admin, "kdstream_connections") + Count(admin, "kdstream_streams") > 0 &&
+         std::chrono::steady_clock::now() < end)
+  {
+    std::this_thread::sleep_for(std::chrono::milliseconds(10));
+  }
+  EXPECT_EQ(Count(admin, "kdstream_connections"), 0u) << "no place stays taken";
+  EXPECT_EQ(Count(admin, "kdstream_streams"), 0u);
+  serve.Signal(SIGTERM);
+  EXPECT_EQ(serve.Wait(), 0);
+  ::alarm(0);
 }
 
 TEST_F(Faulty, AFullDisk)
