@@ -4,6 +4,7 @@
 #include "filters/core/CaughtError.h"
 #include "filters/meshio/ByteSource.h"
 
+#define XXH_INLINE_ALL
 #include <xxhash.h>
 
 #include <algorithm>

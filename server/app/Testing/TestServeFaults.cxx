@@ -378,11 +378,11 @@ TEST_F(Faulty, EachStepOfASession)
     for (std::uint64_t i = 0; i < 2 * tries; ++i)
     {
       const auto call = all ? i / 2 + 1 : 1 + random() % calls;
-      (this->faults->*kind).Fail(reason, call, i % 2 == 0 ? call : ~std::uint64_t{ 0 });
       if (kind == &Faults::accepting && i % 2 == 1)
       {
-        continue; // nobody comes in, so nobody would go on
+        continue; // nobody would come in
       }
+      (this->faults->*kind).Fail(reason, call, i % 2 == 0 ? call : ~std::uint64_t{ 0 });
       lost += session() < whole ? 1 : 0;
       this->faults->Clear();
       ASSERT_TRUE(HttpTestClient(port).Get("/healthz")) << "call " << call << " of " << calls;
