@@ -48,7 +48,7 @@ int TakeAll(const std::string& file)
   QuotaLimits limits;
   limits.share = 0.5;
   limits.bytesPerSecond = 1000000;
-  const auto end = std::chrono::steady_clock::now() + std::chrono::seconds(5);
+  const auto end = std::chrono::steady_clock::now() + std::chrono::seconds(1);
   const auto isLate = [&] { return std::chrono::steady_clock::now() > end; };
   constexpr auto pause = std::chrono::milliseconds(10);
   std::unique_ptr<QuotaBook> book;

@@ -77,7 +77,8 @@ std::vector<Operation> MakeOperations()
   all.push_back(
     { "exportanother", "kdstream-store", { "export", "a.kds", "web/up", "--quiet" }, up });
   Operation quotas{ "quotas", "faulty-work", { "quotas", "quotas.db" }, {} };
-  quotas.others = { "quotas.db", "quotas.db-wal", "quotas.db-shm" };
+  quotas.others = { "quotas.db", "quotas.db-wal", "quotas.db-shm", "quotas.db-journal" };
+  quotas.recovers = true;
   // What was given counts, and no more is given than may be.
   quotas.check = [](const FaultyProgram::Outcome& outcome, const std::filesystem::path& folder)
   {

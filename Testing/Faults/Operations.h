@@ -23,6 +23,8 @@ struct Operation
   FileTree before;
   // Names of files that need not be the same after each run that is well.
   std::set<std::string> others = {};
+  // Whether it tries again by itself what has failed once.
+  bool recovers = false;
   // What is wrong with how it ended, beside the rules for all; "" if nothing.
   std::function<std::string(const FaultyProgram::Outcome&, const std::filesystem::path&)> check =
     [](const auto&, const auto&) { return std::string(); };

@@ -193,15 +193,14 @@ private:
   static void RemoveLeftovers(const fs::path& parent, const std::string& begin)
   {
     std::vector<fs::path> left;
-    std::error_code failure;
-    for (fs::directory_iterator entry(parent, failure), end; entry != end; entry.increment(failure))
+    const auto names = NamesIn(parent);
+    for (const std::string& name : names ? *names : std::vector<std::string>())
     {
-      const std::string name = entry->path().filename().string();
       const bool isPlain = name.size() + 1 == begin.size() + ending.size();
       if ((isPlain || name.size() == begin.size() + randomLetters + ending.size()) &&
           name.starts_with(begin) && name.ends_with(ending))
       {
-        left.push_back(entry->path());
+        left.push_back(parent / name);
       }
     }
     for (const fs::path& path : left)
@@ -211,7 +210,7 @@ private:
       if (lock >= 0 && ::fstat(lock, &state) == 0 && state.st_uid == ::geteuid() &&
           ::flock(lock, LOCK_EX | LOCK_NB) == 0)
       {
-        fs::remove_all(path, failure);
+        RemoveTree(path);
       }
       Close(lock);
     }
@@ -488,16 +487,19 @@ Status PutTexts(
 Result<std::vector<ModelSummary>> ListWith(const fs::path& file, const ModelSummary& model)
 {
   std::vector<ModelSummary> models;
-  std::error_code failure;
-  if (fs::exists(file, failure))
+  const auto text = ReadWhole(file);
+  if (text)
   {
-    std::ifstream input(file, std::ios::binary);
-    auto list = ParseModelList(std::string(std::istreambuf_iterator<char>(input), {}));
+    auto list = ParseModelList(*text);
     if (!list)
     {
       return Error{ ErrorCode::InvalidInput, list.GetError().message, file.string() };
     }
     models = std::move(*list);
+  }
+  else if (text.GetError().code != ErrorCode::NotFound) // or it would lose the others
+  {
+    return text.GetError();
   }
   std::erase_if(models, [&](const ModelSummary& other) { return other.id == model.id; });
   models.push_back(model);
@@ -508,27 +510,23 @@ Result<std::vector<ModelSummary>> ListWith(const fs::path& file, const ModelSumm
 
 Status CopyPage(const fs::path& page, const fs::path& folder)
 {
+  const auto names = NamesIn(page);
+  KDSTREAM_TRY(names);
   std::error_code failure;
-  constexpr auto options = fs::directory_options::follow_directory_symlink;
-  for (fs::recursive_directory_iterator entry(page, options, failure), end;
-       !failure && entry != end; entry.increment(failure))
+  fs::create_directories(folder, failure); // where that fails, so does a file in it
+  for (const std::string& name : *names)
   {
-    const fs::path to = folder / entry->path().lexically_relative(page);
-    if (entry->is_directory(failure))
+    const fs::path from = page / name, to = folder / name;
+    if (fs::is_directory(from, failure))
     {
-      fs::create_directories(to, failure);
+      KDSTREAM_TRY(CopyPage(from, to));
       continue;
     }
-    std::ifstream file(entry->path(), std::ios::binary);
-    const std::string bytes(std::istreambuf_iterator<char>(file), {});
-    if (!file || file.bad())
-    {
-      return SystemError("the page cannot be copied", errno, entry->path().string());
-    }
-    KDSTREAM_TRY(HasBytes(to, bytes) ? Status{} : WriteWhole(to, bytes));
+    const auto bytes = ReadWhole(from);
+    KDSTREAM_TRY(bytes);
+    KDSTREAM_TRY(HasBytes(to, *bytes) ? Status{} : WriteWhole(to, *bytes));
   }
-  return failure ? Status(SystemError("the page cannot be copied", failure.value(), page.string()))
-                 : Status();
+  return {};
 }
 
 }

@@ -2,6 +2,7 @@
 #include "filters/files/NewFile.h"
 
 #include "filters/core/SystemReason.h"
+#include "filters/files/Folders.h"
 #include "filters/files/RandomLetters.h"
 
 #include <fcntl.h>
@@ -86,16 +87,14 @@ void CloseFile(int& descriptor)
 void NewFile::RemoveLeftovers(const std::filesystem::path& target)
 {
   const std::string prefix = PrefixOf(target);
-  std::error_code ignored;
+  const auto names = NamesIn(FolderOf(target));
   std::vector<std::filesystem::path> left;
-  for (std::filesystem::directory_iterator entry(FolderOf(target), ignored), end; entry != end;
-       entry.increment(ignored))
+  for (const std::string& name : names ? *names : std::vector<std::string>())
   {
-    const std::string name = entry->path().filename().string();
     if (name.size() == prefix.size() + randomLetters + unfinished.size() &&
         name.starts_with(prefix) && name.ends_with(unfinished))
     {
-      left.push_back(entry->path());
+      left.push_back(FolderOf(target) / name);
     }
   }
   for (const std::filesystem::path& path : left)

@@ -30,6 +30,7 @@ namespace fs = std::filesystem;
 
 constexpr int cacheVersion = 1;            // of the layout
 constexpr int patienceMilliseconds = 5000; // with another program that writes
+constexpr int openingMilliseconds = 1000;  // the same, while somebody waits for the first picture
 constexpr std::size_t mostPut = 4096; // entries that wait to be written; further ones are not kept
 constexpr const char* cacheFile = "blobs.sqlite";
 
@@ -71,7 +72,8 @@ bool IsDamaged(sqlite3* database)
 
 Status MakeTables(sqlite3* database)
 {
-  KDSTREAM_TRY(Execute(database, "BEGIN IMMEDIATE"));
+  KDSTREAM_TRY(Execute(
+    database, "PRAGMA auto_vacuum = INCREMENTAL; PRAGMA journal_mode = WAL; BEGIN IMMEDIATE"));
   const auto version = QueryInteger(database, "PRAGMA user_version");
   KDSTREAM_TRY(version);
   if (*version != cacheVersion) // another program may have been quicker
@@ -85,15 +87,15 @@ Status MakeTables(sqlite3* database)
 }
 
 // Makes the tables, and makes them anew where another version made them. Where they are there
-// nobody is waited for who writes into them.
+// nothing is written: who writes into them is not waited for.
 Status PrepareCache(sqlite3* database)
 {
-  sqlite3_busy_timeout(database, patienceMilliseconds);
-  KDSTREAM_TRY(Execute(database, "PRAGMA auto_vacuum = INCREMENTAL; PRAGMA journal_mode = WAL; "
-                                 "PRAGMA synchronous = NORMAL"));
+  sqlite3_busy_timeout(database, openingMilliseconds);
   const auto version = QueryInteger(database, "PRAGMA user_version");
   KDSTREAM_TRY(version);
-  return *version == cacheVersion ? Status{} : MakeTables(database);
+  KDSTREAM_TRY(*version == cacheVersion ? Status{} : MakeTables(database));
+  sqlite3_busy_timeout(database, patienceMilliseconds);
+  return Execute(database, "PRAGMA synchronous = NORMAL");
 }
 
 Error IsNotOurs(const fs::path& file)

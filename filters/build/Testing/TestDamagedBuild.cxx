@@ -7,6 +7,7 @@
 #include <gtest/gtest.h>
 
 #include <cstdlib>
+#include <functional>
 #include <map>
 #include <random>
 
@@ -230,4 +231,45 @@ TEST_F(DamagedBuild, ABitOfAnyFileIsFound)
     EXPECT_TRUE(this->Take() == expected);
   }
   this->ExpectNothingLeft();
+}
+
+TEST_F(DamagedBuild, WhateverHasAFilesNameIsNotTakenForIt)
+{
+  this->Write(Shuffled(Torus(96, 48), 2));
+  std::vector<std::size_t> publishing;
+  this->CountSteps(publishing);
+  const std::string expected = this->Take();
+  ASSERT_TRUE(this->BuildAndKill(publishing.back() + 2)); // all phases are finished
+  const KeptFolder left = Keep(this->Left());
+  const fs::path victim = this->Folder / "victim";
+  const std::pair<const char*, std::function<void(const fs::path&)>> kinds[] = {
+    { "a folder", [](const fs::path& file) { fs::create_directories(file / "in/it"); } },
+    { "a pipe", [](const fs::path& file) { ::mkfifo(file.c_str(), 0600); } },
+    { "an endless device", [](const fs::path& file) { fs::create_symlink("/dev/zero", file); } },
+    { "a link to itself", [](const fs::path& file) { fs::create_symlink(file, file); } },
+    { "a link", [&](const fs::path& file) { fs::create_symlink(victim, file); } },
+    { "an endless file",
+      [](const fs::path& file)
+      {
+        std::ofstream(file, std::ios::binary) << "";
+        fs::resize_file(file, std::uintmax_t{ 1 } << 42);
+      } },
+  };
+  this->Options.resume = true;
+  for (const std::string& name : { std::string("journal"), left.begin()->first })
+  {
+    for (const auto& [kind, make] : kinds)
+    {
+      SCOPED_TRACE(name + ": " + kind);
+      std::ofstream(victim, std::ios::binary) << left.at(name).bytes;
+      PutBack(left, this->Left());
+      fs::remove(this->Left() / name);
+      make(this->Left() / name);
+      ASSERT_EQ(this->Resume(), 0);
+      EXPECT_TRUE(this->Take() == expected);
+      EXPECT_EQ(BytesOf(victim), left.at(name).bytes);
+      fs::remove(victim);
+      this->ExpectNothingLeft();
+    }
+  }
 }

@@ -5,6 +5,7 @@
 #include "filters/outofcore/journal/BuildFolder.h"
 
 #include "filters/core/SystemReason.h"
+#include "filters/files/Folders.h"
 #include "filters/outofcore/journal/BuildFingerprint.h"
 
 #define XXH_INLINE_ALL
@@ -290,7 +291,7 @@ Status BuildFolder::TakeUp(std::string_view fingerprint, bool resume)
   else
   {
     this->Folder.Ledger->Note(FileOperation::Remove);
-    unlink(this->JournalPath.c_str());
+    RemoveTree(this->JournalPath); // whatever has its name
     this->Journal.fingerprint = fingerprint;
   }
   std::uint64_t next = 0;
@@ -332,20 +333,14 @@ void BuildFolder::RemoveUnnamed()
     }
   }
   named.insert(journalName);
-  std::error_code ignored;
-  std::vector<fs::path> unnamed;
-  for (fs::directory_iterator entry(this->Folder.Path(), ignored), end; entry != end;
-       entry.increment(ignored))
+  const auto found = NamesIn(this->Folder.Path());
+  for (const std::string& name : found ? *found : std::vector<std::string>())
   {
-    if (!named.count(entry->path().filename().string()))
+    if (!named.count(name))
     {
-      unnamed.push_back(entry->path());
+      this->Folder.Ledger->Note(FileOperation::Remove);
+      RemoveTree(this->Folder.Path() / name);
     }
-  }
-  for (const fs::path& path : unnamed)
-  {
-    this->Folder.Ledger->Note(FileOperation::Remove);
-    fs::remove_all(path, ignored);
   }
 }
 
