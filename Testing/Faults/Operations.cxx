@@ -69,7 +69,9 @@ std::vector<Operation> MakeOperations()
   const auto notes = TreeAfter(all.back()).at("a.notes.json");
   all.push_back({ "export", "kdstream-store", { "export", "a.kds", "web/up", "--quiet" },
     { { "a.kds", built }, { "a.notes.json", notes } } });
-  auto up = TreeAfter(all.back());
+  // Beside another model, which is not lost from the list.
+  auto up = TreeAfter({ "", "kdstream-store",
+    { "export", "a.kds", "web/up", "--model=b", "--quiet" }, TreeAfter(all.back()) });
   up["a.kds"] = edited;
   all.push_back(
     { "exportagain", "kdstream-store", { "export", "a.kds", "web/up", "--quiet" }, up });

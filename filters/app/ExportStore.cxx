@@ -124,11 +124,40 @@ AddEncoding gzip .gz
 class HiddenFolder
 {
 public:
-  // For what is to become `target`. Removes what calls that were killed have left.
+  // Removes what calls that were killed have left of `target`. Also of versions that did not use
+  // random letters.
+  static void RemoveLeftovers(const fs::path& target)
+  {
+    const auto parent = target.parent_path();
+    const auto begin = BeginOf(target);
+    std::vector<fs::path> left;
+    const auto names = NamesIn(parent);
+    for (const std::string& name : names ? *names : std::vector<std::string>())
+    {
+      const bool isPlain = name.size() + 1 == begin.size() + ending.size();
+      if ((isPlain || name.size() == begin.size() + randomLetters + ending.size()) &&
+          name.starts_with(begin) && name.ends_with(ending))
+      {
+        left.push_back(parent / name);
+      }
+    }
+    for (const fs::path& path : left)
+    {
+      const int lock = Open(path);
+      struct stat state = {};
+      if (lock >= 0 && ::fstat(lock, &state) == 0 && state.st_uid == ::geteuid() &&
+          ::flock(lock, LOCK_EX | LOCK_NB) == 0)
+      {
+        RemoveTree(path);
+      }
+      Close(lock);
+    }
+  }
+
+  // For what is to become `target`.
   Status Make(const fs::path& target)
   {
-    const std::string begin = "." + target.filename().string() + ".";
-    RemoveLeftovers(target.parent_path(), begin);
+    const auto begin = BeginOf(target);
     for (;;)
     {
       fs::path place = target.parent_path() / (begin + RandomLetters() + std::string(ending));
@@ -178,6 +207,10 @@ public:
 private:
   static constexpr std::string_view ending = ".new";
 
+  static std::string BeginOf(const fs::path& target)
+  {
+    return "." + target.filename().string() + ".";
+  }
   static int Open(const fs::path& folder)
   {
     return ::open(folder.c_str(), O_RDONLY | O_DIRECTORY | O_NOFOLLOW | O_CLOEXEC);
@@ -189,33 +222,6 @@ private:
       ::close(descriptor);
     }
   }
-  // Also of versions that did not use random letters.
-  static void RemoveLeftovers(const fs::path& parent, const std::string& begin)
-  {
-    std::vector<fs::path> left;
-    const auto names = NamesIn(parent);
-    for (const std::string& name : names ? *names : std::vector<std::string>())
-    {
-      const bool isPlain = name.size() + 1 == begin.size() + ending.size();
-      if ((isPlain || name.size() == begin.size() + randomLetters + ending.size()) &&
-          name.starts_with(begin) && name.ends_with(ending))
-      {
-        left.push_back(parent / name);
-      }
-    }
-    for (const fs::path& path : left)
-    {
-      const int lock = Open(path);
-      struct stat state = {};
-      if (lock >= 0 && ::fstat(lock, &state) == 0 && state.st_uid == ::geteuid() &&
-          ::flock(lock, LOCK_EX | LOCK_NB) == 0)
-      {
-        RemoveTree(path);
-      }
-      Close(lock);
-    }
-  }
-
   fs::path Place;
   int Lock = -1;
 };
@@ -306,9 +312,8 @@ private:
 };
 
 // Of a model's files: of all, or of those with another digest than what is up.
-fs::path NewPartOf(const fs::path& folder, const std::string& model, const std::string& digest)
+fs::path NewPartOf(const fs::path& all, const std::string& digest)
 {
-  const auto all = folder / fs::path(protocol::ModelPath(model).substr(1)).parent_path();
   std::error_code failure;
   return fs::exists(all, failure) ? all / digest : all;
 }
@@ -487,7 +492,7 @@ Status PutTexts(
 Result<std::vector<ModelSummary>> ListWith(const fs::path& file, const ModelSummary& model)
 {
   std::vector<ModelSummary> models;
-  const auto text = ReadWhole(file);
+  const auto text = ReadWholeFile(file);
   if (text)
   {
     auto list = ParseModelList(*text);
@@ -522,7 +527,7 @@ Status CopyPage(const fs::path& page, const fs::path& folder)
       KDSTREAM_TRY(CopyPage(from, to));
       continue;
     }
-    const auto bytes = ReadWhole(from);
+    const auto bytes = ReadWholeFile(from);
     KDSTREAM_TRY(bytes);
     KDSTREAM_TRY(HasBytes(to, *bytes) ? Status{} : WriteWhole(to, *bytes));
   }
@@ -542,7 +547,10 @@ Result<ExportReport> ExportStore(const Store& store, const fs::path& folder,
   summary.notes = *notes ? (*notes)->notes.size() : 0;
   const auto models = ListWith(folder / protocol::modelListPath.substr(1), summary);
   KDSTREAM_TRY(models);
-  NewFolder part(NewPartOf(folder, options.model, told.digest));
+  const auto all = folder / fs::path(protocol::ModelPath(options.model).substr(1)).parent_path();
+  HiddenFolder::RemoveLeftovers(all);
+  HiddenFolder::RemoveLeftovers(all / told.digest);
+  NewFolder part(NewPartOf(all, told.digest));
   KDSTREAM_TRY(part.Make());
   Writer writer(folder, part, execution);
   KDSTREAM_TRY(PutBlobs(store, options.model, writer));

@@ -112,7 +112,7 @@ bool HasBytes(const std::filesystem::path& file, std::string_view bytes)
   return same;
 }
 
-Result<std::string> ReadWhole(const std::filesystem::path& file)
+Result<std::string> ReadWholeFile(const std::filesystem::path& file)
 {
   const int descriptor = ::open(file.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK | O_NOCTTY);
   if (descriptor < 0)

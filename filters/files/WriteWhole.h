@@ -31,6 +31,6 @@ bool NamesDescriptor(const std::filesystem::path& file);
 bool HasBytes(const std::filesystem::path& file, std::string_view bytes);
 
 // All of a file. Errors: NotFound, InputOutput.
-Result<std::string> ReadWhole(const std::filesystem::path& file);
+Result<std::string> ReadWholeFile(const std::filesystem::path& file);
 
 }
