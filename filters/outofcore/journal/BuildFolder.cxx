@@ -35,9 +35,8 @@ namespace fs = std::filesystem;
 class FileLock
 {
 public:
-  FileLock(int descriptor, fs::path path, FileHook hook)
-    : Descriptor(descriptor)
-    , Path(std::move(path))
+  FileLock(fs::path path, FileHook hook)
+    : Path(std::move(path))
     , Hook(std::move(hook))
   {
   }
@@ -45,6 +44,10 @@ public:
   FileLock& operator=(const FileLock&) = delete;
   ~FileLock()
   {
+    if (this->Descriptor < 0)
+    {
+      return;
+    }
     if (this->Hook)
     {
       this->Hook(FileOperation::Remove);
@@ -53,8 +56,10 @@ public:
     close(this->Descriptor);
   }
 
+  void Hold(int descriptor) { this->Descriptor = descriptor; }
+
 private:
-  int Descriptor;
+  int Descriptor = -1;
   fs::path Path;
   FileHook Hook;
 };
@@ -71,6 +76,7 @@ Result<bool> IsSameFile(int descriptor, const fs::path& path)
 
 Result<std::shared_ptr<void>> Lock(const fs::path& path, const FileHook& hook)
 {
+  const auto lock = std::make_shared<FileLock>(path, hook); // before: afterwards memory may run out
   for (;;)
   {
     const int descriptor =
@@ -94,7 +100,8 @@ Result<std::shared_ptr<void>> Lock(const fs::path& path, const FileHook& hook)
     const Result<bool> isSame = IsSameFile(descriptor, path);
     if (isSame && *isSame)
     {
-      return std::shared_ptr<void>(std::make_shared<FileLock>(descriptor, path, hook));
+      lock->Hold(descriptor);
+      return std::shared_ptr<void>(lock);
     }
     close(descriptor);
     KDSTREAM_TRY(isSame);
@@ -201,9 +208,9 @@ Result<BuildFolder> BuildFolder::Open(
   {
     hook(FileOperation::Create);
   }
-  KDSTREAM_TRY(OfFile(disk, MakeFolder(path)));
   auto ledger = std::make_shared<detail::SpillLedger>();
   ledger->folder = path;
+  KDSTREAM_TRY(OfFile(disk, MakeFolder(path)));
   ledger->hook = std::move(hook);
   ledger->lock = std::move(*lock);
   ledger->sums = true;

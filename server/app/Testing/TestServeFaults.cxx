@@ -495,7 +495,7 @@ TEST_F(Faulty, QuotasWhileMemoryFailsNowAndThen)
   std::size_t asked = 0;
   for (const std::uint64_t every : { 331u, 211u, 101u, 53u, 47u, 43u, 41u, 37u, 31u, 29u })
   {
-    this->faults->allocation = every;
+    this->faults->allocation.FailEvery(every, ENOMEM);
     for (int i = 0; i < 6; ++i, ++asked)
     {
       HttpTestClient client(port);
