@@ -149,7 +149,8 @@ protected:
     {
       // What cannot be opened, listed or locked cannot be removed: the next run does it.
       const bool mayLeave =
-        kind.fault == &Faults::removing || kind.fault == &Faults::owning ||
+        kind.fault == &Faults::removing || kind.fault == &Faults::looking ||
+        kind.fault == &Faults::owning ||
         (!once && (kind.fault == &Faults::allocation || kind.fault == &Faults::opening));
       const auto now = fixtures::ReadTree(this->Folder.Path);
       wrong = WrongInFiles(this->Of, this->Whole, now, isDone, mayLeave);
