@@ -70,7 +70,7 @@ check(filters/store filters/files filters/model filters/codec ${core})
 # Out of core: each folder on core and on those before it.
 set(outofcore "")
 foreach(folder IN ITEMS files journal tree mesh levels pieces)
-  check(filters/outofcore/${folder} ${core} filters/meshio ${outofcore})
+  check(filters/outofcore/${folder} ${core} filters/files filters/meshio ${outofcore})
   list(APPEND outofcore filters/outofcore/${folder})
 endforeach()
 

@@ -4,6 +4,7 @@
 #include "Data/Generate/Relief.h"
 #include "Data/Generate/Statue.h"
 #include "Data/Generate/Vase.h"
+#include "filters/core/CaughtError.h"
 #include "filters/meshio/FileEnding.h"
 #include "filters/program/Program.h"
 #include "filters/program/TbbExecution.h"
@@ -116,6 +117,7 @@ int Generate(const CLI::App& app, const CommandLine& line)
 }
 
 int main(int argc, char** argv)
+try
 {
   CommandLine line;
   CLI::App app("Makes up a closed model and writes it as a binary .ply file, as a stream: it may "
@@ -170,4 +172,8 @@ int main(int argc, char** argv)
     ->default_str("all");
   app.add_flag("--quiet", line.quiet, "no progress, and no line at the end");
   return RunProgram(app, argc, argv, [&]() { return Generate(app, line); });
+}
+catch (...) // memory runs out before the work begins
+{
+  return kdstream::PrintError("kdstream-generate", "", kdstream::CaughtError());
 }

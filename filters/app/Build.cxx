@@ -6,6 +6,7 @@
 #include "filters/app/OutputFolders.h"
 #include "filters/app/TiledTextures.h"
 #include "filters/build/Builder.h"
+#include "filters/core/CaughtError.h"
 #include "filters/meshio/FileEnding.h"
 #include "filters/outofcore/files/LockedFolder.h"
 #include "filters/program/Program.h"
@@ -201,10 +202,15 @@ int Build(const CLI::App& app, BuildCommand& line)
 }
 
 int main(int argc, char** argv)
+try
 {
   BuildCommand line;
   CLI::App app(description, "kdstream-build");
   app.footer(footer);
   AddBuildOptions(app, line);
   return RunProgram(app, argc, argv, [&]() { return Build(app, line); });
+}
+catch (...) // memory runs out before the work begins
+{
+  return kdstream::PrintError("kdstream-build", "", kdstream::CaughtError());
 }

@@ -28,6 +28,14 @@ namespace kdstream
 namespace
 {
 
+// Not by CLI::App::count, which ends the process where memory runs out.
+bool IsGiven(const CLI::App& app, const std::string& name)
+{
+  const auto options = app.get_options();
+  return std::any_of(options.begin(), options.end(),
+    [&](const CLI::Option* option) { return option->check_name(name) && option->count() > 0; });
+}
+
 // A --memory below this was meant with a unit.
 constexpr std::uint64_t leastMeant = std::uint64_t{ 1 } << 20;
 
@@ -204,7 +212,7 @@ Status CheckLevelOptions(const CLI::App& app, const BuildCommand& line)
 {
   for (const char* name : { "--levels", "--representative", "--sheets", "--cell-vertices" })
   {
-    if (line.partitioner != "kdtree" && app.count(name) > 0)
+    if (line.partitioner != "kdtree" && IsGiven(app, name))
     {
       return Error{ ErrorCode::InvalidArgument,
         std::string(name) + ": a store by --partitioner " + line.partitioner + " has no levels" };
@@ -238,8 +246,8 @@ Status InterpretQuality(BuildCommand& line)
 // What would be given in vain.
 Status CheckTextureOptions(const CLI::App& app, BuildCommand& line)
 {
-  line.qualityGiven = app.count("--texture-quality") > 0;
-  line.pixelsGiven = app.count("--texture-pixels") > 0;
+  line.qualityGiven = IsGiven(app, "--texture-quality");
+  line.pixelsGiven = IsGiven(app, "--texture-pixels");
   if (line.qualityGiven && !line.WantsTiles())
   {
     return Error{ ErrorCode::InvalidArgument,

@@ -7,6 +7,7 @@
 #include "filters/app/TextureOptions.h"
 #include "filters/convert/ForeignMesh.h"
 #include "filters/convert/Reconstruct.h"
+#include "filters/core/CaughtError.h"
 #include "filters/meshio/FileEnding.h"
 #include "filters/meshio/MeshWriter.h"
 #include "filters/program/Program.h"
@@ -267,6 +268,7 @@ int Convert(const CLI::App& app, const CommandLine& line)
 }
 
 int main(int argc, char** argv)
+try
 {
   CommandLine line;
   CLI::App app(description, "kdstream-convert");
@@ -287,4 +289,8 @@ int main(int argc, char** argv)
   app.add_option("--paint", line.paint)->group("");                // the same
   app.add_option("--threads", line.threads)->group("");            // the same
   return RunProgram(app, argc, argv, [&]() { return Convert(app, line); });
+}
+catch (...) // memory runs out before the work begins
+{
+  return kdstream::PrintError("kdstream-convert", "", kdstream::CaughtError());
 }

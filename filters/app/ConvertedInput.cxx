@@ -4,6 +4,7 @@
 #include "filters/app/ConvertedInput.h"
 
 #include "filters/core/SystemReason.h"
+#include "filters/files/Folders.h"
 #include "filters/meshio/FileEnding.h"
 #include "filters/program/ChildProgram.h"
 
@@ -236,14 +237,12 @@ Status EndOf(int status, const Messages& messages)
 
 void RemoveDeadConversions(const std::filesystem::path& folder)
 {
-  std::error_code failed;
   std::vector<std::filesystem::path> found;
   const auto now = std::filesystem::file_time_type::clock::now();
-  for (std::filesystem::directory_iterator entries(folder, failed), end; !failed && entries != end;
-       entries.increment(failed))
+  const auto names = NamesIn(folder);
+  for (const std::string& name : names ? *names : std::vector<std::string>())
   {
-    const std::filesystem::path& left = entries->path();
-    const std::string name = left.filename().string();
+    const std::filesystem::path left = folder / name;
     std::error_code gone;
     if (name.starts_with(folderBegin) ||
         (name.starts_with(newBegin) &&
@@ -257,7 +256,7 @@ void RemoveDeadConversions(const std::filesystem::path& folder)
     const int lock = LockFolder(left);
     if (lock >= 0)
     {
-      std::filesystem::remove_all(left, failed);
+      RemoveTree(left);
       ::close(lock);
     }
   }
@@ -337,8 +336,7 @@ ConvertedInput::~ConvertedInput()
 {
   if (!this->Folder.empty())
   {
-    std::error_code ignored;
-    std::filesystem::remove_all(this->Folder, ignored);
+    RemoveTree(this->Folder);
   }
   if (this->Lock >= 0)
   {

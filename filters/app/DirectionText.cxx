@@ -1,30 +1,43 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "filters/app/DirectionText.h"
 
+#include <cctype>
+#include <charconv>
 #include <cmath>
 #include <locale>
 #include <sstream>
+#include <system_error>
 
 namespace kdstream
 {
 namespace
 {
 
+// Not by a stream: where memory runs out in one, it reads nothing and does not say why.
 std::optional<Vec3> ParseDirection(const std::string& text)
 {
-  std::istringstream numbers(text);
-  numbers.imbue(std::locale::classic());
+  const char* at = text.data();
+  const char* const end = at + text.size();
   Vec3 vector{};
   for (std::size_t k = 0; k < 3; ++k)
   {
-    char comma = ',';
-    if ((k > 0 && !numbers.get(comma)) || comma != ',' || !(numbers >> vector[k]))
+    if (k > 0 && (at == end || *at++ != ','))
     {
       return std::nullopt;
     }
+    while (at != end && std::isspace(static_cast<unsigned char>(*at)))
+    {
+      ++at;
+    }
+    at += end - at > 1 && *at == '+' && at[1] != '-' ? 1 : 0;
+    const auto [after, failure] = std::from_chars(at, end, vector[k]);
+    if (failure != std::errc() || !std::isfinite(vector[k]))
+    {
+      return std::nullopt;
+    }
+    at = after;
   }
-  return numbers.peek() == std::istringstream::traits_type::eof() ? DirectionOf(vector)
-                                                                  : std::nullopt;
+  return at == end ? DirectionOf(vector) : std::nullopt;
 }
 
 }

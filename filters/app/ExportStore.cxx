@@ -124,14 +124,43 @@ AddEncoding gzip .gz
 class HiddenFolder
 {
 public:
-  // For what is to become `target`. Removes what calls that were killed have left.
+  // Removes what calls that were killed have left of `target`. Also of versions that did not use
+  // random letters.
+  static void RemoveLeftovers(const fs::path& target)
+  {
+    const auto parent = target.parent_path();
+    const auto begin = BeginOf(target);
+    std::vector<fs::path> left;
+    const auto names = NamesIn(parent);
+    for (const std::string& name : names ? *names : std::vector<std::string>())
+    {
+      const bool isPlain = name.size() + 1 == begin.size() + ending.size();
+      if ((isPlain || name.size() == begin.size() + randomLetters + ending.size()) &&
+          name.starts_with(begin) && name.ends_with(ending))
+      {
+        left.push_back(parent / name);
+      }
+    }
+    for (const fs::path& path : left)
+    {
+      const int lock = Open(path);
+      struct stat state = {};
+      if (lock >= 0 && ::fstat(lock, &state) == 0 && state.st_uid == ::geteuid() &&
+          ::flock(lock, LOCK_EX | LOCK_NB) == 0)
+      {
+        RemoveTree(path);
+      }
+      Close(lock);
+    }
+  }
+
+  // For what is to become `target`.
   Status Make(const fs::path& target)
   {
-    const std::string begin = "." + target.filename().string() + ".";
-    RemoveLeftovers(target.parent_path(), begin);
+    const auto begin = BeginOf(target);
     for (;;)
     {
-      const fs::path place = target.parent_path() / (begin + RandomLetters() + std::string(ending));
+      fs::path place = target.parent_path() / (begin + RandomLetters() + std::string(ending));
       if (::mkdir(place.c_str(), S_IRWXU) != 0)
       {
         if (errno == EEXIST)
@@ -142,18 +171,21 @@ public:
       }
       const int lock = Open(place);
       struct stat state = {};
+      const bool isKnown = lock >= 0 && ::fstat(lock, &state) == 0;
+      const int reason = errno;
       // Before it was locked another call may have taken it for a leftover.
-      if (lock >= 0 && (::flock(lock, LOCK_EX | LOCK_NB) == 0 || errno != EWOULDBLOCK) &&
-          ::fstat(lock, &state) == 0 && state.st_nlink > 0)
+      const bool isTaken =
+        lock >= 0 && ::flock(lock, LOCK_EX | LOCK_NB) != 0 && errno == EWOULDBLOCK;
+      if (isKnown && !isTaken && state.st_nlink > 0)
       {
-        this->Place = place;
+        this->Place = std::move(place); // not copied: memory may have run out
         this->Lock = lock;
         return {};
       }
-      const int reason = errno;
       Close(lock);
-      if (lock < 0 && reason != ENOENT)
+      if (!isKnown && reason != ENOENT)
       {
+        ::rmdir(place.c_str());
         return SystemError("cannot be written", reason, target.string());
       }
     }
@@ -161,10 +193,9 @@ public:
   HiddenFolder() = default;
   ~HiddenFolder()
   {
-    std::error_code failure;
     if (!this->Place.empty())
     {
-      fs::remove_all(this->Place, failure);
+      RemoveTree(this->Place);
     }
     Close(this->Lock);
   }
@@ -176,6 +207,10 @@ public:
 private:
   static constexpr std::string_view ending = ".new";
 
+  static std::string BeginOf(const fs::path& target)
+  {
+    return "." + target.filename().string() + ".";
+  }
   static int Open(const fs::path& folder)
   {
     return ::open(folder.c_str(), O_RDONLY | O_DIRECTORY | O_NOFOLLOW | O_CLOEXEC);
@@ -187,34 +222,6 @@ private:
       ::close(descriptor);
     }
   }
-  // Also of versions that did not use random letters.
-  static void RemoveLeftovers(const fs::path& parent, const std::string& begin)
-  {
-    std::vector<fs::path> left;
-    std::error_code failure;
-    for (fs::directory_iterator entry(parent, failure), end; entry != end; entry.increment(failure))
-    {
-      const std::string name = entry->path().filename().string();
-      const bool isPlain = name.size() + 1 == begin.size() + ending.size();
-      if ((isPlain || name.size() == begin.size() + randomLetters + ending.size()) &&
-          name.starts_with(begin) && name.ends_with(ending))
-      {
-        left.push_back(entry->path());
-      }
-    }
-    for (const fs::path& path : left)
-    {
-      const int lock = Open(path);
-      struct stat state = {};
-      if (lock >= 0 && ::fstat(lock, &state) == 0 && state.st_uid == ::geteuid() &&
-          ::flock(lock, LOCK_EX | LOCK_NB) == 0)
-      {
-        fs::remove_all(path, failure);
-      }
-      Close(lock);
-    }
-  }
-
   fs::path Place;
   int Lock = -1;
 };
@@ -255,7 +262,7 @@ public:
     std::error_code failure;
     if (!this->Hidden.Path().empty())
     {
-      fs::remove_all(this->Hidden.Path(), failure);
+      RemoveTree(this->Hidden.Path());
     }
     for (const auto& parent : this->Made)
     {
@@ -305,9 +312,8 @@ private:
 };
 
 // Of a model's files: of all, or of those with another digest than what is up.
-fs::path NewPartOf(const fs::path& folder, const std::string& model, const std::string& digest)
+fs::path NewPartOf(const fs::path& all, const std::string& digest)
 {
-  const auto all = folder / fs::path(protocol::ModelPath(model).substr(1)).parent_path();
   std::error_code failure;
   return fs::exists(all, failure) ? all / digest : all;
 }
@@ -486,16 +492,19 @@ Status PutTexts(
 Result<std::vector<ModelSummary>> ListWith(const fs::path& file, const ModelSummary& model)
 {
   std::vector<ModelSummary> models;
-  std::error_code failure;
-  if (fs::exists(file, failure))
+  const auto text = ReadWholeFile(file);
+  if (text)
   {
-    std::ifstream input(file, std::ios::binary);
-    auto list = ParseModelList(std::string(std::istreambuf_iterator<char>(input), {}));
+    auto list = ParseModelList(*text);
     if (!list)
     {
       return Error{ ErrorCode::InvalidInput, list.GetError().message, file.string() };
     }
     models = std::move(*list);
+  }
+  else if (text.GetError().code != ErrorCode::NotFound) // or it would lose the others
+  {
+    return text.GetError();
   }
   std::erase_if(models, [&](const ModelSummary& other) { return other.id == model.id; });
   models.push_back(model);
@@ -506,27 +515,23 @@ Result<std::vector<ModelSummary>> ListWith(const fs::path& file, const ModelSumm
 
 Status CopyPage(const fs::path& page, const fs::path& folder)
 {
+  const auto names = NamesIn(page);
+  KDSTREAM_TRY(names);
   std::error_code failure;
-  constexpr auto options = fs::directory_options::follow_directory_symlink;
-  for (fs::recursive_directory_iterator entry(page, options, failure), end;
-       !failure && entry != end; entry.increment(failure))
+  fs::create_directories(folder, failure); // where that fails, so does a file in it
+  for (const std::string& name : *names)
   {
-    const fs::path to = folder / entry->path().lexically_relative(page);
-    if (entry->is_directory(failure))
+    const fs::path from = page / name, to = folder / name;
+    if (fs::is_directory(from, failure))
     {
-      fs::create_directories(to, failure);
+      KDSTREAM_TRY(CopyPage(from, to));
       continue;
     }
-    std::ifstream file(entry->path(), std::ios::binary);
-    const std::string bytes(std::istreambuf_iterator<char>(file), {});
-    if (!file || file.bad())
-    {
-      return SystemError("the page cannot be copied", errno, entry->path().string());
-    }
-    KDSTREAM_TRY(HasBytes(to, bytes) ? Status{} : WriteWhole(to, bytes));
+    const auto bytes = ReadWholeFile(from);
+    KDSTREAM_TRY(bytes);
+    KDSTREAM_TRY(HasBytes(to, *bytes) ? Status{} : WriteWhole(to, *bytes));
   }
-  return failure ? Status(SystemError("the page cannot be copied", failure.value(), page.string()))
-                 : Status();
+  return {};
 }
 
 }
@@ -542,7 +547,10 @@ Result<ExportReport> ExportStore(const Store& store, const fs::path& folder,
   summary.notes = *notes ? (*notes)->notes.size() : 0;
   const auto models = ListWith(folder / protocol::modelListPath.substr(1), summary);
   KDSTREAM_TRY(models);
-  NewFolder part(NewPartOf(folder, options.model, told.digest));
+  const auto all = folder / fs::path(protocol::ModelPath(options.model).substr(1)).parent_path();
+  HiddenFolder::RemoveLeftovers(all);
+  HiddenFolder::RemoveLeftovers(all / told.digest);
+  NewFolder part(NewPartOf(all, told.digest));
   KDSTREAM_TRY(part.Make());
   Writer writer(folder, part, execution);
   KDSTREAM_TRY(PutBlobs(store, options.model, writer));

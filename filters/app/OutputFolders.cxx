@@ -2,6 +2,7 @@
 #include "filters/app/OutputFolders.h"
 
 #include "filters/core/SystemReason.h"
+#include "filters/files/Folders.h"
 
 #include <algorithm>
 #include <utility>
@@ -28,11 +29,14 @@ Result<OutputFolders> OutputFolders::Make(const std::filesystem::path& file)
   for (auto next = missing.rbegin(); next != missing.rend(); ++next)
   {
     // "a/b/" has the parent "a/b", and "." is there as soon as what it is in.
+    folders.Made.push_back(*next); // before: afterwards there may be no memory
     if (fs::create_directory(*next, status))
     {
-      folders.Made.push_back(*next);
+      KDSTREAM_TRY(SyncFolder(next->has_parent_path() ? next->parent_path() : "."));
+      continue;
     }
-    else if (status)
+    folders.Made.pop_back();
+    if (status)
     {
       return SystemError("cannot make the folder " + next->string(), status.value());
     }

@@ -10,6 +10,7 @@
 #include "filters/app/PrintStoreInfo.h"
 #include "filters/app/ReadAnyMesh.h"
 #include "filters/app/WriteTextured.h"
+#include "filters/core/CaughtError.h"
 #include "filters/core/MeshDistance.h"
 #include "filters/meshio/FileEnding.h"
 #include "filters/meshio/MeshWriter.h"
@@ -551,6 +552,7 @@ void AddDistance(CLI::App& distance, CommandLine& line)
 }
 
 int main(int argc, char** argv)
+try
 {
   CommandLine line;
   CLI::App app(description, "kdstream-store");
@@ -588,4 +590,8 @@ int main(int argc, char** argv)
              : exported->parsed() ? commands.Export()
                                   : commands.Extract();
     });
+}
+catch (...) // memory runs out before the work begins
+{
+  return kdstream::PrintError("kdstream-store", "", kdstream::CaughtError());
 }

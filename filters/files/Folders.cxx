@@ -3,11 +3,13 @@
 
 #include "filters/core/SystemReason.h"
 
+#include <dirent.h>
 #include <fcntl.h>
 #include <sys/stat.h>
 #include <unistd.h>
 
 #include <cerrno>
+#include <string_view>
 
 namespace kdstream
 {
@@ -29,6 +31,105 @@ Status Sync(const fs::path& path, int flags)
   const int reason = errno;
   ::close(descriptor);
   return failed ? Status{ SystemError("cannot be written", reason, path.string()) } : Status{};
+}
+
+// Reads the names of an open folder, which it closes in the end.
+class Entries
+{
+public:
+  explicit Entries(int descriptor)
+    : Folder(descriptor < 0 ? nullptr : ::fdopendir(descriptor))
+    , Reason(this->Folder ? 0 : errno)
+  {
+    if (!this->Folder && descriptor >= 0)
+    {
+      ::close(descriptor);
+    }
+  }
+  ~Entries()
+  {
+    if (this->Folder)
+    {
+      ::closedir(this->Folder);
+    }
+  }
+  Entries(const Entries&) = delete;
+  Entries& operator=(const Entries&) = delete;
+
+  // Null after the last one, and after a failure.
+  const char* Next()
+  {
+    for (;;)
+    {
+      errno = 0;
+      const dirent* const entry = this->Folder ? ::readdir(this->Folder) : nullptr;
+      if (!entry)
+      {
+        this->Reason = this->Folder ? errno : this->Reason;
+        return nullptr;
+      }
+      const std::string_view name = entry->d_name;
+      if (name != "." && name != "..")
+      {
+        return entry->d_name;
+      }
+    }
+  }
+  int Failure() const { return this->Reason; }
+  int Descriptor() const { return ::dirfd(this->Folder); }
+
+private:
+  DIR* Folder;
+  int Reason;
+};
+
+// Closes the folder.
+Status SyncBelow(int folder, const fs::path& path)
+{
+  Entries entries(folder);
+  while (const char* const name = entries.Next())
+  {
+    const fs::path below = path / name;
+    const int file = ::openat(
+      entries.Descriptor(), name, O_RDONLY | O_NOFOLLOW | O_NONBLOCK | O_NOCTTY | O_CLOEXEC);
+    struct stat state = {};
+    if (file >= 0 && ::fstat(file, &state) == 0 && S_ISDIR(state.st_mode))
+    {
+      KDSTREAM_TRY(SyncBelow(file, below));
+    }
+    else if (file >= 0)
+    {
+      ::close(file);
+    }
+    else if (errno == ELOOP)
+    {
+      continue; // a link
+    }
+    KDSTREAM_TRY(Sync(below, O_NOFOLLOW | O_NONBLOCK));
+  }
+  return entries.Failure() == 0
+           ? Status{}
+           : Status{ SystemError("cannot be read", entries.Failure(), path.string()) };
+}
+
+// Closes the folder.
+void RemoveBelow(int folder) noexcept
+{
+  Entries entries(folder);
+  while (const char* const name = entries.Next())
+  {
+    if (::unlinkat(entries.Descriptor(), name, 0) == 0)
+    {
+      continue;
+    }
+    const int child =
+      ::openat(entries.Descriptor(), name, O_RDONLY | O_DIRECTORY | O_NOFOLLOW | O_CLOEXEC);
+    if (child >= 0)
+    {
+      RemoveBelow(child);
+      ::unlinkat(entries.Descriptor(), name, AT_REMOVEDIR);
+    }
+  }
 }
 
 }
@@ -64,28 +165,43 @@ Status SyncFolder(const fs::path& folder)
 
 Status SyncTree(const fs::path& folder)
 {
-  // At once, so that the disk takes them in its own order; then nothing is left to do for each.
   const int descriptor = ::open(folder.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC);
   if (descriptor >= 0)
   {
+    // At once, so that the disk takes them in its own order; then nothing is left to do for each.
     (void)::syncfs(descriptor);
-    ::close(descriptor);
-  }
-  std::error_code failure;
-  for (fs::recursive_directory_iterator entry(folder, failure), end; !failure && entry != end;
-       entry.increment(failure))
-  {
-    if (entry->is_symlink(failure))
-    {
-      continue;
-    }
-    KDSTREAM_TRY(Sync(entry->path(), O_NOFOLLOW | O_NONBLOCK));
-  }
-  if (failure)
-  {
-    return SystemError("cannot be read", failure.value(), folder.string());
+    KDSTREAM_TRY(SyncBelow(descriptor, folder));
   }
   return SyncFolder(folder);
+}
+
+Result<std::vector<std::string>> NamesIn(const fs::path& folder)
+{
+  Entries entries(::open(folder.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC));
+  std::vector<std::string> names;
+  while (const char* const name = entries.Next())
+  {
+    names.emplace_back(name);
+  }
+  if (entries.Failure() != 0)
+  {
+    return SystemError("cannot be read", entries.Failure(), folder.string());
+  }
+  return names;
+}
+
+void RemoveTree(const fs::path& folder) noexcept
+{
+  bool isGone = false;
+  for (int attempt = 0; attempt < 2 && !isGone; ++attempt)
+  {
+    const int descriptor = ::open(folder.c_str(), O_RDONLY | O_DIRECTORY | O_NOFOLLOW | O_CLOEXEC);
+    if (descriptor >= 0)
+    {
+      RemoveBelow(descriptor);
+    }
+    isGone = ::rmdir(folder.c_str()) == 0 || ::unlink(folder.c_str()) == 0;
+  }
 }
 
 }

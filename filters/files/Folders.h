@@ -1,10 +1,13 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Folders: for one user alone, and made to outlast a power cut with all that is in them.
+// Folders: for one user alone, and made to outlast a power cut with all that is in them. By the
+// system's own calls: the iterators of std::filesystem end the process where memory runs out.
 #pragma once
 
 #include "filters/core/Result.h"
 
 #include <filesystem>
+#include <string>
+#include <vector>
 
 namespace kdstream
 {
@@ -20,5 +23,12 @@ Status SyncFolder(const std::filesystem::path& folder);
 // Waits until the disk has all files and folders below this one, and itself. Links are not
 // followed. Errors: InputOutput.
 Status SyncTree(const std::filesystem::path& folder);
+
+// What is in a folder, in no order. Errors: InputOutput.
+Result<std::vector<std::string>> NamesIn(const std::filesystem::path& folder);
+
+// Removes the folder and all below it, as far as that can be done. For destructors: does not throw
+// where memory runs out, and tries again.
+void RemoveTree(const std::filesystem::path& folder) noexcept;
 
 }

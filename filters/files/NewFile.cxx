@@ -2,6 +2,7 @@
 #include "filters/files/NewFile.h"
 
 #include "filters/core/SystemReason.h"
+#include "filters/files/Folders.h"
 #include "filters/files/RandomLetters.h"
 
 #include <fcntl.h>
@@ -34,10 +35,14 @@ std::filesystem::path FolderOf(const std::filesystem::path& target)
   return target.has_parent_path() ? target.parent_path() : ".";
 }
 
-bool IsLinked(int descriptor)
+Result<bool> IsLinked(int descriptor)
 {
   struct stat state = {};
-  return ::fstat(descriptor, &state) == 0 && state.st_nlink > 0;
+  if (::fstat(descriptor, &state) != 0)
+  {
+    return SystemError("cannot be written", errno);
+  }
+  return state.st_nlink > 0;
 }
 
 // The permissions that a new file begins with: whoever opens it now can read all that is written
@@ -82,16 +87,14 @@ void CloseFile(int& descriptor)
 void NewFile::RemoveLeftovers(const std::filesystem::path& target)
 {
   const std::string prefix = PrefixOf(target);
-  std::error_code ignored;
+  const auto names = NamesIn(FolderOf(target));
   std::vector<std::filesystem::path> left;
-  for (std::filesystem::directory_iterator entry(FolderOf(target), ignored), end; entry != end;
-       entry.increment(ignored))
+  for (const std::string& name : names ? *names : std::vector<std::string>())
   {
-    const std::string name = entry->path().filename().string();
     if (name.size() == prefix.size() + randomLetters + unfinished.size() &&
         name.starts_with(prefix) && name.ends_with(unfinished))
     {
-      left.push_back(entry->path());
+      left.push_back(FolderOf(target) / name);
     }
   }
   for (const std::filesystem::path& path : left)
@@ -156,6 +159,10 @@ Status NewFile::Make()
 {
   struct stat replaced = {};
   const bool replaces = ::stat(this->Place.c_str(), &replaced) == 0;
+  if (!replaces && errno != ENOENT) // then nobody knows what permissions it would need
+  {
+    return SystemError("cannot be written", errno);
+  }
   if (replaces && !S_ISREG(replaced.st_mode))
   {
     return Error{ ErrorCode::InputOutput, "cannot be written: it is not a regular file" };
@@ -170,7 +177,7 @@ Status NewFile::Make()
   const mode_t mode = FirstMode(this->Place, replaces ? &replaced : nullptr);
   for (;;)
   {
-    const std::filesystem::path name =
+    std::filesystem::path name =
       this->Folder() / (PrefixOf(this->Place) + RandomLetters() + std::string(unfinished));
     this->File = ::open(name.c_str(), O_RDWR | O_CREAT | O_EXCL | O_CLOEXEC | O_NOFOLLOW, mode);
     if (this->File < 0 && errno == EEXIST)
@@ -183,13 +190,15 @@ Status NewFile::Make()
     }
     // Before it was locked another writer may have taken it for a leftover.
     const bool taken = ::flock(this->File, LOCK_EX | LOCK_NB) != 0 && errno == EWOULDBLOCK;
-    if (!taken && IsLinked(this->File))
+    const Result<bool> linked = IsLinked(this->File);
+    if (!taken && linked && *linked)
     {
-      this->Temporary = name;
+      this->Temporary = std::move(name); // not copied: memory may have run out
       return {};
     }
     ::unlink(name.c_str());
     CloseFile(this->File);
+    KDSTREAM_TRY(linked);
   }
 }
 
@@ -223,7 +232,12 @@ int NewFile::WhyFull() const
 Status NewFile::Finish(Lasts lasts)
 {
   struct stat replaced = {};
-  if (::lstat(this->Place.c_str(), &replaced) == 0 && S_ISREG(replaced.st_mode))
+  const bool replaces = ::lstat(this->Place.c_str(), &replaced) == 0;
+  if (!replaces && errno != ENOENT)
+  {
+    return SystemError("cannot be written", errno);
+  }
+  if (replaces && S_ISREG(replaced.st_mode))
   {
     KDSTREAM_TRY(TakeOverAccess(this->File, replaced));
   }

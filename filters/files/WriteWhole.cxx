@@ -10,6 +10,7 @@
 
 #include <algorithm>
 #include <cerrno>
+#include <memory>
 #include <string>
 #include <vector>
 
@@ -109,6 +110,34 @@ bool HasBytes(const std::filesystem::path& file, std::string_view bytes)
     ::close(descriptor);
   }
   return same;
+}
+
+Result<std::string> ReadWholeFile(const std::filesystem::path& file)
+{
+  const int descriptor = ::open(file.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK | O_NOCTTY);
+  if (descriptor < 0)
+  {
+    const int reason = errno;
+    return reason == ENOENT || reason == ENOTDIR
+             ? Error{ ErrorCode::NotFound, "no such file", file.string() }
+             : SystemError("cannot be read", reason, file.string());
+  }
+  const auto close = [](const int* opened) { ::close(*opened); };
+  const std::unique_ptr<const int, decltype(close)> closed(&descriptor, close);
+  std::string bytes;
+  constexpr std::size_t some = std::size_t{ 1 } << 16;
+  for (ssize_t got = 1; got != 0;)
+  {
+    const std::size_t before = bytes.size();
+    bytes.resize(before + some);
+    got = ::read(descriptor, bytes.data() + before, some);
+    if (got < 0 && errno != EINTR)
+    {
+      return SystemError("cannot be read", errno, file.string());
+    }
+    bytes.resize(before + (got < 0 ? 0 : static_cast<std::size_t>(got)));
+  }
+  return bytes;
 }
 
 }

@@ -5,6 +5,7 @@
 #include "filters/core/Result.h"
 
 #include <filesystem>
+#include <string>
 #include <string_view>
 
 namespace kdstream
@@ -28,5 +29,8 @@ bool NamesDescriptor(const std::filesystem::path& file);
 
 // Whether it is a regular file of exactly these bytes.
 bool HasBytes(const std::filesystem::path& file, std::string_view bytes);
+
+// All of a file. Errors: NotFound, InputOutput.
+Result<std::string> ReadWholeFile(const std::filesystem::path& file);
 
 }

@@ -202,12 +202,14 @@ Result<std::filesystem::path> CheckOutput(
   {
     target = target.parent_path() / fs::read_symlink(target, status);
   }
-  // Also of files that are still to be made.
+  // Also of files that are still to be made; empty where it cannot be told.
   const auto place = [&](const fs::path& path)
   { return fs::weakly_canonical(fs::absolute(path, status), status); };
+  const fs::path there = place(target);
   for (const std::string& input : inputs)
   {
-    if (fs::equivalent(target, input, status) || (!input.empty() && place(target) == place(input)))
+    const bool isSame = !there.empty() && !input.empty() && there == place(input);
+    if (isSame || fs::equivalent(target, input, status))
     {
       return Error{ ErrorCode::InvalidArgument, "is " + input + " itself, and would replace it" };
     }

@@ -7,30 +7,45 @@
 #include <tbb/parallel_for.h>
 #include <tbb/task_arena.h>
 
+#include <cstddef>
 #include <memory>
+#include <mutex>
 
 namespace kdstream
 {
+namespace
+{
+
+// TBB runs as many threads as there are cores, unless it is told that there may be more. What tells
+// it stays until the process ends: where memory runs out, TBB can neither destroy it nor throw.
+void AllowThreads(int count)
+{
+  static std::mutex mutex;
+  static int allowed = tbb::info::default_concurrency();
+  static tbb::global_control* control = nullptr;
+  const std::lock_guard lock(mutex);
+  if (count > allowed)
+  {
+    delete control; // of two, the smaller number counts
+    control = nullptr;
+    control = new tbb::global_control(
+      tbb::global_control::max_allowed_parallelism, static_cast<std::size_t>(count));
+    allowed = count;
+  }
+}
+
+}
 
 Execution MakeTbbExecution(unsigned threads)
 {
-  // The control allows as many threads as are asked for, also more than there are cores.
-  struct Threads
-  {
-    tbb::global_control allowed;
-    tbb::task_arena arena;
-  };
   const int concurrency =
     threads == 0 ? tbb::info::default_concurrency() : static_cast<int>(threads);
-  const auto shared = std::shared_ptr<Threads>(
-    new Threads{ tbb::global_control(tbb::global_control::max_allowed_parallelism,
-                   static_cast<std::size_t>(concurrency)),
-      tbb::task_arena(concurrency) });
+  AllowThreads(concurrency);
+  const auto arena = std::make_shared<tbb::task_arena>(concurrency);
   Execution execution;
-  execution.parallelFor = [shared](
-                            std::size_t count, std::size_t grain, const Execution::Body& body)
+  execution.parallelFor = [arena](std::size_t count, std::size_t grain, const Execution::Body& body)
   {
-    shared->arena.execute(
+    arena->execute(
       [&]()
       {
         tbb::parallel_for(tbb::blocked_range<std::size_t>(0, count, grain),

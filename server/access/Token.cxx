@@ -8,13 +8,17 @@
 #include "filters/model/JsonWriter.h"
 
 #include <cjose/cjose.h>
+#include <malloc.h>
 #include <openssl/rand.h>
 
 #include <algorithm>
 #include <array>
 #include <cctype>
+#include <cstddef>
 #include <cstdlib>
+#include <cstring>
 #include <memory>
+#include <new>
 #include <optional>
 #include <utility>
 
@@ -26,6 +30,80 @@ namespace
 
 constexpr std::string_view tokenCharacters =
   "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789-_.";
+
+// Memory of cjose, which writes through the null pointer that it may be given: what the system
+// refuses it gets from here, and whoever called it throws. Nothing of it outlives a call.
+class Reserve
+{
+public:
+  // While one lives, nothing of the reserve is in use yet. From then on cjose asks here.
+  Reserve()
+  {
+    static const bool isSet = (cjose_set_alloc_funcs(&Take, &TakeAgain, &Give), true);
+    static_cast<void>(isSet);
+    used = 0;
+  }
+  // Throws std::bad_alloc if memory was refused: what cjose says then is not true.
+  static void Check()
+  {
+    if (used > 0)
+    {
+      throw std::bad_alloc();
+    }
+  }
+  static void Give(void* memory)
+  {
+    if (!IsOwn(memory))
+    {
+      std::free(memory);
+    }
+  }
+
+private:
+  // Several times what the longest token takes.
+  static constexpr std::size_t size = std::size_t{ 1 } << 17, step = alignof(std::max_align_t);
+  alignas(std::max_align_t) static inline thread_local std::array<char, size> bytes{};
+  static inline thread_local std::size_t used = 0;
+
+  static bool IsOwn(const void* memory)
+  {
+    return memory >= bytes.data() && memory < bytes.data() + size;
+  }
+  static void* TakeOwn(std::size_t wanted)
+  {
+    if (wanted > size - used)
+    {
+      return nullptr;
+    }
+    void* const memory = bytes.data() + used;
+    used += (wanted + step) / step * step; // also of 0
+    used = std::min(used, size);
+    return memory;
+  }
+  static void* Take(std::size_t wanted)
+  {
+    void* const memory = std::malloc(wanted);
+    return memory ? memory : TakeOwn(wanted);
+  }
+  static void* TakeAgain(void* memory, std::size_t wanted)
+  {
+    void* const larger = IsOwn(memory) ? nullptr : std::realloc(memory, wanted);
+    if (larger)
+    {
+      return larger;
+    }
+    void* const own = TakeOwn(wanted);
+    if (own && memory)
+    {
+      const auto* const from = static_cast<const char*>(memory);
+      const std::size_t had = IsOwn(memory) ? static_cast<std::size_t>(bytes.data() + size - from)
+                                            : ::malloc_usable_size(memory);
+      std::memmove(own, memory, std::min(wanted, had));
+      Give(memory);
+    }
+    return own;
+  }
+};
 
 struct Release
 {
@@ -89,7 +167,7 @@ std::optional<JsonDocument> ParseHeader(std::string_view token)
   {
     return std::nullopt;
   }
-  const std::unique_ptr<std::uint8_t, decltype(&std::free)> owned(bytes, &std::free);
+  const std::unique_ptr<std::uint8_t, decltype(&Reserve::Give)> owned(bytes, &Reserve::Give);
   return ParseObject(std::string(bytes, bytes + size));
 }
 
@@ -133,18 +211,23 @@ Jwk KeyOf(const std::string& secret)
 // What a token holds whose signature is right, as text.
 Result<std::string> ReadSigned(std::string_view token, const TokenKeys& keys)
 {
+  const Reserve reserve;
   const auto key = FindKey(token, keys);
+  Reserve::Check();
   KDSTREAM_TRY(key);
   const Jws jws(cjose_jws_import(token.data(), token.size(), nullptr));
   const Jwk jwk = KeyOf((*key)->secret);
+  Reserve::Check();
   if (!jwk)
   {
     return NotSigned();
   }
   std::uint8_t* text = nullptr;
   std::size_t size = 0;
-  if (!jws || !cjose_jws_verify(jws.get(), jwk.get(), nullptr) ||
-      !cjose_jws_get_plaintext(jws.get(), &text, &size, nullptr))
+  const bool isRight = jws && cjose_jws_verify(jws.get(), jwk.get(), nullptr) &&
+                       cjose_jws_get_plaintext(jws.get(), &text, &size, nullptr);
+  Reserve::Check();
+  if (!isRight)
   {
     return WrongToken("has a wrong signature");
   }
@@ -153,6 +236,7 @@ Result<std::string> ReadSigned(std::string_view token, const TokenKeys& keys)
 
 Result<std::string> Sign(const std::string& text, const TokenKeys::Key& key)
 {
+  const Reserve reserve;
   const JwsHeader header(cjose_header_new(nullptr));
   const Jwk jwk = KeyOf(key.secret);
   const auto set = [&header](const char* name, const std::string& value)

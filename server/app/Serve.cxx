@@ -486,6 +486,7 @@ int Serve(const std::string& program, ServeOptions& line)
 }
 
 int main(int argc, char** argv)
+try
 {
   ServeOptions line;
   CLI::App app(description, "kdstream-serve");
@@ -497,4 +498,8 @@ int main(int argc, char** argv)
   app.get_option("DIR")->required(serves);
   return RunProgram(app, argc, argv,
     [&] { return serves ? Serve(app.get_name(), line) : PrintToken(app.get_name(), token); });
+}
+catch (...) // memory runs out before the work begins
+{
+  return kdstream::PrintError("kdstream-serve", "", kdstream::CaughtError());
 }

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // kdstream-view: looks at the models of a server, or of this machine. The contract is
 // doc/cli.md#kdstream-view.
+#include "filters/core/CaughtError.h"
 #include "viewer/desktop/HeadlessView.h"
 #include "viewer/desktop/OpenSource.h"
 #include "viewer/desktop/ViewOptions.h"
@@ -80,6 +81,7 @@ Result<int> View(const std::string& program, ViewOptions options)
 }
 
 int main(int argc, char** argv)
+try
 {
   ViewOptions options;
   CLI::App app(description, "kdstream-view");
@@ -92,4 +94,8 @@ int main(int argc, char** argv)
       const Result<int> exitCode = View(app.get_name(), options);
       return exitCode ? *exitCode : PrintError(app.get_name(), "", exitCode.GetError());
     });
+}
+catch (...) // memory runs out before the work begins
+{
+  return kdstream::PrintError("kdstream-view", "", kdstream::CaughtError());
 }

@@ -7,6 +7,9 @@
 
 #include <sys/stat.h>
 
+#include <set>
+#include <string>
+
 using namespace kdstream;
 using fixtures::TemporaryFolder;
 namespace fs = std::filesystem;
@@ -54,4 +57,25 @@ TEST(Folders, AreWaitedForWithAllThatIsInThem)
   EXPECT_TRUE(SyncTree(folder.Path));
   EXPECT_TRUE(SyncFolder(folder / "a"));
   EXPECT_FALSE(SyncTree(folder / "none"));
+}
+
+TEST(Folders, AreListedAndRemovedWithAllThatIsInThem)
+{
+  const TemporaryFolder folder;
+  fs::create_directories(folder / "a/b");
+  std::ofstream(folder / "a/b/file") << "x";
+  std::ofstream(folder / "stays") << "x";
+  fs::create_symlink(folder / "stays", folder / "a/link");
+  fs::create_directory_symlink(folder.Path, folder / "a/out");
+  const auto names = NamesIn(folder / "a");
+  ASSERT_TRUE(names);
+  EXPECT_EQ(std::set<std::string>(names->begin(), names->end()),
+    (std::set<std::string>{ "b", "link", "out" }));
+  EXPECT_FALSE(NamesIn(folder / "none"));
+  RemoveTree(folder / "a");
+  EXPECT_FALSE(fs::exists(folder / "a"));
+  EXPECT_TRUE(fs::exists(folder / "stays")) << "links are not followed";
+  RemoveTree(folder / "none");
+  RemoveTree(folder / "stays"); // a file
+  EXPECT_FALSE(fs::exists(folder / "stays"));
 }

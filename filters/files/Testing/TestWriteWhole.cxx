@@ -88,3 +88,19 @@ TEST(WriteWhole, AFileThatIsThereIsNotWrittenAnew)
   EXPECT_EQ(ReadWhole(folder / "victim"), "precious");
   EXPECT_FALSE(fs::exists(folder / "nowhere"));
 }
+
+TEST(WriteWhole, AFileIsReadWholeOrNotThere)
+{
+  const TemporaryFolder folder;
+  const std::string bytes(200000, 'x');
+  ASSERT_TRUE(WriteWhole(folder / "a", bytes));
+  const auto read = ReadWholeFile(folder / "a");
+  ASSERT_TRUE(read);
+  EXPECT_EQ(*read, bytes);
+  const auto none = ReadWholeFile(folder / "b");
+  ASSERT_FALSE(none);
+  EXPECT_EQ(none.GetError().code, ErrorCode::NotFound);
+  const auto directory = ReadWholeFile(folder.Path);
+  ASSERT_FALSE(directory);
+  EXPECT_EQ(directory.GetError().code, ErrorCode::InputOutput);
+}

@@ -3,6 +3,7 @@
 #include "filters/outofcore/files/SpillFile.h"
 
 #include "filters/core/SystemReason.h"
+#include "filters/files/Folders.h"
 #include "filters/outofcore/files/LockedFolder.h"
 
 #define XXH_INLINE_ALL
@@ -290,8 +291,7 @@ SpillFolder::~SpillFolder()
   if (this->Ledger && !this->Ledger->keepFolder)
   {
     this->Ledger->Note(FileOperation::Remove);
-    std::error_code ignored;
-    std::filesystem::remove_all(this->Ledger->folder, ignored);
+    RemoveTree(this->Ledger->folder);
   }
 }
 

@@ -5,6 +5,7 @@
 #include "filters/outofcore/journal/BuildFolder.h"
 
 #include "filters/core/SystemReason.h"
+#include "filters/files/Folders.h"
 #include "filters/outofcore/journal/BuildFingerprint.h"
 
 #define XXH_INLINE_ALL
@@ -30,15 +31,12 @@ namespace
 
 namespace fs = std::filesystem;
 
-constexpr const char* journalName = "journal";
-
 // A locked file. It is removed while it is still locked: who locks it next has made another one.
 class FileLock
 {
 public:
-  FileLock(int descriptor, fs::path path, FileHook hook)
-    : Descriptor(descriptor)
-    , Path(std::move(path))
+  FileLock(fs::path path, FileHook hook)
+    : Path(std::move(path))
     , Hook(std::move(hook))
   {
   }
@@ -46,6 +44,10 @@ public:
   FileLock& operator=(const FileLock&) = delete;
   ~FileLock()
   {
+    if (this->Descriptor < 0)
+    {
+      return;
+    }
     if (this->Hook)
     {
       this->Hook(FileOperation::Remove);
@@ -54,21 +56,27 @@ public:
     close(this->Descriptor);
   }
 
+  void Hold(int descriptor) { this->Descriptor = descriptor; }
+
 private:
-  int Descriptor;
+  int Descriptor = -1;
   fs::path Path;
   FileHook Hook;
 };
 
-bool IsSameFile(int descriptor, const fs::path& path)
+Result<bool> IsSameFile(int descriptor, const fs::path& path)
 {
   struct stat opened = {}, named = {};
-  return fstat(descriptor, &opened) == 0 && stat(path.c_str(), &named) == 0 &&
-         opened.st_dev == named.st_dev && opened.st_ino == named.st_ino;
+  if (fstat(descriptor, &opened) != 0 || (stat(path.c_str(), &named) != 0 && errno != ENOENT))
+  {
+    return SystemError(path.string() + " cannot be examined", errno);
+  }
+  return opened.st_dev == named.st_dev && opened.st_ino == named.st_ino;
 }
 
 Result<std::shared_ptr<void>> Lock(const fs::path& path, const FileHook& hook)
 {
+  const auto lock = std::make_shared<FileLock>(path, hook); // before: afterwards memory may run out
   for (;;)
   {
     const int descriptor =
@@ -89,11 +97,14 @@ Result<std::shared_ptr<void>> Lock(const fs::path& path, const FileHook& hook)
       return SystemError(path.string() + " cannot be locked", reason);
     }
     // Whoever had it before may have removed it in between.
-    if (IsSameFile(descriptor, path))
+    const Result<bool> isSame = IsSameFile(descriptor, path);
+    if (isSame && *isSame)
     {
-      return std::shared_ptr<void>(std::make_shared<FileLock>(descriptor, path, hook));
+      lock->Hold(descriptor);
+      return std::shared_ptr<void>(lock);
     }
     close(descriptor);
+    KDSTREAM_TRY(isSame);
   }
 }
 
@@ -129,7 +140,7 @@ std::int64_t TimeOf(const struct stat& state)
   return std::int64_t{ state.st_mtim.tv_sec } * 1000000000 + state.st_mtim.tv_nsec;
 }
 
-Status SyncFolder(const fs::path& path)
+Status SyncBuildFolder(const fs::path& path)
 {
   const int descriptor = open(path.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC);
   if (descriptor < 0 || fsync(descriptor) != 0)
@@ -197,9 +208,9 @@ Result<BuildFolder> BuildFolder::Open(
   {
     hook(FileOperation::Create);
   }
-  KDSTREAM_TRY(OfFile(disk, MakeFolder(path)));
   auto ledger = std::make_shared<detail::SpillLedger>();
   ledger->folder = path;
+  KDSTREAM_TRY(OfFile(disk, MakeFolder(path)));
   ledger->hook = std::move(hook);
   ledger->lock = std::move(*lock);
   ledger->sums = true;
@@ -237,7 +248,7 @@ BuildFolder::~BuildFolder()
   {
     // First: without it nothing else counts, wherever this ends.
     this->Folder.Ledger->Note(FileOperation::Remove);
-    unlink((this->Folder.Path() / journalName).c_str());
+    unlink(this->JournalPath.c_str());
   }
 }
 
@@ -287,8 +298,7 @@ Status BuildFolder::TakeUp(std::string_view fingerprint, bool resume)
   else
   {
     this->Folder.Ledger->Note(FileOperation::Remove);
-    std::error_code ignored;
-    fs::remove_all(this->Folder.Path() / journalName, ignored); // whatever has its name
+    RemoveTree(this->JournalPath); // whatever has its name
     this->Journal.fingerprint = fingerprint;
   }
   std::uint64_t next = 0;
@@ -330,26 +340,20 @@ void BuildFolder::RemoveUnnamed()
     }
   }
   named.insert(journalName);
-  std::error_code ignored;
-  std::vector<fs::path> unnamed;
-  for (fs::directory_iterator entry(this->Folder.Path(), ignored), end; entry != end;
-       entry.increment(ignored))
+  const auto found = NamesIn(this->Folder.Path());
+  for (const std::string& name : found ? *found : std::vector<std::string>())
   {
-    if (!named.count(entry->path().filename().string()))
+    if (!named.count(name))
     {
-      unnamed.push_back(entry->path());
+      this->Folder.Ledger->Note(FileOperation::Remove);
+      RemoveTree(this->Folder.Path() / name);
     }
-  }
-  for (const fs::path& path : unnamed)
-  {
-    this->Folder.Ledger->Note(FileOperation::Remove);
-    fs::remove_all(path, ignored);
   }
 }
 
 Result<PhaseJournal> BuildFolder::ReadJournal() const
 {
-  const fs::path path = this->Folder.Path() / journalName;
+  const fs::path path = this->JournalPath;
   struct stat state = {};
   if (lstat(path.c_str(), &state) != 0 || !S_ISREG(state.st_mode))
   {
@@ -377,7 +381,7 @@ Status BuildFolder::WriteJournal(const PhaseJournal& journal)
   KDSTREAM_TRY(file->Write(0, bytes));
   KDSTREAM_TRY(file->Sync());
   this->Folder.Ledger->Note(FileOperation::Rename);
-  if (rename(file->Path.c_str(), (this->Folder.Path() / journalName).c_str()) != 0)
+  if (rename(file->Path.c_str(), this->JournalPath.c_str()) != 0)
   {
     return SystemError(
       file->Describe() + " cannot be renamed", errno, this->Folder.Path().parent_path());
@@ -385,7 +389,7 @@ Status BuildFolder::WriteJournal(const PhaseJournal& journal)
   file->Kept = true;
   this->Folder.Ledger->onDisk -= bytes.size(); // the journal is no spill file
   this->Folder.Ledger->Note(FileOperation::Sync);
-  return SyncFolder(this->Folder.Path());
+  return SyncBuildFolder(this->Folder.Path());
 }
 
 const JournalPhase* BuildFolder::Find(std::string_view phase) const

@@ -123,6 +123,7 @@ public:
 private:
   explicit BuildFolder(SpillFolder folder)
     : Folder(std::move(folder))
+    , JournalPath(this->Folder.Path() / journalName)
   {
   }
 
@@ -142,7 +143,10 @@ private:
   Result<SpillFile> OpenKept(
     const std::filesystem::path& path, std::string_view purpose, const JournalFile& file) const;
 
+  static constexpr const char* journalName = "journal";
+
   SpillFolder Folder;
+  std::filesystem::path JournalPath; // the destructor has no memory for it
   PhaseJournal Journal;
   Found Earlier = Found::Nothing;
   bool Lost = false;

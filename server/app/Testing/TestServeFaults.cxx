@@ -2,9 +2,9 @@
 // kdstream-serve on a system that fails it: the disk, descriptors, memory, the log's reader, the
 // clock, TLS. What fails is the request that needs it and no other; it is said and counted; and all
 // is well again when the system is, without a restart.
+#include "Testing/Faults/Faults.h"
 #include "Testing/Fixtures/Eventually.h"
 #include "filters/model/ModelJson.h"
-#include "server/app/Testing/Faults.h"
 #include "server/app/Testing/ServeProcess.h"
 #include "server/http/Testing/HttpTestClient.h"
 #include "server/http/Testing/SelfSigned.h"
@@ -19,8 +19,11 @@
 #include <cerrno>
 #include <chrono>
 #include <condition_variable>
+#include <cstdlib>
 #include <fstream>
+#include <iostream>
 #include <mutex>
+#include <random>
 #include <set>
 #include <thread>
 
@@ -240,28 +243,6 @@ TEST_F(Faulty, ADiskThatCannotBeRead)
   EXPECT_EQ(serve.ErrorLine(), warning(100)) << "said again, after it had been well";
 }
 
-TEST_F(Faulty, ADiskThatHangsDoesNotKeepItFromEnding)
-{
-  this->BuildGrid("grid.kds");
-  Process serve(this->Arguments({ "--drain", "1" }));
-  const auto port = serve.Port();
-  HttpTestClient client(port);
-  const auto blob = BlobOf(client, 5, "grid");
-  this->faults->struck = 0;
-  this->faults->reading = Faults::hangs;
-  HttpTestClient waiting(port);
-  waiting.Send("GET " + blob + " HTTP/1.1\r\nHost: a\r\n\r\n");
-  const auto until = std::chrono::steady_clock::now() + std::chrono::minutes(1);
-  while (this->faults->struck == 0)
-  {
-    ASSERT_LT(std::chrono::steady_clock::now(), until);
-    std::this_thread::sleep_for(std::chrono::milliseconds(1));
-  }
-  serve.Signal(SIGTERM);
-  EXPECT_EQ(serve.ErrorLine(), "kdstream-serve: warning: it ends before all answers are finished");
-  EXPECT_EQ(serve.Wait(), 0);
-}
-
 // The disk of one store: all else is served, the folder is followed, and the signals are heeded.
 TEST_F(Faulty, ADiskThatHangsOnOneStore)
 {
@@ -371,7 +352,7 @@ TEST_F(Faulty, NoMemoryForAConnection)
   HttpTestClient client(port);
   const auto list = client.Get("/api/models.json")->body;
   this->faults->leastBytes = 2000;
-  this->faults->allocation = 1;
+  this->faults->allocation = ENOMEM;
   // A connection needs more: it is ended, and the next accepted.
   EXPECT_FALSE(HttpTestClient(port).Get("/api/models.json"));
   EXPECT_EQ(client.Get("/api/models.json")->body, list) << "who is in stays in";
@@ -395,7 +376,7 @@ TEST_F(Faulty, MemoryThatFailsNowAndThen)
   const auto whole = before.Get(blob)->body;
   for (const std::uint64_t every : { 997u, 331u, 101u, 53u, 29u, 17u, 11u, 7u })
   {
-    this->faults->allocation = every;
+    this->faults->allocation.FailEvery(every, ENOMEM);
     for (int round = 0; round < 20; ++round)
     {
       HttpTestClient client(port);
@@ -440,6 +421,107 @@ TEST_F(Faulty, MemoryThatFailsNowAndThen)
   stream.Close();
   serve.Signal(SIGTERM);
   EXPECT_EQ(serve.Wait(), 0);
+}
+
+// Each call that a session makes of the system fails in its turn, alone or with the thirty after
+// it (as long as nothing works at all, whoever comes waits): it gets answers or loses its
+// connection, no place stays taken, and the next session is served. A seeded part of the calls in
+// every test run, all with KDSTREAM_ALL_FAULTS=1.
+TEST_F(Faulty, EachStepOfASession)
+{
+  constexpr unsigned deadline = 600; // seconds: a client that waits for ever ends the test
+  ::alarm(deadline);
+  std::ofstream(this->folder / "index.html") << "home";
+  std::ofstream(this->folder / "page") << "page";
+  this->BuildGrid("grid.kds");
+  const auto fields = "Authorization: Bearer " + this->MakeToken() + "\r\n";
+  Process serve(this->Arguments({ "--web", this->folder, "--access-log",
+    this->folder / "access.log", "--tokens", this->keys, "--quota-file", this->folder / "quotas.db",
+    "--quota-bytes", "1G", "--admin", "127.0.0.1:0" }));
+  const auto admin = serve.AdminPort();
+  const auto port = serve.Port();
+  const auto token = fields.substr(fields.find("ey"), fields.size() - fields.find("ey") - 2);
+  const auto digest = (*Store::Open(this->stores / "grid.kds"))->Info().digest;
+  std::uint32_t partition = 0;
+  const auto session = [&]
+  {
+    partition = (partition + 1) % 128;
+    const auto blob = protocol::BlobPath("grid", digest, protocol::BlobId::Partition(partition));
+    int served = 0;
+    {
+      HttpTestClient client(port);
+      for (const auto& target : { std::string("/page"), std::string("/api/models.json"), blob })
+      {
+        const auto answer = client.Get(target, fields);
+        EXPECT_TRUE(!answer || answer->status == 200 || answer->status >= 500) << answer->status;
+        served += answer && answer->status == 200 ? 1 : 0;
+        if (!answer)
+        {
+          break;
+        }
+      }
+    }
+    StreamTestClient stream(port);
+    if (!stream.Open(std::string(protocol::streamSubprotocol) + ", " + token))
+    {
+      return served;
+    }
+    stream.Ask({ 1, protocol::OpenRequest{ "grid" } });
+    served += stream.Await(1).opened ? 1 : 0;
+    stream.Ask({ 2, protocol::PartitionsRequest{ { partition } } });
+    served += stream.Await(2).blobs.size() == 1 ? 1 : 0;
+    stream.Ask({ 3, protocol::RegionRequest{ partition, 1, {} } });
+    served += stream.Await(3).end ? 1 : 0;
+    stream.Close();
+    return served;
+  };
+  constexpr int whole = 6;
+  ASSERT_EQ(session(), whole);
+  const bool all = std::getenv("KDSTREAM_ALL_FAULTS") != nullptr;
+  std::minstd_rand random(13);
+  const std::pair<Fault Faults::*, int> kinds[] = { { &Faults::allocation, ENOMEM },
+    { &Faults::reading, EIO }, { &Faults::writing, ENOSPC }, { &Faults::opening, EMFILE },
+    { &Faults::looking, EIO }, { &Faults::accepting, EMFILE }, { &Faults::mapping, ENOMEM } };
+  for (const auto& [kind, reason] : kinds)
+  {
+    (this->faults->*kind) = 0;
+    EXPECT_EQ(session(), whole);
+    const std::uint64_t calls = (this->faults->*kind).calls;
+    constexpr std::uint64_t sample = 12;
+    const auto tries = all ? calls : std::min(calls, sample);
+    std::uint64_t lost = 0;
+    for (std::uint64_t i = 0; i < 2 * tries; ++i)
+    {
+      const auto call = all ? i / 2 + 1 : 1 + random() % calls;
+      if (kind == &Faults::accepting && i % 2 == 1)
+      {
+        continue; // nobody would come in
+      }
+      (this->faults->*kind).Fail(reason, call, i % 2 == 0 ? call : call + 30);
+      lost += session() < whole ? 1 : 0;
+      this->faults->Clear();
+      ASSERT_TRUE(HttpTestClient(port).Get("/healthz")) << "call " << call << " of " << calls;
+    }
+    std::cout << "errno " << reason << ": " << calls << " calls, " << 2 * tries << " sessions, "
+              << lost << " that lost something\n";
+    const auto end = std::chrono::steady_clock::now() + std::chrono::seconds(10);
+    for (int served = 0; served != whole && std::chrono::steady_clock::now() < end;)
+    {
+      served = session(); // what could not be had is not tried again at once
+      EXPECT_TRUE(served == whole || std::chrono::steady_clock::now() < end);
+    }
+  }
+  const auto end = std::chrono::steady_clock::now() + std::chrono::seconds(10);
+  while (Count(admin, "kdstream_connections") + Count(admin, "kdstream_streams") > 0 &&
+         std::chrono::steady_clock::now() < end)
+  {
+    std::this_thread::sleep_for(std::chrono::milliseconds(10));
+  }
+  EXPECT_EQ(Count(admin, "kdstream_connections"), 0u) << "no place stays taken";
+  EXPECT_EQ(Count(admin, "kdstream_streams"), 0u);
+  serve.Signal(SIGTERM);
+  EXPECT_EQ(serve.Wait(), 0);
+  ::alarm(0);
 }
 
 TEST_F(Faulty, AFullDisk)
@@ -505,49 +587,48 @@ TEST_F(Faulty, QuotasWhoseFolderGoesAndComes)
   EXPECT_EQ(serve.Wait(), 0);
 }
 
-// By streams, so that tokens are read while there is memory: cjose does not bear the want of it.
 TEST_F(Faulty, QuotasWhileMemoryFailsNowAndThen)
 {
   this->BuildGrid("grid.kds");
-  const auto token = this->MakeToken();
+  const auto fields = "Authorization: Bearer " + this->MakeToken() + "\r\n";
   Process serve(this->Arguments({ "--tokens", this->keys, "--quota-file",
     this->folder / "quotas.db", "--quota-partitions", "50%" })); // 64 of 128
   const auto port = serve.Port();
-  const auto subprotocols = std::string(protocol::streamSubprotocol) + ", " + token;
-  const auto has = [](StreamTestClient& stream, std::uint32_t request, std::uint32_t partition)
+  std::vector<std::string> blobs;
   {
-    stream.Ask({ request, protocol::PartitionsRequest{ { partition } } });
-    return stream.Await(request).blobs.size() == 1;
-  };
-  std::set<std::uint32_t> had;
-  std::uint32_t asked = 0;
-  for (const std::uint64_t every : { 101u, 53u, 37u, 29u, 23u, 19u, 17u, 13u, 11u, 7u })
+    HttpTestClient client(port);
+    const auto first = BlobOf(client, 0, "grid", fields);
+    for (std::uint32_t partition = 0; partition < 128; ++partition)
+    {
+      blobs.push_back(first.substr(0, first.size() - 1) + std::to_string(partition));
+    }
+  }
+  std::set<std::size_t> had;
+  std::size_t asked = 0;
+  for (const std::uint64_t every : { 331u, 211u, 101u, 53u, 47u, 43u, 41u, 37u, 31u, 29u })
   {
+    this->faults->allocation.FailEvery(every, ENOMEM);
     for (int i = 0; i < 6; ++i, ++asked)
     {
-      StreamTestClient stream(port); // which may end by it
-      ASSERT_TRUE(stream.Open(subprotocols));
-      stream.Ask({ 1, protocol::OpenRequest{ "grid" } });
-      ASSERT_TRUE(stream.Await(1).opened);
-      this->faults->allocation = every;
-      if (has(stream, 2, asked))
+      HttpTestClient client(port);
+      const auto answer = client.Get(blobs[asked], fields);
+      if (answer && answer->status == 200)
       {
         had.insert(asked);
       }
-      this->faults->allocation = 0;
     }
+    this->faults->allocation = 0;
   }
-  EXPECT_GT(this->faults->struck, 20u);
   this->faults->Clear();
   // What was entered and did not arrive may be had again.
-  std::set<std::uint32_t> all;
-  for (std::uint32_t partition = 0; partition < 128; ++partition)
+  HttpTestClient client(port);
+  std::set<std::size_t> all;
+  for (std::size_t partition = 0; partition < blobs.size(); ++partition)
   {
-    StreamTestClient stream(port); // which a refusal ends
-    ASSERT_TRUE(stream.Open(subprotocols));
-    stream.Ask({ 1, protocol::OpenRequest{ "grid" } });
-    ASSERT_TRUE(stream.Await(1).opened);
-    if (has(stream, 2, partition))
+    const auto answer = client.Get(blobs[partition], fields);
+    ASSERT_TRUE(answer);
+    EXPECT_TRUE(answer->status == 200 || answer->status == 403) << answer->status;
+    if (answer->status == 200)
     {
       all.insert(partition);
     }
@@ -709,7 +790,7 @@ TEST_F(Faulty, MemoryThatFailsNowAndThenUnderTls)
   const std::string end = "\r\n\r\n";
   for (const std::uint64_t every : { 997u, 331u, 101u, 53u, 29u, 17u, 7u })
   {
-    this->faults->allocation = every;
+    this->faults->allocation.FailEvery(every, ENOMEM);
     for (int round = 0; round < 20; ++round)
     {
       TlsTestClient client(port);

@@ -1,0 +1,135 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// What the library of faults (FaultShim.cxx), which is loaded before all others of a program, does
+// to it: told by a file that the program and its test have mapped.
+#pragma once
+
+#include <fcntl.h>
+#include <sys/mman.h>
+#include <unistd.h>
+
+#include <array>
+#include <atomic>
+#include <cerrno>
+#include <cstdint>
+#include <cstdlib>
+#include <new>
+#include <utility>
+
+namespace kdstream
+{
+
+inline constexpr const char* faultsVariable = "KDSTREAM_FAULTS"; // the file's path
+// Without such a file: "KIND,CALL,once|on,ERRNO", to see one failure again (in a debugger, too).
+inline constexpr const char* faultVariable = "KDSTREAM_FAULT";
+// A file that gets what the program does to files: Recording.h.
+inline constexpr const char* recordVariable = "KDSTREAM_RECORD";
+// "READ,WRITE": two descriptors. Where they are given, main runs in a child of its own for each
+// byte that comes, and how it ended (waitpid's status) goes back.
+inline constexpr const char* runsVariable = "KDSTREAM_RUNS";
+
+// Calls of one kind, and which of them fail.
+struct Fault
+{
+  std::atomic<std::uint64_t> calls{ 0 }; // so far
+  std::atomic<int> reason{ 0 };          // the errno of those that fail; 0: none does
+  // Of the calls, from 1, those between these two fail, or only every so manieth of them.
+  std::atomic<std::uint64_t> first{ 1 }, last{ ~std::uint64_t{ 0 } }, every{ 1 };
+
+  void operator=(int why) { this->Fail(why, 1, ~std::uint64_t{ 0 }); } // from now on
+  void FailEvery(std::uint64_t so, int why)
+  {
+    this->Fail(why, 1, ~std::uint64_t{ 0 });
+    this->every = so;
+  }
+  void Fail(int why, std::uint64_t begin, std::uint64_t end)
+  {
+    this->reason = 0;
+    this->calls = 0;
+    this->first = begin;
+    this->last = end;
+    this->every = 1;
+    this->reason = why;
+  }
+};
+
+struct Faults
+{
+  Fault reading;   // of regular files: read, pread, fread is left out
+  Fault writing;   // to regular files but stdout and stderr: write, pwrite, copy_file_range
+  Fault opening;   // of any file or folder, to read
+  Fault creating;  // or opening to write, folders too
+  Fault looking;   // stat and its kin
+  Fault syncing;   // fsync, fdatasync
+  Fault sizing;    // ftruncate, fallocate
+  Fault renaming;  // rename, link
+  Fault removing;  // unlink, rmdir
+  Fault owning;    // fchmod, fchown, flock
+  Fault mapping;   // mmap
+  Fault starting;  // of threads
+  Fault accepting; // of connections
+  Fault tls;       // SSL_new
+  Fault allocation;
+  // What is asked of files and folders whose path has this word in it does not come back while
+  // `hanging` is not 0: a disk, or another machine's, that does not answer.
+  static constexpr const char* hangingWord = "hangs";
+  std::atomic<int> hanging{ 0 };
+  std::atomic<std::uint64_t> leastBytes{ 0 }; // of the allocations that fail
+  // The system's time is so many seconds ahead of what it is.
+  std::atomic<std::int64_t> ahead{ 0 };
+
+  // How often any of them has struck.
+  std::atomic<std::uint64_t> struck{ 0 };
+
+  void Clear();
+};
+
+// All kinds, by the names that tests give them.
+inline constexpr std::array<std::pair<const char*, Fault Faults::*>, 15> faultKinds{ {
+  { "allocation", &Faults::allocation },
+  { "reading", &Faults::reading },
+  { "writing", &Faults::writing },
+  { "opening", &Faults::opening },
+  { "creating", &Faults::creating },
+  { "looking", &Faults::looking },
+  { "syncing", &Faults::syncing },
+  { "sizing", &Faults::sizing },
+  { "renaming", &Faults::renaming },
+  { "removing", &Faults::removing },
+  { "owning", &Faults::owning },
+  { "mapping", &Faults::mapping },
+  { "starting", &Faults::starting },
+  { "accepting", &Faults::accepting },
+  { "tls", &Faults::tls },
+} };
+
+inline void Faults::Clear()
+{
+  for (const auto& [name, kind] : faultKinds)
+  {
+    (this->*kind) = 0;
+  }
+  this->hanging = 0;
+  this->leastBytes = 0;
+  this->ahead = 0;
+}
+
+// The file, mapped; made if it is not there. Null where that fails.
+inline Faults* MapFaults(const char* path, bool isNew)
+{
+  const int file = ::open(path, O_RDWR | O_CLOEXEC | (isNew ? O_CREAT : 0), 0600);
+  if (file < 0)
+  {
+    return nullptr;
+  }
+  void* place = isNew && ::ftruncate(file, sizeof(Faults)) != 0
+                  ? MAP_FAILED
+                  : ::mmap(nullptr, sizeof(Faults), PROT_READ | PROT_WRITE, MAP_SHARED, file, 0);
+  ::close(file);
+  if (place == MAP_FAILED)
+  {
+    return nullptr;
+  }
+  return isNew ? new (place) Faults : static_cast<Faults*>(place);
+}
+
+}

@@ -1,0 +1,55 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// What a power cut leaves of a folder, at any moment of a program's work.
+//
+// The system promises no more than this: the bytes of a file that were there at its last fsync, and
+// the names in a folder that were there at that of the folder. Of all that came later each sector
+// (512 bytes) may be there or not, in any order, and so may each new size, name, or change of a
+// name. What was never written may be zeros, or what the disk had there before.
+#pragma once
+
+#include "Testing/Faults/FaultyProgram.h"
+#include "Testing/Faults/Recording.h"
+
+#include <cstdint>
+#include <filesystem>
+#include <map>
+#include <memory>
+#include <random>
+#include <string>
+#include <vector>
+
+namespace kdstream::fixtures
+{
+
+class PowerCut
+{
+public:
+  // Reads what the library of faults has written down. folder: that is looked at, as it was before
+  // the program ran (`inodes` too), all of it on the disk.
+  PowerCut(const std::filesystem::path& record, const std::filesystem::path& folder,
+    const FileTree& before, const std::map<std::string, std::uint64_t>& inodes);
+
+  // How many moments there are: a cut comes before the first deed, after it, …, after the last.
+  std::size_t Moments() const { return this->Deeds.size() + 1; }
+  // What is found in the folder if the power is cut after so many deeds. Seed 0: nothing that was
+  // not made durable is there; 1: all is; others: some of it.
+  FileTree After(std::size_t deeds, std::uint32_t seed) const;
+  // The deeds, a line each, for who looks for the cause.
+  std::string Describe(std::size_t deeds) const;
+
+private:
+  struct Deed
+  {
+    FileRecord record;
+    std::string path, path2, data;
+  };
+  std::filesystem::path Folder;
+  FileTree Before;
+  std::map<std::string, std::uint64_t> Inodes;
+  std::vector<Deed> Deeds;
+};
+
+// The inodes of the files and folders of a tree, "" for the folder itself.
+std::map<std::string, std::uint64_t> ReadInodes(const std::filesystem::path& folder);
+
+}

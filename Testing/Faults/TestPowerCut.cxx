@@ -1,0 +1,161 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// The power is cut at each moment of a program's work: what it replaces is there as it was, or as
+// it was to be, and never neither; once the program has ended, as it was to be. What is left does
+// not keep it from being done again. With KDSTREAM_ALL_FAULTS=1 more of what a cut may leave is
+// tried.
+#include "Testing/Faults/Operations.h"
+#include "Testing/Faults/PowerCut.h"
+
+#include <gtest/gtest.h>
+
+#include <iostream>
+
+using namespace kdstream;
+
+namespace
+{
+
+using fixtures::FaultyProgram;
+using fixtures::FileTree;
+using fixtures::Operation;
+
+bool Is(const FileTree& tree, const std::string& name, const std::string& content)
+{
+  const auto found = tree.find(name);
+  return found != tree.end() && found->second == content;
+}
+
+// A list or a description of an export names files: those that it names are there.
+std::string WrongInExport(const FileTree& left, const FileTree& after)
+{
+  for (const char* const telling : { "web/up/api/models.json", "web/up/api/models.json.gz",
+         "web/up/api/models/a/model.json", "web/up/api/models/a/model.json.gz" })
+  {
+    const auto told = after.find(telling);
+    if (told == after.end() || !Is(left, telling, told->second))
+    {
+      continue;
+    }
+    for (const auto& [name, content] : after)
+    {
+      const bool isOfModel = name.starts_with("web/up/api/models/a/") && !name.ends_with('/') &&
+                             name.find('.') == name.npos;
+      if (isOfModel && !Is(left, name, content))
+      {
+        return std::string(telling) + " is as after, but not " + name;
+      }
+    }
+  }
+  return "";
+}
+
+// Each file is whole, before or after; isDone: after.
+std::string Wrong(const FileTree& before, const FileTree& after, const FileTree& left, bool isDone)
+{
+  for (const auto& [name, content] : after)
+  {
+    const auto old = before.find(name);
+    if (name.ends_with('/') || Is(left, name, content))
+    {
+      continue;
+    }
+    if (isDone)
+    {
+      return name + " is not durable";
+    }
+    const bool isOld = old == before.end() ? left.count(name) == 0 : Is(left, name, old->second);
+    if (!isOld)
+    {
+      return name + (left.count(name) == 0 ? " is lost" : " is neither as before nor as after");
+    }
+  }
+  for (const auto& [name, content] : before)
+  {
+    if (after.count(name) == 0 && left.count(name) != 0 && !Is(left, name, content))
+    {
+      return name + " was to be removed, and is damaged";
+    }
+  }
+  return WrongInExport(left, after);
+}
+
+class PowerCuts : public testing::TestWithParam<const char*>
+{
+};
+
+}
+
+TEST_P(PowerCuts, OldOrNewNeverNeither)
+{
+  const Operation& operation = fixtures::OperationOf(GetParam());
+  const fixtures::TemporaryFolder folder, records;
+  const std::string record = records / "record";
+  fixtures::WriteTree(folder.Path, operation.before);
+  const auto before = fixtures::ReadTree(folder.Path); // with all folders
+  const auto inodes = fixtures::ReadInodes(folder.Path);
+  {
+    FaultyProgram program(fixtures::faultLibrary, folder.Path,
+      fixtures::ProgramPath(operation.program), operation.arguments, record);
+    ASSERT_EQ(program.Run().exitCode, 0);
+  }
+  const auto after = fixtures::ReadTree(folder.Path);
+  const fixtures::PowerCut cut(record, folder.Path, before, inodes);
+  ASSERT_GT(cut.Moments(), 5u);
+  ASSERT_EQ(cut.After(cut.Moments() - 1, 1), after) << "what is written down is all that was done";
+
+  const bool all = std::getenv("KDSTREAM_ALL_FAULTS") != nullptr;
+  const std::uint32_t seeds = all ? 40 : 4;
+  std::map<std::string, std::string> found;
+  std::uint64_t states = 0, again = 0;
+  FaultyProgram program(fixtures::faultLibrary, folder.Path,
+    fixtures::ProgramPath(operation.program), operation.arguments);
+  for (std::size_t deeds = 0; deeds < cut.Moments(); ++deeds)
+  {
+    for (std::uint32_t seed = 0; seed < seeds; ++seed, ++states)
+    {
+      const auto left =
+        cut.After(deeds, seed < 2 ? seed : static_cast<std::uint32_t>(deeds) * seeds + seed);
+      const auto wrong = Wrong(before, after, left, deeds + 1 == cut.Moments());
+      if (!wrong.empty())
+      {
+        found.emplace(wrong, "after " + std::to_string(deeds) + " deeds, seed " +
+                               std::to_string(seed) + "\n" + cut.Describe(deeds));
+      }
+      const auto stride = all ? 97u : 997u;
+      if (!wrong.empty() || states % stride != 0)
+      {
+        continue;
+      }
+      ++again;
+      fixtures::WriteTree(folder.Path, left);
+      const auto outcome = program.Run();
+      const auto now = fixtures::ReadTree(folder.Path);
+      std::string problem = outcome.exitCode == 0 ? "" : "it fails: " + outcome.err;
+      for (const auto& [name, content] : after)
+      {
+        problem +=
+          Is(now, name, content) || !problem.empty() ? "" : name + " is not as it should be";
+      }
+      if (!problem.empty())
+      {
+        found.emplace("done again, " + problem,
+          "after " + std::to_string(deeds) + " deeds, seed " + std::to_string(seed));
+      }
+    }
+  }
+  std::cout << operation.name << ": " << cut.Moments() << " moments, " << states << " states, "
+            << again << " times done again, " << found.size() << " kinds of wrong" << std::endl;
+  std::size_t told = 0;
+  for (const auto& [wrong, how] : found)
+  {
+    if (++told <= 5)
+    {
+      ADD_FAILURE() << operation.name << ": " << wrong << "\n" << how;
+    }
+  }
+}
+
+INSTANTIATE_TEST_SUITE_P(All, PowerCuts,
+  testing::Values("build", "rebuild", "external", "edit", "extract", "notes", "export",
+    "exportagain", "exportanother"),
+  [](const auto& tested) { return std::string(tested.param); });
