@@ -61,7 +61,8 @@ Status CheckLayout(sqlite3* database)
 {
   const auto same = HasSchema(database, cacheLayout);
   KDSTREAM_TRY(same);
-  return *same ? Status{} : Status{ Error{ ErrorCode::Damaged, "has other tables than a cache" } };
+  return *same ? Status{}
+               : Status{ Error{ ErrorCode::Unsupported, "has other tables than a cache" } };
 }
 
 // What the last call on a database came to.
@@ -158,7 +159,7 @@ Result<Database> OpenTables(const fs::path& file, bool& isDamaged)
   {
     return database;
   }
-  isDamaged = IsDamaged(database->get()) || prepared.GetError().code == ErrorCode::Damaged;
+  isDamaged = IsDamaged(database->get()) || prepared.GetError().code == ErrorCode::Unsupported;
   return Error{ ErrorCode::InputOutput,
     IsBusy(database->get()) ? "another program is writing to it" : prepared.GetError().message,
     file.string() };
