@@ -135,7 +135,7 @@ endfunction()
 
 # The tests of one library: a GoogleTest program that is built of their sources, and an entry of ctest for each source, of the
 # same name (Testing/Main.cxx runs the tests of one source).
-#   kdstream_add_tests(CoreTests LABEL unit TESTS Testing/TestKdTree Testing/TestRegion LINK KdStream::core …)
+#   kdstream_add_tests(CoreTests LABEL unit TESTS TestKdTree TestRegion LINK KdStream::core …)
 # LABEL is unit, render or e2e. SOURCES are what the tests share, DEPENDS the programs that they start, LAUNCHER is what starts
 # the tests, as xvfb-run. KDSTREAM_PROGRAMS is defined as the folder of all programs. Further labels are for
 # the sources named after them, or for ALL: HOSTILE reads bytes of strangers and runs with the address sanitizer too, THREADS
