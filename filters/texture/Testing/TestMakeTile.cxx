@@ -47,7 +47,8 @@ Scene RandomScene(unsigned seed)
   Scene scene;
   for (std::size_t i = 0; i < 3; ++i)
   {
-    scene.pictures.push_back(RandomPicture(random, 20 + random() % 60, 20 + random() % 60));
+    const std::size_t height = 20 + random() % 60, width = 20 + random() % 60; // compilers differ
+    scene.pictures.push_back(RandomPicture(random, width, height));
   }
   scene.paint.pictures = 3;
   for (std::uint32_t i = 0; i < 6; ++i)
