@@ -52,6 +52,12 @@ bool FailsNow()
   return memory;
 }
 
+// Sorts take their buffers by this one.
+[[gnu::noinline]] void* operator new(std::size_t bytes, const std::nothrow_t& /*no throw*/) noexcept
+{
+  return FailsNow() ? nullptr : std::malloc(bytes > 0 ? bytes : 1);
+}
+
 [[gnu::noinline]] void operator delete(void* memory) noexcept
 {
   std::free(memory);
