@@ -292,6 +292,7 @@ TEST(TestDiskCache, ABusyFileIsNotADamagedOne)
   ASSERT_TRUE(FindSoon(*before, Key(1)));
   sqlite3* other = nullptr;
   ASSERT_EQ(sqlite3_open((folder / "blobs.sqlite").c_str(), &other), SQLITE_OK);
+  sqlite3_busy_timeout(other, 60000); // the cache writes too, when something was found
   ASSERT_EQ(sqlite3_exec(other, "BEGIN IMMEDIATE", nullptr, nullptr, nullptr), SQLITE_OK);
   const auto busy = DiskCache::Open(folder.Path, plenty);
   ASSERT_TRUE(busy) << busy.GetError().message;
