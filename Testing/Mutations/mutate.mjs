@@ -68,7 +68,10 @@ const restore = () => {
   for (const [file, text] of whole) writeFileSync(file, text)
   whole.clear()
 }
-process.on('SIGINT', () => { restore(); process.exit(130) })
+for (const signal of ['SIGINT', 'SIGTERM']) {
+  process.on(signal, () => { restore(); process.exit(130) })
+}
+const heedSignals = () => new Promise(resolve => setImmediate(resolve)) // what runs below blocks them
 
 let caught = 0, survived = 0
 while (caught + survived < Number(count)) {
@@ -80,11 +83,13 @@ while (caught + survived < Number(count)) {
   const line = text.slice(0, place.offset).split('\n').length
   const name = `${place.file}:${line}: '${place.old}' becomes '${place.new}'`
   const built = spawnSync('cmake', ['--build', build, '--target', ...tests], { encoding: 'utf8' })
+  await heedSignals()
   if (built.status === 0) {
     let by = ''
     for (const test of tests) {
       const run = spawnSync(`${build}/bin/${test}`, ['--gtest_fail_fast', '--gtest_brief=1'],
         { encoding: 'utf8', timeout: 600000, maxBuffer: 1 << 28 })
+      await heedSignals()
       if (run.status !== 0) {
         by = /\[  FAILED  \] (\S+)/.exec(run.stdout)?.[1] ?? `${test} (${run.signal ?? run.error?.code ?? run.status})`
         break
