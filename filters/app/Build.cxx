@@ -14,6 +14,7 @@
 #include "filters/texture/Picture.h"
 
 #include <chrono>
+#include <filesystem>
 #include <iostream>
 
 namespace
@@ -85,9 +86,12 @@ Result<BuildReport> BuildFrom(BuildCommand& line, const std::filesystem::path& s
   const std::string ending = FileEnding(line.input);
   for (const std::filesystem::path& named : converted->Named())
   {
-    // Buffers hold a glTF's mesh; pictures do not, nor do materials.
+    // Buffers hold a glTF's mesh; pictures do not, nor do materials. What is not there, or lies
+    // elsewhere, was not read: it can only be a picture.
+    std::error_code failure;
     if ((ending == ".gltf" || ending == ".glb") &&
-        TypeOfName(named.string()) == PictureType::Unknown)
+        TypeOfName(named.string()) == PictureType::Unknown &&
+        std::filesystem::is_regular_file(named, failure))
     {
       line.build.inputFiles.push_back(named);
     }
