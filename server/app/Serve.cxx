@@ -19,11 +19,11 @@
 #include <unistd.h>
 
 #include <algorithm>
+#include <chrono>
 #include <csignal>
 #include <cstdlib>
 #include <iostream>
 #include <string_view>
-#include <thread>
 
 namespace
 {

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // A slot is free when its client has gone or its limits are over, though a disk hangs, a client
 // sends on and on, or a timer is lost.
+#include "Testing/Fixtures/Eventually.h"
 #include "server/http/ServerState.h"
 #include "server/http/Testing/ClientFrames.h"
 #include "server/http/Testing/RawSocket.h"
@@ -25,24 +26,10 @@ protected:
     this->options.admin = ListenAddress{};
   }
 
-  template <class Condition>
-  static bool Await(const Condition& condition)
-  {
-    const auto until = std::chrono::steady_clock::now() + RawSocket::patience;
-    while (!condition())
-    {
-      if (std::chrono::steady_clock::now() > until)
-      {
-        return false;
-      }
-      std::this_thread::sleep_for(5ms);
-    }
-    return true;
-  }
   bool AwaitMetric(const std::string& line)
   {
     HttpTestClient first(this->AdminPort());
-    return Await(
+    return fixtures::Eventually(
       [&]
       {
         HttpTestClient admin(this->AdminPort());
@@ -85,7 +72,7 @@ TEST_F(ConnectionSlots, AStreamsIsFreeThoughADiskHangs)
     client.Send(TextFrame(R"({"type":"open","request":1,"model":"dragon"})"));
     ASSERT_TRUE(client.ReceiveUntil("opened", answer, RawSocket::patience));
     client.Send(TextFrame(R"({"type":"partitions","request":2,"partitions":[3]})"));
-    ASSERT_TRUE(Await([this] { return this->model->hanging > 0; }));
+    ASSERT_TRUE(fixtures::Eventually([this] { return this->model->hanging > 0; }));
     EXPECT_TRUE(this->AwaitMetric("kdstream_streams 1"));
   }
   EXPECT_TRUE(this->AwaitMetric("kdstream_streams 0"));
@@ -100,7 +87,7 @@ TEST_F(ConnectionSlots, ARequestsIsFreeWhenItsClientIsReset)
   this->model->diskHangs = true;
   RawSocket client(port);
   client.Send(this->GetBlob());
-  ASSERT_TRUE(Await([this] { return this->model->hanging > 0; }));
+  ASSERT_TRUE(fixtures::Eventually([this] { return this->model->hanging > 0; }));
   EXPECT_TRUE(this->AwaitMetric("kdstream_connections 1"));
   client.Reset();
   EXPECT_TRUE(this->AwaitMetric("kdstream_connections 0"));
@@ -123,7 +110,7 @@ TEST_F(ConnectionSlots, AReaderIsNotWaitedForForEver)
   EXPECT_TRUE(this->AwaitMetric("kdstream_connections 0"));
   this->EndHanging();
   // Once the disk answers again; until then one is told to ask again.
-  EXPECT_TRUE(Await(
+  EXPECT_TRUE(fixtures::Eventually(
     [&] {
       return HttpTestClient(port).Get(this->Blob(protocol::BlobId::Partition(3)))->status == 200;
     }));
