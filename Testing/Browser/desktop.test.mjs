@@ -229,7 +229,7 @@ const glideRest = 10.5;
 // New vertices glide to their places, and arrive; not where a person wants nothing to move by itself.
 test("new vertices glide", async () => {
   const glidesSeen = async (reducedMotion) => {
-    const visit = await Visit.desktop(browser, { reducedMotion });
+    const visit = await Visit.desktop(browser, { reducedMotion, viewport: { width: 640, height: 400 } });
     const { page } = visit;
     await visit.open(server.url);
     await visit.untilIdle();

@@ -10,7 +10,7 @@ import { join } from "node:path";
 import { after, afterEach, before, beforeEach, test } from "node:test";
 import { setFlagsFromString } from "node:v8";
 import { runInNewContext } from "node:vm";
-import { Pixels, Server, Visit, buildStore, eventually, launchBrowser, makeModels, pause, portrait, runProgram, temporaryFolder } from "./harness.mjs";
+import { Pixels, Server, Visit, buildStore, eventually, launchBrowser, makeModels, pause, runProgram, temporaryFolder } from "./harness.mjs";
 
 const megabyte = 1e6;
 const small = 32; // MB
@@ -31,7 +31,7 @@ after(() => browser?.close());
 
 beforeEach(async () => {
   server = await Server.start(models);
-  visit = await Visit.phone(browser, portrait, { deviceScaleFactor: 1 });
+  visit = await Visit.phone(browser);
   session = await visit.page.context().newCDPSession(visit.page);
 });
 
@@ -167,7 +167,7 @@ async function assertRightPicture() {
   await visit.untilIdle();
   const link = await linkToView();
   const seen = await visit.around(await visit.centre());
-  const other = await Visit.phone(browser, portrait, { deviceScaleFactor: 1 });
+  const other = await Visit.phone(browser);
   try {
     await other.open(`${server.url}/?memory=${small}${link}`);
     await other.until("the same view", ({ mode, idle, shownLevel }) => mode === "full screen" && idle && shownLevel !== null);
