@@ -90,7 +90,7 @@ test("home and back", async () => {
   const moved = await seen();
   assert.ok(!await same(first, moved));
   await visit.picture("desktop-6-moved");
-  const beside = { x: middle.x - 600, y: middle.y + 300 };
+  const beside = { x: middle.x - 440, y: middle.y + 220 };
   const ways = {
     button: [() => page.click("#home"), () => page.click("#undo")],
     key: [() => page.keyboard.press("h"), () => page.keyboard.press("u")],

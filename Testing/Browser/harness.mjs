@@ -183,8 +183,8 @@ export async function eventually(what, ask, good = Boolean) {
 
 export const portrait = { width: 412, height: 915 };
 export const landscape = { width: 915, height: 412 };
-// As phones have it. Where a test is not about pixels, a phone has one pixel a point: here the processor draws.
-export const sharpScreen = { deviceScaleFactor: 3 };
+// As many phones have it. Where a test is not about pixels, a phone has one pixel a point: here the processor draws.
+export const sharpScreen = { deviceScaleFactor: 2 };
 
 export function launchBrowser(...options) {
   return chromium.launch({
