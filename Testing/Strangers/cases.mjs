@@ -125,7 +125,10 @@ const floats = (rows) => Buffer.from(new Float32Array(rows.flat()).buffer);
 
 const utf16 = (text) => Buffer.from(`\ufeff${text}`, "utf16le");
 const mtl = (first, second) => [first, second].map((name, i) => `newmtl ${name}\nKd ${shiny[i].join(" ")}\n`).join("");
-const twoMaterials = (first, second) => `mtllib a.mtl\n${objOf(corners, [])}usemtl ${first}\n${objOf([], quads.slice(0, 3))}usemtl ${second}\n${objOf([], quads.slice(3))}`;
+// Two cubes that share no vertex, whose colours would mix.
+const twoMaterials = (first, second) => ["mtllib a.mtl", objOf([...corners, ...corners.map(([x, y, z]) => [x + 5, y, z])], []),
+  `usemtl ${first}`, objOf([], quads), `usemtl ${second}`, objOf([], quads.map((quad) => quad.map((i) => i + 8)))].join("\n");
+const twoCubes = { triangles: 24, volume: 16 };
 const twoColors = [[255, 0, 0], [0, 0, 255]];
 
 const one = (name, file, bytes, right, rest = {}) => ({ name, file, files: { [file]: bytes }, right, ...rest });
@@ -161,8 +164,12 @@ export const cases = [
     { triangles: 0 }, { says: /behind/ }),
   one("a LAS that counts fewer points than it has", "a.las", las({ told: 100 }), { triangles: 0 }, { says: /100/ }),
   one("a LAS of 8 bits but for one value", "a.las", las({ color: (i) => (i ? [200, 100, 50] : [256, 100, 50]) }), { triangles: 0 }),
-  { name: "materials with # in their names", file: "a.obj", files: { "a.obj": twoMaterials("a#1", "a#2"), "a.mtl": mtl("a#1", "a#2") }, right: cube, colors: twoColors },
-  { name: "a library with a byte order mark", file: "a.obj", files: { "a.obj": twoMaterials("p", "q"), "a.mtl": `\ufeff${mtl("p", "q")}` }, right: cube, colors: twoColors },
+  { name: "materials with # in their names", file: "a.obj", files: { "a.obj": twoMaterials("a#1", "a#2"), "a.mtl": mtl("a#1", "a#2") }, right: twoCubes, colors: twoColors },
+  { name: "a library with a byte order mark", file: "a.obj", files: { "a.obj": twoMaterials("p", "q"), "a.mtl": `\ufeff${mtl("p", "q")}` }, right: twoCubes, colors: twoColors },
+  { name: "names with blanks and quotes", file: "a.obj", files: { "a.obj": twoMaterials("red paint", "blue paint").replace("a.mtl", '"my colours.mtl"'),
+    "my colours.mtl": mtl("red paint", "blue paint") }, right: twoCubes, colors: twoColors },
+  { name: "a library in another case, behind a backslash", file: "a.obj", files: { "a.obj": twoMaterials("p", "q").replace("a.mtl", "C:\\work\\A.MTL"),
+    "a.mtl": mtl("p", "q") }, right: twoCubes, colors: twoColors },
   one("a glTF whose node mirrors", "a.glb", glb([{ mesh: 0, scale: [-1, 1, 1], translation: [4, 0, 0] }, { mesh: 0 }]), { volume: 16 }),
   one("a glTF with nodes in nodes, far away", "a.glb",
     glb([{ children: [1], translation: [500000.25, 120.5, -4649776.75] }, { mesh: 0, rotation: [0, 0, h, h], scale: [0.01, 0.02, 0.03] }]), { volume: 8 * 6e-6 }),
