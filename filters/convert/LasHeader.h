@@ -17,7 +17,8 @@ namespace kdstream
 struct LasHeader
 {
   std::uint64_t pointsBegin = 0; // in the file
-  std::uint64_t points = 0;
+  std::uint64_t points = 0;      // as the header counts them
+  std::uint64_t pointsEnd = 0; // of the file's room for points: there may be more than are counted
   std::size_t pointBytes = 0;
   unsigned format = 0;
   Vec3 scale{}, offset{};

@@ -35,6 +35,7 @@ public:
   Result<ForeignMesh> Read(const Execution& execution)
   {
     constexpr std::size_t pointsAtOnce = 4096; // a block of them fits what Peek takes
+    KDSTREAM_TRY(this->LookBehindPoints());
     this->Source.Seek(this->Header.pointsBegin);
     this->Reserve(static_cast<std::size_t>(this->Header.points));
     const std::size_t atOnce = std::max<std::size_t>(
@@ -63,6 +64,43 @@ public:
   }
 
 private:
+  // What the header does not count. Zeros fill up a block; what is as long as whole points is
+  // points.
+  Status LookBehindPoints()
+  {
+    const std::uint64_t counted =
+      this->Header.pointsBegin + this->Header.points * this->Header.pointBytes;
+    const std::uint64_t rest = this->Header.pointsEnd - counted;
+    this->Source.Seek(counted);
+    bool zeros = true;
+    for (std::uint64_t done = 0; zeros && done < rest;)
+    {
+      const auto view = this->Source.Peek(
+        static_cast<std::size_t>(std::min<std::uint64_t>(ByteSource::blockSize, rest - done)));
+      KDSTREAM_TRY(view);
+      const std::string_view bytes = view->substr(0, rest - done);
+      zeros = !bytes.empty() && bytes.find_first_not_of('\0') == std::string_view::npos;
+      this->Source.Consume(bytes.size());
+      done += bytes.size();
+    }
+    const std::uint64_t more = zeros ? 0 : rest / this->Header.pointBytes;
+    if (more > 0 && rest % this->Header.pointBytes == 0)
+    {
+      this->Output.tolerance.Count(
+        Lapse::NotCounted, more, "point " + std::to_string(this->Header.points));
+      this->Header.points += more;
+    }
+    else
+    {
+      this->Output.tolerance.Count(
+        zeros ? Lapse::PaddedEnd : Lapse::BytesBehindEnd, rest, "byte " + std::to_string(counted));
+    }
+    return this->Header.points < noVertex
+             ? Status()
+             : Error{ ErrorCode::LimitExceeded,
+                 std::to_string(this->Header.points) + " points are more than a model may have" };
+  }
+
   void Reserve(std::size_t points)
   {
     this->Points.reserve(points);
@@ -96,8 +134,11 @@ private:
     {
       auto& color = this->Colors.emplace_back();
       std::memcpy(color.data(), point + *this->ColorPlace, sizeof(color));
-      this->BrightestChannel =
-        std::max(this->BrightestChannel, *std::max_element(color.begin(), color.end()));
+      for (const std::uint16_t channel : color)
+      {
+        this->DimChannels += channel > 0 && channel <= 255 ? 1 : 0;
+        this->BrightChannels += channel > 255 ? 1 : 0;
+      }
     }
   }
 
@@ -121,12 +162,12 @@ private:
     {
       return Error{ ErrorCode::InvalidInput, "all of its points are marked as withheld" };
     }
-    ForeignMesh result;
+    ForeignMesh result = std::move(this->Output);
     result.mesh.scalarType = ScalarType::Float64;
     result.mesh.points = std::move(this->Points);
-    if (this->BrightestChannel > 0)
+    if (this->DimChannels + this->BrightChannels > 0)
     {
-      this->AddColors(result.mesh);
+      this->AddColors(result);
     }
     this->AddArray(result, "intensity", AttributeType::UInt16, this->Intensities);
     this->AddArray(result, "classification", AttributeType::UInt8, this->Classes);
@@ -141,16 +182,35 @@ private:
     return result;
   }
 
-  // 16 bits a channel; but many writers put 8 bits into them.
-  void AddColors(Mesh& mesh)
+  // 16 bits a channel; but many writers put 8 bits into them: most of the channels that are not 0
+  // decide.
+  void AddColors(ForeignMesh& result)
   {
-    const unsigned shift = this->BrightestChannel > 255 ? 8 : 0;
-    Attribute& colors = mesh.attributes.emplace_back(MakeColors(this->Colors.size()));
+    const bool eightBits = this->DimChannels > this->BrightChannels;
+    if (eightBits && this->BrightChannels > 0)
+    {
+      result.tolerance.Tell("colours are read as of 8 bits, as most of their channels are: " +
+                            std::to_string(this->BrightChannels) + " of " +
+                            std::to_string(this->DimChannels + this->BrightChannels) +
+                            " are above 255 and count as 255");
+    }
+    else if (!eightBits && this->DimChannels > this->BrightChannels / 8)
+    {
+      result.tolerance.Tell("colours are read as of 16 bits, as most of their channels are: " +
+                            std::to_string(this->DimChannels) + " of " +
+                            std::to_string(this->DimChannels + this->BrightChannels) +
+                            " would fit 8 bits and become black");
+    }
+    Attribute& colors = result.mesh.attributes.emplace_back(MakeColors(this->Colors.size()));
     auto out = colors.values.begin();
     for (const auto& color : this->Colors)
     {
       out = std::transform(color.begin(), color.end(), out,
-        [shift](std::uint16_t channel) { return static_cast<std::uint8_t>(channel >> shift); });
+        [eightBits](std::uint16_t channel)
+        {
+          return static_cast<std::uint8_t>(
+            eightBits ? std::min<std::uint16_t>(channel, 255) : channel >> 8U);
+        });
     }
   }
 
@@ -161,7 +221,8 @@ private:
   std::vector<std::uint16_t> Intensities;
   std::vector<std::uint8_t> Classes, Returns;
   std::vector<std::array<std::uint16_t, 3>> Colors;
-  std::uint16_t BrightestChannel = 0;
+  ForeignMesh Output;
+  std::uint64_t DimChannels = 0, BrightChannels = 0; // to 255, and above
   std::uint64_t Withheld = 0;
 };
 
