@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Point clouds of laser scanners: uncompressed LAS. Step "convert" of the README's picture.
+#include "filters/convert/BytesBehind.h"
 #include "filters/convert/ForeignMesh.h"
 #include "filters/convert/LasHeader.h"
 #include "filters/convert/PointAttributes.h"
@@ -64,37 +65,15 @@ public:
   }
 
 private:
-  // What the header does not count. Zeros fill up a block; what is as long as whole points is
-  // points.
+  // What the header does not count.
   Status LookBehindPoints()
   {
     const std::uint64_t counted =
       this->Header.pointsBegin + this->Header.points * this->Header.pointBytes;
-    const std::uint64_t rest = this->Header.pointsEnd - counted;
-    this->Source.Seek(counted);
-    bool zeros = true;
-    for (std::uint64_t done = 0; zeros && done < rest;)
-    {
-      const auto view = this->Source.Peek(
-        static_cast<std::size_t>(std::min<std::uint64_t>(ByteSource::blockSize, rest - done)));
-      KDSTREAM_TRY(view);
-      const std::string_view bytes = view->substr(0, rest - done);
-      zeros = !bytes.empty() && bytes.find_first_not_of('\0') == std::string_view::npos;
-      this->Source.Consume(bytes.size());
-      done += bytes.size();
-    }
-    const std::uint64_t more = zeros ? 0 : rest / this->Header.pointBytes;
-    if (more > 0 && rest % this->Header.pointBytes == 0)
-    {
-      this->Output.tolerance.Count(
-        Lapse::NotCounted, more, "point " + std::to_string(this->Header.points));
-      this->Header.points += more;
-    }
-    else
-    {
-      this->Output.tolerance.Count(
-        zeros ? Lapse::PaddedEnd : Lapse::BytesBehindEnd, rest, "byte " + std::to_string(counted));
-    }
+    const auto more = LookBehind(this->Source, counted, this->Header.pointsEnd,
+      this->Header.pointBytes, this->Header.points, this->Output.tolerance);
+    KDSTREAM_TRY(more);
+    this->Header.points += *more;
     return this->Header.points < noVertex
              ? Status()
              : Error{ ErrorCode::LimitExceeded,
