@@ -241,6 +241,10 @@ int Convert(const CLI::App& app, const CommandLine& line)
   {
     std::cerr << program << ": warning: " << line.input << ": " << warning << "\n";
   }
+  for (const std::string& warning : read->tolerance.Warnings())
+  {
+    std::cerr << program << ": warning: " << line.input << ": " << warning << "\n";
+  }
   if (!line.progressLines && !read->baked && app.count("--texture-pixels") > 0)
   {
     std::cerr << program << ": warning: " << line.input

@@ -153,6 +153,11 @@ struct Transform
     both.origin = this->Of(inner.origin);
     return both;
   }
+  bool IsIdentity() const
+  {
+    const Transform none;
+    return this->axes == none.axes && this->origin == none.origin;
+  }
   double Determinant() const { return Dot(this->axes[0], Cross(this->axes[1], this->axes[2])); }
   // Of normals: the inverse's transpose, times the determinant.
   Vec3 TurnNormal(const Vec3& n) const
@@ -827,11 +832,12 @@ private:
   void AddPart(ForeignMesh part, const Transform& placed)
   {
     Mesh& mesh = part.mesh;
+    const bool identity = placed.IsIdentity();
     Box before, after;
     for (Vec3& point : mesh.points)
     {
       before.Add(point);
-      point = placed.Of(point);
+      point = identity ? point : placed.Of(point); // -0 stays
       after.Add(point);
     }
     this->Largest = std::max(this->Largest, LargestOf(before));
