@@ -40,7 +40,7 @@ constexpr const char* footer =
   "Formats:\n"
   "  .ply .stl .obj  as kdstream-build reads them\n"
   "  .vtp .vtk       of VTK; of a grid the surface\n"
-  "  .wrl            VRML 2\n"
+  "  .wrl            VRML 2 and 1, where Coin is there\n"
   "  .glb .gltf      the default scene; textures are baked to colours of vertices\n"
   "  .pcd            of PCL\n"
   "  .las            of laser scanners; compressed ones (.laz) are not read\n"

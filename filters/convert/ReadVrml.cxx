@@ -44,7 +44,7 @@ namespace kdstream
 namespace
 {
 
-constexpr std::uint64_t mostBytes = std::uint64_t{ 1 } << 31; // Coin counts in int
+constexpr std::uint64_t mostVrmlBytes = std::uint64_t{ 1 } << 31; // Coin counts in int
 constexpr std::size_t deepestNodes = 2000;
 constexpr std::uint64_t mostNodes = 50'000'000; // that are gone through, each time they are used
 constexpr std::size_t deepestInlines = 8, mostInlines = 1000;
@@ -413,7 +413,7 @@ private:
   {
     Result<ByteSource> source = ByteSource::Open(file);
     KDSTREAM_TRY(source);
-    if (source->Size() >= mostBytes)
+    if (source->Size() >= mostVrmlBytes)
     {
       return Error{ ErrorCode::LimitExceeded,
         std::to_string(source->Size()) + " bytes; at most 2147483647 can be read of VRML" };

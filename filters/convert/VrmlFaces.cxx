@@ -15,12 +15,12 @@ namespace kdstream
 namespace
 {
 
-constexpr std::uint32_t none = noVertex;
-constexpr std::uint32_t unset = noVertex - 1;
+constexpr std::uint32_t noValue = noVertex;
+constexpr std::uint32_t unsetValue = noVertex - 1;
 
 // Numbers of colour, normal and texture coordinate.
 using Values = std::array<std::uint32_t, 3>;
-constexpr Values noValues{ none, none, none };
+constexpr Values noValues{ noValue, noValue, noValue };
 
 class FacesReader
 {
@@ -35,7 +35,7 @@ public:
   {
     Mesh& mesh = this->Out.mesh;
     mesh.points.assign(this->Faces.points.begin(), this->Faces.points.end());
-    this->ValuesOf.assign(mesh.points.size(), { unset, unset, unset });
+    this->ValuesOf.assign(mesh.points.size(), { unsetValue, unsetValue, unsetValue });
     for (std::size_t begin = 0; begin < this->Faces.index.size();)
     {
       const auto rest = this->Faces.index.subspan(begin);
@@ -61,7 +61,7 @@ private:
   {
     if (channel.count == 0)
     {
-      return none;
+      return noValue;
     }
     const std::size_t in = channel.perVertex ? at : this->Face;
     std::int64_t value = channel.perVertex ? vertex : std::int64_t(this->Face);
@@ -72,7 +72,7 @@ private:
     if (value < 0 || value >= std::int64_t(channel.count))
     {
       this->Lacks = true;
-      return none;
+      return noValue;
     }
     return static_cast<std::uint32_t>(value);
   }
@@ -119,7 +119,7 @@ private:
 
   Result<VertexId> VertexOf(VertexId point, const Values& values)
   {
-    if (this->ValuesOf[point][0] == unset)
+    if (this->ValuesOf[point][0] == unsetValue)
     {
       this->ValuesOf[point] = values;
     }
@@ -145,7 +145,7 @@ private:
   // Of a vertex that no face uses: what its own number names.
   Values ValuesAt(std::size_t vertex) const
   {
-    if (this->ValuesOf[vertex][0] != unset)
+    if (this->ValuesOf[vertex][0] != unsetValue)
     {
       return this->ValuesOf[vertex];
     }
@@ -154,7 +154,7 @@ private:
     {
       const VrmlChannel& channel = *this->Channels()[k];
       const bool own = channel.perVertex && channel.index.empty() && vertex < channel.count;
-      values[k] = own ? static_cast<std::uint32_t>(vertex) : none;
+      values[k] = own ? static_cast<std::uint32_t>(vertex) : noValue;
     }
     return values;
   }
@@ -169,7 +169,7 @@ private:
       for (std::size_t i = 0; i<count&& this->Faces.colors.count> 0; ++i)
       {
         const std::uint32_t value = this->ValuesAt(i)[0];
-        colors[i] = value == none ? this->Faces.material : this->Faces.colorValues[value];
+        colors[i] = value == noValue ? this->Faces.material : this->Faces.colorValues[value];
       }
       AddColors(mesh, colors);
     }
@@ -191,7 +191,7 @@ private:
     for (std::size_t i = 0; i < this->Out.mesh.points.size(); ++i)
     {
       const std::uint32_t value = this->ValuesAt(i)[channel];
-      for (std::size_t k = 0; k < Components && value != none; ++k)
+      for (std::size_t k = 0; k < Components && value != noValue; ++k)
       {
         made.Set(i, k, double(from[value][k]));
       }

@@ -12,24 +12,24 @@ namespace kdstream
 namespace
 {
 
-constexpr std::size_t deepest = 400;
-constexpr std::uint64_t mostNodes = 1'000'000;
+constexpr std::size_t deepestBrackets = 400;
+constexpr std::uint64_t mostProtoNodes = 1'000'000;
 
 constexpr std::string_view secondHeader = "#VRML V2.0 utf8\n", firstHeader = "#VRML V1.0 ascii\n";
 
-bool IsLineEnd(char c)
+bool IsVrmlLineEnd(char c)
 {
   return c == '\n' || c == '\r';
 }
 
-bool IsBlank(char c)
+bool IsVrmlBlank(char c)
 {
-  return c == ' ' || c == '\t' || c == ',' || IsLineEnd(c);
+  return c == ' ' || c == '\t' || c == ',' || IsVrmlLineEnd(c);
 }
 
-bool IsWord(char c)
+bool IsVrmlWord(char c)
 {
-  return !IsBlank(c) && c != '"' && c != '#' && c != '{' && c != '}' && c != '[' && c != ']';
+  return !IsVrmlBlank(c) && c != '"' && c != '#' && c != '{' && c != '}' && c != '[' && c != ']';
 }
 
 class TextChecker
@@ -95,7 +95,7 @@ private:
                                                ? "is of another version than VRML 1 and 2"
                                                : "is not a VRML 2 file" };
     }
-    const auto* const end = std::find_if(this->File.begin(), this->File.end(), IsLineEnd);
+    const auto* const end = std::find_if(this->File.begin(), this->File.end(), IsVrmlLineEnd);
     this->At = static_cast<std::size_t>(end - this->File.begin());
     this->Out.text.reserve(this->File.size() + secondHeader.size());
     this->Out.text = this->Out.isFirst ? firstHeader : secondHeader;
@@ -119,13 +119,13 @@ private:
   Status Step()
   {
     const char c = this->File[this->At];
-    if (IsLineEnd(c))
+    if (IsVrmlLineEnd(c))
     {
       this->TakeLineEnd();
     }
     else if (c == '#')
     {
-      while (this->At < this->File.size() && !IsLineEnd(this->File[this->At]))
+      while (this->At < this->File.size() && !IsVrmlLineEnd(this->File[this->At]))
       {
         ++this->At;
       }
@@ -142,7 +142,7 @@ private:
     {
       return this->CloseBracket(c);
     }
-    else if (IsBlank(c))
+    else if (IsVrmlBlank(c))
     {
       this->Out.text += c;
       ++this->At;
@@ -197,9 +197,9 @@ private:
 
   Status OpenBracket(char bracket)
   {
-    if (this->Open.size() == deepest)
+    if (this->Open.size() == deepestBrackets)
     {
-      return this->Wrong("nodes are nested deeper than " + std::to_string(deepest));
+      return this->Wrong("nodes are nested deeper than " + std::to_string(deepestBrackets));
     }
     Bracket& opened = this->Open.emplace_back();
     opened.bracket = bracket;
@@ -255,11 +255,11 @@ private:
       }
     }
     *total += nodes > 1 || total != &this->ByProtos ? nodes : 0;
-    if (*total > mostNodes)
+    if (*total > mostProtoNodes)
     {
       return Error{ ErrorCode::LimitExceeded, "line " + std::to_string(this->Line) +
                                                 ": PROTOs make more than " +
-                                                std::to_string(mostNodes) + " nodes of it" };
+                                                std::to_string(mostProtoNodes) + " nodes of it" };
     }
     return {};
   }
@@ -267,7 +267,7 @@ private:
   Status TakeWord()
   {
     const std::size_t begin = this->At;
-    while (this->At < this->File.size() && IsWord(this->File[this->At]))
+    while (this->At < this->File.size() && IsVrmlWord(this->File[this->At]))
     {
       const auto c = static_cast<unsigned char>(this->File[this->At]);
       if (c < ' ' || c == 127)
