@@ -43,7 +43,7 @@ constexpr const char* footer =
   "  .wrl            VRML 2 and 1, where Coin is there\n"
   "  .glb .gltf      the default scene; textures are baked to colours of vertices\n"
   "  .pcd            of PCL\n"
-  "  .las            of laser scanners; compressed ones (.laz) are not read\n"
+  "  .las            of laser scanners; compressed ones (.laz) where LASzip is there\n"
   "  .xyz            lines of x y z, then nothing, intensity, r g b, nx ny nz, intensity r g b, or "
   "r g "
   "b nx ny nz\n\n"

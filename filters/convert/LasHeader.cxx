@@ -72,6 +72,14 @@ std::uint64_t EndOfPoints(
   return end;
 }
 
+Status CheckCount(const LasHeader& header)
+{
+  return header.points < noVertex
+           ? Status()
+           : Error{ ErrorCode::LimitExceeded,
+               std::to_string(header.points) + " points are more than a model may have" };
+}
+
 // Where the points are, and that they are there.
 Status TakePoints(std::string_view begin, unsigned minor, std::uint64_t fileSize, LasHeader& header)
 {
@@ -88,6 +96,10 @@ Status TakePoints(std::string_view begin, unsigned minor, std::uint64_t fileSize
   {
     return Wrong("its points begin at byte " + std::to_string(header.pointsBegin) +
                  ", in the header or behind the end of the file");
+  }
+  if (header.compressed)
+  {
+    return header.points == 0 ? Status(Wrong("its header counts no points")) : CheckCount(header);
   }
   const std::uint64_t held = (fileSize - header.pointsBegin) / header.pointBytes;
   if (header.points > held)
@@ -106,10 +118,7 @@ Status TakePoints(std::string_view begin, unsigned minor, std::uint64_t fileSize
                        " behind it: the program that wrote it did not finish; repair the header, "
                        "for example with lasinfo -repair");
   }
-  return header.points < noVertex
-           ? Status()
-           : Error{ ErrorCode::LimitExceeded,
-               std::to_string(header.points) + " points are more than a model may have" };
+  return CheckCount(header);
 }
 
 }
@@ -157,12 +166,7 @@ Result<LasHeader> ParseLasHeader(std::string_view begin, std::uint64_t fileSize)
   LasHeader header;
   const unsigned format = ReadAt<std::uint8_t>(begin, 104);
   header.format = format & 63U;
-  if (format != header.format) // its two highest bits are those of LAZ
-  {
-    return Error{ ErrorCode::Unsupported,
-      "its points are compressed (LAZ), which is not read: make a .las of it, for example with "
-      "laszip -i in.laz -o out.las" };
-  }
+  header.compressed = format != header.format; // its two highest bits are those of LAZ
   if (header.format >= leastPointBytes.size())
   {
     return Error{ ErrorCode::Unsupported,
