@@ -270,11 +270,11 @@ TEST_F(TestConvertPcd, HeadersInAnyDress)
   const std::array<float, 6> values{ 0, 0, 0, 1, 1, 1 };
   expect(header + std::string(reinterpret_cast<const char*>(values.data()), sizeof(values)));
   this->WriteText("in.pcd",
-    this->Header("1", "ascii", "", "X Y Z RGB Intensity", "4 4 4 4 4", "F F F U F", "1 1 1 1 1") +
-      "1 2 3 16711680 7\n");
+    this->Header("2", "ascii", "", "X Y Z RGB Intensity", "4 4 4 4 4", "F F F U F", "1 1 1 1 1") +
+      "1 2 3 16711680 7\n2 2 2 255 8\n");
   const Mesh colored = this->Converted("in.pcd");
-  EXPECT_EQ(ValuesOf(colored, "RGB"), (std::vector<double>{ 255, 0, 0 }));
-  EXPECT_EQ(ValuesOf(colored, "intensity"), (std::vector<double>{ 7 }));
+  EXPECT_EQ(ValuesOf(colored, "RGB"), (std::vector<double>{ 255, 0, 0, 0, 0, 255 }));
+  EXPECT_EQ(ValuesOf(colored, "intensity"), (std::vector<double>{ 7, 8 }));
 }
 
 TEST_F(TestConvertPcd, DecimalsThatBecomeCoarseFloatsAreSaid)

@@ -46,7 +46,7 @@ namespace
 
 constexpr std::uint64_t mostVrmlBytes = std::uint64_t{ 1 } << 31; // Coin counts in int
 constexpr std::size_t deepestNodes = 2000;
-constexpr std::uint64_t mostNodes = 50'000'000; // that are gone through, each time they are used
+constexpr std::uint64_t mostNodes = 10'000'000; // that are gone through, each time they are used
 constexpr std::size_t deepestInlines = 8, mostInlines = 1000;
 constexpr std::uint64_t mostGridCorners = std::uint64_t{ 1 } << 28;
 // The colour that a material has which names none. A shape without a material is white.
@@ -119,6 +119,8 @@ void StartCoin()
     SoDB::init();
     SoInput::clearDirectories();
     // No string of the text names a file (VrmlText.h); nor is one looked for.
+    SoVRMLInline::setReadAsSoFile(FALSE);
+    SoWWWInline::setReadAsSoFile(FALSE);
     SoVRMLInline::setFetchURLCallBack([](const SbString&, void*, SoVRMLInline*) {}, nullptr);
     SoWWWInline::setFetchURLCallBack([](const SbString&, void*, SoWWWInline*) {}, nullptr);
     SoProto::setFetchExternProtoCallback(
@@ -152,6 +154,11 @@ struct Transform
     }
     both.origin = this->Of(inner.origin);
     return both;
+  }
+  // How much longer a length becomes, at most along an axis.
+  double Scale() const
+  {
+    return std::max({ Length(this->axes[0]), Length(this->axes[1]), Length(this->axes[2]) });
   }
   bool IsIdentity() const
   {
@@ -840,7 +847,7 @@ private:
       point = identity ? point : placed.Of(point); // -0 stays
       after.Add(point);
     }
-    this->Largest = std::max(this->Largest, LargestOf(before));
+    this->Largest = std::max(this->Largest, LargestOf(before) * placed.Scale());
     // Floats, but where a transform has put it so far away that they would lose its shape.
     const bool coarse =
       LargestOf(after) > LargestOf(before) && FloatsAreCoarse(LargestOf(after), LongestOf(after));

@@ -80,11 +80,6 @@ private:
     {
       return Error{ ErrorCode::InvalidInput, "is UTF-16: save it as UTF-8" };
     }
-    if (this->File.starts_with("\x1f\x8b"))
-    {
-      return Error{ ErrorCode::InvalidInput,
-        "is compressed (gzip): unpack it first, for example with gunzip -S .wrl" };
-    }
     const std::size_t text = this->File.find_last_not_of(std::string_view("\0\x1a", 2)) + 1;
     this->Out.padding = this->File.size() - text;
     this->File = this->File.substr(0, text);
