@@ -414,7 +414,8 @@ TEST_F(TestConvertVrml, VrmlOneIsReadToo)
   const Mesh read = this->Converted("in.wrl");
   ExpectBox(
     read, { 10 - std::sqrt(2.0), -std::sqrt(2.0), -1 }, { 10 + std::sqrt(2.0), std::sqrt(2.0), 1 });
-  EXPECT_EQ(read.points.size(), 8U);
+  ASSERT_EQ(read.points.size(), 8U);
+  ASSERT_FALSE(ValuesOf(read, "RGB").empty());
   EXPECT_EQ(ValuesOf(read, "RGB")[0], 255);
 }
 
