@@ -600,19 +600,28 @@ private:
                                     (!index.empty() && index.back() != -1 ? 1 : 0));
       return true;
     }
-    if (As<SoVRMLText>(node))
+    if (!As<SoShape>(node))
     {
-      this->LeaveOut("texts (Text)", 1);
+      return false;
+    }
+    const std::string type = node.getTypeId().getName().getString();
+    const auto is = [&](const char* word) { return type.find(word) != std::string::npos; };
+    if (is("Text"))
+    {
+      this->LeaveOut("texts (" + type + ")", 1);
       return true;
     }
-    if (As<SoShape>(node) && !IsSound(node))
+    if (is("Line") || is("Point")) // of VRML 1
     {
-      this->LeaveOut("shapes whose sizes or numbers cannot be used (" +
-                       std::string(node.getTypeId().getName().getString()) + ")",
-        1);
+      this->LeaveOut("shapes without triangles (" + type + ")", 1);
       return true;
     }
-    return false;
+    const bool sound = IsSound(node);
+    if (!sound)
+    {
+      this->LeaveOut("shapes whose sizes or numbers cannot be used (" + type + ")", 1);
+    }
+    return !sound;
   }
 
   // Of shapes that Coin makes triangles of.

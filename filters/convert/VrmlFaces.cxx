@@ -163,6 +163,15 @@ private:
   {
     Mesh& mesh = this->Out.mesh;
     const std::size_t count = mesh.points.size();
+    if (this->Faces.normals.count > 0)
+    {
+      this->AddFloats(MakeNormals(count), 1, this->Faces.normalValues);
+    }
+    if (this->Faces.coordinates.count > 0)
+    {
+      this->AddFloats(MakePointAttribute("TCoords", AttributeType::Float32, 2, count), 2,
+        this->Faces.coordinateValues);
+    }
     if (this->Faces.colors.count > 0 || this->Faces.hasMaterial)
     {
       std::vector<Color> colors(count, this->Faces.material);
@@ -172,15 +181,6 @@ private:
         colors[i] = value == noValue ? this->Faces.material : this->Faces.colorValues[value];
       }
       AddColors(mesh, colors);
-    }
-    if (this->Faces.normals.count > 0)
-    {
-      this->AddFloats(MakeNormals(count), 1, this->Faces.normalValues);
-    }
-    if (this->Faces.coordinates.count > 0)
-    {
-      this->AddFloats(MakePointAttribute("TCoords", AttributeType::Float32, 2, count), 2,
-        this->Faces.coordinateValues);
     }
   }
 
