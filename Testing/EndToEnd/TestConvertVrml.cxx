@@ -376,7 +376,7 @@ TEST_F(TestConvertVrml, WhatIsNoSurfaceIsNamed)
               ->Scene(cube + "Shape { geometry IndexedLineSet { coord Coordinate { point [ 0 0 "
                              "0, 1 1 1 ] } coordIndex [ 0 1 -1 1 0 ] } }\n"
                              "Shape { geometry Text { string \"hello\" } }",
-                Warning("left out: 2 lines (IndexedLineSet)") + Warning("left out: 1 texts (VRMLText)"))
+                Warning("left out: 2 lines (IndexedLineSet)") + Warning("left out: 1 texts (Text)"))
               .points.size(),
     8U);
   const Mesh cloud =

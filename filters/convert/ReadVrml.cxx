@@ -604,7 +604,8 @@ private:
     {
       return false;
     }
-    const std::string type = node.getTypeId().getName().getString();
+    std::string type = node.getTypeId().getName().getString();
+    type.erase(0, type.starts_with("VRML") ? 4 : 0);
     const auto is = [&](const char* word) { return type.find(word) != std::string::npos; };
     if (is("Text"))
     {

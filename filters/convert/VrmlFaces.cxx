@@ -172,10 +172,11 @@ private:
       this->AddFloats(MakePointAttribute("TCoords", AttributeType::Float32, 2, count), 2,
         this->Faces.coordinateValues);
     }
-    if (this->Faces.colors.count > 0 || this->Faces.hasMaterial)
+    const bool own = this->Faces.colors.count > 0;
+    if (own || this->Faces.hasMaterial)
     {
       std::vector<Color> colors(count, this->Faces.material);
-      for (std::size_t i = 0; i<count&& this->Faces.colors.count> 0; ++i)
+      for (std::size_t i = 0; own && i < count; ++i)
       {
         const std::uint32_t value = this->ValuesAt(i)[0];
         colors[i] = value == noValue ? this->Faces.material : this->Faces.colorValues[value];
