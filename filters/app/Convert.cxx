@@ -40,10 +40,10 @@ constexpr const char* footer =
   "Formats:\n"
   "  .ply .stl .obj  as kdstream-build reads them\n"
   "  .vtp .vtk       of VTK; of a grid the surface\n"
-  "  .wrl            VRML 2\n"
+  "  .wrl            VRML 2 and 1, where Coin is there\n"
   "  .glb .gltf      the default scene; textures are baked to colours of vertices\n"
   "  .pcd            of PCL\n"
-  "  .las            of laser scanners; compressed ones (.laz) are not read\n"
+  "  .las            of laser scanners; compressed ones (.laz) where LASzip is there\n"
   "  .xyz            lines of x y z, then nothing, intensity, r g b, nx ny nz, intensity r g b, or "
   "r g "
   "b nx ny nz\n\n"
@@ -238,6 +238,10 @@ int Convert(const CLI::App& app, const CommandLine& line)
     TellNamed(read->named);
   }
   for (const std::string& warning : read->warnings)
+  {
+    std::cerr << program << ": warning: " << line.input << ": " << warning << "\n";
+  }
+  for (const std::string& warning : read->tolerance.Warnings())
   {
     std::cerr << program << ": warning: " << line.input << ": " << warning << "\n";
   }

@@ -7,6 +7,7 @@
 
 #include "filters/meshio/NumberText.h"
 #include "filters/meshio/ObjStatements.h"
+#include "filters/meshio/PolygonFaces.h"
 #include "filters/meshio/QuotedText.h"
 #include "filters/texture/ObjMaterials.h"
 #include "filters/texture/PictureTiles.h"
@@ -48,6 +49,7 @@ public:
         std::string("colours of vertices are left out: ") +
         (this->Out.textured.pictures.empty() ? "materials" : "pictures") + " paint instead");
     }
+    KDSTREAM_TRY(this->CutPolygons());
     this->MakeNormals();
     if (this->Unknown > mostUnknown)
     {
@@ -229,6 +231,7 @@ private:
   Status KeepFace(std::string_view text)
   {
     TexturedMesh& textured = this->Out.textured;
+    const std::size_t first = textured.mesh.triangles.size();
     std::array<std::array<std::uint32_t, 3>, 3> corners{}; // first, last, this
     std::size_t count = 0;
     for (std::string_view word = TakeObjWord(text); !word.empty(); word = TakeObjWord(text))
@@ -246,6 +249,7 @@ private:
       corners[1] = corners[2];
     }
     const std::uint64_t face = this->Faces++;
+    this->Polygons.Add(first, textured.mesh.triangles.size() - first);
     return count >= 3
              ? Status()
              : Status(this->AtFace(face,
@@ -275,6 +279,21 @@ private:
       corner[part] = static_cast<std::uint32_t>(number >= 0 ? number : before + number + 1);
     }
     return {};
+  }
+
+  Status CutPolygons()
+  {
+    Mesh& mesh = this->Out.textured.mesh;
+    return this->Polygons.Cut(
+      mesh.triangles, [&](VertexId vertex) { return Result<Vec3>(mesh.points[vertex]); },
+      [&](std::size_t first, std::span<const Triangle> cut)
+      {
+        for (auto* const corners :
+          { &mesh.triangles, &this->CornerNormals, &this->CornerCoordinates })
+        {
+          DealToTriangles(std::span(*corners).subspan(first, cut.size()), cut);
+        }
+      });
   }
 
   // A vertex for each normal that corners name at a place: the place itself for the first of them.
@@ -358,6 +377,7 @@ private:
   std::vector<PictureCoordinate> Coordinates;
   std::vector<std::array<float, 3>> NormalsRead;
   std::vector<std::array<std::uint32_t, 3>> CornerCoordinates, CornerNormals; // from 1; 0: none
+  PolygonFaces Polygons;
   TexturedFile Out;
 };
 
