@@ -23,7 +23,7 @@ export function textOf(bytes) {
   return text;
 }
 
-const linesOf = (bytes) => textOf(bytes).split(/\r\n|\r|\n/);
+const linesOf = (bytes) => textOf(bytes).replace(/\\(\r\n|\r|\n)/g, " ").split(/\r\n|\r|\n/);
 
 function readObj(bytes) {
   const points = [], faces = [], colors = [];
