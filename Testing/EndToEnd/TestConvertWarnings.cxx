@@ -147,15 +147,15 @@ TEST_F(TestConvertWarnings, ColumnsOfXyzAreTakenForWhatTheyAre)
     return this->Converted("in.xyz", warning.empty() ? "" : Warning("in.xyz", warning));
   };
   const Mesh plain = read("0 0 0 300.5 12 7\n1 0 0 1 2 -3\n",
-    "columns 4 to 6 are neither normals of length one nor whole numbers from 0 to 255: kept as "
-    "column4, column5, column6");
+    "not all columns are colours or normals: kept as numbers are column4, column5, column6 "
+    "(--columns names them)");
   EXPECT_EQ(ValuesOf(plain, "column4"), (std::vector{ 300.5, 1.0 }));
   EXPECT_EQ(ValuesOf(plain, "column5"), (std::vector{ 12.0, 2.0 }));
   EXPECT_EQ(ValuesOf(plain, "column6"), (std::vector{ 7.0, -3.0 }));
   EXPECT_EQ(plain.attributes.size(), 3U);
   const Mesh behindColors = read("0 0 0 255 0 7 30 0 1\n",
-    "columns 7 to 9 are neither normals of length one nor whole numbers from 0 to 255: kept as "
-    "column7, column8, column9");
+    "the columns are read as \"x y z r g b column7 column8 column9\"; they could be \"x y z "
+    "column4 column5 column6 r g b\" too (--columns decides)");
   EXPECT_EQ(ValuesOf(behindColors, "RGB"), (std::vector<double>{ 255, 0, 7 }));
   EXPECT_EQ(ValuesOf(behindColors, "column7"), (std::vector{ 30.0 }));
   // A scan has no normal at some points; black is no normal.
@@ -163,6 +163,7 @@ TEST_F(TestConvertWarnings, ColumnsOfXyzAreTakenForWhatTheyAre)
     (std::vector<double>{ 0, double(0.6F), double(0.8F), 0, 0, 0 }));
   EXPECT_EQ(ValuesOf(read("0 0 0 0 0 0\n"), "RGB"), (std::vector<double>{ 0, 0, 0 }));
   const Mesh either =
-    read("0 0 0 0 0 1\n", "columns 4 to 6 are taken as normals; they could be colours too");
+    read("0 0 0 0 0 1\n", "the columns are read as \"x y z nx ny nz\"; they could be \"x y z r g "
+                          "b\" too (--columns decides)");
   EXPECT_EQ(ValuesOf(either, "Normals"), (std::vector<double>{ 0, 0, 1 }));
 }

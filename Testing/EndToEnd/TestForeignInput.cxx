@@ -104,7 +104,7 @@ TEST_F(TestForeignInput, WarningsArePassedOn)
     "textures\n");
   this->WriteText("in.xyz", "0 0 0\n1 0 0\nnan 1 0\n");
   EXPECT_EQ(this->Build({ "in.xyz", "-o", "m.kds", "--quiet" }).err,
-    "kdstream-build: warning: in.xyz: 1 point is not finite and was dropped\n");
+    "kdstream-build: warning: in.xyz: 1 point is not finite and is dropped: line 3\n");
 }
 
 TEST_F(TestForeignInput, NamesAreNeverOptions)

@@ -111,7 +111,7 @@ Status ReadCells(vtkCellArray* cells, vtkIdType firstCell, vtkIdType pointCount,
 
 }
 
-Result<std::vector<Vec3>> ReadPoints(vtkPolyData& input, const Execution& execution)
+Result<std::vector<Vec3>> ReadPoints(vtkPolyData& input, const Execution& execution, bool any)
 {
   const auto count = static_cast<std::size_t>(input.GetNumberOfPoints());
   if (count >= noVertex)
@@ -131,7 +131,7 @@ Result<std::vector<Vec3>> ReadPoints(vtkPolyData& input, const Execution& execut
   const auto bad = std::find_if(points.begin(), points.end(),
     [](const Vec3& p)
     { return !std::isfinite(p[0]) || !std::isfinite(p[1]) || !std::isfinite(p[2]); });
-  if (bad != points.end())
+  if (bad != points.end() && !any)
   {
     return Error{ ErrorCode::InvalidInput,
       "point " + std::to_string(bad - points.begin()) + ": a coordinate is not finite" };
@@ -165,9 +165,9 @@ Result<PolyDataElements> ReadElements(vtkPolyData& input)
   return elements;
 }
 
-Result<Mesh> ReadMesh(vtkPolyData& input, const Execution& execution)
+Result<Mesh> ReadMesh(vtkPolyData& input, const Execution& execution, bool any)
 {
-  Result<std::vector<Vec3>> points = ReadPoints(input, execution);
+  Result<std::vector<Vec3>> points = ReadPoints(input, execution, any);
   KDSTREAM_TRY(points);
   Result<PolyDataElements> elements = ReadElements(input);
   KDSTREAM_TRY(elements);

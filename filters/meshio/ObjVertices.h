@@ -34,7 +34,8 @@ public:
   }
   Status AddNormal(const std::array<float, 3>& values) { return this->Normals.Append(values); }
   // … then all faces. Numbers of what is there, from 1; 0 for none (of texture coordinate and
-  // normal). Errors: InputOutput; LimitExceeded for too many vertices.
+  // normal). No corners: a face without triangles. Errors: InputOutput; LimitExceeded for too many
+  // vertices.
   using Corner = std::array<std::uint32_t, 3>;
   Status AddFace(std::span<const Corner> corners);
 

@@ -84,7 +84,8 @@ Status PlyReader::UnderstandVertices()
   const std::array<const char*, 3> names{ "x", "y", "z" };
   for (std::size_t k = 0; k < 3; ++k)
   {
-    const std::size_t found = element.Find(names[k]);
+    const std::size_t found =
+      std::min(element.Find(names[k]), element.Find(std::string(1, "XYZ"[k])));
     if (found == element.properties.size())
     {
       return Error{ ErrorCode::InvalidInput,
@@ -127,6 +128,7 @@ Status PlyReader::UnderstandFaces(std::size_t element, PlyFaceSink::Kind kind)
                                              faces.name + "' is not a list of integers" };
   }
   this->Faces.push_back({ element, list, kind });
+  this->FileInfo.strips |= kind == PlyFaceSink::Kind::Strip;
   const std::uint64_t room = std::numeric_limits<std::uint64_t>::max() - this->FileInfo.faces;
   this->FileInfo.faces += std::min(room, faces.count);
   return {};
@@ -417,8 +419,10 @@ Result<std::size_t> PlyReader::ReadSomeVertices(Mesh& mesh, std::size_t limit)
   }
   KDSTREAM_TRY(this->MoveTo(this->VertexElement, this->VerticesRead));
   const PlyElement& element = this->Header.elements[this->VertexElement];
-  KDSTREAM_TRY(this->Body->ReadPoints(
-    element, this->Coordinates, this->VerticesRead, number, mesh.points, this->VertexArrays));
+  const Result<bool> finite = this->Body->ReadPoints(
+    element, this->Coordinates, this->VerticesRead, number, mesh.points, this->VertexArrays);
+  KDSTREAM_TRY(finite);
+  this->Finite = *finite;
   this->VerticesRead += number;
   this->CurrentRecord = this->VerticesRead;
   return static_cast<std::size_t>(number);
@@ -446,6 +450,8 @@ Result<std::size_t> PlyReader::ReadSomeTriangles(Mesh& mesh, std::size_t limit)
       std::span(mesh.attributes).subspan(this->PointArrays), mostRepeated * this->Source.Size());
     KDSTREAM_TRY(
       this->Body->ReadFaces(element, faces.list, this->FacesRead, number, sink, faces.arrays));
+    this->FileInfo.tolerance.Count(Lapse::FaceTooSmall, sink.GetSmallFaces(),
+      element.name + " " + std::to_string(sink.GetFirstSmall()));
     this->FacesRead += number;
     this->CurrentRecord = this->FacesRead;
     done += number;
@@ -454,7 +460,7 @@ Result<std::size_t> PlyReader::ReadSomeTriangles(Mesh& mesh, std::size_t limit)
   KDSTREAM_TRY(this->CutPolygons(mesh));
   if (this->FaceElementsDone == this->Faces.size() && !this->LookedBehind)
   {
-    KDSTREAM_TRY(this->LookBehindLastFace());
+    KDSTREAM_TRY(this->LookBehindEnd());
   }
   return static_cast<std::size_t>(done);
 }
@@ -510,29 +516,33 @@ Status PlyReader::KeepPlaces()
 }
 
 // A header that counts too few faces leaves some of them behind the last: they are not read, but
-// not silently. Blank lines at the end of a file are no loss.
-Status PlyReader::LookBehindLastFace()
+// not silently. Blanks at the end of a file are no loss.
+Status PlyReader::LookBehindEnd()
 {
   this->LookedBehind = true;
   const std::vector<PlyElement>& elements = this->Header.elements;
   const bool more =
     std::any_of(elements.begin() + static_cast<std::ptrdiff_t>(this->CurrentElement) + 1,
       elements.end(), [](const PlyElement& element) { return element.count > 0; });
-  if (this->Faces.empty() || this->CurrentElement != this->Faces.back().element || more)
+  const std::size_t last = this->Faces.empty() ? this->VertexElement : this->Faces.back().element;
+  const bool whole = this->CurrentRecord == elements[this->CurrentElement].count;
+  if (this->CurrentElement != last || !whole || more)
   {
     return {};
   }
-  constexpr std::uint64_t mostBlank = 4096;
+  constexpr std::uint64_t mostPadding = 4096;
   const std::uint64_t rest = this->Source.Remaining();
   const Result<std::string_view> bytes =
-    this->Source.Peek(static_cast<std::size_t>(std::min(rest, mostBlank)));
+    this->Source.Peek(static_cast<std::size_t>(std::min(rest, mostPadding)));
   KDSTREAM_TRY(bytes);
-  const bool blank = rest <= mostBlank && bytes->find_first_not_of(" \t\r\n") == bytes->npos;
-  if (!blank)
-  {
-    this->FileInfo.ignoredAttributes.push_back(
-      std::to_string(rest) + " bytes behind the last face, which the header does not count");
-  }
+  constexpr std::string_view padding(" \t\r\n\x1A\0", 6);
+  const bool padded = rest <= mostPadding && bytes->find_first_not_of(padding) == bytes->npos;
+  const std::uint64_t zeros =
+    static_cast<std::uint64_t>(std::count(bytes->begin(), bytes->end(), '\0'));
+  this->FileInfo.tolerance.Count(padded ? Lapse::PaddedEnd : Lapse::BytesBehindEnd,
+    padded ? zeros : rest,
+    "byte " + std::to_string(this->Source.Position()) + ", behind the last " + elements[last].name +
+      " that the header counts");
   return {};
 }
 
