@@ -8,6 +8,7 @@
 #include "filters/core/Execution.h"
 #include "filters/core/Result.h"
 #include "filters/core/Types.h"
+#include "filters/meshio/Tolerance.h"
 #include "filters/texture/BakeTextures.h"
 
 #include <filesystem>
@@ -26,6 +27,8 @@ struct ForeignMesh
   std::optional<BakeReport> baked{}; // of a file with textures, if they were
   // What else it depends on, whether or not it is there: the files that the file names.
   std::vector<std::filesystem::path> named{};
+  // What was dropped or forgiven: counted here, and told and refused (--strict) by who asked.
+  Tolerance tolerance{};
 };
 
 // Reads a file by its ending. Polygons become fans and strips triangles as kdstream-build reads
