@@ -217,8 +217,8 @@ TEST_F(TestConvertGltf, WhatIsExtractedComesBack)
   for (const bool isZUp : { false, true })
   {
     const std::string store = isZUp ? "z.kds" : "y.kds";
-    const Outcome built =
-      this->Build({ "ball.ply", "-o", store, "--quiet", "--up", isZUp ? "0,0,1" : "0,1,0" });
+    const Outcome built = this->Build({ "ball.ply", "-o", store, "--quiet", "--precision",
+      "lossless", "--up", isZUp ? "0,0,1" : "0,1,0" });
     ASSERT_EQ(built.exitCode, 0) << built.err;
     std::filesystem::remove(this->Folder / "ball.glb");
     const Outcome extracted =

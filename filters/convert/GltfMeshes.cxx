@@ -49,6 +49,11 @@ bool IsOfKind(const std::string& name, const GltfAccessor& accessor)
                                      : accessor.Type() != GltfComponent::UnsignedInt));
 }
 
+std::string NameOf(std::size_t mesh, std::size_t part)
+{
+  return "mesh " + std::to_string(mesh) + ", part " + std::to_string(part) + ": ";
+}
+
 // A point array that is carried as it is.
 struct PlainArray
 {
@@ -499,43 +504,64 @@ void GltfMeshes::Claims::Add(const Claims& other)
   }
 }
 
-GltfMeshes::Claims GltfMeshes::ClaimsOf(std::size_t mesh) const
+// Of an accessor; 0 of none.
+Result<double> GltfMeshes::CountedBy(const Json& number) const
 {
   const Json& accessors = Member(this->Document.json, "accessors");
-  const auto countOf = [&](const Json& number)
+  const std::size_t at = IndexIn(accessors, number);
+  if (at == CountOf(accessors))
   {
-    const std::size_t at = IndexIn(accessors, number);
-    return at < CountOf(accessors) ? std::max(0.0, WholeOf(Member(accessors[at], "count"), 0)) : 0;
-  };
+    return 0;
+  }
+  // A sparse one is left to the reader, as it takes memory.
+  if (!Member(accessors[at], "bufferView").is_null() && Member(accessors[at], "sparse").is_null())
+  {
+    const Result<GltfAccessor> held = GltfAccessor::Open(this->Document, this->Buffers, at);
+    KDSTREAM_TRY(held);
+  }
+  return std::max(0.0, WholeOf(Member(accessors[at], "count"), 0));
+}
+
+Result<GltfMeshes::Claims> GltfMeshes::ClaimsOf(std::size_t mesh) const
+{
+  const Json& parts = Member(Member(this->Document.json, "meshes")[mesh], "primitives");
   Claims claims;
-  for (const Json& part : Member(Member(this->Document.json, "meshes")[mesh], "primitives"))
+  for (std::size_t i = 0; i < CountOf(parts); ++i)
   {
-    const Json &attributes = Member(part, "attributes"), &indices = Member(part, "indices");
+    const Json &attributes = Member(parts[i], "attributes"), &indices = Member(parts[i], "indices");
     const auto has = [&](const char* name) { return !Member(attributes, name).is_null(); };
-    const double points = countOf(Member(attributes, "POSITION"));
-    if (points == 0)
+    const Result<double> points = this->CountedBy(Member(attributes, "POSITION"));
+    const Result<double> corners = indices.is_null() ? points : this->CountedBy(indices);
+    if (!points || !corners)
+    {
+      return Within(NameOf(mesh, i), (points ? corners : points).GetError());
+    }
+    if (*points == 0)
     {
       continue;
     }
     const std::size_t material =
-      IndexIn(Member(this->Document.json, "materials"), Member(part, "material"));
+      IndexIn(Member(this->Document.json, "materials"), Member(parts[i], "material"));
     const bool tinted = material < this->Materials.size() &&
                         this->Materials[material].paint.factor != Color{ 1, 1, 1, 1 };
-    const double corners = indices.is_null() ? points : countOf(indices);
-    const bool apart = NumberOf(Member(part, "mode"), trianglesMode) == trianglesMode;
-    Claims claimed{ static_cast<std::uint64_t>(points),
-      static_cast<std::uint64_t>(apart ? corners / 3 : corners), 1,
+    const bool apart = NumberOf(Member(parts[i], "mode"), trianglesMode) == trianglesMode;
+    Claims claimed{ static_cast<std::uint64_t>(*points),
+      static_cast<std::uint64_t>(apart ? *corners / 3 : *corners), 1,
       tinted || has("COLOR_0") ? 1U : 0U };
     if (has("NORMAL"))
     {
       claimed.arrays.push_back(
         { { "Normals", AttributeType::Float32, AttributeAssociation::Point, 3 }, 1 });
     }
-    for (PlainArray& array : PlainArraysOf(accessors, attributes))
+    for (PlainArray& array : PlainArraysOf(Member(this->Document.json, "accessors"), attributes))
     {
       claimed.arrays.push_back({ std::move(array.info), 1 });
     }
     claims.Add(claimed);
+    if (claims.points >= noVertex)
+    {
+      break; // that is enough to refuse it
+    }
   }
   return claims;
 }
@@ -547,7 +573,7 @@ Result<std::vector<GltfPart>> GltfMeshes::PartsOf(std::size_t mesh, const Json& 
   std::vector<GltfPart> read;
   for (std::size_t i = 0; i < CountOf(parts); ++i)
   {
-    const std::string named = "mesh " + std::to_string(mesh) + ", part " + std::to_string(i) + ": ";
+    const std::string named = NameOf(mesh, i);
     Result<std::optional<GltfPart>> part =
       Reader(*this, parts[i]).Read(weights.is_null() ? Member(json, "weights") : weights, named);
     if (!part)

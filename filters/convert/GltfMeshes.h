@@ -61,8 +61,9 @@ public:
 
     void Add(const Claims& other);
   };
-  // Nothing is read but the JSON. REQUIRES: a mesh that is there.
-  Claims ClaimsOf(std::size_t mesh) const;
+  // Nothing is read but the JSON. REQUIRES: a mesh that is there. Errors: of points and corners
+  // that claim more than their bufferView has; as PartsOf.
+  Result<Claims> ClaimsOf(std::size_t mesh) const;
 
   // The parts of a mesh that have places. weights: of the node that shows it, those of its shapes
   // (morph targets); null: the mesh's own. Errors: InvalidInput naming the part, and what of it is
@@ -74,6 +75,8 @@ public:
 
 private:
   class Reader;
+
+  Result<double> CountedBy(const nlohmann::json& number) const;
 
   const GltfDocument& Document;
   GltfBuffers& Buffers;

@@ -18,6 +18,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <iterator>
 #include <map>
 #include <optional>
 #include <utility>
@@ -96,7 +97,9 @@ private:
         const std::size_t mesh = this->MeshOf(node);
         if (this->Uses[mesh]++ == 0)
         {
-          known[mesh] = meshes.ClaimsOf(mesh);
+          Result<GltfMeshes::Claims> claims = meshes.ClaimsOf(mesh);
+          KDSTREAM_TRY(claims);
+          known[mesh] = std::move(*claims);
         }
         this->Claims.Add(known[mesh]);
         constexpr std::uint64_t most = noVertex - 1;
@@ -229,7 +232,8 @@ private:
     std::vector<Vec3>& points = this->Joined.mesh.points;
     if (!isMoved)
     {
-      points.insert(points.end(), part.points.begin(), part.points.end());
+      std::transform(
+        part.points.begin(), part.points.end(), std::back_inserter(points), WithPositiveZeros);
       return;
     }
     Box local, placed;
