@@ -14,7 +14,10 @@
 #include <draco/mesh/triangle_soup_mesh_builder.h>
 #endif
 
+#include <array>
 #include <cmath>
+#include <limits>
+#include <memory>
 
 using namespace kdstream;
 using namespace kdstream::fixtures;
@@ -481,9 +484,33 @@ TEST_F(TestConvertGltf, FurtherArraysAreCarried)
   EXPECT_EQ(ValuesOf(read, "_HEAT"), (std::vector{ 0.5, 1.5, -2.0 }));
 }
 
+TEST_F(TestConvertGltf, PointsThatAreNotFiniteAreDropped)
+{
+  std::vector<float> places = CubePlaces(1.0F);
+  places[7 * 3 + 1] = std::numeric_limits<float>::quiet_NaN();
+  std::vector<std::uint8_t> numbers{ 0, 1, 2, 3, 4, 5, 6, 7 };
+  GltfBuffer buffer;
+  const int position = buffer.Add(places, "VEC3", gltfFloat);
+  const int corners = buffer.Add(cubeCorners, "SCALAR", gltfUnsignedShort);
+  const int number = buffer.Add(numbers, "SCALAR", gltfUnsignedByte);
+  this->WriteText("in.glb",
+    buffer.Glb(
+      Scene(Part(position, corners, ",\"_NUMBER\":" + std::to_string(number)), "{\"mesh\":0}")));
+  const Outcome outcome = this->Convert("in.glb");
+  ASSERT_EQ(outcome.exitCode, 0) << outcome.err;
+  const Mesh read = this->Read("out.ply");
+  EXPECT_EQ(read.points.size(), 7U);
+  EXPECT_EQ(read.triangles.size(), 9U);
+  EXPECT_EQ(ValuesOf(read, "_NUMBER"), (std::vector<double>{ 0, 1, 2, 3, 4, 5, 6 }));
+}
+
 TEST_F(TestConvertGltf, AGlbMayEndLaterAndNotEarlier)
 {
   const std::string glb = this->Cubes("{\"mesh\":0}");
+  this->WriteText("in.glb", glb + "xx");
+  const Outcome later = this->Convert("in.glb");
+  EXPECT_EQ(later.exitCode, 0) << later.err;
+  EXPECT_EQ(this->Read("out.ply").points.size(), 8U);
   this->ExpectGlbError(glb.substr(0, glb.size() - 1), "bytes; the file has");
   this->ExpectGlbError("glTF" + std::string(3, '\0'), "ends in its head: it has 7 bytes");
   std::string first = glb;

@@ -113,6 +113,67 @@ std::vector<PlainArray> PlainArraysOf(const Json& accessors, const Json& attribu
   return arrays;
 }
 
+bool IsFinite(const Vec3& point)
+{
+  return std::isfinite(point[0]) && std::isfinite(point[1]) && std::isfinite(point[2]);
+}
+
+// Values of the points that stay, each of so many elements.
+template <class T>
+void KeepOf(const std::vector<bool>& stays, std::size_t elements, std::vector<T>& values)
+{
+  std::size_t end = 0;
+  for (std::size_t i = 0; i < values.size(); ++i)
+  {
+    if (stays[i / elements])
+    {
+      values[end++] = values[i];
+    }
+  }
+  values.resize(end);
+}
+
+// Points that are not finite go, with triangles that name them, before pictures paint the others.
+void DropPointsNotFinite(GltfPart& part, const std::string& named, Tolerance& dropped)
+{
+  std::vector<bool> stays(part.points.size());
+  std::vector<VertexId> numbers(part.points.size());
+  VertexId count = 0;
+  for (std::size_t i = 0; i < stays.size(); ++i)
+  {
+    stays[i] = IsFinite(part.points[i]);
+    numbers[i] = count;
+    count += stays[i] ? 1 : 0;
+    if (!stays[i])
+    {
+      dropped.Count(Lapse::PointNotFinite, 1,
+        dropped.Of(Lapse::PointNotFinite) == 0 ? named + "vertex " + std::to_string(i) : "");
+    }
+  }
+  if (count == stays.size())
+  {
+    return;
+  }
+  KeepOf(stays, 1, part.points);
+  KeepOf(stays, 1, part.normals);
+  KeepOf(stays, 1, part.colors);
+  KeepOf(stays, 1, part.pictures);
+  KeepOf(stays, std::max<std::size_t>(1, part.jointsOfPoint), part.joints);
+  for (Attribute& array : part.arrays)
+  {
+    KeepOf(stays, array.TupleSize(), array.values);
+  }
+  dropped.Count(Lapse::FaceOfDroppedPoint, std::erase_if(part.triangles,
+                                             [&](const Triangle& t) {
+                                               return !std::all_of(t.begin(), t.end(),
+                                                 [&](VertexId corner) { return stays[corner]; });
+                                             }));
+  for (Triangle& triangle : part.triangles)
+  {
+    triangle = { numbers[triangle[0]], numbers[triangle[1]], numbers[triangle[2]] };
+  }
+}
+
 std::vector<Triangle> TrianglesOf(int mode, const std::vector<std::uint32_t>& corners)
 {
   std::vector<Triangle> triangles;
@@ -171,6 +232,7 @@ public:
     const Result<std::vector<std::uint32_t>> corners = this->ReadCorners();
     KDSTREAM_TRY(corners);
     this->Join(static_cast<int>(mode), *corners, named, part);
+    DropPointsNotFinite(part, named, this->Meshes.DroppedPoints);
     return std::optional(std::move(part));
   }
 

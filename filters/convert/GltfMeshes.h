@@ -9,6 +9,7 @@
 #include "filters/core/Light.h"
 #include "filters/core/Result.h"
 #include "filters/core/Types.h"
+#include "filters/meshio/Tolerance.h"
 #include "filters/texture/TexturedMesh.h"
 
 #include <cstddef>
@@ -72,6 +73,8 @@ public:
   Result<std::vector<GltfPart>> PartsOf(std::size_t mesh, const nlohmann::json& weights);
 
   const GltfIncomplete& Incomplete() const { return this->Left; }
+  // Points of those parts that are not finite, and triangles that name them, were dropped.
+  const Tolerance& Dropped() const { return this->DroppedPoints; }
 
 private:
   class Reader;
@@ -82,6 +85,7 @@ private:
   GltfBuffers& Buffers;
   const std::vector<GltfMaterial>& Materials;
   GltfIncomplete Left;
+  Tolerance DroppedPoints;
 };
 
 class GltfNodes;

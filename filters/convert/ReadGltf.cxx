@@ -75,6 +75,8 @@ public:
     KDSTREAM_TRY(this->AppendMeshes(meshes, buffers, execution));
     this->RoundToFloats();
     this->Warn(meshes.Incomplete());
+    this->Joined.tolerance = this->Document.tolerance;
+    this->Joined.tolerance.Add(meshes.Dropped());
     if (this->IsPainted && !this->Joined.mesh.points.empty())
     {
       KDSTREAM_TRY(this->Bake(execution));
@@ -451,7 +453,6 @@ Result<ForeignMesh> ReadGltf(
   Result<ForeignMesh> read = scene.Read(*buffers, execution);
   KDSTREAM_TRY(read);
   read->named = std::move(named);
-  read->tolerance = document->tolerance;
   if (notRead)
   {
     read->warnings.push_back(std::move(*notRead));
