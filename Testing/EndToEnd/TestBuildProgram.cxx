@@ -283,7 +283,6 @@ TEST_F(BuildProgram, BadInputIsNamedWithItsPlace)
   expect("empty.ply", "empty");
   expect("text.ply", "not a PLY");
   expect("range.ply", "face 1 names vertex 99, but there are only 4, counted from 0");
-  expect("nan.ply", "vertex 1: z is not finite");
   expect("none.ply", "the mesh has no vertices");
   expect("model.ifc", ".ifc");
   // Each partitioner has a check of its own.
@@ -423,7 +422,7 @@ TEST_F(BuildProgram, WarnsOfColorsThatAreNotShown)
     std::string warning;
   };
   const Case cases[] = { { AttributeType::UInt16, AttributeAssociation::Point,
-                           "colours of type uint16 are kept" },
+                           "RGB of type uint16 are taken for colours, of which 1 is white" },
     { AttributeType::UInt8, AttributeAssociation::Cell, "colours of triangles are kept" },
     { AttributeType::UInt8, AttributeAssociation::Point, "" } };
   for (const Case& it : cases)

@@ -57,19 +57,6 @@ TEST_F(TestConvertWarnings, HarmlessWarningsOfVtkStayWarnings)
 
 TEST_F(TestConvertWarnings, CoarseFloatsAreSaid)
 {
-  const std::string text = "at 4000010 they are 0.25 apart";
-  const auto scene = [](const std::string& points)
-  {
-    return "#VRML V2.0 utf8\nShape { geometry IndexedFaceSet { coord Coordinate { point [" +
-           points + "] } coordIndex [0 1 2 -1] } }\n";
-  };
-  this->WriteText("far.wrl", scene("0 4000000.4565 0, 10 4000000 0, 0 4000010 0"));
-  this->Converted("far.wrl", Warning("far.wrl", "coordinates are read as floats: " + text));
-  // A millionth of the longest side: floats are 0.25 apart here too, or there is nothing to tell.
-  this->WriteText("wide.wrl", scene("0 -4000000 0, 10 0 0, 0 4000010 0"));
-  this->Converted("wide.wrl");
-  this->WriteText("near.wrl", scene("0 0 0, 1 0 0, 0 1 0"));
-  this->Converted("near.wrl");
   // Other formats keep doubles.
   this->WriteText("far.stl", "solid s\nfacet normal 0 0 1\nouter loop\nvertex 0 4000000.4565 0\n"
                              "vertex 10 4000000 0\nvertex 0 4000010 0\nendloop\nendfacet\n"
@@ -163,15 +150,15 @@ TEST_F(TestConvertWarnings, ColumnsOfXyzAreTakenForWhatTheyAre)
     return this->Converted("in.xyz", warning.empty() ? "" : Warning("in.xyz", warning));
   };
   const Mesh plain = read("0 0 0 300.5 12 7\n1 0 0 1 2 -3\n",
-    "columns 4 to 6 are neither normals of length one nor whole numbers from 0 to 255: kept as "
-    "column4, column5, column6");
+    "not all columns are colours or normals: kept as numbers are column4, column5, column6 "
+    "(--columns names them)");
   EXPECT_EQ(ValuesOf(plain, "column4"), (std::vector{ 300.5, 1.0 }));
   EXPECT_EQ(ValuesOf(plain, "column5"), (std::vector{ 12.0, 2.0 }));
   EXPECT_EQ(ValuesOf(plain, "column6"), (std::vector{ 7.0, -3.0 }));
   EXPECT_EQ(plain.attributes.size(), 3U);
   const Mesh behindColors = read("0 0 0 255 0 7 30 0 1\n",
-    "columns 7 to 9 are neither normals of length one nor whole numbers from 0 to 255: kept as "
-    "column7, column8, column9");
+    "the columns are read as \"x y z r g b column7 column8 column9\"; they could be \"x y z "
+    "column4 column5 column6 r g b\" too (--columns decides)");
   EXPECT_EQ(ValuesOf(behindColors, "RGB"), (std::vector<double>{ 255, 0, 7 }));
   EXPECT_EQ(ValuesOf(behindColors, "column7"), (std::vector{ 30.0 }));
   // A scan has no normal at some points; black is no normal.
@@ -179,19 +166,7 @@ TEST_F(TestConvertWarnings, ColumnsOfXyzAreTakenForWhatTheyAre)
     (std::vector<double>{ 0, double(0.6F), double(0.8F), 0, 0, 0 }));
   EXPECT_EQ(ValuesOf(read("0 0 0 0 0 0\n"), "RGB"), (std::vector<double>{ 0, 0, 0 }));
   const Mesh either =
-    read("0 0 0 0 0 1\n", "columns 4 to 6 are taken as normals; they could be colours too");
+    read("0 0 0 0 0 1\n", "the columns are read as \"x y z nx ny nz\"; they could be \"x y z r g "
+                          "b\" too (--columns decides)");
   EXPECT_EQ(ValuesOf(either, "Normals"), (std::vector<double>{ 0, 0, 1 }));
-}
-
-TEST_F(TestConvertWarnings, ColorsOfVrmlAreNotInvented)
-{
-  Mesh cloud = AsFloats(DisplacedSphere(2));
-  cloud.triangles.clear();
-  ASSERT_TRUE(WriteMesh(this->Folder / "cloud.wrl", cloud));
-  const Mesh read = this->Converted("cloud.wrl");
-  EXPECT_EQ(read.points.size(), cloud.points.size());
-  EXPECT_TRUE(read.attributes.empty());
-  this->WriteText("bare.wrl", "#VRML V2.0 utf8\nShape { geometry IndexedFaceSet { coord Coordinate "
-                              "{ point [0 0 0, 1 0 0, 0 1 0] } coordIndex [0 1 2 -1] } }\n");
-  EXPECT_TRUE(this->Converted("bare.wrl").attributes.empty());
 }

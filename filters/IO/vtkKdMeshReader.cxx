@@ -35,11 +35,13 @@ Result<std::unique_ptr<MeshReader>> OpenFile(const char* name, const Execution& 
   return MeshReader::Open(name, execution);
 }
 
-Result<Mesh> ReadFile(const char* name, bool merging, const Execution& execution)
+Result<Mesh> ReadFile(
+  const char* name, bool merging, const Execution& execution, Tolerance& tolerance)
 {
   const auto reader = OpenFile(name, execution);
   KDSTREAM_TRY(reader);
   Result<Mesh> mesh = ReadMesh(**reader, BuildOptions(), execution);
+  tolerance = (*reader)->Info().tolerance;
   if (mesh && merging && (*reader)->Info().soup)
   {
     WeldVertices(*mesh, execution);
@@ -101,7 +103,12 @@ int vtkKdMeshReader::RequestData(
     return 1; // the first piece is all of it
   }
   const Execution execution = MakeAlgorithmExecution(*this, { { "read", 0.0, 0.9 } });
-  const Result<Mesh> mesh = ReadFile(this->FileName, this->Merging, execution);
+  Tolerance tolerance;
+  const Result<Mesh> mesh = ReadFile(this->FileName, this->Merging, execution, tolerance);
+  for (const std::string& warning : tolerance.Warnings())
+  {
+    vtkWarningMacro(<< this->FileName << ": " << warning);
+  }
   const auto isWanted = [this](const AttributeInfo& array)
   {
     vtkDataArraySelection& arrays =

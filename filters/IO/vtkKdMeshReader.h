@@ -5,6 +5,7 @@
  *
  * Step "read" of the README's picture, as a VTK source: the chunked readers of kdstream-build. All
  * of a file is read, or an error names what is wrong with it and where; there is no output then.
+ * What is dropped or forgiven (points that are not finite, faces of two corners, …) is a warning.
  *
  * PLY, as text and binary of either byte order: polygons, triangle strips ("tristrips"), point
  * clouds; every property that is a number, of vertices and faces. STL as text and binary. OBJ:

@@ -13,13 +13,20 @@ constexpr std::uint64_t toTheEnd = std::numeric_limits<std::uint64_t>::max();
 
 }
 
-ShareReader::ShareReader(std::unique_ptr<MeshReader> reader, std::size_t share, std::size_t shares)
+ShareReader::ShareReader(
+  std::unique_ptr<MeshReader> reader, std::size_t share, std::size_t shares, bool seek)
   : Reader(std::move(reader))
+  , FileInfo(this->Reader->Info())
   , Share(share)
   , Shares(shares)
+  , Seeks(seek)
   , Vertices(this->SpanOf(this->Reader->Info().vertices))
   , Faces(this->SpanOf(this->Reader->Info().faces))
 {
+  if (share > 0)
+  {
+    this->FileInfo.tolerance = {};
+  }
 }
 
 ShareReader::Span ShareReader::SpanOf(std::uint64_t count) const
@@ -50,27 +57,33 @@ Result<std::size_t> ShareReader::ReadShare(Read read, Span& span, Mesh& mesh, st
   {
     return std::size_t{ 0 };
   }
+  const Tolerance before = this->Reader->Info().tolerance;
   const Result<std::size_t> count = (*this->Reader.*read)(mesh, most);
   span.at += count ? *count : 0;
+  this->FileInfo.tolerance.Add(this->Reader->Info().tolerance.Since(before));
+  this->FileInfo.ignoredAttributes = this->Reader->Info().ignoredAttributes;
   return count;
 }
 
 Result<std::size_t> ShareReader::ReadVertices(Mesh& mesh, std::size_t limit)
 {
+  const Skip vertices = this->Seeks ? &MeshReader::SkipVertices : &MeshReader::PassVertices;
   if (this->Vertices.at < this->Vertices.begin)
   {
-    KDSTREAM_TRY(this->GoTo(&MeshReader::SkipVertices, this->Vertices, this->Vertices.begin));
+    KDSTREAM_TRY(this->GoTo(vertices, this->Vertices, this->Vertices.begin));
   }
   return this->ReadShare(&MeshReader::ReadVertices, this->Vertices, mesh, limit);
 }
 
 Result<std::size_t> ShareReader::ReadTriangles(Mesh& mesh, std::size_t limit)
 {
+  const Skip vertices = this->Seeks ? &MeshReader::SkipVertices : &MeshReader::PassVertices;
   if (!this->AtFaces)
   {
     this->AtFaces = true;
-    KDSTREAM_TRY(this->GoTo(&MeshReader::SkipVertices, this->Vertices, toTheEnd));
-    KDSTREAM_TRY(this->GoTo(&MeshReader::SkipFaces, this->Faces, this->Faces.begin));
+    KDSTREAM_TRY(this->GoTo(vertices, this->Vertices, toTheEnd));
+    KDSTREAM_TRY(this->GoTo(this->Seeks ? &MeshReader::SkipFaces : &MeshReader::PassFaces,
+      this->Faces, this->Faces.begin));
   }
   return this->ReadShare(&MeshReader::ReadTriangles, this->Faces, mesh, limit);
 }

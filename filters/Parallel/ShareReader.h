@@ -14,15 +14,18 @@ namespace kdstream
 // Gives of a file the vertices [r n / R, (r + 1) n / R) and of its faces the same, as if it held no
 // more; n as the header claims, the last share goes up to the end. Vertices have the file's numbers
 // in the corners of triangles. What lies before and between is skipped as the format allows
-// (MeshReader::SkipVertices): by seeking, or read and dropped. Errors: the reader's; InvalidInput
-// where the file ends before the share.
+// (MeshReader::SkipVertices): by seeking, or read and dropped. Corners are numbered as if no vertex
+// of another share were dropped: where some are, all must be read (`seek` false). Info().tolerance
+// counts what is in the share, and of what was found at opening the first share. Errors: the
+// reader's; InvalidInput where the file ends before the share.
 class ShareReader : public MeshReader
 {
 public:
-  // REQUIRES: share < shares.
-  ShareReader(std::unique_ptr<MeshReader> reader, std::size_t share, std::size_t shares);
+  // seek: whether what lies before and between may be passed over unread. REQUIRES: share < shares.
+  ShareReader(
+    std::unique_ptr<MeshReader> reader, std::size_t share, std::size_t shares, bool seek = true);
 
-  const MeshFileInfo& Info() const override { return this->Reader->Info(); }
+  const MeshFileInfo& Info() const override { return this->FileInfo; }
   Result<std::size_t> ReadVertices(Mesh& mesh, std::size_t limit) override;
   Result<std::size_t> ReadTriangles(Mesh& mesh, std::size_t limit) override;
   std::uint64_t FileSize() const override { return this->Reader->FileSize(); }
@@ -41,7 +44,9 @@ private:
   Result<std::size_t> ReadShare(Read read, Span& span, Mesh& mesh, std::size_t limit);
 
   std::unique_ptr<MeshReader> Reader;
+  MeshFileInfo FileInfo; // the reader's, with what is forgiven in the share
   std::size_t Share, Shares;
+  bool Seeks;
   Span Vertices, Faces;
   bool AtFaces = false;
 };

@@ -51,6 +51,8 @@ Result<bool> AnyNegativeZero(const VertexFiles& vertices)
   return any;
 }
 
+const std::string ignoredMark = "ignored ";
+
 class TeamBuilder
 {
 public:
@@ -93,37 +95,80 @@ private:
   // This rank's share of the file; vertices welded.
   Status Read()
   {
+    MeshFileInfo info;
+    Result<bool> read = this->ReadShare(true, info);
+    if (read && !*read)
+    {
+      read = this->ReadShare(false, info);
+    }
+    KDSTREAM_TRY(read);
+    KDSTREAM_TRY(this->TakeTold(info));
+    this->Clock.Finish("read");
+    return this->WeldShares(info);
+  }
+
+  // False, on all ranks, where the file must be read without seeking.
+  Result<bool> ReadShare(bool seek, MeshFileInfo& info)
+  {
     Result<std::unique_ptr<MeshReader>> reader =
       MeshReader::Open(this->Input, this->Exec, this->Files.Path());
     KDSTREAM_TRY(reader);
     KDSTREAM_TRY(AgreeOnHeader(this->Team, (*reader)->Info()));
     KDSTREAM_TRY(CheckClaimedPartitions(**reader, this->Options, false));
-    ShareReader share(std::move(*reader), this->Team.Rank(), this->Team.Count());
-    KDSTREAM_TRY(Take(
-      SpillMesh(this->Files, share, ChunkOfRead(this->Memory), this->Exec, true), this->Share));
-    KDSTREAM_TRY(this->TakeIgnored(share.Info().ignoredAttributes));
-    this->Clock.Finish("read");
-    return this->WeldShares(share.Info());
+    const bool alone = this->Team.Count() == 1;
+    ShareReader share(std::move(*reader), this->Team.Rank(), this->Team.Count(), seek);
+    Result<SpilledMesh> spilled =
+      SpillMesh(this->Files, share, ChunkOfRead(this->Memory), this->Exec, true);
+    if (seek && !alone)
+    {
+      // A vertex that one rank drops changes the corners of all. And what one rank has assumed of
+      // the bytes that it has not read can be wrong.
+      const bool wrong = !spilled && spilled.GetError().code == ErrorCode::InvalidInput;
+      const bool dropped = share.Info().tolerance.Of(Lapse::PointNotFinite) > 0;
+      if (!spilled && !wrong)
+      {
+        return spilled.GetError();
+      }
+      std::uint64_t again[] = { wrong || dropped ? 1U : 0U };
+      KDSTREAM_TRY(this->Team.Sum(again));
+      if (again[0] > 0)
+      {
+        return false;
+      }
+    }
+    KDSTREAM_TRY(Take(std::move(spilled), this->Share));
+    info = share.Info();
+    return true;
   }
 
-  // What the file has and no store keeps: the rank that reads its end has seen all of it.
-  Status TakeIgnored(const std::vector<std::string>& seen)
+  // What the file has and no store keeps: the rank that reads its end has seen all of it. And what
+  // was dropped or forgiven in each rank's share.
+  Status TakeTold(const MeshFileInfo& info)
   {
     const std::size_t last = this->Team.Count() - 1;
-    RankLists<char> out(this->Team.Count());
-    for (const std::string& name : this->Team.Rank() == last ? seen : std::vector<std::string>{})
+    std::string text = info.tolerance.ToLines();
+    for (const std::string& name :
+      this->Team.Rank() == last ? info.ignoredAttributes : std::vector<std::string>{})
     {
-      out[0].insert(out[0].end(), name.begin(), name.end());
-      out[0].push_back('\n');
+      text += ignoredMark + name + "\n";
     }
+    const RankLists<char> out(this->Team.Count(), std::vector<char>(text.begin(), text.end()));
     const Result<RankLists<char>> in = this->Team.Exchange(out);
     KDSTREAM_TRY(in);
-    std::istringstream lines(std::string((*in)[last].begin(), (*in)[last].end()));
-    for (std::string name; std::getline(lines, name);)
+    for (const std::vector<char>& told : *in)
     {
-      this->Report.ignoredAttributes.push_back(name);
+      std::istringstream lines(std::string(told.begin(), told.end()));
+      for (std::string line; std::getline(lines, line);)
+      {
+        if (line.starts_with(ignoredMark))
+        {
+          this->Report.ignoredAttributes.push_back(line.substr(ignoredMark.size()));
+        }
+        this->Report.tolerance.Add(Tolerance::FromLines(line));
+      }
     }
-    return {};
+    const Status strict = this->Report.tolerance.Check(this->Options.strict);
+    return strict ? strict : Status(this->Team.FailTogether(strict.GetError()));
   }
 
   Status WeldShares(const MeshFileInfo& info)

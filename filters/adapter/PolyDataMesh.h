@@ -16,7 +16,7 @@ namespace kdstream
 {
 
 // The cells of a vtkPolyData, cut into single vertices, line segments and triangles, in this order.
-// Polygons are cut as PolygonTriangles.h says, strips become triangles of alternating orientation;
+// Polygons are cut as core/CutPolygon.h says, strips become triangles of alternating orientation;
 // degenerate triangles stay. Cells of too few points have none.
 struct PolyDataElements
 {
@@ -31,9 +31,10 @@ struct PolyDataElements
   }
 };
 
-// The points as doubles, all of them finite.
+// The points as doubles, all of them finite, unless any may come.
 // O(n), 24 bytes a point. Errors: InvalidInput naming the point that is not finite; LimitExceeded.
-Result<std::vector<Vec3>> ReadPoints(vtkPolyData& input, const Execution& execution);
+Result<std::vector<Vec3>> ReadPoints(
+  vtkPolyData& input, const Execution& execution, bool any = false);
 
 // O(cells), 20 bytes an element. Errors: InvalidInput naming the cell and point where a cell uses a
 // point that is not there; LimitExceeded.
@@ -41,6 +42,6 @@ Result<PolyDataElements> ReadElements(vtkPolyData& input);
 
 // What core calls a mesh: points and triangles; vertex and line cells are left out. The errors of
 // both.
-Result<Mesh> ReadMesh(vtkPolyData& input, const Execution& execution);
+Result<Mesh> ReadMesh(vtkPolyData& input, const Execution& execution, bool any = false);
 
 }

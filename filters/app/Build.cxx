@@ -67,7 +67,15 @@ Result<BuildReport> BuildFrom(BuildCommand& line, const std::filesystem::path& s
   {
     arguments.push_back("--texture-pixels=" + std::to_string(line.texturePixels));
   }
+  if (!line.columns.empty())
+  {
+    arguments.push_back("--columns=" + line.columns);
+  }
   std::vector<std::string> more = arguments; // what changes nothing
+  if (line.build.strict)
+  {
+    more.push_back("--strict");
+  }
   if (line.threads > 0)
   {
     more.push_back("--threads=" + std::to_string(line.threads));
@@ -120,6 +128,9 @@ Result<BuildReport> BuildFrom(BuildCommand& line, const std::filesystem::path& s
     const std::vector<std::string> told = textures->Warnings();
     warnings.insert(warnings.end(), told.begin(), told.end());
   }
+  Tolerance tolerance = converted->GetTolerance();
+  tolerance.Add(report->tolerance);
+  report->tolerance = std::move(tolerance);
   report->seconds.emplace_back("convert", seconds.count());
   for (auto& [step, time] : report->seconds)
   {
@@ -198,7 +209,7 @@ int Build(const CLI::App& app, BuildCommand& line)
       std::cerr << program << ": note: " << line.input << ": " << line.baked->TellLevels() << "\n";
     }
     const std::chrono::duration<double> seconds = std::chrono::steady_clock::now() - begin;
-    PrintWritten(program, line.output, GuessedPose(*report), seconds.count());
+    PrintWritten(program, line.output, LastWords(*report), seconds.count());
   }
   return WriteStats(program, line, *report);
 }

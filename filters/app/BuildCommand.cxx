@@ -3,6 +3,7 @@
 
 #include "filters/app/ConvertedInput.h"
 #include "filters/app/DirectionText.h"
+#include "filters/app/ReadingOptions.h"
 #include "filters/app/TextureOptions.h"
 #include "filters/build/BuildMemory.h"
 #include "filters/files/WriteWhole.h"
@@ -183,6 +184,8 @@ void AddBuildOptions(CLI::App& app, BuildCommand& line)
     ->check(onOff)
     ->capture_default_str()
     ->group("Input");
+  AddStrictOption(app, line.build.strict)->group("Input");
+  AddColumnsOption(app, line.columns)->group("Input");
   app.add_option("-o,--output", line.output, "the store to write")
     ->required()
     ->type_name("STORE.kds")
@@ -276,6 +279,7 @@ Status Interpret(const CLI::App& app, BuildCommand& line)
 {
   KDSTREAM_TRY(CheckLevelOptions(app, line));
   KDSTREAM_TRY(CheckTextureOptions(app, line));
+  KDSTREAM_TRY(CheckColumns(line.columns, line.input));
   if (line.partitions > 0)
   {
     line.build.tree.partitions = line.partitions;
@@ -347,6 +351,13 @@ std::string StatsOf(const BuildCommand& line, const BuildReport& report)
   JsonWriter json({ 2 });
   json.BeginObject();
   PutStatistics(json, model, status ? 0 : bytes);
+  json.Key("forgiven").BeginObject();
+  for (std::size_t k = 0; k < lapseKinds; ++k)
+  {
+    const auto kind = static_cast<Lapse>(k);
+    json.Member(Tolerance::KeyOf(kind), report.tolerance.Of(kind));
+  }
+  json.EndObject();
   json.Member("merged_by_grid", report.mergedByGrid)
     .Member("passes", report.passes)
     .Member("temp_bytes", report.temporaryBytes)
@@ -565,6 +576,10 @@ void PrintWarnings(std::string_view program, const BuildCommand& line, const Bui
                 << " changes nothing: " << NoPictures(line) << "\n";
     }
   }
+  for (const std::string& warning : report.tolerance.Warnings())
+  {
+    std::cerr << program << ": warning: " << line.input << ": " << warning << "\n";
+  }
   std::string names;
   for (const std::string& name : report.ignoredAttributes)
   {
@@ -592,13 +607,16 @@ void PrintWarnings(std::string_view program, const BuildCommand& line, const Bui
   }
 }
 
-std::string GuessedPose(const BuildReport& report)
+std::string LastWords(const BuildReport& report)
 {
   const std::optional<ModelPose>& pose = report.info.pose;
-  return pose && pose->guessed
-           ? "guessed that " + DirectionText(pose->up) + " is up and the front is to " +
-               DirectionText(pose->view) + " (--up, --view)"
-           : std::string();
+  std::string words = report.tolerance.Summary();
+  if (pose && pose->guessed)
+  {
+    words += (words.empty() ? "" : ", ") + ("guessed that " + DirectionText(pose->up)) +
+             " is up and the front is to " + DirectionText(pose->view) + " (--up, --view)";
+  }
+  return words;
 }
 
 int WriteStats(std::string_view program, const BuildCommand& line, const BuildReport& report)

@@ -26,6 +26,7 @@ struct BuildCommand
   std::string precision = "20", median = "auto";
   unsigned threads = 0;
   bool quiet = false;
+  std::string columns; // of an .xyz
   std::string textures = "on", textureQuality = "90";
   std::uint64_t texturePixels = mostPicturePixels;
   TileOptions tiles{}; // by Interpret, as are the next two
@@ -72,8 +73,9 @@ void WarnOfEnding(std::string_view program, const BuildCommand& line);
 // What a build says on stderr beside errors.
 void PrintWarnings(std::string_view program, const BuildCommand& line, const BuildReport& report);
 
-// What the last line of a build says of how the model stands: empty unless it was guessed.
-std::string GuessedPose(const BuildReport& report);
+// What the last line of a build says of the model: what was dropped or forgiven of the input, and
+// how the model stands where that was guessed; may be empty.
+std::string LastWords(const BuildReport& report);
 
 // Writes the file of statistics that was asked for; returns the exit code.
 int WriteStats(std::string_view program, const BuildCommand& line, const BuildReport& report);

@@ -66,8 +66,8 @@ std::size_t RanksHere(std::size_t ranks)
 // What only one process does. Not in this program's help, but understood, to say where it is done.
 void HideOptionsOfOneProcess(CLI::App& app)
 {
-  for (const char* const name : { "--partitioner", "--reconstruct", "--resume", "--textures",
-         "--texture-pixels", "--texture-quality" })
+  for (const char* const name : { "--columns", "--partitioner", "--reconstruct", "--resume",
+         "--textures", "--texture-pixels", "--texture-quality" })
   {
     app.get_option(name)->group("");
   }
@@ -160,7 +160,8 @@ Result<bool> ReadCommandLine(
   }
   KDSTREAM_TRY(AgreeOnOptions(team, line.build,
     { { "the version of the program", KDSTREAM_VERSION },
-      { "--help or --version", *wanted ? "" : "given" }, { "--output", line.output } }));
+      { "--help or --version", *wanted ? "" : "given" }, { "--output", line.output },
+      { "--strict", line.build.strict ? "given" : "" } }));
   return *wanted;
 }
 
@@ -214,7 +215,7 @@ int Build(MpiTeam& team, CLI::App& app, int argc, char** argv)
   if (!line.quiet)
   {
     const std::chrono::duration<double> seconds = std::chrono::steady_clock::now() - begin;
-    PrintWritten(program, line.output, GuessedPose(*report), seconds.count());
+    PrintWritten(program, line.output, LastWords(*report), seconds.count());
   }
   return WriteStats(program, line, *report);
 }

@@ -4,6 +4,7 @@
 // on hostile input.
 #include "filters/app/ConvertedInput.h"
 #include "filters/app/OutputFolders.h"
+#include "filters/app/ReadingOptions.h"
 #include "filters/app/TextureOptions.h"
 #include "filters/convert/ForeignMesh.h"
 #include "filters/convert/Reconstruct.h"
@@ -40,13 +41,12 @@ constexpr const char* footer =
   "Formats:\n"
   "  .ply .stl .obj  as kdstream-build reads them\n"
   "  .vtp .vtk       of VTK; of a grid the surface\n"
-  "  .wrl            VRML 2\n"
+  "  .wrl            VRML 2 and 1, where Coin is there\n"
   "  .glb .gltf      the default scene; textures are baked to colours of vertices\n"
   "  .pcd            of PCL\n"
-  "  .las            of laser scanners; compressed ones (.laz) are not read\n"
-  "  .xyz            lines of x y z, then nothing, intensity, r g b, nx ny nz, intensity r g b, or "
-  "r g "
-  "b nx ny nz\n\n"
+  "  .las            of laser scanners; compressed ones (.laz) where LASzip is there\n"
+  "  .xyz            lines of x y z, then an intensity, r g b, nx ny nz or several of these; "
+  "--columns names them\n\n"
   "Example:\n"
   "  kdstream-convert statue.glb -o statue.ply";
 
@@ -55,7 +55,8 @@ struct CommandLine
   std::string input, output, reconstruct, paint, textures = "on";
   std::uint64_t texturePixels = mostPicturePixels;
   unsigned threads = 0;
-  bool quiet = false, progressLines = false;
+  std::string columns;
+  bool quiet = false, progressLines = false, strict = false;
 };
 
 // The line that is printed if a reader of the libraries crashes. Made before, since little is
@@ -159,8 +160,8 @@ Result<ForeignMesh> Read(const CommandLine& line, const Execution& execution)
   try
   {
     LimitMemory(MostMemory(line.input));
-    Result<ForeignMesh> read = ReadForeignMesh(
-      line.input, { line.textures == "on", line.texturePixels, line.paint }, execution);
+    Result<ForeignMesh> read = ReadForeignMesh(line.input,
+      { line.textures == "on", line.texturePixels, line.paint }, execution, line.columns);
     if (read && !line.reconstruct.empty())
     {
       LimitMemory(std::numeric_limits<std::uint64_t>::max());
@@ -193,12 +194,35 @@ void TellNamed(const std::vector<std::filesystem::path>& files)
   }
 }
 
+// kdstream-build has what was forgiven as numbers, and tells it itself.
+void TellWarnings(const std::string& program, const CommandLine& line, const ForeignMesh& read)
+{
+  std::vector<std::string> warnings = read.warnings;
+  if (line.progressLines)
+  {
+    std::cerr << read.tolerance.ToLines();
+  }
+  else
+  {
+    const std::vector<std::string> told = read.tolerance.Warnings();
+    warnings.insert(warnings.end(), told.begin(), told.end());
+  }
+  for (const std::string& warning : warnings)
+  {
+    std::cerr << program << ": warning: " << line.input << ": " << warning << "\n";
+  }
+}
+
 int Convert(const CLI::App& app, const CommandLine& line)
 {
   const std::string& program = app.get_name();
   if (const Status textures = CheckTexturePixels(app, line.textures); !textures)
   {
     return PrintError(program, "", textures.GetError());
+  }
+  if (const Status columns = CheckColumns(line.columns, line.input); !columns)
+  {
+    return PrintError(program, "", columns.GetError());
   }
   Result<OutputFolders> folders = OutputFolders::Make(line.output);
   if (!folders)
@@ -224,9 +248,9 @@ int Convert(const CLI::App& app, const CommandLine& line)
     }
     read = Read(line, execution);
   }
-  if (!read)
+  if (const Status strict = read ? read->tolerance.Check(line.strict) : read.GetError(); !strict)
   {
-    return PrintError(program, line.input, read.GetError());
+    return PrintError(program, line.input, strict.GetError());
   }
   if (line.progressLines && read->baked)
   {
@@ -237,10 +261,7 @@ int Convert(const CLI::App& app, const CommandLine& line)
   {
     TellNamed(read->named);
   }
-  for (const std::string& warning : read->warnings)
-  {
-    std::cerr << program << ": warning: " << line.input << ": " << warning << "\n";
-  }
+  TellWarnings(program, line, *read);
   if (!line.progressLines && !read->baked && app.count("--texture-pixels") > 0)
   {
     std::cerr << program << ": warning: " << line.input
@@ -260,7 +281,7 @@ int Convert(const CLI::App& app, const CommandLine& line)
   if (!line.quiet && !line.progressLines)
   {
     const std::chrono::duration<double> seconds = std::chrono::steady_clock::now() - begin;
-    PrintWritten(program, line.output, "", seconds.count());
+    PrintWritten(program, line.output, read->tolerance.Summary(), seconds.count());
   }
   return exitDone;
 }
@@ -284,6 +305,8 @@ try
   AddTextureOptions(app, { "on", "off" },
     "bake pictures to the colours of vertices, or leave them out", line.textures,
     line.texturePixels);
+  AddColumnsOption(app, line.columns);
+  AddStrictOption(app, line.strict);
   app.add_flag("--quiet", line.quiet, "no progress, and no line at the end");
   app.add_flag("--progress-lines", line.progressLines)->group(""); // for kdstream-build alone
   app.add_option("--paint", line.paint)->group("");                // the same

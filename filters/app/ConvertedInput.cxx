@@ -149,6 +149,7 @@ public:
   std::vector<std::string> warnings;
   std::vector<std::filesystem::path> named;
   std::optional<BakeReport> baked;
+  Tolerance tolerance;
   std::optional<Error> error;
 
 private:
@@ -187,6 +188,10 @@ private:
       std::istringstream(this->Line.substr(convertTexturesMark.size())) >> told.pictures >>
         told.texels >> told.texelsPerVertex >> told.loss;
       this->baked = told;
+    }
+    else
+    {
+      this->tolerance.Add(Tolerance::FromLines(this->Line));
     }
   }
 
@@ -306,6 +311,7 @@ Result<ConvertedInput> ConvertedInput::Make(const std::string& input,
   converted.WarningTexts = std::move(messages.warnings);
   converted.NamedFiles = std::move(messages.named);
   converted.BakedTextures = messages.baked;
+  converted.Forgiven = std::move(messages.tolerance);
   return converted;
 }
 
@@ -323,6 +329,7 @@ ConvertedInput::ConvertedInput(ConvertedInput&& other) noexcept
   , WarningTexts(std::move(other.WarningTexts))
   , NamedFiles(std::move(other.NamedFiles))
   , BakedTextures(std::move(other.BakedTextures))
+  , Forgiven(std::move(other.Forgiven))
 {
 }
 

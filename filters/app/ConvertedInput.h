@@ -5,6 +5,7 @@
 
 #include "filters/core/Execution.h"
 #include "filters/core/Result.h"
+#include "filters/meshio/Tolerance.h"
 #include "filters/texture/BakeTextures.h"
 
 #include <filesystem>
@@ -68,6 +69,8 @@ public:
   const std::vector<std::filesystem::path>& Named() const { return this->NamedFiles; }
   // What became of its pictures, if there were any; its warnings are among the others.
   const std::optional<BakeReport>& Baked() const { return this->BakedTextures; }
+  // What was dropped or forgiven while it was read.
+  const Tolerance& GetTolerance() const { return this->Forgiven; }
 
 private:
   ConvertedInput(std::filesystem::path folder, int lock, std::string input);
@@ -78,6 +81,7 @@ private:
   std::vector<std::string> WarningTexts;
   std::vector<std::filesystem::path> NamedFiles;
   std::optional<BakeReport> BakedTextures;
+  Tolerance Forgiven;
 };
 
 }

@@ -61,6 +61,7 @@ Result<Mesh> ReadMesh(MeshReader& reader, const BuildOptions& options, const Exe
         triangles ? reader.ReadTriangles(mesh, readChunk) : reader.ReadVertices(mesh, readChunk);
       KDSTREAM_TRY(read);
       count = *read;
+      KDSTREAM_TRY(reader.Info().tolerance.Check(options.strict));
       KDSTREAM_TRY(check(SizeOf(mesh)));
       const double size = std::max(1.0, double(reader.FileSize()));
       KDSTREAM_TRY(execution.Report("read", double(reader.Position()) / size));

@@ -14,8 +14,8 @@ namespace kdstream
 {
 
 // Reads all there is. Stops as soon as options.memory does not allow what has been read, or what
-// the header claims in a file that is large enough for it. Errors: those of MeshReader,
-// LimitExceeded, Cancelled.
+// the header claims in a file that is large enough for it. Errors: those of MeshReader, and with
+// options.strict of Tolerance::Check; LimitExceeded, Cancelled.
 Result<Mesh> ReadMesh(
   MeshReader& reader, const BuildOptions& options, const Execution& execution = {});
 

@@ -257,6 +257,7 @@ Result<BuildReport> BuildInMemory(const std::filesystem::path& input,
   if (report)
   {
     report->ignoredAttributes = (*reader)->Info().ignoredAttributes;
+    report->tolerance = (*reader)->Info().tolerance;
   }
   return report;
 }

@@ -9,6 +9,7 @@
 #include "filters/core/Execution.h"
 #include "filters/core/levels/Levels.h"
 #include "filters/core/tree/KdTree.h"
+#include "filters/meshio/Tolerance.h"
 #include "filters/outofcore/tree/MedianSearch.h"
 #include "filters/store/Store.h"
 
@@ -45,6 +46,7 @@ struct BuildOptions
   // Called once the input has been read and welded, with the numbers that are left.
   std::function<void(std::uint64_t vertices, std::uint64_t triangles)> tellSize =
     [](std::uint64_t, std::uint64_t) {};
+  bool strict = false; // refuse input of which something was dropped or forgiven (Tolerance.h)
   std::string title, credit, license, unit, description;
   // What is up, and from where the model is looked at first: towards the eye. Guessed where they
   // are not given (GuessPose.h). REQUIRES: directions (DirectionOf).
@@ -68,6 +70,7 @@ struct BuildReport
   // Vertices in different places that fall together on the grid: what its bits lose.
   std::uint64_t mergedByGrid = 0;
   std::vector<std::string> ignoredAttributes; // of the input: MeshFileInfo
+  Tolerance tolerance;                        // the same
   // Over all vertices: reading the input, and out of core the tree's.
   std::uint64_t passes = 1;
   // Of the files out of core: the most bytes at any time, and all bytes read and written.
@@ -81,9 +84,9 @@ struct BuildReport
 // Complexity O(n log n + t log t); peak memory as EstimateBuildMemory
 // (BuildMemory.h). The content depends on input
 // and options alone. Errors: those of MeshReader and ComputeDepths; a mesh without vertices
-// or with attributes that no store can hold (PrepareMesh);
-// LimitExceeded; InputOutput; Cancelled; with options.resume those of BuildFolder::Open. The
-// message does not name the file.
+// or with attributes that no store can hold (PrepareMesh); with options.strict what
+// Tolerance::Check refuses; LimitExceeded; InputOutput; Cancelled; with options.resume those of
+// BuildFolder::Open. The message does not name the file.
 Result<BuildReport> BuildStore(const std::filesystem::path& input,
   const std::filesystem::path& store, const BuildOptions& options, const Execution& execution = {});
 

@@ -253,6 +253,7 @@ private:
     }
     KDSTREAM_TRY(this->Exec.Report("encode", 0));
     this->Report.ignoredAttributes = facts.ignored;
+    this->Report.tolerance = facts.tolerance;
     this->Report.scalarType = facts.scalarType;
     std::vector<double> deviations; // of the levels
     if (!this->ByOctree())

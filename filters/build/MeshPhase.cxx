@@ -59,6 +59,7 @@ Status MakeMesh(ExternalBuildState& build)
                       build.Part("read", build.StepDone, 1)),
     mesh));
   build.Clock.Finish("read");
+  KDSTREAM_TRY((*reader)->Info().tolerance.Check(build.Options.strict));
   MeshFacts facts;
   facts.triangles = mesh.triangleCount;
   facts.pointTupleBytes = mesh.vertices.tupleBytes;
@@ -67,6 +68,7 @@ Status MakeMesh(ExternalBuildState& build)
   facts.floats = mesh.fitFloats;
   facts.attributes = mesh.attributes;
   facts.ignored = (*reader)->Info().ignoredAttributes;
+  facts.tolerance = (*reader)->Info().tolerance;
   facts.weld = build.Options.weld || (*reader)->Info().soup;
   KDSTREAM_TRY(CheckAttributeNames(facts.attributes));
   if (facts.weld)
@@ -94,6 +96,7 @@ Result<MeshFacts> LoadFacts(const ExternalBuildState& build)
   BlobReader blob = build.Folder->BlobOf("mesh");
   MeshFacts facts = LoadMeshFacts(blob);
   KDSTREAM_TRY(blob.Finish());
+  KDSTREAM_TRY(facts.tolerance.Check(build.Options.strict)); // one that goes on from another
   if (build.Options.partitioner == Partitioner::KdTree)
   {
     KDSTREAM_TRY(

@@ -111,6 +111,7 @@ void Save(BlobWriter& blob, const MeshFacts& facts)
   {
     blob.AddText(name);
   }
+  blob.AddText(facts.tolerance.ToLines());
 }
 
 MeshFacts LoadMeshFacts(BlobReader& blob)
@@ -134,6 +135,7 @@ MeshFacts LoadMeshFacts(BlobReader& blob)
   {
     facts.ignored.push_back(blob.ReadText());
   }
+  facts.tolerance = Tolerance::FromLines(blob.ReadText());
   return facts;
 }
 

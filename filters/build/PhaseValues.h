@@ -3,6 +3,7 @@
 #pragma once
 
 #include "filters/build/Builder.h"
+#include "filters/meshio/Tolerance.h"
 #include "filters/outofcore/journal/BuildFolder.h"
 #include "filters/outofcore/levels/ExternalLevels.h"
 #include "filters/outofcore/pieces/ExternalNumbers.h"
@@ -26,6 +27,7 @@ struct MeshFacts
   bool weld = true;                      // whether equal vertices were joined
   std::vector<AttributeInfo> attributes; // point arrays first
   std::vector<std::string> ignored;      // arrays of the input
+  Tolerance tolerance;                   // of reading it
 };
 
 void Save(BlobWriter& blob, const MeshFacts& facts);

@@ -5,9 +5,11 @@
 #include "filters/core/Weld.h"
 #include "filters/meshio/ByteSource.h"
 #include "filters/meshio/ContentFormat.h"
+#include "filters/meshio/DroppedPoints.h"
 #include "filters/meshio/FileEnding.h"
 #include "filters/meshio/MeshReader.h"
 #include "filters/meshio/ObjReader.h"
+#include "filters/meshio/ShownColors.h"
 #include "filters/texture/FindTextures.h"
 
 #include <algorithm>
@@ -52,6 +54,7 @@ Result<ForeignMesh> ReadInChunks(const std::filesystem::path& file, const Execut
   {
     result.warnings.push_back(notCarried + name);
   }
+  result.tolerance = input.Info().tolerance;
   return result;
 }
 
@@ -62,6 +65,7 @@ Result<ForeignMesh> Bake(
   Result<BakeReport> report = BakeTexturesAndKeepPaint(read.textured, textures, execution);
   KDSTREAM_TRY(report);
   ForeignMesh result{ std::move(read.textured.mesh), std::move(read.warnings) };
+  result.tolerance = std::move(read.tolerance);
   result.named = std::move(read.libraries);
   for (const PictureSource& picture : read.textured.pictures)
   {
@@ -107,6 +111,15 @@ Result<ForeignMesh> ReadPcdWithoutPcl(const std::filesystem::path&, const Execut
 }
 #endif
 
+#ifndef KDSTREAM_HAS_COIN
+Result<ForeignMesh> ReadVrmlWithoutCoin(const std::filesystem::path&, const Execution&)
+{
+  return Error{ ErrorCode::Unsupported,
+    "reading .wrl files needs Coin, which was not there when KdStream was built: install "
+    "libcoin-dev (so it is called in Debian) and build kdstream-convert again" };
+}
+#endif
+
 using ReadFormat = Result<ForeignMesh> (*)(const std::filesystem::path&, const Execution&);
 
 ReadFormat FormatOf(const std::string& ending)
@@ -116,7 +129,12 @@ ReadFormat FormatOf(const std::string& ending)
     const char* ending;
     ReadFormat read;
   } formats[] = { { ".stl", ReadInChunks }, { ".vtp", ReadVtp }, { ".vtk", ReadVtk },
-    { ".wrl", ReadVrml }, { ".xyz", ReadXyz }, { ".las", ReadLas }, { ".laz", ReadLas },
+#ifdef KDSTREAM_HAS_COIN
+    { ".wrl", ReadVrml },
+#else
+    { ".wrl", ReadVrmlWithoutCoin },
+#endif
+    { ".las", ReadLas }, { ".laz", ReadLas },
 #ifdef KDSTREAM_HAS_PCL
     { ".pcd", ReadPcd }
 #else
@@ -153,14 +171,15 @@ void DropUnfitAttributes(ForeignMesh& result)
 
 }
 
-Result<ForeignMesh> ReadForeignMesh(
-  const std::filesystem::path& file, const TextureOptions& textures, const Execution& execution)
+Result<ForeignMesh> ReadForeignMesh(const std::filesystem::path& file,
+  const TextureOptions& textures, const Execution& execution, const std::string& columns)
 {
   const std::string ending = FileEnding(file);
+  const bool xyz = ending == ".xyz";
   const bool own = ending == ".ply" || ending == ".obj";
   const bool gltf = ending == ".glb" || ending == ".gltf";
   const ReadFormat read = FormatOf(ending);
-  if (!read && !own && !gltf)
+  if (!read && !own && !gltf && !xyz)
   {
     return Error{ ErrorCode::Unsupported,
       "the ending '" + ending + "' names no known mesh format" };
@@ -175,6 +194,7 @@ Result<ForeignMesh> ReadForeignMesh(
   const Result<std::string_view> begin = source->Peek(contentFormatBytes);
   Result<ForeignMesh> result = own    ? ReadOwn(file, textures, execution)
                                : gltf ? ReadGltf(file, textures, execution)
+                               : xyz  ? ReadXyz(file, columns, execution)
                                       : read(file, execution);
   if (!result)
   {
@@ -183,16 +203,23 @@ Result<ForeignMesh> ReadForeignMesh(
              ? result
              : Error{ ErrorCode::InvalidInput, hint };
   }
+  // Of formats whose readers give points as they are.
+  const Result<std::vector<bool>> finite = DropNotFinite(result->mesh, {}, result->tolerance);
+  KDSTREAM_TRY(finite);
   if (result->mesh.points.empty())
   {
     std::string message = "holds no points";
-    for (const std::string& warning : result->warnings)
+    std::vector<std::string> why = result->warnings;
+    const std::vector<std::string> told = result->tolerance.Warnings();
+    why.insert(why.end(), told.begin(), told.end());
+    for (const std::string& warning : why)
     {
       message += "; " + warning;
     }
     return Error{ ErrorCode::InvalidInput, message };
   }
   DropUnfitAttributes(*result);
+  AddShownColors(result->mesh, result->tolerance);
   return result;
 }
 

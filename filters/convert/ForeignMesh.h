@@ -38,16 +38,19 @@ struct ForeignMesh
 // as floats where these tell its decimals apart, else as doubles.
 //   .vtp          VTK's XML; .vtk: VTK's legacy format, of a grid its surface
 //   .wrl          VRML 2 (VRML 97); .glb, .gltf: glTF 2.0, the default scene, transforms applied
-//   .pcd          PCL's clouds: ascii, binary, compressed; points that are not finite are dropped
+//   .pcd          PCL's clouds: ascii, binary, compressed
 //   .xyz          see ReadXyz; .las: see ReadLas
 //   .ply .stl .obj  as kdstream-build reads them; corners of .stl in the same place are joined
 // Pictures are baked to colours of vertices, as textures asks (BakeTextures.h), in .obj, .ply,
 // .glb and .gltf.
+// Points that are not finite are dropped, with their triangles, and counted in `tolerance`.
 // Peak memory: some three times the mesh. Errors: InvalidInput saying what is wrong, and where if
 // the format's library tells; a file without any point; Unsupported for other endings, and for what
 // this installation lacks; InputOutput; NotFound; Cancelled.
+// columns: of an .xyz, see ReadXyz.
 Result<ForeignMesh> ReadForeignMesh(const std::filesystem::path& file,
-  const TextureOptions& textures = {}, const Execution& execution = {});
+  const TextureOptions& textures = {}, const Execution& execution = {},
+  const std::string& columns = {});
 
 // One function a format; the errors are those above.
 
@@ -57,14 +60,15 @@ Result<ForeignMesh> ReadVrml(const std::filesystem::path& file, const Execution&
 Result<ForeignMesh> ReadGltf(
   const std::filesystem::path& file, const TextureOptions& textures, const Execution& execution);
 
-// Text, a point a line, its numbers apart by blanks, commas or semicolons. Columns: x y z, then
-// nothing; an intensity; r g b or nx ny nz; intensity r g b; or r g b nx ny nz. Three further
-// columns are a normal if all of them are of length one (or zero: no normal), colours if all of
-// them are whole numbers from 0 to 255, else plain numbers, "column4" and so on; a warning tells
-// where that is not obvious. Every line has as many columns as the first. Passed over: empty lines,
-// lines that begin with # or //, and a first line with only the number of points. Points that are
-// not finite are dropped.
-Result<ForeignMesh> ReadXyz(const std::filesystem::path& file, const Execution& execution);
+// Text, a point a line, its numbers apart by blanks, commas or semicolons; where blanks or
+// semicolons part numbers that have one comma each and no point, these are decimal commas. What the
+// columns are: columns ("x y z r g b class", apart by blanks or commas), where that is not empty; a
+// line of such names before the first point; else x y z and what the values of the others fit
+// (XyzColumns.h). Every line has as many columns as the first. Passed over: empty lines, lines that
+// begin with # or //, what follows a blank and #, and a first line with only the number of points.
+// What can be read in two ways is told (Tolerance::Tell).
+Result<ForeignMesh> ReadXyz(
+  const std::filesystem::path& file, const std::string& columns, const Execution& execution);
 
 // Uncompressed LAS 1.0 to 1.4 (LasHeader.h), doubles. Arrays: "RGB", "intensity", "classification",
 // "return_number", each where it says something; the rest of a point (times, angles, source, user

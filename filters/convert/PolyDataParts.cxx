@@ -3,6 +3,7 @@
 
 #include "filters/adapter/PolyDataAttributes.h"
 #include "filters/adapter/PolyDataMesh.h"
+#include "filters/meshio/DroppedPoints.h"
 
 namespace kdstream
 {
@@ -41,7 +42,7 @@ Result<ForeignMesh> ReadPolyData(vtkPolyData& input, const Execution& execution)
 {
   ForeignMesh result;
   const Result<PolyDataElements> elements = ReadElements(input);
-  Result<Mesh> mesh = ReadMesh(input, execution);
+  Result<Mesh> mesh = ReadMesh(input, execution, true);
   if (!elements || !mesh)
   {
     return !elements ? elements.GetError() : mesh.GetError();
@@ -54,6 +55,14 @@ Result<ForeignMesh> ReadPolyData(vtkPolyData& input, const Execution& execution)
     result.warnings.push_back("dropped: " + skipped);
   }
   WarnOfCells(*elements, !result.mesh.triangles.empty(), input, result.warnings);
+  const std::size_t first = elements->vertices + elements->segments;
+  std::vector<bool> begins; // of each triangle: whether it is the first of its cell
+  for (std::size_t i = first; i < elements->corners.size(); ++i)
+  {
+    begins.push_back(i == first || elements->cells[i] != elements->cells[i - 1]);
+  }
+  const Result<std::vector<bool>> finite = DropNotFinite(result.mesh, begins, result.tolerance);
+  KDSTREAM_TRY(finite);
   return result;
 }
 

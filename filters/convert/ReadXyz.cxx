@@ -1,11 +1,13 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Point clouds as text. Steps: 1. every line's numbers  2. what the columns mean  3. points and
-// attributes.
+// Point clouds as text. Steps: 1. every line's words: what commas are  2. their numbers  3. what
+// the columns mean  4. points and attributes.
 #include "filters/convert/ForeignMesh.h"
 #include "filters/convert/PointAttributes.h"
+#include "filters/convert/XyzColumns.h"
 #include "filters/meshio/NumberText.h"
 #include "filters/meshio/QuotedText.h"
 #include "filters/meshio/TextLines.h"
+#include "filters/meshio/TextWords.h"
 
 #include <algorithm>
 #include <array>
@@ -16,49 +18,69 @@ namespace kdstream
 namespace
 {
 
-constexpr std::string_view separators = " \t,;\r\v\f";
+constexpr std::string_view separators = " \t,;\r\v\f", separatorsButCommas = " \t;\r\v\f";
 constexpr std::uint64_t linesPerReport = 1 << 16;
 
-bool IsComment(std::string_view line)
+bool IsDigit(char c)
 {
-  const std::size_t begin = line.find_first_not_of(separators);
-  return begin == std::string_view::npos || line[begin] == '#' || line.substr(begin, 2) == "//";
+  return c >= '0' && c <= '9';
 }
 
 bool IsCount(const std::vector<std::string_view>& words)
 {
-  return words.size() == 1 && words[0].find_first_not_of("0123456789") == std::string_view::npos;
+  return words.size() == 1 && std::all_of(words[0].begin(), words[0].end(), IsDigit);
 }
 
-// What three columns after the coordinates can be.
-struct TripleKind
+// What commas are, which the first line that has some tells.
+enum class Commas
 {
-  bool unit = true;      // every one is of length one, or none: zero or not finite
-  bool someUnit = false; // one is of length one
-  bool colors = true;    // every one is of whole numbers from 0 to 255
-
-  bool Normals() const { return this->unit && this->someUnit; }
-
-  void Add(const float* value)
-  {
-    double square = 0;
-    for (std::size_t k = 0; k < 3; ++k)
-    {
-      const double v = double(value[k]);
-      square += v * v;
-      this->colors &= v >= 0 && v <= 255 && v == std::floor(v);
-    }
-    const bool one = std::abs(square - 1) < 0.02;
-    this->someUnit |= one;
-    this->unit &= one || square == 0 || !std::isfinite(square);
-  }
+  Unknown,
+  Separators,
+  Decimal,
+  Unclear // can be read in two ways
 };
+
+// "1,234.5": a comma before each three digits, as between thousands.
+bool HasThousands(std::string_view word)
+{
+  const std::size_t comma = word.find(','), point = word.find('.');
+  return comma != std::string_view::npos && point == comma + 4 && comma >= 1 && comma <= 4 &&
+         std::all_of(word.begin() + static_cast<std::ptrdiff_t>(comma) + 1,
+           word.begin() + static_cast<std::ptrdiff_t>(point), IsDigit);
+}
+
+// words: of a line, at blanks and semicolons alone.
+Commas CommasOf(const std::vector<std::string_view>& words)
+{
+  std::size_t inner = 0, points = 0, both = 0, thousands = 0;
+  bool several = false;
+  for (std::string_view word : words)
+  {
+    word.remove_suffix(word.ends_with(',') ? 1 : 0);
+    const auto commas = std::count(word.begin(), word.end(), ',');
+    several = several || commas > 1 || word.starts_with(',');
+    inner += commas > 0 ? 1 : 0;
+    const bool point = word.find('.') != std::string_view::npos;
+    points += point ? 1 : 0;
+    both += point && commas > 0 ? 1 : 0;
+    thousands += HasThousands(word) ? 1 : 0;
+  }
+  if (words.size() < 3 || several || inner == 0)
+  {
+    return Commas::Separators;
+  }
+  return points == 0                       ? Commas::Decimal
+         : both == 0 || thousands == inner ? Commas::Unclear
+                                           : Commas::Separators;
+}
 
 class XyzReader
 {
 public:
-  explicit XyzReader(TextLines lines)
+  XyzReader(TextLines lines, std::optional<XyzLayout> layout, std::size_t columns)
     : Lines(std::move(lines))
+    , Layout(std::move(layout))
+    , NamedColumns(columns)
   {
   }
 
@@ -84,50 +106,146 @@ public:
 private:
   Status AddLine()
   {
-    if (IsComment(this->Lines.Line()))
+    std::string_view line = this->Lines.Line();
+    const std::size_t begin = line.find_first_not_of(separators);
+    if (begin == std::string_view::npos)
     {
       return {};
     }
-    SplitWords(this->Lines.Line(), separators, this->Words);
-    if (this->Columns == 0)
+    if (line[begin] == '#' || line.substr(begin, 2) == "//")
     {
-      if (!this->CountSeen && IsCount(this->Words))
+      this->TakeNames(line.substr(std::min(line.find_first_not_of("#/ \t", begin), line.size())));
+      return {};
+    }
+    for (std::size_t at = line.find('#'); at != std::string_view::npos; at = line.find('#', at + 1))
+    {
+      if (at > 0 && IsBlank(line[at - 1]))
+      {
+        line = line.substr(0, at);
+        break;
+      }
+    }
+    KDSTREAM_TRY(this->SplitLine(line));
+    if (!this->Columns)
+    {
+      if ((!this->CountSeen && IsCount(this->Words)) || AreXyzNames(this->Words))
       {
         this->CountSeen = true;
+        this->TakeNames(line);
         return {};
       }
       KDSTREAM_TRY(this->SetColumns());
     }
-    if (this->Words.size() != this->Columns)
+    if (this->Words.size() != this->ColumnCount)
     {
       return this->Lines.Wrong("has " + std::to_string(this->Words.size()) +
-                               " columns; those before have " + std::to_string(this->Columns));
+                               " columns; those before have " + std::to_string(this->ColumnCount));
     }
     return this->AddPoint();
   }
 
+  // A line that names the columns, as some programs write before the points.
+  void TakeNames(std::string_view line)
+  {
+    if (!this->Columns && !this->Layout)
+    {
+      SplitWords(line, separators, this->Words);
+      Result<XyzLayout> layout =
+        AreXyzNames(this->Words) ? LayoutOfNames(this->Words) : Result<XyzLayout>(Error{});
+      if (layout)
+      {
+        this->Layout = std::move(*layout);
+        this->NamedColumns = this->Words.size();
+        this->NamesInFile = this->Lines.Number();
+      }
+    }
+  }
+
+  Status SplitLine(std::string_view line)
+  {
+    if (line.find(',') == std::string_view::npos)
+    {
+      this->PointSeen = this->PointSeen || line.find('.') != std::string_view::npos;
+      if (this->Comma == Commas::Decimal && line.find('.') != std::string_view::npos)
+      {
+        return this->Lines.Wrong("has a decimal point, where lines before have decimal commas: it "
+                                 "can be read in two ways");
+      }
+      SplitWords(line, separators, this->Words);
+      return {};
+    }
+    if (this->Comma == Commas::Unknown)
+    {
+      SplitWords(line, separatorsButCommas, this->Words);
+      this->Comma = CommasOf(this->Words);
+      this->CommaLine = this->Lines.Number();
+      this->AlsoDecimal = this->Words.size() == 1;
+    }
+    if (this->Comma == Commas::Separators)
+    {
+      this->PointSeen = this->PointSeen || line.find('.') != std::string_view::npos;
+      SplitWords(line, separators, this->Words);
+      return {};
+    }
+    if (this->Comma == Commas::Unclear || line.find('.') != std::string_view::npos ||
+        this->PointSeen)
+    {
+      return this->Lines.Wrong("has commas and decimal points, which can be read in two ways: "
+                               "write numbers as 1234.5, with blanks between them");
+    }
+    this->Text = line;
+    SplitWords(this->Text, separatorsButCommas, this->Words);
+    for (std::string_view& word : this->Words)
+    {
+      word.remove_suffix(word.ends_with(',') ? 1 : 0);
+    }
+    std::replace(this->Text.begin(), this->Text.end(), ',', '.');
+    return {};
+  }
+
   Status SetColumns()
   {
-    constexpr std::array<std::size_t, 5> known{ 3, 4, 6, 7, 9 };
-    this->Columns = this->Words.size();
-    if (std::find(known.begin(), known.end(), this->Columns) == known.end())
+    this->ColumnCount = this->Words.size();
+    if (this->Layout && this->NamesInFile > 0 && this->NamedColumns != this->ColumnCount)
     {
-      return this->Lines.Wrong("has " + std::to_string(this->Columns) +
-                               " columns; points have 3 (x y z), 4 (and an intensity), 6 (and r g "
-                               "b or nx ny nz), 7 (and intensity r g b) or 9 (and r g b nx ny nz)");
+      this->Layout = std::nullopt; // a remark, or names of something else
+    }
+    if (this->Layout && this->NamedColumns != this->ColumnCount)
+    {
+      return this->Lines.Wrong("has " + std::to_string(this->ColumnCount) +
+                               " columns, and --columns names " +
+                               std::to_string(this->NamedColumns));
+    }
+    if (this->ColumnCount < 3 || this->ColumnCount > mostXyzColumns)
+    {
+      return this->Lines.Wrong("has " + std::to_string(this->ColumnCount) +
+                               " columns; points have at least 3 (x y z), and at most " +
+                               std::to_string(mostXyzColumns));
+    }
+    this->Columns.emplace(this->ColumnCount - 3);
+    if (!this->Layout)
+    {
+      std::vector<std::string> none;
+      const Result<XyzLayout> guess = this->Columns->Guess(none);
+      return guess ? Status() : Status(this->Lines.Wrong(guess.GetError().message));
     }
     return {};
   }
 
   Status AddPoint()
   {
+    const std::array<std::size_t, 3> places =
+      this->Layout ? this->Layout->coordinates : std::array<std::size_t, 3>{ 0, 1, 2 };
     Vec3 point{};
-    std::array<float, 6> rest{};
-    for (std::size_t i = 0; i < this->Columns; ++i)
+    std::array<float, mostXyzColumns> rest{};
+    std::size_t extra = 0;
+    for (std::size_t i = 0; i < this->ColumnCount; ++i)
     {
       const std::string_view word = this->Words[i];
+      const auto place =
+        static_cast<std::size_t>(std::find(places.begin(), places.end(), i) - places.begin());
       const NumberTextError error =
-        i < 3 ? ParseNumber(word, point[i]) : ParseNumber(word, rest[i - 3]);
+        place < 3 ? ParseNumber(word, point[place]) : ParseNumber(word, rest[extra++]);
       if (error != NumberTextError::None)
       {
         return this->Lines.Wrong(
@@ -135,143 +253,132 @@ private:
           (error == NumberTextError::NotANumber ? " is no number" : " is too large a number"));
       }
     }
-    const std::size_t extra = this->Columns - 3;
-    const bool finite =
-      std::all_of(point.begin(), point.end(), [](double v) { return std::isfinite(v); });
-    if (!finite)
+    if (!std::all_of(point.begin(), point.end(), [](double v) { return std::isfinite(v); }))
     {
-      ++this->Dropped;
+      this->Out.tolerance.Count(
+        Lapse::PointNotFinite, 1, "line " + std::to_string(this->Lines.Number()));
       return {};
     }
-    if (this->Points.size() >= noVertex - 1)
+    if (this->Out.mesh.points.size() >= noVertex - 1)
     {
       return Error{ ErrorCode::LimitExceeded, "more than 4294967294 points" };
     }
-    this->Points.push_back(point);
-    for (std::size_t k = 0; k < 3; ++k)
+    this->Out.mesh.points.push_back(point);
+    for (const std::size_t place : places)
     {
-      this->Precision.Add(this->Words[k]);
+      this->Precision.Add(this->Words[place]);
     }
     this->Extra.insert(this->Extra.end(), rest.begin(), rest.begin() + std::ptrdiff_t(extra));
-    if (extra >= 3)
-    {
-      this->First.Add(rest.data() + extra % 3);
-    }
-    if (extra == 6)
-    {
-      this->Second.Add(rest.data() + 3);
-    }
+    this->Columns->Add(rest.data());
     return {};
   }
 
   Result<ForeignMesh> Finish()
   {
-    ForeignMesh result;
-    Mesh& mesh = result.mesh;
+    Mesh& mesh = this->Out.mesh;
     mesh.scalarType = this->Precision.FloatsSuffice() ? ScalarType::Float32 : ScalarType::Float64;
-    mesh.points = std::move(this->Points);
-    const std::size_t extra = this->Columns > 3 ? this->Columns - 3 : 0;
-    if (extra % 3 == 1)
+    this->Out.tolerance.Count(Lapse::PaddedEnd, this->Lines.Padding());
+    if (mesh.points.empty())
     {
-      mesh.attributes.push_back(this->Column(
-        MakePointAttribute("Intensity", AttributeType::Float32, 1, mesh.points.size()), 0));
+      return std::move(this->Out);
     }
-    if (extra == 3)
+    std::vector<std::string> readings;
+    this->TellCommas(readings);
+    Result<XyzLayout> layout =
+      this->Layout ? Result<XyzLayout>(*this->Layout) : this->Columns->Guess(readings);
+    KDSTREAM_TRY(layout);
+    for (const XyzLayout::Block& block : layout->blocks)
     {
-      this->AddTriple(result, this->First, this->First.colors, 0);
+      this->AddBlock(block, layout->coordinates);
     }
-    else if (extra > 3)
+    for (std::string& reading : readings)
     {
-      // Beside an intensity or a normal, three numbers are a colour.
-      if (!this->First.colors)
-      {
-        return Error{ ErrorCode::InvalidInput,
-          "columns " + std::to_string(4 + extra % 3) + " to " + std::to_string(6 + extra % 3) +
-            " should be colours, whole numbers from 0 to 255" };
-      }
-      mesh.attributes.push_back(this->Column(MakeColors(mesh.points.size()), extra % 3));
+      this->Out.tolerance.Tell(std::move(reading));
     }
-    if (extra == 6)
-    {
-      this->AddTriple(result, this->Second, false, 3);
-    }
-    if (this->Dropped > 0)
-    {
-      result.warnings.push_back(this->Dropped == 1 ? "1 point is not finite and was dropped"
-                                                   : std::to_string(this->Dropped) +
-                                                       " points are not finite and were dropped");
-    }
-    return result;
+    return std::move(this->Out);
   }
 
-  // Three columns from `first` as normals, as colours if they may be, or as what they are: numbers.
-  void AddTriple(
-    ForeignMesh& result, const TripleKind& kind, bool maybeColors, std::size_t first) const
+  void TellCommas(std::vector<std::string>& readings) const
   {
-    const std::size_t tuples = result.mesh.points.size();
-    std::vector<Attribute>& attributes = result.mesh.attributes;
-    const std::string columns =
-      "columns " + std::to_string(4 + first) + " to " + std::to_string(6 + first);
-    if (kind.Normals())
+    const std::string line = "line " + std::to_string(this->CommaLine) + ": commas are taken ";
+    if (this->Comma == Commas::Decimal)
     {
-      attributes.push_back(this->Column(MakeNormals(tuples), first));
-      if (maybeColors)
-      {
-        result.warnings.push_back(columns + " are taken as normals; they could be colours too");
-      }
+      readings.push_back(line + "as decimal commas, as in 1,5");
     }
-    else if (maybeColors)
+    else if (this->Comma == Commas::Separators && this->AlsoDecimal && !this->PointSeen &&
+             this->ColumnCount == 6 && !this->Layout)
     {
-      attributes.push_back(this->Column(MakeColors(tuples), first));
-    }
-    else
-    {
-      std::string names;
-      for (std::size_t k = 0; k < 3; ++k)
-      {
-        const std::string name = "column" + std::to_string(4 + first + k);
-        names += (k == 0 ? "" : ", ") + name;
-        attributes.push_back(
-          this->Column(MakePointAttribute(name, AttributeType::Float32, 1, tuples), first + k));
-      }
-      result.warnings.push_back(columns + " are neither normals of length one nor whole numbers " +
-                                "from 0 to 255: kept as " + names);
+      readings.push_back(line + "to part the columns; as decimal commas they would leave 3 "
+                                "(--columns decides)");
     }
   }
 
-  // Fills an attribute with columns from `first`, counted from the one after z.
-  Attribute Column(Attribute attribute, std::size_t first) const
+  void AddBlock(const XyzLayout::Block& block, const std::array<std::size_t, 3>& coordinates)
   {
-    const std::size_t extra = this->Columns - 3;
-    for (std::size_t i = 0; i < attribute.TupleCount(); ++i)
+    const std::size_t tuples = this->Out.mesh.points.size();
+    // Columns are stored without those of the coordinates.
+    std::array<std::size_t, 3> columns{};
+    for (std::size_t k = 0; k < 3; ++k)
+    {
+      columns[k] = block.columns[k] -
+                   static_cast<std::size_t>(std::count_if(coordinates.begin(), coordinates.end(),
+                     [&](std::size_t place) { return place < block.columns[k]; }));
+    }
+    Attribute attribute = block.kind == XyzLayout::Kind::Colors ? MakeColors(tuples)
+                          : block.kind == XyzLayout::Kind::Normals
+                            ? MakeNormals(tuples)
+                            : MakePointAttribute(block.name, AttributeType::Float32, 1, tuples);
+    const bool colors = block.kind == XyzLayout::Kind::Colors;
+    const double scale = !colors                                  ? 1
+                         : this->Columns->BelowOne(columns)       ? 255
+                         : this->Columns->Greatest(columns) > 255 ? 255.0 / 65535
+                                                                  : 1;
+    const std::size_t extra = this->ColumnCount - 3;
+    for (std::size_t i = 0; i < tuples; ++i)
     {
       for (std::size_t k = 0; k < attribute.components; ++k)
       {
-        attribute.Set(i, k, double(this->Extra[i * extra + first + k]));
+        attribute.Set(i, k, double(this->Extra[i * extra + columns[k]]) * scale);
       }
     }
-    return attribute;
+    this->Out.mesh.attributes.push_back(std::move(attribute));
   }
 
   TextLines Lines;
+  std::optional<XyzLayout> Layout; // by --columns, or by names in the file
+  std::size_t NamedColumns = 0;    // of it
+  std::uint64_t NamesInFile = 0;   // the line; 0: none
   std::vector<std::string_view> Words;
-  std::size_t Columns = 0; // 0: not known yet
+  std::string Text; // of a line with decimal commas
+  Commas Comma = Commas::Unknown;
+  std::uint64_t CommaLine = 0;
+  bool AlsoDecimal = false; // nothing but commas part the columns
+  bool PointSeen = false;   // a decimal point
+  std::size_t ColumnCount = 0;
+  std::optional<XyzColumns> Columns; // once there is a point
   bool CountSeen = false;
-  std::vector<Vec3> Points;
-  std::vector<float> Extra; // the columns after z
-  TripleKind First;         // of the first three of them, or of those after an intensity
-  TripleKind Second;        // of the last three of six
+  std::vector<float> Extra; // the columns but for the coordinates
   DecimalPrecision Precision;
-  std::uint64_t Dropped = 0;
+  ForeignMesh Out;
 };
 
 }
 
-Result<ForeignMesh> ReadXyz(const std::filesystem::path& file, const Execution& execution)
+Result<ForeignMesh> ReadXyz(
+  const std::filesystem::path& file, const std::string& columns, const Execution& execution)
 {
+  std::optional<XyzLayout> layout;
+  std::vector<std::string_view> names;
+  SplitWords(columns, " ,\t", names);
+  if (!columns.empty())
+  {
+    Result<XyzLayout> named = LayoutOfNames(names);
+    KDSTREAM_TRY(named);
+    layout = std::move(*named);
+  }
   Result<ByteSource> source = ByteSource::Open(file);
-  return source ? XyzReader(TextLines(std::move(*source))).Read(execution)
-                : Result<ForeignMesh>(source.GetError());
+  KDSTREAM_TRY(source);
+  return XyzReader(TextLines(std::move(*source)), std::move(layout), names.size()).Read(execution);
 }
 
 }

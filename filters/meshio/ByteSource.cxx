@@ -51,6 +51,16 @@ Result<ByteSource> ByteSource::Open(const std::filesystem::path& file)
   return source;
 }
 
+Result<ByteSource> ByteSource::Again() const
+{
+  const int descriptor = fcntl(this->Descriptor, F_DUPFD_CLOEXEC, 0);
+  if (descriptor < 0)
+  {
+    return Error{ ErrorCode::InputOutput, "cannot be opened again: " + SystemReason(errno) };
+  }
+  return ByteSource(descriptor, this->FileSize);
+}
+
 ByteSource::ByteSource(int descriptor, std::uint64_t size)
   : Descriptor(descriptor)
   , FileSize(size)
@@ -59,6 +69,7 @@ ByteSource::ByteSource(int descriptor, std::uint64_t size)
 
 ByteSource::ByteSource(ByteSource&& other) noexcept
   : Descriptor(std::exchange(other.Descriptor, -1))
+  , First(other.First)
   , FileSize(other.FileSize)
   , BufferOffset(other.BufferOffset)
   , Begin(std::exchange(other.Begin, 0))
@@ -126,6 +137,16 @@ void ByteSource::Seek(std::uint64_t position)
     return;
   }
   this->BufferOffset = position;
+  this->Begin = 0;
+  this->End = 0;
+}
+
+void ByteSource::Crop(std::uint64_t begin, std::uint64_t end)
+{
+  assert(begin >= this->First && begin <= end && end <= this->FileSize);
+  this->First = begin;
+  this->FileSize = end;
+  this->BufferOffset = begin; // what is in memory may lie behind the end
   this->Begin = 0;
   this->End = 0;
 }

@@ -23,6 +23,9 @@ public:
   // file.
   static Result<ByteSource> Open(const std::filesystem::path& file);
 
+  // The same file from its beginning, whatever its name means by now. Errors: InputOutput.
+  Result<ByteSource> Again() const;
+
   ByteSource(ByteSource&& other) noexcept;
   ByteSource(const ByteSource&) = delete;
   ByteSource& operator=(const ByteSource&) = delete;
@@ -38,10 +41,16 @@ public:
   // since.
   void Consume(std::size_t count) { this->Begin += count; }
 
-  // Goes to any place of the file. REQUIRES: position <= Size().
+  // Goes to any place of the file. REQUIRES: Start() <= position <= Size().
   void Seek(std::uint64_t position);
 
-  // Size when the file was opened; Peek's view may end earlier if the file has been cut since.
+  // Makes the bytes [begin, end) all there is, and goes to the first. Positions stay those of the
+  // file. REQUIRES: Start() <= begin <= end <= Size().
+  void Crop(std::uint64_t begin, std::uint64_t end);
+  std::uint64_t Start() const { return this->First; }
+
+  // Size when the file was opened, or where it was cropped; Peek's view may end earlier if the file
+  // has been cut since.
   std::uint64_t Size() const { return this->FileSize; }
   std::uint64_t Position() const { return this->BufferOffset + this->Begin; }
   // REQUIRES: what was consumed lay inside the file (it does if every view came from Peek).
@@ -51,7 +60,7 @@ private:
   ByteSource(int descriptor, std::uint64_t size);
 
   int Descriptor = -1;
-  std::uint64_t FileSize = 0;
+  std::uint64_t First = 0, FileSize = 0;
   std::uint64_t BufferOffset = 0; // of Buffer[0] in the file
   std::size_t Begin = 0;          // Buffer[Begin, End) are the bytes ahead
   std::size_t End = 0;

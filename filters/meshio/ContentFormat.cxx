@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "filters/meshio/ContentFormat.h"
 
+#include "filters/meshio/PlainText.h"
+
 #include <algorithm>
 
 namespace kdstream
@@ -29,6 +31,7 @@ bool IsSpace(char c)
 std::string_view FormatOfContent(std::string_view begin)
 {
   begin = begin.substr(0, contentFormatBytes);
+  begin.remove_prefix(begin.starts_with(utf8Mark) ? utf8Mark.size() : 0);
   begin.remove_prefix(static_cast<std::size_t>(
     std::find_if_not(begin.begin(), begin.end(), IsSpace) - begin.begin()));
   for (const Mark& mark : marks)

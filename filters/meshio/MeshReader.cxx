@@ -5,12 +5,15 @@
 #include "filters/meshio/ByteSource.h"
 #include "filters/meshio/ContentFormat.h"
 #include "filters/meshio/FileEnding.h"
+#include "filters/meshio/FiniteReader.h"
 #include "filters/meshio/ObjReader.h"
 #include "filters/meshio/PlyReader.h"
+#include "filters/meshio/ShownColors.h"
 #include "filters/meshio/StlReader.h"
 
 #include <algorithm>
 #include <array>
+#include <optional>
 #include <string_view>
 #include <utility>
 
@@ -20,47 +23,12 @@ namespace kdstream
 namespace
 {
 
-// A reader whose errors name the file.
-class NamedReader : public MeshReader
-{
-public:
-  NamedReader(std::unique_ptr<MeshReader> reader, std::string file)
-    : Reader(std::move(reader))
-    , File(std::move(file))
-  {
-  }
-
-  const MeshFileInfo& Info() const override { return this->Reader->Info(); }
-  Result<std::size_t> ReadVertices(Mesh& mesh, std::size_t limit) override
-  {
-    return OfFile(this->File, this->Reader->ReadVertices(mesh, limit));
-  }
-  Result<std::size_t> ReadTriangles(Mesh& mesh, std::size_t limit) override
-  {
-    return OfFile(this->File, this->Reader->ReadTriangles(mesh, limit));
-  }
-  Result<std::uint64_t> SkipVertices(std::uint64_t count) override
-  {
-    return OfFile(this->File, this->Reader->SkipVertices(count));
-  }
-  Result<std::uint64_t> SkipFaces(std::uint64_t count) override
-  {
-    return OfFile(this->File, this->Reader->SkipFaces(count));
-  }
-  std::uint64_t FileSize() const override { return this->Reader->FileSize(); }
-  std::uint64_t Position() const override { return this->Reader->Position(); }
-
-private:
-  std::unique_ptr<MeshReader> Reader;
-  std::string File;
-};
-
 Result<std::unique_ptr<MeshReader>> OpenByEnding(const std::string& ending, ByteSource source,
   const Execution& execution, const std::filesystem::path& scratch)
 {
   if (ending == ".ply")
   {
-    return PlyReader::Open(std::move(source));
+    return PlyReader::Open(std::move(source), scratch);
   }
   if (ending == ".stl")
   {
@@ -83,7 +51,10 @@ Result<std::unique_ptr<MeshReader>> OpenByEnding(const std::string& ending, Byte
 
 }
 
-Result<std::unique_ptr<MeshReader>> MeshReader::Open(const std::filesystem::path& file,
+namespace
+{
+
+Result<std::unique_ptr<MeshReader>> OpenFinite(const std::filesystem::path& file,
   const Execution& execution, const std::filesystem::path& scratch)
 {
   Result<ByteSource> source = OfFile(file.string(), ByteSource::Open(file));
@@ -99,8 +70,37 @@ Result<std::unique_ptr<MeshReader>> MeshReader::Open(const std::filesystem::path
     return Error{ ErrorCode::InvalidInput, hint, file.string() };
   }
   KDSTREAM_TRY(reader);
-  return std::unique_ptr<MeshReader>(
-    std::make_unique<NamedReader>(std::move(*reader), file.string()));
+  return WithFinitePoints(std::move(*reader), file.string(), scratch);
+}
+
+}
+
+Result<std::unique_ptr<MeshReader>> MeshReader::Open(const std::filesystem::path& file,
+  const Execution& execution, const std::filesystem::path& scratch)
+{
+  Result<std::unique_ptr<MeshReader>> reader = OpenFinite(file, execution, scratch);
+  KDSTREAM_TRY(reader);
+  std::optional<HiddenColors> colors = FindHiddenColors((*reader)->Info().attributes);
+  if (!colors)
+  {
+    return reader;
+  }
+  // What white is shows when all vertices were seen.
+  ColorScale scale(std::move(*colors));
+  for (std::size_t count = 1; count > 0;)
+  {
+    constexpr std::size_t verticesAtOnce = std::size_t{ 1 } << 16;
+    Mesh some;
+    const Result<std::size_t> read = (*reader)->ReadVertices(some, verticesAtOnce);
+    KDSTREAM_TRY(read);
+    count = *read;
+    scale.LookAt(some.attributes, 0);
+    const double size = std::max(1.0, double((*reader)->FileSize()));
+    KDSTREAM_TRY(execution.Report("read", double((*reader)->Position()) / size));
+  }
+  reader = OpenFinite(file, execution, scratch);
+  KDSTREAM_TRY(reader);
+  return WithShownColors(std::move(*reader), std::move(scale));
 }
 
 namespace
@@ -130,16 +130,26 @@ Result<std::uint64_t> ReadAndDrop(std::uint64_t count, const Read& read)
 
 }
 
-Result<std::uint64_t> MeshReader::SkipVertices(std::uint64_t count)
+Result<std::uint64_t> MeshReader::PassVertices(std::uint64_t count)
 {
   return ReadAndDrop(
     count, [this](Mesh& mesh, std::size_t limit) { return this->ReadVertices(mesh, limit); });
 }
 
-Result<std::uint64_t> MeshReader::SkipFaces(std::uint64_t count)
+Result<std::uint64_t> MeshReader::PassFaces(std::uint64_t count)
 {
   return ReadAndDrop(
     count, [this](Mesh& mesh, std::size_t limit) { return this->ReadTriangles(mesh, limit); });
+}
+
+Result<std::uint64_t> MeshReader::SkipVertices(std::uint64_t count)
+{
+  return this->PassVertices(count);
+}
+
+Result<std::uint64_t> MeshReader::SkipFaces(std::uint64_t count)
+{
+  return this->PassFaces(count);
 }
 
 }

@@ -6,6 +6,7 @@
 #include "filters/core/Execution.h"
 #include "filters/core/Result.h"
 #include "filters/core/Types.h"
+#include "filters/meshio/Tolerance.h"
 
 #include <cstdint>
 #include <filesystem>
@@ -26,8 +27,12 @@ struct MeshFileInfo
   std::vector<AttributeInfo> attributes; // that are read: point arrays, then cell arrays
   // Whether each triangle has vertices of its own (STL): they are welded whatever the options say.
   bool soup = false;
+  // Whether a face can be a strip, or several.
+  bool strips = false;
   // What is not read: properties ("face.texcoord"), elements ("edge"), pictures ("texture a.png").
   std::vector<std::string> ignoredAttributes;
+  // What was dropped or forgiven so far, of what has been read.
+  Tolerance tolerance{};
 };
 
 class MeshReader
@@ -37,26 +42,29 @@ public:
 
   // Chooses the reader by the file's name. Text formats without a header are gone through once, to
   // count: that is reported to the execution as "read". scratch: a folder for tables that a reader
-  // may need (OBJ); empty: the system's for temporary files. Errors: NotFound; Unsupported for
-  // another format, by name; InvalidInput for a file that is of none; Cancelled; those of the
-  // readers.
+  // may need (OBJ, polygons); empty: the system's for temporary files. Errors: NotFound;
+  // Unsupported for another format, by name; InvalidInput for a file that is of none; Cancelled;
+  // those of the readers.
   static Result<std::unique_ptr<MeshReader>> Open(const std::filesystem::path& file,
     const Execution& execution = {}, const std::filesystem::path& scratch = {});
 
   virtual const MeshFileInfo& Info() const = 0;
 
-  // Appends at most `limit` further vertices to `mesh`, with a tuple of each point array; returns
-  // how many, 0 at the end. Sets the scalar type, and the attributes if the mesh has none. Vertices
-  // are read before triangles. REQUIRES: a mesh that is empty, or whose attributes come from here.
-  // Errors name element and index: a coordinate that is not finite, a
-  // truncated body.
+  // Reads at most `limit` further vertices of the file; returns how many, 0 at the end. Those that
+  // are finite are appended to `mesh`, with a tuple of each point array; the others are dropped and
+  // counted (Info().tolerance). Sets the scalar type, and the attributes if the mesh has none.
+  // Vertices are read before triangles. REQUIRES: a mesh that is empty, or whose attributes come
+  // from here. Errors name element and index: a truncated body.
   virtual Result<std::size_t> ReadVertices(Mesh& mesh, std::size_t limit) = 0;
 
   // Appends the triangles of at most `limit` further faces, and for each of a face's triangles its
   // tuple of each cell array; returns how many faces, 0 at the end.
-  // Polygons are cut into a fan around their first vertex, strips into triangles of alternating
-  // orientation. Indices are checked. Errors: an index out of range, a polygon of fewer than three
-  // vertices, a truncated body, as above.
+  // Polygons are cut as core/CutPolygon.h says, strips into triangles of alternating orientation.
+  // Where polygons are: if the mesh has all vertices of the file, in its points; else the file is
+  // gone through once more for them, and they lie in a table on disk, 24 bytes each, of which 2 MiB
+  // are in memory. Corners have the numbers of the vertices that were appended. Faces of fewer than
+  // three corners, and faces with a vertex that was dropped, are dropped and counted. Indices are
+  // checked. Errors: an index out of range, a truncated body, as above.
   virtual Result<std::size_t> ReadTriangles(Mesh& mesh, std::size_t limit) = 0;
 
   // Goes on behind at most `count` further vertices, or faces, as if they had been read; returns
@@ -66,6 +74,13 @@ public:
   // and dropped. Errors: as above.
   virtual Result<std::uint64_t> SkipVertices(std::uint64_t count);
   virtual Result<std::uint64_t> SkipFaces(std::uint64_t count);
+  // The same by reading: so that what lies between is checked and, where it is not finite, known.
+  Result<std::uint64_t> PassVertices(std::uint64_t count);
+  Result<std::uint64_t> PassFaces(std::uint64_t count);
+
+  // Of the readers of the formats, which append points whether or not they are finite: whether all
+  // of the last ReadVertices are known to be.
+  virtual bool KnowsFinite() const { return false; }
 
   // Bytes of the file, and how far into it the reader is: for progress.
   virtual std::uint64_t FileSize() const = 0;

@@ -10,6 +10,23 @@
 namespace kdstream
 {
 
+std::string_view SpecialNumber(std::string_view word)
+{
+  const bool negative = word.starts_with('-');
+  word.remove_prefix(negative ? 1 : 0);
+  if (!word.starts_with("1.#"))
+  {
+    return {};
+  }
+  word.remove_prefix(3);
+  if (word.starts_with("INF"))
+  {
+    return negative ? "-inf" : "inf";
+  }
+  const bool none = word.starts_with("IND") || word.starts_with("QNAN") || word.starts_with("SNAN");
+  return none ? "nan" : std::string_view();
+}
+
 bool IsBelowOne(std::string_view word)
 {
   if (word.starts_with('-'))

@@ -90,6 +90,10 @@ inline bool ScanDecimal(std::string_view word, PlainDecimal& decimal)
   return at == end && size > 0 && size <= mostExponent;
 }
 
+// "nan" or "inf", with its sign, for what old compilers of Windows write so: -1.#IND, 1.#QNAN00,
+// 1.#INF. Empty for all other words.
+std::string_view SpecialNumber(std::string_view word);
+
 // Powers of ten that doubles hold exactly.
 inline constexpr int mostExactPower = 22;
 inline constexpr double exactPowers[mostExactPower + 1] = { 1e0, 1e1, 1e2, 1e3, 1e4, 1e5, 1e6, 1e7,
@@ -137,8 +141,8 @@ inline bool ReadPlain(std::string_view word, float& value)
 }
 
 // Reads the whole of `word` as a T. Floating-point text is rounded once, to the nearest T; what is
-// too small becomes zero; "nan" and "inf" are read. Integers have no fraction and no exponent. A
-// leading '+' is allowed.
+// too small becomes zero; "nan" and "inf" are read, and 1.#QNAN and such. Integers have no fraction
+// and no exponent. A leading '+' is allowed.
 template <class T>
 NumberTextError ParseNumber(std::string_view word, T& value)
 {
@@ -151,6 +155,13 @@ NumberTextError ParseNumber(std::string_view word, T& value)
     if (ReadPlain(word, value))
     {
       return NumberTextError::None;
+    }
+  }
+  if constexpr (std::is_floating_point_v<T>)
+  {
+    if (const std::string_view plain = SpecialNumber(word); !plain.empty())
+    {
+      word = plain;
     }
   }
   const char* end = word.data() + word.size();

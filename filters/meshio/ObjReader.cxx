@@ -8,6 +8,7 @@
 #include "filters/meshio/NumberText.h"
 #include "filters/meshio/ObjStatements.h"
 #include "filters/meshio/ObjVertices.h"
+#include "filters/meshio/PolygonFaces.h"
 
 #include <algorithm>
 #include <memory>
@@ -41,8 +42,10 @@ struct Survey
 class ObjReader : public MeshReader
 {
 public:
-  ObjReader(ByteSource source, std::filesystem::path scratch)
+  // again: the same file.
+  ObjReader(ByteSource source, ByteSource again, std::filesystem::path scratch)
     : Statements(std::move(source))
+    , Again(std::move(again))
     , Scratch(std::move(scratch))
   {
   }
@@ -69,7 +72,11 @@ private:
   Status ReadVerticesOfTables(Mesh& mesh, std::size_t number);
   Status ReadFaces(Mesh& mesh, std::size_t number);
   Status ReadFace(std::vector<Triangle>& triangles);
-  Status ReadCorner(std::string_view word, ObjVertices::Corner& corner) const;
+  Status CutPolygons(Mesh& mesh);
+  Status KeepPlaces();
+  Status ReadCorners();
+  Status ReadCorner(std::string_view word, ObjVertices::Corner& corner);
+  void Forgive(Lapse kind);
   void Prepare(Mesh& mesh) const;
   void AppendColor(const ObjPlace& place, Attribute& attribute) const;
   void Count(ObjKeyword keyword);
@@ -81,10 +88,16 @@ private:
   Error AtFace(const Error& error) const { return this->At("face", this->FacesRead, error); }
 
   ObjStatements Statements;
+  ByteSource Again;
   std::filesystem::path Scratch;
   Survey Found;
   MeshFileInfo FileInfo;
   std::unique_ptr<ObjVertices> Tables; // only if corners name more than places
+  PolygonFaces Polygons;
+  std::unique_ptr<ScratchTable<Vec3>> Places; // once polygons need it
+
+  std::vector<ObjVertices::Corner> Corners; // of a face
+  std::array<bool, 3> Missing{};            // whether one of them names what does not exist
 
   Counts SoFar{}; // statements of this pass
   std::uint64_t VerticesRead = 0;
@@ -95,6 +108,10 @@ private:
 
 std::string ObjReader::PlaceOf(const char* element, std::uint64_t index) const
 {
+  if (this->AtFaces && this->Tables)
+  {
+    return std::string(element) + " " + std::to_string(index);
+  }
   return std::string(element) + " " + std::to_string(index) + " (line " +
          std::to_string(this->Statements.GetLines().Number()) + ")";
 }
@@ -147,7 +164,7 @@ Status ObjReader::LookAtPlace(std::string_view text)
 {
   std::size_t numbers = 0;
   std::array<std::string_view, 7> words;
-  for (; numbers < words.size() && !(words[numbers] = TakeObjWord(text)).empty(); ++numbers)
+  for (; numbers < words.size() && !(words[numbers] = TakeWord(text)).empty(); ++numbers)
   {
     if (numbers < 3)
     {
@@ -174,7 +191,7 @@ void ObjReader::LookAtFace(std::string_view text)
   {
     return;
   }
-  for (std::string_view word = TakeObjWord(text); !word.empty(); word = TakeObjWord(text))
+  for (std::string_view word = TakeWord(text); !word.empty(); word = TakeWord(text))
   {
     std::size_t part = 0;
     for (const char c : word)
@@ -224,6 +241,10 @@ Status ObjReader::Start(const Execution& execution)
   {
     return Error{ ErrorCode::InvalidInput, "is not an OBJ file: no line says v, vt, vn or f" };
   }
+  this->FileInfo.tolerance.Count(Lapse::PaddedEnd, this->Statements.GetLines().Padding());
+  // What corners name in vain becomes no attribute.
+  found.named[1] &= found.counts[1] > 0;
+  found.named[2] &= found.counts[2] > 0;
   this->Describe();
   return found.named[1] || found.named[2] ? this->MakeTables(execution) : Status();
 }
@@ -271,7 +292,6 @@ Status ObjReader::MakeTables(const Execution& execution)
   this->Tables = std::make_unique<ObjVertices>(this->Scratch);
   Status made = this->ForEachStatement(execution, [this]() { return this->AddToTables(); });
   KDSTREAM_TRY(made);
-  std::vector<ObjVertices::Corner> corners;
   made = this->ForEachStatement(execution,
     [&]() -> Status
     {
@@ -279,22 +299,11 @@ Status ObjReader::MakeTables(const Execution& execution)
       {
         return {};
       }
-      corners.clear();
-      std::string_view text = this->Statements.Rest();
-      for (std::string_view word = TakeObjWord(text); !word.empty(); word = TakeObjWord(text))
-      {
-        if (Status read = this->ReadCorner(word, corners.emplace_back()); !read)
-        {
-          return read;
-        }
-      }
-      if (corners.size() < 3)
-      {
-        return this->AtFace(
-          { ErrorCode::InvalidInput, "a face of " + std::to_string(corners.size()) + " corners" });
-      }
+      KDSTREAM_TRY(this->ReadCorners());
       ++this->FacesRead;
-      return this->Tables->AddFace(corners);
+      // One that is too small is counted when it is read.
+      return this->Tables->AddFace(
+        this->Corners.size() < 3 ? std::span<ObjVertices::Corner>() : std::span(this->Corners));
     });
   this->FacesRead = 0;
   this->FileInfo.vertices = this->Tables->Size();
@@ -334,22 +343,54 @@ Status ObjReader::AddToTables()
 }
 
 // "there are only 3", of what is counted from 1 on.
-std::string ThereAre(std::int64_t count)
+std::string ThereAre(std::uint64_t count)
 {
   return count == 0   ? "there are none"
          : count == 1 ? "there is only 1"
                       : "there are only " + std::to_string(count);
 }
 
-std::string ComeBefore(std::int64_t count)
+std::string ComeBefore(std::uint64_t count)
 {
   return count == 0   ? "none come before it"
          : count == 1 ? "only 1 comes before it"
                       : "only " + std::to_string(count) + " come before it";
 }
 
+void ObjReader::Forgive(Lapse kind)
+{
+  Tolerance& tolerance = this->FileInfo.tolerance;
+  tolerance.Count(
+    kind, 1, tolerance.Of(kind) == 0 ? this->PlaceOf("face", this->FacesRead) : std::string());
+}
+
+// The corners of the face that the text stands at. What one of them names and does not exist, none
+// of them has.
+Status ObjReader::ReadCorners()
+{
+  this->Corners.clear();
+  this->Missing = {};
+  std::string_view text = this->Statements.Rest();
+  for (std::string_view word = TakeWord(text); !word.empty(); word = TakeWord(text))
+  {
+    KDSTREAM_TRY(this->ReadCorner(word, this->Corners.emplace_back()));
+  }
+  if (this->Missing[1] || this->Missing[2])
+  {
+    this->Forgive(Lapse::AttributeMissing);
+    for (ObjVertices::Corner& corner : this->Corners)
+    {
+      for (std::size_t part = 1; part < 3; ++part)
+      {
+        corner[part] = this->Missing[part] ? 0 : corner[part];
+      }
+    }
+  }
+  return {};
+}
+
 // The numbers of what a corner of the next face names, from 1 on.
-Status ObjReader::ReadCorner(std::string_view word, ObjVertices::Corner& corner) const
+Status ObjReader::ReadCorner(std::string_view word, ObjVertices::Corner& corner)
 {
   ObjCorner written{};
   if (Status parsed = ParseObjCorner(word, written); !parsed)
@@ -358,16 +399,17 @@ Status ObjReader::ReadCorner(std::string_view word, ObjVertices::Corner& corner)
   }
   for (std::size_t part = 0; part < 3; ++part)
   {
-    const std::int64_t number = written[part];
-    const auto before = static_cast<std::int64_t>(this->SoFar[part]);
-    const auto all = static_cast<std::int64_t>(this->Found.counts[part]);
-    if (number > all || number < -before)
-    {
-      return Error{ ErrorCode::InvalidInput,
-        this->PlaceOf("face", this->FacesRead) + " names " + objPartNames[part] + " " +
-          std::to_string(number) + ", but " + (number > 0 ? ThereAre(all) : ComeBefore(before)) };
-    }
-    corner[part] = static_cast<std::uint32_t>(number >= 0 ? number : before + number + 1);
+    const ObjPart found =
+      ResolveObjPart(written[part], this->SoFar[part], this->Found.counts[part]);
+    corner[part] = found.number;
+    this->Missing[part] |= !found.exists;
+  }
+  if (this->Missing[0])
+  {
+    const std::int64_t number = written[0];
+    return Error{ ErrorCode::InvalidInput,
+      this->PlaceOf("face", this->FacesRead) + " names vertex " + std::to_string(number) +
+        ", but " + (number > 0 ? ThereAre(this->Found.counts[0]) : ComeBefore(this->SoFar[0])) };
   }
   return {};
 }
@@ -515,35 +557,71 @@ Status ObjReader::ReadFaces(Mesh& mesh, std::size_t number)
   this->AtFaces = true;
   for (std::size_t i = 0; i < number; ++i)
   {
+    const std::size_t before = mesh.triangles.size();
     KDSTREAM_TRY(
       this->Tables ? this->Tables->ReadFace(mesh.triangles) : this->ReadFace(mesh.triangles));
+    this->Polygons.Add(before, mesh.triangles.size() - before);
+    if (mesh.triangles.size() == before)
+    {
+      this->Forgive(Lapse::FaceTooSmall);
+    }
     ++this->FacesRead;
   }
-  return {};
+  return this->CutPolygons(mesh);
 }
 
+// By the mesh's points where it has all of them, else by a table.
+Status ObjReader::CutPolygons(Mesh& mesh)
+{
+  if (this->Polygons.Empty())
+  {
+    return {};
+  }
+  if (mesh.points.size() == this->FileInfo.vertices)
+  {
+    return this->Polygons.Cut(
+      mesh.triangles, [&](VertexId vertex) { return Result<Vec3>(mesh.points[vertex]); });
+  }
+  if (this->Tables)
+  {
+    return this->Polygons.Cut(
+      mesh.triangles, [&](VertexId vertex) { return this->Tables->GetPoint(vertex); });
+  }
+  if (!this->Places)
+  {
+    KDSTREAM_TRY(this->KeepPlaces());
+  }
+  return this->Polygons.Cut(
+    mesh.triangles, [&](VertexId vertex) { return this->Places->Get(vertex); });
+}
+
+// Goes through the text once more, which the first passes have found right.
+Status ObjReader::KeepPlaces()
+{
+  this->Places = std::make_unique<ScratchTable<Vec3>>(this->Scratch);
+  ObjStatements statements(std::move(this->Again));
+  return statements.ForEach({}, 0, 1,
+    [&]() -> Status
+    {
+      if (statements.Keyword() != ObjKeyword::Place)
+      {
+        return {};
+      }
+      ObjPlace place;
+      KDSTREAM_TRY(ParseObjPlace(statements.Rest(), this->AsFloats(), place));
+      return this->Places->Append(place.point);
+    });
+}
+
+// As a fan.
 Status ObjReader::ReadFace(std::vector<Triangle>& triangles)
 {
   KDSTREAM_TRY(this->NextOf(ObjKeyword::Face));
-  std::string_view text = this->Statements.Rest();
-  Triangle triangle{};
-  std::size_t corners = 0;
-  for (std::string_view word = TakeObjWord(text); !word.empty(); word = TakeObjWord(text))
+  KDSTREAM_TRY(this->ReadCorners());
+  for (std::size_t i = 2; i < this->Corners.size(); ++i)
   {
-    ObjVertices::Corner corner{};
-    KDSTREAM_TRY(this->ReadCorner(word, corner));
-    triangle[std::min<std::size_t>(corners, 2)] = corner[0] - 1;
-    if (corners >= 2)
-    {
-      triangles.push_back(triangle);
-      triangle[1] = triangle[2];
-    }
-    ++corners;
-  }
-  if (corners < 3)
-  {
-    return this->AtFace(
-      { ErrorCode::InvalidInput, "a face of " + std::to_string(corners) + " corners" });
+    triangles.push_back(
+      { this->Corners[0][0] - 1, this->Corners[i - 1][0] - 1, this->Corners[i][0] - 1 });
   }
   return {};
 }
@@ -553,7 +631,9 @@ Status ObjReader::ReadFace(std::vector<Triangle>& triangles)
 Result<std::unique_ptr<MeshReader>> OpenObjReader(
   ByteSource source, const Execution& execution, const std::filesystem::path& scratch)
 {
-  auto reader = std::make_unique<ObjReader>(std::move(source), scratch);
+  Result<ByteSource> again = source.Again();
+  KDSTREAM_TRY(again);
+  auto reader = std::make_unique<ObjReader>(std::move(source), std::move(*again), scratch);
   Status started = reader->Start(execution);
   return started ? Result<std::unique_ptr<MeshReader>>(std::move(reader)) : started.GetError();
 }

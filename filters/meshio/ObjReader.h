@@ -14,7 +14,7 @@ inline constexpr const char* objMaterialsName = "materials and their textures";
 
 // Read: places (v, with w passed over), colours after the coordinates ("RGB", uint8: from 0 to 1 in
 // the file, or to 255 where one is above 1; only if all places have one), faces of any number of
-// corners (a fan), numbers from 1 on or back from the face, lines that a backslash continues.
+// corners, numbers from 1 on or back from the face, lines that a backslash continues.
 // Texture coordinates ("TCoords", two floats; of three the first two) and normals ("Normals", three
 // floats) that corners name: each combination of place, texture coordinate and normal is a vertex
 // of its own; zeros where a corner names none. Passed over: groups, objects, smoothing, parameters,
@@ -28,9 +28,13 @@ inline constexpr const char* objMaterialsName = "materials and their textures";
 // put into tables on disk when they are opened (ObjVertices.h), in `scratch`, or where that is
 // empty in the system's folder for temporary files; memory is some 10 MiB more then.
 //
+// Dropped and counted: faces of fewer than three corners, and of a face what one of its corners
+// names of texture coordinates, or of normals, that does not exist. Points may be given that are
+// not finite: see FiniteReader.h.
+//
 // Errors, with the number of the line and of the vertex or face: InvalidInput for a file without
-// any statement of OBJ, text in place of a number, too many or too few numbers, a coordinate that
-// is not finite, a face of fewer than three corners, what is not there, a line of more than 1 MiB;
+// any statement of OBJ, text in UTF-16, text in place of a number, too many or too few numbers, a
+// place that does not exist, a line of more than 1 MiB;
 // LimitExceeded for more than 2^32 - 2 vertices; InputOutput; Cancelled by the execution, to which
 // opening is reported as "read".
 Result<std::unique_ptr<MeshReader>> OpenObjReader(

@@ -53,6 +53,26 @@ bool ParseSmall(std::string_view word, std::int64_t& number)
   return value > 0;
 }
 
+// Whether a name follows, in which # is a character like any other.
+bool TakesName(std::string_view keyword)
+{
+  static constexpr std::array<std::string_view, 10> keywords{ "usemtl", "mtllib", "newmtl", "g",
+    "o", "bump", "norm", "disp", "decal", "refl" };
+  return keyword.starts_with("map_") ||
+         std::find(keywords.begin(), keywords.end(), keyword) != keywords.end();
+}
+
+// The first # that is not part of a number such as 1.#QNAN.
+std::size_t FindComment(std::string_view text)
+{
+  std::size_t at = text.find('#');
+  while (at != std::string_view::npos && text.substr(0, at).ends_with("1."))
+  {
+    at = text.find('#', at + 1);
+  }
+  return at;
+}
+
 void TrimFront(std::string_view& text)
 {
   std::size_t blanks = 0;
@@ -114,8 +134,12 @@ Status ObjStatements::Join()
 
 void ObjStatements::Understand()
 {
-  this->Text = this->Text.substr(0, this->Text.find('#'));
-  const std::string_view word = TakeObjWord(this->Text);
+  if (const std::size_t comment = FindComment(this->Text); comment != std::string_view::npos)
+  {
+    std::string_view rest = this->Text;
+    this->Text = TakesName(TakeWord(rest)) ? this->Text : this->Text.substr(0, comment);
+  }
+  const std::string_view word = TakeWord(this->Text);
   this->Written = word;
   const auto isOneOf = [word](std::initializer_list<std::string_view> words)
   { return std::find(words.begin(), words.end(), word) != words.end(); };
@@ -148,7 +172,7 @@ Status ParseObjPlace(std::string_view text, bool asFloats, ObjPlace& place)
   constexpr std::size_t most = 8;
   std::size_t numbers = 0;
   place.colored = false;
-  for (std::string_view word = TakeObjWord(text); !word.empty(); word = TakeObjWord(text))
+  for (std::string_view word = TakeWord(text); !word.empty(); word = TakeWord(text))
   {
     Status parsed;
     float single = 0;
@@ -176,13 +200,6 @@ Status ParseObjPlace(std::string_view text, bool asFloats, ObjPlace& place)
     return Bad("a vertex of " + std::to_string(numbers) + " numbers");
   }
   place.colored = numbers >= 6;
-  for (std::size_t k = 0; k < 3; ++k)
-  {
-    if (!std::isfinite(place.point[k]))
-    {
-      return Bad(std::string(1, "xyz"[k]) + " is not finite");
-    }
-  }
   return {};
 }
 
@@ -192,7 +209,7 @@ Status ParseObjNumbers(std::string_view text, std::size_t least, std::array<floa
   constexpr std::size_t most = 4;
   std::size_t numbers = 0;
   values.fill(0);
-  for (std::string_view word = TakeObjWord(text); !word.empty(); word = TakeObjWord(text))
+  for (std::string_view word = TakeWord(text); !word.empty(); word = TakeWord(text))
   {
     float value = 0;
     KDSTREAM_TRY(ParseReal(word, value));
@@ -211,7 +228,7 @@ template Status ParseObjNumbers(std::string_view, std::size_t, std::array<float,
 
 Status ParseObjCorner(std::string_view word, ObjCorner& corner)
 {
-  corner = {};
+  corner = { 0, noCorner, noCorner };
   if (ParseSmall(word, corner[0]))
   {
     return {};
@@ -220,12 +237,16 @@ Status ParseObjCorner(std::string_view word, ObjCorner& corner)
   {
     const std::size_t slash = std::min(word.find('/'), word.size());
     const std::string_view number = word.substr(0, slash);
+    corner[part] = noCorner;
     if (part == 0 || !number.empty())
     {
-      if (ParseNumber(number, corner[part]) != NumberTextError::None || corner[part] == 0)
+      const NumberTextError error = ParseNumber(number, corner[part]);
+      const bool none = error == NumberTextError::OutOfRange || corner[part] == noCorner;
+      if (error == NumberTextError::NotANumber || (part == 0 && (none || corner[part] == 0)))
       {
         return Bad(QuotedText(number) + " is no number of a " + objPartNames[part]);
       }
+      corner[part] = none ? 0 : corner[part]; // there are not as many
     }
     if (slash == word.size())
     {
@@ -234,6 +255,18 @@ Status ParseObjCorner(std::string_view word, ObjCorner& corner)
     word.remove_prefix(slash + 1);
   }
   return Bad("a corner of more than three numbers");
+}
+
+ObjPart ResolveObjPart(std::int64_t number, std::uint64_t before, std::uint64_t all)
+{
+  if (number == noCorner)
+  {
+    return { 0, true };
+  }
+  const auto last = static_cast<std::int64_t>(before), count = static_cast<std::int64_t>(all);
+  const bool exists = number != 0 && number <= count && number >= -last;
+  return { exists ? static_cast<std::uint32_t>(number > 0 ? number : last + number + 1) : 0,
+    exists };
 }
 
 }

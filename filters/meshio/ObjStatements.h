@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // The statements of a Wavefront OBJ file, one after the other: its lines without comments, and what
-// is written in them. Part of step "read".
+// is written in them. Part of step "read". Libraries of materials, .mtl, have the same statements.
 #pragma once
 
 #include "filters/core/Execution.h"
@@ -11,6 +11,7 @@
 
 #include <array>
 #include <cstdint>
+#include <limits>
 #include <string>
 #include <string_view>
 
@@ -37,7 +38,8 @@ public:
   }
 
   // Goes to the next statement; false at the end. A line that ends with a backslash goes on in the
-  // next one, comments do not. Errors: InputOutput; a statement longer than 1 MiB.
+  // next one, comments do not. A comment begins a line, or follows numbers; in a name # is a
+  // character like any other. Errors: InputOutput; a statement longer than 1 MiB; text in UTF-16.
   Result<bool> Next();
   ObjKeyword Keyword() const { return this->Word; }
   // The keyword as it is written. Valid until the next call of Next.
@@ -80,24 +82,6 @@ private:
   ObjKeyword Word = ObjKeyword::Other;
 };
 
-// Takes the next word off the front; empty if there is none.
-inline std::string_view TakeObjWord(std::string_view& text)
-{
-  const char* begin = text.data();
-  const char* const limit = begin + text.size();
-  while (begin != limit && IsBlank(*begin))
-  {
-    ++begin;
-  }
-  const char* end = begin;
-  while (end != limit && !IsBlank(*end))
-  {
-    ++end;
-  }
-  text = std::string_view(end, static_cast<std::size_t>(limit - end));
-  return std::string_view(begin, static_cast<std::size_t>(end - begin));
-}
-
 // A vertex as a line has it.
 struct ObjPlace
 {
@@ -106,8 +90,8 @@ struct ObjPlace
   bool colored = false;
 };
 
-// "x y z [w]" or "x y z r g b [a]"; asFloats: coordinates are rounded once, to floats. Errors say
-// what is wrong, without the place.
+// "x y z [w]" or "x y z r g b [a]"; asFloats: coordinates are rounded once, to floats; they may be
+// NaN or infinite. Errors say what is wrong, without the place.
 Status ParseObjPlace(std::string_view text, bool asFloats, ObjPlace& place);
 
 // One to four numbers, the first of which are wanted; those that are not there are zero.
@@ -117,12 +101,22 @@ extern template Status ParseObjNumbers(std::string_view, std::size_t, std::array
 extern template Status ParseObjNumbers(std::string_view, std::size_t, std::array<float, 3>&);
 
 // The numbers of a corner's place, texture coordinate and normal, as the file has them: from one
-// on, or back from the last one before the face; 0 for what is not there.
+// on, or back from the last one before the face; noCorner for what is not named.
 using ObjCorner = std::array<std::int64_t, 3>;
+inline constexpr std::int64_t noCorner = std::numeric_limits<std::int64_t>::max();
 inline constexpr std::array<const char*, 3> objPartNames{ "vertex", "texture coordinate",
   "normal" };
 
 // Errors as ParseObjPlace.
 Status ParseObjCorner(std::string_view word, ObjCorner& corner);
+
+// What such a number stands for, where `before` of its kind come before the face, and `all` are in
+// the file: a number from one on, 0 for none, and whether it exists or is not named at all.
+struct ObjPart
+{
+  std::uint32_t number = 0;
+  bool exists = true;
+};
+ObjPart ResolveObjPart(std::int64_t number, std::uint64_t before, std::uint64_t all);
 
 }

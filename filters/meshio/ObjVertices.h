@@ -34,7 +34,8 @@ public:
   }
   Status AddNormal(const std::array<float, 3>& values) { return this->Normals.Append(values); }
   // … then all faces. Numbers of what is there, from 1; 0 for none (of texture coordinate and
-  // normal). Errors: InputOutput; LimitExceeded for too many vertices.
+  // normal). No corners: a face without triangles. Errors: InputOutput; LimitExceeded for too many
+  // vertices.
   using Corner = std::array<std::uint32_t, 3>;
   Status AddFace(std::span<const Corner> corners);
 
@@ -47,6 +48,9 @@ public:
   };
   // REQUIRES: index < Size().
   Result<Vertex> GetVertex(std::uint64_t index);
+
+  // REQUIRES: index < Size().
+  Result<Vec3> GetPoint(std::uint64_t index);
 
   // Appends the next face as a fan; the faces come in the order in which they were added.
   Status ReadFace(std::vector<Triangle>& triangles);

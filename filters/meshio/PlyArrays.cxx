@@ -162,10 +162,28 @@ public:
   }
 
 private:
-  // The property of that name and type, unless it is used.
-  std::optional<std::size_t> FindFree(std::string_view name, PlyType type) const
+  // The property of that name; anyCase: or, if there is none, of that name in another case.
+  std::size_t Find(std::string_view name, bool anyCase) const
   {
-    const std::size_t p = name.empty() ? this->Used.size() : this->Element.Find(name);
+    const std::size_t exact = this->Element.Find(name);
+    if (exact < this->Used.size() || !anyCase)
+    {
+      return exact;
+    }
+    const auto same = [&](const PlyProperty& property)
+    {
+      return property.name.size() == name.size() &&
+             std::equal(name.begin(), name.end(), property.name.begin(),
+               [](char a, char b) { return a == (b >= 'A' && b <= 'Z' ? b - 'A' + 'a' : b); });
+    };
+    const auto& all = this->Element.properties;
+    return static_cast<std::size_t>(std::find_if(all.begin(), all.end(), same) - all.begin());
+  }
+
+  // The property of that name and type, unless it is used.
+  std::optional<std::size_t> FindFree(std::string_view name, PlyType type, bool anyCase) const
+  {
+    const std::size_t p = name.empty() ? this->Used.size() : this->Find(name, anyCase);
     const bool found =
       p < this->Used.size() && !this->Used[p] && this->Element.properties[p].type == type;
     return found ? std::optional(p) : std::nullopt;
@@ -173,7 +191,7 @@ private:
 
   void TakeGroup(const KnownGroup& group)
   {
-    const std::size_t first = this->Element.Find(group.properties[0]);
+    const std::size_t first = this->Find(group.properties[0], group.color);
     if (first == this->Used.size())
     {
       return;
@@ -186,14 +204,14 @@ private:
     std::vector<std::size_t> properties;
     for (std::size_t k = 0; k < group.components; ++k)
     {
-      const auto p = this->FindFree(group.properties[k], type);
+      const auto p = this->FindFree(group.properties[k], type, group.color);
       if (!p)
       {
         return;
       }
       properties.push_back(*p);
     }
-    const auto alpha = this->FindFree(group.properties[3], type);
+    const auto alpha = this->FindFree(group.properties[3], type, group.color);
     if (alpha)
     {
       properties.push_back(*alpha);

@@ -4,10 +4,12 @@
 //
 // Joined into one array, wherever they stand in the record:
 //   nx ny nz, float or double                                       -> Normals
-//   red green blue [alpha], uchar (or diffuse_red …, or r g b [a])  -> RGB or RGBA
+//   red green blue [alpha], uchar (or diffuse_red …, or r g b [a]),
+//   in any case                                                     -> RGB or RGBA
 //   u v (or s t, texture_u texture_v), float or double              -> TCoords
 //   NAME_0 NAME_1 …, at least two that follow each other, one type  -> NAME
-// Colours of other types are arrays like any other: turning them into bytes would lose bits. Every
+// Colours of other types are arrays like any other, since bytes would lose bits; ShownColors.h adds
+// what viewers show. Every
 // other scalar property is an array of its own name. PLY has no integers of 64 bits: an array NAME
 // of these is written, and read, as uint NAME_int64_0 NAME_int64_1 … (or _uint64_), low half first.
 // Bytes that a property's name cannot have (blanks, control characters) are written as %XX, as is

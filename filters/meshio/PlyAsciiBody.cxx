@@ -5,7 +5,6 @@
 #include "filters/meshio/QuotedText.h"
 
 #include <algorithm>
-#include <cmath>
 #include <cstring>
 
 namespace kdstream
@@ -31,7 +30,7 @@ public:
   }
 
   Status SkipRecords(const PlyElement& element, std::uint64_t first, std::uint64_t count) override;
-  Status ReadPoints(const PlyElement& element, const std::array<std::size_t, 3>& coordinates,
+  Result<bool> ReadPoints(const PlyElement& element, const std::array<std::size_t, 3>& coordinates,
     std::uint64_t first, std::uint64_t count, std::vector<Vec3>& points,
     PlyArraySink& arrays) override;
   Status ReadFaces(const PlyElement& element, std::size_t list, std::uint64_t first,
@@ -101,7 +100,7 @@ Status AsciiBody::ReadNumber(const PlyPlace& place, const PlyProperty& property,
 
 Status AsciiBody::ReadReal(const PlyPlace& place, const PlyProperty& property, double& value)
 {
-  Status read = WithPlyType(property.type,
+  return WithPlyType(property.type,
     [&]<class T>()
     {
       T parsed{};
@@ -109,11 +108,6 @@ Status AsciiBody::ReadReal(const PlyPlace& place, const PlyProperty& property, d
       value = static_cast<double>(parsed);
       return status;
     });
-  if (read && !std::isfinite(value))
-  {
-    return place.NotFinite(property.name, value);
-  }
-  return read;
 }
 
 // A property that is no coordinate: into its array if it has one.
@@ -221,7 +215,7 @@ Status AsciiBody::SkipRecords(const PlyElement& element, std::uint64_t first, st
   return {};
 }
 
-Status AsciiBody::ReadPoints(const PlyElement& element,
+Result<bool> AsciiBody::ReadPoints(const PlyElement& element,
   const std::array<std::size_t, 3>& coordinates, std::uint64_t first, std::uint64_t count,
   std::vector<Vec3>& points, PlyArraySink& arrays)
 {
@@ -242,7 +236,7 @@ Status AsciiBody::ReadPoints(const PlyElement& element,
     points.push_back(point);
     arrays.Append(1);
   }
-  return {};
+  return false;
 }
 
 Status AsciiBody::ReadCorners(const PlyPlace& place, const PlyProperty& property, PlyFaceSink& sink)
@@ -259,10 +253,7 @@ Status AsciiBody::ReadCorners(const PlyPlace& place, const PlyProperty& property
       return place.BadIndex(index, sink);
     }
   }
-  if (sink.GetKind() == PlyFaceSink::Kind::Polygon && sink.GetCorners() < 3)
-  {
-    return place.TooFewCorners(sink);
-  }
+  sink.End(place.record);
   return {};
 }
 
@@ -281,7 +272,9 @@ Status AsciiBody::ReadFaces(const PlyElement& element, std::size_t list, std::ui
       KDSTREAM_TRY(read);
     }
     KDSTREAM_TRY(this->EndRecord(place));
-    if (!arrays.Append(sink.GetTriangles().size() - before))
+    const std::size_t triangles = sink.GetTriangles().size() - before;
+    sink.EndFace(before, triangles);
+    if (!arrays.Append(triangles))
     {
       return place.RepeatsTooMuch();
     }

@@ -28,7 +28,7 @@ public:
   }
 
   Status SkipRecords(const PlyElement& element, std::uint64_t first, std::uint64_t count) override;
-  Status ReadPoints(const PlyElement& element, const std::array<std::size_t, 3>& coordinates,
+  Result<bool> ReadPoints(const PlyElement& element, const std::array<std::size_t, 3>& coordinates,
     std::uint64_t first, std::uint64_t count, std::vector<Vec3>& points,
     PlyArraySink& arrays) override;
   Status ReadFaces(const PlyElement& element, std::size_t list, std::uint64_t first,
@@ -40,9 +40,9 @@ private:
     const PlyPlace& place, std::size_t begin, std::size_t end, PlyArraySink& arrays);
   Result<std::string_view> Need(const PlyPlace& place, std::size_t bytes);
   Result<std::int64_t> ReadListCount(const PlyPlace& place, const PlyProperty& property);
-  Status ReadFixedPoints(const PlyElement& element, const std::array<std::size_t, 3>& coordinates,
-    std::size_t recordSize, std::uint64_t first, std::uint64_t count, std::vector<Vec3>& points,
-    PlyArraySink& arrays);
+  Result<bool> ReadFixedPoints(const PlyElement& element,
+    const std::array<std::size_t, 3>& coordinates, std::size_t recordSize, std::uint64_t first,
+    std::uint64_t count, std::vector<Vec3>& points, PlyArraySink& arrays);
   Status ReadPoint(const PlyPlace& place, const std::array<std::size_t, 3>& coordinates,
     Vec3& point, PlyArraySink& arrays);
   Status ReadFace(const PlyPlace& place, std::size_t list, PlyFaceSink& sink, PlyArraySink& arrays);
@@ -217,13 +217,14 @@ void BinaryBody<Swap>::CopyColumn(
 }
 
 template <bool Swap>
-Status BinaryBody<Swap>::ReadFixedPoints(const PlyElement& element,
+Result<bool> BinaryBody<Swap>::ReadFixedPoints(const PlyElement& element,
   const std::array<std::size_t, 3>& coordinates, std::size_t recordSize, std::uint64_t first,
   std::uint64_t count, std::vector<Vec3>& points, PlyArraySink& arrays)
 {
   const std::vector<std::size_t> offsets = OffsetsOf(element);
   MakeRoom(points, std::min(count, this->Source.Remaining() / recordSize));
   std::array<Vec3, elementBatch> batch;
+  bool finite = true;
   for (std::uint64_t done = 0; done < count;)
   {
     const Result<std::string_view> ahead =
@@ -231,23 +232,11 @@ Status BinaryBody<Swap>::ReadFixedPoints(const PlyElement& element,
     KDSTREAM_TRY(ahead);
     const std::size_t number = static_cast<std::size_t>(
       std::min<std::uint64_t>({ count - done, ahead->size() / recordSize, elementBatch }));
-    bool finite = true;
     for (std::size_t k = 0; k < 3; ++k)
     {
       const char* column = ahead->data() + offsets[coordinates[k]];
       finite &= WithPlyType(element.properties[coordinates[k]].type,
         [&]<class T>() { return DecodeColumn<T>(column, recordSize, number, batch.data(), k); });
-    }
-    for (std::size_t i = 0; !finite && i < number; ++i)
-    {
-      for (std::size_t k = 0; k < 3; ++k)
-      {
-        if (!std::isfinite(batch[i][k]))
-        {
-          return PlyPlace{ element, first + done + i }.NotFinite(
-            element.properties[coordinates[k]].name, batch[i][k]);
-        }
-      }
     }
     points.insert(points.end(), batch.begin(), batch.begin() + static_cast<std::ptrdiff_t>(number));
     for (const PlyArraySink::Column& column : arrays.Columns())
@@ -265,7 +254,7 @@ Status BinaryBody<Swap>::ReadFixedPoints(const PlyElement& element,
     this->Source.Consume(number * recordSize);
     done += number;
   }
-  return {};
+  return finite;
 }
 
 // A point whose record holds lists too.
@@ -287,17 +276,13 @@ Status BinaryBody<Swap>::ReadPoint(const PlyPlace& place,
     KDSTREAM_TRY(ahead);
     const double value = LoadReal(property.type, ahead->data());
     this->Source.Consume(bytes);
-    if (!std::isfinite(value))
-    {
-      return place.NotFinite(property.name, value);
-    }
     point[static_cast<std::size_t>(wanted - coordinates.begin())] = value;
   }
   return {};
 }
 
 template <bool Swap>
-Status BinaryBody<Swap>::ReadPoints(const PlyElement& element,
+Result<bool> BinaryBody<Swap>::ReadPoints(const PlyElement& element,
   const std::array<std::size_t, 3>& coordinates, std::uint64_t first, std::uint64_t count,
   std::vector<Vec3>& points, PlyArraySink& arrays)
 {
@@ -313,7 +298,7 @@ Status BinaryBody<Swap>::ReadPoints(const PlyElement& element,
     points.push_back(point);
     arrays.Append(1);
   }
-  return {};
+  return false;
 }
 
 // The fast path: reads faces as long as they lie in memory whole, have few corners and good
@@ -368,6 +353,7 @@ Result<std::size_t> BinaryBody<Swap>::ReadFaceRun(const FaceLayout& layout, cons
         return PlyPlace{ first.element, first.record + number }.RepeatsTooMuch();
       }
     }
+    sink.EndFace(sink.GetTriangles().size() + used, triangles);
     used += triangles;
     at += recordSize;
     ++number;
@@ -422,12 +408,11 @@ Status BinaryBody<Swap>::ReadFace(
     this->Source.Consume(number * itemSize);
     left -= number;
   }
-  if (sink.GetKind() == PlyFaceSink::Kind::Polygon && sink.GetCorners() < 3)
-  {
-    return place.TooFewCorners(sink);
-  }
+  sink.End(place.record);
   KDSTREAM_TRY(this->KeepOrSkip(place, list + 1, place.element.properties.size(), arrays));
-  return arrays.Append(sink.GetTriangles().size() - before) ? Status{} : place.RepeatsTooMuch();
+  const std::size_t triangles = sink.GetTriangles().size() - before;
+  sink.EndFace(before, triangles);
+  return arrays.Append(triangles) ? Status{} : place.RepeatsTooMuch();
 }
 
 template <bool Swap>

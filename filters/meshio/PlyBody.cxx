@@ -3,8 +3,6 @@
 // Part of step "read".
 #include "filters/meshio/PlyBody.h"
 
-#include <cmath>
-
 namespace kdstream
 {
 
@@ -28,12 +26,6 @@ Error PlyPlace::Truncated(std::uint64_t byte) const
   return Error{ ErrorCode::InvalidInput,
     "truncated: " + this->element.name + " " + std::to_string(this->record) + " of " +
       std::to_string(this->element.count) + " expected at byte " + std::to_string(byte) };
-}
-
-Error PlyPlace::NotFinite(std::string_view property, double value) const
-{
-  const char* text = std::isnan(value) ? "nan" : value > 0 ? "inf" : "-inf";
-  return this->Bad(std::string(property) + " is not finite (" + text + ")");
 }
 
 Error PlyPlace::BadIndex(std::int64_t index, const PlyFaceSink& sink) const
@@ -60,12 +52,6 @@ Error PlyPlace::ListPastEnd(
       std::to_string(this->element.count) + ": list " + property.name + " at byte " +
       std::to_string(byte) + " claims " + std::to_string(count) +
       " values, which run past the end of the file" };
-}
-
-Error PlyPlace::TooFewCorners(const PlyFaceSink& sink) const
-{
-  return this->Bad(
-    "a polygon needs at least 3 vertices, this one has " + std::to_string(sink.GetCorners()));
 }
 
 Error PlyPlace::RepeatsTooMuch() const

@@ -9,6 +9,7 @@
 #include "filters/meshio/ByteSource.h"
 #include "filters/meshio/PlyArrays.h"
 #include "filters/meshio/PlyHeader.h"
+#include "filters/meshio/PolygonFaces.h"
 
 #include <array>
 #include <cstdint>
@@ -20,8 +21,10 @@ namespace kdstream
 {
 
 // Takes the corners of a polygon or strip one by one and appends its triangles. Polygons become a
-// fan around their first corner. Strips become triangles of alternating orientation, -1 begins a
-// new strip; degenerate triangles stay as they come. Memory: the triangles.
+// fan around their first corner, which PolygonFaces cuts anew where that is wrong; those of fewer
+// than three corners are counted. Strips become
+// triangles of alternating orientation, -1 begins a new strip; degenerate triangles stay as they
+// come. Memory: the triangles.
 class PlyFaceSink
 {
 public:
@@ -31,14 +34,24 @@ public:
     Strip
   };
 
-  PlyFaceSink(Kind kind, std::uint64_t vertexCount, std::vector<Triangle>& triangles)
+  PlyFaceSink(
+    Kind kind, std::uint64_t vertexCount, std::vector<Triangle>& triangles, PolygonFaces& polygons)
     : FaceKind(kind)
     , VertexCount(vertexCount)
     , Triangles(triangles)
+    , Polygons(polygons)
   {
   }
 
   void Begin() { this->Corners = 0; }
+  // The face is whole; record: its number.
+  void End(std::uint64_t record)
+  {
+    if (this->FaceKind == Kind::Polygon && this->Corners < 3 && this->SmallFaces++ == 0)
+    {
+      this->FirstSmall = record;
+    }
+  }
 
   // False if no vertex has this number; the face is then unfinished.
   bool Add(std::int64_t index)
@@ -81,15 +94,26 @@ public:
   }
   Kind GetKind() const { return this->FaceKind; }
   std::uint64_t GetVertexCount() const { return this->VertexCount; }
-  // Corners of the polygon, or of the last strip.
-  std::uint64_t GetCorners() const { return this->Corners; }
+  // Polygons of fewer than three corners, and the number of the first of them.
+  std::uint64_t GetSmallFaces() const { return this->SmallFaces; }
+  std::uint64_t GetFirstSmall() const { return this->FirstSmall; }
   std::vector<Triangle>& GetTriangles() { return this->Triangles; }
+  // The `count` triangles from the first on, appended or to be appended, are those of one face.
+  void EndFace(std::size_t first, std::size_t count)
+  {
+    if (this->FaceKind == Kind::Polygon)
+    {
+      this->Polygons.Add(first, count);
+    }
+  }
 
 private:
   Kind FaceKind;
   std::uint64_t VertexCount;
   std::vector<Triangle>& Triangles;
-  std::uint64_t Corners = 0;
+  PolygonFaces& Polygons;
+  std::uint64_t Corners = 0; // of the polygon, or of the last strip
+  std::uint64_t SmallFaces = 0, FirstSmall = 0;
   VertexId First = 0;
   VertexId Second = 0;
 };
@@ -109,8 +133,8 @@ public:
     const PlyElement& element, std::uint64_t first, std::uint64_t count) = 0;
 
   // Appends `count` points and their arrays. `coordinates`: the numbers of the properties x, y, z,
-  // which are no lists.
-  virtual Status ReadPoints(const PlyElement& element,
+  // which are not lists. Returns whether all points are known to be finite.
+  virtual Result<bool> ReadPoints(const PlyElement& element,
     const std::array<std::size_t, 3>& coordinates, std::uint64_t first, std::uint64_t count,
     std::vector<Vec3>& points, PlyArraySink& arrays) = 0;
 
@@ -131,12 +155,10 @@ struct PlyPlace
 
   Error Bad(const std::string& what) const;
   Error Truncated(std::uint64_t byte) const;
-  Error NotFinite(std::string_view property, double value) const;
   Error BadIndex(std::int64_t index, const PlyFaceSink& sink) const;
   Error BadListCount(const PlyProperty& property, std::int64_t count) const;
   // byte: where the first value of the list should be.
   Error ListPastEnd(const PlyProperty& property, std::int64_t count, std::uint64_t byte) const;
-  Error TooFewCorners(const PlyFaceSink& sink) const;
   Error RepeatsTooMuch() const;
 };
 

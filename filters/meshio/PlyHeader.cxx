@@ -3,7 +3,9 @@
 // "read".
 #include "filters/meshio/PlyHeader.h"
 
+#include "filters/meshio/PlainText.h"
 #include "filters/meshio/QuotedText.h"
+#include "filters/meshio/TextLines.h"
 
 #include <algorithm>
 #include <array>
@@ -49,17 +51,10 @@ bool IsGoodName(std::string_view name)
                                   [](char c) { return (c >= 0 && c < ' ') || c == 0x7f; });
 }
 
-std::vector<std::string_view> SplitWords(std::string_view line)
+std::vector<std::string_view> WordsOf(std::string_view line)
 {
-  constexpr std::string_view blanks = " \t";
   std::vector<std::string_view> words;
-  std::size_t begin = line.find_first_not_of(blanks);
-  while (begin != std::string_view::npos)
-  {
-    const std::size_t end = std::min(line.find_first_of(blanks, begin), line.size());
-    words.push_back(line.substr(begin, end - begin));
-    begin = line.find_first_not_of(blanks, end);
-  }
+  SplitWords(line, " \t", words);
   return words;
 }
 
@@ -291,16 +286,25 @@ Result<PlyHeader> ReadPlyHeader(ByteSource& source)
   {
     return Error{ ErrorCode::InvalidInput, "the file is empty" };
   }
+  if (IsWideText(*bytes))
+  {
+    return WideTextError();
+  }
+  if (bytes->starts_with(utf8Mark))
+  {
+    source.Consume(utf8Mark.size());
+    bytes = bytes->substr(utf8Mark.size());
+  }
   LineReader lines(*bytes);
   const std::optional<std::string_view> first = lines.Next();
-  if (!first || SplitWords(*first) != std::vector<std::string_view>{ "ply" })
+  if (!first || WordsOf(*first) != std::vector<std::string_view>{ "ply" })
   {
     return Error{ ErrorCode::InvalidInput, "not a PLY file: its first line is not 'ply'" };
   }
   HeaderBuilder builder;
   while (const std::optional<std::string_view> line = lines.Next())
   {
-    const std::vector<std::string_view> words = SplitWords(*line);
+    const std::vector<std::string_view> words = WordsOf(*line);
     if (words.size() == 1 && words[0] == "end_header")
     {
       source.Consume(lines.Position());

@@ -25,20 +25,22 @@ std::size_t FindCorners(const PlyElement& element)
 
 }
 
-Result<std::unique_ptr<MeshReader>> PlyReader::Open(ByteSource source)
+Result<std::unique_ptr<MeshReader>> PlyReader::Open(
+  ByteSource source, const std::filesystem::path& scratch)
 {
   Result<PlyHeader> header = ReadPlyHeader(source);
   KDSTREAM_TRY(header);
-  std::unique_ptr<PlyReader> reader(new PlyReader(std::move(source), std::move(*header)));
+  std::unique_ptr<PlyReader> reader(new PlyReader(std::move(source), std::move(*header), scratch));
   KDSTREAM_TRY(reader->UnderstandHeader());
   return std::unique_ptr<MeshReader>(std::move(reader));
 }
 
-PlyReader::PlyReader(ByteSource source, PlyHeader header)
+PlyReader::PlyReader(ByteSource source, PlyHeader header, std::filesystem::path scratch)
   : Source(std::move(source))
   , Header(std::move(header))
   , Body(PlyBody::Make(this->Header.encoding, this->Source))
   , ElementBegins{ this->Source.Position() }
+  , Scratch(std::move(scratch))
 {
 }
 
@@ -82,7 +84,8 @@ Status PlyReader::UnderstandVertices()
   const std::array<const char*, 3> names{ "x", "y", "z" };
   for (std::size_t k = 0; k < 3; ++k)
   {
-    const std::size_t found = element.Find(names[k]);
+    const std::size_t found =
+      std::min(element.Find(names[k]), element.Find(std::string(1, "XYZ"[k])));
     if (found == element.properties.size())
     {
       return Error{ ErrorCode::InvalidInput,
@@ -125,6 +128,7 @@ Status PlyReader::UnderstandFaces(std::size_t element, PlyFaceSink::Kind kind)
                                              faces.name + "' is not a list of integers" };
   }
   this->Faces.push_back({ element, list, kind });
+  this->FileInfo.strips |= kind == PlyFaceSink::Kind::Strip;
   const std::uint64_t room = std::numeric_limits<std::uint64_t>::max() - this->FileInfo.faces;
   this->FileInfo.faces += std::min(room, faces.count);
   return {};
@@ -415,8 +419,10 @@ Result<std::size_t> PlyReader::ReadSomeVertices(Mesh& mesh, std::size_t limit)
   }
   KDSTREAM_TRY(this->MoveTo(this->VertexElement, this->VerticesRead));
   const PlyElement& element = this->Header.elements[this->VertexElement];
-  KDSTREAM_TRY(this->Body->ReadPoints(
-    element, this->Coordinates, this->VerticesRead, number, mesh.points, this->VertexArrays));
+  const Result<bool> finite = this->Body->ReadPoints(
+    element, this->Coordinates, this->VerticesRead, number, mesh.points, this->VertexArrays);
+  KDSTREAM_TRY(finite);
+  this->Finite = *finite;
   this->VerticesRead += number;
   this->CurrentRecord = this->VerticesRead;
   return static_cast<std::size_t>(number);
@@ -439,47 +445,104 @@ Result<std::size_t> PlyReader::ReadSomeTriangles(Mesh& mesh, std::size_t limit)
     const std::uint64_t number =
       std::min<std::uint64_t>(limit - done, element.count - this->FacesRead);
     KDSTREAM_TRY(this->MoveTo(faces.element, this->FacesRead));
-    PlyFaceSink sink(faces.kind, this->FileInfo.vertices, mesh.triangles);
+    PlyFaceSink sink(faces.kind, this->FileInfo.vertices, mesh.triangles, this->Polygons);
     faces.arrays.Start(
       std::span(mesh.attributes).subspan(this->PointArrays), mostRepeated * this->Source.Size());
     KDSTREAM_TRY(
       this->Body->ReadFaces(element, faces.list, this->FacesRead, number, sink, faces.arrays));
+    this->FileInfo.tolerance.Count(Lapse::FaceTooSmall, sink.GetSmallFaces(),
+      element.name + " " + std::to_string(sink.GetFirstSmall()));
     this->FacesRead += number;
     this->CurrentRecord = this->FacesRead;
     done += number;
     KDSTREAM_TRY(this->CheckTriangles(faces));
   }
+  KDSTREAM_TRY(this->CutPolygons(mesh));
   if (this->FaceElementsDone == this->Faces.size() && !this->LookedBehind)
   {
-    KDSTREAM_TRY(this->LookBehindLastFace());
+    KDSTREAM_TRY(this->LookBehindEnd());
   }
   return static_cast<std::size_t>(done);
 }
 
+// By the mesh's points where it has all of them, else by a table.
+Status PlyReader::CutPolygons(Mesh& mesh)
+{
+  if (this->Polygons.Empty())
+  {
+    return {};
+  }
+  if (mesh.points.size() == this->FileInfo.vertices)
+  {
+    return this->Polygons.Cut(
+      mesh.triangles, [&](VertexId vertex) { return Result<Vec3>(mesh.points[vertex]); });
+  }
+  if (!this->Places)
+  {
+    KDSTREAM_TRY(this->KeepPlaces());
+  }
+  return this->Polygons.Cut(
+    mesh.triangles, [&](VertexId vertex) { return this->Places->Get(vertex); });
+}
+
+// Goes through the vertices once more.
+Status PlyReader::KeepPlaces()
+{
+  constexpr std::uint64_t atOnce = std::uint64_t{ 1 } << 15;
+  Result<ByteSource> again = this->Source.Again();
+  KDSTREAM_TRY(again);
+  const std::unique_ptr<PlyBody> body = PlyBody::Make(this->Header.encoding, *again);
+  again->Seek(this->ElementBegins[0]);
+  for (std::size_t i = 0; i < this->VertexElement; ++i)
+  {
+    const PlyElement& element = this->Header.elements[i];
+    KDSTREAM_TRY(body->SkipRecords(element, 0, element.count));
+  }
+  this->Places = std::make_unique<ScratchTable<Vec3>>(this->Scratch);
+  const PlyElement& vertices = this->Header.elements[this->VertexElement];
+  PlyArraySink noArrays;
+  std::vector<Vec3> points;
+  for (std::uint64_t done = 0; done < vertices.count; done += points.size())
+  {
+    points.clear();
+    KDSTREAM_TRY(body->ReadPoints(vertices, this->Coordinates, done,
+      std::min(atOnce, vertices.count - done), points, noArrays));
+    for (const Vec3& point : points)
+    {
+      KDSTREAM_TRY(this->Places->Append(point));
+    }
+  }
+  return {};
+}
+
 // A header that counts too few faces leaves some of them behind the last: they are not read, but
-// not silently. Blank lines at the end of a file are no loss.
-Status PlyReader::LookBehindLastFace()
+// not silently. Blanks at the end of a file are no loss.
+Status PlyReader::LookBehindEnd()
 {
   this->LookedBehind = true;
   const std::vector<PlyElement>& elements = this->Header.elements;
   const bool more =
     std::any_of(elements.begin() + static_cast<std::ptrdiff_t>(this->CurrentElement) + 1,
       elements.end(), [](const PlyElement& element) { return element.count > 0; });
-  if (this->Faces.empty() || this->CurrentElement != this->Faces.back().element || more)
+  const std::size_t last = this->Faces.empty() ? this->VertexElement : this->Faces.back().element;
+  const bool whole = this->CurrentRecord == elements[this->CurrentElement].count;
+  if (this->CurrentElement != last || !whole || more)
   {
     return {};
   }
-  constexpr std::uint64_t mostBlank = 4096;
+  constexpr std::uint64_t mostPadding = 4096;
   const std::uint64_t rest = this->Source.Remaining();
   const Result<std::string_view> bytes =
-    this->Source.Peek(static_cast<std::size_t>(std::min(rest, mostBlank)));
+    this->Source.Peek(static_cast<std::size_t>(std::min(rest, mostPadding)));
   KDSTREAM_TRY(bytes);
-  const bool blank = rest <= mostBlank && bytes->find_first_not_of(" \t\r\n") == bytes->npos;
-  if (!blank)
-  {
-    this->FileInfo.ignoredAttributes.push_back(
-      std::to_string(rest) + " bytes behind the last face, which the header does not count");
-  }
+  constexpr std::string_view padding(" \t\r\n\x1A\0", 6);
+  const bool padded = rest <= mostPadding && bytes->find_first_not_of(padding) == bytes->npos;
+  const std::uint64_t zeros =
+    static_cast<std::uint64_t>(std::count(bytes->begin(), bytes->end(), '\0'));
+  this->FileInfo.tolerance.Count(padded ? Lapse::PaddedEnd : Lapse::BytesBehindEnd,
+    padded ? zeros : rest,
+    "byte " + std::to_string(this->Source.Position()) + ", behind the last " + elements[last].name +
+      " that the header counts");
   return {};
 }
 

@@ -5,6 +5,8 @@
 #include "filters/meshio/MeshReader.h"
 #include "filters/meshio/PlyBody.h"
 #include "filters/meshio/PlyHeader.h"
+#include "filters/meshio/PolygonFaces.h"
+#include "filters/meshio/ScratchTable.h"
 
 #include <array>
 #include <optional>
@@ -18,11 +20,11 @@ namespace kdstream
 // "tristrips" (the list "vertex_indices" or "vertex_index", of any integer types), and the other
 // scalar properties of these as attributes (PlyArrays.h says under which names): at most 255, of
 // faces those that every element with faces has. Everything else is skipped, and named in
-// Info().ignoredAttributes, and so are bytes behind the last face, once that is read. Coordinates:
+// Info().ignoredAttributes. Bytes behind the end are counted, once that is reached. Coordinates:
 // if x, y and z all are float or integers of at most 16 bits, which floats hold exactly, the scalar
 // type is Float32, else Float64. ASCII values are rounded once, to the type that the header gives
 // them. Strips of fewer than three vertices hold no triangle and are passed over; polygons of fewer
-// are an error. Memory: one block of the file, and what is appended to the caller's vectors, which
+// are counted. Memory: one block of the file, and what is appended to the caller's vectors, which
 // grow with the bytes that were read, never with what the header or a list claims. One face can
 // have as many triangles as the file has bytes; its attributes, repeated for each, may take 16
 // times the file's bytes.
@@ -31,7 +33,10 @@ class PlyReader : public MeshReader
 public:
   // Errors: those of ReadPlyHeader; InvalidInput for a header without vertices, coordinates or
   // corners; LimitExceeded for more vertices than VertexId can number.
-  static Result<std::unique_ptr<MeshReader>> Open(ByteSource source);
+  // scratch: a folder for a table of places, which is made where polygons are read into a mesh
+  // without its vertices (see MeshReader::ReadTriangles); empty: the system's.
+  static Result<std::unique_ptr<MeshReader>> Open(
+    ByteSource source, const std::filesystem::path& scratch = {});
 
   const MeshFileInfo& Info() const override { return this->FileInfo; }
   // After an error, every further call gives the same error.
@@ -39,6 +44,7 @@ public:
   Result<std::size_t> ReadTriangles(Mesh& mesh, std::size_t limit) override;
   Result<std::uint64_t> SkipVertices(std::uint64_t count) override;
   Result<std::uint64_t> SkipFaces(std::uint64_t count) override;
+  bool KnowsFinite() const override { return this->Finite; }
   std::uint64_t FileSize() const override { return this->Source.Size(); }
   std::uint64_t Position() const override { return this->Source.Position(); }
 
@@ -52,7 +58,7 @@ private:
     PlyArraySink arrays{};
   };
 
-  PlyReader(ByteSource source, PlyHeader header);
+  PlyReader(ByteSource source, PlyHeader header, std::filesystem::path scratch);
 
   Status UnderstandHeader();
   Status UnderstandVertices();
@@ -71,7 +77,9 @@ private:
   Status CheckTriangles(const FaceElement& faces) const;
   template <class Number>
   Result<Number> Remember(Result<Number> result);
-  Status LookBehindLastFace();
+  Status LookBehindEnd();
+  Status CutPolygons(Mesh& mesh);
+  Status KeepPlaces();
 
   ByteSource Source;
   PlyHeader Header;
@@ -95,7 +103,11 @@ private:
   std::uint64_t FacesRead = 0; // of Faces[FaceElementsDone]
   // Where some of these were skipped because all must be triangles: of one, and where the first is.
   std::uint64_t TriangleBytes = 0, TrianglesBegin = 0;
+  std::filesystem::path Scratch;
+  PolygonFaces Polygons;
+  std::unique_ptr<ScratchTable<Vec3>> Places; // of all vertices, once polygons need it
   bool LookedBehind = false;
+  bool Finite = false; // whether all vertices that were read last are known to be
   std::optional<Error> Failure;
 };
 

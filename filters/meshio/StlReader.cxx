@@ -2,8 +2,10 @@
 // Reads STL files in chunks: see StlReader.h.
 #include "filters/meshio/StlReader.h"
 
+#include "filters/meshio/ContentFormat.h"
 #include "filters/meshio/MakeRoom.h"
 #include "filters/meshio/NumberText.h"
+#include "filters/meshio/PlainText.h"
 #include "filters/meshio/QuotedText.h"
 #include "filters/meshio/TextWords.h"
 
@@ -11,6 +13,7 @@
 #include <bit>
 #include <cmath>
 #include <cstring>
+#include <limits>
 #include <optional>
 
 namespace kdstream
@@ -31,10 +34,9 @@ Error AtFacet(std::uint64_t facet, const std::string& what)
   return Error{ ErrorCode::InvalidInput, "facet " + std::to_string(facet) + ": " + what };
 }
 
-Error NotFinite(std::uint64_t vertex, std::size_t axis)
+bool IsFinite(const Vec3& point)
 {
-  return AtFacet(
-    vertex / 3, "vertex " + std::to_string(vertex % 3) + ": " + "xyz"[axis] + " is not finite");
+  return std::isfinite(point[0]) && std::isfinite(point[1]) && std::isfinite(point[2]);
 }
 
 // What both encodings have in common: the triangles, which are but numbers, and the first error.
@@ -86,6 +88,7 @@ public:
     return number;
   }
 
+  bool KnowsFinite() const override { return this->Finite; }
   std::uint64_t FileSize() const override { return this->Source.Size(); }
   std::uint64_t Position() const override { return this->Source.Position(); }
 
@@ -109,15 +112,32 @@ protected:
     return {};
   }
 
-  // Appends the next `number` vertices, which are there.
+  // Appends the next `number` vertices, which are there. Where one of a facet is not finite, none
+  // of them is: a facet is dropped whole.
   virtual Status ReadPoints(std::vector<Vec3>& points, std::size_t number) = 0;
+
+  // Counts a vertex of the file that is not finite.
+  void CountNotFinite(std::uint64_t vertex)
+  {
+    this->Finite = false;
+    Tolerance& tolerance = this->FileInfo.tolerance;
+    constexpr Lapse kind = Lapse::PointNotFinite;
+    tolerance.Count(kind, 1,
+      tolerance.Of(kind) > 0
+        ? std::string()
+        : "vertex " + std::to_string(vertex % 3) + " of facet " + std::to_string(vertex / 3));
+  }
 
   ByteSource Source;
   MeshFileInfo FileInfo;
   std::uint64_t VerticesRead = 0;
   std::uint64_t TrianglesRead = 0;
+  bool Finite = true; // whether all vertices that were read are
   std::optional<Error> Failure;
 };
+
+constexpr double nan = std::numeric_limits<double>::quiet_NaN();
+constexpr Vec3 notFinite{ nan, nan, nan };
 
 std::uint32_t LoadLittle(const char* bytes)
 {
@@ -137,6 +157,7 @@ public:
 
   Status Start()
   {
+    KDSTREAM_TRY(this->LookBehindEnd());
     this->Source.Seek(headerBytes);
     return this->SetFacets(this->Facets);
   }
@@ -151,8 +172,12 @@ public:
 
 private:
   Status ReadPoints(std::vector<Vec3>& points, std::size_t number) override;
-  // Puts the vertices of `count` facets into Batch; `facet`: the number of the first.
-  Status Decode(const char* bytes, std::uint64_t facet, std::size_t count);
+  Status LookBehindEnd();
+  // Puts the vertices of `count` facets into Batch; false if one is not finite.
+  bool Decode(const char* bytes, std::size_t count);
+  // What is not finite in Batch: counts the vertices [first, last), of which the first facet's have
+  // the numbers from 3 * facet on in the file, and makes all of a facet NaN.
+  void SpreadNotFinite(std::uint64_t facet, std::size_t first, std::size_t last);
 
   std::uint64_t Facets;
   std::array<Vec3, 3 * facetBatch> Batch;
@@ -175,7 +200,10 @@ Status BinaryStlReader::ReadPoints(std::vector<Vec3>& points, std::size_t number
     const auto first = static_cast<std::size_t>(vertex % 3);
     const auto last = static_cast<std::size_t>(std::min<std::uint64_t>(
       3 * std::min(ahead->size() / facetBytes, facetBatch), first + (end - vertex)));
-    KDSTREAM_TRY(this->Decode(ahead->data(), vertex / 3, (last + 2) / 3));
+    if (!this->Decode(ahead->data(), (last + 2) / 3))
+    {
+      this->SpreadNotFinite(vertex / 3, first, last);
+    }
     const auto* const begin = this->Batch.begin();
     points.insert(points.end(), begin + first, begin + last);
     this->Source.Consume(last / 3 * facetBytes);
@@ -184,7 +212,7 @@ Status BinaryStlReader::ReadPoints(std::vector<Vec3>& points, std::size_t number
   return {};
 }
 
-Status BinaryStlReader::Decode(const char* bytes, std::uint64_t facet, std::size_t count)
+bool BinaryStlReader::Decode(const char* bytes, std::size_t count)
 {
   bool finite = true;
   for (std::size_t i = 0; i < count; ++i)
@@ -200,16 +228,48 @@ Status BinaryStlReader::Decode(const char* bytes, std::uint64_t facet, std::size
       }
     }
   }
-  for (std::size_t i = 0; !finite && i < 3 * count; ++i)
+  return finite;
+}
+
+void BinaryStlReader::SpreadNotFinite(std::uint64_t facet, std::size_t first, std::size_t last)
+{
+  for (std::size_t begin = 0; begin < last; begin += 3)
   {
-    for (std::size_t k = 0; k < 3; ++k)
+    Vec3* const corners = this->Batch.data() + begin;
+    if (std::all_of(corners, corners + 3, IsFinite))
     {
-      if (!std::isfinite(this->Batch[i][k]))
+      continue;
+    }
+    for (std::size_t i = std::max(begin, first); i < std::min(begin + 3, last); ++i)
+    {
+      if (!IsFinite(this->Batch[i]))
       {
-        return NotFinite(3 * facet + i, k);
+        this->CountNotFinite(3 * facet + i);
       }
     }
+    std::fill(corners, corners + 3, notFinite);
+    this->Finite = false; // also where another read gives the vertex that is not
   }
+}
+
+// Bytes behind the last facet that the header counts.
+Status BinaryStlReader::LookBehindEnd()
+{
+  constexpr std::uint64_t mostPadding = 4096;
+  const std::uint64_t end = headerBytes + facetBytes * this->Facets;
+  const std::uint64_t rest = this->Source.Size() - end;
+  if (rest == 0)
+  {
+    return {};
+  }
+  this->Source.Seek(end);
+  const Result<std::string_view> bytes =
+    this->Source.Peek(static_cast<std::size_t>(std::min(rest, mostPadding)));
+  KDSTREAM_TRY(bytes);
+  const bool zeros = rest <= mostPadding && bytes->find_first_not_of('\0') == bytes->npos;
+  this->FileInfo.tolerance.Count(zeros ? Lapse::PaddedEnd : Lapse::BytesBehindEnd, rest,
+    "byte " + std::to_string(end) + ", behind the " + std::to_string(this->Facets) +
+      " triangles that the header counts");
   return {};
 }
 
@@ -238,7 +298,10 @@ private:
   Status ReadPoints(std::vector<Vec3>& points, std::size_t number) override;
   // Goes to the coordinates of the next vertex; false at the end of the text.
   Result<bool> NextVertex();
+  Status ReadFacet();
   Status EndFacet();
+  // The next word; "endsolid" too where it is written "end solid".
+  Result<std::string_view> NextWord();
   Status Expect(std::string_view expected);
   Error Unexpected(std::string_view word, const std::string& expected) const;
   template <class T>
@@ -246,6 +309,7 @@ private:
 
   TextWords Words;
   TextState At;
+  std::array<Vec3, 3> Facet{}; // the one that vertex VerticesRead is of
 };
 
 bool IsWord(std::string_view word, std::string_view small)
@@ -269,9 +333,28 @@ Error TextStlReader::Unexpected(std::string_view word, const std::string& expect
                                    std::to_string(this->Words.Position()));
 }
 
+Result<std::string_view> TextStlReader::NextWord()
+{
+  Result<std::string_view> word = this->Words.Next();
+  if (!word || !IsWord(*word, "end"))
+  {
+    return word;
+  }
+  word = this->Words.Next();
+  KDSTREAM_TRY(word);
+  for (const std::string_view whole : { "endloop", "endfacet", "endsolid" })
+  {
+    if (IsWord(*word, whole.substr(3)))
+    {
+      return whole;
+    }
+  }
+  return this->Unexpected(*word, "'loop', 'facet' or 'solid'");
+}
+
 Status TextStlReader::Expect(std::string_view expected)
 {
-  const Result<std::string_view> word = this->Words.Next();
+  const Result<std::string_view> word = this->NextWord();
   KDSTREAM_TRY(word);
   return IsWord(*word, expected) ? Status()
                                  : this->Unexpected(*word, "'" + std::string(expected) + "'");
@@ -296,7 +379,7 @@ Result<bool> TextStlReader::NextVertex()
   }
   while (!this->At.inFacet)
   {
-    const Result<std::string_view> word = this->Words.Next();
+    const Result<std::string_view> word = this->NextWord();
     KDSTREAM_TRY(word);
     if (word->empty() && !this->At.inSolid)
     {
@@ -319,6 +402,10 @@ Result<bool> TextStlReader::NextVertex()
     {
       const Result<std::string_view> next = this->Words.Next();
       KDSTREAM_TRY(next);
+      if (expected == "outer" && IsWord(*next, "outerloop"))
+      {
+        break;
+      }
       if (next->empty() || (!expected.empty() && !IsWord(*next, expected)))
       {
         return this->Unexpected(
@@ -335,6 +422,9 @@ Result<bool> TextStlReader::NextVertex()
 
 Status TextStlReader::Start(const Execution& execution)
 {
+  const Result<std::uint64_t> zeros = CropToText(this->Source);
+  KDSTREAM_TRY(zeros);
+  this->FileInfo.tolerance.Count(Lapse::PaddedEnd, *zeros);
   DecimalPrecision precision;
   for (;;)
   {
@@ -359,7 +449,7 @@ Status TextStlReader::Start(const Execution& execution)
   this->FileInfo.scalarType = precision.FloatsSuffice() ? ScalarType::Float32 : ScalarType::Float64;
   const std::uint64_t facets = this->At.facet;
   this->At = {};
-  this->Words.Seek(0);
+  this->Words.Seek(this->Source.Start());
   return this->SetFacets(facets);
 }
 
@@ -379,19 +469,16 @@ Status TextStlReader::ReadPoint(Vec3& point)
           QuotedText(*word) +
           (error == NumberTextError::NotANumber ? " is not a number" : " is too large a number"));
     }
-    if (!std::isfinite(value))
-    {
-      return NotFinite(3 * this->At.facet + this->At.corner - 1, k);
-    }
     point[k] = static_cast<double>(value);
   }
   return {};
 }
 
-Status TextStlReader::ReadPoints(std::vector<Vec3>& points, std::size_t number)
+// The three vertices that come next.
+Status TextStlReader::ReadFacet()
 {
-  MakeRoom(points, number); // they were counted
-  for (std::size_t i = 0; i < number; ++i)
+  bool finite = true;
+  for (Vec3& point : this->Facet)
   {
     const Result<bool> more = this->NextVertex();
     KDSTREAM_TRY(more);
@@ -400,22 +487,69 @@ Status TextStlReader::ReadPoints(std::vector<Vec3>& points, std::size_t number)
       return Error{ ErrorCode::InvalidInput,
         "truncated: the file has changed since it was opened" };
     }
-    Vec3 point{};
     KDSTREAM_TRY(this->FileInfo.scalarType == ScalarType::Float32 ? this->ReadPoint<float>(point)
                                                                   : this->ReadPoint<double>(point));
-    points.push_back(point);
+    if (!IsFinite(point))
+    {
+      this->CountNotFinite(3 * this->At.facet + this->At.corner - 1);
+      finite = false;
+    }
+  }
+  if (!finite)
+  {
+    this->Facet.fill(notFinite);
   }
   return {};
 }
 
-// Whether the bytes where a binary file has its header and first triangle could be text.
+Status TextStlReader::ReadPoints(std::vector<Vec3>& points, std::size_t number)
+{
+  MakeRoom(points, number); // they were counted
+  for (std::uint64_t vertex = this->VerticesRead, end = vertex + number; vertex < end; ++vertex)
+  {
+    if (vertex % 3 == 0)
+    {
+      KDSTREAM_TRY(this->ReadFacet());
+    }
+    points.push_back(this->Facet[vertex % 3]);
+  }
+  return {};
+}
+
+// Whether the bytes where a binary file has its header and first triangle could be text. What
+// copying leaves behind a text (PlainText.h) is not looked at.
 bool LooksLikeText(std::string_view head)
 {
+  head.remove_prefix(head.starts_with(utf8Mark) ? utf8Mark.size() : 0);
+  const std::size_t last = head.find_last_not_of(std::string_view("\x1A\0 \t\r\n", 6));
+  head = head.substr(0, last == head.npos ? 0 : last + 1);
   head.remove_prefix(
     static_cast<std::size_t>(std::find_if_not(head.begin(), head.end(), IsBlank) - head.begin()));
   return IsWord(head.substr(0, 5), "solid") &&
          std::none_of(head.begin(), head.end(),
            [](char c) { return (c >= '\0' && c < ' ' && !IsBlank(c)) || c == 0x7F; });
+}
+
+// Whether there is a triangle behind the header of a binary file: with so many bytes behind the end
+// as the header tells it, its count alone is no proof.
+bool LooksLikeFacet(std::string_view head)
+{
+  const std::string_view format = FormatOfContent(head);
+  if ((!format.empty() && format != ".stl") || head.size() < headerBytes + facetBytes)
+  {
+    return false;
+  }
+  for (std::size_t k = 3; k < 12; ++k) // the normal can be anything
+  {
+    constexpr double least = 1e-30, most = 1e30;
+    const double value = std::abs(
+      static_cast<double>(std::bit_cast<float>(LoadLittle(head.data() + headerBytes + 4 * k))));
+    if (value != 0 && !(value >= least && value <= most))
+    {
+      return false;
+    }
+  }
+  return true;
 }
 
 }
@@ -427,13 +561,16 @@ Result<std::unique_ptr<MeshReader>> OpenStlReader(ByteSource source, const Execu
   const bool hasHeader = head->size() >= headerBytes;
   const std::uint32_t facets = hasHeader ? LoadLittle(head->data() + headerBytes - 4) : 0;
   const std::uint64_t size = headerBytes + std::uint64_t{ facetBytes } * facets;
-  if (hasHeader && source.Size() == size)
+  // By what is in it: a size that fits; a text; facets that a file with more behind them has.
+  const bool more = hasHeader && facets > 0 && source.Size() > size;
+  if (hasHeader &&
+      (source.Size() == size || (more && !LooksLikeText(*head) && LooksLikeFacet(*head))))
   {
     auto reader = std::make_unique<BinaryStlReader>(std::move(source), facets);
     Status started = reader->Start();
     return started ? Result<std::unique_ptr<MeshReader>>(std::move(reader)) : started.GetError();
   }
-  if (LooksLikeText(*head))
+  if (LooksLikeText(*head) || IsWideText(*head))
   {
     auto reader = std::make_unique<TextStlReader>(std::move(source));
     Status started = reader->Start(execution);

@@ -2,14 +2,48 @@
 // A text file line by line, in bounded memory: see TextLines.h.
 #include "filters/meshio/TextLines.h"
 
-#include <algorithm>
+#include "filters/meshio/PlainText.h"
 
 namespace kdstream
 {
 
+namespace
+{
+
+// Whether a \r ends a line by itself.
+bool HasLoneReturn(std::string_view text)
+{
+  for (std::size_t at = text.find('\r'); at != std::string_view::npos; at = text.find('\r', at + 1))
+  {
+    if (at + 1 < text.size() && text[at + 1] != '\n')
+    {
+      return true;
+    }
+  }
+  return false;
+}
+
+}
+
+Status TextLines::Open()
+{
+  this->Opened = true;
+  const Result<std::uint64_t> zeros = CropToText(this->Source);
+  KDSTREAM_TRY(zeros);
+  this->Zeros = *zeros;
+  const Result<std::string_view> ahead = this->Source.Peek(ByteSource::blockSize);
+  KDSTREAM_TRY(ahead);
+  this->ReturnsEnd = HasLoneReturn(*ahead);
+  return {};
+}
+
 // The line does not end in what is in memory.
 Result<bool> TextLines::NextAcrossBlocks()
 {
+  if (!this->Opened)
+  {
+    KDSTREAM_TRY(this->Open());
+  }
   this->Source.Consume(static_cast<std::size_t>(this->Cursor - this->Begin));
   const Result<std::string_view> ahead = this->Source.Peek(ByteSource::blockSize);
   KDSTREAM_TRY(ahead);
@@ -20,20 +54,23 @@ Result<bool> TextLines::NextAcrossBlocks()
     ++this->Count;
     return false;
   }
-  const std::size_t end = ahead->find('\n');
-  if (end == std::string_view::npos && ahead->size() < this->Source.Remaining())
+  const char* const end = this->FindEnd();
+  if (!end && ahead->size() < this->Source.Remaining())
   {
     ++this->Count;
     return this->Wrong("is longer than 1 MiB");
   }
-  this->TakeLine(this->Begin + std::min(end, ahead->size()));
-  this->Cursor += end == std::string_view::npos ? 0 : 1;
+  this->TakeLine(end ? end : this->Limit);
+  if (end)
+  {
+    this->PassEnd();
+  }
   return true;
 }
 
 void TextLines::Restart()
 {
-  this->Source.Seek(0);
+  this->Source.Seek(this->Source.Start());
   this->Begin = this->Cursor = this->Limit = nullptr;
   this->Text = {};
   this->Count = 0;

@@ -5,6 +5,7 @@
 #include "filters/core/Result.h"
 #include "filters/meshio/ByteSource.h"
 
+#include <algorithm>
 #include <cstdint>
 #include <cstring>
 #include <string>
@@ -22,20 +23,19 @@ public:
   {
   }
 
-  // Goes to the next line; false at the end. Lines end with \n or \r\n. Errors: InputOutput; a line
-  // longer than ByteSource::blockSize.
+  // Goes to the next line; false at the end. Lines end with \n or \r\n; with \r too in a text whose
+  // first MiB has some of these alone. The text begins behind a byte order mark and ends before
+  // Ctrl-Z and zeros (PlainText.h). Errors: InputOutput; a line longer than ByteSource::blockSize;
+  // text in UTF-16.
   Result<bool> Next()
   {
-    const void* const newline =
-      this->Cursor == this->Limit
-        ? nullptr
-        : std::memchr(this->Cursor, '\n', static_cast<std::size_t>(this->Limit - this->Cursor));
-    if (!newline)
+    const char* const end = this->FindEnd();
+    if (!end)
     {
       return this->NextAcrossBlocks();
     }
-    this->TakeLine(static_cast<const char*>(newline));
-    ++this->Cursor;
+    this->TakeLine(end);
+    this->PassEnd();
     return true;
   }
   // Valid until the next call of Next.
@@ -50,12 +50,38 @@ public:
   double Fraction() const;                                   // of the file that is read
   // Begins again with the first line.
   void Restart();
+  // Zeros behind the text, known once a line has been read.
+  std::uint64_t Padding() const { return this->Zeros; }
 
   // "line 17: message".
   Error Wrong(const std::string& message) const;
 
 private:
+  Status Open();
   Result<bool> NextAcrossBlocks();
+  // Where the line that begins at Cursor ends, if that is in memory.
+  const char* FindEnd() const
+  {
+    if (this->Cursor == this->Limit)
+    {
+      return nullptr;
+    }
+    if (this->ReturnsEnd)
+    {
+      const char* const end =
+        std::find_if(this->Cursor, this->Limit, [](char c) { return c == '\n' || c == '\r'; });
+      return end == this->Limit ? nullptr : end;
+    }
+    return static_cast<const char*>(
+      std::memchr(this->Cursor, '\n', static_cast<std::size_t>(this->Limit - this->Cursor)));
+  }
+  // Goes behind the end of a line, at which Cursor stands.
+  void PassEnd()
+  {
+    const bool both = this->ReturnsEnd && *this->Cursor == '\r' && this->Limit - this->Cursor > 1 &&
+                      this->Cursor[1] == '\n';
+    this->Cursor += both ? 2 : 1;
+  }
   void TakeLine(const char* end)
   {
     this->Text = std::string_view(this->Cursor, static_cast<std::size_t>(end - this->Cursor));
@@ -73,6 +99,9 @@ private:
   const char* Limit = nullptr;
   std::string_view Text;
   std::uint64_t Count = 0;
+  bool Opened = false;
+  bool ReturnsEnd = false; // whether \r alone ends a line
+  std::uint64_t Zeros = 0;
 };
 
 // Cuts a line at any of the separators; `words` is emptied first.

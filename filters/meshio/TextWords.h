@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// A text file word by word, in bounded memory: for text formats in which lines mean little. Part of
-// step "read".
+// The words of a text: of a line, and of a file across lines, in bounded memory. For all text
+// formats of step "read".
 #pragma once
 
 #include "filters/core/Result.h"
@@ -18,13 +18,32 @@ constexpr bool IsBlank(char c)
   return c == ' ' || (c >= '\t' && c <= '\r');
 }
 
+// Takes the next word off the front; empty if there is none.
+inline std::string_view TakeWord(std::string_view& text)
+{
+  const char* begin = text.data();
+  const char* const limit = begin + text.size();
+  while (begin != limit && IsBlank(*begin))
+  {
+    ++begin;
+  }
+  const char* end = begin;
+  while (end != limit && !IsBlank(*end))
+  {
+    ++end;
+  }
+  text = std::string_view(end, static_cast<std::size_t>(limit - end));
+  return std::string_view(begin, static_cast<std::size_t>(end - begin));
+}
+
 class TextWords
 {
 public:
   // Longer ones are cut: no number and no name that means anything is as long.
   static constexpr std::size_t longestWord = 4096;
 
-  // `source` must outlive this. It is read from where it stands; nobody else may move it.
+  // `source` must outlive this, and is what CropToText (PlainText.h) has left of it. It is read
+  // from where it stands; nobody else may move it.
   explicit TextWords(ByteSource& source)
     : Source(source)
   {

@@ -132,15 +132,16 @@ std::string Tolerance::Summary() const
   return summary;
 }
 
-Status Tolerance::Refuse() const
+Status Tolerance::Check(bool strict) const
 {
   for (std::size_t k = 0; k < lapseKinds; ++k)
   {
-    if (this->Numbers[k] > 0)
+    if (strict && this->Numbers[k] > 0)
     {
       Tolerance one;
       one.Count(static_cast<Lapse>(k), this->Numbers[k], this->Firsts[k]);
-      return Error{ ErrorCode::InvalidInput, one.Warnings()[0] + " (refused by --strict)" };
+      return Error{ ErrorCode::InvalidInput,
+        one.Warnings()[0] + ", which --strict does not allow" };
     }
   }
   return {};

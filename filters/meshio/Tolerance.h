@@ -58,8 +58,9 @@ public:
   // The same in few words, for a line's end: "3 points and 2 faces dropped"; empty if there is
   // nothing.
   std::string Summary() const;
-  // What --strict says. Errors: InvalidInput, of the first kind that was counted, with its place.
-  Status Refuse() const;
+  // What a build or conversion with --strict says. Errors: InvalidInput where it is strict, of the
+  // first kind that was counted, with its place.
+  Status Check(bool strict) const;
 
   // As lines of text, between processes and in files, and back. Lines that are something else are
   // passed over.

@@ -10,7 +10,6 @@
 #include <algorithm>
 #include <optional>
 #include <string_view>
-#include <unordered_map>
 
 namespace kdstream
 {
@@ -76,10 +75,10 @@ bool HasColors(const std::vector<ObjMaterial>& materials)
 // wrong in it is left to its reader. Errors: InputOutput.
 Result<bool> UsesColors(ObjStatements& statements, const std::vector<ObjMaterial>& materials)
 {
-  std::unordered_map<std::string_view, const ObjMaterial*> byName;
-  for (const ObjMaterial& material : materials)
+  MaterialNames names;
+  for (std::size_t i = 0; i < materials.size(); ++i)
   {
-    byName.emplace(material.name, &material);
+    names.Add(materials[i].name, static_cast<std::uint32_t>(i));
   }
   UsedColors colors;
   const ObjMaterial* used = nullptr;
@@ -109,8 +108,8 @@ Result<bool> UsesColors(ObjStatements& statements, const std::vector<ObjMaterial
     }
     else if (statements.Name() == "usemtl")
     {
-      const auto found = byName.find(TrimmedObjText(text));
-      used = found != byName.end() && found->second->colored ? found->second : nullptr;
+      const std::optional<std::uint32_t> found = names.Find(TrimmedObjText(text));
+      used = found && materials[*found].colored ? &materials[*found] : nullptr;
     }
   }
   return colors.Count() && (bare || !places);

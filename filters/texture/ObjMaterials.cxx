@@ -8,18 +8,13 @@
 
 #include <algorithm>
 #include <cmath>
+#include <filesystem>
 #include <system_error>
 
 namespace kdstream
 {
 namespace
 {
-
-bool IsFile(const std::filesystem::path& file)
-{
-  std::error_code failed;
-  return std::filesystem::is_regular_file(file, failed);
-}
 
 // A map_… statement: options, then a name that may have blanks.
 class MapStatement
@@ -57,7 +52,7 @@ public:
         }
       }
     }
-    material.picture = TrimmedObjText(this->Rest);
+    material.picture = WithoutQuotes(this->Rest);
     return true;
   }
 
@@ -65,9 +60,9 @@ private:
   std::string_view PeekWord() const
   {
     std::string_view rest = this->Rest;
-    return TakeObjWord(rest);
+    return TakeWord(rest);
   }
-  void Take() { TakeObjWord(this->Rest); }
+  void Take() { TakeWord(this->Rest); }
 
   // One to three, as long as words are numbers and another word follows.
   bool TakeNumbers(std::array<double, 3>& values)
@@ -77,7 +72,7 @@ private:
     {
       std::string_view after = this->Rest;
       double value = 0;
-      const std::string_view word = TakeObjWord(after);
+      const std::string_view word = TakeWord(after);
       if (ParseNumber(word, value) != NumberTextError::None || TrimmedObjText(after).empty())
       {
         break;
@@ -100,8 +95,7 @@ bool ReadKd(std::string_view text, ObjMaterial& material)
 {
   std::array<double, 3> values{};
   std::size_t count = 0;
-  for (std::string_view word = TakeObjWord(text); !word.empty() && count < 3;
-       word = TakeObjWord(text))
+  for (std::string_view word = TakeWord(text); !word.empty() && count < 3; word = TakeWord(text))
   {
     if (ParseNumber(word, values[count++]) != NumberTextError::None ||
         !std::isfinite(values[count - 1]))
@@ -125,7 +119,7 @@ bool ReadKd(std::string_view text, ObjMaterial& material)
 std::optional<double> LargestNumber(std::string_view text)
 {
   std::optional<double> largest;
-  for (std::string_view word = TakeObjWord(text); !word.empty(); word = TakeObjWord(text))
+  for (std::string_view word = TakeWord(text); !word.empty(); word = TakeWord(text))
   {
     double value = 0;
     if (ParseNumber(word, value) != NumberTextError::None || !std::isfinite(value))
@@ -217,38 +211,25 @@ std::string_view TrimmedObjText(std::string_view text)
   return text;
 }
 
-std::filesystem::path FileBeside(const std::filesystem::path& base, std::string_view written)
-{
-  std::string name(written);
-  std::replace(name.begin(), name.end(), '\\', '/');
-  const bool drive = name.size() > 1 && name[1] == ':';
-  std::filesystem::path relative = std::filesystem::path(name).lexically_normal();
-  if (drive || relative.is_absolute() || (!relative.empty() && *relative.begin() == ".."))
-  {
-    relative = relative.filename() == ".." ? "" : relative.filename();
-  }
-  return base.parent_path() / relative;
-}
-
 void ObjLibraries::Add(std::string_view names, std::uint64_t line)
 {
+  std::error_code failed;
+  const auto isFile = [&](std::string_view name)
+  { return std::filesystem::is_regular_file(this->Files.Find(name), failed); };
   const std::string_view whole = TrimmedObjText(names);
   std::vector<std::string_view> words;
-  for (std::string_view word = TakeObjWord(names); !word.empty(); word = TakeObjWord(names))
+  for (std::string_view word = TakeWord(names); !word.empty(); word = TakeWord(names))
   {
     words.push_back(word);
   }
-  const bool several =
-    !IsFile(FileBeside(this->Mesh, whole)) &&
-    std::any_of(words.begin(), words.end(),
-      [&](std::string_view word) { return IsFile(FileBeside(this->Mesh, word)); });
+  const bool several = !isFile(whole) && std::any_of(words.begin(), words.end(), isFile);
   if (!several)
   {
     words = { whole };
   }
   for (const std::string_view word : words)
   {
-    this->Read(FileBeside(this->Mesh, word), line);
+    this->Read(this->Files.Find(word), line);
   }
 }
 
@@ -342,6 +323,31 @@ void ObjLibraries::Read(const std::filesystem::path& file, std::uint64_t line)
         place + ": cannot be understood: " + QuotedText(std::string(name) + std::string(rest)));
     }
   }
+}
+
+void MaterialNames::Add(std::string_view name, std::uint32_t number)
+{
+  if (this->Exact.emplace(name, number).second)
+  {
+    const auto [at, added] = this->Folded.emplace(Fold(name), number);
+    at->second = added ? at->second : std::nullopt;
+  }
+}
+
+std::optional<std::uint32_t> MaterialNames::Find(std::string_view name) const
+{
+  const auto exact = this->Exact.find(name);
+  if (exact != this->Exact.end())
+  {
+    return exact->second;
+  }
+  const auto folded = this->Folded.find(Fold(name));
+  return folded == this->Folded.end() ? std::nullopt : folded->second;
+}
+
+std::string MaterialNames::Fold(std::string_view name)
+{
+  return FoldedName(WithoutQuotes(WithoutComment(name)));
 }
 
 ObjMaterials ObjLibraries::Take()

@@ -4,10 +4,12 @@
 #pragma once
 
 #include "filters/core/Result.h"
+#include "filters/texture/FilesBeside.h"
 #include "filters/texture/TexturedMesh.h"
 
 #include <cstdint>
 #include <filesystem>
+#include <map>
 #include <optional>
 #include <string>
 #include <string_view>
@@ -47,16 +49,17 @@ inline constexpr std::size_t mostObjLibraries = 256, mostObjMaterials = 1 << 16;
 inline constexpr std::uint64_t mostObjLibraryBytes = std::uint64_t{ 1 } << 26;
 
 // The libraries that a statement "mtllib" of the mesh's file names, one after the other. line: of
-// the statement. A name with blanks is taken whole if there is such a file, else as several names.
-// Each file is read once, however often it is named. Read are newmtl, Kd, and map_Kd with the
-// options -o -s -clamp; others are passed over, other pictures named in one warning, and in one
-// each Pm, Pr with it, Ke, and d or Tr, where they are not what counts without them. A library that
-// is missing, or a line that cannot be understood, becomes a warning. Memory: the materials.
+// the statement. A name with blanks is taken whole if there is such a file (FilesBeside::Find),
+// else as several names. Each file is read once, however often it is named. Read are newmtl, Kd,
+// and map_Kd with the options -o -s -clamp; others are passed over, other pictures named in one
+// warning, and in one each Pm, Pr with it, Ke, and d or Tr, where they are not what counts without
+// them. A library that is missing, or a line that cannot be understood, becomes a warning. Memory:
+// the materials.
 class ObjLibraries
 {
 public:
   explicit ObjLibraries(std::filesystem::path mesh)
-    : Mesh(std::move(mesh))
+    : Files(std::move(mesh))
   {
   }
 
@@ -67,7 +70,7 @@ public:
 private:
   void Read(const std::filesystem::path& file, std::uint64_t line);
 
-  std::filesystem::path Mesh;
+  FilesBeside Files;
   std::vector<std::filesystem::path> Seen;
   ObjMaterials Found;
   std::vector<std::string> OtherMaps; // keywords of pictures that are not carried
@@ -77,10 +80,20 @@ private:
 // Without blanks around it: the name in "newmtl" and "usemtl".
 std::string_view TrimmedObjText(std::string_view text);
 
-// Where a file that `base` names is: relative to base's folder. What is written absolute, or leads
-// out of that folder, as other machines write it (C:\scans\a.png, ../../a.png), is looked for by
-// its last part, in the folder itself. So a mesh reads no file outside its folder, but through
-// links that lie in it. Backslashes are slashes.
-std::filesystem::path FileBeside(const std::filesystem::path& base, std::string_view written);
+// Finds materials by the names that faces use: as they are written; else without quotes and
+// comments, and without regard to case and blanks, where one material alone fits.
+class MaterialNames
+{
+public:
+  // Of one name the first counts.
+  void Add(std::string_view name, std::uint32_t number);
+  std::optional<std::uint32_t> Find(std::string_view name) const;
+
+private:
+  static std::string Fold(std::string_view name);
+
+  std::map<std::string, std::uint32_t, std::less<>> Exact;
+  std::map<std::string, std::optional<std::uint32_t>, std::less<>> Folded; // none: several
+};
 
 }

@@ -5,8 +5,10 @@
 // tiles.
 #include "filters/texture/TexturedObj.h"
 
+#include "filters/meshio/DroppedPoints.h"
 #include "filters/meshio/NumberText.h"
 #include "filters/meshio/ObjStatements.h"
+#include "filters/meshio/PolygonFaces.h"
 #include "filters/meshio/QuotedText.h"
 #include "filters/texture/ObjMaterials.h"
 #include "filters/texture/PictureTiles.h"
@@ -15,6 +17,8 @@
 #include <array>
 #include <cmath>
 #include <map>
+#include <optional>
+#include <set>
 #include <unordered_map>
 
 namespace kdstream
@@ -48,6 +52,8 @@ public:
         std::string("colours of vertices are left out: ") +
         (this->Out.textured.pictures.empty() ? "materials" : "pictures") + " paint instead");
     }
+    KDSTREAM_TRY(this->CutPolygons());
+    KDSTREAM_TRY(this->DropNotFiniteFaces());
     this->MakeNormals();
     if (this->Unknown > mostUnknown)
     {
@@ -93,7 +99,7 @@ private:
     {
       for (std::size_t k = 0; k < 3; ++k)
       {
-        this->Precision.Add(TakeObjWord(text));
+        this->Precision.Add(TakeWord(text));
       }
     }
     else if (this->Statements.Name() == "mtllib")
@@ -124,6 +130,7 @@ private:
     TexturedMesh& textured = this->Out.textured;
     textured.materials.push_back({}); // of faces without one
     std::map<std::filesystem::path, std::uint32_t> pictures;
+    FilesBeside files(this->File);
     for (ObjMaterial& read : found.materials)
     {
       TexturedMaterial material;
@@ -134,7 +141,7 @@ private:
         { 0, -read.scale[1], 1 - read.offset[1] } };
       if (!read.picture.empty())
       {
-        const std::filesystem::path file = FileBeside(this->File, read.picture);
+        const std::filesystem::path file = files.Find(read.picture);
         const auto [at, added] =
           pictures.try_emplace(file, static_cast<std::uint32_t>(textured.pictures.size()));
         if (added)
@@ -145,8 +152,7 @@ private:
         }
         material.picture = at->second;
       }
-      this->MaterialNumbers.emplace(
-        material.name, static_cast<std::uint32_t>(textured.materials.size()));
+      this->Materials.Add(material.name, static_cast<std::uint32_t>(textured.materials.size()));
       textured.materials.push_back(std::move(material));
     }
   }
@@ -196,7 +202,7 @@ private:
     PictureCoordinate values{};
     for (std::size_t k = 0; k < 2; ++k)
     {
-      const std::string_view word = TakeObjWord(text);
+      const std::string_view word = TakeWord(text);
       const NumberTextError error =
         word.empty() && k > 0 ? NumberTextError::None : ParseNumber(word, values[k]);
       if (error == NumberTextError::NotANumber)
@@ -213,12 +219,12 @@ private:
   void Use(std::string_view text)
   {
     const std::string name(TrimmedObjText(text));
-    const auto [found, added] = this->MaterialNumbers.emplace(name, 0);
-    this->Material = found->second;
-    if (added && this->MaterialNumbers.size() > mostObjMaterials * 2)
-    {
-      this->MaterialNumbers.erase(found); // names without end are not kept
-    }
+    const std::optional<std::uint32_t> found = this->Materials.Find(name);
+    this->Material = found.value_or(0);
+    // Names without end are not kept.
+    const bool added = !found && (this->UnknownNames.size() >= mostObjMaterials
+                                     ? !this->UnknownNames.contains(name)
+                                     : this->UnknownNames.insert(name).second);
     if (added && ++this->Unknown <= mostUnknown)
     {
       this->Out.warnings.push_back("line " + std::to_string(this->Line()) + ": the material " +
@@ -229,9 +235,12 @@ private:
   Status KeepFace(std::string_view text)
   {
     TexturedMesh& textured = this->Out.textured;
+    const std::size_t first = textured.mesh.triangles.size();
     std::array<std::array<std::uint32_t, 3>, 3> corners{}; // first, last, this
     std::size_t count = 0;
-    for (std::string_view word = TakeObjWord(text); !word.empty(); word = TakeObjWord(text))
+    const std::size_t before = this->CornerCoordinates.size();
+    this->Missing = {};
+    for (std::string_view word = TakeWord(text); !word.empty(); word = TakeWord(text))
     {
       KDSTREAM_TRY(this->ReadCorner(word, corners[std::min<std::size_t>(count, 2)]));
       if (++count < 3)
@@ -243,16 +252,62 @@ private:
       this->CornerNormals.push_back({ corners[0][2], corners[1][2], corners[2][2] });
       this->CornerCoordinates.push_back({ corners[0][1], corners[1][1], corners[2][1] });
       textured.materialOf.push_back(this->Material);
+      this->BeginsFace.push_back(count == 3);
       corners[1] = corners[2];
     }
-    const std::uint64_t face = this->Faces++;
-    return count >= 3
-             ? Status()
-             : Status(this->AtFace(face,
-                 { ErrorCode::InvalidInput, "a face of " + std::to_string(count) + " corners" }));
+    this->Polygons.Add(first, textured.mesh.triangles.size() - first);
+    if (count < 3)
+    {
+      this->Forgive(Lapse::FaceTooSmall);
+    }
+    this->DropMissing(before);
+    ++this->Faces;
+    return {};
   }
 
-  Status ReadCorner(std::string_view word, std::array<std::uint32_t, 3>& corner) const
+  void Forgive(Lapse kind)
+  {
+    Tolerance& tolerance = this->Out.tolerance;
+    tolerance.Count(kind, 1,
+      tolerance.Of(kind) > 0
+        ? std::string()
+        : "face " + std::to_string(this->Faces) + " (line " + std::to_string(this->Line()) + ")");
+  }
+
+  // What a corner of the last face names and does not exist, none of them has. before: the face's
+  // first triangle.
+  void DropMissing(std::size_t before)
+  {
+    if (!this->Missing[1] && !this->Missing[2])
+    {
+      return;
+    }
+    this->Forgive(Lapse::AttributeMissing);
+    for (std::size_t t = before; t < this->CornerCoordinates.size(); ++t)
+    {
+      this->CornerCoordinates[t] =
+        this->Missing[1] ? std::array<std::uint32_t, 3>{} : this->CornerCoordinates[t];
+      this->CornerNormals[t] =
+        this->Missing[2] ? std::array<std::uint32_t, 3>{} : this->CornerNormals[t];
+    }
+  }
+
+  Status DropNotFiniteFaces()
+  {
+    TexturedMesh& textured = this->Out.textured;
+    const Result<std::vector<bool>> kept =
+      DropNotFinite(textured.mesh, this->BeginsFace, this->Out.tolerance);
+    KDSTREAM_TRY(kept);
+    if (!kept->empty())
+    {
+      KeepOnly(textured.materialOf, *kept);
+      KeepOnly(this->CornerCoordinates, *kept);
+      KeepOnly(this->CornerNormals, *kept);
+    }
+    return {};
+  }
+
+  Status ReadCorner(std::string_view word, std::array<std::uint32_t, 3>& corner)
   {
     ObjCorner written{};
     if (Status parsed = ParseObjCorner(word, written); !parsed)
@@ -261,20 +316,34 @@ private:
     }
     for (std::size_t part = 0; part < 3; ++part)
     {
-      const std::int64_t number = written[part];
-      const auto before = static_cast<std::int64_t>(this->SoFar[part]);
-      const auto all = static_cast<std::int64_t>(this->All[part]);
-      if (number > all || number < -before)
-      {
-        return this->AtFace(
-          this->Faces, { ErrorCode::InvalidInput, "names " + std::string(objPartNames[part]) + " " +
-                                                    std::to_string(number) + ", but there are " +
-                                                    std::to_string(number > 0 ? all : before) +
-                                                    (number > 0 ? "" : " before it") });
-      }
-      corner[part] = static_cast<std::uint32_t>(number >= 0 ? number : before + number + 1);
+      const ObjPart found = ResolveObjPart(written[part], this->SoFar[part], this->All[part]);
+      corner[part] = found.number;
+      this->Missing[part] |= !found.exists;
+    }
+    if (this->Missing[0])
+    {
+      const bool ahead = written[0] > 0;
+      return this->AtFace(this->Faces,
+        { ErrorCode::InvalidInput,
+          "names vertex " + std::to_string(written[0]) + ", but there are " +
+            std::to_string(ahead ? this->All[0] : this->SoFar[0]) + (ahead ? "" : " before it") });
     }
     return {};
+  }
+
+  Status CutPolygons()
+  {
+    Mesh& mesh = this->Out.textured.mesh;
+    return this->Polygons.Cut(
+      mesh.triangles, [&](VertexId vertex) { return Result<Vec3>(mesh.points[vertex]); },
+      [&](std::size_t first, std::span<const Triangle> cut)
+      {
+        for (auto* const corners :
+          { &mesh.triangles, &this->CornerNormals, &this->CornerCoordinates })
+        {
+          DealToTriangles(std::span(*corners).subspan(first, cut.size()), cut);
+        }
+      });
   }
 
   // A vertex for each normal that corners name at a place: the place itself for the first of them.
@@ -352,12 +421,16 @@ private:
   bool AsFloats = true, Colored = false;
   std::array<std::uint64_t, 3> All{}, SoFar{}; // places, texture coordinates, normals
   std::uint64_t Faces = 0, AllFaces = 0;
-  std::map<std::string, std::uint32_t> MaterialNumbers;
+  MaterialNames Materials;
+  std::set<std::string> UnknownNames;
   std::uint32_t Material = 0;
   std::size_t Unknown = 0;
   std::vector<PictureCoordinate> Coordinates;
   std::vector<std::array<float, 3>> NormalsRead;
   std::vector<std::array<std::uint32_t, 3>> CornerCoordinates, CornerNormals; // from 1; 0: none
+  PolygonFaces Polygons;
+  std::vector<bool> BeginsFace;                                               // of each triangle
+  std::array<bool, 3> Missing{}; // whether a corner of the face names what does not exist
   TexturedFile Out;
 };
 

@@ -5,6 +5,7 @@
 
 #include "filters/core/Execution.h"
 #include "filters/core/Result.h"
+#include "filters/meshio/Tolerance.h"
 #include "filters/texture/TexturedMesh.h"
 
 #include <filesystem>
@@ -20,6 +21,7 @@ struct TexturedFile
   std::vector<std::string> warnings; // a sentence each, without the file's name
   // That the file names besides pictures, whether or not they are there.
   std::vector<std::filesystem::path> libraries{};
+  Tolerance tolerance{};
 };
 
 // As ObjReader.h reads it, but: a vertex for each combination of place and normal, whatever texture

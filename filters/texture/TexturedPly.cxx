@@ -4,17 +4,21 @@
 // are gone through again.
 #include "filters/texture/TexturedPly.h"
 
+#include "filters/core/CutPolygon.h"
+#include "filters/meshio/DroppedPoints.h"
 #include "filters/meshio/MeshReader.h"
 #include "filters/meshio/NumberText.h"
 #include "filters/meshio/PlyBinaryRecord.h"
 #include "filters/meshio/PlyBody.h"
+#include "filters/meshio/PlyReader.h"
 #include "filters/meshio/QuotedText.h"
 #include "filters/meshio/TextWords.h"
-#include "filters/texture/ObjMaterials.h"
+#include "filters/texture/FilesBeside.h"
 
 #include <algorithm>
 #include <cmath>
 #include <optional>
+#include <utility>
 
 namespace kdstream
 {
@@ -130,11 +134,12 @@ public:
       return Error{ ErrorCode::Unsupported,
         "triangle strips with pictures are not read; --textures off reads them without" };
     }
-    KDSTREAM_TRY(this->ReadMesh(execution));
+    KDSTREAM_TRY(this->ReadMesh(execution, HasCoordinatesOfFaces(*header)));
     this->MakeMaterials(*header);
     if (HasCoordinatesOfFaces(*header))
     {
       KDSTREAM_TRY(this->ReadCorners(*source, *header));
+      KDSTREAM_TRY(this->DropNotFiniteFaces());
     }
     else
     {
@@ -147,9 +152,13 @@ public:
 private:
   Mesh& TheMesh() { return this->Out.textured.mesh; }
 
-  Status ReadMesh(const Execution& execution)
+  // all: with what is not finite, as long as the faces' coordinates are to come.
+  Status ReadMesh(const Execution& execution, bool all)
   {
-    Result<std::unique_ptr<MeshReader>> opened = MeshReader::Open(this->File, execution);
+    Result<ByteSource> source = ByteSource::Open(this->File);
+    KDSTREAM_TRY(source);
+    Result<std::unique_ptr<MeshReader>> opened =
+      all ? PlyReader::Open(std::move(*source)) : MeshReader::Open(this->File, execution);
     KDSTREAM_TRY(opened);
     MeshReader& reader = **opened;
     this->TheMesh().scalarType = reader.Info().scalarType;
@@ -173,6 +182,21 @@ private:
         this->Out.warnings.push_back("not carried: " + name);
       }
     }
+    this->Out.tolerance = reader.Info().tolerance;
+    return {};
+  }
+
+  Status DropNotFiniteFaces()
+  {
+    TexturedMesh& textured = this->Out.textured;
+    const Result<std::vector<bool>> kept =
+      DropNotFinite(textured.mesh, this->BeginsFace, this->Out.tolerance);
+    KDSTREAM_TRY(kept);
+    if (!kept->empty())
+    {
+      KeepOnly(textured.corners, *kept);
+      KeepOnly(textured.materialOf, *kept);
+    }
     return {};
   }
 
@@ -180,12 +204,13 @@ private:
   void MakeMaterials(const PlyHeader& header)
   {
     TexturedMesh& textured = this->Out.textured;
+    FilesBeside files(this->File);
     for (const std::string& name : header.textureFiles)
     {
       TexturedMaterial material;
       material.picture = static_cast<std::uint32_t>(textured.pictures.size());
       material.transform = upsideDown;
-      const std::filesystem::path file = FileBeside(this->File, name);
+      const std::filesystem::path file = files.Find(name);
       textured.pictures.push_back(
         { "the picture " + QuotedText(file.filename().string()) + " (TextureFile)", file });
       textured.materials.push_back(material);
@@ -193,7 +218,7 @@ private:
     textured.materials.push_back({});
   }
 
-  // The corners of each face, for each triangle of its fan.
+  // The corners of each face, for each of its triangles.
   Status ReadCorners(ByteSource& source, const PlyHeader& header)
   {
     const std::unique_ptr<PlyBody> body = PlyBody::Make(header.encoding, source);
@@ -237,19 +262,22 @@ private:
 
   Status ReadFace(PlyValues& values, const PlyElement& element, std::uint64_t face)
   {
-    std::size_t corners = 0;
     double number = 0;
     this->Coordinates.clear();
+    this->Corners.clear();
     for (const PlyProperty& property : element.properties)
     {
       const Result<double> count = property.isList ? values.Next(property.countType) : 1.0;
       KDSTREAM_TRY(count);
       const bool isCorners = property.name == "vertex_indices" || property.name == "vertex_index";
-      corners = isCorners ? static_cast<std::size_t>(*count) : corners;
       for (double i = 0; i < *count; ++i)
       {
         const Result<double> value = values.Next(property.type);
         KDSTREAM_TRY(value);
+        if (isCorners)
+        {
+          KDSTREAM_TRY(this->AddCorner(*value));
+        }
         if (property.isList && property.name == "texcoord")
         {
           this->Coordinates.push_back(static_cast<float>(*value));
@@ -257,14 +285,26 @@ private:
         number = !property.isList && property.name == "texnumber" ? *value : number;
       }
     }
-    this->AddFace(corners, number, face);
+    this->AddFace(number, face);
     return {};
   }
 
-  void AddFace(std::size_t corners, double number, std::uint64_t face)
+  Status AddCorner(double vertex)
+  {
+    const std::vector<Vec3>& points = this->TheMesh().points;
+    if (!(vertex >= 0 && vertex < double(points.size())))
+    {
+      return Error{ ErrorCode::InvalidInput, "truncated: the file has changed since it was read" };
+    }
+    this->Corners.push_back(points[static_cast<std::size_t>(vertex)]);
+    return {};
+  }
+
+  // Cut as the mesh's reader did.
+  void AddFace(double number, std::uint64_t face)
   {
     TexturedMesh& textured = this->Out.textured;
-    const bool has = this->Coordinates.size() == 2 * corners;
+    const bool has = this->Coordinates.size() == 2 * this->Corners.size();
     if (!has && this->Odd++ == 0)
     {
       this->FirstOdd = face;
@@ -274,12 +314,14 @@ private:
     const auto at = [&](std::size_t corner) {
       return PictureCoordinate{ this->Coordinates[2 * corner], this->Coordinates[2 * corner + 1] };
     };
-    for (std::size_t k = 2; k < corners; ++k)
+    bool first = true;
+    for (const Triangle& t : this->Cutter.Cut(this->Corners))
     {
       const auto no = noPictureCoordinate;
       textured.corners.push_back(
-        has ? std::array{ at(0), at(k - 1), at(k) } : std::array{ no, no, no });
+        has ? std::array{ at(t[0]), at(t[1]), at(t[2]) } : std::array{ no, no, no });
       textured.materialOf.push_back(has && known ? static_cast<std::uint32_t>(number) : none);
+      this->BeginsFace.push_back(std::exchange(first, false));
     }
   }
 
@@ -344,6 +386,9 @@ private:
   std::filesystem::path File;
   TexturedFile Out;
   std::vector<float> Coordinates; // of a face
+  std::vector<Vec3> Corners;      // of it
+  PolygonCutter Cutter;
+  std::vector<bool> BeginsFace;   // of each triangle
   std::uint64_t Odd = 0, FirstOdd = 0, Strange = 0, FirstStrange = 0;
 };
 

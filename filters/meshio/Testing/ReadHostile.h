@@ -4,6 +4,7 @@
 #pragma once
 
 #include "filters/meshio/ByteSource.h"
+#include "filters/meshio/FiniteReader.h"
 #include "filters/meshio/MeshReader.h"
 
 #include <cmath>
@@ -63,9 +64,10 @@ inline bool ReadHostile(OpenReader open, const MemoryFile& file, std::size_t lim
     Require(!opened.GetError().message.empty(), "an error has a message");
     return false;
   }
-  MeshReader& reader = **opened;
+  const std::unique_ptr<MeshReader> finite = WithFinitePoints(std::move(*opened), "hostile");
+  MeshReader& reader = *finite;
   Mesh mesh;
-  std::uint64_t faces = 0;
+  std::uint64_t points = 0, faces = 0;
   for (const bool vertices : { true, false })
   {
     for (std::size_t read = 1; read > 0;)
@@ -80,10 +82,14 @@ inline bool ReadHostile(OpenReader open, const MemoryFile& file, std::size_t lim
       }
       Require(*result <= limit, "no more than asked for");
       read = *result;
-      faces += vertices ? 0 : read;
+      (vertices ? points : faces) += read;
     }
   }
-  Require(mesh.points.size() == reader.Info().vertices, "all vertices come");
+  Require(points == reader.Info().vertices, "all vertices come");
+  const std::uint64_t dropped = reader.Info().tolerance.Of(Lapse::PointNotFinite);
+  Require(
+    points - mesh.points.size() >= dropped && (points == mesh.points.size()) == (dropped == 0),
+    "dropped vertices are counted");
   Require(faces == reader.Info().faces, "all faces come");
   for (const Vec3& point : mesh.points)
   {

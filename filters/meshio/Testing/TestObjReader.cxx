@@ -2,6 +2,7 @@
 // The OBJ reader: random meshes in every dress are read back exactly whatever the chunks; files by
 // hand for what random ones do not reach; every error names its place.
 #include "filters/meshio/MeshWriter.h"
+#include "filters/meshio/ObjStatements.h"
 #include "filters/meshio/Testing/RandomObj.h"
 #include "filters/meshio/Testing/ReadAll.h"
 #include "filters/meshio/Testing/ScratchFolder.h"
@@ -155,12 +156,9 @@ TEST(ObjReader, SaysWhatIsWrongAndWhere)
   ExpectError("hello\nworld\n", "is not an OBJ file: no line says v, vt, vn or f");
   ExpectError("v 1 2\n", "vertex 0 (line 1): a vertex of 2 numbers");
   ExpectError("\nv 1 2 3\nv 1 2 3 4 5 6 7 8 9\n", "vertex 1 (line 3): a vertex of 9 numbers");
-  ExpectError("v 1 2 3\nv 1 2 nan\n", "vertex 1 (line 2): z is not finite");
   ExpectError("v 1 2 1.5x\n", "vertex 0 (line 1): '1.5x' is not a number");
   ExpectError("v 1 2 3 0 0 red\n", "vertex 0 (line 1): 'red' is not a number");
   ExpectError("v 1e999 2 1\n", "vertex 0 (line 1): '1e999' is too large a number");
-  ExpectError(threePlaces + "f 1 2\n", "face 0 (line 4): a face of 2 corners");
-  ExpectError(threePlaces + "f 1 2 3\nf\n", "face 1 (line 5): a face of 0 corners");
   ExpectError(threePlaces + "f 1 2 4\n", "face 0 (line 4) names vertex 4, but there are only 3");
   ExpectError(threePlaces + "f 1 2 -4\nv 9 9 9\n",
     "face 0 (line 4) names vertex -4, but only 3 come before it");
@@ -168,16 +166,110 @@ TEST(ObjReader, SaysWhatIsWrongAndWhere)
   ExpectError(threePlaces + "f 1 2 x\n", "face 0 (line 4): 'x' is no number of a vertex");
   ExpectError(threePlaces + "f 1 2 99999999999999999999\n",
     "face 0 (line 4): '99999999999999999999' is no number of a vertex");
-  ExpectError(threePlaces + "f 1/1 2/1 3/1\n",
-    "face 0 (line 4) names texture coordinate 1, but there are none");
-  ExpectError(threePlaces + "vn 1 0 0\nf 1//1 2//-2 3//1\n",
-    "face 0 (line 5) names normal -2, but only 1 comes before it");
   ExpectError(
     threePlaces + "f 1/1/1/1 2 3\n", "face 0 (line 4): a corner of more than three numbers");
   ExpectError(threePlaces + "vn 1 0\nf 1//1 2//1 3//1\n", "normal 0 (line 4): has 2 numbers");
   ExpectError(
     threePlaces + "vt a\nf 1/1 2/1 3/1\n", "texture coordinate 0 (line 4): 'a' is not a number");
   ExpectError(threePlaces + "f" + std::string(2 << 20, ' '), "line 4: is longer than 1 MiB");
+}
+
+TEST(ObjReader, DropsWhatItCanDoWithoutAndCountsIt)
+{
+  struct Case
+  {
+    std::string text;
+    std::vector<std::string> warnings;
+    std::size_t points, triangles;
+    std::vector<std::string> arrays;
+  };
+  const std::string missing = "1 face names a texture coordinate, normal or colour that does not "
+                              "exist: it is read without it: face ";
+  const std::string small = " and is dropped: face ";
+  const Case cases[] = {
+    { threePlaces + "v nan 1 1\nf 1 2 3\nf 1 2 4\nf 1 2 3 4\n",
+      { "1 point is not finite and is dropped: vertex 3, whose x is nan",
+        "2 faces are dropped with the points that are not finite; the first: face 1" },
+      3, 1, {} },
+    { "v 1.#QNAN 0 0 # none\n" + threePlaces + "v 0 0 -1.#INF\nf 2 3 4\n",
+      { "2 points are not finite and are dropped; the first: vertex 0, whose x is nan" }, 3, 1,
+      {} },
+    { threePlaces + "f 1 2\nf 1 2 3\nf\n",
+      { "2 faces have fewer than three corners and are dropped; the first: face 0 (line 4)" }, 3, 1,
+      {} },
+    { threePlaces + "vt 0 0\nf 1/1 2/1\nf 1/1 2/1 3/1\n",
+      { "1 face has fewer than three corners" + small + "0" }, 3, 1, { "TCoords" } },
+    { threePlaces + "vt 0 0\nvn 0 0 1\nf 1/0/1 2/0/1 3/0/1\n", { missing + "0 (line 6)" }, 3, 1,
+      { "Normals", "TCoords" } },
+    { threePlaces + "vt 0 0\nf 1/1 2/1 3/1\nf 1/1 2/1 3/2\n", { missing + "1 (line 6)" }, 6, 2,
+      { "TCoords" } },
+    { threePlaces + "f 1/1 2/1 3/1\n", { missing + "0 (line 4)" }, 3, 1, {} },
+    { threePlaces + "vn 1 0 0\nf 1//1 2//-2 3//1\n", { missing + "0 (line 5)" }, 3, 1,
+      { "Normals" } },
+    { threePlaces + "vt 0 0\nf 1/99999999999999999999 2/1 3/1\n", { missing + "0 (line 5)" }, 3, 1,
+      { "TCoords" } },
+  };
+  for (const Case& c : cases)
+  {
+    SCOPED_TRACE(c.text);
+    const ScratchFolder folder;
+    const std::filesystem::path file = folder.Write("m.obj", c.text);
+    for (const std::size_t limit : { everything, std::size_t{ 1 }, std::size_t{ 2 } })
+    {
+      const Contents read = ReadAll(file, [&] { return limit; });
+      ASSERT_TRUE(read.status) << read.status.GetError().message;
+      EXPECT_EQ(read.info.tolerance.Warnings(), c.warnings);
+      EXPECT_EQ(read.mesh.points.size(), c.points);
+      EXPECT_EQ(read.mesh.triangles.size(), c.triangles);
+      std::vector<std::string> arrays;
+      for (const Attribute& attribute : read.mesh.attributes)
+      {
+        arrays.push_back(attribute.name);
+        EXPECT_EQ(attribute.TupleCount(), c.points);
+      }
+      EXPECT_EQ(arrays, c.arrays);
+      for (const Triangle& t : read.mesh.triangles)
+      {
+        EXPECT_LT(std::max({ t[0], t[1], t[2] }), c.points);
+      }
+    }
+  }
+}
+
+// Vertices by normal: those of a place that is not finite go, the others keep their normals.
+TEST(ObjReader, AttributesStayWithTheirVertices)
+{
+  const Contents read = ReadBytes("v 0 0 0\nv inf 0 0\nv 2 0 0\nv 3 0 0\nvn 0 0 0\nvn 2 0 0\n"
+                                  "vn 3 0 0\nvn 9 0 0\nf 1//1 3//2 4//3\nf 1//4 3//2 4//3\n"
+                                  "f 1//1 2//4 4//3\n");
+  ASSERT_TRUE(read.status);
+  ASSERT_EQ(read.mesh.triangles.size(), 2U);
+  const Attribute& normals = read.mesh.attributes[0];
+  for (const Triangle& t : read.mesh.triangles)
+  {
+    for (const VertexId corner : { t[1], t[2] })
+    {
+      EXPECT_EQ(normals.Get(corner, 0), read.mesh.points[corner][0]);
+    }
+  }
+  EXPECT_EQ(normals.Get(read.mesh.triangles[0][0], 0), 0);
+  EXPECT_EQ(normals.Get(read.mesh.triangles[1][0], 0), 9);
+}
+
+TEST(ObjReader, NamesKeepTheirHash)
+{
+  const ScratchFolder folder;
+  Result<ByteSource> source = ByteSource::Open(folder.Write("m.obj",
+    "#c\nusemtl paint#1\nusemtl paint #2\nv 1 2 3 #c\nv 1 2 4#c\nmap_Kd a#b.png\nf 1 1 2 # c\n"));
+  ASSERT_TRUE(source);
+  ObjStatements statements(std::move(*source));
+  std::vector<std::string> rests;
+  for (Result<bool> more = statements.Next(); more && *more; more = statements.Next())
+  {
+    rests.emplace_back(statements.Rest());
+  }
+  EXPECT_EQ(rests, (std::vector<std::string>{
+                     " paint#1", " paint #2", " 1 2 3 ", " 1 2 4", " a#b.png", " 1 1 2 " }));
 }
 
 TEST(ObjReader, PolygonsOfManyCorners)

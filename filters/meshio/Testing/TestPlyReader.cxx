@@ -22,9 +22,10 @@ void ExpectReadBack(unsigned seed, std::uint64_t mostVertices, std::uint64_t mos
   RandomPlyMaker maker(seed);
   const RandomPly ply = maker.Make(mostVertices);
   const ScratchFolder folder;
-  const Contents read = ReadAll(folder.Write("random.ply", ply.bytes),
+  Contents read = ReadAll(folder.Write("random.ply", ply.bytes),
     [&] { return maker.Chance(0.2) ? everything : 1 + maker.Pick(mostLimit); });
   ASSERT_TRUE(read.status) << read.status.GetError().message;
+  DropShownColors(read);
   EXPECT_EQ(read.info.vertices, ply.points.size());
   EXPECT_EQ(read.info.faces, ply.faces);
   EXPECT_EQ(read.faces, ply.faces);
@@ -125,36 +126,44 @@ TEST(PlyReader, ReadsPolygonsAndStripsInTheOrderOfTheFile)
 }
 
 // A header that counts too few faces loses the others, but not silently.
-TEST(PlyReader, TellsBytesBehindTheLastFace)
+TEST(PlyReader, TellsBytesBehindTheEnd)
 {
-  const auto ignored = [](const std::string& bytes)
+  const auto told = [](const std::string& bytes)
   {
     const Contents read = ReadBytes(bytes);
     EXPECT_TRUE(read.status) << read.status.GetError().message;
-    EXPECT_EQ(read.faces, 1U);
-    return read.info.ignoredAttributes;
+    EXPECT_TRUE(read.info.ignoredAttributes.empty());
+    return read.info.tolerance.Warnings();
   };
-  const auto behind = [](std::size_t bytes)
+  const auto behind = [](std::size_t bytes, const std::string& file, const std::string& what)
   {
-    return std::vector<std::string>{
-      std::to_string(bytes) + " bytes behind the last face, which the header does not count"
-    };
+    return std::vector<std::string>{ std::to_string(bytes) + what + "; the first: byte " +
+                                     std::to_string(file.size() - bytes) +
+                                     ", behind the last face that the header counts" };
   };
+  const std::string unread = " bytes behind the end are not read";
   const std::vector<std::string> none;
-  EXPECT_EQ(
-    ignored(WithFaces(1, "3 0 1 2\n3 1 2 3\n")), behind(9)); // with the end of the face's line
-  EXPECT_EQ(ignored(WithFaces(1, "3 0 1 2\n \r\n\n")), none);
-  EXPECT_EQ(ignored(WithFaces(1, "3 0 1 2\n" + std::string(5000, '\n'))), behind(5001));
+  const std::string more = WithFaces(1, "3 0 1 2\n3 1 2 3\n");
+  EXPECT_EQ(told(more), behind(9, more, unread)); // with the end of the face's line
+  EXPECT_EQ(told(WithFaces(1, "3 0 1 2\n \r\n\n")), none);
+  EXPECT_EQ(told(WithFaces(1, "3 0 1 2\n\x1A")), none);
+  const std::string blank = WithFaces(1, "3 0 1 2\n" + std::string(5000, '\n'));
+  EXPECT_EQ(told(blank), behind(5001, blank, unread));
   const std::string list = "property list uchar uchar vertex_indices\n";
   const std::string face("\3\0\1\0", 4);
-  EXPECT_EQ(ignored(BinaryWithFace(list, face)), none);
-  EXPECT_EQ(ignored(BinaryWithFace(list, face + face)), behind(4));
+  EXPECT_EQ(told(BinaryWithFace(list, face)), none);
+  const std::string twice = BinaryWithFace(list, face + face);
+  EXPECT_EQ(told(twice), behind(4, twice, unread));
+  const std::string padded = BinaryWithFace(list, face + std::string(100, '\0'));
+  EXPECT_EQ(told(padded), behind(100, padded, " zeros behind the end are padding"));
+  // A cloud has an end, too.
+  EXPECT_EQ(told(asciiVertices + "end_header\n" + fourPoints + "left over\n").size(), 1U);
   // What the header counts behind the faces is no surprise.
   std::string edges = WithFaces(1, "3 0 1 2\n0 1\n");
   edges.insert(
     edges.find("end_header"), "element edge 1\nproperty int vertex1\nproperty int vertex2\n");
-  EXPECT_EQ(ignored(edges).size(), 1U);
-  EXPECT_EQ(ignored(edges).front().find("behind"), std::string::npos);
+  EXPECT_EQ(ReadBytes(edges).info.ignoredAttributes.size(), 1U);
+  EXPECT_FALSE(ReadBytes(edges).info.tolerance.Any());
 }
 
 TEST(PlyReader, ReadsAListLongerThanABlock)
@@ -284,14 +293,18 @@ TEST(PlyReader, GoesOnWhereItLeftOffWhateverTheCallsAre)
   EXPECT_EQ(mesh.triangles, (std::vector<Triangle>{ { 0, 1, 2 }, { 2, 1, 0 }, { 2, 0, 0 } }));
 }
 
-TEST(PlyReader, NamesCoordinatesThatAreNotFinite)
+TEST(PlyReader, DropsCoordinatesThatAreNotFinite)
 {
-  for (const char* value : { "nan", "NaN", "-nan" })
+  for (const char* value : { "nan", "NaN", "-nan", "1.#QNAN" })
   {
-    ExpectError(
-      asciiVertices + "end_header\n0 0 0\n1 " + value + " 0\n", "vertex 1: y is not finite (nan)");
+    const Contents read =
+      ReadBytes(asciiVertices + "end_header\n0 0 0\n1 " + value + " 0\n2 0 0\n3 0 0\n");
+    ASSERT_TRUE(read.status);
+    EXPECT_EQ(read.mesh.points, (std::vector<Vec3>{ { 0, 0, 0 }, { 2, 0, 0 }, { 3, 0, 0 } }));
+    EXPECT_EQ(read.info.tolerance.Warnings(),
+      (std::vector<std::string>{
+        "1 point is not finite and is dropped: vertex 1, whose y is nan" }));
   }
-  ExpectError(asciiVertices + "end_header\n0 0 -inf\n", "vertex 0: z is not finite (-inf)");
   ExpectError(asciiVertices + "end_header\n0 1e39 0\n",
     "vertex 0: y '1e39' is out of range of the type float");
   const double infinity = std::numeric_limits<double>::infinity();
@@ -300,9 +313,76 @@ TEST(PlyReader, NamesCoordinatesThatAreNotFinite)
   {
     std::vector<std::vector<double>> points(3000, { 1, 2, 3 });
     points[2500] = { 1, infinity, nan };
-    ExpectError(BinaryPoints(points, encoding), "vertex 2500: y is not finite (inf)");
     points[17] = { nan, 0, -infinity };
-    ExpectError(BinaryPoints(points, encoding), "vertex 17: x is not finite (nan)");
+    const Contents read = ReadBytes(BinaryPoints(points, encoding));
+    ASSERT_TRUE(read.status);
+    EXPECT_EQ(read.mesh.points.size(), 2998U);
+    EXPECT_EQ(read.info.tolerance.Of(Lapse::PointNotFinite), 2U);
+  }
+}
+
+// In chunks of any size: faces of dropped vertices go, the others have the new numbers, and tuples
+// stay with their vertices and triangles.
+TEST(PlyReader, FacesAndArraysFollowDroppedVertices)
+{
+  const std::string header =
+    "ply\nformat ascii 1.0\nelement vertex 200\nproperty float x\nproperty float y\n"
+    "property float z\nproperty int number\nelement face 198\n"
+    "property list uchar int vertex_indices\nproperty int face\nend_header\n";
+  const auto isBad = [](int v) { return v % 67 == 3 || (v >= 60 && v < 131); };
+  std::string body;
+  for (int v = 0; v < 200; ++v)
+  {
+    body += std::to_string(v) + (isBad(v) ? " inf 0 " : " 0 0 ") + std::to_string(v) + "\n";
+  }
+  std::vector<std::array<int, 3>> expected;
+  std::vector<int> faces;
+  for (int f = 0; f < 198; ++f)
+  {
+    // A triangle, or a quad whose last corner is the first again.
+    const bool quad = f % 5 == 0;
+    body += (quad ? "4 " : "3 ") + std::to_string(f) + " " + std::to_string(f + 1) + " " +
+            std::to_string(f + 2) + (quad ? " " + std::to_string((f * 31) % 200) : "") + " " +
+            std::to_string(f) + "\n";
+    if (isBad(f) || isBad(f + 1) || isBad(f + 2) || (quad && isBad((f * 31) % 200)))
+    {
+      continue;
+    }
+    expected.push_back({ f, f + 1, f + 2 });
+    faces.push_back(f);
+    if (quad)
+    {
+      expected.push_back({ f, f + 2, (f * 31) % 200 });
+      faces.push_back(f);
+    }
+  }
+  const ScratchFolder folder;
+  const auto file = folder.Write("m.ply", header + body);
+  for (const std::size_t limit :
+    { everything, std::size_t{ 1 }, std::size_t{ 7 }, std::size_t{ 64 } })
+  {
+    const Contents read = ReadAll(file, [&] { return limit; });
+    ASSERT_TRUE(read.status) << read.status.GetError().message;
+    ASSERT_EQ(read.mesh.attributes.size(), 2U);
+    EXPECT_EQ(read.mesh.points.size(), 200 - read.info.tolerance.Of(Lapse::PointNotFinite));
+    EXPECT_EQ(read.faces, 198U);
+    std::vector<std::array<int, 3>> corners;
+    for (const Triangle& t : read.mesh.triangles)
+    {
+      corners.push_back({ int(read.mesh.points[t[0]][0]), int(read.mesh.points[t[1]][0]),
+        int(read.mesh.points[t[2]][0]) });
+    }
+    EXPECT_EQ(corners, expected);
+    for (std::size_t v = 0; v < read.mesh.points.size(); ++v)
+    {
+      ASSERT_EQ(read.mesh.attributes[0].Get(v, 0), read.mesh.points[v][0]);
+    }
+    ASSERT_EQ(read.mesh.attributes[1].TupleCount(), faces.size());
+    for (std::size_t t = 0; t < faces.size(); ++t)
+    {
+      ASSERT_EQ(read.mesh.attributes[1].Get(t, 0), faces[t]);
+    }
+    EXPECT_GT(read.info.tolerance.Of(Lapse::FaceOfDroppedPoint), 70U);
   }
 }
 
@@ -332,13 +412,19 @@ TEST(PlyReader, NamesIndicesOutOfRange)
     "face 0 names vertex -128, but there are only 2, counted from 0");
 }
 
-TEST(PlyReader, NamesPolygonsWithTooFewVertices)
+TEST(PlyReader, DropsPolygonsOfTooFewVertices)
 {
-  ExpectError(
-    WithFaces(1, "2 0 1\n"), "face 0: a polygon needs at least 3 vertices, this one has 2");
-  ExpectError(WithFaces(1, "0\n"), "face 0: a polygon needs at least 3 vertices, this one has 0");
-  ExpectError(BinaryWithFace("property list uchar uchar vertex_index\n", std::string("\1\0", 2)),
-    "face 0: a polygon needs at least 3 vertices, this one has 1");
+  const auto small = [](const std::string& bytes, std::size_t triangles)
+  {
+    const Contents read = ReadBytes(bytes);
+    EXPECT_TRUE(read.status) << read.status.GetError().message;
+    EXPECT_EQ(read.mesh.triangles.size(), triangles);
+    return read.info.tolerance.Of(Lapse::FaceTooSmall);
+  };
+  EXPECT_EQ(small(WithFaces(3, "2 0 1\n3 0 1 2\n0\n"), 1), 2U);
+  EXPECT_EQ(
+    small(BinaryWithFace("property list uchar uchar vertex_index\n", std::string("\1\0", 2)), 0),
+    1U);
 }
 
 TEST(PlyReader, NamesListCountsThatLie)

@@ -118,7 +118,6 @@ TEST(StlReader, BinaryFilesMayBeginWithSolid)
   const std::string whole = BinaryStl("solid exported", onePlace);
   ExpectError(whole.substr(0, whole.size() - 1),
     "the header claims 1 triangles, 134 bytes with it; the file has 133");
-  ExpectError(whole + "x", "the header claims 1 triangles, 134 bytes with it; the file has 135");
   // Nothing but the triangle tells that this is no text.
   ExpectError("solid" + std::string(75, ' ') + "\xFF\xFF\xFF\xFF" + whole.substr(84),
     "the header claims 4294967295 triangles, 214748364834 bytes with it; the file has 134");
@@ -135,6 +134,93 @@ TEST(StlReader, EmptySoupsAreMeshesWithoutVertices)
   }
 }
 
+// Whole facets go, whichever of their vertices is not finite, and whatever the chunks.
+TEST(StlReader, DropsFacetsThatAreNotFinite)
+{
+  std::vector<Vec3> points;
+  for (int i = 0; i < 30; ++i)
+  {
+    points.push_back({ double(i), 2, 3 });
+  }
+  const std::string binary = BinaryStl("", points);
+  std::vector<Vec3> bad = points;
+  bad[7][1] = std::nan("");
+  bad[9][0] = bad[11][2] = std::numeric_limits<double>::infinity();
+  std::string text = "solid\n";
+  for (std::size_t i = 0; i < bad.size(); i += 3)
+  {
+    text += "facet normal 0 0 1\nouter loop\n";
+    for (std::size_t k = i; k < i + 3; ++k)
+    {
+      text += "vertex " + std::to_string(bad[k][0]) + " " + std::to_string(bad[k][1]) + " " +
+              std::to_string(bad[k][2]) + "\n";
+    }
+    text += "endloop\nendfacet\n";
+  }
+  const ScratchFolder folder;
+  for (const std::string& bytes : { BinaryStl("", bad), text + "endsolid\n" })
+  {
+    for (const std::size_t limit : { everything, std::size_t{ 1 }, std::size_t{ 4 } })
+    {
+      const Contents read = ReadAll(folder.Write("m.stl", bytes), [&] { return limit; });
+      ASSERT_TRUE(read.status) << read.status.GetError().message;
+      ASSERT_EQ(read.mesh.points.size(), 24U);
+      ASSERT_EQ(read.mesh.triangles.size(), 8U);
+      EXPECT_EQ(read.info.tolerance.Warnings(),
+        (std::vector<std::string>{
+          "3 points are not finite and are dropped; the first: vertex 1 of facet 2",
+          "2 faces are dropped with the points that are not finite; the first: face 2" }));
+      for (std::size_t i = 0; i < 24; ++i)
+      {
+        const Triangle& t = read.mesh.triangles[i / 3];
+        EXPECT_EQ(read.mesh.points[t[i % 3]], points[i < 6 ? i : i + 6]);
+      }
+    }
+  }
+}
+
+TEST(StlReader, ReadsWhatStandsBehindTheEnd)
+{
+  const std::string binary = BinaryStl("solid exported", onePlace);
+  const auto warnings = [](const std::string& bytes)
+  {
+    const Contents read = ReadBytes(bytes);
+    EXPECT_TRUE(read.status) << read.status.GetError().message;
+    EXPECT_TRUE(SameBits(read.mesh.points, onePlace));
+    return read.info.tolerance.Warnings();
+  };
+  const std::string where = "; the first: byte 134, behind the 1 triangles that the header counts";
+  EXPECT_EQ(warnings(binary + "xy"),
+    (std::vector<std::string>{ "2 bytes behind the end are not read" + where }));
+  EXPECT_EQ(warnings(binary + std::string(378, '\0')),
+    (std::vector<std::string>{ "378 zeros behind the end are padding" + where }));
+  const std::vector<std::string> none;
+  const std::string text = "solid a\n" + oneFacet + "endsolid a\n";
+  EXPECT_EQ(warnings(text + "\x1A"), none);
+  EXPECT_EQ(warnings(text + "\x1A\r\n"), none);
+  EXPECT_EQ(warnings("\xEF\xBB\xBF" + text), none);
+  EXPECT_EQ(warnings(text + std::string(7, '\0')),
+    (std::vector<std::string>{ "7 zeros behind the end are padding" }));
+}
+
+TEST(StlReader, EndsMayBeTwoWords)
+{
+  std::string facet = oneFacet;
+  facet.replace(facet.find("endloop"), 7, "end loop");
+  facet.replace(facet.find("endfacet"), 8, "END Facet");
+  std::string joined = oneFacet;
+  joined.replace(joined.find("outer loop"), 10, "outerloop");
+  for (const std::string& text : { "solid a b\n" + facet + "end solid a b\n",
+         "solid\n" + joined + "endsolid\n", "solid\r" + oneFacet + "endsolid\r" })
+  {
+    const Contents read = ReadBytes(text);
+    ASSERT_TRUE(read.status) << read.status.GetError().message;
+    EXPECT_TRUE(SameBits(read.mesh.points, onePlace));
+  }
+  ExpectError("solid a\n" + oneFacet + "end of it",
+    "facet 1: 'of' where 'loop', 'facet' or 'solid' is expected, before byte 100");
+}
+
 TEST(StlReader, SaysWhatIsWrongAndWhere)
 {
   ExpectError("", "the file is empty");
@@ -143,9 +229,10 @@ TEST(StlReader, SaysWhatIsWrongAndWhere)
     "the header claims 2021161080 triangles, 101058054084 bytes with it; the file has 84");
   ExpectError(std::string(80, '\0') + "\xff\xff\xff\xff" + std::string(500, '\0'),
     "the header claims 4294967295 triangles, 214748364834 bytes with it; the file has 584");
-  std::vector<Vec3> bad(9, Vec3{ 1, 2, 3 });
-  bad[7][1] = std::nan("");
-  ExpectError(BinaryStl("", bad), "facet 2: vertex 1: y is not finite");
+  ExpectError(std::string(80, 'x') + std::string("\1\0\0\0", 4) + std::string(51, '\xFF'),
+    "the header claims 1 triangles, 134 bytes with it; the file has 135");
+  ExpectError(std::string(80, '\0') + std::string(4 + 51, '\0'),
+    "the header claims 0 triangles, 84 bytes with it; the file has 135");
   ExpectError("solid a", "truncated: facet 0: 'facet' or 'endsolid' expected at byte 7");
   ExpectError(
     "solid a\n" + oneFacet, "truncated: facet 1: 'facet' or 'endsolid' expected at byte 94");
@@ -163,7 +250,6 @@ TEST(StlReader, SaysWhatIsWrongAndWhere)
   };
   ExpectError(with("x"), "facet 1: vertex 1: y 'x' is not a number");
   ExpectError(with("1e999"), "facet 1: vertex 1: y '1e999' is too large a number");
-  ExpectError(with("nan"), "facet 1: vertex 1: y is not finite");
   ExpectError(
     with("0 0 vertex 0 0"), "facet 1: 'vertex' where 'endloop' is expected, before byte 169");
 }

@@ -108,13 +108,27 @@ TEST_F(TestKdMeshReader, PointsOfSoupsAreMerged)
   EXPECT_EQ(this->Read().GetNumberOfPoints(), 3 * 128);
 }
 
+TEST_F(TestKdMeshReader, WhatIsDroppedIsAWarning)
+{
+  this->Write("nan.ply",
+    "ply\nformat ascii 1.0\nelement vertex 4\nproperty float x\nproperty float y\n"
+    "property float z\nelement face 2\nproperty list uchar int vertex_indices\nend_header\n"
+    "0 0 nan\n1 0 0\n0 1 0\n1 1 0\n3 0 1 2\n3 1 3 2\n");
+  FilterObserver heard(this->Reader);
+  EXPECT_EQ(this->Read().GetNumberOfPoints(), 3);
+  EXPECT_EQ(this->Reader->GetOutput()->GetNumberOfPolys(), 1);
+  EXPECT_EQ(heard.error, "");
+  EXPECT_NE(heard.warning.find("nan.ply: 1 point is not finite and is dropped: vertex 0"),
+    std::string::npos)
+    << heard.warning;
+}
+
 TEST_F(TestKdMeshReader, ErrorsNameFileAndPlace)
 {
   const std::string head = "ply\nformat ascii 1.0\nelement vertex 3\nproperty float x\n"
                            "property float y\nproperty float z\nelement face 1\n"
                            "property list uchar int vertex_indices\nend_header\n";
   const std::vector<std::pair<std::string, std::string>> cases{
-    { head + "0 0 0\n1 0 nan\n0 1 0\n3 0 1 2\n", "vertex 1" },
     { head + "0 0 0\n1 0 0\n0 1 0\n3 0 1 7\n", "face 0" },
     { head + "0 0 0\n1 0 0\n", "vertex 2" },
     { "nonsense", "ply" },

@@ -1,0 +1,429 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// One rule of tolerance, through the programs: what is dropped or forgiven is told, counted in the
+// statistics and refused by --strict, alike in memory, out of core and by kdstream-convert. And
+// texts as people's programs write them.
+#include "Testing/EndToEnd/ConvertTools.h"
+#include "Testing/Fixtures/Meshes.h"
+
+#include <nlohmann/json.hpp>
+
+#include <fstream>
+#include <limits>
+
+using namespace kdstream;
+using namespace kdstream::fixtures;
+
+namespace
+{
+
+class TestTolerance : public ConvertTest
+{
+protected:
+  nlohmann::json Stats() const
+  {
+    std::ifstream file(this->Folder / "stats.json");
+    return nlohmann::json::parse(file);
+  }
+
+  // What the build says, with the program's and the input's name cut off; `forgiven`: the numbers
+  // that are not 0.
+  std::vector<std::string> Built(const std::string& input, const nlohmann::json& forgiven,
+    const std::vector<std::string>& more = {})
+  {
+    std::vector<std::string> all{ input, "-o", "m.kds", "--quiet", "--stats", "stats.json" };
+    all.insert(all.end(), more.begin(), more.end());
+    const Outcome built = this->Build(all);
+    EXPECT_EQ(built.exitCode, 0) << built.err;
+    nlohmann::json counted = nlohmann::json::object();
+    if (built.exitCode == 0)
+    {
+      const nlohmann::json stats = this->Stats();
+      for (const auto& [key, number] : stats["forgiven"].items())
+      {
+        if (number != 0)
+        {
+          counted[key] = number;
+        }
+      }
+    }
+    EXPECT_EQ(counted, forgiven);
+    std::vector<std::string> warnings;
+    std::istringstream lines(built.err);
+    const std::string begin = "kdstream-build: warning: " + input + ": ";
+    for (std::string line; std::getline(lines, line);)
+    {
+      EXPECT_EQ(line.rfind(begin, 0), 0U) << line;
+      warnings.push_back(line.substr(std::min(begin.size(), line.size())));
+    }
+    // --strict refuses the same, and allows what is only told.
+    all.push_back("--strict");
+    const Outcome strict = this->Build(all);
+    EXPECT_EQ(strict.exitCode, forgiven.empty() ? 0 : 1) << strict.err;
+    if (!forgiven.empty())
+    {
+      EXPECT_EQ(strict.err.rfind("kdstream-build: error: " + input + ": ", 0), 0U) << strict.err;
+      EXPECT_NE(strict.err.find(", which --strict does not allow"), std::string::npos)
+        << strict.err;
+    }
+    return warnings;
+  }
+
+  Mesh Extracted()
+  {
+    EXPECT_EQ(
+      RunTool(this->Folder, "store", { "extract", "m.kds", "--all", "-o", "back.ply" }).exitCode,
+      0);
+    return this->Read("back.ply");
+  }
+};
+
+using Warnings = std::vector<std::string>;
+
+const std::string cube =
+  "v -1 -1 -1\nv 1 -1 -1\nv 1 1 -1\nv -1 1 -1\nv -1 -1 1\nv 1 -1 1\nv 1 1 1\n"
+  "v -1 1 1\nf 1 4 3 2\nf 5 6 7 8\nf 1 2 6 5\nf 2 3 7 6\nf 3 4 8 7\n"
+  "f 4 1 5 8\n";
+
+// A torus as PLY with some vertices that are not finite, arrays of vertices and faces.
+std::string Spoiled(const Mesh& mesh, std::size_t every)
+{
+  std::ostringstream text;
+  text << "ply\nformat ascii 1.0\nelement vertex " << mesh.points.size()
+       << "\nproperty float x\nproperty float y\nproperty float z\nproperty float mark\n"
+          "element face "
+       << mesh.triangles.size() + 2
+       << "\nproperty list uchar int vertex_indices\nproperty int number\nend_header\n";
+  for (std::size_t i = 0; i < mesh.points.size(); ++i)
+  {
+    const Vec3& p = mesh.points[i];
+    text << float(p[0]) << ' ';
+    if (i % every == every / 2)
+    {
+      text << "nan ";
+    }
+    else
+    {
+      text << float(p[1]) << ' ';
+    }
+    text << float(p[2]) << ' ' << float(p[0]) << '\n';
+  }
+  text << "2 0 1 -1\n";
+  for (std::size_t i = 0; i < mesh.triangles.size(); ++i)
+  {
+    const Triangle& t = mesh.triangles[i];
+    text << "3 " << t[0] << ' ' << t[1] << ' ' << t[2] << ' ' << i << '\n';
+  }
+  text << "1 0 -1\n";
+  return text.str();
+}
+
+}
+
+TEST_F(TestTolerance, PointsThatAreNotFiniteGoWithTheirFaces)
+{
+  const Mesh mesh = Torus(80, 60);
+  constexpr std::size_t every = 400;
+  this->WriteText("nan.ply", Spoiled(mesh, every));
+  std::size_t faces = 0;
+  for (const Triangle& t : mesh.triangles)
+  {
+    faces +=
+      std::any_of(t.begin(), t.end(), [](VertexId v) { return v % every == every / 2; }) ? 1 : 0;
+  }
+  const std::size_t points = (mesh.points.size() + every / 2 - 1) / every;
+  const nlohmann::json forgiven{ { "points_not_finite", points },
+    { "faces_of_dropped_points", faces }, { "faces_too_small", 2 } };
+  const Warnings warnings = this->Built("nan.ply", forgiven, { "--precision", "lossless" });
+  ASSERT_EQ(warnings.size(), 3U);
+  EXPECT_EQ(
+    warnings[0], std::to_string(points) +
+                   " points are not finite and are dropped; the first: vertex 200, whose y is nan");
+  const Mesh back = this->Extracted();
+  EXPECT_EQ(back.points.size(), mesh.points.size() - points);
+  EXPECT_EQ(back.triangles.size(), mesh.triangles.size() - faces);
+  const Attribute* const mark = Find(back, "mark");
+  ASSERT_TRUE(mark);
+  for (std::size_t i = 0; i < back.points.size(); ++i)
+  {
+    ASSERT_EQ(mark->Get(i, 0), back.points[i][0]);
+  }
+  const Attribute* const number = Find(back, "number");
+  ASSERT_TRUE(number);
+  for (std::size_t i = 0; i < back.triangles.size(); ++i)
+  {
+    const Triangle& was = mesh.triangles[std::size_t(number->Get(i, 0))];
+    Vec3 sum{}, expected{};
+    for (std::size_t k = 0; k < 3; ++k)
+    {
+      sum[0] += back.points[back.triangles[i][k]][0];
+      expected[0] += double(float(mesh.points[was[k]][0]));
+    }
+    ASSERT_NEAR(sum[0], expected[0], 1e-3) << i; // the text has six digits
+  }
+  // The same store out of core, and the last line tells.
+  const std::string inMemory = ReadWhole(this->Folder / "m.kds");
+  const Outcome external =
+    this->Build({ "nan.ply", "-o", "m.kds", "--precision", "lossless", "--memory", "64M" });
+  EXPECT_EQ(external.exitCode, 0) << external.err;
+  EXPECT_NE(external.err.find(": " + std::to_string(points) + " points dropped, " +
+                              std::to_string(faces) + " faces of them dropped, 2 faces too small"),
+    std::string::npos)
+    << external.err;
+  EXPECT_TRUE(ReadWhole(this->Folder / "m.kds") == inMemory);
+}
+
+TEST_F(TestTolerance, ObjFacesLoseWhatDoesNotExist)
+{
+  this->WriteText("two.obj", cube + "f 1 2\n");
+  EXPECT_EQ(this->Built("two.obj", { { "faces_too_small", 1 } }),
+    (Warnings{ "1 face has fewer than three corners and is dropped: face 6 (line 15)" }));
+  EXPECT_EQ(this->Extracted().triangles.size(), 12U);
+  this->WriteText("zero.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 1 1 0\nvt 0 0\nvn 0 0 1\n"
+                              "f 1/0/1 2/0/1 3/0/1\nf 2/1/1 4/1/1 3/1/1\n");
+  EXPECT_EQ(this->Built("zero.obj", { { "faces_without_attribute", 1 } }).size(), 1U);
+  const Mesh back = this->Extracted();
+  EXPECT_EQ(back.triangles.size(), 2U);
+  EXPECT_EQ(ValuesOf(back, "Normals")[2], 1);
+  this->WriteText("no.obj", cube + "f 1 2 9\n");
+  EXPECT_EQ(this->Build({ "no.obj", "-o", "m.kds" }).exitCode, 1) << "places that do not exist";
+}
+
+TEST_F(TestTolerance, OneRuleForTexturedMeshes)
+{
+  std::ofstream(this->Folder / "m.mtl") << "newmtl red\nKd 1 0 0\nnewmtl blue\nKd 0 0 1\n";
+  this->WriteText("m.obj",
+    "mtllib m.mtl\nv 0 0 0\nv 1 0 0\nv 0 1 0\nv 5 0 0\nv 6 0 0\nv 5 1 0\nv nan 0 0\nvt 0 0\n"
+    "usemtl red\nf 1 7 2 3\nf 1 2\nf 1/9 2/1 3/1\nusemtl blue\nf 4 5 6\nf 7 5 6\n");
+  this->Built("m.obj", { { "points_not_finite", 1 }, { "faces_of_dropped_points", 2 },
+                         { "faces_too_small", 1 }, { "faces_without_attribute", 1 } });
+  const Mesh back = this->Extracted();
+  EXPECT_EQ(back.triangles.size(), 2U);
+  ASSERT_EQ(back.points.size(), 6U);
+  const std::vector<double> colors = ValuesOf(back, "RGB");
+  for (std::size_t i = 0; i < 6; ++i)
+  {
+    EXPECT_EQ(colors[3 * i], back.points[i][0] < 3 ? 255 : 0);
+    EXPECT_EQ(colors[3 * i + 2], back.points[i][0] < 3 ? 0 : 255);
+  }
+}
+
+TEST_F(TestTolerance, ConvertTellsTheSame)
+{
+  this->WriteText("nan.ply", Spoiled(Torus(20, 10), 50));
+  const Outcome told = this->Convert("nan.ply");
+  EXPECT_EQ(told.exitCode, 0);
+  EXPECT_NE(told.err.find("warning: nan.ply: 4 points are not finite and are dropped; the first: "
+                          "vertex 25, whose y is nan\n"),
+    std::string::npos)
+    << told.err;
+  const Outcome strict = this->Convert("nan.ply", { "--strict" });
+  EXPECT_EQ(strict.exitCode, 1);
+  EXPECT_EQ(std::count(strict.err.begin(), strict.err.end(), '\n'), 1) << strict.err;
+}
+
+TEST_F(TestTolerance, TextsBeginAndEndAsEditorsDo)
+{
+  const auto box = [this](const std::string& name, const std::string& text)
+  {
+    this->WriteText(name, text);
+    EXPECT_EQ(this->Built(name, nlohmann::json::object()), Warnings{});
+    const Mesh back = this->Extracted();
+    EXPECT_EQ(back.points.size(), 8U);
+    EXPECT_EQ(back.triangles.size(), 12U);
+  };
+  std::string returns = cube;
+  std::replace(returns.begin(), returns.end(), '\n', '\r');
+  box("bom.obj", "\xEF\xBB\xBF" + cube);
+  box("cr.obj", returns);
+  box("z.obj", cube + "\x1A");
+  this->WriteText("wide.obj", std::string("\xFF\xFEv\0 \0", 6));
+  const Outcome wide = this->Build({ "wide.obj", "-o", "m.kds" });
+  EXPECT_EQ(wide.exitCode, 1);
+  EXPECT_NE(wide.err.find("is text in UTF-16"), std::string::npos) << wide.err;
+  this->WriteText("zeros.obj", cube + std::string(40, '\0'));
+  EXPECT_EQ(this->Built("zeros.obj", { { "padding_bytes", 40 } }),
+    (Warnings{ "40 zeros behind the end are padding" }));
+}
+
+TEST_F(TestTolerance, MaterialsAreFoundByTheirNames)
+{
+  struct Case
+  {
+    std::string library, red, blue;
+  };
+  const Case cases[] = { { "newmtl paint#1\nKd 1 0 0\nnewmtl paint#2\nKd 0 0 1\n", "paint#1",
+                           "paint#2" },
+    { "newmtl paint #1\nKd 1 0 0\nnewmtl paint #2\nKd 0 0 1\n", "paint #1", "paint #2" },
+    { "\xEF\xBB\xBFnewmtl red\nKd 1 0 0\nnewmtl blue\nKd 0 0 1\n", "red", "blue" },
+    { "newmtl \"my red\"\nKd 1 0 0\nnewmtl blue # cold\nKd 0 0 1\n", "my red", "blue" },
+    { "newmtl Red\nKd 1 0 0 # warm\nnewmtl a\\b\nKd 0 0 1\n", "RED # it is", "A/B" } };
+  for (const Case& c : cases)
+  {
+    SCOPED_TRACE(c.red);
+    this->WriteText("My Lib.MTL", c.library);
+    for (const std::string library : { "My Lib.MTL", "my lib.mtl", "\"My Lib.MTL\"",
+           "C:\\scans\\My Lib.MTL", "My Lib.MTL # mine" })
+    {
+      this->WriteText("m.obj", "mtllib " + library +
+                                 "\nv 0 0 0\nv 1 0 0\nv 0 1 0\nv 5 0 0\nv 6 0 0\nv 5 1 0\nusemtl " +
+                                 c.red + "\nf 1 2 3\nusemtl " + c.blue + "\nf 4 5 6\n");
+      EXPECT_EQ(this->Built("m.obj", nlohmann::json::object()), Warnings{}) << library;
+      const Mesh back = this->Extracted();
+      ASSERT_EQ(back.points.size(), 6U);
+      const std::vector<double> colors = ValuesOf(back, "RGB");
+      ASSERT_EQ(colors.size(), 18U);
+      for (std::size_t i = 0; i < 6; ++i)
+      {
+        EXPECT_EQ(colors[3 * i], back.points[i][0] < 3 ? 255 : 0);
+        EXPECT_EQ(colors[3 * i + 2], back.points[i][0] < 3 ? 0 : 255);
+      }
+    }
+  }
+}
+
+TEST_F(TestTolerance, DecimalCommas)
+{
+  const auto read = [this](const std::string& text)
+  {
+    this->WriteText("in.xyz", text);
+    const Outcome outcome = this->Convert("in.xyz");
+    EXPECT_EQ(outcome.exitCode, 0) << outcome.err;
+    EXPECT_NE(
+      outcome.err.find(": commas are taken as decimal commas, as in 1,5\n"), std::string::npos)
+      << outcome.err;
+    return this->Read("out.ply");
+  };
+  const std::vector<Vec3> points{ { -3.25, 0.75, 1 }, { 1.5, 3, 1.125 } };
+  for (const std::string text : { "-3,25 0,75 1,00\n1,5 3 1,125\n", "-3,25;0,75;1\n1,5;3;1,125\n",
+         "-3,25\t0,75\t1,00\r\n1,5\t3\t1,125\r\n", "-3,25, 0,75, 1,00\n1,5, 3,0, 1,125\n",
+         "2\n-3,25 0,75 1 # c\n1,5 3 1,125\n" })
+  {
+    SCOPED_TRACE(text);
+    EXPECT_EQ(read(text).points, points);
+  }
+  EXPECT_EQ(read("0 0 0\n-3,25 0,75 1,5\n").points.size(), 2U) << "after a line without commas";
+  const Mesh colored = read("1,5 2,5 3,5 255 0 7\n1,5 2,5 3 255 0 7\n");
+  EXPECT_EQ(ValuesOf(colored, "RGB"), (std::vector<double>{ 255, 0, 7, 255, 0, 7 }));
+  // As separators, as ever.
+  const auto separated = [this](const std::string& text)
+  {
+    this->WriteText("in.xyz", text);
+    return this->Converted("in.xyz").points;
+  };
+  EXPECT_EQ(separated("1.5,2,3\n4,5,6\n"), (std::vector<Vec3>{ { 1.5, 2, 3 }, { 4, 5, 6 } }));
+  EXPECT_EQ(separated("1.5, 2, 3\n"), (std::vector<Vec3>{ { 1.5, 2, 3 } }));
+  EXPECT_EQ(separated("1,2,3 255,0,0\n").size(), 1U);
+  // What can be read in two ways.
+  for (const std::string text : { "1,234.5 2,345.5 3,456.5\n", "1,5 2.5 3\n",
+         "1,5 2,5 3,5\n1.5 2,5 3,5\n", "1,5 2,5 3,5\n1.5 2 3\n", "1.5 2 3\n1,5 2,5 3,5\n" })
+  {
+    this->WriteText("in.xyz", text);
+    this->ExpectError("in.xyz", "can be read in two ways");
+  }
+  this->WriteText("in.xyz", "1,2,3,4,5,6\n");
+  EXPECT_NE(
+    this->Convert("in.xyz").err.find("as decimal commas they would leave 3"), std::string::npos);
+}
+
+TEST_F(TestTolerance, ColumnsOfAnXyzByTheirValues)
+{
+  struct Case
+  {
+    std::vector<std::string> columns; // behind x y z, line by line
+    std::string names;                // that are told; empty: nothing is to be told
+    std::vector<double> rgb;          // of the first point
+    std::string number;               // an array, and its first value
+    double value = 0;
+  };
+  const Case cases[] = {
+    // A class behind colours, which could be an intensity before others.
+    { { "255 0 0 3", "255 0 0 1" }, "x y z r g b column7", { 255, 0, 0 }, "column7", 3 },
+    { { "200 90 80 2", "100 40 50 31" }, "x y z r g b column7", { 200, 90, 80 }, "column7", 2 },
+    { { "17 200 90 80", "3 100 40 50" }, "x y z intensity r g b", { 200, 90, 80 }, "Intensity",
+      17 },
+    // Colours go together, the number does not.
+    { { "10 20 30 200", "100 110 120 90", "200 210 220 150", "50 60 70 60" }, "x y z r g b column7",
+      { 10, 20, 30 }, "column7", 200 },
+    { { "200 10 20 30", "90 100 110 120", "150 200 210 220", "60 50 60 70" },
+      "x y z intensity r g b", { 10, 20, 30 }, "Intensity", 200 },
+    // One layout fits.
+    { { "0.5 200 90 80", "0.25 1 2 3" }, "", { 200, 90, 80 }, "Intensity", 0.5 },
+    { { "200 90 80 -0.5", "1 2 3 7" }, "", { 200, 90, 80 }, "column7", -0.5 },
+    { { "0.6 0 -0.8 200 90 80", "0 0 -1 1 2 3" }, "", { 200, 90, 80 }, "", 0 },
+    { { "200 90 80 12.5 0.6 0 -0.8", "1 2 3 -2 0 0 -1" }, "", { 200, 90, 80 }, "column7", 12.5 },
+    // Colours from 0 to 1.
+    { { "1 0.2 0", "0.5 0.5 0.5" }, "from 0 to 1", { 255, 51, 0 }, "", 0 },
+  };
+  for (const Case& c : cases)
+  {
+    SCOPED_TRACE(c.columns[0]);
+    std::string text;
+    for (std::size_t i = 0; i < c.columns.size(); ++i)
+    {
+      text += std::to_string(i) + " 0.5 2 " + c.columns[i] + "\n";
+    }
+    this->WriteText("in.xyz", text);
+    const Outcome outcome = this->Convert("in.xyz");
+    ASSERT_EQ(outcome.exitCode, 0) << outcome.err;
+    EXPECT_NE(outcome.err.find(c.names), std::string::npos) << outcome.err;
+    EXPECT_EQ(outcome.err.find("could be") == std::string::npos,
+      c.names.empty() || c.names == "from 0 to 1")
+      << outcome.err;
+    const Mesh mesh = this->Read("out.ply");
+    const std::vector<double> rgb = ValuesOf(mesh, "RGB");
+    ASSERT_GE(rgb.size(), 3U);
+    EXPECT_EQ(std::vector<double>(rgb.begin(), rgb.begin() + 3), c.rgb);
+    if (!c.number.empty())
+    {
+      const std::vector<double> values = ValuesOf(mesh, c.number);
+      ASSERT_FALSE(values.empty());
+      EXPECT_EQ(values[0], c.value);
+    }
+  }
+}
+
+TEST_F(TestTolerance, ColumnsOfAnXyzByTheirNames)
+{
+  this->WriteText("in.xyz", "7 1 2 3 255 0 9 4\n8 1 2 4 254 1 8 5\n");
+  const auto named = [this](const std::string& names)
+  {
+    const Outcome outcome = this->Convert("in.xyz", { "--columns", names });
+    EXPECT_EQ(outcome.exitCode, 0) << outcome.err;
+    EXPECT_EQ(outcome.err, "");
+    return this->Read("out.ply");
+  };
+  const Mesh mesh = named("time x y z r g b class");
+  EXPECT_EQ(mesh.points[1], (Vec3{ 1, 2, 4 }));
+  EXPECT_EQ(ValuesOf(mesh, "RGB"), (std::vector<double>{ 255, 0, 9, 254, 1, 8 }));
+  EXPECT_EQ(ValuesOf(mesh, "time"), (std::vector<double>{ 7, 8 }));
+  EXPECT_EQ(ValuesOf(mesh, "classification"), (std::vector<double>{ 4, 5 }));
+  const Mesh turned = named("z,Y,X,-,-,-,-,I");
+  EXPECT_EQ(turned.points[0], (Vec3{ 2, 1, 7 }));
+  EXPECT_EQ(turned.attributes.size(), 1U);
+  EXPECT_EQ(ValuesOf(turned, "Intensity"), (std::vector<double>{ 4, 5 }));
+  // Through a build, too; and by a line of the file.
+  EXPECT_EQ(
+    this->Build({ "in.xyz", "-o", "m.kds", "--quiet", "--columns", "- x y z r g b -" }).err, "");
+  EXPECT_EQ(ValuesOf(this->Extracted(), "RGB").size(), 6U);
+  for (const std::string header :
+    { "//X Y Z R G B Class\n", "# x y z r g b class\n3\n", "X,Y,Z,R,G,B,Classification\n" })
+  {
+    this->WriteText("head.xyz", header + "1 2 3 20 30 40 50\n");
+    EXPECT_EQ(ValuesOf(this->Converted("head.xyz"), "classification"), (std::vector{ 50.0 }))
+      << header;
+  }
+  this->WriteText("remark.xyz", "# x y z of my house\n1 2 3\n");
+  EXPECT_EQ(this->Converted("remark.xyz").points.size(), 1U);
+  // What cannot be.
+  for (const auto& [names, error] : { std::pair{ "x y", "x, y and z are needed" },
+         { "x y z r g 4 5 6", "of r g b all three are needed" },
+         { "x y z a a 5 6 7", "'a' is named twice" }, { "x y z", "--columns names 3" } })
+  {
+    const Outcome outcome = this->Convert("in.xyz", { "--columns", names });
+    EXPECT_EQ(outcome.exitCode == 0, false);
+    EXPECT_NE(outcome.err.find(error), std::string::npos) << outcome.err;
+  }
+  this->WriteText("m.obj", cube);
+  EXPECT_EQ(this->Build({ "m.obj", "-o", "m.kds", "--columns", "x y z" }).exitCode, 2);
+  EXPECT_EQ(this->Convert("m.obj", { "--columns", "x y z" }).exitCode, 2);
+}

@@ -1,0 +1,39 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Options of how inputs are read, which kdstream-build and kdstream-convert share.
+#pragma once
+
+#include "filters/meshio/FileEnding.h"
+#include "filters/program/Program.h"
+
+#include <string>
+
+namespace kdstream
+{
+
+// --strict: see Tolerance.h.
+inline CLI::Option* AddStrictOption(CLI::App& app, bool& strict)
+{
+  return app.add_flag("--strict", strict,
+    "refuse input of which something would be dropped or forgiven, instead of warning of it");
+}
+
+// --columns "x y z r g b class".
+inline CLI::Option* AddColumnsOption(CLI::App& app, std::string& columns)
+{
+  return app
+    .add_option("--columns", columns,
+      "what the columns of an .xyz are: x y z, and r g b, nx ny nz, intensity, class, - (left out) "
+      "or any other name")
+    ->type_name("\"x y z NAMES\"");
+}
+
+// Whether it has columns to name. Errors: InvalidArgument.
+inline Status CheckColumns(const std::string& columns, const std::string& input)
+{
+  return columns.empty() || FileEnding(input) == ".xyz"
+           ? Status()
+           : Status(Error{ ErrorCode::InvalidArgument,
+               "--columns: an .xyz has columns, the input's name does not end so" });
+}
+
+}

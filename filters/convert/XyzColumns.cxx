@@ -1,0 +1,441 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// What the columns of an .xyz are: see XyzColumns.h.
+#include "filters/convert/XyzColumns.h"
+
+#include "filters/meshio/NumberText.h"
+#include "filters/meshio/QuotedText.h"
+
+#include <algorithm>
+#include <cmath>
+#include <set>
+
+namespace kdstream
+{
+namespace
+{
+
+using Kind = XyzLayout::Kind;
+using Block = XyzLayout::Block;
+
+constexpr std::size_t coordinates = 3; // before the columns that are looked at
+
+std::string Lower(std::string_view name)
+{
+  std::string lower(name);
+  for (char& c : lower)
+  {
+    c = c >= 'A' && c <= 'Z' ? static_cast<char>(c - 'A' + 'a') : c;
+  }
+  return lower;
+}
+
+// The short name of what is known by several.
+std::string PlainName(std::string_view name)
+{
+  constexpr std::array<std::array<std::string_view, 2>, 6> others{ { { "red", "r" },
+    { "green", "g" }, { "blue", "b" }, { "i", "intensity" }, { "class", "classification" },
+    { "skip", "-" } } };
+  std::string plain = Lower(name);
+  for (const auto& [other, known] : others)
+  {
+    plain = plain == other ? std::string(known) : plain;
+  }
+  static const std::set<std::string, std::less<>> knownNames{ "x", "y", "z", "r", "g", "b", "nx",
+    "ny", "nz", "intensity", "classification", "-" };
+  return knownNames.contains(plain) ? plain : std::string(name);
+}
+
+std::string NameOfNumber(const std::string& plain)
+{
+  return plain == "intensity" ? "Intensity" : plain;
+}
+
+std::string ColumnName(std::size_t column)
+{
+  return "column" + std::to_string(column + 1);
+}
+
+Error Bad(const std::string& what)
+{
+  return { ErrorCode::InvalidArgument, "--columns: " + what };
+}
+
+}
+
+Result<XyzLayout> LayoutOfNames(const std::vector<std::string_view>& names)
+{
+  if (names.size() > mostXyzColumns)
+  {
+    return Bad("more than " + std::to_string(mostXyzColumns) + " names");
+  }
+  std::vector<std::string> plain;
+  for (const std::string_view name : names)
+  {
+    plain.push_back(PlainName(name));
+    if (plain.back() != "-" && std::count(plain.begin(), plain.end(), plain.back()) > 1)
+    {
+      return Bad(QuotedText(name) + " is named twice");
+    }
+  }
+  const auto find = [&](const std::array<const char*, 3>& wanted)
+  {
+    std::array<std::size_t, 3> found{};
+    for (std::size_t k = 0; k < 3; ++k)
+    {
+      found[k] =
+        static_cast<std::size_t>(std::find(plain.begin(), plain.end(), wanted[k]) - plain.begin());
+    }
+    return found;
+  };
+  XyzLayout layout;
+  layout.coordinates = find({ "x", "y", "z" });
+  std::set<std::size_t> used(layout.coordinates.begin(), layout.coordinates.end());
+  if (used.contains(plain.size()))
+  {
+    return Bad("x, y and z are needed");
+  }
+  for (const auto& [kind, wanted] :
+    { std::pair{ Kind::Colors, std::array<const char*, 3>{ "r", "g", "b" } },
+      std::pair{ Kind::Normals, std::array<const char*, 3>{ "nx", "ny", "nz" } } })
+  {
+    const std::array<std::size_t, 3> found = find(wanted);
+    const auto missing = std::count(found.begin(), found.end(), plain.size());
+    if (missing == 3)
+    {
+      continue;
+    }
+    if (missing > 0)
+    {
+      return Bad(std::string("of ") + wanted[0] + " " + wanted[1] + " " + wanted[2] +
+                 " all three are needed");
+    }
+    layout.blocks.push_back({ kind, found });
+    used.insert(found.begin(), found.end());
+  }
+  for (std::size_t k = 0; k < plain.size(); ++k)
+  {
+    if (!used.contains(k) && plain[k] != "-")
+    {
+      layout.blocks.push_back({ Kind::Number, { k, k, k }, NameOfNumber(plain[k]) });
+    }
+  }
+  std::sort(layout.blocks.begin(), layout.blocks.end(),
+    [](const Block& a, const Block& b) { return a.columns[0] < b.columns[0]; });
+  return layout;
+}
+
+bool AreXyzNames(const std::vector<std::string_view>& words)
+{
+  std::set<std::string> plain;
+  for (const std::string_view word : words)
+  {
+    double value = 0;
+    if (ParseNumber(word, value) != NumberTextError::NotANumber)
+    {
+      return false;
+    }
+    plain.insert(PlainName(word));
+  }
+  return plain.contains("x") && plain.contains("y") && plain.contains("z");
+}
+
+XyzColumns::XyzColumns(std::size_t columns)
+  : Count(columns)
+  , Columns(columns)
+  , Triples(columns)
+  , Products(columns * columns)
+{
+}
+
+void XyzColumns::Add(const float* values)
+{
+  for (std::size_t k = 0; k < this->Count; ++k)
+  {
+    Column& column = this->Columns[k];
+    const double v = double(values[k]);
+    column.least = this->Points == 0 ? v : std::min(column.least, v);
+    column.greatest = this->Points == 0 ? v : std::max(column.greatest, v);
+    column.whole = column.whole && v == std::floor(v);
+    column.finite = column.finite && std::isfinite(v);
+    column.sum += v;
+    for (std::size_t other = k; other < this->Count; ++other)
+    {
+      this->Products[k * this->Count + other] += v * double(values[other]);
+    }
+    if (k + 3 <= this->Count)
+    {
+      Triple& triple = this->Triples[k];
+      double square = 0;
+      for (std::size_t i = k; i < k + 3; ++i)
+      {
+        square += double(values[i]) * double(values[i]);
+      }
+      const bool one = std::abs(square - 1) < 0.02;
+      triple.someUnit = triple.someUnit || one;
+      triple.unit = triple.unit && (one || square == 0 || !std::isfinite(square));
+    }
+  }
+  ++this->Points;
+}
+
+bool XyzColumns::FitsColors(std::size_t first) const
+{
+  const auto* const begin = this->Columns.data() + first;
+  const bool range = std::all_of(begin, begin + 3,
+    [](const Column& c) { return c.finite && c.least >= 0 && c.greatest <= 255; });
+  const bool whole = std::all_of(begin, begin + 3, [](const Column& c) { return c.whole; });
+  // Numbers from 0 to 1 that are of length one are normals before they are colours.
+  return range &&
+         (whole || (this->BelowOne({ first, first + 1, first + 2 }) && !this->FitsNormals(first)));
+}
+
+bool XyzColumns::FitsNormals(std::size_t first) const
+{
+  return this->Triples[first].unit && this->Triples[first].someUnit;
+}
+
+bool XyzColumns::BelowOne(const std::array<std::size_t, 3>& columns) const
+{
+  return this->Greatest(columns) <= 1 &&
+         std::any_of(columns.begin(), columns.end(),
+           [this](std::size_t k) { return !this->Columns[k].whole; });
+}
+
+double XyzColumns::Greatest(const std::array<std::size_t, 3>& columns) const
+{
+  double greatest = 0;
+  for (const std::size_t k : columns)
+  {
+    greatest = std::max(greatest, this->Columns[k].greatest);
+  }
+  return greatest;
+}
+
+// Those that make the most of the columns.
+std::vector<XyzColumns::Candidate> XyzColumns::Candidates() const
+{
+  std::vector<std::optional<std::size_t>> colors, normals;
+  for (std::size_t first = 0; first + 3 <= this->Count; ++first)
+  {
+    if (this->FitsNormals(first))
+    {
+      normals.emplace_back(first);
+    }
+    if (this->FitsColors(first))
+    {
+      colors.emplace_back(first);
+    }
+  }
+  colors.emplace_back();
+  normals.emplace_back();
+  std::vector<Candidate> candidates;
+  std::size_t most = 0;
+  for (const std::optional<std::size_t>& n : normals)
+  {
+    for (const std::optional<std::size_t>& c : colors)
+    {
+      const bool apart = !n || !c || *n + 3 <= *c || *c + 3 <= *n;
+      const std::size_t known = (n ? 3U : 0U) + (c ? 3U : 0U);
+      // What is left is one number, or three.
+      const std::size_t before = std::min(n.value_or(this->Count), c.value_or(this->Count));
+      const bool pieces = known == 0 || this->Count - known != 3 || before % 3 == 0;
+      if (!apart || !pieces || known < most)
+      {
+        continue;
+      }
+      if (known > most)
+      {
+        candidates.clear();
+        most = known;
+      }
+      candidates.push_back({ c, n });
+    }
+  }
+  return candidates;
+}
+
+// The one column that is neither.
+std::optional<std::size_t> XyzColumns::RestOf(const Candidate& candidate) const
+{
+  std::optional<std::size_t> rest;
+  for (std::size_t k = 0; k < this->Count; ++k)
+  {
+    const auto in = [k](const std::optional<std::size_t>& first)
+    { return first && k >= *first && k < *first + 3; };
+    if (!in(candidate.colors) && !in(candidate.normals))
+    {
+      if (rest)
+      {
+        return std::nullopt;
+      }
+      rest = k;
+    }
+  }
+  return rest;
+}
+
+bool XyzColumns::Varies(std::size_t column) const
+{
+  return this->Columns[column].least != this->Columns[column].greatest;
+}
+
+// Between -1 and 1; 0 where one does not vary.
+double XyzColumns::Correlation(std::size_t a, std::size_t b) const
+{
+  const auto n = double(this->Points);
+  const auto product = [&](std::size_t i, std::size_t j)
+  {
+    return this->Products[std::min(i, j) * this->Count + std::max(i, j)] / n -
+           this->Columns[i].sum / n * (this->Columns[j].sum / n);
+  };
+  const double correlation = product(a, b) / std::sqrt(product(a, a) * product(b, b));
+  return std::isfinite(correlation) ? std::clamp(correlation, -1.0, 1.0) : 0;
+}
+
+// How much a column goes with the two next to it.
+double XyzColumns::Belongs(std::size_t column) const
+{
+  const std::size_t a = column == 0 ? 1 : column - 1, b = column == 0 ? 2 : column - 2;
+  return (std::abs(this->Correlation(column, a)) + std::abs(this->Correlation(column, b))) / 2;
+}
+
+std::size_t XyzColumns::Choose(const std::vector<Candidate>& candidates) const
+{
+  std::vector<std::size_t> rests;
+  for (const Candidate& candidate : candidates)
+  {
+    const std::optional<std::size_t> rest = this->RestOf(candidate);
+    if (!rest)
+    {
+      return 0;
+    }
+    rests.push_back(*rest);
+  }
+  const auto only = [&](const auto& is) -> std::optional<std::size_t>
+  {
+    const auto found = std::find_if(rests.begin(), rests.end(), is);
+    const bool alone = found != rests.end() && std::count_if(rests.begin(), rests.end(), is) == 1;
+    return alone ? std::optional(static_cast<std::size_t>(found - rests.begin())) : std::nullopt;
+  };
+  std::size_t varying = 0;
+  for (std::size_t k = 0; k < this->Count; ++k)
+  {
+    varying += this->Varies(k) ? 1 : 0;
+  }
+  if (varying == 1)
+  {
+    if (const auto alone = only([this](std::size_t k) { return this->Varies(k); }))
+    {
+      return *alone;
+    }
+  }
+  constexpr double mostClass = 31;
+  if (const auto alone =
+        only([&](std::size_t k) { return this->Columns[k].greatest <= mostClass; }))
+  {
+    return *alone;
+  }
+  // The one that is clearly the odd one out; else "intensity r g b", which is read so since long.
+  constexpr double clearly = 0.2;
+  std::vector<std::size_t> order(candidates.size());
+  for (std::size_t i = 0; i < order.size(); ++i)
+  {
+    order[i] = i;
+  }
+  std::sort(order.begin(), order.end(),
+    [&](std::size_t a, std::size_t b)
+    { return this->Belongs(rests[a]) < this->Belongs(rests[b]); });
+  if (order.size() > 1 && this->Belongs(rests[order[0]]) + clearly < this->Belongs(rests[order[1]]))
+  {
+    return order[0];
+  }
+  return static_cast<std::size_t>(std::min_element(rests.begin(), rests.end()) - rests.begin());
+}
+
+XyzLayout XyzColumns::LayoutOf(const Candidate& candidate) const
+{
+  XyzLayout layout;
+  const std::optional<std::size_t> rest = this->RestOf(candidate);
+  for (std::size_t k = 0; k < this->Count;)
+  {
+    const std::size_t column = coordinates + k;
+    if (candidate.colors == k || candidate.normals == k)
+    {
+      layout.blocks.push_back({ candidate.colors == k ? Kind::Colors : Kind::Normals,
+        { column, column + 1, column + 2 } });
+      k += 3;
+      continue;
+    }
+    layout.blocks.push_back({ Kind::Number, { column, column, column },
+      rest == k && k == 0 ? "Intensity" : ColumnName(column) });
+    ++k;
+  }
+  return layout;
+}
+
+Result<XyzLayout> XyzColumns::Guess(std::vector<std::string>& readings) const
+{
+  constexpr std::array<std::size_t, 6> known{ 0, 1, 3, 4, 6, 7 };
+  if (std::find(known.begin(), known.end(), this->Count) == known.end())
+  {
+    return Error{
+      ErrorCode::InvalidInput,
+      "has " + std::to_string(this->Count + coordinates) +
+        " columns; without --columns points have 3 (x y z), 4 (and an intensity), 6 (and r g b or "
+        "nx ny nz), 7 (and a number and one of these), 9 (and both) or 10 (and both and a number)"
+    };
+  }
+  const std::vector<Candidate> candidates = this->Candidates();
+  const std::size_t chosen = this->Choose(candidates);
+  const XyzLayout layout = this->LayoutOf(candidates[chosen]);
+  if (candidates.size() > 1)
+  {
+    std::string others;
+    for (std::size_t i = 0; i < candidates.size(); ++i)
+    {
+      const std::string names = NamesOfLayout(this->LayoutOf(candidates[i]));
+      others += i == chosen ? "" : (others.empty() ? "\"" : ", \"") + names + "\"";
+    }
+    readings.push_back("the columns are read as \"" + NamesOfLayout(layout) + "\"; they could be " +
+                       others + " too (--columns decides)");
+  }
+  for (const Block& block : layout.blocks)
+  {
+    if (block.kind == Kind::Colors &&
+        this->BelowOne({ block.columns[0] - coordinates, block.columns[1] - coordinates,
+          block.columns[2] - coordinates }))
+    {
+      readings.push_back("columns " + std::to_string(block.columns[0] + 1) + " to " +
+                         std::to_string(block.columns[2] + 1) +
+                         " are taken as colours from 0 to 1 (--columns decides)");
+    }
+  }
+  std::string numbers;
+  for (const Block& block : layout.blocks)
+  {
+    numbers += block.kind == Kind::Number && block.name != "Intensity"
+                 ? (numbers.empty() ? "" : ", ") + block.name
+                 : "";
+  }
+  if (!numbers.empty() && candidates.size() == 1)
+  {
+    readings.push_back("not all columns are colours or normals: kept as numbers are " + numbers +
+                       " (--columns names them)");
+  }
+  return layout;
+}
+
+std::string NamesOfLayout(const XyzLayout& layout)
+{
+  std::string names = "x y z";
+  for (const Block& block : layout.blocks)
+  {
+    names += block.kind == Kind::Colors    ? " r g b"
+             : block.kind == Kind::Normals ? " nx ny nz"
+             : block.name == "Intensity"   ? " intensity"
+                                           : " " + block.name;
+  }
+  return names;
+}
+
+}

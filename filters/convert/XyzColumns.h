@@ -1,0 +1,110 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// What the columns of an .xyz are: by names, or by a rule that looks at their values. Part of step
+// "convert".
+#pragma once
+
+#include "filters/core/Result.h"
+
+#include <array>
+#include <cstddef>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+namespace kdstream
+{
+
+inline constexpr std::size_t mostXyzColumns = 64;
+
+// Where the coordinates are, and what the other columns make up. Numbers are those of columns, from
+// 0.
+struct XyzLayout
+{
+  enum class Kind
+  {
+    Colors,  // three columns
+    Normals, // the same
+    Number
+  };
+  struct Block
+  {
+    Kind kind = Kind::Number;
+    std::array<std::size_t, 3> columns{}; // of a number the first
+    std::string name{};                   // of a number
+  };
+
+  std::array<std::size_t, 3> coordinates{ 0, 1, 2 };
+  std::vector<Block> blocks;
+};
+
+// Of names: x y z; r g b (red green blue); nx ny nz; i, intensity; class, classification; -, which
+// is left out; any other names a number. Case does not matter for these. Errors: InvalidArgument
+// for names without x y z, twice the same, a part of r g b or of nx ny nz.
+Result<XyzLayout> LayoutOfNames(const std::vector<std::string_view>& names);
+
+// Whether words are such names of a line before the points: x, y and z among them, and none a
+// number.
+bool AreXyzNames(const std::vector<std::string_view>& words);
+
+// What is known of the columns behind x y z once all values were seen. O(k^2) a point of k columns.
+class XyzColumns
+{
+public:
+  // columns: behind the coordinates.
+  explicit XyzColumns(std::size_t columns);
+
+  void Add(const float* values);
+
+  // Three columns are normals if all of them are of length one (or zero, or not finite: no normal);
+  // colours if all are whole numbers from 0 to 255, or numbers from 0 to 1 that are neither all
+  // whole nor normals. At most one normal, one colour and one other number are looked for; where
+  // there are 3 columns or 6, those that fit nothing are numbers. Where several layouts fit, in
+  // this order: the number is the column that alone varies; the one that looks like a class, below
+  // 32 where the others are not; the one that goes least with its neighbours; that of "intensity r
+  // g b", normals, and colours first. readings: gets a sentence for what can be read in two ways.
+  // Errors: InvalidInput for other numbers of columns.
+  Result<XyzLayout> Guess(std::vector<std::string>& readings) const;
+
+  // Whether colours in these three columns are from 0 to 1, or beyond 255.
+  bool BelowOne(const std::array<std::size_t, 3>& columns) const;
+  double Greatest(const std::array<std::size_t, 3>& columns) const;
+
+private:
+  struct Column
+  {
+    double least = 0, greatest = 0, sum = 0;
+    bool whole = true, finite = true;
+  };
+  struct Triple
+  {
+    bool unit = true;      // every one is of length one, or none: zero or not finite
+    bool someUnit = false; // one is of length one
+  };
+  // Where the colours and the normals begin, if there are any.
+  struct Candidate
+  {
+    std::optional<std::size_t> colors, normals;
+  };
+
+  bool FitsColors(std::size_t first) const;
+  bool FitsNormals(std::size_t first) const;
+  std::vector<Candidate> Candidates() const;
+  std::optional<std::size_t> RestOf(const Candidate& candidate) const;
+  bool Varies(std::size_t column) const;
+  double Correlation(std::size_t a, std::size_t b) const;
+  double Belongs(std::size_t column) const;
+  std::size_t Choose(const std::vector<Candidate>& candidates) const;
+  XyzLayout LayoutOf(const Candidate& candidate) const;
+
+  std::size_t Count;
+  std::uint64_t Points = 0;
+  std::vector<Column> Columns;
+  std::vector<Triple> Triples;  // by first column
+  std::vector<double> Products; // sums, [a * Count + b] for a <= b
+};
+
+// "x y z r g b class": what --columns says for it.
+std::string NamesOfLayout(const XyzLayout& layout);
+
+}

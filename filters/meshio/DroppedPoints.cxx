@@ -1,0 +1,199 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Points that are not finite, and faces that name them, leave a mesh: see DroppedPoints.h.
+#include "filters/meshio/DroppedPoints.h"
+
+#include <algorithm>
+#include <bit>
+#include <cmath>
+#include <cstring>
+#include <limits>
+#include <span>
+
+namespace kdstream
+{
+namespace
+{
+
+bool IsFinite(const Vec3& point)
+{
+  return std::isfinite(point[0]) && std::isfinite(point[1]) && std::isfinite(point[2]);
+}
+
+// Without a branch for each, as nearly always they are.
+bool AreFinite(std::span<const Vec3> points)
+{
+  constexpr double most = std::numeric_limits<double>::max();
+  bool finite = true;
+  for (const Vec3& point : points)
+  {
+    for (const double value : point)
+    {
+      finite &= std::abs(value) <= most;
+    }
+  }
+  return finite;
+}
+
+// "vertex 17, whose y is nan".
+std::string PlaceOf(std::uint64_t number, const Vec3& point)
+{
+  const auto* const bad =
+    std::find_if(point.begin(), point.end(), [](double v) { return !std::isfinite(v); });
+  return "vertex " + std::to_string(number) + ", whose " + "xyz"[bad - point.begin()] + " is " +
+         (std::isnan(*bad) ? "nan"
+           : *bad > 0      ? "inf"
+                           : "-inf");
+}
+
+// Of the arrays of an association: the tuples from `begin` on of which keeps(i) is true, i from 0.
+template <class Keeps>
+void KeepTuples(Mesh& mesh, AttributeAssociation association, std::size_t begin, const Keeps& keeps)
+{
+  for (Attribute& attribute : mesh.attributes)
+  {
+    if (attribute.association != association)
+    {
+      continue;
+    }
+    const std::size_t size = attribute.TupleSize(), count = attribute.TupleCount();
+    std::uint8_t* to = attribute.values.data() + begin * size;
+    for (std::size_t i = begin; i < count; ++i)
+    {
+      if (keeps(i - begin))
+      {
+        std::memmove(to, attribute.values.data() + i * size, size);
+        to += size;
+      }
+    }
+    attribute.values.resize(static_cast<std::size_t>(to - attribute.values.data()));
+  }
+}
+
+}
+
+Status DroppedPoints::Add(std::uint64_t number)
+{
+  if (!this->Blocks)
+  {
+    this->Blocks.emplace(this->Folder);
+  }
+  const std::uint64_t block = number / pointsOfBlock;
+  while (this->Blocks->Size() <= block)
+  {
+    KDSTREAM_TRY(this->Blocks->Append({ 0, this->Count }));
+  }
+  Result<Block> changed = this->Blocks->Get(block);
+  KDSTREAM_TRY(changed);
+  changed->dropped |= std::uint64_t{ 1 } << number % pointsOfBlock;
+  ++this->Count;
+  return this->Blocks->Set(block, *changed);
+}
+
+Result<VertexId> DroppedPoints::NumberOf(VertexId number)
+{
+  const std::uint64_t block = number / pointsOfBlock;
+  if (!this->Blocks || block >= this->Blocks->Size())
+  {
+    return static_cast<VertexId>(number - this->Count);
+  }
+  const Result<Block> found = this->Blocks->Get(block);
+  KDSTREAM_TRY(found);
+  const std::uint64_t bit = std::uint64_t{ 1 } << number % pointsOfBlock;
+  const auto before =
+    found->before + static_cast<std::uint64_t>(std::popcount(found->dropped & (bit - 1)));
+  return (found->dropped & bit) != 0 ? noVertex : static_cast<VertexId>(number - before);
+}
+
+Status DropPoints(
+  Mesh& mesh, std::size_t begin, std::uint64_t first, DroppedPoints& dropped, Tolerance* tolerance)
+{
+  if (AreFinite(std::span(mesh.points).subspan(begin)))
+  {
+    return {};
+  }
+  const auto from = mesh.points.begin() + static_cast<std::ptrdiff_t>(begin);
+  std::vector<bool> finite;
+  finite.reserve(mesh.points.size() - begin);
+  for (auto point = from; point != mesh.points.end(); ++point)
+  {
+    finite.push_back(IsFinite(*point));
+    if (!finite.back())
+    {
+      const std::uint64_t number = first + finite.size() - 1;
+      KDSTREAM_TRY(dropped.Add(number));
+      if (tolerance)
+      {
+        tolerance->Count(Lapse::PointNotFinite, 1,
+          tolerance->Of(Lapse::PointNotFinite) == 0 ? PlaceOf(number, *point) : std::string());
+      }
+    }
+  }
+  KeepTuples(mesh, AttributeAssociation::Point, begin, [&](std::size_t i) { return finite[i]; });
+  mesh.points.erase(
+    std::remove_if(from, mesh.points.end(), [](const Vec3& point) { return !IsFinite(point); }),
+    mesh.points.end());
+  return {};
+}
+
+Result<std::vector<bool>> RenumberTriangles(Mesh& mesh, std::size_t begin, DroppedPoints& dropped)
+{
+  std::vector<bool> kept(mesh.triangles.size() - begin, true);
+  for (std::size_t i = 0; i < kept.size(); ++i)
+  {
+    for (VertexId& corner : mesh.triangles[begin + i])
+    {
+      const Result<VertexId> number = dropped.NumberOf(corner);
+      KDSTREAM_TRY(number);
+      corner = *number;
+      kept[i] = kept[i] && corner != noVertex;
+    }
+  }
+  return kept;
+}
+
+void KeepTriangles(Mesh& mesh, std::size_t begin, const std::vector<bool>& kept)
+{
+  KeepTuples(mesh, AttributeAssociation::Cell, begin, [&](std::size_t i) { return kept[i]; });
+  std::size_t left = begin;
+  for (std::size_t i = 0; i < kept.size(); ++i)
+  {
+    mesh.triangles[left] = mesh.triangles[begin + i];
+    left += kept[i] ? 1 : 0;
+  }
+  mesh.triangles.resize(left);
+}
+
+Result<std::vector<bool>> DropNotFinite(
+  Mesh& mesh, const std::vector<bool>& begins, Tolerance& tolerance)
+{
+  DroppedPoints dropped;
+  KDSTREAM_TRY(DropPoints(mesh, 0, 0, dropped, &tolerance));
+  if (!dropped.Any())
+  {
+    return std::vector<bool>();
+  }
+  Result<std::vector<bool>> kept = RenumberTriangles(mesh, 0, dropped);
+  KDSTREAM_TRY(kept);
+  std::uint64_t faces = 0;
+  for (std::size_t begin = 0; begin < kept->size();)
+  {
+    std::size_t end = begin + 1;
+    while (end < begins.size() && !begins[end])
+    {
+      ++end;
+    }
+    const auto from = kept->begin() + static_cast<std::ptrdiff_t>(begin);
+    const auto to = kept->begin() + static_cast<std::ptrdiff_t>(end);
+    if (std::find(from, to, false) != to)
+    {
+      std::fill(from, to, false);
+      ++faces;
+    }
+    begin = end;
+  }
+  tolerance.Count(Lapse::FaceOfDroppedPoint, faces);
+  KeepTriangles(mesh, 0, *kept);
+  return kept;
+}
+
+}

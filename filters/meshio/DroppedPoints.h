@@ -1,0 +1,82 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Points that are not finite, and faces that name them, leave a mesh: for the readers of all
+// formats of step "read" (Tolerance.h).
+#pragma once
+
+#include "filters/core/Result.h"
+#include "filters/core/Types.h"
+#include "filters/meshio/ScratchTable.h"
+#include "filters/meshio/Tolerance.h"
+
+#include <cstddef>
+#include <cstdint>
+#include <filesystem>
+#include <optional>
+#include <vector>
+
+namespace kdstream
+{
+
+// Which of a file's points were dropped, and the numbers of the others without them. Memory: some
+// 2 MiB, and those only once a point was dropped. Disk: a quarter of a byte a point of the file.
+class DroppedPoints
+{
+public:
+  // folder: as ScratchTable's.
+  explicit DroppedPoints(std::filesystem::path folder = {})
+    : Folder(std::move(folder))
+  {
+  }
+
+  bool Any() const { return this->Blocks.has_value(); }
+  // REQUIRES: numbers that ascend. Errors: InputOutput.
+  Status Add(std::uint64_t number);
+  // The new number of a point, noVertex if it was dropped. Errors: InputOutput.
+  Result<VertexId> NumberOf(VertexId number);
+
+private:
+  static constexpr std::uint64_t pointsOfBlock = 64;
+  struct Block
+  {
+    std::uint64_t dropped = 0; // a bit a point
+    std::uint64_t before = 0;  // that were dropped in earlier blocks
+  };
+
+  std::filesystem::path Folder;
+  std::optional<ScratchTable<Block>> Blocks;
+  std::uint64_t Count = 0;
+};
+
+// Drops the points from `begin` on that are not finite, with their tuples of point arrays, and adds
+// them to `dropped`; first: the number of point `begin` in the file. tolerance: where they are
+// counted, unless null. Errors: InputOutput.
+Status DropPoints(
+  Mesh& mesh, std::size_t begin, std::uint64_t first, DroppedPoints& dropped, Tolerance* tolerance);
+
+// Gives the corners of the triangles from `begin` on their new numbers. Returns, of each of these
+// triangles, whether it stays: whether it names no dropped point. Errors: InputOutput.
+Result<std::vector<bool>> RenumberTriangles(Mesh& mesh, std::size_t begin, DroppedPoints& dropped);
+
+// Drops the triangles from `begin` on that do not stay, with their tuples of cell arrays.
+void KeepTriangles(Mesh& mesh, std::size_t begin, const std::vector<bool>& kept);
+
+// The same of another list that has an element for each triangle.
+template <class T>
+void KeepOnly(std::vector<T>& list, const std::vector<bool>& kept)
+{
+  std::size_t left = 0;
+  for (std::size_t i = 0; i < kept.size(); ++i)
+  {
+    list[left] = list[i];
+    left += kept[i] ? 1 : 0;
+  }
+  list.resize(left);
+}
+
+// The points of a whole mesh, as DropPoints does, and all triangles of faces that name them; both
+// are counted. begins: of each triangle, whether it is the first of its face; none: each is a face.
+// Returns of each triangle whether it stays, none where all do. Errors: InputOutput.
+Result<std::vector<bool>> DropNotFinite(
+  Mesh& mesh, const std::vector<bool>& begins, Tolerance& tolerance);
+
+}

@@ -1,0 +1,128 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Points that are not finite go, with their faces: see FiniteReader.h.
+#include "filters/meshio/FiniteReader.h"
+
+#include "filters/meshio/DroppedPoints.h"
+
+#include <algorithm>
+#include <utility>
+
+namespace kdstream
+{
+namespace
+{
+
+// A reader whose errors name the file, and which drops what is not finite: the readers of the
+// formats give points as they are.
+class FiniteReader : public MeshReader
+{
+public:
+  FiniteReader(
+    std::unique_ptr<MeshReader> reader, std::string file, const std::filesystem::path& scratch)
+    : Reader(std::move(reader))
+    , File(std::move(file))
+    , FileInfo(this->Reader->Info())
+    , Dropped(scratch)
+  {
+  }
+
+  const MeshFileInfo& Info() const override { return this->FileInfo; }
+  Result<std::size_t> ReadVertices(Mesh& mesh, std::size_t limit) override
+  {
+    return OfFile(this->File, this->Tell(this->ReadFinite(mesh, limit)));
+  }
+  Result<std::size_t> ReadTriangles(Mesh& mesh, std::size_t limit) override
+  {
+    return OfFile(
+      this->File, this->Tell(this->Dropped.Any() ? this->ReadFinitePart(mesh, limit)
+                                                 : this->Reader->ReadTriangles(mesh, limit)));
+  }
+  Result<std::uint64_t> SkipVertices(std::uint64_t count) override
+  {
+    const Result<std::uint64_t> skipped =
+      OfFile(this->File, this->Tell(this->Reader->SkipVertices(count)));
+    this->VerticesRead += skipped ? *skipped : 0;
+    return skipped;
+  }
+  Result<std::uint64_t> SkipFaces(std::uint64_t count) override
+  {
+    const Result<std::uint64_t> skipped =
+      OfFile(this->File, this->Tell(this->Reader->SkipFaces(count)));
+    this->FacesRead += skipped ? *skipped : 0;
+    return skipped;
+  }
+  std::uint64_t FileSize() const override { return this->Reader->FileSize(); }
+  std::uint64_t Position() const override { return this->Reader->Position(); }
+
+private:
+  // What has become known by reading.
+  template <class Number>
+  Result<Number> Tell(Result<Number> result)
+  {
+    this->FileInfo.ignoredAttributes = this->Reader->Info().ignoredAttributes;
+    this->FileInfo.tolerance = this->Reader->Info().tolerance;
+    this->FileInfo.tolerance.Add(this->Own);
+    return result;
+  }
+
+  Result<std::size_t> ReadFinite(Mesh& mesh, std::size_t limit)
+  {
+    const std::size_t begin = mesh.points.size();
+    const Result<std::size_t> read = this->Reader->ReadVertices(mesh, limit);
+    KDSTREAM_TRY(read);
+    // Of a soup the reader counts: it knows of points that go with others of their facet.
+    if (!this->Reader->KnowsFinite())
+    {
+      KDSTREAM_TRY(DropPoints(mesh, begin, this->VerticesRead, this->Dropped,
+        this->FileInfo.soup ? nullptr : &this->Own));
+    }
+    this->VerticesRead += *read;
+    return read;
+  }
+
+  // Face by face: one that names a dropped point goes with all of its triangles.
+  Result<std::size_t> ReadFinitePart(Mesh& mesh, std::size_t limit)
+  {
+    for (std::size_t done = 0; done < limit; ++done)
+    {
+      const std::size_t begin = mesh.triangles.size();
+      const Result<std::size_t> read = this->Reader->ReadTriangles(mesh, 1);
+      KDSTREAM_TRY(read);
+      if (*read == 0)
+      {
+        return done;
+      }
+      Result<std::vector<bool>> kept = RenumberTriangles(mesh, begin, this->Dropped);
+      KDSTREAM_TRY(kept);
+      const auto gone = static_cast<std::uint64_t>(std::count(kept->begin(), kept->end(), false));
+      if (gone > 0)
+      {
+        const bool whole = !this->FileInfo.strips; // of strips the triangles go
+        *kept = whole ? std::vector<bool>(kept->size(), false) : std::move(*kept);
+        constexpr Lapse kind = Lapse::FaceOfDroppedPoint;
+        this->Own.Count(kind, whole ? 1 : gone,
+          this->Own.Of(kind) == 0 ? "face " + std::to_string(this->FacesRead) : std::string());
+        KeepTriangles(mesh, begin, *kept);
+      }
+      ++this->FacesRead;
+    }
+    return limit;
+  }
+
+  std::unique_ptr<MeshReader> Reader;
+  std::string File;
+  MeshFileInfo FileInfo; // the reader's, and what is counted here
+  Tolerance Own;
+  DroppedPoints Dropped;
+  std::uint64_t VerticesRead = 0, FacesRead = 0;
+};
+
+}
+
+std::unique_ptr<MeshReader> WithFinitePoints(
+  std::unique_ptr<MeshReader> reader, std::string file, const std::filesystem::path& scratch)
+{
+  return std::make_unique<FiniteReader>(std::move(reader), std::move(file), scratch);
+}
+
+}

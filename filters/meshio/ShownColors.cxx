@@ -1,0 +1,265 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Colours made into the array that viewers show: see ShownColors.h.
+#include "filters/meshio/ShownColors.h"
+
+#include <algorithm>
+#include <string_view>
+#include <utility>
+
+namespace kdstream
+{
+namespace
+{
+
+std::string Lower(std::string_view name)
+{
+  std::string lower(name);
+  for (char& c : lower)
+  {
+    c = c >= 'A' && c <= 'Z' ? static_cast<char>(c - 'A' + 'a') : c;
+  }
+  return lower;
+}
+
+bool IsReal(AttributeType type)
+{
+  return type == AttributeType::Float32 || type == AttributeType::Float64;
+}
+
+// The name that the new array can have; none where both are taken.
+std::optional<AttributeInfo> FreeName(std::span<const AttributeInfo> attributes)
+{
+  for (const auto& [name, components] :
+    { std::pair{ "RGB", std::uint8_t{ 3 } }, { "RGBA", std::uint8_t{ 4 } } })
+  {
+    const char* const wanted = name;
+    if (std::none_of(attributes.begin(), attributes.end(),
+          [&](const AttributeInfo& array)
+          { return array.association == AttributeAssociation::Point && array.name == wanted; }))
+    {
+      return AttributeInfo{ wanted, AttributeType::UInt8, AttributeAssociation::Point, components };
+    }
+  }
+  return std::nullopt;
+}
+
+// Three arrays of a number each.
+std::optional<HiddenColors> FindTriple(std::span<const AttributeInfo> attributes)
+{
+  constexpr std::array<std::array<std::string_view, 3>, 4> triples{ { { "red", "green", "blue" },
+    { "r", "g", "b" }, { "diffuse_red", "diffuse_green", "diffuse_blue" },
+    { "diffuse_r", "diffuse_g", "diffuse_b" } } };
+  for (const auto& names : triples)
+  {
+    HiddenColors colors;
+    std::size_t found = 0;
+    for (std::size_t k = 0; k < 3; ++k)
+    {
+      const auto at = std::find_if(attributes.begin(), attributes.end(),
+        [&](const AttributeInfo& array)
+        {
+          return array.association == AttributeAssociation::Point && array.components == 1 &&
+                 Lower(array.name) == names[k];
+        });
+      found += at != attributes.end() ? 1 : 0;
+      colors.arrays[k] = static_cast<std::size_t>(at - attributes.begin());
+    }
+    if (found == 3 && attributes[colors.arrays[0]].type == attributes[colors.arrays[1]].type &&
+        attributes[colors.arrays[0]].type == attributes[colors.arrays[2]].type)
+    {
+      return colors;
+    }
+  }
+  return std::nullopt;
+}
+
+// One array of three or four components, or of spherical harmonics.
+std::optional<HiddenColors> FindArray(std::span<const AttributeInfo> attributes, bool harmonics)
+{
+  constexpr std::array<std::string_view, 7> names{ "rgb", "rgba", "color", "colour", "colors",
+    "colours", "diffuse" };
+  for (std::size_t i = 0; i < attributes.size(); ++i)
+  {
+    const AttributeInfo& array = attributes[i];
+    const std::string name = Lower(array.name);
+    const bool known = harmonics ? name == "f_dc" && array.components == 3 && IsReal(array.type)
+                                 : std::find(names.begin(), names.end(), name) != names.end() &&
+                                     (array.components == 3 || array.components == 4);
+    if (known && array.association == AttributeAssociation::Point)
+    {
+      return HiddenColors{ { i, i, i }, { 0, 1, 2 }, harmonics, {} };
+    }
+  }
+  return std::nullopt;
+}
+
+class ShownColorsReader : public MeshReader
+{
+public:
+  ShownColorsReader(std::unique_ptr<MeshReader> reader, ColorScale scale)
+    : Reader(std::move(reader))
+    , Scale(std::move(scale))
+    , Arrays(this->Reader->Info().attributes.size())
+    , Told(this->Scale.Tell(this->Reader->Info().attributes))
+  {
+    this->TakeInfo();
+  }
+
+  const MeshFileInfo& Info() const override { return this->FileInfo; }
+
+  Result<std::size_t> ReadVertices(Mesh& mesh, std::size_t limit) override
+  {
+    const std::size_t before = mesh.points.size();
+    const Result<std::size_t> read = this->Reader->ReadVertices(mesh, limit);
+    KDSTREAM_TRY(read);
+    this->Prepare(mesh);
+    this->Scale.Append(mesh.attributes, before, mesh.points.size(), mesh.attributes[this->Arrays]);
+    this->TakeInfo();
+    return read;
+  }
+  Result<std::size_t> ReadTriangles(Mesh& mesh, std::size_t limit) override
+  {
+    Result<std::size_t> read = this->Reader->ReadTriangles(mesh, limit);
+    this->Prepare(mesh);
+    this->TakeInfo();
+    return read;
+  }
+  Result<std::uint64_t> SkipVertices(std::uint64_t count) override
+  {
+    Result<std::uint64_t> skipped = this->Reader->SkipVertices(count);
+    this->TakeInfo();
+    return skipped;
+  }
+  Result<std::uint64_t> SkipFaces(std::uint64_t count) override
+  {
+    Result<std::uint64_t> skipped = this->Reader->SkipFaces(count);
+    this->TakeInfo();
+    return skipped;
+  }
+  std::uint64_t FileSize() const override { return this->Reader->FileSize(); }
+  std::uint64_t Position() const override { return this->Reader->Position(); }
+
+private:
+  void TakeInfo()
+  {
+    this->FileInfo = this->Reader->Info();
+    this->FileInfo.attributes.push_back(this->Scale.Shown());
+    this->FileInfo.tolerance.Tell(this->Told);
+  }
+
+  void Prepare(Mesh& mesh) const
+  {
+    if (mesh.attributes.size() == this->Arrays)
+    {
+      mesh.attributes.push_back({ this->Scale.Shown(), {} });
+    }
+  }
+
+  std::unique_ptr<MeshReader> Reader;
+  ColorScale Scale;
+  std::size_t Arrays; // of the file
+  std::string Told;
+  MeshFileInfo FileInfo;
+};
+
+}
+
+std::optional<HiddenColors> FindHiddenColors(std::span<const AttributeInfo> attributes)
+{
+  if (attributes.size() >= mostAttributes ||
+      std::any_of(attributes.begin(), attributes.end(),
+        [](const AttributeInfo& array) { return RoleOf(array) == AttributeRole::Colors; }))
+  {
+    return std::nullopt;
+  }
+  std::optional<HiddenColors> found = FindTriple(attributes);
+  found = found ? found : FindArray(attributes, false);
+  found = found ? found : FindArray(attributes, true);
+  const std::optional<AttributeInfo> shown = FreeName(attributes);
+  if (!found || !shown)
+  {
+    return std::nullopt;
+  }
+  found->shown = *shown;
+  return found;
+}
+
+void ColorScale::LookAt(std::span<const Attribute> attributes, std::size_t begin)
+{
+  for (std::size_t k = 0; k < 3 && !this->Colors.harmonics; ++k)
+  {
+    const Attribute& array = attributes[this->Colors.arrays[k]];
+    for (std::size_t i = begin; i < array.TupleCount(); ++i)
+    {
+      this->Greatest = std::max(this->Greatest, array.Get(i, this->Colors.components[k]));
+    }
+  }
+}
+
+double ColorScale::White() const
+{
+  return this->Greatest <= 1 ? 1 : this->Greatest <= 255 ? 255 : 65535;
+}
+
+void ColorScale::Append(
+  std::span<const Attribute> attributes, std::size_t begin, std::size_t end, Attribute& shown) const
+{
+  constexpr double harmonic = 0.28209479177387814; // of degree 0: 1 / (2 sqrt(pi))
+  constexpr double most = 255;
+  shown.values.resize(end * shown.TupleSize(), std::uint8_t{ 255 }); // opaque
+  for (std::size_t k = 0; k < 3; ++k)
+  {
+    const Attribute& array = attributes[this->Colors.arrays[k]];
+    const std::size_t component = this->Colors.components[k];
+    for (std::size_t i = begin; i < end; ++i)
+    {
+      const double value = array.Get(i, component);
+      shown.Set(
+        i, k, most * (this->Colors.harmonics ? 0.5 + harmonic * value : value / this->White()));
+    }
+  }
+}
+
+std::string ColorScale::Tell(std::span<const AttributeInfo> attributes) const
+{
+  const AttributeInfo& first = attributes[this->Colors.arrays[0]];
+  const AttributeInfo& last = attributes[this->Colors.arrays[2]];
+  const std::string names =
+    first == last ? first.name
+                  : first.name + ", " + attributes[this->Colors.arrays[1]].name + ", " + last.name;
+  if (this->Colors.harmonics)
+  {
+    return names + " is taken for the colours of Gaussian splats, and shown as " +
+           this->Colors.shown.name;
+  }
+  return names + " of type " + std::string(NameOf(first.type)) +
+         " are taken for colours, of which " + std::to_string(static_cast<int>(this->White())) +
+         " is white, and shown as " + this->Colors.shown.name;
+}
+
+void AddShownColors(Mesh& mesh, Tolerance& tolerance)
+{
+  std::vector<AttributeInfo> infos;
+  for (const Attribute& attribute : mesh.attributes)
+  {
+    infos.push_back(attribute.Info());
+  }
+  std::optional<HiddenColors> found = FindHiddenColors(infos);
+  if (!found)
+  {
+    return;
+  }
+  ColorScale scale(std::move(*found));
+  scale.LookAt(mesh.attributes, 0);
+  Attribute shown{ scale.Shown(), {} };
+  scale.Append(mesh.attributes, 0, mesh.points.size(), shown);
+  mesh.attributes.push_back(std::move(shown));
+  tolerance.Tell(scale.Tell(infos));
+}
+
+std::unique_ptr<MeshReader> WithShownColors(std::unique_ptr<MeshReader> reader, ColorScale scale)
+{
+  return std::make_unique<ShownColorsReader>(std::move(reader), std::move(scale));
+}
+
+}

@@ -1,0 +1,66 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Colours that files have as floats, as integers of 16 bits, or as the spherical harmonics of
+// Gaussian splats, made into the array that viewers show. Part of step "read".
+#pragma once
+
+#include "filters/core/Types.h"
+#include "filters/meshio/MeshReader.h"
+#include "filters/meshio/Tolerance.h"
+
+#include <array>
+#include <cstddef>
+#include <memory>
+#include <optional>
+#include <span>
+#include <string>
+
+namespace kdstream
+{
+
+// Where a mesh's arrays have colours that are not shown as they are.
+struct HiddenColors
+{
+  // Of red, green and blue: the array, and the component in it.
+  std::array<std::size_t, 3> arrays{}, components{};
+  bool harmonics = false; // f_dc: colour is 0.5 + 0.2820948 f
+  AttributeInfo shown{};  // the array to make: "RGB", or "RGBA" where that name is taken
+};
+
+// None where there are colours that are shown (RoleOf), or no others. Known are, whatever their
+// case: red green blue, r g b, diffuse_red …, three arrays of numbers of one type; one array of
+// three or four components named rgb, rgba, color, colour, colors, diffuse; f_dc of three floats.
+std::optional<HiddenColors> FindHiddenColors(std::span<const AttributeInfo> attributes);
+
+// The greatest value of colours decides what is white: 1; 255; 65535.
+class ColorScale
+{
+public:
+  explicit ColorScale(HiddenColors colors)
+    : Colors(std::move(colors))
+  {
+  }
+
+  // Looks at the tuples from `begin` on.
+  void LookAt(std::span<const Attribute> attributes, std::size_t begin);
+  // Appends the shown tuples for those from `begin` to `end` of the others.
+  void Append(std::span<const Attribute> attributes, std::size_t begin, std::size_t end,
+    Attribute& shown) const;
+  // "red, green and blue of type float32 are shown as RGB: 1 is white".
+  std::string Tell(std::span<const AttributeInfo> attributes) const;
+  const AttributeInfo& Shown() const { return this->Colors.shown; }
+
+private:
+  double White() const;
+
+  HiddenColors Colors;
+  double Greatest = 0;
+};
+
+// Adds such an array to a whole mesh, if it has such colours, and tells it.
+void AddShownColors(Mesh& mesh, Tolerance& tolerance);
+
+// The reader of a file with the array added, behind all others. scale: that has looked at all
+// vertices.
+std::unique_ptr<MeshReader> WithShownColors(std::unique_ptr<MeshReader> reader, ColorScale scale);
+
+}

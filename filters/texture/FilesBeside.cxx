@@ -1,0 +1,170 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// The files that a mesh names: see FilesBeside.h.
+#include "filters/texture/FilesBeside.h"
+
+#include <algorithm>
+#include <array>
+#include <system_error>
+
+namespace kdstream
+{
+namespace
+{
+
+constexpr std::size_t mostNames = 1 << 16, mostFolders = 64;
+
+bool IsFile(const std::filesystem::path& file)
+{
+  std::error_code failed;
+  return std::filesystem::is_regular_file(file, failed);
+}
+
+bool IsBlankOfName(char c)
+{
+  return c == ' ' || c == '\t' || c == '\r';
+}
+
+}
+
+std::filesystem::path FileBeside(const std::filesystem::path& base, std::string_view written)
+{
+  std::string name(written);
+  std::replace(name.begin(), name.end(), '\\', '/');
+  const bool drive = name.size() > 1 && name[1] == ':';
+  std::filesystem::path relative = std::filesystem::path(name).lexically_normal();
+  if (drive || relative.is_absolute() || (!relative.empty() && *relative.begin() == ".."))
+  {
+    relative = relative.filename() == ".." ? "" : relative.filename();
+  }
+  return base.parent_path() / relative;
+}
+
+std::string_view WithoutQuotes(std::string_view name)
+{
+  const auto trim = [&name]()
+  {
+    while (!name.empty() && IsBlankOfName(name.front()))
+    {
+      name.remove_prefix(1);
+    }
+    while (!name.empty() && IsBlankOfName(name.back()))
+    {
+      name.remove_suffix(1);
+    }
+  };
+  trim();
+  if (name.size() >= 2 && (name.front() == '"' || name.front() == '\'') &&
+      name.back() == name.front())
+  {
+    name = name.substr(1, name.size() - 2);
+    trim();
+  }
+  return name;
+}
+
+std::string_view WithoutComment(std::string_view name)
+{
+  for (std::size_t at = name.find('#'); at != std::string_view::npos; at = name.find('#', at + 1))
+  {
+    if (at > 0 && IsBlankOfName(name[at - 1]))
+    {
+      return name.substr(0, at);
+    }
+  }
+  return name;
+}
+
+std::string FoldedName(std::string_view name)
+{
+  std::string folded;
+  for (char c : name)
+  {
+    c = c >= 'A' && c <= 'Z' ? static_cast<char>(c - 'A' + 'a') : c == '\\' ? '/' : c;
+    c = IsBlankOfName(c) ? ' ' : c;
+    if (c != ' ' || !folded.ends_with(' '))
+    {
+      folded += c;
+    }
+  }
+  folded.resize(folded.size() - (folded.ends_with(' ') ? 1 : 0));
+  return folded.starts_with(' ') ? folded.substr(1) : folded;
+}
+
+const FilesBeside::Names& FilesBeside::NamesOf(const std::filesystem::path& folder)
+{
+  static const Names none;
+  const auto found = this->Folders.find(folder);
+  if (found != this->Folders.end())
+  {
+    return found->second;
+  }
+  if (this->Folders.size() == mostFolders)
+  {
+    return none;
+  }
+  Names& names = this->Folders[folder];
+  std::error_code failed;
+  std::filesystem::directory_iterator at(folder.empty() ? "." : folder, failed);
+  for (std::size_t count = 0;
+       !failed && at != std::filesystem::directory_iterator() && count < mostNames;
+       at.increment(failed), ++count)
+  {
+    std::string name = at->path().filename().string();
+    const auto [place, added] = names.emplace(FoldedName(name), name);
+    place->second = added ? place->second : std::nullopt;
+  }
+  return names;
+}
+
+// A file in base's folder, part by part.
+std::optional<std::filesystem::path> FilesBeside::FindFolded(const std::filesystem::path& relative)
+{
+  std::filesystem::path at = this->Base.parent_path();
+  for (const std::filesystem::path& part : relative)
+  {
+    std::error_code failed;
+    if (std::filesystem::exists(at / part, failed))
+    {
+      at /= part;
+      continue;
+    }
+    const Names& names = this->NamesOf(at);
+    const auto found = names.find(FoldedName(part.string()));
+    if (found == names.end() || !found->second)
+    {
+      return std::nullopt;
+    }
+    at /= *found->second;
+  }
+  return IsFile(at) ? std::optional(at) : std::nullopt;
+}
+
+std::filesystem::path FilesBeside::Find(std::string_view written)
+{
+  const std::string_view name = WithoutQuotes(written);
+  const std::array<std::string_view, 3> forms{ written, name,
+    WithoutQuotes(WithoutComment(written)) };
+  for (const std::string_view form : forms)
+  {
+    const std::filesystem::path file = FileBeside(this->Base, form);
+    if (IsFile(file))
+    {
+      return file;
+    }
+  }
+  for (const std::string_view form : { forms[1], forms[2] })
+  {
+    const std::filesystem::path relative =
+      FileBeside(this->Base, form).lexically_relative(this->Base.parent_path());
+    for (const std::filesystem::path& looked : { relative, relative.filename() })
+    {
+      if (const auto found = looked.empty() ? std::nullopt : this->FindFolded(looked))
+      {
+        return *found;
+      }
+    }
+  }
+  return FileBeside(this->Base, name);
+}
+
+}

@@ -1,0 +1,73 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// FilesBeside and MaterialNames: names as other programs and systems write them.
+#include "filters/meshio/Testing/ScratchFolder.h"
+#include "filters/texture/FilesBeside.h"
+#include "filters/texture/ObjMaterials.h"
+
+#include <gtest/gtest.h>
+
+namespace kdstream::test
+{
+
+TEST(FilesBeside, FindsFilesHoweverTheyAreNamed)
+{
+  const ScratchFolder folder;
+  std::filesystem::create_directory(folder.File("Maps"));
+  for (const std::string name :
+    { "t.png", "a b.png", "a#1.png", "Maps/Deep.PNG", "same.png", "Same.png", "q\"q.png" })
+  {
+    folder.Write(name, "x");
+  }
+  FilesBeside files(folder.File("mesh.obj"));
+  const auto find = [&](const std::string& written) {
+    return files.Find(written).lexically_relative(folder.File("mesh.obj").parent_path()).string();
+  };
+  for (const std::string written : { "t.png", "\"t.png\"", " 't.png' ", "T.PNG", "Textures\\T.PNG",
+         "C:\\scans\\T.png", "/home/x/t.png", "../other/t.PNG", "t.png # the paint", "./T.png" })
+  {
+    EXPECT_EQ(find(written), "t.png") << written;
+  }
+  EXPECT_EQ(find("a b.png"), "a b.png");
+  EXPECT_EQ(find("\"A  B.png\""), "a b.png");
+  EXPECT_EQ(find("a#1.png"), "a#1.png");
+  EXPECT_EQ(find("maps\\deep.png"), "Maps/Deep.PNG");
+  EXPECT_EQ(find("Maps/Deep.PNG"), "Maps/Deep.PNG");
+  EXPECT_EQ(find("q\"q.png"), "q\"q.png");
+  // Several fit, or none: where it should be.
+  EXPECT_EQ(find("same.png"), "same.png");
+  EXPECT_EQ(find("SAME.png"), "SAME.png");
+  EXPECT_EQ(find("\"gone.png\""), "gone.png");
+  EXPECT_EQ(find("sub\\gone.png"), "sub/gone.png");
+  EXPECT_EQ(find("../../etc/passwd"), "passwd");
+}
+
+TEST(MaterialNames, AreFoundAsTheyAreWrittenOrElseIfOneFits)
+{
+  MaterialNames names;
+  names.Add("paint #1", 1);
+  names.Add("paint #2", 2);
+  names.Add("Red", 3);
+  names.Add("red wall", 4);
+  names.Add("\"blue\"", 5);
+  names.Add("twice", 6);
+  names.Add("TWICE", 7);
+  names.Add("green # moss", 8);
+  names.Add("Red", 9);
+  const auto find = [&](const std::string& name) { return int(names.Find(name).value_or(0)); };
+  EXPECT_EQ(find("paint #1"), 1);
+  EXPECT_EQ(find("paint #2"), 2);
+  EXPECT_EQ(find("paint"), 0);
+  EXPECT_EQ(find("Red"), 3);
+  EXPECT_EQ(find("red"), 3);
+  EXPECT_EQ(find("\"RED\""), 3);
+  EXPECT_EQ(find("red # dark"), 3);
+  EXPECT_EQ(find("Red  wall"), 4);
+  EXPECT_EQ(find("blue"), 5);
+  EXPECT_EQ(find("twice"), 6);
+  EXPECT_EQ(find("TWICE"), 7);
+  EXPECT_EQ(find("Twice"), 0);
+  EXPECT_EQ(find("green"), 8);
+  EXPECT_EQ(find("gone"), 0);
+}
+
+}
