@@ -217,7 +217,16 @@ public:
     {
       return GltfError("there is no mode " + QuotedText(Member(this->Part, "mode").dump()));
     }
-    if (Member(this->Attributes, "POSITION").is_null())
+    const Json& position = Member(this->Attributes, "POSITION");
+    const std::size_t at = IndexIn(this->Accessors, position);
+    const double claimed =
+      at < CountOf(this->Accessors) ? WholeOf(Member(this->Accessors[at], "count"), 0) : 1;
+    if (claimed < 0)
+    {
+      return GltfError("'POSITION' claims a number of elements that is none");
+    }
+    // Where it claims no points, none are read, whatever is compressed: ClaimsOf counts none.
+    if (position.is_null() || claimed == 0)
     {
       return std::optional<GltfPart>();
     }
