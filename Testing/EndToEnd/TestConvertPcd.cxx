@@ -69,8 +69,8 @@ TEST_F(TestConvertPcd, EachEncodingComesBack)
               : encoding == 1 ? writer.writeBinary(file, cloud)
                               : writer.writeBinaryCompressed(file, cloud),
       0);
-    const Mesh read = this->Converted("in.pcd",
-      "kdstream-convert: warning: in.pcd: 9 of 40 points are not finite and were dropped\n");
+    const Mesh read = this->Converted("in.pcd", "kdstream-convert: warning: in.pcd: 9 points are "
+                                                "not finite and are dropped; the first: point 3\n");
     ASSERT_EQ(read.points.size(), 31U);
     EXPECT_EQ(read.scalarType, ScalarType::Float32);
     const std::vector<double> rgb = ValuesOf(read, "RGB"), normals = ValuesOf(read, "Normals"),
@@ -165,7 +165,7 @@ TEST_F(TestConvertPcd, HeadersThatLieAreRefusedBeforeMemoryIsTaken)
     { this->Header("3", "ascii") + "0 0 0\n1 a 1\n2 2 2\n", "line 13: 'a' is no number" },
     { this->Header("3", "ascii") + "0.00000000 0 0\n1 1.0000000 1\n",
       "the header claims 3 points; there are 2" },
-    { this->Header("1", "ascii") + "nan nan nan\n", "holds no points; 1 of 1 points" },
+    { this->Header("1", "ascii") + "nan nan nan\n", "holds no points" },
     { this->Header("2", "binary_compressed") + sizes(28, 37) + bytes, "cannot be those" },
   };
   for (const auto& c : cases)
@@ -230,13 +230,13 @@ TEST_F(TestConvertPcd, HeadersThatFallShortLoseNothing)
     ASSERT_EQ(
       compressed ? writer.writeBinaryCompressed(file, cloud) : writer.writeBinary(file, cloud), 0);
     std::string text = ReadWhole(file);
-    const Mesh whole =
-      this->Converted("in.pcd", warning + "9 of 40 points are not finite and were dropped\n");
+    const Mesh whole = this->Converted(
+      "in.pcd", warning + "9 points are not finite and are dropped; the first: point 3\n");
     text.replace(text.find("WIDTH 8"), 7, "WIDTH 2");
     text.replace(text.find("POINTS 40"), 9, "POINTS 10");
     this->WriteText("in.pcd", text);
     const Mesh read = this->Converted("in.pcd",
-      warning + "9 of 40 points are not finite and were dropped\n" + warning +
+      warning + "9 points are not finite and are dropped; the first: point 3\n" + warning +
         "30 points or faces are in the file but not counted by its header; the first: point 10\n");
     EXPECT_EQ(read.points, whole.points);
     EXPECT_TRUE(read.attributes == whole.attributes);

@@ -200,14 +200,10 @@ private:
       {
         mesh.points.push_back(point);
         this->Kept.push_back(i);
+        continue;
       }
-    }
-    if (this->Kept.size() < this->Size)
-    {
-      this->Output.warnings.push_back(
-        std::to_string(this->Size - this->Kept.size()) + " of " + std::to_string(this->Size) +
-        (this->Size - this->Kept.size() == 1 ? " points is not finite and was dropped"
-                                             : " points are not finite and were dropped"));
+      this->Output.tolerance.Count(Lapse::PointNotFinite, 1,
+        this->Kept.size() == i ? "point " + std::to_string(i) : std::string());
     }
     return {};
   }

@@ -17,7 +17,7 @@ namespace
 using Kind = XyzLayout::Kind;
 using Block = XyzLayout::Block;
 
-constexpr std::size_t coordinates = 3; // before the columns that are looked at
+constexpr std::size_t placeColumns = 3; // before the columns that are looked at
 
 std::string Lower(std::string_view name)
 {
@@ -358,7 +358,7 @@ XyzLayout XyzColumns::LayoutOf(const Candidate& candidate) const
   const std::optional<std::size_t> rest = this->RestOf(candidate);
   for (std::size_t k = 0; k < this->Count;)
   {
-    const std::size_t column = coordinates + k;
+    const std::size_t column = placeColumns + k;
     if (candidate.colors == k || candidate.normals == k)
     {
       layout.blocks.push_back({ candidate.colors == k ? Kind::Colors : Kind::Normals,
