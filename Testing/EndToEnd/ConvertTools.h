@@ -92,6 +92,13 @@ inline std::vector<double> ValuesOf(const Mesh& mesh, const std::string& name)
   return values;
 }
 
+// Whether kdstream-convert reads VRML: it was built with Coin.
+#ifdef KDSTREAM_HAS_COIN
+inline constexpr bool hasVrml = true;
+#else
+inline constexpr bool hasVrml = false;
+#endif
+
 class ConvertTest : public ::testing::Test
 {
 protected:

@@ -87,7 +87,7 @@ TEST_F(TestConvert, OwnFormatsComeBack)
   for (const NamedMesh& named : AllMeshes())
   {
     const Mesh& mesh = named.mesh;
-    for (const char* ending : { ".vtp", ".obj", ".wrl", ".stl" })
+    for (const char* ending : { ".vtp", ".obj", ".stl" })
     {
       SCOPED_TRACE(named.name + ending);
       const bool soup = std::string(ending) == ".stl";
@@ -97,17 +97,15 @@ TEST_F(TestConvert, OwnFormatsComeBack)
       }
       const std::string file = std::string("in") + ending;
       ASSERT_TRUE(WriteMesh(this->Folder / file, mesh));
-      // VTK reads STL and VRML as floats.
-      const bool floats = soup || std::string(ending) == ".wrl";
-      const Mesh read = this->Converted(file, floats ? this->FloatWarning(file) : "");
-      const Mesh expected = floats ? AsFloats(mesh) : mesh;
+      const Mesh read = this->Converted(file, soup ? this->FloatWarning(file) : "");
+      const Mesh expected = soup ? AsFloats(mesh) : mesh;
       EXPECT_EQ(Soup(read), Soup(expected));
       if (!soup)
       {
         EXPECT_EQ(read.points, expected.points);
         EXPECT_EQ(read.triangles, expected.triangles);
       }
-      if (!floats) // VTK's parser of VRML knows no -0
+      if (!soup)
       {
         EXPECT_EQ(PointMultiset(read), PointMultiset(expected));
       }
@@ -277,23 +275,6 @@ TEST_F(TestConvert, ObjHasColorsNormalsAndTextureCoordinates)
     ValuesOf(read, "TCoords"), (std::vector<double>{ 0.25, 0.75, 1, 1, 0.25, 0.75, 0, 0, 1, 1 }));
 }
 
-TEST_F(TestConvert, ScenesOfVrmlAreJoined)
-{
-  this->WriteText("in.wrl",
-    "#VRML V2.0 utf8\nTransform { translation 10 0 0 children [ Shape { appearance Appearance { "
-    "material Material { diffuseColor 1 0 0 } } geometry IndexedFaceSet { coord Coordinate { point "
-    "[0 0 0, 1 0 0, 0 1 0] } coordIndex [0 1 2 -1] } } ] }\n"
-    "Shape { appearance Appearance { material Material { } } geometry IndexedFaceSet { coord "
-    "Coordinate { point [0 0 0, 1 0 0, 0 1 0, 1 1 0] } coordIndex [0 1 3 2 -1] color Color { color "
-    "[ 0 1 0, 0 0 1, 1 1 1, 0 0 0 ] } } }\n");
-  const Mesh read = this->Converted("in.wrl");
-  ASSERT_EQ(read.points.size(), 7U);
-  EXPECT_EQ(read.points[0], (Vec3{ 10, 0, 0 }));
-  EXPECT_EQ(read.triangles, (std::vector<Triangle>{ { 0, 1, 2 }, { 3, 4, 6 }, { 3, 6, 5 } }));
-  EXPECT_EQ(ValuesOf(read, "RGB"), (std::vector<double>{ 255, 0, 0, 255, 0, 0, 255, 0, 0, 0, 255, 0,
-                                     0, 0, 255, 255, 255, 255, 0, 0, 0 }));
-}
-
 TEST_F(TestConvert, ScenesOfGltfAreJoined)
 {
   GltfBuffer buffer;
@@ -461,16 +442,6 @@ TEST_F(TestConvert, TextIsRefusedWithItsLine)
       "Error reading ascii data" },
     { "c.vtk", "# vtk DataFile Version 3.0\nt\nASCII\nFIELD f 1\na 1 1 float\n1\n",
       "Could not read file" },
-    { "a.wrl", "#VRML V1.0 ascii\n", "is of another version than VRML 2" },
-    { "b.wrl", "Shape { }\n", "is not a VRML 2 file" },
-    { "c.wrl", "#VRML V2.0 utf8\n", "holds no points" },
-    { "d.wrl",
-      "#VRML V2.0 utf8\nShape { geometry IndexedFaceSet { coord Coordinate { point [0 0 0, 1 0 0, "
-      "0 "
-      "1 0] } coordIndex [0 1 2 -1] } }\nShape { geometry IndexedFaceSet { coord Coordinate { "
-      "point "
-      "[0 0 0, 1 0",
-      "Error near line" },
     { "a.stl", "solid nothing\nendsolid nothing\n", "holds no points" },
     { "a.gltf", "{\"asset\":{\"version\":\"2.0\"}}", "" },
     { "a.vtp", "<?xml version=\"1.0\"?><VTKFile type=\"PolyData\"><PolyData/></VTKFile>",

@@ -57,19 +57,6 @@ TEST_F(TestConvertWarnings, HarmlessWarningsOfVtkStayWarnings)
 
 TEST_F(TestConvertWarnings, CoarseFloatsAreSaid)
 {
-  const std::string text = "at 4000010 they are 0.25 apart";
-  const auto scene = [](const std::string& points)
-  {
-    return "#VRML V2.0 utf8\nShape { geometry IndexedFaceSet { coord Coordinate { point [" +
-           points + "] } coordIndex [0 1 2 -1] } }\n";
-  };
-  this->WriteText("far.wrl", scene("0 4000000.4565 0, 10 4000000 0, 0 4000010 0"));
-  this->Converted("far.wrl", Warning("far.wrl", "coordinates are read as floats: " + text));
-  // A millionth of the longest side: floats are 0.25 apart here too, or there is nothing to tell.
-  this->WriteText("wide.wrl", scene("0 -4000000 0, 10 0 0, 0 4000010 0"));
-  this->Converted("wide.wrl");
-  this->WriteText("near.wrl", scene("0 0 0, 1 0 0, 0 1 0"));
-  this->Converted("near.wrl");
   // Other formats keep doubles.
   this->WriteText("far.stl", "solid s\nfacet normal 0 0 1\nouter loop\nvertex 0 4000000.4565 0\n"
                              "vertex 10 4000000 0\nvertex 0 4000010 0\nendloop\nendfacet\n"
@@ -179,17 +166,4 @@ TEST_F(TestConvertWarnings, ColumnsOfXyzAreTakenForWhatTheyAre)
     read("0 0 0 0 0 1\n", "the columns are read as \"x y z nx ny nz\"; they could be \"x y z r g "
                           "b\" too (--columns decides)");
   EXPECT_EQ(ValuesOf(either, "Normals"), (std::vector<double>{ 0, 0, 1 }));
-}
-
-TEST_F(TestConvertWarnings, ColorsOfVrmlAreNotInvented)
-{
-  Mesh cloud = AsFloats(DisplacedSphere(2));
-  cloud.triangles.clear();
-  ASSERT_TRUE(WriteMesh(this->Folder / "cloud.wrl", cloud));
-  const Mesh read = this->Converted("cloud.wrl");
-  EXPECT_EQ(read.points.size(), cloud.points.size());
-  EXPECT_TRUE(read.attributes.empty());
-  this->WriteText("bare.wrl", "#VRML V2.0 utf8\nShape { geometry IndexedFaceSet { coord Coordinate "
-                              "{ point [0 0 0, 1 0 0, 0 1 0] } coordIndex [0 1 2 -1] } }\n");
-  EXPECT_TRUE(this->Converted("bare.wrl").attributes.empty());
 }

@@ -44,6 +44,10 @@ TEST_F(TestForeignInput, StoresAreThoseOfThePly)
   for (const char* file : { "in.ply", "in.vtp", "in.obj", "in.wrl" })
   {
     ASSERT_TRUE(WriteMesh(this->Folder / file, mesh));
+    if (!hasVrml && std::string(file) == "in.wrl")
+    {
+      continue;
+    }
     const Outcome built = this->Build({ file, "-o", "m.kds", "--stats", "s.json", "--quiet" });
     ASSERT_EQ(built.exitCode, 0) << built.err;
     EXPECT_EQ(built.out + built.err, "");
@@ -53,10 +57,7 @@ TEST_F(TestForeignInput, StoresAreThoseOfThePly)
     const std::string ending = std::filesystem::path(file).extension();
     EXPECT_EQ(stats["seconds"].contains("convert"), ending == ".vtp" || ending == ".wrl") << file;
     digest = digest.empty() ? stats["digest"].get<std::string>() : digest;
-    if (std::string(file) != "in.wrl") // VTK's parser of VRML knows no -0
-    {
-      EXPECT_EQ(stats["digest"], digest) << file;
-    }
+    EXPECT_EQ(stats["digest"], digest) << file;
     const Json info =
       Json::parse(RunTool(this->Folder, "store", { "info", "m.kds", "--json" }).out);
     EXPECT_EQ(info["input"], file) << "the store must name the file that the user named";

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "filters/adapter/PolyDataMesh.h"
 
-#include "filters/adapter/PolygonTriangles.h"
+#include "filters/core/CutPolygon.h"
 
 #include <vtkCellArray.h>
 #include <vtkCellArrayIterator.h>
@@ -48,9 +48,38 @@ void AddStrip(Corners points, std::vector<Triangle>& elements)
   }
 }
 
+// Appends polygons' triangles (CutPolygon.h).
+class AddPolygons
+{
+public:
+  explicit AddPolygons(vtkPoints* points)
+    : Points(points)
+  {
+  }
+
+  void operator()(Corners polygon, std::vector<Triangle>& elements)
+  {
+    this->Places.resize(polygon.size());
+    for (std::size_t i = 0; i < polygon.size() && polygon.size() > 3; ++i)
+    {
+      this->Points->GetPoint(polygon[i], this->Places[i].data());
+    }
+    for (const Triangle& t : this->Cutter.Cut(this->Places))
+    {
+      elements.push_back({ static_cast<VertexId>(polygon[t[0]]),
+        static_cast<VertexId>(polygon[t[1]]), static_cast<VertexId>(polygon[t[2]]) });
+    }
+  }
+
+private:
+  vtkPoints* Points;
+  std::vector<Vec3> Places;
+  PolygonCutter Cutter;
+};
+
 // Appends what the cells of one array hold. firstCell: id of the array's first cell in the input.
 template <class Add>
-Status ReadCells(vtkCellArray* cells, vtkIdType firstCell, vtkIdType pointCount, const Add& add,
+Status ReadCells(vtkCellArray* cells, vtkIdType firstCell, vtkIdType pointCount, Add&& add,
   PolyDataElements& elements)
 {
   if (!cells)
@@ -124,9 +153,8 @@ Result<PolyDataElements> ReadElements(vtkPolyData& input)
   const auto triangles = static_cast<std::size_t>(input.GetNumberOfPolys());
   elements.corners.reserve(elements.corners.size() + triangles);
   elements.cells.reserve(elements.cells.size() + triangles);
-  const auto addPolygon = [&](Corners corners, std::vector<Triangle>& added)
-  { AppendPolygon(corners, *input.GetPoints(), added); };
-  KDSTREAM_TRY(ReadCells(input.GetPolys(), polygons, points, addPolygon, elements));
+  KDSTREAM_TRY(
+    ReadCells(input.GetPolys(), polygons, points, AddPolygons(input.GetPoints()), elements));
   KDSTREAM_TRY(ReadCells(input.GetStrips(), strips, points, AddStrip, elements));
   if (elements.corners.size() > std::numeric_limits<std::uint32_t>::max())
   {

@@ -16,7 +16,7 @@ namespace kdstream
 {
 
 // The cells of a vtkPolyData, cut into single vertices, line segments and triangles, in this order.
-// Polygons are cut as PolygonTriangles.h says, strips become triangles of alternating orientation;
+// Polygons are cut as core/CutPolygon.h says, strips become triangles of alternating orientation;
 // degenerate triangles stay. Cells of too few points have none.
 struct PolyDataElements
 {

@@ -14,9 +14,21 @@ namespace
 
 constexpr double coarsest = 1e-6; // of the longest side
 
+// Between neighbouring floats.
+double SpacingAt(double largest)
+{
+  const auto at = static_cast<float>(largest);
+  return double(std::nextafter(at, std::numeric_limits<float>::infinity())) - double(at);
 }
 
-void WarnOfFloats(ForeignMesh& read)
+}
+
+bool FloatsAreCoarse(double largest, double side)
+{
+  return largest > 0 && SpacingAt(largest) > coarsest * side;
+}
+
+void WarnOfFloats(ForeignMesh& read, std::optional<double> largestRead)
 {
   constexpr double infinity = std::numeric_limits<double>::infinity();
   std::array<double, 3> least{ infinity, infinity, infinity };
@@ -35,15 +47,12 @@ void WarnOfFloats(ForeignMesh& read)
     largest = std::max({ largest, std::abs(least[k]), std::abs(most[k]) });
     side = std::max(side, most[k] - least[k]);
   }
-  // At zero floats are as near to each other as they can be.
-  const auto at = static_cast<float>(largest);
-  const double spacing =
-    double(std::nextafter(at, std::numeric_limits<float>::infinity())) - double(at);
-  if (largest > 0 && spacing > coarsest * side)
+  largest = largestRead.value_or(largest);
+  if (FloatsAreCoarse(largest, side))
   {
     std::array<char, 100> text{};
     std::snprintf(text.data(), text.size(),
-      "coordinates are read as floats: at %.7g they are %.3g apart", largest, spacing);
+      "coordinates are read as floats: at %.7g they are %.3g apart", largest, SpacingAt(largest));
     read.warnings.emplace_back(text.data());
   }
 }

@@ -4,12 +4,19 @@
 
 #include "filters/convert/ForeignMesh.h"
 
+#include <optional>
+
 namespace kdstream
 {
+
+// Whether neighbouring floats at the largest coordinate are farther apart than a millionth of the
+// longest side of the bounding box.
+bool FloatsAreCoarse(double largest, double side);
 
 // To be called where coordinates were read as floats. Adds a warning if neighbouring floats at the
 // largest coordinate are farther apart than a millionth of the longest side of the bounding box: of
 // georeferenced coordinates the digits behind the point are lost. O(points).
-void WarnOfFloats(ForeignMesh& read);
+// largestRead: of the coordinates as they were read, where those of the mesh are others.
+void WarnOfFloats(ForeignMesh& read, std::optional<double> largestRead = {});
 
 }

@@ -111,6 +111,15 @@ Result<ForeignMesh> ReadPcdWithoutPcl(const std::filesystem::path&, const Execut
 }
 #endif
 
+#ifndef KDSTREAM_HAS_COIN
+Result<ForeignMesh> ReadVrmlWithoutCoin(const std::filesystem::path&, const Execution&)
+{
+  return Error{ ErrorCode::Unsupported,
+    "reading .wrl files needs Coin, which was not there when KdStream was built: install "
+    "libcoin-dev (so it is called in Debian) and build kdstream-convert again" };
+}
+#endif
+
 using ReadFormat = Result<ForeignMesh> (*)(const std::filesystem::path&, const Execution&);
 
 ReadFormat FormatOf(const std::string& ending)
@@ -120,7 +129,12 @@ ReadFormat FormatOf(const std::string& ending)
     const char* ending;
     ReadFormat read;
   } formats[] = { { ".stl", ReadInChunks }, { ".vtp", ReadVtp }, { ".vtk", ReadVtk },
-    { ".wrl", ReadVrml }, { ".las", ReadLas }, { ".laz", ReadLas },
+#ifdef KDSTREAM_HAS_COIN
+    { ".wrl", ReadVrml },
+#else
+    { ".wrl", ReadVrmlWithoutCoin },
+#endif
+    { ".las", ReadLas }, { ".laz", ReadLas },
 #ifdef KDSTREAM_HAS_PCL
     { ".pcd", ReadPcd }
 #else

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "filters/convert/LasHeader.h"
 
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <cstring>
@@ -52,6 +53,33 @@ Status TakePlacement(std::string_view begin, LasHeader& header)
   return {};
 }
 
+// Where what follows the points begins, if the header names something: waves (1.3), or records of
+// variable length behind the points (1.4).
+std::uint64_t EndOfPoints(
+  std::string_view begin, unsigned minor, std::uint64_t pointsBegin, std::uint64_t fileSize)
+{
+  std::uint64_t end = fileSize;
+  const auto endAt = [&](std::uint64_t place)
+  { end = place >= pointsBegin ? std::min(end, place) : end; };
+  if (minor >= 3 && begin.size() >= 235)
+  {
+    endAt(ReadAt<std::uint64_t>(begin, 227));
+  }
+  if (minor >= 4 && ReadAt<std::uint32_t>(begin, 243) > 0)
+  {
+    endAt(ReadAt<std::uint64_t>(begin, 235));
+  }
+  return end;
+}
+
+Status CheckCount(const LasHeader& header)
+{
+  return header.points < noVertex
+           ? Status()
+           : Error{ ErrorCode::LimitExceeded,
+               std::to_string(header.points) + " points are more than a model may have" };
+}
+
 // Where the points are, and that they are there.
 Status TakePoints(std::string_view begin, unsigned minor, std::uint64_t fileSize, LasHeader& header)
 {
@@ -69,20 +97,28 @@ Status TakePoints(std::string_view begin, unsigned minor, std::uint64_t fileSize
     return Wrong("its points begin at byte " + std::to_string(header.pointsBegin) +
                  ", in the header or behind the end of the file");
   }
+  if (header.compressed)
+  {
+    return header.points == 0 ? Status(Wrong("its header counts no points")) : CheckCount(header);
+  }
   const std::uint64_t held = (fileSize - header.pointsBegin) / header.pointBytes;
   if (header.points > held)
   {
     return Wrong("truncated: the header claims " + std::to_string(header.points) +
                  " points, but the file holds " + std::to_string(held));
   }
+  header.pointsEnd = std::max(header.pointsBegin + header.points * header.pointBytes,
+    EndOfPoints(begin, minor, header.pointsBegin, fileSize));
+  const std::uint64_t most = (header.pointsEnd - header.pointsBegin) / header.pointBytes;
   if (header.points == 0)
   {
-    return Wrong("has no points");
+    return Wrong(most == 0
+                   ? "has no points"
+                   : "its header counts no points, but the file holds " + std::to_string(most) +
+                       " behind it: the program that wrote it did not finish; repair the header, "
+                       "for example with lasinfo -repair");
   }
-  return header.points < noVertex
-           ? Status()
-           : Error{ ErrorCode::LimitExceeded,
-               std::to_string(header.points) + " points are more than a model may have" };
+  return CheckCount(header);
 }
 
 }
@@ -130,12 +166,7 @@ Result<LasHeader> ParseLasHeader(std::string_view begin, std::uint64_t fileSize)
   LasHeader header;
   const unsigned format = ReadAt<std::uint8_t>(begin, 104);
   header.format = format & 63U;
-  if (format != header.format) // its two highest bits are those of LAZ
-  {
-    return Error{ ErrorCode::Unsupported,
-      "its points are compressed (LAZ), which is not read: make a .las of it, for example with "
-      "laszip -i in.laz -o out.las" };
-  }
+  header.compressed = format != header.format; // its two highest bits are those of LAZ
   if (header.format >= leastPointBytes.size())
   {
     return Error{ ErrorCode::Unsupported,

@@ -17,9 +17,11 @@ namespace kdstream
 struct LasHeader
 {
   std::uint64_t pointsBegin = 0; // in the file
-  std::uint64_t points = 0;
+  std::uint64_t points = 0;      // as the header counts them
+  std::uint64_t pointsEnd = 0; // of the file's room for points: there may be more than are counted
   std::size_t pointBytes = 0;
   unsigned format = 0;
+  bool compressed = false; // LAZ: the file's size does not tell how many points there are
   Vec3 scale{}, offset{};
 
   // At which byte of a point its colour is; nothing where it has none.
@@ -33,7 +35,7 @@ inline constexpr std::size_t lasHeaderBytes = 375;
 
 // begin: of the file, as many bytes as it has, up to lasHeaderBytes. Errors: InvalidInput saying
 // what is wrong, whatever the bytes are: so many points are in the file, and places are in points.
-// Unsupported for compressed points (LAZ) and formats beyond 10; LimitExceeded for more points than
+// Unsupported for formats beyond 10; LimitExceeded for more points than
 // meshes have.
 Result<LasHeader> ParseLasHeader(std::string_view begin, std::uint64_t fileSize);
 

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "filters/convert/PcdHeader.h"
 
+#include "filters/convert/BytesBehind.h"
 #include "filters/core/Types.h"
 #include "filters/meshio/NumberText.h"
 #include "filters/meshio/QuotedText.h"
@@ -22,24 +23,24 @@ constexpr std::uint64_t mostFields = 4096;
 // LZF, which compresses a PCD's body, makes at most 264 bytes of 3.
 constexpr std::uint64_t mostExpansion = 88;
 
-enum class PcdData
+// Keywords, types and encodings are read in any case.
+std::string InCase(std::string_view word, bool upper)
 {
-  Ascii,
-  Binary,
-  Compressed
-};
-
-Error MorePoints(const PcdHeader& header, std::uint64_t points)
-{
-  return { ErrorCode::InvalidInput, "the header claims " + std::to_string(header.points) +
-                                      " points, but the body holds " + std::to_string(points) };
+  std::string text(word);
+  for (char& c : text)
+  {
+    const bool other = upper ? c >= 'a' && c <= 'z' : c >= 'A' && c <= 'Z';
+    c = other ? static_cast<char>(c ^ ('a' ^ 'A')) : c;
+  }
+  return text;
 }
 
-// PCL reads what the header claims, whatever follows. Less than a point may be padding.
-Status CheckNoMore(const PcdHeader& header, std::uint64_t bytes)
+Status CheckPointCount(const PcdHeader& header)
 {
-  const std::uint64_t points = header.pointBytes > 0 ? bytes / header.pointBytes : header.points;
-  return points > header.points ? Status(MorePoints(header, points)) : Status();
+  return header.points < noVertex
+           ? Status()
+           : Error{ ErrorCode::LimitExceeded,
+               std::to_string(header.points) + " points; at most 4294967294 can be read" };
 }
 
 class HeaderReader
@@ -70,8 +71,9 @@ public:
         continue;
       }
       KDSTREAM_TRY(this->AddLine(words));
-      if (words[0] == "DATA")
+      if (InCase(words[0], true) == "DATA")
       {
+        this->NormalizeFields();
         return {};
       }
     }
@@ -94,76 +96,117 @@ public:
         "the header claims " + std::to_string(header.points) + " points, at least " +
           std::to_string(header.points * least) + " bytes; there are " + std::to_string(body) };
     }
-    if (data == "binary")
-    {
-      KDSTREAM_TRY(CheckNoMore(header, body));
-    }
+    header.bodyBegin = this->BodyBegin;
+    header.data = data == "ascii"    ? PcdData::Ascii
+                  : data == "binary" ? PcdData::Binary
+                                     : PcdData::Compressed;
     header.textOfFloats = data == "ascii" && this->HasFloatPlaces();
     return header;
   }
 
-  // PCL takes what is no number for zero, passes over lines that are too short, and does not look
-  // behind the claimed points: goes through the lines of an ascii body. To be called after Read.
-  Status CheckAsciiBody(const PcdHeader& header)
+  // PCL takes what is no number for zero, and passes over lines that are too short: goes through
+  // the lines of an ascii body. What is no point behind the claimed ones is left, where it begins
+  // is returned. To be called after Read.
+  Result<std::uint64_t> CheckAsciiBody(PcdHeader& header)
   {
+    const std::uint64_t claimed = header.points;
     std::vector<std::string_view> words;
-    std::uint64_t points = 0;
-    while (points < header.points)
+    for (std::uint64_t points = 0;;)
     {
+      const std::uint64_t begin = this->Lines.End();
       const Result<bool> more = this->Lines.Next();
-      KDSTREAM_TRY(more);
-      if (!*more)
+      if (!more && points < claimed)
       {
-        return Error{ ErrorCode::InvalidInput, "the header claims " +
-                                                 std::to_string(header.points) +
+        return more.GetError();
+      }
+      if (more && !*more && points < claimed)
+      {
+        return Error{ ErrorCode::InvalidInput, "the header claims " + std::to_string(claimed) +
                                                  " points; there are " + std::to_string(points) };
+      }
+      if (!more || !*more)
+      {
+        return begin;
       }
       SplitWords(this->Lines.Line(), " \t\r", words);
       if (words.empty())
       {
         continue;
       }
-      if (words.size() != header.values)
+      if (Status read = this->CheckPoint(header, words); !read)
       {
-        return this->Lines.Wrong("has " + std::to_string(words.size()) + " numbers; a point has " +
-                                 std::to_string(header.values));
+        return points < claimed ? Result<std::uint64_t>(read.GetError()) : begin;
       }
-      for (const std::string_view word : words)
+      if (++points > claimed)
       {
-        double value = 0;
-        if (ParseNumber(word, value) != NumberTextError::None)
-        {
-          return this->Lines.Wrong(QuotedText(word) + " is no number");
-        }
+        header.tolerance.Count(
+          Lapse::NotCounted, 1, "line " + std::to_string(this->Lines.Number()));
+        header.points = points;
       }
-      ++points;
     }
-    return this->CheckNoMoreLines(header);
   }
 
-  PcdData Data() const
+  // The header as PCL reads it.
+  std::string Text(const PcdHeader& header) const
   {
-    const std::string& data = this->Values.at("DATA")[0];
-    return data == "ascii"    ? PcdData::Ascii
-           : data == "binary" ? PcdData::Binary
-                              : PcdData::Compressed;
+    std::string text = "VERSION 0.7\n";
+    for (const char* const key : { "FIELDS", "SIZE", "TYPE", "COUNT" })
+    {
+      text += key;
+      const auto found = this->Values.find(key);
+      const std::size_t fields = this->Values.at("FIELDS").size();
+      for (std::size_t i = 0; i < fields; ++i)
+      {
+        text += " " + (found == this->Values.end() ? "1" : found->second[i]);
+      }
+      text += "\n";
+    }
+    const std::string points = std::to_string(header.points);
+    return text + "WIDTH " + points + "\nHEIGHT 1\nVIEWPOINT 0 0 0 1 0 0 0\nPOINTS " + points +
+           "\nDATA " + this->Values.at("DATA")[0] + "\n";
   }
-  std::uint64_t Body() const { return this->BodyBegin; }
 
 private:
-  // Behind the claimed points.
-  Status CheckNoMoreLines(const PcdHeader& header)
+  Status CheckPoint(const PcdHeader& header, const std::vector<std::string_view>& words)
   {
-    std::uint64_t points = header.points;
-    for (;;)
+    if (words.size() != header.values)
     {
-      const Result<bool> more = this->Lines.Next();
-      KDSTREAM_TRY(more);
-      if (!*more)
+      return this->Lines.Wrong("has " + std::to_string(words.size()) + " numbers; a point has " +
+                               std::to_string(header.values));
+    }
+    for (const std::string_view word : words)
+    {
+      double value = 0;
+      if (ParseNumber(word, value) != NumberTextError::None)
       {
-        return points == header.points ? Status() : Status(MorePoints(header, points));
+        return this->Lines.Wrong(QuotedText(word) + " is no number");
       }
-      points += this->Lines.Line().find_first_not_of(" \t\r") != std::string_view::npos ? 1 : 0;
+    }
+    return {};
+  }
+
+  // "X" is x, unless there is an x: what has a meaning has it in any case.
+  void NormalizeFields()
+  {
+    static constexpr std::string_view known[] = { "x", "y", "z", "normal_x", "normal_y", "normal_z",
+      "rgb", "rgba", "intensity", "curvature", "label" };
+    std::vector<std::string>& fields = this->Values["FIELDS"];
+    for (std::string& field : fields)
+    {
+      const std::string name = InCase(field, false);
+      if (std::find(std::begin(known), std::end(known), name) != std::end(known) &&
+          std::find(fields.begin(), fields.end(), name) == fields.end())
+      {
+        field = name;
+      }
+    }
+    for (const char* const key : { "TYPE", "DATA" })
+    {
+      const auto found = this->Values.find(key);
+      for (std::size_t i = 0; found != this->Values.end() && i < found->second.size(); ++i)
+      {
+        found->second[i] = InCase(found->second[i], found->first == "TYPE");
+      }
     }
   }
 
@@ -188,11 +231,12 @@ private:
   {
     static constexpr std::string_view known[] = { "VERSION", "FIELDS", "COLUMNS", "SIZE", "TYPE",
       "COUNT", "WIDTH", "HEIGHT", "VIEWPOINT", "POINTS", "DATA" };
-    std::string key(words[0]);
+    std::string key = InCase(words[0], true);
     if (std::find(std::begin(known), std::end(known), key) == std::end(known))
     {
-      return this->Values.empty() ? Error{ ErrorCode::InvalidInput, "is not a PCD file" }
-                                  : this->Lines.Wrong(QuotedText(key) + " is unknown in a header");
+      return this->Values.empty()
+               ? Error{ ErrorCode::InvalidInput, "is not a PCD file" }
+               : this->Lines.Wrong(QuotedText(words[0]) + " is unknown in a header");
     }
     key = key == "COLUMNS" ? "FIELDS" : key;
     // Were there two, PCL could take the other.
@@ -204,8 +248,8 @@ private:
     {
       return this->Lines.Wrong(words.size() < 2 ? key + " has no value" : "too many fields");
     }
-    if (key == "DATA" && words[1] != "ascii" && words[1] != "binary" &&
-        words[1] != "binary_compressed")
+    const std::string value = words.size() < 2 ? "" : InCase(words[1], false);
+    if (key == "DATA" && value != "ascii" && value != "binary" && value != "binary_compressed")
     {
       return this->Lines.Wrong(
         "DATA is " + QuotedText(words[1]) + ", none of ascii, binary and binary_compressed");
@@ -278,7 +322,8 @@ private:
     {
       return !sizes ? sizes.GetError() : counts.GetError();
     }
-    if (fields == this->Values.end() || sizes->empty() || types == this->Values.end())
+    if (fields == this->Values.end() || fields->second.empty() || sizes->empty() ||
+        types == this->Values.end())
     {
       return Error{ ErrorCode::InvalidInput, "the header lacks FIELDS, SIZE or TYPE" };
     }
@@ -315,8 +360,10 @@ private:
 };
 
 // The body of a compressed file begins with its two sizes.
-Status CheckCompressedBody(ByteSource source, std::uint64_t begin, const PcdHeader& header)
+// Returns where it ends.
+Result<std::uint64_t> CheckCompressedBody(ByteSource& source, PcdHeader& header)
 {
+  const std::uint64_t begin = header.bodyBegin;
   const Error cut{ ErrorCode::InvalidInput, "ends before its compressed points" };
   if (source.Size() < begin + 8)
   {
@@ -338,8 +385,14 @@ Status CheckCompressedBody(ByteSource source, std::uint64_t begin, const PcdHead
                                              " bytes of compressed points; there are " +
                                              std::to_string(room) };
   }
+  const std::uint64_t held = header.pointBytes > 0 ? sizes[1] / header.pointBytes : 0;
+  if (held > header.points && held * header.pointBytes == sizes[1])
+  {
+    header.tolerance.Count(
+      Lapse::NotCounted, held - header.points, "point " + std::to_string(header.points));
+    header.points = held;
+  }
   const std::uint64_t expected = header.points * header.pointBytes;
-  KDSTREAM_TRY(CheckNoMore(header, sizes[1]));
   if (sizes[1] != expected || expected > std::uint64_t{ sizes[0] } * mostExpansion)
   {
     return Error{ ErrorCode::InvalidInput,
@@ -347,7 +400,7 @@ Status CheckCompressedBody(ByteSource source, std::uint64_t begin, const PcdHead
         std::to_string(expected) + " bytes; " + std::to_string(sizes[0]) +
         " compressed ones that are said to hold " + std::to_string(sizes[1]) + " cannot be those" };
   }
-  return {};
+  return begin + 8 + sizes[0];
 }
 
 }
@@ -356,21 +409,29 @@ Result<PcdHeader> CheckPcdHeader(const std::filesystem::path& file)
 {
   Result<ByteSource> source = ByteSource::Open(file);
   KDSTREAM_TRY(source);
-  const std::uint64_t fileSize = source->Size();
-  HeaderReader reader{ TextLines(std::move(*source)) };
+  Result<ByteSource> lines = source->Again();
+  KDSTREAM_TRY(lines);
+  HeaderReader reader{ TextLines(std::move(*lines)) };
   KDSTREAM_TRY(reader.Read());
-  Result<PcdHeader> header = reader.Check(fileSize);
-  if (header && reader.Data() == PcdData::Compressed)
+  Result<PcdHeader> header = reader.Check(source->Size());
+  KDSTREAM_TRY(header);
+  std::uint64_t end = header->bodyBegin + header->points * header->pointBytes;
+  if (header->data != PcdData::Binary)
   {
-    Result<ByteSource> body = ByteSource::Open(file);
-    const Status status = body ? CheckCompressedBody(std::move(*body), reader.Body(), *header)
-                               : Status(body.GetError());
-    KDSTREAM_TRY(status);
+    const Result<std::uint64_t> behind = header->data == PcdData::Ascii
+                                           ? reader.CheckAsciiBody(*header)
+                                           : CheckCompressedBody(*source, *header);
+    KDSTREAM_TRY(behind);
+    end = *behind;
   }
-  if (header && reader.Data() == PcdData::Ascii)
-  {
-    KDSTREAM_TRY(reader.CheckAsciiBody(*header));
-  }
+  // Only whole points of a binary body can be more points.
+  const std::uint64_t pointBytes = header->data == PcdData::Binary ? header->pointBytes : 0;
+  const auto more =
+    LookBehind(*source, end, source->Size(), pointBytes, header->points, header->tolerance);
+  KDSTREAM_TRY(more);
+  header->points += *more;
+  KDSTREAM_TRY(CheckPointCount(*header));
+  header->text = reader.Text(*header);
   return header;
 }
 

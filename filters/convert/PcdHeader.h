@@ -4,24 +4,38 @@
 #pragma once
 
 #include "filters/core/Result.h"
+#include "filters/meshio/Tolerance.h"
 
 #include <cstdint>
 #include <filesystem>
+#include <string>
 
 namespace kdstream
 {
 
-struct PcdHeader
+enum class PcdData
 {
-  std::uint64_t points = 0;
-  std::uint64_t pointBytes = 0; // of one point in memory
-  std::uint64_t values = 0;     // of one point
-  bool textOfFloats = false;    // decimals of which PCL makes floats: those of x, y and z
+  Ascii,
+  Binary,
+  Compressed
 };
 
-// Also goes through an ascii body, of which every line must be a point's numbers.
-// Errors: InvalidInput saying which line is wrong, or that the file has fewer or more
-// points than it claims.
+struct PcdHeader
+{
+  std::uint64_t points = 0;     // that are there: at least as many as are claimed
+  std::uint64_t pointBytes = 0; // of one point in memory
+  std::uint64_t values = 0;     // of one point
+  PcdData data = PcdData::Ascii;
+  std::uint64_t bodyBegin = 0; // in the file
+  std::string text;            // a header that says the same, as PCL reads it
+  Tolerance tolerance;         // what it does not count
+  bool textOfFloats = false;   // decimals of which PCL makes floats: those of x, y and z
+};
+
+// Also goes through an ascii body, of which every line must be a point's numbers. Keywords and the
+// names of fields that have a meaning may be in any case; VERSION, COUNT, HEIGHT, VIEWPOINT and
+// POINTS may be missing. Errors: InvalidInput saying which line is wrong, or that the file has
+// fewer points than it claims.
 Result<PcdHeader> CheckPcdHeader(const std::filesystem::path& file);
 
 }

@@ -1,8 +1,11 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Point clouds of laser scanners: uncompressed LAS. Step "convert" of the README's picture.
+// Point clouds of laser scanners: LAS, compressed ones by LASzip. Step "convert" of the README's
+// picture.
+#include "filters/convert/BytesBehind.h"
 #include "filters/convert/ForeignMesh.h"
+#include "filters/convert/LasCloud.h"
 #include "filters/convert/LasHeader.h"
-#include "filters/convert/PointAttributes.h"
+#include "filters/convert/ReadLaz.h"
 #include "filters/meshio/ByteSource.h"
 
 #include <algorithm>
@@ -29,14 +32,16 @@ public:
     : Source(source)
     , Header(header)
     , ColorPlace(header.ColorPlace())
+    , Cloud(header)
   {
   }
 
   Result<ForeignMesh> Read(const Execution& execution)
   {
     constexpr std::size_t pointsAtOnce = 4096; // a block of them fits what Peek takes
+    KDSTREAM_TRY(this->LookBehindPoints());
     this->Source.Seek(this->Header.pointsBegin);
-    this->Reserve(static_cast<std::size_t>(this->Header.points));
+    this->Cloud.Reserve(static_cast<std::size_t>(this->Header.points));
     const std::size_t atOnce = std::max<std::size_t>(
       1, std::min(pointsAtOnce, ByteSource::blockSize / this->Header.pointBytes));
     for (std::uint64_t done = 0; done < this->Header.points;)
@@ -59,110 +64,48 @@ public:
       done += count;
       KDSTREAM_TRY(execution.Report("read", double(done) / double(this->Header.points)));
     }
-    return this->Finish();
+    return this->Cloud.Finish();
   }
 
 private:
-  void Reserve(std::size_t points)
+  // What the header does not count.
+  Status LookBehindPoints()
   {
-    this->Points.reserve(points);
-    this->Intensities.reserve(points);
-    this->Classes.reserve(points);
-    this->Returns.reserve(points);
-    this->Colors.reserve(this->ColorPlace ? points : 0);
+    const std::uint64_t counted =
+      this->Header.pointsBegin + this->Header.points * this->Header.pointBytes;
+    const auto more = LookBehind(this->Source, counted, this->Header.pointsEnd,
+      this->Header.pointBytes, this->Header.points, this->Cloud.Forgiven());
+    KDSTREAM_TRY(more);
+    this->Header.points += *more;
+    return this->Header.points < noVertex
+             ? Status()
+             : Error{ ErrorCode::LimitExceeded,
+                 std::to_string(this->Header.points) + " points are more than a model may have" };
   }
 
   void Add(const char* point)
   {
+    LasPoint read;
     const bool isLong = this->Header.IsLong();
     const auto flags = ReadAt<std::uint8_t>(point, 15); // in short points with the class
-    if (isLong ? (flags & 4U) != 0 : (flags & 128U) != 0)
-    {
-      ++this->Withheld;
-      return;
-    }
-    Vec3& place = this->Points.emplace_back();
-    for (std::size_t k = 0; k < 3; ++k)
-    {
-      place[k] =
-        ReadAt<std::int32_t>(point, 4 * k) * this->Header.scale[k] + this->Header.offset[k];
-    }
-    this->Intensities.push_back(ReadAt<std::uint16_t>(point, 12));
-    this->Returns.push_back(
-      static_cast<std::uint8_t>(ReadAt<std::uint8_t>(point, 14) & (isLong ? 15U : 7U)));
-    this->Classes.push_back(
-      isLong ? ReadAt<std::uint8_t>(point, 16) : static_cast<std::uint8_t>(flags & 31U));
+    read.withheld = isLong ? (flags & 4U) != 0 : (flags & 128U) != 0;
+    std::memcpy(read.place.data(), point, sizeof(read.place));
+    read.intensity = ReadAt<std::uint16_t>(point, 12);
+    read.returnNumber =
+      static_cast<std::uint8_t>(ReadAt<std::uint8_t>(point, 14) & (isLong ? 15U : 7U));
+    read.classification =
+      isLong ? ReadAt<std::uint8_t>(point, 16) : static_cast<std::uint8_t>(flags & 31U);
     if (this->ColorPlace)
     {
-      auto& color = this->Colors.emplace_back();
-      std::memcpy(color.data(), point + *this->ColorPlace, sizeof(color));
-      this->BrightestChannel =
-        std::max(this->BrightestChannel, *std::max_element(color.begin(), color.end()));
+      std::memcpy(read.color.data(), point + *this->ColorPlace, sizeof(read.color));
     }
-  }
-
-  // An array that says nothing, one value for all, is left out.
-  template <class T>
-  void AddArray(
-    ForeignMesh& result, const char* name, AttributeType type, const std::vector<T>& values)
-  {
-    if (std::adjacent_find(values.begin(), values.end(), std::not_equal_to<>()) == values.end())
-    {
-      return;
-    }
-    Attribute& array =
-      result.mesh.attributes.emplace_back(MakePointAttribute(name, type, 1, values.size()));
-    std::memcpy(array.values.data(), values.data(), array.values.size());
-  }
-
-  Result<ForeignMesh> Finish()
-  {
-    if (this->Points.empty())
-    {
-      return Error{ ErrorCode::InvalidInput, "all of its points are marked as withheld" };
-    }
-    ForeignMesh result;
-    result.mesh.scalarType = ScalarType::Float64;
-    result.mesh.points = std::move(this->Points);
-    if (this->BrightestChannel > 0)
-    {
-      this->AddColors(result.mesh);
-    }
-    this->AddArray(result, "intensity", AttributeType::UInt16, this->Intensities);
-    this->AddArray(result, "classification", AttributeType::UInt8, this->Classes);
-    this->AddArray(result, "return_number", AttributeType::UInt8, this->Returns);
-    if (this->Withheld > 0)
-    {
-      result.warnings.push_back(
-        std::to_string(this->Withheld) + (this->Withheld == 1
-                                             ? " point is marked as withheld and was dropped"
-                                             : " points are marked as withheld and were dropped"));
-    }
-    return result;
-  }
-
-  // 16 bits a channel; but many writers put 8 bits into them.
-  void AddColors(Mesh& mesh)
-  {
-    const unsigned shift = this->BrightestChannel > 255 ? 8 : 0;
-    Attribute& colors = mesh.attributes.emplace_back(MakeColors(this->Colors.size()));
-    auto out = colors.values.begin();
-    for (const auto& color : this->Colors)
-    {
-      out = std::transform(color.begin(), color.end(), out,
-        [shift](std::uint16_t channel) { return static_cast<std::uint8_t>(channel >> shift); });
-    }
+    this->Cloud.Add(read);
   }
 
   ByteSource& Source;
   LasHeader Header;
   std::optional<std::size_t> ColorPlace;
-  std::vector<Vec3> Points;
-  std::vector<std::uint16_t> Intensities;
-  std::vector<std::uint8_t> Classes, Returns;
-  std::vector<std::array<std::uint16_t, 3>> Colors;
-  std::uint16_t BrightestChannel = 0;
-  std::uint64_t Withheld = 0;
+  LasCloud Cloud;
 };
 
 }
@@ -175,7 +118,17 @@ Result<ForeignMesh> ReadLas(const std::filesystem::path& file, const Execution& 
   KDSTREAM_TRY(begin);
   const auto header = ParseLasHeader(begin->substr(0, lasHeaderBytes), source->Size());
   KDSTREAM_TRY(header);
-  return LasReader(*source, *header).Read(execution);
+  if (!header->compressed)
+  {
+    return LasReader(*source, *header).Read(execution);
+  }
+#ifdef KDSTREAM_HAS_LASZIP
+  return ReadLaz(file, *header, execution);
+#else
+  return Error{ ErrorCode::Unsupported,
+    "its points are compressed (LAZ), which is not read: make a .las of it, for example with "
+    "laszip -i in.laz -o out.las" };
+#endif
 }
 
 }

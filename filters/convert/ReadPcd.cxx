@@ -14,7 +14,10 @@
 #include <array>
 #include <cmath>
 #include <cstring>
+#include <fstream>
 #include <optional>
+#include <sstream>
+#include <vector>
 
 namespace kdstream
 {
@@ -53,17 +56,49 @@ std::optional<AttributeType> TypeOf(const Field& field)
   }
 }
 
+// Below 0: PCL cannot read it. It is given the header's meaning, not its text.
+Result<int> ReadByPcl(const std::filesystem::path& file, const PcdHeader& header, Cloud& cloud)
+{
+  pcl::PCDReader reader;
+  Eigen::Vector4f origin;
+  Eigen::Quaternionf orientation;
+  int version = 0, data = 0;
+  unsigned bodyBegin = 0;
+  std::istringstream text(header.text);
+  if (reader.readHeader(text, cloud, origin, orientation, version, data, bodyBegin) < 0)
+  {
+    return -1;
+  }
+  std::ifstream stream(file, std::ios::binary);
+  stream.seekg(static_cast<std::streamoff>(header.bodyBegin));
+  if (header.data == PcdData::Ascii)
+  {
+    return reader.readBodyASCII(stream, cloud, version);
+  }
+  std::error_code unknown;
+  const std::uint64_t size = std::filesystem::file_size(file, unknown);
+  const std::uint64_t bytes = header.data == PcdData::Compressed
+                                ? size - header.bodyBegin
+                                : header.points * header.pointBytes;
+  std::vector<unsigned char> body(bytes);
+  stream.read(reinterpret_cast<char*>(body.data()), static_cast<std::streamsize>(bytes));
+  if (unknown || !stream)
+  {
+    return Error{ ErrorCode::InvalidInput, "truncated: the file has changed since it was opened" };
+  }
+  return reader.readBodyBinary(body.data(), cloud, version, header.data == PcdData::Compressed, 0);
+}
+
 Result<Cloud> ReadCloud(const std::filesystem::path& file, const PcdHeader& header)
 {
   pcl::console::setVerbosityLevel(pcl::console::L_ALWAYS); // our own line tells what is wrong
   Cloud cloud;
-  Eigen::Vector4f origin;
-  Eigen::Quaternionf orientation;
-  int version = 0;
   std::string reason;
   try
   {
-    if (pcl::PCDReader().read(file.string(), cloud, origin, orientation, version) < 0)
+    const Result<int> read = ReadByPcl(file, header, cloud);
+    KDSTREAM_TRY(read);
+    if (*read < 0)
     {
       reason = "PCL cannot read it";
     }
@@ -165,14 +200,12 @@ private:
       {
         mesh.points.push_back(point);
         this->Kept.push_back(i);
+        continue;
       }
-    }
-    if (this->Kept.size() < this->Size)
-    {
-      this->Output.warnings.push_back(
-        std::to_string(this->Size - this->Kept.size()) + " of " + std::to_string(this->Size) +
-        (this->Size - this->Kept.size() == 1 ? " points is not finite and was dropped"
-                                             : " points are not finite and were dropped"));
+      Tolerance& tolerance = this->Output.tolerance;
+      const bool first = tolerance.Of(Lapse::PointNotFinite) == 0;
+      tolerance.Count(
+        Lapse::PointNotFinite, 1, first ? "point " + std::to_string(i) : std::string());
     }
     return {};
   }
@@ -252,6 +285,10 @@ Result<ForeignMesh> ReadPcd(const std::filesystem::path& file, const Execution& 
   const Result<Cloud> cloud = ReadCloud(file, *header);
   KDSTREAM_TRY(cloud);
   Result<ForeignMesh> read = CloudReader(*cloud).Read();
+  if (read)
+  {
+    read->tolerance.Add(header->tolerance);
+  }
   if (read && header->textOfFloats)
   {
     WarnOfFloats(*read);

@@ -51,6 +51,16 @@ Result<ByteSource> ByteSource::Open(const std::filesystem::path& file)
   return source;
 }
 
+Result<ByteSource> ByteSource::Again() const
+{
+  const int descriptor = fcntl(this->Descriptor, F_DUPFD_CLOEXEC, 0);
+  if (descriptor < 0)
+  {
+    return Error{ ErrorCode::InputOutput, "cannot be opened again: " + SystemReason(errno) };
+  }
+  return ByteSource(descriptor, this->FileSize);
+}
+
 ByteSource::ByteSource(int descriptor, std::uint64_t size)
   : Descriptor(descriptor)
   , FileSize(size)

@@ -23,6 +23,9 @@ public:
   // file.
   static Result<ByteSource> Open(const std::filesystem::path& file);
 
+  // The same file from its beginning, whatever its name means by now. Errors: InputOutput.
+  Result<ByteSource> Again() const;
+
   ByteSource(ByteSource&& other) noexcept;
   ByteSource(const ByteSource&) = delete;
   ByteSource& operator=(const ByteSource&) = delete;

@@ -28,7 +28,7 @@ Result<std::unique_ptr<MeshReader>> OpenByEnding(const std::string& ending, Byte
 {
   if (ending == ".ply")
   {
-    return PlyReader::Open(std::move(source));
+    return PlyReader::Open(std::move(source), scratch);
   }
   if (ending == ".stl")
   {

@@ -42,9 +42,9 @@ public:
 
   // Chooses the reader by the file's name. Text formats without a header are gone through once, to
   // count: that is reported to the execution as "read". scratch: a folder for tables that a reader
-  // may need (OBJ); empty: the system's for temporary files. Errors: NotFound; Unsupported for
-  // another format, by name; InvalidInput for a file that is of none; Cancelled; those of the
-  // readers.
+  // may need (OBJ, polygons); empty: the system's for temporary files. Errors: NotFound;
+  // Unsupported for another format, by name; InvalidInput for a file that is of none; Cancelled;
+  // those of the readers.
   static Result<std::unique_ptr<MeshReader>> Open(const std::filesystem::path& file,
     const Execution& execution = {}, const std::filesystem::path& scratch = {});
 
@@ -59,8 +59,10 @@ public:
 
   // Appends the triangles of at most `limit` further faces, and for each of a face's triangles its
   // tuple of each cell array; returns how many faces, 0 at the end.
-  // Polygons are cut into a fan around their first vertex, strips into triangles of alternating
-  // orientation. Corners have the numbers of the vertices that were appended. Faces of fewer than
+  // Polygons are cut as core/CutPolygon.h says, strips into triangles of alternating orientation.
+  // Where polygons are: if the mesh has all vertices of the file, in its points; else the file is
+  // gone through once more for them, and they lie in a table on disk, 24 bytes each, of which 2 MiB
+  // are in memory. Corners have the numbers of the vertices that were appended. Faces of fewer than
   // three corners, and faces with a vertex that was dropped, are dropped and counted. Indices are
   // checked. Errors: an index out of range, a truncated body, as above.
   virtual Result<std::size_t> ReadTriangles(Mesh& mesh, std::size_t limit) = 0;

@@ -8,6 +8,7 @@
 #include "filters/meshio/NumberText.h"
 #include "filters/meshio/ObjStatements.h"
 #include "filters/meshio/ObjVertices.h"
+#include "filters/meshio/PolygonFaces.h"
 
 #include <algorithm>
 #include <memory>
@@ -41,8 +42,10 @@ struct Survey
 class ObjReader : public MeshReader
 {
 public:
-  ObjReader(ByteSource source, std::filesystem::path scratch)
+  // again: the same file.
+  ObjReader(ByteSource source, ByteSource again, std::filesystem::path scratch)
     : Statements(std::move(source))
+    , Again(std::move(again))
     , Scratch(std::move(scratch))
   {
   }
@@ -69,6 +72,8 @@ private:
   Status ReadVerticesOfTables(Mesh& mesh, std::size_t number);
   Status ReadFaces(Mesh& mesh, std::size_t number);
   Status ReadFace(std::vector<Triangle>& triangles);
+  Status CutPolygons(Mesh& mesh);
+  Status KeepPlaces();
   Status ReadCorners();
   Status ReadCorner(std::string_view word, ObjVertices::Corner& corner);
   void Forgive(Lapse kind);
@@ -83,10 +88,13 @@ private:
   Error AtFace(const Error& error) const { return this->At("face", this->FacesRead, error); }
 
   ObjStatements Statements;
+  ByteSource Again;
   std::filesystem::path Scratch;
   Survey Found;
   MeshFileInfo FileInfo;
   std::unique_ptr<ObjVertices> Tables; // only if corners name more than places
+  PolygonFaces Polygons;
+  std::unique_ptr<ScratchTable<Vec3>> Places; // once polygons need it
 
   std::vector<ObjVertices::Corner> Corners; // of a face
   std::array<bool, 3> Missing{};            // whether one of them names what does not exist
@@ -556,9 +564,53 @@ Status ObjReader::ReadFaces(Mesh& mesh, std::size_t number)
     {
       this->Forgive(Lapse::FaceTooSmall);
     }
+    this->Polygons.Add(before, mesh.triangles.size() - before);
     ++this->FacesRead;
   }
-  return {};
+  return this->CutPolygons(mesh);
+}
+
+// By the mesh's points where it has all of them, else by a table.
+Status ObjReader::CutPolygons(Mesh& mesh)
+{
+  if (this->Polygons.Empty())
+  {
+    return {};
+  }
+  if (mesh.points.size() == this->FileInfo.vertices)
+  {
+    return this->Polygons.Cut(
+      mesh.triangles, [&](VertexId vertex) { return Result<Vec3>(mesh.points[vertex]); });
+  }
+  if (this->Tables)
+  {
+    return this->Polygons.Cut(
+      mesh.triangles, [&](VertexId vertex) { return this->Tables->GetPoint(vertex); });
+  }
+  if (!this->Places)
+  {
+    KDSTREAM_TRY(this->KeepPlaces());
+  }
+  return this->Polygons.Cut(
+    mesh.triangles, [&](VertexId vertex) { return this->Places->Get(vertex); });
+}
+
+// Goes through the text once more, which the first passes have found right.
+Status ObjReader::KeepPlaces()
+{
+  this->Places = std::make_unique<ScratchTable<Vec3>>(this->Scratch);
+  ObjStatements statements(std::move(this->Again));
+  return statements.ForEach({}, 0, 1,
+    [&]() -> Status
+    {
+      if (statements.Keyword() != ObjKeyword::Place)
+      {
+        return {};
+      }
+      ObjPlace place;
+      KDSTREAM_TRY(ParseObjPlace(statements.Rest(), this->AsFloats(), place));
+      return this->Places->Append(place.point);
+    });
 }
 
 // As a fan.
@@ -579,7 +631,9 @@ Status ObjReader::ReadFace(std::vector<Triangle>& triangles)
 Result<std::unique_ptr<MeshReader>> OpenObjReader(
   ByteSource source, const Execution& execution, const std::filesystem::path& scratch)
 {
-  auto reader = std::make_unique<ObjReader>(std::move(source), scratch);
+  Result<ByteSource> again = source.Again();
+  KDSTREAM_TRY(again);
+  auto reader = std::make_unique<ObjReader>(std::move(source), std::move(*again), scratch);
   Status started = reader->Start(execution);
   return started ? Result<std::unique_ptr<MeshReader>>(std::move(reader)) : started.GetError();
 }

@@ -14,7 +14,7 @@ inline constexpr const char* objMaterialsName = "materials and their textures";
 
 // Read: places (v, with w passed over), colours after the coordinates ("RGB", uint8: from 0 to 1 in
 // the file, or to 255 where one is above 1; only if all places have one), faces of any number of
-// corners (a fan), numbers from 1 on or back from the face, lines that a backslash continues.
+// corners, numbers from 1 on or back from the face, lines that a backslash continues.
 // Texture coordinates ("TCoords", two floats; of three the first two) and normals ("Normals", three
 // floats) that corners name: each combination of place, texture coordinate and normal is a vertex
 // of its own; zeros where a corner names none. Passed over: groups, objects, smoothing, parameters,

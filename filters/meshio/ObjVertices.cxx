@@ -135,6 +135,19 @@ Result<ObjVertices::Vertex> ObjVertices::GetVertex(std::uint64_t index)
   return looked ? Result<Vertex>(vertex) : looked.GetError();
 }
 
+Result<Vec3> ObjVertices::GetPoint(std::uint64_t index)
+{
+  if (index >= this->Places.Size())
+  {
+    const Result<FurtherRecord> further = this->Further.Get(index - this->Places.Size());
+    KDSTREAM_TRY(further);
+    index = further->place;
+  }
+  const Result<PlaceRecord> record = this->Places.Get(index);
+  KDSTREAM_TRY(record);
+  return record->point;
+}
+
 Status ObjVertices::ReadFace(std::vector<Triangle>& triangles)
 {
   const Result<std::uint32_t> corners = this->Faces.Get(this->NextFace);

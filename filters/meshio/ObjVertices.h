@@ -49,6 +49,9 @@ public:
   // REQUIRES: index < Size().
   Result<Vertex> GetVertex(std::uint64_t index);
 
+  // REQUIRES: index < Size().
+  Result<Vec3> GetPoint(std::uint64_t index);
+
   // Appends the next face as a fan; the faces come in the order in which they were added.
   Status ReadFace(std::vector<Triangle>& triangles);
 

@@ -272,7 +272,9 @@ Status AsciiBody::ReadFaces(const PlyElement& element, std::size_t list, std::ui
       KDSTREAM_TRY(read);
     }
     KDSTREAM_TRY(this->EndRecord(place));
-    if (!arrays.Append(sink.GetTriangles().size() - before))
+    const std::size_t triangles = sink.GetTriangles().size() - before;
+    sink.EndFace(before, triangles);
+    if (!arrays.Append(triangles))
     {
       return place.RepeatsTooMuch();
     }

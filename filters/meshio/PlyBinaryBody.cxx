@@ -353,6 +353,7 @@ Result<std::size_t> BinaryBody<Swap>::ReadFaceRun(const FaceLayout& layout, cons
         return PlyPlace{ first.element, first.record + number }.RepeatsTooMuch();
       }
     }
+    sink.EndFace(sink.GetTriangles().size() + used, triangles);
     used += triangles;
     at += recordSize;
     ++number;
@@ -409,7 +410,9 @@ Status BinaryBody<Swap>::ReadFace(
   }
   sink.End(place.record);
   KDSTREAM_TRY(this->KeepOrSkip(place, list + 1, place.element.properties.size(), arrays));
-  return arrays.Append(sink.GetTriangles().size() - before) ? Status{} : place.RepeatsTooMuch();
+  const std::size_t triangles = sink.GetTriangles().size() - before;
+  sink.EndFace(before, triangles);
+  return arrays.Append(triangles) ? Status{} : place.RepeatsTooMuch();
 }
 
 template <bool Swap>

@@ -9,6 +9,7 @@
 #include "filters/meshio/ByteSource.h"
 #include "filters/meshio/PlyArrays.h"
 #include "filters/meshio/PlyHeader.h"
+#include "filters/meshio/PolygonFaces.h"
 
 #include <array>
 #include <cstdint>
@@ -20,7 +21,8 @@ namespace kdstream
 {
 
 // Takes the corners of a polygon or strip one by one and appends its triangles. Polygons become a
-// fan around their first corner; those of fewer than three corners are counted. Strips become
+// fan around their first corner, which PolygonFaces cuts anew where that is wrong; those of fewer
+// than three corners are counted. Strips become
 // triangles of alternating orientation, -1 begins a new strip; degenerate triangles stay as they
 // come. Memory: the triangles.
 class PlyFaceSink
@@ -32,10 +34,12 @@ public:
     Strip
   };
 
-  PlyFaceSink(Kind kind, std::uint64_t vertexCount, std::vector<Triangle>& triangles)
+  PlyFaceSink(
+    Kind kind, std::uint64_t vertexCount, std::vector<Triangle>& triangles, PolygonFaces& polygons)
     : FaceKind(kind)
     , VertexCount(vertexCount)
     , Triangles(triangles)
+    , Polygons(polygons)
   {
   }
 
@@ -94,11 +98,20 @@ public:
   std::uint64_t GetSmallFaces() const { return this->SmallFaces; }
   std::uint64_t GetFirstSmall() const { return this->FirstSmall; }
   std::vector<Triangle>& GetTriangles() { return this->Triangles; }
+  // The `count` triangles from the first on, appended or to be appended, are those of one face.
+  void EndFace(std::size_t first, std::size_t count)
+  {
+    if (this->FaceKind == Kind::Polygon)
+    {
+      this->Polygons.Add(first, count);
+    }
+  }
 
 private:
   Kind FaceKind;
   std::uint64_t VertexCount;
   std::vector<Triangle>& Triangles;
+  PolygonFaces& Polygons;
   std::uint64_t Corners = 0; // of the polygon, or of the last strip
   std::uint64_t SmallFaces = 0, FirstSmall = 0;
   VertexId First = 0;

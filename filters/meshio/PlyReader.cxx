@@ -25,20 +25,22 @@ std::size_t FindCorners(const PlyElement& element)
 
 }
 
-Result<std::unique_ptr<MeshReader>> PlyReader::Open(ByteSource source)
+Result<std::unique_ptr<MeshReader>> PlyReader::Open(
+  ByteSource source, const std::filesystem::path& scratch)
 {
   Result<PlyHeader> header = ReadPlyHeader(source);
   KDSTREAM_TRY(header);
-  std::unique_ptr<PlyReader> reader(new PlyReader(std::move(source), std::move(*header)));
+  std::unique_ptr<PlyReader> reader(new PlyReader(std::move(source), std::move(*header), scratch));
   KDSTREAM_TRY(reader->UnderstandHeader());
   return std::unique_ptr<MeshReader>(std::move(reader));
 }
 
-PlyReader::PlyReader(ByteSource source, PlyHeader header)
+PlyReader::PlyReader(ByteSource source, PlyHeader header, std::filesystem::path scratch)
   : Source(std::move(source))
   , Header(std::move(header))
   , Body(PlyBody::Make(this->Header.encoding, this->Source))
   , ElementBegins{ this->Source.Position() }
+  , Scratch(std::move(scratch))
 {
 }
 
@@ -443,7 +445,7 @@ Result<std::size_t> PlyReader::ReadSomeTriangles(Mesh& mesh, std::size_t limit)
     const std::uint64_t number =
       std::min<std::uint64_t>(limit - done, element.count - this->FacesRead);
     KDSTREAM_TRY(this->MoveTo(faces.element, this->FacesRead));
-    PlyFaceSink sink(faces.kind, this->FileInfo.vertices, mesh.triangles);
+    PlyFaceSink sink(faces.kind, this->FileInfo.vertices, mesh.triangles, this->Polygons);
     faces.arrays.Start(
       std::span(mesh.attributes).subspan(this->PointArrays), mostRepeated * this->Source.Size());
     KDSTREAM_TRY(
@@ -455,11 +457,62 @@ Result<std::size_t> PlyReader::ReadSomeTriangles(Mesh& mesh, std::size_t limit)
     done += number;
     KDSTREAM_TRY(this->CheckTriangles(faces));
   }
+  KDSTREAM_TRY(this->CutPolygons(mesh));
   if (this->FaceElementsDone == this->Faces.size() && !this->LookedBehind)
   {
     KDSTREAM_TRY(this->LookBehindEnd());
   }
   return static_cast<std::size_t>(done);
+}
+
+// By the mesh's points where it has all of them, else by a table.
+Status PlyReader::CutPolygons(Mesh& mesh)
+{
+  if (this->Polygons.Empty())
+  {
+    return {};
+  }
+  if (mesh.points.size() == this->FileInfo.vertices)
+  {
+    return this->Polygons.Cut(
+      mesh.triangles, [&](VertexId vertex) { return Result<Vec3>(mesh.points[vertex]); });
+  }
+  if (!this->Places)
+  {
+    KDSTREAM_TRY(this->KeepPlaces());
+  }
+  return this->Polygons.Cut(
+    mesh.triangles, [&](VertexId vertex) { return this->Places->Get(vertex); });
+}
+
+// Goes through the vertices once more.
+Status PlyReader::KeepPlaces()
+{
+  constexpr std::uint64_t atOnce = std::uint64_t{ 1 } << 15;
+  Result<ByteSource> again = this->Source.Again();
+  KDSTREAM_TRY(again);
+  const std::unique_ptr<PlyBody> body = PlyBody::Make(this->Header.encoding, *again);
+  again->Seek(this->ElementBegins[0]);
+  for (std::size_t i = 0; i < this->VertexElement; ++i)
+  {
+    const PlyElement& element = this->Header.elements[i];
+    KDSTREAM_TRY(body->SkipRecords(element, 0, element.count));
+  }
+  this->Places = std::make_unique<ScratchTable<Vec3>>(this->Scratch);
+  const PlyElement& vertices = this->Header.elements[this->VertexElement];
+  PlyArraySink noArrays;
+  std::vector<Vec3> points;
+  for (std::uint64_t done = 0; done < vertices.count; done += points.size())
+  {
+    points.clear();
+    KDSTREAM_TRY(body->ReadPoints(vertices, this->Coordinates, done,
+      std::min(atOnce, vertices.count - done), points, noArrays));
+    for (const Vec3& point : points)
+    {
+      KDSTREAM_TRY(this->Places->Append(point));
+    }
+  }
+  return {};
 }
 
 // A header that counts too few faces leaves some of them behind the last: they are not read, but

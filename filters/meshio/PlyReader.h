@@ -5,6 +5,8 @@
 #include "filters/meshio/MeshReader.h"
 #include "filters/meshio/PlyBody.h"
 #include "filters/meshio/PlyHeader.h"
+#include "filters/meshio/PolygonFaces.h"
+#include "filters/meshio/ScratchTable.h"
 
 #include <array>
 #include <optional>
@@ -31,7 +33,10 @@ class PlyReader : public MeshReader
 public:
   // Errors: those of ReadPlyHeader; InvalidInput for a header without vertices, coordinates or
   // corners; LimitExceeded for more vertices than VertexId can number.
-  static Result<std::unique_ptr<MeshReader>> Open(ByteSource source);
+  // scratch: a folder for a table of places, which is made where polygons are read into a mesh
+  // without its vertices (see MeshReader::ReadTriangles); empty: the system's.
+  static Result<std::unique_ptr<MeshReader>> Open(
+    ByteSource source, const std::filesystem::path& scratch = {});
 
   const MeshFileInfo& Info() const override { return this->FileInfo; }
   // After an error, every further call gives the same error.
@@ -53,7 +58,7 @@ private:
     PlyArraySink arrays{};
   };
 
-  PlyReader(ByteSource source, PlyHeader header);
+  PlyReader(ByteSource source, PlyHeader header, std::filesystem::path scratch);
 
   Status UnderstandHeader();
   Status UnderstandVertices();
@@ -73,6 +78,8 @@ private:
   template <class Number>
   Result<Number> Remember(Result<Number> result);
   Status LookBehindEnd();
+  Status CutPolygons(Mesh& mesh);
+  Status KeepPlaces();
 
   ByteSource Source;
   PlyHeader Header;
@@ -96,6 +103,9 @@ private:
   std::uint64_t FacesRead = 0; // of Faces[FaceElementsDone]
   // Where some of these were skipped because all must be triangles: of one, and where the first is.
   std::uint64_t TriangleBytes = 0, TrianglesBegin = 0;
+  std::filesystem::path Scratch;
+  PolygonFaces Polygons;
+  std::unique_ptr<ScratchTable<Vec3>> Places; // of all vertices, once polygons need it
   bool LookedBehind = false;
   bool Finite = false; // whether all vertices that were read last are known to be
   std::optional<Error> Failure;

@@ -8,6 +8,7 @@
 #include "filters/meshio/DroppedPoints.h"
 #include "filters/meshio/NumberText.h"
 #include "filters/meshio/ObjStatements.h"
+#include "filters/meshio/PolygonFaces.h"
 #include "filters/meshio/QuotedText.h"
 #include "filters/texture/ObjMaterials.h"
 #include "filters/texture/PictureTiles.h"
@@ -51,6 +52,7 @@ public:
         std::string("colours of vertices are left out: ") +
         (this->Out.textured.pictures.empty() ? "materials" : "pictures") + " paint instead");
     }
+    KDSTREAM_TRY(this->CutPolygons());
     KDSTREAM_TRY(this->DropNotFiniteFaces());
     this->MakeNormals();
     if (this->Unknown > mostUnknown)
@@ -233,6 +235,7 @@ private:
   Status KeepFace(std::string_view text)
   {
     TexturedMesh& textured = this->Out.textured;
+    const std::size_t first = textured.mesh.triangles.size();
     std::array<std::array<std::uint32_t, 3>, 3> corners{}; // first, last, this
     std::size_t count = 0;
     const std::size_t before = this->CornerCoordinates.size();
@@ -257,6 +260,7 @@ private:
       this->Forgive(Lapse::FaceTooSmall);
     }
     this->DropMissing(before);
+    this->Polygons.Add(first, textured.mesh.triangles.size() - first);
     ++this->Faces;
     return {};
   }
@@ -325,6 +329,21 @@ private:
             std::to_string(ahead ? this->All[0] : this->SoFar[0]) + (ahead ? "" : " before it") });
     }
     return {};
+  }
+
+  Status CutPolygons()
+  {
+    Mesh& mesh = this->Out.textured.mesh;
+    return this->Polygons.Cut(
+      mesh.triangles, [&](VertexId vertex) { return Result<Vec3>(mesh.points[vertex]); },
+      [&](std::size_t first, std::span<const Triangle> cut)
+      {
+        for (auto* const corners :
+          { &mesh.triangles, &this->CornerNormals, &this->CornerCoordinates })
+        {
+          DealToTriangles(std::span(*corners).subspan(first, cut.size()), cut);
+        }
+      });
   }
 
   // A vertex for each normal that corners name at a place: the place itself for the first of them.
@@ -411,6 +430,7 @@ private:
   std::vector<std::array<std::uint32_t, 3>> CornerCoordinates, CornerNormals; // from 1; 0: none
   std::vector<bool> BeginsFace;                                               // of each triangle
   std::array<bool, 3> Missing{}; // whether a corner of the face names what does not exist
+  PolygonFaces Polygons;
   TexturedFile Out;
 };
 

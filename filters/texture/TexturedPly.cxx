@@ -4,6 +4,7 @@
 // are gone through again.
 #include "filters/texture/TexturedPly.h"
 
+#include "filters/core/CutPolygon.h"
 #include "filters/meshio/DroppedPoints.h"
 #include "filters/meshio/MeshReader.h"
 #include "filters/meshio/NumberText.h"
@@ -216,7 +217,7 @@ private:
     textured.materials.push_back({});
   }
 
-  // The corners of each face, for each triangle of its fan.
+  // The corners of each face, for each of its triangles.
   Status ReadCorners(ByteSource& source, const PlyHeader& header)
   {
     const std::unique_ptr<PlyBody> body = PlyBody::Make(header.encoding, source);
@@ -260,19 +261,22 @@ private:
 
   Status ReadFace(PlyValues& values, const PlyElement& element, std::uint64_t face)
   {
-    std::size_t corners = 0;
     double number = 0;
     this->Coordinates.clear();
+    this->Corners.clear();
     for (const PlyProperty& property : element.properties)
     {
       const Result<double> count = property.isList ? values.Next(property.countType) : 1.0;
       KDSTREAM_TRY(count);
       const bool isCorners = property.name == "vertex_indices" || property.name == "vertex_index";
-      corners = isCorners ? static_cast<std::size_t>(*count) : corners;
       for (double i = 0; i < *count; ++i)
       {
         const Result<double> value = values.Next(property.type);
         KDSTREAM_TRY(value);
+        if (isCorners)
+        {
+          KDSTREAM_TRY(this->AddCorner(*value));
+        }
         if (property.isList && property.name == "texcoord")
         {
           this->Coordinates.push_back(static_cast<float>(*value));
@@ -280,14 +284,26 @@ private:
         number = !property.isList && property.name == "texnumber" ? *value : number;
       }
     }
-    this->AddFace(corners, number, face);
+    this->AddFace(number, face);
     return {};
   }
 
-  void AddFace(std::size_t corners, double number, std::uint64_t face)
+  Status AddCorner(double vertex)
+  {
+    const std::vector<Vec3>& points = this->TheMesh().points;
+    if (!(vertex >= 0 && vertex < double(points.size())))
+    {
+      return Error{ ErrorCode::InvalidInput, "truncated: the file has changed since it was read" };
+    }
+    this->Corners.push_back(points[static_cast<std::size_t>(vertex)]);
+    return {};
+  }
+
+  // Cut as the mesh's reader did.
+  void AddFace(double number, std::uint64_t face)
   {
     TexturedMesh& textured = this->Out.textured;
-    const bool has = this->Coordinates.size() == 2 * corners;
+    const bool has = this->Coordinates.size() == 2 * this->Corners.size();
     if (!has && this->Odd++ == 0)
     {
       this->FirstOdd = face;
@@ -297,13 +313,15 @@ private:
     const auto at = [&](std::size_t corner) {
       return PictureCoordinate{ this->Coordinates[2 * corner], this->Coordinates[2 * corner + 1] };
     };
-    for (std::size_t k = 2; k < corners; ++k)
+    bool first = true;
+    for (const Triangle& t : this->Cutter.Cut(this->Corners))
     {
       const auto no = noPictureCoordinate;
       textured.corners.push_back(
-        has ? std::array{ at(0), at(k - 1), at(k) } : std::array{ no, no, no });
+        has ? std::array{ at(t[0]), at(t[1]), at(t[2]) } : std::array{ no, no, no });
       textured.materialOf.push_back(has && known ? static_cast<std::uint32_t>(number) : none);
-      this->BeginsFace.push_back(k == 2);
+      this->BeginsFace.push_back(first);
+      first = false;
     }
   }
 
@@ -369,6 +387,8 @@ private:
   TexturedFile Out;
   std::vector<float> Coordinates; // of a face
   std::vector<bool> BeginsFace;   // of each triangle
+  std::vector<Vec3> Corners;      // of it
+  PolygonCutter Cutter;
   std::uint64_t Odd = 0, FirstOdd = 0, Strange = 0, FirstStrange = 0;
 };
 

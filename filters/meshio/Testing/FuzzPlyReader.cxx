@@ -5,6 +5,8 @@
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size)
 {
-  kdstream::test::ReadHostileBothWays(&kdstream::PlyReader::Open, data, size);
+  kdstream::test::ReadHostileBothWays([](kdstream::ByteSource source)
+    { return kdstream::PlyReader::Open(std::move(source)); },
+    data, size);
   return 0;
 }

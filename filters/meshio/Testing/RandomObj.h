@@ -3,7 +3,10 @@
 #pragma once
 
 #include "filters/core/Types.h"
+#include "filters/meshio/PolygonFaces.h"
 #include "filters/meshio/Testing/Dice.h"
+
+#include <gtest/gtest.h>
 
 #include <algorithm>
 #include <map>
@@ -208,6 +211,7 @@ private:
       corners.push_back(corner);
     }
     this->Text += this->Newline;
+    this->Polygons.Add(this->Corners.size() / 3, corners.size() - 2);
     for (std::size_t i = 2; i < corners.size(); ++i)
     {
       this->Corners.insert(this->Corners.end(), { corners[0], corners[i - 1], corners[i] });
@@ -253,6 +257,8 @@ private:
     {
       obj.points.push_back(this->Values[0][vertex[0] - 1]);
     }
+    EXPECT_TRUE(this->Polygons.Cut(
+      obj.triangles, [&](VertexId vertex) { return Result<Vec3>(obj.points[vertex]); }));
     if (this->Colors == 1 || this->Colors == 2)
     {
       Attribute colors{ { "RGB", AttributeType::UInt8, AttributeAssociation::Point, 3 }, {} };
@@ -313,6 +319,7 @@ private:
   std::array<std::vector<Vec3>, 3> Values;
   std::vector<std::uint8_t> Bytes; // colours
   std::vector<Corner> Corners;     // three a triangle
+  PolygonFaces Polygons;           // of these
 };
 
 }

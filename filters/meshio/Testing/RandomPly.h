@@ -2,6 +2,7 @@
 // Random meshes in random PLY dresses, with what a reader must make of them.
 #pragma once
 
+#include "filters/core/CutPolygon.h"
 #include "filters/core/Types.h"
 #include "filters/meshio/Testing/PlyEmitter.h"
 
@@ -537,9 +538,15 @@ private:
 
   void ExpectPolygon(const std::vector<double>& corners)
   {
-    for (std::size_t k = 2; k < corners.size(); ++k)
+    std::vector<Vec3> places;
+    for (const double corner : corners)
     {
-      this->Expect(corners[0], corners[k - 1], corners[k]);
+      places.push_back(this->Ply.points[static_cast<std::size_t>(corner)]);
+    }
+    PolygonCutter cutter;
+    for (const Triangle& t : cutter.Cut(places))
+    {
+      this->Expect(corners[t[0]], corners[t[1]], corners[t[2]]);
     }
   }
 

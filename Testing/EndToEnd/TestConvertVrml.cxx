@@ -1,0 +1,613 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// kdstream-convert on VRML: where transforms put shapes, which children of a scene are shown, whose
+// colours are whose; numbers are those of the specification, not of a reader. What a hostile file
+// must not reach.
+#include "Testing/EndToEnd/ConvertTools.h"
+#include "Testing/Fixtures/Meshes.h"
+#include "filters/core/VectorMath.h"
+
+#include <sys/stat.h>
+
+#include <cmath>
+#include <map>
+#include <random>
+
+using namespace kdstream;
+using namespace kdstream::fixtures;
+
+namespace
+{
+
+const std::string header = "#VRML V2.0 utf8\n";
+const std::string cubePoints = "coord Coordinate { point [ -1 -1 -1, 1 -1 -1, 1 1 -1, -1 1 -1, "
+                               "-1 -1 1, 1 -1 1, 1 1 1, -1 1 1 ] }";
+const std::string cubeFaces = "coordIndex [ 0 3 2 1 -1 4 5 6 7 -1 0 1 5 4 -1 1 2 6 5 -1 2 3 7 6 -1 "
+                              "3 0 4 7 -1 ]";
+// From -1 to 1, its volume 8.
+const std::string cube =
+  "Shape { geometry IndexedFaceSet { " + cubePoints + " " + cubeFaces + " } }\n";
+
+std::string Transformed(const std::string& by, const std::string& children)
+{
+  return "Transform { " + by + " children [ " + children + " ] }\n";
+}
+
+Box BoxOf(const Mesh& mesh)
+{
+  Box box;
+  for (const Triangle& t : mesh.triangles)
+  {
+    for (const VertexId v : t)
+    {
+      box.Add(mesh.points[v]);
+    }
+  }
+  return box;
+}
+
+double VolumeOf(const Mesh& mesh)
+{
+  double volume = 0;
+  for (const Triangle& t : mesh.triangles)
+  {
+    volume += Dot(mesh.points[t[0]], Cross(mesh.points[t[1]], mesh.points[t[2]])) / 6;
+  }
+  return volume;
+}
+
+double AreaOf(const Mesh& mesh)
+{
+  double area = 0;
+  for (const Triangle& t : mesh.triangles)
+  {
+    const Vec3& a = mesh.points[t[0]];
+    area += Length(Cross(Minus(mesh.points[t[1]], a), Minus(mesh.points[t[2]], a))) / 2;
+  }
+  return area;
+}
+
+void ExpectBox(const Mesh& mesh, const Vec3& lo, const Vec3& hi, double tolerance = 1e-5)
+{
+  const Box box = BoxOf(mesh);
+  for (std::size_t k = 0; k < 3; ++k)
+  {
+    EXPECT_NEAR(box.lo[k], lo[k], tolerance) << "axis " << k;
+    EXPECT_NEAR(box.hi[k], hi[k], tolerance) << "axis " << k;
+  }
+}
+
+std::string Warning(const std::string& what)
+{
+  return "kdstream-convert: warning: in.wrl: " + what + "\n";
+}
+
+class TestConvertVrml : public ConvertTest
+{
+protected:
+  Mesh Scene(const std::string& body, const std::string& warnings = "")
+  {
+    this->WriteText("in.wrl", header + body);
+    return this->Converted("in.wrl", warnings);
+  }
+  void Refused(const std::string& body, const std::string& what)
+  {
+    SCOPED_TRACE(body.substr(0, 200));
+    this->WriteText("in.wrl", header + body);
+    this->ExpectError("in.wrl", what);
+  }
+};
+
+}
+
+TEST_F(TestConvertVrml, OwnFilesComeBack)
+{
+  for (const NamedMesh& named : AllMeshes())
+  {
+    SCOPED_TRACE(named.name);
+    const Mesh mesh = AsFloats(named.mesh);
+    ASSERT_TRUE(WriteMesh(this->Folder / "in.wrl", mesh));
+    const std::string said = this->Convert("in.wrl").err;
+    EXPECT_TRUE(said.empty() ||
+                said.starts_with(Warning("coordinates are read as floats: at ").substr(0, 70)))
+      << said;
+    const Mesh read = this->Read("out.ply");
+    EXPECT_EQ(read.points, mesh.points);
+    EXPECT_EQ(PointMultiset(read), PointMultiset(mesh)); // zeros' signs too
+    EXPECT_EQ(read.triangles, mesh.triangles);
+    EXPECT_EQ(read.scalarType, ScalarType::Float32);
+  }
+}
+
+TEST_F(TestConvertVrml, RotationsTurn)
+{
+  const Mesh turned = this->Scene(Transformed("rotation 0 0 1 0.7853982", cube));
+  EXPECT_EQ(turned.points.size(), 8U);
+  EXPECT_EQ(turned.triangles.size(), 12U);
+  ExpectBox(
+    turned, { -std::sqrt(2.0), -std::sqrt(2.0), -1 }, { std::sqrt(2.0), std::sqrt(2.0), 1 });
+  EXPECT_NEAR(VolumeOf(turned), 8, 1e-5);
+}
+
+// Two of 45 degrees, one in the other, are one of 90.
+TEST_F(TestConvertVrml, NestedRotationsAddUp)
+{
+  const Mesh nested = this->Scene(Transformed("rotation 0 0 1 0.7853982",
+    Transformed("translation 10 0 0",
+      Transformed("rotation 0 0 1 0.7853982", Transformed("translation 2 0 0", cube)))));
+  const double s = std::sqrt(0.5);
+  ExpectBox(nested, { 10 * s - 1, 10 * s + 2 - 1, -1 }, { 10 * s + 1, 10 * s + 2 + 1, 1 });
+  const Mesh aside = this->Scene(Transformed("translation 10 0 0",
+    Transformed("rotation 0 1 0 1.5707963", Transformed("translation 0 0 3", cube))));
+  ExpectBox(aside, { 12, -1, -1 }, { 14, 1, 1 });
+}
+
+// The numbers were worked out by hand from VRML97, 6.52: T C R SR S -SR -C.
+TEST_F(TestConvertVrml, CentersAndScaleOrientations)
+{
+  // A quarter around (1, 0, 0): the cube around the origin goes to (1, -1, 0).
+  ExpectBox(this->Scene(Transformed("center 1 0 0 rotation 0 0 1 1.5707963", cube)), { 0, -2, -1 },
+    { 2, 0, 1 });
+  // Twice as long along the diagonal: corner (1, 1) goes to (2, 2), corner (1, -1) stays.
+  const Mesh along = this->Scene(Transformed("scale 2 1 1 scaleOrientation 0 0 1 0.7853982", cube));
+  ExpectBox(along, { -2, -2, -1 }, { 2, 2, 1 });
+  EXPECT_NEAR(VolumeOf(along), 16, 1e-4);
+  EXPECT_NEAR(AreaOf(along), 2 * 8 + 4 * 2 * std::sqrt(10.0), 1e-4);
+  // Scaled from its corner (1, 1, 1).
+  ExpectBox(
+    this->Scene(Transformed("center 1 1 1 scale 3 3 3", cube)), { -5, -5, -5 }, { 1, 1, 1 });
+}
+
+TEST_F(TestConvertVrml, WhatIsMirroredKeepsItsOutside)
+{
+  EXPECT_NEAR(VolumeOf(this->Scene(Transformed("scale -1 1 1", cube))), 8, 1e-9);
+  EXPECT_NEAR(VolumeOf(this->Scene(Transformed("scale -2 -1 -3", cube))), 48, 1e-9);
+  EXPECT_NEAR(VolumeOf(this->Scene(Transformed("scale -1 -1 1", cube))), 8, 1e-9);
+  const Mesh inwards = this->Scene(
+    "Shape { geometry IndexedFaceSet { ccw FALSE " + cubePoints + " " + cubeFaces + " } }");
+  EXPECT_NEAR(VolumeOf(inwards), -8, 1e-9);
+  EXPECT_NEAR(
+    VolumeOf(this->Scene(Transformed("scale 1 1 -1", "Shape { geometry Box { size 2 2 2 } }"))), 8,
+    1e-9);
+}
+
+TEST_F(TestConvertVrml, NormalsTurnWithTheirFaces)
+{
+  const std::string leaning =
+    "Shape { geometry IndexedFaceSet { coord Coordinate { point [ 0 0 0, 0 1 0, 1 0 1 ] } "
+    "coordIndex [ 0 1 2 -1 ] normal Normal { vector [ 1 0 -1, 1 0 -1, 1 0 -1 ] } } }";
+  for (const std::string by : { "scale 3 1 1", "scale -3 1 2", "rotation 1 2 3 0.7 scale 1 2 5" })
+  {
+    SCOPED_TRACE(by);
+    const Mesh read = this->Scene(Transformed(by, leaning));
+    const std::vector<double> n = ValuesOf(read, "Normals");
+    ASSERT_EQ(n.size(), 9U);
+    const Triangle t = read.triangles[0];
+    const Vec3 face = Cross(
+      Minus(read.points[t[1]], read.points[t[0]]), Minus(read.points[t[2]], read.points[t[0]]));
+    EXPECT_NEAR(Dot({ n[0], n[1], n[2] }, face), std::sqrt(2.0) * Length(face), 1e-4);
+  }
+}
+
+TEST_F(TestConvertVrml, SwitchesShowWhatTheyChoose)
+{
+  const std::string box = Transformed("translation 5 0 0", "Shape { geometry Box { } }");
+  const Mesh none = this->Scene("Switch { whichChoice -1 choice [ " + cube + " ] }\n" + box);
+  ExpectBox(none, { 4, -1, -1 }, { 6, 1, 1 });
+  EXPECT_EQ(none.points.size(), 8U);
+  ExpectBox(this->Scene("Switch { whichChoice 1 choice [ " + cube + box + " ] }"), { 4, -1, -1 },
+    { 6, 1, 1 });
+  ExpectBox(this->Scene("Switch { choice [ " + cube + " ] }\n" + box), { 4, -1, -1 }, { 6, 1, 1 });
+  this->Refused("Switch { whichChoice 7 choice [ " + cube + " ] }", "holds no points");
+}
+
+TEST_F(TestConvertVrml, TheFinestLevelOfDetailIsTaken)
+{
+  const std::string coarse = "Shape { geometry Box { size 20 20 20 } }";
+  for (const std::string range : { "", "range [ 0.001 0.002 ]", "range [ 100 ] center 5000 0 0" })
+  {
+    SCOPED_TRACE(range);
+    const Mesh fine = this->Scene(Transformed(
+      "translation 1000 0 0", "LOD { " + range + " level [ " + cube + " , " + coarse + " ] }"));
+    ExpectBox(fine, { 999, -1, -1 }, { 1001, 1, 1 });
+  }
+}
+
+TEST_F(TestConvertVrml, PrimitivesHaveTheirVolumes)
+{
+  const double pi = std::acos(-1.0);
+  const auto shape = [](const std::string& geometry)
+  { return "Shape { geometry " + geometry + " }"; };
+  const Mesh box = this->Scene(shape("Box { size 2 4 6 }"));
+  EXPECT_EQ(box.points.size(), 8U);
+  EXPECT_EQ(box.triangles.size(), 12U);
+  EXPECT_NEAR(VolumeOf(box), 48, 1e-9);
+  const Mesh sphere = this->Scene(shape("Sphere { radius 3 }"));
+  ExpectBox(sphere, { -3, -3, -3 }, { 3, 3, 3 }, 0.1);
+  EXPECT_NEAR(VolumeOf(sphere), 36 * pi, 36 * pi * 0.1);
+  const Mesh cone = this->Scene(shape("Cone { bottomRadius 2 height 3 }"));
+  ExpectBox(cone, { -2, -1.5, -2 }, { 2, 1.5, 2 }, 0.1);
+  EXPECT_NEAR(VolumeOf(cone), 4 * pi, 4 * pi * 0.1);
+  const Mesh cylinder = this->Scene(shape("Cylinder { radius 2 height 3 }"));
+  EXPECT_NEAR(VolumeOf(cylinder), 12 * pi, 12 * pi * 0.1);
+  const Mesh open = this->Scene(shape("Cylinder { radius 2 height 3 top FALSE bottom FALSE }"));
+  EXPECT_NEAR(AreaOf(open), 12 * pi, 12 * pi * 0.1);
+  const Mesh extrusion = this->Scene(shape(
+    "Extrusion { crossSection [ 1 1, 1 -1, -1 -1, -1 1, 1 1 ] spine [ 0 0 0, 0 2 0, 0 5 0 ] }"));
+  ExpectBox(extrusion, { -1, 0, -1 }, { 1, 5, 1 });
+  EXPECT_NEAR(VolumeOf(extrusion), 20, 1e-4);
+  EXPECT_EQ(extrusion.points.size(), 12U);
+}
+
+TEST_F(TestConvertVrml, GridsAreRowsOfHeights)
+{
+  const Mesh grid =
+    this->Scene("Shape { geometry ElevationGrid { xDimension 3 zDimension 2 "
+                "xSpacing 2 zSpacing 5 height [ 0 0 0, 0 0 4 ] colorPerVertex FALSE "
+                "color Color { color [ 1 0 0, 0 0 1 ] } } }");
+  ExpectBox(grid, { 0, 0, 0 }, { 4, 4, 5 });
+  EXPECT_EQ(grid.triangles.size(), 4U);
+  for (const Triangle& t : grid.triangles)
+  {
+    EXPECT_GT(Cross(Minus(grid.points[t[1]], grid.points[t[0]]),
+                Minus(grid.points[t[2]], grid.points[t[0]]))[1],
+      0);
+  }
+  const std::vector<double> rgb = ValuesOf(grid, "RGB");
+  for (const Triangle& t : grid.triangles)
+  {
+    const bool left = grid.points[t[0]][0] + grid.points[t[1]][0] + grid.points[t[2]][0] < 6.5;
+    for (const VertexId v : t)
+    {
+      EXPECT_EQ(rgb[3 * v], left ? 255 : 0);
+    }
+  }
+}
+
+TEST_F(TestConvertVrml, ProtosAreWhatTheyStandFor)
+{
+  const Mesh read = this->Scene(
+    "PROTO Post [ field SFVec3f at 0 0 0 field SFVec3f size 1 1 1 ] { Transform { translation IS "
+    "at children [ Shape { geometry Box { size IS size } } ] } }\n"
+    "Post { at 5 0 0 }\nTransform { rotation 0 0 1 1.5707963 children [ Post { at 3 0 0 size 2 2 2 "
+    "} ] }\n");
+  ExpectBox(read, { -1, -0.5, -1 }, { 5.5, 4, 1 });
+  EXPECT_NEAR(VolumeOf(read), 1 + 8, 1e-5);
+}
+
+TEST_F(TestConvertVrml, NodesThatAreUsedAgainAreThereAgain)
+{
+  const Mesh read = this->Scene(
+    Transformed("translation 5 0 0", "DEF C " + cube) + Transformed("translation -5 0 0", "USE C"));
+  ExpectBox(read, { -6, -1, -1 }, { 6, 1, 1 });
+  EXPECT_NEAR(VolumeOf(read), 16, 1e-9);
+}
+
+// Each vertex of a face has the face's colour, whatever the numbers of its points.
+TEST_F(TestConvertVrml, ColoursOfFacesAreThoseOfTheirVertices)
+{
+  const std::string points = "coord Coordinate { point [ 0 0 0, 1 0 0, 0 1 0, 0 0 1 ] } "
+                             "coordIndex [ 0 2 1 -1 0 1 3 -1 1 2 3 -1 0 3 2 -1 ] ";
+  const std::string colors = "color Color { color [ 1 0 0, 0 1 0, 0 0 1, 1 1 0 ] } ";
+  const std::vector<Vec3> inOrder{ { 255, 0, 0 }, { 0, 255, 0 }, { 0, 0, 255 }, { 255, 255, 0 } };
+  const struct
+  {
+    std::string fields;
+    std::vector<std::size_t> colorOf; // of each corner
+  } cases[] = {
+    { "colorPerVertex FALSE", { 0, 0, 0, 1, 1, 1, 2, 2, 2, 3, 3, 3 } },
+    { "colorPerVertex FALSE colorIndex [ 3 3 0 1 ]", { 3, 3, 3, 3, 3, 3, 0, 0, 0, 1, 1, 1 } },
+    { "colorPerVertex TRUE", { 0, 2, 1, 0, 1, 3, 1, 2, 3, 0, 3, 2 } },
+    { "colorIndex [ 3 2 1 -1 0 0 0 -1 1 2 3 -1 2 2 2 -1 ]",
+      { 3, 2, 1, 0, 0, 0, 1, 2, 3, 2, 2, 2 } },
+  };
+  for (const auto& c : cases)
+  {
+    SCOPED_TRACE(c.fields);
+    const Mesh read =
+      this->Scene("Shape { geometry IndexedFaceSet { " + points + colors + c.fields + " } }");
+    const std::vector<double> rgb = ValuesOf(read, "RGB");
+    ASSERT_EQ(read.triangles.size(), 4U);
+    ASSERT_EQ(rgb.size(), 3 * read.points.size());
+    EXPECT_NEAR(VolumeOf(read), 1.0 / 6, 1e-9);
+    for (std::size_t i = 0; i < 12; ++i)
+    {
+      const VertexId v = read.triangles[i / 3][i % 3];
+      EXPECT_EQ((Vec3{ rgb[3 * v], rgb[3 * v + 1], rgb[3 * v + 2] }), inOrder[c.colorOf[i]]) << i;
+    }
+  }
+  // Colours of vertices part none; those of faces only where they differ.
+  EXPECT_EQ(
+    this->Scene("Shape { geometry IndexedFaceSet { " + points + colors + " } }").points.size(), 4U);
+  EXPECT_EQ(this
+              ->Scene("Shape { geometry IndexedFaceSet { " + points + colors +
+                      " colorPerVertex FALSE colorIndex [ 1 1 1 1 ] } }")
+              .points.size(),
+    4U);
+}
+
+TEST_F(TestConvertVrml, ConcaveFacesAreCut)
+{
+  const Mesh read = this->Scene(
+    "Shape { geometry IndexedFaceSet { coord Coordinate { point [ 0 0 0, 4 0 0, 4 4 0, 2 1 0, 0 4 "
+    "0 ] } coordIndex [ 0 1 2 3 4 ] } }");
+  EXPECT_EQ(read.triangles.size(), 3U);
+  EXPECT_NEAR(AreaOf(read), 10, 1e-9);
+}
+
+// A transform's offset does not cost the shape its digits; coordinates' own digits are floats.
+TEST_F(TestConvertVrml, FarAwayIsDoubles)
+{
+  const Mesh far = this->Scene(
+    Transformed("translation 5000000 0 4000000", Transformed("scale 0.01 0.01 0.01", cube)));
+  EXPECT_EQ(far.scalarType, ScalarType::Float64);
+  ExpectBox(far, { 5e6 - 0.01, -0.01, 4e6 - 0.01 }, { 5e6 + 0.01, 0.01, 4e6 + 0.01 }, 1e-8);
+  EXPECT_EQ(this->Scene(Transformed("translation 5 0 4", cube)).scalarType, ScalarType::Float32);
+}
+
+TEST_F(TestConvertVrml, InlinesAreReadBesideTheFile)
+{
+  std::filesystem::create_directories(this->Folder / "parts");
+  this->WriteText("parts/cube.wrl", header + "Inline { url \"more.wrl\" }" + cube);
+  this->WriteText("parts/more.wrl", header + Transformed("translation 0 9 0", cube));
+  const Mesh read = this->Scene(
+    Transformed("translation 5 0 0", "Inline { url [ \"nothing.wrl\" \"parts/cube.wrl\" ] }") +
+    Transformed("translation -5 0 0", "Inline { url \"parts\\\\cube.wrl\" }"));
+  ExpectBox(read, { -6, -1, -1 }, { 6, 10, 1 });
+  EXPECT_NEAR(VolumeOf(read), 32, 1e-9);
+  EXPECT_NEAR(VolumeOf(this->Scene(cube + "Inline { url \"nothing.wrl\" }",
+                Warning("line 3: the Inline 'nothing.wrl' is not there: it is left out"))),
+    8, 1e-9);
+  this->WriteText("parts/bad.wrl", header + "\nShape { geometry Nonsense }");
+  this->Refused("Inline { url \"parts/bad.wrl\" }", "line 2: the Inline 'bad.wrl': line 3: ");
+  this->WriteText("again.wrl", header + "Inline { url \"again.wrl\" }");
+  this->Refused("Inline { url \"again.wrl\" }", "the Inline 'again.wrl' contains itself");
+  // Outside of the folder nothing is read.
+  this->WriteText("cube.wrl", header + cube);
+  std::filesystem::create_directories(this->Folder / "inner");
+  this->WriteText("inner/in.wrl", header + cube + "Inline { url \"../cube.wrl\" }");
+  this->Converted("inner/in.wrl",
+    "kdstream-convert: warning: inner/in.wrl: line 3: the Inline 'cube.wrl' is not there: it is "
+    "left out\n");
+}
+
+TEST_F(TestConvertVrml, WhatIsNoSurfaceIsNamed)
+{
+  EXPECT_EQ(this
+              ->Scene(cube + "Shape { geometry IndexedLineSet { coord Coordinate { point [ 0 0 "
+                             "0, 1 1 1 ] } coordIndex [ 0 1 -1 1 0 ] } }\n"
+                             "Shape { geometry Text { string \"hello\" } }",
+                Warning("left out: 2 lines (IndexedLineSet)") + Warning("left out: 1 texts (Text)"))
+              .points.size(),
+    8U);
+  const Mesh cloud =
+    this->Scene("Shape { geometry PointSet { coord Coordinate { point [ 1 2 3, 4 5 "
+                "6 ] } color Color { color [ 1 0 0, 0 1 0 ] } } }");
+  EXPECT_EQ(cloud.points, (std::vector<Vec3>{ { 1, 2, 3 }, { 4, 5, 6 } }));
+  EXPECT_EQ(ValuesOf(cloud, "RGB"), (std::vector<double>{ 255, 0, 0, 0, 255, 0 }));
+  this->Scene("Shape { appearance Appearance { texture ImageTexture { url \"a.png\" } } geometry "
+              "Box { } }",
+    Warning("its pictures are not read"));
+}
+
+TEST_F(TestConvertVrml, TextIsText)
+{
+  for (const std::string end : { "\r\n", "\r" })
+  {
+    std::string text = header + "# a comment { \" [\n" + cube;
+    for (std::size_t at = 0; (at = text.find('\n', at)) != std::string::npos; at += end.size())
+    {
+      text.replace(at, 1, end);
+    }
+    this->WriteText("in.wrl", "\xEF\xBB\xBF" + text);
+    EXPECT_NEAR(VolumeOf(this->Converted("in.wrl")), 8, 1e-9);
+  }
+  EXPECT_NEAR(
+    VolumeOf(this->Scene("WorldInfo { info [ \"a { \\\" # b\" \"two\nlines\" ] }\n" + cube)), 8,
+    1e-9);
+}
+
+TEST_F(TestConvertVrml, VrmlOneIsReadToo)
+{
+  this->WriteText("in.wrl",
+    "#VRML V1.0 ascii\nSeparator { Transform { translation 10 0 0 rotation 0 0 1 0.7853982 } "
+    "Material { diffuseColor 1 0 0 } Cube { width 2 height 2 depth 2 } }\n");
+  const Mesh read = this->Converted("in.wrl");
+  ExpectBox(
+    read, { 10 - std::sqrt(2.0), -std::sqrt(2.0), -1 }, { 10 + std::sqrt(2.0), std::sqrt(2.0), 1 });
+  ASSERT_EQ(read.points.size(), 8U);
+  ASSERT_FALSE(ValuesOf(read, "RGB").empty());
+  EXPECT_EQ(ValuesOf(read, "RGB")[0], 255);
+}
+
+TEST_F(TestConvertVrml, MistakesAreNamedWithTheirLine)
+{
+  this->Refused("\nShape { geometry Nonsense { } }", "line 3: ");
+  this->Refused(cube + "Shape { geometry Box { size 1 a 1 } }", "line 3: ");
+  this->Refused("Shape {\n geometry IndexedFaceSet {\n", "ends inside what a '{' in line 3 begins");
+  this->Refused("Shape { geometry ]", "line 2: a ']' closes nothing");
+  this->Refused("WorldInfo { title \"a", "line 2: a string begins that does not end");
+  this->Refused(cube + std::string(1, '\0') + cube, "line 3: a control character (byte 0)");
+  this->Refused("Shape { geometry IndexedFaceSet { " + cubePoints + " coordIndex [ 0 1 9 -1 ] } }",
+    "shape 0, face 0 names point 9, but there are 8, counted from 0");
+  this->Refused("EXTERNPROTO A [ ] \"a.wrl\"\nA { }", "line 2: a node is defined by EXTERNPROTO");
+  this->Refused("", "holds no points");
+  this->WriteText("in.wrl", "#VRML V3.0 utf8\n");
+  this->ExpectError("in.wrl", "is of another version than VRML 1 and 2");
+  this->WriteText("in.wrl", "Shape { }\n");
+  this->ExpectError("in.wrl", "is not a VRML 2 file");
+  this->WriteText("in.wrl", std::string("\x1f\x8b\x08\0aaaa", 8));
+  this->ExpectError("in.wrl", "looks like a .gz file");
+}
+
+// What would take memory, time or the stack without end.
+TEST_F(TestConvertVrml, WhatContainsItselfIsRefused)
+{
+  std::string deep, end;
+  for (int i = 0; i < 100000; ++i)
+  {
+    deep += "Group { children [ ";
+    end += "] } ";
+  }
+  this->Refused(deep + cube + end, "line 2: nodes are nested deeper than 400");
+  this->Refused("DEF A Group { children [ " + cube + " USE A ] }",
+    "line 3: the node 'A' contains itself (USE)");
+  this->Refused(
+    "PROTO A [ ] { Group { children [ A { } ] } }\nA { }", "line 2: the PROTO 'A' contains itself");
+  std::string laughs = "PROTO A0 [ ] { " + cube + " }\n", uses = "DEF B0 Group { children [ ] }\n";
+  for (int i = 1; i < 40; ++i)
+  {
+    const std::string before = std::to_string(i - 1), now = std::to_string(i);
+    laughs +=
+      "PROTO A" + now + " [ ] { Group { children [ A" + before + " { } A" + before + " { } ] } }\n";
+    uses += "DEF B" + now + " Group { children [ USE B" + before + " USE B" + before + " ] }\n";
+  }
+  this->Refused(laughs + "A39 { }", "PROTOs make more than 1000000 nodes of it");
+  this->Refused(uses, "its nodes, each time they are used, are more than ");
+}
+
+// No string of a file is the name of one that is opened, but an Inline's, beside it.
+TEST_F(TestConvertVrml, NothingElseIsOpened)
+{
+  ASSERT_EQ(::mkfifo((this->Folder / "pipe").c_str(), 0600), 0); // whoever opens it waits for ever
+  const std::string pipe = "\"" + (this->Folder / "pipe").string() + "\"";
+  for (const std::string node :
+    { "Shape { appearance Appearance { texture ImageTexture { url NAME } } geometry Box { } }",
+      "Shape { appearance Appearance { texture MovieTexture { url NAME } } geometry Box { } }",
+      "Sound { source AudioClip { url NAME } }", "Script { url NAME }",
+      "Background { frontUrl NAME }", "Anchor { url NAME children [ ] }", "File { name NAME }",
+      "Texture2 { filename NAME }" })
+  {
+    SCOPED_TRACE(node);
+    std::string named = node;
+    named.replace(named.find("NAME"), 4, pipe);
+    this->WriteText("in.wrl", header + cube + named);
+    const Outcome outcome = this->Convert("in.wrl");
+    EXPECT_LE(outcome.exitCode, 1) << outcome.err;
+  }
+  this->WriteText("in.wrl", header + cube + "Inline { url " + pipe + " }");
+  EXPECT_EQ(this->Convert("in.wrl").exitCode, 0);
+  this->Refused(cube +
+                  "Shape { geometry ElevationGrid { xDimension 100000 zDimension 100000 } }"
+                  "Shape { geometry IndexedFaceSet { " +
+                  cubePoints + " coordIndex [ 0 1 2147483647 -1 ] } }",
+    "names point 2147483647");
+  EXPECT_NEAR(
+    VolumeOf(this->Scene(cube + "Shape { geometry ElevationGrid { xDimension 100000 "
+                                "zDimension 100000 height [ 1 2 3 ] } }",
+      Warning("left out: 1 shapes whose sizes or numbers cannot be used (ElevationGrid)"))),
+    8, 1e-9);
+}
+
+// Cut anywhere, or with words and bytes changed: an error of one line, or a mesh; never a crash.
+TEST_F(TestConvertVrml, DamagedFilesAreErrors)
+{
+  const std::string whole =
+    header +
+    "PROTO P [ field SFVec3f size 1 1 1 exposedField MFNode kids [ ] ] { Transform { children IS "
+    "kids } }\n" +
+    Transformed("translation 1 2 3 rotation 0 0 1 1 center 1 1 1", "DEF C " + cube) +
+    "P { kids [ USE C ] }\nSwitch { whichChoice 0 choice [ Shape { geometry Sphere { } } ] }\n"
+    "LOD { range [ 5 ] level [ Shape { geometry Cone { } } , USE C ] }\n"
+    "Shape { appearance Appearance { material Material { diffuseColor 1 0 0 } texture PixelTexture "
+    "{ image 1 2 3 0xFF0000 0x00FF00 } } geometry Extrusion { spine [ 0 0 0, 0 1 0, 1 2 0 ] "
+    "orientation [ 0 0 1 0 ] scale [ 1 1, 2 2, 1 1 ] } }\n"
+    "Shape { geometry ElevationGrid { xDimension 2 zDimension 2 height [ 0 1 2 3 ] } }\n"
+    "DEF T TimeSensor { } DEF I PositionInterpolator { key [ 0 1 ] keyValue [ 0 0 0, 1 1 1 ] }\n"
+    "ROUTE T.fraction_changed TO I.set_fraction\n"
+    "Shape { geometry IndexedFaceSet { coord Coordinate { point [ 0 0 0 1 0 0 0 1 0 ] } coordIndex "
+    "[ 0 1 2 ] color Color { color [ 1 0 0 0 1 0 0 0 1 ] } normal Normal { vector [ 0 0 1 0 0 1 0 "
+    "0 "
+    "1 ] } texCoord TextureCoordinate { point [ 0 0 1 0 0 1 ] } } }\n";
+  this->WriteText("in.wrl", whole);
+  ASSERT_EQ(this->Convert("in.wrl").exitCode, 0) << this->Convert("in.wrl").err;
+  const std::vector<std::string> words{ "{", "}", "[", "]", "-1", "1e39", "nan", "2147483647",
+    "-2147483648", "USE C", "DEF C", "IS size", "NULL", "Group { }", "\"", "TRUE", "0x7fffffff",
+    "children", "PROTO Q [ ] { }", "field SFNode a NULL", "32767 32767 4", "0" };
+  std::mt19937 random(12);
+  for (unsigned draw = 0; draw < 150; ++draw)
+  {
+    std::string bad = whole;
+    if (draw < 30)
+    {
+      bad.resize(whole.size() * (draw + 1) / 32);
+    }
+    for (unsigned change = 0; draw >= 30 && change <= draw % 3; ++change)
+    {
+      const std::size_t at = header.size() + random() % (bad.size() - header.size());
+      if (draw % 2 == 0)
+      {
+        bad[at] = static_cast<char>(random() % 256);
+      }
+      else
+      {
+        // A word in place of another.
+        const std::size_t begin = bad.rfind(' ', at);
+        const std::size_t end = bad.find_first_of(" \n", at);
+        if (begin != std::string::npos && end != std::string::npos && begin + 1 < end)
+        {
+          bad.replace(begin + 1, end - begin - 1, words[random() % words.size()]);
+        }
+      }
+    }
+    SCOPED_TRACE(draw);
+    this->WriteText("in.wrl", bad);
+    std::filesystem::remove(this->Folder / "out.ply");
+    const Outcome outcome = this->Convert("in.wrl");
+    EXPECT_LE(outcome.exitCode, 1);
+    EXPECT_EQ(outcome.err.find("crashed"), std::string::npos) << outcome.err << bad;
+    EXPECT_LE(outcome.peakBytes, std::uint64_t{ 1200 } << 20);
+    if (outcome.exitCode == 1)
+    {
+      EXPECT_EQ(outcome.err.rfind("kdstream-convert: error: in.wrl: ", 0), 0U) << outcome.err;
+      EXPECT_EQ(std::count(outcome.err.begin(), outcome.err.end(), '\n'), 1) << outcome.err;
+    }
+  }
+}
+
+TEST_F(TestConvertVrml, ScenesOfVrmlAreJoined)
+{
+  this->WriteText("in.wrl",
+    "#VRML V2.0 utf8\nTransform { translation 10 0 0 children [ Shape { appearance Appearance { "
+    "material Material { diffuseColor 1 0 0 } } geometry IndexedFaceSet { coord Coordinate { point "
+    "[0 0 0, 1 0 0, 0 1 0] } coordIndex [0 1 2 -1] } } ] }\n"
+    "Shape { appearance Appearance { material Material { } } geometry IndexedFaceSet { coord "
+    "Coordinate { point [0 0 0, 1 0 0, 0 1 0, 1 1 0] } coordIndex [0 1 3 2 -1] color Color { color "
+    "[ 0 1 0, 0 0 1, 1 1 1, 0 0 0 ] } } }\n");
+  const Mesh read = this->Converted("in.wrl");
+  ASSERT_EQ(read.points.size(), 7U);
+  EXPECT_EQ(read.points[0], (Vec3{ 10, 0, 0 }));
+  EXPECT_EQ(read.triangles, (std::vector<Triangle>{ { 0, 1, 2 }, { 3, 4, 6 }, { 3, 6, 5 } }));
+  EXPECT_EQ(ValuesOf(read, "RGB"), (std::vector<double>{ 255, 0, 0, 255, 0, 0, 255, 0, 0, 0, 255, 0,
+                                     0, 0, 255, 255, 255, 255, 0, 0, 0 }));
+}
+
+TEST_F(TestConvertVrml, CoarseFloatsAreSaid)
+{
+  const std::string text = "at 4000010 they are 0.25 apart";
+  const auto scene = [](const std::string& points)
+  {
+    return "#VRML V2.0 utf8\nShape { geometry IndexedFaceSet { coord Coordinate { point [" +
+           points + "] } coordIndex [0 1 2 -1] } }\n";
+  };
+  this->WriteText("far.wrl", scene("0 4000000.4565 0, 10 4000000 0, 0 4000010 0"));
+  this->Converted("far.wrl", "kdstream-convert: warning: far.wrl: " +
+                               std::string("coordinates are read as floats: ") + text + "\n");
+  // A millionth of the longest side: floats are 0.25 apart here too, or there is nothing to tell.
+  this->WriteText("wide.wrl", scene("0 -4000000 0, 10 0 0, 0 4000010 0"));
+  this->Converted("wide.wrl");
+  this->WriteText("near.wrl", scene("0 0 0, 1 0 0, 0 1 0"));
+  this->Converted("near.wrl");
+}
+
+TEST_F(TestConvertVrml, ColorsOfVrmlAreNotInvented)
+{
+  Mesh cloud = AsFloats(DisplacedSphere(2));
+  cloud.triangles.clear();
+  ASSERT_TRUE(WriteMesh(this->Folder / "cloud.wrl", cloud));
+  const Mesh read = this->Converted("cloud.wrl");
+  EXPECT_EQ(read.points.size(), cloud.points.size());
+  EXPECT_TRUE(read.attributes.empty());
+  this->WriteText("bare.wrl", "#VRML V2.0 utf8\nShape { geometry IndexedFaceSet { coord Coordinate "
+                              "{ point [0 0 0, 1 0 0, 0 1 0] } coordIndex [0 1 2 -1] } }\n");
+  EXPECT_TRUE(this->Converted("bare.wrl").attributes.empty());
+}

@@ -1,0 +1,53 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// What lies behind the end of what a file says it holds: told, not refused.
+#pragma once
+
+#include "filters/meshio/ByteSource.h"
+#include "filters/meshio/Tolerance.h"
+
+#include <algorithm>
+#include <string>
+
+namespace kdstream
+{
+
+// Whether all bytes from `begin` to `end` are zeros. REQUIRES: end <= source.Size().
+inline Result<bool> AreZeros(ByteSource& source, std::uint64_t begin, std::uint64_t end)
+{
+  source.Seek(begin);
+  while (begin < end)
+  {
+    const auto view = source.Peek(
+      static_cast<std::size_t>(std::min<std::uint64_t>(ByteSource::blockSize, end - begin)));
+    KDSTREAM_TRY(view);
+    const std::string_view bytes = view->substr(0, end - begin);
+    if (bytes.empty() || bytes.find_first_not_of('\0') != std::string_view::npos)
+    {
+      return false;
+    }
+    source.Consume(bytes.size());
+    begin += bytes.size();
+  }
+  return true;
+}
+
+// Counts the bytes from `begin` to `end`: zeros are padding, what is as long as whole elements of
+// `elementBytes` is such elements. Returns how many: the `counted` ones are before.
+inline Result<std::uint64_t> LookBehind(ByteSource& source, std::uint64_t begin, std::uint64_t end,
+  std::uint64_t elementBytes, std::uint64_t counted, Tolerance& tolerance)
+{
+  const std::uint64_t rest = end - begin;
+  const Result<bool> zeros = AreZeros(source, begin, end);
+  KDSTREAM_TRY(zeros);
+  if (!*zeros && elementBytes > 0 && rest % elementBytes == 0)
+  {
+    const std::uint64_t more = rest / elementBytes;
+    tolerance.Count(Lapse::NotCounted, more, "point " + std::to_string(counted));
+    return more;
+  }
+  tolerance.Count(
+    *zeros ? Lapse::PaddedEnd : Lapse::BytesBehindEnd, rest, "byte " + std::to_string(begin));
+  return std::uint64_t{ 0 };
+}
+
+}

@@ -1,0 +1,158 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// The points of a .las or .laz file, one by one, become a cloud.
+#pragma once
+
+#include "filters/convert/ForeignMesh.h"
+#include "filters/convert/LasHeader.h"
+#include "filters/convert/PointAttributes.h"
+
+#include <algorithm>
+#include <array>
+#include <cstring>
+#include <vector>
+
+namespace kdstream
+{
+
+struct LasPoint
+{
+  std::array<std::int32_t, 3> place{};
+  std::array<std::uint16_t, 3> color{};
+  std::uint16_t intensity = 0;
+  std::uint8_t returnNumber = 0, classification = 0;
+  bool withheld = false;
+};
+
+class LasCloud
+{
+public:
+  explicit LasCloud(const LasHeader& header)
+    : Header(header)
+    , HasColors(header.ColorPlace().has_value())
+  {
+  }
+
+  void Reserve(std::size_t points)
+  {
+    this->Points.reserve(points);
+    this->Intensities.reserve(points);
+    this->Classes.reserve(points);
+    this->Returns.reserve(points);
+    this->Colors.reserve(this->HasColors ? points : 0);
+  }
+
+  void Add(const LasPoint& point)
+  {
+    if (point.withheld)
+    {
+      ++this->Withheld;
+      return;
+    }
+    Vec3& place = this->Points.emplace_back();
+    for (std::size_t k = 0; k < 3; ++k)
+    {
+      place[k] = point.place[k] * this->Header.scale[k] + this->Header.offset[k];
+    }
+    this->Intensities.push_back(point.intensity);
+    this->Returns.push_back(point.returnNumber);
+    this->Classes.push_back(point.classification);
+    if (this->HasColors)
+    {
+      this->Colors.push_back(point.color);
+      for (const std::uint16_t channel : point.color)
+      {
+        this->DimChannels += channel > 0 && channel <= 255 ? 1 : 0;
+        this->BrightChannels += channel > 255 ? 1 : 0;
+      }
+    }
+  }
+
+  // What is told of the file.
+  Tolerance& Forgiven() { return this->Output.tolerance; }
+
+  // Errors: InvalidInput where no point is left.
+  Result<ForeignMesh> Finish()
+  {
+    if (this->Points.empty())
+    {
+      return Error{ ErrorCode::InvalidInput, "all of its points are marked as withheld" };
+    }
+    ForeignMesh result = std::move(this->Output);
+    result.mesh.scalarType = ScalarType::Float64;
+    result.mesh.points = std::move(this->Points);
+    if (this->DimChannels + this->BrightChannels > 0)
+    {
+      this->AddColors(result);
+    }
+    this->AddArray(result, "intensity", AttributeType::UInt16, this->Intensities);
+    this->AddArray(result, "classification", AttributeType::UInt8, this->Classes);
+    this->AddArray(result, "return_number", AttributeType::UInt8, this->Returns);
+    if (this->Withheld > 0)
+    {
+      result.warnings.push_back(
+        std::to_string(this->Withheld) + (this->Withheld == 1
+                                             ? " point is marked as withheld and was dropped"
+                                             : " points are marked as withheld and were dropped"));
+    }
+    return result;
+  }
+
+private:
+  // An array that says nothing, one value for all, is left out.
+  template <class T>
+  void AddArray(
+    ForeignMesh& result, const char* name, AttributeType type, const std::vector<T>& values)
+  {
+    if (std::adjacent_find(values.begin(), values.end(), std::not_equal_to<>()) == values.end())
+    {
+      return;
+    }
+    Attribute& array =
+      result.mesh.attributes.emplace_back(MakePointAttribute(name, type, 1, values.size()));
+    std::memcpy(array.values.data(), values.data(), array.values.size());
+  }
+
+  // 16 bits a channel; but many writers put 8 bits into them: most of the channels that are not 0
+  // decide.
+  void AddColors(ForeignMesh& result)
+  {
+    const bool eightBits = this->DimChannels > this->BrightChannels;
+    if (eightBits && this->BrightChannels > 0)
+    {
+      result.tolerance.Tell("colours are read as of 8 bits, as most of their channels are: " +
+                            std::to_string(this->BrightChannels) + " of " +
+                            std::to_string(this->DimChannels + this->BrightChannels) +
+                            " are above 255 and count as 255");
+    }
+    else if (!eightBits && this->DimChannels > this->BrightChannels / 8)
+    {
+      result.tolerance.Tell("colours are read as of 16 bits, as most of their channels are: " +
+                            std::to_string(this->DimChannels) + " of " +
+                            std::to_string(this->DimChannels + this->BrightChannels) +
+                            " would fit 8 bits and become black");
+    }
+    Attribute& colors = result.mesh.attributes.emplace_back(MakeColors(this->Colors.size()));
+    auto out = colors.values.begin();
+    for (const auto& color : this->Colors)
+    {
+      out = std::transform(color.begin(), color.end(), out,
+        [eightBits](std::uint16_t channel)
+        {
+          return static_cast<std::uint8_t>(
+            eightBits ? std::min<std::uint16_t>(channel, 255) : channel >> 8U);
+        });
+    }
+  }
+
+  LasHeader Header;
+  bool HasColors;
+  std::vector<Vec3> Points;
+  std::vector<std::uint16_t> Intensities;
+  std::vector<std::uint8_t> Classes, Returns;
+  std::vector<std::array<std::uint16_t, 3>> Colors;
+  ForeignMesh Output;
+  std::uint64_t DimChannels = 0, BrightChannels = 0; // to 255, and above
+  std::uint64_t Withheld = 0;
+};
+
+}

@@ -1,0 +1,983 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// VRML 2, and 1: parsed by Coin, joined to one mesh. Steps: 1. the text is checked, and made
+// harmless (VrmlText.h)  2. Coin makes a scene of it  3. shapes, where their transforms put them:
+// face sets, grids, points and lines from their fields, other shapes as Coin's triangles  4. files
+// that an Inline names, the same way.
+#include "filters/convert/FloatCoordinates.h"
+#include "filters/convert/ForeignMesh.h"
+#include "filters/convert/JoinParts.h"
+#include "filters/convert/VrmlFaces.h"
+#include "filters/convert/VrmlText.h"
+#include "filters/core/VectorMath.h"
+#include "filters/meshio/ByteSource.h"
+#include "filters/meshio/QuotedText.h"
+#include "filters/texture/ObjMaterials.h"
+
+#include <Inventor/SoDB.h>
+#include <Inventor/SoInput.h>
+#include <Inventor/SoPrimitiveVertex.h>
+#include <Inventor/VRMLnodes/SoVRMLNodes.h>
+#include <Inventor/actions/SoCallbackAction.h>
+#include <Inventor/errors/SoDebugError.h>
+#include <Inventor/errors/SoMemoryError.h>
+#include <Inventor/errors/SoReadError.h>
+#include <Inventor/misc/SoProto.h>
+#include <Inventor/misc/SoProtoInstance.h>
+#include <Inventor/nodes/SoLOD.h>
+#include <Inventor/nodes/SoSeparator.h>
+#include <Inventor/nodes/SoShape.h>
+#include <Inventor/nodes/SoWWWInline.h>
+
+#include <algorithm>
+#include <charconv>
+#include <cmath>
+#include <cstring>
+#include <limits>
+#include <map>
+#include <memory>
+#include <optional>
+#include <set>
+#include <unordered_map>
+
+namespace kdstream
+{
+namespace
+{
+
+constexpr std::uint64_t mostVrmlBytes = std::uint64_t{ 1 } << 31; // Coin counts in int
+constexpr std::size_t deepestNodes = 2000;
+constexpr std::uint64_t mostNodes = 10'000'000; // that are gone through, each time they are used
+constexpr std::size_t deepestInlines = 8, mostInlines = 1000;
+constexpr std::uint64_t mostGridCorners = std::uint64_t{ 1 } << 28;
+// The colour that a material has which names none. A shape without a material is white.
+constexpr double vrmlGrey = 0.8;
+
+// --- Coin's messages -----------------------------------------------------------------------------
+
+// What Coin says of what it reads while one lives. Not for use by two threads at once.
+class CoinMessages
+{
+public:
+  CoinMessages()
+  {
+    Text().clear();
+    SoReadError::setHandlerCallback(Keep, nullptr);
+    SoDebugError::setHandlerCallback(PassOver, nullptr); // advice to programmers
+    SoMemoryError::setHandlerCallback(Keep, nullptr);
+  }
+  CoinMessages(const CoinMessages&) = delete;
+  CoinMessages& operator=(const CoinMessages&) = delete;
+
+  // Errors: InvalidInput, with the line of the first.
+  static Status First()
+  {
+    if (Text().empty())
+    {
+      return {};
+    }
+    constexpr std::string_view begin = "Coin read error: ", line = "line";
+    std::string_view text = Text();
+    text.remove_prefix(text.starts_with(begin) ? begin.size() : 0);
+    const std::string_view what = text.substr(0, text.find('\n'));
+    std::string place;
+    if (const std::size_t at = text.rfind(line); at != std::string_view::npos)
+    {
+      const std::size_t digits = text.find_first_of("0123456789", at);
+      unsigned number = 0;
+      if (digits != std::string_view::npos &&
+          std::from_chars(text.data() + digits, text.data() + text.size(), number).ec ==
+            std::errc())
+      {
+        place = "line " + std::to_string(number) + ": ";
+      }
+    }
+    return Error{ ErrorCode::InvalidInput,
+      place + "is no VRML there (" + QuotedText(what) + ", says its parser)" };
+  }
+
+private:
+  static std::string& Text()
+  {
+    static std::string text;
+    return text;
+  }
+  static void Keep(const SoError* error, void*)
+  {
+    if (Text().empty())
+    {
+      Text() = error->getDebugString().getString();
+      Text() += Text().empty() ? "an error without words" : "";
+    }
+  }
+  static void PassOver(const SoError*, void*) {}
+};
+
+void StartCoin()
+{
+  static const bool started = []()
+  {
+    SoDB::init();
+    SoInput::clearDirectories();
+    // No string of the text names a file (VrmlText.h); nor is one looked for.
+    SoVRMLInline::setReadAsSoFile(FALSE);
+    SoWWWInline::setReadAsSoFile(FALSE);
+    SoVRMLInline::setFetchURLCallBack([](const SbString&, void*, SoVRMLInline*) {}, nullptr);
+    SoWWWInline::setFetchURLCallBack([](const SbString&, void*, SoWWWInline*) {}, nullptr);
+    SoProto::setFetchExternProtoCallback(
+      [](SoInput*, const SbString*, const int, void*) -> SoProto* { return nullptr; }, nullptr);
+    return true;
+  }();
+  static_cast<void>(started);
+}
+
+// --- Transforms ----------------------------------------------------------------------------------
+
+// In doubles: columns, and where the origin goes. Coin's own matrices are floats.
+struct Transform
+{
+  std::array<Vec3, 3> axes{ { { 1, 0, 0 }, { 0, 1, 0 }, { 0, 0, 1 } } };
+  Vec3 origin{};
+
+  Vec3 Turn(const Vec3& p) const
+  {
+    return Plus(
+      Plus(Times(this->axes[0], p[0]), Times(this->axes[1], p[1])), Times(this->axes[2], p[2]));
+  }
+  Vec3 Of(const Vec3& p) const { return Plus(this->Turn(p), this->origin); }
+  // First `inner`, then this.
+  Transform After(const Transform& inner) const
+  {
+    Transform both;
+    for (std::size_t k = 0; k < 3; ++k)
+    {
+      both.axes[k] = this->Turn(inner.axes[k]);
+    }
+    both.origin = this->Of(inner.origin);
+    return both;
+  }
+  // How much longer a length becomes, at most along an axis.
+  double Scale() const
+  {
+    return std::max({ Length(this->axes[0]), Length(this->axes[1]), Length(this->axes[2]) });
+  }
+  bool IsIdentity() const
+  {
+    const Transform none;
+    return this->axes == none.axes && this->origin == none.origin;
+  }
+  double Determinant() const { return Dot(this->axes[0], Cross(this->axes[1], this->axes[2])); }
+  // Of normals: the inverse's transpose, times the determinant.
+  Vec3 TurnNormal(const Vec3& n) const
+  {
+    const auto& [x, y, z] = this->axes;
+    return Plus(Plus(Times(Cross(y, z), n[0]), Times(Cross(z, x), n[1])), Times(Cross(x, y), n[2]));
+  }
+};
+
+Vec3 ToVec3(const SbVec3f& v)
+{
+  return { double(v[0]), double(v[1]), double(v[2]) };
+}
+
+Transform Translation(const Vec3& by)
+{
+  Transform t;
+  t.origin = by;
+  return t;
+}
+
+Transform Scale(const Vec3& by)
+{
+  return { { { { by[0], 0, 0 }, { 0, by[1], 0 }, { 0, 0, by[2] } } }, {} };
+}
+
+Transform Rotation(const SbRotation& rotation, bool back = false)
+{
+  float x = 0, y = 0, z = 0, w = 1;
+  rotation.getValue(x, y, z, w);
+  Vec3 v{ double(x), double(y), double(z) };
+  double real = double(w);
+  const double length = std::sqrt(Dot(v, v) + real * real);
+  if (!(length > 0))
+  {
+    return {};
+  }
+  v = Times(v, (back ? -1 : 1) / length);
+  real /= length;
+  Transform turned;
+  for (Vec3& axis : turned.axes)
+  {
+    // p + 2 w (v x p) + 2 v x (v x p)
+    const Vec3 across = Times(Cross(v, axis), 2);
+    axis = Plus(Plus(axis, Times(across, real)), Cross(v, across));
+  }
+  return turned;
+}
+
+// VRML97, 6.52.
+Transform Of(const SoVRMLTransform& node)
+{
+  const Vec3 center = ToVec3(node.center.getValue());
+  const SbRotation& along = node.scaleOrientation.getValue();
+  return Translation(Plus(ToVec3(node.translation.getValue()), center))
+    .After(Rotation(node.rotation.getValue()))
+    .After(Rotation(along))
+    .After(Scale(ToVec3(node.scale.getValue())))
+    .After(Rotation(along, true))
+    .After(Translation(Times(center, -1)));
+}
+
+Transform Of(const SbMatrix& matrix)
+{
+  Transform made;
+  for (std::size_t k = 0; k < 3; ++k)
+  {
+    for (std::size_t i = 0; i < 3; ++i)
+    {
+      made.axes[k][i] = double(matrix[int(k)][int(i)]);
+    }
+    made.origin[k] = double(matrix[3][int(k)]);
+  }
+  return made;
+}
+
+// --- Values of nodes -----------------------------------------------------------------------------
+
+// A field's node, or what a PROTO stands for.
+template <class Node>
+const Node* NodeOf(const SoSFNode& field)
+{
+  SoNode* node = field.getValue();
+  for (int depth = 0; depth < 100 && node && node->isOfType(SoProtoInstance::getClassTypeId());
+       ++depth)
+  {
+    node = static_cast<SoProtoInstance*>(node)->getRootNode();
+  }
+  return node && node->isOfType(Node::getClassTypeId()) ? static_cast<const Node*>(node) : nullptr;
+}
+
+std::span<const std::int32_t> IndicesOf(const SoMFInt32& field)
+{
+  return { field.getValues(0), std::size_t(field.getNum()) };
+}
+
+std::vector<Vec3> PointsOf(const SoSFNode& field)
+{
+  std::vector<Vec3> points;
+  if (const auto* const node = NodeOf<SoVRMLCoordinate>(field))
+  {
+    const SbVec3f* const values = node->point.getValues(0);
+    points.reserve(std::size_t(node->point.getNum()));
+    for (int i = 0; i < node->point.getNum(); ++i)
+    {
+      points.push_back(ToVec3(values[i]));
+    }
+  }
+  return points;
+}
+
+std::vector<Color> ColorsOf(const SoSFNode& field)
+{
+  std::vector<Color> colors;
+  if (const auto* const node = NodeOf<SoVRMLColor>(field))
+  {
+    const SbColor* const values = node->color.getValues(0);
+    for (int i = 0; i < node->color.getNum(); ++i)
+    {
+      const SbColor& c = values[i];
+      colors.push_back({ double(c[0]), double(c[1]), double(c[2]), 1 });
+    }
+  }
+  return colors;
+}
+
+std::vector<std::array<float, 3>> NormalsOf(const SoSFNode& field)
+{
+  std::vector<std::array<float, 3>> normals;
+  if (const auto* const node = NodeOf<SoVRMLNormal>(field))
+  {
+    const SbVec3f* const values = node->vector.getValues(0);
+    for (int i = 0; i < node->vector.getNum(); ++i)
+    {
+      normals.push_back({ values[i][0], values[i][1], values[i][2] });
+    }
+  }
+  return normals;
+}
+
+std::vector<std::array<float, 2>> TextureCoordinatesOf(const SoSFNode& field)
+{
+  std::vector<std::array<float, 2>> coordinates;
+  if (const auto* const node = NodeOf<SoVRMLTextureCoordinate>(field))
+  {
+    const SbVec2f* const values = node->point.getValues(0);
+    for (int i = 0; i < node->point.getNum(); ++i)
+    {
+      coordinates.push_back({ values[i][0], values[i][1] });
+    }
+  }
+  return coordinates;
+}
+
+bool IsLength(float value)
+{
+  return std::isfinite(value) && value > 0;
+}
+
+// --- Scenes --------------------------------------------------------------------------------------
+
+// Vertices of Coin's triangles in the same place and of the same colour are one.
+class WeldedTriangles
+{
+public:
+  void Add(const SbVec3f& place, const Color& color, VertexId& vertex)
+  {
+    std::array<float, 6> key{ place[0] + 0.0F, place[1] + 0.0F, place[2] + 0.0F, float(color[0]),
+      float(color[1]), float(color[2]) };
+    std::string bytes(reinterpret_cast<const char*>(key.data()), sizeof(key));
+    const auto [found, added] =
+      this->Numbers.try_emplace(std::move(bytes), static_cast<VertexId>(this->Points.size()));
+    if (added)
+    {
+      this->Points.push_back(ToVec3(place));
+      this->Colors.push_back(color);
+    }
+    vertex = found->second;
+  }
+
+  std::vector<Vec3> Points;
+  std::vector<Color> Colors;
+  std::vector<Triangle> Triangles;
+
+private:
+  std::unordered_map<std::string, VertexId> Numbers;
+};
+
+// Goes through scenes and collects their shapes.
+class SceneReader
+{
+public:
+  explicit SceneReader(const Execution& execution)
+    : Exec(execution)
+  {
+  }
+
+  Result<ForeignMesh> Read(const std::filesystem::path& file)
+  {
+    KDSTREAM_TRY(this->ReadFile(file));
+    for (ForeignMesh& part : this->Parts)
+    {
+      this->Tolerated.Add(part.tolerance);
+    }
+    Result<ForeignMesh> joined = JoinParts(this->Parts);
+    KDSTREAM_TRY(joined);
+    joined->tolerance = std::move(this->Tolerated);
+    joined->named = std::move(this->Named);
+    for (const auto& [what, count] : this->LeftOut)
+    {
+      joined->warnings.push_back("left out: " + std::to_string(count) + " " + what);
+    }
+    joined->warnings.insert(joined->warnings.end(), this->Warnings.begin(), this->Warnings.end());
+    WarnOfFloats(*joined, this->Largest);
+    return joined;
+  }
+
+private:
+  // --- Files
+
+  Status ReadFile(const std::filesystem::path& file)
+  {
+    Result<std::string> bytes = ReadBytes(file);
+    KDSTREAM_TRY(bytes);
+    Result<VrmlText> checked = CheckVrmlText(*bytes);
+    KDSTREAM_TRY(checked);
+    *bytes = {};
+    this->Tolerated.Count(Lapse::PaddedEnd, checked->padding);
+    if (checked->hasPictures)
+    {
+      this->Warn("its pictures are not read");
+    }
+    KDSTREAM_TRY(this->Exec.Report("read", 0));
+    SoInput input;
+    input.setBuffer(checked->text.data(), checked->text.size());
+    const CoinMessages messages;
+    SoSeparator* const scene = SoDB::readAll(&input);
+    if (!scene || !CoinMessages::First())
+    {
+      const Status said = CoinMessages::First();
+      return said ? Error{ ErrorCode::InvalidInput, "is no VRML that can be read" }
+                  : said.GetError();
+    }
+    scene->ref();
+    const Document outer = std::exchange(this->Current, { file, checked->isFirst, &checked->urls });
+    this->Traverse(*scene);
+    this->Current = outer;
+    scene->unref();
+    return this->Failure ? Status(*this->Failure) : Status();
+  }
+
+  static Result<std::string> ReadBytes(const std::filesystem::path& file)
+  {
+    Result<ByteSource> source = ByteSource::Open(file);
+    KDSTREAM_TRY(source);
+    if (source->Size() >= mostVrmlBytes)
+    {
+      return Error{ ErrorCode::LimitExceeded,
+        std::to_string(source->Size()) + " bytes; at most 2147483647 can be read of VRML" };
+    }
+    std::string bytes;
+    bytes.reserve(static_cast<std::size_t>(source->Size()));
+    for (;;)
+    {
+      const auto block = source->Peek(static_cast<std::size_t>(
+        std::min<std::uint64_t>(ByteSource::blockSize, source->Remaining())));
+      KDSTREAM_TRY(block);
+      if (block->empty())
+      {
+        return bytes;
+      }
+      bytes += *block;
+      source->Consume(block->size());
+    }
+  }
+
+  // Those of an Inline: the first that is there.
+  void ReadInline(SoCallbackAction& action, const std::vector<std::string>& numbers)
+  {
+    std::string missing;
+    for (const std::string& text : numbers)
+    {
+      std::size_t number = this->Current.urls->size();
+      std::from_chars(text.data(), text.data() + text.size(), number);
+      if (number >= this->Current.urls->size())
+      {
+        continue;
+      }
+      const VrmlUrl& url = (*this->Current.urls)[number];
+      const std::filesystem::path file = FileBeside(this->Current.file, url.url);
+      this->Named.insert(this->Named.end(), file);
+      const std::string named =
+        "line " + std::to_string(url.line) + ": the Inline " + QuotedText(file.filename().string());
+      std::error_code failure;
+      if (!std::filesystem::is_regular_file(file, failure))
+      {
+        missing = missing.empty() ? named + " is not there: it is left out" : missing;
+        continue;
+      }
+      if (this->Inlines.count(file) > 0 || this->Inlines.size() >= deepestInlines ||
+          ++this->InlinesRead > mostInlines)
+      {
+        this->Fail({ ErrorCode::LimitExceeded, this->Inlines.count(file) > 0
+                                                 ? named + " contains itself"
+                                                 : named + ": there are too many of them" });
+        return;
+      }
+      this->Inlines.insert(file);
+      this->Transforms.push_back(this->PlacedBy(action));
+      const Status read = this->ReadFile(file);
+      this->Transforms.pop_back();
+      this->Inlines.erase(file);
+      if (!read)
+      {
+        this->Fail({ read.GetError().code, named + ": " + read.GetError().message });
+      }
+      return;
+    }
+    this->Warn(missing.empty() ? "an Inline names no file: it is left out" : missing);
+  }
+
+  // --- Going through a scene
+
+  void Traverse(SoNode& scene)
+  {
+    SoCallbackAction action;
+    const auto before = [&](SoType type, auto* callback)
+    { action.addPreCallback(type, callback, this); };
+    before(SoNode::getClassTypeId(), Enter);
+    action.addPostCallback(SoNode::getClassTypeId(), Leave, this);
+    action.addTriangleCallback(SoShape::getClassTypeId(), AddTriangle, this);
+    action.apply(&scene);
+    this->FinishTriangles();
+  }
+
+  static SoCallbackAction::Response Enter(
+    void* reader, SoCallbackAction* action, const SoNode* node)
+  {
+    auto& self = *static_cast<SceneReader*>(reader);
+    self.FinishTriangles();
+    ++self.Depth;
+    if (++self.Nodes > mostNodes || self.Depth > deepestNodes)
+    {
+      self.Fail({ ErrorCode::LimitExceeded,
+        self.Depth > deepestNodes
+          ? "its nodes are nested deeper than " + std::to_string(deepestNodes)
+          : "its nodes, each time they are used, are more than " + std::to_string(mostNodes) });
+    }
+    if (self.Nodes % 4096 == 0 && !self.Failure)
+    {
+      if (const Status reported = self.Exec.Report("read", 0.5); !reported)
+      {
+        self.Fail(reported.GetError());
+      }
+    }
+    if (self.Failure)
+    {
+      return SoCallbackAction::ABORT;
+    }
+    return self.Visit(*action, *node);
+  }
+
+  static SoCallbackAction::Response Leave(void* reader, SoCallbackAction*, const SoNode* node)
+  {
+    auto& self = *static_cast<SceneReader*>(reader);
+    --self.Depth;
+    if (node->isOfType(SoVRMLTransform::getClassTypeId()) && !self.Transforms.empty())
+    {
+      self.Transforms.pop_back();
+    }
+    return self.Failure ? SoCallbackAction::ABORT : SoCallbackAction::CONTINUE;
+  }
+
+  template <class Node>
+  static const Node* As(const SoNode& node)
+  {
+    return node.isOfType(Node::getClassTypeId()) ? static_cast<const Node*>(&node) : nullptr;
+  }
+
+  // What of a node is known here. PRUNE: Coin is not asked for its triangles.
+  SoCallbackAction::Response Visit(SoCallbackAction& action, const SoNode& node)
+  {
+    constexpr auto done = SoCallbackAction::PRUNE;
+    if (const auto* const transform = As<SoVRMLTransform>(node))
+    {
+      this->Transforms.push_back(this->Placed().After(Of(*transform)));
+    }
+    else if (const auto* const lod = As<SoVRMLLOD>(node))
+    {
+      // Without ranges the first level is taken, which is the finest.
+      const_cast<SoVRMLLOD*>(lod)->range.setNum(0);
+    }
+    else if (const auto* const first = As<SoLOD>(node))
+    {
+      const_cast<SoLOD*>(first)->range.setNum(0);
+    }
+    else if (const auto* const inlined = As<SoVRMLInline>(node))
+    {
+      this->ReadInline(action, StringsOf(inlined->url));
+      return done;
+    }
+    else if (const auto* const www = As<SoWWWInline>(node))
+    {
+      this->ReadInline(action, { www->name.getValue().getString() });
+      return done;
+    }
+    return this->VisitShape(action, node) ? done : SoCallbackAction::CONTINUE;
+  }
+
+  // Whether it was read, or is left out.
+  bool VisitShape(SoCallbackAction& action, const SoNode& node)
+  {
+    if (const auto* const faces = As<SoVRMLIndexedFaceSet>(node))
+    {
+      this->AddFaceSet(action, *faces);
+      return true;
+    }
+    if (const auto* const grid = As<SoVRMLElevationGrid>(node))
+    {
+      this->AddGrid(action, *grid);
+      return true;
+    }
+    if (const auto* const points = As<SoVRMLPointSet>(node))
+    {
+      this->AddPoints(action, *points);
+      return true;
+    }
+    if (const auto* const lines = As<SoVRMLIndexedLineSet>(node))
+    {
+      const std::span<const std::int32_t> index = IndicesOf(lines->coordIndex);
+      this->LeaveOut(
+        "lines (IndexedLineSet)", std::uint64_t(std::count(index.begin(), index.end(), -1)) +
+                                    (!index.empty() && index.back() != -1 ? 1 : 0));
+      return true;
+    }
+    if (!As<SoShape>(node))
+    {
+      return false;
+    }
+    std::string type = node.getTypeId().getName().getString();
+    type.erase(0, type.starts_with("VRML") ? 4 : 0);
+    const auto is = [&](const char* word) { return type.find(word) != std::string::npos; };
+    if (is("Text"))
+    {
+      this->LeaveOut("texts (" + type + ")", 1);
+      return true;
+    }
+    if (is("Line") || is("Point")) // of VRML 1
+    {
+      this->LeaveOut("shapes without triangles (" + type + ")", 1);
+      return true;
+    }
+    const bool sound = IsSound(node);
+    if (!sound)
+    {
+      this->LeaveOut("shapes whose sizes or numbers cannot be used (" + type + ")", 1);
+    }
+    return !sound;
+  }
+
+  // Of shapes that Coin makes triangles of.
+  static bool IsSound(const SoNode& node)
+  {
+    if (const auto* const box = As<SoVRMLBox>(node))
+    {
+      const SbVec3f size = box->size.getValue();
+      return IsLength(size[0]) && IsLength(size[1]) && IsLength(size[2]);
+    }
+    if (const auto* const sphere = As<SoVRMLSphere>(node))
+    {
+      return IsLength(sphere->radius.getValue());
+    }
+    if (const auto* const cone = As<SoVRMLCone>(node))
+    {
+      return IsLength(cone->bottomRadius.getValue()) && IsLength(cone->height.getValue());
+    }
+    if (const auto* const cylinder = As<SoVRMLCylinder>(node))
+    {
+      return IsLength(cylinder->radius.getValue()) && IsLength(cylinder->height.getValue());
+    }
+    if (const auto* const extrusion = As<SoVRMLExtrusion>(node))
+    {
+      const auto finite = [](const auto& field, int components)
+      {
+        for (int i = 0; i < field.getNum(); ++i)
+        {
+          for (int k = 0; k < components; ++k)
+          {
+            if (!std::isfinite(field[i][k]))
+            {
+              return false;
+            }
+          }
+        }
+        return true;
+      };
+      const auto spine = std::uint64_t(extrusion->spine.getNum());
+      const auto section = std::uint64_t(extrusion->crossSection.getNum());
+      return spine >= 2 && section >= 2 && spine * section <= mostGridCorners &&
+             extrusion->orientation.getNum() > 0 && extrusion->scale.getNum() > 0 &&
+             finite(extrusion->spine, 3) && finite(extrusion->crossSection, 2) &&
+             finite(extrusion->scale, 2);
+    }
+    return true;
+  }
+
+  static std::vector<std::string> StringsOf(const SoMFString& field)
+  {
+    std::vector<std::string> strings;
+    for (int i = 0; i < field.getNum(); ++i)
+    {
+      strings.emplace_back(field[i].getString());
+    }
+    return strings;
+  }
+
+  // --- Shapes
+
+  Transform Placed() const
+  {
+    return this->Transforms.empty() ? Transform{} : this->Transforms.back();
+  }
+
+  // VRML 1 has transforms of many kinds: Coin's matrix, in floats.
+  Transform PlacedBy(SoCallbackAction& action) const
+  {
+    return this->Current.isFirst ? this->Placed().After(Of(action.getModelMatrix()))
+                                 : this->Placed();
+  }
+
+  static Color MaterialOf(SoCallbackAction& action, int index = 0)
+  {
+    SbColor ambient, diffuse, specular, emission;
+    float shininess = 0, transparency = 0;
+    action.getMaterial(ambient, diffuse, specular, emission, shininess, transparency, index);
+    return { double(diffuse[0]), double(diffuse[1]), double(diffuse[2]), 1 };
+  }
+
+  static bool IsColored(const Color& color)
+  {
+    const auto any = [&](auto test) { return std::any_of(color.begin(), color.begin() + 3, test); };
+    return any([](double v) { return std::abs(v - vrmlGrey) > 0.01; }) &&
+           any([](double v) { return v < 1; });
+  }
+
+  std::string NameOf(const SoNode& node)
+  {
+    const std::string name = node.getName().getString();
+    return "shape " + std::to_string(this->Shapes++) +
+           (name.empty() ? "" : " (" + QuotedText(name) + ")");
+  }
+
+  void AddFaceSet(SoCallbackAction& action, const SoVRMLIndexedFaceSet& node)
+  {
+    const std::vector<Vec3> points = PointsOf(node.coord);
+    VrmlFaces faces;
+    faces.points = points;
+    faces.index = IndicesOf(node.coordIndex);
+    faces.clockwise = node.ccw.getValue() == 0;
+    const std::vector<Color> colors = ColorsOf(node.color);
+    faces.colorValues = colors;
+    faces.colors = { colors.size(), node.colorPerVertex.getValue() != 0,
+      IndicesOf(node.colorIndex) };
+    const auto normals = NormalsOf(node.normal);
+    faces.normalValues = normals;
+    faces.normals = { node.normalPerVertex.getValue() != 0 ? normals.size() : 0, true,
+      IndicesOf(node.normalIndex) };
+    const auto coordinates = TextureCoordinatesOf(node.texCoord);
+    faces.coordinateValues = coordinates;
+    faces.coordinates = { coordinates.size(), true, IndicesOf(node.texCoordIndex) };
+    this->AddFaces(action, node, faces);
+  }
+
+  // VRML97, 6.17: rows along x, one after the other along z, heights along y.
+  void AddGrid(SoCallbackAction& action, const SoVRMLElevationGrid& node)
+  {
+    const auto columns = std::int64_t(node.xDimension.getValue());
+    const auto rows = std::int64_t(node.zDimension.getValue());
+    if (columns < 2 || rows < 2 || columns * rows > std::int64_t(mostGridCorners) ||
+        std::int64_t(node.height.getNum()) < columns * rows)
+    {
+      this->LeaveOut("shapes whose sizes or numbers cannot be used (ElevationGrid)", 1);
+      return;
+    }
+    std::vector<Vec3> points;
+    std::vector<std::int32_t> index;
+    const float* const heights = node.height.getValues(0);
+    for (std::int64_t z = 0; z < rows; ++z)
+    {
+      for (std::int64_t x = 0; x < columns; ++x)
+      {
+        const auto at = static_cast<std::int32_t>(z * columns + x);
+        points.push_back({ double(x) * double(node.xSpacing.getValue()), double(heights[at]),
+          double(z) * double(node.zSpacing.getValue()) });
+        if (x + 1 < columns && z + 1 < rows)
+        {
+          const auto below = at + static_cast<std::int32_t>(columns);
+          index.insert(index.end(), { at, below, below + 1, at + 1, -1 });
+        }
+      }
+    }
+    VrmlFaces faces;
+    faces.points = points;
+    faces.index = index;
+    faces.clockwise = node.ccw.getValue() == 0;
+    const std::vector<Color> colors = ColorsOf(node.color);
+    faces.colorValues = colors;
+    faces.colors = { colors.size(), node.colorPerVertex.getValue() != 0, {} };
+    const auto normals = NormalsOf(node.normal);
+    faces.normalValues = normals;
+    faces.normals = { node.normalPerVertex.getValue() != 0 ? normals.size() : 0, true, {} };
+    this->AddFaces(action, node, faces);
+  }
+
+  void AddPoints(SoCallbackAction& action, const SoVRMLPointSet& node)
+  {
+    const std::vector<Vec3> points = PointsOf(node.coord);
+    VrmlFaces faces;
+    faces.points = points;
+    const std::vector<Color> colors = ColorsOf(node.color);
+    faces.colorValues = colors;
+    faces.colors = { colors.size(), true, {} };
+    this->AddFaces(action, node, faces);
+  }
+
+  void AddFaces(SoCallbackAction& action, const SoNode& node, VrmlFaces& faces)
+  {
+    const Color material = MaterialOf(action);
+    faces.hasMaterial = IsColored(material);
+    faces.material = faces.hasMaterial ? material : Color{ 1, 1, 1, 1 };
+    Result<ForeignMesh> part = ReadVrmlFaces(faces, this->NameOf(node));
+    if (!part)
+    {
+      this->Fail(part.GetError());
+      return;
+    }
+    this->AddPart(std::move(*part), this->PlacedBy(action));
+  }
+
+  static void AddTriangle(void* reader, SoCallbackAction* action, const SoPrimitiveVertex* a,
+    const SoPrimitiveVertex* b, const SoPrimitiveVertex* c)
+  {
+    auto& self = *static_cast<SceneReader*>(reader);
+    if (self.Failure)
+    {
+      return;
+    }
+    if (!self.Collected)
+    {
+      self.Collected = std::make_unique<WeldedTriangles>();
+      self.CollectedAt = self.PlacedBy(*action);
+    }
+    Triangle triangle{};
+    const std::array<const SoPrimitiveVertex*, 3> corners{ a, b, c };
+    for (std::size_t k = 0; k < 3; ++k)
+    {
+      self.Collected->Add(
+        corners[k]->getPoint(), MaterialOf(*action, corners[k]->getMaterialIndex()), triangle[k]);
+    }
+    self.Collected->Triangles.push_back(triangle);
+  }
+
+  // Of the last shape that Coin made triangles of.
+  void FinishTriangles()
+  {
+    if (!this->Collected)
+    {
+      return;
+    }
+    const std::unique_ptr<WeldedTriangles> collected = std::move(this->Collected);
+    ++this->Shapes;
+    ForeignMesh part;
+    part.mesh.points = std::move(collected->Points);
+    part.mesh.triangles = std::move(collected->Triangles);
+    if (std::any_of(collected->Colors.begin(), collected->Colors.end(), IsColored))
+    {
+      AddColors(part.mesh, collected->Colors);
+    }
+    this->AddPart(std::move(part), this->CollectedAt);
+  }
+
+  void AddPart(ForeignMesh part, const Transform& placed)
+  {
+    Mesh& mesh = part.mesh;
+    const bool identity = placed.IsIdentity();
+    Box before, after;
+    for (Vec3& point : mesh.points)
+    {
+      before.Add(point);
+      point = identity ? point : placed.Of(point); // -0 stays
+      after.Add(point);
+    }
+    this->Largest = std::max(this->Largest, LargestOf(before) * placed.Scale());
+    // Floats, but where a transform has put it so far away that they would lose its shape.
+    const bool coarse =
+      LargestOf(after) > LargestOf(before) && FloatsAreCoarse(LargestOf(after), LongestOf(after));
+    mesh.scalarType = coarse ? ScalarType::Float64 : ScalarType::Float32;
+    if (mesh.scalarType == ScalarType::Float32)
+    {
+      for (Vec3& point : mesh.points)
+      {
+        for (double& x : point)
+        {
+          x = double(static_cast<float>(x));
+        }
+      }
+    }
+    const bool mirrors = placed.Determinant() < 0;
+    for (Triangle& t : mesh.triangles)
+    {
+      if (mirrors)
+      {
+        std::swap(t[1], t[2]);
+      }
+    }
+    for (Attribute& attribute : mesh.attributes)
+    {
+      if (RoleOf(attribute) == AttributeRole::Normals)
+      {
+        TurnNormals(attribute, placed, mirrors);
+      }
+    }
+    this->Points += mesh.points.size();
+    if (this->Points >= noVertex)
+    {
+      this->Fail({ ErrorCode::LimitExceeded,
+        std::to_string(this->Points) + " points; at most 4294967294 can be read" });
+      return;
+    }
+    this->Parts.push_back(std::move(part));
+  }
+
+  static double LargestOf(const Box& box)
+  {
+    double largest = 0;
+    for (std::size_t k = 0; k < 3 && !box.Empty(); ++k)
+    {
+      largest = std::max({ largest, std::abs(box.lo[k]), std::abs(box.hi[k]) });
+    }
+    return largest;
+  }
+
+  static double LongestOf(const Box& box)
+  {
+    double side = 0;
+    for (std::size_t k = 0; k < 3 && !box.Empty(); ++k)
+    {
+      side = std::max(side, box.hi[k] - box.lo[k]);
+    }
+    return side;
+  }
+
+  static void TurnNormals(Attribute& normals, const Transform& placed, bool mirrors)
+  {
+    for (std::size_t i = 0; i < normals.TupleCount(); ++i)
+    {
+      Vec3 n{ normals.Get(i, 0), normals.Get(i, 1), normals.Get(i, 2) };
+      const double length = Length(n);
+      n = placed.TurnNormal(n);
+      const double turned = Length(n);
+      const double factor = turned > 0 ? (mirrors ? -1 : 1) * length / turned : 0;
+      for (std::size_t k = 0; k < 3; ++k)
+      {
+        normals.Set(i, k, n[k] * factor);
+      }
+    }
+  }
+
+  // --- What is told
+
+  void Fail(const Error& error) { this->Failure = this->Failure ? this->Failure : error; }
+  void Warn(const std::string& warning)
+  {
+    if (std::find(this->Warnings.begin(), this->Warnings.end(), warning) == this->Warnings.end() &&
+        this->Warnings.size() < 100)
+    {
+      this->Warnings.push_back(warning);
+    }
+  }
+  void LeaveOut(const std::string& what, std::uint64_t count) { this->LeftOut[what] += count; }
+
+  struct Document
+  {
+    std::filesystem::path file;
+    bool isFirst = false;
+    const std::vector<VrmlUrl>* urls = nullptr;
+  };
+
+  const Execution& Exec;
+  Document Current;
+  std::vector<Transform> Transforms;
+  std::size_t Depth = 0, Shapes = 0;
+  std::uint64_t Nodes = 0, Points = 0;
+  std::set<std::filesystem::path> Inlines; // that are being read
+  std::size_t InlinesRead = 0;
+  std::unique_ptr<WeldedTriangles> Collected;
+  Transform CollectedAt;
+  double Largest = 0; // coordinate that was read
+
+  std::vector<ForeignMesh> Parts;
+  Tolerance Tolerated;
+  std::vector<std::filesystem::path> Named;
+  std::map<std::string, std::uint64_t> LeftOut;
+  std::vector<std::string> Warnings;
+  std::optional<Error> Failure;
+};
+
+}
+
+Result<ForeignMesh> ReadVrml(const std::filesystem::path& file, const Execution& execution)
+{
+  StartCoin();
+  return SceneReader(execution).Read(file);
+}
+
+}

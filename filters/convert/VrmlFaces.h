@@ -1,0 +1,48 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// A face set of VRML as a mesh: its places as they are shared, its polygons cut, its colours and
+// normals by vertex, face or index. Part of step "convert" of the README's picture.
+#pragma once
+
+#include "filters/convert/ForeignMesh.h"
+#include "filters/texture/TexturedMesh.h"
+
+#include <array>
+#include <cstdint>
+#include <span>
+#include <string>
+#include <vector>
+
+namespace kdstream
+{
+
+// Which of `count` values a corner, or a face, has.
+struct VrmlChannel
+{
+  std::size_t count = 0; // 0: there are none
+  bool perVertex = true;
+  // By vertex: as long as the face set's; by face: a number each. Empty: the number of the vertex,
+  // or of the face.
+  std::span<const std::int32_t> index;
+};
+
+struct VrmlFaces
+{
+  std::span<const Vec3> points;
+  std::span<const std::int32_t> index; // a face ends below 0
+  VrmlChannel colors, normals, coordinates;
+  std::span<const Color> colorValues;
+  std::span<const std::array<float, 3>> normalValues;
+  std::span<const std::array<float, 2>> coordinateValues;
+  Color material{ 1, 1, 1, 1 }; // where there is no colour
+  bool hasMaterial = false;
+  bool clockwise = false; // faces are seen from the other side
+};
+
+// Point i is vertex i; where corners of it differ in colour, normal or texture coordinate, further
+// vertices follow. Attributes: "RGB" where colours or a material are, "Normals", "TCoords". What is
+// forgiven is counted in the result's tolerance: faces of fewer than three corners, values that are
+// not there. O(corners). Errors: InvalidInput for an index of a point that is not there, naming
+// `what` and the face; LimitExceeded.
+Result<ForeignMesh> ReadVrmlFaces(const VrmlFaces& faces, const std::string& what);
+
+}

@@ -1,0 +1,93 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// A polygon as triangles: the one way in which every reader cuts polygons, in chunks or whole, in
+// memory or out of core. Part of step "read" of the README's picture.
+#pragma once
+
+#include "filters/core/Types.h"
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <span>
+#include <vector>
+
+namespace kdstream
+{
+
+// Keeps its memory from one polygon to the next. Not for use by two threads at once.
+class PolygonCutter
+{
+public:
+  // The count - 2 triangles of a polygon, by the numbers of its corners (0 to count - 1), oriented
+  // as it is; none for fewer than three corners. A fan around corner 0 where that serves (a convex
+  // polygon; one whose dents are below a millionth of its area), else ears of the polygon's
+  // projection along its normal (Newell's), so that they fill a concave polygon and no more. A
+  // polygon that crosses itself, lies in a line, or has corners that are not finite gets some
+  // triangles. Valid until the next call.
+  // O(count) for a fan, else expected O(count log count), 100 bytes a corner.
+  std::span<const Triangle> Cut(std::span<const Vec3> corners);
+  // Whether the last polygon became a fan around corner 0.
+  bool IsFan() const { return this->Fan; }
+
+private:
+  struct Point
+  {
+    double u = 0, v = 0;
+    bool operator==(const Point&) const = default;
+  };
+  // Of a node of the tree of dents: the box of its corners, and how many of them still are dents.
+  struct Node
+  {
+    Point lo, hi;
+    std::uint32_t dents = 0;
+  };
+  // A corner that is no ear as long as a dent is in its triangle.
+  struct Waiting
+  {
+    std::uint32_t corner = 0, next = 0;
+  };
+  enum class Rule : std::uint8_t
+  {
+    Clear,  // no dent is in the triangle, or on its border
+    Inside, // none is inside; or the corner lies in a line with its neighbours
+    Any     // the corner is convex
+  };
+
+  void AddFan(std::size_t count);
+  bool Project(std::span<const Vec3> corners);
+  void CutEars();
+  void Start();
+  bool IsEar(std::uint32_t corner, Rule rule);
+  void CutOff(std::uint32_t corner);
+  void Queue(std::uint32_t corner);
+  void CutQueued(Rule rule);
+  void FanRest();
+
+  double Turn(std::uint32_t corner) const;
+  // The number of a dent that forbids the triangle, or none.
+  std::uint32_t FindDent(const std::array<std::uint32_t, 3>& triangle, bool onBorder) const;
+  bool IsOver(const Node& node, const std::array<Point, 3>& triangle) const;
+  void BuildTree();
+  void BuildNode(std::size_t node, std::size_t begin, std::size_t end);
+  void RemoveDent(std::uint32_t corner);
+
+  std::vector<Triangle> Triangles;
+  bool Fan = true;
+  std::vector<Point> Points; // projected; counter-clockwise
+  std::vector<std::uint32_t> Previous, Next;
+  std::size_t Left = 0;   // corners in the ring
+  std::uint32_t Some = 0; // one of them
+
+  std::vector<std::uint32_t> Dents;   // corners, in the order of the tree's leaves
+  std::vector<std::uint32_t> PlaceOf; // of a corner in Dents; none where it is no dent
+  std::vector<Node> Nodes;            // a heap: 1 is the root, 2 i and 2 i + 1 are children
+
+  std::vector<std::uint32_t> Batch, NextBatch;
+  std::vector<std::uint32_t> TouchedIn; // the batch in which a corner got another neighbour
+  std::vector<bool> Queued;
+  std::uint32_t BatchNumber = 0;
+  std::vector<std::uint32_t> FirstWaiting; // of a dent
+  std::vector<Waiting> Waitings;
+};
+
+}
