@@ -2,10 +2,13 @@
 #include "filters/app/PrintStoreInfo.h"
 
 #include "filters/app/DirectionText.h"
+#include "filters/core/Texts.h"
 
 #include <cstdio>
 #include <iostream>
 #include <string>
+#include <string_view>
+#include <type_traits>
 #include <utility>
 
 namespace kdstream
@@ -37,7 +40,17 @@ void PrintLevels(const ModelDescription& info)
 
 void PrintStoreInfo(const ModelDescription& info, std::uintmax_t bytes)
 {
-  const auto line = [](const char* name, const auto& value) { std::cout << name << value << "\n"; };
+  const auto line = [](const char* name, const auto& value)
+  {
+    if constexpr (std::is_convertible_v<decltype(value), std::string_view>)
+    {
+      std::cout << name << WithoutControls(value) << "\n";
+    }
+    else
+    {
+      std::cout << name << value << "\n";
+    }
+  };
   line("input                ", info.input);
   for (const auto& [name, value] : { std::pair{ "title                ", info.title },
          { "description          ", info.description }, { "credit               ", info.credit },

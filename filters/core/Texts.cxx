@@ -100,6 +100,22 @@ std::string Quoted(std::string_view text)
   return quoted;
 }
 
+std::string WithoutControls(std::string_view text)
+{
+  std::string shown;
+  for (const char byte : RepairUtf8(text))
+  {
+    const auto c = static_cast<unsigned char>(byte);
+    const bool endsC1 = c >= 0x80 && c < 0xA0 && !shown.empty() && shown.back() == '\xC2';
+    if (endsC1)
+    {
+      shown.pop_back();
+    }
+    shown += endsC1 || c < ' ' || c == 0x7F ? '?' : byte;
+  }
+  return shown;
+}
+
 std::optional<std::string> PercentDecoded(std::string_view text)
 {
   std::string plain;

@@ -26,6 +26,10 @@ std::size_t CountCharacters(std::string_view text);
 // '?'.
 std::string Quoted(std::string_view text);
 
+// The text as a line of a terminal may show it, whatever a stranger wrote: control characters (C0,
+// DEL, C1) as '?', bytes that belong to no character as U+FFFD.
+std::string WithoutControls(std::string_view text);
+
 // The text with the byte that each %HH stands for, as addresses have them (RFC 3986, section 2.1).
 // Nothing where a % is followed by anything else.
 std::optional<std::string> PercentDecoded(std::string_view text);

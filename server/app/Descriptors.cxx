@@ -35,6 +35,16 @@ std::uint64_t OpenDescriptors(std::uint64_t limit)
   return count;
 }
 
+constexpr std::uint64_t leastLeft = 10; // for clients, the administrator and stores that come
+
+Error TooFew(std::uint64_t limit, std::uint64_t least)
+{
+  return { ErrorCode::LimitExceeded,
+    "this process may have " + std::to_string(limit) +
+      " descriptors (ulimit -n, LimitNOFILE=), but needs at least " + std::to_string(least) +
+      " with these threads and readers" };
+}
+
 // What the program opens while it serves, besides connections and stores.
 std::uint64_t DescriptorsOfItself(const HttpServerOptions& server)
 {
@@ -45,6 +55,19 @@ std::uint64_t DescriptorsOfItself(const HttpServerOptions& server)
   return ofLoop * server.threads + ofListeners + ofWatches + ofReload + server.readers;
 }
 
+}
+
+Result<std::size_t> FitOpenStores(
+  std::uint64_t limit, std::size_t wanted, const HttpServerOptions& server)
+{
+  constexpr std::uint64_t ofFiles = 6; // logs, quotas, keys, certificates, that are not open yet
+  const auto least = OpenDescriptors(limit) + DescriptorsOfItself(server) + ofFiles + 1 + leastLeft;
+  if (limit < least)
+  {
+    return TooFew(limit, least);
+  }
+  const auto stores = 1 + (limit - least) / 4;
+  return static_cast<std::size_t>(std::min<std::uint64_t>(stores, wanted));
 }
 
 std::optional<std::uint64_t> TakeDescriptors()
@@ -64,15 +87,11 @@ std::optional<std::uint64_t> TakeDescriptors()
 // that there is no place and for the administrator, and the rest for stores that come.
 Result<bool> FitConnections(std::uint64_t limit, HttpServerOptions& server)
 {
-  constexpr std::uint64_t leastLeft = 10;
   constexpr std::uint64_t mostForOthers = 448;
   const auto own = OpenDescriptors(limit) + DescriptorsOfItself(server);
   if (limit < own + leastLeft)
   {
-    return Error{ ErrorCode::LimitExceeded,
-      "this process may have " + std::to_string(limit) +
-        " descriptors (ulimit -n, LimitNOFILE=), " + "but needs at least " +
-        std::to_string(own + leastLeft) + " with these stores, threads and readers" };
+    return TooFew(limit, own + leastLeft);
   }
   const auto left = limit - own;
   const auto clients = left - std::min(mostForOthers, left / 2);

@@ -411,24 +411,24 @@ std::optional<Status> ReadFirst(const sigset_t& signals, FolderFollower& folder)
   }
 }
 
-// Before anything else is opened, so that what is short is said by its name.
-Status CheckDescriptors(std::optional<std::uint64_t> limit, HttpServerOptions server)
-{
-  const auto fits = limit ? FitConnections(*limit, server) : false;
-  return fits ? Status{} : fits.GetError();
-}
-
 int Serve(const std::string& program, ServeOptions& line)
 {
   Messages messages(program);
   line.server.slowestBytes = static_cast<std::size_t>(std::max<std::uint64_t>(1, line.slowest));
   const auto descriptors = TakeDescriptors();
+  constexpr auto mostOpen = StoreCatalog::defaultOpenStores;
+  const auto openStores =
+    descriptors ? FitOpenStores(*descriptors, mostOpen, line.server) : mostOpen;
+  if (!openStores)
+  {
+    return PrintError(program, "", openStores.GetError());
+  }
   const sigset_t signals = BlockSignals();
   StoreCatalog catalog(
     line.folder,
     [&messages](const std::filesystem::path& file, const std::string& what)
     { messages.Warn(file.string(), what); },
-    std::chrono::seconds(line.grace), line.cacheBytes);
+    std::chrono::seconds(line.grace), line.cacheBytes, *openStores);
   catalog.SetSite(line.site);
   FolderFollower folder(catalog, line.folder,
     [&messages, &line](const std::string& what) { messages.Warn(line.folder, what); });
@@ -446,10 +446,6 @@ int Serve(const std::string& program, ServeOptions& line)
         " (" + program + " takes the folder of the stores; its only command is token)";
     }
     return PrintError(program, line.folder, error);
-  }
-  if (const auto enough = CheckDescriptors(descriptors, line.server); !enough)
-  {
-    return PrintError(program, "", enough.GetError());
   }
   if (const auto opened = OpenPages(messages, line); !opened)
   {

@@ -182,13 +182,13 @@ std::string WhatIsServed(const StoreModel* old, const Error& error)
 
 }
 
-StoreCatalog::StoreCatalog(
-  std::filesystem::path folder, Report report, std::chrono::seconds grace, std::size_t cacheBytes)
+StoreCatalog::StoreCatalog(std::filesystem::path folder, Report report, std::chrono::seconds grace,
+  std::size_t cacheBytes, std::size_t openStores)
   : Folder(std::move(folder))
   , Grace(grace)
   , Reports(std::make_shared<Reporter>(std::move(report)))
   , Cache(std::make_shared<BlobCache>(cacheBytes))
-  , Stores(std::make_shared<OpenStores>())
+  , Stores(std::make_shared<OpenStores>(openStores))
   , Notes(std::make_shared<NotesFiles>(this->Folder,
       [reports = this->Reports](const std::filesystem::path& file, const std::string& what)
       { reports->Tell(file, what); }))

@@ -32,12 +32,15 @@ public:
   using Report = std::function<void(const std::filesystem::path& file, const std::string& what)>;
 
   static constexpr std::chrono::seconds defaultGrace{ 3600 };
+  static constexpr std::size_t defaultOpenStores = 64;
   static constexpr std::chrono::seconds patienceWithDisk{ 5 };
 
   // A model that has been replaced is found by its digest for `grace` longer, so that two servers
   // behind a proxy can change at different times. All models share a BlobCache of `cacheBytes`.
+  // cacheBytes: of blobs that are kept in memory; openStores: how many stores stay open at a time.
   StoreCatalog(std::filesystem::path folder, Report report,
-    std::chrono::seconds grace = defaultGrace, std::size_t cacheBytes = BlobCache::defaultBytes);
+    std::chrono::seconds grace = defaultGrace, std::size_t cacheBytes = BlobCache::defaultBytes,
+    std::size_t openStores = defaultOpenStores);
   ~StoreCatalog() override;
 
   // Reads the folder (not the folders in it), at first and whenever it may have changed. Models

@@ -29,8 +29,7 @@ using DamageReport = std::function<void(const std::string& what)>;
 class OpenStores
 {
 public:
-  static constexpr std::size_t defaultMost = 64;
-  explicit OpenStores(std::size_t most = defaultMost)
+  explicit OpenStores(std::size_t most)
     : Most(most)
   {
   }

@@ -176,6 +176,11 @@ Result<std::unique_ptr<ModelSource>> OpenSource(const ViewOptions& options,
         ": there is no such file, and the address of a server is http://HOST:PORT or "
         "https://HOST:PORT" };
   }
+  if (!std::filesystem::is_directory(file, failure) &&
+      !std::filesystem::is_regular_file(file, failure)) // of a pipe one might wait for ever
+  {
+    return Error{ ErrorCode::NotFound, options.source + ": is neither a file nor a folder" };
+  }
   if (std::filesystem::is_directory(file, failure) || IsStore(file))
   {
     return At(options.source, AsSource(LocalClient::Open(file)));

@@ -201,6 +201,24 @@ TEST_F(Serve, CountsItsDescriptorsThoughTheyHaveRunOut)
     }
   }
   EXPECT_GT(told, 0u);
+  // As many as it asks for are enough, for a folder with more stores than descriptors, too.
+  constexpr int models = 90;
+  for (int i = 0; i < models; ++i)
+  {
+    std::filesystem::copy_file(
+      this->stores / "one.kds", this->stores / (std::to_string(i) + ".kds"));
+  }
+  const auto asked = static_cast<rlim_t>(*enough);
+  Process serve({ this->stores, "--port", "0", "--threads", "2" }, program, rlimit{ asked, asked });
+  const auto port = serve.Port();
+  for (int i = 0; i < models; ++i)
+  {
+    const auto answer =
+      HttpTestClient(port).Get("/api/models/" + std::to_string(i) + "/model.json");
+    ASSERT_TRUE(answer && answer->status == 200) << i;
+  }
+  serve.Signal(SIGTERM);
+  EXPECT_EQ(serve.Wait(), 0);
 }
 
 TEST_F(Serve, StreamsHaveTheLimitsOfItsOptions)

@@ -212,20 +212,20 @@ TEST_F(SomeOpenStores, AFolderOfManyTakesFewDescriptors)
 {
   const fs::path many = this->folder / "many";
   fs::create_directory(many);
-  for (std::size_t i = 0; i < 2 * OpenStores::defaultMost; ++i)
+  for (std::size_t i = 0; i < 2 * StoreCatalog::defaultOpenStores; ++i)
   {
     fs::copy_file(this->File(0), many / (std::to_string(i) + ".kds"));
   }
   const std::size_t before = OpenDescriptors();
   StoreCatalog catalog(many, [](const fs::path&, const std::string&) {});
   ASSERT_TRUE(catalog.Reload());
-  EXPECT_EQ(catalog.Models().size(), 2 * OpenStores::defaultMost);
-  EXPECT_LE(OpenDescriptors(), before + OpenStores::defaultMost);
+  EXPECT_EQ(catalog.Models().size(), 2 * StoreCatalog::defaultOpenStores);
+  EXPECT_LE(OpenDescriptors(), before + StoreCatalog::defaultOpenStores);
   for (const auto& model : catalog.Models())
   {
     EXPECT_TRUE(model->ReadBlob(BlobId::Partition(0)));
   }
-  EXPECT_LE(OpenDescriptors(), before + OpenStores::defaultMost);
+  EXPECT_LE(OpenDescriptors(), before + StoreCatalog::defaultOpenStores);
   const auto list = catalog.ListJson();
   catalog.Refresh();
   EXPECT_EQ(catalog.ListJson(), list) << "nothing has changed";

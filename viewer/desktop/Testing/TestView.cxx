@@ -4,6 +4,8 @@
 #include "viewer/desktop/Testing/ViewTest.h"
 #include "viewer/session/SessionFile.h"
 
+#include <sys/stat.h>
+
 #include <gtest/gtest.h>
 #include <nlohmann/json.hpp>
 
@@ -286,6 +288,10 @@ TEST_F(TestView, WrongUsageEndsWithTwoAndFailedWorkWithOne)
   EXPECT_NE(this->Err.find("--ca is of no use without https"), std::string::npos) << this->Err;
   EXPECT_EQ(this->Run("https://127.0.0.1 --ca m.pem " + offscreen), 1);
   EXPECT_NE(this->Err.find("m.pem: cannot be read"), std::string::npos) << this->Err;
+  ASSERT_EQ(::mkfifo((this->Folder / "pipe.kds").c_str(), 0600), 0);
+  EXPECT_EQ(this->Run("pipe.kds " + offscreen), 1); // nobody ever writes to it
+  EXPECT_EQ(this->Err, "kdstream-view: error: pipe.kds: is neither a file nor a folder\n");
+  std::filesystem::remove(this->Folder / "pipe.kds");
   EXPECT_EQ(this->Run(". " + offscreen), 1);
   EXPECT_EQ(this->Err, "kdstream-view: error: .: no stores (.kds) are in this folder\n");
   this->Write("m.kds", "SQLite format 3");
