@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "filters/convert/GltfBuffers.h"
+#include "filters/convert/gltf/GltfBuffers.h"
 
-#include "filters/convert/GltfCompression.h"
+#include "filters/convert/gltf/GltfCompression.h"
 #include "filters/core/SystemReason.h"
 #include "filters/core/Texts.h"
 #include "filters/meshio/QuotedText.h"

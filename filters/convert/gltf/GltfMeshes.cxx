@@ -2,11 +2,11 @@
 // Steps for a part: 1. its attributes, as accessors, plain or out of Draco's bytes  2. places,
 // shaped by morph targets, normals, colours, texture coordinates, joints  3. corners, then
 // triangles as its mode joins them.
-#include "filters/convert/GltfMeshes.h"
+#include "filters/convert/gltf/GltfMeshes.h"
 
-#include "filters/convert/GltfAccessors.h"
-#include "filters/convert/GltfCompression.h"
-#include "filters/convert/GltfNodes.h"
+#include "filters/convert/gltf/GltfAccessors.h"
+#include "filters/convert/gltf/GltfCompression.h"
+#include "filters/convert/gltf/GltfNodes.h"
 #include "filters/core/VectorMath.h"
 #include "filters/meshio/QuotedText.h"
 
