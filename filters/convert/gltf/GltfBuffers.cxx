@@ -235,9 +235,10 @@ Result<GltfBuffers::View> GltfBuffers::ViewOf(std::size_t number)
       if (!decoded)
       {
         this->Decompressed.erase(entry);
+        this->BytesDecompressed -= bytes->size();
         // Who compresses may give the same bytes plain, for those who cannot decompress.
         const Result<GltfBytes> plain = this->BytesOf(view);
-        if (decoded.GetError().code != ErrorCode::Unsupported || !plain)
+        if (!plain)
         {
           return decoded.GetError();
         }

@@ -289,8 +289,7 @@ private:
     {
       // Who compresses may give the same part plain, for those who cannot decompress.
       const std::size_t plain = IndexIn(this->Accessors, Member(this->Attributes, "POSITION"));
-      return decoded.GetError().code == ErrorCode::Unsupported &&
-                 plain < CountOf(this->Accessors) &&
+      return plain < CountOf(this->Accessors) &&
                  !Member(this->Accessors[plain], "bufferView").is_null()
                ? Status{}
                : Status(decoded.GetError());
