@@ -611,6 +611,7 @@ Compressed Corners(bool sequence)
 
 TEST_F(TestConvertGltf, WhatMeshoptimizerCompressedIsRead)
 {
+  std::string fallback = "\"byteLength\":1000";
   // The views lie in a buffer that is nowhere; their bytes are compressed in the first.
   const auto glb = [&](const Compressed& places, const Compressed& corners,
                      int component = gltfFloat, const std::string& name = "EXT_meshopt_compression")
@@ -635,8 +636,8 @@ TEST_F(TestConvertGltf, WhatMeshoptimizerCompressedIsRead)
         ",\"accessors\":[{\"bufferView\":0,\"componentType\":" + std::to_string(component) +
         ",\"type\":\"VEC3\",\"count\":8},{\"bufferView\":1,\"componentType\":5123,\"type\":"
         "\"SCALAR\",\"count\":36}],\"bufferViews\":[" +
-        views + "],\"buffers\":[{\"byteLength\":" + std::to_string(bytes.size()) +
-        "},{\"byteLength\":1000,\"extensions\":{\"" + name +
+        views + "],\"buffers\":[{\"byteLength\":" + std::to_string(bytes.size()) + "},{" +
+        fallback + ",\"extensions\":{\"" + name +
         "\":{\"fallback\":true}}}],\"extensionsRequired\":[\"" + name + "\"]}",
       bytes);
   };
@@ -661,6 +662,12 @@ TEST_F(TestConvertGltf, WhatMeshoptimizerCompressedIsRead)
   damaged.bytes[0] = 0;
   this->ExpectGlbError(glb(damaged, Corners(false)),
     "mesh 0, part 0: accessor 0 lies in a bufferView that is damaged");
+  // The same bytes plain, for those who cannot decompress.
+  this->WriteText("plain.bin",
+    std::string(reinterpret_cast<const char*>(cube.data()), cube.size() * sizeof(float)));
+  fallback = "\"byteLength\":96,\"uri\":\"plain.bin\"";
+  this->Expect(glb(damaged, Corners(false)), 8, 12, { -1, -1, -1 }, { 1, 1, 1 }, 8);
+  fallback = "\"byteLength\":1000";
   Compressed greedy = places;
   greedy.count = 1000000000;
   this->ExpectGlbError(glb(greedy, Corners(false)), "claims 1000000000 compressed elements");

@@ -2,11 +2,11 @@
 // Steps for a part: 1. its attributes, as accessors, plain or out of Draco's bytes  2. places,
 // shaped by morph targets, normals, colours, texture coordinates, joints  3. corners, then
 // triangles as its mode joins them.
-#include "filters/convert/GltfMeshes.h"
+#include "filters/convert/gltf/GltfMeshes.h"
 
-#include "filters/convert/GltfAccessors.h"
-#include "filters/convert/GltfCompression.h"
-#include "filters/convert/GltfNodes.h"
+#include "filters/convert/gltf/GltfAccessors.h"
+#include "filters/convert/gltf/GltfCompression.h"
+#include "filters/convert/gltf/GltfNodes.h"
 #include "filters/core/VectorMath.h"
 #include "filters/meshio/QuotedText.h"
 
@@ -289,8 +289,7 @@ private:
     {
       // Who compresses may give the same part plain, for those who cannot decompress.
       const std::size_t plain = IndexIn(this->Accessors, Member(this->Attributes, "POSITION"));
-      return decoded.GetError().code == ErrorCode::Unsupported &&
-                 plain < CountOf(this->Accessors) &&
+      return plain < CountOf(this->Accessors) &&
                  !Member(this->Accessors[plain], "bufferView").is_null()
                ? Status{}
                : Status(decoded.GetError());

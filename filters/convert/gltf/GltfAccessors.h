@@ -3,7 +3,7 @@
 // there.
 #pragma once
 
-#include "filters/convert/GltfBuffers.h"
+#include "filters/convert/gltf/GltfBuffers.h"
 #include "filters/core/Result.h"
 
 #include <cstddef>

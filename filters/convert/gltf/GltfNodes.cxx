@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Steps: 1. the scene's roots  2. all nodes below are checked, depth first, each once  3. the walk:
 // a stack of nodes and places, and of each node its instances.
-#include "filters/convert/GltfNodes.h"
+#include "filters/convert/gltf/GltfNodes.h"
 
-#include "filters/convert/GltfAccessors.h"
+#include "filters/convert/gltf/GltfAccessors.h"
 #include "filters/core/VectorMath.h"
 
 #include <algorithm>

@@ -2,9 +2,9 @@
 // The meshes of a glTF, part by part ("primitives"), where they lie before a node places them.
 #pragma once
 
-#include "filters/convert/GltfBuffers.h"
-#include "filters/convert/GltfDocument.h"
-#include "filters/convert/GltfMaterials.h"
+#include "filters/convert/gltf/GltfBuffers.h"
+#include "filters/convert/gltf/GltfDocument.h"
+#include "filters/convert/gltf/GltfMaterials.h"
 #include "filters/core/Attribute.h"
 #include "filters/core/Light.h"
 #include "filters/core/Result.h"

@@ -2,7 +2,7 @@
 // What paints a glTF scene: materials and where their pictures are.
 #pragma once
 
-#include "filters/convert/GltfDocument.h"
+#include "filters/convert/gltf/GltfDocument.h"
 #include "filters/texture/TexturedMesh.h"
 
 #include <filesystem>

@@ -3,7 +3,7 @@
 // they are compressed.
 #pragma once
 
-#include "filters/convert/GltfDocument.h"
+#include "filters/convert/gltf/GltfDocument.h"
 #include "filters/core/Result.h"
 
 #include <cstddef>

@@ -2,8 +2,8 @@
 // libFuzzer's entry to glTF, read whole, as .gltf beside a buffer and as .glb whose JSON and bytes
 // are split at the first 0: ./dev fuzz.
 #include "filters/convert/ForeignMesh.h"
-#include "filters/convert/GltfDocument.h"
-#include "filters/convert/GltfMaterials.h"
+#include "filters/convert/gltf/GltfDocument.h"
+#include "filters/convert/gltf/GltfMaterials.h"
 #include "filters/texture/Testing/FuzzFolder.h"
 
 #include <cstring>

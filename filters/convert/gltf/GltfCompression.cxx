@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "filters/convert/GltfCompression.h"
+#include "filters/convert/gltf/GltfCompression.h"
 
-#include "filters/convert/GltfDocument.h"
+#include "filters/convert/gltf/GltfDocument.h"
 #include "filters/meshio/QuotedText.h"
 
 #ifdef KDSTREAM_HAS_MESHOPTIMIZER

@@ -3,7 +3,7 @@
 // library.
 #pragma once
 
-#include "filters/convert/GltfAccessors.h"
+#include "filters/convert/gltf/GltfAccessors.h"
 #include "filters/core/Result.h"
 
 #include <nlohmann/json.hpp>

@@ -2,8 +2,8 @@
 // Where the meshes of a glTF stand: its scene's nodes, each with its place, in doubles.
 #pragma once
 
-#include "filters/convert/GltfBuffers.h"
-#include "filters/convert/GltfDocument.h"
+#include "filters/convert/gltf/GltfBuffers.h"
+#include "filters/convert/gltf/GltfDocument.h"
 #include "filters/core/Result.h"
 #include "filters/core/Types.h"
 

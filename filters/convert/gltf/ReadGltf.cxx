@@ -6,12 +6,12 @@
 // appended to one mesh  4. pictures baked, or colours as they are; floats where these are as fine
 // as what the file has.
 #include "filters/convert/ForeignMesh.h"
-#include "filters/convert/GltfBuffers.h"
-#include "filters/convert/GltfDocument.h"
-#include "filters/convert/GltfMaterials.h"
-#include "filters/convert/GltfMeshes.h"
-#include "filters/convert/GltfNodes.h"
 #include "filters/convert/JoinParts.h"
+#include "filters/convert/gltf/GltfBuffers.h"
+#include "filters/convert/gltf/GltfDocument.h"
+#include "filters/convert/gltf/GltfMaterials.h"
+#include "filters/convert/gltf/GltfMeshes.h"
+#include "filters/convert/gltf/GltfNodes.h"
 #include "filters/core/VectorMath.h"
 #include "filters/texture/BakeTextures.h"
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "filters/convert/GltfAccessors.h"
+#include "filters/convert/gltf/GltfAccessors.h"
 
 #include "filters/meshio/QuotedText.h"
 

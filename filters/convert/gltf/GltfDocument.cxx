@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "filters/convert/GltfDocument.h"
+#include "filters/convert/gltf/GltfDocument.h"
 
 #include "filters/core/CaughtError.h"
 #include "filters/core/Texts.h"

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "filters/convert/GltfBuffers.h"
+#include "filters/convert/gltf/GltfBuffers.h"
 
-#include "filters/convert/GltfCompression.h"
+#include "filters/convert/gltf/GltfCompression.h"
 #include "filters/core/SystemReason.h"
 #include "filters/core/Texts.h"
 #include "filters/meshio/QuotedText.h"
@@ -235,9 +235,10 @@ Result<GltfBuffers::View> GltfBuffers::ViewOf(std::size_t number)
       if (!decoded)
       {
         this->Decompressed.erase(entry);
+        this->BytesDecompressed -= bytes->size();
         // Who compresses may give the same bytes plain, for those who cannot decompress.
         const Result<GltfBytes> plain = this->BytesOf(view);
-        if (decoded.GetError().code != ErrorCode::Unsupported || !plain)
+        if (!plain)
         {
           return decoded.GetError();
         }

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "filters/convert/GltfMaterials.h"
+#include "filters/convert/gltf/GltfMaterials.h"
 
 #include "filters/core/Texts.h"
 #include "filters/meshio/QuotedText.h"
