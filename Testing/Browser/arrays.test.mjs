@@ -5,7 +5,7 @@ import assert from "node:assert/strict";
 import { readFileSync, writeFileSync } from "node:fs";
 import { join } from "node:path";
 import { after, before, test } from "node:test";
-import { Pixels, Server, Visit, buildStore, launchBrowser, temporaryFolder, writePebble } from "./harness.mjs";
+import { Pixels, Server, Visit, buildStore, launchBrowser, portrait, sharpScreen, temporaryFolder, writePebble } from "./harness.mjs";
 
 let server, browser, pixels;
 
@@ -111,7 +111,7 @@ test("classes have colours and names of their own; the list shows the model as i
 
 test("a saved picture tells what its colours mean", async () => {
   for (const colours of ["by:classification", "by:height%3A", "resolution"]) {
-    const visit = await Visit.phone(browser);
+    const visit = await Visit.phone(browser, portrait, sharpScreen);
     await openModel(visit, "hill", `&colours=${colours}`);
     await visit.page.locator("#legend li").first().waitFor();
     const told = await visit.page.locator("#legend rect").evaluateAll((all) => all.map((rect) => rect.getAttribute("fill")));
@@ -122,7 +122,7 @@ test("a saved picture tells what its colours mean", async () => {
     const saved = readFileSync(await download.path());
     for (const color of [told.at(0), told.at(-1)]) {
       const channels = [1, 3, 5].map((at) => parseInt(color.slice(at, at + 2), 16));
-      assert.ok(await pixels.count(saved, channels, Math.ceil(3 * height)) > 100, `${colours}: ${color} below the picture`);
+      assert.ok(await pixels.count(saved, channels, Math.ceil(sharpScreen.deviceScaleFactor * height)) > 100, `${colours}: ${color} below the picture`);
     }
     visit.assertClean(server.url);
     await visit.close();

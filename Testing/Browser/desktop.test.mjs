@@ -90,7 +90,7 @@ test("home and back", async () => {
   const moved = await seen();
   assert.ok(!await same(first, moved));
   await visit.picture("desktop-6-moved");
-  const beside = { x: middle.x - 600, y: middle.y + 300 };
+  const beside = { x: middle.x - 440, y: middle.y + 220 };
   const ways = {
     button: [() => page.click("#home"), () => page.click("#undo")],
     key: [() => page.keyboard.press("h"), () => page.keyboard.press("u")],
@@ -229,7 +229,7 @@ const glideRest = 10.5;
 // New vertices glide to their places, and arrive; not where a person wants nothing to move by itself.
 test("new vertices glide", async () => {
   const glidesSeen = async (reducedMotion) => {
-    const visit = await Visit.desktop(browser, { reducedMotion });
+    const visit = await Visit.desktop(browser, { reducedMotion, viewport: { width: 640, height: 400 } });
     const { page } = visit;
     await visit.open(server.url);
     await visit.untilIdle();

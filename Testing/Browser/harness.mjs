@@ -183,6 +183,8 @@ export async function eventually(what, ask, good = Boolean) {
 
 export const portrait = { width: 412, height: 915 };
 export const landscape = { width: 915, height: 412 };
+// As many phones have it. Where a test is not about pixels, a phone has one pixel a point: here the processor draws.
+export const sharpScreen = { deviceScaleFactor: 2 };
 
 export function launchBrowser(...options) {
   return chromium.launch({
@@ -215,12 +217,12 @@ export class Visit extends PageVisit {
   // Nothing moves by itself, so that the same gestures give the same picture.
   static async phone(browser, viewport = portrait, options = {}) {
     return Visit.#make(await browser.newContext(
-      { viewport, deviceScaleFactor: 3, isMobile: true, hasTouch: true, reducedMotion: "reduce", ...options }));
+      { viewport, deviceScaleFactor: 1, isMobile: true, hasTouch: true, reducedMotion: "reduce", ...options }));
   }
 
   static async desktop(browser, options = {}) {
     return Visit.#make(await browser.newContext(
-      { viewport: { width: 1280, height: 800 }, reducedMotion: "reduce", ...options }));
+      { viewport: { width: 960, height: 600 }, reducedMotion: "reduce", ...options }));
   }
 
   static async #make(context) {

@@ -10,7 +10,7 @@ import { join } from "node:path";
 import { after, afterEach, before, beforeEach, test } from "node:test";
 import { setFlagsFromString } from "node:v8";
 import { runInNewContext } from "node:vm";
-import { Pixels, Server, Visit, buildStore, eventually, launchBrowser, makeModels, pause, portrait, runProgram, temporaryFolder } from "./harness.mjs";
+import { Pixels, Server, Visit, buildStore, eventually, launchBrowser, makeModels, pause, runProgram, temporaryFolder } from "./harness.mjs";
 
 const megabyte = 1e6;
 const small = 32; // MB
@@ -31,7 +31,7 @@ after(() => browser?.close());
 
 beforeEach(async () => {
   server = await Server.start(models);
-  visit = await Visit.phone(browser, portrait, { deviceScaleFactor: 1 });
+  visit = await Visit.phone(browser);
   session = await visit.page.context().newCDPSession(visit.page);
 });
 
@@ -76,14 +76,14 @@ async function memory() {
   return taken;
 }
 
-// A hundred zooms and taps; every third does not wait for what came before.
-async function lookAHundredTimes(url, model, megabytes) {
+// Zooms and taps; every third does not wait for what came before.
+async function lookManyTimes(url, model, megabytes, looks) {
   await openFullScreen(url, model);
   const random = seeded(1);
   const heaps = [];
   let most = 0;
   let cut = 0; // steps at which the budget leaves much coarser than the finest
-  for (let step = 0; step < 100; ++step) {
+  for (let step = 0; step < looks; ++step) {
     await lookAround(random);
     if (step % 3) {
       const { errorLeft } = await visit.untilIdle();
@@ -101,12 +101,12 @@ async function lookAHundredTimes(url, model, megabytes) {
   assert.equal(error, "");
   assert.ok(triangles > 10_000, "and there is something to see");
   // What comes meanwhile depends on how quick the machine is.
-  assert.ok(heaps.at(-1) <= 1.1 * heaps[49], `the heap is flat: ${heaps[49]} bytes, then ${heaps.at(-1)}`);
+  assert.ok(heaps.at(-1) <= 1.1 * heaps[looks / 2], `the heap is flat: ${heaps[looks / 2]} bytes, then ${heaps.at(-1)}`);
   return { most, cut };
 }
 
-test("a hundred zooms and taps stay within a small budget", async (t) => {
-  const { most, cut } = await lookAHundredTimes(`${server.url}/?memory=${small}`, "relief", small);
+test("many zooms and taps stay within a small budget", async (t) => {
+  const { most, cut } = await lookManyTimes(`${server.url}/?memory=${small}`, "relief", small, 50);
   t.diagnostic(`${(most / megabyte).toFixed(1)} MB at most, ${cut} times much coarser than the finest`);
   assert.ok(cut > 0, "it was small enough");
   await visit.picture("memory-small");
@@ -116,7 +116,7 @@ test("a hundred zooms and taps stay within a small budget", async (t) => {
 test("a hundred zooms and taps at a huge model stay within the standard budget", { skip: !bigFolder }, async (t) => {
   const big = await Server.start(bigFolder);
   try {
-    const { most } = await lookAHundredTimes(big.url, "big", 150);
+    const { most } = await lookManyTimes(big.url, "big", 150, 100);
     t.diagnostic(`${(most / megabyte).toFixed(1)} MB at most`);
     await visit.picture("memory-big");
   } finally {
@@ -167,7 +167,7 @@ async function assertRightPicture() {
   await visit.untilIdle();
   const link = await linkToView();
   const seen = await visit.around(await visit.centre());
-  const other = await Visit.phone(browser, portrait, { deviceScaleFactor: 1 });
+  const other = await Visit.phone(browser);
   try {
     await other.open(`${server.url}/?memory=${small}${link}`);
     await other.until("the same view", ({ mode, idle, shownLevel }) => mode === "full screen" && idle && shownLevel !== null);
@@ -266,7 +266,7 @@ test("the memory of long use is flat", async (t) => {
   await visit.untilIdle();
   const random = seeded(2);
   const names = ["relief", "pebble", "relief", "shell"];
-  const rounds = 28, warm = 12;
+  const rounds = 16, warm = 8;
   let first = null, last = null;
   for (let round = 0; round < rounds; ++round) {
     await visit.choose(names[round % names.length]);
@@ -287,8 +287,9 @@ test("the memory of long use is flat", async (t) => {
     }
   }
   const grown = (key) => last[key] / first[key];
-  assert.ok(grown("heap") <= 1.05, `the heap has grown by the factor ${grown("heap")}`);
-  assert.ok(grown("used") <= 1.05, `what is used of it, by ${grown("used")}`);
+  // The heap grows in steps of a tenth and never shrinks: one step may come late, with what happens to be alive at once.
+  assert.ok(grown("heap") <= 1.15, `the heap has grown by the factor ${grown("heap")}`);
+  assert.ok(grown("used") <= 1.02, `what is used of it, by ${grown("used")}`);
   assert.ok(grown("scripts") <= 1.2, `what scripts hold, by ${grown("scripts")}`);
   assert.ok(last.heap + last.graphics <= small * megabyte);
 });

@@ -5,7 +5,7 @@ import assert from "node:assert/strict";
 import { readFileSync } from "node:fs";
 import { join } from "node:path";
 import { test } from "node:test";
-import { Pixels, Server, Visit, eventually, landscape, makeModels, portrait, runProgram, startForTests } from "./harness.mjs";
+import { Pixels, Server, Visit, eventually, landscape, makeModels, portrait, runProgram, sharpScreen, startForTests } from "./harness.mjs";
 
 let server, browser, pixels;
 
@@ -229,8 +229,10 @@ test("a link shows the same elsewhere", async () => {
   await theirs.close();
 });
 
+const pixelsPerPoint = sharpScreen.deviceScaleFactor;
+
 test("a picture is saved with its words", async () => {
-  const visit = await Visit.phone(browser, landscape);
+  const visit = await Visit.phone(browser, landscape, sharpScreen);
   await openPebble(visit);
   await turnPanel(visit);
   const downloading = visit.page.waitForEvent("download");
@@ -242,8 +244,8 @@ test("a picture is saved with its words", async () => {
   const view = await visit.page.locator("#view").boundingBox();
   assert.deepEqual(await visit.page.locator("#overlay").boundingBox(), view, "lines lie over the picture");
   const [width, height] = [saved.readUInt32BE(16), saved.readUInt32BE(20)];
-  assert.equal(width, 3 * landscape.width);
-  assert.ok(height > 3 * view.height, "room for the words");
+  assert.equal(width, pixelsPerPoint * landscape.width);
+  assert.ok(height > pixelsPerPoint * view.height, "room for the words");
   await download.saveAs(`${process.env.KDSTREAM_PICTURES}/tools-4-saved.png`);
   visit.assertClean(server.url);
   await visit.close();
@@ -257,7 +259,8 @@ async function assertSaved(visit, what) {
   const [download] = await Promise.all([visit.page.waitForEvent("download"), press(visit, "Save picture")]);
   await turnPanel(visit);
   const { width, height } = await visit.page.locator("#view").boundingBox();
-  const middle = { x: 3 * (width - 240) / 2, y: 3 * (height - 240) / 2, width: 720, height: 720 };
+  const size = 240 * pixelsPerPoint;
+  const middle = { x: (pixelsPerPoint * width - size) / 2, y: (pixelsPerPoint * height - size) / 2, width: size, height: size };
   const saved = await pixels.part(readFileSync(await download.path()), middle);
   assert.ok(await pixels.difference(shown, saved) < 0.01, `${what}: the picture is what is seen`);
   assert.ok(await pixels.difference(shown, await visit.around(await visit.centre(), 240)) < 0.005, `${what}: and stays`);
@@ -265,7 +268,7 @@ async function assertSaved(visit, what) {
 }
 
 test("a picture is what is seen, also of a model that was turned, and so is a phone that is turned and turned back", async () => {
-  const visit = await Visit.phone(browser);
+  const visit = await Visit.phone(browser, portrait, sharpScreen);
   await openPebble(visit);
   const middle = await visit.centre();
   await visit.drag(middle, 90, 60);
@@ -285,7 +288,7 @@ test("a picture is what is seen, also of a model that was turned, and so is a ph
 test("a saved picture breaks a long title, and ends what is longer still", async () => {
   const models = makeModels({ dragon: false });
   const title = (text) => runProgram("kdstream-store", "edit", join(models, "pebble.kds"), "--quiet", "--title", text);
-  const rowHeight = 3 * 18; // pixels
+  const rowHeight = pixelsPerPoint * 18; // pixels
   for (const [text, rows] of [
     ["A pebble", 1],
     ["A pebble from the beach in front of the old lighthouse, with bumps", 2],
@@ -294,7 +297,7 @@ test("a saved picture breaks a long title, and ends what is longer still", async
   ]) {
     title(text);
     const own = await Server.start(models);
-    const visit = await Visit.phone(browser);
+    const visit = await Visit.phone(browser, portrait, sharpScreen);
     try {
       await visit.open(`${own.url}/#model=pebble`);
       await visit.until("the view", ({ mode, idle, shownLevel }) => mode === "full screen" && idle && shownLevel !== null);

@@ -4,7 +4,7 @@
 
 import assert from "node:assert/strict";
 import { test } from "node:test";
-import { Pixels, Visit, landscape, makeModels, portrait, startForTests } from "./harness.mjs";
+import { Pixels, Visit, landscape, makeModels, portrait, sharpScreen, startForTests } from "./harness.mjs";
 
 let server, browser, pixels;
 
@@ -64,8 +64,8 @@ async function pinchThroughLevels(visit, name, finest) {
   return visit.status();
 }
 
-async function walk(name, viewport, elsewhere, detail) {
-  const visit = await Visit.phone(browser, viewport);
+async function walk(name, viewport, elsewhere, detail, screen = {}) {
+  const visit = await Visit.phone(browser, viewport, screen);
   await visit.open(server.url);
   const byView = detail === 0;
 
@@ -142,7 +142,7 @@ async function walk(name, viewport, elsewhere, detail) {
   await visit.close();
 }
 
-test("portrait", () => walk("portrait", portrait, { x: 60, y: -60 }, 0));
+test("portrait", () => walk("portrait", portrait, { x: 60, y: -60 }, 0, sharpScreen));
 test("landscape", () => walk("landscape", landscape, { x: 110, y: -40 }, 1));
 
 test("the page comes compressed", async () => {

@@ -10,6 +10,21 @@
 namespace kdstream::fixtures
 {
 
+// A .glb of two chunks.
+inline std::string GlbOf(std::string json, std::string bytes)
+{
+  json.resize((json.size() + 3) / 4 * 4, ' ');
+  bytes.resize((bytes.size() + 3) / 4 * 4);
+  const auto number = [](std::size_t value)
+  {
+    const auto small = static_cast<std::uint32_t>(value);
+    return std::string(reinterpret_cast<const char*>(&small), 4);
+  };
+  return "glTF" + number(2) + number(12 + 8 + json.size() + 8 + bytes.size()) +
+         number(json.size()) + "JSON" + json + number(bytes.size()) + std::string("BIN\0", 4) +
+         bytes;
+}
+
 // Bytes of a glTF buffer, and the JSON of views and accessors on it.
 class GltfBuffer
 {
@@ -27,6 +42,17 @@ public:
                        ",\"count\":" + std::to_string(values.size() / std::size_t(components)) +
                        ",\"type\":\"" + type + "\"" + bounds + "}";
     return this->AccessorCount++;
+  }
+  // An accessor as it is written in the JSON.
+  int AddJson(const std::string& accessor)
+  {
+    this->Accessors += (this->AccessorCount == 0 ? "" : ",") + accessor;
+    return this->AccessorCount++;
+  }
+  // Whole numbers of the last accessor are parts of the largest.
+  void NormalizeLast()
+  {
+    this->Accessors.insert(this->Accessors.size() - 1, ",\"normalized\":true");
   }
   int AddView(const void* bytes, std::size_t size)
   {
@@ -47,20 +73,7 @@ public:
            (uri.empty() ? "" : ",\"uri\":\"" + uri + "\"") + "}]}";
   }
 
-  std::string Glb(const std::string& rest) const
-  {
-    std::string json = this->Json(rest), bytes = this->Bytes;
-    json.resize((json.size() + 3) / 4 * 4, ' ');
-    bytes.resize((bytes.size() + 3) / 4 * 4);
-    const auto number = [](std::size_t value)
-    {
-      const auto small = static_cast<std::uint32_t>(value);
-      return std::string(reinterpret_cast<const char*>(&small), 4);
-    };
-    return "glTF" + number(2) + number(12 + 8 + json.size() + 8 + bytes.size()) +
-           number(json.size()) + "JSON" + json + number(bytes.size()) + std::string("BIN\0", 4) +
-           bytes;
-  }
+  std::string Glb(const std::string& rest) const { return GlbOf(this->Json(rest), this->Bytes); }
 
   std::string Bytes;
 

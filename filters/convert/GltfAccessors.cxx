@@ -5,10 +5,9 @@
 
 #include <algorithm>
 #include <array>
-#include <cmath>
-#include <cstdint>
-#include <string>
-#include <string_view>
+#include <bit>
+#include <cstring>
+#include <limits>
 #include <utility>
 
 namespace kdstream
@@ -18,271 +17,240 @@ namespace
 
 using Json = nlohmann::json;
 
-constexpr double mostMode = 6; // fans of triangles
+constexpr double mostZeros = 0x1p20; // elements that have no bytes
 
-// Bytes of an accessor's element; 0 where its kind is unknown.
-double ElementBytes(const Json& accessor)
+// Of an accessor's type; 0 where there is none of the name.
+std::size_t ComponentsOf(const Json& type)
 {
-  static constexpr std::array<std::pair<const char*, double>, 7> types{ { { "SCALAR", 1 },
+  static constexpr std::array<std::pair<const char*, std::size_t>, 7> types{ { { "SCALAR", 1 },
     { "VEC2", 2 }, { "VEC3", 3 }, { "VEC4", 4 }, { "MAT2", 4 }, { "MAT3", 9 }, { "MAT4", 16 } } };
-  static constexpr std::array<double, 7> bytes{ 1, 1, 2, 2, 0, 4, 4 }; // of 5120 …
-  const auto type = std::find_if(types.begin(), types.end(),
-    [&](const auto& known) { return Member(accessor, "type") == known.first; });
-  const double kind = NumberOf(Member(accessor, "componentType"), 0) - 5120;
-  const bool known = type != types.end() && kind >= 0 && kind < double(bytes.size());
-  return known ? type->second * bytes[static_cast<std::size_t>(kind)] : 0;
+  const auto found = std::find_if(
+    types.begin(), types.end(), [&](const auto& known) { return type == known.first; });
+  return found == types.end() ? 0 : found->second;
 }
 
-// A whole number from 0 to 2^53, which JSON has exactly; -1 where it is none.
-double WholeOf(const Json& value, double otherwise)
+// Of a component; 0 where there is none of the number.
+std::size_t BytesOf(const Json& componentType)
 {
-  const double number = value.is_null() ? otherwise : NumberOf(value, -1);
-  return number >= 0 && number <= 0x1p53 && number == std::floor(number) ? number : -1;
+  static constexpr std::array<std::size_t, 7> bytes{ 1, 1, 2, 2, 0, 4, 4 }; // of 5120 …
+  const double kind = NumberOf(componentType, 0) - 5120;
+  return kind >= 0 && kind < double(bytes.size()) ? bytes[static_cast<std::size_t>(kind)] : 0;
 }
 
-Status CheckView(const GltfDocument& document, const Json& view)
+std::size_t SizeOf(GltfComponent type)
 {
-  const Json& buffers = Member(document.json, "buffers");
-  const std::size_t buffer = IndexIn(buffers, Member(view, "buffer"));
-  if (buffer == CountOf(buffers))
+  return BytesOf(static_cast<int>(type));
+}
+
+static_assert(std::endian::native == std::endian::little, "numbers are read as they lie");
+
+template <class T>
+double NumberAt(const std::uint8_t* place)
+{
+  T value{};
+  std::memcpy(&value, place, sizeof(T));
+  return double(value);
+}
+
+double NumberAt(const std::uint8_t* place, GltfComponent type)
+{
+  switch (type)
   {
-    return Error{ ErrorCode::InvalidInput,
-      "lies in a bufferView that " + NamesNone("buffer", Member(view, "buffer"), buffers) };
+    case GltfComponent::Byte:
+      return NumberAt<std::int8_t>(place);
+    case GltfComponent::UnsignedByte:
+      return NumberAt<std::uint8_t>(place);
+    case GltfComponent::Short:
+      return NumberAt<std::int16_t>(place);
+    case GltfComponent::UnsignedShort:
+      return NumberAt<std::uint16_t>(place);
+    case GltfComponent::UnsignedInt:
+      return NumberAt<std::uint32_t>(place);
+    case GltfComponent::Float:
+      break;
   }
-  const bool there = Member(buffers[buffer], "uri").is_string() || (document.isGlb && buffer == 0);
-  const double all = there ? NumberOf(Member(buffers[buffer], "byteLength"), 0) : 0;
-  const double offset = WholeOf(Member(view, "byteOffset"), 0);
-  return offset >= 0 && offset + NumberOf(Member(view, "byteLength"), 0) <= all
-           ? Status{}
-           : Status(Error{
-               ErrorCode::InvalidInput, "lies in a bufferView that reaches beyond its buffer" });
+  return NumberAt<float>(place);
 }
 
-Status CheckAccessor(const GltfDocument& document, const Json& accessor)
+// Where `count` elements of `size` bytes lie, that an object (an accessor, or a part of a sparse
+// one) puts into its bufferView. told: the count as it is written.
+struct Elements
+{
+  GltfBytes bytes; // from the first
+  std::size_t stride = 0;
+};
+Result<Elements> Place(const GltfDocument& document, GltfBuffers& buffers, const Json& object,
+  const Json& told, double count, std::size_t size)
 {
   const Json& views = Member(document.json, "bufferViews");
-  const Json& number = Member(accessor, "bufferView");
+  const Json& number = Member(object, "bufferView");
   const std::size_t at = IndexIn(views, number);
-  if (number.is_null())
-  {
-    return {}; // zeros
-  }
   if (at == CountOf(views))
   {
-    return Error{ ErrorCode::InvalidInput, NamesNone("bufferView", number, views) };
+    return GltfError(NamesNone("bufferView", number, views));
   }
-  const Json& view = views[at];
-  const Json& told = Member(accessor, "count");
-  const double count = WholeOf(told, -1), size = ElementBytes(accessor);
-  const double stride = WholeOf(Member(view, "byteStride"), size);
-  const double offset = WholeOf(Member(accessor, "byteOffset"), 0);
-  const double room = WholeOf(Member(view, "byteLength"), -1) - offset - size;
-  const bool fits = count >= 0 && stride >= 0 && offset >= 0 &&
-                    (count == 0 || (room >= 0 && (count - 1) * stride <= room));
-  const std::string claimed = told.is_number() || told.is_null() ? told.dump() : "no number of";
-  return fits ? CheckView(document, view)
-              : Status(Error{ ErrorCode::InvalidInput,
-                  "claims " + claimed + " elements, more than its bufferView has" });
+  const Result<GltfBuffers::View> view = buffers.ViewOf(at);
+  if (!view)
+  {
+    return Within("lies in a bufferView that ", view.GetError());
+  }
+  const double offset = WholeOf(Member(object, "byteOffset"), 0);
+  const double stride = view->stride > 0 ? double(view->stride) : double(size);
+  const double room = double(view->bytes.size()) - offset - double(size);
+  if (count < 0 || offset < 0 || (count > 0 && (room < 0 || (count - 1) * stride > room)))
+  {
+    const std::string claimed = told.is_number() || told.is_null() ? told.dump() : "no number of";
+    return GltfError("claims " + claimed + " elements, more than its bufferView has");
+  }
+  return Elements{ view->bytes.subspan(static_cast<std::size_t>(count > 0 ? offset : 0)),
+    static_cast<std::size_t>(stride) };
 }
 
-// Of which kinds an attribute may be, by the beginning of its name. Others may be of any.
-struct AttributeKinds
-{
-  std::string_view name, types;
-  bool isFloat = false; // alone; else bytes and shorts without sign, too
-};
-constexpr std::array<AttributeKinds, 7> attributeKinds{ { { "POSITION", "VEC3", true },
-  { "NORMAL", "VEC3", true }, { "TANGENT", "VEC3 VEC4", true }, { "TEXCOORD_", "VEC2" },
-  { "COLOR_", "VEC3 VEC4" }, { "JOINTS_", "VEC4" }, { "WEIGHTS_", "VEC4" } } };
-constexpr int unsignedByte = 5121, unsignedShort = 5123, unsignedInt = 5125, floating = 5126;
-
-Status CheckKind(const std::string& name, const Json& accessor)
-{
-  const auto kinds = std::find_if(attributeKinds.begin(), attributeKinds.end(),
-    [&](const AttributeKinds& each) { return name.starts_with(each.name); });
-  if (kinds == attributeKinds.end())
-  {
-    return {};
-  }
-  const Json &type = Member(accessor, "type"), &component = Member(accessor, "componentType");
-  constexpr std::size_t letters = 4; // of each type
-  const bool isOfType =
-    type.is_string() && (type == kinds->types.substr(0, letters) ||
-                          type == kinds->types.substr(kinds->types.size() - letters));
-  const bool isOfComponent =
-    component == floating ||
-    (!kinds->isFloat && (component == unsignedByte || component == unsignedShort));
-  return isOfType && isOfComponent
-           ? Status{}
-           : Status(Error{ ErrorCode::InvalidInput,
-               QuotedText(name) + " is of a kind that is not read: type " +
-                 QuotedText(type.dump()) + ", componentType " + QuotedText(component.dump()) });
 }
 
-Status CheckAttributes(const Json& accessors, const Json& attributes, double& points)
+GltfAccessor::GltfAccessor(
+  std::vector<std::uint8_t> elements, GltfComponent type, std::size_t components, bool normalized)
+  : Own(std::make_shared<const std::vector<std::uint8_t>>(std::move(elements)))
+  , ComponentCount(components)
+  , Stride(components * SizeOf(type))
+  , ComponentType(type)
+  , Normalized(normalized)
 {
-  if (!attributes.is_object())
+  this->Bytes = *this->Own;
+  this->ElementCount = this->Bytes.size() / this->Stride;
+}
+
+std::size_t GltfAccessor::ComponentsIn(const Json& accessor)
+{
+  return ComponentsOf(Member(accessor, "type"));
+}
+
+GltfComponent GltfAccessor::TypeIn(const Json& accessor)
+{
+  const Json& type = Member(accessor, "componentType");
+  return BytesOf(type) > 0 ? static_cast<GltfComponent>(static_cast<int>(NumberOf(type, 0)))
+                           : GltfComponent::Float;
+}
+
+Result<GltfAccessor> GltfAccessor::Open(
+  const GltfDocument& document, GltfBuffers& buffers, std::size_t number)
+{
+  const std::string named = "accessor " + std::to_string(number) + " ";
+  const Json& json = Member(document.json, "accessors")[number];
+  const Json &type = Member(json, "type"), &componentType = Member(json, "componentType");
+  const std::size_t size = BytesOf(componentType);
+  GltfAccessor accessor;
+  accessor.ComponentCount = ComponentsOf(type);
+  if (accessor.ComponentCount == 0 || size == 0)
   {
-    return {};
+    return GltfError(named + "is of a kind that does not exist: type " + QuotedText(type.dump()) +
+                     ", componentType " + QuotedText(componentType.dump()));
   }
-  for (const auto& [name, number] : attributes.items())
+  accessor.ComponentType = TypeIn(json);
+  accessor.Normalized = Member(json, "normalized") == true;
+  accessor.Stride = accessor.ComponentCount * size;
+  const double count = WholeOf(Member(json, "count"), -1);
+  const Json& sparse = Member(json, "sparse");
+  if (!Member(json, "bufferView").is_null())
   {
-    const std::size_t at = IndexIn(accessors, number);
-    if (at == CountOf(accessors))
+    const Result<Elements> elements =
+      Place(document, buffers, json, Member(json, "count"), count, accessor.Stride);
+    if (!elements)
     {
-      return Error{ ErrorCode::InvalidInput,
-        QuotedText(name) + " " + NamesNone("accessor", number, accessors) };
+      return Within(named, elements.GetError());
     }
-    KDSTREAM_TRY(CheckKind(name, accessors[at]));
-    const double count = NumberOf(Member(accessors[at], "count"), 0);
-    points = points < 0 ? count : points;
-    if (count != points)
+    accessor.Bytes = elements->bytes;
+    accessor.Stride = elements->stride;
+  }
+  else if (count < 0 || count > mostZeros)
+  {
+    return GltfError(named + "claims " + Member(json, "count").dump() +
+                     " elements without a bufferView, of which at most 1048576 are read");
+  }
+  accessor.ElementCount = static_cast<std::size_t>(count);
+  if (!sparse.is_null())
+  {
+    if (const Status overlaid = accessor.Overlay(document, buffers, sparse); !overlaid)
     {
-      return Error{ ErrorCode::InvalidInput,
-        QuotedText(name) + " has not as many elements as the others" };
+      return Within(named, overlaid.GetError());
     }
   }
+  return accessor;
+}
+
+// Steps: 1. a copy of all elements, one after the other  2. those of `sparse` into their places.
+Status GltfAccessor::Overlay(const GltfDocument& document, GltfBuffers& buffers, const Json& sparse)
+{
+  const Json &told = Member(sparse, "count"), &indices = Member(sparse, "indices");
+  const double count = WholeOf(told, -1);
+  const std::size_t size = this->ComponentCount * SizeOf(this->ComponentType);
+  const std::size_t indexSize = BytesOf(Member(indices, "componentType"));
+  const GltfComponent indexType = TypeIn(indices);
+  if (indexSize == 0 || indexType == GltfComponent::Float)
+  {
+    return GltfError("is sparse, but its indices are no whole numbers");
+  }
+  const Result<Elements> at = Place(document, buffers, indices, told, count, indexSize);
+  const Result<Elements> values =
+    at ? Place(document, buffers, Member(sparse, "values"), told, count, size) : at;
+  if (!values)
+  {
+    return Within("is sparse, and what lies over it ", values.GetError());
+  }
+  std::vector<std::uint8_t> all(this->ElementCount * size, 0);
+  for (std::size_t i = 0; i < this->ElementCount && !this->Bytes.empty(); ++i)
+  {
+    std::copy_n(this->Bytes.data() + i * this->Stride, size, all.data() + i * size);
+  }
+  for (std::size_t i = 0; i < static_cast<std::size_t>(count); ++i)
+  {
+    const double place = NumberAt(at->bytes.data() + i * at->stride, indexType);
+    if (place < 0 || place >= double(this->ElementCount))
+    {
+      return GltfError("is sparse, and names its element " +
+                       std::to_string(static_cast<std::int64_t>(place)) + ", but there are " +
+                       std::to_string(this->ElementCount));
+    }
+    std::copy_n(values->bytes.data() + i * values->stride, size,
+      all.data() + static_cast<std::size_t>(place) * size);
+  }
+  this->Own = std::make_shared<const std::vector<std::uint8_t>>(std::move(all));
+  this->Bytes = *this->Own;
+  this->Stride = size;
   return {};
 }
 
-Status CheckIndices(const Json& accessors, const Json& indices)
+double GltfAccessor::Get(std::size_t element, std::size_t component) const
 {
-  const std::size_t at = IndexIn(accessors, indices);
-  if (at == CountOf(accessors))
+  return this->Bytes.empty() ? 0
+                             : NumberAt(this->Bytes.data() + element * this->Stride +
+                                          component * SizeOf(this->ComponentType),
+                                 this->ComponentType);
+}
+
+double GltfAccessor::Part(std::size_t element, std::size_t component, bool always) const
+{
+  const double value = this->Get(element, component);
+  if (!this->Normalized && !always)
   {
-    return Error{ ErrorCode::InvalidInput,
-      "'indices' " + NamesNone("accessor", indices, accessors) };
+    return value;
   }
-  const Json& component = Member(accessors[at], "componentType");
-  const bool known =
-    component == unsignedByte || component == unsignedShort || component == unsignedInt;
-  return known && Member(accessors[at], "type") == "SCALAR" &&
-             !Member(accessors[at], "bufferView").is_null()
-           ? Status{}
-           : Status(Error{ ErrorCode::InvalidInput, "'indices' are no whole numbers" });
-}
-
-Status CheckPart(const Json& accessors, const Json& part)
-{
-  double points = -1;
-  KDSTREAM_TRY(CheckAttributes(accessors, Member(part, "attributes"), points));
-  const Json& targets = Member(part, "targets");
-  for (std::size_t i = 0; i < CountOf(targets); ++i)
+  switch (this->ComponentType)
   {
-    KDSTREAM_TRY(CheckAttributes(accessors, targets[i], points));
+    case GltfComponent::Byte:
+      return std::max(value / std::numeric_limits<std::int8_t>::max(), -1.0);
+    case GltfComponent::UnsignedByte:
+      return value / std::numeric_limits<std::uint8_t>::max();
+    case GltfComponent::Short:
+      return std::max(value / std::numeric_limits<std::int16_t>::max(), -1.0);
+    case GltfComponent::UnsignedShort:
+      return value / std::numeric_limits<std::uint16_t>::max();
+    case GltfComponent::UnsignedInt:
+      return value / std::numeric_limits<std::uint32_t>::max();
+    case GltfComponent::Float:
+      break;
   }
-  const Json& mode = Member(part, "mode");
-  if (!mode.is_null() && !(WholeOf(mode, -1) >= 0 && WholeOf(mode, -1) <= mostMode))
-  {
-    return Error{ ErrorCode::InvalidInput, "there is no mode " + QuotedText(mode.dump()) };
-  }
-  const Json& indices = Member(part, "indices");
-  return indices.is_null() ? Status{} : CheckIndices(accessors, indices);
-}
-
-Status CheckNumbers(const Json& node, const char* name, std::size_t count)
-{
-  const Json& numbers = Member(node, name);
-  const bool fits =
-    numbers.is_null() ||
-    (CountOf(numbers) == count && std::all_of(numbers.begin(), numbers.end(),
-                                    [](const Json& number) { return number.is_number(); }));
-  return fits ? Status{}
-              : Status(Error{ ErrorCode::InvalidInput, std::string("has a ") + name +
-                                                         " that is not of " +
-                                                         std::to_string(count) + " numbers" });
-}
-
-Status CheckNode(const Json& node, const Json& meshes)
-{
-  KDSTREAM_TRY(CheckNumbers(node, "matrix", 16));
-  KDSTREAM_TRY(CheckNumbers(node, "translation", 3));
-  KDSTREAM_TRY(CheckNumbers(node, "rotation", 4));
-  KDSTREAM_TRY(CheckNumbers(node, "scale", 3));
-  const Json& mesh = Member(node, "mesh");
-  return mesh.is_null() || IndexIn(meshes, mesh) < CountOf(meshes)
-           ? Status{}
-           : Status(Error{ ErrorCode::InvalidInput, NamesNone("mesh", mesh, meshes) });
-}
-
-Error Within(const std::string& element, const Status& wrong)
-{
-  return { ErrorCode::InvalidInput, element + wrong.GetError().message };
-}
-
-}
-
-Status CheckGltfAccessors(const GltfDocument& document)
-{
-  const Json& accessors = Member(document.json, "accessors");
-  for (std::size_t i = 0; i < CountOf(accessors); ++i)
-  {
-    if (const Status checked = CheckAccessor(document, accessors[i]); !checked)
-    {
-      return Within("accessor " + std::to_string(i) + " ", checked);
-    }
-  }
-  return {};
-}
-
-Status CheckGltfMeshes(const Json& json)
-{
-  const Json &accessors = Member(json, "accessors"), &meshes = Member(json, "meshes"),
-             &nodes = Member(json, "nodes");
-  for (std::size_t mesh = 0; mesh < CountOf(meshes); ++mesh)
-  {
-    const Json& parts = Member(meshes[mesh], "primitives");
-    for (std::size_t i = 0; i < CountOf(parts); ++i)
-    {
-      if (const Status checked = CheckPart(accessors, parts[i]); !checked)
-      {
-        return Within(
-          "mesh " + std::to_string(mesh) + ", part " + std::to_string(i) + ": ", checked);
-      }
-    }
-  }
-  for (std::size_t i = 0; i < CountOf(nodes); ++i)
-  {
-    if (const Status checked = CheckNode(nodes[i], meshes); !checked)
-    {
-      return Within("node " + std::to_string(i) + " ", checked);
-    }
-  }
-  return {};
-}
-
-std::optional<std::string> IncompleteGltfTriangles(const Json& json)
-{
-  constexpr double triangles = 4; // of modes
-  const Json &accessors = Member(json, "accessors"), &meshes = Member(json, "meshes");
-  std::string first;
-  std::size_t found = 0;
-  for (std::size_t mesh = 0; mesh < CountOf(meshes); ++mesh)
-  {
-    const Json& parts = Member(meshes[mesh], "primitives");
-    for (std::size_t i = 0; i < CountOf(parts); ++i)
-    {
-      const Json& indices = Member(parts[i], "indices");
-      const std::size_t at = IndexIn(accessors,
-        indices.is_null() ? Member(Member(parts[i], "attributes"), "POSITION") : indices);
-      const double corners =
-        at < CountOf(accessors) ? WholeOf(Member(accessors[at], "count"), 0) : 0;
-      if (NumberOf(Member(parts[i], "mode"), triangles) == triangles && std::fmod(corners, 3) > 0 &&
-          found++ == 0)
-      {
-        first = "mesh " + std::to_string(mesh) + ", part " + std::to_string(i) + ": " +
-                std::to_string(static_cast<std::uint64_t>(corners)) +
-                (indices.is_null() ? " vertices" : " indices");
-      }
-    }
-  }
-  const std::string others = found == 2  ? " (and 1 other part)"
-                             : found > 2 ? " (and " + std::to_string(found - 1) + " other parts)"
-                                         : "";
-  return found == 0
-           ? std::nullopt
-           : std::optional(first + " of triangles, which is no multiple of three" + others +
-                           ": the last triangle, which is not whole, is left out");
+  return value;
 }
 
 }

@@ -1,27 +1,68 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// What the meshes of a glTF claim of its buffers, checked before VTK reads: it takes what it finds.
+// The numbers of a glTF: what an accessor claims is checked against its bytes, then read as it lies
+// there.
 #pragma once
 
-#include "filters/convert/GltfDocument.h"
+#include "filters/convert/GltfBuffers.h"
 #include "filters/core/Result.h"
 
-#include <optional>
+#include <cstddef>
+#include <cstdint>
+#include <memory>
 #include <string>
+#include <string_view>
+#include <vector>
 
 namespace kdstream
 {
 
-// Whether what accessors claim lies in their views, and these in their buffers. Errors:
-// InvalidInput naming the accessor.
-Status CheckGltfAccessors(const GltfDocument& document);
+// As glTF numbers the types of components.
+enum class GltfComponent
+{
+  Byte = 5120,
+  UnsignedByte = 5121,
+  Short = 5122,
+  UnsignedShort = 5123,
+  UnsignedInt = 5125,
+  Float = 5126
+};
 
-// Whether nodes name meshes, and their parts accessors, that are there and of a kind that is read,
-// and all attributes of a part have as many elements; whether places of nodes are numbers. Errors:
-// InvalidInput naming node or part.
-Status CheckGltfMeshes(const nlohmann::json& json);
+class GltfAccessor
+{
+public:
+  // Of the document, by number. `sparse` elements lie over those of the bufferView, or over zeros
+  // where there is none: of these at most 2^20, since no bytes stand behind them. The document and
+  // the buffers must outlive it. Memory: of sparse ones all elements, else none. Errors:
+  // InvalidInput naming the accessor, Unsupported: those of GltfBuffers::ViewOf.
+  static Result<GltfAccessor> Open(
+    const GltfDocument& document, GltfBuffers& buffers, std::size_t number);
 
-// A sentence, where triangles of parts have corners that are no multiple of three: the last ones
-// are left out. REQUIRES: CheckGltfMeshes.
-std::optional<std::string> IncompleteGltfTriangles(const nlohmann::json& json);
+  // Of elements that lie one after the other, with the lower bytes first.
+  GltfAccessor(std::vector<std::uint8_t> elements, GltfComponent type, std::size_t components,
+    bool normalized);
+
+  // What the JSON of an accessor tells, 0 where it is no kind that exists; Float likewise.
+  static std::size_t ComponentsIn(const nlohmann::json& accessor);
+  static GltfComponent TypeIn(const nlohmann::json& accessor);
+
+  std::size_t Count() const { return this->ElementCount; }
+  std::size_t Components() const { return this->ComponentCount; }
+  GltfComponent Type() const { return this->ComponentType; }
+  // A component of an element as it lies there. REQUIRES: both are there.
+  double Get(std::size_t element, std::size_t component) const;
+  // The same, of whole numbers as parts of the largest that their type has: from 0 to 1, or -1
+  // to 1. Of those that the file says are normalized; `always`: of all of them.
+  double Part(std::size_t element, std::size_t component, bool always = false) const;
+
+private:
+  GltfAccessor() = default;
+  Status Overlay(const GltfDocument& document, GltfBuffers& buffers, const nlohmann::json& sparse);
+
+  GltfBytes Bytes;                                      // from the first element; empty: zeros
+  std::shared_ptr<const std::vector<std::uint8_t>> Own; // behind Bytes, where they are no view's
+  std::size_t ElementCount = 0, ComponentCount = 1, Stride = 0;
+  GltfComponent ComponentType = GltfComponent::Float;
+  bool Normalized = false;
+};
 
 }

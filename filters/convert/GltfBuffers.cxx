@@ -1,12 +1,18 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "filters/convert/GltfBuffers.h"
 
-#include "filters/convert/GltfDocument.h"
-#include "filters/core/TakeResult.h"
+#include "filters/convert/GltfCompression.h"
+#include "filters/core/SystemReason.h"
 #include "filters/core/Texts.h"
 #include "filters/meshio/QuotedText.h"
 
-#include <cstdint>
+#include <fcntl.h>
+#include <sys/mman.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <cerrno>
 #include <string>
 
 namespace kdstream
@@ -19,111 +25,230 @@ using Json = nlohmann::json;
 // What glTF calls a data URI: the bytes are in the .gltf itself.
 bool IsData(const std::string& uri)
 {
-  return uri.rfind("data:", 0) == 0;
-}
-
-Error NotThere(const std::string& uri, const std::filesystem::path& folder)
-{
-  const std::string name = PercentDecoded(uri).value_or(uri);
-  std::error_code failure;
-  const bool escaped = name != uri && std::filesystem::is_regular_file(folder / name, failure);
-  return { ErrorCode::InvalidInput,
-    "the file " + QuotedText(uri) + ", in which its geometry is, is not there" +
-      (escaped
-          ? "; " + QuotedText(name) + " is, but the reader does not understand the %: name it " +
-              "without blanks or signs"
-          : "") };
+  return uri.starts_with("data:");
 }
 
 // Whether it may be read: nothing outside the folder is, but through links that lie in it.
 bool LiesBelow(const std::string& name)
 {
   const std::filesystem::path place = std::filesystem::path(name).lexically_normal();
-  return place.empty() || (!place.is_absolute() && *place.begin() != "..");
+  return !place.empty() && !place.is_absolute() && *place.begin() != "..";
 }
 
-// How many bytes the file has, which must be there.
-Result<std::uint64_t> BytesOfFile(const std::string& name, const std::filesystem::path& folder)
+// Where a URI leads, whose signs may be written as %HH; or to the file of the very name.
+Result<std::filesystem::path> PlaceOf(const std::string& uri, const std::filesystem::path& folder)
 {
-  if (!LiesBelow(name))
+  const std::string file = "the file " + QuotedText(uri) + ", in which its geometry is, ";
+  for (const std::string& name : { PercentDecoded(uri).value_or(uri), uri })
   {
-    return Error{ ErrorCode::InvalidInput,
-      "the file " + QuotedText(name) +
-        ", in which its geometry is, lies outside its folder, where nothing is read" };
-  }
-  std::error_code failure;
-  const std::filesystem::path file = folder / name;
-  const bool there = std::filesystem::is_regular_file(file, failure);
-  const std::uintmax_t bytes = there ? std::filesystem::file_size(file, failure) : 0;
-  return there && !failure ? Result<std::uint64_t>(bytes) : NotThere(name, folder);
-}
-
-Status CheckBuffer(
-  const GltfDocument& document, std::size_t number, const std::filesystem::path& folder)
-{
-  const Json& buffer = Member(document.json, "buffers")[number];
-  const Json& uri = Member(buffer, "uri");
-  const std::string name = uri.is_string() ? uri.get<std::string>() : std::string();
-  std::uint64_t bytes = 0;
-  std::string place;
-  if (IsData(name))
-  {
-    const auto data = DataOf(name);
-    if (!data)
+    if (!LiesBelow(name))
     {
       return Error{ ErrorCode::InvalidInput,
-        "buffer " + std::to_string(number) + " is a data URI that is no base64" };
+        file + "lies outside its folder, where nothing is read" };
     }
-    bytes = data->size();
-    place = "buffer " + std::to_string(number);
+    std::error_code failure;
+    if (std::filesystem::is_regular_file(folder / name, failure))
+    {
+      return folder / name;
+    }
+  }
+  return Error{ ErrorCode::InvalidInput, file + "is not there" };
+}
+
+}
+
+// A file's bytes in memory, which are read when they are looked at.
+class GltfBuffers::Mapping
+{
+public:
+  explicit Mapping(const std::filesystem::path& file)
+  {
+    const int descriptor = ::open(file.c_str(), O_RDONLY | O_CLOEXEC);
+    struct stat status
+    {
+    };
+    if (descriptor < 0 || ::fstat(descriptor, &status) != 0)
+    {
+      this->Reason = errno;
+    }
+    else if (status.st_size > 0)
+    {
+      this->Size = static_cast<std::size_t>(status.st_size);
+      this->Bytes = ::mmap(nullptr, this->Size, PROT_READ, MAP_PRIVATE, descriptor, 0);
+      this->Reason = this->Bytes == MAP_FAILED ? errno : 0;
+    }
+    if (descriptor >= 0)
+    {
+      ::close(descriptor);
+    }
+  }
+  ~Mapping()
+  {
+    if (this->Size > 0 && this->Bytes != MAP_FAILED)
+    {
+      ::munmap(this->Bytes, this->Size);
+    }
+  }
+  Mapping(const Mapping&) = delete;
+  Mapping& operator=(const Mapping&) = delete;
+
+  Result<GltfBytes> Get() const
+  {
+    return this->Reason != 0 ? Result<GltfBytes>(Error{ ErrorCode::InputOutput,
+                                 "cannot be read: " + SystemReason(this->Reason) })
+                             : GltfBytes(static_cast<const std::uint8_t*>(this->Bytes), this->Size);
+  }
+
+private:
+  void* Bytes = nullptr;
+  std::size_t Size = 0;
+  int Reason = 0;
+};
+
+Result<GltfBytes> GltfBuffers::Map(const std::filesystem::path& file)
+{
+  std::shared_ptr<Mapping>& mapping = this->Mappings[file];
+  if (!mapping)
+  {
+    mapping = std::make_shared<Mapping>(file);
+  }
+  return OfFile(file.string(), mapping->Get());
+}
+
+Status GltfBuffers::Find(std::size_t number, const std::filesystem::path& file)
+{
+  const Json& buffer = Member(this->Document->json, "buffers")[number];
+  const Json& uri = Member(buffer, "uri");
+  const std::string name = uri.is_string() ? uri.get<std::string>() : std::string();
+  const std::string named = "buffer " + std::to_string(number);
+  Buffer& found = this->Buffers.emplace_back();
+  found.isThere = true;
+  std::string place = named;
+  if (IsData(name))
+  {
+    std::optional<std::vector<std::uint8_t>> data = DataOf(name);
+    if (!data)
+    {
+      return Error{ ErrorCode::InvalidInput, named + " is a data URI that is no base64" };
+    }
+    found.bytes = this->Decoded.emplace_back(std::move(*data));
   }
   else if (uri.is_string())
   {
-    KDSTREAM_TRY(Take(BytesOfFile(name, folder), bytes));
+    const Result<std::filesystem::path> path = PlaceOf(name, file.parent_path());
+    KDSTREAM_TRY(path);
+    const Result<GltfBytes> bytes = this->Map(*path);
+    KDSTREAM_TRY(bytes);
+    this->Named.push_back(*path);
+    found.bytes = *bytes;
     place = "the file " + QuotedText(name);
   }
-  else if (document.isGlb && number == 0)
+  else if (this->Document->isGlb && number == 0)
   {
-    bytes = document.binaryBytes;
+    const Result<GltfBytes> bytes = this->Map(file);
+    KDSTREAM_TRY(bytes);
+    const auto begin = std::min<std::size_t>(this->Document->binary, bytes->size());
+    found.bytes = bytes->subspan(
+      begin, std::min<std::size_t>(this->Document->binaryBytes, bytes->size() - begin));
     place = "its second chunk";
   }
   else
   {
-    return {}; // that none of these is there tells who uses it
+    found.isThere = false;
+    return {};
   }
-  const double length = NumberOf(Member(buffer, "byteLength"), 0);
-  return length <= double(bytes)
-           ? Status{}
-           : Status(Error{ ErrorCode::InvalidInput,
-               "claims " + Member(buffer, "byteLength").dump() + " bytes of " + place +
-                 "; it has " + std::to_string(bytes) });
-}
-
-}
-
-Status CheckGltfBuffers(const GltfDocument& document, const std::filesystem::path& folder)
-{
-  for (std::size_t i = 0; i < CountOf(Member(document.json, "buffers")); ++i)
+  const Json& told = Member(buffer, "byteLength");
+  const double length = NumberOf(told, 0);
+  if (length > double(found.bytes.size()))
   {
-    KDSTREAM_TRY(CheckBuffer(document, i, folder));
+    return Error{ ErrorCode::InvalidInput, "claims " + told.dump() + " bytes of " + place +
+                                             "; it has " + std::to_string(found.bytes.size()) };
   }
+  found.bytes = found.bytes.first(static_cast<std::size_t>(std::max(0.0, length)));
+  this->BytesInAll += found.bytes.size();
   return {};
 }
 
-std::vector<std::filesystem::path> GltfBufferFiles(
-  const Json& json, const std::filesystem::path& folder)
+Result<GltfBuffers> GltfBuffers::Open(
+  const GltfDocument& document, const std::filesystem::path& file)
 {
-  const Json& buffers = Member(json, "buffers");
-  std::vector<std::filesystem::path> files;
-  for (std::size_t i = 0; i < CountOf(buffers); ++i)
+  GltfBuffers buffers;
+  buffers.Document = &document;
+  const std::size_t count = CountOf(Member(document.json, "buffers"));
+  for (std::size_t i = 0; i < count; ++i)
   {
-    const Json& uri = Member(buffers[i], "uri");
-    if (uri.is_string() && !IsData(uri.get_ref<const std::string&>()))
-    {
-      files.push_back(folder / uri.get_ref<const std::string&>());
-    }
+    KDSTREAM_TRY(buffers.Find(i, file));
   }
-  return files;
+  return buffers;
+}
+
+std::vector<std::filesystem::path> GltfBuffers::Files() const
+{
+  return this->Named;
+}
+
+// view: a bufferView, or what stands for it where it is compressed.
+Result<GltfBytes> GltfBuffers::BytesOf(const Json& view) const
+{
+  const Json& buffers = Member(this->Document->json, "buffers");
+  const std::size_t number = IndexIn(buffers, Member(view, "buffer"));
+  if (number == CountOf(buffers))
+  {
+    return Error{ ErrorCode::InvalidInput, NamesNone("buffer", Member(view, "buffer"), buffers) };
+  }
+  const Buffer& buffer = this->Buffers[number];
+  const double offset = WholeOf(Member(view, "byteOffset"), 0);
+  const double length = WholeOf(Member(view, "byteLength"), 0);
+  const double all = buffer.isThere ? double(buffer.bytes.size()) : -1;
+  return offset >= 0 && length >= 0 && offset + length <= all
+           ? Result<GltfBytes>(buffer.bytes.subspan(
+               static_cast<std::size_t>(offset), static_cast<std::size_t>(length)))
+           : Error{ ErrorCode::InvalidInput, "reaches beyond its buffer" };
+}
+
+Result<GltfBuffers::View> GltfBuffers::ViewOf(std::size_t number)
+{
+  const Json& view = Member(this->Document->json, "bufferViews")[number];
+  const double stride = WholeOf(Member(view, "byteStride"), 0);
+  View read{ {}, static_cast<std::uint64_t>(std::max(0.0, stride)) };
+  const Json& compressed = MeshoptOf(view);
+  if (stride < 0)
+  {
+    return Error{ ErrorCode::InvalidInput, "has a byteStride that is no whole number" };
+  }
+  Result<GltfBytes> bytes = this->BytesOf(compressed.is_null() ? view : compressed);
+  KDSTREAM_TRY(bytes);
+  read.bytes = *bytes;
+  if (!compressed.is_null())
+  {
+    const auto [entry, isNew] = this->Decompressed.try_emplace(number);
+    if (isNew)
+    {
+      // Else many views could make much of the same bytes.
+      this->BytesDecompressed += bytes->size();
+      if (this->BytesDecompressed > this->BytesInAll)
+      {
+        return Error{ ErrorCode::InvalidInput,
+          "is compressed into bytes that are other views', too: there is no room for all of them" };
+      }
+      Result<std::vector<std::uint8_t>> decoded = DecodeMeshopt(compressed, *bytes);
+      if (!decoded)
+      {
+        this->Decompressed.erase(entry);
+        // Who compresses may give the same bytes plain, for those who cannot decompress.
+        const Result<GltfBytes> plain = this->BytesOf(view);
+        if (decoded.GetError().code != ErrorCode::Unsupported || !plain)
+        {
+          return decoded.GetError();
+        }
+        read.bytes = *plain;
+        return read;
+      }
+      entry->second = std::move(*decoded);
+    }
+    read.bytes = entry->second;
+  }
+  return read;
 }
 
 }

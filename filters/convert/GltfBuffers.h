@@ -1,23 +1,68 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// The bytes that a glTF keeps its geometry in, checked before VTK reads: it crashes without them,
-// or takes what it finds.
+// The bytes of a glTF: its buffers, wherever they are, and the views of them, decompressed where
+// they are compressed.
 #pragma once
 
 #include "filters/convert/GltfDocument.h"
 #include "filters/core/Result.h"
 
+#include <cstddef>
+#include <cstdint>
 #include <filesystem>
+#include <map>
+#include <memory>
+#include <optional>
+#include <span>
 #include <vector>
 
 namespace kdstream
 {
 
-// Whether each buffer is there, files below the folder, and as long as it claims. The document's
-// file lies in the folder. Errors: InvalidInput naming the file or the buffer.
-Status CheckGltfBuffers(const GltfDocument& document, const std::filesystem::path& folder);
+using GltfBytes = std::span<const std::uint8_t>;
 
-// The files of buffers. REQUIRES: they are checked.
-std::vector<std::filesystem::path> GltfBufferFiles(
-  const nlohmann::json& json, const std::filesystem::path& folder);
+class GltfBuffers
+{
+public:
+  // Finds every buffer of a document of that file: in the .glb, in a data URI, or in a file in or
+  // below the file's folder, which is mapped and not read. A buffer that is nowhere is left to
+  // whoever needs it. The document must outlive the buffers. Errors: InvalidInput naming the file
+  // or the buffer that is not there, or shorter than it claims; InputOutput.
+  static Result<GltfBuffers> Open(const GltfDocument& document, const std::filesystem::path& file);
+
+  struct View
+  {
+    GltfBytes bytes;
+    std::uint64_t stride = 0; // from element to element, 0: they follow each other
+  };
+  // One of the document's bufferViews. What is compressed is decompressed once, and stays in
+  // memory, 64 times as large as its bytes at most. REQUIRES: a number that is there. Errors:
+  // InvalidInput, continuing the sentence "bufferView 7 …"; Unsupported where
+  // libmeshoptimizer-dev was not there when KdStream was built.
+  Result<View> ViewOf(std::size_t number);
+
+  // The files that buffers are in, but the document's own.
+  std::vector<std::filesystem::path> Files() const;
+
+private:
+  struct Buffer
+  {
+    GltfBytes bytes;
+    bool isThere = false;
+  };
+  class Mapping;
+
+  GltfBuffers() = default;
+  Result<GltfBytes> Map(const std::filesystem::path& file);
+  Result<GltfBytes> BytesOf(const nlohmann::json& view) const;
+  Status Find(std::size_t number, const std::filesystem::path& file);
+
+  const GltfDocument* Document = nullptr;
+  std::vector<Buffer> Buffers;
+  std::map<std::filesystem::path, std::shared_ptr<Mapping>> Mappings;
+  std::vector<std::vector<std::uint8_t>> Decoded;                // of data URIs
+  std::map<std::size_t, std::vector<std::uint8_t>> Decompressed; // of views
+  std::vector<std::filesystem::path> Named;
+  std::uint64_t BytesInAll = 0, BytesDecompressed = 0; // of buffers; of compressed views so far
+};
 
 }

@@ -1,15 +1,16 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "filters/convert/GltfDocument.h"
 
-#include "filters/meshio/FileEnding.h"
+#include "filters/core/CaughtError.h"
+#include "filters/core/Texts.h"
 
 #include <algorithm>
 #include <array>
 #include <cmath>
 #include <cstring>
 #include <fstream>
+#include <set>
 #include <utility>
-#include <vector>
 
 namespace kdstream
 {
@@ -18,122 +19,150 @@ namespace
 
 using Json = nlohmann::json;
 
-// Descendants that nodes may have by being shared, beyond those of trees.
-constexpr std::uint64_t mostShared = std::uint64_t{ 1 } << 20;
-
-// Goes down from each root; what is reached again while it is open is a cycle.
-class NodeCheck
+std::uint32_t NumberAt(const std::array<char, 20>& head, std::size_t place)
 {
-public:
-  explicit NodeCheck(const Json& nodes)
-    : Nodes(nodes)
-    , Sizes(CountOf(nodes))
-    , State(CountOf(nodes))
-  {
-  }
+  std::array<unsigned char, 4> bytes{};
+  std::memcpy(bytes.data(), head.data() + place, bytes.size());
+  return std::uint32_t{ bytes[0] } | std::uint32_t{ bytes[1] } << 8U |
+         std::uint32_t{ bytes[2] } << 16U | std::uint32_t{ bytes[3] } << 24U;
+}
 
-  Status Check()
+// begin: of the text in the file.
+Result<Json> ParseJson(const std::string& text, std::size_t begin)
+{
+  try
   {
-    for (std::size_t root = 0; root < this->State.size(); ++root)
-    {
-      this->Enter(root);
-      while (!this->Path.empty())
-      {
-        KDSTREAM_TRY(this->Step());
-      }
-    }
-    return {};
+    return Json::parse(text);
   }
-
-private:
-  void Enter(std::size_t node)
+  catch (const Json::parse_error& failure)
   {
-    if (this->State[node] == 0)
-    {
-      this->State[node] = 1;
-      this->Sizes[node] = 1;
-      this->Path.push_back({ node, 0 });
-    }
+    const std::size_t at = failure.byte > 0 ? failure.byte - 1 : 0;
+    return GltfError(at >= text.size()
+                       ? "its JSON breaks off at byte " + std::to_string(begin + at)
+                       : "its JSON is damaged at byte " + std::to_string(begin + at));
   }
-
-  // Takes the next child of the last node, or leaves that one.
-  Status Step()
+  catch (const Json::exception&) // 1e999
   {
-    const std::size_t node = this->Path.back().first;
-    const Json& children = Member(this->Nodes[node], "children");
-    if (this->Path.back().second == CountOf(children))
-    {
-      this->State[node] = 2;
-      this->Path.pop_back();
-      return {};
-    }
-    const std::size_t child = IndexIn(this->Nodes, children[this->Path.back().second]);
-    if (child == this->State.size())
-    {
-      ++this->Path.back().second;
-      return {};
-    }
-    if (this->State[child] == 1)
-    {
-      return Error{ ErrorCode::InvalidInput,
-        "node " + std::to_string(child) + " is its own descendant" };
-    }
-    if (this->State[child] == 0)
-    {
-      this->Enter(child); // and comes back to this child when it is done
-      return {};
-    }
-    ++this->Path.back().second;
-    this->Sizes[node] += this->Sizes[child];
-    const std::uint64_t most = this->State.size() + mostShared;
-    return this->Sizes[node] <= most
-             ? Status{}
-             : Status(Error{ ErrorCode::InvalidInput,
-                 "node " + std::to_string(node) + " has more than " + std::to_string(most) +
-                   " descendants: nodes are shared over and over" });
+    return GltfError("its JSON has a number that is too large to be read");
   }
+  catch (...)
+  {
+    return CaughtError();
+  }
+}
 
-  const Json& Nodes;
-  std::vector<std::uint64_t> Sizes;                      // with descendants
-  std::vector<std::uint8_t> State;                       // 0 unknown, 1 open, 2 done
-  std::vector<std::pair<std::size_t, std::size_t>> Path; // node, next child
-};
+Result<std::string> ReadText(std::ifstream& file, std::uint64_t bytes)
+{
+  std::string text(bytes, ' ');
+  if (!file.read(text.data(), static_cast<std::streamsize>(bytes)))
+  {
+    return Error{ ErrorCode::InputOutput, "cannot be read" };
+  }
+  return text;
+}
+
+// A head of twelve bytes, a chunk of JSON, and one of bytes that may be missing; a chunk has its
+// length and kind before it.
+Result<std::string> ReadGlb(std::ifstream& file, std::uint64_t bytes, GltfDocument& document)
+{
+  constexpr std::uint64_t headBytes = 12, chunkBytes = 8;
+  std::array<char, headBytes + chunkBytes> head{};
+  if (bytes < head.size() || !file.read(head.data(), head.size()))
+  {
+    return GltfError("ends in its head: it has " + std::to_string(bytes) + " bytes");
+  }
+  const std::uint32_t version = NumberAt(head, 4), all = NumberAt(head, 8);
+  const std::uint32_t length = NumberAt(head, headBytes);
+  if (version != 2)
+  {
+    return GltfError(
+      "is a glTF of version " + std::to_string(version) + ", of which only version 2 is read");
+  }
+  if (all > bytes)
+  {
+    return GltfError("claims " + std::to_string(all) + " bytes; the file has " +
+                     std::to_string(bytes) + ": it was cut");
+  }
+  if (std::memcmp(head.data() + headBytes + 4, "JSON", 4) != 0)
+  {
+    return GltfError("byte 16: its first chunk is not the JSON that it must be");
+  }
+  if (length > bytes - head.size())
+  {
+    return GltfError(
+      "byte 12: its JSON claims " + std::to_string(length) + " bytes, more than the file has");
+  }
+  const Result<std::string> text = ReadText(file, length);
+  KDSTREAM_TRY(text);
+  document.isGlb = true;
+  document.binary = head.size() + length + chunkBytes;
+  std::array<char, head.size()> chunk{};
+  if (document.binary <= bytes && file.read(chunk.data(), chunkBytes))
+  {
+    document.binaryBytes = std::min<std::uint64_t>(NumberAt(chunk, 0), bytes - document.binary);
+  }
+  if (all >= head.size() + length)
+  {
+    document.tolerance.Count(
+      Lapse::BytesBehindEnd, bytes - all, "byte " + std::to_string(all) + " of the file");
+  }
+  return text;
+}
+
+// What glTF extends with that is read, and beginnings of names of what changes looks alone.
+constexpr std::array<std::string_view, 8> readExtensions{ "EXT_mesh_gpu_instancing",
+  "EXT_meshopt_compression", "EXT_texture_webp", "KHR_draco_mesh_compression",
+  "KHR_materials_pbrSpecularGlossiness", "KHR_mesh_quantization", "KHR_meshopt_compression",
+  "KHR_texture_transform" };
+constexpr std::array<std::string_view, 9> looks{ "KHR_materials_", "EXT_materials_",
+  "ADOBE_materials_", "KHR_texture_", "EXT_texture_", "MSFT_texture_", "KHR_lights_", "EXT_lights_",
+  "KHR_xmp" };
+constexpr std::size_t mostNamed = 10;
+
+bool IsRead(std::string_view extension)
+{
+  return std::find(readExtensions.begin(), readExtensions.end(), extension) != readExtensions.end();
+}
+
+bool ChangesLooks(std::string_view extension)
+{
+  return std::any_of(looks.begin(), looks.end(),
+    [&](std::string_view beginning) { return extension.starts_with(beginning); });
+}
 
 }
 
-std::optional<GltfDocument> ReadGltfDocument(const std::filesystem::path& file)
+Result<GltfDocument> ReadGltfDocument(const std::filesystem::path& file)
 {
-  std::ifstream text(file, std::ios::binary);
-  GltfDocument document;
-  document.isGlb = FileEnding(file) == ".glb";
-  if (!document.isGlb)
-  {
-    document.json = Json::parse(text, nullptr, false);
-    return document.json.is_object() ? std::optional(std::move(document)) : std::nullopt;
-  }
-  std::array<char, 20> head{};
+  std::ifstream input(file, std::ios::binary);
   std::error_code failed;
   const std::uintmax_t bytes = std::filesystem::file_size(file, failed);
-  std::uint32_t length = 0;
-  if (failed || !text.read(head.data(), head.size()) || std::memcmp(head.data(), "glTF", 4) != 0)
+  std::array<char, 4> mark{};
+  if (failed || !input)
   {
-    return std::nullopt;
+    return Error{ ErrorCode::InputOutput, "cannot be read" };
   }
-  std::memcpy(&length, head.data() + 12, sizeof length);
-  if (length > bytes - head.size())
+  input.read(mark.data(), mark.size());
+  input.clear();
+  input.seekg(0);
+  GltfDocument document;
+  const bool isGlb = std::memcmp(mark.data(), "glTF", mark.size()) == 0;
+  const Result<std::string> text = isGlb ? ReadGlb(input, bytes, document) : ReadText(input, bytes);
+  KDSTREAM_TRY(text);
+  Result<Json> json = ParseJson(*text, isGlb ? 20 : 0);
+  KDSTREAM_TRY(json);
+  document.json = std::move(*json);
+  const Json& version = Member(Member(document.json, "asset"), "version");
+  if (!version.is_string())
   {
-    return std::nullopt;
+    return GltfError("is no glTF: its JSON has no version of an asset");
   }
-  std::string json(length, ' ');
-  text.read(json.data(), static_cast<std::streamsize>(length));
-  document.json = Json::parse(json, nullptr, false);
-  document.binary = head.size() + length + 8;
-  std::uint32_t chunk = 0;
-  if (text.read(reinterpret_cast<char*>(&chunk), sizeof chunk) && document.binary <= bytes)
+  if (!version.get_ref<const std::string&>().starts_with("2"))
   {
-    document.binaryBytes = std::min<std::uint64_t>(chunk, bytes - document.binary);
+    return GltfError("is a glTF of version " + Quoted(version.get_ref<const std::string&>()) +
+                     ", of which only version 2 is read");
   }
-  return document.json.is_object() ? std::optional(std::move(document)) : std::nullopt;
+  return document;
 }
 
 const Json& Member(const Json& value, const char* name)
@@ -146,6 +175,12 @@ const Json& Member(const Json& value, const char* name)
 double NumberOf(const Json& value, double otherwise)
 {
   return value.is_number() && std::isfinite(value.get<double>()) ? value.get<double>() : otherwise;
+}
+
+double WholeOf(const Json& value, double otherwise)
+{
+  const double number = value.is_null() ? otherwise : NumberOf(value, -1);
+  return number >= 0 && number <= 0x1p53 && number == std::floor(number) ? number : -1;
 }
 
 std::size_t CountOf(const Json& array)
@@ -198,28 +233,41 @@ std::string NamesNone(const std::string& element, const Json& index, const Json&
                            : "names no " + element;
 }
 
-Status CheckGltfExtensions(const Json& json)
+Error Within(const std::string& where, Error error)
 {
-  const Json& required = Member(json, "extensionsRequired");
-  for (std::size_t i = 0; i < CountOf(required); ++i)
+  error.message = where + error.message;
+  return error;
+}
+
+Status CheckGltfExtensions(const Json& json, std::optional<std::string>& notRead)
+{
+  std::set<std::string> names;
+  for (const char* const list : { "extensionsRequired", "extensionsUsed" })
   {
-    for (const char* const compressed :
-      { "KHR_draco_mesh_compression", "EXT_meshopt_compression", "KHR_meshopt_compression" })
+    for (const Json& extension : Member(json, list))
     {
-      if (required[i] == compressed)
+      const std::string name = extension.is_string() ? extension.get<std::string>() : "";
+      if (list == std::string_view("extensionsRequired") && !IsRead(name) && !ChangesLooks(name))
       {
-        return Error{ ErrorCode::InvalidInput,
-          std::string("its geometry is compressed (") + compressed +
-            "), which is not read: save it without compression" };
+        return Error{ ErrorCode::Unsupported,
+          "needs the extension " + Quoted(name) + ", which is not read: save it without" };
+      }
+      if (!IsRead(name))
+      {
+        names.insert(name);
       }
     }
   }
+  std::string all;
+  std::size_t count = 0;
+  for (const std::string& name : names)
+  {
+    all += count < mostNamed ? (count > 0 ? ", " : "") + Quoted(name) : "";
+    ++count;
+  }
+  all += count > mostNamed ? " and " + std::to_string(count - mostNamed) + " more" : "";
+  notRead = count > 0 ? std::optional("extensions that are not read: " + all) : std::nullopt;
   return {};
-}
-
-Status CheckGltfNodes(const Json& json)
-{
-  return NodeCheck(Member(json, "nodes")).Check();
 }
 
 }

@@ -3,6 +3,7 @@
 #pragma once
 
 #include "filters/core/Result.h"
+#include "filters/meshio/Tolerance.h"
 
 #include <nlohmann/json.hpp>
 
@@ -11,6 +12,7 @@
 #include <filesystem>
 #include <optional>
 #include <string>
+#include <string_view>
 #include <vector>
 
 namespace kdstream
@@ -21,16 +23,20 @@ struct GltfDocument
   nlohmann::json json;           // an object
   std::uint64_t binary = 0;      // where the bytes of a .glb's second chunk begin
   std::uint64_t binaryBytes = 0; // that it has, 0 where there is none
-  bool isGlb = false;
+  bool isGlb = false;            // by its first bytes, whatever the file is called
+  Tolerance tolerance{};         // bytes behind the end of a .glb
 };
 
-// Nothing where there is no JSON of an object. Peak memory: some times the JSON.
-std::optional<GltfDocument> ReadGltfDocument(const std::filesystem::path& file);
+// Peak memory: some times the JSON. Errors: InvalidInput, with the byte where the JSON breaks off
+// or is none, for what is no glTF, is shorter than it claims, or is of another version than 2.
+Result<GltfDocument> ReadGltfDocument(const std::filesystem::path& file);
 
 // A member, or null: also where the value is no object.
 const nlohmann::json& Member(const nlohmann::json& value, const char* name);
 // A finite number.
 double NumberOf(const nlohmann::json& value, double otherwise);
+// A whole number from 0 to 2^53, which JSON has exactly; -1 where it is none.
+double WholeOf(const nlohmann::json& value, double otherwise);
 // Of an array; 0 of everything else.
 std::size_t CountOf(const nlohmann::json& array);
 // The number of an element of an array; its size where it is none.
@@ -40,14 +46,17 @@ std::optional<std::vector<std::uint8_t>> DataOf(const std::string& uri);
 // "names image 7, but there are 2".
 std::string NamesNone(
   const std::string& element, const nlohmann::json& index, const nlohmann::json& array);
+// Of InvalidInput.
+inline Error GltfError(const std::string& message)
+{
+  return { ErrorCode::InvalidInput, message };
+}
+// The error with `where` before what is wrong.
+Error Within(const std::string& where, Error error);
 
-// Whether geometry is as it is written. Errors: InvalidInput naming the extension that compresses
-// it.
-Status CheckGltfExtensions(const nlohmann::json& json);
-
-// Whether nodes are trees, or nearly: a reader follows each way down to a node. Errors:
-// InvalidInput for a node that is its own descendant, or that has, by nodes that several share,
-// far more descendants than there are nodes.
-Status CheckGltfNodes(const nlohmann::json& json);
+// Whether every extension that the file requires is read, or concerns looks alone: `notRead` gets a
+// sentence that names those that the file uses and that are not read. Errors: Unsupported, naming
+// the extension.
+Status CheckGltfExtensions(const nlohmann::json& json, std::optional<std::string>& notRead);
 
 }

@@ -5,6 +5,10 @@
 
 #include <algorithm>
 #include <cstdint>
+#include <map>
+#include <string>
+#include <tuple>
+#include <unordered_set>
 
 namespace kdstream
 {
@@ -37,21 +41,52 @@ void GiveColors(Mesh& mesh, bool alpha)
   mesh.attributes.push_back(std::move(colors));
 }
 
-void AddWarning(std::vector<std::string>& warnings, const std::string& warning)
+// Warnings that were not given before.
+class Warnings
 {
-  if (std::find(warnings.begin(), warnings.end(), warning) == warnings.end())
+public:
+  void Add(const std::string& warning, std::vector<std::string>& warnings)
   {
-    warnings.push_back(warning);
+    if (this->Given.insert(warning).second)
+    {
+      warnings.push_back(warning);
+    }
   }
-}
 
-// Whether all parts with points have it.
-bool InAll(const AttributeInfo& info, std::span<const ForeignMesh> parts)
+private:
+  std::unordered_set<std::string> Given;
+};
+
+// In how many parts with points each array is.
+class ArrayCount
 {
-  return std::all_of(parts.begin(), parts.end(),
-    [&](const ForeignMesh& part)
-    { return part.mesh.points.empty() || FindAttribute(part.mesh.attributes, info) != nullptr; });
-}
+public:
+  explicit ArrayCount(std::span<const ForeignMesh> parts)
+  {
+    for (const ForeignMesh& part : parts)
+    {
+      this->Parts += part.mesh.points.empty() ? 0 : 1;
+      for (const Attribute& attribute : part.mesh.attributes)
+      {
+        this->Counts[KeyOf(attribute)] += part.mesh.points.empty() ? 0 : 1;
+      }
+    }
+  }
+  bool IsInAll(const AttributeInfo& info) const
+  {
+    const auto found = this->Counts.find(KeyOf(info));
+    return found != this->Counts.end() && found->second == this->Parts;
+  }
+
+private:
+  static std::tuple<std::string, int, int, int> KeyOf(const AttributeInfo& info)
+  {
+    return { info.name, int(info.type), int(info.association), info.components };
+  }
+
+  std::map<std::tuple<std::string, int, int, int>, std::size_t> Counts;
+  std::size_t Parts = 0;
+};
 
 void UnifyColors(std::span<ForeignMesh> parts)
 {
@@ -105,15 +140,16 @@ Result<ForeignMesh> JoinParts(std::span<ForeignMesh> parts)
   UnifyColors(parts);
   Mesh& mesh = joined.mesh;
   mesh.scalarType = ScalarType::Float32;
-  std::vector<AttributeInfo> kept;
+  const ArrayCount arrays(parts);
+  Warnings warnings;
   for (const ForeignMesh& part : parts)
   {
     for (const Attribute& attribute : part.mesh.attributes)
     {
-      if (!InAll(attribute, parts))
+      if (!arrays.IsInAll(attribute))
       {
-        AddWarning(
-          joined.warnings, "array \"" + attribute.name + "\" is dropped: not all parts have it");
+        warnings.Add(
+          "array \"" + attribute.name + "\" is dropped: not all parts have it", joined.warnings);
       }
       else if (!FindAttribute(mesh.attributes, attribute))
       {
@@ -124,7 +160,7 @@ Result<ForeignMesh> JoinParts(std::span<ForeignMesh> parts)
     }
     for (const std::string& warning : part.warnings)
     {
-      AddWarning(joined.warnings, warning);
+      warnings.Add(warning, joined.warnings);
     }
   }
   for (const ForeignMesh& part : parts)

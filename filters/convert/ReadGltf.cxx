@@ -1,221 +1,432 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// glTF: scenes of many parts, read by VTK and joined to one mesh.
+// glTF 2: a scene of many parts, joined to one mesh.
+//
+// Steps: 1. the JSON, its extensions, buffers and materials  2. the scene's nodes, checked; what
+// their meshes claim to have, added up before memory is taken  3. each mesh, at each of its places,
+// appended to one mesh  4. pictures baked, or colours as they are; floats where these are as fine
+// as what the file has.
 #include "filters/convert/ForeignMesh.h"
-#include "filters/convert/GltfScene.h"
+#include "filters/convert/GltfBuffers.h"
+#include "filters/convert/GltfDocument.h"
+#include "filters/convert/GltfMaterials.h"
+#include "filters/convert/GltfMeshes.h"
+#include "filters/convert/GltfNodes.h"
 #include "filters/convert/JoinParts.h"
-#include "filters/convert/PolyDataParts.h"
-#include "filters/convert/VtkMessages.h"
+#include "filters/core/VectorMath.h"
 #include "filters/texture/BakeTextures.h"
-
-#include <vtkCompositeDataIterator.h>
-#include <vtkFieldData.h>
-#include <vtkGLTFReader.h>
-#include <vtkMultiBlockDataSet.h>
-#include <vtkNew.h>
-#include <vtkPointData.h>
-#include <vtkPolyData.h>
 
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <iterator>
+#include <map>
 #include <optional>
+#include <utility>
+
 namespace kdstream
 {
 namespace
 {
 
-void RemoveAttributes(Mesh& mesh, const std::vector<std::string>& names)
+using Json = nlohmann::json;
+
+constexpr Color white{ 1, 1, 1, 1 };
+
+// Whether floats would lose what the part has. They do where they leave it fewer than 2^16 steps
+// along its longest side, and where those that it was written with are finer.
+bool NeedsDoubles(const Box& local, const Box& placed, const GltfPlace& place)
 {
-  mesh.attributes.erase(
-    std::remove_if(mesh.attributes.begin(), mesh.attributes.end(),
-      [&](const Attribute& attribute)
-      { return std::find(names.begin(), names.end(), attribute.name) != names.end(); }),
-    mesh.attributes.end());
+  constexpr double leastSteps = 0x1p16, stepsOfFloats = 0x1p23, asFine = 4;
+  double largest = 0, largestLocal = 0, side = 0, scale = 0;
+  for (std::size_t k = 0; k < 3; ++k)
+  {
+    largest = std::max({ largest, std::abs(placed.lo[k]), std::abs(placed.hi[k]) });
+    largestLocal = std::max({ largestLocal, std::abs(local.lo[k]), std::abs(local.hi[k]) });
+    side = std::max(side, placed.hi[k] - placed.lo[k]);
+    scale = std::max(scale, Length(place.axes[k]));
+  }
+  return side * stepsOfFloats < leastSteps * largest && largest > asFine * scale * largestLocal;
 }
 
-vtkDataArray* FieldArray(vtkPolyData& part, const char* name, int components)
-{
-  vtkDataArray* const array = part.GetFieldData()->GetArray(name);
-  return array && array->GetNumberOfTuples() > 0 && array->GetNumberOfComponents() >= components
-           ? array
-           : nullptr;
-}
+const AttributeInfo normalsInfo{ "Normals", AttributeType::Float32, AttributeAssociation::Point,
+  3 };
 
-// A part's paint: its material's, and its vertices' own, which multiply it.
-class PartPaint
+class GltfScene
 {
 public:
-  explicit PartPaint(vtkPolyData& part)
-    : Part(part)
+  GltfScene(
+    const GltfDocument& document, const std::filesystem::path& file, const TextureOptions& textures)
+    : Document(document)
+    , Nodes(document)
+    , Paint(ReadGltfMaterials(document, file))
+    , Textures(textures)
   {
-    if (vtkDataArray* const factor = FieldArray(part, "BaseColorMultiplier", 3))
-    {
-      for (int k = 0; k < std::min(4, factor->GetNumberOfComponents()); ++k)
-      {
-        this->Factor[std::size_t(k)] = factor->GetComponent(0, k);
-      }
-      this->HasMaterial = true;
-    }
-    this->Opaque = FieldArray(part, "ForceOpaque", 1) != nullptr;
-    vtkPointData* const data = part.GetPointData();
-    this->Own = data->GetArray("COLOR_0");
-    this->Own = this->Own ? this->Own : data->GetScalars();
-    if (this->Own &&
-        (this->Own->GetNumberOfComponents() < 3 || this->Own->GetNumberOfComponents() > 4))
-    {
-      this->Own = nullptr;
-    }
+    this->IsPainted = textures.bake && !this->Paint.pictures.empty();
   }
 
-  // In a scene whose materials have their number as red (GltfScene): which that is.
-  std::size_t MaterialNumber(std::size_t count) const
-  {
-    const double number = this->HasMaterial ? this->Factor[0] : double(count);
-    return number >= 0 && number < double(count) ? static_cast<std::size_t>(std::lround(number))
-                                                 : count;
-  }
+  const std::vector<PictureSource>& Pictures() const { return this->Paint.pictures; }
 
-  // The colour of the material that the part names by its number.
-  void Use(const std::vector<GltfMaterial>& materials)
+  Result<ForeignMesh> Read(GltfBuffers& buffers, const Execution& execution)
   {
-    const std::size_t number = this->MaterialNumber(materials.size());
-    const TexturedMaterial paint =
-      number < materials.size() ? materials[number].paint : TexturedMaterial{};
-    this->Factor = paint.factor;
-    this->Opaque = paint.opaque;
-  }
-
-  // In linear light; white where there are none.
-  Color OwnColor(std::size_t point) const
-  {
-    const double scale = !this->Own                                       ? 1
-                         : this->Own->GetDataType() == VTK_UNSIGNED_CHAR  ? 255
-                         : this->Own->GetDataType() == VTK_UNSIGNED_SHORT ? 65535
-                                                                          : 1;
-    Color color{ 1, 1, 1, 1 };
-    for (int k = 0; this->Own && k < this->Own->GetNumberOfComponents(); ++k)
+    KDSTREAM_TRY(this->Nodes.Open());
+    GltfMeshes meshes(this->Document, buffers, this->Paint.materials);
+    KDSTREAM_TRY(this->AddClaims(meshes, buffers));
+    this->ChooseArrays();
+    KDSTREAM_TRY(this->AppendMeshes(meshes, buffers, execution));
+    this->RoundToFloats();
+    this->Warn(meshes.Incomplete());
+    this->Joined.tolerance = this->Document.tolerance;
+    this->Joined.tolerance.Add(meshes.Dropped());
+    if (this->IsPainted && !this->Joined.mesh.points.empty())
     {
-      color[std::size_t(k)] = this->Own->GetComponent(static_cast<vtkIdType>(point), k) / scale;
+      KDSTREAM_TRY(this->Bake(execution));
     }
-    return color;
-  }
-
-  // Where nothing has a picture: factor and own colours. Nothing if all of them are white.
-  void Paint(Mesh& mesh) const
-  {
-    if (!this->Own && this->Factor == Color{ 1, 1, 1, 1 })
+    else if (!this->IsPainted && this->Claims.coloured > 0)
     {
-      return;
+      AddColors(this->Joined.mesh, this->Colors);
     }
-    std::vector<Color> colors(mesh.points.size());
-    for (std::size_t i = 0; i < colors.size(); ++i)
-    {
-      const Color own = this->OwnColor(i);
-      for (std::size_t k = 0; k < 4; ++k)
-      {
-        const double light = own[k] * this->Factor[k];
-        colors[i][k] = std::clamp(k < 3 ? FromLinear(light) : light, 0.0, 1.0);
-      }
-      colors[i][3] = this->Opaque ? 1 : colors[i][3];
-    }
-    AddColors(mesh, colors);
+    return std::move(this->Joined);
   }
 
 private:
-  vtkPolyData& Part;
-  Color Factor{ 1, 1, 1, 1 };
-  bool HasMaterial = false, Opaque = false;
-  vtkDataArray* Own = nullptr;
-};
-
-// The parts of a scene with pictures, as one mesh that they paint.
-class PaintedScene
-{
-public:
-  explicit PaintedScene(GltfScene& scene)
-    : Count(scene.read.materials.size())
+  // How often each mesh stands in the scene, and what all of that makes.
+  Status AddClaims(const GltfMeshes& meshes, GltfBuffers& buffers)
   {
-    for (const GltfMaterial& material : scene.read.materials)
-    {
-      this->Textured.materials.push_back(material.paint);
-      this->Sets.push_back(material.coordinates);
-    }
-    this->Textured.materials.push_back({}); // of parts without one
-    this->Sets.push_back(0);
-    this->Textured.pictures = std::move(scene.read.pictures);
+    std::map<std::size_t, GltfMeshes::Claims> known;
+    KDSTREAM_TRY(this->Nodes.ForEachMesh(buffers,
+      [&](std::size_t node, const GltfPlace&) -> Status
+      {
+        const std::size_t mesh = this->MeshOf(node);
+        if (this->Uses[mesh]++ == 0)
+        {
+          Result<GltfMeshes::Claims> claims = meshes.ClaimsOf(mesh);
+          KDSTREAM_TRY(claims);
+          known[mesh] = std::move(*claims);
+        }
+        this->Claims.Add(known[mesh]);
+        constexpr std::uint64_t most = noVertex - 1;
+        return this->Claims.points <= most && this->Claims.triangles <= most
+                 ? Status{}
+                 : Status(Error{ ErrorCode::LimitExceeded,
+                     "its nodes show more than " + std::to_string(most) +
+                       " points or triangles, more than can be read: show its meshes less often" });
+      }));
+    return {};
   }
 
-  // In the order in which parts are joined.
-  void Add(vtkPolyData& part, const Mesh& mesh)
+  std::size_t MeshOf(std::size_t node) const
   {
-    const PartPaint paint(part);
-    const std::size_t material = paint.MaterialNumber(this->Count);
-    vtkPointData* const data = part.GetPointData();
-    const std::string name = "TEXCOORD_" + std::to_string(this->Sets[material]);
-    vtkDataArray* coordinates = data->GetArray(name.c_str());
-    coordinates = coordinates || this->Sets[material] > 0 ? coordinates : data->GetTCoords();
-    const bool has = coordinates && coordinates->GetNumberOfComponents() >= 2;
-    for (const Triangle& t : mesh.triangles)
+    return IndexIn(Member(this->Document.json, "meshes"),
+      Member(Member(this->Document.json, "nodes")[node], "mesh"));
+  }
+
+  Status AppendMeshes(GltfMeshes& meshes, GltfBuffers& buffers, const Execution& execution)
+  {
+    std::map<std::size_t, std::vector<GltfPart>> kept; // of meshes that come again
+    std::size_t placed = 0;
+    const auto total = static_cast<double>(std::max<std::uint64_t>(1, this->Claims.points));
+    return this->Nodes.ForEachMesh(buffers,
+      [&](std::size_t node, const GltfPlace& place) -> Status
+      {
+        constexpr std::size_t often = 256;
+        if (placed++ % often == 0)
+        {
+          KDSTREAM_TRY(execution.Report("read", double(this->Joined.mesh.points.size()) / total));
+        }
+        const std::size_t mesh = this->MeshOf(node);
+        const Json& weights = Member(Member(this->Document.json, "nodes")[node], "weights");
+        const auto found = weights.is_null() ? kept.find(mesh) : kept.end();
+        std::vector<GltfPart> read;
+        if (found == kept.end())
+        {
+          Result<std::vector<GltfPart>> parts = meshes.PartsOf(mesh, weights);
+          KDSTREAM_TRY(parts);
+          read = std::move(*parts);
+        }
+        for (const GltfPart& part : found == kept.end() ? read : found->second)
+        {
+          KDSTREAM_TRY(this->AppendPart(part, node, place, buffers));
+        }
+        if (--this->Uses[mesh] == 0)
+        {
+          kept.erase(mesh);
+        }
+        else if (found == kept.end() && weights.is_null())
+        {
+          kept.emplace(mesh, std::move(read));
+        }
+        return {};
+      });
+  }
+
+  Status AppendPart(
+    const GltfPart& part, std::size_t node, const GltfPlace& place, GltfBuffers& buffers)
+  {
+    const Json& skins = Member(this->Document.json, "skins");
+    const Json& skin = Member(Member(this->Document.json, "nodes")[node], "skin");
+    if (skin.is_null() || part.jointsOfPoint == 0)
+    {
+      return this->Append(part, place);
+    }
+    const std::size_t number = IndexIn(skins, skin);
+    if (number == CountOf(skins))
+    {
+      return Error{ ErrorCode::InvalidInput,
+        "node " + std::to_string(node) + " " + NamesNone("skin", skin, skins) };
+    }
+    GltfPart moved = part;
+    KDSTREAM_TRY(ApplyGltfSkin(this->Document, buffers, this->Nodes, number, moved));
+    return this->Append(moved, GltfPlace{});
+  }
+
+  Status Append(const GltfPart& part, const GltfPlace& place)
+  {
+    Mesh& mesh = this->Joined.mesh;
+    const std::size_t first = mesh.points.size();
+    if (part.points.size() >= noVertex - first) // more than was claimed: Draco's
+    {
+      return Error{ ErrorCode::LimitExceeded, "more than 4294967294 points; as many can be read" };
+    }
+    const bool isMoved = !(place == GltfPlace{});
+    this->AppendPoints(part, place, isMoved);
+    const bool isMirrored = isMoved && place.Determinant() < 0;
+    const auto offset = static_cast<VertexId>(first);
+    for (const Triangle& t : part.triangles)
+    {
+      mesh.triangles.push_back(
+        { t[0] + offset, t[isMirrored ? 2 : 1] + offset, t[isMirrored ? 1 : 2] + offset });
+    }
+    for (Attribute& array : mesh.attributes)
+    {
+      if (array.Info() == normalsInfo)
+      {
+        AppendNormals(part.normals, place, array);
+      }
+      else if (const Attribute* const from = FindAttribute(part.arrays, array))
+      {
+        array.values.insert(array.values.end(), from->values.begin(), from->values.end());
+      }
+    }
+    this->Lines += part.lines;
+    this->IsPosed = this->IsPosed || part.jointsOfPoint > 0;
+    this->IsPainted ? this->AppendPainted(part, first) : this->AppendColors(part);
+    return {};
+  }
+
+  static void AppendNormals(
+    const std::vector<Vec3>& normals, const GltfPlace& place, Attribute& array)
+  {
+    std::size_t tuple = array.TupleCount();
+    array.values.resize(array.values.size() + normals.size() * array.TupleSize());
+    for (const Vec3& normal : normals)
+    {
+      const Vec3 turned = place.OfNormal(normal);
+      for (std::size_t k = 0; k < 3; ++k)
+      {
+        array.Set(tuple, k, turned[k]);
+      }
+      ++tuple;
+    }
+  }
+
+  void AppendPoints(const GltfPart& part, const GltfPlace& place, bool isMoved)
+  {
+    std::vector<Vec3>& points = this->Joined.mesh.points;
+    if (!isMoved)
+    {
+      std::transform(
+        part.points.begin(), part.points.end(), std::back_inserter(points), WithPositiveZeros);
+      return;
+    }
+    Box local, placed;
+    bool areFloats = true;
+    for (const Vec3& point : part.points)
+    {
+      const Vec3 at = place.Of(point);
+      local.Add(point);
+      placed.Add(at);
+      areFloats = areFloats && std::all_of(at.begin(), at.end(),
+                                 [](double value) { return double(float(value)) == value; });
+      points.push_back(at);
+    }
+    this->AreDoubles = this->AreDoubles || (!areFloats && NeedsDoubles(local, placed, place));
+  }
+
+  // Colours of the points: the part's own, times the material's.
+  void AppendColors(const GltfPart& part)
+  {
+    if (this->Claims.coloured == 0)
+    {
+      return;
+    }
+    const TexturedMaterial paint = part.material < this->Paint.materials.size()
+                                     ? this->Paint.materials[part.material].paint
+                                     : TexturedMaterial{};
+    for (std::size_t i = 0; i < part.points.size(); ++i)
+    {
+      const Color own = part.colors.empty() ? white : part.colors[i];
+      std::array<double, 4> channels{};
+      for (std::size_t k = 0; k < 4; ++k)
+      {
+        const double light = own[k] * paint.factor[k];
+        channels[k] = std::clamp(k < 3 ? FromLinear(light) : light, 0.0, 1.0);
+      }
+      channels[3] = paint.opaque ? 1 : channels[3];
+      this->Colors.push_back(channels);
+    }
+  }
+
+  // What pictures paint: coordinates and material of each triangle, and colours that multiply it.
+  void AppendPainted(const GltfPart& part, std::size_t first)
+  {
+    const bool hasMaterial = part.material < this->Paint.materials.size();
+    std::vector<Triangle>& triangles = this->Joined.mesh.triangles;
+    for (std::size_t t = triangles.size() - part.triangles.size(); t < triangles.size(); ++t)
     {
       std::array<PictureCoordinate, 3>& corners = this->Textured.corners.emplace_back();
       for (std::size_t k = 0; k < 3; ++k)
       {
-        const auto point = static_cast<vtkIdType>(t[k]);
-        corners[k] = has ? PictureCoordinate{ float(coordinates->GetComponent(point, 0)),
-          float(coordinates->GetComponent(point, 1)) }
-                         : noPictureCoordinate;
+        corners[k] =
+          part.pictures.empty() ? noPictureCoordinate : part.pictures[triangles[t][k] - first];
       }
-      this->Textured.materialOf.push_back(static_cast<std::uint32_t>(material));
+      this->Textured.materialOf.push_back(
+        static_cast<std::uint32_t>(hasMaterial ? part.material : this->Paint.materials.size()));
     }
-    for (std::size_t i = 0; i < mesh.points.size(); ++i)
+    this->Colors.resize(this->Joined.mesh.points.size(), white);
+    std::copy(part.colors.begin(), part.colors.end(),
+      this->Colors.begin() + static_cast<std::ptrdiff_t>(first));
+    this->IsTinted = this->IsTinted || std::any_of(part.colors.begin(), part.colors.end(),
+                                         [](const Color& color) { return color != white; });
+  }
+
+  void RoundToFloats()
+  {
+    Mesh& mesh = this->Joined.mesh;
+    mesh.scalarType = this->AreDoubles ? ScalarType::Float64 : ScalarType::Float32;
+    for (std::size_t i = 0; i < mesh.points.size() && !this->AreDoubles; ++i)
     {
-      this->Own.push_back(paint.OwnColor(i));
-      this->AnyOwn = this->AnyOwn || this->Own.back() != Color{ 1, 1, 1, 1 };
+      for (double& value : mesh.points[i])
+      {
+        value = double(float(value));
+      }
     }
   }
 
-  Status Bake(ForeignMesh& joined, const TextureOptions& options, const Execution& execution)
+  void Warn(const GltfIncomplete& incomplete)
   {
-    this->Textured.mesh = std::move(joined.mesh);
-    TextureOptions used = options;
-    if (this->AnyOwn && !options.paintFolder.empty())
+    std::vector<std::string>& warnings = this->Joined.warnings;
+    if (this->Nodes.Note())
+    {
+      warnings.push_back(*this->Nodes.Note());
+    }
+    if (this->Lines > 0)
+    {
+      warnings.push_back("left out: " + std::to_string(this->Lines) +
+                         (this->Lines == 1 ? " line cell" : " line cells") + "; their points stay");
+    }
+    if (this->IsPosed || CountOf(Member(this->Document.json, "animations")) > 0)
+    {
+      warnings.emplace_back(
+        "skins and animations are not carried: the mesh is in the pose that its nodes have");
+    }
+    if (incomplete.parts > 0)
+    {
+      const std::string others =
+        incomplete.parts == 1   ? ""
+        : incomplete.parts == 2 ? " (and 1 other part)"
+                                : " (and " + std::to_string(incomplete.parts - 1) + " other parts)";
+      warnings.push_back(incomplete.first + " of triangles, which is no multiple of three" +
+                         others + ": the last triangle, which is not whole, is left out");
+    }
+    // Of a file without pictures looks are not told one by one.
+    if (!Member(this->Document.json, "images").is_null() ||
+        !Member(this->Document.json, "textures").is_null())
+    {
+      warnings.insert(warnings.end(), this->Paint.warnings.begin(), this->Paint.warnings.end());
+    }
+    if (!this->IsPainted && !this->Paint.pictures.empty())
+    {
+      warnings.emplace_back("pictures are left out");
+    }
+  }
+
+  // Arrays that all parts have; where pictures paint, their coordinates are used up.
+  void ChooseArrays()
+  {
+    for (const auto& [info, count] : this->Claims.arrays)
+    {
+      if (this->IsPainted && RoleOf(info) == AttributeRole::TextureCoordinates)
+      {
+        continue;
+      }
+      if (count < this->Claims.parts)
+      {
+        this->Joined.warnings.push_back(
+          "array \"" + info.name + "\" is dropped: not all parts have it");
+        continue;
+      }
+      static_cast<AttributeInfo&>(this->Joined.mesh.attributes.emplace_back()) = info;
+    }
+  }
+
+  Status Bake(const Execution& execution)
+  {
+    for (const GltfMaterial& material : this->Paint.materials)
+    {
+      this->Textured.materials.push_back(material.paint);
+    }
+    this->Textured.materials.push_back({}); // of parts without one
+    this->Textured.pictures = std::move(this->Paint.pictures);
+    this->Textured.mesh = std::move(this->Joined.mesh);
+    TextureOptions used = this->Textures;
+    if (this->IsTinted && !used.paintFolder.empty())
     {
       used.paintFolder.clear();
-      joined.warnings.push_back(
+      this->Joined.warnings.emplace_back(
         "colours of vertices are multiplied in: the pictures themselves are not kept");
     }
     Result<BakeReport> report = BakeTexturesAndKeepPaint(this->Textured, used, execution);
     KDSTREAM_TRY(report);
-    joined.mesh = std::move(this->Textured.mesh);
-    this->MultiplyByOwn(joined.mesh.attributes);
-    joined.warnings.insert(joined.warnings.end(), report->warnings.begin(), report->warnings.end());
-    joined.baked = std::move(*report);
+    this->Joined.mesh = std::move(this->Textured.mesh);
+    this->MultiplyByOwn(this->Joined.mesh.attributes);
+    this->Joined.warnings.insert(
+      this->Joined.warnings.end(), report->warnings.begin(), report->warnings.end());
+    this->Joined.baked = std::move(*report);
     return {};
   }
 
-private:
   // REQUIRES: the colours were baked.
   void MultiplyByOwn(std::vector<Attribute>& arrays) const
   {
     Attribute& colors = *std::find_if(arrays.begin(), arrays.end(),
       [](const Attribute& array) { return RoleOf(array) == AttributeRole::Colors; });
-    for (std::size_t i = 0; this->AnyOwn && i < this->Own.size(); ++i)
+    for (std::size_t i = 0; this->IsTinted && i < this->Colors.size(); ++i)
     {
       for (std::size_t k = 0; k < colors.components; ++k)
       {
         const auto byte = static_cast<std::size_t>(colors.Get(i, k));
         colors.Set(i, k,
-          k < 3 ? ByteOfLinear(LinearOfBytes()[byte] * this->Own[i][k])
-                : double(byte) * std::clamp(this->Own[i][k], 0.0, 1.0));
+          k < 3 ? ByteOfLinear(LinearOfBytes()[byte] * this->Colors[i][k])
+                : double(byte) * std::clamp(this->Colors[i][k], 0.0, 1.0));
       }
     }
   }
 
+  const GltfDocument& Document;
+  GltfNodes Nodes;
+  GltfMaterials Paint;
+  const TextureOptions& Textures;
+  bool IsPainted = false;
+
+  std::map<std::size_t, std::size_t> Uses; // of meshes
+  GltfMeshes::Claims Claims;
+
+  ForeignMesh Joined;
+  std::vector<Color> Colors; // of the points; where pictures paint, what multiplies them
   TexturedMesh Textured;
-  std::size_t Count;
-  std::vector<int> Sets; // of texture coordinates, of each material
-  std::vector<Color> Own;
-  bool AnyOwn = false; // that is not white, as modellers write where nothing was painted
+  std::size_t Lines = 0;
+  bool AreDoubles = false, IsPosed = false;
+  bool IsTinted = false; // by colours that are not white, as modellers write where none is painted
 };
 
 }
@@ -223,75 +434,30 @@ private:
 Result<ForeignMesh> ReadGltf(
   const std::filesystem::path& file, const TextureOptions& textures, const Execution& execution)
 {
-  Result<GltfScene> scene = GltfScene::Open(file);
-  KDSTREAM_TRY(scene);
-  const bool painted = scene->HasPictures() && textures.bake;
-  VtkMessages messages;
-  vtkNew<vtkGLTFReader> reader;
-  reader->SetFileName(scene->Readable().c_str());
-  reader->ApplyDeformationsToGeometryOn();
   KDSTREAM_TRY(execution.Report("read", 0));
-  reader->UpdateInformation();
-  scene->HasRead();
-  KDSTREAM_TRY(messages.FirstError());
-  reader->Update();
-  KDSTREAM_TRY(messages.FirstError());
-  std::vector<ForeignMesh> parts;
-  std::optional<PaintedScene> scenePaint;
-  if (painted)
+  const Result<GltfDocument> document = ReadGltfDocument(file);
+  KDSTREAM_TRY(document);
+  std::optional<std::string> notRead;
+  KDSTREAM_TRY(CheckGltfExtensions(document->json, notRead));
+  Result<GltfBuffers> buffers = GltfBuffers::Open(*document, file);
+  KDSTREAM_TRY(buffers);
+  GltfScene scene(*document, file, textures);
+  std::vector<std::filesystem::path> named = buffers->Files();
+  for (const PictureSource& picture : scene.Pictures())
   {
-    scenePaint.emplace(*scene);
-  }
-  const auto blocks = vtk::TakeSmartPointer(reader->GetOutput()->NewIterator());
-  for (blocks->InitTraversal(); !blocks->IsDoneWithTraversal(); blocks->GoToNextItem())
-  {
-    auto* const block = vtkPolyData::SafeDownCast(blocks->GetCurrentDataObject());
-    if (!block || block->GetNumberOfPoints() == 0)
+    if (!picture.file.empty() && picture.file != file)
     {
-      continue;
+      named.push_back(picture.file);
     }
-    Result<ForeignMesh> part = ReadPolyData(*block, execution);
-    KDSTREAM_TRY(part);
-    RemoveAttributes(part->mesh, { "COLOR_0", "RGB", "RGBA" });
-    if (painted)
-    {
-      scenePaint->Add(*block, part->mesh);
-      RemoveAttributes(part->mesh, { "TCoords", "TEXCOORD_0", "TEXCOORD_1" });
-    }
-    else
-    {
-      PartPaint paint(*block);
-      if (scene->IsCopy())
-      {
-        paint.Use(scene->read.materials);
-      }
-      paint.Paint(part->mesh);
-    }
-    RemoveAttributes(part->mesh, { "JOINTS_0", "WEIGHTS_0", "tangents", "TANGENT" });
-    parts.push_back(std::move(*part));
   }
-  Result<ForeignMesh> joined = JoinParts(parts);
-  KDSTREAM_TRY(joined);
-  for (std::string& warning : messages.TakeWarnings())
+  Result<ForeignMesh> read = scene.Read(*buffers, execution);
+  KDSTREAM_TRY(read);
+  read->named = std::move(named);
+  if (notRead)
   {
-    joined->warnings.push_back(std::move(warning));
+    read->warnings.push_back(std::move(*notRead));
   }
-  joined->named = std::move(scene->named);
-  if (scene->incomplete)
-  {
-    joined->warnings.push_back(std::move(*scene->incomplete));
-  }
-  joined->warnings.insert(
-    joined->warnings.end(), scene->read.warnings.begin(), scene->read.warnings.end());
-  if (painted && !joined->mesh.points.empty())
-  {
-    KDSTREAM_TRY(scenePaint->Bake(*joined, textures, execution));
-  }
-  else if (scene->HasPictures())
-  {
-    joined->warnings.push_back("pictures are left out");
-  }
-  return joined;
+  return read;
 }
 
 }

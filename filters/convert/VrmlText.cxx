@@ -32,6 +32,17 @@ bool IsVrmlWord(char c)
   return !IsVrmlBlank(c) && c != '"' && c != '#' && c != '{' && c != '}' && c != '[' && c != ']';
 }
 
+// Nodes without geometry. Files have fields of X3D or of other programs in them, for which the
+// parser would refuse the whole file.
+bool ShowsNothing(std::string_view type)
+{
+  constexpr std::string_view types[] = { "Viewpoint", "NavigationInfo", "Background", "Fog",
+    "WorldInfo", "TimeSensor", "TouchSensor", "PlaneSensor", "SphereSensor", "CylinderSensor",
+    "ProximitySensor", "VisibilitySensor", "PositionInterpolator", "OrientationInterpolator",
+    "ScalarInterpolator", "ColorInterpolator" };
+  return std::find(std::begin(types), std::end(types), type) != std::end(types);
+}
+
 class TextChecker
 {
 public:
@@ -60,9 +71,10 @@ private:
   {
     char bracket = '{';
     std::uint64_t line = 0;
-    std::string type;    // of a node: before its bracket
-    std::string defined; // its DEF
-    std::string proto;   // the PROTO whose body this is
+    std::string type;        // of a node: before its bracket
+    std::string defined;     // its DEF
+    std::string proto;       // the PROTO whose body this is
+    std::size_t textEnd = 0; // of the text up to and with the bracket
   };
 
   Error Wrong(const std::string& what) const
@@ -215,6 +227,7 @@ private:
     }
     this->Last.clear();
     this->Out.text += bracket;
+    opened.textEnd = this->Out.text.size();
     ++this->At;
     return {};
   }
@@ -225,11 +238,25 @@ private:
     {
       return this->Wrong("a '" + std::string(1, bracket) + "' closes nothing");
     }
+    if (ShowsNothing(this->Open.back().type))
+    {
+      this->Clear(this->Open.back());
+    }
     this->Open.pop_back();
     this->Forget();
     this->Out.text += bracket;
     ++this->At;
     return {};
+  }
+
+  // Empties a node, but for its line ends: errors name lines.
+  void Clear(const Bracket& node)
+  {
+    const auto begin =
+      this->Out.text.begin() + static_cast<std::string::difference_type>(node.textEnd);
+    const auto lines = std::count(begin, this->Out.text.end(), '\n');
+    this->Out.text.resize(node.textEnd);
+    this->Out.text.append(static_cast<std::size_t>(lines), '\n');
   }
 
   // A node, and what its PROTO makes of it.

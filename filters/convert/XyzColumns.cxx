@@ -17,7 +17,7 @@ namespace
 using Kind = XyzLayout::Kind;
 using Block = XyzLayout::Block;
 
-constexpr std::size_t coordinates = 3; // before the columns that are looked at
+constexpr std::size_t placeColumns = 3; // before the columns that are looked at
 
 std::string Lower(std::string_view name)
 {
@@ -358,7 +358,7 @@ XyzLayout XyzColumns::LayoutOf(const Candidate& candidate) const
   const std::optional<std::size_t> rest = this->RestOf(candidate);
   for (std::size_t k = 0; k < this->Count;)
   {
-    const std::size_t column = coordinates + k;
+    const std::size_t column = placeColumns + k;
     if (candidate.colors == k || candidate.normals == k)
     {
       layout.blocks.push_back({ candidate.colors == k ? Kind::Colors : Kind::Normals,
@@ -380,7 +380,7 @@ Result<XyzLayout> XyzColumns::Guess(std::vector<std::string>& readings) const
   {
     return Error{
       ErrorCode::InvalidInput,
-      "has " + std::to_string(this->Count + coordinates) +
+      "has " + std::to_string(this->Count + placeColumns) +
         " columns; without --columns points have 3 (x y z), 4 (and an intensity), 6 (and r g b or "
         "nx ny nz), 7 (and a number and one of these), 9 (and both) or 10 (and both and a number)"
     };
@@ -402,8 +402,8 @@ Result<XyzLayout> XyzColumns::Guess(std::vector<std::string>& readings) const
   for (const Block& block : layout.blocks)
   {
     if (block.kind == Kind::Colors &&
-        this->BelowOne({ block.columns[0] - coordinates, block.columns[1] - coordinates,
-          block.columns[2] - coordinates }))
+        this->BelowOne({ block.columns[0] - placeColumns, block.columns[1] - placeColumns,
+          block.columns[2] - placeColumns }))
     {
       readings.push_back("columns " + std::to_string(block.columns[0] + 1) + " to " +
                          std::to_string(block.columns[2] + 1) +

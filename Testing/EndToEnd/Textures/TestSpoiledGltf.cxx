@@ -266,15 +266,8 @@ TEST_F(TestSpoiledGltf, BuffersThatAreShorterThanTheyClaimAreErrors)
   this->ExpectRefused("m.gltf", "buffer 0 is a data URI that is no base64");
 }
 
-TEST_F(TestSpoiledGltf, ExtensionsThatCompressAreErrorsAndOursAreNotWarnedOf)
+TEST_F(TestSpoiledGltf, ExtensionsThatAreReadAreNotWarnedOf)
 {
-  for (const std::string name : { "KHR_draco_mesh_compression", "EXT_meshopt_compression" })
-  {
-    GltfBuffer buffer;
-    this->WriteText("m.glb", Glb(buffer, "\"extensionsRequired\":[\"" + name + "\"]", ""));
-    this->ExpectRefused("m.glb",
-      "its geometry is compressed (" + name + "), which is not read: save it without compression");
-  }
   const std::string ours = "[\"KHR_texture_transform\",\"EXT_texture_webp\"]";
   this->ExpectGlb("\"images\":[{\"uri\":\"a.png\"}]" + oneTexture + ",\"extensionsUsed\":" + ours +
                     ",\"extensionsRequired\":" + ours,

@@ -1,48 +1,66 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// libFuzzer's entry to what we read of glTF ourselves, before VTK does: ./dev fuzz.
-#include "filters/convert/GltfAccessors.h"
-#include "filters/convert/GltfBuffers.h"
+// libFuzzer's entry to glTF, read whole, as .gltf beside a buffer and as .glb whose JSON and bytes
+// are split at the first 0: ./dev fuzz.
+#include "filters/convert/ForeignMesh.h"
+#include "filters/convert/GltfDocument.h"
 #include "filters/convert/GltfMaterials.h"
+#include "filters/texture/Testing/FuzzFolder.h"
 
-#include <cmath>
-#include <cstdlib>
+#include <cstring>
+#include <string>
+#include <string_view>
 
 namespace
 {
 
-void Require(bool holds)
+using namespace kdstream;
+using test::Require;
+
+std::string Number(std::size_t value)
 {
-  if (!holds)
+  const auto small = static_cast<std::uint32_t>(value);
+  return { reinterpret_cast<const char*>(&small), sizeof small };
+}
+
+std::string Glb(std::string_view json, std::string_view bytes)
+{
+  return "glTF" + Number(2) + Number(28 + json.size() + bytes.size()) + Number(json.size()) +
+         "JSON" + std::string(json) + Number(bytes.size()) + std::string("BIN\0", 4) +
+         std::string(bytes);
+}
+
+void CheckMesh(const ForeignMesh& read)
+{
+  for (const Triangle& t : read.mesh.triangles)
   {
-    std::abort();
+    for (const VertexId corner : t)
+    {
+      Require(corner < read.mesh.points.size());
+    }
+  }
+  for (const Attribute& attribute : read.mesh.attributes)
+  {
+    Require(attribute.TupleCount() == read.mesh.points.size());
   }
 }
 
-// Below the folder, and nowhere else.
-void RequireBelow(const std::filesystem::path& file)
+void CheckMaterials(const std::filesystem::path& file)
 {
-  const std::string name = file.lexically_normal().string();
-  Require(name.rfind("/folder/", 0) == 0);
-}
-
-void Check(const kdstream::GltfMaterials& read)
-{
-  for (const kdstream::GltfMaterial& material : read.materials)
+  const Result<GltfDocument> document = ReadGltfDocument(file);
+  if (!document)
   {
-    Require(material.paint.picture == kdstream::noPicture ||
-            material.paint.picture < read.pictures.size());
-    for (const double value : material.paint.factor)
-    {
-      Require(value >= 0 && value <= 1);
-    }
+    return;
+  }
+  const GltfMaterials read = ReadGltfMaterials(*document, file);
+  for (const GltfMaterial& material : read.materials)
+  {
+    Require(material.paint.picture == noPicture || material.paint.picture < read.pictures.size());
     Require(material.coordinates >= 0 && material.coordinates < 100);
   }
-  for (const kdstream::PictureSource& picture : read.pictures)
+  for (const PictureSource& picture : read.pictures)
   {
-    if (!picture.file.empty())
-    {
-      RequireBelow(picture.file);
-    }
+    const std::string place = picture.file.lexically_normal().string();
+    Require(place.empty() || place.starts_with(file.parent_path().string() + "/"));
   }
 }
 
@@ -50,29 +68,23 @@ void Check(const kdstream::GltfMaterials& read)
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size)
 {
-  using namespace kdstream;
-  GltfDocument document;
-  document.json = nlohmann::json::parse(data, data + size, nullptr, false);
-  if (!document.json.is_object())
+  static const test::FuzzFolder folder;
+  const std::string_view all(reinterpret_cast<const char*>(data), size);
+  const std::size_t end = std::min(all.find('\0'), size);
+  const std::string_view bytes = all.substr(std::min(end + 1, size));
+  folder.Write("b.bin", bytes);
+  for (const std::filesystem::path& file : { folder.Write("m.gltf", all.substr(0, end)),
+         folder.Write("m.glb", Glb(all.substr(0, end), bytes)) })
   {
-    return 0;
-  }
-  (void)CheckGltfNodes(document.json);
-  (void)CheckGltfExtensions(document.json);
-  (void)CheckGltfMeshes(document.json);
-  for (const bool isGlb : { false, true })
-  {
-    document.isGlb = isGlb;
-    document.binary = isGlb ? 100 : 0;
-    document.binaryBytes = isGlb ? 1000 : 0;
-    (void)CheckGltfAccessors(document);
-    Check(ReadGltfMaterials(document, isGlb ? "/folder/m.glb" : "/folder/m.gltf"));
-  }
-  if (CheckGltfBuffers(document, "/folder"))
-  {
-    for (const std::filesystem::path& file : GltfBufferFiles(document.json, "/folder"))
+    CheckMaterials(file);
+    const TextureOptions options{ true, 1 << 16 };
+    if (const Result<ForeignMesh> read = ReadGltf(file, options, {}))
     {
-      RequireBelow(file);
+      CheckMesh(*read);
+    }
+    else
+    {
+      Require(!read.GetError().message.empty());
     }
   }
   return 0;

@@ -1,0 +1,203 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// A file of each kind that was once read wrongly or refused, written here. Each case: `name`; `file`, to be read; `files`,
+// { name: bytes } that are written before; `right`, what must be measured (measures.mjs), besides what the small readers find;
+// `says`, what a warning must say; `refused`, what the error must say instead; `colors`, all colours of 0 to 255 that the
+// model then has.
+
+const corners = [[-1, -1, -1], [1, -1, -1], [1, 1, -1], [-1, 1, -1], [-1, -1, 1], [1, -1, 1], [1, 1, 1], [-1, 1, 1]];
+const quads = [[0, 3, 2, 1], [4, 5, 6, 7], [0, 1, 5, 4], [1, 2, 6, 5], [2, 3, 7, 6], [3, 0, 4, 7]];
+const triangles = quads.flatMap(([a, b, c, d]) => [[a, b, c], [a, c, d]]);
+const cube = { triangles: 12, volume: 8, area: 24, places: 8 };
+const shiny = [[1, 0, 0], [0, 0, 1]];
+
+// ---- texts
+
+const objOf = (points, faces) =>
+  [...points.map((point) => `v ${point.join(" ")}`), ...faces.map((face) => `f ${face.map((i) => i + 1).join(" ")}`), ""].join("\n");
+const cubeObj = objOf(corners, quads);
+
+function plyOf(points, faces, { properties = "", row = () => "" } = {}) {
+  return ["ply", "format ascii 1.0", `element vertex ${points.length}`, "property double x", "property double y",
+    "property double z", ...(properties ? [properties] : []), `element face ${faces.length}`,
+    "property list uchar int vertex_indices", "end_header", ...points.map((point, i) => `${point.join(" ")} ${row(i)}`.trim()),
+    ...faces.map((face) => `${face.length} ${face.join(" ")}`), ""].join("\n");
+}
+
+const stlText = (end = "endloop") => ["solid cube", ...triangles.map((triangle) =>
+  `facet normal 0 0 0\nouter loop\n${triangle.map((i) => `vertex ${corners[i].join(" ")}`).join("\n")}\n${end}\nendfacet`),
+  "endsolid cube", ""].join("\n");
+
+function stlBytes() {
+  const bytes = Buffer.alloc(84 + 50 * triangles.length);
+  bytes.writeUInt32LE(triangles.length, 80);
+  triangles.forEach((triangle, i) => triangle.forEach((index, k) =>
+    corners[index].forEach((value, axis) => bytes.writeFloatLE(value, 84 + 50 * i + 12 + 12 * k + 4 * axis))));
+  return bytes;
+}
+
+// A star with `count` points: every other corner is a notch.
+const star = (count) => Array.from({ length: 2 * count }, (_, i) => {
+  const [radius, angle] = [i % 2 ? 1 : 3, Math.PI * i / count];
+  return [radius * Math.cos(angle), radius * Math.sin(angle), 0];
+});
+const starArea = (count) => count * 3 * Math.sin(Math.PI / count);
+
+const scatter = (count) => Array.from({ length: count }, (_, i) => [i % 7 - 3.25, (5 * i) % 11 / 2, (3 * i) % 13 / 4]);
+
+// ---- glTF
+
+// A .glb of one mesh of the cube and these nodes; more: further properties; blocks: further accessors [component type, shape,
+// rows], whose numbers begin at 2.
+function glb(nodes, { more = {}, blocks = [], primitive = {}, positions = [5126, "VEC3", corners] } = {}) {
+  const writes = { 5122: ["writeInt16LE", 2], 5123: ["writeUInt16LE", 2], 5126: ["writeFloatLE", 4] };
+  const all = [positions, [5123, "SCALAR", triangles.flat().map((index) => [index])], ...blocks];
+  const parts = [], bufferViews = [], accessors = [];
+  let length = 0;
+  for (const [componentType, type, rows] of all) {
+    const [write, size] = writes[componentType];
+    const stride = Math.ceil(rows[0].length * size / 4) * 4;
+    const isIndex = type === "SCALAR";
+    const step = isIndex ? size : stride;
+    const part = Buffer.alloc(Math.ceil(rows.length * step / 4) * 4);
+    rows.forEach((row, i) => row.forEach((value, k) => part[write](value, i * step + k * size)));
+    bufferViews.push({ buffer: 0, byteOffset: length, byteLength: part.length, ...(isIndex ? {} : { byteStride: step }) });
+    accessors.push({ bufferView: bufferViews.length - 1, componentType, type, count: rows.length,
+      ...(type === "VEC3" && componentType === 5126 ? { min: [0, 1, 2].map((k) => Math.min(...rows.map((row) => row[k]))),
+        max: [0, 1, 2].map((k) => Math.max(...rows.map((row) => row[k]))) } : {}) });
+    length += part.length;
+    parts.push(part);
+  }
+  const json = { asset: { version: "2.0" }, buffers: [{ byteLength: length }], bufferViews, accessors,
+    meshes: [{ primitives: [{ attributes: { POSITION: 0 }, indices: 1, ...primitive }] }], nodes,
+    scenes: [{ nodes: nodes.map((_, i) => i) }], scene: 0, ...more };
+  if (nodes.some(({ children }) => children)) {
+    const inner = new Set(nodes.flatMap(({ children = [] }) => children));
+    json.scenes[0].nodes = json.scenes[0].nodes.filter((i) => !inner.has(i));
+  }
+  const text = Buffer.from(JSON.stringify(json));
+  const padded = Buffer.concat([text, Buffer.alloc(-text.length & 3, " ")]);
+  const head = Buffer.alloc(20), middle = Buffer.alloc(8);
+  head.write("glTF");
+  head.writeUInt32LE(2, 4);
+  head.writeUInt32LE(28 + padded.length + length, 8);
+  head.writeUInt32LE(padded.length, 12);
+  head.write("JSON", 16);
+  middle.writeUInt32LE(length);
+  middle.write("BIN\0", 4);
+  return Buffer.concat([head, padded, middle, ...parts]);
+}
+
+// ---- VRML
+
+const cubeWrl = (more = "") => `Shape { geometry IndexedFaceSet { coord Coordinate { point [ ${corners.map((c) => c.join(" ")).join(", ")} ] }
+  coordIndex [ ${quads.map((quad) => `${quad.join(" ")} -1`).join(" ")} ] ${more} } }`;
+const wrl = (text) => `#VRML V2.0 utf8\n${text}\n`;
+const h = Math.SQRT1_2;
+
+// ---- LAS 1.2, points of format 2
+
+function las({ told = 300, held = 300, color = () => [200, 100, 50] } = {}) {
+  const bytes = Buffer.alloc(227 + 26 * held);
+  bytes.write("LASF");
+  bytes.writeUInt8(1, 24);
+  bytes.writeUInt8(2, 25);
+  bytes.writeUInt16LE(227, 94);
+  bytes.writeUInt32LE(227, 96);
+  bytes.writeUInt8(2, 104);
+  bytes.writeUInt16LE(26, 105);
+  bytes.writeUInt32LE(told, 107);
+  [0.001, 0.001, 0.001, 10, 20, 30].forEach((value, i) => bytes.writeDoubleLE(value, 131 + 8 * i));
+  const points = scatter(held);
+  [0, 1, 2].forEach((k) => {
+    bytes.writeDoubleLE(Math.max(...points.map((p) => p[k])) + 10 * (k + 1), 179 + 16 * k);
+    bytes.writeDoubleLE(Math.min(...points.map((p) => p[k])) + 10 * (k + 1), 187 + 16 * k);
+  });
+  points.forEach((point, i) => {
+    point.forEach((value, k) => bytes.writeInt32LE(Math.round(1000 * value), 227 + 26 * i + 4 * k));
+    color(i).forEach((value, k) => bytes.writeUInt16LE(value, 227 + 26 * i + 20 + 2 * k));
+  });
+  return bytes;
+}
+
+const pcd = (fields, data) => ["# .PCD v0.7", "VERSION 0.7", fields, "SIZE 4 4 4", "TYPE F F F", "COUNT 1 1 1", "WIDTH 40",
+  "HEIGHT 1", "VIEWPOINT 0 0 0 1 0 0 0", "POINTS 40", `DATA ${data}`, ""].join("\n");
+const floats = (rows) => Buffer.from(new Float32Array(rows.flat()).buffer);
+
+const utf16 = (text) => Buffer.from(`\ufeff${text}`, "utf16le");
+const mtl = (first, second) => [first, second].map((name, i) => `newmtl ${name}\nKd ${shiny[i].join(" ")}\n`).join("");
+// Two cubes that share no vertex, whose colours would mix.
+const twoMaterials = (first, second) => ["mtllib a.mtl", objOf([...corners, ...corners.map(([x, y, z]) => [x + 5, y, z])], []),
+  `usemtl ${first}`, objOf([], quads), `usemtl ${second}`, objOf([], quads.map((quad) => quad.map((i) => i + 8)))].join("\n");
+const twoCubes = { triangles: 24, volume: 16 };
+const twoColors = [[255, 0, 0], [0, 0, 255]];
+
+const one = (name, file, bytes, right, rest = {}) => ({ name, file, files: { [file]: bytes }, right, ...rest });
+
+export const cases = [
+  one("an OBJ with a byte order mark", "a.obj", `\ufeff${cubeObj}`, cube),
+  one("an OBJ with CR alone", "a.obj", cubeObj.replaceAll("\n", "\r"), cube),
+  one("an OBJ that ends in Ctrl-Z", "a.obj", `${cubeObj}\x1a`, cube),
+  one("an OBJ in UTF-16", "a.obj", utf16(cubeObj), cube, { refused: /UTF-16/ }),
+  one("an OBJ with a face of two corners", "a.obj", `${cubeObj}f 1 2\n`, cube, { says: /two|fewer than three/ }),
+  one("an OBJ with indices of attributes that are not there", "a.obj",
+    cubeObj.replace(/f (\d+) (\d+) (\d+) (\d+)/g, "f $1/0/9 $2/7/0 $3/0/9 $4/0/9"), cube, { says: /texture|normal|attribute/ }),
+  one("an OBJ with an index of a place that is not there", "a.obj", `${cubeObj}f 1 2 99\n`, cube, { refused: /a\.obj.*99|99/ }),
+  one("a star as one polygon, OBJ", "a.obj", objOf(star(9), [star(9).map((_, i) => i)]), { area: starArea(9), triangles: 16 }),
+  one("a star as one polygon, PLY", "a.ply", plyOf(star(25), [star(25).map((_, i) => i)]), { area: starArea(25), triangles: 48 }),
+  one("a star as one polygon, VRML", "a.wrl", wrl(`Shape { geometry IndexedFaceSet { convex FALSE coord Coordinate { point [ ${star(5).flat().join(" ")} ] } coordIndex [ ${star(5).map((_, i) => i).join(" ")} ] } }`),
+    { area: starArea(5), triangles: 8 }),
+  one("a PLY with a vertex of NaN", "a.ply", plyOf([...corners, ["nan", 0, 0]], [...triangles, [0, 1, 8]]), cube, { says: /not finite/ }),
+  one("a PLY with colours as floats", "a.ply", plyOf(corners, quads,
+    { properties: "property float red\nproperty float green\nproperty float blue", row: () => "1 0.5 0" }), cube, { colors: [[255, 128, 0]] }),
+  one("a PLY with colours of 16 bits", "a.ply", plyOf(corners, quads,
+    { properties: "property ushort r\nproperty ushort g\nproperty ushort b", row: () => "65535 0 32896" }), cube, { colors: [[255, 0, 128]] }),
+  one("a PLY with a vertex far away that no face uses", "a.ply", plyOf([[5e6, 0, 0], ...corners.map((c) => c.map((v) => v + 1000))],
+    triangles.map((t) => t.map((i) => i + 1))), { ...cube, unused: 1 }, { says: /no triangle uses/ }),
+  one("a text STL with \"end loop\"", "a.stl", stlText("end loop"), cube),
+  one("a text STL that ends in Ctrl-Z", "a.stl", `${stlText()}\x1a`, cube),
+  one("a binary STL with bytes behind it", "a.stl", Buffer.concat([stlBytes(), Buffer.from("..")]), cube, { says: /behind/ }),
+  one("an XYZ with decimal commas", "a.xyz", scatter(40).map((p) => p.map((v) => v.toFixed(2).replace(".", ",")).join(" ")).join("\n"), { triangles: 0 }),
+  one("an XYZ with a class behind the colour", "a.xyz", scatter(40).map((p, i) => `${p.join(" ")} 255 0 0 ${i % 4}`).join("\n"), { triangles: 0 },
+    { says: /column/, colors: [[255, 0, 0]] }),
+  one("a PCD in upper case", "a.pcd", pcd("FIELDS X Y Z", "ascii") + scatter(40).map((p) => p.join(" ")).join("\n"), { triangles: 0 }),
+  one("a PCD filled up with zeros", "a.pcd", Buffer.concat([Buffer.from(pcd("FIELDS x y z", "binary")), floats(scatter(40)), Buffer.alloc(1000)]),
+    { triangles: 0 }, { says: /behind/ }),
+  one("a LAS that counts fewer points than it has", "a.las", las({ told: 100 }), { triangles: 0 }, { says: /100/ }),
+  one("a LAS of 8 bits but for one value", "a.las", las({ color: (i) => (i ? [200, 100, 50] : [256, 100, 50]) }), { triangles: 0 }),
+  { name: "materials with # in their names", file: "a.obj", files: { "a.obj": twoMaterials("a#1", "a#2"), "a.mtl": mtl("a#1", "a#2") }, right: twoCubes, colors: twoColors },
+  { name: "a library with a byte order mark", file: "a.obj", files: { "a.obj": twoMaterials("p", "q"), "a.mtl": `\ufeff${mtl("p", "q")}` }, right: twoCubes, colors: twoColors },
+  { name: "names with blanks and quotes", file: "a.obj", files: { "a.obj": twoMaterials("red paint", "blue paint").replace("a.mtl", '"my colours.mtl"'),
+    "my colours.mtl": mtl("red paint", "blue paint") }, right: twoCubes, colors: twoColors },
+  { name: "a library in another case, behind a backslash", file: "a.obj", files: { "a.obj": twoMaterials("p", "q").replace("a.mtl", "C:\\work\\A.MTL"),
+    "a.mtl": mtl("p", "q") }, right: twoCubes, colors: twoColors },
+  one("a glTF whose node mirrors", "a.glb", glb([{ mesh: 0, scale: [-1, 1, 1], translation: [4, 0, 0] }, { mesh: 0 }]), { volume: 16 }),
+  one("a glTF with nodes in nodes, far away", "a.glb",
+    glb([{ children: [1], translation: [500000.25, 120.5, -4649776.75] }, { mesh: 0, rotation: [0, 0, h, h], scale: [0.01, 0.02, 0.03] }]), { volume: 8 * 6e-6 }),
+  one("a glTF with instances", "a.glb", glb([{ mesh: 0, extensions: { EXT_mesh_gpu_instancing: { attributes: { TRANSLATION: 2, SCALE: 3 } } } }],
+    { blocks: [[5126, "VEC3", [[0, 0, 0], [4, 0, 0], [9, 9, 9]]], [5126, "VEC3", [[1, 1, 1], [0.5, 0.5, 0.5], [-1, 1, 1]]]],
+      more: { extensionsUsed: ["EXT_mesh_gpu_instancing"] } }), { triangles: 36, volume: 17 }),
+  one("a quantised glTF", "a.glb", glb([{ mesh: 0, scale: [0.001, 0.001, 0.001] }], { positions: [5122, "VEC3", corners.map((c) => c.map((v) => 1000 * v))],
+    more: { extensionsUsed: ["KHR_mesh_quantization"], extensionsRequired: ["KHR_mesh_quantization"] } }), cube),
+  one("a glTF with a skin and a matrix", "a.glb", glb([{ mesh: 0, matrix: [2, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, 5, 0, 0, 1], skin: 0 }, { name: "joint" }],
+    { more: { skins: [{ joints: [1] }] } }), { volume: 16 }),
+  one("a glTF as a strip", "a.glb", glb([{ mesh: 0 }], { primitive: { mode: 5 } }), {}),
+  one("a glTF of several scenes without a default", "a.glb", glb([{ mesh: 0 }], { more: { scene: undefined, scenes: [{ nodes: [0] }, { nodes: [] }] } }), cube),
+  one("a glTF that requires what nobody knows", "a.glb", glb([{ mesh: 0 }], { more: { extensionsUsed: ["ACME_wonder"], extensionsRequired: ["ACME_wonder"] } }),
+    cube, { refused: /ACME_wonder/ }),
+  { name: "a glTF whose buffer has a blank in its name", file: "a.gltf", right: cube, files: (() => {
+    const bytes = glb([{ mesh: 0 }]);
+    const length = bytes.readUInt32LE(12);
+    const json = JSON.parse(bytes.toString("utf8", 20, 20 + length));
+    json.buffers[0].uri = "my%20b%C3%BCffer.bin";
+    return { "a.gltf": JSON.stringify(json), "my büffer.bin": bytes.subarray(28 + length) };
+  })() },
+  one("VRML: two rotations of 45 degrees in each other", "a.wrl",
+    wrl(`Transform { rotation 0 0 1 0.78539816 children [ Transform { translation 2 0 0 rotation 0 0 1 0.78539816 children [ ${cubeWrl()} ] } ] }`),
+    { ...cube, box: { low: [Math.SQRT2 - 1, Math.SQRT2 - 1, -1], high: [Math.SQRT2 + 1, Math.SQRT2 + 1, 1] } }),
+  one("VRML: centre, scale and its orientation", "a.wrl",
+    wrl(`Transform { center 3 1 0 rotation 1 0 0 0.5 scale 1 2 -3 scaleOrientation 0 1 0 0.4 children [ ${cubeWrl()} ] }`), { volume: 48 }),
+  one("VRML: nothing of a switch, the finest of a LOD", "a.wrl",
+    wrl(`Switch { whichChoice -1 choice [ ${cubeWrl()} ] } LOD { range [ 10 ] level [ ${cubeWrl()} Shape { geometry Box { size 9 9 9 } } ] }`), cube),
+  one("VRML: colours of faces", "a.wrl", wrl(cubeWrl("colorPerVertex FALSE color Color { color [ 1 0 0, 0 1 0, 0 0 1, 1 1 0, 0 1 1, 1 0 1 ] }")),
+    cube, { colors: [[255, 0, 0], [0, 255, 0], [0, 0, 255], [255, 255, 0], [0, 255, 255], [255, 0, 255]] }),
+];

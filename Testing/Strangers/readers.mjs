@@ -1,0 +1,147 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Small readers of mesh files, written for the tests from the formats' descriptions and not from the product's code: they read
+// what the cases hold, whole, and check little. Each gives { points: [[x, y, z]], faces: [[index]], colors: [[r, g, b]] of 0 to
+// 255 for each point, where there are some }.
+
+import { readFileSync } from "node:fs";
+import { dirname, extname, join } from "node:path";
+import { readGltf } from "./readGltf.mjs";
+import { readVrml } from "./readVrml.mjs";
+
+export function readMesh(file) {
+  const bytes = readFileSync(file);
+  const readers = { ".obj": readObj, ".ply": readPly, ".stl": readStl, ".xyz": readXyz, ".pcd": readPcd, ".las": readLas,
+    ".gltf": readGltf, ".glb": readGltf, ".wrl": readVrml };
+  return readers[extname(file).toLowerCase()](bytes, (name) => readFileSync(join(dirname(file), name)));
+}
+
+// Byte order marks, UTF-16 and what stands behind the end of a text are no text.
+export function textOf(bytes) {
+  let text = bytes[0] === 0xff && bytes[1] === 0xfe ? bytes.toString("utf16le")
+    : bytes[0] === 0xfe && bytes[1] === 0xff ? Buffer.from(bytes).swap16().toString("utf16le") : bytes.toString("utf8");
+  text = text.replace(/^\ufeff/, "").replace(/[\0\x1a]+$/, "");
+  return text;
+}
+
+const linesOf = (bytes) => textOf(bytes).replace(/\\(\r\n|\r|\n)/g, " ").split(/\r\n|\r|\n/);
+
+function readObj(bytes) {
+  const points = [], faces = [], colors = [];
+  for (const line of linesOf(bytes)) {
+    const [keyword, ...words] = line.replace(/(^|\s)#.*/, "").trim().split(/\s+/);
+    if (keyword === "v") {
+      const numbers = words.map(Number);
+      points.push(numbers.slice(0, 3));
+      numbers.length >= 6 && colors.push(numbers.slice(3, 6).map((value) => Math.round(255 * value)));
+    } else if (keyword === "f") {
+      const corners = words.map((word) => Number(word.split("/")[0]));
+      faces.push(corners.map((index) => (index < 0 ? points.length + index : index - 1)));
+    }
+  }
+  return { points, faces, colors };
+}
+
+const plyTypes = { char: ["Int8", 1], int8: ["Int8", 1], uchar: ["UInt8", 1], uint8: ["UInt8", 1], short: ["Int16", 2],
+  int16: ["Int16", 2], ushort: ["UInt16", 2], uint16: ["UInt16", 2], int: ["Int32", 4], int32: ["Int32", 4], uint: ["UInt32", 4],
+  uint32: ["UInt32", 4], float: ["Float", 4], float32: ["Float", 4], double: ["Double", 8], float64: ["Double", 8] };
+
+function readPly(bytes) {
+  const end = /end_header(\r\n|\n|\r)/.exec(bytes.toString("latin1"));
+  const header = bytes.toString("latin1", 0, end.index).split(/\r\n|\n|\r/).map((line) => line.trim().split(/\s+/));
+  const format = header.find(([word]) => word === "format")[1];
+  let at = end.index + end[0].length;
+  const words = format === "ascii" ? textOf(bytes.subarray(at)).trim().split(/\s+/) : null;
+  let nextWord = 0;
+  const read = (type) => {
+    if (words) {
+      return Number(words[nextWord++]);
+    }
+    const [name, size] = plyTypes[type];
+    const order = size === 1 ? "" : format === "binary_big_endian" ? "BE" : "LE";
+    at += size;
+    return bytes[`read${name}${order}`](at - size);
+  };
+  const points = [], faces = [], colors = [];
+  const largest = { uchar: 255, uint8: 255, ushort: 65535, uint16: 65535 };
+  for (let i = 0; i < header.length; ++i) {
+    if (header[i][0] !== "element") {
+      continue;
+    }
+    const [, element, count] = header[i];
+    const properties = [];
+    while (header[i + 1]?.[0] === "property") {
+      properties.push(header[++i].slice(1));
+    }
+    for (let row = 0; row < Number(count); ++row) {
+      const values = {};
+      for (const [type, ...rest] of properties) {
+        values[rest.at(-1)] = type === "list"
+          ? Array.from({ length: read(rest[0]) }, () => read(rest[1])) : read(type) * 255 / (/^(red|green|blue)$/.test(rest[0]) ? largest[type] ?? 1 : 255);
+      }
+      if (element === "vertex") {
+        points.push([values.x, values.y, values.z]);
+        "red" in values && colors.push([values.red, values.green, values.blue].map(Math.round));
+      } else if (element === "face") {
+        faces.push(values.vertex_indices ?? values.vertex_index);
+      }
+    }
+  }
+  return { points, faces, colors };
+}
+
+function readStl(bytes) {
+  const points = [], faces = [];
+  const count = bytes.length >= 84 ? bytes.readUInt32LE(80) : 0;
+  if (/^\s*solid/.test(bytes.toString("latin1", 0, 80)) && /\bfacet\b/.test(bytes.toString("latin1", 0, 1000))) {
+    for (const [, x, y, z] of textOf(bytes).matchAll(/vertex\s+(\S+)\s+(\S+)\s+(\S+)/g)) {
+      points.push([x, y, z].map(Number));
+    }
+  } else {
+    for (let i = 0; i < 9 * count; i += 3) {
+      const at = 84 + 50 * Math.floor(i / 9) + 12 + 4 * (i % 9);
+      points.push([0, 4, 8].map((offset) => bytes.readFloatLE(at + offset)));
+    }
+  }
+  for (let i = 0; i + 2 < points.length; i += 3) {
+    faces.push([i, i + 1, i + 2]);
+  }
+  return { points, faces, colors: [] };
+}
+
+function readXyz(bytes) {
+  const rows = linesOf(bytes).map((line) => line.trim()).filter((line) => line && !line.startsWith("#"))
+    .map((line) => line.split(/[\s;]+/).map((word) => Number(word.replace(",", "."))));
+  return { points: rows.map((row) => row.slice(0, 3)), faces: [], colors: [] };
+}
+
+function readPcd(bytes) {
+  const data = /^DATA\s+(\w+)[^\n]*\n/im.exec(bytes.toString("latin1"));
+  const header = Object.fromEntries(bytes.toString("latin1", 0, data.index).split(/\r?\n/)
+    .map((line) => line.trim().split(/\s+/)).map(([name, ...values]) => [name?.toUpperCase(), values]));
+  const fields = header.FIELDS.map((name) => name.toLowerCase());
+  const count = Number(header.POINTS?.[0] ?? header.WIDTH[0] * header.HEIGHT[0]);
+  const sizes = header.SIZE.map((size, i) => size * (header.COUNT?.[i] ?? 1));
+  const stride = sizes.reduce((sum, size) => sum + size, 0);
+  const start = data.index + data[0].length;
+  const rows = data[1] === "ascii" ? textOf(bytes.subarray(start)).trim().split(/\r?\n/).map((line) => line.trim().split(/\s+/)) : null;
+  const points = [];
+  for (let row = 0; row < count; ++row) {
+    points.push(["x", "y", "z"].map((name) => {
+      const field = fields.indexOf(name);
+      const at = start + row * stride + sizes.slice(0, field).reduce((sum, size) => sum + size, 0);
+      return rows ? Number(rows[row][field]) : sizes[field] === 8 ? bytes.readDoubleLE(at) : bytes.readFloatLE(at);
+    }));
+  }
+  return { points, faces: [], colors: [] };
+}
+
+// All points that the file holds, whatever its header counts.
+function readLas(bytes) {
+  const [start, stride] = [bytes.readUInt32LE(96), bytes.readUInt16LE(105)];
+  const scale = [0, 1, 2].map((i) => bytes.readDoubleLE(131 + 8 * i)), offset = [0, 1, 2].map((i) => bytes.readDoubleLE(155 + 8 * i));
+  const points = [];
+  for (let at = start; at + stride <= bytes.length; at += stride) {
+    points.push([0, 1, 2].map((i) => bytes.readInt32LE(at + 4 * i) * scale[i] + offset[i]));
+  }
+  return { points, faces: [], colors: [] };
+}

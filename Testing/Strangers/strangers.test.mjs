@@ -1,0 +1,80 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Files as people have them: each becomes a store and is taken out of it again, and what comes out is held against what a small
+// reader of our own finds in the file (readers.mjs), and against what is known to be right.
+//   node strangers.test.mjs      KDSTREAM_PROGRAMS: folder of kdstream-build and kdstream-store
+//                                KDSTREAM_CASES: a folder of further cases, each a folder with a file a.*, if there is one
+
+import assert from "node:assert/strict";
+import { spawnSync } from "node:child_process";
+import { existsSync, mkdirSync, mkdtempSync, readdirSync, rmSync, writeFileSync } from "node:fs";
+import { tmpdir } from "node:os";
+import { join } from "node:path";
+import { after, test } from "node:test";
+import { cases } from "./cases.mjs";
+import { differenceOf, measure } from "./measures.mjs";
+import { readMesh } from "./readers.mjs";
+
+const folder = mkdtempSync(join(tmpdir(), "kdstream-strangers-"));
+after(() => rmSync(folder, { recursive: true, force: true }));
+
+const run = (name, ...options) => spawnSync(join(process.env.KDSTREAM_PROGRAMS, name), options, { encoding: "utf8" });
+
+// What the product makes of a file: { mesh, said }, or { error }.
+function throughTheStore(file, name) {
+  const [store, out] = [join(folder, `${name}.kds`), join(folder, `${name}.ply`)];
+  const built = run("kdstream-build", file, "-o", store);
+  if (built.status !== 0) {
+    assert.ok(built.status > 0, `kdstream-build ended by a signal: ${built.signal}`);
+    return { error: built.stderr };
+  }
+  const extracted = run("kdstream-store", "extract", store, "--all", "-o", out, "--quiet");
+  assert.equal(extracted.status, 0, extracted.stderr);
+  return { mesh: readMesh(out), said: built.stderr };
+}
+
+// A place may be off by the grid's step, and by what floats far away have lost.
+const stepOf = ({ low, high }) => 1e-4 * Math.max(1e-9, ...high.map((value, i) => value - low[i]));
+
+function check(file, name, { right = {}, says, refused, colors, isRead = true }) {
+  const { mesh, said, error } = throughTheStore(file, name);
+  if (refused && error !== undefined) {
+    assert.match(error, refused);
+    return;
+  }
+  assert.equal(error, undefined, error);
+  const found = measure(mesh);
+  const step = stepOf(found.box);
+  if (isRead) {
+    assert.equal(differenceOf(found, measure(readMesh(file)), step), "", said);
+  }
+  const known = { ...found, ...right };
+  assert.equal(differenceOf(found, known, step), "", said);
+  says && assert.match(said, says);
+  if (colors) {
+    assert.deepEqual([...new Set(mesh.colors.map(String))].sort(), colors.map(String).sort());
+  }
+}
+
+for (const [number, each] of cases.entries()) {
+  test(each.name, () => {
+    const home = join(folder, String(number));
+    mkdirSync(home);
+    for (const [name, bytes] of Object.entries(each.files)) {
+      writeFileSync(join(home, name), bytes);
+    }
+    check(join(home, each.file), `own-${number}`, each);
+  });
+}
+
+// ---- cases from elsewhere: what is right besides what the small reader finds
+
+const others = process.env.KDSTREAM_CASES ?? "";
+const known = {
+  "gltf-meshopt-fallback": { refused: /meshopt/, right: { volume: 8 } },
+  "ply-utm-stray": { right: { unused: 1 } },
+  "las-count0": { refused: /count/ },
+};
+for (const name of others && existsSync(others) ? readdirSync(others).sort() : []) {
+  const file = name.includes(".") ? undefined : readdirSync(join(others, name)).find((each) => /^a\.(?!mtl$)/.test(each));
+  file && test(name, () => check(join(others, name, file), name, known[name] ?? {}));
+}

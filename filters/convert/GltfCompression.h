@@ -1,0 +1,44 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Geometry of a glTF that is compressed, by meshoptimizer or Draco: optional parts, each by its
+// library.
+#pragma once
+
+#include "filters/convert/GltfAccessors.h"
+#include "filters/core/Result.h"
+
+#include <nlohmann/json.hpp>
+
+#include <cstddef>
+#include <cstdint>
+#include <map>
+#include <set>
+#include <span>
+#include <string>
+#include <vector>
+
+namespace kdstream
+{
+
+// How a bufferView is compressed (EXT_meshopt_compression, KHR_meshopt_compression), or null.
+const nlohmann::json& MeshoptOf(const nlohmann::json& view);
+
+// The view's bytes. What is claimed is held against `bytes` before memory is taken. Errors:
+// InvalidInput, continuing the sentence "bufferView 7 …"; Unsupported where there was no
+// libmeshoptimizer-dev.
+Result<std::vector<std::uint8_t>> DecodeMeshopt(
+  const nlohmann::json& compressed, std::span<const std::uint8_t> bytes);
+
+struct DracoPart
+{
+  std::vector<std::uint32_t> corners;             // three a triangle
+  std::map<std::string, GltfAccessor> attributes; // those that were asked for
+};
+
+// A mesh part that is compressed by KHR_draco_mesh_compression. attributes: names and numbers in
+// the compressed part; normalized: those whose whole numbers are parts of the largest. Memory: what
+// the library takes, some times the part. Errors: InvalidInput, continuing the sentence "… part 0:
+// …"; Unsupported where there was no libdraco-dev.
+Result<DracoPart> DecodeDraco(std::span<const std::uint8_t> bytes,
+  const std::map<std::string, std::uint32_t>& attributes, const std::set<std::string>& normalized);
+
+}

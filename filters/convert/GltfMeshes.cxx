@@ -1,0 +1,753 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Steps for a part: 1. its attributes, as accessors, plain or out of Draco's bytes  2. places,
+// shaped by morph targets, normals, colours, texture coordinates, joints  3. corners, then
+// triangles as its mode joins them.
+#include "filters/convert/GltfMeshes.h"
+
+#include "filters/convert/GltfAccessors.h"
+#include "filters/convert/GltfCompression.h"
+#include "filters/convert/GltfNodes.h"
+#include "filters/core/VectorMath.h"
+#include "filters/meshio/QuotedText.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <limits>
+#include <optional>
+#include <set>
+#include <string_view>
+
+namespace kdstream
+{
+namespace
+{
+
+using Json = nlohmann::json;
+
+// As glTF numbers them, of 7; what has another number is joined by lines, or not at all.
+constexpr int linesMode = 1, lineLoop = 2, lineStrip = 3, trianglesMode = 4, triangleStrip = 5,
+              triangleFan = 6;
+constexpr int mostSets = 4; // of joints: 16 a point
+
+// Of which kinds an attribute may be, by the beginning of its name.
+struct AttributeKinds
+{
+  std::string_view name;
+  std::size_t least, most; // components
+};
+constexpr std::array<AttributeKinds, 6> attributeKinds{ { { "POSITION", 3, 3 }, { "NORMAL", 3, 3 },
+  { "TEXCOORD_", 2, 2 }, { "COLOR_", 3, 4 }, { "JOINTS_", 4, 4 }, { "WEIGHTS_", 4, 4 } } };
+
+bool IsOfKind(const std::string& name, const GltfAccessor& accessor)
+{
+  const auto* const kinds = std::find_if(attributeKinds.begin(), attributeKinds.end(),
+    [&](const AttributeKinds& each) { return name.starts_with(each.name); });
+  return kinds == attributeKinds.end() ||
+         (accessor.Components() >= kinds->least && accessor.Components() <= kinds->most &&
+           (kinds->name == "JOINTS_" ? accessor.Type() != GltfComponent::Float
+                                     : accessor.Type() != GltfComponent::UnsignedInt));
+}
+
+std::string NameOf(std::size_t mesh, std::size_t part)
+{
+  return "mesh " + std::to_string(mesh) + ", part " + std::to_string(part) + ": ";
+}
+
+// A point array that is carried as it is.
+struct PlainArray
+{
+  AttributeInfo info;
+  std::string attribute; // its name in the file
+};
+
+AttributeType TypeOf(GltfComponent component)
+{
+  switch (component)
+  {
+    case GltfComponent::Byte:
+      return AttributeType::Int8;
+    case GltfComponent::UnsignedByte:
+      return AttributeType::UInt8;
+    case GltfComponent::Short:
+      return AttributeType::Int16;
+    case GltfComponent::UnsignedShort:
+      return AttributeType::UInt16;
+    case GltfComponent::UnsignedInt:
+      return AttributeType::UInt32;
+    case GltfComponent::Float:
+      break;
+  }
+  return AttributeType::Float32;
+}
+
+// Those of a part that the reader does not use up, in their order.
+std::vector<PlainArray> PlainArraysOf(const Json& accessors, const Json& attributes)
+{
+  static constexpr std::array<std::string_view, 4> used{ "POSITION", "NORMAL", "TANGENT",
+    "COLOR_0" };
+  std::vector<PlainArray> arrays;
+  for (const auto& [name, number] : attributes.items())
+  {
+    const std::size_t at = IndexIn(accessors, number);
+    if (std::find(used.begin(), used.end(), name) != used.end() || name.starts_with("JOINTS_") ||
+        name.starts_with("WEIGHTS_") || at == CountOf(accessors))
+    {
+      continue;
+    }
+    const Json& accessor = accessors[at];
+    PlainArray array{ { name, TypeOf(GltfAccessor::TypeIn(accessor)), AttributeAssociation::Point,
+                        static_cast<std::uint8_t>(GltfAccessor::ComponentsIn(accessor)) },
+      name };
+    if (name.starts_with("TEXCOORD_") || Member(accessor, "normalized") == true)
+    {
+      array.info.type = AttributeType::Float32;
+    }
+    array.info.name = name == "TEXCOORD_0"   ? "TCoords"
+                      : name == "TEXCOORD_1" ? "texcoord_1" // as stores have it from VTK's reader
+                                             : name;
+    arrays.push_back(std::move(array));
+  }
+  std::stable_partition(arrays.begin(), arrays.end(),
+    [](const PlainArray& array) { return array.info.name != array.attribute; });
+  return arrays;
+}
+
+bool IsFinite(const Vec3& point)
+{
+  return std::isfinite(point[0]) && std::isfinite(point[1]) && std::isfinite(point[2]);
+}
+
+// Values of the points that stay, each of so many elements.
+template <class T>
+void KeepOf(const std::vector<bool>& stays, std::size_t elements, std::vector<T>& values)
+{
+  std::size_t end = 0;
+  for (std::size_t i = 0; i < values.size(); ++i)
+  {
+    if (stays[i / elements])
+    {
+      values[end++] = values[i];
+    }
+  }
+  values.resize(end);
+}
+
+// Points that are not finite go, with triangles that name them, before pictures paint the others.
+void DropPointsNotFinite(GltfPart& part, const std::string& named, Tolerance& dropped)
+{
+  std::vector<bool> stays(part.points.size());
+  std::vector<VertexId> numbers(part.points.size());
+  VertexId count = 0;
+  for (std::size_t i = 0; i < stays.size(); ++i)
+  {
+    stays[i] = IsFinite(part.points[i]);
+    numbers[i] = count;
+    count += stays[i] ? 1 : 0;
+    if (!stays[i])
+    {
+      dropped.Count(Lapse::PointNotFinite, 1,
+        dropped.Of(Lapse::PointNotFinite) == 0 ? named + "vertex " + std::to_string(i) : "");
+    }
+  }
+  if (count == stays.size())
+  {
+    return;
+  }
+  KeepOf(stays, 1, part.points);
+  KeepOf(stays, 1, part.normals);
+  KeepOf(stays, 1, part.colors);
+  KeepOf(stays, 1, part.pictures);
+  KeepOf(stays, std::max<std::size_t>(1, part.jointsOfPoint), part.joints);
+  for (Attribute& array : part.arrays)
+  {
+    KeepOf(stays, array.TupleSize(), array.values);
+  }
+  dropped.Count(Lapse::FaceOfDroppedPoint, std::erase_if(part.triangles,
+                                             [&](const Triangle& t) {
+                                               return !std::all_of(t.begin(), t.end(),
+                                                 [&](VertexId corner) { return stays[corner]; });
+                                             }));
+  for (Triangle& triangle : part.triangles)
+  {
+    triangle = { numbers[triangle[0]], numbers[triangle[1]], numbers[triangle[2]] };
+  }
+}
+
+std::vector<Triangle> TrianglesOf(int mode, const std::vector<std::uint32_t>& corners)
+{
+  std::vector<Triangle> triangles;
+  const std::size_t count = corners.size();
+  if (mode == trianglesMode)
+  {
+    triangles.reserve(count / 3);
+    for (std::size_t i = 0; i + 2 < count; i += 3)
+    {
+      triangles.push_back({ corners[i], corners[i + 1], corners[i + 2] });
+    }
+  }
+  for (std::size_t i = 2; i < count && (mode == triangleStrip || mode == triangleFan); ++i)
+  {
+    const std::uint32_t a = corners[mode == triangleFan ? 0 : i - 2], b = corners[i - 1];
+    const bool turned = mode == triangleStrip && i % 2 == 1;
+    triangles.push_back(turned ? Triangle{ b, a, corners[i] } : Triangle{ a, b, corners[i] });
+  }
+  return triangles;
+}
+
+}
+
+// Of one part.
+class GltfMeshes::Reader
+{
+public:
+  Reader(GltfMeshes& meshes, const Json& json)
+    : Meshes(meshes)
+    , Accessors(Member(meshes.Document.json, "accessors"))
+    , Part(json)
+    , Attributes(Member(json, "attributes"))
+  {
+  }
+
+  // weights: of its shapes. named: the part, for what is left over.
+  Result<std::optional<GltfPart>> Read(const Json& weights, const std::string& named)
+  {
+    const double mode = WholeOf(Member(this->Part, "mode"), trianglesMode);
+    if (mode < 0 || mode > triangleFan)
+    {
+      return GltfError("there is no mode " + QuotedText(Member(this->Part, "mode").dump()));
+    }
+    const Json& position = Member(this->Attributes, "POSITION");
+    const std::size_t at = IndexIn(this->Accessors, position);
+    const double claimed =
+      at < CountOf(this->Accessors) ? WholeOf(Member(this->Accessors[at], "count"), 0) : 1;
+    if (claimed < 0)
+    {
+      return GltfError("'POSITION' claims a number of elements that is none");
+    }
+    // Where it claims no points, none are read, whatever is compressed: ClaimsOf counts none.
+    if (position.is_null() || claimed == 0)
+    {
+      return std::optional<GltfPart>();
+    }
+    KDSTREAM_TRY(this->Decompress());
+    const Result<GltfAccessor> places = this->Open("POSITION");
+    KDSTREAM_TRY(places);
+    this->Count = places->Count();
+    GltfPart part;
+    part.points = this->VectorsOf(*places);
+    KDSTREAM_TRY(this->ReadAttributes(part));
+    KDSTREAM_TRY(this->AddShapes(weights, part));
+    const Result<std::vector<std::uint32_t>> corners = this->ReadCorners();
+    KDSTREAM_TRY(corners);
+    this->Join(static_cast<int>(mode), *corners, named, part);
+    DropPointsNotFinite(part, named, this->Meshes.DroppedPoints);
+    return std::optional(std::move(part));
+  }
+
+private:
+  // KHR_draco_mesh_compression.
+  Status Decompress()
+  {
+    const Json& draco = Member(Member(this->Part, "extensions"), "KHR_draco_mesh_compression");
+    if (draco.is_null())
+    {
+      return {};
+    }
+    const Json& views = Member(this->Meshes.Document.json, "bufferViews");
+    const std::size_t at = IndexIn(views, Member(draco, "bufferView"));
+    if (at == CountOf(views))
+    {
+      return GltfError(NamesNone("bufferView", Member(draco, "bufferView"), views));
+    }
+    const Result<GltfBuffers::View> view = this->Meshes.Buffers.ViewOf(at);
+    if (!view)
+    {
+      return Within("its bufferView " + std::to_string(at) + " ", view.GetError());
+    }
+    std::map<std::string, std::uint32_t> numbers;
+    std::set<std::string> normalized;
+    for (const auto& [name, number] : Member(draco, "attributes").items())
+    {
+      const double whole = WholeOf(number, -1);
+      if (whole < 0 || whole > std::numeric_limits<std::uint32_t>::max())
+      {
+        return GltfError(QuotedText(name) + " names no attribute of what Draco compressed");
+      }
+      const std::size_t accessor = IndexIn(this->Accessors, Member(this->Attributes, name.c_str()));
+      if (accessor < CountOf(this->Accessors))
+      {
+        numbers.emplace(name, static_cast<std::uint32_t>(whole));
+        if (Member(this->Accessors[accessor], "normalized") == true)
+        {
+          normalized.insert(name);
+        }
+      }
+    }
+    Result<DracoPart> decoded = DecodeDraco(view->bytes, numbers, normalized);
+    if (!decoded)
+    {
+      // Who compresses may give the same part plain, for those who cannot decompress.
+      const std::size_t plain = IndexIn(this->Accessors, Member(this->Attributes, "POSITION"));
+      return decoded.GetError().code == ErrorCode::Unsupported &&
+                 plain < CountOf(this->Accessors) &&
+                 !Member(this->Accessors[plain], "bufferView").is_null()
+               ? Status{}
+               : Status(decoded.GetError());
+    }
+    this->Draco = std::move(*decoded);
+    return {};
+  }
+
+  bool Has(const std::string& name) const
+  {
+    return !Member(this->Attributes, name.c_str()).is_null();
+  }
+
+  // One of `Attributes`, of a kind that is read.
+  Result<GltfAccessor> Open(const std::string& name)
+  {
+    const auto found =
+      this->Draco ? this->Draco->attributes.find(name) : decltype(this->Draco->attributes.end())();
+    Result<GltfAccessor> accessor = this->Draco && found != this->Draco->attributes.end()
+                                      ? Result<GltfAccessor>(found->second)
+                                      : this->OpenIn(this->Attributes, name);
+    KDSTREAM_TRY(accessor);
+    if (!IsOfKind(name, *accessor))
+    {
+      const Json& number = Member(this->Attributes, name.c_str());
+      const std::size_t at = IndexIn(this->Accessors, number);
+      const Json none;
+      const Json& json = at < CountOf(this->Accessors) ? this->Accessors[at] : none;
+      return GltfError(QuotedText(name) + " is of a kind that is not read: type " +
+                       QuotedText(Member(json, "type").dump()) + ", componentType " +
+                       QuotedText(Member(json, "componentType").dump()));
+    }
+    if (name != "POSITION" && accessor->Count() != this->Count)
+    {
+      return GltfError(QuotedText(name) + " has not as many elements as the others");
+    }
+    return accessor;
+  }
+
+  Result<GltfAccessor> OpenIn(const Json& attributes, const std::string& name)
+  {
+    const Json& number = Member(attributes, name.c_str());
+    const std::size_t at = IndexIn(this->Accessors, number);
+    return at < CountOf(this->Accessors)
+             ? GltfAccessor::Open(this->Meshes.Document, this->Meshes.Buffers, at)
+             : GltfError(QuotedText(name) + " " + NamesNone("accessor", number, this->Accessors));
+  }
+
+  static std::vector<Vec3> VectorsOf(const GltfAccessor& accessor)
+  {
+    std::vector<Vec3> vectors(accessor.Count());
+    for (std::size_t i = 0; i < vectors.size(); ++i)
+    {
+      vectors[i] = { accessor.Part(i, 0), accessor.Part(i, 1), accessor.Part(i, 2) };
+    }
+    return vectors;
+  }
+
+  Status ReadAttributes(GltfPart& part)
+  {
+    const std::vector<GltfMaterial>& materials = this->Meshes.Materials;
+    part.material = std::min(
+      IndexIn(Member(this->Meshes.Document.json, "materials"), Member(this->Part, "material")),
+      materials.size());
+    if (this->Has("NORMAL"))
+    {
+      const Result<GltfAccessor> normals = this->Open("NORMAL");
+      KDSTREAM_TRY(normals);
+      part.normals = this->VectorsOf(*normals);
+    }
+    if (this->Has("COLOR_0"))
+    {
+      const Result<GltfAccessor> colors = this->Open("COLOR_0");
+      KDSTREAM_TRY(colors);
+      part.colors.assign(this->Count, Color{ 1, 1, 1, 1 });
+      for (std::size_t i = 0; i < this->Count; ++i)
+      {
+        for (std::size_t k = 0; k < colors->Components(); ++k)
+        {
+          part.colors[i][k] = colors->Part(i, k, true);
+        }
+      }
+    }
+    const std::string pictures =
+      "TEXCOORD_" +
+      std::to_string(part.material < materials.size() ? materials[part.material].coordinates : 0);
+    if (this->Has(pictures))
+    {
+      const Result<GltfAccessor> coordinates = this->Open(pictures);
+      KDSTREAM_TRY(coordinates);
+      part.pictures.resize(this->Count);
+      for (std::size_t i = 0; i < this->Count; ++i)
+      {
+        part.pictures[i] = { float(coordinates->Part(i, 0)), float(coordinates->Part(i, 1)) };
+      }
+    }
+    for (const PlainArray& array : PlainArraysOf(this->Accessors, this->Attributes))
+    {
+      const Result<GltfAccessor> values = this->Open(array.attribute);
+      KDSTREAM_TRY(values);
+      if (values->Components() != array.info.components)
+      {
+        return GltfError(QuotedText(array.attribute) + " is compressed as another kind");
+      }
+      Attribute& read = part.arrays.emplace_back();
+      static_cast<AttributeInfo&>(read) = array.info;
+      read.values.resize(this->Count * read.TupleSize());
+      for (std::size_t i = 0; i < this->Count; ++i)
+      {
+        for (std::size_t k = 0; k < read.components; ++k)
+        {
+          read.Set(i, k, values->Part(i, k));
+        }
+      }
+    }
+    return this->ReadJoints(part);
+  }
+
+  Status ReadJoints(GltfPart& part)
+  {
+    for (int set = 0; set < mostSets; ++set)
+    {
+      const std::string number = std::to_string(set);
+      if (!this->Has("JOINTS_" + number) || !this->Has("WEIGHTS_" + number))
+      {
+        return {};
+      }
+      const Result<GltfAccessor> joints = this->Open("JOINTS_" + number);
+      KDSTREAM_TRY(joints);
+      const Result<GltfAccessor> weights = this->Open("WEIGHTS_" + number);
+      KDSTREAM_TRY(weights);
+      std::vector<std::pair<std::uint32_t, double>> all;
+      const std::size_t before = part.jointsOfPoint;
+      for (std::size_t i = 0; i < this->Count; ++i)
+      {
+        all.insert(all.end(), part.joints.begin() + static_cast<std::ptrdiff_t>(i * before),
+          part.joints.begin() + static_cast<std::ptrdiff_t>((i + 1) * before));
+        for (std::size_t k = 0; k < 4; ++k)
+        {
+          all.push_back({ static_cast<std::uint32_t>(std::max(0.0, joints->Get(i, k))),
+            weights->Part(i, k, true) });
+        }
+      }
+      part.joints = std::move(all);
+      part.jointsOfPoint += 4;
+    }
+    return {};
+  }
+
+  // Morph targets, by their weights.
+  Status AddShapes(const Json& weights, GltfPart& part)
+  {
+    const Json& targets = Member(this->Part, "targets");
+    for (std::size_t i = 0; i < std::min(CountOf(targets), CountOf(weights)); ++i)
+    {
+      const double weight = NumberOf(weights[i], 0);
+      if (weight == 0)
+      {
+        continue;
+      }
+      for (const auto& [name, vectors] :
+        { std::pair{ "POSITION", &part.points }, std::pair{ "NORMAL", &part.normals } })
+      {
+        if (Member(targets[i], name).is_null() || vectors->empty())
+        {
+          continue;
+        }
+        const Result<GltfAccessor> moved = this->OpenIn(targets[i], name);
+        KDSTREAM_TRY(moved);
+        if (!IsOfKind(name, *moved) || moved->Count() != this->Count)
+        {
+          return GltfError("its shape " + std::to_string(i) + ": " + QuotedText(name) +
+                           " is of another kind than the part's, or has not as many elements");
+        }
+        for (std::size_t v = 0; v < this->Count; ++v)
+        {
+          for (std::size_t k = 0; k < 3; ++k)
+          {
+            (*vectors)[v][k] += weight * moved->Part(v, k);
+          }
+        }
+      }
+    }
+    return {};
+  }
+
+  Result<std::vector<std::uint32_t>> ReadCorners()
+  {
+    std::vector<std::uint32_t> corners;
+    const Json& indices = Member(this->Part, "indices");
+    if (this->Draco)
+    {
+      corners = std::move(this->Draco->corners);
+    }
+    else if (indices.is_null())
+    {
+      corners.resize(this->Count);
+      for (std::size_t i = 0; i < this->Count; ++i)
+      {
+        corners[i] = static_cast<std::uint32_t>(i);
+      }
+      return corners;
+    }
+    else
+    {
+      const Result<GltfAccessor> accessor = this->OpenIn(this->Part, "indices");
+      KDSTREAM_TRY(accessor);
+      const Json& json = this->Accessors[IndexIn(this->Accessors, indices)];
+      const GltfComponent type = accessor->Type();
+      if (accessor->Components() != 1 ||
+          (type != GltfComponent::UnsignedByte && type != GltfComponent::UnsignedShort &&
+            type != GltfComponent::UnsignedInt) ||
+          (Member(json, "bufferView").is_null() && Member(json, "sparse").is_null()))
+      {
+        return GltfError("'indices' are no whole numbers");
+      }
+      corners.resize(accessor->Count());
+      for (std::size_t i = 0; i < corners.size(); ++i)
+      {
+        corners[i] = static_cast<std::uint32_t>(accessor->Get(i, 0));
+      }
+    }
+    const auto bad = std::find_if(
+      corners.begin(), corners.end(), [&](std::uint32_t corner) { return corner >= this->Count; });
+    return bad == corners.end()
+             ? Result<std::vector<std::uint32_t>>(std::move(corners))
+             : GltfError("its index " + std::to_string(bad - corners.begin()) + " names vertex " +
+                         std::to_string(*bad) + ", but there are " + std::to_string(this->Count));
+  }
+
+  void Join(
+    int mode, const std::vector<std::uint32_t>& corners, const std::string& named, GltfPart& part)
+  {
+    const std::size_t count = corners.size();
+    part.lines = mode == linesMode                       ? count / 2
+                 : mode == lineLoop || mode == lineStrip ? std::min<std::size_t>(count, 1)
+                                                         : 0;
+    // What Draco compresses is triangles, whatever its mode.
+    part.triangles = TrianglesOf(this->Draco ? trianglesMode : mode, corners);
+    if (mode == trianglesMode && count % 3 > 0 && this->Meshes.Left.parts++ == 0)
+    {
+      this->Meshes.Left.first =
+        named + std::to_string(count) +
+        (Member(this->Part, "indices").is_null() ? " vertices" : " indices");
+    }
+  }
+
+  GltfMeshes& Meshes;
+  const Json& Accessors;
+  const Json& Part;
+  const Json& Attributes;
+  std::optional<DracoPart> Draco;
+  std::size_t Count = 0; // of points
+};
+
+GltfMeshes::GltfMeshes(
+  const GltfDocument& document, GltfBuffers& buffers, const std::vector<GltfMaterial>& materials)
+  : Document(document)
+  , Buffers(buffers)
+  , Materials(materials)
+{
+}
+
+void GltfMeshes::Claims::Add(const Claims& other)
+{
+  this->points += other.points;
+  this->triangles += other.triangles;
+  this->parts += other.parts;
+  this->coloured += other.coloured;
+  for (const auto& [info, count] : other.arrays)
+  {
+    const auto found = std::find_if(this->arrays.begin(), this->arrays.end(),
+      [&, &wanted = info](const auto& known) { return known.first == wanted; });
+    if (found == this->arrays.end())
+    {
+      this->arrays.push_back({ info, count });
+    }
+    else
+    {
+      found->second += count;
+    }
+  }
+}
+
+// Of an accessor; 0 of none.
+Result<double> GltfMeshes::CountedBy(const Json& number) const
+{
+  const Json& accessors = Member(this->Document.json, "accessors");
+  const std::size_t at = IndexIn(accessors, number);
+  if (at == CountOf(accessors))
+  {
+    return 0;
+  }
+  // A sparse one is left to the reader, as it takes memory.
+  if (!Member(accessors[at], "bufferView").is_null() && Member(accessors[at], "sparse").is_null())
+  {
+    const Result<GltfAccessor> held = GltfAccessor::Open(this->Document, this->Buffers, at);
+    KDSTREAM_TRY(held);
+  }
+  return std::max(0.0, WholeOf(Member(accessors[at], "count"), 0));
+}
+
+Result<GltfMeshes::Claims> GltfMeshes::ClaimsOf(std::size_t mesh) const
+{
+  const Json& parts = Member(Member(this->Document.json, "meshes")[mesh], "primitives");
+  Claims claims;
+  for (std::size_t i = 0; i < CountOf(parts); ++i)
+  {
+    const Json &attributes = Member(parts[i], "attributes"), &indices = Member(parts[i], "indices");
+    const auto has = [&](const char* name) { return !Member(attributes, name).is_null(); };
+    const Result<double> points = this->CountedBy(Member(attributes, "POSITION"));
+    const Result<double> corners = indices.is_null() ? points : this->CountedBy(indices);
+    if (!points || !corners)
+    {
+      return Within(NameOf(mesh, i), (points ? corners : points).GetError());
+    }
+    if (*points == 0)
+    {
+      continue;
+    }
+    const std::size_t material =
+      IndexIn(Member(this->Document.json, "materials"), Member(parts[i], "material"));
+    const bool tinted = material < this->Materials.size() &&
+                        this->Materials[material].paint.factor != Color{ 1, 1, 1, 1 };
+    const bool apart = NumberOf(Member(parts[i], "mode"), trianglesMode) == trianglesMode;
+    Claims claimed{ static_cast<std::uint64_t>(*points),
+      static_cast<std::uint64_t>(apart ? *corners / 3 : *corners), 1,
+      tinted || has("COLOR_0") ? 1U : 0U };
+    if (has("NORMAL"))
+    {
+      claimed.arrays.push_back(
+        { { "Normals", AttributeType::Float32, AttributeAssociation::Point, 3 }, 1 });
+    }
+    for (PlainArray& array : PlainArraysOf(Member(this->Document.json, "accessors"), attributes))
+    {
+      claimed.arrays.push_back({ std::move(array.info), 1 });
+    }
+    claims.Add(claimed);
+    if (claims.points >= noVertex)
+    {
+      break; // that is enough to refuse it
+    }
+  }
+  return claims;
+}
+
+Result<std::vector<GltfPart>> GltfMeshes::PartsOf(std::size_t mesh, const Json& weights)
+{
+  const Json& json = Member(this->Document.json, "meshes")[mesh];
+  const Json& parts = Member(json, "primitives");
+  std::vector<GltfPart> read;
+  for (std::size_t i = 0; i < CountOf(parts); ++i)
+  {
+    const std::string named = NameOf(mesh, i);
+    Result<std::optional<GltfPart>> part =
+      Reader(*this, parts[i]).Read(weights.is_null() ? Member(json, "weights") : weights, named);
+    if (!part)
+    {
+      return Within(named, part.GetError());
+    }
+    if (*part && !(*part)->points.empty())
+    {
+      read.push_back(std::move(**part));
+    }
+  }
+  return read;
+}
+
+Status ApplyGltfSkin(const GltfDocument& document, GltfBuffers& buffers, const GltfNodes& nodes,
+  std::size_t skin, GltfPart& part)
+{
+  const Json& json = Member(document.json, "skins")[skin];
+  const Json& joints = Member(json, "joints");
+  const Json& matrices = Member(json, "inverseBindMatrices");
+  const std::string named = "skin " + std::to_string(skin) + ": ";
+  std::optional<GltfAccessor> inverse;
+  if (!matrices.is_null())
+  {
+    const Json& accessors = Member(document.json, "accessors");
+    const std::size_t at = IndexIn(accessors, matrices);
+    if (at == CountOf(accessors))
+    {
+      return GltfError(named + NamesNone("accessor", matrices, accessors));
+    }
+    Result<GltfAccessor> opened = GltfAccessor::Open(document, buffers, at);
+    KDSTREAM_TRY(opened);
+    if (opened->Components() != 16 || opened->Count() < CountOf(joints))
+    {
+      return GltfError(named + "it has not a matrix for each joint");
+    }
+    inverse = std::move(*opened);
+  }
+  std::vector<GltfPlace> places(CountOf(joints));
+  for (std::size_t i = 0; i < places.size(); ++i)
+  {
+    const Json& all = Member(document.json, "nodes");
+    const std::size_t node = IndexIn(all, joints[i]);
+    if (node == CountOf(all))
+    {
+      return GltfError(named + NamesNone("node", joints[i], all));
+    }
+    GltfPlace bound;
+    for (std::size_t k = 0; inverse && k < 3; ++k)
+    {
+      for (std::size_t axis = 0; axis < 3; ++axis)
+      {
+        bound.axes[axis][k] = inverse->Get(i, 4 * axis + k);
+      }
+      bound.origin[k] = inverse->Get(i, 12 + k);
+    }
+    places[i] = Combined(nodes.PlaceInScene(node), bound);
+  }
+  std::vector<bool> mirrored(part.points.size());
+  for (std::size_t v = 0; v < part.points.size(); ++v)
+  {
+    GltfPlace place{ { Vec3{}, Vec3{}, Vec3{} }, {} };
+    double sum = 0;
+    for (std::size_t k = 0; k < part.jointsOfPoint; ++k)
+    {
+      const auto& [joint, weight] = part.joints[v * part.jointsOfPoint + k];
+      if (weight == 0)
+      {
+        continue;
+      }
+      if (joint >= places.size())
+      {
+        return GltfError(named + "vertex " + std::to_string(v) + " names joint " +
+                         std::to_string(joint) + ", but there are " +
+                         std::to_string(places.size()));
+      }
+      for (std::size_t axis = 0; axis < 3; ++axis)
+      {
+        place.axes[axis] = Plus(place.axes[axis], Times(places[joint].axes[axis], weight));
+      }
+      place.origin = Plus(place.origin, Times(places[joint].origin, weight));
+      sum += weight;
+    }
+    for (std::size_t axis = 0; axis < 3 && sum != 0; ++axis)
+    {
+      place.axes[axis] = Times(place.axes[axis], 1 / sum);
+    }
+    place = sum != 0 ? GltfPlace{ place.axes, Times(place.origin, 1 / sum) } : GltfPlace{};
+    part.points[v] = place.Of(part.points[v]);
+    if (!part.normals.empty())
+    {
+      part.normals[v] = place.OfNormal(part.normals[v]);
+    }
+    mirrored[v] = place.Determinant() < 0;
+  }
+  for (Triangle& triangle : part.triangles)
+  {
+    if (mirrored[triangle[0]])
+    {
+      std::swap(triangle[1], triangle[2]);
+    }
+  }
+  return {};
+}
+
+}

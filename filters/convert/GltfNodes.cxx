@@ -1,0 +1,407 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Steps: 1. the scene's roots  2. all nodes below are checked, depth first, each once  3. the walk:
+// a stack of nodes and places, and of each node its instances.
+#include "filters/convert/GltfNodes.h"
+
+#include "filters/convert/GltfAccessors.h"
+#include "filters/core/VectorMath.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdint>
+#include <utility>
+
+namespace kdstream
+{
+namespace
+{
+
+using Json = nlohmann::json;
+
+// Whether it is missing, or an array of so many numbers.
+bool HasNumbers(const Json& node, const char* name, std::size_t count)
+{
+  const Json& numbers = Member(node, name);
+  return numbers.is_null() ||
+         (CountOf(numbers) == count && std::all_of(numbers.begin(), numbers.end(),
+                                         [](const Json& number) { return number.is_number(); }));
+}
+
+Status CheckPlace(const Json& node, std::size_t number)
+{
+  for (const auto& [name, count] : { std::pair<const char*, std::size_t>{ "matrix", 16 },
+         { "translation", 3 }, { "rotation", 4 }, { "scale", 3 } })
+  {
+    if (!HasNumbers(node, name, count))
+    {
+      return GltfError("node " + std::to_string(number) + " has a " + name + " that is not of " +
+                       std::to_string(count) + " numbers");
+    }
+  }
+  return {};
+}
+
+// Descendants that nodes may have by being shared, beyond those of trees.
+constexpr std::uint64_t mostShared = std::uint64_t{ 1 } << 20;
+
+// Goes down from each root; what is reached again while it is open is a cycle.
+class NodeCheck
+{
+public:
+  explicit NodeCheck(const Json& nodes)
+    : Nodes(nodes)
+    , Sizes(CountOf(nodes))
+    , State(CountOf(nodes))
+  {
+  }
+
+  Status Check(std::size_t root)
+  {
+    KDSTREAM_TRY(this->Enter(root, root));
+    while (!this->Path.empty())
+    {
+      KDSTREAM_TRY(this->Step());
+    }
+    return this->Count(root, this->All);
+  }
+
+  // All nodes that were found, each after its parent, which is the node itself for a root.
+  const std::vector<std::pair<std::size_t, std::size_t>>& Entered() const { return this->Found; }
+
+private:
+  // Adds a node's descendants, and itself, to those of its parent or of all roots.
+  Status Count(std::size_t node, std::uint64_t& sum) const
+  {
+    sum += this->Sizes[node];
+    const std::uint64_t most = this->State.size() + mostShared;
+    return sum <= most
+             ? Status{}
+             : Status(GltfError("node " + std::to_string(node) + ", with those beside it, has " +
+                                "more than " + std::to_string(most) +
+                                " descendants: nodes are shared over and over"));
+  }
+
+  Status Enter(std::size_t node, std::size_t parent)
+  {
+    if (this->State[node] == 0)
+    {
+      this->State[node] = 1;
+      this->Sizes[node] = 1;
+      this->Path.push_back({ node, 0 });
+      this->Found.push_back({ node, parent });
+      return CheckPlace(this->Nodes[node], node);
+    }
+    return {};
+  }
+
+  // Takes the next child of the last node, or leaves that one.
+  Status Step()
+  {
+    const std::size_t node = this->Path.back().first;
+    const Json& children = Member(this->Nodes[node], "children");
+    if (this->Path.back().second == CountOf(children))
+    {
+      this->State[node] = 2;
+      this->Path.pop_back();
+      return {};
+    }
+    const std::size_t child = IndexIn(this->Nodes, children[this->Path.back().second]);
+    if (child == this->State.size())
+    {
+      return GltfError("node " + std::to_string(node) + " " +
+                       NamesNone("node", children[this->Path.back().second], this->Nodes));
+    }
+    if (this->State[child] == 1)
+    {
+      return GltfError("node " + std::to_string(child) + " is its own descendant");
+    }
+    if (this->State[child] == 0)
+    {
+      return this->Enter(child, node); // and comes back to this child when it is done
+    }
+    ++this->Path.back().second;
+    return this->Count(child, this->Sizes[node]);
+  }
+
+  const Json& Nodes;
+  std::vector<std::uint64_t> Sizes;                       // with descendants
+  std::vector<std::uint8_t> State;                        // 0 unknown, 1 open, 2 done
+  std::vector<std::pair<std::size_t, std::size_t>> Path;  // node, next child
+  std::vector<std::pair<std::size_t, std::size_t>> Found; // node, parent
+  std::uint64_t All = 0;
+};
+
+// rotation: a quaternion x y z w, of whatever length.
+GltfPlace PlaceOf(const Vec3& translation, const std::array<double, 4>& rotation, const Vec3& scale)
+{
+  GltfPlace place;
+  place.origin = translation;
+  const auto& [x, y, z, w] = rotation;
+  const double xx = x * x, yy = y * y, zz = z * z, ww = w * w;
+  const double square = xx + yy + zz + ww;
+  if (square > 0)
+  {
+    // Written so that zeros of quarter turns are zeros.
+    place.axes = { { { ww + xx - yy - zz, 2 * (x * y + z * w), 2 * (x * z - y * w) },
+      { 2 * (x * y - z * w), ww - xx + yy - zz, 2 * (y * z + x * w) },
+      { 2 * (x * z + y * w), 2 * (y * z - x * w), ww - xx - yy + zz } } };
+  }
+  for (std::size_t k = 0; k < 3; ++k)
+  {
+    place.axes[k] = Times(place.axes[k], scale[k]);
+    if (square > 0 && square != 1)
+    {
+      place.axes[k] = { place.axes[k][0] / square, place.axes[k][1] / square,
+        place.axes[k][2] / square };
+    }
+  }
+  return place;
+}
+
+template <std::size_t count>
+std::array<double, count> NumbersOf(
+  const Json& node, const char* name, std::array<double, count> otherwise)
+{
+  const Json& numbers = Member(node, name);
+  for (std::size_t k = 0; k < std::min(count, CountOf(numbers)); ++k)
+  {
+    otherwise[k] = numbers[k].get<double>();
+  }
+  return otherwise;
+}
+
+// In its parent. REQUIRES: CheckPlace.
+GltfPlace PlaceInParent(const Json& node)
+{
+  const Json& matrix = Member(node, "matrix");
+  if (matrix.is_null())
+  {
+    return PlaceOf(NumbersOf<3>(node, "translation", {}),
+      NumbersOf<4>(node, "rotation", { 0, 0, 0, 1 }), NumbersOf<3>(node, "scale", { 1, 1, 1 }));
+  }
+  const std::array<double, 16> m = NumbersOf<16>(node, "matrix", {});
+  return { { { { m[0], m[1], m[2] }, { m[4], m[5], m[6] }, { m[8], m[9], m[10] } } },
+    { m[12], m[13], m[14] } };
+}
+
+}
+
+Vec3 GltfPlace::Of(const Vec3& point) const
+{
+  Vec3 place;
+  for (std::size_t k = 0; k < 3; ++k)
+  {
+    place[k] = this->axes[0][k] * point[0] + this->axes[1][k] * point[1] +
+               this->axes[2][k] * point[2] + this->origin[k];
+  }
+  return place;
+}
+
+Vec3 GltfPlace::OfNormal(const Vec3& normal) const
+{
+  const std::array<Vec3, 3> across{ Cross(this->axes[1], this->axes[2]),
+    Cross(this->axes[2], this->axes[0]), Cross(this->axes[0], this->axes[1]) };
+  const double sign = this->Determinant() < 0 ? -1 : 1;
+  Vec3 turned = Plus(Plus(Times(across[0], sign * normal[0]), Times(across[1], sign * normal[1])),
+    Times(across[2], sign * normal[2]));
+  const double length = Length(turned);
+  return length > 0 && std::isfinite(length)
+           ? Vec3{ turned[0] / length, turned[1] / length, turned[2] / length }
+           : normal;
+}
+
+double GltfPlace::Determinant() const
+{
+  return Dot(this->axes[0], Cross(this->axes[1], this->axes[2]));
+}
+
+GltfPlace Combined(const GltfPlace& outer, const GltfPlace& inner)
+{
+  GltfPlace place;
+  for (std::size_t k = 0; k < 3; ++k)
+  {
+    place.axes[k] = Minus(outer.Of(inner.axes[k]), outer.origin);
+  }
+  place.origin = outer.Of(inner.origin);
+  return place;
+}
+
+GltfNodes::GltfNodes(const GltfDocument& document)
+  : Document(document)
+  , Nodes(Member(document.json, "nodes"))
+{
+}
+
+Status GltfNodes::ChooseScene()
+{
+  const Json &scenes = Member(this->Document.json, "scenes"),
+             &named = Member(this->Document.json, "scene");
+  const std::size_t count = CountOf(scenes);
+  const std::size_t chosen = named.is_null() ? 0 : IndexIn(scenes, named);
+  if (!named.is_null() && chosen == count)
+  {
+    return GltfError(
+      "the scene that is to be shown: the file " + NamesNone("scene", named, scenes));
+  }
+  if (count == 0)
+  {
+    std::vector<bool> isChild(CountOf(this->Nodes));
+    for (const Json& node : this->Nodes)
+    {
+      for (const Json& child : Member(node, "children"))
+      {
+        const std::size_t number = IndexIn(this->Nodes, child);
+        if (number < isChild.size())
+        {
+          isChild[number] = true;
+        }
+      }
+    }
+    for (std::size_t i = 0; i < isChild.size(); ++i)
+    {
+      if (!isChild[i])
+      {
+        this->Roots.push_back(i);
+      }
+    }
+    this->ChoiceNote = "it has no scene: all of its nodes are read";
+    return {};
+  }
+  if (named.is_null() && count > 1)
+  {
+    this->ChoiceNote =
+      "none of its " + std::to_string(count) + " scenes is the one to be shown: the first is read";
+  }
+  for (const Json& root : Member(scenes[chosen], "nodes"))
+  {
+    const std::size_t number = IndexIn(this->Nodes, root);
+    if (number == CountOf(this->Nodes))
+    {
+      return GltfError(
+        "scene " + std::to_string(chosen) + " " + NamesNone("node", root, this->Nodes));
+    }
+    this->Roots.push_back(number);
+  }
+  return {};
+}
+
+Status GltfNodes::Open()
+{
+  KDSTREAM_TRY(this->ChooseScene());
+  NodeCheck check(this->Nodes);
+  for (const std::size_t root : this->Roots)
+  {
+    KDSTREAM_TRY(check.Check(root));
+  }
+  this->Places.resize(CountOf(this->Nodes));
+  for (const auto& [node, parent] : check.Entered())
+  {
+    const GltfPlace place = PlaceInParent(this->Nodes[node]);
+    this->Places[node] = parent == node ? place : Combined(this->Places[parent], place);
+  }
+  return {};
+}
+
+Result<std::vector<GltfPlace>> GltfNodes::InstancesOf(std::size_t node, GltfBuffers& buffers) const
+{
+  const Json& attributes = Member(
+    Member(Member(this->Nodes[node], "extensions"), "EXT_mesh_gpu_instancing"), "attributes");
+  if (attributes.is_null())
+  {
+    return std::vector<GltfPlace>(1);
+  }
+  struct Values
+  {
+    const char* name;
+    std::size_t components;
+    std::optional<GltfAccessor> accessor{};
+  };
+  std::array<Values, 3> all{ { { "TRANSLATION", 3 }, { "ROTATION", 4 }, { "SCALE", 3 } } };
+  const Json& accessors = Member(this->Document.json, "accessors");
+  const std::string named = "node " + std::to_string(node) + ": its instances' ";
+  std::optional<std::size_t> count;
+  for (Values& values : all)
+  {
+    const Json& number = Member(attributes, values.name);
+    if (number.is_null())
+    {
+      continue;
+    }
+    const std::size_t at = IndexIn(accessors, number);
+    if (at == CountOf(accessors))
+    {
+      return GltfError(named + values.name + " " + NamesNone("accessor", number, accessors));
+    }
+    Result<GltfAccessor> accessor = GltfAccessor::Open(this->Document, buffers, at);
+    KDSTREAM_TRY(accessor);
+    if (accessor->Components() != values.components || (count && accessor->Count() != *count))
+    {
+      return GltfError(named + values.name +
+                       " is of another kind, or has not as many elements as " + "the others");
+    }
+    count = accessor->Count();
+    values.accessor = std::move(*accessor);
+  }
+  std::vector<GltfPlace> places(count.value_or(1));
+  for (std::size_t i = 0; i < places.size(); ++i)
+  {
+    Vec3 translation{}, scale{ 1, 1, 1 };
+    std::array<double, 4> rotation{ 0, 0, 0, 1 };
+    for (std::size_t k = 0; k < 4; ++k)
+    {
+      if (k < 3 && all[0].accessor)
+      {
+        translation[k] = all[0].accessor->Part(i, k);
+      }
+      if (all[1].accessor)
+      {
+        rotation[k] = all[1].accessor->Part(i, k);
+      }
+      if (k < 3 && all[2].accessor)
+      {
+        scale[k] = all[2].accessor->Part(i, k);
+      }
+    }
+    places[i] = PlaceOf(translation, rotation, scale);
+  }
+  return places;
+}
+
+Status GltfNodes::ForEachMesh(GltfBuffers& buffers, const Visit& visit) const
+{
+  const Json& meshes = Member(this->Document.json, "meshes");
+  std::vector<std::pair<std::size_t, GltfPlace>> left; // nodes and their parents' places
+  for (std::size_t i = this->Roots.size(); i-- > 0;)
+  {
+    left.push_back({ this->Roots[i], GltfPlace{} });
+  }
+  while (!left.empty())
+  {
+    const auto [number, parent] = left.back();
+    left.pop_back();
+    const Json& node = this->Nodes[number];
+    const GltfPlace place = Combined(parent, PlaceInParent(node));
+    const Json& mesh = Member(node, "mesh");
+    if (!mesh.is_null() && IndexIn(meshes, mesh) == CountOf(meshes))
+    {
+      return GltfError("node " + std::to_string(number) + " " + NamesNone("mesh", mesh, meshes));
+    }
+    if (!mesh.is_null())
+    {
+      const Result<std::vector<GltfPlace>> instances = this->InstancesOf(number, buffers);
+      KDSTREAM_TRY(instances);
+      for (const GltfPlace& instance : *instances)
+      {
+        KDSTREAM_TRY(visit(number, Combined(place, instance)));
+      }
+    }
+    const Json& children = Member(node, "children");
+    for (std::size_t i = CountOf(children); i-- > 0;)
+    {
+      left.push_back({ IndexIn(this->Nodes, children[i]), place });
+    }
+  }
+  return {};
+}
+
+}

@@ -1,0 +1,72 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Where the meshes of a glTF stand: its scene's nodes, each with its place, in doubles.
+#pragma once
+
+#include "filters/convert/GltfBuffers.h"
+#include "filters/convert/GltfDocument.h"
+#include "filters/core/Result.h"
+#include "filters/core/Types.h"
+
+#include <array>
+#include <cstddef>
+#include <functional>
+#include <optional>
+#include <string>
+#include <vector>
+
+namespace kdstream
+{
+
+// From places in a node to places in the scene: axes[k] is where the k-th axis leads.
+struct GltfPlace
+{
+  std::array<Vec3, 3> axes{ { { 1, 0, 0 }, { 0, 1, 0 }, { 0, 0, 1 } } };
+  Vec3 origin{};
+  bool operator==(const GltfPlace&) const = default;
+
+  Vec3 Of(const Vec3& point) const;
+  // Of a normal's direction: by the transposed inverse, of length 1 unless it has none.
+  Vec3 OfNormal(const Vec3& normal) const;
+  // Below 0: what is in the node is mirrored.
+  double Determinant() const;
+};
+// First inner, then outer.
+GltfPlace Combined(const GltfPlace& outer, const GltfPlace& inner);
+
+class GltfNodes
+{
+public:
+  // The document must outlive it.
+  explicit GltfNodes(const GltfDocument& document);
+
+  // Finds the scene: the one that the file names, else the first, else all nodes that are no
+  // children. Checks the nodes below it, without memory for their descendants. Errors: InvalidInput
+  // naming what a scene or node names that is not there; a matrix, translation, rotation or scale
+  // that is none; a node that is its own descendant, or that has, by nodes that several share, far
+  // more descendants than there are nodes.
+  Status Open();
+  // How the scene was chosen, where the file does not say.
+  const std::optional<std::string>& Note() const { return this->ChoiceNote; }
+
+  // Calls visit with each node that has a mesh, and the place of each of its instances
+  // (EXT_mesh_gpu_instancing): a node before its children, these in their order. Errors: visit's;
+  // those of accessors. REQUIRES: Open.
+  using Visit = std::function<Status(std::size_t node, const GltfPlace& place)>;
+  Status ForEachMesh(GltfBuffers& buffers, const Visit& visit) const;
+
+  // A node's place in the scene: of one that has several parents, by the first; of one outside the
+  // scene, none. REQUIRES: a node that is there; Open.
+  const GltfPlace& PlaceInScene(std::size_t node) const { return this->Places[node]; }
+
+private:
+  Status ChooseScene();
+  Result<std::vector<GltfPlace>> InstancesOf(std::size_t node, GltfBuffers& buffers) const;
+
+  const GltfDocument& Document;
+  const nlohmann::json& Nodes;
+  std::vector<std::size_t> Roots;
+  std::vector<GltfPlace> Places; // of all nodes
+  std::optional<std::string> ChoiceNote;
+};
+
+}
