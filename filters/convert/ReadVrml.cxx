@@ -307,16 +307,16 @@ std::vector<std::array<float, 3>> NormalsOf(const SoSFNode& field)
 
 std::vector<std::array<float, 2>> TextureCoordinatesOf(const SoSFNode& field)
 {
-  std::vector<std::array<float, 2>> coordinates;
+  std::vector<std::array<float, 2>> found;
   if (const auto* const node = NodeOf<SoVRMLTextureCoordinate>(field))
   {
     const SbVec2f* const values = node->point.getValues(0);
     for (int i = 0; i < node->point.getNum(); ++i)
     {
-      coordinates.push_back({ values[i][0], values[i][1] });
+      found.push_back({ values[i][0], values[i][1] });
     }
   }
-  return coordinates;
+  return found;
 }
 
 bool IsLength(float value)
@@ -732,9 +732,9 @@ private:
     faces.normalValues = normals;
     faces.normals = { node.normalPerVertex.getValue() != 0 ? normals.size() : 0, true,
       IndicesOf(node.normalIndex) };
-    const auto coordinates = TextureCoordinatesOf(node.texCoord);
-    faces.coordinateValues = coordinates;
-    faces.coordinates = { coordinates.size(), true, IndicesOf(node.texCoordIndex) };
+    const auto ofTexture = TextureCoordinatesOf(node.texCoord);
+    faces.coordinateValues = ofTexture;
+    faces.coordinates = { ofTexture.size(), true, IndicesOf(node.texCoordIndex) };
     this->AddFaces(action, node, faces);
   }
 
