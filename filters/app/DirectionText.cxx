@@ -74,4 +74,15 @@ std::string DirectionText(const Vec3& direction)
   return text.str();
 }
 
+std::string UnusedText(const UnusedDescription& unused)
+{
+  std::ostringstream text;
+  text.imbue(std::locale::classic());
+  text.precision(10);
+  text << unused.vertices << (unused.vertices == 1 ? " vertex" : " vertices")
+       << " that no triangle uses, " << (unused.vertices == 1 ? "" : "the farthest ") << "at ("
+       << unused.farthest[0] << ", " << unused.farthest[1] << ", " << unused.farthest[2] << ")";
+  return text.str();
+}
+
 }
