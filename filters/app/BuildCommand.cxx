@@ -586,7 +586,7 @@ void PrintWarnings(std::string_view program, const BuildCommand& line, const Bui
   }
   if (report.info.unused)
   {
-    std::cerr << program << ": warning: " << line.input << ": " << UnusedText(*report.info.unused)
+    std::cerr << program << ": warning: " << line.input << ": " << UnusedText(report.info)
               << ": kept for the original, not shown\n";
   }
   if (report.mergedByGrid * 100 > report.info.vertices)

@@ -18,7 +18,8 @@ CLI::Option* AddDirectionOption(
 // "+z" of an axis, else "0.6,0,-0.8".
 std::string DirectionText(const Vec3& direction);
 
-// "26 vertices that no triangle uses, the farthest at (0, 0, 0)".
-std::string UnusedText(const UnusedDescription& unused);
+// "26 vertices that no triangle uses, the farthest at (0, 0, 0)", or ", within the model's box".
+// REQUIRES: there are some.
+std::string UnusedText(const ModelDescription& model);
 
 }

@@ -58,7 +58,7 @@ void PrintStoreInfo(const ModelDescription& info, std::uintmax_t bytes)
   line("triangles            ", info.triangles);
   if (info.unused)
   {
-    line("unused vertices      ", UnusedText(*info.unused) + ": kept for the original, not shown");
+    line("unused vertices      ", UnusedText(info) + ": kept for the original, not shown");
   }
   line("welded vertices      ", info.welded);
   line("inconsistent edges   ", info.inconsistentEdges);

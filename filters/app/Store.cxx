@@ -241,8 +241,8 @@ private:
     if (exitCode == exitDone && (ending == ".stl" || ending == ".glb") &&
         HasUnused(store, this->Line.wanted))
     {
-      this->WarnOfLoss("the format does not hold " + UnusedText(*store.Info().unused) +
-                       "; .ply, .vtp, .obj and .wrl do");
+      this->WarnOfLoss(
+        "the format does not hold " + UnusedText(store.Info()) + "; .ply, .vtp, .obj and .wrl do");
     }
     if (exitCode == exitDone && !original->partitions.empty() && !withPictures)
     {

@@ -285,6 +285,7 @@ TEST_F(StoreUnused, TextsAreChangedWithoutThem)
 {
   this->Build(WithStrays(Survey(), RandomPoints(20, 5)), Options());
   const auto before = this->Open();
+  ASSERT_TRUE(before->Info().unused);
   ASSERT_TRUE(EditStore(this->File(), { "a title" }));
   const auto edited = this->Open();
   EXPECT_EQ(edited->Info().unused, before->Info().unused);
