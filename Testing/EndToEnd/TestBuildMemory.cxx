@@ -80,13 +80,27 @@ TEST_F(BuildMemory, StaysBelowTheMemoryLimit)
     mesh.triangles.clear();
     return mesh;
   };
+  const auto unused = []
+  {
+    Mesh mesh = Torus(300, 200);
+    const std::vector<Vec3> others = Torus(1000, 600).points;
+    mesh.points.insert(mesh.points.begin() + 7, others.begin(), others.end());
+    for (Triangle& triangle : mesh.triangles)
+    {
+      for (VertexId& corner : triangle)
+      {
+        corner += corner < 7 ? 0 : static_cast<VertexId>(others.size());
+      }
+    }
+    return mesh;
+  };
   const std::pair<const char*, std::function<Mesh()>> meshes[] = { { "torus", []
                                                                      { return Torus(1000, 600); } },
     { "shuffled torus", [] { return Shuffled(Torus(1000, 600), 1); } }, { "cloud", cloud },
     { "soup", [] { return Soup(200000, 1); } },
     { "attributes", [] { return WithManyBytes(Torus(500, 300), 6, 3); } },
     { "wide attributes", [] { return WithManyBytes(Torus(150, 100), 500, 100); } },
-    { "each face six times", dense } };
+    { "each face six times", dense }, { "most vertices unused", unused } };
   for (const auto& [name, make] : meshes)
   {
     this->Write("in.ply", make());

@@ -10,6 +10,7 @@
 #include "filters/Parallel/TeamPieces.h"
 #include "filters/Parallel/TeamPlaceCount.h"
 #include "filters/Parallel/TeamTree.h"
+#include "filters/Parallel/TeamUnused.h"
 #include "filters/Parallel/TeamWeld.h"
 #include "filters/build/BuildInput.h"
 #include "filters/build/BuildMemory.h"
@@ -20,6 +21,7 @@
 #include "filters/build/ModelFacts.h"
 #include "filters/build/PieceWriting.h"
 #include "filters/build/SharedSteps.h"
+#include "filters/build/UnusedParts.h"
 #include "filters/core/CaughtError.h"
 #include "filters/core/TakeResult.h"
 #include "filters/core/VectorMath.h"
@@ -178,6 +180,7 @@ private:
     KDSTREAM_TRY(Take(WeldTogether(this->Team, this->Files, std::move(this->Share.vertices),
                         this->Weld, this->Memory, this->Exec),
       this->Vertices));
+    KDSTREAM_TRY(this->SetUnusedAside(info));
     const Result<bool> negative = AnyNegativeZero(this->Vertices.kept);
     KDSTREAM_TRY(negative);
     // Of all ranks: triangles, ranks with a coordinate that no float holds, and with a -0.0.
@@ -200,6 +203,17 @@ private:
     this->Clock.Finish("tree");
     return CheckPartitionMemory(
       this->SizeOfBlocks(), this->Options.tree, this->Options.memory, false);
+  }
+
+  Status SetUnusedAside(const MeshFileInfo& info)
+  {
+    std::uint64_t triangles = this->Share.triangleCount;
+    KDSTREAM_TRY(this->Team.Sum(std::span(&triangles, 1)));
+    return info.soup || triangles == 0
+             ? Status{}
+             : Take(kdstream::SetUnusedAside(this->Team, this->Files, this->Share, this->Vertices,
+                      this->Memory, this->Exec),
+                 this->Unused);
   }
 
   BlockedSize SizeOfBlocks() const
@@ -269,6 +283,7 @@ private:
     ModelFacts& facts = this->Facts;
     facts.vertices = this->Mesh.vertexCount;
     facts.triangles = this->Mesh.triangleCount;
+    facts.unused = this->Unused.count;
     facts.depths = this->Mesh.depths;
     facts.partitions = std::uint64_t{ 1 } << facts.depths.partition;
     MeasurePartitions(facts,
@@ -300,6 +315,8 @@ private:
     if (this->Team.IsFirst())
     {
       KDSTREAM_TRY(WriteTreePages(this->Boxes, this->Mesh.depths, *writer));
+      KDSTREAM_TRY(WriteUnused(
+        this->Unused.vertices, this->Mesh.attributes, this->Mesh.scalarType, *writer, this->Exec));
       KDSTREAM_TRY(TellPose(this->Options, description, *writer));
     }
     this->Report.info = description;
@@ -353,6 +370,7 @@ private:
   StepClock Clock;
   SpilledMesh Share;
   TeamVertices Vertices;
+  TeamUnused Unused;
   MeshBlocks Mesh;
   std::vector<Box> Boxes;
   ExternalLevels Levels;

@@ -39,6 +39,7 @@ public:
     , Mesh(mesh)
     , Exec(execution)
     , BlockOf(mesh.vertexCount, mesh.blockDepth)
+    , Renumbered(vertices.numberOf.IsOpen())
   {
   }
 
@@ -68,7 +69,7 @@ private:
     KDSTREAM_TRY(
       Take(NumberTable::Open(std::move(ranks), this->Vertices.kept.count, this->Memory / 4),
         this->Ranks));
-    return this->Vertices.welded > 0 ? this->FindRanksOfRead() : Status{};
+    return this->Renumbered ? this->FindRanksOfRead() : Status{};
   }
 
   struct Place
@@ -362,7 +363,7 @@ private:
       corners.insert(corners.end(), t.corners.begin(), t.corners.end());
     }
     const Result<std::vector<VertexId>> ranks = LookUpEntries(this->Team, this->Vertices.readBegin,
-      this->Vertices.welded > 0 ? this->RanksOfRead : this->Ranks, corners);
+      this->Renumbered ? this->RanksOfRead : this->Ranks, corners);
     KDSTREAM_TRY(ranks);
     for (std::size_t i = 0; i < triangles.size(); ++i)
     {
@@ -426,10 +427,11 @@ private:
   MeshBlocks& Mesh;
   const Execution& Exec;
   const CellOfRank BlockOf;
-  MapSections Sections; // of the vertices that are numbered here
+  const bool Renumbered; // vertices have other numbers than in the file
+  MapSections Sections;  // of the vertices that are numbered here
   std::optional<RecordBuckets<Place>> Places;
   NumberTable Ranks;                   // of these vertices
-  NumberTable RanksOfRead;             // of those that were read here; empty where none went
+  NumberTable RanksOfRead;             // of those that were read here; empty unless renumbered
   NumberSet<VertexId> Foreign;         // ranks of other processes' vertices
   std::size_t Batch = trianglesAtOnce; // triangles
   std::uint64_t FirstNumber = 0;       // of this rank's triangles

@@ -21,7 +21,7 @@ struct TeamVertices
   std::vector<VertexId> begin;     // of each rank the first number now, and the end
   VertexFiles kept;                // those that stay
   SpillFile numberOf; // VertexId: of each vertex that was read here the number now; closed where
-                      // none went
+                      // all have the file's numbers
   std::uint64_t welded = 0; // how many went, of all ranks
 
   VertexId Count() const { return this->begin.back(); }

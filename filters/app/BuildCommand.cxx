@@ -599,6 +599,11 @@ void PrintWarnings(std::string_view program, const BuildCommand& line, const Bui
   {
     std::cerr << program << ": warning: " << line.input << ": " << coarse << "\n";
   }
+  if (report.info.unused)
+  {
+    std::cerr << program << ": warning: " << line.input << ": " << UnusedText(report.info)
+              << ": kept for the original, not shown\n";
+  }
   if (report.mergedByGrid * 100 > report.info.vertices)
   {
     std::cerr << program << ": warning: " << line.input << ": " << report.mergedByGrid << " of "

@@ -74,4 +74,26 @@ std::string DirectionText(const Vec3& direction)
   return text.str();
 }
 
+std::string UnusedText(const ModelDescription& model)
+{
+  const std::uint64_t count = model.unused->vertices;
+  const Vec3& farthest = model.unused->farthest;
+  Box box = model.box;
+  box.Add(farthest);
+  std::ostringstream text;
+  text.imbue(std::locale::classic());
+  text.precision(10);
+  text << count << (count == 1 ? " vertex" : " vertices") << " that no triangle uses, ";
+  if (box == model.box)
+  {
+    text << "within the model's box";
+  }
+  else
+  {
+    text << (count == 1 ? "" : "the farthest ") << "at (" << farthest[0] << ", " << farthest[1]
+         << ", " << farthest[2] << ")";
+  }
+  return text.str();
+}
+
 }

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Directions on a command line and in what programs say: "0,0,1".
+// Directions on a command line and in what programs say: "0,0,1"; and places.
 #pragma once
 
 #include "filters/model/ModelDescription.h"
@@ -17,5 +17,9 @@ CLI::Option* AddDirectionOption(
 
 // "+z" of an axis, else "0.6,0,-0.8".
 std::string DirectionText(const Vec3& direction);
+
+// "26 vertices that no triangle uses, the farthest at (0, 0, 0)", or ", within the model's box".
+// REQUIRES: there are some.
+std::string UnusedText(const ModelDescription& model);
 
 }

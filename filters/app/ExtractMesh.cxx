@@ -204,6 +204,13 @@ Result<Mesh> ExtractMesh(const Store& store, const WantedMesh& wanted)
   return GlueStoreMesh(store, original->partitions);
 }
 
+bool HasUnused(const Store& store, const WantedMesh& wanted)
+{
+  const bool whole =
+    !wanted.level && !wanted.partition && !wanted.region && wanted.resolutions.empty();
+  return whole && store.Info().unused;
+}
+
 Result<WantedPartitions> PartitionsOf(const Store& store, const WantedMesh& wanted)
 {
   const ModelDescription& info = store.Info();

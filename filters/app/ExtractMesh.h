@@ -25,9 +25,14 @@ struct WantedMesh
   std::optional<unsigned> inContext; // of a region: the level around it
 };
 
-// Errors: InvalidArgument, naming the option, where the store has no such thing; NotFound where the
-// file of resolutions cannot be read; those of reading the store.
+// Without vertices that no triangle uses. Errors: InvalidArgument, naming the option, where the
+// store has no such thing; NotFound where the file of resolutions cannot be read; those of reading
+// the store.
 Result<Mesh> ExtractMesh(const Store& store, const WantedMesh& wanted);
+
+// Whether the mesh is the whole original as it came in, with vertices that no triangle uses, and
+// the store has some: formats of surfaces alone leave them out.
+bool HasUnused(const Store& store, const WantedMesh& wanted);
 
 // What a mesh has of the original.
 struct WantedPartitions

@@ -69,6 +69,10 @@ void PrintStoreInfo(const ModelDescription& info, std::uintmax_t bytes)
   }
   line("vertices             ", info.vertices);
   line("triangles            ", info.triangles);
+  if (info.unused)
+  {
+    line("unused vertices      ", UnusedText(info) + ": kept for the original, not shown");
+  }
   line("welded vertices      ", info.welded);
   line("inconsistent edges   ", info.inconsistentEdges);
   line("precision            ",

@@ -18,6 +18,7 @@
 #include "filters/program/Program.h"
 #include "filters/program/TbbExecution.h"
 #include "filters/store/StoreEdit.h"
+#include "filters/store/StoreMesh.h"
 #include "filters/store/StoreNotes.h"
 
 #include <chrono>
@@ -237,6 +238,12 @@ private:
     const int exitCode = withPictures || ending == ".glb"
                            ? this->ExtractTextured(store, *output, *original, *folders, begin)
                            : this->ExtractPlain(store, *output, *folders, begin);
+    if (exitCode == exitDone && (ending == ".stl" || ending == ".glb") &&
+        HasUnused(store, this->Line.wanted))
+    {
+      this->WarnOfLoss(
+        "the format does not hold " + UnusedText(store.Info()) + "; .ply, .vtp, .obj and .wrl do");
+    }
     if (exitCode == exitDone && !original->partitions.empty() && !withPictures)
     {
       this->WarnOfLoss(original->alone
@@ -255,10 +262,12 @@ private:
   int ExtractPlain(const Store& store, const std::filesystem::path& output, OutputFolders& folders,
     Moment begin) const
   {
-    const Result<Mesh> mesh = ExtractMesh(store, this->Line.wanted);
-    if (!mesh)
+    Result<Mesh> mesh = ExtractMesh(store, this->Line.wanted);
+    const bool withUnused = FileEnding(output) != ".stl" && HasUnused(store, this->Line.wanted);
+    const Status added = mesh && withUnused ? AddUnused(store, *mesh) : Status{};
+    if (!mesh || !added)
     {
-      return PrintError(this->Program, this->Line.store, mesh.GetError());
+      return PrintError(this->Program, this->Line.store, mesh ? added.GetError() : mesh.GetError());
     }
     if (Status status = WriteMesh(output, *mesh); !status)
     {
@@ -281,12 +290,14 @@ private:
   int ExtractTextured(const Store& store, const std::filesystem::path& output,
     const WantedPartitions& original, OutputFolders& folders, Moment begin) const
   {
-    const Result<TexturedMesh> mesh = original.alone
-                                        ? kdstream::ExtractTextured(store, original.partitions)
-                                        : this->MakePlain(store);
-    if (!mesh)
+    Result<TexturedMesh> mesh = original.alone
+                                  ? kdstream::ExtractTextured(store, original.partitions)
+                                  : this->MakePlain(store);
+    const bool withUnused = FileEnding(output) == ".obj" && HasUnused(store, this->Line.wanted);
+    const Status added = mesh && withUnused ? AddUnused(store, mesh->mesh) : Status{};
+    if (!mesh || !added)
     {
-      return PrintError(this->Program, this->Line.store, mesh.GetError());
+      return PrintError(this->Program, this->Line.store, mesh ? added.GetError() : mesh.GetError());
     }
     const Vec3 up = store.Info().pose.value_or(ModelPose{}).up;
     const Status written =

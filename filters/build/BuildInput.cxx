@@ -92,10 +92,11 @@ Status CheckClaimedPartitions(
   const MeshReader& reader, const BuildOptions& options, bool mayBeWhole)
 {
   const BlockedSize claimed = ClaimedBlocks(reader);
-  // Vertices of triangles that share none are welded to far fewer: they count when that is done.
+  // Vertices of triangles that share none are welded to far fewer, and no triangle may use them:
+  // they count when that is known.
   const bool indexed = claimed.triangles == 0 || claimed.vertices <= claimed.triangles;
-  if (options.partitioner != Partitioner::KdTree || reader.Info().soup ||
-      (options.weld && !indexed) || claimed.vertices == 0)
+  if (options.partitioner != Partitioner::KdTree || reader.Info().soup || !indexed ||
+      claimed.vertices == 0)
   {
     return {};
   }

@@ -119,6 +119,14 @@ std::uint64_t EstimateWeldMemory(const MeshSize& size)
          2 * size.attributeBytes;
 }
 
+Status CheckPartingMemory(const MeshSize& size, std::uint64_t unused, std::uint64_t limit)
+{
+  // Coordinates 24 and a number 4, triangles 12; what is taken out is there twice for a while.
+  const std::uint64_t need = (std::uint64_t{ 32 } << 20) + 28 * size.vertices + 24 * unused +
+                             12 * size.triangles + 2 * size.attributeBytes;
+  return CheckNeed(size, need, limit);
+}
+
 Status CheckBuildMemory(const MeshSize& size, const KdTreeOptions& tree, std::uint64_t limit)
 {
   return CheckNeed(size, LeastBuildMemory(size, tree), limit);

@@ -36,6 +36,10 @@ std::uint64_t EstimateBuildMemory(
 // Bytes that reading and welding take at most: measured on binary STL.
 std::uint64_t EstimateWeldMemory(const MeshSize& size);
 
+// Whether `limit` bytes (0 = no limit) allow to take so many unused vertices out of the mesh.
+// Errors: LimitExceeded.
+Status CheckPartingMemory(const MeshSize& size, std::uint64_t unused, std::uint64_t limit);
+
 // Whether `limit` bytes (0 = no limit) allow the mesh the least that it needs: a cluster a cell.
 // Errors: LimitExceeded.
 Status CheckBuildMemory(const MeshSize& size, const KdTreeOptions& tree, std::uint64_t limit);

@@ -11,8 +11,10 @@
 #include "filters/build/ModelFacts.h"
 #include "filters/build/PieceWriting.h"
 #include "filters/build/SharedSteps.h"
+#include "filters/build/UnusedParts.h"
 #include "filters/core/EdgeCount.h"
 #include "filters/core/TakeResult.h"
+#include "filters/core/UnusedVertices.h"
 #include "filters/core/VectorMath.h"
 #include "filters/core/Weld.h"
 #include "filters/core/levels/DeviationBins.h"
@@ -62,6 +64,7 @@ public:
     Result<std::unique_ptr<StoreWriter>> writer = StoreWriter::Create(store, description);
     KDSTREAM_TRY(writer);
     KDSTREAM_TRY(this->WriteAll(*numbered, description.Codec(), **writer));
+    KDSTREAM_TRY(WriteUnused(this->Unused, **writer, this->Exec));
     KDSTREAM_TRY(this->Exec.Report("write", 0));
     KDSTREAM_TRY(TellPose(this->Options, description, **writer));
     Result<ModelDescription> info = (*writer)->Finish();
@@ -83,8 +86,9 @@ private:
     KDSTREAM_TRY(PrepareMesh(this->Input));
     KDSTREAM_TRY(this->Exec.Report("tree", 0));
     facts.welded = this->Options.weld ? WeldVertices(this->Input, this->Exec) : 0;
+    KDSTREAM_TRY(this->SetUnusedAside());
     // Welding may have left more than was counted on.
-    KDSTREAM_TRY(CheckBuildMemory(SizeOf(this->Input), this->Options.tree, this->Options.memory));
+    KDSTREAM_TRY(CheckBuildMemory(this->Size(), this->Options.tree, this->Options.memory));
     this->Options.tellSize(this->Input.points.size(), this->Input.triangles.size());
     Execution upToGrid = this->Exec; // what merges on the grid is counted in the rest of the step
     upToGrid.progress = [this](std::string_view step, double done)
@@ -121,6 +125,28 @@ private:
     return numbered;
   }
 
+  Status SetUnusedAside()
+  {
+    const std::vector<bool> isUsed = FindUsedVertices(this->Input);
+    const auto unused = static_cast<std::uint64_t>(std::count(isUsed.begin(), isUsed.end(), false));
+    if (unused > 0)
+    {
+      KDSTREAM_TRY(CheckPartingMemory(SizeOf(this->Input), unused, this->Options.memory));
+      this->Unused = TakeUnusedVertices(this->Input, isUsed);
+      this->Facts.unused = unused;
+    }
+    return {};
+  }
+
+  // Unused vertices are in memory up to the end, as an array would be.
+  MeshSize Size() const
+  {
+    MeshSize size = SizeOf(this->Input);
+    size.attributeBytes +=
+      this->Unused.points.size() * sizeof(Vec3) + SizeOf(this->Unused).attributeBytes;
+    return size;
+  }
+
   void BucketByPartition(KdTree& tree)
   {
     std::vector<std::uint32_t> partition = CellOfVertex(tree, tree.depths.partition, this->Exec);
@@ -144,8 +170,8 @@ private:
     LevelOptions options = this->Options.levels;
     options.mayCoincide = !this->PlacesDiffer;
     options.ids = ids;
-    options.mostClusters = MostClusters(
-      SizeOf(this->Input), std::uint64_t{ 1 } << tree.depths.partition, this->Options.memory);
+    options.mostClusters =
+      MostClusters(this->Size(), std::uint64_t{ 1 } << tree.depths.partition, this->Options.memory);
     Result<ClusterLevels> levels = BuildLevels(this->Input, tree, buckets, options, this->Exec);
     if (!levels && levels.GetError().code == ErrorCode::LimitExceeded)
     {
@@ -221,6 +247,7 @@ private:
   }
 
   Mesh Input;
+  Mesh Unused; // vertices of the input that no triangle uses
   const BuildOptions& Options;
   const Execution& Exec;
   StepClock Clock;

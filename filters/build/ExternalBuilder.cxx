@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // The build out of core: see ExternalBuilder.h. Phases:
-//   1. mesh     the file read in chunks, vertices welded, triangles renumbered: MeshPhase.h
+//   1. mesh     the file read in chunks, vertices welded, those that no triangle uses set aside,
+//               triangles renumbered: MeshPhase.h
 //   2. tree     the vertices in the order of the leaves, boxes: TreePhase.h
 //   3. faces    triangles and attributes by blocks: FacesPhase.h
 //   4. levels   block by block; edges that are not consistently oriented are counted on the way
@@ -21,6 +22,7 @@
 #include "filters/build/PieceWriting.h"
 #include "filters/build/SharedSteps.h"
 #include "filters/build/TreePhase.h"
+#include "filters/build/UnusedParts.h"
 #include "filters/core/TakeResult.h"
 #include "filters/outofcore/files/ReturnFreeMemory.h"
 #include "filters/outofcore/journal/BuildFingerprint.h"
@@ -266,11 +268,22 @@ private:
     KDSTREAM_TRY(writer);
     KDSTREAM_TRY(this->WriteParts(mesh, levels, numbers, description.Codec(), **writer));
     KDSTREAM_TRY(WriteTreePages(this->Boxes, mesh.depths, **writer));
+    KDSTREAM_TRY(this->WriteUnusedList(facts, **writer));
     KDSTREAM_TRY(this->Exec.Report("write", 0));
     KDSTREAM_TRY(TellPose(this->Options, description, **writer));
     KDSTREAM_TRY(Take((*writer)->Finish(), this->Report.info));
     this->Clock.Finish("write");
     return {};
+  }
+
+  Status WriteUnusedList(const MeshFacts& facts, StoreWriter& writer) const
+  {
+    VertexFiles unused;
+    unused.count = facts.unused;
+    unused.tupleBytes = facts.pointTupleBytes;
+    KDSTREAM_TRY(Take(this->Folder->TakeFile("mesh", "unused points"), unused.points));
+    KDSTREAM_TRY(Take(this->Folder->TakeFile("mesh", "unused tuples"), unused.tuples));
+    return WriteUnused(unused, facts.attributes, facts.scalarType, writer, this->Exec);
   }
 
   std::uint64_t PartitionCount(const MeshBlocks& mesh) const
@@ -285,6 +298,7 @@ private:
     ModelFacts model;
     model.vertices = facts.vertices;
     model.triangles = facts.triangles;
+    model.unused = facts.unused;
     model.welded = facts.welded;
     model.inconsistentEdges = inconsistent;
     model.depths = mesh.depths;

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Phase "mesh": the file in chunks, what the build must know of it, and welding.
+// Phase "mesh": the file in chunks, what the build must know of it, welding, and what no triangle
+// uses is set aside.
 #include "filters/build/MeshPhase.h"
 
 #include "filters/build/BuildInput.h"
@@ -7,12 +8,33 @@
 #include "filters/build/SharedSteps.h"
 #include "filters/core/TakeResult.h"
 #include "filters/meshio/MeshReader.h"
+#include "filters/outofcore/mesh/ExternalUnused.h"
 #include "filters/outofcore/mesh/MeshSpill.h"
 
 namespace kdstream
 {
 namespace
 {
+
+Status Renumber(
+  ExternalBuildState& build, SpilledMesh& mesh, const VertexMap& map, const Execution& execution)
+{
+  SpillFile renumbered;
+  KDSTREAM_TRY(Take(build.Files().CreateFile(
+                      "triangles", std::uint64_t{ mesh.triangleCount } * sizeof(NumberedTriangle)),
+    renumbered));
+  std::uint64_t written = 0;
+  KDSTREAM_TRY(
+    MapTriangles(build.Files(), mesh.triangles, mesh.triangleCount, map, build.Memory, execution,
+      [&](std::span<const NumberedTriangle> triangles)
+      {
+        const std::uint64_t at = written;
+        written += triangles.size();
+        return WriteRecords<NumberedTriangle>(renumbered, at, triangles);
+      }));
+  mesh.triangles = std::move(renumbered);
+  return {};
+}
 
 Status Weld(ExternalBuildState& build, SpilledMesh& mesh, MeshFacts& facts)
 {
@@ -22,25 +44,21 @@ Status Weld(ExternalBuildState& build, SpilledMesh& mesh, MeshFacts& facts)
     welded));
   mesh.vertices = std::move(welded.vertices);
   facts.welded = welded.welded;
-  if (!welded.map)
-  {
-    return {};
-  }
-  SpillFile renumbered;
-  KDSTREAM_TRY(Take(build.Files().CreateFile(
-                      "triangles", std::uint64_t{ mesh.triangleCount } * sizeof(NumberedTriangle)),
-    renumbered));
-  std::uint64_t written = 0;
-  KDSTREAM_TRY(MapTriangles(build.Files(), mesh.triangles, mesh.triangleCount, *welded.map,
-    build.Memory, build.Part("tree", 0.4, 0.5),
-    [&](std::span<const NumberedTriangle> triangles)
-    {
-      const std::uint64_t at = written;
-      written += triangles.size();
-      return WriteRecords<NumberedTriangle>(renumbered, at, triangles);
-    }));
-  mesh.triangles = std::move(renumbered);
-  return {};
+  return welded.map ? Renumber(build, mesh, *welded.map, build.Part("tree", 0.4, 0.45)) : Status{};
+}
+
+// Takes out what no triangle uses.
+Status SetUnusedAside(
+  ExternalBuildState& build, SpilledMesh& mesh, MeshFacts& facts, VertexFiles& unused)
+{
+  PartedVertices parted;
+  KDSTREAM_TRY(Take(PartUnusedExternally(build.Files(), std::move(mesh.vertices), mesh.triangles,
+                      mesh.triangleCount, build.Memory, build.Part("tree", 0.45, 0.47)),
+    parted));
+  mesh.vertices = std::move(parted.used);
+  unused = std::move(parted.unused);
+  facts.unused = unused.count;
+  return parted.map ? Renumber(build, mesh, *parted.map, build.Part("tree", 0.47, 0.5)) : Status{};
 }
 
 }
@@ -75,6 +93,11 @@ Status MakeMesh(ExternalBuildState& build)
   {
     KDSTREAM_TRY(Weld(build, mesh, facts));
   }
+  VertexFiles unused;
+  if (!(*reader)->Info().soup && mesh.triangleCount > 0)
+  {
+    KDSTREAM_TRY(SetUnusedAside(build, mesh, facts, unused));
+  }
   facts.vertices = mesh.vertices.count;
   build.Options.tellSize(facts.vertices, facts.triangles);
   build.Clock.Finish("tree");
@@ -82,7 +105,8 @@ Status MakeMesh(ExternalBuildState& build)
   Save(blob, facts);
   PhaseFile files[] = { { "points", std::move(mesh.vertices.points) },
     { "tuples", std::move(mesh.vertices.tuples) }, { "triangles", std::move(mesh.triangles) },
-    { "cells", std::move(mesh.cellTuples) } };
+    { "cells", std::move(mesh.cellTuples) }, { "unused points", std::move(unused.points) },
+    { "unused tuples", std::move(unused.tuples) } };
   return build.Folder->Finish("mesh", blob, files);
 }
 

@@ -23,6 +23,10 @@ ModelDescription DescribeModel(
   info.box = facts.box;
   info.vertices = facts.vertices;
   info.triangles = facts.triangles;
+  if (facts.unused > 0)
+  {
+    info.unused.emplace().vertices = facts.unused;
+  }
   info.partitions = facts.partitions;
   info.welded = facts.welded;
   info.inconsistentEdges = facts.inconsistentEdges;

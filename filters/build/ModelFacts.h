@@ -14,7 +14,8 @@ namespace kdstream
 // What a build has found, whether in memory or out of core.
 struct ModelFacts
 {
-  std::uint64_t vertices = 0, triangles = 0; // after welding
+  std::uint64_t vertices = 0, triangles = 0; // after welding, without unused vertices
+  std::uint64_t unused = 0;                  // vertices that no triangle uses
   std::uint64_t welded = 0, inconsistentEdges = 0;
   TreeDepths depths;
   std::uint64_t partitions = 1;

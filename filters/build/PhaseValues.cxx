@@ -95,6 +95,7 @@ void Save(BlobWriter& blob, const MeshFacts& facts)
 {
   blob.Add(facts.vertices);
   blob.Add(facts.triangles);
+  blob.Add(facts.unused);
   blob.Add(facts.welded);
   blob.Add(facts.pointTupleBytes);
   blob.Add(facts.cellTupleBytes);
@@ -119,6 +120,7 @@ MeshFacts LoadMeshFacts(BlobReader& blob)
   MeshFacts facts;
   facts.vertices = blob.Read<std::uint32_t>();
   facts.triangles = blob.Read<std::uint32_t>();
+  facts.unused = blob.Read<std::uint32_t>();
   facts.welded = blob.Read<std::uint64_t>();
   facts.pointTupleBytes = blob.Read<std::size_t>();
   facts.cellTupleBytes = blob.Read<std::size_t>();

@@ -19,7 +19,8 @@ namespace kdstream
 // Of the mesh, after welding.
 struct MeshFacts
 {
-  std::uint32_t vertices = 0, triangles = 0;
+  std::uint32_t vertices = 0, triangles = 0; // without unused vertices
+  std::uint32_t unused = 0;                  // that no triangle uses, in files of their own
   std::uint64_t welded = 0;
   std::size_t pointTupleBytes = 0, cellTupleBytes = 0;
   ScalarType scalarType = ScalarType::Float32;

@@ -36,12 +36,17 @@ using Entry = std::pair<TreeBox, std::uint32_t>; // of a triangle, or of a verte
 
 constexpr std::size_t sampleGrain = 1024; // samples
 
+// Of what is measured: of a surface, of what its triangles use.
 Box BoxOf(const Mesh& mesh)
 {
   Box box;
-  for (const Vec3& p : mesh.points)
+  for (const Triangle& t : mesh.triangles)
   {
-    box.Add(p);
+    std::for_each(t.begin(), t.end(), [&](VertexId v) { box.Add(mesh.points[v]); });
+  }
+  for (std::size_t v = 0; mesh.triangles.empty() && v < mesh.points.size(); ++v)
+  {
+    box.Add(mesh.points[v]);
   }
   return box;
 }

@@ -68,6 +68,16 @@ struct TextureDescription
   bool operator==(const TextureDescription&) const = default;
 };
 
+// Of a mesh with vertices that no triangle uses: they are kept for the original alone, in a list of
+// their own (filters/store/UnusedList.h), and no box, grid or level has them.
+struct UnusedDescription
+{
+  std::uint64_t vertices = 0; // at least 1
+  std::uint64_t bytes = 0;    // of the list
+  Vec3 farthest{};            // that is farthest from the model's box, the first of equals
+  bool operator==(const UnusedDescription&) const = default;
+};
+
 // The direction as a pose has it. Nothing where its length is 0 or not finite.
 std::optional<Vec3> DirectionOf(const Vec3& vector);
 
@@ -136,10 +146,10 @@ struct ModelDescription
   std::string id;     // IsModelId: what a server calls it; empty in a store
   std::string digest; // IsDigest: of the content, tree, levels and partitions
 
-  std::uint64_t vertices = 0, triangles = 0;
-  std::uint64_t partitions = 1; // 1 … 2^depths.partition
-  Box box;                      // of the original vertices
-  TreeDepths depths;            // P <= S <= L, at most maximumDepth
+  std::uint64_t vertices = 0, triangles = 0; // without `unused` ones
+  std::uint64_t partitions = 1;              // 1 … 2^depths.partition
+  Box box;           // of the original vertices; of a mesh those that triangles use
+  TreeDepths depths; // P <= S <= L, at most maximumDepth
   CoordinateGrid grid;
   PrimitiveType primitive = PrimitiveType::Triangles;
 
@@ -162,6 +172,7 @@ struct ModelDescription
   std::string inputDigest;
   std::uint64_t welded = 0, inconsistentEdges = 0;
   std::uint64_t smallestPartition = 0, largestPartition = 0; // own vertices
+  std::optional<UnusedDescription> unused; // none: triangles use all vertices, or it is a cloud
   // As the options of kdstream-build name them. Partitioners other than kdtree make no levels,
   // P = S = L, and any number of partitions; levelMaker and representative are empty then.
   std::string partitioner = "kdtree";

@@ -227,6 +227,19 @@ void PutTextures(JsonWriter& json, const ModelDescription& model, const char* ke
   }
 }
 
+void PutUnused(JsonWriter& json, const ModelDescription& model)
+{
+  if (model.unused)
+  {
+    json.Key("unused")
+      .BeginObject()
+      .Member("bytes", model.unused->bytes)
+      .Member("farthest", model.unused->farthest)
+      .Member("vertices", model.unused->vertices)
+      .EndObject();
+  }
+}
+
 void PutScalars(JsonWriter& json, const ModelDescription& model)
 {
   if (model.scalars.empty())

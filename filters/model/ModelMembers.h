@@ -31,6 +31,8 @@ void PutPose(JsonWriter& json, const ModelDescription& model);
 // Its textures as a member `key`, if it has some.
 void PutTextures(JsonWriter& json, const ModelDescription& model, const char* key = "textures");
 
+// "unused", if it has such vertices.
+void PutUnused(JsonWriter& json, const ModelDescription& model);
 // "scalars", if it has some: {"classes","name","range"}; "classes": each value, followed by how
 // many vertices have it; "range": least, low, high, most.
 void PutScalars(JsonWriter& json, const ModelDescription& model);

@@ -60,6 +60,19 @@ void ReadGrid(JsonReader& reader, const JsonValue& object, CoordinateGrid& grid)
   grid.step = reader.Number(object, "step", std::numeric_limits<double>::denorm_min());
 }
 
+void ReadUnused(JsonReader& reader, const JsonValue& object, ModelDescription& model)
+{
+  const JsonValue* unused = reader.Find(object, "unused", false);
+  if (!unused)
+  {
+    return;
+  }
+  UnusedDescription& told = model.unused.emplace();
+  told.vertices = reader.Integer(*unused, "vertices", 1, mostCount);
+  told.bytes = reader.Integer(*unused, "bytes", 0, mostCount);
+  told.farthest = reader.Vector(*unused, "farthest");
+}
+
 AttributeInfo ReadStoredAttribute(JsonReader& reader, const JsonValue& object)
 {
   AttributeInfo attribute;
@@ -168,10 +181,9 @@ std::string WriteStoredModel(const ModelDescription& model, std::string (*number
     .Member("smallest_partition", model.smallestPartition)
     .Member("stitch_depth", model.depths.stitch);
   PutTextures(json, model);
-  json.Member("title", model.title)
-    .Member("triangles", model.triangles)
-    .Member("unit", model.unit)
-    .Member("vertices", model.vertices)
+  json.Member("title", model.title).Member("triangles", model.triangles).Member("unit", model.unit);
+  PutUnused(json, model);
+  json.Member("vertices", model.vertices)
     .Member("weld", model.weld)
     .Member("welded", model.welded)
     .EndObject();
@@ -216,6 +228,7 @@ Result<ModelDescription> ParseStoredModel(std::string_view text)
   model.inconsistentEdges = reader.Integer(json, "inconsistent_edges", 0, mostCount);
   model.smallestPartition = reader.Integer(json, "smallest_partition", 0, mostCount);
   model.largestPartition = reader.Integer(json, "largest_partition", 0, mostCount);
+  ReadUnused(reader, json, model);
   model.levelMaker = textOf("level_maker");
   model.representative = textOf("representative");
   model.sheets = reader.Boolean(json, "sheets");
@@ -263,6 +276,7 @@ void PutStatistics(JsonWriter& json, const ModelDescription& model, std::uint64_
   PutTexts(json, model);
   PutPose(json, model);
   PutTextures(json, model, "tiles");
+  PutUnused(json, model);
   json.Member("store_bytes", storeBytes).Member("digest", model.digest);
 }
 

@@ -5,6 +5,7 @@
 #include "filters/codec/TreePage.h"
 #include "filters/store/StoreConnection.h"
 #include "filters/store/StoreSchema.h"
+#include "filters/store/UnusedList.h"
 
 #include <algorithm>
 #include <optional>
@@ -32,7 +33,19 @@ Status CheckCounts(const ModelDescription& info, std::uint64_t fileBytes)
                                      " bytes has no room for partitions of depth " +
                                      std::to_string(info.depths.partition));
   }
+  if (fileBytes / leastRowBytes < UnusedPartCount(info))
+  {
+    return DamagedBlob("metadata", "a file of " + std::to_string(fileBytes) +
+                                     " bytes has no room for " +
+                                     std::to_string(info.unused->vertices) + " unused vertices");
+  }
   return {};
+}
+
+bool HaveInfos(const std::vector<Attribute>& arrays, const std::vector<AttributeInfo>& expected)
+{
+  return std::equal(expected.begin(), expected.end(), arrays.begin(), arrays.end(),
+    [](const AttributeInfo& info, const Attribute& attribute) { return attribute.Info() == info; });
 }
 
 }
@@ -112,6 +125,11 @@ std::string Store::TextureName(std::uint32_t partition)
   return "textures/" + std::to_string(partition);
 }
 
+std::string Store::UnusedName(std::uint32_t part)
+{
+  return "unused/" + std::to_string(part);
+}
+
 bool Store::HasTexture(std::uint32_t partition) const
 {
   return this->Information.textures && partition < this->Information.partitions;
@@ -151,6 +169,43 @@ Result<std::vector<std::uint8_t>> Store::ReadTextureBlob(std::uint32_t partition
     return Error{ ErrorCode::NotFound, "the model has no such texture" };
   }
   return this->Database->ReadOfNode(StoreQuery::Texture, partition, TextureName(partition));
+}
+
+Result<std::vector<std::uint8_t>> Store::ReadUnusedBlob(std::uint32_t part) const
+{
+  if (part >= UnusedPartCount(this->Information))
+  {
+    return Error{ ErrorCode::NotFound, "the model has no such part of unused vertices" };
+  }
+  return this->Database->ReadOfNode(StoreQuery::Unused, part, UnusedName(part));
+}
+
+Result<Piece> Store::ReadUnused(std::uint32_t part) const
+{
+  const auto blob = this->ReadUnusedBlob(part);
+  KDSTREAM_TRY(blob);
+  return this->DecodeUnused(*blob, part);
+}
+
+Result<Piece> Store::DecodeUnused(std::span<const std::uint8_t> blob, std::uint32_t part) const
+{
+  const ModelDescription& model = this->Information;
+  Result<Piece> piece = DecodePiece(blob, UnusedPartId(), UnusedCodec(model.grid.scalarType));
+  if (!piece)
+  {
+    return Error{ piece.GetError().code, UnusedName(part) + ": " + piece.GetError().message };
+  }
+  if (piece->ownVertices != SizeOfUnusedPart(model, part) || piece->GhostCount() > 0 ||
+      !piece->triangles.empty())
+  {
+    return DamagedBlob(UnusedName(part), "its vertices are not as many as the metadata says");
+  }
+  std::vector<AttributeInfo> expected = model.attributes;
+  std::erase_if(expected,
+    [](const AttributeInfo& info) { return info.association != AttributeAssociation::Point; });
+  return HaveInfos(piece->attributes, expected)
+           ? std::move(piece)
+           : DamagedBlob(UnusedName(part), "its attributes are not those of the metadata");
 }
 
 Result<std::uint64_t> Store::PieceBlobSize(PieceId id) const
@@ -220,9 +275,7 @@ bool Store::AttributesFit(const Piece& piece) const
     std::erase_if(expected, [&model](const AttributeInfo& info)
       { return IsScalar(info) && !model.scalars.Find(info.name); });
   }
-  return std::equal(expected.begin(), expected.end(), piece.attributes.begin(),
-    piece.attributes.end(),
-    [](const AttributeInfo& info, const Attribute& attribute) { return attribute.Info() == info; });
+  return HaveInfos(piece.attributes, expected);
 }
 
 Result<std::vector<Piece>> Store::ReadPieces(

@@ -63,6 +63,12 @@ public:
   // The texture of a partition (TextureTile.h); a model without textures has none.
   Result<std::vector<std::uint8_t>> ReadTextureBlob(std::uint32_t partition) const;
 
+  // A part of the list of vertices that no triangle uses (UnusedList.h), encoded, and decoded: a
+  // cloud with the model's point arrays. Errors: besides, Damaged where it is not as long as it
+  // must be, or has other arrays.
+  Result<std::vector<std::uint8_t>> ReadUnusedBlob(std::uint32_t part) const;
+  Result<Piece> ReadUnused(std::uint32_t part) const;
+
   // How many bytes they have; the bytes are neither read nor checked.
   Result<std::uint64_t> PieceBlobSize(PieceId id) const;
   Result<std::uint64_t> TreePageBlobSize(NodeId page) const;
@@ -83,11 +89,12 @@ public:
   std::vector<PieceId> PieceIds() const;
 
   // What a damaged blob is called: "tree/1", "boxes/1", "levels/7/1", "partitions/12",
-  // "textures/12".
+  // "textures/12", "unused/0".
   static std::string BlobName(PieceId id, const TreeDepths& depths);
   static std::string TreePageName(NodeId page);
   static std::string BoxesName(NodeId node);
   static std::string TextureName(std::uint32_t partition);
+  static std::string UnusedName(std::uint32_t part);
 
   // Reads and checks everything, digest included; the names and reasons of what is damaged, empty
   // if whole. Where very much is, it stops, with an error that says so. Memory: of the tree, once
@@ -99,6 +106,7 @@ private:
   Store();
   class Verification;
   Result<Piece> Decode(std::span<const std::uint8_t> blob, PieceId id) const;
+  Result<Piece> DecodeUnused(std::span<const std::uint8_t> blob, std::uint32_t part) const;
   Status DecodePage(std::span<const std::uint8_t> blob, NodeId page, std::span<const Box> boxes,
     PieceTable& pieces) const;
   // Calls `visit` for each of PieceIds, until it fails.

@@ -24,6 +24,7 @@ constexpr std::array queryTexts{
   "SELECT length(data) FROM boxes WHERE node = ? AND typeof(data) = 'blob'",
   "SELECT data, checksum FROM textures WHERE partition = ? AND typeof(data) = 'blob'",
   "SELECT length(data) FROM textures WHERE partition = ? AND typeof(data) = 'blob'",
+  "SELECT data, checksum FROM unused WHERE part = ? AND typeof(data) = 'blob'",
 };
 // What a row says of itself is under its checksum, but for these two, which its id says as well.
 constexpr const char* selectMislabelled =
@@ -84,9 +85,13 @@ Result<ModelDescription> ReadStoredModel(int descriptor)
       "metadata", *row ? "row \"model\" has a wrong checksum" : "row \"model\" is missing");
   }
   Result<ModelDescription> model = ParseStoredModel(json);
-  if (model && model->textures.has_value() != (*version == texturedStoreVersion))
+  if (model && model->textures.has_value() != HasTextures(*version))
   {
     return DamagedBlob("metadata", "what it says of textures is not of the store's version");
+  }
+  if (model && model->unused.has_value() != HasUnused(*version))
+  {
+    return DamagedBlob("metadata", "what it says of unused vertices is not of the store's version");
   }
   return model;
 }
@@ -103,6 +108,7 @@ Store::Connection::Connection(
   : File(std::move(file))
   , Digest(model.digest)
   , Textured(model.textures.has_value())
+  , WithUnused(model.unused.has_value())
   , LastState(state)
 {
 }
@@ -189,10 +195,15 @@ Result<std::unique_ptr<Store::Connection::Reader>> Store::Connection::Take()
   Result<kdstream::Database> database = OpenForReading(this->File->Descriptor());
   KDSTREAM_TRY(database);
   auto reader = std::make_unique<Reader>();
-  const std::size_t queries =
-    this->Textured ? queryTexts.size() : static_cast<std::size_t>(StoreQuery::Texture);
-  for (std::size_t query = 0; query < queries; ++query)
+  for (std::size_t query = 0; query < queryTexts.size(); ++query)
   {
+    const bool ofTextures = query == static_cast<std::size_t>(StoreQuery::Texture) ||
+                            query == static_cast<std::size_t>(StoreQuery::TextureSize);
+    const bool ofUnused = query == static_cast<std::size_t>(StoreQuery::Unused);
+    if ((ofTextures && !this->Textured) || (ofUnused && !this->WithUnused))
+    {
+      continue;
+    }
     Result<Statement> statement = Statement::Prepare(database->get(), queryTexts[query]);
     KDSTREAM_TRY(statement);
     reader->statements[query] = std::move(*statement);

@@ -28,8 +28,9 @@ enum class StoreQuery : std::size_t
   PieceSize,
   TreePageSize,
   BoxesSize,
-  Texture, // the last two where a model has textures
-  TextureSize
+  Texture, // these two where a model has textures
+  TextureSize,
+  Unused, // where it has unused vertices
 };
 
 // A blob of a store, or its metadata, that is not what was written.
@@ -65,7 +66,7 @@ public:
 
   // The blob of a piece, whose checksum holds. name: what errors call it, here and below.
   Result<std::vector<std::uint8_t>> ReadPiece(PieceId id, const std::string& name);
-  // The same of a row of tree, boxes or textures.
+  // The same of a row of tree, boxes, textures or unused.
   Result<std::vector<std::uint8_t>> ReadOfNode(
     StoreQuery select, NodeId node, const std::string& name);
   // The number in the only column of row `key`.
@@ -92,7 +93,7 @@ private:
 
   const std::unique_ptr<const StoreFile> File;
   const std::string Digest;
-  const bool Textured;
+  const bool Textured, WithUnused;
   std::atomic<std::uint64_t> Bytes{ 0 };
   std::mutex Mutex; // for what follows
   FileState LastState;

@@ -93,12 +93,12 @@ Result<int> CheckHeader(Bytes page)
     return Error{ ErrorCode::InvalidInput, "not a KdStream store" };
   }
   const std::uint32_t version = NumberAt(page, 60, 4);
-  if (version != storeVersion && version != texturedStoreVersion)
+  if (version < storeVersion || version > lastStoreVersion)
   {
     return Error{ ErrorCode::Unsupported,
       "store version " + std::to_string(static_cast<std::int32_t>(version)) +
-        "; this program reads versions " + std::to_string(storeVersion) + " and " +
-        std::to_string(texturedStoreVersion) + ": build the store again" };
+        "; this program reads versions " + std::to_string(storeVersion) + " to " +
+        std::to_string(lastStoreVersion) + ": build the store again" };
   }
   if (NumberAt(page, 16, 2) != storePageBytes || page[20] != 0)
   {

@@ -2,6 +2,7 @@
 #include "filters/store/StoreMesh.h"
 
 #include "filters/core/pieces/Glue.h"
+#include "filters/store/UnusedList.h"
 
 #include <map>
 #include <utility>
@@ -105,6 +106,30 @@ Result<Mesh> GlueStoreMesh(
   const Result<std::vector<Piece>> pieces = store.ReadPieces(ids, execution);
   KDSTREAM_TRY(pieces);
   return GluePartitions(*pieces, store.Info().grid.scalarType);
+}
+
+Status AddUnused(const Store& store, Mesh& mesh)
+{
+  const std::uint64_t parts = UnusedPartCount(store.Info());
+  for (std::uint32_t part = 0; part < parts; ++part)
+  {
+    const Result<Piece> piece = store.ReadUnused(part);
+    KDSTREAM_TRY(piece);
+    if (mesh.points.size() + piece->positions.size() >= noVertex)
+    {
+      return Error{ ErrorCode::LimitExceeded, "has more vertices than 4294967294" };
+    }
+    mesh.points.insert(mesh.points.end(), piece->positions.begin(), piece->positions.end());
+    for (Attribute& array : mesh.attributes)
+    {
+      if (array.association == AttributeAssociation::Point)
+      {
+        const Attribute& added = *FindAttribute(piece->attributes, array.Info());
+        array.values.insert(array.values.end(), added.values.begin(), added.values.end());
+      }
+    }
+  }
+  return {};
 }
 
 }

@@ -7,6 +7,7 @@
 #include "filters/core/Types.h"
 #include "filters/core/drawing/Surface.h"
 #include "filters/store/PieceSource.h"
+#include "filters/store/Store.h"
 
 #include <cstdint>
 #include <span>
@@ -31,5 +32,10 @@ Result<Mesh> DrawStorePieces(const PieceSource& store, Resolution base,
 // GluePartitions. REQUIRES: partitions below Info().partitions.
 Result<Mesh> GlueStoreMesh(const PieceSource& store, std::span<const std::uint32_t> partitions,
   const Execution& execution = {});
+
+// Appends the vertices that no triangle uses (Store::ReadUnused) to the mesh of all partitions, or
+// to one with some of its point arrays: so a lossless original is whole. Errors: those of
+// ReadUnused; LimitExceeded for more vertices than a mesh has.
+Status AddUnused(const Store& store, Mesh& mesh);
 
 }

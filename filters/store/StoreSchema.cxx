@@ -79,10 +79,15 @@ std::vector<StoreTable> TablesOfStore(int version)
       "checksum "
       "INTEGER NOT NULL)" },
   };
-  if (version == texturedStoreVersion)
+  if (HasTextures(version))
   {
     tables.push_back({ "textures", "CREATE TABLE textures (partition INTEGER PRIMARY KEY, data "
                                    "BLOB NOT NULL, checksum INTEGER NOT NULL)" });
+  }
+  if (HasUnused(version))
+  {
+    tables.push_back({ "unused", "CREATE TABLE unused (part INTEGER PRIMARY KEY, data BLOB NOT "
+                                 "NULL, checksum INTEGER NOT NULL)" });
   }
   return tables;
 }
@@ -209,6 +214,11 @@ void ContentDigest::AddPiece(PieceId id, std::span<const std::uint8_t> data)
 void ContentDigest::AddTexture(std::uint32_t partition, std::span<const std::uint8_t> data)
 {
   this->AddBlob('x', partition, data);
+}
+
+void ContentDigest::AddUnused(std::uint32_t part, std::span<const std::uint8_t> data)
+{
+  this->AddBlob('u', part, data);
 }
 
 void ContentDigest::AddBlob(char kind, std::uint64_t key, std::span<const std::uint8_t> data)

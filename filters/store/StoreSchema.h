@@ -19,7 +19,25 @@ namespace kdstream
 {
 
 inline constexpr int storeVersion = 9;
-inline constexpr int texturedStoreVersion = 10;       // that has textures too
+inline constexpr int texturedStoreVersion = 10; // that has textures too
+// That has a list of vertices which no triangle uses; with textures one more.
+inline constexpr int unusedStoreVersion = 11;
+inline constexpr int lastStoreVersion = 12;
+
+// The version of a store with these.
+constexpr int VersionOfStore(bool textures, bool unused)
+{
+  return (unused ? unusedStoreVersion : storeVersion) + (textures ? 1 : 0);
+}
+constexpr bool HasTextures(int version)
+{
+  return version == VersionOfStore(true, false) || version == VersionOfStore(true, true);
+}
+constexpr bool HasUnused(int version)
+{
+  return version >= unusedStoreVersion;
+}
+
 inline constexpr int storeApplicationId = 0x4B445331; // "KDS1": SQLite's application_id
 
 inline constexpr std::size_t storePageBytes = 4096; // of SQLite's pages
@@ -45,7 +63,7 @@ std::optional<PieceId> PieceOfRow(std::int64_t row);
 // XXH3-64 over what a row says and its data, so that a row that is damaged or in the wrong place is
 // noticed.
 std::int64_t MetadataChecksum(std::string_view key, std::string_view value);
-// Of a row of tree, boxes or textures.
+// Of a row of tree, boxes, textures or unused.
 std::int64_t NodeChecksum(NodeId node, std::span<const std::uint8_t> data);
 std::int64_t PieceChecksum(
   PieceId id, std::uint64_t vertices, std::uint64_t triangles, std::span<const std::uint8_t> data);
@@ -53,7 +71,7 @@ std::int64_t PieceChecksum(
 // The content digest: XXH3-128, as 32 hexadecimal digits, over the coordinate grid, depths and the
 // levels' spacings, and then over the kind, key and XXH3-128 of every blob: levels coarse to fine,
 // partitions (each with its texture behind it, if there are textures), boxes, tree pages, each by
-// ascending node.
+// ascending node, and the parts of the list of unused vertices.
 class ContentDigest
 {
 public:
@@ -63,6 +81,7 @@ public:
   void AddBoxes(NodeId node, std::span<const std::uint8_t> data);
   void AddPiece(PieceId id, std::span<const std::uint8_t> data);
   void AddTexture(std::uint32_t partition, std::span<const std::uint8_t> data);
+  void AddUnused(std::uint32_t part, std::span<const std::uint8_t> data);
   std::string Hexadecimal() const;
 
 private:

@@ -7,6 +7,7 @@
 #include "filters/store/Store.h"
 #include "filters/store/StoreConnection.h"
 #include "filters/store/StoreSchema.h"
+#include "filters/store/UnusedList.h"
 
 #include <algorithm>
 #include <cmath>
@@ -40,6 +41,7 @@ public:
     Status ended = this->EndWhereMuchIsWrong();
     ended = ended ? this->CheckPieces() : ended;
     ended = ended ? this->CheckTree() : ended;
+    ended = ended ? this->CheckUnused() : ended;
     if (!ended)
     {
       this->Found.push_back(ended.GetError()); // cancelled, or too much is wrong
@@ -151,6 +153,24 @@ private:
       if (blob)
       {
         this->Digest.AddTreePage(page, *blob);
+      }
+      KDSTREAM_TRY(this->EndWhereMuchIsWrong());
+    }
+    return {};
+  }
+
+  // Parts as many as Store::Open found room for.
+  Status CheckUnused()
+  {
+    const std::uint64_t parts = UnusedPartCount(this->Whole.Information);
+    for (std::uint32_t part = 0; part < parts; ++part)
+    {
+      const std::string name = UnusedName(part);
+      const auto blob = this->Whole.ReadUnusedBlob(part);
+      this->Note(name, blob ? OnlyStatus(this->Whole.DecodeUnused(*blob, part)) : OnlyStatus(blob));
+      if (blob)
+      {
+        this->Digest.AddUnused(part, *blob);
       }
       KDSTREAM_TRY(this->EndWhereMuchIsWrong());
     }

@@ -32,6 +32,18 @@ PieceFacts FactsOf(std::vector<float> deviations, std::size_t bytes)
   return { *at99, *std::max_element(at99, deviations.end()), static_cast<std::uint32_t>(bytes) };
 }
 
+// How far a point lies outside a box, along the axis where that is most: squares of the largest
+// doubles would not be finite.
+double DistanceFrom(const Box& box, const Vec3& point)
+{
+  double most = 0;
+  for (std::size_t k = 0; k < 3; ++k)
+  {
+    most = std::max({ most, box.lo[k] - point[k], point[k] - box.hi[k] });
+  }
+  return most;
+}
+
 Status CheckBlobSize(const std::string& name, std::size_t bytes)
 {
   return bytes <= Store::largestBlobBytes
@@ -50,16 +62,18 @@ struct StoreWriter::State
   ModelDescription info;
   ScalarStatistics scalars{ info.attributes };
   Database database{}; // closed before the file goes
-  Statement page{}, boxes{}, piece{}, texture{};
+  Statement page{}, boxes{}, piece{}, texture{}, unused{};
   std::unique_ptr<ContentDigest> digest{};
   std::unique_ptr<DeviationList> deviations{}; // of the resolution that is being written
   PieceTable pieces{};
   std::vector<std::uint8_t> preview{};
+  std::uint32_t unusedParts = 0;
+  double farthest = -1; // of the unused vertices: from the box, in the largest of the three axes
 
   static Result<std::unique_ptr<State>> Begin(
     const std::filesystem::path& store, ModelDescription info);
 
-  // A row of tree, boxes or textures.
+  // A row of tree, boxes, textures or unused.
   Status Insert(Statement& insert, NodeId node, std::span<const std::uint8_t> data);
 
   // Why something could not be written, with the store's name: of a full disk, how much it lacks.
@@ -83,6 +97,7 @@ Error StoreWriter::State::Explain(const Error& error) const
     written += level.bytes;
   }
   written += this->info.textures ? this->info.textures->bytes : 0;
+  written += this->info.unused ? this->info.unused->bytes : 0;
   const auto mebibytes = [](std::uint64_t bytes)
   { return std::to_string((bytes + (1U << 20) - 1) >> 20) + " MiB"; };
   const std::string sizes = "the store takes about " + mebibytes(this->BytesInAll(written)) +
@@ -143,7 +158,8 @@ Result<std::unique_ptr<StoreWriter::State>> StoreWriter::State::Begin(
   KDSTREAM_TRY(database);
   state->database = std::move(*database);
   // The file is thrown away unless it is finished: no journal, and one fsync at the end.
-  const int version = state->info.textures ? texturedStoreVersion : storeVersion;
+  const int version =
+    VersionOfStore(state->info.textures.has_value(), state->info.unused.has_value());
   const std::string setUp = "PRAGMA page_size = " + std::to_string(storePageBytes) +
                             "; PRAGMA application_id = " + std::to_string(storeApplicationId) +
                             "; PRAGMA user_version = " + std::to_string(version) + ";" +
@@ -170,6 +186,13 @@ Result<std::unique_ptr<StoreWriter::State>> StoreWriter::State::Begin(
       Statement::Prepare(state->database.get(), "INSERT INTO textures VALUES (?, ?, ?)");
     KDSTREAM_TRY(texture);
     state->texture = std::move(*texture);
+  }
+  if (state->info.unused)
+  {
+    Result<Statement> unused =
+      Statement::Prepare(state->database.get(), "INSERT INTO unused VALUES (?, ?, ?)");
+    KDSTREAM_TRY(unused);
+    state->unused = std::move(*unused);
   }
   return state;
 }
@@ -220,6 +243,26 @@ Status StoreWriter::AddTexture(
   this->S->info.textures->texels += texels;
   this->S->digest->AddTexture(partition, data);
   return this->S->Insert(this->S->texture, partition, data);
+}
+
+Status StoreWriter::AddUnused(const Piece& part, std::span<const std::uint8_t> data)
+{
+  State& state = *this->S;
+  const std::uint32_t number = state.unusedParts++;
+  KDSTREAM_TRY(CheckBlobSize(Store::UnusedName(number), data.size()));
+  UnusedDescription& told = *state.info.unused;
+  told.bytes += data.size();
+  for (const Vec3& point : part.positions)
+  {
+    const double distance = DistanceFrom(state.info.box, point);
+    if (distance > state.farthest)
+    {
+      state.farthest = distance;
+      told.farthest = point;
+    }
+  }
+  state.digest->AddUnused(number, data);
+  return state.Insert(state.unused, number, data);
 }
 
 Status StoreWriter::AddPiece(const Piece& piece, std::span<const std::uint8_t> data)
@@ -310,6 +353,7 @@ Result<ModelDescription> StoreWriter::Finish()
   state.boxes = {};
   state.piece = {};
   state.texture = {};
+  state.unused = {};
   state.database.reset();
   KDSTREAM_TRY(OfFile(state.file.Target().string(), state.file.Finish()));
   return state.info;

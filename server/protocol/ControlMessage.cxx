@@ -374,16 +374,16 @@ Result<ServerMessage> ParseServerMessage(std::string_view text)
   const auto json = ParseObject(text, maximumServerMessageBytes);
   KDSTREAM_TRY(json);
   JsonReader reader("message");
-  ServerMessage message;
-  message.request = reader.Small<std::uint32_t>(*json, "request", 0, mostId);
-  ReadServerBody(reader, *json, message);
-  if (reader.Good() && message.request == 0 && !std::holds_alternative<ErrorAnswer>(message.body))
+  Result<ServerMessage> message = ServerMessage{};
+  message->request = reader.Small<std::uint32_t>(*json, "request", 0, mostId);
+  ReadServerBody(reader, *json, *message);
+  if (reader.Good() && message->request == 0 && !std::holds_alternative<ErrorAnswer>(message->body))
   {
     reader.Fail("only an error may belong to request 0");
   }
   if (!reader.Good())
   {
-    return Error{ ErrorCode::InvalidInput, reader.Fault() };
+    message = Error{ ErrorCode::InvalidInput, reader.Fault() };
   }
   return message;
 }

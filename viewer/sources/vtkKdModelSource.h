@@ -81,7 +81,7 @@ public:
 
   enum Contents
   {
-    Original,   ///< all of it
+    Original,   ///< all of it, of a mesh without points that no cell uses
     Level,      ///< that of the member Level
     Partitions, ///< of the original those of AddPartition
     Region,     ///< of the original what is around RegionPoint

@@ -70,14 +70,36 @@ std::string Describe(const Result<BuildReport>& report)
     text << "error: " << report.GetError().message;
     return text.str();
   }
-  text << report->info.digest << ", " << report->info.welded << " welded, "
-       << report->info.inconsistentEdges << " inconsistent, " << report->mergedByGrid << " merged";
+  text << report->info.digest << ", " << (report->info.unused ? report->info.unused->vertices : 0)
+       << " unused, " << report->info.welded << " welded, " << report->info.inconsistentEdges
+       << " inconsistent, " << report->mergedByGrid << " merged";
   for (const ScalarDescription& scalar : report->info.scalars)
   {
     text << ", " << scalar.name << " " << scalar.least << " " << scalar.low << " " << scalar.high
          << " " << scalar.most << " " << scalar.classes.size();
   }
   return text.str();
+}
+
+// Before all others, so that only the first rank reads them; some of them twice, some where a
+// vertex is that is used.
+Mesh WithUnused()
+{
+  Mesh mesh = Shuffled(DisplacedSphere(3), 4);
+  std::vector<Vec3> unused(mesh.points.end() - 50, mesh.points.end());
+  for (int i = 0; i < 150; ++i)
+  {
+    unused.push_back({ double(i % 100), 1e6, -double(i % 100) });
+  }
+  mesh.points.insert(mesh.points.begin(), unused.begin(), unused.end());
+  for (Triangle& triangle : mesh.triangles)
+  {
+    for (VertexId& corner : triangle)
+    {
+      corner += static_cast<VertexId>(unused.size());
+    }
+  }
+  return mesh;
 }
 
 class Comparison
@@ -196,6 +218,8 @@ int main(int argc, char** argv)
   meshes.push_back(
     { "sphere with attributes", WithAttributes(Shuffled(DisplacedSphere(3), 5), 3) });
   meshes.push_back({ "soup with attributes", WithAttributes(Soup(100, 4), 6) });
+  meshes.push_back({ "unused vertices with attributes", WithAttributes(WithUnused(), 7) });
+  meshes.push_back({ "unused vertices of one rank, and twins", WithUnused() });
   const std::vector<Way> ways = Ways();
   for (const NamedMesh& named : meshes)
   {

@@ -21,6 +21,18 @@ namespace fs = std::filesystem;
 namespace
 {
 
+// Further vertices where the first one lies, each with a triangle of its own.
+Mesh WithCopiesOfTheFirst(Mesh mesh, VertexId count)
+{
+  for (VertexId i = 0; i < count; ++i)
+  {
+    const auto copy = static_cast<VertexId>(mesh.points.size());
+    mesh.points.push_back(mesh.points[0]);
+    mesh.triangles.push_back({ copy, 0, 1 });
+  }
+  return mesh;
+}
+
 constexpr std::uint64_t KiB = 1024;
 
 class ExternalOctreeStore : public ::testing::Test
@@ -158,8 +170,7 @@ TEST_F(ExternalOctreeStore, MemoryAndThreadsChangeNothing)
 
 TEST_F(ExternalOctreeStore, AWantedNumberOfPartitionsIsMetAsInMemory)
 {
-  Mesh coincident = Torus(40, 30);
-  coincident.points.insert(coincident.points.end(), 120, coincident.points[0]);
+  const Mesh coincident = WithCopiesOfTheFirst(Torus(40, 30), 120);
   this->Options.weld = false;
   this->Options.bits = 0;
   for (const Mesh& mesh : { Shuffled(GridPlate(60), 3), Torus(60, 40), coincident })
@@ -271,9 +282,7 @@ TEST_F(ExternalOctreeStore, ACancelOrAnErrorLeavesNothing)
   }
 
   // So many vertices in one place are one partition, whatever is wanted.
-  Mesh mesh = Torus(96, 48);
-  mesh.points.insert(mesh.points.end(), 2000, mesh.points[0]);
-  this->Write(mesh);
+  this->Write(WithCopiesOfTheFirst(Torus(96, 48), 2000));
   this->Options.weld = false;
   const auto report = this->External();
   ASSERT_FALSE(report);

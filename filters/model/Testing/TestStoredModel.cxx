@@ -89,6 +89,11 @@ TEST(TestStoredModel, ComesBack)
     model.sheets = random.Integer(0, 1) == 1;
     model.weld = random.Integer(0, 1) == 1;
     model.welded = random.Integer(0, 1ull << 53);
+    if (i % 4 == 0)
+    {
+      model.unused = { random.Integer(1, 1ull << 53), random.Integer(0, 1ull << 53),
+        { 1, -0.5, double(i) } };
+    }
     const auto parsed = ParseStoredModel(Write(model));
     ASSERT_TRUE(parsed) << parsed.GetError().message << "\n" << Write(model);
     EXPECT_EQ(*parsed, model);
@@ -200,6 +205,23 @@ TEST(TestStoredModel, EveryMemberIsChecked)
   }
 }
 
+TEST(TestStoredModel, UnusedVerticesAreChecked)
+{
+  ModelDescription model = *ParseStoredModel(written);
+  model.unused = { 3, 70, { 0, 0, 9 } };
+  const auto good = Json::parse(Write(model));
+  ASSERT_TRUE(Parses(good));
+  const std::pair<const char*, Json> wrong[] = { { "/unused", 7 }, { "/unused/vertices", 0 },
+    { "/unused/vertices", (1ull << 53) + 1 }, { "/unused/bytes", -1 },
+    { "/unused/farthest", { 0, 0 } }, { "/unused/farthest/0", nullptr } };
+  for (const auto& [place, value] : wrong)
+  {
+    Json bad = good;
+    bad[Json::json_pointer(place)] = value;
+    EXPECT_FALSE(Parses(bad)) << place << " = " << value;
+  }
+}
+
 TEST(TestStoredModel, DamageSaysWhichMember)
 {
   Json bad = Json::parse(written);
@@ -224,6 +246,7 @@ TEST(TestStoredModel, StatisticsHaveTheDocumentedKeys)
   auto model = *ParseStoredModel(written);
   EXPECT_EQ(model.inputDigest, "") << "of a store that does not tell";
   model.inputDigest = std::string(32, 'a');
+  model.unused = { 3, 70, { 0, 0, 9 } };
   PutStatistics(writer, model, 1234);
   writer.EndObject();
   const Json json = Json::parse(writer.Text());
@@ -239,6 +262,8 @@ TEST(TestStoredModel, StatisticsHaveTheDocumentedKeys)
   EXPECT_EQ(json["levels"][1]["depth"], 1);
   EXPECT_EQ(json["levels"][1]["deviation_99"], 0.363817423582077);
   EXPECT_EQ(json["store_bytes"], 1234);
+  EXPECT_EQ(
+    json["unused"], (Json{ { "vertices", 3 }, { "bytes", 70 }, { "farthest", { 0, 0, 9 } } }));
   for (const char* key : { "vertices", "triangles", "partitions", "partition_depth", "stitch_depth",
          "finest_depth", "welded", "inconsistent_edges", "box", "partitioner", "level_maker",
          "representative", "sheets", "weld", "title", "credit", "license", "unit", "digest" })

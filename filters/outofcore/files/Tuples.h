@@ -9,6 +9,7 @@
 #include <algorithm>
 #include <cstddef>
 #include <cstdint>
+#include <iterator>
 #include <span>
 #include <vector>
 
@@ -39,6 +40,21 @@ inline std::vector<std::byte> InterleaveTuples(
     offset += size;
   }
   return tuples;
+}
+
+// Back: appends the tuples of elements to the arrays, as many as `tuples` has.
+inline void SplitTuples(std::span<const std::byte> tuples, std::span<Attribute> arrays)
+{
+  while (!tuples.empty())
+  {
+    for (Attribute& array : arrays)
+    {
+      const auto tuple = tuples.first(array.TupleSize());
+      std::transform(tuple.begin(), tuple.end(), std::back_inserter(array.values),
+        [](std::byte byte) { return std::to_integer<std::uint8_t>(byte); });
+      tuples = tuples.subspan(tuple.size());
+    }
+  }
 }
 
 }

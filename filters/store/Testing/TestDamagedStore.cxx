@@ -114,7 +114,7 @@ TEST_F(DamagedStore, EveryRowThatIsDamagedIsNamed)
     Messages{ "metadata: row \"model\" has a wrong checksum" });
   EXPECT_EQ(damageOf("DELETE FROM metadata"), Messages{ "metadata: row \"model\" is missing" });
   EXPECT_EQ(damageOf("PRAGMA user_version = 99"),
-    Messages{ "store version 99; this program reads versions 9 and 10: build the store again" });
+    Messages{ "store version 99; this program reads versions 9 to 12: build the store again" });
   EXPECT_EQ(damageOf("PRAGMA application_id = 5"), Messages{ "not a KdStream store" });
 }
 

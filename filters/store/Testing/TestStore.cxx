@@ -6,6 +6,7 @@
 #include "filters/core/pieces/Glue.h"
 #include "filters/meshio/MeshWriter.h"
 #include "filters/program/TbbExecution.h"
+#include "filters/store/StoreMesh.h"
 #include "filters/store/Testing/StoreTest.h"
 
 #include <gtest/gtest.h>
@@ -45,7 +46,9 @@ Mesh GlueAll(const Store& store)
       pieces.push_back(std::move(*piece));
     }
   }
-  return *GluePartitions(pieces, store.Info().grid.scalarType);
+  Mesh mesh = *GluePartitions(pieces, store.Info().grid.scalarType);
+  EXPECT_TRUE(AddUnused(store, mesh));
+  return mesh;
 }
 
 }

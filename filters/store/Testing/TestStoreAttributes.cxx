@@ -50,8 +50,9 @@ Mesh GlueAll(const Store& store)
 {
   std::vector<std::uint32_t> partitions(store.Info().partitions);
   std::iota(partitions.begin(), partitions.end(), 0U);
-  const Result<Mesh> mesh = GlueStoreMesh(store, partitions);
+  Result<Mesh> mesh = GlueStoreMesh(store, partitions);
   EXPECT_TRUE(mesh) << mesh.GetError().message;
+  EXPECT_TRUE(!mesh || AddUnused(store, *mesh));
   return mesh ? *mesh : Mesh{};
 }
 

@@ -7,6 +7,7 @@
 #include "filters/codec/Seal.h"
 #include "filters/codec/TreePage.h"
 #include "filters/store/Store.h"
+#include "filters/store/StoreMesh.h"
 #include "filters/store/StoreSchema.h"
 #include "server/session/BlobList.h"
 #include "server/session/StoreCatalog.h"
@@ -243,8 +244,10 @@ constexpr std::array schemaChanges{
   "CREATE TABLE other (a UNIQUE, b CHECK (a > b)) STRICT",
   "CREATE TABLE textures (partition INTEGER PRIMARY KEY, data BLOB NOT NULL, checksum INTEGER NOT "
   "NULL)",
+  "CREATE TABLE unused (part INTEGER PRIMARY KEY, data BLOB NOT NULL, checksum INTEGER NOT NULL)",
   "DROP TABLE boxes",
   "PRAGMA user_version = 10",
+  "PRAGMA user_version = 11",
   "PRAGMA writable_schema = ON; UPDATE sqlite_schema SET rootpage = rootpage + 1",
   "PRAGMA writable_schema = ON; UPDATE sqlite_schema SET sql = replace(sql, 'INTEGER', 'TEXT')",
   "PRAGMA writable_schema = ON; UPDATE sqlite_schema SET type = 'view', rootpage = 0 WHERE name = "
@@ -317,6 +320,9 @@ void Read(const std::filesystem::path& file)
       break;
     }
   }
+  Mesh unused;
+  Require(AddUnused(**store, unused).HasValue() || !whole,
+    "a whole store with unused vertices that cannot be read");
 }
 
 // 0 where it has no such row.
@@ -324,11 +330,12 @@ std::size_t MutateRow(std::uint8_t* data, std::size_t size, std::size_t most, st
 {
   const auto database = Deserialized(data, size);
   const bool done =
-    database && (choice % 5 == 0    ? MutateMetadata(database.get())
-                  : choice % 5 == 1 ? MutatePiece(database.get(), choice / 5)
-                  : choice % 5 == 2 ? MutateNode(database.get(), "tree", "page", choice / 5)
-                  : choice % 5 == 3 ? MutateNode(database.get(), "boxes", "node", choice / 5)
-                                    : MutateSchema(database.get(), choice / 5));
+    database && (choice % 6 == 0    ? MutateMetadata(database.get())
+                  : choice % 6 == 1 ? MutatePiece(database.get(), choice / 6)
+                  : choice % 6 == 2 ? MutateNode(database.get(), "tree", "page", choice / 6)
+                  : choice % 6 == 3 ? MutateNode(database.get(), "boxes", "node", choice / 6)
+                  : choice % 6 == 4 ? MutateNode(database.get(), "unused", "part", choice / 6)
+                                    : MutateSchema(database.get(), choice / 6));
   if (!done)
   {
     return 0;

@@ -407,7 +407,7 @@ TEST_F(Folder, TheSmallStoresThatAreKeptAreWhole)
     EXPECT_TRUE((*store)->Verify().empty()) << entry.path();
     ++stores;
   }
-  EXPECT_EQ(stores, 5u);
+  EXPECT_EQ(stores, 6u);
 }
 
 TEST_F(Folder, DamagedBoxesAreReportedAndForbidRegionsOnly)

@@ -70,10 +70,12 @@ int main(int argc, char** argv)
   octree.tree.partitions = 4;
   Mesh points = Tetrahedron();
   points.triangles.clear();
-  const bool good = Write(folder / "tetrahedron.kds", Tetrahedron(), plain) &&
-                    Write(folder / "lossless.kds", Tetrahedron(), lossless) &&
-                    Write(folder / "points.kds", points, plain) &&
-                    Write(folder / "sheet.kds", Sheet(9), parts) &&
-                    Write(folder / "octree.kds", Sheet(5), octree);
+  Mesh strays = Sheet(5);
+  strays.triangles.resize(12); // of half its vertices
+  const bool good =
+    Write(folder / "tetrahedron.kds", Tetrahedron(), plain) &&
+    Write(folder / "lossless.kds", Tetrahedron(), lossless) &&
+    Write(folder / "points.kds", points, plain) && Write(folder / "sheet.kds", Sheet(9), parts) &&
+    Write(folder / "octree.kds", Sheet(5), octree) && Write(folder / "unused.kds", strays, plain);
   return good ? 0 : 1;
 }

@@ -1,0 +1,78 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Vertices that no triangle uses, of a mesh that does not fit the memory: what core's
+// TakeUnusedVertices does (UnusedVertices.h), behind step "weld" of the README's picture.
+#pragma once
+
+#include "filters/core/Execution.h"
+#include "filters/core/Result.h"
+#include "filters/outofcore/files/SpillFile.h"
+#include "filters/outofcore/mesh/ExternalWeld.h"
+#include "filters/outofcore/mesh/VertexMap.h"
+
+#include <cstddef>
+#include <cstdint>
+#include <functional>
+#include <optional>
+#include <vector>
+
+namespace kdstream
+{
+
+// Of each vertex a byte: whether a triangle names it.
+struct VertexMarks
+{
+  SpillFile file;
+  std::uint32_t count = 0, marked = 0;
+};
+
+// The vertices whose marks are held at a time, a bit each.
+MapSections SectionsOfMarks(std::uint32_t count, std::uint64_t memory);
+
+// The marks of one section: calls with vertices of others change nothing.
+class SectionMarks
+{
+public:
+  SectionMarks(const MapSections& sections, std::size_t section)
+    : Begin(sections.Begin(section))
+    , Marked(sections.End(section) - this->Begin, false)
+  {
+  }
+  void operator()(VertexId v)
+  {
+    const std::size_t i = v - this->Begin; // of a lower one it is large
+    if (v >= this->Begin && i < this->Marked.size())
+    {
+      this->Marked[i] = true;
+    }
+  }
+  const std::vector<bool>& All() const { return this->Marked; }
+
+private:
+  VertexId Begin;
+  std::vector<bool> Marked;
+};
+
+// Marks the vertices that nameAll(section, mark) gives to `mark`, section by section: those of
+// [Begin(section), End(section)). Memory: a bit for each vertex of a section. Errors: InputOutput;
+// those of nameAll.
+Result<VertexMarks> MarkVertices(SpillFolder& folder, const MapSections& sections,
+  const std::function<Status(std::size_t section, SectionMarks& mark)>& nameAll);
+
+struct PartedVertices
+{
+  VertexFiles used, unused;       // in their order
+  std::optional<VertexMap> map{}; // for each vertex its number among the used; none if all are
+};
+
+// Parts vertices by their marks. Errors: InputOutput.
+Result<PartedVertices> PartVertices(
+  SpillFolder& folder, VertexFiles vertices, const VertexMarks& marks);
+
+// The vertices that the triangles name, and the others. A pass over the triangles for each section
+// of the marks, one but for very many vertices; where there are unused vertices, one over all
+// vertices. Peak memory: `memory` and a few blocks. Errors: InputOutput; Cancelled.
+Result<PartedVertices> PartUnusedExternally(SpillFolder& folder, VertexFiles vertices,
+  const SpillFile& triangles, std::uint64_t triangleCount, std::uint64_t memory,
+  const Execution& execution = {});
+
+}

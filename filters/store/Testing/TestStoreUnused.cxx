@@ -1,0 +1,353 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Vertices that no triangle uses: nothing that is shown depends on them, and they come back as they
+// were, whichever builder wrote the store.
+#include "Testing/Fixtures/Attributes.h"
+#include "Testing/Fixtures/Meshes.h"
+#include "filters/build/ExternalBuilder.h"
+#include "filters/codec/PartitionBoxes.h"
+#include "filters/codec/TreePage.h"
+#include "filters/meshio/MeshWriter.h"
+#include "filters/store/StoreEdit.h"
+#include "filters/store/StoreMesh.h"
+#include "filters/store/StoreSchema.h"
+#include "filters/store/Testing/StoreTest.h"
+#include "filters/store/UnusedList.h"
+
+#include <gtest/gtest.h>
+#include <sqlite3.h>
+
+#include <fstream>
+#include <numeric>
+#include <random>
+
+using namespace kdstream;
+using namespace kdstream::fixtures;
+
+namespace
+{
+
+BuildOptions Options(bool lossless = false)
+{
+  BuildOptions options;
+  options.tree.verticesPerPartition = 90;
+  options.bits = lossless ? 0 : 20;
+  options.weld = !lossless;
+  return options;
+}
+
+// As a survey has it: metres, far from the origin.
+Mesh Survey()
+{
+  Mesh mesh = Shuffled(HeightField(40), 3);
+  mesh.scalarType = ScalarType::Float64;
+  for (Vec3& point : mesh.points)
+  {
+    point = { point[0] * 100 + 412345.25, point[1] * 100 + 5312345.5, point[2] * 100 + 512 };
+  }
+  return mesh;
+}
+
+// The same with vertices that no triangle uses before, among and behind the others.
+Mesh WithStrays(const Mesh& mesh, const std::vector<Vec3>& strays)
+{
+  Mesh all{ {}, {}, mesh.scalarType, {} };
+  std::vector<VertexId> numbers;
+  std::size_t next = 0;
+  for (std::size_t v = 0; v < mesh.points.size(); ++v)
+  {
+    for (; next * mesh.points.size() <= v * strays.size() && next < strays.size(); ++next)
+    {
+      all.points.push_back(strays[next]);
+    }
+    numbers.push_back(static_cast<VertexId>(all.points.size()));
+    all.points.push_back(mesh.points[v]);
+  }
+  all.points.insert(all.points.end(), strays.begin() + std::ptrdiff_t(next), strays.end());
+  for (const Triangle& t : mesh.triangles)
+  {
+    all.triangles.push_back({ numbers[t[0]], numbers[t[1]], numbers[t[2]] });
+  }
+  return all;
+}
+
+std::vector<Vec3> RandomPoints(std::size_t count, double range)
+{
+  std::mt19937 random(7);
+  std::uniform_real_distribution<double> coordinate(-range, range);
+  std::vector<Vec3> points;
+  for (std::size_t i = 0; i < count; ++i)
+  {
+    points.push_back({ coordinate(random), coordinate(random), coordinate(random) });
+  }
+  return points;
+}
+
+Mesh Original(const Store& store)
+{
+  std::vector<std::uint32_t> all(store.Info().partitions);
+  std::iota(all.begin(), all.end(), 0U);
+  Result<Mesh> mesh = GlueStoreMesh(store, all);
+  EXPECT_TRUE(mesh) << mesh.GetError().message;
+  const Status added = AddUnused(store, *mesh);
+  EXPECT_TRUE(added) << added.GetError().message;
+  return std::move(*mesh);
+}
+
+// All that a viewer gets of two stores is the same.
+void ExpectSameLooks(const Store& a, const Store& b)
+{
+  ModelDescription one = a.Info(), other = b.Info();
+  for (ModelDescription* const info : { &one, &other })
+  {
+    info->digest.clear();
+    info->inputDigest.clear();
+    info->unused.reset();
+  }
+  EXPECT_EQ(one, other);
+  for (const PieceId id : a.PieceIds())
+  {
+    ASSERT_EQ(*a.ReadPieceBlob(id), *b.ReadPieceBlob(id)) << id.node;
+  }
+  for (const NodeId page : TreePages(a.Info().depths))
+  {
+    ASSERT_EQ(*a.ReadTreePageBlob(page), *b.ReadTreePageBlob(page));
+  }
+  for (const NodeId node : AllPartitionBoxes(a.Info().depths))
+  {
+    ASSERT_EQ(*a.ReadBoxesBlob(node), *b.ReadBoxesBlob(node));
+  }
+}
+
+class StoreUnused : public StoreTest
+{
+protected:
+  std::shared_ptr<Store> Open(const std::string& name = "model.kds")
+  {
+    auto store = Store::Open(this->File(name));
+    EXPECT_TRUE(store) << store.GetError().message;
+    return store ? *store : nullptr;
+  }
+
+  std::string Bytes(const std::string& name) const
+  {
+    std::ifstream file(this->File(name), std::ios::binary);
+    return std::string((std::istreambuf_iterator<char>(file)), {});
+  }
+
+  void Sql(const std::string& text)
+  {
+    sqlite3* database = nullptr;
+    ASSERT_EQ(sqlite3_open(this->File().c_str(), &database), SQLITE_OK);
+    EXPECT_EQ(sqlite3_exec(database, text.c_str(), nullptr, nullptr, nullptr), SQLITE_OK)
+      << sqlite3_errmsg(database);
+    sqlite3_close(database);
+  }
+
+  // What verify finds after these statements, or why the store is not opened.
+  std::vector<std::string> DamageOf(const std::string& statements)
+  {
+    std::filesystem::copy_file(this->File(), this->File("good"));
+    this->Sql(statements);
+    const auto store = Store::Open(this->File());
+    std::vector<std::string> messages;
+    for (const Error& error : store ? (*store)->Verify() : std::vector<Error>{ store.GetError() })
+    {
+      messages.push_back(error.message);
+    }
+    std::filesystem::rename(this->File("good"), this->File());
+    return messages;
+  }
+};
+
+}
+
+TEST_F(StoreUnused, AScanWithOneStrayVertexLooksAsWithoutIt)
+{
+  const Mesh survey = Survey();
+  for (const Partitioner partitioner :
+    { Partitioner::KdTree, Partitioner::Octree, Partitioner::KMeans })
+  {
+    BuildOptions options = Options();
+    options.partitioner = partitioner;
+    this->Build(survey, options);
+    std::filesystem::rename(this->File(), this->File("without"));
+    const BuildReport report = this->Build(WithStrays(survey, { { 0, 0, 0 } }), options);
+    EXPECT_EQ(report.mergedByGrid, 0U);
+    const auto with = this->Open(), without = this->Open("without");
+    ExpectSameLooks(*with, *without);
+    ASSERT_TRUE(with->Info().unused);
+    EXPECT_EQ(with->Info().unused->vertices, 1U);
+    EXPECT_EQ(with->Info().unused->farthest, (Vec3{ 0, 0, 0 }));
+    EXPECT_NE(with->Info().digest, without->Info().digest);
+    EXPECT_TRUE(with->Verify().empty());
+    const Result<Piece> part = with->ReadUnused(0);
+    ASSERT_TRUE(part);
+    EXPECT_EQ(part->positions, (std::vector<Vec3>{ { 0, 0, 0 } }));
+  }
+}
+
+// So do those that lie within the box: they are no vertices of the surface either.
+TEST_F(StoreUnused, TheyComeBackExactlyWhereverTheyLie)
+{
+  const Mesh survey = Survey();
+  std::vector<Vec3> strays = RandomPoints(300, 1e7);
+  strays.insert(strays.end(), { { 0, -0.0, 0 }, { 1e300, -1e300, 5e-324 }, { 412350, 5312350, 512 },
+                                { 1, 2, 3 }, { 1, 2, 3 } });
+  const Mesh mesh = WithAttributes(WithStrays(survey, strays), 5);
+  for (const bool lossless : { true, false })
+  {
+    this->Build(mesh, Options(lossless));
+    const auto store = this->Open();
+    ASSERT_TRUE(store->Info().unused);
+    EXPECT_EQ(store->Info().unused->vertices, strays.size());
+    EXPECT_EQ(store->Info().unused->farthest, (Vec3{ 1e300, -1e300, 5e-324 }));
+    EXPECT_EQ(store->Info().vertices, survey.points.size());
+    EXPECT_TRUE(store->Verify().empty());
+    const Mesh original = Original(*store);
+    EXPECT_EQ(original.points.size(), mesh.points.size());
+    const Mesh alone{ { original.points.end() - std::ptrdiff_t(strays.size()),
+                        original.points.end() },
+      {}, mesh.scalarType, {} };
+    EXPECT_EQ(ContentOf(alone), ContentOf({ strays, {}, mesh.scalarType, {} }));
+    if (lossless)
+    {
+      EXPECT_EQ(ContentOf(original), ContentOf(mesh));
+    }
+  }
+}
+
+TEST_F(StoreUnused, VeryManyAreSeveralParts)
+{
+  const std::vector<Vec3> strays = RandomPoints(20000, 1e6);
+  const Mesh mesh = WithStrays(Survey(), strays);
+  this->Build(mesh, Options(true));
+  const auto store = this->Open();
+  EXPECT_EQ(UnusedPartCount(store->Info()), 3U);
+  EXPECT_EQ(store->ReadUnused(0)->positions.size(), 8192U);
+  EXPECT_EQ(store->ReadUnused(3).GetError().code, ErrorCode::NotFound);
+  EXPECT_EQ(ContentOf(Original(*store)), ContentOf(mesh));
+  EXPECT_TRUE(store->Verify().empty());
+}
+
+TEST_F(StoreUnused, OutOfCoreTheStoreIsTheSame)
+{
+  for (const bool lossless : { true, false })
+  {
+    for (const bool attributes : { true, false })
+    {
+      SCOPED_TRACE(
+        std::string(lossless ? "lossless" : "welded") + (attributes ? ", attributes" : ""));
+      std::vector<Vec3> strays = RandomPoints(9000, 1e6);
+      strays.insert(strays.end(), strays.begin(), strays.begin() + 500); // welded to each other
+      Mesh mesh = WithStrays(Survey(), strays);
+      mesh.points.push_back(mesh.points[mesh.triangles[0][0]]); // and to one that is used
+      mesh = attributes ? WithAttributes(mesh, 3) : mesh;
+      ASSERT_TRUE(WriteMesh(this->File("mesh.ply"), mesh));
+      BuildOptions options = Options(lossless);
+      const auto inMemory = BuildStore(this->File("mesh.ply"), this->File("memory.kds"), options);
+      ASSERT_TRUE(inMemory) << inMemory.GetError().message;
+      options.memory = std::uint64_t{ 64 } << 20;
+      const auto external = BuildStoreExternally(
+        this->File("mesh.ply"), this->File(), options, {}, { {}, std::uint64_t{ 128 } << 10 });
+      ASSERT_TRUE(external) << external.GetError().message;
+      EXPECT_EQ(external->info, inMemory->info);
+      EXPECT_TRUE(this->Bytes("memory.kds") == this->Bytes("model.kds"));
+      if (!attributes)
+      {
+        EXPECT_EQ(inMemory->info.unused->vertices, lossless ? strays.size() + 1 : 9000);
+      }
+    }
+  }
+}
+
+TEST_F(StoreUnused, PlainStoresAndCloudsHaveNone)
+{
+  Mesh cloud = Survey();
+  cloud.triangles.clear();
+  for (const Mesh& mesh : { Survey(), cloud })
+  {
+    this->Build(mesh, Options());
+    const auto store = this->Open();
+    EXPECT_FALSE(store->Info().unused);
+    EXPECT_EQ(store->ReadUnused(0).GetError().code, ErrorCode::NotFound);
+  }
+  EXPECT_EQ(this->DamageOf("PRAGMA user_version = 11"),
+    std::vector<std::string>{ "its tables are not those of a store: 'unused' is missing" });
+  EXPECT_EQ(this->DamageOf(std::string(TablesOfStore(unusedStoreVersion).back().sql)),
+    std::vector<std::string>{ "not a KdStream store: it has a table 'unused'" });
+  EXPECT_EQ(this->DamageOf(std::string(TablesOfStore(unusedStoreVersion).back().sql) +
+                           "; PRAGMA user_version = 11"),
+    std::vector<std::string>{
+      "metadata: what it says of unused vertices is not of the store's version" });
+}
+
+TEST_F(StoreUnused, TextsAreChangedWithoutThem)
+{
+  this->Build(WithStrays(Survey(), RandomPoints(20, 5)), Options());
+  const auto before = this->Open();
+  ASSERT_TRUE(before->Info().unused);
+  ASSERT_TRUE(EditStore(this->File(), { "a title" }));
+  const auto edited = this->Open();
+  EXPECT_EQ(edited->Info().unused, before->Info().unused);
+  EXPECT_EQ(edited->Info().digest, before->Info().digest);
+  EXPECT_TRUE(edited->Verify().empty());
+}
+
+TEST_F(StoreUnused, DamageIsNamed)
+{
+  using Messages = std::vector<std::string>;
+  const Mesh mesh = WithStrays(Survey(), RandomPoints(20000, 1e6));
+  this->Build(mesh, Options());
+  EXPECT_EQ(this->DamageOf("UPDATE unused SET data = zeroblob(length(data)) WHERE part = 1"),
+    Messages{ "unused/1: wrong checksum" });
+  EXPECT_EQ(
+    this->DamageOf("DELETE FROM unused WHERE part = 2"), Messages{ "unused/2: row is missing" });
+  EXPECT_EQ(
+    this->DamageOf("UPDATE unused SET data = hex(data)").front(), "unused/0: row is missing");
+  // The last one, which is shorter, in the place of the first; and a piece of the surface.
+  const std::vector<std::uint8_t> last = *this->Open()->ReadUnusedBlob(2);
+  const auto put = [](std::span<const std::uint8_t> data)
+  {
+    std::string hexadecimal;
+    for (const std::uint8_t byte : data)
+    {
+      constexpr const char* digits = "0123456789ABCDEF";
+      hexadecimal += digits[byte >> 4];
+      hexadecimal += digits[byte & 15];
+    }
+    return "UPDATE unused SET data = x'" + hexadecimal +
+           "', checksum = " + std::to_string(NodeChecksum(0, data)) + " WHERE part = 0";
+  };
+  EXPECT_EQ(this->DamageOf(put(last)),
+    Messages{ "unused/0: its vertices are not as many as the metadata says" });
+  const std::vector<std::uint8_t> piece =
+    *this->Open()->ReadPieceBlob(this->Open()->PieceIds().back());
+  ASSERT_EQ(this->DamageOf(put(piece)).size(), 1U);
+  EXPECT_EQ(this->DamageOf(put(piece)).front().rfind("unused/0: ", 0), 0U);
+  // Other arrays than the model's.
+  Piece other = *this->Open()->ReadUnused(0);
+  other.attributes.push_back(
+    { { "more", AttributeType::UInt8, AttributeAssociation::Point, 1 }, {} });
+  other.attributes[0].values.resize(other.positions.size());
+  EXPECT_EQ(this->DamageOf(put(EncodePiece(other, UnusedCodec(ScalarType::Float64)))),
+    Messages{ "unused/0: its attributes are not those of the metadata" });
+}
+
+// No memory is taken for what is only claimed.
+TEST_F(StoreUnused, MoreThanTheFileHoldsAreRefused)
+{
+  this->Build(WithStrays(Survey(), RandomPoints(20, 5)), Options());
+  for (const std::uint64_t claimed : { std::uint64_t{ 1 } << 53, std::uint64_t{ 1 } << 30 })
+  {
+    ModelDescription info = this->Open()->Info();
+    info.unused->vertices = claimed;
+    const std::string json = MetadataOf(info);
+    const std::vector<std::string> damage = this->DamageOf(
+      "UPDATE metadata SET checksum = " + std::to_string(MetadataChecksum("model", json)) +
+      ", value = '" + json + "'");
+    ASSERT_EQ(damage.size(), 1U);
+    EXPECT_NE(damage[0].find("has no room for " + std::to_string(claimed) + " unused vertices"),
+      std::string::npos)
+      << damage[0];
+  }
+}
