@@ -7,9 +7,9 @@
 #include "filters/meshio/FileEnding.h"
 #include "filters/meshio/FiniteReader.h"
 #include "filters/meshio/ObjReader.h"
-#include "filters/meshio/PlyReader.h"
 #include "filters/meshio/ShownColors.h"
 #include "filters/meshio/StlReader.h"
+#include "filters/meshio/ply/PlyReader.h"
 
 #include <algorithm>
 #include <array>

@@ -5,7 +5,7 @@
 #include "filters/core/VectorMath.h"
 #include "filters/meshio/FileEnding.h"
 #include "filters/meshio/OutputFile.h"
-#include "filters/meshio/PlyArrays.h"
+#include "filters/meshio/ply/PlyArrays.h"
 
 #include <cmath>
 #include <limits>

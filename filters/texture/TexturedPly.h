@@ -4,7 +4,7 @@
 
 #include "filters/core/Execution.h"
 #include "filters/core/Result.h"
-#include "filters/meshio/PlyHeader.h"
+#include "filters/meshio/ply/PlyHeader.h"
 #include "filters/texture/TexturedObj.h"
 
 #include <filesystem>

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Which properties of a PLY file become which arrays: names, types, values, limits.
 #include "filters/meshio/MeshReader.h"
-#include "filters/meshio/PlyArrays.h"
+#include "filters/meshio/ply/PlyArrays.h"
 #include "filters/meshio/Testing/ScratchFolder.h"
 
 #include <gtest/gtest.h>

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // PlyHeader: the lines of a header, and every way in which one can be wrong.
-#include "filters/meshio/PlyHeader.h"
+#include "filters/meshio/ply/PlyHeader.h"
 #include "filters/meshio/Testing/ScratchFolder.h"
 
 #include <gtest/gtest.h>

@@ -2,7 +2,7 @@
 // PlyReader on damaged files: thousands of seeded mutations of good ones. It must not crash, must
 // keep its promises where it accepts a file, and must never take memory for what is not there:
 // every allocation is counted.
-#include "filters/meshio/PlyReader.h"
+#include "filters/meshio/ply/PlyReader.h"
 #include "filters/meshio/Testing/CountedMemory.h"
 #include "filters/meshio/Testing/RandomPly.h"
 #include "filters/meshio/Testing/ReadHostile.h"

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // The header of a PLY file: elements, their properties, and where the body begins. Part of step
 // "read".
-#include "filters/meshio/PlyHeader.h"
+#include "filters/meshio/ply/PlyHeader.h"
 
 #include "filters/meshio/PlainText.h"
 #include "filters/meshio/QuotedText.h"

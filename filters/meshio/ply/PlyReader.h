@@ -3,10 +3,10 @@
 #pragma once
 
 #include "filters/meshio/MeshReader.h"
-#include "filters/meshio/PlyBody.h"
-#include "filters/meshio/PlyHeader.h"
 #include "filters/meshio/PolygonFaces.h"
 #include "filters/meshio/ScratchTable.h"
+#include "filters/meshio/ply/PlyBody.h"
+#include "filters/meshio/ply/PlyHeader.h"
 
 #include <array>
 #include <optional>

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // The records of a PLY file's body: the messages that the ascii and the binary encodings share.
 // Part of step "read".
-#include "filters/meshio/PlyBody.h"
+#include "filters/meshio/ply/PlyBody.h"
 
 namespace kdstream
 {

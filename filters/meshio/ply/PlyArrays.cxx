@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Which scalar properties of a PLY element make up which array: see PlyArrays.h.
-#include "filters/meshio/PlyArrays.h"
+#include "filters/meshio/ply/PlyArrays.h"
 
 #include "filters/core/Texts.h"
 

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // ASCII PLY records: words between blanks, a record ends with its line. Part of step "read".
 #include "filters/meshio/NumberText.h"
-#include "filters/meshio/PlyBody.h"
 #include "filters/meshio/QuotedText.h"
+#include "filters/meshio/ply/PlyBody.h"
 
 #include <algorithm>
 #include <cstring>

@@ -3,7 +3,7 @@
 // column by column; a run of triangles goes through a loop of its own; everything else is read
 // value by value. Part of step "read".
 #include "filters/meshio/MakeRoom.h"
-#include "filters/meshio/PlyBinaryRecord.h"
+#include "filters/meshio/ply/PlyBinaryRecord.h"
 
 #include <algorithm>
 #include <cmath>

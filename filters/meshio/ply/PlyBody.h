@@ -7,9 +7,9 @@
 #include "filters/core/Result.h"
 #include "filters/core/Types.h"
 #include "filters/meshio/ByteSource.h"
-#include "filters/meshio/PlyArrays.h"
-#include "filters/meshio/PlyHeader.h"
 #include "filters/meshio/PolygonFaces.h"
+#include "filters/meshio/ply/PlyArrays.h"
+#include "filters/meshio/ply/PlyHeader.h"
 
 #include <array>
 #include <cstdint>

@@ -3,7 +3,7 @@
 // PlyBinaryBody.cxx alone.
 #pragma once
 
-#include "filters/meshio/PlyBody.h"
+#include "filters/meshio/ply/PlyBody.h"
 
 #include <algorithm>
 #include <bit>

@@ -17,7 +17,7 @@
 #pragma once
 
 #include "filters/core/Attribute.h"
-#include "filters/meshio/PlyHeader.h"
+#include "filters/meshio/ply/PlyHeader.h"
 
 #include <cstddef>
 #include <span>

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Reads PLY files in chunks: step "read" of the README's picture. Here is decided which element is
 // read when; the records themselves are read by PlyBody.
-#include "filters/meshio/PlyReader.h"
+#include "filters/meshio/ply/PlyReader.h"
 
 #include <algorithm>
 #include <limits>
