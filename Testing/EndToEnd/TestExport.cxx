@@ -117,6 +117,59 @@ TEST_F(TestExport, ModelsAreAddedAndReplaced)
   EXPECT_TRUE(fs::exists(this->Folder / "www/api/models/ring" / before));
 }
 
+// Others may write to the folder: only the link that the user names is followed.
+TEST_F(TestExport, PlantedLinksAreNotFollowed)
+{
+  ASSERT_EQ(this->Export({ "ring.kds", "www" }).exitCode, 0);
+  const std::string digest = this->List().at(0).digest;
+  const fs::path www = this->Folder / "www", away = this->Folder / "away";
+  for (const std::string& planted : { std::string("api"), std::string("api/models"),
+         std::string("api/models/ring"), "api/models/ring/" + digest,
+         "api/models/ring/" + digest + "/levels", std::string("api/models.json") })
+  {
+    fs::remove_all(www);
+    fs::remove_all(away);
+    ASSERT_EQ(this->Export({ "ring.kds", "www" }).exitCode, 0);
+    ASSERT_TRUE(fs::exists(www / planted)) << planted;
+    if (fs::is_directory(www / planted))
+    {
+      fs::create_directory(away);
+    }
+    else
+    {
+      fs::copy_file(www / planted, away);
+    }
+    fs::remove_all(www / planted);
+    fs::create_symlink(away, www / planted);
+    const Outcome outcome = this->Export({ "ring.kds", "www" });
+    EXPECT_EQ(outcome.exitCode, 1) << planted;
+    EXPECT_NE(
+      outcome.err.find("www/" + planted + ": is a link, which is not followed"), std::string::npos)
+      << planted << ": " << outcome.err;
+    EXPECT_TRUE(fs::is_symlink(www / planted)) << planted;
+    EXPECT_TRUE(!fs::is_directory(away) || fs::is_empty(away)) << planted;
+    EXPECT_EQ(outcome.err.find("/proc/"), std::string::npos) << outcome.err;
+  }
+  // A file's link is replaced, also where it leads to the same bytes.
+  fs::remove_all(www);
+  ASSERT_EQ(this->Export({ "ring.kds", "www" }).exitCode, 0);
+  fs::path blob;
+  for (const auto& entry : fs::recursive_directory_iterator(www / "api/models/ring" / digest))
+  {
+    blob = entry.is_regular_file() ? entry.path() : blob;
+  }
+  fs::rename(blob, this->Folder / "blob");
+  fs::create_symlink(this->Folder / "blob", blob);
+  ASSERT_EQ(this->Export({ "ring.kds", "www" }).exitCode, 0);
+  EXPECT_FALSE(fs::is_symlink(blob));
+  EXPECT_EQ(ReadWhole(blob), ReadWhole(this->Folder / "blob"));
+  // The user's own.
+  fs::rename(www, this->Folder / "real");
+  fs::create_directory_symlink("real", www);
+  EXPECT_EQ(this->Export({ "ring.kds", "www", "--model", "another" }).exitCode, 0);
+  EXPECT_TRUE(fs::exists(this->Folder / "real/api/models/another/model.json"));
+}
+
 // As a server sends them.
 TEST_F(TestExport, NotesGoUpAndComeDownWithTheirModel)
 {

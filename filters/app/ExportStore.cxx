@@ -5,6 +5,7 @@
 #include "filters/codec/TreePage.h"
 #include "filters/core/SystemReason.h"
 #include "filters/files/Folders.h"
+#include "filters/files/HeldFolder.h"
 #include "filters/files/RandomLetters.h"
 #include "filters/files/WriteWhole.h"
 #include "filters/model/ModelJson.h"
@@ -226,59 +227,137 @@ private:
   int Lock = -1;
 };
 
-// A folder that goes up whole or not at all: what belongs into it is written into a hidden one
-// beside it, waited for, and takes its name at the end, or is removed. A folder that is up already
-// stays where it is.
-class NewFolder
+// The error is about `file`, by the name that the user knows.
+Status About(const fs::path& file, const Status& status)
+{
+  return status
+           ? Status{}
+           : Status{ Error{ status.GetError().code, status.GetError().message, file.string() } };
+}
+
+// The folder that the user names. All folders below it are entered one by one: it may be one that
+// others write to, and what they have put there leads nowhere else.
+class TargetFolder
 {
 public:
-  explicit NewFolder(fs::path folder)
+  explicit TargetFolder(fs::path folder)
     : Folder(std::move(folder))
-    , Place(this->Folder)
   {
   }
   Status Make()
   {
     std::error_code failure;
-    if (fs::exists(this->Folder, failure))
-    {
-      return {};
-    }
-    const auto parent = this->Folder.parent_path();
-    for (auto above = parent; !above.empty() && !fs::exists(above, failure);
+    for (auto above = this->Folder; !above.empty() && !fs::exists(above, failure);
          above = above.parent_path())
     {
-      this->Made.push_back(above);
+      this->Made.insert(this->Made.begin(), above);
     }
-    fs::create_directories(parent, failure);
-    KDSTREAM_TRY(this->Hidden.Make(this->Folder));
-    this->Place = this->Hidden.Path() / this->Folder.filename();
-    return ::mkdir(this->Place.c_str(), 0777) == 0 // less the umask, as it stays
-             ? Status{}
-             : Status{ SystemError("cannot be written", errno, this->Folder.string()) };
+    fs::create_directories(this->Folder, failure);
+    if (failure)
+    {
+      return SystemError("cannot be written", failure.value(), this->Folder.string());
+    }
+    auto held = HeldFolder::Open(this->Folder);
+    KDSTREAM_TRY(held);
+    this->Held.emplace(std::move(*held));
+    return {};
+  }
+  ~TargetFolder()
+  {
+    for (auto made = this->Made.rbegin(); made != this->Made.rend(); ++made)
+    {
+      ::rmdir(made->c_str()); // where nothing else has come into it
+    }
+  }
+  TargetFolder(const TargetFolder&) = delete;
+  TargetFolder& operator=(const TargetFolder&) = delete;
+
+  // `below` is relative, and made where there is none. Errors: InputOutput, also for a link.
+  Result<HeldFolder> Enter(const fs::path& below)
+  {
+    auto here = HeldFolder::Open(this->Held->Path());
+    for (fs::path walked; here && walked != below;)
+    {
+      const fs::path name = *std::next(below.begin(), std::distance(walked.begin(), walked.end()));
+      bool isNew = false;
+      here = here->Below(name.string(), 0777, &isNew);
+      walked /= name;
+      if (isNew)
+      {
+        this->Made.push_back(this->Folder / walked);
+      }
+      if (!here)
+      {
+        return Error{ here.GetError().code, here.GetError().message, this->NameOf(walked) };
+      }
+    }
+    return here;
+  }
+  std::string NameOf(const fs::path& below) const { return (this->Folder / below).string(); }
+
+  // Waits for the folders that this has made.
+  Status Sync() const
+  {
+    for (const fs::path& made : this->Made)
+    {
+      KDSTREAM_TRY(SyncFolder(made.has_parent_path() ? made.parent_path() : "."));
+    }
+    return {};
+  }
+
+private:
+  fs::path Folder;
+  std::optional<HeldFolder> Held;
+  std::vector<fs::path> Made; // by this, the outermost first
+};
+
+// What goes up whole or not at all: a model's folder, or, where that is up, the one of another
+// digest in it. What belongs into it is written into a hidden one beside it, waited for, and takes
+// its name at the end, or is removed. A folder that is up already stays where it is.
+class NewFolder
+{
+public:
+  // model: the path of its folder in `target`.
+  NewFolder(TargetFolder& target, fs::path model, const std::string& digest)
+    : Target(target)
+    , Folder(std::move(model))
+    , Digest(digest)
+  {
+  }
+  Status Make()
+  {
+    KDSTREAM_TRY(this->EnterParent());
+    if (this->IsThere())
+    {
+      this->Folder /= this->Digest;
+      KDSTREAM_TRY(this->EnterParent());
+    }
+    if (this->IsThere())
+    {
+      this->Up = true;
+      return {};
+    }
+    return About(this->Target.NameOf(this->Folder), this->MakeHidden());
   }
   ~NewFolder()
   {
-    std::error_code failure;
     if (!this->Hidden.Path().empty())
     {
       RemoveTree(this->Hidden.Path());
-    }
-    for (const auto& parent : this->Made)
-    {
-      fs::remove(parent, failure); // where nothing else has come into it
     }
   }
   NewFolder(const NewFolder&) = delete;
   NewFolder& operator=(const NewFolder&) = delete;
 
-  bool IsUp() const { return this->Place == this->Folder; }
+  bool IsUp() const { return this->Up; }
+  // file: its path in the target.
   bool Holds(const fs::path& file) const
   {
     return std::mismatch(this->Folder.begin(), this->Folder.end(), file.begin(), file.end())
              .first == this->Folder.end();
   }
   const fs::path& Name() const { return this->Folder; }
+  // REQUIRES: !IsUp() and Holds(file).
   fs::path PlaceOf(const fs::path& file) const
   {
     return this->Place / file.lexically_relative(this->Folder);
@@ -289,42 +368,59 @@ public:
     {
       return {};
     }
-    KDSTREAM_TRY(SyncTree(this->Place));
+    const fs::path name = this->Target.NameOf(this->Folder);
+    KDSTREAM_TRY(About(name, SyncTree(this->Place)));
     std::error_code failure;
-    fs::rename(this->Place, this->Folder, failure);
+    fs::rename(this->Place, this->InParent(), failure);
     if (failure)
     {
-      return SystemError("cannot be written", failure.value(), this->Folder.string());
+      return SystemError("cannot be written", failure.value(), name.string());
     }
-    this->Place = this->Folder;
-    KDSTREAM_TRY(SyncFolder(this->Folder.parent_path()));
-    for (const auto& parent : this->Made)
-    {
-      KDSTREAM_TRY(SyncFolder(parent.has_parent_path() ? parent.parent_path() : "."));
-    }
-    return {};
+    this->Up = true;
+    KDSTREAM_TRY(About(name, SyncFolder(this->Parent->Path())));
+    return this->Target.Sync();
   }
 
 private:
-  fs::path Folder, Place;
-  std::vector<fs::path> Made; // by this, the innermost first
-  HiddenFolder Hidden;
-};
+  fs::path InParent() const { return this->Parent->Path() / this->Folder.filename(); }
+  bool IsThere() const
+  {
+    struct stat found = {};
+    return ::lstat(this->InParent().c_str(), &found) == 0;
+  }
+  Status EnterParent()
+  {
+    auto parent = this->Target.Enter(this->Folder.parent_path());
+    KDSTREAM_TRY(parent);
+    this->Parent.emplace(std::move(*parent));
+    HiddenFolder::RemoveLeftovers(this->InParent());
+    return {};
+  }
+  Status MakeHidden()
+  {
+    KDSTREAM_TRY(this->Hidden.Make(this->InParent()));
+    this->Place = this->Hidden.Path() / this->Folder.filename();
+    return ::mkdir(this->Place.c_str(), 0777) == 0 // less the umask, as it stays
+             ? Status{}
+             : Status{ SystemError("cannot be written", errno) };
+  }
 
-// Of a model's files: of all, or of those with another digest than what is up.
-fs::path NewPartOf(const fs::path& all, const std::string& digest)
-{
-  std::error_code failure;
-  return fs::exists(all, failure) ? all / digest : all;
-}
+  TargetFolder& Target;
+  fs::path Folder;
+  std::string Digest;
+  std::optional<HeldFolder> Parent;
+  HiddenFolder Hidden; // in Parent
+  fs::path Place;      // until it is up
+  bool Up = false;
+};
 
 // Writes files below a folder, and counts them.
 class Writer
 {
 public:
   // part: of the folder, and not up before the rest.
-  Writer(fs::path folder, const NewFolder& part, const Execution& execution)
-    : Folder(std::move(folder))
+  Writer(TargetFolder& folder, const NewFolder& part, const Execution& execution)
+    : Folder(folder)
     , Part(part)
     , Runs(execution)
   {
@@ -335,12 +431,11 @@ public:
   // path: of the protocol, "/api/…". Another file in its place is replaced at once, or not at all.
   Status Put(const std::string& path, std::string_view bytes)
   {
-    const fs::path file = this->PlaceOf(path);
-    std::error_code failure;
-    fs::create_directories(file.parent_path(), failure);
+    const auto file = this->PlaceOf(path);
+    KDSTREAM_TRY(file);
     // What is not up is waited for all at once.
-    const bool goesUp = !this->Part.IsUp() && this->Part.Holds(this->Folder / path.substr(1));
-    KDSTREAM_TRY(goesUp ? WriteAnew(file, bytes) : WriteWhole(file, bytes));
+    KDSTREAM_TRY(About(
+      this->NameOf(path), this->GoesUp(path) ? WriteAnew(*file, bytes) : WriteWhole(*file, bytes)));
     ++this->Report.files;
     this->Report.bytes += bytes.size();
     return {};
@@ -354,6 +449,47 @@ public:
     return this->Put(path + ".gz", *small);
   }
 
+  // All that is below the folder `page`, and not counted.
+  Status CopyPage(const fs::path& page, const std::string& path = "/")
+  {
+    const auto names = NamesIn(page);
+    KDSTREAM_TRY(names);
+    for (const std::string& name : *names)
+    {
+      const fs::path from = page / name;
+      const std::string to = path + name;
+      std::error_code failure;
+      if (fs::is_directory(from, failure))
+      {
+        KDSTREAM_TRY(this->CopyPage(from, to + "/"));
+        continue;
+      }
+      const auto bytes = ReadWholeFile(from);
+      KDSTREAM_TRY(bytes);
+      const auto file = this->PlaceOf(to);
+      KDSTREAM_TRY(file);
+      KDSTREAM_TRY(
+        HasBytes(*file, *bytes) ? Status{} : About(this->NameOf(to), WriteWhole(*file, *bytes)));
+    }
+    return {};
+  }
+
+  // As the user calls it.
+  std::string NameOf(const std::string& path) const { return this->Folder.NameOf(path.substr(1)); }
+
+  // Errors: NotFound; InputOutput, also for a link.
+  Result<std::string> Read(const std::string& path)
+  {
+    const auto file = this->PlaceOf(path);
+    KDSTREAM_TRY(file);
+    auto text = ReadWholeFile(*file, Links::Refuse);
+    if (!text)
+    {
+      return Error{ text.GetError().code, text.GetError().message, this->NameOf(path) };
+    }
+    return text;
+  }
+
   // What is there already should be the same, since its path has the digest: it is compared.
   template <class Read>
   Status PutBlob(const std::string& path, const Read& read)
@@ -361,19 +497,22 @@ public:
     const auto blob = read();
     KDSTREAM_TRY(blob);
     const std::string_view bytes(reinterpret_cast<const char*>(blob->data()), blob->size());
-    return HasBytes(this->PlaceOf(path), bytes) ? Status{} : this->Put(path, bytes);
+    const auto file = this->PlaceOf(path);
+    KDSTREAM_TRY(file);
+    return HasBytes(*file, bytes) ? Status{} : this->Put(path, bytes);
   }
 
   Status RemoveText(const std::string& path)
   {
-    const std::string file = this->PlaceOf(path).string();
-    for (const std::string& each : { file, file + ".gz" })
+    for (const std::string& each : { path, path + ".gz" })
     {
+      const auto file = this->PlaceOf(each);
+      KDSTREAM_TRY(file);
       std::error_code failure;
-      fs::remove(each, failure);
+      fs::remove(*file, failure);
       if (failure)
       {
-        return SystemError("cannot be removed", failure.value(), each);
+        return SystemError("cannot be removed", failure.value(), this->NameOf(each));
       }
     }
     return {};
@@ -405,15 +544,37 @@ private:
     return small;
   }
 
-  fs::path PlaceOf(const std::string& path) const
+  bool GoesUp(const std::string& path) const
   {
-    const fs::path file = this->Folder / path.substr(1);
-    return this->Part.Holds(file) ? this->Part.PlaceOf(file) : file;
+    return !this->Part.IsUp() && this->Part.Holds(path.substr(1));
   }
 
-  fs::path Folder;
+  // In a folder that is there from now on. Valid until the next call for another folder.
+  Result<fs::path> PlaceOf(const std::string& path)
+  {
+    const fs::path file = path.substr(1);
+    if (this->GoesUp(path))
+    {
+      const fs::path place = this->Part.PlaceOf(file);
+      std::error_code failure;
+      fs::create_directories(place.parent_path(), failure); // or the file cannot be made
+      return place;
+    }
+    if (!this->Entered || this->EnteredName != file.parent_path())
+    {
+      auto entered = this->Folder.Enter(file.parent_path());
+      KDSTREAM_TRY(entered);
+      this->Entered.emplace(std::move(*entered));
+      this->EnteredName = file.parent_path();
+    }
+    return this->Entered->Path() / file.filename();
+  }
+
+  TargetFolder& Folder;
   const NewFolder& Part;
   const Execution& Runs;
+  std::optional<HeldFolder> Entered; // that of the file before
+  fs::path EnteredName;
 };
 
 protocol::BlobId BlobOf(PieceId piece, const TreeDepths& depths)
@@ -489,16 +650,17 @@ Status PutTexts(
 }
 
 // The models that the folder's list names, with this one.
-Result<std::vector<ModelSummary>> ListWith(const fs::path& file, const ModelSummary& model)
+Result<std::vector<ModelSummary>> ListWith(const ModelSummary& model, Writer& writer)
 {
   std::vector<ModelSummary> models;
-  const auto text = ReadWholeFile(file);
+  const auto text = writer.Read(std::string(protocol::modelListPath));
   if (text)
   {
     auto list = ParseModelList(*text);
     if (!list)
     {
-      return Error{ ErrorCode::InvalidInput, list.GetError().message, file.string() };
+      return Error{ ErrorCode::InvalidInput, list.GetError().message,
+        writer.NameOf(std::string(protocol::modelListPath)) };
     }
     models = std::move(*list);
   }
@@ -513,27 +675,6 @@ Result<std::vector<ModelSummary>> ListWith(const fs::path& file, const ModelSumm
   return models;
 }
 
-Status CopyPage(const fs::path& page, const fs::path& folder)
-{
-  const auto names = NamesIn(page);
-  KDSTREAM_TRY(names);
-  std::error_code failure;
-  fs::create_directories(folder, failure); // where that fails, so does a file in it
-  for (const std::string& name : *names)
-  {
-    const fs::path from = page / name, to = folder / name;
-    if (fs::is_directory(from, failure))
-    {
-      KDSTREAM_TRY(CopyPage(from, to));
-      continue;
-    }
-    const auto bytes = ReadWholeFile(from);
-    KDSTREAM_TRY(bytes);
-    KDSTREAM_TRY(HasBytes(to, *bytes) ? Status{} : WriteWhole(to, *bytes));
-  }
-  return {};
-}
-
 }
 
 Result<ExportReport> ExportStore(const Store& store, const fs::path& folder,
@@ -545,14 +686,14 @@ Result<ExportReport> ExportStore(const Store& store, const fs::path& folder,
   KDSTREAM_TRY(notes);
   ModelSummary summary = Summarize(told);
   summary.notes = *notes ? (*notes)->notes.size() : 0;
-  const auto models = ListWith(folder / protocol::modelListPath.substr(1), summary);
-  KDSTREAM_TRY(models);
-  const auto all = folder / fs::path(protocol::ModelPath(options.model).substr(1)).parent_path();
-  HiddenFolder::RemoveLeftovers(all);
-  HiddenFolder::RemoveLeftovers(all / told.digest);
-  NewFolder part(NewPartOf(all, told.digest));
+  TargetFolder target(folder);
+  KDSTREAM_TRY(target.Make());
+  NewFolder part(
+    target, fs::path(protocol::ModelPath(options.model).substr(1)).parent_path(), told.digest);
   KDSTREAM_TRY(part.Make());
-  Writer writer(folder, part, execution);
+  Writer writer(target, part, execution);
+  const auto models = ListWith(summary, writer);
+  KDSTREAM_TRY(models);
   KDSTREAM_TRY(PutBlobs(store, options.model, writer));
   const bool isNewModel = part.Name().filename() == options.model;
   if (isNewModel) // else it is told of once the digest is up
@@ -568,7 +709,7 @@ Result<ExportReport> ExportStore(const Store& store, const fs::path& folder,
   KDSTREAM_TRY(writer.Put("/.htaccess", WithPolicy(apacheRules)));
   if (!options.page.empty())
   {
-    KDSTREAM_TRY(CopyPage(options.page, folder));
+    KDSTREAM_TRY(writer.CopyPage(options.page));
   }
   KDSTREAM_TRY(writer.PutText(std::string(protocol::modelListPath), WriteModelList(*models)));
   return writer.Report;

@@ -89,7 +89,8 @@ bool NamesDescriptor(const std::filesystem::path& file)
 
 bool HasBytes(const std::filesystem::path& file, std::string_view bytes)
 {
-  const int descriptor = ::open(file.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK | O_NOCTTY);
+  const int descriptor =
+    ::open(file.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK | O_NOCTTY | O_NOFOLLOW);
   struct stat found = {};
   bool same = descriptor >= 0 && ::fstat(descriptor, &found) == 0 && S_ISREG(found.st_mode) &&
               static_cast<std::uint64_t>(found.st_size) == bytes.size();
@@ -112,12 +113,17 @@ bool HasBytes(const std::filesystem::path& file, std::string_view bytes)
   return same;
 }
 
-Result<std::string> ReadWholeFile(const std::filesystem::path& file)
+Result<std::string> ReadWholeFile(const std::filesystem::path& file, Links links)
 {
-  const int descriptor = ::open(file.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK | O_NOCTTY);
+  const int descriptor = ::open(file.c_str(),
+    O_RDONLY | O_CLOEXEC | O_NONBLOCK | O_NOCTTY | (links == Links::Refuse ? O_NOFOLLOW : 0));
   if (descriptor < 0)
   {
     const int reason = errno;
+    if (reason == ELOOP && links == Links::Refuse)
+    {
+      return Error{ ErrorCode::InputOutput, "is a link, which is not followed", file.string() };
+    }
     return reason == ENOENT || reason == ENOTDIR
              ? Error{ ErrorCode::NotFound, "no such file", file.string() }
              : SystemError("cannot be read", reason, file.string());

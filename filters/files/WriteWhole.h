@@ -27,10 +27,15 @@ Status WriteAnew(const std::filesystem::path& file, std::string_view bytes);
 // leads to what is open, and not to its name.
 bool NamesDescriptor(const std::filesystem::path& file);
 
-// Whether it is a regular file of exactly these bytes.
+// Whether it is a regular file, and not a link to one, of exactly these bytes.
 bool HasBytes(const std::filesystem::path& file, std::string_view bytes);
 
+enum class Links
+{
+  Follow,
+  Refuse // in a folder that others may write to
+};
 // All of a file. Errors: NotFound, InputOutput.
-Result<std::string> ReadWholeFile(const std::filesystem::path& file);
+Result<std::string> ReadWholeFile(const std::filesystem::path& file, Links links = Links::Follow);
 
 }

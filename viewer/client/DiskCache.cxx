@@ -30,9 +30,13 @@ namespace
 
 namespace fs = std::filesystem;
 
-constexpr int cacheVersion = 1;            // of the layout
-constexpr int patienceMilliseconds = 5000; // with another program that writes
-constexpr int openingMilliseconds = 1000;  // the same, while somebody waits for the first picture
+constexpr int cacheVersion = 1; // of the layout
+// With another program that keeps the file busy: at a time, and in all while nobody waits; then it
+// is left alone for a while.
+constexpr int patienceMilliseconds = 200;
+constexpr int mostTries = 5;
+constexpr std::chrono::seconds busyPause{ 10 };
+constexpr const char* isBusy = "another program is writing to it";
 constexpr std::size_t mostPut = 4096; // entries that wait to be written; further ones are not kept
 constexpr const char* cacheFile = "blobs.sqlite";
 
@@ -107,18 +111,18 @@ Status MakeTables(sqlite3* database)
 // nothing is written: who writes into them is not waited for.
 Status PrepareCache(sqlite3* database)
 {
-  sqlite3_busy_timeout(database, openingMilliseconds);
+  sqlite3_busy_timeout(database, patienceMilliseconds);
   const auto version = QueryInteger(database, "PRAGMA user_version");
   KDSTREAM_TRY(version);
   KDSTREAM_TRY(*version == cacheVersion ? CheckLayout(database) : MakeTables(database));
-  sqlite3_busy_timeout(database, patienceMilliseconds);
   return Execute(database, "PRAGMA synchronous = NORMAL");
 }
 
+constexpr const char* isNotOurs = "is not a file of this user's own, and is left alone";
+
 Error IsNotOurs(const fs::path& file)
 {
-  return { ErrorCode::InputOutput, "is not a file of this user's own, and is left alone",
-    file.string() };
+  return { ErrorCode::InputOutput, isNotOurs, file.string() };
 }
 
 // In a folder that others may write to, the name may lead to anything: what others have put there
@@ -148,21 +152,39 @@ Status MakeFile(const fs::path& file)
   return ::lstat(file.c_str(), &found) == 0 && IsOwn(found) ? Status{} : Status{ IsNotOurs(file) };
 }
 
+// What SQLite has beside the file while it is open, and believes.
+constexpr std::array<const char*, 3> companions{ "-wal", "-shm", "-journal" };
+
+Status CheckCompanions(const fs::path& file)
+{
+  for (const char* const ending : companions)
+  {
+    const fs::path beside = file.string() + ending;
+    struct stat found = {};
+    if (::lstat(beside.c_str(), &found) == 0 && !IsOwn(found))
+    {
+      return IsNotOurs(beside);
+    }
+  }
+  return {};
+}
+
 // isDamaged: told of an error after which the file is of no use.
 Result<Database> OpenTables(const fs::path& file, bool& isDamaged)
 {
   KDSTREAM_TRY(MakeFile(file));
+  KDSTREAM_TRY(CheckCompanions(file));
   auto database = OpenForWriting(file);
   KDSTREAM_TRY(database);
   const Status prepared = PrepareCache(database->get());
+  KDSTREAM_TRY(CheckCompanions(file)); // put there meanwhile
   if (prepared)
   {
     return database;
   }
   isDamaged = IsDamaged(database->get()) || prepared.GetError().code == ErrorCode::Unsupported;
   return Error{ ErrorCode::InputOutput,
-    IsBusy(database->get()) ? "another program is writing to it" : prepared.GetError().message,
-    file.string() };
+    IsBusy(database->get()) ? isBusy : prepared.GetError().message, file.string() };
 }
 
 Result<Database> OpenToWrite(const fs::path& folder)
@@ -309,16 +331,22 @@ public:
     std::optional<std::vector<std::uint8_t>> found;
     {
       const std::lock_guard lock(this->ReadMutex);
+      if (Clock::now() < this->NotReadBefore)
+      {
+        return std::nullopt;
+      }
       auto statement = Statement::Prepare(this->Reading.database.get(),
         "SELECT bytes, sum FROM entries WHERE origin = ? AND digest = ? AND name = ?");
       if (!statement)
       {
+        this->RestIfBusy();
         return std::nullopt;
       }
       BindKey(*statement, key);
       const auto row = statement->Step();
       if (!row || !*row)
       {
+        this->RestIfBusy();
         return std::nullopt;
       }
       const auto bytes = statement->Blob(0);
@@ -341,6 +369,17 @@ public:
   }
 
 private:
+  using Clock = std::chrono::steady_clock;
+
+  // After a read that failed: the next one would wait as long.
+  void RestIfBusy()
+  {
+    if (IsBusy(this->Reading.database.get()))
+    {
+      this->NotReadBefore = Clock::now() + busyPause;
+    }
+  }
+
   struct Task
   {
     enum class Kind
@@ -357,7 +396,8 @@ private:
   void Add(Task task)
   {
     const std::lock_guard lock(this->Mutex);
-    if (this->Writing && !this->HasFailed && this->Tasks.size() < mostPut)
+    if (this->Writing && !this->HasFailed && this->Tasks.size() < mostPut &&
+        Clock::now() >= this->NotWrittenBefore)
     {
       this->Tasks.push_back(std::move(task));
       this->Woken.notify_one();
@@ -377,19 +417,45 @@ private:
       }
       const std::vector<Task> tasks = std::exchange(this->Tasks, {});
       lock.unlock();
-      const Status done = this->Do(tasks);
+      const Status done = this->DoPatiently(tasks);
       lock.lock();
-      // Where others have been writing for so long these entries are not kept, but later ones are.
-      if (!done && !this->WasBusy)
+      if (!done)
       {
-        this->HasFailed = true;
-        this->Tasks.clear();
-        if (this->OnTrouble)
-        {
-          this->OnTrouble(done.GetError().message);
-        }
+        this->GiveUp(done.GetError().message);
       }
     }
+  }
+
+  // REQUIRES: Mutex is locked. After another program has kept the file busy, later entries are
+  // kept.
+  void GiveUp(const std::string& why)
+  {
+    this->Tasks.clear();
+    this->HasFailed = !this->WasBusy;
+    this->NotWrittenBefore = Clock::now() + busyPause;
+    if (this->OnTrouble && !std::exchange(this->HasTold, true))
+    {
+      this->OnTrouble(this->WasBusy ? isBusy : why);
+    }
+  }
+
+  // Whoever ends the program waits for one try only.
+  Status DoPatiently(const std::vector<Task>& tasks)
+  {
+    for (int tries = 1;; ++tries)
+    {
+      const Status done = this->Do(tasks);
+      if (done || !this->WasBusy || tries == mostTries || this->HasEnded())
+      {
+        return done;
+      }
+    }
+  }
+
+  bool HasEnded() const
+  {
+    const std::lock_guard lock(this->Mutex);
+    return this->Ended;
   }
 
   Status Do(const std::vector<Task>& tasks)
@@ -489,14 +555,16 @@ private:
 
   std::mutex ReadMutex; // of Reading
   ReadOnlyCache Reading;
-  Database Writing;     // null where that cannot be done; of the thread alone
-  bool WasBusy = false; // of the thread alone
+  Clock::time_point NotReadBefore; // of ReadMutex
+  Database Writing;                // null where that cannot be done; of the thread alone
+  bool WasBusy = false;            // of the thread alone
   const std::int64_t MostBytes;
   const std::function<void(const std::string& why)> OnTrouble;
   mutable std::mutex Mutex; // of all below
   std::condition_variable Woken;
   std::vector<Task> Tasks;
-  bool HasFailed = false, Ended = false;
+  bool HasFailed = false, HasTold = false, Ended = false;
+  Clock::time_point NotWrittenBefore;
   std::thread Writer;
 };
 
@@ -515,6 +583,14 @@ Result<std::shared_ptr<DiskCache>> DiskCache::Open(const fs::path& folder, std::
   if (!reading)
   {
     return writing ? reading.GetError() : writing.GetError();
+  }
+  // A folder that can only be read is somebody's decision.
+  const bool isTold =
+    !writing && (writing.GetError().message == isBusy || writing.GetError().message == isNotOurs);
+  if (isTold && onTrouble)
+  {
+    onTrouble(
+      writing.GetError().message == isBusy ? isBusy : writing.GetError().file + " " + isNotOurs);
   }
   return std::shared_ptr<DiskCache>(new DiskCache(std::make_unique<File>(std::move(*reading),
     writing ? std::move(*writing) : Database(), mostBytes, std::move(onTrouble))));

@@ -37,8 +37,9 @@ public:
   // Where the folder cannot be written to, what is there is read, and nothing is kept. So too where
   // another program keeps the file busy; nothing of it is lost. A link there, or a file of another
   // user's, is left alone.
-  // onTrouble: called once, from a thread of its own, where nothing more can be kept (a full disk),
-  // with why; may be empty. Errors: InputOutput where neither can be done.
+  // onTrouble: called once, by this or from a thread of its own, where nothing more can be kept (a
+  // full disk), or nothing for a while (another program keeps the file busy), with why; may be
+  // empty. Errors: InputOutput where neither can be done.
   static Result<std::shared_ptr<DiskCache>> Open(const std::filesystem::path& folder,
     std::uint64_t mostBytes, std::function<void(const std::string& why)> onTrouble = {});
   // Writes what has been put.

@@ -234,7 +234,8 @@ LocalClient::LocalClient(std::vector<std::shared_ptr<const ServedModel>> models,
 
 LocalClient::~LocalClient() = default;
 
-Result<std::unique_ptr<LocalClient>> LocalClient::Open(const std::filesystem::path& storeOrFolder)
+Result<std::unique_ptr<LocalClient>> LocalClient::Open(
+  const std::filesystem::path& storeOrFolder, std::shared_ptr<const void> held)
 {
   std::error_code failure;
   std::vector<std::shared_ptr<const ServedModel>> models;
@@ -271,7 +272,9 @@ Result<std::unique_ptr<LocalClient>> LocalClient::Open(const std::filesystem::pa
     const std::string& id = model->Description().id;
     notes[id] = NotesFileIn(storeOrFolder, id);
   }
-  return std::make_unique<LocalClient>(std::move(models), std::move(notes));
+  auto client = std::make_unique<LocalClient>(std::move(models), std::move(notes));
+  client->Held = std::move(held);
+  return client;
 }
 
 void LocalClient::Send(const SessionRequest& request)

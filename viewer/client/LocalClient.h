@@ -26,7 +26,9 @@ public:
   // A store, as the model of its name without the ending (ModelIdLike), or all stores of a folder.
   // Errors: those of Store::Open and of StoreCatalog::Reload; NotFound for a folder without a store
   // that can be read, naming what is wrong with the first.
-  static Result<std::unique_ptr<LocalClient>> Open(const std::filesystem::path& storeOrFolder);
+  // held: what the path needs, kept as long as this is.
+  static Result<std::unique_ptr<LocalClient>> Open(
+    const std::filesystem::path& storeOrFolder, std::shared_ptr<const void> held = nullptr);
   // Ends the thread.
   ~LocalClient() override;
 
@@ -39,6 +41,7 @@ public:
 private:
   class Reader;
 
+  std::shared_ptr<const void> Held; // longer than Kept
   std::vector<ModelSummary> ModelList;
   std::unique_ptr<Reader> Kept;
 };

@@ -8,6 +8,7 @@
 
 #include "filters/core/SeededHash.h"
 #include "filters/core/SystemReason.h"
+#include "filters/files/Folders.h"
 #include "filters/model/ModelDescription.h"
 #include "filters/program/ChildProgram.h"
 
@@ -93,8 +94,9 @@ void MakeRoom(const fs::path& stores, const fs::path& kept, std::uint64_t mostBy
 class BuildMessages
 {
 public:
-  explicit BuildMessages(const std::function<void(std::string_view)>& warn)
-    : Warn(warn)
+  BuildMessages(const MeshPlace& place, const std::function<void(std::string_view)>& warn)
+    : Place(place)
+    , Warn(warn)
   {
   }
 
@@ -118,6 +120,11 @@ public:
 private:
   void Understand(std::string line)
   {
+    const std::string folder = this->Place.folder->Path().string();
+    for (auto at = line.find(folder + '/'); at != std::string::npos; at = line.find(folder + '/'))
+    {
+      line.replace(at, folder.size(), this->Place.folder->Name().string());
+    }
     static const std::string mark = buildProgram + ": ";
     if (line.rfind(mark, 0) == 0)
     {
@@ -137,11 +144,12 @@ private:
     }
   }
 
+  const MeshPlace& Place;
   const std::function<void(std::string_view)>& Warn;
   std::string Line;
 };
 
-Status Build(const fs::path& mesh, const fs::path& store,
+Status Build(const fs::path& mesh, const MeshPlace& place,
   const std::function<bool(std::string_view)>& report,
   const std::function<void(std::string_view)>& warn)
 {
@@ -153,10 +161,11 @@ Status Build(const fs::path& mesh, const fs::path& store,
         program.string() + ")",
       mesh.string() };
   }
-  auto child = ChildProgram::Start(program,
-    { "--output=" + store.string(), "--title=" + mesh.stem().string(), "--", mesh.string() });
+  auto child =
+    ChildProgram::Start(program, { "--output=" + place.File().string(),
+                                   "--title=" + mesh.stem().string(), "--", mesh.string() });
   KDSTREAM_TRY(child);
-  BuildMessages messages(warn);
+  BuildMessages messages(place, warn);
   std::string text;
   for (bool more = true; more;)
   {
@@ -206,34 +215,45 @@ bool IsStore(const fs::path& file)
   return std::string_view(bytes.data(), bytes.size()) == beginning;
 }
 
-Result<fs::path> StoreOfMesh(const fs::path& mesh, const MeshStores& stores,
-  const std::function<bool(std::string_view progress)>& report,
-  const std::function<void(std::string_view sentence)>& warn)
+Result<MeshPlace> PlaceOfMesh(const fs::path& mesh, const fs::path& cache)
 {
   const auto key = KeyOf(mesh);
   KDSTREAM_TRY(key);
-  const fs::path all = stores.folder / "stores";
-  const fs::path folder = all / *key;
-  const fs::path store = folder / (ModelIdLike(mesh.stem().string()) + ".kds");
-  std::error_code failure;
-  if (!fs::exists(store, failure))
+  KDSTREAM_TRY(MakePrivateFolder(cache));
+  if (::access(cache.c_str(), W_OK) != 0)
   {
-    fs::create_directories(folder, failure);
-    if (failure)
-    {
-      return Error{ ErrorCode::InputOutput, "cannot be created: " + failure.message(),
-        folder.string() };
-    }
-    const Status built = Build(mesh, store, report, warn);
-    if (!built)
-    {
-      fs::remove_all(folder, failure);
-      return built.GetError();
-    }
+    return SystemError("cannot be written", errno, cache.string());
   }
-  fs::last_write_time(folder, fs::file_time_type::clock::now(), failure);
-  MakeRoom(all, folder, stores.mostBytes);
-  return store;
+  const auto named = HeldFolder::Open(cache);
+  KDSTREAM_TRY(named);
+  auto stores = named->OwnBelow("stores");
+  KDSTREAM_TRY(stores);
+  auto folder = stores->OwnBelow(*key);
+  KDSTREAM_TRY(folder);
+  std::string name = ModelIdLike(mesh.stem().string()) + ".kds";
+  const auto isThere = folder->HasOwnFile(name);
+  KDSTREAM_TRY(isThere);
+  return MeshPlace{ std::make_shared<const HeldFolder>(std::move(*stores)),
+    std::make_shared<const HeldFolder>(std::move(*folder)), std::move(name), *isThere };
+}
+
+Status BuildStore(const fs::path& mesh, const MeshPlace& place,
+  const std::function<bool(std::string_view)>& report,
+  const std::function<void(std::string_view)>& warn)
+{
+  const Status built = Build(mesh, place, report, warn);
+  if (!built)
+  {
+    RemoveTree(place.InStores());
+  }
+  return built;
+}
+
+void MakeRoomBeside(const MeshPlace& place, std::uint64_t mostBytes)
+{
+  std::error_code ignored;
+  fs::last_write_time(place.folder->Path(), fs::file_time_type::clock::now(), ignored);
+  MakeRoom(place.stores->Path(), place.InStores(), mostBytes);
 }
 
 }

@@ -2,8 +2,6 @@
 // What the command line names, as a source of models.
 #include "viewer/desktop/OpenSource.h"
 
-#include "filters/core/SystemReason.h"
-#include "filters/files/Folders.h"
 #include "viewer/client/CachedSource.h"
 #include "viewer/client/LocalClient.h"
 #include "viewer/client/ServerClient.h"
@@ -12,7 +10,6 @@
 
 #include <unistd.h>
 
-#include <cerrno>
 #include <cstdlib>
 #include <filesystem>
 #include <system_error>
@@ -45,7 +42,7 @@ std::shared_ptr<DiskCache> OpenCache(
 {
   const auto folder = CacheFolder(options);
   const auto onTrouble = [warn](const std::string& why)
-  { warn("the cache: " + why + "; what comes from now on is not kept"); };
+  { warn("the cache: " + why + "; what comes now is not kept"); };
   auto cache = folder ? DiskCache::Open(*folder, options.cacheBytes, onTrouble)
                       : Result<std::shared_ptr<DiskCache>>(folder.GetError());
   if (!cache)
@@ -114,41 +111,45 @@ public:
   std::filesystem::path Path; // empty: none could be made
 };
 
-Status MakeCacheFolder(const Result<std::filesystem::path>& folder)
-{
-  KDSTREAM_TRY(folder);
-  KDSTREAM_TRY(MakePrivateFolder(*folder));
-  if (::access(folder->c_str(), W_OK) != 0)
-  {
-    return SystemError("cannot be written", errno, folder->string());
-  }
-  return {};
-}
-
+// What the kept store is no good for is told, and it is built anew. Where the cache cannot be used
+// for stores, the one of this mesh is made for this look only.
 Result<std::unique_ptr<ModelSource>> OpenMesh(const std::filesystem::path& mesh,
   const ViewOptions& options, const std::function<bool(std::string_view progress)>& report,
   const std::function<void(std::string_view sentence)>& warn)
 {
-  const auto open = [&](const std::filesystem::path& folder) -> Result<std::unique_ptr<ModelSource>>
+  const auto warnOf = [&](const Error& error, const char* consequence)
+  { warn((error.file.empty() ? "" : error.file + ": ") + error.message + consequence); };
+  const auto open = [&](const MeshPlace& place)
+  { return At(place.Called().string(), AsSource(LocalClient::Open(place.File(), place.folder))); };
+  const auto buildAndOpen = [&](const MeshPlace& place) -> Result<std::unique_ptr<ModelSource>>
   {
-    const auto store = StoreOfMesh(mesh, { folder, options.cacheBytes }, report, warn);
-    KDSTREAM_TRY(store);
-    return At(store->string(), AsSource(LocalClient::Open(*store)));
+    KDSTREAM_TRY(BuildStore(mesh, place, report, warn));
+    MakeRoomBeside(place, options.cacheBytes);
+    return open(place);
   };
   const auto cache = CacheFolder(options);
-  const Status usable = MakeCacheFolder(cache);
-  if (usable)
+  const auto place = cache ? PlaceOfMesh(mesh, *cache) : Result<MeshPlace>(cache.GetError());
+  if (place && place->isThere)
   {
-    return open(*cache);
+    auto kept = open(*place);
+    if (kept)
+    {
+      MakeRoomBeside(*place, options.cacheBytes);
+      return kept;
+    }
+    warnOf(OfFile(place->Called().string(), std::move(kept)).GetError(),
+      "; the store is made of the mesh anew");
+  }
+  if (place)
+  {
+    return buildAndOpen(*place);
   }
   const BriefFolder brief;
-  if (brief.Path.empty())
-  {
-    return usable.GetError();
-  }
-  warn((usable.GetError().file.empty() ? "" : usable.GetError().file + ": ") +
-       usable.GetError().message + "; the store that is made of the mesh is not kept");
-  return open(brief.Path); // its file stays open when its name goes
+  const auto briefPlace =
+    brief.Path.empty() ? Result<MeshPlace>(place.GetError()) : PlaceOfMesh(mesh, brief.Path);
+  KDSTREAM_TRY(briefPlace);
+  warnOf(place.GetError(), "; the store that is made of the mesh is not kept");
+  return buildAndOpen(*briefPlace); // its file stays open when its name goes
 }
 
 }

@@ -17,9 +17,9 @@ namespace kdstream
 // Whether it is a server that `source` names, and not a file.
 bool NamesServer(const std::string& source);
 
-// Blocks until the models are known. report, warn: those of StoreOfMesh; a copy of warn is called
+// Blocks until the models are known. report, warn: those of BuildStore; a copy of warn is called
 // later too, from any thread. Errors: those of
-// ServerClient::Connect, LocalClient::Open and StoreOfMesh; NotFound for what is neither a file nor
+// ServerClient::Connect, LocalClient::Open and BuildStore; NotFound for what is neither a file nor
 // an address.
 Result<std::unique_ptr<ModelSource>> OpenSource(const ViewOptions& options,
   const std::function<bool(std::string_view progress)>& report,

@@ -322,6 +322,43 @@ TEST(TestDiskCache, ALockedFileStaysAsItIs)
   Sql(folder.Path, "SELECT x FROM precious");
 }
 
+// Whoever keeps it busy is not waited for again and again: it is told once.
+TEST(TestDiskCache, AFileThatStaysBusyIsToldOnce)
+{
+  const TemporaryFolder folder;
+  Open(folder.Path)->Put(Key(1), Content(1));
+  for (const std::string mode : { "NORMAL", "EXCLUSIVE" }) // which lets nobody read
+  {
+    sqlite3* other = nullptr;
+    ASSERT_EQ(sqlite3_open((folder / "blobs.sqlite").c_str(), &other), SQLITE_OK);
+    const std::string lock = "PRAGMA locking_mode = " + mode + "; BEGIN EXCLUSIVE";
+    ASSERT_EQ(sqlite3_exec(other, lock.c_str(), nullptr, nullptr, nullptr), SQLITE_OK);
+    std::atomic<int> told = 0;
+    std::string why;
+    {
+      const auto onTrouble = [&](const std::string& text)
+      {
+        why = text;
+        ++told;
+      };
+      const auto cache = DiskCache::Open(folder.Path, plenty, onTrouble);
+      ASSERT_TRUE(cache) << cache.GetError().message;
+      EXPECT_EQ((*cache)->Find(Key(1)), Content(1)) << mode;
+      for (int i = 2; i < 5; ++i)
+      {
+        (*cache)->Put(Key(i), Content(i));
+      }
+    }
+    EXPECT_EQ(told, 1) << mode;
+    EXPECT_EQ(why, "another program is writing to it") << mode;
+    sqlite3_close(other);
+  }
+  const auto cache = Open(folder.Path);
+  EXPECT_EQ(cache->Find(Key(1)), Content(1));
+  cache->Put(Key(5), Content(5));
+  EXPECT_EQ(FindSoon(*cache, Key(5)), Content(5));
+}
+
 // Where others may write to the folder, its name may lead to anything.
 TEST(TestDiskCache, AnothersFileBehindALinkIsLeftAlone)
 {
@@ -338,6 +375,26 @@ TEST(TestDiskCache, AnothersFileBehindALinkIsLeftAlone)
   std::filesystem::remove(folder / "victim");
   EXPECT_FALSE(DiskCache::Open(folder / "cache", plenty));
   EXPECT_FALSE(std::filesystem::exists(folder / "victim"));
+}
+
+// SQLite would write through it, or believe what it says.
+TEST(TestDiskCache, WhatOthersPutBesideTheFileIsLeftAlone)
+{
+  for (const std::string ending : { "-wal", "-shm", "-journal" })
+  {
+    const TemporaryFolder folder;
+    Open(folder / "cache")->Put(Key(1), Content(1));
+    const auto planted = folder / ("cache/blobs.sqlite" + ending);
+    std::filesystem::create_symlink("../victim", planted);
+    std::string why;
+    const auto cache =
+      DiskCache::Open(folder / "cache", plenty, [&why](const std::string& text) { why = text; });
+    ASSERT_TRUE(cache) << cache.GetError().message;
+    EXPECT_EQ((*cache)->Find(Key(1)), Content(1)) << "it is read without them";
+    EXPECT_EQ(why, planted.string() + " is not a file of this user's own, and is left alone");
+    EXPECT_TRUE(std::filesystem::is_symlink(planted));
+    EXPECT_FALSE(std::filesystem::exists(folder / "victim")) << ending;
+  }
 }
 
 TEST(TestDiskCache, AFolderThatCannotBeIsRefused)

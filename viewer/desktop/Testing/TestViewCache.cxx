@@ -6,8 +6,12 @@
 #include <gtest/gtest.h>
 #include <nlohmann/json.hpp>
 
+#include <sys/stat.h>
+#include <unistd.h>
+
 #include <cstdlib>
 #include <filesystem>
+#include <fstream>
 #include <string>
 #include <vector>
 
@@ -126,6 +130,124 @@ TEST_F(TestViewCache, AMeshIsSeenWhereNothingCanBeKept)
   EXPECT_NE(this->Err.find("the store that is made of the mesh is not kept\n"), std::string::npos);
   EXPECT_EQ(ReadText(this->Folder / "n.png"), seen);
   EXPECT_TRUE(std::filesystem::is_empty(this->Folder / "brief"));
+}
+
+// In a cache that others may write to. Each time the mesh is seen, and what is in the way is told
+// of and left as it is.
+TEST_F(TestViewCache, WhatOthersPlantedIsLeftAlone)
+{
+  namespace fs = std::filesystem;
+  this->Write("mesh.ply", TetrahedronPly());
+  this->Write("theirs.ply", "ply\nformat ascii 1.0\nelement vertex 3\nproperty float x\n"
+                            "property float y\nproperty float z\nelement face 1\n"
+                            "property list uchar int vertex_indices\nend_header\n"
+                            "0 0 0\n1 0 0\n0 1 0\n3 0 1 2\n");
+  const std::string look = "mesh.ply --offscreen auto --size 64x64 --screenshot p.png --cache ";
+  ASSERT_EQ(this->Run(look + "honest"), 0) << this->Err;
+  const std::string seen = ReadText(this->Folder / "p.png");
+  const fs::path key = fs::directory_iterator(this->Folder / "honest/stores")->path().filename();
+  ASSERT_EQ(this->Run("theirs.ply --offscreen auto --size 64x64 --screenshot p.png --cache t"), 0);
+  ASSERT_NE(ReadText(this->Folder / "p.png"), seen);
+  fs::path theirs;
+  for (const auto& entry : fs::recursive_directory_iterator(this->Folder / "t"))
+  {
+    theirs = entry.is_regular_file() ? entry.path() : theirs;
+  }
+  const fs::path stores = this->Folder / "cache/stores", of = stores / key, store = of / "mesh.kds";
+  const auto isToldOf = [&](const std::string& name, const std::string& what)
+  {
+    fs::remove(this->Folder / "p.png");
+    ASSERT_EQ(this->Run(look + "cache"), 0) << what << ": " << this->Err;
+    EXPECT_EQ(ReadText(this->Folder / "p.png"), seen) << what;
+    EXPECT_NE(
+      this->Err.find("kdstream-view: warning: cache/stores" + name + ": "), std::string::npos)
+      << what << ": " << this->Err;
+    EXPECT_NE(
+      this->Err.find("; the store that is made of the mesh is not kept\n"), std::string::npos)
+      << what << ": " << this->Err;
+  };
+  const auto begin = [&]
+  {
+    fs::remove_all(this->Folder / "cache");
+    fs::create_directories(of);
+    fs::permissions(this->Folder / "cache", fs::perms::all);
+  };
+  const std::string ofKey = "/" + key.string(), ofStore = ofKey + "/mesh.kds";
+
+  begin();
+  fs::create_symlink(this->Folder / "victim", store);
+  isToldOf(ofStore, "a dangling link");
+  EXPECT_FALSE(fs::exists(this->Folder / "victim"));
+  fs::copy_file(theirs, this->Folder / "victim");
+  isToldOf(ofStore, "a link to a store");
+  EXPECT_TRUE(fs::is_symlink(store));
+
+  begin();
+  ASSERT_EQ(::mkfifo(store.c_str(), 0600), 0);
+  isToldOf(ofStore, "a pipe");
+  EXPECT_TRUE(fs::is_fifo(store));
+
+  begin();
+  fs::create_directory(store);
+  isToldOf(ofStore, "a folder");
+
+  begin();
+  fs::create_directory(this->Folder / "away");
+  fs::remove_all(stores);
+  fs::create_directory_symlink("../away", stores);
+  isToldOf("", "a link for the stores");
+  EXPECT_TRUE(fs::is_empty(this->Folder / "away"));
+
+  begin();
+  fs::remove_all(of);
+  fs::create_directory_symlink("../../away", of);
+  isToldOf(ofKey, "a link for the mesh");
+  EXPECT_TRUE(fs::is_empty(this->Folder / "away"));
+
+  begin();
+  fs::remove_all(stores);
+  std::ofstream(stores) << "x";
+  isToldOf("", "a file for the stores");
+
+  if (::geteuid() != 0)
+  {
+    GTEST_SKIP() << "only root can give files away";
+  }
+  constexpr uid_t another = 1000;
+  begin();
+  fs::copy_file(theirs, store);
+  ASSERT_EQ(::chown(store.c_str(), another, another), 0);
+  isToldOf(ofStore, "another user's store");
+  EXPECT_EQ(ReadText(store), ReadText(theirs));
+  for (const fs::path& folder : { of, stores })
+  {
+    begin();
+    fs::copy_file(theirs, store);
+    ASSERT_EQ(::chown(folder.c_str(), another, another), 0);
+    isToldOf(folder == of ? ofKey : "", "another user's folder");
+    EXPECT_EQ(ReadText(store), ReadText(theirs));
+  }
+}
+
+// It is only a cache.
+TEST_F(TestViewCache, ADamagedStoreIsMadeAnew)
+{
+  this->Write("mesh.ply", TetrahedronPly());
+  const std::string look =
+    "mesh.ply --offscreen auto --size 64x64 --screenshot p.png --cache cache";
+  ASSERT_EQ(this->Run(look), 0) << this->Err;
+  const std::string seen = ReadText(this->Folder / "p.png");
+  const auto key =
+    std::filesystem::directory_iterator(this->Folder / "cache/stores")->path().filename().string();
+  this->Write("cache/stores/" + key + "/mesh.kds", std::string(5000, 'x'));
+  ASSERT_EQ(this->Run(look), 0) << this->Err;
+  EXPECT_EQ(this->Err.rfind("kdstream-view: warning: cache/stores/" + key + "/mesh.kds: ", 0), 0u)
+    << this->Err;
+  EXPECT_NE(this->Err.find("; the store is made of the mesh anew\n"), std::string::npos)
+    << this->Err;
+  EXPECT_EQ(ReadText(this->Folder / "p.png"), seen);
+  ASSERT_EQ(this->Run(look), 0);
+  EXPECT_EQ(this->Err, "");
 }
 
 TEST_F(TestViewCache, AMeshThatCannotBeBuiltIsNamedAndLeavesNothing)
