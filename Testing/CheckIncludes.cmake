@@ -62,8 +62,9 @@ endforeach()
 
 check(filters/codec ${core})
 check(filters/files filters/core)
-check(filters/meshio filters/files filters/core)
-check(filters/texture filters/files filters/codec filters/meshio ${core})
+check(filters/meshio FLAT filters/meshio/ply filters/files filters/core)
+check(filters/meshio/ply filters/meshio filters/core)
+check(filters/texture filters/files filters/codec filters/meshio filters/meshio/ply ${core})
 check(filters/model filters/codec ${core})
 check(filters/store filters/files filters/model filters/codec ${core})
 
