@@ -114,6 +114,27 @@ function readXyz(bytes) {
   return { points: rows.map((row) => row.slice(0, 3)), faces: [], colors: [] };
 }
 
+// LZF: runs that are copied, and references back.
+function unpackLzf(packed, size) {
+  const bytes = Buffer.alloc(size);
+  for (let from = 0, to = 0; from < packed.length;) {
+    const control = packed[from++];
+    if (control < 32) {
+      packed.copy(bytes, to, from, from + control + 1);
+      from += control + 1;
+      to += control + 1;
+      continue;
+    }
+    let length = control >> 5;
+    length += length === 7 ? packed[from++] : 0;
+    const back = to - ((control & 31) << 8) - packed[from++] - 1;
+    for (let i = 0; i < length + 2; ++i) {
+      bytes[to++] = bytes[back + i];
+    }
+  }
+  return bytes;
+}
+
 function readPcd(bytes) {
   const data = /^DATA\s+(\w+)[^\n]*\n/im.exec(bytes.toString("latin1"));
   const header = Object.fromEntries(bytes.toString("latin1", 0, data.index).split(/\r?\n/)
@@ -123,12 +144,17 @@ function readPcd(bytes) {
   const sizes = header.SIZE.map((size, i) => size * (header.COUNT?.[i] ?? 1));
   const stride = sizes.reduce((sum, size) => sum + size, 0);
   const start = data.index + data[0].length;
+  const packed = data[1] === "binary_compressed" ? unpackLzf(bytes.subarray(start + 8, start + 8 + bytes.readUInt32LE(start)), bytes.readUInt32LE(start + 4)) : null;
   const rows = data[1] === "ascii" ? textOf(bytes.subarray(start)).trim().split(/\r?\n/).map((line) => line.trim().split(/\s+/)) : null;
   const points = [];
   for (let row = 0; row < count; ++row) {
     points.push(["x", "y", "z"].map((name) => {
       const field = fields.indexOf(name);
-      const at = start + row * stride + sizes.slice(0, field).reduce((sum, size) => sum + size, 0);
+      const before = sizes.slice(0, field).reduce((sum, size) => sum + size, 0);
+      if (packed) { // one field after the other
+        return packed[sizes[field] === 8 ? "readDoubleLE" : "readFloatLE"](before * count + row * sizes[field]);
+      }
+      const at = start + row * stride + before;
       return rows ? Number(rows[row][field]) : sizes[field] === 8 ? bytes.readDoubleLE(at) : bytes.readFloatLE(at);
     }));
   }
