@@ -387,27 +387,54 @@ private:
       this->Send(std::move(*response), this->Input.Request().keep_alive());
       return;
     }
-    const auto needs = state.Answers.NeedsOf(request);
-    const auto found = std::make_shared<std::optional<HttpResponse>>();
+    const auto counts = state.Answers.NeedsOf(request).counts;
     this->SetIdle(patienceWithDisk); // others need the seat more
     this->AwaitReader();
+    this->AskReader(std::move(request), counts);
+  }
+
+  // One that waits for no quotas first, where it may be that nothing counts.
+  void AskReader(HttpRequest request, Routes::Counts counts)
+  {
+    auto& state = this->State;
+    const auto needs = state.Answers.NeedsOf(request);
+    const auto found = std::make_shared<std::optional<HttpResponse>>();
+    const bool isTrial = counts == Routes::Counts::Perhaps;
     this->StopWaiting = MakeRoundTrip(
       this->Executor,
-      [&](WorkerPool::Work work, WorkerPool::Work giveUp) {
-        state.Read(needs.takes, { std::move(work), std::move(giveUp), needs.source, needs.part });
-      },
-      [&state, found, request = std::move(request)]
+      [&](WorkerPool::Work work, WorkerPool::Work giveUp)
       {
-        const auto answer = [&] { return std::optional(state.Answers.Answer(request)); };
+        state.Read(counts == Routes::Counts::Yes,
+          { std::move(work), std::move(giveUp), needs.source, needs.part });
+      },
+      [&state, found, isTrial, request = std::move(request)]
+      {
+        const auto answer = [&]
+        {
+          return isTrial ? state.Answers.AnswerUncounted(request)
+                         : std::optional(state.Answers.Answer(request));
+        };
         state.Guard([&] { *found = state.Caught(answer); }, [] {});
       },
-      [weak = this->weak_from_this(), found](bool isDone)
+      [weak = this->weak_from_this(), found, isTrial](bool isDone)
       {
         const auto self = weak.lock();
-        if (self && self->StopWaiting) // else its client has gone
+        if (!self || !self->StopWaiting) // its client has gone
         {
-          self->Guard([&] { self->OnAnswer(isDone ? std::move(*found) : std::nullopt, isDone); });
+          return;
         }
+        self->Guard(
+          [&]
+          {
+            if (isTrial && isDone && !*found) // it counts
+            {
+              self->AskReader(self->Plain(), Routes::Counts::Yes);
+            }
+            else
+            {
+              self->OnAnswer(isDone ? std::move(*found) : std::nullopt, isDone);
+            }
+          });
       });
   }
 
