@@ -9,6 +9,11 @@
 // A connection that has failed is closed, and the file is opened anew by the next call: whatever
 // the cause was (a full disk, a folder that was away, a file system that could only be read), the
 // file counts once it is over.
+//
+// Servers see of each other what is in the file, its log and its index, of which each has those
+// open that had these names once. So whether they still have them is looked at within each
+// transaction; and a server that leaves a file writes its log into it, and removes the log while it
+// alone may write. Then another enters nothing in a log that nobody reads.
 #include "server/access/QuotaBook.h"
 
 #include "filters/store/Sqlite.h"
@@ -199,29 +204,43 @@ struct QuotaBook::Connection
 {
   explicit Connection(std::filesystem::path file)
     : path(std::move(file))
+    , log(this->path.string() + "-wal")
+    , index(this->path.string() + "-shm")
   {
   }
+  Connection(const Connection&) = delete;
+  Connection& operator=(const Connection&) = delete;
+  ~Connection();
 
-  const std::filesystem::path path;
-  FileIdentity identity; // of the file that is open, of its log and of the index of that
-  std::optional<FileIdentity> logIdentity, indexIdentity;
+  const std::filesystem::path path, log, index;
+  // Of the file that is open, of its log and of the index of that.
+  std::optional<FileIdentity> identity, logIdentity, indexIdentity;
   std::set<dev_t> devicesAbove; // the folder
   Database database;
   Statement begin, commit, date, expire, lower, has, count, oldest, add, raise, due, pace,
     originalOf, named, enter, join, removeTwice, countAnew;
 
-  std::filesystem::path Log() const { return this->path.string() + "-wal"; }
-  std::filesystem::path Index() const { return this->path.string() + "-shm"; }
-  // Whether the path still leads to the file that is open.
-  bool IsThere() const { return IdentityOf(this->path) == this->identity; }
+  bool IsFileThere() const { return IdentityOf(this->path) == this->identity; }
+  bool IsLogThere() const
+  {
+    return this->logIdentity && IdentityOf(this->log) == this->logIdentity;
+  }
+  // Whether the paths still lead to the file that is open, to its log and to its index: what is
+  // entered elsewhere no other server sees.
+  bool IsThere() const
+  {
+    return this->IsFileThere() && IdentityOf(this->log) == this->logIdentity &&
+           IdentityOf(this->index) == this->indexIdentity;
+  }
   Status Open();
   Status Prepare();
   // What has expired before now goes.
   Status Tidy(std::int64_t before);
   // Rolls back what is not committed. Whether nothing is open then.
   bool RollBack();
-  // Leaves a file that was removed or replaced.
-  void Leave();
+  // Leaves a file that was removed or replaced, or whose log was. Errors: the file is locked; then
+  // it is not left.
+  Status Leave();
 
   bool IsLocked() const { return (sqlite3_errcode(this->database.get()) & 0xff) == SQLITE_BUSY; }
   Error Failure() const; // of the database
@@ -253,7 +272,17 @@ struct QuotaBook::File
   std::set<dev_t> devicesAbove;         // its folder then
 
   Status Open(std::int64_t now);
+  // Where it was removed or replaced: opens the one that has its name now. Errors: also where that
+  // is another.
+  Status Follow(std::int64_t now);
   Status Begin();
+  Error WasReplaced() const
+  {
+    return { ErrorCode::InputOutput,
+      "the quotas' file was removed or replaced: what was had is counted anew in the one of its "
+      "name",
+      this->path.string() };
+  }
   void NoteLock()
   {
     ++this->failures;
@@ -374,6 +403,7 @@ Status QuotaBook::Connection::Open()
   {
     sqlite3_db_config(this->database.get(), off, 0, nullptr);
   }
+  sqlite3_db_config(this->database.get(), SQLITE_DBCONFIG_NO_CKPT_ON_CLOSE, 1, nullptr);
   if (!Execute(this->database.get(), schema))
   {
     return this->Failure();
@@ -386,9 +416,13 @@ Status QuotaBook::Connection::Open()
   {
     return QuotaError("the file was removed", this->path);
   }
-  this->identity = *is;
-  this->logIdentity = IdentityOf(this->Log());
-  this->indexIdentity = IdentityOf(this->Index());
+  this->logIdentity = IdentityOf(this->log);
+  this->indexIdentity = IdentityOf(this->index);
+  if (this->logIdentity.has_value() != this->indexIdentity.has_value())
+  {
+    return QuotaError("its log was removed", this->path);
+  }
+  this->identity = is;
   this->devicesAbove = DevicesAbove(FolderOf(this->path));
   return {};
 }
@@ -410,18 +444,67 @@ bool QuotaBook::Connection::RollBack()
 }
 
 // What was entered goes into the file, wherever it is now. Its log may still lie beside another
-// file, which came in its place: SQLite would take it for that one's.
-void QuotaBook::Connection::Leave()
+// file, which came in its place: SQLite would take it for that one's. Another server may have the
+// same log open and enter more meanwhile: the log goes while nobody can write, and holds nothing.
+Status QuotaBook::Connection::Leave()
 {
-  sqlite3_wal_checkpoint_v2(
-    this->database.get(), nullptr, SQLITE_CHECKPOINT_TRUNCATE, nullptr, nullptr);
+  const auto isLogEmpty = [this]
+  {
+    std::error_code failed;
+    return std::filesystem::file_size(this->log, failed) == 0 || failed;
+  };
+  constexpr int mostTries = 10;
+  for (int tried = 1; tried <= mostTries; ++tried)
+  {
+    this->RollBack();
+    const int status = sqlite3_wal_checkpoint_v2(
+      this->database.get(), nullptr, SQLITE_CHECKPOINT_TRUNCATE, nullptr, nullptr);
+    if ((status & 0xff) == SQLITE_BUSY)
+    {
+      return QuotaError(lockedFile, this->path);
+    }
+    if (const auto begun = this->Ask(this->begin); !begun && this->IsLocked())
+    {
+      return begun.GetError();
+    }
+    // A disk that takes nothing keeps what is in the log from the file, but nobody from leaving.
+    if (!this->IsLogThere() || isLogEmpty() || status != SQLITE_OK || tried == mostTries)
+    {
+      break;
+    }
+  }
   for (const auto& [file, was] :
-    { std::pair(this->Log(), this->logIdentity), std::pair(this->Index(), this->indexIdentity) })
+    { std::pair(this->log, this->logIdentity), std::pair(this->index, this->indexIdentity) })
   {
     if (was && IdentityOf(file) == was)
     {
       ::unlink(file.c_str());
     }
+  }
+  this->RollBack();
+  this->identity.reset();
+  return {};
+}
+
+// SQLite removes what has the name of the log as the last server closes the file. That may be
+// another's.
+QuotaBook::Connection::~Connection()
+{
+  if (!this->identity)
+  {
+    return;
+  }
+  if (this->IsThere())
+  {
+    sqlite3_db_config(this->database.get(), SQLITE_DBCONFIG_NO_CKPT_ON_CLOSE, 0, nullptr);
+    return;
+  }
+  try
+  {
+    (void)this->Leave();
+  }
+  catch (...) // for want of memory: what has its names stays
+  {
   }
 }
 
@@ -507,6 +590,23 @@ Status QuotaBook::File::Open(std::int64_t now)
   return {};
 }
 
+Status QuotaBook::File::Follow(std::int64_t now)
+{
+  const bool isThere = this->open->IsFileThere();
+  const FileIdentity was = this->open->identity.value();
+  if (auto left = this->open->Leave(); !left)
+  {
+    this->NoteLock();
+    return left;
+  }
+  this->open.reset();
+  KDSTREAM_TRY(this->Open(now));
+  // Where only its log was removed, all that was had is in the file.
+  const bool isSame = isThere && this->open->identity.value() == was;
+  return isSame ? Status() : this->WasReplaced();
+}
+
+// From here on nobody else writes, nor removes the log: what is committed is in the file's log.
 Status QuotaBook::File::Begin()
 {
   const auto begun = this->open->Ask(this->open->begin);
@@ -514,7 +614,8 @@ Status QuotaBook::File::Begin()
   {
     this->NoteLock();
   }
-  return begun ? Status() : begun.GetError();
+  KDSTREAM_TRY(begun);
+  return this->open->IsThere() ? Status() : this->WasReplaced();
 }
 
 QuotaBook::QuotaBook(std::unique_ptr<File> file, QuotaLimits limits, Clock clock)
@@ -553,13 +654,7 @@ QuotaBook::Taken QuotaBook::InTransaction(const CountedModel& model, const Work&
   }
   if (file.open && !file.open->IsThere())
   {
-    file.open->Leave();
-    file.open.reset();
-    KDSTREAM_TRY(file.Open(this->Now()));
-    return Error{ ErrorCode::InputOutput,
-      "the quotas' file was removed or replaced: what was had is counted anew in the one of its "
-      "name",
-      file.path.string() };
+    KDSTREAM_TRY(file.Follow(this->Now()));
   }
   if (!file.open)
   {
@@ -589,7 +684,7 @@ QuotaBook::Taken QuotaBook::TryTransaction(const CountedModel& model, const Work
   } const atEnd{ file, fails };
   const auto failed = [&](Error error) -> Taken
   {
-    fails = !connection.IsLocked();
+    fails = !connection.IsLocked() && connection.IsThere(); // else the next call follows it
     return error;
   };
   if (const auto begun = file.Begin(); !begun)

@@ -76,7 +76,8 @@ public:
   // Errors: InputOutput. After an error the file is opened again by the next call, so that it
   // counts as soon as it can be had again. Where it was removed or replaced, one call fails and
   // says so; then the file of that name counts, made anew if need be, but not in the folder on
-  // which its file system was mounted.
+  // which its file system was mounted. Where only its log or its index was, nothing fails: what was
+  // entered is in the file, and both are made anew.
   Taken TakePartition(std::string_view subject, const CountedModel& model, std::uint32_t partition,
     std::uint64_t bytes);
   // The same for a region.

@@ -49,11 +49,8 @@ namespace
 constexpr const char* otherHost =
   "this server does not answer for that host: --allow-host names those that it does";
 
-// "name." is the same host as "name".
-std::string_view WithoutFinalDot(std::string_view host)
-{
-  return host.substr(0, host.size() - (host.ends_with('.') ? 1 : 0));
-}
+constexpr const char* noHost =
+  "the request must name one host: a name or an address, and at most a port of digits";
 
 class HttpConnection
   : public Drainable
@@ -289,7 +286,11 @@ private:
     const auto target = this->Target();
     const bool probes = Routes::IsProbe(target.path);
     const bool draining = this->State.Draining();
-    if (this->Admitted.isAdmin && !probes && !this->MayNameHost(target))
+    if (this->Admitted.isAdmin && !this->NamesOneHost(target))
+    {
+      this->Refuse(400, noHost);
+    }
+    else if (this->Admitted.isAdmin && !probes && !this->MayNameHost(target))
     {
       this->State.Counters.CountRefusal(Metrics::Reason::Host);
       this->Refuse(421, otherHost);
@@ -309,9 +310,9 @@ private:
         this->Admitted.refusedWith == 503 ? "there are too many connections"
                                           : "there are too many connections of this address");
     }
-    else if (request.version() >= 11 && request.count(beast::http::field::host) != 1)
+    else if (!this->NamesOneHost(target))
     {
-      this->Refuse(400, "the request must name one host");
+      this->Refuse(400, noHost);
     }
     else if (!probes && !this->MayNameHost(target))
     {
@@ -352,29 +353,44 @@ private:
     return this->State.Clients.TakeRequest(client.address);
   }
 
+  std::string_view HostField() const
+  {
+    const auto field = this->Input.Request()[beast::http::field::host];
+    return { field.data(), field.size() };
+  }
+
+  // In a form that nobody reads in another way (RFC 9112, 3.2). HTTP/1.0 has no field for it.
+  bool NamesOneHost(const RequestTarget& target) const
+  {
+    const auto& request = this->Input.Request();
+    const auto fields = request.count(beast::http::field::host);
+    return (fields == 1 || (fields == 0 && request.version() < 11)) &&
+           ParseHost(this->HostField()) && (!target.host || ParseHost(*target.host));
+  }
+
   // A page that has had its own name resolved to this address (DNS rebinding) names its own host.
   // Who listens for this machine alone is asked by addresses, by the names of localhost, and by
   // names that no stranger has. With TLS browsers compare the name with the certificate's.
+  // REQUIRES: NamesOneHost(target).
   bool MayNameHost(const RequestTarget& target) const
   {
     const auto& state = this->State;
     const auto& allowed = state.Options.allowedHosts;
     const bool isAdmin = this->Admitted.isAdmin;
-    const auto field = this->Input.Request()[beast::http::field::host];
-    const std::string_view host =
-      target.host ? *target.host : std::string_view(field.data(), field.size());
-    const auto port = host.find(':', host.rfind(']') == host.npos ? 0 : host.rfind(']'));
-    const auto named = WithoutFinalDot(host.substr(0, port));
+    const auto named = *ParseHost(target.host ? *target.host : this->HostField());
+    const bool namesNone =
+      !target.host && this->Input.Request().count(beast::http::field::host) == 0;
     const bool isListed = std::any_of(allowed.begin(), allowed.end(),
       [&](const std::string& name)
       {
-        const auto known = WithoutFinalDot(name);
+        const auto known = ParseHost(name).value_or(name);
         return beast::iequals(beast::string_view(known.data(), known.size()),
           beast::string_view(named.data(), named.size()));
       });
     const bool takesAny =
       allowed.empty() && (isAdmin ? !state.isAdminLocal : !state.isLocal || state.IsTls());
-    return isListed || takesAny || ((isAdmin || allowed.empty()) && CannotBeRebound(named));
+    return isListed || takesAny ||
+           ((isAdmin || allowed.empty()) && (namesNone || CannotBeRebound(named)));
   }
 
   // Answers at once what needs no disk, and leaves the rest to the readers.
@@ -387,27 +403,54 @@ private:
       this->Send(std::move(*response), this->Input.Request().keep_alive());
       return;
     }
-    const auto needs = state.Answers.NeedsOf(request);
-    const auto found = std::make_shared<std::optional<HttpResponse>>();
+    const auto counts = state.Answers.NeedsOf(request).counts;
     this->SetIdle(patienceWithDisk); // others need the seat more
     this->AwaitReader();
+    this->AskReader(std::move(request), counts);
+  }
+
+  // One that waits for no quotas first, where it may be that nothing counts.
+  void AskReader(HttpRequest request, Routes::Counts counts)
+  {
+    auto& state = this->State;
+    const auto needs = state.Answers.NeedsOf(request);
+    const auto found = std::make_shared<std::optional<HttpResponse>>();
+    const bool isTrial = counts == Routes::Counts::Perhaps;
     this->StopWaiting = MakeRoundTrip(
       this->Executor,
-      [&](WorkerPool::Work work, WorkerPool::Work giveUp) {
-        state.Read(needs.takes, { std::move(work), std::move(giveUp), needs.source, needs.part });
-      },
-      [&state, found, request = std::move(request)]
+      [&](WorkerPool::Work work, WorkerPool::Work giveUp)
       {
-        const auto answer = [&] { return std::optional(state.Answers.Answer(request)); };
+        state.Read(counts == Routes::Counts::Yes,
+          { std::move(work), std::move(giveUp), needs.source, needs.part });
+      },
+      [&state, found, isTrial, request = std::move(request)]
+      {
+        const auto answer = [&]
+        {
+          return isTrial ? state.Answers.AnswerUncounted(request)
+                         : std::optional(state.Answers.Answer(request));
+        };
         state.Guard([&] { *found = state.Caught(answer); }, [] {});
       },
-      [weak = this->weak_from_this(), found](bool isDone)
+      [weak = this->weak_from_this(), found, isTrial](bool isDone)
       {
         const auto self = weak.lock();
-        if (self && self->StopWaiting) // else its client has gone
+        if (!self || !self->StopWaiting) // its client has gone
         {
-          self->Guard([&] { self->OnAnswer(isDone ? std::move(*found) : std::nullopt, isDone); });
+          return;
         }
+        self->Guard(
+          [&]
+          {
+            if (isTrial && isDone && !*found) // it counts
+            {
+              self->AskReader(self->Plain(), Routes::Counts::Yes);
+            }
+            else
+            {
+              self->OnAnswer(isDone ? std::move(*found) : std::nullopt, isDone);
+            }
+          });
       });
   }
 

@@ -1,6 +1,9 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "server/http/RequestForm.h"
 
+#include <arpa/inet.h>
+#include <netinet/in.h>
+
 #include <algorithm>
 
 namespace kdstream
@@ -20,6 +23,14 @@ bool BeginsWith(std::string_view text, std::string_view start)
 bool IsSame(std::string_view text, std::string_view inLowerCase)
 {
   return text.size() == inLowerCase.size() && BeginsWith(text, inLowerCase);
+}
+
+constexpr std::string_view digits = "0123456789";
+
+bool IsAddressOf6(const std::string& text)
+{
+  in6_addr address{};
+  return text.find('\0') == text.npos && ::inet_pton(AF_INET6, text.c_str(), &address) == 1;
 }
 
 }
@@ -50,8 +61,32 @@ bool HasFoldedLine(std::string_view input)
   return false;
 }
 
+std::optional<std::string_view> ParseHost(std::string_view field)
+{
+  constexpr std::string_view ofNames =
+    "abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ0123456789-._~";
+  const bool isLiteral = field.starts_with('[');
+  const auto end =
+    isLiteral ? field.find(']') : std::min(field.find_first_not_of(ofNames), field.size());
+  if (end == field.npos || (isLiteral && !IsAddressOf6(std::string(field.substr(1, end - 1)))))
+  {
+    return std::nullopt;
+  }
+  const auto host = field.substr(0, isLiteral ? end + 1 : end);
+  const auto port = field.substr(host.size());
+  if (!port.empty() && (port.front() != ':' || port.find_first_not_of(digits, 1) != port.npos))
+  {
+    return std::nullopt;
+  }
+  return host.substr(0, host.size() - (host.ends_with('.') ? 1 : 0));
+}
+
 bool CannotBeRebound(std::string_view host)
 {
+  if (host.empty())
+  {
+    return false;
+  }
   const auto dot = host.rfind('.');
   if (dot == host.npos)
   {
@@ -59,8 +94,8 @@ bool CannotBeRebound(std::string_view host)
   }
   // Browsers take a host whose last part is a number for an address of IPv4, or for none at all.
   const auto last = host.substr(dot + 1);
-  return (!last.empty() && last.find_first_not_of("0123456789") == last.npos) ||
-         host.front() == '[' || IsSame(last, "localhost") || IsSame(host, "localhost.localdomain");
+  return (!last.empty() && last.find_first_not_of(digits) == last.npos) || host.front() == '[' ||
+         IsSame(last, "localhost") || IsSame(host, "localhost.localdomain");
 }
 
 RequestTarget SplitTarget(std::string_view target)

@@ -19,11 +19,17 @@ std::optional<std::size_t> EmptyLine(std::string_view input);
 // line before (section 5.2), where proxies may read another request than the server does.
 bool HasFoldedLine(std::string_view input);
 
+// The host that the field Host, or a target, names, without its port and its final dot: letters,
+// digits and -._~, an address of IPv6 in [brackets], or "". Nothing where it is malformed (RFC
+// 9110, 7.2; RFC 3986, 3.2.2, of which percent-encoding and !$&'()*+,;= are left out: no host has
+// them).
+std::optional<std::string_view> ParseHost(std::string_view field);
+
 // Whether a page of a stranger cannot have this name for its host: DNS rebinding has a browser that
 // loaded the page from the stranger's name ask this machine under that name. Such a name is one
 // that somebody has registered, so it has a dot. An address is no name, those of localhost lead to
 // the machine itself in every browser, and a name without a dot is nobody's in the public DNS.
-// host: without port and final dot.
+// host: as ParseHost gives it. False for "", which names nobody.
 bool CannotBeRebound(std::string_view host);
 
 struct RequestTarget

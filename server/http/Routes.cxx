@@ -141,7 +141,12 @@ Routes::Routes(const Catalog& catalog, Metrics& metrics, RouteOptions options)
 
 HttpResponse Routes::Answer(const HttpRequest& request) const
 {
-  return *this->Answer(request, Patience::Disk);
+  return *this->Answer(request, Patience::Quota);
+}
+
+std::optional<HttpResponse> Routes::AnswerUncounted(const HttpRequest& request) const
+{
+  return this->Answer(request, Patience::Disk);
 }
 
 std::optional<HttpResponse> Routes::AnswerAtOnce(const HttpRequest& request) const
@@ -156,18 +161,22 @@ Routes::Needs Routes::NeedsOf(const HttpRequest& request) const
   const auto resource = protocol::ParseResourcePath(path);
   if (!resource)
   {
-    return { false, this, std::string(path) };
+    return { Counts::No, this, std::string(path) };
   }
   if (resource->kind != Kind::Blob)
   {
-    return { false, this->Models.Find(resource->model).get(),
+    return { Counts::No, this->Models.Find(resource->model).get(),
       resource->kind == Kind::Notes ? "notes" : "" };
   }
-  // As AnswerBlob decides it: only a client that has just these bytes gets none.
-  const bool takes =
+  // As AnswerBlob decides it: a client that has just these bytes gets none, nor does one whose
+  // range lies beyond them.
+  const bool mayCount =
     this->Options.ledger && protocol::IsOfOriginal(resource->blob) && request.method == "GET" &&
     !NamesTag(request.ifNoneMatch, TagOfBlob(resource->digest, protocol::BlobName(resource->blob)));
-  return { takes, this->Models.FindDigest(resource->model, resource->digest).get(),
+  const auto counts = !mayCount               ? Counts::No
+                      : request.range.empty() ? Counts::Yes
+                                              : Counts::Perhaps;
+  return { counts, this->Models.FindDigest(resource->model, resource->digest).get(),
     protocol::BlobName(resource->blob) };
 }
 
@@ -477,6 +486,10 @@ Routes::Answered Routes::AnswerBlob(const HttpRequest& request, const ServedMode
     {
       return response;
     }
+  }
+  if (isCounted && patience != Patience::Quota)
+  {
+    return std::nullopt;
   }
   auto blob = model.ReadBlob(id);
   if (!blob)

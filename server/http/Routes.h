@@ -42,11 +42,19 @@ public:
   HttpResponse Answer(const HttpRequest& request) const;
   // The same where it waits for nobody, else nothing.
   std::optional<HttpResponse> AnswerAtOnce(const HttpRequest& request) const;
+  // The same where it counts against no quota, else nothing. May wait for a disk.
+  std::optional<HttpResponse> AnswerUncounted(const HttpRequest& request) const;
 
+  enum class Counts
+  {
+    No,
+    Perhaps, // AnswerUncounted finds it out
+    Yes
+  };
   // What an answer that is not given at once waits for.
   struct Needs
   {
-    bool takes = false;           // it may count against a quota
+    Counts counts = Counts::No;   // against a quota
     const void* source = nullptr; // the model or the folder of files that is read, by address
     std::string part = {};        // of it, where others may read the same
   };
@@ -78,7 +86,8 @@ private:
   enum class Patience
   {
     None,
-    Disk // waits for one
+    Disk, // waits for one
+    Quota // and for the quotas' file
   };
   using Answered = std::optional<HttpResponse>; // nothing for want of patience
   Answered Answer(const HttpRequest& request, Patience patience) const;

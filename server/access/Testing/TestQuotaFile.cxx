@@ -10,15 +10,19 @@
 #include <sched.h>
 #include <sys/mount.h>
 #include <sys/resource.h>
+#include <sys/socket.h>
 #include <sys/stat.h>
+#include <sys/wait.h>
 #include <unistd.h>
 
 #include <atomic>
 #include <csignal>
 #include <fstream>
+#include <functional>
 #include <new>
 #include <set>
 #include <thread>
+#include <utility>
 #include <vector>
 
 using namespace kdstream;
@@ -101,6 +105,66 @@ bool WithMounts(const Work& work)
     .join();
   return may;
 }
+
+// A server of its own process, as SQLite shares what it knows of a file within a process.
+class OtherServer
+{
+public:
+  // REQUIRES: no book is open yet, nor is there another thread.
+  template <class OpenBook>
+  explicit OtherServer(const OpenBook& openBook)
+  {
+    int ends[2];
+    EXPECT_EQ(::socketpair(AF_UNIX, SOCK_STREAM, 0, ends), 0);
+    this->Process = ::fork();
+    if (this->Process == 0)
+    {
+      ::close(ends[0]);
+      {
+        const auto book = openBook();
+        std::uint32_t partition = 0;
+        while (::read(ends[1], &partition, sizeof partition) == sizeof partition)
+        {
+          const auto taken =
+            book->TakePartition("ann", CountedModel{ "m", {}, "1000", 1000 }, partition, 1);
+          const char answer = !taken ? 'f' : *taken ? 'n' : 'y';
+          if (::write(ends[1], &answer, 1) != 1)
+          {
+            break;
+          }
+        }
+      }
+      ::_exit(0);
+    }
+    ::close(ends[1]);
+    this->End = ends[0];
+  }
+  OtherServer(const OtherServer&) = delete;
+  OtherServer& operator=(const OtherServer&) = delete;
+  ~OtherServer() { this->Stop(); }
+
+  // 'y': she may have it, 'n': she may not, 'f': it fails.
+  char Take(std::uint32_t partition) const
+  {
+    char answer = '-';
+    EXPECT_EQ(
+      ::send(this->End, &partition, sizeof partition, MSG_NOSIGNAL), ssize_t(sizeof partition));
+    EXPECT_EQ(::read(this->End, &answer, 1), 1);
+    return answer;
+  }
+  void Stop()
+  {
+    if (this->Process > 0)
+    {
+      ::close(this->End);
+      ::waitpid(std::exchange(this->Process, 0), nullptr, 0);
+    }
+  }
+
+private:
+  int End = -1;
+  pid_t Process = 0;
+};
 
 bool MountMemory(const fs::path& folder, const char* options = "size=1m")
 {
@@ -405,4 +469,88 @@ TEST_F(QuotaFile, TwoServersLoseNothingWhereItIsRemoved)
   EXPECT_FALSE(May(*other, 6));
   EXPECT_FALSE(May(*book, 6));
   EXPECT_TRUE(May(*this->Open(3), 4));
+}
+
+// The log is removed by the server that notices. The other, which is not asked meanwhile, must not
+// go on with it.
+TEST_F(QuotaFile, TwoServersGiveWhatOneWouldWhereItGoesAndComes)
+{
+  const auto log = fs::path(this->file.string() + "-wal");
+  const auto index = fs::path(this->file.string() + "-shm");
+  const auto kept = this->folder / "kept.db";
+  const std::function<void()> nothing = [] {};
+  struct Round
+  {
+    const char* what;
+    std::function<void()> breaks, mends;
+  };
+  const auto mend = [&]
+  {
+    fs::remove_all(this->file);
+    fs::rename(kept, this->file);
+  };
+  const auto awayAnd = [&](const std::function<void()>& put)
+  {
+    return [&, put]
+    {
+      fs::rename(this->file, kept);
+      put();
+    };
+  };
+  const Round rounds[] = {
+    { "it is moved away and back", awayAnd(nothing), mend },
+    { "a folder in its place", awayAnd([&] { fs::create_directory(this->file); }), mend },
+    { "a FIFO in its place", awayAnd([&] { EXPECT_EQ(::mkfifo(this->file.c_str(), 0600), 0); }),
+      mend },
+    { "a device in its place", awayAnd([&] { fs::create_symlink("/dev/zero", this->file); }),
+      mend },
+    { "another file in its place", awayAnd([&] { std::ofstream(this->file) << "text"; }), mend },
+    { "its log is removed", [&] { fs::remove(log); }, nothing },
+    { "its index is removed", [&] { fs::remove(index); }, nothing },
+    { "both are removed",
+      [&]
+      {
+        fs::remove(log);
+        fs::remove(index);
+      },
+      nothing },
+  };
+  for (const auto& round : rounds)
+  {
+    fs::remove_all(this->place);
+    fs::create_directory(this->place);
+    OtherServer other([this] { return this->Open(8); });
+    const auto book = this->Open(8);
+    std::set<std::uint32_t> given{ 0, 1 };
+    EXPECT_TRUE(May(*book, 0)) << round.what;
+    EXPECT_EQ(other.Take(1), 'y') << round.what;
+    round.breaks();
+    if (const auto taken = Take(*book, 2); taken && !*taken)
+    {
+      given.insert(2);
+    }
+    round.mends();
+    for (std::uint32_t i = 0; i < 24; ++i)
+    {
+      const auto partition = 3 + i / 2; // a second try of each, as one may fail
+      const auto ask = [&]
+      {
+        const auto taken = Take(*book, partition);
+        return taken && !*taken;
+      };
+      if (i % 4 < 2 ? ask() : other.Take(partition) == 'y')
+      {
+        given.insert(partition);
+      }
+    }
+    EXPECT_EQ(given.size(), 8u) << round.what;
+    other.Stop();
+    const auto database = OpenForWriting(this->file);
+    ASSERT_TRUE(database) << round.what;
+    EXPECT_EQ(*QueryInteger(database->get(), "SELECT count(*) FROM had"), 8) << round.what;
+    EXPECT_EQ(*QueryInteger(database->get(),
+                "SELECT count(*) FROM pragma_integrity_check WHERE integrity_check = 'ok'"),
+      1)
+      << round.what;
+  }
 }

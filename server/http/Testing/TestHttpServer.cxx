@@ -291,10 +291,14 @@ TEST_F(Server, AnswersForTheHostsThatItIsTold)
   EXPECT_EQ(statusFor("dotted.example"), 200u);
   EXPECT_EQ(statusFor("[::1]:8700"), 200u);
   EXPECT_EQ(statusFor("[::1]"), 200u);
-  for (const char* wrong : { "evil.example", "models.example.evil", "models.example..", ".",
-         "127.0.0.1", "", ":80", "]", "[::" })
+  for (const char* wrong :
+    { "evil.example", "models.example.evil", "models.example..", ".", "127.0.0.1", "", ":80" })
   {
     EXPECT_EQ(statusFor(wrong), 421u) << wrong;
+  }
+  for (const char* malformed : { "]", "[::", "models.example:x", "evil@models.example" })
+  {
+    EXPECT_EQ(statusFor(malformed), 400u) << malformed;
   }
   EXPECT_EQ(statusFor("10.0.0.7", "/healthz"), 200u);
 }
@@ -328,6 +332,43 @@ TEST_F(Server, AnswersNoStrangersNameAtLoopback)
     client.Send("GET http://" + std::string(foreign) + "/ HTTP/1.1\r\nHost: localhost\r\n\r\n");
     EXPECT_EQ(client.Receive()->status, 421u) << foreign;
   }
+}
+
+TEST_F(Server, RefusesHostsThatAreMalformed)
+{
+  this->options.admin = ListenAddress{};
+  const auto port = this->Start();
+  const auto admin = this->AdminPort();
+  const auto statusOf = [](std::uint16_t at, const std::string& bytes)
+  {
+    HttpTestClient client(at);
+    client.Send(bytes);
+    const auto response = client.Receive();
+    return response ? response->status : 0;
+  };
+  const auto ask = [](const std::string& target, const std::string& host)
+  { return "GET " + target + " HTTP/1.1\r\nHost: " + host + "\r\n\r\n"; };
+  for (const char* malformed : { "evil.example/.localhost", "evil.example#.localhost",
+         "x.localhost:80@evil.example", "[evil.example]", "[::1].evil.example", "localhost:80:90",
+         "localhost:abc", "evil.example localhost" })
+  {
+    EXPECT_EQ(statusOf(port, ask("/", malformed)), 400u) << malformed;
+    EXPECT_EQ(statusOf(admin, ask("/metrics", malformed)), 400u) << malformed;
+    EXPECT_EQ(statusOf(admin, ask("/healthz", malformed)), 400u) << malformed;
+  }
+  EXPECT_EQ(statusOf(port, ask("http://evil.example#.localhost/", "localhost")), 400u);
+  EXPECT_EQ(statusOf(port, ask("http://localhost/", "localhost:abc")), 400u);
+  for (const char* nobody : { "", ":8700", "." })
+  {
+    EXPECT_EQ(statusOf(port, ask("/", nobody)), 421u) << nobody;
+    EXPECT_EQ(statusOf(admin, ask("/metrics", nobody)), 421u) << nobody;
+    EXPECT_EQ(statusOf(port, ask("/healthz", nobody)), 200u) << nobody;
+  }
+  const std::string two = "GET /metrics HTTP/1.1\r\nHost: localhost\r\nHost: a\r\n\r\n";
+  EXPECT_EQ(statusOf(admin, two), 400u);
+  EXPECT_EQ(statusOf(admin, "GET /metrics HTTP/1.1\r\n\r\n"), 400u);
+  EXPECT_EQ(statusOf(admin, "GET /metrics HTTP/1.0\r\n\r\n"), 200u) << "which has no such field";
+  EXPECT_EQ(statusOf(port, "GET / HTTP/1.0\r\n\r\n"), 200u);
 }
 
 TEST_F(Server, AHostThatIsAllowedIsTakenByTheAdministratorToo)

@@ -26,17 +26,42 @@ TEST(RequestForm, AFoldedLineIsFoundBeforeTheHeaderEnds)
   EXPECT_FALSE(HasFoldedLine(""));
 }
 
+TEST(RequestForm, AHostIsANameOrAnAddressAndAPort)
+{
+  const auto parsed = [](std::string_view field) { return std::string(*ParseHost(field)); };
+  EXPECT_EQ(parsed("models.example"), "models.example");
+  EXPECT_EQ(parsed("Models-1_x~.example:8700"), "Models-1_x~.example");
+  EXPECT_EQ(parsed("models.example.:8700"), "models.example") << "the same name";
+  EXPECT_EQ(parsed("127.0.0.1:80"), "127.0.0.1");
+  EXPECT_EQ(parsed("[::1]"), "[::1]");
+  EXPECT_EQ(parsed("[::ffff:192.0.2.1]:8700"), "[::ffff:192.0.2.1]");
+  EXPECT_EQ(parsed("localhost:"), "localhost") << "the standard's port may be empty";
+  EXPECT_EQ(parsed(""), "");
+  EXPECT_EQ(parsed(":80"), "");
+  for (const char* wrong : { "evil.example/.localhost", "evil.example#.localhost",
+         "evil.example?.localhost", "evil.example\\.localhost", "x.localhost:80@evil.example",
+         "localhost@evil.example", "[evil.example]", "[::1].evil.example", "[::1]x", "[::1", "[]",
+         "[::1%25eth0]", "[1.2.3.4]", "[v1.evil]", "[[::1]]", "::1", "]", "localhost:80:90",
+         "localhost:abc", "localhost:-1", "localhost:+1", "localhost: 80", "a b", "a\tb", "a,b",
+         "loca%6chost", "evil.example:127.0.0.1", "http://localhost", "\xc3\xa4", "*" })
+  {
+    EXPECT_FALSE(ParseHost(wrong)) << wrong;
+  }
+  EXPECT_FALSE(ParseHost(std::string_view("localhost\0x", 11)));
+  EXPECT_FALSE(ParseHost(std::string_view("[::1\0]", 6)));
+}
+
 TEST(RequestForm, NamesThatSomebodyMayHaveRegisteredCanBeRebound)
 {
-  for (const char* safe : { "127.0.0.1", "192.0.2.1", "127.1", "[::1]", "[::ffff:127.0.0.1]",
-         "localhost", "LocalHost", "models.localhost", "localhost.localdomain", "x", "workstation",
-         "" })
+  for (const char* safe :
+    { "127.0.0.1", "192.0.2.1", "127.1", "[::1]", "[::ffff:127.0.0.1]", "localhost", "LocalHost",
+      "models.localhost", "localhost.localdomain", "x", "workstation" })
   {
     EXPECT_TRUE(CannotBeRebound(safe)) << safe;
   }
   for (const char* rebound : { "evil.example", "127.0.0.1.evil.example", "localhost.evil.example",
          "evil.notlocalhost", "localhost.localdomain.evil.example", "a.b", ".", "machine.local",
-         "127.0.0.1x", "1.2.3.4.5a" })
+         "127.0.0.1x", "1.2.3.4.5a", "" })
   {
     EXPECT_FALSE(CannotBeRebound(rebound)) << rebound;
   }

@@ -163,6 +163,36 @@ TEST_F(QuotaServer, AFileThatIsLockedDelaysOnlyThoseWhoTakeWhateverTheyHave)
   EXPECT_EQ(reader.Receive()->status, 200u);
 }
 
+// Where the range lies beyond the partition nothing is sent, nor counted; however many wait.
+TEST_F(QuotaServer, AFileThatIsLockedDelaysNoRangeThatLiesBeyond)
+{
+  this->options.threads = 1;
+  this->options.readers = 1;
+  const auto port = this->StartWith(Share(0.5));
+  const auto other = OpenForWriting(this->folder.Path / "quotas.db");
+  ASSERT_TRUE(other);
+  ASSERT_TRUE(Execute(other->get(), "BEGIN IMMEDIATE"));
+  HttpTestClient taker(port), ranger(port), watcher(port);
+  const auto ask = [this](HttpTestClient& client, std::uint32_t partition, const std::string& more)
+  {
+    client.Send("GET " + this->Blob(BlobId::Partition(partition)) + " HTTP/1.1\r\nHost: x\r\n" +
+                more + Bearer("ann") + "\r\n");
+  };
+  ask(taker, 3, "");
+  ask(ranger, 4, "Range: bytes=0-9\r\n");
+  for (std::uint32_t partition = 3; partition < 6; ++partition)
+  {
+    const auto beyond = this->Get(port, partition, "Range: bytes=999999-\r\n" + Bearer("bob"));
+    EXPECT_EQ(beyond.status, 416u);
+  }
+  EXPECT_TRUE(MetricsHave("kdstream_refusals_total{reason=\"quota\"} 0\n", watcher));
+  ASSERT_TRUE(Execute(other->get(), "COMMIT")); // sooner than the file is given up
+  EXPECT_EQ(taker.Receive()->status, 200u);
+  EXPECT_EQ(ranger.Receive()->status, 206u);
+  this->server.reset();
+  EXPECT_EQ(this->taken.size(), 2u);
+}
+
 // However many ask two servers with one file at the same time: the largest overshoot is none.
 TEST_F(QuotaServer, TwoWithOneFileGiveWhatOneWould)
 {
