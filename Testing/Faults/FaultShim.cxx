@@ -189,7 +189,27 @@ struct Whole
       this->text[got > 0 ? got : 0] = 0;
       std::strcat(this->text, "/");
     }
+    else if (const char* const rest = this->TakeDescriptor(path))
+    {
+      path = rest;
+    }
     std::strncat(this->text, path, PATH_MAX - 1);
+  }
+
+private:
+  // A folder that is held open goes by its descriptor, /proc/PID/fd/N: what follows it, or null.
+  const char* TakeDescriptor(const char* path)
+  {
+    int process = 0, file = 0, end = 0;
+    if (std::sscanf(path, "/proc/%d/fd/%d%n", &process, &file, &end) != 2 || end == 0)
+    {
+      return nullptr;
+    }
+    char link[64];
+    std::snprintf(link, sizeof(link), "/proc/%d/fd/%d", process, file);
+    const long got = ::syscall(SYS_readlink, link, this->text, PATH_MAX);
+    this->text[got > 0 ? got : 0] = 0;
+    return got > 0 ? path + end : nullptr;
   }
 };
 
@@ -620,6 +640,14 @@ extern "C"
     static const auto real = Real<int(const char*, mode_t)>("mkdir");
     const int made = Strikes(&Faults::creating) ? -1 : real(path, mode);
     return made < 0 ? made : Recorded(made, FileDeed::MakeFolder, Whole(path), "", InodeOf(path));
+  }
+
+  int mkdirat(int folder, const char* path, mode_t mode)
+  {
+    static const auto real = Real<int(int, const char*, mode_t)>("mkdirat");
+    const int made = Strikes(&Faults::creating) ? -1 : real(folder, path, mode);
+    const Whole whole(path, folder);
+    return made < 0 ? made : Recorded(made, FileDeed::MakeFolder, whole, "", InodeOf(whole.text));
   }
 
   DIR* opendir(const char* path)

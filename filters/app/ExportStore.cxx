@@ -276,7 +276,11 @@ public:
   Result<HeldFolder> Enter(const fs::path& below)
   {
     auto here = HeldFolder::Open(this->Held->Path());
-    for (fs::path walked; here && walked != below;)
+    if (!here)
+    {
+      return Error{ here.GetError().code, here.GetError().message, this->Folder.string() };
+    }
+    for (fs::path walked; walked != below;)
     {
       const fs::path name = *std::next(below.begin(), std::distance(walked.begin(), walked.end()));
       bool isNew = false;
