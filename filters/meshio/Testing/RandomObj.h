@@ -6,10 +6,9 @@
 #include "filters/meshio/PolygonFaces.h"
 #include "filters/meshio/Testing/Dice.h"
 
-#include <gtest/gtest.h>
-
 #include <algorithm>
 #include <map>
+#include <stdexcept>
 
 namespace kdstream::test
 {
@@ -257,8 +256,12 @@ private:
     {
       obj.points.push_back(this->Values[0][vertex[0] - 1]);
     }
-    EXPECT_TRUE(this->Polygons.Cut(
-      obj.triangles, [&](VertexId vertex) { return Result<Vec3>(obj.points[vertex]); }));
+    const Status cut = this->Polygons.Cut(
+      obj.triangles, [&](VertexId vertex) { return Result<Vec3>(obj.points[vertex]); });
+    if (!cut)
+    {
+      throw std::logic_error(cut.GetError().message);
+    }
     if (this->Colors == 1 || this->Colors == 2)
     {
       Attribute colors{ { "RGB", AttributeType::UInt8, AttributeAssociation::Point, 3 }, {} };
