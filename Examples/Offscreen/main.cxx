@@ -1,8 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Draws a simplified sphere where there is no screen:
-//   LevelPicture PICTURE.png [auto|egl|osmesa|x11]
+// Draws a sphere where there is no screen:
+//   SpherePicture PICTURE.png [auto|egl|osmesa|x11]
 #include <vtkActor.h>
-#include <vtkKdClusterSimplification.h>
 #include <vtkKdOffscreenRendering.h>
 #include <vtkNew.h>
 #include <vtkPNGWriter.h>
@@ -13,8 +12,6 @@
 #include <vtkSphereSource.h>
 #include <vtkWindowToImageFilter.h>
 
-#include <string>
-
 int main(int argc, char* argv[])
 {
   if (argc < 2)
@@ -22,19 +19,17 @@ int main(int argc, char* argv[])
     return 2;
   }
   vtkNew<vtkSphereSource> sphere;
-  sphere->SetThetaResolution(100);
-  sphere->SetPhiResolution(100);
-  vtkNew<vtkKdClusterSimplification> level;
-  level->SetInputConnection(sphere->GetOutputPort());
-  level->SetTargetNumberOfTriangles(300);
+  sphere->SetThetaResolution(24);
+  sphere->SetPhiResolution(24);
   vtkNew<vtkPolyDataMapper> mapper;
-  mapper->SetInputConnection(level->GetOutputPort());
+  mapper->SetInputConnection(sphere->GetOutputPort());
   vtkNew<vtkActor> actor;
   actor->SetMapper(mapper);
-  actor->GetProperty()->SetInterpolationToFlat();
   actor->GetProperty()->EdgeVisibilityOn();
+  actor->GetProperty()->SetColor(0.9, 0.6, 0.3);
   vtkNew<vtkRenderer> renderer;
   renderer->AddActor(actor);
+  renderer->SetBackground(1, 1, 1);
 
   vtkNew<vtkKdOffscreenRendering> offscreen;
   offscreen->SetBackendFromString(argc > 2 ? argv[2] : "auto");
@@ -44,6 +39,7 @@ int main(int argc, char* argv[])
     return 1; // VTK has printed why
   }
   window->AddRenderer(renderer);
+  renderer->ResetCamera();
   vtkNew<vtkWindowToImageFilter> picture;
   picture->SetInput(window);
   vtkNew<vtkPNGWriter> writer;

@@ -11,6 +11,10 @@ set(screen "${XVFB_RUN}" -a -s "-screen 0 1024x768x24 +extension GLX")
 run("${PROBE}" make-mesh "${WORK}/sphere.ply")
 run(${screen} "${WORK}/PartitionPicture/PartitionPicture" "${WORK}/sphere.ply" "${WORK}/partitions.png")
 run("${PROBE}" check-picture "${WORK}/partitions.png" 7)
+# The same program where there is no screen.
+run("${CMAKE_COMMAND}" -E env --unset=DISPLAY KDSTREAM_OFFSCREEN=auto
+  "${WORK}/PartitionPicture/PartitionPicture" "${WORK}/sphere.ply" "${WORK}/without-screen.png")
+run("${PROBE}" check-picture "${WORK}/without-screen.png" 7)
 
 expect("^29602 points, 59200 triangles" "${WORK}/Stores/MeshInfo" "${WORK}/sphere.ply")
 file(MAKE_DIRECTORY "${WORK}/models")
@@ -27,7 +31,7 @@ run("${CTEST}" --test-dir "${WORK}/Offscreen" --output-on-failure)
 run("${PROBE}" make-picture "${WORK}/grey.png" 300)
 run("${CMAKE_COMMAND}" -S "${SOURCE}/Offscreen" -B "${WORK}/Offscreen" "-DBASELINE=${WORK}/grey.png")
 execute_process(COMMAND "${CTEST}" --test-dir "${WORK}/Offscreen" --output-on-failure RESULT_VARIABLE status OUTPUT_VARIABLE said)
-if(status EQUAL 0 OR NOT said MATCHES "difference: [^\n]*/pictures/LevelPicture.difference.png"
-    OR NOT EXISTS "${WORK}/Offscreen/pictures/LevelPicture.difference.png")
+if(status EQUAL 0 OR NOT said MATCHES "difference: [^\n]*/pictures/SpherePicture.difference.png"
+    OR NOT EXISTS "${WORK}/Offscreen/pictures/SpherePicture.difference.png")
   message(FATAL_ERROR "a wrong picture: ${status}\n${said}")
 endif()
