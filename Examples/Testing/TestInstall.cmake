@@ -70,9 +70,7 @@ endforeach()
 check_bindings("${WORK}/installed-files")
 
 # A project of a user's.
-configure_against("${prefix}" "${SOURCE}/Testing/Consumer" "${WORK}/Consumer" "-DREADME=${SOURCE}/../README.md")
+configure_against("${prefix}" "${SOURCE}/Testing/Consumer" "${WORK}/Consumer")
 run("${CMAKE_COMMAND}" -E env LD_DEBUG=bindings "LD_DEBUG_OUTPUT=${WORK}/Consumer/bindings"
   "${WORK}/Consumer/mixed" "${WORK}/mixed.kds")
 check_bindings("${WORK}/Consumer")
-run("${PROBE}" make-mesh "${WORK}/Consumer/statue.ply")
-run_in("${WORK}/Consumer" ./snippets)
