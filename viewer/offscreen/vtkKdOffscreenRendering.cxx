@@ -5,6 +5,7 @@
 
 #include <vtkGenericRenderWindowInteractor.h>
 #include <vtkObjectFactory.h>
+#include <vtkOpenGLRenderWindow.h>
 #include <vtkVersion.h>
 
 #include <cstdlib>
@@ -64,6 +65,8 @@ private:
       vtkGenericWarningMacro(<< window.GetError().message);
       return nullptr;
     }
+    // As VTK's own windows, so that a program's pictures stay what they are on a screen.
+    (*window)->SetMultiSamples(vtkOpenGLRenderWindow::GetGlobalMaximumNumberOfMultiSamples());
     (*window)->Register(nullptr);
     return *window;
   }

@@ -20,8 +20,8 @@
  * find_package(KdStream COMPONENTS ViewerOffscreen) brings; the functions of this class say so
  * where that was forgotten.
  *
- * Windows are ready for renderers, vtkWindowToImageFilter and passes; edges are smoothed by 4
- * samples; SetSize may be called at any time. Their interactors (vtkGenericRenderWindowInteractor)
+ * Windows are ready for renderers, vtkWindowToImageFilter and passes; SetSize may be called at any
+ * time. Edges are smoothed by 4 samples, in windows of vtkRenderWindow::New() by VTK's default. Their interactors (vtkGenericRenderWindowInteractor)
  * have no events: Start() returns at once.
  *
  * Cost: the first window of a process opens the library, some 50 ms with Mesa; a change of backend
