@@ -3,6 +3,7 @@
 #include "viewer/desktop/HeadlessView.h"
 
 #include "filters/core/SystemReason.h"
+#include "filters/files/WriteWhole.h"
 #include "viewer/desktop/CheckColors.h"
 #include "viewer/desktop/Player.h"
 #include "viewer/desktop/ViewReport.h"
@@ -181,6 +182,11 @@ Result<std::vector<SessionStep>> ReadReplay(const std::string& file)
   if (file.empty())
   {
     return std::vector<SessionStep>();
+  }
+  std::error_code failure;
+  if (!NamesDescriptor(file) && std::filesystem::is_fifo(file, failure)) // might wait for ever
+  {
+    return Error{ ErrorCode::InvalidInput, "is a named pipe, not a file" };
   }
   std::ifstream input(file, std::ios::binary);
   if (!input)

@@ -291,6 +291,8 @@ TEST_F(TestView, WrongUsageEndsWithTwoAndFailedWorkWithOne)
   ASSERT_EQ(::mkfifo((this->Folder / "pipe.kds").c_str(), 0600), 0);
   EXPECT_EQ(this->Run("pipe.kds " + offscreen), 1); // nobody ever writes to it
   EXPECT_EQ(this->Err, "kdstream-view: error: pipe.kds: is neither a file nor a folder\n");
+  EXPECT_EQ(this->View("--replay pipe.kds " + offscreen), 1);
+  EXPECT_EQ(this->Err, "kdstream-view: error: pipe.kds: is a named pipe, not a file\n");
   std::filesystem::remove(this->Folder / "pipe.kds");
   EXPECT_EQ(this->Run(". " + offscreen), 1);
   EXPECT_EQ(this->Err, "kdstream-view: error: .: no stores (.kds) are in this folder\n");
