@@ -9,14 +9,45 @@ if(NOT KDSTREAM_BUILD_VTK)
     DESTINATION "${KDSTREAM_PACKAGE_FOLDER}")
 endif()
 
-# VTK components that exported targets link.
-set(KDSTREAM_VTK_DEPENDENCIES
-  "CommonCore CommonDataModel CommonExecutionModel CommonMisc IOCore IOImage RenderingCore RenderingOpenGL2 OPTIONAL_COMPONENTS glew")
+# The components of find_package, and why one is not among them.
+get_property(KDSTREAM_INSTALLED_LIBRARIES GLOBAL PROPERTY KDSTREAM_LIBRARIES)
+list(TRANSFORM KDSTREAM_INSTALLED_LIBRARIES REPLACE "^kdstream_" "")
+list(JOIN KDSTREAM_INSTALLED_LIBRARIES " " KDSTREAM_INSTALLED_LIBRARIES)
+set(KDSTREAM_INSTALLED_MODULES "")
+set(KDSTREAM_MISSING_COMPONENTS "")
+function(kdstream_component name)
+  if(KDSTREAM_BUILD_VTK AND TARGET KdStream::${name})
+    set(KDSTREAM_INSTALLED_MODULES "${KDSTREAM_INSTALLED_MODULES} ${name}" PARENT_SCOPE)
+    return()
+  endif()
+  set(reason "")
+  foreach(option IN LISTS ARGN)
+    if(NOT ${option})
+      set(reason "this KdStream was built with ${option} off")
+      break()
+    endif()
+  endforeach()
+  if(reason STREQUAL "")
+    set(reason "this KdStream was built without PCL (Debian: libpcl-dev)")
+  endif()
+  string(APPEND KDSTREAM_MISSING_COMPONENTS "set(_kdstream_missing_${name} \"${reason}\")\n")
+  set(KDSTREAM_MISSING_COMPONENTS "${KDSTREAM_MISSING_COMPONENTS}" PARENT_SCOPE)
+endfunction()
+foreach(module IN ITEMS FiltersPartitioning FiltersSimplification FiltersPointCloud ViewerOffscreen)
+  kdstream_component(${module} KDSTREAM_BUILD_VTK)
+endforeach()
+kdstream_component(FiltersIO KDSTREAM_BUILD_VTK KDSTREAM_BUILD_TOOLS)
+kdstream_component(ViewerSources KDSTREAM_BUILD_VTK KDSTREAM_BUILD_TOOLS KDSTREAM_BUILD_SERVER)
+if(NOT TARGET KdStream::mobile)
+  string(APPEND KDSTREAM_MISSING_COMPONENTS
+    "set(_kdstream_missing_mobile \"this KdStream was built without OpenGL ES and EGL (Debian: libgles-dev, libegl-dev)\")\n")
+endif()
 configure_package_config_file(cmake/KdStreamConfig.cmake.in "${PROJECT_BINARY_DIR}/KdStreamConfig.cmake"
   INSTALL_DESTINATION "${KDSTREAM_PACKAGE_FOLDER}")
 write_basic_package_version_file("${PROJECT_BINARY_DIR}/KdStreamConfigVersion.cmake" COMPATIBILITY SameMinorVersion)
 install(FILES "${PROJECT_BINARY_DIR}/KdStreamConfig.cmake" "${PROJECT_BINARY_DIR}/KdStreamConfigVersion.cmake"
   DESTINATION "${KDSTREAM_PACKAGE_FOLDER}" COMPONENT development)
+install(FILES "${PROJECT_BINARY_DIR}/include/kdstream/Version.h" DESTINATION "${CMAKE_INSTALL_INCLUDEDIR}/kdstream")
 
 # The page, built elsewhere by the preset `web`; kdstream-serve finds it here (server/app).
 if(KDSTREAM_WEB_BUILD)

@@ -13,6 +13,19 @@ if(NOT CMAKE_BUILD_TYPE)
   set(CMAKE_BUILD_TYPE Release CACHE STRING "Build type" FORCE)
 endif()
 
+# What is installed finds its libraries wherever the prefix is: seen from the programs, and from the libraries themselves. VTK
+# and others that lie outside the system's folders are found where they were linked.
+file(RELATIVE_PATH KDSTREAM_PROGRAM_RPATH "${CMAKE_INSTALL_FULL_BINDIR}" "${CMAKE_INSTALL_FULL_LIBDIR}")
+set(KDSTREAM_PROGRAM_RPATH "$ORIGIN/${KDSTREAM_PROGRAM_RPATH}")
+set(KDSTREAM_LIBRARY_RPATH "$ORIGIN")
+set(CMAKE_INSTALL_RPATH_USE_LINK_PATH ON)
+# Libraries of one minor version have one ABI.
+set(KDSTREAM_SOVERSION "${PROJECT_VERSION_MAJOR}.${PROJECT_VERSION_MINOR}")
+configure_file("${CMAKE_CURRENT_LIST_DIR}/Version.h.in" "${PROJECT_BINARY_DIR}/include/kdstream/Version.h" @ONLY)
+if(UNIX AND NOT APPLE AND NOT EMSCRIPTEN)
+  set(KDSTREAM_ELF TRUE)
+endif()
+
 # g++ 12's SLP vectoriser drops the rounding of double(float(x)) when it handles two values at once: what should be a
 # float stays a double. Lossless coordinates depend on it (TestPieceCodec fails without this line).
 if(CMAKE_CXX_COMPILER_ID STREQUAL "GNU")
@@ -51,6 +64,19 @@ function(kdstream_configure_target target)
     endif()
     target_link_options(${target} PUBLIC -fsanitize=${KDSTREAM_SANITIZERS})
   endif()
+  # What a program has of the static libraries is its own: else libraries that it loads would find their functions there.
+  get_target_property(type ${target} TYPE)
+  if(KDSTREAM_ELF AND type STREQUAL "EXECUTABLE" AND NOT KDSTREAM_SANITIZERS)
+    target_link_options(${target} PRIVATE LINKER:--exclude-libs,ALL)
+  endif()
+endfunction()
+
+# A shared library exports what the linker's version script `map` names, and nothing is missing in it.
+function(kdstream_export_only target map)
+  if(KDSTREAM_ELF)
+    target_link_options(${target} PRIVATE "LINKER:--version-script,${map}" LINKER:--no-undefined)
+    set_property(TARGET ${target} APPEND PROPERTY LINK_DEPENDS "${map}")
+  endif()
 endfunction()
 
 # Code that waits for people, files or sockets, and tests: optimising it fully takes half as long again to compile, and nobody
@@ -76,9 +102,14 @@ function(kdstream_add_library name)
   add_library(KdStream::${name} ALIAS kdstream_${name})
   kdstream_configure_target(kdstream_${name})
   target_include_directories(kdstream_${name} PUBLIC
-    "$<BUILD_INTERFACE:${PROJECT_SOURCE_DIR}>" "$<INSTALL_INTERFACE:${CMAKE_INSTALL_INCLUDEDIR}/kdstream>")
+    "$<BUILD_INTERFACE:${PROJECT_SOURCE_DIR}>"
+    "$<INSTALL_INTERFACE:${CMAKE_INSTALL_INCLUDEDIR}/kdstream;${CMAKE_INSTALL_INCLUDEDIR}>")
   target_link_libraries(kdstream_${name} PUBLIC ${arg_LINK} PRIVATE ${arg_PRIVATE_LINK})
   set_target_properties(kdstream_${name} PROPERTIES EXPORT_NAME ${name})
+  if(KDSTREAM_ELF)
+    # As in kdstream_configure_target, for programs and libraries of others.
+    target_link_options(kdstream_${name} INTERFACE "$<INSTALL_INTERFACE:LINKER:--exclude-libs,libkdstream_${name}.a>")
+  endif()
   if(arg_NOT_INSTALLED)
     return()
   endif()
@@ -94,11 +125,34 @@ function(kdstream_add_library name)
   endforeach()
 endfunction()
 
-# A VTK module, of VTK or of a plugin: as kdstream_configure_target, and core linked privately: the module's users see C++17 and VTK only.
+# A VTK module, of VTK or of a plugin: as kdstream_configure_target, on libkdstream, which the module's users do not see: they
+# compile C++17 and VTK alone. It exports its classes vtk* and the functions that API names.
+# kdstream_configure_module(module [API kdstream::MakeWindow* …])
 function(kdstream_configure_module module)
+  cmake_parse_arguments(PARSE_ARGV 1 arg "" "" "API")
   _vtk_module_real_target(target ${module})
   kdstream_configure_target(${target} FEATURES PRIVATE cxx_std_20 INTERFACE cxx_std_17)
-  vtk_module_link(${module} PRIVATE KdStream::core KdStream::vtkadapter)
+  vtk_module_include(${module} INTERFACE
+    "$<BUILD_INTERFACE:${PROJECT_BINARY_DIR}/include>" "$<INSTALL_INTERFACE:${CMAKE_INSTALL_INCLUDEDIR}>")
+  vtk_module_link(${module} PRIVATE KdStream::kdstream)
+  get_target_property(type ${target} TYPE)
+  if(NOT type STREQUAL "SHARED_LIBRARY")
+    return()
+  endif()
+  get_target_property(classes ${target} SOURCES)
+  list(FILTER classes INCLUDE REGEX "(^|/)vtk[A-Za-z]+\\.cxx$")
+  set(exported "")
+  foreach(class IN LISTS classes)
+    cmake_path(GET class STEM class)
+    string(APPEND exported "    ${class}::*; \"vtable for ${class}\"; \"typeinfo for ${class}\"; \"typeinfo name for ${class}\";\n")
+  endforeach()
+  foreach(function IN LISTS arg_API)
+    string(APPEND exported "    ${function};\n")
+  endforeach()
+  set(map "${CMAKE_CURRENT_BINARY_DIR}/${target}.map")
+  file(CONFIGURE OUTPUT "${map}" CONTENT "{\n  global: extern \"C++\" {\n${exported}  };\n  local: *;\n};\n" @ONLY)
+  kdstream_export_only(${target} "${map}")
+  set_target_properties(${target} PROPERTIES INSTALL_RPATH "${KDSTREAM_LIBRARY_RPATH}")
 endfunction()
 
 # A program kdstream-<name>, with its manual page, which is made of its --help (not where sanitizers would slow it down).
@@ -112,7 +166,8 @@ function(kdstream_add_program name)
   kdstream_configure_target(kdstream-${name})
   kdstream_optimise_waiting(kdstream-${name})
   target_link_libraries(kdstream-${name} PRIVATE ${arg_LINK})
-  target_compile_definitions(kdstream-${name} PRIVATE KDSTREAM_VERSION="${PROJECT_VERSION}")
+  target_include_directories(kdstream-${name} PRIVATE "${PROJECT_BINARY_DIR}/include")
+  set_target_properties(kdstream-${name} PROPERTIES INSTALL_RPATH "${KDSTREAM_PROGRAM_RPATH}")
   install(TARGETS kdstream-${name} RUNTIME DESTINATION ${CMAKE_INSTALL_BINDIR})
   if(NOT KDSTREAM_AWK OR KDSTREAM_SANITIZERS)
     return()

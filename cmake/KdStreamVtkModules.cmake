@@ -2,27 +2,22 @@
 # The VTK modules: scanned, built and exported with everything else as KdStream::<name>. A module lives in a folder
 # with a vtk.module; its tests in Testing/Cxx.
 
-# A picture test, a program with a main of its own that compares with ../Data/Baseline/<name>.png. Compiled as C++17, as
-# users of the modules may. It runs in an X server of its own, with Mesa's software renderer.
-# kdstream_add_picture_test(TestName LINK …)
-function(kdstream_add_picture_test name)
+# A picture test, a program of one source that writes its picture to the file that it is given; compared with
+# ../Data/Baseline/<name>.png as users' are (viewer/offscreen/KdStreamOffscreen.cmake). Compiled as C++17, as users of the modules may.
+# kdstream_add_module_picture(TestName LINK …)
+function(kdstream_add_module_picture name)
   cmake_parse_arguments(PARSE_ARGV 1 arg "" "" "LINK")
-  find_program(KDSTREAM_XVFB_RUN xvfb-run REQUIRED)
   add_executable(${name} ${name}.cxx)
   kdstream_configure_target(${name} FEATURES PRIVATE cxx_std_17)
   target_include_directories(${name} PRIVATE "${PROJECT_SOURCE_DIR}")
-  target_link_libraries(${name} PRIVATE ${arg_LINK} VTK::TestingRendering)
+  target_link_libraries(${name} PRIVATE ${arg_LINK} VTK::IOImage VTK::RenderingCore VTK::RenderingOpenGL2)
   vtk_module_autoinit(TARGETS ${name} MODULES VTK::RenderingOpenGL2)
-  set(temporary "${CMAKE_BINARY_DIR}/Testing/Temporary")
-  file(MAKE_DIRECTORY "${temporary}")
-  add_test(NAME ${name} COMMAND "${KDSTREAM_XVFB_RUN}" -a -s "-screen 0 1024x768x24 +extension GLX"
-    $<TARGET_FILE:${name}> -D "${CMAKE_CURRENT_SOURCE_DIR}/../Data" -T "${temporary}"
-    -V "${CMAKE_CURRENT_SOURCE_DIR}/../Data/Baseline/${name}.png")
-  set_tests_properties(${name} PROPERTIES LABELS render ENVIRONMENT "LIBGL_ALWAYS_SOFTWARE=1")
+  kdstream_enable_offscreen(${name})
+  kdstream_add_picture_test(NAME ${name} TARGET ${name} BASELINE "${CMAKE_CURRENT_SOURCE_DIR}/../Data/Baseline/${name}.png")
 endfunction()
 
-set(modules filters/Partitioning filters/Simplification)
-set(requested KdStream::FiltersPartitioning KdStream::FiltersSimplification)
+set(modules filters/Partitioning filters/Simplification viewer/offscreen)
+set(requested KdStream::FiltersPartitioning KdStream::FiltersSimplification KdStream::ViewerOffscreen)
 if(KDSTREAM_BUILD_TOOLS)
   list(APPEND modules filters/IO)
   list(APPEND requested KdStream::FiltersIO)
@@ -46,6 +41,8 @@ vtk_module_scan(
 vtk_module_build(
   MODULES ${provided}
   PACKAGE KdStream
+  VERSION "${PROJECT_VERSION}"
+  SOVERSION "${KDSTREAM_SOVERSION}"
   INSTALL_EXPORT KdStream
   INSTALL_HEADERS ON
   HEADERS_DESTINATION "${CMAKE_INSTALL_INCLUDEDIR}/kdstream/vtk"
@@ -53,6 +50,7 @@ vtk_module_build(
   TEST_DIRECTORY_NAME NONE
   ENABLE_WRAPPING OFF)
 
+include("${PROJECT_SOURCE_DIR}/viewer/offscreen/KdStreamOffscreen.cmake")
 if(KDSTREAM_BUILD_TESTING)
   foreach(module IN LISTS modules)
     add_subdirectory("${module}/Testing/Cxx")

@@ -3,11 +3,15 @@
 //   ExampleProbe make-mesh FILE.ply          writes a sphere of about 30,000 points
 //   ExampleProbe check-picture FILE.png N    succeeds if at least N hues (of 36) each fill 0.5 % of
 //   it
+//   ExampleProbe make-picture FILE.png N     writes a grey picture of N by N pixels
+#include <vtkDataArray.h>
 #include <vtkImageData.h>
 #include <vtkMath.h>
 #include <vtkNew.h>
 #include <vtkPLYWriter.h>
 #include <vtkPNGReader.h>
+#include <vtkPNGWriter.h>
+#include <vtkPointData.h>
 #include <vtkSphereSource.h>
 
 #include <algorithm>
@@ -28,6 +32,19 @@ int MakeMesh(const char* file)
   writer->SetInputConnection(sphere->GetOutputPort());
   writer->SetFileName(file);
   return writer->Write() == 1 ? EXIT_SUCCESS : EXIT_FAILURE;
+}
+
+int MakePicture(const char* file, int side)
+{
+  vtkNew<vtkImageData> picture;
+  picture->SetDimensions(side, side, 1);
+  picture->AllocateScalars(VTK_UNSIGNED_CHAR, 3);
+  picture->GetPointData()->GetScalars()->Fill(128);
+  vtkNew<vtkPNGWriter> writer;
+  writer->SetInputData(picture);
+  writer->SetFileName(file);
+  writer->Write();
+  return writer->GetErrorCode() == 0 ? EXIT_SUCCESS : EXIT_FAILURE;
 }
 
 int CheckPicture(const char* file, std::size_t hues)
@@ -70,6 +87,10 @@ int main(int argc, char* argv[])
   if (what == "make-mesh" && argc == 3)
   {
     return MakeMesh(argv[2]);
+  }
+  if (what == "make-picture" && argc == 4)
+  {
+    return MakePicture(argv[2], std::atoi(argv[3]));
   }
   if (what == "check-picture" && argc == 4)
   {

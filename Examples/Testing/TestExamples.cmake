@@ -1,30 +1,20 @@
 # SPDX-License-Identifier: BSD-3-Clause
-# Installs the build, builds the examples against the install tree, and looks at what they make.
-function(run)
-  execute_process(COMMAND ${ARGN} COMMAND_ECHO STDOUT COMMAND_ERROR_IS_FATAL ANY)
-endfunction()
+# Builds the examples against what TestInstall has installed, and looks at what they make.
+include("${CMAKE_CURRENT_LIST_DIR}/Expect.cmake")
 
-# What a program says has to match.
-function(expect pattern)
-  execute_process(COMMAND ${ARGN} COMMAND_ECHO STDOUT COMMAND_ERROR_IS_FATAL ANY OUTPUT_VARIABLE said)
-  if(NOT said MATCHES "${pattern}")
-    message(FATAL_ERROR "'${said}' does not match '${pattern}'")
-  endif()
-endfunction()
-
-file(REMOVE_RECURSE "${WORK}")
-run("${CMAKE_COMMAND}" --install "${BUILD}" --prefix "${WORK}/installed" --config "${CONFIGURATION}")
-foreach(example IN ITEMS PartitionPicture Stores)
-  run("${CMAKE_COMMAND}" -S "${SOURCE}/${example}" -B "${WORK}/${example}" -G "${GENERATOR}"
-    "-DCMAKE_PREFIX_PATH=${WORK}/installed" "-DCMAKE_BUILD_TYPE=${CONFIGURATION}"
-    "-DCMAKE_CXX_COMPILER=${COMPILER}" "-DCMAKE_CXX_COMPILER_LAUNCHER=${LAUNCHER}")
-  run("${CMAKE_COMMAND}" --build "${WORK}/${example}")
+foreach(example IN ITEMS PartitionPicture Stores Offscreen)
+  file(REMOVE_RECURSE "${WORK}/${example}")
+  configure_against("${WORK}/installed" "${SOURCE}/${example}" "${WORK}/${example}")
 endforeach()
 set(screen "${XVFB_RUN}" -a -s "-screen 0 1024x768x24 +extension GLX")
 
 run("${PROBE}" make-mesh "${WORK}/sphere.ply")
 run(${screen} "${WORK}/PartitionPicture/PartitionPicture" "${WORK}/sphere.ply" "${WORK}/partitions.png")
 run("${PROBE}" check-picture "${WORK}/partitions.png" 7)
+# The same program where there is no screen.
+run("${CMAKE_COMMAND}" -E env --unset=DISPLAY KDSTREAM_OFFSCREEN=auto
+  "${WORK}/PartitionPicture/PartitionPicture" "${WORK}/sphere.ply" "${WORK}/without-screen.png")
+run("${PROBE}" check-picture "${WORK}/without-screen.png" 7)
 
 expect("^29602 points, 59200 triangles" "${WORK}/Stores/MeshInfo" "${WORK}/sphere.ply")
 file(MAKE_DIRECTORY "${WORK}/models")
@@ -35,3 +25,13 @@ endforeach()
 run(sh "${CMAKE_CURRENT_LIST_DIR}/with-server" "${WORK}/installed/bin/kdstream-serve" "${WORK}/models"
   ${screen} "${WORK}/Stores/StreamPicture" URL "${WORK}/stream.png")
 run("${PROBE}" check-picture "${WORK}/stream.png" 1)
+
+# Without a screen: the example's own tests, on each backend; and a test of a picture that is another one fails, and says so.
+run("${CTEST}" --test-dir "${WORK}/Offscreen" --output-on-failure)
+run("${PROBE}" make-picture "${WORK}/grey.png" 300)
+run("${CMAKE_COMMAND}" -S "${SOURCE}/Offscreen" -B "${WORK}/Offscreen" "-DBASELINE=${WORK}/grey.png")
+execute_process(COMMAND "${CTEST}" --test-dir "${WORK}/Offscreen" --output-on-failure RESULT_VARIABLE status OUTPUT_VARIABLE said)
+if(status EQUAL 0 OR NOT said MATCHES "difference: [^\n]*/pictures/SpherePicture.difference.png"
+    OR NOT EXISTS "${WORK}/Offscreen/pictures/SpherePicture.difference.png")
+  message(FATAL_ERROR "a wrong picture: ${status}\n${said}")
+endif()

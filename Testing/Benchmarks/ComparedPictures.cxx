@@ -3,7 +3,7 @@
 #include "Testing/Benchmarks/ComparedPictures.h"
 
 #include "viewer/desktop/DecodeTile.h"
-#include "viewer/rendering/OffscreenWindow.h"
+#include "viewer/offscreen/OffscreenWindow.h"
 
 #include <vtkRenderer.h>
 

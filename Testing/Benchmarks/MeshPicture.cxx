@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "Testing/Benchmarks/MeshPicture.h"
 
-#include "viewer/rendering/OffscreenWindow.h"
+#include "viewer/offscreen/OffscreenWindow.h"
 #include "viewer/rendering/Picture.h"
 
 #include <vtkActor.h>

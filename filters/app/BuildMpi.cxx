@@ -11,6 +11,7 @@
 #include "filters/core/CaughtError.h"
 #include "filters/program/Program.h"
 #include "filters/program/TbbExecution.h"
+#include "kdstream/Version.h"
 
 #include <algorithm>
 #include <chrono>

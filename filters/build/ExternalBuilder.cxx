@@ -28,6 +28,7 @@
 #include "filters/outofcore/journal/BuildFingerprint.h"
 #include "filters/outofcore/levels/LevelDeviations.h"
 #include "filters/outofcore/pieces/ExternalPieces.h"
+#include "kdstream/Version.h"
 
 #include <algorithm>
 #include <functional>

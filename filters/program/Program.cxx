@@ -7,6 +7,7 @@
 #include "filters/files/WriteWhole.h"
 #include "filters/program/HelpFormatter.h"
 #include "filters/program/UsageMessage.h"
+#include "kdstream/Version.h"
 
 #include <unistd.h>
 

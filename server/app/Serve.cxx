@@ -3,6 +3,7 @@
 // protocol is doc/protocol.md.
 #include "filters/core/CaughtError.h"
 #include "filters/program/Program.h"
+#include "kdstream/Version.h"
 #include "server/app/AccessLog.h"
 #include "server/app/Descriptors.h"
 #include "server/app/FolderFollower.h"

@@ -11,6 +11,7 @@
 #include "filters/files/Folders.h"
 #include "filters/model/ModelDescription.h"
 #include "filters/program/ChildProgram.h"
+#include "kdstream/Version.h"
 
 #include <sys/wait.h>
 #include <unistd.h>

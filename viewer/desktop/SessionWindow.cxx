@@ -2,8 +2,8 @@
 // A window that shows what a session says. Step "render" of the README's picture.
 #include "viewer/desktop/SessionWindow.h"
 
+#include "viewer/offscreen/ScreenWindow.h"
 #include "viewer/rendering/Picture.h"
-#include "viewer/rendering/ScreenWindow.h"
 #include "viewer/session/ViewerSession.h"
 
 #include <vtkRenderer.h>

@@ -8,7 +8,7 @@
 #include "viewer/desktop/RegionBoxes.h"
 #include "viewer/desktop/SessionScene.h"
 #include "viewer/desktop/SettingSteps.h"
-#include "viewer/rendering/OffscreenWindow.h"
+#include "viewer/offscreen/OffscreenWindow.h"
 
 #include <memory>
 #include <string>

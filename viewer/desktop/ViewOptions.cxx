@@ -5,7 +5,7 @@
 #include "filters/core/SystemReason.h"
 #include "filters/files/WriteWhole.h"
 #include "viewer/desktop/SettingSteps.h"
-#include "viewer/rendering/OffscreenWindow.h"
+#include "viewer/offscreen/OffscreenWindow.h"
 
 #include <algorithm>
 #include <cctype>

@@ -2,7 +2,7 @@
 // A textured model that was cut up, extracted and drawn by VTK beside the model itself: seams and
 // charts are not seen.
 #include "Testing/EndToEnd/Textures/TexturedFiles.h"
-#include "viewer/rendering/OffscreenWindow.h"
+#include "viewer/offscreen/OffscreenWindow.h"
 
 #include <vtkActor.h>
 #include <vtkCamera.h>

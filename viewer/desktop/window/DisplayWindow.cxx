@@ -2,7 +2,7 @@
 // A window on an X server: see DisplayWindow.h.
 #include "viewer/desktop/window/DisplayWindow.h"
 
-#include "viewer/rendering/ScreenWindow.h"
+#include "viewer/offscreen/ScreenWindow.h"
 
 #include <vtkCommand.h>
 #include <vtkRenderWindowInteractor.h>

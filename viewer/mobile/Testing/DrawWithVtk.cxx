@@ -4,7 +4,7 @@
 #include "viewer/mobile/Testing/ComparedScenes.h"
 #include "viewer/mobile/Testing/PngFile.h"
 #include "viewer/mobile/Testing/TiledScenes.h"
-#include "viewer/rendering/OffscreenWindow.h"
+#include "viewer/offscreen/OffscreenWindow.h"
 #include "viewer/rendering/Picture.h"
 #include "viewer/rendering/SurfaceScene.h"
 

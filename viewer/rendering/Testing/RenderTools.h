@@ -3,7 +3,7 @@
 #pragma once
 
 #include "filters/core/drawing/Surface.h"
-#include "viewer/rendering/OffscreenWindow.h"
+#include "viewer/offscreen/OffscreenWindow.h"
 #include "viewer/rendering/Picture.h"
 #include "viewer/rendering/SurfaceScene.h"
 

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Whose OpenGL the process calls: EGL's, OSMesa's, or the system's (GLX). Internal to
-// viewer/rendering.
+// viewer/offscreen.
 //
 // A stock VTK reaches OpenGL in two ways: most functions through the pointers of GLEW, which are
 // one global table, the oldest (OpenGL 1.0 and 1.1) as linked symbols. Both are filled for GLX
@@ -45,6 +45,8 @@ struct GlSymbols
   const char* (*load)(const GlLibrary& library) = nullptr;
   // The exported glXGetProcAddressARB.
   GlFunction getProcAddress = nullptr;
+  // The function of this name in the libraries behind the executable; null if there is none.
+  GlFunction (*findInSystem)(const char* function) = nullptr;
 };
 void RegisterGlSymbols(const GlSymbols& symbols);
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// An OpenGL context without a window, and which one is current. Internal to viewer/rendering.
+// An OpenGL context without a window, and which one is current. Internal to viewer/offscreen.
 //
 // Contexts of EGL, OSMesa and GLX may exist side by side, but the libraries do not know of each
 // other. So the current context is released before one of another library is made current;
@@ -7,7 +7,7 @@
 #pragma once
 
 #include "filters/core/Result.h"
-#include "viewer/rendering/GlLibrary.h"
+#include "viewer/offscreen/GlLibrary.h"
 
 #include <memory>
 

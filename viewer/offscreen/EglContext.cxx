@@ -5,8 +5,8 @@
 // the devices one by one; it is initialised once and kept; 3. choose a configuration; 4. create a
 // context and a pbuffer of one pixel (VTK draws into framebuffer objects of its own, so the size of
 // a window never concerns EGL).
-#include "viewer/rendering/GlContext.h"
-#include "viewer/rendering/SharedLibrary.h"
+#include "viewer/offscreen/GlContext.h"
+#include "viewer/offscreen/SharedLibrary.h"
 
 #include <EGL/egl.h>
 #include <EGL/eglext.h>

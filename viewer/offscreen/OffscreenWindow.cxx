@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Chooses the backend of a window: see OffscreenWindow.h and ScreenWindow.h.
-#include "viewer/rendering/OffscreenWindow.h"
+#include "viewer/offscreen/OffscreenWindow.h"
 
-#include "viewer/rendering/BackendWindows.h"
-#include "viewer/rendering/ScreenWindow.h"
+#include "viewer/offscreen/BackendWindows.h"
+#include "viewer/offscreen/ScreenWindow.h"
 
 #include <array>
 #include <string>

@@ -2,7 +2,7 @@
 // Windows of a VTK that has its own for EGL or OSMesa: built with VTK_OPENGL_HAS_EGL or
 // VTK_OPENGL_HAS_OSMESA, or VTK 9.4 and later, which opens the libraries when it runs. Nothing here
 // is ours but the choice.
-#include "viewer/rendering/BackendWindows.h"
+#include "viewer/offscreen/BackendWindows.h"
 
 #include <vtkOpenGLRenderWindow.h>
 #include <vtkRenderingOpenGLConfigure.h>

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Whose OpenGL the process calls: see GlLibrary.h.
-#include "viewer/rendering/GlLibrary.h"
+#include "viewer/offscreen/GlLibrary.h"
 
 #include <dlfcn.h>
 #include <vtk_glew.h>
@@ -12,27 +12,18 @@ namespace kdstream
 namespace
 {
 
-// RTLD_NEXT is the first library after the executable that has the name: never our own symbols, and
-// never OSMesa's, which is opened with RTLD_LOCAL.
+// Constant-initialised, so that RegisterGlSymbols may be called by any static initialiser.
+constinit GlSymbols registeredSymbols{};
+
 GlFunction FindInSystem(const char* function)
 {
-  if (void* symbol = dlsym(RTLD_NEXT, function))
-  {
-    return reinterpret_cast<GlFunction>(symbol);
-  }
-  using GetProcAddress = GlFunction (*)(const unsigned char*);
-  const auto getProcAddress =
-    reinterpret_cast<GetProcAddress>(dlsym(RTLD_NEXT, "glXGetProcAddressARB"));
-  return getProcAddress ? getProcAddress(reinterpret_cast<const unsigned char*>(function))
-                        : nullptr;
+  return registeredSymbols.findInSystem ? registeredSymbols.findInSystem(function) : nullptr;
 }
 
 constexpr GlLibrary systemLibrary{ "the system's OpenGL", &FindInSystem };
 
-// Constant-initialised, so that RegisterGlSymbols may be called by any static initialiser.
 constinit const GlLibrary* libraryInUse = &systemLibrary;
 constinit bool tablesAreFilled = true;
-constinit GlSymbols registeredSymbols{};
 
 // GLEW's table is filled through our glXGetProcAddressARB. It complains of a missing GLX display,
 // which only the system's contexts have, after everything else is done.
@@ -90,7 +81,7 @@ Status CheckGlSymbols()
                                    reinterpret_cast<void*>(registeredSymbols.getProcAddress))
   {
     return Error{ ErrorCode::Unsupported,
-      "the program does not export viewer/rendering/GlSymbols.cxx (link it with the CMake function "
+      "the program does not export viewer/offscreen/GlSymbols.cxx (link it with the CMake function "
       "kdstream_enable_offscreen)" };
   }
   return {};

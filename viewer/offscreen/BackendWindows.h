@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// One maker of windows for each backend. Internal to viewer/rendering; OffscreenWindow.h is for
+// One maker of windows for each backend. Internal to viewer/offscreen; OffscreenWindow.h is for
 // everybody.
 //
 // There are two sets of definitions, and CMake takes one: GlxOnlyWindows.cxx for a VTK that knows

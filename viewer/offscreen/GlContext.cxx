@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Which OpenGL context is current: see GlContext.h.
-#include "viewer/rendering/GlContext.h"
+#include "viewer/offscreen/GlContext.h"
 
 namespace kdstream
 {

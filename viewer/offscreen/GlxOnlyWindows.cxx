@@ -2,8 +2,8 @@
 // Windows of a VTK that knows GLX only (doc/design.md#pictures-without-a-screen): EGL and OSMesa
 // contexts of our own under VTK's generic window, and VTK's X11 window taught to share the process
 // with them.
-#include "viewer/rendering/BackendWindows.h"
-#include "viewer/rendering/GlContext.h"
+#include "viewer/offscreen/BackendWindows.h"
+#include "viewer/offscreen/GlContext.h"
 
 #include <vtkGenericOpenGLRenderWindow.h>
 #include <vtkObjectFactory.h>

@@ -16,9 +16,10 @@
 // left out) and be exported by it: kdstream_enable_offscreen(target) in KdStreamOffscreen.cmake
 // does both. It is not needed, and not compiled, where VTK has windows of its own for EGL and
 // OSMesa.
-#include "viewer/rendering/GlLibrary.h"
+#include "viewer/offscreen/GlLibrary.h"
 
 #include <GL/glcorearb.h>
+#include <dlfcn.h>
 
 #include <cstring>
 
@@ -148,11 +149,26 @@ extern "C"
 namespace
 {
 
+// RTLD_NEXT is, for the executable, the first library after it that has the name: never our own
+// symbols, and never OSMesa's, which is opened with RTLD_LOCAL.
+kdstream::GlFunction FindInSystem(const char* function)
+{
+  if (void* symbol = dlsym(RTLD_NEXT, function))
+  {
+    return reinterpret_cast<kdstream::GlFunction>(symbol);
+  }
+  using GetProcAddress = kdstream::GlFunction (*)(const unsigned char*);
+  const auto getProcAddress =
+    reinterpret_cast<GetProcAddress>(dlsym(RTLD_NEXT, "glXGetProcAddressARB"));
+  return getProcAddress ? getProcAddress(reinterpret_cast<const unsigned char*>(function))
+                        : nullptr;
+}
+
 [[maybe_unused]] const bool registered = []
 {
+  kdstream::RegisterGlSymbols({ &LoadFunctions,
+    reinterpret_cast<kdstream::GlFunction>(&glXGetProcAddressARB), &FindInSystem });
   LoadFunctions(kdstream::SystemGlLibrary());
-  kdstream::RegisterGlSymbols(
-    { &LoadFunctions, reinterpret_cast<kdstream::GlFunction>(&glXGetProcAddressARB) });
   return true;
 }();
 

@@ -1,7 +1,10 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "viewer/rendering/OffscreenWindow.h"
+#include "viewer/offscreen/OffscreenWindow.h"
+#include "viewer/offscreen/vtkKdOffscreenRendering.h"
 
 #include <gtest/gtest.h>
+#include <vtkNew.h>
+#include <vtkRenderWindow.h>
 
 namespace kdstream
 {
@@ -17,6 +20,15 @@ TEST(MissingGlSymbols, AreToldInWords)
     EXPECT_EQ(window.GetError().code, ErrorCode::Unsupported);
     EXPECT_NE(window.GetError().message.find("kdstream_enable_offscreen"), std::string::npos);
   }
+}
+
+// As programs of others see it: null, not a window that crashes.
+TEST(MissingGlSymbols, MakeNoWindow)
+{
+  vtkNew<vtkKdOffscreenRendering> offscreen;
+  offscreen->SetBackendToEgl();
+  EXPECT_FALSE(offscreen->MakeWindow(64, 64));
+  EXPECT_FALSE(offscreen->UseForAllWindows());
 }
 
 }

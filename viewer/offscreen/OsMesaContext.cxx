@@ -4,8 +4,8 @@
 //
 // OSMesa wants a buffer to draw into; it gets one of one pixel, since VTK draws into framebuffer
 // objects of its own.
-#include "viewer/rendering/GlContext.h"
-#include "viewer/rendering/SharedLibrary.h"
+#include "viewer/offscreen/GlContext.h"
+#include "viewer/offscreen/SharedLibrary.h"
 
 #include <GL/osmesa.h>
 

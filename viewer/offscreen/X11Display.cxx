@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Whether there is an X server to draw on: asked before VTK is, which aborts the program if there
 // is none.
-#include "viewer/rendering/BackendWindows.h"
+#include "viewer/offscreen/BackendWindows.h"
 
 #include <cstdlib>
 #include <string>

@@ -1,0 +1,76 @@
+# SPDX-License-Identifier: BSD-3-Clause
+# Installs the build to a prefix, and to /usr/local below DESTDIR, and looks whether that is whole: run paths, exported symbols and
+# targets, and every program while the build is hidden. A project of its own then links against it. The prefix stays for
+# TestExamples.
+include("${CMAKE_CURRENT_LIST_DIR}/Expect.cmake")
+
+file(REMOVE_RECURSE "${WORK}")
+set(prefix "${WORK}/installed")
+set(staged "${WORK}/staged")
+run("${CMAKE_COMMAND}" --install "${BUILD}" --prefix "${prefix}" --config "${CONFIGURATION}")
+run("${CMAKE_COMMAND}" -E env "DESTDIR=${staged}" "${CMAKE_COMMAND}" --install "${BUILD}" --prefix /usr/local --config "${CONFIGURATION}")
+
+# Programs and libraries find each other from their own place.
+file(GLOB binaries "${prefix}/bin/*" "${prefix}/${LIBDIR}/*.so" "${prefix}/${LIBDIR}/kdstream/*pictures")
+foreach(binary IN LISTS binaries)
+  set(paths "")
+  file(READ_ELF "${binary}" RUNPATH paths CAPTURE_ERROR error)
+  if("${paths}" MATCHES "${BUILD}|${SOURCE}")
+    message(FATAL_ERROR "${binary} looks for libraries in ${paths}")
+  endif()
+endforeach()
+
+# Exported are the modules' classes and the functions that libkdstream offers them, and nothing else.
+file(GLOB libraries "${prefix}/${LIBDIR}/*.so")
+foreach(library IN LISTS libraries)
+  execute_process(COMMAND "${NM}" --dynamic --demangle --defined-only "${library}" OUTPUT_VARIABLE symbols COMMAND_ERROR_IS_FATAL ANY)
+  string(REGEX REPLACE "\n$" "" symbols "${symbols}")
+  string(REGEX REPLACE "[][;]" "_" symbols "${symbols}")
+  string(REPLACE "\n" ";" symbols "${symbols}")
+  list(LENGTH symbols count)
+  message("${library} exports ${count} symbols")
+  set(names "vtk[A-Z]")
+  if(library MATCHES "libkdstream")
+    set(names "kdstream::")
+  elseif(library MATCHES "Offscreen")
+    set(names "vtk[A-Z]|kdstream::")
+  endif()
+  list(FILTER symbols EXCLUDE REGEX "^[0-9a-f]+ [A-Za-z] (vtable for |typeinfo for |typeinfo name for )?(${names})")
+  if(symbols OR count EQUAL 0)
+    list(JOIN symbols "\n" symbols)
+    message(FATAL_ERROR "${library} exports\n${symbols}")
+  endif()
+endforeach()
+
+# Exported targets name no folder of this machine.
+file(GLOB exported "${prefix}/${LIBDIR}/cmake/KdStream/*.cmake")
+foreach(file IN LISTS exported)
+  file(STRINGS "${file}" lines REGEX "[\"; ]/(usr|home|work|tmp|opt|root)/|${BUILD}|${SOURCE}")
+  if(lines)
+    message(FATAL_ERROR "${file} names folders:\n${lines}")
+  endif()
+endforeach()
+
+# Every program, in a mount namespace where the build is not there (where namespaces are allowed).
+execute_process(COMMAND unshare -Urm mount -t tmpfs none "${BUILD}/lib" RESULT_VARIABLE refused OUTPUT_QUIET ERROR_QUIET)
+set(hidden "${BUILD}/lib" "${BUILD}/bin")
+set(namespace unshare -Urm)
+if(NOT refused EQUAL 0)
+  message("the build cannot be hidden here: unshare ${refused}")
+  set(hidden "")
+  set(namespace "")
+endif()
+foreach(root IN ITEMS "${prefix}" "${staged}/usr/local")
+  cmake_path(GET root FILENAME name)
+  file(MAKE_DIRECTORY "${WORK}/${name}-files")
+  file(COPY_FILE "${SOURCE}/../filters/Partitioning/Testing/Data/Baseline/TestPartitionersPicture.png" "${WORK}/${name}-files/square.png")
+  run(${namespace} sh "${CMAKE_CURRENT_LIST_DIR}/try-programs" "${root}/bin" "${WORK}/${name}-files" "${FEATURES}"
+    "${CMAKE_CURRENT_LIST_DIR}/with-server" ${hidden})
+endforeach()
+check_bindings("${WORK}/installed-files")
+
+# A project of a user's.
+configure_against("${prefix}" "${SOURCE}/Testing/Consumer" "${WORK}/Consumer")
+run("${CMAKE_COMMAND}" -E env LD_DEBUG=bindings "LD_DEBUG_OUTPUT=${WORK}/Consumer/bindings"
+  "${WORK}/Consumer/mixed" "${WORK}/mixed.kds")
+check_bindings("${WORK}/Consumer")

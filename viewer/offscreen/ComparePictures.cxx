@@ -1,0 +1,81 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Compares a picture with its baseline, for kdstream_add_picture_test:
+//   compare_pictures PICTURE.png BASELINE.png TOLERANCE DIFFERENCE.png
+// The measure is vtkImageDifference's, which VTK's own regression tests compare with 10:
+// differences of a pixel below 16 of 255, or to one of its neighbours, do not count. Where it is
+// above the tolerance the exit status is 1, and the difference is written. A baseline that is
+// missing or has another size is told in words.
+#include <vtkImageData.h>
+#include <vtkImageDifference.h>
+#include <vtkNew.h>
+#include <vtkPNGReader.h>
+#include <vtkPNGWriter.h>
+
+#include <cstdlib>
+#include <filesystem>
+#include <iostream>
+
+namespace
+{
+
+// False, with a message, where there is no picture of 8-bit RGB or RGBA.
+bool Read(const char* file, vtkPNGReader& reader)
+{
+  if (!std::filesystem::is_regular_file(file) || !reader.CanReadFile(file))
+  {
+    std::cerr << file << " is not there, or is no PNG\n";
+    return false;
+  }
+  reader.SetFileName(file);
+  reader.Update();
+  return true;
+}
+
+}
+
+int main(int argc, char* argv[])
+{
+  if (argc != 5)
+  {
+    return 2;
+  }
+  vtkNew<vtkPNGReader> picture;
+  vtkNew<vtkPNGReader> baseline;
+  if (!Read(argv[1], *picture))
+  {
+    return 1;
+  }
+  if (!Read(argv[2], *baseline))
+  {
+    std::cerr << "the picture of this run is " << argv[1] << "; if it is right: cp " << argv[1]
+              << ' ' << argv[2] << '\n';
+    return 1;
+  }
+  int size[3];
+  int wanted[3];
+  picture->GetOutput()->GetDimensions(size);
+  baseline->GetOutput()->GetDimensions(wanted);
+  if (size[0] != wanted[0] || size[1] != wanted[1])
+  {
+    std::cerr << argv[1] << " has " << size[0] << " x " << size[1] << " pixels, " << argv[2] << ' '
+              << wanted[0] << " x " << wanted[1] << '\n';
+    return 1;
+  }
+  vtkNew<vtkImageDifference> difference;
+  difference->SetInputConnection(picture->GetOutputPort());
+  difference->SetImageConnection(baseline->GetOutputPort());
+  difference->Update();
+  const double error = difference->GetThresholdedError();
+  std::cout << "the picture differs by " << error << " (at most " << argv[3] << ")\n";
+  if (error <= std::atof(argv[3]))
+  {
+    return 0;
+  }
+  vtkNew<vtkPNGWriter> writer;
+  writer->SetInputConnection(difference->GetOutputPort());
+  writer->SetFileName(argv[4]);
+  writer->Write();
+  std::cerr << "picture: " << argv[1] << "\nbaseline: " << argv[2] << "\ndifference: " << argv[4]
+            << '\n';
+  return 1;
+}

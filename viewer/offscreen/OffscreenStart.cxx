@@ -1,0 +1,11 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Linked into a program by kdstream_enable_offscreen: the environment variable KDSTREAM_OFFSCREEN
+// makes its windows draw without a screen, whatever the program itself says.
+#include "viewer/offscreen/vtkKdOffscreenRendering.h"
+
+namespace
+{
+
+[[maybe_unused]] const bool started = vtkKdOffscreenRendering::UseEnvironment();
+
+}

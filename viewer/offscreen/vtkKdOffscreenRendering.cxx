@@ -1,0 +1,149 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "viewer/offscreen/vtkKdOffscreenRendering.h"
+
+#include "viewer/offscreen/OffscreenWindow.h"
+
+#include <vtkGenericRenderWindowInteractor.h>
+#include <vtkObjectFactory.h>
+#include <vtkOpenGLRenderWindow.h>
+#include <vtkVersion.h>
+
+#include <cstdlib>
+
+namespace
+{
+
+kdstream::WindowBackend BackendOf(int backend)
+{
+  return static_cast<kdstream::WindowBackend>(backend);
+}
+
+// Stands before VTK's own factories.
+class WindowFactory final : public vtkObjectFactory
+{
+public:
+  vtkTypeMacro(WindowFactory, vtkObjectFactory);
+
+  // O(1) after the first time.
+  static void Use(kdstream::WindowBackend backend)
+  {
+    chosen = backend;
+    static bool registered = false;
+    if (registered)
+    {
+      return;
+    }
+    registered = true;
+    vtkObjectFactory::GetRegisteredFactories(); // makes the list, if this is the first
+    for (const char* name : { "vtkRenderWindow", "vtkRenderWindowInteractor" })
+    {
+      vtkObjectFactory::SetAllEnableFlags(0, name); // of the factories that came before
+    }
+    auto* const factory = new WindowFactory;
+    vtkObjectFactory::RegisterFactory(factory);
+    factory->Delete();
+  }
+
+  const char* GetVTKSourceVersion() override { return vtkVersion::GetVTKSourceVersion(); }
+  const char* GetDescription() override { return "Windows without a screen, of KdStream"; }
+
+private:
+  WindowFactory()
+  {
+    this->RegisterOverride(
+      "vtkRenderWindow", "vtkKdOffscreenRendering", "draws without a screen", 1, &MakeWindow);
+    this->RegisterOverride("vtkRenderWindowInteractor", "vtkGenericRenderWindowInteractor",
+      "has no events", 1, &MakeInteractor);
+  }
+
+  static vtkObject* MakeWindow()
+  {
+    constexpr int side = 300; // VTK's default
+    const auto window = kdstream::MakeOffscreenWindow(chosen, side, side);
+    if (!window)
+    {
+      vtkGenericWarningMacro(<< window.GetError().message);
+      return nullptr;
+    }
+    // As VTK's own windows, so that a program's pictures stay what they are on a screen.
+    (*window)->SetMultiSamples(vtkOpenGLRenderWindow::GetGlobalMaximumNumberOfMultiSamples());
+    (*window)->Register(nullptr);
+    return *window;
+  }
+
+  static vtkObject* MakeInteractor() { return vtkGenericRenderWindowInteractor::New(); }
+
+  static kdstream::WindowBackend chosen;
+};
+
+kdstream::WindowBackend WindowFactory::chosen = kdstream::WindowBackend::Auto;
+
+}
+
+static_assert(static_cast<int>(kdstream::WindowBackend::X11) == vtkKdOffscreenRendering::X11);
+
+vtkStandardNewMacro(vtkKdOffscreenRendering);
+
+vtkKdOffscreenRendering::vtkKdOffscreenRendering() = default;
+vtkKdOffscreenRendering::~vtkKdOffscreenRendering() = default;
+
+void vtkKdOffscreenRendering::PrintSelf(ostream& os, vtkIndent indent)
+{
+  this->Superclass::PrintSelf(os, indent);
+  os << indent << "Backend: " << this->GetBackendAsString() << "\n";
+}
+
+const char* vtkKdOffscreenRendering::GetBackendAsString()
+{
+  return kdstream::NameOf(BackendOf(this->Backend));
+}
+
+bool vtkKdOffscreenRendering::SetBackendFromString(const char* name)
+{
+  const auto backend = kdstream::ParseWindowBackend(name ? name : "");
+  if (!backend)
+  {
+    vtkErrorMacro(<< backend.GetError().message);
+    return false;
+  }
+  this->SetBackend(static_cast<int>(*backend));
+  return true;
+}
+
+vtkSmartPointer<vtkRenderWindow> vtkKdOffscreenRendering::MakeWindow(int width, int height)
+{
+  auto window = kdstream::MakeOffscreenWindow(BackendOf(this->Backend), width, height);
+  if (!window)
+  {
+    vtkErrorMacro(<< window.GetError().message);
+    return nullptr;
+  }
+  return *window;
+}
+
+bool vtkKdOffscreenRendering::UseForAllWindows()
+{
+  if (!this->MakeWindow(1, 1))
+  {
+    return false;
+  }
+  WindowFactory::Use(BackendOf(this->Backend));
+  return true;
+}
+
+bool vtkKdOffscreenRendering::UseEnvironment()
+{
+  const char* const name = std::getenv("KDSTREAM_OFFSCREEN");
+  if (!name || !*name)
+  {
+    return true;
+  }
+  const auto backend = kdstream::ParseWindowBackend(name);
+  if (!backend)
+  {
+    vtkGenericWarningMacro(<< "KDSTREAM_OFFSCREEN: " << backend.GetError().message);
+    return false;
+  }
+  WindowFactory::Use(*backend);
+  return true;
+}

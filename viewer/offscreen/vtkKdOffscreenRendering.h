@@ -1,0 +1,99 @@
+// SPDX-License-Identifier: BSD-3-Clause
+/**
+ * @class   vtkKdOffscreenRendering
+ * @brief   lets any program draw without a screen: on EGL, on OSMesa or on an X server
+ *
+ * A VTK that was built for X11 only, as Debian 12's, ends the program where there is no X server.
+ * This class makes vtkRenderWindow draw through libEGL (surfaceless, on a graphics card or Mesa's
+ * renderer) or libOSMesa, which are opened when they are first needed:
+ *
+ * @code
+ * vtkNew<vtkKdOffscreenRendering> offscreen;
+ * auto window = offscreen->MakeWindow(800, 600);   // a vtkSmartPointer<vtkRenderWindow>
+ * @endcode
+ *
+ * or, for programs that make their windows by vtkRenderWindow::New(), UseForAllWindows() at the
+ * begin of main, or the environment variable KDSTREAM_OFFSCREEN = auto, egl, osmesa or x11 where
+ * the program runs: no line of it changes.
+ *
+ * The executable must be given to the CMake function kdstream_enable_offscreen(TARGET), which
+ * find_package(KdStream COMPONENTS ViewerOffscreen) brings; the functions of this class say so
+ * where that was forgotten.
+ *
+ * Windows are ready for renderers, vtkWindowToImageFilter and passes; SetSize may be called at any
+ * time. Edges are smoothed by 4 samples, in windows of vtkRenderWindow::New() by VTK's default. Their interactors (vtkGenericRenderWindowInteractor)
+ * have no events: Start() returns at once.
+ *
+ * Cost: the first window of a process opens the library, some 50 ms with Mesa; a change of backend
+ * between windows costs about 1 ms. Threads: all windows of a process belong to one thread.
+ *
+ * @sa doc/offscreen.md
+ */
+#ifndef vtkKdOffscreenRendering_h
+#define vtkKdOffscreenRendering_h
+
+#include <vtkKdStreamViewerOffscreenModule.h> // for export macro
+#include <vtkObject.h>
+#include <vtkSmartPointer.h> // for the result of MakeWindow
+
+class vtkRenderWindow;
+
+class VTKKDSTREAMVIEWEROFFSCREEN_EXPORT vtkKdOffscreenRendering : public vtkObject
+{
+public:
+  static vtkKdOffscreenRendering* New();
+  vtkTypeMacro(vtkKdOffscreenRendering, vtkObject);
+  void PrintSelf(ostream& os, vtkIndent indent) override;
+
+  enum Backends
+  {
+    Auto,   ///< the first of the following that works
+    Egl,    ///< libEGL without a display server
+    OsMesa, ///< libOSMesa, Mesa's renderer in main memory
+    X11     ///< the X server that DISPLAY names; nothing is shown there
+  };
+
+  ///@{
+  /** What windows draw on. Default: Auto. */
+  vtkSetClampMacro(Backend, int, Auto, X11);
+  vtkGetMacro(Backend, int);
+  void SetBackendToAuto() { this->SetBackend(Auto); }
+  void SetBackendToEgl() { this->SetBackend(Egl); }
+  void SetBackendToOsMesa() { this->SetBackend(OsMesa); }
+  void SetBackendToX11() { this->SetBackend(X11); }
+  const char* GetBackendAsString();
+  /** "auto", "egl", "osmesa" or "x11"; false, an error event and no change for another name. */
+  bool SetBackendFromString(const char* name);
+  ///@}
+
+  /**
+   * A window of width × height pixels, 1 … 8192 a side.
+   * Errors: null and an error event that says what each backend lacks (library, device, display).
+   */
+  vtkSmartPointer<vtkRenderWindow> MakeWindow(int width, int height);
+
+  /**
+   * From now on vtkRenderWindow::New() makes such windows, and vtkRenderWindowInteractor::New()
+   * interactors without events. False, an error event and no change where nothing can draw here.
+   */
+  bool UseForAllWindows();
+
+  /**
+   * UseForAllWindows, with the backend that the environment variable KDSTREAM_OFFSCREEN names, if
+   * there is one. kdstream_enable_offscreen calls it before main. False where the name is wrong,
+   * which is an error message; whether the backend works is asked when the first window is made.
+   */
+  static bool UseEnvironment();
+
+protected:
+  vtkKdOffscreenRendering();
+  ~vtkKdOffscreenRendering() override;
+
+private:
+  vtkKdOffscreenRendering(const vtkKdOffscreenRendering&) = delete;
+  void operator=(const vtkKdOffscreenRendering&) = delete;
+
+  int Backend = Auto;
+};
+
+#endif
