@@ -24,10 +24,15 @@
  * how far, in the input's unit, the surface it stands for lies from it: the root of the mean
  * squared distance to the planes of its triangles, never less than that of the finer points it is
  * made from. Normals (point data; three floats or doubles) and colours (RGB or RGBA scalars of
- * unsigned char) are averaged, as "Normals" and "RGB" or "RGBA". An input without triangles is
- * taken for a point set: its output has a vertex cell for every point.
+ * unsigned char) are averaged, as "Normals" and "RGB" or "RGBA". Every other array of numbers comes
+ * along under its name, and stays active where it was: of point data the means of the points that
+ * became one, of cell data the means of the triangles that a triangle stands for (its own image,
+ * and those that vanished beside it); of classes (arrays of one component that are bytes, or are
+ * called a class or a label) the most frequent one. An input without triangles is taken for a point
+ * set: its output has a vertex cell for every point.
  *
- * Not passed: other point data, cell data, vertex and line cells (those of a point set excepted).
+ * Not passed: global and pedigree ids, since what they told apart is one; vertex and line cells
+ * and, of a point set, cell data.
  * Polygons become triangles (concave ones by cutting ears), strips triangles. No points give an
  * empty output.
  *
