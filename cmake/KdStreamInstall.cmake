@@ -11,7 +11,7 @@ endif()
 
 # VTK components that exported targets link.
 set(KDSTREAM_VTK_DEPENDENCIES
-  "CommonCore CommonDataModel CommonExecutionModel CommonMisc IOCore IOImage RenderingCore RenderingOpenGL2 OPTIONAL_COMPONENTS glew")
+  "CommonCore CommonDataModel CommonExecutionModel CommonMisc IOCore IOImage ParallelCore RenderingCore RenderingOpenGL2 OPTIONAL_COMPONENTS glew")
 configure_package_config_file(cmake/KdStreamConfig.cmake.in "${PROJECT_BINARY_DIR}/KdStreamConfig.cmake"
   INSTALL_DESTINATION "${KDSTREAM_PACKAGE_FOLDER}")
 write_basic_package_version_file("${PROJECT_BINARY_DIR}/KdStreamConfigVersion.cmake" COMPATIBILITY SameMinorVersion)
