@@ -170,6 +170,92 @@ private:
   bool IsFirst = true, AllFloats = true;
 };
 
+RankGroup::Bytes Pack(const Mesh& mesh)
+{
+  RankMessage message;
+  message.Put(mesh.points);
+  message.Put(mesh.triangles);
+  message.Put(std::vector<ScalarType>{ mesh.scalarType });
+  for (const Attribute& array : mesh.attributes)
+  {
+    message.Put(std::vector<char>(array.name.begin(), array.name.end()));
+    message.Put(std::vector<AttributeType>{ array.type });
+    message.Put(std::vector<AttributeAssociation>{ array.association });
+    message.Put(std::vector<std::uint8_t>{ array.components });
+    message.Put(array.values);
+  }
+  return message.Release();
+}
+
+Mesh Unpack(RankMessage message)
+{
+  Mesh mesh;
+  mesh.points = message.Take<Vec3>();
+  mesh.triangles = message.Take<Triangle>();
+  mesh.scalarType = message.Take<ScalarType>()[0];
+  while (!message.AtEnd())
+  {
+    const std::vector<char> name = message.Take<char>();
+    Attribute& array = mesh.attributes.emplace_back();
+    array.name.assign(name.begin(), name.end());
+    array.type = message.Take<AttributeType>()[0];
+    array.association = message.Take<AttributeAssociation>()[0];
+    array.components = message.Take<std::uint8_t>()[0];
+    array.values = message.Take<std::uint8_t>();
+  }
+  return mesh;
+}
+
+// Behind what is there, with the arrays that both have.
+Status Append(Mesh part, WriterInput& all)
+{
+  Mesh& mesh = all.mesh;
+  if (part.points.empty() || mesh.points.empty())
+  {
+    mesh = part.points.empty() ? std::move(mesh) : std::move(part);
+    return {};
+  }
+  if (part.points.size() >= noVertex - mesh.points.size())
+  {
+    return Error{ ErrorCode::LimitExceeded,
+      "all ranks have more than 4294967294 points: at most so many fit a tree in memory" };
+  }
+  const auto first = static_cast<VertexId>(mesh.points.size());
+  mesh.points.insert(mesh.points.end(), part.points.begin(), part.points.end());
+  for (const Triangle& t : part.triangles)
+  {
+    mesh.triangles.push_back({ first + t[0], first + t[1], first + t[2] });
+  }
+  mesh.scalarType = std::max(mesh.scalarType, part.scalarType);
+  std::erase_if(mesh.attributes,
+    [&](Attribute& array)
+    {
+      const Attribute* const theirs = FindAttribute(part.attributes, array);
+      if (!theirs)
+      {
+        all.skipped.push_back("array \"" + array.name + "\": not all ranks have it");
+        return true;
+      }
+      array.values.insert(array.values.end(), theirs->values.begin(), theirs->values.end());
+      return false;
+    });
+  return {};
+}
+
+}
+
+Result<WriterInput> GatherWriterInput(const RankGroup& ranks, WriterInput own)
+{
+  std::vector<RankGroup::Bytes> out(ranks.Count());
+  out[0] = Pack(own.mesh);
+  own.mesh = {};
+  const auto came = ranks.Exchange(std::move(out));
+  KDSTREAM_TRY(came);
+  for (std::size_t rank = 0; rank < came->size() && ranks.Rank() == 0; ++rank)
+  {
+    KDSTREAM_TRY(Append(Unpack(RankMessage((*came)[rank])), own));
+  }
+  return own;
 }
 
 Result<WriterInput> ReadWriterInput(vtkDataObject& input, const Execution& execution)

@@ -2,6 +2,7 @@
 // What a writer is given as one mesh of core's: a vtkPolyData, or the partitions of one.
 #pragma once
 
+#include "filters/adapter/RankGroup.h"
 #include "filters/core/Execution.h"
 #include "filters/core/Result.h"
 #include "filters/core/Types.h"
@@ -26,5 +27,9 @@ struct WriterInput
 // that all parts have. Errors: InvalidInput for another kind of data, naming it, and those of
 // PolyDataMesh, naming the part.
 Result<WriterInput> ReadWriterInput(vtkDataObject& input, const Execution& execution);
+
+// What all ranks have, one after the other, at rank 0: its arrays are those that all have. Others
+// have nothing left. Called by all together. Errors: LimitExceeded, at rank 0; InputOutput.
+Result<WriterInput> GatherWriterInput(const RankGroup& ranks, WriterInput own);
 
 }

@@ -4,16 +4,19 @@
 
 #include "filters/IO/WriterInput.h"
 #include "filters/adapter/AlgorithmExecution.h"
+#include "filters/adapter/RankGroup.h"
 #include "filters/build/Builder.h"
 
 #include <vtkDataObject.h>
 #include <vtkErrorCode.h>
 #include <vtkInformation.h>
 #include <vtkInformationVector.h>
+#include <vtkMultiProcessController.h>
 #include <vtkObjectFactory.h>
 
 #include <algorithm>
 #include <filesystem>
+#include <optional>
 #include <string>
 
 vtkStandardNewMacro(vtkKdStoreWriter);
@@ -38,8 +41,16 @@ Result<std::optional<Vec3>> DirectionOfMember(const char* name, const double* me
 
 }
 
+vtkCxxSetObjectMacro(vtkKdStoreWriter, Controller, vtkMultiProcessController);
+
+vtkKdStoreWriter::vtkKdStoreWriter()
+{
+  this->SetController(vtkMultiProcessController::GetGlobalController());
+}
+
 vtkKdStoreWriter::~vtkKdStoreWriter()
 {
+  this->SetController(nullptr);
   this->SetFileName(nullptr);
 }
 
@@ -105,6 +116,13 @@ void vtkKdStoreWriter::WriteData()
     *this, { { "tree", 0.05, 0.2 }, { "faces", 0.2, 0.25 }, { "levels", 0.25, 0.75 },
              { "encode", 0.75, 0.95 }, { "write", 0.95, 1.0 } });
   Result<WriterInput> input = ReadWriterInput(*this->GetInput(), execution);
+  std::optional<RankGroup> ranks;
+  if (this->Controller && this->Controller->GetNumberOfProcesses() > 1)
+  {
+    ranks.emplace(*this->Controller);
+    const Status all = ranks->Agree(input ? Status() : Status(input.GetError()));
+    input = all ? GatherWriterInput(*ranks, std::move(*input)) : all.GetError();
+  }
   if (!input)
   {
     fail(input.GetError());
@@ -115,7 +133,17 @@ void vtkKdStoreWriter::WriteData()
     vtkWarningMacro(<< skipped << "; it is left out");
   }
   const std::string name = std::filesystem::path(this->FileName).stem().string();
-  const auto built = BuildStore(std::move(input->mesh), name, this->FileName, options, execution);
+  Status built;
+  if (!ranks || ranks->Rank() == 0)
+  {
+    const auto report =
+      BuildStore(std::move(input->mesh), name, this->FileName, options, execution);
+    built = report ? Status() : Status(report.GetError());
+  }
+  if (ranks)
+  {
+    built = ranks->Agree(built);
+  }
   if (!built)
   {
     fail(built.GetError());
@@ -126,6 +154,7 @@ void vtkKdStoreWriter::PrintSelf(ostream& os, vtkIndent indent)
 {
   this->Superclass::PrintSelf(os, indent);
   os << indent << "FileName: " << (this->FileName ? this->FileName : "(none)") << "\n";
+  os << indent << "Controller: " << static_cast<void*>(this->Controller) << "\n";
   os << indent << "GridBits: " << this->GridBits << "\n";
   os << indent << "VerticesPerPartition: " << this->VerticesPerPartition << "\n";
   os << indent << "NumberOfPartitions: " << this->NumberOfPartitions << "\n";

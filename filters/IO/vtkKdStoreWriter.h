@@ -14,6 +14,12 @@
  * are left out. Every array of numbers that all parts have comes along; others are listed in a
  * warning.
  *
+ * Several processes (Controller) write one store together: all of them call Write, with what each
+ * has of the mesh, and process 0 builds the store of these parts, one process's after the other's,
+ * as of the parts of a vtkPartitionedDataSet. It alone writes, and needs memory for all of the mesh
+ * (kdstream-build-mpi does not). An error of one process is an error of all. So what
+ * vtkKdTreePartition gives on several processes makes the store that it makes on one, to the byte.
+ *
  * The store appears whole or not at all. It depends on input and members alone, not on backend and
  * threads of vtkSMPTools. Errors: no points; a coordinate that is not finite; what the file system
  * refuses; arrays whose names no store can hold. Aborting leaves no file.
@@ -31,6 +37,8 @@
 #include "vtkWriter.h"
 
 #include <string> // for the texts
+
+class vtkMultiProcessController;
 
 class VTKKDSTREAMFILTERSIO_EXPORT vtkKdStoreWriter : public vtkWriter
 {
@@ -129,8 +137,17 @@ public:
   vtkGetVector3Macro(View, double);
   ///@}
 
+  ///@{
+  /**
+   * The processes that have the parts of the mesh. Default: vtkMultiProcessController's global one;
+   * null or a single process: this one has all.
+   */
+  virtual void SetController(vtkMultiProcessController* controller);
+  vtkGetObjectMacro(Controller, vtkMultiProcessController);
+  ///@}
+
 protected:
-  vtkKdStoreWriter() = default;
+  vtkKdStoreWriter();
   ~vtkKdStoreWriter() override;
 
   int FillInputPortInformation(int port, vtkInformation* info) override;
@@ -140,6 +157,7 @@ private:
   vtkKdStoreWriter(const vtkKdStoreWriter&) = delete;
   void operator=(const vtkKdStoreWriter&) = delete;
 
+  vtkMultiProcessController* Controller = nullptr;
   char* FileName = nullptr;
   int GridBits = 20;
   vtkIdType VerticesPerPartition = 2000;

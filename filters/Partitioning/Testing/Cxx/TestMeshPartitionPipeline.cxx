@@ -200,6 +200,45 @@ TYPED_TEST(MeshPartitionPipeline, RunsAgainOnlyWhenSomethingChanged)
   EXPECT_EQ(observer.runs, 5);
 }
 
+// Port 1 alone: whose each point is, and nothing is cut; then port 0 without finding it out again.
+TYPED_TEST(MeshPartitionPipeline, IdsAloneCutNothing)
+{
+  vtkNew<TypeParam> filter, both;
+  for (TypeParam* each : { filter.Get(), both.Get() })
+  {
+    each->SetInputData(MakeSphere(70));
+    each->SetVerticesPerPartition(20);
+    each->GeneratePartitionIdsOn();
+  }
+  both->Update();
+  FilterObserver observer(filter);
+  filter->Update(1);
+  EXPECT_EQ(filter->GetOutput()->GetNumberOfPartitions(), 0U);
+  const auto ids = vtkPolyData::SafeDownCast(filter->GetOutputDataObject(1));
+  EXPECT_EQ(Describe(*ids), Describe(*vtkPolyData::SafeDownCast(both->GetOutputDataObject(1))));
+  EXPECT_EQ(observer.progress.back(), 1.0);
+  filter->Update(1);
+  EXPECT_EQ(observer.runs, 1);
+
+  observer.progress.clear();
+  filter->Update();
+  EXPECT_EQ(observer.runs, 2);
+  EXPECT_TRUE(DescribeOutputs(*filter) == DescribeOutputs(*both));
+  for (const double progress : observer.progress)
+  {
+    EXPECT_TRUE(progress == 0 || progress > 0.5) << progress << ": it was found out again";
+  }
+  filter->Update(1);
+  EXPECT_EQ(observer.runs, 2);
+
+  const PolyData outside = MakePlate(3);
+  AddCell(outside->GetPolys(), { 0, 1, 9 });
+  filter->SetInputData(outside);
+  filter->Update(1);
+  EXPECT_NE(observer.error.find("cell 8 uses point 9, but there are 9"), std::string::npos)
+    << observer.error;
+}
+
 TYPED_TEST(MeshPartitionPipeline, OptionsAreClampedAndPrinted)
 {
   vtkNew<TypeParam> filter;
