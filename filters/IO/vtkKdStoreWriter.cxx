@@ -1,9 +1,12 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Steps: 1. the input as one mesh of core's (WriterInput)  2. the build (filters/build).
+// Steps: 1. the input as one mesh of core's  2. the build (filters/build).
 #include "vtkKdStoreWriter.h"
 
-#include "filters/IO/WriterInput.h"
 #include "filters/adapter/AlgorithmExecution.h"
+#include "filters/adapter/FilterRequest.h"
+#include "filters/adapter/JoinPolyData.h"
+#include "filters/adapter/PolyDataAttributes.h"
+#include "filters/adapter/PolyDataMesh.h"
 #include "filters/build/Builder.h"
 
 #include <vtkDataObject.h>
@@ -36,6 +39,24 @@ Result<std::optional<Vec3>> DirectionOfMember(const char* name, const double* me
                    : Error{ ErrorCode::InvalidArgument, std::string(name) + " is no direction" };
 }
 
+// One mesh with all arrays that a store can have.
+Result<Mesh> ReadInput(vtkDataObject& input, bool weldByPlace, const Execution& execution,
+  std::vector<std::string>& leftOut)
+{
+  Result<JoinedPolyData> joined = JoinPolyData(input, weldByPlace, execution);
+  KDSTREAM_TRY(joined);
+  vtkPolyData& whole = *joined->mesh;
+  Result<Mesh> mesh = ReadMesh(whole, execution);
+  KDSTREAM_TRY(mesh);
+  const Result<PolyDataElements> elements = ReadElements(whole);
+  KDSTREAM_TRY(elements);
+  PolyDataAttributes read = ReadAttributes(whole, *elements);
+  mesh->attributes = std::move(read.attributes);
+  leftOut = std::move(joined->leftOut);
+  leftOut.insert(leftOut.end(), read.skipped.begin(), read.skipped.end());
+  return mesh;
+}
+
 }
 
 vtkKdStoreWriter::~vtkKdStoreWriter()
@@ -55,9 +76,7 @@ void vtkKdStoreWriter::SetGridBits(int bits)
 
 int vtkKdStoreWriter::FillInputPortInformation(int, vtkInformation* info)
 {
-  info->Remove(vtkAlgorithm::INPUT_REQUIRED_DATA_TYPE());
-  info->Append(vtkAlgorithm::INPUT_REQUIRED_DATA_TYPE(), "vtkPolyData");
-  info->Append(vtkAlgorithm::INPUT_REQUIRED_DATA_TYPE(), "vtkPartitionedDataSet");
+  AcceptMeshes(*info);
   return 1;
 }
 
@@ -104,18 +123,16 @@ void vtkKdStoreWriter::WriteData()
   const Execution execution = MakeAlgorithmExecution(
     *this, { { "tree", 0.05, 0.2 }, { "faces", 0.2, 0.25 }, { "levels", 0.25, 0.75 },
              { "encode", 0.75, 0.95 }, { "write", 0.95, 1.0 } });
-  Result<WriterInput> input = ReadWriterInput(*this->GetInput(), execution);
-  if (!input)
+  std::vector<std::string> leftOut;
+  Result<Mesh> mesh = ReadInput(*this->GetInput(), this->WeldByPlace, execution, leftOut);
+  if (!mesh)
   {
-    fail(input.GetError());
+    fail(mesh.GetError());
     return;
   }
-  for (const std::string& skipped : input->skipped)
-  {
-    vtkWarningMacro(<< skipped << "; it is left out");
-  }
+  WarnOfArrays(*this, leftOut);
   const std::string name = std::filesystem::path(this->FileName).stem().string();
-  const auto built = BuildStore(std::move(input->mesh), name, this->FileName, options, execution);
+  const auto built = BuildStore(std::move(*mesh), name, this->FileName, options, execution);
   if (!built)
   {
     fail(built.GetError());
@@ -132,6 +149,7 @@ void vtkKdStoreWriter::PrintSelf(ostream& os, vtkIndent indent)
   os << indent << "CellVertices: " << this->CellVertices << "\n";
   os << indent << "Maker: " << (this->Maker == Collapse ? "Collapse" : "Cluster") << "\n";
   os << indent << "Weld: " << (this->Weld ? "on" : "off") << "\n";
+  os << indent << "WeldByPlace: " << (this->WeldByPlace ? "on" : "off") << "\n";
   os << indent << "Title: " << this->Title << "\n";
   os << indent << "Credit: " << this->Credit << "\n";
   os << indent << "License: " << this->License << "\n";

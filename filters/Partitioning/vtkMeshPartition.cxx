@@ -1,15 +1,17 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Steps: 1. points and cells in core's types  2. the subclass: whose each point is  3. who goes
-// where (PartitionLayout)  4. each partition's arrays.
+// Steps: 1. the input as one mesh, its points and cells in core's types  2. the subclass: whose
+// each point is  3. who goes where (PartitionLayout)  4. each partition's arrays.
 #include "vtkMeshPartition.h"
 
 #include "filters/Partitioning/MeshPartitionWork.h"
-#include "filters/adapter/PartitionLayout.h"
 #include "filters/adapter/AlgorithmExecution.h"
+#include "filters/adapter/FilterRequest.h"
+#include "filters/adapter/PartitionLayout.h"
 #include "filters/adapter/PolyDataMesh.h"
 
 #include <vtkCellArray.h>
 #include <vtkCellData.h>
+#include <vtkErrorCode.h>
 #include <vtkIdList.h>
 #include <vtkIdTypeArray.h>
 #include <vtkInformation.h>
@@ -203,7 +205,7 @@ vtkMeshPartition::vtkMeshPartition()
 
 int vtkMeshPartition::FillInputPortInformation(int, vtkInformation* info)
 {
-  info->Set(vtkAlgorithm::INPUT_REQUIRED_DATA_TYPE(), "vtkPolyData");
+  AcceptMeshes(*info);
   return 1;
 }
 
@@ -216,23 +218,26 @@ int vtkMeshPartition::FillOutputPortInformation(int port, vtkInformation* info)
 int vtkMeshPartition::RequestData(
   vtkInformation*, vtkInformationVector** inputVector, vtkInformationVector* outputVector)
 {
-  vtkPolyData* const input = vtkPolyData::GetData(inputVector[0]);
-  if (input->GetNumberOfPoints() == 0)
-  {
-    return 1;
-  }
+  this->SetErrorCode(vtkErrorCode::NoError);
   const Execution execution = MakeAlgorithmExecution(
     *this, { { "tree", 0.05, 0.5 }, { "octree", 0.05, 0.5 }, { "faces", 0.05, 0.2 },
              { "seeds", 0.2, 0.2 }, { "k-means", 0.2, 0.5 }, { "partitions", 0.5, 1.0 } });
   const auto fail = [this](const Error& error)
   {
-    if (error.code == ErrorCode::Cancelled)
-    {
-      return 1;
-    }
-    vtkErrorMacro(<< error.message);
-    return 0;
+    this->SetErrorCode(ReportError(*this, error));
+    return error.code == ErrorCode::Cancelled ? 1 : 0;
   };
+  const auto joined =
+    JoinInput(*this, *vtkDataObject::GetData(inputVector[0]), this->WeldByPlace, execution);
+  if (!joined)
+  {
+    return fail(joined.GetError());
+  }
+  vtkPolyData* const input = *joined;
+  if (input->GetNumberOfPoints() == 0)
+  {
+    return 1;
+  }
   const Result<std::vector<Vec3>> points = ReadPoints(*input, execution);
   if (!points)
   {
@@ -289,4 +294,5 @@ void vtkMeshPartition::PrintSelf(ostream& os, vtkIndent indent)
   os << indent << "VerticesPerPartition: " << this->VerticesPerPartition << "\n";
   os << indent << "NumberOfPartitions: " << this->NumberOfPartitions << "\n";
   os << indent << "GeneratePartitionIds: " << (this->GeneratePartitionIds ? "on" : "off") << "\n";
+  os << indent << "WeldByPlace: " << (this->WeldByPlace ? "on" : "off") << "\n";
 }

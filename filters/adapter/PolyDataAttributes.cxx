@@ -180,7 +180,7 @@ private:
     }
     if (own == vtkDataSetAttributes::GhostArrayName())
     {
-      return skip("marks of ghosts are not kept");
+      return;
     }
     AttributeInfo info;
     info.type = TypeOf(array.GetDataType()).value_or(AttributeType::UInt8);
