@@ -270,6 +270,7 @@ public:
     , Options(options)
     , Runs(execution)
   {
+    this->Options.tree.cellVertices = 0;
   }
 
   Result<DistributedPartitions> Make()
@@ -778,7 +779,7 @@ private:
 
   const RankGroup Ranks;
   vtkPolyData& Input;
-  const DistributedOptions& Options;
+  DistributedOptions Options;
   const Execution& Runs;
   std::vector<Vec3> Points;
   PolyDataElements Elements;
@@ -797,9 +798,14 @@ private:
 }
 
 Result<DistributedPartitions> PartitionTogether(vtkMultiProcessController& controller,
-  vtkPolyData& input, const DistributedOptions& options, const Execution& execution)
+  const Result<vtkSmartPointer<vtkPolyData>>& input, const DistributedOptions& options,
+  const Execution& execution)
 {
-  return Distribution(controller, input, options, execution).Make();
+  if (!input)
+  {
+    return RankGroup(controller).Agree(input.GetError()).GetError();
+  }
+  return Distribution(controller, **input, options, execution).Make();
 }
 
 }

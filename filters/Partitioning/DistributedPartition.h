@@ -34,18 +34,19 @@ struct DistributedPartitions
 
 struct DistributedOptions
 {
-  KdTreeOptions tree;
+  KdTreeOptions tree;       // cellVertices does not matter
   bool isCut = true;        // whether partitions are wanted, or only whose each point is
   bool generateIds = false; // with "PartitionId"
 };
 
-// Called by all ranks together, with the same options; all return the same error if one has any,
-// which names its rank. Partitions are those of BuildKdTree over all ranks' points in the order of
-// their numbers: their global ids where all ranks have them, which must be below 2^32 - 1, else
-// those of rank 0 first. Memory: input and output twice. Errors: those of PolyDataMesh and
-// BuildKdTree; InvalidInput for a global id that is none; Cancelled, on all ranks where it is on
-// one.
+// input: this rank's part, or what is wrong with it. Called by all ranks together, with the same
+// options; all return the same error if one has any, which names its rank. Partitions are those of
+// BuildKdTree over all ranks' points in the order of their numbers: their global ids where all
+// ranks have them, which must be below 2^32 - 1, else those of rank 0 first. Memory: input and
+// output twice. Errors: those of PolyDataMesh and BuildKdTree; InvalidInput for a global id that is
+// none; Cancelled, on all ranks where it is on one.
 Result<DistributedPartitions> PartitionTogether(vtkMultiProcessController& controller,
-  vtkPolyData& input, const DistributedOptions& options, const Execution& execution);
+  const Result<vtkSmartPointer<vtkPolyData>>& input, const DistributedOptions& options,
+  const Execution& execution);
 
 }

@@ -5,9 +5,11 @@
 #include "filters/Partitioning/DistributedPartition.h"
 #include "filters/Partitioning/MeshPartitionWork.h"
 #include "filters/adapter/AlgorithmExecution.h"
+#include "filters/adapter/FilterRequest.h"
 #include "filters/core/tree/Clustering.h"
 #include "filters/core/tree/KdTree.h"
 
+#include <vtkErrorCode.h>
 #include <vtkInformation.h>
 #include <vtkInformationVector.h>
 #include <vtkMultiProcessController.h>
@@ -15,8 +17,6 @@
 #include <vtkPartitionedDataSet.h>
 #include <vtkPointData.h>
 #include <vtkPolyData.h>
-
-#include <string>
 
 using namespace kdstream;
 
@@ -41,7 +41,6 @@ int vtkKdTreePartition::RequestData(
   {
     return this->Superclass::RequestData(request, inputVector, outputVector);
   }
-  vtkPolyData* const input = vtkPolyData::GetData(inputVector[0]);
   const Execution execution =
     MakeAlgorithmExecution(*this, { { "tree", 0.05, 0.7 }, { "partitions", 0.7, 1.0 } });
   DistributedOptions options;
@@ -50,23 +49,17 @@ int vtkKdTreePartition::RequestData(
   {
     options.tree.partitions = static_cast<std::uint32_t>(this->GetNumberOfPartitions());
   }
-  options.tree.cellVertices = 0;
   options.isCut = AsksForPartitions(request);
   options.generateIds = this->GetGeneratePartitionIds();
-  const auto made = PartitionTogether(*this->Controller, *input, options, execution);
+  const auto input =
+    JoinInput(*this, *vtkDataObject::GetData(inputVector[0]), this->GetWeldByPlace(), execution);
+  const auto made = PartitionTogether(*this->Controller, input, options, execution);
+  this->SetErrorCode(ReportError(*this, made ? Status() : Status(made.GetError())));
   if (!made)
   {
-    if (made.GetError().code == ErrorCode::Cancelled)
-    {
-      return 1;
-    }
-    vtkErrorMacro(<< made.GetError().message);
-    return 0;
+    return this->GetErrorCode() == vtkErrorCode::NoError ? 1 : 0;
   }
-  for (const std::string& skipped : made->skipped)
-  {
-    vtkWarningMacro(<< skipped << "; it is left out");
-  }
+  WarnOfArrays(*this, made->skipped);
   if (options.isCut)
   {
     vtkPartitionedDataSet* const partitions = vtkPartitionedDataSet::GetData(outputVector, 0);
@@ -77,7 +70,7 @@ int vtkKdTreePartition::RequestData(
     }
   }
   vtkPolyData* const labelled = vtkPolyData::GetData(outputVector, 1);
-  labelled->ShallowCopy(input);
+  labelled->ShallowCopy(*input);
   if (options.generateIds)
   {
     labelled->GetPointData()->AddArray(NewPartitionIds(made->partitionOf));

@@ -1,16 +1,18 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Steps: 1. points and cells in core's types  2. the subclass: whose each point is  3. who goes
-// where (PartitionLayout)  4. each partition's arrays.
+// Steps: 1. the input as one mesh, its points and cells in core's types  2. the subclass: whose
+// each point is  3. who goes where (PartitionLayout)  4. each partition's arrays.
 #include "vtkMeshPartition.h"
 
 #include "filters/Partitioning/CutPartitions.h"
 #include "filters/Partitioning/MeshPartitionWork.h"
 #include "filters/adapter/AlgorithmExecution.h"
+#include "filters/adapter/FilterRequest.h"
 #include "filters/adapter/PartitionLayout.h"
 #include "filters/adapter/PolyDataMesh.h"
 #include "filters/core/TakeResult.h"
 
 #include <vtkDemandDrivenPipeline.h>
+#include <vtkErrorCode.h>
 #include <vtkExecutive.h>
 #include <vtkIdTypeArray.h>
 #include <vtkInformation.h>
@@ -33,6 +35,7 @@ struct vtkMeshPartition::Run
 {
   vtkMeshPartition& Self;
   vtkPolyData& Input;
+  vtkMTimeType InputTime; // of what it was joined of
   const Execution& Runs;
 
   Status Make(bool isCut, vtkInformationVector& outputVector) const
@@ -68,8 +71,8 @@ private:
   Status Assign(const PolyDataElements& elements) const
   {
     std::unique_ptr<PartitionAssignment>& assigned = this->Self.Assigned;
-    const vtkMTimeType inputTime = this->Input.GetMTime(), filterTime = this->Self.GetMTime();
-    if (assigned && assigned->inputTime == inputTime && assigned->filterTime == filterTime)
+    const vtkMTimeType filterTime = this->Self.GetMTime();
+    if (assigned && assigned->inputTime == this->InputTime && assigned->filterTime == filterTime)
     {
       return {};
     }
@@ -84,8 +87,8 @@ private:
     }
     this->Self.AssignPoints(work);
     KDSTREAM_TRY(work.status);
-    assigned = std::make_unique<PartitionAssignment>(
-      PartitionAssignment{ std::move(work.partitionOf), work.partitions, inputTime, filterTime });
+    assigned = std::make_unique<PartitionAssignment>(PartitionAssignment{
+      std::move(work.partitionOf), work.partitions, this->InputTime, filterTime });
     return {};
   }
 
@@ -108,7 +111,7 @@ vtkMeshPartition::~vtkMeshPartition() = default;
 
 int vtkMeshPartition::FillInputPortInformation(int, vtkInformation* info)
 {
-  info->Set(vtkAlgorithm::INPUT_REQUIRED_DATA_TYPE(), "vtkPolyData");
+  AcceptMeshes(*info);
   return 1;
 }
 
@@ -140,24 +143,21 @@ vtkTypeBool vtkMeshPartition::ProcessRequest(
 int vtkMeshPartition::RequestData(
   vtkInformation* request, vtkInformationVector** inputVector, vtkInformationVector* outputVector)
 {
-  vtkPolyData* const input = vtkPolyData::GetData(inputVector[0]);
-  if (input->GetNumberOfPoints() == 0)
-  {
-    return 1;
-  }
   const bool isCut = AsksForPartitions(request);
   const double cutAt = isCut ? 0.5 : 1.0;
   const Execution execution = MakeAlgorithmExecution(
     *this, { { "tree", 0.05, cutAt }, { "octree", 0.05, cutAt }, { "faces", 0.05, 0.4 * cutAt },
              { "seeds", 0.4 * cutAt, 0.4 * cutAt }, { "k-means", 0.4 * cutAt, cutAt },
              { "partitions", 0.5, 1.0 } });
-  const Status status = Run{ *this, *input, execution }.Make(isCut, *outputVector);
-  if (status || status.GetError().code == ErrorCode::Cancelled)
+  vtkDataObject& input = *vtkDataObject::GetData(inputVector[0]);
+  const auto joined = JoinInput(*this, input, this->WeldByPlace, execution);
+  Status status = joined ? Status() : Status(joined.GetError());
+  if (joined && (*joined)->GetNumberOfPoints() > 0)
   {
-    return 1;
+    status = Run{ *this, **joined, input.GetMTime(), execution }.Make(isCut, *outputVector);
   }
-  vtkErrorMacro(<< status.GetError().message);
-  return 0;
+  this->SetErrorCode(ReportError(*this, status));
+  return this->GetErrorCode() == vtkErrorCode::NoError ? 1 : 0;
 }
 
 void vtkMeshPartition::PrintSelf(ostream& os, vtkIndent indent)
@@ -166,4 +166,5 @@ void vtkMeshPartition::PrintSelf(ostream& os, vtkIndent indent)
   os << indent << "VerticesPerPartition: " << this->VerticesPerPartition << "\n";
   os << indent << "NumberOfPartitions: " << this->NumberOfPartitions << "\n";
   os << indent << "GeneratePartitionIds: " << (this->GeneratePartitionIds ? "on" : "off") << "\n";
+  os << indent << "WeldByPlace: " << (this->WeldByPlace ? "on" : "off") << "\n";
 }

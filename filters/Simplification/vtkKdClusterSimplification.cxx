@@ -1,10 +1,11 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Steps: 1. points, triangles and arrays in core's types  2. weld, tree, level (core)  3. the
-// other arrays for the level (CarriedArrays.h)  4. VTK arrays.
+// Steps: 1. the input as one mesh: points, triangles and arrays in core's types  2. weld, tree,
+// level (core)  3. the other arrays for the level (CarriedArrays.h)  4. VTK arrays.
 #include "vtkKdClusterSimplification.h"
 
 #include "filters/Simplification/SimplifiedLevel.h"
 #include "filters/adapter/AlgorithmExecution.h"
+#include "filters/adapter/FilterRequest.h"
 #include "filters/adapter/PolyDataAttributes.h"
 #include "filters/adapter/PolyDataMesh.h"
 #include "filters/core/CarriedArrays.h"
@@ -17,6 +18,7 @@
 #include <vtkDataArray.h>
 #include <vtkDataObject.h>
 #include <vtkDoubleArray.h>
+#include <vtkErrorCode.h>
 #include <vtkInformation.h>
 #include <vtkInformationInformationVectorKey.h>
 #include <vtkInformationStringKey.h>
@@ -258,6 +260,12 @@ Status Simplify(vtkPolyData& input, const Request& request, const Execution& exe
 
 }
 
+int vtkKdClusterSimplification::FillInputPortInformation(int, vtkInformation* info)
+{
+  AcceptMeshes(*info);
+  return 1;
+}
+
 bool vtkKdClusterSimplification::HasClusters()
 {
   vtkInformationVector* const arrays =
@@ -273,10 +281,19 @@ bool vtkKdClusterSimplification::HasClusters()
 int vtkKdClusterSimplification::RequestData(
   vtkInformation*, vtkInformationVector** inputVector, vtkInformationVector* outputVector)
 {
-  vtkPolyData* const input = vtkPolyData::GetData(inputVector[0]);
   vtkPolyData* const output = vtkPolyData::GetData(outputVector);
+  this->SetErrorCode(vtkErrorCode::NoError);
   this->FinestDepth = -1;
-  if (input->GetNumberOfPoints() == 0)
+  const Execution execution =
+    MakeAlgorithmExecution(*this, { { "tree", 0.05, 0.4 }, { "levels", 0.4, 1.0 } });
+  const auto input =
+    JoinInput(*this, *vtkDataObject::GetData(inputVector[0]), this->WeldByPlace, execution);
+  if (!input)
+  {
+    this->SetErrorCode(ReportError(*this, input.GetError()));
+    return 0;
+  }
+  if ((*input)->GetNumberOfPoints() == 0)
   {
     return 1;
   }
@@ -296,22 +313,15 @@ int vtkKdClusterSimplification::RequestData(
   request.options.target = static_cast<std::size_t>(this->TargetNumberOfTriangles);
   request.weld = this->Weld;
   request.byClusters = this->HasClusters();
-  request.clusterIds = request.byClusters ? this->GetInputArrayToProcess(0, input) : nullptr;
-  const Execution execution =
-    MakeAlgorithmExecution(*this, { { "tree", 0.05, 0.4 }, { "levels", 0.4, 1.0 } });
+  request.clusterIds = request.byClusters ? this->GetInputArrayToProcess(0, *input) : nullptr;
 
-  const Status status = Simplify(*input, request, execution, *output, this->FinestDepth);
-  if (status)
+  const Status status = Simplify(**input, request, execution, *output, this->FinestDepth);
+  if (!status)
   {
-    return 1;
+    output->Initialize();
   }
-  output->Initialize();
-  if (status.GetError().code == ErrorCode::Cancelled)
-  {
-    return 1;
-  }
-  vtkErrorMacro(<< status.GetError().message);
-  return 0;
+  this->SetErrorCode(ReportError(*this, status));
+  return this->GetErrorCode() == vtkErrorCode::NoError ? 1 : 0;
 }
 
 void vtkKdClusterSimplification::PrintSelf(ostream& os, vtkIndent indent)
@@ -323,6 +333,7 @@ void vtkKdClusterSimplification::PrintSelf(ostream& os, vtkIndent indent)
   os << indent << "Representative: " << (this->Representative == Mean ? "Mean" : "Quadric") << "\n";
   os << indent << "Sheets: " << (this->Sheets ? "on" : "off") << "\n";
   os << indent << "Weld: " << (this->Weld ? "on" : "off") << "\n";
+  os << indent << "WeldByPlace: " << (this->WeldByPlace ? "on" : "off") << "\n";
   os << indent << "CellVertices: " << this->CellVertices << "\n";
   os << indent << "VerticesPerPartition: " << this->VerticesPerPartition << "\n";
   os << indent << "FinestDepth: " << this->FinestDepth << "\n";

@@ -188,7 +188,7 @@ private:
     }
     if (own == vtkDataSetAttributes::GhostArrayName())
     {
-      return skip("marks of ghosts are not kept");
+      return;
     }
     if (cells && &array == data.GetGlobalIds() &&
         std::adjacent_find(cells->begin(), cells->end()) != cells->end())

@@ -34,9 +34,9 @@ struct PolyDataAttributes
 // "PedigreeIds" (HoldsIds), of points and of cells. Types are kept bit for bit: vtkIdType, long and
 // long long become int64 (or int32, where they are), char int8, bits uint8. Skipped, and listed:
 // arrays that are not numeric, have no name, no or more than 255 components, or another number of
-// tuples than there are points or cells; a second array of a name; vtkGhostType, which is about one
-// pipeline; global ids of cells where some were cut up. O(values). REQUIRES: `elements` read from
-// `input`.
+// tuples than there are points or cells; a second array of a name; global ids of cells where some
+// were cut up. vtkGhostType is about one pipeline: skipped, and not listed. O(values). REQUIRES:
+// `elements` read from `input`.
 PolyDataAttributes ReadAttributes(vtkPolyData& input, const PolyDataElements& elements);
 
 // Adds the attributes to the arrays of `output`, with the roles that RoleOf and HoldsIds tell as

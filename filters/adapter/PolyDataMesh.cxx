@@ -1,14 +1,13 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "filters/adapter/PolyDataMesh.h"
 
+#include "filters/adapter/PolyDataCells.h"
 #include "filters/core/CutPolygon.h"
 
 #include <vtkCellArray.h>
-#include <vtkCellArrayIterator.h>
 #include <vtkDoubleArray.h>
 #include <vtkFloatArray.h>
 #include <vtkPoints.h>
-#include <vtkSmartPointer.h>
 
 #include <algorithm>
 #include <array>
@@ -86,31 +85,12 @@ template <class Add>
 Status ReadCells(vtkCellArray* cells, vtkIdType firstCell, vtkIdType pointCount, Add&& add,
   PolyDataElements& elements)
 {
-  if (!cells)
-  {
-    return {};
-  }
-  const auto iterator = vtk::TakeSmartPointer(cells->NewIterator());
-  for (iterator->GoToFirstCell(); !iterator->IsDoneWithTraversal(); iterator->GoToNextCell())
-  {
-    vtkIdType size = 0;
-    const vtkIdType* points = nullptr;
-    iterator->GetCurrentCell(size, points);
-    const vtkIdType cell = firstCell + iterator->GetCurrentCellId();
-    const Corners corners(points, static_cast<std::size_t>(size));
-    for (const vtkIdType point : corners)
+  return ForEachCell(cells, firstCell, pointCount,
+    [&](vtkIdType cell, Corners corners)
     {
-      if (point < 0 || point >= pointCount)
-      {
-        return Error{ ErrorCode::InvalidInput, "cell " + std::to_string(cell) + " uses point " +
-                                                 std::to_string(point) + ", but there are " +
-                                                 std::to_string(pointCount) };
-      }
-    }
-    add(corners, elements.corners);
-    elements.cells.resize(elements.corners.size(), cell);
-  }
-  return {};
+      add(corners, elements.corners);
+      elements.cells.resize(elements.corners.size(), cell);
+    });
 }
 
 bool IsFinite(const Vec3& p)

@@ -252,7 +252,6 @@ TEST(PolyDataAttributes, SkippedArraysAreNamedWithAReason)
                             "point array \"\": has no name",
                             "point array \"wide\": has 256 components; 1 to 255 are possible",
                             "point array \"short\": has 3 tuples for 4 points",
-                            "point array \"vtkGhostType\": marks of ghosts are not kept",
                             "cell array \"long\": has 3 tuples for 2 cells" }));
 }
 

@@ -379,7 +379,8 @@ void ExpectErrorOfAll()
   writer->SetInputData(input);
   writer->SetFileName("/nonexistent/folder/model.kds");
   Expect(writer->Write() == 0, "a store of points that are not finite");
-  Expect(heardWriter.error.find(said) != std::string::npos, "the error is " + heardWriter.error);
+  Expect(heardWriter.error.find("point 7: a coordinate is not finite") != std::string::npos,
+    "the error is " + heardWriter.error);
   writer->SetInputData(MakeSphere(20));
   Expect(writer->Write() == 0, "a store where there is no folder");
   Expect(writer->GetErrorCode() != 0, "no error code");
