@@ -17,7 +17,6 @@
 #include <iostream>
 #include <iterator>
 #include <limits>
-#include <set>
 
 namespace
 {
@@ -143,12 +142,17 @@ PolyData Extract(vtkPolyData* whole, const Ids& points, const Ids& cells)
   }
   part->SetPoints(places);
   vtkNew<vtkCellArray> kinds[4];
+  Ids newIds(static_cast<std::size_t>(whole->GetNumberOfPoints()), -1);
+  for (std::size_t i = 0; i < points.size(); ++i)
+  {
+    newIds[static_cast<std::size_t>(points[i])] = static_cast<vtkIdType>(i);
+  }
   for (const vtkIdType cell : cells)
   {
     Ids corners = CornersOf(whole, cell);
     for (vtkIdType& corner : corners)
     {
-      corner = std::lower_bound(points.begin(), points.end(), corner) - points.begin();
+      corner = newIds[static_cast<std::size_t>(corner)];
     }
     AddCell(kinds[KindOf(whole, cell)], corners);
   }
@@ -173,64 +177,65 @@ void Mark(vtkDataSetAttributes* data, vtkIdType count, const std::vector<bool>& 
 }
 
 // What rank `of` has of a mesh: every cell once, with its points, and its share of those without
-// cells; with ghosts also some of the next rank's cells, marked. Rank `none` has nothing.
+// cells; with ghosts also some of the next rank's cells, marked. Rank `none` has nothing. The same
+// of another number of shares than there are ranks.
 struct Sharing
 {
   bool ghosts = false;
   int none = -1;
+  int shares = ranks;
 };
 
 PolyData ShareOf(vtkPolyData* whole, int of, const Sharing& sharing)
 {
   std::vector<int> having;
-  for (int each = 0; each < ranks; ++each)
+  for (int each = 0; each < sharing.shares; ++each)
   {
     if (each != sharing.none)
     {
       having.push_back(each);
     }
   }
-  const vtkIdType cells = whole->GetNumberOfCells();
+  const vtkIdType cells = whole->GetNumberOfCells(), points = whole->GetNumberOfPoints();
   const auto count = static_cast<vtkIdType>(having.size());
-  Ids own;
-  std::set<vtkIdType> points, usedByOwn, used;
-  std::vector<bool> isGhost;
+  const auto isAt = [&](vtkIdType place, vtkIdType all)
+  { return having[static_cast<std::size_t>(place * count / all)] == of; };
+  Ids own, ids;
+  std::vector<bool> isGhost, used(static_cast<std::size_t>(points)), here(used), usedByOwn(used);
   for (vtkIdType cell = 0; cell < cells; ++cell)
   {
-    const vtkIdType place = cell * count / cells;
-    const bool isOwn = having[static_cast<std::size_t>(place)] == of;
-    const Ids corners = CornersOf(whole, cell);
-    used.insert(corners.begin(), corners.end());
-    const bool isNear = sharing.ghosts && cell >= 20 &&
-                        having[static_cast<std::size_t>((cell - 20) * count / cells)] == of;
+    const bool isOwn = isAt(cell, cells);
+    const bool isNear = sharing.ghosts && cell >= 20 && isAt(cell - 20, cells);
+    for (const vtkIdType corner : CornersOf(whole, cell))
+    {
+      const auto point = static_cast<std::size_t>(corner);
+      used[point] = true;
+      here[point] = here[point] || isOwn || isNear;
+      usedByOwn[point] = usedByOwn[point] || isOwn;
+    }
     if (isOwn || isNear)
     {
       own.push_back(cell);
       isGhost.push_back(!isOwn);
-      points.insert(corners.begin(), corners.end());
-      if (isOwn)
-      {
-        usedByOwn.insert(corners.begin(), corners.end());
-      }
     }
   }
-  for (vtkIdType point = 0; point < whole->GetNumberOfPoints(); ++point)
+  for (vtkIdType i = 0; i < points; ++i)
   {
-    if (used.count(point) == 0 &&
-        having[static_cast<std::size_t>(point * count / whole->GetNumberOfPoints())] == of)
+    const auto point = static_cast<std::size_t>(i);
+    const bool isAlone = !used[point] && isAt(i, points);
+    usedByOwn[point] = usedByOwn[point] || isAlone;
+    if (here[point] || isAlone)
     {
-      points.insert(point);
-      usedByOwn.insert(point);
+      ids.push_back(i);
     }
   }
-  const Ids ids(points.begin(), points.end());
   const PolyData part = of == sharing.none ? PolyData::New() : Extract(whole, ids, own);
   if (sharing.ghosts && of != sharing.none)
   {
     std::vector<bool> pointGhosts;
     for (const vtkIdType id : ids)
     {
-      pointGhosts.push_back(usedByOwn.count(id) == 0);
+      pointGhosts.push_back(!usedByOwn[static_cast<std::size_t>(id)]);
     }
     Mark(part->GetPointData(), part->GetNumberOfPoints(), pointGhosts);
     Mark(part->GetCellData(), part->GetNumberOfCells(), isGhost);
@@ -293,14 +298,14 @@ PolyData Join(const std::vector<PolyData>& parts)
   return whole;
 }
 
-vtkSmartPointer<vtkKdTreePartition> Partition(vtkPolyData* input, vtkIdType size, bool alone)
+vtkSmartPointer<vtkKdTreePartition> Partition(vtkDataObject* input, vtkIdType size, bool alone)
 {
   auto filter = vtkSmartPointer<vtkKdTreePartition>::New();
   if (alone)
   {
     filter->SetController(nullptr);
   }
-  filter->SetInputData(input);
+  filter->SetInputDataObject(input);
   filter->SetVerticesPerPartition(size);
   filter->GeneratePartitionIdsOn();
   filter->Update();
@@ -313,7 +318,7 @@ vtkPolyData* PartitionAt(vtkKdTreePartition* filter, unsigned int i)
 }
 
 // This rank's partitions are those of one process, and no others are here.
-void ComparePartitions(vtkPolyData* own, vtkPolyData* whole, vtkIdType size)
+void ComparePartitions(vtkDataObject* own, vtkPolyData* whole, vtkIdType size)
 {
   const auto together = Partition(own, size, false), one = Partition(whole, size, true);
   const auto count = one->GetOutput()->GetNumberOfPartitions();
@@ -327,13 +332,12 @@ void ComparePartitions(vtkPolyData* own, vtkPolyData* whole, vtkIdType size)
     Expect(!here || AreSame(here, PartitionAt(one, i)), "partition " + std::to_string(i));
   }
   // Port 1 alone says the same of the points.
-  const auto ids = vtkPolyData::SafeDownCast(together->GetOutputDataObject(1));
   together->Modified();
   together->Update(1);
-  vtkDataArray* const numbers = own->GetPointData()->GetGlobalIds();
+  const auto ids = vtkPolyData::SafeDownCast(together->GetOutputDataObject(1));
+  vtkDataArray* const numbers = ids->GetPointData()->GetGlobalIds();
   const auto all = vtkPolyData::SafeDownCast(one->GetOutputDataObject(1));
-  Expect(ids->GetNumberOfPoints() == own->GetNumberOfPoints(), "the points of port 1");
-  for (vtkIdType i = 0; numbers && i < own->GetNumberOfPoints(); ++i)
+  for (vtkIdType i = 0; numbers && i < ids->GetNumberOfPoints(); ++i)
   {
     const auto number = static_cast<vtkIdType>(numbers->GetComponent(i, 0));
     Expect(ids->GetPointData()->GetArray("PartitionId")->GetComponent(i, 0) ==
@@ -346,6 +350,16 @@ void CompareByIds(vtkPolyData* whole, vtkIdType size, const Sharing& sharing)
 {
   AddGlobalIds(whole);
   ComparePartitions(ShareOf(whole, rank, sharing), whole, size);
+}
+
+// Each rank has two blocks, with ghosts.
+void CompareBlocks(vtkPolyData* whole, vtkIdType size)
+{
+  AddGlobalIds(whole);
+  vtkNew<vtkPartitionedDataSet> blocks;
+  blocks->SetPartition(0, ShareOf(whole, 2 * rank, { true, -1, 2 * ranks }));
+  blocks->SetPartition(1, ShareOf(whole, 2 * rank + 1, { true, -1, 2 * ranks }));
+  ComparePartitions(blocks, whole, size);
 }
 
 // Without ids nothing is the same point: the whole mesh is the shares, one after the other.
@@ -453,6 +467,10 @@ void Run(const std::string& name, const std::string& folder, const char* file,
   else if (name == "ghosts")
   {
     CompareByIds(MakeSphere(70), 50, { true });
+  }
+  else if (name == "blocks")
+  {
+    CompareBlocks(MakeSphere(70), 50);
   }
   else if (name == "error")
   {

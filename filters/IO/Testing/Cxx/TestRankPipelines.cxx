@@ -55,6 +55,11 @@ TEST_P(RankPipelines, GhostsAreNotCounted)
   this->Expect({ "ghosts" });
 }
 
+TEST_P(RankPipelines, BlocksAreOneMesh)
+{
+  this->Expect({ "blocks" });
+}
+
 TEST_P(RankPipelines, AnErrorOfOneIsAnErrorOfAll)
 {
   this->Expect({ "error" });
