@@ -2,6 +2,7 @@
 #include "vtkKdMeshReader.h"
 
 #include "filters/adapter/AlgorithmExecution.h"
+#include "filters/adapter/ArraySelections.h"
 #include "filters/adapter/ErrorCodes.h"
 #include "filters/adapter/MeshPolyData.h"
 #include "filters/build/BuildInput.h"
@@ -61,6 +62,11 @@ vtkKdMeshReader::~vtkKdMeshReader()
   this->SetFileName(nullptr);
 }
 
+int vtkKdMeshReader::CanReadFile(const char* name)
+{
+  return name && MeshReader::Open(name) ? 1 : 0;
+}
+
 vtkMTimeType vtkKdMeshReader::GetMTime()
 {
   return std::max(
@@ -84,12 +90,7 @@ int vtkKdMeshReader::RequestInformation(
     }
     return 0;
   }
-  for (const AttributeInfo& array : (*reader)->Info().attributes)
-  {
-    vtkDataArraySelection& arrays =
-      array.association == AttributeAssociation::Point ? *this->PointArrays : *this->CellArrays;
-    arrays.AddArray(array.name.c_str()); // none twice; enabled
-  }
+  ArraySelections(*this->PointArrays, *this->CellArrays).Follow((*reader)->Info().attributes);
   return 1;
 }
 
@@ -109,12 +110,8 @@ int vtkKdMeshReader::RequestData(
   {
     vtkWarningMacro(<< this->FileName << ": " << warning);
   }
-  const auto isWanted = [this](const AttributeInfo& array)
-  {
-    vtkDataArraySelection& arrays =
-      array.association == AttributeAssociation::Point ? *this->PointArrays : *this->CellArrays;
-    return arrays.ArrayIsEnabled(array.name.c_str()) != 0;
-  };
+  const auto isWanted = [selections = ArraySelections(*this->PointArrays, *this->CellArrays)](
+                          const AttributeInfo& array) { return selections.IsWanted(array); };
   const Status status =
     mesh ? FillPolyData(*mesh, mesh->points.size(), isWanted, *output) : mesh.GetError();
   if (status)

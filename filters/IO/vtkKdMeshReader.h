@@ -46,6 +46,12 @@ public:
   vtkGetFilePathMacro(FileName);
   ///@}
 
+  /**
+   * Whether the file is there and a mesh, by its ending and its header; of text without a header
+   * (OBJ, STL) by all of it. Nothing is changed or told.
+   */
+  virtual int CanReadFile(VTK_FILEPATH const char* name);
+
   ///@{
   /**
    * Whether points of one place become one, where a format gives each triangle points of its own
@@ -58,7 +64,8 @@ public:
 
   /**
    * The arrays of points and of cells that the file has, known after UpdateInformation: which of
-   * them to read. Default all.
+   * them to read. Default all. Those of another file take their place when FileName changes; what
+   * was chosen of the same name stays.
    */
   vtkDataArraySelection* GetPointDataArraySelection() { return this->PointArrays; }
   vtkDataArraySelection* GetCellDataArraySelection() { return this->CellArrays; }

@@ -1,19 +1,27 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Steps: 1. the input as one mesh of core's (WriterInput)  2. the build (filters/build).
+// Steps: 1. the input as one mesh of core's  2. the build (filters/build).
 #include "vtkKdStoreWriter.h"
 
-#include "filters/IO/WriterInput.h"
 #include "filters/adapter/AlgorithmExecution.h"
+#include "filters/adapter/FilterRequest.h"
+#include "filters/adapter/JoinPolyData.h"
+#include "filters/adapter/PolyDataAttributes.h"
+#include "filters/adapter/PolyDataMesh.h"
+#include "filters/adapter/RankGroup.h"
+#include "filters/adapter/RankParts.h"
 #include "filters/build/Builder.h"
 
 #include <vtkDataObject.h>
 #include <vtkErrorCode.h>
 #include <vtkInformation.h>
 #include <vtkInformationVector.h>
+#include <vtkMultiProcessController.h>
 #include <vtkObjectFactory.h>
 
 #include <algorithm>
 #include <filesystem>
+#include <functional>
+#include <optional>
 #include <string>
 
 vtkStandardNewMacro(vtkKdStoreWriter);
@@ -36,10 +44,46 @@ Result<std::optional<Vec3>> DirectionOfMember(const char* name, const double* me
                    : Error{ ErrorCode::InvalidArgument, std::string(name) + " is no direction" };
 }
 
+// One mesh with all arrays that a store can have.
+Result<Mesh> ReadInput(vtkDataObject& input, bool weldByPlace, const Execution& execution,
+  std::vector<std::string>& leftOut)
+{
+  Result<JoinedPolyData> joined = JoinPolyData(input, weldByPlace, execution);
+  KDSTREAM_TRY(joined);
+  vtkPolyData& whole = *joined->mesh;
+  Result<Mesh> mesh = ReadMesh(whole, execution);
+  KDSTREAM_TRY(mesh);
+  const Result<PolyDataElements> elements = ReadElements(whole);
+  KDSTREAM_TRY(elements);
+  PolyDataAttributes read = ReadAttributes(whole, *elements);
+  mesh->attributes = std::move(read.attributes);
+  leftOut.insert(leftOut.end(), joined->leftOut.begin(), joined->leftOut.end());
+  leftOut.insert(leftOut.end(), read.skipped.begin(), read.skipped.end());
+  return mesh;
+}
+
+// Rank 0 builds of what all have; what it comes to is told by all.
+Status BuildOfAll(vtkMultiProcessController& controller, vtkDataObject& input,
+  std::vector<std::string>& leftOut, const std::function<Status(vtkDataObject& all)>& build)
+{
+  const RankGroup ranks(controller);
+  const auto parts = GatherParts(ranks, input, leftOut);
+  KDSTREAM_TRY(parts);
+  return ranks.Agree(ranks.Rank() == 0 ? build(**parts) : Status());
+}
+
+}
+
+vtkCxxSetObjectMacro(vtkKdStoreWriter, Controller, vtkMultiProcessController);
+
+vtkKdStoreWriter::vtkKdStoreWriter()
+{
+  this->SetController(vtkMultiProcessController::GetGlobalController());
 }
 
 vtkKdStoreWriter::~vtkKdStoreWriter()
 {
+  this->SetController(nullptr);
   this->SetFileName(nullptr);
 }
 
@@ -55,9 +99,7 @@ void vtkKdStoreWriter::SetGridBits(int bits)
 
 int vtkKdStoreWriter::FillInputPortInformation(int, vtkInformation* info)
 {
-  info->Remove(vtkAlgorithm::INPUT_REQUIRED_DATA_TYPE());
-  info->Append(vtkAlgorithm::INPUT_REQUIRED_DATA_TYPE(), "vtkPolyData");
-  info->Append(vtkAlgorithm::INPUT_REQUIRED_DATA_TYPE(), "vtkPartitionedDataSet");
+  AcceptMeshes(*info);
   return 1;
 }
 
@@ -104,18 +146,19 @@ void vtkKdStoreWriter::WriteData()
   const Execution execution = MakeAlgorithmExecution(
     *this, { { "tree", 0.05, 0.2 }, { "faces", 0.2, 0.25 }, { "levels", 0.25, 0.75 },
              { "encode", 0.75, 0.95 }, { "write", 0.95, 1.0 } });
-  Result<WriterInput> input = ReadWriterInput(*this->GetInput(), execution);
-  if (!input)
+  std::vector<std::string> leftOut;
+  const auto build = [&](vtkDataObject& input) -> Status
   {
-    fail(input.GetError());
-    return;
-  }
-  for (const std::string& skipped : input->skipped)
-  {
-    vtkWarningMacro(<< skipped << "; it is left out");
-  }
-  const std::string name = std::filesystem::path(this->FileName).stem().string();
-  const auto built = BuildStore(std::move(input->mesh), name, this->FileName, options, execution);
+    Result<Mesh> mesh = ReadInput(input, this->WeldByPlace, execution, leftOut);
+    KDSTREAM_TRY(mesh);
+    const std::string name = std::filesystem::path(this->FileName).stem().string();
+    const auto report = BuildStore(std::move(*mesh), name, this->FileName, options, execution);
+    return report ? Status() : Status(report.GetError());
+  };
+  const bool isTogether = this->Controller && this->Controller->GetNumberOfProcesses() > 1;
+  const Status built = isTogether ? BuildOfAll(*this->Controller, *this->GetInput(), leftOut, build)
+                                  : build(*this->GetInput());
+  WarnOfArrays(*this, leftOut);
   if (!built)
   {
     fail(built.GetError());
@@ -126,12 +169,14 @@ void vtkKdStoreWriter::PrintSelf(ostream& os, vtkIndent indent)
 {
   this->Superclass::PrintSelf(os, indent);
   os << indent << "FileName: " << (this->FileName ? this->FileName : "(none)") << "\n";
+  os << indent << "Controller: " << static_cast<void*>(this->Controller) << "\n";
   os << indent << "GridBits: " << this->GridBits << "\n";
   os << indent << "VerticesPerPartition: " << this->VerticesPerPartition << "\n";
   os << indent << "NumberOfPartitions: " << this->NumberOfPartitions << "\n";
   os << indent << "CellVertices: " << this->CellVertices << "\n";
   os << indent << "Maker: " << (this->Maker == Collapse ? "Collapse" : "Cluster") << "\n";
   os << indent << "Weld: " << (this->Weld ? "on" : "off") << "\n";
+  os << indent << "WeldByPlace: " << (this->WeldByPlace ? "on" : "off") << "\n";
   os << indent << "Title: " << this->Title << "\n";
   os << indent << "Credit: " << this->Credit << "\n";
   os << indent << "License: " << this->License << "\n";

@@ -7,12 +7,18 @@
  * Step "build" of the README's picture, as a VTK writer: what kdstream-build does with a mesh that
  * fits the memory.
  *
- * Input: a vtkPolyData, or a vtkPartitionedDataSet of them, whose parts become one mesh: cells that
- * vtkGhostType marks as duplicates are left out, and points of one place become one (Weld). So what
- * vtkKdTreePartition gives of a mesh makes the store of that mesh. Polygons and strips become
- * triangles; without either all points are taken as a cloud. Vertices and lines beside triangles
- * are left out. Every array of numbers that all parts have comes along; others are listed in a
- * warning.
+ * Input: a vtkPolyData; or a vtkPartitionedDataSet, vtkPartitionedDataSetCollection or
+ * vtkMultiBlockDataSet of them, which is taken as one mesh without ghosts, as vtkMeshPartition
+ * tells. So what vtkKdTreePartition gives of a mesh makes the store of that mesh. Polygons and
+ * strips become triangles; without either all points are taken as a cloud. Vertices and lines
+ * beside triangles are left out. Every array of numbers that all parts have comes along; others are
+ * listed in a warning.
+ *
+ * Several processes (Controller) write one store together: all of them call Write, with what each
+ * has of the mesh, and process 0 builds the store of all these parts, one process's after the
+ * other's. It alone writes, and needs memory for all of the mesh (kdstream-build-mpi does not). An
+ * error of one process is an error of all. So what vtkKdTreePartition gives on several processes
+ * makes the store that it makes on one, to the byte.
  *
  * The store appears whole or not at all. It depends on input and members alone, not on backend and
  * threads of vtkSMPTools. Errors: no points; a coordinate that is not finite; what the file system
@@ -31,6 +37,8 @@
 #include "vtkWriter.h"
 
 #include <string> // for the texts
+
+class vtkMultiProcessController;
 
 class VTKKDSTREAMFILTERSIO_EXPORT vtkKdStoreWriter : public vtkWriter
 {
@@ -106,6 +114,17 @@ public:
 
   ///@{
   /**
+   * Whether points of different parts of a composite input that lie in one place become one, where
+   * there are no global ids to tell. Points of one part are never joined. Default off: Weld joins
+   * them, but where arrays differ.
+   */
+  vtkSetMacro(WeldByPlace, bool);
+  vtkGetMacro(WeldByPlace, bool);
+  vtkBooleanMacro(WeldByPlace, bool);
+  ///@}
+
+  ///@{
+  /**
    * What viewers show of the model: UTF-8. Default none.
    */
   vtkSetMacro(Title, std::string);
@@ -129,8 +148,17 @@ public:
   vtkGetVector3Macro(View, double);
   ///@}
 
+  ///@{
+  /**
+   * The processes that have the parts of the mesh. Default: vtkMultiProcessController's global one;
+   * null or a single process: this one has all.
+   */
+  virtual void SetController(vtkMultiProcessController* controller);
+  vtkGetObjectMacro(Controller, vtkMultiProcessController);
+  ///@}
+
 protected:
-  vtkKdStoreWriter() = default;
+  vtkKdStoreWriter();
   ~vtkKdStoreWriter() override;
 
   int FillInputPortInformation(int port, vtkInformation* info) override;
@@ -140,6 +168,7 @@ private:
   vtkKdStoreWriter(const vtkKdStoreWriter&) = delete;
   void operator=(const vtkKdStoreWriter&) = delete;
 
+  vtkMultiProcessController* Controller = nullptr;
   char* FileName = nullptr;
   int GridBits = 20;
   vtkIdType VerticesPerPartition = 2000;
@@ -147,6 +176,7 @@ private:
   int CellVertices = 8;
   int Maker = Collapse;
   bool Weld = true;
+  bool WeldByPlace = false;
   std::string Title, Credit, License, Unit;
   double Up[3] = { 0, 0, 0 }, View[3] = { 0, 0, 0 };
 };

@@ -3,11 +3,12 @@
 
 #include "filters/core/Extent.h"
 #include "filters/core/TakeResult.h"
+#include "filters/core/tree/OrderKey.h"
 #include "filters/core/tree/PointRecord.h"
+#include "filters/core/tree/RadixMedians.h"
 #include "filters/core/tree/RecordTree.h"
 #include "filters/outofcore/files/BucketFile.h"
 #include "filters/outofcore/files/RecordFile.h"
-#include "filters/outofcore/tree/OrderKey.h"
 
 #include <algorithm>
 
@@ -15,22 +16,6 @@ namespace kdstream
 {
 namespace
 {
-
-constexpr unsigned bitsOfKey = 96; // 64 of the coordinate, 32 of the id
-
-// The bits that a pass of the search finds, of each of some nodes: more while they are few, so that
-// bins take no more than 2 MiB, and where bins are fewer than vertices.
-unsigned DigitFor(std::size_t nodes, std::uint64_t vertices)
-{
-  return nodes <= 4 && vertices >= std::uint64_t{ 1 } << 16 ? 16 : 8;
-}
-
-// So many bits of a key from `shift` on, the lowest ones first.
-std::uint64_t KeyBits(const OrderKey& key, unsigned shift, unsigned bits)
-{
-  const std::uint64_t from = shift >= 32 ? key.coordinate >> (shift - 32) : key.id >> shift;
-  return from & ((std::uint64_t{ 1 } << bits) - 1);
-}
 
 template <class Scalar>
 class TeamTreeBuilder
@@ -172,61 +157,24 @@ private:
     return { OrderedBits(record.p[axis]), record.id };
   }
 
-  // The lowest key of the upper half of each node: bits from the highest down, the records counted
-  // that begin with those that are known.
   Result<std::vector<OrderKey>> FindMedians(unsigned depth, const std::vector<std::size_t>& axes)
   {
-    const std::size_t nodes = this->Nodes(depth);
-    const unsigned digit = DigitFor(nodes, this->Mesh.vertexCount);
-    const std::size_t binsOfNode = std::size_t{ 1 } << digit;
-    std::vector<OrderKey> known(nodes); // the bits found so far; the rest is 0
-    std::vector<std::uint64_t> rest;    // the place among those that begin with them, from 0
-    for (std::size_t node = 0; node < nodes; ++node)
-    {
-      rest.push_back(RangeOfCell(this->Mesh.vertexCount, depth + 1, 2 * node).size);
-    }
-    for (unsigned shift = bitsOfKey; shift > 0;)
-    {
-      shift -= digit;
-      std::vector<std::uint64_t> bins(nodes * binsOfNode, 0);
-      KDSTREAM_TRY(this->ForEachBlock(
-        [&](std::span<const Record> records, std::span<const std::uint32_t> nodeOf,
-          std::uint64_t) -> Status
-        {
-          for (std::size_t i = 0; i < records.size(); ++i)
-          {
-            const std::uint32_t node = nodeOf[i];
-            const OrderKey key = KeyOf(records[i], axes[node]);
-            bins[node * binsOfNode + KeyBits(key, shift, digit)] +=
-              BeginsWith(key, known[node], shift + digit) ? 1 : 0;
-          }
-          return {};
-        }));
-      KDSTREAM_TRY(this->Team.Sum(bins));
-      for (std::size_t node = 0; node < nodes; ++node)
+    return RadixMedians::Find(
+      this->Mesh.vertexCount, depth,
+      [&](const auto& visit)
       {
-        std::size_t bin = node * binsOfNode;
-        while (rest[node] >= bins[bin])
-        {
-          rest[node] -= bins[bin++];
-        }
-        const std::uint64_t bits = bin - node * binsOfNode;
-        (shift >= 32 ? known[node].coordinate : known[node].id) |=
-          bits << (shift >= 32 ? shift - 32 : shift);
-      }
-    }
-    return known;
-  }
-
-  // Whether keys agree in the bits from `shift` on.
-  static bool BeginsWith(const OrderKey& a, const OrderKey& b, unsigned shift)
-  {
-    if (shift >= bitsOfKey)
-    {
-      return true;
-    }
-    return shift >= 32 ? a.coordinate >> (shift - 32) == b.coordinate >> (shift - 32)
-                       : a.coordinate == b.coordinate && a.id >> shift == b.id >> shift;
+        return this->ForEachBlock(
+          [&](std::span<const Record> records, std::span<const std::uint32_t> nodeOf,
+            std::uint64_t) -> Status
+          {
+            for (std::size_t i = 0; i < records.size(); ++i)
+            {
+              visit(nodeOf[i], KeyOf(records[i], axes[nodeOf[i]]));
+            }
+            return {};
+          });
+      },
+      [&](std::span<std::uint64_t> bins) { return this->Team.Sum(bins); });
   }
 
   // Every rank gets the records of its nodes.

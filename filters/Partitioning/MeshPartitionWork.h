@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// What vtkMeshPartition hands to its subclasses, and gets back. Not installed: its users would need
-// core.
+// What vtkMeshPartition hands to its subclasses, gets back, and keeps. Not installed: its users
+// would need core.
 #pragma once
 
 #include "filters/core/Execution.h"
@@ -44,6 +44,14 @@ struct MeshPartitionWork
     this->partitionOf = std::move(clustering->clusterOf);
     this->partitions = clustering->clusters;
   }
+};
+
+// Whose the points of an input are, and of which: vtkObject::GetMTime of input and filter.
+struct PartitionAssignment
+{
+  std::vector<std::uint32_t> partitionOf;
+  std::size_t partitions = 0;
+  std::uint64_t inputTime = 0, filterTime = 0;
 };
 
 }

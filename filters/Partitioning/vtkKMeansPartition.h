@@ -77,6 +77,7 @@ protected:
   ~vtkKMeansPartition() override = default;
 
   void AssignPoints(kdstream::MeshPartitionWork& work) override;
+  bool UsesCells() const override { return true; }
 
 private:
   vtkKMeansPartition(const vtkKMeansPartition&) = delete;

@@ -1,30 +1,91 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "vtkKdTreePartition.h"
 
+#include "filters/Partitioning/CutPartitions.h"
+#include "filters/Partitioning/DistributedPartition.h"
 #include "filters/Partitioning/MeshPartitionWork.h"
+#include "filters/adapter/AlgorithmExecution.h"
+#include "filters/adapter/FilterRequest.h"
+#include "filters/core/tree/Clustering.h"
 #include "filters/core/tree/KdTree.h"
 
+#include <vtkErrorCode.h>
+#include <vtkInformation.h>
+#include <vtkInformationVector.h>
+#include <vtkMultiProcessController.h>
 #include <vtkObjectFactory.h>
+#include <vtkPartitionedDataSet.h>
+#include <vtkPointData.h>
+#include <vtkPolyData.h>
+
+using namespace kdstream;
 
 vtkStandardNewMacro(vtkKdTreePartition);
 
-void vtkKdTreePartition::AssignPoints(kdstream::MeshPartitionWork& work)
+vtkCxxSetObjectMacro(vtkKdTreePartition, Controller, vtkMultiProcessController);
+
+vtkKdTreePartition::vtkKdTreePartition()
 {
-  kdstream::KdTreeOptions options;
-  options.verticesPerPartition = work.verticesPerPartition;
-  options.partitions = work.wantedPartitions;
-  options.cellVertices = 0;
-  const auto tree = kdstream::BuildKdTree(work.points, options, work.execution);
-  if (!tree)
+  this->SetController(vtkMultiProcessController::GetGlobalController());
+}
+
+vtkKdTreePartition::~vtkKdTreePartition()
+{
+  this->SetController(nullptr);
+}
+
+int vtkKdTreePartition::RequestData(
+  vtkInformation* request, vtkInformationVector** inputVector, vtkInformationVector* outputVector)
+{
+  if (!this->Controller || this->Controller->GetNumberOfProcesses() < 2)
   {
-    work.status = tree.GetError();
-    return;
+    return this->Superclass::RequestData(request, inputVector, outputVector);
   }
-  work.partitionOf = kdstream::CellOfVertex(*tree, tree->depths.partition);
-  work.partitions = std::size_t{ 1 } << tree->depths.partition;
+  const Execution execution =
+    MakeAlgorithmExecution(*this, { { "tree", 0.05, 0.7 }, { "partitions", 0.7, 1.0 } });
+  DistributedOptions options;
+  options.tree.verticesPerPartition = static_cast<std::uint32_t>(this->GetVerticesPerPartition());
+  if (this->GetNumberOfPartitions() > 0)
+  {
+    options.tree.partitions = static_cast<std::uint32_t>(this->GetNumberOfPartitions());
+  }
+  options.isCut = AsksForPartitions(request);
+  options.generateIds = this->GetGeneratePartitionIds();
+  const auto input =
+    JoinInput(*this, *vtkDataObject::GetData(inputVector[0]), this->GetWeldByPlace(), execution);
+  const auto made = PartitionTogether(*this->Controller, input, options, execution);
+  this->SetErrorCode(ReportError(*this, made ? Status() : Status(made.GetError())));
+  if (!made)
+  {
+    return this->GetErrorCode() == vtkErrorCode::NoError ? 1 : 0;
+  }
+  WarnOfArrays(*this, made->skipped);
+  if (options.isCut)
+  {
+    vtkPartitionedDataSet* const partitions = vtkPartitionedDataSet::GetData(outputVector, 0);
+    partitions->SetNumberOfPartitions(static_cast<unsigned int>(made->partitions));
+    for (std::size_t i = 0; i < made->made.size(); ++i)
+    {
+      partitions->SetPartition(static_cast<unsigned int>(made->first + i), made->made[i]);
+    }
+  }
+  vtkPolyData* const labelled = vtkPolyData::GetData(outputVector, 1);
+  labelled->ShallowCopy(*input);
+  if (options.generateIds)
+  {
+    labelled->GetPointData()->AddArray(NewPartitionIds(made->partitionOf));
+  }
+  return 1;
+}
+
+void vtkKdTreePartition::AssignPoints(MeshPartitionWork& work)
+{
+  work.Take(ClusterByKdTree(
+    work.points, { work.verticesPerPartition, work.wantedPartitions }, work.execution));
 }
 
 void vtkKdTreePartition::PrintSelf(ostream& os, vtkIndent indent)
 {
   this->Superclass::PrintSelf(os, indent);
+  os << indent << "Controller: " << static_cast<void*>(this->Controller) << "\n";
 }

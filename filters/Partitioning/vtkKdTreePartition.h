@@ -11,7 +11,19 @@
  *
  * Input, outputs, ghosts, other errors: see vtkMeshPartition.
  *
- * Complexity: O(n log n) for n points; 50 bytes a point.
+ * Several processes (Controller): their inputs are parts of one mesh, and all of them update
+ * together. Port 0 has all partitions of one tree over the whole mesh, of which each process gets
+ * its part, from left to right in the tree, a subtree where their number is a power of two; the
+ * others are null. They are those that one process would give of the whole mesh, to the bit: of the
+ * points by ascending global ids where all processes have vtkDataSetAttributes::GetGlobalIds (0 to
+ * 2^32 - 2), and what has the same id is one point; else of the points of process 0 first, and
+ * nothing is one. Cells likewise: by global ids, or process by process. What vtkGhostType marks as
+ * another's is not counted. Arrays of numbers come along that all processes have; others are listed
+ * in a warning. Port 1 is this process's input. An error of one process is an error of all.
+ *
+ * Complexity: O(n log n) for n points; 50 bytes a point. On several processes O(n) a depth of each
+ * one's points, 12 or 24 sums over them of at most 8 MiB, and each point and cell is sent once to
+ * each process that needs it.
  *
  * Source: section 4.1 of the paper named in the README; the total order is ours.
  *
@@ -22,6 +34,8 @@
 
 #include "vtkMeshPartition.h"
 
+class vtkMultiProcessController;
+
 class VTKKDSTREAMFILTERSPARTITIONING_EXPORT vtkKdTreePartition : public vtkMeshPartition
 {
 public:
@@ -29,15 +43,29 @@ public:
   vtkTypeMacro(vtkKdTreePartition, vtkMeshPartition);
   void PrintSelf(ostream& os, vtkIndent indent) override;
 
+  ///@{
+  /**
+   * The processes that cut one mesh together. Default: vtkMultiProcessController's global one; null
+   * or a single process: this one alone.
+   */
+  virtual void SetController(vtkMultiProcessController* controller);
+  vtkGetObjectMacro(Controller, vtkMultiProcessController);
+  ///@}
+
 protected:
-  vtkKdTreePartition() = default;
-  ~vtkKdTreePartition() override = default;
+  vtkKdTreePartition();
+  ~vtkKdTreePartition() override;
+
+  int RequestData(vtkInformation* request, vtkInformationVector** inputVector,
+    vtkInformationVector* outputVector) override;
 
   void AssignPoints(kdstream::MeshPartitionWork& work) override;
 
 private:
   vtkKdTreePartition(const vtkKdTreePartition&) = delete;
   void operator=(const vtkKdTreePartition&) = delete;
+
+  vtkMultiProcessController* Controller = nullptr;
 };
 
 #endif

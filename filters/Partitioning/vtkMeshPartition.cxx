@@ -1,209 +1,117 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Steps: 1. points and cells in core's types  2. the subclass: whose each point is  3. who goes
-// where (PartitionLayout)  4. each partition's arrays.
+// Steps: 1. the input as one mesh, its points and cells in core's types  2. the subclass: whose
+// each point is  3. who goes where (PartitionLayout)  4. each partition's arrays.
 #include "vtkMeshPartition.h"
 
+#include "filters/Partitioning/CutPartitions.h"
 #include "filters/Partitioning/MeshPartitionWork.h"
-#include "filters/adapter/PartitionLayout.h"
 #include "filters/adapter/AlgorithmExecution.h"
+#include "filters/adapter/FilterRequest.h"
+#include "filters/adapter/PartitionLayout.h"
 #include "filters/adapter/PolyDataMesh.h"
+#include "filters/core/TakeResult.h"
 
-#include <vtkCellArray.h>
-#include <vtkCellData.h>
-#include <vtkIdList.h>
+#include <vtkDemandDrivenPipeline.h>
+#include <vtkErrorCode.h>
+#include <vtkExecutive.h>
 #include <vtkIdTypeArray.h>
 #include <vtkInformation.h>
+#include <vtkInformationIntegerKey.h>
+#include <vtkInformationRequestKey.h>
 #include <vtkInformationVector.h>
-#include <vtkNew.h>
 #include <vtkPartitionedDataSet.h>
 #include <vtkPointData.h>
-#include <vtkPoints.h>
 #include <vtkPolyData.h>
 #include <vtkSmartPointer.h>
-#include <vtkUnsignedCharArray.h>
 
-#include <algorithm>
-#include <numeric>
+#include <memory>
+#include <utility>
 #include <vector>
-
-namespace
-{
 
 using namespace kdstream;
 
-constexpr std::size_t cutBatch = 64; // partitions cut before progress is reported
-
-const char* const partitionIdName = "PartitionId";
-
-vtkSmartPointer<vtkIdTypeArray> NewPartitionIds(std::size_t points)
+// One execution.
+struct vtkMeshPartition::Run
 {
-  auto ids = vtkSmartPointer<vtkIdTypeArray>::New();
-  ids->SetName(partitionIdName);
-  ids->SetNumberOfValues(static_cast<vtkIdType>(points));
-  return ids;
-}
+  vtkMeshPartition& Self;
+  vtkPolyData& Input;
+  vtkMTimeType InputTime; // of what it was joined of
+  const Execution& Runs;
 
-// Copies the tuples `from` of all arrays.
-void CopyTuples(vtkDataSetAttributes* input, vtkIdList* from, vtkDataSetAttributes* output)
-{
-  const vtkIdType count = from->GetNumberOfIds();
-  vtkNew<vtkIdList> to;
-  to->SetNumberOfIds(count);
-  std::iota(to->GetPointer(0), to->GetPointer(0) + count, vtkIdType{ 0 });
-  output->CopyAllocate(input, count);
-  output->CopyData(input, from, to);
-}
-
-// Sets `mark` in the ghost array where isMarked(i), beside the marks that came from the input.
-template <class IsMarked>
-void MarkGhosts(
-  vtkDataSetAttributes* attributes, std::size_t count, unsigned char mark, const IsMarked& isMarked)
-{
-  const char* const name = vtkDataSetAttributes::GhostArrayName();
-  vtkSmartPointer<vtkUnsignedCharArray> ghosts =
-    vtkUnsignedCharArray::SafeDownCast(attributes->GetAbstractArray(name));
-  if (!ghosts || ghosts->GetNumberOfValues() != static_cast<vtkIdType>(count))
+  Status Make(bool isCut, vtkInformationVector& outputVector) const
   {
-    ghosts = vtkSmartPointer<vtkUnsignedCharArray>::New();
-    ghosts->SetName(name);
-    ghosts->SetNumberOfValues(static_cast<vtkIdType>(count));
-    ghosts->FillValue(0);
-    attributes->AddArray(ghosts);
-  }
-  for (std::size_t i = 0; i < count; ++i)
-  {
-    if (isMarked(i))
+    PolyDataElements elements;
+    KDSTREAM_TRY(isCut || this->Self.UsesCells() ? Take(ReadElements(this->Input), elements)
+                                                 : CheckCells(this->Input));
+    KDSTREAM_TRY(this->Assign(elements));
+    std::vector<vtkSmartPointer<vtkPolyData>> made;
+    const auto labels =
+      this->Self.GeneratePartitionIds ? NewPartitionIds(this->Self.Assigned->partitionOf) : nullptr;
+    if (isCut)
     {
-      const auto id = static_cast<vtkIdType>(i);
-      ghosts->SetValue(id, static_cast<unsigned char>(ghosts->GetValue(id) | mark));
+      KDSTREAM_TRY(Take(this->Cut(elements), made));
+      vtkPartitionedDataSet* const partitions = vtkPartitionedDataSet::GetData(&outputVector, 0);
+      partitions->SetNumberOfPartitions(static_cast<unsigned int>(made.size()));
+      for (std::size_t i = 0; i < made.size(); ++i)
+      {
+        partitions->SetPartition(static_cast<unsigned int>(i), made[i]);
+      }
     }
-  }
-}
-
-// Turns one partition after the other into a vtkPolyData. Reads the input only: any number of
-// threads may call Make at once.
-class PartitionMaker
-{
-public:
-  PartitionMaker(vtkPolyData& input, const PolyDataElements& elements,
-    const PartitionLayout& layout, bool generateIds)
-    : Input(input)
-    , Elements(elements)
-    , Layout(layout)
-    , GenerateIds(generateIds)
-  {
-  }
-
-  vtkSmartPointer<vtkPolyData> Make(std::size_t partition) const
-  {
-    const PartitionPiece piece = this->Layout.Cut(partition);
-    auto output = vtkSmartPointer<vtkPolyData>::New();
-    this->FillPoints(piece, *output);
-    this->FillCells(piece, *output);
-    return output;
+    vtkPolyData* const labelled = vtkPolyData::GetData(&outputVector, 1);
+    labelled->ShallowCopy(&this->Input);
+    if (labels)
+    {
+      labelled->GetPointData()->AddArray(labels);
+    }
+    return {};
   }
 
 private:
-  void FillPoints(const PartitionPiece& piece, vtkPolyData& output) const
+  // Whose each point is. Not found out again where port 1 has been asked for before port 0.
+  Status Assign(const PolyDataElements& elements) const
   {
-    vtkNew<vtkIdList> from;
-    from->SetNumberOfIds(static_cast<vtkIdType>(piece.vertices.size()));
-    std::copy(piece.vertices.begin(), piece.vertices.end(), from->GetPointer(0));
-    vtkNew<vtkPoints> points;
-    points->SetDataType(this->Input.GetPoints()->GetDataType());
-    points->SetNumberOfPoints(from->GetNumberOfIds());
-    this->Input.GetPoints()->GetPoints(from, points);
-    output.SetPoints(points);
-    vtkPointData* const data = output.GetPointData();
-    data->CopyGlobalIdsOn();
-    CopyTuples(this->Input.GetPointData(), from, data);
-    MarkGhosts(data, piece.vertices.size(), vtkDataSetAttributes::DUPLICATEPOINT,
-      [&](std::size_t i) { return i >= piece.owned; });
-    if (this->GenerateIds)
+    std::unique_ptr<PartitionAssignment>& assigned = this->Self.Assigned;
+    const vtkMTimeType filterTime = this->Self.GetMTime();
+    if (assigned && assigned->inputTime == this->InputTime && assigned->filterTime == filterTime)
     {
-      const auto ids = NewPartitionIds(piece.vertices.size());
-      std::transform(piece.vertices.begin(), piece.vertices.end(), ids->GetPointer(0),
-        [&](VertexId v) { return vtkIdType{ this->Layout.PartitionOf(v) }; });
-      data->AddArray(ids);
+      return {};
     }
-  }
-
-  void FillCells(const PartitionPiece& piece, vtkPolyData& output) const
-  {
-    vtkNew<vtkIdList> from;
-    from->SetNumberOfIds(static_cast<vtkIdType>(piece.elements.size()));
-    std::transform(piece.elements.begin(), piece.elements.end(), from->GetPointer(0),
-      [&](std::uint32_t element) { return this->Elements.cells[element]; });
-    // Elements ascend: vertices, segments, triangles, the order of a vtkPolyData's cells.
-    const auto firstFrom = [&](std::size_t element)
+    assigned.reset();
+    const Result<std::vector<Vec3>> points = ReadPoints(this->Input, this->Runs);
+    KDSTREAM_TRY(points);
+    MeshPartitionWork work{ *points, elements.Triangles(),
+      static_cast<std::uint32_t>(this->Self.VerticesPerPartition), {}, this->Runs };
+    if (this->Self.NumberOfPartitions > 0)
     {
-      const auto found = std::lower_bound(piece.elements.begin(), piece.elements.end(), element);
-      return static_cast<std::size_t>(found - piece.elements.begin());
-    };
-    const std::size_t segments = firstFrom(this->Elements.vertices);
-    const std::size_t triangles = firstFrom(this->Elements.vertices + this->Elements.segments);
-    const std::span corners(piece.corners);
-    output.SetVerts(MakeCells(corners.first(segments), 1));
-    output.SetLines(MakeCells(corners.subspan(segments, triangles - segments), 2));
-    output.SetPolys(MakeCells(corners.subspan(triangles), 3));
-    vtkCellData* const data = output.GetCellData();
-    const auto elements = static_cast<vtkIdType>(this->Elements.corners.size());
-    data->SetCopyGlobalIds(elements == this->Input.GetNumberOfCells());
-    CopyTuples(this->Input.GetCellData(), from, data);
-    MarkGhosts(data, piece.elements.size(), vtkDataSetAttributes::DUPLICATECELL,
-      [&](std::size_t i) { return piece.duplicate[i] != 0; });
-  }
-
-  static vtkSmartPointer<vtkCellArray> MakeCells(std::span<const Triangle> elements, vtkIdType size)
-  {
-    auto cells = vtkSmartPointer<vtkCellArray>::New();
-    const auto count = static_cast<vtkIdType>(elements.size());
-    cells->AllocateExact(count, count * size);
-    for (const Triangle& corners : elements)
-    {
-      const vtkIdType ids[] = { corners[0], corners[1], corners[2] };
-      cells->InsertNextCell(size, ids);
+      work.wantedPartitions = static_cast<std::uint32_t>(this->Self.NumberOfPartitions);
     }
-    return cells;
+    this->Self.AssignPoints(work);
+    KDSTREAM_TRY(work.status);
+    assigned = std::make_unique<PartitionAssignment>(PartitionAssignment{
+      std::move(work.partitionOf), work.partitions, this->InputTime, filterTime });
+    return {};
   }
 
-  vtkPolyData& Input;
-  const PolyDataElements& Elements;
-  const PartitionLayout& Layout;
-  bool GenerateIds;
+  Result<std::vector<vtkSmartPointer<vtkPolyData>>> Cut(const PolyDataElements& elements) const
+  {
+    const std::unique_ptr<PartitionAssignment> assigned = std::move(this->Self.Assigned);
+    const PartitionLayout layout(
+      std::move(assigned->partitionOf), assigned->partitions, elements.corners);
+    return CutPartitions(this->Input, elements, layout, this->Self.GeneratePartitionIds, 0,
+      assigned->partitions, this->Runs);
+  }
 };
-
-// Cuts all partitions, batch after batch.
-Result<std::vector<vtkSmartPointer<vtkPolyData>>> MakeAll(
-  const PartitionMaker& maker, std::size_t count, const Execution& execution)
-{
-  std::vector<vtkSmartPointer<vtkPolyData>> made(count);
-  for (std::size_t first = 0; first < count; first += cutBatch)
-  {
-    const std::size_t batch = std::min(cutBatch, count - first);
-    execution.parallelFor(batch, 1,
-      [&](std::size_t begin, std::size_t end)
-      {
-        for (std::size_t i = first + begin; i < first + end; ++i)
-        {
-          made[i] = maker.Make(i);
-        }
-      });
-    KDSTREAM_TRY(execution.Report("partitions", double(first + batch) / double(count)));
-  }
-  return made;
-}
-
-}
 
 vtkMeshPartition::vtkMeshPartition()
 {
   this->SetNumberOfOutputPorts(2);
 }
 
+vtkMeshPartition::~vtkMeshPartition() = default;
+
 int vtkMeshPartition::FillInputPortInformation(int, vtkInformation* info)
 {
-  info->Set(vtkAlgorithm::INPUT_REQUIRED_DATA_TYPE(), "vtkPolyData");
+  AcceptMeshes(*info);
   return 1;
 }
 
@@ -213,74 +121,43 @@ int vtkMeshPartition::FillOutputPortInformation(int port, vtkInformation* info)
   return 1;
 }
 
-int vtkMeshPartition::RequestData(
-  vtkInformation*, vtkInformationVector** inputVector, vtkInformationVector* outputVector)
+bool vtkMeshPartition::AsksForPartitions(vtkInformation* request)
 {
-  vtkPolyData* const input = vtkPolyData::GetData(inputVector[0]);
-  if (input->GetNumberOfPoints() == 0)
+  return request->Get(vtkExecutive::FROM_OUTPUT_PORT()) != 1;
+}
+
+vtkTypeBool vtkMeshPartition::ProcessRequest(
+  vtkInformation* request, vtkInformationVector** inputVector, vtkInformationVector* outputVector)
+{
+  if (request->Has(vtkDemandDrivenPipeline::REQUEST_DATA_NOT_GENERATED()))
   {
+    if (!AsksForPartitions(request))
+    {
+      outputVector->GetInformationObject(0)->Set(vtkDemandDrivenPipeline::DATA_NOT_GENERATED(), 1);
+    }
     return 1;
   }
-  const Execution execution = MakeAlgorithmExecution(
-    *this, { { "tree", 0.05, 0.5 }, { "octree", 0.05, 0.5 }, { "faces", 0.05, 0.2 },
-             { "seeds", 0.2, 0.2 }, { "k-means", 0.2, 0.5 }, { "partitions", 0.5, 1.0 } });
-  const auto fail = [this](const Error& error)
-  {
-    if (error.code == ErrorCode::Cancelled)
-    {
-      return 1;
-    }
-    vtkErrorMacro(<< error.message);
-    return 0;
-  };
-  const Result<std::vector<Vec3>> points = ReadPoints(*input, execution);
-  if (!points)
-  {
-    return fail(points.GetError());
-  }
-  const Result<PolyDataElements> elements = ReadElements(*input);
-  if (!elements)
-  {
-    return fail(elements.GetError());
-  }
-  MeshPartitionWork work{ *points, elements->Triangles(),
-    static_cast<std::uint32_t>(this->VerticesPerPartition), {}, execution };
-  if (this->NumberOfPartitions > 0)
-  {
-    work.wantedPartitions = static_cast<std::uint32_t>(this->NumberOfPartitions);
-  }
-  this->AssignPoints(work);
-  if (!work.status)
-  {
-    return fail(work.status.GetError());
-  }
-  const PartitionLayout layout(std::move(work.partitionOf), work.partitions, elements->corners);
-  const PartitionMaker maker(*input, *elements, layout, this->GeneratePartitionIds);
-  const auto made = MakeAll(maker, work.partitions, execution);
-  if (!made)
-  {
-    return fail(made.GetError());
-  }
+  return this->Superclass::ProcessRequest(request, inputVector, outputVector);
+}
 
-  vtkPartitionedDataSet* const partitions = vtkPartitionedDataSet::GetData(outputVector, 0);
-  partitions->SetNumberOfPartitions(static_cast<unsigned int>(made->size()));
-  for (std::size_t i = 0; i < made->size(); ++i)
+int vtkMeshPartition::RequestData(
+  vtkInformation* request, vtkInformationVector** inputVector, vtkInformationVector* outputVector)
+{
+  const bool isCut = AsksForPartitions(request);
+  const double cutAt = isCut ? 0.5 : 1.0;
+  const Execution execution = MakeAlgorithmExecution(
+    *this, { { "tree", 0.05, cutAt }, { "octree", 0.05, cutAt }, { "faces", 0.05, 0.4 * cutAt },
+             { "seeds", 0.4 * cutAt, 0.4 * cutAt }, { "k-means", 0.4 * cutAt, cutAt },
+             { "partitions", 0.5, 1.0 } });
+  vtkDataObject& input = *vtkDataObject::GetData(inputVector[0]);
+  const auto joined = JoinInput(*this, input, this->WeldByPlace, execution);
+  Status status = joined ? Status() : Status(joined.GetError());
+  if (joined && (*joined)->GetNumberOfPoints() > 0)
   {
-    partitions->SetPartition(static_cast<unsigned int>(i), (*made)[i]);
+    status = Run{ *this, **joined, input.GetMTime(), execution }.Make(isCut, *outputVector);
   }
-  vtkPolyData* const labelled = vtkPolyData::GetData(outputVector, 1);
-  labelled->ShallowCopy(input);
-  if (this->GeneratePartitionIds)
-  {
-    const auto ids = NewPartitionIds(points->size());
-    for (std::size_t i = 0; i < points->size(); ++i)
-    {
-      ids->SetValue(
-        static_cast<vtkIdType>(i), vtkIdType{ layout.PartitionOf(static_cast<VertexId>(i)) });
-    }
-    labelled->GetPointData()->AddArray(ids);
-  }
-  return 1;
+  this->SetErrorCode(ReportError(*this, status));
+  return this->GetErrorCode() == vtkErrorCode::NoError ? 1 : 0;
 }
 
 void vtkMeshPartition::PrintSelf(ostream& os, vtkIndent indent)
@@ -289,4 +166,5 @@ void vtkMeshPartition::PrintSelf(ostream& os, vtkIndent indent)
   os << indent << "VerticesPerPartition: " << this->VerticesPerPartition << "\n";
   os << indent << "NumberOfPartitions: " << this->NumberOfPartitions << "\n";
   os << indent << "GeneratePartitionIds: " << (this->GeneratePartitionIds ? "on" : "off") << "\n";
+  os << indent << "WeldByPlace: " << (this->WeldByPlace ? "on" : "off") << "\n";
 }

@@ -7,7 +7,12 @@
  * vtkOctreePartition and vtkKMeansPartition. They differ in which points make a partition, which
  * their pages tell; this page tells what all give.
  *
- * Input: a vtkPolyData, with or without cells.
+ * Input: a vtkPolyData, with or without cells; or a vtkPartitionedDataSet,
+ * vtkPartitionedDataSetCollection or vtkMultiBlockDataSet of them, which is taken as one mesh.
+ * Points that its parts share become one by their global ids, or by place if WeldByPlace is on;
+ * ghosts (vtkGhostType: duplicate, hidden, refined) are dropped, and a cell that uses a duplicate
+ * point uses the point that it is a copy of. Arrays that not all parts have, or of a wrong length,
+ * are left out with a warning. So what this filter gives is one mesh again for the next one.
  *
  * Output port 0: a vtkPartitionedDataSet of vtkPolyData. A cell goes to every partition that one of
  * its points belongs to, so that the boundary is whole on both sides: partitions can be processed
@@ -15,11 +20,11 @@
  * number owns is DUPLICATECELL; a point that belongs to another partition is DUPLICATEPOINT. The
  * cells without this mark are, over all partitions, each cell of the input once. In a partition its
  * own points come first, in the input's order, then the ghosts. Points keep their type, bit for
- * bit. Point and cell data are passed; global cell ids only if no cell had to be cut up. Marks of a
- * vtkGhostType array in the input stay set.
+ * bit. Point and cell data are passed; global cell ids only if no cell had to be cut up.
  *
- * Output port 1: the input, with the array "PartitionId" if GeneratePartitionIds is on. It is what
- * vtkPartitionMeasures measures.
+ * Output port 1: the input as one mesh, with the array "PartitionId" if GeneratePartitionIds is on.
+ * It is what vtkPartitionMeasures measures. Where only this port is updated nothing is cut: it
+ * costs the partitioner's time, and beside it 24 bytes a point while it runs.
  *
  * Polygons become triangles (concave ones by cutting ears), strips triangles, polylines segments,
  * poly-vertices single vertices; each gets the data of its cell. Degenerate triangles are kept.
@@ -31,7 +36,8 @@
  * and partitioner: about 30 bytes a point and 30 a triangle. Runs on vtkSMPTools; the result does
  * not depend on backend and threads. Aborting leaves empty outputs. Errors, with empty outputs: a
  * coordinate that is not finite; a cell that uses a point that is not there; points that span more
- * than 2^127 along an axis; NumberOfPartitions above the number of points.
+ * than 2^127 along an axis; NumberOfPartitions above the number of points; a part that is not a
+ * vtkPolyData. GetErrorCode is then vtkErrorCode::UnknownError, else NoError.
  *
  * Not made for subclasses outside this module: what a partitioner works on is not public.
  *
@@ -43,9 +49,12 @@
 #include "vtkKdStreamFiltersPartitioningModule.h" // for the export macro
 #include "vtkPartitionedDataSetAlgorithm.h"
 
+#include <memory> // for whose the points are
+
 namespace kdstream
 {
 struct MeshPartitionWork;
+struct PartitionAssignment;
 }
 
 class VTKKDSTREAMFILTERSPARTITIONING_EXPORT vtkMeshPartition : public vtkPartitionedDataSetAlgorithm
@@ -87,14 +96,36 @@ public:
   vtkBooleanMacro(GeneratePartitionIds, bool);
   ///@}
 
+  ///@{
+  /**
+   * Whether points of different parts of a composite input that lie in one place become one, where
+   * there are no global ids to tell. Points of one part are never joined. Default off.
+   */
+  vtkSetMacro(WeldByPlace, bool);
+  vtkGetMacro(WeldByPlace, bool);
+  vtkBooleanMacro(WeldByPlace, bool);
+  ///@}
+  vtkTypeBool ProcessRequest(vtkInformation* request, vtkInformationVector** inputVector,
+    vtkInformationVector* outputVector) override;
+
 protected:
   vtkMeshPartition();
-  ~vtkMeshPartition() override = default;
+  ~vtkMeshPartition() override;
 
   /**
    * Gives each point its partition. There is at least one point.
    */
   virtual void AssignPoints(kdstream::MeshPartitionWork& work) = 0;
+
+  /**
+   * Whether AssignPoints looks at triangles.
+   */
+  virtual bool UsesCells() const { return false; }
+
+  /**
+   * Whether a request is for port 0, so that partitions have to be cut.
+   */
+  static bool AsksForPartitions(vtkInformation* request);
 
   int FillInputPortInformation(int port, vtkInformation* info) override;
   int FillOutputPortInformation(int port, vtkInformation* info) override;
@@ -105,9 +136,13 @@ private:
   vtkMeshPartition(const vtkMeshPartition&) = delete;
   void operator=(const vtkMeshPartition&) = delete;
 
+  struct Run;
+
   vtkIdType VerticesPerPartition = 2000;
   vtkIdType NumberOfPartitions = 0;
   bool GeneratePartitionIds = false;
+  bool WeldByPlace = false;
+  std::unique_ptr<kdstream::PartitionAssignment> Assigned; // until port 0 is made of it
 };
 
 #endif

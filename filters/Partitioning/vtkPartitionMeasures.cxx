@@ -1,14 +1,16 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Steps: 1. mesh and labels in core's types  2. measures (core)  3. tables.
+// Steps: 1. the input as one mesh, and labels in core's types  2. measures (core)  3. tables.
 #include "vtkPartitionMeasures.h"
 
 #include "filters/adapter/AlgorithmExecution.h"
+#include "filters/adapter/FilterRequest.h"
 #include "filters/adapter/PolyDataMesh.h"
 #include "filters/core/tree/PartitionMeasures.h"
 
 #include <vtkDataArray.h>
 #include <vtkDataObject.h>
 #include <vtkDoubleArray.h>
+#include <vtkErrorCode.h>
 #include <vtkIdTypeArray.h>
 #include <vtkInformation.h>
 #include <vtkInformationVector.h>
@@ -145,36 +147,39 @@ vtkPartitionMeasures::vtkPartitionMeasures()
 
 int vtkPartitionMeasures::FillInputPortInformation(int, vtkInformation* info)
 {
-  info->Set(vtkAlgorithm::INPUT_REQUIRED_DATA_TYPE(), "vtkPolyData");
+  AcceptMeshes(*info);
   return 1;
 }
 
 int vtkPartitionMeasures::RequestData(
   vtkInformation*, vtkInformationVector** inputVector, vtkInformationVector* outputVector)
 {
-  vtkPolyData* const input = vtkPolyData::GetData(inputVector[0]);
+  this->SetErrorCode(vtkErrorCode::NoError);
   const auto fail = [this](const Error& error)
   {
-    if (error.code == ErrorCode::Cancelled)
-    {
-      return 1;
-    }
-    vtkErrorMacro(<< error.message);
-    return 0;
+    this->SetErrorCode(ReportError(*this, error));
+    return error.code == ErrorCode::Cancelled ? 1 : 0;
   };
   const Execution execution = MakeAlgorithmExecution(*this, { { "measures", 0.2, 1 } });
+  const auto input =
+    JoinInput(*this, *vtkDataObject::GetData(inputVector[0]), this->WeldByPlace, execution);
+  if (!input)
+  {
+    return fail(input.GetError());
+  }
+  vtkPolyData& whole = **input;
   std::vector<std::int64_t> labels;
-  if (input->GetNumberOfPoints() > 0)
+  if (whole.GetNumberOfPoints() > 0)
   {
     Result<std::vector<std::int64_t>> read =
-      ReadLabels(this->GetInputArrayToProcess(0, inputVector), input->GetNumberOfPoints());
+      ReadLabels(this->GetInputArrayToProcess(0, &whole), whole.GetNumberOfPoints());
     if (!read)
     {
       return fail(read.GetError());
     }
     labels = std::move(*read);
   }
-  const Result<Mesh> mesh = ReadMesh(*input, execution);
+  const Result<Mesh> mesh = ReadMesh(whole, execution);
   if (!mesh)
   {
     return fail(mesh.GetError());
@@ -199,4 +204,5 @@ int vtkPartitionMeasures::RequestData(
 void vtkPartitionMeasures::PrintSelf(ostream& os, vtkIndent indent)
 {
   this->Superclass::PrintSelf(os, indent);
+  os << indent << "WeldByPlace: " << (this->WeldByPlace ? "on" : "off") << "\n";
 }

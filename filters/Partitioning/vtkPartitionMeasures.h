@@ -6,7 +6,9 @@
  * Input: a vtkPolyData with a point array of one component that tells each point's partition, whole
  * numbers of any numeric type; by default "PartitionId", as port 1 of vtkKdTreePartition,
  * vtkOctreePartition and vtkKMeansPartition has it (GeneratePartitionIdsOn). Another one is chosen
- * by SetInputArrayToProcess(0, 0, 0, vtkDataObject::FIELD_ASSOCIATION_POINTS, name).
+ * by SetInputArrayToProcess(0, 0, 0, vtkDataObject::FIELD_ASSOCIATION_POINTS, name). Composite data
+ * sets are taken as one mesh, without ghosts, as vtkMeshPartition tells: port 0 of these filters,
+ * too.
  *
  * Output port 0: a vtkTable, a row for each number that the array holds, ascending:
  *
@@ -28,7 +30,8 @@
  * Complexity: O(n log n + t log t) for n points and t triangles; about 60 bytes a point, 60 a
  * triangle. Serial. Aborting leaves empty outputs. Errors, with empty outputs: no such array, or
  * not one value a point; a value that is no whole number; a coordinate that is not finite; a cell
- * that uses a point that is not there.
+ * that uses a point that is not there; a part that is not a vtkPolyData. GetErrorCode is then
+ * vtkErrorCode::UnknownError, else NoError.
  *
  * Source: eq. (1) and section 4.1.1 of the paper named in the README.
  *
@@ -47,6 +50,16 @@ public:
   vtkTypeMacro(vtkPartitionMeasures, vtkTableAlgorithm);
   void PrintSelf(ostream& os, vtkIndent indent) override;
 
+  ///@{
+  /**
+   * Whether points of different parts of a composite input that lie in one place become one, where
+   * there are no global ids to tell. Points of one part are never joined. Default off.
+   */
+  vtkSetMacro(WeldByPlace, bool);
+  vtkGetMacro(WeldByPlace, bool);
+  vtkBooleanMacro(WeldByPlace, bool);
+  ///@}
+
 protected:
   vtkPartitionMeasures();
   ~vtkPartitionMeasures() override = default;
@@ -58,6 +71,8 @@ protected:
 private:
   vtkPartitionMeasures(const vtkPartitionMeasures&) = delete;
   void operator=(const vtkPartitionMeasures&) = delete;
+
+  bool WeldByPlace = false;
 };
 
 #endif

@@ -1,13 +1,15 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Steps: 1. points and normals in core's types  2. the surface (SurfaceReconstruction)  3. the
-// output's points, arrays and triangles.
+// Steps: 1. the input as one cloud, its points and normals in core's types  2. the surface
+// (SurfaceReconstruction)  3. the output's points, arrays and triangles.
 #include "vtkPCLSurfaceReconstruction.h"
 
 #include "filters/PointCloud/SurfaceReconstruction.h"
 #include "filters/adapter/AlgorithmExecution.h"
+#include "filters/adapter/FilterRequest.h"
 #include "filters/adapter/PolyDataMesh.h"
 
 #include <vtkCellArray.h>
+#include <vtkErrorCode.h>
 #include <vtkFloatArray.h>
 #include <vtkIdList.h>
 #include <vtkInformation.h>
@@ -98,11 +100,28 @@ void FillTriangles(const std::vector<Triangle>& triangles, vtkPolyData& output)
 
 vtkPCLSurfaceReconstruction::vtkPCLSurfaceReconstruction() = default;
 
+int vtkPCLSurfaceReconstruction::FillInputPortInformation(int, vtkInformation* info)
+{
+  AcceptMeshes(*info);
+  return 1;
+}
+
 int vtkPCLSurfaceReconstruction::RequestData(
   vtkInformation*, vtkInformationVector** inputVector, vtkInformationVector* outputVector)
 {
-  vtkPolyData* const input = vtkPolyData::GetData(inputVector[0]);
   vtkPolyData* const output = vtkPolyData::GetData(outputVector);
+  this->SetErrorCode(vtkErrorCode::NoError);
+  const Execution execution =
+    MakeAlgorithmExecution(*this, { { "neighbors", 0, 0.2 }, { "normals", 0.2, SurfaceProgress },
+                                    { "surface", SurfaceProgress, 1 } });
+  const auto joined =
+    JoinInput(*this, *vtkDataObject::GetData(inputVector[0]), this->WeldByPlace, execution);
+  if (!joined)
+  {
+    this->SetErrorCode(ReportError(*this, joined.GetError()));
+    return 0;
+  }
+  vtkPolyData* const input = *joined;
   if (input->GetNumberOfPoints() == 0)
   {
     return 1;
@@ -125,9 +144,6 @@ int vtkPCLSurfaceReconstruction::RequestData(
   options.pointWeight = this->PointWeight;
   options.trimDistance = this->TrimDistance;
 
-  const Execution execution =
-    MakeAlgorithmExecution(*this, { { "neighbors", 0, 0.2 }, { "normals", 0.2, SurfaceProgress },
-                                    { "surface", SurfaceProgress, 1 } });
   const Result<std::vector<Vec3>> points = ReadPoints(*input, execution);
   Result<Reconstruction> surface = Error{};
   if (!points)
@@ -142,12 +158,8 @@ int vtkPCLSurfaceReconstruction::RequestData(
   }
   if (!surface)
   {
-    if (surface.GetError().code == ErrorCode::Cancelled)
-    {
-      return 1;
-    }
-    vtkErrorMacro(<< surface.GetError().message);
-    return 0;
+    this->SetErrorCode(ReportError(*this, surface.GetError()));
+    return this->GetErrorCode() == vtkErrorCode::NoError ? 1 : 0;
   }
   if (this->Method == POISSON)
   {
@@ -185,4 +197,5 @@ void vtkPCLSurfaceReconstruction::PrintSelf(ostream& os, vtkIndent indent)
   os << indent << "SamplesPerNode: " << this->SamplesPerNode << "\n";
   os << indent << "PointWeight: " << this->PointWeight << "\n";
   os << indent << "TrimDistance: " << this->TrimDistance << "\n";
+  os << indent << "WeldByPlace: " << (this->WeldByPlace ? "on" : "off") << "\n";
 }

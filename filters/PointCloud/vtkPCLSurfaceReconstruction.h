@@ -3,7 +3,8 @@
  * @class vtkPCLSurfaceReconstruction
  * @brief makes a surface of a point cloud, by PCL
  *
- * Input: the points of a vtkPolyData; its cells are not looked at. Two methods:
+ * Input: the points of a vtkPolyData; its cells are not looked at. Composite data sets of them are
+ * taken as one cloud without ghosts, as vtkMeshPartition tells. Two methods:
  *
  * Greedy (pcl::GreedyProjectionTriangulation) joins the points themselves. The output has the
  * input's points, bit for bit and in their order, their point data, and triangles between them;
@@ -27,7 +28,8 @@
  * offsets lose nothing. Points in one place count once.
  *
  * No points give an empty output. Errors, with an empty output: a coordinate that is not finite;
- * fewer than three points in different places; all points on one line.
+ * fewer than three points in different places; all points on one line; a part that is not a
+ * vtkPolyData. GetErrorCode is then vtkErrorCode::UnknownError, else NoError.
  *
  * Complexity: O(n log n) for greedy; Poisson grows with its surface. Memory some 400 bytes a point.
  * Neighbours and normals run on vtkSMPTools and can be aborted; PCL's own part is serial and
@@ -200,10 +202,21 @@ public:
   vtkGetMacro(TrimDistance, double);
   ///@}
 
+  ///@{
+  /**
+   * Whether points of different parts of a composite input that lie in one place become one, where
+   * there are no global ids to tell. Points of one part are never joined. Default off.
+   */
+  vtkSetMacro(WeldByPlace, bool);
+  vtkGetMacro(WeldByPlace, bool);
+  vtkBooleanMacro(WeldByPlace, bool);
+  ///@}
+
 protected:
   vtkPCLSurfaceReconstruction();
   ~vtkPCLSurfaceReconstruction() override = default;
 
+  int FillInputPortInformation(int port, vtkInformation* info) override;
   int RequestData(vtkInformation* request, vtkInformationVector** inputVector,
     vtkInformationVector* outputVector) override;
 
@@ -227,6 +240,7 @@ private:
   double SamplesPerNode = 1;
   double PointWeight = 4;
   double TrimDistance = 0;
+  bool WeldByPlace = false;
 };
 
 #endif

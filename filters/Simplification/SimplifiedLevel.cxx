@@ -11,8 +11,8 @@ namespace kdstream
 namespace
 {
 
-// The level whose number of triangles (points of a cloud) is nearest to the target.
-ClusterLevel NearestLevel(ClusterLevels&& levels, std::size_t target, bool cloud)
+// The depth whose number of triangles (points of a cloud) is nearest to the target.
+std::size_t NearestLevel(const ClusterLevels& levels, std::size_t target, bool cloud)
 {
   std::size_t best = 0;
   std::size_t least = 0;
@@ -27,10 +27,24 @@ ClusterLevel NearestLevel(ClusterLevels&& levels, std::size_t target, bool cloud
       least = off;
     }
   }
-  return std::move(levels.levels[best]);
+  return best;
 }
 
-Result<ClusterLevel> CollapseToTarget(const Mesh& mesh, const KdTree& tree,
+SimplifiedLevel TakeLevel(ClusterLevels&& levels, std::size_t depth)
+{
+  SimplifiedLevel taken{ {}, std::move(levels.finest) };
+  for (std::size_t d = levels.levels.size() - 1; d > depth; --d)
+  {
+    for (VertexId& cluster : taken.clusterOf)
+    {
+      cluster = levels.levels[d].parents[cluster];
+    }
+  }
+  taken.level = std::move(levels.levels[depth]);
+  return taken;
+}
+
+Result<SimplifiedLevel> CollapseToTarget(const Mesh& mesh, const KdTree& tree,
   const TriangleBuckets& buckets, const SimplificationOptions& options, const Execution& execution)
 {
   Result<CollapsedMesh> collapsed =
@@ -40,11 +54,11 @@ Result<ClusterLevel> CollapseToTarget(const Mesh& mesh, const KdTree& tree,
   one.finest = std::move(collapsed->clusterOf);
   one.levels.push_back(std::move(collapsed->level));
   AddLevelAttributes(mesh, one);
-  return std::move(one.levels.front());
+  return TakeLevel(std::move(one), 0);
 }
 
-Result<ClusterLevel> MakeLevel(const Mesh& mesh, const KdTree& tree, const TriangleBuckets& buckets,
-  const SimplificationOptions& options, const Execution& execution)
+Result<SimplifiedLevel> MakeLevel(const Mesh& mesh, const KdTree& tree,
+  const TriangleBuckets& buckets, const SimplificationOptions& options, const Execution& execution)
 {
   const bool cloud = mesh.triangles.empty();
   if (options.target > 0 && options.levels.maker == LevelMaker::Collapse && !cloud)
@@ -55,11 +69,9 @@ Result<ClusterLevel> MakeLevel(const Mesh& mesh, const KdTree& tree, const Trian
   levelOptions.coarsestDepth = options.target > 0 ? 0 : options.depth.value_or(tree.depths.finest);
   Result<ClusterLevels> levels = BuildLevels(mesh, tree, buckets, levelOptions, execution);
   KDSTREAM_TRY(levels);
-  if (options.target > 0)
-  {
-    return NearestLevel(std::move(*levels), options.target, cloud);
-  }
-  return std::move(levels->levels[levelOptions.coarsestDepth]);
+  const std::size_t depth =
+    options.target > 0 ? NearestLevel(*levels, options.target, cloud) : levelOptions.coarsestDepth;
+  return TakeLevel(std::move(*levels), depth);
 }
 
 }
@@ -81,9 +93,10 @@ Result<SimplifiedLevel> SimplifyMesh(
   const std::vector<std::uint32_t> partition = CellOfVertex(*tree, depths->partition);
   const TriangleBuckets buckets = BucketTriangles(mesh.triangles,
     std::size_t{ 1 } << depths->partition, [&](VertexId v) { return partition[v]; });
-  Result<ClusterLevel> level = MakeLevel(mesh, *tree, buckets, options, execution);
+  Result<SimplifiedLevel> level = MakeLevel(mesh, *tree, buckets, options, execution);
   KDSTREAM_TRY(level);
-  return SimplifiedLevel{ std::move(*level), depths->finest };
+  level->finestDepth = depths->finest;
+  return level;
 }
 
 }

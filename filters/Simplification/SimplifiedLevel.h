@@ -8,6 +8,7 @@
 #include "filters/core/tree/Clustering.h"
 
 #include <optional>
+#include <vector>
 
 namespace kdstream
 {
@@ -25,7 +26,8 @@ struct SimplificationOptions
 struct SimplifiedLevel
 {
   ClusterLevel level;
-  unsigned finestDepth = 0; // of the tree
+  std::vector<VertexId> clusterOf; // of each vertex of the mesh
+  unsigned finestDepth = 0;        // of the tree
 };
 
 // The level of a mesh with at least one point.

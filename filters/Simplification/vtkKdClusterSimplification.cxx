@@ -1,18 +1,24 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Steps: 1. points, triangles, normals and colours in core's types  2. weld, tree, level (core)
-// 3. VTK arrays.
+// Steps: 1. the input as one mesh: points, triangles and arrays in core's types  2. weld, tree,
+// level (core)  3. the other arrays for the level (CarriedArrays.h)  4. VTK arrays.
 #include "vtkKdClusterSimplification.h"
 
 #include "filters/Simplification/SimplifiedLevel.h"
 #include "filters/adapter/AlgorithmExecution.h"
+#include "filters/adapter/FilterRequest.h"
 #include "filters/adapter/PolyDataAttributes.h"
 #include "filters/adapter/PolyDataMesh.h"
+#include "filters/core/CarriedArrays.h"
+#include "filters/core/Ids.h"
+#include "filters/core/TakeResult.h"
 #include "filters/core/Weld.h"
 
 #include <vtkCellArray.h>
+#include <vtkCellData.h>
 #include <vtkDataArray.h>
 #include <vtkDataObject.h>
 #include <vtkDoubleArray.h>
+#include <vtkErrorCode.h>
 #include <vtkInformation.h>
 #include <vtkInformationInformationVectorKey.h>
 #include <vtkInformationStringKey.h>
@@ -26,7 +32,10 @@
 #include <algorithm>
 #include <cmath>
 #include <cstring>
+#include <numeric>
 #include <string>
+#include <utility>
+#include <vector>
 
 vtkStandardNewMacro(vtkKdClusterSimplification);
 
@@ -39,28 +48,49 @@ using namespace kdstream;
 // are joined. VTK arrays without a name are skipped, so no other attribute is called so.
 const char* const clusterIdName = "";
 
-// What levels carry: normals and colours. Other arrays must not keep points apart.
-std::vector<Attribute> ReadLevelAttributes(vtkPolyData& input, const PolyDataElements& elements)
+const char* const deviationName = "Deviation";
+
+struct Simplifiable
 {
-  std::vector<Attribute> attributes = ReadAttributes(input, elements).attributes;
-  const auto isOther = [](const Attribute& attribute)
+  Mesh mesh;                            // with what levels carry: normals and colours
+  std::vector<Attribute> points, cells; // other arrays; they must not keep points apart
+  std::vector<VertexId> newIds;         // of each point the one that it was welded to
+};
+
+void ReadArrays(vtkPolyData& input, const PolyDataElements& elements, Simplifiable& read)
+{
+  for (Attribute& array : ReadAttributes(input, elements).attributes)
   {
-    const AttributeRole role = RoleOf(attribute);
-    return role != AttributeRole::Normals && role != AttributeRole::Colors;
-  };
-  attributes.erase(std::remove_if(attributes.begin(), attributes.end(), isOther), attributes.end());
-  return attributes;
+    const AttributeRole role = RoleOf(array);
+    const bool isPoint = array.association == AttributeAssociation::Point;
+    if (role == AttributeRole::Normals || role == AttributeRole::Colors)
+    {
+      read.mesh.attributes.push_back(std::move(array));
+    }
+    else if (!HoldsIds(array) && !(isPoint && array.name == deviationName))
+    {
+      (isPoint ? read.points : read.cells).push_back(std::move(array));
+    }
+  }
 }
 
-Result<Mesh> ReadSimplifiable(vtkPolyData& input, const Execution& execution)
+Result<Simplifiable> ReadSimplifiable(vtkPolyData& input, const Execution& execution)
 {
-  Result<Mesh> mesh = ReadMesh(input, execution);
-  if (mesh)
+  Simplifiable read;
+  KDSTREAM_TRY(Take(ReadMesh(input, execution), read.mesh));
+  ReadArrays(input, *ReadElements(input), read); // cannot fail: ReadMesh has read them already
+  return read;
+}
+
+void Weld(Simplifiable& input, bool weld, const Execution& execution)
+{
+  if (weld)
   {
-    // Cannot fail: ReadMesh has read them already.
-    mesh->attributes = ReadLevelAttributes(input, *ReadElements(input));
+    WeldVertices(input.mesh, execution, &input.newIds);
+    return;
   }
-  return mesh;
+  input.newIds.resize(input.mesh.points.size());
+  std::iota(input.newIds.begin(), input.newIds.end(), VertexId{ 0 });
 }
 
 // One whole number for each point.
@@ -93,19 +123,21 @@ Result<Attribute> ReadClusterIds(vtkDataArray* array, vtkIdType points)
 }
 
 // The level of the clusters that `ids` tells; welds with them.
-Result<ClusterLevel> SimplifyClusters(
-  Mesh& mesh, Attribute ids, bool weld, const ClusterOptions& options, const Execution& execution)
+Result<SimplifiedLevel> SimplifyClusters(Simplifiable& input, Attribute ids, bool weld,
+  const ClusterOptions& options, const Execution& execution)
 {
+  Mesh& mesh = input.mesh;
   mesh.attributes.push_back(std::move(ids));
-  if (weld)
-  {
-    WeldVertices(mesh);
-  }
+  Weld(input, weld, execution);
   const Attribute welded = std::move(mesh.attributes.back());
   mesh.attributes.pop_back();
   std::vector<std::int64_t> labels(mesh.points.size());
   std::memcpy(labels.data(), welded.values.data(), welded.values.size());
-  return SimplifyByClusters(mesh, ClusteringOfLabels(labels), options, execution);
+  SimplifiedLevel level;
+  KDSTREAM_TRY(
+    Take(SimplifyByClusters(mesh, ClusteringOfLabels(labels), options, execution, &level.clusterOf),
+      level.level));
+  return level;
 }
 
 void FillPoints(const ClusterLevel& level, ScalarType type, vtkPolyData& output)
@@ -115,7 +147,7 @@ void FillPoints(const ClusterLevel& level, ScalarType type, vtkPolyData& output)
   points->SetDataType(type == ScalarType::Float32 ? VTK_FLOAT : VTK_DOUBLE);
   points->SetNumberOfPoints(count);
   vtkNew<vtkDoubleArray> deviations;
-  deviations->SetName("Deviation");
+  deviations->SetName(deviationName);
   deviations->SetNumberOfValues(count);
   for (vtkIdType i = 0; i < count; ++i)
   {
@@ -151,11 +183,47 @@ void FillCells(const ClusterLevel& level, bool cloud, vtkPolyData& output)
   output.SetPolys(cells);
 }
 
-Status FillOutput(const ClusterLevel& level, const Mesh& mesh, vtkPolyData& output)
+// What the level has beside normals and colours.
+std::vector<Attribute> CarryArrays(
+  const Simplifiable& input, const SimplifiedLevel& simplified, const Execution& execution)
 {
-  FillPoints(level, mesh.scalarType, output);
-  FillCells(level, mesh.triangles.empty(), output);
-  return WriteAttributes(level.attributes, output);
+  const ClusterLevel& level = simplified.level;
+  std::vector<VertexId> clusterOf(input.newIds.size());
+  std::transform(input.newIds.begin(), input.newIds.end(), clusterOf.begin(),
+    [&](VertexId v) { return simplified.clusterOf[v]; });
+  std::vector<Attribute> arrays = MeansOfGroups(input.points, clusterOf, level.positions.size());
+  for (Attribute& array : CarryCells(input.cells, input.mesh, simplified.clusterOf,
+         { level.positions, level.triangles }, execution))
+  {
+    arrays.push_back(std::move(array));
+  }
+  return arrays;
+}
+
+// What was active stays so, under the same name.
+void KeepActive(vtkDataSetAttributes& input, vtkDataSetAttributes& output)
+{
+  for (int type = 0; type < vtkDataSetAttributes::NUM_ATTRIBUTES; ++type)
+  {
+    vtkAbstractArray* const active = input.GetAbstractAttribute(type);
+    if (active && active->GetName() && output.HasArray(active->GetName()) &&
+        !output.GetAbstractAttribute(type))
+    {
+      output.SetActiveAttribute(active->GetName(), type);
+    }
+  }
+}
+
+Status FillOutput(const Simplifiable& input, const SimplifiedLevel& simplified, vtkPolyData& arrays,
+  const Execution& execution, vtkPolyData& output)
+{
+  FillPoints(simplified.level, input.mesh.scalarType, output);
+  FillCells(simplified.level, input.mesh.triangles.empty(), output);
+  KDSTREAM_TRY(WriteAttributes(simplified.level.attributes, output));
+  KDSTREAM_TRY(WriteAttributes(CarryArrays(input, simplified, execution), output));
+  KeepActive(*arrays.GetPointData(), *output.GetPointData());
+  KeepActive(*arrays.GetCellData(), *output.GetCellData());
+  return {};
 }
 
 // What the filter is asked for.
@@ -170,26 +238,32 @@ struct Request
 Status Simplify(vtkPolyData& input, const Request& request, const Execution& execution,
   vtkPolyData& output, int& finestDepth)
 {
-  Result<Mesh> mesh = ReadSimplifiable(input, execution);
-  KDSTREAM_TRY(mesh);
+  Result<Simplifiable> read = ReadSimplifiable(input, execution);
+  KDSTREAM_TRY(read);
+  SimplifiedLevel level;
   if (request.byClusters)
   {
     Result<Attribute> ids = ReadClusterIds(request.clusterIds, input.GetNumberOfPoints());
     KDSTREAM_TRY(ids);
-    const Result<ClusterLevel> level =
-      SimplifyClusters(*mesh, std::move(*ids), request.weld, request.options.levels, execution);
-    return level ? FillOutput(*level, *mesh, output) : level.GetError();
+    KDSTREAM_TRY(Take(
+      SimplifyClusters(*read, std::move(*ids), request.weld, request.options.levels, execution),
+      level));
   }
-  if (request.weld)
+  else
   {
-    WeldVertices(*mesh);
+    Weld(*read, request.weld, execution);
+    KDSTREAM_TRY(Take(SimplifyMesh(read->mesh, request.options, execution), level));
+    finestDepth = static_cast<int>(level.finestDepth);
   }
-  const Result<SimplifiedLevel> level = SimplifyMesh(*mesh, request.options, execution);
-  KDSTREAM_TRY(level);
-  finestDepth = static_cast<int>(level->finestDepth);
-  return FillOutput(level->level, *mesh, output);
+  return FillOutput(*read, level, input, execution, output);
 }
 
+}
+
+int vtkKdClusterSimplification::FillInputPortInformation(int, vtkInformation* info)
+{
+  AcceptMeshes(*info);
+  return 1;
 }
 
 bool vtkKdClusterSimplification::HasClusters()
@@ -207,10 +281,19 @@ bool vtkKdClusterSimplification::HasClusters()
 int vtkKdClusterSimplification::RequestData(
   vtkInformation*, vtkInformationVector** inputVector, vtkInformationVector* outputVector)
 {
-  vtkPolyData* const input = vtkPolyData::GetData(inputVector[0]);
   vtkPolyData* const output = vtkPolyData::GetData(outputVector);
+  this->SetErrorCode(vtkErrorCode::NoError);
   this->FinestDepth = -1;
-  if (input->GetNumberOfPoints() == 0)
+  const Execution execution =
+    MakeAlgorithmExecution(*this, { { "tree", 0.05, 0.4 }, { "levels", 0.4, 1.0 } });
+  const auto input =
+    JoinInput(*this, *vtkDataObject::GetData(inputVector[0]), this->WeldByPlace, execution);
+  if (!input)
+  {
+    this->SetErrorCode(ReportError(*this, input.GetError()));
+    return 0;
+  }
+  if ((*input)->GetNumberOfPoints() == 0)
   {
     return 1;
   }
@@ -230,22 +313,15 @@ int vtkKdClusterSimplification::RequestData(
   request.options.target = static_cast<std::size_t>(this->TargetNumberOfTriangles);
   request.weld = this->Weld;
   request.byClusters = this->HasClusters();
-  request.clusterIds = request.byClusters ? this->GetInputArrayToProcess(0, input) : nullptr;
-  const Execution execution =
-    MakeAlgorithmExecution(*this, { { "tree", 0.05, 0.4 }, { "levels", 0.4, 1.0 } });
+  request.clusterIds = request.byClusters ? this->GetInputArrayToProcess(0, *input) : nullptr;
 
-  const Status status = Simplify(*input, request, execution, *output, this->FinestDepth);
-  if (status)
+  const Status status = Simplify(**input, request, execution, *output, this->FinestDepth);
+  if (!status)
   {
-    return 1;
+    output->Initialize();
   }
-  output->Initialize();
-  if (status.GetError().code == ErrorCode::Cancelled)
-  {
-    return 1;
-  }
-  vtkErrorMacro(<< status.GetError().message);
-  return 0;
+  this->SetErrorCode(ReportError(*this, status));
+  return this->GetErrorCode() == vtkErrorCode::NoError ? 1 : 0;
 }
 
 void vtkKdClusterSimplification::PrintSelf(ostream& os, vtkIndent indent)
@@ -257,6 +333,7 @@ void vtkKdClusterSimplification::PrintSelf(ostream& os, vtkIndent indent)
   os << indent << "Representative: " << (this->Representative == Mean ? "Mean" : "Quadric") << "\n";
   os << indent << "Sheets: " << (this->Sheets ? "on" : "off") << "\n";
   os << indent << "Weld: " << (this->Weld ? "on" : "off") << "\n";
+  os << indent << "WeldByPlace: " << (this->WeldByPlace ? "on" : "off") << "\n";
   os << indent << "CellVertices: " << this->CellVertices << "\n";
   os << indent << "VerticesPerPartition: " << this->VerticesPerPartition << "\n";
   os << indent << "FinestDepth: " << this->FinestDepth << "\n";

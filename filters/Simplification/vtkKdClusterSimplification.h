@@ -6,12 +6,13 @@
  * Step "levels" of the README's picture, as a VTK filter. It gives the levels that kdstream-build
  * makes with the same options.
  *
- * Input: a vtkPolyData. Its points are split by a balanced k-d tree (as in vtkKdTreePartition) down
- * to the finest level; all cells there hold the same number of points, up to one. The points of a
- * cell, or of each connected sheet of the surface inside it, become one point. Coarser levels come
- * from it: by the cells above (Maker Cluster), or by collapse of edges (Maker Collapse), which at
- * the same number of triangles stays much closer to the surface. Which level: by Depth, or the one
- * that has about TargetNumberOfTriangles.
+ * Input: a vtkPolyData; or a composite data set of them, which is taken as one mesh without ghosts,
+ * as vtkMeshPartition tells. Its points are split by a balanced k-d tree (as in vtkKdTreePartition)
+ * down to the finest level; all cells there hold the same number of points, up to one. The points
+ * of a cell, or of each connected sheet of the surface inside it, become one point. Coarser levels
+ * come from it: by the cells above (Maker Cluster), or by collapse of edges (Maker Collapse), which
+ * at the same number of triangles stays much closer to the surface. Which level: by Depth, or the
+ * one that has about TargetNumberOfTriangles.
  *
  * Any other clusters: name a point array of whole numbers with SetInputArrayToProcess(0, 0, 0,
  * vtkDataObject::FIELD_ASSOCIATION_POINTS, NAME), such as the PartitionId of vtkOctreePartition.
@@ -24,10 +25,15 @@
  * how far, in the input's unit, the surface it stands for lies from it: the root of the mean
  * squared distance to the planes of its triangles, never less than that of the finer points it is
  * made from. Normals (point data; three floats or doubles) and colours (RGB or RGBA scalars of
- * unsigned char) are averaged, as "Normals" and "RGB" or "RGBA". An input without triangles is
- * taken for a point set: its output has a vertex cell for every point.
+ * unsigned char) are averaged, as "Normals" and "RGB" or "RGBA". Every other array of numbers comes
+ * along under its name, and stays active where it was: of point data the means of the points that
+ * became one, of cell data the means of the triangles that a triangle stands for (its own image,
+ * and those that vanished beside it); of classes (arrays of one component that are bytes, or are
+ * called a class or a label) the most frequent one. An input without triangles is taken for a point
+ * set: its output has a vertex cell for every point.
  *
- * Not passed: other point data, cell data, vertex and line cells (those of a point set excepted).
+ * Not passed: global and pedigree ids, since what they told apart is one; vertex and line cells
+ * and, of a point set, cell data.
  * Polygons become triangles (concave ones by cutting ears), strips triangles. No points give an
  * empty output.
  *
@@ -36,7 +42,8 @@
  * threads. Aborting leaves an empty output. Errors, with an empty output: a coordinate that is not
  * finite; a cell that uses a point that is not there; points that span more than 2^127
  * along an axis; Depth below the finest level; an array to process that is not there, or is not one
- * whole number for each point.
+ * whole number for each point; a part that is not a vtkPolyData. GetErrorCode is then
+ * vtkErrorCode::UnknownError, else NoError.
  *
  * Source: section 4.3 of the paper named in the README, exactly so with Maker Cluster, Sheets off
  * and Representative Mean; sheets, quadrics, collapse in rounds and deviations are ours.
@@ -134,6 +141,17 @@ public:
 
   ///@{
   /**
+   * Whether points of different parts of a composite input that lie in one place become one, where
+   * there are no global ids to tell. Points of one part are never joined. Default off: Weld joins
+   * them, but where normals or colours differ.
+   */
+  vtkSetMacro(WeldByPlace, bool);
+  vtkGetMacro(WeldByPlace, bool);
+  vtkBooleanMacro(WeldByPlace, bool);
+  ///@}
+
+  ///@{
+  /**
    * The most points of a cell at the finest level, 1 to 1024; default 8.
    */
   vtkSetClampMacro(CellVertices, int, 1, 1024);
@@ -159,6 +177,7 @@ protected:
   vtkKdClusterSimplification() = default;
   ~vtkKdClusterSimplification() override = default;
 
+  int FillInputPortInformation(int port, vtkInformation* info) override;
   int RequestData(vtkInformation* request, vtkInformationVector** inputVector,
     vtkInformationVector* outputVector) override;
 
@@ -174,6 +193,7 @@ private:
   int Representative = Quadric;
   bool Sheets = true;
   bool Weld = true;
+  bool WeldByPlace = false;
   int CellVertices = 8;
   vtkIdType VerticesPerPartition = 2000;
   int FinestDepth = -1;

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "filters/adapter/PolyDataAttributes.h"
 
+#include "filters/core/Ids.h"
+
 #include <vtkCellData.h>
 #include <vtkDataArray.h>
 #include <vtkDataSetAttributes.h>
@@ -11,6 +13,7 @@
 #include <cstring>
 #include <limits>
 #include <optional>
+#include <utility>
 
 namespace kdstream
 {
@@ -65,14 +68,6 @@ std::optional<AttributeType> TypeOf(int vtkType)
   }
 }
 
-int VtkTypeOf(AttributeType type)
-{
-  static constexpr int types[] = { VTK_TYPE_INT8, VTK_TYPE_UINT8, VTK_TYPE_INT16, VTK_TYPE_UINT16,
-    VTK_TYPE_INT32, VTK_TYPE_UINT32, VTK_TYPE_INT64, VTK_TYPE_UINT64, VTK_TYPE_FLOAT32,
-    VTK_TYPE_FLOAT64 };
-  return types[static_cast<std::size_t>(type)];
-}
-
 // An array as tuples that lie one after the other, of a type that TypeOf knows.
 vtkSmartPointer<vtkDataArray> Plain(vtkDataArray& array)
 {
@@ -110,7 +105,22 @@ std::string NameFor(vtkDataSetAttributes& data, vtkDataArray& array, AttributeIn
       return name;
     }
   }
+  for (const auto& [name, active] : { std::pair{ "GlobalIds", data.GetGlobalIds() },
+         std::pair{ "PedigreeIds", vtkDataArray::SafeDownCast(data.GetPedigreeIds()) } })
+  {
+    info.name = name;
+    if (&array == active && HoldsIds(info))
+    {
+      return name;
+    }
+  }
   return own;
+}
+
+bool IsActive(vtkDataSetAttributes& data, vtkAbstractArray* array)
+{
+  return array == data.GetNormals() || array == data.GetTCoords() || array == data.GetScalars() ||
+         array == data.GetGlobalIds() || array == data.GetPedigreeIds();
 }
 
 class Reader
@@ -132,9 +142,7 @@ public:
       for (int i = 0; i < data.GetNumberOfArrays(); ++i)
       {
         vtkAbstractArray* const array = data.GetAbstractArray(i);
-        const bool isActive =
-          array == data.GetNormals() || array == data.GetTCoords() || array == data.GetScalars();
-        if (isActive == active)
+        if (IsActive(data, array) == active)
         {
           this->ReadArray(
             data, *array, association, tuples, cells, found, found[static_cast<std::size_t>(i)]);
@@ -180,7 +188,12 @@ private:
     }
     if (own == vtkDataSetAttributes::GhostArrayName())
     {
-      return skip("marks of ghosts are not kept");
+      return;
+    }
+    if (cells && &array == data.GetGlobalIds() &&
+        std::adjacent_find(cells->begin(), cells->end()) != cells->end())
+    {
+      return skip("cells were cut up, and their parts would have the same global id");
     }
     AttributeInfo info;
     info.type = TypeOf(array.GetDataType()).value_or(AttributeType::UInt8);
@@ -224,6 +237,15 @@ private:
 
 }
 
+int VtkTypeOf(const AttributeInfo& attribute)
+{
+  static constexpr int types[] = { VTK_TYPE_INT8, VTK_TYPE_UINT8, VTK_TYPE_INT16, VTK_TYPE_UINT16,
+    VTK_TYPE_INT32, VTK_TYPE_UINT32, VTK_TYPE_INT64, VTK_TYPE_UINT64, VTK_TYPE_FLOAT32,
+    VTK_TYPE_FLOAT64 };
+  const bool isId = HoldsIds(attribute) && attribute.type == SignedOfSize(sizeof(vtkIdType));
+  return isId ? VTK_ID_TYPE : types[static_cast<std::size_t>(attribute.type)];
+}
+
 PolyDataAttributes ReadAttributes(vtkPolyData& input, const PolyDataElements& elements)
 {
   PolyDataAttributes result;
@@ -253,7 +275,7 @@ Status WriteAttributes(std::span<const Attribute> attributes, vtkPolyData& outpu
   for (const Attribute& attribute : attributes)
   {
     const auto array =
-      vtkSmartPointer<vtkDataArray>::Take(vtkDataArray::CreateDataArray(VtkTypeOf(attribute.type)));
+      vtkSmartPointer<vtkDataArray>::Take(vtkDataArray::CreateDataArray(VtkTypeOf(attribute)));
     array->SetName(attribute.name.c_str());
     array->SetNumberOfComponents(attribute.components);
     array->SetNumberOfTuples(static_cast<vtkIdType>(attribute.TupleCount()));
@@ -265,6 +287,12 @@ Status WriteAttributes(std::span<const Attribute> attributes, vtkPolyData& outpu
                                          ? static_cast<vtkDataSetAttributes*>(output.GetPointData())
                                          : static_cast<vtkDataSetAttributes*>(output.GetCellData());
     data->AddArray(array);
+    if (HoldsIds(attribute))
+    {
+      data->SetActiveAttribute(attribute.name.c_str(), attribute.name == "GlobalIds"
+                                                         ? vtkDataSetAttributes::GLOBALIDS
+                                                         : vtkDataSetAttributes::PEDIGREEIDS);
+    }
     switch (RoleOf(attribute))
     {
       case AttributeRole::Normals:

@@ -16,6 +16,9 @@
 namespace kdstream
 {
 
+// The type of the array that WriteAttributes makes of it.
+int VtkTypeOf(const AttributeInfo& attribute);
+
 // What ReadAttributes found.
 struct PolyDataAttributes
 {
@@ -27,15 +30,18 @@ struct PolyDataAttributes
 // for each of elements.Triangles(), that of the cell it is part of). Arrays keep their names, but
 // for those that core knows by name (RoleOf): the active normals of three floats or doubles become
 // "Normals", active texture coordinates of two "TCoords", active scalars of three or four unsigned
-// chars "RGB" or "RGBA", if they are point data. Types are kept bit for bit: vtkIdType, long and
+// chars "RGB" or "RGBA", if they are point data; active global and pedigree ids "GlobalIds" and
+// "PedigreeIds" (HoldsIds), of points and of cells. Types are kept bit for bit: vtkIdType, long and
 // long long become int64 (or int32, where they are), char int8, bits uint8. Skipped, and listed:
 // arrays that are not numeric, have no name, no or more than 255 components, or another number of
-// tuples than there are points or cells; a second array of a name; vtkGhostType, which is about one
-// pipeline. O(values). REQUIRES: `elements` read from `input`.
+// tuples than there are points or cells; a second array of a name; global ids of cells where some
+// were cut up. vtkGhostType is about one pipeline: skipped, and not listed. O(values). REQUIRES:
+// `elements` read from `input`.
 PolyDataAttributes ReadAttributes(vtkPolyData& input, const PolyDataElements& elements);
 
-// Adds the attributes to the arrays of `output`, with the roles that RoleOf tells as active
-// normals, scalars and texture coordinates. int64 becomes vtkTypeInt64Array, not vtkIdTypeArray.
+// Adds the attributes to the arrays of `output`, with the roles that RoleOf and HoldsIds tell as
+// active normals, scalars, texture coordinates, global and pedigree ids. int64 becomes
+// vtkTypeInt64Array, or vtkIdTypeArray for ids.
 // Errors: InvalidInput, naming the attribute that has another number of tuples than `output` has
 // points or cells; nothing is added then.
 Status WriteAttributes(std::span<const Attribute> attributes, vtkPolyData& output);

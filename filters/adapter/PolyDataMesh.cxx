@@ -1,14 +1,17 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "filters/adapter/PolyDataMesh.h"
 
+#include "filters/adapter/PolyDataCells.h"
 #include "filters/core/CutPolygon.h"
 
 #include <vtkCellArray.h>
-#include <vtkCellArrayIterator.h>
+#include <vtkDoubleArray.h>
+#include <vtkFloatArray.h>
 #include <vtkPoints.h>
-#include <vtkSmartPointer.h>
 
 #include <algorithm>
+#include <array>
+#include <atomic>
 #include <cmath>
 #include <limits>
 #include <string>
@@ -82,31 +85,46 @@ template <class Add>
 Status ReadCells(vtkCellArray* cells, vtkIdType firstCell, vtkIdType pointCount, Add&& add,
   PolyDataElements& elements)
 {
-  if (!cells)
-  {
-    return {};
-  }
-  const auto iterator = vtk::TakeSmartPointer(cells->NewIterator());
-  for (iterator->GoToFirstCell(); !iterator->IsDoneWithTraversal(); iterator->GoToNextCell())
-  {
-    vtkIdType size = 0;
-    const vtkIdType* points = nullptr;
-    iterator->GetCurrentCell(size, points);
-    const vtkIdType cell = firstCell + iterator->GetCurrentCellId();
-    const Corners corners(points, static_cast<std::size_t>(size));
-    for (const vtkIdType point : corners)
+  return ForEachCell(cells, firstCell, pointCount,
+    [&](vtkIdType cell, Corners corners)
     {
-      if (point < 0 || point >= pointCount)
-      {
-        return Error{ ErrorCode::InvalidInput, "cell " + std::to_string(cell) + " uses point " +
-                                                 std::to_string(point) + ", but there are " +
-                                                 std::to_string(pointCount) };
-      }
+      add(corners, elements.corners);
+      elements.cells.resize(elements.corners.size(), cell);
+    });
+}
+
+bool IsFinite(const Vec3& p)
+{
+  return std::isfinite(p[0]) && std::isfinite(p[1]) && std::isfinite(p[2]);
+}
+
+// Points from `first` on. Those that lie one after the other are not asked for one by one.
+void CopyPoints(vtkPoints& points, std::size_t first, std::span<Vec3> copies)
+{
+  const auto copy = [&](const auto* coordinates)
+  {
+    coordinates += 3 * first;
+    for (Vec3& p : copies)
+    {
+      p = { double(coordinates[0]), double(coordinates[1]), double(coordinates[2]) };
+      coordinates += 3;
     }
-    add(corners, elements.corners);
-    elements.cells.resize(elements.corners.size(), cell);
+  };
+  if (auto* const floats = vtkFloatArray::SafeDownCast(points.GetData()))
+  {
+    copy(floats->GetPointer(0));
   }
-  return {};
+  else if (auto* const doubles = vtkDoubleArray::SafeDownCast(points.GetData()))
+  {
+    copy(doubles->GetPointer(0));
+  }
+  else
+  {
+    for (std::size_t i = 0; i < copies.size(); ++i)
+    {
+      points.GetPoint(static_cast<vtkIdType>(first + i), copies[i].data());
+    }
+  }
 }
 
 }
@@ -120,23 +138,46 @@ Result<std::vector<Vec3>> ReadPoints(vtkPolyData& input, const Execution& execut
       std::to_string(count) + " points; at most 4294967294 fit a tree in memory" };
   }
   std::vector<Vec3> points(count);
+  std::atomic<bool> finite{ true };
   execution.parallelFor(count, 1 << 16,
     [&](std::size_t begin, std::size_t end)
     {
-      for (std::size_t i = begin; i < end; ++i)
+      const auto here = std::span(points).subspan(begin, end - begin);
+      CopyPoints(*input.GetPoints(), begin, here);
+      if (!std::all_of(here.begin(), here.end(), IsFinite))
       {
-        input.GetPoints()->GetPoint(static_cast<vtkIdType>(i), points[i].data());
+        finite = false;
       }
     });
-  const auto bad = std::find_if(points.begin(), points.end(),
-    [](const Vec3& p)
-    { return !std::isfinite(p[0]) || !std::isfinite(p[1]) || !std::isfinite(p[2]); });
-  if (bad != points.end() && !any)
+  if (!finite && !any)
   {
+    const auto bad = std::find_if_not(points.begin(), points.end(), IsFinite);
     return Error{ ErrorCode::InvalidInput,
       "point " + std::to_string(bad - points.begin()) + ": a coordinate is not finite" };
   }
   return points;
+}
+
+Status CheckCells(vtkPolyData& input)
+{
+  const std::array<vtkCellArray*, 4> kinds{ input.GetVerts(), input.GetLines(), input.GetPolys(),
+    input.GetStrips() };
+  const auto areThere = [&](vtkCellArray* cells)
+  {
+    if (!cells || cells->GetNumberOfConnectivityIds() == 0)
+    {
+      return true;
+    }
+    double range[2];
+    cells->GetConnectivityArray()->GetRange(range, 0);
+    return range[0] >= 0 && range[1] < static_cast<double>(input.GetNumberOfPoints());
+  };
+  if (std::all_of(kinds.begin(), kinds.end(), areThere))
+  {
+    return {};
+  }
+  const Result<PolyDataElements> read = ReadElements(input); // names the cell
+  return read ? Status() : Status(read.GetError());
 }
 
 Result<PolyDataElements> ReadElements(vtkPolyData& input)

@@ -40,6 +40,9 @@ Result<std::vector<Vec3>> ReadPoints(
 // point that is not there; LimitExceeded.
 Result<PolyDataElements> ReadElements(vtkPolyData& input);
 
+// What ReadElements says is wrong with the cells; nothing is read where all is well. O(cells).
+Status CheckCells(vtkPolyData& input);
+
 // What core calls a mesh: points and triangles; vertex and line cells are left out. The errors of
 // both.
 Result<Mesh> ReadMesh(vtkPolyData& input, const Execution& execution, bool any = false);

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "filters/core/Attribute.h"
 
+#include "filters/core/Ids.h"
 #include "filters/core/Texts.h"
 
 #include <algorithm>
@@ -123,10 +124,16 @@ bool IsTexturePaint(const AttributeInfo& attribute)
     AttributeType::UInt32, AttributeAssociation::Cell, 1 };
 }
 
+bool HoldsIds(const AttributeInfo& attribute)
+{
+  return attribute.components == 1 && attribute.type < AttributeType::Float32 &&
+         (attribute.name == "GlobalIds" || attribute.name == "PedigreeIds");
+}
+
 bool IsScalar(const AttributeInfo& attribute)
 {
   return attribute.association == AttributeAssociation::Point && attribute.components == 1 &&
-         !attribute.name.starts_with("vtk");
+         !attribute.name.starts_with("vtk") && !HoldsIds(attribute);
 }
 
 bool HoldsClasses(const AttributeInfo& scalar)

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // What the levels' numbers and classes come from: the sum of a cluster's values, and the votes for
-// its class. Trivially copyable records of AttributeSums. For LevelAttributes.cxx alone.
+// its class. Trivially copyable records of AttributeSums. For LevelAttributes.cxx and
+// CarriedArrays.cxx alone.
 #pragma once
 
 #include "filters/core/Attribute.h"
@@ -17,14 +18,14 @@
 namespace kdstream
 {
 
-// Of an array of one component (IsScalar): its mean. Values that are not finite are left out; where
+// Of one component of an array: its mean. Values that are not finite are left out; where
 // none is left the mean is NaN, and 0 in arrays of integers.
 class ScalarSum
 {
 public:
-  void Add(const Attribute& array, std::size_t tuple)
+  void Add(const Attribute& array, std::size_t tuple, std::size_t component = 0)
   {
-    const double value = array.Get(tuple, 0);
+    const double value = array.Get(tuple, component);
     if (std::isfinite(value))
     {
       this->Sum += value * scale;
@@ -37,13 +38,17 @@ public:
     this->Count += child.Count;
   }
   bool IsPossible() const { return this->Count < noVertex && std::isfinite(this->Sum); }
+  double Mean() const
+  {
+    return this->Count == 0 ? std::numeric_limits<double>::quiet_NaN()
+                            : this->Sum / static_cast<double>(this->Count) / scale;
+  }
+  // Of arrays of one component.
   void AppendMean(Attribute& means) const
   {
     const std::size_t tuple = means.TupleCount();
     means.values.resize(means.values.size() + means.TupleSize());
-    means.Set(tuple, 0,
-      this->Count == 0 ? std::numeric_limits<double>::quiet_NaN()
-                       : this->Sum / static_cast<double>(this->Count) / scale);
+    means.Set(tuple, 0, this->Mean());
   }
 
 private:
@@ -64,7 +69,7 @@ private:
 class ClassVotes
 {
 public:
-  void Add(const Attribute& array, std::size_t tuple)
+  void Add(const Attribute& array, std::size_t tuple, std::size_t = 0)
   {
     if (std::isfinite(array.Get(tuple, 0)))
     {

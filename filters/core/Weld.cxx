@@ -224,9 +224,11 @@ std::size_t CountPlaces(
   return std::accumulate(places.begin(), places.end(), std::size_t{ 0 });
 }
 
-std::size_t WeldVertices(Mesh& mesh, const Execution& execution)
+std::size_t WeldVertices(Mesh& mesh, const Execution& execution, std::vector<VertexId>* newIds)
 {
-  std::vector<VertexId> renumbered = FirstEqualVertex(mesh, execution);
+  std::vector<VertexId> own;
+  std::vector<VertexId>& renumbered = newIds ? *newIds : own;
+  renumbered = FirstEqualVertex(mesh, execution);
   VertexId kept = 0;
   while (kept < renumbered.size() && renumbered[kept] == kept)
   {

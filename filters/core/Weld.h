@@ -31,8 +31,9 @@ std::size_t CountPlaces(
 // Joins vertices with bit-equal coordinates and bit-equal tuples of every point array to the lowest
 // id (doc/design.md#welding) and renumbers the rest, keeping their order. Triangles keep their
 // order and orientation; those that become degenerate stay. Returns how many vertices went.
-// Expected O(n).
-std::size_t WeldVertices(Mesh& mesh, const Execution& execution = {});
+// newIds, where it is not null: of each vertex the one that it became. Expected O(n).
+std::size_t WeldVertices(
+  Mesh& mesh, const Execution& execution = {}, std::vector<VertexId>* newIds = nullptr);
 
 // The box of all points. O(n).
 Box BoxOfPoints(std::span<const Vec3> points);

@@ -4,14 +4,18 @@
 #include "filters/adapter/DropGhosts.h"
 #include "filters/adapter/MeshPolyData.h"
 #include "filters/adapter/PartitionLayout.h"
+#include "filters/core/Weld.h"
 #include "filters/core/pieces/Glue.h"
 #include "filters/core/tree/Region.h"
 #include "filters/store/StoreMesh.h"
 
 #include <vtkDataSetAttributes.h>
+#include <vtkInformation.h>
+#include <vtkInformationDoubleVectorKey.h>
 #include <vtkNew.h>
 
 #include <algorithm>
+#include <cmath>
 #include <iterator>
 #include <span>
 #include <string>
@@ -145,6 +149,28 @@ Mesh MeshOf(Piece piece, ScalarType scalarType)
     std::move(piece.attributes) };
 }
 
+void AddToRange(const Attribute* array, std::optional<std::pair<double, double>>& range)
+{
+  for (std::size_t i = 0; array && array->components == 1 && i < array->TupleCount(); ++i)
+  {
+    const double value = array->Get(i, 0);
+    if (std::isfinite(value))
+    {
+      range = range ? std::pair(std::min(range->first, value), std::max(range->second, value))
+                    : std::pair(value, value);
+    }
+  }
+}
+
+// Of a partition the box of all that it has.
+void TellBounds(vtkPartitionedDataSet& output, unsigned int partition, vtkPolyData& part)
+{
+  if (part.GetNumberOfPoints() > 0)
+  {
+    output.GetMetaData(partition)->Set(vtkDataObject::BOUNDING_BOX(), part.GetBounds(), 6);
+  }
+}
+
 // The part of a level's surface that belongs to a share, with the triangles of others that touch
 // it, marked.
 Mesh CutShare(const Surface& surface, std::vector<std::uint32_t> shareOf, const OutputShare& share,
@@ -175,6 +201,41 @@ Mesh CutShare(const Surface& surface, std::vector<std::uint32_t> shareOf, const 
   return mesh;
 }
 
+}
+
+Result<OriginalFacts> MeasureOriginal(const PieceSource& source, const Execution& execution)
+{
+  const ModelDescription& info = source.Info();
+  const bool isCloud = info.primitive == PrimitiveType::Points;
+  OriginalFacts facts;
+  facts.partitions.resize(info.partitions);
+  facts.ranges.resize(info.attributes.size());
+  for (std::size_t first = 0; first < info.partitions; first += piecesAtOnce)
+  {
+    std::vector<PieceId> ids;
+    for (std::size_t p = first; p < std::min(first + piecesAtOnce, facts.partitions.size()); ++p)
+    {
+      ids.push_back(
+        { Resolution::Original(), NodeOfPartition(static_cast<std::uint32_t>(p), info.depths) });
+    }
+    const auto pieces = source.ReadPieces(ids, execution);
+    KDSTREAM_TRY(pieces);
+    for (std::size_t i = 0; i < pieces->size(); ++i)
+    {
+      const Piece& piece = (*pieces)[i];
+      OriginalFacts::Partition& partition = facts.partitions[first + i];
+      if (piece.ownVertices > 0)
+      {
+        partition = { BoxOfPoints(piece.positions), piece.VertexCount(),
+          isCloud ? piece.ownVertices : piece.triangles.size() };
+      }
+      for (std::size_t k = 0; k < facts.ranges.size(); ++k)
+      {
+        AddToRange(FindAttribute(piece.attributes, info.attributes[k]), facts.ranges[k]);
+      }
+    }
+  }
+  return facts;
 }
 
 PieceOutput::PieceOutput(const PieceSource& source,
@@ -266,6 +327,7 @@ Status PieceOutput::AddPartitions(const std::vector<std::uint32_t>& chosen,
         KDSTREAM_TRY(this->Fill(MeshOf(std::move(piece), info.grid.scalarType), ownPoints, *part));
       }
       output.SetPartition(partition, part);
+      TellBounds(output, partition, *part);
     }
   }
   return {};
@@ -326,6 +388,7 @@ Status PieceOutput::AddPieces(
       KDSTREAM_TRY(this->Fill(MeshOf(std::move(piece), info.grid.scalarType), ownPoints, *part));
     }
     output.SetPartition(ids[i].node - first, part);
+    TellBounds(output, ids[i].node - first, *part);
   }
   return {};
 }

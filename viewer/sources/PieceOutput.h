@@ -13,6 +13,7 @@
 #include <functional>
 #include <optional>
 #include <set>
+#include <utility>
 #include <vector>
 
 namespace kdstream
@@ -31,6 +32,23 @@ struct OutputShare
     return place * this->pieces / count == this->piece;
   }
 };
+
+// The original as AddPartitions gives it.
+struct OriginalFacts
+{
+  struct Partition
+  {
+    Box box; // with its ghosts, as the counts
+    std::uint64_t points = 0, cells = 0;
+  };
+  std::vector<Partition> partitions;
+  // Of each of the model's arrays, over the finite values of its first component: empty where it
+  // has more than one, or no such value.
+  std::vector<std::optional<std::pair<double, double>>> ranges;
+};
+
+// Decodes all of the original, some pieces at a time. Errors: those of the source.
+Result<OriginalFacts> MeasureOriginal(const PieceSource& source, const Execution& execution);
 
 class PieceOutput
 {

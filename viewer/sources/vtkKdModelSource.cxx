@@ -4,7 +4,10 @@
 #include "vtkKdModelSource.h"
 
 #include "filters/adapter/AlgorithmExecution.h"
+#include "filters/adapter/ArraySelections.h"
 #include "filters/adapter/ErrorCodes.h"
+#include "filters/adapter/PolyDataAttributes.h"
+#include "filters/adapter/SmpFor.h"
 #include "filters/core/tree/Region.h"
 #include "viewer/sources/PieceOutput.h"
 #include "viewer/sources/ViewCut.h"
@@ -13,18 +16,24 @@
 #include <vtkDataArraySelection.h>
 #include <vtkInformation.h>
 #include <vtkInformationDoubleVectorKey.h>
+#include <vtkInformationIdTypeKey.h>
+#include <vtkInformationInformationVectorKey.h>
 #include <vtkInformationIntegerKey.h>
 #include <vtkInformationIntegerVectorKey.h>
 #include <vtkInformationObjectBaseKey.h>
+#include <vtkInformationStringKey.h>
 #include <vtkInformationVector.h>
 #include <vtkPartitionedDataSet.h>
 #include <vtkPolyData.h>
 #include <vtkStreamingDemandDrivenPipeline.h>
 
 #include <algorithm>
+#include <initializer_list>
 #include <numbers>
 #include <numeric>
+#include <optional>
 #include <string>
+#include <utility>
 
 namespace
 {
@@ -133,7 +142,36 @@ Result<unsigned> LevelOf(const ModelDescription& info, int depth)
   return depth < 0 ? PreviewLevel(info) : static_cast<unsigned>(depth);
 }
 
+void SetBox(
+  vtkInformation& info, const Box& box, std::initializer_list<vtkInformationDoubleVectorKey*> keys)
+{
+  const double ends[6] = { box.lo[0], box.hi[0], box.lo[1], box.hi[1], box.lo[2], box.hi[2] };
+  for (vtkInformationDoubleVectorKey* const key : keys)
+  {
+    box.Empty() ? info.Remove(key) : info.Set(key, ends, 6);
+  }
 }
+
+using Range = std::optional<std::pair<double, double>>;
+
+// Of an array of the original: what the model tells of it, or was measured. facts: null: nothing
+// was.
+Range RangeOf(const ModelDescription& info, const AttributeInfo& array, const OriginalFacts* facts)
+{
+  const ScalarDescription* const scalar =
+    array.association == AttributeAssociation::Point ? info.scalars.Find(array.name) : nullptr;
+  if (scalar)
+  {
+    return std::pair(scalar->least, scalar->most);
+  }
+  const auto place = std::find(info.attributes.begin(), info.attributes.end(), array);
+  return facts ? facts->ranges[std::size_t(place - info.attributes.begin())] : Range();
+}
+
+}
+
+vtkInformationKeyMacro(vtkKdModelSource, NUMBER_OF_POINTS, IdType);
+vtkInformationKeyMacro(vtkKdModelSource, NUMBER_OF_CELLS, IdType);
 
 vtkKdModelSource::vtkKdModelSource()
 {
@@ -236,45 +274,128 @@ int vtkKdModelSource::RequestInformation(
     return this->ModelName().empty() ? 1 : this->Fail(error);
   }
   this->LevelRange[1] = this->GetFinestLevel();
-  for (const AttributeInfo& array : this->Model->Info().attributes)
-  {
-    vtkDataArraySelection& arrays =
-      array.association == AttributeAssociation::Point ? *this->PointArrays : *this->CellArrays;
-    arrays.AddArray(array.name.c_str()); // none twice; enabled
-  }
+  ArraySelections(*this->PointArrays, *this->CellArrays).Follow(this->Model->Info().attributes);
   vtkInformation* const outInfo = outputVector->GetInformationObject(0);
   outInfo->Set(vtkAlgorithm::CAN_HANDLE_PIECE_REQUEST(), 1);
   outInfo->Remove(vtkCompositeDataPipeline::COMPOSITE_DATA_META_DATA());
   if (this->OutputType == PartitionedDataSet && this->Content != Level && this->Content != View &&
       this->HasBoxesAtHand())
   {
-    this->TellBounds(outInfo);
+    this->TellPartitions(outInfo);
   }
+  this->TellModel(outInfo);
   return 1;
 }
 
-void vtkKdModelSource::TellBounds(vtkInformation* outInfo)
+// Whether Facts are those of the model.
+bool vtkKdModelSource::MeasureModel()
 {
-  const auto boxes = this->Model->ReadBoxes();
-  if (!boxes)
+  const std::string& digest = this->Model->Info().digest;
+  if (!this->HasPiecesAtHand() || (this->Facts && this->MeasuredDigest == digest))
+  {
+    return this->HasPiecesAtHand();
+  }
+  this->Facts.reset();
+  Execution execution;
+  execution.parallelFor = &SmpFor;
+  auto facts = MeasureOriginal(*this->Model, execution);
+  if (!facts)
   {
     vtkWarningMacro(<< this->ModelName()
-                    << ": the bounds of partitions cannot be told: " << boxes.GetError().message);
-    return;
+                    << ": the bounds of partitions cannot be told: " << facts.GetError().message);
+    return false;
   }
+  this->Facts = std::make_shared<const OriginalFacts>(std::move(*facts));
+  this->MeasuredDigest = digest;
+  return true;
+}
+
+void vtkKdModelSource::TellPartitions(vtkInformation* outInfo)
+{
   const ModelDescription& info = this->Model->Info();
-  vtkNew<vtkPartitionedDataSet> bounds;
-  bounds->SetNumberOfPartitions(static_cast<unsigned int>(info.partitions));
-  for (std::uint32_t p = 0; p < info.partitions; ++p)
+  vtkNew<vtkPartitionedDataSet> told;
+  told->SetNumberOfPartitions(static_cast<unsigned int>(info.partitions));
+  if (this->MeasureModel())
   {
-    const Box& box = (*boxes)[NodeOfPartition(p, info.depths)];
-    const double each[6] = { box.lo[0], box.hi[0], box.lo[1], box.hi[1], box.lo[2], box.hi[2] };
-    if (!box.Empty())
+    for (std::uint32_t p = 0; p < info.partitions; ++p)
     {
-      bounds->GetMetaData(p)->Set(vtkDataObject::BOUNDING_BOX(), each, 6);
+      const OriginalFacts::Partition& partition = this->Facts->partitions[p];
+      vtkInformation* const data = told->GetMetaData(p);
+      SetBox(*data, partition.box, { vtkDataObject::BOUNDING_BOX() });
+      data->Set(NUMBER_OF_POINTS(), static_cast<vtkIdType>(partition.points));
+      data->Set(NUMBER_OF_CELLS(), static_cast<vtkIdType>(partition.cells));
     }
   }
-  outInfo->Set(vtkCompositeDataPipeline::COMPOSITE_DATA_META_DATA(), bounds);
+  else if (!this->HasPiecesAtHand())
+  {
+    const auto boxes = this->Model->ReadBoxes();
+    if (!boxes)
+    {
+      vtkWarningMacro(<< this->ModelName()
+                      << ": the bounds of partitions cannot be told: " << boxes.GetError().message);
+      return;
+    }
+    for (std::uint32_t p = 0; p < info.partitions; ++p)
+    {
+      SetBox(*told->GetMetaData(p), (*boxes)[NodeOfPartition(p, info.depths)],
+        { vtkDataObject::BOUNDING_BOX() });
+    }
+  }
+  outInfo->Set(vtkCompositeDataPipeline::COMPOSITE_DATA_META_DATA(), told);
+}
+
+void vtkKdModelSource::TellModel(vtkInformation* outInfo) const
+{
+  const ModelDescription& info = this->Model->Info();
+  SetBox(*outInfo, info.box,
+    { vtkStreamingDemandDrivenPipeline::BOUNDS(), vtkDataObject::BOUNDING_BOX() });
+  const bool ofLevel = this->Content == Level || this->Content == View;
+  const auto level = LevelOf(info, this->LevelDepth);
+  const ResolutionDescription* const whole = this->Content == Original ? &info.original
+                                             : this->Content == Level && level
+                                               ? &info.levels[*level]
+                                               : nullptr;
+  outInfo->Remove(NUMBER_OF_POINTS());
+  outInfo->Remove(NUMBER_OF_CELLS());
+  const bool isCloud = info.primitive == PrimitiveType::Points;
+  const auto points = static_cast<vtkIdType>(whole ? whole->vertices : 0);
+  const auto cells = static_cast<vtkIdType>(!whole    ? 0
+                                            : isCloud ? whole->vertices
+                                                      : whole->triangles);
+  if (whole)
+  {
+    outInfo->Set(NUMBER_OF_POINTS(), points);
+    outInfo->Set(NUMBER_OF_CELLS(), cells);
+  }
+  const OriginalFacts* const facts =
+    this->MeasuredDigest == info.digest ? this->Facts.get() : nullptr;
+  vtkNew<vtkInformationVector> ofPoints, ofCells;
+  const ArraySelections selections(*this->PointArrays, *this->CellArrays);
+  for (const AttributeInfo& array : ofLevel ? ArraysOfLevels(info.attributes) : info.attributes)
+  {
+    if (!selections.IsWanted(array))
+    {
+      continue;
+    }
+    const bool isPoint = array.association == AttributeAssociation::Point;
+    vtkNew<vtkInformation> told;
+    told->Set(vtkDataObject::FIELD_NAME(), array.name.c_str());
+    told->Set(vtkDataObject::FIELD_ARRAY_TYPE(), VtkTypeOf(array));
+    told->Set(vtkDataObject::FIELD_NUMBER_OF_COMPONENTS(), array.components);
+    if (whole && (isPoint ? points : cells) <= VTK_INT_MAX)
+    {
+      told->Set(
+        vtkDataObject::FIELD_NUMBER_OF_TUPLES(), static_cast<int>(isPoint ? points : cells));
+    }
+    if (const Range range = RangeOf(info, array, facts))
+    {
+      const double ends[] = { range->first, range->second };
+      told->Set(vtkDataObject::FIELD_RANGE(), ends, 2);
+    }
+    (isPoint ? ofPoints : ofCells)->Append(told);
+  }
+  outInfo->Set(vtkDataObject::POINT_DATA_VECTOR(), ofPoints);
+  outInfo->Set(vtkDataObject::CELL_DATA_VECTOR(), ofCells);
 }
 
 ViewDemand vtkKdModelSource::Demand() const
@@ -310,12 +431,8 @@ int vtkKdModelSource::RequestData(
     MakeAlgorithmExecution(*this, { { "pieces", 0.0, 0.8 }, { "partitions", 0.0, 1.0 } });
   const PieceOutput pieces(
     *this->Model,
-    [this](const AttributeInfo& array)
-    {
-      vtkDataArraySelection& arrays =
-        array.association == AttributeAssociation::Point ? *this->PointArrays : *this->CellArrays;
-      return arrays.ArrayIsEnabled(array.name.c_str()) != 0;
-    },
+    [selections = ArraySelections(*this->PointArrays, *this->CellArrays)](
+      const AttributeInfo& array) { return selections.IsWanted(array); },
     execution);
 
   Status status;

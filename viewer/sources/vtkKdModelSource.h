@@ -27,9 +27,18 @@
  * tree, a subtree where their number is a power of two, so that all cells come once. With ghost
  * levels the cells around come along, marked: of the original those of so many rings of partitions
  * (Rings), of a level those that touch its points. LOAD_REQUESTED_BLOCKS with
- * UPDATE_COMPOSITE_INDICES loads the partitions of these flat indices only (partition i has i + 1);
- * the output information tells the bounds of all partitions in COMPOSITE_DATA_META_DATA
- * (vtkDataObject::BOUNDING_BOX), unless they would have to be fetched from far away.
+ * UPDATE_COMPOSITE_INDICES loads the partitions of these flat indices only (partition i has i + 1).
+ *
+ * The output information tells, before anything is loaded: the model's box
+ * (vtkStreamingDemandDrivenPipeline::BOUNDS and vtkDataObject::BOUNDING_BOX), NUMBER_OF_POINTS and
+ * NUMBER_OF_CELLS of the whole original or level that Content chooses (ghosts not counted; not told
+ * of parts), and of each array that is loaded an entry in vtkDataObject::POINT_DATA_VECTOR or
+ * CELL_DATA_VECTOR: FIELD_NAME, FIELD_ARRAY_TYPE, FIELD_NUMBER_OF_COMPONENTS, with the counts
+ * FIELD_NUMBER_OF_TUPLES, and FIELD_RANGE of the original's values where it is known (numbers of
+ * points always). As partitions of the original COMPOSITE_DATA_META_DATA has for each its
+ * BOUNDING_BOX, NUMBER_OF_POINTS and NUMBER_OF_CELLS, with its ghosts: for that a file is decoded
+ * once. Of a server it has the box of the partition's own points alone, and only where that was
+ * asked for (vtkKdStreamSource). What was loaded has its BOUNDING_BOX in the output's metadata.
  *
  * Aborting leaves an empty output. Errors name the file or server, and what of the model is wrong;
  * GetErrorCode tells that there was one (vtkErrorCode.h).
@@ -50,11 +59,13 @@
 #include <vector> // for partitions
 
 class vtkDataArraySelection;
+class vtkInformationIdTypeKey;
 
 namespace kdstream
 {
 class PieceSource;
 struct Error;
+struct OriginalFacts;
 struct ViewDemand;
 }
 
@@ -167,7 +178,8 @@ public:
 
   /**
    * The arrays of points and of cells that the model has, known after UpdateInformation: which of
-   * them to load. Default all.
+   * them to load. Default all. Those of another model take their place when it is opened; what was
+   * chosen of the same name stays.
    */
   vtkDataArraySelection* GetPointDataArraySelection() { return this->PointArrays; }
   vtkDataArraySelection* GetCellDataArraySelection() { return this->CellArrays; }
@@ -190,6 +202,14 @@ public:
    */
   vtkGetVector2Macro(LevelRange, int);
 
+  ///@{
+  /**
+   * Keys of what is told before anything is loaded: of the output, and of each partition.
+   */
+  static vtkInformationIdTypeKey* NUMBER_OF_POINTS();
+  static vtkInformationIdTypeKey* NUMBER_OF_CELLS();
+  ///@}
+
   vtkMTimeType GetMTime() override;
 
 protected:
@@ -208,6 +228,10 @@ protected:
    * Whether the boxes of all partitions can be told without much ado.
    */
   virtual bool HasBoxesAtHand() const = 0;
+  /**
+   * Whether all of the original can be read for what is told of it.
+   */
+  virtual bool HasPiecesAtHand() const { return false; }
 
   int RequestDataObject(vtkInformation* request, vtkInformationVector** inputVector,
     vtkInformationVector* outputVector) override;
@@ -223,7 +247,9 @@ private:
 
   int Fail(const kdstream::Error& error);
   kdstream::ViewDemand Demand() const;
-  void TellBounds(vtkInformation* outInfo);
+  void TellModel(vtkInformation* outInfo) const;
+  void TellPartitions(vtkInformation* outInfo);
+  bool MeasureModel();
 
   int OutputType = PartitionedDataSet;
   int Content = Original;
@@ -242,6 +268,8 @@ private:
   vtkNew<vtkDataArraySelection> PointArrays;
   vtkNew<vtkDataArraySelection> CellArrays;
   std::shared_ptr<const kdstream::PieceSource> Model; // since the last RequestInformation
+  std::shared_ptr<const kdstream::OriginalFacts> Facts;
+  std::string MeasuredDigest; // of the model that they are of
 };
 
 #endif

@@ -12,6 +12,11 @@ vtkKdStoreReader::~vtkKdStoreReader()
   this->SetFileName(nullptr);
 }
 
+int vtkKdStoreReader::CanReadFile(const char* name)
+{
+  return name && kdstream::Store::Open(name) ? 1 : 0;
+}
+
 std::shared_ptr<const kdstream::PieceSource> vtkKdStoreReader::OpenModel(kdstream::Error& error)
 {
   if (!this->FileName || !*this->FileName)

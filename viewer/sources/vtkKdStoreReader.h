@@ -29,6 +29,11 @@ public:
   vtkGetFilePathMacro(FileName);
   ///@}
 
+  /**
+   * Whether the file is a store that can be opened. Nothing is changed or told.
+   */
+  virtual int CanReadFile(VTK_FILEPATH const char* name);
+
 protected:
   vtkKdStoreReader() = default;
   ~vtkKdStoreReader() override;
@@ -36,6 +41,7 @@ protected:
   std::shared_ptr<const kdstream::PieceSource> OpenModel(kdstream::Error& error) override;
   std::string ModelName() const override { return this->FileName ? this->FileName : ""; }
   bool HasBoxesAtHand() const override { return true; }
+  bool HasPiecesAtHand() const override { return true; }
 
 private:
   vtkKdStoreReader(const vtkKdStoreReader&) = delete;

@@ -191,6 +191,12 @@ vtkKdTextureReader::~vtkKdTextureReader()
   this->SetFileName(nullptr);
 }
 
+int vtkKdTextureReader::CanReadFile(const char* name)
+{
+  const auto store = Store::Open(name ? name : "");
+  return store && (*store)->Info().textures ? 1 : 0;
+}
+
 vtkIdType vtkKdTextureReader::GetNumberOfModelPartitions() const
 {
   return this->Model ? static_cast<vtkIdType>(this->Model->Info().partitions) : 0;

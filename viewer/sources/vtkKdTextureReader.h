@@ -53,6 +53,11 @@ public:
   vtkGetFilePathMacro(FileName);
   ///@}
 
+  /**
+   * Whether the file is a store with textures. Nothing is changed or told.
+   */
+  virtual int CanReadFile(VTK_FILEPATH const char* name);
+
   ///@{
   /**
    * Which partition, from 0 on. Default 0.

@@ -116,7 +116,7 @@ TEST(PolyDataAttributes, IdsBitsAndOtherLayouts)
     bits->InsertNextValue(i == 1 ? 1 : 0);
     columns->SetTuple2(i, 0.5 * double(i), -double(i));
   }
-  mesh->GetPointData()->SetGlobalIds(ids);
+  mesh->GetPointData()->AddArray(ids);
   mesh->GetPointData()->AddArray(bits);
   mesh->GetPointData()->AddArray(columns);
   const PolyDataAttributes read = Read(*mesh);
@@ -160,6 +160,46 @@ TEST(PolyDataAttributes, ActiveArraysGetTheNamesOfTheirRoles)
   ASSERT_TRUE(written->GetPointData()->GetTCoords());
   EXPECT_STREQ(written->GetPointData()->GetScalars()->GetName(), "RGBA");
   EXPECT_EQ(written->GetPointData()->GetScalars()->GetComponent(1, 3), 13);
+}
+
+TEST(PolyDataAttributes, IdsStayIds)
+{
+  const PolyData mesh = MakePlate(2); // 4 points, 2 triangles
+  mesh->GetPointData()->SetGlobalIds(MakeArray(VTK_ID_TYPE, "node", 1, 4, 100));
+  mesh->GetPointData()->SetPedigreeIds(MakeArray(VTK_INT, "parent", 1, 4, 7));
+  mesh->GetCellData()->SetGlobalIds(MakeArray(VTK_ID_TYPE, "element", 1, 2, 200));
+  mesh->GetCellData()->SetPedigreeIds(MakeArray(VTK_ID_TYPE, "from", 1, 2, 3));
+  const PolyDataAttributes read = Read(*mesh);
+  for (const AttributeAssociation of : { AttributeAssociation::Point, AttributeAssociation::Cell })
+  {
+    ASSERT_TRUE(Find(read, "GlobalIds", of));
+    ASSERT_TRUE(Find(read, "PedigreeIds", of));
+  }
+  EXPECT_TRUE(read.skipped.empty());
+  const PolyData written = MakePlate(2);
+  ASSERT_TRUE(WriteAttributes(read.attributes, *written));
+  vtkDataArray* const points = written->GetPointData()->GetGlobalIds();
+  ASSERT_TRUE(points);
+  EXPECT_EQ(points->GetDataType(), VTK_ID_TYPE);
+  EXPECT_EQ(points->GetComponent(3, 0), 100);
+  ASSERT_TRUE(written->GetPointData()->GetPedigreeIds());
+  EXPECT_EQ(written->GetPointData()->GetPedigreeIds()->GetDataType(), VTK_INT);
+  ASSERT_TRUE(written->GetCellData()->GetGlobalIds());
+  EXPECT_EQ(written->GetCellData()->GetGlobalIds()->GetComponent(1, 0), 200);
+  ASSERT_TRUE(written->GetCellData()->GetPedigreeIds());
+
+  // No levels of ids, no colours by them.
+  for (const Attribute& ids : read.attributes)
+  {
+    EXPECT_EQ(IsScalar(ids), ids.name == "Point") << ids.name;
+  }
+  // Parts of a cell would have the same id.
+  const PolyData cut = MakeAllCells();
+  cut->GetCellData()->SetGlobalIds(MakeArray(VTK_ID_TYPE, "element", 1, 9, 0));
+  const PolyDataAttributes parts = Read(*cut);
+  EXPECT_FALSE(Find(parts, "GlobalIds", AttributeAssociation::Cell));
+  ASSERT_EQ(parts.skipped.size(), 1U);
+  EXPECT_NE(parts.skipped[0].find("\"element\": cells were cut up"), std::string::npos);
 }
 
 TEST(PolyDataAttributes, ActiveArraysOfAnotherShapeKeepTheirNames)
@@ -212,7 +252,6 @@ TEST(PolyDataAttributes, SkippedArraysAreNamedWithAReason)
                             "point array \"\": has no name",
                             "point array \"wide\": has 256 components; 1 to 255 are possible",
                             "point array \"short\": has 3 tuples for 4 points",
-                            "point array \"vtkGhostType\": marks of ghosts are not kept",
                             "cell array \"long\": has 3 tuples for 2 cells" }));
 }
 

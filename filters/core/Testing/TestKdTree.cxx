@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "Testing/Fixtures/HardPoints.h"
 #include "Testing/Fixtures/Meshes.h"
+#include "filters/core/tree/Clustering.h"
 #include "filters/core/tree/KdTree.h"
 #include "filters/program/TbbExecution.h"
 
@@ -178,6 +179,29 @@ TEST(KdTree, IsTheSameOnAnyNumberOfThreads)
       EXPECT_EQ(serial->boxes, parallel->boxes);
     }
   }
+}
+
+TEST(KdTree, PartitionsAloneAreThoseOfTheTree)
+{
+  for (const HardPoints& hard : AllHardPoints({ 1, 2, 3, 33, 700, 5000, 40000 }))
+  {
+    for (const KdTreeOptions& options : { KdTreeOptions{ 1, {}, 0 }, { 100, {}, 8 }, { 7, 1, 0 } })
+    {
+      SCOPED_TRACE(hard.name);
+      const auto tree = BuildKdTree(hard.points, options);
+      ASSERT_TRUE(tree);
+      for (const unsigned threads : { 1U, 4U })
+      {
+        const auto clustering = ClusterByKdTree(hard.points, options, MakeTbbExecution(threads));
+        ASSERT_TRUE(clustering);
+        EXPECT_EQ(clustering->clusters, 1U << tree->depths.partition);
+        EXPECT_EQ(clustering->clusterOf, CellOfVertex(*tree, tree->depths.partition));
+      }
+    }
+  }
+  const std::vector<Vec3> three(3);
+  EXPECT_EQ(ClusterByKdTree(three, { 0, 4, 0 }).GetError().message,
+    BuildKdTree(three, { 0, 4, 0 }).GetError().message);
 }
 
 TEST(KdTree, DepthsFollowTheRule)

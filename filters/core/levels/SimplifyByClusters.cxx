@@ -13,7 +13,7 @@ namespace kdstream
 {
 
 Result<ClusterLevel> SimplifyByClusters(const Mesh& mesh, const Clustering& clustering,
-  const ClusterOptions& options, const Execution& execution)
+  const ClusterOptions& options, const Execution& execution, std::vector<VertexId>* clusterOf)
 {
   if (clustering.clusterOf.size() != mesh.points.size())
   {
@@ -42,6 +42,10 @@ Result<ClusterLevel> SimplifyByClusters(const Mesh& mesh, const Clustering& clus
     BuildClusterLevels(mesh.points, mesh.triangles, tree, buckets, finestOnly, execution);
   KDSTREAM_TRY(levels);
   AddLevelAttributes(mesh, *levels);
+  if (clusterOf)
+  {
+    *clusterOf = std::move(levels->finest);
+  }
   return std::move(levels->levels.back());
 }
 

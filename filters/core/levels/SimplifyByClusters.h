@@ -9,15 +9,18 @@
 #include "filters/core/levels/ClusterLevels.h"
 #include "filters/core/tree/Clustering.h"
 
+#include <vector>
+
 namespace kdstream
 {
 
 // One level of a mesh: a representative for each cluster, or for each sheet of the surface in it,
 // and the image of the triangles. As the finest level of BuildClusterLevels, which see, but for any
 // clusters. `lowest`, `parents` and coarser levels have no meaning to the caller here.
-// Errors: InvalidArgument where the clustering is not one of the mesh's vertices; Cancelled.
-// Source: paper 4.3, Figs. 12-14.
+// clusterOf, where it is not null: of each vertex its representative. Errors: InvalidArgument where
+// the clustering is not one of the mesh's vertices; Cancelled. Source: paper 4.3, Figs. 12-14.
 Result<ClusterLevel> SimplifyByClusters(const Mesh& mesh, const Clustering& clustering,
-  const ClusterOptions& options, const Execution& execution = {});
+  const ClusterOptions& options, const Execution& execution = {},
+  std::vector<VertexId>* clusterOf = nullptr);
 
 }

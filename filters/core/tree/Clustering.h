@@ -24,6 +24,12 @@ struct Clustering
 // ids becomes. O(n log n).
 Clustering ClusteringOfLabels(std::span<const std::int64_t> labels);
 
+// For each vertex its partition of the tree of BuildKdTree, and their number, 2^P: as CellOfVertex
+// at P, in less time. A partition may be empty where there are more of them than vertices. options:
+// cellVertices does not matter. Complexity: O(n P). Errors: those of BuildKdTree.
+Result<Clustering> ClusterByKdTree(
+  std::span<const Vec3> points, KdTreeOptions options, const Execution& execution = {});
+
 // A tree whose partitions are the clusters: cluster c is the node 2^P + c, P = S = L the smallest
 // depth with 2^P >= clusters. Nodes above have the boxes of all below them, nodes without a cluster
 // empty ones. Nothing else of a k-d tree holds: cells are of any size, and boxes may overlap.

@@ -3,6 +3,7 @@
 #include "filters/core/tree/KdTree.h"
 
 #include "filters/core/Extent.h"
+#include "filters/core/tree/Clustering.h"
 #include "filters/core/tree/RecordTree.h"
 
 #include <algorithm>
@@ -73,7 +74,7 @@ Survey SurveyPoints(std::span<const Vec3> points, const Execution& execution)
 }
 
 template <class Scalar>
-Status BuildWith(std::span<const Vec3> points, KdTree& tree, const Execution& execution)
+std::vector<PointRecord<Scalar>> RecordsOf(std::span<const Vec3> points, const Execution& execution)
 {
   std::vector<PointRecord<Scalar>> records(points.size());
   ForEachBlock(points.size(), execution,
@@ -86,6 +87,13 @@ Status BuildWith(std::span<const Vec3> points, KdTree& tree, const Execution& ex
         records[i].id = static_cast<VertexId>(i);
       }
     });
+  return records;
+}
+
+template <class Scalar>
+Status BuildWith(std::span<const Vec3> points, KdTree& tree, const Execution& execution)
+{
+  std::vector<PointRecord<Scalar>> records = RecordsOf<Scalar>(points, execution);
   KDSTREAM_TRY(BuildRecordTree<Scalar>(records, 0, 0, tree.depths, tree.boxes, execution));
   ForEachBlock(points.size(), execution,
     [&](std::size_t, std::size_t begin, std::size_t end)
@@ -93,6 +101,27 @@ Status BuildWith(std::span<const Vec3> points, KdTree& tree, const Execution& ex
       for (std::size_t i = begin; i < end; ++i)
       {
         tree.order[i] = records[i].id;
+      }
+    });
+  return {};
+}
+
+template <class Scalar>
+Status ClusterWith(std::span<const Vec3> points, const TreeDepths& depths, Clustering& clustering,
+  const Execution& execution)
+{
+  std::vector<PointRecord<Scalar>> records = RecordsOf<Scalar>(points, execution);
+  KDSTREAM_TRY(BuildRecordTree<Scalar>(records, 0, 0, depths, {}, execution));
+  execution.parallelFor(clustering.clusters, 1,
+    [&](std::size_t begin, std::size_t end)
+    {
+      for (std::size_t c = begin; c < end; ++c)
+      {
+        const CellRange range = RangeOfCell(points.size(), depths.partition, c);
+        for (const auto& record : std::span(records).subspan(range.begin, range.size))
+        {
+          clustering.clusterOf[record.id] = static_cast<std::uint32_t>(c);
+        }
       }
     });
   return {};
@@ -217,6 +246,21 @@ Result<KdTree> BuildKdTree(
   KDSTREAM_TRY(survey.fitFloats ? BuildWith<float>(points, tree, execution)
                                 : BuildWith<double>(points, tree, execution));
   return tree;
+}
+
+Result<Clustering> ClusterByKdTree(
+  std::span<const Vec3> points, KdTreeOptions options, const Execution& execution)
+{
+  options.cellVertices = 0;
+  const Result<TreeDepths> depths = ComputeDepths(points.size(), options);
+  KDSTREAM_TRY(depths);
+  const Survey survey = SurveyPoints(points, execution);
+  KDSTREAM_TRY(CheckExtent(survey.box));
+  Clustering clustering{ std::vector<std::uint32_t>(points.size()),
+    std::uint32_t{ 1 } << depths->partition };
+  KDSTREAM_TRY(survey.fitFloats ? ClusterWith<float>(points, *depths, clustering, execution)
+                                : ClusterWith<double>(points, *depths, clustering, execution));
+  return clustering;
 }
 
 std::vector<std::uint32_t> CellOfVertex(

@@ -103,15 +103,23 @@ private:
   static Records Lower(Records cell) { return cell.first(cell.size() / 2); }
   static Records Upper(Records cell) { return cell.subspan(cell.size() / 2); }
 
+  bool IsBoxed(unsigned depth) const
+  {
+    return depth <= this->Depths.partition && !this->Boxes.empty();
+  }
+
   void Recurse(unsigned depth, std::size_t index, Records cell) const
   {
     if (depth == this->Depths.finest)
     {
-      if (depth <= this->Depths.partition)
+      if (this->IsBoxed(depth))
       {
         this->Boxes[(std::size_t{ 1 } << depth) + index] = BoxOfRecords<Scalar>(cell);
       }
-      SortById(cell);
+      if (!this->Boxes.empty())
+      {
+        SortById(cell);
+      }
       return;
     }
     this->Split(depth, index, cell);
@@ -122,7 +130,7 @@ private:
   void Split(unsigned depth, std::size_t index, Records cell) const
   {
     const Box box = BoxOfRecords<Scalar>(cell);
-    if (depth <= this->Depths.partition)
+    if (this->IsBoxed(depth))
     {
       this->Boxes[(std::size_t{ 1 } << depth) + index] = box;
     }

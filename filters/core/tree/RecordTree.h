@@ -16,7 +16,8 @@ namespace kdstream
 // Orders records as the finest cells lie, ids ascending inside each.
 // Input: the records of cell `index` (0 … 2^depth - 1) at `depth` <= depths.finest, ids that
 // differ, finite coordinates whose differences are finite. Output: the records in order;
-// boxes[node] of every node of the subtree down to depths.partition, in a span of 2^(P+1) boxes.
+// boxes[node] of every node of the subtree down to depths.partition, in a span of 2^(P+1) boxes. An
+// empty span: no boxes, and in finest cells any order.
 // Complexity: O(n (L - depth)); no memory that grows with n. Threads: nodes of one depth, then
 // subtrees; the result does not depend on them. Reports the step "tree" from 0 to 1. Errors:
 // Cancelled. Source: paper 4.1.

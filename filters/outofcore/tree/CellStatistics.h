@@ -4,7 +4,7 @@
 #pragma once
 
 #include "filters/core/tree/PointRecord.h"
-#include "filters/outofcore/tree/OrderKey.h"
+#include "filters/core/tree/OrderKey.h"
 
 #include <algorithm>
 #include <array>

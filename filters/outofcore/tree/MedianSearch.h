@@ -5,7 +5,7 @@
 
 #include "filters/core/Result.h"
 #include "filters/outofcore/files/SpillFile.h"
-#include "filters/outofcore/tree/OrderKey.h"
+#include "filters/core/tree/OrderKey.h"
 
 #include <cstddef>
 #include <cstdint>

@@ -193,6 +193,27 @@ TEST_F(TestParaView, FiltersCutAndSimplify)
   EXPECT_EQ(answers.at("cells").at(0)["vertices"], answers.at("cells again").at(0)["vertices"]);
 }
 
+// One tree over all processes: each has its partitions, those that one process makes, to the bit.
+TEST_F(TestParaView, ProcessesCutOneMeshTogether)
+{
+  const auto one = Ask(1, { "distributed", KDSTREAM_DRAGON }).answers.at("distributed").at(0);
+  ASSERT_GT(one["digests"].size(), 100U);
+  for (const unsigned ranks : { 2U, 4U })
+  {
+    SCOPED_TRACE(ranks);
+    const auto ofRanks = Ask(ranks, { "distributed", KDSTREAM_DRAGON }).answers.at("distributed");
+    ASSERT_EQ(ofRanks.size(), ranks);
+    Json all = Json::object();
+    for (const auto& [rank, answer] : ofRanks)
+    {
+      EXPECT_EQ(answer["partitions"], one["partitions"]);
+      EXPECT_EQ(answer["digests"].size(), one["digests"].size() / ranks) << rank;
+      all.update(answer["digests"]);
+    }
+    EXPECT_EQ(all, one["digests"]);
+  }
+}
+
 TEST_F(TestParaView, PartitionsHaveColours)
 {
   std::filesystem::create_directories(KDSTREAM_PICTURES);

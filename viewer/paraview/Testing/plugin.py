@@ -2,6 +2,7 @@
 # What TestParaView asks of ParaView, run by pvbatch: PLUGIN WHAT ARGUMENTS. It prints a line of JSON for each answer, and
 # on several processes each its own; what they must be is TestParaView's to say. In Python because that is ParaView's
 # language.
+import hashlib
 import json
 import sys
 
@@ -107,6 +108,23 @@ def filters(path, mesh):
         if what != "cells":
             level.Clusters = ["POINTS", name]
         count(what, level)
+
+
+def distributed(mesh):
+    """The partitions of a mesh that the processes share, each with a digest of all that it has. The first process reads
+    the file; a store is read in parts, whose points have no ids: what they share is not one point then."""
+    cut = KdTreePartition(Input=KdStreamMesh(File=mesh), GeneratePartitionIds=1)
+    cut.UpdatePipeline()
+    output = cut.GetClientSideObject().GetOutputDataObject(0)
+    digests = {}
+    for i in range(output.GetNumberOfPartitions()):
+        part = output.GetPartition(i)
+        if part:
+            arrays = [part.GetPoints().GetData(), part.GetPolys().GetConnectivityArray()]
+            for data in part.GetPointData(), part.GetCellData():
+                arrays += [data.GetArray(k) for k in range(data.GetNumberOfArrays())]
+            digests[str(i)] = hashlib.md5(b"".join(vtk_to_numpy(array).tobytes() for array in arrays)).hexdigest()
+    tell("distributed", partitions=output.GetNumberOfPartitions(), digests=digests)
 
 
 def picture(path, png):

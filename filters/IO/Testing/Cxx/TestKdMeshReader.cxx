@@ -81,6 +81,45 @@ TEST_F(TestKdMeshReader, ArraysCanBeChosen)
   EXPECT_EQ(fewer.GetNumberOfPolys(), 2);
 }
 
+TEST_F(TestKdMeshReader, SelectionsFollowTheFile)
+{
+  const auto write = [this](const std::string& name, const std::string& properties)
+  {
+    this->Write(
+      name, "ply\nformat ascii 1.0\nelement vertex 1\nproperty float x\nproperty float y\n"
+            "property float z\n" +
+              properties + "end_header\n0 0 0 1 2\n");
+  };
+  write("first.ply", "property float heat\nproperty float age\n");
+  this->Reader->UpdateInformation();
+  vtkDataArraySelection* const points = this->Reader->GetPointDataArraySelection();
+  points->DisableArray("heat");
+  write("second.ply", "property float heat\nproperty float depth\n");
+  vtkPolyData& mesh = this->Read();
+  EXPECT_EQ(points->GetNumberOfArrays(), 2);
+  EXPECT_FALSE(points->ArrayExists("age"));
+  EXPECT_FALSE(points->ArrayIsEnabled("heat")) << "what was chosen stays";
+  EXPECT_TRUE(points->ArrayIsEnabled("depth"));
+  EXPECT_EQ(mesh.GetPointData()->GetNumberOfArrays(), 1);
+  EXPECT_TRUE(mesh.GetPointData()->HasArray("depth"));
+}
+
+TEST_F(TestKdMeshReader, TellsWhatItCanRead)
+{
+  FilterObserver heard(this->Reader);
+  this->Write("cloud.ply",
+    "ply\nformat ascii 1.0\nelement vertex 1\nproperty float x\nproperty float y\n"
+    "property float z\nend_header\n0 0 0\n");
+  EXPECT_EQ(this->Reader->CanReadFile(this->File.c_str()), 1);
+  this->Write("words.ply", "no mesh");
+  EXPECT_EQ(this->Reader->CanReadFile(this->File.c_str()), 0);
+  this->Write("picture.png", "no mesh");
+  EXPECT_EQ(this->Reader->CanReadFile(this->File.c_str()), 0);
+  EXPECT_EQ(this->Reader->CanReadFile("/nonexistent.ply"), 0);
+  EXPECT_EQ(this->Reader->CanReadFile(nullptr), 0);
+  EXPECT_EQ(heard.error + heard.warning, "");
+}
+
 TEST_F(TestKdMeshReader, PointsAloneAreCells)
 {
   this->Write("cloud.ply",

@@ -5,10 +5,13 @@
 #include "filters/adapter/Testing/SmpBackend.h"
 
 #include <gtest/gtest.h>
+#include <vtkErrorCode.h>
+#include <vtkImageData.h>
 #include <vtkMultiBlockDataSet.h>
 
 #include <algorithm>
 #include <limits>
+#include <numeric>
 
 namespace
 {
@@ -200,6 +203,45 @@ TYPED_TEST(MeshPartitionPipeline, RunsAgainOnlyWhenSomethingChanged)
   EXPECT_EQ(observer.runs, 5);
 }
 
+// Port 1 alone: whose each point is, and nothing is cut; then port 0 without finding it out again.
+TYPED_TEST(MeshPartitionPipeline, IdsAloneCutNothing)
+{
+  vtkNew<TypeParam> filter, both;
+  for (TypeParam* each : { filter.Get(), both.Get() })
+  {
+    each->SetInputData(MakeSphere(70));
+    each->SetVerticesPerPartition(20);
+    each->GeneratePartitionIdsOn();
+  }
+  both->Update();
+  FilterObserver observer(filter);
+  filter->Update(1);
+  EXPECT_EQ(filter->GetOutput()->GetNumberOfPartitions(), 0U);
+  const auto ids = vtkPolyData::SafeDownCast(filter->GetOutputDataObject(1));
+  EXPECT_EQ(Describe(*ids), Describe(*vtkPolyData::SafeDownCast(both->GetOutputDataObject(1))));
+  EXPECT_EQ(observer.progress.back(), 1.0);
+  filter->Update(1);
+  EXPECT_EQ(observer.runs, 1);
+
+  observer.progress.clear();
+  filter->Update();
+  EXPECT_EQ(observer.runs, 2);
+  EXPECT_TRUE(DescribeOutputs(*filter) == DescribeOutputs(*both));
+  for (const double progress : observer.progress)
+  {
+    EXPECT_TRUE(progress == 0 || progress > 0.5) << progress << ": it was found out again";
+  }
+  filter->Update(1);
+  EXPECT_EQ(observer.runs, 2);
+
+  const PolyData outside = MakePlate(3);
+  AddCell(outside->GetPolys(), { 0, 1, 9 });
+  filter->SetInputData(outside);
+  filter->Update(1);
+  EXPECT_NE(observer.error.find("cell 8 uses point 9, but there are 9"), std::string::npos)
+    << observer.error;
+}
+
 TYPED_TEST(MeshPartitionPipeline, OptionsAreClampedAndPrinted)
 {
   vtkNew<TypeParam> filter;
@@ -224,26 +266,31 @@ TYPED_TEST(MeshPartitionPipeline, OptionsAreClampedAndPrinted)
   }
 }
 
-// VTK runs a filter of vtkPolyData once for each block of a composite input.
-TYPED_TEST(MeshPartitionPipeline, BlocksOfACompositeInput)
+TYPED_TEST(MeshPartitionPipeline, BlocksOfACompositeInputAreOneMesh)
 {
-  vtkNew<vtkMultiBlockDataSet> blocks;
-  blocks->SetBlock(0, MakeSphere(20));
+  vtkNew<vtkMultiBlockDataSet> blocks, inner;
+  inner->SetBlock(0, MakeSphere(20));
+  inner->SetBlock(1, nullptr);
+  blocks->SetBlock(0, inner);
   blocks->SetBlock(1, MakePlate(10));
+  blocks->SetBlock(2, PolyData::New());
   vtkNew<TypeParam> filter;
   FilterObserver observer(filter);
   filter->SetInputDataObject(blocks);
   filter->SetVerticesPerPartition(100);
   filter->Update();
   EXPECT_EQ(observer.error, "");
-  const auto output = vtkMultiBlockDataSet::SafeDownCast(filter->GetOutputDataObject(0));
-  ASSERT_TRUE(output);
-  for (const unsigned int block : { 0U, 1U })
-  {
-    const auto partitions = vtkPartitionedDataSet::SafeDownCast(output->GetBlock(block));
-    ASSERT_TRUE(partitions);
-    EXPECT_EQ(partitions->GetNumberOfPartitions() > 1, block == 0);
-  }
+  EXPECT_EQ(observer.warning, "");
+  const std::vector<vtkIdType> sizes = Sizes(*filter);
+  EXPECT_GE(sizes.size(), 5U);
+  EXPECT_EQ(std::accumulate(sizes.begin(), sizes.end(), vtkIdType{ 0 }), 500);
+  blocks->SetBlock(1, vtkSmartPointer<vtkImageData>::New());
+  vtkImageData::SafeDownCast(blocks->GetBlock(1))->SetDimensions(2, 2, 2);
+  filter->Modified();
+  filter->Update();
+  EXPECT_NE(observer.error.find("block 4 is a vtkImageData, not a vtkPolyData"), std::string::npos)
+    << observer.error;
+  EXPECT_EQ(filter->GetErrorCode(), static_cast<unsigned long>(vtkErrorCode::UnknownError));
 }
 
 }

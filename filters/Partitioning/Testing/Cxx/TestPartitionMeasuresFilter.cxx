@@ -129,6 +129,7 @@ TYPED_TEST(PartitionMeasuresOf, AgreesWithThePartitionsOfTheFilter)
   vtkNew<vtkPartitionMeasures> measures;
   measures->SetInputConnection(partition->GetOutputPort(1));
   measures->Update();
+  partition->Update();
   const std::vector<vtkPolyData*> partitions = Partitions(*partition);
   ASSERT_EQ(Table(*measures, 0)->GetNumberOfRows(), vtkIdType(partitions.size()));
   for (std::size_t p = 0; p < partitions.size(); ++p)

@@ -5,13 +5,17 @@
 #include "filters/adapter/Testing/SmpBackend.h"
 
 #include <gtest/gtest.h>
+#include <vtkCellData.h>
 #include <vtkDoubleArray.h>
 #include <vtkFloatArray.h>
 #include <vtkKdClusterSimplification.h>
 #include <vtkUnsignedCharArray.h>
 
 #include <algorithm>
+#include <cmath>
 #include <random>
+#include <set>
+#include <string>
 
 namespace
 {
@@ -27,6 +31,51 @@ Filter MakeFilter(const PolyData& input, int maker)
   filter->SetInputData(input);
   filter->SetMaker(maker);
   return filter;
+}
+
+// Arrays of points and cells: linear in the places, so that means of places have the means of them;
+// classes of two halves; a constant.
+void AddArrays(vtkPolyData& mesh)
+{
+  const auto add = [](vtkDataSetAttributes* data, vtkIdType count, const auto& placeOf)
+  {
+    vtkNew<vtkDoubleArray> places;
+    places->SetName("Place");
+    places->SetNumberOfComponents(3);
+    vtkNew<vtkUnsignedCharArray> halves;
+    halves->SetName("Half");
+    vtkNew<vtkFloatArray> heat;
+    heat->SetName("Heat");
+    for (vtkIdType i = 0; i < count; ++i)
+    {
+      const auto place = placeOf(i);
+      places->InsertNextTuple(place.data());
+      halves->InsertNextValue(place[0] > 0 ? 200 : 10);
+      heat->InsertNextValue(36.5f);
+    }
+    data->AddArray(places);
+    data->AddArray(halves);
+    data->SetScalars(heat);
+  };
+  add(mesh.GetPointData(), mesh.GetNumberOfPoints(), [&](vtkIdType i) { return Point(mesh, i); });
+  add(mesh.GetCellData(), mesh.GetNumberOfCells(),
+    [&](vtkIdType i)
+    {
+      std::array<double, 3> centre{};
+      for (const vtkIdType id : CellPoints(mesh, i))
+      {
+        for (std::size_t k = 0; k < 3; ++k)
+        {
+          centre[k] += Point(mesh, id)[k] / 3;
+        }
+      }
+      return centre;
+    });
+}
+
+double Distance(const std::array<double, 3>& a, const double* b)
+{
+  return std::hypot(a[0] - b[0], a[1] - b[1], a[2] - b[2]);
 }
 
 // The points and triangles of a mesh of triangles.
@@ -227,7 +276,7 @@ TEST(KdClusterSimplificationMakers, ArraysThatAreNoClusters)
   const std::pair<const char*, const char*> cases[] = {
     { "Half", "array \"Half\": value 1.500000 of point 1 is not a whole number" },
     { "NotANumber", "array \"NotANumber\": value nan of point 0 is not a whole number" },
-    { "Short", "array \"Short\" has not one cluster id a point" },
+    { "Short", "the input has no such point array of cluster ids" }, // left out, with a warning
     { "Vectors", "array \"Vectors\" has not one cluster id a point" },
     { "Nothing", "the input has no such point array of cluster ids" },
   };
@@ -279,7 +328,7 @@ TEST(KdClusterSimplificationMakers, NormalsAndColorsAreAveraged)
     filter->Update();
     vtkPointData* const data = filter->GetOutput()->GetPointData();
     ASSERT_EQ(filter->GetOutput()->GetNumberOfPoints(), 1);
-    EXPECT_EQ(data->GetNumberOfArrays(), 3);
+    EXPECT_EQ(data->GetNumberOfArrays(), 5) << "Deviation, Point and One, too";
     ASSERT_TRUE(data->GetNormals());
     EXPECT_STREQ(data->GetNormals()->GetName(), "Normals");
     EXPECT_EQ(data->GetNormals()->GetComponent(0, 2), 1);
@@ -385,6 +434,108 @@ TEST(KdClusterSimplificationMakers, OptionsAreClampedAndPrinted)
   {
     EXPECT_NE(text.str().find(line), std::string::npos) << line;
   }
+}
+
+TEST(KdClusterSimplificationMakers, ArraysComeAlong)
+{
+  const PolyData input = MakeSphere(80); // of radius 1
+  input->GetPointData()->Initialize();
+  input->GetCellData()->Initialize();
+  AddArrays(*input);
+  vtkNew<vtkIdTypeArray> ids;
+  ids->SetName("node");
+  ids->SetNumberOfValues(input->GetNumberOfPoints());
+  ids->FillValue(5);
+  input->GetPointData()->SetGlobalIds(ids);
+  for (const int maker :
+    { vtkKdClusterSimplification::Cluster, vtkKdClusterSimplification::Collapse })
+  {
+    for (const int depth : { -1, 8 })
+    {
+      SCOPED_TRACE(std::to_string(maker) + " " + std::to_string(depth));
+      const Filter filter = MakeFilter(input, maker);
+      filter->SetDepth(depth);
+      filter->Update();
+      vtkPolyData* const output = filter->GetOutput();
+      const double size = depth == 8 ? 0.35 : 0.15; // of a cluster, about
+      for (vtkDataSetAttributes* data :
+        std::array<vtkDataSetAttributes*, 2>{ output->GetPointData(), output->GetCellData() })
+      {
+        const bool ofPoints = data == output->GetPointData();
+        ASSERT_EQ(data->GetNumberOfArrays(), ofPoints ? 4 : 3);
+        vtkDataArray* const places = data->GetArray("Place");
+        vtkDataArray* const halves = data->GetArray("Half");
+        ASSERT_TRUE(places && halves);
+        EXPECT_EQ(places->GetDataType(), VTK_DOUBLE);
+        ASSERT_TRUE(data->GetScalars());
+        EXPECT_STREQ(data->GetScalars()->GetName(), "Heat");
+        EXPECT_EQ(data->GetScalars()->GetRange()[0], 36.5f);
+        EXPECT_EQ(data->GetScalars()->GetRange()[1], 36.5f);
+        EXPECT_EQ(data->GetGlobalIds(), nullptr);
+        for (vtkIdType i = 0; i < places->GetNumberOfTuples(); ++i)
+        {
+          std::array<double, 3> here{};
+          const Ids corners = ofPoints ? Ids{ i } : CellPoints(*output, i);
+          for (const vtkIdType corner : corners)
+          {
+            for (std::size_t k = 0; k < 3; ++k)
+            {
+              here[k] += Point(*output, corner)[k] / double(corners.size());
+            }
+          }
+          EXPECT_LT(Distance(here, places->GetTuple3(i)), size) << ofPoints << " " << i;
+          if (std::abs(here[0]) > size)
+          {
+            EXPECT_EQ(halves->GetComponent(i, 0), here[0] > 0 ? 200 : 10) << ofPoints << " " << i;
+          }
+        }
+      }
+    }
+  }
+}
+
+// Where nothing is simplified, arrays are what they were, bit by bit.
+TEST(KdClusterSimplificationMakers, ArraysOfAMeshThatIsNotSimplifiedAreTheSame)
+{
+  const PolyData input = MakePlate(9);
+  const Filter filter = MakeFilter(input, vtkKdClusterSimplification::Cluster);
+  filter->SetCellVertices(1);
+  filter->Update();
+  vtkPolyData* const output = filter->GetOutput();
+  ASSERT_EQ(output->GetNumberOfPoints(), input->GetNumberOfPoints());
+  ASSERT_EQ(output->GetNumberOfCells(), input->GetNumberOfCells());
+  for (vtkIdType i = 0; i < output->GetNumberOfPoints(); ++i)
+  {
+    const auto was = vtkIdType(output->GetPointData()->GetArray("Point")->GetComponent(i, 0));
+    EXPECT_EQ(Point(*output, i), Point(*input, was));
+  }
+  for (vtkIdType c = 0; c < output->GetNumberOfCells(); ++c)
+  {
+    const auto was = vtkIdType(output->GetCellData()->GetArray("Cell")->GetComponent(c, 0));
+    std::set<std::array<double, 3>> here, there;
+    for (std::size_t k = 0; k < 3; ++k)
+    {
+      here.insert(Point(*output, CellPoints(*output, c)[k]));
+      there.insert(Point(*input, CellPoints(*input, was)[k]));
+    }
+    EXPECT_EQ(here, there) << c;
+  }
+}
+
+// Points that are welded count all.
+TEST(KdClusterSimplificationMakers, ArraysOfClustersAreMeansOverAllTheirPoints)
+{
+  const PolyData input = MakePoints({ { 0, 0, 0 }, { 0, 0, 0 }, { 1, 0, 0 }, { 2, 0, 0 } });
+  AddClusters(*input, "of", { 4, 4, 4, 9 });
+  AddClusters(*input, "value", { 1, 2, 9, -5 });
+  const Filter filter = MakeFilter(input, vtkKdClusterSimplification::Cluster);
+  UseClusters(*filter, "of");
+  filter->Update();
+  vtkDataArray* const values = filter->GetOutput()->GetPointData()->GetArray("value");
+  ASSERT_TRUE(values);
+  ASSERT_EQ(values->GetNumberOfTuples(), 2);
+  EXPECT_EQ(values->GetComponent(0, 0), 4);
+  EXPECT_EQ(values->GetComponent(1, 0), -5);
 }
 
 }

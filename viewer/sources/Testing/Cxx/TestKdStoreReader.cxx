@@ -10,11 +10,17 @@
 #include <vtkDataArraySelection.h>
 #include <vtkErrorCode.h>
 #include <vtkInformation.h>
+#include <vtkInformationDoubleVectorKey.h>
+#include <vtkInformationIdTypeKey.h>
+#include <vtkInformationInformationVectorKey.h>
 #include <vtkInformationIntegerKey.h>
 #include <vtkInformationIntegerVectorKey.h>
 #include <vtkInformationObjectBaseKey.h>
+#include <vtkInformationStringKey.h>
+#include <vtkInformationVector.h>
 #include <vtkKdStoreReader.h>
 #include <vtkKdTreePartition.h>
+#include <vtkStreamingDemandDrivenPipeline.h>
 #include <vtkUnsignedCharArray.h>
 
 #include <fstream>
@@ -313,20 +319,158 @@ TEST_F(TestKdStoreReader, BoundsAreToldBeforeAnythingIsLoaded)
   EXPECT_EQ(this->Reader->GetNumberOfModelPartitions(), 128);
   EXPECT_EQ(
     this->Reader->GetNumberOfModelPoints(), static_cast<vtkIdType>(this->Sphere.points.size()));
-  vtkDataObject* const output = this->Update();
+  auto* const output = vtkPartitionedDataSet::SafeDownCast(this->Update());
   for (unsigned int i = 0; i < 128; ++i)
   {
+    auto* const part = vtkPolyData::SafeDownCast(output->GetPartitionAsDataObject(i));
+    ASSERT_NE(part, nullptr);
     const double* const box = told->GetMetaData(i)->Get(vtkDataObject::BOUNDING_BOX());
-    for (int axis = 0; axis < 3; ++axis)
-    {
-      const auto points = ContentOfPartition(output, i, false).points;
-      const auto less = [axis](const auto& a, const auto& b)
-      { return a[static_cast<std::size_t>(axis)] < b[static_cast<std::size_t>(axis)]; };
-      const auto [low, high] = std::minmax_element(points.begin(), points.end(), less);
-      EXPECT_EQ((*low)[static_cast<std::size_t>(axis)], box[2 * axis]);
-      EXPECT_EQ((*high)[static_cast<std::size_t>(axis)], box[2 * axis + 1]);
-    }
+    const double* const loaded = output->GetMetaData(i)->Get(vtkDataObject::BOUNDING_BOX());
+    ASSERT_TRUE(box && loaded);
+    EXPECT_TRUE(std::equal(box, box + 6, part->GetBounds())) << i << ": not with its ghosts";
+    EXPECT_TRUE(std::equal(loaded, loaded + 6, part->GetBounds())) << i;
+    EXPECT_EQ(
+      told->GetMetaData(i)->Get(vtkKdModelSource::NUMBER_OF_POINTS()), part->GetNumberOfPoints());
+    EXPECT_EQ(
+      told->GetMetaData(i)->Get(vtkKdModelSource::NUMBER_OF_CELLS()), part->GetNumberOfCells());
   }
+}
+
+TEST_F(TestKdStoreReader, TheModelIsToldBeforeItIsLoaded)
+{
+  Mesh mesh = this->Sphere;
+  const auto add = [&](const char* name, AttributeAssociation of, std::size_t count, double step)
+  {
+    Attribute array{ { name, AttributeType::Float64, of, 1 }, {} };
+    array.values.resize(8 * count);
+    for (std::size_t i = 0; i < count; ++i)
+    {
+      array.Set(i, 0, 5 + step * double(i));
+    }
+    mesh.attributes.push_back(array);
+  };
+  add("Heat", AttributeAssociation::Point, mesh.points.size(), 2);
+  add("Weight", AttributeAssociation::Cell, mesh.triangles.size(), -1);
+  this->Open(mesh);
+  for (const int type : { vtkKdModelSource::PartitionedDataSet, vtkKdModelSource::PolyData })
+  {
+    this->Reader->SetOutputType(type);
+    this->Reader->SetContentToOriginal();
+    this->Reader->UpdateInformation();
+    vtkInformation* const info = this->Reader->GetOutputInformation(0);
+    const Box& box = this->Model->Info().box;
+    const double ends[6] = { box.lo[0], box.hi[0], box.lo[1], box.hi[1], box.lo[2], box.hi[2] };
+    for (vtkInformationDoubleVectorKey* const key :
+      { vtkDataObject::BOUNDING_BOX(), vtkStreamingDemandDrivenPipeline::BOUNDS() })
+    {
+      ASSERT_EQ(info->Length(key), 6);
+      EXPECT_TRUE(std::equal(ends, ends + 6, info->Get(key)));
+    }
+    const auto points = static_cast<vtkIdType>(mesh.points.size());
+    const auto cells = static_cast<vtkIdType>(mesh.triangles.size());
+    EXPECT_EQ(info->Get(vtkKdModelSource::NUMBER_OF_POINTS()), points);
+    EXPECT_EQ(info->Get(vtkKdModelSource::NUMBER_OF_CELLS()), cells);
+    vtkInformationVector* const ofPoints = info->Get(vtkDataObject::POINT_DATA_VECTOR());
+    ASSERT_EQ(ofPoints->GetNumberOfInformationObjects(), 1);
+    vtkInformation* const heat = ofPoints->GetInformationObject(0);
+    EXPECT_STREQ(heat->Get(vtkDataObject::FIELD_NAME()), "Heat");
+    EXPECT_EQ(heat->Get(vtkDataObject::FIELD_ARRAY_TYPE()), VTK_DOUBLE);
+    EXPECT_EQ(heat->Get(vtkDataObject::FIELD_NUMBER_OF_COMPONENTS()), 1);
+    EXPECT_EQ(heat->Get(vtkDataObject::FIELD_NUMBER_OF_TUPLES()), points);
+    ASSERT_EQ(heat->Length(vtkDataObject::FIELD_RANGE()), 2);
+    EXPECT_EQ(heat->Get(vtkDataObject::FIELD_RANGE())[0], 5);
+    EXPECT_EQ(heat->Get(vtkDataObject::FIELD_RANGE())[1], 5 + 2 * double(points - 1));
+    vtkInformationVector* const ofCells = info->Get(vtkDataObject::CELL_DATA_VECTOR());
+    ASSERT_EQ(ofCells->GetNumberOfInformationObjects(), 1);
+    vtkInformation* const weight = ofCells->GetInformationObject(0);
+    EXPECT_STREQ(weight->Get(vtkDataObject::FIELD_NAME()), "Weight");
+    EXPECT_EQ(weight->Get(vtkDataObject::FIELD_NUMBER_OF_TUPLES()), cells);
+    if (type == vtkKdModelSource::PartitionedDataSet)
+    {
+      ASSERT_EQ(weight->Length(vtkDataObject::FIELD_RANGE()), 2);
+      EXPECT_EQ(weight->Get(vtkDataObject::FIELD_RANGE())[0], 5 - double(cells - 1));
+    }
+    this->Reader->SetContentToLevel();
+    this->Reader->SetLevelDepth(6);
+    this->Reader->UpdateInformation();
+    EXPECT_EQ(info->Get(vtkKdModelSource::NUMBER_OF_POINTS()),
+      static_cast<vtkIdType>(this->Model->Info().levels[6].vertices));
+    EXPECT_EQ(info->Get(vtkDataObject::CELL_DATA_VECTOR())->GetNumberOfInformationObjects(), 0);
+    this->Reader->SetContentToRegion();
+    this->Reader->UpdateInformation();
+    EXPECT_FALSE(info->Has(vtkKdModelSource::NUMBER_OF_POINTS()));
+  }
+}
+
+TEST_F(TestKdStoreReader, IdsAreIdsAgain)
+{
+  Mesh mesh = this->Sphere;
+  for (const char* name : { "GlobalIds", "PedigreeIds" })
+  {
+    Attribute array{ { name, AttributeType::Int64, AttributeAssociation::Point, 1 }, {} };
+    array.values.resize(8 * mesh.points.size());
+    for (std::size_t i = 0; i < mesh.points.size(); ++i)
+    {
+      array.Set(i, 0, double(3 * i));
+    }
+    mesh.attributes.push_back(array);
+  }
+  this->Open(mesh);
+  this->Reader->SetOutputTypeToPolyData();
+  auto* const output = vtkPolyData::SafeDownCast(this->Update());
+  vtkDataArray* const ids = output->GetPointData()->GetGlobalIds();
+  ASSERT_NE(ids, nullptr);
+  EXPECT_EQ(ids->GetDataType(), VTK_ID_TYPE);
+  ASSERT_NE(output->GetPointData()->GetPedigreeIds(), nullptr);
+  for (vtkIdType i = 0; i < output->GetNumberOfPoints(); ++i)
+  {
+    const Vec3& there = mesh.points[static_cast<std::size_t>(ids->GetComponent(i, 0)) / 3];
+    ASSERT_EQ(Point(*output, i), there);
+  }
+  this->Reader->SetContentToLevel();
+  EXPECT_EQ(vtkPolyData::SafeDownCast(this->Update())->GetPointData()->GetNumberOfArrays(), 0)
+    << "levels have no ids";
+}
+
+TEST_F(TestKdStoreReader, SelectionsFollowTheStore)
+{
+  const auto build = [this](const char* file, std::vector<const char*> names)
+  {
+    Mesh mesh = this->Sphere;
+    for (const char* name : names)
+    {
+      Attribute array{ { name, AttributeType::Float32, AttributeAssociation::Point, 1 }, {} };
+      array.values.resize(4 * mesh.points.size());
+      mesh.attributes.push_back(array);
+    }
+    BuildTo(this->Folder / file, mesh, 200);
+  };
+  build("first.kds", { "Heat", "Age" });
+  build("second.kds", { "Heat", "Depth" });
+  vtkDataArraySelection* const arrays = this->Reader->GetPointDataArraySelection();
+  this->Reader->SetFileName((this->Folder / "first.kds").c_str());
+  this->Reader->UpdateInformation();
+  arrays->DisableArray("Heat");
+  this->Reader->SetFileName((this->Folder / "second.kds").c_str());
+  this->Reader->SetOutputTypeToPolyData();
+  auto* const output = vtkPolyData::SafeDownCast(this->Update());
+  EXPECT_EQ(arrays->GetNumberOfArrays(), 2);
+  EXPECT_FALSE(arrays->ArrayExists("Age"));
+  EXPECT_FALSE(arrays->ArrayIsEnabled("Heat"));
+  ASSERT_EQ(output->GetPointData()->GetNumberOfArrays(), 1);
+  EXPECT_STREQ(output->GetPointData()->GetArrayName(0), "Depth");
+}
+
+TEST_F(TestKdStoreReader, TellsWhatItCanRead)
+{
+  FilterObserver heard(this->Reader);
+  BuildTo(this->File, this->Sphere, 200);
+  EXPECT_EQ(this->Reader->CanReadFile(this->File.c_str()), 1);
+  std::ofstream(this->Folder / "words.kds") << "no store";
+  EXPECT_EQ(this->Reader->CanReadFile((this->Folder / "words.kds").c_str()), 0);
+  EXPECT_EQ(this->Reader->CanReadFile("/nonexistent.kds"), 0);
+  EXPECT_EQ(this->Reader->CanReadFile(nullptr), 0);
+  EXPECT_EQ(heard.error + heard.warning, "");
 }
 
 TEST_F(TestKdStoreReader, ArraysCanBeChosen)

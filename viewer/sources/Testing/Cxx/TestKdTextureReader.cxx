@@ -116,6 +116,15 @@ TEST_F(TestKdTextureReader, PartitionsHaveCoordinatesAndPictures)
   EXPECT_GT(points, vtkIdType(this->Sphere.points.size())) << "they are split at seams";
 }
 
+TEST_F(TestKdTextureReader, CanReadTexturedStores)
+{
+  this->Build(true);
+  EXPECT_EQ(this->Reader->CanReadFile(this->File.c_str()), 1);
+  this->Build(false);
+  EXPECT_EQ(this->Reader->CanReadFile(this->File.c_str()), 0);
+  EXPECT_EQ(this->Reader->CanReadFile("/nonexistent.kds"), 0);
+}
+
 TEST_F(TestKdTextureReader, SaysWhatIsNotThere)
 {
   EXPECT_NE(this->Refusal().find("no FileName is set"), std::string::npos);

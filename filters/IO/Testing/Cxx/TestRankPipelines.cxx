@@ -1,0 +1,89 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Pipelines on several processes: RankPipelines compares what they give with one process's.
+#include "Testing/EndToEnd/Process.h"
+
+#include <gtest/gtest.h>
+
+#include <cstdlib>
+#include <filesystem>
+#include <string>
+#include <vector>
+
+namespace
+{
+
+using namespace kdstream::fixtures;
+
+class RankPipelines : public ::testing::TestWithParam<unsigned>
+{
+protected:
+  static void SetUpTestSuite()
+  {
+    ::setenv("OMPI_ALLOW_RUN_AS_ROOT", "1", 1);
+    ::setenv("OMPI_ALLOW_RUN_AS_ROOT_CONFIRM", "1", 1);
+    ::setenv("OMPI_MCA_rmaps_base_oversubscribe", "1", 1);
+    ::setenv("OMPI_MCA_mpi_yield_when_idle", "1", 1);
+    ::setenv("OMPI_MCA_hwloc_base_binding_policy", "none", 1);
+    ::setenv("MPIEXEC_TIMEOUT", "120", 1); // s: a job that hangs fails its test
+    ::setenv("VTK_SMP_MAX_THREADS", "1", 1);
+  }
+  void Expect(std::vector<std::string> arguments)
+  {
+    std::filesystem::create_directory(this->Folder / "one");
+    std::vector<std::string> command{ KDSTREAM_NUMBER_FLAG, std::to_string(this->GetParam()),
+      std::string(KDSTREAM_PROGRAMS) + "/RankPipelines", arguments[0], this->Folder.Path.string() };
+    command.insert(command.end(), arguments.begin() + 1, arguments.end());
+    const Outcome outcome = RunProgram(this->Folder, KDSTREAM_MPIRUN, command);
+    EXPECT_EQ(outcome.exitCode, 0) << outcome.out << outcome.err;
+  }
+
+  TemporaryFolder Folder;
+};
+
+TEST_P(RankPipelines, PartitionsAreThoseOfTheWholeMeshByGlobalIds)
+{
+  this->Expect({ "ids" });
+}
+
+TEST_P(RankPipelines, PartitionsAreThoseOfTheSharesInTurn)
+{
+  this->Expect({ "turn" });
+}
+
+TEST_P(RankPipelines, GhostsAreNotCounted)
+{
+  this->Expect({ "ghosts" });
+}
+
+TEST_P(RankPipelines, BlocksAreOneMesh)
+{
+  this->Expect({ "blocks" });
+}
+
+TEST_P(RankPipelines, AnErrorOfOneIsAnErrorOfAll)
+{
+  this->Expect({ "error" });
+}
+
+TEST_P(RankPipelines, TheStoreIsThatOfOneProcess)
+{
+  this->Expect({ "store" });
+}
+
+TEST_P(RankPipelines, TheDragon)
+{
+  if (this->GetParam() == 3)
+  {
+    GTEST_SKIP() << "on 2 and 4, that is enough";
+  }
+  if (!std::filesystem::exists(KDSTREAM_DRAGON))
+  {
+    GTEST_SKIP() << "Data/fetch-dragon fetches the dragon";
+  }
+  this->Expect({ "file", KDSTREAM_DRAGON });
+}
+
+INSTANTIATE_TEST_SUITE_P(Ranks, RankPipelines, ::testing::Values(2U, 3U, 4U),
+  [](const auto& ranks) { return "On" + std::to_string(ranks.param); });
+
+}

@@ -1,0 +1,811 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "filters/Partitioning/DistributedPartition.h"
+
+#include "filters/Partitioning/CutPartitions.h"
+#include "filters/adapter/PolyDataMesh.h"
+#include "filters/adapter/RankGroup.h"
+#include "filters/core/Extent.h"
+#include "filters/core/TakeResult.h"
+#include "filters/core/tree/PointRecord.h"
+#include "filters/core/tree/RadixMedians.h"
+
+#include <vtkBitArray.h>
+#include <vtkCellArray.h>
+#include <vtkCellData.h>
+#include <vtkDataArray.h>
+#include <vtkNew.h>
+#include <vtkPointData.h>
+#include <vtkPoints.h>
+#include <vtkUnsignedCharArray.h>
+
+#include <algorithm>
+#include <array>
+#include <iterator>
+#include <numeric>
+#include <sstream>
+#include <tuple>
+#include <utility>
+
+namespace kdstream
+{
+namespace
+{
+
+constexpr unsigned char notOwnPoint =
+  vtkDataSetAttributes::DUPLICATEPOINT | vtkDataSetAttributes::HIDDENPOINT;
+constexpr unsigned char notOwnCell = vtkDataSetAttributes::DUPLICATECELL |
+                                     vtkDataSetAttributes::HIDDENCELL |
+                                     vtkDataSetAttributes::REFINEDCELL;
+
+// Whether the ghost array marks each entry.
+std::vector<bool> MarksOf(vtkDataSetAttributes& data, vtkIdType count, unsigned char mask)
+{
+  std::vector<bool> marked(static_cast<std::size_t>(count), false);
+  const auto* const ghosts = vtkUnsignedCharArray::SafeDownCast(
+    data.GetAbstractArray(vtkDataSetAttributes::GhostArrayName()));
+  for (vtkIdType i = 0; ghosts && i < std::min(count, ghosts->GetNumberOfValues()); ++i)
+  {
+    marked[static_cast<std::size_t>(i)] = (ghosts->GetValue(i) & mask) != 0;
+  }
+  return marked;
+}
+
+// Global ids of an input's points or cells; null where they are none that can be used.
+vtkDataArray* IdsOf(vtkDataSetAttributes& data, vtkIdType count)
+{
+  vtkDataArray* const ids = data.GetGlobalIds();
+  return ids && ids->GetNumberOfComponents() == 1 && ids->GetNumberOfTuples() == count &&
+             ids->GetDataType() != VTK_FLOAT && ids->GetDataType() != VTK_DOUBLE
+           ? ids
+           : nullptr;
+}
+
+// Where an element is in the mesh of all ranks: vertices, segments, triangles of polygons, of
+// strips; in each kind by number, then by their order in the cell.
+struct ElementPlace
+{
+  std::uint32_t kind = 0, part = 0;
+  std::int64_t number = 0;
+
+  bool operator==(const ElementPlace&) const = default;
+  bool operator<(const ElementPlace& other) const
+  {
+    return std::tie(this->kind, this->number, this->part) <
+           std::tie(other.kind, other.number, other.part);
+  }
+};
+
+// An array that all ranks have.
+struct SharedArray
+{
+  std::string name;
+  int type = VTK_FLOAT;
+  int components = 1;
+  bool ofPoints = true;
+  int active = -1; // vtkDataSetAttributes::AttributeTypes
+
+  bool IsSame(const SharedArray& other) const
+  {
+    return this->name == other.name && this->type == other.type &&
+           this->components == other.components && this->ofPoints == other.ofPoints;
+  }
+};
+
+using ArrayPointer = vtkSmartPointer<vtkDataArray>;
+
+// Tuples one after the other.
+ArrayPointer PlainArray(vtkDataArray& array)
+{
+  if (array.HasStandardMemoryLayout())
+  {
+    return &array;
+  }
+  auto copy = ArrayPointer::Take(vtkDataArray::CreateDataArray(array.GetDataType()));
+  copy->DeepCopy(&array);
+  return copy;
+}
+
+std::size_t TupleBytes(int type, int components)
+{
+  return static_cast<std::size_t>(vtkAbstractArray::GetDataTypeSize(type) * components);
+}
+
+// The tuples of an array that are named, as bytes.
+template <class Index>
+std::vector<unsigned char> TuplesOf(vtkDataArray& array, const std::vector<Index>& which)
+{
+  const std::size_t size = TupleBytes(array.GetDataType(), array.GetNumberOfComponents());
+  const auto* const from = static_cast<const unsigned char*>(array.GetVoidPointer(0));
+  std::vector<unsigned char> bytes(size * which.size());
+  for (std::size_t i = 0; i < which.size(); ++i)
+  {
+    std::copy_n(from + static_cast<std::size_t>(which[i]) * size, size, bytes.data() + i * size);
+  }
+  return bytes;
+}
+
+// What has come from one rank.
+struct Shipment
+{
+  std::vector<VertexId> numbers;
+  std::vector<std::uint32_t> partitions;
+  std::vector<Vec3> coordinates;
+  std::vector<ElementPlace> places;
+  std::vector<Triangle> corners; // numbers
+  std::vector<std::vector<unsigned char>> arrays;
+};
+
+// Shipments as one mesh: points by number, elements by place, each once.
+class JoinedShipments
+{
+public:
+  JoinedShipments(
+    const std::vector<Shipment>& shipments, const std::vector<SharedArray>& arrays, int pointType)
+  {
+    const auto points = InOrder(shipments, &Shipment::numbers);
+    const auto elements = InOrder(shipments, &Shipment::places);
+    this->AddPoints(shipments, points, pointType);
+    this->AddElements(shipments, points, elements);
+    for (std::size_t k = 0; k < arrays.size(); ++k)
+    {
+      arrays[k].ofPoints ? AddArray(*this->Whole->GetPointData(), shipments, points, arrays[k], k)
+                         : AddArray(*this->Whole->GetCellData(), shipments, elements, arrays[k], k);
+    }
+  }
+
+  vtkPolyData& Mesh() const { return *this->Whole; }
+  const PolyDataElements& Elements() const { return this->Parts; }
+  const std::vector<std::uint32_t>& PartitionOf() const { return this->Partitions; }
+
+private:
+  // Where something is among the shipments.
+  template <class Key>
+  struct Origin
+  {
+    Key key;
+    std::size_t rank, index;
+    bool operator<(const Origin& other) const
+    {
+      return this->key < other.key || (this->key == other.key && this->rank < other.rank);
+    }
+  };
+
+  template <class Key>
+  static std::vector<Origin<Key>> InOrder(
+    const std::vector<Shipment>& shipments, std::vector<Key> Shipment::*keys)
+  {
+    std::vector<Origin<Key>> all;
+    for (std::size_t rank = 0; rank < shipments.size(); ++rank)
+    {
+      const std::vector<Key>& theirs = shipments[rank].*keys;
+      for (std::size_t i = 0; i < theirs.size(); ++i)
+      {
+        all.push_back({ theirs[i], rank, i });
+      }
+    }
+    std::sort(all.begin(), all.end());
+    const auto isSame = [](const Origin<Key>& one, const Origin<Key>& other)
+    { return one.key == other.key; };
+    all.erase(std::unique(all.begin(), all.end(), isSame), all.end());
+    return all;
+  }
+
+  void AddPoints(const std::vector<Shipment>& shipments,
+    const std::vector<Origin<VertexId>>& points, int pointType)
+  {
+    vtkNew<vtkPoints> places;
+    places->SetDataType(pointType);
+    places->SetNumberOfPoints(static_cast<vtkIdType>(points.size()));
+    for (std::size_t i = 0; i < points.size(); ++i)
+    {
+      const Shipment& from = shipments[points[i].rank];
+      places->SetPoint(static_cast<vtkIdType>(i), from.coordinates[points[i].index].data());
+      this->Partitions.push_back(from.partitions[points[i].index]);
+    }
+    this->Whole->SetPoints(places);
+  }
+
+  void AddElements(const std::vector<Shipment>& shipments,
+    const std::vector<Origin<VertexId>>& points, const std::vector<Origin<ElementPlace>>& elements)
+  {
+    const auto placeOf = [&](VertexId number)
+    {
+      const auto found = std::lower_bound(points.begin(), points.end(), number,
+        [](const Origin<VertexId>& point, VertexId wanted) { return point.key < wanted; });
+      return static_cast<VertexId>(found - points.begin());
+    };
+    std::array<vtkNew<vtkCellArray>, 3> cells; // vertices, segments, triangles
+    for (const Origin<ElementPlace>& element : elements)
+    {
+      const Triangle& t = shipments[element.rank].corners[element.index];
+      this->Parts.corners.push_back({ placeOf(t[0]), placeOf(t[1]), placeOf(t[2]) });
+      const Triangle& corners = this->Parts.corners.back();
+      const vtkIdType ids[] = { corners[0], corners[1], corners[2] };
+      const std::size_t kind = std::min<std::size_t>(element.key.kind, 2);
+      cells[kind]->InsertNextCell(static_cast<vtkIdType>(kind) + 1, ids);
+    }
+    this->Parts.vertices = static_cast<std::size_t>(cells[0]->GetNumberOfCells());
+    this->Parts.segments = static_cast<std::size_t>(cells[1]->GetNumberOfCells());
+    this->Parts.cells.resize(elements.size());
+    std::iota(this->Parts.cells.begin(), this->Parts.cells.end(), vtkIdType{ 0 });
+    this->Whole->SetVerts(cells[0]);
+    this->Whole->SetLines(cells[1]);
+    this->Whole->SetPolys(cells[2]);
+  }
+
+  template <class Key>
+  static void AddArray(vtkDataSetAttributes& data, const std::vector<Shipment>& shipments,
+    const std::vector<Origin<Key>>& origins, const SharedArray& shared, std::size_t place)
+  {
+    const auto array = ArrayPointer::Take(vtkDataArray::CreateDataArray(shared.type));
+    array->SetName(shared.name.c_str());
+    array->SetNumberOfComponents(shared.components);
+    array->SetNumberOfTuples(static_cast<vtkIdType>(origins.size()));
+    const std::size_t size = TupleBytes(shared.type, shared.components);
+    auto* to = static_cast<unsigned char*>(array->GetVoidPointer(0));
+    for (const Origin<Key>& origin : origins)
+    {
+      const unsigned char* const from = shipments[origin.rank].arrays[place].data();
+      to = std::copy_n(from + origin.index * size, size, to);
+    }
+    data.AddArray(array);
+    if (shared.active >= 0)
+    {
+      data.SetActiveAttribute(shared.name.c_str(), shared.active);
+    }
+  }
+
+  vtkNew<vtkPolyData> Whole;
+  PolyDataElements Parts;
+  std::vector<std::uint32_t> Partitions;
+};
+
+class Distribution
+{
+public:
+  Distribution(vtkMultiProcessController& controller, vtkPolyData& input,
+    const DistributedOptions& options, const Execution& execution)
+    : Ranks(controller)
+    , Input(input)
+    , Options(options)
+    , Runs(execution)
+  {
+    this->Options.tree.cellVertices = 0;
+  }
+
+  Result<DistributedPartitions> Make()
+  {
+    KDSTREAM_TRY(this->Ranks.Agree(this->Read()));
+    KDSTREAM_TRY(this->NumberPoints());
+    DistributedPartitions result;
+    if (this->Total == 0)
+    {
+      return result;
+    }
+    KDSTREAM_TRY(this->BuildTree());
+    result.partitions = std::size_t{ 1 } << this->Depths.partition;
+    if (this->Options.isCut)
+    {
+      KDSTREAM_TRY(this->Cut(result));
+    }
+    result.partitionOf = std::move(this->NodeOf);
+    return result;
+  }
+
+private:
+  // This rank's points and elements; which of them are its own.
+  Status Read()
+  {
+    KDSTREAM_TRY(Take(ReadPoints(this->Input, this->Runs), this->Points));
+    KDSTREAM_TRY(Take(ReadElements(this->Input), this->Elements));
+    const std::vector<bool> ghosts =
+      MarksOf(*this->Input.GetCellData(), this->Input.GetNumberOfCells(), notOwnCell);
+    this->IsTaken =
+      MarksOf(*this->Input.GetPointData(), this->Input.GetNumberOfPoints(), notOwnPoint);
+    this->IsTaken.flip();
+    for (std::size_t i = 0; i < this->Elements.corners.size(); ++i)
+    {
+      if (!ghosts[static_cast<std::size_t>(this->Elements.cells[i])])
+      {
+        this->Kept.push_back(static_cast<std::uint32_t>(i));
+        for (const VertexId v : this->Elements.corners[i])
+        {
+          this->IsTaken[v] = true;
+        }
+      }
+    }
+    this->OwnCells = static_cast<std::size_t>(std::count(ghosts.begin(), ghosts.end(), false));
+    return {};
+  }
+
+  // Whether all ranks say so; those without anything do.
+  Result<bool> AllHave(bool has) const
+  {
+    std::uint64_t lacking = has ? 0 : 1;
+    KDSTREAM_TRY(this->Ranks.Sum(std::span(&lacking, 1)));
+    return lacking == 0;
+  }
+
+  Status NumberPoints()
+  {
+    this->Number.assign(this->Points.size(), noVertex);
+    this->IsOwn.assign(this->Points.size(), false);
+    vtkDataArray* const ids = IdsOf(*this->Input.GetPointData(), this->Input.GetNumberOfPoints());
+    const Result<bool> byIds = this->AllHave(ids || this->Points.empty());
+    KDSTREAM_TRY(byIds);
+    KDSTREAM_TRY(*byIds ? this->NumberByIds(ids) : this->NumberInTurn());
+    std::uint64_t total =
+      static_cast<std::uint64_t>(std::count(this->IsOwn.begin(), this->IsOwn.end(), true));
+    KDSTREAM_TRY(this->Ranks.Sum(std::span(&total, 1)));
+    this->Total = total;
+    return {};
+  }
+
+  Status NumberInTurn()
+  {
+    const auto taken =
+      static_cast<std::uint64_t>(std::count(this->IsTaken.begin(), this->IsTaken.end(), true));
+    const auto counts = this->Ranks.Gather(taken);
+    KDSTREAM_TRY(counts);
+    if (std::accumulate(counts->begin(), counts->end(), std::uint64_t{ 0 }) >= noVertex)
+    {
+      return Error{ ErrorCode::LimitExceeded,
+        "all ranks together have more than 4294967294 points: at most so many fit a tree" };
+    }
+    auto next = static_cast<VertexId>(std::accumulate(
+      counts->begin(), counts->begin() + std::ptrdiff_t(this->Ranks.Rank()), std::uint64_t{ 0 }));
+    for (std::size_t i = 0; i < this->Points.size(); ++i)
+    {
+      if (this->IsTaken[i])
+      {
+        this->Number[i] = next++;
+        this->IsOwn[i] = true;
+      }
+    }
+    return {};
+  }
+
+  // A point that several have is the first one's: told by the rank that its id falls to.
+  Status NumberByIds(vtkDataArray* ids)
+  {
+    KDSTREAM_TRY(this->Ranks.Agree(this->ReadIds(ids)));
+    std::vector<std::vector<VertexId>> claims(this->Ranks.Count());
+    for (std::size_t i = 0; i < this->Points.size(); ++i)
+    {
+      if (this->IsTaken[i])
+      {
+        claims[this->Number[i] % claims.size()].push_back(this->Number[i]);
+      }
+    }
+    const auto asked = this->Ranks.ExchangeLists(claims);
+    KDSTREAM_TRY(asked);
+    std::vector<std::tuple<VertexId, std::size_t, std::size_t>> all; // id, rank, place
+    std::vector<std::vector<unsigned char>> grants;
+    for (std::size_t rank = 0; rank < asked->size(); ++rank)
+    {
+      grants.emplace_back((*asked)[rank].size(), 0);
+      for (std::size_t i = 0; i < (*asked)[rank].size(); ++i)
+      {
+        all.emplace_back((*asked)[rank][i], rank, i);
+      }
+    }
+    std::sort(all.begin(), all.end());
+    for (std::size_t i = 0; i < all.size(); ++i)
+    {
+      if (i == 0 || std::get<0>(all[i]) != std::get<0>(all[i - 1]))
+      {
+        grants[std::get<1>(all[i])][std::get<2>(all[i])] = 1;
+      }
+    }
+    const auto granted = this->Ranks.ExchangeLists(grants);
+    KDSTREAM_TRY(granted);
+    std::vector<std::size_t> next(this->Ranks.Count(), 0);
+    for (std::size_t i = 0; i < this->Points.size(); ++i)
+    {
+      if (this->IsTaken[i])
+      {
+        const std::size_t home = this->Number[i] % next.size();
+        this->IsOwn[i] = (*granted)[home][next[home]++] != 0;
+      }
+    }
+    return {};
+  }
+
+  Status ReadIds(vtkDataArray* ids)
+  {
+    for (std::size_t i = 0; i < this->Number.size(); ++i)
+    {
+      const double id = ids->GetComponent(static_cast<vtkIdType>(i), 0);
+      if (!(id >= 0 && id < double(noVertex)))
+      {
+        return Error{ ErrorCode::InvalidInput, "point " + std::to_string(i) + ": the global id " +
+                                                 std::to_string(static_cast<long long>(id)) +
+                                                 " is not between 0 and 4294967294" };
+      }
+      this->Number[i] = static_cast<VertexId>(id);
+    }
+    return {};
+  }
+
+  Status BuildTree()
+  {
+    KDSTREAM_TRY(Take(ComputeDepths(this->Total, this->Options.tree), this->Depths));
+    this->NodeOf.assign(this->Points.size(), 0);
+    Box all = this->BoxesOf(1)[0];
+    KDSTREAM_TRY(this->Ranks.Join(std::span(&all, 1)));
+    KDSTREAM_TRY(CheckExtent(all));
+    for (unsigned depth = 0; depth < this->Depths.partition; ++depth)
+    {
+      KDSTREAM_TRY(this->Split(depth));
+      KDSTREAM_TRY(
+        this->Ranks.Agree(this->Runs.Report("tree", (depth + 1.0) / this->Depths.partition)));
+    }
+    return {};
+  }
+
+  std::vector<Box> BoxesOf(std::size_t nodes) const
+  {
+    std::vector<Box> boxes(nodes);
+    for (std::size_t i = 0; i < this->Points.size(); ++i)
+    {
+      if (this->IsOwn[i])
+      {
+        boxes[this->NodeOf[i]].Add(this->Points[i]);
+      }
+    }
+    return boxes;
+  }
+
+  Status Split(unsigned depth)
+  {
+    std::vector<Box> boxes = this->BoxesOf(std::size_t{ 1 } << depth);
+    KDSTREAM_TRY(this->Ranks.Join(boxes));
+    std::vector<std::size_t> axes;
+    std::transform(boxes.begin(), boxes.end(), std::back_inserter(axes), LongestAxis);
+    const auto keyOf = [&](std::size_t i) {
+      return OrderKey{ OrderedBits(this->Points[i][axes[this->NodeOf[i]]]), this->Number[i] };
+    };
+    const auto medians = RadixMedians::Find(
+      this->Total, depth,
+      [&](const auto& visit) -> Status
+      {
+        for (std::size_t i = 0; i < this->Points.size(); ++i)
+        {
+          if (this->IsOwn[i])
+          {
+            visit(this->NodeOf[i], keyOf(i));
+          }
+        }
+        return {};
+      },
+      [&](std::span<std::uint64_t> bins) { return this->Ranks.Sum(bins); });
+    KDSTREAM_TRY(medians);
+    for (std::size_t i = 0; i < this->Points.size(); ++i)
+    {
+      const std::uint32_t node = this->NodeOf[i];
+      this->NodeOf[i] = 2 * node + (keyOf(i) < (*medians)[node] ? 0 : 1);
+    }
+    return {};
+  }
+
+  std::size_t OwnerOf(std::uint32_t partition) const
+  {
+    return static_cast<std::size_t>(
+      (std::uint64_t{ partition } * this->Ranks.Count()) >> this->Depths.partition);
+  }
+
+  Status Cut(DistributedPartitions& result)
+  {
+    KDSTREAM_TRY(this->AgreeOnArrays(result.skipped));
+    KDSTREAM_TRY(this->PlaceElements());
+    const auto came = this->Ranks.Exchange(this->Pack());
+    KDSTREAM_TRY(came);
+    std::vector<Shipment> shipments;
+    for (const RankGroup::Bytes& bytes : *came)
+    {
+      shipments.push_back(this->Unpack(RankMessage(bytes)));
+    }
+    return this->Ranks.Agree(this->CutOwn(shipments, result));
+  }
+
+  // The arrays of all ranks that have points, as the first of them has them; and the points' type.
+  Status AgreeOnArrays(std::vector<std::string>& skipped)
+  {
+    const std::vector<SharedArray> own = this->Describe(skipped);
+    RankMessage message;
+    const bool isEmpty = this->Points.empty();
+    message.Put(std::vector<int>{ isEmpty ? -1 : this->Input.GetPoints()->GetDataType() });
+    for (const SharedArray& array : own)
+    {
+      message.Put(std::vector<char>(array.name.begin(), array.name.end()));
+      message.Put(std::vector<int>{ array.type, array.components, array.ofPoints, array.active });
+    }
+    const auto came =
+      this->Ranks.Exchange(std::vector<RankGroup::Bytes>(this->Ranks.Count(), message.Release()));
+    KDSTREAM_TRY(came);
+    bool isFirst = true;
+    this->PointType = VTK_FLOAT;
+    for (const RankGroup::Bytes& bytes : *came)
+    {
+      RankMessage told(bytes);
+      const int type = told.Take<int>()[0];
+      if (type < 0)
+      {
+        continue;
+      }
+      this->PointType = type == VTK_FLOAT ? this->PointType : VTK_DOUBLE;
+      std::vector<SharedArray> theirs;
+      while (!told.AtEnd())
+      {
+        const std::vector<char> name = told.Take<char>();
+        const std::vector<int> rest = told.Take<int>();
+        theirs.push_back(
+          { std::string(name.begin(), name.end()), rest[0], rest[1], rest[2] != 0, rest[3] });
+      }
+      if (std::exchange(isFirst, false))
+      {
+        this->Arrays = theirs;
+      }
+      std::erase_if(this->Arrays,
+        [&](const SharedArray& array)
+        {
+          return std::none_of(theirs.begin(), theirs.end(),
+            [&](const SharedArray& other) { return other.IsSame(array); });
+        });
+    }
+    KDSTREAM_TRY(this->DropIdsOfCutCells());
+    for (const SharedArray& array : own)
+    {
+      if (std::none_of(this->Arrays.begin(), this->Arrays.end(),
+            [&](const SharedArray& kept) { return kept.IsSame(array); }))
+      {
+        skipped.push_back(
+          "array \"" + array.name + "\": not all ranks have it, or cells were cut up");
+      }
+    }
+    return {};
+  }
+
+  // Global ids of cells, where elements are not cells.
+  Status DropIdsOfCutCells()
+  {
+    std::uint64_t sums[] = { this->Kept.size(), this->OwnCells };
+    KDSTREAM_TRY(this->Ranks.Sum(sums));
+    std::erase_if(this->Arrays,
+      [&](const SharedArray& array)
+      {
+        return !array.ofPoints && array.active == vtkDataSetAttributes::GLOBALIDS &&
+               sums[0] != sums[1];
+      });
+    return {};
+  }
+
+  std::vector<SharedArray> Describe(std::vector<std::string>& skipped) const
+  {
+    std::vector<SharedArray> described;
+    for (const bool ofPoints : { true, false })
+    {
+      vtkDataSetAttributes& data = this->DataOf(ofPoints);
+      const vtkIdType count =
+        ofPoints ? this->Input.GetNumberOfPoints() : this->Input.GetNumberOfCells();
+      for (int i = 0; i < data.GetNumberOfArrays(); ++i)
+      {
+        auto* const array = vtkDataArray::SafeDownCast(data.GetAbstractArray(i));
+        const std::string name = data.GetArrayName(i) ? data.GetArrayName(i) : "";
+        if (name == vtkDataSetAttributes::GhostArrayName())
+        {
+          continue;
+        }
+        if (!array || vtkBitArray::SafeDownCast(array) || name.empty() ||
+            array->GetNumberOfTuples() != count)
+        {
+          skipped.push_back(
+            "array \"" + name + "\": ranks share named arrays of numbers, a tuple a point or cell");
+          continue;
+        }
+        described.push_back({ name, array->GetDataType(), array->GetNumberOfComponents(), ofPoints,
+          data.IsArrayAnAttribute(i) });
+      }
+    }
+    return described;
+  }
+
+  vtkDataSetAttributes& DataOf(bool ofPoints) const
+  {
+    return ofPoints ? static_cast<vtkDataSetAttributes&>(*this->Input.GetPointData())
+                    : static_cast<vtkDataSetAttributes&>(*this->Input.GetCellData());
+  }
+
+  // Elements in the order of their cells' global ids where all ranks have them, else rank by rank.
+  Status PlaceElements()
+  {
+    const vtkIdType lines = this->Input.GetNumberOfVerts();
+    const vtkIdType polygons = lines + this->Input.GetNumberOfLines();
+    const vtkIdType strips = polygons + this->Input.GetNumberOfPolys();
+    std::array<std::uint64_t, 4> counts{};
+    vtkIdType last = -1;
+    std::uint32_t part = 0;
+    for (const std::uint32_t element : this->Kept)
+    {
+      const vtkIdType cell = this->Elements.cells[element];
+      part = cell == std::exchange(last, cell) ? part + 1 : 0;
+      const std::uint32_t kind = cell < lines ? 0 : cell < polygons ? 1 : cell < strips ? 2 : 3;
+      this->Places.push_back({ kind, part, static_cast<std::int64_t>(counts[kind]++) });
+    }
+    vtkDataArray* const ids = IdsOf(*this->Input.GetCellData(), this->Input.GetNumberOfCells());
+    const Result<bool> byIds = this->AllHave(ids || this->Kept.empty());
+    KDSTREAM_TRY(byIds);
+    std::array<std::int64_t, 4> before{};
+    for (std::size_t kind = 0; kind < counts.size(); ++kind)
+    {
+      const auto all = this->Ranks.Gather(counts[kind]);
+      KDSTREAM_TRY(all);
+      before[kind] = static_cast<std::int64_t>(std::accumulate(
+        all->begin(), all->begin() + std::ptrdiff_t(this->Ranks.Rank()), std::uint64_t{ 0 }));
+    }
+    for (std::size_t i = 0; i < this->Places.size(); ++i)
+    {
+      ElementPlace& place = this->Places[i];
+      const vtkIdType cell = this->Elements.cells[this->Kept[i]];
+      if (*byIds)
+      {
+        place.number = static_cast<std::int64_t>(ids->GetComponent(cell, 0));
+      }
+      else
+      {
+        place.number += before[place.kind];
+        place.part = 0;
+      }
+    }
+    return {};
+  }
+
+  // What each rank's partitions need of this rank.
+  std::vector<RankGroup::Bytes> Pack() const
+  {
+    std::vector<std::vector<std::size_t>> elementsTo(this->Ranks.Count()); // places in Kept
+    std::vector<std::vector<VertexId>> pointsTo(this->Ranks.Count());
+    for (std::size_t i = 0; i < this->Points.size(); ++i)
+    {
+      if (this->IsOwn[i])
+      {
+        pointsTo[this->OwnerOf(this->NodeOf[i])].push_back(static_cast<VertexId>(i));
+      }
+    }
+    for (std::size_t i = 0; i < this->Kept.size(); ++i)
+    {
+      const Triangle& corners = this->Elements.corners[this->Kept[i]];
+      std::array<std::size_t, 3> owners{};
+      std::transform(corners.begin(), corners.end(), owners.begin(),
+        [&](VertexId v) { return this->OwnerOf(this->NodeOf[v]); });
+      std::sort(owners.begin(), owners.end());
+      const auto end = std::unique(owners.begin(), owners.end());
+      std::for_each(owners.begin(), end,
+        [&](std::size_t owner)
+        {
+          elementsTo[owner].push_back(i);
+          pointsTo[owner].insert(pointsTo[owner].end(), corners.begin(), corners.end());
+        });
+    }
+    std::vector<RankGroup::Bytes> messages;
+    for (std::size_t rank = 0; rank < this->Ranks.Count(); ++rank)
+    {
+      std::vector<VertexId>& points = pointsTo[rank];
+      std::sort(points.begin(), points.end());
+      points.erase(std::unique(points.begin(), points.end()), points.end());
+      messages.push_back(this->PackFor(points, elementsTo[rank]));
+    }
+    return messages;
+  }
+
+  RankGroup::Bytes PackFor(
+    const std::vector<VertexId>& points, const std::vector<std::size_t>& elements) const
+  {
+    RankMessage message;
+    std::vector<VertexId> numbers;
+    std::vector<std::uint32_t> partitions;
+    std::vector<Vec3> coordinates;
+    for (const VertexId v : points)
+    {
+      numbers.push_back(this->Number[v]);
+      partitions.push_back(this->NodeOf[v]);
+      coordinates.push_back(this->Points[v]);
+    }
+    message.Put(numbers);
+    message.Put(partitions);
+    message.Put(coordinates);
+    std::vector<ElementPlace> places;
+    std::vector<Triangle> corners;
+    std::vector<vtkIdType> cells;
+    for (const std::size_t i : elements)
+    {
+      const Triangle& t = this->Elements.corners[this->Kept[i]];
+      places.push_back(this->Places[i]);
+      corners.push_back({ this->Number[t[0]], this->Number[t[1]], this->Number[t[2]] });
+      cells.push_back(this->Elements.cells[this->Kept[i]]);
+    }
+    message.Put(places);
+    message.Put(corners);
+    for (const SharedArray& array : this->Arrays)
+    {
+      auto* const own =
+        this->Points.empty() ? nullptr : this->DataOf(array.ofPoints).GetArray(array.name.c_str());
+      std::vector<unsigned char> tuples;
+      if (own)
+      {
+        const ArrayPointer plain = PlainArray(*own);
+        tuples = array.ofPoints ? TuplesOf(*plain, points) : TuplesOf(*plain, cells);
+      }
+      message.Put(tuples);
+    }
+    return message.Release();
+  }
+
+  Shipment Unpack(RankMessage message) const
+  {
+    Shipment shipment;
+    shipment.numbers = message.Take<VertexId>();
+    shipment.partitions = message.Take<std::uint32_t>();
+    shipment.coordinates = message.Take<Vec3>();
+    shipment.places = message.Take<ElementPlace>();
+    shipment.corners = message.Take<Triangle>();
+    while (!message.AtEnd())
+    {
+      shipment.arrays.push_back(message.Take<unsigned char>());
+    }
+    return shipment;
+  }
+
+  Status CutOwn(const std::vector<Shipment>& shipments, DistributedPartitions& result) const
+  {
+    const JoinedShipments joined(shipments, this->Arrays, this->PointType);
+    const PartitionLayout layout(
+      joined.PartitionOf(), result.partitions, joined.Elements().corners);
+    const auto firstOf = [&](std::size_t rank)
+    {
+      std::size_t partition = 0;
+      while (partition < result.partitions &&
+             this->OwnerOf(static_cast<std::uint32_t>(partition)) < rank)
+      {
+        ++partition;
+      }
+      return partition;
+    };
+    result.first = firstOf(this->Ranks.Rank());
+    return Take(CutPartitions(joined.Mesh(), joined.Elements(), layout, this->Options.generateIds,
+                  result.first, firstOf(this->Ranks.Rank() + 1), this->Runs),
+      result.made);
+  }
+
+  const RankGroup Ranks;
+  vtkPolyData& Input;
+  DistributedOptions Options;
+  const Execution& Runs;
+  std::vector<Vec3> Points;
+  PolyDataElements Elements;
+  std::vector<std::uint32_t> Kept;   // elements that are no ghosts
+  std::vector<ElementPlace> Places;  // of these
+  std::size_t OwnCells = 0;          // that are no ghosts
+  std::vector<bool> IsTaken, IsOwn;  // points: that the mesh of all needs; that count here
+  std::vector<VertexId> Number;      // of points in the mesh of all
+  std::vector<std::uint32_t> NodeOf; // of points, of the depth that is reached
+  std::uint64_t Total = 0;           // points of all ranks
+  TreeDepths Depths;
+  std::vector<SharedArray> Arrays;
+  int PointType = VTK_FLOAT;
+};
+
+}
+
+Result<DistributedPartitions> PartitionTogether(vtkMultiProcessController& controller,
+  const Result<vtkSmartPointer<vtkPolyData>>& input, const DistributedOptions& options,
+  const Execution& execution)
+{
+  if (!input)
+  {
+    return RankGroup(controller).Agree(input.GetError()).GetError();
+  }
+  return Distribution(controller, **input, options, execution).Make();
+}
+
+}

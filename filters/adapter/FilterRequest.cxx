@@ -1,0 +1,53 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "filters/adapter/FilterRequest.h"
+
+#include "filters/adapter/JoinPolyData.h"
+
+#include <vtkErrorCode.h>
+
+namespace kdstream
+{
+
+void AcceptMeshes(vtkInformation& port)
+{
+  port.Remove(vtkAlgorithm::INPUT_REQUIRED_DATA_TYPE());
+  // A type that is not here and is composite: VTK would run the filter for each block by itself.
+  for (const char* const type : { "vtkPolyData", "vtkDataObjectTree" })
+  {
+    port.Append(vtkAlgorithm::INPUT_REQUIRED_DATA_TYPE(), type);
+  }
+}
+
+Result<vtkSmartPointer<vtkPolyData>> JoinInput(
+  vtkAlgorithm& filter, vtkDataObject& input, bool weldByPlace, const Execution& execution)
+{
+  const Result<JoinedPolyData> joined = JoinPolyData(input, weldByPlace, execution);
+  KDSTREAM_TRY(joined);
+  WarnOfArrays(filter, joined->leftOut);
+  return joined->mesh;
+}
+
+void WarnOfArrays(vtkAlgorithm& filter, const std::vector<std::string>& leftOut)
+{
+  std::string text;
+  for (const std::string& array : leftOut)
+  {
+    text += (text.empty() ? "left out: " : "; ") + array;
+  }
+  if (!text.empty())
+  {
+    vtkWarningWithObjectMacro(&filter, << text);
+  }
+}
+
+unsigned long ReportError(vtkAlgorithm& filter, const Status& status)
+{
+  if (status || status.GetError().code == ErrorCode::Cancelled)
+  {
+    return vtkErrorCode::NoError;
+  }
+  vtkErrorWithObjectMacro(&filter, << status.GetError().message);
+  return vtkErrorCode::UnknownError;
+}
+
+}

@@ -1,0 +1,34 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// What all filters do at the begin and at the end of RequestData, in one way.
+#pragma once
+
+#include "filters/core/Execution.h"
+#include "filters/core/Result.h"
+
+#include <vtkAlgorithm.h>
+#include <vtkInformation.h>
+#include <vtkPolyData.h>
+#include <vtkSmartPointer.h>
+
+#include <string>
+#include <vector>
+
+namespace kdstream
+{
+
+// Lets an input port take what JoinPolyData does.
+void AcceptMeshes(vtkInformation& port);
+
+// The input as one vtkPolyData without ghosts (JoinPolyData); arrays that are left out are one
+// warning of the filter's.
+Result<vtkSmartPointer<vtkPolyData>> JoinInput(
+  vtkAlgorithm& filter, vtkDataObject& input, bool weldByPlace, const Execution& execution);
+
+// "left out: WHAT; WHAT", as one warning; none if it is empty.
+void WarnOfArrays(vtkAlgorithm& filter, const std::vector<std::string>& leftOut);
+
+// Prints the error of a filter that reads no file; for its SetErrorCode: UnknownError. NoError, and
+// nothing is printed, where there is none, or the filter was told to abort.
+unsigned long ReportError(vtkAlgorithm& filter, const Status& status);
+
+}

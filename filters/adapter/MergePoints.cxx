@@ -1,0 +1,262 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Steps: 1. sort what may be the same by id or place  2. of each run that is the same, who stays
+// 3. new numbers.
+#include "filters/adapter/MergePoints.h"
+
+#include "filters/core/MixBits.h"
+#include "filters/core/VectorMath.h"
+#include "filters/core/Weld.h"
+
+#include <algorithm>
+#include <cmath>
+#include <iterator>
+#include <numeric>
+#include <span>
+#include <unordered_map>
+#include <utility>
+
+namespace kdstream
+{
+namespace
+{
+
+constexpr double idTolerance = 1.0 / (1 << 20); // of the diagonal: points of one id are one place
+
+// Calls visit(run) for each longest run of equal neighbours.
+template <class Equal, class Visit>
+void ForEachRun(std::span<const VertexId> sorted, const Equal& equal, const Visit& visit)
+{
+  for (std::size_t begin = 0, end = 0; begin < sorted.size(); begin = end)
+  {
+    while (end < sorted.size() && equal(sorted[begin], sorted[end]))
+    {
+      ++end;
+    }
+    visit(sorted.subspan(begin, end - begin));
+  }
+}
+
+class Merging
+{
+public:
+  Merging(const PartPoints& points, bool weldByPlace)
+    : Points(points)
+    , WeldByPlace(weldByPlace)
+    , Target(points.places.size())
+  {
+    std::iota(this->Target.begin(), this->Target.end(), VertexId{ 0 });
+  }
+
+  MergedPoints Run()
+  {
+    MergedPoints merged;
+    merged.byIds = !this->Points.ids.empty() && this->MergeById();
+    if (!merged.byIds)
+    {
+      this->MergeByPlace();
+    }
+    merged.kept = std::move(this->Kept);
+    merged.becomes.assign(this->Target.size(), noVertex);
+    for (std::size_t i = 0; i < merged.kept.size(); ++i)
+    {
+      merged.becomes[merged.kept[i]] = static_cast<VertexId>(i);
+    }
+    for (std::size_t v = 0; v < this->Target.size(); ++v)
+    {
+      if (this->Points.isPresent[v])
+      {
+        merged.becomes[v] = merged.becomes[this->Target[v]];
+      }
+    }
+    return merged;
+  }
+
+private:
+  const Vec3& Place(VertexId v) const { return this->Points.places[v]; }
+  std::size_t PartOf(VertexId v) const
+  {
+    const auto& first = this->Points.first;
+    return std::size_t(std::upper_bound(first.begin(), first.end(), v) - first.begin());
+  }
+  std::vector<VertexId> Present() const
+  {
+    std::vector<VertexId> present;
+    for (VertexId v = 0; v < this->Target.size(); ++v)
+    {
+      if (this->Points.isPresent[v])
+      {
+        present.push_back(v);
+      }
+    }
+    return present;
+  }
+
+  // False, and nothing is merged, where the ids are not those of points.
+  bool MergeById()
+  {
+    const std::vector<std::int64_t>& ids = this->Points.ids;
+    std::vector<VertexId> sorted = this->Present();
+    std::stable_sort(
+      sorted.begin(), sorted.end(), [&](VertexId a, VertexId b) { return ids[a] < ids[b]; });
+    const Box box = BoxOfPoints(this->Points.places);
+    const double most =
+      box.Empty() ? 0 : idTolerance * idTolerance * SquaredDistance(box.lo, box.hi);
+    bool believed = true;
+    ForEachRun(
+      sorted, [&](VertexId a, VertexId b) { return ids[a] == ids[b]; },
+      [&](std::span<const VertexId> run)
+      {
+        const auto own =
+          std::find_if(run.begin(), run.end(), [&](VertexId v) { return !this->Points.isCopy[v]; });
+        const VertexId target = own != run.end() ? *own : run.front();
+        for (const VertexId v : run)
+        {
+          believed = believed && SquaredDistance(this->Place(v), this->Place(target)) <= most;
+          this->Target[v] = target;
+        }
+        this->Kept.push_back(target);
+      });
+    if (!believed)
+    {
+      std::iota(this->Target.begin(), this->Target.end(), VertexId{ 0 });
+      this->Kept.clear();
+    }
+    return believed;
+  }
+
+  void MergeByPlace()
+  {
+    const std::vector<VertexId> sorted = this->Shared();
+    ForEachRun(
+      sorted, [&](VertexId a, VertexId b) { return this->Place(a) == this->Place(b); },
+      [&](std::span<const VertexId> run)
+      {
+        if (run.size() > 1)
+        {
+          this->MergePlace(run);
+        }
+      });
+    for (const VertexId v : this->Present())
+    {
+      if (this->Target[v] == v)
+      {
+        this->Kept.push_back(v);
+      }
+    }
+  }
+
+  // Points that may be another part's, by place: the copies and what lies where a copy does.
+  std::vector<VertexId> Shared() const
+  {
+    const auto byPlace = [this](VertexId a, VertexId b) { return this->Place(a) < this->Place(b); };
+    std::vector<VertexId> shared = this->Present();
+    if (!this->WeldByPlace)
+    {
+      std::vector<VertexId> copies;
+      std::copy_if(shared.begin(), shared.end(), std::back_inserter(copies),
+        [this](VertexId v) { return this->Points.isCopy[v]; });
+      std::sort(copies.begin(), copies.end(), byPlace);
+      std::erase_if(shared,
+        [&](VertexId v) { return !std::binary_search(copies.begin(), copies.end(), v, byPlace); });
+    }
+    std::stable_sort(shared.begin(), shared.end(), byPlace);
+    return shared;
+  }
+
+  // The points of one place that stay and have the same values in their arrays, and which of them
+  // is the next for the part that is looked at.
+  struct Alike
+  {
+    std::vector<VertexId> kept;
+    std::size_t part = 0, next = 0;
+  };
+
+  // Those of its arrays, and the signs of zeros: a copy has them, too.
+  std::uint64_t Values(VertexId v) const
+  {
+    std::uint64_t signs = 0;
+    for (const double x : this->Place(v))
+    {
+      signs = 2 * signs + (std::signbit(x) ? 1 : 0);
+    }
+    return MixBits(this->Points.hashOfArrays(v) + signs);
+  }
+
+  void MergePlace(std::span<const VertexId> run)
+  {
+    std::unordered_map<std::uint64_t, Alike> byArrays;
+    std::vector<VertexId> firstOf; // the first that stays, and the first of another part
+    for (const bool copies : { false, true })
+    {
+      for (const VertexId v : run)
+      {
+        if (this->Points.isCopy[v] != copies)
+        {
+          continue;
+        }
+        const std::size_t part = this->PartOf(v);
+        Alike& alike = byArrays[this->Values(v)];
+        if (std::exchange(alike.part, part) != part)
+        {
+          alike.next = 0;
+        }
+        const VertexId found =
+          copies || this->WeldByPlace ? this->Find(v, part, alike, firstOf) : noVertex;
+        if (found != noVertex)
+        {
+          this->Target[v] = found;
+          continue;
+        }
+        alike.kept.push_back(v);
+        ++alike.next;
+        if (firstOf.empty() || (firstOf.size() == 1 && this->PartOf(firstOf[0]) != part))
+        {
+          firstOf.push_back(v);
+        }
+      }
+      for (auto& [hash, alike] : byArrays)
+      {
+        alike.part = 0; // parts are counted from 1
+      }
+    }
+  }
+
+  // The point that v is; noVertex: one of its own. Points of one part are different ones, but that
+  // all of a mesh in one part may have its copies in it.
+  VertexId Find(
+    VertexId v, std::size_t part, Alike& alike, const std::vector<VertexId>& firstOf) const
+  {
+    const bool mayBeOwn = this->Points.first.size() == 2 && this->Points.isCopy[v];
+    const auto isOther = [&](VertexId other) { return mayBeOwn || this->PartOf(other) != part; };
+    std::vector<VertexId>& kept = alike.kept;
+    while (alike.next < kept.size() && !isOther(kept[alike.next]))
+    {
+      ++alike.next;
+    }
+    if (alike.next < kept.size())
+    {
+      return kept[alike.next++];
+    }
+    if (!kept.empty() && (isOther(kept.front()) || isOther(kept.back())))
+    {
+      return noVertex; // all of them are others of this part
+    }
+    const auto other = std::find_if(
+      firstOf.begin(), firstOf.end(), [&](VertexId first) { return this->PartOf(first) != part; });
+    return other != firstOf.end() ? *other : noVertex;
+  }
+
+  const PartPoints& Points;
+  bool WeldByPlace;
+  std::vector<VertexId> Target; // of each point; itself: it stays
+  std::vector<VertexId> Kept;
+};
+
+}
+
+MergedPoints MergePoints(const PartPoints& points, bool weldByPlace)
+{
+  return Merging(points, weldByPlace).Run();
+}
+
+}

@@ -1,0 +1,45 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Which points of a mesh's parts are one point: by global ids, or by place. No VTK here.
+#pragma once
+
+#include "filters/core/Types.h"
+
+#include <cstddef>
+#include <cstdint>
+#include <functional>
+#include <vector>
+
+namespace kdstream
+{
+
+// The points of all parts, one part after the other.
+struct PartPoints
+{
+  std::vector<Vec3> places;      // finite
+  std::vector<VertexId> first;   // of each part its first point; then the number of all
+  std::vector<bool> isCopy;      // a ghost: another part's point
+  std::vector<bool> isPresent;   // all others are dropped, whatever they are
+  std::vector<std::int64_t> ids; // global ones; none where a part has none
+  // A hash of the values that a point has in all arrays.
+  std::function<std::uint64_t(VertexId)> hashOfArrays;
+};
+
+struct MergedPoints
+{
+  std::vector<VertexId> kept;    // which points stay, in their new order
+  std::vector<VertexId> becomes; // for each point its new number; noVertex: dropped
+  bool byIds = false;            // there were global ids, and they were believed
+};
+
+// With global ids: points of one id become the first of them that is no copy, or the first copy,
+// and points are in the order of ids. Ids are not believed where one stands for places that are
+// more than 2^-20 of the box' diagonal apart: then by place, as without ids. By place: a copy
+// becomes the point it is a copy of, the one with the same values in its arrays, or else the first
+// of another part; where there is none, the first copy stays. With `weldByPlace` points of
+// different parts become one in the same way, copies or not. The order is that of the input.
+// Copies of one part with the same values stay apart if the points of that place do.
+// Expected O(n + s log s) for s points that are sorted: copies and what lies in the same places,
+// or, with ids or weldByPlace, all. 8 bytes a point, and 12 or 28 for those.
+MergedPoints MergePoints(const PartPoints& points, bool weldByPlace);
+
+}

@@ -1,0 +1,50 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// The cells of a vtkPolyData one after the other, and no point number believed.
+#pragma once
+
+#include "filters/core/Result.h"
+
+#include <vtkCellArray.h>
+#include <vtkCellArrayIterator.h>
+#include <vtkSmartPointer.h>
+
+#include <cstddef>
+#include <span>
+#include <string>
+
+namespace kdstream
+{
+
+// Calls visit(cell, points) for each cell of one array; null is an array without cells. firstCell:
+// the id of the array's first cell in the vtkPolyData. O(corners). Errors: InvalidInput naming the
+// cell and point where a cell uses a point that is not there.
+template <class Visit>
+Status ForEachCell(vtkCellArray* cells, vtkIdType firstCell, vtkIdType pointCount, Visit&& visit)
+{
+  if (!cells)
+  {
+    return {};
+  }
+  const auto iterator = vtk::TakeSmartPointer(cells->NewIterator());
+  for (iterator->GoToFirstCell(); !iterator->IsDoneWithTraversal(); iterator->GoToNextCell())
+  {
+    vtkIdType size = 0;
+    const vtkIdType* points = nullptr;
+    iterator->GetCurrentCell(size, points);
+    const vtkIdType cell = firstCell + iterator->GetCurrentCellId();
+    const std::span<const vtkIdType> corners(points, static_cast<std::size_t>(size));
+    for (const vtkIdType point : corners)
+    {
+      if (point < 0 || point >= pointCount)
+      {
+        return Error{ ErrorCode::InvalidInput, "cell " + std::to_string(cell) + " uses point " +
+                                                 std::to_string(point) + ", but there are " +
+                                                 std::to_string(pointCount) };
+      }
+    }
+    visit(cell, corners);
+  }
+  return {};
+}
+
+}

@@ -1,0 +1,25 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// What the ranks of a group have of a mesh, in one place.
+#pragma once
+
+#include "filters/adapter/RankGroup.h"
+#include "filters/core/Result.h"
+
+#include <vtkDataObject.h>
+#include <vtkPartitionedDataSet.h>
+#include <vtkSmartPointer.h>
+
+#include <string>
+#include <vector>
+
+namespace kdstream
+{
+
+// At rank 0 the vtkPolyData of all ranks, one rank's after the other's, as they are: each rank's
+// own or, of a composite data set, its blocks in their order. At other ranks nothing. Arrays that
+// are no numbers stay behind, and are listed. O(size). Errors, of all ranks: InvalidInput for a
+// block that is no vtkPolyData; InputOutput.
+Result<vtkSmartPointer<vtkPartitionedDataSet>> GatherParts(
+  const RankGroup& ranks, vtkDataObject& input, std::vector<std::string>& leftOut);
+
+}

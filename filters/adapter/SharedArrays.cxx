@@ -1,0 +1,250 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "filters/adapter/SharedArrays.h"
+
+#include "filters/core/BitCast.h"
+#include "filters/core/MixBits.h"
+
+#include <vtkDataArray.h>
+#include <vtkIdList.h>
+#include <vtkNew.h>
+#include <vtkSmartPointer.h>
+
+#include <algorithm>
+
+namespace kdstream
+{
+namespace
+{
+
+bool IsGhosts(vtkAbstractArray& array)
+{
+  return array.GetName() && std::string(array.GetName()) == vtkDataSetAttributes::GhostArrayName();
+}
+
+// The array of another part that is the same: by name, or, of those without one, by what it is.
+vtkAbstractArray* FindLike(vtkAbstractArray& array, const PartData& of, const PartData& in)
+{
+  if (array.GetName())
+  {
+    return in.data->GetAbstractArray(array.GetName());
+  }
+  for (int type = 0; type < vtkDataSetAttributes::NUM_ATTRIBUTES; ++type)
+  {
+    vtkAbstractArray* const like = in.data->GetAbstractAttribute(type);
+    if (of.data->GetAbstractAttribute(type) == &array && like && !like->GetName())
+    {
+      return like;
+    }
+  }
+  return nullptr;
+}
+
+bool IsAlike(vtkAbstractArray& array, vtkAbstractArray* other, vtkIdType tuples)
+{
+  return other && other->GetDataType() == array.GetDataType() &&
+         other->GetNumberOfComponents() == array.GetNumberOfComponents() &&
+         other->GetNumberOfTuples() == tuples;
+}
+
+void LeaveOut(vtkAbstractArray& array, const std::string& kind, const std::string& why,
+  std::vector<std::string>& leftOut)
+{
+  const std::string what = kind + " array \"" + (array.GetName() ? array.GetName() : "") + "\": ";
+  if (std::none_of(leftOut.begin(), leftOut.end(),
+        [&](const std::string& other) { return other.compare(0, what.size(), what) == 0; }))
+  {
+    leftOut.push_back(what + why);
+  }
+}
+
+std::string LengthText(vtkAbstractArray& array, vtkIdType tuples, const std::string& kind)
+{
+  return "has " + std::to_string(array.GetNumberOfTuples()) + " tuples for " +
+         std::to_string(tuples) + " " + kind + "s";
+}
+
+template <class Visit>
+void ForEachArray(const PartData& part, const Visit& visit)
+{
+  for (int i = 0; part.tuples > 0 && i < part.data->GetNumberOfArrays(); ++i)
+  {
+    if (!IsGhosts(*part.data->GetAbstractArray(i)))
+    {
+      visit(*part.data->GetAbstractArray(i));
+    }
+  }
+}
+
+// The array in all parts that count; empty where one lacks it.
+std::vector<vtkAbstractArray*> InAllParts(
+  vtkAbstractArray& array, const PartData& of, std::span<const PartData> parts)
+{
+  std::vector<vtkAbstractArray*> found;
+  for (const PartData& part : parts)
+  {
+    found.push_back(part.tuples > 0 ? FindLike(array, of, part) : nullptr);
+    if (part.tuples > 0 && !IsAlike(array, found.back(), part.tuples))
+    {
+      return {};
+    }
+  }
+  return found;
+}
+
+// The types of attributes that the array is in all parts.
+std::vector<int> AttributesOf(
+  const std::vector<vtkAbstractArray*>& ofPart, std::span<const PartData> parts)
+{
+  std::vector<int> attributes;
+  for (int type = 0; type < vtkDataSetAttributes::NUM_ATTRIBUTES; ++type)
+  {
+    bool isActive = true;
+    for (std::size_t p = 0; p < parts.size(); ++p)
+    {
+      isActive = isActive && (!ofPart[p] || parts[p].data->GetAbstractAttribute(type) == ofPart[p]);
+    }
+    if (isActive)
+    {
+      attributes.push_back(type);
+    }
+  }
+  return attributes;
+}
+
+std::uint64_t HashOfValues(vtkDataArray& array, vtkIdType tuple)
+{
+  std::uint64_t hash = 0;
+  const auto size = static_cast<std::size_t>(array.GetNumberOfComponents()) *
+                    static_cast<std::size_t>(array.GetDataTypeSize());
+  if (array.HasStandardMemoryLayout() && size > 0)
+  {
+    const auto* const bytes =
+      static_cast<const std::uint8_t*>(array.GetVoidPointer(0)) + std::size_t(tuple) * size;
+    for (std::size_t i = 0; i < size; ++i)
+    {
+      hash = MixBits(hash ^ bytes[i]);
+    }
+    return hash;
+  }
+  for (int c = 0; c < array.GetNumberOfComponents(); ++c)
+  {
+    hash = MixBits(hash ^ BitCast<std::uint64_t>(array.GetComponent(tuple, c)));
+  }
+  return hash;
+}
+
+}
+
+bool SharedArray::Is(int attribute) const
+{
+  return std::find(this->attributes.begin(), this->attributes.end(), attribute) !=
+         this->attributes.end();
+}
+
+std::vector<SharedArray> FindSharedArrays(
+  std::span<const PartData> parts, const std::string& kind, std::vector<std::string>& leftOut)
+{
+  for (const PartData& part : parts)
+  {
+    ForEachArray(part,
+      [&](vtkAbstractArray& array)
+      {
+        if (array.GetNumberOfTuples() != part.tuples)
+        {
+          LeaveOut(array, kind, LengthText(array, part.tuples, kind), leftOut);
+        }
+      });
+  }
+  std::vector<SharedArray> shared;
+  bool isFirst = true; // of those that count
+  for (const PartData& part : parts)
+  {
+    ForEachArray(part,
+      [&](vtkAbstractArray& array)
+      {
+        std::vector<vtkAbstractArray*> ofPart = InAllParts(array, part, parts);
+        if (ofPart.empty())
+        {
+          LeaveOut(array, kind, "not all parts have it", leftOut);
+        }
+        else if (isFirst)
+        {
+          std::vector<int> attributes = AttributesOf(ofPart, parts);
+          shared.push_back({ std::move(ofPart), std::move(attributes) });
+        }
+      });
+    isFirst = isFirst && part.tuples == 0;
+  }
+  return shared;
+}
+
+void RemoveArraysOfWrongLength(
+  const PartData& part, const std::string& kind, std::vector<std::string>& leftOut)
+{
+  for (int i = part.data->GetNumberOfArrays() - 1; i >= 0; --i)
+  {
+    vtkAbstractArray& array = *part.data->GetAbstractArray(i);
+    if (array.GetNumberOfTuples() != part.tuples)
+    {
+      LeaveOut(array, kind, LengthText(array, part.tuples, kind), leftOut);
+      part.data->RemoveArray(i);
+    }
+  }
+}
+
+std::uint64_t HashOfTuple(std::span<const SharedArray> arrays, TupleOfPart tuple)
+{
+  std::uint64_t hash = 0;
+  for (const SharedArray& array : arrays)
+  {
+    if (auto* const numbers = vtkDataArray::SafeDownCast(array.ofPart[tuple.part]))
+    {
+      hash = MixBits(hash + HashOfValues(*numbers, tuple.tuple));
+    }
+  }
+  return hash;
+}
+
+void CopySharedArrays(std::span<const SharedArray> arrays, std::span<const TupleOfPart> tuples,
+  vtkDataSetAttributes& output)
+{
+  if (arrays.empty())
+  {
+    return;
+  }
+  struct Ids
+  {
+    vtkNew<vtkIdList> from, to;
+  };
+  std::vector<Ids> ofPart(arrays[0].ofPart.size());
+  for (std::size_t i = 0; i < tuples.size(); ++i)
+  {
+    ofPart[tuples[i].part].from->InsertNextId(tuples[i].tuple);
+    ofPart[tuples[i].part].to->InsertNextId(static_cast<vtkIdType>(i));
+  }
+  for (const SharedArray& array : arrays)
+  {
+    vtkAbstractArray* const like = *std::find_if(array.ofPart.begin(), array.ofPart.end(),
+      [](const vtkAbstractArray* each) { return each != nullptr; });
+    const auto joined =
+      vtkSmartPointer<vtkAbstractArray>::Take(vtkAbstractArray::CreateArray(like->GetDataType()));
+    joined->SetName(like->GetName());
+    joined->SetNumberOfComponents(like->GetNumberOfComponents());
+    joined->CopyComponentNames(like);
+    joined->SetNumberOfTuples(static_cast<vtkIdType>(tuples.size()));
+    for (std::size_t p = 0; p < ofPart.size(); ++p)
+    {
+      if (ofPart[p].from->GetNumberOfIds() > 0)
+      {
+        joined->InsertTuples(ofPart[p].to, ofPart[p].from, array.ofPart[p]);
+      }
+    }
+    const int index = output.AddArray(joined);
+    for (const int type : array.attributes)
+    {
+      output.SetActiveAttribute(index, type);
+    }
+  }
+}
+
+}

@@ -1,0 +1,54 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// The arrays that all parts of a mesh have: found, compared, and joined.
+#pragma once
+
+#include <vtkAbstractArray.h>
+#include <vtkDataSetAttributes.h>
+
+#include <cstdint>
+#include <span>
+#include <string>
+#include <vector>
+
+namespace kdstream
+{
+
+// The point or cell data of one part. Without tuples it does not count.
+struct PartData
+{
+  vtkDataSetAttributes* data;
+  vtkIdType tuples;
+};
+
+struct TupleOfPart
+{
+  std::uint32_t part;
+  vtkIdType tuple;
+};
+
+struct SharedArray
+{
+  std::vector<vtkAbstractArray*> ofPart; // null of those that do not count
+  std::vector<int> attributes;           // vtkDataSetAttributes::AttributeTypes, active in all
+  bool Is(int attribute) const;
+};
+
+// Those of the first part, in its order, that all others have with the same name, type and number
+// of components, and all with a tuple for each point or cell. vtkGhostType is not one of them. All
+// others are listed in `leftOut`, each once: `point array "A": not all parts have it`. kind:
+// "point" or "cell". O(arrays squared).
+std::vector<SharedArray> FindSharedArrays(
+  std::span<const PartData> parts, const std::string& kind, std::vector<std::string>& leftOut);
+
+// The arrays of a wrong length, as FindSharedArrays lists them, removed.
+void RemoveArraysOfWrongLength(
+  const PartData& part, const std::string& kind, std::vector<std::string>& leftOut);
+
+// Of the values of numeric arrays, bit by bit.
+std::uint64_t HashOfTuple(std::span<const SharedArray> arrays, TupleOfPart tuple);
+
+// Adds the arrays, each with these tuples, to `output`. O(tuples).
+void CopySharedArrays(std::span<const SharedArray> arrays, std::span<const TupleOfPart> tuples,
+  vtkDataSetAttributes& output);
+
+}

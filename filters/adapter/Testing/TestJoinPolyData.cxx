@@ -1,0 +1,267 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Composite data as one mesh: which points are one, which cells and arrays stay.
+#include "filters/adapter/JoinPolyData.h"
+#include "filters/adapter/Testing/FilterTools.h"
+
+#include <gtest/gtest.h>
+#include <vtkDoubleArray.h>
+#include <vtkImageData.h>
+#include <vtkMultiBlockDataSet.h>
+#include <vtkPartitionedDataSet.h>
+#include <vtkPartitionedDataSetCollection.h>
+#include <vtkUnsignedCharArray.h>
+
+namespace
+{
+
+using namespace kdstream;
+using namespace kdstream::testing;
+
+constexpr unsigned char duplicate = vtkDataSetAttributes::DUPLICATEPOINT; // of cells, too
+
+void Mark(vtkDataSetAttributes* data, const std::vector<unsigned char>& marks)
+{
+  vtkNew<vtkUnsignedCharArray> array;
+  array->SetName(vtkDataSetAttributes::GhostArrayName());
+  for (const unsigned char mark : marks)
+  {
+    array->InsertNextValue(mark);
+  }
+  data->AddArray(array);
+}
+
+void SetGlobalIds(vtkDataSetAttributes* data, const Ids& ids)
+{
+  vtkNew<vtkIdTypeArray> array;
+  array->SetName("GlobalIds");
+  for (const vtkIdType id : ids)
+  {
+    array->InsertNextValue(id);
+  }
+  data->SetGlobalIds(array);
+}
+
+// A square of two triangles, from x to x + 1: points 0 and 2 are left, 1 and 3 right.
+PolyData Square(double x)
+{
+  const PolyData mesh =
+    MakePoints({ { x, 0, 0 }, { x + 1, 0, 0 }, { x, 1, 0 }, { x + 1, 1, 0 } }, VTK_FLOAT);
+  vtkNew<vtkCellArray> cells;
+  AddCell(cells, { 0, 1, 2 });
+  AddCell(cells, { 1, 3, 2 });
+  mesh->SetPolys(cells);
+  return mesh;
+}
+
+vtkSmartPointer<vtkPartitionedDataSet> Parts(const std::vector<PolyData>& meshes)
+{
+  auto parts = vtkSmartPointer<vtkPartitionedDataSet>::New();
+  for (const PolyData& mesh : meshes)
+  {
+    parts->SetPartition(parts->GetNumberOfPartitions(), mesh);
+  }
+  return parts;
+}
+
+JoinedPolyData Join(vtkDataObject& input, bool weldByPlace = false)
+{
+  const auto joined = JoinPolyData(input, weldByPlace, {});
+  EXPECT_TRUE(joined) << joined.GetError().message;
+  return joined ? *joined : JoinedPolyData{ PolyData::New(), {} };
+}
+
+TEST(JoinPolyData, EveryKindOfCompositeAndEmptyBlocks)
+{
+  vtkNew<vtkPartitionedDataSetCollection> collection;
+  collection->SetPartitionedDataSet(0, Parts({ Square(0), nullptr }));
+  collection->SetPartitionedDataSet(2, Parts({ Square(2) }));
+  vtkNew<vtkMultiBlockDataSet> blocks, inner;
+  inner->SetBlock(1, Square(2));
+  inner->SetBlock(3, vtkSmartPointer<vtkImageData>::New()); // without a point
+  blocks->SetBlock(0, Square(0));
+  blocks->SetBlock(1, PolyData::New());
+  blocks->SetBlock(4, inner);
+  const std::string both = Describe(*Join(*Parts({ Square(0), Square(2) })).mesh);
+  EXPECT_EQ(Describe(*Join(*collection).mesh), both);
+  EXPECT_EQ(Describe(*Join(*blocks).mesh), both);
+  EXPECT_EQ(Join(*Parts({ nullptr, PolyData::New() })).mesh->GetNumberOfPoints(), 0);
+  const PolyData square = Square(0);
+  EXPECT_EQ(Describe(*Join(*square).mesh), Describe(*square));
+}
+
+TEST(JoinPolyData, SharedBordersByPlaceOnlyWhereAsked)
+{
+  const auto parts = Parts({ Square(0), Square(1) });
+  EXPECT_EQ(Join(*parts).mesh->GetNumberOfPoints(), 8);
+  const JoinedPolyData welded = Join(*parts, true);
+  EXPECT_EQ(welded.mesh->GetNumberOfPoints(), 6);
+  EXPECT_EQ(welded.mesh->GetNumberOfCells(), 4);
+  EXPECT_EQ(CellPoints(*welded.mesh, 2), (Ids{ 1, 4, 3 }));
+}
+
+TEST(JoinPolyData, PointsOfOnePartStayApart)
+{
+  const PolyData twice = MakePoints({ { 0, 0, 0 }, { 0, 0, 0 } });
+  EXPECT_EQ(Join(*Parts({ twice, twice }), true).mesh->GetNumberOfPoints(), 2);
+  EXPECT_EQ(Join(*Parts({ twice }), true).mesh->GetNumberOfPoints(), 2);
+}
+
+TEST(JoinPolyData, SharedBordersByGlobalIdsInTheirOrder)
+{
+  const PolyData left = Square(0), right = Square(1);
+  SetGlobalIds(left->GetPointData(), { 10, 11, 20, 21 });
+  SetGlobalIds(right->GetPointData(), { 11, 12, 21, 22 });
+  SetGlobalIds(left->GetCellData(), { 2, 3 });
+  SetGlobalIds(right->GetCellData(), { 0, 1 });
+  const JoinedPolyData joined = Join(*Parts({ left, right }));
+  ASSERT_EQ(joined.mesh->GetNumberOfPoints(), 6);
+  vtkDataArray* const ids = joined.mesh->GetPointData()->GetGlobalIds();
+  ASSERT_TRUE(ids);
+  for (vtkIdType i = 0; i < 6; ++i)
+  {
+    EXPECT_EQ(ids->GetTuple1(i), (std::array{ 10, 11, 12, 20, 21, 22 })[std::size_t(i)]);
+  }
+  EXPECT_EQ(CellPoints(*joined.mesh, 0), (Ids{ 1, 2, 4 })); // of the right square
+  EXPECT_EQ(joined.mesh->GetCellData()->GetGlobalIds()->GetTuple1(3), 3);
+}
+
+// Two files whose numbers begin at 0.
+TEST(JoinPolyData, GlobalIdsOfDifferentPlacesAreNotBelieved)
+{
+  const PolyData left = Square(0), right = Square(1);
+  for (const PolyData& square : { left, right })
+  {
+    SetGlobalIds(square->GetPointData(), { 0, 1, 2, 3 });
+    SetGlobalIds(square->GetCellData(), { 0, 1 });
+  }
+  const JoinedPolyData joined = Join(*Parts({ left, right }));
+  EXPECT_EQ(joined.mesh->GetNumberOfPoints(), 8);
+  EXPECT_EQ(joined.mesh->GetNumberOfCells(), 4);
+  EXPECT_FALSE(joined.mesh->GetPointData()->GetGlobalIds());
+  EXPECT_FALSE(joined.mesh->GetCellData()->GetGlobalIds());
+  EXPECT_EQ(Join(*Parts({ left, right }), true).mesh->GetNumberOfPoints(), 6);
+}
+
+// The left square owns the border; the right one's first cell is the left's last.
+TEST(JoinPolyData, GhostsAreThePointsTheyAreCopiesOf)
+{
+  const PolyData left = Square(0), right = Square(1);
+  Mark(right->GetPointData(), { duplicate, 0, duplicate, 0 });
+  const JoinedPolyData joined = Join(*Parts({ left, right }));
+  EXPECT_EQ(joined.mesh->GetNumberOfPoints(), 6);
+  EXPECT_EQ(CellPoints(*joined.mesh, 2), (Ids{ 1, 4, 3 }));
+  EXPECT_FALSE(joined.mesh->GetPointData()->HasArray("vtkGhostType"));
+  EXPECT_TRUE(joined.leftOut.empty());
+
+  Mark(right->GetCellData(), { duplicate, duplicate });
+  const JoinedPolyData dropped = Join(*Parts({ left, right }));
+  EXPECT_EQ(dropped.mesh->GetNumberOfCells(), 2);
+  EXPECT_EQ(dropped.mesh->GetNumberOfPoints(), 6) << "own points stay";
+  const JoinedPolyData withoutOwner = Join(*Parts({ right }));
+  EXPECT_EQ(withoutOwner.mesh->GetNumberOfPoints(), 2);
+}
+
+TEST(JoinPolyData, PointsOfDroppedCellsGoWherePointsAreNotMarked)
+{
+  const PolyData square = Square(0);
+  Mark(square->GetCellData(), { 0, duplicate });
+  const JoinedPolyData joined = Join(*square);
+  EXPECT_EQ(joined.mesh->GetNumberOfCells(), 1);
+  EXPECT_EQ(joined.mesh->GetNumberOfPoints(), 3);
+}
+
+// Two points in one place, told apart by an array, and a copy of each.
+TEST(JoinPolyData, CopiesGoToThePointWithTheSameValues)
+{
+  const auto part = [](bool isCopy)
+  {
+    const PolyData mesh = MakePoints({ { 0, 0, 0 }, { 0, 0, 0 }, { 1, 0, 0 } });
+    vtkNew<vtkDoubleArray> side;
+    side->SetName("Side");
+    for (const double value : { isCopy ? 2.0 : 1.0, isCopy ? 1.0 : 2.0, 3.0 })
+    {
+      side->InsertNextValue(value);
+    }
+    mesh->GetPointData()->AddArray(side);
+    vtkNew<vtkCellArray> cells;
+    AddCell(cells, { 0, 1, 2 });
+    mesh->SetPolys(cells);
+    return mesh;
+  };
+  const PolyData copies = part(true);
+  Mark(copies->GetPointData(), { duplicate, duplicate, duplicate });
+  const JoinedPolyData joined = Join(*Parts({ copies, part(false) }));
+  ASSERT_EQ(joined.mesh->GetNumberOfPoints(), 3);
+  EXPECT_EQ(CellPoints(*joined.mesh, 0), (Ids{ 1, 0, 2 }));
+  EXPECT_EQ(CellPoints(*joined.mesh, 1), (Ids{ 0, 1, 2 }));
+}
+
+TEST(JoinPolyData, ManyPointsInOnePlaceTakeNoLongerThanOthers)
+{
+  const std::vector<std::array<double, 3>> places(200000);
+  const PolyData own = MakePoints(places), copies = MakePoints(places);
+  vtkNew<vtkCellArray> cells;
+  for (vtkIdType i = 0; i < 200000; ++i)
+  {
+    AddCell(cells, { i });
+  }
+  copies->SetVerts(cells);
+  Mark(copies->GetPointData(), std::vector<unsigned char>(places.size(), duplicate));
+  EXPECT_EQ(Join(*Parts({ own, copies })).mesh->GetNumberOfPoints(), 200000);
+}
+
+TEST(JoinPolyData, ArraysThatNotAllPartsHaveAreListedOnce)
+{
+  const PolyData left = Square(0), right = Square(1), other = Square(2);
+  const auto add = [](const PolyData& mesh, const char* name, int components, vtkIdType tuples)
+  {
+    vtkNew<vtkDoubleArray> array;
+    array->SetName(name);
+    array->SetNumberOfComponents(components);
+    array->SetNumberOfTuples(tuples);
+    array->FillValue(1);
+    mesh->GetPointData()->AddArray(array);
+  };
+  for (const PolyData& mesh : { left, right, other })
+  {
+    add(mesh, "All", 1, 4);
+    add(mesh, "Components", mesh == other ? 2 : 1, 4);
+    add(mesh, "Short", 1, mesh == right ? 3 : 4);
+  }
+  add(right, "One", 1, 4);
+  const JoinedPolyData joined = Join(*Parts({ left, right, other }));
+  EXPECT_EQ(
+    joined.leftOut, (std::vector<std::string>{ "point array \"Short\": has 3 tuples for 4 points",
+                      "point array \"Components\": not all parts have it",
+                      "point array \"One\": not all parts have it" }));
+  EXPECT_EQ(joined.mesh->GetPointData()->GetNumberOfArrays(), 1);
+  EXPECT_EQ(joined.mesh->GetPointData()->GetArray("All")->GetNumberOfTuples(), 12);
+  const JoinedPolyData whole = Join(*right);
+  EXPECT_EQ(whole.leftOut.size(), 1U);
+  EXPECT_EQ(whole.mesh->GetPointData()->GetNumberOfArrays(), 3);
+  EXPECT_EQ(right->GetPointData()->GetNumberOfArrays(), 4) << "the input is not changed";
+}
+
+TEST(JoinPolyData, ErrorsNameThePart)
+{
+  const double nan = std::nan("");
+  const PolyData outside = Square(0);
+  AddCell(outside->GetPolys(), { 0, 1, 4 });
+  vtkNew<vtkImageData> image;
+  image->SetDimensions(2, 2, 2);
+  const std::vector<std::pair<PolyData, std::string>> cases{
+    { MakePoints({ { 0, nan, 0 } }), "partition 1: point 0: a coordinate is not finite" },
+    { outside, "partition 1: cell 2 uses point 4, but there are 4" },
+  };
+  for (const auto& [bad, message] : cases)
+  {
+    const auto joined = JoinPolyData(*Parts({ Square(0), bad }), false, {});
+    ASSERT_FALSE(joined);
+    EXPECT_EQ(joined.GetError().message, message);
+  }
+  const auto joined = JoinPolyData(*image, false, {});
+  ASSERT_FALSE(joined);
+  EXPECT_EQ(joined.GetError().message, "the input is a vtkImageData, not a vtkPolyData");
+}
+
+}
