@@ -8,6 +8,7 @@
 #include "filters/adapter/FilterRequest.h"
 #include "filters/adapter/PartitionLayout.h"
 #include "filters/adapter/PolyDataMesh.h"
+#include "filters/adapter/RangedSetters.h"
 
 #include <vtkCellArray.h>
 #include <vtkCellData.h>
@@ -27,6 +28,9 @@
 #include <algorithm>
 #include <numeric>
 #include <vector>
+
+KDSTREAM_SET_IN_RANGE(vtkMeshPartition, VerticesPerPartition, vtkIdType, 1, VTK_INT_MAX)
+KDSTREAM_SET_IN_RANGE(vtkMeshPartition, NumberOfPartitions, vtkIdType, 0, 1 << 30)
 
 namespace
 {

@@ -69,7 +69,7 @@ public:
    * How large partitions are, ghosts not counted: the subclass tells whether at most or about. At
    * least 1, at most 2^31 - 1; default 2000. Not used if NumberOfPartitions is set.
    */
-  vtkSetClampMacro(VerticesPerPartition, vtkIdType, 1, VTK_INT_MAX);
+  virtual void SetVerticesPerPartition(vtkIdType value);
   vtkGetMacro(VerticesPerPartition, vtkIdType);
   ///@}
 
@@ -78,7 +78,7 @@ public:
    * The number of partitions, at most the number of points: the subclass tells which numbers are
    * possible. 0, the default, chooses by VerticesPerPartition. At most 2^30.
    */
-  vtkSetClampMacro(NumberOfPartitions, vtkIdType, 0, 1 << 30);
+  virtual void SetNumberOfPartitions(vtkIdType value);
   vtkGetMacro(NumberOfPartitions, vtkIdType);
   ///@}
 

@@ -65,20 +65,21 @@ public:
     Mean = 1     // the mean of the cluster's points
   };
 
-  enum MakerType
+  enum MakerType // as vtkKdStoreWriter's
   {
-    Cluster = 0, // by the cells of the tree
-    Collapse = 1 // by edge collapse from the finest level
+    Collapse = 0, // by edge collapse from the finest level
+    Cluster = 1   // by the cells of the tree
   };
 
   ///@{
   /**
-   * How levels coarser than the finest are made: Cluster (0, default) or Collapse (1). Cluster is
-   * faster and takes soups and clouds apart evenly; Collapse is what kdstream-build does unless it
-   * is told otherwise. Point sets are always clustered.
+   * How levels coarser than the finest are made: Collapse (0, default), as kdstream-build and
+   * vtkKdStoreWriter do unless they are told otherwise, or Cluster (1), which is faster and takes
+   * soups and clouds apart evenly. Point sets are always clustered.
    */
-  vtkSetClampMacro(Maker, int, Cluster, Collapse);
+  vtkSetClampMacro(Maker, int, Collapse, Cluster);
   vtkGetMacro(Maker, int);
+  const char* GetMakerAsString() const;
   void SetMakerToCluster() { this->SetMaker(Cluster); }
   void SetMakerToCollapse() { this->SetMaker(Collapse); }
   ///@}
@@ -89,7 +90,7 @@ public:
    * Maker Collapse gives at most so many, as near to it as it can; Maker Cluster the level whose
    * number is nearest. An input that has fewer gives its finest level.
    */
-  vtkSetClampMacro(TargetNumberOfTriangles, vtkIdType, 0, VTK_ID_MAX);
+  virtual void SetTargetNumberOfTriangles(vtkIdType value);
   vtkGetMacro(TargetNumberOfTriangles, vtkIdType);
   ///@}
 
@@ -110,6 +111,7 @@ public:
    */
   vtkSetClampMacro(Representative, int, Quadric, Mean);
   vtkGetMacro(Representative, int);
+  const char* GetRepresentativeAsString() const;
   void SetRepresentativeToQuadric() { this->SetRepresentative(Quadric); }
   void SetRepresentativeToMean() { this->SetRepresentative(Mean); }
   ///@}
@@ -149,7 +151,7 @@ public:
   /**
    * The most points of a cell at the finest level, 1 to 1024; default 8.
    */
-  vtkSetClampMacro(CellVertices, int, 1, 1024);
+  virtual void SetCellVertices(int value);
   vtkGetMacro(CellVertices, int);
   ///@}
 
@@ -158,7 +160,7 @@ public:
    * The most points of a partition, 1 to 2^31 - 1; default 2000. The finest level is at least as
    * deep as the partitions.
    */
-  vtkSetClampMacro(VerticesPerPartition, vtkIdType, 1, VTK_INT_MAX);
+  virtual void SetVerticesPerPartition(vtkIdType value);
   vtkGetMacro(VerticesPerPartition, vtkIdType);
   ///@}
 
@@ -182,7 +184,7 @@ private:
 
   bool HasClusters(); // whether an array of them was named
 
-  int Maker = Cluster;
+  int Maker = Collapse;
   vtkIdType TargetNumberOfTriangles = 0;
   int Depth = -1;
   int Representative = Quadric;

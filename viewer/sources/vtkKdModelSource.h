@@ -75,6 +75,7 @@ public:
    */
   vtkSetClampMacro(OutputType, int, PartitionedDataSet, PolyData);
   vtkGetMacro(OutputType, int);
+  const char* GetOutputTypeAsString() const;
   void SetOutputTypeToPartitionedDataSet() { this->SetOutputType(PartitionedDataSet); }
   void SetOutputTypeToPolyData() { this->SetOutputType(PolyData); }
   ///@}
@@ -93,6 +94,7 @@ public:
    */
   vtkSetClampMacro(Content, int, Original, View);
   vtkGetMacro(Content, int);
+  const char* GetContentAsString() const;
   void SetContentToOriginal() { this->SetContent(Original); }
   void SetContentToLevel() { this->SetContent(Level); }
   void SetContentToPartitions() { this->SetContent(Partitions); }
@@ -124,7 +126,7 @@ public:
    */
   vtkSetVector3Macro(RegionPoint, double);
   vtkGetVector3Macro(RegionPoint, double);
-  vtkSetClampMacro(Rings, int, 0, 16);
+  virtual void SetRings(int value);
   vtkGetMacro(Rings, int);
   ///@}
 
@@ -140,7 +142,7 @@ public:
   vtkGetVector3Macro(CameraFocalPoint, double);
   vtkSetVector3Macro(CameraViewUp, double);
   vtkGetVector3Macro(CameraViewUp, double);
-  vtkSetMacro(CameraViewAngle, double);
+  virtual void SetCameraViewAngle(double degrees);
   vtkGetMacro(CameraViewAngle, double);
   ///@}
 
@@ -150,9 +152,10 @@ public:
    * the pieces. Default 800 x 600. Tolerance: an error of so many pixels is not seen, 0.01 to 100;
    * default 1.
    */
-  vtkSetVector2Macro(PictureSize, int);
+  virtual void SetPictureSize(int width, int height);
+  void SetPictureSize(const int size[2]) { this->SetPictureSize(size[0], size[1]); }
   vtkGetVector2Macro(PictureSize, int);
-  vtkSetClampMacro(Tolerance, double, 0.01, 100);
+  virtual void SetTolerance(double value);
   vtkGetMacro(Tolerance, double);
   ///@}
 
@@ -161,7 +164,7 @@ public:
    * About the most triangles of Content View, at least 1000; the preview has up to about 5000.
    * Default 2000000.
    */
-  vtkSetClampMacro(NumberOfTriangles, vtkIdType, 1000, VTK_INT_MAX);
+  virtual void SetNumberOfTriangles(vtkIdType value);
   vtkGetMacro(NumberOfTriangles, vtkIdType);
   ///@}
 
