@@ -20,6 +20,9 @@
  * disk, a quota, the longest file that is allowed), CannotOpenFileError, NoFileNameError, or
  * UnknownError. Aborting leaves no file.
  *
+ * Of the numbers below, those out of their range are clamped; what is negative where it may not be,
+ * or not a number, is refused with an error, and the value stays.
+ *
  * Complexity: O(n log n + t log t) for n points and t triangles; about 190 bytes a point.
  *
  * Source: sections 4.1 to 4.3 of the paper named in the README; levels by edge collapse are ours.

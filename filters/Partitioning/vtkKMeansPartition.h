@@ -16,6 +16,9 @@
  * seed reaches along edges (without triangles, in small components) go to the seed nearest in
  * space; without triangles it is Lloyd's k-means. Coincident points count as connected.
  *
+ * Of the numbers below, those out of their range are clamped; what is negative where it may not be,
+ * or not a number, is refused with an error, and the value stays.
+ *
  * Input, outputs, ghosts, errors: see vtkMeshPartition.
  *
  * Complexity: O(t log^2 t) for the seeds among t triangles, O((n + t) log n) an iteration; 200

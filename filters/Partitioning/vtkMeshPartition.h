@@ -38,6 +38,9 @@
  * than 2^127 along an axis; NumberOfPartitions above the number of points; a part that is not a
  * vtkPolyData. GetErrorCode is then vtkErrorCode::UnknownError, else NoError.
  *
+ * Of the numbers below, those out of their range are clamped; what is negative where it may not be,
+ * or not a number, is refused with an error, and the value stays.
+ *
  * Not made for subclasses outside this module: what a partitioner works on is not public.
  *
  * @sa vtkKdTreePartition vtkOctreePartition vtkKMeansPartition vtkPartitionMeasures

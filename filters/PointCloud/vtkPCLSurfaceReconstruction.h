@@ -35,6 +35,9 @@
  * Neighbours and normals run on vtkSMPTools and can be aborted; PCL's own part is serial and
  * cannot. The result does not depend on backend and threads.
  *
+ * Of the numbers below, those out of their range are clamped; what is negative where it may not be,
+ * or not a number, is refused with an error, and the value stays.
+ *
  * Source: Marton, Rusu, Beetz: On Fast Surface Reconstruction Methods for Large and Noisy Datasets
  * (2009); Kazhdan, Bolitho, Hoppe: Poisson Surface Reconstruction (2006); Hoppe et al.: Surface
  * Reconstruction from Unorganized Points (1992) for the orientation of normals.

@@ -40,6 +40,9 @@
  * whole number for each point; a part that is not a vtkPolyData. GetErrorCode is then
  * vtkErrorCode::UnknownError, else NoError.
  *
+ * Of the numbers below, those out of their range are clamped; what is negative where it may not be,
+ * or not a number, is refused with an error, and the value stays.
+ *
  * Source: section 4.3 of the paper named in the README, exactly so with Maker Cluster, Sheets off
  * and Representative Mean; sheets, quadrics, collapse in rounds and deviations are ours.
  *

@@ -32,7 +32,10 @@
  * (vtkDataObject::BOUNDING_BOX), unless they would have to be fetched from far away.
  *
  * Aborting leaves an empty output. Errors name the file or server, and what of the model is wrong;
- * GetErrorCode tells that there was one (vtkErrorCode.h).
+ * GetErrorCode tells that there was one (vtkErrorCode.h; NoFileNameError where no address is set).
+ *
+ * Of the numbers below, those out of their range are clamped; what is negative where it may not be,
+ * or not a number, is refused with an error, and the value stays.
  *
  * Complexity: of what is loaded, linear; a region reads the boxes of all partitions, 48 bytes each.
  *
