@@ -122,9 +122,12 @@ int vtkKdMeshReader::RequestData(
   output->Initialize();
   if (status.GetError().code == ErrorCode::Cancelled)
   {
+    this->SetErrorCode(vtkErrorCode::NoError);
     return 1;
   }
-  this->SetErrorCode(VtkErrorCodeOf(status.GetError()));
+  const bool isNamed = this->FileName && *this->FileName;
+  this->SetErrorCode(isNamed ? VtkErrorCodeOf(status.GetError())
+                             : static_cast<unsigned long>(vtkErrorCode::NoFileNameError));
   vtkErrorMacro(<< (this->FileName ? this->FileName : "") << ": " << status.GetError().message);
   return 0;
 }

@@ -3,10 +3,12 @@
 #include "vtkKdStoreWriter.h"
 
 #include "filters/adapter/AlgorithmExecution.h"
+#include "filters/adapter/ErrorCodes.h"
 #include "filters/adapter/FilterRequest.h"
 #include "filters/adapter/JoinPolyData.h"
 #include "filters/adapter/PolyDataAttributes.h"
 #include "filters/adapter/PolyDataMesh.h"
+#include "filters/adapter/RangedSetters.h"
 #include "filters/adapter/RankGroup.h"
 #include "filters/adapter/RankParts.h"
 #include "filters/build/Builder.h"
@@ -26,6 +28,10 @@
 
 vtkStandardNewMacro(vtkKdStoreWriter);
 
+KDSTREAM_SET_IN_RANGE(vtkKdStoreWriter, VerticesPerPartition, vtkIdType, 1, VTK_INT_MAX)
+KDSTREAM_SET_IN_RANGE(vtkKdStoreWriter, NumberOfPartitions, vtkIdType, 0, 1 << 30)
+KDSTREAM_SET_IN_RANGE(vtkKdStoreWriter, CellVertices, int, 1, 1024)
+
 namespace
 {
 
@@ -42,6 +48,22 @@ Result<std::optional<Vec3>> DirectionOfMember(const char* name, const double* me
   const std::optional<Vec3> direction = DirectionOf(vector);
   return direction ? Result<std::optional<Vec3>>(direction)
                    : Error{ ErrorCode::InvalidArgument, std::string(name) + " is no direction" };
+}
+
+// Of a file that is written: that a folder is not there is no FileNotFoundError, and nothing is
+// wrong with a format.
+unsigned long CodeOf(const Error& error)
+{
+  switch (error.code)
+  {
+    case ErrorCode::DiskFull:
+    case ErrorCode::InputOutput:
+      return VtkErrorCodeOf(error);
+    case ErrorCode::NotFound:
+      return vtkErrorCode::CannotOpenFileError;
+    default:
+      return vtkErrorCode::UnknownError;
+  }
 }
 
 // One mesh with all arrays that a store can have.
@@ -87,9 +109,20 @@ vtkKdStoreWriter::~vtkKdStoreWriter()
   this->SetFileName(nullptr);
 }
 
+const char* vtkKdStoreWriter::GetMakerAsString() const
+{
+  return this->Maker == Collapse ? "Collapse" : "Cluster";
+}
+
 void vtkKdStoreWriter::SetGridBits(int bits)
 {
-  const int clamped = bits <= 0 ? 0 : std::clamp(bits, 8, 24);
+  if (bits < 0)
+  {
+    vtkErrorMacro(<< "GridBits must be 0 or from 8 to 24, not " << bits << ": it stays "
+                  << this->GridBits);
+    return;
+  }
+  const int clamped = bits == 0 ? 0 : std::clamp(bits, 8, 24);
   if (clamped != this->GridBits)
   {
     this->GridBits = clamped;
@@ -107,13 +140,13 @@ void vtkKdStoreWriter::WriteData()
 {
   const auto fail = [this](const Error& error)
   {
-    this->SetErrorCode(error.code == ErrorCode::InputOutput ? vtkErrorCode::CannotOpenFileError
-                                                            : vtkErrorCode::UnknownError);
+    this->SetErrorCode(CodeOf(error));
     if (error.code != ErrorCode::Cancelled)
     {
       vtkErrorMacro(<< (this->FileName ? this->FileName : "") << ": " << error.message);
     }
   };
+  this->SetErrorCode(vtkErrorCode::NoError);
   if (!this->FileName || !*this->FileName)
   {
     this->SetErrorCode(vtkErrorCode::NoFileNameError);
@@ -127,7 +160,8 @@ void vtkKdStoreWriter::WriteData()
     options.tree.partitions = static_cast<std::uint32_t>(this->NumberOfPartitions);
   }
   options.tree.cellVertices = static_cast<std::uint32_t>(this->CellVertices);
-  options.levels.maker = this->Maker == Collapse ? LevelMaker::Collapse : LevelMaker::Cluster;
+  static_assert(int(LevelMaker::Collapse) == Collapse && int(LevelMaker::Cluster) == Cluster);
+  options.levels.maker = static_cast<LevelMaker>(this->Maker);
   options.weld = this->Weld;
   options.bits = static_cast<std::uint8_t>(this->GridBits);
   options.title = this->Title;
@@ -174,7 +208,7 @@ void vtkKdStoreWriter::PrintSelf(ostream& os, vtkIndent indent)
   os << indent << "VerticesPerPartition: " << this->VerticesPerPartition << "\n";
   os << indent << "NumberOfPartitions: " << this->NumberOfPartitions << "\n";
   os << indent << "CellVertices: " << this->CellVertices << "\n";
-  os << indent << "Maker: " << (this->Maker == Collapse ? "Collapse" : "Cluster") << "\n";
+  os << indent << "Maker: " << this->GetMakerAsString() << "\n";
   os << indent << "Weld: " << (this->Weld ? "on" : "off") << "\n";
   os << indent << "WeldByPlace: " << (this->WeldByPlace ? "on" : "off") << "\n";
   os << indent << "Title: " << this->Title << "\n";

@@ -22,7 +22,12 @@
  *
  * The store appears whole or not at all. It depends on input and members alone, not on backend and
  * threads of vtkSMPTools. Errors: no points; a coordinate that is not finite; what the file system
- * refuses; arrays whose names no store can hold. Aborting leaves no file.
+ * refuses; arrays whose names no store can hold; GetErrorCode is then OutOfDiskSpaceError (the
+ * disk, a quota, the longest file that is allowed), CannotOpenFileError, NoFileNameError, or
+ * UnknownError. Aborting leaves no file.
+ *
+ * Of the numbers below, those out of their range are clamped; what is negative where it may not be,
+ * or not a number, is refused with an error, and the value stays.
  *
  * Complexity: O(n log n + t log t) for n points and t triangles; about 190 bytes a point.
  *
@@ -68,7 +73,7 @@ public:
   /**
    * The most points of a partition, at least 1. Default 2000.
    */
-  vtkSetClampMacro(VerticesPerPartition, vtkIdType, 1, VTK_INT_MAX);
+  virtual void SetVerticesPerPartition(vtkIdType value);
   vtkGetMacro(VerticesPerPartition, vtkIdType);
   ///@}
 
@@ -76,7 +81,7 @@ public:
   /**
    * The number of partitions instead, a power of two; 0, the default: by VerticesPerPartition.
    */
-  vtkSetClampMacro(NumberOfPartitions, vtkIdType, 0, 1 << 30);
+  virtual void SetNumberOfPartitions(vtkIdType value);
   vtkGetMacro(NumberOfPartitions, vtkIdType);
   ///@}
 
@@ -84,14 +89,14 @@ public:
   /**
    * The most points of a cell of the finest level, 1 to 1024. Default 8.
    */
-  vtkSetClampMacro(CellVertices, int, 1, 1024);
+  virtual void SetCellVertices(int value);
   vtkGetMacro(CellVertices, int);
   ///@}
 
-  enum MakerType
+  enum MakerType // as vtkKdClusterSimplification's
   {
-    Collapse, ///< levels by collapse of edges
-    Cluster   ///< by the cells of the tree
+    Collapse = 0, ///< levels by collapse of edges
+    Cluster = 1   ///< by the cells of the tree
   };
   ///@{
   /**
@@ -99,6 +104,7 @@ public:
    */
   vtkSetClampMacro(Maker, int, Collapse, Cluster);
   vtkGetMacro(Maker, int);
+  const char* GetMakerAsString() const;
   void SetMakerToCollapse() { this->SetMaker(Collapse); }
   void SetMakerToCluster() { this->SetMaker(Cluster); }
   ///@}

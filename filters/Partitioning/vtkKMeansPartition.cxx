@@ -2,11 +2,17 @@
 #include "vtkKMeansPartition.h"
 
 #include "filters/Partitioning/MeshPartitionWork.h"
+#include "filters/adapter/RangedSetters.h"
 #include "filters/core/tree/KMeansClustering.h"
 
 #include <vtkObjectFactory.h>
 
 vtkStandardNewMacro(vtkKMeansPartition);
+
+KDSTREAM_SET_IN_RANGE(vtkKMeansPartition, NumberOfIterations, int, 1, 1000)
+KDSTREAM_SET_IN_RANGE(vtkKMeansPartition, DistanceWeight, double, 1e-6, 1e6)
+KDSTREAM_SET_IN_RANGE(vtkKMeansPartition, CompactnessWeight, double, 0, 1e6)
+KDSTREAM_SET_IN_RANGE(vtkKMeansPartition, CountWeight, double, 0, 1e6)
 
 void vtkKMeansPartition::AssignPoints(kdstream::MeshPartitionWork& work)
 {

@@ -16,8 +16,10 @@
  * seed reaches along edges (without triangles, in small components) go to the seed nearest in
  * space; without triangles it is Lloyd's k-means. Coincident points count as connected.
  *
- * Input, outputs, ghosts, other errors: see vtkMeshPartition. A weight that is not a number is an
- * error.
+ * Of the numbers below, those out of their range are clamped; what is negative where it may not be,
+ * or not a number, is refused with an error, and the value stays.
+ *
+ * Input, outputs, ghosts, errors: see vtkMeshPartition.
  *
  * Complexity: O(t log^2 t) for the seeds among t triangles, O((n + t) log n) an iteration; 200
  * bytes a point and 200 a triangle. Serial but for making the outputs.
@@ -43,7 +45,7 @@ public:
   /**
    * How often clusters grow. 1 to 1000; default 5, as in the paper.
    */
-  vtkSetClampMacro(NumberOfIterations, int, 1, 1000);
+  virtual void SetNumberOfIterations(int value);
   vtkGetMacro(NumberOfIterations, int);
   ///@}
 
@@ -51,7 +53,7 @@ public:
   /**
    * The weight of the distance from the seed, in radii of a mean cluster. 10^-6 to 10^6; default 1.
    */
-  vtkSetClampMacro(DistanceWeight, double, 1e-6, 1e6);
+  virtual void SetDistanceWeight(double value);
   vtkGetMacro(DistanceWeight, double);
   ///@}
 
@@ -59,7 +61,7 @@ public:
   /**
    * The weight of compactness: more of it gives straighter boundaries. 0 to 10^6; default 4.
    */
-  vtkSetClampMacro(CompactnessWeight, double, 0, 1e6);
+  virtual void SetCompactnessWeight(double value);
   vtkGetMacro(CompactnessWeight, double);
   ///@}
 
@@ -68,7 +70,7 @@ public:
    * The weight of the number of points: more of it gives clusters of more equal sizes. 0 to 10^6;
    * default 1.
    */
-  vtkSetClampMacro(CountWeight, double, 0, 1e6);
+  virtual void SetCountWeight(double value);
   vtkGetMacro(CountWeight, double);
   ///@}
 

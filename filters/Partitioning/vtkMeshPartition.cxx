@@ -9,6 +9,7 @@
 #include "filters/adapter/FilterRequest.h"
 #include "filters/adapter/PartitionLayout.h"
 #include "filters/adapter/PolyDataMesh.h"
+#include "filters/adapter/RangedSetters.h"
 #include "filters/core/TakeResult.h"
 
 #include <vtkDemandDrivenPipeline.h>
@@ -27,6 +28,9 @@
 #include <memory>
 #include <utility>
 #include <vector>
+
+KDSTREAM_SET_IN_RANGE(vtkMeshPartition, VerticesPerPartition, vtkIdType, 1, VTK_INT_MAX)
+KDSTREAM_SET_IN_RANGE(vtkMeshPartition, NumberOfPartitions, vtkIdType, 0, 1 << 30)
 
 using namespace kdstream;
 

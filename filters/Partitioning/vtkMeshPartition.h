@@ -39,6 +39,9 @@
  * than 2^127 along an axis; NumberOfPartitions above the number of points; a part that is not a
  * vtkPolyData. GetErrorCode is then vtkErrorCode::UnknownError, else NoError.
  *
+ * Of the numbers below, those out of their range are clamped; what is negative where it may not be,
+ * or not a number, is refused with an error, and the value stays.
+ *
  * Not made for subclasses outside this module: what a partitioner works on is not public.
  *
  * @sa vtkKdTreePartition vtkOctreePartition vtkKMeansPartition vtkPartitionMeasures
@@ -73,7 +76,7 @@ public:
    * How large partitions are, ghosts not counted: the subclass tells whether at most or about. At
    * least 1, at most 2^31 - 1; default 2000. Not used if NumberOfPartitions is set.
    */
-  vtkSetClampMacro(VerticesPerPartition, vtkIdType, 1, VTK_INT_MAX);
+  virtual void SetVerticesPerPartition(vtkIdType value);
   vtkGetMacro(VerticesPerPartition, vtkIdType);
   ///@}
 
@@ -82,7 +85,7 @@ public:
    * The number of partitions, at most the number of points: the subclass tells which numbers are
    * possible. 0, the default, chooses by VerticesPerPartition. At most 2^30.
    */
-  vtkSetClampMacro(NumberOfPartitions, vtkIdType, 0, 1 << 30);
+  virtual void SetNumberOfPartitions(vtkIdType value);
   vtkGetMacro(NumberOfPartitions, vtkIdType);
   ///@}
 

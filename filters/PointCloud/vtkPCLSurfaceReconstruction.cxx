@@ -7,6 +7,7 @@
 #include "filters/adapter/AlgorithmExecution.h"
 #include "filters/adapter/FilterRequest.h"
 #include "filters/adapter/PolyDataMesh.h"
+#include "filters/adapter/RangedSetters.h"
 
 #include <vtkCellArray.h>
 #include <vtkErrorCode.h>
@@ -24,6 +25,19 @@
 #include <numeric>
 
 vtkStandardNewMacro(vtkPCLSurfaceReconstruction);
+
+KDSTREAM_SET_IN_RANGE(vtkPCLSurfaceReconstruction, NumberOfNeighbors, int, 3, 1000)
+KDSTREAM_SET_IN_RANGE(vtkPCLSurfaceReconstruction, NormalRadius, double, 0.0, VTK_DOUBLE_MAX)
+KDSTREAM_SET_IN_RANGE(vtkPCLSurfaceReconstruction, SearchRadius, double, 0.0, VTK_DOUBLE_MAX)
+KDSTREAM_SET_IN_RANGE(vtkPCLSurfaceReconstruction, Mu, double, 0.0, VTK_DOUBLE_MAX)
+KDSTREAM_SET_IN_RANGE(vtkPCLSurfaceReconstruction, MaximumNumberOfNeighbors, int, 3, 10000)
+KDSTREAM_SET_IN_RANGE(vtkPCLSurfaceReconstruction, MaximumSurfaceAngle, double, 0.0, 180.0)
+KDSTREAM_SET_IN_RANGE(vtkPCLSurfaceReconstruction, MinimumAngle, double, 0.0, 180.0)
+KDSTREAM_SET_IN_RANGE(vtkPCLSurfaceReconstruction, MaximumAngle, double, 0.0, 180.0)
+KDSTREAM_SET_IN_RANGE(vtkPCLSurfaceReconstruction, Depth, int, 0, 12)
+KDSTREAM_SET_IN_RANGE(vtkPCLSurfaceReconstruction, SamplesPerNode, double, 0.5, 100.0)
+KDSTREAM_SET_IN_RANGE(vtkPCLSurfaceReconstruction, PointWeight, double, 0.0, 100.0)
+KDSTREAM_SET_IN_RANGE(vtkPCLSurfaceReconstruction, TrimDistance, double, 0.0, VTK_DOUBLE_MAX)
 
 namespace
 {
@@ -99,6 +113,16 @@ void FillTriangles(const std::vector<Triangle>& triangles, vtkPolyData& output)
 }
 
 vtkPCLSurfaceReconstruction::vtkPCLSurfaceReconstruction() = default;
+
+const char* vtkPCLSurfaceReconstruction::GetMethodAsString() const
+{
+  return this->Method == POISSON ? "Poisson" : "Greedy";
+}
+
+const char* vtkPCLSurfaceReconstruction::GetOrientationAsString() const
+{
+  return this->Orientation == TOWARDS_VIEWPOINT ? "TowardsViewPoint" : "NeighborsAgree";
+}
 
 int vtkPCLSurfaceReconstruction::FillInputPortInformation(int, vtkInformation* info)
 {
@@ -178,13 +202,11 @@ int vtkPCLSurfaceReconstruction::RequestData(
 void vtkPCLSurfaceReconstruction::PrintSelf(ostream& os, vtkIndent indent)
 {
   this->Superclass::PrintSelf(os, indent);
-  os << indent << "Method: " << (this->Method == POISSON ? "Poisson" : "greedy") << "\n";
+  os << indent << "Method: " << this->GetMethodAsString() << "\n";
   os << indent << "UseInputNormals: " << (this->UseInputNormals ? "on" : "off") << "\n";
   os << indent << "NumberOfNeighbors: " << this->NumberOfNeighbors << "\n";
   os << indent << "NormalRadius: " << this->NormalRadius << "\n";
-  os << indent << "Orientation: "
-     << (this->Orientation == TOWARDS_VIEWPOINT ? "towards the view point" : "neighbors agree")
-     << "\n";
+  os << indent << "Orientation: " << this->GetOrientationAsString() << "\n";
   os << indent << "ViewPoint: (" << this->ViewPoint[0] << ", " << this->ViewPoint[1] << ", "
      << this->ViewPoint[2] << ")\n";
   os << indent << "SearchRadius: " << this->SearchRadius << "\n";

@@ -35,6 +35,9 @@
  * Neighbours and normals run on vtkSMPTools and can be aborted; PCL's own part is serial and
  * cannot. The result does not depend on backend and threads.
  *
+ * Of the numbers below, those out of their range are clamped; what is negative where it may not be,
+ * or not a number, is refused with an error, and the value stays.
+ *
  * Source: Marton, Rusu, Beetz: On Fast Surface Reconstruction Methods for Large and Noisy Datasets
  * (2009); Kazhdan, Bolitho, Hoppe: Poisson Surface Reconstruction (2006); Hoppe et al.: Surface
  * Reconstruction from Unorganized Points (1992) for the orientation of normals.
@@ -75,6 +78,7 @@ public:
    */
   vtkSetClampMacro(Method, int, GREEDY, POISSON);
   vtkGetMacro(Method, int);
+  const char* GetMethodAsString() const;
   void SetMethodToGreedy() { this->SetMethod(GREEDY); }
   void SetMethodToPoisson() { this->SetMethod(POISSON); }
   ///@}
@@ -92,7 +96,7 @@ public:
   /**
    * Nearest points that a tangent plane is fitted to. 3 to 1000, default 16.
    */
-  vtkSetClampMacro(NumberOfNeighbors, int, 3, 1000);
+  virtual void SetNumberOfNeighbors(int value);
   vtkGetMacro(NumberOfNeighbors, int);
   ///@}
 
@@ -101,7 +105,7 @@ public:
    * All points so near, in the input's unit, are taken for the plane instead, where they are three
    * or more. 0, the default: not used.
    */
-  vtkSetClampMacro(NormalRadius, double, 0.0, VTK_DOUBLE_MAX);
+  virtual void SetNormalRadius(double value);
   vtkGetMacro(NormalRadius, double);
   ///@}
 
@@ -111,6 +115,7 @@ public:
    */
   vtkSetClampMacro(Orientation, int, NEIGHBORS_AGREE, TOWARDS_VIEWPOINT);
   vtkGetMacro(Orientation, int);
+  const char* GetOrientationAsString() const;
   ///@}
 
   ///@{
@@ -126,7 +131,7 @@ public:
    * Greedy: the longest edge, in the input's unit. 0, the default: 2.25 times the spacing, which
    * is the median distance to the sixth nearest point.
    */
-  vtkSetClampMacro(SearchRadius, double, 0.0, VTK_DOUBLE_MAX);
+  virtual void SetSearchRadius(double value);
   vtkGetMacro(SearchRadius, double);
   ///@}
 
@@ -135,7 +140,7 @@ public:
    * Greedy: the longest edge at a point, in distances to its nearest point: for clouds of uneven
    * density (PCL's advice is 2.5 to 3). 0, the default: SearchRadius alone limits edges.
    */
-  vtkSetClampMacro(Mu, double, 0.0, VTK_DOUBLE_MAX);
+  virtual void SetMu(double value);
   vtkGetMacro(Mu, double);
   ///@}
 
@@ -143,7 +148,7 @@ public:
   /**
    * Greedy: nearest points that are looked at. 3 to 10000, default 100.
    */
-  vtkSetClampMacro(MaximumNumberOfNeighbors, int, 3, 10000);
+  virtual void SetMaximumNumberOfNeighbors(int value);
   vtkGetMacro(MaximumNumberOfNeighbors, int);
   ///@}
 
@@ -151,7 +156,7 @@ public:
   /**
    * Greedy: points are not joined whose normals differ by more. Degrees, 0 to 180, default 60.
    */
-  vtkSetClampMacro(MaximumSurfaceAngle, double, 0.0, 180.0);
+  virtual void SetMaximumSurfaceAngle(double value);
   vtkGetMacro(MaximumSurfaceAngle, double);
   ///@}
 
@@ -160,9 +165,9 @@ public:
    * Greedy: the angles that triangles should have; larger ones are not made, smaller ones if it
    * must be. Degrees, 0 to 180, default 10 and 120.
    */
-  vtkSetClampMacro(MinimumAngle, double, 0.0, 180.0);
+  virtual void SetMinimumAngle(double value);
   vtkGetMacro(MinimumAngle, double);
-  vtkSetClampMacro(MaximumAngle, double, 0.0, 180.0);
+  virtual void SetMaximumAngle(double value);
   vtkGetMacro(MaximumAngle, double);
   ///@}
 
@@ -171,7 +176,7 @@ public:
    * Poisson: depth of the octree, which has 2^Depth cells along a side. 0, the default: as deep as
    * the points are dense, 6 to 10. At most 12: each step more takes four times the memory and time.
    */
-  vtkSetClampMacro(Depth, int, 0, 12);
+  virtual void SetDepth(int value);
   vtkGetMacro(Depth, int);
   ///@}
 
@@ -180,7 +185,7 @@ public:
    * Poisson: points that a cell should have at least; more smooth noise away. 0.5 to 100,
    * default 1.
    */
-  vtkSetClampMacro(SamplesPerNode, double, 0.5, 100.0);
+  virtual void SetSamplesPerNode(double value);
   vtkGetMacro(SamplesPerNode, double);
   ///@}
 
@@ -189,7 +194,7 @@ public:
    * Poisson: how much the surface keeps to the points; 0 is the method of 2006. 0 to 100,
    * default 4.
    */
-  vtkSetClampMacro(PointWeight, double, 0.0, 100.0);
+  virtual void SetPointWeight(double value);
   vtkGetMacro(PointWeight, double);
   ///@}
 
@@ -198,7 +203,7 @@ public:
    * Poisson: triangles that are farther than so many spacings (see SearchRadius) from every point
    * are dropped; the surface is no longer closed then. 0, the default: none.
    */
-  vtkSetClampMacro(TrimDistance, double, 0.0, VTK_DOUBLE_MAX);
+  virtual void SetTrimDistance(double value);
   vtkGetMacro(TrimDistance, double);
   ///@}
 

@@ -8,6 +8,7 @@
 #include "filters/adapter/FilterRequest.h"
 #include "filters/adapter/PolyDataAttributes.h"
 #include "filters/adapter/PolyDataMesh.h"
+#include "filters/adapter/RangedSetters.h"
 #include "filters/core/CarriedArrays.h"
 #include "filters/core/Ids.h"
 #include "filters/core/TakeResult.h"
@@ -38,6 +39,10 @@
 #include <vector>
 
 vtkStandardNewMacro(vtkKdClusterSimplification);
+
+KDSTREAM_SET_IN_RANGE(vtkKdClusterSimplification, TargetNumberOfTriangles, vtkIdType, 0, VTK_ID_MAX)
+KDSTREAM_SET_IN_RANGE(vtkKdClusterSimplification, CellVertices, int, 1, 1024)
+KDSTREAM_SET_IN_RANGE(vtkKdClusterSimplification, VerticesPerPartition, vtkIdType, 1, VTK_INT_MAX)
 
 namespace
 {
@@ -260,6 +265,16 @@ Status Simplify(vtkPolyData& input, const Request& request, const Execution& exe
 
 }
 
+const char* vtkKdClusterSimplification::GetMakerAsString() const
+{
+  return this->Maker == Collapse ? "Collapse" : "Cluster";
+}
+
+const char* vtkKdClusterSimplification::GetRepresentativeAsString() const
+{
+  return this->Representative == Mean ? "Mean" : "Quadric";
+}
+
 int vtkKdClusterSimplification::FillInputPortInformation(int, vtkInformation* info)
 {
   AcceptMeshes(*info);
@@ -302,7 +317,8 @@ int vtkKdClusterSimplification::RequestData(
   tree.verticesPerPartition = static_cast<std::uint32_t>(this->VerticesPerPartition);
   tree.cellVertices = static_cast<std::uint32_t>(this->CellVertices);
   LevelOptions& levels = request.options.levels;
-  levels.maker = this->Maker == Collapse ? LevelMaker::Collapse : LevelMaker::Cluster;
+  static_assert(int(LevelMaker::Collapse) == Collapse && int(LevelMaker::Cluster) == Cluster);
+  levels.maker = static_cast<LevelMaker>(this->Maker);
   levels.representative = this->Representative == Mean ? kdstream::Representative::Mean
                                                        : kdstream::Representative::Quadric;
   levels.sheets = this->Sheets;
@@ -327,10 +343,10 @@ int vtkKdClusterSimplification::RequestData(
 void vtkKdClusterSimplification::PrintSelf(ostream& os, vtkIndent indent)
 {
   this->Superclass::PrintSelf(os, indent);
-  os << indent << "Maker: " << (this->Maker == Collapse ? "Collapse" : "Cluster") << "\n";
+  os << indent << "Maker: " << this->GetMakerAsString() << "\n";
   os << indent << "TargetNumberOfTriangles: " << this->TargetNumberOfTriangles << "\n";
   os << indent << "Depth: " << this->Depth << "\n";
-  os << indent << "Representative: " << (this->Representative == Mean ? "Mean" : "Quadric") << "\n";
+  os << indent << "Representative: " << this->GetRepresentativeAsString() << "\n";
   os << indent << "Sheets: " << (this->Sheets ? "on" : "off") << "\n";
   os << indent << "Weld: " << (this->Weld ? "on" : "off") << "\n";
   os << indent << "WeldByPlace: " << (this->WeldByPlace ? "on" : "off") << "\n";

@@ -45,6 +45,9 @@
  * whole number for each point; a part that is not a vtkPolyData. GetErrorCode is then
  * vtkErrorCode::UnknownError, else NoError.
  *
+ * Of the numbers below, those out of their range are clamped; what is negative where it may not be,
+ * or not a number, is refused with an error, and the value stays.
+ *
  * Source: section 4.3 of the paper named in the README, exactly so with Maker Cluster, Sheets off
  * and Representative Mean; sheets, quadrics, collapse in rounds and deviations are ours.
  *
@@ -70,20 +73,21 @@ public:
     Mean = 1     // the mean of the cluster's points
   };
 
-  enum MakerType
+  enum MakerType // as vtkKdStoreWriter's
   {
-    Cluster = 0, // by the cells of the tree
-    Collapse = 1 // by edge collapse from the finest level
+    Collapse = 0, // by edge collapse from the finest level
+    Cluster = 1   // by the cells of the tree
   };
 
   ///@{
   /**
-   * How levels coarser than the finest are made: Cluster (0, default) or Collapse (1). Cluster is
-   * faster and takes soups and clouds apart evenly; Collapse is what kdstream-build does unless it
-   * is told otherwise. Point sets are always clustered.
+   * How levels coarser than the finest are made: Collapse (0, default), as kdstream-build and
+   * vtkKdStoreWriter do unless they are told otherwise, or Cluster (1), which is faster and takes
+   * soups and clouds apart evenly. Point sets are always clustered.
    */
-  vtkSetClampMacro(Maker, int, Cluster, Collapse);
+  vtkSetClampMacro(Maker, int, Collapse, Cluster);
   vtkGetMacro(Maker, int);
+  const char* GetMakerAsString() const;
   void SetMakerToCluster() { this->SetMaker(Cluster); }
   void SetMakerToCollapse() { this->SetMaker(Collapse); }
   ///@}
@@ -94,7 +98,7 @@ public:
    * Maker Collapse gives at most so many, as near to it as it can; Maker Cluster the level whose
    * number is nearest. An input that has fewer gives its finest level.
    */
-  vtkSetClampMacro(TargetNumberOfTriangles, vtkIdType, 0, VTK_ID_MAX);
+  virtual void SetTargetNumberOfTriangles(vtkIdType value);
   vtkGetMacro(TargetNumberOfTriangles, vtkIdType);
   ///@}
 
@@ -115,6 +119,7 @@ public:
    */
   vtkSetClampMacro(Representative, int, Quadric, Mean);
   vtkGetMacro(Representative, int);
+  const char* GetRepresentativeAsString() const;
   void SetRepresentativeToQuadric() { this->SetRepresentative(Quadric); }
   void SetRepresentativeToMean() { this->SetRepresentative(Mean); }
   ///@}
@@ -154,7 +159,7 @@ public:
   /**
    * The most points of a cell at the finest level, 1 to 1024; default 8.
    */
-  vtkSetClampMacro(CellVertices, int, 1, 1024);
+  virtual void SetCellVertices(int value);
   vtkGetMacro(CellVertices, int);
   ///@}
 
@@ -163,7 +168,7 @@ public:
    * The most points of a partition, 1 to 2^31 - 1; default 2000. The finest level is at least as
    * deep as the partitions.
    */
-  vtkSetClampMacro(VerticesPerPartition, vtkIdType, 1, VTK_INT_MAX);
+  virtual void SetVerticesPerPartition(vtkIdType value);
   vtkGetMacro(VerticesPerPartition, vtkIdType);
   ///@}
 
@@ -187,7 +192,7 @@ private:
 
   bool HasClusters(); // whether an array of them was named
 
-  int Maker = Cluster;
+  int Maker = Collapse;
   vtkIdType TargetNumberOfTriangles = 0;
   int Depth = -1;
   int Representative = Quadric;

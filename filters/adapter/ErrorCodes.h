@@ -20,6 +20,8 @@ inline unsigned long VtkErrorCodeOf(const Error& error)
       return vtkErrorCode::UnrecognizedFileTypeError;
     case ErrorCode::InputOutput:
       return vtkErrorCode::CannotOpenFileError;
+    case ErrorCode::DiskFull:
+      return vtkErrorCode::OutOfDiskSpaceError;
     case ErrorCode::InvalidArgument:
       return vtkErrorCode::UnknownError; // nothing is wrong with the file
     default:

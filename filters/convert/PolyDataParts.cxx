@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "filters/convert/PolyDataParts.h"
 
+#include "filters/adapter/JoinPolyData.h"
 #include "filters/adapter/PolyDataAttributes.h"
 #include "filters/adapter/PolyDataMesh.h"
 #include "filters/meshio/DroppedPoints.h"
@@ -38,8 +39,11 @@ void WarnOfCells(const PolyDataElements& elements, bool triangles, vtkPolyData& 
 
 }
 
-Result<ForeignMesh> ReadPolyData(vtkPolyData& input, const Execution& execution)
+Result<ForeignMesh> ReadPolyData(vtkPolyData& data, const Execution& execution)
 {
+  const Result<JoinedPolyData> own = JoinPolyData(data, false, execution); // no ghosts
+  KDSTREAM_TRY(own);
+  vtkPolyData& input = *own->mesh;
   ForeignMesh result;
   const Result<PolyDataElements> elements = ReadElements(input);
   Result<Mesh> mesh = ReadMesh(input, execution, true);
@@ -50,9 +54,12 @@ Result<ForeignMesh> ReadPolyData(vtkPolyData& input, const Execution& execution)
   result.mesh = std::move(*mesh);
   PolyDataAttributes read = ReadAttributes(input, *elements);
   result.mesh.attributes = std::move(read.attributes);
-  for (const std::string& skipped : read.skipped)
+  for (const auto& skipped : { own->leftOut, read.skipped })
   {
-    result.warnings.push_back("dropped: " + skipped);
+    for (const std::string& array : skipped)
+    {
+      result.warnings.push_back("dropped: " + array);
+    }
   }
   WarnOfCells(*elements, !result.mesh.triangles.empty(), input, result.warnings);
   const std::size_t first = elements->vertices + elements->segments;

@@ -25,6 +25,7 @@ enum class ErrorCode
   Changed,         // a file is no longer what it was when it was opened
   LimitExceeded,   // a memory or size limit forbids the work
   InputOutput,     // the operating system refused
+  DiskFull,        // no room for what is written: on the disk, in a quota, in the longest file
   Cancelled        // the caller's progress function asked to stop
 };
 

@@ -17,17 +17,18 @@ inline std::string SystemReason(int reason)
   return std::generic_category().message(reason);
 }
 
-// "WHAT: reason". file: that it is about, if the caller does not name it.
-inline Error SystemError(const std::string& what, int reason, const std::string& file = {})
-{
-  return { ErrorCode::InputOutput, what + ": " + SystemReason(reason), file };
-}
-
 // Whether a write failed for lack of room: on the disk, in a quota, or in the longest file that is
 // allowed.
 inline bool IsDiskFull(int reason)
 {
   return reason == ENOSPC || reason == EDQUOT || reason == EFBIG;
+}
+
+// "WHAT: reason": DiskFull or InputOutput. file: that it is about, if the caller does not name it.
+inline Error SystemError(const std::string& what, int reason, const std::string& file = {})
+{
+  return { IsDiskFull(reason) ? ErrorCode::DiskFull : ErrorCode::InputOutput,
+    what + ": " + SystemReason(reason), file };
 }
 
 }

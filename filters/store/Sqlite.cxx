@@ -233,11 +233,10 @@ void LimitValues(sqlite3* database, std::size_t bytes)
 
 Error SqliteError(sqlite3* database, ErrorCode code)
 {
-  const auto refused = [database](const std::string& what)
+  const auto refused = [database](const std::string& what, ErrorCode as = ErrorCode::InputOutput)
   {
     const int system = sqlite3_system_errno(database);
-    return Error{ ErrorCode::InputOutput,
-      what + (system == 0 ? "" : ": " + std::generic_category().message(system)) };
+    return Error{ as, what + (system == 0 ? "" : ": " + std::generic_category().message(system)) };
   };
   switch (database ? sqlite3_errcode(database) & 0xFF : SQLITE_NOMEM)
   {
@@ -248,7 +247,7 @@ Error SqliteError(sqlite3* database, ErrorCode code)
     case SQLITE_IOERR:
       return refused("cannot be read or written");
     case SQLITE_FULL:
-      return refused("the disk is full");
+      return refused("the disk is full", ErrorCode::DiskFull);
     case SQLITE_NOMEM:
       return { ErrorCode::LimitExceeded, "out of memory" };
     case SQLITE_CORRUPT:

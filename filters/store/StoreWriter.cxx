@@ -104,12 +104,12 @@ Error StoreWriter::State::Explain(const Error& error) const
                             ", of which about " + mebibytes(written) + " are made";
   if (full == EFBIG)
   {
-    return { ErrorCode::InputOutput,
+    return { ErrorCode::DiskFull,
       "files may not grow so large here: " + sizes + " (" + SystemReason(full) + ")", store };
   }
   std::error_code unknown;
   const std::filesystem::space_info space = std::filesystem::space(this->file.Folder(), unknown);
-  return { ErrorCode::InputOutput,
+  return { ErrorCode::DiskFull,
     "the disk is too small: " + sizes + "; " +
       (unknown ? std::string("too few bytes") : mebibytes(space.available)) + " are free in " +
       this->file.Folder().string() + " (" + SystemReason(full) + ")",

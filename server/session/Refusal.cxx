@@ -19,6 +19,7 @@ Refusal RefusePart(const std::string& model, const std::string& what, const Erro
       return { 410, model + " has another digest now: read its model.json" };
     case ErrorCode::LimitExceeded:
     case ErrorCode::InputOutput:
+    case ErrorCode::DiskFull:
     case ErrorCode::Cancelled:
       return { 503, what + " of " + model + " cannot be read at the moment" };
     case ErrorCode::InvalidArgument:

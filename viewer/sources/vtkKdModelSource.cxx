@@ -7,6 +7,7 @@
 #include "filters/adapter/ArraySelections.h"
 #include "filters/adapter/ErrorCodes.h"
 #include "filters/adapter/PolyDataAttributes.h"
+#include "filters/adapter/RangedSetters.h"
 #include "filters/adapter/SmpFor.h"
 #include "filters/core/tree/Region.h"
 #include "viewer/sources/PieceOutput.h"
@@ -34,6 +35,10 @@
 #include <optional>
 #include <string>
 #include <utility>
+
+KDSTREAM_SET_IN_RANGE(vtkKdModelSource, Rings, int, 0, 16)
+KDSTREAM_SET_IN_RANGE(vtkKdModelSource, Tolerance, double, 0.01, 100)
+KDSTREAM_SET_IN_RANGE(vtkKdModelSource, NumberOfTriangles, vtkIdType, 1000, VTK_INT_MAX)
 
 namespace
 {
@@ -227,9 +232,45 @@ vtkIdType vtkKdModelSource::GetNumberOfModelTriangles() const
   return this->Model ? static_cast<vtkIdType>(this->Model->Info().triangles) : 0;
 }
 
+const char* vtkKdModelSource::GetOutputTypeAsString() const
+{
+  return this->OutputType == PolyData ? "PolyData" : "PartitionedDataSet";
+}
+
+const char* vtkKdModelSource::GetContentAsString() const
+{
+  const char* const contents[] = { "Original", "Level", "Partitions", "Region", "View" };
+  return contents[this->Content];
+}
+
+void vtkKdModelSource::SetCameraViewAngle(double degrees)
+{
+  if (!(degrees > 0 && degrees < 180))
+  {
+    vtkErrorMacro(<< "CameraViewAngle must be above 0 and below 180 degrees, not " << degrees
+                  << ": it stays " << this->CameraViewAngle);
+    return;
+  }
+  kdstream::SetInRange(*this, "CameraViewAngle", this->CameraViewAngle, degrees, 0, 180);
+}
+
+void vtkKdModelSource::SetPictureSize(int width, int height)
+{
+  if (width < 0 || height < 0)
+  {
+    vtkErrorMacro(<< "PictureSize must be at least 1 x 1, not " << width << " x " << height
+                  << ": it stays " << this->PictureSize[0] << " x " << this->PictureSize[1]);
+    return;
+  }
+  kdstream::SetInRange(*this, "PictureSize", this->PictureSize[0], width, 1, VTK_INT_MAX);
+  kdstream::SetInRange(*this, "PictureSize", this->PictureSize[1], height, 1, VTK_INT_MAX);
+}
+
 int vtkKdModelSource::Fail(const kdstream::Error& error)
 {
-  this->SetErrorCode(kdstream::VtkErrorCodeOf(error));
+  this->SetErrorCode(this->ModelName().empty()
+                       ? static_cast<unsigned long>(vtkErrorCode::NoFileNameError)
+                       : kdstream::VtkErrorCodeOf(error));
   vtkErrorMacro(<< this->ModelName() << ": " << error.message);
   return 0;
 }
@@ -468,11 +509,8 @@ int vtkKdModelSource::RequestData(
 void vtkKdModelSource::PrintSelf(ostream& os, vtkIndent indent)
 {
   this->Superclass::PrintSelf(os, indent);
-  os << indent
-     << "OutputType: " << (this->OutputType == PolyData ? "PolyData" : "PartitionedDataSet")
-     << "\n";
-  const char* const contents[] = { "Original", "Level", "Partitions", "Region", "View" };
-  os << indent << "Content: " << contents[this->Content] << "\n";
+  os << indent << "OutputType: " << this->GetOutputTypeAsString() << "\n";
+  os << indent << "Content: " << this->GetContentAsString() << "\n";
   os << indent << "LevelDepth: " << this->LevelDepth << "\n";
   os << indent << "LevelRange: " << this->LevelRange[0] << " " << this->LevelRange[1] << "\n";
   os << indent << "Partitions:";

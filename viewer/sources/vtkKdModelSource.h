@@ -41,7 +41,10 @@
  * asked for (vtkKdStreamSource). What was loaded has its BOUNDING_BOX in the output's metadata.
  *
  * Aborting leaves an empty output. Errors name the file or server, and what of the model is wrong;
- * GetErrorCode tells that there was one (vtkErrorCode.h).
+ * GetErrorCode tells that there was one (vtkErrorCode.h; NoFileNameError where no address is set).
+ *
+ * Of the numbers below, those out of their range are clamped; what is negative where it may not be,
+ * or not a number, is refused with an error, and the value stays.
  *
  * Complexity: of what is loaded, linear; a region reads the boxes of all partitions, 48 bytes each.
  *
@@ -86,6 +89,7 @@ public:
    */
   vtkSetClampMacro(OutputType, int, PartitionedDataSet, PolyData);
   vtkGetMacro(OutputType, int);
+  const char* GetOutputTypeAsString() const;
   void SetOutputTypeToPartitionedDataSet() { this->SetOutputType(PartitionedDataSet); }
   void SetOutputTypeToPolyData() { this->SetOutputType(PolyData); }
   ///@}
@@ -104,6 +108,7 @@ public:
    */
   vtkSetClampMacro(Content, int, Original, View);
   vtkGetMacro(Content, int);
+  const char* GetContentAsString() const;
   void SetContentToOriginal() { this->SetContent(Original); }
   void SetContentToLevel() { this->SetContent(Level); }
   void SetContentToPartitions() { this->SetContent(Partitions); }
@@ -135,7 +140,7 @@ public:
    */
   vtkSetVector3Macro(RegionPoint, double);
   vtkGetVector3Macro(RegionPoint, double);
-  vtkSetClampMacro(Rings, int, 0, 16);
+  virtual void SetRings(int value);
   vtkGetMacro(Rings, int);
   ///@}
 
@@ -151,7 +156,7 @@ public:
   vtkGetVector3Macro(CameraFocalPoint, double);
   vtkSetVector3Macro(CameraViewUp, double);
   vtkGetVector3Macro(CameraViewUp, double);
-  vtkSetMacro(CameraViewAngle, double);
+  virtual void SetCameraViewAngle(double degrees);
   vtkGetMacro(CameraViewAngle, double);
   ///@}
 
@@ -161,9 +166,10 @@ public:
    * the pieces. Default 800 x 600. Tolerance: an error of so many pixels is not seen, 0.01 to 100;
    * default 1.
    */
-  vtkSetVector2Macro(PictureSize, int);
+  virtual void SetPictureSize(int width, int height);
+  void SetPictureSize(const int size[2]) { this->SetPictureSize(size[0], size[1]); }
   vtkGetVector2Macro(PictureSize, int);
-  vtkSetClampMacro(Tolerance, double, 0.01, 100);
+  virtual void SetTolerance(double value);
   vtkGetMacro(Tolerance, double);
   ///@}
 
@@ -172,7 +178,7 @@ public:
    * About the most triangles of Content View, at least 1000; the preview has up to about 5000.
    * Default 2000000.
    */
-  vtkSetClampMacro(NumberOfTriangles, vtkIdType, 1000, VTK_INT_MAX);
+  virtual void SetNumberOfTriangles(vtkIdType value);
   vtkGetMacro(NumberOfTriangles, vtkIdType);
   ///@}
 

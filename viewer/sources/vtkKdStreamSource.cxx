@@ -2,11 +2,14 @@
 #include "vtkKdStreamSource.h"
 
 #include "filters/adapter/AlgorithmExecution.h"
+#include "filters/adapter/RangedSetters.h"
 #include "viewer/sources/RemoteModel.h"
 
 #include <vtkObjectFactory.h>
 
 vtkStandardNewMacro(vtkKdStreamSource);
+
+KDSTREAM_SET_IN_RANGE(vtkKdStreamSource, Timeout, int, 1, 3600)
 
 // All that makes another connection.
 std::string vtkKdStreamSource::Address() const

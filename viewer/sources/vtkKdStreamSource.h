@@ -71,7 +71,7 @@ public:
   /**
    * After so many seconds in which nothing comes a read is given up, 1 to 3600. Default 60.
    */
-  vtkSetClampMacro(Timeout, int, 1, 3600);
+  virtual void SetTimeout(int value);
   vtkGetMacro(Timeout, int);
   ///@}
 

@@ -5,6 +5,7 @@
 
 #include "filters/adapter/ErrorCodes.h"
 #include "filters/adapter/MeshPolyData.h"
+#include "filters/adapter/RangedSetters.h"
 #include "filters/codec/TextureTile.h"
 #include "filters/core/BitCast.h"
 #include "filters/store/Store.h"
@@ -24,6 +25,8 @@
 #include <utility>
 
 vtkStandardNewMacro(vtkKdTextureReader);
+
+KDSTREAM_SET_IN_RANGE(vtkKdTextureReader, Partition, vtkIdType, 0, VTK_ID_MAX)
 
 namespace
 {
@@ -235,7 +238,8 @@ vtkTypeBool vtkKdTextureReader::ProcessRequest(
 int vtkKdTextureReader::Fail(const kdstream::Error& error)
 {
   const std::string name = this->FileName ? this->FileName : "";
-  this->SetErrorCode(kdstream::VtkErrorCodeOf(error));
+  this->SetErrorCode(name.empty() ? static_cast<unsigned long>(vtkErrorCode::NoFileNameError)
+                                  : kdstream::VtkErrorCodeOf(error));
   vtkErrorMacro(<< (name.empty() ? "" : name + ": ") << error.message);
   return 0;
 }

@@ -62,7 +62,7 @@ public:
   /**
    * Which partition, from 0 on. Default 0.
    */
-  vtkSetClampMacro(Partition, vtkIdType, 0, VTK_ID_MAX);
+  virtual void SetPartition(vtkIdType value);
   vtkGetMacro(Partition, vtkIdType);
   ///@}
 

@@ -236,7 +236,7 @@ TEST_F(ExternalBuilderTest, AFullDiskIsAnErrorThatSaysWhatWasNeeded)
       ::setrlimit(RLIMIT_FSIZE, &limit);
       const auto built = this->External();
       report << (built ? "built" : built.GetError().message) << std::flush;
-      ::_exit(built || built.GetError().code != ErrorCode::InputOutput ? 1 : 0);
+      ::_exit(built || built.GetError().code != ErrorCode::DiskFull ? 1 : 0);
     }
     int state = 0;
     ::waitpid(child, &state, 0);
@@ -272,7 +272,7 @@ TEST_F(ExternalBuilderTest, ARealDiskThatIsFullIsAnErrorAndNothingStays)
       EXPECT_TRUE(fs::is_empty(disk));
       EXPECT_EQ(::umount(disk.c_str()), 0);
       ASSERT_FALSE(built);
-      EXPECT_EQ(built.GetError().code, ErrorCode::InputOutput);
+      EXPECT_EQ(built.GetError().code, ErrorCode::DiskFull);
       const std::string& text = built.GetError().message;
       EXPECT_EQ(text.find("the temporary folder is too small") != text.npos, spill) << text;
       EXPECT_TRUE(!spill || text.find(" bytes") != text.npos) << text;

@@ -128,7 +128,7 @@ TEST(OutputFile, SaysThatTheDiskIsFullAndRemovesItsFile)
   setrlimit(RLIMIT_FSIZE, &before);
   std::signal(SIGXFSZ, oldHandler);
   ASSERT_FALSE(finished);
-  EXPECT_EQ(finished.GetError().code, ErrorCode::InputOutput);
+  EXPECT_EQ(finished.GetError().code, ErrorCode::DiskFull);
   EXPECT_EQ(finished.GetError().message, "cannot be written: File too large");
   EXPECT_EQ(folder.CountFiles(), 0U);
 }

@@ -282,7 +282,7 @@ TEST(ExternalTree, AFullDiskIsAnErrorAndLeavesNoFiles)
   setrlimit(RLIMIT_FSIZE, &old);
   std::signal(SIGXFSZ, oldHandler);
   ASSERT_FALSE(tree);
-  EXPECT_EQ(tree.GetError().code, ErrorCode::InputOutput);
+  EXPECT_EQ(tree.GetError().code, ErrorCode::DiskFull);
   EXPECT_NE(tree.GetError().message.find("points of the tree need 96000 bytes"), std::string::npos)
     << tree.GetError().message;
   EXPECT_EQ(std::distance(fs::directory_iterator(folder.Path()), fs::directory_iterator()), 1);

@@ -166,7 +166,7 @@ TEST(SpillFile, AFullDiskSaysWhatWasNeeded)
   const std::uint64_t exbibyte = std::uint64_t{ 1 } << 60;
   const Result<SpillFile> large = folder.CreateFile("points of the tree", exbibyte);
   ASSERT_FALSE(large);
-  EXPECT_EQ(large.GetError().code, ErrorCode::InputOutput);
+  EXPECT_EQ(large.GetError().code, ErrorCode::DiskFull);
   EXPECT_NE(large.GetError().message.find(
               "points of the tree need 1152921504606846976 bytes, of which 0 are there; "),
     std::string::npos)

@@ -50,7 +50,7 @@ std::string InAll(std::uint64_t bytes)
 Error FullDisk(const detail::SpillLedger& ledger, std::string_view purpose, std::uint64_t needed,
   std::uint64_t present, int reason)
 {
-  return { ErrorCode::InputOutput,
+  return { ErrorCode::DiskFull,
     "the temporary folder is too small: " + InAll(ledger.expected) + std::string(purpose) +
       " need " + std::to_string(needed) + " bytes, of which " + std::to_string(present) +
       " are there; " + std::to_string(FreeBytes(ledger.folder)) +

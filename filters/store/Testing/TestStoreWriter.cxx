@@ -181,7 +181,7 @@ TEST_F(StoreWriterTest, AFullDiskSaysHowMuchTheStoreTakes)
       ::setrlimit(RLIMIT_FSIZE, &limit);
       const auto built = BuildStore(mesh, "x", this->File(), options);
       report << (built ? "built" : built.GetError().message) << std::flush;
-      ::_exit(built || built.GetError().code != ErrorCode::InputOutput ? 1 : 0);
+      ::_exit(built || built.GetError().code != ErrorCode::DiskFull ? 1 : 0);
     }
     int state = 0;
     ::waitpid(child, &state, 0);

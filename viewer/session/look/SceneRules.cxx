@@ -96,9 +96,10 @@ Status CheckCamera(const SceneCamera& camera)
   }
   if (!(camera.verticalFieldOfView > 0.0 && camera.verticalFieldOfView < std::numbers::pi))
   {
+    const double degrees = camera.verticalFieldOfView * (180 / std::numbers::pi);
     return Error{ ErrorCode::InvalidArgument, "camera: a field of view of " +
-                                                JsonNumber(camera.verticalFieldOfView) +
-                                                " radians is not between 0 and pi" };
+                                                JsonNumber(std::round(degrees * 1e6) / 1e6) +
+                                                " degrees is not between 0 and 180" };
   }
   return {};
 }

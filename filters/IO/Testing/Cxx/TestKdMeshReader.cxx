@@ -193,6 +193,7 @@ TEST_F(TestKdMeshReader, ErrorsNameFileAndPlace)
   EXPECT_EQ(heard.error, "") << "before a file is chosen";
   this->Reader->Update();
   EXPECT_NE(heard.error.find("no FileName is set"), std::string::npos) << heard.error;
+  EXPECT_EQ(this->Reader->GetErrorCode(), vtkErrorCode::NoFileNameError);
 }
 
 TEST_F(TestKdMeshReader, TellsHowFarItIsAndStopsWhenToldTo)

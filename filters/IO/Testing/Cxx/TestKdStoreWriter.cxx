@@ -6,13 +6,17 @@
 #include "filters/store/StoreMesh.h"
 
 #include <gtest/gtest.h>
+#include <vtkErrorCode.h>
 #include <vtkImageData.h>
 #include <vtkKdStoreWriter.h>
 #include <vtkKdTreePartition.h>
 #include <vtkPartitionedDataSet.h>
 #include <vtkStringArray.h>
 
+#include <sys/resource.h>
+
 #include <algorithm>
+#include <csignal>
 #include <filesystem>
 #include <limits>
 #include <numeric>
@@ -169,16 +173,55 @@ TEST_F(TestKdStoreWriter, WhatCannotBeWrittenIsAnErrorAndNoFile)
     EXPECT_NE(heard.error.find("model.kds: "), std::string::npos) << heard.error;
     EXPECT_NE(heard.error.find(what), std::string::npos) << heard.error;
     EXPECT_FALSE(std::filesystem::exists(this->File));
+    EXPECT_EQ(this->Writer->GetErrorCode(), static_cast<unsigned long>(vtkErrorCode::UnknownError));
   }
   FilterObserver heard(this->Writer);
   this->Writer->SetInputData(MakePlate(4));
   this->Writer->SetFileName("/nonexistent/model.kds");
   EXPECT_EQ(this->Writer->Write(), 0);
   EXPECT_NE(heard.error.find("/nonexistent/model.kds"), std::string::npos) << heard.error;
+  EXPECT_EQ(
+    this->Writer->GetErrorCode(), static_cast<unsigned long>(vtkErrorCode::CannotOpenFileError));
   heard.error.clear();
   this->Writer->SetFileName(nullptr);
   EXPECT_EQ(this->Writer->Write(), 0);
   EXPECT_NE(heard.error.find("no FileName is set"), std::string::npos) << heard.error;
+  EXPECT_EQ(
+    this->Writer->GetErrorCode(), static_cast<unsigned long>(vtkErrorCode::NoFileNameError));
+  this->Writer->SetFileName(this->File.c_str());
+  EXPECT_TRUE(this->Written());
+  EXPECT_EQ(this->Writer->GetErrorCode(), static_cast<unsigned long>(vtkErrorCode::NoError));
+}
+
+TEST_F(TestKdStoreWriter, AFullDiskIsToldByItsCode)
+{
+  this->Writer->SetInputData(MakeSphere(100));
+  rlimit before{};
+  ASSERT_EQ(getrlimit(RLIMIT_FSIZE, &before), 0);
+  const auto oldHandler = std::signal(SIGXFSZ, SIG_IGN);
+  const rlimit small{ 50000, before.rlim_max };
+  ASSERT_EQ(setrlimit(RLIMIT_FSIZE, &small), 0);
+  FilterObserver heard(this->Writer);
+  EXPECT_EQ(this->Writer->Write(), 0);
+  setrlimit(RLIMIT_FSIZE, &before);
+  std::signal(SIGXFSZ, oldHandler);
+  EXPECT_EQ(
+    this->Writer->GetErrorCode(), static_cast<unsigned long>(vtkErrorCode::OutOfDiskSpaceError));
+  EXPECT_NE(heard.error.find("files may not grow so large here"), std::string::npos) << heard.error;
+  EXPECT_TRUE(std::filesystem::is_empty(this->Folder.Path));
+}
+
+TEST_F(TestKdStoreWriter, SizesBelowZeroAreRefused)
+{
+  EXPECT_EQ(this->Writer->GetMaker(), vtkKdStoreWriter::Collapse);
+  EXPECT_STREQ(this->Writer->GetMakerAsString(), "Collapse");
+  FilterObserver heard(this->Writer);
+  this->Writer->SetGridBits(-1);
+  this->Writer->SetCellVertices(-8);
+  EXPECT_NE(heard.error.find("GridBits must be 0 or from 8 to 24"), std::string::npos);
+  EXPECT_NE(heard.error.find("CellVertices must be from 1 to 1024"), std::string::npos);
+  EXPECT_EQ(this->Writer->GetGridBits(), 0);
+  EXPECT_EQ(this->Writer->GetCellVertices(), 8);
 }
 
 TEST_F(TestKdStoreWriter, TellsHowFarItIsAndStopsWhenToldTo)

@@ -249,7 +249,13 @@ TYPED_TEST(MeshPartitionPipeline, OptionsAreClampedAndPrinted)
   EXPECT_EQ(filter->GetNumberOfPartitions(), 0);
   EXPECT_FALSE(filter->GetGeneratePartitionIds());
   filter->SetVerticesPerPartition(0);
-  filter->SetNumberOfPartitions(-4);
+  {
+    FilterObserver observer(filter);
+    filter->SetNumberOfPartitions(-4);
+    filter->SetVerticesPerPartition(-2);
+    EXPECT_NE(observer.error.find("NumberOfPartitions must be from 0 to "), std::string::npos);
+    EXPECT_NE(observer.error.find("VerticesPerPartition must be from 1 to "), std::string::npos);
+  }
   EXPECT_EQ(filter->GetVerticesPerPartition(), 1);
   EXPECT_EQ(filter->GetNumberOfPartitions(), 0);
   filter->SetVerticesPerPartition(VTK_ID_MAX);

@@ -169,7 +169,7 @@ TEST(KMeansPartition, OptionsAreClampedPrintedAndUsed)
   EXPECT_EQ(filter->GetCountWeight(), 1);
   filter->SetNumberOfIterations(0);
   filter->SetDistanceWeight(0);
-  filter->SetCompactnessWeight(-1);
+  filter->SetCompactnessWeight(0);
   filter->SetCountWeight(1e9);
   EXPECT_EQ(filter->GetNumberOfIterations(), 1);
   EXPECT_EQ(filter->GetDistanceWeight(), 1e-6);
@@ -213,9 +213,12 @@ TEST(KMeansPartition, OptionsAreClampedPrintedAndUsed)
   other->SetCountWeight(0);
   other->Update();
   EXPECT_EQ(observer.runs, 5);
-  other->SetCountWeight(std::numeric_limits<double>::quiet_NaN());
-  other->Update();
-  EXPECT_NE(observer.error.find("a weight of k-means is nan"), std::string::npos) << observer.error;
+  other->SetDistanceWeight(2);
+  other->SetDistanceWeight(std::numeric_limits<double>::quiet_NaN());
+  EXPECT_NE(observer.error.find("DistanceWeight must be from 1e-06 to 1e+06, not nan: it stays 2"),
+    std::string::npos)
+    << observer.error;
+  EXPECT_EQ(other->GetDistanceWeight(), 2);
 }
 
 }

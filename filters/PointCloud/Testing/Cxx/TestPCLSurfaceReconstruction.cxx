@@ -623,8 +623,18 @@ TEST(PCLSurfaceReconstruction, OptionsAreClampedAndPrinted)
   EXPECT_EQ(filter->GetNumberOfNeighbors(), 3);
   filter->SetDepth(99);
   EXPECT_EQ(filter->GetDepth(), 12);
-  filter->SetSearchRadius(-1);
+  EXPECT_STREQ(filter->GetMethodAsString(), "Poisson");
+  EXPECT_STREQ(filter->GetOrientationAsString(), "NeighborsAgree");
+  {
+    FilterObserver observer(filter);
+    filter->SetSearchRadius(-1);
+    filter->SetMaximumAngle(std::numeric_limits<double>::quiet_NaN());
+    EXPECT_NE(observer.error.find("SearchRadius must be from 0 to "), std::string::npos);
+    EXPECT_NE(
+      observer.error.find("MaximumAngle must be from 0 to 180, not nan"), std::string::npos);
+  }
   EXPECT_EQ(filter->GetSearchRadius(), 0);
+  EXPECT_EQ(filter->GetMaximumAngle(), 120);
   filter->SetNormalRadius(0.5);
   filter->SetOrientation(Filter::TOWARDS_VIEWPOINT);
   filter->SetViewPoint(1, 2, 3);
@@ -641,7 +651,7 @@ TEST(PCLSurfaceReconstruction, OptionsAreClampedAndPrinted)
   std::ostringstream text;
   filter->Print(text);
   for (const char* line : { "Method: Poisson\n", "UseInputNormals: off\n", "NumberOfNeighbors: 3\n",
-         "NormalRadius: 0.5\n", "Orientation: towards the view point\n", "ViewPoint: (1, 2, 3)\n",
+         "NormalRadius: 0.5\n", "Orientation: TowardsViewPoint\n", "ViewPoint: (1, 2, 3)\n",
          "SearchRadius: 0.25\n", "Mu: 2.5\n", "MaximumNumberOfNeighbors: 50\n",
          "MaximumSurfaceAngle: 30\n", "MinimumAngle: 5\n", "MaximumAngle: 100\n", "Depth: 12\n",
          "SamplesPerNode: 2\n", "PointWeight: 3\n", "TrimDistance: 4\n" })

@@ -33,6 +33,7 @@ vtkSmartPointer<vtkKdClusterSimplification> MakeFilter(
 {
   auto filter = vtkSmartPointer<vtkKdClusterSimplification>::New();
   filter->SetInputData(input);
+  filter->SetMakerToCluster();
   filter->SetRepresentative(options.representative == Representative::Mean
                               ? vtkKdClusterSimplification::Mean
                               : vtkKdClusterSimplification::Quadric);
@@ -328,7 +329,7 @@ TEST(KdClusterSimplification, OptionsAreClampedAndPrinted)
   filter->SetDepth(31);
   filter->SetRepresentative(7);
   filter->SetCellVertices(0);
-  filter->SetVerticesPerPartition(-1);
+  filter->SetVerticesPerPartition(0);
   EXPECT_EQ(filter->GetDepth(), 30);
   EXPECT_EQ(filter->GetRepresentative(), vtkKdClusterSimplification::Mean);
   EXPECT_EQ(filter->GetCellVertices(), 1);

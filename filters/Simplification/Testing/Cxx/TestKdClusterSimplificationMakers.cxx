@@ -421,16 +421,20 @@ TEST(KdClusterSimplificationMakers, RunsAgainOnlyWhenSomethingChanged)
 TEST(KdClusterSimplificationMakers, OptionsAreClampedAndPrinted)
 {
   vtkNew<vtkKdClusterSimplification> filter;
-  EXPECT_EQ(filter->GetMaker(), vtkKdClusterSimplification::Cluster);
+  EXPECT_EQ(filter->GetMaker(), vtkKdClusterSimplification::Collapse);
+  EXPECT_STREQ(filter->GetMakerAsString(), "Collapse");
+  EXPECT_STREQ(filter->GetRepresentativeAsString(), "Quadric");
   EXPECT_EQ(filter->GetTargetNumberOfTriangles(), 0);
   filter->SetMaker(9);
-  EXPECT_EQ(filter->GetMaker(), vtkKdClusterSimplification::Collapse);
-  filter->SetTargetNumberOfTriangles(-4);
-  EXPECT_EQ(filter->GetTargetNumberOfTriangles(), 0);
+  EXPECT_EQ(filter->GetMaker(), vtkKdClusterSimplification::Cluster);
   filter->SetTargetNumberOfTriangles(77);
+  FilterObserver observer(filter);
+  filter->SetTargetNumberOfTriangles(-4);
+  EXPECT_NE(observer.error.find("TargetNumberOfTriangles must be from 0 to "), std::string::npos)
+    << observer.error;
   std::ostringstream text;
   filter->Print(text);
-  for (const char* line : { "Maker: Collapse\n", "TargetNumberOfTriangles: 77\n" })
+  for (const char* line : { "Maker: Cluster\n", "TargetNumberOfTriangles: 77\n" })
   {
     EXPECT_NE(text.str().find(line), std::string::npos) << line;
   }

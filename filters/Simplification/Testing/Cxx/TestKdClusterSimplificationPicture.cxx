@@ -19,6 +19,7 @@ int main(int argc, char* argv[])
   {
     vtkNew<vtkKdClusterSimplification> filter;
     filter->SetInputData(kdstream::testing::MakeSphere(60));
+    filter->SetMakerToCluster();
     filter->SetDepth(8);
     filter->SetSheets(ours);
     filter->SetRepresentative(

@@ -275,6 +275,19 @@ TEST_F(TestKdStoreReader, ACameraGetsWhatItNeeds)
   EXPECT_GT(cells().size(), 20000u);
   this->Reader->SetOutputTypeToPartitionedDataSet();
   EXPECT_EQ(LoadedPartitions(this->Update()), 1u);
+  this->Reader->SetCameraPosition(0, 0, 50);
+  {
+    FilterObserver heard(this->Reader);
+    this->Reader->SetCameraViewAngle(200);
+    this->Reader->SetPictureSize(-800, 480);
+    EXPECT_NE(heard.error.find("must be above 0 and below 180 degrees, not 200: it stays 0.5"),
+      std::string::npos)
+      << heard.error;
+    EXPECT_NE(heard.error.find("PictureSize must be at least 1 x 1"), std::string::npos);
+  }
+  EXPECT_EQ(this->Reader->GetPictureSize()[0], 800);
+  EXPECT_STREQ(this->Reader->GetContentAsString(), "View");
+  EXPECT_STREQ(this->Reader->GetOutputTypeAsString(), "PartitionedDataSet");
   this->Reader->SetCameraPosition(0, 0, 0);
   EXPECT_NE(this->Refusal().find("camera: the eye is at the focal point"), std::string::npos);
 }
@@ -539,6 +552,7 @@ TEST_F(TestKdStoreReader, CloudsHaveACellForEachPoint)
 TEST_F(TestKdStoreReader, ErrorsNameTheFileAndWhatIsWrong)
 {
   EXPECT_NE(this->Refusal().find("no FileName is set"), std::string::npos);
+  EXPECT_EQ(this->Reader->GetErrorCode(), vtkErrorCode::NoFileNameError);
   this->Reader->SetFileName((this->Folder / "none.kds").c_str());
   EXPECT_NE(this->Refusal().find("none.kds: "), std::string::npos);
   EXPECT_EQ(this->Reader->GetErrorCode(), vtkErrorCode::FileNotFoundError);

@@ -128,7 +128,7 @@ TEST_F(TestKdTextureReader, CanReadTexturedStores)
 TEST_F(TestKdTextureReader, SaysWhatIsNotThere)
 {
   EXPECT_NE(this->Refusal().find("no FileName is set"), std::string::npos);
-  EXPECT_EQ(this->Reader->GetErrorCode(), vtkErrorCode::FileNotFoundError);
+  EXPECT_EQ(this->Reader->GetErrorCode(), vtkErrorCode::NoFileNameError);
   this->Build(false);
   EXPECT_NE(this->Refusal().find("the model has no textures"), std::string::npos);
   EXPECT_EQ(this->Reader->GetErrorCode(), vtkErrorCode::UnrecognizedFileTypeError);
