@@ -3,10 +3,10 @@
 // (PieceOutput).
 #include "vtkKdModelSource.h"
 
-#include "filters/adapter/AlgorithmExecution.h"
 #include "filters/adapter/ErrorCodes.h"
 #include "filters/core/tree/Region.h"
 #include "viewer/sources/PieceOutput.h"
+#include "viewer/sources/SourceExecution.h"
 #include "viewer/sources/ViewCut.h"
 
 #include <vtkCompositeDataPipeline.h>
@@ -25,6 +25,7 @@
 #include <numbers>
 #include <numeric>
 #include <string>
+#include <utility>
 
 namespace
 {
@@ -63,13 +64,13 @@ OutputShare ShareOf(vtkInformation& outInfo)
 
 // What a camera needs; in a pipeline of several pieces the first has all of it.
 Status DrawView(const PieceSource& model, const ViewDemand& demand, const OutputShare& share,
-  const PieceOutput& pieces, vtkDataObject& output)
+  const PieceOutput& pieces, const Execution& execution, vtkDataObject& output)
 {
   vtkNew<vtkPolyData> drawn;
   auto* const whole = vtkPolyData::SafeDownCast(&output);
   if (share.piece == 0)
   {
-    const auto shown = ChooseByView(model, demand);
+    const auto shown = ChooseByView(model, demand, execution);
     KDSTREAM_TRY(shown);
     KDSTREAM_TRY(pieces.DrawInto(*shown, whole ? *whole : *drawn));
   }
@@ -83,7 +84,8 @@ Status DrawView(const PieceSource& model, const ViewDemand& demand, const Output
 
 // The partitions of the original that are asked for, ascending.
 Result<std::vector<std::uint32_t>> Choose(const PieceSource& model, int content,
-  const std::vector<vtkIdType>& chosen, const Vec3& point, unsigned rings)
+  const std::vector<vtkIdType>& chosen, const Vec3& point, unsigned rings,
+  const Execution& execution)
 {
   const ModelDescription& info = model.Info();
   std::vector<std::uint32_t> partitions;
@@ -107,7 +109,7 @@ Result<std::vector<std::uint32_t>> Choose(const PieceSource& model, int content,
   }
   else
   {
-    const auto boxes = model.ReadBoxes();
+    const auto boxes = model.ReadBoxes(execution);
     KDSTREAM_TRY(boxes);
     const std::uint32_t nearest = NearestPartition(*boxes, info.depths, point);
     auto region = FindRegion(*boxes, info.depths, NodeOfPartition(nearest, info.depths), rings);
@@ -144,6 +146,10 @@ vtkKdModelSource::~vtkKdModelSource() = default;
 
 vtkMTimeType vtkKdModelSource::GetMTime()
 {
+  if (std::exchange(this->IsStale, false))
+  {
+    this->Modified(); // not sooner: the pipeline takes it for loaded
+  }
   return std::max(
     { this->Superclass::GetMTime(), this->PointArrays->GetMTime(), this->CellArrays->GetMTime() });
 }
@@ -191,6 +197,7 @@ vtkIdType vtkKdModelSource::GetNumberOfModelTriangles() const
 
 int vtkKdModelSource::Fail(const kdstream::Error& error)
 {
+  this->OpenAnewNextTime();
   this->SetErrorCode(kdstream::VtkErrorCodeOf(error));
   vtkErrorMacro(<< this->ModelName() << ": " << error.message);
   return 0;
@@ -229,9 +236,19 @@ int vtkKdModelSource::RequestInformation(
   vtkInformation*, vtkInformationVector**, vtkInformationVector* outputVector)
 {
   Error error;
-  this->Model = this->OpenModel(error);
+  const Execution execution = MakeOpeningExecution(*this);
+  this->Model = this->OpenModel(execution, error);
+  this->WasStopped = !this->Model && error.code == ErrorCode::Cancelled;
+  if (this->WasStopped)
+  {
+    return 1; // RequestData empties the output
+  }
   if (!this->Model)
   {
+    if (vtkDataObject* const before = vtkDataObject::GetData(outputVector))
+    {
+      before->Initialize();
+    }
     // Programs with panels ask before anything was chosen; RequestData refuses.
     return this->ModelName().empty() ? 1 : this->Fail(error);
   }
@@ -246,21 +263,27 @@ int vtkKdModelSource::RequestInformation(
   outInfo->Set(vtkAlgorithm::CAN_HANDLE_PIECE_REQUEST(), 1);
   outInfo->Remove(vtkCompositeDataPipeline::COMPOSITE_DATA_META_DATA());
   if (this->OutputType == PartitionedDataSet && this->Content != Level && this->Content != View &&
-      this->HasBoxesAtHand())
+      this->HasBoxesAtHand() && !this->TellBounds(outInfo, execution))
   {
-    this->TellBounds(outInfo);
+    this->Model = nullptr;
+    this->WasStopped = true;
   }
   return 1;
 }
 
-void vtkKdModelSource::TellBounds(vtkInformation* outInfo)
+// False: it was told to stop.
+bool vtkKdModelSource::TellBounds(vtkInformation* outInfo, const Execution& execution)
 {
-  const auto boxes = this->Model->ReadBoxes();
+  const auto boxes = this->Model->ReadBoxes(execution);
+  if (!boxes && boxes.GetError().code == ErrorCode::Cancelled)
+  {
+    return false;
+  }
   if (!boxes)
   {
     vtkWarningMacro(<< this->ModelName()
                     << ": the bounds of partitions cannot be told: " << boxes.GetError().message);
-    return;
+    return true;
   }
   const ModelDescription& info = this->Model->Info();
   vtkNew<vtkPartitionedDataSet> bounds;
@@ -275,6 +298,14 @@ void vtkKdModelSource::TellBounds(vtkInformation* outInfo)
     }
   }
   outInfo->Set(vtkCompositeDataPipeline::COMPOSITE_DATA_META_DATA(), bounds);
+  return true;
+}
+
+// The pipeline asks again only for what was modified.
+void vtkKdModelSource::OpenAnewNextTime()
+{
+  this->CloseModel();
+  this->IsStale = true;
 }
 
 ViewDemand vtkKdModelSource::Demand() const
@@ -293,21 +324,31 @@ ViewDemand vtkKdModelSource::Demand() const
 int vtkKdModelSource::RequestData(
   vtkInformation*, vtkInformationVector**, vtkInformationVector* outputVector)
 {
+  vtkDataObject* const output = vtkDataObject::GetData(outputVector);
+  const auto stop = [&]
+  {
+    output->Initialize();
+    this->SetErrorCode(vtkErrorCode::NoError);
+    this->IsStale = true;
+    return 1;
+  };
+  if (this->WasStopped)
+  {
+    return stop();
+  }
   if (!this->Model)
   {
     Error error{ ErrorCode::NotFound, "the model is not open" };
     if (this->ModelName().empty())
     {
-      this->OpenModel(error);
+      this->OpenModel({}, error);
     }
     return this->Fail(error);
   }
-  vtkDataObject* const output = vtkDataObject::GetData(outputVector);
   auto* const whole = vtkPolyData::SafeDownCast(output);
   auto* const parts = vtkPartitionedDataSet::SafeDownCast(output);
   const OutputShare share = ShareOf(*outputVector->GetInformationObject(0));
-  const Execution execution =
-    MakeAlgorithmExecution(*this, { { "pieces", 0.0, 0.8 }, { "partitions", 0.0, 1.0 } });
+  const Execution execution = MakeReadingExecution(*this);
   const PieceOutput pieces(
     *this->Model,
     [this](const AttributeInfo& array)
@@ -321,7 +362,7 @@ int vtkKdModelSource::RequestData(
   Status status;
   if (this->Content == View)
   {
-    status = DrawView(*this->Model, this->Demand(), share, pieces, *output);
+    status = DrawView(*this->Model, this->Demand(), share, pieces, execution, *output);
   }
   else if (this->Content == Level)
   {
@@ -334,7 +375,7 @@ int vtkKdModelSource::RequestData(
   {
     const Vec3 point{ this->RegionPoint[0], this->RegionPoint[1], this->RegionPoint[2] };
     const auto chosen = Choose(*this->Model, this->Content, this->ChosenPartitions, point,
-      static_cast<unsigned>(this->Rings));
+      static_cast<unsigned>(this->Rings), execution);
     status = !chosen ? Status(chosen.GetError())
              : whole ? pieces.GlueInto(*chosen, share, *whole)
                      : pieces.AddPartitions(*chosen, share, *parts);
@@ -344,8 +385,12 @@ int vtkKdModelSource::RequestData(
     this->SetErrorCode(vtkErrorCode::NoError);
     return 1;
   }
+  if (status.GetError().code == ErrorCode::Cancelled)
+  {
+    return stop();
+  }
   output->Initialize();
-  return status.GetError().code == ErrorCode::Cancelled ? 1 : this->Fail(status.GetError());
+  return this->Fail(status.GetError());
 }
 
 void vtkKdModelSource::PrintSelf(ostream& os, vtkIndent indent)

@@ -31,8 +31,10 @@
  * the output information tells the bounds of all partitions in COMPOSITE_DATA_META_DATA
  * (vtkDataObject::BOUNDING_BOX), unless they would have to be fetched from far away.
  *
- * Aborting leaves an empty output. Errors name the file or server, and what of the model is wrong;
- * GetErrorCode tells that there was one (vtkErrorCode.h).
+ * Progress is told while it waits, too. Aborting (SetAbortExecute of an observer or of another
+ * thread) ends an Update within 100 ms, whatever it waits for, and leaves an empty output; the next
+ * Update loads anew. Errors name the file or server, and what of the model is wrong; GetErrorCode
+ * tells that there was one (vtkErrorCode.h). After an error the next Update opens the model anew.
  *
  * Complexity: of what is loaded, linear; a region reads the boxes of all partitions, 48 bytes each.
  *
@@ -55,6 +57,7 @@ namespace kdstream
 {
 class PieceSource;
 struct Error;
+struct Execution;
 struct ViewDemand;
 }
 
@@ -197,9 +200,15 @@ protected:
   ~vtkKdModelSource() override;
 
   /**
-   * Opens the model, or gives the one that is open. Null: `error` says why.
+   * Opens the model, or gives the one that is open, if it is the present one. Null: `error` says
+   * why.
    */
-  virtual std::shared_ptr<const kdstream::PieceSource> OpenModel(kdstream::Error& error) = 0;
+  virtual std::shared_ptr<const kdstream::PieceSource> OpenModel(
+    const kdstream::Execution& execution, kdstream::Error& error) = 0;
+  /**
+   * The model that is open is of no use any more.
+   */
+  virtual void CloseModel() {}
   /**
    * What errors name: the file or the server.
    */
@@ -221,9 +230,12 @@ private:
   vtkKdModelSource(const vtkKdModelSource&) = delete;
   void operator=(const vtkKdModelSource&) = delete;
 
+  friend class vtkKdTextureReader; // for the model that is open
+
   int Fail(const kdstream::Error& error);
+  void OpenAnewNextTime();
   kdstream::ViewDemand Demand() const;
-  void TellBounds(vtkInformation* outInfo);
+  bool TellBounds(vtkInformation* outInfo, const kdstream::Execution& execution);
 
   int OutputType = PartitionedDataSet;
   int Content = Original;
@@ -242,6 +254,8 @@ private:
   vtkNew<vtkDataArraySelection> PointArrays;
   vtkNew<vtkDataArraySelection> CellArrays;
   std::shared_ptr<const kdstream::PieceSource> Model; // since the last RequestInformation
+  bool WasStopped = false;                            // while that was opened
+  bool IsStale = false; // stopped, or failed: to be loaded anew by the next Update
 };
 
 #endif

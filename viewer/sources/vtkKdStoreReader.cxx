@@ -12,7 +12,8 @@ vtkKdStoreReader::~vtkKdStoreReader()
   this->SetFileName(nullptr);
 }
 
-std::shared_ptr<const kdstream::PieceSource> vtkKdStoreReader::OpenModel(kdstream::Error& error)
+std::shared_ptr<const kdstream::PieceSource> vtkKdStoreReader::OpenModel(
+  const kdstream::Execution&, kdstream::Error& error)
 {
   if (!this->FileName || !*this->FileName)
   {
