@@ -14,10 +14,10 @@ endfunction()
 
 file(REMOVE_RECURSE "${WORK}")
 run("${CMAKE_COMMAND}" --install "${BUILD}" --prefix "${WORK}/installed" --config "${CONFIGURATION}")
-foreach(example IN ITEMS PartitionPicture Stores)
+foreach(example IN ITEMS PartitionPicture Stores StreamViewer Testing/Snippets)
   run("${CMAKE_COMMAND}" -S "${SOURCE}/${example}" -B "${WORK}/${example}" -G "${GENERATOR}"
     "-DCMAKE_PREFIX_PATH=${WORK}/installed" "-DCMAKE_BUILD_TYPE=${CONFIGURATION}"
-    "-DCMAKE_CXX_COMPILER=${COMPILER}" "-DCMAKE_CXX_COMPILER_LAUNCHER=${LAUNCHER}")
+    "-DCMAKE_CXX_COMPILER=${COMPILER}" "-DCMAKE_CXX_COMPILER_LAUNCHER=${LAUNCHER}" "-DROOT=${SOURCE}/..")
   run("${CMAKE_COMMAND}" --build "${WORK}/${example}")
 endforeach()
 set(screen "${XVFB_RUN}" -a -s "-screen 0 1024x768x24 +extension GLX")
@@ -35,3 +35,8 @@ endforeach()
 run(sh "${CMAKE_CURRENT_LIST_DIR}/with-server" "${WORK}/installed/bin/kdstream-serve" "${WORK}/models"
   ${screen} "${WORK}/Stores/StreamPicture" URL "${WORK}/stream.png")
 run("${PROBE}" check-picture "${WORK}/stream.png" 1)
+foreach(source IN ITEMS URL "${WORK}/models/sphere.kds")
+  run(sh "${CMAKE_CURRENT_LIST_DIR}/with-server" "${WORK}/installed/bin/kdstream-serve" "${WORK}/models"
+    ${screen} "${WORK}/StreamViewer/StreamPictures" ${source} "${WORK}/preview.png" "${WORK}/whole.png")
+  run("${PROBE}" check-picture "${WORK}/whole.png" 1)
+endforeach()

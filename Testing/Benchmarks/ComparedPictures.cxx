@@ -2,7 +2,7 @@
 // Pictures of scenes: see ComparedPictures.h.
 #include "Testing/Benchmarks/ComparedPictures.h"
 
-#include "viewer/desktop/DecodeTile.h"
+#include "viewer/rendering/DecodeTile.h"
 #include "viewer/rendering/OffscreenWindow.h"
 
 #include <vtkRenderer.h>
