@@ -66,6 +66,8 @@ Actor MakeActor(vtkDataObject* surface, const Color& color, bool edges = false)
   actor->SetMapper(mapper);
   actor->GetProperty()->SetColor(color[0], color[1], color[2]);
   actor->GetProperty()->SetEdgeVisibility(edges);
+  actor->GetProperty()->SetEdgeColor(0.45, 0.4, 0.35);
+  actor->GetProperty()->SetLineWidth(0.5);
   return actor;
 }
 
@@ -172,16 +174,17 @@ void PaintStore(Painter& painter, const std::string& store)
   reader->SetFileName(store.c_str());
   reader->SetOutputTypeToPolyData();
   std::vector<Actor> levels;
-  for (const int depth : { 9, 11, 13 })
+  for (const int depth : { 8, 10, 13 })
   {
     reader->SetContentToLevel();
     reader->SetLevelDepth(depth);
     reader->Update();
-    levels.push_back(MakeActor(reader->GetOutputDataObject(0), stone, depth < 12));
+    levels.push_back(MakeActor(reader->GetOutputDataObject(0), stone, depth < 13));
     const double* const bounds = levels.back()->GetBounds();
-    levels.back()->SetPosition((depth - 11) * 0.55 * (bounds[1] - bounds[0]), 0, 0);
+    levels.back()->SetPosition(
+      (depth - 10) * (depth > 10 ? 0.35 : 0.52) * (bounds[1] - bounds[0]), 0, 0);
   }
-  painter.Paint("vtkKdStoreWriter", levels, 1.9);
+  painter.Paint("vtkKdStoreWriter", levels, 1.4);
 
   auto* const whole = vtkPolyData::SafeDownCast(reader->GetOutputDataObject(0));
   const double* const bounds = whole->GetBounds();
@@ -197,7 +200,7 @@ void PaintStore(Painter& painter, const std::string& store)
   reader->SetContentToView();
   reader->SetCameraPosition(bounds[1], bounds[3], bounds[5] + 0.6 * (bounds[1] - bounds[0]));
   reader->SetCameraFocalPoint(bounds[1], 0.5 * (bounds[2] + bounds[3]), bounds[4]);
-  reader->SetNumberOfTriangles(8000);
+  reader->SetNumberOfTriangles(5500);
   reader->Update();
   painter.Paint("vtkKdStreamSource",
     std::vector<Actor>{ MakeActor(reader->GetOutputDataObject(0), stone, true) });
@@ -205,7 +208,7 @@ void PaintStore(Painter& painter, const std::string& store)
   vtkNew<vtkKdStreamActor> stream;
   stream->SetSource(store);
   stream->SetColorBy("resolution");
-  painter.Paint("vtkKdStreamActor", std::vector<vtkProp*>{ stream }, 4);
+  painter.Paint("vtkKdStreamActor", std::vector<vtkProp*>{ stream }, 2.5);
 }
 
 void PaintTextures(Painter& painter, const std::string& store)
@@ -227,7 +230,7 @@ void PaintTextures(Painter& painter, const std::string& store)
     actors.push_back(MakeActor(reader->GetOutput(), { 1, 1, 1 }));
     actors.back()->SetTexture(texture);
   }
-  painter.Paint("vtkKdTextureReader", actors);
+  painter.Paint("vtkKdTextureReader", actors, 1.1);
 }
 
 }
@@ -255,7 +258,7 @@ int main(int argc, char* argv[])
     "vtkKdClusterSimplification", std::vector<Actor>{ MakeActor(level->GetOutput(), stone, true) });
 #ifdef HAS_POINT_CLOUD
   vtkNew<vtkPolyData> points;
-  level->SetTargetNumberOfTriangles(40000);
+  level->SetTargetNumberOfTriangles(20000);
   level->Update();
   points->SetPoints(level->GetOutput()->GetPoints());
   vtkNew<vtkPCLSurfaceReconstruction> surface;

@@ -216,12 +216,15 @@ std::string vtkKdStreamActor::GetErrorMessage() const
 void vtkKdStreamActor::Look(vtkRenderer& renderer)
 {
   this->Renderer = &renderer;
+  if (!renderer.IsActiveCameraCreated())
+  {
+    renderer.ResetCamera(); // as the first picture would
+  }
   this->Stream->SetBudgets(static_cast<std::uint64_t>(this->NumberOfTriangles),
     static_cast<std::size_t>(this->MemoryLimit));
   this->Stream->SetColors(ChoiceOf(this->ColorBy));
   this->Stream->Actors().SetMaterial(*this->Property);
   const int* const size = renderer.GetSize();
-  if (getenv("DBG")) { fprintf(stderr, "look %d %d  tri %lld bounds %g\n", size[0], size[1], (long long)this->GetNumberOfDrawnTriangles(), renderer.GetActiveCamera()->GetDistance()); }
   // A camera that sees nothing needs nothing.
   (void)this->Stream->Look(
     CameraOf(renderer, this->GetMatrix()), std::max(size[0], 1), std::max(size[1], 1));

@@ -33,8 +33,10 @@
  *
  * Progress is told while it waits, too. Aborting (SetAbortExecute of an observer or of another
  * thread) ends an Update within 100 ms, whatever it waits for, and leaves an empty output; the next
- * Update loads anew. Errors name the file or server, and what of the model is wrong; GetErrorCode
- * tells that there was one (vtkErrorCode.h). After an error the next Update opens the model anew.
+ * Update loads anew. Only putting together one mesh, of a level or of a view, is not interrupted:
+ * about 0.1 s for each million triangles. Errors name the file or server, and what of the model is
+ * wrong; GetErrorCode tells that there was one (vtkErrorCode.h). After an error the next Update
+ * opens the model anew.
  *
  * Complexity: of what is loaded, linear; a region reads the boxes of all partitions, 48 bytes each.
  *

@@ -142,6 +142,8 @@ TEST_F(TestKdStreamActor, IdleTimeRefinesUntilAllIsThere)
   this->Actor->SetNumberOfTriangles(30000); // so this is no small model, and has no need of all
   this->Actor->SetTolerance(0.3);
   this->Actor->SetSecondsPerFrame(0);
+  this->Renderer->ResetCamera();
+  this->Renderer->GetActiveCamera()->Dolly(0.6);
   this->Window->Render();
   const vtkIdType first = this->Actor->GetNumberOfDrawnTriangles();
   ASSERT_EQ(clock.ids.size(), 1u);
@@ -157,7 +159,7 @@ TEST_F(TestKdStreamActor, IdleTimeRefinesUntilAllIsThere)
   const std::size_t timers = clock.ids.size();
   this->Window->Render();
   EXPECT_EQ(clock.ids.size(), timers);
-  this->Renderer->GetActiveCamera()->Zoom(20);
+  this->Renderer->GetActiveCamera()->Dolly(5);
   this->Window->Render();
   EXPECT_EQ(clock.ids.size(), timers + 1) << "another view wants more";
 }
