@@ -265,7 +265,7 @@ int main(int argc, char* argv[])
   surface->SetInputData(points);
   surface->Update();
   painter.Paint("vtkPCLSurfaceReconstruction",
-    std::vector<Actor>{ MakeActor(surface->GetOutput(), { 0.6, 0.75, 0.9 }, true) });
+    std::vector<Actor>{ MakeActor(surface->GetOutput(), { 0.6, 0.75, 0.9 }) });
 #endif
 
   const std::string store = std::string(argv[3]) + "/model.kds";

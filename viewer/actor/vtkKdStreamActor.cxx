@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Steps of a picture: 1. what the renderer's camera needs is asked for  2. what has come is taken
-// in
+// A model in any renderer of VTK's. Step "render" of the README's picture. How a picture is taken:
+// 1. what the renderer's camera needs is asked for  2. what has come is taken in
 // 3. the parts that have changed are drawn anew  4. where more is to come, a timer is set.
 #include "vtkKdStreamActor.h"
 

@@ -10,6 +10,7 @@
 #include <vtkRegressionTestImage.h>
 #include <vtkRenderWindow.h>
 #include <vtkRenderer.h>
+#include <vtkTestUtilities.h>
 
 #include <string>
 
