@@ -37,7 +37,9 @@ foreach(module IN ITEMS FiltersPartitioning FiltersSimplification FiltersPointCl
   kdstream_component(${module} KDSTREAM_BUILD_VTK)
 endforeach()
 kdstream_component(FiltersIO KDSTREAM_BUILD_VTK KDSTREAM_BUILD_TOOLS)
-kdstream_component(ViewerSources KDSTREAM_BUILD_VTK KDSTREAM_BUILD_TOOLS KDSTREAM_BUILD_SERVER)
+foreach(module IN ITEMS ViewerSources ViewerActor)
+  kdstream_component(${module} KDSTREAM_BUILD_VTK KDSTREAM_BUILD_TOOLS KDSTREAM_BUILD_SERVER)
+endforeach()
 if(NOT TARGET KdStream::mobile)
   string(APPEND KDSTREAM_MISSING_COMPONENTS
     "set(_kdstream_missing_mobile \"this KdStream was built without OpenGL ES and EGL (Debian: libgles-dev, libegl-dev)\")\n")

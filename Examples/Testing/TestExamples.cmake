@@ -2,9 +2,9 @@
 # Builds the examples against what TestInstall has installed, and looks at what they make.
 include("${CMAKE_CURRENT_LIST_DIR}/Expect.cmake")
 
-foreach(example IN ITEMS PartitionPicture Stores Offscreen)
+foreach(example IN ITEMS PartitionPicture Stores Offscreen StreamViewer Testing/Snippets)
   file(REMOVE_RECURSE "${WORK}/${example}")
-  configure_against("${WORK}/installed" "${SOURCE}/${example}" "${WORK}/${example}")
+  configure_against("${WORK}/installed" "${SOURCE}/${example}" "${WORK}/${example}" "-DROOT=${SOURCE}/..")
 endforeach()
 set(screen "${XVFB_RUN}" -a -s "-screen 0 1024x768x24 +extension GLX")
 
@@ -25,6 +25,11 @@ endforeach()
 run(sh "${CMAKE_CURRENT_LIST_DIR}/with-server" "${WORK}/installed/bin/kdstream-serve" "${WORK}/models"
   ${screen} "${WORK}/Stores/StreamPicture" URL "${WORK}/stream.png")
 run("${PROBE}" check-picture "${WORK}/stream.png" 1)
+foreach(source IN ITEMS URL "${WORK}/models/sphere.kds")
+  run(sh "${CMAKE_CURRENT_LIST_DIR}/with-server" "${WORK}/installed/bin/kdstream-serve" "${WORK}/models"
+    ${screen} "${WORK}/StreamViewer/StreamPictures" ${source} "${WORK}/preview.png" "${WORK}/whole.png")
+  run("${PROBE}" check-picture "${WORK}/whole.png" 1)
+endforeach()
 
 # Without a screen: the example's own tests, on each backend; and a test of a picture that is another one fails, and says so.
 run("${CTEST}" --test-dir "${WORK}/Offscreen" --output-on-failure)

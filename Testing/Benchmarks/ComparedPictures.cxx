@@ -2,8 +2,8 @@
 // Pictures of scenes: see ComparedPictures.h.
 #include "Testing/Benchmarks/ComparedPictures.h"
 
-#include "viewer/desktop/DecodeTile.h"
 #include "viewer/offscreen/OffscreenWindow.h"
+#include "viewer/rendering/DecodeTile.h"
 
 #include <vtkRenderer.h>
 

@@ -26,11 +26,16 @@ public:
   virtual Result<std::vector<Piece>> ReadPieces(
     std::span<const PieceId> ids, const Execution& execution = {}) const = 0;
 
-  // Encoded (TreePage.h), of a node that has one.
-  virtual Result<std::vector<std::uint8_t>> ReadTreePageBlob(NodeId page) const = 0;
+  // Encoded (TreePage.h), of a node that has one. Errors: as above.
+  virtual Result<std::vector<std::uint8_t>> ReadTreePageBlob(
+    NodeId page, const Execution& execution = {}) const = 0;
+
+  // Encoded (TextureTile.h), of a partition of a model with textures. Errors: as above.
+  virtual Result<std::vector<std::uint8_t>> ReadTextureBlob(
+    std::uint32_t partition, const Execution& execution = {}) const = 0;
 
   // The exact boxes of nodes 1 … 2^(P+1) - 1, heap order. Errors: as above.
-  virtual Result<std::vector<Box>> ReadBoxes() const = 0;
+  virtual Result<std::vector<Box>> ReadBoxes(const Execution& execution = {}) const = 0;
 };
 
 }

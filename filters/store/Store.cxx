@@ -144,7 +144,7 @@ Result<std::vector<std::uint8_t>> Store::ReadPieceBlob(PieceId id) const
   return this->Database->ReadPiece(id, BlobName(id, this->Information.depths));
 }
 
-Result<std::vector<std::uint8_t>> Store::ReadTreePageBlob(NodeId page) const
+Result<std::vector<std::uint8_t>> Store::ReadTreePageBlob(NodeId page, const Execution&) const
 {
   if (!IsTreePage(page, this->Information.depths))
   {
@@ -162,7 +162,8 @@ Result<std::vector<std::uint8_t>> Store::ReadBoxesBlob(NodeId node) const
   return this->Database->ReadOfNode(StoreQuery::Boxes, node, BoxesName(node));
 }
 
-Result<std::vector<std::uint8_t>> Store::ReadTextureBlob(std::uint32_t partition) const
+Result<std::vector<std::uint8_t>> Store::ReadTextureBlob(
+  std::uint32_t partition, const Execution&) const
 {
   if (!this->HasTexture(partition))
   {
@@ -293,7 +294,7 @@ Result<std::vector<Piece>> Store::ReadPieces(
   return pieces;
 }
 
-Result<std::vector<Box>> Store::ReadBoxes() const
+Result<std::vector<Box>> Store::ReadBoxes(const Execution& execution) const
 {
   const TreeDepths& depths = this->Information.depths;
   const NodeId first = NodeId{ 1 } << DepthOfPartitionBoxes(depths);
@@ -305,6 +306,7 @@ Result<std::vector<Box>> Store::ReadBoxes() const
   auto partition = boxes.begin() + (std::ptrdiff_t{ 1 } << depths.partition);
   for (NodeId node = first; node < 2 * first; ++node)
   {
+    KDSTREAM_TRY(execution.Report("boxes", static_cast<double>(node) / first - 1));
     const auto blob = this->ReadBoxesBlob(node);
     KDSTREAM_TRY(blob);
     const auto told = DecodePartitionBoxes(*blob, node, depths);

@@ -58,10 +58,12 @@ public:
   // bytes are wrong; Changed where the file is no longer the one that was opened; InputOutput and
   // LimitExceeded where the same may succeed later (the disk, memory).
   Result<std::vector<std::uint8_t>> ReadPieceBlob(PieceId id) const;
-  Result<std::vector<std::uint8_t>> ReadTreePageBlob(NodeId page) const override;
+  Result<std::vector<std::uint8_t>> ReadTreePageBlob(
+    NodeId page, const Execution& execution = {}) const override;
   Result<std::vector<std::uint8_t>> ReadBoxesBlob(NodeId node) const;
   // The texture of a partition (TextureTile.h); a model without textures has none.
-  Result<std::vector<std::uint8_t>> ReadTextureBlob(std::uint32_t partition) const;
+  Result<std::vector<std::uint8_t>> ReadTextureBlob(
+    std::uint32_t partition, const Execution& execution = {}) const override;
 
   // A part of the list of vertices that no triangle uses (UnusedList.h), encoded, and decoded: a
   // cloud with the model's point arrays. Errors: besides, Damaged where it is not as long as it
@@ -80,7 +82,7 @@ public:
   Result<std::vector<Piece>> ReadPieces(
     std::span<const PieceId> ids, const Execution& execution = {}) const override;
   // The exact boxes of nodes 1 … 2^(P+1) - 1, heap order.
-  Result<std::vector<Box>> ReadBoxes() const override;
+  Result<std::vector<Box>> ReadBoxes(const Execution& execution = {}) const override;
   // What the pages of the tree tell of the pieces. boxes: of ReadBoxes. Errors: besides, Damaged
   // where a page's boxes are not these, rounded.
   Result<PieceTable> ReadPieceTable(std::span<const Box> boxes) const;

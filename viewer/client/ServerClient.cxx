@@ -60,29 +60,33 @@ public:
     this->Thread.join();
   }
 
-  // From another thread.
-  Result<HttpReply> FetchAndWait(const HttpFetch& fetch)
+  // From another thread. After an error the line is of no use any more.
+  Result<HttpReply> FetchAndWait(const HttpFetch& fetch, const Execution& execution)
   {
-    std::promise<Result<HttpReply>> promise;
-    auto reply = promise.get_future();
+    auto reply = std::make_shared<std::promise<Result<HttpReply>>>();
+    auto answered = reply->get_future();
     asio::post(this->Context,
-      [this, &fetch, &promise]
+      [this, fetch, reply]
       {
-        this->Waiting = &promise;
+        this->Waiting = reply;
         this->Fetcher->Fetch(
           fetch, [this](Result<HttpReply> answer) { this->Answer(std::move(answer)); });
       });
-    return reply.get();
+    while (answered.wait_for(patience) != std::future_status::ready)
+    {
+      KDSTREAM_TRY(execution.Report("waiting", 0));
+    }
+    return answered.get();
   }
 
   // The same, a few times where the server is busy, as one is that starts or ends. In between, as
   // long as it asks for, but not for ever.
-  Result<HttpReply> FetchFromBusy(const HttpFetch& fetch)
+  Result<HttpReply> FetchFromBusy(const HttpFetch& fetch, const Execution& execution)
   {
     constexpr int mostTries = 5;
     for (int tries = 1;; ++tries)
     {
-      auto reply = this->FetchAndWait(fetch);
+      auto reply = this->FetchAndWait(fetch, execution);
       if (!reply || !IsBusy(reply->status) || tries == mostTries)
       {
         return reply;
@@ -90,7 +94,13 @@ public:
       const double pause = std::clamp(reply->retryAfter, 1.0, 8.0);
       std::uniform_real_distribution<double> chance(1, 2);
       std::random_device random;
-      std::this_thread::sleep_for(std::chrono::duration<double>(pause * chance(random)));
+      const auto until =
+        std::chrono::steady_clock::now() + std::chrono::duration<double>(pause * chance(random));
+      while (std::chrono::steady_clock::now() < until)
+      {
+        std::this_thread::sleep_for(patience);
+        KDSTREAM_TRY(execution.Report("waiting", 0));
+      }
     }
   }
 
@@ -153,6 +163,7 @@ public:
 
 private:
   static constexpr const char* whyBroken = "this program had no memory for what came, or failed";
+  static constexpr std::chrono::milliseconds patience{ 20 }; // until it is asked whether to stop
 
   static double Now()
   {
@@ -388,7 +399,7 @@ private:
   std::unique_ptr<StreamSocket> Socket;
   std::unique_ptr<HttpFetcher> Fetcher;
   std::unique_ptr<HttpFetcher> NotesFetcher;
-  std::promise<Result<HttpReply>>* Waiting = nullptr; // FetchAndWait's
+  std::shared_ptr<std::promise<Result<HttpReply>>> Waiting; // FetchAndWait's
   std::vector<ClientEvent> Unpublished;
   asio::steady_timer Ticks{ this->Context };
   double TickAt = std::numeric_limits<double>::infinity(); // what Ticks waits for
@@ -407,8 +418,14 @@ ServerClient::ServerClient(std::unique_ptr<Line> line)
 
 ServerClient::~ServerClient() = default;
 
-Result<std::unique_ptr<ServerClient>> ServerClient::Connect(
-  const std::string& url, const std::string& token, const std::string& authorities)
+// Of a line whose name server does not answer, the end may take long: nobody waits for it.
+void ServerClient::LetGo(std::unique_ptr<Line> line)
+{
+  std::thread([ending = std::move(line)]() mutable { ending.reset(); }).detach();
+}
+
+Result<std::unique_ptr<ServerClient>> ServerClient::Connect(const std::string& url,
+  const std::string& token, const std::string& authorities, const Execution& execution)
 {
   auto server = ParseServerUrl(url);
   KDSTREAM_TRY(server);
@@ -423,8 +440,12 @@ Result<std::unique_ptr<ServerClient>> ServerClient::Connect(
   KDSTREAM_TRY(tls);
   const std::string authority = server->Authority();
   std::unique_ptr<ServerClient> client(new ServerClient(std::make_unique<Line>(*server, *tls)));
-  auto reply =
-    client->Kept->FetchFromBusy({ std::string(protocol::modelListPath), maximumModelListBytes });
+  auto reply = client->Kept->FetchFromBusy(
+    { std::string(protocol::modelListPath), maximumModelListBytes }, execution);
+  if (!reply && reply.GetError().code == ErrorCode::Cancelled)
+  {
+    LetGo(std::move(client->Kept));
+  }
   KDSTREAM_TRY(reply);
   if (reply->status != 200)
   {

@@ -3,6 +3,7 @@
 // Step "receive" of the README's picture. Boost stays in the source.
 #pragma once
 
+#include "filters/core/Execution.h"
 #include "filters/core/Result.h"
 #include "viewer/client/ModelSource.h"
 
@@ -26,12 +27,13 @@ public:
   // is asked five times, with pauses of up to 16 s.
   // token: what the server lets this client have (kdstream-serve token); empty where it asks for
   // none. authorities: a PEM file of those whose word is taken for the server's certificate; empty:
-  // those that the system trusts. Errors: those of ParseServerUrl and MakeTlsContext;
-  // InvalidArgument for what is no token; InputOutput where the server cannot be reached;
-  // InvalidInput where its certificate is not trusted, or something else than a KdStream server
-  // answers.
-  static Result<std::unique_ptr<ServerClient>> Connect(
-    const std::string& url, const std::string& token = {}, const std::string& authorities = {});
+  // those that the system trusts. Reports the step "waiting" every 20 ms. Errors: those of
+  // ParseServerUrl and MakeTlsContext; InvalidArgument for what is no token; InputOutput where the
+  // server cannot be reached; InvalidInput where its certificate is not trusted, or something else
+  // than a KdStream server answers; Cancelled.
+  static Result<std::unique_ptr<ServerClient>> Connect(const std::string& url,
+    const std::string& token = {}, const std::string& authorities = {},
+    const Execution& execution = {});
   // Ends the connection and the thread.
   ~ServerClient() override;
 
@@ -44,6 +46,7 @@ public:
 private:
   class Line;
   explicit ServerClient(std::unique_ptr<Line> line);
+  static void LetGo(std::unique_ptr<Line> line);
 
   std::unique_ptr<Line> Kept;
   std::vector<ModelSummary> ModelList;

@@ -2,9 +2,8 @@
 // What the command line names, as a source of models.
 #include "viewer/desktop/OpenSource.h"
 
-#include "viewer/client/CachedSource.h"
+#include "viewer/client/ConnectServer.h"
 #include "viewer/client/LocalClient.h"
-#include "viewer/client/ServerClient.h"
 #include "viewer/client/ServerUrl.h"
 #include "viewer/desktop/MeshStore.h"
 
@@ -71,23 +70,14 @@ Result<std::unique_ptr<ModelSource>> OpenServer(
     return Error{ ErrorCode::InvalidArgument,
       "--ca is of no use without https: no certificate is shown" };
   }
-  const std::string origin = url->Origin();
-  const auto cache = UsesCache(options) ? OpenCache(options, warn) : nullptr;
-  auto client = ServerClient::Connect(options.source, options.token, options.authorities);
-  if (client)
+  auto connected = ConnectServer(options.source, options.token, options.authorities,
+    UsesCache(options) ? OpenCache(options, warn) : nullptr);
+  KDSTREAM_TRY(connected);
+  if (connected->unreached)
   {
-    return cache ? std::make_unique<CachedSource>(std::move(*client), cache, origin)
-                 : std::unique_ptr<ModelSource>(std::move(*client));
+    warn(options.source + ": " + connected->unreached->message + "; what was seen before is shown");
   }
-  auto offline = cache && client.GetError().code == ErrorCode::InputOutput
-                   ? CachedSource::Offline(cache, origin)
-                   : Result<std::unique_ptr<CachedSource>>(client.GetError());
-  if (!offline)
-  {
-    return client.GetError();
-  }
-  warn(options.source + ": " + client.GetError().message + "; what was seen before is shown");
-  return std::unique_ptr<ModelSource>(std::move(*offline));
+  return std::move(connected->source);
 }
 
 // A folder for one look.

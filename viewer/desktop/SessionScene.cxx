@@ -2,7 +2,7 @@
 // What a session says is to be drawn: see SessionScene.h.
 #include "viewer/desktop/SessionScene.h"
 
-#include "viewer/desktop/DecodeTile.h"
+#include "viewer/rendering/DecodeTile.h"
 
 namespace kdstream
 {

@@ -260,6 +260,7 @@ void SetUpMaterial(vtkActor& actor)
 ScenePart::ScenePart()
 {
   SetUpMaterial(*this->Drawing);
+  this->Drawing->GetProperty()->GetDiffuseColor(this->Plain.data());
   this->Mapper->SetInputData(this->Drawn);
   // The coordinates are relative already: VTK's own shifting would only move them a second time.
   if (auto* openGl = vtkOpenGLPolyDataMapper::SafeDownCast(this->Mapper))
@@ -405,11 +406,7 @@ void ScenePart::SetStyle(const SceneStyle& style)
   const bool bySource = kind == SurfaceColoring::Partition || kind == SurfaceColoring::Resolution;
   if (painted != (this->Drawing->GetTexture() != nullptr))
   {
-    // A texture is multiplied by the colour.
-    const Color plain = painted ? Color{ 255, 255, 255 } : stoneColor;
-    vtkProperty* material = this->Drawing->GetProperty();
-    material->SetDiffuseColor(plain[0] / 255.0, plain[1] / 255.0, plain[2] / 255.0);
-    material->SetAmbientColor(material->GetDiffuseColor());
+    this->Tint(painted);
     painted ? PaintBeforeLight(*this->Drawing) : PaintNothing(*this->Drawing);
   }
   this->Drawing->SetTexture(painted ? this->Texture.Get() : nullptr);
@@ -425,6 +422,21 @@ void ScenePart::SetStyle(const SceneStyle& style)
     this->Mapper->SetScalarModeToUseCellData();
   }
   this->Mapper->SetColorModeToDirectScalars();
+}
+
+// A texture is multiplied by the colour.
+void ScenePart::Tint(bool painted)
+{
+  const std::array<double, 3> color = painted ? std::array{ 1.0, 1.0, 1.0 } : this->Plain;
+  this->Drawing->GetProperty()->SetDiffuseColor(color.data());
+  this->Drawing->GetProperty()->SetAmbientColor(color.data());
+}
+
+void ScenePart::SetMaterial(vtkProperty& material)
+{
+  this->Drawing->GetProperty()->DeepCopy(&material);
+  material.GetDiffuseColor(this->Plain.data());
+  this->Tint(this->Drawing->GetTexture() != nullptr);
 }
 
 void ScenePart::AimSplats(const ClippingPlanes& planes, double tangent, int height)

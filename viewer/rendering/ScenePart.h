@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// One part of a surface in a VTK renderer: an actor of its own. For SurfaceScene.cxx alone.
+// One part of a surface in a VTK renderer: an actor of its own. For SurfaceActors.cxx, and the cap
+// of SurfaceScene.cxx.
 #pragma once
 
 #include "filters/core/drawing/SurfaceParts.h"
@@ -11,6 +12,7 @@
 #include <vtkNew.h>
 #include <vtkSmartPointer.h>
 
+#include <array>
 #include <memory>
 #include <optional>
 #include <vector>
@@ -18,6 +20,7 @@
 class vtkActor;
 class vtkPolyData;
 class vtkPolyDataMapper;
+class vtkProperty;
 class vtkTexture;
 class vtkUnsignedCharArray;
 
@@ -50,6 +53,8 @@ public:
   bool ShowPainted(const SurfacePart& part, const UnitNormals& normals, const TreeDepths& depths,
     const Vec3& center, const SceneStyle& style, const Paint& paint);
   void SetStyle(const SceneStyle& style);
+  // A copy of it is what this is made of from now on; to be followed by SetStyle.
+  void SetMaterial(vtkProperty& material);
   // What is above the plane is not drawn until it is cut anew, or shows another surface. center: as
   // in Show.
   void CutBy(const std::optional<SectionPlane>& plane, const Vec3& center);
@@ -60,6 +65,7 @@ public:
 
 private:
   void LetGoOfTexture();
+  void Tint(bool painted);
   void TakeColors(const Surface& surface, const TreeDepths& depths);
   vtkSmartPointer<vtkUnsignedCharArray> PointColors(const Coloring& coloring) const;
   vtkSmartPointer<vtkUnsignedCharArray> CellColors(SurfaceColoring coloring) const;
@@ -76,6 +82,7 @@ private:
   std::shared_ptr<const TextureTile> Tile; // whose picture is in Texture; or null
   vtkSmartPointer<vtkTexture> Texture;     // or null
   bool IsPainted = false;                  // by it
+  std::array<double, 3> Plain;             // colour of what has none of its own
 };
 
 }

@@ -4,6 +4,7 @@
 
 #include "viewer/rendering/SceneOcclusion.h"
 #include "viewer/rendering/ScenePart.h"
+#include "viewer/rendering/SurfaceActors.h"
 #include "viewer/session/Geometry.h"
 #include "viewer/session/look/SceneLook.h"
 
@@ -14,9 +15,7 @@
 #include <vtkProperty.h>
 #include <vtkRenderer.h>
 
-#include <algorithm>
 #include <cmath>
-#include <map>
 #include <numbers>
 #include <utility>
 
@@ -24,10 +23,6 @@ namespace kdstream
 {
 namespace
 {
-
-// Each part is an actor, which costs time in every picture. Of more than so many all are drawn as
-// one: more than what is shown within a viewer's budgets.
-constexpr std::size_t mostParts = 1024;
 
 void Shine(vtkLight& light, const SceneLight& as)
 {
@@ -68,7 +63,10 @@ void SetUpBackground(vtkRenderer& renderer)
 }
 
 SurfaceScene::SurfaceScene()
-  : Occlusion(std::make_unique<SceneOcclusion>())
+  : Actors(std::make_unique<SurfaceActors>([this](vtkActor& actor)
+      { this->SceneRenderer->AddActor(&actor); }, // no second time
+      [this](vtkActor& actor) { this->SceneRenderer->RemoveActor(&actor); }))
+  , Occlusion(std::make_unique<SceneOcclusion>())
 {
   this->SceneRenderer->AutomaticLightCreationOff();
   for (std::size_t i = 0; i < this->Lamps.size(); ++i)
@@ -95,120 +93,28 @@ SurfaceScene::~SurfaceScene()
 
 Status SurfaceScene::Update(const Surface& surface, const TreeDepths& depths, const Vec3& center)
 {
-  KDSTREAM_TRY(CheckSurface(surface, center));
-  this->Depths = depths;
-  this->Center = center;
-  std::vector<Entry> whole(1);
-  const bool hasOne = this->Entries.size() == 1;
-  whole.front().scene =
-    hasOne ? std::move(this->Entries.front().scene) : std::make_unique<ScenePart>();
-  whole.front().scene->Show(surface, NormalsOf(surface), depths, center, this->Style);
-  this->Take(std::move(whole));
-  this->Facet = FacetLength(surface);
+  KDSTREAM_TRY(this->Actors->Update(surface, depths, center));
+  this->ApplyCamera();
   return {};
 }
 
 Status SurfaceScene::Update(const DrawnSurface& surface, const TreeDepths& depths,
   const Vec3& center, const std::shared_ptr<const TileList>& tiles)
 {
-  const bool isPainted = this->Decoder && tiles && !tiles->empty();
-  if (surface.TriangleCount() == 0 || (surface.Parts().size() > mostParts && !isPainted))
-  {
-    KDSTREAM_TRY(this->Update(surface.Whole(), depths, center));
-    this->Facet = FacetLength(surface);
-    return {};
-  }
-  std::map<const SurfacePart*, Entry*> before;
-  for (Entry& entry : this->Entries)
-  {
-    if (entry.drawn.part && depths == this->Depths && center == this->Center)
-    {
-      before[entry.drawn.part.get()] = &entry;
-    }
-  }
-  std::vector<DrawnSurface::Part> parts = surface.Parts();
-  std::erase_if(
-    parts, [](const DrawnSurface::Part& part) { return part.part->surface.triangles.empty(); });
-  for (const DrawnSurface::Part& part : parts)
-  {
-    if (before.count(part.part.get()) == 0)
-    {
-      KDSTREAM_TRY(CheckSurface(part.part->surface, center));
-    }
-  }
-  this->Depths = depths;
-  this->Center = center;
-  std::vector<Entry> entries(parts.size());
-  for (std::size_t i = 0; i < parts.size(); ++i)
-  {
-    entries[i].drawn = parts[i];
-    entries[i].tile = isPainted ? FindTile(*tiles, parts[i].part->piece) : nullptr;
-    const auto known = before.find(parts[i].part.get());
-    if (known != before.end())
-    {
-      entries[i].scene = std::move(known->second->scene);
-      entries[i].isShown =
-        known->second->drawn.LooksLike(parts[i]) && known->second->tile == entries[i].tile;
-    }
-  }
-  // What is not needed any more makes room for what is new.
-  auto spare = this->Entries.begin();
-  for (Entry& entry : entries)
-  {
-    if (!entry.scene)
-    {
-      spare = std::find_if(
-        spare, this->Entries.end(), [](const Entry& each) { return each.scene != nullptr; });
-      entry.scene =
-        spare == this->Entries.end() ? std::make_unique<ScenePart>() : std::move(spare->scene);
-    }
-    if (!std::exchange(entry.isShown, true))
-    {
-      const SurfacePart& part = *entry.drawn.part;
-      const UnitNormals normals = UnitNormalsOf(*entry.drawn.normals);
-      if (!entry.tile || !entry.scene->ShowPainted(part, normals, depths, center, this->Style,
-                           { entry.tile, this->Decoder }))
-      {
-        entry.scene->Show(part.surface, normals, depths, center, this->Style);
-      }
-    }
-  }
-  this->Take(std::move(entries));
-  this->Facet = FacetLength(surface);
+  KDSTREAM_TRY(this->Actors->Update(surface, depths, center, tiles));
+  this->ApplyCamera();
   return {};
 }
 
-// Draws these from now on; of those before, what has not been moved into them is let go.
-void SurfaceScene::Take(std::vector<Entry> entries)
+void SurfaceScene::SetTileDecoder(TileDecoder decoder)
 {
-  for (const Entry& entry : this->Entries)
-  {
-    if (entry.scene)
-    {
-      this->SceneRenderer->RemoveActor(&entry.scene->Actor());
-    }
-  }
-  this->Entries = std::move(entries);
-  this->Bounds = {};
-  for (const Entry& entry : this->Entries)
-  {
-    this->SceneRenderer->AddActor(&entry.scene->Actor()); // no second time where it is there
-    this->Bounds.Add(entry.scene->Bounds());
-  }
-  this->ApplyCamera();
+  this->Actors->SetTileDecoder(decoder);
 }
 
 void SurfaceScene::SetStyle(const SceneStyle& style)
 {
-  const SceneStyle before = std::exchange(this->Style, style);
-  if (style.coloring == before.coloring && style.flat == before.flat)
-  {
-    return;
-  }
-  for (const Entry& entry : this->Entries)
-  {
-    entry.scene->SetStyle(style);
-  }
+  this->HasOcclusion = style.occlusion;
+  this->Actors->SetStyle(style);
 }
 
 void SurfaceScene::SetLighting(const SceneLighting& lighting)
@@ -248,8 +154,8 @@ void SurfaceScene::PlaceCap()
   }
   if (hasOne)
   {
-    this->CapDrawn->Show(
-      *this->Cap, {}, this->Depths, this->Center, { SurfaceColoring::Stone, true, false });
+    this->CapDrawn->Show(*this->Cap, {}, this->Actors->Depths(), this->Actors->Center(),
+      { SurfaceColoring::Stone, true, false });
     this->SceneRenderer->AddActor(&this->CapDrawn->Actor());
   }
   else if (this->CapDrawn)
@@ -261,21 +167,15 @@ void SurfaceScene::PlaceCap()
 void SurfaceScene::BeforePicture()
 {
   const double* range = this->SceneRenderer->GetActiveCamera()->GetClippingRange();
-  const double tangent = std::tan(0.5 * this->Camera.verticalFieldOfView);
-  for (const Entry& entry : this->Entries)
-  {
-    const int height = this->SceneRenderer->GetSize()[1];
-    entry.scene->AimSplats({ range[0], range[1] }, tangent, height);
-    entry.scene->CutBy(this->Section, this->Center);
-    entry.scene->RaiseRelief(this->Lighting.relief, reliefShare * height);
-  }
+  this->Actors->Aim({ { range[0], range[1] }, std::tan(0.5 * this->Camera.verticalFieldOfView),
+    this->SceneRenderer->GetSize()[1], this->Section, this->Lighting.relief });
 }
 
 void SurfaceScene::ApplyOcclusion()
 {
-  if (this->Style.occlusion && !this->Entries.empty())
+  if (this->HasOcclusion && !this->Actors->Empty())
   {
-    this->Occlusion->Darken(*this->SceneRenderer, this->Facet);
+    this->Occlusion->Darken(*this->SceneRenderer, this->Actors->Facet());
   }
 }
 
@@ -289,14 +189,14 @@ Status SurfaceScene::SetCamera(const SceneCamera& camera)
 
 void SurfaceScene::ApplyCamera()
 {
-  const Vec3 eye = this->Camera.eye - this->Center;
-  const Vec3 focal = this->Camera.focal - this->Center;
+  const Vec3 eye = this->Camera.eye - this->Actors->Center();
+  const Vec3 focal = this->Camera.focal - this->Actors->Center();
   vtkCamera* camera = this->SceneRenderer->GetActiveCamera();
   camera->SetPosition(eye.data());
   camera->SetFocalPoint(focal.data());
   camera->SetViewUp(this->Camera.up.data());
   camera->SetViewAngle(this->Camera.verticalFieldOfView * 180.0 / std::numbers::pi);
-  const ClippingPlanes planes = PlanesAround(this->Bounds, eye, focal);
+  const ClippingPlanes planes = PlanesAround(this->Actors->Bounds(), eye, focal);
   camera->SetClippingRange(planes.nearest, planes.farthest);
 }
 

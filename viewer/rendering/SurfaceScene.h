@@ -33,6 +33,7 @@ namespace kdstream
 
 class SceneOcclusion;
 class ScenePart;
+class SurfaceActors;
 
 // Red, green and blue bytes, rows from the top down, of a tile's picture: what its image says, and
 // as large as it tells. Errors: whatever hinders that; the tile paints nothing then.
@@ -74,7 +75,7 @@ public:
   Status Update(const DrawnSurface& surface, const TreeDepths& depths, const Vec3& center,
     const std::shared_ptr<const TileList>& tiles = nullptr);
   // Null, as at first: tiles paint nothing.
-  void SetTileDecoder(TileDecoder decoder) { this->Decoder = decoder; }
+  void SetTileDecoder(TileDecoder decoder);
 
   // O(points + triangles) where the coloring changes.
   void SetStyle(const SceneStyle& style);
@@ -91,30 +92,15 @@ public:
   Status SetCamera(const SceneCamera& camera);
 
 private:
-  struct Entry
-  {
-    std::unique_ptr<ScenePart> scene;
-    DrawnSurface::Part drawn; // nothing where it is a whole surface
-    std::shared_ptr<const TextureTile> tile;
-    bool isShown = false; // by `scene`
-  };
-
-  void Take(std::vector<Entry> entries);
   void ApplyCamera();
   void PlaceCap();
   void BeforePicture();
   void ApplyOcclusion();
 
   vtkNew<vtkRenderer> SceneRenderer;
-  std::vector<Entry> Entries;
-
-  TileDecoder Decoder = nullptr;
-  SceneStyle Style;
+  std::unique_ptr<SurfaceActors> Actors;
   SceneCamera Camera;
-  TreeDepths Depths;
-  Vec3 Center{ 0.0, 0.0, 0.0 };
-  Box Bounds;         // of what is drawn, relative to Center
-  double Facet = 0.0; // FacetLength of what is drawn
+  bool HasOcclusion = false;
   std::unique_ptr<SceneOcclusion> Occlusion;
   unsigned long PictureObserver = 0, OcclusionObserver = 0;
 

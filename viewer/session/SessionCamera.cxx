@@ -139,7 +139,7 @@ void ViewerSession::StepOutside()
            !(section && section->CutsAway(this->Eye.Eye())) &&
            IsAround(*this->Shown.GetSurface(), this->Eye.Eye());
   };
-  const bool mayBeInside = this->Current && this->Current->isClosed && !this->IsArriving;
+  const bool mayBeInside = this->Current && this->Current->isClosed && !this->IsArriving && !this->IsLed;
   for (int i = 0; i < mostWalls && mayBeInside && isInside(); ++i)
   {
     const Ray back{ this->Eye.Eye(), this->Eye.Forward() * -1 };

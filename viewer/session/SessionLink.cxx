@@ -126,6 +126,26 @@ Status ViewerSession::Follow(const ViewLink& link)
   return {};
 }
 
+void ViewerSession::LookFrom(const Vec3& eye, const Vec3& focal, const Vec3& up, double tangent)
+{
+  if (this->Current)
+  {
+    Camera there = this->Eye;
+    there.LookFrom(eye, focal, up, tangent);
+    this->IsLed = true;
+    if (this->Mode == ViewerMode::FullScreen && there == this->Eye)
+    {
+      return;
+    }
+    this->Eye = there;
+    this->EyeMoved = true;
+    this->Mode = ViewerMode::FullScreen;
+    this->FollowZoom();
+  }
+  this->Update();
+  this->Trace("camera");
+}
+
 // Of a link, in the window as it is now.
 void ViewerSession::TakePlace(const CameraPlace& place)
 {

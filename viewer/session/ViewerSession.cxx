@@ -93,7 +93,7 @@ void ViewerSession::CloseModel()
   this->LastSituation.reset();
   this->History.CloseModel();
   this->BlobsLoaded = this->BlobsWanted = this->BytesLoaded = 0;
-  this->EyeMoved = false;
+  this->EyeMoved = this->IsLed = false;
   this->EarlierViews.clear();
   this->LastSteps.clear();
   this->Coasting.reset();

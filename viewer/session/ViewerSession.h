@@ -180,6 +180,10 @@ public:
   // where it stood. A region is picked again. Where the model is another version a sentence says
   // so. Errors: those of SelectModel.
   Status Follow(const ViewLink& link);
+  // A host of its own camera looks so, full screen: as Camera::LookFrom, wherever that is; also
+  // within the surface, out of which the eye does not step from then on. Nothing before the model
+  // is open.
+  void LookFrom(const Vec3& eye, const Vec3& focal, const Vec3& up, double tangent);
   // The view before the last jump (a side, a link, home, back to browsing) again, however one has
   // moved since; one jump after the other. Nothing where there is none.
   void UndoView();
@@ -450,6 +454,7 @@ private:
   std::optional<ToldView> Told;         // the last link's
   std::optional<LeftView> Left;         // that changes of the window are made from
   bool IsArriving = false;              // at a view of somebody else's, whose surface comes
+  bool IsLed = false;                   // by the host's own camera
   std::deque<TurningStep> LastSteps;    // of a finger that turns
   std::optional<Coast> Coasting;
   bool Spins = false;             // by itself

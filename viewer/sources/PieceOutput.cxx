@@ -280,7 +280,7 @@ Result<PieceOutput::Selection> PieceOutput::Select(
   std::set<std::uint32_t> wanted = selected.own;
   if (share.ghostLevels > 0 && !wanted.empty())
   {
-    const auto boxes = this->Source.ReadBoxes();
+    const auto boxes = this->Source.ReadBoxes(this->Runs);
     KDSTREAM_TRY(boxes);
     for (const std::uint32_t p : selected.own)
     {
@@ -310,13 +310,18 @@ Status PieceOutput::AddPartitions(const std::vector<std::uint32_t>& chosen,
   output.SetNumberOfPartitions(static_cast<unsigned int>(info.partitions));
   for (std::size_t first = 0; first < ids.size(); first += piecesAtOnce)
   {
-    KDSTREAM_TRY(this->Runs.Report(
-      "partitions", static_cast<double>(first) / static_cast<double>(ids.size())));
     const auto batch = std::span(ids).subspan(first, std::min(piecesAtOnce, ids.size() - first));
-    auto pieces = this->Source.ReadPieces(batch);
+    Execution reading; // this batch is a part of all
+    reading.progress = [&](std::string_view step, double fraction)
+    {
+      const double done = static_cast<double>(first) + fraction * static_cast<double>(batch.size());
+      return this->Runs.progress(step, done / static_cast<double>(ids.size()));
+    };
+    auto pieces = this->Source.ReadPieces(batch, reading);
     KDSTREAM_TRY(pieces);
     for (std::size_t i = 0; i < pieces->size(); ++i)
     {
+      KDSTREAM_TRY(this->Runs.Report("fill", 0));
       Piece& piece = (*pieces)[i];
       const std::uint32_t partition = batch[i].node - (NodeId{ 1 } << info.depths.partition);
       vtkNew<vtkPolyData> part;
@@ -345,10 +350,11 @@ Status PieceOutput::GlueInto(
     std::erase_if(*pieces, [](const Piece& piece) { return piece.ownVertices == 0; });
     for (Piece& piece : *pieces)
     {
+      KDSTREAM_TRY(this->Runs.Report("fill", 0));
       MarkForGluing(piece, selected->all, selected->own);
     }
   }
-  Result<Mesh> mesh = GluePartitions(*pieces, this->Source.Info().grid.scalarType);
+  Result<Mesh> mesh = GluePartitions(*pieces, this->Source.Info().grid.scalarType, this->Runs);
   KDSTREAM_TRY(mesh);
   pieces->clear();
   if (share.pieces > 1 && share.ghostLevels == 0 && !mesh->points.empty())
@@ -379,6 +385,7 @@ Status PieceOutput::AddPieces(
   output.SetNumberOfPartitions(first);
   for (std::size_t i = 0; i < ids.size(); ++i)
   {
+    KDSTREAM_TRY(this->Runs.Report("fill", 0));
     Piece& piece = (*pieces)[i];
     vtkNew<vtkPolyData> part;
     if (piece.ownVertices > 0)

@@ -3,9 +3,7 @@
 
 #include "filters/codec/PartitionBoxes.h"
 #include "filters/codec/PieceCodec.h"
-#include "viewer/client/CachedSource.h"
-#include "viewer/client/ServerClient.h"
-#include "viewer/client/ServerUrl.h"
+#include "viewer/client/ConnectServer.h"
 
 #include <algorithm>
 #include <set>
@@ -18,13 +16,12 @@ namespace
 
 using Clock = std::chrono::steady_clock;
 
-constexpr std::size_t blobsAtOnce = 128;             // in one request
-constexpr std::chrono::milliseconds patience{ 100 }; // until it is asked whether to stop
+constexpr std::size_t blobsAtOnce = 128;            // in one request
+constexpr std::chrono::milliseconds patience{ 20 }; // until it is asked whether to stop
 
-Result<std::unique_ptr<ModelSource>> Connect(const RemoteAddress& address)
+Result<std::unique_ptr<ModelSource>> Connect(
+  const RemoteAddress& address, const Execution& execution)
 {
-  const auto url = ParseServerUrl(address.url);
-  KDSTREAM_TRY(url);
   std::shared_ptr<DiskCache> cache;
   if (!address.cache.empty())
   {
@@ -32,16 +29,10 @@ Result<std::unique_ptr<ModelSource>> Connect(const RemoteAddress& address)
     KDSTREAM_TRY(opened);
     cache = std::move(*opened);
   }
-  auto client = ServerClient::Connect(address.url, address.token, address.authorities);
-  if (client)
-  {
-    return cache ? std::make_unique<CachedSource>(std::move(*client), cache, url->Origin())
-                 : std::unique_ptr<ModelSource>(std::move(*client));
-  }
-  auto offline = cache && client.GetError().code == ErrorCode::InputOutput
-                   ? CachedSource::Offline(cache, url->Origin())
-                   : Result<std::unique_ptr<CachedSource>>(client.GetError());
-  return offline ? Result<std::unique_ptr<ModelSource>>(std::move(*offline)) : client.GetError();
+  auto connected =
+    ConnectServer(address.url, address.token, address.authorities, std::move(cache), execution);
+  KDSTREAM_TRY(connected);
+  return std::move(connected->source);
 }
 
 Result<std::string> FindModel(const std::vector<ModelSummary>& models, const std::string& wanted)
@@ -72,20 +63,32 @@ RemoteModel::RemoteModel(std::unique_ptr<ModelSource> source, std::chrono::secon
 Result<std::shared_ptr<const RemoteModel>> RemoteModel::Open(
   const RemoteAddress& address, const Execution& execution)
 {
-  auto source = Connect(address);
+  auto source = Connect(address, execution);
   KDSTREAM_TRY(source);
   std::shared_ptr<RemoteModel> opened(new RemoteModel(std::move(*source), address.timeout));
   const auto model = FindModel(opened->Source->Models(), address.model);
   KDSTREAM_TRY(model);
-  KDSTREAM_TRY(opened->OpenModel(*model, execution));
+  auto description = opened->AskFor(*model, execution);
+  KDSTREAM_TRY(description);
+  opened->Description = std::move(*description);
   return std::shared_ptr<const RemoteModel>(std::move(opened));
+}
+
+Result<std::unique_lock<std::timed_mutex>> RemoteModel::Lock(const Execution& execution) const
+{
+  std::unique_lock lock(this->Mutex, std::defer_lock);
+  while (!lock.try_lock_for(patience))
+  {
+    KDSTREAM_TRY(execution.Report("waiting", 0));
+  }
+  return lock;
 }
 
 // At least one.
 Result<std::vector<ClientEvent>> RemoteModel::NextEvents(const Execution& execution) const
 {
   const auto begin = Clock::now();
-  while (!this->Source->Wait(patience))
+  do
   {
     KDSTREAM_TRY(execution.Report("waiting", 0));
     if (Clock::now() - begin > this->Timeout)
@@ -93,11 +96,12 @@ Result<std::vector<ClientEvent>> RemoteModel::NextEvents(const Execution& execut
       return Error{ ErrorCode::InputOutput,
         "nothing has come for " + std::to_string(this->Timeout.count()) + " s" };
     }
-  }
+  } while (!this->Source->Wait(patience));
   return this->Source->Take();
 }
 
-Status RemoteModel::OpenModel(const std::string& model, const Execution& execution)
+Result<ModelDescription> RemoteModel::AskFor(
+  const std::string& model, const Execution& execution) const
 {
   SessionRequest request;
   request.kind = SessionRequest::Kind::Open;
@@ -106,19 +110,33 @@ Status RemoteModel::OpenModel(const std::string& model, const Execution& executi
   this->Source->Send(request);
   for (;;)
   {
-    const auto events = this->NextEvents(execution);
+    auto events = this->NextEvents(execution);
     KDSTREAM_TRY(events);
-    for (const ClientEvent& event : *events)
+    for (ClientEvent& event : *events)
     {
-      if (event.request == request.id)
+      if (event.request != request.id)
       {
-        this->Description = event.model;
-        return event.kind == ClientEvent::Kind::Opened
-                 ? Status()
-                 : Error{ ErrorCode::NotFound, model + " cannot be opened: " + event.message };
+        continue; // of a read that was given up
       }
+      if (event.kind != ClientEvent::Kind::Opened)
+      {
+        return Error{ ErrorCode::NotFound, model + " cannot be opened: " + event.message };
+      }
+      return std::move(event.model);
     }
   }
+}
+
+Result<bool> RemoteModel::IsPresent(const Execution& execution) const
+{
+  const auto lock = this->Lock(execution);
+  KDSTREAM_TRY(lock);
+  const auto now = this->AskFor(this->Description.id, execution);
+  if (!now && now.GetError().code == ErrorCode::Cancelled)
+  {
+    return now.GetError();
+  }
+  return now && now->digest == this->Description.digest;
 }
 
 // All of these, or what is wrong with the first that cannot be had.
@@ -171,13 +189,12 @@ Result<RemoteModel::Blobs> RemoteModel::Fetch(
 Result<std::vector<Piece>> RemoteModel::ReadPieces(
   std::span<const PieceId> ids, const Execution& execution) const
 {
-  const std::lock_guard lock(this->Mutex);
+  const auto lock = this->Lock(execution);
+  KDSTREAM_TRY(lock);
   const CodecContext codec = this->Description.Codec();
   std::vector<Piece> pieces;
   while (pieces.size() < ids.size())
   {
-    KDSTREAM_TRY(execution.Report(
-      "pieces", static_cast<double>(pieces.size()) / static_cast<double>(ids.size())));
     const auto batch =
       ids.subspan(pieces.size(), std::min(blobsAtOnce, ids.size() - pieces.size()));
     std::vector<protocol::BlobId> wanted;
@@ -189,6 +206,8 @@ Result<std::vector<Piece>> RemoteModel::ReadPieces(
     KDSTREAM_TRY(blobs);
     for (std::size_t i = 0; i < batch.size(); ++i)
     {
+      KDSTREAM_TRY(execution.Report(
+        "pieces", static_cast<double>(pieces.size()) / static_cast<double>(ids.size())));
       auto piece = DecodePiece(blobs->at(wanted[i]), batch[i], codec);
       if (!piece)
       {
@@ -201,18 +220,32 @@ Result<std::vector<Piece>> RemoteModel::ReadPieces(
   return pieces;
 }
 
-Result<std::vector<std::uint8_t>> RemoteModel::ReadTreePageBlob(NodeId page) const
+Result<std::vector<std::uint8_t>> RemoteModel::ReadBlob(
+  const protocol::BlobId& blob, const Execution& execution) const
 {
-  const std::lock_guard lock(this->Mutex);
-  const protocol::BlobId blob = protocol::BlobId::TreePage(page);
-  auto blobs = this->Fetch(std::span(&blob, 1), {});
+  const auto lock = this->Lock(execution);
+  KDSTREAM_TRY(lock);
+  auto blobs = this->Fetch(std::span(&blob, 1), execution);
   KDSTREAM_TRY(blobs);
   return std::move(blobs->at(blob));
 }
 
-Result<std::vector<Box>> RemoteModel::ReadBoxes() const
+Result<std::vector<std::uint8_t>> RemoteModel::ReadTreePageBlob(
+  NodeId page, const Execution& execution) const
 {
-  const std::lock_guard lock(this->Mutex);
+  return this->ReadBlob(protocol::BlobId::TreePage(page), execution);
+}
+
+Result<std::vector<std::uint8_t>> RemoteModel::ReadTextureBlob(
+  std::uint32_t partition, const Execution& execution) const
+{
+  return this->ReadBlob(protocol::BlobId::Texture(partition), execution);
+}
+
+Result<std::vector<Box>> RemoteModel::ReadBoxes(const Execution& execution) const
+{
+  const auto lock = this->Lock(execution);
+  KDSTREAM_TRY(lock);
   const TreeDepths& depths = this->Description.depths;
   const std::size_t first = std::size_t{ 1 } << DepthOfPartitionBoxes(depths);
   std::vector<Box> partitions; // as many as come, not as many as are claimed
@@ -223,7 +256,7 @@ Result<std::vector<Box>> RemoteModel::ReadBoxes() const
     {
       wanted.push_back(protocol::BlobId::PartitionBoxes(static_cast<NodeId>(node)));
     }
-    const auto blobs = this->Fetch(wanted, {});
+    const auto blobs = this->Fetch(wanted, execution);
     KDSTREAM_TRY(blobs);
     for (const protocol::BlobId& blob : wanted)
     {

@@ -31,27 +31,38 @@ class RemoteModel final : public PieceSource
 {
 public:
   // Connects, and opens the model; where the server cannot be reached, what the cache has of it.
-  // Errors: those of ServerClient::Connect; NotFound for a model that it does not have, naming
-  // those that it has; InputOutput where no answer comes; Cancelled.
+  // Here and below the step "waiting" is reported every 20 ms. Errors: those of
+  // ServerClient::Connect; NotFound for a model that it does not have, naming those that it has;
+  // InputOutput where no answer comes; Cancelled.
   static Result<std::shared_ptr<const RemoteModel>> Open(
     const RemoteAddress& address, const Execution& execution);
+
+  // Whether the server has this version of the model still, by one question to it. Where it has
+  // not, this is of no use any more. Errors: Cancelled.
+  Result<bool> IsPresent(const Execution& execution) const;
 
   const ModelDescription& Info() const override { return this->Description; }
   // Errors: besides, InputOutput where the connection is lost or falls silent.
   Result<std::vector<Piece>> ReadPieces(
     std::span<const PieceId> ids, const Execution& execution = {}) const override;
-  Result<std::vector<std::uint8_t>> ReadTreePageBlob(NodeId page) const override;
-  Result<std::vector<Box>> ReadBoxes() const override;
+  Result<std::vector<std::uint8_t>> ReadTreePageBlob(
+    NodeId page, const Execution& execution = {}) const override;
+  Result<std::vector<std::uint8_t>> ReadTextureBlob(
+    std::uint32_t partition, const Execution& execution = {}) const override;
+  Result<std::vector<Box>> ReadBoxes(const Execution& execution = {}) const override;
 
 private:
   using Blobs = std::map<protocol::BlobId, std::vector<std::uint8_t>>;
 
   RemoteModel(std::unique_ptr<ModelSource> source, std::chrono::seconds timeout);
-  Status OpenModel(const std::string& model, const Execution& execution);
+  Result<std::unique_lock<std::timed_mutex>> Lock(const Execution& execution) const;
+  Result<ModelDescription> AskFor(const std::string& model, const Execution& execution) const;
+  Result<std::vector<std::uint8_t>> ReadBlob(
+    const protocol::BlobId& blob, const Execution& execution) const;
   Result<Blobs> Fetch(std::span<const protocol::BlobId> wanted, const Execution& execution) const;
   Result<std::vector<ClientEvent>> NextEvents(const Execution& execution) const;
 
-  mutable std::mutex Mutex; // one read at a time
+  mutable std::timed_mutex Mutex; // one read at a time
   std::unique_ptr<ModelSource> Source;
   std::chrono::seconds Timeout;
   ModelDescription Description;

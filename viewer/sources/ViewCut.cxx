@@ -28,8 +28,9 @@ constexpr std::uint64_t smallPart = 8;
 class Seen
 {
 public:
-  explicit Seen(const PieceSource& source)
+  Seen(const PieceSource& source, const Execution& execution)
     : Source(source)
+    , Runs(execution)
     , Depths(source.Info().depths)
     , Tree(this->Depths, true, source.Info().box, bytesOfTree)
     , Partitions(this->Depths)
@@ -59,7 +60,7 @@ public:
     const std::set<protocol::BlobId> pages = this->Tree.TakeMissing();
     for (const protocol::BlobId& page : pages)
     {
-      const auto bytes = this->Source.ReadTreePageBlob(page.number);
+      const auto bytes = this->Source.ReadTreePageBlob(page.number, this->Runs);
       KDSTREAM_TRY(bytes);
       const Status added = this->Tree.Add(page, *bytes);
       if (!added)
@@ -82,7 +83,7 @@ public:
 private:
   Status Read(std::span<const PieceId> ids)
   {
-    auto pieces = this->Source.ReadPieces(ids);
+    auto pieces = this->Source.ReadPieces(ids, this->Runs);
     KDSTREAM_TRY(pieces);
     for (Piece& piece : *pieces)
     {
@@ -93,6 +94,7 @@ private:
   }
 
   const PieceSource& Source;
+  const Execution& Runs;
   TreeDepths Depths;
   KnownTree Tree;
   SeenPartitions Partitions;
@@ -102,7 +104,8 @@ private:
 
 }
 
-Result<std::vector<PieceId>> ChooseByView(const PieceSource& source, const ViewDemand& demand)
+Result<std::vector<PieceId>> ChooseByView(
+  const PieceSource& source, const ViewDemand& demand, const Execution& execution)
 {
   const ModelDescription& model = source.Info();
   if (!model.HasLevels())
@@ -121,10 +124,13 @@ Result<std::vector<PieceId>> ChooseByView(const PieceSource& source, const ViewD
   options.smallModel = demand.triangles / smallPart;
   options.bytes = std::numeric_limits<std::size_t>::max();
   ViewRefinement refinement(model, options);
-  Seen seen(source);
+  Execution walk; // how far it has come nobody knows before its end
+  walk.progress = [&execution](std::string_view, double) { return execution.progress("view", 0); };
+  Seen seen(source, walk);
   KDSTREAM_TRY(seen.Start());
   for (;;)
   {
+    KDSTREAM_TRY(walk.Report("view", 0));
     seen.Follow(camera, refinement);
     const auto more = seen.ReadMore(refinement.Pieces());
     KDSTREAM_TRY(more);

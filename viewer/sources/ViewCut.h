@@ -2,6 +2,7 @@
 // Which pieces a camera needs, chosen as viewers choose (ViewRefinement), all at once.
 #pragma once
 
+#include "filters/core/Execution.h"
 #include "filters/core/Result.h"
 #include "filters/store/PieceSource.h"
 #include "viewer/session/look/SceneRules.h"
@@ -21,7 +22,9 @@ struct ViewDemand
 };
 
 // Pieces to be shown in the preview's place. Reads the pages of the tree along the way. Errors:
-// those of CheckCamera and of the source; Unsupported for a model without levels.
-Result<std::vector<PieceId>> ChooseByView(const PieceSource& source, const ViewDemand& demand);
+// those of CheckCamera and of the source; Unsupported for a model without levels; Cancelled.
+// Reports the step "view".
+Result<std::vector<PieceId>> ChooseByView(
+  const PieceSource& source, const ViewDemand& demand, const Execution& execution = {});
 
 }

@@ -3,14 +3,13 @@
 // (PieceOutput).
 #include "vtkKdModelSource.h"
 
-#include "filters/adapter/AlgorithmExecution.h"
 #include "filters/adapter/ArraySelections.h"
 #include "filters/adapter/ErrorCodes.h"
 #include "filters/adapter/PolyDataAttributes.h"
 #include "filters/adapter/RangedSetters.h"
-#include "filters/adapter/SmpFor.h"
 #include "filters/core/tree/Region.h"
 #include "viewer/sources/PieceOutput.h"
+#include "viewer/sources/SourceExecution.h"
 #include "viewer/sources/ViewCut.h"
 
 #include <vtkCompositeDataPipeline.h>
@@ -77,13 +76,13 @@ OutputShare ShareOf(vtkInformation& outInfo)
 
 // What a camera needs; in a pipeline of several pieces the first has all of it.
 Status DrawView(const PieceSource& model, const ViewDemand& demand, const OutputShare& share,
-  const PieceOutput& pieces, vtkDataObject& output)
+  const PieceOutput& pieces, const Execution& execution, vtkDataObject& output)
 {
   vtkNew<vtkPolyData> drawn;
   auto* const whole = vtkPolyData::SafeDownCast(&output);
   if (share.piece == 0)
   {
-    const auto shown = ChooseByView(model, demand);
+    const auto shown = ChooseByView(model, demand, execution);
     KDSTREAM_TRY(shown);
     KDSTREAM_TRY(pieces.DrawInto(*shown, whole ? *whole : *drawn));
   }
@@ -97,7 +96,8 @@ Status DrawView(const PieceSource& model, const ViewDemand& demand, const Output
 
 // The partitions of the original that are asked for, ascending.
 Result<std::vector<std::uint32_t>> Choose(const PieceSource& model, int content,
-  const std::vector<vtkIdType>& chosen, const Vec3& point, unsigned rings)
+  const std::vector<vtkIdType>& chosen, const Vec3& point, unsigned rings,
+  const Execution& execution)
 {
   const ModelDescription& info = model.Info();
   std::vector<std::uint32_t> partitions;
@@ -121,7 +121,7 @@ Result<std::vector<std::uint32_t>> Choose(const PieceSource& model, int content,
   }
   else
   {
-    const auto boxes = model.ReadBoxes();
+    const auto boxes = model.ReadBoxes(execution);
     KDSTREAM_TRY(boxes);
     const std::uint32_t nearest = NearestPartition(*boxes, info.depths, point);
     auto region = FindRegion(*boxes, info.depths, NodeOfPartition(nearest, info.depths), rings);
@@ -187,6 +187,10 @@ vtkKdModelSource::~vtkKdModelSource() = default;
 
 vtkMTimeType vtkKdModelSource::GetMTime()
 {
+  if (std::exchange(this->IsStale, false))
+  {
+    this->Modified(); // not sooner: the pipeline takes it for loaded
+  }
   return std::max(
     { this->Superclass::GetMTime(), this->PointArrays->GetMTime(), this->CellArrays->GetMTime() });
 }
@@ -268,6 +272,7 @@ void vtkKdModelSource::SetPictureSize(int width, int height)
 
 int vtkKdModelSource::Fail(const kdstream::Error& error)
 {
+  this->OpenAnewNextTime();
   this->SetErrorCode(this->ModelName().empty()
                        ? static_cast<unsigned long>(vtkErrorCode::NoFileNameError)
                        : kdstream::VtkErrorCodeOf(error));
@@ -308,9 +313,19 @@ int vtkKdModelSource::RequestInformation(
   vtkInformation*, vtkInformationVector**, vtkInformationVector* outputVector)
 {
   Error error;
-  this->Model = this->OpenModel(error);
+  const Execution execution = MakeOpeningExecution(*this);
+  this->Model = this->OpenModel(execution, error);
+  this->WasStopped = !this->Model && error.code == ErrorCode::Cancelled;
+  if (this->WasStopped)
+  {
+    return 1; // RequestData empties the output
+  }
   if (!this->Model)
   {
+    if (vtkDataObject* const before = vtkDataObject::GetData(outputVector))
+    {
+      before->Initialize();
+    }
     // Programs with panels ask before anything was chosen; RequestData refuses.
     return this->ModelName().empty() ? 1 : this->Fail(error);
   }
@@ -320,26 +335,30 @@ int vtkKdModelSource::RequestInformation(
   outInfo->Set(vtkAlgorithm::CAN_HANDLE_PIECE_REQUEST(), 1);
   outInfo->Remove(vtkCompositeDataPipeline::COMPOSITE_DATA_META_DATA());
   if (this->OutputType == PartitionedDataSet && this->Content != Level && this->Content != View &&
-      this->HasBoxesAtHand())
+      this->HasBoxesAtHand() && !this->TellPartitions(outInfo, execution))
   {
-    this->TellPartitions(outInfo);
+    this->Model = nullptr;
+    this->WasStopped = true;
+    return 1;
   }
   this->TellModel(outInfo);
   return 1;
 }
 
-// Whether Facts are those of the model.
-bool vtkKdModelSource::MeasureModel()
+// Makes Facts those of the model; false where they cannot be had. Errors: Cancelled.
+Result<bool> vtkKdModelSource::MeasureModel(const Execution& execution)
 {
   const std::string& digest = this->Model->Info().digest;
-  if (!this->HasPiecesAtHand() || (this->Facts && this->MeasuredDigest == digest))
+  if (this->Facts && this->MeasuredDigest == digest)
   {
-    return this->HasPiecesAtHand();
+    return true;
   }
   this->Facts.reset();
-  Execution execution;
-  execution.parallelFor = &SmpFor;
   auto facts = MeasureOriginal(*this->Model, execution);
+  if (!facts && facts.GetError().code == ErrorCode::Cancelled)
+  {
+    return facts.GetError();
+  }
   if (!facts)
   {
     vtkWarningMacro(<< this->ModelName()
@@ -351,12 +370,19 @@ bool vtkKdModelSource::MeasureModel()
   return true;
 }
 
-void vtkKdModelSource::TellPartitions(vtkInformation* outInfo)
+// False: it was told to stop.
+bool vtkKdModelSource::TellPartitions(vtkInformation* outInfo, const Execution& execution)
 {
   const ModelDescription& info = this->Model->Info();
   vtkNew<vtkPartitionedDataSet> told;
   told->SetNumberOfPartitions(static_cast<unsigned int>(info.partitions));
-  if (this->MeasureModel())
+  const Result<bool> measured =
+    this->HasPiecesAtHand() ? this->MeasureModel(execution) : Result<bool>(false);
+  if (!measured)
+  {
+    return false;
+  }
+  if (*measured)
   {
     for (std::uint32_t p = 0; p < info.partitions; ++p)
     {
@@ -369,12 +395,16 @@ void vtkKdModelSource::TellPartitions(vtkInformation* outInfo)
   }
   else if (!this->HasPiecesAtHand())
   {
-    const auto boxes = this->Model->ReadBoxes();
+    const auto boxes = this->Model->ReadBoxes(execution);
+    if (!boxes && boxes.GetError().code == ErrorCode::Cancelled)
+    {
+      return false;
+    }
     if (!boxes)
     {
       vtkWarningMacro(<< this->ModelName()
                       << ": the bounds of partitions cannot be told: " << boxes.GetError().message);
-      return;
+      return true;
     }
     for (std::uint32_t p = 0; p < info.partitions; ++p)
     {
@@ -383,6 +413,7 @@ void vtkKdModelSource::TellPartitions(vtkInformation* outInfo)
     }
   }
   outInfo->Set(vtkCompositeDataPipeline::COMPOSITE_DATA_META_DATA(), told);
+  return true;
 }
 
 void vtkKdModelSource::TellModel(vtkInformation* outInfo) const
@@ -439,6 +470,13 @@ void vtkKdModelSource::TellModel(vtkInformation* outInfo) const
   outInfo->Set(vtkDataObject::CELL_DATA_VECTOR(), ofCells);
 }
 
+// The pipeline asks again only for what was modified.
+void vtkKdModelSource::OpenAnewNextTime()
+{
+  this->CloseModel();
+  this->IsStale = true;
+}
+
 ViewDemand vtkKdModelSource::Demand() const
 {
   const auto vector = [](const double* v) { return Vec3{ v[0], v[1], v[2] }; };
@@ -455,21 +493,31 @@ ViewDemand vtkKdModelSource::Demand() const
 int vtkKdModelSource::RequestData(
   vtkInformation*, vtkInformationVector**, vtkInformationVector* outputVector)
 {
+  vtkDataObject* const output = vtkDataObject::GetData(outputVector);
+  const auto stop = [&]
+  {
+    output->Initialize();
+    this->SetErrorCode(vtkErrorCode::NoError);
+    this->IsStale = true;
+    return 1;
+  };
+  if (this->WasStopped)
+  {
+    return stop();
+  }
   if (!this->Model)
   {
     Error error{ ErrorCode::NotFound, "the model is not open" };
     if (this->ModelName().empty())
     {
-      this->OpenModel(error);
+      this->OpenModel({}, error);
     }
     return this->Fail(error);
   }
-  vtkDataObject* const output = vtkDataObject::GetData(outputVector);
   auto* const whole = vtkPolyData::SafeDownCast(output);
   auto* const parts = vtkPartitionedDataSet::SafeDownCast(output);
   const OutputShare share = ShareOf(*outputVector->GetInformationObject(0));
-  const Execution execution =
-    MakeAlgorithmExecution(*this, { { "pieces", 0.0, 0.8 }, { "partitions", 0.0, 1.0 } });
+  const Execution execution = MakeReadingExecution(*this);
   const PieceOutput pieces(
     *this->Model,
     [selections = ArraySelections(*this->PointArrays, *this->CellArrays)](
@@ -479,7 +527,7 @@ int vtkKdModelSource::RequestData(
   Status status;
   if (this->Content == View)
   {
-    status = DrawView(*this->Model, this->Demand(), share, pieces, *output);
+    status = DrawView(*this->Model, this->Demand(), share, pieces, execution, *output);
   }
   else if (this->Content == Level)
   {
@@ -492,7 +540,7 @@ int vtkKdModelSource::RequestData(
   {
     const Vec3 point{ this->RegionPoint[0], this->RegionPoint[1], this->RegionPoint[2] };
     const auto chosen = Choose(*this->Model, this->Content, this->ChosenPartitions, point,
-      static_cast<unsigned>(this->Rings));
+      static_cast<unsigned>(this->Rings), execution);
     status = !chosen ? Status(chosen.GetError())
              : whole ? pieces.GlueInto(*chosen, share, *whole)
                      : pieces.AddPartitions(*chosen, share, *parts);
@@ -502,8 +550,12 @@ int vtkKdModelSource::RequestData(
     this->SetErrorCode(vtkErrorCode::NoError);
     return 1;
   }
+  if (status.GetError().code == ErrorCode::Cancelled)
+  {
+    return stop();
+  }
   output->Initialize();
-  return status.GetError().code == ErrorCode::Cancelled ? 1 : this->Fail(status.GetError());
+  return this->Fail(status.GetError());
 }
 
 void vtkKdModelSource::PrintSelf(ostream& os, vtkIndent indent)

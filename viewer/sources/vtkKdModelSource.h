@@ -40,8 +40,12 @@
  * once. Of a server it has the box of the partition's own points alone, and only where that was
  * asked for (vtkKdStreamSource). What was loaded has its BOUNDING_BOX in the output's metadata.
  *
- * Aborting leaves an empty output. Errors name the file or server, and what of the model is wrong;
- * GetErrorCode tells that there was one (vtkErrorCode.h; NoFileNameError where no address is set).
+ * Progress is told while it waits, too. Aborting (SetAbortExecute of an observer or of another
+ * thread) ends an Update within 100 ms, whatever it waits for, and leaves an empty output; the next
+ * Update loads anew. Only putting together one mesh, of a level or of a view, is not interrupted:
+ * about 0.1 s for each million triangles. Errors name the file or server, and what of the model is
+ * wrong; GetErrorCode tells that there was one (vtkErrorCode.h; NoFileNameError where no address is
+ * set). After an error the next Update opens the model anew.
  *
  * Of the numbers below, those out of their range are clamped; what is negative where it may not be,
  * or not a number, is refused with an error, and the value stays.
@@ -68,6 +72,7 @@ namespace kdstream
 {
 class PieceSource;
 struct Error;
+struct Execution;
 struct OriginalFacts;
 struct ViewDemand;
 }
@@ -223,9 +228,15 @@ protected:
   ~vtkKdModelSource() override;
 
   /**
-   * Opens the model, or gives the one that is open. Null: `error` says why.
+   * Opens the model, or gives the one that is open, if it is the present one. Null: `error` says
+   * why.
    */
-  virtual std::shared_ptr<const kdstream::PieceSource> OpenModel(kdstream::Error& error) = 0;
+  virtual std::shared_ptr<const kdstream::PieceSource> OpenModel(
+    const kdstream::Execution& execution, kdstream::Error& error) = 0;
+  /**
+   * The model that is open is of no use any more.
+   */
+  virtual void CloseModel() {}
   /**
    * What errors name: the file or the server.
    */
@@ -251,11 +262,14 @@ private:
   vtkKdModelSource(const vtkKdModelSource&) = delete;
   void operator=(const vtkKdModelSource&) = delete;
 
+  friend class vtkKdTextureReader; // for the model that is open
+
   int Fail(const kdstream::Error& error);
+  void OpenAnewNextTime();
   kdstream::ViewDemand Demand() const;
   void TellModel(vtkInformation* outInfo) const;
-  void TellPartitions(vtkInformation* outInfo);
-  bool MeasureModel();
+  bool TellPartitions(vtkInformation* outInfo, const kdstream::Execution& execution);
+  kdstream::Result<bool> MeasureModel(const kdstream::Execution& execution);
 
   int OutputType = PartitionedDataSet;
   int Content = Original;
@@ -276,6 +290,8 @@ private:
   std::shared_ptr<const kdstream::PieceSource> Model; // since the last RequestInformation
   std::shared_ptr<const kdstream::OriginalFacts> Facts;
   std::string MeasuredDigest; // of the model that they are of
+  bool WasStopped = false;    // while that was opened
+  bool IsStale = false;       // stopped, or failed: to be loaded anew by the next Update
 };
 
 #endif

@@ -17,7 +17,8 @@ int vtkKdStoreReader::CanReadFile(const char* name)
   return name && kdstream::Store::Open(name) ? 1 : 0;
 }
 
-std::shared_ptr<const kdstream::PieceSource> vtkKdStoreReader::OpenModel(kdstream::Error& error)
+std::shared_ptr<const kdstream::PieceSource> vtkKdStoreReader::OpenModel(
+  const kdstream::Execution&, kdstream::Error& error)
 {
   if (!this->FileName || !*this->FileName)
   {

@@ -38,7 +38,8 @@ protected:
   vtkKdStoreReader() = default;
   ~vtkKdStoreReader() override;
 
-  std::shared_ptr<const kdstream::PieceSource> OpenModel(kdstream::Error& error) override;
+  std::shared_ptr<const kdstream::PieceSource> OpenModel(
+    const kdstream::Execution& execution, kdstream::Error& error) override;
   std::string ModelName() const override { return this->FileName ? this->FileName : ""; }
   bool HasBoxesAtHand() const override { return true; }
   bool HasPiecesAtHand() const override { return true; }

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "vtkKdStreamSource.h"
 
-#include "filters/adapter/AlgorithmExecution.h"
 #include "filters/adapter/RangedSetters.h"
 #include "viewer/sources/RemoteModel.h"
 
@@ -10,6 +9,8 @@
 vtkStandardNewMacro(vtkKdStreamSource);
 
 KDSTREAM_SET_IN_RANGE(vtkKdStreamSource, Timeout, int, 1, 3600)
+
+vtkKdStreamSource::~vtkKdStreamSource() = default;
 
 // All that makes another connection.
 std::string vtkKdStreamSource::Address() const
@@ -24,12 +25,27 @@ std::string vtkKdStreamSource::Address() const
   return address;
 }
 
-std::shared_ptr<const kdstream::PieceSource> vtkKdStreamSource::OpenModel(kdstream::Error& error)
+void vtkKdStreamSource::CloseModel()
+{
+  this->Connected.reset();
+}
+
+std::shared_ptr<const kdstream::PieceSource> vtkKdStreamSource::OpenModel(
+  const kdstream::Execution& execution, kdstream::Error& error)
 {
   const std::string address = this->Address();
   if (this->Connected && this->ConnectedTo == address)
   {
-    return this->Connected;
+    const auto isPresent = this->Connected->IsPresent(execution);
+    if (!isPresent)
+    {
+      error = isPresent.GetError();
+      return nullptr;
+    }
+    if (*isPresent)
+    {
+      return this->Connected;
+    }
   }
   this->Connected.reset();
   if (this->Url.empty())
@@ -40,7 +56,7 @@ std::shared_ptr<const kdstream::PieceSource> vtkKdStreamSource::OpenModel(kdstre
   const auto model = kdstream::RemoteModel::Open(
     { this->Url, this->ModelId, this->Token, this->CertificateAuthorities, this->CacheFolder,
       this->CacheSize, std::chrono::seconds(this->Timeout) },
-    kdstream::MakeAlgorithmExecution(*this, {}));
+    execution);
   if (!model)
   {
     error = model.GetError();

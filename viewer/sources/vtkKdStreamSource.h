@@ -5,16 +5,23 @@
  *
  * Any part of the model, at any resolution: vtkKdModelSource tells what. Only what is asked for is
  * fetched. The connection stays open until the address changes; where it is lost, it is made anew.
+ * Whenever the pipeline asks for information, the server is asked which model it has: one that was
+ * replaced is opened anew.
  *
  * A region needs the boxes of all partitions, about 40 bytes each. For the same reason the bounds
  * of partitions are told only where BoundsOfPartitions is on.
  *
- * @sa vtkKdStoreReader
+ * @sa vtkKdStoreReader vtkKdStreamActor vtkKdTextureReader
  */
 #ifndef vtkKdStreamSource_h
 #define vtkKdStreamSource_h
 
 #include "vtkKdModelSource.h"
+
+namespace kdstream
+{
+class RemoteModel;
+}
 
 class VTKKDSTREAMVIEWERSOURCES_EXPORT vtkKdStreamSource : public vtkKdModelSource
 {
@@ -87,9 +94,11 @@ public:
 
 protected:
   vtkKdStreamSource() = default;
-  ~vtkKdStreamSource() override = default;
+  ~vtkKdStreamSource() override;
 
-  std::shared_ptr<const kdstream::PieceSource> OpenModel(kdstream::Error& error) override;
+  std::shared_ptr<const kdstream::PieceSource> OpenModel(
+    const kdstream::Execution& execution, kdstream::Error& error) override;
+  void CloseModel() override;
   std::string ModelName() const override { return this->Url; }
   bool HasBoxesAtHand() const override { return this->BoundsOfPartitions; }
 
@@ -103,7 +112,7 @@ private:
   vtkTypeUInt64 CacheSize = vtkTypeUInt64{ 10 } << 30;
   int Timeout = 60;
   bool BoundsOfPartitions = false;
-  std::shared_ptr<const kdstream::PieceSource> Connected;
+  std::shared_ptr<const kdstream::RemoteModel> Connected;
   std::string ConnectedTo; // Address
 };
 

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Steps: 1. the file, and how large the picture is  2. the piece and its tile  3. triangles, points
-// split by their places  4. the picture, from below.
+// Steps: 1. the model, and its tile, which tells how large the picture is  2. the piece
+// 3. triangles, points split by their places  4. the picture, from below.
 #include "vtkKdTextureReader.h"
 
 #include "filters/adapter/ErrorCodes.h"
@@ -10,6 +10,8 @@
 #include "filters/core/BitCast.h"
 #include "filters/store/Store.h"
 #include "filters/texture/Picture.h"
+#include "viewer/sources/SourceExecution.h"
+#include "viewer/sources/vtkKdModelSource.h"
 
 #include <vtkDataObject.h>
 #include <vtkDemandDrivenPipeline.h>
@@ -22,6 +24,7 @@
 
 #include <algorithm>
 #include <map>
+#include <span>
 #include <utility>
 
 vtkStandardNewMacro(vtkKdTextureReader);
@@ -131,10 +134,11 @@ Result<Picture> DecodeImage(const TextureTile& tile)
   return picture;
 }
 
-// Of the partition's tile. Errors: of a model or partition without one.
-Result<TextureTileHead> ReadHead(const Store& store, vtkIdType wanted)
+// The partition's. Errors: of a model or partition without one.
+Result<std::vector<std::uint8_t>> ReadTile(
+  const PieceSource& model, vtkIdType wanted, const Execution& execution)
 {
-  const ModelDescription& info = store.Info();
+  const ModelDescription& info = model.Info();
   if (!info.textures)
   {
     return Error{ ErrorCode::Unsupported, "the model has no textures" };
@@ -145,27 +149,19 @@ Result<TextureTileHead> ReadHead(const Store& store, vtkIdType wanted)
                                                 ": the model has " +
                                                 std::to_string(info.partitions) };
   }
-  const auto partition = static_cast<std::uint32_t>(wanted);
-  const auto blob = store.ReadTextureBlob(partition);
-  KDSTREAM_TRY(blob);
-  auto head = ReadTextureTileHead(*blob);
-  if (!head)
-  {
-    return OfTexture(partition, head.GetError());
-  }
-  return head;
+  return model.ReadTextureBlob(static_cast<std::uint32_t>(wanted), execution);
 }
 
-Status ReadInto(
-  const Store& store, std::uint32_t partition, vtkPolyData& surface, vtkImageData& image)
+Status ReadInto(const PieceSource& model, std::uint32_t partition,
+  const std::vector<std::uint8_t>& blob, const Execution& execution, vtkPolyData& surface,
+  vtkImageData& image)
 {
-  const ModelDescription& info = store.Info();
-  const Result<Piece> piece =
-    store.ReadPiece({ Resolution::Original(), NodeOfPartition(partition, info.depths) });
-  KDSTREAM_TRY(piece);
-  const auto blob = store.ReadTextureBlob(partition);
-  KDSTREAM_TRY(blob);
-  const Result<TextureTile> tile = DecodeTextureTile(*blob, piece->triangles);
+  const ModelDescription& info = model.Info();
+  const PieceId id{ Resolution::Original(), NodeOfPartition(partition, info.depths) };
+  const auto read = model.ReadPieces(std::span(&id, 1), execution);
+  KDSTREAM_TRY(read);
+  const Piece& piece = read->front();
+  const Result<TextureTile> tile = DecodeTextureTile(blob, piece.triangles);
   if (!tile)
   {
     return OfTexture(partition, tile.GetError());
@@ -177,7 +173,7 @@ Status ReadInto(
   }
   FillImage(*picture, image);
   return FillPolyData(
-    SplitMesh(*piece, *tile, partition, info.grid.scalarType), 0,
+    SplitMesh(piece, *tile, partition, info.grid.scalarType), 0,
     [](const AttributeInfo&) { return true; }, surface);
 }
 
@@ -198,6 +194,30 @@ int vtkKdTextureReader::CanReadFile(const char* name)
 {
   const auto store = Store::Open(name ? name : "");
   return store && (*store)->Info().textures ? 1 : 0;
+}
+
+void vtkKdTextureReader::SetModelSource(vtkKdModelSource* source)
+{
+  if (this->ModelSource != source)
+  {
+    this->ModelSource = source;
+    this->Modified();
+  }
+}
+
+vtkKdModelSource* vtkKdTextureReader::GetModelSource() const
+{
+  return this->ModelSource;
+}
+
+vtkMTimeType vtkKdTextureReader::GetMTime()
+{
+  if (std::exchange(this->IsStale, false))
+  {
+    this->Modified(); // not sooner: the pipeline takes it for read
+  }
+  const vtkMTimeType own = this->Superclass::GetMTime();
+  return this->ModelSource ? std::max(own, this->ModelSource->GetMTime()) : own;
 }
 
 vtkIdType vtkKdTextureReader::GetNumberOfModelPartitions() const
@@ -235,33 +255,78 @@ vtkTypeBool vtkKdTextureReader::ProcessRequest(
   return this->Superclass::ProcessRequest(request, inputVector, outputVector);
 }
 
+std::string vtkKdTextureReader::ModelName() const
+{
+  return this->ModelSource ? this->ModelSource->ModelName() : this->FileName ? this->FileName : "";
+}
+
+// The next Update opens the model anew.
 int vtkKdTextureReader::Fail(const kdstream::Error& error)
 {
-  const std::string name = this->FileName ? this->FileName : "";
+  const std::string name = this->ModelName();
+  if (this->ModelSource)
+  {
+    this->ModelSource->OpenAnewNextTime();
+  }
+  this->IsStale = true;
+  for (vtkDataObject* const output : { this->GetOutputDataObject(0), this->GetOutputDataObject(1) })
+  {
+    if (output)
+    {
+      output->Initialize();
+    }
+  }
   this->SetErrorCode(name.empty() ? static_cast<unsigned long>(vtkErrorCode::NoFileNameError)
                                   : kdstream::VtkErrorCodeOf(error));
   vtkErrorMacro(<< (name.empty() ? "" : name + ": ") << error.message);
   return 0;
 }
 
-int vtkKdTextureReader::RequestInformation(vtkInformationVector* outputVector)
+bool vtkKdTextureReader::OpenModel(const Execution& execution, Error& error)
 {
   this->Model = nullptr;
-  if (!this->FileName || !*this->FileName)
+  if (this->ModelSource)
   {
-    return this->Fail({ ErrorCode::NotFound, "no FileName is set" });
+    this->Model = this->ModelSource->OpenModel(execution, error);
   }
-  const auto store = Store::Open(this->FileName);
-  if (!store)
+  else if (!this->FileName || !*this->FileName)
   {
-    return this->Fail(store.GetError());
+    error = { ErrorCode::NotFound, "no FileName is set" };
   }
-  this->Model = *store;
-  const auto head = ReadHead(**store, this->Partition);
+  else
+  {
+    auto store = Store::Open(this->FileName);
+    error = store ? Error() : store.GetError();
+    this->Model = store ? *store : nullptr;
+  }
+  return this->Model != nullptr;
+}
+
+int vtkKdTextureReader::RequestInformation(vtkInformationVector* outputVector)
+{
+  const Execution execution = MakeOpeningExecution(*this);
+  Error error;
+  Result<std::vector<std::uint8_t>> tile = error;
+  if (this->OpenModel(execution, error))
+  {
+    tile = ReadTile(*this->Model, this->Partition, execution);
+    error = tile ? Error() : tile.GetError();
+  }
+  this->WasStopped = !tile && error.code == ErrorCode::Cancelled;
+  if (this->WasStopped)
+  {
+    return 1; // RequestData empties the outputs
+  }
+  if (!tile)
+  {
+    return this->Fail(error);
+  }
+  const auto head = ReadTextureTileHead(*tile);
   if (!head)
   {
-    return this->Fail(head.GetError());
+    return this->Fail(OfTexture(static_cast<std::uint32_t>(this->Partition), head.GetError()));
   }
+  this->Tile = std::move(*tile);
   vtkInformation* const outInfo = outputVector->GetInformationObject(1);
   const int extent[6] = { 0, static_cast<int>(head->width) - 1, 0,
     static_cast<int>(head->height) - 1, 0, 0 };
@@ -272,21 +337,31 @@ int vtkKdTextureReader::RequestInformation(vtkInformationVector* outputVector)
 
 int vtkKdTextureReader::RequestData(vtkInformationVector* outputVector)
 {
-  if (!this->Model)
-  {
-    return this->Fail({ ErrorCode::NotFound, "the model is not open" });
-  }
   auto* const surface = vtkPolyData::GetData(outputVector, 0);
   auto* const image = vtkImageData::GetData(outputVector, 1);
-  const Status read =
-    ReadInto(*this->Model, static_cast<std::uint32_t>(this->Partition), *surface, *image);
-  if (!read)
+  Status read = Error{ ErrorCode::Cancelled, "" };
+  if (!this->WasStopped)
   {
-    surface->Initialize();
-    image->Initialize();
+    if (!this->Model)
+    {
+      return this->Fail({ ErrorCode::NotFound, "the model is not open" });
+    }
+    read = ReadInto(*this->Model, static_cast<std::uint32_t>(this->Partition), this->Tile,
+      MakeReadingExecution(*this), *surface, *image);
+  }
+  if (read)
+  {
+    this->SetErrorCode(vtkErrorCode::NoError);
+    return 1;
+  }
+  if (read.GetError().code != ErrorCode::Cancelled)
+  {
     return this->Fail(read.GetError());
   }
+  surface->Initialize();
+  image->Initialize();
   this->SetErrorCode(vtkErrorCode::NoError);
+  this->IsStale = true;
   return 1;
 }
 
@@ -294,5 +369,6 @@ void vtkKdTextureReader::PrintSelf(ostream& os, vtkIndent indent)
 {
   this->Superclass::PrintSelf(os, indent);
   os << indent << "FileName: " << (this->FileName ? this->FileName : "(none)") << "\n";
+  os << indent << "ModelSource: " << this->ModelSource.Get() << "\n";
   os << indent << "Partition: " << this->Partition << "\n";
 }

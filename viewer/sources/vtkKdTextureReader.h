@@ -1,7 +1,9 @@
 // SPDX-License-Identifier: BSD-3-Clause
 /**
  * @class   vtkKdTextureReader
- * @brief   reads a partition of a textured store: its surface with texture coordinates, its picture
+ * @brief   reads a partition of a textured model: its surface with texture coordinates, its picture
+ *
+ * Of a store (FileName), or of what a source has open (ModelSource): a server's model.
  *
  * Port 0 is a vtkPolyData: the partition's triangles, but those that a partition of a lower number
  * has too, so that all partitions together have each once. Points are split where their corners
@@ -15,11 +17,12 @@
  *   mapper->SetInputConnection(reader->GetOutputPort());
  *   actor->SetTexture(texture);
  *
- * Errors name the file: one without textures, a partition that there is not, what is damaged;
- * GetErrorCode tells that there was one (vtkErrorCode.h).
- * Complexity: of the partition, linear.
+ * Aborting is as vtkKdModelSource has it. Errors name the file or server: one without textures, a
+ * partition that there is not, what is damaged; GetErrorCode tells that there was one
+ * (vtkErrorCode.h). Complexity: of the partition, linear; of a server's model two blobs are
+ * fetched.
  *
- * @sa vtkKdStoreReader
+ * @sa vtkKdStoreReader vtkKdStreamSource
  */
 #ifndef vtkKdTextureReader_h
 #define vtkKdTextureReader_h
@@ -27,15 +30,21 @@
 #include "vtkAlgorithm.h"
 #include "vtkKdStreamViewerSourcesModule.h" // for the export macro
 
+#include "vtkSmartPointer.h" // for the source
+
 #include <memory> // for what is open
+#include <string> // for names
+#include <vector> // for the picture
 
 class vtkImageData;
+class vtkKdModelSource;
 class vtkPolyData;
 
 namespace kdstream
 {
-class Store;
+class PieceSource;
 struct Error;
+struct Execution;
 }
 
 class VTKKDSTREAMVIEWERSOURCES_EXPORT vtkKdTextureReader : public vtkAlgorithm
@@ -60,6 +69,15 @@ public:
 
   ///@{
   /**
+   * A vtkKdStreamSource or vtkKdStoreReader, whose model is read instead of a file's, over its
+   * connection; what else it loads does not matter. Default none.
+   */
+  void SetModelSource(vtkKdModelSource* source);
+  vtkKdModelSource* GetModelSource() const;
+  ///@}
+
+  ///@{
+  /**
    * Which partition, from 0 on. Default 0.
    */
   virtual void SetPartition(vtkIdType value);
@@ -73,6 +91,8 @@ public:
 
   vtkPolyData* GetOutput();
   vtkImageData* GetPicture();
+
+  vtkMTimeType GetMTime() override;
 
   vtkTypeBool ProcessRequest(vtkInformation* request, vtkInformationVector** inputVector,
     vtkInformationVector* outputVector) override;
@@ -89,11 +109,18 @@ private:
 
   int RequestInformation(vtkInformationVector* outputVector);
   int RequestData(vtkInformationVector* outputVector);
+  std::string ModelName() const;
+  bool OpenModel(const kdstream::Execution& execution, kdstream::Error& error);
   int Fail(const kdstream::Error& error);
 
   char* FileName = nullptr;
+  vtkSmartPointer<vtkKdModelSource> ModelSource;
   vtkIdType Partition = 0;
-  std::shared_ptr<const kdstream::Store> Model; // since the last RequestInformation
+  // Since the last RequestInformation.
+  std::shared_ptr<const kdstream::PieceSource> Model;
+  std::vector<unsigned char> Tile; // with the picture
+  bool WasStopped = false;         // while that was opened
+  bool IsStale = false;            // stopped, or failed: to be read anew by the next Update
 };
 
 #endif

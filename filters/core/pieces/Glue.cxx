@@ -188,16 +188,21 @@ private:
 
 }
 
-Result<Mesh> GluePartitions(std::span<const Piece> partitions, ScalarType scalarType)
+Result<Mesh> GluePartitions(
+  std::span<const Piece> partitions, ScalarType scalarType, const Execution& execution)
 {
   Gluing gluing(scalarType);
   KDSTREAM_TRY(gluing.Start(partitions));
+  const double steps = 2 * static_cast<double>(partitions.size());
+  double done = 0;
   for (const Piece& piece : partitions)
   {
+    KDSTREAM_TRY(execution.Report("glue", done++ / steps));
     KDSTREAM_TRY(gluing.AddOwnVertices(piece));
   }
   for (const Piece& piece : partitions)
   {
+    KDSTREAM_TRY(execution.Report("glue", done++ / steps));
     KDSTREAM_TRY(gluing.AddTriangles(piece));
   }
   return gluing.Take();

@@ -3,6 +3,7 @@
 // (doc/design.md#nothing-lost).
 #pragma once
 
+#include "filters/core/Execution.h"
 #include "filters/core/Result.h"
 #include "filters/core/pieces/Piece.h"
 
@@ -18,7 +19,8 @@ namespace kdstream
 // would drop duplicates. Arrays come along, a tuple for each of these vertices and triangles.
 // O(size log partitions + ghosts log ghosts). Errors: InvalidArgument for a piece that is not of
 // the original or given twice; InvalidInput where a ghost names a vertex that its partition does
-// not have, or where partitions have different arrays.
-Result<Mesh> GluePartitions(std::span<const Piece> partitions, ScalarType scalarType);
+// not have, or where partitions have different arrays; Cancelled. Reports the step "glue".
+Result<Mesh> GluePartitions(
+  std::span<const Piece> partitions, ScalarType scalarType, const Execution& execution = {});
 
 }

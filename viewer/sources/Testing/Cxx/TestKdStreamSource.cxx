@@ -13,7 +13,16 @@
 #include <vtkKdStreamSource.h>
 #include <vtkKdTreePartition.h>
 
+#include <arpa/inet.h>
+#include <netinet/in.h>
+#include <sys/socket.h>
+#include <unistd.h>
+
+#include <atomic>
+#include <chrono>
 #include <fstream>
+#include <future>
+#include <iostream>
 
 namespace
 {
@@ -220,12 +229,158 @@ TEST_F(TestKdStreamSource, ATokenSaysWhatMayBeHad)
   EXPECT_NE(original.find("the token is for the levels of torus"), std::string::npos) << original;
 }
 
+// A model whose blobs never come, until it is let go.
+class SilentModel : public TorusModel
+{
+public:
+  Result<BlobBytes> ReadBlob(const protocol::BlobId& blob) const override
+  {
+    this->isAsked = true;
+    this->gone.wait();
+    return TorusModel::ReadBlob(blob);
+  }
+  ~SilentModel() override = default;
+  mutable std::atomic<bool> isAsked{ false };
+  std::promise<void> letGo;
+  std::shared_future<void> gone = letGo.get_future().share();
+};
+
+// Aborts at the first progress that is told once something is the case; knows when.
+struct AbortWhen
+{
+  vtkAlgorithm& filter;
+  std::function<bool()> isTime;
+  std::chrono::steady_clock::time_point at{};
+  void Look(vtkObject*, unsigned long, void*)
+  {
+    if (!this->filter.GetAbortExecute() && this->isTime())
+    {
+      this->at = std::chrono::steady_clock::now();
+      this->filter.SetAbortExecute(1);
+    }
+  }
+  void Tell(const std::string& what) const
+  {
+    const std::chrono::duration<double, std::milli> took =
+      std::chrono::steady_clock::now() - this->at;
+    std::cout << what << ": ended " << took.count() << " ms after the abort\n";
+  }
+};
+
+// No timeout is shorter than this test may be: what does not stop hangs it.
+TEST_F(TestKdStreamSource, EveryOutputStopsWhileNothingComes)
+{
+  std::shared_ptr<SilentModel> silent;
+  this->Source->SetTimeout(3600);
+  this->Source->AddPartition(3);
+  AbortWhen abort{ *this->Source, [&] { return silent->isAsked.load(); } };
+  this->Source->AddObserver(vtkCommand::ProgressEvent, &abort, &AbortWhen::Look);
+  for (const int content : { vtkKdModelSource::Original, vtkKdModelSource::Level,
+         vtkKdModelSource::Partitions, vtkKdModelSource::Region, vtkKdModelSource::View })
+  {
+    for (const int type : { vtkKdModelSource::PartitionedDataSet, vtkKdModelSource::PolyData })
+    {
+      auto torus = std::make_unique<TorusCatalog>();
+      torus->model = silent = std::make_shared<SilentModel>();
+      this->Serve(std::move(torus));
+      this->Source->SetContent(content);
+      this->Source->SetOutputType(type);
+      this->Source->SetBoundsOfPartitions(content == vtkKdModelSource::Original);
+      FilterObserver heard(this->Source);
+      EXPECT_TRUE(ContentOf(this->Update(), true).points.empty());
+      EXPECT_EQ(heard.error, "") << content << type;
+      EXPECT_FALSE(heard.failed);
+      abort.Tell("content " + std::to_string(content) + ", type " + std::to_string(type));
+      silent->letGo.set_value();
+    }
+  }
+  // Once it answers, the next Update has it, though nothing was set.
+  abort.isTime = [] { return false; };
+  EXPECT_FALSE(ContentOf(this->Update()).points.empty());
+}
+
+TEST_F(TestKdStreamSource, StopsWhileAServerDoesNotAnswer)
+{
+  const int listener = ::socket(AF_INET, SOCK_STREAM, 0);
+  sockaddr_in address{};
+  address.sin_family = AF_INET;
+  address.sin_addr.s_addr = htonl(INADDR_LOOPBACK);
+  socklen_t size = sizeof(address);
+  ASSERT_EQ(::bind(listener, reinterpret_cast<sockaddr*>(&address), size), 0);
+  ASSERT_EQ(::listen(listener, 1), 0);
+  ASSERT_EQ(::getsockname(listener, reinterpret_cast<sockaddr*>(&address), &size), 0);
+  this->Source->SetUrl("http://127.0.0.1:" + std::to_string(ntohs(address.sin_port)));
+  int told = 0;
+  AbortWhen abort{ *this->Source, [&] { return ++told == 3; } };
+  this->Source->AddObserver(vtkCommand::ProgressEvent, &abort, &AbortWhen::Look);
+  FilterObserver heard(this->Source);
+  EXPECT_TRUE(ContentOf(this->Update(), true).points.empty());
+  EXPECT_EQ(heard.error, ""); // of its timeout, of 30 s
+  abort.Tell("a server that does not answer");
+  ::close(listener);
+}
+
+TEST_F(TestKdStreamSource, ProgressGrowsToItsEnd)
+{
+  for (const int content : { vtkKdModelSource::Original, vtkKdModelSource::View })
+  {
+    this->Source->SetContent(content);
+    this->Source->SetOutputTypeToPolyData();
+    FilterObserver heard(this->Source);
+    this->Update();
+    const auto begin = std::find(heard.progress.rbegin(), heard.progress.rend(), 0.0).base();
+    EXPECT_TRUE(std::is_sorted(begin, heard.progress.end()));
+    EXPECT_GT(std::set<double>(begin, heard.progress.end()).size(), 3u);
+    EXPECT_EQ(heard.progress.back(), 1);
+  }
+}
+
+TEST_F(TestKdStreamSource, AModelThatWasReplacedIsOpenedAnew)
+{
+  const Content first = ContentOf(this->Update());
+  ASSERT_FALSE(first.cells.empty());
+  const Mesh torus = fixtures::Torus(20, 10);
+  BuildTo(this->File, torus, 100);
+  ASSERT_TRUE(dynamic_cast<StoreCatalog&>(*this->Served).Reload());
+  this->Source->Modified();
+  const Content second = ContentOf(this->Update());
+  EXPECT_EQ(second.cells.size(), torus.triangles.size());
+  EXPECT_EQ(this->Source->GetNumberOfModelPoints(), vtkIdType(torus.points.size()));
+  // On a server that was started anew at the same address, too: the connection is lost.
+  BuildTo(this->File, this->Sphere, 200);
+  const std::uint16_t port = this->Server->Port();
+  this->Server.reset();
+  ASSERT_TRUE(dynamic_cast<StoreCatalog&>(*this->Served).Reload());
+  HttpServerOptions options;
+  options.address.port = port;
+  options.drainTimeout = std::chrono::milliseconds(100);
+  auto server = HttpServer::Start(*this->Served, options);
+  ASSERT_TRUE(server) << server.GetError().message;
+  this->Server = std::move(*server);
+  this->Source->Modified();
+  EXPECT_TRUE(ContentOf(this->Update()) == first);
+}
+
+// What fails while it is read need not be set anew either.
+TEST_F(TestKdStreamSource, TheUpdateAfterAFailureOpensAnew)
+{
+  auto torus = std::make_unique<TorusCatalog>();
+  torus->model->damaged = protocol::BlobId::Partition(2);
+  TorusModel& model = *torus->model;
+  this->Serve(std::move(torus));
+  EXPECT_NE(this->Refusal(), "");
+  model.damaged.reset();
+  EXPECT_FALSE(ContentOf(this->Update()).cells.empty());
+}
+
 TEST_F(TestKdStreamSource, StopsWhenToldTo)
 {
   FilterObserver heard(this->Source);
   heard.abortAt = 0;
   EXPECT_EQ(LoadedPartitions(this->Update()), 0u);
   EXPECT_EQ(heard.error, "");
+  heard.abortAt = 2;
+  EXPECT_EQ(LoadedPartitions(this->Update()), 128u);
 }
 
 }

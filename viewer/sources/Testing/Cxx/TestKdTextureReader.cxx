@@ -2,11 +2,14 @@
 // Partitions of textured stores as VTK gets them: coordinates, pictures, each triangle once.
 #include "filters/codec/TextureTile.h"
 #include "filters/texture/WritePicture.h"
+#include "server/http/HttpServer.h"
+#include "server/session/StoreCatalog.h"
 #include "viewer/sources/Testing/Cxx/ModelSourceTools.h"
 
 #include <vtkDataArray.h>
 #include <vtkErrorCode.h>
 #include <vtkImageData.h>
+#include <vtkKdStreamSource.h>
 #include <vtkKdTextureReader.h>
 #include <vtkPointData.h>
 
@@ -123,6 +126,51 @@ TEST_F(TestKdTextureReader, CanReadTexturedStores)
   this->Build(false);
   EXPECT_EQ(this->Reader->CanReadFile(this->File.c_str()), 0);
   EXPECT_EQ(this->Reader->CanReadFile("/nonexistent.kds"), 0);
+}
+
+TEST_F(TestKdTextureReader, AServersModelIsReadOverItsSource)
+{
+  this->Build(true);
+  StoreCatalog models(this->Folder.Path, [](const std::filesystem::path&, const std::string&) {});
+  ASSERT_TRUE(models.Reload());
+  HttpServerOptions options;
+  options.drainTimeout = std::chrono::milliseconds(100);
+  const auto server = HttpServer::Start(models, options);
+  ASSERT_TRUE(server) << server.GetError().message;
+  vtkNew<vtkKdStreamSource> source;
+  vtkNew<vtkKdTextureReader> streamed;
+  streamed->SetModelSource(source);
+  {
+    FilterObserver heard(streamed);
+    streamed->Update();
+    EXPECT_NE(heard.error.find("no Url is set"), std::string::npos) << heard.error;
+  }
+  source->SetUrl("http://127.0.0.1:" + std::to_string((*server)->Port()));
+  for (const vtkIdType partition : { 0, 5 })
+  {
+    this->Reader->SetPartition(partition);
+    this->Reader->Update();
+    streamed->SetPartition(partition);
+    streamed->Update();
+    EXPECT_EQ(Describe(*streamed->GetOutput()), Describe(*this->Reader->GetOutput()));
+    for (const int pixel : { 0, 13, int(width * height) - 1 })
+    {
+      EXPECT_EQ(
+        streamed->GetPicture()->GetScalarComponentAsDouble(pixel % width, pixel / width, 0, 0),
+        this->Reader->GetPicture()->GetScalarComponentAsDouble(pixel % width, pixel / width, 0, 0));
+    }
+  }
+  // What was stopped is read by the next Update.
+  streamed->SetPartition(6);
+  {
+    FilterObserver heard(streamed);
+    heard.abortAt = 0;
+    streamed->Update();
+    EXPECT_EQ(heard.error, "");
+    EXPECT_EQ(streamed->GetOutput()->GetNumberOfPoints(), 0);
+  }
+  streamed->Update();
+  EXPECT_GT(streamed->GetOutput()->GetNumberOfPoints(), 0);
 }
 
 TEST_F(TestKdTextureReader, SaysWhatIsNotThere)

@@ -1,0 +1,73 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// What vtkKdStreamActor has open: a session, where its model comes from, and the actors that draw
+// it. Conducts "receive" to "render" of the README's picture for a host that has a camera of its
+// own.
+#pragma once
+
+#include "filters/core/Result.h"
+#include "viewer/client/ModelSource.h"
+#include "viewer/rendering/SurfaceActors.h"
+#include "viewer/session/ViewerSession.h"
+#include "viewer/session/look/Coloring.h"
+#include "viewer/session/look/SceneRules.h"
+
+#include <chrono>
+#include <deque>
+#include <memory>
+#include <optional>
+#include <string>
+
+namespace kdstream
+{
+
+// Threads: that of the window.
+class ActorStream
+{
+public:
+  // tolerance, and triangles for the smallest models: RefinementOptions.
+  ActorStream(std::unique_ptr<ModelSource> source, double tolerance, std::uint64_t triangles,
+    SurfaceActors::Told add, SurfaceActors::Told remove);
+
+  // Waits until the model is open and its preview is there; model: its name, empty for the only
+  // one. Errors: NotFound; InputOutput where nothing comes for that long.
+  Status Open(const std::string& model, std::chrono::seconds timeout);
+
+  void SetBudgets(std::uint64_t triangles, std::size_t bytes);
+  void SetColors(const ColorChoice& colors);
+  // Asks for what is needed there. Errors: those of CheckCamera.
+  Status Look(const SceneCamera& camera, int width, int height);
+  // Takes what has come for at most so many seconds, one piece at least, and draws it. Errors:
+  // those of SurfaceActors.
+  Status TakeIn(double seconds);
+  // Until something more has come.
+  bool Wait(std::chrono::milliseconds atMost) { return this->Source->Wait(atMost); }
+  // Whether there is something to take in.
+  bool HasNews();
+  // Whether all that is needed where one looks is drawn.
+  bool IsComplete() const;
+
+  const Box& ModelBox() const { return this->Extent; }
+  const ViewerSession& Viewer() const { return this->Session; }
+  SurfaceActors& Actors() { return this->Drawn; }
+
+private:
+  void TakeEvents();
+  void Send();
+  Status Draw();
+
+  std::unique_ptr<ModelSource> Source;
+  ViewerSession Session;
+  SurfaceActors Drawn;
+  std::deque<ClientEvent> Events; // that have come, and wait for their turn
+  bool IsOpened = false;
+  Box Extent; // of the whole model
+  Viewport Window;
+  ColorChoice Colors;
+  ScalarDescriptions Scalars;
+  std::uint64_t Triangles = 0;
+  std::size_t Bytes = 0;
+  std::optional<std::uint64_t> ShownVersion;
+  std::shared_ptr<const TileList> ShownTiles;
+};
+
+}

@@ -1,0 +1,242 @@
+// SPDX-License-Identifier: BSD-3-Clause
+/**
+ * @class   vtkKdStreamActor
+ * @brief   a model of a server or a store in any renderer: as fine as the camera needs, as it comes
+ *
+ * Added to a renderer it makes a plain vtkRenderWindow a viewer of models of any size:
+ *
+ *   vtkNew<vtkKdStreamActor> actor;
+ *   actor->SetSource("http://127.0.0.1:8700"); // or "statue.kds"
+ *   renderer->AddActor(actor);
+ *
+ * The first time that its bounds are asked for, or a picture is taken, it connects and waits for
+ * the preview (about 4,000 triangles), as a mapper waits for its pipeline. Each picture then
+ * follows the renderer's active camera: what it needs is asked for, and what has come is drawn,
+ * most urgent first, for at most SecondsPerFrame. While the window is idle a timer of its
+ * interactor takes pictures as more comes, until all has; without an interactor Refine does so, or
+ * pictures that are taken anyway. What is drawn is one surface without holes at any time, within
+ * NumberOfTriangles and MemoryLimit; where a view needs more, it is coarser.
+ *
+ * As a prop it is an assembly of actors in the model's coordinates, which it can be moved, turned
+ * and scaled in (of scales that differ along axes the least counts); GetBounds is the box of the
+ * whole model from the first time on. Pickers (vtkCellPicker, vtkPropPicker, vtkHardwareSelector)
+ * pick what is drawn. Parts are the actor's own: leave them alone. Textures are drawn where the
+ * model has them. Lights are the renderer's.
+ *
+ * One actor is drawn by one renderer at a time: it follows the camera of the last one. A parallel
+ * projection is followed too. Volumes, time steps and sections are not its own.
+ *
+ * Errors: vtkErrorMacro names the server or file, and GetErrorMessage tells the last; there are no
+ * bounds then, and nothing is drawn. What cannot be had of a model is told by vtkWarningMacro,
+ * once, and stays coarser. Open connects anew: after an error, or where the model was replaced.
+ *
+ * Complexity: a picture costs what its triangles cost, and SecondsPerFrame. Memory: MemoryLimit.
+ * Threads: that of the window; a thread of its own only reads from the line or file.
+ *
+ * Source: section 5 of the paper named in the README; doc/viewing.md tells what is refined first.
+ *
+ * @sa vtkKdStreamSource vtkKdStoreReader
+ */
+#ifndef vtkKdStreamActor_h
+#define vtkKdStreamActor_h
+
+#include "vtkAssembly.h"
+#include "vtkKdStreamViewerActorModule.h" // for the export macro
+#include "vtkNew.h"                       // for the property
+#include "vtkWeakPointer.h"               // for who draws it
+
+#include <memory> // for what is open
+#include <string> // for names
+
+class vtkProperty;
+class vtkRenderWindowInteractor;
+class vtkRenderer;
+
+namespace kdstream
+{
+class ActorStream;
+}
+
+class VTKKDSTREAMVIEWERACTOR_EXPORT vtkKdStreamActor : public vtkAssembly
+{
+public:
+  static vtkKdStreamActor* New();
+  vtkTypeMacro(vtkKdStreamActor, vtkAssembly);
+  void PrintSelf(ostream& os, vtkIndent indent) override;
+
+  ///@{
+  /**
+   * Where the model is: a server, http://HOST:PORT or https://HOST:PORT; a store, NAME.kds; or a
+   * folder of stores.
+   */
+  vtkSetMacro(Source, std::string);
+  vtkGetMacro(Source, std::string);
+  ///@}
+
+  ///@{
+  /**
+   * The name of the model; empty, the default: the only one that there is.
+   */
+  vtkSetMacro(ModelId, std::string);
+  vtkGetMacro(ModelId, std::string);
+  ///@}
+
+  ///@{
+  /**
+   * As vtkKdStreamSource has them, for a server: its token, whose word is taken for its
+   * certificate, and a folder for what has come, of CacheSize bytes at most. Default none, the
+   * system's, none, and 10 GiB.
+   */
+  vtkSetMacro(Token, std::string);
+  vtkGetMacro(Token, std::string);
+  vtkSetMacro(CertificateAuthorities, std::string);
+  vtkGetMacro(CertificateAuthorities, std::string);
+  vtkSetMacro(CacheFolder, std::string);
+  vtkGetMacro(CacheFolder, std::string);
+  vtkSetMacro(CacheSize, vtkTypeUInt64);
+  vtkGetMacro(CacheSize, vtkTypeUInt64);
+  ///@}
+
+  ///@{
+  /**
+   * Opening is given up after so many seconds in which nothing comes, 1 to 3600. Default 60.
+   */
+  vtkSetClampMacro(Timeout, int, 1, 3600);
+  vtkGetMacro(Timeout, int);
+  ///@}
+
+  ///@{
+  /**
+   * About the most triangles that are drawn, 1000 or more; of a cloud, points. Default 2000000.
+   */
+  vtkSetClampMacro(NumberOfTriangles, vtkIdType, 1000, VTK_INT_MAX);
+  vtkGetMacro(NumberOfTriangles, vtkIdType);
+  ///@}
+
+  ///@{
+  /**
+   * About the most bytes that what is drawn takes, decoded, 16 MiB or more. Default 512 MiB.
+   */
+  vtkSetClampMacro(MemoryLimit, vtkTypeUInt64, vtkTypeUInt64{ 16 } << 20, VTK_TYPE_UINT64_MAX);
+  vtkGetMacro(MemoryLimit, vtkTypeUInt64);
+  ///@}
+
+  ///@{
+  /**
+   * An error of so many pixels is not seen, 0.01 to 100. Default 1. A model whose original has at
+   * most an eighth of NumberOfTriangles is shown four times as fine.
+   */
+  vtkSetClampMacro(Tolerance, double, 0.01, 100);
+  vtkGetMacro(Tolerance, double);
+  ///@}
+
+  ///@{
+  /**
+   * A picture takes in what has come for at most about so many seconds, 0 to 10; one piece at
+   * least. Default 0.02. Where the window desires an update rate, as while one turns the model, at
+   * most a tenth of that time.
+   */
+  vtkSetClampMacro(SecondsPerFrame, double, 0, 10);
+  vtkGetMacro(SecondsPerFrame, double);
+  ///@}
+
+  ///@{
+  /**
+   * Whether the window's interactor takes pictures as more comes. Default on.
+   */
+  vtkSetMacro(RefineWhenIdle, bool);
+  vtkGetMacro(RefineWhenIdle, bool);
+  vtkBooleanMacro(RefineWhenIdle, bool);
+  ///@}
+
+  ///@{
+  /**
+   * What colours are of: "own" (the model's or its pictures', else the property's), "none",
+   * "partition", "resolution", or the name of an array of numbers that the model's levels have.
+   * Default "own".
+   */
+  vtkSetMacro(ColorBy, std::string);
+  vtkGetMacro(ColorBy, std::string);
+  ///@}
+
+  /**
+   * Colour (of what has none of its own), opacity, representation, edges, shininess. Default: the
+   * stone of kdstream-view.
+   */
+  vtkProperty* GetProperty() { return this->Property; }
+
+  /**
+   * Connects anew, and waits for the preview. False: GetErrorMessage says why. Only needed to know
+   * of errors early, or after one.
+   */
+  bool Open();
+
+  /**
+   * The last error, a line; empty where there was none since it was opened.
+   */
+  std::string GetErrorMessage() const;
+
+  /**
+   * Takes in what the renderer's camera needs for at most so many seconds, without taking pictures.
+   * True: all of it is there; the next picture draws it.
+   */
+  bool Refine(vtkRenderer* renderer, double seconds);
+
+  /**
+   * Whether all that the camera of the last picture needs is there.
+   */
+  bool IsComplete();
+
+  ///@{
+  /**
+   * What is drawn, and how many bytes have come for it: 0 before it is open.
+   */
+  vtkIdType GetNumberOfDrawnTriangles() const;
+  vtkIdType GetNumberOfDrawnPoints() const;
+  vtkTypeUInt64 GetNumberOfReceivedBytes() const;
+  ///@}
+
+  using vtkAssembly::GetBounds;
+  double* GetBounds() VTK_SIZEHINT(6) override;
+
+  int RenderOpaqueGeometry(vtkViewport* viewport) override;
+
+protected:
+  vtkKdStreamActor();
+  ~vtkKdStreamActor() override;
+
+private:
+  vtkKdStreamActor(const vtkKdStreamActor&) = delete;
+  void operator=(const vtkKdStreamActor&) = delete;
+
+  std::string Address() const;
+  bool IsOpen();
+  void Close();
+  void Look(vtkRenderer& renderer);
+  void TakeIn(double seconds);
+  double SecondsFor(vtkRenderer& renderer);
+  void WaitForIdle(vtkRenderer& renderer);
+  void StopWaiting();
+  void OnTimer(vtkObject* interactor, unsigned long event, void* timer);
+
+  std::string Source, ModelId, Token, CertificateAuthorities, CacheFolder;
+  vtkTypeUInt64 CacheSize = vtkTypeUInt64{ 10 } << 30;
+  int Timeout = 60;
+  vtkIdType NumberOfTriangles = 2000000;
+  vtkTypeUInt64 MemoryLimit = vtkTypeUInt64{ 512 } << 20;
+  double Tolerance = 1;
+  double SecondsPerFrame = 0.02;
+  bool RefineWhenIdle = true;
+  std::string ColorBy = "own";
+  vtkNew<vtkProperty> Property;
+
+  std::unique_ptr<kdstream::ActorStream> Stream; // null: nothing is open
+  std::string Tried;                             // Address of that, or of what could not be opened
+  std::string ErrorMessage, LastWarning;
+  vtkWeakPointer<vtkRenderer> Renderer; // of the last picture
+  vtkWeakPointer<vtkRenderWindowInteractor> Interactor;
+  unsigned long TimerObserver = 0;
+  int Timer = 0, LastTimer = 0;
+};
+
+#endif

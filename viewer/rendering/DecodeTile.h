@@ -1,0 +1,42 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// The picture of a tile of texture, decoded: what scenes take as a TileDecoder. Whoever includes
+// this links filters/texture; scenes alone do without. Step "render" of the README's picture.
+#pragma once
+
+#include "filters/texture/Picture.h"
+#include "viewer/rendering/SurfaceScene.h"
+
+#include <utility>
+
+namespace kdstream
+{
+
+// Errors: those of DecodePicture; InvalidInput where it has another size than the tile says.
+inline Result<TilePicture> DecodeTile(const TextureTile& tile)
+{
+  auto picture = DecodePicture(tile.image, std::uint64_t{ tile.width } * tile.height);
+  KDSTREAM_TRY(picture);
+  if (picture->width != tile.width || picture->height != tile.height)
+  {
+    return Error{ ErrorCode::InvalidInput, "its picture has another size" };
+  }
+  TilePicture colors{ tile.width, tile.height, {} };
+  if (picture->components == 3)
+  {
+    colors.texels = std::move(picture->texels);
+    return colors;
+  }
+  // Without alpha, and grey as three times the same.
+  const std::size_t count = picture->width * picture->height;
+  colors.texels.reserve(3 * count);
+  for (std::size_t i = 0; i < count; ++i)
+  {
+    const std::uint8_t* texel = picture->texels.data() + i * picture->components;
+    const bool isGrey = picture->components < 3;
+    colors.texels.insert(
+      colors.texels.end(), { texel[0], texel[isGrey ? 0 : 1], texel[isGrey ? 0 : 2] });
+  }
+  return colors;
+}
+
+}

@@ -1,0 +1,92 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// The actors that draw one surface: those of SurfaceScene's renderer, and the parts of
+// vtkKdStreamActor. Step "render" of the README's picture.
+#pragma once
+
+#include "viewer/rendering/ScenePart.h"
+#include "viewer/rendering/SurfaceScene.h"
+
+#include <vtkSmartPointer.h>
+#include <vtkType.h>
+
+#include <cstddef>
+#include <functional>
+#include <memory>
+#include <optional>
+#include <vector>
+
+class vtkActor;
+class vtkProperty;
+
+namespace kdstream
+{
+
+// Threads: one at a time, that of the window.
+class SurfaceActors
+{
+public:
+  // Told of an actor that is drawn from now on (perhaps once more), and of one that is drawn no
+  // more.
+  using Told = std::function<void(vtkActor&)>;
+  SurfaceActors(Told add, Told remove);
+  ~SurfaceActors();
+  SurfaceActors(const SurfaceActors&) = delete;
+  SurfaceActors& operator=(const SurfaceActors&) = delete;
+
+  // As SurfaceScene has them.
+  Status Update(const Surface& surface, const TreeDepths& depths, const Vec3& center);
+  Status Update(const DrawnSurface& surface, const TreeDepths& depths, const Vec3& center,
+    const std::shared_ptr<const TileList>& tiles = nullptr);
+  void SetTileDecoder(TileDecoder decoder) { this->Decoder = decoder; }
+  void SetStyle(const SceneStyle& style);
+
+  // What all are made of, but for colours of the model, and flat or smooth, which the style says.
+  // Costs nothing where it was not modified since the last time. Before the first call:
+  // sceneMaterial.
+  void SetMaterial(vtkProperty& material);
+
+  // Before each picture: where it is taken from, with half the tangent of the vertical angle; its
+  // height in pixels; what is above the section is not drawn; SceneLighting::relief.
+  struct Sight
+  {
+    ClippingPlanes planes;
+    double tangent = 1;
+    int height = 1;
+    std::optional<SectionPlane> section;
+    double relief = 0;
+  };
+  void Aim(const Sight& sight);
+
+  bool Empty() const { return this->Entries.empty(); }
+  // Of what is drawn, relative to Center().
+  const Box& Bounds() const { return this->Extent; }
+  const Vec3& Center() const { return this->Middle; }
+  const TreeDepths& Depths() const { return this->Tree; }
+  // FacetLength of what is drawn.
+  double Facet() const { return this->FacetSize; }
+
+private:
+  struct Entry
+  {
+    std::unique_ptr<ScenePart> scene;
+    DrawnSurface::Part drawn; // nothing where it is a whole surface
+    std::shared_ptr<const TextureTile> tile;
+    bool isShown = false; // by `scene`
+  };
+
+  std::unique_ptr<ScenePart> NewPart() const;
+  void Take(std::vector<Entry> entries);
+
+  Told Add, Remove;
+  std::vector<Entry> Entries;
+  TileDecoder Decoder = nullptr;
+  SceneStyle Style;
+  vtkSmartPointer<vtkProperty> Material; // null: the scene's
+  vtkMTimeType MaterialTime = 0;
+  TreeDepths Tree;
+  Vec3 Middle{ 0.0, 0.0, 0.0 };
+  Box Extent;
+  double FacetSize = 0.0;
+};
+
+}

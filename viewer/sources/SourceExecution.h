@@ -1,0 +1,21 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// How sources run: on VTK's threads. While they wait, progress is told as it is, so that whoever
+// observes it can stop them; so can any other thread, by vtkAlgorithm::SetAbortExecute.
+#pragma once
+
+#include "filters/core/Execution.h"
+
+#include <vtkAlgorithm.h>
+
+namespace kdstream
+{
+
+// For what is opened before the information of a pipeline is told: progress is 0. An abort of
+// before counts no more.
+Execution MakeOpeningExecution(vtkAlgorithm& source);
+
+// For what is read then. Progress never falls, though steps begin anew: "pieces" are four fifths of
+// it, "glue" is a tenth; of all others nothing but the time is told.
+Execution MakeReadingExecution(vtkAlgorithm& source);
+
+}
