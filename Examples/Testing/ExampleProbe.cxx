@@ -66,7 +66,7 @@ int CheckPicture(const char* file, std::size_t hues)
         rgb[k] = picture->GetScalarComponentAsDouble(x, y, 0, k) / 255;
       }
       vtkMath::RGBToHSV(rgb, hsv);
-      if (hsv[1] > 0.2 && hsv[2] > 0.2)
+      if (hsv[1] > 0.1 && hsv[2] > 0.2)
       {
         ++pixels[static_cast<std::size_t>(hsv[0] * 36)];
       }
