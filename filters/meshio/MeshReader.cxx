@@ -45,6 +45,14 @@ Result<std::unique_ptr<MeshReader>> OpenByEnding(const std::string& ending, Byte
     return Error{ ErrorCode::Unsupported,
       ending + " files are not read in chunks; kdstream-convert makes a .ply of them" };
   }
+  constexpr std::array<const char*, 6> texts{ ".txt", ".csv", ".pts", ".asc", ".xyzrgb", ".xyzn" };
+  if (std::find(texts.begin(), texts.end(), ending) != texts.end())
+  {
+    return Error{ ErrorCode::Unsupported,
+      "the ending '" + ending +
+        "' names no known mesh format; points as lines of numbers are read "
+        "from a file that is called .xyz" };
+  }
   return Error{ ErrorCode::Unsupported,
     "the ending '" + ending + "' names no known mesh format; convert it to .ply" };
 }

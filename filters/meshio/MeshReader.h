@@ -81,6 +81,10 @@ public:
   // Of the readers of the formats, which append points whether or not they are finite: whether all
   // of the last ReadVertices are known to be.
   virtual bool KnowsFinite() const { return false; }
+  // Of these: whether they count points that are not finite; and " (line 17)", where the last face
+  // that was read stands, or nothing.
+  virtual bool CountsNotFinite() const { return false; }
+  virtual std::string LineOfFace() const { return {}; }
 
   // Bytes of the file, and how far into it the reader is: for progress.
   virtual std::uint64_t FileSize() const = 0;
