@@ -235,7 +235,6 @@ private:
     if (this->Layout && this->NamesInFile > 0 && this->NamedColumns != this->ColumnCount)
     {
       this->Layout = std::nullopt; // a remark, or names of something else
-      this->OtherNames = this->NamesInFile;
     }
     if (this->Layout && this->NamedColumns != this->ColumnCount)
     {

@@ -17,7 +17,8 @@ namespace
 using Kind = XyzLayout::Kind;
 using Block = XyzLayout::Block;
 
-constexpr std::size_t placeColumns = 3; // before the columns that are looked at
+constexpr std::size_t placeColumns = 3;  // before the columns that are looked at
+constexpr std::uint64_t manyPoints = 20; // of which small values say something
 
 std::string Lower(std::string_view name)
 {
@@ -483,7 +484,7 @@ Result<XyzLayout> XyzColumns::Guess(std::vector<std::string>& readings) const
                          std::to_string(block.columns[2] + 1) +
                          " are taken as colours from 0 to 1 (--columns decides)");
     }
-    else if (block.kind == Kind::Colors && candidates.size() == 1 &&
+    else if (block.kind == Kind::Colors && candidates.size() == 1 && this->Points >= manyPoints &&
              std::any_of(block.columns.begin(), block.columns.end(),
                [this](std::size_t column)
                {
