@@ -138,6 +138,28 @@ Result<std::uint64_t> ReadAndDrop(std::uint64_t count, const Read& read)
 
 }
 
+Result<std::size_t> MeshReader::ReadFaces(Mesh& mesh, std::size_t mostTriangles)
+{
+  const std::size_t begin = mesh.triangles.size();
+  std::size_t faces = 0, atOnce = 256, ofFace = 1; // ofFace: triangles of one, as far as was seen
+  for (std::size_t made = 0; faces < mostTriangles && made < mostTriangles;
+       made = mesh.triangles.size() - begin)
+  {
+    const std::size_t room =
+      std::min((mostTriangles - made) / ofFace, std::min(atOnce, mostTriangles - faces));
+    const Result<std::size_t> read = this->ReadTriangles(mesh, std::max<std::size_t>(1, room));
+    KDSTREAM_TRY(read);
+    if (*read == 0)
+    {
+      break;
+    }
+    faces += *read;
+    ofFace = std::max(ofFace, (mesh.triangles.size() - begin - made) / *read);
+    atOnce *= 2;
+  }
+  return faces;
+}
+
 Result<std::uint64_t> MeshReader::PassVertices(std::uint64_t count)
 {
   return ReadAndDrop(

@@ -67,6 +67,10 @@ public:
   // checked. Errors: an index out of range, a truncated body, as above.
   virtual Result<std::size_t> ReadTriangles(Mesh& mesh, std::size_t limit) = 0;
 
+  // The same, until about `mostTriangles` were appended: polygons and strips make many each. At
+  // most as many faces.
+  Result<std::size_t> ReadFaces(Mesh& mesh, std::size_t mostTriangles);
+
   // Goes on behind at most `count` further vertices, or faces, as if they had been read; returns
   // how many, 0 at the end. Where the format tells where they end (binary STL; binary PLY without
   // lists, or whose faces can be triangles alone) no byte of them is read: what is skipped is not

@@ -202,32 +202,8 @@ private:
   {
     const std::size_t limit =
       this->ElementsOfChunk(2 * sizeof(NumberedTriangle) + this->Output.cellTupleBytes);
-    return this->ForEachChunk([&](Mesh& chunk) { return this->ReadSomeFaces(chunk, limit); },
+    return this->ForEachChunk([&](Mesh& chunk) { return this->Reader.ReadFaces(chunk, limit); },
       [&](const Mesh& chunk) { return this->WriteTriangles(chunk); });
-  }
-
-  // Faces of about `most` triangles: polygons and strips make many each, which reading shows.
-  Result<std::size_t> ReadSomeFaces(Mesh& chunk, std::size_t most)
-  {
-    constexpr std::size_t fewFaces = 256;
-    std::size_t faces = 0;
-    while (faces < most && chunk.triangles.size() < most)
-    {
-      const std::size_t room = (most - chunk.triangles.size()) / this->TrianglesOfFace;
-      const std::size_t before = chunk.triangles.size();
-      const Result<std::size_t> read = this->Reader.ReadTriangles(
-        chunk, std::min(most - faces, std::clamp<std::size_t>(room, 1, this->MostFaces)));
-      KDSTREAM_TRY(read);
-      if (*read == 0)
-      {
-        break;
-      }
-      faces += *read;
-      this->TrianglesOfFace =
-        std::max(this->TrianglesOfFace, (chunk.triangles.size() - before) / *read);
-      this->MostFaces = std::max(fewFaces, 2 * *read);
-    }
-    return faces;
   }
 
   Status WriteTriangles(const Mesh& chunk)
@@ -261,8 +237,6 @@ private:
   const Execution& Exec;
   bool Part;
   SpilledMesh Output;
-  std::size_t TrianglesOfFace = 1;        // of the last faces at most
-  std::size_t MostFaces = 256;            // that are read at once: it grows
   std::vector<NumberedTriangle> Numbered; // of a chunk
 };
 
