@@ -131,6 +131,11 @@ const twoMaterials = (first, second) => ["mtllib a.mtl", objOf([...corners, ...c
 const twoCubes = { triangles: 24, volume: 16 };
 const twoColors = [[255, 0, 0], [0, 0, 255]];
 
+const coloredObj = (color) => objOf(corners.map((corner, i) => [...corner, ...color(i)]), quads);
+const far = corners.map((corner) => corner.map((value) => value + 4000));
+// The picture of a library that is not there.
+const gone = "newmtl m\nmap_Kd gone.png\n";
+
 const one = (name, file, bytes, right, rest = {}) => ({ name, file, files: { [file]: bytes }, right, ...rest });
 
 export const cases = [
@@ -147,6 +152,39 @@ export const cases = [
   one("a star as one polygon, VRML", "a.wrl", wrl(`Shape { geometry IndexedFaceSet { convex FALSE coord Coordinate { point [ ${star(5).flat().join(" ")} ] } coordIndex [ ${star(5).map((_, i) => i).join(" ")} ] } }`),
     { area: starArea(5), triangles: 8 }),
   one("a PLY with a vertex of NaN", "a.ply", plyOf([...corners, ["nan", 0, 0]], [...triangles, [0, 1, 8]]), cube, { says: /not finite/ }),
+  one("an OBJ with one colour brighter than white", "a.obj", coloredObj((i) => (i ? [0.8, 0.4, 0.2] : [1.01, 0.4, 0.2])), cube,
+    { says: /most/, colors: [[204, 102, 51], [255, 102, 51]] }),
+  one("an OBJ with colours of 16 bits", "a.obj", coloredObj(() => [65535, 32768, 0]), cube, { colors: [[255, 128, 0]] }),
+  one("an OBJ with a weight before the colours", "a.obj", coloredObj(() => [1, 0.8, 0.4, 0.2]), cube, { says: /seven/, colors: [[204, 102, 51]] }),
+  one("an OBJ with normals behind the coordinates", "a.obj", coloredObj((i) => corners[i].map((value) => value * Math.sqrt(1 / 3))), cube,
+    { says: /normals/, colors: [] }),
+  one("an OBJ of old faces", "a.obj", cubeObj.replaceAll("f ", "fo "), cube),
+  one("an OBJ in capitals", "a.obj", cubeObj.toUpperCase(), cube),
+  one("an OBJ with lines that nobody knows", "a.obj", `${cubeObj}facet 1 2 3\n`, cube, { says: /'facet' in line 15/ }),
+  one("an OBJ whose group ends in a backslash", "a.obj", cubeObj.replace("f ", "g C:\\tmp\\\nf "), cube, { isRead: false }),
+  one("an OBJ whose comment ends in a backslash", "a.obj", cubeObj.replace("\nf ", " # C:\\tmp\\\nf "), cube, { isRead: false }),
+  one("an OBJ with a vertex far away that an empty face names", "a.obj", objOf([[0, 0, 0], ...far], [[0, 0, 0], ...quads.map((quad) => quad.map((i) => i + 1))]),
+    { ...cube, triangles: 13, unused: 1 }, { says: /no triangle uses/ }),
+  one("a PLY with a vertex far away that an empty face names", "a.ply", plyOf([...far, [0, 0, 0]], [...triangles, [0, 8, 8]]),
+    { ...cube, triangles: 13, unused: 1 }, { says: /no triangle uses/ }),
+  { name: "a picture that is not there, beside colours of vertices", file: "a.obj", right: cube, says: /gone/, colors: [[255, 0, 0]],
+    files: { "a.obj": `mtllib a.mtl\nusemtl m\n${coloredObj(() => [1, 0, 0])}`, "a.mtl": gone } },
+  { name: "a picture that no face uses, beside colours of vertices", file: "a.obj", right: cube, colors: [[255, 0, 0]],
+    files: { "a.obj": `mtllib a.mtl\n${coloredObj(() => [1, 0, 0])}`, "a.mtl": gone } },
+  { name: "one material in two libraries", file: "a.obj", right: twoCubes, says: /b\.mtl.*a\.mtl/,
+    files: { "a.obj": `mtllib b.mtl\n${twoMaterials("p", "q")}`, "a.mtl": mtl("p", "q"), "b.mtl": mtl("q", "p") } },
+  { name: "a library in small letters that is not named", file: "a.obj", right: twoCubes, says: /a\.mtl/, colors: twoColors,
+    files: { "a.obj": twoMaterials("p", "q").replace("mtllib a.mtl\n", ""), "a.mtl": mtl("p", "q").toLowerCase() } },
+  one("a PLY with one colour brighter than white", "a.ply", plyOf(corners, quads,
+    { properties: "property float red\nproperty float green\nproperty float blue", row: (i) => (i ? "0.8 0.4 0.2" : "2 0.4 0.2") }), cube,
+  { says: /most/ }),
+  one("a binary STL that counts none", "a.stl", (() => { const bytes = stlBytes(); bytes.writeUInt32LE(0, 80); return bytes; })(), cube, { says: /not counted/ }),
+  one("a binary STL with colours", "a.stl", (() => { const bytes = stlBytes(); bytes.writeUInt16LE(0xfc00, 132); return bytes; })(), cube, { says: /attribute/ }),
+  one("an XYZ with an opacity", "a.xyz", scatter(40).map((p) => `${p.join(" ")} 200 100 50 255`).join("\n"), { triangles: 0 }, { says: /column7/, colors: [[200, 100, 50]] }),
+  one("an XYZ with one colour brighter than white", "a.xyz", `//X Y Z Rf Gf Bf\n${scatter(40).map((p, i) => `${p.join(" ")} ${i ? 0.8 : 1.01} 0.4 0.2`).join("\n")}`,
+    { triangles: 0 }, { says: /most/, colors: [[204, 102, 51], [255, 102, 51]] }),
+  one("an XYZ with a part of the names of colours", "a.xyz", `//X Y Z B temp class\n${scatter(40).map((p, i) => `${p.join(" ")} ${i} 1 2`).join("\n")}`,
+    { triangles: 0 }, { says: /names b/, colors: [] }),
   one("a PLY with colours as floats", "a.ply", plyOf(corners, quads,
     { properties: "property float red\nproperty float green\nproperty float blue", row: () => "1 0.5 0" }), cube, { colors: [[255, 128, 0]] }),
   one("a PLY with colours of 16 bits", "a.ply", plyOf(corners, quads,

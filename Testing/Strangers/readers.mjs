@@ -29,11 +29,11 @@ function readObj(bytes) {
   const points = [], faces = [], colors = [];
   for (const line of linesOf(bytes)) {
     const [keyword, ...words] = line.replace(/(^|\s)#.*/, "").trim().split(/\s+/);
-    if (keyword === "v") {
+    if (/^v$/i.test(keyword)) {
       const numbers = words.map(Number);
       points.push(numbers.slice(0, 3));
       numbers.length >= 6 && colors.push(numbers.slice(3, 6).map((value) => Math.round(255 * value)));
-    } else if (keyword === "f") {
+    } else if (/^fo?$/i.test(keyword)) {
       const corners = words.map((word) => Number(word.split("/")[0]));
       faces.push(corners.map((index) => (index < 0 ? points.length + index : index - 1)));
     }
@@ -91,7 +91,8 @@ function readPly(bytes) {
 
 function readStl(bytes) {
   const points = [], faces = [];
-  const count = bytes.length >= 84 ? bytes.readUInt32LE(80) : 0;
+  const told = bytes.length >= 84 ? bytes.readUInt32LE(80) : 0;
+  const count = told && told !== 0xffffffff ? told : Math.floor((bytes.length - 84) / 50);
   if (/^\s*solid/.test(bytes.toString("latin1", 0, 80)) && /\bfacet\b/.test(bytes.toString("latin1", 0, 1000))) {
     for (const [, x, y, z] of textOf(bytes).matchAll(/vertex\s+(\S+)\s+(\S+)\s+(\S+)/g)) {
       points.push([x, y, z].map(Number));
@@ -109,7 +110,7 @@ function readStl(bytes) {
 }
 
 function readXyz(bytes) {
-  const rows = linesOf(bytes).map((line) => line.trim()).filter((line) => line && !line.startsWith("#"))
+  const rows = linesOf(bytes).map((line) => line.trim()).filter((line) => line && !/^(#|\/\/)/.test(line))
     .map((line) => line.split(/[\s;]+/).map((word) => Number(word.replace(",", "."))));
   return { points: rows.map((row) => row.slice(0, 3)), faces: [], colors: [] };
 }

@@ -58,7 +58,7 @@ Result<Mesh> ReadMesh(MeshReader& reader, const BuildOptions& options, const Exe
     for (std::size_t count = 1; count > 0;)
     {
       const Result<std::size_t> read =
-        triangles ? reader.ReadTriangles(mesh, readChunk) : reader.ReadVertices(mesh, readChunk);
+        triangles ? reader.ReadFaces(mesh, readChunk) : reader.ReadVertices(mesh, readChunk);
       KDSTREAM_TRY(read);
       count = *read;
       KDSTREAM_TRY(reader.Info().tolerance.Check(options.strict));

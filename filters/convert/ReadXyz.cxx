@@ -6,6 +6,7 @@
 #include "filters/convert/XyzColumns.h"
 #include "filters/meshio/NumberText.h"
 #include "filters/meshio/QuotedText.h"
+#include "filters/meshio/ShownColors.h"
 #include "filters/meshio/TextLines.h"
 #include "filters/meshio/TextWords.h"
 
@@ -126,12 +127,20 @@ private:
       }
     }
     KDSTREAM_TRY(this->SplitLine(line));
+    if (this->Words.size() == 1 && this->IsNextCount())
+    {
+      return {};
+    }
     if (!this->Columns)
     {
-      if ((!this->CountSeen && IsCount(this->Words)) || AreXyzNames(this->Words))
+      if (AreXyzNames(this->Words))
       {
-        this->CountSeen = true;
         this->TakeNames(line);
+        return {};
+      }
+      if (this->Words.size() > 1 && AreOtherNames(this->Words) && !this->OtherNames)
+      {
+        this->OtherNames = this->Lines.Number();
         return {};
       }
       KDSTREAM_TRY(this->SetColumns());
@@ -144,14 +153,31 @@ private:
     return this->AddPoint();
   }
 
+  // A number of points before them, as each scan of a .pts has.
+  bool IsNextCount()
+  {
+    std::uint64_t count = 0;
+    if (!IsCount(this->Words) || (this->CountSeen && this->SinceCount != this->Counted) ||
+        ParseNumber(this->Words[0], count) != NumberTextError::None)
+    {
+      return false;
+    }
+    this->CountSeen = true;
+    this->Counted = count;
+    this->SinceCount = 0;
+    return true;
+  }
+
   // A line that names the columns, as some programs write before the points.
   void TakeNames(std::string_view line)
   {
     if (!this->Columns && !this->Layout)
     {
       SplitWords(line, separators, this->Words);
-      Result<XyzLayout> layout =
-        AreXyzNames(this->Words) ? LayoutOfNames(this->Words) : Result<XyzLayout>(Error{});
+      this->PartNames.clear();
+      Result<XyzLayout> layout = AreXyzNames(this->Words)
+                                   ? LayoutOfNamesInFile(this->Words, this->PartNames)
+                                   : Result<XyzLayout>(Error{});
       if (layout)
       {
         this->Layout = std::move(*layout);
@@ -234,6 +260,7 @@ private:
 
   Status AddPoint()
   {
+    ++this->SinceCount;
     const std::array<std::size_t, 3> places =
       this->Layout ? this->Layout->coordinates : std::array<std::size_t, 3>{ 0, 1, 2 };
     Vec3 point{};
@@ -284,12 +311,13 @@ private:
     }
     std::vector<std::string> readings;
     this->TellCommas(readings);
+    this->TellNames(readings);
     Result<XyzLayout> layout =
       this->Layout ? Result<XyzLayout>(*this->Layout) : this->Columns->Guess(readings);
     KDSTREAM_TRY(layout);
     for (const XyzLayout::Block& block : layout->blocks)
     {
-      this->AddBlock(block, layout->coordinates);
+      this->AddBlock(block, layout->coordinates, readings);
     }
     for (std::string& reading : readings)
     {
@@ -313,7 +341,23 @@ private:
     }
   }
 
-  void AddBlock(const XyzLayout::Block& block, const std::array<std::size_t, 3>& coordinates)
+  void TellNames(std::vector<std::string>& readings) const
+  {
+    if (this->OtherNames > 0 && !this->Layout)
+    {
+      readings.push_back("line " + std::to_string(this->OtherNames) +
+                         " is taken for names that are not those of the columns (--columns names "
+                         "them)");
+    }
+    else if (this->Layout && !this->PartNames.empty())
+    {
+      readings.push_back("line " + std::to_string(this->NamesInFile) + " names " + this->PartNames +
+                         " without the other two: kept as numbers");
+    }
+  }
+
+  void AddBlock(const XyzLayout::Block& block, const std::array<std::size_t, 3>& coordinates,
+    std::vector<std::string>& readings)
   {
     const std::size_t tuples = this->Out.mesh.points.size();
     // Columns are stored without those of the coordinates.
@@ -329,11 +373,21 @@ private:
                             ? MakeNormals(tuples)
                             : MakePointAttribute(block.name, AttributeType::Float32, 1, tuples);
     const bool colors = block.kind == XyzLayout::Kind::Colors;
-    const double scale = !colors                                  ? 1
-                         : this->Columns->BelowOne(columns)       ? 255
-                         : this->Columns->Greatest(columns) > 255 ? 255.0 / 65535
-                                                                  : 1;
     const std::size_t extra = this->ColumnCount - 3;
+    ColorWhite white;
+    for (std::size_t i = 0; colors && i < tuples; ++i)
+    {
+      for (const std::size_t column : columns)
+      {
+        white.Add(double(this->Extra[i * extra + column]));
+      }
+    }
+    const double scale = colors ? 255 / white.White() : 1;
+    if (const std::string doubt = white.Doubt(); !doubt.empty())
+    {
+      readings.push_back("colours are read as from 0 to " +
+                         std::to_string(static_cast<int>(white.White())) + ", " + doubt);
+    }
     for (std::size_t i = 0; i < tuples; ++i)
     {
       for (std::size_t k = 0; k < attribute.components; ++k)
@@ -357,7 +411,10 @@ private:
   std::size_t ColumnCount = 0;
   std::optional<XyzColumns> Columns; // once there is a point
   bool CountSeen = false;
-  std::vector<float> Extra; // the columns but for the coordinates
+  std::uint64_t Counted = 0, SinceCount = 0; // points, by the last count, and behind it
+  std::uint64_t OtherNames = 0;              // the line of names that name no columns; 0: none
+  std::string PartNames;                     // of r g b or nx ny nz a part, which names numbers
+  std::vector<float> Extra;                  // the columns but for the coordinates
   DecimalPrecision Precision;
   ForeignMesh Out;
 };

@@ -17,7 +17,8 @@ namespace
 using Kind = XyzLayout::Kind;
 using Block = XyzLayout::Block;
 
-constexpr std::size_t placeColumns = 3; // before the columns that are looked at
+constexpr std::size_t placeColumns = 3;  // before the columns that are looked at
+constexpr std::uint64_t manyPoints = 20; // of which small values say something
 
 std::string Lower(std::string_view name)
 {
@@ -32,9 +33,14 @@ std::string Lower(std::string_view name)
 // The short name of what is known by several.
 std::string PlainName(std::string_view name)
 {
-  constexpr std::array<std::array<std::string_view, 2>, 6> others{ { { "red", "r" },
-    { "green", "g" }, { "blue", "b" }, { "i", "intensity" }, { "class", "classification" },
-    { "skip", "-" } } };
+  constexpr std::array<std::array<std::string_view, 2>, 9> others{ { { "red", "r" },
+    { "green", "g" }, { "blue", "b" }, { "rf", "r" }, { "gf", "g" }, { "bf", "b" },
+    { "i", "intensity" }, { "class", "classification" }, { "skip", "-" } } };
+  constexpr std::string_view quotes = "\"'";
+  while (name.size() > 1 && quotes.find(name.front()) != quotes.npos && name.front() == name.back())
+  {
+    name = name.substr(1, name.size() - 2);
+  }
   std::string plain = Lower(name);
   for (const auto& [other, known] : others)
   {
@@ -60,9 +66,8 @@ Error Bad(const std::string& what)
   return { ErrorCode::InvalidArgument, "--columns: " + what };
 }
 
-}
-
-Result<XyzLayout> LayoutOfNames(const std::vector<std::string_view>& names)
+// parts: none: all must be right.
+Result<XyzLayout> LayoutOf(const std::vector<std::string_view>& names, std::string* parts)
 {
   if (names.size() > mostXyzColumns)
   {
@@ -74,7 +79,11 @@ Result<XyzLayout> LayoutOfNames(const std::vector<std::string_view>& names)
     plain.push_back(PlainName(name));
     if (plain.back() != "-" && std::count(plain.begin(), plain.end(), plain.back()) > 1)
     {
-      return Bad(QuotedText(name) + " is named twice");
+      if (!parts)
+      {
+        return Bad(QuotedText(name) + " is named twice");
+      }
+      plain.back() = ColumnName(plain.size() - 1);
     }
   }
   const auto find = [&](const std::array<const char*, 3>& wanted)
@@ -106,8 +115,16 @@ Result<XyzLayout> LayoutOfNames(const std::vector<std::string_view>& names)
     }
     if (missing > 0)
     {
-      return Bad(std::string("of ") + wanted[0] + " " + wanted[1] + " " + wanted[2] +
-                 " all three are needed");
+      if (!parts)
+      {
+        return Bad(std::string("of ") + wanted[0] + " " + wanted[1] + " " + wanted[2] +
+                   " all three are needed");
+      }
+      for (std::size_t k = 0; k < 3; ++k)
+      {
+        *parts += found[k] == plain.size() ? "" : (parts->empty() ? "" : ", ") + plain[found[k]];
+      }
+      continue;
     }
     layout.blocks.push_back({ kind, found });
     used.insert(found.begin(), found.end());
@@ -122,6 +139,30 @@ Result<XyzLayout> LayoutOfNames(const std::vector<std::string_view>& names)
   std::sort(layout.blocks.begin(), layout.blocks.end(),
     [](const Block& a, const Block& b) { return a.columns[0] < b.columns[0]; });
   return layout;
+}
+
+}
+
+Result<XyzLayout> LayoutOfNames(const std::vector<std::string_view>& names)
+{
+  return LayoutOf(names, nullptr);
+}
+
+Result<XyzLayout> LayoutOfNamesInFile(
+  const std::vector<std::string_view>& names, std::string& parts)
+{
+  return LayoutOf(names, &parts);
+}
+
+bool AreOtherNames(const std::vector<std::string_view>& words)
+{
+  return std::all_of(words.begin(), words.end(),
+    [](std::string_view word)
+    {
+      double value = 0;
+      return std::string_view("0123456789+-.").find(word.front()) == std::string_view::npos &&
+             ParseNumber(word, value) == NumberTextError::NotANumber;
+    });
 }
 
 bool AreXyzNames(const std::vector<std::string_view>& words)
@@ -299,6 +340,29 @@ double XyzColumns::Belongs(std::size_t column) const
   return (std::abs(this->Correlation(column, a)) + std::abs(this->Correlation(column, b))) / 2;
 }
 
+// Below 32.
+bool XyzColumns::LooksLikeClass(std::size_t column) const
+{
+  constexpr double mostClass = 31;
+  return this->Columns[column].greatest <= mostClass;
+}
+
+// Of candidates with these rests that whose rest is the last column, where that is 255 for all, or
+// 1 beside colours from 0 to 1.
+std::optional<std::size_t> XyzColumns::LookForOpacity(const std::vector<std::size_t>& rests) const
+{
+  const auto found = std::find(rests.begin(), rests.end(), this->Count - 1);
+  if (found == rests.end() || this->Count < 4 || this->Varies(this->Count - 1))
+  {
+    return std::nullopt;
+  }
+  const double value = this->Columns.back().greatest;
+  const bool opaque =
+    value == 255 ||
+    (value == 1 && this->BelowOne({ this->Count - 4, this->Count - 3, this->Count - 2 }));
+  return opaque ? std::optional(static_cast<std::size_t>(found - rests.begin())) : std::nullopt;
+}
+
 std::size_t XyzColumns::Choose(const std::vector<Candidate>& candidates) const
 {
   std::vector<std::size_t> rests;
@@ -317,6 +381,10 @@ std::size_t XyzColumns::Choose(const std::vector<Candidate>& candidates) const
     const bool alone = found != rests.end() && std::count_if(rests.begin(), rests.end(), is) == 1;
     return alone ? std::optional(static_cast<std::size_t>(found - rests.begin())) : std::nullopt;
   };
+  if (const std::optional<std::size_t> opacity = this->LookForOpacity(rests))
+  {
+    return *opacity;
+  }
   std::size_t varying = 0;
   for (std::size_t k = 0; k < this->Count; ++k)
   {
@@ -329,9 +397,16 @@ std::size_t XyzColumns::Choose(const std::vector<Candidate>& candidates) const
       return *alone;
     }
   }
-  constexpr double mostClass = 31;
-  if (const auto alone =
-        only([&](std::size_t k) { return this->Columns[k].greatest <= mostClass; }))
+  // At an end, and not a colour that is nowhere.
+  if (varying + 1 == this->Count)
+  {
+    if (const auto alone = only([this](std::size_t k)
+          { return !this->Varies(k) && (k == 0 || this->Columns[k].greatest > 0); }))
+    {
+      return *alone;
+    }
+  }
+  if (const auto alone = only([this](std::size_t k) { return this->LooksLikeClass(k); }))
   {
     return *alone;
   }
@@ -408,6 +483,19 @@ Result<XyzLayout> XyzColumns::Guess(std::vector<std::string>& readings) const
       readings.push_back("columns " + std::to_string(block.columns[0] + 1) + " to " +
                          std::to_string(block.columns[2] + 1) +
                          " are taken as colours from 0 to 1 (--columns decides)");
+    }
+    else if (block.kind == Kind::Colors && candidates.size() == 1 && this->Points >= manyPoints &&
+             std::any_of(block.columns.begin(), block.columns.end(),
+               [this](std::size_t column)
+               {
+                 const std::size_t k = column - placeColumns;
+                 return this->LooksLikeClass(k) && this->Columns[k].greatest > 0;
+               }))
+    {
+      readings.push_back("columns " + std::to_string(block.columns[0] + 1) + " to " +
+                         std::to_string(block.columns[2] + 1) +
+                         " are taken as colours, though one has no value above 31 (--columns "
+                         "decides)");
     }
   }
   std::string numbers;

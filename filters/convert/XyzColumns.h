@@ -38,14 +38,20 @@ struct XyzLayout
   std::vector<Block> blocks;
 };
 
-// Of names: x y z; r g b (red green blue); nx ny nz; i, intensity; class, classification; -, which
-// is left out; any other names a number. Case does not matter for these. Errors: InvalidArgument
-// for names without x y z, twice the same, a part of r g b or of nx ny nz.
+// Of names: x y z; r g b (red green blue, rf gf bf); nx ny nz; i, intensity; class, classification;
+// -, which is left out; any other names a number. Case and quotes do not matter for these. Errors:
+// InvalidArgument for names without x y z, twice the same, a part of r g b or of nx ny nz.
 Result<XyzLayout> LayoutOfNames(const std::vector<std::string_view>& names);
+// The same of names in a file: of r g b or nx ny nz a part names numbers; of the same name the
+// first counts, others are called as their columns. parts: gets the names of such a part.
+Result<XyzLayout> LayoutOfNamesInFile(
+  const std::vector<std::string_view>& names, std::string& parts);
 
 // Whether words are such names of a line before the points: x, y and z among them, and none a
 // number.
 bool AreXyzNames(const std::vector<std::string_view>& words);
+// Whether none of them begins as a number does.
+bool AreOtherNames(const std::vector<std::string_view>& words);
 
 // What is known of the columns behind x y z once all values were seen. O(k^2) a point of k columns.
 class XyzColumns
@@ -60,15 +66,12 @@ public:
   // colours if all are whole numbers from 0 to 255, or numbers from 0 to 1 that are neither all
   // whole nor normals. At most one normal, one colour and one other number are looked for; where
   // there are 3 columns or 6, those that fit nothing are numbers. Where several layouts fit, in
-  // this order: the number is the column that alone varies; the one that looks like a class, below
-  // 32 where the others are not; the one that goes least with its neighbours; that of "intensity r
+  // this order: the number is the last column, if it is an opacity of 255 for all; the column that
+  // alone varies, or alone does not; the one that looks like a class, below 32 where the others
+  // are not; the one that goes least with its neighbours; that of "intensity r
   // g b", normals, and colours first. readings: gets a sentence for what can be read in two ways.
   // Errors: InvalidInput for other numbers of columns.
   Result<XyzLayout> Guess(std::vector<std::string>& readings) const;
-
-  // Whether colours in these three columns are from 0 to 1, or beyond 255.
-  bool BelowOne(const std::array<std::size_t, 3>& columns) const;
-  double Greatest(const std::array<std::size_t, 3>& columns) const;
 
 private:
   struct Column
@@ -87,6 +90,11 @@ private:
     std::optional<std::size_t> colors, normals;
   };
 
+  // Whether colours in these three columns are from 0 to 1, and not all whole.
+  bool BelowOne(const std::array<std::size_t, 3>& columns) const;
+  double Greatest(const std::array<std::size_t, 3>& columns) const;
+  bool LooksLikeClass(std::size_t column) const;
+  std::optional<std::size_t> LookForOpacity(const std::vector<std::size_t>& rests) const;
   bool FitsColors(std::size_t first) const;
   bool FitsNormals(std::size_t first) const;
   std::vector<Candidate> Candidates() const;

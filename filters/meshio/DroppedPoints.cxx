@@ -34,17 +34,6 @@ bool AreFinite(std::span<const Vec3> points)
   return finite;
 }
 
-// "vertex 17, whose y is nan".
-std::string PlaceOf(std::uint64_t number, const Vec3& point)
-{
-  const auto* const bad =
-    std::find_if(point.begin(), point.end(), [](double v) { return !std::isfinite(v); });
-  return "vertex " + std::to_string(number) + ", whose " + "xyz"[bad - point.begin()] + " is " +
-         (std::isnan(*bad) ? "nan"
-           : *bad > 0      ? "inf"
-                           : "-inf");
-}
-
 // Of the arrays of an association: the tuples from `begin` on of which keeps(i) is true, i from 0.
 template <class Keeps>
 void KeepTuples(Mesh& mesh, AttributeAssociation association, std::size_t begin, const Keeps& keeps)
@@ -69,6 +58,16 @@ void KeepTuples(Mesh& mesh, AttributeAssociation association, std::size_t begin,
   }
 }
 
+}
+
+std::string WhatIsNotFinite(const Vec3& point)
+{
+  const auto* const bad =
+    std::find_if(point.begin(), point.end(), [](double v) { return !std::isfinite(v); });
+  return std::string("whose ") + "xyz"[bad - point.begin()] + " is " +
+         (std::isnan(*bad) ? "nan"
+           : *bad > 0      ? "inf"
+                           : "-inf");
 }
 
 Status DroppedPoints::Add(std::uint64_t number)
@@ -124,7 +123,9 @@ Status DropPoints(
       if (tolerance)
       {
         tolerance->Count(Lapse::PointNotFinite, 1,
-          tolerance->Of(Lapse::PointNotFinite) == 0 ? PlaceOf(number, *point) : std::string());
+          tolerance->Of(Lapse::PointNotFinite) == 0
+            ? "vertex " + std::to_string(number) + ", " + WhatIsNotFinite(*point)
+            : std::string());
       }
     }
   }
@@ -172,6 +173,16 @@ Result<std::vector<bool>> DropNotFinite(
   {
     return std::vector<bool>();
   }
+  std::string first;
+  for (std::size_t i = 0; i < mesh.triangles.size() && first.empty(); ++i)
+  {
+    for (const VertexId corner : mesh.triangles[i])
+    {
+      const Result<VertexId> number = dropped.NumberOf(corner);
+      KDSTREAM_TRY(number);
+      first = *number == noVertex ? "one that names vertex " + std::to_string(corner) : first;
+    }
+  }
   Result<std::vector<bool>> kept = RenumberTriangles(mesh, 0, dropped);
   KDSTREAM_TRY(kept);
   std::uint64_t faces = 0;
@@ -191,7 +202,7 @@ Result<std::vector<bool>> DropNotFinite(
     }
     begin = end;
   }
-  tolerance.Count(Lapse::FaceOfDroppedPoint, faces);
+  tolerance.Count(Lapse::FaceOfDroppedPoint, faces, first);
   KeepTriangles(mesh, 0, *kept);
   return kept;
 }

@@ -12,10 +12,14 @@
 #include <cstdint>
 #include <filesystem>
 #include <optional>
+#include <string>
 #include <vector>
 
 namespace kdstream
 {
+
+// "whose y is nan". REQUIRES: a point that is not finite.
+std::string WhatIsNotFinite(const Vec3& point);
 
 // Which of a file's points were dropped, and the numbers of the others without them. Memory: some
 // 2 MiB, and those only once a point was dropped. Disk: a quarter of a byte a point of the file.

@@ -70,11 +70,11 @@ private:
     const std::size_t begin = mesh.points.size();
     const Result<std::size_t> read = this->Reader->ReadVertices(mesh, limit);
     KDSTREAM_TRY(read);
-    // Of a soup the reader counts: it knows of points that go with others of their facet.
+    // Some readers count: they know of points that go with others, or that are one in the file.
     if (!this->Reader->KnowsFinite())
     {
       KDSTREAM_TRY(DropPoints(mesh, begin, this->VerticesRead, this->Dropped,
-        this->FileInfo.soup ? nullptr : &this->Own));
+        this->Reader->CountsNotFinite() ? nullptr : &this->Own));
     }
     this->VerticesRead += *read;
     return read;
@@ -101,7 +101,9 @@ private:
         *kept = whole ? std::vector<bool>(kept->size(), false) : std::move(*kept);
         constexpr Lapse kind = Lapse::FaceOfDroppedPoint;
         this->Own.Count(kind, whole ? 1 : gone,
-          this->Own.Of(kind) == 0 ? "face " + std::to_string(this->FacesRead) : std::string());
+          this->Own.Of(kind) == 0
+            ? "face " + std::to_string(this->FacesRead) + this->Reader->LineOfFace()
+            : std::string());
         KeepTriangles(mesh, begin, *kept);
       }
       ++this->FacesRead;

@@ -45,6 +45,14 @@ Result<std::unique_ptr<MeshReader>> OpenByEnding(const std::string& ending, Byte
     return Error{ ErrorCode::Unsupported,
       ending + " files are not read in chunks; kdstream-convert makes a .ply of them" };
   }
+  constexpr std::array<const char*, 6> texts{ ".txt", ".csv", ".pts", ".asc", ".xyzrgb", ".xyzn" };
+  if (std::find(texts.begin(), texts.end(), ending) != texts.end())
+  {
+    return Error{ ErrorCode::Unsupported,
+      "the ending '" + ending +
+        "' names no known mesh format; points as lines of numbers are read "
+        "from a file that is called .xyz" };
+  }
   return Error{ ErrorCode::Unsupported,
     "the ending '" + ending + "' names no known mesh format; convert it to .ply" };
 }
@@ -128,6 +136,28 @@ Result<std::uint64_t> ReadAndDrop(std::uint64_t count, const Read& read)
   return done;
 }
 
+}
+
+Result<std::size_t> MeshReader::ReadFaces(Mesh& mesh, std::size_t mostTriangles)
+{
+  const std::size_t begin = mesh.triangles.size();
+  std::size_t faces = 0, atOnce = 256, ofFace = 1; // ofFace: triangles of one, as far as was seen
+  for (std::size_t made = 0; faces < mostTriangles && made < mostTriangles;
+       made = mesh.triangles.size() - begin)
+  {
+    const std::size_t room =
+      std::min((mostTriangles - made) / ofFace, std::min(atOnce, mostTriangles - faces));
+    const Result<std::size_t> read = this->ReadTriangles(mesh, std::max<std::size_t>(1, room));
+    KDSTREAM_TRY(read);
+    if (*read == 0)
+    {
+      break;
+    }
+    faces += *read;
+    ofFace = std::max(ofFace, (mesh.triangles.size() - begin - made) / *read);
+    atOnce *= 2;
+  }
+  return faces;
 }
 
 Result<std::uint64_t> MeshReader::PassVertices(std::uint64_t count)

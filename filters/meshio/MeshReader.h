@@ -67,6 +67,10 @@ public:
   // checked. Errors: an index out of range, a truncated body, as above.
   virtual Result<std::size_t> ReadTriangles(Mesh& mesh, std::size_t limit) = 0;
 
+  // The same, until about `mostTriangles` were appended: polygons and strips make many each. At
+  // most as many faces.
+  Result<std::size_t> ReadFaces(Mesh& mesh, std::size_t mostTriangles);
+
   // Goes on behind at most `count` further vertices, or faces, as if they had been read; returns
   // how many, 0 at the end. Where the format tells where they end (binary STL; binary PLY without
   // lists, or whose faces can be triangles alone) no byte of them is read: what is skipped is not
@@ -81,6 +85,10 @@ public:
   // Of the readers of the formats, which append points whether or not they are finite: whether all
   // of the last ReadVertices are known to be.
   virtual bool KnowsFinite() const { return false; }
+  // Of these: whether they count points that are not finite; and " (line 17)", where the last face
+  // that was read stands, or nothing.
+  virtual bool CountsNotFinite() const { return false; }
+  virtual std::string LineOfFace() const { return {}; }
 
   // Bytes of the file, and how far into it the reader is: for progress.
   virtual std::uint64_t FileSize() const = 0;

@@ -4,13 +4,16 @@
 // 3. vertices  4. faces.
 #include "filters/meshio/ObjReader.h"
 
+#include "filters/meshio/DroppedPoints.h"
 #include "filters/meshio/MakeRoom.h"
 #include "filters/meshio/NumberText.h"
+#include "filters/meshio/ObjPlaceNumbers.h"
 #include "filters/meshio/ObjStatements.h"
 #include "filters/meshio/ObjVertices.h"
 #include "filters/meshio/PolygonFaces.h"
 
 #include <algorithm>
+#include <cmath>
 #include <memory>
 #include <optional>
 
@@ -31,11 +34,10 @@ struct Survey
   Counts counts{};
   std::uint64_t faces = 0;
   std::uint64_t statements = 0; // v, vt, vn, f
-  std::uint64_t curves = 0;
   bool materials = false;
+  ObjPassedOver passedOver;
   std::array<bool, 3> named{}; // whether a corner names a texture coordinate, or a normal
-  std::uint64_t colored = 0;   // places
-  float brightest = 0;
+  ObjPlaceNumbers places;
   DecimalPrecision precision;
 };
 
@@ -55,13 +57,15 @@ public:
   const MeshFileInfo& Info() const override { return this->FileInfo; }
   Result<std::size_t> ReadVertices(Mesh& mesh, std::size_t limit) override;
   Result<std::size_t> ReadTriangles(Mesh& mesh, std::size_t limit) override;
+  bool CountsNotFinite() const override { return true; }
+  std::string LineOfFace() const override { return this->LineHere(); }
   std::uint64_t FileSize() const override { return this->Statements.GetLines().Size(); }
   std::uint64_t Position() const override { return this->Statements.GetLines().End(); }
 
 private:
   template <class Visit>
   Status ForEachStatement(const Execution& execution, Visit&& visit);
-  Status LookAtPlace(std::string_view text);
+  void LookAtPlace(std::string_view text);
   void LookAtFace(std::string_view text);
   void Describe();
   Status MakeTables(const Execution& execution);
@@ -82,6 +86,10 @@ private:
   void Count(ObjKeyword keyword);
 
   bool AsFloats() const { return this->FileInfo.scalarType == ScalarType::Float32; }
+  // Of a vertex of the file, which is several where faces name several normals at it.
+  void CheckFinite(const Vec3& point);
+  // " (line 5)", where it is known.
+  std::string LineHere() const;
   // "face 0 (line 5)".
   std::string PlaceOf(const char* element, std::uint64_t index) const;
   Error At(const char* element, std::uint64_t index, const Error& error) const;
@@ -91,6 +99,7 @@ private:
   ByteSource Again;
   std::filesystem::path Scratch;
   Survey Found;
+  ObjPlaceColumns PlacesHave;
   MeshFileInfo FileInfo;
   std::unique_ptr<ObjVertices> Tables; // only if corners name more than places
   PolygonFaces Polygons;
@@ -102,18 +111,34 @@ private:
   Counts SoFar{}; // statements of this pass
   std::uint64_t VerticesRead = 0;
   std::uint64_t FacesRead = 0;
-  bool AtFaces = false;
+  bool AtFaces = false, Opened = false;
   std::optional<Error> Failure;
 };
 
 std::string ObjReader::PlaceOf(const char* element, std::uint64_t index) const
 {
-  if (this->AtFaces && this->Tables)
+  return std::string(element) + " " + std::to_string(index) + this->LineHere();
+}
+
+std::string ObjReader::LineHere() const
+{
+  return this->Opened && this->Tables
+           ? std::string()
+           : " (line " + std::to_string(this->Statements.GetLines().Number()) + ")";
+}
+
+void ObjReader::CheckFinite(const Vec3& point)
+{
+  if (std::isfinite(point[0]) && std::isfinite(point[1]) && std::isfinite(point[2]))
   {
-    return std::string(element) + " " + std::to_string(index);
+    return;
   }
-  return std::string(element) + " " + std::to_string(index) + " (line " +
-         std::to_string(this->Statements.GetLines().Number()) + ")";
+  Tolerance& tolerance = this->FileInfo.tolerance;
+  constexpr Lapse kind = Lapse::PointNotFinite;
+  tolerance.Count(kind, 1,
+    tolerance.Of(kind) > 0
+      ? std::string()
+      : this->PlaceOf("vertex", this->VerticesRead) + ", " + WhatIsNotFinite(point));
 }
 
 Error ObjReader::At(const char* element, std::uint64_t index, const Error& error) const
@@ -160,28 +185,13 @@ Status ObjReader::ForEachStatement(const Execution& execution, Visit&& visit)
   return {};
 }
 
-Status ObjReader::LookAtPlace(std::string_view text)
+void ObjReader::LookAtPlace(std::string_view text)
 {
-  std::size_t numbers = 0;
-  std::array<std::string_view, 7> words;
-  for (; numbers < words.size() && !(words[numbers] = TakeWord(text)).empty(); ++numbers)
+  for (std::size_t k = 0; k < 3; ++k)
   {
-    if (numbers < 3)
-    {
-      this->Found.precision.Add(words[numbers]);
-    }
+    this->Found.precision.Add(TakeWord(text));
   }
-  if (numbers >= 6)
-  {
-    ++this->Found.colored;
-    for (std::size_t k = 3; k < 6; ++k)
-    {
-      float value = 0;
-      static_cast<void>(ParseNumber(words[k], value)); // what is none is refused when it is read
-      this->Found.brightest = std::max(this->Found.brightest, value);
-    }
-  }
-  return {};
+  this->Found.places.Add(text);
 }
 
 // Whether corners name more than places.
@@ -214,7 +224,7 @@ Status ObjReader::Start(const Execution& execution)
       const ObjKeyword keyword = this->Statements.Keyword();
       found.statements += keyword <= ObjKeyword::Face ? 1 : 0;
       found.materials |= keyword == ObjKeyword::Material;
-      found.curves += keyword == ObjKeyword::Curve ? 1 : 0;
+      found.passedOver.Add(this->Statements);
       if (keyword == ObjKeyword::Face)
       {
         ++found.faces;
@@ -230,7 +240,11 @@ Status ObjReader::Start(const Execution& execution)
                                                   objPartNames[static_cast<std::size_t>(keyword)] +
                                                   "s" };
       }
-      return keyword == ObjKeyword::Place ? this->LookAtPlace(this->Statements.Rest()) : Status();
+      if (keyword == ObjKeyword::Place)
+      {
+        this->LookAtPlace(this->Statements.Rest());
+      }
+      return {};
     });
   KDSTREAM_TRY(surveyed);
   if (this->FileSize() == 0)
@@ -242,26 +256,35 @@ Status ObjReader::Start(const Execution& execution)
     return Error{ ErrorCode::InvalidInput, "is not an OBJ file: no line says v, vt, vn or f" };
   }
   this->FileInfo.tolerance.Count(Lapse::PaddedEnd, this->Statements.GetLines().Padding());
-  // What corners name in vain becomes no attribute.
-  found.named[1] &= found.counts[1] > 0;
-  found.named[2] &= found.counts[2] > 0;
+  // What corners name in vain becomes no attribute. Of a cloud each point has its own.
+  for (const std::size_t part : { 1, 2 })
+  {
+    found.named[part] &= found.counts[part] > 0;
+    found.named[part] |=
+      found.faces == 0 && found.counts[0] > 0 && found.counts[part] == found.counts[0];
+  }
   this->Describe();
-  return found.named[1] || found.named[2] ? this->MakeTables(execution) : Status();
+  if (found.named[1] || found.named[2])
+  {
+    KDSTREAM_TRY(this->MakeTables(execution));
+  }
+  this->Opened = true;
+  return {};
 }
 
 void ObjReader::Describe()
 {
-  const Survey& found = this->Found;
+  Survey& found = this->Found;
   MeshFileInfo& info = this->FileInfo;
   info.vertices = found.counts[0];
   info.faces = found.faces;
   info.scalarType = found.precision.FloatsSuffice() ? ScalarType::Float32 : ScalarType::Float64;
-  const bool colored = found.colored > 0 && found.colored == found.counts[0];
-  if (colored)
+  this->PlacesHave = found.places.Decide(found.counts[0], found.named[2], info.tolerance);
+  if (this->PlacesHave.what == ObjPlaceColumns::What::Colors)
   {
     info.attributes.push_back({ "RGB", AttributeType::UInt8, AttributeAssociation::Point, 3 });
   }
-  if (found.named[2])
+  if (found.named[2] || this->PlacesHave.what == ObjPlaceColumns::What::Normals)
   {
     info.attributes.push_back(
       { "Normals", AttributeType::Float32, AttributeAssociation::Point, 3 });
@@ -275,14 +298,17 @@ void ObjReader::Describe()
   {
     info.ignoredAttributes.push_back(objMaterialsName);
   }
-  if (found.curves > 0)
+  found.passedOver.Name(info.ignoredAttributes);
+  for (const std::size_t part : { 1, 2 })
   {
-    info.ignoredAttributes.push_back(
-      std::to_string(found.curves) + " lines and free-form curves or surfaces");
+    if (found.counts[part] > 0 && !found.named[part])
+    {
+      info.ignoredAttributes.push_back(std::string(objPartNames[part]) + "s, which no face names");
+    }
   }
-  if (found.colored > 0 && !colored)
+  if (!this->PlacesHave.ignored.empty())
   {
-    info.ignoredAttributes.push_back("colours, which not all vertices have");
+    info.ignoredAttributes.push_back(this->PlacesHave.ignored);
   }
 }
 
@@ -295,6 +321,13 @@ Status ObjReader::MakeTables(const Execution& execution)
   made = this->ForEachStatement(execution,
     [&]() -> Status
     {
+      if (this->Found.faces == 0 && this->Statements.Keyword() == ObjKeyword::Place)
+      {
+        const auto number = static_cast<std::uint32_t>(this->SoFar[0] + 1);
+        const ObjVertices::Corner corner{ number, this->Found.named[1] ? number : 0,
+          this->Found.named[2] ? number : 0 };
+        return this->Tables->AddFace(std::span(&corner, 1)); // which is not read
+      }
       if (this->Statements.Keyword() != ObjKeyword::Face)
       {
         return {};
@@ -319,7 +352,7 @@ Status ObjReader::AddToTables()
     case ObjKeyword::Place:
     {
       ObjPlace place;
-      const Status parsed = ParseObjPlace(text, this->AsFloats(), place);
+      const Status parsed = ParseObjPlace(text, this->AsFloats(), place, this->PlacesHave.at);
       return parsed ? this->Tables->AddPlace(place)
                     : this->At("vertex", this->SoFar[0], parsed.GetError());
     }
@@ -490,11 +523,14 @@ Status ObjReader::ReadPlaces(Mesh& mesh, std::size_t number)
   {
     KDSTREAM_TRY(this->NextOf(ObjKeyword::Place));
     ObjPlace place;
-    if (Status parsed = ParseObjPlace(this->Statements.Rest(), this->AsFloats(), place); !parsed)
+    if (Status parsed =
+          ParseObjPlace(this->Statements.Rest(), this->AsFloats(), place, this->PlacesHave.at);
+        !parsed)
     {
       return this->At("vertex", this->VerticesRead, parsed.GetError());
     }
     mesh.points.push_back(place.point);
+    this->CheckFinite(place.point);
     if (!mesh.attributes.empty())
     {
       this->AppendColor(place, mesh.attributes[0]);
@@ -504,14 +540,14 @@ Status ObjReader::ReadPlaces(Mesh& mesh, std::size_t number)
   return {};
 }
 
+// A colour, or a normal that stands behind the coordinates.
 void ObjReader::AppendColor(const ObjPlace& place, Attribute& attribute) const
 {
   const std::size_t tuple = attribute.TupleCount();
-  attribute.values.resize(attribute.values.size() + 3);
+  attribute.values.resize(attribute.values.size() + attribute.TupleSize());
   for (std::size_t k = 0; k < 3; ++k)
   {
-    const auto value = double(place.color[k]);
-    attribute.Set(tuple, k, this->Found.brightest > 1 ? value : value * 255);
+    attribute.Set(tuple, k, double(place.color[k]) * this->PlacesHave.scale);
   }
 }
 
@@ -527,9 +563,14 @@ Status ObjReader::ReadVerticesOfTables(Mesh& mesh, std::size_t number)
     const Result<ObjVertices::Vertex> vertex = this->Tables->GetVertex(this->VerticesRead);
     KDSTREAM_TRY(vertex);
     mesh.points.push_back(vertex->place.point);
+    if (this->VerticesRead < this->Found.counts[0])
+    {
+      this->CheckFinite(vertex->place.point);
+    }
     for (Attribute& attribute : mesh.attributes)
     {
-      if (attribute.type == AttributeType::UInt8)
+      const bool behindPlace = attribute.type == AttributeType::UInt8 || !this->Found.named[2];
+      if (attribute.components == 3 && behindPlace)
       {
         this->AppendColor(vertex->place, attribute);
       }

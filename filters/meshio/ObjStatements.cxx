@@ -7,6 +7,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 namespace kdstream
 {
@@ -53,7 +54,16 @@ bool ParseSmall(std::string_view word, std::int64_t& number)
   return value > 0;
 }
 
-// Whether a name follows, in which # is a character like any other.
+void MakeLower(std::string_view text, std::string& lower)
+{
+  lower.assign(text);
+  for (char& c : lower)
+  {
+    c = c >= 'A' && c <= 'Z' ? static_cast<char>(c - 'A' + 'a') : c;
+  }
+}
+
+// Whether a name follows, in which # is a character like any other. keyword: in small letters.
 bool TakesName(std::string_view keyword)
 {
   static constexpr std::array<std::string_view, 10> keywords{ "usemtl", "mtllib", "newmtl", "g",
@@ -71,6 +81,51 @@ std::size_t FindComment(std::string_view text)
     at = text.find('#', at + 1);
   }
   return at;
+}
+
+// Whether a line goes on in the next one. buffer: for a keyword.
+bool GoesOn(std::string_view text, std::string& buffer)
+{
+  while (!text.empty() && IsBlank(text.back()))
+  {
+    text.remove_suffix(1);
+  }
+  if (text.empty() || text.back() != '\\')
+  {
+    return false;
+  }
+  std::string_view rest = text;
+  MakeLower(TakeWord(rest), buffer);
+  return TakesName(buffer) ? text.size() > 1 && IsBlank(text[text.size() - 2])
+                           : FindComment(text) == std::string_view::npos;
+}
+
+ObjKeyword KeywordOf(std::string_view word)
+{
+  static constexpr std::array<std::pair<std::string_view, ObjKeyword>, 11> mesh{ {
+    { "v", ObjKeyword::Place },
+    { "f", ObjKeyword::Face },
+    { "vn", ObjKeyword::Normal },
+    { "vt", ObjKeyword::TextureCoordinate },
+    { "fo", ObjKeyword::Face },
+    { "usemtl", ObjKeyword::Material },
+    { "mtllib", ObjKeyword::Material },
+    { "l", ObjKeyword::Curve },
+    { "curv", ObjKeyword::Curve },
+    { "curv2", ObjKeyword::Curve },
+    { "surf", ObjKeyword::Curve },
+  } };
+  // The rest of the format, old statements too.
+  static constexpr std::array<std::string_view, 40> others{ "g", "o", "s", "p", "mg", "vp", "deg",
+    "bmat", "step", "cstype", "parm", "trim", "hole", "scrv", "sp", "end", "con", "bevel",
+    "c_interp", "d_interp", "lod", "shadow_obj", "trace_obj", "ctech", "stech", "maplib", "usemap",
+    "call", "csh", "bsp", "bzp", "cdc", "cdp", "res", "rev", "group", "object", "color", "matlib",
+    "version" };
+  const auto* const found = std::find_if(
+    mesh.begin(), mesh.end(), [word](const auto& known) { return known.first == word; });
+  return found != mesh.end()                                             ? found->second
+         : std::find(others.begin(), others.end(), word) != others.end() ? ObjKeyword::Other
+                                                                         : ObjKeyword::Unknown;
 }
 
 void TrimFront(std::string_view& text)
@@ -100,7 +155,7 @@ Result<bool> ObjStatements::Next()
     {
       continue;
     }
-    if (this->Text.back() == '\\')
+    if (GoesOn(this->Text, this->Lower))
     {
       KDSTREAM_TRY(this->Join());
     }
@@ -113,9 +168,10 @@ Result<bool> ObjStatements::Next()
 Status ObjStatements::Join()
 {
   this->Joined = this->Text;
-  while (!this->Joined.empty() && this->Joined.back() == '\\')
+  while (GoesOn(this->Joined, this->Lower))
   {
-    this->Joined.back() = ' ';
+    this->Joined.resize(this->Joined.rfind('\\'));
+    this->Joined += ' ';
     const Result<bool> more = this->Lines.Next();
     KDSTREAM_TRY(more);
     if (!*more)
@@ -134,40 +190,55 @@ Status ObjStatements::Join()
 
 void ObjStatements::Understand()
 {
-  if (const std::size_t comment = FindComment(this->Text); comment != std::string_view::npos)
+  const auto takeKeyword = [this](std::string_view& text)
   {
-    std::string_view rest = this->Text;
-    this->Text = TakesName(TakeWord(rest)) ? this->Text : this->Text.substr(0, comment);
+    this->AsWritten = this->Folded = TakeWord(text);
+    if (std::any_of(this->AsWritten.begin(), this->AsWritten.end(),
+          [](char c) { return c >= 'A' && c <= 'Z'; }))
+    {
+      MakeLower(this->AsWritten, this->Lower);
+      this->Folded = this->Lower;
+    }
+  };
+  std::string_view rest = this->Text;
+  takeKeyword(rest);
+  if (const std::size_t comment = FindComment(this->Text);
+      comment != std::string_view::npos && !TakesName(this->Folded))
+  {
+    rest = this->Text.substr(0, comment);
+    takeKeyword(rest);
   }
-  const std::string_view word = TakeWord(this->Text);
-  this->Written = word;
-  const auto isOneOf = [word](std::initializer_list<std::string_view> words)
-  { return std::find(words.begin(), words.end(), word) != words.end(); };
-  if (word == "v")
+  this->Text = rest;
+  this->Word = KeywordOf(this->Folded);
+}
+
+void ObjPassedOver::Add(const ObjStatements& statements)
+{
+  this->Curves += statements.Keyword() == ObjKeyword::Curve ? 1 : 0;
+  if (statements.Keyword() == ObjKeyword::Unknown && this->Unknown++ == 0)
   {
-    this->Word = ObjKeyword::Place;
-  }
-  else if (word == "f")
-  {
-    this->Word = ObjKeyword::Face;
-  }
-  else if (word == "vt")
-  {
-    this->Word = ObjKeyword::TextureCoordinate;
-  }
-  else if (word == "vn")
-  {
-    this->Word = ObjKeyword::Normal;
-  }
-  else
-  {
-    this->Word = isOneOf({ "usemtl", "mtllib" })             ? ObjKeyword::Material
-                 : isOneOf({ "curv", "curv2", "surf", "l" }) ? ObjKeyword::Curve
-                                                             : ObjKeyword::Other;
+    this->FirstUnknown = QuotedText(statements.Written()) + " in line " +
+                         std::to_string(statements.GetLines().Number());
   }
 }
 
-Status ParseObjPlace(std::string_view text, bool asFloats, ObjPlace& place)
+void ObjPassedOver::Name(std::vector<std::string>& notCarried) const
+{
+  if (this->Curves > 0)
+  {
+    notCarried.push_back(std::to_string(this->Curves) + " lines and free-form curves or surfaces");
+  }
+  if (this->Unknown > 0)
+  {
+    notCarried.push_back(
+      std::to_string(this->Unknown) +
+      (this->Unknown == 1 ? " line that is not a statement of OBJ: "
+                          : " lines that are not statements of OBJ: the first is ") +
+      this->FirstUnknown);
+  }
+}
+
+Status ParseObjPlace(std::string_view text, bool asFloats, ObjPlace& place, std::size_t colorsAt)
 {
   constexpr std::size_t most = 8;
   std::size_t numbers = 0;
@@ -187,9 +258,9 @@ Status ParseObjPlace(std::string_view text, bool asFloats, ObjPlace& place)
       {
         place.point[numbers] = double(single);
       }
-      else if (numbers < 6)
+      else if (numbers >= colorsAt && numbers < colorsAt + 3)
       {
-        place.color[numbers - 3] = single;
+        place.color[numbers - colorsAt] = single;
       }
     }
     KDSTREAM_TRY(parsed);
@@ -199,7 +270,7 @@ Status ParseObjPlace(std::string_view text, bool asFloats, ObjPlace& place)
   {
     return Bad("a vertex of " + std::to_string(numbers) + " numbers");
   }
-  place.colored = numbers >= 6;
+  place.colored = numbers >= colorsAt + 3;
   return {};
 }
 

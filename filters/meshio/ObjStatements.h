@@ -14,6 +14,7 @@
 #include <limits>
 #include <string>
 #include <string_view>
+#include <vector>
 
 namespace kdstream
 {
@@ -23,10 +24,11 @@ enum class ObjKeyword
   Place,             // v
   TextureCoordinate, // vt
   Normal,            // vn
-  Face,              // f
+  Face,              // f, fo
   Material,          // usemtl, mtllib
   Curve,             // curv, curv2, surf, l: what has a shape of its own
-  Other
+  Other,             // a statement that has no part in a mesh
+  Unknown
 };
 
 class ObjStatements
@@ -38,12 +40,15 @@ public:
   }
 
   // Goes to the next statement; false at the end. A line that ends with a backslash goes on in the
-  // next one, comments do not. A comment begins a line, or follows numbers; in a name # is a
-  // character like any other. Errors: InputOutput; a statement longer than 1 MiB; text in UTF-16.
+  // next one, comments do not, nor does a name of which the backslash is the last character. A
+  // comment begins a line, or follows numbers; in a name # is a character like any other. Errors:
+  // InputOutput; a statement longer than 1 MiB; text in UTF-16.
   Result<bool> Next();
   ObjKeyword Keyword() const { return this->Word; }
-  // The keyword as it is written. Valid until the next call of Next.
-  std::string_view Name() const { return this->Written; }
+  // The keyword in small letters, since capitals do not matter; and as it is written. Valid until
+  // the next call of Next.
+  std::string_view Name() const { return this->Folded; }
+  std::string_view Written() const { return this->AsWritten; }
   // What follows the keyword. Valid until the next call of Next.
   std::string_view Rest() const { return this->Text; }
   const TextLines& GetLines() const { return this->Lines; }
@@ -77,9 +82,23 @@ private:
   void Understand();
 
   TextLines Lines;
-  std::string_view Text, Written;
-  std::string Joined;
+  std::string_view Text, AsWritten, Folded;
+  std::string Joined, Lower;
   ObjKeyword Word = ObjKeyword::Other;
+};
+
+// Statements that are not read: curves and surfaces, and what is not known.
+class ObjPassedOver
+{
+public:
+  // The one that `statements` stand at.
+  void Add(const ObjStatements& statements);
+  // Adds names for what is not carried: a count each.
+  void Name(std::vector<std::string>& notCarried) const;
+
+private:
+  std::uint64_t Curves = 0, Unknown = 0;
+  std::string FirstUnknown;
 };
 
 // A vertex as a line has it.
@@ -91,8 +110,10 @@ struct ObjPlace
 };
 
 // "x y z [w]" or "x y z r g b [a]"; asFloats: coordinates are rounded once, to floats; they may be
-// NaN or infinite. Errors say what is wrong, without the place.
-Status ParseObjPlace(std::string_view text, bool asFloats, ObjPlace& place);
+// NaN or infinite. colorsAt: the number, from 0, that is red; 4: "x y z w r g b". Errors say what
+// is wrong, without the place.
+Status ParseObjPlace(
+  std::string_view text, bool asFloats, ObjPlace& place, std::size_t colorsAt = 3);
 
 // One to four numbers, the first of which are wanted; those that are not there are zero.
 template <std::size_t Wanted>

@@ -3,6 +3,7 @@
 #include "filters/meshio/ShownColors.h"
 
 #include <algorithm>
+#include <cmath>
 #include <string_view>
 #include <utility>
 
@@ -184,6 +185,64 @@ std::optional<HiddenColors> FindHiddenColors(std::span<const AttributeInfo> attr
   return found;
 }
 
+void ColorWhite::Add(double value, bool whole)
+{
+  this->Whole = this->Whole || whole;
+  if (!std::isfinite(value) || value == 0)
+  {
+    return;
+  }
+  this->Fractions += value > 0 && value < 1 ? 1 : 0;
+  ++(value < 0      ? this->Negative
+     : value <= 1   ? this->ToOne
+     : value <= 255 ? this->ToByte
+                    : this->Above);
+}
+
+double ColorWhite::White() const
+{
+  const std::uint64_t aboveOne = this->ToByte + this->Above;
+  if (aboveOne == 0 || (!this->Whole && this->ToOne > aboveOne))
+  {
+    return 1;
+  }
+  return this->Above == 0 || this->ToOne + this->ToByte > this->Above ? 255 : 65535;
+}
+
+std::string ColorWhite::Doubt() const
+{
+  const std::uint64_t all = this->Negative + this->ToOne + this->ToByte + this->Above;
+  const double white = this->White();
+  const auto tell = [all](std::uint64_t count, const std::string& what, const std::string& become)
+  {
+    return (count == 1 ? "1 of " + std::to_string(all) + " is " + what + " and counts as "
+                       : std::to_string(count) + " of " + std::to_string(all) + " are " + what +
+                           " and count as ") +
+           become;
+  };
+  std::string doubt;
+  if (const std::uint64_t over =
+        white == 1 ? this->ToByte + this->Above : (white == 255 ? this->Above : 0);
+      over > 0)
+  {
+    doubt = "as most of their values are: " + tell(over, "above it", "white");
+  }
+  // Dark shades of a finer scale, or values of a coarser one.
+  else if (const std::uint64_t under = white == 65535                 ? this->ToOne + this->ToByte
+                                       : white == 255 && !this->Whole ? this->Fractions
+                                                                      : 0;
+           under > (all - under) / 8)
+  {
+    doubt = "as most of their values are: " +
+            tell(under, white == 65535 ? "at most 255" : "below 1", "black");
+  }
+  if (this->Negative > 0)
+  {
+    doubt += (doubt.empty() ? "" : ", ") + tell(this->Negative, "below 0", "0");
+  }
+  return doubt;
+}
+
 void ColorScale::LookAt(std::span<const Attribute> attributes, std::size_t begin)
 {
   for (std::size_t k = 0; k < 3 && !this->Colors.harmonics; ++k)
@@ -191,14 +250,9 @@ void ColorScale::LookAt(std::span<const Attribute> attributes, std::size_t begin
     const Attribute& array = attributes[this->Colors.arrays[k]];
     for (std::size_t i = begin; i < array.TupleCount(); ++i)
     {
-      this->Greatest = std::max(this->Greatest, array.Get(i, this->Colors.components[k]));
+      this->White.Add(array.Get(i, this->Colors.components[k]), !IsReal(array.type));
     }
   }
-}
-
-double ColorScale::White() const
-{
-  return this->Greatest <= 1 ? 1 : this->Greatest <= 255 ? 255 : 65535;
 }
 
 void ColorScale::Append(
@@ -206,6 +260,7 @@ void ColorScale::Append(
 {
   constexpr double harmonic = 0.28209479177387814; // of degree 0: 1 / (2 sqrt(pi))
   constexpr double most = 255;
+  const double white = this->White.White();
   shown.values.resize(end * shown.TupleSize(), std::uint8_t{ 255 }); // opaque
   for (std::size_t k = 0; k < 3; ++k)
   {
@@ -214,8 +269,7 @@ void ColorScale::Append(
     for (std::size_t i = begin; i < end; ++i)
     {
       const double value = array.Get(i, component);
-      shown.Set(
-        i, k, most * (this->Colors.harmonics ? 0.5 + harmonic * value : value / this->White()));
+      shown.Set(i, k, most * (this->Colors.harmonics ? 0.5 + harmonic * value : value / white));
     }
   }
 }
@@ -232,9 +286,11 @@ std::string ColorScale::Tell(std::span<const AttributeInfo> attributes) const
     return names + " is taken for the colours of Gaussian splats, and shown as " +
            this->Colors.shown.name;
   }
+  const std::string doubt = this->White.Doubt();
   return names + " of type " + std::string(NameOf(first.type)) +
-         " are taken for colours, of which " + std::to_string(static_cast<int>(this->White())) +
-         " is white, and shown as " + this->Colors.shown.name;
+         " are taken for colours, of which " +
+         std::to_string(static_cast<int>(this->White.White())) + " is white" +
+         (doubt.empty() ? "" : ", " + doubt) + ", and shown as " + this->Colors.shown.name;
 }
 
 void AddShownColors(Mesh& mesh, Tolerance& tolerance)

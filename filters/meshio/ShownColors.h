@@ -9,6 +9,7 @@
 
 #include <array>
 #include <cstddef>
+#include <cstdint>
 #include <memory>
 #include <optional>
 #include <span>
@@ -31,7 +32,25 @@ struct HiddenColors
 // three or four components named rgb, rgba, color, colour, colors, diffuse; f_dc of three floats.
 std::optional<HiddenColors> FindHiddenColors(std::span<const AttributeInfo> attributes);
 
-// The greatest value of colours decides what is white: 1; 255; 65535.
+// What is white in colours that are numbers, for every format: 1, 255 or 65535, by most of the
+// values. Zeros, and values that are not finite, say nothing. O(1) a value.
+class ColorWhite
+{
+public:
+  // whole: values of a type of whole numbers, which are from 0 to 1 only if all are.
+  void Add(double value, bool whole = false);
+  double White() const;
+  // Where not all values agree: "as most of their values are: 1 of 24 is above it and counts as
+  // white"; else empty.
+  std::string Doubt() const;
+
+private:
+  std::uint64_t Negative = 0, ToOne = 0, ToByte = 0, Above = 0; // in (0, 1], (1, 255], above
+  std::uint64_t Fractions = 0;                                  // in (0, 1)
+  bool Whole = false;
+};
+
+// Makes colours into the array that is shown.
 class ColorScale
 {
 public:
@@ -50,10 +69,8 @@ public:
   const AttributeInfo& Shown() const { return this->Colors.shown; }
 
 private:
-  double White() const;
-
   HiddenColors Colors;
-  double Greatest = 0;
+  ColorWhite White;
 };
 
 // Adds such an array to a whole mesh, if it has such colours, and tells it.

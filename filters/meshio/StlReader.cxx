@@ -89,6 +89,7 @@ public:
   }
 
   bool KnowsFinite() const override { return this->Finite; }
+  bool CountsNotFinite() const override { return true; }
   std::uint64_t FileSize() const override { return this->Source.Size(); }
   std::uint64_t Position() const override { return this->Source.Position(); }
 
@@ -146,17 +147,45 @@ std::uint32_t LoadLittle(const char* bytes)
   return std::endian::native == std::endian::little ? value : __builtin_bswap32(value);
 }
 
+// Whether these can be the bytes of a triangle.
+bool LooksLikeFacet(std::string_view bytes)
+{
+  if (bytes.size() < facetBytes)
+  {
+    return false;
+  }
+  for (std::size_t k = 3; k < 12; ++k) // the normal can be anything
+  {
+    constexpr double least = 1e-30, most = 1e30;
+    const double value =
+      std::abs(static_cast<double>(std::bit_cast<float>(LoadLittle(bytes.data() + 4 * k))));
+    if (value != 0 && !(value >= least && value <= most))
+    {
+      return false;
+    }
+  }
+  return true;
+}
+
 class BinaryStlReader : public StlReader
 {
 public:
-  BinaryStlReader(ByteSource source, std::uint32_t facets)
+  BinaryStlReader(ByteSource source, std::uint64_t facets)
     : StlReader(std::move(source))
     , Facets(facets)
   {
   }
 
-  Status Start()
+  // counted: by the header.
+  Status Start(std::uint32_t counted)
   {
+    if (counted != this->Facets)
+    {
+      this->FileInfo.tolerance.Count(Lapse::NotCounted, this->Facets,
+        "byte " + std::to_string(headerBytes) + ", where the header counts " +
+          std::to_string(counted) +
+          ", as programs do that do not know the number yet: all are read");
+    }
     KDSTREAM_TRY(this->LookBehindEnd());
     this->Source.Seek(headerBytes);
     return this->SetFacets(this->Facets);
@@ -173,6 +202,8 @@ public:
 private:
   Status ReadPoints(std::vector<Vec3>& points, std::size_t number) override;
   Status LookBehindEnd();
+  // The two bytes behind each facet, which some programs put a colour into.
+  void LookAtAttributes(const char* bytes, std::size_t count);
   // Puts the vertices of `count` facets into Batch; false if one is not finite.
   bool Decode(const char* bytes, std::size_t count);
   // What is not finite in Batch: counts the vertices [first, last), of which the first facet's have
@@ -206,10 +237,23 @@ Status BinaryStlReader::ReadPoints(std::vector<Vec3>& points, std::size_t number
     }
     const auto* const begin = this->Batch.begin();
     points.insert(points.end(), begin + first, begin + last);
+    this->LookAtAttributes(ahead->data(), (last + 2) / 3);
     this->Source.Consume(last / 3 * facetBytes);
     vertex += last - first;
   }
   return {};
+}
+
+void BinaryStlReader::LookAtAttributes(const char* bytes, std::size_t count)
+{
+  for (std::size_t i = 1; i <= count && this->FileInfo.ignoredAttributes.empty(); ++i)
+  {
+    if (bytes[i * facetBytes - 2] != 0 || bytes[i * facetBytes - 1] != 0)
+    {
+      this->FileInfo.ignoredAttributes.emplace_back(
+        "attribute bytes of triangles (colours, mostly)");
+    }
+  }
 }
 
 bool BinaryStlReader::Decode(const char* bytes, std::size_t count)
@@ -267,9 +311,13 @@ Status BinaryStlReader::LookBehindEnd()
     this->Source.Peek(static_cast<std::size_t>(std::min(rest, mostPadding)));
   KDSTREAM_TRY(bytes);
   const bool zeros = rest <= mostPadding && bytes->find_first_not_of('\0') == bytes->npos;
-  this->FileInfo.tolerance.Count(zeros ? Lapse::PaddedEnd : Lapse::BytesBehindEnd, rest,
+  const bool facets = !zeros && rest % facetBytes == 0 && LooksLikeFacet(*bytes);
+  this->FileInfo.tolerance.Count(zeros    ? Lapse::PaddedEnd
+                                 : facets ? Lapse::NotCounted
+                                          : Lapse::BytesBehindEnd,
+    facets ? rest / facetBytes : rest,
     "byte " + std::to_string(end) + ", behind the " + std::to_string(this->Facets) +
-      " triangles that the header counts");
+      " triangles that the header counts" + (facets ? ", which alone are read" : ""));
   return {};
 }
 
@@ -532,24 +580,11 @@ bool LooksLikeText(std::string_view head)
 
 // Whether there is a triangle behind the header of a binary file: with so many bytes behind the end
 // as the header tells it, its count alone is no proof.
-bool LooksLikeFacet(std::string_view head)
+bool HasFacet(std::string_view head)
 {
   const std::string_view format = FormatOfContent(head);
-  if ((!format.empty() && format != ".stl") || head.size() < headerBytes + facetBytes)
-  {
-    return false;
-  }
-  for (std::size_t k = 3; k < 12; ++k) // the normal can be anything
-  {
-    constexpr double least = 1e-30, most = 1e30;
-    const double value = std::abs(
-      static_cast<double>(std::bit_cast<float>(LoadLittle(head.data() + headerBytes + 4 * k))));
-    if (value != 0 && !(value >= least && value <= most))
-    {
-      return false;
-    }
-  }
-  return true;
+  return (format.empty() || format == ".stl") && head.size() > headerBytes &&
+         LooksLikeFacet(head.substr(headerBytes));
 }
 
 }
@@ -563,11 +598,18 @@ Result<std::unique_ptr<MeshReader>> OpenStlReader(ByteSource source, const Execu
   const std::uint64_t size = headerBytes + std::uint64_t{ facetBytes } * facets;
   // By what is in it: a size that fits; a text; facets that a file with more behind them has.
   const bool more = hasHeader && facets > 0 && source.Size() > size;
-  if (hasHeader &&
-      (source.Size() == size || (more && !LooksLikeText(*head) && LooksLikeFacet(*head))))
+  // Programs that do not know the number when they begin write one of these.
+  const bool streamed = hasHeader && (facets == 0 || facets == 0xFFFFFFFF) &&
+                        source.Size() > headerBytes &&
+                        (source.Size() - headerBytes) % facetBytes == 0 &&
+                        head->find_first_not_of('\0', headerBytes) != head->npos;
+  const bool fits = hasHeader && source.Size() == size;
+  if (fits || ((more || streamed) && !LooksLikeText(*head) && HasFacet(*head)))
   {
-    auto reader = std::make_unique<BinaryStlReader>(std::move(source), facets);
-    Status started = reader->Start();
+    const std::uint64_t held = (source.Size() - headerBytes) / facetBytes;
+    auto reader =
+      std::make_unique<BinaryStlReader>(std::move(source), streamed && !fits ? held : facets);
+    Status started = reader->Start(facets);
     return started ? Result<std::unique_ptr<MeshReader>>(std::move(reader)) : started.GetError();
   }
   if (LooksLikeText(*head) || IsWideText(*head))

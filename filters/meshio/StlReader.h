@@ -17,12 +17,15 @@ namespace kdstream
 // with (many writers begin the header of a binary file with "solid"); else it is text if it begins
 // with that word and holds no control characters where a binary file has its header; else it is
 // binary too if it is larger than its count gives, and its first triangle can be one: bytes behind
-// the last are counted. All vertices of a facet that has one that is not finite are given as NaN,
-// so that it goes whole (FiniteReader.h); only those of the file are counted. Binary: floats,
-// little endian. The normals and the two bytes after each triangle are not read. Text: any number
-// of solids, one after the other, their words apart by any blanks, in small or capital letters.
-// Opening goes through the whole text once: it counts, and finds out whether floats tell its
-// decimals apart, else coordinates are doubles. What was opened is well formed but for its numbers.
+// the last are counted, as triangles where they can be some. Where it counts none, or 2^32 - 1, as
+// programs write that do not know the number yet, all triangles are read and counted as not
+// counted. All vertices of a facet that has one that is not finite are given as NaN, so that it
+// goes whole (FiniteReader.h); only those of the file are counted. Binary: floats, little endian.
+// The normals are not read, nor the two bytes after each triangle; where one is not 0,
+// Info().ignoredAttributes names them. Text: any number of solids, one after the other, their words
+// apart by any blanks, in small or capital letters. Opening goes through the whole text once: it
+// counts, and finds out whether floats tell its decimals apart, else coordinates are doubles. What
+// was opened is well formed but for its numbers.
 //
 // Errors: InvalidInput: no STL file; a size other than the header claims; "facet 17: …" for a word
 // or number that should be another, a text without its end; text in UTF-16;

@@ -4,6 +4,8 @@
 
 #include <algorithm>
 #include <array>
+#include <charconv>
+#include <span>
 #include <system_error>
 
 namespace kdstream
@@ -17,6 +19,48 @@ bool IsFile(const std::filesystem::path& file)
 {
   std::error_code failed;
   return std::filesystem::is_regular_file(file, failed);
+}
+
+// "a%20b" is "a b".
+std::string WithoutEscapes(std::string_view name)
+{
+  std::string plain;
+  for (std::size_t i = 0; i < name.size(); ++i)
+  {
+    unsigned value = 0;
+    const char* const digits = name.data() + i + 1;
+    if (name[i] == '%' && i + 2 < name.size() &&
+        std::from_chars(digits, digits + 2, value, 16).ptr == digits + 2 && value >= ' ')
+    {
+      plain += static_cast<char>(value);
+      i += 2;
+    }
+    else
+    {
+      plain += name[i];
+    }
+  }
+  return plain;
+}
+
+// Latin-1, whose letters are those of Windows' code page 1252, as UTF-8.
+std::string FromLatin(std::string_view name)
+{
+  std::string utf8;
+  for (const char c : name)
+  {
+    const auto byte = static_cast<unsigned char>(c);
+    if (byte < 0x80)
+    {
+      utf8 += c;
+    }
+    else
+    {
+      utf8 += static_cast<char>(0xC0U | byte >> 6U);
+      utf8 += static_cast<char>(0x80U | (byte & 0x3FU));
+    }
+  }
+  return utf8;
 }
 
 bool IsBlankOfName(char c)
@@ -142,8 +186,9 @@ std::optional<std::filesystem::path> FilesBeside::FindFolded(const std::filesyst
 std::filesystem::path FilesBeside::Find(std::string_view written)
 {
   const std::string_view name = WithoutQuotes(written);
-  const std::array<std::string_view, 3> forms{ written, name,
-    WithoutQuotes(WithoutComment(written)) };
+  const std::string_view bare = WithoutQuotes(WithoutComment(written));
+  const std::string unescaped = WithoutEscapes(bare), latin = FromLatin(bare);
+  const std::array<std::string_view, 5> forms{ written, name, bare, unescaped, latin };
   for (const std::string_view form : forms)
   {
     const std::filesystem::path file = FileBeside(this->Base, form);
@@ -152,7 +197,7 @@ std::filesystem::path FilesBeside::Find(std::string_view written)
       return file;
     }
   }
-  for (const std::string_view form : { forms[1], forms[2] })
+  for (const std::string_view form : std::span(forms).subspan(1))
   {
     const std::filesystem::path relative =
       FileBeside(this->Base, form).lexically_relative(this->Base.parent_path());

@@ -35,11 +35,13 @@ public:
   {
   }
 
-  // The file as it is written; else without quotes around its name; else up to a comment; else
-  // without regard to case, where one file alone fits; else the same by its last part, in base's
-  // folder. Where there is none: where it should be. The folders' names are read once, of each the
-  // first 65,536. Time: O(log n) of them.
+  // The file as it is written; else without quotes around its name; else up to a comment; else as
+  // an address has it (%20); else with bytes that are not UTF-8 taken for Windows' Latin letters;
+  // else without regard to case, where one file alone fits; else the same by its last part, in
+  // base's folder. Where there is none: where it should be. The folders' names are read once, of
+  // each the first 65,536. Time: O(log n) of them.
   std::filesystem::path Find(std::string_view written);
+  const std::filesystem::path& MeshFile() const { return this->Base; }
 
 private:
   // By folded name; none where several names fold to it.

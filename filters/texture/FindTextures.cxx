@@ -4,7 +4,9 @@
 #include "filters/meshio/ByteSource.h"
 #include "filters/meshio/FileEnding.h"
 #include "filters/meshio/ObjStatements.h"
+#include "filters/meshio/QuotedText.h"
 #include "filters/texture/ObjMaterials.h"
+#include "filters/texture/PictureTiles.h"
 #include "filters/texture/TexturedPly.h"
 
 #include <algorithm>
@@ -16,14 +18,23 @@ namespace kdstream
 namespace
 {
 
-// Whether the word is anywhere in the file.
+bool IsThere(const std::filesystem::path& file)
+{
+  // The pictures of tiles (PictureTiles.h) have other names.
+  std::error_code failed;
+  return HasTiles(file.string()) || std::filesystem::is_regular_file(file, failed);
+}
+
+// Whether the word, which is in small letters, is anywhere in the file, in any letters.
 Result<bool> HasWord(ByteSource& source, std::string_view word)
 {
+  const auto same = [](char c, char small)
+  { return (c >= 'A' && c <= 'Z' ? static_cast<char>(c - 'A' + 'a') : c) == small; };
   for (;;)
   {
     const Result<std::string_view> block = source.Peek(ByteSource::blockSize);
     KDSTREAM_TRY(block);
-    if (block->find(word) != std::string_view::npos)
+    if (std::search(block->begin(), block->end(), word.begin(), word.end(), same) != block->end())
     {
       return true;
     }
@@ -71,9 +82,19 @@ bool HasColors(const std::vector<ObjMaterial>& materials)
   return colors.Count();
 }
 
-// Whether faces use such colours, in an .obj whose vertices do not all have their own. What is
-// wrong in it is left to its reader. Errors: InputOutput.
-Result<bool> UsesColors(ObjStatements& statements, const std::vector<ObjMaterial>& materials)
+// What paints an .obj, as far as its statements have to be gone through to tell.
+struct PaintOfObj
+{
+  bool painted = false; // a face uses a picture that is there
+  bool colors = false;  // faces use colours of materials that count
+  bool bare = false;    // a vertex has no colour
+  bool places = false;
+};
+
+// What is wrong in the file is left to its reader. pictures: of each material whether it has one
+// that is there. Errors: InputOutput.
+Result<PaintOfObj> LookAtPaint(ObjStatements& statements, const std::vector<ObjMaterial>& materials,
+  const std::vector<bool>& pictures)
 {
   MaterialNames names;
   for (std::size_t i = 0; i < materials.size(); ++i)
@@ -81,10 +102,12 @@ Result<bool> UsesColors(ObjStatements& statements, const std::vector<ObjMaterial
     names.Add(materials[i].name, static_cast<std::uint32_t>(i));
   }
   UsedColors colors;
-  const ObjMaterial* used = nullptr;
-  bool places = false, bare = false; // bare: a vertex has no colour
+  PaintOfObj paint;
+  std::optional<std::uint32_t> used;
+  const bool any = std::find(pictures.begin(), pictures.end(), true) != pictures.end();
+  const bool lookForColors = HasColors(materials);
   statements.Restart();
-  while (!bare || !colors.Count())
+  while (!paint.bare || (any && !paint.painted) || (lookForColors && !colors.Count()))
   {
     const Result<bool> more = statements.Next();
     if (!more && more.GetError().code == ErrorCode::InputOutput)
@@ -97,30 +120,62 @@ Result<bool> UsesColors(ObjStatements& statements, const std::vector<ObjMaterial
     }
     const std::string_view text = statements.Rest();
     ObjPlace place;
-    if (statements.Keyword() == ObjKeyword::Place && !bare)
+    if (statements.Keyword() == ObjKeyword::Place && !paint.bare)
     {
-      places = true;
-      bare = !ParseObjPlace(text, false, place) || !place.colored;
+      paint.places = true;
+      paint.bare = !ParseObjPlace(text, false, place) || !place.colored;
     }
     else if (statements.Keyword() == ObjKeyword::Face && used)
     {
-      colors.Add(*used);
+      paint.painted = paint.painted || pictures[*used];
+      if (materials[*used].colored)
+      {
+        colors.Add(materials[*used]);
+      }
     }
     else if (statements.Name() == "usemtl")
     {
-      const std::optional<std::uint32_t> found = names.Find(TrimmedObjText(text));
-      used = found && materials[*found].colored ? &materials[*found] : nullptr;
+      used = names.Find(TrimmedObjText(text));
+    }
+    if (any && (paint.painted || paint.bare))
+    {
+      break; // pictures paint
     }
   }
-  return colors.Count() && (bare || !places);
+  paint.colors = colors.Count();
+  return paint;
+}
+
+// A sentence for each picture that is not there, for colours that stand for it.
+void TellMissing(const std::vector<ObjMaterial>& materials, const std::vector<bool>& pictures,
+  std::vector<std::string>& warnings)
+{
+  for (std::size_t i = 0; i < materials.size(); ++i)
+  {
+    if (!materials[i].picture.empty() && !pictures[i])
+    {
+      warnings.push_back("the picture " + QuotedText(materials[i].picture) + " (" +
+                         materials[i].place + ") is not there: colours of vertices are taken");
+    }
+  }
 }
 
 Result<FoundTextures> FindInObj(const std::filesystem::path& file)
 {
   Result<ByteSource> source = ByteSource::Open(file);
   KDSTREAM_TRY(source);
-  const Result<bool> named = HasWord(*source, "mtllib");
+  Result<bool> named = HasWord(*source, "mtllib");
   KDSTREAM_TRY(named);
+  if (!*named)
+  {
+    std::error_code failed;
+    source->Seek(0);
+    named = std::filesystem::is_regular_file(
+              std::filesystem::path(file).replace_extension(".mtl"), failed)
+              ? HasWord(*source, "usemtl")
+              : Result<bool>(false);
+    KDSTREAM_TRY(named);
+  }
   if (!*named)
   {
     return FoundTextures{};
@@ -128,7 +183,7 @@ Result<FoundTextures> FindInObj(const std::filesystem::path& file)
   source->Seek(0);
   ObjStatements statements(std::move(*source));
   ObjLibraries libraries(file);
-  for (;;)
+  for (bool any = false;;)
   {
     const Result<bool> more = statements.Next();
     if (!more && more.GetError().code == ErrorCode::InputOutput)
@@ -137,30 +192,67 @@ Result<FoundTextures> FindInObj(const std::filesystem::path& file)
     }
     if (!more || !*more)
     {
+      if (!any)
+      {
+        libraries.AddOwn();
+      }
       break;
     }
     if (statements.Name() == "mtllib")
     {
       libraries.Add(statements.Rest(), statements.GetLines().Number());
+      any = true;
     }
   }
   ObjMaterials found = libraries.Take();
-  const bool any = std::any_of(found.materials.begin(), found.materials.end(),
-    [](const ObjMaterial& material) { return !material.picture.empty(); });
-  if (any)
+  FilesBeside files(file);
+  std::vector<bool> pictures; // that are there
+  bool any = false;
+  for (const ObjMaterial& material : found.materials)
+  {
+    any = any || !material.picture.empty();
+    pictures.push_back(!material.picture.empty() && IsThere(files.Find(material.picture)));
+  }
+  if (!any && !HasColors(found.materials))
+  {
+    return FoundTextures{ false, false, std::move(found.warnings) };
+  }
+  const Result<PaintOfObj> paint = LookAtPaint(statements, found.materials, pictures);
+  KDSTREAM_TRY(paint);
+  const bool ownColors = paint->places && !paint->bare;
+  if (any && !(ownColors && !paint->painted))
   {
     return FoundTextures{ true };
   }
-  if (HasColors(found.materials))
+  if (!any && paint->colors && !ownColors)
   {
-    const Result<bool> uses = UsesColors(statements, found.materials);
-    KDSTREAM_TRY(uses);
-    if (*uses)
-    {
-      return FoundTextures{ true, true };
-    }
+    return FoundTextures{ true, true };
   }
+  TellMissing(found.materials, pictures, found.warnings);
   return FoundTextures{ false, false, std::move(found.warnings) };
+}
+
+// Pictures of a .ply that are not there count as none where vertices have colours.
+FoundTextures FindInPly(const std::filesystem::path& file, const PlyHeader& header)
+{
+  if (!HasPictures(header))
+  {
+    return {};
+  }
+  FilesBeside files(file);
+  FoundTextures found{ true };
+  for (const std::string& name : header.textureFiles)
+  {
+    if (IsThere(files.Find(name)))
+    {
+      return { true };
+    }
+    found.warnings.push_back("the picture " + QuotedText(name) +
+                             " (TextureFile) is not there: colours of vertices are taken");
+  }
+  found.any = !HasColorsOfVertices(header);
+  found.warnings.resize(found.any ? 0 : found.warnings.size());
+  return found;
 }
 
 }
@@ -173,7 +265,7 @@ Result<FoundTextures> FindTextures(const std::filesystem::path& file)
     Result<ByteSource> source = ByteSource::Open(file);
     KDSTREAM_TRY(source);
     const Result<PlyHeader> header = ReadPlyHeader(*source);
-    return FoundTextures{ header && HasPictures(*header) };
+    return header ? FindInPly(file, *header) : FoundTextures{};
   }
   return ending == ".obj" ? FindInObj(file) : FoundTextures{};
 }

@@ -23,9 +23,10 @@ struct FoundTextures
 };
 
 // Of an .obj, whose materials are read, and a .ply (HasPictures); other files have none. Goes
-// through an .obj's text once for the names of libraries, and again if there are any; and, if no
-// material has a picture but some have such colours, until faces are found that use them. An .obj
-// with colours of all its vertices keeps those instead. Errors:
+// through an .obj's text once for the names of libraries, and again if there are any; and, if
+// materials have pictures or such colours, until faces are found that use them. A file with colours
+// of all its vertices keeps those instead of colours of materials, and instead of pictures where no
+// face uses one that is there. Errors:
 // NotFound, InputOutput; what is wrong in the mesh is left to its reader.
 Result<FoundTextures> FindTextures(const std::filesystem::path& file);
 

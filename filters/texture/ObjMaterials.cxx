@@ -16,6 +16,9 @@ namespace kdstream
 namespace
 {
 
+constexpr std::size_t mostStatements = 1024; // mtllib, that differ
+constexpr std::size_t mostTold = 5;          // materials that are there in two ways
+
 // A map_… statement: options, then a name that may have blanks.
 class MapStatement
 {
@@ -139,15 +142,15 @@ void ReadLostLook(std::string_view name, std::string_view text, ObjMaterial& mat
   {
     return;
   }
-  if (name == "Pm")
+  if (name == "pm")
   {
     material.metalness = *value;
   }
-  else if (name == "Pr")
+  else if (name == "pr")
   {
     material.rough = *value < 1;
   }
-  else if (name == "Ke")
+  else if (name == "ke")
   {
     material.emission = *value;
   }
@@ -155,7 +158,7 @@ void ReadLostLook(std::string_view name, std::string_view text, ObjMaterial& mat
   {
     material.opacity = value;
   }
-  else if (name == "Tr")
+  else if (name == "tr")
   {
     material.transparency = value;
   }
@@ -217,11 +220,23 @@ void ObjLibraries::Add(std::string_view names, std::uint64_t line)
   const auto isFile = [&](std::string_view name)
   { return std::filesystem::is_regular_file(this->Files.Find(name), failed); };
   const std::string_view whole = TrimmedObjText(names);
+  if (this->Statements.contains(whole))
+  {
+    return;
+  }
   std::vector<std::string_view> words;
-  for (std::string_view word = TakeWord(names); !word.empty(); word = TakeWord(names))
+  for (std::string_view word = TakeWord(names); !word.empty() && words.size() <= mostObjLibraries;
+       word = TakeWord(names))
   {
     words.push_back(word);
   }
+  // Each name is looked for in folders, which takes time.
+  if (this->Statements.size() == mostStatements || words.size() > mostObjLibraries)
+  {
+    this->TellTooMany("line " + std::to_string(line) + ": libraries of materials");
+    return;
+  }
+  this->Statements.emplace(whole);
   const bool several = !isFile(whole) && std::any_of(words.begin(), words.end(), isFile);
   if (!several)
   {
@@ -230,6 +245,29 @@ void ObjLibraries::Add(std::string_view names, std::uint64_t line)
   for (const std::string_view word : words)
   {
     this->Read(this->Files.Find(word), line);
+  }
+}
+
+void ObjLibraries::TellTooMany(const std::string& what)
+{
+  if (!this->TooMany)
+  {
+    this->Found.warnings.push_back(
+      what + " are left out: more than " + std::to_string(mostObjLibraries) + " libraries");
+  }
+  this->TooMany = true;
+}
+
+void ObjLibraries::AddOwn()
+{
+  std::filesystem::path own = this->Files.MeshFile();
+  own.replace_extension(".mtl");
+  std::error_code failed;
+  if (std::filesystem::is_regular_file(own, failed))
+  {
+    this->Found.warnings.push_back(
+      "names materials but no library: " + QuotedText(own.filename().string()) + " is taken");
+    this->Read(own, 0);
   }
 }
 
@@ -243,12 +281,7 @@ void ObjLibraries::Read(const std::filesystem::path& file, std::uint64_t line)
   }
   if (this->Seen.size() == mostObjLibraries)
   {
-    if (!this->TooMany)
-    {
-      this->Found.warnings.push_back(named + " and what follows are left out: more than " +
-                                     std::to_string(mostObjLibraries) + " libraries");
-    }
-    this->TooMany = true;
+    this->TellTooMany(named + " and what follows");
     return;
   }
   this->Seen.push_back(file);
@@ -280,6 +313,7 @@ void ObjLibraries::Read(const std::filesystem::path& file, std::uint64_t line)
       return;
     }
     const std::string_view name = statements.Name(), rest = statements.Rest();
+    const std::string_view written = statements.Written();
     bool understood = true;
     if (name == "newmtl")
     {
@@ -293,12 +327,13 @@ void ObjLibraries::Read(const std::filesystem::path& file, std::uint64_t line)
       all.push_back({});
       material = &all.back();
       material->name = TrimmedObjText(rest);
+      material->library = library;
     }
-    else if (material && name == "Kd")
+    else if (material && name == "kd")
     {
       understood = ReadKd(rest, *material);
     }
-    else if (material && name == "map_Kd")
+    else if (material && name == "map_kd")
     {
       ObjMaterial changed = *material;
       changed.place = place;
@@ -312,15 +347,16 @@ void ObjLibraries::Read(const std::filesystem::path& file, std::uint64_t line)
         ReadLostLook(name, rest, *material);
       }
     }
-    else if (this->OtherMaps.size() < 20 && std::find(this->OtherMaps.begin(),
-                                              this->OtherMaps.end(), name) == this->OtherMaps.end())
+    else if (this->OtherMaps.size() < 20 &&
+             std::find(this->OtherMaps.begin(), this->OtherMaps.end(), written) ==
+               this->OtherMaps.end())
     {
-      this->OtherMaps.emplace_back(name.substr(0, 40));
+      this->OtherMaps.emplace_back(written.substr(0, 40));
     }
     if (!understood && ++wrong <= 3)
     {
       this->Found.warnings.push_back(
-        place + ": cannot be understood: " + QuotedText(std::string(name) + std::string(rest)));
+        place + ": cannot be understood: " + QuotedText(std::string(written) + std::string(rest)));
     }
   }
 }
@@ -350,6 +386,18 @@ std::string MaterialNames::Fold(std::string_view name)
   return FoldedName(WithoutQuotes(WithoutComment(name)));
 }
 
+void ObjLibraries::TellDifferent(const ObjMaterial& first, const ObjMaterial& other)
+{
+  if (++this->Different <= mostTold)
+  {
+    this->Found.warnings.push_back(
+      "the material " + QuotedText(first.name) + " is in " + QuotedText(first.library) +
+      (first.library == other.library ? " twice, in two ways: the first counts"
+                                      : " and, in another way, in " + QuotedText(other.library) +
+                                          ": the first counts for all faces"));
+  }
+}
+
 ObjMaterials ObjLibraries::Take()
 {
   if (!this->OtherMaps.empty())
@@ -366,9 +414,21 @@ ObjMaterials ObjLibraries::Take()
   std::vector<ObjMaterial>& all = this->Found.materials;
   std::stable_sort(all.begin(), all.end(),
     [](const ObjMaterial& a, const ObjMaterial& b) { return a.name < b.name; });
-  all.erase(std::unique(all.begin(), all.end(),
-              [](const ObjMaterial& a, const ObjMaterial& b) { return a.name == b.name; }),
-    all.end());
+  const auto first = std::unique(all.begin(), all.end(),
+    [this](const ObjMaterial& a, const ObjMaterial& b)
+    {
+      if (a.name == b.name && (a.color != b.color || a.picture != b.picture))
+      {
+        this->TellDifferent(a, b);
+      }
+      return a.name == b.name;
+    });
+  all.erase(first, all.end());
+  if (this->Different > mostTold)
+  {
+    this->Found.warnings.push_back(std::to_string(this->Different - mostTold) +
+                                   " further materials are there in two ways: the first counts");
+  }
   for (std::string& sentence : LooksOf(all).Tell())
   {
     this->Found.warnings.push_back(std::move(sentence));

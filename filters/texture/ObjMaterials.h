@@ -11,6 +11,7 @@
 #include <filesystem>
 #include <map>
 #include <optional>
+#include <set>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -21,7 +22,7 @@ namespace kdstream
 // A material of a library, as far as it paints.
 struct ObjMaterial
 {
-  std::string name;
+  std::string name, library;
   Color color{ 1, 1, 1, 1 }; // Kd, taken as sRGB; in linear light
   bool colored = false;      // whether there is a Kd
   std::string picture;       // of map_Kd, as it is written; empty: none
@@ -50,7 +51,8 @@ inline constexpr std::uint64_t mostObjLibraryBytes = std::uint64_t{ 1 } << 26;
 
 // The libraries that a statement "mtllib" of the mesh's file names, one after the other. line: of
 // the statement. A name with blanks is taken whole if there is such a file (FilesBeside::Find),
-// else as several names. Each file is read once, however often it is named. Read are newmtl, Kd,
+// else as several names, at most 256 of them in a statement, of at most 1,024 statements that
+// differ. Each file is read once, however often it is named. Read are newmtl, Kd,
 // and map_Kd with the options -o -s -clamp; others are passed over, other pictures named in one
 // warning, and in one each Pm, Pr with it, Ke, and d or Tr, where they are not what counts without
 // them. A library that is missing, or a line that cannot be understood, becomes a warning. Memory:
@@ -64,17 +66,23 @@ public:
   }
 
   void Add(std::string_view names, std::uint64_t line);
-  // What was found. Ends the use.
+  // For a mesh that names materials but no library: that of its own name, if it is there.
+  void AddOwn();
+  // What was found. Of materials of one name that differ a warning tells. Ends the use.
   ObjMaterials Take();
 
 private:
+  void TellTooMany(const std::string& what);
+  void TellDifferent(const ObjMaterial& first, const ObjMaterial& other);
   void Read(const std::filesystem::path& file, std::uint64_t line);
 
   FilesBeside Files;
+  std::set<std::string, std::less<>> Statements; // what they name, as it is written
   std::vector<std::filesystem::path> Seen;
   ObjMaterials Found;
   std::vector<std::string> OtherMaps; // keywords of pictures that are not carried
   bool TooMany = false;
+  std::size_t Different = 0; // materials of a name that another has
 };
 
 // Without blanks around it: the name in "newmtl" and "usemtl".

@@ -46,6 +46,11 @@ std::array<int, 2> TileOf(
 
 }
 
+bool HasTiles(const std::string& name)
+{
+  return MarkIn(name) != std::string::npos;
+}
+
 void SplitTiles(TexturedMesh& textured)
 {
   std::map<std::pair<std::uint32_t, int>, std::uint32_t> materials, pictures; // with the tile
@@ -54,8 +59,7 @@ void SplitTiles(TexturedMesh& textured)
   for (std::size_t i = 0; i < given; ++i)
   {
     const std::uint32_t picture = textured.materials[i].picture;
-    tiled[i] =
-      picture != noPicture && MarkIn(textured.pictures[picture].file.string()) != std::string::npos;
+    tiled[i] = picture != noPicture && HasTiles(textured.pictures[picture].file.string());
   }
   for (std::size_t t = 0; t < textured.materialOf.size(); ++t)
   {

@@ -4,8 +4,13 @@
 
 #include "filters/texture/TexturedMesh.h"
 
+#include <string>
+
 namespace kdstream
 {
+
+// Whether a picture's name has "<UDIM>", in any case.
+bool HasTiles(const std::string& name);
 
 // Gives each triangle whose picture's name has "<UDIM>" (in any case) the picture of its tile, the
 // one that its corners' mean lies in: 1001 + u + 10 v, u from the left and v from below, where 0 <=

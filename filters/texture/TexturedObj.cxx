@@ -41,6 +41,7 @@ public:
   Result<TexturedFile> Read(const Execution& execution)
   {
     KDSTREAM_TRY(this->ForEachStatement(execution, 0, [this]() { return this->LookAt(); }));
+    this->Out.tolerance.Count(Lapse::PaddedEnd, this->Statements.GetLines().Padding());
     this->AsFloats = this->Precision.FloatsSuffice();
     this->Out.textured.mesh.scalarType = this->AsFloats ? ScalarType::Float32 : ScalarType::Float64;
     this->TakeMaterials();
@@ -60,7 +61,7 @@ public:
       this->Out.warnings.push_back(std::to_string(this->Unknown - mostUnknown) +
                                    " further materials are in no library: they count as white");
     }
-    SplitTiles(this->Out.textured);
+    this->SplitIntoTiles();
     return std::move(this->Out);
   }
 
@@ -105,7 +106,9 @@ private:
     else if (this->Statements.Name() == "mtllib")
     {
       this->Libraries.Add(text, this->Line());
+      this->HasLibrary = true;
     }
+    this->PassedOver.Add(this->Statements);
     return {};
   }
 
@@ -124,8 +127,18 @@ private:
 
   void TakeMaterials()
   {
+    if (!this->HasLibrary)
+    {
+      this->Libraries.AddOwn();
+    }
     ObjMaterials found = this->Libraries.Take();
     this->Out.warnings = std::move(found.warnings);
+    std::vector<std::string> notCarried;
+    this->PassedOver.Name(notCarried);
+    for (const std::string& name : notCarried)
+    {
+      this->Out.warnings.push_back("not carried: " + name);
+    }
     this->Out.libraries = std::move(found.libraries);
     TexturedMesh& textured = this->Out.textured;
     textured.materials.push_back({}); // of faces without one
@@ -154,6 +167,20 @@ private:
       }
       this->Materials.Add(material.name, static_cast<std::uint32_t>(textured.materials.size()));
       textured.materials.push_back(std::move(material));
+    }
+  }
+
+  // A tile's picture may be written in other letters than its file.
+  void SplitIntoTiles()
+  {
+    std::vector<PictureSource>& pictures = this->Out.textured.pictures;
+    const std::size_t before = pictures.size();
+    SplitTiles(this->Out.textured);
+    FilesBeside files(this->File);
+    for (std::size_t i = before; i < pictures.size(); ++i)
+    {
+      pictures[i].file =
+        files.Find(pictures[i].file.lexically_relative(this->File.parent_path()).string());
     }
   }
 
@@ -418,7 +445,8 @@ private:
   ObjStatements Statements;
   ObjLibraries Libraries;
   DecimalPrecision Precision;
-  bool AsFloats = true, Colored = false;
+  ObjPassedOver PassedOver;
+  bool AsFloats = true, Colored = false, HasLibrary = false;
   std::array<std::uint64_t, 3> All{}, SoFar{}; // places, texture coordinates, normals
   std::uint64_t Faces = 0, AllFaces = 0;
   MaterialNames Materials;
@@ -429,7 +457,7 @@ private:
   std::vector<std::array<float, 3>> NormalsRead;
   std::vector<std::array<std::uint32_t, 3>> CornerCoordinates, CornerNormals; // from 1; 0: none
   PolygonFaces Polygons;
-  std::vector<bool> BeginsFace;                                               // of each triangle
+  std::vector<bool> BeginsFace;  // of each triangle
   std::array<bool, 3> Missing{}; // whether a corner of the face names what does not exist
   TexturedFile Out;
 };

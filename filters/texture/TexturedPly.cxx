@@ -8,11 +8,11 @@
 #include "filters/meshio/DroppedPoints.h"
 #include "filters/meshio/MeshReader.h"
 #include "filters/meshio/NumberText.h"
+#include "filters/meshio/QuotedText.h"
+#include "filters/meshio/TextWords.h"
 #include "filters/meshio/ply/PlyBinaryRecord.h"
 #include "filters/meshio/ply/PlyBody.h"
 #include "filters/meshio/ply/PlyReader.h"
-#include "filters/meshio/QuotedText.h"
-#include "filters/meshio/TextWords.h"
 #include "filters/texture/FilesBeside.h"
 
 #include <algorithm>
@@ -129,7 +129,7 @@ public:
     KDSTREAM_TRY(source);
     const Result<PlyHeader> header = ReadPlyHeader(*source);
     KDSTREAM_TRY(header);
-    if (FindElement(*header, "tristrips"))
+    if (const PlyElement* strips = FindElement(*header, "tristrips"); strips && strips->count > 0)
     {
       return Error{ ErrorCode::Unsupported,
         "triangle strips with pictures are not read; --textures off reads them without" };
@@ -139,6 +139,18 @@ public:
     if (HasCoordinatesOfFaces(*header))
     {
       KDSTREAM_TRY(this->ReadCorners(*source, *header));
+      if (this->NoneHas && HasCoordinatesOfVertices(*header))
+      {
+        this->Out.textured.corners.clear();
+        this->Out.textured.materialOf.clear();
+        this->TakeCornersOfVertices();
+      }
+      else
+      {
+        this->Warn(
+          this->Odd, this->FirstOdd, "face", "a texcoord of another length than its corners");
+        this->Warn(this->Strange, this->FirstStrange, "face", strangeNumber);
+      }
       KDSTREAM_TRY(this->DropNotFiniteFaces());
     }
     else
@@ -244,8 +256,6 @@ private:
     {
       return Error{ ErrorCode::InvalidInput, "truncated: the file has changed since it was read" };
     }
-    this->Warn(this->Odd, this->FirstOdd, "face", "a texcoord of another length than its corners");
-    this->Warn(this->Strange, this->FirstStrange, "face", strangeNumber);
     return {};
   }
 
@@ -309,6 +319,7 @@ private:
     {
       this->FirstOdd = face;
     }
+    this->NoneHas = this->NoneHas && this->Coordinates.empty();
     const bool known = this->CheckNumber(number, face);
     const auto none = static_cast<std::uint32_t>(textured.pictures.size());
     const auto at = [&](std::size_t corner) {
@@ -338,6 +349,7 @@ private:
 
   void TakeCornersOfVertices()
   {
+    this->Strange = 0;
     TexturedMesh& textured = this->Out.textured;
     const std::vector<Attribute>& arrays = this->TheMesh().attributes;
     const auto found = std::find_if(arrays.begin(), arrays.end(),
@@ -388,15 +400,33 @@ private:
   std::vector<float> Coordinates; // of a face
   std::vector<Vec3> Corners;      // of it
   PolygonCutter Cutter;
-  std::vector<bool> BeginsFace;   // of each triangle
+  std::vector<bool> BeginsFace; // of each triangle
+  bool NoneHas = true;          // no face has a texcoord
   std::uint64_t Odd = 0, FirstOdd = 0, Strange = 0, FirstStrange = 0;
 };
 
 }
 
+bool HasColorsOfVertices(const PlyHeader& header)
+{
+  const PlyElement* const vertices = FindElement(header, "vertex");
+  return vertices && std::any_of(vertices->properties.begin(), vertices->properties.end(),
+                       [](const PlyProperty& property)
+                       {
+                         const std::string name = FoldedName(property.name);
+                         return !property.isList && (name == "red" || name == "r" ||
+                                                      name == "diffuse_red" || name == "diffuse_r");
+                       });
+}
+
 bool HasPictures(const PlyHeader& header)
 {
-  return !header.textureFiles.empty() &&
+  const auto holds = [&](std::string_view name)
+  {
+    const PlyElement* const element = FindElement(header, name);
+    return element && element->count > 0;
+  };
+  return (holds("face") || holds("tristrips")) && !header.textureFiles.empty() &&
          (HasCoordinatesOfFaces(header) || HasCoordinatesOfVertices(header));
 }
 

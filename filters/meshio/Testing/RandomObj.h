@@ -131,7 +131,7 @@ private:
       return;
     }
     const std::string line = dice.PickOf({ "", "# f 1 2 3 and \\", "g a b", "o thing", "s off",
-      "usemtl red", "mtllib a.mtl", "l 1 2", "vp 0.5", "p 1", "fancy", "  \t ", "#" });
+      "usemtl red", "mtllib a.mtl", "l 1 2", "vp 0.5", "p 1", "MG 0", "  \t ", "#" });
     this->Materials |= line.find("mtl") != std::string::npos;
     this->Curves += line == "l 1 2" ? 1 : 0;
     this->Text += line + this->Newline;
@@ -230,6 +230,14 @@ private:
       vertices.push_back({ i + 1, 0, 0 });
     }
     std::array<bool, 3> used{};
+    for (const std::size_t part : { 1U, 2U })
+    {
+      used[part] = this->Corners.empty() && this->Counts[part] == this->Counts[0]; // of a cloud
+      for (Corner& vertex : vertices)
+      {
+        vertex[part] = used[part] ? vertex[0] : 0;
+      }
+    }
     for (std::size_t i = 0; i < this->Corners.size(); ++i)
     {
       const Corner& corner = this->Corners[i];
@@ -282,6 +290,14 @@ private:
     {
       obj.ignored.push_back(
         std::to_string(this->Curves) + " lines and free-form curves or surfaces");
+    }
+    for (const std::size_t part : { 1U, 2U })
+    {
+      if (this->Counts[part] > 0 && !used[part])
+      {
+        obj.ignored.push_back(
+          std::string(part == 1 ? "texture coordinates" : "normals") + ", which no face names");
+      }
     }
     if (this->Colors == 3)
     {

@@ -123,6 +123,106 @@ TEST(ObjReader, CommentsDoNotGoOnInTheNextLine)
   EXPECT_EQ(read.mesh.triangles.size(), 1U);
 }
 
+TEST(ObjReader, BackslashesOfNamesAndCommentsDoNotGoOn)
+{
+  for (const std::string between : { "v 7 7 7 # C:\\tmp\\\n", "g C:\\tmp\\\n", "o a\\\n",
+         "usemtl C:\\m\\\n", "g a \\\n b\n", "f 1 2 \\  \n 3\n" })
+  {
+    SCOPED_TRACE(between);
+    const Contents read = ReadBytes(threePlaces + between + "f 1 2 3\n");
+    ASSERT_TRUE(read.status) << read.status.GetError().message;
+    EXPECT_EQ(read.mesh.triangles.size(), between[0] == 'f' ? 2U : 1U);
+  }
+}
+
+TEST(ObjReader, StatementsInCapitalsAndOldOnesCount)
+{
+  const Contents read =
+    ReadBytes("V 0 0 0\nV 1 0 0\nv 0 1 0\nVN 0 0 1\nF 1//1 2//1 3//1\nfo 1//1 3//1 2//1\n");
+  ASSERT_TRUE(read.status) << read.status.GetError().message;
+  EXPECT_EQ(read.mesh.triangles.size(), 2U);
+  EXPECT_TRUE(read.info.ignoredAttributes.empty());
+}
+
+TEST(ObjReader, WhatIsNotReadIsNamed)
+{
+  const auto ignored = [](const std::string& more)
+  { return ReadBytes(threePlaces + "f 1 2 3\n" + more).info.ignoredAttributes; };
+  using Names = std::vector<std::string>;
+  EXPECT_EQ(ignored("s off\nG a\nmg 1 2\np 1\n"), Names());
+  EXPECT_EQ(ignored("face 1 2 3\nvc 1 0 0\n"),
+    Names{ "2 lines that are not statements of OBJ: the first is 'face' in line 5" });
+  EXPECT_EQ(ignored("vc 1\n"), Names{ "1 line that is not a statement of OBJ: 'vc' in line 5" });
+  EXPECT_EQ(ignored("vn 0 0 1\nvt 0 0\n"),
+    (Names{ "texture coordinates, which no face names", "normals, which no face names" }));
+}
+
+TEST(ObjReader, NumbersBehindTheCoordinatesAreTakenForWhatTheyAre)
+{
+  struct Case
+  {
+    std::array<std::string, 3> behind;
+    std::string array;
+    std::array<double, 3> first;
+    std::string reading;
+  };
+  const Case cases[] = {
+    { { "1.001 0.5 0.25", "0.9 0.5 0.25", "0.9 0.5 0.25" }, "RGB", { 255, 128, 64 },
+      "colours of vertices are read as from 0 to 1, as most of their values are: 1 of 9 is above "
+      "it and counts as white" },
+    { { "255 0 1", "3 4 255", "0 0 0" }, "RGB", { 255, 0, 1 }, "" },
+    { { "200 100 50", "200 100 50", "256 100 50" }, "RGB", { 200, 100, 50 },
+      "colours of vertices are read as from 0 to 255, as most of their values are: 1 of 9 is above "
+      "it and counts as white" },
+    { { "65535 32768 0", "60000 30000 10000", "60000 30000 10000" }, "RGB", { 255, 128, 0 },
+      "colours of vertices are read as from 0 to 65535" },
+    { { "0.5 0.25 1", "0.9 -0.001 0.25", "inf 0.5 0.25" }, "RGB", { 128, 64, 255 },
+      "colours of vertices are read as from 0 to 1, 1 of 8 is below 0 and counts as 0" },
+    { { "0 0 -1", "0.6 0 0.8", "0.5774 0.5774 -0.5774" }, "Normals", { 0, 0, -1 },
+      "what vertices have behind x y z is taken for normals, not for colours: most are of length "
+      "1, "
+      "and some negative" },
+    { { "1 0.8 0.4 0.2", "1.0 0.5 0.5 0.5", "1 0 0 0" }, "RGB", { 204, 102, 51 },
+      "vertices of seven numbers are read as x y z w r g b, as the fourth is always 1" },
+    { { "0.8 0.4 0.2 1", "0.5 0.5 0.5 1", "0 0 0 1" }, "RGB", { 204, 102, 51 }, "" },
+  };
+  for (const Case& c : cases)
+  {
+    for (const std::string corner : { "", "/1" }) // with tables, too
+    {
+      SCOPED_TRACE(c.behind[0] + corner);
+      const Contents read = ReadBytes(
+        "v 0 0 0 " + c.behind[0] + "\nv 1 0 0 " + c.behind[1] + "\nv 0 1 0 " + c.behind[2] + "\n" +
+        (corner.empty() ? "" : "vt 0 0\n") + "f 1" + corner + " 2" + corner + " 3" + corner + "\n");
+      ASSERT_TRUE(read.status) << read.status.GetError().message;
+      EXPECT_EQ(read.info.tolerance.Readings(),
+        c.reading.empty() ? std::vector<std::string>() : std::vector{ c.reading });
+      ASSERT_EQ(read.mesh.attributes.size(), corner.empty() ? 1U : 2U);
+      EXPECT_EQ(read.mesh.attributes[0].name, c.array);
+      for (std::size_t k = 0; k < 3; ++k)
+      {
+        EXPECT_EQ(read.mesh.attributes[0].Get(0, k), c.first[k]) << k;
+      }
+    }
+  }
+}
+
+TEST(ObjReader, PointsOfACloudHaveTheirNormals)
+{
+  const Contents read =
+    ReadBytes("vn 0 0 1\nv 0 0 0\nvn 0 1 0\nv 1 0 0\nvt 0.25 0.5\nvt 1 1\nvn 1 0 0\nv 2 0 0\n");
+  ASSERT_TRUE(read.status);
+  ASSERT_EQ(read.mesh.attributes.size(), 1U);
+  const Attribute& normals = read.mesh.attributes[0];
+  EXPECT_EQ(normals.name, "Normals");
+  for (std::size_t i = 0; i < 3; ++i)
+  {
+    EXPECT_EQ(normals.Get(i, 2 - i), 1) << i;
+  }
+  EXPECT_EQ(read.info.ignoredAttributes,
+    std::vector<std::string>{ "texture coordinates, which no face names" });
+}
+
 TEST(ObjReader, APlaceOfVeryManyNormalsStaysCorrect)
 {
   std::string text = threePlaces;
@@ -188,12 +288,18 @@ TEST(ObjReader, DropsWhatItCanDoWithoutAndCountsIt)
   const std::string small = " and is dropped: face ";
   const Case cases[] = {
     { threePlaces + "v nan 1 1\nf 1 2 3\nf 1 2 4\nf 1 2 3 4\n",
-      { "1 point is not finite and is dropped: vertex 3, whose x is nan",
-        "2 faces are dropped with the points that are not finite; the first: face 1" },
+      { "1 point is not finite and is dropped: vertex 3 (line 4), whose x is nan",
+        "2 faces are dropped with the points that are not finite; the first: face 1 (line 6)" },
       3, 1, {} },
     { "v 1.#QNAN 0 0 # none\n" + threePlaces + "v 0 0 -1.#INF\nf 2 3 4\n",
-      { "2 points are not finite and are dropped; the first: vertex 0, whose x is nan" }, 3, 1,
-      {} },
+      { "2 points are not finite and are dropped; the first: vertex 0 (line 1), whose x is nan" },
+      3, 1, {} },
+    // One point, though it has two normals.
+    { threePlaces + "v 0 nan 0\nvn 0 0 1\nvn 1 0 0\nf 1//1 2//1 3//1\nf 1//1 2//1 4//1\n"
+                    "f 1//1 2//1 4//2\n",
+      { "1 point is not finite and is dropped: vertex 3, whose y is nan",
+        "2 faces are dropped with the points that are not finite; the first: face 1" },
+      3, 1, { "Normals" } },
     { threePlaces + "f 1 2\nf 1 2 3\nf\n",
       { "2 faces have fewer than three corners and are dropped; the first: face 0 (line 4)" }, 3, 1,
       {} },

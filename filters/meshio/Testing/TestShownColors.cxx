@@ -7,6 +7,8 @@
 
 #include <gtest/gtest.h>
 
+#include <cmath>
+
 namespace kdstream::test
 {
 namespace
@@ -58,6 +60,12 @@ TEST(ShownColors, OfAllKinds)
       redAndGrey },
     { { "ushort Red", "ushort Green", "ushort Blue" }, { "255 0 0", "51 51 51" },
       "Red, Green, Blue of type uint16" + taken + "255 is white, and shown as RGB", redAndGrey },
+    { { "float red", "float green", "float blue" }, { "1.001 0 0", "0.2 0.2 0.2" },
+      "red, green, blue of type float32" + taken +
+        "1 is white, as most of their values are: 1 of 4 is above it and counts as white, and "
+        "shown "
+        "as RGB",
+      redAndGrey },
     { { "uchar Red", "uchar Green", "uchar Blue" }, { "255 0 0", "51 51 51" }, "", redAndGrey },
     { { "uchar R", "uchar G", "uchar B" }, { "255 0 0", "51 51 51" }, "", redAndGrey },
     { { "uchar diffuse_red", "uchar diffuse_green", "uchar diffuse_blue" },
@@ -97,6 +105,44 @@ TEST(ShownColors, OfAllKinds)
         EXPECT_EQ(shown->Get(i / 3, i % 3), c.colors[i]) << i;
       }
     }
+  }
+}
+
+TEST(ColorWhite, IsWhatMostValuesSay)
+{
+  struct Case
+  {
+    std::vector<double> values;
+    double white;
+    std::string doubt;
+    bool whole = false;
+  };
+  const std::string most = "as most of their values are: ";
+  const Case cases[] = {
+    { {}, 1, "" },
+    { { 0, 0, NAN, INFINITY, -INFINITY }, 1, "" },
+    { { 1, 0, 1 }, 1, "" },
+    { { 0.5, 0.9, 0.25, 1.001 }, 1, most + "1 of 4 is above it and counts as white" },
+    { { 0.5, 0.9, 0.25, 2, 4000 }, 1, most + "2 of 5 are above it and count as white" },
+    { { 0.5, INFINITY }, 1, "" },
+    { { 200, 100, 50, 256 }, 255, most + "1 of 4 is above it and counts as white" },
+    { { 200, 100, 50, 256 }, 255, most + "1 of 4 is above it and counts as white", true },
+    { { 1, 1, 1, 200 }, 255, "", true },
+    { { 200, 100, 0.5 }, 255, most + "1 of 3 is below 1 and counts as black" },
+    { { 60000, 30000, 10000 }, 65535, "" },
+    { { 60000, 30000, 100 }, 65535, most + "1 of 3 is at most 255 and counts as black" },
+    { { 0.5, -0.5 }, 1, "1 of 2 is below 0 and counts as 0" },
+  };
+  for (const Case& c : cases)
+  {
+    ColorWhite white;
+    for (const double value : c.values)
+    {
+      white.Add(value, c.whole);
+    }
+    SCOPED_TRACE(c.values.size());
+    EXPECT_EQ(white.White(), c.white);
+    EXPECT_EQ(white.Doubt(), c.doubt);
   }
 }
 

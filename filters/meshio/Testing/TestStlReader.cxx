@@ -119,8 +119,8 @@ TEST(StlReader, BinaryFilesMayBeginWithSolid)
   ExpectError(whole.substr(0, whole.size() - 1),
     "the header claims 1 triangles, 134 bytes with it; the file has 133");
   // Nothing but the triangle tells that this is no text.
-  ExpectError("solid" + std::string(75, ' ') + "\xFF\xFF\xFF\xFF" + whole.substr(84),
-    "the header claims 4294967295 triangles, 214748364834 bytes with it; the file has 134");
+  ExpectError("solid" + std::string(75, ' ') + "\xFE\xFF\xFF\xFF" + whole.substr(84),
+    "the header claims 4294967294 triangles, 214748364784 bytes with it; the file has 134");
 }
 
 TEST(StlReader, EmptySoupsAreMeshesWithoutVertices)
@@ -201,6 +201,38 @@ TEST(StlReader, ReadsWhatStandsBehindTheEnd)
   EXPECT_EQ(warnings("\xEF\xBB\xBF" + text), none);
   EXPECT_EQ(warnings(text + std::string(7, '\0')),
     (std::vector<std::string>{ "7 zeros behind the end are padding" }));
+}
+
+TEST(StlReader, NamesAttributeBytes)
+{
+  std::string binary = BinaryStl("exported", onePlace);
+  binary.replace(binary.size() - 2, 2, 2, '\0');
+  EXPECT_TRUE(ReadBytes(binary).info.ignoredAttributes.empty());
+  binary.back() = '\x80';
+  EXPECT_EQ(ReadBytes(binary).info.ignoredAttributes,
+    std::vector<std::string>{ "attribute bytes of triangles (colours, mostly)" });
+}
+
+TEST(StlReader, CountsThatAreTooSmallOrNotKnown)
+{
+  const std::string binary = BinaryStl("exported", onePlace);
+  const std::string facet = binary.substr(84);
+  const std::string two = " points or faces are in the file but not counted by its header; ";
+  {
+    const Contents read = ReadBytes(binary + facet + facet);
+    EXPECT_EQ(read.mesh.triangles.size(), 1U);
+    EXPECT_EQ(read.info.tolerance.Warnings(),
+      std::vector<std::string>{ "2" + two +
+                                "the first: byte 134, behind the 1 triangles that the "
+                                "header counts, which alone are read" });
+  }
+  for (const std::string& count : { std::string(4, '\0'), std::string(4, '\xFF') })
+  {
+    const Contents read = ReadBytes(binary.substr(0, 80) + count + facet + facet);
+    ASSERT_TRUE(read.status) << read.status.GetError().message;
+    EXPECT_EQ(read.mesh.triangles.size(), 2U);
+    EXPECT_EQ(read.info.tolerance.Of(Lapse::NotCounted), 2U);
+  }
 }
 
 TEST(StlReader, EndsMayBeTwoWords)

@@ -88,8 +88,12 @@ Status PlyReader::UnderstandVertices()
       std::min(element.Find(names[k]), element.Find(std::string(1, "XYZ"[k])));
     if (found == element.properties.size())
     {
+      const bool packed = element.Find("packed_position") < element.properties.size();
       return Error{ ErrorCode::InvalidInput,
-        std::string("element 'vertex' has no property '") + names[k] + "'" };
+        std::string("element 'vertex' has no property '") + names[k] + "'" +
+          (packed ? ", but 'packed_position': compressed Gaussian splats are not read, export them "
+                    "uncompressed"
+                  : "") };
     }
     const PlyProperty& property = element.properties[found];
     if (property.isList)
@@ -515,8 +519,9 @@ Status PlyReader::KeepPlaces()
   return {};
 }
 
-// A header that counts too few faces leaves some of them behind the last: they are not read, but
-// not silently. Blanks at the end of a file are no loss.
+// What comes behind the faces is passed over, so that a file that is cut there is refused. A header
+// that counts too few faces leaves some of them behind the last: they are not read, but not
+// silently. Blanks at the end of a file are no loss.
 Status PlyReader::LookBehindEnd()
 {
   this->LookedBehind = true;
@@ -526,9 +531,13 @@ Status PlyReader::LookBehindEnd()
       elements.end(), [](const PlyElement& element) { return element.count > 0; });
   const std::size_t last = this->Faces.empty() ? this->VertexElement : this->Faces.back().element;
   const bool whole = this->CurrentRecord == elements[this->CurrentElement].count;
-  if (this->CurrentElement != last || !whole || more)
+  if (this->CurrentElement != last || !whole)
   {
     return {};
+  }
+  if (more)
+  {
+    KDSTREAM_TRY(this->MoveTo(elements.size() - 1, elements.back().count));
   }
   constexpr std::uint64_t mostPadding = 4096;
   const std::uint64_t rest = this->Source.Remaining();
@@ -541,8 +550,8 @@ Status PlyReader::LookBehindEnd()
     static_cast<std::uint64_t>(std::count(bytes->begin(), bytes->end(), '\0'));
   this->FileInfo.tolerance.Count(padded ? Lapse::PaddedEnd : Lapse::BytesBehindEnd,
     padded ? zeros : rest,
-    "byte " + std::to_string(this->Source.Position()) + ", behind the last " + elements[last].name +
-      " that the header counts");
+    "byte " + std::to_string(this->Source.Position()) + ", behind the last " +
+      elements[this->CurrentElement].name + " that the header counts");
   return {};
 }
 

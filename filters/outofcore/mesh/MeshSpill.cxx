@@ -202,7 +202,7 @@ private:
   {
     const std::size_t limit =
       this->ElementsOfChunk(2 * sizeof(NumberedTriangle) + this->Output.cellTupleBytes);
-    return this->ForEachChunk([&](Mesh& chunk) { return this->Reader.ReadTriangles(chunk, limit); },
+    return this->ForEachChunk([&](Mesh& chunk) { return this->Reader.ReadFaces(chunk, limit); },
       [&](const Mesh& chunk) { return this->WriteTriangles(chunk); });
   }
 

@@ -13,8 +13,8 @@ TEST(FilesBeside, FindsFilesHoweverTheyAreNamed)
 {
   const ScratchFolder folder;
   std::filesystem::create_directory(folder.File("Maps"));
-  for (const std::string name :
-    { "t.png", "a b.png", "a#1.png", "Maps/Deep.PNG", "same.png", "Same.png", "q\"q.png" })
+  for (const std::string name : { "t.png", "a b.png", "a#1.png", "Maps/Deep.PNG", "same.png",
+         "Same.png", "q\"q.png", "100%.png", "Geb\xC3\xA4ude.png" })
   {
     folder.Write(name, "x");
   }
@@ -29,6 +29,11 @@ TEST(FilesBeside, FindsFilesHoweverTheyAreNamed)
   }
   EXPECT_EQ(find("a b.png"), "a b.png");
   EXPECT_EQ(find("\"A  B.png\""), "a b.png");
+  EXPECT_EQ(find("a%20b.png"), "a b.png");
+  EXPECT_EQ(find("A%20b.png"), "a b.png");
+  EXPECT_EQ(find("100%.png"), "100%.png");
+  EXPECT_EQ(find("Geb\xE4ude.png"), "Geb\xC3\xA4ude.png");
+  EXPECT_EQ(find("%2e%2e/t.png"), "t.png");
   EXPECT_EQ(find("a#1.png"), "a#1.png");
   EXPECT_EQ(find("maps\\deep.png"), "Maps/Deep.PNG");
   EXPECT_EQ(find("Maps/Deep.PNG"), "Maps/Deep.PNG");

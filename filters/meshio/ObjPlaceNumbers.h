@@ -1,0 +1,58 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// What the numbers behind the coordinates of an OBJ file's vertices are: colours or normals. Part
+// of step "read".
+#pragma once
+
+#include "filters/meshio/ShownColors.h"
+#include "filters/meshio/Tolerance.h"
+
+#include <array>
+#include <cstdint>
+#include <string>
+#include <string_view>
+
+namespace kdstream
+{
+
+struct ObjPlaceColumns
+{
+  enum class What
+  {
+    Nothing,
+    Colors,
+    Normals
+  };
+  What what = What::Nothing;
+  std::size_t at = 3;    // the number of a vertex, from 0, that is the first of three
+  double scale = 1;      // of a colour to 255
+  std::string ignored{}; // what is not read of them; empty: nothing
+};
+
+// Looks at the numbers of all vertices, then decides. O(1) a vertex.
+class ObjPlaceNumbers
+{
+public:
+  // text: what a vertex has behind x y z. What is not a number is refused when it is read.
+  void Add(std::string_view text);
+  // Three numbers are normals where most of them are of length one and some negative, else colours
+  // (ColorWhite). Of seven numbers or more the first three behind x y z count; where the first is 1
+  // for all, and the last not opaque for all, it is a weight, and the next three count. Nothing
+  // where not all vertices have them. normalsNamed: whether faces name other normals. What could be
+  // read otherwise is told.
+  ObjPlaceColumns Decide(std::uint64_t vertices, bool normalsNamed, Tolerance& tolerance) const;
+
+private:
+  // Of three numbers.
+  struct Triple
+  {
+    ColorWhite white;
+    std::uint64_t unit = 0; // of length one
+    bool negative = false;
+  };
+
+  std::uint64_t Six = 0, Seven = 0; // vertices of as many numbers at least
+  bool WeightOne = true, LastOpaque = true;
+  std::array<Triple, 2> Triples; // behind the coordinates, and one further
+};
+
+}
