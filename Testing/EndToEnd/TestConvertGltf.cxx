@@ -549,6 +549,158 @@ TEST_F(TestConvertGltf, ExtensionsThatAreNotReadAreNamed)
     8, 12, lo, hi, 8);
 }
 
+TEST_F(TestConvertGltf, ScenesOnThePlanetStandThere)
+{
+  GltfBuffer buffer;
+  const int places = buffer.Add(CubePlaces(1.0F), "VEC3", gltfFloat);
+  const int corners = buffer.Add(cubeCorners, "SCALAR", gltfUnsignedShort);
+  for (const std::string list : { "extensionsUsed", "extensionsRequired" })
+  {
+    this->Expect(buffer.Glb(Scene(Part(places, corners), "{\"mesh\":0,\"scale\":[0.5,1,1]}", "0",
+                   ",\"" + list +
+                     "\":[\"CESIUM_RTC\"],\"extensions\":{\"CESIUM_RTC\":{"
+                     "\"center\":[4000000.25,100,-5000000]}}")),
+      8, 12, { 3999999.75, 99, -5000001 }, { 4000000.75, 101, -4999999 }, 4);
+  }
+}
+
+TEST_F(TestConvertGltf, HiddenNodesAreLeftOut)
+{
+  GltfBuffer buffer;
+  const int places = buffer.Add(CubePlaces(1.0F), "VEC3", gltfFloat);
+  const int corners = buffer.Add(cubeCorners, "SCALAR", gltfUnsignedShort);
+  this->Expect(buffer.Glb(Scene(Part(places, corners),
+                 "{\"mesh\":0},{\"children\":[2],\"extensions\":{\"KHR_node_visibility\":{"
+                 "\"visible\":false}}},{\"mesh\":0,\"translation\":[9,9,9]}",
+                 "0,1", ",\"extensionsUsed\":[\"KHR_node_visibility\"]")),
+    8, 12, { -1, -1, -1 }, { 1, 1, 1 }, 8,
+    "left out: 1 node that is hidden, with what is below it");
+}
+
+TEST_F(TestConvertGltf, BytesInTheFileAreReadHoweverTheyAreWritten)
+{
+  GltfBuffer buffer;
+  const int places = buffer.Add(CubePlaces(1.0F), "VEC3", gltfFloat);
+  const int corners = buffer.Add(cubeCorners, "SCALAR", gltfUnsignedShort);
+  std::string hex;
+  for (const char c : buffer.Bytes)
+  {
+    constexpr char digits[] = "0123456789ABCDEF";
+    const auto byte = static_cast<unsigned char>(c);
+    hex += std::string("%") + digits[byte >> 4U] + digits[byte & 15U];
+  }
+  const auto encoded = [&](const std::string& digits, const std::string& lines)
+  {
+    std::string text;
+    for (std::size_t i = 0; i < buffer.Bytes.size(); i += 3)
+    {
+      std::uint32_t bits = 0;
+      for (std::size_t k = 0; k < 3; ++k)
+      {
+        bits = bits << 8U |
+               (i + k < buffer.Bytes.size() ? static_cast<unsigned char>(buffer.Bytes[i + k]) : 0U);
+      }
+      for (std::size_t k = 0; k < 4; ++k)
+      {
+        text += digits[(bits >> (18 - 6 * k)) & 63U];
+      }
+      text += i % 57 == 54 ? lines : "";
+    }
+    return text;
+  };
+  const std::string letters = "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789";
+  std::string escaped;
+  for (const char c : encoded(letters + "+/", ""))
+  {
+    escaped += c == '+' ? "%2B" : c == '/' ? "%2f" : std::string(1, c);
+  }
+  for (const std::string& uri : { "data:application/octet-stream," + hex,
+         "data:application/gltf-buffer;base64," + encoded(letters + "-_", ""),
+         "data:;base64," + encoded(letters + "+/", "\\r\\n"), "data:;base64," + escaped })
+  {
+    SCOPED_TRACE(uri.substr(0, 60));
+    this->WriteText("in.gltf", buffer.Json(Scene(Part(places, corners), "{\"mesh\":0}"), uri));
+    EXPECT_NEAR(VolumeOf(this->Converted("in.gltf")), 8, 1e-6);
+  }
+  this->WriteText(
+    "in.gltf", buffer.Json(Scene(Part(places, corners), "{\"mesh\":0}"), "data:;base64,A*A="));
+  this->ExpectError("in.gltf", "buffer 0 is a data URI that is no base64");
+}
+
+TEST_F(TestConvertGltf, BuffersAreFoundAsPicturesAre)
+{
+  GltfBuffer buffer;
+  const int places = buffer.Add(CubePlaces(1.0F), "VEC3", gltfFloat);
+  const int corners = buffer.Add(cubeCorners, "SCALAR", gltfUnsignedShort);
+  std::filesystem::create_directories(this->Folder / "sub");
+  this->WriteText("sub/mesh.bin", buffer.Bytes);
+  this->WriteText("other.bin", buffer.Bytes);
+  for (const std::string uri : { "sub\\\\mesh.bin", "Sub/MESH.BIN", "sub/mesh.bin?v=1",
+         "C:\\\\scans\\\\other.bin", "../elsewhere/other.bin" })
+  {
+    SCOPED_TRACE(uri);
+    this->WriteText("in.gltf", buffer.Json(Scene(Part(places, corners), "{\"mesh\":0}"), uri));
+    EXPECT_NEAR(VolumeOf(this->Converted("in.gltf")), 8, 1e-6);
+  }
+}
+
+TEST_F(TestConvertGltf, ABufferThatNothingNeedsMayBeMissing)
+{
+  GltfBuffer buffer;
+  const int places = buffer.Add(CubePlaces(1.0F), "VEC3", gltfFloat);
+  const int corners = buffer.Add(cubeCorners, "SCALAR", gltfUnsignedShort);
+  this->WriteText("mesh.bin", buffer.Bytes);
+  std::string json = buffer.Json(Scene(Part(places, corners), "{\"mesh\":0.0}"), "mesh.bin");
+  json.insert(json.rfind("]}"), ",{\"byteLength\":99,\"uri\":\"anim.bin\"}");
+  this->WriteText("in.gltf", json);
+  EXPECT_NEAR(VolumeOf(this->Converted("in.gltf", "kdstream-convert: warning: in.gltf: buffer 1 "
+                                                  "cannot be read, but no geometry needs it\n")),
+    8, 1e-6);
+  std::filesystem::remove(this->Folder / "mesh.bin");
+  this->ExpectError("in.gltf", "the file 'mesh.bin', in which its geometry is, is not there\n");
+}
+
+// Parts of one accessor of places have their own points only; those without triangles all.
+TEST_F(TestConvertGltf, SharedPointsAreNotMultiplied)
+{
+  GltfBuffer buffer;
+  const int places = buffer.Add(CubePlaces(1.0F), "VEC3", gltfFloat);
+  std::string parts;
+  for (std::size_t i = 0; i < cubeCorners.size(); i += 3)
+  {
+    const int corners =
+      buffer.Add(std::vector<std::uint16_t>(cubeCorners.begin() + std::ptrdiff_t(i),
+                   cubeCorners.begin() + std::ptrdiff_t(i) + 3),
+        "SCALAR", gltfUnsignedShort);
+    parts += (i == 0 ? "" : "},{") + Part(places, corners);
+  }
+  this->Expect(buffer.Glb(Scene(parts, "{\"mesh\":0}")), 36, 12, { -1, -1, -1 }, { 1, 1, 1 }, 8);
+  this->WriteText("in.glb",
+    buffer.Glb(Scene(parts + "},{\"mode\":0,\"attributes\":{\"POSITION\":0}", "{\"mesh\":0}")));
+  EXPECT_EQ(this->Converted("in.glb").points.size(), 44U);
+}
+
+TEST_F(TestConvertGltf, WhatHasNoBytesIsBound)
+{
+  std::string parts;
+  for (int i = 0; i < 60; ++i)
+  {
+    parts += std::string(i == 0 ? "" : ",") + "{\"attributes\":{\"POSITION\":0}}";
+  }
+  this->WriteText("in.gltf",
+    "{\"asset\":{\"version\":\"2.0\"},\"nodes\":[{\"mesh\":0}],\"scenes\":[{\"nodes\":[0]}],"
+    "\"meshes\":[{\"primitives\":[" +
+      parts + "]}],\"accessors\":[{\"componentType\":5126,\"type\":\"VEC3\",\"count\":1000000}]}");
+  this->ExpectError("in.gltf", "elements of accessors without a bufferView");
+}
+
+TEST_F(TestConvertGltf, ScenesThatShowNothingSayWhy)
+{
+  this->WriteText("in.gltf", "{\"asset\":{\"version\":\"2.0\"},\"meshes\":[{\"primitives\":[]}]}");
+  this->ExpectError(
+    "in.gltf", "holds no points; no node of its scene shows a mesh that has points\n");
+}
+
 TEST_F(TestConvertGltf, WhatIsShownTooOftenIsRefusedBeforeItTakesMemory)
 {
   GltfBuffer buffer;

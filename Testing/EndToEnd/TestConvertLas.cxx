@@ -159,6 +159,19 @@ TEST_F(TestConvertLas, WhatSaysNothingIsLeftOut)
   EXPECT_TRUE(read.attributes.empty());
 }
 
+// LAS 1.0 has no flags: they came with 1.1.
+TEST_F(TestConvertLas, ClassesOfTheOldestVersionHaveTheirByte)
+{
+  std::string las = MakeLas(1);
+  las.resize(las.size() - 11);
+  las[25] = 0;
+  this->WriteText("in.las", las);
+  const Mesh read = this->Converted("in.las");
+  ASSERT_EQ(read.points.size(), points);
+  EXPECT_EQ(ValuesOf(read, "classification")[7], 135);
+  EXPECT_EQ(ValuesOf(read, "classification")[8], 8);
+}
+
 // Headers that fall short of the file, as writers leave them that count before they have finished.
 TEST_F(TestConvertLas, PointsThatTheHeaderDoesNotCountAreRead)
 {
@@ -188,6 +201,31 @@ TEST_F(TestConvertLas, PointsThatTheHeaderDoesNotCountAreRead)
         19U);
     }
   }
+  // Whole records of something else, which the header's own box tells apart.
+  std::string las = MakeLas(2);
+  las.resize(las.size() - 11);
+  for (std::size_t k = 0; k < 3; ++k)
+  {
+    const double ends[] = { 1e6, 1e6 + 0.39, 2e6 - 0.39, 2e6, 0, 19.5 };
+    Put(las, 187 + 16 * k, ends[2 * k]);
+    Put(las, 179 + 16 * k, ends[2 * k + 1]);
+  }
+  this->WriteText("in.las", las + std::string(29 * 2, 'x'));
+  EXPECT_EQ(
+    this
+      ->Converted("in.las", withheld + Warning("58 bytes behind the end are not read; the first: "
+                                               "byte " +
+                                               std::to_string(las.size())))
+      .points.size(),
+    points - 1);
+  Put(las, 107, std::uint32_t{ 10 });
+  this->WriteText("in.las", las);
+  EXPECT_EQ(this
+              ->Converted("in.las",
+                withheld + Warning("30 points or faces are in the file but not counted by its "
+                                   "header; the first: point 10"))
+              .points.size(),
+    points - 1);
   std::string padded = MakeLas(3);
   padded.resize(padded.size() - 11);
   const std::string end = std::to_string(padded.size());

@@ -277,6 +277,14 @@ TEST_F(TestConvertPcd, HeadersInAnyDress)
   EXPECT_EQ(ValuesOf(colored, "intensity"), (std::vector<double>{ 7, 8 }));
 }
 
+TEST_F(TestConvertPcd, LinesAmongPointsMayBeComments)
+{
+  this->WriteText(
+    "in.pcd", this->Header("3", "ascii") + "# first\n0 0 0\n  # second\n1 0 0\n0 2 0\n");
+  EXPECT_EQ(
+    this->Converted("in.pcd").points, (std::vector<Vec3>{ { 0, 0, 0 }, { 1, 0, 0 }, { 0, 2, 0 } }));
+}
+
 TEST_F(TestConvertPcd, DecimalsThatBecomeCoarseFloatsAreSaid)
 {
   const std::string body = "500000.25 4000000.4565 1\n500010 4000010 2\n";

@@ -421,7 +421,7 @@ TEST_F(TestConvertVrml, VrmlOneIsReadToo)
 
 TEST_F(TestConvertVrml, MistakesAreNamedWithTheirLine)
 {
-  this->Refused("\nShape { geometry Nonsense { } }", "line 3: ");
+  this->Refused("\nShape { geometry Nonsense }", "line 3: ");
   this->Refused(cube + "Shape { geometry Box { size 1 a 1 } }", "line 3: ");
   this->Refused("Shape {\n geometry IndexedFaceSet {\n", "ends inside what a '{' in line 3 begins");
   this->Refused("Shape { geometry ]", "line 2: a ']' closes nothing");
@@ -429,8 +429,9 @@ TEST_F(TestConvertVrml, MistakesAreNamedWithTheirLine)
   this->Refused(cube + std::string(1, '\0') + cube, "line 3: a control character (byte 0)");
   this->Refused("Shape { geometry IndexedFaceSet { " + cubePoints + " coordIndex [ 0 1 9 -1 ] } }",
     "shape 0, face 0 names point 9, but there are 8, counted from 0");
-  this->Refused("EXTERNPROTO A [ ] \"a.wrl\"\nA { }", "line 2: a node is defined by EXTERNPROTO");
-  this->Refused("", "holds no points");
+  this->Refused("EXTERNPROTO A [ ] \"a.wrl\"\nA { }",
+    "holds no points; left out: 1 nodes that EXTERNPROTO takes from another file ('A')");
+  this->Refused("", "holds no points; it shows no shape");
   this->WriteText("in.wrl", "#VRML V3.0 utf8\n");
   this->ExpectError("in.wrl", "is of another version than VRML 1 and 2");
   this->WriteText("in.wrl", "Shape { }\n");
@@ -496,6 +497,290 @@ TEST_F(TestConvertVrml, NothingElseIsOpened)
                                 "zDimension 100000 height [ 1 2 3 ] } }",
       Warning("left out: 1 shapes whose sizes or numbers cannot be used (ElevationGrid)"))),
     8, 1e-9);
+}
+
+// VRML 1: places, materials and hints are what nodes before a shape have set.
+class TestConvertVrmlOne : public TestConvertVrml
+{
+protected:
+  Mesh First(const std::string& body, const std::string& warnings = "")
+  {
+    this->WriteText("in.wrl", "#VRML V1.0 ascii\nSeparator { " + body + " }\n");
+    return this->Converted("in.wrl", warnings);
+  }
+  void FirstRefused(const std::string& body, const std::string& what)
+  {
+    this->WriteText("in.wrl", "#VRML V1.0 ascii\nSeparator { " + body + " }\n");
+    this->ExpectError("in.wrl", what);
+  }
+  static std::vector<Vec3> ColorsOfFaces(const Mesh& mesh)
+  {
+    const std::vector<double> rgb = ValuesOf(mesh, "RGB");
+    std::vector<Vec3> colors;
+    for (const Triangle& t : mesh.triangles)
+    {
+      colors.push_back({ rgb[3 * t[0]], rgb[3 * t[0] + 1], rgb[3 * t[0] + 2] });
+    }
+    return colors;
+  }
+
+  const std::string Points =
+    "Coordinate3 { point [ -1 -1 -1, 1 -1 -1, 1 1 -1, -1 1 -1, -1 -1 1, 1 -1 1, 1 1 1, -1 1 1 ] } ";
+  const std::string Cube = this->Points + "IndexedFaceSet { " + cubeFaces + " } ";
+  const std::string TwoFaces = "IndexedFaceSet { coordIndex [ 0 3 2 -1 4 5 6 -1 ] ";
+};
+
+TEST_F(TestConvertVrmlOne, FacesLookTheWayThatTheirHintsSay)
+{
+  EXPECT_NEAR(VolumeOf(this->First(this->Cube)), 8, 1e-9);
+  EXPECT_NEAR(
+    VolumeOf(this->First("ShapeHints { vertexOrdering COUNTERCLOCKWISE } " + this->Cube)), 8, 1e-9);
+  EXPECT_NEAR(
+    VolumeOf(this->First("ShapeHints { vertexOrdering CLOCKWISE } " + this->Cube)), -8, 1e-9);
+  EXPECT_NEAR(VolumeOf(this->First(
+                "ShapeHints { vertexOrdering CLOCKWISE } Cube { width 2 height 2 depth 2 }")),
+    8, 1e-9);
+}
+
+TEST_F(TestConvertVrmlOne, ConcaveFacesAreCut)
+{
+  for (const std::string hint :
+    { "", "ShapeHints { faceType CONVEX } ", "ShapeHints { faceType UNKNOWN_FACE_TYPE } " })
+  {
+    EXPECT_NEAR(AreaOf(this->First(
+                  hint + "Coordinate3 { point [ 0 0 0, 3 0 0, 3 3 0, 2 3 0, 2 1 0, 1 1 0, 1 3 0, 0 "
+                         "3 0 ] } IndexedFaceSet { coordIndex [ 0,1,2,3,4,5,6,7,-1 ] }")),
+      7, 1e-9);
+  }
+}
+
+TEST_F(TestConvertVrmlOne, WhatIndicesNameMustBeThere)
+{
+  for (const std::string index : { "9", "100000", "2147483647" })
+  {
+    this->FirstRefused(
+      this->Points + "IndexedFaceSet { coordIndex [ 0 1 2 -1 0 1 " + index + " -1 ] }",
+      "shape 0, face 1 names point " + index + ", but there are 8, counted from 0");
+  }
+  this->FirstRefused("IndexedFaceSet { coordIndex [ 0 1 2 -1 ] }", "shape 0, face 0 names point");
+}
+
+TEST_F(TestConvertVrmlOne, MaterialsAreBoundToFacesAndVertices)
+{
+  const Vec3 red{ 255, 0, 0 }, green{ 0, 255, 0 };
+  const std::string two = "Material { diffuseColor [ 1 0 0, 0 1 0 ] } " + this->Points;
+  const auto bound = [&](const std::string& binding)
+  { return two + "MaterialBinding { value " + binding + " } " + this->TwoFaces; };
+  EXPECT_EQ(ColorsOfFaces(this->First(bound("OVERALL") + "}")), (std::vector<Vec3>{ red, red }));
+  EXPECT_EQ(ColorsOfFaces(this->First(bound("PER_FACE") + "}")), (std::vector<Vec3>{ red, green }));
+  EXPECT_EQ(ColorsOfFaces(this->First(bound("PER_FACE_INDEXED") + "materialIndex [ 1 0 ] }")),
+    (std::vector<Vec3>{ green, red }));
+  EXPECT_EQ(ColorsOfFaces(
+              this->First(bound("PER_VERTEX_INDEXED") + "materialIndex [ 1 1 1 -1 0 0 0 -1 ] }")),
+    (std::vector<Vec3>{ green, red }));
+  // Of what is not there the first is taken.
+  const std::string lacks =
+    Warning("1 face names a texture coordinate, normal or colour that does not exist: it is read "
+            "without it: shape 0, face 0");
+  EXPECT_EQ(ColorsOfFaces(
+              this->First(bound("PER_FACE_INDEXED") + "materialIndex [ 100000000 1 ] }", lacks)),
+    (std::vector<Vec3>{ red, green }));
+  EXPECT_EQ(
+    ValuesOf(this->First(two + "MaterialBinding { value PER_PART } Cylinder { }"), "RGB")[0], 255);
+}
+
+TEST_F(TestConvertVrmlOne, PointsAreRead)
+{
+  const Mesh all = this->First("Material { emissiveColor 0 0 1 } " + this->Points + "PointSet { }");
+  EXPECT_EQ(all.points.size(), 8U);
+  ASSERT_EQ(ValuesOf(all, "RGB").size(), 24U);
+  EXPECT_EQ(ValuesOf(all, "RGB")[2], 255);
+  EXPECT_EQ(this->First(this->Points + "PointSet { startIndex 5 numPoints 99 }").points,
+    (std::vector<Vec3>{ { 1, -1, 1 }, { 1, 1, 1 }, { -1, 1, 1 } }));
+}
+
+// They look up what they number without a check.
+TEST_F(TestConvertVrmlOne, ShapesOfOtherFormatsAreLeftOut)
+{
+  EXPECT_EQ(this
+              ->First(this->Cube + "IndexedTriangleStripSet { coordIndex [ 0 1 100000000 ] } "
+                                   "FaceSet { startIndex 100000000 numVertices [ 3 ] }",
+                Warning("left out: 1 shapes that VRML does not have (FaceSet)") +
+                  Warning("left out: 1 shapes that VRML does not have (IndexedTriangleStripSet)"))
+              .points.size(),
+    8U);
+}
+
+TEST_F(TestConvertVrml, ExtrusionsLookTheWayThatTheySay)
+{
+  const std::string extrusion = "Shape { geometry Extrusion { ";
+  EXPECT_NEAR(
+    VolumeOf(this->Scene(extrusion + "crossSection [ 1 1, 1 -1, -1 -1, -1 1, 1 1 ] } }")), 4, 1e-5);
+  EXPECT_NEAR(
+    VolumeOf(this->Scene(extrusion + "ccw FALSE crossSection [ 1 1, -1 1, -1 -1, 1 -1, 1 1 ] } }")),
+    4, 1e-5);
+}
+
+TEST_F(TestConvertVrml, WhatEmitsLightHasItsColour)
+{
+  const auto shape = [](const std::string& material, const std::string& geometry)
+  {
+    return "Shape { appearance Appearance { material Material { " + material + " } } geometry " +
+           geometry + " }\n";
+  };
+  const auto first = [](const Mesh& mesh)
+  {
+    const std::vector<double> rgb = ValuesOf(mesh, "RGB");
+    return rgb.empty() ? Vec3{} : Vec3{ rgb[0], rgb[1], rgb[2] };
+  };
+  const std::string points = "PointSet { coord Coordinate { point [ 0 0 0, 1 2 3 ] } }";
+  for (const std::string geometry :
+    { "Box { }", "PointSet { coord Coordinate { point [ 0 0 0 ] } }" })
+  {
+    SCOPED_TRACE(geometry);
+    EXPECT_EQ(first(this->Scene(shape("diffuseColor 0 0 0 emissiveColor 1 0 0", geometry))),
+      (Vec3{ 255, 0, 0 }));
+  }
+  EXPECT_EQ(first(this->Scene(shape("emissiveColor 0 0 1", points))), (Vec3{ 0, 0, 255 }));
+  EXPECT_EQ(first(this->Scene(shape("diffuseColor 0 1 0", points))), (Vec3{ 0, 255, 0 }));
+  const std::string glass = "diffuseColor 0 1 0 emissiveColor 0.1 0 0 transparency 0.5";
+  EXPECT_EQ(
+    first(this->Scene("DEF G " + shape(glass, "Box { }") + shape(glass, "Sphere { }") + "USE G",
+      Warning("the emission of the material 0 and of 1 other is not carried") +
+        Warning("the transparency of the material 0 and of 1 other is not carried"))),
+    (Vec3{ 0, 255, 0 }));
+}
+
+TEST_F(TestConvertVrml, NumbersThatAreNotFiniteAreDropped)
+{
+  for (const std::string number :
+    { "nan", "-NaN", "inf", "-infinity", "nan(ind)", "-1.#IND", "1.#QNAN", "1.#INF000e+000" })
+  {
+    SCOPED_TRACE(number);
+    const Mesh read = this->Scene("Shape { geometry PointSet { coord Coordinate { point [ 0 0 0, " +
+                                    number + " 1 2, 1 1 1, 3 4 " + number + "\n5 5 5 ] } } }",
+      Warning("2 points are not finite and are dropped; the first: vertex 1, whose x is nan"));
+    EXPECT_EQ(read.points, (std::vector<Vec3>{ { 0, 0, 0 }, { 1, 1, 1 }, { 5, 5, 5 } }));
+  }
+  EXPECT_EQ(this->Scene("PROTO nan [ ] { " + cube + " }\nnan { }\nDEF inf Group { }\nUSE inf")
+              .points.size(),
+    8U);
+  EXPECT_EQ(
+    this->Scene("Shape { geometry Box { size 1 1 1.#INDEED, not a number\n} }").points.size(), 8U);
+}
+
+TEST_F(TestConvertVrml, NamesOfAllKindsAreRead)
+{
+  for (const std::string name : { "1box", "box.1-a:b+c/d", "Box(2)", "it's", "-FACES", "+a" })
+  {
+    SCOPED_TRACE(name);
+    EXPECT_NEAR(VolumeOf(this->Scene(
+                  "DEF " + name + " " + cube + Transformed("translation 5 0 0", "USE " + name))),
+      16, 1e-9);
+  }
+  this->Refused("DEF 1 Group { children USE 1 }", "the node '1' contains itself (USE)");
+  // The last node of a name counts.
+  EXPECT_NEAR(VolumeOf(this->Scene("DEF A Transform { children [ DEF A " + cube +
+                                   Transformed("translation 5 0 0", "USE A") + " ] }")),
+    16, 1e-9);
+  this->Refused("DEF A Group { children [ PROTO P [ ] { DEF A " + cube + " } USE A ] }",
+    "the node 'A' contains itself (USE)");
+}
+
+TEST_F(TestConvertVrml, WhatIsNotKnownIsLeftOut)
+{
+  EXPECT_NEAR(
+    VolumeOf(
+      this->Scene("EXTERNPROTO KeySensor [ eventOut SFInt32 keyPress ]\n[ \"urn:a\" "
+                  "\"http://x/y.wrl#KeySensor\" ]\nEXTERNPROTO Odd [ field SFNode a ] "
+                  "\"a.wrl\" KeySensor { }\n" +
+                    Transformed("", "LoadSensor { enabled TRUE } Odd { a Box { } }\n" + cube) +
+                    "Shape { geometry NurbsSurface { uDimension 2 } }",
+        Warning("left out: 1 nodes that EXTERNPROTO takes from another file ('KeySensor')") +
+          Warning("left out: 1 nodes that EXTERNPROTO takes from another file ('Odd')") +
+          Warning("left out: 1 nodes that are not known ('LoadSensor')") +
+          Warning("left out: 1 nodes that are not known ('NurbsSurface')"))),
+    8, 1e-9);
+  this->Refused(
+    "EXTERNPROTO A [ ]\n[ \"a\"\n]\nA { }\nShape { geometry Box { size 1 a 1 } }", "line 6: ");
+}
+
+TEST_F(TestConvertVrml, InlinesAreFoundHoweverTheyAreNamed)
+{
+  std::filesystem::create_directories(this->Folder / "parts");
+  this->WriteText("parts/a cube.wrl", header + cube);
+  for (const std::string url : { "parts/A Cube.WRL", "parts/a%20cube.wrl",
+         "parts/a%20cube.wrl#View1", "file:parts/a cube.wrl", "PARTS\\\\a cube.wrl" })
+  {
+    SCOPED_TRACE(url);
+    EXPECT_NEAR(VolumeOf(this->Scene("Inline { url \"" + url + "\" }")), 8, 1e-9);
+  }
+}
+
+TEST_F(TestConvertVrml, InlinesOfProtosAreRead)
+{
+  this->WriteText("cube.wrl", header + cube);
+  const std::string proto =
+    "PROTO P [ field MFString u [ \"cube.wrl\" ] field SFString n \"nothing\" ] "
+    "{ Inline { url IS u } }\n";
+  EXPECT_NEAR(VolumeOf(this->Scene(
+                proto + "P { }\n" + Transformed("translation 5 0 0", "P { u \"cube.wrl\" }") +
+                Transformed("translation 9 0 0", "P { u [ \"none.wrl\", \"cube.wrl\" ] }"))),
+    24, 1e-9);
+}
+
+TEST_F(TestConvertVrml, FlatBoxesAreFaces)
+{
+  EXPECT_NEAR(AreaOf(this->Scene("Shape { geometry Box { size 2 0 3 } }")), 12, 1e-6);
+  this->Refused("Shape { geometry Box { size 2 0 0 } }",
+    "left out: 1 shapes whose sizes or numbers cannot be used (Box)");
+}
+
+// A few bytes must not keep the reader busy for long.
+TEST_F(TestConvertVrml, ExtrusionsAreBound)
+{
+  std::string section, spine;
+  for (int i = 0; i < 3000; ++i)
+  {
+    section += std::to_string(i) + " 0 ";
+    spine += "0 " + std::to_string(i) + " 0 ";
+  }
+  this->Refused(
+    "Shape { geometry Extrusion { crossSection [ " + section + " ] spine [ " + spine + " ] } }",
+    "its extrusions, each time they are used, have more than ");
+}
+
+// Parts of one Coordinate node have their own points only.
+TEST_F(TestConvertVrml, SharedPointsAreNotMultiplied)
+{
+  std::string shapes = "Shape { geometry IndexedFaceSet { coord DEF P Coordinate { point [ ";
+  for (int i = 0; i < 300; ++i)
+  {
+    shapes += std::to_string(i) + " 0 0, ";
+  }
+  shapes += "0 1 0 ] } coordIndex [ 0 1 300 ] } }\n";
+  for (int i = 1; i + 1 < 300; ++i)
+  {
+    shapes += "Shape { geometry IndexedFaceSet { coord USE P coordIndex [ " + std::to_string(i) +
+              " " + std::to_string(i + 1) + " 300 ] } }\n";
+  }
+  const Mesh read = this->Scene(shapes);
+  EXPECT_EQ(read.triangles.size(), 299U);
+  EXPECT_EQ(read.points.size(), 3 * 299U);
+  EXPECT_NEAR(AreaOf(read), 299.0 / 2, 1e-6);
+}
+
+// Groups that nothing shows are groups all the same.
+TEST_F(TestConvertVrml, DeepUsesAreRefusedWhereverTheyAre)
+{
+  std::string chain = "Switch { whichChoice -1 choice [ DEF N0 " + cube;
+  for (int i = 1; i < 20000; ++i)
+  {
+    chain +=
+      "DEF N" + std::to_string(i) + " Group { children USE N" + std::to_string(i - 1) + " }\n";
+  }
+  this->Refused(
+    chain + "] }" + cube, "nodes that are used again (USE) are nested deeper than 1000");
 }
 
 // Cut anywhere, or with words and bytes changed: an error of one line, or a mesh; never a crash.

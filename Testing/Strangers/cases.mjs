@@ -92,6 +92,8 @@ function glb(nodes, { more = {}, blocks = [], primitive = {}, positions = [5126,
 const cubeWrl = (more = "") => `Shape { geometry IndexedFaceSet { coord Coordinate { point [ ${corners.map((c) => c.join(" ")).join(", ")} ] }
   coordIndex [ ${quads.map((quad) => `${quad.join(" ")} -1`).join(" ")} ] ${more} } }`;
 const wrl = (text) => `#VRML V2.0 utf8\n${text}\n`;
+const wrlOne = (text, points = corners, faces = quads) => `#VRML V1.0 ascii\nSeparator { ${text} Coordinate3 { point [ ${points.map((c) => c.join(" ")).join(", ")} ] }
+  IndexedFaceSet { coordIndex [ ${faces.map((face) => `${face.join(" ")} -1`).join(" ")} ] } }\n`;
 const h = Math.SQRT1_2;
 
 // ---- LAS 1.2, points of format 2
@@ -238,4 +240,16 @@ export const cases = [
     wrl(`Switch { whichChoice -1 choice [ ${cubeWrl()} ] } LOD { range [ 10 ] level [ ${cubeWrl()} Shape { geometry Box { size 9 9 9 } } ] }`), cube),
   one("VRML: colours of faces", "a.wrl", wrl(cubeWrl("colorPerVertex FALSE color Color { color [ 1 0 0, 0 1 0, 0 0 1, 1 1 0, 0 1 1, 1 0 1 ] }")),
     cube, { colors: [[255, 0, 0], [0, 255, 0], [0, 0, 255], [255, 255, 0], [0, 255, 255], [255, 0, 255]] }),
+  one("VRML 1: faces whose corners go clockwise", "a.wrl", wrlOne("ShapeHints { vertexOrdering CLOCKWISE }", corners, quads.map((quad) => [...quad].reverse())), cube),
+  one("VRML 1: a star as one polygon", "a.wrl", wrlOne("", star(5), [star(5).map((_, i) => i)]), { area: starArea(5) }),
+  one("VRML 1: a point that is not there", "a.wrl", wrlOne("", corners, [...quads, [0, 1, 9]]), {}, { refused: /names point 9, but there are 8/ }),
+  one("VRML: names that begin with a digit, and one that is used anew", "a.wrl",
+    wrl(`Transform { children [ DEF 1(a) ${cubeWrl()} Transform { translation 5 0 0 children USE 1(a) } ] } DEF A Group { children [ DEF A ${cubeWrl()} USE A ] }`), { volume: 32 }),
+  one("VRML: a sensor that nobody knows", "a.wrl", wrl(`${cubeWrl()} Transform { children [ KeySensor { } ] }`), cube, { says: /KeySensor/ }),
+  one("VRML: parts of one list of points", "a.wrl",
+    wrl(quads.map((quad, i) => `Shape { geometry IndexedFaceSet { coord ${i ? "USE P" : `DEF P Coordinate { point [ ${corners.flat().join(" ")} ] }`} coordIndex [ ${quad.join(" ")} ] } }`).join("\n")),
+    { ...cube, unused: 0 }, { isRead: false }),
+  one("a glTF far away by CESIUM_RTC", "a.glb", glb([{ mesh: 0 }], { more: { extensionsUsed: ["CESIUM_RTC"], extensions: { CESIUM_RTC: { center: [4000000, 100, -5000000] } } } }), { volume: 8 }),
+  one("a glTF with a hidden node", "a.glb", glb([{ mesh: 0 }, { mesh: 0, translation: [9, 0, 0], extensions: { KHR_node_visibility: { visible: false } } }],
+    { more: { extensionsUsed: ["KHR_node_visibility"] } }), cube, { says: /hidden/ }),
 ];

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// glTF 2.0, .gltf and .glb: the nodes of a scene, in doubles; sparse and quantised accessors, strips, fans, instances. No
-// compression.
+// glTF 2.0, .gltf and .glb: the nodes of a scene, in doubles; sparse and quantised accessors, strips, fans, instances,
+// CESIUM_RTC, hidden nodes. No compression.
 
 const sizes = { 5120: 1, 5121: 1, 5122: 2, 5123: 2, 5125: 4, 5126: 4 };
 const reads = { 5120: "readInt8", 5121: "readUInt8", 5122: "readInt16LE", 5123: "readUInt16LE", 5125: "readUInt32LE", 5126: "readFloatLE" };
@@ -67,6 +67,9 @@ export function readGltf(bytes, readFile) {
   };
   const walk = (index, parent) => {
     const node = gltf.nodes[index];
+    if (node.extensions?.KHR_node_visibility?.visible === false) {
+      return;
+    }
     const matrix = multiply(parent, matrixOf(node));
     const instances = node.extensions?.EXT_mesh_gpu_instancing?.attributes;
     if (instances) {
@@ -78,6 +81,6 @@ export function readGltf(bytes, readFile) {
     }
     node.children?.forEach((child) => walk(child, matrix));
   };
-  gltf.scenes[gltf.scene ?? 0].nodes.forEach((node) => walk(node, identity));
+  gltf.scenes[gltf.scene ?? 0].nodes.forEach((node) => walk(node, matrixOf({ translation: gltf.extensions?.CESIUM_RTC?.center })));
   return { points, faces, colors: [] };
 }

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// VRML 2: groups, Transform, Switch, LOD, DEF and USE; shapes that are IndexedFaceSet or Box. No PROTO, no Inline.
+// VRML 2: groups, Transform, Switch, LOD, DEF and USE; shapes that are IndexedFaceSet or Box. No PROTO, no Inline. Of VRML 1
+// Separator, ShapeHints, Coordinate3 and IndexedFaceSet.
 
 const tokens = /"(?:\\.|[^"\\])*"|[[\]{}]|[^\s,[\]{}"#]+|#[^\n]*/g;
 
@@ -22,7 +23,11 @@ function parse(text) {
     ++at; // {
     name && named.set(name, made);
     while (words[at] !== "}") {
-      made[words[at++]] = value();
+      if (/^[A-Z]/.test(words[at])) { // Separator
+        (made.children ??= []).push(node());
+      } else {
+        made[words[at++]] = value();
+      }
     }
     ++at;
     return made;
@@ -43,7 +48,7 @@ function parse(text) {
       }
       return all;
     }
-    if (/^(TRUE|FALSE|NULL)$/.test(words[at]) || words[at].startsWith('"')) {
+    if (/^(TRUE|FALSE|NULL|CLOCKWISE|COUNTERCLOCKWISE)$/.test(words[at]) || words[at].startsWith('"')) {
       return words[at++];
     }
     return node();
@@ -92,8 +97,15 @@ export function readVrml(bytes) {
       index >= 0 ? face.push(index) : face.length && (add(face), face = []);
     }
   };
+  let [coord, ccw] = [null, "TRUE"]; // of VRML 1: what the next face set has
   const walk = (node, m) => {
-    if (node.type === "Shape") {
+    if (node.type === "Coordinate3") {
+      coord = node;
+    } else if (node.type === "ShapeHints") {
+      ccw = node.vertexOrdering === "CLOCKWISE" ? "FALSE" : "TRUE";
+    } else if (node.type === "IndexedFaceSet") {
+      addShape({ geometry: { ...node, coord, ccw } }, m);
+    } else if (node.type === "Shape") {
       addShape(node, m);
     } else if (node.type === "Switch") {
       const chosen = node.choice?.[node.whichChoice?.[0] ?? -1];

@@ -22,9 +22,11 @@
 #include <chrono>
 #include <csignal>
 #include <cstring>
+#include <fstream>
 #include <iostream>
 #include <limits>
 #include <new>
+#include <string_view>
 
 namespace
 {
@@ -121,14 +123,34 @@ void LimitMemory(std::uint64_t most)
   }
 }
 
+// Whether a word is in a file.
+bool Holds(const std::filesystem::path& file, std::string_view word)
+{
+  std::ifstream input(file, std::ios::binary);
+  std::string block(1 << 20, ' ');
+  for (std::size_t kept = 0; input.good();)
+  {
+    input.read(block.data() + kept, static_cast<std::streamsize>(block.size() - kept));
+    const std::string_view bytes(block.data(), kept + static_cast<std::size_t>(input.gcount()));
+    if (bytes.find(word) != std::string_view::npos)
+    {
+      return true;
+    }
+    kept = std::min(word.size() - 1, bytes.size());
+    std::copy(bytes.end() - static_cast<std::ptrdiff_t>(kept), bytes.end(), block.begin());
+  }
+  return false;
+}
+
 std::uint64_t MostMemory(const std::filesystem::path& input)
 {
   std::error_code status;
   const std::uintmax_t bytes = std::filesystem::file_size(input, status);
-  // A .gltf's bytes lie in other files; so do pictures, and .obj and .ply are read by us, who take
-  // no claim on trust.
+  // A .gltf's bytes lie in other files; so do pictures and what VRML inlines, and .obj and .ply are
+  // read by us, who take no claim on trust.
   const std::string ending = FileEnding(input);
   const bool alone = !status && ending != ".gltf" && ending != ".obj" && ending != ".ply" &&
+                     !(ending == ".wrl" && Holds(input, "Inline")) &&
                      bytes < (std::uint64_t{ 1 } << 50);
   return alone ? leastMemory + memoryPerByte * bytes : std::numeric_limits<std::uint64_t>::max();
 }

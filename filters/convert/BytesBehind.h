@@ -6,6 +6,7 @@
 #include "filters/meshio/Tolerance.h"
 
 #include <algorithm>
+#include <functional>
 #include <string>
 
 namespace kdstream
@@ -32,16 +33,25 @@ inline Result<bool> AreZeros(ByteSource& source, std::uint64_t begin, std::uint6
 }
 
 // Counts the bytes from `begin` to `end`: zeros are padding, what is as long as whole elements of
-// `elementBytes` is such elements. Returns how many: the `counted` ones are before.
+// `elementBytes` is such elements, if areElements (where there is one) does not deny it. Returns
+// how many: the `counted` ones are before.
 inline Result<std::uint64_t> LookBehind(ByteSource& source, std::uint64_t begin, std::uint64_t end,
-  std::uint64_t elementBytes, std::uint64_t counted, Tolerance& tolerance)
+  std::uint64_t elementBytes, std::uint64_t counted, Tolerance& tolerance,
+  const std::function<Result<bool>(std::uint64_t elements)>& areElements = {})
 {
   const std::uint64_t rest = end - begin;
   const Result<bool> zeros = AreZeros(source, begin, end);
   KDSTREAM_TRY(zeros);
-  if (!*zeros && elementBytes > 0 && rest % elementBytes == 0)
+  const std::uint64_t more = elementBytes > 0 ? rest / elementBytes : 0;
+  bool are = !*zeros && more > 0 && rest % elementBytes == 0;
+  if (are && areElements)
   {
-    const std::uint64_t more = rest / elementBytes;
+    const Result<bool> told = areElements(more);
+    KDSTREAM_TRY(told);
+    are = *told;
+  }
+  if (are)
+  {
     tolerance.Count(Lapse::NotCounted, more, "point " + std::to_string(counted));
     return more;
   }

@@ -4,7 +4,6 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <cstring>
 #include <string>
 
 namespace kdstream
@@ -15,14 +14,6 @@ namespace
 // Bytes of a point, from format 0 on; files may add some of their own.
 constexpr std::array<std::size_t, 11> leastPointBytes{ 20, 28, 26, 34, 57, 63, 30, 36, 38, 59, 67 };
 
-template <class T>
-T ReadAt(std::string_view bytes, std::size_t place)
-{
-  T value;
-  std::memcpy(&value, bytes.data() + place, sizeof(value));
-  return value;
-}
-
 Error Wrong(const std::string& what)
 {
   return { ErrorCode::InvalidInput, what };
@@ -31,16 +22,18 @@ Error Wrong(const std::string& what)
 // How many points the header claims: of version 1.4 in a number of its own, if that is not 0.
 std::uint64_t ClaimedPoints(std::string_view begin, unsigned minor)
 {
-  const std::uint64_t many = minor >= 4 ? ReadAt<std::uint64_t>(begin, 247) : 0;
-  return many > 0 ? many : ReadAt<std::uint32_t>(begin, 107);
+  const std::uint64_t many = minor >= 4 ? LasNumberAt<std::uint64_t>(begin.data(), 247) : 0;
+  return many > 0 ? many : LasNumberAt<std::uint32_t>(begin.data(), 107);
 }
 
 Status TakePlacement(std::string_view begin, LasHeader& header)
 {
   for (std::size_t k = 0; k < 3; ++k)
   {
-    header.scale[k] = ReadAt<double>(begin, 131 + 8 * k);
-    header.offset[k] = ReadAt<double>(begin, 155 + 8 * k);
+    header.scale[k] = LasNumberAt<double>(begin.data(), 131 + 8 * k);
+    header.offset[k] = LasNumberAt<double>(begin.data(), 155 + 8 * k);
+    header.box.hi[k] = LasNumberAt<double>(begin.data(), 179 + 16 * k);
+    header.box.lo[k] = LasNumberAt<double>(begin.data(), 187 + 16 * k);
     // What is to be added and multiplied: numbers that stay numbers for every point.
     const bool isFinite = std::isfinite(header.scale[k] * 4294967296.0) &&
                           std::isfinite(header.offset[k]) && header.scale[k] != 0;
@@ -63,11 +56,11 @@ std::uint64_t EndOfPoints(
   { end = place >= pointsBegin ? std::min(end, place) : end; };
   if (minor >= 3 && begin.size() >= 235)
   {
-    endAt(ReadAt<std::uint64_t>(begin, 227));
+    endAt(LasNumberAt<std::uint64_t>(begin.data(), 227));
   }
-  if (minor >= 4 && ReadAt<std::uint32_t>(begin, 243) > 0)
+  if (minor >= 4 && LasNumberAt<std::uint32_t>(begin.data(), 243) > 0)
   {
-    endAt(ReadAt<std::uint64_t>(begin, 235));
+    endAt(LasNumberAt<std::uint64_t>(begin.data(), 235));
   }
   return end;
 }
@@ -83,8 +76,8 @@ Status CheckCount(const LasHeader& header)
 // Where the points are, and that they are there.
 Status TakePoints(std::string_view begin, unsigned minor, std::uint64_t fileSize, LasHeader& header)
 {
-  header.pointsBegin = ReadAt<std::uint32_t>(begin, 96);
-  header.pointBytes = ReadAt<std::uint16_t>(begin, 105);
+  header.pointsBegin = LasNumberAt<std::uint32_t>(begin.data(), 96);
+  header.pointBytes = LasNumberAt<std::uint16_t>(begin.data(), 105);
   header.points = ClaimedPoints(begin, minor);
   if (header.pointBytes < leastPointBytes[header.format])
   {
@@ -92,7 +85,8 @@ Status TakePoints(std::string_view begin, unsigned minor, std::uint64_t fileSize
                  std::to_string(leastPointBytes[header.format]) + " bytes, not " +
                  std::to_string(header.pointBytes));
   }
-  if (header.pointsBegin < ReadAt<std::uint16_t>(begin, 94) || header.pointsBegin > fileSize)
+  if (header.pointsBegin < LasNumberAt<std::uint16_t>(begin.data(), 94) ||
+      header.pointsBegin > fileSize)
   {
     return Wrong("its points begin at byte " + std::to_string(header.pointsBegin) +
                  ", in the header or behind the end of the file");
@@ -152,7 +146,8 @@ Result<LasHeader> ParseLasHeader(std::string_view begin, std::uint64_t fileSize)
   {
     return Wrong("truncated: ends inside its header");
   }
-  const unsigned major = ReadAt<std::uint8_t>(begin, 24), minor = ReadAt<std::uint8_t>(begin, 25);
+  const unsigned major = LasNumberAt<std::uint8_t>(begin.data(), 24),
+                 minor = LasNumberAt<std::uint8_t>(begin.data(), 25);
   if (major != 1 || minor > 4)
   {
     return Error{ ErrorCode::Unsupported, "is of version " + std::to_string(major) + "." +
@@ -164,9 +159,10 @@ Result<LasHeader> ParseLasHeader(std::string_view begin, std::uint64_t fileSize)
     return Wrong("truncated: ends inside its header");
   }
   LasHeader header;
-  const unsigned format = ReadAt<std::uint8_t>(begin, 104);
+  const unsigned format = LasNumberAt<std::uint8_t>(begin.data(), 104);
   header.format = format & 63U;
   header.compressed = format != header.format; // its two highest bits are those of LAZ
+  header.isOldest = minor == 0;
   if (header.format >= leastPointBytes.size())
   {
     return Error{ ErrorCode::Unsupported,

@@ -7,6 +7,7 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <cstring>
 #include <optional>
 #include <string_view>
 
@@ -22,13 +23,24 @@ struct LasHeader
   std::size_t pointBytes = 0;
   unsigned format = 0;
   bool compressed = false; // LAZ: the file's size does not tell how many points there are
+  bool isOldest = false;   // 1.0: a class has its whole byte, and no point is withheld
   Vec3 scale{}, offset{};
+  Box box{}; // of the points, as the header tells it
 
   // At which byte of a point its colour is; nothing where it has none.
   std::optional<std::size_t> ColorPlace() const;
   // From format 6 on classes, flags and returns have bytes of their own.
   bool IsLong() const { return this->format >= 6; }
 };
+
+// A number of a header or a point. REQUIRES: it is there.
+template <class T>
+T LasNumberAt(const char* bytes, std::size_t place)
+{
+  T value;
+  std::memcpy(&value, bytes + place, sizeof(value));
+  return value;
+}
 
 // The most bytes of a header that are looked at.
 inline constexpr std::size_t lasHeaderBytes = 375;

@@ -133,6 +133,11 @@ public:
       {
         continue;
       }
+      if (words.front().starts_with('#') && points < claimed)
+      {
+        header.hasComments = true;
+        continue;
+      }
       if (Status read = this->CheckPoint(header, words); !read)
       {
         return points < claimed ? Result<std::uint64_t>(read.GetError()) : begin;

@@ -29,6 +29,7 @@ struct PcdHeader
   std::uint64_t bodyBegin = 0; // in the file
   std::string text;            // a header that says the same, as PCL reads it
   Tolerance tolerance;         // what it does not count
+  bool hasComments = false;    // lines with # among those of the points, which PCL does not know
   bool textOfFloats = false;   // decimals of which PCL makes floats: those of x, y and z
 };
 

@@ -10,20 +10,13 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <cstring>
 
 namespace kdstream
 {
 namespace
 {
-
-template <class T>
-T ReadAt(const char* point, std::size_t place)
-{
-  T value;
-  std::memcpy(&value, point + place, sizeof(value));
-  return value;
-}
 
 class LasReader
 {
@@ -74,7 +67,8 @@ private:
     const std::uint64_t counted =
       this->Header.pointsBegin + this->Header.points * this->Header.pointBytes;
     const auto more = LookBehind(this->Source, counted, this->Header.pointsEnd,
-      this->Header.pointBytes, this->Header.points, this->Cloud.Forgiven());
+      this->Header.pointBytes, this->Header.points, this->Cloud.Forgiven(),
+      [&](std::uint64_t points) { return this->MayBePoints(counted, points); });
     KDSTREAM_TRY(more);
     this->Header.points += *more;
     return this->Header.points < noVertex
@@ -83,18 +77,63 @@ private:
                  std::to_string(this->Header.points) + " points are more than a model may have" };
   }
 
+  // Whether those that the header does not count lie in its box, if that is the one of those that
+  // it counts: of these the first and the last are looked at.
+  Result<bool> MayBePoints(std::uint64_t begin, std::uint64_t points)
+  {
+    const std::uint64_t bytes = this->Header.pointBytes;
+    for (const std::uint64_t place : { this->Header.pointsBegin, begin - bytes })
+    {
+      const Result<bool> inBox = this->AreInBox(place, 1);
+      KDSTREAM_TRY(inBox);
+      if (!*inBox)
+      {
+        return true;
+      }
+    }
+    return this->AreInBox(begin, points);
+  }
+
+  Result<bool> AreInBox(std::uint64_t begin, std::uint64_t points)
+  {
+    this->Source.Seek(begin);
+    for (std::uint64_t i = 0; i < points; ++i)
+    {
+      const auto view = this->Source.Peek(this->Header.pointBytes);
+      KDSTREAM_TRY(view);
+      if (view->size() < this->Header.pointBytes)
+      {
+        return false;
+      }
+      for (std::size_t k = 0; k < 3; ++k)
+      {
+        const double step = this->Header.scale[k];
+        const double value =
+          LasNumberAt<std::int32_t>(view->data(), 4 * k) * step + this->Header.offset[k];
+        if (!(value >= this->Header.box.lo[k] - std::abs(step) &&
+              value <= this->Header.box.hi[k] + std::abs(step)))
+        {
+          return false;
+        }
+      }
+      this->Source.Consume(this->Header.pointBytes);
+    }
+    return true;
+  }
+
   void Add(const char* point)
   {
     LasPoint read;
     const bool isLong = this->Header.IsLong();
-    const auto flags = ReadAt<std::uint8_t>(point, 15); // in short points with the class
-    read.withheld = isLong ? (flags & 4U) != 0 : (flags & 128U) != 0;
+    const auto flags = LasNumberAt<std::uint8_t>(point, 15); // in short points with the class
+    read.withheld = isLong ? (flags & 4U) != 0 : !this->Header.isOldest && (flags & 128U) != 0;
     std::memcpy(read.place.data(), point, sizeof(read.place));
-    read.intensity = ReadAt<std::uint16_t>(point, 12);
+    read.intensity = LasNumberAt<std::uint16_t>(point, 12);
     read.returnNumber =
-      static_cast<std::uint8_t>(ReadAt<std::uint8_t>(point, 14) & (isLong ? 15U : 7U));
+      static_cast<std::uint8_t>(LasNumberAt<std::uint8_t>(point, 14) & (isLong ? 15U : 7U));
     read.classification =
-      isLong ? ReadAt<std::uint8_t>(point, 16) : static_cast<std::uint8_t>(flags & 31U);
+      isLong ? LasNumberAt<std::uint8_t>(point, 16)
+             : static_cast<std::uint8_t>(this->Header.isOldest ? flags : flags & 31U);
     if (this->ColorPlace)
     {
       std::memcpy(read.color.data(), point + *this->ColorPlace, sizeof(read.color));

@@ -73,6 +73,13 @@ private:
     read.classification = isLong ? point.extended_classification : point.classification;
     read.withheld =
       isLong ? (point.extended_classification_flags & 4U) != 0 : point.withheld_flag != 0;
+    if (this->Header.isOldest)
+    {
+      read.classification =
+        static_cast<std::uint8_t>(point.classification | point.synthetic_flag << 5U |
+                                  point.keypoint_flag << 6U | point.withheld_flag << 7U);
+      read.withheld = false;
+    }
     this->Cloud.Add(read);
   }
 

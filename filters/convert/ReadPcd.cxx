@@ -56,6 +56,20 @@ std::optional<AttributeType> TypeOf(const Field& field)
   }
 }
 
+std::stringstream WithoutComments(std::istream& text)
+{
+  std::stringstream lines;
+  for (std::string line; std::getline(text, line);)
+  {
+    const std::size_t begin = line.find_first_not_of(" \t");
+    if (begin == std::string::npos || line[begin] != '#')
+    {
+      lines << line << '\n';
+    }
+  }
+  return lines;
+}
+
 // Below 0: PCL cannot read it. It is given the header's meaning, not its text.
 Result<int> ReadByPcl(const std::filesystem::path& file, const PcdHeader& header, Cloud& cloud)
 {
@@ -71,6 +85,11 @@ Result<int> ReadByPcl(const std::filesystem::path& file, const PcdHeader& header
   }
   std::ifstream stream(file, std::ios::binary);
   stream.seekg(static_cast<std::streamoff>(header.bodyBegin));
+  if (header.data == PcdData::Ascii && header.hasComments)
+  {
+    std::stringstream points = WithoutComments(stream);
+    return reader.readBodyASCII(points, cloud, version);
+  }
   if (header.data == PcdData::Ascii)
   {
     return reader.readBodyASCII(stream, cloud, version);

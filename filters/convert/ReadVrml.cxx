@@ -1,36 +1,50 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // VRML 2, and 1: parsed by Coin, joined to one mesh. Steps: 1. the text is checked, and made
 // harmless (VrmlText.h)  2. Coin makes a scene of it  3. shapes, where their transforms put them:
-// face sets, grids, points and lines from their fields, other shapes as Coin's triangles  4. files
+// face sets, grids and points from their fields, solids as Coin's triangles  4. files
 // that an Inline names, the same way.
 #include "filters/convert/FloatCoordinates.h"
 #include "filters/convert/ForeignMesh.h"
 #include "filters/convert/JoinParts.h"
 #include "filters/convert/VrmlFaces.h"
 #include "filters/convert/VrmlText.h"
+#include "filters/core/Texts.h"
+#include "filters/core/UnusedVertices.h"
 #include "filters/core/VectorMath.h"
 #include "filters/meshio/ByteSource.h"
 #include "filters/meshio/QuotedText.h"
-#include "filters/texture/ObjMaterials.h"
+#include "filters/texture/FilesBeside.h"
+#include "filters/texture/LostLooks.h"
 
 #include <Inventor/SoDB.h>
 #include <Inventor/SoInput.h>
 #include <Inventor/SoPrimitiveVertex.h>
 #include <Inventor/VRMLnodes/SoVRMLNodes.h>
 #include <Inventor/actions/SoCallbackAction.h>
+#include <Inventor/elements/SoLazyElement.h>
 #include <Inventor/errors/SoDebugError.h>
 #include <Inventor/errors/SoMemoryError.h>
 #include <Inventor/errors/SoReadError.h>
 #include <Inventor/misc/SoProto.h>
 #include <Inventor/misc/SoProtoInstance.h>
+#include <Inventor/nodes/SoCone.h>
+#include <Inventor/nodes/SoCube.h>
+#include <Inventor/nodes/SoCylinder.h>
+#include <Inventor/nodes/SoIndexedFaceSet.h>
 #include <Inventor/nodes/SoLOD.h>
+#include <Inventor/nodes/SoMaterial.h>
+#include <Inventor/nodes/SoPointSet.h>
 #include <Inventor/nodes/SoSeparator.h>
 #include <Inventor/nodes/SoShape.h>
+#include <Inventor/nodes/SoSphere.h>
+#include <Inventor/nodes/SoVertexProperty.h>
 #include <Inventor/nodes/SoWWWInline.h>
 
 #include <algorithm>
+#include <bit>
 #include <charconv>
 #include <cmath>
+#include <cstdlib>
 #include <cstring>
 #include <limits>
 #include <map>
@@ -49,6 +63,9 @@ constexpr std::size_t deepestNodes = 2000;
 constexpr std::uint64_t mostNodes = 10'000'000; // that are gone through, each time they are used
 constexpr std::size_t deepestInlines = 8, mostInlines = 1000;
 constexpr std::uint64_t mostGridCorners = std::uint64_t{ 1 } << 28;
+// What extrusions may make of a file, each time they are used: spine times cross section.
+constexpr std::uint64_t mostExtrusionCorners = std::uint64_t{ 1 } << 20;
+constexpr std::uint64_t extrusionCornersPerByte = 16;
 // The colour that a material has which names none. A shape without a material is white.
 constexpr double vrmlGrey = 0.8;
 
@@ -91,8 +108,7 @@ public:
         place = "line " + std::to_string(number) + ": ";
       }
     }
-    return Error{ ErrorCode::InvalidInput,
-      place + "is no VRML there (" + QuotedText(what) + ", says its parser)" };
+    return Error{ ErrorCode::InvalidInput, place + "cannot be read as VRML: " + QuotedText(what) };
   }
 
 private:
@@ -128,6 +144,15 @@ void StartCoin()
     return true;
   }();
   static_cast<void>(started);
+}
+
+// Whether Coin reads nodes of a kind as VRML 2 has them; those of Inventor, too, but the kinds of
+// NURBS, which have other fields there.
+bool IsNodeOfCoin(const std::string& type)
+{
+  return !type.starts_with("Nurbs") &&
+         (SoType::fromName(("VRML" + type).c_str()) != SoType::badType() ||
+           SoType::fromName(type.c_str()) != SoType::badType());
 }
 
 // --- Transforms ----------------------------------------------------------------------------------
@@ -174,9 +199,15 @@ struct Transform
   }
 };
 
+double ToDouble(float value)
+{
+  static const auto notFinite = static_cast<float>(std::atof(vrmlNotFinite));
+  return value == notFinite ? std::numeric_limits<double>::quiet_NaN() : double(value);
+}
+
 Vec3 ToVec3(const SbVec3f& v)
 {
-  return { double(v[0]), double(v[1]), double(v[2]) };
+  return { ToDouble(v[0]), ToDouble(v[1]), ToDouble(v[2]) };
 }
 
 Transform Translation(const Vec3& by)
@@ -326,23 +357,22 @@ bool IsLength(float value)
 
 // --- Scenes --------------------------------------------------------------------------------------
 
-// Vertices of Coin's triangles in the same place and of the same colour are one.
+// Vertices of triangles in the same place and of the same colour are one.
 class WeldedTriangles
 {
 public:
-  void Add(const SbVec3f& place, const Color& color, VertexId& vertex)
+  VertexId Add(const SbVec3f& place, const Color& color)
   {
-    std::array<float, 6> key{ place[0] + 0.0F, place[1] + 0.0F, place[2] + 0.0F, float(color[0]),
-      float(color[1]), float(color[2]) };
-    std::string bytes(reinterpret_cast<const char*>(key.data()), sizeof(key));
-    const auto [found, added] =
-      this->Numbers.try_emplace(std::move(bytes), static_cast<VertexId>(this->Points.size()));
+    const std::array<float, 6> values{ place[0] + 0.0F, place[1] + 0.0F, place[2] + 0.0F,
+      float(color[0]), float(color[1]), float(color[2]) };
+    const auto [found, added] = this->Numbers.try_emplace(
+      std::bit_cast<Key>(values), static_cast<VertexId>(this->Points.size()));
     if (added)
     {
       this->Points.push_back(ToVec3(place));
       this->Colors.push_back(color);
     }
-    vertex = found->second;
+    return found->second;
   }
 
   std::vector<Vec3> Points;
@@ -350,7 +380,16 @@ public:
   std::vector<Triangle> Triangles;
 
 private:
-  std::unordered_map<std::string, VertexId> Numbers;
+  using Key = std::array<std::uint32_t, 6>;
+  struct HashOfKey
+  {
+    std::size_t operator()(const Key& key) const
+    {
+      return std::hash<std::string_view>()(
+        { reinterpret_cast<const char*>(key.data()), sizeof(key) });
+    }
+  };
+  std::unordered_map<Key, VertexId, HashOfKey> Numbers;
 };
 
 // Goes through scenes and collects their shapes.
@@ -373,11 +412,17 @@ public:
     KDSTREAM_TRY(joined);
     joined->tolerance = std::move(this->Tolerated);
     joined->named = std::move(this->Named);
+    if (this->Shapes == 0 && this->LeftOut.empty() && this->Warnings.empty())
+    {
+      joined->warnings.emplace_back("it shows no shape");
+    }
     for (const auto& [what, count] : this->LeftOut)
     {
       joined->warnings.push_back("left out: " + std::to_string(count) + " " + what);
     }
     joined->warnings.insert(joined->warnings.end(), this->Warnings.begin(), this->Warnings.end());
+    const std::vector<std::string> lost = this->Lost.Tell();
+    joined->warnings.insert(joined->warnings.end(), lost.begin(), lost.end());
     WarnOfFloats(*joined, this->Largest);
     return joined;
   }
@@ -389,10 +434,15 @@ private:
   {
     Result<std::string> bytes = ReadBytes(file);
     KDSTREAM_TRY(bytes);
-    Result<VrmlText> checked = CheckVrmlText(*bytes);
+    Result<VrmlText> checked = CheckVrmlText(*bytes, IsNodeOfCoin);
     KDSTREAM_TRY(checked);
+    for (const auto& [what, count] : checked->leftOut)
+    {
+      this->LeaveOut(what, count);
+    }
     *bytes = {};
     this->Tolerated.Count(Lapse::PaddedEnd, checked->padding);
+    this->MostExtrusionCorners += checked->text.size() * extrusionCornersPerByte;
     if (checked->hasPictures)
     {
       this->Warn("its pictures are not read");
@@ -405,13 +455,12 @@ private:
     if (!scene || !CoinMessages::First())
     {
       const Status said = CoinMessages::First();
-      return said ? Error{ ErrorCode::InvalidInput, "is no VRML that can be read" }
-                  : said.GetError();
+      return said ? Error{ ErrorCode::InvalidInput, "cannot be read as VRML" } : said.GetError();
     }
     scene->ref();
-    const Document outer = std::exchange(this->Current, { file, checked->isFirst, &checked->urls });
+    Document outer = std::exchange(this->Current, { file, checked->isFirst, &checked->urls });
     this->Traverse(*scene);
-    this->Current = outer;
+    this->Current = std::move(outer);
     scene->unref();
     return this->Failure ? Status(*this->Failure) : Status();
   }
@@ -448,13 +497,14 @@ private:
     for (const std::string& text : numbers)
     {
       std::size_t number = this->Current.urls->size();
-      std::from_chars(text.data(), text.data() + text.size(), number);
+      const std::size_t begin = text.starts_with(vrmlUrlBegin) ? std::strlen(vrmlUrlBegin) : 0;
+      std::from_chars(text.data() + begin, text.data() + text.size(), number);
       if (number >= this->Current.urls->size())
       {
         continue;
       }
       const VrmlUrl& url = (*this->Current.urls)[number];
-      const std::filesystem::path file = FileBeside(this->Current.file, url.url);
+      const std::filesystem::path file = this->FileOf(url.url);
       this->Named.insert(this->Named.end(), file);
       const std::string named =
         "line " + std::to_string(url.line) + ": the Inline " + QuotedText(file.filename().string());
@@ -484,6 +534,25 @@ private:
       return;
     }
     this->Warn(missing.empty() ? "an Inline names no file: it is left out" : missing);
+  }
+
+  // As it is written; else as an address: file:, %HH, and the viewpoint to begin with behind #.
+  std::filesystem::path FileOf(const std::string& url)
+  {
+    if (!this->Current.files)
+    {
+      this->Current.files.emplace(this->Current.file);
+    }
+    const std::filesystem::path written = this->Current.files->Find(url);
+    std::error_code failure;
+    if (std::filesystem::is_regular_file(written, failure))
+    {
+      return written;
+    }
+    constexpr std::string_view scheme = "file:";
+    std::string name = url.substr(url.starts_with(scheme) ? scheme.size() : 0);
+    name.resize(std::min(name.size(), name.find('#')));
+    return this->Current.files->Find(PercentDecoded(name).value_or(name));
   }
 
   // --- Going through a scene
@@ -561,6 +630,10 @@ private:
     {
       const_cast<SoLOD*>(first)->range.setNum(0);
     }
+    else if (As<SoVRMLMaterial>(node) || As<SoMaterial>(node))
+    {
+      this->LastMaterial = &node;
+    }
     else if (const auto* const inlined = As<SoVRMLInline>(node))
     {
       this->ReadInline(action, StringsOf(inlined->url));
@@ -592,6 +665,16 @@ private:
       this->AddPoints(action, *points);
       return true;
     }
+    if (const auto* const faces = As<SoIndexedFaceSet>(node))
+    {
+      this->AddFirstFaceSet(action, *faces);
+      return true;
+    }
+    if (const auto* const points = As<SoPointSet>(node))
+    {
+      this->AddFirstPoints(action, *points);
+      return true;
+    }
     if (const auto* const lines = As<SoVRMLIndexedLineSet>(node))
     {
       const std::span<const std::int32_t> index = IndicesOf(lines->coordIndex);
@@ -612,17 +695,42 @@ private:
       this->LeaveOut("texts (" + type + ")", 1);
       return true;
     }
-    if (is("Line") || is("Point")) // of VRML 1
+    if (is("Line")) // of VRML 1
     {
       this->LeaveOut("shapes without triangles (" + type + ")", 1);
       return true;
     }
-    const bool sound = IsSound(node);
-    if (!sound)
+    if (!IsSolid(node))
+    {
+      this->LeaveOut("shapes that VRML does not have (" + type + ")", 1);
+      return true;
+    }
+    if (!IsSound(node))
     {
       this->LeaveOut("shapes whose sizes or numbers cannot be used (" + type + ")", 1);
+      return true;
     }
-    return !sound;
+    // Coin's triangles do not know of it.
+    const auto* const extrusion = As<SoVRMLExtrusion>(node);
+    this->IsClockwise = extrusion && extrusion->ccw.getValue() == 0;
+    this->ExtrusionCorners += extrusion ? CornersOf(*extrusion) : 0;
+    if (this->ExtrusionCorners > this->MostExtrusionCorners)
+    {
+      this->Fail(
+        { ErrorCode::LimitExceeded, "its extrusions, each time they are used, have more than " +
+                                      std::to_string(this->MostExtrusionCorners) + " corners" });
+      return true;
+    }
+    this->NoteLooks(action);
+    return false;
+  }
+
+  // Whether Coin makes triangles of it without looking up what a file numbers.
+  static bool IsSolid(const SoNode& node)
+  {
+    return As<SoVRMLBox>(node) || As<SoVRMLSphere>(node) || As<SoVRMLCone>(node) ||
+           As<SoVRMLCylinder>(node) || As<SoVRMLExtrusion>(node) || As<SoCube>(node) ||
+           As<SoSphere>(node) || As<SoCone>(node) || As<SoCylinder>(node);
   }
 
   // Of shapes that Coin makes triangles of.
@@ -631,7 +739,10 @@ private:
     if (const auto* const box = As<SoVRMLBox>(node))
     {
       const SbVec3f size = box->size.getValue();
-      return IsLength(size[0]) && IsLength(size[1]) && IsLength(size[2]);
+      // A flat one is no more than a face.
+      const auto isSide = [](float side) { return IsLength(side) || side == 0; };
+      return isSide(size[0]) && isSide(size[1]) && isSide(size[2]) &&
+             std::count(size.getValue(), size.getValue() + 3, 0.0F) <= 1;
     }
     if (const auto* const sphere = As<SoVRMLSphere>(node))
     {
@@ -661,14 +772,17 @@ private:
         }
         return true;
       };
-      const auto spine = std::uint64_t(extrusion->spine.getNum());
-      const auto section = std::uint64_t(extrusion->crossSection.getNum());
-      return spine >= 2 && section >= 2 && spine * section <= mostGridCorners &&
+      return extrusion->spine.getNum() >= 2 && extrusion->crossSection.getNum() >= 2 &&
              extrusion->orientation.getNum() > 0 && extrusion->scale.getNum() > 0 &&
              finite(extrusion->spine, 3) && finite(extrusion->crossSection, 2) &&
              finite(extrusion->scale, 2);
     }
     return true;
+  }
+
+  static std::uint64_t CornersOf(const SoVRMLExtrusion& extrusion)
+  {
+    return std::uint64_t(extrusion.spine.getNum()) * std::uint64_t(extrusion.crossSection.getNum());
   }
 
   static std::vector<std::string> StringsOf(const SoMFString& field)
@@ -695,12 +809,72 @@ private:
                                  : this->Placed();
   }
 
+  // What a shape looks like, by the nodes before it.
+  struct Look
+  {
+    SbColor diffuse, emission;
+    float transparency = 0;
+
+    bool Emits() const { return IsLight(this->emission); }
+    // What gives light only, as unlit scenes have it, has the light's colour.
+    bool IsUnlit() const { return !IsLight(this->diffuse) && this->Emits(); }
+    static bool IsLight(const SbColor& c) { return c[0] > 0 || c[1] > 0 || c[2] > 0; }
+  };
+
+  // Of the first of several materials where there is none of that number.
+  static Look LookOf(SoCallbackAction& action, int index = 0)
+  {
+    SbColor ambient, specular;
+    float shininess = 0;
+    Look look;
+    action.getMaterial(ambient, look.diffuse, specular, look.emission, shininess, look.transparency,
+      index < CountOfMaterials(action) ? std::max(index, 0) : 0);
+    return look;
+  }
+
+  static int CountOfMaterials(SoCallbackAction& action)
+  {
+    return SoLazyElement::getInstance(action.getState())->getNumDiffuse();
+  }
+
+  static Color ColorOf(const SbColor& c) { return { double(c[0]), double(c[1]), double(c[2]), 1 }; }
+
   static Color MaterialOf(SoCallbackAction& action, int index = 0)
   {
-    SbColor ambient, diffuse, specular, emission;
-    float shininess = 0, transparency = 0;
-    action.getMaterial(ambient, diffuse, specular, emission, shininess, transparency, index);
-    return { double(diffuse[0]), double(diffuse[1]), double(diffuse[2]), 1 };
+    const Look look = LookOf(action, index);
+    return ColorOf(look.IsUnlit() ? look.emission : look.diffuse);
+  }
+
+  // Points and their like are not lit: what their material emits is their colour.
+  static Color MaterialOfPoints(SoCallbackAction& action)
+  {
+    const Look look = LookOf(action);
+    return ColorOf(look.Emits() ? look.emission : look.diffuse);
+  }
+
+  // What of a lit shape's material is not carried.
+  void NoteLooks(SoCallbackAction& action)
+  {
+    const Look look = LookOf(action);
+    const bool emits = look.Emits() && !look.IsUnlit();
+    if (!this->LastMaterial || (!emits && !(look.transparency > 0)))
+    {
+      return;
+    }
+    Material& material = this->Current.materials[this->LastMaterial];
+    if (material.name.empty())
+    {
+      const std::string name = this->LastMaterial->getName().getString();
+      material.name = name.empty() ? std::to_string(this->Materials++) : QuotedText(name);
+    }
+    if (emits && !std::exchange(material.emits, true))
+    {
+      this->Lost.Add(LostLook::Emission, material.name);
+    }
+    if (look.transparency > 0 && !std::exchange(material.isTransparent, true))
+    {
+      this->Lost.Add(LostLook::Transparency, material.name);
+    }
   }
 
   static bool IsColored(const Color& color)
@@ -722,6 +896,8 @@ private:
     const std::vector<Vec3> points = PointsOf(node.coord);
     VrmlFaces faces;
     faces.points = points;
+    // By USE: else each shape would have all points of all.
+    faces.isShared = node.coord.getValue() && node.coord.getValue()->getRefCount() > 1;
     faces.index = IndicesOf(node.coordIndex);
     faces.clockwise = node.ccw.getValue() == 0;
     const std::vector<Color> colors = ColorsOf(node.color);
@@ -757,7 +933,7 @@ private:
       for (std::int64_t x = 0; x < columns; ++x)
       {
         const auto at = static_cast<std::int32_t>(z * columns + x);
-        points.push_back({ double(x) * double(node.xSpacing.getValue()), double(heights[at]),
+        points.push_back({ double(x) * double(node.xSpacing.getValue()), ToDouble(heights[at]),
           double(z) * double(node.zSpacing.getValue()) });
         if (x + 1 < columns && z + 1 < rows)
         {
@@ -779,6 +955,149 @@ private:
     this->AddFaces(action, node, faces);
   }
 
+  // VRML 1, where the nodes before it have set places, materials and hints.
+  void AddFirstFaceSet(SoCallbackAction& action, const SoIndexedFaceSet& node)
+  {
+    const OwnProperties own(action, node);
+    const std::vector<Vec3> points = FirstPointsOf(action);
+    const std::vector<Color> materials = FirstMaterialsOf(action);
+    const std::vector<std::int32_t> inOrder = NumbersInOrder(IndicesOf(node.coordIndex));
+    VrmlFaces faces;
+    faces.points = points;
+    faces.index = IndicesOf(node.coordIndex);
+    faces.clockwise = action.getVertexOrdering() == SoShapeHints::CLOCKWISE;
+    faces.material = MaterialOf(action);
+    faces.colorValues = materials;
+    const std::span<const std::int32_t> told = IndicesOf(node.materialIndex);
+    const bool isTold = told.size() > 1 || (!told.empty() && told[0] >= 0); // else it is [ -1 ]
+    const auto index = isTold ? told : std::span<const std::int32_t>();
+    switch (action.getMaterialBinding())
+    {
+      case SoMaterialBinding::PER_PART:
+      case SoMaterialBinding::PER_FACE:
+        faces.colors = { materials.size(), false, {} };
+        break;
+      case SoMaterialBinding::PER_PART_INDEXED:
+      case SoMaterialBinding::PER_FACE_INDEXED:
+        faces.colors = { materials.size(), false, index };
+        break;
+      case SoMaterialBinding::PER_VERTEX:
+        faces.colors = { materials.size(), true, inOrder };
+        break;
+      case SoMaterialBinding::PER_VERTEX_INDEXED:
+        faces.colors = { materials.size(), true, index };
+        break;
+      default:
+        break;
+    }
+    this->NoteLooks(action);
+    Result<ForeignMesh> read = ReadVrmlFaces(faces, this->NameOf(node));
+    if (!read)
+    {
+      this->Fail(read.GetError());
+      return;
+    }
+    this->AddWelded(*read, faces.material, this->PlacedBy(action));
+  }
+
+  // With the colours that it has, or else all in one.
+  void AddWelded(const ForeignMesh& read, const Color& color, const Transform& placed)
+  {
+    const Attribute* const colors =
+      read.mesh.attributes.empty() ? nullptr : &read.mesh.attributes.front();
+    WeldedTriangles welded;
+    for (Triangle triangle : read.mesh.triangles)
+    {
+      for (VertexId& corner : triangle)
+      {
+        Color own = color;
+        for (std::size_t k = 0; k < 3 && colors; ++k)
+        {
+          own[k] = colors->Get(corner, k) / 255;
+        }
+        const Vec3& point = read.mesh.points[corner];
+        corner = welded.Add({ float(point[0]), float(point[1]), float(point[2]) }, own);
+      }
+      welded.Triangles.push_back(triangle);
+    }
+    this->AddTriangles(std::move(welded), placed, read.tolerance);
+  }
+
+  void AddFirstPoints(SoCallbackAction& action, const SoPointSet& node)
+  {
+    const OwnProperties own(action, node);
+    std::vector<Vec3> points = FirstPointsOf(action);
+    const std::vector<Color> materials = FirstMaterialsOf(action);
+    const auto begin = static_cast<std::size_t>(std::max(node.startIndex.getValue(), 0));
+    points.erase(
+      points.begin(), points.begin() + static_cast<std::ptrdiff_t>(std::min(begin, points.size())));
+    if (const std::int32_t count = node.numPoints.getValue(); count >= 0)
+    {
+      points.resize(std::min(points.size(), static_cast<std::size_t>(count)));
+    }
+    VrmlFaces faces;
+    faces.points = points;
+    if (action.getMaterialBinding() != SoMaterialBinding::OVERALL)
+    {
+      faces.colorValues = materials;
+      faces.colors = { materials.size(), true, {} };
+    }
+    this->AddFaces(action, node, faces, MaterialOfPoints(action));
+  }
+
+  // What a shape of Inventor's has in a node of its own, while one lives.
+  class OwnProperties
+  {
+  public:
+    OwnProperties(SoCallbackAction& action, const SoVertexShape& node)
+      : State(*action.getState())
+    {
+      this->State.push();
+      if (auto* const own = static_cast<SoVertexProperty*>(node.vertexProperty.getValue()))
+      {
+        own->doAction(&action);
+      }
+    }
+    ~OwnProperties() { this->State.pop(); }
+    OwnProperties(const OwnProperties&) = delete;
+    OwnProperties& operator=(const OwnProperties&) = delete;
+
+  private:
+    SoState& State;
+  };
+
+  static std::vector<Vec3> FirstPointsOf(SoCallbackAction& action)
+  {
+    std::vector<Vec3> points;
+    for (std::int32_t i = 0; i < action.getNumCoordinates(); ++i)
+    {
+      points.push_back(ToVec3(action.getCoordinate3(i)));
+    }
+    return points;
+  }
+
+  static std::vector<Color> FirstMaterialsOf(SoCallbackAction& action)
+  {
+    std::vector<Color> materials;
+    for (int i = 0; i < CountOfMaterials(action); ++i)
+    {
+      materials.push_back(MaterialOf(action, i));
+    }
+    return materials;
+  }
+
+  // Of each corner its number among the corners.
+  static std::vector<std::int32_t> NumbersInOrder(std::span<const std::int32_t> index)
+  {
+    std::vector<std::int32_t> numbers(index.begin(), index.end());
+    std::int32_t corner = 0;
+    for (std::int32_t& number : numbers)
+    {
+      number = number < 0 ? -1 : corner++;
+    }
+    return numbers;
+  }
+
   void AddPoints(SoCallbackAction& action, const SoVRMLPointSet& node)
   {
     const std::vector<Vec3> points = PointsOf(node.coord);
@@ -787,12 +1106,18 @@ private:
     const std::vector<Color> colors = ColorsOf(node.color);
     faces.colorValues = colors;
     faces.colors = { colors.size(), true, {} };
-    this->AddFaces(action, node, faces);
+    this->AddFaces(action, node, faces, MaterialOfPoints(action));
   }
 
   void AddFaces(SoCallbackAction& action, const SoNode& node, VrmlFaces& faces)
   {
-    const Color material = MaterialOf(action);
+    this->NoteLooks(action);
+    this->AddFaces(action, node, faces, MaterialOf(action));
+  }
+
+  void AddFaces(
+    SoCallbackAction& action, const SoNode& node, VrmlFaces& faces, const Color& material)
+  {
     faces.hasMaterial = IsColored(material);
     faces.material = faces.hasMaterial ? material : Color{ 1, 1, 1, 1 };
     Result<ForeignMesh> part = ReadVrmlFaces(faces, this->NameOf(node));
@@ -800,6 +1125,10 @@ private:
     {
       this->Fail(part.GetError());
       return;
+    }
+    if (faces.isShared)
+    {
+      TakeUnusedVertices(part->mesh, FindUsedVertices(part->mesh));
     }
     this->AddPart(std::move(*part), this->PlacedBy(action));
   }
@@ -821,8 +1150,12 @@ private:
     const std::array<const SoPrimitiveVertex*, 3> corners{ a, b, c };
     for (std::size_t k = 0; k < 3; ++k)
     {
-      self.Collected->Add(
-        corners[k]->getPoint(), MaterialOf(*action, corners[k]->getMaterialIndex()), triangle[k]);
+      triangle[k] = self.Collected->Add(
+        corners[k]->getPoint(), MaterialOf(*action, corners[k]->getMaterialIndex()));
+    }
+    if (self.IsClockwise)
+    {
+      std::swap(triangle[1], triangle[2]);
     }
     self.Collected->Triangles.push_back(triangle);
   }
@@ -830,20 +1163,25 @@ private:
   // Of the last shape that Coin made triangles of.
   void FinishTriangles()
   {
-    if (!this->Collected)
+    if (this->Collected)
     {
-      return;
+      const std::unique_ptr<WeldedTriangles> collected = std::move(this->Collected);
+      ++this->Shapes;
+      this->AddTriangles(std::move(*collected), this->CollectedAt, {});
     }
-    const std::unique_ptr<WeldedTriangles> collected = std::move(this->Collected);
-    ++this->Shapes;
+  }
+
+  void AddTriangles(WeldedTriangles welded, const Transform& placed, const Tolerance& tolerance)
+  {
     ForeignMesh part;
-    part.mesh.points = std::move(collected->Points);
-    part.mesh.triangles = std::move(collected->Triangles);
-    if (std::any_of(collected->Colors.begin(), collected->Colors.end(), IsColored))
+    part.tolerance = tolerance;
+    part.mesh.points = std::move(welded.Points);
+    part.mesh.triangles = std::move(welded.Triangles);
+    if (std::any_of(welded.Colors.begin(), welded.Colors.end(), IsColored))
     {
-      AddColors(part.mesh, collected->Colors);
+      AddColors(part.mesh, welded.Colors);
     }
-    this->AddPart(std::move(part), this->CollectedAt);
+    this->AddPart(std::move(part), placed);
   }
 
   void AddPart(ForeignMesh part, const Transform& placed)
@@ -946,11 +1284,20 @@ private:
   }
   void LeaveOut(const std::string& what, std::uint64_t count) { this->LeftOut[what] += count; }
 
+  // Of a material: its name for messages, and what of it was told.
+  struct Material
+  {
+    std::string name;
+    bool emits = false, isTransparent = false;
+  };
+
   struct Document
   {
     std::filesystem::path file;
     bool isFirst = false;
     const std::vector<VrmlUrl>* urls = nullptr;
+    std::map<const SoNode*, Material> materials{};
+    std::optional<FilesBeside> files{};
   };
 
   const Execution& Exec;
@@ -962,6 +1309,11 @@ private:
   std::size_t InlinesRead = 0;
   std::unique_ptr<WeldedTriangles> Collected;
   Transform CollectedAt;
+  bool IsClockwise = false; // what Coin makes triangles of
+  std::uint64_t ExtrusionCorners = 0, MostExtrusionCorners = mostExtrusionCorners;
+  const SoNode* LastMaterial = nullptr;
+  std::size_t Materials = 0; // without names, that were told of
+  LostLooks Lost;
   double Largest = 0; // coordinate that was read
 
   std::vector<ForeignMesh> Parts;

@@ -36,6 +36,7 @@ struct VrmlFaces
   Color material{ 1, 1, 1, 1 }; // where there is no colour
   bool hasMaterial = false;
   bool clockwise = false; // faces are seen from the other side
+  bool isShared = false;  // other shapes have these points, too
 };
 
 // Point i is vertex i; where corners of it differ in colour, normal or texture coordinate, further

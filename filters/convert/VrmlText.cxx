@@ -5,6 +5,8 @@
 
 #include <algorithm>
 #include <map>
+#include <optional>
+#include <set>
 #include <utility>
 
 namespace kdstream
@@ -12,7 +14,7 @@ namespace kdstream
 namespace
 {
 
-constexpr std::size_t deepestBrackets = 400;
+constexpr std::size_t deepestBrackets = 400, deepestUses = 1000;
 constexpr std::uint64_t mostProtoNodes = 1'000'000;
 
 constexpr std::string_view secondHeader = "#VRML V2.0 utf8\n", firstHeader = "#VRML V1.0 ascii\n";
@@ -43,11 +45,61 @@ bool ShowsNothing(std::string_view type)
   return std::find(std::begin(types), std::end(types), type) != std::end(types);
 }
 
+// A number that is none, or is infinite, as programs of several systems print it: nan, -inf,
+// nan(ind), 1.#QNAN, -1.#IND.
+bool IsNotFiniteWord(std::string_view word)
+{
+  std::string small(word.substr(word.starts_with('-') || word.starts_with('+') ? 1 : 0));
+  std::transform(small.begin(), small.end(), small.begin(),
+    [](char c) { return c >= 'A' && c <= 'Z' ? static_cast<char>(c - 'A' + 'a') : c; });
+  return small.starts_with("1.#") || small == "nan" || small.starts_with("nan(") ||
+         small == "inf" || small == "infinity";
+}
+
+// Whether "-1." goes on behind it as "#IND" does, which is no comment.
+bool GoesOnAsNotFinite(std::string_view word, std::string_view behind)
+{
+  constexpr std::string_view kinds[] = { "#IND", "#QNAN", "#SNAN", "#INF" };
+  return (word == "1." || word == "-1." || word == "+1.") &&
+         std::any_of(std::begin(kinds), std::end(kinds),
+           [&](std::string_view kind)
+           {
+             const char next = behind.size() > kind.size() ? behind[kind.size()] : ' ';
+             return behind.starts_with(kind) && ((next >= '0' && next <= '9') || !IsVrmlWord(next));
+           });
+}
+
+// A name that the parser takes (VRML97, A.3); of VRML 1 letters, digits and _. What it would not
+// take becomes _ and two digits.
+std::string NameForParser(std::string_view name, bool isFirst)
+{
+  std::string made;
+  for (const char c : name)
+  {
+    constexpr std::string_view notFirst = "0123456789+-", never = "'.\\()";
+    const bool isWord = (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || c == '_' ||
+                        (!made.empty() && c >= '0' && c <= '9');
+    const bool isTaken = isFirst ? isWord || c == '+'
+                                 : never.find(c) == std::string_view::npos &&
+                                     (!made.empty() || notFirst.find(c) == std::string_view::npos);
+    if (isTaken)
+    {
+      made += c;
+      continue;
+    }
+    constexpr std::string_view digits = "0123456789abcdef";
+    const auto byte = static_cast<unsigned char>(c);
+    made += { '_', digits[byte >> 4U], digits[byte & 15U] };
+  }
+  return made;
+}
+
 class TextChecker
 {
 public:
-  explicit TextChecker(std::string_view file)
+  TextChecker(std::string_view file, const IsVrmlNode& isNode)
     : File(file)
+    , IsNode(isNode)
   {
   }
 
@@ -71,11 +123,22 @@ private:
   {
     char bracket = '{';
     std::uint64_t line = 0;
-    std::string type;        // of a node: before its bracket
-    std::string defined;     // its DEF
+    std::string type;        // the word before it: of a node, or a field
+    std::size_t defined = 0; // the number of its DEF
+    std::string name;        // after DEF
     std::string proto;       // the PROTO whose body this is
     std::size_t textEnd = 0; // of the text up to and with the bracket
+    bool isLeftOut = false;  // a node
+    std::size_t height = 0;  // of what is in it
   };
+
+  // What a name stands for, from its DEF on.
+  struct Definition
+  {
+    std::size_t number = 0;
+    std::size_t height = 0; // known when the node ends
+  };
+  using Definitions = std::map<std::string, Definition, std::less<>>;
 
   Error Wrong(const std::string& what) const
   {
@@ -186,20 +249,39 @@ private:
       return this->Wrong("a string begins that does not end");
     }
     ++this->At;
-    const bool isUrl = !this->Open.empty() &&
-                       std::any_of(this->Open.rbegin(),
-                         this->Open.rbegin() + std::min<std::ptrdiff_t>(2, std::ssize(this->Open)),
-                         [](const Bracket& bracket)
-                         { return bracket.type == "Inline" || bracket.type == "WWWInline"; });
     this->Out.text += '"';
-    if (isUrl)
+    if (this->MayBeUrl())
     {
-      this->Out.text += std::to_string(this->Out.urls.size());
+      this->Out.text += vrmlUrlBegin + std::to_string(this->Out.urls.size());
       this->Out.urls.push_back({ std::move(value), line });
     }
     this->Out.text += '"' + lines;
     this->Forget();
+    this->EndExtern();
     return {};
+  }
+
+  // Of an Inline, or handed on to one by a PROTO: what it is given, or has else.
+  bool MayBeUrl() const
+  {
+    return (!this->Proto.empty() && this->Open.size() > this->ProtoDepth) ||
+           std::any_of(this->Open.rbegin(),
+             this->Open.rbegin() + std::min<std::ptrdiff_t>(2, std::ssize(this->Open)),
+             [&](const Bracket& bracket)
+             {
+               return bracket.type == "Inline" || bracket.type == "WWWInline" ||
+                      (bracket.bracket == '{' && this->NodesOf.contains(bracket.type));
+             });
+  }
+
+  // EXTERNPROTO Name [ … ] "url", or [ "url" … ]: nothing of it is left, as it lies elsewhere.
+  void EndExtern()
+  {
+    if (this->Extern && this->Open.size() == this->Extern->depth && ++this->Extern->ended == 2)
+    {
+      this->Clear(this->Extern->textBegin);
+      this->Extern.reset();
+    }
   }
 
   Status OpenBracket(char bracket)
@@ -211,19 +293,26 @@ private:
     Bracket& opened = this->Open.emplace_back();
     opened.bracket = bracket;
     opened.line = this->Line;
+    opened.type = this->Last;
     if (bracket == '{')
     {
       if (!this->Proto.empty() && this->Open.size() == this->ProtoDepth + 1)
       {
+        opened.type.clear();
         opened.proto = std::exchange(this->Proto, {});
         this->NodesOf[opened.proto] = 0;
+        this->Scopes.emplace_back();
       }
       else
       {
-        opened.type = this->Last;
         KDSTREAM_TRY(this->CountNode(opened.type));
+        this->LeaveOut(opened);
       }
-      opened.defined = std::exchange(this->Defined, {});
+      opened.name = std::exchange(this->Defined, {});
+      if (!opened.name.empty())
+      {
+        opened.defined = this->Scopes.back()[opened.name].number = ++this->DefinedNodes;
+      }
     }
     this->Last.clear();
     this->Out.text += bracket;
@@ -238,30 +327,87 @@ private:
     {
       return this->Wrong("a '" + std::string(1, bracket) + "' closes nothing");
     }
-    if (ShowsNothing(this->Open.back().type))
-    {
-      this->Clear(this->Open.back());
-    }
+    const Bracket closed = std::move(this->Open.back());
     this->Open.pop_back();
-    this->Forget();
+    if (closed.isLeftOut || (bracket == '}' && ShowsNothing(closed.type)))
+    {
+      this->Clear(closed.textEnd);
+    }
     this->Out.text += bracket;
     ++this->At;
+    const std::size_t height = closed.height + (bracket == '}' ? 1 : 0);
+    if (!closed.proto.empty())
+    {
+      this->Scopes.pop_back();
+      this->HeightOf[closed.proto] = height;
+    }
+    else
+    {
+      if (const auto found = this->Scopes.back().find(closed.name);
+          found != this->Scopes.back().end() && found->second.number == closed.defined)
+      {
+        found->second.height = height;
+      }
+      KDSTREAM_TRY(this->Hold(height));
+    }
+    this->Forget();
+    this->EndExtern();
     return {};
   }
 
-  // Empties a node, but for its line ends: errors name lines.
-  void Clear(const Bracket& node)
+  // What a bracket holds is that high.
+  Status Hold(std::size_t height)
   {
-    const auto begin =
-      this->Out.text.begin() + static_cast<std::string::difference_type>(node.textEnd);
-    const auto lines = std::count(begin, this->Out.text.end(), '\n');
-    this->Out.text.resize(node.textEnd);
+    if (height > deepestUses)
+    {
+      return this->Wrong(
+        "nodes that are used again (USE) are nested deeper than " + std::to_string(deepestUses));
+    }
+    if (!this->Open.empty())
+    {
+      this->Open.back().height = std::max(this->Open.back().height, height);
+    }
+    return {};
+  }
+
+  // Empties the text from `begin` on, but for its line ends: errors name lines.
+  void Clear(std::size_t begin)
+  {
+    const auto lines =
+      std::count(this->Out.text.begin() + static_cast<std::string::difference_type>(begin),
+        this->Out.text.end(), '\n');
+    this->Out.text.resize(begin);
     this->Out.text.append(static_cast<std::size_t>(lines), '\n');
+  }
+
+  // A node of a kind that nobody knows here becomes an empty group.
+  void LeaveOut(Bracket& node)
+  {
+    const bool isExtern = this->Externs.contains(node.type);
+    if (this->Out.isFirst || node.type.empty() || this->NodesOf.contains(node.type) ||
+        (!isExtern && this->IsNode(node.type)))
+    {
+      return;
+    }
+    node.isLeftOut = true;
+    this->Out.text.replace(this->LastBegin, node.type.size(), "Group");
+    const bool isInside = std::any_of(this->Open.begin(), this->Open.end() - 1,
+      [](const Bracket& outer) { return outer.isLeftOut || ShowsNothing(outer.type); });
+    if (!isInside && !ShowsNothing(node.type))
+    {
+      ++this->Out.leftOut[(isExtern ? "nodes that EXTERNPROTO takes from another file ("
+                                    : "nodes that are not known (") +
+                          QuotedText(node.type) + ")"];
+    }
   }
 
   // A node, and what its PROTO makes of it.
   Status CountNode(const std::string& type)
   {
+    if (const auto made = this->HeightOf.find(type); made != this->HeightOf.end())
+    {
+      KDSTREAM_TRY(this->Hold(made->second));
+    }
     const auto found = this->NodesOf.find(type);
     const std::uint64_t nodes = 1 + (found == this->NodesOf.end() ? 0 : found->second);
     std::uint64_t* total = &this->ByProtos;
@@ -289,7 +435,10 @@ private:
   Status TakeWord()
   {
     const std::size_t begin = this->At;
-    while (this->At < this->File.size() && IsVrmlWord(this->File[this->At]))
+    while (this->At < this->File.size() &&
+           (IsVrmlWord(this->File[this->At]) ||
+             GoesOnAsNotFinite(
+               this->File.substr(begin, this->At - begin), this->File.substr(this->At, 6))))
     {
       const auto c = static_cast<unsigned char>(this->File[this->At]);
       if (c < ' ' || c == 127)
@@ -305,12 +454,28 @@ private:
       this->RouteWords = word == "ROUTE" ? 3 : this->RouteWords - 1;
       return {};
     }
-    if (word == "EXTERNPROTO")
+    const bool isName = this->Last == "DEF" || this->Last == "USE";
+    if (word == "EXTERNPROTO" && !isName)
     {
-      return Error{ ErrorCode::Unsupported,
-        "line " + std::to_string(this->Line) +
-          ": a node is defined by EXTERNPROTO, in another file, which is not read: put the PROTO "
-          "into this one" };
+      this->Extern = { this->Out.text.size(), this->Open.size() };
+    }
+    if (this->Last == "EXTERNPROTO")
+    {
+      this->Externs.emplace(word);
+    }
+    std::string written(word);
+    if (isName)
+    {
+      written = NameForParser(word, this->Out.isFirst);
+    }
+    else if (IsNotFiniteWord(word) && !this->Open.empty() && this->Open.back().bracket == '[' &&
+             (this->Open.back().type == "point" || this->Open.back().type == "height"))
+    {
+      written = vrmlNotFinite;
+    }
+    else if (word.find('#') != std::string_view::npos)
+    {
+      written = "nan"; // which the parser refuses
     }
     if (this->Last == "PROTO")
     {
@@ -321,39 +486,67 @@ private:
     {
       this->Defined = word;
     }
-    else if (this->Last == "USE" &&
-             std::any_of(this->Open.begin(), this->Open.end(),
-               [&](const Bracket& bracket) { return bracket.defined == word; }))
+    else if (this->Last == "USE")
     {
-      return this->Wrong("the node " + QuotedText(word) + " contains itself (USE)");
+      KDSTREAM_TRY(this->Use(word));
     }
     this->Out.hasPictures = this->Out.hasPictures || word == "ImageTexture" ||
                             word == "PixelTexture" || word == "MovieTexture" || word == "Texture2";
     this->Last = word;
-    this->Out.text += word;
+    this->LastBegin = this->Out.text.size();
+    this->Out.text += written;
     return {};
+  }
+
+  Status Use(std::string_view name)
+  {
+    const auto found = this->Scopes.back().find(name);
+    if (found == this->Scopes.back().end())
+    {
+      return {};
+    }
+    if (std::any_of(this->Open.begin(), this->Open.end(),
+          [&](const Bracket& bracket) { return bracket.defined == found->second.number; }))
+    {
+      return this->Wrong("the node " + QuotedText(name) + " contains itself (USE)");
+    }
+    return this->Hold(found->second.height);
   }
 
   void Forget() { this->Last.clear(); }
 
+  struct ExternProto
+  {
+    std::size_t textBegin = 0; // of the text before it
+    std::size_t depth = 0;     // how many brackets were open there
+    int ended = 0;             // of its fields, then of its urls
+  };
+
   std::string_view File;
+  const IsVrmlNode& IsNode;
   std::size_t At = 0;
   std::uint64_t Line = 1;
   VrmlText Out;
   std::vector<Bracket> Open;
   std::string Last;           // word
+  std::size_t LastBegin = 0;  // in the text
   std::string Defined, Proto; // whose bracket is to come
   std::size_t ProtoDepth = 0; // how many brackets were open at its name
   int RouteWords = 0;
   std::map<std::string, std::uint64_t, std::less<>> NodesOf; // of each PROTO
+  std::map<std::string, std::size_t, std::less<>> HeightOf;  // the same
   std::uint64_t ByProtos = 0;
+  std::optional<ExternProto> Extern;
+  std::set<std::string, std::less<>> Externs;
+  std::vector<Definitions> Scopes{ 1 }; // of the file, and of each PROTO in whose body this is
+  std::size_t DefinedNodes = 0;
 };
 
 }
 
-Result<VrmlText> CheckVrmlText(std::string_view file)
+Result<VrmlText> CheckVrmlText(std::string_view file, const IsVrmlNode& isNode)
 {
-  return TextChecker(file).Check();
+  return TextChecker(file, isNode).Check();
 }
 
 }

@@ -6,6 +6,8 @@
 #include "filters/core/Result.h"
 
 #include <cstdint>
+#include <functional>
+#include <map>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -20,21 +22,34 @@ struct VrmlUrl
   std::uint64_t line = 0;
 };
 
+// A float that stands for a number that is not finite, which the library would refuse: larger than
+// places may be.
+inline constexpr const char* vrmlNotFinite = "-3.4028230607370965e38";
+
+// No file can have a name that begins so.
+inline constexpr const char* vrmlUrlBegin = "/dev/null/";
+
 struct VrmlText
 {
   bool isFirst = false; // VRML 1.0, else 2.0
   // The same scene for the library: lines stay, comments and ROUTEs are blanks (nothing is animated
-  // here), and no string names a file: all are empty, but those of an Inline are numbers of `urls`.
+  // here), and no string names a file: all are empty, but those that an Inline may have are numbers
+  // of `urls`, behind vrmlUrlBegin.
+  // Of points and heights those that are not finite ("nan", "1.#IND") are vrmlNotFinite, names are
+  // such as it takes, and nodes that nobody knows are empty groups.
   std::string text;
   std::vector<VrmlUrl> urls;
-  bool hasPictures = false;  // nodes of textures
-  std::uint64_t padding = 0; // zeros and Ctrl-Z at the end, which are left out
+  bool hasPictures = false;                       // nodes of textures
+  std::map<std::string, std::uint64_t> leftOut{}; // "nodes that are not known ('Knob')"
+  std::uint64_t padding = 0;                      // zeros and Ctrl-Z at the end, which are left out
 };
 
 // Goes through the text once. Errors: InvalidInput naming the line, for another format or version,
-// brackets that do not match or are nested deeper than 400, a string without end, control
-// characters, a node that contains itself (USE within its DEF, a PROTO within its body);
-// Unsupported for EXTERNPROTO; LimitExceeded for more than a million nodes that PROTOs make of it.
-Result<VrmlText> CheckVrmlText(std::string_view file);
+// brackets that do not match or are nested deeper than 400, or 1000 by nodes that are used again, a
+// string without end, control characters, a node that contains itself (USE within its DEF, a PROTO
+// within its body); LimitExceeded for more than a million nodes that PROTOs make of it.
+// isNode: whether the library knows a kind of nodes of VRML 2.
+using IsVrmlNode = std::function<bool(const std::string& type)>;
+Result<VrmlText> CheckVrmlText(std::string_view file, const IsVrmlNode& isNode);
 
 }

@@ -17,8 +17,6 @@ namespace
 
 using Json = nlohmann::json;
 
-constexpr double mostZeros = 0x1p20; // elements that have no bytes
-
 // Of an accessor's type; 0 where there is none of the name.
 std::size_t ComponentsOf(const Json& type)
 {
@@ -162,7 +160,7 @@ Result<GltfAccessor> GltfAccessor::Open(
     accessor.Bytes = elements->bytes;
     accessor.Stride = elements->stride;
   }
-  else if (count < 0 || count > mostZeros)
+  else if (count < 0 || count > double(mostZeros))
   {
     return GltfError(named + "claims " + Member(json, "count").dump() +
                      " elements without a bufferView, of which at most 1048576 are read");

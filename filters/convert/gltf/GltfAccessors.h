@@ -34,6 +34,7 @@ public:
   // where there is none: of these at most 2^20, since no bytes stand behind them. The document and
   // the buffers must outlive it. Memory: of sparse ones all elements, else none. Errors:
   // InvalidInput naming the accessor, Unsupported: those of GltfBuffers::ViewOf.
+  static constexpr std::uint64_t mostZeros = std::uint64_t{ 1 } << 20;
   static Result<GltfAccessor> Open(
     const GltfDocument& document, GltfBuffers& buffers, std::size_t number);
 

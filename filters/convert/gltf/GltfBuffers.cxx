@@ -5,6 +5,7 @@
 #include "filters/core/SystemReason.h"
 #include "filters/core/Texts.h"
 #include "filters/meshio/QuotedText.h"
+#include "filters/texture/FilesBeside.h"
 
 #include <fcntl.h>
 #include <sys/mman.h>
@@ -35,24 +36,24 @@ bool LiesBelow(const std::string& name)
   return !place.empty() && !place.is_absolute() && *place.begin() != "..";
 }
 
-// Where a URI leads, whose signs may be written as %HH; or to the file of the very name.
-Result<std::filesystem::path> PlaceOf(const std::string& uri, const std::filesystem::path& folder)
+// Where a URI leads, whose signs may be written as %HH; or to the file of the very name; or, as
+// pictures are found, of that name as other systems write it.
+Result<std::filesystem::path> PlaceOf(const std::string& uri, FilesBeside& files)
 {
-  const std::string file = "the file " + QuotedText(uri) + ", in which its geometry is, ";
-  for (const std::string& name : { PercentDecoded(uri).value_or(uri), uri })
+  const std::string decoded = PercentDecoded(uri).value_or(uri);
+  const std::string withoutQuery = decoded.substr(0, decoded.find('?'));
+  for (const std::string& name : { decoded, uri, withoutQuery })
   {
-    if (!LiesBelow(name))
-    {
-      return Error{ ErrorCode::InvalidInput,
-        file + "lies outside its folder, where nothing is read" };
-    }
+    std::filesystem::path found = files.Find(name);
     std::error_code failure;
-    if (std::filesystem::is_regular_file(folder / name, failure))
+    if (std::filesystem::is_regular_file(found, failure))
     {
-      return folder / name;
+      return found;
     }
   }
-  return Error{ ErrorCode::InvalidInput, file + "is not there" };
+  return Error{ ErrorCode::InvalidInput,
+    "the file " + QuotedText(uri) + ", in which its geometry is, " +
+      (LiesBelow(decoded) ? "is not there" : "lies outside its folder, where nothing is read") };
 }
 
 }
@@ -115,13 +116,13 @@ Result<GltfBytes> GltfBuffers::Map(const std::filesystem::path& file)
   return OfFile(file.string(), mapping->Get());
 }
 
-Status GltfBuffers::Find(std::size_t number, const std::filesystem::path& file)
+Status GltfBuffers::Find(std::size_t number, const std::filesystem::path& file, FilesBeside& files)
 {
   const Json& buffer = Member(this->Document->json, "buffers")[number];
   const Json& uri = Member(buffer, "uri");
   const std::string name = uri.is_string() ? uri.get<std::string>() : std::string();
   const std::string named = "buffer " + std::to_string(number);
-  Buffer& found = this->Buffers.emplace_back();
+  Buffer& found = this->Buffers[number];
   found.isThere = true;
   std::string place = named;
   if (IsData(name))
@@ -135,7 +136,7 @@ Status GltfBuffers::Find(std::size_t number, const std::filesystem::path& file)
   }
   else if (uri.is_string())
   {
-    const Result<std::filesystem::path> path = PlaceOf(name, file.parent_path());
+    const Result<std::filesystem::path> path = PlaceOf(name, files);
     KDSTREAM_TRY(path);
     const Result<GltfBytes> bytes = this->Map(*path);
     KDSTREAM_TRY(bytes);
@@ -169,15 +170,18 @@ Status GltfBuffers::Find(std::size_t number, const std::filesystem::path& file)
   return {};
 }
 
-Result<GltfBuffers> GltfBuffers::Open(
-  const GltfDocument& document, const std::filesystem::path& file)
+GltfBuffers GltfBuffers::Open(const GltfDocument& document, const std::filesystem::path& file)
 {
   GltfBuffers buffers;
   buffers.Document = &document;
-  const std::size_t count = CountOf(Member(document.json, "buffers"));
-  for (std::size_t i = 0; i < count; ++i)
+  buffers.Buffers.resize(CountOf(Member(document.json, "buffers")));
+  FilesBeside files(file);
+  for (std::size_t i = 0; i < buffers.Buffers.size(); ++i)
   {
-    KDSTREAM_TRY(buffers.Find(i, file));
+    if (const Status found = buffers.Find(i, file, files); !found)
+    {
+      buffers.Buffers[i].wrong = found.GetError();
+    }
   }
   return buffers;
 }
@@ -185,6 +189,19 @@ Result<GltfBuffers> GltfBuffers::Open(
 std::vector<std::filesystem::path> GltfBuffers::Files() const
 {
   return this->Named;
+}
+
+std::vector<std::size_t> GltfBuffers::WrongOnes() const
+{
+  std::vector<std::size_t> numbers;
+  for (std::size_t i = 0; i < this->Buffers.size(); ++i)
+  {
+    if (this->Buffers[i].wrong)
+    {
+      numbers.push_back(i);
+    }
+  }
+  return numbers;
 }
 
 // view: a bufferView, or what stands for it where it is compressed.
@@ -197,6 +214,10 @@ Result<GltfBytes> GltfBuffers::BytesOf(const Json& view) const
     return Error{ ErrorCode::InvalidInput, NamesNone("buffer", Member(view, "buffer"), buffers) };
   }
   const Buffer& buffer = this->Buffers[number];
+  if (buffer.wrong)
+  {
+    return *buffer.wrong;
+  }
   const double offset = WholeOf(Member(view, "byteOffset"), 0);
   const double length = WholeOf(Member(view, "byteLength"), 0);
   const double all = buffer.isThere ? double(buffer.bytes.size()) : -1;
@@ -216,7 +237,14 @@ Result<GltfBuffers::View> GltfBuffers::ViewOf(std::size_t number)
   {
     return Error{ ErrorCode::InvalidInput, "has a byteStride that is no whole number" };
   }
-  Result<GltfBytes> bytes = this->BytesOf(compressed.is_null() ? view : compressed);
+  const Json& place = compressed.is_null() ? view : compressed;
+  Result<GltfBytes> bytes = this->BytesOf(place);
+  if (const std::size_t buffer =
+        IndexIn(Member(this->Document->json, "buffers"), Member(place, "buffer"));
+      !bytes && buffer < this->Buffers.size() && !this->Missed)
+  {
+    this->Missed = this->Buffers[buffer].wrong;
+  }
   KDSTREAM_TRY(bytes);
   read.bytes = *bytes;
   if (!compressed.is_null())

@@ -20,14 +20,15 @@ namespace kdstream
 
 using GltfBytes = std::span<const std::uint8_t>;
 
+class FilesBeside;
+
 class GltfBuffers
 {
 public:
   // Finds every buffer of a document of that file: in the .glb, in a data URI, or in a file in or
-  // below the file's folder, which is mapped and not read. A buffer that is nowhere is left to
-  // whoever needs it. The document must outlive the buffers. Errors: InvalidInput naming the file
-  // or the buffer that is not there, or shorter than it claims; InputOutput.
-  static Result<GltfBuffers> Open(const GltfDocument& document, const std::filesystem::path& file);
+  // below the file's folder (FilesBeside), which is mapped and not read. A buffer that is nowhere,
+  // or shorter than it claims, is left to whoever needs it. The document must outlive the buffers.
+  static GltfBuffers Open(const GltfDocument& document, const std::filesystem::path& file);
 
   struct View
   {
@@ -40,6 +41,17 @@ public:
   // libmeshoptimizer-dev was not there when KdStream was built.
   Result<View> ViewOf(std::size_t number);
 
+  // The bytes as they lie in the file. Errors: as ViewOf. REQUIRES: a bufferView that is there.
+  Result<GltfBytes> BytesOf(const nlohmann::json& view) const;
+
+  // Why ViewOf failed, where the buffer is not there or shorter than it claims: InvalidInput naming
+  // the file or the buffer; InputOutput.
+  const std::optional<Error>& Missing() const { return this->Missed; }
+  // The numbers of such buffers, whether or not anything needs them.
+  std::vector<std::size_t> WrongOnes() const;
+  // How many bytes all buffers have that are there.
+  std::uint64_t Size() const { return this->BytesInAll; }
+
   // The files that buffers are in, but the document's own.
   std::vector<std::filesystem::path> Files() const;
 
@@ -48,13 +60,13 @@ private:
   {
     GltfBytes bytes;
     bool isThere = false;
+    std::optional<Error> wrong{};
   };
   class Mapping;
 
   GltfBuffers() = default;
   Result<GltfBytes> Map(const std::filesystem::path& file);
-  Result<GltfBytes> BytesOf(const nlohmann::json& view) const;
-  Status Find(std::size_t number, const std::filesystem::path& file);
+  Status Find(std::size_t number, const std::filesystem::path& file, FilesBeside& files);
 
   const GltfDocument* Document = nullptr;
   std::vector<Buffer> Buffers;
@@ -62,6 +74,7 @@ private:
   std::vector<std::vector<std::uint8_t>> Decoded;                // of data URIs
   std::map<std::size_t, std::vector<std::uint8_t>> Decompressed; // of views
   std::vector<std::filesystem::path> Named;
+  std::optional<Error> Missed;
   std::uint64_t BytesInAll = 0, BytesDecompressed = 0; // of buffers; of compressed views so far
 };
 

@@ -116,8 +116,16 @@ Result<std::vector<std::uint8_t>> DecodeMeshopt(
   std::vector<std::uint8_t> decoded(elements * size);
   if (Decode(mode, elements, size, bytes, decoded.data()) != 0)
   {
-    return GltfError("is damaged: its " + std::to_string(bytes.size()) +
-                     " bytes are not what meshoptimizer compresses");
+    // The first byte: the kind, and the version, of which the library here knows the first ones.
+    const unsigned head = bytes.empty() ? 0U : bytes[0];
+    const bool isNewer = attributes
+                           ? head > 0xa0U && head < 0xb0U
+                           : (head > 0xd1U && head < 0xe0U) || (head > 0xe1U && head < 0xf0U);
+    return GltfError(isNewer
+                       ? "is of version " + std::to_string(head & 15U) +
+                           " of meshoptimizer's compression, which its library here does not read"
+                       : "is damaged: its " + std::to_string(bytes.size()) +
+                           " bytes are not what meshoptimizer compresses");
   }
   if (attributes && !Filter(filter, elements, size, decoded.data()))
   {

@@ -110,10 +110,10 @@ Result<std::string> ReadGlb(std::ifstream& file, std::uint64_t bytes, GltfDocume
 }
 
 // What glTF extends with that is read, and beginnings of names of what changes looks alone.
-constexpr std::array<std::string_view, 8> readExtensions{ "EXT_mesh_gpu_instancing",
+constexpr std::array<std::string_view, 10> readExtensions{ "CESIUM_RTC", "EXT_mesh_gpu_instancing",
   "EXT_meshopt_compression", "EXT_texture_webp", "KHR_draco_mesh_compression",
   "KHR_materials_pbrSpecularGlossiness", "KHR_mesh_quantization", "KHR_meshopt_compression",
-  "KHR_texture_transform" };
+  "KHR_node_visibility", "KHR_texture_transform" };
 constexpr std::array<std::string_view, 9> looks{ "KHR_materials_", "EXT_materials_",
   "ADOBE_materials_", "KHR_texture_", "EXT_texture_", "MSFT_texture_", "KHR_lights_", "EXT_lights_",
   "KHR_xmp" };
@@ -128,6 +128,14 @@ bool ChangesLooks(std::string_view extension)
 {
   return std::any_of(looks.begin(), looks.end(),
     [&](std::string_view beginning) { return extension.starts_with(beginning); });
+}
+
+// RFC 4648, tables 1 and 2, where "-" and "_" are written for "+" and "/".
+std::size_t Base64Digit(char c)
+{
+  static constexpr std::string_view digits =
+    "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
+  return digits.find(c == '-' ? '+' : c == '_' ? '/' : c);
 }
 
 }
@@ -191,25 +199,39 @@ std::size_t CountOf(const Json& array)
 std::size_t IndexIn(const Json& array, const Json& index)
 {
   const std::size_t size = CountOf(array);
-  return index.is_number_unsigned() ? std::min<std::size_t>(index.get<std::size_t>(), size) : size;
+  const double whole = WholeOf(index, -1); // 2 or 2.0
+  return whole >= 0 ? static_cast<std::size_t>(std::min(whole, double(size))) : size;
 }
 
 std::optional<std::vector<std::uint8_t>> DataOf(const std::string& uri)
 {
-  static constexpr std::string_view digits =
-    "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
-  static constexpr std::string_view mark = ";base64,";
-  const std::size_t begin = uri.find(mark);
-  if (begin == std::string::npos)
+  const std::size_t comma = uri.find(',');
+  const std::string_view kind = std::string_view(uri).substr(0, comma);
+  if (comma == std::string::npos)
   {
     return std::nullopt;
   }
+  const std::string_view written = std::string_view(uri).substr(comma + 1);
+  // Of base64 too, some write "+", "/" and "=" so.
+  const std::optional<std::string> decoded = written.find('%') != std::string_view::npos
+                                               ? PercentDecoded(written)
+                                               : std::optional<std::string>();
+  const std::string_view text = decoded ? std::string_view(*decoded) : written;
+  if (!kind.ends_with(";base64"))
+  {
+    return std::vector<std::uint8_t>(text.begin(), text.end());
+  }
   std::vector<std::uint8_t> bytes;
+  bytes.reserve(text.size() / 4 * 3);
   std::uint32_t bits = 0;
   unsigned held = 0;
-  for (std::size_t i = begin + mark.size(); i < uri.size() && uri[i] != '='; ++i)
+  for (std::size_t i = 0; i < text.size() && text[i] != '='; ++i)
   {
-    const std::size_t digit = digits.find(uri[i]);
+    if (text[i] == '\n' || text[i] == '\r' || text[i] == ' ' || text[i] == '\t')
+    {
+      continue;
+    }
+    const std::size_t digit = Base64Digit(text[i]);
     if (digit == std::string_view::npos)
     {
       return std::nullopt;

@@ -39,9 +39,10 @@ double NumberOf(const nlohmann::json& value, double otherwise);
 double WholeOf(const nlohmann::json& value, double otherwise);
 // Of an array; 0 of everything else.
 std::size_t CountOf(const nlohmann::json& array);
-// The number of an element of an array; its size where it is none.
+// The number of an element of an array, 2 or 2.0; its size where it is none.
 std::size_t IndexIn(const nlohmann::json& array, const nlohmann::json& index);
-// What is in a data URI; nothing where that is not in base64.
+// What is in a data URI: in base64 (RFC 4648, with line ends or not, also as names of files have
+// it), else its signs, some written as %HH. Nothing where it is neither.
 std::optional<std::vector<std::uint8_t>> DataOf(const std::string& uri);
 // "names image 7, but there are 2".
 std::string NamesNone(

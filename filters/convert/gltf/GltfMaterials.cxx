@@ -3,11 +3,12 @@
 
 #include "filters/core/Texts.h"
 #include "filters/meshio/QuotedText.h"
+#include "filters/texture/FilesBeside.h"
 #include "filters/texture/LostLooks.h"
-#include "filters/texture/ObjMaterials.h"
 
 #include <algorithm>
 #include <cmath>
+#include <map>
 #include <optional>
 #include <utility>
 
@@ -24,13 +25,16 @@ constexpr std::size_t mostWarnings = 20;
 class MaterialReader
 {
 public:
-  MaterialReader(const GltfDocument& document, std::filesystem::path file)
+  MaterialReader(
+    const GltfDocument& document, const GltfBuffers& buffers, std::filesystem::path file)
     : Source(document)
+    , Buffers(buffers)
     , File(std::move(file))
+    , Files(this->File)
   {
   }
 
-  PictureSource PictureOf(std::size_t number) const
+  PictureSource PictureOf(std::size_t number)
   {
     const Json& image = Member(this->Source.json, "images")[number];
     PictureSource source;
@@ -53,7 +57,7 @@ public:
     {
       source.wrong = "it " + NamesNone("bufferView", view, views);
     }
-    else
+    else if (this->FirstLike(number) == number)
     {
       this->LocateView(at, views[at], source);
     }
@@ -184,7 +188,7 @@ private:
     }
   }
 
-  void Locate(const std::string& uri, PictureSource& source) const
+  void Locate(const std::string& uri, PictureSource& source)
   {
     if (uri.rfind("data:", 0) == 0)
     {
@@ -198,11 +202,11 @@ private:
     }
     else
     {
-      source.file = FileBeside(this->File, PercentDecoded(uri).value_or(uri));
+      source.file = this->Files.Find(PercentDecoded(uri).value_or(uri));
     }
   }
 
-  void LocateView(std::size_t number, const Json& view, PictureSource& source) const
+  void LocateView(std::size_t number, const Json& view, PictureSource& source)
   {
     const std::string named = "its bufferView " + std::to_string(number);
     const Json& buffers = Member(this->Source.json, "buffers");
@@ -213,6 +217,22 @@ private:
       return;
     }
     const Json& place = Member(buffers[buffer], "uri");
+    if (this->IsInData(view))
+    {
+      const Result<GltfBytes> bytes = this->Buffers.BytesOf(view);
+      // Else many views could make much of the same bytes.
+      this->BytesTaken += bytes ? bytes->size() : 0;
+      if (!bytes || this->BytesTaken > this->Buffers.Size())
+      {
+        source.wrong =
+          named + (bytes
+                      ? " has bytes that are other images', too: there is no room for all of them"
+                      : " " + bytes.GetError().message);
+        return;
+      }
+      source.bytes.assign(bytes->begin(), bytes->end());
+      return;
+    }
     if (place.is_string())
     {
       this->Locate(place.get<std::string>(), source);
@@ -229,15 +249,10 @@ private:
     source.size = bytesOf("byteLength");
     std::error_code failed;
     const std::uint64_t all =
-      source.file.empty() ? source.bytes.size() : std::filesystem::file_size(source.file, failed);
+      source.file.empty() ? 0 : std::filesystem::file_size(source.file, failed);
     if (source.wrong.empty() && !failed && source.offset + source.size > all)
     {
       source.wrong = named + " reaches beyond the end of its buffer";
-    }
-    if (source.file.empty() && source.wrong.empty())
-    {
-      const auto begin = source.bytes.begin() + static_cast<std::ptrdiff_t>(source.offset);
-      source.bytes = { begin, begin + static_cast<std::ptrdiff_t>(source.size) };
     }
   }
 
@@ -266,7 +281,7 @@ private:
                  ": the material's colour is taken");
       return;
     }
-    read.paint.picture = static_cast<std::uint32_t>(image);
+    read.paint.picture = static_cast<std::uint32_t>(this->FirstLike(image));
     const Json& samplers = Member(this->Source.json, "samplers");
     const Json& sampler = Member(texture, "sampler");
     if (const std::size_t at = IndexIn(samplers, sampler); at < CountOf(samplers))
@@ -281,6 +296,25 @@ private:
     read.coordinates =
       static_cast<int>(std::clamp(NumberOf(Member(info, "texCoord"), 0), 0.0, 99.0));
     this->ReadTransform(Member(Member(info, "extensions"), "KHR_texture_transform"), read);
+  }
+
+  // The first image that lies in the same view of a data URI, or the image itself.
+  std::size_t FirstLike(std::size_t image)
+  {
+    const Json& views = Member(this->Source.json, "bufferViews");
+    const Json& json = Member(this->Source.json, "images")[image];
+    const std::size_t view = IndexIn(views, Member(json, "bufferView"));
+    return view < CountOf(views) && !Member(json, "uri").is_string() && this->IsInData(views[view])
+             ? this->ImageOfView.try_emplace(view, image).first->second
+             : image;
+  }
+
+  bool IsInData(const Json& view) const
+  {
+    const Json& buffers = Member(this->Source.json, "buffers");
+    const std::size_t buffer = IndexIn(buffers, Member(view, "buffer"));
+    const Json& uri = buffer < CountOf(buffers) ? Member(buffers[buffer], "uri") : view;
+    return uri.is_string() && uri.get_ref<const std::string&>().starts_with("data:");
   }
 
   static TextureWrap WrapOf(const Json& value)
@@ -313,18 +347,23 @@ private:
   }
 
   const GltfDocument& Source;
+  const GltfBuffers& Buffers;
   std::filesystem::path File;
-  std::vector<std::string> Warnings, Others; // Others: pictures that are not carried
+  FilesBeside Files;
+  std::map<std::size_t, std::size_t> ImageOfView; // the first one
+  std::uint64_t BytesTaken = 0;                   // out of data URIs
+  std::vector<std::string> Warnings, Others;      // Others: pictures that are not carried
   LostLooks Lost;
   std::size_t Wrong = 0;
 };
 
 }
 
-GltfMaterials ReadGltfMaterials(const GltfDocument& document, const std::filesystem::path& file)
+GltfMaterials ReadGltfMaterials(
+  const GltfDocument& document, const GltfBuffers& buffers, const std::filesystem::path& file)
 {
   GltfMaterials read;
-  MaterialReader reader(document, file);
+  MaterialReader reader(document, buffers, file);
   for (std::size_t i = 0; i < CountOf(Member(document.json, "images")); ++i)
   {
     read.pictures.push_back(reader.PictureOf(i));

@@ -2,6 +2,7 @@
 // What paints a glTF scene: materials and where their pictures are.
 #pragma once
 
+#include "filters/convert/gltf/GltfBuffers.h"
 #include "filters/convert/gltf/GltfDocument.h"
 #include "filters/texture/TexturedMesh.h"
 
@@ -27,8 +28,10 @@ struct GltfMaterials
   std::vector<std::string> warnings;
 };
 
-// Of a document of that file, beside which pictures are looked for (FileBeside). Nothing is read
-// but the sizes of files. Memory: besides, pictures that are in the JSON itself.
-GltfMaterials ReadGltfMaterials(const GltfDocument& document, const std::filesystem::path& file);
+// Of a document of that file, beside which pictures are looked for (FilesBeside), and its buffers.
+// Nothing is read but the sizes of files. Memory: besides, pictures that are in the JSON itself,
+// each once.
+GltfMaterials ReadGltfMaterials(
+  const GltfDocument& document, const GltfBuffers& buffers, const std::filesystem::path& file);
 
 }

@@ -131,28 +131,18 @@ void KeepOf(const std::vector<bool>& stays, std::size_t elements, std::vector<T>
     }
   }
   values.resize(end);
+  values.shrink_to_fit();
 }
 
-// Points that are not finite go, with triangles that name them, before pictures paint the others.
-void DropPointsNotFinite(GltfPart& part, const std::string& named, Tolerance& dropped)
+// REQUIRES: what triangles name stays.
+void KeepPoints(const std::vector<bool>& stays, GltfPart& part)
 {
-  std::vector<bool> stays(part.points.size());
-  std::vector<VertexId> numbers(part.points.size());
+  std::vector<VertexId> numbers(stays.size());
   VertexId count = 0;
   for (std::size_t i = 0; i < stays.size(); ++i)
   {
-    stays[i] = IsFinite(part.points[i]);
     numbers[i] = count;
     count += stays[i] ? 1 : 0;
-    if (!stays[i])
-    {
-      dropped.Count(Lapse::PointNotFinite, 1,
-        dropped.Of(Lapse::PointNotFinite) == 0 ? named + "vertex " + std::to_string(i) : "");
-    }
-  }
-  if (count == stays.size())
-  {
-    return;
   }
   KeepOf(stays, 1, part.points);
   KeepOf(stays, 1, part.normals);
@@ -163,15 +153,52 @@ void DropPointsNotFinite(GltfPart& part, const std::string& named, Tolerance& dr
   {
     KeepOf(stays, array.TupleSize(), array.values);
   }
+  for (Triangle& triangle : part.triangles)
+  {
+    triangle = { numbers[triangle[0]], numbers[triangle[1]], numbers[triangle[2]] };
+  }
+}
+
+// Of places that other parts have too, those that its triangles name.
+void KeepNamedPoints(GltfPart& part)
+{
+  std::vector<bool> stays(part.points.size());
+  for (const Triangle& triangle : part.triangles)
+  {
+    for (const VertexId corner : triangle)
+    {
+      stays[corner] = true;
+    }
+  }
+  if (!part.triangles.empty())
+  {
+    KeepPoints(stays, part);
+  }
+}
+
+// Points that are not finite go, with triangles that name them, before pictures paint the others.
+void DropPointsNotFinite(GltfPart& part, const std::string& named, Tolerance& dropped)
+{
+  std::vector<bool> stays(part.points.size());
+  for (std::size_t i = 0; i < stays.size(); ++i)
+  {
+    stays[i] = IsFinite(part.points[i]);
+    if (!stays[i])
+    {
+      dropped.Count(Lapse::PointNotFinite, 1,
+        dropped.Of(Lapse::PointNotFinite) == 0 ? named + "vertex " + std::to_string(i) : "");
+    }
+  }
+  if (std::find(stays.begin(), stays.end(), false) == stays.end())
+  {
+    return;
+  }
   dropped.Count(Lapse::FaceOfDroppedPoint, std::erase_if(part.triangles,
                                              [&](const Triangle& t) {
                                                return !std::all_of(t.begin(), t.end(),
                                                  [&](VertexId corner) { return stays[corner]; });
                                              }));
-  for (Triangle& triangle : part.triangles)
-  {
-    triangle = { numbers[triangle[0]], numbers[triangle[1]], numbers[triangle[2]] };
-  }
+  KeepPoints(stays, part);
 }
 
 std::vector<Triangle> TrianglesOf(int mode, const std::vector<std::uint32_t>& corners)
@@ -234,13 +261,26 @@ public:
     const Result<GltfAccessor> places = this->Open("POSITION");
     KDSTREAM_TRY(places);
     this->Count = places->Count();
+    const bool isShared = this->Meshes.IsShared(this->Part);
+    const Result<std::vector<std::uint32_t>> corners = this->ReadCorners();
+    if (isShared && corners && corners->size() >= 3)
+    {
+      this->Named.assign(this->Count, false);
+      for (const std::uint32_t corner : *corners)
+      {
+        this->Named[corner] = true;
+      }
+    }
     GltfPart part;
     part.points = this->VectorsOf(*places);
     KDSTREAM_TRY(this->ReadAttributes(part));
     KDSTREAM_TRY(this->AddShapes(weights, part));
-    const Result<std::vector<std::uint32_t>> corners = this->ReadCorners();
     KDSTREAM_TRY(corners);
     this->Join(static_cast<int>(mode), *corners, named, part);
+    if (isShared)
+    {
+      KeepNamedPoints(part);
+    }
     DropPointsNotFinite(part, named, this->Meshes.DroppedPoints);
     return std::optional(std::move(part));
   }
@@ -338,11 +378,18 @@ private:
              : GltfError(QuotedText(name) + " " + NamesNone("accessor", number, this->Accessors));
   }
 
-  static std::vector<Vec3> VectorsOf(const GltfAccessor& accessor)
+  // Of places that other parts have too the others need not be read.
+  bool Needs(std::size_t point) const { return this->Named.empty() || this->Named[point]; }
+
+  std::vector<Vec3> VectorsOf(const GltfAccessor& accessor) const
   {
     std::vector<Vec3> vectors(accessor.Count());
     for (std::size_t i = 0; i < vectors.size(); ++i)
     {
+      if (!this->Needs(i))
+      {
+        continue;
+      }
       vectors[i] = { accessor.Part(i, 0), accessor.Part(i, 1), accessor.Part(i, 2) };
     }
     return vectors;
@@ -367,7 +414,7 @@ private:
       part.colors.assign(this->Count, Color{ 1, 1, 1, 1 });
       for (std::size_t i = 0; i < this->Count; ++i)
       {
-        for (std::size_t k = 0; k < colors->Components(); ++k)
+        for (std::size_t k = 0; k < colors->Components() && this->Needs(i); ++k)
         {
           part.colors[i][k] = colors->Part(i, k, true);
         }
@@ -383,6 +430,10 @@ private:
       part.pictures.resize(this->Count);
       for (std::size_t i = 0; i < this->Count; ++i)
       {
+        if (!this->Needs(i))
+        {
+          continue;
+        }
         part.pictures[i] = { float(coordinates->Part(i, 0)), float(coordinates->Part(i, 1)) };
       }
     }
@@ -399,7 +450,7 @@ private:
       read.values.resize(this->Count * read.TupleSize());
       for (std::size_t i = 0; i < this->Count; ++i)
       {
-        for (std::size_t k = 0; k < read.components; ++k)
+        for (std::size_t k = 0; k < read.components && this->Needs(i); ++k)
         {
           read.Set(i, k, values->Part(i, k));
         }
@@ -542,7 +593,8 @@ private:
   const Json& Part;
   const Json& Attributes;
   std::optional<DracoPart> Draco;
-  std::size_t Count = 0; // of points
+  std::size_t Count = 0;   // of points
+  std::vector<bool> Named; // of places that other parts have too: by this part; else empty
 };
 
 GltfMeshes::GltfMeshes(
@@ -551,6 +603,28 @@ GltfMeshes::GltfMeshes(
   , Buffers(buffers)
   , Materials(materials)
 {
+  for (const Json& mesh : Member(document.json, "meshes"))
+  {
+    for (const Json& part : Member(mesh, "primitives"))
+    {
+      ++this->PartsOfPlaces[this->PlacesOf(part)];
+    }
+  }
+}
+
+std::size_t GltfMeshes::PlacesOf(const Json& part) const
+{
+  return IndexIn(
+    Member(this->Document.json, "accessors"), Member(Member(part, "attributes"), "POSITION"));
+}
+
+bool GltfMeshes::IsShared(const Json& part) const
+{
+  const auto found = this->PartsOfPlaces.find(this->PlacesOf(part));
+  const double mode = WholeOf(Member(part, "mode"), trianglesMode);
+  return mode >= trianglesMode && !Member(part, "indices").is_null() &&
+         found != this->PartsOfPlaces.end() && found->second > 1 &&
+         Member(Member(part, "extensions"), "KHR_draco_mesh_compression").is_null();
 }
 
 void GltfMeshes::Claims::Add(const Claims& other)
@@ -559,6 +633,7 @@ void GltfMeshes::Claims::Add(const Claims& other)
   this->triangles += other.triangles;
   this->parts += other.parts;
   this->coloured += other.coloured;
+  this->zeros += other.zeros;
   for (const auto& [info, count] : other.arrays)
   {
     const auto found = std::find_if(this->arrays.begin(), this->arrays.end(),
@@ -592,6 +667,33 @@ Result<double> GltfMeshes::CountedBy(const Json& number) const
   return std::max(0.0, WholeOf(Member(accessors[at], "count"), 0));
 }
 
+// Elements of a part that no bytes stand behind. What is compressed has its bytes elsewhere.
+std::uint64_t GltfMeshes::ZerosOf(const Json& part) const
+{
+  const Json& accessors = Member(this->Document.json, "accessors");
+  std::uint64_t zeros = 0;
+  const auto add = [&](const Json& number)
+  {
+    const std::size_t at = IndexIn(accessors, number);
+    const double count = at < CountOf(accessors) ? WholeOf(Member(accessors[at], "count"), 0) : 0;
+    // More of them are refused when they are read.
+    if (count > 0 && count <= double(GltfAccessor::mostZeros) &&
+        Member(accessors[at], "bufferView").is_null())
+    {
+      zeros += static_cast<std::uint64_t>(count);
+    }
+  };
+  if (Member(Member(part, "extensions"), "KHR_draco_mesh_compression").is_null())
+  {
+    add(Member(part, "indices"));
+    for (const Json& number : Member(part, "attributes"))
+    {
+      add(number);
+    }
+  }
+  return zeros;
+}
+
 Result<GltfMeshes::Claims> GltfMeshes::ClaimsOf(std::size_t mesh) const
 {
   const Json& parts = Member(Member(this->Document.json, "meshes")[mesh], "primitives");
@@ -615,9 +717,10 @@ Result<GltfMeshes::Claims> GltfMeshes::ClaimsOf(std::size_t mesh) const
     const bool tinted = material < this->Materials.size() &&
                         this->Materials[material].paint.factor != Color{ 1, 1, 1, 1 };
     const bool apart = NumberOf(Member(parts[i], "mode"), trianglesMode) == trianglesMode;
-    Claims claimed{ static_cast<std::uint64_t>(*points),
+    const double most = this->IsShared(parts[i]) ? std::min(*points, *corners) : *points;
+    Claims claimed{ static_cast<std::uint64_t>(most),
       static_cast<std::uint64_t>(apart ? *corners / 3 : *corners), 1,
-      tinted || has("COLOR_0") ? 1U : 0U };
+      tinted || has("COLOR_0") ? 1U : 0U, this->ZerosOf(parts[i]) };
     if (has("NORMAL"))
     {
       claimed.arrays.push_back(

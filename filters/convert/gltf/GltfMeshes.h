@@ -14,6 +14,7 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <map>
 #include <string>
 #include <utility>
 #include <vector>
@@ -56,6 +57,7 @@ public:
     std::uint64_t points = 0, triangles = 0;
     std::uint64_t parts = 0;    // that have points
     std::uint64_t coloured = 0; // of these, by themselves or by their material
+    std::uint64_t zeros = 0;    // elements of all attributes and indices that have no bytes
     // Arrays of the points, and how many parts have each: "Normals", "TCoords" (TEXCOORD_0),
     // "texcoord_1", then all others by their names, but those that the reader uses up.
     std::vector<std::pair<AttributeInfo, std::uint64_t>> arrays{};
@@ -66,10 +68,11 @@ public:
   // that claim more than their bufferView has; as PartsOf.
   Result<Claims> ClaimsOf(std::size_t mesh) const;
 
-  // The parts of a mesh that have places. weights: of the node that shows it, those of its shapes
-  // (morph targets); null: the mesh's own. Errors: InvalidInput naming the part, and what of it is
-  // not there, of another kind or number than it must be, or beyond its buffer; Unsupported naming
-  // the package for what is compressed.
+  // The parts of a mesh that have places; of places that several parts have, each keeps those that
+  // its triangles name. weights: of the node that shows it, those of its shapes (morph targets);
+  // null: the mesh's own. Errors: InvalidInput naming the part, and what of it is not there, of
+  // another kind or number than it must be, or beyond its buffer; Unsupported naming the package
+  // for what is compressed.
   Result<std::vector<GltfPart>> PartsOf(std::size_t mesh, const nlohmann::json& weights);
 
   const GltfIncomplete& Incomplete() const { return this->Left; }
@@ -80,10 +83,14 @@ private:
   class Reader;
 
   Result<double> CountedBy(const nlohmann::json& number) const;
+  std::size_t PlacesOf(const nlohmann::json& part) const;
+  bool IsShared(const nlohmann::json& part) const;
+  std::uint64_t ZerosOf(const nlohmann::json& part) const;
 
   const GltfDocument& Document;
   GltfBuffers& Buffers;
   const std::vector<GltfMaterial>& Materials;
+  std::map<std::size_t, std::size_t> PartsOfPlaces; // how many have an accessor's places
   GltfIncomplete Left;
   Tolerance DroppedPoints;
 };

@@ -131,6 +131,12 @@ private:
   std::uint64_t All = 0;
 };
 
+// KHR_node_visibility: with its descendants.
+bool IsHidden(const Json& node)
+{
+  return Member(Member(Member(node, "extensions"), "KHR_node_visibility"), "visible") == false;
+}
+
 // rotation: a quaternion x y z w, of whatever length.
 GltfPlace PlaceOf(const Vec3& translation, const std::array<double, 4>& rotation, const Vec3& scale)
 {
@@ -264,13 +270,16 @@ Status GltfNodes::ChooseScene()
         this->Roots.push_back(i);
       }
     }
-    this->ChoiceNote = "it has no scene: all of its nodes are read";
+    if (!isChild.empty())
+    {
+      this->NoteTexts.emplace_back("it has no scene: all of its nodes are read");
+    }
     return {};
   }
   if (named.is_null() && count > 1)
   {
-    this->ChoiceNote =
-      "none of its " + std::to_string(count) + " scenes is the one to be shown: the first is read";
+    this->NoteTexts.push_back(
+      "none of its " + std::to_string(count) + " scenes is the one to be shown: the first is read");
   }
   for (const Json& root : Member(scenes[chosen], "nodes"))
   {
@@ -293,11 +302,29 @@ Status GltfNodes::Open()
   {
     KDSTREAM_TRY(check.Check(root));
   }
+  const Json& center =
+    Member(Member(Member(this->Document.json, "extensions"), "CESIUM_RTC"), "center");
+  for (std::size_t k = 0; k < std::min<std::size_t>(3, CountOf(center)); ++k)
+  {
+    this->Center[k] = NumberOf(center[k], 0);
+  }
+  std::size_t hidden = 0;
   this->Places.resize(CountOf(this->Nodes));
   for (const auto& [node, parent] : check.Entered())
   {
     const GltfPlace place = PlaceInParent(this->Nodes[node]);
     this->Places[node] = parent == node ? place : Combined(this->Places[parent], place);
+    hidden += IsHidden(this->Nodes[node]) ? 1 : 0;
+  }
+  for (const auto& [node, parent] : check.Entered())
+  {
+    this->Places[node].origin = Plus(this->Places[node].origin, this->Center);
+  }
+  if (hidden > 0)
+  {
+    this->NoteTexts.push_back("left out: " + std::to_string(hidden) +
+                              (hidden == 1 ? " node that is hidden, with what is below it"
+                                           : " nodes that are hidden, with what is below them"));
   }
   return {};
 }
@@ -380,6 +407,10 @@ Status GltfNodes::ForEachMesh(GltfBuffers& buffers, const Visit& visit) const
     const auto [number, parent] = left.back();
     left.pop_back();
     const Json& node = this->Nodes[number];
+    if (IsHidden(node))
+    {
+      continue;
+    }
     const GltfPlace place = Combined(parent, PlaceInParent(node));
     const Json& mesh = Member(node, "mesh");
     if (!mesh.is_null() && IndexIn(meshes, mesh) == CountOf(meshes))
@@ -392,7 +423,9 @@ Status GltfNodes::ForEachMesh(GltfBuffers& buffers, const Visit& visit) const
       KDSTREAM_TRY(instances);
       for (const GltfPlace& instance : *instances)
       {
-        KDSTREAM_TRY(visit(number, Combined(place, instance)));
+        GltfPlace placed = Combined(place, instance);
+        placed.origin = Plus(placed.origin, this->Center);
+        KDSTREAM_TRY(visit(number, placed));
       }
     }
     const Json& children = Member(node, "children");

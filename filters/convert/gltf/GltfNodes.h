@@ -10,7 +10,6 @@
 #include <array>
 #include <cstddef>
 #include <functional>
-#include <optional>
 #include <string>
 #include <vector>
 
@@ -45,8 +44,9 @@ public:
   // that is none; a node that is its own descendant, or that has, by nodes that several share, far
   // more descendants than there are nodes.
   Status Open();
-  // How the scene was chosen, where the file does not say.
-  const std::optional<std::string>& Note() const { return this->ChoiceNote; }
+  // How the scene was chosen, where the file does not say, and what of it is hidden
+  // (KHR_node_visibility).
+  const std::vector<std::string>& Notes() const { return this->NoteTexts; }
 
   // Calls visit with each node that has a mesh, and the place of each of its instances
   // (EXT_mesh_gpu_instancing): a node before its children, these in their order. Errors: visit's;
@@ -66,7 +66,8 @@ private:
   const nlohmann::json& Nodes;
   std::vector<std::size_t> Roots;
   std::vector<GltfPlace> Places; // of all nodes
-  std::optional<std::string> ChoiceNote;
+  Vec3 Center{};                 // from which the scene's places are counted (CESIUM_RTC)
+  std::vector<std::string> NoteTexts;
 };
 
 }

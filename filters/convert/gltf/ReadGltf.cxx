@@ -7,6 +7,7 @@
 // as what the file has.
 #include "filters/convert/ForeignMesh.h"
 #include "filters/convert/JoinParts.h"
+#include "filters/convert/gltf/GltfAccessors.h"
 #include "filters/convert/gltf/GltfBuffers.h"
 #include "filters/convert/gltf/GltfDocument.h"
 #include "filters/convert/gltf/GltfMaterials.h"
@@ -54,11 +55,11 @@ const AttributeInfo normalsInfo{ "Normals", AttributeType::Float32, AttributeAss
 class GltfScene
 {
 public:
-  GltfScene(
-    const GltfDocument& document, const std::filesystem::path& file, const TextureOptions& textures)
+  GltfScene(const GltfDocument& document, const GltfBuffers& buffers,
+    const std::filesystem::path& file, const TextureOptions& textures)
     : Document(document)
     , Nodes(document)
-    , Paint(ReadGltfMaterials(document, file))
+    , Paint(ReadGltfMaterials(document, buffers, file))
     , Textures(textures)
   {
     this->IsPainted = textures.bake && !this->Paint.pictures.empty();
@@ -104,6 +105,12 @@ private:
           known[mesh] = std::move(*claims);
         }
         this->Claims.Add(known[mesh]);
+        if (this->Claims.zeros > 4 * GltfAccessor::mostZeros)
+        {
+          return Error{ ErrorCode::LimitExceeded,
+            "its nodes show more than " + std::to_string(4 * GltfAccessor::mostZeros) +
+              " elements of accessors without a bufferView, no bytes of which are in the file" };
+        }
         constexpr std::uint64_t most = noVertex - 1;
         return this->Claims.points <= most && this->Claims.triangles <= most
                  ? Status{}
@@ -315,9 +322,10 @@ private:
   void Warn(const GltfIncomplete& incomplete)
   {
     std::vector<std::string>& warnings = this->Joined.warnings;
-    if (this->Nodes.Note())
+    warnings.insert(warnings.end(), this->Nodes.Notes().begin(), this->Nodes.Notes().end());
+    if (this->Claims.parts == 0)
     {
-      warnings.push_back(*this->Nodes.Note());
+      warnings.emplace_back("no node of its scene shows a mesh that has points");
     }
     if (this->Lines > 0)
     {
@@ -439,10 +447,9 @@ Result<ForeignMesh> ReadGltf(
   KDSTREAM_TRY(document);
   std::optional<std::string> notRead;
   KDSTREAM_TRY(CheckGltfExtensions(document->json, notRead));
-  Result<GltfBuffers> buffers = GltfBuffers::Open(*document, file);
-  KDSTREAM_TRY(buffers);
-  GltfScene scene(*document, file, textures);
-  std::vector<std::filesystem::path> named = buffers->Files();
+  GltfBuffers buffers = GltfBuffers::Open(*document, file);
+  GltfScene scene(*document, buffers, file, textures);
+  std::vector<std::filesystem::path> named = buffers.Files();
   for (const PictureSource& picture : scene.Pictures())
   {
     if (!picture.file.empty() && picture.file != file)
@@ -450,8 +457,17 @@ Result<ForeignMesh> ReadGltf(
       named.push_back(picture.file);
     }
   }
-  Result<ForeignMesh> read = scene.Read(*buffers, execution);
+  Result<ForeignMesh> read = scene.Read(buffers, execution);
+  if (!read && buffers.Missing())
+  {
+    return *buffers.Missing();
+  }
   KDSTREAM_TRY(read);
+  for (const std::size_t number : buffers.WrongOnes())
+  {
+    read->warnings.push_back(
+      "buffer " + std::to_string(number) + " cannot be read, but no geometry needs it");
+  }
   read->named = std::move(named);
   if (notRead)
   {

@@ -51,7 +51,7 @@ void CheckMaterials(const std::filesystem::path& file)
   {
     return;
   }
-  const GltfMaterials read = ReadGltfMaterials(*document, file);
+  const GltfMaterials read = ReadGltfMaterials(*document, GltfBuffers::Open(*document, file), file);
   for (const GltfMaterial& material : read.materials)
   {
     Require(material.paint.picture == noPicture || material.paint.picture < read.pictures.size());
