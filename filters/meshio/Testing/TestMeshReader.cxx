@@ -50,6 +50,58 @@ TEST(MeshReader, RefusesOtherFormatsByName)
   }
 }
 
+TEST(MeshReader, SaysHowPointsAsTextAreRead)
+{
+  const ScratchFolder folder;
+  const Error error = MeshReader::Open(folder.Write("a.csv", "1 2 3\n")).GetError();
+  EXPECT_EQ(error.code, ErrorCode::Unsupported);
+  EXPECT_NE(error.message.find("called .xyz"), std::string::npos);
+}
+
+TEST(MeshReader, ReadsFacesByTheirTriangles)
+{
+  std::string text = "v 0 0 0\n", face = "f";
+  for (int i = 0; i < 100; ++i)
+  {
+    face += " 1";
+  }
+  for (int i = 0; i < 2000; ++i)
+  {
+    text += face + "\n";
+  }
+  const ScratchFolder folder;
+  const Result<std::unique_ptr<MeshReader>> reader = MeshReader::Open(folder.Write("a.obj", text));
+  ASSERT_TRUE(reader);
+  Mesh mesh;
+  ASSERT_TRUE((*reader)->ReadVertices(mesh, 1));
+  const std::size_t most = 30000;
+  std::size_t faces = 0;
+  for (std::size_t count = 1; count > 0; faces += count)
+  {
+    mesh.triangles.clear();
+    const Result<std::size_t> read = (*reader)->ReadFaces(mesh, most);
+    ASSERT_TRUE(read);
+    EXPECT_LE(mesh.triangles.size(), most + 98);
+    count = *read;
+  }
+  EXPECT_EQ(faces, 2000U);
+}
+
+TEST(MeshReader, RefusesAPlyThatIsCutBehindItsFaces)
+{
+  const ScratchFolder folder;
+  const Result<std::unique_ptr<MeshReader>> reader = MeshReader::Open(folder.Write("a.ply",
+    "ply\nformat ascii 1.0\nelement vertex 3\nproperty float x\nproperty float y\n"
+    "property float z\nelement face 1\nproperty list uchar int vertex_indices\n"
+    "element edge 9\nproperty int vertex1\nend_header\n0 0 0\n1 0 0\n0 1 0\n3 0 1 2\n1\n"));
+  ASSERT_TRUE(reader);
+  Mesh mesh;
+  ASSERT_TRUE((*reader)->ReadVertices(mesh, 9));
+  const Result<std::size_t> read = (*reader)->ReadTriangles(mesh, 9);
+  ASSERT_FALSE(read);
+  EXPECT_NE(read.GetError().message.find("edge 1 of 9"), std::string::npos);
+}
+
 TEST(MeshReader, NamesMissingAndEmptyFiles)
 {
   const ScratchFolder folder;
