@@ -131,6 +131,16 @@ TEST(Seal, GivesTheBlobWithoutItsChecksum)
   EXPECT_EQ(WhyNot(blob, "KDT"), "does not begin with \"KDT\"");
 }
 
+TEST(Seal, NothingCanBeSealedToo)
+{
+  Bytes blob;
+  SealBlob(blob);
+  EXPECT_TRUE(IsSealed(blob));
+  blob.pop_back();
+  EXPECT_FALSE(IsSealed(blob));
+  EXPECT_FALSE(IsSealed({}));
+}
+
 TEST(Seal, NamesAnotherVersionHoweverItIsSealed)
 {
   EXPECT_EQ(WhyNot({ 'K', 'D', 'P', 9 }, "KDP"), "unknown codec version 9: this viewer knows 8");

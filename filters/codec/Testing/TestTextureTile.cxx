@@ -124,6 +124,13 @@ TEST(TextureTile, CoordinatesOutsideAreKeptInside)
   EXPECT_EQ(back->corners[0], inside);
 }
 
+TEST(TextureTile, ImagesHaveNames)
+{
+  EXPECT_EQ(NameOf(TileImage::Jpeg), "jpeg");
+  EXPECT_EQ(NameOf(TileImage::Png), "png");
+  EXPECT_EQ(NameOf(TileImage::Webp), "webp");
+}
+
 TEST(TextureTile, SaysWhatIsWrong)
 {
   std::mt19937 random(3);
