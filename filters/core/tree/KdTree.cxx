@@ -118,7 +118,8 @@ Status ClusterWith(std::span<const Vec3> points, const TreeDepths& depths, Clust
       for (std::size_t c = begin; c < end; ++c)
       {
         const CellRange range = RangeOfCell(points.size(), depths.partition, c);
-        for (const auto& record : std::span(records).subspan(range.begin, range.size))
+        for (const auto& record : std::span(records).subspan(
+               static_cast<std::size_t>(range.begin), static_cast<std::size_t>(range.size)))
         {
           clustering.clusterOf[record.id] = static_cast<std::uint32_t>(c);
         }
