@@ -4,7 +4,7 @@ include("${CMAKE_CURRENT_LIST_DIR}/Expect.cmake")
 
 foreach(example IN ITEMS PartitionPicture Stores Offscreen StreamViewer Testing/Snippets)
   file(REMOVE_RECURSE "${WORK}/${example}")
-  configure_against("${WORK}/installed" "${SOURCE}/${example}" "${WORK}/${example}" "-DROOT=${SOURCE}/..")
+  configure_against("${WORK}/installed" "${SOURCE}/${example}" "${WORK}/${example}")
 endforeach()
 set(screen "${XVFB_RUN}" -a -s "-screen 0 1024x768x24 +extension GLX")
 

@@ -101,6 +101,14 @@ Result<BlobBytes> ReadWhole(const fs::path& file)
   return std::make_shared<const std::vector<std::uint8_t>>(std::move(bytes));
 }
 
+// Whether a path names nothing that may be served.
+bool SaysAbsent(const std::error_code& error)
+{
+  return error == std::errc::no_such_file_or_directory || error == std::errc::not_a_directory ||
+         error == std::errc::permission_denied || error == std::errc::filename_too_long ||
+         error == std::errc::too_many_symbolic_link_levels || error == std::errc::invalid_argument;
+}
+
 }
 
 // What has been read, by the path in the folder and whether gzip is accepted.
@@ -219,6 +227,10 @@ Result<StaticFile> StaticFiles::ReadFile(const fs::path& relative, bool acceptGz
   if (!error && fs::is_directory(file, error))
   {
     file = fs::canonical(file / "index.html", error);
+  }
+  if (error && !SaysAbsent(error)) // no memory, a disk that fails: the file may well be there
+  {
+    return SystemError("the file cannot be read", error.value(), (this->Root / relative).string());
   }
   if (error || !IsBelow(file, this->Root) || !fs::is_regular_file(file, error))
   {

@@ -345,8 +345,8 @@ int vtkKdModelSource::RequestInformation(
   return 1;
 }
 
-// Makes Facts those of the model; false where they cannot be had. Errors: Cancelled.
-Result<bool> vtkKdModelSource::MeasureModel(const Execution& execution)
+// Makes Facts those of the model, or empty where they cannot be had. False: it was told to stop.
+bool vtkKdModelSource::MeasureModel(const Execution& execution)
 {
   const std::string& digest = this->Model->Info().digest;
   if (this->Facts && this->MeasuredDigest == digest)
@@ -357,13 +357,13 @@ Result<bool> vtkKdModelSource::MeasureModel(const Execution& execution)
   auto facts = MeasureOriginal(*this->Model, execution);
   if (!facts && facts.GetError().code == ErrorCode::Cancelled)
   {
-    return facts.GetError();
+    return false;
   }
   if (!facts)
   {
     vtkWarningMacro(<< this->ModelName()
                     << ": the bounds of partitions cannot be told: " << facts.GetError().message);
-    return false;
+    return true;
   }
   this->Facts = std::make_shared<const OriginalFacts>(std::move(*facts));
   this->MeasuredDigest = digest;
@@ -376,13 +376,11 @@ bool vtkKdModelSource::TellPartitions(vtkInformation* outInfo, const Execution& 
   const ModelDescription& info = this->Model->Info();
   vtkNew<vtkPartitionedDataSet> told;
   told->SetNumberOfPartitions(static_cast<unsigned int>(info.partitions));
-  const Result<bool> measured =
-    this->HasPiecesAtHand() ? this->MeasureModel(execution) : Result<bool>(false);
-  if (!measured)
+  if (this->HasPiecesAtHand() && !this->MeasureModel(execution))
   {
     return false;
   }
-  if (*measured)
+  if (this->HasPiecesAtHand() && this->Facts)
   {
     for (std::uint32_t p = 0; p < info.partitions; ++p)
     {

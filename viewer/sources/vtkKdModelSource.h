@@ -269,7 +269,7 @@ private:
   kdstream::ViewDemand Demand() const;
   void TellModel(vtkInformation* outInfo) const;
   bool TellPartitions(vtkInformation* outInfo, const kdstream::Execution& execution);
-  kdstream::Result<bool> MeasureModel(const kdstream::Execution& execution);
+  bool MeasureModel(const kdstream::Execution& execution);
 
   int OutputType = PartitionedDataSet;
   int Content = Original;
