@@ -134,7 +134,6 @@ const twoCubes = { triangles: 24, volume: 16 };
 const twoColors = [[255, 0, 0], [0, 0, 255]];
 
 const coloredObj = (color) => objOf(corners.map((corner, i) => [...corner, ...color(i)]), quads);
-const far = corners.map((corner) => corner.map((value) => value + 4000));
 // The picture of a library that is not there.
 const gone = "newmtl m\nmap_Kd gone.png\n";
 
@@ -165,10 +164,6 @@ export const cases = [
   one("an OBJ with lines that nobody knows", "a.obj", `${cubeObj}facet 1 2 3\n`, cube, { says: /'facet' in line 15/ }),
   one("an OBJ whose group ends in a backslash", "a.obj", cubeObj.replace("f ", "g C:\\tmp\\\nf "), cube, { isRead: false }),
   one("an OBJ whose comment ends in a backslash", "a.obj", cubeObj.replace("\nf ", " # C:\\tmp\\\nf "), cube, { isRead: false }),
-  one("an OBJ with a vertex far away that an empty face names", "a.obj", objOf([[0, 0, 0], ...far], [[0, 0, 0], ...quads.map((quad) => quad.map((i) => i + 1))]),
-    { ...cube, triangles: 13, unused: 1 }, { says: /no triangle uses/ }),
-  one("a PLY with a vertex far away that an empty face names", "a.ply", plyOf([...far, [0, 0, 0]], [...triangles, [0, 8, 8]]),
-    { ...cube, triangles: 13, unused: 1 }, { says: /no triangle uses/ }),
   { name: "a picture that is not there, beside colours of vertices", file: "a.obj", right: cube, says: /gone/, colors: [[255, 0, 0]],
     files: { "a.obj": `mtllib a.mtl\nusemtl m\n${coloredObj(() => [1, 0, 0])}`, "a.mtl": gone } },
   { name: "a picture that no face uses, beside colours of vertices", file: "a.obj", right: cube, colors: [[255, 0, 0]],

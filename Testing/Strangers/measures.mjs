@@ -16,8 +16,7 @@ function boxOf(points) {
   return { low, high };
 }
 
-// The rule of tolerance (doc/cli.md): points that are not finite go with their faces, faces need three corners. Faces that do not
-// join three vertices use none.
+// The rule of tolerance (doc/cli.md): points that are not finite go with their faces, faces need three corners.
 //   triangles, places   how many triangles the faces make; how many places they use (of a mesh without faces: points)
 //   unused              points that no face uses
 //   box                 { low, high } of the places
@@ -26,7 +25,7 @@ function boxOf(points) {
 export function measure({ points, faces }) {
   const isFinite = (point) => point?.every(Number.isFinite);
   const kept = faces.filter((face) => face.length >= 3 && face.every((index) => isFinite(points[index])));
-  const used = new Set(kept.filter((face) => new Set(face).size >= 3).flat());
+  const used = new Set(kept.flat());
   const shown = faces.length ? [...used].map((index) => points[index]) : points.filter(isFinite);
   const box = boxOf(shown);
   const centre = [0, 1, 2].map((i) => (box.low[i] + box.high[i]) / 2);

@@ -180,7 +180,7 @@ private:
     KDSTREAM_TRY(Take(WeldTogether(this->Team, this->Files, std::move(this->Share.vertices),
                         this->Weld, this->Memory, this->Exec),
       this->Vertices));
-    KDSTREAM_TRY(this->SetUnusedAside());
+    KDSTREAM_TRY(this->SetUnusedAside(info));
     const Result<bool> negative = AnyNegativeZero(this->Vertices.kept);
     KDSTREAM_TRY(negative);
     // Of all ranks: triangles, ranks with a coordinate that no float holds, and with a -0.0.
@@ -205,14 +205,15 @@ private:
       this->SizeOfBlocks(), this->Options.tree, this->Options.memory, false);
   }
 
-  Status SetUnusedAside()
+  Status SetUnusedAside(const MeshFileInfo& info)
   {
     std::uint64_t triangles = this->Share.triangleCount;
     KDSTREAM_TRY(this->Team.Sum(std::span(&triangles, 1)));
-    return triangles == 0 ? Status{}
-                          : Take(kdstream::SetUnusedAside(this->Team, this->Files, this->Share,
-                                   this->Vertices, this->Memory, this->Exec),
-                              this->Unused);
+    return info.soup || triangles == 0
+             ? Status{}
+             : Take(kdstream::SetUnusedAside(this->Team, this->Files, this->Share, this->Vertices,
+                      this->Memory, this->Exec),
+                 this->Unused);
   }
 
   BlockedSize SizeOfBlocks() const

@@ -1,14 +1,13 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Steps: 1. where vertices were welded, the triangles get the numbers that stay: some become
-// degenerate  2. marks of the vertices here: every rank names the corners of its triangles to who
-// has them  3. each rank parts its vertices  4. new numbers for all that were read  5. what no
-// triangle uses goes to rank 0.
+// Steps: 1. marks of the vertices that were read here: every rank names the corners of its
+// triangles to who has read them  2. where vertices were welded, marks of those that stay here: who
+// has read a marked vertex names its number to who has that  3. each rank parts its vertices  4.
+// new numbers for all that were read  5. what no triangle uses goes to rank 0.
 #include "filters/Parallel/TeamUnused.h"
 
 #include "filters/Parallel/NumberTable.h"
 #include "filters/Parallel/TeamFiles.h"
 #include "filters/core/TakeResult.h"
-#include "filters/core/UnusedVertices.h"
 #include "filters/outofcore/files/RecordFile.h"
 #include "filters/outofcore/mesh/ExternalUnused.h"
 
@@ -41,25 +40,11 @@ public:
 
   Result<TeamUnused> Part()
   {
-    const bool welded = this->Vertices.numberOf.IsOpen();
-    SpillFile renumbered;
-    if (welded)
-    {
-      KDSTREAM_TRY(this->RenumberTriangles(renumbered));
-    }
     VertexMarks marks;
-    for (const bool degenerate : { false, true })
+    KDSTREAM_TRY(this->MarkRead(marks));
+    if (this->Vertices.numberOf.IsOpen())
     {
-      KDSTREAM_TRY(
-        welded ? this->MarkCorners<Triangle>(renumbered, this->Vertices.begin, degenerate, marks)
-               : this->MarkCorners<NumberedTriangle>(
-                   this->Share.triangles, this->Vertices.readBegin, degenerate, marks));
-      std::uint64_t marked = marks.marked;
-      KDSTREAM_TRY(this->Team.Sum(std::span(&marked, 1)));
-      if (marked > 0)
-      {
-        break;
-      }
+      KDSTREAM_TRY(this->MarkKept(marks));
     }
     TeamUnused unused;
     std::uint64_t count = marks.count - marks.marked;
@@ -70,8 +55,7 @@ public:
       return unused;
     }
     PartedVertices parted;
-    KDSTREAM_TRY(
-      Take(PartVertices(this->Folder, std::move(this->Vertices.kept), marks, noVertex), parted));
+    KDSTREAM_TRY(Take(PartVertices(this->Folder, std::move(this->Vertices.kept), marks), parted));
     this->Vertices.kept = std::move(parted.used);
     KDSTREAM_TRY(this->Renumber(marks.count, std::move(parted.map)));
     KDSTREAM_TRY(this->SendToFirst(std::move(parted.unused), unused.vertices));
@@ -135,68 +119,51 @@ private:
     return {};
   }
 
-  static const Triangle& CornersOf(const Triangle& triangle) { return triangle; }
-  static const Triangle& CornersOf(const NumberedTriangle& triangle) { return triangle.corners; }
-
   // Step 1.
-  Status RenumberTriangles(SpillFile& renumbered)
-  {
-    const std::vector<VertexId>& readBegin = this->Vertices.readBegin;
-    const std::size_t rank = this->Team.Rank();
-    NumberTable table;
-    KDSTREAM_TRY(Take(NumberTable::Open(std::move(this->Vertices.numberOf),
-                        readBegin[rank + 1] - readBegin[rank], this->Memory / 4),
-      table));
-    const std::uint64_t count = this->Share.triangleCount;
-    constexpr std::size_t ofRound = ElementsOfRound(12 * sizeof(VertexId)); // triangles
-    const Result<std::uint64_t> rounds = this->Team.Most(RoundsOf(count, ofRound));
-    KDSTREAM_TRY(rounds);
-    KDSTREAM_TRY(
-      Take(this->Folder.CreateFile("triangles of welded vertices", count * sizeof(Triangle)),
-        renumbered));
-    for (std::uint64_t round = 0; round < *rounds; ++round)
-    {
-      const std::uint64_t from = std::min(round * ofRound, count);
-      std::vector<NumberedTriangle> triangles(std::min<std::uint64_t>(ofRound, count - from));
-      KDSTREAM_TRY(ReadRecords<NumberedTriangle>(
-        this->Share.triangles, from, std::span<NumberedTriangle>(triangles)));
-      std::vector<VertexId> corners;
-      corners.reserve(3 * triangles.size());
-      for (const NumberedTriangle& t : triangles)
-      {
-        corners.insert(corners.end(), t.corners.begin(), t.corners.end());
-      }
-      const Result<std::vector<VertexId>> found =
-        LookUpEntries(this->Team, readBegin, table, corners);
-      KDSTREAM_TRY(found);
-      KDSTREAM_TRY(WriteRecords<VertexId>(renumbered, 3 * from, std::span<const VertexId>(*found)));
-      KDSTREAM_TRY(this->Exec.Report("tree", 0));
-    }
-    this->Vertices.numberOf = table.GiveFile();
-    return {};
-  }
-
-  // Step 2. Record: what the file has; begin: of each rank the first of the numbers in it;
-  // degenerate: whether degenerate triangles count (core/UnusedVertices.h).
-  template <class Record>
-  Status MarkCorners(
-    const SpillFile& file, const std::vector<VertexId>& begin, bool degenerate, VertexMarks& marks)
+  Status MarkRead(VertexMarks& marks)
   {
     constexpr std::size_t ofRound = ElementsOfRound(4 * sizeof(VertexId)); // triangles
-    std::vector<Record> triangles;
+    std::vector<NumberedTriangle> triangles;
     return this->Mark(
-      begin, RoundsOf(this->Share.triangleCount, ofRound),
+      this->Vertices.readBegin, RoundsOf(this->Share.triangleCount, ofRound),
       [&](std::uint64_t round, const Name& name) -> Status
       {
         const std::uint64_t from = round * ofRound;
         triangles.resize(std::min<std::uint64_t>(ofRound, this->Share.triangleCount - from));
-        KDSTREAM_TRY(ReadRecords<Record>(file, from, std::span<Record>(triangles)));
-        for (const Record& each : triangles)
+        KDSTREAM_TRY(ReadRecords<NumberedTriangle>(
+          this->Share.triangles, from, std::span<NumberedTriangle>(triangles)));
+        for (const NumberedTriangle& t : triangles)
         {
-          const Triangle& corners = CornersOf(each);
-          if (degenerate || JoinsThree(corners))
+          std::for_each(t.corners.begin(), t.corners.end(), name);
+        }
+        return {};
+      },
+      marks);
+  }
+
+  // Step 2. marks: of the vertices that were read here; afterwards of those that stay here.
+  Status MarkKept(VertexMarks& marks)
+  {
+    const VertexMarks read = std::move(marks);
+    marks = {};
+    constexpr std::size_t ofRound = ElementsOfRound(2 * sizeof(VertexId));
+    std::vector<VertexId> numbers;
+    std::vector<std::uint8_t> marked;
+    return this->Mark(
+      this->Vertices.begin, RoundsOf(read.count, ofRound),
+      [&](std::uint64_t round, const Name& name) -> Status
+      {
+        const std::uint64_t from = round * ofRound;
+        numbers.resize(std::min<std::uint64_t>(ofRound, read.count - from));
+        marked.resize(numbers.size());
+        KDSTREAM_TRY(
+          ReadRecords<VertexId>(this->Vertices.numberOf, from, std::span<VertexId>(numbers)));
+        KDSTREAM_TRY(ReadRecords<std::uint8_t>(read.file, from, std::span<std::uint8_t>(marked)));
+        for (std::size_t i = 0; i < numbers.size(); ++i)
+        {
+          if (marked[i] != 0)
           {
-            std::for_each(corners.begin(), corners.end(), name);
+            name(numbers[i]);
           }
         }
         return {};
@@ -205,8 +172,8 @@ private:
   }
 
   // Step 4. map: of the vertices that were kept here, `count`, their place among those that are
-  // used here; none if all are. A vertex that is not used gets the number of the next that is:
-  // corners of degenerate triangles ask for it.
+  // used here; none if all are. A vertex that is not used gets the number of any other: none asks
+  // for it.
   Status Renumber(std::uint32_t count, std::optional<VertexMap> map)
   {
     const std::vector<VertexId> before = this->Vertices.begin;

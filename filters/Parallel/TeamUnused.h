@@ -22,11 +22,9 @@ struct TeamUnused
 };
 
 // Takes out of `vertices` what no rank's triangles use, and numbers the rest anew, keeping their
-// order; which are used, and what becomes of degenerate triangles: core/UnusedVertices.h. Where
-// vertices were welded, a rank asks for the numbers of its triangles' corners, and writes 12 bytes
-// a triangle. It names to each other the vertices of its triangles that this one has (4 bytes each,
-// once in a round), in as many passes as sections of marks need, one but for very many vertices.
-// share: its triangles
+// order. A rank names to each other the vertices of its triangles that this one has read (4 bytes
+// each, once in a round), who names those that were welded to those who have the lowest equal; in
+// as many passes as sections of marks need, one but for very many vertices. share: its triangles
 // have the file's numbers in their corners. Memory: `memory` and what a round carries. Errors:
 // InputOutput; Cancelled; MpiTeam's.
 Result<TeamUnused> SetUnusedAside(MpiTeam& team, SpillFolder& folder, const SpilledMesh& share,

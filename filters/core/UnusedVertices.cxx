@@ -38,13 +38,12 @@ void PartElements(const std::vector<bool>& isUsed, std::size_t unusedCount, std:
 
 std::vector<bool> FindUsedVertices(const Mesh& mesh)
 {
-  const bool degenerate = std::none_of(mesh.triangles.begin(), mesh.triangles.end(), JoinsThree);
   std::vector<bool> isUsed(mesh.points.size(), mesh.triangles.empty());
   for (const Triangle& triangle : mesh.triangles)
   {
-    for (std::size_t k = 0; k < 3 && (degenerate || JoinsThree(triangle)); ++k)
+    for (const VertexId corner : triangle)
     {
-      isUsed[triangle[k]] = true;
+      isUsed[corner] = true;
     }
   }
   return isUsed;
@@ -65,10 +64,9 @@ Mesh TakeUnusedVertices(Mesh& mesh, const std::vector<bool>& isUsed)
   }
   std::vector<VertexId> numbers(isUsed.size());
   VertexId next = 0;
-  const auto last = static_cast<VertexId>(std::max<std::size_t>(mesh.points.size(), 1) - 1);
   for (std::size_t v = 0; v < isUsed.size(); ++v)
   {
-    numbers[v] = std::min(next, last);
+    numbers[v] = next;
     next += isUsed[v] ? 1 : 0;
   }
   for (Triangle& triangle : mesh.triangles)

@@ -46,7 +46,7 @@ TEST_F(TestSpoiledGltf, ImagesThatNameNothingAreTold)
   this->ExpectImage("{\"bufferView\":\"x\"}", "image 0: it names no bufferView");
   this->ExpectImage(
     "{\"uri\":\"data:image/png;base64,iVBORw0KGgo?\"}", "image 0: its data URI is no base64");
-  this->ExpectImage("{\"uri\":\"data:image/png,abc\"}", "image 0: its data URI is no base64");
+  this->ExpectImage("{\"uri\":\"data:image/png,abc\"}", "image 0: it is no JPEG, PNG or WebP");
   this->ExpectImage("{\"uri\":\"data:image/png;base64,iVBORw0KGgo=\"}",
     "image 0: it is a damaged or truncated PNG (it ends too early)");
   this->ExpectImage("{\"uri\":\"data:image/png;base64,\"}", "image 0: it is empty");

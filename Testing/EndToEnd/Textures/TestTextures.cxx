@@ -189,7 +189,8 @@ TEST_F(TestTextures, HostileMaterialsAreBounded)
   EXPECT_EQ(WarningsOf("self.obj"),
     "m.mtl, line 4: cannot be understood: 'map_Kd'\n"
     "m.mtl, line 6: cannot be understood: 'map_Kd -o'\n"
-    "m.mtl, line 8: cannot be understood: 'map_Kd -o nan 1 1 a.png'\n");
+    "m.mtl, line 8: cannot be understood: 'map_Kd -o nan 1 1 a.png'\n"
+    "the material 'a' is in 'm.mtl' twice, in two ways: the first counts\n");
   EXPECT_EQ(ColorsOf(this->Read("out.ply")), (std::vector{ red, blue }));
 }
 

@@ -42,25 +42,6 @@ TEST(UnusedVertices, AreTakenOutInTheirOrderWithTheirTuples)
   EXPECT_EQ(unused.attributes[0].values, (std::vector<std::uint8_t>{ 10, 12, 14 }));
 }
 
-// Of a stray vertex, too.
-TEST(UnusedVertices, DegenerateTrianglesUseNone)
-{
-  Mesh mesh;
-  for (int v = 0; v < 6; ++v)
-  {
-    mesh.points.push_back({ double(v), 0, 0 });
-  }
-  mesh.triangles = { { 0, 0, 0 }, { 1, 2, 4 }, { 3, 3, 1 }, { 5, 4, 5 } };
-  const Mesh unused = TakeUnusedVertices(mesh, FindUsedVertices(mesh));
-  EXPECT_EQ(unused.points, (std::vector<Vec3>{ { 0, 0, 0 }, { 3, 0, 0 }, { 5, 0, 0 } }));
-  EXPECT_EQ(mesh.points, (std::vector<Vec3>{ { 1, 0, 0 }, { 2, 0, 0 }, { 4, 0, 0 } }));
-  EXPECT_EQ(
-    mesh.triangles, (std::vector<Triangle>{ { 0, 0, 0 }, { 0, 1, 2 }, { 2, 2, 0 }, { 2, 2, 2 } }));
-
-  mesh.triangles = { { 0, 0, 1 }, { 1, 1, 1 } };
-  EXPECT_EQ(FindUsedVertices(mesh), (std::vector<bool>{ true, true, false }));
-}
-
 TEST(UnusedVertices, ACloudHasNone)
 {
   const Mesh cloud{ { { 1, 2, 3 }, { 4, 5, 6 } }, {}, ScalarType::Float64, {} };

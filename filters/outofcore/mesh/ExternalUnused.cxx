@@ -2,7 +2,6 @@
 #include "filters/outofcore/mesh/ExternalUnused.h"
 
 #include "filters/core/TakeResult.h"
-#include "filters/core/UnusedVertices.h"
 #include "filters/outofcore/files/RecordFile.h"
 
 #include <algorithm>
@@ -88,7 +87,7 @@ Result<VertexMarks> MarkVertices(SpillFolder& folder, const MapSections& section
 }
 
 Result<PartedVertices> PartVertices(
-  SpillFolder& folder, VertexFiles vertices, const VertexMarks& marks, VertexId last)
+  SpillFolder& folder, VertexFiles vertices, const VertexMarks& marks)
 {
   PartedVertices parted;
   if (marks.marked == vertices.count)
@@ -120,7 +119,7 @@ Result<PartedVertices> PartVertices(
     }
     for (std::size_t i = 0; i < count; ++i)
     {
-      numbers.Append(std::min(next, last));
+      numbers.Append(next);
       next += marked[i];
       (marked[i] != 0 ? used : unused).Add(points[i], std::span(tuples).subspan(i * bytes, bytes));
     }
@@ -138,37 +137,29 @@ Result<PartedVertices> PartUnusedExternally(SpillFolder& folder, VertexFiles ver
 {
   const MapSections sections = SectionsOfMarks(vertices.count, memory / 2);
   const double passes = double(std::max<std::size_t>(1, sections.Number()));
-  bool degenerate = false; // whether degenerate triangles count
-  const auto nameAll = [&](std::size_t section, SectionMarks& mark) -> Status
-  {
-    RecordReader<NumberedTriangle> reader(triangles, 0, triangleCount);
-    for (std::uint64_t done = 0; done < triangleCount;)
+  const Result<VertexMarks> marks = MarkVertices(folder, sections,
+    [&](std::size_t section, SectionMarks& mark) -> Status
     {
-      const Result<std::span<const NumberedTriangle>> block = reader.Next();
-      KDSTREAM_TRY(block);
-      for (const NumberedTriangle& t : *block)
+      RecordReader<NumberedTriangle> reader(triangles, 0, triangleCount);
+      for (std::uint64_t done = 0; done < triangleCount;)
       {
-        for (std::size_t k = 0; k < 3 && (degenerate || JoinsThree(t.corners)); ++k)
+        const Result<std::span<const NumberedTriangle>> block = reader.Next();
+        KDSTREAM_TRY(block);
+        for (const NumberedTriangle& t : *block)
         {
-          mark(t.corners[k]);
+          for (const VertexId corner : t.corners)
+          {
+            mark(corner);
+          }
         }
+        done += block->size();
+        KDSTREAM_TRY(execution.Report(
+          "weld", (double(section) + double(done) / double(triangleCount)) / passes));
       }
-      done += block->size();
-      KDSTREAM_TRY(execution.Report(
-        "weld", (double(section) + double(done) / double(triangleCount)) / passes));
-    }
-    return {};
-  };
-  Result<VertexMarks> marks = MarkVertices(folder, sections, nameAll);
+      return {};
+    });
   KDSTREAM_TRY(marks);
-  if (marks->marked == 0)
-  {
-    degenerate = true;
-    marks = MarkVertices(folder, sections, nameAll);
-    KDSTREAM_TRY(marks);
-  }
-  return PartVertices(
-    folder, std::move(vertices), *marks, std::max<VertexId>(marks->marked, 1) - 1);
+  return PartVertices(folder, std::move(vertices), *marks);
 }
 
 }

@@ -64,15 +64,13 @@ struct PartedVertices
   std::optional<VertexMap> map{}; // for each vertex its number among the used; none if all are
 };
 
-// Parts vertices by their marks. last: the greatest number in the map; one that is not used gets
-// that of the next which is. Errors: InputOutput.
+// Parts vertices by their marks. Errors: InputOutput.
 Result<PartedVertices> PartVertices(
-  SpillFolder& folder, VertexFiles vertices, const VertexMarks& marks, VertexId last);
+  SpillFolder& folder, VertexFiles vertices, const VertexMarks& marks);
 
-// The vertices that the triangles use, as core/UnusedVertices.h tells, and the others. A pass over
-// the triangles for each section of the marks, one but for very many vertices, twice that where all
-// are degenerate; where there are unused vertices, one over all vertices. Peak memory: `memory` and
-// a few blocks. Errors: InputOutput; Cancelled.
+// The vertices that the triangles name, and the others. A pass over the triangles for each section
+// of the marks, one but for very many vertices; where there are unused vertices, one over all
+// vertices. Peak memory: `memory` and a few blocks. Errors: InputOutput; Cancelled.
 Result<PartedVertices> PartUnusedExternally(SpillFolder& folder, VertexFiles vertices,
   const SpillFile& triangles, std::uint64_t triangleCount, std::uint64_t memory,
   const Execution& execution = {});
