@@ -65,12 +65,14 @@ public:
   {
     auto reply = std::make_shared<std::promise<Result<HttpReply>>>();
     auto answered = reply->get_future();
+    // Shared, since Asio moves what is posted: nothing may need memory before Waiting is set.
+    auto asked = std::make_shared<const HttpFetch>(fetch);
     asio::post(this->Context,
-      [this, fetch, reply]
+      [this, asked, reply]
       {
         this->Waiting = reply;
         this->Fetcher->Fetch(
-          fetch, [this](Result<HttpReply> answer) { this->Answer(std::move(answer)); });
+          *asked, [this](Result<HttpReply> answer) { this->Answer(std::move(answer)); });
       });
     while (answered.wait_for(patience) != std::future_status::ready)
     {
