@@ -191,7 +191,7 @@ function(kdstream_configure_test target)
   kdstream_optimise_lightly(${target})
   set_target_properties(${target} PROPERTIES UNITY_BUILD OFF) # each test has helpers of its own
   if(CMAKE_CXX_COMPILER_ID STREQUAL GNU AND CMAKE_CXX_COMPILER_VERSION VERSION_LESS 13)
-    target_compile_options(${target} PRIVATE -Wno-array-bounds -Wno-stringop-overflow) # as -Wno-restrict
+    target_compile_options(${target} PRIVATE -Wno-array-bounds -Wno-stringop-overflow -Wno-stringop-overread) # as -Wno-restrict
   endif()
 endfunction()
 
