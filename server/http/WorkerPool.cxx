@@ -284,7 +284,7 @@ void WorkerPool::Watch()
     }
     this->Watched.wait_for(lock, betweenLooks, [this] { return this->Stopping; });
     Entries late;
-    std::deque<Work> lost;
+    std::vector<Work> lost; // no deque: that takes memory even where it is empty
     std::list<std::thread> surplus;
     this->Look(late, lost);
     surplus.swap(this->Surplus);
@@ -312,7 +312,7 @@ void WorkerPool::Watch()
 }
 
 // Takes out what has waited for too long, and replaces threads that are held. The lock is held.
-void WorkerPool::Look(Entries& late, std::deque<Work>& lost)
+void WorkerPool::Look(Entries& late, std::vector<Work>& lost)
 {
   const auto before = Clock::now() - this->Times.patience;
   this->Stalled = this->CountStalled();

@@ -17,13 +17,13 @@
 #include <condition_variable>
 #include <cstddef>
 #include <cstdint>
-#include <deque>
 #include <functional>
 #include <list>
 #include <map>
 #include <mutex>
 #include <string>
 #include <thread>
+#include <vector>
 
 namespace kdstream
 {
@@ -98,7 +98,7 @@ private:
   void StartThread();
   Entries::iterator Pick();
   void Finish(Entries::iterator entry, Entries& done);
-  void Look(Entries& late, std::deque<Work>& lost);
+  void Look(Entries& late, std::vector<Work>& lost);
   void TakeLate(Entries& queue, bool all, Entries& late);
   unsigned MostOf(const void* source) const;
   bool IsHopeless(const Task& task) const;

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "server/http/WorkerPool.h"
 
+#include "server/http/Testing/ScarceMemory.h"
+
 #include <gtest/gtest.h>
 
 #include <array>
@@ -177,4 +179,14 @@ TEST_F(Workers, StopsForAsLongAsItIsTold)
   EXPECT_FALSE(this->pool.Stop(1ms));
   this->disk.Answer();
   EXPECT_TRUE(this->pool.Stop(deadline));
+}
+
+TEST_F(Workers, WhoWatchesOverThemOutlivesALackOfMemory)
+{
+  this->pool.Start(1, { 1h, 200ms });
+  this->AddHanging(0);
+  ASSERT_TRUE(Await([this] { return this->disk.held == 1; }));
+  const ScarceMemory scarce(0, ScarceMemory::Where::OtherThreads);
+  EXPECT_GT(scarce.AwaitFailure(), 0U) << "the next look";
+  EXPECT_TRUE(Await([this] { return this->givenUp == 1; })) << "at a later one";
 }
