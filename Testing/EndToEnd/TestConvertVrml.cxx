@@ -740,7 +740,7 @@ TEST_F(TestConvertVrml, FlatBoxesAreFaces)
 TEST_F(TestConvertVrml, ExtrusionsAreBound)
 {
   std::string section, spine;
-  for (int i = 0; i < 3000; ++i)
+  for (int i = 0; i < 700; ++i)
   {
     section += std::to_string(i) + " 0 ";
     spine += "0 " + std::to_string(i) + " 0 ";
