@@ -2,6 +2,7 @@
 #include "filters/convert/PcdHeader.h"
 
 #include "filters/convert/BytesBehind.h"
+#include "filters/convert/PointAttributes.h"
 #include "filters/core/Types.h"
 #include "filters/meshio/NumberText.h"
 #include "filters/meshio/QuotedText.h"
@@ -33,14 +34,6 @@ std::string InCase(std::string_view word, bool upper)
     c = other ? static_cast<char>(c ^ ('a' ^ 'A')) : c;
   }
   return text;
-}
-
-Status CheckPointCount(const PcdHeader& header)
-{
-  return header.points < noVertex
-           ? Status()
-           : Error{ ErrorCode::LimitExceeded,
-               std::to_string(header.points) + " points; at most 4294967294 can be read" };
 }
 
 class HeaderReader
@@ -435,7 +428,7 @@ Result<PcdHeader> CheckPcdHeader(const std::filesystem::path& file)
     LookBehind(*source, end, source->Size(), pointBytes, header->points, header->tolerance);
   KDSTREAM_TRY(more);
   header->points += *more;
-  KDSTREAM_TRY(CheckPointCount(*header));
+  KDSTREAM_TRY(CheckPointCount(header->points));
   header->text = reader.Text(*header);
   return header;
 }

@@ -6,6 +6,8 @@
 #include "filters/convert/FloatCoordinates.h"
 #include "filters/convert/ForeignMesh.h"
 #include "filters/convert/JoinParts.h"
+#include "filters/convert/PointAttributes.h"
+#include "filters/convert/UnpackGzip.h"
 #include "filters/convert/VrmlFaces.h"
 #include "filters/convert/VrmlText.h"
 #include "filters/core/Texts.h"
@@ -64,8 +66,8 @@ constexpr std::uint64_t mostNodes = 10'000'000; // that are gone through, each t
 constexpr std::size_t deepestInlines = 8, mostInlines = 1000;
 constexpr std::uint64_t mostGridCorners = std::uint64_t{ 1 } << 28;
 // What extrusions may make of a file, each time they are used: spine times cross section.
-constexpr std::uint64_t mostExtrusionCorners = std::uint64_t{ 1 } << 20;
-constexpr std::uint64_t extrusionCornersPerByte = 16;
+constexpr std::uint64_t mostExtrusionCorners = std::uint64_t{ 1 } << 18;
+constexpr std::uint64_t extrusionCornersPerByte = 4;
 // The colour that a material has which names none. A shape without a material is white.
 constexpr double vrmlGrey = 0.8;
 
@@ -434,6 +436,13 @@ private:
   {
     Result<std::string> bytes = ReadBytes(file);
     KDSTREAM_TRY(bytes);
+    if (IsGzip(*bytes))
+    {
+      Result<UnpackedText> unpacked = UnpackGzip(*bytes, mostVrmlBytes - 1);
+      KDSTREAM_TRY(unpacked);
+      this->Tolerated.Count(Lapse::BytesBehindEnd, unpacked->behind);
+      *bytes = std::move(unpacked->text);
+    }
     Result<VrmlText> checked = CheckVrmlText(*bytes, IsNodeOfCoin);
     KDSTREAM_TRY(checked);
     for (const auto& [what, count] : checked->leftOut)
@@ -1226,10 +1235,9 @@ private:
       }
     }
     this->Points += mesh.points.size();
-    if (this->Points >= noVertex)
+    if (const Status count = CheckPointCount(this->Points); !count)
     {
-      this->Fail({ ErrorCode::LimitExceeded,
-        std::to_string(this->Points) + " points; at most 4294967294 can be read" });
+      this->Fail(count.GetError());
       return;
     }
     this->Parts.push_back(std::move(part));

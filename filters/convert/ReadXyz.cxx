@@ -115,7 +115,8 @@ private:
     }
     if (line[begin] == '#' || line.substr(begin, 2) == "//")
     {
-      this->TakeNames(line.substr(std::min(line.find_first_not_of("#/ \t", begin), line.size())));
+      this->SplitNames(line.substr(std::min(line.find_first_not_of("#/ \t", begin), line.size())));
+      this->TakeNames();
       return {};
     }
     for (std::size_t at = line.find('#'); at != std::string_view::npos; at = line.find('#', at + 1))
@@ -126,23 +127,17 @@ private:
         break;
       }
     }
+    if (!this->Columns && this->IsNames(line))
+    {
+      return {};
+    }
     KDSTREAM_TRY(this->SplitLine(line));
-    if (this->Words.size() == 1 && this->IsNextCount())
+    if (this->Words.empty() || (this->Words.size() == 1 && this->IsNextCount()))
     {
       return {};
     }
     if (!this->Columns)
     {
-      if (AreXyzNames(this->Words))
-      {
-        this->TakeNames(line);
-        return {};
-      }
-      if (this->Words.size() > 1 && AreOtherNames(this->Words) && !this->OtherNames)
-      {
-        this->OtherNames = this->Lines.Number();
-        return {};
-      }
       KDSTREAM_TRY(this->SetColumns());
     }
     if (this->Words.size() != this->ColumnCount)
@@ -168,27 +163,78 @@ private:
     return true;
   }
 
-  // A line that names the columns, as some programs write before the points.
-  void TakeNames(std::string_view line)
+  // A line before the points that has names, of the columns or of something else.
+  bool IsNames(std::string_view line)
   {
-    if (!this->Columns && !this->Layout)
+    this->SplitNames(line);
+    if (AreXyzNames(this->Words))
+    {
+      this->TakeNames();
+      this->NamesAlone = this->NamesInFile == this->Lines.Number();
+      return true;
+    }
+    if (this->Words.size() > 1 && AreOtherNames(this->Words) && !this->OtherNames)
+    {
+      this->OtherNames = this->Lines.Number();
+      return true;
+    }
+    return false;
+  }
+
+  // At commas, semicolons and tabs, where names have blanks and quotes, if so there are names of
+  // columns; else at blanks too.
+  void SplitNames(std::string_view line)
+  {
+    this->Words.clear();
+    constexpr std::string_view blanks = " \r\v\f";
+    bool quoted = false;
+    for (std::size_t begin = 0, at = 0; at <= line.size(); ++at)
+    {
+      const char c = at < line.size() ? line[at] : ';';
+      quoted = quoted != (c == '"');
+      if (at < line.size() && (quoted || (c != ',' && c != ';' && c != '\t')))
+      {
+        continue;
+      }
+      std::string_view name = line.substr(begin, at - begin);
+      name.remove_prefix(std::min(name.find_first_not_of(blanks), name.size()));
+      name = name.substr(0, name.find_last_not_of(blanks) + 1);
+      if (!name.empty())
+      {
+        this->Words.push_back(name);
+      }
+      begin = at + 1;
+    }
+    if (!AreXyzNames(this->Words))
     {
       SplitWords(line, separators, this->Words);
-      this->PartNames.clear();
-      Result<XyzLayout> layout = AreXyzNames(this->Words)
-                                   ? LayoutOfNamesInFile(this->Words, this->PartNames)
-                                   : Result<XyzLayout>(Error{});
-      if (layout)
-      {
-        this->Layout = std::move(*layout);
-        this->NamedColumns = this->Words.size();
-        this->NamesInFile = this->Lines.Number();
-      }
+    }
+  }
+
+  // Words that name the columns, as some programs write before the points.
+  void TakeNames()
+  {
+    if (this->Columns || this->Layout || !AreXyzNames(this->Words))
+    {
+      return;
+    }
+    this->PartNames.clear();
+    if (Result<XyzLayout> layout = LayoutOfNamesInFile(this->Words, this->PartNames))
+    {
+      this->Layout = std::move(*layout);
+      this->NamedColumns = this->Words.size();
+      this->NamesInFile = this->Lines.Number();
     }
   }
 
   Status SplitLine(std::string_view line)
   {
+    if (line.find('"') != std::string_view::npos)
+    {
+      this->Unquoted = line;
+      std::replace(this->Unquoted.begin(), this->Unquoted.end(), '"', ' ');
+      line = this->Unquoted;
+    }
     if (line.find(',') == std::string_view::npos)
     {
       this->PointSeen = this->PointSeen || line.find('.') != std::string_view::npos;
@@ -225,6 +271,7 @@ private:
     {
       word.remove_suffix(word.ends_with(',') ? 1 : 0);
     }
+    std::erase(this->Words, std::string_view()); // of a comma between blanks
     std::replace(this->Text.begin(), this->Text.end(), ',', '.');
     return {};
   }
@@ -232,9 +279,26 @@ private:
   Status SetColumns()
   {
     this->ColumnCount = this->Words.size();
+    if (this->Words[0].size() == 5 &&
+        this->Words[0].find_first_not_of("nNcCoOlLsS") == this->Words[0].npos)
+    {
+      return Error{ ErrorCode::InvalidInput,
+        "is a grid of heights (Esri's ASCII grid), not points: make an .xyz of it, by "
+        "gdal_translate -of XYZ" };
+    }
     if (this->Layout && this->NamesInFile > 0 && this->NamedColumns != this->ColumnCount)
     {
+      if (this->NamesAlone && this->Comma == Commas::Separators && !this->PointSeen &&
+          this->ColumnCount == 2 * this->NamedColumns)
+      {
+        return this->Lines.Wrong("has " + std::to_string(this->ColumnCount) +
+                                 " columns, and line " + std::to_string(this->NamesInFile) +
+                                 " names " + std::to_string(this->NamedColumns) +
+                                 ": decimal commas cannot be told from those between columns; "
+                                 "write 1.5 for 1,5, or semicolons between columns");
+      }
       this->Layout = std::nullopt; // a remark, or names of something else
+      this->OtherNames = this->NamesAlone ? this->NamesInFile : this->OtherNames;
     }
     if (this->Layout && this->NamedColumns != this->ColumnCount)
     {
@@ -249,13 +313,34 @@ private:
                                std::to_string(mostXyzColumns));
     }
     this->Columns.emplace(this->ColumnCount - 3);
-    if (!this->Layout)
+    if (this->Layout)
+    {
+      this->FindLeftOut(*this->Layout);
+    }
+    else
     {
       std::vector<std::string> none;
       const Result<XyzLayout> guess = this->Columns->Guess(none);
       return guess ? Status() : Status(this->Lines.Wrong(guess.GetError().message));
     }
     return {};
+  }
+
+  // Columns that are left out may have words.
+  void FindLeftOut(const XyzLayout& layout)
+  {
+    this->LeftOut.assign(this->ColumnCount, true);
+    for (const std::size_t place : layout.coordinates)
+    {
+      this->LeftOut[place] = false;
+    }
+    for (const XyzLayout::Block& block : layout.blocks)
+    {
+      for (const std::size_t column : block.columns)
+      {
+        this->LeftOut[column] = false;
+      }
+    }
   }
 
   Status AddPoint()
@@ -269,15 +354,22 @@ private:
     for (std::size_t i = 0; i < this->ColumnCount; ++i)
     {
       const std::string_view word = this->Words[i];
+      if (i < this->LeftOut.size() && this->LeftOut[i])
+      {
+        ++extra;
+        continue;
+      }
       const auto place =
         static_cast<std::size_t>(std::find(places.begin(), places.end(), i) - places.begin());
       const NumberTextError error =
         place < 3 ? ParseNumber(word, point[place]) : ParseNumber(word, rest[extra++]);
       if (error != NumberTextError::None)
       {
+        const bool mayBeLeftOut = this->Layout && place == 3;
         return this->Lines.Wrong(
           QuotedText(word) +
-          (error == NumberTextError::NotANumber ? " is no number" : " is too large a number"));
+          (error == NumberTextError::NotANumber ? " is no number" : " is too large a number") +
+          (mayBeLeftOut ? "; --columns leaves out a column that is called -" : ""));
       }
     }
     if (!std::all_of(point.begin(), point.end(), [](double v) { return std::isfinite(v); }))
@@ -402,13 +494,15 @@ private:
   std::optional<XyzLayout> Layout; // by --columns, or by names in the file
   std::size_t NamedColumns = 0;    // of it
   std::uint64_t NamesInFile = 0;   // the line; 0: none
+  bool NamesAlone = false;         // it is no comment
   std::vector<std::string_view> Words;
-  std::string Text; // of a line with decimal commas
+  std::string Text, Unquoted; // of a line with decimal commas, or with quotes
   Commas Comma = Commas::Unknown;
   std::uint64_t CommaLine = 0;
   bool AlsoDecimal = false; // nothing but commas part the columns
   bool PointSeen = false;   // a decimal point
   std::size_t ColumnCount = 0;
+  std::vector<bool> LeftOut;         // of each column, where the layout is known
   std::optional<XyzColumns> Columns; // once there is a point
   bool CountSeen = false;
   std::uint64_t Counted = 0, SinceCount = 0; // points, by the last count, and behind it

@@ -4,6 +4,7 @@
 
 #include "filters/meshio/NumberText.h"
 #include "filters/meshio/QuotedText.h"
+#include "filters/meshio/TextWords.h"
 
 #include <algorithm>
 #include <cmath>
@@ -20,16 +21,6 @@ using Block = XyzLayout::Block;
 constexpr std::size_t placeColumns = 3;  // before the columns that are looked at
 constexpr std::uint64_t manyPoints = 20; // of which small values say something
 
-std::string Lower(std::string_view name)
-{
-  std::string lower(name);
-  for (char& c : lower)
-  {
-    c = c >= 'A' && c <= 'Z' ? static_cast<char>(c - 'A' + 'a') : c;
-  }
-  return lower;
-}
-
 // The short name of what is known by several.
 std::string PlainName(std::string_view name)
 {
@@ -41,7 +32,7 @@ std::string PlainName(std::string_view name)
   {
     name = name.substr(1, name.size() - 2);
   }
-  std::string plain = Lower(name);
+  std::string plain = LowercaseText(name);
   for (const auto& [other, known] : others)
   {
     plain = plain == other ? std::string(known) : plain;

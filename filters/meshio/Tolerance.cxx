@@ -36,6 +36,9 @@ constexpr std::array<LapseText, lapseKinds> texts{ {
     "byte of padding", "bytes of padding" },
   { "not_counted", "point or face is in the file but not counted by its header",
     "points or faces are in the file but not counted by its header", "not counted", "not counted" },
+  { "lines_too_long", "line has more values than the header names: they are not read",
+    "lines have more values than the header names: they are not read", "line too long",
+    "lines too long" },
 } };
 
 constexpr std::string_view forgivenMark = "forgiven ", readingMark = "reading ";
