@@ -31,6 +31,8 @@ vtkStandardNewMacro(vtkKdStoreWriter);
 KDSTREAM_SET_IN_RANGE(vtkKdStoreWriter, VerticesPerPartition, vtkIdType, 1, VTK_INT_MAX)
 KDSTREAM_SET_IN_RANGE(vtkKdStoreWriter, NumberOfPartitions, vtkIdType, 0, 1 << 30)
 KDSTREAM_SET_IN_RANGE(vtkKdStoreWriter, CellVertices, int, 1, 1024)
+KDSTREAM_SET_FINITE(vtkKdStoreWriter, Up)
+KDSTREAM_SET_FINITE(vtkKdStoreWriter, View)
 
 namespace
 {

@@ -16,7 +16,8 @@
  *
  * Several processes (Controller) write one store together: all of them call Write, with what each
  * has of the mesh, and process 0 builds the store of all these parts, one process's after the
- * other's. It alone writes, and needs memory for all of the mesh (kdstream-build-mpi does not). An
+ * other's. It alone writes, and needs memory for all of the mesh, some 350 bytes a point
+ * (kdstream-build-mpi does not). An
  * error of one process is an error of all. So what vtkKdTreePartition gives on several processes
  * makes the store that it makes on one, to the byte.
  *
@@ -27,7 +28,8 @@
  * UnknownError. Aborting leaves no file.
  *
  * Of the numbers below, those out of their range are clamped; what is negative where it may not be,
- * or not a number, is refused with an error, and the value stays.
+ * or not a number, is refused with an error, and so is a vector that is not finite; the value
+ * stays.
  *
  * Complexity: O(n log n + t log t) for n points and t triangles; about 190 bytes a point.
  *
@@ -148,9 +150,11 @@ public:
    * What is up, and from where the model is looked at first: directions, the second towards the
    * eye. Where they are (0, 0, 0), the default, they are guessed by the shape.
    */
-  vtkSetVector3Macro(Up, double);
+  virtual void SetUp(double x, double y, double z);
+  virtual void SetUp(const double value[3]);
   vtkGetVector3Macro(Up, double);
-  vtkSetVector3Macro(View, double);
+  virtual void SetView(double x, double y, double z);
+  virtual void SetView(const double value[3]);
   vtkGetVector3Macro(View, double);
   ///@}
 

@@ -41,6 +41,7 @@
 vtkStandardNewMacro(vtkKdClusterSimplification);
 
 KDSTREAM_SET_IN_RANGE(vtkKdClusterSimplification, TargetNumberOfTriangles, vtkIdType, 0, VTK_ID_MAX)
+KDSTREAM_SET_IN_RANGE(vtkKdClusterSimplification, Depth, int, -1, 30)
 KDSTREAM_SET_IN_RANGE(vtkKdClusterSimplification, CellVertices, int, 1, 1024)
 KDSTREAM_SET_IN_RANGE(vtkKdClusterSimplification, VerticesPerPartition, vtkIdType, 1, VTK_INT_MAX)
 

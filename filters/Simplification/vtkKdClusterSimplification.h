@@ -108,7 +108,7 @@ public:
    * which depends on the input (see GetFinestDepth); beyond that is an error. -1, the default, is
    * the finest level. At most 30.
    */
-  vtkSetClampMacro(Depth, int, -1, 30);
+  virtual void SetDepth(int value);
   vtkGetMacro(Depth, int);
   ///@}
 

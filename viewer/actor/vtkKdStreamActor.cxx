@@ -4,6 +4,8 @@
 // 3. the parts that have changed are drawn anew  4. where more is to come, a timer is set.
 #include "vtkKdStreamActor.h"
 
+#include "filters/adapter/ErrorCodes.h"
+#include "filters/adapter/RangedSetters.h"
 #include "viewer/actor/ActorStream.h"
 #include "viewer/client/ConnectServer.h"
 #include "viewer/client/LocalClient.h"
@@ -30,6 +32,13 @@
 
 vtkStandardNewMacro(vtkKdStreamActor);
 
+KDSTREAM_SET_IN_RANGE(vtkKdStreamActor, Timeout, int, 1, 3600)
+KDSTREAM_SET_IN_RANGE(vtkKdStreamActor, NumberOfTriangles, vtkIdType, 1000, VTK_INT_MAX)
+KDSTREAM_SET_IN_RANGE(
+  vtkKdStreamActor, MemoryLimit, vtkTypeUInt64, vtkTypeUInt64{ 16 } << 20, VTK_TYPE_UINT64_MAX)
+KDSTREAM_SET_IN_RANGE(vtkKdStreamActor, Tolerance, double, 0.01, 100)
+KDSTREAM_SET_IN_RANGE(vtkKdStreamActor, SecondsPerFrame, double, 0, 10)
+
 namespace
 {
 
@@ -37,32 +46,17 @@ using namespace kdstream;
 
 constexpr unsigned long idleMilliseconds = 20;
 
-Result<std::unique_ptr<ModelSource>> OpenServer(vtkKdStreamActor& actor)
+Result<std::unique_ptr<ModelSource>> OpenSource(const ServerAddress& address)
 {
-  std::shared_ptr<DiskCache> cache;
-  if (!actor.GetCacheFolder().empty())
-  {
-    auto opened = DiskCache::Open(actor.GetCacheFolder(), actor.GetCacheSize());
-    KDSTREAM_TRY(opened);
-    cache = std::move(*opened);
-  }
-  auto connected = ConnectServer(
-    actor.GetSource(), actor.GetToken(), actor.GetCertificateAuthorities(), std::move(cache));
-  KDSTREAM_TRY(connected);
-  return std::move(connected->source);
-}
-
-Result<std::unique_ptr<ModelSource>> OpenSource(vtkKdStreamActor& actor)
-{
-  if (actor.GetSource().empty())
+  if (address.url.empty())
   {
     return Error{ ErrorCode::NotFound, "no Source is set" };
   }
-  if (actor.GetSource().find("://") != std::string::npos)
+  if (address.url.find("://") != std::string::npos)
   {
-    return OpenServer(actor);
+    return ConnectServer(address);
   }
-  auto local = LocalClient::Open(actor.GetSource());
+  auto local = LocalClient::Open(address.url);
   KDSTREAM_TRY(local);
   return std::unique_ptr<ModelSource>(std::move(*local));
 }
@@ -140,17 +134,10 @@ vtkKdStreamActor::~vtkKdStreamActor()
   this->StopWaiting();
 }
 
-// All that makes another session.
-std::string vtkKdStreamActor::Address() const
+ServerAddress vtkKdStreamActor::Address() const
 {
-  std::string address;
-  for (const std::string& part : { this->Source, this->ModelId, this->Token,
-         this->CertificateAuthorities, this->CacheFolder, std::to_string(this->CacheSize),
-         std::to_string(this->Timeout), std::to_string(this->Tolerance) })
-  {
-    address += part + '\n';
-  }
-  return address;
+  return { this->Source, this->ModelId, this->Token, this->CertificateAuthorities,
+    this->CacheFolder, this->CacheSize, std::chrono::seconds(this->Timeout) };
 }
 
 void vtkKdStreamActor::Close()
@@ -166,10 +153,12 @@ void vtkKdStreamActor::Close()
 bool vtkKdStreamActor::Open()
 {
   this->Close();
-  this->Tried = this->Address();
+  this->Tried = std::make_unique<ServerAddress>(this->Address());
+  this->TriedTolerance = this->Tolerance;
   this->ErrorMessage = this->LastWarning = "";
+  this->ErrorCode = vtkErrorCode::NoError;
   Status opened;
-  auto source = OpenSource(*this);
+  auto source = OpenSource(*this->Tried);
   if (source)
   {
     this->Stream = std::make_unique<ActorStream>(
@@ -192,6 +181,9 @@ bool vtkKdStreamActor::Open()
     this->Close();
     this->ErrorMessage =
       (this->Source.empty() ? "" : this->Source + ": ") + opened.GetError().message;
+    this->ErrorCode = this->Source.empty()
+                        ? static_cast<unsigned long>(vtkErrorCode::NoFileNameError)
+                        : VtkErrorCodeOf(opened.GetError());
     vtkErrorMacro(<< this->ErrorMessage);
   }
   this->Modified();
@@ -201,7 +193,8 @@ bool vtkKdStreamActor::Open()
 // What could not be opened is not tried anew before something else is set.
 bool vtkKdStreamActor::IsOpen()
 {
-  if (this->Tried != this->Address())
+  const bool isTried = this->Tried && *this->Tried == this->Address();
+  if (!isTried || this->TriedTolerance != this->Tolerance)
   {
     this->Open();
   }
@@ -239,6 +232,8 @@ void vtkKdStreamActor::TakeIn(double seconds)
   {
     vtkWarningMacro(<< this->Source << ": " << warning);
     this->ErrorMessage = this->Source + ": " + warning;
+    this->ErrorCode = drawn ? static_cast<unsigned long>(vtkErrorCode::UnknownError)
+                            : VtkErrorCodeOf(drawn.GetError());
   }
   this->LastWarning = warning;
 }
@@ -395,12 +390,10 @@ void vtkKdStreamActor::PrintSelf(ostream& os, vtkIndent indent)
 {
   this->Superclass::PrintSelf(os, indent);
   os << indent << "Source: " << this->Source << "\n";
-  os << indent << "ModelId: " << this->ModelId << "\n";
-  os << indent << "Token: " << (this->Token.empty() ? "(none)" : "(set)") << "\n";
-  os << indent << "CertificateAuthorities: " << this->CertificateAuthorities << "\n";
-  os << indent << "CacheFolder: " << this->CacheFolder << "\n";
-  os << indent << "CacheSize: " << this->CacheSize << "\n";
-  os << indent << "Timeout: " << this->Timeout << "\n";
+  for (const std::string& line : LinesOf(this->Address()))
+  {
+    os << indent << line << "\n";
+  }
   os << indent << "NumberOfTriangles: " << this->NumberOfTriangles << "\n";
   os << indent << "MemoryLimit: " << this->MemoryLimit << "\n";
   os << indent << "Tolerance: " << this->Tolerance << "\n";
@@ -408,6 +401,7 @@ void vtkKdStreamActor::PrintSelf(ostream& os, vtkIndent indent)
   os << indent << "RefineWhenIdle: " << (this->RefineWhenIdle ? "on" : "off") << "\n";
   os << indent << "ColorBy: " << this->ColorBy << "\n";
   os << indent << "ErrorMessage: " << this->ErrorMessage << "\n";
+  os << indent << "ErrorCode: " << vtkErrorCode::GetStringFromErrorCode(this->ErrorCode) << "\n";
   os << indent << "Open: " << (this->Stream ? "yes" : "no") << "\n";
   os << indent << "Property:\n";
   this->Property->PrintSelf(os, indent.GetNextIndent());

@@ -5,7 +5,6 @@
 
 #include "filters/adapter/ArraySelections.h"
 #include "filters/adapter/ErrorCodes.h"
-#include "filters/adapter/PolyDataAttributes.h"
 #include "filters/adapter/RangedSetters.h"
 #include "filters/core/tree/Region.h"
 #include "viewer/sources/PieceOutput.h"
@@ -17,11 +16,9 @@
 #include <vtkInformation.h>
 #include <vtkInformationDoubleVectorKey.h>
 #include <vtkInformationIdTypeKey.h>
-#include <vtkInformationInformationVectorKey.h>
 #include <vtkInformationIntegerKey.h>
 #include <vtkInformationIntegerVectorKey.h>
 #include <vtkInformationObjectBaseKey.h>
-#include <vtkInformationStringKey.h>
 #include <vtkInformationVector.h>
 #include <vtkPartitionedDataSet.h>
 #include <vtkPolyData.h>
@@ -35,9 +32,14 @@
 #include <string>
 #include <utility>
 
+KDSTREAM_SET_IN_RANGE(vtkKdModelSource, LevelDepth, int, -1, 62)
 KDSTREAM_SET_IN_RANGE(vtkKdModelSource, Rings, int, 0, 16)
 KDSTREAM_SET_IN_RANGE(vtkKdModelSource, Tolerance, double, 0.01, 100)
 KDSTREAM_SET_IN_RANGE(vtkKdModelSource, NumberOfTriangles, vtkIdType, 1000, VTK_INT_MAX)
+KDSTREAM_SET_FINITE(vtkKdModelSource, RegionPoint)
+KDSTREAM_SET_FINITE(vtkKdModelSource, CameraPosition)
+KDSTREAM_SET_FINITE(vtkKdModelSource, CameraFocalPoint)
+KDSTREAM_SET_FINITE(vtkKdModelSource, CameraViewUp)
 
 namespace
 {
@@ -439,33 +441,15 @@ void vtkKdModelSource::TellModel(vtkInformation* outInfo) const
   }
   const OriginalFacts* const facts =
     this->MeasuredDigest == info.digest ? this->Facts.get() : nullptr;
-  vtkNew<vtkInformationVector> ofPoints, ofCells;
-  const ArraySelections selections(*this->PointArrays, *this->CellArrays);
-  for (const AttributeInfo& array : ofLevel ? ArraysOfLevels(info.attributes) : info.attributes)
+  ArrayFacts told;
+  if (whole)
   {
-    if (!selections.IsWanted(array))
-    {
-      continue;
-    }
-    const bool isPoint = array.association == AttributeAssociation::Point;
-    vtkNew<vtkInformation> told;
-    told->Set(vtkDataObject::FIELD_NAME(), array.name.c_str());
-    told->Set(vtkDataObject::FIELD_ARRAY_TYPE(), VtkTypeOf(array));
-    told->Set(vtkDataObject::FIELD_NUMBER_OF_COMPONENTS(), array.components);
-    if (whole && (isPoint ? points : cells) <= VTK_INT_MAX)
-    {
-      told->Set(
-        vtkDataObject::FIELD_NUMBER_OF_TUPLES(), static_cast<int>(isPoint ? points : cells));
-    }
-    if (const Range range = RangeOf(info, array, facts))
-    {
-      const double ends[] = { range->first, range->second };
-      told->Set(vtkDataObject::FIELD_RANGE(), ends, 2);
-    }
-    (isPoint ? ofPoints : ofCells)->Append(told);
+    told.points = points;
+    told.cells = cells;
   }
-  outInfo->Set(vtkDataObject::POINT_DATA_VECTOR(), ofPoints);
-  outInfo->Set(vtkDataObject::CELL_DATA_VECTOR(), ofCells);
+  told.rangeOf = [&](const AttributeInfo& array) { return RangeOf(info, array, facts); };
+  const ArraySelections selections(*this->PointArrays, *this->CellArrays);
+  selections.Tell(ofLevel ? ArraysOfLevels(info.attributes) : info.attributes, told, *outInfo);
 }
 
 // The pipeline asks again only for what was modified.

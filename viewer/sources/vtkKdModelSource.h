@@ -42,13 +42,15 @@
  *
  * Progress is told while it waits, too. Aborting (SetAbortExecute of an observer or of another
  * thread) ends an Update within 100 ms, whatever it waits for, and leaves an empty output; the next
- * Update loads anew. Only putting together one mesh, of a level or of a view, is not interrupted:
- * about 0.1 s for each million triangles. Errors name the file or server, and what of the model is
- * wrong; GetErrorCode tells that there was one (vtkErrorCode.h; NoFileNameError where no address is
- * set). After an error the next Update opens the model anew.
+ * Update loads anew. Only the steps before the first and after the last piece of one mesh, of a
+ * level or of a view, are not interrupted: less than 0.1 s for each million triangles. Errors name
+ * the file or server, and what of the model is wrong; GetErrorCode tells that there was one
+ * (vtkErrorCode.h; NoFileNameError where no address is set). After an error the next Update opens
+ * the model anew.
  *
  * Of the numbers below, those out of their range are clamped; what is negative where it may not be,
- * or not a number, is refused with an error, and the value stays.
+ * or not a number, is refused with an error, and so is a vector that is not finite; the value
+ * stays.
  *
  * Complexity: of what is loaded, linear; a region reads the boxes of all partitions, 48 bytes each.
  *
@@ -126,7 +128,7 @@ public:
    * The depth of the level, 0 to GetFinestLevel(), each twice as fine as the one before; -1, the
    * default, is the preview's, of about 4,000 triangles.
    */
-  vtkSetClampMacro(LevelDepth, int, -1, 62);
+  virtual void SetLevelDepth(int value);
   vtkGetMacro(LevelDepth, int);
   ///@}
 
@@ -143,7 +145,8 @@ public:
    * The point that Content Region is around, model units; and how many rings of cells around the
    * partition nearest to it, 0 to 16. Default (0, 0, 0), and 1.
    */
-  vtkSetVector3Macro(RegionPoint, double);
+  virtual void SetRegionPoint(double x, double y, double z);
+  virtual void SetRegionPoint(const double value[3]);
   vtkGetVector3Macro(RegionPoint, double);
   virtual void SetRings(int value);
   vtkGetMacro(Rings, int);
@@ -155,11 +158,14 @@ public:
    * model's coordinates, the vertical angle in degrees, above 0 and below 180. Default: from (0, 0,
    * 1) to the origin, y up, 30.
    */
-  vtkSetVector3Macro(CameraPosition, double);
+  virtual void SetCameraPosition(double x, double y, double z);
+  virtual void SetCameraPosition(const double value[3]);
   vtkGetVector3Macro(CameraPosition, double);
-  vtkSetVector3Macro(CameraFocalPoint, double);
+  virtual void SetCameraFocalPoint(double x, double y, double z);
+  virtual void SetCameraFocalPoint(const double value[3]);
   vtkGetVector3Macro(CameraFocalPoint, double);
-  vtkSetVector3Macro(CameraViewUp, double);
+  virtual void SetCameraViewUp(double x, double y, double z);
+  virtual void SetCameraViewUp(const double value[3]);
   vtkGetVector3Macro(CameraViewUp, double);
   virtual void SetCameraViewAngle(double degrees);
   vtkGetMacro(CameraViewAngle, double);

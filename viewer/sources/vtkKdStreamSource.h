@@ -21,6 +21,7 @@
 namespace kdstream
 {
 class RemoteModel;
+struct ServerAddress;
 }
 
 class VTKKDSTREAMVIEWERSOURCES_EXPORT vtkKdStreamSource : public vtkKdModelSource
@@ -106,14 +107,14 @@ private:
   vtkKdStreamSource(const vtkKdStreamSource&) = delete;
   void operator=(const vtkKdStreamSource&) = delete;
 
-  std::string Address() const;
+  kdstream::ServerAddress Address() const;
 
   std::string Url, ModelId, Token, CertificateAuthorities, CacheFolder;
   vtkTypeUInt64 CacheSize = vtkTypeUInt64{ 10 } << 30;
   int Timeout = 60;
   bool BoundsOfPartitions = false;
   std::shared_ptr<const kdstream::RemoteModel> Connected;
-  std::string ConnectedTo; // Address
+  std::shared_ptr<const kdstream::ServerAddress> ConnectedTo; // of that
 };
 
 #endif

@@ -419,7 +419,7 @@ SurfaceParts::~SurfaceParts() = default;
 SurfaceParts::SurfaceParts(SurfaceParts&&) noexcept = default;
 SurfaceParts& SurfaceParts::operator=(SurfaceParts&&) noexcept = default;
 
-Status SurfaceParts::GoTo(const Cut& cut, const PieceLookup& lookup)
+Status SurfaceParts::GoTo(const Cut& cut, const PieceLookup& lookup, const Execution& execution)
 {
   auto pieces = FindPieces(cut, lookup);
   KDSTREAM_TRY(pieces);
@@ -433,6 +433,7 @@ Status SurfaceParts::GoTo(const Cut& cut, const PieceLookup& lookup)
     std::shared_ptr<const SurfacePart> part;
     if (view.HasChanged(i))
     {
+      KDSTREAM_TRY(execution.Report("glue", double(i) / double(view.Pieces().size())));
       part = PartDrawer(view, i, this->KeepsCorners).Draw();
       ++this->Drawn;
     }

@@ -9,6 +9,7 @@
 #include <vtkKdTreePartition.h>
 #include <vtkMPIController.h>
 #include <vtkPartitionedDataSet.h>
+#include <vtkStringArray.h>
 #include <vtkUnsignedCharArray.h>
 
 #include <algorithm>
@@ -400,6 +401,45 @@ void ExpectErrorOfAll()
   Expect(writer->GetErrorCode() != 0, "no error code");
 }
 
+// What only numbers can do: arrays of texts do not travel, and each rank that has one says so.
+void ExpectWarningOfTexts(const std::string& folder)
+{
+  const PolyData whole = MakeSphere(40);
+  AddGlobalIds(whole);
+  const PolyData input = ShareOf(whole, rank, {});
+  for (vtkDataSetAttributes* const data :
+    { static_cast<vtkDataSetAttributes*>(input->GetPointData()),
+      static_cast<vtkDataSetAttributes*>(input->GetCellData()) })
+  {
+    vtkNew<vtkStringArray> texts;
+    texts->SetName(data == input->GetPointData() ? "Names" : "Kinds");
+    texts->SetNumberOfValues(data->GetNumberOfTuples());
+    data->AddArray(texts);
+  }
+  const auto heardOfBoth = [](const FilterObserver& heard, const std::string& by)
+  {
+    Expect(heard.error.empty(), by + ": " + heard.error);
+    for (const char* const name : { "\"Names\"", "\"Kinds\"" })
+    {
+      Expect(heard.warning.find(name) != std::string::npos, by + " warns: " + heard.warning);
+    }
+  };
+  vtkNew<vtkKdTreePartition> filter;
+  filter->SetInputData(input);
+  filter->SetVerticesPerPartition(50);
+  {
+    const FilterObserver heard(filter);
+    filter->Update();
+    heardOfBoth(heard, "the filter");
+  }
+  vtkNew<vtkKdStoreWriter> writer;
+  writer->SetInputData(input);
+  writer->SetFileName((folder + "/model.kds").c_str());
+  const FilterObserver heard(writer);
+  Expect(writer->Write() == 1, "no store");
+  heardOfBoth(heard, "the writer");
+}
+
 std::string ContentOf(const std::string& file)
 {
   std::ifstream stream(file, std::ios::binary);
@@ -475,6 +515,10 @@ void Run(const std::string& name, const std::string& folder, const char* file,
   else if (name == "error")
   {
     ExpectErrorOfAll();
+  }
+  else if (name == "texts")
+  {
+    ExpectWarningOfTexts(folder);
   }
   else if (name == "store")
   {

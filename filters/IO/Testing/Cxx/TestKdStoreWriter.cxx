@@ -224,6 +224,13 @@ TEST_F(TestKdStoreWriter, SizesBelowZeroAreRefused)
   EXPECT_EQ(this->Writer->GetCellVertices(), 8);
 }
 
+TEST_F(TestKdStoreWriter, DirectionsThatAreNotFiniteAreRefused)
+{
+  using Class = vtkKdStoreWriter;
+  EXPECT_EQ(NotFiniteTakenBy<Class>(*this->Writer, "Up", &Class::SetUp, &Class::GetUp), "");
+  EXPECT_EQ(NotFiniteTakenBy<Class>(*this->Writer, "View", &Class::SetView, &Class::GetView), "");
+}
+
 TEST_F(TestKdStoreWriter, TellsHowFarItIsAndStopsWhenToldTo)
 {
   this->Writer->SetInputData(MakeSphere(150));

@@ -330,6 +330,12 @@ TEST(KdClusterSimplification, OptionsAreClampedAndPrinted)
   filter->SetRepresentative(7);
   filter->SetCellVertices(0);
   filter->SetVerticesPerPartition(0);
+  {
+    FilterObserver heard(filter);
+    filter->SetDepth(-2);
+    EXPECT_NE(
+      heard.error.find("Depth must be from -1 to 30, not -2: it stays 30"), std::string::npos);
+  }
   EXPECT_EQ(filter->GetDepth(), 30);
   EXPECT_EQ(filter->GetRepresentative(), vtkKdClusterSimplification::Mean);
   EXPECT_EQ(filter->GetCellVertices(), 1);

@@ -292,6 +292,29 @@ TEST_F(TestKdStoreReader, ACameraGetsWhatItNeeds)
   EXPECT_NE(this->Refusal().find("camera: the eye is at the focal point"), std::string::npos);
 }
 
+TEST_F(TestKdStoreReader, NumbersThatAreNoneAreRefused)
+{
+  using Source = vtkKdModelSource;
+  Source& source = *this->Reader;
+  EXPECT_EQ(
+    NotFiniteTakenBy(source, "RegionPoint", &Source::SetRegionPoint, &Source::GetRegionPoint), "");
+  EXPECT_EQ(NotFiniteTakenBy(
+              source, "CameraPosition", &Source::SetCameraPosition, &Source::GetCameraPosition),
+    "");
+  EXPECT_EQ(NotFiniteTakenBy(source, "CameraFocalPoint", &Source::SetCameraFocalPoint,
+              &Source::GetCameraFocalPoint),
+    "");
+  EXPECT_EQ(
+    NotFiniteTakenBy(source, "CameraViewUp", &Source::SetCameraViewUp, &Source::GetCameraViewUp),
+    "");
+  FilterObserver heard(this->Reader);
+  this->Reader->SetLevelDepth(-2);
+  EXPECT_NE(heard.error.find("LevelDepth must be from -1 to 62, not -2"), std::string::npos);
+  const double finite[] = { 7, 8, 9 };
+  this->Reader->SetRegionPoint(finite);
+  EXPECT_EQ(this->Reader->GetRegionPoint()[2], 9);
+}
+
 TEST_F(TestKdStoreReader, OnlyWhatIsAskedForIsLoaded)
 {
   this->Open(this->Sphere);
@@ -596,6 +619,17 @@ TEST_F(TestKdStoreReader, TellsHowFarItIsAndStopsWhenToldTo)
   this->Reader->Modified();
   EXPECT_EQ(LoadedPartitions(this->Update()), 0u);
   EXPECT_EQ(heard.error, "");
+  // While one mesh is put together of what was read.
+  this->Reader->SetOutputTypeToPolyData();
+  heard.abortAt = 0.82;
+  for (const int content :
+    { vtkKdModelSource::Original, vtkKdModelSource::Level, vtkKdModelSource::View })
+  {
+    this->Reader->SetContent(content);
+    this->Reader->SetLevelDepth(this->Reader->GetFinestLevel());
+    EXPECT_TRUE(ContentOf(this->Update(), true).points.empty()) << content;
+    EXPECT_EQ(heard.error, "");
+  }
 }
 
 }
