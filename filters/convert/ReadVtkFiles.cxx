@@ -1,15 +1,27 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // VTK's own formats: read by VTK.
+#include "filters/adapter/PolyDataCells.h"
+#include "filters/adapter/SharedArrays.h"
 #include "filters/convert/ForeignMesh.h"
 #include "filters/convert/PolyDataParts.h"
 #include "filters/convert/VtkMessages.h"
 
 #include <vtkCallbackCommand.h>
+#include <vtkCell.h>
+#include <vtkCellData.h>
 #include <vtkDataSet.h>
 #include <vtkDataSetSurfaceFilter.h>
+#include <vtkGenericCell.h>
 #include <vtkGenericDataObjectReader.h>
 #include <vtkNew.h>
+#include <vtkPointData.h>
+#include <vtkSmartPointer.h>
+#include <vtkStructuredGrid.h>
+#include <vtkUnsignedCharArray.h>
+#include <vtkUnstructuredGrid.h>
 #include <vtkXMLPolyDataReader.h>
+
+#include <map>
 
 namespace kdstream
 {
@@ -50,6 +62,79 @@ Result<ForeignMesh> Finish(vtkPolyData* output, VtkMessages& messages, const Exe
   return mesh;
 }
 
+// Of a type of cells: whether VTK knows it, and how many points such a cell has; 0: any number.
+struct CellShape
+{
+  bool isKnown = false;
+  vtkIdType points = 0;
+};
+
+CellShape ShapeOf(int type)
+{
+  const auto cell = vtkSmartPointer<vtkCell>::Take(vtkGenericCell::InstantiateCell(type));
+  if (!cell)
+  {
+    return {};
+  }
+  return { true, type < VTK_CONVEX_POINT_SET ? cell->GetNumberOfPoints() : 0 };
+}
+
+Status CheckCellsOf(vtkUnstructuredGrid& grid)
+{
+  vtkCellArray* const cells = grid.GetCells();
+  vtkUnsignedCharArray* const types = grid.GetCellTypesArray();
+  const vtkIdType count = types ? types->GetNumberOfValues() : 0;
+  if (cells && cells->GetNumberOfCells() != count)
+  {
+    return Error{ ErrorCode::InvalidInput, "holds the types of " + std::to_string(count) +
+                                             " cells for " +
+                                             std::to_string(cells->GetNumberOfCells()) };
+  }
+  std::map<int, CellShape> shapes;
+  Status fits;
+  KDSTREAM_TRY(ForEachCell(cells, 0, grid.GetNumberOfPoints(),
+    [&](vtkIdType cell, std::span<const vtkIdType> corners)
+    {
+      const int type = types->GetValue(cell);
+      const auto [entry, isNew] = shapes.try_emplace(type);
+      entry->second = isNew ? ShapeOf(type) : entry->second;
+      const auto& [isKnown, points] = entry->second;
+      if (fits && (!isKnown || (points > 0 && points != static_cast<vtkIdType>(corners.size()))))
+      {
+        fits = Error{ ErrorCode::InvalidInput, "cell " + std::to_string(cell) + " of the type " +
+                                                 std::to_string(type) + " has " +
+                                                 std::to_string(corners.size()) + " points" };
+      }
+    }));
+  return fits;
+}
+
+// What VTK's filters take for granted of a grid: that its cells are, and that there are as many
+// points as it says. Arrays of a wrong length are taken out, and listed.
+Status CheckGrid(vtkDataSet& grid, std::vector<std::string>& dropped)
+{
+  if (auto* const cells = vtkUnstructuredGrid::SafeDownCast(&grid))
+  {
+    KDSTREAM_TRY(CheckCellsOf(*cells));
+  }
+  if (auto* const structured = vtkStructuredGrid::SafeDownCast(&grid))
+  {
+    int sides[3];
+    structured->GetDimensions(sides);
+    const double points = double(sides[0]) * double(sides[1]) * double(sides[2]);
+    if (points != static_cast<double>(grid.GetNumberOfPoints()))
+    {
+      return Error{ ErrorCode::InvalidInput, "holds " + std::to_string(grid.GetNumberOfPoints()) +
+                                               " points for a grid of " + std::to_string(sides[0]) +
+                                               " x " + std::to_string(sides[1]) + " x " +
+                                               std::to_string(sides[2]) };
+    }
+  }
+  RemoveUnusableArrays({ grid.GetPointData(), grid.GetNumberOfPoints() }, "point", dropped);
+  RemoveUnusableArrays({ grid.GetCellData(), grid.GetNumberOfCells() }, "cell", dropped);
+  return {};
+}
+
 }
 
 Result<ForeignMesh> ReadVtp(const std::filesystem::path& file, const Execution& execution)
@@ -81,17 +166,24 @@ Result<ForeignMesh> ReadVtk(const std::filesystem::path& file, const Execution& 
   {
     return Finish(mesh, messages, execution);
   }
-  if (!vtkDataSet::SafeDownCast(output))
+  auto* const grid = vtkDataSet::SafeDownCast(output);
+  if (!grid)
   {
     return Error{ ErrorCode::InvalidInput,
       "holds " + std::string(output ? output->GetClassName() : "nothing") + ", which is no mesh" };
   }
+  std::vector<std::string> dropped;
+  KDSTREAM_TRY(CheckGrid(*grid, dropped));
   vtkNew<vtkDataSetSurfaceFilter> surface;
-  surface->SetInputData(output);
+  surface->SetInputData(grid);
   surface->Update();
   Result<ForeignMesh> mesh = Finish(surface->GetOutput(), messages, execution);
   if (mesh)
   {
+    for (const std::string& array : dropped)
+    {
+      mesh->warnings.push_back("dropped: " + array);
+    }
     mesh->warnings.push_back(
       "holds " + std::string(output->GetClassName()) + ", of which the surface is taken");
   }

@@ -145,6 +145,23 @@ inline PolyData MakeAllCells()
   return mesh;
 }
 
+// Cells of any offsets and corners, as a file or vtkCellArray::SetData may give them.
+inline vtkSmartPointer<vtkCellArray> MakeCells(const Ids& offsets, const Ids& corners)
+{
+  const auto arrayOf = [](const Ids& values)
+  {
+    auto array = vtkSmartPointer<vtkIdTypeArray>::New();
+    for (const vtkIdType value : values)
+    {
+      array->InsertNextValue(value);
+    }
+    return array;
+  };
+  auto cells = vtkSmartPointer<vtkCellArray>::New();
+  cells->SetData(arrayOf(offsets), arrayOf(corners));
+  return cells;
+}
+
 inline Ids CellPoints(vtkPolyData& mesh, vtkIdType cell)
 {
   vtkNew<vtkIdList> points;

@@ -62,6 +62,31 @@ TEST_P(RankPipelines, TextsStayBehindWithAWarning)
   this->Expect({ "texts" });
 }
 
+TEST_P(RankPipelines, AnErrorOfOnesInputIsAnErrorOfAll)
+{
+  this->Expect({ "input" });
+}
+
+TEST_P(RankPipelines, TheFileNameOfTheFirstCounts)
+{
+  this->Expect({ "name" });
+}
+
+TEST_P(RankPipelines, IdsThatEachRankCountsAreNotBelieved)
+{
+  this->Expect({ "restart" });
+}
+
+TEST_P(RankPipelines, ArraysOfCellsAreOfThoseThatHaveCells)
+{
+  this->Expect({ "arrays" });
+}
+
+TEST_P(RankPipelines, EachRankHasItsPiece)
+{
+  this->Expect({ "pieces" });
+}
+
 TEST_P(RankPipelines, TheStoreIsThatOfOneProcess)
 {
   this->Expect({ "store" });
