@@ -103,7 +103,7 @@ check(viewer/offscreen VTK filters/core)
 check(viewer/rendering VTK filters/files filters/texture/Picture.h viewer/session viewer/session/look viewer/session/section viewer/session/paint ${core})
 check(viewer/sources VTK viewer/client viewer/session viewer/session/look server/protocol filters/adapter filters/store filters/texture filters/model
   filters/codec ${core})
-check(viewer/actor VTK viewer/rendering viewer/client viewer/session viewer/session/look ${core})
+check(viewer/actor VTK filters/adapter viewer/rendering viewer/client viewer/session viewer/session/look ${core})
 check(viewer/paraview)
 check(viewer/mobile FLAT viewer/session viewer/session/look viewer/session/section viewer/session/paint filters/codec ${core})
 check(viewer/mobile/web viewer/mobile viewer/client viewer/session viewer/session/look server/protocol filters/model filters/codec ${core})
