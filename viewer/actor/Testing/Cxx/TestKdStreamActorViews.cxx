@@ -25,7 +25,6 @@
 #include <vtkProperty.h>
 #include <vtkRenderState.h>
 #include <vtkRenderWindow.h>
-#include <vtkRenderWindowInteractor.h>
 #include <vtkRenderer.h>
 #include <vtkSmartPointer.h>
 #include <vtkTestErrorObserver.h>
@@ -391,41 +390,6 @@ TEST_F(TestKdStreamActorViews, WithoutLightItHasItsPlainColour)
     this->Renderer->AutomaticLightCreationOn();
     EXPECT_NEAR(double(Covered(this->Picture())), double(lit), 0.02 * double(lit));
   }
-}
-
-TEST_F(TestKdStreamActorViews, AnInteractorsOwnTimersRefineUntilAllIsThere)
-{
-  this->Open(Surface());
-  this->Actor->SetSecondsPerFrame(0.005);
-  this->Camera().Zoom(3);
-  vtkNew<vtkRenderWindowInteractor> interactor;
-  interactor->SetRenderWindow(this->Window);
-  interactor->Initialize();
-  this->Window->Render();
-  ASSERT_FALSE(this->Actor->IsComplete());
-  const vtkIdType preview = this->Actor->GetNumberOfDrawnTriangles();
-  struct Listener
-  {
-    vtkKdStreamActor& actor;
-    vtkRenderWindowInteractor& interactor;
-    Clock::time_point end;
-    int pictures;
-    void OnPicture() { ++this->pictures; }
-    void OnTimer()
-    {
-      if (this->actor.IsComplete() || Clock::now() > this->end)
-      {
-        this->interactor.TerminateApp();
-      }
-    }
-  } listener{ *this->Actor, *interactor, Clock::now() + std::chrono::seconds(int(deadline)), 0 };
-  this->Renderer->AddObserver(vtkCommand::EndEvent, &listener, &Listener::OnPicture);
-  interactor->AddObserver(vtkCommand::TimerEvent, &listener, &Listener::OnTimer);
-  interactor->CreateRepeatingTimer(50);
-  interactor->Start();
-  EXPECT_TRUE(this->Actor->IsComplete());
-  EXPECT_GT(listener.pictures, 2);
-  EXPECT_GT(this->Actor->GetNumberOfDrawnTriangles(), 2 * preview);
 }
 
 // With a timer and requests under way.
