@@ -12,8 +12,9 @@
  * polygons and colours at vertices.
  *
  * Output: a vtkPolyData. Points are floats, or doubles where the file has doubles, or decimals that
- * floats do not hold. Polygons become triangles, cut as a fan around their first vertex; strips
- * triangles of alternating orientation. A file without faces gives a vertex cell for each point.
+ * floats do not hold. Polygons become triangles: a fan around their first vertex, those that are
+ * not convex ear by ear; strips triangles of alternating orientation. A file without faces gives a
+ * vertex cell for each point.
  * Normals, colours ("RGB", "RGBA") and texture coordinates are the active ones of their kind.
  *
  * The output information tells what the file's header does, or a first pass over text that has

@@ -17,11 +17,12 @@
  * Several processes (Controller) write one store together: all of them call Write, with what each
  * has of the mesh, and process 0 builds the store of all these parts, one process's after the
  * other's. It alone writes, by its FileName and members, and needs memory for all of the mesh,
- * some 350 bytes a point (kdstream-build-mpi does not). Sources that give pieces, as vtkKdStoreReader does, are
- * asked for the process's own; what others have is what this process has, and where that is the
- * same mesh everywhere, process 0 warns. A process that has nothing of the mesh sets an empty
- * vtkPolyData. An error of one process is an error of all, that of its input too. So what
- * vtkKdTreePartition gives on several processes makes the store that it makes on one, to the byte.
+ * some 350 bytes a point (kdstream-build-mpi does not). Sources that give pieces, as
+ * vtkKdStoreReader does, are asked for the process's own; what others have is what this process
+ * has, and where that is the same mesh everywhere, process 0 warns. A process that has nothing of
+ * the mesh sets an empty vtkPolyData. An error of one process is an error of all, that of its input
+ * too. So what vtkKdTreePartition gives on several processes makes the store that it makes on one,
+ * to the byte.
  *
  * The store appears whole or not at all. It depends on input and members alone, not on backend and
  * threads of vtkSMPTools. Errors: no points; a coordinate that is not finite; what the file system

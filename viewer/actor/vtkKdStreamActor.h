@@ -20,11 +20,19 @@
  * As a prop it is an assembly of actors in the model's coordinates, which it can be moved, turned
  * and scaled in (of scales that differ along axes the least counts); GetBounds is the box of the
  * whole model from the first time on. Pickers (vtkCellPicker, vtkPropPicker, vtkHardwareSelector)
- * pick what is drawn. Parts are the actor's own: leave them alone. Textures are drawn where the
- * model has them. Lights are the renderer's.
+ * pick what is drawn. Parts are the actor's own: leave them alone. It is added to a renderer: as a
+ * part of another vtkAssembly, which draws leaves only, it is not refined. Textures are drawn where
+ * the model has them. Lights are the renderer's.
  *
- * One actor is drawn by one renderer at a time: it follows the camera of the last one. A parallel
- * projection is followed too. Volumes, time steps and sections are not its own.
+ * One actor is drawn by one renderer at a time: it follows the camera of the last one, whatever its
+ * projection is made of: parallel, off axis, explicit matrices, a window centre, transforms. A
+ * picture in tiles (vtkWindowToImageFilter::SetScale) is followed as a whole, as fine as its pixels
+ * need, and all its tiles show the same: take it again until IsComplete. Passes that draw for
+ * cameras of their own (shadow maps) draw what the picture shows. Volumes, time steps and sections
+ * are not its own.
+ *
+ * Of the numbers below, those out of their range are clamped; what is negative where it may not be,
+ * or not a number, is refused with an error, and the value stays.
  *
  * Errors: vtkErrorMacro names the server or file, GetErrorMessage and GetErrorCode tell the last;
  * there are no bounds then, and nothing is drawn. What cannot be had of a model is told by
@@ -49,10 +57,12 @@
 #include "vtkNew.h"                       // for the property
 #include "vtkWeakPointer.h"               // for who draws it
 
+#include <array>  // for tiles
 #include <memory> // for what is open
 #include <string> // for names
 
 class vtkProperty;
+class vtkRenderWindow;
 class vtkRenderWindowInteractor;
 class vtkRenderer;
 
@@ -186,8 +196,10 @@ public:
   ///@}
 
   /**
-   * Takes in what the renderer's camera needs for at most so many seconds, without taking pictures.
-   * True: all of it is there; the next picture draws it.
+   * Takes in what the renderer's camera needs for at most so many seconds, 0 or more, without
+   * taking pictures. True: all of it is there; the next picture draws it. A window that has no size
+   * before its first picture is taken to become 300 x 300 pixels, as VTK's do. Errors: a renderer
+   * that is in no window; a number that is negative or none.
    */
   bool Refine(vtkRenderer* renderer, double seconds);
 
@@ -208,7 +220,20 @@ public:
   using vtkAssembly::GetBounds;
   double* GetBounds() VTK_SIZEHINT(6) override;
 
+  /**
+   * What was set of a vtkKdStreamActor, its place and a copy of its property; of other props what
+   * vtkProp3D copies. Parts stay each actor's own.
+   */
+  void ShallowCopy(vtkProp* prop) override;
+
+  ///@{
+  /**
+   * For renderers and assemblies.
+   */
+  void SetAllocatedRenderTime(double seconds, vtkViewport* viewport) override;
   int RenderOpaqueGeometry(vtkViewport* viewport) override;
+  void BuildPaths(vtkAssemblyPaths* paths, vtkAssemblyPath* path) override;
+  ///@}
 
 protected:
   vtkKdStreamActor();
@@ -222,6 +247,7 @@ private:
   bool IsOpen();
   void Close();
   void Look(vtkRenderer& renderer);
+  bool BeginsPicture(vtkRenderWindow& window);
   void TakeIn(double seconds);
   double SecondsFor(vtkRenderer& renderer);
   void WaitForIdle(vtkRenderer& renderer);
@@ -248,6 +274,8 @@ private:
   vtkWeakPointer<vtkRenderWindowInteractor> Interactor;
   unsigned long TimerObserver = 0;
   int Timer = 0, LastTimer = 0;
+  std::array<double, 4> Tile{}; // of the last picture: scales, bottom, left
+  bool WasToldOfAssembly = false;
 };
 
 #endif

@@ -34,11 +34,11 @@
  * NUMBER_OF_CELLS of the whole original or level that Content chooses (ghosts not counted; not told
  * of parts), and of each array that is loaded an entry in vtkDataObject::POINT_DATA_VECTOR or
  * CELL_DATA_VECTOR: FIELD_NAME, FIELD_ARRAY_TYPE, FIELD_NUMBER_OF_COMPONENTS, with the counts
- * FIELD_NUMBER_OF_TUPLES, and FIELD_RANGE of the original's values where it is known (numbers of
- * points always). As partitions of the original COMPOSITE_DATA_META_DATA has for each its
- * BOUNDING_BOX, NUMBER_OF_POINTS and NUMBER_OF_CELLS, with its ghosts: for that a file is decoded
- * once. Of a server it has the box of the partition's own points alone, and only where that was
- * asked for (vtkKdStreamSource). What was loaded has its BOUNDING_BOX in the output's metadata.
+ * FIELD_NUMBER_OF_TUPLES, and FIELD_RANGE of the original's values where the model tells it (of
+ * numbers of points). As partitions of the original COMPOSITE_DATA_META_DATA has for each the
+ * BOUNDING_BOX of its own points (of a server only where vtkKdStreamSource::BoundsOfPartitions is
+ * on). No piece is read for this. Where vtkKdStoreReader::MeasureOriginal is on, the original is
+ * decoded for more. What was loaded has its BOUNDING_BOX, with ghosts, in the output's metadata.
  *
  * Progress is told while it waits, too. Aborting (SetAbortExecute of an observer or of another
  * thread) ends an Update within 100 ms, whatever it waits for, and leaves an empty output; the next
@@ -248,13 +248,13 @@ protected:
    */
   virtual std::string ModelName() const = 0;
   /**
-   * Whether the boxes of all partitions can be told without much ado.
+   * Whether the boxes of all partitions are read, and told.
    */
-  virtual bool HasBoxesAtHand() const = 0;
+  virtual bool WantsBoxes() const = 0;
   /**
-   * Whether all of the original can be read for what is told of it.
+   * Whether all of the original is read for what is told of it.
    */
-  virtual bool HasPiecesAtHand() const { return false; }
+  virtual bool WantsFacts() const { return false; }
 
   int RequestDataObject(vtkInformation* request, vtkInformationVector** inputVector,
     vtkInformationVector* outputVector) override;
@@ -276,6 +276,8 @@ private:
   void TellModel(vtkInformation* outInfo) const;
   bool TellPartitions(vtkInformation* outInfo, const kdstream::Execution& execution);
   bool MeasureModel(const kdstream::Execution& execution);
+  const kdstream::OriginalFacts* KnownFacts() const;
+  int StopOpening();
 
   int OutputType = PartitionedDataSet;
   int Content = Original;

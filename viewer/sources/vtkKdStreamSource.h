@@ -101,7 +101,7 @@ protected:
     const kdstream::Execution& execution, kdstream::Error& error) override;
   void CloseModel() override;
   std::string ModelName() const override { return this->Url; }
-  bool HasBoxesAtHand() const override { return this->BoundsOfPartitions; }
+  bool WantsBoxes() const override { return this->BoundsOfPartitions; }
 
 private:
   vtkKdStreamSource(const vtkKdStreamSource&) = delete;
