@@ -4,8 +4,6 @@
 import { bytesAt, forgetObjects, gainCanvas, picturesAreWaiting, useContext } from "./gl.js";
 import { loadFirstPart, whole } from "./parts.js";
 
-export { tellOfPictures } from "./gl.js";
-
 const toBytes = new TextEncoder();
 const toText = new TextDecoder();
 
