@@ -91,9 +91,10 @@ class Viewer {
     this.#call("LeaveFullScreen");
   }
 
-  // All the fingers that are down now: [{ id, x, y }].
-  touches(seconds, fingers) {
-    const values = new Float64Array(fingers.flatMap(({ id, x, y }) => [id, x, y]));
+  // All the pointers that are down now: [{ id, x, y, isPair }]; isPair: it stands for two fingers, whose other one has the
+  // next id.
+  touches(seconds, pointers) {
+    const values = new Float64Array(pointers.flatMap(({ id, x, y, isPair }) => [id, x, y, isPair]));
     if (this.#put(new Uint8Array(values.buffer))) {
       this.#call("Touches", seconds);
     }
@@ -105,6 +106,19 @@ class Viewer {
 
   zoom(factor, x, y) {
     this.#call("Zoom", factor, x, y);
+  }
+
+  // What keys do, from the middle of the canvas; right, down: -1, 0 or 1.
+  dragByKey(right, down, pans, seconds) {
+    this.#call("DragByKey", right, down, pans, seconds);
+  }
+
+  tapByKey(times, seconds) {
+    this.#call("TapByKey", times, seconds);
+  }
+
+  zoomByKey(isIn) {
+    this.#call("ZoomByKey", isIn);
   }
 
   goHome() {
