@@ -31,33 +31,30 @@ void AddTouches(const Pointer& pointer, double pixelRatio, std::vector<Touch>& t
   }
 }
 
-std::vector<TouchFrame> DragByKey(
-  const Viewport& window, double right, double down, bool pans, double time)
+TouchFrame DragByKey(
+  const Viewport& window, double right, double down, bool pans, double time, unsigned frame)
 {
-  std::vector<TouchFrame> frames;
-  for (const double points : { 0.0, keySlop, keySlop + keyStep })
+  TouchFrame touched{ time, {} };
+  if (frame + 1 < dragFrames)
   {
+    const double points = frame == 0 ? 0 : frame == 1 ? keySlop : keySlop + keyStep;
     const double way = points * window.pixelRatio;
     const double x = 0.5 * window.width + right * way;
     const double y = 0.5 * window.height + down * way;
-    TouchFrame& frame = frames.emplace_back(TouchFrame{ time, {} });
-    AddTouches({ pans ? -2 : -1, x, y, pans }, window.pixelRatio, frame.touches);
+    AddTouches({ pans ? -2 : -1, x, y, pans }, window.pixelRatio, touched.touches);
   }
-  frames.push_back({ time, {} });
-  return frames;
+  return touched;
 }
 
-std::vector<TouchFrame> TapByKey(const Viewport& window, unsigned times, double time)
+TouchFrame TapByKey(const Viewport& window, double time, unsigned frame)
 {
-  std::vector<TouchFrame> frames;
-  for (unsigned tap = 0; tap < times; ++tap)
+  const bool isDown = frame % tapFrames == 0;
+  TouchFrame touched{ time + betweenTaps * (frame / tapFrames) + (isDown ? 0 : tapSeconds), {} };
+  if (isDown)
   {
-    const double begin = time + betweenTaps * tap;
-    TouchFrame& frame = frames.emplace_back(TouchFrame{ begin, {} });
-    AddTouches({ -1, 0.5 * window.width, 0.5 * window.height }, window.pixelRatio, frame.touches);
-    frames.push_back({ begin + tapSeconds, {} });
+    AddTouches({ -1, 0.5 * window.width, 0.5 * window.height }, window.pixelRatio, touched.touches);
   }
-  return frames;
+  return touched;
 }
 
 }

@@ -28,11 +28,14 @@ void AddTouches(const Pointer& pointer, double pixelRatio, std::vector<Touch>& t
 inline constexpr double keyZoom = 1.25;
 
 // An arrow key: a finger that drags from the middle of the window by 50 points times `right` and
-// `down` (-1 to 1), or two fingers, which pan.
-std::vector<TouchFrame> DragByKey(
-  const Viewport& window, double right, double down, bool pans, double time);
+// `down` (-1 to 1), or two fingers, which pan. Its frames: 0 to dragFrames - 1.
+inline constexpr unsigned dragFrames = 4;
+TouchFrame DragByKey(
+  const Viewport& window, double right, double down, bool pans, double time, unsigned frame);
 
-// So many taps in the middle of the window, close enough to be a double tap where they are two.
-std::vector<TouchFrame> TapByKey(const Viewport& window, unsigned times, double time);
+// Taps in the middle of the window, close enough to be a double tap where they are two: frames 0 to
+// tapFrames - 1 are the first, and so on.
+inline constexpr unsigned tapFrames = 2;
+TouchFrame TapByKey(const Viewport& window, double time, unsigned frame);
 
 }

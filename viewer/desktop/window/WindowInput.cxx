@@ -20,12 +20,14 @@ SessionStep Go(const char* where)
   return { Kind::Go, {}, where };
 }
 
-std::vector<SessionStep> StepsOf(const std::vector<TouchFrame>& frames)
+// frameOf: the touches of a frame, by its number.
+template <class FrameOf>
+std::vector<SessionStep> StepsOf(unsigned frames, const FrameOf& frameOf)
 {
   std::vector<SessionStep> steps;
-  for (const TouchFrame& frame : frames)
+  for (unsigned frame = 0; frame < frames; ++frame)
   {
-    steps.push_back({ Kind::Touches, frame });
+    steps.push_back({ Kind::Touches, frameOf(frame) });
   }
   return steps;
 }
@@ -144,9 +146,9 @@ std::vector<SessionStep> WindowInput::Key(const WindowEvent& event) const
   }
   if (const auto turn = turns.find(event.key); turn != turns.end())
   {
-    const auto [right, down] = turn->second;
-    return this->Touching() ? std::vector<SessionStep>()
-                            : StepsOf(DragByKey(this->View, right, down, false, event.time));
+    const auto& way = turn->second;
+    return StepsOf(this->Touching() ? 0 : dragFrames, [&](unsigned frame)
+      { return DragByKey(this->View, way.first, way.second, false, event.time, frame); });
   }
   if (const auto zoom = zooms.find(event.key); zoom != zooms.end())
   {
@@ -157,8 +159,8 @@ std::vector<SessionStep> WindowInput::Key(const WindowEvent& event) const
     return { Go(jump->second) };
   }
   const bool isReturn = event.key == "Return" || event.key == "KP_Enter";
-  return isReturn && !this->Touching() ? StepsOf(TapByKey(this->View, 2, event.time))
-                                       : std::vector<SessionStep>();
+  return StepsOf(isReturn && !this->Touching() ? 2 * tapFrames : 0,
+    [&](unsigned frame) { return TapByKey(this->View, event.time, frame); });
 }
 
 SessionStep WindowInput::ZoomAt(double factor, double x, double y) const

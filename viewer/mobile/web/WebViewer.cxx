@@ -103,14 +103,6 @@ const Viewport& WindowOf(const WebViewer& viewer)
   return viewer.page.Session().GetCamera().GetViewport();
 }
 
-void Handle(WebViewer& viewer, const std::vector<TouchFrame>& frames)
-{
-  for (const TouchFrame& frame : frames)
-  {
-    viewer.page.Session().HandleTouches(frame);
-  }
-}
-
 }
 
 }
@@ -195,20 +187,19 @@ extern "C"
   EMSCRIPTEN_KEEPALIVE void ViewerDragByKey(
     WebViewer* viewer, int right, int down, bool pans, double time)
   {
-    kdstream::Handle(
-      *viewer, kdstream::DragByKey(kdstream::WindowOf(*viewer), right, down, pans, time));
+    for (unsigned frame = 0; frame < kdstream::dragFrames; ++frame)
+    {
+      viewer->page.Session().HandleTouches(
+        kdstream::DragByKey(kdstream::WindowOf(*viewer), right, down, pans, time, frame));
+    }
   }
   EMSCRIPTEN_KEEPALIVE void ViewerTapByKey(WebViewer* viewer, unsigned times, double time)
   {
-    kdstream::Handle(*viewer, kdstream::TapByKey(kdstream::WindowOf(*viewer), times, time));
-  }
-  EMSCRIPTEN_KEEPALIVE void ViewerCancelTouches(WebViewer* viewer)
-  {
-    viewer->page.Session().CancelTouches();
-  }
-  EMSCRIPTEN_KEEPALIVE void ViewerZoom(WebViewer* viewer, double factor, double x, double y)
-  {
-    viewer->page.Session().Zoom(factor, x, y);
+    for (unsigned frame = 0; frame < times * kdstream::tapFrames; ++frame)
+    {
+      viewer->page.Session().HandleTouches(
+        kdstream::TapByKey(kdstream::WindowOf(*viewer), time, frame));
+    }
   }
   // In, or out, about the middle.
   EMSCRIPTEN_KEEPALIVE void ViewerZoomByKey(WebViewer* viewer, bool isIn)

@@ -65,14 +65,11 @@ export async function openGallery() {
 }
 
 // What can wait until there is a picture.
-export function goOnOnce() {
-  if (!keptPage) {
-    keptPage = true;
-    goOnAfterFirstPicture();
+export async function goOnOnce() {
+  if (keptPage) {
+    return;
   }
-}
-
-async function goOnAfterFirstPicture() {
+  keptPage = true;
   await rest.fetch();
   if (!isEmbedded) {
     openGallery().catch(() => {}); // then the list is without pictures
@@ -141,11 +138,7 @@ export function takeLink() {
 let hasDistances = false; // the last link, and nobody has taken them
 
 // Whether it had any since this was asked last.
-export function takeDistances() {
-  const had = hasDistances;
-  hasDistances = false;
-  return had;
-}
+export const takeDistances = () => hasDistances && !(hasDistances = false);
 
 export let colouring = "own"; // as links have it
 let coloursOfLink = ""; // until another model is chosen

@@ -43,10 +43,7 @@ export class Fingers {
 
   // The canvas has moved or changed its size: what the fingers did before no longer counts.
   restart() {
-    if (this.#down.size) {
-      this.#viewer.cancelTouches();
-      this.#tell(performance.now());
-    }
+    this.#down.size && this.#drop();
   }
 
   // One finger turns from now on; or scrolls again.
@@ -54,17 +51,17 @@ export class Fingers {
     if (this.entered !== enters) {
       this.entered = enters;
       this.#outside = null;
-      enters || this.#forget();
+      if (!enters && this.#down.size) {
+        this.#down.clear();
+        this.#drop();
+      }
       this.onEnter();
     }
   }
 
-  #forget() {
-    if (this.#down.size) {
-      this.#down.clear();
-      this.#viewer.cancelTouches();
-      this.#tell(performance.now());
-    }
+  #drop() {
+    this.#viewer.cancelTouches();
+    this.#tell(performance.now());
   }
 
   #tell(milliseconds) {
@@ -129,10 +126,7 @@ export class Fingers {
 
   #cancel({ pointerId }) {
     this.#outside = null; // it scrolls
-    if (this.#down.delete(pointerId)) {
-      this.#viewer.cancelTouches();
-      this.#tell(performance.now());
-    }
+    this.#down.delete(pointerId) && this.#drop();
   }
 
   #wheel(event) {
@@ -157,15 +151,15 @@ export class Fingers {
     if (event.key in jumps) {
       this.#viewer[jumps[event.key]]();
     } else if (event.key in turns) {
-      this.#down.size || this.#viewer.dragByKey(...turns[event.key], event.shiftKey, event.timeStamp / 1000);
+      this.#down.size || this.#viewer.byKey("Drag", ...turns[event.key], event.shiftKey, event.timeStamp / 1000);
     } else {
-      this.#viewer.zoomByKey(zooms[event.key]);
+      this.#viewer.byKey("Zoom", zooms[event.key]);
     }
     this.#changed();
   }
 
   // In the middle, for those who have no pointer. times: 2 for a double tap.
   tap(times) {
-    this.#down.size || this.#viewer.tapByKey(times, performance.now() / 1000);
+    this.#down.size || this.#viewer.byKey("Tap", times, performance.now() / 1000);
   }
 }

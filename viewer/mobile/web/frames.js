@@ -36,14 +36,9 @@ export function redraw() {
   viewer.frame();
 }
 
-// From here on. shows: called after each frame, with the status before it.
+// From here on; the canvas has as many pixels as the screen under it. shows: called after each frame, with the status before it.
 export function startFrames(shows) {
   show = shows;
-  watchSize();
-}
-
-// The canvas has as many pixels as the screen under it.
-function watchSize() {
   const observer = new ResizeObserver(([{ contentBoxSize: [points], devicePixelContentBoxSize: [exact] = [] }]) => {
     // An emulated screen tells points for pixels: what is told exactly only settles the rounding.
     const pixels = (side) => {

@@ -76,6 +76,12 @@ class Viewer {
     return toText.decode(bytesAt(begin, this.#call("TextBytes")));
   }
 
+  // What it describes as JSON; `otherwise` where the viewer has stopped.
+  #describe(name, otherwise) {
+    this.#call(name);
+    return JSON.parse(this.#text() || otherwise);
+  }
+
   // ---- what the person does; places in pixels of the canvas
 
   select(model) {
@@ -108,17 +114,10 @@ class Viewer {
     this.#call("Zoom", factor, x, y);
   }
 
-  // What keys do, from the middle of the canvas; right, down: -1, 0 or 1.
-  dragByKey(right, down, pans, seconds) {
-    this.#call("DragByKey", right, down, pans, seconds);
-  }
-
-  tapByKey(times, seconds) {
-    this.#call("TapByKey", times, seconds);
-  }
-
-  zoomByKey(isIn) {
-    this.#call("ZoomByKey", isIn);
+  // What keys do in the middle of the canvas: "Drag" (right, down: -1, 0 or 1; pans; seconds), "Tap" (times, seconds) or
+  // "Zoom" (isIn).
+  byKey(act, ...values) {
+    this.#call(act + "ByKey", ...values);
   }
 
   goHome() {
@@ -136,7 +135,7 @@ class Viewer {
   }
 
   setSpinning(spins) {
-    this.#call("SetSpinning", spins ? 1 : 0);
+    this.#call("SetSpinning", spins);
   }
 
   // What stands behind the # of an address: model=…; what is wrong with it the status tells.
@@ -182,8 +181,7 @@ class Viewer {
   }
 
   measurements() {
-    this.#call("Measurements");
-    return JSON.parse(this.#text() || "[]");
+    return this.#describe("Measurements", "[]");
   }
 
   nameMeasurement(index, name) {
@@ -298,7 +296,7 @@ class Viewer {
   // refused: the server answers, but has no stream for us. retryAfter: the seconds that a busy one asks for, or 0.
   socketEnded(refused, why, now, retryAfter) {
     this.#putText(why);
-    this.#call("SocketEnded", refused ? 1 : 0, now, retryAfter);
+    this.#call("SocketEnded", refused, now, retryAfter);
   }
 
   fetched(status, bytes, now, retryAfter) {
@@ -341,12 +339,12 @@ class Viewer {
 
   // The rest of it is not kept. isKept: the model is, on purpose.
   endSearch(search, isKept, now) {
-    this.#call("EndSearch", search, isKept ? 1 : 0, now);
+    this.#call("EndSearch", search, isKept, now);
   }
 
   // Whether what comes is told by nextArrival, and what is kept is searched first.
   setKeeps(keeps) {
-    this.#call("SetKeeps", keeps ? 1 : 0);
+    this.#call("SetKeeps", keeps);
   }
 
   // A blob that has come: { path, bytes }, or null.
@@ -357,8 +355,7 @@ class Viewer {
 
   // What the colours of detail mean: [{ level, color }], the finest first; -1 is the original, color 0xrrggbb.
   legend() {
-    this.#call("Legend");
-    return JSON.parse(this.#text() || "[]");
+    return this.#describe("Legend", "[]");
   }
 
   // The arrays that the model may be coloured by; and of the one that it is coloured by the
@@ -375,14 +372,12 @@ class Viewer {
 
   // { budget, heap, used, pieces, graphics } in bytes.
   memory() {
-    this.#call("Memory");
-    return JSON.parse(this.#text() || "{}");
+    return this.#describe("Memory", "{}");
   }
 
   // What to tell the person: page.js says what is in it.
   status() {
-    this.#call("Status");
-    const status = JSON.parse(this.#text() || "{}");
+    const status = this.#describe("Status", "{}");
     status.idle &&= !picturesAreWaiting();
     return status;
   }

@@ -11,20 +11,32 @@ namespace
 
 constexpr Viewport window{ 800, 600, 2 };
 
-std::vector<Gesture> GesturesOf(const std::vector<TouchFrame>& frames)
+template <class FrameOf>
+std::vector<Gesture> GesturesOf(unsigned frames, const FrameOf& frameOf)
 {
   GestureRecognizer recognizer;
   recognizer.SetPixelRatio(window.pixelRatio);
   std::vector<Gesture> all;
-  for (const TouchFrame& frame : frames)
+  for (unsigned frame = 0; frame < frames; ++frame)
   {
-    for (const Gesture& gesture : recognizer.HandleTouches(frame))
+    for (const Gesture& gesture : recognizer.HandleTouches(frameOf(frame)))
     {
       all.push_back(gesture);
     }
   }
   EXPECT_FALSE(recognizer.Touching());
   return all;
+}
+
+std::vector<Gesture> GesturesOfDrag(double right, double down, bool pans)
+{
+  return GesturesOf(
+    dragFrames, [&](unsigned frame) { return DragByKey(window, right, down, pans, 3, frame); });
+}
+
+std::vector<Gesture> GesturesOfTaps(unsigned taps)
+{
+  return GesturesOf(taps * tapFrames, [](unsigned frame) { return TapByKey(window, 3, frame); });
 }
 
 TEST(TestInputTouches, ARightButtonIsTwoFingersAsFarApartAsOnEveryScreen)
@@ -37,7 +49,7 @@ TEST(TestInputTouches, ARightButtonIsTwoFingersAsFarApartAsOnEveryScreen)
 
 TEST(TestInputTouches, AnArrowKeyTurnsByAStepOfTheScreenInPoints)
 {
-  const auto gestures = GesturesOf(DragByKey(window, -1, 0, false, 3));
+  const auto gestures = GesturesOfDrag(-1, 0, false);
   ASSERT_FALSE(gestures.empty());
   EXPECT_EQ(gestures.back().kind, Gesture::Kind::RotateEnd);
   double across = 0;
@@ -53,7 +65,7 @@ TEST(TestInputTouches, AnArrowKeyTurnsByAStepOfTheScreenInPoints)
 TEST(TestInputTouches, WithTwoFingersItPansAndDoesNotZoom)
 {
   double across = 0;
-  for (const Gesture& gesture : GesturesOf(DragByKey(window, 0, 1, true, 3)))
+  for (const Gesture& gesture : GesturesOfDrag(0, 1, true))
   {
     EXPECT_NE(gesture.kind, Gesture::Kind::Rotate);
     EXPECT_EQ(gesture.scale, 1);
@@ -64,10 +76,10 @@ TEST(TestInputTouches, WithTwoFingersItPansAndDoesNotZoom)
 
 TEST(TestInputTouches, TwoTapsAreADoubleTapInTheMiddle)
 {
-  const auto once = GesturesOf(TapByKey(window, 1, 3));
+  const auto once = GesturesOfTaps(1);
   ASSERT_EQ(once.size(), 1u);
   EXPECT_EQ(once[0].kind, Gesture::Kind::Tap);
-  const auto twice = GesturesOf(TapByKey(window, 2, 3));
+  const auto twice = GesturesOfTaps(2);
   ASSERT_FALSE(twice.empty());
   EXPECT_EQ(twice.back().kind, Gesture::Kind::DoubleTap);
   EXPECT_DOUBLE_EQ(twice.back().x, 400);
