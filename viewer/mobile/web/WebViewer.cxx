@@ -201,6 +201,14 @@ extern "C"
         kdstream::TapByKey(kdstream::WindowOf(*viewer), time, frame));
     }
   }
+  EMSCRIPTEN_KEEPALIVE void ViewerCancelTouches(WebViewer* viewer)
+  {
+    viewer->page.Session().CancelTouches();
+  }
+  EMSCRIPTEN_KEEPALIVE void ViewerZoom(WebViewer* viewer, double factor, double x, double y)
+  {
+    viewer->page.Session().Zoom(factor, x, y);
+  }
   // In, or out, about the middle.
   EMSCRIPTEN_KEEPALIVE void ViewerZoomByKey(WebViewer* viewer, bool isIn)
   {
