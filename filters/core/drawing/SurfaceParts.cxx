@@ -6,7 +6,6 @@
 //   other corners move up to their nodes of the cut, points of other pieces mostly: borrowed ones.
 #include "filters/core/drawing/SurfaceParts.h"
 
-#include "filters/core/Later.h"
 #include "filters/core/SortTriangles.h"
 #include "filters/core/drawing/FormerSurface.h"
 #include "filters/core/drawing/ShownVertices.h"
@@ -457,7 +456,7 @@ Status SurfaceParts::GoTo(const Cut& cut, const PieceLookup& lookup, const Execu
 }
 
 // pieces: the number of each part's piece, or `stayed`.
-KDSTREAM_LATER void SurfaceParts::FindFormer(
+void SurfaceParts::FindFormer(
   const SurfacePartList& before, const TreeDepths& depths, const std::vector<std::size_t>& pieces)
 {
   const FormerSurface former(before, depths);
