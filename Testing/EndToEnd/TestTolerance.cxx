@@ -432,3 +432,82 @@ TEST_F(TestTolerance, ColumnsOfAnXyzByTheirNames)
   EXPECT_EQ(this->Build({ "m.obj", "-o", "m.kds", "--columns", "x y z" }).exitCode, 2);
   EXPECT_EQ(this->Convert("m.obj", { "--columns", "x y z" }).exitCode, 2);
 }
+
+TEST_F(TestTolerance, TheFirstColumnOfPointsMayBeANumberOrATime)
+{
+  const auto lines = [](auto first, const std::string& behind)
+  {
+    std::ostringstream text;
+    text.precision(15);
+    for (int i = 0; i < 30; ++i)
+    {
+      text << first(i) << ' ' << 500013.436 + (i * 7) % 11 << ' ' << 5400084.743 + (i * 5) % 13
+           << ' ' << 4000207.638 + (i * 3) % 7 << behind << '\n';
+    }
+    return text.str();
+  };
+  const auto counter = [](int i) { return 17. + i; };
+  const auto time = [](int i) { return 1.6e9 + i / 2 * 0.25; };
+  for (const auto& [text, names] : { std::pair{ lines(counter, ""), "number x y z" },
+         { lines(counter, " 0.5"), "number x y z intensity" },
+         { lines(counter, " 12.5 300 -7"), "number x y z column5 column6 column7" },
+         { lines(counter, " 0 128 9"), "number x y z r g b" },
+         { lines(counter, " 0 128 9 0.5"), "number x y z r g b column8" },
+         { lines(time, ""), "number x y z" } })
+  {
+    SCOPED_TRACE(names);
+    this->WriteText("in.xyz", text);
+    const Warnings warnings =
+      this->Built("in.xyz", { { "columns_guessed", 1 } }, { "--precision", "lossless" });
+    ASSERT_FALSE(warnings.empty());
+    EXPECT_NE(warnings[0].find("are read as \"" + std::string(names) + "\""), std::string::npos)
+      << warnings[0];
+    EXPECT_NE(warnings[0].find("--columns"), std::string::npos);
+    const Mesh read =
+      this->Converted("in.xyz", "kdstream-convert: warning: in.xyz: " + warnings[0] + "\n");
+    ASSERT_EQ(read.points.size(), 30U);
+    EXPECT_EQ(read.points[1], (Vec3{ 500020.436, 5400089.743, 4000210.638 }));
+    EXPECT_EQ(ValuesOf(read, "number")[29], text.starts_with("17 ") ? 46 : 1.6e9 + 3.5);
+  }
+  // A cloud along x.
+  this->WriteText("in.xyz", lines([](int i) { return i * i; }, ""));
+  EXPECT_NE(this->Built("in.xyz", { { "columns_guessed", 1 } })[0].find("they could be"),
+    std::string::npos);
+  EXPECT_EQ(this->Convert("in.xyz", { "--strict", "--columns", "x y z i" }).err, "");
+  // Colours tell that x y z are before them; and rasters go along x slowly.
+  for (const std::string& text : { lines([](int i) { return i; }, "").insert(0, "x y z i\n"),
+         lines([](int i) { return i / 10; }, "") })
+  {
+    this->WriteText("in.xyz", text);
+    EXPECT_EQ(this->Built("in.xyz", nlohmann::json::object()), Warnings{});
+  }
+  this->WriteText("in.xyz", "1 2 3 9 8 7\n2 5 4 9 8 7\n3 6 9 1 2 3\n");
+  EXPECT_EQ(ValuesOf(this->Converted("in.xyz"), "RGB").size(), 9U);
+}
+
+TEST_F(TestTolerance, SurveyorsNamesOfColumns)
+{
+  this->WriteText("in.csv",
+    "Point,Northing,Easting,Elevation (m)\n7,5400084.743,500013.436,207.5\n9,1.5,2.5,3.5\n");
+  const Mesh read = this->Converted("in.csv");
+  EXPECT_EQ(
+    read.points, (std::vector<Vec3>{ { 500013.436, 5400084.743, 207.5 }, { 2.5, 1.5, 3.5 } }));
+  EXPECT_EQ(ValuesOf(read, "Point"), (std::vector<double>{ 7, 9 }));
+}
+
+TEST_F(TestTolerance, CountsOfPointsAsText)
+{
+  const std::string points = "10 20 30\n11 20 30\n10 22 30\n";
+  for (const std::string text :
+    { "4\n" + points, "3\n" + points + "2\n1 2 3\n", "5\n" + points + "3\n" + points })
+  {
+    this->WriteText("in.pts", text);
+    this->ExpectError("in.pts", "truncated: line ");
+  }
+  this->WriteText("in.pts", "3\n" + points + "1\n1 2 3\n");
+  EXPECT_EQ(this->Converted("in.pts").points.size(), 4U);
+  this->WriteText("in.pts", "2\n" + points + "1\n" + points);
+  EXPECT_EQ(this->Built("in.pts", { { "not_counted", 3 } }),
+    Warnings{ "3 points or faces are in the file but not counted by its header; the first: line 1 "
+              "counts 2 points" });
+}
