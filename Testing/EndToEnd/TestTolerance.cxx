@@ -411,7 +411,7 @@ TEST_F(TestTolerance, ColumnsOfAnXyzByTheirNames)
     this->Build({ "in.xyz", "-o", "m.kds", "--quiet", "--columns", "- x y z r g b -" }).err, "");
   EXPECT_EQ(ValuesOf(this->Extracted(), "RGB").size(), 6U);
   for (const std::string header :
-    { "//X Y Z R G B Class\n", "# x y z r g b class\n3\n", "X,Y,Z,R,G,B,Classification\n" })
+    { "//X Y Z R G B Class\n", "# x y z r g b class\n1\n", "X,Y,Z,R,G,B,Classification\n" })
   {
     this->WriteText("head.xyz", header + "1 2 3 20 30 40 50\n");
     EXPECT_EQ(ValuesOf(this->Converted("head.xyz"), "classification"), (std::vector{ 50.0 }))
@@ -463,8 +463,12 @@ TEST_F(TestTolerance, TheFirstColumnOfPointsMayBeANumberOrATime)
     EXPECT_NE(warnings[0].find("are read as \"" + std::string(names) + "\""), std::string::npos)
       << warnings[0];
     EXPECT_NE(warnings[0].find("--columns"), std::string::npos);
-    const Mesh read =
-      this->Converted("in.xyz", "kdstream-convert: warning: in.xyz: " + warnings[0] + "\n");
+    std::string all;
+    for (const std::string& warning : warnings)
+    {
+      all += "kdstream-convert: warning: in.xyz: " + warning + "\n";
+    }
+    const Mesh read = this->Converted("in.xyz", all);
     ASSERT_EQ(read.points.size(), 30U);
     EXPECT_EQ(read.points[1], (Vec3{ 500020.436, 5400089.743, 4000210.638 }));
     EXPECT_EQ(ValuesOf(read, "number")[29], text.starts_with("17 ") ? 46 : 1.6e9 + 3.5);
@@ -498,7 +502,7 @@ TEST_F(TestTolerance, SurveyorsNamesOfColumns)
 TEST_F(TestTolerance, CountsOfPointsAsText)
 {
   const std::string points = "10 20 30\n11 20 30\n10 22 30\n";
-  for (const std::string text :
+  for (const std::string& text :
     { "4\n" + points, "3\n" + points + "2\n1 2 3\n", "5\n" + points + "3\n" + points })
   {
     this->WriteText("in.pts", text);
@@ -510,4 +514,144 @@ TEST_F(TestTolerance, CountsOfPointsAsText)
   EXPECT_EQ(this->Built("in.pts", { { "not_counted", 3 } }),
     Warnings{ "3 points or faces are in the file but not counted by its header; the first: line 1 "
               "counts 2 points" });
+}
+
+TEST_F(TestTolerance, CountsOfVtpThatFallShort)
+{
+  const auto vtp = [](const std::string& points, const std::string& polys)
+  {
+    return "<VTKFile type=\"PolyData\" version=\"0.1\" "
+           "byte_order=\"LittleEndian\"><PolyData><Piece "
+           "NumberOfPoints=\"" +
+           points +
+           "\" NumberOfVerts=\"0\" NumberOfLines=\"0\" NumberOfStrips=\"0\" NumberOfPolys=\"" +
+           polys +
+           "\"><Points><DataArray type=\"Float32\" NumberOfComponents=\"3\" format=\"ascii\">0 0 0 "
+           "1 "
+           "0 0 0 1 0 1 1 0 9 9 9</DataArray></Points><Polys><DataArray type=\"Int32\" "
+           "Name=\"connectivity\" format=\"ascii\">0 1 2 1 3 2</DataArray><DataArray "
+           "type=\"Int32\" "
+           "Name=\"offsets\" format=\"ascii\">3 "
+           "6</DataArray></Polys></Piece></PolyData></VTKFile>\n";
+  };
+  this->WriteText("in.vtp", vtp("5", "2"));
+  EXPECT_EQ(this->Converted("in.vtp").triangles.size(), 2U);
+  for (const auto& [points, polys, name] :
+    { std::tuple{ "5", "1", "NumberOfPolys is 1" }, { "4", "2", "NumberOfPoints is 4" } })
+  {
+    this->WriteText("in.vtp", vtp(points, polys));
+    const Warnings warnings = this->Built("in.vtp", { { "not_counted", 1 } });
+    ASSERT_FALSE(warnings.empty());
+    EXPECT_EQ(warnings[0],
+      "1 point or face is in the file but not counted by its header: " + std::string(name));
+  }
+  this->WriteText("in.vtp", vtp("5", "3"));
+  this->ExpectError("in.vtp", "is damaged, or is not as its header says: write it again");
+}
+
+TEST_F(TestTolerance, VrmlOfOtherPrograms)
+{
+  if (!hasVrml)
+  {
+    GTEST_SKIP() << "VRML needs Coin";
+  }
+  const std::string first = "#VRML V1.0 ascii\n", second = "#VRML V2.0 utf8\n";
+  const std::string pictures = "its pictures are not read", left = "left out: 1 ";
+  for (const auto& [text, warning] :
+    {
+      std::pair{
+        first + "Separator { Texture2 { filename a.jpg wrapS REPEAT } Cube { } }", pictures },
+      { first + "Separator { Texture2 { filename } Cube { } }", pictures },
+      { second +
+          "Shape { appearance Appearance { texture ImageTexture { url a.png } } geometry Box { } }",
+        pictures },
+      { first + "Separator { Background { skyColor 0 0 1 } Cube { } }", std::string() },
+      { first + "Separator { Knob { turn 1 } Cube { parts (SIDES | TOP | BOTTOM) } }",
+        left + "nodes that are not known ('Knob')" },
+      { first + "Separator { glow 1 DEF c Cube { width 2 shine [ 1, 2 ] } ShapeHints { shapeType "
+                "SOLID faceType CONVEX } }",
+        std::string("fields that are not known ('shine' of 'Cube')") },
+      { second + "Shape { geometry Box { solid2 TRUE size 2 2 2 } }",
+        left + "fields that are not known ('solid2' of 'Box')" },
+      { second + "Shape { glow Sphere { radius 9 } geometry Box { } }",
+        left + "fields that are not known ('glow' of 'Shape')" },
+      { second + "PROTO P [ field SFVec3f s 2 2 2 ] { Shape { geometry Box { size IS s far [ 1 2 ] "
+                 "} } } P { }",
+        left + "fields that are not known ('far' of 'Box')" },
+    })
+  {
+    SCOPED_TRACE(text);
+    this->WriteText("in.wrl", text + "\n");
+    const Outcome outcome = this->Convert("in.wrl");
+    EXPECT_EQ(outcome.exitCode, 0) << outcome.err;
+    EXPECT_NE(outcome.err.find(warning), std::string::npos) << outcome.err;
+    EXPECT_EQ(outcome.err.empty(), warning.empty()) << outcome.err;
+    EXPECT_EQ(this->Read("out.ply").triangles.size(), 12U);
+  }
+}
+
+TEST_F(TestTolerance, FloatsAreToldWhereTheyLoseDecimals)
+{
+  const std::string begin =
+    "# .PCD v0.7\nVERSION 0.7\nFIELDS x y z\nSIZE 4 4 4\nTYPE F F F\nCOUNT 1 1 "
+    "1\nWIDTH 2\nHEIGHT 1\nVIEWPOINT 0 0 0 1 0 0 0\nPOINTS 2\nDATA ascii\n";
+  for (const auto& [x, told] :
+    { std::pair{ "5000000.25", true }, { "5000000.5", false }, { "5000000.1234", true } })
+  {
+    this->WriteText("in.pcd", begin + x + " 0 0\n5000001 1 1\n");
+    const Outcome outcome = this->Convert("in.pcd");
+    const bool isTold = outcome.err.find("are read as floats") != std::string::npos;
+    if (outcome.err.find("needs PCL") == std::string::npos)
+    {
+      EXPECT_EQ(isTold, told) << outcome.err;
+    }
+    if (hasVrml)
+    {
+      this->WriteText("in.wrl",
+        std::string("#VRML V2.0 utf8\nShape { geometry PointSet { coord Coordinate { point [ ") +
+          x + " 0 0, 5000001 1 1 ] } } }\n");
+      EXPECT_EQ(this->Convert("in.wrl").err.find("are read as floats") != std::string::npos, told);
+    }
+  }
+}
+
+TEST_F(TestTolerance, CausesAreNamed)
+{
+  const std::string comma = "'10,5' is not a number (a decimal comma: write 1.5 for 1,5)";
+  const std::string lfs =
+    "version https://git-lfs.github.com/spec/v1\noid sha256:4d7a2\nsize 12345\n";
+  for (const auto& [file, text, what] : { std::tuple{ "a.obj", std::string("v 10,5 2 3\n"), comma },
+         { "a.stl",
+           "solid s\nfacet normal 0 0 1\nouter loop\nvertex 10,5 2 3\nvertex 1 2 3\nvertex 1 2 "
+           "4\nendloop\nendfacet\nendsolid s\n",
+           comma },
+         { "a.ply", lfs, "run git lfs pull" }, { "b.obj", lfs, "run git lfs pull" },
+         { "b.stl", lfs, "run git lfs pull" }, { "a.vtp", lfs, "run git lfs pull" },
+         { "a.vtk", lfs, "run git lfs pull" }, { "a.gltf", lfs, "run git lfs pull" },
+         { "a.glb", lfs, "run git lfs pull" }, { "a.xyz", lfs, "run git lfs pull" },
+         { "b.ply", "\x89PNG\r\n\x1a\n...", "looks like a .png file" },
+         { "b.gltf", std::string("\xFF\xFE{\0}\0", 6), "UTF-16" },
+         { "c.gltf",
+           "{\"asset\":{\"version\":\"2.0\"},\"scene\":0,\"scenes\":[{\"nodes\":[0]}],\"nodes\":[{"
+           "\"matrix\":[1,0,0,5,0,1,0,6,0,0,1,7,0,0,0,1]}]}",
+           "node 0 has a matrix whose last row is not 0 0 0 1" } })
+  {
+    SCOPED_TRACE(file);
+    this->WriteText(file, text);
+    this->ExpectError(file, what);
+  }
+}
+
+TEST_F(TestTolerance, NamesBeyondAscii)
+{
+  const std::string obj =
+    "mtllib a.mtl\nv 0 0 0\nv 1 0 0\nv 0 1 0\nvt 0 0\nvt 1 0\nvt 0 1\nusemtl m\n"
+    "f 1/1 2/2 3/3\n";
+  this->WriteText("a.obj", obj);
+  this->WriteText("a.mtl", "newmtl m\nmap_Kd C:\\tex\\größe.png\n");
+  EXPECT_NE(
+    this->Convert("a.obj").err.find("the picture 'größe.png' (a.mtl, line 2)"), std::string::npos);
+  this->WriteText("größe.png", "no picture");
+  this->WriteText("a.mtl", "newmtl m\nmap_Kd GRÖßE.PNG\n");
+  EXPECT_EQ(this->Convert("a.obj").err.find("is not there"), std::string::npos);
 }

@@ -218,8 +218,8 @@ void XyzFirstColumn::Add(double value)
 XyzFirstColumn::Meaning XyzFirstColumn::Means() const
 {
   constexpr double leastTime = 1e8;
-  // Columns of a raster rise too, but seldom.
-  if (!this->NeverFalls || this->Points < 3 || 2 * this->Rising < this->Points)
+  // Columns of a raster rise too, but seldom; points of one pulse have one time.
+  if (!this->NeverFalls || this->Points < 3 || 4 * this->Rising < this->Points)
   {
     return Meaning::X;
   }
