@@ -7,6 +7,8 @@
 
 #include <nlohmann/json.hpp>
 
+#include <vtkXMLPolyDataWriter.h>
+
 #include <fstream>
 #include <limits>
 
@@ -473,6 +475,11 @@ TEST_F(TestTolerance, TheFirstColumnOfPointsMayBeANumberOrATime)
     EXPECT_EQ(read.points[1], (Vec3{ 500020.436, 5400089.743, 4000210.638 }));
     EXPECT_EQ(ValuesOf(read, "number")[29], text.starts_with("17 ") ? 46 : 1.6e9 + 3.5);
   }
+  this->WriteText("in.xyz", "9 1.5 2 3\n8 2.5 3 3\n7 3.5 2 3\n");
+  EXPECT_EQ(ValuesOf(this->Read(this->Convert("in.xyz").exitCode == 0 ? "out.ply" : ""), "number"),
+    (std::vector<double>{ 9, 8, 7 }));
+  this->WriteText("in.xyz", "101 1.5 2 3\n105 2.5 3 3\n106 3.5 2 3\n");
+  EXPECT_NE(this->Convert("in.xyz").err.find("\"number x y z\" too"), std::string::npos);
   // A cloud along x.
   this->WriteText("in.xyz", lines([](int i) { return i * i; }, ""));
   EXPECT_NE(this->Built("in.xyz", { { "columns_guessed", 1 } })[0].find("they could be"),
@@ -544,6 +551,24 @@ TEST_F(TestTolerance, CountsOfVtpThatFallShort)
     ASSERT_FALSE(warnings.empty());
     EXPECT_EQ(warnings[0],
       "1 point or face is in the file but not counted by its header: " + std::string(name));
+  }
+  for (const int mode : { vtkXMLWriter::Ascii, vtkXMLWriter::Binary, vtkXMLWriter::Appended })
+  {
+    const Mesh mesh = Torus(70, 80);
+    vtkNew<vtkXMLPolyDataWriter> writer;
+    writer->SetInputData(ToPolyData(mesh));
+    writer->SetFileName((this->Folder / "in.vtp").c_str());
+    writer->SetDataMode(mode);
+    writer->Write();
+    EXPECT_EQ(this->Converted("in.vtp").triangles.size(), mesh.triangles.size());
+    std::string text = ReadWhole(this->Folder / "in.vtp");
+    const std::string count = "NumberOfPolys=\"" + std::to_string(mesh.triangles.size()) + "\"";
+    ASSERT_NE(text.find(count), std::string::npos);
+    text.replace(text.find(count), count.size(), "NumberOfPolys=\"0005\"");
+    this->WriteText("in.vtp", text);
+    EXPECT_NE(this->Convert("in.vtp").err.find(
+                std::to_string(mesh.triangles.size() - 5) + " points or faces are in the file but"),
+      std::string::npos);
   }
   this->WriteText("in.vtp", vtp("5", "3"));
   this->ExpectError("in.vtp", "is damaged, or is not as its header says: write it again");

@@ -184,7 +184,7 @@ private:
       double value = 0;
       if (ParseNumber(word, value) != NumberTextError::None)
       {
-        return this->Lines.Wrong(QuotedText(word) + " is not a number" + DecimalCommaHint(word));
+        return this->Lines.Wrong(QuotedText(word) + " is no number" + DecimalCommaHint(word));
       }
     }
     return {};

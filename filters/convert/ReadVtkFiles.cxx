@@ -93,12 +93,14 @@ private:
     {
       return;
     }
+    const VtkMessages notTold; // what is there was read
     constexpr std::size_t block = 4096;
     std::array<double, block> values{}; // of at most eight bytes
-    std::uint64_t found = 0;
-    for (std::size_t read = block; read == block; found += read)
+    // From the last known word on: VTK fails where it is to begin behind the end.
+    std::uint64_t known = static_cast<std::uint64_t>(counted) * components;
+    for (std::size_t read = block; read == block;)
     {
-      const std::uint64_t begin = static_cast<std::uint64_t>(counted) * components + found;
+      const std::uint64_t begin = known > 0 ? known - 1 : 0;
       vtkTypeInt64 offset = 0;
       const char* const format = array->GetAttribute("format");
       read = array->GetScalarAttribute("offset", offset)
@@ -106,7 +108,9 @@ private:
                : this->XMLParser->ReadInlineData(array,
                    !format || std::strcmp(format, "binary") != 0 ? 1 : 0, values.data(), begin,
                    block, type);
+      known = std::max(known, begin + read);
     }
+    const std::uint64_t found = known - static_cast<std::uint64_t>(counted) * components;
     this->Behind.Count(Lapse::NotCounted, found / components,
       std::string("NumberOf") + name + " is " + std::to_string(counted));
   }

@@ -203,15 +203,17 @@ void XyzFirstColumn::Add(double value)
   if (this->Points++ == 0)
   {
     this->First = value;
-    this->Counts = value == std::floor(value);
-    this->NeverFalls = std::isfinite(value);
+    this->Counts = this->NeverFalls = std::isfinite(value);
   }
   else
   {
-    this->Counts = this->Counts && value == this->Last + 1;
+    this->Step = this->Points == 2 ? value - this->Last : this->Step;
+    this->Counts = this->Counts && std::abs(this->Step) == 1 && value == this->Last + this->Step;
     this->NeverFalls = this->NeverFalls && value >= this->Last;
     this->Rising += value > this->Last ? 1 : 0;
   }
+  this->Whole = this->Whole && value == std::floor(value);
+  this->Counts = this->Counts && this->Whole;
   this->Last = value;
 }
 
@@ -219,14 +221,18 @@ XyzFirstColumn::Meaning XyzFirstColumn::Means() const
 {
   constexpr double leastTime = 1e8;
   // Columns of a raster rise too, but seldom; points of one pulse have one time.
+  if (this->Counts && this->Points >= 3)
+  {
+    return Meaning::Counter;
+  }
   if (!this->NeverFalls || this->Points < 3 || 4 * this->Rising < this->Points)
   {
     return Meaning::X;
   }
-  return this->Counts                ? Meaning::Counter
-         : this->First >= leastTime  ? Meaning::Time
-         : this->Points < manyPoints ? Meaning::X
-                                     : Meaning::Rises;
+  const bool numbers = this->Whole && this->Rising + 1 == this->Points;
+  return this->First >= leastTime                ? Meaning::Time
+         : numbers || this->Points >= manyPoints ? Meaning::Rises
+                                                 : Meaning::X;
 }
 
 XyzColumns::XyzColumns(std::size_t columns, std::size_t before)

@@ -122,19 +122,19 @@ public:
   {
     X,
     Rises,   // taken for x, but it could be a number or a time
-    Counter, // whole numbers that rise by one in every line
+    Counter, // whole numbers that rise, or fall, by one in every line
     Time     // never falls, and is 10^8 or more, as seconds since 1970 and of GPS are
   };
 
   void Add(double value);
-  bool MayBeOther() const { return this->NeverFalls; }
-  // Counter needs three points, Rises twenty.
+  bool MayBeOther() const { return this->Counts || this->NeverFalls; }
+  // Counter needs three points, Rises twenty, or three of whole numbers that all rise.
   Meaning Means() const;
 
 private:
   std::uint64_t Points = 0, Rising = 0;
-  double First = 0, Last = 0;
-  bool Counts = true, NeverFalls = true;
+  double First = 0, Last = 0, Step = 0;
+  bool Counts = true, Whole = true, NeverFalls = true;
 };
 
 // "x y z r g b class": what --columns says for it.
