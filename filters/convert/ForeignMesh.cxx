@@ -107,7 +107,8 @@ Result<ForeignMesh> ReadOwn(
 Result<ForeignMesh> ReadPcdWithoutPcl(const std::filesystem::path&, const Execution&)
 {
   return Error{ ErrorCode::Unsupported,
-    "reading .pcd files needs PCL, which was not there when KdStream was built" };
+    "reading .pcd files needs PCL, which was not there when KdStream was built: install libpcl-dev "
+    "(so it is called in Debian) and build kdstream-convert again" };
 }
 #endif
 

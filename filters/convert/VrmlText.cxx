@@ -85,7 +85,7 @@ std::string NameForParser(std::string_view name, bool isFirst)
   std::string made;
   for (const char c : name)
   {
-    constexpr std::string_view notFirst = "0123456789+-", never = "'.\\()";
+    constexpr std::string_view notFirst = "0123456789+-", never = "#'.\\()";
     const bool isWord = (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || c == '_' ||
                         (!made.empty() && c >= '0' && c <= '9');
     const bool isTaken = isFirst ? isWord || c == '+'
@@ -342,6 +342,10 @@ private:
     }
     const Bracket closed = std::move(this->Open.back());
     this->Open.pop_back();
+    if (this->Extern && this->Open.size() < this->Extern->depth)
+    {
+      this->Extern.reset(); // it does not end where it begins
+    }
     if (closed.noFieldBegin != noText)
     {
       this->Clear(closed.noFieldBegin);
