@@ -102,6 +102,7 @@ public:
   // is returned. To be called after Read.
   Result<std::uint64_t> CheckAsciiBody(PcdHeader& header)
   {
+    this->FindPlaces();
     const std::uint64_t claimed = header.points;
     std::vector<std::string_view> words;
     for (std::uint64_t points = 0;;)
@@ -119,6 +120,7 @@ public:
       }
       if (!more || !*more)
       {
+        this->TellPrecision(header);
         return begin;
       }
       SplitWords(this->Lines.Line(), " \t\r", words);
@@ -133,6 +135,7 @@ public:
       }
       if (Status read = this->CheckPoint(header, words); !read)
       {
+        this->TellPrecision(header);
         return points < claimed ? Result<std::uint64_t>(read.GetError()) : begin;
       }
       if (++points > claimed)
@@ -172,12 +175,16 @@ private:
       return this->Lines.Wrong("has " + std::to_string(words.size()) + " numbers; a point has " +
                                std::to_string(header.values));
     }
+    for (const std::size_t place : this->Places)
+    {
+      this->Precision.Add(words[place]);
+    }
     for (const std::string_view word : words)
     {
       double value = 0;
       if (ParseNumber(word, value) != NumberTextError::None)
       {
-        return this->Lines.Wrong(QuotedText(word) + " is no number");
+        return this->Lines.Wrong(QuotedText(word) + " is no number" + DecimalCommaHint(word));
       }
     }
     return {};
@@ -209,6 +216,34 @@ private:
   }
 
   // Whether x, y and z are floats of four bytes.
+  // Whether floats lose anything of it.
+  void TellPrecision(PcdHeader& header) const
+  {
+    header.textOfFloats = header.textOfFloats && !this->Precision.FloatsSuffice();
+  }
+
+  // The columns of x, y and z in a text.
+  void FindPlaces()
+  {
+    const auto& fields = this->Values.at("FIELDS");
+    const auto counts = this->Values.find("COUNT");
+    std::size_t column = 0;
+    for (std::size_t i = 0; i < fields.size(); ++i)
+    {
+      std::uint64_t count = 1;
+      if (counts != this->Values.end())
+      {
+        ParseNumber(counts->second[i], count);
+      }
+      if (fields[i] == "x" || fields[i] == "y" || fields[i] == "z")
+      {
+        this->Places.push_back(column);
+      }
+      column += count;
+    }
+    std::erase_if(this->Places, [column](std::size_t place) { return place >= column; });
+  }
+
   bool HasFloatPlaces() const
   {
     const auto& fields = this->Values.at("FIELDS");
@@ -354,6 +389,8 @@ private:
 
   TextLines Lines;
   std::map<std::string, std::vector<std::string>> Values;
+  std::vector<std::size_t> Places; // columns of x, y and z
+  DecimalPrecision Precision;      // of them
   std::uint64_t BodyBegin = 0;
 };
 

@@ -27,6 +27,7 @@
 #include <Inventor/errors/SoDebugError.h>
 #include <Inventor/errors/SoMemoryError.h>
 #include <Inventor/errors/SoReadError.h>
+#include <Inventor/lists/SoFieldList.h>
 #include <Inventor/misc/SoProto.h>
 #include <Inventor/misc/SoProtoInstance.h>
 #include <Inventor/nodes/SoCone.h>
@@ -150,11 +151,42 @@ void StartCoin()
 
 // Whether Coin reads nodes of a kind as VRML 2 has them; those of Inventor, too, but the kinds of
 // NURBS, which have other fields there.
-bool IsNodeOfCoin(const std::string& type)
+SoType TypeOfCoin(const std::string& type, bool isFirst)
+{
+  const SoType second = SoType::fromName(("VRML" + type).c_str());
+  return isFirst || second == SoType::badType() ? SoType::fromName(type.c_str()) : second;
+}
+
+bool IsNodeOfCoin(const std::string& type, bool isFirst)
 {
   return !type.starts_with("Nurbs") &&
-         (SoType::fromName(("VRML" + type).c_str()) != SoType::badType() ||
-           SoType::fromName(type.c_str()) != SoType::badType());
+         TypeOfCoin(type, isFirst).isDerivedFrom(SoNode::getClassTypeId());
+}
+
+// Of what it cannot make it says nothing: it has all.
+bool IsFieldOfCoin(const std::string& type, const std::string& field, bool isFirst)
+{
+  static std::map<std::string, std::set<std::string>> fieldsOf;
+  const auto [found, isNew] = fieldsOf.try_emplace((isFirst ? "1" : "2") + type);
+  std::set<std::string>& fields = found->second;
+  const SoType made = TypeOfCoin(type, isFirst);
+  if (isNew && made.canCreateInstance())
+  {
+    auto* const node = static_cast<SoNode*>(made.createInstance());
+    node->ref();
+    SoFieldList list;
+    node->getFields(list);
+    for (int i = 0; i < list.getLength(); ++i)
+    {
+      SbName name;
+      if (node->getFieldName(list[i], name))
+      {
+        fields.emplace(name.getString());
+      }
+    }
+    node->unref();
+  }
+  return fields.empty() || fields.contains(field) || field.starts_with("set_");
 }
 
 // --- Transforms ----------------------------------------------------------------------------------
@@ -425,7 +457,10 @@ public:
     joined->warnings.insert(joined->warnings.end(), this->Warnings.begin(), this->Warnings.end());
     const std::vector<std::string> lost = this->Lost.Tell();
     joined->warnings.insert(joined->warnings.end(), lost.begin(), lost.end());
-    WarnOfFloats(*joined, this->Largest);
+    if (this->LosesDecimals)
+    {
+      WarnOfFloats(*joined, this->Largest);
+    }
     return joined;
   }
 
@@ -443,13 +478,14 @@ private:
       this->Tolerated.Count(Lapse::BytesBehindEnd, unpacked->behind);
       *bytes = std::move(unpacked->text);
     }
-    Result<VrmlText> checked = CheckVrmlText(*bytes, IsNodeOfCoin);
+    Result<VrmlText> checked = CheckVrmlText(*bytes, { IsNodeOfCoin, IsFieldOfCoin });
     KDSTREAM_TRY(checked);
     for (const auto& [what, count] : checked->leftOut)
     {
       this->LeaveOut(what, count);
     }
     *bytes = {};
+    this->LosesDecimals = this->LosesDecimals || !checked->floatsSuffice;
     this->Tolerated.Count(Lapse::PaddedEnd, checked->padding);
     this->MostExtrusionCorners += checked->text.size() * extrusionCornersPerByte;
     if (checked->hasPictures)
@@ -1215,7 +1251,9 @@ private:
       {
         for (double& x : point)
         {
-          x = double(static_cast<float>(x));
+          const auto rounded = double(static_cast<float>(x));
+          this->LosesDecimals = this->LosesDecimals || rounded != x;
+          x = rounded;
         }
       }
     }
@@ -1290,7 +1328,13 @@ private:
       this->Warnings.push_back(warning);
     }
   }
-  void LeaveOut(const std::string& what, std::uint64_t count) { this->LeftOut[what] += count; }
+  void LeaveOut(const std::string& what, std::uint64_t count)
+  {
+    if (count > 0)
+    {
+      this->LeftOut[what] += count;
+    }
+  }
 
   // Of a material: its name for messages, and what of it was told.
   struct Material
@@ -1322,7 +1366,8 @@ private:
   const SoNode* LastMaterial = nullptr;
   std::size_t Materials = 0; // without names, that were told of
   LostLooks Lost;
-  double Largest = 0; // coordinate that was read
+  double Largest = 0;         // coordinate that was read
+  bool LosesDecimals = false; // floats do
 
   std::vector<ForeignMesh> Parts;
   Tolerance Tolerated;

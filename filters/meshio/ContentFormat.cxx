@@ -24,7 +24,9 @@ constexpr Mark marks[] = { { "ply\n", ".ply" }, { "ply\r", ".ply" }, { "glTF", "
   { "\xFD"
     "7zXZ",
     ".xz" },
-  { "\x28\xB5\x2F\xFD", ".zst" }, { "7z\xBC\xAF", ".7z" } };
+  { "\x28\xB5\x2F\xFD", ".zst" }, { "7z\xBC\xAF", ".7z" }, { "\x89PNG", ".png" },
+  { "\xFF\xD8\xFF", ".jpg" }, { "%PDF", ".pdf" }, { "<!DOCTYPE", ".html" },
+  { "<!doctype", ".html" }, { "<html", ".html" } };
 
 bool IsSpace(char c)
 {
@@ -62,6 +64,10 @@ std::string CompressedHint(std::string_view begin)
   constexpr std::array<std::array<std::string_view, 2>, 6> programs{ { { ".gz", "gunzip" },
     { ".zip", "unzip" }, { ".bz2", "bunzip2" }, { ".xz", "unxz" }, { ".zst", "unzstd" },
     { ".7z", "7z x" } } };
+  if (begin.starts_with("version https://git-lfs.github.com/spec/"))
+  {
+    return "is a pointer of Git LFS, not the file that it stands for: run git lfs pull";
+  }
   const std::string_view format = FormatOfContent(begin);
   const auto* const found = std::find_if(programs.begin(), programs.end(),
     [format](const auto& program) { return program[0] == format; });

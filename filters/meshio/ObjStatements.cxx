@@ -27,8 +27,8 @@ Status ParseReal(std::string_view word, T& value)
   return error == NumberTextError::None
            ? Status()
            : Bad(QuotedText(word) + (error == NumberTextError::NotANumber
-                                        ? " is not a number"
-                                        : " is too large a number"));
+                                        ? " is not a number" + DecimalCommaHint(word)
+                                        : std::string(" is too large a number")));
 }
 
 // A number from 1 on, without a sign: nearly all corners are no more.
@@ -307,7 +307,8 @@ Status ParseObjTextureCoordinate(std::string_view text, std::array<float, 2>& va
     const NumberTextError error = ParseNumber(word, values[k]);
     if (error == NumberTextError::NotANumber)
     {
-      return Bad(word.empty() ? "has no numbers" : QuotedText(word) + " is not a number");
+      return Bad(word.empty() ? "has no numbers"
+                              : QuotedText(word) + " is not a number" + DecimalCommaHint(word));
     }
     values[k] =
       error == NumberTextError::None ? values[k] : std::numeric_limits<float>::quiet_NaN();

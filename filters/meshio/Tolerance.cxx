@@ -39,6 +39,9 @@ constexpr std::array<LapseText, lapseKinds> texts{ {
   { "lines_too_long", "line has more values than the header names: they are not read",
     "lines have more values than the header names: they are not read", "line too long",
     "lines too long" },
+  { "columns_guessed", "of several readings of the columns is taken",
+    "files have columns of several readings, of which one is taken", "reading of columns guessed",
+    "readings of columns guessed" },
 } };
 
 constexpr std::string_view forgivenMark = "forgiven ", readingMark = "reading ";

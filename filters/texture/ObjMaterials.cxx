@@ -358,8 +358,11 @@ void ObjLibraries::Read(const std::filesystem::path& file, std::uint64_t line)
     }
     if (!understood && ++wrong <= 3)
     {
-      this->Found.warnings.push_back(
-        place + ": cannot be understood: " + QuotedText(std::string(written) + std::string(rest)));
+      const std::string statement = std::string(written) + std::string(rest);
+      std::string_view words = rest;
+      this->Found.warnings.push_back(place + ": cannot be understood" +
+                                     DecimalCommaHint(TakeWord(words)) + ": " +
+                                     QuotedText(statement));
     }
   }
 }

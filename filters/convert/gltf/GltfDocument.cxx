@@ -36,6 +36,11 @@ Result<Json> ParseJson(const std::string& text, std::size_t begin)
   }
   catch (const Json::parse_error& failure)
   {
+    if (const std::string_view mark = std::string_view(text).substr(0, 2);
+        mark == "\xFF\xFE" || mark == "\xFE\xFF")
+    {
+      return GltfError("its JSON is UTF-16: save it as UTF-8");
+    }
     const std::size_t at = failure.byte > 0 ? failure.byte - 1 : 0;
     return GltfError(at >= text.size()
                        ? "its JSON breaks off at byte " + std::to_string(begin + at)
