@@ -177,7 +177,7 @@ TEST(KdClusterSimplification, SameOnEveryBackendAndNumberOfThreads)
 TEST(KdClusterSimplification, OtherCells)
 {
   const auto filter = MakeFilter(MakeAllCells(), { Representative::Mean, false });
-  filter->SetDepth(5); // of the 18 points that triangles use: one each
+  filter->SetCellVertices(1); // the 18 points that triangles use stay
   filter->Update();
   vtkPolyData* const output = filter->GetOutput();
   EXPECT_EQ(output->GetNumberOfPoints(), 18);
