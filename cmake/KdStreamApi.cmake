@@ -20,7 +20,7 @@ set(KDSTREAM_API_HEADERS
   filters/model/ModelDescription.h
   filters/store/PieceSource.h
   filters/store/Store.h
-  server/protocol/BlobId.h
+  filters/protocol/BlobId.h
   viewer/client/ClientEvent.h
   viewer/client/ConnectServer.h
   viewer/client/DiskCache.h

@@ -46,7 +46,7 @@ double DistanceFrom(const Box& box, const Vec3& point)
 
 Status CheckBlobSize(const std::string& name, std::size_t bytes)
 {
-  return bytes <= Store::largestBlobBytes
+  return bytes <= protocol::maximumBlobBytes
            ? Status{}
            : Error{ ErrorCode::LimitExceeded,
                name + " takes " + std::to_string(bytes) +
@@ -238,7 +238,7 @@ Status StoreWriter::AddTreePage(NodeId page, std::span<const std::uint8_t> data)
 Status StoreWriter::AddTexture(
   std::uint32_t partition, std::span<const std::uint8_t> data, std::uint64_t texels)
 {
-  KDSTREAM_TRY(CheckBlobSize(Store::TextureName(partition), data.size()));
+  KDSTREAM_TRY(CheckBlobSize(BlobName(protocol::BlobId::Texture(partition)), data.size()));
   this->S->info.textures->bytes += data.size();
   this->S->info.textures->texels += texels;
   this->S->digest->AddTexture(partition, data);
@@ -268,7 +268,7 @@ Status StoreWriter::AddUnused(const Piece& part, std::span<const std::uint8_t> d
 Status StoreWriter::AddPiece(const Piece& piece, std::span<const std::uint8_t> data)
 {
   ModelDescription& info = this->S->info;
-  KDSTREAM_TRY(CheckBlobSize(Store::BlobName(piece.id, info.depths), data.size()));
+  KDSTREAM_TRY(CheckBlobSize(BlobName(BlobOfPiece(piece.id, info.depths)), data.size()));
   ResolutionDescription& resolution =
     piece.id.resolution.IsOriginal() ? info.original : info.levels[piece.id.resolution.Depth()];
   resolution.vertices += piece.ownVertices;

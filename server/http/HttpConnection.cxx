@@ -1,13 +1,13 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "server/http/HttpConnection.h"
 
+#include "filters/protocol/ResourcePath.h"
 #include "server/http/ProxyHeader.h"
 #include "server/http/RequestInput.h"
 #include "server/http/ResponseHead.h"
 #include "server/http/RoundTrip.h"
 #include "server/http/StreamConnection.h"
 #include "server/http/WebSocketFrames.h"
-#include "server/protocol/ResourcePath.h"
 #include "server/session/Refusal.h"
 
 #include <boost/asio/dispatch.hpp>

@@ -2,8 +2,8 @@
 #include "server/http/Routes.h"
 
 #include "filters/model/ModelJson.h"
+#include "filters/protocol/ResourcePath.h"
 #include "server/http/ConditionalRequest.h"
-#include "server/protocol/ResourcePath.h"
 #include "server/session/Refusal.h"
 
 #define XXH_INLINE_ALL

@@ -3,10 +3,10 @@
 // picture. No sockets: a function of the request, the catalog and the web folder.
 #pragma once
 
+#include "filters/protocol/ResourcePath.h"
 #include "server/http/HttpMessage.h"
 #include "server/http/Metrics.h"
 #include "server/http/StaticFiles.h"
-#include "server/protocol/ResourcePath.h"
 #include "server/session/Catalog.h"
 #include "server/session/Permission.h"
 

@@ -3,7 +3,7 @@
 #pragma once
 
 #include "filters/core/Result.h"
-#include "server/protocol/ControlMessage.h"
+#include "filters/protocol/ControlMessage.h"
 #include "server/session/Catalog.h"
 
 #include <cstdint>

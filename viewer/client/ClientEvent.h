@@ -4,7 +4,7 @@
 #pragma once
 
 #include "filters/model/ModelDescription.h"
-#include "server/protocol/BlobId.h"
+#include "filters/protocol/BlobId.h"
 #include "viewer/session/ViewerSession.h"
 
 #include <cstdint>

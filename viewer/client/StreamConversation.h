@@ -4,8 +4,8 @@
 #pragma once
 
 #include "filters/core/Result.h"
-#include "server/protocol/BinaryFrame.h"
-#include "server/protocol/ControlMessage.h"
+#include "filters/protocol/BinaryFrame.h"
+#include "filters/protocol/ControlMessage.h"
 #include "viewer/client/ClientEvent.h"
 
 #include <deque>

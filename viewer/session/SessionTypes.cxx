@@ -7,35 +7,6 @@
 namespace kdstream
 {
 
-protocol::BlobId BlobOfPiece(PieceId piece, const TreeDepths& depths)
-{
-  if (piece.resolution.IsOriginal())
-  {
-    return protocol::BlobId::Partition(piece.node - (NodeId{ 1 } << depths.partition));
-  }
-  return protocol::BlobId::LevelPiece(
-    static_cast<std::uint8_t>(piece.resolution.Depth()), piece.node);
-}
-
-bool IsOfPiece(const protocol::BlobId& blob)
-{
-  return blob.kind == protocol::BlobKind::Level || blob.kind == protocol::BlobKind::Partition;
-}
-
-bool IsOfTree(const protocol::BlobId& blob)
-{
-  return blob.kind == protocol::BlobKind::Tree || blob.kind == protocol::BlobKind::Boxes;
-}
-
-PieceId PieceOfBlob(const protocol::BlobId& blob, const TreeDepths& depths)
-{
-  if (blob.kind != protocol::BlobKind::Level)
-  {
-    return { Resolution::Original(), NodeOfPartition(blob.number, depths) };
-  }
-  return { Resolution::Level(blob.level), blob.number };
-}
-
 const char* NameOf(SessionRequest::Kind kind)
 {
   switch (kind)

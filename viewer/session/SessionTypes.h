@@ -5,7 +5,7 @@
 #include "filters/core/drawing/DrawnSurface.h"
 #include "filters/core/pieces/Piece.h"
 #include "filters/model/ModelDescription.h"
-#include "server/protocol/BlobId.h"
+#include "filters/protocol/BlobId.h"
 #include "viewer/session/Camera.h"
 #include "viewer/session/look/SceneLook.h"
 #include "viewer/session/paint/TileList.h"
@@ -20,13 +20,6 @@
 
 namespace kdstream
 {
-
-// "levels/12/3", "partitions/7": a piece as the protocol names it, and back. REQUIRES
-// (PieceOfBlob): IsOfPiece(blob), or a texture, of which it is the piece that is painted.
-protocol::BlobId BlobOfPiece(PieceId piece, const TreeDepths& depths);
-bool IsOfPiece(const protocol::BlobId& blob); // no tree page, no boxes, no texture
-bool IsOfTree(const protocol::BlobId& blob);  // a page, or boxes
-PieceId PieceOfBlob(const protocol::BlobId& blob, const TreeDepths& depths);
 
 // What the session asks of a server. The host sends it by any means (a stream's message, or a GET
 // for each blob) and answers with Opened, BlobArrived, BlobFailed, RequestFailed and RequestEnded

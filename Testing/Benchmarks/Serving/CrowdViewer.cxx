@@ -2,8 +2,8 @@
 #include "Testing/Benchmarks/Serving/CrowdViewer.h"
 
 #include "filters/codec/Seal.h"
-#include "server/protocol/ControlMessage.h"
-#include "server/protocol/ResourcePath.h"
+#include "filters/protocol/ControlMessage.h"
+#include "filters/protocol/ResourcePath.h"
 #include "viewer/client/HttpFetch.h"
 #include "viewer/client/StreamConversation.h"
 

@@ -5,11 +5,11 @@
 #include "Testing/Faults/Faults.h"
 #include "Testing/Fixtures/Eventually.h"
 #include "filters/model/ModelJson.h"
+#include "filters/protocol/ResourcePath.h"
 #include "server/app/Testing/ServeProcess.h"
 #include "server/http/Testing/HttpTestClient.h"
 #include "server/http/Testing/SelfSigned.h"
 #include "server/http/Testing/TlsTestClient.h"
-#include "server/protocol/ResourcePath.h"
 
 #include <gtest/gtest.h>
 
@@ -230,7 +230,8 @@ TEST_F(Faulty, ADiskThatCannotBeRead)
   {
     const auto blob = client.Get(BlobOf(client, partition, "grid"))->body;
     const auto node = NodeOfPartition(partition, (*store)->Info().depths);
-    const auto whole = (*store)->ReadPieceBlob({ Resolution::Original(), node });
+    const auto whole =
+      (*store)->Read(BlobOfPiece({ Resolution::Original(), node }, (*store)->Info().depths));
     ASSERT_TRUE(whole);
     EXPECT_EQ(blob, std::string(whole->begin(), whole->end()));
   }

@@ -2,8 +2,8 @@
 // The server on real sockets: what the routes cannot show by themselves.
 #include "Testing/Fixtures/Eventually.h"
 #include "filters/model/ModelJson.h"
+#include "filters/protocol/Testing/RandomMessages.h"
 #include "server/http/Testing/ServerTest.h"
-#include "server/protocol/Testing/RandomMessages.h"
 
 #include <thread>
 

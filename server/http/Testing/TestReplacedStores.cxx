@@ -7,8 +7,8 @@
 #include "Testing/Fixtures/TemporaryFolder.h"
 #include "filters/build/Builder.h"
 #include "filters/model/ModelJson.h"
+#include "filters/protocol/ResourcePath.h"
 #include "server/http/Testing/HttpTestClient.h"
-#include "server/protocol/ResourcePath.h"
 #include "server/session/StoreCatalog.h"
 
 #include <gtest/gtest.h>
@@ -115,8 +115,8 @@ protected:
     const auto store = *Store::Open(file);
     for (std::uint32_t p = 0; p < info.partitions; ++p)
     {
-      const auto bytes =
-        *store->ReadPieceBlob({ Resolution::Original(), NodeOfPartition(p, info.depths) });
+      const auto bytes = *store->Read(BlobOfPiece(
+        { Resolution::Original(), NodeOfPartition(p, info.depths) }, store->Info().depths));
       this->blobs[BlobPath("m", info.digest, BlobId::Partition(p))] = { bytes.begin(),
         bytes.end() };
     }

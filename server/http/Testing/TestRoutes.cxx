@@ -3,7 +3,7 @@
 
 #include "Testing/Fixtures/TemporaryFolder.h"
 #include "filters/model/ModelJson.h"
-#include "server/protocol/ResourcePath.h"
+#include "filters/protocol/ResourcePath.h"
 #include "server/session/Testing/MemoryCatalog.h"
 
 #include <gtest/gtest.h>

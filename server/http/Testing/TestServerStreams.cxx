@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Streams on real sockets: what the conversation cannot show by itself.
 #include "Testing/Fixtures/Eventually.h"
+#include "filters/protocol/Testing/RandomMessages.h"
 #include "server/http/Testing/ServerTest.h"
-#include "server/protocol/Testing/RandomMessages.h"
 
 #include <atomic>
 #include <thread>

@@ -1,13 +1,13 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // HTTPS and the stream over TLS, with certificates made for the test.
 #include "Testing/Fixtures/TemporaryFolder.h"
+#include "filters/protocol/ResourcePath.h"
+#include "filters/protocol/Testing/RandomMessages.h"
 #include "server/http/HttpServer.h"
 #include "server/http/Testing/HttpTestClient.h"
 #include "server/http/Testing/ScarceMemory.h"
 #include "server/http/Testing/SelfSigned.h"
 #include "server/http/Testing/TlsTestClient.h"
-#include "server/protocol/ResourcePath.h"
-#include "server/protocol/Testing/RandomMessages.h"
 #include "server/session/Testing/MemoryCatalog.h"
 
 #include <gtest/gtest.h>

@@ -2,7 +2,7 @@
 #include "server/session/Conversation.h"
 
 #include "filters/core/tree/Region.h"
-#include "server/protocol/Testing/RandomMessages.h"
+#include "filters/protocol/Testing/RandomMessages.h"
 #include "server/session/Testing/MemoryCatalog.h"
 #include "server/session/Testing/PullMessage.h"
 

@@ -5,7 +5,7 @@
 #include "filters/codec/Seal.h"
 #include "filters/core/tree/PieceDepth.h"
 #include "filters/model/ModelJson.h"
-#include "server/protocol/ResourcePath.h"
+#include "filters/protocol/ResourcePath.h"
 #include "viewer/session/Geometry.h"
 #include "viewer/session/look/SceneRules.h"
 

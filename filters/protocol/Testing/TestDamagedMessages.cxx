@@ -2,10 +2,10 @@
 // Every type of message, cut after each of its bytes, and with each of its bytes changed to every
 // other: what comes is an error, or a message that is written and read as the same; nothing else.
 #include "Testing/Fixtures/Sanitized.h"
-#include "server/protocol/BinaryFrame.h"
-#include "server/protocol/ControlMessage.h"
+#include "filters/protocol/BinaryFrame.h"
+#include "filters/protocol/ControlMessage.h"
 
-#include "server/protocol/Testing/RandomMessages.h"
+#include "filters/protocol/Testing/RandomMessages.h"
 
 #include <gtest/gtest.h>
 

@@ -9,7 +9,7 @@
 
 #include "filters/core/Result.h"
 #include "filters/model/ModelJson.h"
-#include "server/protocol/BlobId.h"
+#include "filters/protocol/BlobId.h"
 
 #include <cstddef>
 #include <cstdint>

@@ -3,7 +3,7 @@
 #pragma once
 
 #include "filters/model/Testing/RandomModels.h"
-#include "server/protocol/ControlMessage.h"
+#include "filters/protocol/ControlMessage.h"
 
 #include <string>
 

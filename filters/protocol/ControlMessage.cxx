@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "server/protocol/ControlMessage.h"
+#include "filters/protocol/ControlMessage.h"
 
 #include "filters/core/Texts.h"
 #include "filters/model/JsonReader.h"
 #include "filters/model/ServedModelJson.h"
-#include "server/protocol/ResourcePath.h"
-#include "server/protocol/TextParts.h"
+#include "filters/protocol/ResourcePath.h"
+#include "filters/protocol/TextParts.h"
 
 #include <limits>
 #include <type_traits>
