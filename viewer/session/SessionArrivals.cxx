@@ -75,7 +75,7 @@ void ViewerSession::Opened(std::uint32_t request, const ModelDescription& model)
   this->Trace("opened", this->ModelId);
 }
 
-void ViewerSession::BlobArrived(std::uint32_t request, const BlobId& blob,
+BlobArrival ViewerSession::BlobArrived(std::uint32_t request, const BlobId& blob,
   std::span<const std::uint8_t> bytes, double transmissionSeconds, bool fromCache)
 {
   const SessionRequest* asked = this->Book.Find(request);
@@ -85,8 +85,7 @@ void ViewerSession::BlobArrived(std::uint32_t request, const BlobId& blob,
   if (!this->Current || !this->Book.Settle(request, blob))
   {
     this->Traffic.wasted += bytes.size();
-    this->TakeLate(request, blob, bytes);
-    return;
+    return this->TakeLate(request, blob, bytes);
   }
   if (!fromCache)
   {
@@ -105,9 +104,10 @@ void ViewerSession::BlobArrived(std::uint32_t request, const BlobId& blob,
   {
     this->AskForLost(blob);
   }
-  if (const Status status = this->Decode(blob, bytes, entry); !status)
+  const Status decoded = this->Decode(blob, bytes, entry);
+  if (!decoded)
   {
-    this->Fail(blob, status.GetError().message);
+    this->Fail(blob, decoded.GetError().message);
   }
   else if (IsOfPiece(blob))
   {
@@ -119,24 +119,38 @@ void ViewerSession::BlobArrived(std::uint32_t request, const BlobId& blob,
   this->Update();
   this->SettleLost();
   this->Trace("blob", protocol::BlobName(blob));
+  return decoded ? BlobArrival::Taken : BlobArrival::Damaged;
 }
 
 // What was on the line when it was called back is kept for the next look, as far as the cache goes.
-void ViewerSession::TakeLate(
+BlobArrival ViewerSession::TakeLate(
   std::uint32_t request, const BlobId& blob, std::span<const std::uint8_t> bytes)
 {
-  if (!this->Current || !this->Book.TakeLate(request, blob) || !IsOfPiece(blob))
+  if (!this->Current || !this->Book.TakeLate(request, blob))
   {
-    return;
+    return BlobArrival::Unwanted;
+  }
+  if (!IsOfPiece(blob))
+  {
+    return BlobArrival::Taken;
   }
   const PieceId piece = PieceOfBlob(blob, this->Current->codec.depths);
-  BlobStatistics unused;
-  if (!this->Pieces.Peek(piece) && this->Decode(blob, bytes, unused))
+  BlobArrival arrival = BlobArrival::Taken;
+  if (!this->Pieces.Peek(piece))
   {
-    this->NeverShown[piece] += bytes.size();
-    this->Update();
+    BlobStatistics unused;
+    if (this->Decode(blob, bytes, unused))
+    {
+      this->NeverShown[piece] += bytes.size();
+      this->Update();
+    }
+    else
+    {
+      arrival = BlobArrival::Damaged;
+    }
   }
   this->Trace("late", protocol::BlobName(blob));
+  return arrival;
 }
 
 Status ViewerSession::Decode(

@@ -63,6 +63,14 @@ SessionRequest LeftOf(SessionRequest request, const std::vector<protocol::BlobId
 // As a line of JSON, for traces.
 std::string FormatRequest(const SessionRequest& request);
 
+// What became of a blob that has come.
+enum class BlobArrival
+{
+  Taken,    // undamaged, as far as it was looked at
+  Unwanted, // nobody has asked for it, or it is too late to tell
+  Damaged
+};
+
 // What to draw.
 struct ViewerScene
 {

@@ -222,9 +222,9 @@ public:
   // kept, other answers to it are ignored.
   void SetModels(std::vector<ModelSummary> models);
   void Opened(std::uint32_t request, const ModelDescription& model);
-  // Bytes of any content may be given. transmissionSeconds: from the request, or from the blob
-  // before it.
-  void BlobArrived(std::uint32_t request, const protocol::BlobId& blob,
+  // Bytes of any content may be given; what is wrong with them is told in the status, too.
+  // transmissionSeconds: from the request, or from the blob before it.
+  BlobArrival BlobArrived(std::uint32_t request, const protocol::BlobId& blob,
     std::span<const std::uint8_t> bytes, double transmissionSeconds, bool fromCache);
   void BlobFailed(std::uint32_t request, const protocol::BlobId& blob, const std::string& message);
   // All that the request still owes has failed.
@@ -433,7 +433,7 @@ private:
   void RequestAllPartitions(const std::vector<PieceId>& missing);
   Status Decode(
     const protocol::BlobId& blob, std::span<const std::uint8_t> bytes, BlobStatistics& entry);
-  void TakeLate(
+  BlobArrival TakeLate(
     std::uint32_t request, const protocol::BlobId& blob, std::span<const std::uint8_t> bytes);
   void AskForLost(const protocol::BlobId& come);
   void SettleLost();
