@@ -78,8 +78,6 @@ void ViewerSession::Opened(std::uint32_t request, const ModelDescription& model)
 BlobArrival ViewerSession::BlobArrived(std::uint32_t request, const BlobId& blob,
   std::span<const std::uint8_t> bytes, double transmissionSeconds, bool fromCache)
 {
-  const SessionRequest* asked = this->Book.Find(request);
-  const bool preview = asked && asked->kind == SessionRequest::Kind::Preview;
   ++this->Traffic.blobs;
   this->Traffic.bytes += bytes.size();
   if (!this->Current || !this->Book.Settle(request, blob))
@@ -93,7 +91,7 @@ BlobArrival ViewerSession::BlobArrived(std::uint32_t request, const BlobId& blob
     this->LoneRequest = 0;
   }
   BlobStatistics entry;
-  entry.what = NameOf(blob, preview);
+  entry.what = NameOf(blob, blob == this->PreviewBlob());
   entry.id = protocol::BlobName(blob);
   entry.bytes = bytes.size();
   entry.transmissionSeconds = transmissionSeconds;

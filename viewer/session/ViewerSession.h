@@ -294,7 +294,6 @@ private:
     NodeId cell = 1;
     unsigned rings = 1;
     std::vector<std::uint32_t> partitions; // nearest first
-    bool whole = true;                     // not cut off by mostRegionPartitions
     Box box;
     std::vector<Box> boxes; // of these
   };
@@ -347,7 +346,7 @@ private:
     std::vector<protocol::BlobId> tiles; // that are missing
     std::set<PieceId> failedPieces;
     std::set<protocol::BlobId> failedTree;
-    std::uint64_t pieces = 0, cut = 0, requests = 0; // versions
+    std::uint64_t pieces = 0; // their version
     bool operator==(const Situation&) const = default;
   };
 
@@ -403,14 +402,13 @@ private:
   void FollowZoom();
   void Retry();
   Situation GetSituation() const;
-  void FollowTree();
   void FollowTiles();
   void Update();
   bool ByView() const { return this->Options.detail == DetailMode::View; }
-  void ChooseAndAsk();
+  void FollowLevel();
+  void Choose();
   ViewRefinement::View ViewOf(const Camera& camera, bool inSteps);
   void RefineView();
-  void ChooseByView();
   void AddToRegion(const PickedRegion& last);
   std::vector<std::uint32_t> LeftOfRegion() const;
   std::vector<PieceId> TappedPieces() const;
@@ -424,13 +422,7 @@ private:
   unsigned EffectiveLevel() const;
   unsigned LevelFor(Resolution resolution) const;
   SurfaceWish Wish() const;
-  void RequestMissing(const std::vector<PieceId>& missing);
-  void RequestTree();
-  void RequestTiles();
-  void RequestLevels(const std::vector<PieceId>& missing);
-  void RequestRegion(const std::vector<PieceId>& missing);
-  std::vector<PieceId> BesideRegion(std::vector<PieceId> missing) const;
-  void RequestAllPartitions(const std::vector<PieceId>& missing);
+  protocol::BlobId PreviewBlob() const;
   Status Decode(
     const protocol::BlobId& blob, std::span<const std::uint8_t> bytes, BlobStatistics& entry);
   BlobArrival TakeLate(
@@ -486,7 +478,7 @@ private:
   ShownSurface Shown;
   RequestBook Book;
   LineMeter Meter;
-  // By the view: what is wanted and has not been asked for, most urgent first.
+  // What is wanted and has not been asked for, most urgent first.
   std::deque<protocol::BlobId> Queue;
   bool ChoiceIsDue = false;               // something is wanted, or has come, since the last one
   std::set<protocol::BlobId> Ahead;       // asked for though not wanted yet
