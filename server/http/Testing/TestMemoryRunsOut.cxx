@@ -5,6 +5,7 @@
 #include "server/http/ServerState.h"
 #include "server/http/Testing/HttpTestClient.h"
 #include "server/http/Testing/ScarceMemory.h"
+#include "server/protocol/Testing/AskedBlobs.h"
 #include "server/session/Testing/MemoryCatalog.h"
 
 #include <gtest/gtest.h>
@@ -98,7 +99,7 @@ TEST(MemoryRunsOut, WhatWasReadIsAnswered)
     ASSERT_TRUE(client.Open());
     client.Ask({ 1, protocol::OpenRequest{ "dragon" } });
     EXPECT_TRUE(client.Await(1).opened);
-    client.Ask({ 2, protocol::PartitionsRequest{ { 3 } } });
+    client.Ask({ 2, protocol::AskPartitions({ 3 }) });
     const auto answer = client.Await(2);
     ASSERT_TRUE(answer.end) << "allocation " << failing;
     EXPECT_EQ(answer.blobs.size(), 1u) << "allocation " << failing;

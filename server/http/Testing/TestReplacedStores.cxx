@@ -9,6 +9,7 @@
 #include "filters/model/ModelJson.h"
 #include "server/http/Testing/HttpTestClient.h"
 #include "server/protocol/ResourcePath.h"
+#include "server/protocol/Testing/AskedBlobs.h"
 #include "server/session/StoreCatalog.h"
 
 #include <gtest/gtest.h>
@@ -153,7 +154,7 @@ protected:
     }
     for (std::uint32_t request = 2; !stop; ++request)
     {
-      client.Ask({ request, PartitionsRequest{ all } });
+      client.Ask({ request, AskPartitions(all) });
       const auto answer = client.Await(request);
       for (const auto& blob : answer.blobs)
       {

@@ -7,6 +7,7 @@
 #include "server/http/Testing/SelfSigned.h"
 #include "server/http/Testing/TlsTestClient.h"
 #include "server/protocol/ResourcePath.h"
+#include "server/protocol/Testing/AskedBlobs.h"
 #include "server/protocol/Testing/RandomMessages.h"
 #include "server/session/Testing/MemoryCatalog.h"
 
@@ -143,7 +144,8 @@ TEST_F(Tls, StreamsOverTls)
   client.Send(open);
   EXPECT_NE(client.Receive("\"opened\"").find("\"opened\""), std::string::npos);
   client.ChangeKeys();
-  client.Send(Frame(R"({"type":"partitions","request":2,"partitions":[0,1,2,3,4,5,6,7]})"));
+  client.Send(Frame(
+    protocol::WriteClientMessage({ 2, protocol::AskPartitions({ 0, 1, 2, 3, 4, 5, 6, 7 }) })));
   const auto received = client.Receive("\"end\"");
   std::size_t bytes = 0;
   for (std::uint32_t p = 0; p < 8; ++p)
