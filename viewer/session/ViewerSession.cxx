@@ -93,12 +93,10 @@ void ViewerSession::CloseModel()
   this->BlobsLoaded = this->BlobsWanted = this->BytesLoaded = 0;
   this->EyeMoved = this->IsLed = false;
   this->EarlierViews.clear();
-  this->LastSteps.clear();
-  this->Coasting.reset();
+  this->Turned = {};
   this->Followed.reset();
   this->Told.reset();
   this->Left.reset();
-  this->SetSpinning(false);
   this->Measured.clear();
   this->Ends.clear();
   this->MeasurementsMade = 0;
@@ -349,8 +347,8 @@ ViewerStatus ViewerSession::GetStatus() const
   }
   status.picking = this->IsPicking();
   status.canUndo = !this->EarlierViews.empty();
-  status.coasting = this->Coasting.has_value() || this->Spins;
-  status.spinning = this->Spins;
+  status.coasting = this->Turned.TurnsOn() || this->Turned.IsSpinning();
+  status.spinning = this->Turned.IsSpinning();
   if (this->Region)
   {
     status.region = { this->Region->cell, this->Region->rings, 0, 0 };

@@ -12,6 +12,7 @@
 #include "viewer/session/LevelPolicy.h"
 #include "viewer/session/Measurement.h"
 #include "viewer/session/MemoryBudget.h"
+#include "viewer/session/Momentum.h"
 #include "viewer/session/Picker.h"
 #include "viewer/session/PieceCache.h"
 #include "viewer/session/SessionTypes.h"
@@ -255,7 +256,7 @@ public:
   bool IsIdle() const
   {
     return this->IsOnlyAhead() && this->Queue.empty() && !this->ChoiceIsDue &&
-           !this->Shown.NeedsDrawing() && !this->Coasting;
+           !this->Shown.NeedsDrawing() && !this->Turned.TurnsOn();
   }
   // The cut that is shown, which its surface follows at the next frame; nothing at first.
   const std::optional<Cut>& ShownCut() const { return this->Shown.GetCut(); }
@@ -314,17 +315,6 @@ private:
     EarlierView view;
     Camera eye; // in the window as it is now
   };
-  // A finger's way while it turns the model.
-  struct TurningStep
-  {
-    double time = 0, dx = 0, dy = 0;
-  };
-  // The model turns on by itself: pixels a second that a finger at (x, y) would go.
-  struct Coast
-  {
-    double time = 0, x = 0, y = 0, speedX = 0, speedY = 0;
-  };
-
   // An end of a measurement that is not on the original yet.
   struct End
   {
@@ -360,15 +350,13 @@ private:
   void StepOutside();
   void TakeView(const Camera& view, const Viewport& viewport);
   void TakeWindow(const Viewport& viewport);
-  void Turn(double x, double y, double dx, double dy);
+  void Turn(const Momentum::Drag& drag);
   double DistanceToObstacle(const Ray& ray) const;
   void JumpHome();
   void NoteJump(const EarlierView& before);
   void TakePlace(const CameraPlace& place);
   bool TakeToldPlace(const Viewport& viewport);
   void TakeLink();
-  void LetGo(double x, double y, double time);
-  void Spin(double time);
   void FocusUnder(double x, double y);
   void PanAndRoll(const Gesture& gesture);
   bool TakeDrag(const Gesture& gesture);
@@ -447,10 +435,7 @@ private:
   std::optional<LeftView> Left;         // that changes of the window are made from
   bool IsArriving = false;              // at a view of somebody else's, whose surface comes
   bool IsLed = false;                   // by the host's own camera
-  std::deque<TurningStep> LastSteps;    // of a finger that turns
-  std::optional<Coast> Coasting;
-  bool Spins = false;             // by itself
-  std::optional<double> LastSpin; // when it last did
+  Momentum Turned;                      // by itself
   std::vector<ModelSummary> ModelList;
   bool HasModelList = false;
   bool PreviewsOnly = false;
