@@ -44,7 +44,7 @@ void ViewerSession::SetModels(std::vector<ModelSummary> models)
 
 void ViewerSession::Opened(std::uint32_t request, const ModelDescription& model)
 {
-  if (!this->Book.SettleOpen(request))
+  if (!this->Wanted.Opened(request))
   {
     return;
   }
@@ -80,15 +80,11 @@ BlobArrival ViewerSession::BlobArrived(std::uint32_t request, const BlobId& blob
 {
   ++this->Traffic.blobs;
   this->Traffic.bytes += bytes.size();
-  if (!this->Current || !this->Book.Settle(request, blob))
+  if (!this->Current ||
+      !this->Wanted.Arrived(request, blob, bytes.size(), transmissionSeconds, fromCache))
   {
     this->Traffic.wasted += bytes.size();
     return this->TakeLate(request, blob, bytes);
-  }
-  if (!fromCache)
-  {
-    this->Meter.Arrived(bytes.size(), transmissionSeconds, request == this->LoneRequest);
-    this->LoneRequest = 0;
   }
   BlobStatistics entry;
   entry.what = NameOf(blob, blob == this->PreviewBlob());
@@ -96,8 +92,6 @@ BlobArrival ViewerSession::BlobArrived(std::uint32_t request, const BlobId& blob
   entry.bytes = bytes.size();
   entry.transmissionSeconds = transmissionSeconds;
   entry.fromCache = fromCache;
-  ++this->BlobsLoaded;
-  this->BytesLoaded += bytes.size();
   if (!fromCache)
   {
     this->AskForLost(blob);
@@ -124,7 +118,7 @@ BlobArrival ViewerSession::BlobArrived(std::uint32_t request, const BlobId& blob
 BlobArrival ViewerSession::TakeLate(
   std::uint32_t request, const BlobId& blob, std::span<const std::uint8_t> bytes)
 {
-  if (!this->Current || !this->Book.TakeLate(request, blob))
+  if (!this->Current || !this->Wanted.TakeLate(request, blob))
   {
     return BlobArrival::Unwanted;
   }
@@ -227,12 +221,9 @@ std::string ViewerSession::SentenceOf(const BlobId& blob, const std::string& mes
 
 void ViewerSession::Fail(const BlobId& blob, const std::string& message)
 {
-  if (this->Ahead.erase(blob) > 0)
+  if (this->Wanted.GiveUpAhead(blob))
   {
-    // Nobody has missed it: no more is fetched ahead of this view. Once wanted, it is asked for
-    // again.
-    this->AheadSpent = this->Options.aheadBytes;
-    return;
+    return; // nobody has missed it
   }
   const std::string sentence = this->SentenceOf(blob, message);
   if (blob.kind == BlobKind::Texture)
@@ -278,7 +269,7 @@ void ViewerSession::TellWhatIsMissed()
 void ViewerSession::BlobFailed(
   std::uint32_t request, const BlobId& blob, const std::string& message)
 {
-  if (this->Current && this->Book.Settle(request, blob))
+  if (this->Current && this->Wanted.Failed(request, blob))
   {
     this->AskedAgain.erase(blob);
     this->Fail(blob, message);
@@ -290,16 +281,16 @@ void ViewerSession::BlobFailed(
 
 void ViewerSession::RequestFailed(std::uint32_t request, const std::string& message)
 {
-  const SessionRequest* asked = this->Book.Find(request);
+  const SessionRequest* asked = this->Wanted.Book().Find(request);
   if (!asked)
   {
     return;
   }
   const bool open = asked->kind == SessionRequest::Kind::Open;
-  const std::vector<BlobId> owed = this->Book.Close(request);
+  const std::vector<BlobId> owed = this->Wanted.Close(request);
   for (const BlobId& blob : owed)
   {
-    if (this->Ahead.count(blob) == 0)
+    if (!this->Wanted.IsAhead(blob))
     {
       this->Lost.insert_or_assign(blob, message);
     }

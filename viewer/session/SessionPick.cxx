@@ -45,16 +45,7 @@ void ViewerSession::DoubleTap(double x, double y)
 // Much may be under way, and it would come first: it is called back, but for the tree.
 void ViewerSession::GiveWayToTap()
 {
-  std::set<protocol::BlobId> tree;
-  for (const auto& [blob, request] : this->Book.AllOwed())
-  {
-    if (!IsOfPiece(blob))
-    {
-      tree.insert(blob);
-    }
-  }
-  this->Book.CancelUnwanted(tree);
-  this->Queue.clear();
+  this->Wanted.KeepTreeOnly();
   this->ChoiceIsDue = true;
 }
 

@@ -95,7 +95,7 @@ std::string ViewerSession::FormatTrace(std::string_view input, std::string_view 
     .Member("error", status.error)
     .Key("outgoing")
     .BeginArray();
-  for (const SessionRequest& request : this->Book.Outgoing())
+  for (const SessionRequest& request : this->Wanted.Book().Outgoing())
   {
     const bool isPreview = this->Current && request.blobs == std::vector{ this->PreviewBlob() };
     line.PutJson(FormatRequest(request, isPreview));

@@ -40,7 +40,7 @@ void ViewerSession::RefineView()
   if (this->Mode == ViewerMode::FullScreen && !this->Shown.IsEmpty() && !this->PreviewsOnly)
   {
     model.seen.LookThrough(this->Eye, model.isClosed);
-    const bool inSteps = this->Meter.Window() < fastLine;
+    const bool inSteps = this->Wanted.Line().Window() < fastLine;
     model.refinement.Follow(
       this->ViewOf(this->Eye, inSteps), this->TappedPieces(), this->FailedPieces);
     this->TellWhatIsMissed();

@@ -19,8 +19,6 @@ namespace kdstream
 {
 namespace
 {
-// Unfinished requests at a time; servers refuse more than 16 messages.
-constexpr std::size_t mostRequests = 8;
 constexpr std::size_t bytesOfTreeBlob = 1500; // about
 }
 
@@ -125,8 +123,7 @@ void ViewerSession::Update()
     this->LastSituation = std::move(now);
     this->ChoiceIsDue = true;
   }
-  const bool nothingIsComing = this->Queue.empty() && this->Book.Empty();
-  if (this->ChoiceIsDue && (nothingIsComing || this->IsPicking() || this->Shown.IsEmpty()))
+  if (this->ChoiceIsDue && (this->Wanted.IsEmpty() || this->IsPicking() || this->Shown.IsEmpty()))
   {
     this->Choose();
   }
@@ -169,24 +166,7 @@ void ViewerSession::Choose()
     this->Update(); // the preview has just appeared
     return;
   }
-  const std::vector<BlobId> missing = this->InOrder(needs.missing);
-  std::set<BlobId> useful(missing.begin(), missing.end());
-  if (missing.empty())
-  {
-    useful.merge(this->Ahead);
-  }
-  this->Ahead.clear();
-  this->Book.CancelUseless(useful);
-  for (const auto& [blob, request] : this->Book.AllOwed())
-  {
-    if (missing.empty() && useful.count(blob) > 0)
-    {
-      this->Ahead.insert(blob);
-    }
-  }
-  this->Queue.clear();
-  std::copy_if(missing.begin(), missing.end(), std::back_inserter(this->Queue),
-    [this](const BlobId& blob) { return !this->Book.IsOwed(blob); });
+  this->Wanted.Want(this->InOrder(needs.missing));
   needs.all.insert(this->Shown.Pieces().begin(), this->Shown.Pieces().end());
   this->Pieces.Pin(std::move(needs.all));
   this->AskMore();
@@ -267,105 +247,27 @@ std::size_t ViewerSession::BytesOf(const BlobId& blob)
                          : bytesOfTreeBlob;
 }
 
-// In requests of a quarter of what may be under way, so that calling one back costs little; the
-// preview by itself. While a tap waits for the tree nothing else is asked for.
+// While a tap waits for the tree nothing else is asked for; the preview by itself. What would be
+// wanted next is, while nothing is wanted: as far as it goes at a time, more when that has come.
 void ViewerSession::AskMore()
 {
-  const std::size_t window = this->Meter.Window();
-  std::size_t underWay = 0;
-  for (const auto& [blob, request] : this->Book.AllOwed())
-  {
-    underWay += this->BytesOf(blob);
-  }
+  const auto bytesOf = [this](const BlobId& blob) { return this->BytesOf(blob); };
   const bool tapWaits = this->IsPicking() &&
                         std::any_of(this->MissingTree.begin(), this->MissingTree.end(),
                           [this](const BlobId& blob) { return this->FailedTree.count(blob) == 0; });
-  const auto mayAsk = [&]
-  { return !this->Queue.empty() && !(tapWaits && !IsOfTree(this->Queue.front())); };
-  while (mayAsk() && underWay < window && this->Book.RequestCount() < mostRequests)
-  {
-    SessionRequest request;
-    request.kind = SessionRequest::Kind::Blobs;
-    const bool isPreview = this->Queue.front() == this->PreviewBlob();
-    std::size_t bytes = 0;
-    do
-    {
-      const BlobId blob = this->Queue.front();
-      this->AskedForPick += this->IsPicking() && IsOfTree(blob) ? 1 : 0;
-      bytes += this->BytesOf(blob);
-      request.blobs.push_back(blob);
-      this->Queue.pop_front();
-    } while (mayAsk() && !isPreview && bytes < window / 4);
-    underWay += bytes;
-    const bool alone = this->Book.Empty();
-    const std::uint32_t id = this->Book.Send(std::move(request));
-    this->LoneRequest = alone ? id : this->LoneRequest;
-  }
+  const std::size_t ofTree = this->Wanted.AskMore(bytesOf, this->PreviewBlob(), tapWaits);
+  this->AskedForPick += this->IsPicking() ? ofTree : 0;
   if (this->AskedForPick > this->Options.mostBlobsOfPick)
   {
     this->LastError = "What is around the tap cannot be told: too much of the tree is there.";
     this->DropPick();
   }
-  this->AskAhead();
-  this->CountProgress();
-}
-
-// Asks for what would be wanted next, while nothing is wanted. As far as it goes at a time: more
-// when that has come.
-void ViewerSession::AskAhead()
-{
-  const bool mayAsk = this->ByView() && this->Mode == ViewerMode::FullScreen &&
-                      !this->IsPicking() && this->Queue.empty() && this->Book.Empty() &&
-                      !this->ChoiceIsDue && !this->PreviewsOnly;
-  if (this->Options.aheadBytes == 0 || !mayAsk)
+  const bool mayAskAhead = this->ByView() && this->Mode == ViewerMode::FullScreen &&
+                           !this->IsPicking() && !this->ChoiceIsDue && !this->PreviewsOnly;
+  if (mayAskAhead && this->Wanted.MayAskAhead(this->Current->refinement.Pieces()))
   {
-    return;
+    this->Wanted.AskAhead(this->WantedNext(), bytesOf);
   }
-  if (this->AheadOf != this->Current->refinement.Pieces())
-  {
-    this->AheadOf = this->Current->refinement.Pieces();
-    this->AheadSpent = 0;
-  }
-  if (this->AheadSpent >= this->Options.aheadBytes)
-  {
-    return;
-  }
-  SessionRequest request;
-  request.kind = SessionRequest::Kind::Blobs;
-  std::size_t bytes = 0;
-  for (const BlobId& blob : this->WantedNext())
-  {
-    bytes += this->BytesOf(blob);
-    if (bytes > this->Meter.Window() || this->AheadSpent + bytes > this->Options.aheadBytes)
-    {
-      break;
-    }
-    request.blobs.push_back(blob);
-  }
-  this->AheadSpent = request.blobs.empty() ? this->Options.aheadBytes : this->AheadSpent + bytes;
-  this->Ahead = { request.blobs.begin(), request.blobs.end() };
-  if (!request.blobs.empty())
-  {
-    this->Book.Send(std::move(request));
-  }
-}
-
-bool ViewerSession::IsOnlyAhead() const
-{
-  const auto& owed = this->Book.AllOwed();
-  return this->Book.Empty() || (!owed.empty() && std::all_of(owed.begin(), owed.end(),
-                                                   [this](const auto& each)
-                                                   { return this->Ahead.count(each.first) > 0; }));
-}
-
-void ViewerSession::CountProgress()
-{
-  if (this->Queue.empty() && this->IsOnlyAhead())
-  {
-    this->BlobsLoaded = this->BlobsWanted = this->BytesLoaded = 0;
-    return;
-  }
-  this->BlobsWanted = this->BlobsLoaded + this->Book.AllOwed().size() + this->Queue.size();
 }
 
 }

@@ -20,8 +20,7 @@
 #include "viewer/session/ViewLink.h"
 #include "viewer/session/ViewRefinement.h"
 #include "viewer/session/line/BlobHistory.h"
-#include "viewer/session/line/LineMeter.h"
-#include "viewer/session/line/RequestBook.h"
+#include "viewer/session/line/WishList.h"
 #include "viewer/session/look/RakingLight.h"
 #include "viewer/session/paint/ShownTiles.h"
 #include "viewer/session/section/ShownSection.h"
@@ -255,8 +254,8 @@ public:
   // Whether nothing is outstanding that is wanted now, and all that came has been drawn.
   bool IsIdle() const
   {
-    return this->IsOnlyAhead() && this->Queue.empty() && !this->ChoiceIsDue &&
-           !this->Shown.NeedsDrawing() && !this->Turned.TurnsOn();
+    return this->Wanted.IsIdle() && !this->ChoiceIsDue && !this->Shown.NeedsDrawing() &&
+           !this->Turned.TurnsOn();
   }
   // The cut that is shown, which its surface follows at the next frame; nothing at first.
   const std::optional<Cut>& ShownCut() const { return this->Shown.GetCut(); }
@@ -271,10 +270,10 @@ public:
   // The blobs that are outstanding, each with the request that it belongs to.
   const std::map<protocol::BlobId, std::uint32_t>& OwedBlobs() const
   {
-    return this->Book.AllOwed();
+    return this->Wanted.Book().AllOwed();
   }
   // What is outstanding, for messages.
-  std::string DescribeOutstanding() const { return this->Book.Describe(); }
+  std::string DescribeOutstanding() const { return this->Wanted.Book().Describe(); }
   // How often it was worked out what to show and what to ask for: for tests.
   std::uint64_t Choices() const { return this->ChoicesMade; }
 
@@ -403,10 +402,7 @@ private:
   std::vector<protocol::BlobId> InOrder(const std::vector<PieceId>& missing);
   std::size_t BytesOf(const protocol::BlobId& blob);
   void AskMore();
-  void AskAhead();
   std::vector<protocol::BlobId> WantedNext();
-  bool IsOnlyAhead() const;
-  void CountProgress();
   unsigned EffectiveLevel() const;
   unsigned LevelFor(Resolution resolution) const;
   SurfaceWish Wish() const;
@@ -461,16 +457,9 @@ private:
   PieceCache Pieces;
   ShownTiles Tiles;
   ShownSurface Shown;
-  RequestBook Book;
-  LineMeter Meter;
-  // What is wanted and has not been asked for, most urgent first.
-  std::deque<protocol::BlobId> Queue;
+  WishList Wanted;
   bool ChoiceIsDue = false;               // something is wanted, or has come, since the last one
-  std::set<protocol::BlobId> Ahead;       // asked for though not wanted yet
-  std::vector<PieceId> AheadOf;           // the wanted pieces beyond which that was,
-  std::size_t AheadSpent = 0;             // and the bytes that were asked for since
   std::vector<std::uint32_t> EarlierTaps; // partitions of regions before, newest first
-  std::uint32_t LoneRequest = 0;          // sent while nothing was owed; none of it has come
   std::set<PieceId> FailedPieces;
   std::set<protocol::BlobId> FailedTree;
   // What failed with all of its request, as where the line is lost, and why; and what of that was
@@ -483,7 +472,6 @@ private:
   std::optional<Situation> LastSituation; // that Update found something to do in
   std::uint64_t ChoicesMade = 0;
   BlobHistory History;
-  std::uint64_t BlobsLoaded = 0, BlobsWanted = 0, BytesLoaded = 0;
   SessionTraffic Traffic;
   std::map<PieceId, std::size_t> NeverShown; // bytes of pieces that have come
 };
