@@ -3,7 +3,6 @@
 // fills the line, and more as it comes. Step "request" of the README's picture.
 #pragma once
 
-#include "filters/core/pieces/Piece.h"
 #include "viewer/session/SessionTypes.h"
 #include "viewer/session/line/LineMeter.h"
 #include "viewer/session/line/RequestBook.h"
