@@ -135,8 +135,10 @@ void Ask(const Routes& routes, const HttpRequest& request)
     const auto answer = reading.Answer();
     LookAt(request, answer);
     const auto uncounted = reading.Uncounted();
-    Require(!uncounted || reading.counts == Routes::Counts::Yes ||
-              (uncounted->status == answer.status && uncounted->fields == answer.fields),
+    Require(
+      reading.counts != Routes::Counts::Yes || !uncounted, "counts, and is given for nothing");
+    Require(
+      !uncounted || (uncounted->status == answer.status && uncounted->fields == answer.fields),
       "another answer where it does not count");
   }
   LookAt(request, routes.AnswerAdmin(request));
