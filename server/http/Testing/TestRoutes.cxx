@@ -187,6 +187,23 @@ TEST_F(Site, WhatTakesADiskIsNotAnsweredAtOnce)
   EXPECT_EQ(atOnce("/readyz"), 200u) << "as far as one can see";
 }
 
+// A request is resolved once: the second pass reads, and looks nothing up.
+TEST_F(Site, WhatIsReadIsWhatWasFound)
+{
+  const auto path = this->Blob(BlobId::Partition(3));
+  const auto bytes = *this->model->blobs.at(BlobId::Partition(3));
+  const auto found = this->routes.Find({ "GET", path, "", "", "" });
+  const auto* const reading = std::get_if<Routes::Reading>(&found);
+  ASSERT_TRUE(reading);
+  EXPECT_EQ(reading->source, this->model.get());
+  EXPECT_EQ(reading->part, "partitions/3");
+  this->catalog.Add("dragon", 2, 4, 3000); // replaced meanwhile
+  const auto answer = reading->Answer();
+  EXPECT_EQ(answer.status, 200u);
+  EXPECT_EQ(Text(answer), std::string(bytes.begin(), bytes.end()));
+  EXPECT_EQ(this->Get(path).status, 410u);
+}
+
 TEST_F(Site, WhatIsNotSentIsNotRead)
 {
   const auto path = this->Blob(BlobId::Partition(3));
