@@ -7,7 +7,6 @@
 #include "server/http/Testing/SelfSigned.h"
 #include "server/http/Testing/TlsTestClient.h"
 #include "server/protocol/ResourcePath.h"
-#include "server/protocol/Testing/AskedBlobs.h"
 #include "server/protocol/Testing/RandomMessages.h"
 #include "server/session/Testing/MemoryCatalog.h"
 
@@ -144,8 +143,7 @@ TEST_F(Tls, StreamsOverTls)
   client.Send(open);
   EXPECT_NE(client.Receive("\"opened\"").find("\"opened\""), std::string::npos);
   client.ChangeKeys();
-  client.Send(Frame(
-    protocol::WriteClientMessage({ 2, protocol::AskPartitions({ 0, 1, 2, 3, 4, 5, 6, 7 }) })));
+  client.Send(Frame(R"({"type":"region","request":2,"cell":1,"rings":0})"));
   const auto received = client.Receive("\"end\"");
   std::size_t bytes = 0;
   for (std::uint32_t p = 0; p < 8; ++p)
