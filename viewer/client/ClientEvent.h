@@ -37,7 +37,7 @@ struct ClientEvent
   std::string message;
 };
 
-// Gives the event to the session that asked.
-void Deliver(const ClientEvent& event, ViewerSession& session);
+// Gives the event to the session that asked; of a Blob, what became of it, else Unwanted.
+BlobArrival Deliver(const ClientEvent& event, ViewerSession& session);
 
 }

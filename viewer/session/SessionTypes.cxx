@@ -7,32 +7,6 @@
 namespace kdstream
 {
 
-const char* NameOf(SessionRequest::Kind kind)
-{
-  switch (kind)
-  {
-    case SessionRequest::Kind::Open:
-      return "open";
-    case SessionRequest::Kind::Preview:
-      return "preview";
-    case SessionRequest::Kind::Level:
-      return "level";
-    case SessionRequest::Kind::Tree:
-      return "tree";
-    case SessionRequest::Kind::Boxes:
-      return "boxes";
-    case SessionRequest::Kind::Region:
-      return "region";
-    case SessionRequest::Kind::Partitions:
-      return "partitions";
-    case SessionRequest::Kind::Blobs:
-      return "blobs";
-    case SessionRequest::Kind::Cancel:
-      break;
-  }
-  return "cancel";
-}
-
 const char* NameOf(ViewerMode mode)
 {
   switch (mode)
@@ -52,10 +26,6 @@ SessionRequest LeftOf(SessionRequest request, const std::vector<protocol::BlobId
   for (const protocol::BlobId& blob : here)
   {
     std::erase(request.blobs, blob);
-    if (blob.kind == protocol::BlobKind::Partition)
-    {
-      request.except.push_back(blob.number);
-    }
   }
   return request;
 }

@@ -28,33 +28,28 @@ struct SessionRequest
 {
   enum class Kind
   {
-    Open,    // the description of `model`; what follows is about it
-    Preview, // the piece of the preview level
-    Level,   // `blobs`, pieces of `level`
-    Tree,    // `blobs`, pages of the tree
-    Boxes,   // `blobs`, boxes of partitions
-    Region,  // the region of `rings` around `cell`, nearest first, but for the partitions `except`
-    Partitions, // `blobs`, partitions
-    Blobs,      // `blobs`, of any kind
-    Cancel      // of the request with this id, which ends without further answers
+    Open,  // the description of `model`; what follows is about it
+    Blobs, // `blobs`, of any kind, in the order wanted
+    Cancel // of the request with this id, which ends without further answers
   };
   Kind kind = Kind::Open;
-  std::uint32_t id = 0; // from 1; of a Cancel: the request that is cancelled
-  std::string model;    // of Open
-  std::uint8_t level = 0;
-  NodeId cell = 1;
-  std::uint8_t rings = 1;
-  std::vector<std::uint32_t> except;
-  std::vector<protocol::BlobId>
-    blobs; // that will answer, in the order wanted; of all kinds but Open and Cancel
+  std::uint32_t id = 0;                // from 1; of a Cancel: the request that is cancelled
+  std::string model;                   // of Open
+  std::vector<protocol::BlobId> blobs; // of Blobs: that will answer
   bool operator==(const SessionRequest&) const = default;
 };
-const char* NameOf(SessionRequest::Kind kind);
-// What is left to ask for where these of the request's blobs are here already; `except` names the
-// partitions among them, for a server that finds those of a region itself.
+// What is left to ask for where these of the request's blobs are here already.
 SessionRequest LeftOf(SessionRequest request, const std::vector<protocol::BlobId>& here);
-// As a line of JSON, for traces.
-std::string FormatRequest(const SessionRequest& request);
+// As a line of JSON, for traces. isPreview: it asks for the preview alone, and is called so.
+std::string FormatRequest(const SessionRequest& request, bool isPreview = false);
+
+// What became of a blob that has come.
+enum class BlobArrival
+{
+  Taken,    // undamaged, as far as it was looked at
+  Unwanted, // nobody has asked for it, or it is too late to tell
+  Damaged
+};
 
 // What to draw.
 struct ViewerScene

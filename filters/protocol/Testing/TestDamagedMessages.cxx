@@ -27,14 +27,9 @@ std::vector<ClientMessage> EveryClientMessage()
 {
   return {
     { 1, OpenRequest{ "dragon-2.x" } },
-    { 4294967295u, PreviewRequest{} },
-    { 3, LevelRequest{ 12, {} } },
-    { 3, LevelRequest{ 12, { 2, 3 } } },
-    { 4, TreeRequest{ { 1 } } },
-    { 5, BoxesRequest{ { 32, 33 } } },
+    { 4294967295u, BlobsRequest{ { BlobId::Partition(4) } } },
     { 6, RegionRequest{ 312, 2, {} } },
     { 6, RegionRequest{ 312, 2, { 7, 9 } } },
-    { 7, PartitionsRequest{ { 4, 5 } } },
     { 8, BlobsRequest{ { BlobId::TreePage(1), BlobId::PartitionBoxes(2), BlobId::LevelPiece(12, 3),
            BlobId::Partition(7) } } },
     { 9, CancelRequest{} },

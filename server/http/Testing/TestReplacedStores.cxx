@@ -8,6 +8,7 @@
 #include "filters/build/Builder.h"
 #include "filters/model/ModelJson.h"
 #include "filters/protocol/ResourcePath.h"
+#include "filters/protocol/Testing/AskedBlobs.h"
 #include "server/http/Testing/HttpTestClient.h"
 #include "server/session/StoreCatalog.h"
 
@@ -153,7 +154,7 @@ protected:
     }
     for (std::uint32_t request = 2; !stop; ++request)
     {
-      client.Ask({ request, PartitionsRequest{ all } });
+      client.Ask({ request, AskPartitions(all) });
       const auto answer = client.Await(request);
       for (const auto& blob : answer.blobs)
       {

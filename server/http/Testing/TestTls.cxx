@@ -143,7 +143,7 @@ TEST_F(Tls, StreamsOverTls)
   client.Send(open);
   EXPECT_NE(client.Receive("\"opened\"").find("\"opened\""), std::string::npos);
   client.ChangeKeys();
-  client.Send(Frame(R"({"type":"partitions","request":2,"partitions":[0,1,2,3,4,5,6,7]})"));
+  client.Send(Frame(R"({"type":"region","request":2,"cell":1,"rings":0})"));
   const auto received = client.Receive("\"end\"");
   std::size_t bytes = 0;
   for (std::uint32_t p = 0; p < 8; ++p)
