@@ -129,7 +129,8 @@ ReadFormat FormatOf(const std::string& ending)
   {
     const char* ending;
     ReadFormat read;
-  } formats[] = { { ".stl", ReadInChunks }, { ".vtp", ReadVtp }, { ".vtk", ReadVtk },
+  } formats[] = {
+    { ".stl", ReadInChunks }, { ".off", ReadInChunks }, { ".vtp", ReadVtp }, { ".vtk", ReadVtk },
 #ifdef KDSTREAM_HAS_COIN
     { ".wrl", ReadVrml }, { ".wrz", ReadVrml },
 #else
@@ -201,7 +202,8 @@ Result<ForeignMesh> ReadForeignMesh(const std::filesystem::path& file,
   if (!result)
   {
     const bool isUnpacked = ending.starts_with(".wr") && begin && FormatOfContent(*begin) == ".gz";
-    const std::string hint = begin && !isUnpacked ? OtherFormatHint(*begin, ending) : std::string();
+    const std::string hint =
+      begin && !isUnpacked ? OtherFormatHint(*begin, ending, source->Size()) : std::string();
     return hint.empty() || result.GetError().code != ErrorCode::InvalidInput
              ? result
              : Error{ ErrorCode::InvalidInput, hint };

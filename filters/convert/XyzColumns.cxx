@@ -235,6 +235,21 @@ XyzFirstColumn::Meaning XyzFirstColumn::Means() const
                                                  : Meaning::X;
 }
 
+XyzFirstColumn::Meaning XyzFirstColumn::MeansByAll(std::vector<double> values) const
+{
+  if (!this->Whole || values.size() < 3)
+  {
+    return Meaning::X;
+  }
+  std::sort(values.begin(), values.end());
+  if (std::adjacent_find(values.begin(), values.end()) != values.end())
+  {
+    return Meaning::X;
+  }
+  const bool dense = values.back() - values.front() == static_cast<double>(values.size() - 1);
+  return dense && values.size() >= manyPoints ? Meaning::Shuffled : Meaning::Differs;
+}
+
 XyzColumns::XyzColumns(std::size_t columns, std::size_t before)
   : Count(columns)
   , Before(before)
