@@ -651,7 +651,7 @@ TEST_F(TestTolerance, OffGoesThroughTheProgramsAsPlyDoes)
   EXPECT_EQ(read.points.size(), 4U);
   EXPECT_EQ(ValuesOf(read, "RGBA").size(), 16U);
   this->WriteText("in.off", off + "3 1 2 3\n");
-  EXPECT_EQ(this->Built("in.off", { { "bytes_behind_end", 8 } }).size(), 1U);
+  EXPECT_EQ(this->Built("in.off", { { "bytes_behind_end", 9 } }).size(), 1U);
 }
 
 TEST_F(TestTolerance, FloatsAreToldWhereTheyLoseDecimals)

@@ -22,7 +22,7 @@ namespace
 
 constexpr std::size_t longestWord = 4096;
 
-// Bytes of a number in binary files; 0: it has none that are known. A bit is none of them.
+// Bytes of a number in binary files; 0 of a bit, and of types that are not known.
 std::size_t SizeOfType(const std::string& type)
 {
   constexpr struct
@@ -202,7 +202,6 @@ private:
   // The numbers behind a head: of a text as words.
   bool TakeNumbers(std::uint64_t count, std::uint64_t components, const std::string& type)
   {
-    const std::uint64_t rest = this->Source.Remaining();
     const std::uint64_t all = components > 0 && count > ~std::uint64_t{ 0 } / components
                                 ? ~std::uint64_t{ 0 }
                                 : count * components;
@@ -219,17 +218,17 @@ private:
       return true;
     }
     this->SkipLine();
-    const std::size_t size = SizeOfType(LowercaseText(type));
-    if (type != "bit" && size == 0)
+    const std::size_t bits = type == "bit" ? 1 : 8 * SizeOfType(LowercaseText(type));
+    if (bits == 0)
     {
-      return false; // whose size nobody knows here
+      return false; // nobody knows here how large it is
     }
-    const std::uint64_t room = this->Source.Remaining();
-    if (type == "bit" ? all / 8 > rest : all > room / size)
+    const std::uint64_t room = 8 * this->Source.Remaining() / bits;
+    if (all > room)
     {
-      return this->NotEnough(type == "bit" ? 8 * room : room / size, all);
+      return this->NotEnough(room, all);
     }
-    this->Source.Seek(this->Source.Position() + (type == "bit" ? (all + 7) / 8 : all * size));
+    this->Source.Seek(this->Source.Position() + (all * bits + 7) / 8);
     return true;
   }
 

@@ -127,7 +127,7 @@ TEST(OffReader, CountsWhatItDoesNotRead)
     (std::vector<std::string>{ "2 lines have more values than the header names: they are not read; "
                                "the first: vertex 0 (line 3)" }));
   EXPECT_EQ(warnings(begin + faces + "3 1 2 3\n"),
-    (std::vector<std::string>{ "8 bytes behind the end are not read; the first: byte 50, behind "
+    (std::vector<std::string>{ "9 bytes behind the end are not read; the first: byte 49, behind "
                                "the last face that the header counts" }));
   EXPECT_EQ(warnings(begin + "2 0 1\n3 0 1 2\n"),
     (std::vector<std::string>{ "1 face has fewer than three corners and is dropped: face 0" }));
