@@ -211,6 +211,7 @@ void XyzFirstColumn::Add(double value)
     this->Counts = this->Counts && std::abs(this->Step) == 1 && value == this->Last + this->Step;
     this->NeverFalls = this->NeverFalls && value >= this->Last;
     this->Rising += value > this->Last ? 1 : 0;
+    this->Repeats = this->Repeats || value == this->First || value == this->Last;
   }
   this->Whole = this->Whole && value == std::floor(value);
   this->Counts = this->Counts && this->Whole;
@@ -237,7 +238,7 @@ XyzFirstColumn::Meaning XyzFirstColumn::Means() const
 
 XyzFirstColumn::Meaning XyzFirstColumn::MeansByAll(std::vector<double> values) const
 {
-  if (!this->Whole || values.size() < 3)
+  if (!this->Whole || this->Repeats || values.size() < 3)
   {
     return Meaning::X;
   }

@@ -129,7 +129,10 @@ public:
   };
 
   void Add(double value);
-  bool MayBeOther() const { return this->Counts || this->NeverFalls || this->Whole; }
+  bool MayBeOther() const
+  {
+    return this->Counts || this->NeverFalls || (this->Whole && !this->Repeats);
+  }
   // Counter needs three points, Rises twenty, or three of whole numbers that all rise; of columns
   // that only all values tell X.
   Meaning Means() const;
@@ -141,6 +144,7 @@ private:
   std::uint64_t Points = 0, Rising = 0;
   double First = 0, Last = 0, Step = 0;
   bool Counts = true, Whole = true, NeverFalls = true;
+  bool Repeats = false; // the first value, or the one before
 };
 
 // "x y z r g b class": what --columns says for it.
