@@ -626,6 +626,11 @@ TEST_F(TestTolerance, VrmlOfOtherPrograms)
     EXPECT_EQ(outcome.err.empty(), warning.empty()) << outcome.err;
     EXPECT_EQ(this->Read("out.ply").triangles.size(), 12U);
   }
+  // Behind brackets and strings, too.
+  this->WriteText("in.wrl",
+    second + "Shape { geometry IndexedFaceSet { coord Coordinate { point [ 0 0 0, 1 0 0, 0 1 0 ] } "
+             "coordIndex [ 0 1 2 ] glow 1 2 3 foo \"a b\" bar [ \"x\" ] } }\n");
+  EXPECT_EQ(this->Built("in.wrl", { { "fields_not_known", 3 } }).size(), 1U);
   this->WriteText("in.wrl", second + "Shape { glow 1 geometry Box { solid2 TRUE } }\n");
   EXPECT_EQ(this->Built("in.wrl", { { "fields_not_known", 2 } }).size(), 1U);
 }

@@ -38,6 +38,12 @@ std::size_t SizeOfType(const std::string& type)
   return found == std::end(sizes) ? 0 : found->size;
 }
 
+// Those that are of the same size on all systems, and in all versions of the format.
+bool IsSizeCertain(const std::string& type)
+{
+  return type.find("long") == std::string::npos && type != "vtkidtype";
+}
+
 // Parts of an array of points or cells: how many numbers each of them has, and where its head has
 // the type: behind the name.
 struct ArrayPart
@@ -62,7 +68,7 @@ public:
   {
   }
 
-  std::string FirstDamage()
+  VtkDamage First()
   {
     this->SkipLine();
     this->SkipLine();
@@ -70,12 +76,12 @@ public:
     this->IsBinary = kind == "BINARY";
     if (!this->IsBinary && kind != "ASCII")
     {
-      return "its third line says neither ASCII nor BINARY";
+      return { "its third line says neither ASCII nor BINARY" };
     }
     while (this->TakePart())
     {
     }
-    return this->Damage;
+    return std::move(this->Damage);
   }
 
 private:
@@ -158,9 +164,9 @@ private:
 
   // --- Damage, which ends the scan: all functions below return whether to go on.
 
-  bool Damaged(const std::string& what)
+  bool Damaged(const std::string& what, bool isCut = false)
   {
-    this->Damage = this->Part + " " + what;
+    this->Damage = { this->Part + " " + what, isCut };
     return false;
   }
 
@@ -179,7 +185,8 @@ private:
     const std::string then =
       next.empty() ? "then the file ends" : "then " + QuotedText(next) + " " + this->Here();
     return this->Damaged(
-      "has " + std::to_string(there) + " of its " + std::to_string(count) + " numbers, " + then);
+      "has " + std::to_string(there) + " of its " + std::to_string(count) + " numbers, " + then,
+      true);
   }
 
   // The next number of a text.
@@ -205,6 +212,12 @@ private:
     const std::uint64_t all = components > 0 && count > ~std::uint64_t{ 0 } / components
                                 ? ~std::uint64_t{ 0 }
                                 : count * components;
+    const bool isBit = LowercaseText(type) == "bit";
+    const std::size_t bits = isBit ? 1 : 8 * SizeOfType(LowercaseText(type));
+    if (bits == 0)
+    {
+      return this->Damaged("has numbers of the type " + QuotedText(type) + ", which is not known");
+    }
     if (!this->IsBinary)
     {
       double value = 0;
@@ -218,10 +231,9 @@ private:
       return true;
     }
     this->SkipLine();
-    const std::size_t bits = type == "bit" ? 1 : 8 * SizeOfType(LowercaseText(type));
-    if (bits == 0)
+    if (!isBit && !IsSizeCertain(LowercaseText(type)))
     {
-      return false; // nobody knows here how large it is
+      return false; // what follows may be anywhere
     }
     const std::uint64_t room = 8 * this->Source.Remaining() / bits;
     if (all > room)
@@ -232,12 +244,52 @@ private:
     return true;
   }
 
+  bool CellIsCut(std::uint64_t cell, std::uint64_t numbers)
+  {
+    return this->Damaged("has " + std::to_string(numbers) + " numbers, of which its cell " +
+                           std::to_string(cell) + " " + this->Here() + " has only a part",
+      true);
+  }
+
+  // The same of a binary file, big endian: whether the sizes of the cells fit the list.
+  bool TakeBinaryCells(std::uint64_t numbers)
+  {
+    constexpr std::uint64_t size = 4;
+    this->SkipLine();
+    const std::uint64_t room = this->Source.Remaining() / size;
+    if (numbers > room)
+    {
+      return this->NotEnough(room, numbers);
+    }
+    std::uint64_t cell = 0;
+    for (std::uint64_t left = numbers; left > 0; ++cell)
+    {
+      const Result<std::string_view> bytes = this->Source.Peek(size);
+      if (!bytes || bytes->size() < size)
+      {
+        return false;
+      }
+      std::uint64_t corners = 0;
+      for (std::size_t i = 0; i < size; ++i)
+      {
+        corners = corners << 8U | static_cast<unsigned char>((*bytes)[i]);
+      }
+      if (corners >= left)
+      {
+        return this->CellIsCut(cell, numbers);
+      }
+      this->Source.Seek(this->Source.Position() + size * (1 + corners));
+      left -= 1 + corners;
+    }
+    return true;
+  }
+
   // A list of cells as files of before version 5 have it: of each cell its size, then its points.
   bool TakeCells(std::uint64_t cells, std::uint64_t numbers)
   {
     if (this->IsBinary)
     {
-      return this->TakeNumbers(numbers, 1, "int");
+      return this->TakeBinaryCells(numbers);
     }
     double value = 0;
     std::uint64_t cell = 0, taken = 0;
@@ -252,8 +304,7 @@ private:
       {
         if (taken == numbers)
         {
-          return this->Damaged("counts " + std::to_string(numbers) + " numbers, and of its cell " +
-                               std::to_string(cell) + " " + this->Here() + " only a part is there");
+          return this->CellIsCut(cell, numbers);
         }
         if (!this->TakeNumber(taken++, numbers, value))
         {
@@ -431,15 +482,15 @@ private:
   std::uint64_t Line = 1;
   std::uint64_t Points = 0, Tuples = 0; // points of the file; of POINT_DATA or CELL_DATA
   std::string Part;                     // "POINTS (line 5)"
-  std::string Damage;
+  VtkDamage Damage;
 };
 
 }
 
-std::string DamagedPartOfVtk(const std::filesystem::path& file)
+VtkDamage FindVtkDamage(const std::filesystem::path& file)
 {
   Result<ByteSource> source = ByteSource::Open(file);
-  return source ? Scan(std::move(*source)).FirstDamage() : std::string();
+  return source ? Scan(std::move(*source)).First() : VtkDamage{};
 }
 
 }

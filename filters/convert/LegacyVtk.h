@@ -9,10 +9,18 @@
 namespace kdstream
 {
 
-// The first part that is not as its header says, for a message: "POINTS (line 5) has 20 of its 24
-// numbers, then 'POLYGONS' (line 12)"; of a list of cells which cell. Places in binary files are
-// bytes. Empty where nothing was found, or the file cannot be read. Goes through the file once, in
-// the memory of a block.
-std::string DamagedPartOfVtk(const std::filesystem::path& file);
+struct VtkDamage
+{
+  // The first part that is not as its header says, for a message: "POINTS (line 5) has 20 of its 24
+  // numbers, then 'POLYGONS' (line 12)"; of a list of cells which cell. Places in binary files are
+  // bytes. Empty: none was found, or the file cannot be read.
+  std::string part;
+  // Numbers are missing: VTK crashes on such lists of cells, and reads less than there should be of
+  // others.
+  bool isCut = false;
+};
+
+// Goes through the file once, in the memory of a block.
+VtkDamage FindVtkDamage(const std::filesystem::path& file);
 
 }

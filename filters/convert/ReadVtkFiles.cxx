@@ -135,7 +135,8 @@ Error Damaged(const Error& error, const std::string& part = {})
 {
   return error.code == ErrorCode::InvalidInput ? Error{ error.code,
     "is damaged, or is not as its header says: " + part + (part.empty() ? "" : "; ") +
-      "write it again by the program that it comes from (" + error.message + ")" }
+      "write it again by the program that it comes from" +
+      (error.message.empty() ? "" : " (" + error.message + ")") }
                                                : error;
 }
 
@@ -282,6 +283,11 @@ Result<ForeignMesh> ReadVtp(const std::filesystem::path& file, const Execution& 
 
 Result<ForeignMesh> ReadVtk(const std::filesystem::path& file, const Execution& execution)
 {
+  const VtkDamage damage = FindVtkDamage(file);
+  if (damage.isCut)
+  {
+    return Damaged(Error{ ErrorCode::InvalidInput, "" }, damage.part);
+  }
   VtkMessages messages;
   vtkNew<vtkGenericDataObjectReader> reader;
   reader->SetFileName(file.c_str());
@@ -297,7 +303,7 @@ Result<ForeignMesh> ReadVtk(const std::filesystem::path& file, const Execution& 
   vtkDataObject* const output = reader->GetOutput();
   if (const Status read = messages.FirstError(); !read)
   {
-    return Damaged(read.GetError(), DamagedPartOfVtk(file));
+    return Damaged(read.GetError(), damage.part);
   }
   if (vtkPolyData* const mesh = vtkPolyData::SafeDownCast(output))
   {

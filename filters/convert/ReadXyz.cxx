@@ -399,7 +399,7 @@ private:
         place < 3 ? ParseNumber(word, point[place]) : ParseNumber(word, rest[extra++]);
       if (error != NumberTextError::None)
       {
-        const bool mayBeLeftOut = this->Layout && place == 3;
+        const bool mayBeLeftOut = !this->Layout || place == 3;
         return this->Lines.Wrong(
           QuotedText(word) +
           (error == NumberTextError::NotANumber ? " is no number" : " is too large a number") +

@@ -269,6 +269,7 @@ private:
       this->Out.urls.push_back({ std::move(value), line });
     }
     this->Out.text += '"' + lines;
+    this->EndValue();
     this->Forget();
     this->EndExtern();
     return {};
@@ -357,6 +358,7 @@ private:
     }
     this->Out.text += bracket;
     ++this->At;
+    this->EndValue();
     const std::size_t height = closed.height + (bracket == '}' ? 1 : 0);
     if (!closed.proto.empty())
     {
@@ -491,6 +493,15 @@ private:
       this->Out.tolerance.Count(Lapse::FieldNotKnown, 1,
         QuotedText(word) + " of " + QuotedText(node.type) + " (line " + std::to_string(this->Line) +
           ")");
+    }
+  }
+
+  // A string, or what is in brackets: the value of a field, behind which the next is named.
+  void EndValue()
+  {
+    if (!this->Open.empty())
+    {
+      this->Open.back().isFieldNamed = false;
     }
   }
 

@@ -368,8 +368,9 @@ bool IsForeignWord(std::string_view word)
   constexpr std::size_t most = 40;
   constexpr std::string_view own[] = { "normal", "outer", "outerloop", "loop", "vertex", "endloop",
     "endfacet" };
-  const bool isName = !word.empty() && word.size() <= most &&
-                      ((word[0] >= 'a' && word[0] <= 'z') || (word[0] >= 'A' && word[0] <= 'Z'));
+  const bool isName =
+    !word.empty() && word.size() <= most &&
+    (word[0] == '#' || (word[0] >= 'a' && word[0] <= 'z') || (word[0] >= 'A' && word[0] <= 'Z'));
   return isName && std::none_of(std::begin(own), std::end(own),
                      [&](std::string_view each) { return IsWord(word, each); });
 }
@@ -506,7 +507,8 @@ Result<bool> TextStlReader::PassBetween()
     KDSTREAM_TRY(this->BeginFacet());
     return true;
   }
-  if (!this->At.inSolid || isSolid || !IsForeignWord(*word))
+  const bool isBefore = !this->At.inSolid && this->At.facet == 0;
+  if (isBefore || isSolid || isEnd || IsWord(*word, "facet") || !IsForeignWord(*word))
   {
     return this->Unexpected(*word, this->At.inSolid ? "'facet' or 'endsolid'" : "'solid'");
   }
@@ -523,13 +525,23 @@ Result<bool> TextStlReader::PassBetween()
 Status TextStlReader::BeginFacet()
 {
   static constexpr std::array<std::string_view, 6> begin{ "normal", "", "", "", "outer", "loop" };
+  bool isOuter = false;
   for (const std::string_view expected : begin)
   {
+    if (isOuter && expected != "loop")
+    {
+      continue; // without a normal
+    }
     const Result<std::string_view> next = this->Words.Next();
     KDSTREAM_TRY(next);
-    if (expected == "outer" && IsWord(*next, "outerloop"))
+    if ((expected == "outer" || expected == "normal") && IsWord(*next, "outerloop"))
     {
       break;
+    }
+    isOuter = expected == "normal" && IsWord(*next, "outer");
+    if (isOuter)
+    {
+      continue;
     }
     if (next->empty() || (!expected.empty() && !IsWord(*next, expected)))
     {
@@ -727,6 +739,10 @@ Result<std::unique_ptr<MeshReader>> OpenStlReader(ByteSource source, const Execu
   if (!hasHeader)
   {
     return Error{ ErrorCode::InvalidInput, "is not an STL file" };
+  }
+  if (IsWord(head->substr(0, 5), "facet") || head->starts_with('#'))
+  {
+    return Error{ ErrorCode::InvalidInput, "is not an STL file: a text begins with 'solid'" };
   }
   return Error{ ErrorCode::InvalidInput,
     "the header claims " + std::to_string(facets) + " triangles, " + std::to_string(size) +

@@ -272,11 +272,13 @@ TEST(StlReader, ReadsTextsOfOtherPrograms)
   std::transform(capitals.begin(), capitals.end(), capitals.begin(),
     [](char c) { return c >= 'a' && c <= 'z' ? static_cast<char>(c - 'a' + 'A') : c; });
   const std::vector<std::string> none;
-  for (const auto& [bytes, facets] : { std::pair{ "solid a b " + line + line + "endsolid a b", 2U },
-         { "solid " + line + "endsolid solid b " + line + "endsolid b", 2U },
-         { "solid facet normal\n" + oneFacet + "endsolid facet\nsolid b\n" + oneFacet + "endsolid",
-           2U },
-         { capitals + capitals, 2U }, { "\xEF\xBB\xBF\n \n" + capitals, 1U } })
+  for (const auto& [bytes, facets] :
+    { std::pair{ "solid a b " + line + line + "endsolid a b", 2U },
+      { "solid " + line + "endsolid solid b " + line + "endsolid b", 2U },
+      { "solid facet normal\n" + oneFacet + "endsolid facet\nsolid b\n" + oneFacet + "endsolid",
+        2U },
+      { capitals + capitals, 2U }, { "solid a\nfacet" + oneFacet.substr(18) + "endsolid a\n", 1U },
+      { "\xEF\xBB\xBF\n \n" + capitals, 1U } })
   {
     const MeshFileInfo info = read(bytes, facets);
     EXPECT_EQ(info.tolerance.Warnings(), none);
@@ -291,7 +293,9 @@ TEST(StlReader, ReadsTextsOfOtherPrograms)
   }
   for (const std::string& bytes : { "solid a\ncolor 1 0.5 0\n" + oneFacet + "endsolid a\n",
          "solid a\n" + oneFacet + "COLOR 1 0 0\nendsolid a\n",
-         "solid\ncolor 1 0 0 " + line + "endsolid" })
+         "solid\ncolor 1 0 0 " + line + "endsolid",
+         "solid a\n" + oneFacet + "endsolid a\nMade by hand\n",
+         "solid a\n# by hand\n" + oneFacet + "endsolid a\n" })
   {
     const MeshFileInfo info = read(bytes, 1);
     EXPECT_EQ(info.tolerance.Warnings(), none);
@@ -306,6 +310,7 @@ TEST(StlReader, SaysWhatIsWrongAndWhere)
 {
   ExpectError("", "the file is empty");
   ExpectError("soli", "is not an STL file");
+  ExpectError(oneFacet + "endsolid\n", "is not an STL file: a text begins with 'solid'");
   ExpectError(std::string(84, 'x'),
     "the header claims 2021161080 triangles, 101058054084 bytes with it; the file has 84");
   ExpectError(std::string(80, '\0') + "\xff\xff\xff\xff" + std::string(500, '\0'),
