@@ -297,6 +297,12 @@ TEST_F(TestConvertDamage, DamagedPartsOfVtkFilesAreNamed)
     this->WriteText("in.vtk", text);
     this->ExpectError("in.vtk", message);
   }
+  // Binary, of version 3, whole: numbers may look like blanks and ends of lines.
+  this->WriteText(
+    "in.vtk", "# vtk DataFile Version 3.0\nt\nBINARY\nDATASET POLYDATA\nPOINTS 11 float\n" +
+                std::string(132, '\0') + "\nPOLYGONS 1 4\n" +
+                std::string("\0\0\0\3\0\0\0\n\0\0\0\t\0\0\0\1", 16) + "\n");
+  EXPECT_EQ(this->Converted("in.vtk").triangles, (std::vector<Triangle>{ { 10, 9, 1 } }));
 }
 
 TEST_F(TestConvertDamage, NestingWithoutEndIsNoCrash)

@@ -323,6 +323,15 @@ private:
                                           std::to_string(cell));
   }
 
+  // Whether the next line is "OFFSETS TYPE". Of a binary file it may be numbers, too: no blank of
+  // which is skipped.
+  bool HasOffsets()
+  {
+    const Result<std::string_view> ahead = this->Source.Peek(longestWord);
+    const std::size_t end = ahead ? ahead->find('\n') : std::string_view::npos;
+    return end != std::string_view::npos && LowercaseText(ahead->substr(end + 1, 8)) == "offsets ";
+  }
+
   // The same of version 5: where each cell begins, then the points of all.
   bool TakeOffsets(std::uint64_t offsets, std::uint64_t corners)
   {
@@ -437,8 +446,7 @@ private:
     if (IsOneOf(keyword, cells))
     {
       return this->TakeCount(count) && this->TakeCount(more) &&
-             (LowercaseText(this->Ahead()) == "offsets" ? this->TakeOffsets(count, more)
-                                                        : this->TakeCells(count, more));
+             (this->HasOffsets() ? this->TakeOffsets(count, more) : this->TakeCells(count, more));
     }
     if (keyword == "CELL_TYPES")
     {

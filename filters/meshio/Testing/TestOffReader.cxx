@@ -174,9 +174,10 @@ TEST(OffReader, SaysWhatIsWrongAndWhere)
          { begin + "3 0 1 2\n3 0 2 4\n",
            "face 1 (line 8) names vertex 4, but there are only 4, counted from 0" },
          { begin + "3 0 1 2\n", "truncated: face 1 of 2 expected at byte 42" },
-         { begin + "3 0 1 2\n3 0 2\n", "truncated: face 1 of 2 expected at byte 47" },
-         { "OFF\n2 0 0\n0 0 0\n0 1,5 2\n",
-           "vertex 1 (line 4): y '1,5' is not a number of type double" },
+         { begin + "3 0 1 2\n3 0 2\n", "face 1 (line 8) has 2 of its 3 corners" },
+         { "OFF\n2 1 0\n0 0\n0 1 2\n3 0 0 0\n", "vertex 0 (line 3) has 2 of its 3 coordinates" },
+         { "OFF\n2 0 0\n0 0 0\n0 1,5 2\n", "vertex 1 (line 4): y '1,5' is not a number of type "
+                                           "float (a decimal comma: write 1.5 for 1,5)" },
        })
   {
     ExpectError(bytes, message, ErrorCode::InvalidInput);

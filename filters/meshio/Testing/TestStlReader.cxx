@@ -303,7 +303,7 @@ TEST(StlReader, ReadsTextsOfOtherPrograms)
     EXPECT_EQ(info.ignoredAttributes[0].find("words between facets that are none of STL ('"), 0U);
   }
   ExpectError("solid a\nfacett" + oneFacet.substr(5) + "endsolid\n",
-    "facet 0: 'outer' where 'facet' or 'endsolid' is expected, before byte 32");
+    "facet 0: 'outer' where 'facet' or 'endsolid' is expected, before byte 33");
 }
 
 TEST(StlReader, SaysWhatIsWrongAndWhere)

@@ -131,12 +131,15 @@ private:
   Status HeaderNumber(const char* what, std::uint64_t& number);
   Status ReadKind();
   void LookAtBehind(OffColumns& columns);
+  void LookForShort(
+    const char* element, std::uint64_t index, std::uint64_t there, std::uint64_t expected);
 
   TextLines Lines;
   std::string_view Rest; // of the line, without its comment
   bool HasNormals = false, HasColors = false, HasTexture = false;
   std::uint64_t Vertices = 0, Faces = 0, Body = 0, End = 0;
   bool IsWhole = false; // as many lines as vertices and faces
+  std::string Short;    // what is wrong with the first line of too few numbers
   OffColumns OfVertices{ false, 0 }, OfFaces{ false, 0 };
   DecimalPrecision Precision;
 };
@@ -247,6 +250,19 @@ void OffText::LookAtBehind(OffColumns& columns)
   columns.Add(behind);
 }
 
+// Remembers the first line of fewer numbers than it should have.
+void OffText::LookForShort(
+  const char* element, std::uint64_t index, std::uint64_t there, std::uint64_t expected)
+{
+  if (this->Short.empty() && there < expected)
+  {
+    this->Short = element + (" " + std::to_string(index)) + " (line " +
+                  std::to_string(this->Lines.Number()) + ") has " + std::to_string(there) +
+                  " of its " + std::to_string(expected) +
+                  (element[0] == 'v' ? " coordinates" : " corners");
+  }
+}
+
 Status OffText::LookAtLines(const Execution& execution)
 {
   const std::size_t others = (this->HasNormals ? 3U : 0U) + (this->HasTexture ? 2U : 0U);
@@ -257,6 +273,10 @@ Status OffText::LookAtLines(const Execution& execution)
     this->End = this->IsWhole ? this->Lines.End() : this->End;
     const Result<bool> more = this->NextLine();
     KDSTREAM_TRY(more);
+    if (!*more && this->IsWhole && !this->Short.empty())
+    {
+      return Error{ ErrorCode::InvalidInput, this->Short }; // no further line makes up for it
+    }
     if (!*more || this->IsWhole)
     {
       this->End = *more || !this->IsWhole ? this->Lines.Size() : this->End;
@@ -268,21 +288,22 @@ Status OffText::LookAtLines(const Execution& execution)
     }
     if (vertices < this->Vertices)
     {
-      ++vertices;
-      for (std::size_t k = 0; k < 3; ++k)
+      std::size_t taken = 0;
+      for (std::string_view word; taken < 3 && !(word = TakeWord(this->Rest)).empty(); ++taken)
       {
-        this->Precision.Add(TakeWord(this->Rest));
+        this->Precision.Add(word);
       }
+      this->LookForShort("vertex", vertices++, taken, 3);
       this->LookAtBehind(this->OfVertices);
       continue;
     }
-    ++faces;
-    std::uint64_t corners = 0;
+    std::uint64_t corners = 0, taken = 0;
     static_cast<void>(ParseNumber(TakeWord(this->Rest), corners));
-    while (corners > 0 && !TakeWord(this->Rest).empty())
+    while (taken < corners && !TakeWord(this->Rest).empty())
     {
-      --corners;
+      ++taken;
     }
+    this->LookForShort("face", faces++, taken, corners);
     this->LookAtBehind(this->OfFaces);
   }
 }

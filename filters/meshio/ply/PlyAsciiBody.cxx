@@ -163,7 +163,7 @@ Status AsciiBody::ReadNumber(const PlyPlace& place, const PlyProperty& property,
       property.name + " " + QuotedText(word) +
       (error == NumberTextError::NotANumber ? " is not a number of type "
                                             : " is out of range of the type ") +
-      std::string(PlyTypeName(property.type)));
+      std::string(PlyTypeName(property.type)) + DecimalCommaHint(word));
   }
   return {};
 }
