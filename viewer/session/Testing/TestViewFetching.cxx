@@ -531,11 +531,13 @@ TEST(TestViewFetching, LittleIsUnderWayOnASlowLine)
     SCOPED_TRACE(static_cast<int>(detail));
     MemoryServer server = Torus();
     SessionOptions options;
+    options.detail = detail;
     options.policy.tolerance = 0.1; // the finest level
     ViewerSession session(options);
-    OpenFullScreen(session, server);
-    server.sent.clear();
-    session.SetDetail(detail);
+    session.Resize({ width, height, 1 });
+    ASSERT_TRUE(session.SelectModel("torus"));
+    server.Serve(session); // the preview
+    session.EnterFullScreen();
     session.Zoom(30, onRingX, onRingY);
     std::size_t most = 0;
     server.Serve(session, nullptr,
