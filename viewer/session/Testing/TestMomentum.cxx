@@ -78,7 +78,7 @@ TEST(TestMomentum, TheStepsAreTheSameWhateverTheFramesAre)
 
 TEST(TestMomentum, AFingerAtRestAndOneThatTakesNoTimeTurnNothingOn)
 {
-  EXPECT_FALSE(LetGoAfter(0.2).TurnsOn());
+  EXPECT_FALSE(LetGoAfter(0.07).TurnsOn());
   Momentum keys;
   keys.Touch(1);
   keys.Follow(1, 50, 0);
