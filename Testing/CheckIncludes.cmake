@@ -1,7 +1,8 @@
 # SPDX-License-Identifier: BSD-3-Clause
 # Checks that includes follow the arrows of doc/architecture.md: run with -D ROOT=<source tree>.
 # A folder may include itself, what is listed for it, and headers that are not ours; VTK only where it says so. It has at
-# most 45 files, and a line in doc/architecture.md.
+# most 45 files, and a line in doc/architecture.md. Scripts of the page import from where a thing is defined, and in no circle.
+cmake_policy(VERSION 3.25)
 set(problems "")
 set(mostFiles 45)
 file(READ "${ROOT}/doc/architecture.md" architecture)
@@ -49,6 +50,46 @@ function(check folder)
       endif()
     endforeach()
   endforeach()
+  set(problems "${problems}" PARENT_SCOPE)
+endfunction()
+
+# check_scripts(folder): what its scripts import, at once or when it is needed.
+function(check_scripts folder)
+  file(GLOB scripts RELATIVE "${ROOT}/${folder}" "${ROOT}/${folder}/*.js")
+  if(NOT scripts)
+    list(APPEND problems "${folder}: no scripts; is the folder's name right?")
+  endif()
+  foreach(script IN LISTS scripts)
+    file(READ "${ROOT}/${folder}/${script}" text)
+    if(text MATCHES "\nexport ({[^}]*}|\\*)[^\"]*from[ \n]*\"([^\"]*)\"")
+      list(APPEND problems "${folder}/${script}: exports what ${CMAKE_MATCH_2} defines, from where it is to be imported")
+    endif()
+    string(REGEX MATCHALL "(from |import |import\\()\"\\./[^\"]*\"" imports "${text}")
+    list(TRANSFORM imports REPLACE ".*\"\\./(.*)\"" "\\1")
+    set(imports_of_${script} ${imports})
+  endforeach()
+  # Those that import nothing, or only what is taken off already, are in no circle.
+  set(left ${scripts})
+  set(goesOn TRUE)
+  while(goesOn)
+    set(goesOn FALSE)
+    foreach(script IN LISTS left)
+      set(waits FALSE)
+      foreach(imported IN LISTS imports_of_${script})
+        if(imported IN_LIST left)
+          set(waits TRUE)
+        endif()
+      endforeach()
+      if(NOT waits)
+        list(REMOVE_ITEM left ${script})
+        set(goesOn TRUE)
+      endif()
+    endforeach()
+  endwhile()
+  if(left)
+    list(JOIN left " " circle)
+    list(APPEND problems "${folder}: scripts import each other in a circle, or import from one: ${circle}")
+  endif()
   set(problems "${problems}" PARENT_SCOPE)
 endfunction()
 
@@ -103,7 +144,7 @@ check(viewer/offscreen VTK filters/core)
 check(viewer/rendering VTK filters/files filters/texture/Picture.h viewer/session viewer/session/look viewer/session/section viewer/session/paint ${core})
 check(viewer/sources VTK viewer/client viewer/session viewer/session/look server/protocol filters/adapter filters/store filters/texture filters/model
   filters/codec ${core})
-check(viewer/actor VTK viewer/rendering viewer/client viewer/session viewer/session/look ${core})
+check(viewer/actor VTK filters/adapter viewer/rendering viewer/client viewer/session viewer/session/look ${core})
 check(viewer/paraview)
 check(viewer/mobile FLAT viewer/session viewer/session/look viewer/session/section viewer/session/paint filters/codec ${core})
 check(viewer/mobile/web viewer/mobile viewer/client viewer/session viewer/session/look server/protocol filters/model filters/codec ${core})
@@ -111,6 +152,8 @@ check(viewer/desktop VTK FLAT filters/files viewer/desktop/window/WindowView.h v
   server/protocol filters/program filters/texture filters/model ${core})
 check(viewer/desktop/window VTK viewer/desktop viewer/offscreen viewer/rendering viewer/client viewer/session viewer/session/look
   filters/program filters/store filters/model ${core})
+
+check_scripts(viewer/mobile/web)
 
 if(problems)
   list(JOIN problems "\n" text)

@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: BSD-3-Clause
 # libkdstream: all that the VTK modules need, once, as a shared library under them; the programs link the same parts as static
-# libraries. It exports what KdStreamApi.map lists. Without BUILD_SHARED_LIBS the modules link the parts themselves.
+# libraries. It exports what KdStreamApi.map lists.
 set(parts core vtkadapter)
 if(KDSTREAM_BUILD_TOOLS)
   list(APPEND parts codec model files store meshio outofcore build)
@@ -10,20 +10,14 @@ if(KDSTREAM_BUILD_TOOLS)
 endif()
 list(TRANSFORM parts PREPEND kdstream_)
 
-if(BUILD_SHARED_LIBS)
-  set(objects ${parts})
-  list(TRANSFORM objects REPLACE "(.+)" "$<TARGET_OBJECTS:\\1>")
-  add_library(kdstream SHARED ${objects})
-  # After the objects nothing is missing that the parts have: what is linked here is what they link.
-  target_link_libraries(kdstream PRIVATE ${parts})
-  set_target_properties(kdstream PROPERTIES LINKER_LANGUAGE CXX
-    VERSION "${PROJECT_VERSION}" SOVERSION "${KDSTREAM_SOVERSION}" INSTALL_RPATH "${KDSTREAM_LIBRARY_RPATH}")
-  kdstream_export_only(kdstream "${PROJECT_SOURCE_DIR}/cmake/KdStreamApi.map")
-else()
-  add_library(kdstream INTERFACE)
-  list(REMOVE_ITEM parts kdstream_texture) # is not installed
-  target_link_libraries(kdstream INTERFACE ${parts} "$<BUILD_INTERFACE:$<TARGET_NAME_IF_EXISTS:kdstream_texture>>")
-endif()
+set(objects ${parts})
+list(TRANSFORM objects REPLACE "(.+)" "$<TARGET_OBJECTS:\\1>")
+add_library(kdstream SHARED ${objects})
+# After the objects nothing is missing that the parts have: what is linked here is what they link.
+target_link_libraries(kdstream PRIVATE ${parts})
+set_target_properties(kdstream PROPERTIES LINKER_LANGUAGE CXX
+  VERSION "${PROJECT_VERSION}" SOVERSION "${KDSTREAM_SOVERSION}" INSTALL_RPATH "${KDSTREAM_LIBRARY_RPATH}")
+kdstream_export_only(kdstream "${PROJECT_SOURCE_DIR}/cmake/KdStreamApi.map")
 add_library(KdStream::kdstream ALIAS kdstream)
 target_include_directories(kdstream INTERFACE "$<BUILD_INTERFACE:${PROJECT_SOURCE_DIR}>")
 

@@ -17,6 +17,7 @@ foreach(language C CXX)
   set(CMAKE_${language}_FLAGS_MINSIZEREL "-DNDEBUG")
 endforeach()
 
-# Small: no exceptions (no input of ours throws), no run-time types, one unit for the optimiser.
+# Small: no exceptions (no input of ours throws), no run-time types, one unit for the optimiser. At -Oz em++ has the compiler
+# inline nothing: each function is there when the module is parted by their names (PartWasm.cmake). wasm-opt inlines after that.
 add_compile_options(-Oz -flto -fno-exceptions -fno-rtti -mbulk-memory)
 add_link_options(-Oz -flto -mbulk-memory)

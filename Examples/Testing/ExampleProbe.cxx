@@ -3,7 +3,8 @@
 //   ExampleProbe make-mesh FILE.ply          writes a sphere of about 30,000 points
 //   ExampleProbe check-picture FILE.png N    succeeds if at least N hues (of 36) each fill 0.5 % of
 //   it
-//   ExampleProbe make-picture FILE.png N     writes a grey picture of N by N pixels
+//   ExampleProbe make-picture FILE.png N [C] writes a grey picture of N by N pixels, of C components
+//   (3: RGB)
 #include <vtkDataArray.h>
 #include <vtkImageData.h>
 #include <vtkMath.h>
@@ -34,11 +35,11 @@ int MakeMesh(const char* file)
   return writer->Write() == 1 ? EXIT_SUCCESS : EXIT_FAILURE;
 }
 
-int MakePicture(const char* file, int side)
+int MakePicture(const char* file, int side, int components)
 {
   vtkNew<vtkImageData> picture;
   picture->SetDimensions(side, side, 1);
-  picture->AllocateScalars(VTK_UNSIGNED_CHAR, 3);
+  picture->AllocateScalars(VTK_UNSIGNED_CHAR, components);
   picture->GetPointData()->GetScalars()->Fill(128);
   vtkNew<vtkPNGWriter> writer;
   writer->SetInputData(picture);
@@ -88,9 +89,9 @@ int main(int argc, char* argv[])
   {
     return MakeMesh(argv[2]);
   }
-  if (what == "make-picture" && argc == 4)
+  if (what == "make-picture" && (argc == 4 || argc == 5))
   {
-    return MakePicture(argv[2], std::atoi(argv[3]));
+    return MakePicture(argv[2], std::atoi(argv[3]), argc == 5 ? std::atoi(argv[4]) : 3);
   }
   if (what == "check-picture" && argc == 4)
   {

@@ -40,3 +40,23 @@ if(status EQUAL 0 OR NOT said MATCHES "difference: [^\n]*/pictures/SpherePicture
     OR NOT EXISTS "${WORK}/Offscreen/pictures/SpherePicture.difference.png")
   message(FATAL_ERROR "a wrong picture: ${status}\n${said}")
 endif()
+
+# What compares pictures leaves alpha out, and refuses what it cannot compare.
+foreach(components IN ITEMS 1 3 4)
+  run("${PROBE}" make-picture "${WORK}/grey${components}.png" 300 ${components})
+endforeach()
+function(expect_comparison status pattern picture baseline tolerance)
+  execute_process(COMMAND "${WORK}/installed/${LIBDIR}/kdstream/kdstream_compare_pictures" "${WORK}/${picture}" "${WORK}/${baseline}"
+    "${tolerance}" "${WORK}/comparison.difference.png" RESULT_VARIABLE was OUTPUT_VARIABLE said ERROR_VARIABLE said COMMAND_ECHO STDOUT)
+  if(NOT was EQUAL status OR NOT said MATCHES "${pattern}")
+    message(FATAL_ERROR "${was}, not ${status}; '${said}', not '${pattern}'")
+  endif()
+endfunction()
+foreach(components IN ITEMS 3 4)
+  expect_comparison(0 "differs by 0 " grey4.png grey${components}.png 0)
+  expect_comparison(1 "no picture of 8-bit RGB or RGBA: it has 1 components of unsigned char" grey${components}.png grey1.png 1000)
+endforeach()
+expect_comparison(1 "no picture of 8-bit RGB" grey1.png grey1.png 1000)
+foreach(tolerance IN ITEMS ten 10x -1 nan "")
+  expect_comparison(2 "tolerance must be a number" grey3.png grey3.png "${tolerance}")
+endforeach()

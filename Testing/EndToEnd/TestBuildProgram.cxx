@@ -360,7 +360,7 @@ TEST_F(BuildProgram, BadInputIsNamedWithItsPlace)
   expect("missing.ply", "no such file");
   expect("empty.ply", "empty");
   expect("text.ply", "not a PLY");
-  expect("range.ply", "face 1 names vertex 99, but there are only 4, counted from 0");
+  expect("range.ply", "face 1 (line 15) names vertex 99, but there are only 4, counted from 0");
   expect("none.ply", "the mesh has no vertices");
   expect("model.ifc", ".ifc");
   // Each partitioner has a check of its own.

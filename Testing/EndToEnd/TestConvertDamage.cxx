@@ -209,6 +209,48 @@ TEST_F(TestConvertDamage, LiesAboutSizesTakeNoMemory)
   }
 }
 
+// VTK's readers of these files take offsets, cells and arrays as they are.
+TEST_F(TestConvertDamage, CellsOfVtkFilesAreNotBelieved)
+{
+  const std::string head = "# vtk DataFile Version 5.1\nt\nASCII\nDATASET ";
+  const std::string points = "POINTS 3 float\n0 0 0 1 0 0 0 1 0\n";
+  const auto cells = [](const std::string& kind, const std::string& offsets, const std::string& ids)
+  {
+    const auto count = [](const std::string& list)
+    { return std::to_string(1 + std::count(list.begin(), list.end(), ' ')); };
+    return kind + " " + count(offsets) + " " + count(ids) + "\nOFFSETS vtktypeint64\n" + offsets +
+           "\nCONNECTIVITY vtktypeint64\n" + ids + "\n";
+  };
+  const std::string grid = head + "UNSTRUCTURED_GRID\n" + points;
+  const std::vector<std::pair<std::string, std::string>> cases{
+    { head + "POLYDATA\n" + points + cells("POLYGONS", "0 1000000", "0 1 2"),
+      "cell 0 has the corners from 0 up to 1000000 of a list of 3" },
+    { head + "POLYDATA\n" + points + cells("LINES", "0 3 1 3", "0 1 2"),
+      "cell 1 has the corners from 3 up to 1 of a list of 3" },
+    { grid + cells("CELLS", "0 1000000", "0 1 2") + "CELL_TYPES 1\n5\n",
+      "cell 0 has the corners from 0 up to 1000000 of a list of 3" },
+    { grid + cells("CELLS", "0 3", "0 1 7") + "CELL_TYPES 1\n5\n",
+      "cell 0 uses point 7, but there are 3" },
+    { grid + cells("CELLS", "0 3", "0 1 2") + "CELL_TYPES 1\n10\n",
+      "cell 0 of the type 10 has 3 points" },
+    { grid + cells("CELLS", "0 3", "0 1 2") + "CELL_TYPES 1\n200\n",
+      "cell 0 of the type 200 has 3 points" },
+  };
+  for (const auto& [text, message] : cases)
+  {
+    this->WriteText("lie.vtk", text);
+    this->ExpectError("lie.vtk", message);
+  }
+  this->WriteText("array.vtk", grid + cells("CELLS", "0 3", "0 1 2") +
+                                 "CELL_TYPES 1\n5\nPOINT_DATA 3\nFIELD f 1\nshort 1 1 float\n7\n");
+  const Mesh read = this->Converted("array.vtk",
+    "kdstream-convert: warning: array.vtk: dropped: point array \"short\": has 1 tuples for 3 "
+    "points\nkdstream-convert: warning: array.vtk: holds vtkUnstructuredGrid, of which the surface "
+    "is taken\n");
+  EXPECT_EQ(read.triangles.size(), 1U);
+  EXPECT_TRUE(read.attributes.empty());
+}
+
 TEST_F(TestConvertDamage, NestingWithoutEndIsNoCrash)
 {
   std::string json = "{\"asset\":{\"version\":\"2.0\"},\"x\":" + std::string(2000000, '[');

@@ -437,7 +437,7 @@ TEST_F(TestConvertVrml, MistakesAreNamedWithTheirLine)
   this->WriteText("in.wrl", "Shape { }\n");
   this->ExpectError("in.wrl", "is not a VRML 2 file");
   this->WriteText("in.wrl", std::string("\x1f\x8b\x08\0aaaa", 8));
-  this->ExpectError("in.wrl", "looks like a .gz file");
+  this->ExpectError("in.wrl", "truncated: its compressed text (gzip) ends at byte 8");
 }
 
 // What would take memory, time or the stack without end.
@@ -740,7 +740,7 @@ TEST_F(TestConvertVrml, FlatBoxesAreFaces)
 TEST_F(TestConvertVrml, ExtrusionsAreBound)
 {
   std::string section, spine;
-  for (int i = 0; i < 3000; ++i)
+  for (int i = 0; i < 700; ++i)
   {
     section += std::to_string(i) + " 0 ";
     spine += "0 " + std::to_string(i) + " 0 ";

@@ -7,6 +7,8 @@
 
 #include <nlohmann/json.hpp>
 
+#include <vtkXMLPolyDataWriter.h>
+
 #include <fstream>
 #include <limits>
 
@@ -401,12 +403,17 @@ TEST_F(TestTolerance, ColumnsOfAnXyzByTheirNames)
   EXPECT_EQ(turned.points[0], (Vec3{ 2, 1, 7 }));
   EXPECT_EQ(turned.attributes.size(), 1U);
   EXPECT_EQ(ValuesOf(turned, "Intensity"), (std::vector<double>{ 4, 5 }));
+  this->WriteText("words.csv", "name,x,y,z,class\nA1,1,2,3,ground\nA2,4,5,6,tree\n");
+  this->ExpectError("words.csv", "line 2: 'A1' is no number; --columns leaves out");
+  const Outcome words = this->Convert("words.csv", { "--columns", "- x y z -" });
+  EXPECT_EQ(words.exitCode, 0) << words.err;
+  EXPECT_EQ(this->Read("out.ply").points, (std::vector<Vec3>{ { 1, 2, 3 }, { 4, 5, 6 } }));
   // Through a build, too; and by a line of the file.
   EXPECT_EQ(
     this->Build({ "in.xyz", "-o", "m.kds", "--quiet", "--columns", "- x y z r g b -" }).err, "");
   EXPECT_EQ(ValuesOf(this->Extracted(), "RGB").size(), 6U);
   for (const std::string header :
-    { "//X Y Z R G B Class\n", "# x y z r g b class\n3\n", "X,Y,Z,R,G,B,Classification\n" })
+    { "//X Y Z R G B Class\n", "# x y z r g b class\n1\n", "X,Y,Z,R,G,B,Classification\n" })
   {
     this->WriteText("head.xyz", header + "1 2 3 20 30 40 50\n");
     EXPECT_EQ(ValuesOf(this->Converted("head.xyz"), "classification"), (std::vector{ 50.0 }))
@@ -426,4 +433,250 @@ TEST_F(TestTolerance, ColumnsOfAnXyzByTheirNames)
   this->WriteText("m.obj", cube);
   EXPECT_EQ(this->Build({ "m.obj", "-o", "m.kds", "--columns", "x y z" }).exitCode, 2);
   EXPECT_EQ(this->Convert("m.obj", { "--columns", "x y z" }).exitCode, 2);
+}
+
+TEST_F(TestTolerance, TheFirstColumnOfPointsMayBeANumberOrATime)
+{
+  const auto lines = [](auto first, const std::string& behind)
+  {
+    std::ostringstream text;
+    text.precision(15);
+    for (int i = 0; i < 30; ++i)
+    {
+      text << first(i) << ' ' << 500013.436 + (i * 7) % 11 << ' ' << 5400084.743 + (i * 5) % 13
+           << ' ' << 4000207.638 + (i * 3) % 7 << behind << '\n';
+    }
+    return text.str();
+  };
+  const auto counter = [](int i) { return 17. + i; };
+  const auto time = [](int i) { return 1.6e9 + i / 2 * 0.25; };
+  for (const auto& [text, names] : { std::pair{ lines(counter, ""), "number x y z" },
+         { lines(counter, " 0.5"), "number x y z intensity" },
+         { lines(counter, " 12.5 300 -7"), "number x y z column5 column6 column7" },
+         { lines(counter, " 0 128 9"), "number x y z r g b" },
+         { lines(counter, " 0 128 9 0.5"), "number x y z r g b column8" },
+         { lines(time, ""), "number x y z" } })
+  {
+    SCOPED_TRACE(names);
+    this->WriteText("in.xyz", text);
+    const Warnings warnings =
+      this->Built("in.xyz", { { "columns_guessed", 1 } }, { "--precision", "lossless" });
+    ASSERT_FALSE(warnings.empty());
+    EXPECT_NE(warnings[0].find("are read as \"" + std::string(names) + "\""), std::string::npos)
+      << warnings[0];
+    EXPECT_NE(warnings[0].find("--columns"), std::string::npos);
+    std::string all;
+    for (const std::string& warning : warnings)
+    {
+      all += "kdstream-convert: warning: in.xyz: " + warning + "\n";
+    }
+    const Mesh read = this->Converted("in.xyz", all);
+    ASSERT_EQ(read.points.size(), 30U);
+    EXPECT_EQ(read.points[1], (Vec3{ 500020.436, 5400089.743, 4000210.638 }));
+    EXPECT_EQ(ValuesOf(read, "number")[29], text.starts_with("17 ") ? 46 : 1.6e9 + 3.5);
+  }
+  this->WriteText("in.xyz", "9 1.5 2 3\n8 2.5 3 3\n7 3.5 2 3\n");
+  EXPECT_EQ(ValuesOf(this->Read(this->Convert("in.xyz").exitCode == 0 ? "out.ply" : ""), "number"),
+    (std::vector<double>{ 9, 8, 7 }));
+  this->WriteText("in.xyz", "101 1.5 2 3\n105 2.5 3 3\n106 3.5 2 3\n");
+  EXPECT_NE(this->Convert("in.xyz").err.find("\"number x y z\" too"), std::string::npos);
+  // A cloud along x.
+  this->WriteText("in.xyz", lines([](int i) { return i * i; }, ""));
+  EXPECT_NE(this->Built("in.xyz", { { "columns_guessed", 1 } })[0].find("they could be"),
+    std::string::npos);
+  EXPECT_EQ(this->Convert("in.xyz", { "--strict", "--columns", "x y z i" }).err, "");
+  // Colours tell that x y z are before them; and rasters go along x slowly.
+  for (const std::string& text : { lines([](int i) { return i; }, "").insert(0, "x y z i\n"),
+         lines([](int i) { return i / 10; }, "") })
+  {
+    this->WriteText("in.xyz", text);
+    EXPECT_EQ(this->Built("in.xyz", nlohmann::json::object()), Warnings{});
+  }
+  this->WriteText("in.xyz", "1 2 3 9 8 7\n2 5 4 9 8 7\n3 6 9 1 2 3\n");
+  EXPECT_EQ(ValuesOf(this->Converted("in.xyz"), "RGB").size(), 9U);
+}
+
+TEST_F(TestTolerance, SurveyorsNamesOfColumns)
+{
+  this->WriteText("in.csv",
+    "Point,Northing,Easting,Elevation (m)\n7,5400084.743,500013.436,207.5\n9,1.5,2.5,3.5\n");
+  const Mesh read = this->Converted("in.csv");
+  EXPECT_EQ(
+    read.points, (std::vector<Vec3>{ { 500013.436, 5400084.743, 207.5 }, { 2.5, 1.5, 3.5 } }));
+  EXPECT_EQ(ValuesOf(read, "Point"), (std::vector<double>{ 7, 9 }));
+}
+
+TEST_F(TestTolerance, CountsOfPointsAsText)
+{
+  const std::string points = "10 20 30\n11 20 30\n10 22 30\n";
+  for (const std::string& text :
+    { "4\n" + points, "3\n" + points + "2\n1 2 3\n", "5\n" + points + "3\n" + points })
+  {
+    this->WriteText("in.pts", text);
+    this->ExpectError("in.pts", "truncated: line ");
+  }
+  this->WriteText("in.pts", "3\n" + points + "1\n1 2 3\n");
+  EXPECT_EQ(this->Converted("in.pts").points.size(), 4U);
+  this->WriteText("in.pts", "2\n" + points + "1\n" + points);
+  EXPECT_EQ(this->Built("in.pts", { { "not_counted", 3 } }),
+    Warnings{ "3 points or faces are in the file but not counted by its header; the first: line 1 "
+              "counts 2 points" });
+}
+
+TEST_F(TestTolerance, CountsOfVtpThatFallShort)
+{
+  const auto vtp = [](const std::string& points, const std::string& polys)
+  {
+    return "<VTKFile type=\"PolyData\" version=\"0.1\" "
+           "byte_order=\"LittleEndian\"><PolyData><Piece "
+           "NumberOfPoints=\"" +
+           points +
+           "\" NumberOfVerts=\"0\" NumberOfLines=\"0\" NumberOfStrips=\"0\" NumberOfPolys=\"" +
+           polys +
+           "\"><Points><DataArray type=\"Float32\" NumberOfComponents=\"3\" format=\"ascii\">0 0 0 "
+           "1 "
+           "0 0 0 1 0 1 1 0 9 9 9</DataArray></Points><Polys><DataArray type=\"Int32\" "
+           "Name=\"connectivity\" format=\"ascii\">0 1 2 1 3 2</DataArray><DataArray "
+           "type=\"Int32\" "
+           "Name=\"offsets\" format=\"ascii\">3 "
+           "6</DataArray></Polys></Piece></PolyData></VTKFile>\n";
+  };
+  this->WriteText("in.vtp", vtp("5", "2"));
+  EXPECT_EQ(this->Converted("in.vtp").triangles.size(), 2U);
+  for (const auto& [points, polys, name] :
+    { std::tuple{ "5", "1", "NumberOfPolys is 1" }, { "4", "2", "NumberOfPoints is 4" } })
+  {
+    this->WriteText("in.vtp", vtp(points, polys));
+    const Warnings warnings = this->Built("in.vtp", { { "not_counted", 1 } });
+    ASSERT_FALSE(warnings.empty());
+    EXPECT_EQ(warnings[0],
+      "1 point or face is in the file but not counted by its header: " + std::string(name));
+  }
+  for (const int mode : { vtkXMLWriter::Ascii, vtkXMLWriter::Binary, vtkXMLWriter::Appended })
+  {
+    const Mesh mesh = Torus(70, 80);
+    vtkNew<vtkXMLPolyDataWriter> writer;
+    writer->SetInputData(ToPolyData(mesh));
+    writer->SetFileName((this->Folder / "in.vtp").c_str());
+    writer->SetDataMode(mode);
+    writer->Write();
+    EXPECT_EQ(this->Converted("in.vtp").triangles.size(), mesh.triangles.size());
+    std::string text = ReadWhole(this->Folder / "in.vtp");
+    const std::string count = "NumberOfPolys=\"" + std::to_string(mesh.triangles.size()) + "\"";
+    ASSERT_NE(text.find(count), std::string::npos);
+    text.replace(text.find(count), count.size(), "NumberOfPolys=\"0005\"");
+    this->WriteText("in.vtp", text);
+    EXPECT_NE(this->Convert("in.vtp").err.find(
+                std::to_string(mesh.triangles.size() - 5) + " points or faces are in the file but"),
+      std::string::npos);
+  }
+  this->WriteText("in.vtp", vtp("5", "3"));
+  this->ExpectError("in.vtp", "is damaged, or is not as its header says: write it again");
+}
+
+TEST_F(TestTolerance, VrmlOfOtherPrograms)
+{
+  if (!hasVrml)
+  {
+    GTEST_SKIP() << "VRML needs Coin";
+  }
+  const std::string first = "#VRML V1.0 ascii\n", second = "#VRML V2.0 utf8\n";
+  const std::string pictures = "its pictures are not read", left = "left out: 1 ";
+  for (const auto& [text, warning] :
+    {
+      std::pair{
+        first + "Separator { Texture2 { filename a.jpg wrapS REPEAT } Cube { } }", pictures },
+      { first + "Separator { Texture2 { filename } Cube { } }", pictures },
+      { second +
+          "Shape { appearance Appearance { texture ImageTexture { url a.png } } geometry Box { } }",
+        pictures },
+      { first + "Separator { Background { skyColor 0 0 1 } Cube { } }", std::string() },
+      { first + "Separator { Knob { turn 1 } Cube { parts (SIDES | TOP | BOTTOM) } }",
+        left + "nodes that are not known ('Knob')" },
+      { first + "Separator { glow 1 DEF c Cube { width 2 shine [ 1, 2 ] } ShapeHints { shapeType "
+                "SOLID faceType CONVEX } }",
+        std::string("fields that are not known ('shine' of 'Cube')") },
+      { second + "Shape { geometry Box { solid2 TRUE size 2 2 2 } }",
+        left + "fields that are not known ('solid2' of 'Box')" },
+      { second + "Shape { glow Sphere { radius 9 } geometry Box { } }",
+        left + "fields that are not known ('glow' of 'Shape')" },
+      { second + "PROTO P [ field SFVec3f s 2 2 2 ] { Shape { geometry Box { size IS s far [ 1 2 ] "
+                 "} } } P { }",
+        left + "fields that are not known ('far' of 'Box')" },
+    })
+  {
+    SCOPED_TRACE(text);
+    this->WriteText("in.wrl", text + "\n");
+    const Outcome outcome = this->Convert("in.wrl");
+    EXPECT_EQ(outcome.exitCode, 0) << outcome.err;
+    EXPECT_NE(outcome.err.find(warning), std::string::npos) << outcome.err;
+    EXPECT_EQ(outcome.err.empty(), warning.empty()) << outcome.err;
+    EXPECT_EQ(this->Read("out.ply").triangles.size(), 12U);
+  }
+}
+
+TEST_F(TestTolerance, FloatsAreToldWhereTheyLoseDecimals)
+{
+  const std::string begin =
+    "# .PCD v0.7\nVERSION 0.7\nFIELDS x y z\nSIZE 4 4 4\nTYPE F F F\nCOUNT 1 1 "
+    "1\nWIDTH 2\nHEIGHT 1\nVIEWPOINT 0 0 0 1 0 0 0\nPOINTS 2\nDATA ascii\n";
+  for (const auto& [x, told] :
+    { std::pair{ "5000000.25", true }, { "5000000.5", false }, { "5000000.1234", true } })
+  {
+    this->WriteText("in.pcd", begin + x + " 0 0\n5000001 1 1\n");
+    const Outcome outcome = this->Convert("in.pcd");
+    const bool isTold = outcome.err.find("are read as floats") != std::string::npos;
+    if (outcome.err.find("needs PCL") == std::string::npos)
+    {
+      EXPECT_EQ(isTold, told) << outcome.err;
+    }
+    if (hasVrml)
+    {
+      this->WriteText("in.wrl",
+        std::string("#VRML V2.0 utf8\nShape { geometry PointSet { coord Coordinate { point [ ") +
+          x + " 0 0, 5000001 1 1 ] } } }\n");
+      EXPECT_EQ(this->Convert("in.wrl").err.find("are read as floats") != std::string::npos, told);
+    }
+  }
+}
+
+TEST_F(TestTolerance, CausesAreNamed)
+{
+  const std::string comma = "'10,5' is not a number (a decimal comma: write 1.5 for 1,5)";
+  const std::string lfs =
+    "version https://git-lfs.github.com/spec/v1\noid sha256:4d7a2\nsize 12345\n";
+  for (const auto& [file, text, what] : { std::tuple{ "a.obj", std::string("v 10,5 2 3\n"), comma },
+         { "a.stl",
+           "solid s\nfacet normal 0 0 1\nouter loop\nvertex 10,5 2 3\nvertex 1 2 3\nvertex 1 2 "
+           "4\nendloop\nendfacet\nendsolid s\n",
+           comma },
+         { "a.ply", lfs, "run git lfs pull" }, { "b.obj", lfs, "run git lfs pull" },
+         { "b.stl", lfs, "run git lfs pull" }, { "a.vtp", lfs, "run git lfs pull" },
+         { "a.vtk", lfs, "run git lfs pull" }, { "a.gltf", lfs, "run git lfs pull" },
+         { "a.glb", lfs, "run git lfs pull" }, { "a.xyz", lfs, "run git lfs pull" },
+         { "b.ply", "\x89PNG\r\n\x1a\n...", "looks like a .png file" },
+         { "b.gltf", std::string("\xFF\xFE{\0}\0", 6), "UTF-16" },
+         { "c.gltf",
+           "{\"asset\":{\"version\":\"2.0\"},\"scene\":0,\"scenes\":[{\"nodes\":[0]}],\"nodes\":[{"
+           "\"matrix\":[1,0,0,5,0,1,0,6,0,0,1,7,0,0,0,1]}]}",
+           "node 0 has a matrix whose last row is not 0 0 0 1" } })
+  {
+    SCOPED_TRACE(file);
+    this->WriteText(file, text);
+    this->ExpectError(file, what);
+  }
+}
+
+TEST_F(TestTolerance, NamesBeyondAscii)
+{
+  const std::string obj =
+    "mtllib a.mtl\nv 0 0 0\nv 1 0 0\nv 0 1 0\nvt 0 0\nvt 1 0\nvt 0 1\nusemtl m\n"
+    "f 1/1 2/2 3/3\n";
+  this->WriteText("a.obj", obj);
+  this->WriteText("a.mtl", "newmtl m\nmap_Kd C:\\tex\\größe.png\n");
+  EXPECT_NE(
+    this->Convert("a.obj").err.find("the picture 'größe.png' (a.mtl, line 2)"), std::string::npos);
+  this->WriteText("größe.png", "no picture");
+  this->WriteText("a.mtl", "newmtl m\nmap_Kd GRÖßE.PNG\n");
+  EXPECT_EQ(this->Convert("a.obj").err.find("is not there"), std::string::npos);
 }

@@ -2,7 +2,9 @@
 // A file of each kind that was once read wrongly or refused, written here. Each case: `name`; `file`, to be read; `files`,
 // { name: bytes } that are written before; `right`, what must be measured (measures.mjs), besides what the small readers find;
 // `says`, what a warning must say; `refused`, what the error must say instead; `colors`, all colours of 0 to 255 that the
-// model then has.
+// model then has; `mustRefuse`: it is not to be read.
+
+import { gzipSync } from "node:zlib";
 
 const corners = [[-1, -1, -1], [1, -1, -1], [1, 1, -1], [-1, 1, -1], [-1, -1, 1], [1, -1, 1], [1, 1, 1], [-1, 1, 1]];
 const quads = [[0, 3, 2, 1], [4, 5, 6, 7], [0, 1, 5, 4], [1, 2, 6, 5], [2, 3, 7, 6], [3, 0, 4, 7]];
@@ -137,6 +139,24 @@ const coloredObj = (color) => objOf(corners.map((corner, i) => [...corner, ...co
 // The picture of a library that is not there.
 const gone = "newmtl m\nmap_Kd gone.png\n";
 
+// The cube's PLY, otherwise.
+const plyWith = (changes, options) => changes.reduce((text, [from, to]) => text.replace(from, to), plyOf(corners, quads, options));
+const plyInLines = (text) => text.replace(/end_header\n([^]*)$/, (_, body) => `end_header\n${body.trim().replaceAll("\n", " ")}\n`);
+
+// A PLY of the cube as bytes, whose places are of 64 bits, and whose faces are of another type.
+function plyBytes(type) {
+  const head = `ply\nformat binary_little_endian 1.0\nelement vertex 8\nproperty int64 x\nproperty int64 y\nproperty int64 z\nproperty uint64 id
+element face 6\nproperty list float ${type} vertex_indices\nend_header\n`;
+  const vertices = Buffer.from(new BigInt64Array(corners.flatMap((corner, i) => [...corner, i].map(BigInt))).buffer);
+  const indices = { float: Float32Array, double: Float64Array, uint64: BigUint64Array }[type];
+  const faces = quads.map((quad) => Buffer.concat([floats([[4]]), Buffer.from(new indices(quad.map((i) => (type === "uint64" ? BigInt(i) : i))).buffer)]));
+  return Buffer.concat([Buffer.from(head), vertices, ...faces]);
+}
+
+// Points of text with a colour each.
+const rowsOf = (between, more = () => [], count = 40) => scatter(count).map((point, i) => [...point, ...more(i)].join(between)).join("\n");
+const cloud = { triangles: 0, places: 40 };
+
 const one = (name, file, bytes, right, rest = {}) => ({ name, file, files: { [file]: bytes }, right, ...rest });
 
 export const cases = [
@@ -172,6 +192,8 @@ export const cases = [
     files: { "a.obj": `mtllib b.mtl\n${twoMaterials("p", "q")}`, "a.mtl": mtl("p", "q"), "b.mtl": mtl("q", "p") } },
   { name: "a library in small letters that is not named", file: "a.obj", right: twoCubes, says: /a\.mtl/, colors: twoColors,
     files: { "a.obj": twoMaterials("p", "q").replace("mtllib a.mtl\n", ""), "a.mtl": mtl("p", "q").toLowerCase() } },
+  { name: "a library of the mesh's name, where that which it names is not there", file: "a.obj", right: twoCubes, says: /'a\.mtl' is taken/, colors: twoColors,
+    files: { "a.obj": twoMaterials("p", "q").replace("mtllib a.mtl", "mtllib scene.mtl"), "a.mtl": mtl("p", "q") } },
   one("a PLY with one colour brighter than white", "a.ply", plyOf(corners, quads,
     { properties: "property float red\nproperty float green\nproperty float blue", row: (i) => (i ? "0.8 0.4 0.2" : "2 0.4 0.2") }), cube,
   { says: /most/ }),
@@ -247,4 +269,48 @@ export const cases = [
   one("a glTF far away by CESIUM_RTC", "a.glb", glb([{ mesh: 0 }], { more: { extensionsUsed: ["CESIUM_RTC"], extensions: { CESIUM_RTC: { center: [4000000, 100, -5000000] } } } }), { volume: 8 }),
   one("a glTF with a hidden node", "a.glb", glb([{ mesh: 0 }, { mesh: 0, translation: [9, 0, 0], extensions: { KHR_node_visibility: { visible: false } } }],
     { more: { extensionsUsed: ["KHR_node_visibility"] } }), cube, { says: /hidden/ }),
+  one("a gzipped VRML", "a.wrl", gzipSync(wrl(cubeWrl())), cube),
+  one("a gzipped VRML in two parts, by its other name", "a.wrz", Buffer.concat([wrl(cubeWrl()).slice(0, 99), wrl(cubeWrl()).slice(99)].map((part) => gzipSync(part))), cube),
+  { name: "a gzipped VRML that an Inline names", file: "a.wrl", right: cube, isRead: false,
+    files: { "a.wrl": wrl('Inline { url "b.wrl" }'), "b.wrl": gzipSync(wrl(cubeWrl())) } },
+  one("a gzipped VRML with bytes behind it", "a.wrl", Buffer.concat([gzipSync(wrl(cubeWrl())), Buffer.from("more")]), cube, { says: /behind/, isRead: false }),
+  one("a gzipped VRML that is cut off", "a.wrl", gzipSync(wrl(cubeWrl())).subarray(0, 150), cube, { mustRefuse: true, refused: /truncated/ }),
+  one("a gzipped VRML that is damaged", "a.wrl", (() => { const bytes = gzipSync(wrl(cubeWrl())); bytes.fill(0xff, 40, 60); return bytes; })(), cube,
+    { mustRefuse: true, refused: /damaged/ }),
+  one("a gzipped VRML of very many blanks", "a.wrl", gzipSync(wrl(cubeWrl()) + " ".repeat(30000000)), cube, { mustRefuse: true, refused: /gunzip/ }),
+  one("a gzipped OBJ", "a.obj", gzipSync(cubeObj), cube, { mustRefuse: true, refused: /gunzip/ }),
+  one("a gzipped PLY, as it is called then", "a.ply.gz", gzipSync(plyOf(corners, quads)), cube, { mustRefuse: true, refused: /gunzip/ }),
+  one("gzipped points", "a.xyz", gzipSync(rowsOf(" ")), cloud, { mustRefuse: true, refused: /gunzip/ }),
+  one("an OBJ polygon of 200,000 corners", "a.obj", objOf(star(100000), [star(100000).map((_, i) => i)]), { triangles: 199998 }),
+  one("an OBJ whose lines go on behind a blank", "a.obj", cubeObj.replace(/f (\d+) (\d+)/g, "f $1 $2 \\  \n\t"), cube, { isRead: false }),
+  one("an OBJ with a texture coordinate that is too large", "a.obj", `${cubeObj}vt 1e40 0\nvt 0 0\nf 1/1 2/2 3/2\n`, { triangles: 13 }),
+  one("a PLY with vertex_indexes", "a.ply", plyWith([["vertex_indices", "vertex_indexes"]]), cube),
+  one("a PLY whose only list has another name", "a.ply", plyWith([["vertex_indices", "loop"]]), cube, { says: /'loop'/ }),
+  one("a PLY with elements in capitals", "a.ply", plyWith([["element vertex", "element Vertex"], ["element face", "element FACE"]]), cube),
+  one("a PLY of 64 bits", "a.ply", plyBytes("uint64"), cube),
+  one("a PLY with indices as floats", "a.ply", plyBytes("float"), cube),
+  one("a PLY with indices as doubles", "a.ply", plyBytes("double"), cube),
+  one("a text PLY with indices as floats", "a.ply", plyWith([["uchar int", "uchar float"], [/\n4 (\d) (\d)/g, "\n4 $1.0 $2.00"]]), cube),
+  one("a text PLY with an index that is not whole", "a.ply", plyWith([["uchar int", "uchar float"], ["4 4 5", "4 4 5.5"]]), cube,
+    { mustRefuse: true, refused: /face 1 \(line 19\)/ }),
+  one("a text PLY with decimals in bytes", "a.ply", plyOf(corners, quads, { properties: "property uchar red\nproperty uchar green\nproperty uchar blue",
+    row: () => "255.0 128.0 0.0" }), cube, { colors: [[255, 128, 0]] }),
+  one("a PLY with a property named twice", "a.ply", plyOf(corners, quads, { properties: "property float x", row: () => "7" }), cube, { says: /twice/ }),
+  one("a text PLY with further values in its lines", "a.ply", plyWith([[/end_header\n[^]*$/, (body) => body.replace(/\n(?=.)/g, " 0 1\n").replace("r 0 1", "r")]]), cube,
+    { says: /more values/ }),
+  one("a text PLY in one line", "a.ply", plyInLines(plyOf(corners, quads)), cube),
+  one("a text PLY whose faces are in one line", "a.ply", plyWith([[/\n4 0 3 2 1[^]*$/, (faces) => `\n${faces.trim().replaceAll("\n", " ")}\n`]]), cube,
+    { mustRefuse: true, refused: /face 0 \(line \d+\)/ }),
+  one("points with commas and names", "a.csv", `"X","Y","Z","Red","Green","Blue","Scan Angle"\n${rowsOf(",", () => [200, 100, 50, 7])}`, cloud, { colors: [[200, 100, 50]] }),
+  one("points with semicolons and decimal commas", "a.csv", `x;y;z\n${rowsOf(";").replaceAll(".", ",")}`, cloud, { says: /decimal commas/ }),
+  one("points with quotes, commas and decimal commas", "a.csv", rowsOf(",").replace(/[^,\n]+/g, (word) => `"${Number(word).toFixed(2).replace(".", ",")}"`), cloud,
+    { says: /decimal commas/, isRead: false }),
+  one("points with decimal commas between commas", "a.csv", `x,y,z\n${rowsOf(",").replace(/[^,\n]+/g, (word) => Number(word).toFixed(2).replace(".", ","))}`, cloud,
+    { mustRefuse: true, refused: /semicolons/ }),
+  one("points of a scanner, counted, twice", "a.pts", `20\n${rowsOf(" ", () => [-1200, 200, 100, 50], 20)}\n20\n${scatter(40).slice(20).map((p) => `${p.join(" ")} 300 200 100 50`).join("\n")}\n`, cloud,
+    { colors: [[200, 100, 50]] }),
+  one("points of CloudCompare", "a.txt", `//X Y Z Rf Gf Bf Nx Ny Nz Scalar_field\n40\n${rowsOf(" ", (i) => [1, 0.5, 0, 0, 0, 1, i / 3])}`, cloud, { colors: [[255, 128, 0]] }),
+  one("points of CloudCompare, by its other ending", "a.asc", rowsOf(" ", () => [200, 100, 50]), cloud, { colors: [[200, 100, 50]] }),
+  one("a grid of heights", "a.asc", "ncols 4\nnrows 2\nxllcorner 0\nyllcorner 0\ncellsize 1\n1 2 3 4\n5 6 7 8\n", cloud, { mustRefuse: true, refused: /gdal_translate/ }),
+  one("a text without points", "a.txt", "These are my notes.\nThere are no points in them.\n", cloud, { mustRefuse: true, refused: /line 2/ }),
 ];

@@ -5,13 +5,16 @@
 
 import { readFileSync } from "node:fs";
 import { dirname, extname, join } from "node:path";
+import { gunzipSync } from "node:zlib";
 import { readGltf } from "./readGltf.mjs";
 import { readVrml } from "./readVrml.mjs";
 
 export function readMesh(file) {
-  const bytes = readFileSync(file);
+  const whole = readFileSync(file);
+  const bytes = whole[0] === 0x1f && whole[1] === 0x8b ? gunzipSync(whole) : whole;
   const readers = { ".obj": readObj, ".ply": readPly, ".stl": readStl, ".xyz": readXyz, ".pcd": readPcd, ".las": readLas,
-    ".gltf": readGltf, ".glb": readGltf, ".wrl": readVrml };
+    ".gltf": readGltf, ".glb": readGltf, ".wrl": readVrml, ".wrz": readVrml, ".txt": readXyz, ".csv": readXyz, ".pts": readXyz,
+    ".asc": readXyz };
   return readers[extname(file).toLowerCase()](bytes, (name) => readFileSync(join(dirname(file), name)));
 }
 
@@ -42,7 +45,7 @@ function readObj(bytes) {
 }
 
 const plyTypes = { char: ["Int8", 1], int8: ["Int8", 1], uchar: ["UInt8", 1], uint8: ["UInt8", 1], short: ["Int16", 2],
-  int16: ["Int16", 2], ushort: ["UInt16", 2], uint16: ["UInt16", 2], int: ["Int32", 4], int32: ["Int32", 4], uint: ["UInt32", 4],
+  int16: ["Int16", 2], ushort: ["UInt16", 2], uint16: ["UInt16", 2], int: ["Int32", 4], int32: ["Int32", 4], int64: ["BigInt64", 8], uint64: ["BigUInt64", 8], uint: ["UInt32", 4],
   uint32: ["UInt32", 4], float: ["Float", 4], float32: ["Float", 4], double: ["Double", 8], float64: ["Double", 8] };
 
 function readPly(bytes) {
@@ -51,6 +54,7 @@ function readPly(bytes) {
   const format = header.find(([word]) => word === "format")[1];
   let at = end.index + end[0].length;
   const words = format === "ascii" ? textOf(bytes.subarray(at)).trim().split(/\s+/) : null;
+  const lines = format === "ascii" ? textOf(bytes.subarray(at)).trim().split(/[\r\n]+/).map((line) => line.trim().split(/\s+/)) : [];
   let nextWord = 0;
   const read = (type) => {
     if (words) {
@@ -59,30 +63,38 @@ function readPly(bytes) {
     const [name, size] = plyTypes[type];
     const order = size === 1 ? "" : format === "binary_big_endian" ? "BE" : "LE";
     at += size;
-    return bytes[`read${name}${order}`](at - size);
+    return Number(bytes[`read${name}${order}`](at - size));
   };
+  // Where there is a line for each record, what it holds beyond the header's properties is no value.
+  const byLine = lines.length === header.filter(([word]) => word === "element").reduce((sum, [, , count]) => sum + Number(count), 0);
+  let lineNumber = 0, lineEnd = 0;
   const points = [], faces = [], colors = [];
   const largest = { uchar: 255, uint8: 255, ushort: 65535, uint16: 65535 };
   for (let i = 0; i < header.length; ++i) {
     if (header[i][0] !== "element") {
       continue;
     }
-    const [, element, count] = header[i];
+    const [, name, count] = header[i];
+    const element = name.toLowerCase();
     const properties = [];
     while (header[i + 1]?.[0] === "property") {
       properties.push(header[++i].slice(1));
     }
     for (let row = 0; row < Number(count); ++row) {
       const values = {};
+      if (byLine) {
+        nextWord = lineEnd;
+        lineEnd += lines[lineNumber++].length;
+      }
       for (const [type, ...rest] of properties) {
-        values[rest.at(-1)] = type === "list"
+        values[rest.at(-1)] ??= type === "list"
           ? Array.from({ length: read(rest[0]) }, () => read(rest[1])) : read(type) * 255 / (/^(red|green|blue)$/.test(rest[0]) ? largest[type] ?? 1 : 255);
       }
       if (element === "vertex") {
         points.push([values.x, values.y, values.z]);
         "red" in values && colors.push([values.red, values.green, values.blue].map(Math.round));
       } else if (element === "face") {
-        faces.push(values.vertex_indices ?? values.vertex_index);
+        faces.push(values.vertex_indices ?? values.vertex_index ?? values.vertex_indexes ?? Object.values(values).find(Array.isArray));
       }
     }
   }
@@ -109,9 +121,10 @@ function readStl(bytes) {
   return { points, faces, colors: [] };
 }
 
+// Columns are apart by blanks or semicolons, else by commas; lines of names and of counts are none.
 function readXyz(bytes) {
-  const rows = linesOf(bytes).map((line) => line.trim()).filter((line) => line && !/^(#|\/\/)/.test(line))
-    .map((line) => line.split(/[\s;]+/).map((word) => Number(word.replace(",", "."))));
+  const rows = linesOf(bytes).map((line) => line.trim()).filter((line) => /^"?[-+.\d]/.test(line) && !/^\d+$/.test(line))
+    .map((line) => line.replaceAll('"', "")).map((line) => line.split(/[\s;]/.test(line.trim()) ? /[\s;]+/ : /,/).map((word) => Number(word.replace(",", "."))));
   return { points: rows.map((row) => row.slice(0, 3)), faces: [], colors: [] };
 }
 

@@ -35,12 +35,13 @@ function throughTheStore(file, name) {
 // A place may be off by the grid's step, and by what floats far away have lost.
 const stepOf = ({ low, high }) => 1e-4 * Math.max(1e-9, ...high.map((value, i) => value - low[i]));
 
-function check(file, name, { right = {}, says, refused, colors, isRead = true }) {
+function check(file, name, { right = {}, says, refused, colors, isRead = true, mustRefuse = false }) {
   const { mesh, said, error } = throughTheStore(file, name);
   if (refused && error !== undefined) {
     assert.match(error, refused);
     return;
   }
+  assert.ok(!mustRefuse, said);
   assert.equal(error, undefined, error);
   const found = measure(mesh);
   const step = stepOf(found.box);

@@ -12,6 +12,8 @@
 #include <vtkDataArraySelection.h>
 #include <vtkErrorCode.h>
 #include <vtkInformation.h>
+#include <vtkInformationIdTypeKey.h>
+#include <vtkInformationInformationVectorKey.h>
 #include <vtkInformationVector.h>
 #include <vtkObjectFactory.h>
 #include <vtkPolyData.h>
@@ -21,6 +23,9 @@
 #include <string>
 
 vtkStandardNewMacro(vtkKdMeshReader);
+
+vtkInformationKeyMacro(vtkKdMeshReader, NUMBER_OF_POINTS, IdType);
+vtkInformationKeyMacro(vtkKdMeshReader, NUMBER_OF_CELLS, IdType);
 
 namespace
 {
@@ -50,6 +55,30 @@ Result<Mesh> ReadFile(
   return mesh;
 }
 
+void Tell(const MeshFileInfo& file, bool merging, const ArraySelections& selections,
+  vtkInformation& outInfo)
+{
+  const auto points = static_cast<vtkIdType>(file.vertices);
+  ArrayFacts facts;
+  if (!file.soup || !merging)
+  {
+    facts.points = points;
+    outInfo.Set(vtkKdMeshReader::NUMBER_OF_POINTS(), points);
+  }
+  outInfo.Set(vtkKdMeshReader::NUMBER_OF_CELLS(),
+    file.faces > 0 ? static_cast<vtkIdType>(file.faces) : points);
+  selections.Tell(file.attributes, facts, outInfo);
+}
+
+// What was told of another file.
+void Forget(vtkInformation& outInfo)
+{
+  outInfo.Remove(vtkKdMeshReader::NUMBER_OF_POINTS());
+  outInfo.Remove(vtkKdMeshReader::NUMBER_OF_CELLS());
+  outInfo.Remove(vtkDataObject::POINT_DATA_VECTOR());
+  outInfo.Remove(vtkDataObject::CELL_DATA_VECTOR());
+}
+
 }
 
 vtkKdMeshReader::vtkKdMeshReader()
@@ -74,8 +103,10 @@ vtkMTimeType vtkKdMeshReader::GetMTime()
 }
 
 int vtkKdMeshReader::RequestInformation(
-  vtkInformation*, vtkInformationVector**, vtkInformationVector*)
+  vtkInformation*, vtkInformationVector**, vtkInformationVector* outputVector)
 {
+  vtkInformation& outInfo = *outputVector->GetInformationObject(0);
+  Forget(outInfo);
   if (!this->FileName || !*this->FileName)
   {
     return 1; // programs with panels ask before a file was chosen; RequestData refuses
@@ -90,7 +121,9 @@ int vtkKdMeshReader::RequestInformation(
     }
     return 0;
   }
-  ArraySelections(*this->PointArrays, *this->CellArrays).Follow((*reader)->Info().attributes);
+  const ArraySelections selections(*this->PointArrays, *this->CellArrays);
+  selections.Follow((*reader)->Info().attributes);
+  Tell((*reader)->Info(), this->Merging, selections, outInfo);
   return 1;
 }
 

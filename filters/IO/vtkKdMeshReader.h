@@ -12,9 +12,17 @@
  * polygons and colours at vertices.
  *
  * Output: a vtkPolyData. Points are floats, or doubles where the file has doubles, or decimals that
- * floats do not hold. Polygons become triangles, cut as a fan around their first vertex; strips
- * triangles of alternating orientation. A file without faces gives a vertex cell for each point.
+ * floats do not hold. Polygons become triangles: a fan around their first vertex, those that are
+ * not convex ear by ear; strips triangles of alternating orientation. A file without faces gives a
+ * vertex cell for each point.
  * Normals, colours ("RGB", "RGBA") and texture coordinates are the active ones of their kind.
+ *
+ * The output information tells what the file's header does, or a first pass over text that has
+ * none, before anything is read: NUMBER_OF_POINTS, where points of one place do not become one
+ * (Merging); NUMBER_OF_CELLS: faces, each polygon and strip as one, or the points of a cloud; and
+ * of each array that is read an entry in vtkDataObject::POINT_DATA_VECTOR or CELL_DATA_VECTOR:
+ * FIELD_NAME, FIELD_ARRAY_TYPE, FIELD_NUMBER_OF_COMPONENTS, of points FIELD_NUMBER_OF_TUPLES. What
+ * is dropped is counted there. No header of these formats has bounds, or ranges of arrays.
  *
  * Complexity: linear in the size of the file, where text without a header (OBJ, STL) is gone
  * through twice before it is read: for the names of its arrays, and for its counts; memory: that of
@@ -30,6 +38,7 @@
 #include "vtkPolyDataAlgorithm.h"
 
 class vtkDataArraySelection;
+class vtkInformationIdTypeKey;
 
 class VTKKDSTREAMFILTERSIO_EXPORT vtkKdMeshReader : public vtkPolyDataAlgorithm
 {
@@ -69,6 +78,14 @@ public:
    */
   vtkDataArraySelection* GetPointDataArraySelection() { return this->PointArrays; }
   vtkDataArraySelection* GetCellDataArraySelection() { return this->CellArrays; }
+
+  ///@{
+  /**
+   * Keys of what is told of the output before anything is read.
+   */
+  static vtkInformationIdTypeKey* NUMBER_OF_POINTS();
+  static vtkInformationIdTypeKey* NUMBER_OF_CELLS();
+  ///@}
 
   vtkMTimeType GetMTime() override;
 

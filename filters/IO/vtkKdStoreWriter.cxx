@@ -11,14 +11,17 @@
 #include "filters/adapter/RangedSetters.h"
 #include "filters/adapter/RankGroup.h"
 #include "filters/adapter/RankParts.h"
+#include "filters/adapter/RankPipeline.h"
 #include "filters/build/Builder.h"
 
 #include <vtkDataObject.h>
 #include <vtkErrorCode.h>
 #include <vtkInformation.h>
+#include <vtkInformationRequestKey.h>
 #include <vtkInformationVector.h>
 #include <vtkMultiProcessController.h>
 #include <vtkObjectFactory.h>
+#include <vtkStreamingDemandDrivenPipeline.h>
 
 #include <algorithm>
 #include <filesystem>
@@ -31,6 +34,8 @@ vtkStandardNewMacro(vtkKdStoreWriter);
 KDSTREAM_SET_IN_RANGE(vtkKdStoreWriter, VerticesPerPartition, vtkIdType, 1, VTK_INT_MAX)
 KDSTREAM_SET_IN_RANGE(vtkKdStoreWriter, NumberOfPartitions, vtkIdType, 0, 1 << 30)
 KDSTREAM_SET_IN_RANGE(vtkKdStoreWriter, CellVertices, int, 1, 1024)
+KDSTREAM_SET_FINITE(vtkKdStoreWriter, Up)
+KDSTREAM_SET_FINITE(vtkKdStoreWriter, View)
 
 namespace
 {
@@ -84,14 +89,18 @@ Result<Mesh> ReadInput(vtkDataObject& input, bool weldByPlace, const Execution& 
   return mesh;
 }
 
-// Rank 0 builds of what all have; what it comes to is told by all.
-Status BuildOfAll(vtkMultiProcessController& controller, vtkDataObject& input,
+// Rank 0 builds of what all have, where all are ready; what it comes to is told by all.
+Status BuildOfAll(vtkKdStoreWriter& writer, const Status& ready, vtkDataObject& input,
   std::vector<std::string>& leftOut, const std::function<Status(vtkDataObject& all)>& build)
 {
-  const RankGroup ranks(controller);
-  const auto parts = GatherParts(ranks, input, leftOut);
-  KDSTREAM_TRY(parts);
-  return ranks.Agree(ranks.Rank() == 0 ? build(**parts) : Status());
+  const RankGroup ranks(*writer.GetController());
+  const auto gathered = GatherParts(ranks, ready, input, leftOut);
+  KDSTREAM_TRY(gathered);
+  if (gathered->areSame)
+  {
+    WarnOfSameMesh(writer);
+  }
+  return ranks.Agree(ranks.Rank() == 0 ? build(*gathered->parts) : Status());
 }
 
 }
@@ -138,21 +147,19 @@ int vtkKdStoreWriter::FillInputPortInformation(int, vtkInformation* info)
 
 void vtkKdStoreWriter::WriteData()
 {
-  const auto fail = [this](const Error& error)
+  const bool hasName = this->FileName && *this->FileName;
+  const auto fail = [&](const Error& error)
   {
     this->SetErrorCode(CodeOf(error));
     if (error.code != ErrorCode::Cancelled)
     {
-      vtkErrorMacro(<< (this->FileName ? this->FileName : "") << ": " << error.message);
+      vtkErrorMacro(<< (hasName ? this->FileName + std::string(": ") : "") << error.message);
     }
   };
+  const bool isTogether = this->IsTogether();
+  // One process writes: the others' names and directions do not matter.
+  const bool writes = !isTogether || this->Controller->GetLocalProcessId() == 0;
   this->SetErrorCode(vtkErrorCode::NoError);
-  if (!this->FileName || !*this->FileName)
-  {
-    this->SetErrorCode(vtkErrorCode::NoFileNameError);
-    vtkErrorMacro(<< "no FileName is set");
-    return;
-  }
   BuildOptions options;
   options.tree.verticesPerPartition = static_cast<std::uint32_t>(this->VerticesPerPartition);
   if (this->NumberOfPartitions > 0)
@@ -169,13 +176,15 @@ void vtkKdStoreWriter::WriteData()
   options.license = this->License;
   options.unit = this->Unit;
   const auto up = DirectionOfMember("Up", this->Up), view = DirectionOfMember("View", this->View);
-  if (!up || !view)
+  Status ready;
+  if (writes && !hasName)
   {
-    fail((up ? view : up).GetError());
-    return;
+    ready = Error{ ErrorCode::InvalidArgument, "no FileName is set" };
   }
-  options.up = *up;
-  options.view = *view;
+  else if (writes && (!up || !view))
+  {
+    ready = (up ? view : up).GetError();
+  }
 
   const Execution execution = MakeAlgorithmExecution(
     *this, { { "tree", 0.05, 0.2 }, { "faces", 0.2, 0.25 }, { "levels", 0.25, 0.75 },
@@ -185,18 +194,45 @@ void vtkKdStoreWriter::WriteData()
   {
     Result<Mesh> mesh = ReadInput(input, this->WeldByPlace, execution, leftOut);
     KDSTREAM_TRY(mesh);
+    options.up = *up;
+    options.view = *view;
     const std::string name = std::filesystem::path(this->FileName).stem().string();
     const auto report = BuildStore(std::move(*mesh), name, this->FileName, options, execution);
     return report ? Status() : Status(report.GetError());
   };
-  const bool isTogether = this->Controller && this->Controller->GetNumberOfProcesses() > 1;
-  const Status built = isTogether ? BuildOfAll(*this->Controller, *this->GetInput(), leftOut, build)
-                                  : build(*this->GetInput());
+  const Status built = isTogether ? BuildOfAll(*this, ready, *this->GetInput(), leftOut, build)
+                       : ready    ? build(*this->GetInput())
+                                  : ready;
   WarnOfArrays(*this, leftOut);
   if (!built)
   {
     fail(built.GetError());
   }
+  if (writes && !hasName)
+  {
+    this->SetErrorCode(vtkErrorCode::NoFileNameError);
+  }
+}
+
+bool vtkKdStoreWriter::IsTogether()
+{
+  return this->Controller && this->Controller->GetNumberOfProcesses() > 1;
+}
+
+vtkExecutive* vtkKdStoreWriter::CreateDefaultExecutive()
+{
+  return RankPipeline::Make([this] { return this->Controller; },
+    [this] { this->SetErrorCode(vtkErrorCode::UnknownError); });
+}
+
+vtkTypeBool vtkKdStoreWriter::ProcessRequest(
+  vtkInformation* request, vtkInformationVector** inputVector, vtkInformationVector* outputVector)
+{
+  if (request->Has(vtkStreamingDemandDrivenPipeline::REQUEST_UPDATE_EXTENT()) && this->IsTogether())
+  {
+    AskForPieceOfRank(*this->Controller, *this, *inputVector[0]->GetInformationObject(0));
+  }
+  return this->Superclass::ProcessRequest(request, inputVector, outputVector);
 }
 
 void vtkKdStoreWriter::PrintSelf(ostream& os, vtkIndent indent)

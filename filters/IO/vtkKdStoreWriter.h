@@ -16,9 +16,13 @@
  *
  * Several processes (Controller) write one store together: all of them call Write, with what each
  * has of the mesh, and process 0 builds the store of all these parts, one process's after the
- * other's. It alone writes, and needs memory for all of the mesh (kdstream-build-mpi does not). An
- * error of one process is an error of all. So what vtkKdTreePartition gives on several processes
- * makes the store that it makes on one, to the byte.
+ * other's. It alone writes, by its FileName and members, and needs memory for all of the mesh,
+ * some 350 bytes a point (kdstream-build-mpi does not). Sources that give pieces, as
+ * vtkKdStoreReader does, are asked for the process's own; what others have is what this process
+ * has, and where that is the same mesh everywhere, process 0 warns. A process that has nothing of
+ * the mesh sets an empty vtkPolyData. An error of one process is an error of all, that of its input
+ * too. So what vtkKdTreePartition gives on several processes makes the store that it makes on one,
+ * to the byte.
  *
  * The store appears whole or not at all. It depends on input and members alone, not on backend and
  * threads of vtkSMPTools. Errors: no points; a coordinate that is not finite; what the file system
@@ -27,7 +31,8 @@
  * UnknownError. Aborting leaves no file.
  *
  * Of the numbers below, those out of their range are clamped; what is negative where it may not be,
- * or not a number, is refused with an error, and the value stays.
+ * or not a number, is refused with an error, and so is a vector that is not finite; the value
+ * stays.
  *
  * Complexity: O(n log n + t log t) for n points and t triangles; about 190 bytes a point.
  *
@@ -148,9 +153,11 @@ public:
    * What is up, and from where the model is looked at first: directions, the second towards the
    * eye. Where they are (0, 0, 0), the default, they are guessed by the shape.
    */
-  vtkSetVector3Macro(Up, double);
+  virtual void SetUp(double x, double y, double z);
+  virtual void SetUp(const double value[3]);
   vtkGetVector3Macro(Up, double);
-  vtkSetVector3Macro(View, double);
+  virtual void SetView(double x, double y, double z);
+  virtual void SetView(const double value[3]);
   vtkGetVector3Macro(View, double);
   ///@}
 
@@ -167,12 +174,17 @@ protected:
   vtkKdStoreWriter();
   ~vtkKdStoreWriter() override;
 
+  vtkExecutive* CreateDefaultExecutive() override;
+  vtkTypeBool ProcessRequest(vtkInformation* request, vtkInformationVector** inputVector,
+    vtkInformationVector* outputVector) override;
   int FillInputPortInformation(int port, vtkInformation* info) override;
   void WriteData() override;
 
 private:
   vtkKdStoreWriter(const vtkKdStoreWriter&) = delete;
   void operator=(const vtkKdStoreWriter&) = delete;
+
+  bool IsTogether(); // whether several processes write one store
 
   vtkMultiProcessController* Controller = nullptr;
   char* FileName = nullptr;

@@ -69,6 +69,8 @@ public:
     , Elements(elements)
     , Layout(layout)
     , GenerateIds(generateIds)
+    , AreCellsWhole(
+        std::adjacent_find(elements.cells.begin(), elements.cells.end()) == elements.cells.end())
   {
   }
 
@@ -125,8 +127,7 @@ private:
     output.SetLines(MakeCells(corners.subspan(segments, triangles - segments), 2));
     output.SetPolys(MakeCells(corners.subspan(triangles), 3));
     vtkCellData* const data = output.GetCellData();
-    const auto elements = static_cast<vtkIdType>(this->Elements.corners.size());
-    data->SetCopyGlobalIds(elements == this->Input.GetNumberOfCells());
+    data->SetCopyGlobalIds(this->AreCellsWhole);
     CopyTuples(this->Input.GetCellData(), from, data);
     MarkGhosts(data, piece.elements.size(), vtkDataSetAttributes::DUPLICATECELL,
       [&](std::size_t i) { return piece.duplicate[i] != 0; });
@@ -148,7 +149,7 @@ private:
   vtkPolyData& Input;
   const PolyDataElements& Elements;
   const PartitionLayout& Layout;
-  bool GenerateIds;
+  bool GenerateIds, AreCellsWhole;
 };
 
 }

@@ -2,10 +2,15 @@
 #include "filters/Partitioning/DistributedPartition.h"
 
 #include "filters/Partitioning/CutPartitions.h"
+#include "filters/adapter/MergePoints.h"
 #include "filters/adapter/PolyDataMesh.h"
 #include "filters/adapter/RankGroup.h"
+#include "filters/core/BitCast.h"
 #include "filters/core/Extent.h"
+#include "filters/core/MixBits.h"
 #include "filters/core/TakeResult.h"
+#include "filters/core/VectorMath.h"
+#include "filters/core/Weld.h"
 #include "filters/core/tree/PointRecord.h"
 #include "filters/core/tree/RadixMedians.h"
 
@@ -17,6 +22,7 @@
 #include <vtkPointData.h>
 #include <vtkPoints.h>
 #include <vtkUnsignedCharArray.h>
+#include <vtkVariant.h>
 
 #include <algorithm>
 #include <array>
@@ -60,6 +66,19 @@ vtkDataArray* IdsOf(vtkDataSetAttributes& data, vtkIdType count)
            : nullptr;
 }
 
+// A point that a rank has, told to the rank that its id falls to.
+struct PointClaim
+{
+  Vec3 place;
+  std::uint64_t id;
+};
+
+// Exact, beyond 2^53 too.
+std::int64_t IdOf(vtkDataArray& ids, vtkIdType i)
+{
+  return ids.GetVariantValue(i).ToTypeInt64();
+}
+
 // Where an element is in the mesh of all ranks: vertices, segments, triangles of polygons, of
 // strips; in each kind by number, then by their order in the cell.
 struct ElementPlace
@@ -73,6 +92,14 @@ struct ElementPlace
     return std::tie(this->kind, this->number, this->part) <
            std::tie(other.kind, other.number, other.part);
   }
+};
+
+// An element that a rank has, told to the rank that its cell's id falls to.
+struct ElementClaim
+{
+  ElementPlace place;
+  Triangle corners; // numbers
+  std::uint32_t rank;
 };
 
 // An array that all ranks have.
@@ -278,6 +305,7 @@ public:
     KDSTREAM_TRY(this->Ranks.Agree(this->Read()));
     KDSTREAM_TRY(this->NumberPoints());
     DistributedPartitions result;
+    KDSTREAM_TRY(Take(this->AreSame(), result.areSame));
     if (this->Total == 0)
     {
       return result;
@@ -314,7 +342,6 @@ private:
         }
       }
     }
-    this->OwnCells = static_cast<std::size_t>(std::count(ghosts.begin(), ghosts.end(), false));
     return {};
   }
 
@@ -331,14 +358,39 @@ private:
     this->Number.assign(this->Points.size(), noVertex);
     this->IsOwn.assign(this->Points.size(), false);
     vtkDataArray* const ids = IdsOf(*this->Input.GetPointData(), this->Input.GetNumberOfPoints());
-    const Result<bool> byIds = this->AllHave(ids || this->Points.empty());
+    Result<bool> byIds = this->AllHave(ids || this->Points.empty());
+    if (byIds && *byIds)
+    {
+      byIds = this->NumberByIds(ids);
+    }
     KDSTREAM_TRY(byIds);
-    KDSTREAM_TRY(*byIds ? this->NumberByIds(ids) : this->NumberInTurn());
+    this->HasPointIds = *byIds;
+    if (!*byIds)
+    {
+      KDSTREAM_TRY(this->NumberInTurn());
+    }
     std::uint64_t total =
       static_cast<std::uint64_t>(std::count(this->IsOwn.begin(), this->IsOwn.end(), true));
     KDSTREAM_TRY(this->Ranks.Sum(std::span(&total, 1)));
     this->Total = total;
     return {};
+  }
+
+  // Whether each rank has read the same file, and nothing tells that points are the same.
+  Result<bool> AreSame() const
+  {
+    std::uint64_t hash = this->Points.size();
+    for (const Vec3& p : this->Points)
+    {
+      for (const double x : p)
+      {
+        hash = MixBits(hash ^ BitCast<std::uint64_t>(x));
+      }
+    }
+    const auto all = this->Ranks.Gather(hash >> 1);
+    KDSTREAM_TRY(all);
+    return this->Total > 0 && !this->HasPointIds &&
+           std::count(all->begin(), all->end(), all->front()) == std::ptrdiff_t(all->size());
   }
 
   Status NumberInTurn()
@@ -365,37 +417,29 @@ private:
     return {};
   }
 
-  // A point that several have is the first one's: told by the rank that its id falls to.
-  Status NumberByIds(vtkDataArray* ids)
+  // A point that several have is the first one's: told by the rank that its id falls to. False,
+  // and nothing is numbered, where ids are not those of points: one stands for places that are
+  // apart, as where each rank counts its own.
+  Result<bool> NumberByIds(vtkDataArray* ids)
   {
     KDSTREAM_TRY(this->Ranks.Agree(this->ReadIds(ids)));
-    std::vector<std::vector<VertexId>> claims(this->Ranks.Count());
+    Box all = BoxOfPoints(this->Points);
+    KDSTREAM_TRY(this->Ranks.Join(std::span(&all, 1)));
+    std::vector<std::vector<PointClaim>> claims(this->Ranks.Count());
     for (std::size_t i = 0; i < this->Points.size(); ++i)
     {
       if (this->IsTaken[i])
       {
-        claims[this->Number[i] % claims.size()].push_back(this->Number[i]);
+        claims[this->Number[i] % claims.size()].push_back({ this->Points[i], this->Number[i] });
       }
     }
     const auto asked = this->Ranks.ExchangeLists(claims);
     KDSTREAM_TRY(asked);
-    std::vector<std::tuple<VertexId, std::size_t, std::size_t>> all; // id, rank, place
     std::vector<std::vector<unsigned char>> grants;
-    for (std::size_t rank = 0; rank < asked->size(); ++rank)
+    const Result<bool> believed = this->AllHave(Grant(*asked, MostApart(all), grants));
+    if (!believed || !*believed)
     {
-      grants.emplace_back((*asked)[rank].size(), 0);
-      for (std::size_t i = 0; i < (*asked)[rank].size(); ++i)
-      {
-        all.emplace_back((*asked)[rank][i], rank, i);
-      }
-    }
-    std::sort(all.begin(), all.end());
-    for (std::size_t i = 0; i < all.size(); ++i)
-    {
-      if (i == 0 || std::get<0>(all[i]) != std::get<0>(all[i - 1]))
-      {
-        grants[std::get<1>(all[i])][std::get<2>(all[i])] = 1;
-      }
+      return believed;
     }
     const auto granted = this->Ranks.ExchangeLists(grants);
     KDSTREAM_TRY(granted);
@@ -408,7 +452,37 @@ private:
         this->IsOwn[i] = (*granted)[home][next[home]++] != 0;
       }
     }
-    return {};
+    return true;
+  }
+
+  // To each claim whether it is the first of its id, in the order of ranks. False: an id stands for
+  // places further apart than `most`, squared.
+  static bool Grant(const std::vector<std::vector<PointClaim>>& asked, double most,
+    std::vector<std::vector<unsigned char>>& grants)
+  {
+    std::vector<std::tuple<std::uint64_t, std::size_t, std::size_t>> all; // id, rank, place
+    for (std::size_t rank = 0; rank < asked.size(); ++rank)
+    {
+      grants.emplace_back(asked[rank].size(), 0);
+      for (std::size_t i = 0; i < asked[rank].size(); ++i)
+      {
+        all.emplace_back(asked[rank][i].id, rank, i);
+      }
+    }
+    std::sort(all.begin(), all.end());
+    const PointClaim* first = nullptr; // of its id
+    bool believed = true;
+    for (const auto& [id, rank, i] : all)
+    {
+      const PointClaim& claim = asked[rank][i];
+      if (!first || first->id != id)
+      {
+        first = &claim;
+        grants[rank][i] = 1;
+      }
+      believed = believed && SquaredDistance(claim.place, first->place) <= most;
+    }
+    return believed;
   }
 
   Status ReadIds(vtkDataArray* ids)
@@ -496,8 +570,8 @@ private:
 
   Status Cut(DistributedPartitions& result)
   {
-    KDSTREAM_TRY(this->AgreeOnArrays(result.skipped));
     KDSTREAM_TRY(this->PlaceElements());
+    KDSTREAM_TRY(this->AgreeOnArrays(result.skipped));
     const auto came = this->Ranks.Exchange(this->Pack());
     KDSTREAM_TRY(came);
     std::vector<Shipment> shipments;
@@ -508,53 +582,36 @@ private:
     return this->Ranks.Agree(this->CutOwn(shipments, result));
   }
 
-  // The arrays of all ranks that have points, as the first of them has them; and the points' type.
+  // What a rank tells of its arrays. Those of points count where it has points, those of cells
+  // where it has cells.
+  struct ToldArrays
+  {
+    bool hasPoints = false, hasCells = false;
+    int pointType = VTK_FLOAT;
+    std::vector<SharedArray> arrays;
+  };
+
+  // The arrays of all ranks that count, as the first of them has them; and the points' type.
   Status AgreeOnArrays(std::vector<std::string>& skipped)
   {
-    const std::vector<SharedArray> own = this->Describe(skipped);
-    RankMessage message;
-    const bool isEmpty = this->Points.empty();
-    message.Put(std::vector<int>{ isEmpty ? -1 : this->Input.GetPoints()->GetDataType() });
-    for (const SharedArray& array : own)
-    {
-      message.Put(std::vector<char>(array.name.begin(), array.name.end()));
-      message.Put(std::vector<int>{ array.type, array.components, array.ofPoints, array.active });
-    }
-    const auto came =
-      this->Ranks.Exchange(std::vector<RankGroup::Bytes>(this->Ranks.Count(), message.Release()));
+    ToldArrays own{ !this->Points.empty(), this->Input.GetNumberOfCells() > 0, VTK_FLOAT,
+      this->Describe(skipped) };
+    own.pointType = own.hasPoints ? this->Input.GetPoints()->GetDataType() : VTK_FLOAT;
+    const auto came = this->Ranks.Exchange(
+      std::vector<RankGroup::Bytes>(this->Ranks.Count(), PackArrays(own).Release()));
     KDSTREAM_TRY(came);
-    bool isFirst = true;
-    this->PointType = VTK_FLOAT;
+    std::vector<ToldArrays> told;
     for (const RankGroup::Bytes& bytes : *came)
     {
-      RankMessage told(bytes);
-      const int type = told.Take<int>()[0];
-      if (type < 0)
-      {
-        continue;
-      }
-      this->PointType = type == VTK_FLOAT ? this->PointType : VTK_DOUBLE;
-      std::vector<SharedArray> theirs;
-      while (!told.AtEnd())
-      {
-        const std::vector<char> name = told.Take<char>();
-        const std::vector<int> rest = told.Take<int>();
-        theirs.push_back(
-          { std::string(name.begin(), name.end()), rest[0], rest[1], rest[2] != 0, rest[3] });
-      }
-      if (std::exchange(isFirst, false))
-      {
-        this->Arrays = theirs;
-      }
-      std::erase_if(this->Arrays,
-        [&](const SharedArray& array)
-        {
-          return std::none_of(theirs.begin(), theirs.end(),
-            [&](const SharedArray& other) { return other.IsSame(array); });
-        });
+      told.push_back(UnpackArrays(RankMessage(bytes)));
+      this->PointType = told.back().pointType == VTK_FLOAT ? this->PointType : VTK_DOUBLE;
+    }
+    for (const bool ofPoints : { true, false })
+    {
+      this->ShareArrays(told, ofPoints);
     }
     KDSTREAM_TRY(this->DropIdsOfCutCells());
-    for (const SharedArray& array : own)
+    for (const SharedArray& array : own.arrays)
     {
       if (std::none_of(this->Arrays.begin(), this->Arrays.end(),
             [&](const SharedArray& kept) { return kept.IsSame(array); }))
@@ -566,17 +623,77 @@ private:
     return {};
   }
 
-  // Global ids of cells, where elements are not cells.
+  static RankMessage PackArrays(const ToldArrays& told)
+  {
+    RankMessage message;
+    message.Put(std::vector<int>{ told.hasPoints, told.hasCells, told.pointType });
+    for (const SharedArray& array : told.arrays)
+    {
+      message.Put(std::vector<char>(array.name.begin(), array.name.end()));
+      message.Put(std::vector<int>{ array.type, array.components, array.ofPoints, array.active });
+    }
+    return message;
+  }
+
+  static ToldArrays UnpackArrays(RankMessage message)
+  {
+    const std::vector<int> head = message.Take<int>();
+    ToldArrays told{ head[0] != 0, head[1] != 0, head[2], {} };
+    while (!message.AtEnd())
+    {
+      const std::vector<char> name = message.Take<char>();
+      const std::vector<int> rest = message.Take<int>();
+      told.arrays.push_back(
+        { std::string(name.begin(), name.end()), rest[0], rest[1], rest[2] != 0, rest[3] });
+    }
+    return told;
+  }
+
+  // Active is what is active on all ranks, and no ids that are not believed.
+  void ShareArrays(const std::vector<ToldArrays>& told, bool ofPoints)
+  {
+    std::vector<SharedArray> shared;
+    bool isFirst = true;
+    for (const ToldArrays& theirs : told)
+    {
+      if (!(ofPoints ? theirs.hasPoints : theirs.hasCells))
+      {
+        continue;
+      }
+      if (std::exchange(isFirst, false))
+      {
+        std::copy_if(theirs.arrays.begin(), theirs.arrays.end(), std::back_inserter(shared),
+          [&](const SharedArray& array) { return array.ofPoints == ofPoints; });
+      }
+      std::erase_if(shared,
+        [&](SharedArray& array)
+        {
+          const auto same = std::find_if(theirs.arrays.begin(), theirs.arrays.end(),
+            [&](const SharedArray& other) { return other.IsSame(array); });
+          if (same != theirs.arrays.end() && same->active != array.active)
+          {
+            array.active = -1;
+          }
+          return same == theirs.arrays.end();
+        });
+    }
+    for (SharedArray& array : shared)
+    {
+      const bool isId = array.active == vtkDataSetAttributes::GLOBALIDS;
+      array.active = isId && !(ofPoints ? this->HasPointIds : this->HasCellIds) ? -1 : array.active;
+      this->Arrays.push_back(array);
+    }
+  }
+
+  // Global ids of cells, where some were cut up.
   Status DropIdsOfCutCells()
   {
-    std::uint64_t sums[] = { this->Kept.size(), this->OwnCells };
-    KDSTREAM_TRY(this->Ranks.Sum(sums));
-    std::erase_if(this->Arrays,
-      [&](const SharedArray& array)
-      {
-        return !array.ofPoints && array.active == vtkDataSetAttributes::GLOBALIDS &&
-               sums[0] != sums[1];
-      });
+    const std::vector<vtkIdType>& cells = this->Elements.cells;
+    const Result<bool> whole =
+      this->AllHave(std::adjacent_find(cells.begin(), cells.end()) == cells.end());
+    KDSTREAM_TRY(whole);
+    std::erase_if(this->Arrays, [&](const SharedArray& array)
+      { return !array.ofPoints && array.active == vtkDataSetAttributes::GLOBALIDS && !*whole; });
     return {};
   }
 
@@ -588,7 +705,7 @@ private:
       vtkDataSetAttributes& data = this->DataOf(ofPoints);
       const vtkIdType count =
         ofPoints ? this->Input.GetNumberOfPoints() : this->Input.GetNumberOfCells();
-      for (int i = 0; i < data.GetNumberOfArrays(); ++i)
+      for (int i = 0; count > 0 && i < data.GetNumberOfArrays(); ++i)
       {
         auto* const array = vtkDataArray::SafeDownCast(data.GetAbstractArray(i));
         const std::string name = data.GetArrayName(i) ? data.GetArrayName(i) : "";
@@ -632,9 +749,7 @@ private:
       const std::uint32_t kind = cell < lines ? 0 : cell < polygons ? 1 : cell < strips ? 2 : 3;
       this->Places.push_back({ kind, part, static_cast<std::int64_t>(counts[kind]++) });
     }
-    vtkDataArray* const ids = IdsOf(*this->Input.GetCellData(), this->Input.GetNumberOfCells());
-    const Result<bool> byIds = this->AllHave(ids || this->Kept.empty());
-    KDSTREAM_TRY(byIds);
+    KDSTREAM_TRY(this->NumberCellsByIds());
     std::array<std::int64_t, 4> before{};
     for (std::size_t kind = 0; kind < counts.size(); ++kind)
     {
@@ -643,21 +758,69 @@ private:
       before[kind] = static_cast<std::int64_t>(std::accumulate(
         all->begin(), all->begin() + std::ptrdiff_t(this->Ranks.Rank()), std::uint64_t{ 0 }));
     }
-    for (std::size_t i = 0; i < this->Places.size(); ++i)
+    for (ElementPlace& place : this->Places)
     {
-      ElementPlace& place = this->Places[i];
-      const vtkIdType cell = this->Elements.cells[this->Kept[i]];
-      if (*byIds)
-      {
-        place.number = static_cast<std::int64_t>(ids->GetComponent(cell, 0));
-      }
-      else
+      if (!this->HasCellIds)
       {
         place.number += before[place.kind];
         place.part = 0;
       }
     }
     return {};
+  }
+
+  // Cells by their ids where all ranks have them, and each stands for one cell, which several may
+  // have: with the same corners, and once on a rank. Told by the rank that an id falls to.
+  Status NumberCellsByIds()
+  {
+    vtkDataArray* const ids = IdsOf(*this->Input.GetCellData(), this->Input.GetNumberOfCells());
+    const Result<bool> has = this->AllHave(ids || this->Kept.empty());
+    KDSTREAM_TRY(has);
+    if (!*has)
+    {
+      return {};
+    }
+    std::vector<ElementPlace> places = this->Places;
+    std::vector<std::vector<ElementClaim>> claims(this->Ranks.Count());
+    for (std::size_t i = 0; i < places.size(); ++i)
+    {
+      const Triangle& t = this->Elements.corners[this->Kept[i]];
+      places[i].number = IdOf(*ids, this->Elements.cells[this->Kept[i]]);
+      claims[static_cast<std::uint64_t>(places[i].number) % claims.size()].push_back(
+        { places[i], { this->Number[t[0]], this->Number[t[1]], this->Number[t[2]] },
+          static_cast<std::uint32_t>(this->Ranks.Rank()) });
+    }
+    const auto asked = this->Ranks.ExchangeLists(claims);
+    KDSTREAM_TRY(asked);
+    const Result<bool> believed = this->AllHave(AreCells(*asked));
+    KDSTREAM_TRY(believed);
+    this->HasCellIds = *believed;
+    if (*believed)
+    {
+      this->Places = std::move(places);
+    }
+    return {};
+  }
+
+  static bool AreCells(const std::vector<std::vector<ElementClaim>>& asked)
+  {
+    std::vector<ElementClaim> all;
+    for (const std::vector<ElementClaim>& theirs : asked)
+    {
+      all.insert(all.end(), theirs.begin(), theirs.end());
+    }
+    const auto byId = [](const ElementClaim& a, const ElementClaim& b) {
+      return std::tie(a.place.number, a.place, a.rank) < std::tie(b.place.number, b.place, b.rank);
+    };
+    std::sort(all.begin(), all.end(), byId);
+    return std::adjacent_find(all.begin(), all.end(),
+             [](const ElementClaim& a, const ElementClaim& b)
+             {
+               const bool isSameCell = a.place.number == b.place.number;
+               const bool isSame = a.place == b.place;
+               return isSameCell && (a.place.kind != b.place.kind ||
+                                      (isSame && (a.corners != b.corners || a.rank == b.rank)));
+             }) == all.end();
   }
 
   // What each rank's partitions need of this rank.
@@ -785,12 +948,12 @@ private:
   PolyDataElements Elements;
   std::vector<std::uint32_t> Kept;   // elements that are no ghosts
   std::vector<ElementPlace> Places;  // of these
-  std::size_t OwnCells = 0;          // that are no ghosts
   std::vector<bool> IsTaken, IsOwn;  // points: that the mesh of all needs; that count here
   std::vector<VertexId> Number;      // of points in the mesh of all
   std::vector<std::uint32_t> NodeOf; // of points, of the depth that is reached
   std::uint64_t Total = 0;           // points of all ranks
   TreeDepths Depths;
+  bool HasPointIds = false, HasCellIds = false; // that are believed
   std::vector<SharedArray> Arrays;
   int PointType = VTK_FLOAT;
 };

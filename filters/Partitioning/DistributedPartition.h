@@ -30,6 +30,7 @@ struct DistributedPartitions
   std::size_t first = 0;                  // this rank's, where they were asked for
   std::vector<vtkSmartPointer<vtkPolyData>> made;
   std::vector<std::string> skipped; // arrays that did not come along, each with a reason
+  bool areSame = false;             // all ranks have the same points, and each counts
 };
 
 struct DistributedOptions

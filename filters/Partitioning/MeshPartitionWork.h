@@ -46,7 +46,7 @@ struct MeshPartitionWork
   }
 };
 
-// Whose the points of an input are, and of which: vtkObject::GetMTime of input and filter.
+// Whose the points of an input are, and of which: the times of the input (TimeOf) and the filter.
 struct PartitionAssignment
 {
   std::vector<std::uint32_t> partitionOf;

@@ -6,6 +6,7 @@
 #include "filters/Partitioning/MeshPartitionWork.h"
 #include "filters/adapter/AlgorithmExecution.h"
 #include "filters/adapter/FilterRequest.h"
+#include "filters/adapter/RankPipeline.h"
 #include "filters/core/tree/Clustering.h"
 #include "filters/core/tree/KdTree.h"
 
@@ -34,10 +35,31 @@ vtkKdTreePartition::~vtkKdTreePartition()
   this->SetController(nullptr);
 }
 
+bool vtkKdTreePartition::IsTogether()
+{
+  return this->Controller && this->Controller->GetNumberOfProcesses() > 1;
+}
+
+vtkExecutive* vtkKdTreePartition::CreateDefaultExecutive()
+{
+  return RankPipeline::Make([this] { return this->Controller; },
+    [this] { this->SetErrorCode(vtkErrorCode::UnknownError); });
+}
+
+int vtkKdTreePartition::RequestUpdateExtent(
+  vtkInformation*, vtkInformationVector** inputVector, vtkInformationVector*)
+{
+  if (this->IsTogether())
+  {
+    AskForPieceOfRank(*this->Controller, *this, *inputVector[0]->GetInformationObject(0));
+  }
+  return 1;
+}
+
 int vtkKdTreePartition::RequestData(
   vtkInformation* request, vtkInformationVector** inputVector, vtkInformationVector* outputVector)
 {
-  if (!this->Controller || this->Controller->GetNumberOfProcesses() < 2)
+  if (!this->IsTogether())
   {
     return this->Superclass::RequestData(request, inputVector, outputVector);
   }
@@ -60,6 +82,10 @@ int vtkKdTreePartition::RequestData(
     return this->GetErrorCode() == vtkErrorCode::NoError ? 1 : 0;
   }
   WarnOfArrays(*this, made->skipped);
+  if (made->areSame)
+  {
+    WarnOfSameMesh(*this);
+  }
   if (options.isCut)
   {
     vtkPartitionedDataSet* const partitions = vtkPartitionedDataSet::GetData(outputVector, 0);

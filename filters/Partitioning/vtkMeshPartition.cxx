@@ -7,6 +7,7 @@
 #include "filters/Partitioning/MeshPartitionWork.h"
 #include "filters/adapter/AlgorithmExecution.h"
 #include "filters/adapter/FilterRequest.h"
+#include "filters/adapter/JoinPolyData.h"
 #include "filters/adapter/PartitionLayout.h"
 #include "filters/adapter/PolyDataMesh.h"
 #include "filters/adapter/RangedSetters.h"
@@ -39,7 +40,7 @@ struct vtkMeshPartition::Run
 {
   vtkMeshPartition& Self;
   vtkPolyData& Input;
-  vtkMTimeType InputTime; // of what it was joined of
+  vtkMTimeType InputTime; // when what it was joined of was changed last
   const Execution& Runs;
 
   Status Make(bool isCut, vtkInformationVector& outputVector) const
@@ -76,14 +77,16 @@ private:
   {
     std::unique_ptr<PartitionAssignment>& assigned = this->Self.Assigned;
     const vtkMTimeType filterTime = this->Self.GetMTime();
-    if (assigned && assigned->inputTime == this->InputTime && assigned->filterTime == filterTime)
+    const auto points = static_cast<std::size_t>(this->Input.GetNumberOfPoints());
+    if (assigned && assigned->inputTime == this->InputTime && assigned->filterTime == filterTime &&
+        assigned->partitionOf.size() == points)
     {
       return {};
     }
     assigned.reset();
-    const Result<std::vector<Vec3>> points = ReadPoints(this->Input, this->Runs);
-    KDSTREAM_TRY(points);
-    MeshPartitionWork work{ *points, elements.Triangles(),
+    const Result<std::vector<Vec3>> places = ReadPoints(this->Input, this->Runs);
+    KDSTREAM_TRY(places);
+    MeshPartitionWork work{ *places, elements.Triangles(),
       static_cast<std::uint32_t>(this->Self.VerticesPerPartition), {}, this->Runs };
     if (this->Self.NumberOfPartitions > 0)
     {
@@ -158,7 +161,7 @@ int vtkMeshPartition::RequestData(
   Status status = joined ? Status() : Status(joined.GetError());
   if (joined && (*joined)->GetNumberOfPoints() > 0)
   {
-    status = Run{ *this, **joined, input.GetMTime(), execution }.Make(isCut, *outputVector);
+    status = Run{ *this, **joined, TimeOf(input), execution }.Make(isCut, *outputVector);
   }
   this->SetErrorCode(ReportError(*this, status));
   return this->GetErrorCode() == vtkErrorCode::NoError ? 1 : 0;

@@ -28,16 +28,19 @@
  *
  * Polygons become triangles (concave ones by cutting ears), strips triangles, polylines segments,
  * poly-vertices single vertices; each gets the data of its cell. Degenerate triangles are kept.
- * Coincident points are not merged (see vtkCleanPolyData).
+ * Coincident points are not merged (see vtkCleanPolyData), and points that no cell uses are points
+ * as others are, where a store sets them aside: its partitions are these only of a mesh without
+ * any.
  *
  * No points give no partitions.
  *
  * Complexity: that of the partitioner, and linear in points and cells. Memory beside input, outputs
  * and partitioner: about 30 bytes a point and 30 a triangle. Runs on vtkSMPTools; the result does
  * not depend on backend and threads. Aborting leaves empty outputs. Errors, with empty outputs: a
- * coordinate that is not finite; a cell that uses a point that is not there; points that span more
- * than 2^127 along an axis; NumberOfPartitions above the number of points; a part that is not a
- * vtkPolyData. GetErrorCode is then vtkErrorCode::UnknownError, else NoError.
+ * coordinate that is not finite; a cell that uses a point that is not there, or corners beyond its
+ * vtkCellArray's; points that span more than 2^127 along an axis; NumberOfPartitions above the
+ * number of points; a part that is not a vtkPolyData. GetErrorCode is then
+ * vtkErrorCode::UnknownError, else NoError.
  *
  * Of the numbers below, those out of their range are clamped; what is negative where it may not be,
  * or not a number, is refused with an error, and the value stays.

@@ -38,6 +38,7 @@ KDSTREAM_SET_IN_RANGE(vtkPCLSurfaceReconstruction, Depth, int, 0, 12)
 KDSTREAM_SET_IN_RANGE(vtkPCLSurfaceReconstruction, SamplesPerNode, double, 0.5, 100.0)
 KDSTREAM_SET_IN_RANGE(vtkPCLSurfaceReconstruction, PointWeight, double, 0.0, 100.0)
 KDSTREAM_SET_IN_RANGE(vtkPCLSurfaceReconstruction, TrimDistance, double, 0.0, VTK_DOUBLE_MAX)
+KDSTREAM_SET_FINITE(vtkPCLSurfaceReconstruction, ViewPoint)
 
 namespace
 {

@@ -36,7 +36,8 @@
  * cannot. The result does not depend on backend and threads.
  *
  * Of the numbers below, those out of their range are clamped; what is negative where it may not be,
- * or not a number, is refused with an error, and the value stays.
+ * or not a number, is refused with an error, and so is a vector that is not finite; the value
+ * stays.
  *
  * Source: Marton, Rusu, Beetz: On Fast Surface Reconstruction Methods for Large and Noisy Datasets
  * (2009); Kazhdan, Bolitho, Hoppe: Poisson Surface Reconstruction (2006); Hoppe et al.: Surface
@@ -122,7 +123,8 @@ public:
   /**
    * Where the scanner stood, for TOWARDS_VIEWPOINT. Default the origin.
    */
-  vtkSetVector3Macro(ViewPoint, double);
+  virtual void SetViewPoint(double x, double y, double z);
+  virtual void SetViewPoint(const double value[3]);
   vtkGetVector3Macro(ViewPoint, double);
   ///@}
 

@@ -12,6 +12,7 @@
 #include "filters/core/CarriedArrays.h"
 #include "filters/core/Ids.h"
 #include "filters/core/TakeResult.h"
+#include "filters/core/UnusedVertices.h"
 #include "filters/core/Weld.h"
 
 #include <vtkCellArray.h>
@@ -41,6 +42,7 @@
 vtkStandardNewMacro(vtkKdClusterSimplification);
 
 KDSTREAM_SET_IN_RANGE(vtkKdClusterSimplification, TargetNumberOfTriangles, vtkIdType, 0, VTK_ID_MAX)
+KDSTREAM_SET_IN_RANGE(vtkKdClusterSimplification, Depth, int, -1, 30)
 KDSTREAM_SET_IN_RANGE(vtkKdClusterSimplification, CellVertices, int, 1, 1024)
 KDSTREAM_SET_IN_RANGE(vtkKdClusterSimplification, VerticesPerPartition, vtkIdType, 1, VTK_INT_MAX)
 
@@ -59,8 +61,19 @@ struct Simplifiable
 {
   Mesh mesh;                            // with what levels carry: normals and colours
   std::vector<Attribute> points, cells; // other arrays; they must not keep points apart
-  std::vector<VertexId> newIds;         // of each point the one that it was welded to
+  std::vector<VertexId> newIds; // of each point the one that it was welded to; noVertex: none
 };
+
+// Whether an array is active as global or pedigree ids, whatever its type: they have no means.
+bool IsActiveIds(vtkDataSetAttributes& data, const std::string& name)
+{
+  const auto is = [&](int type)
+  {
+    vtkAbstractArray* const ids = data.GetAbstractAttribute(type);
+    return ids && ids->GetName() && name == ids->GetName();
+  };
+  return is(vtkDataSetAttributes::GLOBALIDS) || is(vtkDataSetAttributes::PEDIGREEIDS);
+}
 
 void ReadArrays(vtkPolyData& input, const PolyDataElements& elements, Simplifiable& read)
 {
@@ -72,7 +85,9 @@ void ReadArrays(vtkPolyData& input, const PolyDataElements& elements, Simplifiab
     {
       read.mesh.attributes.push_back(std::move(array));
     }
-    else if (!HoldsIds(array) && !(isPoint && array.name == deviationName))
+    else if (!HoldsIds(array) && !(isPoint && array.name == deviationName) &&
+             !(isPoint ? IsActiveIds(*input.GetPointData(), array.name)
+                       : IsActiveIds(*input.GetCellData(), array.name)))
     {
       (isPoint ? read.points : read.cells).push_back(std::move(array));
     }
@@ -96,6 +111,23 @@ void Weld(Simplifiable& input, bool weld, const Execution& execution)
   }
   input.newIds.resize(input.mesh.points.size());
   std::iota(input.newIds.begin(), input.newIds.end(), VertexId{ 0 });
+}
+
+// As in a store, points that no triangle uses decide nothing (doc/design.md#unused-vertices).
+void DropUnused(Simplifiable& input)
+{
+  const std::vector<bool> isUsed = FindUsedVertices(input.mesh);
+  TakeUnusedVertices(input.mesh, isUsed);
+  std::vector<VertexId> numbers(isUsed.size(), noVertex);
+  VertexId next = 0;
+  for (std::size_t v = 0; v < isUsed.size(); ++v)
+  {
+    numbers[v] = isUsed[v] ? next++ : noVertex;
+  }
+  for (VertexId& id : input.newIds)
+  {
+    id = numbers[id];
+  }
 }
 
 // One whole number for each point.
@@ -195,7 +227,7 @@ std::vector<Attribute> CarryArrays(
   const ClusterLevel& level = simplified.level;
   std::vector<VertexId> clusterOf(input.newIds.size());
   std::transform(input.newIds.begin(), input.newIds.end(), clusterOf.begin(),
-    [&](VertexId v) { return simplified.clusterOf[v]; });
+    [&](VertexId v) { return v == noVertex ? noVertex : simplified.clusterOf[v]; });
   std::vector<Attribute> arrays = MeansOfGroups(input.points, clusterOf, level.positions.size());
   for (Attribute& array : CarryCells(input.cells, input.mesh, simplified.clusterOf,
          { level.positions, level.triangles }, execution))
@@ -257,6 +289,7 @@ Status Simplify(vtkPolyData& input, const Request& request, const Execution& exe
   else
   {
     Weld(*read, request.weld, execution);
+    DropUnused(*read);
     KDSTREAM_TRY(Take(SimplifyMesh(read->mesh, request.options, execution), level));
     finestDepth = static_cast<int>(level.finestDepth);
   }

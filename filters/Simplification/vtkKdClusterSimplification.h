@@ -32,8 +32,9 @@
  * called a class or a label) the most frequent one. An input without triangles is taken for a point
  * set: its output has a vertex cell for every point.
  *
- * Not passed: global and pedigree ids, since what they told apart is one; vertex and line cells
- * and, of a point set, cell data.
+ * Not passed: active global and pedigree ids, since what they told apart is one; vertex and line
+ * cells and, of a point set, cell data. Points that no triangle uses decide nothing and vanish, as
+ * in a store, unless clusters are given.
  * Polygons become triangles (concave ones by cutting ears), strips triangles. No points give an
  * empty output.
  *
@@ -108,7 +109,7 @@ public:
    * which depends on the input (see GetFinestDepth); beyond that is an error. -1, the default, is
    * the finest level. At most 30.
    */
-  vtkSetClampMacro(Depth, int, -1, 30);
+  virtual void SetDepth(int value);
   vtkGetMacro(Depth, int);
   ///@}
 

@@ -1,6 +1,16 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "filters/adapter/ArraySelections.h"
 
+#include "filters/adapter/PolyDataAttributes.h"
+
+#include <vtkDataObject.h>
+#include <vtkInformationDoubleVectorKey.h>
+#include <vtkInformationInformationVectorKey.h>
+#include <vtkInformationIntegerKey.h>
+#include <vtkInformationStringKey.h>
+#include <vtkInformationVector.h>
+#include <vtkNew.h>
+
 #include <algorithm>
 #include <string>
 
@@ -27,6 +37,37 @@ void ArraySelections::Follow(std::span<const AttributeInfo> arrays) const
   {
     this->Of(array.association).AddArray(array.name.c_str()); // none twice; enabled
   }
+}
+
+void ArraySelections::Tell(
+  std::span<const AttributeInfo> arrays, const ArrayFacts& facts, vtkInformation& output) const
+{
+  vtkNew<vtkInformationVector> ofPoints, ofCells;
+  for (const AttributeInfo& array : arrays)
+  {
+    if (!this->IsWanted(array))
+    {
+      continue;
+    }
+    const bool isPoint = array.association == AttributeAssociation::Point;
+    vtkNew<vtkInformation> told;
+    told->Set(vtkDataObject::FIELD_NAME(), array.name.c_str());
+    told->Set(vtkDataObject::FIELD_ARRAY_TYPE(), VtkTypeOf(array));
+    told->Set(vtkDataObject::FIELD_NUMBER_OF_COMPONENTS(), array.components);
+    const std::optional<vtkIdType> tuples = isPoint ? facts.points : facts.cells;
+    if (tuples && *tuples <= VTK_INT_MAX)
+    {
+      told->Set(vtkDataObject::FIELD_NUMBER_OF_TUPLES(), static_cast<int>(*tuples));
+    }
+    if (const auto range = facts.rangeOf ? facts.rangeOf(array) : std::nullopt)
+    {
+      const double ends[] = { range->first, range->second };
+      told->Set(vtkDataObject::FIELD_RANGE(), ends, 2);
+    }
+    (isPoint ? ofPoints : ofCells)->Append(told);
+  }
+  output.Set(vtkDataObject::POINT_DATA_VECTOR(), ofPoints);
+  output.Set(vtkDataObject::CELL_DATA_VECTOR(), ofCells);
 }
 
 }

@@ -1,15 +1,28 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// The arrays that a reader offers: which of a file's are read.
+// The arrays that a reader offers: which of a file's are read, and what is told of them before.
 #pragma once
 
 #include "filters/core/Attribute.h"
 
 #include <vtkDataArraySelection.h>
+#include <vtkInformation.h>
+#include <vtkType.h>
 
+#include <functional>
+#include <optional>
 #include <span>
+#include <utility>
 
 namespace kdstream
 {
+
+// What is known of an output's arrays before it is read.
+struct ArrayFacts
+{
+  std::optional<vtkIdType> points, cells; // tuples
+  // The least and the greatest value of an array; none: nobody's is known.
+  std::function<std::optional<std::pair<double, double>>(const AttributeInfo&)> rangeOf;
+};
 
 // One selection for arrays of points, one for arrays of cells. They outlive this.
 class ArraySelections
@@ -28,6 +41,9 @@ public:
   {
     return this->Of(array.association).ArrayIsEnabled(array.name.c_str()) != 0;
   }
+  // Sets POINT_DATA_VECTOR and CELL_DATA_VECTOR of vtkDataObject: an entry for each wanted array.
+  void Tell(
+    std::span<const AttributeInfo> arrays, const ArrayFacts& facts, vtkInformation& output) const;
 
 private:
   vtkDataArraySelection& Of(AttributeAssociation association) const

@@ -40,6 +40,13 @@ void WarnOfArrays(vtkAlgorithm& filter, const std::vector<std::string>& leftOut)
   }
 }
 
+void WarnOfSameMesh(vtkAlgorithm& filter)
+{
+  vtkWarningWithObjectMacro(&filter, << "all processes have the same mesh, which is there once for "
+                                        "each: have one alone read it, and others an empty "
+                                        "vtkPolyData, or give each its part");
+}
+
 unsigned long ReportError(vtkAlgorithm& filter, const Status& status)
 {
   if (status || status.GetError().code == ErrorCode::Cancelled)

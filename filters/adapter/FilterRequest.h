@@ -27,6 +27,9 @@ Result<vtkSmartPointer<vtkPolyData>> JoinInput(
 // "left out: WHAT; WHAT", as one warning; none if it is empty.
 void WarnOfArrays(vtkAlgorithm& filter, const std::vector<std::string>& leftOut);
 
+// One warning where all processes have the same mesh, as where each has read the same file.
+void WarnOfSameMesh(vtkAlgorithm& filter);
+
 // Prints the error of a filter that reads no file; for its SetErrorCode: UnknownError. NoError, and
 // nothing is printed, where there is none, or the filter was told to abort.
 unsigned long ReportError(vtkAlgorithm& filter, const Status& status);

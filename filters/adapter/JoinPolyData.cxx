@@ -22,6 +22,7 @@
 
 #include <algorithm>
 #include <array>
+#include <iterator>
 #include <numeric>
 #include <span>
 #include <utility>
@@ -37,24 +38,13 @@ constexpr unsigned char notOwnCell = vtkDataSetAttributes::DUPLICATECELL |
                                      vtkDataSetAttributes::HIDDENCELL |
                                      vtkDataSetAttributes::REFINEDCELL;
 
-struct Part
-{
-  vtkPolyData* mesh;
-  std::string name; // for errors; empty: the input itself
-};
-
 // The marks of vtkGhostType, where there are any.
 class Marks
 {
 public:
-  Marks(vtkDataSetAttributes& attributes, vtkIdType count)
-    : Array(vtkUnsignedCharArray::SafeDownCast(
-        attributes.GetAbstractArray(vtkDataSetAttributes::GhostArrayName())))
+  explicit Marks(const PartData& part)
+    : Array(FindGhosts(part))
   {
-    if (this->Array && this->Array->GetNumberOfValues() != count)
-    {
-      this->Array = nullptr;
-    }
   }
 
   bool Exist() const { return this->Array != nullptr; }
@@ -75,55 +65,18 @@ private:
 
 Marks PointMarks(vtkPolyData& mesh)
 {
-  return { *mesh.GetPointData(), mesh.GetNumberOfPoints() };
+  return Marks({ mesh.GetPointData(), mesh.GetNumberOfPoints() });
 }
 
 Marks CellMarks(vtkPolyData& mesh)
 {
-  return { *mesh.GetCellData(), mesh.GetNumberOfCells() };
+  return Marks({ mesh.GetCellData(), mesh.GetNumberOfCells() });
 }
 
 bool IsEmpty(vtkDataObject& block)
 {
   const auto* const data = vtkDataSet::SafeDownCast(&block);
   return data && const_cast<vtkDataSet*>(data)->GetNumberOfPoints() == 0;
-}
-
-// Those with points.
-Result<std::vector<Part>> PartsOf(vtkDataObject& input)
-{
-  std::vector<Part> parts;
-  if (auto* const whole = vtkPolyData::SafeDownCast(&input))
-  {
-    parts.push_back({ whole, "" });
-    return parts;
-  }
-  auto* const tree = vtkDataObjectTree::SafeDownCast(&input);
-  if (!tree)
-  {
-    return Error{ ErrorCode::InvalidInput,
-      std::string("the input is a ") + input.GetClassName() + ", not a vtkPolyData" };
-  }
-  const bool isFlat = input.IsA("vtkPartitionedDataSet");
-  const auto leaf = vtk::TakeSmartPointer(tree->NewTreeIterator());
-  for (leaf->InitTraversal(); !leaf->IsDoneWithTraversal(); leaf->GoToNextItem())
-  {
-    vtkDataObject* const block = leaf->GetCurrentDataObject();
-    const unsigned int index = leaf->GetCurrentFlatIndex();
-    const std::string name =
-      isFlat ? "partition " + std::to_string(index - 1) : "block " + std::to_string(index);
-    auto* const mesh = vtkPolyData::SafeDownCast(block);
-    if (!mesh && !IsEmpty(*block))
-    {
-      return Error{ ErrorCode::InvalidInput,
-        name + " is a " + block->GetClassName() + ", not a vtkPolyData" };
-    }
-    if (mesh && mesh->GetNumberOfPoints() > 0)
-    {
-      parts.push_back({ mesh, name });
-    }
-  }
-  return parts;
 }
 
 // What stays of the cells of one kind.
@@ -138,7 +91,7 @@ struct KeptCells
 class Joining
 {
 public:
-  Joining(std::vector<Part> parts, const Execution& execution)
+  Joining(std::vector<InputPart> parts, const Execution& execution)
     : Parts(std::move(parts))
     , Runs(execution)
   {
@@ -256,10 +209,10 @@ private:
   // That of all parts, or double.
   int PointType() const
   {
-    const auto typeOf = [](const Part& part) { return part.mesh->GetPoints()->GetDataType(); };
+    const auto typeOf = [](const InputPart& part) { return part.mesh->GetPoints()->GetDataType(); };
     const int type = typeOf(this->Parts[0]);
     const bool same = std::all_of(this->Parts.begin(), this->Parts.end(),
-      [&](const Part& part) { return typeOf(part) == type; });
+      [&](const InputPart& part) { return typeOf(part) == type; });
     return same ? type : VTK_DOUBLE;
   }
 
@@ -295,15 +248,15 @@ private:
   void FillCells(const std::vector<SharedArray>& arrays, vtkPolyData& output)
   {
     const SharedArray* const ids = FindGlobalIds(arrays);
+    const bool areIds = ids && this->AreDistinct(*ids);
     std::vector<TupleOfPart> tuples;
-    bool areIds = ids != nullptr;
     std::array<vtkNew<vtkCellArray>, 4> cells;
     for (std::size_t kind = 0; kind < this->Cells.size(); ++kind)
     {
       const KeptCells& kept = this->Cells[kind];
       cells[kind]->AllocateExact(
         static_cast<vtkIdType>(kept.from.size()), static_cast<vtkIdType>(kept.corners.size()));
-      for (const std::size_t cell : OrderOf(kept, ids, areIds))
+      for (const std::size_t cell : OrderOf(kept, areIds ? ids : nullptr))
       {
         tuples.push_back(kept.from[cell]);
         cells[kind]->InsertNextCell(static_cast<int>(kept.begin[cell + 1] - kept.begin[cell]));
@@ -338,9 +291,21 @@ private:
     return plain ? plain->GetValue(tuple.tuple) : array->GetVariantValue(tuple.tuple).ToTypeInt64();
   }
 
-  // By id, or as they come where there are no ids, or one stands for two cells.
-  static std::vector<std::size_t> OrderOf(
-    const KeptCells& kept, const SharedArray* ids, bool& areIds)
+  // Whether no two cells have one id, of whatever kinds they are.
+  bool AreDistinct(const SharedArray& ids) const
+  {
+    std::vector<std::int64_t> all;
+    for (const KeptCells& kept : this->Cells)
+    {
+      std::transform(kept.from.begin(), kept.from.end(), std::back_inserter(all),
+        [&](TupleOfPart cell) { return IdOf(ids, cell); });
+    }
+    std::sort(all.begin(), all.end());
+    return std::adjacent_find(all.begin(), all.end()) == all.end();
+  }
+
+  // By id, or as they come where there are no ids.
+  static std::vector<std::size_t> OrderOf(const KeptCells& kept, const SharedArray* ids)
   {
     std::vector<std::size_t> order(kept.from.size());
     std::iota(order.begin(), order.end(), std::size_t{ 0 });
@@ -353,17 +318,12 @@ private:
     {
       idOf.push_back(IdOf(*ids, cell));
     }
-    std::vector<std::size_t> sorted = order;
-    std::sort(sorted.begin(), sorted.end(),
-      [&](std::size_t a, std::size_t b) { return idOf[a] < idOf[b]; });
-    const bool twice =
-      std::adjacent_find(sorted.begin(), sorted.end(),
-        [&](std::size_t a, std::size_t b) { return idOf[a] == idOf[b]; }) != sorted.end();
-    areIds = areIds && !twice;
-    return twice ? order : sorted;
+    std::sort(
+      order.begin(), order.end(), [&](std::size_t a, std::size_t b) { return idOf[a] < idOf[b]; });
+    return order;
   }
 
-  std::vector<Part> Parts;
+  std::vector<InputPart> Parts;
   const Execution& Runs;
   PartPoints Points;
   std::vector<VertexId> NewPoint; // of each of all parts' points
@@ -376,19 +336,70 @@ JoinedPolyData TakeWhole(vtkPolyData& mesh)
 {
   JoinedPolyData whole{ vtkSmartPointer<vtkPolyData>::New(), {} };
   whole.mesh->ShallowCopy(&mesh);
-  RemoveArraysOfWrongLength(
+  RemoveUnusableArrays(
     { whole.mesh->GetPointData(), mesh.GetNumberOfPoints() }, "point", whole.leftOut);
-  RemoveArraysOfWrongLength(
+  RemoveUnusableArrays(
     { whole.mesh->GetCellData(), mesh.GetNumberOfCells() }, "cell", whole.leftOut);
   return whole;
 }
 
 }
 
+Result<std::vector<InputPart>> PartsOf(vtkDataObject& input)
+{
+  std::vector<InputPart> parts;
+  if (auto* const whole = vtkPolyData::SafeDownCast(&input))
+  {
+    parts.push_back({ whole, "" });
+    return parts;
+  }
+  auto* const tree = vtkDataObjectTree::SafeDownCast(&input);
+  if (!tree)
+  {
+    return Error{ ErrorCode::InvalidInput,
+      std::string("the input is a ") + input.GetClassName() + ", not a vtkPolyData" };
+  }
+  const bool isFlat = input.IsA("vtkPartitionedDataSet");
+  const auto leaf = vtk::TakeSmartPointer(tree->NewTreeIterator());
+  for (leaf->InitTraversal(); !leaf->IsDoneWithTraversal(); leaf->GoToNextItem())
+  {
+    vtkDataObject* const block = leaf->GetCurrentDataObject();
+    const unsigned int index = leaf->GetCurrentFlatIndex();
+    const std::string name =
+      isFlat ? "partition " + std::to_string(index - 1) : "block " + std::to_string(index);
+    auto* const mesh = vtkPolyData::SafeDownCast(block);
+    if (!mesh && !IsEmpty(*block))
+    {
+      return Error{ ErrorCode::InvalidInput,
+        name + " is a " + block->GetClassName() + ", not a vtkPolyData" };
+    }
+    if (mesh && mesh->GetNumberOfPoints() > 0)
+    {
+      parts.push_back({ mesh, name });
+    }
+  }
+  return parts;
+}
+
+vtkMTimeType TimeOf(vtkDataObject& input)
+{
+  vtkMTimeType latest = input.GetMTime();
+  if (auto* const tree = vtkDataObjectTree::SafeDownCast(&input))
+  {
+    const auto each = vtk::TakeSmartPointer(tree->NewTreeIterator());
+    each->VisitOnlyLeavesOff();
+    for (each->InitTraversal(); !each->IsDoneWithTraversal(); each->GoToNextItem())
+    {
+      latest = std::max(latest, each->GetCurrentDataObject()->GetMTime());
+    }
+  }
+  return latest;
+}
+
 Result<JoinedPolyData> JoinPolyData(
   vtkDataObject& input, bool weldByPlace, const Execution& execution)
 {
-  Result<std::vector<Part>> parts = PartsOf(input);
+  Result<std::vector<InputPart>> parts = PartsOf(input);
   KDSTREAM_TRY(parts);
   if (parts->empty())
   {

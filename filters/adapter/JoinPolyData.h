@@ -16,6 +16,20 @@
 namespace kdstream
 {
 
+// A vtkPolyData that is input, or a block of it.
+struct InputPart
+{
+  vtkPolyData* mesh;
+  std::string name; // for errors: "partition 3", "block 7"; empty: the input itself
+};
+
+// A vtkPolyData, or those of a composite data set that have points. Other blocks must be null or
+// without points. Errors: InvalidInput, naming the block that is no vtkPolyData.
+Result<std::vector<InputPart>> PartsOf(vtkDataObject& input);
+
+// When the input was changed last: a composite data set's own time does not tell of its blocks.
+vtkMTimeType TimeOf(vtkDataObject& input);
+
 struct JoinedPolyData
 {
   vtkSmartPointer<vtkPolyData> mesh; // its arrays may be the input's
@@ -35,7 +49,8 @@ struct JoinedPolyData
 // the parts, or of their global ids; of cells first vertices, then lines, polygons, strips. There
 // are the arrays that all parts have (SharedArrays); those are active that are in all parts.
 //
-// A vtkPolyData without ghosts is as it was, but for arrays of a wrong length.
+// A vtkPolyData without ghosts is as it was, but for arrays of a wrong length. A vtkGhostType of a
+// wrong length or type marks nothing, and is listed.
 //
 // O(n log n) for n points of which what may be shared is sorted; memory: that of the output, 60
 // bytes a point, 8 a corner. Errors: InvalidInput for data that is no vtkPolyData, a coordinate

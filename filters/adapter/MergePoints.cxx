@@ -98,9 +98,7 @@ private:
     std::vector<VertexId> sorted = this->Present();
     std::stable_sort(
       sorted.begin(), sorted.end(), [&](VertexId a, VertexId b) { return ids[a] < ids[b]; });
-    const Box box = BoxOfPoints(this->Points.places);
-    const double most =
-      box.Empty() ? 0 : idTolerance * idTolerance * SquaredDistance(box.lo, box.hi);
+    const double most = MostApart(BoxOfPoints(this->Points.places));
     bool believed = true;
     ForEachRun(
       sorted, [&](VertexId a, VertexId b) { return ids[a] == ids[b]; },
@@ -252,6 +250,11 @@ private:
   std::vector<VertexId> Kept;
 };
 
+}
+
+double MostApart(const Box& box)
+{
+  return box.Empty() ? 0 : idTolerance * idTolerance * SquaredDistance(box.lo, box.hi);
 }
 
 MergedPoints MergePoints(const PartPoints& points, bool weldByPlace)

@@ -31,9 +31,13 @@ struct MergedPoints
   bool byIds = false;            // there were global ids, and they were believed
 };
 
+// The square of how far apart points may lie that have one global id: 2^-20 of the diagonal of the
+// box of all points. Ids that stand for places further apart are not those of points.
+double MostApart(const Box& box);
+
 // With global ids: points of one id become the first of them that is no copy, or the first copy,
 // and points are in the order of ids. Ids are not believed where one stands for places that are
-// more than 2^-20 of the box' diagonal apart: then by place, as without ids. By place: a copy
+// further apart (MostApart): then by place, as without ids. By place: a copy
 // becomes the point it is a copy of, the one with the same values in its arrays, or else the first
 // of another part; where there is none, the first copy stays. With `weldByPlace` points of
 // different parts become one in the same way, copies or not. The order is that of the input.

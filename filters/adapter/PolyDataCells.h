@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// The cells of a vtkPolyData one after the other, and no point number believed.
+// The cells of a vtkPolyData one after the other: neither their places in the list of corners nor
+// point numbers are believed.
 #pragma once
 
 #include "filters/core/Result.h"
@@ -15,9 +16,14 @@
 namespace kdstream
 {
 
+// Whether each cell's corners lie within the array's connectivity, which VTK takes for granted:
+// data of a file or of vtkCellArray::SetData may say anything. firstCell: the id of the array's
+// first cell in the vtkPolyData. O(cells). Errors: InvalidInput naming the cell.
+Status CheckOffsets(vtkCellArray& cells, vtkIdType firstCell);
+
 // Calls visit(cell, points) for each cell of one array; null is an array without cells. firstCell:
-// the id of the array's first cell in the vtkPolyData. O(corners). Errors: InvalidInput naming the
-// cell and point where a cell uses a point that is not there.
+// as above. O(corners). Errors: those of CheckOffsets; InvalidInput naming the cell and point where
+// a cell uses a point that is not there.
 template <class Visit>
 Status ForEachCell(vtkCellArray* cells, vtkIdType firstCell, vtkIdType pointCount, Visit&& visit)
 {
@@ -25,6 +31,7 @@ Status ForEachCell(vtkCellArray* cells, vtkIdType firstCell, vtkIdType pointCoun
   {
     return {};
   }
+  KDSTREAM_TRY(CheckOffsets(*cells, firstCell));
   const auto iterator = vtk::TakeSmartPointer(cells->NewIterator());
   for (iterator->GoToFirstCell(); !iterator->IsDoneWithTraversal(); iterator->GoToNextCell())
   {

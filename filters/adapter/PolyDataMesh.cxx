@@ -137,6 +137,12 @@ Result<std::vector<Vec3>> ReadPoints(vtkPolyData& input, const Execution& execut
     return Error{ ErrorCode::LimitExceeded,
       std::to_string(count) + " points; at most 4294967294 fit a tree in memory" };
   }
+  if (count > 0 && input.GetPoints()->GetData()->GetNumberOfComponents() != 3)
+  {
+    return Error{ ErrorCode::InvalidInput,
+      "points have " + std::to_string(input.GetPoints()->GetData()->GetNumberOfComponents()) +
+        " coordinates, not 3" };
+  }
   std::vector<Vec3> points(count);
   std::atomic<bool> finite{ true };
   execution.parallelFor(count, 1 << 16,
@@ -164,6 +170,10 @@ Status CheckCells(vtkPolyData& input)
     input.GetStrips() };
   const auto areThere = [&](vtkCellArray* cells)
   {
+    if (cells && !CheckOffsets(*cells, 0))
+    {
+      return false;
+    }
     if (!cells || cells->GetNumberOfConnectivityIds() == 0)
     {
       return true;

@@ -36,8 +36,8 @@ struct PolyDataElements
 Result<std::vector<Vec3>> ReadPoints(
   vtkPolyData& input, const Execution& execution, bool any = false);
 
-// O(cells), 20 bytes an element. Errors: InvalidInput naming the cell and point where a cell uses a
-// point that is not there; LimitExceeded.
+// O(cells), 20 bytes an element. Errors: InvalidInput naming the cell whose corners are not in its
+// array, or the cell and point where a cell uses a point that is not there; LimitExceeded.
 Result<PolyDataElements> ReadElements(vtkPolyData& input);
 
 // What ReadElements says is wrong with the cells; nothing is read where all is well. O(cells).

@@ -1,23 +1,25 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Setters of numbers that have a range, for the source of a class.
+// Setters of numbers that have a range, and of vectors, for the source of a class.
 #pragma once
 
 #include <vtkObject.h>
 
 #include <algorithm>
+#include <cmath>
+#include <iterator>
 #include <type_traits>
 
 namespace kdstream
 {
 
-// Clamps as vtkSetClampMacro does; but refuses what is not a number, and what is negative where the
-// range begins at 0 or above: an error, and the member stays.
+// Clamps as vtkSetClampMacro does; but refuses what is not a number, and what is negative and below
+// the range: an error, and the member stays.
 template <class Number>
 void SetInRange(vtkObject& object, const char* name, Number& member,
   std::type_identity_t<Number> value, std::type_identity_t<Number> least,
   std::type_identity_t<Number> most)
 {
-  if (value != value || (value < 0 && least >= 0))
+  if (value != value || (value < 0 && value < least))
   {
     vtkErrorWithObjectMacro(&object, << name << " must be from " << least << " to " << most
                                      << ", not " << value << ": it stays " << member);
@@ -31,10 +33,39 @@ void SetInRange(vtkObject& object, const char* name, Number& member,
   }
 }
 
+// As vtkSetVector3Macro does; but refuses what is not finite: an error, and the member stays.
+inline void SetFinite(
+  vtkObject& object, const char* name, double (&member)[3], double x, double y, double z)
+{
+  if (!std::isfinite(x) || !std::isfinite(y) || !std::isfinite(z))
+  {
+    vtkErrorWithObjectMacro(&object, << name << " must be finite, not (" << x << ", " << y << ", "
+                                     << z << "): it stays (" << member[0] << ", " << member[1]
+                                     << ", " << member[2] << ")");
+    return;
+  }
+  const double value[] = { x, y, z };
+  if (!std::equal(std::begin(value), std::end(value), member))
+  {
+    std::copy(std::begin(value), std::end(value), member);
+    object.Modified();
+  }
+}
+
 }
 
 #define KDSTREAM_SET_IN_RANGE(Class, Name, Type, least, most)           \
   void Class::Set##Name(Type value)                                     \
   {                                                                     \
     kdstream::SetInRange(*this, #Name, this->Name, value, least, most); \
+  }
+
+#define KDSTREAM_SET_FINITE(Class, Name)                    \
+  void Class::Set##Name(double x, double y, double z)       \
+  {                                                         \
+    kdstream::SetFinite(*this, #Name, this->Name, x, y, z); \
+  }                                                         \
+  void Class::Set##Name(const double value[3])              \
+  {                                                         \
+    this->Set##Name(value[0], value[1], value[2]);          \
   }

@@ -11,7 +11,8 @@ namespace kdstream
 namespace
 {
 
-constexpr int messageTag = 36107;
+constexpr int messageTag = 8107;
+static_assert(messageTag <= 32767, "MPI promises no greater tags (MPI_TAG_UB)");
 constexpr std::size_t mostAtOnce = std::size_t{ 1 } << 28; // bytes: MPI counts in ints
 
 Error Broken()

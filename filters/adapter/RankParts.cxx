@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "filters/adapter/RankParts.h"
 
+#include "filters/adapter/JoinPolyData.h"
+
 #include <vtkBitArray.h>
 #include <vtkCellArray.h>
 #include <vtkCellData.h>
-#include <vtkCompositeDataIterator.h>
 #include <vtkDataArray.h>
-#include <vtkDataObjectTree.h>
 #include <vtkIdTypeArray.h>
 #include <vtkNew.h>
 #include <vtkPointData.h>
@@ -24,40 +24,10 @@ namespace
 
 using Bytes = std::vector<unsigned char>;
 
-Result<std::vector<vtkPolyData*>> PartsOf(vtkDataObject& input)
-{
-  std::vector<vtkPolyData*> parts;
-  const auto add = [&parts](vtkDataObject* data) -> Status
-  {
-    auto* const part = vtkPolyData::SafeDownCast(data);
-    if (!part)
-    {
-      return Error{ ErrorCode::InvalidInput,
-        std::string("a block is a ") + data->GetClassName() + ", not a vtkPolyData" };
-    }
-    if (part->GetNumberOfPoints() > 0)
-    {
-      parts.push_back(part);
-    }
-    return {};
-  };
-  auto* const tree = vtkDataObjectTree::SafeDownCast(&input);
-  if (!tree)
-  {
-    KDSTREAM_TRY(add(&input));
-    return parts;
-  }
-  const auto each = vtk::TakeSmartPointer(tree->NewIterator());
-  for (each->InitTraversal(); !each->IsDoneWithTraversal(); each->GoToNextItem())
-  {
-    KDSTREAM_TRY(add(each->GetCurrentDataObject()));
-  }
-  return parts;
-}
-
 std::size_t SizeOf(vtkDataArray& array)
 {
-  return static_cast<std::size_t>(array.GetNumberOfValues() * array.GetDataTypeSize());
+  const vtkIdType values = array.GetNumberOfTuples() * array.GetNumberOfComponents();
+  return static_cast<std::size_t>(values * array.GetDataTypeSize());
 }
 
 Bytes ValuesOf(vtkDataArray& array)
@@ -172,26 +142,32 @@ vtkSmartPointer<vtkPolyData> TakePart(RankMessage& message)
 
 }
 
-Result<vtkSmartPointer<vtkPartitionedDataSet>> GatherParts(
-  const RankGroup& ranks, vtkDataObject& input, std::vector<std::string>& leftOut)
+Result<GatheredParts> GatherParts(const RankGroup& ranks, const Status& ready, vtkDataObject& input,
+  std::vector<std::string>& leftOut)
 {
-  const Result<std::vector<vtkPolyData*>> parts = PartsOf(input);
-  KDSTREAM_TRY(ranks.Agree(parts ? Status() : Status(parts.GetError())));
+  const Result<std::vector<InputPart>> parts = PartsOf(input);
+  KDSTREAM_TRY(ranks.Agree(!ready || parts ? ready : Status(parts.GetError())));
   RankMessage message;
-  for (vtkPolyData* const part : *parts)
+  for (const InputPart& part : *parts)
   {
-    PutPart(*part, message, leftOut);
+    if (part.mesh->GetNumberOfPoints() > 0)
+    {
+      PutPart(*part.mesh, message, leftOut);
+    }
   }
   std::vector<RankGroup::Bytes> out(ranks.Count());
   out[0] = message.Release();
   auto came = ranks.Exchange(std::move(out));
   KDSTREAM_TRY(came);
-  auto all = vtkSmartPointer<vtkPartitionedDataSet>::New();
+  GatheredParts all{ vtkSmartPointer<vtkPartitionedDataSet>::New(), false };
+  all.areSame = !came->front().empty() &&
+                std::all_of(came->begin(), came->end(),
+                  [&](const RankGroup::Bytes& bytes) { return bytes == came->front(); });
   for (RankGroup::Bytes& bytes : *came)
   {
     for (RankMessage told(std::move(bytes)); !told.AtEnd();)
     {
-      all->SetPartition(all->GetNumberOfPartitions(), TakePart(told));
+      all.parts->SetPartition(all.parts->GetNumberOfPartitions(), TakePart(told));
     }
   }
   return all;

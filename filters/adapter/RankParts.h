@@ -15,11 +15,18 @@
 namespace kdstream
 {
 
+struct GatheredParts
+{
+  vtkSmartPointer<vtkPartitionedDataSet> parts;
+  bool areSame = false; // at rank 0: whether all ranks have the same, and any
+};
+
 // At rank 0 the vtkPolyData of all ranks, one rank's after the other's, as they are: each rank's
 // own or, of a composite data set, its blocks in their order. At other ranks nothing. Arrays that
-// are no numbers stay behind, and are listed. O(size). Errors, of all ranks: InvalidInput for a
-// block that is no vtkPolyData; InputOutput.
-Result<vtkSmartPointer<vtkPartitionedDataSet>> GatherParts(
-  const RankGroup& ranks, vtkDataObject& input, std::vector<std::string>& leftOut);
+// are no numbers stay behind, and are listed. ready: what is wrong with this rank otherwise.
+// O(size). Errors, of all ranks: that of a rank that is not ready; InvalidInput for a block that is
+// no vtkPolyData, unless it has no points; InputOutput.
+Result<GatheredParts> GatherParts(const RankGroup& ranks, const Status& ready, vtkDataObject& input,
+  std::vector<std::string>& leftOut);
 
 }

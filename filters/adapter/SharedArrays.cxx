@@ -57,10 +57,15 @@ void LeaveOut(vtkAbstractArray& array, const std::string& kind, const std::strin
   }
 }
 
-std::string LengthText(vtkAbstractArray& array, vtkIdType tuples, const std::string& kind)
+// Why an array cannot be used; empty: it can.
+std::string WhyUnusable(vtkAbstractArray& array, const PartData& part, const std::string& kind)
 {
-  return "has " + std::to_string(array.GetNumberOfTuples()) + " tuples for " +
-         std::to_string(tuples) + " " + kind + "s";
+  if (array.GetNumberOfTuples() != part.tuples)
+  {
+    return "has " + std::to_string(array.GetNumberOfTuples()) + " tuples for " +
+           std::to_string(part.tuples) + " " + kind + "s";
+  }
+  return IsGhosts(array) && !FindGhosts(part) ? "is not one unsigned char for each " + kind : "";
 }
 
 template <class Visit>
@@ -68,10 +73,7 @@ void ForEachArray(const PartData& part, const Visit& visit)
 {
   for (int i = 0; part.tuples > 0 && i < part.data->GetNumberOfArrays(); ++i)
   {
-    if (!IsGhosts(*part.data->GetAbstractArray(i)))
-    {
-      visit(*part.data->GetAbstractArray(i));
-    }
+    visit(*part.data->GetAbstractArray(i));
   }
 }
 
@@ -141,6 +143,14 @@ bool SharedArray::Is(int attribute) const
          this->attributes.end();
 }
 
+vtkUnsignedCharArray* FindGhosts(const PartData& part)
+{
+  auto* const ghosts = vtkUnsignedCharArray::SafeDownCast(
+    part.data->GetAbstractArray(vtkDataSetAttributes::GhostArrayName()));
+  return ghosts && ghosts->GetNumberOfValues() == part.tuples ? ghosts : nullptr;
+}
+
+// An array that the first part has like this one is listed, where others lack it, by the first.
 std::vector<SharedArray> FindSharedArrays(
   std::span<const PartData> parts, const std::string& kind, std::vector<std::string>& leftOut)
 {
@@ -149,44 +159,51 @@ std::vector<SharedArray> FindSharedArrays(
     ForEachArray(part,
       [&](vtkAbstractArray& array)
       {
-        if (array.GetNumberOfTuples() != part.tuples)
+        const std::string why = WhyUnusable(array, part, kind);
+        if (!why.empty())
         {
-          LeaveOut(array, kind, LengthText(array, part.tuples, kind), leftOut);
+          LeaveOut(array, kind, why, leftOut);
         }
       });
   }
   std::vector<SharedArray> shared;
-  bool isFirst = true; // of those that count
+  const PartData* first = nullptr; // of those that count
   for (const PartData& part : parts)
   {
+    first = !first && part.tuples > 0 ? &part : first;
     ForEachArray(part,
       [&](vtkAbstractArray& array)
       {
-        std::vector<vtkAbstractArray*> ofPart = InAllParts(array, part, parts);
+        if (IsGhosts(array))
+        {
+          return;
+        }
+        std::vector<vtkAbstractArray*> ofPart =
+          InAllParts(array, part, first == &part ? parts : std::span(first, 1));
         if (ofPart.empty())
         {
           LeaveOut(array, kind, "not all parts have it", leftOut);
         }
-        else if (isFirst)
+        else if (first == &part)
         {
           std::vector<int> attributes = AttributesOf(ofPart, parts);
           shared.push_back({ std::move(ofPart), std::move(attributes) });
         }
       });
-    isFirst = isFirst && part.tuples == 0;
   }
   return shared;
 }
 
-void RemoveArraysOfWrongLength(
+void RemoveUnusableArrays(
   const PartData& part, const std::string& kind, std::vector<std::string>& leftOut)
 {
   for (int i = part.data->GetNumberOfArrays() - 1; i >= 0; --i)
   {
     vtkAbstractArray& array = *part.data->GetAbstractArray(i);
-    if (array.GetNumberOfTuples() != part.tuples)
+    const std::string why = WhyUnusable(array, part, kind);
+    if (!why.empty())
     {
-      LeaveOut(array, kind, LengthText(array, part.tuples, kind), leftOut);
+      LeaveOut(array, kind, why, leftOut);
       part.data->RemoveArray(i);
     }
   }

@@ -4,6 +4,7 @@
 
 #include <vtkAbstractArray.h>
 #include <vtkDataSetAttributes.h>
+#include <vtkUnsignedCharArray.h>
 
 #include <cstdint>
 #include <span>
@@ -33,15 +34,20 @@ struct SharedArray
   bool Is(int attribute) const;
 };
 
+// The array vtkGhostType; null where there is none, or none that can be used: a
+// vtkUnsignedCharArray with a value for each point or cell.
+vtkUnsignedCharArray* FindGhosts(const PartData& part);
+
 // Those of the first part, in its order, that all others have with the same name, type and number
 // of components, and all with a tuple for each point or cell. vtkGhostType is not one of them. All
-// others are listed in `leftOut`, each once: `point array "A": not all parts have it`. kind:
-// "point" or "cell". O(arrays squared).
+// others are listed in `leftOut`, each once: `point array "A": not all parts have it`; so is a
+// vtkGhostType that cannot be used. kind: "point" or "cell". O(parts · arrays²).
 std::vector<SharedArray> FindSharedArrays(
   std::span<const PartData> parts, const std::string& kind, std::vector<std::string>& leftOut);
 
-// The arrays of a wrong length, as FindSharedArrays lists them, removed.
-void RemoveArraysOfWrongLength(
+// Removes the arrays of a wrong length and a vtkGhostType that cannot be used, as FindSharedArrays
+// lists them.
+void RemoveUnusableArrays(
   const PartData& part, const std::string& kind, std::vector<std::string>& leftOut);
 
 // Of the values of numeric arrays, bit by bit.

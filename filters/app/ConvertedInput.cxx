@@ -14,7 +14,6 @@
 #include <unistd.h>
 
 #include <algorithm>
-#include <array>
 #include <cerrno>
 #include <chrono>
 #include <cstdlib>
@@ -277,9 +276,7 @@ std::optional<std::string> WhyNoPictures(std::string_view what)
 
 bool NeedsConversion(const std::filesystem::path& input)
 {
-  static constexpr std::array<const char*, 9> endings{ ".vtp", ".vtk", ".wrl", ".glb", ".gltf",
-    ".pcd", ".xyz", ".las", ".laz" };
-  return std::find(endings.begin(), endings.end(), FileEnding(input)) != endings.end();
+  return IsConvertedFormat(FileEnding(input));
 }
 
 Result<ConvertedInput> ConvertedInput::Make(const std::string& input,

@@ -22,7 +22,8 @@ inline CLI::Option* AddColumnsOption(CLI::App& app, std::string& columns)
 {
   return app
     .add_option("--columns", columns,
-      "what the columns of an .xyz are: x y z, and r g b, nx ny nz, intensity, class, - (left out) "
+      "what the columns of an .xyz, .txt, .csv, .pts or .asc are: x y z, and r g b, nx ny nz, "
+      "intensity, class, - (left out) "
       "or any other name")
     ->type_name("\"x y z NAMES\"");
 }
@@ -30,10 +31,11 @@ inline CLI::Option* AddColumnsOption(CLI::App& app, std::string& columns)
 // Whether it has columns to name. Errors: InvalidArgument.
 inline Status CheckColumns(const std::string& columns, const std::string& input)
 {
-  return columns.empty() || FileEnding(input) == ".xyz"
+  return columns.empty() || IsPointText(FileEnding(input))
            ? Status()
            : Status(Error{ ErrorCode::InvalidArgument,
-               "--columns: an .xyz has columns, the input's name does not end so" });
+               "--columns: points as text have columns (.xyz, .txt, .csv, .pts, .asc); the input's "
+               "name does not end so" });
 }
 
 }

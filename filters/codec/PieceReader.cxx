@@ -9,7 +9,6 @@
 #include "filters/codec/PieceContexts.h"
 #include "filters/codec/PositionReader.h"
 #include "filters/codec/Sorting.h"
-#include "filters/core/Later.h"
 #include "filters/core/SortTriangles.h"
 
 #include <array>
@@ -63,7 +62,7 @@ bool PieceReader::ReadVertices()
   return true;
 }
 
-KDSTREAM_LATER bool PieceReader::ReadExactVertices()
+bool PieceReader::ReadExactVertices()
 {
   return this->ReadVertices<ExactPredictor>();
 }

@@ -107,7 +107,8 @@ Result<ForeignMesh> ReadOwn(
 Result<ForeignMesh> ReadPcdWithoutPcl(const std::filesystem::path&, const Execution&)
 {
   return Error{ ErrorCode::Unsupported,
-    "reading .pcd files needs PCL, which was not there when KdStream was built" };
+    "reading .pcd files needs PCL, which was not there when KdStream was built: install libpcl-dev "
+    "(so it is called in Debian) and build kdstream-convert again" };
 }
 #endif
 
@@ -130,9 +131,9 @@ ReadFormat FormatOf(const std::string& ending)
     ReadFormat read;
   } formats[] = { { ".stl", ReadInChunks }, { ".vtp", ReadVtp }, { ".vtk", ReadVtk },
 #ifdef KDSTREAM_HAS_COIN
-    { ".wrl", ReadVrml },
+    { ".wrl", ReadVrml }, { ".wrz", ReadVrml },
 #else
-    { ".wrl", ReadVrmlWithoutCoin },
+    { ".wrl", ReadVrmlWithoutCoin }, { ".wrz", ReadVrmlWithoutCoin },
 #endif
     { ".las", ReadLas }, { ".laz", ReadLas },
 #ifdef KDSTREAM_HAS_PCL
@@ -175,15 +176,10 @@ Result<ForeignMesh> ReadForeignMesh(const std::filesystem::path& file,
   const TextureOptions& textures, const Execution& execution, const std::string& columns)
 {
   const std::string ending = FileEnding(file);
-  const bool xyz = ending == ".xyz";
+  const bool xyz = IsPointText(ending);
   const bool own = ending == ".ply" || ending == ".obj";
   const bool gltf = ending == ".glb" || ending == ".gltf";
   const ReadFormat read = FormatOf(ending);
-  if (!read && !own && !gltf && !xyz)
-  {
-    return Error{ ErrorCode::Unsupported,
-      "the ending '" + ending + "' names no known mesh format" };
-  }
   // Says what is not there, or is a folder, in our words.
   Result<ByteSource> source = ByteSource::Open(file);
   KDSTREAM_TRY(source);
@@ -192,13 +188,20 @@ Result<ForeignMesh> ReadForeignMesh(const std::filesystem::path& file,
     return Error{ ErrorCode::InvalidInput, "is empty" };
   }
   const Result<std::string_view> begin = source->Peek(contentFormatBytes);
+  if (!read && !own && !gltf && !xyz)
+  {
+    const std::string hint = begin ? CompressedHint(*begin) : std::string();
+    return Error{ ErrorCode::Unsupported,
+      hint.empty() ? "the ending '" + ending + "' names no known mesh format" : hint };
+  }
   Result<ForeignMesh> result = own    ? ReadOwn(file, textures, execution)
                                : gltf ? ReadGltf(file, textures, execution)
                                : xyz  ? ReadXyz(file, columns, execution)
                                       : read(file, execution);
   if (!result)
   {
-    const std::string hint = begin ? OtherFormatHint(*begin, ending) : std::string();
+    const bool isUnpacked = ending.starts_with(".wr") && begin && FormatOfContent(*begin) == ".gz";
+    const std::string hint = begin && !isUnpacked ? OtherFormatHint(*begin, ending) : std::string();
     return hint.empty() || result.GetError().code != ErrorCode::InvalidInput
              ? result
              : Error{ ErrorCode::InvalidInput, hint };

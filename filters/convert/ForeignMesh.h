@@ -65,8 +65,10 @@ Result<ForeignMesh> ReadGltf(
 // columns are: columns ("x y z r g b class", apart by blanks or commas), where that is not empty; a
 // line of such names before the first point; else x y z and what the values of the others fit
 // (XyzColumns.h). Every line has as many columns as the first. Passed over: empty lines, lines that
-// begin with # or //, what follows a blank and #, and a first line with only the number of points.
-// What can be read in two ways is told (Tolerance::Tell).
+// begin with # or //, what follows a blank and #. A line with only a number counts the points
+// behind it, up to the next such line: fewer are an error. A first column that is no coordinate by
+// its values (XyzFirstColumn) is the attribute "number", before x y z. What can be read in two ways
+// is told (Tolerance::Tell, Lapse::ColumnsGuessed).
 Result<ForeignMesh> ReadXyz(
   const std::filesystem::path& file, const std::string& columns, const Execution& execution);
 

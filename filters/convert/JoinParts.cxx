@@ -131,11 +131,7 @@ Result<ForeignMesh> JoinParts(std::span<ForeignMesh> parts)
   {
     points += part.mesh.points.size();
   }
-  if (points >= noVertex)
-  {
-    return Error{ ErrorCode::LimitExceeded,
-      std::to_string(points) + " points; at most 4294967294 can be read" };
-  }
+  KDSTREAM_TRY(CheckPointCount(points));
   ForeignMesh joined;
   UnifyColors(parts);
   Mesh& mesh = joined.mesh;

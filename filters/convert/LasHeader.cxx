@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "filters/convert/LasHeader.h"
 
+#include "filters/convert/PointAttributes.h"
+
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -65,14 +67,6 @@ std::uint64_t EndOfPoints(
   return end;
 }
 
-Status CheckCount(const LasHeader& header)
-{
-  return header.points < noVertex
-           ? Status()
-           : Error{ ErrorCode::LimitExceeded,
-               std::to_string(header.points) + " points are more than a model may have" };
-}
-
 // Where the points are, and that they are there.
 Status TakePoints(std::string_view begin, unsigned minor, std::uint64_t fileSize, LasHeader& header)
 {
@@ -93,7 +87,8 @@ Status TakePoints(std::string_view begin, unsigned minor, std::uint64_t fileSize
   }
   if (header.compressed)
   {
-    return header.points == 0 ? Status(Wrong("its header counts no points")) : CheckCount(header);
+    return header.points == 0 ? Status(Wrong("its header counts no points"))
+                              : CheckPointCount(header.points);
   }
   const std::uint64_t held = (fileSize - header.pointsBegin) / header.pointBytes;
   if (header.points > held)
@@ -112,7 +107,7 @@ Status TakePoints(std::string_view begin, unsigned minor, std::uint64_t fileSize
                        " behind it: the program that wrote it did not finish; repair the header, "
                        "for example with lasinfo -repair");
   }
-  return CheckCount(header);
+  return CheckPointCount(header.points);
 }
 
 }

@@ -2,6 +2,7 @@
 #include "filters/convert/PcdHeader.h"
 
 #include "filters/convert/BytesBehind.h"
+#include "filters/convert/PointAttributes.h"
 #include "filters/core/Types.h"
 #include "filters/meshio/NumberText.h"
 #include "filters/meshio/QuotedText.h"
@@ -33,14 +34,6 @@ std::string InCase(std::string_view word, bool upper)
     c = other ? static_cast<char>(c ^ ('a' ^ 'A')) : c;
   }
   return text;
-}
-
-Status CheckPointCount(const PcdHeader& header)
-{
-  return header.points < noVertex
-           ? Status()
-           : Error{ ErrorCode::LimitExceeded,
-               std::to_string(header.points) + " points; at most 4294967294 can be read" };
 }
 
 class HeaderReader
@@ -109,6 +102,7 @@ public:
   // is returned. To be called after Read.
   Result<std::uint64_t> CheckAsciiBody(PcdHeader& header)
   {
+    this->FindPlaces();
     const std::uint64_t claimed = header.points;
     std::vector<std::string_view> words;
     for (std::uint64_t points = 0;;)
@@ -126,6 +120,7 @@ public:
       }
       if (!more || !*more)
       {
+        this->TellPrecision(header);
         return begin;
       }
       SplitWords(this->Lines.Line(), " \t\r", words);
@@ -140,6 +135,7 @@ public:
       }
       if (Status read = this->CheckPoint(header, words); !read)
       {
+        this->TellPrecision(header);
         return points < claimed ? Result<std::uint64_t>(read.GetError()) : begin;
       }
       if (++points > claimed)
@@ -179,12 +175,16 @@ private:
       return this->Lines.Wrong("has " + std::to_string(words.size()) + " numbers; a point has " +
                                std::to_string(header.values));
     }
+    for (const std::size_t place : this->Places)
+    {
+      this->Precision.Add(words[place]);
+    }
     for (const std::string_view word : words)
     {
       double value = 0;
       if (ParseNumber(word, value) != NumberTextError::None)
       {
-        return this->Lines.Wrong(QuotedText(word) + " is no number");
+        return this->Lines.Wrong(QuotedText(word) + " is no number" + DecimalCommaHint(word));
       }
     }
     return {};
@@ -216,6 +216,34 @@ private:
   }
 
   // Whether x, y and z are floats of four bytes.
+  // Whether floats lose anything of it.
+  void TellPrecision(PcdHeader& header) const
+  {
+    header.textOfFloats = header.textOfFloats && !this->Precision.FloatsSuffice();
+  }
+
+  // The columns of x, y and z in a text.
+  void FindPlaces()
+  {
+    const auto& fields = this->Values.at("FIELDS");
+    const auto counts = this->Values.find("COUNT");
+    std::size_t column = 0;
+    for (std::size_t i = 0; i < fields.size(); ++i)
+    {
+      std::uint64_t count = 1;
+      if (counts != this->Values.end())
+      {
+        ParseNumber(counts->second[i], count);
+      }
+      if (fields[i] == "x" || fields[i] == "y" || fields[i] == "z")
+      {
+        this->Places.push_back(column);
+      }
+      column += count;
+    }
+    std::erase_if(this->Places, [column](std::size_t place) { return place >= column; });
+  }
+
   bool HasFloatPlaces() const
   {
     const auto& fields = this->Values.at("FIELDS");
@@ -361,6 +389,8 @@ private:
 
   TextLines Lines;
   std::map<std::string, std::vector<std::string>> Values;
+  std::vector<std::size_t> Places; // columns of x, y and z
+  DecimalPrecision Precision;      // of them
   std::uint64_t BodyBegin = 0;
 };
 
@@ -435,7 +465,7 @@ Result<PcdHeader> CheckPcdHeader(const std::filesystem::path& file)
     LookBehind(*source, end, source->Size(), pointBytes, header->points, header->tolerance);
   KDSTREAM_TRY(more);
   header->points += *more;
-  KDSTREAM_TRY(CheckPointCount(*header));
+  KDSTREAM_TRY(CheckPointCount(header->points));
   header->text = reader.Text(*header);
   return header;
 }

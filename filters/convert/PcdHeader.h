@@ -30,7 +30,7 @@ struct PcdHeader
   std::string text;            // a header that says the same, as PCL reads it
   Tolerance tolerance;         // what it does not count
   bool hasComments = false;    // lines with # among those of the points, which PCL does not know
-  bool textOfFloats = false;   // decimals of which PCL makes floats: those of x, y and z
+  bool textOfFloats = false;   // PCL makes floats of x, y and z, which lose some of the decimals
 };
 
 // Also goes through an ascii body, of which every line must be a point's numbers. Keywords and the

@@ -1,14 +1,24 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Making and joining attributes while foreign formats are read.
+// Making and joining attributes while foreign formats are read, and how many points there may be.
 #pragma once
 
+#include "filters/core/Result.h"
 #include "filters/core/Types.h"
 
+#include <cstdint>
 #include <string>
 #include <vector>
 
 namespace kdstream
 {
+
+// Whether VertexId numbers so many points. Errors: LimitExceeded.
+inline Status CheckPointCount(std::uint64_t points)
+{
+  return points < noVertex ? Status()
+                           : Error{ ErrorCode::LimitExceeded,
+                               std::to_string(points) + " points; at most 4294967294 can be read" };
+}
 
 // `tuples` tuples of zeros.
 inline Attribute MakePointAttribute(

@@ -5,6 +5,7 @@
 #include "filters/convert/ForeignMesh.h"
 #include "filters/convert/LasCloud.h"
 #include "filters/convert/LasHeader.h"
+#include "filters/convert/PointAttributes.h"
 #include "filters/convert/ReadLaz.h"
 #include "filters/meshio/ByteSource.h"
 
@@ -71,10 +72,7 @@ private:
       [&](std::uint64_t points) { return this->MayBePoints(counted, points); });
     KDSTREAM_TRY(more);
     this->Header.points += *more;
-    return this->Header.points < noVertex
-             ? Status()
-             : Error{ ErrorCode::LimitExceeded,
-                 std::to_string(this->Header.points) + " points are more than a model may have" };
+    return CheckPointCount(this->Header.points);
   }
 
   // Whether those that the header does not count lie in its box, if that is the one of those that

@@ -6,6 +6,8 @@
 #include "filters/convert/FloatCoordinates.h"
 #include "filters/convert/ForeignMesh.h"
 #include "filters/convert/JoinParts.h"
+#include "filters/convert/PointAttributes.h"
+#include "filters/convert/UnpackGzip.h"
 #include "filters/convert/VrmlFaces.h"
 #include "filters/convert/VrmlText.h"
 #include "filters/core/Texts.h"
@@ -25,6 +27,7 @@
 #include <Inventor/errors/SoDebugError.h>
 #include <Inventor/errors/SoMemoryError.h>
 #include <Inventor/errors/SoReadError.h>
+#include <Inventor/lists/SoFieldList.h>
 #include <Inventor/misc/SoProto.h>
 #include <Inventor/misc/SoProtoInstance.h>
 #include <Inventor/nodes/SoCone.h>
@@ -64,8 +67,8 @@ constexpr std::uint64_t mostNodes = 10'000'000; // that are gone through, each t
 constexpr std::size_t deepestInlines = 8, mostInlines = 1000;
 constexpr std::uint64_t mostGridCorners = std::uint64_t{ 1 } << 28;
 // What extrusions may make of a file, each time they are used: spine times cross section.
-constexpr std::uint64_t mostExtrusionCorners = std::uint64_t{ 1 } << 20;
-constexpr std::uint64_t extrusionCornersPerByte = 16;
+constexpr std::uint64_t mostExtrusionCorners = std::uint64_t{ 1 } << 18;
+constexpr std::uint64_t extrusionCornersPerByte = 4;
 // The colour that a material has which names none. A shape without a material is white.
 constexpr double vrmlGrey = 0.8;
 
@@ -148,11 +151,42 @@ void StartCoin()
 
 // Whether Coin reads nodes of a kind as VRML 2 has them; those of Inventor, too, but the kinds of
 // NURBS, which have other fields there.
-bool IsNodeOfCoin(const std::string& type)
+SoType TypeOfCoin(const std::string& type, bool isFirst)
+{
+  const SoType second = SoType::fromName(("VRML" + type).c_str());
+  return isFirst || second == SoType::badType() ? SoType::fromName(type.c_str()) : second;
+}
+
+bool IsNodeOfCoin(const std::string& type, bool isFirst)
 {
   return !type.starts_with("Nurbs") &&
-         (SoType::fromName(("VRML" + type).c_str()) != SoType::badType() ||
-           SoType::fromName(type.c_str()) != SoType::badType());
+         TypeOfCoin(type, isFirst).isDerivedFrom(SoNode::getClassTypeId());
+}
+
+// Of what it cannot make it says nothing: it has all.
+bool IsFieldOfCoin(const std::string& type, const std::string& field, bool isFirst)
+{
+  static std::map<std::string, std::set<std::string>> fieldsOf;
+  const auto [found, isNew] = fieldsOf.try_emplace((isFirst ? "1" : "2") + type);
+  std::set<std::string>& fields = found->second;
+  const SoType made = TypeOfCoin(type, isFirst);
+  if (isNew && made.canCreateInstance())
+  {
+    auto* const node = static_cast<SoNode*>(made.createInstance());
+    node->ref();
+    SoFieldList list;
+    node->getFields(list);
+    for (int i = 0; i < list.getLength(); ++i)
+    {
+      SbName name;
+      if (node->getFieldName(list[i], name))
+      {
+        fields.emplace(name.getString());
+      }
+    }
+    node->unref();
+  }
+  return fields.empty() || fields.contains(field) || field.starts_with("set_");
 }
 
 // --- Transforms ----------------------------------------------------------------------------------
@@ -423,7 +457,10 @@ public:
     joined->warnings.insert(joined->warnings.end(), this->Warnings.begin(), this->Warnings.end());
     const std::vector<std::string> lost = this->Lost.Tell();
     joined->warnings.insert(joined->warnings.end(), lost.begin(), lost.end());
-    WarnOfFloats(*joined, this->Largest);
+    if (this->LosesDecimals)
+    {
+      WarnOfFloats(*joined, this->Largest);
+    }
     return joined;
   }
 
@@ -434,13 +471,21 @@ private:
   {
     Result<std::string> bytes = ReadBytes(file);
     KDSTREAM_TRY(bytes);
-    Result<VrmlText> checked = CheckVrmlText(*bytes, IsNodeOfCoin);
+    if (IsGzip(*bytes))
+    {
+      Result<UnpackedText> unpacked = UnpackGzip(*bytes, mostVrmlBytes - 1);
+      KDSTREAM_TRY(unpacked);
+      this->Tolerated.Count(Lapse::BytesBehindEnd, unpacked->behind);
+      *bytes = std::move(unpacked->text);
+    }
+    Result<VrmlText> checked = CheckVrmlText(*bytes, { IsNodeOfCoin, IsFieldOfCoin });
     KDSTREAM_TRY(checked);
     for (const auto& [what, count] : checked->leftOut)
     {
       this->LeaveOut(what, count);
     }
     *bytes = {};
+    this->LosesDecimals = this->LosesDecimals || !checked->floatsSuffice;
     this->Tolerated.Count(Lapse::PaddedEnd, checked->padding);
     this->MostExtrusionCorners += checked->text.size() * extrusionCornersPerByte;
     if (checked->hasPictures)
@@ -1206,7 +1251,9 @@ private:
       {
         for (double& x : point)
         {
-          x = double(static_cast<float>(x));
+          const auto rounded = double(static_cast<float>(x));
+          this->LosesDecimals = this->LosesDecimals || rounded != x;
+          x = rounded;
         }
       }
     }
@@ -1226,10 +1273,9 @@ private:
       }
     }
     this->Points += mesh.points.size();
-    if (this->Points >= noVertex)
+    if (const Status count = CheckPointCount(this->Points); !count)
     {
-      this->Fail({ ErrorCode::LimitExceeded,
-        std::to_string(this->Points) + " points; at most 4294967294 can be read" });
+      this->Fail(count.GetError());
       return;
     }
     this->Parts.push_back(std::move(part));
@@ -1282,7 +1328,13 @@ private:
       this->Warnings.push_back(warning);
     }
   }
-  void LeaveOut(const std::string& what, std::uint64_t count) { this->LeftOut[what] += count; }
+  void LeaveOut(const std::string& what, std::uint64_t count)
+  {
+    if (count > 0)
+    {
+      this->LeftOut[what] += count;
+    }
+  }
 
   // Of a material: its name for messages, and what of it was told.
   struct Material
@@ -1314,7 +1366,8 @@ private:
   const SoNode* LastMaterial = nullptr;
   std::size_t Materials = 0; // without names, that were told of
   LostLooks Lost;
-  double Largest = 0; // coordinate that was read
+  double Largest = 0;         // coordinate that was read
+  bool LosesDecimals = false; // floats do
 
   std::vector<ForeignMesh> Parts;
   Tolerance Tolerated;

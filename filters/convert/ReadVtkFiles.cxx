@@ -1,15 +1,34 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // VTK's own formats: read by VTK.
+#include "filters/adapter/PolyDataCells.h"
+#include "filters/adapter/SharedArrays.h"
 #include "filters/convert/ForeignMesh.h"
 #include "filters/convert/PolyDataParts.h"
 #include "filters/convert/VtkMessages.h"
 
 #include <vtkCallbackCommand.h>
+#include <vtkCell.h>
+#include <vtkCellData.h>
 #include <vtkDataSet.h>
 #include <vtkDataSetSurfaceFilter.h>
+#include <vtkGenericCell.h>
 #include <vtkGenericDataObjectReader.h>
 #include <vtkNew.h>
+#include <vtkPointData.h>
+#include <vtkSmartPointer.h>
+#include <vtkStructuredGrid.h>
+#include <vtkUnsignedCharArray.h>
+#include <vtkUnstructuredGrid.h>
+#include <vtkXMLDataElement.h>
+#include <vtkXMLDataParser.h>
 #include <vtkXMLPolyDataReader.h>
+
+#include <algorithm>
+#include <array>
+#include <cstring>
+#include <map>
+#include <string>
+#include <tuple>
 
 namespace kdstream
 {
@@ -35,9 +54,95 @@ void Update(Reader& reader, const Execution& execution)
   reader.RemoveObserver(command);
 }
 
+// VTK reads as many points and cells as a piece counts; looks for what the arrays have behind them.
+class CountingReader : public vtkXMLPolyDataReader
+{
+public:
+  static CountingReader* New()
+  {
+    auto* const reader = new CountingReader; // under its base's name in messages
+    reader->InitializeObjectBase();
+    return reader;
+  }
+
+  Tolerance Behind;
+
+protected:
+  int ReadPieceData() override
+  {
+    if (!vtkXMLPolyDataReader::ReadPieceData())
+    {
+      return 0;
+    }
+    const int piece = this->Piece;
+    vtkXMLDataElement* const points = this->PointElements[piece];
+    if (points && points->GetNumberOfNestedElements() > 0)
+    {
+      this->LookBehind(points->GetNestedElement(0), 3, this->NumberOfPoints[piece], "Points");
+    }
+    for (const auto& [elements, counts, name] :
+      { std::tuple{ this->VertElements, this->NumberOfVerts, "Verts" },
+        std::tuple{ this->LineElements, this->NumberOfLines, "Lines" },
+        std::tuple{ this->StripElements, this->NumberOfStrips, "Strips" },
+        std::tuple{ this->PolyElements, this->NumberOfPolys, "Polys" } })
+    {
+      if (vtkXMLDataElement* const offsets =
+            elements[piece] ? this->FindDataArrayWithName(elements[piece], "offsets") : nullptr)
+      {
+        this->LookBehind(offsets, 1, counts[piece], name);
+      }
+    }
+    return 1;
+  }
+
+private:
+  void LookBehind(
+    vtkXMLDataElement* array, std::uint64_t components, vtkIdType counted, const char* name)
+  {
+    int type = 0;
+    if (!array->GetWordTypeAttribute("type", type))
+    {
+      return;
+    }
+    const VtkMessages notTold; // what is there was read
+    constexpr std::size_t block = 4096;
+    std::array<double, block> values{}; // of at most eight bytes
+    // From the last known word on: VTK fails where it is to begin behind the end.
+    std::uint64_t known = static_cast<std::uint64_t>(counted) * components;
+    for (std::size_t read = block; read == block;)
+    {
+      const std::uint64_t begin = known > 0 ? known - 1 : 0;
+      vtkTypeInt64 offset = 0;
+      const char* const format = array->GetAttribute("format");
+      read = array->GetScalarAttribute("offset", offset)
+               ? this->XMLParser->ReadAppendedData(offset, values.data(), begin, block, type)
+               : this->XMLParser->ReadInlineData(array,
+                   !format || std::strcmp(format, "binary") != 0 ? 1 : 0, values.data(), begin,
+                   block, type);
+      known = std::max(known, begin + read);
+    }
+    const std::uint64_t found = known - static_cast<std::uint64_t>(counted) * components;
+    this->Behind.Count(Lapse::NotCounted, found / components,
+      std::string("NumberOf") + name + " is " + std::to_string(counted));
+  }
+};
+
+// VTK's words do not say what to do.
+Error Damaged(const Error& error)
+{
+  return error.code == ErrorCode::InvalidInput
+           ? Error{ error.code, "is damaged, or is not as its header says: write it again by the "
+                                "program that it comes from (" +
+                                  error.message + ")" }
+           : error;
+}
+
 Result<ForeignMesh> Finish(vtkPolyData* output, VtkMessages& messages, const Execution& execution)
 {
-  KDSTREAM_TRY(messages.FirstError());
+  if (const Status read = messages.FirstError(); !read)
+  {
+    return Damaged(read.GetError());
+  }
   KDSTREAM_TRY(execution.Report("read", 1));
   Result<ForeignMesh> mesh = ReadPolyData(*output, execution);
   if (mesh)
@@ -50,15 +155,93 @@ Result<ForeignMesh> Finish(vtkPolyData* output, VtkMessages& messages, const Exe
   return mesh;
 }
 
+// Of a type of cells: whether VTK knows it, and how many points such a cell has; 0: any number.
+struct CellShape
+{
+  bool isKnown = false;
+  vtkIdType points = 0;
+};
+
+CellShape ShapeOf(int type)
+{
+  const auto cell = vtkSmartPointer<vtkCell>::Take(vtkGenericCell::InstantiateCell(type));
+  if (!cell)
+  {
+    return {};
+  }
+  return { true, type < VTK_CONVEX_POINT_SET ? cell->GetNumberOfPoints() : 0 };
+}
+
+Status CheckCellsOf(vtkUnstructuredGrid& grid)
+{
+  vtkCellArray* const cells = grid.GetCells();
+  vtkUnsignedCharArray* const types = grid.GetCellTypesArray();
+  const vtkIdType count = types ? types->GetNumberOfValues() : 0;
+  if (cells && cells->GetNumberOfCells() != count)
+  {
+    return Error{ ErrorCode::InvalidInput, "holds the types of " + std::to_string(count) +
+                                             " cells for " +
+                                             std::to_string(cells->GetNumberOfCells()) };
+  }
+  std::map<int, CellShape> shapes;
+  Status fits;
+  KDSTREAM_TRY(ForEachCell(cells, 0, grid.GetNumberOfPoints(),
+    [&](vtkIdType cell, std::span<const vtkIdType> corners)
+    {
+      const int type = types->GetValue(cell);
+      const auto [entry, isNew] = shapes.try_emplace(type);
+      entry->second = isNew ? ShapeOf(type) : entry->second;
+      const auto& [isKnown, points] = entry->second;
+      if (fits && (!isKnown || (points > 0 && points != static_cast<vtkIdType>(corners.size()))))
+      {
+        fits = Error{ ErrorCode::InvalidInput, "cell " + std::to_string(cell) + " of the type " +
+                                                 std::to_string(type) + " has " +
+                                                 std::to_string(corners.size()) + " points" };
+      }
+    }));
+  return fits;
+}
+
+// What VTK's filters take for granted of a grid: that its cells are, and that there are as many
+// points as it says. Arrays of a wrong length are taken out, and listed.
+Status CheckGrid(vtkDataSet& grid, std::vector<std::string>& dropped)
+{
+  if (auto* const cells = vtkUnstructuredGrid::SafeDownCast(&grid))
+  {
+    KDSTREAM_TRY(CheckCellsOf(*cells));
+  }
+  if (auto* const structured = vtkStructuredGrid::SafeDownCast(&grid))
+  {
+    int sides[3];
+    structured->GetDimensions(sides);
+    const double points = double(sides[0]) * double(sides[1]) * double(sides[2]);
+    if (points != static_cast<double>(grid.GetNumberOfPoints()))
+    {
+      return Error{ ErrorCode::InvalidInput, "holds " + std::to_string(grid.GetNumberOfPoints()) +
+                                               " points for a grid of " + std::to_string(sides[0]) +
+                                               " x " + std::to_string(sides[1]) + " x " +
+                                               std::to_string(sides[2]) };
+    }
+  }
+  RemoveUnusableArrays({ grid.GetPointData(), grid.GetNumberOfPoints() }, "point", dropped);
+  RemoveUnusableArrays({ grid.GetCellData(), grid.GetNumberOfCells() }, "cell", dropped);
+  return {};
+}
+
 }
 
 Result<ForeignMesh> ReadVtp(const std::filesystem::path& file, const Execution& execution)
 {
   VtkMessages messages;
-  vtkNew<vtkXMLPolyDataReader> reader;
+  vtkNew<CountingReader> reader;
   reader->SetFileName(file.c_str());
   Update(*reader, execution);
-  return Finish(reader->GetOutput(), messages, execution);
+  Result<ForeignMesh> mesh = Finish(reader->GetOutput(), messages, execution);
+  if (mesh)
+  {
+    mesh->tolerance.Add(reader->Behind);
+  }
+  return mesh;
 }
 
 Result<ForeignMesh> ReadVtk(const std::filesystem::path& file, const Execution& execution)
@@ -76,22 +259,32 @@ Result<ForeignMesh> ReadVtk(const std::filesystem::path& file, const Execution& 
   }
   Update(*reader, execution);
   vtkDataObject* const output = reader->GetOutput();
-  KDSTREAM_TRY(messages.FirstError());
+  if (const Status read = messages.FirstError(); !read)
+  {
+    return Damaged(read.GetError());
+  }
   if (vtkPolyData* const mesh = vtkPolyData::SafeDownCast(output))
   {
     return Finish(mesh, messages, execution);
   }
-  if (!vtkDataSet::SafeDownCast(output))
+  auto* const grid = vtkDataSet::SafeDownCast(output);
+  if (!grid)
   {
     return Error{ ErrorCode::InvalidInput,
       "holds " + std::string(output ? output->GetClassName() : "nothing") + ", which is no mesh" };
   }
+  std::vector<std::string> dropped;
+  KDSTREAM_TRY(CheckGrid(*grid, dropped));
   vtkNew<vtkDataSetSurfaceFilter> surface;
-  surface->SetInputData(output);
+  surface->SetInputData(grid);
   surface->Update();
   Result<ForeignMesh> mesh = Finish(surface->GetOutput(), messages, execution);
   if (mesh)
   {
+    for (const std::string& array : dropped)
+    {
+      mesh->warnings.push_back("dropped: " + array);
+    }
     mesh->warnings.push_back(
       "holds " + std::string(output->GetClassName()) + ", of which the surface is taken");
   }

@@ -115,7 +115,8 @@ private:
     }
     if (line[begin] == '#' || line.substr(begin, 2) == "//")
     {
-      this->TakeNames(line.substr(std::min(line.find_first_not_of("#/ \t", begin), line.size())));
+      this->SplitNames(line.substr(std::min(line.find_first_not_of("#/ \t", begin), line.size())));
+      this->TakeNames();
       return {};
     }
     for (std::size_t at = line.find('#'); at != std::string_view::npos; at = line.find('#', at + 1))
@@ -126,23 +127,23 @@ private:
         break;
       }
     }
+    if (!this->Columns && this->IsNames(line))
+    {
+      return {};
+    }
     KDSTREAM_TRY(this->SplitLine(line));
-    if (this->Words.size() == 1 && this->IsNextCount())
+    if (this->Words.empty())
+    {
+      return {};
+    }
+    const Result<bool> counts = this->IsNextCount();
+    KDSTREAM_TRY(counts);
+    if (*counts)
     {
       return {};
     }
     if (!this->Columns)
     {
-      if (AreXyzNames(this->Words))
-      {
-        this->TakeNames(line);
-        return {};
-      }
-      if (this->Words.size() > 1 && AreOtherNames(this->Words) && !this->OtherNames)
-      {
-        this->OtherNames = this->Lines.Number();
-        return {};
-      }
       KDSTREAM_TRY(this->SetColumns());
     }
     if (this->Words.size() != this->ColumnCount)
@@ -154,41 +155,112 @@ private:
   }
 
   // A number of points before them, as each scan of a .pts has.
-  bool IsNextCount()
+  Result<bool> IsNextCount()
   {
     std::uint64_t count = 0;
-    if (!IsCount(this->Words) || (this->CountSeen && this->SinceCount != this->Counted) ||
-        ParseNumber(this->Words[0], count) != NumberTextError::None)
+    if (!IsCount(this->Words) || ParseNumber(this->Words[0], count) != NumberTextError::None)
     {
       return false;
     }
-    this->CountSeen = true;
+    KDSTREAM_TRY(this->EndCount());
+    this->CountLine = this->Lines.Number();
     this->Counted = count;
     this->SinceCount = 0;
     return true;
   }
 
-  // A line that names the columns, as some programs write before the points.
-  void TakeNames(std::string_view line)
+  // Whether there were as many points as the last count says. Errors: InvalidInput for fewer.
+  Status EndCount()
   {
-    if (!this->Columns && !this->Layout)
+    if (this->CountLine == 0)
+    {
+      return {};
+    }
+    if (this->SinceCount < this->Counted)
+    {
+      return Error{ ErrorCode::InvalidInput,
+        "truncated: line " + std::to_string(this->CountLine) + " counts " +
+          std::to_string(this->Counted) + " points, and " + std::to_string(this->SinceCount) +
+          (this->SinceCount == 1 ? " is" : " are") + " there" };
+    }
+    this->Out.tolerance.Count(Lapse::NotCounted, this->SinceCount - this->Counted,
+      "line " + std::to_string(this->CountLine) + " counts " + std::to_string(this->Counted) +
+        (this->Counted == 1 ? " point" : " points"));
+    return {};
+  }
+
+  // A line before the points that has names, of the columns or of something else.
+  bool IsNames(std::string_view line)
+  {
+    this->SplitNames(line);
+    if (AreXyzNames(this->Words))
+    {
+      this->TakeNames();
+      this->NamesAlone = this->NamesInFile == this->Lines.Number();
+      return true;
+    }
+    if (this->Words.size() > 1 && AreOtherNames(this->Words) && !this->OtherNames)
+    {
+      this->OtherNames = this->Lines.Number();
+      return true;
+    }
+    return false;
+  }
+
+  // At commas, semicolons and tabs, where names have blanks and quotes, if so there are names of
+  // columns; else at blanks too.
+  void SplitNames(std::string_view line)
+  {
+    this->Words.clear();
+    constexpr std::string_view blanks = " \r\v\f";
+    bool quoted = false;
+    for (std::size_t begin = 0, at = 0; at <= line.size(); ++at)
+    {
+      const char c = at < line.size() ? line[at] : ';';
+      quoted = quoted != (c == '"');
+      if (at < line.size() && (quoted || (c != ',' && c != ';' && c != '\t')))
+      {
+        continue;
+      }
+      std::string_view name = line.substr(begin, at - begin);
+      name.remove_prefix(std::min(name.find_first_not_of(blanks), name.size()));
+      name = name.substr(0, name.find_last_not_of(blanks) + 1);
+      if (!name.empty())
+      {
+        this->Words.push_back(name);
+      }
+      begin = at + 1;
+    }
+    if (!AreXyzNames(this->Words))
     {
       SplitWords(line, separators, this->Words);
-      this->PartNames.clear();
-      Result<XyzLayout> layout = AreXyzNames(this->Words)
-                                   ? LayoutOfNamesInFile(this->Words, this->PartNames)
-                                   : Result<XyzLayout>(Error{});
-      if (layout)
-      {
-        this->Layout = std::move(*layout);
-        this->NamedColumns = this->Words.size();
-        this->NamesInFile = this->Lines.Number();
-      }
+    }
+  }
+
+  // Words that name the columns, as some programs write before the points.
+  void TakeNames()
+  {
+    if (this->Columns || this->Layout || !AreXyzNames(this->Words))
+    {
+      return;
+    }
+    this->PartNames.clear();
+    if (Result<XyzLayout> layout = LayoutOfNamesInFile(this->Words, this->PartNames))
+    {
+      this->Layout = std::move(*layout);
+      this->NamedColumns = this->Words.size();
+      this->NamesInFile = this->Lines.Number();
     }
   }
 
   Status SplitLine(std::string_view line)
   {
+    if (line.find('"') != std::string_view::npos)
+    {
+      this->Unquoted = line;
+      std::replace(this->Unquoted.begin(), this->Unquoted.end(), '"', ' ');
+      line = this->Unquoted;
+    }
     if (line.find(',') == std::string_view::npos)
     {
       this->PointSeen = this->PointSeen || line.find('.') != std::string_view::npos;
@@ -225,6 +297,7 @@ private:
     {
       word.remove_suffix(word.ends_with(',') ? 1 : 0);
     }
+    std::erase(this->Words, std::string_view()); // of a comma between blanks
     std::replace(this->Text.begin(), this->Text.end(), ',', '.');
     return {};
   }
@@ -232,9 +305,26 @@ private:
   Status SetColumns()
   {
     this->ColumnCount = this->Words.size();
+    if (this->Words[0].size() == 5 &&
+        this->Words[0].find_first_not_of("nNcCoOlLsS") == this->Words[0].npos)
+    {
+      return Error{ ErrorCode::InvalidInput,
+        "is a grid of heights (Esri's ASCII grid), not points: make an .xyz of it, by "
+        "gdal_translate -of XYZ" };
+    }
     if (this->Layout && this->NamesInFile > 0 && this->NamedColumns != this->ColumnCount)
     {
+      if (this->NamesAlone && this->Comma == Commas::Separators && !this->PointSeen &&
+          this->ColumnCount == 2 * this->NamedColumns)
+      {
+        return this->Lines.Wrong("has " + std::to_string(this->ColumnCount) +
+                                 " columns, and line " + std::to_string(this->NamesInFile) +
+                                 " names " + std::to_string(this->NamedColumns) +
+                                 ": decimal commas cannot be told from those between columns; "
+                                 "write 1.5 for 1,5, or semicolons between columns");
+      }
       this->Layout = std::nullopt; // a remark, or names of something else
+      this->OtherNames = this->NamesAlone ? this->NamesInFile : this->OtherNames;
     }
     if (this->Layout && this->NamedColumns != this->ColumnCount)
     {
@@ -249,13 +339,42 @@ private:
                                std::to_string(mostXyzColumns));
     }
     this->Columns.emplace(this->ColumnCount - 3);
-    if (!this->Layout)
+    if (this->Layout)
     {
-      std::vector<std::string> none;
-      const Result<XyzLayout> guess = this->Columns->Guess(none);
-      return guess ? Status() : Status(this->Lines.Wrong(guess.GetError().message));
+      this->FindLeftOut(*this->Layout);
+      return {};
+    }
+    if (this->ColumnCount > 3)
+    {
+      this->Shifted.emplace(this->ColumnCount - 4, 4);
+    }
+    if (const Status known = this->Columns->CheckCount(); !known)
+    {
+      const Error wrong = this->Lines.Wrong(known.GetError().message);
+      if (!this->Shifted || !this->Shifted->CheckCount())
+      {
+        return wrong;
+      }
+      this->WrongCount = wrong; // if all of them are columns of places and values
     }
     return {};
+  }
+
+  // Columns that are left out may have words.
+  void FindLeftOut(const XyzLayout& layout)
+  {
+    this->LeftOut.assign(this->ColumnCount, true);
+    for (const std::size_t place : layout.coordinates)
+    {
+      this->LeftOut[place] = false;
+    }
+    for (const XyzLayout::Block& block : layout.blocks)
+    {
+      for (const std::size_t column : block.columns)
+      {
+        this->LeftOut[column] = false;
+      }
+    }
   }
 
   Status AddPoint()
@@ -269,15 +388,32 @@ private:
     for (std::size_t i = 0; i < this->ColumnCount; ++i)
     {
       const std::string_view word = this->Words[i];
+      if (i < this->LeftOut.size() && this->LeftOut[i])
+      {
+        ++extra;
+        continue;
+      }
       const auto place =
         static_cast<std::size_t>(std::find(places.begin(), places.end(), i) - places.begin());
       const NumberTextError error =
         place < 3 ? ParseNumber(word, point[place]) : ParseNumber(word, rest[extra++]);
       if (error != NumberTextError::None)
       {
+        const bool mayBeLeftOut = this->Layout && place == 3;
         return this->Lines.Wrong(
           QuotedText(word) +
-          (error == NumberTextError::NotANumber ? " is no number" : " is too large a number"));
+          (error == NumberTextError::NotANumber ? " is no number" : " is too large a number") +
+          (mayBeLeftOut ? "; --columns leaves out a column that is called -" : ""));
+      }
+    }
+    if (this->Shifted)
+    {
+      this->First.Add(point[0]);
+      if (!this->First.MayBeOther())
+      {
+        KDSTREAM_TRY(this->WrongCount);
+        this->Shifted.reset();
+        std::vector<double>().swap(this->Fourth);
       }
     }
     if (!std::all_of(point.begin(), point.end(), [](double v) { return std::isfinite(v); }))
@@ -297,13 +433,24 @@ private:
     }
     this->Extra.insert(this->Extra.end(), rest.begin(), rest.begin() + std::ptrdiff_t(extra));
     this->Columns->Add(rest.data());
+    if (this->Shifted)
+    {
+      double fourth = 0;
+      ParseNumber(this->Words[3], fourth);
+      this->Fourth.push_back(fourth);
+      this->Shifted->Add(rest.data() + 1);
+      for (std::size_t k = 0; k < 3; ++k)
+      {
+        this->ShiftedPrecision.Add(this->Words[k + 1]);
+      }
+    }
     return {};
   }
 
   Result<ForeignMesh> Finish()
   {
     Mesh& mesh = this->Out.mesh;
-    mesh.scalarType = this->Precision.FloatsSuffice() ? ScalarType::Float32 : ScalarType::Float64;
+    KDSTREAM_TRY(this->EndCount());
     this->Out.tolerance.Count(Lapse::PaddedEnd, this->Lines.Padding());
     if (mesh.points.empty())
     {
@@ -312,9 +459,10 @@ private:
     std::vector<std::string> readings;
     this->TellCommas(readings);
     this->TellNames(readings);
-    Result<XyzLayout> layout =
-      this->Layout ? Result<XyzLayout>(*this->Layout) : this->Columns->Guess(readings);
+    const Result<XyzLayout> layout =
+      this->Layout ? Result<XyzLayout>(*this->Layout) : this->ChooseLayout(readings);
     KDSTREAM_TRY(layout);
+    mesh.scalarType = this->Precision.FloatsSuffice() ? ScalarType::Float32 : ScalarType::Float64;
     for (const XyzLayout::Block& block : layout->blocks)
     {
       this->AddBlock(block, layout->coordinates, readings);
@@ -324,6 +472,85 @@ private:
       this->Out.tolerance.Tell(std::move(reading));
     }
     return std::move(this->Out);
+  }
+
+  // By the values: what the first column is, and those behind the coordinates.
+  Result<XyzLayout> ChooseLayout(std::vector<std::string>& readings)
+  {
+    using Meaning = XyzFirstColumn::Meaning;
+    std::vector<std::string> plainReadings, shiftedReadings;
+    XyzLayout plain = this->Columns->Guess(plainReadings);
+    const Meaning means = this->Shifted ? this->First.Means() : Meaning::X;
+    if (means != Meaning::X)
+    {
+      XyzLayout shifted = this->Shifted->Guess(shiftedReadings);
+      // Whoever has no place for colours that are there is wrong.
+      const bool fits = !this->WrongCount || Triples(shifted) >= Triples(plain);
+      if (fits && means != Meaning::Rises && this->PlacesVary())
+      {
+        this->TellOther("the columns are read as \"" + NamesOfLayout(shifted) + "\", not \"" +
+                        NamesOfLayout(plain) + "\": the first " +
+                        (means == Meaning::Counter ? "counts the lines" : "rises as a time does") +
+                        " (--columns decides)");
+        this->Shift();
+        readings.insert(readings.end(), shiftedReadings.begin(), shiftedReadings.end());
+        return shifted;
+      }
+      if (fits && this->WrongCount && means == Meaning::Rises)
+      {
+        this->TellOther("the columns are read as \"" + NamesOfLayout(plain) +
+                        "\"; they could be \"" + NamesOfLayout(shifted) +
+                        "\" too, as the first never falls (--columns decides)");
+      }
+    }
+    KDSTREAM_TRY(this->WrongCount);
+    readings.insert(readings.end(), plainReadings.begin(), plainReadings.end());
+    return plain;
+  }
+
+  void TellOther(const std::string& what)
+  {
+    this->Out.tolerance.Count(Lapse::ColumnsGuessed, 1, what);
+  }
+
+  static std::ptrdiff_t Triples(const XyzLayout& layout)
+  {
+    return std::count_if(layout.blocks.begin(), layout.blocks.end(),
+      [](const XyzLayout::Block& block) { return block.kind != XyzLayout::Kind::Number; });
+  }
+
+  // Whether at least two of the columns 2 to 4 do: else they are no places.
+  bool PlacesVary() const
+  {
+    const std::vector<Vec3>& points = this->Out.mesh.points;
+    std::size_t varying = 0;
+    for (const std::size_t k : { 1, 2 })
+    {
+      varying += std::any_of(points.begin(), points.end(),
+                   [&](const Vec3& point) { return point[k] != points[0][k]; })
+                   ? 1
+                   : 0;
+    }
+    return varying + (std::any_of(this->Fourth.begin(), this->Fourth.end(),
+                        [&](double v) { return v != this->Fourth[0]; })
+                         ? 1
+                         : 0) >=
+           2;
+  }
+
+  // The points are those of the columns 2 to 4, the first is a number of each.
+  void Shift()
+  {
+    std::vector<Vec3>& points = this->Out.mesh.points;
+    Attribute number = MakePointAttribute("number", AttributeType::Float64, 1, points.size());
+    for (std::size_t i = 0; i < points.size(); ++i)
+    {
+      number.Set(i, 0, points[i][0]);
+      points[i] = { points[i][1], points[i][2], this->Fourth[i] };
+    }
+    this->Out.mesh.attributes.push_back(std::move(number));
+    this->Precision = this->ShiftedPrecision;
+    this->IsShifted = true;
   }
 
   void TellCommas(std::vector<std::string>& readings) const
@@ -359,14 +586,21 @@ private:
   void AddBlock(const XyzLayout::Block& block, const std::array<std::size_t, 3>& coordinates,
     std::vector<std::string>& readings)
   {
+    if (this->IsShifted && block.columns[0] == 0)
+    {
+      return; // made by Shift
+    }
     const std::size_t tuples = this->Out.mesh.points.size();
-    // Columns are stored without those of the coordinates.
+    // Columns are stored without those of the coordinates; the first three, whatever they are.
     std::array<std::size_t, 3> columns{};
     for (std::size_t k = 0; k < 3; ++k)
     {
-      columns[k] = block.columns[k] -
-                   static_cast<std::size_t>(std::count_if(coordinates.begin(), coordinates.end(),
-                     [&](std::size_t place) { return place < block.columns[k]; }));
+      columns[k] =
+        block.columns[k] -
+        (this->IsShifted
+            ? 3
+            : static_cast<std::size_t>(std::count_if(coordinates.begin(), coordinates.end(),
+                [&](std::size_t place) { return place < block.columns[k]; })));
     }
     Attribute attribute = block.kind == XyzLayout::Kind::Colors ? MakeColors(tuples)
                           : block.kind == XyzLayout::Kind::Normals
@@ -402,20 +636,29 @@ private:
   std::optional<XyzLayout> Layout; // by --columns, or by names in the file
   std::size_t NamedColumns = 0;    // of it
   std::uint64_t NamesInFile = 0;   // the line; 0: none
+  bool NamesAlone = false;         // it is no comment
   std::vector<std::string_view> Words;
-  std::string Text; // of a line with decimal commas
+  std::string Text, Unquoted; // of a line with decimal commas, or with quotes
   Commas Comma = Commas::Unknown;
   std::uint64_t CommaLine = 0;
   bool AlsoDecimal = false; // nothing but commas part the columns
   bool PointSeen = false;   // a decimal point
   std::size_t ColumnCount = 0;
-  std::optional<XyzColumns> Columns; // once there is a point
-  bool CountSeen = false;
-  std::uint64_t Counted = 0, SinceCount = 0; // points, by the last count, and behind it
+  std::vector<bool> LeftOut;                 // of each column, where the layout is known
+  std::optional<XyzColumns> Columns;         // once there is a point
+  std::uint64_t CountLine = 0;               // of the last count; 0: none
+  std::uint64_t Counted = 0, SinceCount = 0; // points, by it, and behind it
   std::uint64_t OtherNames = 0;              // the line of names that name no columns; 0: none
   std::string PartNames;                     // of r g b or nx ny nz a part, which names numbers
   std::vector<float> Extra;                  // the columns but for the coordinates
   DecimalPrecision Precision;
+  // If the first column is no coordinate, as long as that may be; none where the layout is known.
+  std::optional<XyzColumns> Shifted;
+  XyzFirstColumn First;
+  std::vector<double> Fourth; // column of the points
+  DecimalPrecision ShiftedPrecision;
+  bool IsShifted = false;
+  Status WrongCount; // of columns, if the first is a coordinate
   ForeignMesh Out;
 };
 

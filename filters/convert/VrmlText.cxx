@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "filters/convert/VrmlText.h"
 
+#include "filters/meshio/NumberText.h"
 #include "filters/meshio/QuotedText.h"
 
 #include <algorithm>
@@ -16,6 +17,7 @@ namespace
 
 constexpr std::size_t deepestBrackets = 400, deepestUses = 1000;
 constexpr std::uint64_t mostProtoNodes = 1'000'000;
+constexpr std::size_t noText = ~std::size_t{ 0 };
 
 constexpr std::string_view secondHeader = "#VRML V2.0 utf8\n", firstHeader = "#VRML V1.0 ascii\n";
 
@@ -32,6 +34,13 @@ bool IsVrmlBlank(char c)
 bool IsVrmlWord(char c)
 {
   return !IsVrmlBlank(c) && c != '"' && c != '#' && c != '{' && c != '}' && c != '[' && c != ']';
+}
+
+// Pictures are not read, whatever a file says of them.
+bool IsTexture(std::string_view type)
+{
+  return type == "ImageTexture" || type == "PixelTexture" || type == "MovieTexture" ||
+         type == "Texture2";
 }
 
 // Nodes without geometry. Files have fields of X3D or of other programs in them, for which the
@@ -76,7 +85,7 @@ std::string NameForParser(std::string_view name, bool isFirst)
   std::string made;
   for (const char c : name)
   {
-    constexpr std::string_view notFirst = "0123456789+-", never = "'.\\()";
+    constexpr std::string_view notFirst = "0123456789+-", never = "#'.\\()";
     const bool isWord = (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || c == '_' ||
                         (!made.empty() && c >= '0' && c <= '9');
     const bool isTaken = isFirst ? isWord || c == '+'
@@ -97,9 +106,9 @@ std::string NameForParser(std::string_view name, bool isFirst)
 class TextChecker
 {
 public:
-  TextChecker(std::string_view file, const IsVrmlNode& isNode)
+  TextChecker(std::string_view file, const VrmlLibrary& library)
     : File(file)
-    , IsNode(isNode)
+    , Library(library)
   {
   }
 
@@ -115,6 +124,7 @@ public:
       return this->Wrong("ends inside what a '" + std::string(1, this->Open.back().bracket) +
                          "' in line " + std::to_string(this->Open.back().line) + " begins");
     }
+    this->Out.floatsSuffice = this->Precision.FloatsSuffice();
     return std::move(this->Out);
   }
 
@@ -123,13 +133,16 @@ private:
   {
     char bracket = '{';
     std::uint64_t line = 0;
-    std::string type;        // the word before it: of a node, or a field
-    std::size_t defined = 0; // the number of its DEF
-    std::string name;        // after DEF
-    std::string proto;       // the PROTO whose body this is
-    std::size_t textEnd = 0; // of the text up to and with the bracket
-    bool isLeftOut = false;  // a node
-    std::size_t height = 0;  // of what is in it
+    std::string type;                  // the word before it: of a node, or a field
+    std::size_t defined = 0;           // the number of its DEF
+    std::string name;                  // after DEF
+    std::string proto;                 // the PROTO whose body this is
+    std::size_t textEnd = 0;           // of the text up to and with the bracket
+    bool isLeftOut = false;            // a node
+    bool hasKnownFields = false;       // a node of which the library knows all fields
+    bool isFieldNamed = false;         // the word before is the name of a field
+    std::size_t noFieldBegin = noText; // of the text of a field that is not known
+    std::size_t height = 0;            // of what is in it
   };
 
   // What a name stands for, from its DEF on.
@@ -329,7 +342,16 @@ private:
     }
     const Bracket closed = std::move(this->Open.back());
     this->Open.pop_back();
-    if (closed.isLeftOut || (bracket == '}' && ShowsNothing(closed.type)))
+    if (this->Extern && this->Open.size() < this->Extern->depth)
+    {
+      this->Extern.reset(); // it does not end where it begins
+    }
+    if (closed.noFieldBegin != noText)
+    {
+      this->Clear(closed.noFieldBegin);
+    }
+    if (closed.isLeftOut ||
+        (bracket == '}' && (ShowsNothing(closed.type) || IsTexture(closed.type))))
     {
       this->Clear(closed.textEnd);
     }
@@ -384,10 +406,19 @@ private:
   void LeaveOut(Bracket& node)
   {
     const bool isExtern = this->Externs.contains(node.type);
-    if (this->Out.isFirst || node.type.empty() || this->NodesOf.contains(node.type) ||
-        (!isExtern && this->IsNode(node.type)))
+    if (node.type.empty() || this->NodesOf.contains(node.type))
     {
       return;
+    }
+    if (!isExtern && this->Library.isNode(node.type, this->Out.isFirst))
+    {
+      node.hasKnownFields = node.type != "Script";
+      return;
+    }
+    const std::string_view next = this->NextWord(this->At + 1);
+    if (this->Out.isFirst && (next == "fields" || next == "isA"))
+    {
+      return; // it says itself what it has
     }
     node.isLeftOut = true;
     this->Out.text.replace(this->LastBegin, node.type.size(), "Group");
@@ -398,6 +429,75 @@ private:
       ++this->Out.leftOut[(isExtern ? "nodes that EXTERNPROTO takes from another file ("
                                     : "nodes that are not known (") +
                           QuotedText(node.type) + ")"];
+    }
+  }
+
+  // The next word, or bracket; behind blanks and comments.
+  std::string_view NextWord(std::size_t at) const
+  {
+    while (at < this->File.size() && (IsVrmlBlank(this->File[at]) || this->File[at] == '#'))
+    {
+      const bool isComment = this->File[at] == '#';
+      for (++at; isComment && at < this->File.size() && !IsVrmlLineEnd(this->File[at]);)
+      {
+        ++at;
+      }
+    }
+    std::size_t end = at;
+    while (end < this->File.size() && IsVrmlWord(this->File[end]))
+    {
+      ++end;
+    }
+    return this->File.substr(at, std::max<std::size_t>(end - at, 1));
+  }
+
+  // Fields that the library does not know are left out, with their values: what is up to the next
+  // field, or in VRML 1 the next node.
+  void LookForField(std::string_view word)
+  {
+    if (this->Open.empty() || !this->Open.back().hasKnownFields || this->Extern)
+    {
+      return;
+    }
+    Bracket& node = this->Open.back();
+    const char first = word.front();
+    const bool isWord =
+      (first >= 'a' && first <= 'z') || (first >= 'A' && first <= 'Z') || first == '_';
+    constexpr std::string_view others[] = { "TRUE", "FALSE", "NULL", "IS", "DEF", "USE", "PROTO",
+      "EXTERNPROTO" };
+    const std::string_view next = isWord ? this->NextWord(this->At) : std::string_view();
+    const bool isChild = next == "{" || word == "DEF" || word == "USE";
+    const bool isValue = std::exchange(node.isFieldNamed, false) && !isChild;
+    if (this->Out.isFirst && isChild)
+    {
+      this->EndField(node);
+    }
+    if (!isWord || isValue || isChild || word.back() == ')' || this->Last == "DEF" ||
+        this->Last == "USE" || this->Last == "IS" || this->Last == "PROTO" ||
+        std::find(std::begin(others), std::end(others), word) != std::end(others))
+    {
+      return;
+    }
+    if (word == "fields" || word == "isA")
+    {
+      node.hasKnownFields = false; // it says itself what it has
+      return;
+    }
+    this->EndField(node);
+    node.isFieldNamed = true;
+    if (next != "IS" && !this->Library.hasField(node.type, std::string(word), this->Out.isFirst))
+    {
+      node.noFieldBegin = this->Out.text.size();
+      ++this->Out.leftOut["fields that are not known (" + QuotedText(word) + " of " +
+                          QuotedText(node.type) + ")"];
+    }
+  }
+
+  void EndField(Bracket& node)
+  {
+    if (node.noFieldBegin != noText)
+    {
+      this->Clear(std::exchange(node.noFieldBegin, noText));
     }
   }
 
@@ -463,15 +563,19 @@ private:
     {
       this->Externs.emplace(word);
     }
+    this->LookForField(word);
     std::string written(word);
     if (isName)
     {
       written = NameForParser(word, this->Out.isFirst);
     }
-    else if (IsNotFiniteWord(word) && !this->Open.empty() && this->Open.back().bracket == '[' &&
+    else if (!this->Open.empty() && this->Open.back().bracket == '[' &&
              (this->Open.back().type == "point" || this->Open.back().type == "height"))
     {
-      written = vrmlNotFinite;
+      this->Precision.Add(word);
+      written = IsNotFiniteWord(word)                      ? vrmlNotFinite
+                : word.find('#') != std::string_view::npos ? "nan" // which the parser refuses
+                                                           : written;
     }
     else if (word.find('#') != std::string_view::npos)
     {
@@ -490,8 +594,7 @@ private:
     {
       KDSTREAM_TRY(this->Use(word));
     }
-    this->Out.hasPictures = this->Out.hasPictures || word == "ImageTexture" ||
-                            word == "PixelTexture" || word == "MovieTexture" || word == "Texture2";
+    this->Out.hasPictures = this->Out.hasPictures || IsTexture(word);
     this->Last = word;
     this->LastBegin = this->Out.text.size();
     this->Out.text += written;
@@ -523,10 +626,11 @@ private:
   };
 
   std::string_view File;
-  const IsVrmlNode& IsNode;
+  const VrmlLibrary& Library;
   std::size_t At = 0;
   std::uint64_t Line = 1;
   VrmlText Out;
+  DecimalPrecision Precision;
   std::vector<Bracket> Open;
   std::string Last;           // word
   std::size_t LastBegin = 0;  // in the text
@@ -544,9 +648,9 @@ private:
 
 }
 
-Result<VrmlText> CheckVrmlText(std::string_view file, const IsVrmlNode& isNode)
+Result<VrmlText> CheckVrmlText(std::string_view file, const VrmlLibrary& library)
 {
-  return TextChecker(file, isNode).Check();
+  return TextChecker(file, library).Check();
 }
 
 }

@@ -36,9 +36,11 @@ struct VrmlText
   // here), and no string names a file: all are empty, but those that an Inline may have are numbers
   // of `urls`, behind vrmlUrlBegin.
   // Of points and heights those that are not finite ("nan", "1.#IND") are vrmlNotFinite, names are
-  // such as it takes, and nodes that nobody knows are empty groups.
+  // such as it takes; nodes that it does not know are empty groups, and fields that it does not
+  // know and what is in textures are blanks.
   std::string text;
   std::vector<VrmlUrl> urls;
+  bool floatsSuffice = true;                      // for the decimals of points and heights
   bool hasPictures = false;                       // nodes of textures
   std::map<std::string, std::uint64_t> leftOut{}; // "nodes that are not known ('Knob')"
   std::uint64_t padding = 0;                      // zeros and Ctrl-Z at the end, which are left out
@@ -48,8 +50,12 @@ struct VrmlText
 // brackets that do not match or are nested deeper than 400, or 1000 by nodes that are used again, a
 // string without end, control characters, a node that contains itself (USE within its DEF, a PROTO
 // within its body); LimitExceeded for more than a million nodes that PROTOs make of it.
-// isNode: whether the library knows a kind of nodes of VRML 2.
-using IsVrmlNode = std::function<bool(const std::string& type)>;
-Result<VrmlText> CheckVrmlText(std::string_view file, const IsVrmlNode& isNode);
+// library: what it knows of VRML 1 (isFirst) and 2.
+struct VrmlLibrary
+{
+  std::function<bool(const std::string& type, bool isFirst)> isNode;
+  std::function<bool(const std::string& type, const std::string& field, bool isFirst)> hasField;
+};
+Result<VrmlText> CheckVrmlText(std::string_view file, const VrmlLibrary& library);
 
 }

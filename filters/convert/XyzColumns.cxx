@@ -4,6 +4,7 @@
 
 #include "filters/meshio/NumberText.h"
 #include "filters/meshio/QuotedText.h"
+#include "filters/meshio/TextWords.h"
 
 #include <algorithm>
 #include <cmath>
@@ -17,22 +18,16 @@ namespace
 using Kind = XyzLayout::Kind;
 using Block = XyzLayout::Block;
 
-constexpr std::size_t placeColumns = 3;  // before the columns that are looked at
 constexpr std::uint64_t manyPoints = 20; // of which small values say something
-
-std::string Lower(std::string_view name)
-{
-  std::string lower(name);
-  for (char& c : lower)
-  {
-    c = c >= 'A' && c <= 'Z' ? static_cast<char>(c - 'A' + 'a') : c;
-  }
-  return lower;
-}
 
 // The short name of what is known by several.
 std::string PlainName(std::string_view name)
 {
+  // Without its unit.
+  if (const std::size_t unit = name.find_first_of("(["); unit != name.npos && unit > 0)
+  {
+    name = name.substr(0, name.find_last_not_of(' ', unit - 1) + 1);
+  }
   constexpr std::array<std::array<std::string_view, 2>, 9> others{ { { "red", "r" },
     { "green", "g" }, { "blue", "b" }, { "rf", "r" }, { "gf", "g" }, { "bf", "b" },
     { "i", "intensity" }, { "class", "classification" }, { "skip", "-" } } };
@@ -41,7 +36,7 @@ std::string PlainName(std::string_view name)
   {
     name = name.substr(1, name.size() - 2);
   }
-  std::string plain = Lower(name);
+  std::string plain = LowercaseText(name);
   for (const auto& [other, known] : others)
   {
     plain = plain == other ? std::string(known) : plain;
@@ -66,6 +61,29 @@ Error Bad(const std::string& what)
   return { ErrorCode::InvalidArgument, "--columns: " + what };
 }
 
+// Of all columns. Where no x, y or z is among them, those are as surveyors call them.
+std::vector<std::string> PlainNames(const std::vector<std::string_view>& names)
+{
+  constexpr std::array<std::array<std::string_view, 2>, 9> others{ { { "easting", "x" },
+    { "east", "x" }, { "e", "x" }, { "northing", "y" }, { "north", "y" }, { "n", "y" },
+    { "elevation", "z" }, { "height", "z" }, { "h", "z" } } };
+  std::vector<std::string> plain;
+  for (const std::string_view name : names)
+  {
+    plain.push_back(PlainName(name));
+  }
+  for (const auto& [other, known] : others)
+  {
+    const auto found = std::find_if(plain.begin(), plain.end(),
+      [&](const std::string& name) { return LowercaseText(name) == other; });
+    if (found != plain.end() && std::find(plain.begin(), plain.end(), known) == plain.end())
+    {
+      *found = known;
+    }
+  }
+  return plain;
+}
+
 // parts: none: all must be right.
 Result<XyzLayout> LayoutOf(const std::vector<std::string_view>& names, std::string* parts)
 {
@@ -73,17 +91,17 @@ Result<XyzLayout> LayoutOf(const std::vector<std::string_view>& names, std::stri
   {
     return Bad("more than " + std::to_string(mostXyzColumns) + " names");
   }
-  std::vector<std::string> plain;
-  for (const std::string_view name : names)
+  std::vector<std::string> plain = PlainNames(names);
+  for (std::size_t k = 0; k < plain.size(); ++k)
   {
-    plain.push_back(PlainName(name));
-    if (plain.back() != "-" && std::count(plain.begin(), plain.end(), plain.back()) > 1)
+    const auto end = plain.begin() + static_cast<std::ptrdiff_t>(k);
+    if (plain[k] != "-" && std::find(plain.begin(), end, plain[k]) != end)
     {
       if (!parts)
       {
-        return Bad(QuotedText(name) + " is named twice");
+        return Bad(QuotedText(names[k]) + " is named twice");
       }
-      plain.back() = ColumnName(plain.size() - 1);
+      plain[k] = ColumnName(k);
     }
   }
   const auto find = [&](const std::array<const char*, 3>& wanted)
@@ -167,7 +185,6 @@ bool AreOtherNames(const std::vector<std::string_view>& words)
 
 bool AreXyzNames(const std::vector<std::string_view>& words)
 {
-  std::set<std::string> plain;
   for (const std::string_view word : words)
   {
     double value = 0;
@@ -175,13 +192,52 @@ bool AreXyzNames(const std::vector<std::string_view>& words)
     {
       return false;
     }
-    plain.insert(PlainName(word));
   }
+  const std::vector<std::string> names = PlainNames(words);
+  const std::set<std::string> plain(names.begin(), names.end());
   return plain.contains("x") && plain.contains("y") && plain.contains("z");
 }
 
-XyzColumns::XyzColumns(std::size_t columns)
+void XyzFirstColumn::Add(double value)
+{
+  if (this->Points++ == 0)
+  {
+    this->First = value;
+    this->Counts = this->NeverFalls = std::isfinite(value);
+  }
+  else
+  {
+    this->Step = this->Points == 2 ? value - this->Last : this->Step;
+    this->Counts = this->Counts && std::abs(this->Step) == 1 && value == this->Last + this->Step;
+    this->NeverFalls = this->NeverFalls && value >= this->Last;
+    this->Rising += value > this->Last ? 1 : 0;
+  }
+  this->Whole = this->Whole && value == std::floor(value);
+  this->Counts = this->Counts && this->Whole;
+  this->Last = value;
+}
+
+XyzFirstColumn::Meaning XyzFirstColumn::Means() const
+{
+  constexpr double leastTime = 1e8;
+  // Columns of a raster rise too, but seldom; points of one pulse have one time.
+  if (this->Counts && this->Points >= 3)
+  {
+    return Meaning::Counter;
+  }
+  if (!this->NeverFalls || this->Points < 3 || 4 * this->Rising < this->Points)
+  {
+    return Meaning::X;
+  }
+  const bool numbers = this->Whole && this->Rising + 1 == this->Points;
+  return this->First >= leastTime                ? Meaning::Time
+         : numbers || this->Points >= manyPoints ? Meaning::Rises
+                                                 : Meaning::X;
+}
+
+XyzColumns::XyzColumns(std::size_t columns, std::size_t before)
   : Count(columns)
+  , Before(before)
   , Columns(columns)
   , Triples(columns)
   , Products(columns * columns)
@@ -430,10 +486,18 @@ std::size_t XyzColumns::Choose(const std::vector<Candidate>& candidates) const
 XyzLayout XyzColumns::LayoutOf(const Candidate& candidate) const
 {
   XyzLayout layout;
+  for (std::size_t k = 0; k < 3; ++k)
+  {
+    layout.coordinates[k] = this->Before - 3 + k;
+  }
+  if (this->Before > 3)
+  {
+    layout.blocks.push_back({ Kind::Number, { 0, 0, 0 }, "number" });
+  }
   const std::optional<std::size_t> rest = this->RestOf(candidate);
   for (std::size_t k = 0; k < this->Count;)
   {
-    const std::size_t column = placeColumns + k;
+    const std::size_t column = this->Before + k;
     if (candidate.colors == k || candidate.normals == k)
     {
       layout.blocks.push_back({ candidate.colors == k ? Kind::Colors : Kind::Normals,
@@ -448,18 +512,23 @@ XyzLayout XyzColumns::LayoutOf(const Candidate& candidate) const
   return layout;
 }
 
-Result<XyzLayout> XyzColumns::Guess(std::vector<std::string>& readings) const
+Status XyzColumns::CheckCount() const
 {
   constexpr std::array<std::size_t, 6> known{ 0, 1, 3, 4, 6, 7 };
   if (std::find(known.begin(), known.end(), this->Count) == known.end())
   {
     return Error{
       ErrorCode::InvalidInput,
-      "has " + std::to_string(this->Count + placeColumns) +
+      "has " + std::to_string(this->Count + this->Before) +
         " columns; without --columns points have 3 (x y z), 4 (and an intensity), 6 (and r g b or "
         "nx ny nz), 7 (and a number and one of these), 9 (and both) or 10 (and both and a number)"
     };
   }
+  return {};
+}
+
+XyzLayout XyzColumns::Guess(std::vector<std::string>& readings) const
+{
   const std::vector<Candidate> candidates = this->Candidates();
   const std::size_t chosen = this->Choose(candidates);
   const XyzLayout layout = this->LayoutOf(candidates[chosen]);
@@ -477,8 +546,8 @@ Result<XyzLayout> XyzColumns::Guess(std::vector<std::string>& readings) const
   for (const Block& block : layout.blocks)
   {
     if (block.kind == Kind::Colors &&
-        this->BelowOne({ block.columns[0] - placeColumns, block.columns[1] - placeColumns,
-          block.columns[2] - placeColumns }))
+        this->BelowOne({ block.columns[0] - this->Before, block.columns[1] - this->Before,
+          block.columns[2] - this->Before }))
     {
       readings.push_back("columns " + std::to_string(block.columns[0] + 1) + " to " +
                          std::to_string(block.columns[2] + 1) +
@@ -488,7 +557,7 @@ Result<XyzLayout> XyzColumns::Guess(std::vector<std::string>& readings) const
              std::any_of(block.columns.begin(), block.columns.end(),
                [this](std::size_t column)
                {
-                 const std::size_t k = column - placeColumns;
+                 const std::size_t k = column - this->Before;
                  return this->LooksLikeClass(k) && this->Columns[k].greatest > 0;
                }))
     {
@@ -501,7 +570,7 @@ Result<XyzLayout> XyzColumns::Guess(std::vector<std::string>& readings) const
   std::string numbers;
   for (const Block& block : layout.blocks)
   {
-    numbers += block.kind == Kind::Number && block.name != "Intensity"
+    numbers += block.kind == Kind::Number && block.name != "Intensity" && block.columns[0] > 0
                  ? (numbers.empty() ? "" : ", ") + block.name
                  : "";
   }
@@ -515,15 +584,21 @@ Result<XyzLayout> XyzColumns::Guess(std::vector<std::string>& readings) const
 
 std::string NamesOfLayout(const XyzLayout& layout)
 {
-  std::string names = "x y z";
+  std::string names;
+  bool placed = false;
   for (const Block& block : layout.blocks)
   {
+    if (!placed && block.columns[0] > layout.coordinates[0])
+    {
+      names += names.empty() ? "x y z" : " x y z";
+      placed = true;
+    }
     names += block.kind == Kind::Colors    ? " r g b"
              : block.kind == Kind::Normals ? " nx ny nz"
              : block.name == "Intensity"   ? " intensity"
-                                           : " " + block.name;
+                                           : (names.empty() ? "" : " ") + block.name;
   }
-  return names;
+  return placed ? names : names + (names.empty() ? "x y z" : " x y z");
 }
 
 }

@@ -57,8 +57,8 @@ bool AreOtherNames(const std::vector<std::string_view>& words);
 class XyzColumns
 {
 public:
-  // columns: behind the coordinates.
-  explicit XyzColumns(std::size_t columns);
+  // columns: behind the coordinates. before: how many columns there are up to these.
+  explicit XyzColumns(std::size_t columns, std::size_t before = 3);
 
   void Add(const float* values);
 
@@ -70,8 +70,9 @@ public:
   // alone varies, or alone does not; the one that looks like a class, below 32 where the others
   // are not; the one that goes least with its neighbours; that of "intensity r
   // g b", normals, and colours first. readings: gets a sentence for what can be read in two ways.
-  // Errors: InvalidInput for other numbers of columns.
-  Result<XyzLayout> Guess(std::vector<std::string>& readings) const;
+  XyzLayout Guess(std::vector<std::string>& readings) const;
+  // Errors: InvalidInput for numbers of columns that are no such layout.
+  Status CheckCount() const;
 
 private:
   struct Column
@@ -105,11 +106,35 @@ private:
   std::size_t Choose(const std::vector<Candidate>& candidates) const;
   XyzLayout LayoutOf(const Candidate& candidate) const;
 
-  std::size_t Count;
+  std::size_t Count, Before;
   std::uint64_t Points = 0;
   std::vector<Column> Columns;
   std::vector<Triple> Triples;  // by first column
   std::vector<double> Products; // sums, [a * Count + b] for a <= b
+};
+
+// The first column, where it may be no coordinate: a number or a time of each point, before x y z.
+// Of what rises it takes what a coordinate hardly is. O(1) a point.
+class XyzFirstColumn
+{
+public:
+  enum class Meaning
+  {
+    X,
+    Rises,   // taken for x, but it could be a number or a time
+    Counter, // whole numbers that rise, or fall, by one in every line
+    Time     // never falls, and is 10^8 or more, as seconds since 1970 and of GPS are
+  };
+
+  void Add(double value);
+  bool MayBeOther() const { return this->Counts || this->NeverFalls; }
+  // Counter needs three points, Rises twenty, or three of whole numbers that all rise.
+  Meaning Means() const;
+
+private:
+  std::uint64_t Points = 0, Rising = 0;
+  double First = 0, Last = 0, Step = 0;
+  bool Counts = true, Whole = true, NeverFalls = true;
 };
 
 // "x y z r g b class": what --columns says for it.

@@ -19,6 +19,14 @@ int HexValue(char c)
   return lower >= 'a' && lower <= 'f' ? lower - 'a' + 10 : -1;
 }
 
+bool IsLetterOrDigit(char c)
+{
+  return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9');
+}
+
+constexpr std::string_view base64Digits =
+  "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789-_";
+
 // The bytes of the UTF-8 character that the text begins with; 0 where there is none.
 std::size_t CharacterBytes(std::string_view text)
 {
@@ -136,6 +144,73 @@ std::optional<std::string> PercentDecoded(std::string_view text)
     i += 2;
   }
   return plain;
+}
+
+std::string PercentEncoded(std::string_view text, std::string_view plain)
+{
+  constexpr std::string_view digits = "0123456789ABCDEF";
+  std::string encoded;
+  for (const char c : text)
+  {
+    const auto byte = static_cast<unsigned char>(c);
+    const bool isPlain = IsLetterOrDigit(c) || plain.find(c) != plain.npos;
+    encoded +=
+      isPlain ? std::string(1, c) : std::string{ '%', digits[byte >> 4U], digits[byte & 15U] };
+  }
+  return encoded;
+}
+
+std::string Base64Url(std::span<const std::uint8_t> bytes)
+{
+  std::string text;
+  std::uint32_t held = 0;
+  unsigned bits = 0;
+  for (const std::uint8_t byte : bytes)
+  {
+    held = held << 8U | byte;
+    for (bits += 8; bits >= 6; bits -= 6)
+    {
+      text += base64Digits[held >> (bits - 6) & 63U];
+    }
+  }
+  return bits == 0 ? text : text + base64Digits[held << (6 - bits) & 63U];
+}
+
+std::optional<std::vector<std::uint8_t>> Base64Decoded(std::string_view text)
+{
+  constexpr std::string_view blanks = " \t\r\n";
+  text = text.substr(0, text.find('='));
+  std::vector<std::uint8_t> bytes;
+  bytes.reserve(text.size() / 4 * 3);
+  std::uint32_t held = 0;
+  unsigned bits = 0;
+  for (const char c : text)
+  {
+    if (blanks.find(c) != blanks.npos)
+    {
+      continue;
+    }
+    const std::size_t digit = base64Digits.find(c == '+' ? '-' : c == '/' ? '_' : c);
+    if (digit == base64Digits.npos)
+    {
+      return std::nullopt;
+    }
+    held = held << 6U | static_cast<std::uint32_t>(digit);
+    bits += 6;
+    if (bits >= 8)
+    {
+      bits -= 8;
+      bytes.push_back(static_cast<std::uint8_t>(held >> bits));
+    }
+  }
+  return bytes;
+}
+
+std::string_view Trimmed(std::string_view text, std::string_view blanks)
+{
+  const auto first = text.find_first_not_of(blanks);
+  return first == text.npos ? std::string_view()
+                            : text.substr(first, text.find_last_not_of(blanks) - first + 1);
 }
 
 }

@@ -1,11 +1,15 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Texts that come from elsewhere: whether they are UTF-8, made UTF-8, and in a message.
+// Texts that come from elsewhere: whether they are UTF-8, made UTF-8, and in a message; and texts
+// that stand for bytes.
 #pragma once
 
 #include <cstddef>
+#include <cstdint>
 #include <optional>
+#include <span>
 #include <string>
 #include <string_view>
+#include <vector>
 
 namespace kdstream
 {
@@ -33,5 +37,17 @@ std::string WithoutControls(std::string_view text);
 // The text with the byte that each %HH stands for, as addresses have them (RFC 3986, section 2.1).
 // Nothing where a % is followed by anything else.
 std::optional<std::string> PercentDecoded(std::string_view text);
+// The text with %HH for every byte that is neither an ASCII letter nor a digit nor in `plain`.
+std::string PercentEncoded(std::string_view text, std::string_view plain);
+
+// The bytes as base64url without padding (RFC 4648, section 5).
+std::string Base64Url(std::span<const std::uint8_t> bytes);
+// The bytes that base64 stands for, in either alphabet of RFC 4648, with blanks and line ends or
+// not, up to the first '='. Bits that make no byte are dropped. Nothing where another character
+// comes before that.
+std::optional<std::vector<std::uint8_t>> Base64Decoded(std::string_view text);
+
+// The text without what it has of `blanks` at its ends.
+std::string_view Trimmed(std::string_view text, std::string_view blanks = " \t");
 
 }

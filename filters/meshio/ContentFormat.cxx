@@ -4,6 +4,7 @@
 #include "filters/meshio/PlainText.h"
 
 #include <algorithm>
+#include <array>
 
 namespace kdstream
 {
@@ -19,7 +20,13 @@ struct Mark
 constexpr Mark marks[] = { { "ply\n", ".ply" }, { "ply\r", ".ply" }, { "glTF", ".glb" },
   { "LASF", ".las" }, { "# vtk DataFile", ".vtk" }, { "#VRML", ".wrl" }, { "# .PCD", ".pcd" },
   { "VERSION .7", ".pcd" }, { "<VTKFile", ".vtp" }, { "solid ", ".stl" }, { "solid\n", ".stl" },
-  { "PK\x03\x04", ".zip" }, { "\x1f\x8b", ".gz" } };
+  { "PK\x03\x04", ".zip" }, { "\x1f\x8b", ".gz" }, { "BZh", ".bz2" },
+  { "\xFD"
+    "7zXZ",
+    ".xz" },
+  { "\x28\xB5\x2F\xFD", ".zst" }, { "7z\xBC\xAF", ".7z" }, { "\x89PNG", ".png" },
+  { "\xFF\xD8\xFF", ".jpg" }, { "%PDF", ".pdf" }, { "<!DOCTYPE", ".html" },
+  { "<!doctype", ".html" }, { "<html", ".html" } };
 
 bool IsSpace(char c)
 {
@@ -52,8 +59,29 @@ std::string_view FormatOfContent(std::string_view begin)
   return {};
 }
 
+std::string CompressedHint(std::string_view begin)
+{
+  constexpr std::array<std::array<std::string_view, 2>, 6> programs{ { { ".gz", "gunzip" },
+    { ".zip", "unzip" }, { ".bz2", "bunzip2" }, { ".xz", "unxz" }, { ".zst", "unzstd" },
+    { ".7z", "7z x" } } };
+  if (begin.starts_with("version https://git-lfs.github.com/spec/"))
+  {
+    return "is a pointer of Git LFS, not the file that it stands for: run git lfs pull";
+  }
+  const std::string_view format = FormatOfContent(begin);
+  const auto* const found = std::find_if(programs.begin(), programs.end(),
+    [format](const auto& program) { return program[0] == format; });
+  return found == programs.end() ? std::string()
+                                 : "is compressed (" + std::string(format) +
+                                     "): unpack it first, by " + std::string((*found)[1]);
+}
+
 std::string OtherFormatHint(std::string_view begin, std::string_view ending)
 {
+  if (std::string compressed = CompressedHint(begin); !compressed.empty())
+  {
+    return compressed;
+  }
   const std::string_view format = FormatOfContent(begin);
   return format.empty() || format == ending
            ? std::string()

@@ -16,8 +16,12 @@ inline constexpr std::size_t contentFormatBytes = 512;
 // nothing, such as "solid" of a text STL, is enough: use it where reading has failed.
 std::string_view FormatOfContent(std::string_view begin);
 
-// "looks like a .ply file, although its name ends in .stl" where the content is of another format
-// than the ending; else empty.
+// "is compressed (.gz): unpack it first, by gunzip" for what begins as such files and archives do,
+// or that it is a pointer of Git LFS; else empty.
+std::string CompressedHint(std::string_view begin);
+
+// The same; or "looks like a .ply file, although its name ends in .stl" where the content is of
+// another format than the ending; else empty.
 std::string OtherFormatHint(std::string_view begin, std::string_view ending);
 
 }

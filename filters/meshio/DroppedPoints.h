@@ -83,4 +83,18 @@ void KeepOnly(std::vector<T>& list, const std::vector<bool>& kept)
 Result<std::vector<bool>> DropNotFinite(
   Mesh& mesh, const std::vector<bool>& begins, Tolerance& tolerance);
 
+// The same, and of lists that have an element for each triangle.
+template <class... Lists>
+Status DropNotFiniteFaces(
+  Mesh& mesh, const std::vector<bool>& begins, Tolerance& tolerance, Lists&... lists)
+{
+  const Result<std::vector<bool>> kept = DropNotFinite(mesh, begins, tolerance);
+  KDSTREAM_TRY(kept);
+  if (!kept->empty())
+  {
+    (KeepOnly(lists, *kept), ...);
+  }
+  return {};
+}
+
 }

@@ -2,7 +2,9 @@
 // The ending that names a file's format: for readers and writers.
 #pragma once
 
+#include <algorithm>
 #include <filesystem>
+#include <iterator>
 #include <string>
 
 namespace kdstream
@@ -18,6 +20,22 @@ inline std::string FileEnding(const std::filesystem::path& file)
     c = c >= 'A' && c <= 'Z' ? static_cast<char>(c - 'A' + 'a') : c;
   }
   return ending;
+}
+
+// Points as lines of numbers, as .xyz files are, under the names that other programs give them.
+inline bool IsPointText(const std::string& ending)
+{
+  constexpr const char* endings[] = { ".xyz", ".txt", ".csv", ".pts", ".asc", ".xyzrgb", ".xyzn" };
+  return std::find(std::begin(endings), std::end(endings), ending) != std::end(endings);
+}
+
+// What kdstream-convert alone reads. A .wrz is a .wrl that gzip has compressed.
+inline bool IsConvertedFormat(const std::string& ending)
+{
+  constexpr const char* endings[] = { ".vtp", ".vtk", ".wrl", ".wrz", ".glb", ".gltf", ".pcd",
+    ".las", ".laz" };
+  return IsPointText(ending) ||
+         std::find(std::begin(endings), std::end(endings), ending) != std::end(endings);
 }
 
 }

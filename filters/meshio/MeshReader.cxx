@@ -12,7 +12,6 @@
 #include "filters/meshio/ply/PlyReader.h"
 
 #include <algorithm>
-#include <array>
 #include <optional>
 #include <string_view>
 #include <utility>
@@ -38,23 +37,16 @@ Result<std::unique_ptr<MeshReader>> OpenByEnding(const std::string& ending, Byte
   {
     return OpenObjReader(std::move(source), execution, scratch);
   }
-  constexpr std::array<const char*, 9> convertedFormats{ ".vtp", ".vtk", ".wrl", ".glb", ".gltf",
-    ".pcd", ".xyz", ".las", ".laz" };
-  if (std::find(convertedFormats.begin(), convertedFormats.end(), ending) != convertedFormats.end())
+  if (IsConvertedFormat(ending))
   {
     return Error{ ErrorCode::Unsupported,
       ending + " files are not read in chunks; kdstream-convert makes a .ply of them" };
   }
-  constexpr std::array<const char*, 6> texts{ ".txt", ".csv", ".pts", ".asc", ".xyzrgb", ".xyzn" };
-  if (std::find(texts.begin(), texts.end(), ending) != texts.end())
-  {
-    return Error{ ErrorCode::Unsupported,
-      "the ending '" + ending +
-        "' names no known mesh format; points as lines of numbers are read "
-        "from a file that is called .xyz" };
-  }
+  const Result<std::string_view> begin = source.Peek(contentFormatBytes);
+  const std::string hint = begin ? CompressedHint(*begin) : std::string();
   return Error{ ErrorCode::Unsupported,
-    "the ending '" + ending + "' names no known mesh format; convert it to .ply" };
+    hint.empty() ? "the ending '" + ending + "' names no known mesh format; convert it to .ply"
+                 : hint };
 }
 
 }

@@ -7,6 +7,7 @@
 #include "filters/meshio/DroppedPoints.h"
 #include "filters/meshio/MakeRoom.h"
 #include "filters/meshio/NumberText.h"
+#include "filters/meshio/ObjCorners.h"
 #include "filters/meshio/ObjPlaceNumbers.h"
 #include "filters/meshio/ObjStatements.h"
 #include "filters/meshio/ObjVertices.h"
@@ -25,13 +26,10 @@ namespace
 
 constexpr std::uint64_t mostPlaces = noVertex - 1; // of places, texture coordinates, normals
 
-// Of places, texture coordinates and normals.
-using Counts = std::array<std::uint64_t, 3>;
-
 // What the first pass finds out.
 struct Survey
 {
-  Counts counts{};
+  ObjCounts counts{};
   std::uint64_t faces = 0;
   std::uint64_t statements = 0; // v, vt, vn, f
   bool materials = false;
@@ -79,8 +77,6 @@ private:
   Status CutPolygons(Mesh& mesh);
   Status KeepPlaces();
   Status ReadCorners();
-  Status ReadCorner(std::string_view word, ObjVertices::Corner& corner);
-  void Forgive(Lapse kind);
   void Prepare(Mesh& mesh) const;
   void AppendColor(const ObjPlace& place, Attribute& attribute) const;
   void Count(ObjKeyword keyword);
@@ -92,8 +88,10 @@ private:
   std::string LineHere() const;
   // "face 0 (line 5)".
   std::string PlaceOf(const char* element, std::uint64_t index) const;
-  Error At(const char* element, std::uint64_t index, const Error& error) const;
-  Error AtFace(const Error& error) const { return this->At("face", this->FacesRead, error); }
+  Error At(const char* element, std::uint64_t index, const Error& error) const
+  {
+    return AtPlaceInObj(this->PlaceOf(element, index), error);
+  }
 
   ObjStatements Statements;
   ByteSource Again;
@@ -105,10 +103,9 @@ private:
   PolygonFaces Polygons;
   std::unique_ptr<ScratchTable<Vec3>> Places; // once polygons need it
 
-  std::vector<ObjVertices::Corner> Corners; // of a face
-  std::array<bool, 3> Missing{};            // whether one of them names what does not exist
+  ObjCorners Corners; // of a face
 
-  Counts SoFar{}; // statements of this pass
+  ObjCounts SoFar{}; // statements of this pass
   std::uint64_t VerticesRead = 0;
   std::uint64_t FacesRead = 0;
   bool AtFaces = false, Opened = false;
@@ -139,15 +136,6 @@ void ObjReader::CheckFinite(const Vec3& point)
     tolerance.Of(kind) > 0
       ? std::string()
       : this->PlaceOf("vertex", this->VerticesRead) + ", " + WhatIsNotFinite(point));
-}
-
-Error ObjReader::At(const char* element, std::uint64_t index, const Error& error) const
-{
-  if (error.code != ErrorCode::InvalidInput)
-  {
-    return error;
-  }
-  return { ErrorCode::InvalidInput, this->PlaceOf(element, index) + ": " + error.message };
 }
 
 void ObjReader::Count(ObjKeyword keyword)
@@ -335,8 +323,9 @@ Status ObjReader::MakeTables(const Execution& execution)
       KDSTREAM_TRY(this->ReadCorners());
       ++this->FacesRead;
       // One that is too small is counted when it is read.
+      const auto corners = this->Corners.Get();
       return this->Tables->AddFace(
-        this->Corners.size() < 3 ? std::span<ObjVertices::Corner>() : std::span(this->Corners));
+        corners.size() < 3 ? std::span<const ObjVertices::Corner>() : corners);
     });
   this->FacesRead = 0;
   this->FileInfo.vertices = this->Tables->Size();
@@ -359,14 +348,14 @@ Status ObjReader::AddToTables()
     case ObjKeyword::TextureCoordinate:
     {
       std::array<float, 2> values{};
-      const Status parsed = ParseObjNumbers(text, 1, values);
+      const Status parsed = ParseObjTextureCoordinate(text, values);
       return parsed ? this->Tables->AddTextureCoordinate(values)
                     : this->At("texture coordinate", this->SoFar[1], parsed.GetError());
     }
     case ObjKeyword::Normal:
     {
       std::array<float, 3> values{};
-      const Status parsed = ParseObjNumbers(text, 3, values);
+      const Status parsed = ParseObjNormal(text, values);
       return parsed ? this->Tables->AddNormal(values)
                     : this->At("normal", this->SoFar[2], parsed.GetError());
     }
@@ -375,76 +364,10 @@ Status ObjReader::AddToTables()
   }
 }
 
-// "there are only 3", of what is counted from 1 on.
-std::string ThereAre(std::uint64_t count)
-{
-  return count == 0   ? "there are none"
-         : count == 1 ? "there is only 1"
-                      : "there are only " + std::to_string(count);
-}
-
-std::string ComeBefore(std::uint64_t count)
-{
-  return count == 0   ? "none come before it"
-         : count == 1 ? "only 1 comes before it"
-                      : "only " + std::to_string(count) + " come before it";
-}
-
-void ObjReader::Forgive(Lapse kind)
-{
-  Tolerance& tolerance = this->FileInfo.tolerance;
-  tolerance.Count(
-    kind, 1, tolerance.Of(kind) == 0 ? this->PlaceOf("face", this->FacesRead) : std::string());
-}
-
-// The corners of the face that the text stands at. What one of them names and does not exist, none
-// of them has.
 Status ObjReader::ReadCorners()
 {
-  this->Corners.clear();
-  this->Missing = {};
-  std::string_view text = this->Statements.Rest();
-  for (std::string_view word = TakeWord(text); !word.empty(); word = TakeWord(text))
-  {
-    KDSTREAM_TRY(this->ReadCorner(word, this->Corners.emplace_back()));
-  }
-  if (this->Missing[1] || this->Missing[2])
-  {
-    this->Forgive(Lapse::AttributeMissing);
-    for (ObjVertices::Corner& corner : this->Corners)
-    {
-      for (std::size_t part = 1; part < 3; ++part)
-      {
-        corner[part] = this->Missing[part] ? 0 : corner[part];
-      }
-    }
-  }
-  return {};
-}
-
-// The numbers of what a corner of the next face names, from 1 on.
-Status ObjReader::ReadCorner(std::string_view word, ObjVertices::Corner& corner)
-{
-  ObjCorner written{};
-  if (Status parsed = ParseObjCorner(word, written); !parsed)
-  {
-    return this->AtFace(parsed.GetError());
-  }
-  for (std::size_t part = 0; part < 3; ++part)
-  {
-    const ObjPart found =
-      ResolveObjPart(written[part], this->SoFar[part], this->Found.counts[part]);
-    corner[part] = found.number;
-    this->Missing[part] |= !found.exists;
-  }
-  if (this->Missing[0])
-  {
-    const std::int64_t number = written[0];
-    return Error{ ErrorCode::InvalidInput,
-      this->PlaceOf("face", this->FacesRead) + " names vertex " + std::to_string(number) +
-        ", but " + (number > 0 ? ThereAre(this->Found.counts[0]) : ComeBefore(this->SoFar[0])) };
-  }
-  return {};
+  return this->Corners.Read(
+    this->Statements, this->SoFar, this->Found.counts, this->FacesRead, this->FileInfo.tolerance);
 }
 
 void ObjReader::Prepare(Mesh& mesh) const
@@ -604,7 +527,10 @@ Status ObjReader::ReadFaces(Mesh& mesh, std::size_t number)
     this->Polygons.Add(before, mesh.triangles.size() - before);
     if (mesh.triangles.size() == before)
     {
-      this->Forgive(Lapse::FaceTooSmall);
+      Tolerance& tolerance = this->FileInfo.tolerance;
+      constexpr Lapse kind = Lapse::FaceTooSmall;
+      tolerance.Count(
+        kind, 1, tolerance.Of(kind) == 0 ? this->PlaceOf("face", this->FacesRead) : std::string());
     }
     ++this->FacesRead;
   }
@@ -659,10 +585,10 @@ Status ObjReader::ReadFace(std::vector<Triangle>& triangles)
 {
   KDSTREAM_TRY(this->NextOf(ObjKeyword::Face));
   KDSTREAM_TRY(this->ReadCorners());
-  for (std::size_t i = 2; i < this->Corners.size(); ++i)
+  const auto corners = this->Corners.Get();
+  for (std::size_t i = 2; i < corners.size(); ++i)
   {
-    triangles.push_back(
-      { this->Corners[0][0] - 1, this->Corners[i - 1][0] - 1, this->Corners[i][0] - 1 });
+    triangles.push_back({ corners[0][0] - 1, corners[i - 1][0] - 1, corners[i][0] - 1 });
   }
   return {};
 }

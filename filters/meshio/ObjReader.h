@@ -34,7 +34,7 @@ inline constexpr const char* objMaterialsName = "materials and their textures";
 //
 // Errors, with the number of the line and of the vertex or face: InvalidInput for a file without
 // any statement of OBJ, text in UTF-16, text in place of a number, too many or too few numbers, a
-// place that does not exist, a line of more than 1 MiB;
+// place that does not exist, a statement of more than 16 MiB;
 // LimitExceeded for more than 2^32 - 2 vertices; InputOutput; Cancelled by the execution, to which
 // opening is reported as "read".
 Result<std::unique_ptr<MeshReader>> OpenObjReader(

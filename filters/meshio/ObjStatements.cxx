@@ -15,8 +15,6 @@ namespace kdstream
 namespace
 {
 
-constexpr std::size_t longestStatement = ByteSource::blockSize;
-
 Error Bad(const std::string& what)
 {
   return Error{ ErrorCode::InvalidInput, what };
@@ -29,8 +27,8 @@ Status ParseReal(std::string_view word, T& value)
   return error == NumberTextError::None
            ? Status()
            : Bad(QuotedText(word) + (error == NumberTextError::NotANumber
-                                        ? " is not a number"
-                                        : " is too large a number"));
+                                        ? " is not a number" + DecimalCommaHint(word)
+                                        : std::string(" is too large a number")));
 }
 
 // A number from 1 on, without a sign: nearly all corners are no more.
@@ -83,21 +81,22 @@ std::size_t FindComment(std::string_view text)
   return at;
 }
 
-// Whether a line goes on in the next one. buffer: for a keyword.
-bool GoesOn(std::string_view text, std::string& buffer)
+bool EndsInBackslash(std::string_view text)
 {
   while (!text.empty() && IsBlank(text.back()))
   {
     text.remove_suffix(1);
   }
-  if (text.empty() || text.back() != '\\')
-  {
-    return false;
-  }
-  std::string_view rest = text;
-  MakeLower(TakeWord(rest), buffer);
-  return TakesName(buffer) ? text.size() > 1 && IsBlank(text[text.size() - 2])
-                           : FindComment(text) == std::string_view::npos;
+  return text.ends_with('\\');
+}
+
+// Whether a statement that ends in a backslash goes on in the next line. isName: it is one that
+// takes a name. begin: of its last line.
+bool GoesOn(std::string_view text, bool isName, std::size_t begin)
+{
+  const std::size_t backslash = text.rfind('\\');
+  return isName ? backslash > 0 && IsBlank(text[backslash - 1])
+                : FindComment(text.substr(begin)) == std::string_view::npos;
 }
 
 ObjKeyword KeywordOf(std::string_view word)
@@ -155,7 +154,7 @@ Result<bool> ObjStatements::Next()
     {
       continue;
     }
-    if (GoesOn(this->Text, this->Lower))
+    if (EndsInBackslash(this->Text))
     {
       KDSTREAM_TRY(this->Join());
     }
@@ -168,21 +167,42 @@ Result<bool> ObjStatements::Next()
 Status ObjStatements::Join()
 {
   this->Joined = this->Text;
-  while (GoesOn(this->Joined, this->Lower))
+  bool isName = false;
+  for (std::size_t begin = 0; EndsInBackslash(this->Joined);)
   {
+    if (begin == 0)
+    {
+      std::string_view text = this->Joined;
+      MakeLower(TakeWord(text), this->Lower);
+      isName = TakesName(this->Lower);
+    }
+    if (!GoesOn(this->Joined, isName, begin))
+    {
+      break;
+    }
     this->Joined.resize(this->Joined.rfind('\\'));
-    this->Joined += ' ';
     const Result<bool> more = this->Lines.Next();
     KDSTREAM_TRY(more);
     if (!*more)
     {
       break;
     }
-    this->Joined += this->Lines.Line();
-    if (this->Joined.size() > longestStatement)
+    std::string_view line = this->Lines.Line();
+    if (this->Joined.empty())
     {
-      return this->Lines.Wrong("is longer than 1 MiB, with those that it goes on from");
+      TrimFront(line);
     }
+    else
+    {
+      this->Joined += ' ';
+    }
+    begin = this->Joined.size();
+    if (line.size() > longestStatement - std::min(begin, longestStatement))
+    {
+      return this->Lines.Wrong("is longer than " + std::to_string(longestStatement >> 20U) +
+                               " MiB, with those that it goes on from");
+    }
+    this->Joined += line;
   }
   this->Text = this->Joined;
   return {};
@@ -274,28 +294,46 @@ Status ParseObjPlace(std::string_view text, bool asFloats, ObjPlace& place, std:
   return {};
 }
 
-template <std::size_t Wanted>
-Status ParseObjNumbers(std::string_view text, std::size_t least, std::array<float, Wanted>& values)
+Status ParseObjTextureCoordinate(std::string_view text, std::array<float, 2>& values)
+{
+  values.fill(0);
+  for (std::size_t k = 0; k < values.size(); ++k)
+  {
+    const std::string_view word = TakeWord(text);
+    if (word.empty() && k > 0)
+    {
+      break;
+    }
+    const NumberTextError error = ParseNumber(word, values[k]);
+    if (error == NumberTextError::NotANumber)
+    {
+      return Bad(word.empty() ? "has no numbers"
+                              : QuotedText(word) + " is not a number" + DecimalCommaHint(word));
+    }
+    values[k] =
+      error == NumberTextError::None ? values[k] : std::numeric_limits<float>::quiet_NaN();
+  }
+  return {};
+}
+
+Status ParseObjNormal(std::string_view text, std::array<float, 3>& values)
 {
   constexpr std::size_t most = 4;
   std::size_t numbers = 0;
-  values.fill(0);
   for (std::string_view word = TakeWord(text); !word.empty(); word = TakeWord(text))
   {
     float value = 0;
     KDSTREAM_TRY(ParseReal(word, value));
-    if (numbers < Wanted)
+    if (numbers < values.size())
     {
       values[numbers] = value;
     }
     ++numbers;
   }
-  return numbers >= least && numbers <= most ? Status()
-                                             : Bad("has " + std::to_string(numbers) + " numbers");
+  return numbers >= values.size() && numbers <= most
+           ? Status()
+           : Bad("has " + std::to_string(numbers) + " numbers");
 }
-
-template Status ParseObjNumbers(std::string_view, std::size_t, std::array<float, 2>&);
-template Status ParseObjNumbers(std::string_view, std::size_t, std::array<float, 3>&);
 
 Status ParseObjCorner(std::string_view word, ObjCorner& corner)
 {

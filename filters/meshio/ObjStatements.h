@@ -34,15 +34,18 @@ enum class ObjKeyword
 class ObjStatements
 {
 public:
+  // With the lines that it goes on in. A polygon of 200,000 corners takes some 4 MiB.
+  static constexpr std::size_t longestStatement = std::size_t{ 1 } << 24;
+
   explicit ObjStatements(ByteSource source)
-    : Lines(std::move(source))
+    : Lines(std::move(source), longestStatement)
   {
   }
 
   // Goes to the next statement; false at the end. A line that ends with a backslash goes on in the
   // next one, comments do not, nor does a name of which the backslash is the last character. A
   // comment begins a line, or follows numbers; in a name # is a character like any other. Errors:
-  // InputOutput; a statement longer than 1 MiB; text in UTF-16.
+  // InputOutput; a statement longer than longestStatement; text in UTF-16.
   Result<bool> Next();
   ObjKeyword Keyword() const { return this->Word; }
   // The keyword in small letters, since capitals do not matter; and as it is written. Valid until
@@ -115,11 +118,10 @@ struct ObjPlace
 Status ParseObjPlace(
   std::string_view text, bool asFloats, ObjPlace& place, std::size_t colorsAt = 3);
 
-// One to four numbers, the first of which are wanted; those that are not there are zero.
-template <std::size_t Wanted>
-Status ParseObjNumbers(std::string_view text, std::size_t least, std::array<float, Wanted>& values);
-extern template Status ParseObjNumbers(std::string_view, std::size_t, std::array<float, 2>&);
-extern template Status ParseObjNumbers(std::string_view, std::size_t, std::array<float, 3>&);
+// "u [v …]"; what is too large a number is NaN: it tells no place in a picture.
+Status ParseObjTextureCoordinate(std::string_view text, std::array<float, 2>& values);
+// "x y z", and at most one number more, which is not read.
+Status ParseObjNormal(std::string_view text, std::array<float, 3>& values);
 
 // The numbers of a corner's place, texture coordinate and normal, as the file has them: from one
 // on, or back from the last one before the face; noCorner for what is not named.

@@ -2,22 +2,48 @@
 // Words of a file inside messages.
 #pragma once
 
+#include "filters/core/Texts.h"
+
 #include <string>
 #include <string_view>
 
 namespace kdstream
 {
 
-// 'word' in quotes, without control characters and at most 40 characters of it.
+// 'word' in quotes, without control characters and at most 40 bytes of it; what is not UTF-8 is
+// not shown.
 inline std::string QuotedText(std::string_view word)
 {
-  std::string text = "'";
-  for (char c : word.substr(0, 40))
+  std::string_view begin = word.substr(0, 40);
+  while (begin.size() < word.size() && !begin.empty() && (word[begin.size()] & 0xC0) == 0x80)
   {
-    text += c >= ' ' && c <= '~' ? c : '?';
+    begin.remove_suffix(1); // of a character that does not fit
   }
-  text += word.size() > 40 ? "…'" : "'";
+  std::string text = "'";
+  if (IsUtf8(begin))
+  {
+    text += WithoutControls(begin);
+  }
+  else
+  {
+    for (const char c : begin)
+    {
+      text += c >= ' ' && c <= '~' ? c : '?';
+    }
+  }
+  text += begin.size() < word.size() ? "…'" : "'";
   return text;
+}
+
+// What is wrong with a word that is not a number, if that is a decimal comma; else empty.
+inline std::string DecimalCommaHint(std::string_view word)
+{
+  constexpr std::string_view digits = "0123456789";
+  const std::size_t comma = word.find(',');
+  const bool decimal = comma != word.npos && comma > 0 && comma + 1 < word.size() &&
+                       digits.find(word[comma - 1]) != digits.npos &&
+                       word.find_first_not_of("0123456789eE+-", comma + 1) == word.npos;
+  return decimal ? " (a decimal comma: write 1.5 for 1,5)" : "";
 }
 
 }

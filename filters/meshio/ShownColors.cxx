@@ -2,6 +2,8 @@
 // Colours made into the array that viewers show: see ShownColors.h.
 #include "filters/meshio/ShownColors.h"
 
+#include "filters/meshio/TextWords.h"
+
 #include <algorithm>
 #include <cmath>
 #include <string_view>
@@ -11,16 +13,6 @@ namespace kdstream
 {
 namespace
 {
-
-std::string Lower(std::string_view name)
-{
-  std::string lower(name);
-  for (char& c : lower)
-  {
-    c = c >= 'A' && c <= 'Z' ? static_cast<char>(c - 'A' + 'a') : c;
-  }
-  return lower;
-}
 
 bool IsReal(AttributeType type)
 {
@@ -60,7 +52,7 @@ std::optional<HiddenColors> FindTriple(std::span<const AttributeInfo> attributes
         [&](const AttributeInfo& array)
         {
           return array.association == AttributeAssociation::Point && array.components == 1 &&
-                 Lower(array.name) == names[k];
+                 LowercaseText(array.name) == names[k];
         });
       found += at != attributes.end() ? 1 : 0;
       colors.arrays[k] = static_cast<std::size_t>(at - attributes.begin());
@@ -82,7 +74,7 @@ std::optional<HiddenColors> FindArray(std::span<const AttributeInfo> attributes,
   for (std::size_t i = 0; i < attributes.size(); ++i)
   {
     const AttributeInfo& array = attributes[i];
-    const std::string name = Lower(array.name);
+    const std::string name = LowercaseText(array.name);
     const bool known = harmonics ? name == "f_dc" && array.components == 3 && IsReal(array.type)
                                  : std::find(names.begin(), names.end(), name) != names.end() &&
                                      (array.components == 3 || array.components == 4);

@@ -515,7 +515,8 @@ Status TextStlReader::ReadPoint(Vec3& point)
       return AtFacet(this->At.facet,
         "vertex " + std::to_string(this->At.corner - 1) + ": " + "xyz"[k] + " " +
           QuotedText(*word) +
-          (error == NumberTextError::NotANumber ? " is not a number" : " is too large a number"));
+          (error == NumberTextError::NotANumber ? " is not a number" + DecimalCommaHint(*word)
+                                                : std::string(" is too large a number")));
     }
     point[k] = static_cast<double>(value);
   }

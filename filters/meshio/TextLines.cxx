@@ -37,6 +37,17 @@ Status TextLines::Open()
   return {};
 }
 
+// Makes a block of what is at Cursor and behind it; false at the end of the text.
+Result<bool> TextLines::Load()
+{
+  this->Source.Consume(static_cast<std::size_t>(this->Cursor - this->Begin));
+  const Result<std::string_view> ahead = this->Source.Peek(ByteSource::blockSize);
+  KDSTREAM_TRY(ahead);
+  this->Begin = this->Cursor = ahead->data();
+  this->Limit = ahead->data() + ahead->size();
+  return !ahead->empty();
+}
+
 // The line does not end in what is in memory.
 Result<bool> TextLines::NextAcrossBlocks()
 {
@@ -44,27 +55,51 @@ Result<bool> TextLines::NextAcrossBlocks()
   {
     KDSTREAM_TRY(this->Open());
   }
-  this->Source.Consume(static_cast<std::size_t>(this->Cursor - this->Begin));
-  const Result<std::string_view> ahead = this->Source.Peek(ByteSource::blockSize);
-  KDSTREAM_TRY(ahead);
-  this->Begin = this->Cursor = ahead->data();
-  this->Limit = ahead->data() + ahead->size();
-  if (ahead->empty())
+  const Result<bool> more = this->Load();
+  KDSTREAM_TRY(more);
+  if (!*more)
   {
     ++this->Count;
     return false;
   }
   const char* const end = this->FindEnd();
-  if (!end && ahead->size() < this->Source.Remaining())
+  if (!end && static_cast<std::uint64_t>(this->Limit - this->Cursor) < this->Source.Remaining())
   {
-    ++this->Count;
-    return this->Wrong("is longer than 1 MiB");
+    return this->NextLong();
   }
   this->TakeLine(end ? end : this->Limit);
   if (end)
   {
     this->PassEnd();
   }
+  return true;
+}
+
+// The line is longer than a block.
+Result<bool> TextLines::NextLong()
+{
+  this->Gathered.clear();
+  for (bool more = true; more;)
+  {
+    const char* const end = this->FindEnd();
+    const char* const to = end ? end : this->Limit;
+    if (static_cast<std::size_t>(to - this->Cursor) > this->Longest - this->Gathered.size())
+    {
+      ++this->Count;
+      return this->Wrong("is longer than " + std::to_string(this->Longest >> 20U) + " MiB");
+    }
+    this->Gathered.append(this->Cursor, to);
+    this->Cursor = to;
+    if (end)
+    {
+      this->PassEnd();
+      break;
+    }
+    const Result<bool> loaded = this->Load();
+    KDSTREAM_TRY(loaded);
+    more = *loaded;
+  }
+  this->TakeText(this->Gathered);
   return true;
 }
 

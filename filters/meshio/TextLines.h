@@ -18,15 +18,17 @@ namespace kdstream
 class TextLines
 {
 public:
-  explicit TextLines(ByteSource source)
+  // longest: of a line, in bytes.
+  explicit TextLines(ByteSource source, std::size_t longest = ByteSource::blockSize)
     : Source(std::move(source))
+    , Longest(longest)
   {
   }
 
   // Goes to the next line; false at the end. Lines end with \n or \r\n; with \r too in a text whose
   // first MiB has some of these alone. The text begins behind a byte order mark and ends before
-  // Ctrl-Z and zeros (PlainText.h). Errors: InputOutput; a line longer than ByteSource::blockSize;
-  // text in UTF-16.
+  // Ctrl-Z and zeros (PlainText.h). Memory: a block, and a line that is longer than one. Errors:
+  // InputOutput; a line that is longer than the longest; text in UTF-16.
   Result<bool> Next()
   {
     const char* const end = this->FindEnd();
@@ -58,7 +60,9 @@ public:
 
 private:
   Status Open();
+  Result<bool> Load();
   Result<bool> NextAcrossBlocks();
+  Result<bool> NextLong();
   // Where the line that begins at Cursor ends, if that is in memory.
   const char* FindEnd() const
   {
@@ -84,16 +88,22 @@ private:
   }
   void TakeLine(const char* end)
   {
-    this->Text = std::string_view(this->Cursor, static_cast<std::size_t>(end - this->Cursor));
+    this->TakeText(std::string_view(this->Cursor, static_cast<std::size_t>(end - this->Cursor)));
+    this->Cursor = end;
+  }
+  void TakeText(std::string_view text)
+  {
+    this->Text = text;
     if (!this->Text.empty() && this->Text.back() == '\r')
     {
       this->Text.remove_suffix(1);
     }
-    this->Cursor = end;
     ++this->Count;
   }
 
   ByteSource Source;
+  std::size_t Longest;
+  std::string Gathered;        // a line that is longer than a block
   const char* Begin = nullptr; // [Begin, Limit) is in memory, Source stands at Begin
   const char* Cursor = nullptr;
   const char* Limit = nullptr;

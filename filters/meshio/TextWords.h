@@ -7,6 +7,7 @@
 #include "filters/meshio/ByteSource.h"
 
 #include <cstdint>
+#include <string>
 #include <string_view>
 
 namespace kdstream
@@ -16,6 +17,17 @@ namespace kdstream
 constexpr bool IsBlank(char c)
 {
   return c == ' ' || (c >= '\t' && c <= '\r');
+}
+
+// With letters of ASCII made small, whatever the locale.
+inline std::string LowercaseText(std::string_view text)
+{
+  std::string lower(text);
+  for (char& c : lower)
+  {
+    c = c >= 'A' && c <= 'Z' ? static_cast<char>(c - 'A' + 'a') : c;
+  }
+  return lower;
 }
 
 // Takes the next word off the front; empty if there is none.

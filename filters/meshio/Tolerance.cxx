@@ -36,6 +36,12 @@ constexpr std::array<LapseText, lapseKinds> texts{ {
     "byte of padding", "bytes of padding" },
   { "not_counted", "point or face is in the file but not counted by its header",
     "points or faces are in the file but not counted by its header", "not counted", "not counted" },
+  { "lines_too_long", "line has more values than the header names: they are not read",
+    "lines have more values than the header names: they are not read", "line too long",
+    "lines too long" },
+  { "columns_guessed", "of several readings of the columns is taken",
+    "files have columns of several readings, of which one is taken", "reading of columns guessed",
+    "readings of columns guessed" },
 } };
 
 constexpr std::string_view forgivenMark = "forgiven ", readingMark = "reading ";

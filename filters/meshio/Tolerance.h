@@ -30,8 +30,10 @@ enum class Lapse : std::uint8_t
   BytesBehindEnd, // bytes behind the end of what the file says it holds
   PaddedEnd,      // zeros behind it, which fill up a block
   NotCounted,     // points or faces that the file holds and its header does not count
+  ValuesNotNamed, // a line of a text with more values than its header names, which are not read
+  ColumnsGuessed, // the first column of points as text may be a coordinate, a number or a time
 };
-inline constexpr std::size_t lapseKinds = 7;
+inline constexpr std::size_t lapseKinds = 9;
 
 // Counts of a file, and which of two readings were taken. Without memory to speak of.
 class Tolerance

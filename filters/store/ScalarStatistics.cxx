@@ -2,6 +2,8 @@
 // The ranges of arrays: see ScalarStatistics.h.
 #include "filters/store/ScalarStatistics.h"
 
+#include "filters/core/MixBits.h"
+
 #include <algorithm>
 #include <cmath>
 #include <numeric>
@@ -14,16 +16,6 @@ namespace
 
 constexpr std::size_t mostSampled = 65536;                 // vertices
 constexpr std::size_t mostSampledValues = 8 * mostSampled; // of all arrays
-
-// Steele, Lea, Flood, "Fast splittable pseudorandom number generators", 2014: the mixing of its
-// SplitMix64.
-std::uint64_t HashOf(std::uint64_t number)
-{
-  number += 0x9e3779b97f4a7c15U;
-  number = (number ^ (number >> 30)) * 0xbf58476d1ce4e5b9U;
-  number = (number ^ (number >> 27)) * 0x94d049bb133111ebU;
-  return number ^ (number >> 31);
-}
 
 }
 
@@ -81,7 +73,8 @@ void ScalarStatistics::Add(const Piece& piece)
   }
   for (std::size_t v = 0; v < piece.ownVertices; ++v)
   {
-    const std::uint64_t hash = HashOf(std::uint64_t{ piece.id.node } << 32 | v);
+    const std::uint64_t hash =
+      MixBits((std::uint64_t{ piece.id.node } << 32 | v) + 0x9E3779B97F4A7C15U);
     if (hash > this->Limit)
     {
       continue;

@@ -2,6 +2,7 @@
 #include "filters/store/Sqlite.h"
 
 #include "filters/core/SystemReason.h"
+#include "filters/core/Texts.h"
 #include "filters/store/DescriptorVfs.h"
 
 #include <sqlite3.h>
@@ -29,25 +30,7 @@ Result<std::string> UriOf(const std::filesystem::path& file)
     return Error{ ErrorCode::InputOutput,
       "the current folder cannot be found: " + status.message() };
   }
-  std::string uri = "file:";
-  for (const char c : absolute.string())
-  {
-    const auto byte = static_cast<unsigned char>(c);
-    const bool plain = (byte >= 'a' && byte <= 'z') || (byte >= 'A' && byte <= 'Z') ||
-                       (byte >= '0' && byte <= '9') || byte == '/' || byte == '.' || byte == '_' ||
-                       byte == '-';
-    if (plain)
-    {
-      uri += c;
-    }
-    else
-    {
-      uri += '%';
-      uri += "0123456789ABCDEF"[byte >> 4];
-      uri += "0123456789ABCDEF"[byte & 15];
-    }
-  }
-  return uri;
+  return "file:" + PercentEncoded(absolute.string(), "/._-");
 }
 
 // Of the processor, for this thread: neither a slow disk nor other programs are the file's doing.

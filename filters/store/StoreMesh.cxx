@@ -44,7 +44,7 @@ public:
   Result<Surface> Draw(const Cut& cut)
   {
     KDSTREAM_TRY(this->Load(MissingPieces(cut, this->Lookup())));
-    return DrawSurface(cut, this->Lookup());
+    return DrawSurface(cut, this->Lookup(), this->Runs);
   }
   Result<Mesh> DrawMesh(const Cut& cut)
   {

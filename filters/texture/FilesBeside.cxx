@@ -5,6 +5,9 @@
 #include <algorithm>
 #include <array>
 #include <charconv>
+#include <clocale>
+#include <cwctype>
+#include <locale.h>
 #include <span>
 #include <system_error>
 
@@ -118,11 +121,32 @@ std::string_view WithoutComment(std::string_view name)
   return name;
 }
 
+// The small letter of one of two bytes (Latin, Greek, Cyrillic), as UTF-8; else the same.
+std::array<char, 2> SmallLetter(char lead, char next)
+{
+  static const locale_t unicode = ::newlocale(LC_CTYPE_MASK, "C.UTF-8", nullptr);
+  const auto letter = static_cast<wint_t>(((lead & 0x1F) << 6) | (next & 0x3F));
+  const wint_t small = unicode ? ::towlower_l(letter, unicode) : letter;
+  if (small < 0x80 || small >= 0x800)
+  {
+    return { lead, next };
+  }
+  return { static_cast<char>(0xC0 | (small >> 6U)), static_cast<char>(0x80 | (small & 0x3FU)) };
+}
+
 std::string FoldedName(std::string_view name)
 {
   std::string folded;
-  for (char c : name)
+  for (std::size_t i = 0; i < name.size(); ++i)
   {
+    char c = name[i];
+    if (const auto byte = static_cast<unsigned char>(c);
+        byte >= 0xC2 && byte < 0xE0 && i + 1 < name.size() && (name[i + 1] & 0xC0) == 0x80)
+    {
+      const std::array<char, 2> small = SmallLetter(c, name[++i]);
+      folded.append(small.data(), small.size());
+      continue;
+    }
     c = c >= 'A' && c <= 'Z' ? static_cast<char>(c - 'A' + 'a') : c == '\\' ? '/' : c;
     c = IsBlankOfName(c) ? ' ' : c;
     if (c != ' ' || !folded.ends_with(' '))

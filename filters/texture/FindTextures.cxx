@@ -183,7 +183,7 @@ Result<FoundTextures> FindInObj(const std::filesystem::path& file)
   source->Seek(0);
   ObjStatements statements(std::move(*source));
   ObjLibraries libraries(file);
-  for (bool any = false;;)
+  for (;;)
   {
     const Result<bool> more = statements.Next();
     if (!more && more.GetError().code == ErrorCode::InputOutput)
@@ -192,18 +192,14 @@ Result<FoundTextures> FindInObj(const std::filesystem::path& file)
     }
     if (!more || !*more)
     {
-      if (!any)
-      {
-        libraries.AddOwn();
-      }
       break;
     }
     if (statements.Name() == "mtllib")
     {
       libraries.Add(statements.Rest(), statements.GetLines().Number());
-      any = true;
     }
   }
+  libraries.AddOwn();
   ObjMaterials found = libraries.Take();
   FilesBeside files(file);
   std::vector<bool> pictures; // that are there

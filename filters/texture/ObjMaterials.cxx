@@ -263,10 +263,12 @@ void ObjLibraries::AddOwn()
   std::filesystem::path own = this->Files.MeshFile();
   own.replace_extension(".mtl");
   std::error_code failed;
-  if (std::filesystem::is_regular_file(own, failed))
+  if (!this->Opened && std::filesystem::is_regular_file(own, failed))
   {
-    this->Found.warnings.push_back(
-      "names materials but no library: " + QuotedText(own.filename().string()) + " is taken");
+    this->Found.warnings = { (this->Seen.empty()
+                                 ? "names materials but no library: "
+                                 : "the libraries of materials that it names are not there: ") +
+                             QuotedText(own.filename().string()) + " is taken" };
     this->Read(own, 0);
   }
 }
@@ -295,6 +297,7 @@ void ObjLibraries::Read(const std::filesystem::path& file, std::uint64_t line)
     this->Found.warnings.push_back(named + " " + why + ": they count as white");
     return;
   }
+  this->Opened = true;
   ObjStatements statements(std::move(*source));
   ObjMaterial* material = nullptr;
   const std::string library = file.filename().string();
@@ -355,8 +358,11 @@ void ObjLibraries::Read(const std::filesystem::path& file, std::uint64_t line)
     }
     if (!understood && ++wrong <= 3)
     {
-      this->Found.warnings.push_back(
-        place + ": cannot be understood: " + QuotedText(std::string(written) + std::string(rest)));
+      const std::string statement = std::string(written) + std::string(rest);
+      std::string_view words = rest;
+      this->Found.warnings.push_back(place + ": cannot be understood" +
+                                     DecimalCommaHint(TakeWord(words)) + ": " +
+                                     QuotedText(statement));
     }
   }
 }

@@ -66,7 +66,8 @@ public:
   }
 
   void Add(std::string_view names, std::uint64_t line);
-  // For a mesh that names materials but no library: that of its own name, if it is there.
+  // For a mesh that names materials but no library that is there: that of its own name, if there is
+  // one. Else nothing is added.
   void AddOwn();
   // What was found. Of materials of one name that differ a warning tells. Ends the use.
   ObjMaterials Take();
@@ -81,7 +82,7 @@ private:
   std::vector<std::filesystem::path> Seen;
   ObjMaterials Found;
   std::vector<std::string> OtherMaps; // keywords of pictures that are not carried
-  bool TooMany = false;
+  bool TooMany = false, Opened = false;
   std::size_t Different = 0; // materials of a name that another has
 };
 

@@ -116,11 +116,6 @@ public:
     return { this->Linear[texel[0]], this->Linear[texel[1]], this->Linear[texel[2]],
       texel[3] == 255 ? 1 : texel[3] / 255.0 };
   }
-  // 0-255.
-  static std::array<double, 3> ShownOf(const Texel& texel)
-  {
-    return { double(texel[0]), double(texel[1]), double(texel[2]) };
-  }
 
   // In texels, of a triangle between these places.
   double LongestSide(const std::array<PlaceInPicture, 3>& at) const

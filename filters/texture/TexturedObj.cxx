@@ -7,6 +7,7 @@
 
 #include "filters/meshio/DroppedPoints.h"
 #include "filters/meshio/NumberText.h"
+#include "filters/meshio/ObjCorners.h"
 #include "filters/meshio/ObjStatements.h"
 #include "filters/meshio/PolygonFaces.h"
 #include "filters/meshio/QuotedText.h"
@@ -54,7 +55,8 @@ public:
         (this->Out.textured.pictures.empty() ? "materials" : "pictures") + " paint instead");
     }
     KDSTREAM_TRY(this->CutPolygons());
-    KDSTREAM_TRY(this->DropNotFiniteFaces());
+    KDSTREAM_TRY(DropNotFiniteFaces(this->Out.textured.mesh, this->BeginsFace, this->Out.tolerance,
+      this->Out.textured.materialOf, this->CornerCoordinates, this->CornerNormals));
     this->MakeNormals();
     if (this->Unknown > mostUnknown)
     {
@@ -106,7 +108,6 @@ private:
     else if (this->Statements.Name() == "mtllib")
     {
       this->Libraries.Add(text, this->Line());
-      this->HasLibrary = true;
     }
     this->PassedOver.Add(this->Statements);
     return {};
@@ -127,10 +128,7 @@ private:
 
   void TakeMaterials()
   {
-    if (!this->HasLibrary)
-    {
-      this->Libraries.AddOwn();
-    }
+    this->Libraries.AddOwn();
     ObjMaterials found = this->Libraries.Take();
     this->Out.warnings = std::move(found.warnings);
     std::vector<std::string> notCarried;
@@ -194,14 +192,9 @@ private:
       case ObjKeyword::TextureCoordinate:
         return this->KeepTextureCoordinate(text);
       case ObjKeyword::Normal:
-      {
-        std::array<float, 3> values{};
-        Status parsed = ParseObjNumbers(text, 3, values);
-        this->NormalsRead.push_back(values);
-        return parsed ? parsed : Status(this->At("normal", this->SoFar[2], parsed.GetError()));
-      }
+        return this->KeepNormal(text);
       case ObjKeyword::Face:
-        return this->KeepFace(text);
+        return this->KeepFace();
       default:
         break;
     }
@@ -226,21 +219,15 @@ private:
 
   Status KeepTextureCoordinate(std::string_view text)
   {
-    PictureCoordinate values{};
-    for (std::size_t k = 0; k < 2; ++k)
-    {
-      const std::string_view word = TakeWord(text);
-      const NumberTextError error =
-        word.empty() && k > 0 ? NumberTextError::None : ParseNumber(word, values[k]);
-      if (error == NumberTextError::NotANumber)
-      {
-        return this->At("texture coordinate", this->SoFar[1],
-          { ErrorCode::InvalidInput, QuotedText(word) + " is not a number" });
-      }
-      values[k] = error == NumberTextError::None ? values[k] : noPictureCoordinate[0];
-    }
-    this->Coordinates.push_back(values);
-    return {};
+    const Status parsed = ParseObjTextureCoordinate(text, this->Coordinates.emplace_back());
+    return parsed ? parsed
+                  : Status(this->At("texture coordinate", this->SoFar[1], parsed.GetError()));
+  }
+
+  Status KeepNormal(std::string_view text)
+  {
+    const Status parsed = ParseObjNormal(text, this->NormalsRead.emplace_back());
+    return parsed ? parsed : Status(this->At("normal", this->SoFar[2], parsed.GetError()));
   }
 
   void Use(std::string_view text)
@@ -259,102 +246,30 @@ private:
     }
   }
 
-  Status KeepFace(std::string_view text)
+  // As a fan.
+  Status KeepFace()
   {
     TexturedMesh& textured = this->Out.textured;
+    Tolerance& tolerance = this->Out.tolerance;
+    KDSTREAM_TRY(
+      this->Corners.Read(this->Statements, this->SoFar, this->All, this->Faces, tolerance));
+    const std::span<const ObjCorners::Corner> corners = this->Corners.Get();
     const std::size_t first = textured.mesh.triangles.size();
-    std::array<std::array<std::uint32_t, 3>, 3> corners{}; // first, last, this
-    std::size_t count = 0;
-    const std::size_t before = this->CornerCoordinates.size();
-    this->Missing = {};
-    for (std::string_view word = TakeWord(text); !word.empty(); word = TakeWord(text))
+    for (std::size_t i = 2; i < corners.size(); ++i)
     {
-      KDSTREAM_TRY(this->ReadCorner(word, corners[std::min<std::size_t>(count, 2)]));
-      if (++count < 3)
-      {
-        continue;
-      }
-      textured.mesh.triangles.push_back(
-        { corners[0][0] - 1, corners[1][0] - 1, corners[2][0] - 1 });
-      this->CornerNormals.push_back({ corners[0][2], corners[1][2], corners[2][2] });
-      this->CornerCoordinates.push_back({ corners[0][1], corners[1][1], corners[2][1] });
+      const ObjCorners::Corner &a = corners[0], &b = corners[i - 1], &c = corners[i];
+      textured.mesh.triangles.push_back({ a[0] - 1, b[0] - 1, c[0] - 1 });
+      this->CornerCoordinates.push_back({ a[1], b[1], c[1] });
+      this->CornerNormals.push_back({ a[2], b[2], c[2] });
       textured.materialOf.push_back(this->Material);
-      this->BeginsFace.push_back(count == 3);
-      corners[1] = corners[2];
+      this->BeginsFace.push_back(i == 2);
     }
     this->Polygons.Add(first, textured.mesh.triangles.size() - first);
-    if (count < 3)
+    if (corners.size() < 3)
     {
-      this->Forgive(Lapse::FaceTooSmall);
+      ForgiveObjFace(Lapse::FaceTooSmall, this->Faces, this->Statements, tolerance);
     }
-    this->DropMissing(before);
     ++this->Faces;
-    return {};
-  }
-
-  void Forgive(Lapse kind)
-  {
-    Tolerance& tolerance = this->Out.tolerance;
-    tolerance.Count(kind, 1,
-      tolerance.Of(kind) > 0
-        ? std::string()
-        : "face " + std::to_string(this->Faces) + " (line " + std::to_string(this->Line()) + ")");
-  }
-
-  // What a corner of the last face names and does not exist, none of them has. before: the face's
-  // first triangle.
-  void DropMissing(std::size_t before)
-  {
-    if (!this->Missing[1] && !this->Missing[2])
-    {
-      return;
-    }
-    this->Forgive(Lapse::AttributeMissing);
-    for (std::size_t t = before; t < this->CornerCoordinates.size(); ++t)
-    {
-      this->CornerCoordinates[t] =
-        this->Missing[1] ? std::array<std::uint32_t, 3>{} : this->CornerCoordinates[t];
-      this->CornerNormals[t] =
-        this->Missing[2] ? std::array<std::uint32_t, 3>{} : this->CornerNormals[t];
-    }
-  }
-
-  Status DropNotFiniteFaces()
-  {
-    TexturedMesh& textured = this->Out.textured;
-    const Result<std::vector<bool>> kept =
-      DropNotFinite(textured.mesh, this->BeginsFace, this->Out.tolerance);
-    KDSTREAM_TRY(kept);
-    if (!kept->empty())
-    {
-      KeepOnly(textured.materialOf, *kept);
-      KeepOnly(this->CornerCoordinates, *kept);
-      KeepOnly(this->CornerNormals, *kept);
-    }
-    return {};
-  }
-
-  Status ReadCorner(std::string_view word, std::array<std::uint32_t, 3>& corner)
-  {
-    ObjCorner written{};
-    if (Status parsed = ParseObjCorner(word, written); !parsed)
-    {
-      return this->AtFace(this->Faces, parsed.GetError());
-    }
-    for (std::size_t part = 0; part < 3; ++part)
-    {
-      const ObjPart found = ResolveObjPart(written[part], this->SoFar[part], this->All[part]);
-      corner[part] = found.number;
-      this->Missing[part] |= !found.exists;
-    }
-    if (this->Missing[0])
-    {
-      const bool ahead = written[0] > 0;
-      return this->AtFace(this->Faces,
-        { ErrorCode::InvalidInput,
-          "names vertex " + std::to_string(written[0]) + ", but there are " +
-            std::to_string(ahead ? this->All[0] : this->SoFar[0]) + (ahead ? "" : " before it") });
-    }
     return {};
   }
 
@@ -433,12 +348,7 @@ private:
 
   Error At(const char* element, std::uint64_t index, const Error& error) const
   {
-    return { error.code, std::string(element) + " " + std::to_string(index) + " (line " +
-                           std::to_string(this->Line()) + "): " + error.message };
-  }
-  Error AtFace(std::uint64_t face, const Error& error) const
-  {
-    return this->At("face", face, error);
+    return AtPlaceInObj(PlaceInObj(element, index, this->Statements), error);
   }
 
   std::filesystem::path File;
@@ -446,8 +356,8 @@ private:
   ObjLibraries Libraries;
   DecimalPrecision Precision;
   ObjPassedOver PassedOver;
-  bool AsFloats = true, Colored = false, HasLibrary = false;
-  std::array<std::uint64_t, 3> All{}, SoFar{}; // places, texture coordinates, normals
+  bool AsFloats = true, Colored = false;
+  ObjCounts All{}, SoFar{};
   std::uint64_t Faces = 0, AllFaces = 0;
   MaterialNames Materials;
   std::set<std::string> UnknownNames;
@@ -457,8 +367,8 @@ private:
   std::vector<std::array<float, 3>> NormalsRead;
   std::vector<std::array<std::uint32_t, 3>> CornerCoordinates, CornerNormals; // from 1; 0: none
   PolygonFaces Polygons;
-  std::vector<bool> BeginsFace;  // of each triangle
-  std::array<bool, 3> Missing{}; // whether a corner of the face names what does not exist
+  std::vector<bool> BeginsFace; // of each triangle
+  ObjCorners Corners;           // of a face
   TexturedFile Out;
 };
 

@@ -75,6 +75,12 @@ public:
   {
   }
 
+  // To the next line of a text, whose last value may be behind what the header names.
+  Status EndLine()
+  {
+    return this->Encoding == PlyEncoding::Ascii ? this->Words.SkipLine() : Status();
+  }
+
   Result<double> Next(PlyType type)
   {
     return WithPlyType(type, [this]<class T>() { return this->Next<T>(); });
@@ -90,7 +96,7 @@ private:
     {
       const Result<std::string_view> word = this->Words.Next();
       KDSTREAM_TRY(word);
-      if (ParseNumber(*word, value) != NumberTextError::None)
+      if (ParsePlyNumber(*word, value) != NumberTextError::None)
       {
         return word->empty() ? cut
                              : Error{ ErrorCode::InvalidInput,
@@ -151,7 +157,8 @@ public:
           this->Odd, this->FirstOdd, "face", "a texcoord of another length than its corners");
         this->Warn(this->Strange, this->FirstStrange, "face", strangeNumber);
       }
-      KDSTREAM_TRY(this->DropNotFiniteFaces());
+      KDSTREAM_TRY(DropNotFiniteFaces(this->TheMesh(), this->BeginsFace, this->Out.tolerance,
+        this->Out.textured.corners, this->Out.textured.materialOf));
     }
     else
     {
@@ -198,20 +205,6 @@ private:
     return {};
   }
 
-  Status DropNotFiniteFaces()
-  {
-    TexturedMesh& textured = this->Out.textured;
-    const Result<std::vector<bool>> kept =
-      DropNotFinite(textured.mesh, this->BeginsFace, this->Out.tolerance);
-    KDSTREAM_TRY(kept);
-    if (!kept->empty())
-    {
-      KeepOnly(textured.corners, *kept);
-      KeepOnly(textured.materialOf, *kept);
-    }
-    return {};
-  }
-
   // One for each picture, and a last one, white, for faces without.
   void MakeMaterials(const PlyHeader& header)
   {
@@ -233,7 +226,7 @@ private:
   // The corners of each face, for each of its triangles.
   Status ReadCorners(ByteSource& source, const PlyHeader& header)
   {
-    const std::unique_ptr<PlyBody> body = PlyBody::Make(header.encoding, source);
+    const std::unique_ptr<PlyBody> body = PlyBody::Make(header, source);
     for (const PlyElement& element : header.elements)
     {
       if (element.name != "face")
@@ -248,6 +241,10 @@ private:
         {
           return Error{ read.GetError().code,
             "face " + std::to_string(face) + ": " + read.GetError().message };
+        }
+        if (this->Out.tolerance.Of(Lapse::ValuesNotNamed) > 0)
+        {
+          KDSTREAM_TRY(values.EndLine());
         }
       }
       break; // what comes behind is none of ours, and words may be read ahead
@@ -275,20 +272,21 @@ private:
     double number = 0;
     this->Coordinates.clear();
     this->Corners.clear();
-    for (const PlyProperty& property : element.properties)
+    const std::size_t corners = element.FindCorners(), coordinates = element.Find("texcoord");
+    for (std::size_t p = 0; p < element.properties.size(); ++p)
     {
+      const PlyProperty& property = element.properties[p];
       const Result<double> count = property.isList ? values.Next(property.countType) : 1.0;
       KDSTREAM_TRY(count);
-      const bool isCorners = property.name == "vertex_indices" || property.name == "vertex_index";
       for (double i = 0; i < *count; ++i)
       {
         const Result<double> value = values.Next(property.type);
         KDSTREAM_TRY(value);
-        if (isCorners)
+        if (p == corners)
         {
           KDSTREAM_TRY(this->AddCorner(*value));
         }
-        if (property.isList && property.name == "texcoord")
+        if (property.isList && p == coordinates)
         {
           this->Coordinates.push_back(static_cast<float>(*value));
         }

@@ -18,6 +18,7 @@
 
 #include "filters/store/Sqlite.h"
 #include "filters/store/Store.h"
+#include "server/access/UtcText.h"
 
 #include <fcntl.h>
 #include <sqlite3.h>
@@ -27,7 +28,6 @@
 #include <algorithm>
 #include <atomic>
 #include <cmath>
-#include <ctime>
 #include <mutex>
 #include <set>
 #include <utility>
@@ -96,15 +96,6 @@ std::int64_t SystemMicroseconds()
     .count();
 }
 
-std::string UtcOf(std::int64_t microseconds)
-{
-  const std::time_t time = microseconds / second;
-  std::tm utc{};
-  gmtime_r(&time, &utc);
-  char text[40];
-  return { text, std::strftime(text, sizeof text, "%Y-%m-%dT%H:%M:%SZ", &utc) };
-}
-
 // From when on a pace goes on: from `due`, as it is kept, or from now. A pace is ahead of `latest`
 // only where the clock was ahead, of this server or of another with the same file. By a little, it
 // still counts: each step back would be a whole new quota. By more it begins anew, or nobody would
@@ -117,7 +108,7 @@ std::int64_t DueFrom(std::optional<std::int64_t> due, std::int64_t now, std::int
 QuotaRefusal Refusal(const std::string& what, std::int64_t now, std::int64_t ends)
 {
   const auto seconds = std::max<std::int64_t>(1, (ends - now + second - 1) / second);
-  return { what + ": again at " + UtcOf(now + seconds * second), std::chrono::seconds(seconds) };
+  return { what + ": again at " + UtcText(now / second + seconds), std::chrono::seconds(seconds) };
 }
 
 using FileIdentity = std::pair<dev_t, ino_t>;

@@ -30,11 +30,6 @@ struct QuotaLimits
   std::chrono::seconds window{ 86400 };
   std::uint64_t bytesPerSecond = 0;   // of partitions, whose sizes add up over ten seconds
   std::uint32_t regionsPerMinute = 0; // that the server finds
-
-  bool AreAny() const
-  {
-    return this->share > 0 || this->bytesPerSecond > 0 || this->regionsPerMinute > 0;
-  }
 };
 
 // A model as quotas know it. Models of one original count together: those with equal digests, and

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "server/access/TokenGuard.h"
 
+#include "filters/core/Texts.h"
+
 #include <algorithm>
 #include <cctype>
 #include <chrono>
@@ -17,14 +19,6 @@ std::int64_t SystemSeconds()
   return std::chrono::duration_cast<std::chrono::seconds>(
     std::chrono::system_clock::now().time_since_epoch())
     .count();
-}
-
-std::string_view Trimmed(std::string_view text)
-{
-  constexpr std::string_view blank = " \t";
-  const auto first = text.find_first_not_of(blank);
-  return first == text.npos ? std::string_view()
-                            : text.substr(first, text.find_last_not_of(blank) - first + 1);
 }
 
 }

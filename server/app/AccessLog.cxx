@@ -2,6 +2,7 @@
 #include "server/app/AccessLog.h"
 
 #include "filters/model/JsonWriter.h"
+#include "server/access/UtcText.h"
 
 #include <cstdio>
 #include <ctime>
@@ -35,11 +36,7 @@ std::string Escaped(const std::string& text)
 
 std::string UtcNow()
 {
-  const std::time_t now = std::time(nullptr);
-  std::tm utc{};
-  gmtime_r(&now, &utc);
-  char time[32];
-  return { time, std::strftime(time, sizeof time, "%Y-%m-%dT%H:%M:%SZ", &utc) };
+  return UtcText(std::time(nullptr));
 }
 
 std::string LineOf(const PartitionRecord& record)

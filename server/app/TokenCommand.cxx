@@ -2,10 +2,10 @@
 #include "server/app/TokenCommand.h"
 
 #include "server/access/TokenKeys.h"
+#include "server/access/UtcText.h"
 
 #include <charconv>
 #include <chrono>
-#include <ctime>
 #include <iostream>
 #include <string>
 #include <utility>
@@ -72,15 +72,6 @@ void AddTokenOptions(CLI::App& app, TokenOptions& line)
     ->capture_default_str();
 }
 
-std::string UtcOf(std::int64_t time)
-{
-  const std::time_t seconds = time;
-  std::tm utc{};
-  gmtime_r(&seconds, &utc);
-  char text[40];
-  return { text, std::strftime(text, sizeof text, "%Y-%m-%dT%H:%M:%SZ", &utc) };
-}
-
 }
 
 CLI::App* AddTokenCommand(CLI::App& app, TokenOptions& line)
@@ -120,7 +111,7 @@ int PrintToken(const std::string& program, const TokenOptions& line)
     return PrintError(program, "", token.GetError());
   }
   std::cerr << program << ": token " << claims.id << " of " << claims.subject << ", valid until "
-            << UtcOf(claims.expires) << std::endl;
+            << UtcText(claims.expires) << std::endl;
   std::cout << *token << std::endl;
   return exitDone;
 }

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "server/http/ConditionalRequest.h"
 
+#include "filters/core/Texts.h"
+
 #include <algorithm>
 #include <cstdint>
 #include <limits>
@@ -10,18 +12,6 @@ namespace kdstream
 
 namespace
 {
-
-constexpr std::string_view spaces = " \t";
-
-std::string_view Trimmed(std::string_view text)
-{
-  const auto first = text.find_first_not_of(spaces);
-  if (first == std::string_view::npos)
-  {
-    return {};
-  }
-  return text.substr(first, text.find_last_not_of(spaces) - first + 1);
-}
 
 // Digits only. A number that is too large for 64 bits becomes the largest one.
 std::optional<std::uint64_t> ParsePosition(std::string_view text)

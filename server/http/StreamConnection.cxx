@@ -349,7 +349,7 @@ private:
 
   void WriteMessage()
   {
-    auto message = this->Talk.NextReadyMessage();
+    auto message = this->Talk.NextMessage();
     this->CountWhatWasRefused();
     if (!message)
     {

@@ -270,24 +270,6 @@ bool Conversation::AcceptsMessages() const
 
 std::optional<Conversation::Message> Conversation::NextMessage()
 {
-  for (;;)
-  {
-    if (auto message = this->NextReadyMessage())
-    {
-      return message;
-    }
-    const auto errand = this->TakeErrand();
-    if (!errand)
-    {
-      return std::nullopt;
-    }
-    errand->Run();
-    this->Finish(errand);
-  }
-}
-
-std::optional<Conversation::Message> Conversation::NextReadyMessage()
-{
   this->Latest = {};
   this->EndUnlessPermitted();
   for (;;)

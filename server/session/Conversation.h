@@ -121,7 +121,7 @@ public:
 
   // The next message to send, or nothing until more is received, or until an errand is done.
   // Waits for nobody.
-  std::optional<Message> NextReadyMessage();
+  std::optional<Message> NextMessage();
   // The errand that the next message waits for; null if there is none, or if it was taken before.
   std::shared_ptr<Errand> TakeErrand();
   // Takes back what has been run. Without effect where its request has been cancelled meanwhile.
@@ -137,10 +137,6 @@ public:
     std::chrono::steady_clock::time_point received;
   };
   const Milestone& Reached() const { return this->Latest; }
-
-  // The next message to send, or nothing until more is received, with its errands done here: at
-  // most one blob is read.
-  std::optional<Message> NextMessage();
 
   // What became of its requests so far.
   struct Tally

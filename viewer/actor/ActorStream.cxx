@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "viewer/actor/ActorStream.h"
 
+#include "viewer/client/ConnectServer.h"
 #include "viewer/rendering/DecodeTile.h"
 
 #include <cmath>
@@ -16,24 +17,6 @@ using Clock = std::chrono::steady_clock;
 double SecondsSince(Clock::time_point begin)
 {
   return std::chrono::duration<double>(Clock::now() - begin).count();
-}
-
-// The model of that name, or the only one.
-Result<std::string> NameOfModel(const std::vector<ModelSummary>& models, const std::string& wanted)
-{
-  std::string names;
-  for (const ModelSummary& model : models)
-  {
-    if (model.id == wanted || (wanted.empty() && models.size() == 1))
-    {
-      return model.id;
-    }
-    names += (names.empty() ? "" : ", ") + model.id;
-  }
-  return Error{ ErrorCode::NotFound,
-    models.empty()   ? "there are no models"
-    : wanted.empty() ? "there are several models, so one has to be named: " + names
-                     : "there is no model " + wanted + ", but " + names };
 }
 
 SessionOptions OptionsOfActor(double tolerance, std::uint64_t triangles)
@@ -60,7 +43,7 @@ ActorStream::ActorStream(std::unique_ptr<ModelSource> source, double tolerance,
 
 Status ActorStream::Open(const std::string& model, std::chrono::seconds timeout)
 {
-  const auto name = NameOfModel(this->Source->Models(), model);
+  const auto name = FindModel(this->Source->Models(), model);
   KDSTREAM_TRY(name);
   KDSTREAM_TRY(this->Session.SelectModel(*name));
   auto lastNews = Clock::now();

@@ -4,18 +4,21 @@
 // 3. the parts that have changed are drawn anew  4. where more is to come, a timer is set.
 #include "vtkKdStreamActor.h"
 
+#include "filters/adapter/ErrorCodes.h"
+#include "filters/adapter/RangedSetters.h"
 #include "viewer/actor/ActorStream.h"
+#include "viewer/actor/RendererView.h"
 #include "viewer/client/ConnectServer.h"
 #include "viewer/client/LocalClient.h"
 #include "viewer/session/look/SceneLook.h"
 
 #include <vtkActor.h>
 #include <vtkBoundingBox.h>
-#include <vtkCamera.h>
 #include <vtkCommand.h>
 #include <vtkMath.h>
 #include <vtkMatrix4x4.h>
 #include <vtkObjectFactory.h>
+#include <vtkOpenGLRenderer.h>
 #include <vtkProp3DCollection.h>
 #include <vtkProperty.h>
 #include <vtkRenderWindow.h>
@@ -30,6 +33,13 @@
 
 vtkStandardNewMacro(vtkKdStreamActor);
 
+KDSTREAM_SET_IN_RANGE(vtkKdStreamActor, Timeout, int, 1, 3600)
+KDSTREAM_SET_IN_RANGE(vtkKdStreamActor, NumberOfTriangles, vtkIdType, 1000, VTK_INT_MAX)
+KDSTREAM_SET_IN_RANGE(
+  vtkKdStreamActor, MemoryLimit, vtkTypeUInt64, vtkTypeUInt64{ 16 } << 20, VTK_TYPE_UINT64_MAX)
+KDSTREAM_SET_IN_RANGE(vtkKdStreamActor, Tolerance, double, 0.01, 100)
+KDSTREAM_SET_IN_RANGE(vtkKdStreamActor, SecondsPerFrame, double, 0, 10)
+
 namespace
 {
 
@@ -37,74 +47,19 @@ using namespace kdstream;
 
 constexpr unsigned long idleMilliseconds = 20;
 
-Result<std::unique_ptr<ModelSource>> OpenServer(vtkKdStreamActor& actor)
+Result<std::unique_ptr<ModelSource>> OpenSource(const ServerAddress& address)
 {
-  std::shared_ptr<DiskCache> cache;
-  if (!actor.GetCacheFolder().empty())
-  {
-    auto opened = DiskCache::Open(actor.GetCacheFolder(), actor.GetCacheSize());
-    KDSTREAM_TRY(opened);
-    cache = std::move(*opened);
-  }
-  auto connected = ConnectServer(
-    actor.GetSource(), actor.GetToken(), actor.GetCertificateAuthorities(), std::move(cache));
-  KDSTREAM_TRY(connected);
-  return std::move(connected->source);
-}
-
-Result<std::unique_ptr<ModelSource>> OpenSource(vtkKdStreamActor& actor)
-{
-  if (actor.GetSource().empty())
+  if (address.url.empty())
   {
     return Error{ ErrorCode::NotFound, "no Source is set" };
   }
-  if (actor.GetSource().find("://") != std::string::npos)
+  if (address.url.find("://") != std::string::npos)
   {
-    return OpenServer(actor);
+    return ConnectServer(address);
   }
-  auto local = LocalClient::Open(actor.GetSource());
+  auto local = LocalClient::Open(address.url);
   KDSTREAM_TRY(local);
   return std::unique_ptr<ModelSource>(std::move(*local));
-}
-
-Vec3 Transformed(vtkMatrix4x4& matrix, const double* point, double w)
-{
-  const double in[4] = { point[0], point[1], point[2], w };
-  double out[4];
-  matrix.MultiplyPoint(in, out);
-  return { out[0], out[1], out[2] };
-}
-
-// A parallel projection is that of an eye that is far away: of so many heights of the picture.
-constexpr double farAway = 1e4;
-
-// Of the renderer's camera, in the coordinates of what `placed` (world from model) places.
-SceneCamera CameraOf(vtkRenderer& renderer, vtkMatrix4x4* placed)
-{
-  vtkCamera& camera = *renderer.GetActiveCamera();
-  const int* const size = renderer.GetSize();
-  double eye[3], focal[3], away[3];
-  camera.GetPosition(eye);
-  camera.GetFocalPoint(focal);
-  camera.GetDirectionOfProjection(away);
-  double tangent = std::tan(0.5 * vtkMath::RadiansFromDegrees(camera.GetViewAngle()));
-  if (camera.GetUseHorizontalViewAngle() && size[0] > 0)
-  {
-    tangent *= static_cast<double>(size[1]) / size[0];
-  }
-  if (camera.GetParallelProjection())
-  {
-    const double distance = farAway * camera.GetParallelScale();
-    tangent = 1 / farAway;
-    for (int k = 0; k < 3; ++k)
-    {
-      eye[k] = focal[k] - distance * away[k];
-    }
-  }
-  vtkNew<vtkMatrix4x4> inverse;
-  vtkMatrix4x4::Invert(placed, inverse);
-  return { Transformed(*inverse, eye, 1), Transformed(*inverse, focal, 1),
-    Transformed(*inverse, camera.GetViewUp(), 0), 2 * std::atan(tangent) };
 }
 
 void SetUpStone(vtkProperty& stone)
@@ -140,17 +95,10 @@ vtkKdStreamActor::~vtkKdStreamActor()
   this->StopWaiting();
 }
 
-// All that makes another session.
-std::string vtkKdStreamActor::Address() const
+ServerAddress vtkKdStreamActor::Address() const
 {
-  std::string address;
-  for (const std::string& part : { this->Source, this->ModelId, this->Token,
-         this->CertificateAuthorities, this->CacheFolder, std::to_string(this->CacheSize),
-         std::to_string(this->Timeout), std::to_string(this->Tolerance) })
-  {
-    address += part + '\n';
-  }
-  return address;
+  return { this->Source, this->ModelId, this->Token, this->CertificateAuthorities,
+    this->CacheFolder, this->CacheSize, std::chrono::seconds(this->Timeout) };
 }
 
 void vtkKdStreamActor::Close()
@@ -166,10 +114,12 @@ void vtkKdStreamActor::Close()
 bool vtkKdStreamActor::Open()
 {
   this->Close();
-  this->Tried = this->Address();
+  this->Tried = std::make_unique<ServerAddress>(this->Address());
+  this->TriedTolerance = this->Tolerance;
   this->ErrorMessage = this->LastWarning = "";
+  this->ErrorCode = vtkErrorCode::NoError;
   Status opened;
-  auto source = OpenSource(*this);
+  auto source = OpenSource(*this->Tried);
   if (source)
   {
     this->Stream = std::make_unique<ActorStream>(
@@ -192,6 +142,9 @@ bool vtkKdStreamActor::Open()
     this->Close();
     this->ErrorMessage =
       (this->Source.empty() ? "" : this->Source + ": ") + opened.GetError().message;
+    this->ErrorCode = this->Source.empty()
+                        ? static_cast<unsigned long>(vtkErrorCode::NoFileNameError)
+                        : VtkErrorCodeOf(opened.GetError());
     vtkErrorMacro(<< this->ErrorMessage);
   }
   this->Modified();
@@ -201,7 +154,8 @@ bool vtkKdStreamActor::Open()
 // What could not be opened is not tried anew before something else is set.
 bool vtkKdStreamActor::IsOpen()
 {
-  if (this->Tried != this->Address())
+  const bool isTried = this->Tried && *this->Tried == this->Address();
+  if (!isTried || this->TriedTolerance != this->Tolerance)
   {
     this->Open();
   }
@@ -224,10 +178,11 @@ void vtkKdStreamActor::Look(vtkRenderer& renderer)
     static_cast<std::size_t>(this->MemoryLimit));
   this->Stream->SetColors(ChoiceOf(this->ColorBy));
   this->Stream->Actors().SetMaterial(*this->Property);
-  const int* const size = renderer.GetSize();
   // A camera that sees nothing needs nothing.
-  (void)this->Stream->Look(
-    CameraOf(renderer, this->GetMatrix()), std::max(size[0], 1), std::max(size[1], 1));
+  if (const auto view = ViewOf(renderer, *this->GetMatrix()))
+  {
+    (void)this->Stream->Look(view->camera, view->width, view->height);
+  }
 }
 
 void vtkKdStreamActor::TakeIn(double seconds)
@@ -239,6 +194,8 @@ void vtkKdStreamActor::TakeIn(double seconds)
   {
     vtkWarningMacro(<< this->Source << ": " << warning);
     this->ErrorMessage = this->Source + ": " + warning;
+    this->ErrorCode = drawn ? static_cast<unsigned long>(vtkErrorCode::UnknownError)
+                            : VtkErrorCodeOf(drawn.GetError());
   }
   this->LastWarning = warning;
 }
@@ -259,11 +216,21 @@ bool vtkKdStreamActor::IsComplete()
 bool vtkKdStreamActor::Refine(vtkRenderer* renderer, double seconds)
 {
   using Clock = std::chrono::steady_clock;
-  if (!renderer || !this->IsOpen())
+  if (!(seconds >= 0))
+  {
+    vtkErrorMacro(<< "Refine must have 0 seconds or more, not " << seconds);
+    return false;
+  }
+  if (!renderer || !renderer->GetRenderWindow())
+  {
+    vtkErrorMacro(<< "Refine must have a renderer that is in a window: its size tells how fine");
+    return false;
+  }
+  if (!this->IsOpen())
   {
     return false;
   }
-  const auto end = Clock::now() + std::chrono::duration<double>(std::clamp(seconds, 0.0, 1e6));
+  const auto end = Clock::now() + std::chrono::duration<double>(std::min(seconds, 1e6));
   do
   {
     this->Look(*renderer);
@@ -303,16 +270,42 @@ double* vtkKdStreamActor::GetBounds()
   vtkBoundingBox bounds;
   for (int corner = 0; corner < 8; ++corner)
   {
-    std::array<double, 3> at;
+    double at[4] = { 0, 0, 0, 1 };
     for (std::size_t k = 0; k < 3; ++k)
     {
       at[k] = (corner >> k) % 2 == 0 ? box.lo[k] : box.hi[k];
     }
-    Vec3 placed = Transformed(*this->GetMatrix(), at.data(), 1);
-    bounds.AddPoint(placed.data());
+    bounds.AddPoint(this->GetMatrix()->MultiplyDoublePoint(at));
   }
   bounds.GetBounds(this->Bounds);
   return this->Bounds;
+}
+
+// Once in each picture of a renderer, when its camera is the one that the user set: passes may draw
+// it several times, also for cameras of their own, as those of lamps are.
+void vtkKdStreamActor::SetAllocatedRenderTime(double seconds, vtkViewport* viewport)
+{
+  this->Superclass::SetAllocatedRenderTime(seconds, viewport);
+  vtkRenderer* const renderer = vtkRenderer::SafeDownCast(viewport);
+  // What is picked is what was seen.
+  if (renderer && !renderer->GetSelector() && this->IsOpen() &&
+      this->BeginsPicture(*renderer->GetRenderWindow()))
+  {
+    this->Look(*renderer);
+    this->TakeIn(this->SecondsFor(*renderer));
+    this->WaitForIdle(*renderer);
+  }
+}
+
+// False: the window draws another tile of the picture that it began with the tile before. Tiles
+// come row by row, those without the model not at all.
+bool vtkKdStreamActor::BeginsPicture(vtkRenderWindow& window)
+{
+  const double* const tile = window.GetTileViewport();
+  const int* const scale = window.GetTileScale();
+  const std::array<double, 4> now{ double(scale[0]), double(scale[1]), tile[1], tile[0] };
+  const std::array<double, 4> before = std::exchange(this->Tile, now);
+  return now[0] != before[0] || now[1] != before[1] || now <= before;
 }
 
 int vtkKdStreamActor::RenderOpaqueGeometry(vtkViewport* viewport)
@@ -322,17 +315,49 @@ int vtkKdStreamActor::RenderOpaqueGeometry(vtkViewport* viewport)
   {
     return 0;
   }
-  if (!renderer->GetSelector()) // what is picked is what was seen
+  if (auto view = ViewOf(*renderer, *this->GetMatrix()))
   {
-    this->Look(*renderer);
-    this->TakeIn(this->SecondsFor(*renderer));
-    this->WaitForIdle(*renderer);
+    auto* const openGl = vtkOpenGLRenderer::SafeDownCast(renderer);
+    view->sight.isLit =
+      this->Property->GetLighting() && (!openGl || openGl->GetLightingComplexity() > 0);
+    this->Stream->Actors().Aim(view->sight);
   }
-  const double* const range = renderer->GetActiveCamera()->GetClippingRange();
-  const double angle = vtkMath::RadiansFromDegrees(renderer->GetActiveCamera()->GetViewAngle());
-  this->Stream->Actors().Aim(
-    { { range[0], range[1] }, std::tan(0.5 * angle), renderer->GetSize()[1], {}, 0.0 });
   return this->Superclass::RenderOpaqueGeometry(viewport);
+}
+
+// Parts are never shared: the copy opens the model itself.
+void vtkKdStreamActor::ShallowCopy(vtkProp* prop)
+{
+  if (auto* const other = vtkKdStreamActor::SafeDownCast(prop); other && other != this)
+  {
+    this->SetSource(other->Source);
+    this->SetModelId(other->ModelId);
+    this->SetToken(other->Token);
+    this->SetCertificateAuthorities(other->CertificateAuthorities);
+    this->SetCacheFolder(other->CacheFolder);
+    this->SetCacheSize(other->CacheSize);
+    this->SetTimeout(other->Timeout);
+    this->SetNumberOfTriangles(other->NumberOfTriangles);
+    this->SetMemoryLimit(other->MemoryLimit);
+    this->SetTolerance(other->Tolerance);
+    this->SetSecondsPerFrame(other->SecondsPerFrame);
+    this->SetRefineWhenIdle(other->RefineWhenIdle);
+    this->SetColorBy(other->ColorBy);
+    this->Property->DeepCopy(other->Property);
+  }
+  this->vtkProp3D::ShallowCopy(prop);
+}
+
+// VTK asks for these only where it is a part of another assembly.
+void vtkKdStreamActor::BuildPaths(vtkAssemblyPaths* paths, vtkAssemblyPath* path)
+{
+  if (!std::exchange(this->WasToldOfAssembly, true))
+  {
+    vtkWarningMacro(
+      << "a part of another assembly is not refined, and is drawn as it is: add it to "
+         "the renderer itself");
+  }
+  this->Superclass::BuildPaths(paths, path);
 }
 
 // A timer that fires once, and is made anew: VTK 9.1's X11 interactor must not lose one that is
@@ -395,12 +420,10 @@ void vtkKdStreamActor::PrintSelf(ostream& os, vtkIndent indent)
 {
   this->Superclass::PrintSelf(os, indent);
   os << indent << "Source: " << this->Source << "\n";
-  os << indent << "ModelId: " << this->ModelId << "\n";
-  os << indent << "Token: " << (this->Token.empty() ? "(none)" : "(set)") << "\n";
-  os << indent << "CertificateAuthorities: " << this->CertificateAuthorities << "\n";
-  os << indent << "CacheFolder: " << this->CacheFolder << "\n";
-  os << indent << "CacheSize: " << this->CacheSize << "\n";
-  os << indent << "Timeout: " << this->Timeout << "\n";
+  for (const std::string& line : LinesOf(this->Address()))
+  {
+    os << indent << line << "\n";
+  }
   os << indent << "NumberOfTriangles: " << this->NumberOfTriangles << "\n";
   os << indent << "MemoryLimit: " << this->MemoryLimit << "\n";
   os << indent << "Tolerance: " << this->Tolerance << "\n";
@@ -408,6 +431,7 @@ void vtkKdStreamActor::PrintSelf(ostream& os, vtkIndent indent)
   os << indent << "RefineWhenIdle: " << (this->RefineWhenIdle ? "on" : "off") << "\n";
   os << indent << "ColorBy: " << this->ColorBy << "\n";
   os << indent << "ErrorMessage: " << this->ErrorMessage << "\n";
+  os << indent << "ErrorCode: " << vtkErrorCode::GetStringFromErrorCode(this->ErrorCode) << "\n";
   os << indent << "Open: " << (this->Stream ? "yes" : "no") << "\n";
   os << indent << "Property:\n";
   this->Property->PrintSelf(os, indent.GetNextIndent());

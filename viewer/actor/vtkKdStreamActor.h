@@ -20,15 +20,27 @@
  * As a prop it is an assembly of actors in the model's coordinates, which it can be moved, turned
  * and scaled in (of scales that differ along axes the least counts); GetBounds is the box of the
  * whole model from the first time on. Pickers (vtkCellPicker, vtkPropPicker, vtkHardwareSelector)
- * pick what is drawn. Parts are the actor's own: leave them alone. Textures are drawn where the
- * model has them. Lights are the renderer's.
+ * pick what is drawn. Parts are the actor's own: leave them alone. It is added to a renderer: as a
+ * part of another vtkAssembly, which draws leaves only, it is not refined. Textures are drawn where
+ * the model has them. Lights are the renderer's.
  *
- * One actor is drawn by one renderer at a time: it follows the camera of the last one. A parallel
- * projection is followed too. Volumes, time steps and sections are not its own.
+ * One actor is drawn by one renderer at a time: it follows the camera of the last one, whatever its
+ * projection is made of: parallel, off axis, explicit matrices, a window centre, transforms. A
+ * picture in tiles (vtkWindowToImageFilter::SetScale) is followed as a whole, as fine as its pixels
+ * need, and all its tiles show the same: take it again until IsComplete. Passes that draw for
+ * cameras of their own (shadow maps) draw what the picture shows. Volumes, time steps and sections
+ * are not its own.
  *
- * Errors: vtkErrorMacro names the server or file, and GetErrorMessage tells the last; there are no
- * bounds then, and nothing is drawn. What cannot be had of a model is told by vtkWarningMacro,
- * once, and stays coarser. Open connects anew: after an error, or where the model was replaced.
+ * Of the numbers below, those out of their range are clamped; what is negative where it may not be,
+ * or not a number, is refused with an error, and the value stays.
+ *
+ * Errors: vtkErrorMacro names the server or file, GetErrorMessage and GetErrorCode tell the last;
+ * there are no bounds then, and nothing is drawn. What cannot be had of a model is told by
+ * vtkWarningMacro, once, and stays coarser. Open connects anew: after an error, or where the model
+ * was replaced.
+ *
+ * Of the numbers below, those out of their range are clamped; what is negative where it may not be,
+ * or not a number, is refused with an error, and the value stays.
  *
  * Complexity: a picture costs what its triangles cost, and SecondsPerFrame. Memory: MemoryLimit.
  * Threads: that of the window; a thread of its own only reads from the line or file.
@@ -45,16 +57,19 @@
 #include "vtkNew.h"                       // for the property
 #include "vtkWeakPointer.h"               // for who draws it
 
+#include <array>  // for tiles
 #include <memory> // for what is open
 #include <string> // for names
 
 class vtkProperty;
+class vtkRenderWindow;
 class vtkRenderWindowInteractor;
 class vtkRenderer;
 
 namespace kdstream
 {
 class ActorStream;
+struct ServerAddress;
 }
 
 class VTKKDSTREAMVIEWERACTOR_EXPORT vtkKdStreamActor : public vtkAssembly
@@ -101,7 +116,7 @@ public:
   /**
    * Opening is given up after so many seconds in which nothing comes, 1 to 3600. Default 60.
    */
-  vtkSetClampMacro(Timeout, int, 1, 3600);
+  virtual void SetTimeout(int value);
   vtkGetMacro(Timeout, int);
   ///@}
 
@@ -109,7 +124,7 @@ public:
   /**
    * About the most triangles that are drawn, 1000 or more; of a cloud, points. Default 2000000.
    */
-  vtkSetClampMacro(NumberOfTriangles, vtkIdType, 1000, VTK_INT_MAX);
+  virtual void SetNumberOfTriangles(vtkIdType value);
   vtkGetMacro(NumberOfTriangles, vtkIdType);
   ///@}
 
@@ -117,7 +132,7 @@ public:
   /**
    * About the most bytes that what is drawn takes, decoded, 16 MiB or more. Default 512 MiB.
    */
-  vtkSetClampMacro(MemoryLimit, vtkTypeUInt64, vtkTypeUInt64{ 16 } << 20, VTK_TYPE_UINT64_MAX);
+  virtual void SetMemoryLimit(vtkTypeUInt64 value);
   vtkGetMacro(MemoryLimit, vtkTypeUInt64);
   ///@}
 
@@ -126,7 +141,7 @@ public:
    * An error of so many pixels is not seen, 0.01 to 100. Default 1. A model whose original has at
    * most an eighth of NumberOfTriangles is shown four times as fine.
    */
-  vtkSetClampMacro(Tolerance, double, 0.01, 100);
+  virtual void SetTolerance(double value);
   vtkGetMacro(Tolerance, double);
   ///@}
 
@@ -136,7 +151,7 @@ public:
    * least. Default 0.02. Where the window desires an update rate, as while one turns the model, at
    * most a tenth of that time.
    */
-  vtkSetClampMacro(SecondsPerFrame, double, 0, 10);
+  virtual void SetSecondsPerFrame(double value);
   vtkGetMacro(SecondsPerFrame, double);
   ///@}
 
@@ -171,14 +186,20 @@ public:
    */
   bool Open();
 
+  ///@{
   /**
-   * The last error, a line; empty where there was none since it was opened.
+   * The last error, a line, and its kind (vtkErrorCode.h; NoFileNameError where no Source is set);
+   * empty and NoError where there was none since it was opened.
    */
   std::string GetErrorMessage() const;
+  vtkGetMacro(ErrorCode, unsigned long);
+  ///@}
 
   /**
-   * Takes in what the renderer's camera needs for at most so many seconds, without taking pictures.
-   * True: all of it is there; the next picture draws it.
+   * Takes in what the renderer's camera needs for at most so many seconds, 0 or more, without
+   * taking pictures. True: all of it is there; the next picture draws it. A window that has no size
+   * before its first picture is taken to become 300 x 300 pixels, as VTK's do. Errors: a renderer
+   * that is in no window; a number that is negative or none.
    */
   bool Refine(vtkRenderer* renderer, double seconds);
 
@@ -199,7 +220,20 @@ public:
   using vtkAssembly::GetBounds;
   double* GetBounds() VTK_SIZEHINT(6) override;
 
+  /**
+   * What was set of a vtkKdStreamActor, its place and a copy of its property; of other props what
+   * vtkProp3D copies. Parts stay each actor's own.
+   */
+  void ShallowCopy(vtkProp* prop) override;
+
+  ///@{
+  /**
+   * For renderers and assemblies.
+   */
+  void SetAllocatedRenderTime(double seconds, vtkViewport* viewport) override;
   int RenderOpaqueGeometry(vtkViewport* viewport) override;
+  void BuildPaths(vtkAssemblyPaths* paths, vtkAssemblyPath* path) override;
+  ///@}
 
 protected:
   vtkKdStreamActor();
@@ -209,10 +243,11 @@ private:
   vtkKdStreamActor(const vtkKdStreamActor&) = delete;
   void operator=(const vtkKdStreamActor&) = delete;
 
-  std::string Address() const;
+  kdstream::ServerAddress Address() const;
   bool IsOpen();
   void Close();
   void Look(vtkRenderer& renderer);
+  bool BeginsPicture(vtkRenderWindow& window);
   void TakeIn(double seconds);
   double SecondsFor(vtkRenderer& renderer);
   void WaitForIdle(vtkRenderer& renderer);
@@ -230,13 +265,17 @@ private:
   std::string ColorBy = "own";
   vtkNew<vtkProperty> Property;
 
-  std::unique_ptr<kdstream::ActorStream> Stream; // null: nothing is open
-  std::string Tried;                             // Address of that, or of what could not be opened
+  std::unique_ptr<kdstream::ActorStream> Stream;        // null: nothing is open
+  std::unique_ptr<const kdstream::ServerAddress> Tried; // of that, or of what could not be opened
+  double TriedTolerance = 0;
   std::string ErrorMessage, LastWarning;
+  unsigned long ErrorCode = 0;          // NoError
   vtkWeakPointer<vtkRenderer> Renderer; // of the last picture
   vtkWeakPointer<vtkRenderWindowInteractor> Interactor;
   unsigned long TimerObserver = 0;
   int Timer = 0, LastTimer = 0;
+  std::array<double, 4> Tile{}; // of the last picture: scales, bottom, left
+  bool WasToldOfAssembly = false;
 };
 
 #endif

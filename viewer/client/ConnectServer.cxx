@@ -39,4 +39,45 @@ Result<ConnectedServer> ConnectServer(const std::string& url, const std::string&
   return ConnectedServer{ std::move(*offline), client.GetError() };
 }
 
+Result<std::unique_ptr<ModelSource>> ConnectServer(
+  const ServerAddress& address, const Execution& execution)
+{
+  std::shared_ptr<DiskCache> cache;
+  if (!address.cache.empty())
+  {
+    auto opened = DiskCache::Open(address.cache, address.cacheBytes);
+    KDSTREAM_TRY(opened);
+    cache = std::move(*opened);
+  }
+  auto connected =
+    ConnectServer(address.url, address.token, address.authorities, std::move(cache), execution);
+  KDSTREAM_TRY(connected);
+  return std::move(connected->source);
+}
+
+Result<std::string> FindModel(const std::vector<ModelSummary>& models, const std::string& wanted)
+{
+  std::string names;
+  for (const ModelSummary& model : models)
+  {
+    if (model.id == wanted || (wanted.empty() && models.size() == 1))
+    {
+      return model.id;
+    }
+    names += (names.empty() ? "" : ", ") + model.id;
+  }
+  return Error{ ErrorCode::NotFound,
+    models.empty()   ? "there are no models"
+    : wanted.empty() ? "there are several models, so one has to be named: " + names
+                     : "there is no model " + wanted + ", but " + names };
+}
+
+std::vector<std::string> LinesOf(const ServerAddress& address)
+{
+  return { "ModelId: " + address.model, address.token.empty() ? "Token: (none)" : "Token: (set)",
+    "CertificateAuthorities: " + address.authorities, "CacheFolder: " + address.cache.string(),
+    "CacheSize: " + std::to_string(address.cacheBytes),
+    "Timeout: " + std::to_string(address.timeout.count()) };
+}
+
 }

@@ -8,9 +8,13 @@
 #include "viewer/client/DiskCache.h"
 #include "viewer/client/ModelSource.h"
 
+#include <chrono>
+#include <cstdint>
+#include <filesystem>
 #include <memory>
 #include <optional>
 #include <string>
+#include <vector>
 
 namespace kdstream
 {
@@ -26,5 +30,30 @@ struct ConnectedServer
 Result<ConnectedServer> ConnectServer(const std::string& url, const std::string& token,
   const std::string& authorities, std::shared_ptr<DiskCache> cache,
   const Execution& execution = {});
+
+// All that makes another connection of a VTK class that has a server's model.
+struct ServerAddress
+{
+  std::string url;
+  std::string model; // empty: the only one
+  std::string token, authorities;
+  std::filesystem::path cache;        // a folder (DiskCache); empty: none
+  std::uint64_t cacheBytes = 0;       // of it at most
+  std::chrono::seconds timeout{ 60 }; // without anything that comes
+
+  bool operator==(const ServerAddress&) const = default;
+};
+
+// The server of an address, or what its cache has of it. Errors: besides those above, of
+// DiskCache::Open.
+Result<std::unique_ptr<ModelSource>> ConnectServer(
+  const ServerAddress& address, const Execution& execution = {});
+
+// The name of the model that is wanted, or of the only one. Errors: NotFound, naming those that
+// there are.
+Result<std::string> FindModel(const std::vector<ModelSummary>& models, const std::string& wanted);
+
+// A line each of all but the url, as PrintSelf has them. Of the token, whether there is one.
+std::vector<std::string> LinesOf(const ServerAddress& address);
 
 }

@@ -3,6 +3,7 @@
 #include "viewer/client/ServerLine.h"
 
 #include "filters/core/BitCast.h"
+#include "filters/core/MixBits.h"
 
 #include <algorithm>
 #include <cstdint>
@@ -189,14 +190,10 @@ void ServerLine::RetryLater(double now, double atLeast)
   this->Retrying = true;
 }
 
-// The finest digits of the time differ from one client to the next. (SplitMix64, Steele et al.
-// 2014.)
+// The finest digits of the time differ from one client to the next.
 double ServerLine::Jittered(double pause, double now) const
 {
-  auto bits = BitCast<std::uint64_t>(now) + 0x9e3779b97f4a7c15u;
-  bits = (bits ^ (bits >> 30)) * 0xbf58476d1ce4e5b9u;
-  bits = (bits ^ (bits >> 27)) * 0x94d049bb133111ebu;
-  bits ^= bits >> 31;
+  const std::uint64_t bits = MixBits(BitCast<std::uint64_t>(now) + 0x9E3779B97F4A7C15U);
   const double chance = static_cast<double>(bits >> 11) / 9007199254740992.0; // 2^53
   return pause * (1 + this->Options.jitter * chance);
 }

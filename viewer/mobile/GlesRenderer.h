@@ -2,8 +2,8 @@
 // Draws a session's scene with OpenGL ES 3.0: the phone's renderer. Step "render" of the README's
 // picture.
 //
-// The same sources draw natively (EglOffscreen.h has a context without a screen) and, as WebGL 2,
-// in the browser. The picture is VTK's of the same scene (viewer/rendering).
+// The same sources draw natively, in whatever context is current, and, as WebGL 2, in the browser.
+// The picture is VTK's of the same scene (viewer/rendering).
 #pragma once
 
 #include "filters/core/Result.h"

@@ -2,7 +2,6 @@
 // Cuts a surface into chunks with 16-bit indices: see SurfaceChunks.h.
 #include "viewer/mobile/SurfaceChunks.h"
 
-#include "filters/core/Later.h"
 #include "viewer/session/Geometry.h"
 #include "viewer/session/look/SceneRules.h"
 #include "viewer/session/paint/PaintedCorners.h"
@@ -72,7 +71,7 @@ void ChunkCutter::Append(SurfaceChunk& chunk, VertexId vertex) const
   }
 }
 
-KDSTREAM_LATER bool ChunkCutter::NextOfCloud(SurfaceChunk& chunk)
+bool ChunkCutter::NextOfCloud(SurfaceChunk& chunk)
 {
   const std::size_t end =
     std::min(this->Drawn.points.size(), this->Done + SurfaceChunk::mostVertices);
@@ -111,7 +110,7 @@ bool ChunkCutter::NextOfFew(SurfaceChunk& chunk)
 
 // As NextOfFew, but a vertex for each place of the tile that a point has. False where these are too
 // many: nothing has been done then but what Next clears.
-KDSTREAM_LATER bool ChunkCutter::NextOfPainted(SurfaceChunk& chunk)
+bool ChunkCutter::NextOfPainted(SurfaceChunk& chunk)
 {
   const PaintedCorners painted = PaintedCornersOf(this->Drawn, this->Corners, *this->Tile);
   if (painted.points.size() > SurfaceChunk::mostVertices)

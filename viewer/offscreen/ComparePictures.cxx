@@ -2,15 +2,17 @@
 // Compares a picture with its baseline, for kdstream_add_picture_test:
 //   compare_pictures PICTURE.png BASELINE.png TOLERANCE DIFFERENCE.png
 // The measure is vtkImageDifference's, which VTK's own regression tests compare with 10:
-// differences of a pixel below 16 of 255, or to one of its neighbours, do not count. Where it is
-// above the tolerance the exit status is 1, and the difference is written. A baseline that is
-// missing or has another size is told in words.
+// differences of a pixel below 16 of 255, or to one of its neighbours, do not count, nor does alpha.
+// Where it is above the tolerance the exit status is 1, and the difference is written. A baseline
+// that is missing, has another size, or is not of 8-bit RGB or RGBA is told in words.
 #include <vtkImageData.h>
 #include <vtkImageDifference.h>
+#include <vtkImageExtractComponents.h>
 #include <vtkNew.h>
 #include <vtkPNGReader.h>
 #include <vtkPNGWriter.h>
 
+#include <cmath>
 #include <cstdlib>
 #include <filesystem>
 #include <iostream>
@@ -18,16 +20,28 @@
 namespace
 {
 
-// False, with a message, where there is no picture of 8-bit RGB or RGBA.
-bool Read(const char* file, vtkPNGReader& reader)
+// False, with a message, where there is no picture of 8-bit RGB or RGBA. rgb gives it without alpha.
+bool Read(const char* file, vtkImageExtractComponents& rgb)
 {
-  if (!std::filesystem::is_regular_file(file) || !reader.CanReadFile(file))
+  vtkNew<vtkPNGReader> reader;
+  if (!std::filesystem::is_regular_file(file) || !reader->CanReadFile(file))
   {
     std::cerr << file << " is not there, or is no PNG\n";
     return false;
   }
-  reader.SetFileName(file);
-  reader.Update();
+  reader->SetFileName(file);
+  reader->Update();
+  vtkImageData* const picture = reader->GetOutput();
+  const int components = picture->GetNumberOfScalarComponents();
+  if (picture->GetScalarType() != VTK_UNSIGNED_CHAR || components < 3)
+  {
+    std::cerr << file << " is no picture of 8-bit RGB or RGBA: it has " << components
+              << " components of " << picture->GetScalarTypeAsString() << '\n';
+    return false;
+  }
+  rgb.SetInputConnection(reader->GetOutputPort());
+  rgb.SetComponents(0, 1, 2);
+  rgb.Update();
   return true;
 }
 
@@ -39,8 +53,15 @@ int main(int argc, char* argv[])
   {
     return 2;
   }
-  vtkNew<vtkPNGReader> picture;
-  vtkNew<vtkPNGReader> baseline;
+  char* end = nullptr;
+  const double tolerance = std::strtod(argv[3], &end);
+  if (end == argv[3] || *end != '\0' || !std::isfinite(tolerance) || tolerance < 0)
+  {
+    std::cerr << "the tolerance must be a number from 0 on, not " << argv[3] << '\n';
+    return 2;
+  }
+  vtkNew<vtkImageExtractComponents> picture;
+  vtkNew<vtkImageExtractComponents> baseline;
   if (!Read(argv[1], *picture))
   {
     return 1;
@@ -67,7 +88,7 @@ int main(int argc, char* argv[])
   difference->Update();
   const double error = difference->GetThresholdedError();
   std::cout << "the picture differs by " << error << " (at most " << argv[3] << ")\n";
-  if (error <= std::atof(argv[3]))
+  if (error <= tolerance)
   {
     return 0;
   }

@@ -13,32 +13,41 @@
 
 #include <algorithm>
 #include <array>
+#include <string>
 
 namespace kdstream
 {
 namespace
 {
 
-// Pixels across, radius, and distance along the line of sight.
+// Pixels across; radius, and distance along the line of sight, in the eye's unit. Of a parallel
+// projection w is 1, and depth goes with distance. splatPixels: of a length 1 at distance 1, the
+// least and the most, the model's unit. splatDepth: nearest, farthest, 1 / their difference,
+// whether the projection is parallel.
 constexpr const char* vertexDeclarations = "in float splatRadius;\n"
                                            "out vec3 splatVSOutput;\n"
                                            "//VTK::PositionVC::Dec";
 constexpr const char* vertexCode =
   "//VTK::PositionVC::Impl\n"
   "splatVSOutput.z = gl_Position.w;\n"
-  "splatVSOutput.x = clamp(2.0 * splatRadius * splatPixels.x / gl_Position.w, splatPixels.y,\n"
-  "  splatPixels.z);\n"
+  "if (splatDepth.w > 0.5)\n"
+  "{\n"
+  "  splatVSOutput.z = mix(splatDepth.x, splatDepth.y, 0.5 + 0.5 * gl_Position.z);\n"
+  "}\n"
+  "splatVSOutput.x = clamp(2.0 * splatRadius * splatPixels.w * splatPixels.x / gl_Position.w,\n"
+  "  splatPixels.y, splatPixels.z);\n"
   "splatVSOutput.y = 0.5 * splatVSOutput.x * gl_Position.w / splatPixels.x;\n";
 
 constexpr const char* fragmentDeclarations = "in vec3 splatVSOutput;\n"
                                              "//VTK::Light::Dec";
-constexpr const char* fragmentCode =
+constexpr const char* fragmentShape =
   "vec2 splatPlace = (2.0 * gl_PointCoord - 1.0) * splatSquare / splatVSOutput.x;\n"
   "float splatAway = dot(splatPlace, splatPlace);\n"
   "if (splatAway > 1.0) { discard; }\n"
   "float splatZ = -splatVSOutput.z - splatVSOutput.y * splatAway;\n"
   "float splatFar = clamp((-splatZ - splatDepth.x) * splatDepth.z, 0.0, 1.0);\n"
-  "gl_FragDepth = min(splatFar * splatDepth.y / -splatZ, 1.0);\n"
+  "gl_FragDepth = splatDepth.w > 0.5 ? splatFar : min(splatFar * splatDepth.y / -splatZ, 1.0);\n";
+constexpr const char* fragmentLight =
   "float splatShade = 1.0;\n"
   // The normal of a point without one has no length, and then is no number.
   "if (dot(normalVCVSOutput, normalVCVSOutput) > 0.5)\n"
@@ -55,13 +64,14 @@ constexpr const char* fragmentCode =
 
 }
 
-void DrawSplats(vtkActor& actor, vtkPolyDataMapper& mapper)
+void DrawSplats(vtkActor& actor, vtkPolyDataMapper& mapper, bool isLit)
 {
   vtkShaderProperty* shader = actor.GetShaderProperty();
   shader->AddVertexShaderReplacement("//VTK::PositionVC::Dec", true, vertexDeclarations, false);
   shader->AddVertexShaderReplacement("//VTK::PositionVC::Impl", true, vertexCode, false);
   shader->AddFragmentShaderReplacement("//VTK::Light::Dec", true, fragmentDeclarations, false);
-  shader->AddFragmentShaderReplacement("//VTK::Light::Impl", true, fragmentCode, false);
+  const std::string light = isLit ? fragmentLight : "//VTK::Light::Impl";
+  shader->AddFragmentShaderReplacement("//VTK::Light::Impl", true, fragmentShape + light, false);
   mapper.MapDataArrayToVertexAttribute(
     "splatRadius", splatRadiusArray, vtkDataObject::FIELD_ASSOCIATION_POINTS);
 }
@@ -77,26 +87,31 @@ void DrawNoSplats(vtkActor& actor, vtkPolyDataMapper& mapper)
   mapper.RemoveAllVertexAttributeMappings();
 }
 
-void AimSplats(
-  vtkActor& actor, const ClippingPlanes& planes, double largestRadius, double tangent, int height)
+void AimSplats(vtkActor& actor, double largestRadius, const SplatSight& sight)
 {
-  const double pixels = 0.5 * height / tangent; // of a length 1 at distance 1
+  const auto& [nearest, farthest] = sight.planes;
+  const double pixels = 0.5 * sight.height / sight.tangent; // of a length 1 at distance 1
   const double square =
-    std::clamp(2.0 * largestRadius * pixels / planes.nearest, smallestSplat, largestSplat);
+    std::clamp(2.0 * largestRadius * sight.scale * pixels / (sight.isParallel ? 1.0 : nearest),
+      smallestSplat, largestSplat);
   actor.GetProperty()->SetPointSize(static_cast<float>(square));
 
-  const auto set3 = [](vtkUniforms* uniforms, const char* name, double x, double y, double z)
+  const auto set = [](vtkUniforms* uniforms, const char* name, const std::array<double, 4>& values)
   {
-    const std::array<float, 3> values{ static_cast<float>(x), static_cast<float>(y),
-      static_cast<float>(z) };
-    uniforms->SetUniform3f(name, values.data());
+    std::array<float, 4> floats;
+    std::transform(values.begin(), values.end(), floats.begin(),
+      [](double value) { return static_cast<float>(value); });
+    uniforms->SetUniform4f(name, floats.data());
   };
-  set3(actor.GetShaderProperty()->GetVertexCustomUniforms(), "splatPixels", pixels, smallestSplat,
-    largestSplat);
+  vtkUniforms* vertex = actor.GetShaderProperty()->GetVertexCustomUniforms();
   vtkUniforms* fragment = actor.GetShaderProperty()->GetFragmentCustomUniforms();
+  set(vertex, "splatPixels", { pixels, smallestSplat, largestSplat, sight.scale });
+  for (vtkUniforms* const uniforms : { vertex, fragment })
+  {
+    set(uniforms, "splatDepth",
+      { nearest, farthest, 1.0 / (farthest - nearest), sight.isParallel ? 1.0 : 0.0 });
+  }
   fragment->SetUniformf("splatSquare", static_cast<float>(square));
-  set3(fragment, "splatDepth", planes.nearest, planes.farthest,
-    1.0 / (planes.farthest - planes.nearest));
 }
 
 }

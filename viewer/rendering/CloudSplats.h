@@ -20,13 +20,22 @@ namespace kdstream
 // lights no points without; (0, 0, 0) is none.
 inline constexpr const char* splatRadiusArray = "SplatRadius";
 
-// From now on the actor draws such points; or it draws surfaces again.
-void DrawSplats(vtkActor& actor, vtkPolyDataMapper& mapper);
+// From now on the actor draws such points; or it draws surfaces again. isLit: SplatSight::isLit.
+void DrawSplats(vtkActor& actor, vtkPolyDataMapper& mapper, bool isLit);
 void DrawNoSplats(vtkActor& actor, vtkPolyDataMapper& mapper);
 
-// Before each picture. largestRadius: of the points. tangent: of half the vertical field of view.
-// height: of the picture, pixels.
-void AimSplats(
-  vtkActor& actor, const ClippingPlanes& planes, double largestRadius, double tangent, int height);
+// Where a picture is taken from.
+struct SplatSight
+{
+  ClippingPlanes planes;   // of a parallel projection they may lie behind the eye
+  bool isParallel = false; // a projection without perspective
+  double tangent = 1;      // half the picture's height, at distance 1; in parallel anywhere
+  int height = 1;          // of the picture, pixels
+  double scale = 1;        // how long the model's unit is in those of the planes
+  bool isLit = true;       // false: the shader has no light, and VTK gives it no normals
+};
+
+// Before each picture. largestRadius: of the points.
+void AimSplats(vtkActor& actor, double largestRadius, const SplatSight& sight);
 
 }

@@ -30,6 +30,7 @@
 #include <algorithm>
 #include <iterator>
 #include <span>
+#include <utility>
 
 namespace kdstream
 {
@@ -332,6 +333,12 @@ void ScenePart::Show(const Surface& surface, const UnitNormals& normals, const T
   }
   this->Drawn->GetPointData()->SetNormals(Normals(surface.points.size(), normals));
   this->TakeColors(surface, depths);
+  this->AddShaders();
+  this->SetStyle(style);
+}
+
+void ScenePart::AddShaders()
+{
   DrawNoSplats(*this->Drawing, *this->Mapper);
   if (this->IsCut)
   {
@@ -340,13 +347,12 @@ void ScenePart::Show(const Surface& surface, const UnitNormals& normals, const T
   }
   if (this->IsCloud)
   {
-    DrawSplats(*this->Drawing, *this->Mapper);
+    DrawSplats(*this->Drawing, *this->Mapper, this->IsLit);
   }
-  else
+  else if (this->IsLit)
   {
     FaceNormalsToTheEye(*this->Drawing);
   }
-  this->SetStyle(style);
 }
 
 void ScenePart::TakeColors(const Surface& surface, const TreeDepths& depths)
@@ -439,11 +445,15 @@ void ScenePart::SetMaterial(vtkProperty& material)
   this->Tint(this->Drawing->GetTexture() != nullptr);
 }
 
-void ScenePart::AimSplats(const ClippingPlanes& planes, double tangent, int height)
+void ScenePart::Aim(const SplatSight& sight)
 {
+  if (std::exchange(this->IsLit, sight.isLit) != sight.isLit)
+  {
+    this->AddShaders();
+  }
   if (this->IsCloud)
   {
-    kdstream::AimSplats(*this->Drawing, planes, this->LargestRadius, tangent, height);
+    kdstream::AimSplats(*this->Drawing, this->LargestRadius, sight);
   }
 }
 
@@ -467,7 +477,7 @@ void ScenePart::CutBy(const std::optional<SectionPlane>& plane, const Vec3& cent
 
 void ScenePart::RaiseRelief(double relief, double pixels)
 {
-  if (!this->IsCloud)
+  if (!this->IsCloud && this->IsLit)
   {
     RaiseReliefOf(*this->Drawing, relief, pixels);
   }

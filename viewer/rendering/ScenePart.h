@@ -27,6 +27,8 @@ class vtkUnsignedCharArray;
 namespace kdstream
 {
 
+struct SplatSight;
+
 class ScenePart
 {
 public:
@@ -60,10 +62,11 @@ public:
   void CutBy(const std::optional<SectionPlane>& plane, const Vec3& center);
   // Before each picture: SceneLighting::relief, of what bends by a radian within so many pixels.
   void RaiseRelief(double relief, double pixels);
-  // Before each picture: as AimSplats of CloudSplats.h; nothing for triangles.
-  void AimSplats(const ClippingPlanes& planes, double tangent, int height);
+  // Before each picture: as AimSplats of CloudSplats.h, of triangles whether they are lit.
+  void Aim(const SplatSight& sight);
 
 private:
+  void AddShaders();
   void LetGoOfTexture();
   void Tint(bool painted);
   void TakeColors(const Surface& surface, const TreeDepths& depths);
@@ -76,6 +79,7 @@ private:
   Box Extent;
   bool IsCut = false;
   bool IsCloud = false;
+  bool IsLit = true;                       // in the last picture
   double LargestRadius = 0.0;              // of the points of a cloud; 0 for a surface
   std::vector<ColorSource> Sources;        // one a point
   Surface Arrays;                          // without points: what they may be coloured by

@@ -174,7 +174,7 @@ void SurfaceActors::Aim(const Sight& sight)
 {
   for (const Entry& entry : this->Entries)
   {
-    entry.scene->AimSplats(sight.planes, sight.tangent, sight.height);
+    entry.scene->Aim(sight);
     entry.scene->CutBy(sight.section, this->Middle);
     entry.scene->RaiseRelief(sight.relief, reliefShare * sight.height);
   }

@@ -3,6 +3,7 @@
 // vtkKdStreamActor. Step "render" of the README's picture.
 #pragma once
 
+#include "viewer/rendering/CloudSplats.h"
 #include "viewer/rendering/ScenePart.h"
 #include "viewer/rendering/SurfaceScene.h"
 
@@ -45,13 +46,9 @@ public:
   // sceneMaterial.
   void SetMaterial(vtkProperty& material);
 
-  // Before each picture: where it is taken from, with half the tangent of the vertical angle; its
-  // height in pixels; what is above the section is not drawn; SceneLighting::relief.
-  struct Sight
+  // Before each picture: what is above the section is not drawn; SceneLighting::relief.
+  struct Sight : SplatSight
   {
-    ClippingPlanes planes;
-    double tangent = 1;
-    int height = 1;
     std::optional<SectionPlane> section;
     double relief = 0;
   };

@@ -167,8 +167,10 @@ void SurfaceScene::PlaceCap()
 void SurfaceScene::BeforePicture()
 {
   const double* range = this->SceneRenderer->GetActiveCamera()->GetClippingRange();
-  this->Actors->Aim({ { range[0], range[1] }, std::tan(0.5 * this->Camera.verticalFieldOfView),
-    this->SceneRenderer->GetSize()[1], this->Section, this->Lighting.relief });
+  this->Actors->Aim({ { .planes = { range[0], range[1] },
+                        .tangent = std::tan(0.5 * this->Camera.verticalFieldOfView),
+                        .height = this->SceneRenderer->GetSize()[1] },
+    this->Section, this->Lighting.relief });
 }
 
 void SurfaceScene::ApplyOcclusion()

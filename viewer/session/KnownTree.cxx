@@ -3,7 +3,6 @@
 #include "viewer/session/KnownTree.h"
 
 #include "filters/codec/PartitionBoxes.h"
-#include "filters/core/Later.h"
 
 #include <string>
 #include <utility>
@@ -158,7 +157,7 @@ std::set<BlobId> KnownTree::TakeMissing()
 
 // ---- what comes
 
-KDSTREAM_LATER Status KnownTree::Add(const BlobId& blob, std::span<const std::uint8_t> bytes)
+Status KnownTree::Add(const BlobId& blob, std::span<const std::uint8_t> bytes)
 {
   return blob.kind == BlobKind::Tree ? this->AddPage(blob.number, bytes)
                                      : this->AddBoxes(blob.number, bytes);

@@ -2,7 +2,6 @@
 // What of a model may be seen: see SeenPartitions.h.
 #include "viewer/session/SeenPartitions.h"
 
-#include "filters/core/Later.h"
 #include "viewer/session/Geometry.h"
 
 #include <algorithm>
@@ -214,7 +213,7 @@ bool SeenPartitions::IsNearlyClosed(const Piece& whole)
   return all > 0 && single <= all / 200;
 }
 
-KDSTREAM_LATER void SeenPartitions::LookThrough(const Camera& camera, bool closed)
+void SeenPartitions::LookThrough(const Camera& camera, bool closed)
 {
   const Sight sight(camera, closed);
   if (this->Last && *this->Last == sight)

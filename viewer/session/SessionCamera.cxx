@@ -10,8 +10,6 @@
 // Some of the shown surface is near enough to the focal point to be on the screen (KeepInSight).
 #include "viewer/session/ViewerSession.h"
 
-#include "filters/core/Later.h"
-
 #include <algorithm>
 #include <cmath>
 #include <limits>
@@ -139,7 +137,8 @@ void ViewerSession::StepOutside()
            !(section && section->CutsAway(this->Eye.Eye())) &&
            IsAround(*this->Shown.GetSurface(), this->Eye.Eye());
   };
-  const bool mayBeInside = this->Current && this->Current->isClosed && !this->IsArriving && !this->IsLed;
+  const bool mayBeInside =
+    this->Current && this->Current->isClosed && !this->IsArriving && !this->IsLed;
   for (int i = 0; i < mostWalls && mayBeInside && isInside(); ++i)
   {
     const Ray back{ this->Eye.Eye(), this->Eye.Forward() * -1 };
@@ -480,7 +479,7 @@ void ViewerSession::SetSpinning(bool spins)
   this->LastSpin.reset();
 }
 
-KDSTREAM_LATER void ViewerSession::Spin(double time)
+void ViewerSession::Spin(double time)
 {
   constexpr double longestStep = 0.1;       // after a pause it goes on from where it was
   constexpr double sidesPerSecond = 0.1309; // of the window; 2 of them are a radian

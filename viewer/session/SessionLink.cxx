@@ -2,8 +2,6 @@
 // Views that have a name, and those that somebody else tells: step "look" of the README's picture.
 #include "viewer/session/ViewerSession.h"
 
-#include "filters/core/Later.h"
-
 #include <cmath>
 
 namespace kdstream
@@ -159,7 +157,7 @@ void ViewerSession::TakePlace(const CameraPlace& place)
 
 // A window may still change its shape while it opens. So as long as nobody has touched what a link
 // has told, it is told anew; else false.
-KDSTREAM_LATER bool ViewerSession::TakeToldPlace(const Viewport& viewport)
+bool ViewerSession::TakeToldPlace(const Viewport& viewport)
 {
   if (!(this->Told->eye == this->Eye))
   {
@@ -171,7 +169,7 @@ KDSTREAM_LATER bool ViewerSession::TakeToldPlace(const Viewport& viewport)
 }
 
 // What a link says of the model that is open.
-KDSTREAM_LATER void ViewerSession::TakeLink()
+void ViewerSession::TakeLink()
 {
   const ViewLink link = *std::exchange(this->Followed, std::nullopt);
   const ModelDescription& model = this->Current->description;

@@ -10,7 +10,6 @@
 // point of the plane, which is exact.
 #include "viewer/session/ViewerSession.h"
 
-#include "filters/core/Later.h"
 #include "filters/core/tree/Region.h"
 
 #include <algorithm>
@@ -69,7 +68,7 @@ void ViewerSession::NameMeasurement(std::size_t index, const std::string& name)
   }
 }
 
-KDSTREAM_LATER bool ViewerSession::MeasureAt(double x, double y)
+bool ViewerSession::MeasureAt(double x, double y)
 {
   this->Retry();
   const auto hit = this->EndOn(this->Eye.RayOf(x, y));
@@ -186,7 +185,7 @@ bool ViewerSession::Settle(End& end, const SurfaceHit& hit)
 }
 
 // Which partitions are around the ends that wait, as far as the tree is known.
-KDSTREAM_LATER void ViewerSession::FollowEnds()
+void ViewerSession::FollowEnds()
 {
   Model& model = *this->Current;
   std::erase_if(this->Ends,
@@ -212,7 +211,7 @@ KDSTREAM_LATER void ViewerSession::FollowEnds()
 }
 
 // On the surface that has just been drawn.
-KDSTREAM_LATER void ViewerSession::PickEndsAnew()
+void ViewerSession::PickEndsAnew()
 {
   std::erase_if(this->Ends,
     [this](End& end)

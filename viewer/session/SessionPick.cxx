@@ -3,7 +3,6 @@
 // region around that, as soon as enough of the tree is known.
 #include "viewer/session/ViewerSession.h"
 
-#include "filters/core/Later.h"
 #include "filters/core/tree/Region.h"
 
 #include <algorithm>
@@ -71,7 +70,7 @@ void ViewerSession::DropPick()
 }
 
 // As far as what is known of the tree leads; what else is needed, the tree notes as missing.
-KDSTREAM_LATER void ViewerSession::FollowPick()
+void ViewerSession::FollowPick()
 {
   Model& model = *this->Current;
   if (this->WaitingPick)

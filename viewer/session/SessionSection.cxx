@@ -3,7 +3,6 @@
 // and "draw" of the README's picture.
 #include "viewer/session/ViewerSession.h"
 
-#include "filters/core/Later.h"
 #include "filters/model/JsonWriter.h"
 #include "viewer/session/section/SectionDrawing.h"
 
@@ -59,7 +58,7 @@ void ViewerSession::SetSectionDepth(double depth)
 
 // One finger moves the plane along its normal, as that is seen on the screen; where it points at
 // the eye, downwards is nearer.
-KDSTREAM_LATER void ViewerSession::DragSection(double dx, double dy)
+void ViewerSession::DragSection(double dx, double dy)
 {
   if (!this->Section.Plane())
   {
@@ -75,7 +74,7 @@ KDSTREAM_LATER void ViewerSession::DragSection(double dx, double dy)
 }
 
 // Two fingers turn it, as a ball under them: by a radian for half the window's shorter side.
-KDSTREAM_LATER void ViewerSession::TurnSection(double dx, double dy)
+void ViewerSession::TurnSection(double dx, double dy)
 {
   const Viewport& window = this->Eye.GetViewport();
   const double unit = 1.0 / std::max(std::min(window.width, window.height), 1);
@@ -114,7 +113,7 @@ void ViewerSession::SetLight(const std::optional<RakingLight>& light)
 }
 
 // The lamp in hand stands where the finger is: on a disc as wide as most of the window.
-KDSTREAM_LATER void ViewerSession::ShineFrom(double x, double y)
+void ViewerSession::ShineFrom(double x, double y)
 {
   constexpr double share = 0.45; // of the window's shorter side: the disc's radius
   const Viewport& window = this->Eye.GetViewport();

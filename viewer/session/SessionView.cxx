@@ -9,8 +9,6 @@
 // nothing is under way that one could wait for.
 #include "viewer/session/ViewerSession.h"
 
-#include "filters/core/Later.h"
-
 #include <algorithm>
 #include <limits>
 #include <utility>
@@ -354,7 +352,7 @@ void ViewerSession::AskAhead()
 }
 
 // What is missing for a view that is nearer, the tree first, then the most urgent.
-KDSTREAM_LATER std::vector<BlobId> ViewerSession::WantedNext()
+std::vector<BlobId> ViewerSession::WantedNext()
 {
   Model& model = *this->Current;
   Camera nearer = this->Eye;

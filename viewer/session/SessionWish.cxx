@@ -7,8 +7,6 @@
 //   3. cancel what nobody wants any more, and ask for what is missing.
 #include "viewer/session/ViewerSession.h"
 
-#include "filters/core/Later.h"
-
 #include <algorithm>
 #include <utility>
 
@@ -106,7 +104,7 @@ void ViewerSession::Update()
 
 // What is needed of the tree: for a tap that waits, and, where one looks closely, the pages that
 // tell of pieces in view no finer than the level that the zoom asks for.
-KDSTREAM_LATER void ViewerSession::FollowTree()
+void ViewerSession::FollowTree()
 {
   KnownTree& tree = this->Current->tree;
   this->FollowPick();
@@ -124,7 +122,7 @@ KDSTREAM_LATER void ViewerSession::FollowTree()
   }
 }
 
-KDSTREAM_LATER void ViewerSession::ChooseAndAsk()
+void ViewerSession::ChooseAndAsk()
 {
   this->Shown.Choose(this->Wish(), this->Pieces, this->FailedPieces);
   // The preview may just have appeared: wish again.

@@ -7,6 +7,7 @@
 // first.
 #include "viewer/session/ViewLink.h"
 
+#include "filters/core/Texts.h"
 #include "filters/model/ModelDescription.h"
 
 #include <algorithm>
@@ -25,46 +26,11 @@ constexpr std::uint8_t placeVersion = 1;
 constexpr double mostRadii = 32; // half to either side; distances are up to 20, focal points less
 constexpr unsigned lengthBytes = 5, turnBytes = 3, aspectBytes = 2;
 constexpr double aspectParts = 1024;
-constexpr std::string_view alphabet =
-  "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789-_";
-
-std::string ToText(const std::vector<std::uint8_t>& bytes)
-{
-  std::string text;
-  std::uint32_t held = 0;
-  unsigned bits = 0;
-  for (const std::uint8_t byte : bytes)
-  {
-    held = held << 8 | byte;
-    for (bits += 8; bits >= 6; bits -= 6)
-    {
-      text += alphabet[held >> (bits - 6) & 63];
-    }
-  }
-  return bits == 0 ? text : text + alphabet[held << (6 - bits) & 63];
-}
 
 std::optional<std::vector<std::uint8_t>> ToBytes(std::string_view text)
 {
-  std::vector<std::uint8_t> bytes;
-  std::uint32_t held = 0;
-  unsigned bits = 0;
-  for (const char letter : text)
-  {
-    const std::size_t value = alphabet.find(letter);
-    if (value == std::string_view::npos)
-    {
-      return {};
-    }
-    held = held << 6 | static_cast<std::uint32_t>(value);
-    bits += 6;
-    if (bits >= 8)
-    {
-      bits -= 8;
-      bytes.push_back(static_cast<std::uint8_t>(held >> bits));
-    }
-  }
-  return bytes;
+  const bool isOfUrl = text.find_first_of("+/= \t\r\n") == text.npos;
+  return isOfUrl ? Base64Decoded(text) : std::nullopt;
 }
 
 // The largest number of so many bytes that is even: 0, in the middle, stays 0.
@@ -112,7 +78,7 @@ std::string FormatPlace(const CameraPlace& place)
     Put(bytes, part, 1, turnBytes);
   }
   Put(bytes, place.aspect - aspectHalf, aspectHalf, aspectBytes);
-  return ToText(bytes);
+  return Base64Url(bytes);
 }
 
 std::optional<CameraPlace> ParsePlace(std::string_view text)
@@ -161,7 +127,7 @@ std::string FormatMeasurements(const std::vector<std::array<Vec3, 2>>& measureme
       }
     }
   }
-  return ToText(bytes);
+  return Base64Url(bytes);
 }
 
 std::optional<std::vector<std::array<Vec3, 2>>> ParseMeasurements(std::string_view text)
@@ -197,7 +163,7 @@ std::string FormatSection(const SectionPlane& section)
     Put(bytes, part, 1, turnBytes);
   }
   Put(bytes, section.offset, mostRadii / 2, lengthBytes);
-  return ToText(bytes);
+  return Base64Url(bytes);
 }
 
 std::optional<SectionPlane> ParseSection(std::string_view text)
@@ -357,7 +323,7 @@ std::string FormatLamps(const std::optional<RakingLight>& lamps)
   {
     PutLamp(bytes, *lamps->second);
   }
-  return ToText(bytes);
+  return Base64Url(bytes);
 }
 
 Result<std::optional<RakingLight>> ParseLamps(std::string_view text)

@@ -3,7 +3,6 @@
 #include "viewer/session/ViewRefinement.h"
 
 #include "filters/core/Attribute.h"
-#include "filters/core/Later.h"
 #include "viewer/session/Geometry.h"
 
 #include <algorithm>
@@ -242,7 +241,7 @@ void ViewRefinement::PushBelow(Walk& walk, std::size_t step, NodeId node, double
   }
 }
 
-KDSTREAM_LATER void ViewRefinement::Follow(
+void ViewRefinement::Follow(
   const View& view, std::span<const PieceId> first, const std::set<PieceId>& failed)
 {
   Walk walk{ view, failed, std::exchange(this->Refined, {}), {}, {}, {}, {} };

@@ -4,8 +4,6 @@
 // to see with what is loaded and with what is under way; what comes: SessionArrivals.cxx.
 #include "viewer/session/ViewerSession.h"
 
-#include "filters/core/Later.h"
-
 #include <algorithm>
 #include <utility>
 
@@ -215,7 +213,7 @@ void ViewerSession::Retry()
   this->LastError.clear();
 }
 
-KDSTREAM_LATER void ViewerSession::AskAgain()
+void ViewerSession::AskAgain()
 {
   this->Retry();
   this->Update();

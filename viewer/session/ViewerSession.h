@@ -214,7 +214,7 @@ public:
   // Asks for what has failed once more, as where a server is back.
   void AskAgain();
   // Previews are all that is shown and asked for, by the view, until this is called with false:
-  // taps and zooms wait. For a page that has only begun to load (KDSTREAM_LATER). No trace tells of
+  // taps and zooms wait. For a page that has only begun to load (parts.js). No trace tells of
   // it.
   void SetPreviewsOnly(bool only);
 

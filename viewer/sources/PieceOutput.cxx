@@ -250,6 +250,7 @@ PieceOutput::PieceOutput(const PieceSource& source,
 // Of a cloud the first `ownPoints` get a cell each, marked as the point is.
 Status PieceOutput::Fill(Mesh mesh, std::size_t ownPoints, vtkPolyData& output) const
 {
+  KDSTREAM_TRY(this->Runs.Report("fill", 0));
   const bool isCloud = this->Source.Info().primitive == PrimitiveType::Points;
   const std::size_t cells = isCloud ? ownPoints : 0;
   const AttributeInfo points = MarksOf(AttributeAssociation::Point);
@@ -321,7 +322,6 @@ Status PieceOutput::AddPartitions(const std::vector<std::uint32_t>& chosen,
     KDSTREAM_TRY(pieces);
     for (std::size_t i = 0; i < pieces->size(); ++i)
     {
-      KDSTREAM_TRY(this->Runs.Report("fill", 0));
       Piece& piece = (*pieces)[i];
       const std::uint32_t partition = batch[i].node - (NodeId{ 1 } << info.depths.partition);
       vtkNew<vtkPolyData> part;
@@ -385,7 +385,6 @@ Status PieceOutput::AddPieces(
   output.SetNumberOfPartitions(first);
   for (std::size_t i = 0; i < ids.size(); ++i)
   {
-    KDSTREAM_TRY(this->Runs.Report("fill", 0));
     Piece& piece = (*pieces)[i];
     vtkNew<vtkPolyData> part;
     if (piece.ownVertices > 0)

@@ -3,7 +3,6 @@
 
 #include "filters/codec/PartitionBoxes.h"
 #include "filters/codec/PieceCodec.h"
-#include "viewer/client/ConnectServer.h"
 
 #include <algorithm>
 #include <set>
@@ -19,39 +18,6 @@ using Clock = std::chrono::steady_clock;
 constexpr std::size_t blobsAtOnce = 128;            // in one request
 constexpr std::chrono::milliseconds patience{ 20 }; // until it is asked whether to stop
 
-Result<std::unique_ptr<ModelSource>> Connect(
-  const RemoteAddress& address, const Execution& execution)
-{
-  std::shared_ptr<DiskCache> cache;
-  if (!address.cache.empty())
-  {
-    auto opened = DiskCache::Open(address.cache, address.cacheBytes);
-    KDSTREAM_TRY(opened);
-    cache = std::move(*opened);
-  }
-  auto connected =
-    ConnectServer(address.url, address.token, address.authorities, std::move(cache), execution);
-  KDSTREAM_TRY(connected);
-  return std::move(connected->source);
-}
-
-Result<std::string> FindModel(const std::vector<ModelSummary>& models, const std::string& wanted)
-{
-  std::string names;
-  for (const ModelSummary& model : models)
-  {
-    if (model.id == wanted || (wanted.empty() && models.size() == 1))
-    {
-      return model.id;
-    }
-    names += (names.empty() ? "" : ", ") + model.id;
-  }
-  return Error{ ErrorCode::NotFound, models.empty() ? "the server has no models"
-                                     : wanted.empty()
-                                       ? "it has several models, so one has to be named: " + names
-                                       : "it has no model " + wanted + ", but " + names };
-}
-
 }
 
 RemoteModel::RemoteModel(std::unique_ptr<ModelSource> source, std::chrono::seconds timeout)
@@ -61,9 +27,9 @@ RemoteModel::RemoteModel(std::unique_ptr<ModelSource> source, std::chrono::secon
 }
 
 Result<std::shared_ptr<const RemoteModel>> RemoteModel::Open(
-  const RemoteAddress& address, const Execution& execution)
+  const ServerAddress& address, const Execution& execution)
 {
-  auto source = Connect(address, execution);
+  auto source = ConnectServer(address, execution);
   KDSTREAM_TRY(source);
   std::shared_ptr<RemoteModel> opened(new RemoteModel(std::move(*source), address.timeout));
   const auto model = FindModel(opened->Source->Models(), address.model);

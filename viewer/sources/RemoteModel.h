@@ -3,11 +3,10 @@
 #pragma once
 
 #include "filters/store/PieceSource.h"
-#include "viewer/client/ModelSource.h"
+#include "viewer/client/ConnectServer.h"
 
 #include <chrono>
 #include <cstdint>
-#include <filesystem>
 #include <map>
 #include <memory>
 #include <mutex>
@@ -17,16 +16,6 @@
 namespace kdstream
 {
 
-struct RemoteAddress
-{
-  std::string url;                    // of the server
-  std::string model;                  // empty: the only one
-  std::string token, authorities;     // ServerClient::Connect
-  std::filesystem::path cache;        // a folder (DiskCache); empty: none
-  std::uint64_t cacheBytes = 0;       // of it at most
-  std::chrono::seconds timeout{ 60 }; // without anything that comes
-};
-
 class RemoteModel final : public PieceSource
 {
 public:
@@ -35,7 +24,7 @@ public:
   // ServerClient::Connect; NotFound for a model that it does not have, naming those that it has;
   // InputOutput where no answer comes; Cancelled.
   static Result<std::shared_ptr<const RemoteModel>> Open(
-    const RemoteAddress& address, const Execution& execution);
+    const ServerAddress& address, const Execution& execution);
 
   // Whether the server has this version of the model still, by one question to it. Where it has
   // not, this is of no use any more. Errors: Cancelled.

@@ -5,7 +5,6 @@
 
 #include "filters/adapter/ArraySelections.h"
 #include "filters/adapter/ErrorCodes.h"
-#include "filters/adapter/PolyDataAttributes.h"
 #include "filters/adapter/RangedSetters.h"
 #include "filters/core/tree/Region.h"
 #include "viewer/sources/PieceOutput.h"
@@ -17,11 +16,9 @@
 #include <vtkInformation.h>
 #include <vtkInformationDoubleVectorKey.h>
 #include <vtkInformationIdTypeKey.h>
-#include <vtkInformationInformationVectorKey.h>
 #include <vtkInformationIntegerKey.h>
 #include <vtkInformationIntegerVectorKey.h>
 #include <vtkInformationObjectBaseKey.h>
-#include <vtkInformationStringKey.h>
 #include <vtkInformationVector.h>
 #include <vtkPartitionedDataSet.h>
 #include <vtkPolyData.h>
@@ -35,9 +32,14 @@
 #include <string>
 #include <utility>
 
+KDSTREAM_SET_IN_RANGE(vtkKdModelSource, LevelDepth, int, -1, 62)
 KDSTREAM_SET_IN_RANGE(vtkKdModelSource, Rings, int, 0, 16)
 KDSTREAM_SET_IN_RANGE(vtkKdModelSource, Tolerance, double, 0.01, 100)
 KDSTREAM_SET_IN_RANGE(vtkKdModelSource, NumberOfTriangles, vtkIdType, 1000, VTK_INT_MAX)
+KDSTREAM_SET_FINITE(vtkKdModelSource, RegionPoint)
+KDSTREAM_SET_FINITE(vtkKdModelSource, CameraPosition)
+KDSTREAM_SET_FINITE(vtkKdModelSource, CameraFocalPoint)
+KDSTREAM_SET_FINITE(vtkKdModelSource, CameraViewUp)
 
 namespace
 {
@@ -315,10 +317,10 @@ int vtkKdModelSource::RequestInformation(
   Error error;
   const Execution execution = MakeOpeningExecution(*this);
   this->Model = this->OpenModel(execution, error);
-  this->WasStopped = !this->Model && error.code == ErrorCode::Cancelled;
-  if (this->WasStopped)
+  this->WasStopped = false;
+  if (!this->Model && error.code == ErrorCode::Cancelled)
   {
-    return 1; // RequestData empties the output
+    return this->StopOpening();
   }
   if (!this->Model)
   {
@@ -334,22 +336,33 @@ int vtkKdModelSource::RequestInformation(
   vtkInformation* const outInfo = outputVector->GetInformationObject(0);
   outInfo->Set(vtkAlgorithm::CAN_HANDLE_PIECE_REQUEST(), 1);
   outInfo->Remove(vtkCompositeDataPipeline::COMPOSITE_DATA_META_DATA());
-  if (this->OutputType == PartitionedDataSet && this->Content != Level && this->Content != View &&
-      this->HasBoxesAtHand() && !this->TellPartitions(outInfo, execution))
+  const bool isOriginal = this->Content != Level && this->Content != View;
+  if (isOriginal && this->WantsFacts() && !this->MeasureModel(execution))
   {
-    this->Model = nullptr;
-    this->WasStopped = true;
-    return 1;
+    return this->StopOpening();
+  }
+  if (isOriginal && this->OutputType == PartitionedDataSet && this->WantsBoxes() &&
+      !this->TellPartitions(outInfo, execution))
+  {
+    return this->StopOpening();
   }
   this->TellModel(outInfo);
+  return 1;
+}
+
+// RequestData, if it is asked for too, empties the output.
+int vtkKdModelSource::StopOpening()
+{
+  this->Model = nullptr;
+  this->WasStopped = true;
+  this->IsStale = true;
   return 1;
 }
 
 // Makes Facts those of the model, or empty where they cannot be had. False: it was told to stop.
 bool vtkKdModelSource::MeasureModel(const Execution& execution)
 {
-  const std::string& digest = this->Model->Info().digest;
-  if (this->Facts && this->MeasuredDigest == digest)
+  if (this->KnownFacts())
   {
     return true;
   }
@@ -362,12 +375,20 @@ bool vtkKdModelSource::MeasureModel(const Execution& execution)
   if (!facts)
   {
     vtkWarningMacro(<< this->ModelName()
-                    << ": the bounds of partitions cannot be told: " << facts.GetError().message);
+                    << ": the original cannot be measured: " << facts.GetError().message);
     return true;
   }
   this->Facts = std::make_shared<const OriginalFacts>(std::move(*facts));
-  this->MeasuredDigest = digest;
+  this->MeasuredDigest = this->Model->Info().digest;
   return true;
+}
+
+// Of the model that is open, where they are asked for and were had; or null.
+const OriginalFacts* vtkKdModelSource::KnownFacts() const
+{
+  return this->WantsFacts() && this->Model->Info().digest == this->MeasuredDigest
+           ? this->Facts.get()
+           : nullptr;
 }
 
 // False: it was told to stop.
@@ -376,38 +397,27 @@ bool vtkKdModelSource::TellPartitions(vtkInformation* outInfo, const Execution& 
   const ModelDescription& info = this->Model->Info();
   vtkNew<vtkPartitionedDataSet> told;
   told->SetNumberOfPartitions(static_cast<unsigned int>(info.partitions));
-  if (this->HasPiecesAtHand() && !this->MeasureModel(execution))
+  const OriginalFacts* const facts = this->KnownFacts();
+  const auto boxes = facts ? std::vector<Box>() : this->Model->ReadBoxes(execution);
+  if (!boxes && boxes.GetError().code == ErrorCode::Cancelled)
   {
     return false;
   }
-  if (this->HasPiecesAtHand() && this->Facts)
+  if (!boxes)
   {
-    for (std::uint32_t p = 0; p < info.partitions; ++p)
-    {
-      const OriginalFacts::Partition& partition = this->Facts->partitions[p];
-      vtkInformation* const data = told->GetMetaData(p);
-      SetBox(*data, partition.box, { vtkDataObject::BOUNDING_BOX() });
-      data->Set(NUMBER_OF_POINTS(), static_cast<vtkIdType>(partition.points));
-      data->Set(NUMBER_OF_CELLS(), static_cast<vtkIdType>(partition.cells));
-    }
+    vtkWarningMacro(<< this->ModelName()
+                    << ": the bounds of partitions cannot be told: " << boxes.GetError().message);
+    return true;
   }
-  else if (!this->HasPiecesAtHand())
+  for (std::uint32_t p = 0; p < info.partitions; ++p)
   {
-    const auto boxes = this->Model->ReadBoxes(execution);
-    if (!boxes && boxes.GetError().code == ErrorCode::Cancelled)
+    vtkInformation& data = *told->GetMetaData(p);
+    SetBox(data, facts ? facts->partitions[p].box : (*boxes)[NodeOfPartition(p, info.depths)],
+      { vtkDataObject::BOUNDING_BOX() });
+    if (facts)
     {
-      return false;
-    }
-    if (!boxes)
-    {
-      vtkWarningMacro(<< this->ModelName()
-                      << ": the bounds of partitions cannot be told: " << boxes.GetError().message);
-      return true;
-    }
-    for (std::uint32_t p = 0; p < info.partitions; ++p)
-    {
-      SetBox(*told->GetMetaData(p), (*boxes)[NodeOfPartition(p, info.depths)],
-        { vtkDataObject::BOUNDING_BOX() });
+      data.Set(NUMBER_OF_POINTS(), static_cast<vtkIdType>(facts->partitions[p].points));
+      data.Set(NUMBER_OF_CELLS(), static_cast<vtkIdType>(facts->partitions[p].cells));
     }
   }
   outInfo->Set(vtkCompositeDataPipeline::COMPOSITE_DATA_META_DATA(), told);
@@ -437,35 +447,16 @@ void vtkKdModelSource::TellModel(vtkInformation* outInfo) const
     outInfo->Set(NUMBER_OF_POINTS(), points);
     outInfo->Set(NUMBER_OF_CELLS(), cells);
   }
-  const OriginalFacts* const facts =
-    this->MeasuredDigest == info.digest ? this->Facts.get() : nullptr;
-  vtkNew<vtkInformationVector> ofPoints, ofCells;
-  const ArraySelections selections(*this->PointArrays, *this->CellArrays);
-  for (const AttributeInfo& array : ofLevel ? ArraysOfLevels(info.attributes) : info.attributes)
+  const OriginalFacts* const facts = this->KnownFacts();
+  ArrayFacts told;
+  if (whole)
   {
-    if (!selections.IsWanted(array))
-    {
-      continue;
-    }
-    const bool isPoint = array.association == AttributeAssociation::Point;
-    vtkNew<vtkInformation> told;
-    told->Set(vtkDataObject::FIELD_NAME(), array.name.c_str());
-    told->Set(vtkDataObject::FIELD_ARRAY_TYPE(), VtkTypeOf(array));
-    told->Set(vtkDataObject::FIELD_NUMBER_OF_COMPONENTS(), array.components);
-    if (whole && (isPoint ? points : cells) <= VTK_INT_MAX)
-    {
-      told->Set(
-        vtkDataObject::FIELD_NUMBER_OF_TUPLES(), static_cast<int>(isPoint ? points : cells));
-    }
-    if (const Range range = RangeOf(info, array, facts))
-    {
-      const double ends[] = { range->first, range->second };
-      told->Set(vtkDataObject::FIELD_RANGE(), ends, 2);
-    }
-    (isPoint ? ofPoints : ofCells)->Append(told);
+    told.points = points;
+    told.cells = cells;
   }
-  outInfo->Set(vtkDataObject::POINT_DATA_VECTOR(), ofPoints);
-  outInfo->Set(vtkDataObject::CELL_DATA_VECTOR(), ofCells);
+  told.rangeOf = [&](const AttributeInfo& array) { return RangeOf(info, array, facts); };
+  const ArraySelections selections(*this->PointArrays, *this->CellArrays);
+  selections.Tell(ofLevel ? ArraysOfLevels(info.attributes) : info.attributes, told, *outInfo);
 }
 
 // The pipeline asks again only for what was modified.

@@ -34,21 +34,23 @@
  * NUMBER_OF_CELLS of the whole original or level that Content chooses (ghosts not counted; not told
  * of parts), and of each array that is loaded an entry in vtkDataObject::POINT_DATA_VECTOR or
  * CELL_DATA_VECTOR: FIELD_NAME, FIELD_ARRAY_TYPE, FIELD_NUMBER_OF_COMPONENTS, with the counts
- * FIELD_NUMBER_OF_TUPLES, and FIELD_RANGE of the original's values where it is known (numbers of
- * points always). As partitions of the original COMPOSITE_DATA_META_DATA has for each its
- * BOUNDING_BOX, NUMBER_OF_POINTS and NUMBER_OF_CELLS, with its ghosts: for that a file is decoded
- * once. Of a server it has the box of the partition's own points alone, and only where that was
- * asked for (vtkKdStreamSource). What was loaded has its BOUNDING_BOX in the output's metadata.
+ * FIELD_NUMBER_OF_TUPLES, and FIELD_RANGE of the original's values where the model tells it (of
+ * numbers of points). As partitions of the original COMPOSITE_DATA_META_DATA has for each the
+ * BOUNDING_BOX of its own points (of a server only where vtkKdStreamSource::BoundsOfPartitions is
+ * on). No piece is read for this. Where vtkKdStoreReader::MeasureOriginal is on, the original is
+ * decoded for more. What was loaded has its BOUNDING_BOX, with ghosts, in the output's metadata.
  *
  * Progress is told while it waits, too. Aborting (SetAbortExecute of an observer or of another
  * thread) ends an Update within 100 ms, whatever it waits for, and leaves an empty output; the next
- * Update loads anew. Only putting together one mesh, of a level or of a view, is not interrupted:
- * about 0.1 s for each million triangles. Errors name the file or server, and what of the model is
- * wrong; GetErrorCode tells that there was one (vtkErrorCode.h; NoFileNameError where no address is
- * set). After an error the next Update opens the model anew.
+ * Update loads anew. Only the steps before the first and after the last piece of one mesh, of a
+ * level or of a view, are not interrupted: less than 0.1 s for each million triangles. Errors name
+ * the file or server, and what of the model is wrong; GetErrorCode tells that there was one
+ * (vtkErrorCode.h; NoFileNameError where no address is set). After an error the next Update opens
+ * the model anew.
  *
  * Of the numbers below, those out of their range are clamped; what is negative where it may not be,
- * or not a number, is refused with an error, and the value stays.
+ * or not a number, is refused with an error, and so is a vector that is not finite; the value
+ * stays.
  *
  * Complexity: of what is loaded, linear; a region reads the boxes of all partitions, 48 bytes each.
  *
@@ -126,7 +128,7 @@ public:
    * The depth of the level, 0 to GetFinestLevel(), each twice as fine as the one before; -1, the
    * default, is the preview's, of about 4,000 triangles.
    */
-  vtkSetClampMacro(LevelDepth, int, -1, 62);
+  virtual void SetLevelDepth(int value);
   vtkGetMacro(LevelDepth, int);
   ///@}
 
@@ -143,7 +145,8 @@ public:
    * The point that Content Region is around, model units; and how many rings of cells around the
    * partition nearest to it, 0 to 16. Default (0, 0, 0), and 1.
    */
-  vtkSetVector3Macro(RegionPoint, double);
+  virtual void SetRegionPoint(double x, double y, double z);
+  virtual void SetRegionPoint(const double value[3]);
   vtkGetVector3Macro(RegionPoint, double);
   virtual void SetRings(int value);
   vtkGetMacro(Rings, int);
@@ -155,11 +158,14 @@ public:
    * model's coordinates, the vertical angle in degrees, above 0 and below 180. Default: from (0, 0,
    * 1) to the origin, y up, 30.
    */
-  vtkSetVector3Macro(CameraPosition, double);
+  virtual void SetCameraPosition(double x, double y, double z);
+  virtual void SetCameraPosition(const double value[3]);
   vtkGetVector3Macro(CameraPosition, double);
-  vtkSetVector3Macro(CameraFocalPoint, double);
+  virtual void SetCameraFocalPoint(double x, double y, double z);
+  virtual void SetCameraFocalPoint(const double value[3]);
   vtkGetVector3Macro(CameraFocalPoint, double);
-  vtkSetVector3Macro(CameraViewUp, double);
+  virtual void SetCameraViewUp(double x, double y, double z);
+  virtual void SetCameraViewUp(const double value[3]);
   vtkGetVector3Macro(CameraViewUp, double);
   virtual void SetCameraViewAngle(double degrees);
   vtkGetMacro(CameraViewAngle, double);
@@ -242,13 +248,13 @@ protected:
    */
   virtual std::string ModelName() const = 0;
   /**
-   * Whether the boxes of all partitions can be told without much ado.
+   * Whether the boxes of all partitions are read, and told.
    */
-  virtual bool HasBoxesAtHand() const = 0;
+  virtual bool WantsBoxes() const = 0;
   /**
-   * Whether all of the original can be read for what is told of it.
+   * Whether all of the original is read for what is told of it.
    */
-  virtual bool HasPiecesAtHand() const { return false; }
+  virtual bool WantsFacts() const { return false; }
 
   int RequestDataObject(vtkInformation* request, vtkInformationVector** inputVector,
     vtkInformationVector* outputVector) override;
@@ -270,6 +276,8 @@ private:
   void TellModel(vtkInformation* outInfo) const;
   bool TellPartitions(vtkInformation* outInfo, const kdstream::Execution& execution);
   bool MeasureModel(const kdstream::Execution& execution);
+  const kdstream::OriginalFacts* KnownFacts() const;
+  int StopOpening();
 
   int OutputType = PartitionedDataSet;
   int Content = Original;

@@ -38,4 +38,5 @@ void vtkKdStoreReader::PrintSelf(ostream& os, vtkIndent indent)
 {
   this->Superclass::PrintSelf(os, indent);
   os << indent << "FileName: " << (this->FileName ? this->FileName : "(none)") << "\n";
+  os << indent << "MeasureOriginal: " << (this->MeasureOriginal ? "on" : "off") << "\n";
 }

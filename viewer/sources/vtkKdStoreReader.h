@@ -29,6 +29,18 @@ public:
   vtkGetFilePathMacro(FileName);
   ///@}
 
+  ///@{
+  /**
+   * Whether all of the original is decoded, once, for what the information tells of it where
+   * Content is neither Level nor View: of each partition BOUNDING_BOX, NUMBER_OF_POINTS and
+   * NUMBER_OF_CELLS with its ghosts, and FIELD_RANGE of every array of one component. Default off:
+   * the information is what the store's metadata tell, and loading a part reads that part only.
+   */
+  vtkSetMacro(MeasureOriginal, bool);
+  vtkGetMacro(MeasureOriginal, bool);
+  vtkBooleanMacro(MeasureOriginal, bool);
+  ///@}
+
   /**
    * Whether the file is a store that can be opened. Nothing is changed or told.
    */
@@ -41,14 +53,15 @@ protected:
   std::shared_ptr<const kdstream::PieceSource> OpenModel(
     const kdstream::Execution& execution, kdstream::Error& error) override;
   std::string ModelName() const override { return this->FileName ? this->FileName : ""; }
-  bool HasBoxesAtHand() const override { return true; }
-  bool HasPiecesAtHand() const override { return true; }
+  bool WantsBoxes() const override { return true; }
+  bool WantsFacts() const override { return this->MeasureOriginal; }
 
 private:
   vtkKdStoreReader(const vtkKdStoreReader&) = delete;
   void operator=(const vtkKdStoreReader&) = delete;
 
   char* FileName = nullptr;
+  bool MeasureOriginal = false;
 };
 
 #endif

@@ -6,23 +6,18 @@
 
 #include <vtkObjectFactory.h>
 
+#include <utility>
+
 vtkStandardNewMacro(vtkKdStreamSource);
 
 KDSTREAM_SET_IN_RANGE(vtkKdStreamSource, Timeout, int, 1, 3600)
 
 vtkKdStreamSource::~vtkKdStreamSource() = default;
 
-// All that makes another connection.
-std::string vtkKdStreamSource::Address() const
+kdstream::ServerAddress vtkKdStreamSource::Address() const
 {
-  std::string address;
-  for (const std::string& part :
-    { this->Url, this->ModelId, this->Token, this->CertificateAuthorities, this->CacheFolder,
-      std::to_string(this->CacheSize), std::to_string(this->Timeout) })
-  {
-    address += part + '\n';
-  }
-  return address;
+  return { this->Url, this->ModelId, this->Token, this->CertificateAuthorities, this->CacheFolder,
+    this->CacheSize, std::chrono::seconds(this->Timeout) };
 }
 
 void vtkKdStreamSource::CloseModel()
@@ -33,8 +28,8 @@ void vtkKdStreamSource::CloseModel()
 std::shared_ptr<const kdstream::PieceSource> vtkKdStreamSource::OpenModel(
   const kdstream::Execution& execution, kdstream::Error& error)
 {
-  const std::string address = this->Address();
-  if (this->Connected && this->ConnectedTo == address)
+  kdstream::ServerAddress address = this->Address();
+  if (this->Connected && *this->ConnectedTo == address)
   {
     const auto isPresent = this->Connected->IsPresent(execution);
     if (!isPresent)
@@ -53,17 +48,14 @@ std::shared_ptr<const kdstream::PieceSource> vtkKdStreamSource::OpenModel(
     error = { kdstream::ErrorCode::NotFound, "no Url is set" };
     return nullptr;
   }
-  const auto model = kdstream::RemoteModel::Open(
-    { this->Url, this->ModelId, this->Token, this->CertificateAuthorities, this->CacheFolder,
-      this->CacheSize, std::chrono::seconds(this->Timeout) },
-    execution);
+  const auto model = kdstream::RemoteModel::Open(address, execution);
   if (!model)
   {
     error = model.GetError();
     return nullptr;
   }
   this->Connected = *model;
-  this->ConnectedTo = address;
+  this->ConnectedTo = std::make_shared<kdstream::ServerAddress>(std::move(address));
   return this->Connected;
 }
 
@@ -71,11 +63,9 @@ void vtkKdStreamSource::PrintSelf(ostream& os, vtkIndent indent)
 {
   this->Superclass::PrintSelf(os, indent);
   os << indent << "Url: " << this->Url << "\n";
-  os << indent << "ModelId: " << this->ModelId << "\n";
-  os << indent << "Token: " << (this->Token.empty() ? "(none)" : "(set)") << "\n";
-  os << indent << "CertificateAuthorities: " << this->CertificateAuthorities << "\n";
-  os << indent << "CacheFolder: " << this->CacheFolder << "\n";
-  os << indent << "CacheSize: " << this->CacheSize << "\n";
-  os << indent << "Timeout: " << this->Timeout << "\n";
+  for (const std::string& line : kdstream::LinesOf(this->Address()))
+  {
+    os << indent << line << "\n";
+  }
   os << indent << "BoundsOfPartitions: " << (this->BoundsOfPartitions ? "on" : "off") << "\n";
 }

@@ -21,6 +21,7 @@
 namespace kdstream
 {
 class RemoteModel;
+struct ServerAddress;
 }
 
 class VTKKDSTREAMVIEWERSOURCES_EXPORT vtkKdStreamSource : public vtkKdModelSource
@@ -100,20 +101,20 @@ protected:
     const kdstream::Execution& execution, kdstream::Error& error) override;
   void CloseModel() override;
   std::string ModelName() const override { return this->Url; }
-  bool HasBoxesAtHand() const override { return this->BoundsOfPartitions; }
+  bool WantsBoxes() const override { return this->BoundsOfPartitions; }
 
 private:
   vtkKdStreamSource(const vtkKdStreamSource&) = delete;
   void operator=(const vtkKdStreamSource&) = delete;
 
-  std::string Address() const;
+  kdstream::ServerAddress Address() const;
 
   std::string Url, ModelId, Token, CertificateAuthorities, CacheFolder;
   vtkTypeUInt64 CacheSize = vtkTypeUInt64{ 10 } << 30;
   int Timeout = 60;
   bool BoundsOfPartitions = false;
   std::shared_ptr<const kdstream::RemoteModel> Connected;
-  std::string ConnectedTo; // Address
+  std::shared_ptr<const kdstream::ServerAddress> ConnectedTo; // of that
 };
 
 #endif

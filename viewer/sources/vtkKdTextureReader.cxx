@@ -315,7 +315,8 @@ int vtkKdTextureReader::RequestInformation(vtkInformationVector* outputVector)
   this->WasStopped = !tile && error.code == ErrorCode::Cancelled;
   if (this->WasStopped)
   {
-    return 1; // RequestData empties the outputs
+    this->IsStale = true;
+    return 1; // RequestData, if it is asked for too, empties the outputs
   }
   if (!tile)
   {

@@ -132,11 +132,15 @@ TEST_F(TestMaterialColors, TrianglesThatAreNotWholeAreSaid)
                           primitives + "]}]"));
     return this->WarningsOf("m.glb");
   };
-  const std::string lead = "kdstream-build: warning: m.glb: mesh 0, part ";
-  const std::string left = ": the last triangle, which is not whole, is left out\n";
+  const std::string lead = "kdstream-build: warning: m.glb: ";
+  const std::string behind = " of triangles, which is no multiple of three\n";
   EXPECT_EQ(warning(9, 6, true), "");
-  EXPECT_EQ(
-    warning(9, 7, true), lead + "1: 7 indices of triangles, which is no multiple of three" + left);
-  EXPECT_EQ(warning(11, 7, true),
-    lead + "0: 11 indices of triangles, which is no multiple of three (and 1 other part)" + left);
+  EXPECT_EQ(warning(9, 7, true),
+    lead +
+      "1 face has fewer than three corners and is dropped: mesh 0, part 1: the last of 7 indices" +
+      behind);
+  EXPECT_EQ(warning(11, 7, true), lead +
+                                    "2 faces have fewer than three corners and are dropped; the "
+                                    "first: mesh 0, part 0: the last of 11 indices" +
+                                    behind);
 }

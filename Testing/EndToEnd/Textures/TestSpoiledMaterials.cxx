@@ -115,7 +115,7 @@ TEST_F(TestSpoiledMaterials, LongLinesAndFilesTakeNoMemory)
   this->WriteObj(leftAndRight, "", "mtllib long.mtl\nmtllib m.mtl\nusemtl a\n");
   this->WriteText("long.mtl", "newmtl z\nKd 0 0 0\nmap_Kd ");
   std::filesystem::resize_file(this->Folder / "long.mtl", 50'000'000);
-  this->ExpectObj({ "long.mtl: line 3: is longer than 1 MiB" }, { red, blue });
+  this->ExpectObj({ "long.mtl: line 3: is longer than 16 MiB" }, { red, blue });
   std::filesystem::resize_file(this->Folder / "long.mtl", 100'000'000);
   this->ExpectObj({ "line 1: the materials 'long.mtl' are more than 64 MiB: they count as white" },
     { red, blue });

@@ -203,7 +203,7 @@ TEST_F(TestTextures, ErrorsOfAnObjNameFaceAndLine)
   {
     std::string line, error;
   } cases[] = {
-    { "f 1 2 -99", "face 2 (line 13): names vertex -99, but there are 6 before it" },
+    { "f 1 2 -99", "face 2 (line 13) names vertex -99, but only 6 come before it" },
     { "f 1 2 x", "face 2 (line 13): 'x' is no number of a vertex" },
     { "v 1 2 z", "vertex 6 (line 13): 'z' is not a number" },
     { "vt q", "texture coordinate 2 (line 13): 'q' is not a number" },

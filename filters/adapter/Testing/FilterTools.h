@@ -17,6 +17,7 @@
 
 #include <array>
 #include <cmath>
+#include <limits>
 #include <sstream>
 #include <string>
 #include <vector>
@@ -144,6 +145,23 @@ inline PolyData MakeAllCells()
   return mesh;
 }
 
+// Cells of any offsets and corners, as a file or vtkCellArray::SetData may give them.
+inline vtkSmartPointer<vtkCellArray> MakeCells(const Ids& offsets, const Ids& corners)
+{
+  const auto arrayOf = [](const Ids& values)
+  {
+    auto array = vtkSmartPointer<vtkIdTypeArray>::New();
+    for (const vtkIdType value : values)
+    {
+      array->InsertNextValue(value);
+    }
+    return array;
+  };
+  auto cells = vtkSmartPointer<vtkCellArray>::New();
+  cells->SetData(arrayOf(offsets), arrayOf(corners));
+  return cells;
+}
+
 inline Ids CellPoints(vtkPolyData& mesh, vtkIdType cell)
 {
   vtkNew<vtkIdList> points;
@@ -255,5 +273,33 @@ private:
   vtkNew<vtkCallbackCommand> Command;
   std::string executiveError;
 };
+
+// A vector that is not finite, which the setter takes, or refuses without naming its member; empty:
+// there is none.
+template <class Filter>
+std::string NotFiniteTakenBy(Filter& filter, const std::string& name,
+  void (Filter::*set)(double, double, double), double* (Filter::*get)())
+{
+  (filter.*set)(1, 2, 3);
+  for (const double bad : { std::numeric_limits<double>::quiet_NaN(),
+         std::numeric_limits<double>::infinity(), -std::numeric_limits<double>::infinity() })
+  {
+    for (std::size_t k = 0; k < 3; ++k)
+    {
+      std::array<double, 3> vector{ 4, 5, 6 };
+      vector[k] = bad;
+      FilterObserver heard(&filter);
+      const vtkMTimeType before = filter.GetMTime();
+      (filter.*set)(vector[0], vector[1], vector[2]);
+      const double* const now = (filter.*get)();
+      const bool stays = now[0] == 1 && now[1] == 2 && now[2] == 3 && filter.GetMTime() == before;
+      if (!stays || heard.error.find(name + " must be finite, not (") == std::string::npos)
+      {
+        return name + "[" + std::to_string(k) + "] = " + std::to_string(bad) + " " + heard.error;
+      }
+    }
+  }
+  return {};
+}
 
 }

@@ -1,11 +1,14 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Composite data as one mesh: which points are one, which cells and arrays stay.
 #include "filters/adapter/JoinPolyData.h"
+#include "filters/adapter/SharedArrays.h"
 #include "filters/adapter/Testing/FilterTools.h"
 
 #include <gtest/gtest.h>
 #include <vtkDoubleArray.h>
+#include <vtkFloatArray.h>
 #include <vtkImageData.h>
+#include <vtkIntArray.h>
 #include <vtkMultiBlockDataSet.h>
 #include <vtkPartitionedDataSet.h>
 #include <vtkPartitionedDataSetCollection.h>
@@ -242,8 +245,94 @@ TEST(JoinPolyData, ArraysThatNotAllPartsHaveAreListedOnce)
   EXPECT_EQ(right->GetPointData()->GetNumberOfArrays(), 4) << "the input is not changed";
 }
 
+// Else ghosts would be taken for own cells without a word.
+TEST(JoinPolyData, GhostArraysThatCannotBeUsedAreListed)
+{
+  const PolyData shorter = Square(1), other = Square(2), good = Square(0);
+  Mark(good->GetCellData(), { 0, duplicate });
+  Mark(shorter->GetCellData(), { duplicate });
+  vtkNew<vtkIntArray> ints;
+  ints->SetName(vtkDataSetAttributes::GhostArrayName());
+  ints->SetNumberOfTuples(4);
+  ints->FillValue(duplicate);
+  other->GetPointData()->AddArray(ints);
+  const JoinedPolyData joined = Join(*Parts({ good, shorter, other }));
+  EXPECT_EQ(
+    joined.leftOut, (std::vector<std::string>{
+                      "point array \"vtkGhostType\": is not one unsigned char for each point",
+                      "cell array \"vtkGhostType\": has 1 tuples for 2 cells" }));
+  EXPECT_EQ(joined.mesh->GetNumberOfCells(), 5);
+  const JoinedPolyData whole = Join(*other);
+  EXPECT_EQ(
+    whole.leftOut, (std::vector<std::string>{
+                     "point array \"vtkGhostType\": is not one unsigned char for each point" }));
+  EXPECT_EQ(whole.mesh->GetPointData()->GetNumberOfArrays(), 0);
+}
+
+TEST(JoinPolyData, IdsOfCellsAreDistinctOverAllKinds)
+{
+  const PolyData vertices = Square(0), triangles = Square(1);
+  vtkNew<vtkCellArray> cells;
+  AddCell(cells, { 1 });
+  AddCell(cells, { 0 });
+  vertices->SetPolys(nullptr);
+  vertices->SetVerts(cells);
+  for (const vtkIdType first : { 10, 4 })
+  {
+    SetGlobalIds(vertices->GetCellData(), { first + 1, first });
+    SetGlobalIds(triangles->GetCellData(), { 5, 4 });
+    const JoinedPolyData joined = Join(*Parts({ vertices, triangles }));
+    vtkDataSetAttributes* const data = joined.mesh->GetCellData();
+    ASSERT_TRUE(data->HasArray("GlobalIds"));
+    EXPECT_EQ(data->GetGlobalIds() != nullptr, first == 10);
+    Ids ids;
+    for (vtkIdType i = 0; i < joined.mesh->GetNumberOfCells(); ++i)
+    {
+      ids.push_back(static_cast<vtkIdType>(data->GetArray("GlobalIds")->GetComponent(i, 0)));
+    }
+    EXPECT_EQ(ids, first == 10 ? (Ids{ 10, 11, 4, 5 }) : (Ids{ 5, 4, 5, 4 }));
+  }
+}
+
+// Counts how often it is compared.
+class CountedArray : public vtkFloatArray
+{
+public:
+  static CountedArray* New();
+  vtkTypeMacro(CountedArray, vtkFloatArray);
+  int GetDataType() const override
+  {
+    ++compared;
+    return this->Superclass::GetDataType();
+  }
+  static inline std::size_t compared = 0;
+};
+vtkStandardNewMacro(CountedArray);
+
+TEST(JoinPolyData, ArraysAreComparedOnceForEachPart)
+{
+  constexpr std::size_t count = 2000;
+  std::vector<vtkNew<vtkPointData>> datas(count);
+  std::vector<PartData> parts;
+  for (const auto& data : datas)
+  {
+    vtkNew<CountedArray> array;
+    array->SetName("Counted");
+    array->SetNumberOfTuples(1);
+    data->AddArray(array);
+    parts.push_back({ data, 1 });
+  }
+  std::vector<std::string> leftOut;
+  CountedArray::compared = 0;
+  EXPECT_EQ(FindSharedArrays(parts, "point", leftOut).size(), 1U);
+  EXPECT_TRUE(leftOut.empty());
+  EXPECT_LT(CountedArray::compared, 10 * count);
+}
+
 TEST(JoinPolyData, ErrorsNameThePart)
 {
+  const PolyData offsets = Square(0);
+  offsets->SetPolys(MakeCells({ 0, 1000000 }, { 0, 1, 2 }));
   const double nan = std::nan("");
   const PolyData outside = Square(0);
   AddCell(outside->GetPolys(), { 0, 1, 4 });
@@ -252,6 +341,7 @@ TEST(JoinPolyData, ErrorsNameThePart)
   const std::vector<std::pair<PolyData, std::string>> cases{
     { MakePoints({ { 0, nan, 0 } }), "partition 1: point 0: a coordinate is not finite" },
     { outside, "partition 1: cell 2 uses point 4, but there are 4" },
+    { offsets, "partition 1: cell 0 has the corners from 0 up to 1000000 of a list of 3" },
   };
   for (const auto& [bad, message] : cases)
   {

@@ -148,6 +148,63 @@ TEST(PolyDataMesh, PointOutOfRangeInEachKindOfCell)
   }
 }
 
+// The corners of no cell are read beyond the list of corners.
+TEST(PolyDataMesh, OffsetsThatAreNoOffsetsInEachKindOfCell)
+{
+  const std::vector<std::pair<Ids, std::string>> cases{
+    { { 0, 1000000 }, "from 0 up to 1000000 of a list of 3" },
+    { { 0, 3, 1, 3 }, "from 3 up to 1 of a list of 3" },
+    { { -1000000, 3 }, "from -1000000 up to 3 of a list of 3" },
+    { { 1000000, 1000000 }, "from 1000000 up to 1000000 of a list of 3" },
+    { {}, "no offsets" },
+  };
+  const Ids firstOfKind{ 0, 2, 4, 8 };
+  for (std::size_t kind = 0; kind < 4; ++kind)
+  {
+    for (const auto& [offsets, message] : cases)
+    {
+      SCOPED_TRACE(message + " in kind " + std::to_string(kind));
+      const PolyData mesh = MakeAllCells();
+      const auto cells = MakeCells(offsets, { 0, 1, 2 });
+      const auto set = { &vtkPolyData::SetVerts, &vtkPolyData::SetLines, &vtkPolyData::SetPolys,
+        &vtkPolyData::SetStrips };
+      (*mesh.*std::data(set)[kind])(cells);
+      const Result<PolyDataElements> read = ReadElements(*mesh);
+      ASSERT_FALSE(read);
+      EXPECT_EQ(read.GetError().code, ErrorCode::InvalidInput);
+      EXPECT_NE(read.GetError().message.find(message), std::string::npos)
+        << read.GetError().message;
+      const bool isSecond = offsets.size() == 4;
+      EXPECT_TRUE(
+        offsets.empty() || read.GetError().message.rfind(
+                             "cell " + std::to_string(firstOfKind[kind] + isSecond) + " ", 0) == 0)
+        << read.GetError().message;
+      const Status checked = CheckCells(*mesh);
+      ASSERT_FALSE(checked);
+      EXPECT_EQ(checked.GetError().message, read.GetError().message);
+    }
+  }
+}
+
+// VTK says that the last offset is the length of the list; a longer one harms nobody.
+TEST(PolyDataMesh, CornersThatNoCellHas)
+{
+  const PolyData mesh = MakePoints({ { 0, 0, 0 }, { 1, 0, 0 }, { 0, 1, 0 } });
+  mesh->SetPolys(MakeCells({ 0, 3 }, { 0, 1, 2, 2, 1 }));
+  const Result<PolyDataElements> read = ReadElements(*mesh);
+  ASSERT_TRUE(read) << read.GetError().message;
+  EXPECT_EQ(read->corners, (std::vector<Triangle>{ { 0, 1, 2 } }));
+}
+
+TEST(PolyDataMesh, PointsOfTwoCoordinates)
+{
+  const PolyData mesh = MakePoints({ { 0, 0, 0 }, { 1, 0, 0 }, { 0, 1, 0 }, { 1, 1, 0 } });
+  mesh->GetPoints()->GetData()->SetNumberOfComponents(2);
+  const Result<std::vector<Vec3>> read = ReadPoints(*mesh, {});
+  ASSERT_FALSE(read);
+  EXPECT_EQ(read.GetError().message, "points have 2 coordinates, not 3");
+}
+
 TEST(SmpFor, CoversEveryItemOnceOnEveryBackend)
 {
   for (const std::string& backend : smpBackends)

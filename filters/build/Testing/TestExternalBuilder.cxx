@@ -209,7 +209,7 @@ TEST_F(ExternalBuilderTest, SaysWhatIsWrong)
                                   "property float y\nproperty float z\nelement face 1\n"
                                   "property list uchar int vertex_indices\nend_header\n"
                                   "0 0 0\n1 0 0\n3 0 1 2\n";
-  EXPECT_NE(message().find("face 0 names vertex 2"), std::string::npos);
+  EXPECT_NE(message().find("face 0 (line 12) names vertex 2"), std::string::npos);
   this->Options.partitioner = Partitioner::KMeans;
   EXPECT_NE(message().find("in memory alone"), std::string::npos);
   this->Options.partitioner = Partitioner::KdTree;

@@ -36,6 +36,11 @@ Result<Json> ParseJson(const std::string& text, std::size_t begin)
   }
   catch (const Json::parse_error& failure)
   {
+    if (const std::string_view mark = std::string_view(text).substr(0, 2);
+        mark == "\xFF\xFE" || mark == "\xFE\xFF")
+    {
+      return GltfError("its JSON is UTF-16: save it as UTF-8");
+    }
     const std::size_t at = failure.byte > 0 ? failure.byte - 1 : 0;
     return GltfError(at >= text.size()
                        ? "its JSON breaks off at byte " + std::to_string(begin + at)
@@ -130,14 +135,6 @@ bool ChangesLooks(std::string_view extension)
     [&](std::string_view beginning) { return extension.starts_with(beginning); });
 }
 
-// RFC 4648, tables 1 and 2, where "-" and "_" are written for "+" and "/".
-std::size_t Base64Digit(char c)
-{
-  static constexpr std::string_view digits =
-    "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
-  return digits.find(c == '-' ? '+' : c == '_' ? '/' : c);
-}
-
 }
 
 Result<GltfDocument> ReadGltfDocument(const std::filesystem::path& file)
@@ -221,30 +218,7 @@ std::optional<std::vector<std::uint8_t>> DataOf(const std::string& uri)
   {
     return std::vector<std::uint8_t>(text.begin(), text.end());
   }
-  std::vector<std::uint8_t> bytes;
-  bytes.reserve(text.size() / 4 * 3);
-  std::uint32_t bits = 0;
-  unsigned held = 0;
-  for (std::size_t i = 0; i < text.size() && text[i] != '='; ++i)
-  {
-    if (text[i] == '\n' || text[i] == '\r' || text[i] == ' ' || text[i] == '\t')
-    {
-      continue;
-    }
-    const std::size_t digit = Base64Digit(text[i]);
-    if (digit == std::string_view::npos)
-    {
-      return std::nullopt;
-    }
-    bits = (bits << 6U) | static_cast<std::uint32_t>(digit);
-    held += 6;
-    if (held >= 8)
-    {
-      held -= 8;
-      bytes.push_back(static_cast<std::uint8_t>((bits >> held) & 255U));
-    }
-  }
-  return bytes;
+  return Base64Decoded(text);
 }
 
 std::string NamesNone(const std::string& element, const Json& index, const Json& array)

@@ -580,11 +580,12 @@ private:
                                                          : 0;
     // What Draco compresses is triangles, whatever its mode.
     part.triangles = TrianglesOf(this->Draco ? trianglesMode : mode, corners);
-    if (mode == trianglesMode && count % 3 > 0 && this->Meshes.Left.parts++ == 0)
+    if (mode == trianglesMode && count % 3 > 0)
     {
-      this->Meshes.Left.first =
-        named + std::to_string(count) +
-        (Member(this->Part, "indices").is_null() ? " vertices" : " indices");
+      this->Meshes.DroppedPoints.Count(Lapse::FaceTooSmall, 1,
+        named + "the last of " + std::to_string(count) +
+          (Member(this->Part, "indices").is_null() ? " vertices" : " indices") +
+          " of triangles, which is no multiple of three");
     }
   }
 

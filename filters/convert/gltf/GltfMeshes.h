@@ -37,13 +37,6 @@ struct GltfPart
   std::size_t lines = 0; // of which points alone are kept
 };
 
-// Corners that are left over where a part of triangles has no multiple of three.
-struct GltfIncomplete
-{
-  std::string first; // "mesh 0, part 1: 7 indices"
-  std::size_t parts = 0;
-};
-
 class GltfMeshes
 {
 public:
@@ -75,8 +68,8 @@ public:
   // for what is compressed.
   Result<std::vector<GltfPart>> PartsOf(std::size_t mesh, const nlohmann::json& weights);
 
-  const GltfIncomplete& Incomplete() const { return this->Left; }
-  // Points of those parts that are not finite, and triangles that name them, were dropped.
+  // Points of those parts that are not finite, and triangles that name them, were dropped; so were
+  // last triangles that are not whole.
   const Tolerance& Dropped() const { return this->DroppedPoints; }
 
 private:
@@ -91,7 +84,6 @@ private:
   GltfBuffers& Buffers;
   const std::vector<GltfMaterial>& Materials;
   std::map<std::size_t, std::size_t> PartsOfPlaces; // how many have an accessor's places
-  GltfIncomplete Left;
   Tolerance DroppedPoints;
 };
 

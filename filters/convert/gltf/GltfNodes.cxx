@@ -38,6 +38,18 @@ Status CheckPlace(const Json& node, std::size_t number)
                        std::to_string(count) + " numbers");
     }
   }
+  // It is written column by column, so these are the last row.
+  const Json& matrix = Member(node, "matrix");
+  constexpr double small = 1e-6;
+  for (std::size_t k = 3; k < CountOf(matrix); k += 4)
+  {
+    if (std::abs(matrix[k].get<double>() - (k == 15 ? 1 : 0)) > small)
+    {
+      return GltfError("node " + std::to_string(number) +
+                       " has a matrix whose last row is not 0 0 0 1 (the numbers 4, 8, 12 and 16): "
+                       "it must be written column by column, its translation last");
+    }
+  }
   return {};
 }
 

@@ -75,7 +75,7 @@ public:
     this->ChooseArrays();
     KDSTREAM_TRY(this->AppendMeshes(meshes, buffers, execution));
     this->RoundToFloats();
-    this->Warn(meshes.Incomplete());
+    this->WarnOfAll();
     this->Joined.tolerance = this->Document.tolerance;
     this->Joined.tolerance.Add(meshes.Dropped());
     if (this->IsPainted && !this->Joined.mesh.points.empty())
@@ -319,7 +319,7 @@ private:
     }
   }
 
-  void Warn(const GltfIncomplete& incomplete)
+  void WarnOfAll()
   {
     std::vector<std::string>& warnings = this->Joined.warnings;
     warnings.insert(warnings.end(), this->Nodes.Notes().begin(), this->Nodes.Notes().end());
@@ -336,15 +336,6 @@ private:
     {
       warnings.emplace_back(
         "skins and animations are not carried: the mesh is in the pose that its nodes have");
-    }
-    if (incomplete.parts > 0)
-    {
-      const std::string others =
-        incomplete.parts == 1   ? ""
-        : incomplete.parts == 2 ? " (and 1 other part)"
-                                : " (and " + std::to_string(incomplete.parts - 1) + " other parts)";
-      warnings.push_back(incomplete.first + " of triangles, which is no multiple of three" +
-                         others + ": the last triangle, which is not whole, is left out");
     }
     // Of a file without pictures looks are not told one by one.
     if (!Member(this->Document.json, "images").is_null() ||

@@ -69,7 +69,6 @@ private:
   // time.
   static constexpr std::uint32_t manyTriangles = 1024;
 
-  VertexId VertexAt(Corner corner) const { return this->Triangles[corner / 3][corner % 3]; }
   StarSide SideAt(Corner corner) const;
   static bool IsGone(const StarSide& side) { return side.first == side.second; }
   void Unlink(VertexId v, Corner corner);

@@ -2,8 +2,6 @@
 // Which pieces a cut takes, and which it would need: see Cut.h.
 #include "filters/core/drawing/Cut.h"
 
-#include "filters/core/Later.h"
-
 #include <algorithm>
 #include <cstddef>
 #include <iterator>
@@ -168,8 +166,7 @@ private:
   }
 
   // The pieces of level depth + 1 that hold the children of the clusters above the wanted pieces.
-  KDSTREAM_LATER void FollowReach(
-    unsigned depth, const std::vector<std::span<const std::uint32_t>>& rows)
+  void FollowReach(unsigned depth, const std::vector<std::span<const std::uint32_t>>& rows)
   {
     const std::size_t place = depth - PreviewLevel(this->Depths);
     std::vector<std::uint32_t> above;
@@ -222,8 +219,7 @@ private:
 
   // The ancestors of the own vertices of wanted pieces that are loaded; of what is finer than S
   // those of the clusters of level S.
-  KDSTREAM_LATER std::vector<std::span<const std::uint32_t>> RowsOf(
-    const std::vector<PieceId>& wanted) const
+  std::vector<std::span<const std::uint32_t>> RowsOf(const std::vector<PieceId>& wanted) const
   {
     std::vector<std::span<const std::uint32_t>> rows;
     for (const PieceId id : wanted)

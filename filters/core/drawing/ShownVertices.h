@@ -36,21 +36,14 @@ public:
   // Whether the i-th piece is new, or some vertex of it is shown by another node than before.
   bool HasChanged(std::size_t i) const { return this->Numbered[i]->changed; }
 
-  // The resolution at which a vertex of the i-th piece is shown, at most the piece's; nothing where
-  // only what is finer is shown.
-  std::optional<Resolution> ShownAt(std::size_t i, std::uint32_t v) const
-  {
-    const Resolution shown = this->Numbered[i]->shown[v];
-    return shown == above ? std::nullopt : std::optional(shown);
-  }
   // Whether an own vertex or a ghost of the i-th piece is itself in the cut.
   bool IsInCut(std::size_t i, std::uint32_t v) const
   {
     return this->Numbered[i]->shown[v] == this->All[i]->id.resolution;
   }
 
-  // The own vertex of a piece that shows a vertex of the i-th one. Nothing where ShownAt says
-  // nothing, or where pieces contradict each other.
+  // The own vertex of a piece that shows a vertex of the i-th one. Nothing where only
+  // what is finer is shown, or where pieces contradict each other.
   using Place = ClusterOwners::Place;
   std::optional<Place> NodeAbove(std::size_t i, std::uint32_t v);
 
@@ -77,7 +70,6 @@ private:
   };
 
   void TakePieces(std::vector<const Piece*> pieces);
-  void ForgetAsked();
   bool AskOwn(const Piece& piece, Known& known);
   bool AskGhosts(const Piece& piece, Known& known);
   Keys TakeAsked(const Piece& piece);

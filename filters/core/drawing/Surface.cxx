@@ -7,10 +7,11 @@
 namespace kdstream
 {
 
-Result<Surface> DrawSurface(const Cut& cut, const PieceLookup& lookup)
+Result<Surface> DrawSurface(const Cut& cut, const PieceLookup& lookup, const Execution& execution)
 {
   SurfaceParts parts;
-  KDSTREAM_TRY(parts.GoTo(cut, lookup));
+  KDSTREAM_TRY(parts.GoTo(cut, lookup, execution));
+  KDSTREAM_TRY(execution.Report("glue", 1));
   return MergeParts(parts.Parts());
 }
 

@@ -7,6 +7,7 @@
 // overlaps, whatever mix of resolutions is shown.
 #pragma once
 
+#include "filters/core/Execution.h"
 #include "filters/core/Result.h"
 #include "filters/core/drawing/Cut.h"
 
@@ -37,7 +38,9 @@ struct Surface
 // node in the cut; what becomes degenerate is dropped; where triangles fall together one is kept of
 // each orientation. Complexity O(T log T) for T triangles in the pieces used, in practice nearly
 // O(T). Errors: those of CheckCut; NotFound where MissingPieces is not empty. Of pieces that
-// contradict each other (CheckPiece passes each) it draws something, with holes.
-Result<Surface> DrawSurface(const Cut& cut, const PieceLookup& lookup);
+// contradict each other (CheckPiece passes each) it draws something, with holes. Reports "glue";
+// Cancelled.
+Result<Surface> DrawSurface(
+  const Cut& cut, const PieceLookup& lookup, const Execution& execution = {});
 
 }

@@ -6,7 +6,6 @@
 //   other corners move up to their nodes of the cut, points of other pieces mostly: borrowed ones.
 #include "filters/core/drawing/SurfaceParts.h"
 
-#include "filters/core/Later.h"
 #include "filters/core/SortTriangles.h"
 #include "filters/core/drawing/FormerSurface.h"
 #include "filters/core/drawing/ShownVertices.h"
@@ -419,7 +418,7 @@ SurfaceParts::~SurfaceParts() = default;
 SurfaceParts::SurfaceParts(SurfaceParts&&) noexcept = default;
 SurfaceParts& SurfaceParts::operator=(SurfaceParts&&) noexcept = default;
 
-Status SurfaceParts::GoTo(const Cut& cut, const PieceLookup& lookup)
+Status SurfaceParts::GoTo(const Cut& cut, const PieceLookup& lookup, const Execution& execution)
 {
   auto pieces = FindPieces(cut, lookup);
   KDSTREAM_TRY(pieces);
@@ -433,6 +432,7 @@ Status SurfaceParts::GoTo(const Cut& cut, const PieceLookup& lookup)
     std::shared_ptr<const SurfacePart> part;
     if (view.HasChanged(i))
     {
+      KDSTREAM_TRY(execution.Report("glue", double(i) / double(view.Pieces().size())));
       part = PartDrawer(view, i, this->KeepsCorners).Draw();
       ++this->Drawn;
     }
@@ -456,7 +456,7 @@ Status SurfaceParts::GoTo(const Cut& cut, const PieceLookup& lookup)
 }
 
 // pieces: the number of each part's piece, or `stayed`.
-KDSTREAM_LATER void SurfaceParts::FindFormer(
+void SurfaceParts::FindFormer(
   const SurfacePartList& before, const TreeDepths& depths, const std::vector<std::size_t>& pieces)
 {
   const FormerSurface former(before, depths);

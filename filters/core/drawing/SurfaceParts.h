@@ -3,6 +3,7 @@
 // "draw" of the README's picture.
 #pragma once
 
+#include "filters/core/Execution.h"
 #include "filters/core/Result.h"
 #include "filters/core/drawing/Surface.h"
 #include "filters/core/drawing/SurfaceTree.h"
@@ -82,8 +83,9 @@ public:
   // Goes over to a cut of loaded pieces, by the rule of DrawSurface. The pieces need not be kept.
   // The first time O(T log T) for T triangles of the pieces, in practice nearly O(T); then so much
   // for pieces some of whose vertices are shown by others than before, and O(log) for each other.
-  // Errors, which leave the parts as they were: those of DrawSurface.
-  Status GoTo(const Cut& cut, const PieceLookup& lookup);
+  // Errors, which leave the parts as they were: those of DrawSurface. Reports "glue", a piece a
+  // step; after Cancelled the parts are of no use any more.
+  Status GoTo(const Cut& cut, const PieceLookup& lookup, const Execution& execution = {});
 
   const SurfacePartList& Parts() const { return this->All; }
   // How many pieces' parts the last GoTo has drawn anew.

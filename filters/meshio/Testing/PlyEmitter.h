@@ -49,7 +49,8 @@ inline char EmitTypeCode(const std::string& type)
   const std::vector<std::pair<std::string, char>> codes{ { "char", 'b' }, { "int8", 'b' },
     { "uchar", 'B' }, { "uint8", 'B' }, { "short", 'h' }, { "int16", 'h' }, { "ushort", 'H' },
     { "uint16", 'H' }, { "int", 'i' }, { "int32", 'i' }, { "uint", 'I' }, { "uint32", 'I' },
-    { "float", 'f' }, { "float32", 'f' }, { "double", 'd' }, { "float64", 'd' } };
+    { "int64", 'q' }, { "uint64", 'Q' }, { "float", 'f' }, { "float32", 'f' }, { "double", 'd' },
+    { "float64", 'd' } };
   return std::find_if(
     codes.begin(), codes.end(), [&type](const auto& code) { return code.first == type; })
     ->second;
@@ -142,6 +143,10 @@ private:
         return this->EmitAs(static_cast<std::int32_t>(value));
       case 'I':
         return this->EmitAs(static_cast<std::uint32_t>(value));
+      case 'q':
+        return this->EmitAs(static_cast<std::int64_t>(value));
+      case 'Q':
+        return this->EmitAs(static_cast<std::uint64_t>(value));
       case 'f':
         return this->EmitAs(static_cast<float>(value));
       default:

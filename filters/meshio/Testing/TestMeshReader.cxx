@@ -29,8 +29,8 @@ TEST(MeshReader, ReadsPlyWhateverTheCaseOfItsEnding)
 TEST(MeshReader, RefusesOtherFormatsByName)
 {
   const ScratchFolder folder;
-  for (const std::string ending :
-    { ".vtp", ".vtk", ".wrl", ".glb", ".gltf", ".pcd", ".xyz", ".las", ".laz" })
+  for (const std::string ending : { ".vtp", ".vtk", ".wrl", ".glb", ".gltf", ".pcd", ".xyz", ".las",
+         ".laz", ".wrz", ".txt", ".csv", ".pts", ".asc" })
   {
     const Result<std::unique_ptr<MeshReader>> reader =
       MeshReader::Open(folder.Write("mesh" + ending, "ply\n"));
@@ -48,14 +48,6 @@ TEST(MeshReader, RefusesOtherFormatsByName)
     EXPECT_EQ(reader.GetError().message,
       "the ending '" + ending + "' names no known mesh format; convert it to .ply");
   }
-}
-
-TEST(MeshReader, SaysHowPointsAsTextAreRead)
-{
-  const ScratchFolder folder;
-  const Error error = MeshReader::Open(folder.Write("a.csv", "1 2 3\n")).GetError();
-  EXPECT_EQ(error.code, ErrorCode::Unsupported);
-  EXPECT_NE(error.message.find("called .xyz"), std::string::npos);
 }
 
 TEST(MeshReader, ReadsFacesByTheirTriangles)
@@ -141,7 +133,12 @@ TEST(MeshReader, ContentOfAnotherFormatIsTold)
   EXPECT_EQ(messageOf("a.ply", "glTF" + std::string(200, '\x02')),
     "looks like a .glb file, although its name ends in .ply");
   EXPECT_EQ(messageOf("b.ply", "PK\x03\x04" + std::string(200, '\x02')),
-    "looks like a .zip file, although its name ends in .ply");
+    "is compressed (.zip): unpack it first, by unzip");
+  for (const std::string name : { "c.obj", "c.ply.gz", "c" })
+  {
+    EXPECT_EQ(messageOf(name, "\x1f\x8b\x08" + std::string(200, '\x02')),
+      "is compressed (.gz): unpack it first, by gunzip");
+  }
 }
 
 }

@@ -9,6 +9,8 @@
 
 #include <gtest/gtest.h>
 
+#include <cmath>
+
 namespace kdstream::test
 {
 
@@ -271,7 +273,7 @@ TEST(ObjReader, SaysWhatIsWrongAndWhere)
   ExpectError(threePlaces + "vn 1 0\nf 1//1 2//1 3//1\n", "normal 0 (line 4): has 2 numbers");
   ExpectError(
     threePlaces + "vt a\nf 1/1 2/1 3/1\n", "texture coordinate 0 (line 4): 'a' is not a number");
-  ExpectError(threePlaces + "f" + std::string(2 << 20, ' '), "line 4: is longer than 1 MiB");
+  ExpectError(threePlaces + "f" + std::string(17 << 20, ' '), "line 4: is longer than 16 MiB");
 }
 
 TEST(ObjReader, DropsWhatItCanDoWithoutAndCountsIt)
@@ -389,9 +391,49 @@ TEST(ObjReader, PolygonsOfManyCorners)
   ASSERT_TRUE(read.status) << read.status.GetError().message;
   EXPECT_EQ(read.mesh.triangles.size(), 99998U);
   EXPECT_EQ(read.mesh.triangles[997], (Triangle{ 1, 1, 2 }));
-  ExpectError(threePlaces + face + face.substr(1) + face.substr(1) + face.substr(1) + " 1 \\\n" +
-                face.substr(1) + face.substr(1),
-    "line 528: is longer than 1 MiB, with those that it goes on from");
+  std::string many = threePlaces + face;
+  for (int i = 0; i < 100; ++i)
+  {
+    many += face.substr(1);
+  }
+  ExpectError(many, "line 8384: is longer than 16 MiB, with those that it goes on from");
+}
+
+TEST(ObjReader, TextureCoordinatesThatAreTooLargeAreNoNumbers)
+{
+  const Contents read =
+    ReadBytes(threePlaces + "vt 1e40 0.5\nvt 0.25\nvt 1 2 3 4 5\nf 1/1 2/2 3/3\n");
+  ASSERT_TRUE(read.status) << read.status.GetError().message;
+  ASSERT_EQ(read.mesh.attributes.size(), 1U);
+  const Attribute& coordinates = read.mesh.attributes[0];
+  EXPECT_TRUE(std::isnan(coordinates.Get(0, 0)));
+  EXPECT_EQ(coordinates.Get(0, 1), 0.5);
+  EXPECT_EQ(coordinates.Get(1, 0), 0.25);
+  EXPECT_EQ(coordinates.Get(1, 1), 0);
+  EXPECT_EQ(coordinates.Get(2, 1), 2);
+}
+
+// In one line that is longer than a block; the lines behind it are still numbered.
+TEST(ObjReader, PolygonsInLongLines)
+{
+  for (const std::string end : { "\n", "\r\n", "\r" })
+  {
+    std::string text = threePlaces + "f";
+    for (int i = 0; i < 600000; ++i)
+    {
+      text += i % 3 == 0 ? " 1" : i % 3 == 1 ? " 2/1/1" : " 3";
+    }
+    text += "\nf 1 2 3\n";
+    std::string ended;
+    for (const char c : text)
+    {
+      ended += c == '\n' ? end : std::string(1, c);
+    }
+    const Contents read = ReadBytes(ended);
+    ASSERT_TRUE(read.status) << read.status.GetError().message;
+    EXPECT_EQ(read.mesh.triangles.size(), 599999U);
+    ExpectError(ended + "f 1 2 9\n", "face 2 (line 6) names vertex 9, but there are only 3");
+  }
 }
 
 TEST(ObjReader, TablesNeedAFolder)

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Which properties of a PLY file become which arrays: names, types, values, limits.
 #include "filters/meshio/MeshReader.h"
-#include "filters/meshio/ply/PlyArrays.h"
 #include "filters/meshio/Testing/ScratchFolder.h"
+#include "filters/meshio/ply/PlyArrays.h"
 
 #include <gtest/gtest.h>
 
@@ -180,9 +180,9 @@ TEST(PlyArrays, ValuesOfTextsHaveTheirPropertysType)
   EXPECT_TRUE(std::isnan(a.at(4).Get(0, 0)));
   EXPECT_EQ(a.at(5).Get(0, 0), -std::numeric_limits<double>::infinity());
   EXPECT_EQ(ReadVertex({ "uchar red" }, "256").error,
-    "vertex 0: red '256' is out of range of the type uchar");
-  EXPECT_EQ(
-    ReadVertex({ "int red" }, "1.5").error, "vertex 0: red '1.5' is not a number of type int");
+    "vertex 0 (line 9): red '256' is out of range of the type uchar");
+  EXPECT_EQ(ReadVertex({ "int red" }, "1.5").error,
+    "vertex 0 (line 9): red '1.5' is not a number of type int");
   EXPECT_EQ(ReadVertex({ "int red" }, "").error.substr(0, 30), "truncated: vertex 0 of 1 expec");
 }
 

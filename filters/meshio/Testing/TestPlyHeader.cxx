@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // PlyHeader: the lines of a header, and every way in which one can be wrong.
-#include "filters/meshio/ply/PlyHeader.h"
 #include "filters/meshio/Testing/ScratchFolder.h"
+#include "filters/meshio/ply/PlyHeader.h"
 
 #include <gtest/gtest.h>
 
@@ -74,16 +74,17 @@ TEST(PlyHeader, ReadsElementsPropertiesAndWhereTheBodyBegins)
 TEST(PlyHeader, KnowsBothNamesOfEveryType)
 {
   const std::vector<std::pair<std::string, std::size_t>> types{ { "char", 1 }, { "uchar", 1 },
-    { "short", 2 }, { "ushort", 2 }, { "int", 4 }, { "uint", 4 }, { "float", 4 }, { "double", 8 },
-    { "int8", 1 }, { "uint8", 1 }, { "int16", 2 }, { "uint16", 2 }, { "int32", 4 }, { "uint32", 4 },
-    { "float32", 4 }, { "float64", 8 } };
+    { "short", 2 }, { "ushort", 2 }, { "int", 4 }, { "uint", 4 }, { "int64", 8 }, { "uint64", 8 },
+    { "float", 4 }, { "double", 8 }, { "int8", 1 }, { "uint8", 1 }, { "int16", 2 }, { "uint16", 2 },
+    { "int32", 4 }, { "uint32", 4 }, { "int64", 8 }, { "uint64", 8 }, { "float32", 4 },
+    { "float64", 8 } };
   for (std::size_t i = 0; i < types.size(); ++i)
   {
     const Result<PlyHeader> header =
       Parse(start + "element vertex 1\nproperty " + types[i].first + " x\nend_header\n");
     ASSERT_TRUE(header) << types[i].first;
     const PlyType type = header->elements[0].properties[0].type;
-    EXPECT_EQ(PlyTypeName(type), types[i % 8].first);
+    EXPECT_EQ(PlyTypeName(type), types[i % 10].first);
     EXPECT_EQ(SizeOf(type), types[i].second);
   }
 }
@@ -120,8 +121,7 @@ TEST(PlyHeader, RefusesBadLinesByNumber)
   ExpectError(start + "property float x\n", "header line 3: a property before the first element");
   const std::string vertex = start + "element vertex 1\nproperty float x\n";
   ExpectError(vertex + "element vertex 2\n", "header line 5: a second element 'vertex'");
-  ExpectError(
-    vertex + "property int x\n", "header line 5: a second property 'x' of element 'vertex'");
+  ExpectError(start + "element Face 1\nelement face 2\n", "header line 4: a second element 'face'");
   ExpectError(vertex + "property float\n", "header line 5: a property has a type and a name");
   ExpectError(vertex + "property float y y\n", "header line 5: a property has a type and a name");
   ExpectError(vertex + "property\n", "header line 5: a property has a type and a name");
@@ -130,8 +130,6 @@ TEST(PlyHeader, RefusesBadLinesByNumber)
   ExpectError(vertex + "property real y\n", "header line 5: unknown type 'real'");
   ExpectError(vertex + "property list size int y\n", "header line 5: unknown type 'size'");
   ExpectError(vertex + "property list uchar index y\n", "header line 5: unknown type 'index'");
-  ExpectError(vertex + "property list float int y\n",
-    "header line 5: list 'y' is counted in float, not in integers");
   ExpectError(vertex + "property float \x1b[2J\n",
     "header line 5: the name '?[2J' is too long or holds control characters");
   ExpectError(start + "element " + std::string(1100, 'a') + " 1\n",

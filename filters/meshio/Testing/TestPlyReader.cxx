@@ -306,7 +306,7 @@ TEST(PlyReader, DropsCoordinatesThatAreNotFinite)
         "1 point is not finite and is dropped: vertex 1, whose y is nan" }));
   }
   ExpectError(asciiVertices + "end_header\n0 1e39 0\n",
-    "vertex 0: y '1e39' is out of range of the type float");
+    "vertex 0 (line 8): y '1e39' is out of range of the type float");
   const double infinity = std::numeric_limits<double>::infinity();
   const double nan = std::numeric_limits<double>::quiet_NaN();
   for (const EmitEncoding encoding : { EmitEncoding::LittleEndian, EmitEncoding::BigEndian })
@@ -389,13 +389,13 @@ TEST(PlyReader, FacesAndArraysFollowDroppedVertices)
 TEST(PlyReader, NamesIndicesOutOfRange)
 {
   ExpectError(WithFaces(2, "3 0 1 2\n3 0 1 99\n"),
-    "face 1 names vertex 99, but there are only 4, counted from 0");
-  ExpectError(
-    WithFaces(1, "4 0 1 2 4\n"), "face 0 names vertex 4, but there are only 4, counted from 0");
-  ExpectError(
-    WithFaces(1, "3 0 -1 2\n"), "face 0 names vertex -1, but there are only 4, counted from 0");
+    "face 1 (line 15) names vertex 99, but there are only 4, counted from 0");
+  ExpectError(WithFaces(1, "4 0 1 2 4\n"),
+    "face 0 (line 14) names vertex 4, but there are only 4, counted from 0");
+  ExpectError(WithFaces(1, "3 0 -1 2\n"),
+    "face 0 (line 14) names vertex -1, but there are only 4, counted from 0");
   ExpectError(WithFaces(1, "3 0 99999999999999999999 2\n"),
-    "face 0: index '99999999999999999999' out of range");
+    "face 0 (line 14): index '99999999999999999999' out of range");
   const std::string bytesList = "property list uchar int vertex_indices\n";
   const std::string minusOne(4, '\xff');
   const std::string zeros(8, '\0');
@@ -437,10 +437,11 @@ TEST(PlyReader, NamesListCountsThatLie)
   };
   const std::string lying = WithFaces(1, "4294967295 0 1 2\n", wide);
   ExpectError(lying, pastEnd(lying.rfind(" 0 1 2"), "vertex_indices", "4294967295"));
-  ExpectError(WithFaces(1, "-3 0 1 2\n", wide), "face 0: list vertex_indices claims -3 values");
-  ExpectError(WithFaces(1, "3.5 0 1 2\n"), "face 0: list count '3.5' is not an integer");
+  ExpectError(
+    WithFaces(1, "-3 0 1 2\n", wide), "face 0 (line 14): list vertex_indices claims -3 values");
+  ExpectError(WithFaces(1, "3.5 0 1 2\n"), "face 0 (line 14): list count '3.5' is not an integer");
   ExpectError(WithFaces(1, "99999999999999999999 0 1 2\n"),
-    "face 0: list count '99999999999999999999' out of range");
+    "face 0 (line 14): list count '99999999999999999999' out of range");
   const std::string oneTooMany = WithFaces(1, "4 0 1 2\n", wide);
   ExpectError(oneTooMany, pastEnd(oneTooMany.rfind(" 0 1 2"), "vertex_indices", "4"));
   const std::string maximum(4, '\xff');
@@ -457,30 +458,136 @@ TEST(PlyReader, NamesListCountsThatLie)
 TEST(PlyReader, NamesTextInPlaceOfNumbers)
 {
   ExpectError(asciiVertices + "end_header\n0 0 0\n1 zero 0\n",
-    "vertex 1: y 'zero' is not a number of type float");
+    "vertex 1 (line 9): y 'zero' is not a number of type float");
   ExpectError(asciiVertices + "end_header\n0 0 0\n1 0,5 0\n",
-    "vertex 1: y '0,5' is not a number of type float");
-  ExpectError(
-    asciiVertices + "end_header\n0 0 0x10\n", "vertex 0: z '0x10' is not a number of type float");
-  ExpectError(
-    asciiVertices + "end_header\n0 0 +-1\n", "vertex 0: z '+-1' is not a number of type float");
+    "vertex 1 (line 9): y '0,5' is not a number of type float");
+  ExpectError(asciiVertices + "end_header\n0 0 0x10\n",
+    "vertex 0 (line 8): z '0x10' is not a number of type float");
+  ExpectError(asciiVertices + "end_header\n0 0 +-1\n",
+    "vertex 0 (line 8): z '+-1' is not a number of type float");
   ExpectError(asciiVertices + "end_header\n0 \x1b[31m 0\n",
-    "vertex 0: y '?[31m' is not a number of type float");
-  ExpectError(WithFaces(1, "3 0 1 two\n"), "face 0: index 'two' is not an integer");
-  ExpectError(WithFaces(1, "3 0 1 2.0\n"), "face 0: index '2.0' is not an integer");
+    "vertex 0 (line 8): y '?[31m' is not a number of type float");
+  ExpectError(WithFaces(1, "3 0 1 two\n"), "face 0 (line 14): index 'two' is not an integer");
+  ExpectError(WithFaces(1, "3 0 1 1.5\n"), "face 0 (line 14): index '1.5' is not an integer");
   ExpectError(asciiVertices + "end_header\n" + std::string(5000, '1') + " 0 0\n",
-    "vertex 0: a word of more than 4096 characters");
+    "vertex 0 (line 8): a word of more than 4096 characters");
   ExpectError("ply\nformat ascii 1.0\nelement vertex 1\nproperty uchar x\nproperty float y\n"
               "property float z\nend_header\n256 0 0\n",
-    "vertex 0: x '256' is out of range of the type uchar");
+    "vertex 0 (line 8): x '256' is out of range of the type uchar");
 }
 
-TEST(PlyReader, NamesLinesWithMoreValuesThanTheHeader)
+TEST(PlyReader, DropsWhatLinesHoldBeyondTheHeader)
 {
-  ExpectError(asciiVertices + "end_header\n0 0 0 255\n",
-    "vertex 0: its line holds more values than the header names");
+  const Contents read =
+    ReadBytes(asciiVertices + "element face 2\nproperty list uchar int vertex_indices\n"
+                              "end_header\n0 0 0 255 7\n1 0 0\n0 1 0 255\n0 0 1\n3 0 1 2 9\n"
+                              "3 1 2 3\n\n");
+  ASSERT_TRUE(read.status) << read.status.GetError().message;
+  EXPECT_EQ(read.mesh.points[1], (Vec3{ 1, 0, 0 }));
+  EXPECT_EQ(read.mesh.triangles, (std::vector<Triangle>{ { 0, 1, 2 }, { 1, 2, 3 } }));
+  EXPECT_EQ(read.info.tolerance.Warnings(),
+    std::vector<std::string>{ "3 lines have more values than the header names: they are not read; "
+                              "the first: vertex 0 (line 10)" });
+  EXPECT_FALSE(read.info.tolerance.Check(true));
+  // Neither a line for each record, nor one for each element.
+  ExpectError(asciiVertices + "end_header\n0 0 0 1 0 0\n0 1 0\n0 0 1\n",
+    "vertex 0 (line 8): its line holds more values than the header names");
+}
+
+// Without regard to lines.
+TEST(PlyReader, ReadsElementsThatStandInOneLine)
+{
+  const std::string points = "0 0 0 1 0 0 0 1 0 0 0 1", faces = "3 0 1 2 4 0 1 2 3 3 1 2 3";
+  for (const std::string between : { " ", "\n", "\r\n" })
+  {
+    std::string text = WithFaces(3, faces);
+    text.replace(text.rfind(fourPoints), fourPoints.size(), points + between);
+    const Contents read = ReadBytes(text);
+    ASSERT_TRUE(read.status) << read.status.GetError().message;
+    EXPECT_EQ(read.mesh.points[3], (Vec3{ 0, 0, 1 }));
+    EXPECT_EQ(read.mesh.triangles.size(), 4U);
+    EXPECT_EQ(read.mesh.triangles[3], (Triangle{ 1, 2, 3 }));
+    EXPECT_FALSE(read.info.tolerance.Any());
+  }
+}
+
+TEST(PlyReader, ReadsNamesAndNumbersAsOtherProgramsWriteThem)
+{
+  const Triangle first{ 0, 1, 2 };
+  const std::string capitals = "ply\nformat ascii 1.0\nelement Vertex 4\nproperty float X\n"
+                               "property float y\nproperty float z\nelement FACE 1\nproperty list "
+                               "uchar int Vertex_Index\nend_header\n" +
+                               fourPoints + "3 0 1 2\n";
+  const std::string twice = "ply\nformat ascii 1.0\nelement vertex 4\nproperty float x\n"
+                            "property float y\nproperty float z\nproperty float x\nelement face 1\n"
+                            "property list uchar int vertex_index\nend_header\n0 0 0 7\n1 0 0 7\n"
+                            "0 1 0 7\n0 0 1 7\n3 0 1 2\n";
+  for (const std::string& text :
+    { WithFaces(1, "3 0 1 2\n", "property list uchar int vertex_indexes\n"),
+      WithFaces(1, "3 0 1 2\n", "property list int64 uint64 vertex_indices\n"),
+      WithFaces(1, "3 0 1.0 2e0\n", "property list uchar float vertex_indices\n"),
+      WithFaces(1, "3.0 0 1 2.0\n", "property list double int vertex_indices\n"),
+      WithFaces(
+        1, "255.0 3 0 1 2\n", "property uchar grey\nproperty list uchar int vertex_indices\n"),
+      WithFaces(1, "3 0 1 2\n", "property list uchar int corners\n"),
+      WithFaces(1, "3 0 1 2 1 0.5\n",
+        "property list uchar int corners\nproperty list uchar float texcoord\n"),
+      WithFaces(1, "3 0 1 2 3 3 2 1\n",
+        "property list uchar int vertex_index\nproperty list uchar int vertex_index\n"),
+      capitals, twice })
+  {
+    SCOPED_TRACE(text);
+    const Contents read = ReadBytes(text);
+    ASSERT_TRUE(read.status) << read.status.GetError().message;
+    EXPECT_EQ(read.mesh.triangles, std::vector<Triangle>{ first });
+    EXPECT_EQ(read.mesh.points[1], (Vec3{ 1, 0, 0 }));
+  }
+  EXPECT_EQ(ReadBytes(twice).info.ignoredAttributes,
+    std::vector<std::string>{ "vertex.x, which is named twice: the first counts" });
+  EXPECT_EQ(ReadBytes(WithFaces(1, "3 0 1 2\n", "property list uchar int corners\n"))
+              .info.tolerance.Readings(),
+    std::vector<std::string>{
+      "element 'face': its only list of integers, 'corners', is taken for the corners" });
   ExpectError(
-    WithFaces(1, "3 0 1 2 3\n"), "face 0: its line holds more values than the header names");
+    WithFaces(1, "3 0 1 2\n", "property list uchar int corners\nproperty list uchar int others\n"),
+    "element 'face' has no list 'vertex_indices' or 'vertex_index'");
+}
+
+TEST(PlyReader, ReadsWholeNumbersOfAnyTypeInBinary)
+{
+  for (const EmitEncoding encoding : { EmitEncoding::LittleEndian, EmitEncoding::BigEndian })
+  {
+    for (const std::string type : { "float", "double", "int64", "uint64" })
+    {
+      for (const std::string count : { "uchar", "float", "int64" })
+      {
+        SCOPED_TRACE(type + " " + count);
+        EmitStyle style;
+        style.encoding = encoding;
+        const auto emit = [&](double last)
+        {
+          return PlyEmitter(style).Emit(
+            { { "vertex",
+                { { "x", "int64", "" }, { "y", "float", "" }, { "z", "float", "" },
+                  { "id", "uint64", "" } },
+                { { { 4503599627370497.0 }, { 0 }, { 0 }, { 7 } }, { { 1 }, { 0 }, { 0 }, { 8 } },
+                  { { 0 }, { 1 }, { 0 }, { 9 } } } },
+              { "face", { { "vertex_indices", type, count } }, { { { 0, 1, last } } } } });
+        };
+        const Contents read = ReadBytes(emit(2));
+        ASSERT_TRUE(read.status) << read.status.GetError().message;
+        EXPECT_EQ(read.mesh.points[0][0], 4503599627370497.0);
+        EXPECT_EQ(read.mesh.triangles, (std::vector<Triangle>{ { 0, 1, 2 } }));
+        ASSERT_EQ(read.mesh.attributes.size(), 1U);
+        EXPECT_EQ(read.mesh.attributes[0].type, AttributeType::UInt64);
+        EXPECT_EQ(read.mesh.attributes[0].Get(2, 0), 9);
+        if (type == "float" || type == "double")
+        {
+          ExpectError(emit(1.5), "face 0: an index of list vertex_indices is not a whole number");
+        }
+      }
+    }
+  }
 }
 
 TEST(PlyReader, NamesWhereATruncatedFileEnds)
@@ -552,9 +659,7 @@ TEST(PlyReader, RefusesHeadersWithoutAMesh)
   ExpectError(xyz + "element face 1\nproperty int flag\nend_header\n",
     "element 'face' has no list 'vertex_indices' or 'vertex_index'");
   ExpectError(xyz + "element face 1\nproperty int vertex_indices\nend_header\n",
-    "property 'vertex_indices' of element 'face' is not a list of integers");
-  ExpectError(xyz + "element tristrips 1\nproperty list uchar float vertex_indices\nend_header\n",
-    "property 'vertex_indices' of element 'tristrips' is not a list of integers");
+    "property 'vertex_indices' of element 'face' is not a list");
   ExpectError(xyz + "element face 1\nproperty list uchar int vertex_indices\nproperty list uchar "
                     "int vertex_index\nend_header\n",
     "element 'face' has both 'vertex_indices' and 'vertex_index'");

@@ -39,6 +39,7 @@ const std::vector<std::string> lines{ "element vertex 4294967294\n",
   "property list int char vertex_index\n", "property double x\n", "property list uchar double y\n",
   "element void 18446744073709551615\n", "property float nx\n", "property uchar red\n",
   "property double wide_0\n", "property uint id_int64_0\nproperty uint id_int64_1\n",
+  "property int64 x\n", "property list float double vertex_indexes\n", "element Face 3\n",
   "comment TextureFile a\n", "element tristrips 3\n", "end_header\n",
   "format binary_big_endian 1.0\n", "comment\n" };
 

@@ -21,7 +21,7 @@ AttributeType TypeOf(PlyType type)
 {
   constexpr AttributeType types[] = { AttributeType::Int8, AttributeType::UInt8,
     AttributeType::Int16, AttributeType::UInt16, AttributeType::Int32, AttributeType::UInt32,
-    AttributeType::Float32, AttributeType::Float64 };
+    AttributeType::Int64, AttributeType::UInt64, AttributeType::Float32, AttributeType::Float64 };
   return types[static_cast<std::size_t>(type)];
 }
 
@@ -132,9 +132,11 @@ public:
     , Association(association)
     , Used(element.properties.size(), false)
   {
+    std::set<std::string_view> names;
     for (std::size_t p = 0; p < this->Used.size(); ++p)
     {
-      this->Used[p] = element.properties[p].isList;
+      const PlyProperty& property = element.properties[p];
+      this->Used[p] = !names.insert(property.name).second || property.isList;
     }
     for (const std::size_t p : taken)
     {

@@ -10,8 +10,9 @@
 //   NAME_0 NAME_1 …, at least two that follow each other, one type  -> NAME
 // Colours of other types are arrays like any other, since bytes would lose bits; ShownColors.h adds
 // what viewers show. Every
-// other scalar property is an array of its own name. PLY has no integers of 64 bits: an array NAME
-// of these is written, and read, as uint NAME_int64_0 NAME_int64_1 … (or _uint64_), low half first.
+// other scalar property is an array of its own name. PLY has no integers of 64 bits, though some
+// programs write int64 and uint64, which are read: an array NAME of these is written, and read, as
+// uint NAME_int64_0 NAME_int64_1 … (or _uint64_), low half first.
 // Bytes that a property's name cannot have (blanks, control characters) are written as %XX, as is
 // what would be read back as something else; a reader turns %XX into the byte.
 #pragma once
@@ -35,8 +36,8 @@ struct PlyArray
 };
 
 // The arrays of an element, by first property. At most `most`: what is beyond, lists, names that
-// are no texts (IsAttributeName) and second arrays of a name are in none. taken: numbers of
-// properties that are something else (coordinates). O(p log p) for p properties.
+// are no texts (IsAttributeName), second properties and second arrays of a name are in none. taken:
+// numbers of properties that are something else (coordinates). O(p log p) for p properties.
 std::vector<PlyArray> FindPlyArrays(const PlyElement& element, AttributeAssociation association,
   std::span<const std::size_t> taken, std::size_t most);
 

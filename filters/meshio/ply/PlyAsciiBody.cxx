@@ -1,11 +1,13 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// ASCII PLY records: words between blanks, a record ends with its line. Part of step "read".
+// ASCII PLY records: words between blanks, a line each, or the values of whole elements in one.
+// Part of step "read".
 #include "filters/meshio/NumberText.h"
 #include "filters/meshio/QuotedText.h"
 #include "filters/meshio/ply/PlyBody.h"
 
 #include <algorithm>
 #include <cstring>
+#include <limits>
 
 namespace kdstream
 {
@@ -24,8 +26,10 @@ bool IsSeparator(char c)
 class AsciiBody : public PlyBody
 {
 public:
-  explicit AsciiBody(ByteSource& source)
-    : Source(source)
+  AsciiBody(const PlyHeader& header, ByteSource& source)
+    : Header(header)
+    , Source(source)
+    , Begin(source.Position())
   {
   }
 
@@ -46,10 +50,50 @@ private:
   Status ReadCorners(const PlyPlace& place, const PlyProperty& property, PlyFaceSink& sink);
   Status SkipProperty(const PlyPlace& place, const PlyProperty& property);
   Status KeepOrSkip(const PlyPlace& place, std::size_t property, PlyArraySink& arrays);
-  Status EndRecord(const PlyPlace& place);
+  Status EndRecord(const PlyPlace& place, bool isSkipped);
+  Status LookAtLines(const PlyPlace& place);
+  PlyPlace At(const PlyPlace& place) const;
 
+  // What the lines of the body are, where a record and its line do not end together.
+  enum class Lines
+  {
+    Unknown,
+    Records, // a record each: what else is in them is not read
+    Free     // values of whole elements
+  };
+
+  const PlyHeader& Header;
   ByteSource& Source;
+  std::uint64_t Begin; // of the body
+  Lines LinesAre = Lines::Unknown;
 };
+
+// The place with its line: that of the byte before which the source stands. Goes through the file
+// up to there, for an error that ends the reading.
+PlyPlace AsciiBody::At(const PlyPlace& place) const
+{
+  Result<ByteSource> again = this->Source.Again();
+  std::uint64_t line = 1;
+  bool afterReturn = false;
+  for (std::uint64_t left = this->Source.Position(); again && left > 0;)
+  {
+    const Result<std::string_view> block = again->Peek(ByteSource::blockSize);
+    if (!block || block->empty())
+    {
+      return place;
+    }
+    const std::string_view text =
+      block->substr(0, static_cast<std::size_t>(std::min<std::uint64_t>(left, block->size())));
+    for (const char c : text)
+    {
+      line += c == '\r' || (c == '\n' && !afterReturn) ? 1 : 0;
+      afterReturn = c == '\r';
+    }
+    again->Consume(text.size());
+    left -= text.size();
+  }
+  return again ? PlyPlace{ place.element, place.record, line } : place;
+}
 
 // The next word, wherever it stands; the view holds until the next call.
 Status AsciiBody::NextWord(const PlyPlace& place, std::string_view& word)
@@ -74,7 +118,8 @@ Status AsciiBody::NextWord(const PlyPlace& place, std::string_view& word)
     word = std::string_view(begin, static_cast<std::size_t>(end - begin));
     if (word.size() > maximumWord)
     {
-      return place.Bad("a word of more than " + std::to_string(maximumWord) + " characters");
+      return this->At(place).Bad(
+        "a word of more than " + std::to_string(maximumWord) + " characters");
     }
     this->Source.Consume(word.size());
     return {};
@@ -87,13 +132,14 @@ Status AsciiBody::ReadNumber(const PlyPlace& place, const PlyProperty& property,
 {
   std::string_view word;
   KDSTREAM_TRY(this->NextWord(place, word));
-  const NumberTextError error = ParseNumber(word, value);
+  const NumberTextError error = ParsePlyNumber(word, value);
   if (error != NumberTextError::None)
   {
-    return place.Bad(property.name + " " + QuotedText(word) +
-                     (error == NumberTextError::NotANumber ? " is not a number of type "
-                                                           : " is out of range of the type ") +
-                     std::string(PlyTypeName(property.type)));
+    return this->At(place).Bad(
+      property.name + " " + QuotedText(word) +
+      (error == NumberTextError::NotANumber ? " is not a number of type "
+                                            : " is out of range of the type ") +
+      std::string(PlyTypeName(property.type)));
   }
   return {};
 }
@@ -135,10 +181,10 @@ Status AsciiBody::ReadInteger(const PlyPlace& place, std::string_view what, std:
 {
   std::string_view word;
   KDSTREAM_TRY(this->NextWord(place, word));
-  const NumberTextError error = ParseNumber(word, value);
+  const NumberTextError error = ParsePlyNumber(word, value);
   if (error != NumberTextError::None)
   {
-    return place.Bad(
+    return this->At(place).Bad(
       std::string(what) + " " + QuotedText(word) +
       (error == NumberTextError::NotANumber ? " is not an integer" : " out of range"));
   }
@@ -151,7 +197,7 @@ Status AsciiBody::ReadListCount(
   KDSTREAM_TRY(this->ReadInteger(place, "list count", count));
   if (count < 0)
   {
-    return place.BadListCount(property, count);
+    return this->At(place).BadListCount(property, count);
   }
   // Every value takes a blank and a digit.
   if (static_cast<std::uint64_t>(count) > this->Source.Remaining() / 2)
@@ -176,15 +222,16 @@ Status AsciiBody::SkipProperty(const PlyPlace& place, const PlyProperty& propert
   return {};
 }
 
-// A record ends with its line: more values than the header names would shift everything after them.
-Status AsciiBody::EndRecord(const PlyPlace& place)
+// A record ends with its line, unless the values of whole elements stand in one.
+Status AsciiBody::EndRecord(const PlyPlace& place, bool isSkipped)
 {
-  for (;;)
+  bool isLong = false;
+  while (this->LinesAre != Lines::Free)
   {
     const Result<std::string_view> ahead = this->Source.Peek(1);
     KDSTREAM_TRY(ahead);
     const auto* next = std::find_if(ahead->begin(), ahead->end(),
-      [](char c) { return c == '\n' || c == '\r' || !IsSeparator(c); });
+      [isLong](char c) { return c == '\n' || c == '\r' || !(isLong || IsSeparator(c)); });
     this->Source.Consume(static_cast<std::size_t>(next - ahead->begin()));
     if (ahead->empty() || (next != ahead->end() && IsSeparator(*next)))
     {
@@ -192,9 +239,58 @@ Status AsciiBody::EndRecord(const PlyPlace& place)
     }
     if (next != ahead->end())
     {
-      return place.Bad("its line holds more values than the header names");
+      KDSTREAM_TRY(this->LookAtLines(place));
+      isLong = this->LinesAre == Lines::Records;
+      if (isLong && !isSkipped && this->LongLines++ == 0 && this->FirstLong.empty())
+      {
+        this->FirstLong = this->At(place).Name();
+      }
     }
   }
+  return {};
+}
+
+// A line goes on behind its record. Where there are lines for all records, they have more values
+// than the header names; where there are no more lines than elements, each has a whole element, or
+// all. Errors: InvalidInput for other numbers of lines; InputOutput.
+Status AsciiBody::LookAtLines(const PlyPlace& place)
+{
+  if (this->LinesAre != Lines::Unknown)
+  {
+    return {};
+  }
+  std::uint64_t records = 0;
+  for (const PlyElement& element : this->Header.elements)
+  {
+    const std::uint64_t count = element.properties.empty() ? 0 : element.count;
+    records += std::min(count, std::numeric_limits<std::uint64_t>::max() - records);
+  }
+  Result<ByteSource> again = this->Source.Again();
+  KDSTREAM_TRY(again);
+  again->Seek(this->Begin);
+  std::uint64_t lines = 0;
+  for (bool inLine = false; lines < records;)
+  {
+    const Result<std::string_view> block = again->Peek(ByteSource::blockSize);
+    KDSTREAM_TRY(block);
+    if (block->empty())
+    {
+      break;
+    }
+    for (const char c : *block)
+    {
+      const bool isEnd = c == '\n' || c == '\r';
+      lines += !inLine && !IsSeparator(c) ? 1 : 0;
+      inLine = !isEnd && (inLine || !IsSeparator(c));
+    }
+    again->Consume(block->size());
+  }
+  if (lines > this->Header.elements.size() && lines < records)
+  {
+    return this->At(place).Bad("its line holds more values than the header names");
+  }
+  this->LinesAre = lines < records ? Lines::Free : Lines::Records;
+  return {};
 }
 
 Status AsciiBody::SkipRecords(const PlyElement& element, std::uint64_t first, std::uint64_t count)
@@ -210,7 +306,7 @@ Status AsciiBody::SkipRecords(const PlyElement& element, std::uint64_t first, st
     {
       KDSTREAM_TRY(this->SkipProperty(place, property));
     }
-    KDSTREAM_TRY(this->EndRecord(place));
+    KDSTREAM_TRY(this->EndRecord(place, true));
   }
   return {};
 }
@@ -232,7 +328,7 @@ Result<bool> AsciiBody::ReadPoints(const PlyElement& element,
                           point[static_cast<std::size_t>(wanted - coordinates.begin())]);
       KDSTREAM_TRY(read);
     }
-    KDSTREAM_TRY(this->EndRecord(place));
+    KDSTREAM_TRY(this->EndRecord(place, false));
     points.push_back(point);
     arrays.Append(1);
   }
@@ -250,7 +346,7 @@ Status AsciiBody::ReadCorners(const PlyPlace& place, const PlyProperty& property
     KDSTREAM_TRY(this->ReadInteger(place, "index", index));
     if (!sink.Add(index))
     {
-      return place.BadIndex(index, sink);
+      return this->At(place).BadIndex(index, sink);
     }
   }
   sink.End(place.record);
@@ -271,12 +367,12 @@ Status AsciiBody::ReadFaces(const PlyElement& element, std::size_t list, std::ui
         p == list ? this->ReadCorners(place, property, sink) : this->KeepOrSkip(place, p, arrays);
       KDSTREAM_TRY(read);
     }
-    KDSTREAM_TRY(this->EndRecord(place));
+    KDSTREAM_TRY(this->EndRecord(place, false));
     const std::size_t triangles = sink.GetTriangles().size() - before;
     sink.EndFace(before, triangles);
     if (!arrays.Append(triangles))
     {
-      return place.RepeatsTooMuch();
+      return this->At(place).RepeatsTooMuch();
     }
   }
   return {};
@@ -284,9 +380,9 @@ Status AsciiBody::ReadFaces(const PlyElement& element, std::size_t list, std::ui
 
 }
 
-std::unique_ptr<PlyBody> MakePlyAsciiBody(ByteSource& source)
+std::unique_ptr<PlyBody> MakePlyAsciiBody(const PlyHeader& header, ByteSource& source)
 {
-  return std::make_unique<AsciiBody>(source);
+  return std::make_unique<AsciiBody>(header, source);
 }
 
 }

@@ -53,6 +53,7 @@ private:
     const FaceLayout& layout, const char* list, const char* afterList, PlyArraySink& arrays);
 
   static std::int64_t LoadInteger(PlyType type, const char* bytes);
+  static std::optional<std::int64_t> LoadWhole(PlyType type, const char* bytes);
   static double LoadReal(PlyType type, const char* bytes);
   // Coordinate k of records that lie `stride` bytes apart; true if all are finite.
   template <class T>
@@ -72,6 +73,12 @@ std::int64_t BinaryBody<Swap>::LoadInteger(PlyType type, const char* bytes)
 {
   return WithPlyType(
     type, [bytes]<class T>() { return static_cast<std::int64_t>(Load<T, Swap>(bytes)); });
+}
+
+template <bool Swap>
+std::optional<std::int64_t> BinaryBody<Swap>::LoadWhole(PlyType type, const char* bytes)
+{
+  return WithPlyType(type, [bytes]<class T>() { return WholeNumber(Load<T, Swap>(bytes)); });
 }
 
 template <bool Swap>
@@ -100,17 +107,21 @@ Result<std::int64_t> BinaryBody<Swap>::ReadListCount(
   const std::size_t countSize = SizeOf(property.countType);
   const Result<std::string_view> ahead = this->Need(place, countSize);
   KDSTREAM_TRY(ahead);
-  const std::int64_t count = LoadInteger(property.countType, ahead->data());
+  const std::optional<std::int64_t> count = LoadWhole(property.countType, ahead->data());
+  if (!count)
+  {
+    return place.Bad("the count of list " + property.name + " is not a whole number");
+  }
   this->Source.Consume(countSize);
-  if (count < 0)
+  if (*count < 0)
   {
-    return place.BadListCount(property, count);
+    return place.BadListCount(property, *count);
   }
-  if (static_cast<std::uint64_t>(count) > this->Source.Remaining() / SizeOf(property.type))
+  if (static_cast<std::uint64_t>(*count) > this->Source.Remaining() / SizeOf(property.type))
   {
-    return place.ListPastEnd(property, count, this->Source.Position());
+    return place.ListPastEnd(property, *count, this->Source.Position());
   }
-  return count;
+  return *count;
 }
 
 template <bool Swap>
@@ -399,10 +410,14 @@ Status BinaryBody<Swap>::ReadFace(
       static_cast<std::size_t>(std::min<std::uint64_t>(left, ahead->size() / itemSize));
     for (std::size_t i = 0; i < number; ++i)
     {
-      const std::int64_t index = LoadInteger(property.type, ahead->data() + i * itemSize);
-      if (!sink.Add(index))
+      const auto index = LoadWhole(property.type, ahead->data() + i * itemSize);
+      if (!index)
       {
-        return place.BadIndex(index, sink);
+        return place.Bad("an index of list " + property.name + " is not a whole number");
+      }
+      if (!sink.Add(*index))
+      {
+        return place.BadIndex(*index, sink);
       }
     }
     this->Source.Consume(number * itemSize);

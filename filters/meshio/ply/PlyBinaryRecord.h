@@ -97,6 +97,7 @@ struct FaceLayout
     this->countSize = SizeOf(property.countType);
     this->triangleSize = before.bytes + this->countSize + 3 * sizeof(VertexId) + after.bytes;
     this->applies = sink.GetKind() == PlyFaceSink::Kind::Polygon && before.fixed && after.fixed &&
+                    IsInteger(property.countType) && IsInteger(property.type) &&
                     SizeOf(property.type) == sizeof(VertexId) &&
                     this->triangleSize <= ByteSource::blockSize;
     const std::uint64_t typeLimit = std::uint64_t{ 1 }

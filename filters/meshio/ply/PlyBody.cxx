@@ -6,19 +6,22 @@
 namespace kdstream
 {
 
-std::unique_ptr<PlyBody> PlyBody::Make(PlyEncoding encoding, ByteSource& source)
+std::unique_ptr<PlyBody> PlyBody::Make(const PlyHeader& header, ByteSource& source)
 {
-  if (encoding == PlyEncoding::Ascii)
-  {
-    return MakePlyAsciiBody(source);
-  }
-  return MakePlyBinaryBody(source, encoding == PlyEncoding::BinaryBigEndian);
+  return header.encoding == PlyEncoding::Ascii
+           ? MakePlyAsciiBody(header, source)
+           : MakePlyBinaryBody(source, header.encoding == PlyEncoding::BinaryBigEndian);
+}
+
+std::string PlyPlace::Name() const
+{
+  return this->element.name + " " + std::to_string(this->record) +
+         (this->line > 0 ? " (line " + std::to_string(this->line) + ")" : "");
 }
 
 Error PlyPlace::Bad(const std::string& what) const
 {
-  return Error{ ErrorCode::InvalidInput,
-    this->element.name + " " + std::to_string(this->record) + ": " + what };
+  return Error{ ErrorCode::InvalidInput, this->Name() + ": " + what };
 }
 
 Error PlyPlace::Truncated(std::uint64_t byte) const
@@ -32,8 +35,7 @@ Error PlyPlace::BadIndex(std::int64_t index, const PlyFaceSink& sink) const
 {
   const std::uint64_t count = sink.GetVertexCount();
   return Error{ ErrorCode::InvalidInput,
-    this->element.name + " " + std::to_string(this->record) + " names vertex " +
-      std::to_string(index) +
+    this->Name() + " names vertex " + std::to_string(index) +
       (count == 0    ? ", but there are none"
         : count == 1 ? ", but there is only 1, counted from 0"
                      : ", but there are only " + std::to_string(count) + ", counted from 0") };
@@ -57,7 +59,7 @@ Error PlyPlace::ListPastEnd(
 Error PlyPlace::RepeatsTooMuch() const
 {
   return Error{ ErrorCode::LimitExceeded,
-    this->element.name + " " + std::to_string(this->record) +
+    this->Name() +
       ": its properties, repeated for each of its triangles, take more than the file warrants" };
 }
 

@@ -7,14 +7,20 @@
 #include "filters/core/Result.h"
 #include "filters/core/Types.h"
 #include "filters/meshio/ByteSource.h"
+#include "filters/meshio/NumberText.h"
 #include "filters/meshio/PolygonFaces.h"
 #include "filters/meshio/ply/PlyArrays.h"
 #include "filters/meshio/ply/PlyHeader.h"
 
 #include <array>
+#include <cmath>
 #include <cstdint>
 #include <memory>
+#include <optional>
 #include <string>
+#include <string_view>
+#include <type_traits>
+#include <utility>
 #include <vector>
 
 namespace kdstream
@@ -126,8 +132,8 @@ class PlyBody
 public:
   virtual ~PlyBody() = default;
 
-  // `source` must outlive the body.
-  static std::unique_ptr<PlyBody> Make(PlyEncoding encoding, ByteSource& source);
+  // `source` must outlive the body, and stands where the header ends.
+  static std::unique_ptr<PlyBody> Make(const PlyHeader& header, ByteSource& source);
 
   virtual Status SkipRecords(
     const PlyElement& element, std::uint64_t first, std::uint64_t count) = 0;
@@ -139,20 +145,66 @@ public:
     std::vector<Vec3>& points, PlyArraySink& arrays) = 0;
 
   // Appends the triangles of `count` faces, and a face's arrays for each of them. `list`: the
-  // number of the property with the corners, a list of integers.
+  // number of the property with the corners, a list of whole numbers.
   virtual Status ReadFaces(const PlyElement& element, std::size_t list, std::uint64_t first,
     std::uint64_t count, PlyFaceSink& sink, PlyArraySink& arrays) = 0;
+
+  // How many lines of text held more values than the header names, of the points and faces that
+  // were read since this was called last; and which the first of all was.
+  std::uint64_t TakeLongLines() { return std::exchange(this->LongLines, 0); }
+  const std::string& FirstLongLine() const { return this->FirstLong; }
+
+protected:
+  std::uint64_t LongLines = 0;
+  std::string FirstLong;
 };
 
-std::unique_ptr<PlyBody> MakePlyAsciiBody(ByteSource& source);
+std::unique_ptr<PlyBody> MakePlyAsciiBody(const PlyHeader& header, ByteSource& source);
 std::unique_ptr<PlyBody> MakePlyBinaryBody(ByteSource& source, bool bigEndian);
+
+// A value as an index or a count; none where it is not a whole number.
+template <class T>
+std::optional<std::int64_t> WholeNumber(T value)
+{
+  if constexpr (std::is_floating_point_v<T>)
+  {
+    constexpr double most = 9007199254740992; // 2^53: whole numbers up to it are exact
+    if (!(std::abs(double(value)) <= most) || std::floor(value) != value)
+    {
+      return std::nullopt;
+    }
+  }
+  return static_cast<std::int64_t>(value);
+}
+
+// A word as a number of a property's type: an integer may be written as 3.0, as programs do that
+// know numbers with decimals alone.
+template <class T>
+NumberTextError ParsePlyNumber(std::string_view word, T& value)
+{
+  const NumberTextError error = ParseNumber(word, value);
+  if constexpr (std::is_integral_v<T>)
+  {
+    double decimal = 0;
+    const bool isDecimal =
+      error == NumberTextError::NotANumber && ParseNumber(word, decimal) == NumberTextError::None;
+    if (const auto whole = isDecimal ? WholeNumber(decimal) : std::nullopt)
+    {
+      value = static_cast<T>(*whole);
+      return double(value) == decimal ? NumberTextError::None : NumberTextError::OutOfRange;
+    }
+  }
+  return error;
+}
 
 // One record, for messages.
 struct PlyPlace
 {
   const PlyElement& element;
   std::uint64_t record;
+  std::uint64_t line = 0; // of a text; 0: none
 
+  std::string Name() const; // "face 3 (line 17)"
   Error Bad(const std::string& what) const;
   Error Truncated(std::uint64_t byte) const;
   Error BadIndex(std::int64_t index, const PlyFaceSink& sink) const;

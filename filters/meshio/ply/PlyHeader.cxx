@@ -6,6 +6,7 @@
 #include "filters/meshio/PlainText.h"
 #include "filters/meshio/QuotedText.h"
 #include "filters/meshio/TextLines.h"
+#include "filters/meshio/TextWords.h"
 
 #include <algorithm>
 #include <array>
@@ -28,13 +29,13 @@ struct TypeName
 };
 
 // The first name of each type is the one that messages use.
-constexpr std::array<TypeName, 16> typeNames{ { { "char", PlyType::Int8 },
+constexpr std::array<TypeName, 18> typeNames{ { { "char", PlyType::Int8 },
   { "uchar", PlyType::UInt8 }, { "short", PlyType::Int16 }, { "ushort", PlyType::UInt16 },
-  { "int", PlyType::Int32 }, { "uint", PlyType::UInt32 }, { "float", PlyType::Float32 },
-  { "double", PlyType::Float64 }, { "int8", PlyType::Int8 }, { "uint8", PlyType::UInt8 },
-  { "int16", PlyType::Int16 }, { "uint16", PlyType::UInt16 }, { "int32", PlyType::Int32 },
-  { "uint32", PlyType::UInt32 }, { "float32", PlyType::Float32 },
-  { "float64", PlyType::Float64 } } };
+  { "int", PlyType::Int32 }, { "uint", PlyType::UInt32 }, { "int64", PlyType::Int64 },
+  { "uint64", PlyType::UInt64 }, { "float", PlyType::Float32 }, { "double", PlyType::Float64 },
+  { "int8", PlyType::Int8 }, { "uint8", PlyType::UInt8 }, { "int16", PlyType::Int16 },
+  { "uint16", PlyType::UInt16 }, { "int32", PlyType::Int32 }, { "uint32", PlyType::UInt32 },
+  { "float32", PlyType::Float32 }, { "float64", PlyType::Float64 } } };
 
 std::optional<PlyType> FindType(std::string_view name)
 {
@@ -190,7 +191,9 @@ private:
         "the name " + QuotedText(words[1]) + " is too long or holds control characters");
     }
     PlyElement element;
-    element.name = words[1];
+    const std::string lower = LowercaseText(words[1]);
+    const bool known = lower == "vertex" || lower == "face" || lower == "tristrips";
+    element.name = known ? lower : std::string(words[1]);
     const char* end = words[2].data() + words[2].size();
     const auto parsed = std::from_chars(words[2].data(), end, element.count);
     if (parsed.ec != std::errc() || parsed.ptr != end)
@@ -203,7 +206,6 @@ private:
       return this->Bad("a second element " + QuotedText(words[1]));
     }
     this->Header.elements.push_back(std::move(element));
-    this->PropertyNames.clear();
     return {};
   }
 
@@ -233,11 +235,6 @@ private:
       {
         return this->Bad("unknown type " + QuotedText(words[2]));
       }
-      if (!IsInteger(*countType))
-      {
-        return this->Bad("list " + QuotedText(words[4]) + " is counted in " +
-                         std::string(words[2]) + ", not in integers");
-      }
       property.countType = *countType;
     }
     const std::string_view typeName = words[words.size() - 2];
@@ -248,11 +245,6 @@ private:
     }
     property.type = *type;
     property.name = words.back();
-    if (!this->PropertyNames.insert(property.name).second)
-    {
-      return this->Bad("a second property " + QuotedText(words.back()) + " of element " +
-                       QuotedText(element.name));
-    }
     element.properties.push_back(std::move(property));
     return {};
   }
@@ -261,7 +253,6 @@ private:
   bool HasFormat = false;
   std::size_t Line = 0;
   std::set<std::string> ElementNames;
-  std::set<std::string> PropertyNames; // of the last element
 };
 
 }
@@ -276,6 +267,26 @@ std::size_t PlyElement::Find(std::string_view property) const
   const auto found = std::find_if(this->properties.begin(), this->properties.end(),
     [&](const PlyProperty& known) { return known.name == property; });
   return static_cast<std::size_t>(std::distance(this->properties.begin(), found));
+}
+
+bool IsNameOfCorners(std::string_view property)
+{
+  const std::string name = LowercaseText(property);
+  return name == "vertex_indices" || name == "vertex_index" || name == "vertex_indexes";
+}
+
+std::size_t PlyElement::FindCorners() const
+{
+  const auto isCorners = [](const PlyProperty& property) { return IsNameOfCorners(property.name); };
+  const auto isIndices = [](const PlyProperty& property)
+  { return property.isList && IsInteger(property.type); };
+  const auto& all = this->properties;
+  auto found = std::find_if(all.begin(), all.end(), isCorners);
+  if (found == all.end() && std::count_if(all.begin(), all.end(), isIndices) == 1)
+  {
+    found = std::find_if(all.begin(), all.end(), isIndices);
+  }
+  return static_cast<std::size_t>(std::distance(all.begin(), found));
 }
 
 Result<PlyHeader> ReadPlyHeader(ByteSource& source)

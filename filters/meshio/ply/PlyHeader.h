@@ -29,6 +29,8 @@ enum class PlyType : std::uint8_t
   UInt16,
   Int32,
   UInt32,
+  Int64,
+  UInt64,
   Float32,
   Float64
 };
@@ -59,6 +61,10 @@ decltype(auto) WithPlyType(PlyType type, Function&& function)
       return function.template operator()<std::int32_t>();
     case PlyType::UInt32:
       return function.template operator()<std::uint32_t>();
+    case PlyType::Int64:
+      return function.template operator()<std::int64_t>();
+    case PlyType::UInt64:
+      return function.template operator()<std::uint64_t>();
     case PlyType::Float32:
       return function.template operator()<float>();
     case PlyType::Float64:
@@ -77,7 +83,7 @@ struct PlyProperty
   std::string name;
   PlyType type = PlyType::Float32; // of the value, or of a list's items
   bool isList = false;
-  PlyType countType = PlyType::UInt8; // lists only; always an integer type
+  PlyType countType = PlyType::UInt8; // lists only
 };
 
 struct PlyElement
@@ -86,9 +92,15 @@ struct PlyElement
   std::uint64_t count = 0; // a claim, like everything in a header
   std::vector<PlyProperty> properties;
 
-  // Number of the property of that name, or properties.size().
+  // Number of the first property of that name, or properties.size().
   std::size_t Find(std::string_view property) const;
+  // The same of the list that has a face's corners: by its name, else the only list of integers.
+  std::size_t FindCorners() const;
 };
+
+// Whether that is how the list of a face's corners is called: vertex_indices, vertex_index or
+// vertex_indexes, in any case.
+bool IsNameOfCorners(std::string_view property);
 
 struct PlyHeader
 {
@@ -100,9 +112,11 @@ struct PlyHeader
 
 // Reads the header and leaves `source` at the first byte of the body. Lines may end in LF, CRLF or
 // CR; "comment" and "obj_info" lines are skipped; both families of type names are known ("uchar"
-// and "uint8"). Errors: InvalidInput naming the line: not a PLY file, no end_header in the first
-// MiB, an unknown word or type, a count that is no number below 2^64, an element or property named
-// twice, a list counted in float.
+// and "uint8"), and int64 and uint64, which other programs add to the format's. The elements
+// "vertex", "face" and "tristrips" may be written in capitals; they are in small letters here. Of a
+// property that is named twice the first counts (Find). Errors: InvalidInput naming the line: not a
+// PLY file, no end_header in the first MiB, an unknown word or type, a count that is no number
+// below 2^64, an element named twice.
 Result<PlyHeader> ReadPlyHeader(ByteSource& source);
 
 }

@@ -5,6 +5,8 @@
 
 #include <algorithm>
 #include <limits>
+#include <set>
+#include <string_view>
 #include <utility>
 
 namespace kdstream
@@ -16,12 +18,6 @@ namespace
 constexpr std::uint64_t mostPlyVertices = noVertex - 1;
 // Bytes of repeated face attributes for each byte of the file.
 constexpr std::uint64_t mostRepeated = 16;
-
-// Number of the list with the corners, or properties.size().
-std::size_t FindCorners(const PlyElement& element)
-{
-  return std::min(element.Find("vertex_indices"), element.Find("vertex_index"));
-}
 
 }
 
@@ -38,7 +34,7 @@ Result<std::unique_ptr<MeshReader>> PlyReader::Open(
 PlyReader::PlyReader(ByteSource source, PlyHeader header, std::filesystem::path scratch)
   : Source(std::move(source))
   , Header(std::move(header))
-  , Body(PlyBody::Make(this->Header.encoding, this->Source))
+  , Body(PlyBody::Make(this->Header, this->Source))
   , ElementBegins{ this->Source.Position() }
   , Scratch(std::move(scratch))
 {
@@ -114,7 +110,7 @@ Status PlyReader::UnderstandFaces(std::size_t element, PlyFaceSink::Kind kind)
 {
   const PlyElement& faces = this->Header.elements[element];
   const std::size_t none = faces.properties.size();
-  const std::size_t list = FindCorners(faces);
+  const std::size_t list = faces.FindCorners();
   if (list == none)
   {
     return Error{ ErrorCode::InvalidInput,
@@ -126,10 +122,15 @@ Status PlyReader::UnderstandFaces(std::size_t element, PlyFaceSink::Kind kind)
       "element '" + faces.name + "' has both 'vertex_indices' and 'vertex_index'" };
   }
   const PlyProperty& property = faces.properties[list];
-  if (!property.isList || !IsInteger(property.type))
+  if (!property.isList)
   {
-    return Error{ ErrorCode::InvalidInput, "property '" + property.name + "' of element '" +
-                                             faces.name + "' is not a list of integers" };
+    return Error{ ErrorCode::InvalidInput,
+      "property '" + property.name + "' of element '" + faces.name + "' is not a list" };
+  }
+  if (!IsNameOfCorners(property.name))
+  {
+    this->FileInfo.tolerance.Tell("element '" + faces.name + "': its only list of integers, '" +
+                                  property.name + "', is taken for the corners");
   }
   this->Faces.push_back({ element, list, kind });
   this->FileInfo.strips |= kind == PlyFaceSink::Kind::Strip;
@@ -228,11 +229,15 @@ void PlyReader::ListIgnoredAttributes()
       ignored.push_back(element.name);
       continue;
     }
+    std::set<std::string_view> names;
     for (std::size_t p = 0; p < element.properties.size(); ++p)
     {
+      const std::string& name = element.properties[p].name;
+      const bool isFirst = names.insert(name).second;
       if (!this->Read[i][p])
       {
-        ignored.push_back(element.name + "." + element.properties[p].name);
+        ignored.push_back(
+          element.name + "." + name + (isFirst ? "" : ", which is named twice: the first counts"));
       }
     }
   }
@@ -427,6 +432,7 @@ Result<std::size_t> PlyReader::ReadSomeVertices(Mesh& mesh, std::size_t limit)
     element, this->Coordinates, this->VerticesRead, number, mesh.points, this->VertexArrays);
   KDSTREAM_TRY(finite);
   this->Finite = *finite;
+  this->CountLongLines();
   this->VerticesRead += number;
   this->CurrentRecord = this->VerticesRead;
   return static_cast<std::size_t>(number);
@@ -456,6 +462,7 @@ Result<std::size_t> PlyReader::ReadSomeTriangles(Mesh& mesh, std::size_t limit)
       this->Body->ReadFaces(element, faces.list, this->FacesRead, number, sink, faces.arrays));
     this->FileInfo.tolerance.Count(Lapse::FaceTooSmall, sink.GetSmallFaces(),
       element.name + " " + std::to_string(sink.GetFirstSmall()));
+    this->CountLongLines();
     this->FacesRead += number;
     this->CurrentRecord = this->FacesRead;
     done += number;
@@ -467,6 +474,13 @@ Result<std::size_t> PlyReader::ReadSomeTriangles(Mesh& mesh, std::size_t limit)
     KDSTREAM_TRY(this->LookBehindEnd());
   }
   return static_cast<std::size_t>(done);
+}
+
+// What lines hold beyond the properties of the records that were read last.
+void PlyReader::CountLongLines()
+{
+  this->FileInfo.tolerance.Count(
+    Lapse::ValuesNotNamed, this->Body->TakeLongLines(), this->Body->FirstLongLine());
 }
 
 // By the mesh's points where it has all of them, else by a table.
@@ -495,8 +509,8 @@ Status PlyReader::KeepPlaces()
   constexpr std::uint64_t atOnce = std::uint64_t{ 1 } << 15;
   Result<ByteSource> again = this->Source.Again();
   KDSTREAM_TRY(again);
-  const std::unique_ptr<PlyBody> body = PlyBody::Make(this->Header.encoding, *again);
   again->Seek(this->ElementBegins[0]);
+  const std::unique_ptr<PlyBody> body = PlyBody::Make(this->Header, *again);
   for (std::size_t i = 0; i < this->VertexElement; ++i)
   {
     const PlyElement& element = this->Header.elements[i];

@@ -17,9 +17,9 @@ namespace kdstream
 // ASCII and binary PLY of either byte order, version 1.0. Elements may come in any order and
 // properties too; the vertices are always read first, so that a file with its faces before its
 // vertices is gone through twice. Read: element "vertex" (x, y, z of any scalar type), "face" and
-// "tristrips" (the list "vertex_indices" or "vertex_index", of any integer types), and the other
-// scalar properties of these as attributes (PlyArrays.h says under which names): at most 255, of
-// faces those that every element with faces has. Everything else is skipped, and named in
+// "tristrips" (the list that PlyElement::FindCorners finds, of whole numbers of any type), and the
+// other scalar properties of these as attributes (PlyArrays.h says under which names): at most 255,
+// of faces those that every element with faces has. Everything else is skipped, and named in
 // Info().ignoredAttributes. Bytes behind the end are counted, once that is reached. Coordinates:
 // if x, y and z all are float or integers of at most 16 bits, which floats hold exactly, the scalar
 // type is Float32, else Float64. ASCII values are rounded once, to the type that the header gives
@@ -78,6 +78,7 @@ private:
   template <class Number>
   Result<Number> Remember(Result<Number> result);
   Status LookBehindEnd();
+  void CountLongLines();
   Status CutPolygons(Mesh& mesh);
   Status KeepPlaces();
 

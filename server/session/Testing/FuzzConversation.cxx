@@ -16,6 +16,7 @@
 #include "server/access/Testing/ForgedToken.h"
 #include "server/session/Conversation.h"
 #include "server/session/Testing/MemoryCatalog.h"
+#include "server/session/Testing/PullMessage.h"
 
 #include <charconv>
 #include <cstdint>
@@ -114,7 +115,7 @@ public:
         this->Talk.ReceiveBinary();
         break;
       case 'p':
-        for (unsigned i = 0; i <= number % 64 && this->Send(this->Talk.NextReadyMessage()); ++i)
+        for (unsigned i = 0; i <= number % 64 && this->Send(this->Talk.NextMessage()); ++i)
         {
         }
         break;
@@ -150,7 +151,7 @@ public:
     }
     constexpr unsigned most = 100'000;
     unsigned sent = 0;
-    while (this->Send(this->Talk.NextMessage()))
+    while (this->Send(PullMessage(this->Talk)))
     {
       Require(++sent < most, "it sends for ever");
     }

@@ -4,6 +4,7 @@
 #include "filters/core/tree/Region.h"
 #include "server/protocol/Testing/RandomMessages.h"
 #include "server/session/Testing/MemoryCatalog.h"
+#include "server/session/Testing/PullMessage.h"
 
 #include <gtest/gtest.h>
 
@@ -34,7 +35,7 @@ protected:
   // Takes one message; false if there is none.
   bool Step()
   {
-    const auto message = this->conversation.NextMessage();
+    const auto message = PullMessage(this->conversation);
     if (!message)
     {
       return false;
@@ -248,10 +249,10 @@ TEST_F(Talk, WrongMessagesAreErrorsAndOthersEndIt)
     EXPECT_EQ(other.Closing(), reason);
     EXPECT_FALSE(other.AcceptsMessages());
     other.Receive(WriteClientMessage({ 2, PreviewRequest{} }));
-    const auto last = other.NextMessage(); // the error, and nothing after it
+    const auto last = PullMessage(other); // the error, and nothing after it
     ASSERT_TRUE(last);
     EXPECT_EQ(ParseServerMessage(std::get<std::string>(*last))->request, 0u);
-    EXPECT_FALSE(other.NextMessage());
+    EXPECT_FALSE(PullMessage(other));
   }
   this->conversation.ReceiveBinary();
   EXPECT_EQ(this->conversation.Closing(), CloseReason::NotText);
@@ -267,7 +268,7 @@ TEST_F(Talk, MessagesListsAndRequestsHaveTheSizesThatItIsGiven)
   const auto errorTo = [&other](const std::string& text)
   {
     other.Receive(text);
-    const auto message = other.NextReadyMessage();
+    const auto message = other.NextMessage();
     if (!message)
     {
       return std::string("none");
@@ -339,12 +340,12 @@ TEST_F(Talk, ListensWhileAnErrandIsDone)
 {
   this->OpenModel();
   this->Ask({ 2, RegionRequest{ 1, 1, {} } });
-  EXPECT_FALSE(this->conversation.NextReadyMessage());
+  EXPECT_FALSE(this->conversation.NextMessage());
   const auto search = this->conversation.TakeErrand();
   ASSERT_TRUE(search);
   EXPECT_FALSE(this->conversation.TakeErrand()) << "once";
   this->Ask({ 2, PreviewRequest{} });
-  EXPECT_TRUE(this->conversation.NextReadyMessage()) << "2 is not finished yet";
+  EXPECT_TRUE(this->conversation.NextMessage()) << "2 is not finished yet";
   this->Ask({ 2, CancelRequest{} });
   search->Run();
   this->conversation.Finish(search);
@@ -358,14 +359,14 @@ TEST_F(Talk, ABlobOfACancelledRequestIsNoneOfTheNext)
 {
   this->OpenModel();
   this->Ask({ 2, PartitionsRequest{ { 3 } } });
-  EXPECT_TRUE(this->conversation.NextReadyMessage()); // begin
-  EXPECT_FALSE(this->conversation.NextReadyMessage());
+  EXPECT_TRUE(this->conversation.NextMessage()); // begin
+  EXPECT_FALSE(this->conversation.NextMessage());
   const auto read = this->conversation.TakeErrand();
   ASSERT_TRUE(read);
   this->Ask({ 2, CancelRequest{} });
   this->Ask({ 2, PartitionsRequest{ { 4 } } });
-  EXPECT_TRUE(this->conversation.NextReadyMessage()); // end
-  EXPECT_TRUE(this->conversation.NextReadyMessage()); // begin
+  EXPECT_TRUE(this->conversation.NextMessage()); // end
+  EXPECT_TRUE(this->conversation.NextMessage()); // begin
   read->Run();
   this->conversation.Finish(read);
   this->Finish();
@@ -380,7 +381,7 @@ TEST_F(Talk, WhatIsInMemoryNeedsNoErrand)
   this->model->inMemory = true;
   this->Ask({ 2, PartitionsRequest{ { 3, 4 } } });
   std::size_t messages = 0;
-  while (this->conversation.NextReadyMessage())
+  while (this->conversation.NextMessage())
   {
     ++messages;
   }
@@ -397,9 +398,9 @@ TEST_F(Talk, RegionsHaveSoManyPartitions)
     limits.partitions = most;
     Conversation other(this->catalog, limits);
     other.Receive(WriteClientMessage({ 1, OpenRequest{ "dragon" } }));
-    other.NextMessage();
+    PullMessage(other);
     other.Receive(WriteClientMessage({ 2, RegionRequest{ 1, 3, {} } }));
-    const auto message = ParseServerMessage(std::get<std::string>(*other.NextMessage()));
+    const auto message = ParseServerMessage(std::get<std::string>(*PullMessage(other)));
     const auto* error = std::get_if<ErrorAnswer>(&message->body);
     EXPECT_EQ(error != nullptr, most == 127);
     EXPECT_TRUE(!error || error->code == 400);
@@ -629,13 +630,13 @@ TEST_F(Talk, RandomConversationsStayInOrder)
       other.Receive(random.Integer(0, 9) == 0 ? random.Mutated(text) : text);
       for (auto n = random.Integer(0, 5); n > 0; --n)
       {
-        pulled += other.NextMessage() ? 1 : 0;
+        pulled += PullMessage(other) ? 1 : 0;
       }
     }
-    while (other.NextMessage())
+    while (PullMessage(other))
     {
       ASSERT_LT(++pulled, 100000u);
     }
-    EXPECT_FALSE(other.NextMessage());
+    EXPECT_FALSE(PullMessage(other));
   }
 }

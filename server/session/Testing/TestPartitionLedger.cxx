@@ -6,6 +6,7 @@
 #include "server/access/Testing/ForgedToken.h"
 #include "server/session/Conversation.h"
 #include "server/session/Testing/MemoryCatalog.h"
+#include "server/session/Testing/PullMessage.h"
 
 #include <gtest/gtest.h>
 
@@ -55,7 +56,7 @@ protected:
   {
     talk.Receive(WriteClientMessage(message));
     Heard heard;
-    while (auto next = talk.NextMessage())
+    while (auto next = PullMessage(talk))
     {
       if (const auto* frame = std::get_if<std::vector<std::uint8_t>>(&*next))
       {

@@ -5,6 +5,7 @@
 #include "server/access/Testing/ForgedToken.h"
 #include "server/session/Conversation.h"
 #include "server/session/Testing/MemoryCatalog.h"
+#include "server/session/Testing/PullMessage.h"
 
 #include <gtest/gtest.h>
 
@@ -54,7 +55,7 @@ protected:
   static Heard Listen(Conversation& talk)
   {
     Heard heard;
-    while (auto message = talk.NextMessage())
+    while (auto message = PullMessage(talk))
     {
       if (const auto* frame = std::get_if<std::vector<std::uint8_t>>(&*message))
       {
@@ -167,7 +168,7 @@ TEST_F(Access, ADescriptionTellsNoMoreThanTheTokenAllows)
   {
     auto talk = this->Talk(detail);
     Ask(talk, { 1, OpenRequest{ "dragon" } });
-    const auto answer = ParseServerMessage(std::get<std::string>(*talk.NextMessage()));
+    const auto answer = ParseServerMessage(std::get<std::string>(*PullMessage(talk)));
     const auto& told = std::get<OpenedAnswer>(answer->body).model;
     const auto json = this->model->Json(*ParseDetail(detail));
     EXPECT_EQ(told, ParseModel(std::string(json->begin(), json->end())).Value());
@@ -189,9 +190,9 @@ TEST_F(Access, AConversationEndsWithItsToken)
   Open(talk);
   Ask(talk, { 2, PartitionsRequest{ { 0, 1, 2 } } });
   Ask(talk, { 3, PartitionsRequest{ { 4 } } });
-  (void)talk.NextMessage();                   // begin
-  ASSERT_EQ(talk.NextMessage()->index(), 1u); // a frame
-  ASSERT_TRUE(talk.NextMessage());
+  (void)PullMessage(talk);                   // begin
+  ASSERT_EQ(PullMessage(talk)->index(), 1u); // a frame
+  ASSERT_TRUE(PullMessage(talk));
   this->time = 2000;
   EXPECT_FALSE(talk.IsPermitted());
   const auto heard = Listen(talk);
@@ -199,7 +200,7 @@ TEST_F(Access, AConversationEndsWithItsToken)
   EXPECT_TRUE(heard.blobs.empty());
   EXPECT_EQ(talk.Closing(), CloseReason::NotPermitted);
   Ask(talk, { 4, PartitionsRequest{ { 5 } } });
-  EXPECT_FALSE(talk.NextMessage());
+  EXPECT_FALSE(PullMessage(talk));
 }
 
 TEST_F(Access, AnIdleConversationEndsToo)
@@ -221,8 +222,8 @@ TEST_F(Access, ABlobThatIsReadForAnExpiredTokenStaysHere)
   auto talk = this->Talk("regions");
   Open(talk);
   Ask(talk, { 2, PartitionsRequest{ { 0 } } });
-  ASSERT_TRUE(talk.NextReadyMessage()); // begin
-  EXPECT_FALSE(talk.NextReadyMessage());
+  ASSERT_TRUE(talk.NextMessage()); // begin
+  EXPECT_FALSE(talk.NextMessage());
   const auto errand = talk.TakeErrand();
   ASSERT_TRUE(errand);
   errand->Run();

@@ -11,13 +11,6 @@ namespace kdstream
 namespace
 {
 
-std::string Trimmed(const std::string& text)
-{
-  constexpr const char* blanks = " \t\r\n";
-  const auto first = text.find_first_not_of(blanks);
-  return first == text.npos ? "" : text.substr(first, text.find_last_not_of(blanks) - first + 1);
-}
-
 Status CheckLength(const std::string& what, const std::string& text, std::size_t most)
 {
   if (CountCharacters(text) > most)
@@ -67,7 +60,7 @@ Status NotesBook::Keep(
   std::optional<std::size_t> index, std::string title, std::string text, const std::string& link)
 {
   Note note = index ? this->All[*index] : Note{ "", "", link };
-  note.title = Trimmed(RepairUtf8(title));
+  note.title = Trimmed(RepairUtf8(title), " \t\r\n");
   note.text = RepairUtf8(text);
   if (note.title.empty())
   {

@@ -11,11 +11,6 @@ namespace
 {
 
 constexpr std::int64_t mouse = 0;
-constexpr double halfGap =
-  60; // points: the two fingers that stand for a right button, from their middle
-constexpr double keyStep = 40; // points that an arrow key turns by
-constexpr double tapSlop = 10; // points, beyond those of a tap
-constexpr double keyZoom = 1.25;
 constexpr double wheelZoom = 1.2; // of a notch
 
 using Kind = SessionStep::Kind;
@@ -23,6 +18,18 @@ using Kind = SessionStep::Kind;
 SessionStep Go(const char* where)
 {
   return { Kind::Go, {}, where };
+}
+
+// frameOf: the touches of a frame, by its number.
+template <class FrameOf>
+std::vector<SessionStep> StepsOf(unsigned frames, const FrameOf& frameOf)
+{
+  std::vector<SessionStep> steps;
+  for (unsigned frame = 0; frame < frames; ++frame)
+  {
+    steps.push_back({ Kind::Touches, frameOf(frame) });
+  }
+  return steps;
 }
 
 }
@@ -37,18 +44,9 @@ void WindowInput::SetView(double left, double top, const Viewport& view)
 SessionStep WindowInput::Touches(double time) const
 {
   SessionStep step{ Kind::Touches, { time, {} } };
-  const double gap = halfGap * this->View.pixelRatio;
-  for (const auto& [pointer, finger] : this->Down)
+  for (const auto& [number, pointer] : this->Down)
   {
-    if (finger.isPair)
-    {
-      step.frame.touches.push_back({ 2 * pointer, finger.x - gap, finger.y });
-      step.frame.touches.push_back({ 2 * pointer + 1, finger.x + gap, finger.y });
-    }
-    else
-    {
-      step.frame.touches.push_back({ 2 * pointer, finger.x, finger.y });
-    }
+    AddTouches(pointer, this->View.pixelRatio, step.frame.touches);
   }
   return step;
 }
@@ -104,7 +102,7 @@ std::vector<SessionStep> WindowInput::Put(
   auto steps = this->Flush();
   if (this->Down.count(pointer) == 0) // else another button of the mouse
   {
-    this->Down[pointer] = { event.x - this->Left, event.y - this->Top, isPair };
+    this->Down[pointer] = { 2 * pointer, event.x - this->Left, event.y - this->Top, isPair };
     steps.push_back(this->Touches(event.time));
   }
   return steps;
@@ -148,7 +146,9 @@ std::vector<SessionStep> WindowInput::Key(const WindowEvent& event) const
   }
   if (const auto turn = turns.find(event.key); turn != turns.end())
   {
-    return this->Drag(turn->second.first, turn->second.second, event.time);
+    const auto& way = turn->second;
+    return StepsOf(this->Touching() ? 0 : dragFrames, [&](unsigned frame)
+      { return DragByKey(this->View, way.first, way.second, false, event.time, frame); });
   }
   if (const auto zoom = zooms.find(event.key); zoom != zooms.end())
   {
@@ -158,8 +158,9 @@ std::vector<SessionStep> WindowInput::Key(const WindowEvent& event) const
   {
     return { Go(jump->second) };
   }
-  return event.key == "Return" || event.key == "KP_Enter" ? this->DoubleTap(event.time)
-                                                          : std::vector<SessionStep>();
+  const bool isReturn = event.key == "Return" || event.key == "KP_Enter";
+  return StepsOf(isReturn && !this->Touching() ? 2 * tapFrames : 0,
+    [&](unsigned frame) { return TapByKey(this->View, event.time, frame); });
 }
 
 SessionStep WindowInput::ZoomAt(double factor, double x, double y) const
@@ -169,42 +170,6 @@ SessionStep WindowInput::ZoomAt(double factor, double x, double y) const
   step.x = x;
   step.y = y;
   return step;
-}
-
-// A finger that drags from the middle; its first way only tells that it is no tap.
-std::vector<SessionStep> WindowInput::Drag(double right, double down, double time) const
-{
-  std::vector<SessionStep> steps;
-  if (!this->Down.empty())
-  {
-    return steps;
-  }
-  for (const double points : { 0.0, tapSlop, tapSlop + keyStep })
-  {
-    const double way = points * this->View.pixelRatio;
-    const double x = 0.5 * this->View.width + right * way;
-    const double y = 0.5 * this->View.height + down * way;
-    steps.push_back({ Kind::Touches, { time, { { -1, x, y } } } });
-  }
-  steps.push_back({ Kind::Touches, { time, {} } });
-  return steps;
-}
-
-// In the middle, for those who have no pointer.
-std::vector<SessionStep> WindowInput::DoubleTap(double time) const
-{
-  std::vector<SessionStep> steps;
-  if (!this->Down.empty())
-  {
-    return steps;
-  }
-  const Touch middle{ -1, 0.5 * this->View.width, 0.5 * this->View.height };
-  for (const double later : { 0.0, 0.1 })
-  {
-    steps.push_back({ Kind::Touches, { time + later, { middle } } });
-    steps.push_back({ Kind::Touches, { time + later + 0.05, {} } });
-  }
-  return steps;
 }
 
 }

@@ -4,6 +4,7 @@
 #pragma once
 
 #include "viewer/desktop/window/WindowEvent.h"
+#include "viewer/session/InputTouches.h"
 #include "viewer/session/SessionFile.h"
 
 #include <map>
@@ -27,12 +28,6 @@ public:
   bool Touching() const { return !this->Down.empty(); }
 
 private:
-  struct Finger
-  {
-    double x = 0, y = 0; // pixels of the view
-    bool isPair = false; // stands for two
-  };
-
   SessionStep Touches(double time) const;
   std::vector<SessionStep> Zoom(double factor, const WindowEvent& event);
   std::vector<SessionStep> Put(std::int64_t pointer, const WindowEvent& event, bool isPair);
@@ -40,12 +35,10 @@ private:
   void Move(std::int64_t pointer, const WindowEvent& event);
   std::vector<SessionStep> Key(const WindowEvent& event) const;
   SessionStep ZoomAt(double factor, double x, double y) const;
-  std::vector<SessionStep> Drag(double right, double down, double time) const;
-  std::vector<SessionStep> DoubleTap(double time) const;
 
   double Left = 0, Top = 0;
   Viewport View;
-  std::map<std::int64_t, Finger> Down; // by pointer: 0 the mouse, fingers from 1 on
+  std::map<std::int64_t, Pointer> Down; // 0 the mouse, fingers from 1 on
   bool Moved = false;
   double MovedAt = 0;
 };

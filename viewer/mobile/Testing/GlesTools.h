@@ -2,8 +2,8 @@
 // What the tests of viewer/mobile share: models, cameras, pictures.
 #pragma once
 
-#include "viewer/mobile/EglOffscreen.h"
 #include "viewer/mobile/GlesRenderer.h"
+#include "viewer/mobile/Testing/EglOffscreen.h"
 #include "viewer/mobile/Testing/Images.h"
 
 #include <GLES3/gl3.h>

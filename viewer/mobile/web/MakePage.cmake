@@ -2,7 +2,7 @@
 # Puts the page of the folder SOURCE and the WebAssembly of the folder PARTS into the folder PAGE, compresses each file,
 # prints their sizes, and fails where they are more than MOST_BYTES together, or those that a phone must fetch before it sees anything than MOST_FIRST.
 # What page.js imports becomes one file with it: each file costs a slow network a round trip. What it fetches later is a
-# file each, and imports page.js for what both use.
+# file each, which imports from page.js what both use.
 cmake_policy(VERSION 3.25)
 
 function(pad text width result)
@@ -27,10 +27,14 @@ function(copy_stripped name)
   file(WRITE "${PAGE}/${name}" "${text}")
 endfunction()
 
-function(minify name)
+function(minify_file source name)
   # es2022: what browsers with WebGL 2 and bulk memory have.
-  execute_process(COMMAND "${ESBUILD}" "${SOURCE}/${name}" --bundle --minify --format=esm --target=es2022 --charset=utf8
+  execute_process(COMMAND "${ESBUILD}" "${source}" --bundle --minify --format=esm --target=es2022 --charset=utf8
     --legal-comments=none --log-level=warning ${ARGN} "--outfile=${PAGE}/${name}" COMMAND_ERROR_IS_FATAL ANY)
+endfunction()
+
+function(minify name)
+  minify_file("${SOURCE}/${name}" ${name} ${ARGN})
 endfunction()
 
 file(REMOVE_RECURSE "${PAGE}")
@@ -40,13 +44,58 @@ file(SIZE "${PAGE}/kdstream.wasm" first_bytes)
 file(SIZE "${PAGE}/kdstream-more.wasm" rest_bytes)
 copy_stripped(index.html)
 minify(style.css)
-# Fetched when they are first used, or after the first picture.
+# Fetched when they are first used, or after the first picture. What they import and page.js has is there already: they have
+# it from page.js, which exports it for them by short names.
 set(later tools.js notes.js gallery.js legend.js offline.js about.js access.js embedding.js words/de.js words/ar.js)
 list(TRANSFORM later PREPEND "--external:./" OUTPUT_VARIABLE externals)
-minify(page.js "--define:viewerBytes=${first_bytes}" "--define:restBytes=${rest_bytes}" ${externals})
-foreach(name IN LISTS later)
-  minify(${name} --external:./page.js)
+set(made "${PARTS}/scripts.json")
+minify(page.js "--metafile=${made}" ${externals})
+file(READ "${made}" made)
+string(JSON inputs LENGTH "${made}" inputs)
+math(EXPR last "${inputs} - 1")
+set(there)
+foreach(index RANGE ${last})
+  string(JSON input MEMBER "${made}" inputs ${index})
+  get_filename_component(input "${input}" NAME)
+  list(APPEND there "--external:./${input}")
 endforeach()
+set(exports "import\"${SOURCE}/page.js\";\n")
+set(exported)
+foreach(name IN LISTS later)
+  minify(${name} ${there})
+  file(READ "${PAGE}/${name}" text)
+  string(REGEX MATCHALL "import{[^}]*}from\"\\./[^\"]*\"" imports "${text}")
+  set(all)
+  foreach(import IN LISTS imports)
+    string(REGEX MATCH "{(.*)}from\"\\./(.*)\"" matched "${import}")
+    set(names "${CMAKE_MATCH_1}")
+    set(module "${CMAKE_MATCH_2}")
+    string(REPLACE "${import};" "" text "${text}")
+    string(REPLACE "," ";" names "${names}")
+    foreach(name_here IN LISTS names)
+      string(REGEX REPLACE " as .*" "" imported "${name_here}")
+      string(REGEX REPLACE ".* as " "" name_here "${name_here}")
+      list(FIND exported "${module}:${imported}" number)
+      if(number EQUAL -1)
+        list(LENGTH exported number)
+        list(APPEND exported "${module}:${imported}")
+        string(APPEND exports "export{${imported} as s${number}}from\"${SOURCE}/${module}\";\n")
+      endif()
+      list(APPEND all "s${number} as ${name_here}")
+    endforeach()
+  endforeach()
+  if(text MATCHES "from *\"[.]/")
+    message(FATAL_ERROR "${name} imports in a way that is not understood here")
+  endif()
+  if(all)
+    list(JOIN all "," all)
+    string(PREPEND text "import{${all}}from\"./page.js\";")
+    file(WRITE "${PAGE}/${name}" "${text}")
+  endif()
+endforeach()
+set(entry "${PARTS}/entry.js")
+file(WRITE "${entry}" "${exports}")
+minify_file("${entry}" page.js "--define:viewerBytes=${first_bytes}" "--define:restBytes=${rest_bytes}" ${externals})
 minify(tools.css)
 minify(notes.css)
 # For other pages, whose script it is.

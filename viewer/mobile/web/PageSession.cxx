@@ -3,7 +3,6 @@
 #include "viewer/mobile/web/PageSession.h"
 
 #include "filters/codec/Seal.h"
-#include "filters/core/Later.h"
 #include "filters/core/tree/PieceDepth.h"
 #include "filters/model/ModelJson.h"
 #include "server/protocol/ResourcePath.h"
@@ -254,7 +253,7 @@ void PageSession::FollowTrouble()
   }
 }
 
-KDSTREAM_LATER void PageSession::SearchOwed()
+void PageSession::SearchOwed()
 {
   std::map<std::uint32_t, SessionRequest> owed;
   for (const auto& [blob, request] : this->Viewer.OwedBlobs())

@@ -45,7 +45,7 @@ public:
   // So many are taken now.
   void FollowMemory(std::size_t taken);
   std::size_t MemoryBytes() const { return this->Memory.Bytes(); }
-  // The rest of the viewer is there (KDSTREAM_LATER). Until then previews are all that is shown;
+  // The rest of the viewer is there (parts.js). Until then previews are all that is shown;
   // and of models whose preview is points, that are lossless, or have no levels, nothing that the
   // server sends is taken: it waits here.
   void BecomeWhole();

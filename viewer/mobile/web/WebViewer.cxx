@@ -10,6 +10,7 @@
 // No input traps but for a lack of memory; page.js tells the person of that.
 #include "viewer/mobile/web/PagePicture.h"
 #include "viewer/mobile/web/PageSession.h"
+#include "viewer/session/InputTouches.h"
 #include "viewer/session/look/ColorLegend.h"
 #include "viewer/session/look/Palette.h"
 
@@ -83,17 +84,23 @@ std::string LegendOfDetail(const ViewerScene& scene)
   return json.Text();
 }
 
-// id, x and y of each finger, doubles.
-std::vector<Touch> ParseTouches(const std::string& bytes)
+// id, x, y and isPair of each pointer, doubles.
+std::vector<Touch> ParseTouches(const std::string& bytes, double pixelRatio)
 {
-  double values[3];
-  std::vector<Touch> touches(bytes.size() / sizeof(values));
-  for (std::size_t i = 0; i < touches.size(); ++i)
+  double values[4];
+  std::vector<Touch> touches;
+  for (std::size_t at = 0; at + sizeof(values) <= bytes.size(); at += sizeof(values))
   {
-    std::memcpy(values, bytes.data() + i * sizeof(values), sizeof(values));
-    touches[i] = { static_cast<std::int64_t>(values[0]), values[1], values[2] };
+    std::memcpy(values, bytes.data() + at, sizeof(values));
+    AddTouches({ static_cast<std::int64_t>(values[0]), values[1], values[2], values[3] != 0 },
+      pixelRatio, touches);
   }
   return touches;
+}
+
+const Viewport& WindowOf(const WebViewer& viewer)
+{
+  return viewer.page.Session().GetCamera().GetViewport();
 }
 
 }
@@ -170,10 +177,29 @@ extern "C"
   {
     viewer->page.Session().LeaveFullScreen();
   }
-  // The inbox holds id, x and y of every finger that is down, as doubles.
+  // The inbox holds id, x, y and isPair (0 or 1) of every pointer that is down, as doubles.
   EMSCRIPTEN_KEEPALIVE void ViewerTouches(WebViewer* viewer, double time)
   {
-    viewer->page.Session().HandleTouches({ time, kdstream::ParseTouches(viewer->inbox) });
+    const double ratio = kdstream::WindowOf(*viewer).pixelRatio;
+    viewer->page.Session().HandleTouches({ time, kdstream::ParseTouches(viewer->inbox, ratio) });
+  }
+  // As DragByKey and TapByKey.
+  EMSCRIPTEN_KEEPALIVE void ViewerDragByKey(
+    WebViewer* viewer, int right, int down, bool pans, double time)
+  {
+    for (unsigned frame = 0; frame < kdstream::dragFrames; ++frame)
+    {
+      viewer->page.Session().HandleTouches(
+        kdstream::DragByKey(kdstream::WindowOf(*viewer), right, down, pans, time, frame));
+    }
+  }
+  EMSCRIPTEN_KEEPALIVE void ViewerTapByKey(WebViewer* viewer, unsigned times, double time)
+  {
+    for (unsigned frame = 0; frame < times * kdstream::tapFrames; ++frame)
+    {
+      viewer->page.Session().HandleTouches(
+        kdstream::TapByKey(kdstream::WindowOf(*viewer), time, frame));
+    }
   }
   EMSCRIPTEN_KEEPALIVE void ViewerCancelTouches(WebViewer* viewer)
   {
@@ -182,6 +208,13 @@ extern "C"
   EMSCRIPTEN_KEEPALIVE void ViewerZoom(WebViewer* viewer, double factor, double x, double y)
   {
     viewer->page.Session().Zoom(factor, x, y);
+  }
+  // In, or out, about the middle.
+  EMSCRIPTEN_KEEPALIVE void ViewerZoomByKey(WebViewer* viewer, bool isIn)
+  {
+    const auto& window = kdstream::WindowOf(*viewer);
+    const double factor = isIn ? kdstream::keyZoom : 1 / kdstream::keyZoom;
+    viewer->page.Session().Zoom(factor, 0.5 * window.width, 0.5 * window.height);
   }
   // The next frame draws again.
   EMSCRIPTEN_KEEPALIVE void ViewerRedraw(WebViewer* viewer)

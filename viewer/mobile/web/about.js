@@ -2,8 +2,10 @@
 // What is known of a model, for its sheet: all of its texts, with links where they name addresses, its size and its
 // triangles. Fetched when it is first opened. Texts are a stranger's: they never become HTML, and links lead to http only.
 
-import { make, makeButton } from "./elements.js";
-import { addressIn, figure, language, nameOf, t } from "./page.js"; // the page that is there already
+import { makeButton } from "./elements.js";
+import { make, nameOf } from "./list.js";
+import { addressIn } from "./origin.js";
+import { figure, language, t } from "./words.js";
 
 // ---- links
 

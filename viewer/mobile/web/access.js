@@ -1,8 +1,10 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Tokens for who has one: a dialog to enter it, and the options that remember or forget it. Fetched when it is wanted.
 
-import { make, makeButton } from "./elements.js";
-import { enterToken, forgetToken, rememberToken, remembersToken, t } from "./page.js"; // the page that is there already
+import { makeButton } from "./elements.js";
+import { enterToken, forgetToken, rememberToken, remembersToken } from "./line.js";
+import { make } from "./list.js";
+import { t } from "./words.js";
 
 const remembers = (checked) => {
   const box = make("input", { type: "checkbox", checked });

@@ -6,15 +6,16 @@ import { entryOf, findKept, markKept, readList, showEntries, showSite } from "./
 import { previewsAreAsked, showPreview, showsPreview } from "./previews.js";
 import { Refreshing } from "./refreshing.js";
 import { t } from "./words.js";
-import { goOnOnce, lastStatus, rest, wake } from "./frames.js";
+import { lastStatus, rest, wake } from "./frames.js";
 import { find, isEmbedded, line, say, viewer } from "./shared.js";
-import { getTools } from "./sheets.js";
 
 export let models = null; // the list, once one has come
 export let linked = ""; // a link to a view, that waits for the list, or for the rest of the viewer
 export let linkTrouble = ""; // why the last one has opened nothing
 export let site = { title: "", text: "" };
+export let update = null; // goes over to a newer page
 let gallery = null; // the pictures of the list, once there was time for them
+let keptPage = false; // it has been asked for
 export const refreshing = new Refreshing(takeList, askAgain, wake); // asked again for what could not be had
 
 export function selectedModel() {
@@ -61,6 +62,23 @@ export async function openGallery() {
     gallery = new Gallery({ status: () => lastStatus, savesData: () => find("menu").elements.ahead.value === "0" });
     gallery.show(models);
   }
+}
+
+// What can wait until there is a picture.
+export async function goOnOnce() {
+  if (keptPage) {
+    return;
+  }
+  keptPage = true;
+  await rest.fetch();
+  if (!isEmbedded) {
+    openGallery().catch(() => {}); // then the list is without pictures
+  }
+  const { keepPage } = await import("./offline.js");
+  keepPage((change) => {
+    update = change;
+    wake();
+  });
 }
 
 // What a link shows, or, after a reload in full screen, that model again. Without a network one that is kept, or none.
@@ -117,6 +135,11 @@ export function takeLink() {
   models?.length ? followLink(linkInAddress()) : (linked = linkInAddress());
 }
 
+let hasDistances = false; // the last link, and nobody has taken them
+
+// Whether it had any since this was asked last.
+export const takeDistances = () => hasDistances && !(hasDistances = false);
+
 export let colouring = "own"; // as links have it
 let coloursOfLink = ""; // until another model is chosen
 
@@ -144,6 +167,7 @@ export async function followLink(link) {
   }
   linked = "";
   const told = new URLSearchParams(link);
+  hasDistances = told.has("distances");
   const menu = find("menu").elements;
   menu.detail.value = told.get("detail") === "level" ? "1" : "0";
   menu.turning.value = told.get("turning") === "free" ? "1" : "0";
@@ -156,9 +180,6 @@ export async function followLink(link) {
   }
   line.exchange();
   wake();
-  if (told.has("distances")) {
-    getTools().then(wake, () => {}); // else they are not seen until the tools are opened
-  }
 }
 
 // ---- once more

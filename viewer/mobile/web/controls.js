@@ -5,10 +5,10 @@
 import { takeToken } from "./line.js";
 import { entryOf } from "./list.js";
 import { askForPreviews, showPreview, showsPreview } from "./previews.js";
-import { canClosePreview, closePreview, colourBy, followLink, linkInAddress, models, refreshing, takeLink, tryNow } from "./choosing.js";
 import { lastStatus, redraw, rest, wake } from "./frames.js";
-import { canvas, fingers, find, isEmbedded, line, viewer } from "./shared.js";
+import { canClosePreview, closePreview, colourBy, followLink, linkInAddress, models, refreshing, takeLink, tryNow } from "./choosing.js";
 import { closeSheets, openAbout, openMenu, openTools, shownSheet } from "./sheets.js";
+import { canvas, fingers, find, isEmbedded, line, viewer } from "./shared.js";
 
 export let contextLost = false;
 export let embedding = null; // in somebody's page
@@ -199,8 +199,4 @@ export async function askForToken() {
   if (await ask()) {
     tryNow();
   }
-}
-
-export function tokenForgotten() {
-  location.assign(location.pathname + location.search);
 }

@@ -1,9 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // How tools and sheets make their elements.
 
-import { make, t } from "./page.js"; // the page that is there already
-
-export { make };
+import { make } from "./list.js";
+import { t } from "./words.js";
 
 export function makeButton(text, act, properties = {}) {
   const button = make("button", { type: "button", textContent: t(text), ...properties });

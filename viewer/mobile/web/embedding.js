@@ -9,7 +9,7 @@
 // Whoever embeds the viewer is not trusted with what a token gives: where there is one, only pages of the same origin are
 // answered.
 
-import { hasToken } from "./page.js";
+import { hasToken } from "./line.js";
 
 const deeds = {
   home: ({ viewer }) => viewer.goHome(),

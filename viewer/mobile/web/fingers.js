@@ -3,16 +3,13 @@
 // of gestures.
 
 const wheelLine = 16; // points that a mouse's wheel means by a line
-const halfGap = 60; // points: the two fingers that stand for a mouse's right button, from their middle
-const keyStep = 40; // points that an arrow key turns by
-const keyZoom = 1.25;
-const slop = 10; // points: who has moved less has tapped
+const slop = 10; // points: who has moved less has tapped a page that one finger scrolls
 
 export class Fingers {
   #canvas;
   #viewer;
   #changed;
-  #down = new Map(); // by pointer: { x, y, pans } in points of the window
+  #down = new Map(); // by pointer: { x, y, isPair } in points of the window
   #moved = 0; // time of the last move that the viewer has not been told
   #outside = null; // the finger's pointerdown that is down where one finger scrolls
 
@@ -46,10 +43,7 @@ export class Fingers {
 
   // The canvas has moved or changed its size: what the fingers did before no longer counts.
   restart() {
-    if (this.#down.size) {
-      this.#viewer.cancelTouches();
-      this.#tell(performance.now());
-    }
+    this.#down.size && this.#drop();
   }
 
   // One finger turns from now on; or scrolls again.
@@ -57,35 +51,24 @@ export class Fingers {
     if (this.entered !== enters) {
       this.entered = enters;
       this.#outside = null;
-      enters || this.#forget();
+      if (!enters && this.#down.size) {
+        this.#down.clear();
+        this.#drop();
+      }
       this.onEnter();
     }
   }
 
-  #forget() {
-    if (this.#down.size) {
-      this.#down.clear();
-      this.#viewer.cancelTouches();
-      this.#tell(performance.now());
-    }
+  #drop() {
+    this.#viewer.cancelTouches();
+    this.#tell(performance.now());
   }
 
   #tell(milliseconds) {
     this.#moved = 0;
-    const touches = [];
-    for (const [id, { x, y, pans }] of this.#down) {
-      if (pans) {
-        touches.push(this.#touch(2 * id, x - halfGap, y), this.#touch(2 * id + 1, x + halfGap, y));
-      } else {
-        touches.push(this.#touch(2 * id, x, y));
-      }
-    }
-    this.#viewer.touches(milliseconds / 1000, touches);
+    const pointers = [...this.#down].map(([id, { x, y, isPair }]) => ({ id: 2 * id, isPair, ...this.#pixel(x, y) }));
+    this.#viewer.touches(milliseconds / 1000, pointers);
     this.#changed();
-  }
-
-  #touch(id, x, y) {
-    return { id, ...this.#pixel(x, y) };
   }
 
   // Of the canvas, from points of the window.
@@ -114,7 +97,7 @@ export class Fingers {
     }
     this.flush();
     this.#canvas.setPointerCapture(pointerId);
-    this.#down.set(pointerId, { x: clientX, y: clientY, pans: pointerType === "mouse" && right });
+    this.#down.set(pointerId, { x: clientX, y: clientY, isPair: pointerType === "mouse" && right });
     this.#tell(event.timeStamp);
   }
 
@@ -143,10 +126,7 @@ export class Fingers {
 
   #cancel({ pointerId }) {
     this.#outside = null; // it scrolls
-    if (this.#down.delete(pointerId)) {
-      this.#viewer.cancelTouches();
-      this.#tell(performance.now());
-    }
+    this.#down.delete(pointerId) && this.#drop();
   }
 
   #wheel(event) {
@@ -162,7 +142,7 @@ export class Fingers {
 
   #key(event) {
     const turns = { ArrowLeft: [-1, 0], ArrowRight: [1, 0], ArrowUp: [0, -1], ArrowDown: [0, 1] };
-    const zooms = { "+": keyZoom, "=": keyZoom, "-": 1 / keyZoom };
+    const zooms = { "+": true, "=": true, "-": false };
     const jumps = { Home: "goHome", h: "goHome", u: "undoView", Backspace: "undoView" };
     if (event.ctrlKey || event.metaKey || event.altKey || ![turns, zooms, jumps].some((keys) => event.key in keys)) {
       return;
@@ -171,40 +151,15 @@ export class Fingers {
     if (event.key in jumps) {
       this.#viewer[jumps[event.key]]();
     } else if (event.key in turns) {
-      this.#drag(...turns[event.key], event.timeStamp / 1000, event.shiftKey);
+      this.#down.size || this.#viewer.byKey("Drag", ...turns[event.key], event.shiftKey, event.timeStamp / 1000);
     } else {
-      this.#viewer.zoom(zooms[event.key], this.#canvas.width / 2, this.#canvas.height / 2);
+      this.#viewer.byKey("Zoom", zooms[event.key]);
     }
     this.#changed();
   }
 
   // In the middle, for those who have no pointer. times: 2 for a double tap.
   tap(times) {
-    if (this.#down.size) {
-      return;
-    }
-    const box = this.#canvas.getBoundingClientRect();
-    const middle = this.#touch(-1, box.left + box.width / 2, box.top + box.height / 2);
-    const seconds = performance.now() / 1000;
-    for (let later = 0; later < times; ++later) {
-      this.#viewer.touches(seconds + .1 * later, [middle]);
-      this.#viewer.touches(seconds + .1 * later + .05, []);
-    }
-  }
-
-  // A finger that drags from the middle, or two, which pan; the first way only tells that it is no tap.
-  #drag(right, down, seconds, pans) {
-    if (this.#down.size) {
-      return;
-    }
-    const box = this.#canvas.getBoundingClientRect();
-    for (const way of [0, 10, 10 + keyStep]) {
-      const x = box.left + box.width / 2 + right * way;
-      const y = box.top + box.height / 2 + down * way;
-      this.#viewer.touches(seconds, pans
-        ? [this.#touch(-1, x - halfGap, y), this.#touch(-2, x + halfGap, y)]
-        : [this.#touch(-1, x, y)]);
-    }
-    this.#viewer.touches(seconds, []);
+    this.#down.size || this.#viewer.byKey("Tap", times, performance.now() / 1000);
   }
 }

@@ -6,7 +6,11 @@
 // the model's digest. What was fetched for it, the view finds when the model is chosen, and the other way round (`previews`
 // in line.js). Whoever saves data gets the pictures that are kept, and no others.
 
-import { Line, anotherViewer, entryOf, findBlob, isOffline, mayKeep, nameOf, storeBlobs, t } from "./page.js"; // the page that is there already
+import { Line, isOffline, mayKeep } from "./line.js";
+import { entryOf, nameOf } from "./list.js";
+import { findBlob, storeBlobs } from "./storage.js";
+import { anotherViewer } from "./viewer.js";
+import { t } from "./words.js";
 
 const side = 192; // pixels
 const pause = 300; // ms, until it is looked again whether the page is at rest

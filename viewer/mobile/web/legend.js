@@ -1,7 +1,9 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // What colours mean, and the arrays of a model that it can be coloured by. Fetched when they are first shown.
 
-import { arrayOf, colorMaps, language, make, nameOfLevel, t } from "./page.js"; // the page that is there already
+import { make } from "./list.js";
+import { arrayOf, colorMaps } from "./viewer.js";
+import { language, nameOfLevel, t } from "./words.js";
 
 const inFigures = (number) => Number(number.toPrecision(6)).toLocaleString(language, { maximumSignificantDigits: 6 });
 const hex = (color) => `#${color.toString(16).padStart(6, "0")}`;

@@ -1,8 +1,9 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // The tools that change what is seen of a model: a section through it, and where the light comes from.
 
-import { t } from "./page.js";
-import { download, group, make, makeButton } from "./elements.js";
+import { download, group, makeButton } from "./elements.js";
+import { make } from "./list.js";
+import { t } from "./words.js";
 
 export const tool = { none: 0, measure: 1, section: 2, light: 3, secondLight: 4 };
 

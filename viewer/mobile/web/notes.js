@@ -3,8 +3,10 @@
 // the store (filters/model/Notes.h tells its form). Fetched when a model that has notes is full screen, or when they are to
 // be written. Texts are a stranger's: they never become HTML.
 
-import { getOrFind, language, t } from "./page.js"; // the page that is there already
-import { download, group, make, makeButton } from "./elements.js";
+import { download, group, makeButton } from "./elements.js";
+import { getOrFind } from "./line.js";
+import { make } from "./list.js";
+import { language, t } from "./words.js";
 
 const mostBytes = 256 << 10;
 const mostNotes = 100;

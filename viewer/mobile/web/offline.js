@@ -2,8 +2,11 @@
 // What of the page works without a network: its own files (worker.js), a model that is kept on purpose, and the part of
 // the options that tells of both. What was merely looked at line.js keeps. Fetched after the first picture.
 
-import { addKept, emptyStorage, findText, get, isOffline, kilobytes, mayKeep, nameOfLevel, pinBlobs, refusalOf, setStorageLimit, storageLimit,
-  storageTrouble, storeBlobs, storeText, storedBytes, t } from "./page.js"; // the page that is there already
+import { addKept, get, isOffline, mayKeep } from "./line.js";
+import { refusalOf } from "./refusal.js";
+import { emptyStorage, findText, pinBlobs, setStorageLimit, storageLimit, storageTrouble, storeBlobs, storeText, storedBytes }
+  from "./storage.js";
+import { kilobytes, nameOfLevel, t } from "./words.js";
 
 const find = (id) => document.getElementById(id);
 const previewLevel = 11; // one piece, whatever the model

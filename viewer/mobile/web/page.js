@@ -38,22 +38,14 @@ import { Line, takeToken } from "./line.js";
 import { hideLoading, showLoading, watchSilence } from "./loading.js";
 import { showEnd } from "./message.js";
 import { rememberedPreviews } from "./previews.js";
-import { loadViewer, tellOfPictures } from "./viewer.js";
+import { tellOfPictures } from "./gl.js";
+import { loadViewer } from "./viewer.js";
 import { chooseLanguage, t } from "./words.js";
+import { lastStatus, rest, startFrames, wake } from "./frames.js";
 import { linkInAddress, refreshing, takeLink } from "./choosing.js";
 import { answerEmbedder, listenToBrowser, listenToButtons } from "./controls.js";
-import { lastStatus, rest, wake, watchSize } from "./frames.js";
+import { show } from "./status.js";
 import { canvas, coarse, find, fingers, isEmbedded, line, shareLine, shareViewer, viewer } from "./shared.js";
-
-// For what is fetched later (MakePage.cmake), which has no copies of these.
-export { Line, addKept, enterToken, forgetToken, get, getOrFind, hasToken, isOffline, mayKeep, rememberToken, remembersToken } from "./line.js";
-export { inPlainWords, refusalOf } from "./refusal.js";
-export { emptyStorage, findBlob, findText, pinBlobs, setStorageLimit, storageLimit, storageTrouble, storeBlobs, storeText, storedBytes }
-  from "./storage.js";
-export { entryOf, make, nameOf } from "./list.js";
-export { addressIn } from "./origin.js";
-export { anotherViewer, arrayOf, colorMaps } from "./viewer.js";
-export { figure, kilobytes, language, nameOfLevel, t } from "./words.js";
 
 /* global viewerBytes: of the WebAssembly's first part, by MakePage.cmake */
 
@@ -124,7 +116,7 @@ async function start() {
   });
   shareLine(new Line(viewer, wake), new Fingers(canvas, viewer, wake));
   window.kdstream = { status: () => (viewer.failure ? lastStatus : { ...viewer.status(), memory: viewer.memory() }) };
-  watchSize();
+  startFrames(show);
   listenToButtons();
   moveIfLiked();
   saveDataIfAsked();

@@ -44,7 +44,7 @@ async function read(name, heard) {
 // By their place in the table.
 const standIns = new Proxy({}, {
   get: (_, place) => (...values) => {
-    console.error(`function ${place} is called before it is there`); // it lacks a guard: later.txt
+    console.error(`function ${place} is not there yet`); // it lacks a guard: later.txt
     joinAtOnce();
     return first.__indirect_function_table.get(Number(place))(...values);
   },

@@ -2,7 +2,7 @@
 // A picture to carry away: the canvas on the page's background, with the lines over it, and below it what its colours mean,
 // title, credit and licence.
 
-import { make } from "./elements.js";
+import { make } from "./list.js";
 
 const ink = "#f3f0ea";
 const mostLines = 3; // of one text

@@ -3,13 +3,12 @@
 
 import { hasToken } from "./line.js";
 import { nameOf } from "./list.js";
-import { colouring, followLink, selectedModel } from "./choosing.js";
-import { tokenForgotten } from "./controls.js";
 import { lastStatus, redraw, rest, wake } from "./frames.js";
+import { colouring, followLink, selectedModel, takeDistances } from "./choosing.js";
 import { canvas, find, line, viewer } from "./shared.js";
 
 const sheets = ["menu", "tools", "about"];
-export let tools = null; // once they have been used, or a link has brought distances
+let tools = null; // once they have been used, or a link has brought distances
 let about = null;
 let notes = null; // once a model has some, or somebody writes some
 
@@ -40,7 +39,7 @@ export async function openTools(open) {
 }
 
 // They draw the distances, too.
-export async function getTools() {
+async function getTools() {
   await rest.wait();
   const { Tools } = await import("./tools.js");
   return tools ??= new Tools({
@@ -51,6 +50,13 @@ export async function getTools() {
     key: async () => (find("legend").hidden ? null : (await import("./legend.js")).keyOf(viewer, colouring)),
     colours, getNotes,
   });
+}
+
+export function showTools() {
+  tools?.show();
+  if (takeDistances()) {
+    getTools().then(wake, () => {}); // else they are not seen until the tools are opened
+  }
 }
 
 async function getNotes() {
@@ -88,6 +94,10 @@ export async function openMenu(open) {
       (await import("./access.js")).openAccessOptions(find("access"), tokenForgotten);
     }
   }
+}
+
+function tokenForgotten() {
+  location.assign(location.pathname + location.search);
 }
 
 export async function openAbout(open) {

@@ -2,10 +2,11 @@
 // Tools for looking: views from six sides, turning by itself, measuring, sections, light, links to views, pictures. Fetched
 // when they are first used. What they do is decided in WebAssembly; here are their buttons, and the lines over the picture.
 
-import { figure, language, t } from "./page.js"; // the page that is there already
-import { download, group, make, makeButton } from "./elements.js";
+import { download, group, makeButton } from "./elements.js";
+import { make } from "./list.js";
 import { Looks, tool } from "./looks.js";
 import { composePicture } from "./picture.js";
+import { figure, language, t } from "./words.js";
 
 const find = (id) => document.getElementById(id);
 

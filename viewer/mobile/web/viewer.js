@@ -4,8 +4,6 @@
 import { bytesAt, forgetObjects, gainCanvas, picturesAreWaiting, useContext } from "./gl.js";
 import { loadFirstPart, whole } from "./parts.js";
 
-export { tellOfPictures } from "./gl.js";
-
 const toBytes = new TextEncoder();
 const toText = new TextDecoder();
 
@@ -78,6 +76,12 @@ class Viewer {
     return toText.decode(bytesAt(begin, this.#call("TextBytes")));
   }
 
+  // What it describes as JSON; `otherwise` where the viewer has stopped.
+  #describe(name, otherwise) {
+    this.#call(name);
+    return JSON.parse(this.#text() || otherwise);
+  }
+
   // ---- what the person does; places in pixels of the canvas
 
   select(model) {
@@ -93,9 +97,10 @@ class Viewer {
     this.#call("LeaveFullScreen");
   }
 
-  // All the fingers that are down now: [{ id, x, y }].
-  touches(seconds, fingers) {
-    const values = new Float64Array(fingers.flatMap(({ id, x, y }) => [id, x, y]));
+  // All the pointers that are down now: [{ id, x, y, isPair }]; isPair: it stands for two fingers, whose other one has the
+  // next id.
+  touches(seconds, pointers) {
+    const values = new Float64Array(pointers.flatMap(({ id, x, y, isPair }) => [id, x, y, isPair]));
     if (this.#put(new Uint8Array(values.buffer))) {
       this.#call("Touches", seconds);
     }
@@ -107,6 +112,12 @@ class Viewer {
 
   zoom(factor, x, y) {
     this.#call("Zoom", factor, x, y);
+  }
+
+  // What keys do in the middle of the canvas: "Drag" (right, down: -1, 0 or 1; pans; seconds), "Tap" (times, seconds) or
+  // "Zoom" (isIn).
+  byKey(act, ...values) {
+    this.#call(act + "ByKey", ...values);
   }
 
   goHome() {
@@ -124,7 +135,7 @@ class Viewer {
   }
 
   setSpinning(spins) {
-    this.#call("SetSpinning", spins ? 1 : 0);
+    this.#call("SetSpinning", spins);
   }
 
   // What stands behind the # of an address: model=…; what is wrong with it the status tells.
@@ -170,8 +181,7 @@ class Viewer {
   }
 
   measurements() {
-    this.#call("Measurements");
-    return JSON.parse(this.#text() || "[]");
+    return this.#describe("Measurements", "[]");
   }
 
   nameMeasurement(index, name) {
@@ -286,7 +296,7 @@ class Viewer {
   // refused: the server answers, but has no stream for us. retryAfter: the seconds that a busy one asks for, or 0.
   socketEnded(refused, why, now, retryAfter) {
     this.#putText(why);
-    this.#call("SocketEnded", refused ? 1 : 0, now, retryAfter);
+    this.#call("SocketEnded", refused, now, retryAfter);
   }
 
   fetched(status, bytes, now, retryAfter) {
@@ -329,12 +339,12 @@ class Viewer {
 
   // The rest of it is not kept. isKept: the model is, on purpose.
   endSearch(search, isKept, now) {
-    this.#call("EndSearch", search, isKept ? 1 : 0, now);
+    this.#call("EndSearch", search, isKept, now);
   }
 
   // Whether what comes is told by nextArrival, and what is kept is searched first.
   setKeeps(keeps) {
-    this.#call("SetKeeps", keeps ? 1 : 0);
+    this.#call("SetKeeps", keeps);
   }
 
   // A blob that has come: { path, bytes }, or null.
@@ -345,8 +355,7 @@ class Viewer {
 
   // What the colours of detail mean: [{ level, color }], the finest first; -1 is the original, color 0xrrggbb.
   legend() {
-    this.#call("Legend");
-    return JSON.parse(this.#text() || "[]");
+    return this.#describe("Legend", "[]");
   }
 
   // The arrays that the model may be coloured by; and of the one that it is coloured by the
@@ -363,14 +372,12 @@ class Viewer {
 
   // { budget, heap, used, pieces, graphics } in bytes.
   memory() {
-    this.#call("Memory");
-    return JSON.parse(this.#text() || "{}");
+    return this.#describe("Memory", "{}");
   }
 
   // What to tell the person: page.js says what is in it.
   status() {
-    this.#call("Status");
-    const status = JSON.parse(this.#text() || "{}");
+    const status = this.#describe("Status", "{}");
     status.idle &&= !picturesAreWaiting();
     return status;
   }

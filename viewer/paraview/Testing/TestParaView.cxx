@@ -1,15 +1,16 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // The plugin in ParaView itself: pvbatch reads the dragon's store and server, on one process and on
 // several. plugin.py asks, here is what the answers must be.
-#include "Testing/EndToEnd/Process.h"
 #include "Testing/Fixtures/RunningProgram.h"
+#include "filters/Parallel/Testing/RunRanks.h"
 
 #include <gtest/gtest.h>
 #include <nlohmann/json.hpp>
 
 #include <cstdlib>
+#include <filesystem>
+#include <fstream>
 #include <map>
-#include <sstream>
 #include <string>
 #include <vector>
 
@@ -51,11 +52,6 @@ protected:
     Info = Json::parse(RunTool(*Folder, "store", { "info", Store, "--json" }).out);
     ::setenv("LIBGL_ALWAYS_SOFTWARE", "1", 1);
     ::setenv("HOME", Folder->Path.c_str(), 1); // ParaView keeps settings there
-    ::setenv("OMPI_ALLOW_RUN_AS_ROOT", "1", 1);
-    ::setenv("OMPI_ALLOW_RUN_AS_ROOT_CONFIRM", "1", 1);
-    ::setenv("OMPI_MCA_rmaps_base_oversubscribe", "1", 1);
-    ::setenv("OMPI_MCA_mpi_yield_when_idle", "1", 1);
-    ::setenv("OMPI_MCA_hwloc_base_binding_policy", "none", 1);
   }
   static void TearDownTestSuite() { Folder.reset(); }
 
@@ -65,22 +61,26 @@ protected:
     // -noreset: ParaView tries a first connection and closes it; Xvfb would begin anew, and may
     // miss the second one.
     std::vector<std::string> command{ "-a", "-s", "-screen 0 1280x1024x24 +extension GLX -noreset",
-      KDSTREAM_MPIRUN, KDSTREAM_NUMBER_FLAG, std::to_string(ranks), KDSTREAM_PVBATCH, "--sym",
-      KDSTREAM_SCRIPT, KDSTREAM_PLUGIN };
-    command.insert(command.end(), arguments.begin(), arguments.end());
+      KDSTREAM_MPIRUN };
+    std::vector<std::string> batch{ KDSTREAM_PVBATCH, "--sym", KDSTREAM_SCRIPT, KDSTREAM_PLUGIN };
+    batch.insert(batch.end(), arguments.begin(), arguments.end());
+    const std::vector<std::string> job = Ranks(ranks, batch);
+    command.insert(command.end(), job.begin(), job.end());
     const Outcome outcome = RunProgram(*Folder, KDSTREAM_XVFB_RUN, command);
     EXPECT_EQ(outcome.exitCode, 0) << outcome.out << outcome.err;
     EXPECT_EQ(outcome.err.find("ERR|") != std::string::npos, arguments[0] == "broken")
       << outcome.err;
     Session session{ {}, outcome.err };
-    std::istringstream lines(outcome.out);
-    for (std::string line; std::getline(lines, line);)
+    for (unsigned rank = 0; rank < ranks; ++rank)
     {
-      if (line.starts_with('{'))
+      const std::filesystem::path file = *Folder / ("answers." + std::to_string(rank));
+      std::ifstream lines(file);
+      for (std::string line; std::getline(lines, line);)
       {
-        Json answer = Json::parse(line);
-        session.answers[answer.at("what")][answer.at("rank")] = answer;
+        const Json answer = Json::parse(line);
+        session.answers[answer.at("what")][static_cast<int>(rank)] = answer;
       }
+      std::filesystem::remove(file);
     }
     return session;
   }
@@ -116,6 +116,28 @@ protected:
     for (const auto& [rank, answer] : answers.at("original, Partitions"))
     {
       EXPECT_EQ(answer["partitions"], Info["partitions"].get<unsigned>() / ranks);
+    }
+  }
+
+  // What 2 and 4 processes cut of a file is what one cuts of the whole mesh: partitions by their
+  // digests.
+  static void ExpectTogether(const std::string& whole, const std::string& file, unsigned fewest)
+  {
+    const auto one = Ask(1, { "distributed", whole }).answers.at("distributed").at(0);
+    ASSERT_GT(one["digests"].size(), fewest);
+    for (const unsigned ranks : { 2U, 4U })
+    {
+      SCOPED_TRACE(ranks);
+      const auto ofRanks = Ask(ranks, { "distributed", file }).answers.at("distributed");
+      ASSERT_EQ(ofRanks.size(), ranks);
+      Json all = Json::object();
+      for (const auto& [rank, answer] : ofRanks)
+      {
+        EXPECT_EQ(answer["partitions"], one["partitions"]);
+        EXPECT_EQ(answer["digests"].size(), one["digests"].size() / ranks) << rank;
+        all.update(answer["digests"]);
+      }
+      EXPECT_EQ(all, one["digests"]);
     }
   }
 
@@ -196,22 +218,35 @@ TEST_F(TestParaView, FiltersCutAndSimplify)
 // One tree over all processes: each has its partitions, those that one process makes, to the bit.
 TEST_F(TestParaView, ProcessesCutOneMeshTogether)
 {
-  const auto one = Ask(1, { "distributed", KDSTREAM_DRAGON }).answers.at("distributed").at(0);
-  ASSERT_GT(one["digests"].size(), 100U);
-  for (const unsigned ranks : { 2U, 4U })
+  ExpectTogether(KDSTREAM_DRAGON, KDSTREAM_DRAGON, 100);
+}
+
+// The same where each process has only a part of the mesh, and ids tell what is one.
+TEST_F(TestParaView, ProcessesCutTheirPartsTogether)
+{
+  constexpr int side = 150;
+  std::ofstream ply(*Folder / "numbered.ply");
+  ply << "ply\nformat ascii 1.0\nelement vertex " << side * side
+      << "\nproperty float x\nproperty float y\nproperty float z\nproperty int GlobalIds\n"
+      << "element face " << 2 * (side - 1) * (side - 1)
+      << "\nproperty list uchar int vertex_indices\nproperty int GlobalIds\nend_header\n";
+  for (int i = 0; i < side * side; ++i)
   {
-    SCOPED_TRACE(ranks);
-    const auto ofRanks = Ask(ranks, { "distributed", KDSTREAM_DRAGON }).answers.at("distributed");
-    ASSERT_EQ(ofRanks.size(), ranks);
-    Json all = Json::object();
-    for (const auto& [rank, answer] : ofRanks)
-    {
-      EXPECT_EQ(answer["partitions"], one["partitions"]);
-      EXPECT_EQ(answer["digests"].size(), one["digests"].size() / ranks) << rank;
-      all.update(answer["digests"]);
-    }
-    EXPECT_EQ(all, one["digests"]);
+    ply << i % side << " " << i / side << " " << i * i % 7 << " " << i << "\n";
   }
+  for (int i = 0, face = 0; i < side * (side - 1); ++i)
+  {
+    if (i % side < side - 1)
+    {
+      ply << "3 " << i << " " << i + 1 << " " << i + side << " " << face++ << "\n";
+      ply << "3 " << i + 1 << " " << i + side + 1 << " " << i + side << " " << face++ << "\n";
+    }
+  }
+  ply.close();
+  const Outcome built =
+    RunTool(*Folder, "build", { "numbered.ply", "-o", "numbered.kds", "--precision", "lossless" });
+  ASSERT_EQ(built.exitCode, 0) << built.err;
+  ExpectTogether((*Folder / "numbered.ply").string(), (*Folder / "numbered.kds").string(), 15);
 }
 
 TEST_F(TestParaView, PartitionsHaveColours)
@@ -230,8 +265,9 @@ TEST_F(TestParaView, ErrorsNameTheFileAndTheServer)
 {
   std::ofstream(*Folder / "broken.kds") << "no store";
   const FolderServer server(KDSTREAM_PROGRAMS, *Folder / "models");
-  const std::string errors =
-    Ask(1, { "broken", (*Folder / "broken.kds").string(), server.Url + "/nowhere" }).errors;
+  const auto [answers, errors] =
+    Ask(1, { "broken", (*Folder / "broken.kds").string(), server.Url + "/nowhere" });
+  EXPECT_EQ(answers.count("not offered"), 1U);
   EXPECT_NE(errors.find("broken.kds: "), std::string::npos) << errors;
   EXPECT_NE(errors.find(server.Url + "/nowhere: "), std::string::npos) << errors;
 }

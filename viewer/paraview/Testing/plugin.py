@@ -1,11 +1,12 @@
 # SPDX-License-Identifier: BSD-3-Clause
-# What TestParaView asks of ParaView, run by pvbatch: PLUGIN WHAT ARGUMENTS. It prints a line of JSON for each answer, and
-# on several processes each its own; what they must be is TestParaView's to say. In Python because that is ParaView's
-# language.
+# What TestParaView asks of ParaView, run by pvbatch: PLUGIN WHAT ARGUMENTS. Each process writes a line of JSON for each answer,
+# into answers.RANK: mpirun would mix long lines. What they must be is TestParaView's to say. In Python because that is
+# ParaView's language.
 import hashlib
 import json
 import sys
 
+import numpy
 from paraview import servermanager
 from paraview.simple import *
 from vtkmodules.util.numpy_support import vtk_to_numpy
@@ -14,8 +15,8 @@ from vtkmodules.vtkIOImage import vtkPNGReader
 
 def tell(what, **numbers):
     rank = servermanager.vtkProcessModule.GetProcessModule().GetPartitionId()
-    sys.stdout.write(json.dumps({"what": what, "rank": rank, **numbers}) + "\n")
-    sys.stdout.flush()
+    with open("answers." + str(rank), "a") as answers:
+        answers.write(json.dumps({"what": what, **numbers}) + "\n")
 
 
 def owned(data, count):
@@ -110,20 +111,32 @@ def filters(path, mesh):
         count(what, level)
 
 
-def distributed(mesh):
-    """The partitions of a mesh that the processes share, each with a digest of all that it has. The first process reads
-    the file; a store is read in parts, whose points have no ids: what they share is not one point then."""
-    cut = KdTreePartition(Input=KdStreamMesh(File=mesh), GeneratePartitionIds=1)
+def turned(triangles):
+    """Triangles with their least corner first: a store turns them."""
+    corners = triangles.reshape(-1, 3)
+    first = corners.argmin(axis=1)[:, None]
+    return numpy.take_along_axis(corners, (first + [0, 1, 2]) % 3, axis=1)
+
+
+def distributed(path):
+    """The partitions of a mesh that the processes share, each with a digest of all that it has. Of a file the first
+    process reads all; of a store each reads its part, with the ids that say which points and triangles are one."""
+    source = OpenDataFile(path) if path.endswith(".kds") else KdStreamMesh(File=path)
+    if path.endswith(".kds"):
+        source.Content = "Original"
+        source.OutputType = "One Mesh"
+    cut = KdTreePartition(Input=source, GeneratePartitionIds=1)
     cut.UpdatePipeline()
     output = cut.GetClientSideObject().GetOutputDataObject(0)
     digests = {}
     for i in range(output.GetNumberOfPartitions()):
         part = output.GetPartition(i)
         if part:
-            arrays = [part.GetPoints().GetData(), part.GetPolys().GetConnectivityArray()]
+            arrays = [vtk_to_numpy(part.GetPoints().GetData()),
+                      turned(vtk_to_numpy(part.GetPolys().GetConnectivityArray()))]
             for data in part.GetPointData(), part.GetCellData():
-                arrays += [data.GetArray(k) for k in range(data.GetNumberOfArrays())]
-            digests[str(i)] = hashlib.md5(b"".join(vtk_to_numpy(array).tobytes() for array in arrays)).hexdigest()
+                arrays += [vtk_to_numpy(data.GetArray(k)) for k in range(data.GetNumberOfArrays())]
+            digests[str(i)] = hashlib.md5(b"".join(array.tobytes() for array in arrays)).hexdigest()
     tell("distributed", partitions=output.GetNumberOfPartitions(), digests=digests)
 
 
@@ -156,11 +169,12 @@ def picture(path, png):
 
 def broken(path, url):
     """What cannot be read: the errors go to the error output."""
-    for source in OpenDataFile(path), KdStreamServer(Url=url):
-        try:
-            source.UpdatePipeline()
-        except RuntimeError:
-            tell("refused")
+    try:
+        OpenDataFile(path)
+    except RuntimeError:
+        tell("not offered")
+    for source in KdStreamStore(FileName=path), KdStreamServer(Url=url):
+        source.UpdatePipeline()
 
 
 plugin, what, *arguments = sys.argv[1:]

@@ -25,25 +25,6 @@ constexpr std::array<std::pair<std::string_view, SurfaceColoring>, 4> words{ {
 
 constexpr std::string_view byAttribute = "by:";
 
-bool StandsForItself(char c)
-{
-  return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9') || c == '-' ||
-         c == '.' || c == '_';
-}
-
-std::string Encoded(std::string_view name)
-{
-  constexpr std::string_view digits = "0123456789ABCDEF";
-  std::string text;
-  for (const char c : name)
-  {
-    const auto byte = static_cast<unsigned char>(c);
-    text += StandsForItself(c) ? std::string(1, c)
-                               : std::string{ '%', digits[byte >> 4], digits[byte & 15] };
-  }
-  return text;
-}
-
 // What stands before the first `end`, which goes with it.
 std::string_view TakeUpTo(std::string_view& text, char end)
 {
@@ -63,7 +44,7 @@ std::string FormatColors(const ColorChoice& choice)
       return std::string(word);
     }
   }
-  std::string text = std::string(byAttribute) + Encoded(choice.attribute);
+  std::string text = std::string(byAttribute) + PercentEncoded(choice.attribute, "-._");
   if (choice.range || choice.map != ColorMap::Viridis)
   {
     text += ":" + std::string(NameOf(choice.map));

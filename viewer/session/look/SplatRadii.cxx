@@ -2,8 +2,6 @@
 // How large the points of a cloud are drawn: see SplatRadii.h.
 #include "viewer/session/look/SplatRadii.h"
 
-#include "filters/core/Later.h"
-
 #include "viewer/session/Geometry.h"
 
 #include <algorithm>
@@ -142,7 +140,7 @@ std::vector<float> SplatRadii(const Surface& cloud)
   return radii;
 }
 
-KDSTREAM_LATER std::vector<float> SplatRadii(const DrawnSurface& cloud)
+std::vector<float> SplatRadii(const DrawnSurface& cloud)
 {
   Surface all;
   for (const DrawnSurface::Part& each : cloud.Parts())

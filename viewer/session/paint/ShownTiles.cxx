@@ -2,8 +2,6 @@
 // The tiles of texture that paint what is shown: see ShownTiles.h.
 #include "viewer/session/paint/ShownTiles.h"
 
-#include "filters/core/Later.h"
-
 #include <algorithm>
 #include <limits>
 #include <utility>
@@ -84,7 +82,7 @@ bool ShownTiles::Touch(PieceId piece)
   return true;
 }
 
-KDSTREAM_LATER void ShownTiles::Follow(
+void ShownTiles::Follow(
   const DrawnSurface& surface, const Camera& camera, const std::set<NodeId>& tapped, bool all)
 {
   if (!this->AreThere())
@@ -127,7 +125,7 @@ KDSTREAM_LATER void ShownTiles::Follow(
   }
 }
 
-KDSTREAM_LATER Status ShownTiles::Add(
+Status ShownTiles::Add(
   const protocol::BlobId& blob, std::span<const std::uint8_t> bytes, const Piece* piece)
 {
   if (!piece)

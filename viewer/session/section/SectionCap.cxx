@@ -2,8 +2,6 @@
 // The cap of a section: see SurfaceSection.h.
 #include "viewer/session/section/SurfaceSection.h"
 
-#include "filters/core/Later.h"
-
 #include <algorithm>
 #include <limits>
 #include <map>
@@ -176,7 +174,7 @@ private:
 
 }
 
-KDSTREAM_LATER Surface CapOf(const std::vector<SectionSegment>& segments, const SectionPlane& plane)
+Surface CapOf(const std::vector<SectionSegment>& segments, const SectionPlane& plane)
 {
   Surface cap;
   if (segments.empty())

@@ -2,8 +2,6 @@
 // Where a plane meets a surface: see SurfaceSection.h.
 #include "viewer/session/section/SurfaceSection.h"
 
-#include "filters/core/Later.h"
-
 #include <algorithm>
 #include <map>
 #include <optional>
@@ -50,8 +48,7 @@ std::optional<SectionSegment> CutTriangle(
 
 }
 
-KDSTREAM_LATER std::vector<SectionSegment> CutSurface(
-  const DrawnSurface& surface, const SectionPlane& plane)
+std::vector<SectionSegment> CutSurface(const DrawnSurface& surface, const SectionPlane& plane)
 {
   std::vector<SectionSegment> segments;
   for (std::size_t p = 0; p < surface.Parts().size(); ++p)

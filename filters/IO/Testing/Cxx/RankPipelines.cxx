@@ -4,12 +4,19 @@
 //   RankPipelines CASE FOLDER [MESH]; exit code 1 and a line for what differs.
 #include "filters/adapter/Testing/FilterTools.h"
 
+#include <vtkInformation.h>
+#include <vtkInformationVector.h>
 #include <vtkKdMeshReader.h>
 #include <vtkKdStoreWriter.h>
 #include <vtkKdTreePartition.h>
 #include <vtkMPIController.h>
+#include <vtkObjectFactory.h>
 #include <vtkPartitionedDataSet.h>
+#include <vtkPolyDataAlgorithm.h>
+#include <vtkStreamingDemandDrivenPipeline.h>
+#include <vtkStringArray.h>
 #include <vtkUnsignedCharArray.h>
+#include <vtkUnstructuredGrid.h>
 
 #include <algorithm>
 #include <cstring>
@@ -317,8 +324,9 @@ vtkPolyData* PartitionAt(vtkKdTreePartition* filter, unsigned int i)
   return vtkPolyData::SafeDownCast(filter->GetOutput()->GetPartition(i));
 }
 
-// This rank's partitions are those of one process, and no others are here.
-void ComparePartitions(vtkDataObject* own, vtkPolyData* whole, vtkIdType size)
+// This rank's partitions are those of one process, and no others are here. first: the number of the
+// point that is the first here, where global ids count the points of each rank.
+void ComparePartitions(vtkDataObject* own, vtkPolyData* whole, vtkIdType size, vtkIdType first = 0)
 {
   const auto together = Partition(own, size, false), one = Partition(whole, size, true);
   const auto count = one->GetOutput()->GetNumberOfPartitions();
@@ -339,7 +347,7 @@ void ComparePartitions(vtkDataObject* own, vtkPolyData* whole, vtkIdType size)
   const auto all = vtkPolyData::SafeDownCast(one->GetOutputDataObject(1));
   for (vtkIdType i = 0; numbers && i < ids->GetNumberOfPoints(); ++i)
   {
-    const auto number = static_cast<vtkIdType>(numbers->GetComponent(i, 0));
+    const auto number = first + static_cast<vtkIdType>(numbers->GetComponent(i, 0));
     Expect(ids->GetPointData()->GetArray("PartitionId")->GetComponent(i, 0) ==
              all->GetPointData()->GetArray("PartitionId")->GetComponent(number, 0),
       "the partition of point " + std::to_string(number));
@@ -373,6 +381,144 @@ void CompareInTurn(vtkPolyData* whole, vtkIdType size, const Sharing& sharing)
   ComparePartitions(shares[static_cast<std::size_t>(rank)], Join(shares), size);
 }
 
+void SetInactive(vtkDataSetAttributes* data)
+{
+  data->SetActiveAttribute(-1, vtkDataSetAttributes::GLOBALIDS);
+}
+
+// Ids that each rank counts by itself stand for nothing: the whole mesh is the shares, one after
+// the other, and what was taken for ids is an array as others are.
+void CompareRestartedIds(vtkPolyData* whole, vtkIdType size)
+{
+  std::vector<PolyData> shares;
+  vtkIdType first = 0;
+  for (int each = 0; each < ranks; ++each)
+  {
+    shares.push_back(ShareOf(whole, each, {}));
+    first += each < rank ? shares.back()->GetNumberOfPoints() : 0;
+    AddGlobalIds(shares.back());
+    SetInactive(shares.back()->GetPointData());
+    SetInactive(shares.back()->GetCellData());
+  }
+  const PolyData all = Join(shares), own = shares[static_cast<std::size_t>(rank)];
+  AddGlobalIds(own);
+  ComparePartitions(own, all, size, first);
+}
+
+// The same of cells, where points have good ids.
+void CompareRestartedCellIds(vtkPolyData* whole, vtkIdType size)
+{
+  AddGlobalIds(whole);
+  vtkNew<vtkIdTypeArray> ids;
+  ids->SetName("GlobalIds");
+  PolyData own;
+  for (int each = 0; each < ranks; ++each)
+  {
+    const PolyData share = ShareOf(whole, each, {});
+    AddGlobalIds(share);
+    ids->InsertTuples(
+      ids->GetNumberOfTuples(), share->GetNumberOfCells(), 0, share->GetCellData()->GetGlobalIds());
+    own = each == rank ? share : own;
+  }
+  const PolyData points = ShareOf(whole, rank, {});
+  own->GetPointData()->ShallowCopy(points->GetPointData());
+  whole->GetCellData()->SetGlobalIds(ids);
+  SetInactive(whole->GetCellData());
+  ComparePartitions(own, whole, size);
+}
+
+// Ids are compared to the last bit.
+void CompareHighCellIds(vtkPolyData* whole, vtkIdType size)
+{
+  AddGlobalIds(whole);
+  auto* const ids = vtkIdTypeArray::SafeDownCast(whole->GetCellData()->GetGlobalIds());
+  for (vtkIdType i = 0; i < ids->GetNumberOfValues(); ++i)
+  {
+    ids->SetValue(i, (vtkIdType{ 1 } << 60) + i);
+  }
+  ComparePartitions(ShareOf(whole, rank, {}), whole, size);
+}
+
+// Arrays of cells are those of the ranks that have cells.
+void CompareArrays(vtkPolyData* whole, vtkIdType size)
+{
+  AddGlobalIds(whole);
+  PolyData own = ShareOf(whole, rank, { false, ranks - 1 });
+  if (rank == ranks - 1)
+  {
+    own = Extract(whole, { 0, 1, 2, 3 }, {});
+    own->GetCellData()->Initialize();
+  }
+  ComparePartitions(own, whole, size);
+}
+
+// A cell that was cut up and one without elements are not two whole ones.
+void ExpectNoIdsOfCutCells()
+{
+  const PolyData whole = MakePlate(20);
+  AddCell(whole->GetPolys(), { 18, 19, 39, 38 });
+  AddCell(whole->GetPolys(), { 5, 6 });
+  whole->GetPointData()->Initialize();
+  whole->GetCellData()->Initialize();
+  AddIds(*whole);
+  AddGlobalIds(whole);
+  const PolyData own = ShareOf(whole, rank, {});
+  ComparePartitions(own, whole, 20);
+  const auto together = Partition(own, 20, false);
+  for (unsigned int i = 0; i < together->GetOutput()->GetNumberOfPartitions(); ++i)
+  {
+    vtkPolyData* const here = PartitionAt(together, i);
+    Expect(!here || !here->GetCellData()->GetGlobalIds(), "ids of cells that were cut up");
+  }
+}
+
+// An error of one rank's input: all tell it, and nobody waits.
+void ExpectErrorOfInput(const std::string& folder)
+{
+  vtkNew<vtkKdMeshReader> reader;
+  FilterObserver unheard(reader);
+  reader->SetFileName((folder + "/missing.ply").c_str());
+  vtkNew<vtkKdTreePartition> filter;
+  vtkNew<vtkKdStoreWriter> writer;
+  writer->SetFileName((folder + "/model.kds").c_str());
+  for (vtkAlgorithm* const each :
+    { static_cast<vtkAlgorithm*>(filter.Get()), static_cast<vtkAlgorithm*>(writer.Get()) })
+  {
+    rank == 1 ? each->SetInputConnection(reader->GetOutputPort())
+              : each->SetInputDataObject(MakeSphere(20));
+    for (int time = 0; time < 2; ++time)
+    {
+      FilterObserver heard(each);
+      each == writer.Get() ? void(writer->Write()) : each->Update();
+      Expect(heard.error.find("rank 1: its input was not made") != std::string::npos,
+        "the error is " + heard.error);
+      Expect(each->GetErrorCode() != 0, "no error code");
+    }
+  }
+  Expect(filter->GetOutput()->GetNumberOfPartitions() == 0, "there is an output");
+}
+
+// Process 0 writes, so its file name counts, and no other's.
+void ExpectNameOfFirst(const std::string& folder, vtkMPIController* controller)
+{
+  const std::string file = folder + "/named.kds";
+  for (const int named : { 1, 0 })
+  {
+    vtkNew<vtkKdStoreWriter> writer;
+    FilterObserver heard(writer);
+    writer->SetInputData(rank == 0 ? MakeSphere(20) : PolyData::New());
+    if (rank == named)
+    {
+      writer->SetFileName(file.c_str());
+    }
+    Expect(writer->Write() == (named == 0 ? 1 : 0), "who has the name: " + std::to_string(named));
+    Expect((heard.error.find("rank 0: no FileName is set") != std::string::npos) == (named == 1),
+      "the error is " + heard.error);
+    controller->Barrier();
+    Expect(std::ifstream(file).good() == (named == 0), "the file");
+  }
+}
+
 // An error of one rank is told by all, and nobody waits.
 void ExpectErrorOfAll()
 {
@@ -398,6 +544,45 @@ void ExpectErrorOfAll()
   writer->SetInputData(MakeSphere(20));
   Expect(writer->Write() == 0, "a store where there is no folder");
   Expect(writer->GetErrorCode() != 0, "no error code");
+}
+
+// What only numbers can do: arrays of texts do not travel, and each rank that has one says so.
+void ExpectWarningOfTexts(const std::string& folder)
+{
+  const PolyData whole = MakeSphere(40);
+  AddGlobalIds(whole);
+  const PolyData input = ShareOf(whole, rank, {});
+  for (vtkDataSetAttributes* const data :
+    { static_cast<vtkDataSetAttributes*>(input->GetPointData()),
+      static_cast<vtkDataSetAttributes*>(input->GetCellData()) })
+  {
+    vtkNew<vtkStringArray> texts;
+    texts->SetName(data == input->GetPointData() ? "Names" : "Kinds");
+    texts->SetNumberOfValues(data->GetNumberOfTuples());
+    data->AddArray(texts);
+  }
+  const auto heardOfBoth = [](const FilterObserver& heard, const std::string& by)
+  {
+    Expect(heard.error.empty(), by + ": " + heard.error);
+    for (const char* const name : { "\"Names\"", "\"Kinds\"" })
+    {
+      Expect(heard.warning.find(name) != std::string::npos, by + " warns: " + heard.warning);
+    }
+  };
+  vtkNew<vtkKdTreePartition> filter;
+  filter->SetInputData(input);
+  filter->SetVerticesPerPartition(50);
+  {
+    const FilterObserver heard(filter);
+    filter->Update();
+    heardOfBoth(heard, "the filter");
+  }
+  vtkNew<vtkKdStoreWriter> writer;
+  writer->SetInputData(input);
+  writer->SetFileName((folder + "/model.kds").c_str());
+  const FilterObserver heard(writer);
+  Expect(writer->Write() == 1, "no store");
+  heardOfBoth(heard, "the writer");
 }
 
 std::string ContentOf(const std::string& file)
@@ -427,12 +612,166 @@ void CompareStores(const std::string& folder, vtkMPIController* controller)
   };
   const std::string together = folder + "/model.kds", one = folder + "/one/model.kds";
   write(ShareOf(whole, rank, {}), together, false);
+  // Blocks that have no points may be of any kind, as on one process.
+  vtkNew<vtkPartitionedDataSet> blocks;
+  blocks->SetPartition(0, vtkSmartPointer<vtkUnstructuredGrid>::New());
+  blocks->SetPartition(1, ShareOf(whole, rank, {}));
+  vtkNew<vtkKdStoreWriter> ofBlocks;
+  ofBlocks->SetInputDataObject(blocks);
+  ofBlocks->SetFileName((folder + "/blocks.kds").c_str());
+  Expect(ofBlocks->Write() == 1, "no store of blocks");
   controller->Barrier();
   if (rank == 0)
   {
     write(whole, one, true);
     const std::string content = ContentOf(together);
     Expect(content.size() > 10000 && content == ContentOf(one), "the stores differ");
+  }
+}
+
+// Gives the piece that it is asked for, as vtkKdStoreReader does.
+class PieceSource : public vtkPolyDataAlgorithm
+{
+public:
+  static PieceSource* New();
+  vtkTypeMacro(PieceSource, vtkPolyDataAlgorithm);
+  PolyData Whole;
+
+protected:
+  PieceSource() { this->SetNumberOfInputPorts(0); }
+  int RequestInformation(
+    vtkInformation*, vtkInformationVector**, vtkInformationVector* outputVector) override
+  {
+    outputVector->GetInformationObject(0)->Set(CAN_HANDLE_PIECE_REQUEST(), 1);
+    return 1;
+  }
+  int RequestData(
+    vtkInformation*, vtkInformationVector**, vtkInformationVector* outputVector) override
+  {
+    using Pipeline = vtkStreamingDemandDrivenPipeline;
+    vtkInformation* const asked = outputVector->GetInformationObject(0);
+    const PolyData piece = ShareOf(this->Whole, asked->Get(Pipeline::UPDATE_PIECE_NUMBER()),
+      { false, -1, asked->Get(Pipeline::UPDATE_NUMBER_OF_PIECES()) });
+    vtkPolyData::GetData(outputVector)->ShallowCopy(piece);
+    return 1;
+  }
+};
+vtkStandardNewMacro(PieceSource);
+
+// Gives what it gets.
+class Between : public vtkPolyDataAlgorithm
+{
+public:
+  static Between* New();
+  vtkTypeMacro(Between, vtkPolyDataAlgorithm);
+
+protected:
+  int RequestData(vtkInformation*, vtkInformationVector** inputVector,
+    vtkInformationVector* outputVector) override
+  {
+    vtkPolyData::GetData(outputVector)->ShallowCopy(vtkPolyData::GetData(inputVector[0]));
+    return 1;
+  }
+};
+vtkStandardNewMacro(Between);
+
+// Each rank gets its piece of what can be had in pieces, also where it has had all of it.
+void ComparePieces(const std::string& folder, vtkMPIController* controller)
+{
+  vtkNew<PieceSource> source;
+  source->Whole = MakeSphere(50);
+  AddGlobalIds(source->Whole);
+  source->Update();
+  vtkNew<Between> between;
+  between->SetInputConnection(source->GetOutputPort());
+  vtkNew<vtkKdTreePartition> filter;
+  FilterObserver heard(filter);
+  filter->SetInputConnection(between->GetOutputPort());
+  filter->SetVerticesPerPartition(50);
+  filter->GeneratePartitionIdsOn();
+  filter->Update();
+  const auto one = Partition(source->Whole, 50, true);
+  for (unsigned int i = 0; i < one->GetOutput()->GetNumberOfPartitions(); ++i)
+  {
+    vtkPolyData* const here = PartitionAt(filter, i);
+    Expect(!here || AreSame(here, PartitionAt(one, i)), "partition " + std::to_string(i));
+  }
+  const auto labelled = vtkPolyData::SafeDownCast(filter->GetOutputDataObject(1));
+  Expect(
+    labelled->GetNumberOfPoints() < source->Whole->GetNumberOfPoints(), "this rank has all of it");
+  Expect(heard.warning.empty(), "the warning is " + heard.warning);
+  const auto write = [&](const std::string& to, bool alone)
+  {
+    vtkNew<vtkKdStoreWriter> writer;
+    if (alone)
+    {
+      writer->SetController(nullptr);
+    }
+    writer->SetInputConnection(source->GetOutputPort());
+    writer->SetFileName(to.c_str());
+    Expect(writer->Write() == 1, "no " + to);
+  };
+  write(folder + "/model.kds", false);
+  controller->Barrier();
+  if (rank == 0)
+  {
+    write(folder + "/one/model.kds", true);
+    const std::string content = ContentOf(folder + "/model.kds");
+    Expect(content.size() > 10000 && content == ContentOf(folder + "/one/model.kds"),
+      "the stores differ");
+  }
+}
+
+void WriteObj(vtkPolyData* mesh, const std::string& file)
+{
+  std::ofstream text(file);
+  for (vtkIdType i = 0; i < mesh->GetNumberOfPoints(); ++i)
+  {
+    const auto p = Point(*mesh, i);
+    text << "v " << p[0] << ' ' << p[1] << ' ' << p[2] << '\n';
+  }
+  for (vtkIdType c = 0; c < mesh->GetNumberOfCells(); ++c)
+  {
+    const Ids t = CellPoints(*mesh, c);
+    text << "f " << t[0] + 1 << ' ' << t[1] + 1 << ' ' << t[2] + 1 << '\n';
+  }
+}
+
+// What cannot be had in pieces is what each rank has: a file of its own, or one that all read, of
+// which they are warned.
+void CompareFiles(const std::string& folder)
+{
+  const PolyData whole = MakeSphere(40);
+  for (const bool isOwn : { true, false })
+  {
+    const std::string file =
+      folder + "/mesh" + std::to_string(rank) + (isOwn ? "own" : "same") + ".obj";
+    WriteObj(isOwn ? ShareOf(whole, rank, {}) : whole, file);
+    vtkIdType expected = isOwn ? 0 : ranks * whole->GetNumberOfPoints();
+    for (int each = 0; isOwn && each < ranks; ++each)
+    {
+      expected += ShareOf(whole, each, {})->GetNumberOfPoints();
+    }
+    vtkNew<vtkKdMeshReader> reader;
+    reader->SetFileName(file.c_str());
+    vtkNew<vtkKdTreePartition> filter;
+    vtkNew<vtkKdStoreWriter> writer;
+    writer->SetFileName((folder + "/files.kds").c_str());
+    FilterObserver heard(filter), heardWriter(writer);
+    filter->SetInputConnection(reader->GetOutputPort());
+    filter->SetNumberOfPartitions(1);
+    filter->Update();
+    writer->SetInputConnection(reader->GetOutputPort());
+    Expect(writer->Write() == 1, "no store");
+    vtkPolyData* const all = PartitionAt(filter, 0);
+    Expect(!all || all->GetNumberOfPoints() == expected, "the number of points");
+    for (const FilterObserver* const each : { &heard, &heardWriter })
+    {
+      const bool isTold =
+        each->warning.find("all processes have the same mesh") != std::string::npos;
+      const bool knows = each == &heard || rank == 0; // who writes
+      Expect(isTold == (knows && !isOwn), "the warning is " + each->warning);
+    }
   }
 }
 
@@ -475,6 +814,34 @@ void Run(const std::string& name, const std::string& folder, const char* file,
   else if (name == "error")
   {
     ExpectErrorOfAll();
+  }
+  else if (name == "texts")
+  {
+    ExpectWarningOfTexts(folder);
+  }
+  else if (name == "restart")
+  {
+    CompareRestartedIds(MakeSphere(50), 50);
+    CompareRestartedCellIds(MakeSphere(50), 50);
+    CompareHighCellIds(MakeSphere(50), 50);
+  }
+  else if (name == "arrays")
+  {
+    CompareArrays(MakeSphere(40), 50);
+    ExpectNoIdsOfCutCells();
+  }
+  else if (name == "pieces")
+  {
+    ComparePieces(folder, controller);
+    CompareFiles(folder);
+  }
+  else if (name == "input")
+  {
+    ExpectErrorOfInput(folder);
+  }
+  else if (name == "name")
+  {
+    ExpectNameOfFirst(folder, controller);
   }
   else if (name == "store")
   {

@@ -6,11 +6,18 @@
 #include <gtest/gtest.h>
 #include <vtkDataArraySelection.h>
 #include <vtkErrorCode.h>
+#include <vtkInformation.h>
+#include <vtkInformationIdTypeKey.h>
+#include <vtkInformationInformationVectorKey.h>
+#include <vtkInformationIntegerKey.h>
+#include <vtkInformationStringKey.h>
+#include <vtkInformationVector.h>
 #include <vtkKdMeshReader.h>
 #include <vtkSTLWriter.h>
 
 #include <filesystem>
 #include <fstream>
+#include <sstream>
 
 namespace
 {
@@ -79,6 +86,59 @@ TEST_F(TestKdMeshReader, ArraysCanBeChosen)
   EXPECT_EQ(fewer.GetPointData()->GetNumberOfArrays(), 1);
   EXPECT_EQ(fewer.GetCellData()->GetNumberOfArrays(), 0);
   EXPECT_EQ(fewer.GetNumberOfPolys(), 2);
+}
+
+TEST_F(TestKdMeshReader, TheHeaderIsToldBeforeAnythingIsRead)
+{
+  this->Write("arrays.ply",
+    "ply\nformat ascii 1.0\nelement vertex 4\nproperty float x\nproperty float y\n"
+    "property float z\nproperty uchar red\nproperty uchar green\nproperty uchar blue\n"
+    "property double heat\nelement face 2\nproperty list uchar int vertex_indices\n"
+    "property int label\nend_header\nthe body is not looked at");
+  this->Reader->UpdateInformation();
+  EXPECT_EQ(this->Reader->GetErrorCode(), vtkErrorCode::NoError);
+  vtkInformation* const info = this->Reader->GetOutputInformation(0);
+  EXPECT_EQ(info->Get(vtkKdMeshReader::NUMBER_OF_POINTS()), 4);
+  EXPECT_EQ(info->Get(vtkKdMeshReader::NUMBER_OF_CELLS()), 2);
+  const auto told = [info](vtkInformationInformationVectorKey* key)
+  {
+    std::ostringstream text;
+    vtkInformationVector* const arrays = info->Get(key);
+    for (int i = 0; arrays && i < arrays->GetNumberOfInformationObjects(); ++i)
+    {
+      vtkInformation* const array = arrays->GetInformationObject(i);
+      text << array->Get(vtkDataObject::FIELD_NAME()) << " "
+           << array->Get(vtkDataObject::FIELD_ARRAY_TYPE()) << " "
+           << array->Get(vtkDataObject::FIELD_NUMBER_OF_COMPONENTS()) << " "
+           << array->Get(vtkDataObject::FIELD_NUMBER_OF_TUPLES()) << "; ";
+    }
+    return text.str();
+  };
+  EXPECT_EQ(told(vtkDataObject::POINT_DATA_VECTOR()), "RGB 3 3 4; heat 11 1 4; ");
+  EXPECT_EQ(told(vtkDataObject::CELL_DATA_VECTOR()), "label 6 1 0; ");
+  this->Reader->GetPointDataArraySelection()->DisableArray("RGB");
+  this->Reader->UpdateInformation();
+  EXPECT_EQ(told(vtkDataObject::POINT_DATA_VECTOR()), "heat 11 1 4; ");
+
+  // Of another file: points that become one are not told, nor what there is not.
+  this->Write("triangle.stl",
+    "solid a\nfacet normal 0 0 1\nouter loop\nvertex 0 0 0\nvertex 1 0 0\nvertex 0 1 0\n"
+    "endloop\nendfacet\nendsolid\n");
+  this->Reader->UpdateInformation();
+  EXPECT_FALSE(info->Has(vtkKdMeshReader::NUMBER_OF_POINTS()));
+  EXPECT_EQ(info->Get(vtkKdMeshReader::NUMBER_OF_CELLS()), 1);
+  EXPECT_EQ(told(vtkDataObject::POINT_DATA_VECTOR()), "");
+  this->Reader->MergingOff();
+  this->Reader->UpdateInformation();
+  EXPECT_EQ(info->Get(vtkKdMeshReader::NUMBER_OF_POINTS()), 3);
+  this->Write("points.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 1 1 0\nv 2 2 2\n");
+  this->Reader->UpdateInformation();
+  EXPECT_EQ(info->Get(vtkKdMeshReader::NUMBER_OF_POINTS()), 5);
+  EXPECT_EQ(info->Get(vtkKdMeshReader::NUMBER_OF_CELLS()), 5) << "of a cloud, its points";
+  this->Reader->SetFileName((this->Folder / "none.ply").c_str());
+  FilterObserver heard(this->Reader);
+  this->Reader->UpdateInformation();
+  EXPECT_FALSE(info->Has(vtkKdMeshReader::NUMBER_OF_CELLS()));
 }
 
 TEST_F(TestKdMeshReader, SelectionsFollowTheFile)

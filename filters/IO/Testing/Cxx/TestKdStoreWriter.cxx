@@ -160,9 +160,12 @@ TEST_F(TestKdStoreWriter, WhatCannotBeWrittenIsAnErrorAndNoFile)
   vtkNew<vtkImageData> image;
   image->SetDimensions(2, 2, 2);
   images->SetPartition(0, image);
+  const PolyData offsets = MakePlate(3);
+  offsets->SetPolys(MakeCells({ 0, 1000000 }, { 0, 1, 2 }));
   const std::vector<std::pair<vtkSmartPointer<vtkDataObject>, std::string>> cases{
     { MakePoints({}), "no vertices" },
     { MakePoints({ { 0, 0, 0 }, { nan, 0, 0 } }), "point 1: a coordinate is not finite" },
+    { offsets, "cell 0 has the corners from 0 up to 1000000 of a list of 3" },
     { images.Get(), "partition 0 is a vtkImageData" },
   };
   for (const auto& [input, what] : cases)
@@ -222,6 +225,13 @@ TEST_F(TestKdStoreWriter, SizesBelowZeroAreRefused)
   EXPECT_NE(heard.error.find("CellVertices must be from 1 to 1024"), std::string::npos);
   EXPECT_EQ(this->Writer->GetGridBits(), 0);
   EXPECT_EQ(this->Writer->GetCellVertices(), 8);
+}
+
+TEST_F(TestKdStoreWriter, DirectionsThatAreNotFiniteAreRefused)
+{
+  using Class = vtkKdStoreWriter;
+  EXPECT_EQ(NotFiniteTakenBy<Class>(*this->Writer, "Up", &Class::SetUp, &Class::GetUp), "");
+  EXPECT_EQ(NotFiniteTakenBy<Class>(*this->Writer, "View", &Class::SetView, &Class::GetView), "");
 }
 
 TEST_F(TestKdStoreWriter, TellsHowFarItIsAndStopsWhenToldTo)

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Pipelines on several processes: RankPipelines compares what they give with one process's.
-#include "Testing/EndToEnd/Process.h"
+#include "filters/Parallel/Testing/RunRanks.h"
 
 #include <gtest/gtest.h>
 
@@ -17,23 +17,15 @@ using namespace kdstream::fixtures;
 class RankPipelines : public ::testing::TestWithParam<unsigned>
 {
 protected:
-  static void SetUpTestSuite()
-  {
-    ::setenv("OMPI_ALLOW_RUN_AS_ROOT", "1", 1);
-    ::setenv("OMPI_ALLOW_RUN_AS_ROOT_CONFIRM", "1", 1);
-    ::setenv("OMPI_MCA_rmaps_base_oversubscribe", "1", 1);
-    ::setenv("OMPI_MCA_mpi_yield_when_idle", "1", 1);
-    ::setenv("OMPI_MCA_hwloc_base_binding_policy", "none", 1);
-    ::setenv("MPIEXEC_TIMEOUT", "120", 1); // s: a job that hangs fails its test
-    ::setenv("VTK_SMP_MAX_THREADS", "1", 1);
-  }
+  static void SetUpTestSuite() { ::setenv("VTK_SMP_MAX_THREADS", "1", 1); }
   void Expect(std::vector<std::string> arguments)
   {
     std::filesystem::create_directory(this->Folder / "one");
-    std::vector<std::string> command{ KDSTREAM_NUMBER_FLAG, std::to_string(this->GetParam()),
-      std::string(KDSTREAM_PROGRAMS) + "/RankPipelines", arguments[0], this->Folder.Path.string() };
+    std::vector<std::string> command{ std::string(KDSTREAM_PROGRAMS) + "/RankPipelines",
+      arguments[0], this->Folder.Path.string() };
     command.insert(command.end(), arguments.begin() + 1, arguments.end());
-    const Outcome outcome = RunProgram(this->Folder, KDSTREAM_MPIRUN, command);
+    const Outcome outcome =
+      RunProgram(this->Folder, KDSTREAM_MPIRUN, Ranks(this->GetParam(), command));
     EXPECT_EQ(outcome.exitCode, 0) << outcome.out << outcome.err;
   }
 
@@ -63,6 +55,36 @@ TEST_P(RankPipelines, BlocksAreOneMesh)
 TEST_P(RankPipelines, AnErrorOfOneIsAnErrorOfAll)
 {
   this->Expect({ "error" });
+}
+
+TEST_P(RankPipelines, TextsStayBehindWithAWarning)
+{
+  this->Expect({ "texts" });
+}
+
+TEST_P(RankPipelines, AnErrorOfOnesInputIsAnErrorOfAll)
+{
+  this->Expect({ "input" });
+}
+
+TEST_P(RankPipelines, TheFileNameOfTheFirstCounts)
+{
+  this->Expect({ "name" });
+}
+
+TEST_P(RankPipelines, IdsThatEachRankCountsAreNotBelieved)
+{
+  this->Expect({ "restart" });
+}
+
+TEST_P(RankPipelines, ArraysOfCellsAreOfThoseThatHaveCells)
+{
+  this->Expect({ "arrays" });
+}
+
+TEST_P(RankPipelines, EachRankHasItsPiece)
+{
+  this->Expect({ "pieces" });
 }
 
 TEST_P(RankPipelines, TheStoreIsThatOfOneProcess)

@@ -239,6 +239,30 @@ TYPED_TEST(MeshPartition, CellsOfAllKinds)
   EXPECT_EQ(elements, expected);
 }
 
+// A cell that was cut up and one without elements are not two whole ones.
+TYPED_TEST(MeshPartition, GlobalIdsOfCellsThatAreWhole)
+{
+  for (const bool isCut : { true, false })
+  {
+    const PolyData input = MakePlate(8);
+    vtkNew<vtkCellArray> polygons;
+    AddCell(polygons, isCut ? Ids{ 18, 19, 27, 26 } : Ids{ 18, 19, 27 });
+    AddCell(polygons, { 5, 6 });
+    input->SetPolys(polygons);
+    input->GetCellData()->Initialize();
+    vtkNew<vtkIdTypeArray> ids;
+    ids->SetName("Global");
+    ids->InsertNextValue(8);
+    ids->InsertNextValue(9);
+    input->GetCellData()->SetGlobalIds(ids);
+    const auto filter = Cut<TypeParam>(input, 10);
+    for (vtkPolyData* partition : Partitions(*filter))
+    {
+      EXPECT_EQ(partition->GetCellData()->GetGlobalIds() == nullptr, isCut);
+    }
+  }
+}
+
 TYPED_TEST(MeshPartition, FewPoints)
 {
   for (int count = 1; count < 10; ++count)

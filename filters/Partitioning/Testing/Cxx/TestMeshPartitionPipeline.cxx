@@ -10,6 +10,7 @@
 #include <vtkMultiBlockDataSet.h>
 
 #include <algorithm>
+#include <functional>
 #include <limits>
 #include <numeric>
 
@@ -103,6 +104,8 @@ TYPED_TEST(MeshPartitionPipeline, ErrorsNameWhatIsWrongAndLeaveEmptyOutputs)
   const double nan = std::numeric_limits<double>::quiet_NaN();
   const PolyData outside = MakePlate(3);
   AddCell(outside->GetPolys(), { 0, 1, 9 });
+  const PolyData offsets = MakePlate(3);
+  offsets->SetPolys(MakeCells({ 0, 1000000 }, { 0, 1, 2 }));
   const struct
   {
     PolyData input;
@@ -111,6 +114,7 @@ TYPED_TEST(MeshPartitionPipeline, ErrorsNameWhatIsWrongAndLeaveEmptyOutputs)
   } cases[] = {
     { MakePoints({ { 0, 0, 0 }, { 0, nan, 0 } }), 0, "point 1: a coordinate is not finite" },
     { outside, 0, "cell 8 uses point 9, but there are 9" },
+    { offsets, 0, "cell 0 has the corners from 0 up to 1000000 of a list of 3" },
     { MakePlate(3), 16, "number of partitions 16 is above the number of vertices, 9" },
   };
   for (const auto& c : cases)
@@ -240,6 +244,56 @@ TYPED_TEST(MeshPartitionPipeline, IdsAloneCutNothing)
   filter->Update(1);
   EXPECT_NE(observer.error.find("cell 8 uses point 9, but there are 9"), std::string::npos)
     << observer.error;
+}
+
+// Whose the points are is found out again where a block was changed in place, which the composite's
+// own time does not tell; and where a block was put in place of another of the same time.
+TYPED_TEST(MeshPartitionPipeline, BlocksChangedInPlaceAreFoundOutAgain)
+{
+  const PolyData older = MakePlate(20); // of the same number of points as MakeSphere(20)
+  vtkNew<vtkMultiBlockDataSet> blocks, inner;
+  const PolyData block = MakeSphere(20);
+  inner->SetBlock(0, block);
+  blocks->SetBlock(0, inner);
+  const auto cut = [&](bool idsFirst)
+  {
+    auto filter = vtkSmartPointer<TypeParam>::New();
+    filter->SetInputDataObject(blocks);
+    filter->SetVerticesPerPartition(30);
+    if (idsFirst)
+    {
+      filter->Update(1);
+    }
+    return filter;
+  };
+  const std::vector<std::function<void()>> changes{
+    [&]
+    {
+      const PolyData larger = MakeSphere(40);
+      block->SetPoints(larger->GetPoints());
+      block->SetPolys(larger->GetPolys());
+      block->GetPointData()->Initialize();
+      block->GetCellData()->Initialize();
+    },
+    [&]
+    {
+      for (vtkIdType i = 0; i < block->GetNumberOfPoints(); i += 3)
+      {
+        block->GetPoints()->SetPoint(i, 5 + double(i), 0, 0);
+      }
+      block->GetPoints()->Modified();
+    },
+    [&] { inner->SetBlock(0, older); },
+  };
+  for (const auto& change : changes)
+  {
+    const auto filter = cut(true);
+    change();
+    filter->Update();
+    const auto anew = cut(false);
+    anew->Update();
+    EXPECT_TRUE(DescribeOutputs(*filter) == DescribeOutputs(*anew));
+  }
 }
 
 TYPED_TEST(MeshPartitionPipeline, OptionsAreClampedAndPrinted)

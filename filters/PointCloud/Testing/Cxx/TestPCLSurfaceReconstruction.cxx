@@ -635,6 +635,9 @@ TEST(PCLSurfaceReconstruction, OptionsAreClampedAndPrinted)
   }
   EXPECT_EQ(filter->GetSearchRadius(), 0);
   EXPECT_EQ(filter->GetMaximumAngle(), 120);
+  EXPECT_EQ(
+    NotFiniteTakenBy<Filter>(*filter, "ViewPoint", &Filter::SetViewPoint, &Filter::GetViewPoint),
+    "");
   filter->SetNormalRadius(0.5);
   filter->SetOrientation(Filter::TOWARDS_VIEWPOINT);
   filter->SetViewPoint(1, 2, 3);

@@ -177,10 +177,10 @@ TEST(KdClusterSimplification, SameOnEveryBackendAndNumberOfThreads)
 TEST(KdClusterSimplification, OtherCells)
 {
   const auto filter = MakeFilter(MakeAllCells(), { Representative::Mean, false });
-  filter->SetDepth(6); // 64 points: one each
+  filter->SetCellVertices(1); // the 18 points that triangles use stay
   filter->Update();
   vtkPolyData* const output = filter->GetOutput();
-  EXPECT_EQ(output->GetNumberOfPoints(), 64);
+  EXPECT_EQ(output->GetNumberOfPoints(), 18);
   EXPECT_EQ(output->GetNumberOfPolys(), 10) << "the triangles of polygons and strips";
   EXPECT_EQ(output->GetNumberOfCells(), 10) << "and nothing else";
   EXPECT_EQ(output->GetPointData()->GetNumberOfArrays(), 2) << "Deviation, and the input's";
@@ -229,6 +229,8 @@ TEST(KdClusterSimplification, ErrorsNameWhatIsWrongAndLeaveAnEmptyOutput)
   const double nan = std::numeric_limits<double>::quiet_NaN();
   const PolyData outside = MakePlate(3);
   AddCell(outside->GetPolys(), { 0, 1, 9 });
+  const PolyData offsets = MakePlate(3);
+  offsets->SetPolys(MakeCells({ 0, 1000000 }, { 0, 1, 2 }));
   const struct
   {
     PolyData input;
@@ -237,6 +239,7 @@ TEST(KdClusterSimplification, ErrorsNameWhatIsWrongAndLeaveAnEmptyOutput)
   } cases[] = {
     { MakePoints({ { 0, 0, 0 }, { 0, nan, 0 } }), 0, "point 1: a coordinate is not finite" },
     { outside, 0, "cell 8 uses point 9, but there are 9" },
+    { offsets, 0, "cell 0 has the corners from 0 up to 1000000 of a list of 3" },
     { MakePlate(3), 4, "Depth 4 is below the finest level of this input, at depth 3" },
     { MakePoints({ { -1e308, 0, 0 }, { 1e308, 0, 0 } }), 0,
       "the mesh spans more than 2^127 (1.7e38) along x, the most that levels can be computed for" },
@@ -330,6 +333,12 @@ TEST(KdClusterSimplification, OptionsAreClampedAndPrinted)
   filter->SetRepresentative(7);
   filter->SetCellVertices(0);
   filter->SetVerticesPerPartition(0);
+  {
+    FilterObserver heard(filter);
+    filter->SetDepth(-2);
+    EXPECT_NE(
+      heard.error.find("Depth must be from -1 to 30, not -2: it stays 30"), std::string::npos);
+  }
   EXPECT_EQ(filter->GetDepth(), 30);
   EXPECT_EQ(filter->GetRepresentative(), vtkKdClusterSimplification::Mean);
   EXPECT_EQ(filter->GetCellVertices(), 1);

@@ -498,6 +498,95 @@ TEST(KdClusterSimplificationMakers, ArraysComeAlong)
   }
 }
 
+// What tells points and cells apart has no means, whatever numbers it is of.
+TEST(KdClusterSimplificationMakers, IdsAreLeftOutWhateverTheirType)
+{
+  for (const int type : { VTK_ID_TYPE, VTK_DOUBLE, VTK_FLOAT })
+  {
+    const PolyData input = MakeSphere(40);
+    const auto idsOf = [&](const char* name, vtkIdType count)
+    {
+      const auto ids = vtkSmartPointer<vtkDataArray>::Take(vtkDataArray::CreateDataArray(type));
+      ids->SetName(name);
+      ids->SetNumberOfTuples(count);
+      for (vtkIdType i = 0; i < count; ++i)
+      {
+        ids->SetComponent(i, 0, double(i));
+      }
+      return ids;
+    };
+    for (vtkDataSetAttributes* data :
+      std::array<vtkDataSetAttributes*, 2>{ input->GetPointData(), input->GetCellData() })
+    {
+      const vtkIdType count = data->GetArray(0)->GetNumberOfTuples();
+      data->SetGlobalIds(idsOf("node", count));
+      data->SetPedigreeIds(idsOf("origin", count));
+      ASSERT_TRUE(data->GetGlobalIds() && data->GetPedigreeIds());
+    }
+    const Filter filter = MakeFilter(input, vtkKdClusterSimplification::Collapse);
+    filter->Update();
+    vtkPolyData* const output = filter->GetOutput();
+    ASSERT_GT(output->GetNumberOfCells(), 0);
+    for (vtkDataSetAttributes* data :
+      std::array<vtkDataSetAttributes*, 2>{ output->GetPointData(), output->GetCellData() })
+    {
+      EXPECT_FALSE(data->GetGlobalIds() || data->GetPedigreeIds()) << type;
+      EXPECT_FALSE(data->HasArray("node") || data->HasArray("origin")) << type;
+    }
+  }
+}
+
+// A level of a store is one of the points that triangles use.
+TEST(KdClusterSimplificationMakers, PointsThatNoTriangleUsesDecideNothing)
+{
+  for (const int maker :
+    { vtkKdClusterSimplification::Cluster, vtkKdClusterSimplification::Collapse })
+  {
+    const PolyData plain = MakeSphere(40), strewn = MakeSphere(40);
+    plain->GetPointData()->Initialize();
+    strewn->GetPointData()->Initialize();
+    vtkNew<vtkPoints> points; // every other one is used
+    for (vtkIdType i = 0; i < plain->GetNumberOfPoints(); ++i)
+    {
+      points->InsertNextPoint(plain->GetPoint(i));
+      points->InsertNextPoint(20, double(i), -double(i * i));
+    }
+    vtkNew<vtkCellArray> cells;
+    for (vtkIdType c = 0; c < plain->GetNumberOfCells(); ++c)
+    {
+      Ids corners = CellPoints(*plain, c);
+      for (vtkIdType& corner : corners)
+      {
+        corner *= 2;
+      }
+      AddCell(cells, corners);
+    }
+    strewn->SetPoints(points);
+    strewn->SetPolys(cells);
+    std::vector<double> values, strewnValues;
+    for (vtkIdType i = 0; i < plain->GetNumberOfPoints(); ++i)
+    {
+      values.push_back(double(i % 7));
+      strewnValues.insert(strewnValues.end(), { double(i % 7), 1e9 });
+    }
+    AddClusters(*plain, "value", values);
+    AddClusters(*strewn, "value", strewnValues);
+    for (const int depth : { -1, 6 })
+    {
+      std::string described;
+      for (const PolyData& input : { plain, strewn })
+      {
+        const Filter filter = MakeFilter(input, maker);
+        filter->SetDepth(depth);
+        filter->Update();
+        const std::string output = Describe(*filter->GetOutput());
+        EXPECT_TRUE(described.empty() || described == output) << maker << " " << depth;
+        described = output;
+      }
+    }
+  }
+}
+
 // Where nothing is simplified, arrays are what they were, bit by bit.
 TEST(KdClusterSimplificationMakers, ArraysOfAMeshThatIsNotSimplifiedAreTheSame)
 {

@@ -4,23 +4,34 @@
 #include "Testing/Fixtures/Meshes.h"
 #include "Testing/Fixtures/TemporaryFolder.h"
 #include "filters/build/Builder.h"
+#include "filters/codec/TextureTile.h"
+#include "filters/texture/WritePicture.h"
 #include "server/http/HttpServer.h"
 #include "viewer/client/Testing/TorusCatalog.h"
 
 #include <gtest/gtest.h>
 
+#include <vtkActor.h>
 #include <vtkCamera.h>
 #include <vtkCellPicker.h>
+#include <vtkErrorCode.h>
 #include <vtkGenericRenderWindowInteractor.h>
+#include <vtkImageData.h>
 #include <vtkKdStreamActor.h>
+#include <vtkMapper.h>
 #include <vtkNew.h>
+#include <vtkPointData.h>
+#include <vtkPolyData.h>
+#include <vtkProp3DCollection.h>
 #include <vtkProperty.h>
 #include <vtkRenderWindow.h>
 #include <vtkRenderer.h>
 #include <vtkTestErrorObserver.h>
+#include <vtkTexture.h>
 #include <vtkUnsignedCharArray.h>
 
 #include <cmath>
+#include <limits>
 #include <optional>
 #include <vector>
 
@@ -33,6 +44,27 @@ using fixtures::TemporaryFolder;
 
 constexpr int side = 200;
 constexpr double deadline = 60; // seconds, of what takes a few hundredths
+
+// Every partition has a picture of 9 x 5 red texels.
+class RedTextures : public PieceTextures
+{
+public:
+  static constexpr std::uint32_t width = 9, height = 5;
+
+  TextureDescription Describe() const override { return { "png" }; }
+  Result<EncodedTexture> Make(Piece& piece) const override
+  {
+    Picture picture{ width, height, 3, {} };
+    for (std::uint32_t i = 0; i < width * height; ++i)
+    {
+      picture.texels.insert(picture.texels.end(), { 255, 0, 0 });
+    }
+    const TextureTile tile{ width, height, TileImage::Png, EncodePicture(picture, PictureType::Png),
+      std::vector<std::array<TileCoordinate, 3>>(
+        piece.triangles.size(), { { { 1, 1 }, { 8, 1 }, { 1, 4 } } }) };
+    return EncodedTexture{ EncodeTextureTile(tile, piece.triangles), width * height };
+  }
+};
 
 // A window with an actor, and the store of a bumpy sphere of 32,768 triangles.
 class TestKdStreamActor : public ::testing::Test
@@ -227,6 +259,82 @@ TEST_F(TestKdStreamActor, PropertyAndColoursAreFollowed)
   EXPECT_LT(this->Covered(), opaque / 10);
 }
 
+TEST_F(TestKdStreamActor, PicturesOfATexturedModelAreOnItsParts)
+{
+  const TemporaryFolder folder;
+  BuildOptions options;
+  options.tree.verticesPerPartition = 500;
+  options.textures = std::make_shared<RedTextures>();
+  const auto built = BuildStore(fixtures::DisplacedSphere(6), "red", folder / "red.kds", options);
+  ASSERT_TRUE(built) << built.GetError().message;
+  this->Actor->SetSource((folder / "red.kds").string());
+  this->Renderer->ResetCamera();
+  this->Renderer->GetActiveCamera()->Zoom(3);
+  ASSERT_TRUE(this->Actor->Refine(this->Renderer, deadline));
+  this->Window->Render();
+  const auto painted = [this]
+  {
+    int count = 0;
+    vtkProp3DCollection* const parts = this->Actor->GetParts();
+    for (int i = 0; i < parts->GetNumberOfItems(); ++i)
+    {
+      auto* const part = vtkActor::SafeDownCast(parts->GetItemAsObject(i));
+      if (!part || !part->GetTexture())
+      {
+        continue;
+      }
+      ++count;
+      vtkImageData* const image = part->GetTexture()->GetInput();
+      EXPECT_EQ(image->GetDimensions()[0], int(RedTextures::width));
+      EXPECT_EQ(image->GetDimensions()[1], int(RedTextures::height));
+      EXPECT_EQ(image->GetScalarComponentAsDouble(4, 2, 0, 0), 255);
+      EXPECT_EQ(image->GetScalarComponentAsDouble(4, 2, 0, 1), 0);
+      auto* const mesh = vtkPolyData::SafeDownCast(part->GetMapper()->GetInputDataObject(0, 0));
+      EXPECT_TRUE(mesh && mesh->GetPointData()->GetTCoords());
+    }
+    return count;
+  };
+  const auto isRed = [](const unsigned char* c) { return c[0] > 60 && c[1] < 20 && c[2] < 20; };
+  EXPECT_GT(painted(), 4);
+  EXPECT_GT(this->Count(isRed), std::size_t(side * side * 3 / 4));
+  this->Actor->SetColorBy("none");
+  ASSERT_TRUE(this->Actor->Refine(this->Renderer, deadline));
+  this->Window->Render();
+  EXPECT_EQ(painted(), 0);
+  EXPECT_EQ(this->Count(isRed), 0u);
+}
+
+TEST_F(TestKdStreamActor, NumbersThatAreNoneAreRefused)
+{
+  vtkNew<vtkTest::ErrorObserver> heard;
+  this->Actor->AddObserver(vtkCommand::ErrorEvent, heard);
+  const auto said = [&heard]
+  {
+    const std::string message = heard->GetErrorMessage();
+    heard->Clear();
+    return message;
+  };
+  const double nan = std::numeric_limits<double>::quiet_NaN();
+  this->Actor->SetTolerance(nan);
+  EXPECT_NE(
+    said().find("Tolerance must be from 0.01 to 100, not nan: it stays 1"), std::string::npos);
+  this->Actor->SetSecondsPerFrame(nan);
+  EXPECT_NE(said().find("SecondsPerFrame must be from 0 to 10, not nan"), std::string::npos);
+  this->Actor->SetNumberOfTriangles(-1);
+  EXPECT_NE(said().find("NumberOfTriangles must be from 1000 to "), std::string::npos);
+  this->Actor->SetTimeout(-1);
+  EXPECT_NE(said().find("Timeout must be from 1 to 3600, not -1"), std::string::npos);
+  EXPECT_EQ(this->Actor->GetTolerance(), 1);
+  EXPECT_EQ(this->Actor->GetSecondsPerFrame(), 0.02);
+  EXPECT_EQ(this->Actor->GetNumberOfTriangles(), 2000000);
+  EXPECT_EQ(this->Actor->GetTimeout(), 60);
+  this->Actor->SetMemoryLimit(1);
+  this->Actor->SetTolerance(1000);
+  EXPECT_EQ(said(), "");
+  EXPECT_EQ(this->Actor->GetMemoryLimit(), vtkTypeUInt64{ 16 } << 20);
+  EXPECT_EQ(this->Actor->GetTolerance(), 100);
+}
+
 TEST_F(TestKdStreamActor, ErrorsAreToldOnceAndOpenTriesAnew)
 {
   vtkNew<vtkTest::ErrorObserver> heard;
@@ -237,6 +345,7 @@ TEST_F(TestKdStreamActor, ErrorsAreToldOnceAndOpenTriesAnew)
   EXPECT_EQ(this->Actor->GetBounds(), nullptr);
   EXPECT_TRUE(heard->GetError());
   EXPECT_NE(this->Actor->GetErrorMessage().find("later.kds"), std::string::npos);
+  EXPECT_EQ(this->Actor->GetErrorCode(), vtkErrorCode::FileNotFoundError);
   heard->Clear();
   this->Window->Render();
   EXPECT_FALSE(heard->GetError());
@@ -244,12 +353,16 @@ TEST_F(TestKdStreamActor, ErrorsAreToldOnceAndOpenTriesAnew)
   std::filesystem::copy(Store(), file);
   EXPECT_TRUE(this->Actor->Open());
   EXPECT_EQ(this->Actor->GetErrorMessage(), "");
+  EXPECT_EQ(this->Actor->GetErrorCode(), vtkErrorCode::NoError);
   this->Renderer->ResetCamera();
   this->Window->Render();
   EXPECT_GT(this->Covered(), 1000u);
   this->Actor->SetModelId("cube");
   EXPECT_FALSE(this->Actor->Open());
   EXPECT_NE(heard->GetErrorMessage().find("there is no model cube, but later"), std::string::npos);
+  this->Actor->SetSource("");
+  EXPECT_FALSE(this->Actor->Open());
+  EXPECT_EQ(this->Actor->GetErrorCode(), vtkErrorCode::NoFileNameError);
 }
 
 }

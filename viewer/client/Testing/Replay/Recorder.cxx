@@ -5,6 +5,7 @@
 #include "filters/model/ModelJson.h"
 #include "server/protocol/BinaryFrame.h"
 #include "server/protocol/ResourcePath.h"
+#include "server/session/Testing/PullMessage.h"
 #include "viewer/session/Testing/MemoryServer.h"
 
 #include <cmath>
@@ -185,7 +186,7 @@ bool Recorder::Answer()
     this->AnswerFetch();
     return true;
   }
-  auto message = this->Talk ? this->Talk->NextMessage() : std::nullopt;
+  auto message = this->Talk ? PullMessage(*this->Talk) : std::nullopt;
   if (!message)
   {
     return false;

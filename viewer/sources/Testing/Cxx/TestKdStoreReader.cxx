@@ -292,6 +292,29 @@ TEST_F(TestKdStoreReader, ACameraGetsWhatItNeeds)
   EXPECT_NE(this->Refusal().find("camera: the eye is at the focal point"), std::string::npos);
 }
 
+TEST_F(TestKdStoreReader, NumbersThatAreNoneAreRefused)
+{
+  using Source = vtkKdModelSource;
+  Source& source = *this->Reader;
+  EXPECT_EQ(
+    NotFiniteTakenBy(source, "RegionPoint", &Source::SetRegionPoint, &Source::GetRegionPoint), "");
+  EXPECT_EQ(NotFiniteTakenBy(
+              source, "CameraPosition", &Source::SetCameraPosition, &Source::GetCameraPosition),
+    "");
+  EXPECT_EQ(NotFiniteTakenBy(source, "CameraFocalPoint", &Source::SetCameraFocalPoint,
+              &Source::GetCameraFocalPoint),
+    "");
+  EXPECT_EQ(
+    NotFiniteTakenBy(source, "CameraViewUp", &Source::SetCameraViewUp, &Source::GetCameraViewUp),
+    "");
+  FilterObserver heard(this->Reader);
+  this->Reader->SetLevelDepth(-2);
+  EXPECT_NE(heard.error.find("LevelDepth must be from -1 to 62, not -2"), std::string::npos);
+  const double finite[] = { 7, 8, 9 };
+  this->Reader->SetRegionPoint(finite);
+  EXPECT_EQ(this->Reader->GetRegionPoint()[2], 9);
+}
+
 TEST_F(TestKdStoreReader, OnlyWhatIsAskedForIsLoaded)
 {
   this->Open(this->Sphere);
@@ -321,9 +344,46 @@ TEST_F(TestKdStoreReader, OnlyWhatIsAskedForIsLoaded)
   }
 }
 
+// By default only the store's metadata are read for it.
+TEST_F(TestKdStoreReader, InformationIsToldWithoutDecoding)
+{
+  this->Open(this->Sphere);
+  FilterObserver heard(this->Reader);
+  this->Reader->UpdateInformation();
+  const std::size_t steps = heard.progress.size();
+  const auto told = [this]
+  {
+    return vtkPartitionedDataSet::SafeDownCast(this->Reader->GetOutputInformation(0)->Get(
+      vtkCompositeDataPipeline::COMPOSITE_DATA_META_DATA()));
+  };
+  ASSERT_NE(told(), nullptr);
+  ASSERT_EQ(told()->GetNumberOfPartitions(), 128u);
+  const auto boxes = *this->Model->ReadBoxes();
+  for (unsigned int i = 0; i < 128; ++i)
+  {
+    const Box& own = boxes[NodeOfPartition(i, this->Model->Info().depths)];
+    const double* const box = told()->GetMetaData(i)->Get(vtkDataObject::BOUNDING_BOX());
+    ASSERT_NE(box, nullptr);
+    for (std::size_t k = 0; k < 3; ++k)
+    {
+      EXPECT_EQ(box[2 * k], own.lo[k]);
+      EXPECT_EQ(box[2 * k + 1], own.hi[k]);
+    }
+    EXPECT_FALSE(told()->GetMetaData(i)->Has(vtkKdModelSource::NUMBER_OF_POINTS()));
+  }
+  this->Reader->MeasureOriginalOn();
+  this->Reader->UpdateInformation();
+  EXPECT_GT(heard.progress.size(), 2 * steps + 2) << "it is decoded now";
+  EXPECT_TRUE(told()->GetMetaData(0u)->Has(vtkKdModelSource::NUMBER_OF_POINTS()));
+  this->Reader->MeasureOriginalOff();
+  this->Reader->UpdateInformation();
+  EXPECT_FALSE(told()->GetMetaData(0u)->Has(vtkKdModelSource::NUMBER_OF_POINTS()));
+}
+
 TEST_F(TestKdStoreReader, BoundsAreToldBeforeAnythingIsLoaded)
 {
   this->Open(this->Sphere);
+  this->Reader->MeasureOriginalOn();
   this->Reader->UpdateInformation();
   auto* const told = vtkPartitionedDataSet::SafeDownCast(this->Reader->GetOutputInformation(0)->Get(
     vtkCompositeDataPipeline::COMPOSITE_DATA_META_DATA()));
@@ -365,54 +425,56 @@ TEST_F(TestKdStoreReader, TheModelIsToldBeforeItIsLoaded)
   add("Heat", AttributeAssociation::Point, mesh.points.size(), 2);
   add("Weight", AttributeAssociation::Cell, mesh.triangles.size(), -1);
   this->Open(mesh);
-  for (const int type : { vtkKdModelSource::PartitionedDataSet, vtkKdModelSource::PolyData })
-  {
-    this->Reader->SetOutputType(type);
-    this->Reader->SetContentToOriginal();
-    this->Reader->UpdateInformation();
-    vtkInformation* const info = this->Reader->GetOutputInformation(0);
-    const Box& box = this->Model->Info().box;
-    const double ends[6] = { box.lo[0], box.hi[0], box.lo[1], box.hi[1], box.lo[2], box.hi[2] };
-    for (vtkInformationDoubleVectorKey* const key :
-      { vtkDataObject::BOUNDING_BOX(), vtkStreamingDemandDrivenPipeline::BOUNDS() })
+  for (const bool measured : { false, true })
+    for (const int type : { vtkKdModelSource::PartitionedDataSet, vtkKdModelSource::PolyData })
     {
-      ASSERT_EQ(info->Length(key), 6);
-      EXPECT_TRUE(std::equal(ends, ends + 6, info->Get(key)));
+      this->Reader->SetMeasureOriginal(measured);
+      this->Reader->SetOutputType(type);
+      this->Reader->SetContentToOriginal();
+      this->Reader->UpdateInformation();
+      vtkInformation* const info = this->Reader->GetOutputInformation(0);
+      const Box& box = this->Model->Info().box;
+      const double ends[6] = { box.lo[0], box.hi[0], box.lo[1], box.hi[1], box.lo[2], box.hi[2] };
+      for (vtkInformationDoubleVectorKey* const key :
+        { vtkDataObject::BOUNDING_BOX(), vtkStreamingDemandDrivenPipeline::BOUNDS() })
+      {
+        ASSERT_EQ(info->Length(key), 6);
+        EXPECT_TRUE(std::equal(ends, ends + 6, info->Get(key)));
+      }
+      const auto points = static_cast<vtkIdType>(mesh.points.size());
+      const auto cells = static_cast<vtkIdType>(mesh.triangles.size());
+      EXPECT_EQ(info->Get(vtkKdModelSource::NUMBER_OF_POINTS()), points);
+      EXPECT_EQ(info->Get(vtkKdModelSource::NUMBER_OF_CELLS()), cells);
+      vtkInformationVector* const ofPoints = info->Get(vtkDataObject::POINT_DATA_VECTOR());
+      ASSERT_EQ(ofPoints->GetNumberOfInformationObjects(), 1);
+      vtkInformation* const heat = ofPoints->GetInformationObject(0);
+      EXPECT_STREQ(heat->Get(vtkDataObject::FIELD_NAME()), "Heat");
+      EXPECT_EQ(heat->Get(vtkDataObject::FIELD_ARRAY_TYPE()), VTK_DOUBLE);
+      EXPECT_EQ(heat->Get(vtkDataObject::FIELD_NUMBER_OF_COMPONENTS()), 1);
+      EXPECT_EQ(heat->Get(vtkDataObject::FIELD_NUMBER_OF_TUPLES()), points);
+      ASSERT_EQ(heat->Length(vtkDataObject::FIELD_RANGE()), 2);
+      EXPECT_EQ(heat->Get(vtkDataObject::FIELD_RANGE())[0], 5);
+      EXPECT_EQ(heat->Get(vtkDataObject::FIELD_RANGE())[1], 5 + 2 * double(points - 1));
+      vtkInformationVector* const ofCells = info->Get(vtkDataObject::CELL_DATA_VECTOR());
+      ASSERT_EQ(ofCells->GetNumberOfInformationObjects(), 1);
+      vtkInformation* const weight = ofCells->GetInformationObject(0);
+      EXPECT_STREQ(weight->Get(vtkDataObject::FIELD_NAME()), "Weight");
+      EXPECT_EQ(weight->Get(vtkDataObject::FIELD_NUMBER_OF_TUPLES()), cells);
+      ASSERT_EQ(weight->Length(vtkDataObject::FIELD_RANGE()), measured ? 2 : 0);
+      if (measured)
+      {
+        EXPECT_EQ(weight->Get(vtkDataObject::FIELD_RANGE())[0], 5 - double(cells - 1));
+      }
+      this->Reader->SetContentToLevel();
+      this->Reader->SetLevelDepth(6);
+      this->Reader->UpdateInformation();
+      EXPECT_EQ(info->Get(vtkKdModelSource::NUMBER_OF_POINTS()),
+        static_cast<vtkIdType>(this->Model->Info().levels[6].vertices));
+      EXPECT_EQ(info->Get(vtkDataObject::CELL_DATA_VECTOR())->GetNumberOfInformationObjects(), 0);
+      this->Reader->SetContentToRegion();
+      this->Reader->UpdateInformation();
+      EXPECT_FALSE(info->Has(vtkKdModelSource::NUMBER_OF_POINTS()));
     }
-    const auto points = static_cast<vtkIdType>(mesh.points.size());
-    const auto cells = static_cast<vtkIdType>(mesh.triangles.size());
-    EXPECT_EQ(info->Get(vtkKdModelSource::NUMBER_OF_POINTS()), points);
-    EXPECT_EQ(info->Get(vtkKdModelSource::NUMBER_OF_CELLS()), cells);
-    vtkInformationVector* const ofPoints = info->Get(vtkDataObject::POINT_DATA_VECTOR());
-    ASSERT_EQ(ofPoints->GetNumberOfInformationObjects(), 1);
-    vtkInformation* const heat = ofPoints->GetInformationObject(0);
-    EXPECT_STREQ(heat->Get(vtkDataObject::FIELD_NAME()), "Heat");
-    EXPECT_EQ(heat->Get(vtkDataObject::FIELD_ARRAY_TYPE()), VTK_DOUBLE);
-    EXPECT_EQ(heat->Get(vtkDataObject::FIELD_NUMBER_OF_COMPONENTS()), 1);
-    EXPECT_EQ(heat->Get(vtkDataObject::FIELD_NUMBER_OF_TUPLES()), points);
-    ASSERT_EQ(heat->Length(vtkDataObject::FIELD_RANGE()), 2);
-    EXPECT_EQ(heat->Get(vtkDataObject::FIELD_RANGE())[0], 5);
-    EXPECT_EQ(heat->Get(vtkDataObject::FIELD_RANGE())[1], 5 + 2 * double(points - 1));
-    vtkInformationVector* const ofCells = info->Get(vtkDataObject::CELL_DATA_VECTOR());
-    ASSERT_EQ(ofCells->GetNumberOfInformationObjects(), 1);
-    vtkInformation* const weight = ofCells->GetInformationObject(0);
-    EXPECT_STREQ(weight->Get(vtkDataObject::FIELD_NAME()), "Weight");
-    EXPECT_EQ(weight->Get(vtkDataObject::FIELD_NUMBER_OF_TUPLES()), cells);
-    if (type == vtkKdModelSource::PartitionedDataSet)
-    {
-      ASSERT_EQ(weight->Length(vtkDataObject::FIELD_RANGE()), 2);
-      EXPECT_EQ(weight->Get(vtkDataObject::FIELD_RANGE())[0], 5 - double(cells - 1));
-    }
-    this->Reader->SetContentToLevel();
-    this->Reader->SetLevelDepth(6);
-    this->Reader->UpdateInformation();
-    EXPECT_EQ(info->Get(vtkKdModelSource::NUMBER_OF_POINTS()),
-      static_cast<vtkIdType>(this->Model->Info().levels[6].vertices));
-    EXPECT_EQ(info->Get(vtkDataObject::CELL_DATA_VECTOR())->GetNumberOfInformationObjects(), 0);
-    this->Reader->SetContentToRegion();
-    this->Reader->UpdateInformation();
-    EXPECT_FALSE(info->Has(vtkKdModelSource::NUMBER_OF_POINTS()));
-  }
 }
 
 TEST_F(TestKdStoreReader, IdsAreIdsAgain)
@@ -596,6 +658,31 @@ TEST_F(TestKdStoreReader, TellsHowFarItIsAndStopsWhenToldTo)
   this->Reader->Modified();
   EXPECT_EQ(LoadedPartitions(this->Update()), 0u);
   EXPECT_EQ(heard.error, "");
+  // While one mesh is put together of what was read.
+  this->Reader->SetOutputTypeToPolyData();
+  heard.abortAt = 0.82;
+  for (const int content :
+    { vtkKdModelSource::Original, vtkKdModelSource::Level, vtkKdModelSource::View })
+  {
+    this->Reader->SetContent(content);
+    this->Reader->SetLevelDepth(this->Reader->GetFinestLevel());
+    EXPECT_TRUE(ContentOf(this->Update(), true).points.empty()) << content;
+    EXPECT_EQ(heard.error, "");
+  }
+}
+
+TEST_F(TestKdStoreReader, WhatWasStoppedBeforeItWasLoadedIsLoadedByTheNextUpdate)
+{
+  this->Open(this->Sphere, 20);
+  this->Reader->MeasureOriginalOn();
+  {
+    FilterObserver heard(this->Reader);
+    heard.abortAt = 0;
+    this->Reader->UpdateInformation();
+    EXPECT_EQ(this->Reader->GetNumberOfModelPoints(), 0) << "it was stopped";
+  }
+  EXPECT_GT(LoadedPartitions(this->Update()), 1000u);
+  EXPECT_GT(this->Reader->GetNumberOfModelPoints(), 0);
 }
 
 }

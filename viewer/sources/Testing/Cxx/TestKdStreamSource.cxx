@@ -187,7 +187,7 @@ TEST_F(TestKdStreamSource, ErrorsNameTheServerAndWhatIsWrong)
     EXPECT_NE(heard.error.find("no Url is set"), std::string::npos) << heard.error;
   }
   this->Source->SetModelId("cube");
-  EXPECT_NE(this->Refusal().find("it has no model cube, but sphere"), std::string::npos);
+  EXPECT_NE(this->Refusal().find("there is no model cube, but sphere"), std::string::npos);
   BuildTo(this->Models / "other.kds", fixtures::Torus(20, 10), 200);
   this->Serve(std::make_unique<StoreCatalog>(
     this->Models.Path, [](const std::filesystem::path&, const std::string&) {}));

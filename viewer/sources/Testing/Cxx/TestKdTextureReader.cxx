@@ -161,16 +161,21 @@ TEST_F(TestKdTextureReader, AServersModelIsReadOverItsSource)
     }
   }
   // What was stopped is read by the next Update.
-  streamed->SetPartition(6);
+  for (const bool informationAlone : { false, true })
   {
-    FilterObserver heard(streamed);
-    heard.abortAt = 0;
+    streamed->SetPartition(informationAlone ? 7 : 6);
+    {
+      FilterObserver heard(streamed);
+      heard.abortAt = 0;
+      informationAlone ? streamed->UpdateInformation() : streamed->Update();
+      EXPECT_EQ(heard.error, "");
+      EXPECT_EQ(streamed->GetOutput()->GetNumberOfPoints() > 0, informationAlone);
+    }
+    const vtkMTimeType before = streamed->GetOutput()->GetMTime();
     streamed->Update();
-    EXPECT_EQ(heard.error, "");
-    EXPECT_EQ(streamed->GetOutput()->GetNumberOfPoints(), 0);
+    EXPECT_GT(streamed->GetOutput()->GetNumberOfPoints(), 0);
+    EXPECT_GT(streamed->GetOutput()->GetMTime(), before);
   }
-  streamed->Update();
-  EXPECT_GT(streamed->GetOutput()->GetNumberOfPoints(), 0);
 }
 
 TEST_F(TestKdTextureReader, SaysWhatIsNotThere)

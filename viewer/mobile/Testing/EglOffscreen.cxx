@@ -3,7 +3,7 @@
 //
 // 1. the surfaceless display, initialised; 2. a configuration and a context of OpenGL ES 3; 3. a
 // framebuffer with 4 samples a pixel to draw into, and one without to average them into.
-#include "viewer/mobile/EglOffscreen.h"
+#include "viewer/mobile/Testing/EglOffscreen.h"
 
 #include <EGL/egl.h>
 #include <EGL/eglext.h>

@@ -1,0 +1,52 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// The corners of an OBJ file's faces, for all who read its statements: which place, texture
+// coordinate and normal each of them names, what of that is forgiven, and what is refused. Part of
+// step "read".
+#pragma once
+
+#include "filters/core/Result.h"
+#include "filters/meshio/ObjStatements.h"
+#include "filters/meshio/Tolerance.h"
+
+#include <array>
+#include <cstdint>
+#include <span>
+#include <string>
+#include <vector>
+
+namespace kdstream
+{
+
+// Of places, texture coordinates and normals.
+using ObjCounts = std::array<std::uint64_t, 3>;
+
+// "face 0 (line 5)": what the statements stand at.
+std::string PlaceInObj(const char* element, std::uint64_t index, const ObjStatements& statements);
+// The error with such a place in front, if it is about the input.
+Error AtPlaceInObj(const std::string& place, const Error& error);
+
+class ObjCorners
+{
+public:
+  // Numbers of place, texture coordinate and normal, from 1 on; 0: none.
+  using Corner = std::array<std::uint32_t, 3>;
+
+  // Takes the corners of the face that `statements` stand at, the file's face number `face`.
+  // before: how many of each come before it; all: are in the file. Of the texture coordinates, or
+  // normals, of which a corner names one that does not exist, no corner has any: that is counted in
+  // `tolerance`. A face may have fewer than three corners. O(corners). Errors: InvalidInput for a
+  // place that does not exist, and for what is no number.
+  Status Read(const ObjStatements& statements, const ObjCounts& before, const ObjCounts& all,
+    std::uint64_t face, Tolerance& tolerance);
+  // Valid until the next call.
+  std::span<const Corner> Get() const { return this->Corners; }
+
+private:
+  std::vector<Corner> Corners;
+};
+
+// Counts the face that `statements` stand at, with its place if it is the first of the kind.
+void ForgiveObjFace(
+  Lapse kind, std::uint64_t face, const ObjStatements& statements, Tolerance& tolerance);
+
+}

@@ -1,0 +1,35 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// What a renderer of VTK's sees of a model: for the session, which chooses what to show, and for
+// the actors, which draw it.
+#pragma once
+
+#include "viewer/rendering/SurfaceActors.h"
+#include "viewer/session/look/SceneRules.h"
+
+#include <optional>
+
+class vtkMatrix4x4;
+class vtkRenderer;
+
+namespace kdstream
+{
+
+struct RendererView
+{
+  // In the model's coordinates, a symmetric perspective view that has all of the picture in it,
+  // with as many pixels for what is seen: of tiles the whole that they are tiles of; of a parallel
+  // projection an eye that is far away.
+  SceneCamera camera;
+  int width = 1, height = 1;
+  // Of what is drawn now: of tiles one of them.
+  SurfaceActors::Sight sight;
+};
+
+// As the active camera has it by whatever of its properties: angle, window centre, explicit and
+// off-axis projections, transforms. placed: world from model. A window that has no size yet is
+// taken to get VTK's default of 300 x 300. None where nothing can be seen: a viewport or tile
+// without pixels, a matrix that cannot be inverted. REQUIRES: the renderer has a window and a
+// camera.
+std::optional<RendererView> ViewOf(vtkRenderer& renderer, vtkMatrix4x4& placed);
+
+}

@@ -1,0 +1,489 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// What a renderer's camera sees, of surfaces and clouds: whatever its projection is made of, in
+// tiles, in passes of other cameras, in a window that has no size yet; and who may go before whom.
+// Needs an X server.
+#include "Testing/Fixtures/Meshes.h"
+#include "Testing/Fixtures/TemporaryFolder.h"
+#include "filters/build/Builder.h"
+
+#include <gtest/gtest.h>
+
+#include <vtkAssembly.h>
+#include <vtkCamera.h>
+#include <vtkCameraPass.h>
+#include <vtkCommand.h>
+#include <vtkGenericRenderWindowInteractor.h>
+#include <vtkImageData.h>
+#include <vtkKdStreamActor.h>
+#include <vtkMath.h>
+#include <vtkMatrix4x4.h>
+#include <vtkNew.h>
+#include <vtkObjectFactory.h>
+#include <vtkOpaquePass.h>
+#include <vtkOpenGLRenderer.h>
+#include <vtkProp3DCollection.h>
+#include <vtkProperty.h>
+#include <vtkRenderState.h>
+#include <vtkRenderWindow.h>
+#include <vtkRenderer.h>
+#include <vtkSmartPointer.h>
+#include <vtkTestErrorObserver.h>
+#include <vtkTransform.h>
+#include <vtkUnsignedCharArray.h>
+#include <vtkWindowToImageFilter.h>
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <cstdlib>
+#include <functional>
+#include <limits>
+#include <set>
+#include <string>
+#include <vector>
+
+namespace
+{
+
+using namespace kdstream;
+using fixtures::TemporaryFolder;
+using Clock = std::chrono::steady_clock;
+
+constexpr double deadline = 60; // seconds, of what takes a few tenths
+const double nan = std::numeric_limits<double>::quiet_NaN();
+
+using Pixels = std::vector<unsigned char>;
+
+// How many of a thousand pixels differ visibly.
+int Differing(const Pixels& a, const Pixels& b)
+{
+  EXPECT_EQ(a.size(), b.size());
+  int count = 0;
+  for (std::size_t i = 0; i + 2 < std::min(a.size(), b.size()); i += 3)
+  {
+    const auto differs = [&](std::size_t k) { return std::abs(a[i + k] - b[i + k]) > 40; };
+    count += differs(0) || differs(1) || differs(2) ? 1 : 0;
+  }
+  return static_cast<int>(3000.0 * count / double(a.size()));
+}
+
+std::size_t Covered(const Pixels& pixels)
+{
+  std::size_t count = 0;
+  for (std::size_t i = 0; i + 2 < pixels.size(); i += 3)
+  {
+    count += pixels[i] + pixels[i + 1] + pixels[i + 2] > 0 ? 1 : 0;
+  }
+  return count;
+}
+
+class TestKdStreamActorViews : public ::testing::Test
+{
+protected:
+  static std::string Store(const char* name, const std::function<Mesh()>& make)
+  {
+    static const TemporaryFolder folder;
+    const std::filesystem::path file = folder / (std::string(name) + ".kds");
+    if (!std::filesystem::exists(file))
+    {
+      BuildOptions options;
+      options.tree.verticesPerPartition = 500;
+      const auto built = BuildStore(make(), name, file, options);
+      EXPECT_TRUE(built) << built.GetError().message;
+    }
+    return file.string();
+  }
+  // Bumpy spheres of radius 1 about the origin: of 131,072 triangles, and of 10,242 points.
+  static std::string Surface()
+  {
+    return Store("surface", [] { return fixtures::DisplacedSphere(7); });
+  }
+  static std::string Cloud()
+  {
+    return Store("cloud", [] { return fixtures::Cloud(5); });
+  }
+  void Open(const std::string& source)
+  {
+    this->Actor->SetSource(source);
+    this->Actor->SetNumberOfTriangles(500000); // so that none is small, and wholly shown
+    this->Renderer->AddActor(this->Actor);
+    this->Window->AddRenderer(this->Renderer);
+    this->Window->SetSize(200, 200);
+    this->Camera().SetPosition(0, 0, 6);
+    this->Camera().SetFocalPoint(0, 0, 0);
+    this->Camera().SetViewUp(0, 1, 0);
+    this->Camera().SetClippingRange(1, 20);
+  }
+  vtkCamera& Camera() { return *this->Renderer->GetActiveCamera(); }
+  // Refined.
+  Pixels Picture()
+  {
+    EXPECT_TRUE(this->Actor->Refine(this->Renderer, deadline));
+    this->Window->Render();
+    EXPECT_TRUE(this->Actor->IsComplete());
+    return this->Shown();
+  }
+  Pixels Shown()
+  {
+    const int* const size = this->Window->GetSize();
+    vtkNew<vtkUnsignedCharArray> pixels;
+    this->Window->GetPixelData(0, 0, size[0] - 1, size[1] - 1, 1, pixels);
+    return { pixels->GetPointer(0), pixels->GetPointer(0) + pixels->GetNumberOfValues() };
+  }
+  // A camera that is set up otherwise, to see the same as now.
+  void ExpectTheSame(const char* what, const std::function<void()>& setUp)
+  {
+    SCOPED_TRACE(what);
+    const Pixels before = this->Picture();
+    const vtkIdType drawn = this->Actor->GetNumberOfDrawnPoints();
+    EXPECT_GT(Covered(before), 1000u);
+    setUp();
+    const Pixels now = this->Picture();
+    EXPECT_LE(Differing(before, now), 10);
+    EXPECT_NEAR(double(this->Actor->GetNumberOfDrawnPoints()), double(drawn), 0.05 * double(drawn));
+  }
+
+  vtkSmartPointer<vtkKdStreamActor> Actor = vtkSmartPointer<vtkKdStreamActor>::New();
+  vtkSmartPointer<vtkRenderer> Renderer = vtkSmartPointer<vtkRenderer>::New();
+  vtkSmartPointer<vtkRenderWindow> Window = vtkSmartPointer<vtkRenderWindow>::New();
+};
+
+// As the page "from VTK" has it: no SetSize, Refine before the first picture.
+TEST_F(TestKdStreamActorViews, AWindowWithoutASizeIsRefinedForTheOneThatItGets)
+{
+  this->Actor->SetSource(Surface());
+  this->Actor->SetNumberOfTriangles(500000);
+  this->Renderer->AddActor(this->Actor);
+  this->Renderer->SetViewport(0, 0, 1, 0.5);
+  this->Window->AddRenderer(this->Renderer);
+  this->Renderer->ResetCamera();
+  this->Camera().Zoom(3);
+  ASSERT_TRUE(this->Actor->Refine(this->Renderer, deadline));
+  const vtkIdType refined = this->Actor->GetNumberOfDrawnTriangles();
+  EXPECT_GT(refined, 8000) << "not the preview";
+  this->Window->Render();
+  EXPECT_EQ(this->Window->GetSize()[1], 300);
+  EXPECT_TRUE(this->Actor->IsComplete());
+  EXPECT_EQ(this->Actor->GetNumberOfDrawnTriangles(), refined);
+}
+
+TEST_F(TestKdStreamActorViews, RefineNeedsAWindowAndSeconds)
+{
+  this->Open(Surface());
+  vtkNew<vtkTest::ErrorObserver> heard;
+  this->Actor->AddObserver(vtkCommand::ErrorEvent, heard);
+  const auto said = [&heard]
+  {
+    const std::string message = heard->GetErrorMessage();
+    heard->Clear();
+    return message;
+  };
+  for (const double seconds : { nan, -1.0 })
+  {
+    EXPECT_FALSE(this->Actor->Refine(this->Renderer, seconds));
+    EXPECT_NE(said().find("Refine must have 0 seconds or more, not "), std::string::npos);
+  }
+  vtkNew<vtkRenderer> alone;
+  EXPECT_FALSE(this->Actor->Refine(alone, 1));
+  EXPECT_NE(said().find("in a window"), std::string::npos);
+  EXPECT_FALSE(this->Actor->Refine(nullptr, 1));
+  EXPECT_TRUE(this->Actor->Refine(this->Renderer, deadline));
+}
+
+// From so far away that perspective and a parallel projection see the same.
+TEST_F(TestKdStreamActorViews, AParallelProjectionSeesWhatPerspectiveSeesFromAfar)
+{
+  for (const std::string& source : { Surface(), Cloud() })
+  {
+    SCOPED_TRACE(source);
+    this->Open(source);
+    this->Camera().ParallelProjectionOff();
+    this->Camera().SetPosition(0, 0, 1000);
+    this->Camera().SetClippingRange(990, 1010);
+    this->Camera().SetViewAngle(2 * std::atan(1.2 / 1000) * 180 / vtkMath::Pi());
+    this->ExpectTheSame("parallel",
+      [this]
+      {
+        this->Camera().ParallelProjectionOn();
+        this->Camera().SetParallelScale(1.2);
+      });
+    this->ExpectTheSame("from near",
+      [this]
+      {
+        this->Camera().SetPosition(0, 0, 6);
+        this->Camera().SetClippingRange(1, 20);
+      });
+  }
+}
+
+TEST_F(TestKdStreamActorViews, AllThatACameraIsMadeOfIsFollowed)
+{
+  for (const std::string& source : { Surface(), Cloud() })
+  {
+    SCOPED_TRACE(source);
+    this->Open(source);
+    this->Window->SetSize(240, 120);
+    this->Camera().SetViewAngle(25);
+    this->ExpectTheSame("a horizontal angle",
+      [this]
+      {
+        this->Camera().UseHorizontalViewAngleOn();
+        this->Camera().SetViewAngle(
+          2 * std::atan(2 * std::tan(vtkMath::RadiansFromDegrees(12.5))) * 180 / vtkMath::Pi());
+      });
+    this->ExpectTheSame("an explicit projection",
+      [this]
+      {
+        vtkNew<vtkMatrix4x4> projection;
+        projection->DeepCopy(this->Camera().GetProjectionTransformMatrix(2, -1, 1));
+        this->Camera().SetExplicitProjectionTransformMatrix(projection);
+        this->Camera().UseExplicitProjectionTransformMatrixOn();
+        this->Camera().SetViewAngle(90);
+      });
+    this->Camera().UseExplicitProjectionTransformMatrixOff();
+    this->Camera().UseHorizontalViewAngleOff();
+    this->Camera().SetViewAngle(25);
+    this->ExpectTheSame("a transform of all of the scene, against one of the actor's",
+      [this]
+      {
+        vtkNew<vtkMatrix4x4> thrice;
+        thrice->SetElement(0, 0, 3);
+        thrice->SetElement(1, 1, 3);
+        thrice->SetElement(2, 2, 3);
+        this->Camera().SetModelTransformMatrix(thrice);
+        this->Actor->SetScale(1 / 3.0);
+      });
+    this->Camera().SetModelTransformMatrix(vtkNew<vtkMatrix4x4>());
+    this->Actor->SetScale(1);
+    this->ExpectTheSame("a transform of the view, against another place",
+      [this]
+      {
+        this->Camera().SetPosition(0, 0, 4);
+        vtkNew<vtkTransform> back;
+        back->Translate(0, 0, -2);
+        this->Camera().SetUserViewTransform(back);
+      });
+    this->Camera().SetUserViewTransform(nullptr);
+  }
+}
+
+TEST_F(TestKdStreamActorViews, AScaledModelLooksAsFromNearer)
+{
+  for (const std::string& source : { Surface(), Cloud() })
+  {
+    for (const double scale : { 0.001, 1000.0 })
+    {
+      SCOPED_TRACE(source + " times " + std::to_string(scale));
+      this->Open(source);
+      this->Actor->SetScale(1);
+      this->ExpectTheSame("scaled",
+        [this, scale]
+        {
+          this->Actor->SetScale(scale);
+          this->Camera().SetPosition(0, 0, 6 * scale);
+          this->Camera().SetClippingRange(scale, 20 * scale);
+        });
+    }
+  }
+}
+
+TEST_F(TestKdStreamActorViews, TilesOfAPictureShowTheSameAndAreAsFineAsItsPixelsNeed)
+{
+  this->Open(Surface());
+  this->Actor->SetSecondsPerFrame(0.002);
+  this->Camera().Zoom(2);
+  std::set<vtkIdType> drawn;
+  struct Listener
+  {
+    vtkKdStreamActor& actor;
+    std::set<vtkIdType>& drawn;
+    void Hear() { this->drawn.insert(this->actor.GetNumberOfDrawnTriangles()); }
+  } listener{ *this->Actor, drawn };
+  const unsigned long observer =
+    this->Renderer->AddObserver(vtkCommand::EndEvent, &listener, &Listener::Hear);
+  vtkNew<vtkWindowToImageFilter> tiles;
+  tiles->SetInput(this->Window);
+  tiles->SetScale(3);
+  tiles->ReadFrontBufferOff();
+  int pictures = 0;
+  const auto end = Clock::now() + std::chrono::duration<double>(deadline);
+  do
+  {
+    drawn.clear();
+    tiles->Modified();
+    tiles->Update();
+    EXPECT_EQ(drawn.size(), 1u);
+    ++pictures;
+  } while (!this->Actor->IsComplete() && Clock::now() < end);
+  EXPECT_TRUE(this->Actor->IsComplete());
+  EXPECT_GT(pictures, 1);
+  this->Renderer->RemoveObserver(observer);
+  auto* const image = static_cast<unsigned char*>(tiles->GetOutput()->GetScalarPointer());
+  const Pixels tiled(image, image + 3 * 600 * 600);
+  // The same in one.
+  this->Window->SetSize(600, 600);
+  const Pixels whole = this->Picture();
+  EXPECT_LE(Differing(tiled, whole), 10);
+  EXPECT_NEAR(double(*drawn.begin()), double(this->Actor->GetNumberOfDrawnTriangles()),
+    0.02 * double(*drawn.begin()));
+}
+
+// Draws for the renderer's camera, then for another, as passes for shadows do for lamps.
+class LampPass : public vtkRenderPass
+{
+public:
+  static LampPass* New() { VTK_STANDARD_NEW_BODY(LampPass); }
+  vtkTypeMacro(LampPass, vtkRenderPass);
+  void Render(const vtkRenderState* state) override
+  {
+    vtkRenderer* const renderer = state->GetRenderer();
+    this->Opaque->Render(state);
+    const vtkSmartPointer<vtkCamera> camera = renderer->GetActiveCamera();
+    renderer->SetActiveCamera(this->Lamp);
+    this->Opaque->Render(state);
+    renderer->SetActiveCamera(camera);
+  }
+  vtkNew<vtkCamera> Lamp;
+
+private:
+  vtkNew<vtkOpaquePass> Opaque;
+};
+
+TEST_F(TestKdStreamActorViews, PassesOfOtherCamerasDoNotRefine)
+{
+  this->Open(Surface());
+  vtkNew<LampPass> lamp;
+  lamp->Lamp->SetPosition(1.3, 0, 0);
+  vtkNew<vtkCameraPass> pass;
+  pass->SetDelegatePass(lamp);
+  vtkOpenGLRenderer::SafeDownCast(this->Renderer)->SetPass(pass);
+  ASSERT_TRUE(this->Actor->Refine(this->Renderer, deadline));
+  const vtkIdType drawn = this->Actor->GetNumberOfDrawnTriangles();
+  this->Window->Render();
+  EXPECT_TRUE(this->Actor->IsComplete());
+  EXPECT_EQ(this->Actor->GetNumberOfDrawnTriangles(), drawn);
+}
+
+TEST_F(TestKdStreamActorViews, WithoutLightItHasItsPlainColour)
+{
+  for (const std::string& source : { Surface(), Cloud() })
+  {
+    SCOPED_TRACE(source);
+    this->Open(source);
+    this->Actor->GetProperty()->LightingOn();
+    const std::size_t lit = Covered(this->Picture());
+    this->Actor->GetProperty()->LightingOff();
+    EXPECT_NEAR(double(Covered(this->Picture())), double(lit), 0.02 * double(lit));
+    this->Actor->GetProperty()->LightingOn();
+    this->Renderer->AutomaticLightCreationOff();
+    this->Renderer->RemoveAllLights();
+    EXPECT_NEAR(double(Covered(this->Picture())), double(lit), 0.02 * double(lit));
+    this->Renderer->AutomaticLightCreationOn();
+    EXPECT_NEAR(double(Covered(this->Picture())), double(lit), 0.02 * double(lit));
+  }
+}
+
+// With a timer and requests under way.
+TEST_F(TestKdStreamActorViews, AnyoneMayGoFirst)
+{
+  struct Timers
+  {
+    std::vector<int> ids;
+    void Make(vtkObject*, unsigned long, void* id) { this->ids.push_back(*static_cast<int*>(id)); }
+  };
+  for (const std::string who : { "actor", "renderer", "interactor", "removed" })
+  {
+    SCOPED_TRACE(who);
+    this->Actor = vtkSmartPointer<vtkKdStreamActor>::New();
+    this->Renderer = vtkSmartPointer<vtkRenderer>::New();
+    this->Window = vtkSmartPointer<vtkRenderWindow>::New();
+    this->Open(Surface());
+    this->Actor->SetSecondsPerFrame(0);
+    this->Camera().Zoom(3);
+    auto interactor = vtkSmartPointer<vtkGenericRenderWindowInteractor>::New();
+    interactor->SetRenderWindow(this->Window);
+    Timers timers;
+    interactor->AddObserver(vtkCommand::CreateTimerEvent, &timers, &Timers::Make);
+    this->Window->Render();
+    ASSERT_EQ(timers.ids.size(), 1u);
+    ASSERT_FALSE(this->Actor->IsComplete());
+    if (who == "actor")
+    {
+      this->Renderer->RemoveActor(this->Actor);
+      this->Actor = nullptr;
+    }
+    else if (who == "removed")
+    {
+      this->Renderer->RemoveActor(this->Actor);
+    }
+    else if (who == "renderer")
+    {
+      this->Window->RemoveRenderer(this->Renderer);
+      this->Renderer = nullptr;
+    }
+    else
+    {
+      this->Window->SetInteractor(nullptr);
+      interactor = nullptr;
+    }
+    for (std::size_t fired = 0; interactor && fired < std::min<std::size_t>(timers.ids.size(), 5);
+         ++fired)
+    {
+      int id = timers.ids[fired];
+      interactor->InvokeEvent(vtkCommand::TimerEvent, &id);
+    }
+    this->Window->Render();
+    if (who == "interactor")
+    {
+      EXPECT_GT(Covered(this->Picture()), 1000u);
+    }
+  }
+}
+
+TEST_F(TestKdStreamActorViews, ACopyOpensTheModelItself)
+{
+  this->Open(Surface());
+  this->Actor->SetPosition(0.2, 0, 0);
+  this->Actor->GetProperty()->SetColor(1, 0, 0);
+  this->Actor->SetTolerance(2);
+  const Pixels before = this->Picture();
+  const int parts = this->Actor->GetParts()->GetNumberOfItems();
+  auto copy = vtkSmartPointer<vtkKdStreamActor>::New();
+  copy->ShallowCopy(this->Actor);
+  EXPECT_EQ(copy->GetParts()->GetNumberOfItems(), 0);
+  EXPECT_EQ(copy->GetSource(), Surface());
+  EXPECT_EQ(copy->GetTolerance(), 2);
+  EXPECT_EQ(copy->GetPosition()[0], 0.2);
+  EXPECT_NE(copy->GetProperty(), this->Actor->GetProperty());
+  this->Renderer->RemoveActor(this->Actor);
+  std::swap(copy, this->Actor);
+  this->Renderer->AddActor(this->Actor);
+  EXPECT_LE(Differing(before, this->Picture()), 2);
+  EXPECT_EQ(copy->GetParts()->GetNumberOfItems(), parts);
+  // Of another assembly the place alone.
+  vtkNew<vtkAssembly> other;
+  other->AddPart(copy);
+  other->SetPosition(1, 2, 3);
+  this->Actor->ShallowCopy(other);
+  EXPECT_EQ(this->Actor->GetPosition()[2], 3);
+  EXPECT_EQ(this->Actor->GetParts()->IsItemPresent(copy), 0);
+}
+
+TEST_F(TestKdStreamActorViews, APartOfAnotherAssemblyIsToldOfOnce)
+{
+  this->Open(Surface());
+  this->Renderer->RemoveActor(this->Actor);
+  vtkNew<vtkTest::ErrorObserver> heard;
+  this->Actor->AddObserver(vtkCommand::WarningEvent, heard);
+  vtkNew<vtkAssembly> assembly;
+  assembly->AddPart(this->Actor);
+  this->Renderer->AddActor(assembly);
+  this->Window->Render();
+  EXPECT_NE(heard->GetWarningMessage().find("add it to the renderer itself"), std::string::npos);
+  heard->Clear();
+  assembly->SetPosition(0.1, 0, 0);
+  this->Window->Render();
+  EXPECT_FALSE(heard->GetWarning());
+}
+
+}

@@ -1,0 +1,41 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Touches that stand for a mouse and for keys, the same in every window: part of the first step of
+// "look" in the README's picture. What they mean is GestureRecognizer's affair.
+#pragma once
+
+#include "viewer/session/Camera.h"
+#include "viewer/session/GestureRecognizer.h"
+
+#include <cstdint>
+#include <vector>
+
+namespace kdstream
+{
+
+// A finger or a mouse's button that is down.
+struct Pointer
+{
+  std::int64_t id = 0; // of its touch; a pair's other one has the next
+  double x = 0, y = 0; // pixels of the window
+  bool isPair = false; // stands for two fingers, left and right of it: a mouse's right button
+  bool operator==(const Pointer&) const = default;
+};
+
+// Appends its one or two touches. pixelRatio: as Viewport's.
+void AddTouches(const Pointer& pointer, double pixelRatio, std::vector<Touch>& touches);
+
+// What a key that zooms in enlarges by; one that zooms out reduces by it.
+inline constexpr double keyZoom = 1.25;
+
+// An arrow key: a finger that drags from the middle of the window by 50 points times `right` and
+// `down` (-1 to 1), or two fingers, which pan. Its frames: 0 to dragFrames - 1.
+inline constexpr unsigned dragFrames = 4;
+TouchFrame DragByKey(
+  const Viewport& window, double right, double down, bool pans, double time, unsigned frame);
+
+// Taps in the middle of the window, close enough to be a double tap where they are two: frames 0 to
+// tapFrames - 1 are the first, and so on.
+inline constexpr unsigned tapFrames = 2;
+TouchFrame TapByKey(const Viewport& window, double time, unsigned frame);
+
+}
