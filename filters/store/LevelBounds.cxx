@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "filters/store/LevelBounds.h"
 
-#include "filters/core/SortTriangles.h"
 #include "filters/core/tree/PieceDepth.h"
 
 #include <algorithm>
@@ -15,14 +14,12 @@ namespace
 {
 
 constexpr std::size_t mostKept = 6; // pieces of a level that stay decoded
-// What is looked at as a whole, of a level's spacing, and of the finest's for some levels: so that
-// a large smooth model takes no longer than a rough one. A cluster of the finest level is that
-// large. Models of fewer vertices than these are measured more closely.
+// What is looked at as a whole, of the finest level's spacing and of the level's: most clusters of
+// the finest level, and few of what a large smooth model has. Models of fewer vertices than these
+// are measured more closely.
+constexpr double leastOfSpacing = 2.5;
 constexpr double mostOfSpacing = 0.25;
-constexpr double leastOfSpacing = 1.5;
-constexpr std::size_t fineLevels = 4;
 constexpr double largeModel = 1e5;
-constexpr std::size_t mostOfGroup = 16; // triangles
 
 float RoundedDown(double value)
 {
@@ -113,27 +110,32 @@ Status LevelBounds::Measure(const Piece& original)
 {
   const auto partition =
     original.id.node - (NodeId{ 1 } << PieceDepth(original.id.resolution, this->Codec.depths));
-  const Result<OriginalPart> from = this->PartOfOriginal(original, partition);
-  KDSTREAM_TRY(from);
-  double bound = 0, least = 0;
-  for (auto depth = static_cast<unsigned>(this->Levels.size()); depth-- > 0;)
+  const auto finest = static_cast<unsigned>(this->Levels.size()) - 1;
+  const Result<Part> clusters = this->LoadOf(finest, partition);
+  KDSTREAM_TRY(clusters);
+  std::vector<Triangle> points;
+  if (this->Primitive == PrimitiveType::Points)
   {
-    const NodeId node =
-      PieceOfPartition(Resolution::Level(depth), partition, this->Codec.depths).node;
-    const Result<Part> near = this->Load(depth, node);
+    AddPoints(original.ownVertices, points);
+  }
+  OriginalPart from =
+    this->PartOfOriginal(original, points.empty() ? original.triangles : points, **clusters);
+  double bound = 0;
+  for (unsigned depth = finest + 1; depth-- > 0;)
+  {
+    const Result<Part> near = this->LoadOf(depth, partition);
     KDSTREAM_TRY(near);
     const std::vector<VertexId> guesses = depth < this->Codec.depths.stitch
                                             ? std::vector<VertexId>{}
-                                            : RepresentativesOf(from->keys, **near);
-    const double spacing = (*near)->spacing;
-    const std::size_t coarser = this->Levels.size() - 1 - depth;
-    least = coarser == 0 ? leastOfSpacing * spacing : coarser < fineLevels ? least : 0;
-    const MeasuredSurface to{ (*near)->surface,
+                                            : RepresentativesOf(from.keys, **near);
+    const LevelSurface to{ (*near)->surface,
       [&](const Vec3& place, double& squared)
-      { return this->LookFarther(depth, node, place, squared); },
-      this->Closeness * std::max(least, mostOfSpacing * spacing), guesses };
+      { return this->LookFarther(depth, (*near)->node, place, squared); },
+      this->Closeness *
+        std::max(leastOfSpacing * (*clusters)->spacing, mostOfSpacing * (*near)->spacing),
+      guesses };
     bound = std::max(bound, this->Farthest[depth].load());
-    const Result<double> farthest = FarthestPoint(from->surface, to, bound);
+    const Result<double> farthest = FarthestPoint(from.clusters, to, bound);
     KDSTREAM_TRY(farthest);
     bound = *farthest;
     Raise(this->Farthest[depth], bound);
@@ -157,53 +159,44 @@ std::vector<double> LevelBounds::Bounds() const
   return bounds;
 }
 
-// As it is stored. Without the triangles that belong to a partition before, which has them too.
-Result<LevelBounds::OriginalPart> LevelBounds::PartOfOriginal(
-  const Piece& piece, std::uint32_t partition)
+// As it is stored, in clusters of the finest level.
+LevelBounds::OriginalPart LevelBounds::PartOfOriginal(
+  const Piece& piece, std::span<const Triangle> triangles, const LevelPart& finest) const
 {
   std::vector<Vec3> points(piece.positions.size());
   std::transform(piece.positions.begin(), piece.positions.end(), points.begin(),
     [&](const Vec3& p) { return this->Codec.grid.Snap(p); });
-  std::vector<Triangle> triangles;
-  triangles.reserve(piece.triangles.size());
-  for (const Triangle& t : piece.triangles)
+  // A triangle belongs to its lowest vertex: that may be of a partition before.
+  std::vector<std::int32_t> clusterOf(points.size(), -1);
+  const auto ghosts = piece.keys.begin() + piece.ownVertices;
+  const auto behind = std::lower_bound(ghosts, piece.keys.end(), piece.keys.front());
+  std::fill(clusterOf.begin() + (behind - piece.keys.begin()), clusterOf.end(),
+    std::numeric_limits<std::int32_t>::max());
+  // The clusters of a partition are intervals of its vertices.
+  const auto first =
+    std::upper_bound(finest.keys.begin(), finest.keys.end(), piece.keys.front()) - 1;
+  auto next = first;
+  std::vector<Vec3> centres;
+  for (VertexId v = 0; v < piece.ownVertices; ++v)
   {
-    if (std::all_of(
-          t.begin(), t.end(), [&](VertexId v) { return piece.keys[v] >= piece.keys.front(); }))
+    for (; next != finest.keys.end() && *next <= piece.keys[v]; ++next)
     {
-      triangles.push_back(RotateLowestFirst(t));
+      centres.push_back(finest.surface.At(static_cast<VertexId>(next - finest.keys.begin())));
     }
+    clusterOf[v] = static_cast<std::int32_t>(centres.size()) - 1;
   }
-  if (!std::is_sorted(triangles.begin(), triangles.end()))
-  {
-    std::sort(triangles.begin(), triangles.end()); // of a piece that was decoded
-  }
-  if (this->Primitive == PrimitiveType::Points)
-  {
-    AddPoints(piece.ownVertices, triangles);
-  }
-  const auto groups = this->GroupsOf(triangles, piece, partition);
-  KDSTREAM_TRY(groups);
-  std::vector<VertexKey> keys;
-  std::uint32_t begin = 0;
-  for (const std::uint32_t end : groups->empty() ? std::vector<std::uint32_t>{} : groups->front())
-  {
-    keys.push_back(piece.keys[triangles[begin][0]]);
-    begin = end;
-  }
-  return OriginalPart{ { std::move(points), std::move(triangles), *groups }, std::move(keys) };
+  return { { std::move(points), triangles, std::move(clusterOf), centres }, { first, next } };
 }
 
-// Of each group the vertex that stands for its first one in a level from S on, where a triangle of
-// the level has it.
+// Of each cluster of the finest level the vertex that stands for it in a level from S on, where a
+// triangle of the level has it.
 std::vector<VertexId> LevelBounds::RepresentativesOf(
-  std::span<const VertexKey> groups, const LevelPart& level)
+  std::span<const VertexKey> clusters, const LevelPart& level)
 {
   std::vector<VertexId> vertices;
-  auto next = groups.empty()
-                ? level.keys.begin()
-                : std::upper_bound(level.keys.begin(), level.keys.end(), groups.front());
-  for (const VertexKey key : groups)
+  vertices.reserve(clusters.size());
+  auto next = std::upper_bound(level.keys.begin(), level.keys.end(), clusters.front());
+  for (const VertexKey key : clusters)
   {
     while (next != level.keys.end() && *next <= key)
     {
@@ -215,47 +208,10 @@ std::vector<VertexId> LevelBounds::RepresentativesOf(
   return vertices;
 }
 
-// Triangles whose lowest vertices are in one cluster are neighbours: of the finest level, and of
-// coarser ones down to S, where clusters are intervals of a partition's vertices.
-Result<std::vector<std::vector<std::uint32_t>>> LevelBounds::GroupsOf(
-  std::span<const Triangle> triangles, const Piece& piece, std::uint32_t partition)
+Result<LevelBounds::Part> LevelBounds::LoadOf(unsigned depth, std::uint32_t partition)
 {
-  std::vector<std::vector<std::uint32_t>> groups;
-  const TreeDepths& depths = this->Codec.depths;
-  for (unsigned depth = depths.finest; !triangles.empty() && depth >= depths.stitch; --depth)
-  {
-    const Result<Part> level =
-      this->Load(depth, PieceOfPartition(Resolution::Level(depth), partition, depths).node);
-    KDSTREAM_TRY(level);
-    const std::vector<VertexKey>& keys = (*level)->keys;
-    std::vector<std::uint32_t>& ends = groups.emplace_back();
-    std::uint32_t begin = 0, i = 0;
-    for (auto next = std::upper_bound(keys.begin(), keys.end(), piece.keys.front());; ++next)
-    {
-      while (i < triangles.size() && (next == keys.end() || piece.keys[triangles[i][0]] < *next))
-      {
-        ++i;
-      }
-      for (; depth == depths.finest && i - begin > 3 * mostOfGroup / 2; begin += mostOfGroup)
-      {
-        ends.push_back(begin + mostOfGroup);
-      }
-      if (i > begin)
-      {
-        ends.push_back(i);
-      }
-      begin = i;
-      if (i == triangles.size())
-      {
-        break;
-      }
-    }
-    if (depth == 0)
-    {
-      break;
-    }
-  }
-  return groups;
+  return this->Load(
+    depth, PieceOfPartition(Resolution::Level(depth), partition, this->Codec.depths).node);
 }
 
 Result<LevelBounds::Part> LevelBounds::Load(unsigned depth, NodeId node)
@@ -295,8 +251,8 @@ Result<LevelBounds::Part> LevelBounds::Decode(unsigned depth, NodeId node) const
     used[t[0]] = used[t[1]] = used[t[2]] = 1;
   }
   piece->keys.resize(piece->ownVertices);
-  LevelPart part{ { std::move(piece->positions), std::move(piece->triangles) },
-    std::move(piece->keys), std::move(used) };
+  LevelPart part{ node, { std::move(piece->positions), piece->triangles }, std::move(piece->keys),
+    std::move(used) };
   part.spacing = part.surface.Spacing();
   return std::make_shared<const LevelPart>(std::move(part));
 }

@@ -53,6 +53,7 @@ private:
   // A piece of a level, ready to be searched.
   struct LevelPart
   {
+    NodeId node = 1;
     SearchedPart surface;
     std::vector<VertexKey> keys;    // of own vertices
     std::vector<std::uint8_t> used; // whether a triangle has them
@@ -75,18 +76,18 @@ private:
     std::map<NodeId, KeptPart> kept;
   };
 
-  // A piece of the original, ready to be measured.
+  // A piece of the original, ready to be measured while the piece is there.
   struct OriginalPart
   {
-    SearchedPart surface;
-    std::vector<VertexKey> keys; // of the first vertex of each of the lowest groups, ascending
+    MeasuredPart clusters; // of the finest level
+    std::vector<VertexKey> keys;
   };
 
-  Result<OriginalPart> PartOfOriginal(const Piece& piece, std::uint32_t partition);
-  Result<std::vector<std::vector<std::uint32_t>>> GroupsOf(
-    std::span<const Triangle> triangles, const Piece& piece, std::uint32_t partition);
+  OriginalPart PartOfOriginal(
+    const Piece& piece, std::span<const Triangle> triangles, const LevelPart& finest) const;
   static std::vector<VertexId> RepresentativesOf(
-    std::span<const VertexKey> groups, const LevelPart& level);
+    std::span<const VertexKey> clusters, const LevelPart& level);
+  Result<Part> LoadOf(unsigned depth, std::uint32_t partition);
   Result<Part> Load(unsigned depth, NodeId node);
   Result<Part> Decode(unsigned depth, NodeId node) const;
   Status LookFarther(unsigned depth, NodeId except, const Vec3& place, double& squared);

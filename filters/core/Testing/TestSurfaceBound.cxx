@@ -10,6 +10,7 @@
 #include <cmath>
 #include <numeric>
 #include <random>
+#include <set>
 
 using namespace kdstream;
 using namespace kdstream::fixtures;
@@ -33,16 +34,39 @@ SearchedPart WholeOf(const Mesh& mesh)
   return { mesh.points, TrianglesOf(mesh) };
 }
 
+// In balls of six points that follow each other, around the first.
+MeasuredPart Measured(const Mesh& mesh, std::span<const Triangle> triangles)
+{
+  std::vector<Vec3> centres;
+  std::vector<std::int32_t> ballOf;
+  for (std::size_t v = 0; v < mesh.points.size(); ++v)
+  {
+    if (v % 6 == 0)
+    {
+      centres.push_back(mesh.points[v]);
+    }
+    ballOf.push_back(std::int32_t(v / 6));
+  }
+  return { mesh.points, triangles, ballOf, centres };
+}
+
+// How far one part, or nothing, is from another surface.
+Result<double> Farthest(
+  const Mesh& mesh, std::span<const Triangle> triangles, const LevelSurface& to, double enough)
+{
+  MeasuredPart from = Measured(mesh, triangles);
+  return FarthestPoint(from, to, enough);
+}
+
 // In parts of so many triangles.
-std::vector<SearchedPart> PartsOf(const Mesh& mesh, std::size_t size)
+std::vector<std::vector<Triangle>> PartsOf(const Mesh& mesh, std::size_t size)
 {
   const std::vector<Triangle> all = TrianglesOf(mesh);
-  std::vector<SearchedPart> parts;
+  std::vector<std::vector<Triangle>> parts;
   for (std::size_t first = 0; first < all.size(); first += size)
   {
     const auto begin = all.begin() + std::ptrdiff_t(first);
-    const auto end = begin + std::ptrdiff_t(std::min(size, all.size() - first));
-    parts.emplace_back(mesh.points, std::vector<Triangle>(begin, end));
+    parts.emplace_back(begin, begin + std::ptrdiff_t(std::min(size, all.size() - first)));
   }
   return parts;
 }
@@ -55,14 +79,19 @@ Status NothingElse(const Vec3&, double&)
 double BoundOf(const Mesh& one, const Mesh& other, double enough = 0, double smallest = 0)
 {
   const SearchedPart to = WholeOf(other);
-  return *FarthestPoint(WholeOf(one), { to, NothingElse, smallest }, enough);
+  return *Farthest(one, TrianglesOf(one), { to, NothingElse, smallest }, enough);
 }
 
 // From all parts of one mesh in some order to those of the other, of which each looks at one first.
 double BoundOfParts(const Mesh& one, const Mesh& other, std::size_t size, unsigned seed,
   double smallest = 0, double enough = 0)
 {
-  const std::vector<SearchedPart> from = PartsOf(one, size), to = PartsOf(other, size);
+  const std::vector<std::vector<Triangle>> from = PartsOf(one, size);
+  std::vector<SearchedPart> to;
+  for (const std::vector<Triangle>& part : PartsOf(other, size))
+  {
+    to.emplace_back(other.points, part);
+  }
   std::vector<std::size_t> order(from.size());
   std::iota(order.begin(), order.end(), std::size_t{ 0 });
   std::shuffle(order.begin(), order.end(), std::mt19937(seed));
@@ -74,7 +103,7 @@ double BoundOfParts(const Mesh& one, const Mesh& other, std::size_t size, unsign
   };
   for (const std::size_t i : order)
   {
-    enough = *FarthestPoint(from[i], { to[i * to.size() / from.size()], others, smallest }, enough);
+    enough = *Farthest(one, from[i], { to[i * to.size() / from.size()], others, smallest }, enough);
   }
   return enough;
 }
@@ -193,38 +222,49 @@ TEST(SurfaceBound, FindsTheNearestTriangle)
   }
 }
 
-// Groups of four, or given ones.
 TEST(SurfaceBound, BallsHoldTheirTriangles)
 {
-  const Mesh soup = Soup(700, 4);
-  const std::vector<std::vector<std::uint32_t>> ends{ { 1, 2, 30, 99, 100, 512, 700 },
-    { 2, 100, 700 } };
-  for (const SearchedPart& part :
-    { WholeOf(soup), SearchedPart(soup.points, soup.triangles, ends) })
+  const Mesh soup = Soup(300, 4);
+  std::vector<Vec3> centres(7, { 9, 9, 9 });
+  std::vector<std::int32_t> ballOf; // nothing is in 0, 2 and 4
+  for (VertexId v = 0; v < soup.points.size(); ++v)
   {
-    EXPECT_EQ(part.Levels().back().size(), 1U);
-    std::vector<std::uint32_t> begin, end; // of the groups of a level, in triangles
-    for (const std::vector<SearchedPart::Node>& level : part.Levels())
+    ballOf.push_back(std::vector<std::int32_t>{ -1, 1, 3, 5, 6, 1000 }[v * v % 11 % 6]);
+    centres[v % 3 * 2 + 1] = soup.points[v];
+  }
+  MeasuredPart part(soup.points, soup.triangles, ballOf, centres);
+  ASSERT_EQ(part.Levels().size(), 3U);
+  EXPECT_EQ(part.Levels()[1].size(), 2U);
+  ASSERT_EQ(part.Levels()[2].size(), 1U);
+  EXPECT_EQ(part.GroupOf(1, 1), (std::pair<std::size_t, std::size_t>(4, 7)));
+  std::multiset<Triangle> found, expected;
+  for (std::size_t i = 0; i < centres.size(); ++i)
+  {
+    EXPECT_EQ(part.TrianglesOf(i).empty(), part.Levels()[0][i].radius < 0);
+    for (const Triangle& t : part.TrianglesOf(i))
     {
-      std::vector<std::uint32_t> begins, theirEnds;
-      for (const SearchedPart::Node& node : level)
+      found.insert(t);
+      EXPECT_EQ(std::min({ ballOf[t[0]], ballOf[t[1]], ballOf[t[2]] }), std::int32_t(i));
+      std::size_t ball = i;
+      for (const std::vector<MeasuredPart::Ball>& level : part.Levels())
       {
-        begins.push_back(begin.empty() ? node.begin : begin[node.begin]);
-        theirEnds.push_back(end.empty() ? node.end : end[node.end - 1]);
-        for (std::uint32_t t = begins.back(); t < theirEnds.back(); ++t)
+        for (const VertexId v : t)
         {
-          for (const VertexId v : part.Triangles()[t])
-          {
-            EXPECT_LE(std::sqrt(SquaredDistance(part.At(v), node.centre)), node.radius);
-          }
+          EXPECT_LE(std::sqrt(SquaredDistance(part.At(v), level[ball].centre)), level[ball].radius);
         }
+        ball /= 4;
       }
-      EXPECT_EQ(begins.front(), 0U);
-      EXPECT_EQ(theirEnds.back(), 700U);
-      begin = begins;
-      end = theirEnds;
     }
   }
+  for (const Triangle& t : soup.triangles)
+  {
+    if (std::min({ ballOf[t[0]], ballOf[t[1]], ballOf[t[2]] }) >= 0)
+    {
+      expected.insert(t);
+    }
+  }
+  EXPECT_GT(expected.size(), 100U);
+  EXPECT_EQ(found, expected);
 }
 
 TEST(SurfaceBound, CountsWhatTheOtherSurfaceLacks)
@@ -336,6 +376,6 @@ TEST(SurfaceBound, OfNothingIsNothingAndErrorsEndIt)
   const auto stop = [](const Vec3&, double&) {
     return Status(Error{ ErrorCode::InputOutput, "cannot be read" });
   };
-  const Result<double> stopped = FarthestPoint(WholeOf(Square(0)), { nothing, stop }, 0);
+  const Result<double> stopped = Farthest(Square(0), Square(0).triangles, { nothing, stop }, 0);
   EXPECT_EQ(stopped.GetError().code, ErrorCode::InputOutput);
 }

@@ -1,9 +1,10 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Bounds of distances by branch and bound: see SurfaceBound.h.
-//   1. What is within a ball is no farther than its centre is, and its radius. Groups of triangles
-//   whose balls are near enough are done.
-//   2. Others are parted, down to triangles. A triangle is also as near to any one triangle of the
-//   other surface as its corners are, since the distance to that is convex.
+//   1. What is within a ball is no farther than its centre is, and its radius. Balls that are
+//   thereby near enough are done; a guess or what was near last mostly shows it without a search.
+//   2. Others are parted, down to those of clusters and, where these are not small, to triangles. A
+//   triangle is also as near to any one triangle of the other surface as its corners are, since the
+//   distance to that is convex.
 //   3. What is still too far is cut in two, until it is small beside its distance: then it raises
 //   the bound.
 // Whether something raises the bound as a whole depends on its own distance alone, never on the
@@ -18,6 +19,7 @@
 #include <array>
 #include <cmath>
 #include <limits>
+#include <numeric>
 #include <utility>
 
 namespace kdstream
@@ -25,10 +27,10 @@ namespace kdstream
 namespace
 {
 
-constexpr double tolerated = 0.15;     // radius of what raises the bound, to its distance
-constexpr std::size_t closeLevels = 2; // of groups whose balls are as small as their corners allow
-constexpr unsigned mostCuts = 10;      // of a triangle, one after the other
-constexpr double roundedAway = 1e-14;  // of coordinates: more than a radius loses by rounding
+constexpr double tolerated = 0.15;    // radius of what raises the bound, to its distance
+constexpr unsigned mostCuts = 10;     // of a triangle, one after the other
+constexpr double roundedAway = 1e-14; // of coordinates: more than a radius loses by rounding
+constexpr std::size_t arity = 4;      // of trees
 constexpr double infinite = std::numeric_limits<double>::infinity();
 
 using Corner3 = std::array<Vec3, 3>;
@@ -42,12 +44,6 @@ double SquaredToBox(const Box& box, const Vec3& place)
     squared += away * away;
   }
   return squared;
-}
-
-Vec3 CentreOfBox(const Box& box)
-{
-  return { box.lo[0] / 2 + box.hi[0] / 2, box.lo[1] / 2 + box.hi[1] / 2,
-    box.lo[2] / 2 + box.hi[2] / 2 };
 }
 
 Vec3 CentreOfTriangle(const Corner3& corners)
@@ -81,7 +77,7 @@ struct Placed
 
 // Parts triangles along the longest side of their box until groups of so many are left: all but the
 // last at each level are full.
-void PartInSpace(std::span<Placed> placed, std::size_t arity)
+void PartInSpace(std::span<Placed> placed)
 {
   if (placed.size() <= arity)
   {
@@ -113,12 +109,12 @@ void PartInSpace(std::span<Placed> placed, std::size_t arity)
     [axis](const Placed& a, const Placed& b) {
       return a.place[axis] != b.place[axis] ? a.place[axis] < b.place[axis] : a.number < b.number;
     });
-  PartInSpace(placed.first(half), arity);
-  PartInSpace(placed.subspan(half), arity);
+  PartInSpace(placed.first(half));
+  PartInSpace(placed.subspan(half));
 }
 
 std::vector<Triangle> OrderedInSpace(
-  std::span<const Vec3> points, const std::vector<Triangle>& triangles, std::size_t arity)
+  std::span<const Vec3> points, const std::vector<Triangle>& triangles)
 {
   std::vector<Placed> placed(triangles.size());
   for (std::size_t i = 0; i < triangles.size(); ++i)
@@ -132,7 +128,7 @@ std::vector<Triangle> OrderedInSpace(
         points[t[0]][k] - from + (points[t[1]][k] - from) + (points[t[2]][k] - from));
     }
   }
-  PartInSpace(placed, arity);
+  PartInSpace(placed);
   std::vector<Triangle> ordered(triangles.size());
   std::transform(placed.begin(), placed.end(), ordered.begin(),
     [&](const Placed& one) { return triangles[one.number]; });
@@ -142,7 +138,7 @@ std::vector<Triangle> OrderedInSpace(
 class FarthestSearch
 {
 public:
-  FarthestSearch(const SearchedPart& from, const MeasuredSurface& to, double enough)
+  FarthestSearch(MeasuredPart& from, const LevelSurface& to, double enough)
     : From(from)
     , To(to)
     , Enough(enough)
@@ -153,7 +149,7 @@ public:
   {
     if (!this->From.Levels().empty())
     {
-      KDSTREAM_TRY(this->VisitNode(this->From.Levels().size() - 1, 0, nullptr));
+      KDSTREAM_TRY(this->VisitBall(this->From.Levels().size() - 1, 0, nullptr));
     }
     return this->Enough;
   }
@@ -164,24 +160,29 @@ private:
   {
     Vec3 centre{};
     double radius = 0;
+    VertexId guess = SearchedPart::none;        // point of To.near
     double distance = infinite;                 // of the centre
     std::uint32_t nearest = SearchedPart::none; // triangle of To.near
     double Farthest() const { return this->distance + this->radius; }
   };
-  // A group, and those that it is in.
+  // A ball, and those that it is in.
   struct Group
   {
     Ball ball;
     Group* above = nullptr;
   };
 
-  Status VisitNode(std::size_t level, std::size_t index, Group* above)
+  Status VisitBall(std::size_t level, std::size_t index, Group* above)
   {
-    const SearchedPart::Node& node = this->From.Levels()[level][index];
-    Group group{ { node.centre, node.radius }, above };
+    const MeasuredPart::Ball& measured = this->From.Levels()[level][index];
+    if (measured.radius < 0)
+    {
+      return {};
+    }
+    Group group{ { measured.centre, measured.radius, this->GuessOf(level, index) }, above };
     Ball& ball = group.ball;
     const bool isSmall = ball.radius <= this->To.smallest;
-    if ((isSmall || ball.radius <= this->Enough) && this->IsDone(ball, this->GuessOf(level, index)))
+    if ((isSmall || ball.radius <= this->Enough) && this->IsDone(ball))
     {
       return {};
     }
@@ -192,16 +193,19 @@ private:
       this->Enough = std::max(this->Enough, std::min(most, ball.Farthest()));
       return {};
     }
-    for (std::uint32_t i = node.begin; i < node.end; ++i)
+    if (level == 0)
     {
-      if (level > 0)
+      for (const Triangle& t : this->From.TrianglesOf(index))
       {
-        KDSTREAM_TRY(this->VisitNode(level - 1, i, &group));
-        continue;
+        KDSTREAM_TRY(this->VisitTriangle(
+          { this->From.At(t[0]), this->From.At(t[1]), this->From.At(t[2]) }, &group, infinite, 0));
       }
-      const Triangle& t = this->From.Triangles()[i];
-      KDSTREAM_TRY(this->VisitTriangle(
-        { this->From.At(t[0]), this->From.At(t[1]), this->From.At(t[2]) }, &group, infinite, 0));
+      return {};
+    }
+    const auto [begin, end] = this->From.GroupOf(level, index);
+    for (std::size_t i = begin; i < end; ++i)
+    {
+      KDSTREAM_TRY(this->VisitBall(level - 1, i, &group));
     }
     return {};
   }
@@ -211,7 +215,7 @@ private:
   {
     Ball ball{ CentreOfTriangle(corners) };
     ball.radius = RadiusAround(ball.centre, corners);
-    if (this->IsDone(ball, SearchedPart::none))
+    if (this->IsDone(ball))
     {
       return {};
     }
@@ -248,7 +252,7 @@ private:
       Ball& ball = group->ball;
       if (ball.distance == infinite)
       {
-        double squared = infinite;
+        double squared = this->SquaredToGuess(ball);
         this->To.near.Nearest(ball.centre, 0, squared);
         ball.distance = std::sqrt(squared);
       }
@@ -257,24 +261,30 @@ private:
     return most;
   }
 
-  // The point that is guessed for the first group in a node.
+  // The point that is guessed for the first ball in a group.
   VertexId GuessOf(std::size_t level, std::size_t index) const
   {
     for (; level > 0; --level)
     {
-      index = this->From.Levels()[level][index].begin;
+      index = this->From.GroupOf(level, index).first;
     }
     return this->To.guesses.empty() ? SearchedPart::none : this->To.guesses[index];
   }
 
-  // Whether what is in the ball is near enough. If not, its centre's distance is known. guess: a
-  // point of the near part.
-  bool IsDone(Ball& ball, VertexId guess)
+  double SquaredToGuess(const Ball& ball) const
+  {
+    return ball.guess == SearchedPart::none
+             ? infinite
+             : SquaredDistance(this->To.near.At(ball.guess), ball.centre);
+  }
+
+  // Whether what is in the ball is near enough. If not, its centre's distance is known.
+  bool IsDone(Ball& ball)
   {
     const double left = this->Enough - ball.radius;
     const double enough = left > 0 ? left * left : 0;
-    if (left > 0 && guess != SearchedPart::none &&
-        SquaredDistance(this->To.near.At(guess), ball.centre) <= enough)
+    double squared = this->SquaredToGuess(ball);
+    if (left >= 0 && squared <= enough)
     {
       return true;
     }
@@ -285,10 +295,9 @@ private:
     {
       return true;
     }
-    double squared = infinite;
     ball.nearest = this->To.near.Nearest(ball.centre, enough, squared);
     ball.distance = std::sqrt(squared);
-    this->Hint = ball.nearest;
+    this->Hint = ball.nearest != SearchedPart::none ? ball.nearest : this->Hint;
     return left >= 0 && squared <= enough;
   }
 
@@ -342,99 +351,37 @@ private:
     return longest;
   }
 
-  const SearchedPart& From;
-  const MeasuredSurface& To;
+  MeasuredPart& From;
+  const LevelSurface& To;
   double Enough;                           // the bound so far
   std::uint32_t Hint = SearchedPart::none; // what was near last
 };
 
 }
 
-SearchedPart::SearchedPart(std::vector<Vec3> points, std::vector<Triangle> triangles,
-  std::span<const std::vector<std::uint32_t>> groupEnds)
+SearchedPart::SearchedPart(std::vector<Vec3> points, const std::vector<Triangle>& triangles)
   : Points(std::move(points))
-  , Corners(
-      groupEnds.empty() ? OrderedInSpace(this->Points, triangles, arity) : std::move(triangles))
+  , Corners(OrderedInSpace(this->Points, triangles))
 {
-  if (this->Corners.empty())
+  for (std::size_t below = this->Corners.size(); below > 0 && (this->Boxes.empty() || below > 1);
+       below = this->Boxes.back().size())
   {
-    return;
-  }
-  const auto group = [](std::size_t size)
-  {
-    std::vector<Node> nodes((size + arity - 1) / arity);
-    for (std::size_t i = 0; i < nodes.size(); ++i)
+    std::vector<Box> boxes((below + arity - 1) / arity);
+    for (std::size_t i = 0; i < below; ++i)
     {
-      nodes[i].begin = static_cast<std::uint32_t>(i * arity);
-      nodes[i].end = static_cast<std::uint32_t>(std::min(size, (i + 1) * arity));
-    }
-    return nodes;
-  };
-  std::size_t below = this->Corners.size();
-  std::span<const std::uint32_t> endsBelow; // in triangles
-  for (const std::vector<std::uint32_t>& ends : groupEnds)
-  {
-    std::vector<Node> nodes;
-    std::uint32_t begin = 0;
-    for (const std::uint32_t end : ends)
-    {
-      const auto last =
-        endsBelow.empty()
-          ? end
-          : static_cast<std::uint32_t>(
-              std::lower_bound(endsBelow.begin(), endsBelow.end(), end) - endsBelow.begin() + 1);
-      nodes.push_back({ {}, {}, 0, begin, last });
-      begin = last;
-    }
-    below = nodes.size();
-    endsBelow = ends;
-    this->AddLevel(std::move(nodes));
-  }
-  while (this->Nodes.empty() || below > 1)
-  {
-    std::vector<Node> nodes = group(below);
-    below = nodes.size();
-    this->AddLevel(std::move(nodes));
-  }
-}
-
-void SearchedPart::AddLevel(std::vector<Node> nodes)
-{
-  const std::vector<Node>* const below = this->Nodes.empty() ? nullptr : &this->Nodes.back();
-  for (Node& node : nodes)
-  {
-    std::uint32_t first = node.begin, last = node.end; // of triangles
-    if (!below)
-    {
-      this->ForEachCorner(first, last, [&](const Vec3& p) { node.box.Add(p); });
-    }
-    for (std::uint32_t i = node.begin; below && i < node.end; ++i)
-    {
-      node.box.Add((*below)[i].box);
-    }
-    node.centre = CentreOfBox(node.box);
-    if (this->Nodes.size() < closeLevels)
-    {
-      first = below ? (*below)[node.begin].begin : first;
-      last = below ? (*below)[node.end - 1].end : last;
-      double squared = 0;
-      this->ForEachCorner(first, last,
-        [&](const Vec3& p) { squared = std::max(squared, SquaredDistance(node.centre, p)); });
-      node.radius = std::sqrt(squared);
-    }
-    else // that of the balls in it, or of its box
-    {
-      for (std::uint32_t i = node.begin; i < node.end; ++i)
+      Box& box = boxes[i / arity];
+      if (!this->Boxes.empty())
       {
-        const Node& inner = (*below)[i];
-        node.radius = std::max(
-          node.radius, std::sqrt(SquaredDistance(node.centre, inner.centre)) + inner.radius);
+        box.Add(this->Boxes.back()[i]);
+        continue;
       }
-      node.radius = std::min(node.radius, std::sqrt(SquaredDistance(node.centre, node.box.hi)));
+      for (const VertexId v : this->Corners[i])
+      {
+        box.Add(this->Points[v]);
+      }
     }
-    node.radius += RoundedAway(node.centre);
+    this->Boxes.push_back(std::move(boxes));
   }
-  this->Nodes.push_back(std::move(nodes));
 }
 
 double SearchedPart::Spacing() const
@@ -457,9 +404,9 @@ double SearchedPart::SquaredTo(std::uint32_t triangle, const Vec3& place) const
 std::uint32_t SearchedPart::Nearest(const Vec3& place, double enough, double& squared) const
 {
   std::uint32_t nearest = none;
-  if (!this->Nodes.empty() && SquaredToBox(this->Bounds(), place) < squared)
+  if (!this->Boxes.empty() && SquaredToBox(this->Boxes.back().front(), place) < squared)
   {
-    this->Search(this->Nodes.size() - 1, 0, place, enough, squared, nearest);
+    this->Search(this->Boxes.size() - 1, 0, place, enough, squared, nearest);
   }
   return nearest;
 }
@@ -467,45 +414,161 @@ std::uint32_t SearchedPart::Nearest(const Vec3& place, double enough, double& sq
 void SearchedPart::Search(std::size_t level, std::size_t index, const Vec3& place, double enough,
   double& squared, std::uint32_t& nearest) const
 {
-  const Node& node = this->Nodes[level][index];
-  for (std::uint32_t i = node.begin; level == 0 && enough > 0 && i < node.end; ++i)
-  {
-    // No triangle is farther than its corners: what is enough is found soon.
-    const double corner = SquaredDistance(place, this->At(this->Corners[i][0]));
-    if (corner <= enough && corner < squared)
-    {
-      squared = corner;
-      nearest = i;
-      return;
-    }
-  }
-  for (std::uint32_t i = node.begin; level == 0 && i < node.end && squared > enough; ++i)
-  {
-    const double here = this->SquaredTo(i, place);
-    if (here < squared)
-    {
-      squared = here;
-      nearest = i;
-    }
-  }
+  const std::size_t begin = index * arity;
   if (level == 0)
   {
+    const std::size_t end = std::min(this->Corners.size(), begin + arity);
+    for (std::size_t i = begin; enough > 0 && i < end; ++i)
+    {
+      // No triangle is farther than its corners: what is enough is found soon.
+      const double corner = SquaredDistance(place, this->At(this->Corners[i][0]));
+      if (corner <= enough && corner < squared)
+      {
+        squared = corner;
+        nearest = static_cast<std::uint32_t>(i);
+        return;
+      }
+    }
+    for (std::size_t i = begin; i < end && squared > enough; ++i)
+    {
+      const double here = this->SquaredTo(static_cast<std::uint32_t>(i), place);
+      if (here < squared)
+      {
+        squared = here;
+        nearest = static_cast<std::uint32_t>(i);
+      }
+    }
     return;
   }
-  std::array<std::pair<double, std::uint32_t>, arity> below;
+  const std::vector<Box>& boxes = this->Boxes[level - 1];
+  std::array<std::pair<double, std::size_t>, arity> below;
   std::size_t count = 0;
-  for (std::uint32_t i = node.begin; i < node.end; ++i)
+  for (std::size_t i = begin; i < std::min(boxes.size(), begin + arity); ++i)
   {
-    below[count++] = { SquaredToBox(this->Nodes[level - 1][i].box, place), i };
+    const std::pair<double, std::size_t> next{ SquaredToBox(boxes[i], place), i };
+    std::size_t at = count++;
+    for (; at > 0 && next < below[at - 1]; --at)
+    {
+      below[at] = below[at - 1];
+    }
+    below[at] = next;
   }
-  std::sort(below.begin(), below.begin() + static_cast<std::ptrdiff_t>(count));
   for (std::size_t i = 0; i < count && below[i].first < squared && squared > enough; ++i)
   {
     this->Search(level - 1, below[i].second, place, enough, squared, nearest);
   }
 }
 
-Result<double> FarthestPoint(const SearchedPart& from, const MeasuredSurface& to, double enough)
+MeasuredPart::MeasuredPart(std::vector<Vec3> points, std::span<const Triangle> triangles,
+  std::vector<std::int32_t> ballOf, std::span<const Vec3> centres)
+  : Points(std::move(points))
+  , Triangles(triangles)
+  , BallOfPoint(std::move(ballOf))
+{
+  if (triangles.empty())
+  {
+    return;
+  }
+  std::vector<Ball> balls(centres.size());
+  for (std::size_t i = 0; i < balls.size(); ++i)
+  {
+    balls[i].centre = centres[i];
+  }
+  for (const Triangle& t : triangles)
+  {
+    if (const std::size_t of = this->BallOf(t); of < balls.size())
+    {
+      Ball& ball = balls[of];
+      for (const VertexId v : t)
+      {
+        ball.radius = std::max(ball.radius, SquaredDistance(ball.centre, this->Points[v]));
+      }
+    }
+  }
+  for (Ball& ball : balls)
+  {
+    ball.radius = ball.radius < 0 ? -1 : std::sqrt(ball.radius) + RoundedAway(ball.centre);
+  }
+  this->Balls.push_back(std::move(balls));
+  while (this->Balls.back().size() > 1)
+  {
+    std::vector<Ball> around((this->Balls.back().size() + arity - 1) / arity);
+    this->Balls.push_back({});
+    for (std::size_t i = 0; i < around.size(); ++i)
+    {
+      around[i] = this->BallAround(this->Balls.size() - 1, i);
+    }
+    this->Balls.back() = std::move(around);
+  }
+}
+
+MeasuredPart::Ball MeasuredPart::BallAround(std::size_t level, std::size_t index) const
+{
+  const auto [begin, end] = this->GroupOf(level, index);
+  const std::span<const Ball> balls(
+    this->Balls[level - 1].data() + begin, this->Balls[level - 1].data() + end);
+  Box box; // of centres
+  for (const Ball& ball : balls)
+  {
+    if (ball.radius >= 0)
+    {
+      box.Add(ball.centre);
+    }
+  }
+  Ball around;
+  if (box.Empty())
+  {
+    return around;
+  }
+  around.centre = { box.lo[0] / 2 + box.hi[0] / 2, box.lo[1] / 2 + box.hi[1] / 2,
+    box.lo[2] / 2 + box.hi[2] / 2 };
+  for (const Ball& ball : balls)
+  {
+    if (ball.radius >= 0)
+    {
+      around.radius = std::max(
+        around.radius, std::sqrt(SquaredDistance(around.centre, ball.centre)) + ball.radius);
+    }
+  }
+  around.radius += RoundedAway(around.centre);
+  return around;
+}
+
+std::pair<std::size_t, std::size_t> MeasuredPart::GroupOf(
+  std::size_t level, std::size_t index) const
+{
+  return { index * arity, std::min((index + 1) * arity, this->Balls[level - 1].size()) };
+}
+
+std::span<const Triangle> MeasuredPart::TrianglesOf(std::size_t ball)
+{
+  if (this->Begin.empty())
+  {
+    const std::size_t balls = this->Balls.front().size();
+    this->Begin.resize(balls + 1);
+    for (const Triangle& t : this->Triangles)
+    {
+      if (const std::size_t of = this->BallOf(t); of < balls)
+      {
+        ++this->Begin[of + 1];
+      }
+    }
+    std::partial_sum(this->Begin.begin(), this->Begin.end(), this->Begin.begin());
+    this->Ordered.resize(this->Begin.back());
+    std::vector<std::uint32_t> next(this->Begin.begin(), this->Begin.end() - 1);
+    for (const Triangle& t : this->Triangles)
+    {
+      if (const std::size_t of = this->BallOf(t); of < balls)
+      {
+        this->Ordered[next[of]++] = t;
+      }
+    }
+  }
+  return std::span(this->Ordered)
+    .subspan(this->Begin[ball], this->Begin[ball + 1] - this->Begin[ball]);
+}
+
+Result<double> FarthestPoint(MeasuredPart& from, const LevelSurface& to, double enough)
 {
   return FarthestSearch(from, to, enough).Run();
 }
