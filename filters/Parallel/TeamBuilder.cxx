@@ -342,13 +342,13 @@ private:
     {
       const PieceCutter cutter(tree, part, resolution, this->Exec, cut);
       const auto all = double(std::size_t{ 1 } << PieceDepth(resolution, this->Mesh.depths));
-      KDSTREAM_TRY(
-        EncodePieces(cutter, cutter.PieceCount(), { codec, nullptr, writer }, add, this->Clock, this->Exec,
-          [&](std::size_t written)
-          {
-            const double done = double(cut.firstPiece + written) / all;
-            return this->Exec.Report("encode", EncodedPart(resolution, this->Mesh.depths, done));
-          }));
+      KDSTREAM_TRY(EncodePieces(cutter, cutter.PieceCount(), { codec, nullptr, writer }, add,
+        this->Clock, this->Exec,
+        [&](std::size_t written)
+        {
+          const double done = double(cut.firstPiece + written) / all;
+          return this->Exec.Report("encode", EncodedPart(resolution, this->Mesh.depths, done));
+        }));
       triangles += cutter.TriangleCount();
       ReturnFreeMemory(this->Mesh.keptMemory);
       return {};

@@ -14,12 +14,12 @@ namespace
 {
 
 constexpr std::size_t mostKept = 6; // pieces of a level that stay decoded
-// What is looked at as a whole, of the finest level's spacing and of the level's: most clusters of
-// the finest level, and few of what a large smooth model has. Models of fewer vertices than these
-// are measured more closely.
-constexpr double leastOfSpacing = 2.5;
-constexpr double mostOfSpacing = 0.25;
-constexpr double largeModel = 1e5;
+// What is looked at as a whole: clusters of the finest level that are no larger than so many of its
+// spacings (few are), and what is smaller than a part of a level's spacing. Models of fewer
+// vertices than these are measured more closely.
+constexpr double leastOfSpacing = 3;
+constexpr double mostOfSpacing = 0.4;
+constexpr double largeModel = 1e6;
 
 float RoundedDown(double value)
 {
@@ -128,12 +128,12 @@ Status LevelBounds::Measure(const Piece& original)
     const std::vector<VertexId> guesses = depth < this->Codec.depths.stitch
                                             ? std::vector<VertexId>{}
                                             : RepresentativesOf(from.keys, **near);
+    const double cluster = this->Closeness * leastOfSpacing * (*clusters)->spacing;
+    const double group = this->Closeness * mostOfSpacing * (*near)->spacing;
     const LevelSurface to{ (*near)->surface,
       [&](const Vec3& place, double& squared)
       { return this->LookFarther(depth, (*near)->node, place, squared); },
-      this->Closeness *
-        std::max(leastOfSpacing * (*clusters)->spacing, mostOfSpacing * (*near)->spacing),
-      guesses };
+      std::max(cluster, group), group, guesses };
     bound = std::max(bound, this->Farthest[depth].load());
     const Result<double> farthest = FarthestPoint(from.clusters, to, bound);
     KDSTREAM_TRY(farthest);
@@ -251,8 +251,8 @@ Result<LevelBounds::Part> LevelBounds::Decode(unsigned depth, NodeId node) const
     used[t[0]] = used[t[1]] = used[t[2]] = 1;
   }
   piece->keys.resize(piece->ownVertices);
-  LevelPart part{ node, { std::move(piece->positions), piece->triangles }, std::move(piece->keys),
-    std::move(used) };
+  LevelPart part{ node, { std::move(piece->positions), std::move(piece->triangles) },
+    std::move(piece->keys), std::move(used) };
   part.spacing = part.surface.Spacing();
   return std::make_shared<const LevelPart>(std::move(part));
 }

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Bounds of distances by branch and bound: see SurfaceBound.h.
 //   1. What is within a ball is no farther than its centre is, and its radius. Balls that are
-//   thereby near enough are done; a guess or what was near last mostly shows it without a search.
+//   thereby near enough are done; a guess, or what was near last, mostly shows it without a search.
 //   2. Others are parted, down to those of clusters and, where these are not small, to triangles. A
 //   triangle is also as near to any one triangle of the other surface as its corners are, since the
 //   distance to that is convex.
@@ -68,73 +68,6 @@ double RadiusAround(const Vec3& centre, const Corner3& corners)
   return std::sqrt(squared) + RoundedAway(centre);
 }
 
-// Where a triangle lies, about.
-struct Placed
-{
-  std::array<float, 3> place{};
-  std::uint32_t number = 0;
-};
-
-// Parts triangles along the longest side of their box until groups of so many are left: all but the
-// last at each level are full.
-void PartInSpace(std::span<Placed> placed)
-{
-  if (placed.size() <= arity)
-  {
-    std::sort(placed.begin(), placed.end(),
-      [](const Placed& a, const Placed& b) { return a.number < b.number; });
-    return;
-  }
-  std::array<float, 3> low = placed.front().place, high = low;
-  for (const Placed& one : placed)
-  {
-    for (std::size_t k = 0; k < 3; ++k)
-    {
-      low[k] = std::min(low[k], one.place[k]);
-      high[k] = std::max(high[k], one.place[k]);
-    }
-  }
-  std::size_t axis = 0;
-  for (std::size_t k = 1; k < 3; ++k)
-  {
-    axis = high[k] - low[k] > high[axis] - low[axis] ? k : axis;
-  }
-  std::size_t group = arity;
-  while (group * arity < placed.size())
-  {
-    group *= arity;
-  }
-  const std::size_t half = std::max(placed.size() / 2 / group, std::size_t{ 1 }) * group;
-  std::nth_element(placed.begin(), placed.begin() + static_cast<std::ptrdiff_t>(half), placed.end(),
-    [axis](const Placed& a, const Placed& b) {
-      return a.place[axis] != b.place[axis] ? a.place[axis] < b.place[axis] : a.number < b.number;
-    });
-  PartInSpace(placed.first(half));
-  PartInSpace(placed.subspan(half));
-}
-
-std::vector<Triangle> OrderedInSpace(
-  std::span<const Vec3> points, const std::vector<Triangle>& triangles)
-{
-  std::vector<Placed> placed(triangles.size());
-  for (std::size_t i = 0; i < triangles.size(); ++i)
-  {
-    const Triangle& t = triangles[i];
-    placed[i].number = static_cast<std::uint32_t>(i);
-    for (std::size_t k = 0; k < 3; ++k)
-    {
-      const double from = points.front()[k]; // so that floats hold what lies far from the origin
-      placed[i].place[k] = static_cast<float>(
-        points[t[0]][k] - from + (points[t[1]][k] - from) + (points[t[2]][k] - from));
-    }
-  }
-  PartInSpace(placed);
-  std::vector<Triangle> ordered(triangles.size());
-  std::transform(placed.begin(), placed.end(), ordered.begin(),
-    [&](const Placed& one) { return triangles[one.number]; });
-  return ordered;
-}
-
 class FarthestSearch
 {
 public:
@@ -181,8 +114,14 @@ private:
     }
     Group group{ { measured.centre, measured.radius, this->GuessOf(level, index) }, above };
     Ball& ball = group.ball;
-    const bool isSmall = ball.radius <= this->To.smallest;
-    if ((isSmall || ball.radius <= this->Enough) && this->IsDone(ball))
+    if (this->IsNear(ball))
+    {
+      return {};
+    }
+    const bool isSmall = ball.radius <= (level == 0 ? this->To.smallest : this->To.smallestGroup);
+    // A search for what would hardly be done is saved.
+    const double likely = level == 0 ? ball.radius : 2 * ball.radius;
+    if ((isSmall || likely <= this->Enough) && this->IsDone(ball))
     {
       return {};
     }
@@ -193,19 +132,19 @@ private:
       this->Enough = std::max(this->Enough, std::min(most, ball.Farthest()));
       return {};
     }
-    if (level == 0)
+    if (level > 0)
     {
-      for (const Triangle& t : this->From.TrianglesOf(index))
+      const auto [begin, end] = this->From.GroupOf(level, index);
+      for (std::size_t i = begin; i < end; ++i)
       {
-        KDSTREAM_TRY(this->VisitTriangle(
-          { this->From.At(t[0]), this->From.At(t[1]), this->From.At(t[2]) }, &group, infinite, 0));
+        KDSTREAM_TRY(this->VisitBall(level - 1, i, &group));
       }
       return {};
     }
-    const auto [begin, end] = this->From.GroupOf(level, index);
-    for (std::size_t i = begin; i < end; ++i)
+    for (const Triangle& t : this->From.TrianglesOf(index))
     {
-      KDSTREAM_TRY(this->VisitBall(level - 1, i, &group));
+      KDSTREAM_TRY(this->VisitTriangle(
+        { this->From.At(t[0]), this->From.At(t[1]), this->From.At(t[2]) }, &group, infinite, 0));
     }
     return {};
   }
@@ -215,7 +154,7 @@ private:
   {
     Ball ball{ CentreOfTriangle(corners) };
     ball.radius = RadiusAround(ball.centre, corners);
-    if (this->IsDone(ball))
+    if (this->IsNear(ball) || this->IsDone(ball))
     {
       return {};
     }
@@ -278,26 +217,35 @@ private:
              : SquaredDistance(this->To.near.At(ball.guess), ball.centre);
   }
 
-  // Whether what is in the ball is near enough. If not, its centre's distance is known.
+  // Whether a guess, or what was near last, shows that what is in the ball is near enough.
+  bool IsNear(const Ball& ball) const
+  {
+    const double left = this->Enough - ball.radius;
+    if (left < 0)
+    {
+      return false;
+    }
+    const double enough = left * left;
+    const SearchedPart& near = this->To.near;
+    return this->SquaredToGuess(ball) <= enough ||
+           std::any_of(this->Hints.begin(), this->Hints.end(),
+             [&](std::uint32_t hint)
+             { return hint != SearchedPart::none && near.SquaredTo(hint, ball.centre) <= enough; });
+  }
+
+  // Whether a search shows it. If not, the centre's distance is known.
   bool IsDone(Ball& ball)
   {
     const double left = this->Enough - ball.radius;
     const double enough = left > 0 ? left * left : 0;
     double squared = this->SquaredToGuess(ball);
-    if (left >= 0 && squared <= enough)
-    {
-      return true;
-    }
-    if (this->Hint != SearchedPart::none && left >= 0 &&
-        (SquaredDistance(this->To.near.At(this->To.near.Triangles()[this->Hint][0]), ball.centre) <=
-            enough ||
-          this->To.near.SquaredTo(this->Hint, ball.centre) <= enough))
-    {
-      return true;
-    }
     ball.nearest = this->To.near.Nearest(ball.centre, enough, squared);
     ball.distance = std::sqrt(squared);
-    this->Hint = ball.nearest != SearchedPart::none ? ball.nearest : this->Hint;
+    if (ball.nearest != SearchedPart::none && ball.nearest != this->Hints[0])
+    {
+      std::rotate(this->Hints.begin(), this->Hints.end() - 1, this->Hints.end());
+      this->Hints[0] = ball.nearest;
+    }
     return left >= 0 && squared <= enough;
   }
 
@@ -353,15 +301,16 @@ private:
 
   MeasuredPart& From;
   const LevelSurface& To;
-  double Enough;                           // the bound so far
-  std::uint32_t Hint = SearchedPart::none; // what was near last
+  double Enough; // the bound so far
+  std::array<std::uint32_t, 3> Hints{ SearchedPart::none, SearchedPart::none,
+    SearchedPart::none }; // triangles that were near last
 };
 
 }
 
-SearchedPart::SearchedPart(std::vector<Vec3> points, const std::vector<Triangle>& triangles)
+SearchedPart::SearchedPart(std::vector<Vec3> points, std::vector<Triangle> triangles)
   : Points(std::move(points))
-  , Corners(OrderedInSpace(this->Points, triangles))
+  , Corners(std::move(triangles))
 {
   for (std::size_t below = this->Corners.size(); below > 0 && (this->Boxes.empty() || below > 1);
        below = this->Boxes.back().size())

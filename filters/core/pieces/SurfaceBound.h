@@ -22,10 +22,10 @@ namespace kdstream
 class SearchedPart
 {
 public:
-  // Points without triangles are degenerate triangles: { v, v, v }. O(t log t).
-  SearchedPart(std::vector<Vec3> points, const std::vector<Triangle>& triangles);
+  // Points without triangles are degenerate triangles: { v, v, v }. Searches are fast where
+  // triangles that follow each other are neighbours, as in pieces. O(t).
+  SearchedPart(std::vector<Vec3> points, std::vector<Triangle> triangles);
 
-  // In their own order.
   std::span<const Triangle> Triangles() const { return this->Corners; }
   const Vec3& At(VertexId v) const { return this->Points[v]; }
   // The side of a square as large as two triangles are on average.
@@ -97,8 +97,9 @@ struct LevelSurface
   const SearchedPart& near;
   // Looks for what is nearer to a place in all other parts; `squared` as for Nearest.
   std::function<Status(const Vec3& place, double& squared)> lookFarther;
-  // What is in a ball is looked at as a whole if that and its distance are smaller.
-  double smallest = 0;
+  // A ball is looked at as a whole if it and its distance are smaller; one around others, if it is
+  // smaller than this.
+  double smallest = 0, smallestGroup = 0;
   // For each of the lowest balls of what is measured a point of the near part's triangles that is
   // likely to be close; none where there is none. Empty: nothing is known.
   std::span<const VertexId> guesses{};
