@@ -107,7 +107,8 @@ check(filters/meshio FLAT filters/meshio/ply filters/files filters/core)
 check(filters/meshio/ply filters/meshio filters/core)
 check(filters/texture filters/files filters/codec filters/meshio filters/meshio/ply ${core})
 check(filters/model filters/codec ${core})
-check(filters/store filters/files filters/model filters/codec ${core})
+check(filters/protocol filters/model ${core})
+check(filters/store filters/files filters/protocol filters/model filters/codec ${core})
 
 # Out of core: each folder on core and on those before it.
 set(outofcore "")
@@ -119,7 +120,7 @@ endforeach()
 check(filters/program filters/files filters/core)
 check(filters/build filters/store filters/model filters/codec filters/meshio ${core} ${outofcore})
 check(filters/Parallel VTK filters/build filters/store filters/model filters/codec filters/meshio ${core} ${outofcore})
-check(filters/app filters/files server/protocol filters/Parallel filters/build filters/convert/ForeignMesh.h filters/convert/Reconstruct.h filters/program filters/texture
+check(filters/app filters/files filters/protocol filters/Parallel filters/build filters/convert/ForeignMesh.h filters/convert/Reconstruct.h filters/program filters/texture
   filters/store filters/model filters/codec filters/meshio ${core} ${outofcore})
 check(filters/adapter VTK ${core})
 check(filters/IO VTK filters/adapter filters/build filters/store filters/model filters/codec filters/meshio ${core} ${outofcore})
@@ -128,28 +129,27 @@ check(filters/convert FLAT VTK filters/texture filters/adapter filters/meshio ${
 check(filters/Partitioning VTK filters/adapter ${core})
 check(filters/Simplification VTK filters/adapter ${core})
 check(filters/PointCloud VTK filters/adapter ${core})
-check(server/protocol filters/model filters/core)
-check(server/access filters/store filters/model filters/core)
-check(server/session server/access server/protocol filters/store filters/model filters/codec ${core})
-check(server/http server/session server/access server/protocol filters/model ${core})
-check(server/app server/http server/session server/access server/protocol filters/program filters/store filters/model ${core})
+check(server/access filters/protocol filters/store filters/model filters/core)
+check(server/session server/access filters/protocol filters/store filters/model filters/codec ${core})
+check(server/http server/session server/access filters/protocol filters/model ${core})
+check(server/app server/http server/session server/access filters/protocol filters/program filters/store filters/model ${core})
 check(viewer/session/section viewer/session/Camera.h viewer/session/Picker.h filters/model ${core})
 check(viewer/session/look viewer/session/Geometry.h filters/model ${core})
-check(viewer/session/paint viewer/session/Camera.h server/protocol filters/model filters/codec ${core})
+check(viewer/session/paint viewer/session/Camera.h filters/protocol filters/model filters/codec ${core})
 check(viewer/session/line viewer/session/SessionTypes.h)
 check(viewer/session FLAT viewer/session/line viewer/session/section viewer/session/paint viewer/session/look/Coloring.h viewer/session/look/RakingLight.h viewer/session/look/SceneLook.h
-  server/protocol filters/model filters/codec ${core})
-check(viewer/client filters/files viewer/session server/session server/protocol filters/store filters/model filters/codec ${core})
+  filters/protocol filters/model filters/codec ${core})
+check(viewer/client filters/files viewer/session server/session filters/protocol filters/store filters/model filters/codec ${core})
 check(viewer/offscreen VTK filters/core)
 check(viewer/rendering VTK filters/files filters/texture/Picture.h viewer/session viewer/session/look viewer/session/section viewer/session/paint ${core})
-check(viewer/sources VTK viewer/client viewer/session viewer/session/look server/protocol filters/adapter filters/store filters/texture filters/model
+check(viewer/sources VTK viewer/client viewer/session viewer/session/look filters/protocol filters/adapter filters/store filters/texture filters/model
   filters/codec ${core})
 check(viewer/actor VTK filters/adapter viewer/rendering viewer/client viewer/session viewer/session/look ${core})
 check(viewer/paraview)
 check(viewer/mobile FLAT viewer/session viewer/session/look viewer/session/section viewer/session/paint filters/codec ${core})
-check(viewer/mobile/web viewer/mobile viewer/client viewer/session viewer/session/look server/protocol filters/model filters/codec ${core})
+check(viewer/mobile/web viewer/mobile viewer/client viewer/session viewer/session/look filters/protocol filters/model filters/codec ${core})
 check(viewer/desktop VTK FLAT filters/files viewer/desktop/window/WindowView.h viewer/offscreen viewer/rendering viewer/client viewer/session viewer/session/look
-  server/protocol filters/program filters/texture filters/model ${core})
+  filters/protocol filters/program filters/texture filters/model ${core})
 check(viewer/desktop/window VTK viewer/desktop viewer/offscreen viewer/rendering viewer/client viewer/session viewer/session/look
   filters/program filters/store filters/model ${core})
 

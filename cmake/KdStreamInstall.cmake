@@ -40,10 +40,6 @@ kdstream_component(FiltersIO KDSTREAM_BUILD_VTK KDSTREAM_BUILD_TOOLS)
 foreach(module IN ITEMS ViewerSources ViewerActor)
   kdstream_component(${module} KDSTREAM_BUILD_VTK KDSTREAM_BUILD_TOOLS KDSTREAM_BUILD_SERVER)
 endforeach()
-if(NOT TARGET KdStream::mobile)
-  string(APPEND KDSTREAM_MISSING_COMPONENTS
-    "set(_kdstream_missing_mobile \"this KdStream was built without OpenGL ES and EGL (Debian: libgles-dev, libegl-dev)\")\n")
-endif()
 configure_package_config_file(cmake/KdStreamConfig.cmake.in "${PROJECT_BINARY_DIR}/KdStreamConfig.cmake"
   INSTALL_DESTINATION "${KDSTREAM_PACKAGE_FOLDER}")
 write_basic_package_version_file("${PROJECT_BINARY_DIR}/KdStreamConfigVersion.cmake" COMPATIBILITY SameMinorVersion)

@@ -94,7 +94,20 @@ function(kdstream_optimise_waiting target)
   endif()
 endfunction()
 
-# A static library KdStream::<name> whose headers are included as "filters/core/tree/KdTree.h".
+# Of headers of this folder, those that are installed.
+function(kdstream_install_headers)
+  file(RELATIVE_PATH folder "${PROJECT_SOURCE_DIR}" "${CMAKE_CURRENT_SOURCE_DIR}")
+  foreach(header IN LISTS ARGN)
+    if("${folder}/${header}" IN_LIST KDSTREAM_INSTALLED_HEADERS)
+      set_property(GLOBAL APPEND PROPERTY KDSTREAM_HEADERS "${folder}/${header}")
+      cmake_path(GET header PARENT_PATH below)
+      install(FILES "${header}" DESTINATION "${CMAKE_INSTALL_INCLUDEDIR}/kdstream/${folder}/${below}")
+    endif()
+  endforeach()
+endfunction()
+
+# A static library KdStream::<name> whose headers are included as "filters/core/tree/KdTree.h". Those of the API are installed
+# (KdStreamApi.cmake). NOT_INSTALLED: no library with headers of the API needs it.
 # kdstream_add_library(core SOURCES … HEADERS … [LINK …] [PRIVATE_LINK …] [NOT_INSTALLED])
 function(kdstream_add_library name)
   cmake_parse_arguments(PARSE_ARGV 1 arg "NOT_INSTALLED" "" "SOURCES;HEADERS;LINK;PRIVATE_LINK")
@@ -114,15 +127,8 @@ function(kdstream_add_library name)
     return()
   endif()
   install(TARGETS kdstream_${name} EXPORT KdStream ARCHIVE DESTINATION ${CMAKE_INSTALL_LIBDIR})
-  file(RELATIVE_PATH folder "${PROJECT_SOURCE_DIR}" "${CMAKE_CURRENT_SOURCE_DIR}")
-  # For the test that each of them compiles alone, with nothing but what is installed (Testing/Headers).
-  list(TRANSFORM arg_HEADERS PREPEND "${folder}/" OUTPUT_VARIABLE installed)
-  set_property(GLOBAL APPEND PROPERTY KDSTREAM_INSTALLED_HEADERS ${installed})
   set_property(GLOBAL APPEND PROPERTY KDSTREAM_LIBRARIES kdstream_${name})
-  foreach(header IN LISTS arg_HEADERS)
-    cmake_path(GET header PARENT_PATH below)
-    install(FILES "${header}" DESTINATION "${CMAKE_INSTALL_INCLUDEDIR}/kdstream/${folder}/${below}")
-  endforeach()
+  kdstream_install_headers(${arg_HEADERS})
 endfunction()
 
 # A VTK module, of VTK or of a plugin: as kdstream_configure_target, on libkdstream, which the module's users do not see: they

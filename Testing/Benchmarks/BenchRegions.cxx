@@ -162,7 +162,7 @@ double Fetch(
   ModelSource& source, std::uint32_t id, const std::vector<std::uint32_t>& partitions, Fetched& sum)
 {
   SessionRequest request;
-  request.kind = SessionRequest::Kind::Partitions;
+  request.kind = SessionRequest::Kind::Blobs;
   request.id = id;
   for (const std::uint32_t p : partitions)
   {

@@ -51,7 +51,7 @@ test("each model has a picture, which is made once, and of what is fetched once"
   const all = await untilPictures(visit, 2);
   assert.notEqual(all.pebble, all.shell);
   await visit.picture("list-1-pictures");
-  const asked = () => frames.filter((text) => /"preview"/.test(text)).length;
+  const asked = () => frames.filter((text) => /"levels\/\d+\/1"/.test(text)).length;
   assert.equal(asked(), 1, "the chosen model's preview came over the stream");
   assert.deepEqual(previewsGot(visit).map((url) => url.match(/models\/(\w+)/)[1]), ["shell"], "the other's for its picture");
   const { model } = await visit.status();

@@ -3,10 +3,10 @@
 // different versions never meet.
 
 import assert from "node:assert/strict";
-import { readFileSync, writeFileSync } from "node:fs";
+import { cpSync, readFileSync, writeFileSync } from "node:fs";
 import { join } from "node:path";
 import { afterEach, beforeEach, test } from "node:test";
-import { Server, Visit, buildStore, eventually, makeModels, startForTests, temporaryFolder, writePebble } from "./harness.mjs";
+import { Server, Visit, buildStore, eventually, makeModels, pause, startForTests, temporaryFolder, writePebble } from "./harness.mjs";
 import { place } from "./visit.mjs";
 
 let server, browser, visit;
@@ -103,6 +103,30 @@ test("a choice in the menu waits for it", async () => {
   assert.equal((await visit.status()).frames, frames, "as it was");
   held.letGo();
   await visit.until("other colours", (status) => status.frames > frames && status.idle);
+});
+
+test("pictures of a list that is searched, which is there before it, wait for it", async () => {
+  const models = temporaryFolder();
+  writePebble(join(models, "mesh.ply"));
+  buildStore(join(models, "mesh.ply"), join(models, "m0.kds"));
+  for (let i = 1; i < 14; ++i) {
+    cpSync(join(models, "m0.kds"), join(models, `m${i}.kds`));
+  }
+  const many = await Server.start(models);
+  try {
+    const held = await holdBack();
+    const pictures = () => visit.page.locator("#models img:not([hidden])").count();
+    await visit.open(many.url);
+    await visit.untilIdle();
+    assert.ok(await visit.page.locator("#search").isVisible());
+    await pause(2000); // in which they would be made
+    assert.equal(await pictures(), 0);
+    held.letGo();
+    await eventually("pictures", pictures, (count) => count > 2);
+    visit.assertClean(many.url);
+  } finally {
+    await many.stop();
+  }
 });
 
 test("a link waits for it, and is followed then; the last of several", async () => {

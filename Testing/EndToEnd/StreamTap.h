@@ -3,7 +3,7 @@
 // whole through streams, and can hold back what comes until it is let through.
 #pragma once
 
-#include "server/protocol/BinaryFrame.h"
+#include "filters/protocol/BinaryFrame.h"
 
 #include <boost/asio/io_context.hpp>
 #include <boost/asio/ip/tcp.hpp>

@@ -391,10 +391,13 @@ TEST_F(BuildProgram, ContentOfAnotherFormatThanTheEndingIsTold)
   this->Write("mesh.ply", Torus(40, 20));
   this->Write("text.obj", Torus(40, 20));
   this->WriteText("solid.txt", "solid a\nendsolid a\n");
-  for (const auto& [content, name, expected] : { std::array<std::string, 3>{ "mesh.ply", "x.stl",
-                                                   "a .ply file, although its name ends in .stl" },
-         { "mesh.ply", "x.obj", "a .ply file, although its name ends in .obj" },
-         { "solid.txt", "y.ply", "a .stl file, although its name ends in .ply" } })
+  for (const auto& [content, name, expected] :
+    { std::array<std::string, 3>{ "mesh.ply", "x.stl",
+        "a .ply file, although its name ends in .stl: rename it to end in .ply" },
+      { "mesh.ply", "x.obj",
+        "a .ply file, although its name ends in .obj: rename it to end in .ply" },
+      { "solid.txt", "y.ply",
+        "a .stl file, although its name ends in .ply: rename it to end in .stl" } })
   {
     std::filesystem::copy(this->Folder / content, this->Folder / name);
     this->ExpectError(this->Build({ name, "-o", "m.kds" }), 1,

@@ -251,6 +251,60 @@ TEST_F(TestConvertDamage, CellsOfVtkFilesAreNotBelieved)
   EXPECT_TRUE(read.attributes.empty());
 }
 
+// VTK's words seldom say where.
+TEST_F(TestConvertDamage, DamagedPartsOfVtkFilesAreNamed)
+{
+  const std::string head = "# vtk DataFile Version 3.0\nt\nASCII\nDATASET ";
+  const std::string mesh = head + "POLYDATA\n", grid = head + "UNSTRUCTURED_GRID\n";
+  const std::string points = "POINTS 4 float\n0 0 0\n1 0 0\n0 1 0\n0 0 1\n";
+  const std::string bytes(12, '\0');
+  const std::vector<std::pair<std::string, std::string>> cases{
+    { mesh + "POINTS 4 float\n0 0 0\n1 0 0\n0 1 0\nPOLYGONS 1 4\n3 0 1 2\n",
+      "POINTS (line 5) has 9 of its 12 numbers, then 'POLYGONS' (line 9)" },
+    { mesh + "POINTS 4 float\n0 0 0\n1 0 x\n",
+      "POINTS (line 5) has 5 of its 12 numbers, then 'x' (line 7)" },
+    { mesh + "POINTS 4 float\n0 0 0\n1 0 nan\n0 1 0\n0 0 1\n",
+      "POINTS (line 5) has 'nan' (line 7), which VTK does not read in a text" },
+    { mesh + "POINTZ 4 float\n0 0 0\n", "'POINTZ' (line 5) is not the name of a part" },
+    { mesh + points + "POLYGONS 2 8\n3 0 1 2\n3 0 1\n",
+      "POLYGONS (line 10) has 7 of its 8 numbers, then the file ends" },
+    { mesh + points +
+        "LINES 1 3\n2 0 1\nPOINT_DATA 4\nSCALARS s float 1\nLOOKUP_TABLE default\n1 2 3\n",
+      "SCALARS (line 13) has 3 of its 4 numbers, then the file ends" },
+    { mesh + points + "POINT_DATA 4\nFIELD f 2\na 1 4 float\n1 2 3 4\nb 2 4 float\n1 2 3\n",
+      "FIELD (line 11), array 'b' has 3 of its 8 numbers, then the file ends" },
+    { grid + points + "CELLS 1 5\n4 0 1 2\nCELL_TYPES 1\n10\n",
+      "CELLS (line 10) has 4 of its 5 numbers, then 'CELL_TYPES' (line 12)" },
+    { grid + points + "CELLS 1 5\n4 0 1 2 3\nCELL_TYPES 1\n",
+      "CELL_TYPES (line 12) has 0 of its 1 numbers, then the file ends" },
+    { "# vtk DataFile Version 3.0\nt\nBINARY\nDATASET POLYDATA\nPOINTS 4 float\n" + bytes,
+      "POINTS (byte 53) has 3 of its 12 numbers, then the file ends" },
+    { mesh + points + "POLYGONS 2 10\n3 0 1 2\n3 0 1 2\n7 3\n",
+      "POLYGONS (line 10) has 10 numbers, of which its cell 2 (line 13) has only a part" },
+    { "# vtk DataFile Version 3.0\nt\nBINARY\nDATASET POLYDATA\nPOINTS 1 float\n" + bytes +
+        "\nPOLYGONS 1 4\n\3" + std::string(15, '\0'),
+      "POLYGONS (byte 81) has 4 numbers, of which its cell 0 (byte 94) has only a part" },
+    { grid + points + "CELLS 1 5\n4 0 1", "CELLS (line 10) has 3 of its 5 numbers, then the file" },
+    { grid + points + "CELLS 1 5\n4 0 1 2 9\nCELL_TYPES 1\n10\n",
+      "CELLS: cell 0 uses point 9, but there are 4 (it is a tetra)" },
+    { grid + points + "CELLS 1 4\n3 0 1 2\nCELL_TYPES 1\n10\n",
+      "CELLS: cell 0 of the type 10 has 3 points, not 4 as a tetra has" },
+    { mesh + points + "LINES 2 6\n2 0 1\n2 1 7\nPOLYGONS 1 4\n3 0 1 2\n",
+      "LINES: cell 1 uses point 7, but there are 4" },
+  };
+  for (const auto& [text, message] : cases)
+  {
+    this->WriteText("in.vtk", text);
+    this->ExpectError("in.vtk", message);
+  }
+  // Binary, of version 3, whole: numbers may look like blanks and ends of lines.
+  this->WriteText(
+    "in.vtk", "# vtk DataFile Version 3.0\nt\nBINARY\nDATASET POLYDATA\nPOINTS 11 float\n" +
+                std::string(132, '\0') + "\nPOLYGONS 1 4\n" +
+                std::string("\0\0\0\3\0\0\0\n\0\0\0\t\0\0\0\1", 16) + "\n");
+  EXPECT_EQ(this->Converted("in.vtk").triangles, (std::vector<Triangle>{ { 10, 9, 1 } }));
+}
+
 TEST_F(TestConvertDamage, NestingWithoutEndIsNoCrash)
 {
   std::string json = "{\"asset\":{\"version\":\"2.0\"},\"x\":" + std::string(2000000, '[');

@@ -4,8 +4,8 @@
 #include "Testing/Fixtures/Meshes.h"
 #include "filters/model/ModelJson.h"
 #include "filters/model/Notes.h"
+#include "filters/protocol/ResourcePath.h"
 #include "filters/store/Store.h"
-#include "server/protocol/ResourcePath.h"
 
 #include <sys/stat.h>
 #include <zlib.h>
@@ -80,14 +80,7 @@ TEST_F(TestExport, EveryPathHasWhatAServerSends)
     }
     ++blobs;
     EXPECT_EQ(resource->digest, store->Info().digest);
-    const protocol::BlobId& blob = resource->blob;
-    const auto node = NodeId{ blob.number };
-    const NodeId first = NodeId{ 1 } << store->Info().depths.partition;
-    const auto bytes = blob.kind == protocol::BlobKind::Tree    ? store->ReadTreePageBlob(node)
-                       : blob.kind == protocol::BlobKind::Boxes ? store->ReadBoxesBlob(node)
-                       : blob.kind == protocol::BlobKind::Partition
-                         ? store->ReadPieceBlob({ Resolution::Original(), first + node })
-                         : store->ReadPieceBlob({ Resolution::Level(blob.level), node });
+    const auto bytes = store->Read(resource->blob);
     ASSERT_TRUE(bytes) << path;
     EXPECT_EQ(ReadWhole(entry.path()), std::string(bytes->begin(), bytes->end())) << path;
   }

@@ -2,10 +2,10 @@
 // What nginx and Apache make of an exported folder by the rules that lie in it: for each path the
 // headers that kdstream-serve would send. The test of a host that is not installed is skipped.
 #include "Testing/Fixtures/Eventually.h"
+#include "filters/protocol/ResourcePath.h"
 #include "filters/store/Store.h"
 #include "server/app/Testing/ServeProcess.h"
 #include "server/http/Testing/HttpTestClient.h"
-#include "server/protocol/ResourcePath.h"
 
 #include <boost/asio.hpp>
 

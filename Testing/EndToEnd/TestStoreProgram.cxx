@@ -138,8 +138,7 @@ TEST_F(StoreProgram, DistanceOfPointsSaysWhatIsMeasured)
                                           "kdstream-store: warning: c.kds: level 5" + points);
   EXPECT_EQ(said("m.kds", "in.ply"), "");
   this->ExpectError(this->Store({ "distance", "m.kds", "--level", "5" }), 2,
-    "kdstream-store: error: --against is missing: the mesh to compare it with, of any format that "
-    "kdstream-build takes (--help tells the options)");
+    "kdstream-store: error: --against is required (--help tells the options)");
 }
 
 TEST_F(StoreProgram, StlOfPointsIsRefused)

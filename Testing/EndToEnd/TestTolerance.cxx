@@ -450,12 +450,15 @@ TEST_F(TestTolerance, TheFirstColumnOfPointsMayBeANumberOrATime)
   };
   const auto counter = [](int i) { return 17. + i; };
   const auto time = [](int i) { return 1.6e9 + i / 2 * 0.25; };
-  for (const auto& [text, names] : { std::pair{ lines(counter, ""), "number x y z" },
-         { lines(counter, " 0.5"), "number x y z intensity" },
-         { lines(counter, " 12.5 300 -7"), "number x y z column5 column6 column7" },
-         { lines(counter, " 0 128 9"), "number x y z r g b" },
-         { lines(counter, " 0 128 9 0.5"), "number x y z r g b column8" },
-         { lines(time, ""), "number x y z" } })
+  const auto shuffled = [](int i) { return 90. + (7 * i + 3) % 30; };
+  for (const auto& [text, names] :
+    { std::pair{ lines(counter, ""), "number x y z" },
+      { lines(counter, " 0.5"), "number x y z intensity" },
+      { lines(counter, " 12.5 300 -7"), "number x y z column5 column6 column7" },
+      { lines(counter, " 0 128 9"), "number x y z r g b" },
+      { lines(counter, " 0 128 9 0.5"), "number x y z r g b column8" },
+      { lines(shuffled, " 0.5"), "number x y z intensity" },
+      { lines(shuffled, " 0 128 9"), "number x y z r g b" }, { lines(time, ""), "number x y z" } })
   {
     SCOPED_TRACE(names);
     this->WriteText("in.xyz", text);
@@ -473,13 +476,21 @@ TEST_F(TestTolerance, TheFirstColumnOfPointsMayBeANumberOrATime)
     const Mesh read = this->Converted("in.xyz", all);
     ASSERT_EQ(read.points.size(), 30U);
     EXPECT_EQ(read.points[1], (Vec3{ 500020.436, 5400089.743, 4000210.638 }));
-    EXPECT_EQ(ValuesOf(read, "number")[29], text.starts_with("17 ") ? 46 : 1.6e9 + 3.5);
+    EXPECT_EQ(ValuesOf(read, "number")[29], text.starts_with("17 ")   ? 46
+                                            : text.starts_with("93 ") ? 116
+                                                                      : 1.6e9 + 3.5);
   }
   this->WriteText("in.xyz", "9 1.5 2 3\n8 2.5 3 3\n7 3.5 2 3\n");
   EXPECT_EQ(ValuesOf(this->Read(this->Convert("in.xyz").exitCode == 0 ? "out.ply" : ""), "number"),
     (std::vector<double>{ 9, 8, 7 }));
   this->WriteText("in.xyz", "101 1.5 2 3\n105 2.5 3 3\n106 3.5 2 3\n");
   EXPECT_NE(this->Convert("in.xyz").err.find("\"number x y z\" too"), std::string::npos);
+  // Numbers of points that were thinned out, and in no order; but not beside whole coordinates.
+  this->WriteText("in.xyz", lines([](int i) { return 5 * ((7 * i) % 31); }, ""));
+  EXPECT_NE(this->Built("in.xyz", { { "columns_guessed", 1 } })[0].find("has no number twice"),
+    std::string::npos);
+  this->WriteText("in.xyz", "5 1 2 9\n7 2 2 8\n6 3 2 9\n");
+  EXPECT_EQ(this->Built("in.xyz", nlohmann::json::object()), Warnings{});
   // A cloud along x.
   this->WriteText("in.xyz", lines([](int i) { return i * i; }, ""));
   EXPECT_NE(this->Built("in.xyz", { { "columns_guessed", 1 } })[0].find("they could be"),
@@ -582,6 +593,7 @@ TEST_F(TestTolerance, VrmlOfOtherPrograms)
   }
   const std::string first = "#VRML V1.0 ascii\n", second = "#VRML V2.0 utf8\n";
   const std::string pictures = "its pictures are not read", left = "left out: 1 ";
+  const std::string field = "1 field is not one of the format's and is left out: ";
   for (const auto& [text, warning] :
     {
       std::pair{
@@ -595,14 +607,15 @@ TEST_F(TestTolerance, VrmlOfOtherPrograms)
         left + "nodes that are not known ('Knob')" },
       { first + "Separator { glow 1 DEF c Cube { width 2 shine [ 1, 2 ] } ShapeHints { shapeType "
                 "SOLID faceType CONVEX } }",
-        std::string("fields that are not known ('shine' of 'Cube')") },
+        std::string("2 fields are not those of the format and are left out; the first: 'glow' of "
+                    "'Separator' (line 2)") },
       { second + "Shape { geometry Box { solid2 TRUE size 2 2 2 } }",
-        left + "fields that are not known ('solid2' of 'Box')" },
+        field + "'solid2' of 'Box' (line 2)" },
       { second + "Shape { glow Sphere { radius 9 } geometry Box { } }",
-        left + "fields that are not known ('glow' of 'Shape')" },
+        field + "'glow' of 'Shape' (line 2)" },
       { second + "PROTO P [ field SFVec3f s 2 2 2 ] { Shape { geometry Box { size IS s far [ 1 2 ] "
                  "} } } P { }",
-        left + "fields that are not known ('far' of 'Box')" },
+        field + "'far' of 'Box' (line 2)" },
     })
   {
     SCOPED_TRACE(text);
@@ -613,6 +626,37 @@ TEST_F(TestTolerance, VrmlOfOtherPrograms)
     EXPECT_EQ(outcome.err.empty(), warning.empty()) << outcome.err;
     EXPECT_EQ(this->Read("out.ply").triangles.size(), 12U);
   }
+  // Behind brackets and strings, too.
+  this->WriteText("in.wrl",
+    second + "Shape { geometry IndexedFaceSet { coord Coordinate { point [ 0 0 0, 1 0 0, 0 1 0 ] } "
+             "coordIndex [ 0 1 2 ] glow 1 2 3 foo \"a b\" bar [ \"x\" ] } }\n");
+  EXPECT_EQ(this->Built("in.wrl", { { "fields_not_known", 3 } }).size(), 1U);
+  this->WriteText("in.wrl", second + "Shape { glow 1 geometry Box { solid2 TRUE } }\n");
+  EXPECT_EQ(this->Built("in.wrl", { { "fields_not_known", 2 } }).size(), 1U);
+}
+
+TEST_F(TestTolerance, AnStlMayLackItsEnd)
+{
+  const std::string facet = "facet normal 0 0 1\nouter loop\nvertex 0 0 0\nvertex 1 0 0\nvertex 0 "
+                            "1 0.5\nendloop\nendfacet\n";
+  this->WriteText("in.stl", "solid a\n" + facet + facet);
+  EXPECT_EQ(this->Built("in.stl", { { "end_missing", 1 } }),
+    (Warnings{ "1 end of a part is missing, which may be cut there: 'endsolid'" }));
+}
+
+TEST_F(TestTolerance, OffGoesThroughTheProgramsAsPlyDoes)
+{
+  const std::string off = "COFF\n4 2 0\n0 0 0 255 0 0 255\n1 0 0 0 255 0 255\n1 1 0 0 0 255 255\n"
+                          "0 1 0.5 9 9 9 255\n3 0 1 2 # first\n4 0 1 2 3\n";
+  this->WriteText("in.off", off);
+  EXPECT_EQ(
+    this->Built("in.off", nlohmann::json::object(), { "--precision", "lossless" }), Warnings{});
+  EXPECT_EQ(this->Extracted().triangles.size(), 3U);
+  const Mesh read = this->Converted("in.off");
+  EXPECT_EQ(read.points.size(), 4U);
+  EXPECT_EQ(ValuesOf(read, "RGBA").size(), 16U);
+  this->WriteText("in.off", off + "3 1 2 3\n");
+  EXPECT_EQ(this->Built("in.off", { { "bytes_behind_end", 9 } }).size(), 1U);
 }
 
 TEST_F(TestTolerance, FloatsAreToldWhereTheyLoseDecimals)

@@ -399,8 +399,7 @@ TEST_F(TwoServers, OneThatStopsIsPassedOver)
   ASSERT_TRUE(deaf.Await(1).opened);
   for (std::uint32_t request = 2; request < 12; ++request) // more than there is room for
   {
-    deaf.Ask(
-      { request, protocol::LevelRequest{ static_cast<std::uint8_t>(model.depths.finest), {} } });
+    deaf.Ask({ request, protocol::BlobsRequest{ FinestLevel(model) } });
   }
   ASSERT_TRUE(deaf.Receive());
   this->servers[0]->Signal(SIGTERM);

@@ -11,7 +11,7 @@ const programs = [
   ['filters/core/', ['CoreTests']],
   ['filters/codec/', ['CodecTests']],
   ['viewer/session/', ['ViewerSessionTests']],
-  ['server/protocol/', ['ProtocolTests']],
+  ['filters/protocol/', ['ProtocolTests']],
   ['server/access/', ['AccessTests']],
   ['server/session/', ['SessionTests', 'HttpTests']],
   ['server/http/', ['HttpTests']]

@@ -157,6 +157,22 @@ element face 6\nproperty list float ${type} vertex_indices\nend_header\n`;
 const rowsOf = (between, more = () => [], count = 40) => scatter(count).map((point, i) => [...point, ...more(i)].join(between)).join("\n");
 const cloud = { triangles: 0, places: 40 };
 
+// Points with a number before each.
+const numbered = (number) => scatter(40).map((point, i) => [number(i), ...point].join(" ")).join("\n");
+const boxOfCloud = { low: [-3.25, 0, 0], high: [2.75, 5, 3] };
+
+const offOf = (kind = "OFF\n", { row = () => "", face = () => "" } = {}) => [`${kind}8 6 12`, ...corners.map((corner, i) => `${corner.join(" ")} ${row(i)}`),
+  ...quads.map((quad, i) => `${quad.length} ${quad.join(" ")} ${face(i)}`), ""].join("\n");
+
+const vtk = (kind, parts) => `# vtk DataFile Version 3.0\nmade by hand\nASCII\nDATASET ${kind}\n${parts.join("\n")}\n`;
+const vtkPoints = `POINTS 8 float\n${corners.map((corner) => corner.join(" ")).join("\n")}`;
+const vtkPolygons = `POLYGONS 6 30\n${quads.map((quad) => `4 ${quad.join(" ")}`).join("\n")}`;
+const vtp = (points, polygons) => `<?xml version="1.0"?>
+<VTKFile type="PolyData" version="0.1" byte_order="LittleEndian"><PolyData><Piece NumberOfPoints="${points}" NumberOfPolys="${polygons}">
+<Points><DataArray type="Float32" NumberOfComponents="3" format="ascii">${corners.flat().join(" ")}</DataArray></Points>
+<Polys><DataArray type="Int32" Name="connectivity" format="ascii">${quads.flat().join(" ")}</DataArray>
+<DataArray type="Int32" Name="offsets" format="ascii">${quads.map((_, i) => 4 * i + 4).join(" ")}</DataArray></Polys></Piece></PolyData></VTKFile>\n`;
+
 const one = (name, file, bytes, right, rest = {}) => ({ name, file, files: { [file]: bytes }, right, ...rest });
 
 export const cases = [
@@ -313,4 +329,52 @@ export const cases = [
   one("points of CloudCompare, by its other ending", "a.asc", rowsOf(" ", () => [200, 100, 50]), cloud, { colors: [[200, 100, 50]] }),
   one("a grid of heights", "a.asc", "ncols 4\nnrows 2\nxllcorner 0\nyllcorner 0\ncellsize 1\n1 2 3 4\n5 6 7 8\n", cloud, { mustRefuse: true, refused: /gdal_translate/ }),
   one("a text without points", "a.txt", "These are my notes.\nThere are no points in them.\n", cloud, { mustRefuse: true, refused: /line 2/ }),
+  one("points with their numbers first", "a.xyz", numbered((i) => 1000 + i), { ...cloud, box: boxOfCloud }, { says: /number x y z/, isRead: false }),
+  one("points with their numbers first, in another order", "a.txt", numbered((i) => 17 + (7 * i) % 40), { ...cloud, box: boxOfCloud },
+    { says: /number x y z/, isRead: false }),
+  one("points that may have their numbers first", "a.xyz", numbered((i) => 5 * ((7 * i) % 40)), { triangles: 0 }, { says: /they could be "number x y z" too/ }),
+  one("points with a time first", "a.txt", numbered((i) => 1600000000 + i / 4), { ...cloud, box: boxOfCloud }, { says: /time/, isRead: false }),
+  one("points that a line counts too few", "a.pts", `30\n${rowsOf(" ")}\n`, cloud, { says: /10 points or faces are in the file but not counted/ }),
+  one("points that a line counts too many", "a.pts", `50\n${rowsOf(" ")}\n`, cloud, { mustRefuse: true, refused: /line 1 counts 50 points, and 40 are there/ }),
+  one("a .vtp", "a.vtp", vtp(8, 6), cube),
+  one("a .vtp that counts too few polygons", "a.vtp", vtp(8, 5), { triangles: 10 }, { says: /1 point or face is in the file but not counted/ }),
+  one("a .vtp that counts too many points", "a.vtp", vtp(9, 6), cube, { mustRefuse: true, refused: /a\.vtp: is damaged/ }),
+  one("a .vtk of polygons", "a.vtk", vtk("POLYDATA", [vtkPoints, vtkPolygons]), cube),
+  one("a .vtk whose polygons name a point that is not there", "a.vtk", vtk("POLYDATA", [vtkPoints, vtkPolygons.replace("4 3 0 4 7", "4 3 0 4 8")]), cube,
+    { mustRefuse: true, refused: /a\.vtk: POLYGONS: cell 5 uses point 8, but there are 8/ }),
+  one("a grid of .vtk that names a point that is not there", "a.vtk", vtk("UNSTRUCTURED_GRID", [vtkPoints, "CELLS 1 9\n8 0 1 2 3 4 5 6 8\nCELL_TYPES 1\n12"]), cube,
+    { mustRefuse: true, refused: /a\.vtk: CELLS: cell 0 uses point 8, but there are 8 \(it is a hexahedron\)/ }),
+  one("a .vtk whose points are cut", "a.vtk", vtk("POLYDATA", [vtkPoints.replace("\n-1 1 1", ""), vtkPolygons]), cube,
+    { mustRefuse: true, refused: /a\.vtk: .*POINTS \(line 5\) has 21 of its 24 numbers, then 'POLYGONS' \(line 13\)/ }),
+  one("a glTF with matrices in each other", "a.glb", glb([{ children: [1], matrix: [0, 2, 0, 0, -2, 0, 0, 0, 0, 0, 2, 0, 7, 0, 0, 1] },
+    { mesh: 0, matrix: [1, 0, 0, 0, 0, 1, 0, 0, 0, 0, -3, 0, 1, 2, 3, 1] }]), { volume: 8 * 24 }),
+  one("a glTF whose matrix is transposed", "a.glb", glb([{ mesh: 0, matrix: [1, 0, 0, 5, 0, 1, 0, 6, 0, 0, 1, 7, 0, 0, 0, 1] }]), cube,
+    { mustRefuse: true, refused: /node 0 has a matrix whose last row/ }),
+  one("VRML: fields that nobody knows", "a.wrl", wrl(cubeWrl("glow 0.5 shine [ 1 2 3 ]")), cube, { says: /2 fields .* 'glow' of 'IndexedFaceSet' \(line 3\)/ }),
+  one("VRML: a picture's name without quotes", "a.wrl", wrl(cubeWrl().replace("{ geometry", "{ appearance Appearance { texture ImageTexture { url wood.png } } geometry")), cube,
+    { says: /pictures are not read/, isRead: false }),
+  one("VRML 1: a picture's name without quotes", "a.wrl", wrlOne("Texture2 { filename wood.jpg }"), cube, { says: /pictures are not read/, isRead: false }),
+  one("a text STL without its end", "a.stl", stlText().replace(/endsolid[^]*$/, ""), cube, { says: /end of a part is missing/ }),
+  one("a text STL that is cut in a facet", "a.stl", stlText().replace(/endloop\nendfacet\nendsolid[^]*$/, ""), cube, { mustRefuse: true, refused: /truncated: facet 11/ }),
+  one("a text STL with colours between its facets", "a.stl", stlText().replaceAll("\nfacet", "\ncolor 1 0.5 0\nfacet"), cube, { says: /'color'/ }),
+  one("a text STL in one line", "a.stl", stlText().replaceAll("\n", " "), cube),
+  one("two solids in a text STL, in capitals, behind a byte order mark", "a.stl", `\ufeff\n${stlText().toUpperCase()}${stlText().toUpperCase().replace(/VERTEX (-?1)/g, (_, x) => `VERTEX ${Number(x) + 5}`)}`,
+    { triangles: 24, volume: 16 }),
+  one("an OFF", "a.off", offOf(), cube),
+  one("an OFF with its counts behind the first word, remarks and empty lines", "a.off", offOf("# made by hand\nOFF ").replaceAll("\n4 ", " # corner\n\n4 "), cube),
+  one("an OFF whose counts follow without a blank", "a.off", offOf("OFF"), cube),
+  one("an OFF with colours of vertices", "a.off", offOf("COFF\n", { row: () => "255 128 0 255" }), cube, { colors: [[255, 128, 0]] }),
+  one("an OFF with colours of vertices as floats", "a.off", offOf("COFF\n", { row: () => "1 0.5 0" }), cube, { colors: [[255, 128, 0]] }),
+  one("an OFF with normals and colours as MeshLab writes them", "a.off", offOf("NCOFF\n", { row: (i) => `200 100 50 255 ${corners[i].map((v) => v * Math.sqrt(1 / 3)).join(" ")}` }), cube,
+    { says: /MeshLab/, colors: [[200, 100, 50]] }),
+  one("an OFF with colours of faces", "a.off", offOf("OFF\n", { face: (i) => `${i} 128 255` }), cube),
+  one("an OFF with a colour of one face", "a.off", offOf("OFF\n", { face: (i) => (i ? "" : "0.5 0.5 0.5") }), cube, { says: /more values/ }),
+  one("an OFF that counts too few faces", "a.off", offOf().replace("8 6 12", "8 5 12"), { triangles: 10 }, { says: /behind the end/ }),
+  one("an OFF that counts too many faces", "a.off", offOf().replace("8 6 12", "8 7 12"), cube, { mustRefuse: true, refused: /truncated: face 6 of 7/ }),
+  one("an OFF with an index that is not there", "a.off", offOf().replace("4 3 0 4 7", "4 3 0 4 8"), cube, { mustRefuse: true, refused: /face 5 \(line 16\) names vertex 8/ }),
+  one("a binary OFF", "a.off", Buffer.from("OFF BINARY\n\0\0\0\x08\0\0\0\x06\0\0\0\0"), cube, { mustRefuse: true, refused: /binary OFF/ }),
+  one("a binary STL called .ply", "a.ply", stlBytes(), cube, { mustRefuse: true, refused: /a\.ply: looks like a \.stl file.*rename it to end in \.stl/ }),
+  one("a binary STL called .xyz", "a.xyz", stlBytes(), cube, { mustRefuse: true, refused: /a\.xyz: looks like a \.stl file/ }),
+  one("an OBJ called .ply", "a.ply", `# made by hand\n${cubeObj}`, cube, { mustRefuse: true, refused: /a\.ply: looks like a \.obj file/ }),
+  one("an OFF called .stl", "a.stl", offOf(), cube, { mustRefuse: true, refused: /a\.stl: looks like a \.off file/ }),
 ];

@@ -14,7 +14,7 @@ export function readMesh(file) {
   const bytes = whole[0] === 0x1f && whole[1] === 0x8b ? gunzipSync(whole) : whole;
   const readers = { ".obj": readObj, ".ply": readPly, ".stl": readStl, ".xyz": readXyz, ".pcd": readPcd, ".las": readLas,
     ".gltf": readGltf, ".glb": readGltf, ".wrl": readVrml, ".wrz": readVrml, ".txt": readXyz, ".csv": readXyz, ".pts": readXyz,
-    ".asc": readXyz };
+    ".asc": readXyz, ".off": readOff, ".vtk": readVtk, ".vtp": readVtp };
   return readers[extname(file).toLowerCase()](bytes, (name) => readFileSync(join(dirname(file), name)));
 }
 
@@ -105,8 +105,8 @@ function readStl(bytes) {
   const points = [], faces = [];
   const told = bytes.length >= 84 ? bytes.readUInt32LE(80) : 0;
   const count = told && told !== 0xffffffff ? told : Math.floor((bytes.length - 84) / 50);
-  if (/^\s*solid/.test(bytes.toString("latin1", 0, 80)) && /\bfacet\b/.test(bytes.toString("latin1", 0, 1000))) {
-    for (const [, x, y, z] of textOf(bytes).matchAll(/vertex\s+(\S+)\s+(\S+)\s+(\S+)/g)) {
+  if (/^\s*solid/i.test(textOf(bytes.subarray(0, 80))) && /\bfacet\b/i.test(bytes.toString("latin1", 0, 1000))) {
+    for (const [, x, y, z] of textOf(bytes).matchAll(/vertex\s+(\S+)\s+(\S+)\s+(\S+)/gi)) {
       points.push([x, y, z].map(Number));
     }
   } else {
@@ -119,6 +119,39 @@ function readStl(bytes) {
     faces.push([i, i + 1, i + 2]);
   }
   return { points, faces, colors: [] };
+}
+
+// A line a vertex, a line a face; colours behind the places of a COFF.
+function readOff(bytes) {
+  const rows = linesOf(bytes).map((line) => line.replace(/#.*/, "").trim()).filter(Boolean);
+  const [, kind, behind] = /^(\w*)OFF\s*(.*)$/i.exec(rows.shift());
+  const counts = (behind || rows.shift()).split(/\s+/).map(Number);
+  const numbers = rows.map((row) => row.split(/\s+/).map(Number));
+  const vertices = numbers.slice(0, counts[0]);
+  const colors = kind === "C" ? vertices.map((row) => row.slice(3, 6)) : [];
+  const white = Math.max(0, ...colors.flat()) > 1 ? 255 : 1;
+  return { points: vertices.map((row) => row.slice(0, 3)), colors: colors.map((color) => color.map((value) => Math.round(255 * value / white))),
+    faces: numbers.slice(counts[0], counts[0] + counts[1]).map((row) => row.slice(1, 1 + row[0])) };
+}
+
+// Text of version 3, meshes of polygons alone.
+function readVtk(bytes) {
+  const numbersOf = (part) => new RegExp(`${part} \\d+ \\w+\\s([-+.\\deE\\s]*)`).exec(textOf(bytes))?.[1].trim().split(/\s+/).map(Number) ?? [];
+  const triples = (list) => Array.from({ length: list.length / 3 }, (_, i) => list.slice(3 * i, 3 * i + 3));
+  const faces = [], list = numbersOf("POLYGONS");
+  for (let at = 0; at < list.length; at += list[at] + 1) {
+    faces.push(list.slice(at + 1, at + 1 + list[at]));
+  }
+  return { points: triples(numbersOf("POINTS")), faces, colors: [] };
+}
+
+// Text, of one piece: as many points and polygons as it counts.
+function readVtp(bytes) {
+  const text = textOf(bytes);
+  const count = (name) => Number(new RegExp(`${name}="(\\d+)"`).exec(text)?.[1] ?? 0);
+  const [points, corners, offsets] = [...text.matchAll(/<DataArray[^>]*>([^<]*)</g)].map(([, list]) => list.trim().split(/\s+/).map(Number));
+  return { points: Array.from({ length: count("NumberOfPoints") }, (_, i) => points.slice(3 * i, 3 * i + 3)), colors: [],
+    faces: offsets.slice(0, count("NumberOfPolys")).map((end, i) => corners.slice(offsets[i - 1] ?? 0, end)) };
 }
 
 // Columns are apart by blanks or semicolons, else by commas; lines of names and of counts are none.

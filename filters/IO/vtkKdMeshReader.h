@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 /**
  * @class   vtkKdMeshReader
- * @brief   reads PLY, STL and OBJ files as KdStream's programs do
+ * @brief   reads PLY, STL, OBJ and OFF files as KdStream's programs do
  *
  * Step "read" of the README's picture, as a VTK source: the chunked readers of kdstream-build. All
  * of a file is read, or an error names what is wrong with it and where; there is no output then.
@@ -9,7 +9,7 @@
  *
  * PLY, as text and binary of either byte order: polygons, triangle strips ("tristrips"), point
  * clouds; every property that is a number, of vertices and faces. STL as text and binary. OBJ:
- * polygons and colours at vertices.
+ * polygons and colours at vertices. OFF as text.
  *
  * Output: a vtkPolyData. Points are floats, or doubles where the file has doubles, or decimals that
  * floats do not hold. Polygons become triangles: a fan around their first vertex, those that are
@@ -24,8 +24,9 @@
  * FIELD_NAME, FIELD_ARRAY_TYPE, FIELD_NUMBER_OF_COMPONENTS, of points FIELD_NUMBER_OF_TUPLES. What
  * is dropped is counted there. No header of these formats has bounds, or ranges of arrays.
  *
- * Complexity: linear in the size of the file, where text without a header (OBJ, STL) is gone
- * through twice before it is read: for the names of its arrays, and for its counts; memory: that of
+ * Complexity: linear in the size of the file, where text that does not say before what it has (OBJ,
+ * STL, OFF) is gone through twice before it is read: for the names of its arrays, and for its
+ * counts; memory: that of
  * the mesh twice, while the arrays of VTK are filled. Aborting leaves an empty output.
  *
  * @sa vtkKdStoreWriter
@@ -56,8 +57,8 @@ public:
   ///@}
 
   /**
-   * Whether the file is there and a mesh, by its ending and its header; of text without a header
-   * (OBJ, STL) by all of it. Nothing is changed or told.
+   * Whether the file is there and a mesh, by its ending and its header; of text that does not
+   * say before what it has (OBJ, STL, OFF) by all of it. Nothing is changed or told.
    */
   virtual int CanReadFile(VTK_FILEPATH const char* name);
 

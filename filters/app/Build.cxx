@@ -27,7 +27,8 @@ constexpr const char* description = "Cuts a mesh into uniform k-d partitions and
                                     "store that kdstream-serve streams from.";
 
 constexpr const char* footer =
-  "INPUT is a .ply, .stl or .obj file, read in chunks, so that it may be larger than memory (but "
+  "INPUT is a .ply, .stl, .obj or .off file, read in chunks, so that it may be larger than memory "
+  "(but "
   "whole by kdstream-convert where "
   "pictures paint it, unless --textures off); or a "
   ".vtp, "

@@ -28,7 +28,8 @@ constexpr const char* description =
   "Builds a store on the ranks of an MPI job: the same content as kdstream-build makes.";
 
 constexpr const char* footer =
-  "INPUT is a .ply, .stl or .obj mesh or cloud that all ranks can read. --memory, --threads and "
+  "INPUT is a .ply, .stl, .obj or .off mesh or cloud that all ranks can read. --memory, --threads "
+  "and "
   "--temp-dir count for each rank, which holds in files what is not worked on. Other formats, the "
   "baselines, surfaces of point clouds and going on with a killed build are for kdstream-build "
   "alone.\n\n"

@@ -41,7 +41,8 @@ constexpr const char* description =
 
 constexpr const char* footer =
   "Formats:\n"
-  "  .ply .stl .obj  as kdstream-build reads them\n"
+  "  .ply .stl .obj .off\n"
+  "                  as kdstream-build reads them\n"
   "  .vtp .vtk       of VTK; of a grid the surface\n"
   "  .wrl .wrz       VRML 2 and 1, where Coin is there; also as gzip has compressed it\n"
   "  .glb .gltf      the default scene; textures are baked to colours of vertices\n"
@@ -148,11 +149,11 @@ std::uint64_t MostMemory(const std::filesystem::path& input)
   std::error_code status;
   const std::uintmax_t bytes = std::filesystem::file_size(input, status);
   // A .gltf's bytes lie in other files; so do pictures and what VRML inlines (if it is compressed,
-  // it may), and .obj and .ply are read by us, who take no claim on trust.
+  // it may), and .obj, .ply and .off are read by us, who take no claim on trust.
   constexpr std::string_view gzipMark = "\x1f\x8b\x08";
   const std::string ending = FileEnding(input);
   const bool alone = !status && ending != ".gltf" && ending != ".obj" && ending != ".ply" &&
-                     !(ending == ".wrl" && Holds(input, "Inline")) &&
+                     ending != ".off" && !(ending == ".wrl" && Holds(input, "Inline")) &&
                      !(ending.starts_with(".wr") && Holds(input, gzipMark)) &&
                      bytes < (std::uint64_t{ 1 } << 50);
   return alone ? leastMemory + memoryPerByte * bytes : std::numeric_limits<std::uint64_t>::max();

@@ -9,8 +9,8 @@
 #include "filters/files/RandomLetters.h"
 #include "filters/files/WriteWhole.h"
 #include "filters/model/ModelJson.h"
+#include "filters/protocol/ResourcePath.h"
 #include "filters/store/StoreNotes.h"
-#include "server/protocol/ResourcePath.h"
 
 #include <fcntl.h>
 #include <sys/file.h>
@@ -581,48 +581,32 @@ private:
   fs::path EnteredName;
 };
 
-protocol::BlobId BlobOf(PieceId piece, const TreeDepths& depths)
-{
-  return piece.resolution.IsOriginal()
-           ? protocol::BlobId::Partition(piece.node - (NodeId{ 1 } << depths.partition))
-           : protocol::BlobId::LevelPiece(
-               static_cast<std::uint8_t>(piece.resolution.Depth()), piece.node);
-}
-
 Status PutBlobs(const Store& store, const std::string& model, Writer& writer)
 {
   const ModelDescription& info = store.Info();
-  const auto pathOf = [&](const protocol::BlobId& blob)
-  { return protocol::BlobPath(model, info.digest, blob); };
-  const std::vector<PieceId> pieces = store.PieceIds();
-  const std::vector<NodeId> pages = TreePages(info.depths);
-  const std::vector<NodeId> boxes = AllPartitionBoxes(info.depths);
-  const std::uint64_t textures = info.textures ? info.partitions : 0;
-  const std::size_t all = pieces.size() + pages.size() + boxes.size() + textures;
-  std::size_t done = 0;
-  for (const PieceId piece : pieces)
+  std::vector<protocol::BlobId> blobs;
+  for (const PieceId piece : store.PieceIds())
   {
-    KDSTREAM_TRY(writer.Tell(done++, all));
-    KDSTREAM_TRY(writer.PutBlob(
-      pathOf(BlobOf(piece, info.depths)), [&] { return store.ReadPieceBlob(piece); }));
+    blobs.push_back(BlobOfPiece(piece, info.depths));
   }
   for (std::uint32_t p = 0; info.textures && p < info.partitions; ++p)
   {
-    KDSTREAM_TRY(writer.Tell(done++, all));
-    KDSTREAM_TRY(writer.PutBlob(
-      pathOf(protocol::BlobId::Texture(p)), [&] { return store.ReadTextureBlob(p); }));
+    blobs.push_back(protocol::BlobId::Texture(p));
   }
-  for (const NodeId page : pages)
+  for (const NodeId page : TreePages(info.depths))
   {
-    KDSTREAM_TRY(writer.Tell(done++, all));
-    KDSTREAM_TRY(writer.PutBlob(
-      pathOf(protocol::BlobId::TreePage(page)), [&] { return store.ReadTreePageBlob(page); }));
+    blobs.push_back(protocol::BlobId::TreePage(page));
   }
-  for (const NodeId node : boxes)
+  for (const NodeId node : AllPartitionBoxes(info.depths))
   {
-    KDSTREAM_TRY(writer.Tell(done++, all));
+    blobs.push_back(protocol::BlobId::PartitionBoxes(node));
+  }
+  std::size_t done = 0;
+  for (const protocol::BlobId& blob : blobs)
+  {
+    KDSTREAM_TRY(writer.Tell(done++, blobs.size()));
     KDSTREAM_TRY(writer.PutBlob(
-      pathOf(protocol::BlobId::PartitionBoxes(node)), [&] { return store.ReadBoxesBlob(node); }));
+      protocol::BlobPath(model, info.digest, blob), [&] { return store.Read(blob); }));
   }
   return {};
 }

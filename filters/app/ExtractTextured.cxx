@@ -79,13 +79,13 @@ private:
     Result<Piece> piece = this->Source.ReadPiece(
       { Resolution::Original(), NodeOfPartition(partition, this->Source.Info().depths) });
     KDSTREAM_TRY(piece);
-    const auto blob = this->Source.ReadTextureBlob(partition);
+    const auto blob = this->Source.Read(protocol::BlobId::Texture(partition));
     KDSTREAM_TRY(blob);
     Result<TextureTile> tile = DecodeTextureTile(*blob, piece->triangles);
     if (!tile)
     {
       return Error{ ErrorCode::Damaged,
-        Store::TextureName(partition) + ": " + tile.GetError().message };
+        BlobName(protocol::BlobId::Texture(partition)) + ": " + tile.GetError().message };
     }
     return TiledPiece{ std::move(*piece), std::move(*tile) };
   }

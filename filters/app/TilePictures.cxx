@@ -20,7 +20,7 @@ using Rgba = std::array<std::uint8_t, 4>;
 
 Error DamagedTexture(std::uint32_t partition, const std::string& what)
 {
-  return { ErrorCode::Damaged, Store::TextureName(partition) + ": " + what };
+  return { ErrorCode::Damaged, BlobName(protocol::BlobId::Texture(partition)) + ": " + what };
 }
 
 // Which texel of a picture's side is shown at a place; nothing beyond a clamped edge.

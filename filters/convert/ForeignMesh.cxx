@@ -129,7 +129,8 @@ ReadFormat FormatOf(const std::string& ending)
   {
     const char* ending;
     ReadFormat read;
-  } formats[] = { { ".stl", ReadInChunks }, { ".vtp", ReadVtp }, { ".vtk", ReadVtk },
+  } formats[] = {
+    { ".stl", ReadInChunks }, { ".off", ReadInChunks }, { ".vtp", ReadVtp }, { ".vtk", ReadVtk },
 #ifdef KDSTREAM_HAS_COIN
     { ".wrl", ReadVrml }, { ".wrz", ReadVrml },
 #else
@@ -198,10 +199,11 @@ Result<ForeignMesh> ReadForeignMesh(const std::filesystem::path& file,
                                : gltf ? ReadGltf(file, textures, execution)
                                : xyz  ? ReadXyz(file, columns, execution)
                                       : read(file, execution);
+  const bool isUnpacked = ending.starts_with(".wr") && begin && FormatOfContent(*begin) == ".gz";
+  const std::string hint =
+    begin && !isUnpacked ? OtherFormatHint(*begin, ending, source->Size()) : std::string();
   if (!result)
   {
-    const bool isUnpacked = ending.starts_with(".wr") && begin && FormatOfContent(*begin) == ".gz";
-    const std::string hint = begin && !isUnpacked ? OtherFormatHint(*begin, ending) : std::string();
     return hint.empty() || result.GetError().code != ErrorCode::InvalidInput
              ? result
              : Error{ ErrorCode::InvalidInput, hint };
@@ -209,6 +211,10 @@ Result<ForeignMesh> ReadForeignMesh(const std::filesystem::path& file,
   // Of formats whose readers give points as they are.
   const Result<std::vector<bool>> finite = DropNotFinite(result->mesh, {}, result->tolerance);
   KDSTREAM_TRY(finite);
+  if (result->mesh.points.empty() && !hint.empty())
+  {
+    return Error{ ErrorCode::InvalidInput, hint };
+  }
   if (result->mesh.points.empty())
   {
     std::string message = "holds no points";

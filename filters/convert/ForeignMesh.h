@@ -40,7 +40,7 @@ struct ForeignMesh
 //   .wrl          VRML 2 (VRML 97); .glb, .gltf: glTF 2.0, the default scene, transforms applied
 //   .pcd          PCL's clouds: ascii, binary, compressed
 //   .xyz          see ReadXyz; .las: see ReadLas
-//   .ply .stl .obj  as kdstream-build reads them; corners of .stl in the same place are joined
+//   .ply .stl .obj .off  as kdstream-build reads them; corners of .stl in the same place are joined
 // Pictures are baked to colours of vertices, as textures asks (BakeTextures.h), in .obj, .ply,
 // .glb and .gltf.
 // Points that are not finite are dropped, with their triangles, and counted in `tolerance`.

@@ -486,7 +486,7 @@ private:
     }
     *bytes = {};
     this->LosesDecimals = this->LosesDecimals || !checked->floatsSuffice;
-    this->Tolerated.Count(Lapse::PaddedEnd, checked->padding);
+    this->Tolerated.Add(checked->tolerance);
     this->MostExtrusionCorners += checked->text.size() * extrusionCornersPerByte;
     if (checked->hasPictures)
     {

@@ -3,8 +3,10 @@
 #include "filters/adapter/PolyDataCells.h"
 #include "filters/adapter/SharedArrays.h"
 #include "filters/convert/ForeignMesh.h"
+#include "filters/convert/LegacyVtk.h"
 #include "filters/convert/PolyDataParts.h"
 #include "filters/convert/VtkMessages.h"
+#include "filters/meshio/TextWords.h"
 
 #include <vtkCallbackCommand.h>
 #include <vtkCell.h>
@@ -29,6 +31,7 @@
 #include <map>
 #include <string>
 #include <tuple>
+#include <utility>
 
 namespace kdstream
 {
@@ -127,14 +130,32 @@ private:
   }
 };
 
-// VTK's words do not say what to do.
-Error Damaged(const Error& error)
+// VTK's words do not say what to do. part: which part it is, where that is known.
+Error Damaged(const Error& error, const std::string& part = {})
 {
-  return error.code == ErrorCode::InvalidInput
-           ? Error{ error.code, "is damaged, or is not as its header says: write it again by the "
-                                "program that it comes from (" +
-                                  error.message + ")" }
-           : error;
+  return error.code == ErrorCode::InvalidInput ? Error{ error.code,
+    "is damaged, or is not as its header says: " + part + (part.empty() ? "" : "; ") +
+      "write it again by the program that it comes from" +
+      (error.message.empty() ? "" : " (" + error.message + ")") }
+                                               : error;
+}
+
+// Whether the cells of each part name points that are there. Errors: InvalidInput naming part, cell
+// and point.
+Status CheckParts(vtkPolyData& mesh)
+{
+  for (const auto& [cells, part] : { std::pair{ mesh.GetVerts(), "VERTICES: " },
+         std::pair{ mesh.GetLines(), "LINES: " }, std::pair{ mesh.GetPolys(), "POLYGONS: " },
+         std::pair{ mesh.GetStrips(), "TRIANGLE_STRIPS: " } })
+  {
+    const Status right =
+      ForEachCell(cells, 0, mesh.GetNumberOfPoints(), [](vtkIdType, std::span<const vtkIdType>) {});
+    if (!right)
+    {
+      return Error{ right.GetError().code, part + right.GetError().message };
+    }
+  }
+  return {};
 }
 
 Result<ForeignMesh> Finish(vtkPolyData* output, VtkMessages& messages, const Execution& execution)
@@ -143,6 +164,7 @@ Result<ForeignMesh> Finish(vtkPolyData* output, VtkMessages& messages, const Exe
   {
     return Damaged(read.GetError());
   }
+  KDSTREAM_TRY(CheckParts(*output));
   KDSTREAM_TRY(execution.Report("read", 1));
   Result<ForeignMesh> mesh = ReadPolyData(*output, execution);
   if (mesh)
@@ -155,10 +177,11 @@ Result<ForeignMesh> Finish(vtkPolyData* output, VtkMessages& messages, const Exe
   return mesh;
 }
 
-// Of a type of cells: whether VTK knows it, and how many points such a cell has; 0: any number.
+// Of a type of cells: its name, empty if VTK does not know it, and how many points such a cell has;
+// 0: any number.
 struct CellShape
 {
-  bool isKnown = false;
+  std::string name{};
   vtkIdType points = 0;
 };
 
@@ -169,7 +192,9 @@ CellShape ShapeOf(int type)
   {
     return {};
   }
-  return { true, type < VTK_CONVEX_POINT_SET ? cell->GetNumberOfPoints() : 0 };
+  constexpr std::size_t prefix = 3; // "vtk"
+  return { LowercaseText(std::string(cell->GetClassName()).substr(prefix)),
+    type < VTK_CONVEX_POINT_SET ? cell->GetNumberOfPoints() : 0 };
 }
 
 Status CheckCellsOf(vtkUnstructuredGrid& grid)
@@ -185,20 +210,32 @@ Status CheckCellsOf(vtkUnstructuredGrid& grid)
   }
   std::map<int, CellShape> shapes;
   Status fits;
-  KDSTREAM_TRY(ForEachCell(cells, 0, grid.GetNumberOfPoints(),
+  vtkIdType visited = 0;
+  const Status right = ForEachCell(cells, 0, grid.GetNumberOfPoints(),
     [&](vtkIdType cell, std::span<const vtkIdType> corners)
     {
+      ++visited;
       const int type = types->GetValue(cell);
       const auto [entry, isNew] = shapes.try_emplace(type);
       entry->second = isNew ? ShapeOf(type) : entry->second;
-      const auto& [isKnown, points] = entry->second;
-      if (fits && (!isKnown || (points > 0 && points != static_cast<vtkIdType>(corners.size()))))
+      const auto& [name, points] = entry->second;
+      if (fits &&
+          (name.empty() || (points > 0 && points != static_cast<vtkIdType>(corners.size()))))
       {
-        fits = Error{ ErrorCode::InvalidInput, "cell " + std::to_string(cell) + " of the type " +
-                                                 std::to_string(type) + " has " +
-                                                 std::to_string(corners.size()) + " points" };
+        fits = Error{ ErrorCode::InvalidInput,
+          "CELLS: cell " + std::to_string(cell) + " of the type " + std::to_string(type) + " has " +
+            std::to_string(corners.size()) + " points, " +
+            (name.empty() ? "and no such type is known"
+                          : "not " + std::to_string(points) + " as a " + name + " has") };
       }
-    }));
+    });
+  if (!right)
+  {
+    const std::string name =
+      visited < count ? ShapeOf(types->GetValue(visited)).name : std::string();
+    return Error{ right.GetError().code,
+      "CELLS: " + right.GetError().message + (name.empty() ? "" : " (it is a " + name + ")") };
+  }
   return fits;
 }
 
@@ -246,6 +283,11 @@ Result<ForeignMesh> ReadVtp(const std::filesystem::path& file, const Execution& 
 
 Result<ForeignMesh> ReadVtk(const std::filesystem::path& file, const Execution& execution)
 {
+  const VtkDamage damage = FindVtkDamage(file);
+  if (damage.isCut)
+  {
+    return Damaged(Error{ ErrorCode::InvalidInput, "" }, damage.part);
+  }
   VtkMessages messages;
   vtkNew<vtkGenericDataObjectReader> reader;
   reader->SetFileName(file.c_str());
@@ -261,7 +303,7 @@ Result<ForeignMesh> ReadVtk(const std::filesystem::path& file, const Execution& 
   vtkDataObject* const output = reader->GetOutput();
   if (const Status read = messages.FirstError(); !read)
   {
-    return Damaged(read.GetError());
+    return Damaged(read.GetError(), damage.part);
   }
   if (vtkPolyData* const mesh = vtkPolyData::SafeDownCast(output))
   {

@@ -399,7 +399,7 @@ private:
         place < 3 ? ParseNumber(word, point[place]) : ParseNumber(word, rest[extra++]);
       if (error != NumberTextError::None)
       {
-        const bool mayBeLeftOut = this->Layout && place == 3;
+        const bool mayBeLeftOut = !this->Layout || place == 3;
         return this->Lines.Wrong(
           QuotedText(word) +
           (error == NumberTextError::NotANumber ? " is no number" : " is too large a number") +
@@ -480,32 +480,58 @@ private:
     using Meaning = XyzFirstColumn::Meaning;
     std::vector<std::string> plainReadings, shiftedReadings;
     XyzLayout plain = this->Columns->Guess(plainReadings);
-    const Meaning means = this->Shifted ? this->First.Means() : Meaning::X;
+    const Meaning means = this->Shifted ? this->MeaningOfFirst() : Meaning::X;
     if (means != Meaning::X)
     {
       XyzLayout shifted = this->Shifted->Guess(shiftedReadings);
       // Whoever has no place for colours that are there is wrong.
       const bool fits = !this->WrongCount || Triples(shifted) >= Triples(plain);
-      if (fits && means != Meaning::Rises && this->PlacesVary())
+      const bool isX = means == Meaning::Rises || means == Meaning::Differs;
+      if (fits && !isX && this->PlacesVary())
       {
         this->TellOther("the columns are read as \"" + NamesOfLayout(shifted) + "\", not \"" +
                         NamesOfLayout(plain) + "\": the first " +
-                        (means == Meaning::Counter ? "counts the lines" : "rises as a time does") +
+                        (means == Meaning::Counter     ? "counts the lines"
+                          : means == Meaning::Shuffled ? "numbers the lines, in another order"
+                                                       : "rises as a time does") +
                         " (--columns decides)");
         this->Shift();
         readings.insert(readings.end(), shiftedReadings.begin(), shiftedReadings.end());
         return shifted;
       }
-      if (fits && this->WrongCount && means == Meaning::Rises)
+      if (fits && this->WrongCount && isX)
       {
         this->TellOther("the columns are read as \"" + NamesOfLayout(plain) +
-                        "\"; they could be \"" + NamesOfLayout(shifted) +
-                        "\" too, as the first never falls (--columns decides)");
+                        "\"; they could be \"" + NamesOfLayout(shifted) + "\" too, as the first " +
+                        (means == Meaning::Rises ? "never falls" : "has no number twice") +
+                        " (--columns decides)");
       }
     }
     KDSTREAM_TRY(this->WrongCount);
     readings.insert(readings.end(), plainReadings.begin(), plainReadings.end());
     return plain;
+  }
+
+  // Numbers in no order are those of points only beside columns that have fractions.
+  XyzFirstColumn::Meaning MeaningOfFirst() const
+  {
+    using Meaning = XyzFirstColumn::Meaning;
+    const std::vector<Vec3>& points = this->Out.mesh.points;
+    const auto isBroken = [](double v) { return v != std::floor(v); };
+    const Meaning means = this->First.Means();
+    if (means != Meaning::X ||
+        (std::none_of(this->Fourth.begin(), this->Fourth.end(), isBroken) &&
+          std::none_of(points.begin(), points.end(),
+            [&](const Vec3& point) { return isBroken(point[1]) || isBroken(point[2]); })))
+    {
+      return means;
+    }
+    std::vector<double> first;
+    for (const Vec3& point : points)
+    {
+      first.push_back(point[0]);
+    }
+    return this->First.MeansByAll(std::move(first));
   }
 
   void TellOther(const std::string& what)

@@ -169,7 +169,7 @@ private:
       return Error{ ErrorCode::InvalidInput, "is UTF-16: save it as UTF-8" };
     }
     const std::size_t text = this->File.find_last_not_of(std::string_view("\0\x1a", 2)) + 1;
-    this->Out.padding = this->File.size() - text;
+    this->Out.tolerance.Count(Lapse::PaddedEnd, this->File.size() - text);
     this->File = this->File.substr(0, text);
     this->Out.isFirst = this->File.starts_with("#VRML V1.0");
     if (!this->Out.isFirst && !this->File.starts_with("#VRML V2.0"))
@@ -269,6 +269,7 @@ private:
       this->Out.urls.push_back({ std::move(value), line });
     }
     this->Out.text += '"' + lines;
+    this->EndValue();
     this->Forget();
     this->EndExtern();
     return {};
@@ -357,6 +358,7 @@ private:
     }
     this->Out.text += bracket;
     ++this->At;
+    this->EndValue();
     const std::size_t height = closed.height + (bracket == '}' ? 1 : 0);
     if (!closed.proto.empty())
     {
@@ -488,8 +490,18 @@ private:
     if (next != "IS" && !this->Library.hasField(node.type, std::string(word), this->Out.isFirst))
     {
       node.noFieldBegin = this->Out.text.size();
-      ++this->Out.leftOut["fields that are not known (" + QuotedText(word) + " of " +
-                          QuotedText(node.type) + ")"];
+      this->Out.tolerance.Count(Lapse::FieldNotKnown, 1,
+        QuotedText(word) + " of " + QuotedText(node.type) + " (line " + std::to_string(this->Line) +
+          ")");
+    }
+  }
+
+  // A string, or what is in brackets: the value of a field, behind which the next is named.
+  void EndValue()
+  {
+    if (!this->Open.empty())
+    {
+      this->Open.back().isFieldNamed = false;
     }
   }
 

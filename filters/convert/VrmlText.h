@@ -4,6 +4,7 @@
 #pragma once
 
 #include "filters/core/Result.h"
+#include "filters/meshio/Tolerance.h"
 
 #include <cstdint>
 #include <functional>
@@ -43,7 +44,8 @@ struct VrmlText
   bool floatsSuffice = true;                      // for the decimals of points and heights
   bool hasPictures = false;                       // nodes of textures
   std::map<std::string, std::uint64_t> leftOut{}; // "nodes that are not known ('Knob')"
-  std::uint64_t padding = 0;                      // zeros and Ctrl-Z at the end, which are left out
+  // Zeros and Ctrl-Z at the end, and fields that are not known: both are left out.
+  Tolerance tolerance{};
 };
 
 // Goes through the text once. Errors: InvalidInput naming the line, for another format or version,

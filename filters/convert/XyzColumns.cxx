@@ -211,6 +211,7 @@ void XyzFirstColumn::Add(double value)
     this->Counts = this->Counts && std::abs(this->Step) == 1 && value == this->Last + this->Step;
     this->NeverFalls = this->NeverFalls && value >= this->Last;
     this->Rising += value > this->Last ? 1 : 0;
+    this->Repeats = this->Repeats || value == this->First || value == this->Last;
   }
   this->Whole = this->Whole && value == std::floor(value);
   this->Counts = this->Counts && this->Whole;
@@ -233,6 +234,21 @@ XyzFirstColumn::Meaning XyzFirstColumn::Means() const
   return this->First >= leastTime                ? Meaning::Time
          : numbers || this->Points >= manyPoints ? Meaning::Rises
                                                  : Meaning::X;
+}
+
+XyzFirstColumn::Meaning XyzFirstColumn::MeansByAll(std::vector<double> values) const
+{
+  if (!this->Whole || this->Repeats || values.size() < 3)
+  {
+    return Meaning::X;
+  }
+  std::sort(values.begin(), values.end());
+  if (std::adjacent_find(values.begin(), values.end()) != values.end())
+  {
+    return Meaning::X;
+  }
+  const bool dense = values.back() - values.front() == static_cast<double>(values.size() - 1);
+  return dense && values.size() >= manyPoints ? Meaning::Shuffled : Meaning::Differs;
 }
 
 XyzColumns::XyzColumns(std::size_t columns, std::size_t before)

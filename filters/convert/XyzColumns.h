@@ -121,20 +121,30 @@ public:
   enum class Meaning
   {
     X,
-    Rises,   // taken for x, but it could be a number or a time
-    Counter, // whole numbers that rise, or fall, by one in every line
-    Time     // never falls, and is 10^8 or more, as seconds since 1970 and of GPS are
+    Rises,    // never falls: taken for x, but it could be a number or a time
+    Differs,  // whole numbers, no two alike: taken for x, but it could be a number
+    Counter,  // whole numbers that rise, or fall, by one in every line
+    Shuffled, // the same in another order
+    Time      // never falls, and is 10^8 or more, as seconds since 1970 and of GPS are
   };
 
   void Add(double value);
-  bool MayBeOther() const { return this->Counts || this->NeverFalls; }
-  // Counter needs three points, Rises twenty, or three of whole numbers that all rise.
+  bool MayBeOther() const
+  {
+    return this->Counts || this->NeverFalls || (this->Whole && !this->Repeats);
+  }
+  // Counter needs three points, Rises twenty, or three of whole numbers that all rise; of columns
+  // that only all values tell X.
   Meaning Means() const;
+  // Of a column of which Means knows no more than X, by all its values, which are sorted: Shuffled
+  // for twenty points at least, Differs for three. O(n log n).
+  Meaning MeansByAll(std::vector<double> values) const;
 
 private:
   std::uint64_t Points = 0, Rising = 0;
   double First = 0, Last = 0, Step = 0;
   bool Counts = true, Whole = true, NeverFalls = true;
+  bool Repeats = false; // the first value, or the one before
 };
 
 // "x y z r g b class": what --columns says for it.

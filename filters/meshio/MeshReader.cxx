@@ -9,6 +9,7 @@
 #include "filters/meshio/ObjReader.h"
 #include "filters/meshio/ShownColors.h"
 #include "filters/meshio/StlReader.h"
+#include "filters/meshio/ply/OffHeader.h"
 #include "filters/meshio/ply/PlyReader.h"
 
 #include <algorithm>
@@ -37,6 +38,10 @@ Result<std::unique_ptr<MeshReader>> OpenByEnding(const std::string& ending, Byte
   {
     return OpenObjReader(std::move(source), execution, scratch);
   }
+  if (ending == ".off")
+  {
+    return OpenOffReader(std::move(source), execution, scratch);
+  }
   if (IsConvertedFormat(ending))
   {
     return Error{ ErrorCode::Unsupported,
@@ -61,7 +66,7 @@ Result<std::unique_ptr<MeshReader>> OpenFinite(const std::filesystem::path& file
   KDSTREAM_TRY(source);
   const std::string ending = FileEnding(file);
   const Result<std::string_view> begin = source->Peek(contentFormatBytes);
-  const std::string hint = begin ? OtherFormatHint(*begin, ending) : std::string();
+  const std::string hint = begin ? OtherFormatHint(*begin, ending, source->Size()) : std::string();
   auto reader = OfFile(file.string(), OpenByEnding(ending, std::move(*source), execution, scratch));
   const bool unreadable =
     reader ? (*reader)->Info().vertices == 0 : reader.GetError().code == ErrorCode::InvalidInput;

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Chunked mesh readers: step "read" of the README's picture. A file goes through them in
-// pieces that fit any memory limit: PLY, STL and OBJ.
+// pieces that fit any memory limit: PLY, STL, OBJ and OFF.
 #pragma once
 
 #include "filters/core/Execution.h"

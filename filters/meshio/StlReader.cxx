@@ -321,6 +321,60 @@ Status BinaryStlReader::LookBehindEnd()
   return {};
 }
 
+bool IsWord(std::string_view word, std::string_view small)
+{
+  return word.size() == small.size() &&
+         std::equal(word.begin(), word.end(), small.begin(),
+           [](char c, char expected)
+           { return (c >= 'A' && c <= 'Z' ? static_cast<char>(c - 'A' + 'a') : c) == expected; });
+}
+
+// Whether words behind "facet" are those of a facet's begin.
+bool GoesOnAsFacet(std::string_view rest)
+{
+  if (!IsWord(TakeWord(rest), "normal"))
+  {
+    return false;
+  }
+  for (int k = 0; k < 3; ++k)
+  {
+    TakeWord(rest);
+  }
+  const std::string_view outer = TakeWord(rest);
+  return IsWord(outer, "outer") || IsWord(outer, "outerloop");
+}
+
+// The name of a solid goes on to the end of its line, unless there the next facet begins: then up
+// to it, or to the next solid. npos: to the end.
+std::size_t EndOfName(std::string_view line, bool isEnd)
+{
+  std::size_t solid = std::string_view::npos;
+  std::string_view rest = line;
+  for (std::string_view word = TakeWord(rest); !word.empty(); word = TakeWord(rest))
+  {
+    const auto at = static_cast<std::size_t>(word.data() - line.data());
+    solid = solid == std::string_view::npos && IsWord(word, "solid") ? at : solid;
+    if (IsWord(word, "facet") && GoesOnAsFacet(rest))
+    {
+      return isEnd ? solid : at;
+    }
+  }
+  return std::string_view::npos;
+}
+
+// A word where a facet could begin that is none of the format's, such as "color".
+bool IsForeignWord(std::string_view word)
+{
+  constexpr std::size_t most = 40;
+  constexpr std::string_view own[] = { "normal", "outer", "outerloop", "loop", "vertex", "endloop",
+    "endfacet" };
+  const bool isName =
+    !word.empty() && word.size() <= most &&
+    (word[0] == '#' || (word[0] >= 'a' && word[0] <= 'z') || (word[0] >= 'A' && word[0] <= 'Z'));
+  return isName && std::none_of(std::begin(own), std::end(own),
+                     [&](std::string_view each) { return IsWord(word, each); });
+}
+
 // Where the text goes on: the next vertex of which facet.
 struct TextState
 {
@@ -328,6 +382,9 @@ struct TextState
   bool inFacet = false;
   unsigned corner = 0; // of the facet: what comes next
   std::uint64_t facet = 0;
+  // What was found up to there: solids without their end, words that are none of the format's.
+  std::uint64_t endless = 0, foreign = 0;
+  std::string firstForeign{};
 };
 
 class TextStlReader : public StlReader
@@ -346,6 +403,10 @@ private:
   Status ReadPoints(std::vector<Vec3>& points, std::size_t number) override;
   // Goes to the coordinates of the next vertex; false at the end of the text.
   Result<bool> NextVertex();
+  // What stands between facets: true at the end of the text, or where a facet begins.
+  Result<bool> PassBetween();
+  Status SkipName(bool isEnd);
+  Status BeginFacet();
   Status ReadFacet();
   Status EndFacet();
   // The next word; "endsolid" too where it is written "end solid".
@@ -359,14 +420,6 @@ private:
   TextState At;
   std::array<Vec3, 3> Facet{}; // the one that vertex VerticesRead is of
 };
-
-bool IsWord(std::string_view word, std::string_view small)
-{
-  return word.size() == small.size() &&
-         std::equal(word.begin(), word.end(), small.begin(),
-           [](char c, char expected)
-           { return (c >= 'A' && c <= 'Z' ? static_cast<char>(c - 'A' + 'a') : c) == expected; });
-}
 
 Error TextStlReader::Unexpected(std::string_view word, const std::string& expected) const
 {
@@ -419,49 +472,103 @@ Status TextStlReader::EndFacet()
   return {};
 }
 
+Status TextStlReader::SkipName(bool isEnd)
+{
+  const Result<std::string_view> line = this->Words.RestOfLine();
+  KDSTREAM_TRY(line);
+  const std::size_t end = EndOfName(*line, isEnd);
+  if (end == std::string_view::npos)
+  {
+    return this->Words.SkipLine();
+  }
+  this->Words.Skip(end);
+  return {};
+}
+
+Result<bool> TextStlReader::PassBetween()
+{
+  const Result<std::string_view> word = this->NextWord();
+  KDSTREAM_TRY(word);
+  const bool isSolid = IsWord(*word, "solid"), isEnd = IsWord(*word, "endsolid");
+  const bool endsHere = this->At.inSolid && (word->empty() || isSolid) && this->At.facet > 0;
+  this->At.endless += endsHere ? 1 : 0;
+  if (word->empty() && (endsHere || !this->At.inSolid))
+  {
+    return true;
+  }
+  if (this->At.inSolid ? isEnd || (isSolid && endsHere) : isSolid)
+  {
+    KDSTREAM_TRY(this->SkipName(isEnd));
+    this->At.inSolid = !isEnd;
+    return false;
+  }
+  if (this->At.inSolid && IsWord(*word, "facet"))
+  {
+    KDSTREAM_TRY(this->BeginFacet());
+    return true;
+  }
+  const bool isBefore = !this->At.inSolid && this->At.facet == 0;
+  if (isBefore || isSolid || isEnd || IsWord(*word, "facet") || !IsForeignWord(*word))
+  {
+    return this->Unexpected(*word, this->At.inSolid ? "'facet' or 'endsolid'" : "'solid'");
+  }
+  if (this->At.foreign++ == 0)
+  {
+    this->At.firstForeign =
+      QuotedText(*word) + ", before byte " + std::to_string(this->Words.Position());
+  }
+  KDSTREAM_TRY(this->SkipName(false));
+  return false;
+}
+
+// Behind "facet". Of the normal nothing is made, so it may be no number.
+Status TextStlReader::BeginFacet()
+{
+  static constexpr std::array<std::string_view, 6> begin{ "normal", "", "", "", "outer", "loop" };
+  bool isOuter = false;
+  for (const std::string_view expected : begin)
+  {
+    if (isOuter && expected != "loop")
+    {
+      continue; // without a normal
+    }
+    const Result<std::string_view> next = this->Words.Next();
+    KDSTREAM_TRY(next);
+    if ((expected == "outer" || expected == "normal") && IsWord(*next, "outerloop"))
+    {
+      break;
+    }
+    isOuter = expected == "normal" && IsWord(*next, "outer");
+    if (isOuter)
+    {
+      continue;
+    }
+    if (next->empty() || (!expected.empty() && !IsWord(*next, expected)))
+    {
+      return this->Unexpected(
+        *next, expected.empty() ? "a normal" : "'" + std::string(expected) + "'");
+    }
+  }
+  this->At.inFacet = true;
+  this->At.corner = 0;
+  return {};
+}
+
 Result<bool> TextStlReader::NextVertex()
 {
   if (this->At.inFacet && this->At.corner == 3)
   {
     KDSTREAM_TRY(this->EndFacet());
   }
-  while (!this->At.inFacet)
+  for (bool passed = this->At.inFacet; !passed;)
   {
-    const Result<std::string_view> word = this->NextWord();
-    KDSTREAM_TRY(word);
-    if (word->empty() && !this->At.inSolid)
-    {
-      return false;
-    }
-    if (IsWord(*word, this->At.inSolid ? "endsolid" : "solid"))
-    {
-      // The name, which can be anything.
-      KDSTREAM_TRY(this->Words.SkipLine());
-      this->At.inSolid = !this->At.inSolid;
-      continue;
-    }
-    if (!this->At.inSolid || !IsWord(*word, "facet"))
-    {
-      return this->Unexpected(*word, this->At.inSolid ? "'facet' or 'endsolid'" : "'solid'");
-    }
-    // Of the normal nothing is made, so it may be no number.
-    static constexpr std::array<std::string_view, 6> begin{ "normal", "", "", "", "outer", "loop" };
-    for (const std::string_view expected : begin)
-    {
-      const Result<std::string_view> next = this->Words.Next();
-      KDSTREAM_TRY(next);
-      if (expected == "outer" && IsWord(*next, "outerloop"))
-      {
-        break;
-      }
-      if (next->empty() || (!expected.empty() && !IsWord(*next, expected)))
-      {
-        return this->Unexpected(
-          *next, expected.empty() ? "a normal" : "'" + std::string(expected) + "'");
-      }
-    }
-    this->At.inFacet = true;
-    this->At.corner = 0;
+    const Result<bool> between = this->PassBetween();
+    KDSTREAM_TRY(between);
+    passed = *between;
+  }
+  if (!this->At.inFacet)
+  {
+    return false;
   }
   KDSTREAM_TRY(this->Expect("vertex"));
   ++this->At.corner;
@@ -496,6 +603,12 @@ Status TextStlReader::Start(const Execution& execution)
   }
   this->FileInfo.scalarType = precision.FloatsSuffice() ? ScalarType::Float32 : ScalarType::Float64;
   const std::uint64_t facets = this->At.facet;
+  this->FileInfo.tolerance.Count(Lapse::EndMissing, this->At.endless, "'endsolid'");
+  if (this->At.foreign > 0)
+  {
+    this->FileInfo.ignoredAttributes.push_back(
+      "words between facets that are none of STL (" + this->At.firstForeign + ")");
+  }
   this->At = {};
   this->Words.Seek(this->Source.Start());
   return this->SetFacets(facets);
@@ -626,6 +739,10 @@ Result<std::unique_ptr<MeshReader>> OpenStlReader(ByteSource source, const Execu
   if (!hasHeader)
   {
     return Error{ ErrorCode::InvalidInput, "is not an STL file" };
+  }
+  if (IsWord(head->substr(0, 5), "facet") || head->starts_with('#'))
+  {
+    return Error{ ErrorCode::InvalidInput, "is not an STL file: a text begins with 'solid'" };
   }
   return Error{ ErrorCode::InvalidInput,
     "the header claims " + std::to_string(facets) + " triangles, " + std::to_string(size) +

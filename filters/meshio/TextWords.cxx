@@ -8,12 +8,12 @@ namespace kdstream
 {
 
 // Keeps what is ahead and reads on behind it. Nothing is added at the end of the file.
-Status TextWords::Refill()
+Status TextWords::Refill(std::size_t more)
 {
   this->Source.Consume(static_cast<std::size_t>(this->Cursor - this->Begin));
   const auto kept = static_cast<std::size_t>(this->End - this->Cursor);
   const Result<std::string_view> ahead =
-    this->Source.Peek(std::min(kept + 1, ByteSource::blockSize));
+    this->Source.Peek(std::min(kept + more, ByteSource::blockSize));
   KDSTREAM_TRY(ahead);
   this->Begin = this->Cursor = ahead->data();
   this->End = ahead->data() + ahead->size();
@@ -57,6 +57,17 @@ Status TextWords::SkipLine()
       return status;
     }
   }
+}
+
+Result<std::string_view> TextWords::RestOfLine()
+{
+  if (static_cast<std::size_t>(this->End - this->Cursor) <= longestWord)
+  {
+    KDSTREAM_TRY(this->Refill(longestWord));
+  }
+  const std::string_view ahead(
+    this->Cursor, std::min(static_cast<std::size_t>(this->End - this->Cursor), longestWord));
+  return ahead.substr(0, ahead.find_first_of("\r\n"));
 }
 
 void TextWords::Seek(std::uint64_t position)

@@ -30,6 +30,15 @@ inline std::string LowercaseText(std::string_view text)
   return lower;
 }
 
+// Takes the blanks off the front.
+inline void TakeBlanks(std::string_view& text)
+{
+  while (!text.empty() && IsBlank(text.front()))
+  {
+    text.remove_prefix(1);
+  }
+}
+
 // Takes the next word off the front; empty if there is none.
 inline std::string_view TakeWord(std::string_view& text)
 {
@@ -86,6 +95,11 @@ public:
   }
   // Goes to the end of the line. Errors: InputOutput.
   Status SkipLine();
+  // What of the line is behind the last word, up to longestWord bytes. Valid until the next call.
+  // Errors: InputOutput.
+  Result<std::string_view> RestOfLine();
+  // Goes on by `count` bytes of it. REQUIRES: no call since RestOfLine.
+  void Skip(std::size_t count) { this->Cursor += count; }
 
   // Byte after the last word. What was read to find it lies behind Source's position.
   std::uint64_t Position() const
@@ -103,7 +117,8 @@ private:
     this->Cursor = end;
     return word;
   }
-  Status Refill();
+  // more: bytes behind those that are in memory.
+  Status Refill(std::size_t more = 1);
 
   ByteSource& Source;
   const char* Begin = nullptr; // [Begin, End) is in memory, Source stands at Begin

@@ -42,6 +42,10 @@ constexpr std::array<LapseText, lapseKinds> texts{ {
   { "columns_guessed", "of several readings of the columns is taken",
     "files have columns of several readings, of which one is taken", "reading of columns guessed",
     "readings of columns guessed" },
+  { "end_missing", "end of a part is missing, which may be cut there",
+    "ends of parts are missing, which may be cut there", "end missing", "ends missing" },
+  { "fields_not_known", "field is not one of the format's and is left out",
+    "fields are not those of the format and are left out", "field not known", "fields not known" },
 } };
 
 constexpr std::string_view forgivenMark = "forgiven ", readingMark = "reading ";

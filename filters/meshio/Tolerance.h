@@ -32,8 +32,10 @@ enum class Lapse : std::uint8_t
   NotCounted,     // points or faces that the file holds and its header does not count
   ValuesNotNamed, // a line of a text with more values than its header names, which are not read
   ColumnsGuessed, // the first column of points as text may be a coordinate, a number or a time
+  EndMissing,     // the word that ends a text is missing: it may have been cut there
+  FieldNotKnown,  // a field of a scene that its format does not have, which is not read
 };
-inline constexpr std::size_t lapseKinds = 9;
+inline constexpr std::size_t lapseKinds = 11;
 
 // Counts of a file, and which of two readings were taken. Without memory to speak of.
 class Tolerance

@@ -49,21 +49,6 @@ std::string AnyOf(const std::vector<std::string>& names)
   return text;
 }
 
-// The entries of "a,b,c", each up to "->", behind which CLI11 tells what it becomes.
-std::vector<std::string> EntriesOf(const std::string& list)
-{
-  std::vector<std::string> entries;
-  for (std::string entry : CLI::detail::split(list, ','))
-  {
-    entry = CLI::detail::trim_copy(entry.substr(0, entry.find("->")));
-    if (!entry.empty())
-    {
-      entries.push_back(entry);
-    }
-  }
-  return entries;
-}
-
 // The program, the commands that were given, and the groups of options of each.
 std::vector<const CLI::App*> Parsed(const CLI::App& app)
 {
@@ -137,6 +122,11 @@ const CLI::App* GivenCommand(const CLI::App& app)
     }
   }
   return nullptr;
+}
+
+bool LacksCommand(const CLI::App& app)
+{
+  return app.get_require_subcommand_min() > 0 && !GivenCommand(app);
 }
 
 // The word that was most likely meant as the command: the nearest to one, else the first that is no
@@ -217,121 +207,6 @@ std::optional<std::string> UnknownOption(const CLI::App& app)
   return {};
 }
 
-// What is between two parts of a text that CLI11 makes; none if it has another form.
-std::optional<std::string> Between(
-  const std::string& text, const std::string& before, const std::string& after)
-{
-  const std::size_t begin = text.find(before);
-  if (begin == std::string::npos)
-  {
-    return {};
-  }
-  const std::size_t from = begin + before.size();
-  const std::size_t end = after.empty() ? text.size() : text.find(after, from);
-  return end == std::string::npos ? std::nullopt
-                                  : std::optional<std::string>(text.substr(from, end - from));
-}
-
-// Of a text that has failed a check, which CLI11 told as `told`; ours are passed on.
-std::string WordsOfCheck(const std::string& told)
-{
-  if (StartsWith(told, "Value "))
-  {
-    const auto value = Between(told, "Value ", " not in range ");
-    const auto range = Between(told, " not in range ", "");
-    return value && range ? Quoted(*value) + " is not a number from " + *range : told;
-  }
-  if (StartsWith(told, "Check ")) // of a name that stands for something
-  {
-    const std::size_t list = told.find('{');
-    const std::size_t end = told.find('}', list);
-    if (list != std::string::npos && end != std::string::npos)
-    {
-      const std::string value = told.substr(6, told.find(' ', 6) - 6);
-      return Quoted(value) + " is not " + AnyOf(EntriesOf(told.substr(list + 1, end - list - 1)));
-    }
-  }
-  if (const std::size_t middle = told.rfind(" not in {"); middle != std::string::npos)
-  {
-    const std::vector<std::string> names =
-      EntriesOf(told.substr(middle + 9, told.rfind('}') - middle - 9));
-    return Quoted(told.substr(0, middle)) + " is not " + AnyOf(names);
-  }
-  for (const auto& [theirs, ours] :
-    { std::pair{ "Directory does not exist: ", "there is no folder " },
-      { "Directory is actually a file: ", "this is a file, not a folder: " },
-      { "File does not exist: ", "there is no file " },
-      { "File is actually a directory: ", "this is a folder, not a file: " } })
-  {
-    if (StartsWith(told, theirs))
-    {
-      return ours + told.substr(std::string(theirs).size());
-    }
-  }
-  return told;
-}
-
-// A value that is no number of the option's type.
-std::string WordsOfConversion(const CLI::App& app, const std::string& told)
-{
-  const auto name = Between(told, "Could not convert: ", " = ");
-  const auto value = Between(told, " = ", "");
-  if (!name || !value)
-  {
-    return told;
-  }
-  std::string type;
-  for (const CLI::App* const part : Parsed(app))
-  {
-    const CLI::Option* const option = part->get_option_no_throw(*name);
-    type = option ? option->get_type_name() : type;
-  }
-  return *name + ": " + Quoted(*value) +
-         (type.empty()                 ? " is not a value that it takes"
-           : StartsWith(type, "FLOAT") ? " is not a number"
-                                       : " is not a whole number, or out of range");
-}
-
-std::string WordsOfMissing(const CLI::App& app, const std::string& told)
-{
-  if (StartsWith(told, "A subcommand"))
-  {
-    return MissingCommand(app);
-  }
-  if (const auto list = Between(told, "from [", "]"))
-  {
-    const bool several = told.find("At least 1") != std::string::npos;
-    return (several ? "at least one of " : "exactly one of ") + AnyOf(EntriesOf(*list)) +
-           " is needed";
-  }
-  const auto name = Between(told, "", " is required");
-  if (!name)
-  {
-    return told;
-  }
-  std::string what;
-  for (const CLI::App* const part : Parsed(app))
-  {
-    const CLI::Option* const option = part->get_option_no_throw(*name);
-    what = option ? option->get_description() : what;
-  }
-  return *name + " is missing" + (what.empty() ? "" : ": ") + what;
-}
-
-std::string WordsOfMismatch(const std::string& told)
-{
-  const std::string name = told.substr(0, told.find(": "));
-  if (told.find(" required ") != std::string::npos && told.find("missing") != std::string::npos)
-  {
-    return name + " needs a value";
-  }
-  if (told.find("At Most 1 required") != std::string::npos)
-  {
-    return name + " may be given once";
-  }
-  return told;
-}
-
 }
 
 std::vector<std::string> NamesMeant(const std::string& word, const std::vector<std::string>& names)
@@ -365,65 +240,20 @@ std::string DidYouMean(const std::string& word, const std::vector<std::string>& 
 
 std::optional<std::string> UnknownCommand(const CLI::App& app)
 {
-  const bool lacksCommand = app.get_require_subcommand_min() > 0 && !GivenCommand(app);
-  return lacksCommand && WordForCommand(app) ? std::optional(MissingCommand(app)) : std::nullopt;
+  return LacksCommand(app) && WordForCommand(app) ? std::optional(MissingCommand(app))
+                                                  : std::nullopt;
 }
 
 std::string UsageMessage(const CLI::App& app, const CLI::ParseError& error)
 {
-  if (const auto unknown = UnknownCommand(app))
+  for (const auto& look : { UnknownCommand, EarlyOption, UnknownOption, EarlyWord })
   {
-    return *unknown;
+    if (const std::optional<std::string> found = look(app))
+    {
+      return *found;
+    }
   }
-  if (const auto early = EarlyOption(app))
-  {
-    return *early;
-  }
-  if (const auto unknown = UnknownOption(app))
-  {
-    return *unknown;
-  }
-  if (const auto early = EarlyWord(app))
-  {
-    return *early;
-  }
-  const std::string told = error.what();
-  if (dynamic_cast<const CLI::ExtrasError*>(&error))
-  {
-    const std::vector<std::string> words = app.remaining(true);
-    return "nothing is expected after the other arguments, but there is " +
-           Quoted(words.empty() ? told : words[0]);
-  }
-  if (dynamic_cast<const CLI::RequiredError*>(&error))
-  {
-    return WordsOfMissing(app, told);
-  }
-  if (dynamic_cast<const CLI::ConversionError*>(&error))
-  {
-    return WordsOfConversion(app, told);
-  }
-  if (dynamic_cast<const CLI::ArgumentMismatch*>(&error))
-  {
-    return WordsOfMismatch(told);
-  }
-  if (dynamic_cast<const CLI::ExcludesError*>(&error))
-  {
-    const auto first = Between(told, "", " excludes "), second = Between(told, " excludes ", "");
-    return first && second ? *first + " and " + *second + " cannot be given together" : told;
-  }
-  if (dynamic_cast<const CLI::RequiresError*>(&error))
-  {
-    const auto first = Between(told, "", " requires "), second = Between(told, " requires ", "");
-    return first && second ? *first + " needs " + *second : told;
-  }
-  if (dynamic_cast<const CLI::ValidationError*>(&error))
-  {
-    const std::size_t colon = told.find(": ");
-    return colon == std::string::npos
-             ? WordsOfCheck(told)
-             : told.substr(0, colon) + ": " + WordsOfCheck(told.substr(colon + 2));
-  }
-  return told;
+  return LacksCommand(app) ? MissingCommand(app) : error.what();
 }
 
 }

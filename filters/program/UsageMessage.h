@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// What is wrong with a command line, in the words of a person.
+// What is wrong with a command line: CLI11's message, and what was meant by a misspelt name.
 #pragma once
 
 #include <CLI/CLI.hpp>
@@ -11,8 +11,9 @@
 namespace kdstream
 {
 
-// What to tell of an error that CLI11 has found in the command line of `app`: which option or word
-// is meant, what would be right, and the nearest name of one that was misspelt.
+// The message of an error that CLI11 has found in the command line of `app`. Where a command or an
+// option is misspelt or stands in the wrong place, which causes other errors, that is reported
+// instead, with the nearest name.
 std::string UsageMessage(const CLI::App& app, const CLI::ParseError& error);
 
 // Of a command line that asks for help, what to tell instead: that there is no such command. None

@@ -6,6 +6,7 @@
 #include "filters/core/Result.h"
 #include "filters/core/pieces/Piece.h"
 #include "filters/model/ModelDescription.h"
+#include "filters/protocol/BlobId.h"
 
 #include <cstdint>
 #include <span>
@@ -26,13 +27,9 @@ public:
   virtual Result<std::vector<Piece>> ReadPieces(
     std::span<const PieceId> ids, const Execution& execution = {}) const = 0;
 
-  // Encoded (TreePage.h), of a node that has one. Errors: as above.
-  virtual Result<std::vector<std::uint8_t>> ReadTreePageBlob(
-    NodeId page, const Execution& execution = {}) const = 0;
-
-  // Encoded (TextureTile.h), of a partition of a model with textures. Errors: as above.
-  virtual Result<std::vector<std::uint8_t>> ReadTextureBlob(
-    std::uint32_t partition, const Execution& execution = {}) const = 0;
+  // A blob, encoded as doc/formats.md says. Errors: as above.
+  virtual Result<std::vector<std::uint8_t>> Read(
+    const protocol::BlobId& blob, const Execution& execution = {}) const = 0;
 
   // The exact boxes of nodes 1 … 2^(P+1) - 1, heap order. Errors: as above.
   virtual Result<std::vector<Box>> ReadBoxes(const Execution& execution = {}) const = 0;

@@ -15,6 +15,8 @@ namespace kdstream
 namespace
 {
 
+using protocol::BlobId;
+
 // What readers take memory for in advance (the tree, lists of pieces) grows with the pieces, each
 // of which has a row: of one vertex, 59 bytes.
 Status CheckCounts(const ModelDescription& info, std::uint64_t fileBytes)
@@ -40,6 +42,11 @@ Status CheckCounts(const ModelDescription& info, std::uint64_t fileBytes)
                                      std::to_string(info.unused->vertices) + " unused vertices");
   }
   return {};
+}
+
+std::string NameOfPiece(PieceId id, const TreeDepths& depths)
+{
+  return BlobName(BlobOfPiece(id, depths));
 }
 
 bool HaveInfos(const std::vector<Attribute>& arrays, const std::vector<AttributeInfo>& expected)
@@ -94,35 +101,11 @@ bool Store::IsFile(const std::filesystem::path& file) const
   return this->Database->CheckUnchanged() && FileState::Of(file) == this->Database->State();
 }
 
-std::string Store::BlobName(PieceId id, const TreeDepths& depths)
-{
-  if (id.resolution.IsOriginal())
-  {
-    return "partitions/" + std::to_string(id.node - (NodeId{ 1 } << depths.partition));
-  }
-  return "levels/" + std::to_string(id.resolution.Depth()) + "/" + std::to_string(id.node);
-}
-
 std::string Store::NameOfRow(std::int64_t row) const
 {
   const std::optional<PieceId> id = PieceOfRow(row);
-  return id && this->Information.HasPiece(*id) ? BlobName(*id, this->Information.depths)
+  return id && this->Information.HasPiece(*id) ? NameOfPiece(*id, this->Information.depths)
                                                : "pieces/" + std::to_string(row);
-}
-
-std::string Store::TreePageName(NodeId page)
-{
-  return "tree/" + std::to_string(page);
-}
-
-std::string Store::BoxesName(NodeId node)
-{
-  return "boxes/" + std::to_string(node);
-}
-
-std::string Store::TextureName(std::uint32_t partition)
-{
-  return "textures/" + std::to_string(partition);
 }
 
 std::string Store::UnusedName(std::uint32_t part)
@@ -130,46 +113,65 @@ std::string Store::UnusedName(std::uint32_t part)
   return "unused/" + std::to_string(part);
 }
 
-bool Store::HasTexture(std::uint32_t partition) const
+Status Store::CheckHas(const BlobId& blob) const
 {
-  return this->Information.textures && partition < this->Information.partitions;
+  const ModelDescription& info = this->Information;
+  const bool isOfPartition = protocol::IsOfOriginal(blob) && blob.number < info.partitions;
+  bool has = false;
+  switch (blob.kind)
+  {
+    case protocol::BlobKind::Tree:
+      has = IsTreePage(blob.number, info.depths);
+      break;
+    case protocol::BlobKind::Boxes:
+      has = HasPartitionBoxes(blob.number, info.depths);
+      break;
+    case protocol::BlobKind::Level:
+      has = info.HasPiece(PieceOfBlob(blob, info.depths));
+      break;
+    case protocol::BlobKind::Partition:
+      has = isOfPartition;
+      break;
+    case protocol::BlobKind::Texture:
+      has = isOfPartition && info.textures;
+      break;
+  }
+  return has ? Status{} : Error{ ErrorCode::NotFound, "the model has no " + BlobName(blob) };
 }
 
-Result<std::vector<std::uint8_t>> Store::ReadPieceBlob(PieceId id) const
+Result<std::vector<std::uint8_t>> Store::Read(const BlobId& blob, const Execution&) const
 {
-  if (!this->Information.HasPiece(id))
+  KDSTREAM_TRY(this->CheckHas(blob));
+  const std::string name = BlobName(blob);
+  switch (blob.kind)
   {
-    return Error{ ErrorCode::NotFound, "the model has no such piece" };
+    case protocol::BlobKind::Tree:
+      return this->Database->ReadOfNode(StoreQuery::TreePage, blob.number, name);
+    case protocol::BlobKind::Boxes:
+      return this->Database->ReadOfNode(StoreQuery::Boxes, blob.number, name);
+    case protocol::BlobKind::Texture:
+      return this->Database->ReadOfNode(StoreQuery::Texture, blob.number, name);
+    default:
+      return this->Database->ReadPiece(PieceOfBlob(blob, this->Information.depths), name);
   }
-  return this->Database->ReadPiece(id, BlobName(id, this->Information.depths));
 }
 
-Result<std::vector<std::uint8_t>> Store::ReadTreePageBlob(NodeId page, const Execution&) const
+Result<std::uint64_t> Store::Size(const BlobId& blob) const
 {
-  if (!IsTreePage(page, this->Information.depths))
+  KDSTREAM_TRY(this->CheckHas(blob));
+  const std::string name = BlobName(blob);
+  switch (blob.kind)
   {
-    return Error{ ErrorCode::NotFound, "the model has no such tree page" };
+    case protocol::BlobKind::Tree:
+      return this->Database->ReadNumber(StoreQuery::TreePageSize, blob.number, name);
+    case protocol::BlobKind::Boxes:
+      return this->Database->ReadNumber(StoreQuery::BoxesSize, blob.number, name);
+    case protocol::BlobKind::Texture:
+      return this->Database->ReadNumber(StoreQuery::TextureSize, blob.number, name);
+    default:
+      return this->Database->ReadNumber(
+        StoreQuery::PieceSize, PieceRow(PieceOfBlob(blob, this->Information.depths)), name);
   }
-  return this->Database->ReadOfNode(StoreQuery::TreePage, page, TreePageName(page));
-}
-
-Result<std::vector<std::uint8_t>> Store::ReadBoxesBlob(NodeId node) const
-{
-  if (!HasPartitionBoxes(node, this->Information.depths))
-  {
-    return Error{ ErrorCode::NotFound, "the model has no such boxes" };
-  }
-  return this->Database->ReadOfNode(StoreQuery::Boxes, node, BoxesName(node));
-}
-
-Result<std::vector<std::uint8_t>> Store::ReadTextureBlob(
-  std::uint32_t partition, const Execution&) const
-{
-  if (!this->HasTexture(partition))
-  {
-    return Error{ ErrorCode::NotFound, "the model has no such texture" };
-  }
-  return this->Database->ReadOfNode(StoreQuery::Texture, partition, TextureName(partition));
 }
 
 Result<std::vector<std::uint8_t>> Store::ReadUnusedBlob(std::uint32_t part) const
@@ -209,46 +211,9 @@ Result<Piece> Store::DecodeUnused(std::span<const std::uint8_t> blob, std::uint3
            : DamagedBlob(UnusedName(part), "its attributes are not those of the metadata");
 }
 
-Result<std::uint64_t> Store::PieceBlobSize(PieceId id) const
-{
-  if (!this->Information.HasPiece(id))
-  {
-    return Error{ ErrorCode::NotFound, "the model has no such piece" };
-  }
-  return this->Database->ReadNumber(
-    StoreQuery::PieceSize, PieceRow(id), BlobName(id, this->Information.depths));
-}
-
-Result<std::uint64_t> Store::TreePageBlobSize(NodeId page) const
-{
-  if (!IsTreePage(page, this->Information.depths))
-  {
-    return Error{ ErrorCode::NotFound, "the model has no such tree page" };
-  }
-  return this->Database->ReadNumber(StoreQuery::TreePageSize, page, TreePageName(page));
-}
-
-Result<std::uint64_t> Store::BoxesBlobSize(NodeId node) const
-{
-  if (!HasPartitionBoxes(node, this->Information.depths))
-  {
-    return Error{ ErrorCode::NotFound, "the model has no such boxes" };
-  }
-  return this->Database->ReadNumber(StoreQuery::BoxesSize, node, BoxesName(node));
-}
-
-Result<std::uint64_t> Store::TextureBlobSize(std::uint32_t partition) const
-{
-  if (!this->HasTexture(partition))
-  {
-    return Error{ ErrorCode::NotFound, "the model has no such texture" };
-  }
-  return this->Database->ReadNumber(StoreQuery::TextureSize, partition, TextureName(partition));
-}
-
 Result<Piece> Store::ReadPiece(PieceId id) const
 {
-  const auto blob = this->ReadPieceBlob(id);
+  const auto blob = this->Read(BlobOfPiece(id, this->Information.depths));
   KDSTREAM_TRY(blob);
   return this->Decode(*blob, id);
 }
@@ -258,8 +223,8 @@ Result<Piece> Store::Decode(std::span<const std::uint8_t> blob, PieceId id) cons
   Result<Piece> piece = DecodePiece(blob, id, this->Information.Codec());
   if (piece && !this->AttributesFit(*piece))
   {
-    return Error{ ErrorCode::Damaged,
-      BlobName(id, this->Information.depths) + ": its attributes are not those of the metadata" };
+    return Error{ ErrorCode::Damaged, NameOfPiece(id, this->Information.depths) +
+                                        ": its attributes are not those of the metadata" };
   }
   return piece;
 }
@@ -300,14 +265,14 @@ Result<std::vector<Box>> Store::ReadBoxes(const Execution& execution) const
   const NodeId first = NodeId{ 1 } << DepthOfPartitionBoxes(depths);
   for (NodeId node = first; node < 2 * first; ++node) // no memory for what is only claimed
   {
-    KDSTREAM_TRY(this->BoxesBlobSize(node));
+    KDSTREAM_TRY(this->Size(BlobId::PartitionBoxes(node)));
   }
   std::vector<Box> boxes(std::size_t{ 2 } << depths.partition);
   auto partition = boxes.begin() + (std::ptrdiff_t{ 1 } << depths.partition);
   for (NodeId node = first; node < 2 * first; ++node)
   {
     KDSTREAM_TRY(execution.Report("boxes", static_cast<double>(node) / first - 1));
-    const auto blob = this->ReadBoxesBlob(node);
+    const auto blob = this->Read(BlobId::PartitionBoxes(node));
     KDSTREAM_TRY(blob);
     const auto told = DecodePartitionBoxes(*blob, node, depths);
     KDSTREAM_TRY(told);
@@ -322,7 +287,7 @@ Result<PieceTable> Store::ReadPieceTable(std::span<const Box> boxes) const
   PieceTable pieces(this->Information.depths, this->Information.HasLevels());
   for (const NodeId page : TreePages(this->Information.depths))
   {
-    const auto blob = this->ReadTreePageBlob(page);
+    const auto blob = this->Read(BlobId::TreePage(page));
     KDSTREAM_TRY(blob);
     KDSTREAM_TRY(this->DecodePage(*blob, page, boxes, pieces));
   }
@@ -338,7 +303,8 @@ Status Store::DecodePage(std::span<const std::uint8_t> blob, NodeId page,
   KDSTREAM_TRY(told);
   if (told->boxes != RoundTreePageBoxes(boxes, page, depths))
   {
-    return DamagedBlob(TreePageName(page), "its boxes are not those of the partitions");
+    return DamagedBlob(
+      BlobName(BlobId::TreePage(page)), "its boxes are not those of the partitions");
   }
   const std::vector<PieceId> ids = PiecesOfTreePage(page, depths, this->Information.HasLevels());
   for (std::size_t i = 0; i < ids.size(); ++i)

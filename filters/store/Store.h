@@ -30,9 +30,6 @@ struct FileState; // StoreFile.h
 class Store final : public PieceSource
 {
 public:
-  // No blob is larger: servers and clients would not take it.
-  static constexpr std::uint64_t largestBlobBytes = std::uint64_t{ 64 } << 20;
-
   // Opens and checks the metadata; a file that was changed in the last 20 ms is waited for. The
   // file may be a stranger's: whatever it says, this takes at most 40 MiB, what a metadata of 1 MiB
   // takes, and the time to read that. Errors: NotFound; InvalidInput where it is not a store,
@@ -53,29 +50,20 @@ public:
   // Whether the path `file` leads to the very file that is open, unchanged.
   bool IsFile(const std::filesystem::path& file) const;
 
-  // The encoded piece / tree page / boxes of partitions, their checksum verified.
-  // Errors: NotFound where the model has no such piece; Damaged (message names the blob) where
-  // bytes are wrong; Changed where the file is no longer the one that was opened; InputOutput and
-  // LimitExceeded where the same may succeed later (the disk, memory).
-  Result<std::vector<std::uint8_t>> ReadPieceBlob(PieceId id) const;
-  Result<std::vector<std::uint8_t>> ReadTreePageBlob(
-    NodeId page, const Execution& execution = {}) const override;
-  Result<std::vector<std::uint8_t>> ReadBoxesBlob(NodeId node) const;
-  // The texture of a partition (TextureTile.h); a model without textures has none.
-  Result<std::vector<std::uint8_t>> ReadTextureBlob(
-    std::uint32_t partition, const Execution& execution = {}) const override;
+  // A blob as it is encoded, its checksum verified. Errors: NotFound where the model has no such
+  // blob; Damaged (message names the blob) where bytes are wrong; Changed where the file is no
+  // longer the one that was opened; InputOutput and LimitExceeded where the same may succeed later
+  // (the disk, memory).
+  Result<std::vector<std::uint8_t>> Read(
+    const protocol::BlobId& blob, const Execution& execution = {}) const override;
+  // How many bytes it has; they are neither read nor checked.
+  Result<std::uint64_t> Size(const protocol::BlobId& blob) const;
 
   // A part of the list of vertices that no triangle uses (UnusedList.h), encoded, and decoded: a
   // cloud with the model's point arrays. Errors: besides, Damaged where it is not as long as it
   // must be, or has other arrays.
   Result<std::vector<std::uint8_t>> ReadUnusedBlob(std::uint32_t part) const;
   Result<Piece> ReadUnused(std::uint32_t part) const;
-
-  // How many bytes they have; the bytes are neither read nor checked.
-  Result<std::uint64_t> PieceBlobSize(PieceId id) const;
-  Result<std::uint64_t> TreePageBlobSize(NodeId page) const;
-  Result<std::uint64_t> BoxesBlobSize(NodeId node) const;
-  Result<std::uint64_t> TextureBlobSize(std::uint32_t partition) const;
 
   // Decoded.
   Result<Piece> ReadPiece(PieceId id) const;
@@ -90,12 +78,7 @@ public:
   // Ids of every piece the model has, coarse to fine, nodes ascending.
   std::vector<PieceId> PieceIds() const;
 
-  // What a damaged blob is called: "tree/1", "boxes/1", "levels/7/1", "partitions/12",
-  // "textures/12", "unused/0".
-  static std::string BlobName(PieceId id, const TreeDepths& depths);
-  static std::string TreePageName(NodeId page);
-  static std::string BoxesName(NodeId node);
-  static std::string TextureName(std::uint32_t partition);
+  // What a damaged part of that list is called: "unused/0".
   static std::string UnusedName(std::uint32_t part);
 
   // Reads and checks everything, digest included; the names and reasons of what is damaged, empty
@@ -114,7 +97,7 @@ private:
   // Calls `visit` for each of PieceIds, until it fails.
   Status VisitPieceIds(const std::function<Status(PieceId)>& visit) const;
   bool AttributesFit(const Piece& piece) const;
-  bool HasTexture(std::uint32_t partition) const;
+  Status CheckHas(const protocol::BlobId& blob) const;
   std::string NameOfRow(std::int64_t row) const;
   std::unique_ptr<Connection> Database;
   ModelDescription Information;

@@ -17,6 +17,8 @@
 namespace kdstream
 {
 
+using protocol::BlobId;
+
 // Reads all that a store has, in the order of its digest, and notes what is wrong.
 class Store::Verification
 {
@@ -75,15 +77,16 @@ private:
     return this->Whole.VisitPieceIds(
       [&](PieceId id) -> Status
       {
-        const std::string name = BlobName(id, this->Whole.Information.depths);
-        const auto blob = this->Whole.ReadPieceBlob(id);
+        const BlobId piece = BlobOfPiece(id, this->Whole.Information.depths);
+        const std::string name = BlobName(piece);
+        const auto blob = this->Whole.Read(piece);
         this->Note(name, OnlyStatus(blob));
         if (blob)
         {
           this->Digest.AddPiece(id, *blob);
-          const auto piece = this->Whole.Decode(*blob, id);
-          this->Note(name, OnlyStatus(piece));
-          this->CheckTexture(id, piece ? &*piece : nullptr);
+          const auto decoded = this->Whole.Decode(*blob, id);
+          this->Note(name, OnlyStatus(decoded));
+          this->CheckTexture(id, decoded ? &*decoded : nullptr);
         }
         KDSTREAM_TRY(this->EndWhereMuchIsWrong());
         return this->Progress.Report("verify", ++done / all);
@@ -99,15 +102,16 @@ private:
       return;
     }
     const std::uint32_t partition = id.node - (NodeId{ 1 } << info.depths.partition);
-    const auto blob = this->Whole.ReadTextureBlob(partition);
-    this->Note(TextureName(partition), OnlyStatus(blob));
+    const BlobId texture = BlobId::Texture(partition);
+    const auto blob = this->Whole.Read(texture);
+    this->Note(BlobName(texture), OnlyStatus(blob));
     if (blob)
     {
       this->Digest.AddTexture(partition, *blob);
     }
     if (blob && piece)
     {
-      this->Note(TextureName(partition), OnlyStatus(DecodeTextureTile(*blob, piece->triangles)));
+      this->Note(BlobName(texture), OnlyStatus(DecodeTextureTile(*blob, piece->triangles)));
     }
   }
 
@@ -147,8 +151,8 @@ private:
     }
     for (const NodeId page : TreePages(depths))
     {
-      const auto blob = this->Whole.ReadTreePageBlob(page);
-      this->Note(TreePageName(page),
+      const auto blob = this->Whole.Read(BlobId::TreePage(page));
+      this->Note(BlobName(BlobId::TreePage(page)),
         blob && pieces ? this->Whole.DecodePage(*blob, page, *boxes, *pieces) : OnlyStatus(blob));
       if (blob)
       {
@@ -186,15 +190,15 @@ private:
     bool isThere = true; // all of them: no memory for what is only claimed
     for (NodeId node = first; isThere && node < 2 * first; ++node)
     {
-      isThere = this->Whole.BoxesBlobSize(node).HasValue();
+      isThere = this->Whole.Size(BlobId::PartitionBoxes(node)).HasValue();
     }
     std::vector<Box> boxes(isThere ? std::size_t{ 2 } << depths.partition : 0);
     auto partition = boxes.begin() + static_cast<std::ptrdiff_t>(boxes.size() / 2);
     for (NodeId node = first; node < 2 * first; ++node)
     {
-      const auto blob = this->Whole.ReadBoxesBlob(node);
+      const auto blob = this->Whole.Read(BlobId::PartitionBoxes(node));
       const auto told = blob ? DecodePartitionBoxes(*blob, node, depths) : blob.GetError();
-      this->Note(BoxesName(node), OnlyStatus(told));
+      this->Note(BlobName(BlobId::PartitionBoxes(node)), OnlyStatus(told));
       if (blob)
       {
         this->Digest.AddBoxes(node, *blob);

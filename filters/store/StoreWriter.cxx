@@ -48,7 +48,7 @@ double DistanceFrom(const Box& box, const Vec3& point)
 
 Status CheckBlobSize(const std::string& name, std::size_t bytes)
 {
-  return bytes <= Store::largestBlobBytes
+  return bytes <= protocol::maximumBlobBytes
            ? Status{}
            : Error{ ErrorCode::LimitExceeded,
                name + " takes " + std::to_string(bytes) +
@@ -275,7 +275,7 @@ Status StoreWriter::AddTexture(
   std::uint32_t partition, std::span<const std::uint8_t> data, std::uint64_t texels)
 {
   const std::lock_guard<std::mutex> lock(*this->S->pieceUse);
-  KDSTREAM_TRY(CheckBlobSize(Store::TextureName(partition), data.size()));
+  KDSTREAM_TRY(CheckBlobSize(BlobName(protocol::BlobId::Texture(partition)), data.size()));
   this->S->info.textures->bytes += data.size();
   this->S->info.textures->texels += texels;
   this->S->digest->AddTexture(partition, data);
@@ -306,7 +306,7 @@ Status StoreWriter::AddPiece(const Piece& piece, std::span<const std::uint8_t> d
 {
   const std::lock_guard<std::mutex> lock(*this->S->pieceUse);
   ModelDescription& info = this->S->info;
-  KDSTREAM_TRY(CheckBlobSize(Store::BlobName(piece.id, info.depths), data.size()));
+  KDSTREAM_TRY(CheckBlobSize(BlobName(BlobOfPiece(piece.id, info.depths)), data.size()));
   ResolutionDescription& resolution =
     piece.id.resolution.IsOriginal() ? info.original : info.levels[piece.id.resolution.Depth()];
   resolution.vertices += piece.ownVertices;

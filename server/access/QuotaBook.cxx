@@ -16,6 +16,7 @@
 // alone may write. Then another enters nothing in a log that nobody reads.
 #include "server/access/QuotaBook.h"
 
+#include "filters/protocol/BlobId.h"
 #include "filters/store/Sqlite.h"
 #include "filters/store/Store.h"
 #include "server/access/UtcText.h"
@@ -43,7 +44,7 @@ constexpr const char* lockedFile = "the file is locked";
 
 constexpr std::int64_t second = 1'000'000; // in microseconds
 constexpr std::int64_t byteBurst = 10 * second, regionBurst = 60 * second;
-constexpr std::uint64_t largestBlob = Store::largestBlobBytes;
+constexpr std::uint64_t largestBlob = protocol::maximumBlobBytes;
 // By so much the clock of a server may be wrong, or differ from that of another.
 constexpr std::int64_t clocksDiffer = 600 * second;
 

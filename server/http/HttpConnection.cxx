@@ -1,13 +1,13 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "server/http/HttpConnection.h"
 
+#include "filters/protocol/ResourcePath.h"
 #include "server/http/ProxyHeader.h"
 #include "server/http/RequestInput.h"
 #include "server/http/ResponseHead.h"
 #include "server/http/RoundTrip.h"
 #include "server/http/StreamConnection.h"
 #include "server/http/WebSocketFrames.h"
-#include "server/protocol/ResourcePath.h"
 #include "server/session/Refusal.h"
 
 #include <boost/asio/dispatch.hpp>
@@ -396,43 +396,46 @@ private:
   // Answers at once what needs no disk, and leaves the rest to the readers.
   void Respond()
   {
-    auto request = this->Plain();
-    auto& state = this->State;
-    if (auto response = state.Caught([&] { return state.Answers.AnswerAtOnce(request); }))
+    std::optional<Routes::Reading> reading;
+    const auto find = [&]() -> std::optional<HttpResponse>
+    {
+      auto found = this->State.Answers.Find(this->Plain());
+      if (auto* response = std::get_if<HttpResponse>(&found))
+      {
+        return std::move(*response);
+      }
+      reading = std::get<Routes::Reading>(std::move(found));
+      return std::nullopt;
+    };
+    if (auto response = this->State.Caught(find))
     {
       this->Send(std::move(*response), this->Input.Request().keep_alive());
       return;
     }
-    const auto counts = state.Answers.NeedsOf(request).counts;
     this->SetIdle(patienceWithDisk); // others need the seat more
     this->AwaitReader();
-    this->AskReader(std::move(request), counts);
+    this->AskReader(std::make_shared<const Routes::Reading>(std::move(*reading)));
   }
 
   // One that waits for no quotas first, where it may be that nothing counts.
-  void AskReader(HttpRequest request, Routes::Counts counts)
+  void AskReader(std::shared_ptr<const Routes::Reading> reading, bool isTried = false)
   {
     auto& state = this->State;
-    const auto needs = state.Answers.NeedsOf(request);
     const auto found = std::make_shared<std::optional<HttpResponse>>();
-    const bool isTrial = counts == Routes::Counts::Perhaps;
+    const bool isTrial = reading->counts == Routes::Counts::Perhaps && !isTried;
+    const bool takes = reading->counts == Routes::Counts::Yes || isTried;
     this->StopWaiting = MakeRoundTrip(
       this->Executor,
-      [&](WorkerPool::Work work, WorkerPool::Work giveUp)
-      {
-        state.Read(counts == Routes::Counts::Yes,
-          { std::move(work), std::move(giveUp), needs.source, needs.part });
+      [&](WorkerPool::Work work, WorkerPool::Work giveUp) {
+        state.Read(takes, { std::move(work), std::move(giveUp), reading->source, reading->part });
       },
-      [&state, found, isTrial, request = std::move(request)]
+      [&state, found, isTrial, reading]
       {
         const auto answer = [&]
-        {
-          return isTrial ? state.Answers.AnswerUncounted(request)
-                         : std::optional(state.Answers.Answer(request));
-        };
+        { return isTrial ? reading->Uncounted() : std::optional(reading->Answer()); };
         state.Guard([&] { *found = state.Caught(answer); }, [] {});
       },
-      [weak = this->weak_from_this(), found, isTrial](bool isDone)
+      [weak = this->weak_from_this(), found, isTrial, reading](bool isDone)
       {
         const auto self = weak.lock();
         if (!self || !self->StopWaiting) // its client has gone
@@ -444,7 +447,7 @@ private:
           {
             if (isTrial && isDone && !*found) // it counts
             {
-              self->AskReader(self->Plain(), Routes::Counts::Yes);
+              self->AskReader(reading, true);
             }
             else
             {

@@ -2,8 +2,8 @@
 #include "server/http/Routes.h"
 
 #include "filters/model/ModelJson.h"
+#include "filters/protocol/ResourcePath.h"
 #include "server/http/ConditionalRequest.h"
-#include "server/protocol/ResourcePath.h"
 #include "server/session/Refusal.h"
 
 #define XXH_INLINE_ALL
@@ -139,45 +139,33 @@ Routes::Routes(const Catalog& catalog, Metrics& metrics, RouteOptions options)
 {
 }
 
-HttpResponse Routes::Answer(const HttpRequest& request) const
+// A blob that a client may have, with all that its answer depends on.
+struct Routes::AskedBlob
 {
-  return *this->Answer(request, Patience::Quota);
-}
+  std::shared_ptr<const ServedModel> model;
+  protocol::BlobId id;
+  Permission permission;
+  std::string name, tag;
+  bool isCounted = false;
+  bool isKnown = false; // no byte of it is sent: the client has it, or asks for the head alone
+};
 
-std::optional<HttpResponse> Routes::AnswerUncounted(const HttpRequest& request) const
+// What is to be read for it is changed once it has been read.
+template <class Change>
+Routes::Found Routes::Changed(Found found, Change change)
 {
-  return this->Answer(request, Patience::Disk);
-}
-
-std::optional<HttpResponse> Routes::AnswerAtOnce(const HttpRequest& request) const
-{
-  return this->Answer(request, Patience::None);
-}
-
-Routes::Needs Routes::NeedsOf(const HttpRequest& request) const
-{
-  using Kind = protocol::ResourcePath::Kind;
-  const auto path = PathOf(request.target);
-  const auto resource = protocol::ParseResourcePath(path);
-  if (!resource)
+  if (auto* response = std::get_if<HttpResponse>(&found))
   {
-    return { Counts::No, this, std::string(path) };
+    *response = change(std::move(*response));
+    return found;
   }
-  if (resource->kind != Kind::Blob)
+  auto& reading = std::get<Reading>(found);
+  reading.Read = [read = std::move(reading.Read), change = std::move(change)](bool mayCount)
   {
-    return { Counts::No, this->Models.Find(resource->model).get(),
-      resource->kind == Kind::Notes ? "notes" : "" };
-  }
-  // As AnswerBlob decides it: a client that has just these bytes gets none, nor does one whose
-  // range lies beyond them.
-  const bool mayCount =
-    this->Options.ledger && protocol::IsOfOriginal(resource->blob) && request.method == "GET" &&
-    !NamesTag(request.ifNoneMatch, TagOfBlob(resource->digest, protocol::BlobName(resource->blob)));
-  const auto counts = !mayCount               ? Counts::No
-                      : request.range.empty() ? Counts::Yes
-                                              : Counts::Perhaps;
-  return { counts, this->Models.FindDigest(resource->model, resource->digest).get(),
-    protocol::BlobName(resource->blob) };
+    auto response = read(mayCount);
+    return response ? std::optional(change(std::move(*response))) : std::nullopt;
+  };
+  return found;
 }
 
 HttpResponse Routes::AnswerAdmin(const HttpRequest& request) const
@@ -191,7 +179,7 @@ HttpResponse Routes::AnswerAdmin(const HttpRequest& request) const
     request, answered ? std::move(*answered) : this->Failure(404, "there is nothing at this path"));
 }
 
-Routes::Answered Routes::Answer(const HttpRequest& request, Patience patience) const
+Routes::Found Routes::Find(const HttpRequest& request) const
 {
   if (request.method == "OPTIONS" && !this->Options.allowOrigin.empty())
   {
@@ -201,12 +189,13 @@ Routes::Answered Routes::Answer(const HttpRequest& request, Patience patience) c
   {
     return this->Finished(request, std::move(*misuse));
   }
-  auto answered = this->Route(request, PathOf(request.target), patience);
-  return answered ? Answered(this->Finished(request, std::move(*answered))) : std::nullopt;
+  return Changed(this->Route(request, PathOf(request.target)),
+    [this, request](HttpResponse response)
+    { return this->Finished(request, std::move(response)); });
 }
 
 // What is no GET of a path.
-Routes::Answered Routes::RefuseMisuse(const HttpRequest& request) const
+std::optional<HttpResponse> Routes::RefuseMisuse(const HttpRequest& request) const
 {
   if (request.method != "GET" && request.method != "HEAD")
   {
@@ -293,22 +282,21 @@ bool Routes::MayStream(std::string_view origin, std::string_view host) const
   return scheme != std::string_view::npos && origin.substr(scheme + 3) == host;
 }
 
-Routes::Answered Routes::Route(
-  const HttpRequest& request, std::string_view path, Patience patience) const
+Routes::Found Routes::Route(const HttpRequest& request, std::string_view path) const
 {
   if (auto answered = this->AnswerOwn(path, this->Options.metrics))
   {
-    return answered;
+    return std::move(*answered);
   }
   if (path == "/api" || path.substr(0, 5) == "/api/")
   {
-    return this->AnswerApi(request, path, patience);
+    return this->FindApi(request, path);
   }
-  return this->AnswerFile(request, path, patience);
+  return this->FindFile(request, path);
 }
 
 // How the server itself is.
-Routes::Answered Routes::AnswerOwn(std::string_view path, bool metrics) const
+std::optional<HttpResponse> Routes::AnswerOwn(std::string_view path, bool metrics) const
 {
   if (path == "/healthz")
   {
@@ -341,8 +329,7 @@ HttpResponse Routes::AnswerReady() const
              : this->Failure(503, "there is no model to serve");
 }
 
-Routes::Answered Routes::AnswerApi(
-  const HttpRequest& request, std::string_view path, Patience patience) const
+Routes::Found Routes::FindApi(const HttpRequest& request, std::string_view path) const
 {
   if (path == protocol::streamPath)
   {
@@ -356,19 +343,24 @@ Routes::Answered Routes::AnswerApi(
     const Error& error = resource.GetError();
     return this->Failure(error.code == ErrorCode::NotFound ? 404 : 400, error.message);
   }
-  auto answered = this->AnswerModels(request, *resource, patience);
-  if (answered && this->Options.guard) // caches must not give it to somebody else
+  auto found = this->FindOfModels(request, *resource);
+  if (!this->Options.guard)
   {
-    answered->fields.emplace_back("Vary", "Authorization");
+    return found;
   }
-  return answered;
+  return Changed(std::move(found),
+    [](HttpResponse response) // caches must not give it to somebody else
+    {
+      response.fields.emplace_back("Vary", "Authorization");
+      return response;
+    });
 }
 
 // Models and what they have, which may take a token.
-Routes::Answered Routes::AnswerModels(
-  const HttpRequest& request, const protocol::ResourcePath& resource, Patience patience) const
+Routes::Found Routes::FindOfModels(
+  const HttpRequest& request, const protocol::ResourcePath& resource) const
 {
-  const auto permission = this->Admit(request.client, request.authorization);
+  auto permission = this->Admit(request.client, request.authorization);
   if (!permission)
   {
     return this->Forbidden({ 401, permission.GetError().message });
@@ -381,58 +373,66 @@ Routes::Answered Routes::AnswerModels(
   {
     return this->Forbidden(*refused);
   }
-  const auto model = this->Models.Find(resource.model);
+  auto model = this->Models.Find(resource.model);
   if (!model)
   {
     return this->Failure(404, "there is no model " + resource.model);
   }
   if (resource.kind == protocol::ResourcePath::Kind::Model)
   {
-    return this->AnswerModel(request, *model, permission->Detail(), patience);
+    return this->FindModel(request, std::move(model), permission->Detail());
   }
   if (resource.kind == protocol::ResourcePath::Kind::Notes)
   {
-    return this->AnswerNotes(request, resource.model, patience);
+    Reading reading;
+    reading.source = model.get();
+    reading.part = "notes";
+    reading.Read = [this, request, id = resource.model](bool)
+    { return this->AnswerNotes(request, id); };
+    return reading;
   }
-  const auto same = this->Models.FindDigest(resource.model, resource.digest);
-  if (!same)
+  AskedBlob asked{ this->Models.FindDigest(resource.model, resource.digest), resource.blob,
+    std::move(*permission), protocol::BlobName(resource.blob), {} };
+  if (!asked.model)
   {
     return this->Failure(410, resource.model + " has another digest now: read its model.json");
   }
-  if (const auto refused = permission->RefuseBlob(same->Description(), resource.blob))
+  if (const auto refused = asked.permission.RefuseBlob(asked.model->Description(), asked.id))
   {
     return this->Forbidden(*refused);
   }
-  return this->AnswerBlob(request, *same, resource.blob, *permission, patience);
+  return this->FindBlob(request, std::move(asked));
 }
 
-Routes::Answered Routes::AnswerModel(
-  const HttpRequest& request, const ServedModel& model, ModelDetail detail, Patience patience) const
+Routes::Found Routes::FindModel(
+  const HttpRequest& request, std::shared_ptr<const ServedModel> model, ModelDetail detail) const
 {
-  const auto unchanged = model.LooksUnchanged();
-  if (!unchanged && patience == Patience::None)
+  const auto answer = [this, request, detail](const ServedModel& asked, const Status& status)
   {
-    return std::nullopt;
-  }
-  // Where it looks changed, the error is known without the disk.
-  if (const auto status = unchanged == true ? Status{} : model.CheckUnchanged(); !status)
+    if (!status)
+    {
+      const auto refusal = RefuseModel(asked.Description().id, status.GetError());
+      return this->Failure(refusal.status, refusal.message);
+    }
+    auto body = asked.Json(detail);
+    auto tag = TagOf(*body);
+    return Cacheable(request, "application/json", std::move(body), std::move(tag), revalidate);
+  };
+  if (const auto unchanged = model->LooksUnchanged())
   {
-    const auto refusal = RefuseModel(model.Description().id, status.GetError());
-    return this->Failure(refusal.status, refusal.message);
+    // Where it looks changed, the error is known without the disk.
+    return answer(*model, *unchanged ? Status{} : model->CheckUnchanged());
   }
-  auto body = model.Json(detail);
-  auto tag = TagOf(*body);
-  return Cacheable(request, "application/json", std::move(body), std::move(tag), revalidate);
+  Reading reading;
+  reading.source = model.get();
+  reading.Read = [answer, model = std::move(model)](bool)
+  { return answer(*model, model->CheckUnchanged()); };
+  return reading;
 }
 
 // They change while the model does not: each time the file as it is now.
-Routes::Answered Routes::AnswerNotes(
-  const HttpRequest& request, const std::string& model, Patience patience) const
+HttpResponse Routes::AnswerNotes(const HttpRequest& request, const std::string& model) const
 {
-  if (patience == Patience::None)
-  {
-    return std::nullopt;
-  }
   auto notes = this->Models.ReadNotes(model);
   if (!notes)
   {
@@ -444,66 +444,83 @@ Routes::Answered Routes::AnswerNotes(
   return Cacheable(request, "application/json", std::move(*notes), std::move(tag), revalidate);
 }
 
-Routes::Answered Routes::AnswerBlob(const HttpRequest& request, const ServedModel& model,
-  const protocol::BlobId& id, const Permission& permission, Patience patience) const
+// A client that has just these bytes gets none, nor does one whose range lies beyond them: neither
+// counts.
+Routes::Found Routes::FindBlob(const HttpRequest& request, AskedBlob asked) const
 {
-  const auto& description = model.Description();
-  const auto name = protocol::BlobName(id);
+  asked.tag = TagOfBlob(asked.model->Description().digest, asked.name);
+  asked.isCounted = asked.permission.IsCounted(asked.id);
+  asked.isKnown = request.method == "HEAD" || NamesTag(request.ifNoneMatch, asked.tag);
+  if (auto blob = asked.isCounted ? nullptr : asked.model->FindBlob(asked.id))
+  {
+    return this->AnswerWhole(request, asked, blob, blob->size());
+  }
+  Reading reading;
+  const bool mayCount = asked.isCounted && !asked.isKnown;
+  reading.counts = !mayCount ? Counts::No : request.range.empty() ? Counts::Yes : Counts::Perhaps;
+  reading.source = asked.model.get();
+  reading.part = asked.name;
+  reading.Read = [this, request, asked = std::move(asked)](bool counts)
+  { return this->ReadBlob(request, asked, counts); };
+  return reading;
+}
+
+// Nothing where it counts and may not.
+std::optional<HttpResponse> Routes::ReadBlob(
+  const HttpRequest& request, const AskedBlob& asked, bool mayCount) const
+{
+  const auto& description = asked.model->Description();
   const auto refuse = [&](const Error& error)
   {
-    const auto refusal = RefusePart(description.id, name, error);
+    const auto refusal = RefusePart(description.id, asked.name, error);
     if (refusal.IsFailure())
     {
       this->Counters.CountFailedBlob();
     }
     return this->Failure(refusal.status, refusal.message);
   };
-  auto tag = TagOfBlob(description.digest, name);
-  constexpr const char* type = "application/octet-stream";
-  const char* const policy = this->Options.guard ? forEverOfOne : forEver;
-  const bool isCounted = permission.IsCounted(id);
-  if (auto blob = isCounted ? nullptr : model.FindBlob(id))
-  {
-    return Ranged(request, Cacheable(request, type, std::move(blob), std::move(tag), policy));
-  }
-  if (patience == Patience::None)
-  {
-    return std::nullopt;
-  }
   // Where no byte of it is sent none is read. A part is read as a whole: so is its checksum.
-  const bool isKnown = request.method == "HEAD" || NamesTag(request.ifNoneMatch, tag);
-  if (isKnown || !request.range.empty())
+  if (asked.isKnown || !request.range.empty())
   {
-    const auto size = model.BlobSize(id);
+    const auto size = asked.model->BlobSize(asked.id);
     if (!size)
     {
       return refuse(size.GetError());
     }
-    auto response = Cacheable(request, type, Bytes({}), tag, policy);
-    response.length = response.status == 200 ? static_cast<std::size_t>(*size) : 0;
-    response = Ranged(request, std::move(response));
-    if (isKnown || response.status == 416)
+    auto response = this->AnswerWhole(request, asked, nullptr, static_cast<std::size_t>(*size));
+    if (asked.isKnown || response.status == 416)
     {
       return response;
     }
   }
-  if (isCounted && patience != Patience::Quota)
+  if (asked.isCounted && !mayCount)
   {
     return std::nullopt;
   }
-  auto blob = model.ReadBlob(id);
+  auto blob = asked.model->ReadBlob(asked.id);
   if (!blob)
   {
     return refuse(blob.GetError());
   }
-  if (isCounted)
+  if (asked.isCounted)
   {
-    if (const auto over = permission.TakePartition(description, id.number, (*blob)->size()))
+    if (const auto over =
+          asked.permission.TakePartition(description, asked.id.number, (*blob)->size()))
     {
       return this->Failure(over->status, over->message, over->retryAfter);
     }
   }
-  return Ranged(request, Cacheable(request, type, std::move(*blob), std::move(tag), policy));
+  return this->AnswerWhole(request, asked, *blob, (*blob)->size());
+}
+
+// bytes: null where none of so many is sent.
+HttpResponse Routes::AnswerWhole(const HttpRequest& request, const AskedBlob& asked,
+  const BlobBytes& bytes, std::size_t length) const
+{
+  auto response = Cacheable(request, "application/octet-stream", bytes ? bytes : Bytes({}),
+    asked.tag, this->Options.guard ? forEverOfOne : forEver);
+  response.length = response.status == 200 ? length : 0;
+  return Ranged(request, std::move(response));
 }
 
 // The models that the client may have.
@@ -525,8 +542,7 @@ HttpResponse Routes::AnswerModelList(const HttpRequest& request, const Permissio
   return Cacheable(request, "application/json", std::move(body), std::move(tag), revalidate);
 }
 
-Routes::Answered Routes::AnswerFile(
-  const HttpRequest& request, std::string_view path, Patience patience) const
+Routes::Found Routes::FindFile(const HttpRequest& request, std::string_view path) const
 {
   if (!this->Options.web)
   {
@@ -545,10 +561,16 @@ Routes::Answered Routes::AnswerFile(
   {
     return this->AnswerFile(request, *found);
   }
-  if (patience == Patience::None)
-  {
-    return std::nullopt;
-  }
+  Reading reading;
+  reading.source = this;
+  reading.part = std::string(path);
+  reading.Read = [this, request, path = std::string(path), gzip](bool)
+  { return this->ReadFile(request, path, gzip); };
+  return reading;
+}
+
+HttpResponse Routes::ReadFile(const HttpRequest& request, const std::string& path, bool gzip) const
+{
   const auto file = this->Options.web->Read(path, gzip);
   if (!file)
   {

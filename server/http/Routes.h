@@ -3,10 +3,10 @@
 // picture. No sockets: a function of the request, the catalog and the web folder.
 #pragma once
 
+#include "filters/protocol/ResourcePath.h"
 #include "server/http/HttpMessage.h"
 #include "server/http/Metrics.h"
 #include "server/http/StaticFiles.h"
-#include "server/protocol/ResourcePath.h"
 #include "server/session/Catalog.h"
 #include "server/session/Permission.h"
 
@@ -16,6 +16,7 @@
 #include <optional>
 #include <string>
 #include <string_view>
+#include <variant>
 
 namespace kdstream
 {
@@ -38,27 +39,32 @@ public:
   // REQUIRES: catalog and metrics outlive the routes.
   Routes(const Catalog& catalog, Metrics& metrics, RouteOptions options);
 
-  // From any thread. Errors are responses too. May wait for a disk.
-  HttpResponse Answer(const HttpRequest& request) const;
-  // The same where it waits for nobody, else nothing.
-  std::optional<HttpResponse> AnswerAtOnce(const HttpRequest& request) const;
-  // The same where it counts against no quota, else nothing. May wait for a disk.
-  std::optional<HttpResponse> AnswerUncounted(const HttpRequest& request) const;
-
   enum class Counts
   {
     No,
-    Perhaps, // AnswerUncounted finds it out
+    Perhaps, // Reading::Uncounted finds it out
     Yes
   };
-  // What an answer that is not given at once waits for.
-  struct Needs
+  // What an answer that is not given at once is read from: all that its request names has been
+  // found, and its client's permission too. The functions may wait for a disk; errors are responses
+  // too. REQUIRES: the routes outlive it.
+  class Reading
   {
+  public:
     Counts counts = Counts::No;   // against a quota
     const void* source = nullptr; // the model or the folder of files that is read, by address
     std::string part = {};        // of it, where others may read the same
+
+    HttpResponse Answer() const { return *this->Read(true); }
+    // The same where it counts against no quota, else nothing.
+    std::optional<HttpResponse> Uncounted() const { return this->Read(false); }
+
+  private:
+    friend class Routes;
+    std::function<std::optional<HttpResponse>(bool mayCount)> Read;
   };
-  Needs NeedsOf(const HttpRequest& request) const;
+  // The answer where it waits for nobody, or what is to be read for it. From any thread.
+  std::variant<HttpResponse, Reading> Find(const HttpRequest& request) const;
 
   // What the administrator may ask: /metrics, /healthz, /readyz. Waits for nobody.
   HttpResponse AnswerAdmin(const HttpRequest& request) const;
@@ -83,32 +89,30 @@ public:
   bool MayStream(std::string_view origin, std::string_view host) const;
 
 private:
-  enum class Patience
-  {
-    None,
-    Disk, // waits for one
-    Quota // and for the quotas' file
-  };
-  using Answered = std::optional<HttpResponse>; // nothing for want of patience
-  Answered Answer(const HttpRequest& request, Patience patience) const;
-  Answered Route(const HttpRequest& request, std::string_view path, Patience patience) const;
-  Answered AnswerApi(const HttpRequest& request, std::string_view path, Patience patience) const;
-  Answered RefuseMisuse(const HttpRequest& request) const;
+  using Found = std::variant<HttpResponse, Reading>;
+  struct AskedBlob;
+  Found Route(const HttpRequest& request, std::string_view path) const;
+  Found FindApi(const HttpRequest& request, std::string_view path) const;
+  std::optional<HttpResponse> RefuseMisuse(const HttpRequest& request) const;
   HttpResponse Finished(const HttpRequest& request, HttpResponse response) const;
-  Answered AnswerOwn(std::string_view path, bool metrics) const;
+  std::optional<HttpResponse> AnswerOwn(std::string_view path, bool metrics) const;
   HttpResponse AnswerReady() const;
-  Answered AnswerModels(
-    const HttpRequest& request, const protocol::ResourcePath& resource, Patience patience) const;
+  Found FindOfModels(const HttpRequest& request, const protocol::ResourcePath& resource) const;
   HttpResponse AnswerModelList(const HttpRequest& request, const Permission& permission) const;
-  Answered AnswerModel(const HttpRequest& request, const ServedModel& model, ModelDetail detail,
-    Patience patience) const;
-  Answered AnswerNotes(
-    const HttpRequest& request, const std::string& model, Patience patience) const;
-  Answered AnswerBlob(const HttpRequest& request, const ServedModel& model,
-    const protocol::BlobId& id, const Permission& permission, Patience patience) const;
-  Answered AnswerFile(const HttpRequest& request, std::string_view path, Patience patience) const;
+  Found FindModel(
+    const HttpRequest& request, std::shared_ptr<const ServedModel> model, ModelDetail detail) const;
+  HttpResponse AnswerNotes(const HttpRequest& request, const std::string& model) const;
+  Found FindBlob(const HttpRequest& request, AskedBlob asked) const;
+  std::optional<HttpResponse> ReadBlob(
+    const HttpRequest& request, const AskedBlob& asked, bool mayCount) const;
+  HttpResponse AnswerWhole(const HttpRequest& request, const AskedBlob& asked,
+    const BlobBytes& bytes, std::size_t length) const;
+  Found FindFile(const HttpRequest& request, std::string_view path) const;
+  HttpResponse ReadFile(const HttpRequest& request, const std::string& path, bool gzip) const;
   HttpResponse AnswerFile(const HttpRequest& request, const StaticFile& file) const;
   HttpResponse Preflight() const;
+  template <class Change>
+  static Found Changed(Found found, Change change);
 
   const Catalog& Models;
   Metrics& Counters;

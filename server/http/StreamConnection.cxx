@@ -20,9 +20,9 @@
 // disks) does for the stream does not keep it.
 #include "server/http/StreamConnection.h"
 
+#include "filters/protocol/ResourcePath.h"
 #include "server/http/RoundTrip.h"
 #include "server/http/WebSocketFrames.h"
-#include "server/protocol/ResourcePath.h"
 #include "server/session/Conversation.h"
 
 #include <boost/asio/basic_waitable_timer.hpp>

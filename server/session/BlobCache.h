@@ -4,7 +4,7 @@
 #pragma once
 
 #include "filters/core/Result.h"
-#include "server/protocol/BlobId.h"
+#include "filters/protocol/BlobId.h"
 #include "server/session/Catalog.h"
 
 #include <cstddef>

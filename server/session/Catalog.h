@@ -9,7 +9,7 @@
 #include "filters/core/Result.h"
 #include "filters/core/Types.h"
 #include "filters/model/ModelDescription.h"
-#include "server/protocol/BlobId.h"
+#include "filters/protocol/BlobId.h"
 
 #include <array>
 #include <cstddef>

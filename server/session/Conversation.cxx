@@ -133,7 +133,7 @@ struct Conversation::Job
   std::shared_ptr<const ServedModel> model; // as it was open when the request was started
   BlobList list;
   bool begun = false;
-  std::uint64_t next = 0;   // index in the list of the blob after `bytes`
+  std::size_t next = 0;     // index in the list of the blob after `bytes`
   BlobBytes bytes;          // the blob that is being sent, or null
   std::uint32_t offset = 0; // of its next frame
   std::uint64_t sentBlobs = 0, sentBytes = 0, failedBlobs = 0, reportedBytes = 0;
@@ -500,18 +500,18 @@ std::optional<Conversation::Message> Conversation::Continue()
   {
     job.begun = true;
     this->Answer({ job.request,
-      protocol::BeginAnswer{ job.list.count, job.list.estimatedBytes, job.list.region } });
+      protocol::BeginAnswer{ job.list.blobs.size(), job.list.estimatedBytes, job.list.region } });
   }
   else if (job.sentBytes - job.reportedBytes >= bytesBetweenProgress)
   {
     job.reportedBytes = job.sentBytes;
     this->Answer({ job.request, protocol::ProgressAnswer{ job.sentBlobs, job.sentBytes } });
   }
-  else if (job.bytes || (job.next < job.list.count && this->HasBlob()))
+  else if (job.bytes || (job.next < job.list.blobs.size() && this->HasBlob()))
   {
     return this->NextFrame();
   }
-  else if (!this->Pending && job.next == job.list.count)
+  else if (!this->Pending && job.next == job.list.blobs.size())
   {
     this->Answer(job.End(false));
     this->Current.reset();
@@ -523,7 +523,7 @@ std::optional<Conversation::Message> Conversation::Continue()
 bool Conversation::HasBlob()
 {
   Job& job = *this->Current;
-  const auto id = job.list.At(job.next++);
+  const auto id = job.list.blobs[job.next++];
   job.offset = 0;
   job.bytes =
     this->May.IsCounted(id) ? nullptr : job.model->FindBlob(id); // else the errand takes it
@@ -543,7 +543,7 @@ std::vector<std::uint8_t> Conversation::NextFrame()
   Job& job = *this->Current;
   const auto rest = std::span<const std::uint8_t>(*job.bytes).subspan(job.offset);
   const auto payload = rest.first(std::min(rest.size(), protocol::maximumPayloadBytes));
-  auto frame = protocol::EncodeFrame({ job.request, job.list.At(job.next - 1), job.offset,
+  auto frame = protocol::EncodeFrame({ job.request, job.list.blobs[job.next - 1], job.offset,
                                        static_cast<std::uint32_t>(job.bytes->size()) },
     payload);
   job.offset += static_cast<std::uint32_t>(payload.size());
@@ -551,7 +551,7 @@ std::vector<std::uint8_t> Conversation::NextFrame()
   if (payload.size() == rest.size())
   {
     ++job.sentBlobs;
-    this->Latest = { job.sentBlobs == 1, job.next == job.list.count, job.received };
+    this->Latest = { job.sentBlobs == 1, job.next == job.list.blobs.size(), job.received };
     job.bytes.reset();
   }
   return frame;

@@ -8,8 +8,8 @@
 // are answered one after the other, as they came. The messages: doc/protocol.md.
 #pragma once
 
-#include "server/protocol/BinaryFrame.h"
-#include "server/protocol/ControlMessage.h"
+#include "filters/protocol/BinaryFrame.h"
+#include "filters/protocol/ControlMessage.h"
 #include "server/session/BlobList.h"
 #include "server/session/Catalog.h"
 #include "server/session/Permission.h"

@@ -1,11 +1,9 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "server/session/Permission.h"
 
-#include <algorithm>
 #include <string>
 #include <utility>
 #include <variant>
-#include <vector>
 
 namespace kdstream
 {
@@ -32,34 +30,6 @@ ModelDetail DetailOf(const ModelDescription& model, const BlobId& blob)
       break;
   }
   return ModelDetail::Regions;
-}
-
-// One of each kind and level that the message asks for.
-std::vector<BlobId> AskedFor(const ModelDescription& model, const protocol::ClientMessage& message)
-{
-  std::vector<BlobId> blobs;
-  if (const auto* level = std::get_if<protocol::LevelRequest>(&message.body))
-  {
-    blobs.push_back(BlobId::LevelPiece(level->level, 1));
-  }
-  else if (const auto* tree = std::get_if<protocol::TreeRequest>(&message.body))
-  {
-    std::transform(
-      tree->nodes.begin(), tree->nodes.end(), std::back_inserter(blobs), BlobId::TreePage);
-  }
-  else if (const auto* any = std::get_if<protocol::BlobsRequest>(&message.body))
-  {
-    blobs = any->blobs;
-  }
-  else if (std::holds_alternative<protocol::PreviewRequest>(message.body))
-  {
-    blobs.push_back(BlobId::LevelPiece(static_cast<std::uint8_t>(PreviewLevel(model)), 1));
-  }
-  else // regions, partitions, their boxes
-  {
-    blobs.push_back(BlobId::Partition(0));
-  }
-  return blobs;
 }
 
 }
@@ -151,7 +121,12 @@ Permission::Refused Permission::RefuseRequest(
   {
     return std::nullopt;
   }
-  for (const auto& blob : AskedFor(model, message))
+  const auto* const asked = std::get_if<protocol::BlobsRequest>(&message.body);
+  if (!asked) // a region
+  {
+    return this->RefuseBlob(model, BlobId::Partition(0));
+  }
+  for (const BlobId& blob : asked->blobs)
   {
     if (auto refused = this->RefuseBlob(model, blob))
     {

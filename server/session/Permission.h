@@ -12,8 +12,8 @@
 #pragma once
 
 #include "filters/model/ModelDescription.h"
+#include "filters/protocol/ControlMessage.h"
 #include "server/access/TokenGuard.h"
-#include "server/protocol/ControlMessage.h"
 #include "server/session/PartitionLedger.h"
 #include "server/session/Refusal.h"
 

@@ -3,7 +3,7 @@
 
 #include "filters/core/CaughtError.h"
 #include "filters/core/SystemReason.h"
-#include "server/protocol/ResourcePath.h"
+#include "filters/protocol/ResourcePath.h"
 #include "server/session/NotesFiles.h"
 #include "server/session/PatientLoop.h"
 #include "server/session/StoreModel.h"

@@ -15,8 +15,6 @@
 namespace kdstream
 {
 
-static_assert(Store::largestBlobBytes == protocol::maximumBlobBytes);
-
 namespace
 {
 
@@ -237,17 +235,7 @@ private:
   {
     const auto store = this->Opened();
     KDSTREAM_TRY(store);
-    switch (blob.kind)
-    {
-      case protocol::BlobKind::Tree:
-        return (*store)->TreePageBlobSize(blob.number);
-      case protocol::BlobKind::Boxes:
-        return (*store)->BoxesBlobSize(blob.number);
-      case protocol::BlobKind::Texture:
-        return (*store)->TextureBlobSize(blob.number);
-      default:
-        return this->OfPiece(blob, [&store](PieceId id) { return (*store)->PieceBlobSize(id); });
-    }
+    return (*store)->Size(blob);
   }
 
   void ReportOfBlob(const protocol::BlobId& blob, const Error& error) const
@@ -290,12 +278,7 @@ private:
       {
         const auto store = this->Opened();
         KDSTREAM_TRY(store);
-        auto bytes =
-          blob.kind == protocol::BlobKind::Tree    ? (*store)->ReadTreePageBlob(blob.number)
-          : blob.kind == protocol::BlobKind::Boxes ? (*store)->ReadBoxesBlob(blob.number)
-          : blob.kind == protocol::BlobKind::Texture
-            ? (*store)->ReadTextureBlob(blob.number)
-            : this->OfPiece(blob, [&store](PieceId id) { return (*store)->ReadPieceBlob(id); });
+        auto bytes = (*store)->Read(blob);
         KDSTREAM_TRY(bytes);
         KDSTREAM_TRY(CheckSize(blob, bytes->size()));
         return std::make_shared<const std::vector<std::uint8_t>>(std::move(*bytes));
@@ -309,21 +292,6 @@ private:
       this->ReportOfBlob(blob, read.GetError());
     }
     return read;
-  }
-
-  // What `read` says of the piece that the blob is.
-  template <class Read>
-  auto OfPiece(const protocol::BlobId& blob, const Read& read) const -> decltype(read(PieceId{}))
-  {
-    if (blob.kind == protocol::BlobKind::Level)
-    {
-      return read({ Resolution::Level(blob.level), blob.number });
-    }
-    if (blob.number < this->Told.partitions)
-    {
-      return read({ Resolution::Original(), NodeOfPartition(blob.number, this->Told.depths) });
-    }
-    return Error{ ErrorCode::NotFound, "the model has no " + protocol::BlobName(blob) };
   }
 
   const std::filesystem::path File;

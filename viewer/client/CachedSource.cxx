@@ -82,8 +82,9 @@ void CachedSource::Send(const SessionRequest& request)
         this->Server->Send(request);
       }
       break;
-    default:
+    case SessionRequest::Kind::Blobs:
       this->SendBlobs(request);
+      break;
   }
 }
 

@@ -5,7 +5,7 @@
 namespace kdstream
 {
 
-void Deliver(const ClientEvent& event, ViewerSession& session)
+BlobArrival Deliver(const ClientEvent& event, ViewerSession& session)
 {
   switch (event.kind)
   {
@@ -13,9 +13,8 @@ void Deliver(const ClientEvent& event, ViewerSession& session)
       session.Opened(event.request, event.model);
       break;
     case ClientEvent::Kind::Blob:
-      session.BlobArrived(
+      return session.BlobArrived(
         event.request, event.blob, event.bytes, event.transmissionSeconds, event.fromCache);
-      break;
     case ClientEvent::Kind::BlobFailed:
       session.BlobFailed(event.request, event.blob, event.message);
       break;
@@ -28,6 +27,7 @@ void Deliver(const ClientEvent& event, ViewerSession& session)
     case ClientEvent::Kind::Notes: // no session knows of them
       break;
   }
+  return BlobArrival::Unwanted;
 }
 
 }

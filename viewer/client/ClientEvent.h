@@ -4,7 +4,7 @@
 #pragma once
 
 #include "filters/model/ModelDescription.h"
-#include "server/protocol/BlobId.h"
+#include "filters/protocol/BlobId.h"
 #include "viewer/session/ViewerSession.h"
 
 #include <cstdint>
@@ -37,7 +37,7 @@ struct ClientEvent
   std::string message;
 };
 
-// Gives the event to the session that asked.
-void Deliver(const ClientEvent& event, ViewerSession& session);
+// Gives the event to the session that asked; of a Blob, what became of it, else Unwanted.
+BlobArrival Deliver(const ClientEvent& event, ViewerSession& session);
 
 }

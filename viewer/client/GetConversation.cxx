@@ -4,7 +4,7 @@
 
 #include "filters/model/Json.h"
 #include "filters/model/ModelJson.h"
-#include "server/protocol/ResourcePath.h"
+#include "filters/protocol/ResourcePath.h"
 
 #include <algorithm>
 #include <utility>

@@ -4,7 +4,7 @@
 
 #include "filters/model/ModelJson.h"
 #include "filters/model/Notes.h"
-#include "server/protocol/ResourcePath.h"
+#include "filters/protocol/ResourcePath.h"
 #include "viewer/client/HttpFetcher.h"
 #include "viewer/client/ServerLine.h"
 #include "viewer/client/ServerStream.h"

@@ -15,23 +15,10 @@ namespace
 {
 
 using protocol::BlobId;
-using protocol::BlobKind;
 
-// Numbers of a list in one message: with 10 digits each they stay well below
+// Names of a list in one message: "partitions/1073741823", with quotes and comma, stays well below
 // maximumClientMessageBytes.
-constexpr std::size_t longestList = 300;
-// The same of names: "partitions/1073741823", with quotes and comma.
-constexpr std::size_t longestListOfNames = 150;
-
-std::vector<std::uint32_t> NumbersOf(const BlobId* begin, const BlobId* end)
-{
-  std::vector<std::uint32_t> numbers;
-  for (const BlobId* blob = begin; blob != end; ++blob)
-  {
-    numbers.push_back(blob->number);
-  }
-  return numbers;
-}
+constexpr std::ptrdiff_t longestList = 150;
 
 }
 
@@ -70,17 +57,9 @@ void StreamConversation::Send(const SessionRequest& request, double now)
     this->Refusal.clear();
     this->Queue(request.id, protocol::OpenRequest{ request.model });
   }
-  else if (request.kind == Kind::Preview)
-  {
-    this->Queue(request.id, protocol::PreviewRequest{});
-  }
-  else if (request.kind == Kind::Region && request.except.size() <= longestList)
-  {
-    this->Queue(request.id, protocol::RegionRequest{ request.cell, request.rings, request.except });
-  }
   else
   {
-    this->QueueLists(request.id, request.blobs);
+    this->QueueList(request.id, request.blobs);
   }
   this->Flush(now);
   this->FollowOldest(now);
@@ -95,49 +74,13 @@ void StreamConversation::Queue(std::uint32_t request, decltype(protocol::ClientM
   this->Waiting.push_back({ request, { 0, std::move(body) }, 0, {} });
 }
 
-// Asks for blobs one by one, in as many messages as it takes: by their numbers where all are of one
-// kind and level, by their names otherwise, and textures.
-void StreamConversation::QueueLists(std::uint32_t request, const std::vector<BlobId>& blobs)
+// In as many messages as it takes.
+void StreamConversation::QueueList(std::uint32_t request, const std::vector<BlobId>& blobs)
 {
-  const bool alike = std::all_of(blobs.begin(), blobs.end(),
-    [&](const BlobId& blob)
-    {
-      return blob.kind == blobs.front().kind && blob.level == blobs.front().level &&
-             blob.kind != BlobKind::Texture;
-    });
-  for (std::size_t i = 0; !alike && i < blobs.size(); i += longestListOfNames)
+  for (auto next = blobs.begin(); next != blobs.end();)
   {
-    const auto begin = blobs.begin() + static_cast<std::ptrdiff_t>(i);
-    const auto end =
-      begin + static_cast<std::ptrdiff_t>(std::min(longestListOfNames, blobs.size() - i));
-    this->Queue(request, protocol::BlobsRequest{ { begin, end } });
-  }
-  if (!alike)
-  {
-    return;
-  }
-  const BlobId* const end = blobs.data() + blobs.size();
-  for (const BlobId *begin = blobs.data(), *next = begin; begin != end; begin = next)
-  {
-    next += std::min(end - begin, static_cast<std::ptrdiff_t>(longestList));
-    std::vector<std::uint32_t> numbers = NumbersOf(begin, next);
-    switch (begin->kind)
-    {
-      case BlobKind::Tree:
-        this->Queue(request, protocol::TreeRequest{ std::move(numbers) });
-        break;
-      case BlobKind::Boxes:
-        this->Queue(request, protocol::BoxesRequest{ std::move(numbers) });
-        break;
-      case BlobKind::Level:
-        this->Queue(request, protocol::LevelRequest{ begin->level, std::move(numbers) });
-        break;
-      case BlobKind::Partition:
-        this->Queue(request, protocol::PartitionsRequest{ std::move(numbers) });
-        break;
-      case BlobKind::Texture: // by their names
-        break;
-    }
+    const auto begin = std::exchange(next, next + std::min(longestList, blobs.end() - next));
+    this->Queue(request, protocol::BlobsRequest{ { begin, next } });
   }
 }
 
@@ -461,7 +404,7 @@ void StreamConversation::Restart(double now)
     }
     else
     {
-      this->QueueLists(request, debt.OwedInOrder());
+      this->QueueList(request, debt.OwedInOrder());
     }
   }
   this->Flush(now);
@@ -508,7 +451,7 @@ void StreamConversation::AskAgain(std::size_t most, double now)
     }
     else
     {
-      this->QueueLists(entry->first, debt.OwedInOrder());
+      this->QueueList(entry->first, debt.OwedInOrder());
     }
   }
   this->Flush(now);

@@ -4,8 +4,8 @@
 #pragma once
 
 #include "filters/core/Result.h"
-#include "server/protocol/BinaryFrame.h"
-#include "server/protocol/ControlMessage.h"
+#include "filters/protocol/BinaryFrame.h"
+#include "filters/protocol/ControlMessage.h"
 #include "viewer/client/ClientEvent.h"
 
 #include <deque>
@@ -94,7 +94,7 @@ private:
 
   void MakeRoomForEvent();
   void Queue(std::uint32_t request, decltype(protocol::ClientMessage::body) body);
-  void QueueLists(std::uint32_t request, const std::vector<protocol::BlobId>& blobs);
+  void QueueList(std::uint32_t request, const std::vector<protocol::BlobId>& blobs);
   void Cancel(std::uint32_t request);
   void Flush(double now);
   void FinishMessage(std::uint32_t wire, double now);

@@ -2,8 +2,8 @@
 // The WebSocket to a server.
 #include "viewer/client/StreamSocket.h"
 
-#include "server/protocol/ControlMessage.h"
-#include "server/protocol/ResourcePath.h"
+#include "filters/protocol/ControlMessage.h"
+#include "filters/protocol/ResourcePath.h"
 #include "viewer/client/HttpFetch.h"
 #include "viewer/client/ServerStream.h"
 

@@ -37,6 +37,19 @@ std::string ParseWindowSize(const std::string& text, int& width, int& height)
                                std::to_string(largestWindowSide) + " pixels";
 }
 
+// For an option whose values have names: CLI11's CheckedTransformer reports the values, too.
+template <class Value>
+CLI::Validator NamedValue(const std::map<std::string, Value>& values)
+{
+  return CLI::Validator(
+    [values](std::string& text)
+    {
+      const std::string wrong = CLI::IsMember(values)(text);
+      return wrong.empty() ? CLI::Transformer(values)(text) : wrong;
+    },
+    "");
+}
+
 void AddPictureOptions(CLI::App& app, ViewOptions& line)
 {
   const char* const group = "Picture";
@@ -66,7 +79,7 @@ void AddPictureOptions(CLI::App& app, ViewOptions& line)
     .add_option("--light", line.occlusion,
       "relief: hollows are darker, so that fine relief is seen (a slow window: while the view "
       "rests); plain: lamps alone")
-    ->transform(CLI::CheckedTransformer(lights).description(""))
+    ->transform(NamedValue(lights))
     ->type_name("relief|plain")
     ->default_str("relief")
     ->group(group);
@@ -109,7 +122,7 @@ void AddColorOptions(CLI::App& app, ViewOptions& line)
   app
     .add_option("--colour-map,--color-map", line.colors.map,
       "of the array's numbers; diverging: for what lies to either side of the middle")
-    ->transform(CLI::CheckedTransformer(maps).description(""))
+    ->transform(NamedValue(maps))
     ->type_name("viridis|cividis|diverging")
     ->default_str("viridis")
     ->needs(by)
@@ -135,7 +148,7 @@ void AddColorOptions(CLI::App& app, ViewOptions& line)
   app
     .add_option("--legend", line.legend,
       "what the colours mean, in the picture of --screenshot, where they are those of an array")
-    ->transform(CLI::CheckedTransformer(switches).description(""))
+    ->transform(NamedValue(switches))
     ->type_name("on|off")
     ->default_str("on")
     ->group(group);
@@ -150,7 +163,7 @@ void AddDetailOptions(CLI::App& app, ViewOptions& line)
     .add_option("--detail", line.detail,
       "view: what is seen, as fine as the window shows it; level: one level for the whole model, "
       "by the zoom; full: all of it as the original, whatever that takes")
-    ->transform(CLI::CheckedTransformer(modes).description(""))
+    ->transform(NamedValue(modes))
     ->type_name("view|level|full")
     ->default_str("view")
     ->group(group);

@@ -5,7 +5,7 @@
 
 #include "filters/codec/TreePage.h"
 #include "filters/core/tree/Region.h"
-#include "server/protocol/BlobId.h"
+#include "filters/protocol/BlobId.h"
 
 #include <cstddef>
 #include <cstdint>

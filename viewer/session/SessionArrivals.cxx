@@ -44,7 +44,7 @@ void ViewerSession::SetModels(std::vector<ModelSummary> models)
 
 void ViewerSession::Opened(std::uint32_t request, const ModelDescription& model)
 {
-  if (!this->Book.SettleOpen(request))
+  if (!this->Wanted.Opened(request))
   {
     return;
   }
@@ -75,39 +75,31 @@ void ViewerSession::Opened(std::uint32_t request, const ModelDescription& model)
   this->Trace("opened", this->ModelId);
 }
 
-void ViewerSession::BlobArrived(std::uint32_t request, const BlobId& blob,
+BlobArrival ViewerSession::BlobArrived(std::uint32_t request, const BlobId& blob,
   std::span<const std::uint8_t> bytes, double transmissionSeconds, bool fromCache)
 {
-  const SessionRequest* asked = this->Book.Find(request);
-  const bool preview = asked && asked->kind == SessionRequest::Kind::Preview;
   ++this->Traffic.blobs;
   this->Traffic.bytes += bytes.size();
-  if (!this->Current || !this->Book.Settle(request, blob))
+  if (!this->Current ||
+      !this->Wanted.Arrived(request, blob, bytes.size(), transmissionSeconds, fromCache))
   {
     this->Traffic.wasted += bytes.size();
-    this->TakeLate(request, blob, bytes);
-    return;
-  }
-  if (!fromCache)
-  {
-    this->Meter.Arrived(bytes.size(), transmissionSeconds, request == this->LoneRequest);
-    this->LoneRequest = 0;
+    return this->TakeLate(request, blob, bytes);
   }
   BlobStatistics entry;
-  entry.what = NameOf(blob, preview);
+  entry.what = NameOf(blob, blob == this->PreviewBlob());
   entry.id = protocol::BlobName(blob);
   entry.bytes = bytes.size();
   entry.transmissionSeconds = transmissionSeconds;
   entry.fromCache = fromCache;
-  ++this->BlobsLoaded;
-  this->BytesLoaded += bytes.size();
   if (!fromCache)
   {
     this->AskForLost(blob);
   }
-  if (const Status status = this->Decode(blob, bytes, entry); !status)
+  const Status decoded = this->Decode(blob, bytes, entry);
+  if (!decoded)
   {
-    this->Fail(blob, status.GetError().message);
+    this->Fail(blob, decoded.GetError().message);
   }
   else if (IsOfPiece(blob))
   {
@@ -119,24 +111,38 @@ void ViewerSession::BlobArrived(std::uint32_t request, const BlobId& blob,
   this->Update();
   this->SettleLost();
   this->Trace("blob", protocol::BlobName(blob));
+  return decoded ? BlobArrival::Taken : BlobArrival::Damaged;
 }
 
 // What was on the line when it was called back is kept for the next look, as far as the cache goes.
-void ViewerSession::TakeLate(
+BlobArrival ViewerSession::TakeLate(
   std::uint32_t request, const BlobId& blob, std::span<const std::uint8_t> bytes)
 {
-  if (!this->Current || !this->Book.TakeLate(request, blob) || !IsOfPiece(blob))
+  if (!this->Current || !this->Wanted.TakeLate(request, blob))
   {
-    return;
+    return BlobArrival::Unwanted;
+  }
+  if (!IsOfPiece(blob))
+  {
+    return BlobArrival::Taken;
   }
   const PieceId piece = PieceOfBlob(blob, this->Current->codec.depths);
-  BlobStatistics unused;
-  if (!this->Pieces.Peek(piece) && this->Decode(blob, bytes, unused))
+  BlobArrival arrival = BlobArrival::Taken;
+  if (!this->Pieces.Peek(piece))
   {
-    this->NeverShown[piece] += bytes.size();
-    this->Update();
+    BlobStatistics unused;
+    if (this->Decode(blob, bytes, unused))
+    {
+      this->NeverShown[piece] += bytes.size();
+      this->Update();
+    }
+    else
+    {
+      arrival = BlobArrival::Damaged;
+    }
   }
   this->Trace("late", protocol::BlobName(blob));
+  return arrival;
 }
 
 Status ViewerSession::Decode(
@@ -215,12 +221,9 @@ std::string ViewerSession::SentenceOf(const BlobId& blob, const std::string& mes
 
 void ViewerSession::Fail(const BlobId& blob, const std::string& message)
 {
-  if (this->Ahead.erase(blob) > 0)
+  if (this->Wanted.GiveUpAhead(blob))
   {
-    // Nobody has missed it: no more is fetched ahead of this view. Once wanted, it is asked for
-    // again.
-    this->AheadSpent = this->Options.aheadBytes;
-    return;
+    return; // nobody has missed it
   }
   const std::string sentence = this->SentenceOf(blob, message);
   if (blob.kind == BlobKind::Texture)
@@ -266,7 +269,7 @@ void ViewerSession::TellWhatIsMissed()
 void ViewerSession::BlobFailed(
   std::uint32_t request, const BlobId& blob, const std::string& message)
 {
-  if (this->Current && this->Book.Settle(request, blob))
+  if (this->Current && this->Wanted.Failed(request, blob))
   {
     this->AskedAgain.erase(blob);
     this->Fail(blob, message);
@@ -278,16 +281,16 @@ void ViewerSession::BlobFailed(
 
 void ViewerSession::RequestFailed(std::uint32_t request, const std::string& message)
 {
-  const SessionRequest* asked = this->Book.Find(request);
+  const SessionRequest* asked = this->Wanted.Book().Find(request);
   if (!asked)
   {
     return;
   }
   const bool open = asked->kind == SessionRequest::Kind::Open;
-  const std::vector<BlobId> owed = this->Book.Close(request);
+  const std::vector<BlobId> owed = this->Wanted.Close(request);
   for (const BlobId& blob : owed)
   {
-    if (this->Ahead.count(blob) == 0)
+    if (!this->Wanted.IsAhead(blob))
     {
       this->Lost.insert_or_assign(blob, message);
     }

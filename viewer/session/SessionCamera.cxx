@@ -21,15 +21,6 @@ namespace
 constexpr double mostOfTheWay = 0.9;      // to what is ahead,
 constexpr double leastInDiagonals = 1e-5; // so far before it: beyond what rounding does
 constexpr double pointOfCloud = 2; // points of the screen that a cloud's point stops the eye by
-
-// Turning on: in steps of a fixed time, each slower than the one before, for about as far as a
-// finger goes in a fifth of a second.
-constexpr double coastStep = 1.0 / 120, coastSlowing = 0.96;
-constexpr double slowestCoast = 6;    // points a second
-constexpr double fastestCoast = 4000; // points a second
-constexpr double speedSeconds = 0.1;  // the last part of a finger's way that tells its speed
-constexpr std::size_t mostSteps = 64;
-constexpr double restSeconds = 0.05; // a finger that stood so long is at rest
 }
 
 // The first view.
@@ -40,7 +31,7 @@ void ViewerSession::FitModel()
   this->Eye.FitTo(this->Current->box, LookingFrom(pose.view, pose.up));
   this->EyeMoved = false;
   this->IsArriving = false;
-  this->Coasting.reset();
+  this->Turned.Stop();
 }
 
 // To the surface or, where none is shown, the box; infinite where neither is ahead.
@@ -198,10 +189,10 @@ void ViewerSession::TakeWindow(const Viewport& viewport)
   this->Left->eye = this->Eye;
 }
 
-void ViewerSession::Turn(double x, double y, double dx, double dy)
+void ViewerSession::Turn(const Momentum::Drag& drag)
 {
   Camera moved = this->Eye;
-  moved.Rotate(x - dx, y - dy, x, y);
+  moved.Rotate(drag.x - drag.dx, drag.y - drag.dy, drag.x, drag.y);
   this->Move(moved);
 }
 
@@ -227,7 +218,7 @@ void ViewerSession::GoHome()
 
 void ViewerSession::UndoView()
 {
-  this->Coasting.reset();
+  this->Turned.Stop();
   if (this->Current && !this->EarlierViews.empty())
   {
     const EarlierView view = this->EarlierViews.back();
@@ -256,7 +247,7 @@ void ViewerSession::SetTurning(Turning turning)
 void ViewerSession::CancelTouches()
 {
   this->Gestures.Reset();
-  this->LastSteps.clear();
+  this->Turned.Forget();
   this->Trace("cancel touches");
 }
 
@@ -264,7 +255,7 @@ void ViewerSession::Zoom(double factor, double x, double y)
 {
   if (this->Current && factor > 0 && std::isfinite(factor) && std::isfinite(x) && std::isfinite(y))
   {
-    this->Coasting.reset();
+    this->Turned.Stop();
     this->SetSpinning(false);
     this->FocusUnder(x, y);
     this->ZoomBy(factor, x, y);
@@ -314,11 +305,11 @@ void ViewerSession::HandleTouches(const TouchFrame& frame)
   if (!frame.touches.empty())
   {
     this->SetSpinning(false);
-    this->Coasting.reset();
+    this->Turned.Stop();
   }
-  if (frame.touches.size() == 1 && this->LastSteps.empty())
+  if (frame.touches.size() == 1)
   {
-    this->LastSteps.push_back({ frame.time, 0, 0 }); // what comes next began here
+    this->Turned.Touch(frame.time);
   }
   for (const Gesture& gesture : this->Gestures.HandleTouches(frame))
   {
@@ -326,7 +317,7 @@ void ViewerSession::HandleTouches(const TouchFrame& frame)
   }
   if (frame.touches.empty())
   {
-    this->LastSteps.clear();
+    this->Turned.Forget();
   }
   this->Update();
   this->Trace("touches");
@@ -375,18 +366,17 @@ void ViewerSession::Handle(const Gesture& gesture, double time)
       {
         break;
       }
-      this->Turn(gesture.x, gesture.y, gesture.dx, gesture.dy);
-      this->LastSteps.push_back({ time, gesture.dx, gesture.dy });
-      if (this->LastSteps.size() > mostSteps)
-      {
-        this->LastSteps.pop_front();
-      }
+      this->Turn({ gesture.x, gesture.y, gesture.dx, gesture.dy });
+      this->Turned.Follow(time, gesture.dx, gesture.dy);
       break;
     case Gesture::Kind::RotateEnd:
-      this->LetGo(gesture.x, gesture.y, time);
+      if (this->Options.coasts)
+      {
+        this->Turned.LetGo(time, gesture.x, gesture.y, this->Eye.GetViewport().pixelRatio);
+      }
       break;
     case Gesture::Kind::PinchBegin:
-      this->LastSteps.clear();
+      this->Turned.Forget();
       this->FocusUnder(gesture.x, gesture.y);
       break;
     case Gesture::Kind::Pinch:
@@ -438,88 +428,32 @@ void ViewerSession::SetCoasting(bool coasts)
   this->Options.coasts = coasts;
   if (!coasts)
   {
-    this->Coasting.reset();
+    this->Turned.Stop();
   }
-}
-
-void ViewerSession::LetGo(double x, double y, double time)
-{
-  // The first tells only when the second began: on a slow device one step may be all of the way.
-  std::deque<TurningStep>& steps = this->LastSteps;
-  while (steps.size() > 1 && !(steps[1].time >= time - speedSeconds))
-  {
-    steps.pop_front();
-  }
-  if (!this->Options.coasts || steps.size() < 2 || time - steps.back().time > restSeconds)
-  {
-    return;
-  }
-  const double seconds = time - steps.front().time;
-  if (!(seconds > coastStep))
-  {
-    return; // keys, whose drags take no time
-  }
-  Coast coast{ time, x, y, 0, 0 };
-  for (std::size_t i = 1; i < steps.size(); ++i)
-  {
-    coast.speedX += steps[i].dx / seconds;
-    coast.speedY += steps[i].dy / seconds;
-  }
-  const double ratio = this->Eye.GetViewport().pixelRatio;
-  const double speed = std::sqrt(coast.speedX * coast.speedX + coast.speedY * coast.speedY) / ratio;
-  const double slower = speed > fastestCoast ? fastestCoast / speed : 1;
-  coast.speedX *= slower;
-  coast.speedY *= slower;
-  this->Coasting = coast;
 }
 
 void ViewerSession::SetSpinning(bool spins)
 {
-  this->Spins = spins;
-  this->LastSpin.reset();
-}
-
-void ViewerSession::Spin(double time)
-{
-  constexpr double longestStep = 0.1;       // after a pause it goes on from where it was
-  constexpr double sidesPerSecond = 0.1309; // of the window; 2 of them are a radian
-  const double seconds = this->LastSpin ? std::clamp(time - *this->LastSpin, 0.0, longestStep) : 0;
-  this->LastSpin = time;
-  const Viewport& window = this->Eye.GetViewport();
-  const double pixels = sidesPerSecond * seconds * std::min(window.width, window.height);
-  this->Turn(0.5 * window.width + pixels, 0.5 * window.height, pixels, 0);
-  this->Update();
+  this->Turned.SetSpinning(spins);
 }
 
 void ViewerSession::Advance(double time)
 {
-  if (this->Spins && this->Current && std::isfinite(time))
+  if (this->Turned.IsSpinning() && this->Current && std::isfinite(time))
   {
-    this->Spin(time);
+    this->Turn(this->Turned.Spin(time, this->Eye.GetViewport()));
+    this->Update();
   }
-  if (this->Coasting && !(time >= this->Coasting->time - 1))
+  const auto drags = this->Turned.Advance(time, this->Eye.GetViewport().pixelRatio);
+  for (const Momentum::Drag& drag : drags)
   {
-    this->Coasting.reset(); // by another clock
+    this->Turn(drag);
   }
-  if (!this->Coasting || !(time >= this->Coasting->time + coastStep))
+  if (!drags.empty())
   {
-    return;
+    this->Update();
+    this->Trace("advance");
   }
-  const double slowest = slowestCoast * this->Eye.GetViewport().pixelRatio;
-  while (this->Coasting && this->Coasting->time + coastStep <= time)
-  {
-    Coast& coast = *this->Coasting;
-    coast.time += coastStep;
-    this->Turn(coast.x, coast.y, coast.speedX * coastStep, coast.speedY * coastStep);
-    coast.speedX *= coastSlowing;
-    coast.speedY *= coastSlowing;
-    if (coast.speedX * coast.speedX + coast.speedY * coast.speedY < slowest * slowest)
-    {
-      this->Coasting.reset();
-    }
-  }
-  this->Update();
-  this->Trace("advance");
 }
 
 }

@@ -173,7 +173,7 @@ void ViewerSession::TakeLink()
 {
   const ViewLink link = *std::exchange(this->Followed, std::nullopt);
   const ModelDescription& model = this->Current->description;
-  this->Coasting.reset();
+  this->Turned.Stop();
   if (link.place)
   {
     this->TakePlace(*link.place);

@@ -42,23 +42,10 @@ void ViewerSession::DoubleTap(double x, double y)
   }
 }
 
-// By the view much may be under way, and it would come first: it is called back, but for the tree.
+// Much may be under way, and it would come first: it is called back, but for the tree.
 void ViewerSession::GiveWayToTap()
 {
-  if (!this->ByView())
-  {
-    return;
-  }
-  std::set<protocol::BlobId> tree;
-  for (const auto& [blob, request] : this->Book.AllOwed())
-  {
-    if (!IsOfPiece(blob))
-    {
-      tree.insert(blob);
-    }
-  }
-  this->Book.CancelUnwanted(tree);
-  this->Queue.clear();
+  this->Wanted.KeepTreeOnly();
   this->ChoiceIsDue = true;
 }
 
@@ -115,7 +102,6 @@ bool ViewerSession::SetRegion(NodeId cell)
   if (region.partitions.size() > this->MostOfRegion())
   {
     region.partitions.resize(this->MostOfRegion());
-    region.whole = false;
   }
   for (const std::uint32_t partition : region.partitions)
   {
@@ -154,7 +140,6 @@ void ViewerSession::CutRegion()
   {
     this->Region->partitions.resize(this->MostOfRegion());
     this->Region->boxes.resize(this->MostOfRegion());
-    this->Region->whole = false;
     this->EarlierTaps.clear();
   }
 }

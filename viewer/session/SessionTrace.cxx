@@ -41,22 +41,20 @@ std::string FormatRegion(const std::optional<ViewerStatus::Region>& region)
   return json.Text();
 }
 
-std::string FormatRequest(const SessionRequest& request)
+std::string FormatRequest(const SessionRequest& request, bool isPreview)
 {
+  using Kind = SessionRequest::Kind;
+  const bool opens = request.kind == Kind::Open;
   JsonWriter json;
-  json.BeginObject().Member("request", request.id).Member("kind", NameOf(request.kind));
-  switch (request.kind)
+  json.BeginObject()
+    .Member("request", request.id)
+    .Member("kind", isPreview                      ? "preview"
+                    : request.kind == Kind::Cancel ? "cancel"
+                    : opens                        ? "open"
+                                                   : "blobs");
+  if (opens)
   {
-    case SessionRequest::Kind::Open:
-      json.Member("model", request.model);
-      break;
-    case SessionRequest::Kind::Region:
-      json.Member("cell", request.cell)
-        .Member("rings", request.rings)
-        .Member("except", request.except);
-      break;
-    default:
-      break;
+    json.Member("model", request.model);
   }
   json.Key("blobs").BeginArray();
   for (const protocol::BlobId& blob : request.blobs)
@@ -97,9 +95,10 @@ std::string ViewerSession::FormatTrace(std::string_view input, std::string_view 
     .Member("error", status.error)
     .Key("outgoing")
     .BeginArray();
-  for (const SessionRequest& request : this->Book.Outgoing())
+  for (const SessionRequest& request : this->Wanted.Book().Outgoing())
   {
-    line.PutJson(FormatRequest(request));
+    const bool isPreview = this->Current && request.blobs == std::vector{ this->PreviewBlob() };
+    line.PutJson(FormatRequest(request, isPreview));
   }
   line.EndArray().EndObject();
   return line.Text();

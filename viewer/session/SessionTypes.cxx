@@ -7,61 +7,6 @@
 namespace kdstream
 {
 
-protocol::BlobId BlobOfPiece(PieceId piece, const TreeDepths& depths)
-{
-  if (piece.resolution.IsOriginal())
-  {
-    return protocol::BlobId::Partition(piece.node - (NodeId{ 1 } << depths.partition));
-  }
-  return protocol::BlobId::LevelPiece(
-    static_cast<std::uint8_t>(piece.resolution.Depth()), piece.node);
-}
-
-bool IsOfPiece(const protocol::BlobId& blob)
-{
-  return blob.kind == protocol::BlobKind::Level || blob.kind == protocol::BlobKind::Partition;
-}
-
-bool IsOfTree(const protocol::BlobId& blob)
-{
-  return blob.kind == protocol::BlobKind::Tree || blob.kind == protocol::BlobKind::Boxes;
-}
-
-PieceId PieceOfBlob(const protocol::BlobId& blob, const TreeDepths& depths)
-{
-  if (blob.kind != protocol::BlobKind::Level)
-  {
-    return { Resolution::Original(), NodeOfPartition(blob.number, depths) };
-  }
-  return { Resolution::Level(blob.level), blob.number };
-}
-
-const char* NameOf(SessionRequest::Kind kind)
-{
-  switch (kind)
-  {
-    case SessionRequest::Kind::Open:
-      return "open";
-    case SessionRequest::Kind::Preview:
-      return "preview";
-    case SessionRequest::Kind::Level:
-      return "level";
-    case SessionRequest::Kind::Tree:
-      return "tree";
-    case SessionRequest::Kind::Boxes:
-      return "boxes";
-    case SessionRequest::Kind::Region:
-      return "region";
-    case SessionRequest::Kind::Partitions:
-      return "partitions";
-    case SessionRequest::Kind::Blobs:
-      return "blobs";
-    case SessionRequest::Kind::Cancel:
-      break;
-  }
-  return "cancel";
-}
-
 const char* NameOf(ViewerMode mode)
 {
   switch (mode)
@@ -81,10 +26,6 @@ SessionRequest LeftOf(SessionRequest request, const std::vector<protocol::BlobId
   for (const protocol::BlobId& blob : here)
   {
     std::erase(request.blobs, blob);
-    if (blob.kind == protocol::BlobKind::Partition)
-    {
-      request.except.push_back(blob.number);
-    }
   }
   return request;
 }

@@ -5,7 +5,7 @@
 #include "filters/core/drawing/DrawnSurface.h"
 #include "filters/core/pieces/Piece.h"
 #include "filters/model/ModelDescription.h"
-#include "server/protocol/BlobId.h"
+#include "filters/protocol/BlobId.h"
 #include "viewer/session/Camera.h"
 #include "viewer/session/look/SceneLook.h"
 #include "viewer/session/paint/TileList.h"
@@ -21,13 +21,6 @@
 namespace kdstream
 {
 
-// "levels/12/3", "partitions/7": a piece as the protocol names it, and back. REQUIRES
-// (PieceOfBlob): IsOfPiece(blob), or a texture, of which it is the piece that is painted.
-protocol::BlobId BlobOfPiece(PieceId piece, const TreeDepths& depths);
-bool IsOfPiece(const protocol::BlobId& blob); // no tree page, no boxes, no texture
-bool IsOfTree(const protocol::BlobId& blob);  // a page, or boxes
-PieceId PieceOfBlob(const protocol::BlobId& blob, const TreeDepths& depths);
-
 // What the session asks of a server. The host sends it by any means (a stream's message, or a GET
 // for each blob) and answers with Opened, BlobArrived, BlobFailed, RequestFailed and RequestEnded
 // of ViewerSession.
@@ -35,33 +28,28 @@ struct SessionRequest
 {
   enum class Kind
   {
-    Open,    // the description of `model`; what follows is about it
-    Preview, // the piece of the preview level
-    Level,   // `blobs`, pieces of `level`
-    Tree,    // `blobs`, pages of the tree
-    Boxes,   // `blobs`, boxes of partitions
-    Region,  // the region of `rings` around `cell`, nearest first, but for the partitions `except`
-    Partitions, // `blobs`, partitions
-    Blobs,      // `blobs`, of any kind
-    Cancel      // of the request with this id, which ends without further answers
+    Open,  // the description of `model`; what follows is about it
+    Blobs, // `blobs`, of any kind, in the order wanted
+    Cancel // of the request with this id, which ends without further answers
   };
   Kind kind = Kind::Open;
-  std::uint32_t id = 0; // from 1; of a Cancel: the request that is cancelled
-  std::string model;    // of Open
-  std::uint8_t level = 0;
-  NodeId cell = 1;
-  std::uint8_t rings = 1;
-  std::vector<std::uint32_t> except;
-  std::vector<protocol::BlobId>
-    blobs; // that will answer, in the order wanted; of all kinds but Open and Cancel
+  std::uint32_t id = 0;                // from 1; of a Cancel: the request that is cancelled
+  std::string model;                   // of Open
+  std::vector<protocol::BlobId> blobs; // of Blobs: that will answer
   bool operator==(const SessionRequest&) const = default;
 };
-const char* NameOf(SessionRequest::Kind kind);
-// What is left to ask for where these of the request's blobs are here already; `except` names the
-// partitions among them, for a server that finds those of a region itself.
+// What is left to ask for where these of the request's blobs are here already.
 SessionRequest LeftOf(SessionRequest request, const std::vector<protocol::BlobId>& here);
-// As a line of JSON, for traces.
-std::string FormatRequest(const SessionRequest& request);
+// As a line of JSON, for traces. isPreview: it asks for the preview alone, and is called so.
+std::string FormatRequest(const SessionRequest& request, bool isPreview = false);
+
+// What became of a blob that has come.
+enum class BlobArrival
+{
+  Taken,    // undamaged, as far as it was looked at
+  Unwanted, // nobody has asked for it, or it is too late to tell
+  Damaged
+};
 
 // What to draw.
 struct ViewerScene

@@ -1,17 +1,26 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// What a session would like to see, and how it gets it, where one level is shown for all of the
-// model (by the view: SessionView.cxx):
-//   1. the wish: the level that the zoom asks for (or a coarser one, where it failed) and the
-//   picked region,
-//   2. the shown cut: the best that the loaded pieces allow,
-//   3. cancel what nobody wants any more, and ask for what is missing.
+// What a session would like to see, and how it gets it. Step "request" of the README's picture.
+//   1. the wish: what the view needs (SessionView.cxx), one level for all of the model, or all of
+//   it as the original; and what was tapped: at every input,
+//   2. the shown cut: of a view all that is loaded of the wish and of what it needs; a level once
+//   it is whole,
+//   3. what is missing, in one list: most urgent first; what nobody wants any more is cancelled,
+//   4. requests for as much of it as fills the line (LineMeter), and more as it comes.
+//   5. when all of it is there, what the view would want next.
+// 2 and 3 look at every vertex of the wanted pieces, so they are done once a frame, and where
+// nothing is under way that one could wait for.
 #include "viewer/session/ViewerSession.h"
 
 #include <algorithm>
+#include <limits>
 #include <utility>
 
 namespace kdstream
 {
+namespace
+{
+constexpr std::size_t bytesOfTreeBlob = 1500; // about
+}
 
 using protocol::BlobId;
 
@@ -56,6 +65,12 @@ SurfaceWish ViewerSession::Wish() const
   return { full ? Resolution::Original() : preview, {} };
 }
 
+BlobId ViewerSession::PreviewBlob() const
+{
+  return BlobOfPiece(
+    { Resolution::Level(this->Current->policy.PreviewLevel()), 1 }, this->Current->codec.depths);
+}
+
 ViewerSession::Situation ViewerSession::GetSituation() const
 {
   Situation now;
@@ -70,11 +85,6 @@ ViewerSession::Situation ViewerSession::GetSituation() const
   now.failedPieces = this->FailedPieces;
   now.failedTree = this->FailedTree;
   now.pieces = this->Pieces.Version();
-  if (!this->ByView())
-  {
-    now.cut = this->Shown.CutVersion();
-    now.requests = this->Book.Version();
-  }
   return now;
 }
 
@@ -86,223 +96,177 @@ void ViewerSession::Update()
   {
     return;
   }
+  KnownTree& tree = this->Current->tree;
+  if (this->IsPicking() && !this->PreviewsOnly)
+  {
+    this->FollowPick();
+  }
+  if (!this->Ends.empty())
+  {
+    this->FollowEnds();
+  }
+  this->MissingTree = tree.TakeMissing();
   if (this->ByView())
   {
     this->RefineView();
-    return;
   }
-  this->FollowTree();
+  else if (this->Options.detail == DetailMode::Level && this->Mode == ViewerMode::FullScreen)
+  {
+    this->FollowLevel();
+  }
+  this->MissingTree.merge(tree.TakeMissing());
   this->FollowTiles();
+
   Situation now = this->GetSituation();
   if (this->LastSituation != now)
   {
     this->LastSituation = std::move(now);
-    ++this->ChoicesMade;
-    this->ChooseAndAsk();
+    this->ChoiceIsDue = true;
   }
+  if (this->ChoiceIsDue && (this->Wanted.IsEmpty() || this->IsPicking() || this->Shown.IsEmpty()))
+  {
+    this->Choose();
+  }
+  this->AskMore();
 }
 
-// What is needed of the tree: for a tap that waits, and, where one looks closely, the pages that
-// tell of pieces in view no finer than the level that the zoom asks for.
-void ViewerSession::FollowTree()
+void ViewerSession::FollowView()
 {
-  KnownTree& tree = this->Current->tree;
-  this->FollowPick();
-  this->FollowEnds();
-  this->MissingTree = tree.TakeMissing();
-  const bool hasTree = this->Current->description.detail != ModelDetail::Preview;
-  if (hasTree && this->Mode == ViewerMode::FullScreen && this->Options.detail == DetailMode::Level)
+  if (this->Current && this->ChoiceIsDue)
+  {
+    this->Choose();
+  }
+  this->FollowSection();
+}
+
+// For a tap to come, where one looks closely: the pages that tell of pieces in view no finer than
+// the level that the zoom asks for.
+void ViewerSession::FollowLevel()
+{
+  if (this->Current->description.detail != ModelDetail::Preview)
   {
     const unsigned onePiece = this->Current->codec.depths.onePiece;
-    tree.Walk(
+    this->Current->tree.Walk(
       [this, onePiece](NodeId page, const Box& box) {
         return page == 1 || (onePiece + DepthOfNode(page) < this->Target && this->Eye.MaySee(box));
       });
-    this->MissingTree.merge(tree.TakeMissing());
   }
 }
 
-void ViewerSession::ChooseAndAsk()
+void ViewerSession::Choose()
 {
-  this->Shown.Choose(this->Wish(), this->Pieces, this->FailedPieces);
-  // The preview may just have appeared: wish again.
-  ShownSurface::Needs needs = this->Shown.NeedsOf(this->Wish(), this->Pieces);
-
-  const TreeDepths& depths = this->Current->codec.depths;
-  std::set<BlobId> wanted;
-  std::vector<PieceId> missing;
-  for (const PieceId piece : needs.missing)
+  this->ChoiceIsDue = false;
+  ++this->ChoicesMade;
+  const bool wasEmpty = this->Shown.IsEmpty();
+  ShownSurface::Needs needs =
+    this->ByView() ? this->Shown.ShowLoaded(this->Wish(), this->Pieces)
+                   : this->Shown.ShowWhole(this->Wish(), this->Pieces, this->FailedPieces);
+  if (wasEmpty && !this->Shown.IsEmpty())
   {
-    wanted.insert(BlobOfPiece(piece, depths));
-    if (this->FailedPieces.count(piece) == 0)
-    {
-      missing.push_back(piece);
-    }
+    this->Update(); // the preview has just appeared
+    return;
   }
-  wanted.insert(this->MissingTree.begin(), this->MissingTree.end());
-  wanted.insert(this->Tiles.Missing().begin(), this->Tiles.Missing().end());
-  this->Book.CancelUnwanted(wanted);
-  if (this->Book.Empty())
-  {
-    this->BlobsLoaded = this->BlobsWanted = this->BytesLoaded = 0;
-  }
-  this->RequestMissing(missing);
-
+  this->Wanted.Want(this->InOrder(needs.missing));
   needs.all.insert(this->Shown.Pieces().begin(), this->Shown.Pieces().end());
   this->Pieces.Pin(std::move(needs.all));
+  this->AskMore();
 }
 
-void ViewerSession::RequestMissing(const std::vector<PieceId>& missing)
+// All that is missing and can be had, in the order in which it is wanted: the tree, without which
+// nothing can be judged; the way to each tapped partition and the partition; then the most urgent;
+// by one level for all, coarse before fine. Last textures, which are drawn on what is there.
+std::vector<BlobId> ViewerSession::InOrder(const std::vector<PieceId>& missing)
 {
-  std::vector<PieceId> fresh;
-  const TreeDepths& depths = this->Current->codec.depths;
+  Model& model = *this->Current;
+  const TreeDepths& depths = model.codec.depths;
+  std::vector<BlobId> order;
+  std::copy_if(this->MissingTree.begin(), this->MissingTree.end(), std::back_inserter(order),
+    [this](const BlobId& blob) { return this->FailedTree.count(blob) == 0; });
+
+  std::map<NodeId, std::size_t> tapped; // place of a partition's node
+  for (const PieceId piece : this->TappedPieces())
+  {
+    tapped.emplace(piece.node, tapped.size());
+  }
+  // The first of the taps below a piece; those that lie below it are one interval of nodes.
+  const auto firstTapBelow = [&](PieceId piece)
+  {
+    const unsigned below = depths.partition - DepthOfNode(piece.node);
+    std::size_t first = std::numeric_limits<std::size_t>::max();
+    for (auto tap = tapped.lower_bound(piece.node << below);
+         tap != tapped.end() && tap->first >> below == piece.node; ++tap)
+    {
+      first = std::min(first, tap->second);
+    }
+    return first;
+  };
+  struct Entry
+  {
+    std::size_t tap;
+    double urgency;
+    PieceId piece;
+  };
+  std::vector<Entry> entries;
   for (const PieceId piece : missing)
   {
-    if (!this->Book.IsOwed(BlobOfPiece(piece, depths)))
+    if (this->FailedPieces.count(piece) == 0)
     {
-      fresh.push_back(piece);
+      const std::size_t tap = firstTapBelow(piece);
+      const bool isUrgent = this->ByView() && tap == std::numeric_limits<std::size_t>::max();
+      entries.push_back(
+        { tap, isUrgent ? model.refinement.UrgencyOf(piece, this->Eye, model.tree) : 0, piece });
     }
   }
-  this->RequestLevels(fresh);
-  this->RequestTree();
-  this->RequestRegion(fresh);
-  this->RequestTiles();
-}
-
-void ViewerSession::RequestTiles()
-{
-  SessionRequest request;
-  request.kind = SessionRequest::Kind::Blobs;
-  std::copy_if(this->Tiles.Missing().begin(), this->Tiles.Missing().end(),
-    std::back_inserter(request.blobs),
-    [this](const BlobId& blob) { return !this->Book.IsOwed(blob); });
-  if (!request.blobs.empty())
-  {
-    this->BlobsWanted += request.blobs.size();
-    this->Book.Send(std::move(request));
-  }
-}
-
-// Pages, then boxes. A tap that would need too many is dropped.
-void ViewerSession::RequestTree()
-{
-  for (const auto kind : { SessionRequest::Kind::Tree, SessionRequest::Kind::Boxes })
-  {
-    SessionRequest request;
-    request.kind = kind;
-    for (const BlobId& blob : this->MissingTree)
+  std::sort(entries.begin(), entries.end(),
+    [](const Entry& a, const Entry& b)
     {
-      const bool page = blob.kind == protocol::BlobKind::Tree;
-      if (page == (kind == SessionRequest::Kind::Tree) && !this->Book.IsOwed(blob) &&
-          this->FailedTree.count(blob) == 0)
+      if (a.tap != b.tap)
       {
-        request.blobs.push_back(blob);
+        return a.tap < b.tap;
       }
-    }
-    if (request.blobs.empty())
-    {
-      continue;
-    }
-    this->AskedForPick += this->IsPicking() ? request.blobs.size() : 0;
-    if (this->AskedForPick > this->Options.mostBlobsOfPick)
-    {
-      this->LastError = "What is around the tap cannot be told: too much of the tree is there.";
-      this->DropPick();
-      return;
-    }
-    this->BlobsWanted += request.blobs.size();
-    this->Book.Send(std::move(request));
-  }
-}
-
-// One request a level; `missing` is ascending, so coarse before fine.
-void ViewerSession::RequestLevels(const std::vector<PieceId>& missing)
-{
-  const unsigned preview = this->Current->policy.PreviewLevel();
-  for (auto piece = missing.begin(); piece != missing.end() && !piece->resolution.IsOriginal();)
-  {
-    const Resolution resolution = piece->resolution;
-    SessionRequest request;
-    request.kind = resolution == Resolution::Level(preview) ? SessionRequest::Kind::Preview
-                                                            : SessionRequest::Kind::Level;
-    request.level = static_cast<std::uint8_t>(resolution.Depth());
-    for (; piece != missing.end() && piece->resolution == resolution; ++piece)
-    {
-      request.blobs.push_back(BlobOfPiece(*piece, this->Current->codec.depths));
-    }
-    this->BlobsWanted += request.blobs.size();
-    this->Book.Send(std::move(request));
-  }
-}
-
-// What is missing of the region's partitions, nearest first; of all the model's, in their order.
-void ViewerSession::RequestRegion(const std::vector<PieceId>& missing)
-{
-  if (this->Options.detail == DetailMode::Full)
-  {
-    this->RequestAllPartitions(missing);
-    return;
-  }
-  this->RequestAllPartitions(this->BesideRegion(missing));
-  if (!this->Region)
-  {
-    return;
-  }
-  SessionRequest request;
-  request.kind =
-    this->Region->whole ? SessionRequest::Kind::Region : SessionRequest::Kind::Partitions;
-  request.cell = this->Region->cell;
-  request.rings = static_cast<std::uint8_t>(this->Region->rings);
-  for (const std::uint32_t partition : this->Region->partitions)
-  {
-    const PieceId piece{ Resolution::Original(),
-      NodeOfPartition(partition, this->Current->codec.depths) };
-    if (std::binary_search(missing.begin(), missing.end(), piece))
-    {
-      request.blobs.push_back(BlobId::Partition(partition));
-    }
-    else if (this->Region->whole)
-    {
-      request.except.push_back(partition);
-    }
-  }
-  if (!request.blobs.empty())
-  {
-    this->BlobsWanted += request.blobs.size();
-    this->Book.Send(std::move(request));
-  }
-}
-
-// What measurements need.
-std::vector<PieceId> ViewerSession::BesideRegion(std::vector<PieceId> missing) const
-{
-  std::erase_if(missing,
-    [this](PieceId piece)
-    {
-      const auto isIt = [&](std::uint32_t partition)
-      { return NodeOfPartition(partition, this->Current->codec.depths) == piece.node; };
-      return !piece.resolution.IsOriginal() ||
-             (this->Region &&
-               std::any_of(this->Region->partitions.begin(), this->Region->partitions.end(), isIt));
+      return a.urgency != b.urgency ? a.urgency > b.urgency : a.piece < b.piece;
     });
-  return missing;
+  for (const Entry& entry : entries)
+  {
+    order.push_back(BlobOfPiece(entry.piece, depths));
+  }
+  const std::vector<BlobId>& tiles = this->Tiles.Missing();
+  order.insert(order.end(), tiles.begin(), tiles.end());
+  return order;
 }
 
-void ViewerSession::RequestAllPartitions(const std::vector<PieceId>& missing)
+// About, of a blob that has not come.
+std::size_t ViewerSession::BytesOf(const BlobId& blob)
 {
-  SessionRequest request;
-  request.kind = SessionRequest::Kind::Partitions;
-  for (const PieceId piece : missing)
+  if (blob.kind == protocol::BlobKind::Texture)
   {
-    if (piece.resolution.IsOriginal())
-    {
-      request.blobs.push_back(BlobOfPiece(piece, this->Current->codec.depths));
-    }
+    return this->Tiles.ExpectedBytes();
   }
-  if (!request.blobs.empty())
+  return IsOfPiece(blob) ? this->Current->refinement.BlobBytes(
+                             PieceOfBlob(blob, this->Current->codec.depths), this->Current->tree)
+                         : bytesOfTreeBlob;
+}
+
+// While a tap waits for the tree nothing else is asked for; the preview by itself. What would be
+// wanted next is, while nothing is wanted: as far as it goes at a time, more when that has come.
+void ViewerSession::AskMore()
+{
+  const auto bytesOf = [this](const BlobId& blob) { return this->BytesOf(blob); };
+  const bool tapWaits = this->IsPicking() &&
+                        std::any_of(this->MissingTree.begin(), this->MissingTree.end(),
+                          [this](const BlobId& blob) { return this->FailedTree.count(blob) == 0; });
+  const std::size_t ofTree = this->Wanted.AskMore(bytesOf, this->PreviewBlob(), tapWaits);
+  this->AskedForPick += this->IsPicking() ? ofTree : 0;
+  if (this->AskedForPick > this->Options.mostBlobsOfPick)
   {
-    this->BlobsWanted += request.blobs.size();
-    this->Book.Send(std::move(request));
+    this->LastError = "What is around the tap cannot be told: too much of the tree is there.";
+    this->DropPick();
+  }
+  const bool mayAskAhead = this->ByView() && this->Mode == ViewerMode::FullScreen &&
+                           !this->IsPicking() && !this->ChoiceIsDue && !this->PreviewsOnly;
+  if (mayAskAhead && this->Wanted.MayAskAhead(this->Current->refinement.Pieces()))
+  {
+    this->Wanted.AskAhead(this->WantedNext(), bytesOf);
   }
 }
 

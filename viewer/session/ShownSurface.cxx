@@ -28,7 +28,6 @@ void ShownSurface::Reset(const TreeDepths& depths)
 {
   this->Depths = depths;
   this->Shown.reset();
-  ++this->ShownVersion;
   this->Used.clear();
   this->Refined.clear();
   this->FinestDrawn.reset();
@@ -98,6 +97,13 @@ void ShownSurface::Choose(
   }
 }
 
+ShownSurface::Needs ShownSurface::ShowWhole(
+  const SurfaceWish& wish, PieceCache& pieces, const std::set<PieceId>& failed)
+{
+  this->Choose(wish, pieces, failed);
+  return this->NeedsOf(wish, pieces);
+}
+
 ShownSurface::Needs ShownSurface::ShowLoaded(const SurfaceWish& wish, PieceCache& pieces)
 {
   Choice choice = this->MakeChoice(wish.base, wish.pieces, pieces);
@@ -122,7 +128,6 @@ bool ShownSurface::Show(const Choice& choice)
   if (!this->Shown || this->Shown->base != cut.base || this->Shown->active != cut.active)
   {
     this->Shown = cut;
-    ++this->ShownVersion;
     this->Dirty = true;
   }
   const std::vector<PieceId> used = PiecesOf(cut);

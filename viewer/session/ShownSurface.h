@@ -33,16 +33,13 @@ public:
   // Forgets what is shown: the surface is empty.
   void Reset(const TreeDepths& depths);
 
-  // What the whole wish needs, and what of it is missing, ascending. Which pieces between a level
-  // and a region in it are needed is known only from other pieces: ask again after each that
-  // arrives.
-  // The pieces are taken in the wished base once that is loaded, until then in the shown one.
+  // What a whole wish needs, and what of it is missing, ascending. Which pieces between a level and
+  // a region in it are needed is known only from other pieces: ask again after each that arrives.
   struct Needs
   {
     std::set<PieceId> all; // to keep
     std::vector<PieceId> missing;
   };
-  Needs NeedsOf(const SurfaceWish& wish, PieceCache& pieces);
 
   // Shows the best cut that the loaded pieces allow, the first that is whole of
   //   the wished base with those pieces that are loaded,
@@ -50,16 +47,16 @@ public:
   //   where `failed` holds a piece that the first would need: the wished base alone;
   //   what is shown already.
   // Before anything is shown: the wished base, or nothing.
-  void Choose(const SurfaceWish& wish, PieceCache& pieces, const std::set<PieceId>& failed);
+  // Of what the wish needs, its pieces are taken in the wished base once that is loaded, until then
+  // in the shown one.
+  Needs ShowWhole(const SurfaceWish& wish, PieceCache& pieces, const std::set<PieceId>& failed);
 
   // Shows, once the base is loaded, all that is loaded of what the pieces need: any set of pieces
-  // is a cut. What is to be had for the rest: as NeedsOf.
+  // is a cut.
   Needs ShowLoaded(const SurfaceWish& wish, PieceCache& pieces);
 
   bool IsEmpty() const { return !this->Shown.has_value(); }
   const std::optional<Cut>& GetCut() const { return this->Shown; }
-  // Grows whenever another cut is shown.
-  std::uint64_t CutVersion() const { return this->ShownVersion; }
   // Whether all of the partition is drawn as the original. O(log partitions).
   bool IsRefined(std::uint32_t partition) const { return this->Refined.count(partition) != 0; }
   // The finest resolution of which anything is drawn.
@@ -89,12 +86,13 @@ private:
     std::vector<PieceId> missing; // ascending
   };
   Choice MakeChoice(Resolution base, const std::vector<PieceId>& wanted, PieceCache& pieces);
+  Needs NeedsOf(const SurfaceWish& wish, PieceCache& pieces);
+  void Choose(const SurfaceWish& wish, PieceCache& pieces, const std::set<PieceId>& failed);
   bool Show(const Choice& choice);
   void NoteWhatIsDrawn(PieceCache& pieces);
 
   TreeDepths Depths;
   std::optional<Cut> Shown;
-  std::uint64_t ShownVersion = 0;
   std::set<PieceId> Used;
   bool Dirty = false;
   bool Glides = false;

@@ -26,6 +26,7 @@ ViewerSession::ViewerSession(SessionOptions options)
   , Gestures(this->Options.gestures)
   , Pieces(this->Options.cacheBytes)
   , Tiles(this->Options.pictureBytes)
+  , Wanted(this->Options.aheadBytes)
   , History(this->Options.mostStatistics)
 {
   this->Options.rings = std::clamp(this->Options.rings, 1u, 3u);
@@ -54,7 +55,7 @@ Status ViewerSession::SelectModel(const std::string& model)
   this->Retry();
   if (this->Mode != ViewerMode::NoModel && this->ModelId == model)
   {
-    const bool failed = !this->Current && this->Book.Empty();
+    const bool failed = !this->Current && this->Wanted.Book().Empty();
     if (!failed)
     {
       this->EnterFullScreen();
@@ -64,17 +65,14 @@ Status ViewerSession::SelectModel(const std::string& model)
   this->CloseModel();
   this->ModelId = model;
   this->Mode = ViewerMode::Browsing;
-  SessionRequest open;
-  open.kind = SessionRequest::Kind::Open;
-  open.model = model;
-  this->Book.Send(open);
+  this->Wanted.Open(model);
   this->Trace("select", model);
   return {};
 }
 
 void ViewerSession::CloseModel()
 {
-  this->Book.CancelAll();
+  this->Wanted.CloseModel();
   this->Pieces.Clear();
   this->Shown.Reset({});
   this->Tiles.Reset({}, 0);
@@ -84,21 +82,15 @@ void ViewerSession::CloseModel()
   this->NeverShown.clear(); // and never will be
   this->DropPick();
   this->MissingTree.clear();
-  this->Queue.clear();
-  this->Ahead.clear();
-  this->AheadOf.clear();
   this->ChoiceIsDue = false;
   this->LastSituation.reset();
   this->History.CloseModel();
-  this->BlobsLoaded = this->BlobsWanted = this->BytesLoaded = 0;
   this->EyeMoved = this->IsLed = false;
   this->EarlierViews.clear();
-  this->LastSteps.clear();
-  this->Coasting.reset();
+  this->Turned = {};
   this->Followed.reset();
   this->Told.reset();
   this->Left.reset();
-  this->SetSpinning(false);
   this->Measured.clear();
   this->Ends.clear();
   this->MeasurementsMade = 0;
@@ -172,12 +164,7 @@ void ViewerSession::SetMemory(const MemoryShares& shares)
 
 void ViewerSession::SetAhead(std::size_t bytes)
 {
-  this->Options.aheadBytes = bytes;
-  this->AheadSpent = 0;
-  if (bytes == 0 && this->IsOnlyAhead())
-  {
-    this->Book.CancelUnwanted({});
-  }
+  this->Wanted.SetAhead(bytes);
 }
 
 void ViewerSession::SetPreviewsOnly(bool only)
@@ -191,7 +178,7 @@ void ViewerSession::SetDetail(DetailMode detail)
   if (this->Options.detail != detail)
   {
     this->Options.detail = detail;
-    this->Queue.clear();
+    this->Wanted.Clear();
     this->ChoiceIsDue = false;
     this->EarlierTaps.clear();
     this->LastSituation.reset();
@@ -297,7 +284,7 @@ void ViewerSession::EndFrame(double seconds)
 
 std::vector<SessionRequest> ViewerSession::TakeRequests()
 {
-  return this->Book.TakeOutgoing();
+  return this->Wanted.TakeOutgoing();
 }
 
 ViewerScene ViewerSession::Scene() const
@@ -329,9 +316,9 @@ ViewerStatus ViewerSession::GetStatus() const
   status.vertices = this->Shown.GetSurface()->PointCount();
   status.triangles = this->Shown.GetSurface()->TriangleCount();
   status.errorLeft = this->Current && this->ByView() ? this->Current->refinement.ErrorLeft() : 0;
-  status.blobsLoaded = this->BlobsLoaded;
-  status.blobsWanted = this->BlobsWanted;
-  status.bytesLoaded = this->BytesLoaded;
+  status.blobsLoaded = this->Wanted.GetProgress().blobsLoaded;
+  status.blobsWanted = this->Wanted.GetProgress().blobsWanted;
+  status.bytesLoaded = this->Wanted.GetProgress().bytesLoaded;
   if (this->Current)
   {
     status.title = this->Current->description.title;
@@ -349,8 +336,8 @@ ViewerStatus ViewerSession::GetStatus() const
   }
   status.picking = this->IsPicking();
   status.canUndo = !this->EarlierViews.empty();
-  status.coasting = this->Coasting.has_value() || this->Spins;
-  status.spinning = this->Spins;
+  status.coasting = this->Turned.TurnsOn() || this->Turned.IsSpinning();
+  status.spinning = this->Turned.IsSpinning();
   if (this->Region)
   {
     status.region = { this->Region->cell, this->Region->rings, 0, 0 };

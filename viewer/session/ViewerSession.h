@@ -12,6 +12,7 @@
 #include "viewer/session/LevelPolicy.h"
 #include "viewer/session/Measurement.h"
 #include "viewer/session/MemoryBudget.h"
+#include "viewer/session/Momentum.h"
 #include "viewer/session/Picker.h"
 #include "viewer/session/PieceCache.h"
 #include "viewer/session/SessionTypes.h"
@@ -19,8 +20,7 @@
 #include "viewer/session/ViewLink.h"
 #include "viewer/session/ViewRefinement.h"
 #include "viewer/session/line/BlobHistory.h"
-#include "viewer/session/line/LineMeter.h"
-#include "viewer/session/line/RequestBook.h"
+#include "viewer/session/line/WishList.h"
 #include "viewer/session/look/RakingLight.h"
 #include "viewer/session/paint/ShownTiles.h"
 #include "viewer/session/section/ShownSection.h"
@@ -222,9 +222,9 @@ public:
   // kept, other answers to it are ignored.
   void SetModels(std::vector<ModelSummary> models);
   void Opened(std::uint32_t request, const ModelDescription& model);
-  // Bytes of any content may be given. transmissionSeconds: from the request, or from the blob
-  // before it.
-  void BlobArrived(std::uint32_t request, const protocol::BlobId& blob,
+  // Bytes of any content may be given; what is wrong with them is told in the status, too.
+  // transmissionSeconds: from the request, or from the blob before it.
+  BlobArrival BlobArrived(std::uint32_t request, const protocol::BlobId& blob,
     std::span<const std::uint8_t> bytes, double transmissionSeconds, bool fromCache);
   void BlobFailed(std::uint32_t request, const protocol::BlobId& blob, const std::string& message);
   // All that the request still owes has failed.
@@ -254,8 +254,8 @@ public:
   // Whether nothing is outstanding that is wanted now, and all that came has been drawn.
   bool IsIdle() const
   {
-    return this->IsOnlyAhead() && this->Queue.empty() && !this->ChoiceIsDue &&
-           !this->Shown.NeedsDrawing() && !this->Coasting;
+    return this->Wanted.IsIdle() && !this->ChoiceIsDue && !this->Shown.NeedsDrawing() &&
+           !this->Turned.TurnsOn();
   }
   // The cut that is shown, which its surface follows at the next frame; nothing at first.
   const std::optional<Cut>& ShownCut() const { return this->Shown.GetCut(); }
@@ -270,10 +270,10 @@ public:
   // The blobs that are outstanding, each with the request that it belongs to.
   const std::map<protocol::BlobId, std::uint32_t>& OwedBlobs() const
   {
-    return this->Book.AllOwed();
+    return this->Wanted.Book().AllOwed();
   }
   // What is outstanding, for messages.
-  std::string DescribeOutstanding() const { return this->Book.Describe(); }
+  std::string DescribeOutstanding() const { return this->Wanted.Book().Describe(); }
   // How often it was worked out what to show and what to ask for: for tests.
   std::uint64_t Choices() const { return this->ChoicesMade; }
 
@@ -294,7 +294,6 @@ private:
     NodeId cell = 1;
     unsigned rings = 1;
     std::vector<std::uint32_t> partitions; // nearest first
-    bool whole = true;                     // not cut off by mostRegionPartitions
     Box box;
     std::vector<Box> boxes; // of these
   };
@@ -315,17 +314,6 @@ private:
     EarlierView view;
     Camera eye; // in the window as it is now
   };
-  // A finger's way while it turns the model.
-  struct TurningStep
-  {
-    double time = 0, dx = 0, dy = 0;
-  };
-  // The model turns on by itself: pixels a second that a finger at (x, y) would go.
-  struct Coast
-  {
-    double time = 0, x = 0, y = 0, speedX = 0, speedY = 0;
-  };
-
   // An end of a measurement that is not on the original yet.
   struct End
   {
@@ -347,7 +335,7 @@ private:
     std::vector<protocol::BlobId> tiles; // that are missing
     std::set<PieceId> failedPieces;
     std::set<protocol::BlobId> failedTree;
-    std::uint64_t pieces = 0, cut = 0, requests = 0; // versions
+    std::uint64_t pieces = 0; // their version
     bool operator==(const Situation&) const = default;
   };
 
@@ -361,15 +349,13 @@ private:
   void StepOutside();
   void TakeView(const Camera& view, const Viewport& viewport);
   void TakeWindow(const Viewport& viewport);
-  void Turn(double x, double y, double dx, double dy);
+  void Turn(const Momentum::Drag& drag);
   double DistanceToObstacle(const Ray& ray) const;
   void JumpHome();
   void NoteJump(const EarlierView& before);
   void TakePlace(const CameraPlace& place);
   bool TakeToldPlace(const Viewport& viewport);
   void TakeLink();
-  void LetGo(double x, double y, double time);
-  void Spin(double time);
   void FocusUnder(double x, double y);
   void PanAndRoll(const Gesture& gesture);
   bool TakeDrag(const Gesture& gesture);
@@ -403,37 +389,27 @@ private:
   void FollowZoom();
   void Retry();
   Situation GetSituation() const;
-  void FollowTree();
   void FollowTiles();
   void Update();
   bool ByView() const { return this->Options.detail == DetailMode::View; }
-  void ChooseAndAsk();
+  void FollowLevel();
+  void Choose();
   ViewRefinement::View ViewOf(const Camera& camera, bool inSteps);
   void RefineView();
-  void ChooseByView();
   void AddToRegion(const PickedRegion& last);
   std::vector<std::uint32_t> LeftOfRegion() const;
   std::vector<PieceId> TappedPieces() const;
   std::vector<protocol::BlobId> InOrder(const std::vector<PieceId>& missing);
   std::size_t BytesOf(const protocol::BlobId& blob);
   void AskMore();
-  void AskAhead();
   std::vector<protocol::BlobId> WantedNext();
-  bool IsOnlyAhead() const;
-  void CountProgress();
   unsigned EffectiveLevel() const;
   unsigned LevelFor(Resolution resolution) const;
   SurfaceWish Wish() const;
-  void RequestMissing(const std::vector<PieceId>& missing);
-  void RequestTree();
-  void RequestTiles();
-  void RequestLevels(const std::vector<PieceId>& missing);
-  void RequestRegion(const std::vector<PieceId>& missing);
-  std::vector<PieceId> BesideRegion(std::vector<PieceId> missing) const;
-  void RequestAllPartitions(const std::vector<PieceId>& missing);
+  protocol::BlobId PreviewBlob() const;
   Status Decode(
     const protocol::BlobId& blob, std::span<const std::uint8_t> bytes, BlobStatistics& entry);
-  void TakeLate(
+  BlobArrival TakeLate(
     std::uint32_t request, const protocol::BlobId& blob, std::span<const std::uint8_t> bytes);
   void AskForLost(const protocol::BlobId& come);
   void SettleLost();
@@ -455,10 +431,7 @@ private:
   std::optional<LeftView> Left;         // that changes of the window are made from
   bool IsArriving = false;              // at a view of somebody else's, whose surface comes
   bool IsLed = false;                   // by the host's own camera
-  std::deque<TurningStep> LastSteps;    // of a finger that turns
-  std::optional<Coast> Coasting;
-  bool Spins = false;             // by itself
-  std::optional<double> LastSpin; // when it last did
+  Momentum Turned;                      // by itself
   std::vector<ModelSummary> ModelList;
   bool HasModelList = false;
   bool PreviewsOnly = false;
@@ -484,16 +457,9 @@ private:
   PieceCache Pieces;
   ShownTiles Tiles;
   ShownSurface Shown;
-  RequestBook Book;
-  LineMeter Meter;
-  // By the view: what is wanted and has not been asked for, most urgent first.
-  std::deque<protocol::BlobId> Queue;
+  WishList Wanted;
   bool ChoiceIsDue = false;               // something is wanted, or has come, since the last one
-  std::set<protocol::BlobId> Ahead;       // asked for though not wanted yet
-  std::vector<PieceId> AheadOf;           // the wanted pieces beyond which that was,
-  std::size_t AheadSpent = 0;             // and the bytes that were asked for since
   std::vector<std::uint32_t> EarlierTaps; // partitions of regions before, newest first
-  std::uint32_t LoneRequest = 0;          // sent while nothing was owed; none of it has come
   std::set<PieceId> FailedPieces;
   std::set<protocol::BlobId> FailedTree;
   // What failed with all of its request, as where the line is lost, and why; and what of that was
@@ -506,7 +472,6 @@ private:
   std::optional<Situation> LastSituation; // that Update found something to do in
   std::uint64_t ChoicesMade = 0;
   BlobHistory History;
-  std::uint64_t BlobsLoaded = 0, BlobsWanted = 0, BytesLoaded = 0;
   SessionTraffic Traffic;
   std::map<PieceId, std::size_t> NeverShown; // bytes of pieces that have come
 };

@@ -186,7 +186,7 @@ Result<std::vector<Piece>> RemoteModel::ReadPieces(
   return pieces;
 }
 
-Result<std::vector<std::uint8_t>> RemoteModel::ReadBlob(
+Result<std::vector<std::uint8_t>> RemoteModel::Read(
   const protocol::BlobId& blob, const Execution& execution) const
 {
   const auto lock = this->Lock(execution);
@@ -194,18 +194,6 @@ Result<std::vector<std::uint8_t>> RemoteModel::ReadBlob(
   auto blobs = this->Fetch(std::span(&blob, 1), execution);
   KDSTREAM_TRY(blobs);
   return std::move(blobs->at(blob));
-}
-
-Result<std::vector<std::uint8_t>> RemoteModel::ReadTreePageBlob(
-  NodeId page, const Execution& execution) const
-{
-  return this->ReadBlob(protocol::BlobId::TreePage(page), execution);
-}
-
-Result<std::vector<std::uint8_t>> RemoteModel::ReadTextureBlob(
-  std::uint32_t partition, const Execution& execution) const
-{
-  return this->ReadBlob(protocol::BlobId::Texture(partition), execution);
 }
 
 Result<std::vector<Box>> RemoteModel::ReadBoxes(const Execution& execution) const

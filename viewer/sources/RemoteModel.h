@@ -34,10 +34,8 @@ public:
   // Errors: besides, InputOutput where the connection is lost or falls silent.
   Result<std::vector<Piece>> ReadPieces(
     std::span<const PieceId> ids, const Execution& execution = {}) const override;
-  Result<std::vector<std::uint8_t>> ReadTreePageBlob(
-    NodeId page, const Execution& execution = {}) const override;
-  Result<std::vector<std::uint8_t>> ReadTextureBlob(
-    std::uint32_t partition, const Execution& execution = {}) const override;
+  Result<std::vector<std::uint8_t>> Read(
+    const protocol::BlobId& blob, const Execution& execution = {}) const override;
   Result<std::vector<Box>> ReadBoxes(const Execution& execution = {}) const override;
 
 private:
@@ -46,8 +44,6 @@ private:
   RemoteModel(std::unique_ptr<ModelSource> source, std::chrono::seconds timeout);
   Result<std::unique_lock<std::timed_mutex>> Lock(const Execution& execution) const;
   Result<ModelDescription> AskFor(const std::string& model, const Execution& execution) const;
-  Result<std::vector<std::uint8_t>> ReadBlob(
-    const protocol::BlobId& blob, const Execution& execution) const;
   Result<Blobs> Fetch(std::span<const protocol::BlobId> wanted, const Execution& execution) const;
   Result<std::vector<ClientEvent>> NextEvents(const Execution& execution) const;
 

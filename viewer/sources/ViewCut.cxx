@@ -60,7 +60,7 @@ public:
     const std::set<protocol::BlobId> pages = this->Tree.TakeMissing();
     for (const protocol::BlobId& page : pages)
     {
-      const auto bytes = this->Source.ReadTreePageBlob(page.number, this->Runs);
+      const auto bytes = this->Source.Read(page, this->Runs);
       KDSTREAM_TRY(bytes);
       const Status added = this->Tree.Add(page, *bytes);
       if (!added)

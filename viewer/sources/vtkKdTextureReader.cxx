@@ -38,7 +38,8 @@ using namespace kdstream;
 
 Error OfTexture(std::uint32_t partition, const Error& error)
 {
-  return { ErrorCode::Damaged, Store::TextureName(partition) + ": " + error.message };
+  return { ErrorCode::Damaged,
+    BlobName(protocol::BlobId::Texture(partition)) + ": " + error.message };
 }
 
 // Whether no partition of a lower number has it.
@@ -149,7 +150,7 @@ Result<std::vector<std::uint8_t>> ReadTile(
                                                 ": the model has " +
                                                 std::to_string(info.partitions) };
   }
-  return model.ReadTextureBlob(static_cast<std::uint32_t>(wanted), execution);
+  return model.Read(protocol::BlobId::Texture(static_cast<std::uint32_t>(wanted)), execution);
 }
 
 Status ReadInto(const PieceSource& model, std::uint32_t partition,

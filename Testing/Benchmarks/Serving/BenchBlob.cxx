@@ -8,8 +8,8 @@
 // FOLDER: for what is exported, and logs. Ends with an error where the bar is missed.
 #include "Testing/Benchmarks/MeasuredRun.h"
 #include "Testing/Benchmarks/Serving/ServerProcess.h"
+#include "filters/protocol/ResourcePath.h"
 #include "filters/store/Store.h"
-#include "server/protocol/ResourcePath.h"
 
 #include <boost/asio/io_context.hpp>
 #include <boost/asio/ip/tcp.hpp>
@@ -149,7 +149,8 @@ protocol::BlobId Choose(const Store& store)
   const auto first = NodeId{ 1 } << store.Info().depths.partition;
   for (std::uint32_t partition = 0; partition < store.Info().partitions; ++partition)
   {
-    const auto bytes = store.PieceBlobSize({ Resolution::Original(), first + partition });
+    const auto bytes =
+      store.Size(BlobOfPiece({ Resolution::Original(), first + partition }, store.Info().depths));
     if (bytes && *bytes >= leastBytes && *bytes <= mostBytes)
     {
       sizes.emplace_back(*bytes, partition);

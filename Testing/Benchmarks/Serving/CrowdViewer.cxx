@@ -2,8 +2,8 @@
 #include "Testing/Benchmarks/Serving/CrowdViewer.h"
 
 #include "filters/codec/Seal.h"
-#include "server/protocol/ControlMessage.h"
-#include "server/protocol/ResourcePath.h"
+#include "filters/protocol/ControlMessage.h"
+#include "filters/protocol/ResourcePath.h"
 #include "viewer/client/HttpFetch.h"
 #include "viewer/client/StreamConversation.h"
 
@@ -447,15 +447,14 @@ private:
 
   void Ask(SessionRequest request, bool isMoot = false)
   {
-    using Kind = SessionRequest::Kind;
-    if (request.kind != Kind::Cancel)
+    if (request.kind != SessionRequest::Kind::Cancel)
     {
       request.id = ++this->LastRequest;
     }
     if (!request.blobs.empty())
     {
-      this->Tasks[request.id] = { Clock::now(), request.blobs.size(), request.kind == Kind::Region,
-        false, isMoot };
+      const bool isRegion = request.blobs.front().kind == protocol::BlobKind::Partition;
+      this->Tasks[request.id] = { Clock::now(), request.blobs.size(), isRegion, false, isMoot };
     }
     this->Talk.Send(request, SecondsOf(Clock::now()));
     this->Write();

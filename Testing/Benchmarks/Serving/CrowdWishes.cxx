@@ -28,11 +28,8 @@ SessionRequest Blobs(std::vector<BlobId> blobs)
 
 SessionRequest CrowdWishes::Preview() const
 {
-  SessionRequest preview;
-  preview.kind = SessionRequest::Kind::Preview;
   const auto level = PreviewLevel(this->Model.description);
-  preview.blobs = { BlobId::LevelPiece(static_cast<std::uint8_t>(level), 1) };
-  return preview;
+  return Blobs({ BlobId::LevelPiece(static_cast<std::uint8_t>(level), 1) });
 }
 
 SessionRequest CrowdWishes::Zoom()
@@ -51,25 +48,25 @@ SessionRequest CrowdWishes::Zoom()
 SessionRequest CrowdWishes::Tap()
 {
   const auto& model = this->Model.description;
-  SessionRequest region;
-  region.kind = SessionRequest::Kind::Region;
-  region.cell = (NodeId{ 1 } << model.depths.partition) +
-                this->Below(static_cast<std::uint32_t>(model.partitions));
-  region.rings = 1;
-  const auto found = FindRegion(this->Model.boxes, model.depths, region.cell, region.rings);
+  const NodeId cell = (NodeId{ 1 } << model.depths.partition) +
+                      this->Below(static_cast<std::uint32_t>(model.partitions));
+  const auto found = FindRegion(this->Model.boxes, model.depths, cell, 1);
+  std::vector<BlobId> wanted;
   std::set<std::uint32_t> had;
   for (const auto partition : found ? *found : std::vector<std::uint32_t>())
   {
     had.insert(partition);
-    this->Held.count(partition) != 0 ? region.except.push_back(partition)
-                                     : region.blobs.push_back(BlobId::Partition(partition));
+    if (this->Held.count(partition) == 0)
+    {
+      wanted.push_back(BlobId::Partition(partition));
+    }
   }
-  if (region.blobs.empty())
+  if (wanted.empty())
   {
     return this->Zoom();
   }
   this->Held = std::move(had);
-  return region;
+  return Blobs(std::move(wanted));
 }
 
 SessionRequest CrowdWishes::LookAround()

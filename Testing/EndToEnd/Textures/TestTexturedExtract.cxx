@@ -164,7 +164,7 @@ TEST_F(TestTexturedExtract, ExportedFoldersHaveTheTextures)
   const ModelDescription& info = (*store)->Info();
   for (std::uint32_t p = 0; p < info.partitions; ++p)
   {
-    const auto blob = (*store)->ReadTextureBlob(p);
+    const auto blob = (*store)->Read(protocol::BlobId::Texture(p));
     ASSERT_TRUE(blob);
     EXPECT_EQ(ReadWhole(this->Folder /
                         ("www/api/models/m/" + info.digest + "/textures/" + std::to_string(p))),

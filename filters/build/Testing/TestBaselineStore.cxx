@@ -86,8 +86,9 @@ TEST_P(BaselineStore, HoldsPartitionsAndNoLevels)
            PieceId{ Resolution::Original(),
              static_cast<NodeId>((1U << info.depths.partition) + info.partitions) } })
     {
-      ASSERT_FALSE(store.ReadPieceBlob(missing));
-      EXPECT_EQ(store.ReadPieceBlob(missing).GetError().code, ErrorCode::NotFound);
+      ASSERT_FALSE(store.Read(BlobOfPiece(missing, store.Info().depths)));
+      EXPECT_EQ(
+        store.Read(BlobOfPiece(missing, store.Info().depths)).GetError().code, ErrorCode::NotFound);
     }
   }
 }

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // MeshReader: the file's name chooses the reader.
 #include "filters/meshio/MeshReader.h"
+#include "filters/meshio/Testing/RandomStl.h"
 #include "filters/meshio/Testing/ScratchFolder.h"
 
 #include <gtest/gtest.h>
@@ -128,10 +129,25 @@ TEST(MeshReader, ContentOfAnotherFormatIsTold)
     const auto reader = MeshReader::Open(folder.Write(name, content));
     return reader ? std::string() : reader.GetError().message;
   };
-  EXPECT_EQ(messageOf("a.stl", ply), "looks like a .ply file, although its name ends in .stl");
-  EXPECT_EQ(messageOf("a.obj", ply), "looks like a .ply file, although its name ends in .obj");
+  EXPECT_EQ(messageOf("a.stl", ply),
+    "looks like a .ply file, although its name ends in .stl: rename it to end in .ply");
+  EXPECT_EQ(messageOf("a.obj", ply),
+    "looks like a .ply file, although its name ends in .obj: rename it to end in .ply");
   EXPECT_EQ(messageOf("a.ply", "glTF" + std::string(200, '\x02')),
-    "looks like a .glb file, although its name ends in .ply");
+    "looks like a .glb file, although its name ends in .ply: rename it to end in .glb");
+  const std::string stl = BinaryStl("exported", std::vector<Vec3>(6));
+  for (const std::string ending : { ".ply", ".obj", ".off" })
+  {
+    EXPECT_EQ(messageOf("b" + ending, stl),
+      "looks like a .stl file, although its name ends in " + ending + ": rename it to end in .stl");
+  }
+  EXPECT_EQ(messageOf("c.ply", "# by hand\nv 1 2 3\n"),
+    "looks like a .obj file, although its name ends in .ply: rename it to end in .obj");
+  EXPECT_EQ(messageOf("c.stl", "COFF\n1 0 0\n"),
+    "looks like a .off file, although its name ends in .stl: rename it to end in .off");
+  EXPECT_EQ(messageOf("d.ply", "Kaydara FBX Binary  "),
+    "looks like a .fbx file, although its name ends in .ply, and such files are not read: convert "
+    "it to .ply");
   EXPECT_EQ(messageOf("b.ply", "PK\x03\x04" + std::string(200, '\x02')),
     "is compressed (.zip): unpack it first, by unzip");
   for (const std::string name : { "c.obj", "c.ply.gz", "c" })

@@ -460,7 +460,8 @@ TEST(PlyReader, NamesTextInPlaceOfNumbers)
   ExpectError(asciiVertices + "end_header\n0 0 0\n1 zero 0\n",
     "vertex 1 (line 9): y 'zero' is not a number of type float");
   ExpectError(asciiVertices + "end_header\n0 0 0\n1 0,5 0\n",
-    "vertex 1 (line 9): y '0,5' is not a number of type float");
+    "vertex 1 (line 9): y '0,5' is not a number of type float (a decimal comma: write 1.5 for "
+    "1,5)");
   ExpectError(asciiVertices + "end_header\n0 0 0x10\n",
     "vertex 0 (line 8): z '0x10' is not a number of type float");
   ExpectError(asciiVertices + "end_header\n0 0 +-1\n",

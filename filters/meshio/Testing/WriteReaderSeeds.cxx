@@ -2,6 +2,7 @@
 // Writes the seed corpus of the readers' fuzz targets: small files of every format and dress, a
 // folder for each target. WriteReaderSeeds FOLDER; ./dev fuzz calls it.
 #include "filters/meshio/Testing/RandomObj.h"
+#include "filters/meshio/Testing/RandomOff.h"
 #include "filters/meshio/Testing/RandomPly.h"
 #include "filters/meshio/Testing/RandomStl.h"
 
@@ -15,7 +16,7 @@ namespace
 constexpr unsigned seedsOfTarget = 60;
 
 template <class Maker>
-bool WriteSeeds(const std::filesystem::path& folder)
+bool WriteSeeds(const std::filesystem::path& folder, const std::string& prefix = "seed-")
 {
   std::error_code status;
   std::filesystem::create_directories(folder, status);
@@ -24,7 +25,7 @@ bool WriteSeeds(const std::filesystem::path& folder)
   {
     Maker maker(seed);
     const std::string bytes = maker.Make(6).bytes;
-    std::ofstream file(folder / ("seed-" + std::to_string(seed)), std::ios::binary);
+    std::ofstream file(folder / (prefix + std::to_string(seed)), std::ios::binary);
     file.write(bytes.data(), static_cast<std::streamsize>(bytes.size()));
     good = static_cast<bool>(file.flush());
   }
@@ -43,6 +44,7 @@ int main(int argc, char** argv)
   }
   const std::filesystem::path folder = argv[1];
   const bool good = WriteSeeds<RandomPlyMaker>(folder / "FuzzPlyReader") &&
+                    WriteSeeds<RandomOffMaker>(folder / "FuzzPlyReader", "off-") &&
                     WriteSeeds<RandomStlMaker>(folder / "FuzzStlReader") &&
                     WriteSeeds<RandomObjMaker>(folder / "FuzzObjReader");
   if (!good)

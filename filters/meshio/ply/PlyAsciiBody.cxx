@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// ASCII PLY records: words between blanks, a line each, or the values of whole elements in one.
-// Part of step "read".
+// ASCII PLY records: words between blanks, a line each, or the values of whole elements in one; and
+// those of OFF, which may have comments. Part of step "read".
 #include "filters/meshio/NumberText.h"
 #include "filters/meshio/QuotedText.h"
 #include "filters/meshio/ply/PlyBody.h"
@@ -42,6 +42,9 @@ public:
 
 private:
   Status NextWord(const PlyPlace& place, std::string_view& word);
+  // Whether what begins so is a comment.
+  bool IsComment(char c) const { return c == '#' && this->Header.hasComments; }
+  Status SkipComment();
   template <class T>
   Status ReadNumber(const PlyPlace& place, const PlyProperty& property, T& value);
   Status ReadReal(const PlyPlace& place, const PlyProperty& property, double& value);
@@ -108,6 +111,11 @@ Status AsciiBody::NextWord(const PlyPlace& place, std::string_view& word)
     }
     const auto* begin = std::find_if_not(ahead->begin(), ahead->end(), IsSeparator);
     this->Source.Consume(static_cast<std::size_t>(begin - ahead->begin()));
+    if (begin != ahead->end() && this->IsComment(*begin))
+    {
+      KDSTREAM_TRY(this->SkipComment());
+      continue;
+    }
     if (static_cast<std::size_t>(ahead->end() - begin) <= maximumWord + 1 &&
         begin != ahead->begin())
     {
@@ -126,6 +134,22 @@ Status AsciiBody::NextWord(const PlyPlace& place, std::string_view& word)
   }
 }
 
+// Goes to the end of the line.
+Status AsciiBody::SkipComment()
+{
+  for (;;)
+  {
+    const Result<std::string_view> ahead = this->Source.Peek(1);
+    KDSTREAM_TRY(ahead);
+    const std::size_t end = std::min(ahead->find_first_of("\r\n"), ahead->size());
+    this->Source.Consume(end);
+    if (end < ahead->size() || ahead->empty())
+    {
+      return {};
+    }
+  }
+}
+
 // A number of the property's type.
 template <class T>
 Status AsciiBody::ReadNumber(const PlyPlace& place, const PlyProperty& property, T& value)
@@ -139,7 +163,7 @@ Status AsciiBody::ReadNumber(const PlyPlace& place, const PlyProperty& property,
       property.name + " " + QuotedText(word) +
       (error == NumberTextError::NotANumber ? " is not a number of type "
                                             : " is out of range of the type ") +
-      std::string(PlyTypeName(property.type)));
+      std::string(PlyTypeName(property.type)) + DecimalCommaHint(word));
   }
   return {};
 }
@@ -237,7 +261,11 @@ Status AsciiBody::EndRecord(const PlyPlace& place, bool isSkipped)
     {
       return {};
     }
-    if (next != ahead->end())
+    if (next != ahead->end() && this->IsComment(*next))
+    {
+      KDSTREAM_TRY(this->SkipComment());
+    }
+    else if (next != ahead->end())
     {
       KDSTREAM_TRY(this->LookAtLines(place));
       isLong = this->LinesAre == Lines::Records;

@@ -105,6 +105,7 @@ bool IsNameOfCorners(std::string_view property);
 struct PlyHeader
 {
   PlyEncoding encoding = PlyEncoding::Ascii;
+  bool hasComments = false; // # begins one in the body (OffHeader.h)
   std::vector<PlyElement> elements;
   std::vector<std::string> textures;     // of "comment TextureFile" lines, quoted for messages
   std::vector<std::string> textureFiles; // the same, as they are written, blanks too

@@ -26,7 +26,14 @@ Result<std::unique_ptr<MeshReader>> PlyReader::Open(
 {
   Result<PlyHeader> header = ReadPlyHeader(source);
   KDSTREAM_TRY(header);
-  std::unique_ptr<PlyReader> reader(new PlyReader(std::move(source), std::move(*header), scratch));
+  return OpenAs(std::move(source), std::move(*header), scratch);
+}
+
+Result<std::unique_ptr<MeshReader>> PlyReader::OpenAs(
+  ByteSource source, PlyHeader header, const std::filesystem::path& scratch, const Tolerance& told)
+{
+  std::unique_ptr<PlyReader> reader(new PlyReader(std::move(source), std::move(header), scratch));
+  reader->FileInfo.tolerance = told;
   KDSTREAM_TRY(reader->UnderstandHeader());
   return std::unique_ptr<MeshReader>(std::move(reader));
 }

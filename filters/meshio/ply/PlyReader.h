@@ -37,6 +37,10 @@ public:
   // without its vertices (see MeshReader::ReadTriangles); empty: the system's.
   static Result<std::unique_ptr<MeshReader>> Open(
     ByteSource source, const std::filesystem::path& scratch = {});
+  // The same of a body, at which `source` stands, whose header was made elsewhere. told: what was
+  // found of it before.
+  static Result<std::unique_ptr<MeshReader>> OpenAs(ByteSource source, PlyHeader header,
+    const std::filesystem::path& scratch, const Tolerance& told = {});
 
   const MeshFileInfo& Info() const override { return this->FileInfo; }
   // After an error, every further call gives the same error.

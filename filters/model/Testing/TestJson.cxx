@@ -42,7 +42,7 @@ double Read(const std::string& text)
 TEST(TestJson, DoublesComeBackBitForBit)
 {
   std::mt19937_64 random(1);
-  for (int i = 0; i < 200000; ++i)
+  for (int i = 0; i < 40000; ++i)
   {
     double value = std::bit_cast<double>(random());
     if (i % 4 == 1)

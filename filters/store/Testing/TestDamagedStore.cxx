@@ -63,12 +63,12 @@ TEST_F(DamagedStore, ATextIsNoBlob)
     EXPECT_EQ(result.GetError().code, ErrorCode::Damaged);
     EXPECT_EQ(result.GetError().message, name + ": row is missing");
   };
-  missing((*store)->ReadTreePageBlob(1), "tree/1");
-  missing((*store)->TreePageBlobSize(1), "tree/1");
-  missing((*store)->ReadBoxesBlob(1), "boxes/1");
-  missing((*store)->BoxesBlobSize(1), "boxes/1");
-  missing((*store)->ReadPieceBlob(piece), "levels/0/1");
-  missing((*store)->PieceBlobSize(piece), "levels/0/1");
+  missing((*store)->Read(protocol::BlobId::TreePage(1)), "tree/1");
+  missing((*store)->Size(protocol::BlobId::TreePage(1)), "tree/1");
+  missing((*store)->Read(protocol::BlobId::PartitionBoxes(1)), "boxes/1");
+  missing((*store)->Size(protocol::BlobId::PartitionBoxes(1)), "boxes/1");
+  missing((*store)->Read(BlobOfPiece(piece, (*store)->Info().depths)), "levels/0/1");
+  missing((*store)->Size(BlobOfPiece(piece, (*store)->Info().depths)), "levels/0/1");
 }
 
 TEST_F(DamagedStore, EveryRowThatIsDamagedIsNamed)
@@ -129,7 +129,7 @@ TEST_F(DamagedStore, FlippedBytesAreNoticedAndTheRestIsRead)
   std::map<PieceId, std::vector<std::uint8_t>> blobs;
   for (const PieceId id : healthy->PieceIds())
   {
-    blobs[id] = *healthy->ReadPieceBlob(id);
+    blobs[id] = *healthy->Read(BlobOfPiece(id, healthy->Info().depths));
   }
   std::mt19937 random(17);
   unsigned noticed = 0, unopened = 0;
@@ -150,7 +150,7 @@ TEST_F(DamagedStore, FlippedBytesAreNoticedAndTheRestIsRead)
     noticed += !whole_;
     for (const auto& [id, blob] : blobs)
     {
-      const auto read = (*store)->ReadPieceBlob(id);
+      const auto read = (*store)->Read(BlobOfPiece(id, (*store)->Info().depths));
       if (read)
       {
         ASSERT_EQ(*read, blob) << "a wrong blob passed for whole";
@@ -176,7 +176,7 @@ TEST_F(DamagedStore, ARenameOverTheFileLeavesReadersOnTheOldOne)
   const auto store = *Store::Open(this->File());
   const auto unread = *Store::Open(this->File()); // has no connection yet
   const PieceId id{ Resolution::Original(), 32 };
-  const auto before = store->ReadPieceBlob(id);
+  const auto before = store->Read(BlobOfPiece(id, store->Info().depths));
   ASSERT_TRUE(before);
   this->Build(Torus(97, 48), options);
   // One connection is open on the old file, others are still to be opened.
@@ -189,7 +189,7 @@ TEST_F(DamagedStore, ARenameOverTheFileLeavesReadersOnTheOldOne)
       {
         for (unsigned i = 0; i < 50; ++i)
         {
-          const auto blob = store->ReadPieceBlob(id);
+          const auto blob = store->Read(BlobOfPiece(id, store->Info().depths));
           wrong += !blob || *blob != *before;
         }
       });
@@ -199,15 +199,15 @@ TEST_F(DamagedStore, ARenameOverTheFileLeavesReadersOnTheOldOne)
     thread.join();
   }
   EXPECT_EQ(wrong, 0U);
-  const auto late = unread->ReadPieceBlob(id);
+  const auto late = unread->Read(BlobOfPiece(id, unread->Info().depths));
   ASSERT_TRUE(late) << late.GetError().message;
   EXPECT_EQ(*late, *before);
   fs::remove(this->File());
-  EXPECT_EQ(*unread->ReadPieceBlob(id), *before);
+  EXPECT_EQ(*unread->Read(BlobOfPiece(id, unread->Info().depths)), *before);
   this->Build(Torus(97, 48), options);
   const auto fresh = Store::Open(this->File());
   ASSERT_TRUE(fresh);
-  EXPECT_NE(*(*fresh)->ReadPieceBlob(id), *before);
+  EXPECT_NE(*(*fresh)->Read(BlobOfPiece(id, (*fresh)->Info().depths)), *before);
 }
 
 TEST_F(DamagedStore, AFileThatIsOverwrittenIsReadNoMore)
@@ -223,10 +223,10 @@ TEST_F(DamagedStore, AFileThatIsOverwrittenIsReadNoMore)
   fs::resize_file(this->File(), size);
   fs::resize_file(other, size);
   const auto store = *Store::Open(this->File());
-  ASSERT_TRUE(store->ReadPieceBlob(id));
+  ASSERT_TRUE(store->Read(BlobOfPiece(id, store->Info().depths)));
   const auto read = [&store](PieceId piece)
   {
-    const auto blob = store->ReadPieceBlob(piece);
+    const auto blob = store->Read(BlobOfPiece(piece, store->Info().depths));
     return blob ? std::optional<ErrorCode>() : blob.GetError().code;
   };
 
@@ -287,7 +287,7 @@ TEST_F(DamagedStore, AFileThatIsTruncatedIsReadNoMore)
   fs::resize_file(this->File(), fs::file_size(this->File()) / 2);
   for (const PieceId id : store->PieceIds())
   {
-    const auto blob = store->ReadPieceBlob(id);
+    const auto blob = store->Read(BlobOfPiece(id, store->Info().depths));
     ASSERT_FALSE(blob);
     EXPECT_EQ(blob.GetError().code, ErrorCode::Changed) << blob.GetError().message;
   }

@@ -139,7 +139,7 @@ TEST_F(StoreTest, WhatTheStoreSaysIsTrue)
     ResolutionDescription& resolution = found[id.resolution];
     ++resolution.pieces;
     resolution.vertices += piece.ownVertices;
-    resolution.bytes += store->ReadPieceBlob(id)->size();
+    resolution.bytes += store->Read(BlobOfPiece(id, store->Info().depths))->size();
     EXPECT_TRUE(piece.deviations.empty());
   }
   const auto boxes = store->ReadBoxes();

@@ -30,10 +30,11 @@ TEST_F(StoreEditTest, TextsAreChangedAndTheContentStays)
   const ModelDescription before = this->Build(Torus(96, 48), options).info;
   const auto open = *Store::Open(this->File()); // as a server has it
   const PieceId id{ Resolution::Original(), 32 };
-  const auto piece = open->ReadPieceBlob(id);
+  const auto piece = open->Read(BlobOfPiece(id, open->Info().depths));
   const auto edited = EditStore(this->File(), { "Statue", "", {}, std::string(9000, 'u') });
   ASSERT_TRUE(edited) << edited.GetError().message;
-  EXPECT_EQ(*open->ReadPieceBlob(id), *piece) << "a file that is open has changed";
+  EXPECT_EQ(*open->Read(BlobOfPiece(id, open->Info().depths)), *piece)
+    << "a file that is open has changed";
   const auto store = *Store::Open(this->File());
   EXPECT_TRUE(store->Verify().empty());
   ModelDescription expected = before;

@@ -110,9 +110,9 @@ protected:
     {
       const auto piece =
         store.ReadPiece({ Resolution::Original(), NodeOfPartition(p, store.Info().depths) });
-      const auto blob = store.ReadTextureBlob(p);
+      const auto blob = store.Read(protocol::BlobId::Texture(p));
       ASSERT_TRUE(piece && blob);
-      EXPECT_EQ(*store.TextureBlobSize(p), blob->size());
+      EXPECT_EQ(*store.Size(protocol::BlobId::Texture(p)), blob->size());
       const auto tile = DecodeTextureTile(*blob, piece->triangles);
       ASSERT_TRUE(tile) << tile.GetError().message;
       for (std::size_t t = 0; t < piece->triangles.size(); ++t)
@@ -158,8 +158,9 @@ TEST_F(StoreTextures, ComeBackWithTheirCorners)
   EXPECT_TRUE(info.attributes.empty());
   this->ExpectCorners(**store);
   EXPECT_TRUE((*store)->Verify().empty());
-  EXPECT_EQ((*store)->ReadTextureBlob(std::uint32_t(info.partitions)).GetError().message,
-    "the model has no such texture");
+  EXPECT_EQ(
+    (*store)->Read(protocol::BlobId::Texture(std::uint32_t(info.partitions))).GetError().message,
+    "the model has no textures/" + std::to_string(info.partitions));
   // Texts are changed without them.
   ASSERT_TRUE(EditStore(this->File(), { "a title" }));
   const auto edited = Store::Open(this->File());
@@ -194,8 +195,8 @@ TEST_F(StoreTextures, PlainStoresHaveNone)
   const auto store = Store::Open(this->File());
   ASSERT_TRUE(store);
   EXPECT_FALSE((*store)->Info().textures);
-  EXPECT_EQ((*store)->ReadTextureBlob(0).GetError().code, ErrorCode::NotFound);
-  EXPECT_EQ((*store)->TextureBlobSize(0).GetError().code, ErrorCode::NotFound);
+  EXPECT_EQ((*store)->Read(protocol::BlobId::Texture(0)).GetError().code, ErrorCode::NotFound);
+  EXPECT_EQ((*store)->Size(protocol::BlobId::Texture(0)).GetError().code, ErrorCode::NotFound);
   this->Sql("PRAGMA user_version = 10");
   EXPECT_EQ(Store::Open(this->File()).GetError().message,
     "its tables are not those of a store: 'textures' is missing");

@@ -106,15 +106,17 @@ void ExpectSameLooks(const Store& a, const Store& b)
   EXPECT_EQ(one, other);
   for (const PieceId id : a.PieceIds())
   {
-    ASSERT_EQ(*a.ReadPieceBlob(id), *b.ReadPieceBlob(id)) << id.node;
+    ASSERT_EQ(*a.Read(BlobOfPiece(id, a.Info().depths)), *b.Read(BlobOfPiece(id, b.Info().depths)))
+      << id.node;
   }
   for (const NodeId page : TreePages(a.Info().depths))
   {
-    ASSERT_EQ(*a.ReadTreePageBlob(page), *b.ReadTreePageBlob(page));
+    ASSERT_EQ(*a.Read(protocol::BlobId::TreePage(page)), *b.Read(protocol::BlobId::TreePage(page)));
   }
   for (const NodeId node : AllPartitionBoxes(a.Info().depths))
   {
-    ASSERT_EQ(*a.ReadBoxesBlob(node), *b.ReadBoxesBlob(node));
+    ASSERT_EQ(*a.Read(protocol::BlobId::PartitionBoxes(node)),
+      *b.Read(protocol::BlobId::PartitionBoxes(node)));
   }
 }
 
@@ -321,7 +323,7 @@ TEST_F(StoreUnused, DamageIsNamed)
   EXPECT_EQ(this->DamageOf(put(last)),
     Messages{ "unused/0: its vertices are not as many as the metadata says" });
   const std::vector<std::uint8_t> piece =
-    *this->Open()->ReadPieceBlob(this->Open()->PieceIds().back());
+    *this->Open()->Read(BlobOfPiece(this->Open()->PieceIds().back(), this->Open()->Info().depths));
   ASSERT_EQ(this->DamageOf(put(piece)).size(), 1U);
   EXPECT_EQ(this->DamageOf(put(piece)).front().rfind("unused/0: ", 0), 0U);
   // Other arrays than the model's.

@@ -58,7 +58,7 @@ TEST_F(StoreWriterTest, ABlobThatNoServerSendsIsNotWritten)
   ASSERT_TRUE(writer);
   const PieceId id{ Resolution::Original(), NodeOfPartition(0, whole->Info().depths) };
   const Piece piece = *whole->ReadPiece(id);
-  const std::vector<std::uint8_t> bytes(Store::largestBlobBytes + 1);
+  const std::vector<std::uint8_t> bytes(protocol::maximumBlobBytes + 1);
   const Status refused = (*writer)->AddPiece(piece, bytes);
   ASSERT_FALSE(refused);
   EXPECT_EQ(refused.GetError().code, ErrorCode::LimitExceeded);

@@ -2,6 +2,7 @@
 // kdstream-serve as a process: its line, its signals, its exit codes.
 #include "Testing/Fixtures/Eventually.h"
 #include "filters/model/ModelJson.h"
+#include "filters/protocol/Testing/AskedBlobs.h"
 #include "server/app/Testing/ServeProcess.h"
 #include "server/http/Testing/HttpTestClient.h"
 #include "server/http/Testing/SelfSigned.h"
@@ -145,7 +146,7 @@ TEST_F(Serve, RunsOutOfPlacesBeforeDescriptors)
         return seated.Await(request).opened;
       }));
     ++request;
-    seated.Ask({ request, protocol::PartitionsRequest{ { 0 } } });
+    seated.Ask({ request, protocol::AskPartitions({ 0 }) });
     EXPECT_EQ(seated.Await(request).blobs.size(), 1u);
   }
   EXPECT_EQ(turnedAway, 40u);
@@ -231,7 +232,7 @@ TEST_F(Serve, StreamsHaveTheLimitsOfItsOptions)
   ASSERT_TRUE(stream.Open());
   stream.SendText(R"({"request":1,"type":"open","model":"one"})" + std::string(7900, ' '));
   ASSERT_TRUE(stream.Await(1).opened);
-  stream.Ask({ 2, protocol::PartitionsRequest{ { 0, 0, 0 } } });
+  stream.Ask({ 2, protocol::AskPartitions({ 0, 0, 0 }) });
   const auto listed = stream.Await(2).error;
   ASSERT_TRUE(listed);
   EXPECT_EQ(listed->code, 400u);

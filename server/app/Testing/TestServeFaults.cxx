@@ -5,11 +5,12 @@
 #include "Testing/Faults/Faults.h"
 #include "Testing/Fixtures/Eventually.h"
 #include "filters/model/ModelJson.h"
+#include "filters/protocol/ResourcePath.h"
+#include "filters/protocol/Testing/AskedBlobs.h"
 #include "server/app/Testing/ServeProcess.h"
 #include "server/http/Testing/HttpTestClient.h"
 #include "server/http/Testing/SelfSigned.h"
 #include "server/http/Testing/TlsTestClient.h"
-#include "server/protocol/ResourcePath.h"
 
 #include <gtest/gtest.h>
 
@@ -205,7 +206,7 @@ TEST_F(Faulty, ADiskThatCannotBeRead)
   const auto page = client.Get("/page");
   ASSERT_TRUE(page);
   EXPECT_EQ(page->status, 503u) << page->body;
-  stream.Ask({ 2, protocol::PartitionsRequest{ { 3, 4 } } });
+  stream.Ask({ 2, protocol::AskPartitions({ 3, 4 }) });
   const auto part = stream.Await(2);
   ASSERT_EQ(part.blobErrors.size(), 2u);
   EXPECT_EQ(part.blobErrors[0].code, 503u);
@@ -230,12 +231,13 @@ TEST_F(Faulty, ADiskThatCannotBeRead)
   {
     const auto blob = client.Get(BlobOf(client, partition, "grid"))->body;
     const auto node = NodeOfPartition(partition, (*store)->Info().depths);
-    const auto whole = (*store)->ReadPieceBlob({ Resolution::Original(), node });
+    const auto whole =
+      (*store)->Read(BlobOfPiece({ Resolution::Original(), node }, (*store)->Info().depths));
     ASSERT_TRUE(whole);
     EXPECT_EQ(blob, std::string(whole->begin(), whole->end()));
   }
   EXPECT_EQ(client.Get("/page")->body, "page");
-  stream.Ask({ 3, protocol::PartitionsRequest{ { 3, 4 } } });
+  stream.Ask({ 3, protocol::AskPartitions({ 3, 4 }) });
   EXPECT_EQ(stream.Await(3).blobs.size(), 2u);
   EXPECT_TRUE(fixtures::Eventually([&] { return Has(port, "two"); }));
   this->faults->reading = EIO;
@@ -414,7 +416,7 @@ TEST_F(Faulty, MemoryThatFailsNowAndThen)
   ASSERT_TRUE(stream.Open());
   stream.Ask({ 1, protocol::OpenRequest{ "one" } });
   ASSERT_TRUE(stream.Await(1).opened);
-  stream.Ask({ 2, protocol::PartitionsRequest{ { 0 } } });
+  stream.Ask({ 2, protocol::AskPartitions({ 0 }) });
   EXPECT_EQ(stream.Await(2).blobs.size(), 1u);
   // no seat stays taken: three, and who asks
   EXPECT_TRUE(fixtures::Eventually([&] { return Count(port, "kdstream_connections") <= 4; }));
@@ -468,7 +470,7 @@ TEST_F(Faulty, EachStepOfASession)
     }
     stream.Ask({ 1, protocol::OpenRequest{ "grid" } });
     served += stream.Await(1).opened ? 1 : 0;
-    stream.Ask({ 2, protocol::PartitionsRequest{ { partition } } });
+    stream.Ask({ 2, protocol::AskPartitions({ partition }) });
     served += stream.Await(2).blobs.size() == 1 ? 1 : 0;
     stream.Ask({ 3, protocol::RegionRequest{ partition, 1, {} } });
     served += stream.Await(3).end ? 1 : 0;
@@ -691,7 +693,7 @@ TEST_F(Faulty, AClockThatJumps)
   {
     this->faults->ahead = ahead;
     EXPECT_EQ(client.Get(blob)->status, 200u) << ahead;
-    stream.Ask({ ++request, protocol::PartitionsRequest{ { 0 } } });
+    stream.Ask({ ++request, protocol::AskPartitions({ 0 }) });
     EXPECT_EQ(stream.Await(request).blobs.size(), 1u) << ahead;
     const auto name = "new" + std::to_string(request);
     this->Build(name + ".kds");

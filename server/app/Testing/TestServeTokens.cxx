@@ -3,6 +3,7 @@
 #include "Testing/Fixtures/Eventually.h"
 #include "filters/model/Json.h"
 #include "filters/model/ModelJson.h"
+#include "filters/protocol/Testing/AskedBlobs.h"
 #include "server/app/Testing/ServeProcess.h"
 #include "server/http/Testing/HttpTestClient.h"
 
@@ -172,7 +173,9 @@ TEST_F(Guarded, FollowsItsFileWhileItEnds)
     const double x = v / side, y = v % side;
     sheet.points.push_back({ x, y, std::sin(x * y) });
   }
-  ASSERT_TRUE(BuildStore(sheet, "sheet.ply", this->stores / "sheet.kds", {}));
+  BuildOptions options;
+  options.tree.verticesPerPartition = 20'000;
+  ASSERT_TRUE(BuildStore(sheet, "sheet.ply", this->stores / "sheet.kds", options));
   Process serve({ this->stores, "--port", "0", "--tokens", this->keys, "--drain", "100000" });
   const auto port = serve.Port();
   const auto made = this->Make({ "--models", "*", "--detail", "regions" });
@@ -181,12 +184,13 @@ TEST_F(Guarded, FollowsItsFileWhileItEnds)
   stream.Ask({ 1, protocol::OpenRequest{ "sheet" } });
   const auto opened = stream.Await(1).opened;
   ASSERT_TRUE(opened);
-  std::vector<std::uint32_t> thrice; // more than sockets hold
-  for (std::uint32_t p = 0; p < 3 * opened->model.partitions; ++p)
+  constexpr std::uint32_t times = 12;
+  std::vector<std::uint32_t> asked; // more than sockets hold
+  for (std::uint32_t p = 0; p < times * opened->model.partitions; ++p)
   {
-    thrice.push_back(p / 3);
+    asked.push_back(p / times);
   }
-  stream.Ask({ 2, protocol::PartitionsRequest{ thrice } });
+  stream.Ask({ 2, protocol::AskPartitions(asked) });
   ASSERT_TRUE(stream.Receive()); // it has begun
   serve.Signal(SIGTERM);
   EXPECT_TRUE(
@@ -194,7 +198,7 @@ TEST_F(Guarded, FollowsItsFileWhileItEnds)
   this->WriteKeys(",\"revoked\":[\"" + made.id + "\"]");
   std::this_thread::sleep_for(std::chrono::seconds(1)); // what it may take
   const auto answer = stream.Await(2);
-  ASSERT_TRUE(answer.error) << answer.blobs.size() << " of " << thrice.size();
+  ASSERT_TRUE(answer.error) << answer.blobs.size() << " of " << asked.size();
   EXPECT_EQ(answer.error->code, 401u);
   EXPECT_FALSE(stream.Receive());
   EXPECT_EQ(serve.Wait(), 0);

@@ -14,6 +14,7 @@
 #include "server/http/RequestInput.h"
 #include "server/http/ResponseHead.h"
 #include "server/http/Routes.h"
+#include "server/http/Testing/WholeAnswer.h"
 #include "server/session/StoreCatalog.h"
 
 #include <boost/asio/buffer.hpp>
@@ -123,14 +124,22 @@ void LookAt(const HttpRequest& request, const HttpResponse& response)
 
 void Ask(const Routes& routes, const HttpRequest& request)
 {
-  const auto atOnce = routes.AnswerAtOnce(request);
-  const auto answer = routes.Answer(request);
-  LookAt(request, answer);
-  if (atOnce)
+  const auto found = routes.Find(request);
+  if (const auto* const atOnce = std::get_if<HttpResponse>(&found))
   {
     LookAt(request, *atOnce);
+  }
+  else
+  {
+    const auto& reading = std::get<Routes::Reading>(found);
+    const auto answer = reading.Answer();
+    LookAt(request, answer);
+    const auto uncounted = reading.Uncounted();
     Require(
-      atOnce->status == answer.status && atOnce->fields == answer.fields, "another answer at once");
+      reading.counts != Routes::Counts::Yes || !uncounted, "counts, and is given for nothing");
+    Require(
+      !uncounted || (uncounted->status == answer.status && uncounted->fields == answer.fields),
+      "another answer where it does not count");
   }
   LookAt(request, routes.AnswerAdmin(request));
 }
@@ -143,7 +152,7 @@ void Answer(const ParsedRequest& parsed)
   Require(request.client.size() < 64, "no address");
   Ask(*site.Open, request);
   Ask(*site.Guarded, request);
-  const auto guarded = site.Guarded->Answer(request);
+  const auto guarded = kdstream::Answer(*site.Guarded, request);
   const bool isRead = request.method == "GET" || request.method == "HEAD";
   Require(!isRead || request.target.substr(0, 8) != "/api/mod" || guarded.status == 401 ||
             guarded.status == 400 || guarded.status == 404,

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "server/http/Testing/HttpTestClient.h"
 
-#include "server/protocol/ResourcePath.h"
+#include "filters/protocol/ResourcePath.h"
 
 #include <boost/asio.hpp>
 #include <boost/beast/core.hpp>

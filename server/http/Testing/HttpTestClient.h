@@ -3,9 +3,9 @@
 // the source.
 #pragma once
 
-#include "server/protocol/BinaryFrame.h"
-#include "server/protocol/ControlMessage.h"
-#include "server/protocol/ResourcePath.h"
+#include "filters/protocol/BinaryFrame.h"
+#include "filters/protocol/ControlMessage.h"
+#include "filters/protocol/ResourcePath.h"
 
 #include <functional>
 #include <map>

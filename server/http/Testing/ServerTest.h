@@ -3,9 +3,9 @@
 #pragma once
 
 #include "filters/core/tree/Region.h"
+#include "filters/protocol/ResourcePath.h"
 #include "server/http/HttpServer.h"
 #include "server/http/Testing/HttpTestClient.h"
-#include "server/protocol/ResourcePath.h"
 #include "server/session/Testing/MemoryCatalog.h"
 
 #include <gtest/gtest.h>

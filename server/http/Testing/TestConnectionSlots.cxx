@@ -71,7 +71,7 @@ TEST_F(ConnectionSlots, AStreamsIsFreeThoughADiskHangs)
     ASSERT_TRUE(client.ReceiveUntil("\r\n\r\n", answer, RawSocket::patience));
     client.Send(TextFrame(R"({"type":"open","request":1,"model":"dragon"})"));
     ASSERT_TRUE(client.ReceiveUntil("opened", answer, RawSocket::patience));
-    client.Send(TextFrame(R"({"type":"partitions","request":2,"partitions":[3]})"));
+    client.Send(TextFrame(R"({"type":"blobs","request":2,"blobs":["partitions/3"]})"));
     ASSERT_TRUE(fixtures::Eventually([this] { return this->model->hanging > 0; }));
     EXPECT_TRUE(this->AwaitMetric("kdstream_streams 1"));
   }

@@ -5,11 +5,11 @@
 //
 // KDSTREAM_HOSTILE_SESSIONS: how many (600); KDSTREAM_HOSTILE_SEED: which (34).
 #include "Testing/Fixtures/TemporaryFolder.h"
+#include "filters/protocol/Testing/RandomMessages.h"
 #include "server/http/Testing/ClientFrames.h"
 #include "server/http/Testing/RawSocket.h"
 #include "server/http/Testing/SelfSigned.h"
 #include "server/http/Testing/ServerTest.h"
-#include "server/protocol/Testing/RandomMessages.h"
 
 #include <openssl/ssl.h>
 

@@ -2,8 +2,9 @@
 // The server on real sockets: what the routes cannot show by themselves.
 #include "Testing/Fixtures/Eventually.h"
 #include "filters/model/ModelJson.h"
+#include "filters/protocol/Testing/AskedBlobs.h"
+#include "filters/protocol/Testing/RandomMessages.h"
 #include "server/http/Testing/ServerTest.h"
-#include "server/protocol/Testing/RandomMessages.h"
 
 #include <thread>
 
@@ -73,7 +74,7 @@ TEST_F(Server, WantOfMemoryIsToldAndTheConnectionGoesOn)
   const auto error = stream.Await(2).error;
   ASSERT_TRUE(error);
   EXPECT_EQ(error->code, 503);
-  stream.Ask({ 3, PartitionsRequest{ { 0 } } });
+  stream.Ask({ 3, AskPartitions({ 0 }) });
   const auto missing = stream.Await(3);
   ASSERT_EQ(missing.blobErrors.size(), 1u);
   EXPECT_EQ(missing.blobErrors[0].code, 503);

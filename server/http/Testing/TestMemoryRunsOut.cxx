@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // A server without the memory for a connection loses that connection, and no more: it goes on
 // listening.
+#include "filters/protocol/Testing/AskedBlobs.h"
 #include "server/http/HttpServer.h"
 #include "server/http/ServerState.h"
 #include "server/http/Testing/HttpTestClient.h"
@@ -98,7 +99,7 @@ TEST(MemoryRunsOut, WhatWasReadIsAnswered)
     ASSERT_TRUE(client.Open());
     client.Ask({ 1, protocol::OpenRequest{ "dragon" } });
     EXPECT_TRUE(client.Await(1).opened);
-    client.Ask({ 2, protocol::PartitionsRequest{ { 3 } } });
+    client.Ask({ 2, protocol::AskPartitions({ 3 }) });
     const auto answer = client.Await(2);
     ASSERT_TRUE(answer.end) << "allocation " << failing;
     EXPECT_EQ(answer.blobs.size(), 1u) << "allocation " << failing;

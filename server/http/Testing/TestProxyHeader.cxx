@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
+#include "filters/protocol/Testing/RandomMessages.h"
 #include "server/http/ProxyHeader.h"
-#include "server/protocol/Testing/RandomMessages.h"
 
 #include <gtest/gtest.h>
 

@@ -7,8 +7,9 @@
 #include "Testing/Fixtures/TemporaryFolder.h"
 #include "filters/build/Builder.h"
 #include "filters/model/ModelJson.h"
+#include "filters/protocol/ResourcePath.h"
+#include "filters/protocol/Testing/AskedBlobs.h"
 #include "server/http/Testing/HttpTestClient.h"
-#include "server/protocol/ResourcePath.h"
 #include "server/session/StoreCatalog.h"
 
 #include <gtest/gtest.h>
@@ -115,8 +116,8 @@ protected:
     const auto store = *Store::Open(file);
     for (std::uint32_t p = 0; p < info.partitions; ++p)
     {
-      const auto bytes =
-        *store->ReadPieceBlob({ Resolution::Original(), NodeOfPartition(p, info.depths) });
+      const auto bytes = *store->Read(BlobOfPiece(
+        { Resolution::Original(), NodeOfPartition(p, info.depths) }, store->Info().depths));
       this->blobs[BlobPath("m", info.digest, BlobId::Partition(p))] = { bytes.begin(),
         bytes.end() };
     }
@@ -153,7 +154,7 @@ protected:
     }
     for (std::uint32_t request = 2; !stop; ++request)
     {
-      client.Ask({ request, PartitionsRequest{ all } });
+      client.Ask({ request, AskPartitions(all) });
       const auto answer = client.Await(request);
       for (const auto& blob : answer.blobs)
       {

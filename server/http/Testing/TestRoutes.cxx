@@ -3,7 +3,8 @@
 
 #include "Testing/Fixtures/TemporaryFolder.h"
 #include "filters/model/ModelJson.h"
-#include "server/protocol/ResourcePath.h"
+#include "filters/protocol/ResourcePath.h"
+#include "server/http/Testing/WholeAnswer.h"
 #include "server/session/Testing/MemoryCatalog.h"
 
 #include <gtest/gtest.h>
@@ -29,7 +30,7 @@ protected:
 
   HttpResponse Get(const std::string& target) const
   {
-    return this->routes.Answer({ "GET", target, "", "", "" });
+    return Answer(this->routes, { "GET", target, "", "", "" });
   }
   std::string Blob(const BlobId& blob) const { return BlobPath("dragon", this->digest, blob); }
 
@@ -78,7 +79,9 @@ TEST_F(Site, NotesAreServedAsTheyAreNow)
       "dragon", std::make_shared<const std::vector<std::uint8_t>>(text.begin(), text.end()));
   };
   put("[1]");
-  EXPECT_FALSE(this->routes.AnswerAtOnce({ "GET", path, "", "", "" })) << "it asks a disk";
+  EXPECT_TRUE(
+    std::holds_alternative<Routes::Reading>(this->routes.Find({ "GET", path, "", "", "" })))
+    << "it asks a disk";
   const auto first = this->Get(path);
   EXPECT_EQ(first.status, 200u);
   EXPECT_EQ(Text(first), "[1]");
@@ -87,10 +90,10 @@ TEST_F(Site, NotesAreServedAsTheyAreNow)
   HttpRequest again{ "GET", path, "", "", "" };
   const std::string tag(first.Field("ETag"));
   again.ifNoneMatch = tag;
-  EXPECT_EQ(this->routes.Answer(again).status, 304u);
+  EXPECT_EQ(Answer(this->routes, again).status, 304u);
   put("[2]");
-  EXPECT_EQ(this->routes.Answer(again).status, 200u) << "they have changed";
-  EXPECT_EQ(this->routes.Answer({ "PUT", path, "", "", "" }).status, 405u);
+  EXPECT_EQ(Answer(this->routes, again).status, 200u) << "they have changed";
+  EXPECT_EQ(Answer(this->routes, { "PUT", path, "", "", "" }).status, 405u);
   this->catalog.notes.insert_or_assign("dragon", Error{ ErrorCode::InputOutput, "secret place" });
   const auto failed = this->Get(path);
   EXPECT_EQ(this->ErrorOf(failed), 503u);
@@ -129,7 +132,7 @@ TEST_F(Site, Errors)
   EXPECT_EQ(this->ErrorOf(this->Get("/api/stream")), 426u);
   for (const char* method : { "POST", "PUT", "DELETE", "OPTIONS", "TRACE", "get" })
   {
-    const auto response = this->routes.Answer({ method, "/api/models.json", "", "", "" });
+    const auto response = Answer(this->routes, { method, "/api/models.json", "", "", "" });
     EXPECT_EQ(this->ErrorOf(response), 405u) << method;
     EXPECT_EQ(response.Field("Allow"), "GET, HEAD");
   }
@@ -169,7 +172,8 @@ TEST_F(Site, WhatTakesADiskIsNotAnsweredAtOnce)
 {
   const auto atOnce = [this](const std::string& path)
   {
-    const auto answer = this->routes.AnswerAtOnce({ "GET", path, "", "", "" });
+    const auto found = this->routes.Find({ "GET", path, "", "", "" });
+    const auto* const answer = std::get_if<HttpResponse>(&found);
     return answer ? answer->status : 0;
   };
   const std::string description = "/api/models/dragon/model.json";
@@ -183,26 +187,43 @@ TEST_F(Site, WhatTakesADiskIsNotAnsweredAtOnce)
   EXPECT_EQ(atOnce("/readyz"), 200u) << "as far as one can see";
 }
 
+// A request is resolved once: the second pass reads, and looks nothing up.
+TEST_F(Site, WhatIsReadIsWhatWasFound)
+{
+  const auto path = this->Blob(BlobId::Partition(3));
+  const auto bytes = *this->model->blobs.at(BlobId::Partition(3));
+  const auto found = this->routes.Find({ "GET", path, "", "", "" });
+  const auto* const reading = std::get_if<Routes::Reading>(&found);
+  ASSERT_TRUE(reading);
+  EXPECT_EQ(reading->source, this->model.get());
+  EXPECT_EQ(reading->part, "partitions/3");
+  this->catalog.Add("dragon", 2, 4, 3000); // replaced meanwhile
+  const auto answer = reading->Answer();
+  EXPECT_EQ(answer.status, 200u);
+  EXPECT_EQ(Text(answer), std::string(bytes.begin(), bytes.end()));
+  EXPECT_EQ(this->Get(path).status, 410u);
+}
+
 TEST_F(Site, WhatIsNotSentIsNotRead)
 {
   const auto path = this->Blob(BlobId::Partition(3));
   const auto whole = this->Get(path);
   const auto reads = this->model->reads.load();
-  const auto head = this->routes.Answer({ "HEAD", path, "", "", "" });
+  const auto head = Answer(this->routes, { "HEAD", path, "", "", "" });
   EXPECT_EQ(head.status, 200u);
   EXPECT_EQ(head.length, whole.length);
   EXPECT_EQ(head.fields, whole.fields);
   const std::string tag(whole.Field("ETag"));
-  EXPECT_EQ(this->routes.Answer({ "GET", path, tag, "", "" }).status, 304u);
-  const auto beyond = this->routes.Answer({ "GET", path, "", "bytes=9999999-", "" });
+  EXPECT_EQ(Answer(this->routes, { "GET", path, tag, "", "" }).status, 304u);
+  const auto beyond = Answer(this->routes, { "GET", path, "", "bytes=9999999-", "" });
   EXPECT_EQ(beyond.status, 416u);
   EXPECT_EQ(beyond.Field("Content-Range"), "bytes */" + std::to_string(whole.length));
   EXPECT_EQ(this->model->reads, reads);
-  EXPECT_EQ(this->routes.Answer({ "GET", path, "", "bytes=0-9", "" }).length, 10u);
+  EXPECT_EQ(Answer(this->routes, { "GET", path, "", "bytes=0-9", "" }).length, 10u);
   EXPECT_EQ(this->model->reads, reads + 1);
   const auto missing = this->Blob(BlobId::Partition(1000));
-  EXPECT_EQ(this->routes.Answer({ "HEAD", missing, "", "", "" }).status, 404u);
-  EXPECT_EQ(this->routes.Answer({ "GET", missing, "*", "", "" }).status, 404u);
+  EXPECT_EQ(Answer(this->routes, { "HEAD", missing, "", "", "" }).status, 404u);
+  EXPECT_EQ(Answer(this->routes, { "GET", missing, "*", "", "" }).status, 404u);
 }
 
 TEST_F(Site, TagsGive304)
@@ -216,14 +237,14 @@ TEST_F(Site, TagsGive304)
     EXPECT_EQ(tag.front(), '"'); // strong
     for (const auto& field : { tag, "\"x\", " + tag, std::string("*") })
     {
-      const auto again = this->routes.Answer({ "GET", path, field, "", "" });
+      const auto again = Answer(this->routes, { "GET", path, field, "", "" });
       EXPECT_EQ(again.status, 304u);
       EXPECT_EQ(again.length, 0u);
       EXPECT_FALSE(again.body);
       EXPECT_EQ(again.Field("ETag"), tag);
       EXPECT_EQ(again.Field("Cache-Control"), first.Field("Cache-Control"));
     }
-    EXPECT_EQ(this->routes.Answer({ "GET", path, "\"other\"", "", "" }).status, 200u);
+    EXPECT_EQ(Answer(this->routes, { "GET", path, "\"other\"", "", "" }).status, 200u);
   }
   EXPECT_NE(this->Get(this->Blob(BlobId::Partition(0))).Field("ETag"),
     this->Get(this->Blob(BlobId::Partition(1))).Field("ETag"));
@@ -237,22 +258,22 @@ TEST_F(Site, Ranges)
   const auto path = this->Blob(BlobId::Partition(2));
   const auto& bytes = *this->model->blobs.at(BlobId::Partition(2));
   const auto size = std::to_string(bytes.size());
-  const auto part = this->routes.Answer({ "GET", path, "", "bytes=10-19", "" });
+  const auto part = Answer(this->routes, { "GET", path, "", "bytes=10-19", "" });
   EXPECT_EQ(part.status, 206u);
   EXPECT_EQ(part.Field("Content-Range"), "bytes 10-19/" + size);
   EXPECT_EQ(Text(part), std::string(bytes.begin() + 10, bytes.begin() + 20));
 
-  const auto none = this->routes.Answer({ "GET", path, "", "bytes=" + size + "-", "" });
+  const auto none = Answer(this->routes, { "GET", path, "", "bytes=" + size + "-", "" });
   EXPECT_EQ(none.status, 416u);
   EXPECT_EQ(none.Field("Content-Range"), "bytes */" + size);
   EXPECT_EQ(none.length, 0u);
 
   const std::string tag(part.Field("ETag"));
-  EXPECT_EQ(this->routes.Answer({ "GET", path, "", "bytes=1-2", tag }).status, 206u);
-  EXPECT_EQ(this->routes.Answer({ "GET", path, "", "bytes=1-2", "\"other\"" }).status, 200u);
-  EXPECT_EQ(this->routes.Answer({ "GET", path, "", "bytes=1-2,5-6", "" }).status, 200u);
-  EXPECT_EQ(this->routes.Answer({ "GET", path, tag, "bytes=1-2", "" }).status, 304u);
-  EXPECT_EQ(this->routes.Answer({ "HEAD", path, "", "bytes=1-2", "" }).status, 200u);
+  EXPECT_EQ(Answer(this->routes, { "GET", path, "", "bytes=1-2", tag }).status, 206u);
+  EXPECT_EQ(Answer(this->routes, { "GET", path, "", "bytes=1-2", "\"other\"" }).status, 200u);
+  EXPECT_EQ(Answer(this->routes, { "GET", path, "", "bytes=1-2,5-6", "" }).status, 200u);
+  EXPECT_EQ(Answer(this->routes, { "GET", path, tag, "bytes=1-2", "" }).status, 304u);
+  EXPECT_EQ(Answer(this->routes, { "HEAD", path, "", "bytes=1-2", "" }).status, 200u);
 }
 
 TEST_F(Site, HeadIsGetWithoutABody)
@@ -261,7 +282,7 @@ TEST_F(Site, HeadIsGetWithoutABody)
     { std::string("/api/models.json"), std::string("/nothing"), this->Blob(BlobId::Partition(0)) })
   {
     const auto get = this->Get(path);
-    const auto head = this->routes.Answer({ "HEAD", path, "", "", "" });
+    const auto head = Answer(this->routes, { "HEAD", path, "", "", "" });
     EXPECT_TRUE(head.omitBody);
     EXPECT_FALSE(get.omitBody);
     EXPECT_EQ(head.status, get.status);
@@ -289,18 +310,18 @@ TEST_F(Site, OriginsAreAllowedByName)
   EXPECT_FALSE(this->routes.MayStream("null", "localhost:8700"));
 
   const Routes named(this->catalog, this->metrics, { "https://example.org", {}, "" });
-  const auto answer = named.Answer({ "GET", "/api/nothing", "", "", "" });
+  const auto answer = Answer(named, { "GET", "/api/nothing", "", "", "" });
   EXPECT_EQ(answer.Field("Access-Control-Allow-Origin"), "https://example.org");
   EXPECT_EQ(answer.Field("Vary"), "Origin");
   EXPECT_TRUE(named.MayStream("https://example.org", "localhost:8700"));
   EXPECT_FALSE(named.MayStream("https://example.com", "localhost:8700"));
-  const auto preflight = named.Answer({ "OPTIONS", "/api/models.json", "", "", "" });
+  const auto preflight = Answer(named, { "OPTIONS", "/api/models.json", "", "", "" });
   EXPECT_EQ(preflight.status, 204u);
   EXPECT_EQ(preflight.Field("Access-Control-Allow-Methods"), "GET, HEAD");
   EXPECT_EQ(preflight.Field("Access-Control-Allow-Origin"), "https://example.org");
 
   const Routes any(this->catalog, this->metrics, { "*", {}, "" });
-  EXPECT_EQ(any.Answer({ "GET", "/healthz", "", "", "" }).Field("Vary"), "");
+  EXPECT_EQ(Answer(any, { "GET", "/healthz", "", "", "" }).Field("Vary"), "");
   EXPECT_TRUE(any.MayStream("https://example.com", "localhost:8700"));
 }
 
@@ -324,7 +345,7 @@ protected:
       this->catalog, this->metrics, RouteOptions{ "", *StaticFiles::Open(this->folder.Path), "1" });
   }
 
-  HttpResponse Ask(HttpRequest request) const { return this->site->Answer(request); }
+  HttpResponse Ask(HttpRequest request) const { return Answer(*this->site, request); }
   static HttpRequest Gzip(const std::string& method, const std::string& tag = "",
     const std::string& range = "", const std::string& ifRange = "")
   {

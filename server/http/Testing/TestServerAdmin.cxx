@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // What operates the server asks it: is it alive, is it ready, how does it do.
+#include "filters/protocol/Testing/AskedBlobs.h"
 #include "server/http/Testing/ServerTest.h"
 
 using namespace kdstream;
@@ -96,7 +97,7 @@ TEST_F(Admin, CountsHowLongClientsWait)
   stream.Await(1);
   stream.Ask({ 2, RegionRequest{ 1, 3, {} } }); // of 128 partitions
   ASSERT_TRUE(this->IsRegion(stream.Await(2), 1, 3));
-  stream.Ask({ 3, PreviewRequest{} }); // one blob: the first and the last
+  stream.Ask({ 3, AskPieces(0, { 1 }) }); // one blob: the first and the last
   ASSERT_TRUE(stream.Await(3).end);
   HttpTestClient client(port);
   client.Get(this->Blob(BlobId::Partition(0)));

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // A disk that hangs on one store: who asks for that store waits, and is told to ask again; nobody
 // else notices.
+#include "filters/protocol/Testing/AskedBlobs.h"
 #include "server/http/Testing/ServerTest.h"
 
 #include <future>
@@ -109,7 +110,7 @@ TEST_F(Disks, AnyNumberWhoAskForAStoreThatHangsDelayNobodyElse)
   ASSERT_TRUE(stream.Open());
   stream.Ask({ 1, OpenRequest{ "other" } });
   ASSERT_TRUE(stream.Await(1).opened);
-  stream.Ask({ 2, PartitionsRequest{ { 1, 2 } } });
+  stream.Ask({ 2, AskPartitions({ 1, 2 }) });
   EXPECT_EQ(stream.Await(2).blobs.size(), 2u);
   this->SetHanging(false);
   for (const auto& asker : this->askers)
@@ -134,7 +135,7 @@ TEST_F(Disks, WhoWaitsForTooLongIsToldToAskAgain)
   ASSERT_TRUE(stream.Await(1).opened);
   this->SetHanging(true);
   this->Ask(port, 0);
-  stream.Ask({ 2, PartitionsRequest{ { 1, 2, 3 } } });
+  stream.Ask({ 2, AskPartitions({ 1, 2, 3 }) });
   const auto refused = this->askers[0]->Receive();
   ASSERT_TRUE(refused);
   EXPECT_EQ(refused->status, 503u);
@@ -160,7 +161,7 @@ TEST_F(Disks, WhoWaitsForTooLongIsToldToAskAgain)
     status = answer ? answer->status : 0;
   }
   EXPECT_EQ(status, 200u);
-  stream.Ask({ 3, PartitionsRequest{ { 1, 2, 3 } } });
+  stream.Ask({ 3, AskPartitions({ 1, 2, 3 }) });
   EXPECT_EQ(stream.Await(3).blobs.size(), 3u);
 }
 

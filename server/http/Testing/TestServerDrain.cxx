@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // How a server ends: what is under way is finished, and what is new is told so.
 #include "Testing/Fixtures/Eventually.h"
+#include "filters/protocol/Testing/AskedBlobs.h"
 #include "server/http/Testing/ServerTest.h"
 
 #include <thread>
@@ -115,7 +116,7 @@ TEST_F(Drain, AStreamFinishesItsRequestAndTakesNoOther)
   client.Ask({ 2, RegionRequest{ 1, 3, {} } });
   EXPECT_TRUE(fixtures::Eventually([&] { return this->model->hanging == 1; }));
   this->server->BeginDrain();
-  client.Ask({ 3, PreviewRequest{} });
+  client.Ask({ 3, AskPieces(0, { 1 }) });
   const auto refused = client.Await(3);
   ASSERT_TRUE(refused.error);
   EXPECT_EQ(refused.error->code, 503);

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Who is let in, how much each may have, and who has to go.
 #include "Testing/Fixtures/Eventually.h"
+#include "filters/protocol/Testing/AskedBlobs.h"
 #include "server/http/Testing/ServerTest.h"
 
 #include <atomic>
@@ -121,7 +122,7 @@ TEST_F(Limits, WhoAsksTooOftenIsToldAndStaysConnected)
   EXPECT_TRUE(seconds == "12" || seconds == "11") << seconds;
   EXPECT_EQ(refused->body, "{\"error\":\"too many requests: ask again in " + seconds + " s\"}\n");
   EXPECT_TRUE(client.Get("/healthz")) << "the connection stays";
-  stream.Ask({ 2, PreviewRequest{} });
+  stream.Ask({ 2, AskPieces(0, { 1 }) });
   const auto error = stream.Await(2).error;
   ASSERT_TRUE(error);
   EXPECT_EQ(error->code, 429);

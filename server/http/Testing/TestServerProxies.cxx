@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Behind a proxy a client is who the proxy says, if the proxy is trusted; and nobody else is.
+#include "filters/protocol/Testing/RandomMessages.h"
 #include "server/http/Testing/ServerTest.h"
-#include "server/protocol/Testing/RandomMessages.h"
 
 #include <algorithm>
 

@@ -2,6 +2,7 @@
 // A server with quotas, on real sockets.
 #include "Testing/Fixtures/Eventually.h"
 #include "Testing/Fixtures/TemporaryFolder.h"
+#include "filters/protocol/Testing/AskedBlobs.h"
 #include "filters/store/Sqlite.h"
 #include "server/access/Testing/ForgedToken.h"
 #include "server/http/Testing/ServerTest.h"
@@ -83,7 +84,7 @@ TEST_F(QuotaServer, GivesEachNameItsShare)
   ASSERT_TRUE(client.Open("kdstream.v1, " + Token("ann")));
   client.Ask({ 1, OpenRequest{ "dragon" } });
   ASSERT_TRUE(client.Await(1).opened);
-  client.Ask({ 2, PartitionsRequest{ { 3, 6, 7 } } });
+  client.Ask({ 2, AskPartitions({ 3, 6, 7 }) });
   const auto answer = client.Await(2);
   EXPECT_EQ(answer.blobs.size(), 2u);
   ASSERT_TRUE(answer.error);

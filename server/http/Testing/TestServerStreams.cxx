@@ -1,8 +1,9 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Streams on real sockets: what the conversation cannot show by itself.
 #include "Testing/Fixtures/Eventually.h"
+#include "filters/protocol/Testing/AskedBlobs.h"
+#include "filters/protocol/Testing/RandomMessages.h"
 #include "server/http/Testing/ServerTest.h"
-#include "server/protocol/Testing/RandomMessages.h"
 
 #include <atomic>
 #include <thread>
@@ -107,7 +108,7 @@ TEST_F(Streams, CancelStopsTheStream)
   EXPECT_LT(answer.end->blobs, 32u);
   EXPECT_EQ(answer.end->blobs, answer.blobs.size());
   EXPECT_EQ(this->model->reads.load(), answer.blobs.size() + (answer.end->bytes > 0 ? 1 : 0));
-  client.Ask({ 3, PreviewRequest{} });
+  client.Ask({ 3, AskPieces(0, { 1 }) });
   EXPECT_EQ(client.Await(3).blobs.size(), 1u);
 }
 

@@ -4,6 +4,7 @@
 #include "server/http/Testing/ServerTest.h"
 
 #include "filters/model/ModelJson.h"
+#include "filters/protocol/Testing/AskedBlobs.h"
 
 #include <atomic>
 #include <chrono>
@@ -132,7 +133,7 @@ TEST_F(Tokens, AllowWhatTheySayOnAStream)
   EXPECT_EQ(client.Await(1).error->code, 403u);
   client.Ask({ 2, OpenRequest{ "dragon" } });
   ASSERT_TRUE(client.Await(2).opened);
-  client.Ask({ 3, PreviewRequest{} });
+  client.Ask({ 3, AskPieces(0, { 1 }) });
   EXPECT_EQ(client.Await(3).blobs.size(), 1u);
   client.Ask({ 4, RegionRequest{ 128, 1, {} } });
   const auto region = client.Await(4);

@@ -1,13 +1,13 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // HTTPS and the stream over TLS, with certificates made for the test.
 #include "Testing/Fixtures/TemporaryFolder.h"
+#include "filters/protocol/ResourcePath.h"
+#include "filters/protocol/Testing/RandomMessages.h"
 #include "server/http/HttpServer.h"
 #include "server/http/Testing/HttpTestClient.h"
 #include "server/http/Testing/ScarceMemory.h"
 #include "server/http/Testing/SelfSigned.h"
 #include "server/http/Testing/TlsTestClient.h"
-#include "server/protocol/ResourcePath.h"
-#include "server/protocol/Testing/RandomMessages.h"
 #include "server/session/Testing/MemoryCatalog.h"
 
 #include <gtest/gtest.h>
@@ -143,7 +143,7 @@ TEST_F(Tls, StreamsOverTls)
   client.Send(open);
   EXPECT_NE(client.Receive("\"opened\"").find("\"opened\""), std::string::npos);
   client.ChangeKeys();
-  client.Send(Frame(R"({"type":"partitions","request":2,"partitions":[0,1,2,3,4,5,6,7]})"));
+  client.Send(Frame(R"({"type":"region","request":2,"cell":1,"rings":0})"));
   const auto received = client.Receive("\"end\"");
   std::size_t bytes = 0;
   for (std::uint32_t p = 0; p < 8; ++p)

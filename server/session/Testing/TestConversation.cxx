@@ -2,7 +2,8 @@
 #include "server/session/Conversation.h"
 
 #include "filters/core/tree/Region.h"
-#include "server/protocol/Testing/RandomMessages.h"
+#include "filters/protocol/Testing/AskedBlobs.h"
+#include "filters/protocol/Testing/RandomMessages.h"
 #include "server/session/Testing/MemoryCatalog.h"
 #include "server/session/Testing/PullMessage.h"
 
@@ -137,47 +138,42 @@ std::vector<BlobId> Partitions(const std::vector<std::uint32_t>& numbers)
 
 }
 
-TEST_F(Talk, PreviewIsOnePieceOfLevelEleven)
+TEST_F(Talk, BlobsComeInTheOrderAskedFor)
 {
   this->OpenModel();
-  this->Ask({ 2, PreviewRequest{} });
+  const std::vector<BlobId> some{ BlobId::TreePage(1), BlobId::Partition(9),
+    BlobId::LevelPiece(0, 1), BlobId::Partition(2), BlobId::Partition(127),
+    BlobId::LevelPiece(0, 1) };
+  this->Ask({ 2, BlobsRequest{ some } });
   this->Finish();
-  const auto level = static_cast<std::uint8_t>(PreviewLevel(this->model->Description()));
-  this->ExpectBlobs(2, { BlobId::LevelPiece(level, 1) });
-  EXPECT_EQ(std::get<BeginAnswer>(this->answers.front().body).blobs, 1u);
-  EXPECT_EQ(this->Last<EndAnswer>(), (EndAnswer{ 1, this->blobs[0].bytes.size(), 0, false }));
-}
-
-TEST_F(Talk, LevelsComeWholeOrByNode)
-{
-  this->OpenModel();
-  const auto finest = static_cast<std::uint8_t>(this->model->Description().depths.finest);
-  const auto depth = PieceDepth(Resolution::Level(finest), this->model->GetDepths());
-  std::vector<BlobId> all;
-  for (std::uint32_t node = 1u << depth; node < 2u << depth; ++node)
+  this->ExpectBlobs(2, some);
+  EXPECT_EQ(std::get<BeginAnswer>(this->answers.front().body).blobs, some.size());
+  std::uint64_t bytes = 0;
+  for (const auto& blob : this->blobs)
   {
-    all.push_back(BlobId::LevelPiece(finest, node));
+    bytes += blob.bytes.size();
   }
-  this->Ask({ 2, LevelRequest{ finest, {} } });
-  this->Finish();
-  this->ExpectBlobs(2, all);
-
-  this->blobs.clear();
-  this->Ask({ 3, LevelRequest{ 0, { 1, 1 } } });
-  this->Finish();
-  this->ExpectBlobs(3, { BlobId::LevelPiece(0, 1), BlobId::LevelPiece(0, 1) });
+  EXPECT_EQ(this->Last<EndAnswer>(), (EndAnswer{ some.size(), bytes, 0, false }));
 }
 
-TEST_F(Talk, TreeAndPartitionsComeInTheOrderAskedFor)
+// Each kind had a message of its own once.
+TEST_F(Talk, MessagesOfBeforeAreRefusedAndToldWhatToAskInstead)
 {
   this->OpenModel();
-  this->Ask({ 2, TreeRequest{ { 1 } } });
-  this->Ask({ 3, PartitionsRequest{ { 9, 2, 127 } } });
-  this->Finish();
-  ASSERT_EQ(this->blobs.size(), 4u);
-  EXPECT_EQ(this->blobs[0].id, BlobId::TreePage(1));
-  this->blobs.erase(this->blobs.begin());
-  this->ExpectBlobs(3, Partitions({ 9, 2, 127 }));
+  std::uint32_t request = 1;
+  for (const std::string rest : { R"("preview"})", R"("level","level":0,"nodes":[1]})",
+         R"("tree","nodes":[1]})", R"("boxes","nodes":[1]})", R"("partitions","partitions":[1]})" })
+  {
+    this->answers.clear();
+    this->conversation.Receive("{\"request\":" + std::to_string(++request) + ",\"type\":" + rest);
+    this->Finish();
+    ASSERT_EQ(this->answers.size(), 1u) << rest;
+    EXPECT_EQ(this->answers[0].request, request);
+    EXPECT_EQ(this->Last<ErrorAnswer>().code, 400);
+    EXPECT_NE(this->Last<ErrorAnswer>().message.find("\"blobs\""), std::string::npos)
+      << this->Last<ErrorAnswer>().message;
+    EXPECT_FALSE(this->conversation.Closing());
+  }
 }
 
 TEST_F(Talk, RegionsComeInTheOrderOfFindRegion)
@@ -211,20 +207,20 @@ TEST_F(Talk, RegionsComeInTheOrderOfFindRegion)
 
 TEST_F(Talk, WhatTheModelDoesNotHaveIsAnErrorOfTheRequest)
 {
-  this->ExpectError({ 1, PreviewRequest{} }, 409); // no model is open
+  this->ExpectError({ 1, AskPieces(0, { 1 }) }, 409); // no model is open
   this->ExpectError({ 1, OpenRequest{ "lucy" } }, 404);
   this->answers.clear();
   this->OpenModel();
   const auto finest = this->model->Description().depths.finest;
-  this->ExpectError({ 2, LevelRequest{ static_cast<std::uint8_t>(finest + 1), {} } }, 404);
-  this->ExpectError({ 3, LevelRequest{ 3, { 2 } } }, 404);
-  this->ExpectError({ 4, TreeRequest{ { 2 } } }, 404);
-  this->ExpectError({ 5, TreeRequest{ { 1u << 11 } } }, 404);
-  this->ExpectError({ 5, BoxesRequest{ { 1u << 11 } } }, 404);
-  this->ExpectError({ 6, PartitionsRequest{ { 0, 128 } } }, 404);
+  this->ExpectError({ 2, AskPieces(static_cast<std::uint8_t>(finest + 1), { 1 }) }, 404);
+  this->ExpectError({ 3, AskPieces(3, { 2 }) }, 404);
+  this->ExpectError({ 4, BlobsRequest{ { BlobId::TreePage(2) } } }, 404);
+  this->ExpectError({ 5, BlobsRequest{ { BlobId::TreePage(1u << 11) } } }, 404);
+  this->ExpectError({ 5, BlobsRequest{ { BlobId::PartitionBoxes(1u << 11) } } }, 404);
+  this->ExpectError({ 6, AskPartitions({ 0, 128 }) }, 404);
   this->ExpectError({ 7, RegionRequest{ 256, 1, {} } }, 400);
   this->answers.clear();
-  this->Ask({ 8, PreviewRequest{} }); // and it goes on
+  this->Ask({ 8, AskPieces(0, { 1 }) }); // and it goes on
   this->Finish();
   EXPECT_EQ(this->Last<EndAnswer>().blobs, 1u);
 }
@@ -248,7 +244,7 @@ TEST_F(Talk, WrongMessagesAreErrorsAndOthersEndIt)
     other.Receive(text);
     EXPECT_EQ(other.Closing(), reason);
     EXPECT_FALSE(other.AcceptsMessages());
-    other.Receive(WriteClientMessage({ 2, PreviewRequest{} }));
+    other.Receive(WriteClientMessage({ 2, AskPieces(0, { 1 }) }));
     const auto last = PullMessage(other); // the error, and nothing after it
     ASSERT_TRUE(last);
     EXPECT_EQ(ParseServerMessage(std::get<std::string>(*last))->request, 0u);
@@ -279,13 +275,10 @@ TEST_F(Talk, MessagesListsAndRequestsHaveTheSizesThatItIsGiven)
   };
   const auto open = WriteClientMessage({ 1, OpenRequest{ "dragon" } });
   EXPECT_EQ(errorTo(open + std::string(8192 - open.size(), ' ')), "none") << "it is opened";
-  EXPECT_EQ(errorTo(WriteClientMessage({ 2, PartitionsRequest{ { 1, 2, 3 } } })), "none");
-  EXPECT_EQ(errorTo(WriteClientMessage({ 3, PreviewRequest{} })),
+  EXPECT_EQ(errorTo(WriteClientMessage({ 2, AskPartitions({ 1, 2, 3 }) })), "none");
+  EXPECT_EQ(errorTo(WriteClientMessage({ 3, AskPieces(0, { 1 }) })),
     "429 there are already 2 unfinished requests");
-  for (const auto& list : { WriteClientMessage({ 4, PartitionsRequest{ { 1, 2, 3, 4 } } }),
-         WriteClientMessage({ 4, TreeRequest{ { 1, 2, 3, 4 } } }),
-         WriteClientMessage({ 4, BoxesRequest{ { 1, 2, 3, 4 } } }),
-         WriteClientMessage({ 4, LevelRequest{ 2, { 1, 2, 3, 4 } } }),
+  for (const auto& list : { WriteClientMessage({ 4, AskPartitions({ 1, 2, 3, 4 }) }),
          WriteClientMessage({ 4, RegionRequest{ 1, 1, { 1, 2, 3, 4 } } }),
          WriteClientMessage({ 4, BlobsRequest{ std::vector(4, BlobId::Partition(1)) } }) })
   {
@@ -298,7 +291,7 @@ TEST_F(Talk, MessagesListsAndRequestsHaveTheSizesThatItIsGiven)
 TEST_F(Talk, CancelStopsTheCurrentRequestAtOnce)
 {
   this->OpenModel();
-  this->Ask({ 2, PartitionsRequest{ { 0, 1, 2, 3, 4, 5, 6, 7 } } });
+  this->Ask({ 2, AskPartitions({ 0, 1, 2, 3, 4, 5, 6, 7 }) });
   while (this->blobs.size() < 2)
   {
     ASSERT_TRUE(this->Step());
@@ -313,8 +306,8 @@ TEST_F(Talk, CancelStopsTheCurrentRequestAtOnce)
   EXPECT_EQ(this->model->reads.load(), reads) << "nothing is read for a cancelled request";
 
   this->answers.clear();
-  this->Ask({ 2, PreviewRequest{} }); // the id is free again
-  this->Ask({ 99, CancelRequest{} }); // nobody's: ignored
+  this->Ask({ 2, AskPieces(0, { 1 }) }); // the id is free again
+  this->Ask({ 99, CancelRequest{} });    // nobody's: ignored
   this->Finish();
   EXPECT_EQ(this->answers.size(), 2u);
   EXPECT_EQ(this->Last<EndAnswer>().blobs, 1u);
@@ -326,7 +319,7 @@ TEST_F(Talk, CancelInTheMiddleOfABlob)
   auto& blob = this->model->blobs[BlobId::Partition(5)];
   const auto before = blob;
   blob = std::make_shared<const std::vector<std::uint8_t>>(300000, std::uint8_t{ 1 });
-  this->Ask({ 2, PartitionsRequest{ { 5 } } });
+  this->Ask({ 2, AskPartitions({ 5 }) });
   ASSERT_TRUE(this->Step()); // begin
   ASSERT_TRUE(this->Step()); // a frame
   this->Ask({ 2, CancelRequest{} });
@@ -344,7 +337,7 @@ TEST_F(Talk, ListensWhileAnErrandIsDone)
   const auto search = this->conversation.TakeErrand();
   ASSERT_TRUE(search);
   EXPECT_FALSE(this->conversation.TakeErrand()) << "once";
-  this->Ask({ 2, PreviewRequest{} });
+  this->Ask({ 2, AskPieces(0, { 1 }) });
   EXPECT_TRUE(this->conversation.NextMessage()) << "2 is not finished yet";
   this->Ask({ 2, CancelRequest{} });
   search->Run();
@@ -358,13 +351,13 @@ TEST_F(Talk, ListensWhileAnErrandIsDone)
 TEST_F(Talk, ABlobOfACancelledRequestIsNoneOfTheNext)
 {
   this->OpenModel();
-  this->Ask({ 2, PartitionsRequest{ { 3 } } });
+  this->Ask({ 2, AskPartitions({ 3 }) });
   EXPECT_TRUE(this->conversation.NextMessage()); // begin
   EXPECT_FALSE(this->conversation.NextMessage());
   const auto read = this->conversation.TakeErrand();
   ASSERT_TRUE(read);
   this->Ask({ 2, CancelRequest{} });
-  this->Ask({ 2, PartitionsRequest{ { 4 } } });
+  this->Ask({ 2, AskPartitions({ 4 }) });
   EXPECT_TRUE(this->conversation.NextMessage()); // end
   EXPECT_TRUE(this->conversation.NextMessage()); // begin
   read->Run();
@@ -379,7 +372,7 @@ TEST_F(Talk, WhatIsInMemoryNeedsNoErrand)
 {
   this->OpenModel();
   this->model->inMemory = true;
-  this->Ask({ 2, PartitionsRequest{ { 3, 4 } } });
+  this->Ask({ 2, AskPartitions({ 3, 4 }) });
   std::size_t messages = 0;
   while (this->conversation.NextMessage())
   {
@@ -410,8 +403,9 @@ TEST_F(Talk, RegionsHaveSoManyPartitions)
 TEST_F(Talk, WhoAsksTooOftenIsToldAndMayCancel)
 {
   this->OpenModel();
-  this->Ask({ 2, PartitionsRequest{ { 3 } } });
-  this->conversation.Receive(WriteClientMessage({ 3, PreviewRequest{} }), std::chrono::seconds(7));
+  this->Ask({ 2, AskPartitions({ 3 }) });
+  this->conversation.Receive(
+    WriteClientMessage({ 3, AskPieces(0, { 1 }) }), std::chrono::seconds(7));
   this->conversation.Receive(WriteClientMessage({ 2, CancelRequest{} }), std::chrono::seconds(7));
   this->Finish();
   ASSERT_EQ(this->answers.size(), 2u);
@@ -425,9 +419,9 @@ TEST_F(Talk, WhoAsksTooOftenIsToldAndMayCancel)
 TEST_F(Talk, CancelOfAWaitingRequest)
 {
   this->OpenModel();
-  this->Ask({ 2, PartitionsRequest{ { 0 } } });
-  this->Ask({ 3, PartitionsRequest{ { 1 } } });
-  this->Ask({ 4, PartitionsRequest{ { 2 } } });
+  this->Ask({ 2, AskPartitions({ 0 }) });
+  this->Ask({ 3, AskPartitions({ 1 }) });
+  this->Ask({ 4, AskPartitions({ 2 }) });
   this->Ask({ 3, CancelRequest{} });
   this->Finish();
   ASSERT_EQ(this->blobs.size(), 2u);
@@ -440,9 +434,9 @@ TEST_F(Talk, AtMostSixteenUnfinishedRequests)
   this->OpenModel();
   for (std::uint32_t request = 1; request <= 17; ++request)
   {
-    this->Ask({ request, PartitionsRequest{ { request } } });
+    this->Ask({ request, AskPartitions({ request }) });
   }
-  this->Ask({ 5, PreviewRequest{} }); // that of an unfinished request
+  this->Ask({ 5, AskPieces(0, { 1 }) }); // that of an unfinished request
   this->conversation.Receive(R"({"type":"dance","request":6})");
   ASSERT_TRUE(this->Step());
   EXPECT_EQ(this->answers.back().request, 17u);
@@ -456,7 +450,7 @@ TEST_F(Talk, AtMostSixteenUnfinishedRequests)
   this->Finish();
   EXPECT_EQ(this->blobs.size(), 16u);
   EXPECT_EQ(this->conversation.Counted().tooMany, 1u);
-  this->Ask({ 17, PartitionsRequest{ { 17 } } });
+  this->Ask({ 17, AskPartitions({ 17 }) });
   this->Finish();
   EXPECT_EQ(this->blobs.size(), 17u);
 }
@@ -477,7 +471,7 @@ TEST_F(Talk, DamagedBlobsAreErrorsAndTheRestComes)
 {
   this->OpenModel();
   this->model->damaged = { BlobId::Partition(0), BlobId::Partition(2), BlobId::Partition(4) };
-  this->Ask({ 2, PartitionsRequest{ { 0, 1, 2, 3, 4 } } });
+  this->Ask({ 2, AskPartitions({ 0, 1, 2, 3, 4 }) });
   this->Finish();
   this->model->damaged.clear();
   this->ExpectBlobs(2, Partitions({ 1, 3 }));
@@ -501,7 +495,7 @@ TEST_F(Talk, WhatMayPassIs503ForEachBlob)
 {
   this->OpenModel();
   this->model->fails = ErrorCode::InputOutput;
-  this->Ask({ 2, PartitionsRequest{ { 0, 1 } } });
+  this->Ask({ 2, AskPartitions({ 0, 1 }) });
   this->Finish();
   ASSERT_EQ(this->answers.size(), 4u); // begin, two errors, end
   for (const std::size_t i : { 1, 2 })
@@ -518,7 +512,7 @@ TEST_F(Talk, WhatMayPassIs503ForEachBlob)
 TEST_F(Talk, AChangedStoreEndsTheRequest)
 {
   this->OpenModel();
-  this->Ask({ 2, PartitionsRequest{ { 0, 1, 2 } } });
+  this->Ask({ 2, AskPartitions({ 0, 1, 2 }) });
   while (this->blobs.empty())
   {
     ASSERT_TRUE(this->Step());
@@ -539,7 +533,7 @@ TEST_F(Talk, ADamagedTreeForbidsRegionsOnly)
   this->model->treeDamaged = true;
   this->ExpectError({ 2, RegionRequest{ 1, 1, {} } }, 500);
   this->model->treeDamaged = false;
-  this->Ask({ 3, PreviewRequest{} });
+  this->Ask({ 3, AskPieces(0, { 1 }) });
   this->Finish();
   EXPECT_EQ(this->Last<EndAnswer>().blobs, 1u);
 }
@@ -581,24 +575,24 @@ TEST_F(Talk, KeepsTheModelThatItHasOpened)
   this->OpenModel();
   const auto old = this->model;
   this->model = catalog.Add("dragon", 2, 3, 1000);
-  this->Ask({ 2, PartitionsRequest{ { 100 } } }); // the new one has only 8
+  this->Ask({ 2, AskPartitions({ 100 }) }); // the new one has only 8
   this->Finish();
   ASSERT_EQ(this->blobs.size(), 1u);
   EXPECT_EQ(this->blobs[0].bytes, *old->blobs.at(BlobId::Partition(100)));
   this->answers.clear();
   this->OpenModel();
-  this->ExpectError({ 3, PartitionsRequest{ { 100 } } }, 404);
+  this->ExpectError({ 3, AskPartitions({ 100 }) }, 404);
 }
 
 TEST_F(Talk, DrainingFinishesTheCurrentRequestOnly)
 {
   this->OpenModel();
-  this->Ask({ 2, PartitionsRequest{ { 0, 1, 2 } } });
-  this->Ask({ 3, PreviewRequest{} });
+  this->Ask({ 2, AskPartitions({ 0, 1, 2 }) });
+  this->Ask({ 3, AskPieces(0, { 1 }) });
   ASSERT_TRUE(this->Step());
   ASSERT_TRUE(this->Step());
   this->conversation.Drain();
-  this->Ask({ 4, PreviewRequest{} });
+  this->Ask({ 4, AskPieces(0, { 1 }) });
   this->Finish();
   this->ExpectBlobs(2, Partitions({ 0, 1, 2 }));
   EXPECT_EQ(std::get<ErrorAnswer>(this->answers[1].body).code, 503);

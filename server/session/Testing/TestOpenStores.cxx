@@ -96,7 +96,8 @@ TEST_F(SomeOpenStores, ThoseThatWereReadLastAreOpen)
     const auto alone = Store::Open(this->File(static_cast<std::size_t>(
       std::find(this->models.begin(), this->models.end(), model) - this->models.begin())));
     ASSERT_TRUE(alone);
-    EXPECT_EQ(**Read(*model), *(*alone)->ReadPieceBlob({ Resolution::Original(), 1 }));
+    EXPECT_EQ(**Read(*model),
+      *(*alone)->Read(BlobOfPiece({ Resolution::Original(), 1 }, (*alone)->Info().depths)));
     EXPECT_TRUE(model->Boxes());
     EXPECT_TRUE(model->BlobSize(BlobId::TreePage(1)));
   }

@@ -3,6 +3,7 @@
 #include "server/session/PartitionLedger.h"
 
 #include "Testing/Fixtures/TemporaryFolder.h"
+#include "filters/protocol/Testing/AskedBlobs.h"
 #include "server/access/Testing/ForgedToken.h"
 #include "server/session/Conversation.h"
 #include "server/session/Testing/MemoryCatalog.h"
@@ -108,10 +109,10 @@ TEST_F(Ledger, AConversationGetsItsShareAndIsToldWhenThereIsMore)
 
     // What was had may be had again, and what is not of the original is not counted.
     const std::vector<std::uint32_t> had(heard.partitions.begin(), heard.partitions.end());
-    EXPECT_EQ(Ask(talk, { 3, PartitionsRequest{ had } }).partitions, heard.partitions);
-    EXPECT_TRUE(Ask(talk, { 4, PreviewRequest{} }).ended);
+    EXPECT_EQ(Ask(talk, { 3, AskPartitions(had) }).partitions, heard.partitions);
+    EXPECT_TRUE(Ask(talk, { 4, AskPieces(0, { 1 }) }).ended);
     this->time += 100;
-    EXPECT_TRUE(Ask(talk, { 5, PartitionsRequest{ { 0, 31 } } }).ended);
+    EXPECT_TRUE(Ask(talk, { 5, AskPartitions({ 0, 31 }) }).ended);
   }
 }
 
@@ -134,7 +135,7 @@ TEST_F(Ledger, EveryPartitionIsRecorded)
   Ask(talk, { 1, OpenRequest{ "dragon" } });
   Ask(talk, { 2, BlobsRequest{ { BlobId::LevelPiece(0, 1), BlobId::Partition(7) } } });
   this->model->damaged = { BlobId::Partition(8) };
-  Ask(talk, { 3, PartitionsRequest{ { 8 } } });
+  Ask(talk, { 3, AskPartitions({ 8 }) });
   ASSERT_EQ(this->records.size(), 1u) << "those that are sent alone";
   const auto& record = this->records.front();
   EXPECT_EQ(record.subject, "ann");

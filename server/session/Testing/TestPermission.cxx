@@ -2,6 +2,7 @@
 #include "server/session/Permission.h"
 
 #include "filters/model/ModelJson.h"
+#include "filters/protocol/Testing/AskedBlobs.h"
 #include "server/access/Testing/ForgedToken.h"
 #include "server/session/Conversation.h"
 #include "server/session/Testing/MemoryCatalog.h"
@@ -133,10 +134,10 @@ TEST_F(Access, OtherModelsAreRefusedWhetherTheyAreThereOrNot)
 
 TEST_F(Access, AConversationGivesWhatTheTokenAllows)
 {
-  const std::vector<ClientMessage> messages{ { 2, PreviewRequest{} }, { 3, TreeRequest{ { 1 } } },
-    { 4, LevelRequest{ 12, {} } }, { 5, BlobsRequest{ { BlobId::LevelPiece(12, 2) } } },
-    { 6, RegionRequest{ 1u << 12, 1, {} } }, { 7, PartitionsRequest{ { 0 } } },
-    { 8, BoxesRequest{ { 1u << 7 } } },
+  const std::vector<ClientMessage> messages{ { 2, AskPieces(11, { 1 }) },
+    { 3, BlobsRequest{ { BlobId::TreePage(1) } } }, { 4, AskPieces(12, { 2, 3 }) },
+    { 5, BlobsRequest{ { BlobId::LevelPiece(12, 2) } } }, { 6, RegionRequest{ 1u << 12, 1, {} } },
+    { 7, AskPartitions({ 0 }) }, { 8, BlobsRequest{ { BlobId::PartitionBoxes(1u << 7) } } },
     { 9, BlobsRequest{ { BlobId::LevelPiece(0, 1), BlobId::Partition(3) } } } };
   const std::map<std::string, std::uint32_t> first{ { "preview", 3 }, { "levels", 6 },
     { "regions", 10 } }; // request that is refused, and those after it
@@ -188,8 +189,8 @@ TEST_F(Access, AConversationEndsWithItsToken)
 {
   auto talk = this->Talk("regions");
   Open(talk);
-  Ask(talk, { 2, PartitionsRequest{ { 0, 1, 2 } } });
-  Ask(talk, { 3, PartitionsRequest{ { 4 } } });
+  Ask(talk, { 2, AskPartitions({ 0, 1, 2 }) });
+  Ask(talk, { 3, AskPartitions({ 4 }) });
   (void)PullMessage(talk);                   // begin
   ASSERT_EQ(PullMessage(talk)->index(), 1u); // a frame
   ASSERT_TRUE(PullMessage(talk));
@@ -199,7 +200,7 @@ TEST_F(Access, AConversationEndsWithItsToken)
   EXPECT_EQ(heard.errors, (std::map<std::uint32_t, unsigned>{ { 2, 401 }, { 3, 401 } }));
   EXPECT_TRUE(heard.blobs.empty());
   EXPECT_EQ(talk.Closing(), CloseReason::NotPermitted);
-  Ask(talk, { 4, PartitionsRequest{ { 5 } } });
+  Ask(talk, { 4, AskPartitions({ 5 }) });
   EXPECT_FALSE(PullMessage(talk));
 }
 
@@ -221,7 +222,7 @@ TEST_F(Access, ABlobThatIsReadForAnExpiredTokenStaysHere)
 {
   auto talk = this->Talk("regions");
   Open(talk);
-  Ask(talk, { 2, PartitionsRequest{ { 0 } } });
+  Ask(talk, { 2, AskPartitions({ 0 }) });
   ASSERT_TRUE(talk.NextMessage()); // begin
   EXPECT_FALSE(talk.NextMessage());
   const auto errand = talk.TakeErrand();

@@ -5,11 +5,11 @@
 #include "filters/build/Builder.h"
 #include "filters/model/ModelJson.h"
 #include "filters/model/Notes.h"
+#include "filters/protocol/ResourcePath.h"
 #include "filters/store/Sqlite.h"
 #include "filters/store/Store.h"
 #include "filters/store/StoreSchema.h"
 #include "server/http/Testing/ScarceMemory.h"
-#include "server/protocol/ResourcePath.h"
 
 #include <gtest/gtest.h>
 
@@ -218,7 +218,7 @@ TEST_F(Folder, DescribesAndReadsAStore)
     EXPECT_EQ(size.Value(), (*bytes)->size());
     EXPECT_EQ(model->BlobSize(blob).Value(), (*bytes)->size()) << "from the cache";
     EXPECT_EQ(*model->ReadBlob(blob), *bytes) << "read again";
-    EXPECT_EQ(**bytes, *(*store)->ReadPieceBlob(id));
+    EXPECT_EQ(**bytes, *(*store)->Read(BlobOfPiece(id, (*store)->Info().depths)));
   }
   EXPECT_TRUE(model->ReadBlob(BlobId::TreePage(1)));
   const auto boxes = model->Boxes();

@@ -23,7 +23,7 @@ inline SessionRequest OpenModel(std::uint32_t id, const std::string& model = "m"
 inline SessionRequest Partitions(std::uint32_t id, std::vector<protocol::BlobId> blobs)
 {
   SessionRequest request;
-  request.kind = SessionRequest::Kind::Partitions;
+  request.kind = SessionRequest::Kind::Blobs;
   request.id = id;
   request.blobs = std::move(blobs);
   return request;

@@ -170,14 +170,12 @@ TEST_F(TestCachedSource, ARegionIsAskedForWithoutWhatIsKept)
   std::vector<SessionRequest> heard;
   CachedSource source(std::make_unique<Listening>(heard), cache, "http://a:1");
   SessionRequest region;
-  region.kind = SessionRequest::Kind::Region;
+  region.kind = SessionRequest::Kind::Blobs;
   region.id = 7;
-  region.except = { 9 };
   region.blobs = { protocol::BlobId::Partition(3), protocol::BlobId::Partition(4) };
   source.Send(region);
   ASSERT_EQ(heard.size(), 1u);
   EXPECT_EQ(heard[0].blobs, std::vector<protocol::BlobId>{ protocol::BlobId::Partition(4) });
-  EXPECT_EQ(heard[0].except, (std::vector<std::uint32_t>{ 9, 3 }));
   const auto found = source.Take();
   ASSERT_EQ(found.size(), 1u);
   EXPECT_EQ(found[0].blob, protocol::BlobId::Partition(3));

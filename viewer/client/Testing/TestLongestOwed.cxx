@@ -150,9 +150,13 @@ private:
       }
       const auto message = protocol::ParseClientMessage(action.text);
       ASSERT_TRUE(message);
-      if (const auto* list = std::get_if<protocol::PartitionsRequest>(&message->body))
+      if (const auto* list = std::get_if<protocol::BlobsRequest>(&message->body))
       {
-        this->Asking.push_back({ message->request, list->partitions });
+        this->Asking.push_back({ message->request, {} });
+        for (const BlobId& partition : list->blobs)
+        {
+          this->Asking.back().partitions.push_back(partition.number);
+        }
       }
       else if (std::holds_alternative<protocol::OpenRequest>(message->body))
       {

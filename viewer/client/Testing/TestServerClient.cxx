@@ -4,9 +4,9 @@
 #include "viewer/client/ServerClient.h"
 
 #include "filters/model/ModelJson.h"
+#include "filters/protocol/ResourcePath.h"
 #include "server/access/Testing/ForgedToken.h"
 #include "server/http/HttpServer.h"
-#include "server/protocol/ResourcePath.h"
 #include "viewer/client/Testing/TorusCatalog.h"
 
 #include <boost/asio/connect.hpp>

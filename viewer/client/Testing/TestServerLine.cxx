@@ -56,12 +56,12 @@ std::vector<std::string> Actions(ServerLine& line)
         {
           names.push_back("open " + open->model);
         }
-        else if (const auto* list = std::get_if<protocol::PartitionsRequest>(&message->body))
+        else if (const auto* list = std::get_if<protocol::BlobsRequest>(&message->body))
         {
           names.push_back("partitions");
-          for (const std::uint32_t partition : list->partitions)
+          for (const BlobId& partition : list->blobs)
           {
-            names.back() += " " + std::to_string(partition);
+            names.back() += " " + std::to_string(partition.number);
           }
         }
         else

@@ -6,7 +6,6 @@
 
 #include <gtest/gtest.h>
 
-#include <numeric>
 #include <random>
 
 using namespace kdstream;
@@ -21,7 +20,7 @@ namespace
 SessionRequest Partitions(std::uint32_t id, std::uint32_t count, std::uint32_t first = 0)
 {
   SessionRequest request;
-  request.kind = Kind::Partitions;
+  request.kind = Kind::Blobs;
   request.id = id;
   for (std::uint32_t i = 0; i < count; ++i)
   {
@@ -71,7 +70,7 @@ TEST(TestStreamConversation, LongListsAreCutAndOnlySoManyMessagesAreOnTheirWay)
   StreamConversation conversation;
   SessionRequest request = Partitions(5, 10000, 1'000'000'000u);
   conversation.Send(request, 0);
-  std::vector<std::uint32_t> asked;
+  std::vector<BlobId> asked;
   std::size_t unfinished = 0;
   for (;;)
   {
@@ -84,11 +83,11 @@ TEST(TestStreamConversation, LongListsAreCutAndOnlySoManyMessagesAreOnTheirWay)
     EXPECT_LE(unfinished, StreamConversation::mostUnfinished);
     for (const auto& message : messages)
     {
-      const auto& list = std::get<protocol::PartitionsRequest>(message.body).partitions;
+      const auto& list = std::get<protocol::BlobsRequest>(message.body).blobs;
       asked.insert(asked.end(), list.begin(), list.end());
-      for (const std::uint32_t partition : list)
+      for (const BlobId& partition : list)
       {
-        ReceiveBlob(conversation, message.request, BlobId::Partition(partition));
+        ReceiveBlob(conversation, message.request, partition);
       }
     }
     Receive(conversation, messages.front().request, protocol::EndAnswer{});
@@ -98,33 +97,32 @@ TEST(TestStreamConversation, LongListsAreCutAndOnlySoManyMessagesAreOnTheirWay)
     }
     unfinished = 0;
   }
-  std::vector<std::uint32_t> expected(10000);
-  std::iota(expected.begin(), expected.end(), 1'000'000'000u);
-  EXPECT_EQ(asked, expected);
+  EXPECT_EQ(asked, request.blobs);
   const auto events = conversation.TakeEvents();
   EXPECT_EQ(events.size(), 10000u); // all blobs, and nothing about an end
   EXPECT_FALSE(conversation.IsWaiting());
 }
 
-TEST(TestStreamConversation, ARegionWithALongListOfExceptionsBecomesAListOfPartitions)
+// Whatever they are: one kind of message.
+TEST(TestStreamConversation, BlobsOfAnyKindAreAskedForByTheirNames)
 {
   StreamConversation conversation;
-  SessionRequest request = Partitions(1, 2);
-  request.kind = Kind::Region;
-  request.cell = 300;
-  request.rings = 2;
-  request.except = { 7, 9 };
-  conversation.Send(request, 0);
-  request.id = 2;
-  request.except.resize(5000);
-  request.blobs = { BlobId::Partition(50) };
-  conversation.Send(request, 0);
+  const std::vector<std::vector<BlobId>> lists{ { BlobId::LevelPiece(11, 1) },
+    { BlobId::TreePage(1), BlobId::TreePage(32) }, { BlobId::PartitionBoxes(4) },
+    { BlobId::Partition(7), BlobId::Partition(9) },
+    { BlobId::Partition(7), BlobId::LevelPiece(12, 3), BlobId::Texture(7) } };
+  for (std::uint32_t i = 0; i < lists.size(); ++i)
+  {
+    SessionRequest request = Partitions(i + 1, 0);
+    request.blobs = lists[i];
+    conversation.Send(request, 0);
+  }
   const auto messages = Parse(conversation.TakeMessages());
-  ASSERT_EQ(messages.size(), 2u);
-  EXPECT_EQ(std::get<protocol::RegionRequest>(messages[0].body),
-    (protocol::RegionRequest{ 300, 2, { 7, 9 } }));
-  EXPECT_EQ(std::get<protocol::PartitionsRequest>(messages[1].body).partitions,
-    std::vector<std::uint32_t>{ 50 });
+  ASSERT_EQ(messages.size(), lists.size());
+  for (std::size_t i = 0; i < lists.size(); ++i)
+  {
+    EXPECT_EQ(std::get<protocol::BlobsRequest>(messages[i].body).blobs, lists[i]);
+  }
 }
 
 TEST(TestStreamConversation, TimesRunFromTheRequestOrTheBlobBefore)
@@ -205,8 +203,8 @@ TEST(TestStreamConversation, ANewConnectionGoesOnWhereTheOldOneEnded)
   const auto messages = Parse(conversation.TakeMessages());
   ASSERT_EQ(messages.size(), 2u);
   EXPECT_EQ(std::get<protocol::OpenRequest>(messages[0].body).model, "m");
-  EXPECT_EQ(std::get<protocol::PartitionsRequest>(messages[1].body).partitions,
-    (std::vector<std::uint32_t>{ 0, 2 }));
+  EXPECT_EQ(std::get<protocol::BlobsRequest>(messages[1].body).blobs,
+    (std::vector{ BlobId::Partition(0), BlobId::Partition(2) }));
   Receive(conversation, messages[0].request, protocol::OpenedAnswer{ Model('a') });
   EXPECT_TRUE(conversation.TakeEvents().empty()); // the session has opened it once
   ReceiveBlob(conversation, messages[1].request, BlobId::Partition(0));
@@ -217,10 +215,7 @@ TEST(TestStreamConversation, ANewConnectionGoesOnWhereTheOldOneEnded)
 TEST(TestStreamConversation, ANewConnectionAsksInTheOrderOfTheRequest)
 {
   StreamConversation conversation;
-  SessionRequest region;
-  region.kind = Kind::Region;
-  region.id = 1;
-  region.cell = 136;
+  SessionRequest region = Partitions(1, 0);
   for (const std::uint32_t partition : { 8, 9, 3, 40, 2, 21 }) // nearest first
   {
     region.blobs.push_back(BlobId::Partition(partition));
@@ -232,8 +227,9 @@ TEST(TestStreamConversation, ANewConnectionAsksInTheOrderOfTheRequest)
   conversation.Restart(0);
   const auto messages = Parse(conversation.TakeMessages());
   ASSERT_EQ(messages.size(), 1u);
-  EXPECT_EQ(std::get<protocol::PartitionsRequest>(messages[0].body).partitions,
-    (std::vector<std::uint32_t>{ 9, 40, 2, 21 }));
+  EXPECT_EQ(std::get<protocol::BlobsRequest>(messages[0].body).blobs,
+    (std::vector{
+      BlobId::Partition(9), BlobId::Partition(40), BlobId::Partition(2), BlobId::Partition(21) }));
 }
 
 TEST(TestStreamConversation, AnotherBuildOfTheModelIsNotMixedWithTheFirst)

@@ -5,7 +5,7 @@
 #include "viewer/client/ServerLine.h"
 
 #include "filters/model/ModelJson.h"
-#include "server/protocol/ResourcePath.h"
+#include "filters/protocol/ResourcePath.h"
 #include "viewer/session/Testing/SessionsByView.h"
 
 #include <gtest/gtest.h>

@@ -5,7 +5,7 @@
 #include "filters/codec/Seal.h"
 #include "filters/core/tree/PieceDepth.h"
 #include "filters/model/ModelJson.h"
-#include "server/protocol/ResourcePath.h"
+#include "filters/protocol/ResourcePath.h"
 #include "viewer/session/Geometry.h"
 #include "viewer/session/look/SceneRules.h"
 
@@ -184,9 +184,8 @@ void PageSession::Take(const ClientEvent& event)
   }
   const bool keeps = this->Keeps && event.kind == ClientEvent::Kind::Blob && !event.fromCache &&
                      event.request > this->OpenRequest;
-  const std::string before = keeps ? this->Viewer.GetStatus().error : "";
-  Deliver(event, this->Viewer);
-  if (keeps && !this->Open.id.empty() && this->Viewer.GetStatus().error == before)
+  const bool isTaken = Deliver(event, this->Viewer) == BlobArrival::Taken;
+  if (keeps && isTaken && !this->Open.id.empty())
   {
     this->Arrivals.push_back(
       { protocol::BlobPath(this->Open.id, this->Open.digest, event.blob), event.bytes });

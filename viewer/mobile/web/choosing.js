@@ -59,7 +59,7 @@ function showModels(list) {
 export async function openGallery() {
   const { Gallery } = await import("./gallery.js");
   if (!gallery) {
-    gallery = new Gallery({ status: () => lastStatus, savesData: () => find("menu").elements.ahead.value === "0" });
+    gallery = new Gallery({ status: () => lastStatus, savesData: () => find("menu").elements.ahead.value === "0", rest: () => rest.fetch() });
     gallery.show(models);
   }
 }

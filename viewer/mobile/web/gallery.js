@@ -87,7 +87,7 @@ export class Gallery {
   #works = false;
   #search = document.getElementById("search");
 
-  // page: { status(), savesData() }
+  // page: { status(), savesData(), rest() }; rest: a promise of the viewer's second part, which Maker needs
   constructor(page) {
     this.#page = page;
     this.#search.addEventListener("input", () => this.#filter());
@@ -171,6 +171,7 @@ export class Gallery {
     if (document.hidden || !rests || isOffline()) {
       return null;
     }
+    await this.#page.rest();
     if (this.#maker?.made >= mostMade) {
       this.#maker.drop();
       this.#maker = null;

@@ -52,14 +52,15 @@ TEST(TestSessionFaults, AnswersToCancelledRequestsAreIgnored)
   BlobId blob;
   for (const SessionRequest& sent : session.TakeRequests())
   {
-    if (sent.kind == SessionRequest::Kind::Level)
+    if (!sent.blobs.empty() && sent.blobs.back().kind == BlobKind::Level)
     {
       request = sent.id;
-      blob = sent.blobs[0];
+      blob = sent.blobs.back();
     }
   }
   ASSERT_NE(request, 0u);
   fingers.Pinch(session, x, y, 0.05);
+  session.FollowView();
   const std::size_t blobs = session.Statistics().size();
   session.BlobArrived(request, blob, server.Blob(blob), 1, false);
   session.BlobFailed(request, blob, "late");

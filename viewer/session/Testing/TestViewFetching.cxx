@@ -70,13 +70,18 @@ TEST(TestViewFetching, WhatComesLateIsKept)
   }
   ASSERT_GT(cancels, 0u);
   const auto damaged = onTheLine.front();
-  session.BlobArrived(damaged.first, damaged.second, std::vector<std::uint8_t>(100), 0.1, false);
-  session.BlobArrived(damaged.first, BlobId::Partition(300), server.Blob(BlobId::Partition(300)),
-    0.1, false); // not this request's
+  EXPECT_EQ(
+    session.BlobArrived(damaged.first, damaged.second, std::vector<std::uint8_t>(100), 0.1, false),
+    BlobArrival::Damaged);
+  EXPECT_EQ(session.BlobArrived(damaged.first, BlobId::Partition(300),
+              server.Blob(BlobId::Partition(300)), 0.1, false),
+    BlobArrival::Unwanted); // not this request's
   for (const auto& [request, blob] : onTheLine)
   {
-    session.BlobArrived(request, blob, server.Blob(blob), 0.1, false);
-    session.BlobArrived(request, blob, server.Blob(blob), 0.1, false);
+    EXPECT_EQ(session.BlobArrived(request, blob, server.Blob(blob), 0.1, false),
+      blob == damaged.second ? BlobArrival::Unwanted : BlobArrival::Taken);
+    EXPECT_EQ(
+      session.BlobArrived(request, blob, server.Blob(blob), 0.1, false), BlobArrival::Unwanted);
     ExpectClosed(session);
   }
   EXPECT_EQ(session.GetStatus().error, "");
@@ -187,6 +192,21 @@ TEST(TestViewFetching, WhatIsFetchedAheadMayFail)
   session.Zoom(6, onRingX, onRingY);
   server.Serve(session);
   EXPECT_NE(session.GetStatus().error.find(" of torus cannot be had: "), std::string::npos);
+}
+
+// A page keeps what comes undamaged; that something fetched ahead is damaged, no sentence tells.
+TEST(TestViewFetching, ADamagedBlobIsReportedToItsBringerAlsoWhereNobodyMissesIt)
+{
+  MemoryServer server = Torus();
+  SessionOptions options;
+  options.aheadBytes = std::size_t{ 4 } << 20;
+  ViewerSession session(options);
+  kdstream::testing::OpenUntilIdle(session, server);
+  ASSERT_FALSE(session.OwedBlobs().empty());
+  const auto [blob, request] = *session.OwedBlobs().rbegin();
+  EXPECT_EQ(session.BlobArrived(request, blob, std::vector<std::uint8_t>(100), 0.1, false),
+    BlobArrival::Damaged);
+  EXPECT_EQ(session.GetStatus().error, "");
 }
 
 // Finer than level S and than the preview: can be shown without what is between.
@@ -503,26 +523,40 @@ TEST(TestViewFetching, WhatIsNotWantedAnyMoreIsCalledBack)
 }
 
 // So that a turn is answered at once: little is under way on a slow line (the server's is 0.25 s a
-// blob).
+// blob), whatever fills the wish list.
 TEST(TestViewFetching, LittleIsUnderWayOnASlowLine)
 {
-  MemoryServer server = Torus();
-  ViewerSession session;
-  OpenFullScreen(session, server);
-  session.Zoom(30, onRingX, onRingY);
-  std::size_t most = 0;
-  server.Serve(session, nullptr,
-    [&]
-    {
-      std::size_t underWay = 0;
-      for (const auto& blob : server.Outstanding())
+  for (const DetailMode detail : { DetailMode::View, DetailMode::Level, DetailMode::Full })
+  {
+    SCOPED_TRACE(static_cast<int>(detail));
+    MemoryServer server = Torus();
+    ViewerSession session;
+    OpenFullScreen(session, server);
+    server.sent.clear();
+    session.SetDetail(detail);
+    session.Zoom(30, onRingX, onRingY);
+    std::size_t most = 0;
+    server.Serve(session, nullptr,
+      [&]
       {
-        underWay += server.Blob(blob).size();
-      }
-      most = std::max(most, underWay);
-    });
-  EXPECT_GT(most, 0u);
-  EXPECT_LT(most, 16u * 1024);
+        std::size_t underWay = 0;
+        for (const auto& blob : server.Outstanding())
+        {
+          underWay += server.Blob(blob).size();
+        }
+        most = std::max(most, underWay);
+      });
+    std::size_t largest = 0, all = 0;
+    for (const BlobId& blob : server.sent)
+    {
+      largest = std::max(largest, server.Blob(blob).size());
+      all += server.Blob(blob).size();
+    }
+    EXPECT_GT(most, 0u);
+    EXPECT_LT(most, 12u * 1024 + largest);
+    EXPECT_TRUE(detail != DetailMode::Full || all > 10 * most) << all;
+    EXPECT_TRUE(session.IsIdle());
+  }
 }
 
 TEST(TestViewFetching, WhatFailsStaysCoarseAndIsNotAskedForAgain)

@@ -11,7 +11,6 @@ namespace kdstream
 
 std::uint32_t RequestBook::Send(SessionRequest request)
 {
-  ++this->Changes;
   request.id = ++this->LastId;
   Entry& entry = this->Open[request.id];
   entry.owed.insert(request.blobs.begin(), request.blobs.end());
@@ -26,7 +25,6 @@ std::uint32_t RequestBook::Send(SessionRequest request)
 
 void RequestBook::Cancel(std::uint32_t request)
 {
-  ++this->Changes;
   const auto entry = this->Open.find(request);
   for (const protocol::BlobId& blob : entry->second.owed)
   {
@@ -105,7 +103,6 @@ bool RequestBook::Settle(std::uint32_t request, const protocol::BlobId& blob)
   {
     return false;
   }
-  ++this->Changes;
   this->Owed.erase(blob);
   if (entry->second.owed.empty())
   {
@@ -121,7 +118,6 @@ bool RequestBook::SettleOpen(std::uint32_t request)
   {
     return false;
   }
-  ++this->Changes;
   this->Open.erase(entry);
   return true;
 }
@@ -133,7 +129,6 @@ std::vector<protocol::BlobId> RequestBook::Close(std::uint32_t request)
   {
     return {};
   }
-  ++this->Changes;
   std::vector<protocol::BlobId> owed(entry->second.owed.begin(), entry->second.owed.end());
   for (const protocol::BlobId& blob : owed)
   {

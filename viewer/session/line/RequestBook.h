@@ -47,8 +47,6 @@ public:
   bool IsOwed(const protocol::BlobId& blob) const { return this->Owed.count(blob) != 0; }
   const SessionRequest* Find(std::uint32_t request) const;
   bool Empty() const { return this->Open.empty(); }
-  // Grows whenever something else is owed.
-  std::uint64_t Version() const { return this->Changes; }
   // A list of what is outstanding for messages: "open dragon, levels/12/3, and 4 more".
   std::string Describe() const;
 
@@ -63,7 +61,6 @@ private:
     bool (*cancels)(std::size_t useful, std::size_t owed));
 
   std::uint32_t LastId = 0;
-  std::uint64_t Changes = 0;
   struct Entry
   {
     SessionRequest request;

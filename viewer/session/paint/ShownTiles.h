@@ -8,7 +8,7 @@
 #include "filters/core/drawing/DrawnSurface.h"
 #include "filters/core/pieces/Piece.h"
 #include "filters/model/ModelDescription.h"
-#include "server/protocol/BlobId.h"
+#include "filters/protocol/BlobId.h"
 #include "viewer/session/Camera.h"
 #include "viewer/session/paint/TileList.h"
 

@@ -3,8 +3,8 @@
 #include "viewer/client/Testing/Replay/Recorder.h"
 
 #include "filters/model/ModelJson.h"
-#include "server/protocol/BinaryFrame.h"
-#include "server/protocol/ResourcePath.h"
+#include "filters/protocol/BinaryFrame.h"
+#include "filters/protocol/ResourcePath.h"
 #include "server/session/Testing/PullMessage.h"
 #include "viewer/session/Testing/MemoryServer.h"
 

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "server/protocol/BlobId.h"
+#include "filters/protocol/BlobId.h"
 
 #include "filters/core/Texts.h"
 #include "filters/model/ModelDescription.h"
-#include "server/protocol/TextParts.h"
+#include "filters/protocol/TextParts.h"
 
 namespace kdstream::protocol
 {
@@ -80,6 +80,40 @@ Result<BlobId> ParseBlobName(std::string_view name)
                      : bad("no partition", parts[1]);
   }
   return Error{ ErrorCode::NotFound, "no blob is called " + Quoted(name) };
+}
+
+}
+
+namespace kdstream
+{
+
+protocol::BlobId BlobOfPiece(PieceId piece, const TreeDepths& depths)
+{
+  if (piece.resolution.IsOriginal())
+  {
+    return protocol::BlobId::Partition(piece.node - (NodeId{ 1 } << depths.partition));
+  }
+  return protocol::BlobId::LevelPiece(
+    static_cast<std::uint8_t>(piece.resolution.Depth()), piece.node);
+}
+
+bool IsOfPiece(const protocol::BlobId& blob)
+{
+  return blob.kind == protocol::BlobKind::Level || blob.kind == protocol::BlobKind::Partition;
+}
+
+bool IsOfTree(const protocol::BlobId& blob)
+{
+  return blob.kind == protocol::BlobKind::Tree || blob.kind == protocol::BlobKind::Boxes;
+}
+
+PieceId PieceOfBlob(const protocol::BlobId& blob, const TreeDepths& depths)
+{
+  if (blob.kind != protocol::BlobKind::Level)
+  {
+    return { Resolution::Original(), NodeOfPartition(blob.number, depths) };
+  }
+  return { Resolution::Level(blob.level), blob.number };
 }
 
 }

@@ -7,7 +7,7 @@
 #pragma once
 
 #include "filters/core/Result.h"
-#include "server/protocol/BlobId.h"
+#include "filters/protocol/BlobId.h"
 
 #include <cstddef>
 #include <cstdint>

@@ -7,6 +7,7 @@
 #pragma once
 
 #include "filters/core/Result.h"
+#include "filters/core/pieces/Piece.h"
 
 #include <compare>
 #include <cstdint>
@@ -72,5 +73,18 @@ std::string BlobName(const BlobId& blob);
 // range. Errors: NotFound where the name has none of these forms; InvalidArgument naming the
 // number that is wrong.
 Result<BlobId> ParseBlobName(std::string_view name);
+
+}
+
+namespace kdstream
+{
+
+// "levels/12/3", "partitions/7": a piece as the protocol names it, and back. REQUIRES
+// (PieceOfBlob): IsOfPiece(blob), or a texture, of which it is the piece that is painted; the
+// partition is one of the tree.
+protocol::BlobId BlobOfPiece(PieceId piece, const TreeDepths& depths);
+bool IsOfPiece(const protocol::BlobId& blob); // no tree page, no boxes, no texture
+bool IsOfTree(const protocol::BlobId& blob);  // a page, or boxes
+PieceId PieceOfBlob(const protocol::BlobId& blob, const TreeDepths& depths);
 
 }

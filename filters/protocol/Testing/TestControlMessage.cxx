@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "server/protocol/ControlMessage.h"
+#include "filters/protocol/ControlMessage.h"
 
-#include "server/protocol/Testing/RandomMessages.h"
+#include "filters/protocol/Testing/RandomMessages.h"
 
 #include <gtest/gtest.h>
 
@@ -39,14 +39,15 @@ TEST(TestControlMessage, EveryMessageComesBack)
 TEST(TestControlMessage, ReadsTheDocumentedExamples)
 {
   EXPECT_TRUE(ParseClientMessage(R"({"type":"open","request":1,"model":"dragon"})"));
-  EXPECT_TRUE(ParseClientMessage(R"({"type":"preview","request":2})"));
-  EXPECT_TRUE(ParseClientMessage(R"({"type":"level","request":3,"level":12,"nodes":[2,3]})"));
-  EXPECT_TRUE(ParseClientMessage(R"({"type":"tree","request":4,"nodes":[1]})"));
+  const auto blobs =
+    ParseClientMessage(R"({"type":"blobs","request":2,"blobs":["levels/12/3","partitions/7"]})");
+  ASSERT_TRUE(blobs);
+  EXPECT_EQ(std::get<BlobsRequest>(blobs->body),
+    (BlobsRequest{ { BlobId::LevelPiece(12, 3), BlobId::Partition(7) } }));
   const auto region =
     ParseClientMessage(R"({"type":"region","request":5,"cell":312,"rings":1,"except":[7,9]})");
   ASSERT_TRUE(region);
   EXPECT_EQ(std::get<RegionRequest>(region->body), (RegionRequest{ 312, 1, { 7, 9 } }));
-  EXPECT_TRUE(ParseClientMessage(R"({"type":"partitions","request":6,"partitions":[4,5]})"));
   EXPECT_TRUE(ParseClientMessage(R"({"type":"cancel","request":5,"later":{}})"));
 }
 
@@ -58,29 +59,28 @@ TEST(TestControlMessage, TellsFatalMessagesFromWrongOnes)
   }
   const auto padded = [](std::size_t size)
   {
-    std::string text = R"({"type":"preview","request":2})";
+    std::string text = R"({"type":"cancel","request":2})";
     return text + std::string(size - text.size(), ' ');
   };
   EXPECT_TRUE(ParseClientMessage(padded(maximumClientMessageBytes)));
   EXPECT_EQ(ClientError(padded(maximumClientMessageBytes + 1)), ErrorCode::LimitExceeded);
 
   for (const char* text :
-    { "{}", R"({"type":"preview"})", R"({"request":2})", R"({"type":"preview","request":0})",
-      R"({"type":"preview","request":-1})", R"({"type":"preview","request":4294967296})",
-      R"({"type":"preview","request":"2"})", R"({"type":"preview","request":1.0})",
+    { "{}", R"({"type":"cancel"})", R"({"request":2})", R"({"type":"cancel","request":0})",
+      R"({"type":"cancel","request":-1})", R"({"type":"cancel","request":4294967296})",
+      R"({"type":"cancel","request":"2"})", R"({"type":"cancel","request":1.0})",
       R"({"type":"dance","request":2})", R"({"type":5,"request":2})",
       R"({"type":"open","request":2})", R"({"type":"open","request":2,"model":".."})",
-      R"({"type":"open","request":2,"model":"a/../b"})",
-      R"({"type":"level","request":2,"level":31})",
-      R"({"type":"level","request":2,"level":3,"nodes":[0]})",
-      R"({"type":"level","request":2,"level":3,"nodes":7})", R"({"type":"tree","request":2})",
-      R"({"type":"tree","request":2,"nodes":[2147483648]})",
+      R"({"type":"open","request":2,"model":"a/../b"})", R"({"type":"blobs","request":2})",
+      R"({"type":"blobs","request":2,"blobs":7})", R"({"type":"blobs","request":2,"blobs":[7]})",
+      R"({"type":"blobs","request":2,"blobs":[["tree/1"]]})",
+      R"({"type":"blobs","request":2,"blobs":["levels/31/1"]})",
+      R"({"type":"blobs","request":2,"blobs":["levels/3/0"]})",
+      R"({"type":"blobs","request":2,"blobs":["tree/2147483648"]})",
       R"({"type":"region","request":2,"rings":1})",
       R"({"type":"region","request":2,"cell":1,"rings":4})",
       R"({"type":"region","request":2,"cell":1,"rings":-1})",
-      R"({"type":"region","request":2,"cell":1,"rings":1,"except":[1073741824]})",
-      R"({"type":"partitions","request":2,"partitions":["1"]})",
-      R"({"type":"partitions","request":2,"partitions":[[1]]})" })
+      R"({"type":"region","request":2,"cell":1,"rings":1,"except":[1073741824]})" })
   {
     EXPECT_EQ(ClientError(text), ErrorCode::InvalidArgument) << text;
   }

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "server/protocol/BinaryFrame.h"
+#include "filters/protocol/BinaryFrame.h"
 
 #include <cassert>
 #include <string>

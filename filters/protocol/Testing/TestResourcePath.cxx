@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "server/protocol/ResourcePath.h"
+#include "filters/protocol/ResourcePath.h"
 
-#include "server/protocol/Testing/RandomMessages.h"
+#include "filters/protocol/Testing/RandomMessages.h"
 
 #include <gtest/gtest.h>
 

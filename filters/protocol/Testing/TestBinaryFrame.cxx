@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "server/protocol/BinaryFrame.h"
+#include "filters/protocol/BinaryFrame.h"
 
-#include "server/protocol/Testing/RandomMessages.h"
+#include "filters/protocol/Testing/RandomMessages.h"
 
 #include <gtest/gtest.h>
 

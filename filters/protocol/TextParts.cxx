@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "server/protocol/TextParts.h"
+#include "filters/protocol/TextParts.h"
 
 namespace kdstream::protocol
 {

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "server/protocol/ResourcePath.h"
+#include "filters/protocol/ResourcePath.h"
 
 #include "filters/core/Texts.h"
 #include "filters/model/ModelDescription.h"
-#include "server/protocol/TextParts.h"
+#include "filters/protocol/TextParts.h"
 
 namespace kdstream::protocol
 {

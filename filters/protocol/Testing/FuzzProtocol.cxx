@@ -2,9 +2,9 @@
 // libFuzzer's entry to the protocol's parsers: the first byte chooses the parser. Frames are cut
 // out of the rest, each behind a byte with its length, and go through one assembler.
 #include "filters/model/ModelJson.h"
-#include "server/protocol/BinaryFrame.h"
-#include "server/protocol/ControlMessage.h"
-#include "server/protocol/ResourcePath.h"
+#include "filters/protocol/BinaryFrame.h"
+#include "filters/protocol/ControlMessage.h"
+#include "filters/protocol/ResourcePath.h"
 
 #include <algorithm>
 #include <cstdint>

@@ -3,7 +3,7 @@
 #pragma once
 
 #include "filters/model/Testing/RandomModels.h"
-#include "server/protocol/ControlMessage.h"
+#include "filters/protocol/ControlMessage.h"
 
 #include <string>
 
@@ -38,34 +38,26 @@ public:
     constexpr std::uint32_t highestNode = (1u << 31) - 1;
     ClientMessage message;
     message.request = this->Small<std::uint32_t>(1, 0xFFFFFFFFu);
-    switch (this->Integer(0, 8))
+    switch (this->Integer(0, 4))
     {
       case 0:
         message.body = OpenRequest{ "dragon-2.x" };
         break;
       case 1:
-        message.body = PreviewRequest{};
-        break;
-      case 2:
-        message.body = LevelRequest{ this->Small<std::uint8_t>(0, maximumDepth),
-          this->Numbers(1, highestNode, 20) };
-        break;
-      case 3:
-        message.body = TreeRequest{ this->Numbers(1, highestNode, 20) };
-        break;
-      case 6:
-        message.body = BoxesRequest{ this->Numbers(1, highestNode, 20) };
-        break;
-      case 4:
         message.body = RegionRequest{ this->Small<std::uint32_t>(1, highestNode),
           this->Small<std::uint8_t>(0, maximumRings), this->Numbers(0, (1u << 30) - 1, 100) };
         break;
-      case 5:
-        message.body = PartitionsRequest{ this->Numbers(0, (1u << 30) - 1, 100) };
+      case 2:
+      case 3:
+      {
+        BlobsRequest asked;
+        for (auto left = this->Integer(0, 100); left > 0; --left)
+        {
+          asked.blobs.push_back(this->Blob());
+        }
+        message.body = std::move(asked);
         break;
-      case 7:
-        message.body = BlobsRequest{ { this->Blob(), this->Blob(), this->Blob() } };
-        break;
+      }
       default:
         message.body = CancelRequest{};
     }

@@ -2,10 +2,10 @@
 // Every type of message, cut after each of its bytes, and with each of its bytes changed to every
 // other: what comes is an error, or a message that is written and read as the same; nothing else.
 #include "Testing/Fixtures/Sanitized.h"
-#include "server/protocol/BinaryFrame.h"
-#include "server/protocol/ControlMessage.h"
+#include "filters/protocol/BinaryFrame.h"
+#include "filters/protocol/ControlMessage.h"
 
-#include "server/protocol/Testing/RandomMessages.h"
+#include "filters/protocol/Testing/RandomMessages.h"
 
 #include <gtest/gtest.h>
 
@@ -27,14 +27,9 @@ std::vector<ClientMessage> EveryClientMessage()
 {
   return {
     { 1, OpenRequest{ "dragon-2.x" } },
-    { 4294967295u, PreviewRequest{} },
-    { 3, LevelRequest{ 12, {} } },
-    { 3, LevelRequest{ 12, { 2, 3 } } },
-    { 4, TreeRequest{ { 1 } } },
-    { 5, BoxesRequest{ { 32, 33 } } },
+    { 4294967295u, BlobsRequest{ { BlobId::Partition(4) } } },
     { 6, RegionRequest{ 312, 2, {} } },
     { 6, RegionRequest{ 312, 2, { 7, 9 } } },
-    { 7, PartitionsRequest{ { 4, 5 } } },
     { 8, BlobsRequest{ { BlobId::TreePage(1), BlobId::PartitionBoxes(2), BlobId::LevelPiece(12, 3),
            BlobId::Partition(7) } } },
     { 9, CancelRequest{} },

@@ -9,7 +9,7 @@
 
 #include "filters/core/Result.h"
 #include "filters/model/ModelJson.h"
-#include "server/protocol/BlobId.h"
+#include "filters/protocol/BlobId.h"
 
 #include <cstddef>
 #include <cstdint>
@@ -43,34 +43,6 @@ struct OpenRequest
   bool operator==(const OpenRequest&) const = default;
 };
 
-// The one piece of level min(L, 11).
-struct PreviewRequest
-{
-  bool operator==(const PreviewRequest&) const = default;
-};
-
-// Pieces of a level, in the order given; all of them, in order of their nodes, if none is given.
-struct LevelRequest
-{
-  std::uint8_t level = 0;
-  std::vector<std::uint32_t> nodes;
-  bool operator==(const LevelRequest&) const = default;
-};
-
-// Pages of the tree.
-struct TreeRequest
-{
-  std::vector<std::uint32_t> nodes;
-  bool operator==(const TreeRequest&) const = default;
-};
-
-// The exact boxes of the partitions below nodes.
-struct BoxesRequest
-{
-  std::vector<std::uint32_t> nodes;
-  bool operator==(const BoxesRequest&) const = default;
-};
-
 // The partitions of the region of `rings` rings around `cell`, nearest first, without those in
 // `except`.
 struct RegionRequest
@@ -79,13 +51,6 @@ struct RegionRequest
   std::uint8_t rings = 1; // 0-3
   std::vector<std::uint32_t> except;
   bool operator==(const RegionRequest&) const = default;
-};
-
-// Partitions, in the order given.
-struct PartitionsRequest
-{
-  std::vector<std::uint32_t> partitions;
-  bool operator==(const PartitionsRequest&) const = default;
 };
 
 // Blobs of any kind, in the order given.
@@ -105,9 +70,7 @@ struct CancelRequest
 struct ClientMessage
 {
   std::uint32_t request = 0;
-  std::variant<OpenRequest, PreviewRequest, LevelRequest, TreeRequest, BoxesRequest, RegionRequest,
-    PartitionsRequest, BlobsRequest, CancelRequest>
-    body;
+  std::variant<OpenRequest, RegionRequest, BlobsRequest, CancelRequest> body;
   bool operator==(const ClientMessage&) const = default;
 };
 

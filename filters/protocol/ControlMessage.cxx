@@ -1,12 +1,14 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "server/protocol/ControlMessage.h"
+#include "filters/protocol/ControlMessage.h"
 
 #include "filters/core/Texts.h"
 #include "filters/model/JsonReader.h"
 #include "filters/model/ServedModelJson.h"
-#include "server/protocol/ResourcePath.h"
-#include "server/protocol/TextParts.h"
+#include "filters/protocol/ResourcePath.h"
+#include "filters/protocol/TextParts.h"
 
+#include <algorithm>
+#include <array>
 #include <limits>
 #include <type_traits>
 
@@ -22,51 +24,21 @@ constexpr std::uint32_t highestPartition = (std::uint32_t{ 1 } << maximumDepth) 
 constexpr std::uint64_t mostCount = std::uint64_t{ 1 } << 53;
 constexpr std::size_t mostMessageBytes = 4096; // of the text of an error
 
-void PutList(JsonWriter& writer, const char* key, const std::vector<std::uint32_t>& list)
-{
-  if (!list.empty())
-  {
-    writer.Member(key, list);
-  }
-}
-
 // The members of each message but its request.
 void PutBody(JsonWriter& writer, const OpenRequest& body)
 {
   writer.Member("type", "open");
   writer.Member("model", body.model);
 }
-void PutBody(JsonWriter& writer, const PreviewRequest&)
-{
-  writer.Member("type", "preview");
-}
-void PutBody(JsonWriter& writer, const LevelRequest& body)
-{
-  writer.Member("type", "level");
-  writer.Member("level", body.level);
-  PutList(writer, "nodes", body.nodes);
-}
-void PutBody(JsonWriter& writer, const TreeRequest& body)
-{
-  writer.Member("type", "tree");
-  writer.Member("nodes", body.nodes);
-}
-void PutBody(JsonWriter& writer, const BoxesRequest& body)
-{
-  writer.Member("type", "boxes");
-  writer.Member("nodes", body.nodes);
-}
 void PutBody(JsonWriter& writer, const RegionRequest& body)
 {
   writer.Member("type", "region");
   writer.Member("cell", body.cell);
   writer.Member("rings", body.rings);
-  PutList(writer, "except", body.except);
-}
-void PutBody(JsonWriter& writer, const PartitionsRequest& body)
-{
-  writer.Member("type", "partitions");
-  writer.Member("partitions", body.partitions);
+  if (!body.except.empty())
+  {
+    writer.Member("except", body.except);
+  }
 }
 void PutBody(JsonWriter& writer, const BlobsRequest& body)
 {
@@ -142,12 +114,6 @@ OpenRequest ReadOpen(JsonReader& reader, const JsonValue& json)
     reader.Fail("not a model id: " + Quoted(body.model));
   }
   return body;
-}
-
-LevelRequest ReadLevel(JsonReader& reader, const JsonValue& json, std::size_t mostListed)
-{
-  return { reader.Small<std::uint8_t>(json, "level", 0, maximumDepth),
-    reader.Integers(json, "nodes", 1, highestNode, mostListed, false) };
 }
 
 BlobsRequest ReadBlobs(JsonReader& reader, const JsonValue& json, std::size_t mostListed)
@@ -244,30 +210,9 @@ void ReadClientBody(
   {
     message.body = ReadOpen(reader, json);
   }
-  else if (type == "preview")
-  {
-    message.body = PreviewRequest{};
-  }
-  else if (type == "level")
-  {
-    message.body = ReadLevel(reader, json, mostListed);
-  }
-  else if (type == "tree")
-  {
-    message.body = TreeRequest{ reader.Integers(json, "nodes", 1, highestNode, mostListed, true) };
-  }
-  else if (type == "boxes")
-  {
-    message.body = BoxesRequest{ reader.Integers(json, "nodes", 1, highestNode, mostListed, true) };
-  }
   else if (type == "region")
   {
     message.body = ReadRegion(reader, json, mostListed);
-  }
-  else if (type == "partitions")
-  {
-    message.body = PartitionsRequest{ reader.Integers(
-      json, "partitions", 0, highestPartition, mostListed, true) };
   }
   else if (type == "blobs")
   {
@@ -279,7 +224,10 @@ void ReadClientBody(
   }
   else
   {
-    reader.Fail("there is no request of type " + Quoted(type));
+    constexpr std::array former{ "preview", "level", "tree", "boxes", "partitions" };
+    const bool isFormer = std::find(former.begin(), former.end(), type) != former.end();
+    reader.Fail("there is no request of type " + Quoted(type) +
+                (isFormer ? " any more: \"blobs\" asks for the same by name" : ""));
   }
 }
 

@@ -1,0 +1,504 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Where a legacy .vtk file is damaged: see LegacyVtk.h. Steps: 1. the head: text or binary  2. part
+// by part: its head, then as many numbers as that tells.
+#include "filters/convert/LegacyVtk.h"
+
+#include "filters/meshio/ByteSource.h"
+#include "filters/meshio/NumberText.h"
+#include "filters/meshio/QuotedText.h"
+#include "filters/meshio/TextWords.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstdint>
+#include <optional>
+#include <string_view>
+
+namespace kdstream
+{
+namespace
+{
+
+constexpr std::size_t longestWord = 4096;
+
+// Bytes of a number in binary files; 0 of a bit, and of types that are not known.
+std::size_t SizeOfType(const std::string& type)
+{
+  constexpr struct
+  {
+    std::string_view name;
+    std::size_t size;
+  } sizes[] = { { "char", 1 }, { "unsigned_char", 1 }, { "signed_char", 1 }, { "short", 2 },
+    { "unsigned_short", 2 }, { "int", 4 }, { "unsigned_int", 4 }, { "vtkidtype", 4 }, { "long", 8 },
+    { "unsigned_long", 8 }, { "vtktypeint64", 8 }, { "vtktypeuint64", 8 }, { "float", 4 },
+    { "double", 8 } };
+  const auto* const found = std::find_if(
+    std::begin(sizes), std::end(sizes), [&](const auto& each) { return each.name == type; });
+  return found == std::end(sizes) ? 0 : found->size;
+}
+
+// Those that are of the same size on all systems, and in all versions of the format.
+bool IsSizeCertain(const std::string& type)
+{
+  return type.find("long") == std::string::npos && type != "vtkidtype";
+}
+
+// Parts of an array of points or cells: how many numbers each of them has, and where its head has
+// the type: behind the name.
+struct ArrayPart
+{
+  std::string_view keyword;
+  std::uint64_t components;
+};
+constexpr ArrayPart arrayParts[] = { { "VECTORS", 3 }, { "NORMALS", 3 }, { "TENSORS", 9 },
+  { "TENSORS6", 6 }, { "GLOBAL_IDS", 1 }, { "PEDIGREE_IDS", 1 }, { "EDGE_FLAGS", 1 } };
+
+template <std::size_t count>
+bool IsOneOf(std::string_view word, const std::string_view (&words)[count])
+{
+  return std::find(std::begin(words), std::end(words), word) != std::end(words);
+}
+
+class Scan
+{
+public:
+  explicit Scan(ByteSource source)
+    : Source(std::move(source))
+  {
+  }
+
+  VtkDamage First()
+  {
+    this->SkipLine();
+    this->SkipLine();
+    const std::string kind = this->Keyword();
+    this->IsBinary = kind == "BINARY";
+    if (!this->IsBinary && kind != "ASCII")
+    {
+      return { "its third line says neither ASCII nor BINARY" };
+    }
+    while (this->TakePart())
+    {
+    }
+    return std::move(this->Damage);
+  }
+
+private:
+  // --- Words
+
+  // Goes to the next word, without taking it; empty at the end.
+  std::string_view Ahead()
+  {
+    for (;;)
+    {
+      const Result<std::string_view> ahead = this->Source.Peek(longestWord);
+      if (!ahead || ahead->empty())
+      {
+        return {};
+      }
+      const auto* const begin = std::find_if_not(ahead->begin(), ahead->end(), IsBlank);
+      this->Line += static_cast<std::uint64_t>(std::count(ahead->begin(), begin, '\n'));
+      this->Source.Consume(static_cast<std::size_t>(begin - ahead->begin()));
+      if (begin != ahead->end())
+      {
+        break;
+      }
+    }
+    const Result<std::string_view> ahead = this->Source.Peek(longestWord);
+    std::string_view rest = ahead ? ahead->substr(0, longestWord) : std::string_view();
+    return TakeWord(rest);
+  }
+
+  std::string Word()
+  {
+    const std::string word(this->Ahead());
+    this->Source.Consume(word.size());
+    return word;
+  }
+
+  std::string Keyword()
+  {
+    std::string word = this->Word();
+    std::transform(word.begin(), word.end(), word.begin(),
+      [](char c) { return c >= 'a' && c <= 'z' ? static_cast<char>(c - 'a' + 'A') : c; });
+    return word;
+  }
+
+  // Goes behind the end of the line.
+  void SkipLine()
+  {
+    for (;;)
+    {
+      const Result<std::string_view> ahead = this->Source.Peek(1);
+      if (!ahead || ahead->empty())
+      {
+        return;
+      }
+      const std::size_t end = ahead->find('\n');
+      this->Source.Consume(end == ahead->npos ? ahead->size() : end + 1);
+      if (end != ahead->npos)
+      {
+        ++this->Line;
+        return;
+      }
+    }
+  }
+
+  // A block of METADATA ends with an empty line.
+  void SkipToEmptyLine()
+  {
+    for (bool isEmpty = false; !isEmpty;)
+    {
+      this->SkipLine();
+      const Result<std::string_view> ahead = this->Source.Peek(2);
+      isEmpty = !ahead || ahead->empty() || ahead->starts_with('\n') || ahead->starts_with("\r\n");
+    }
+  }
+
+  std::string Here() const
+  {
+    return this->IsBinary ? "(byte " + std::to_string(this->Source.Position()) + ")"
+                          : "(line " + std::to_string(this->Line) + ")";
+  }
+
+  // --- Damage, which ends the scan: all functions below return whether to go on.
+
+  bool Damaged(const std::string& what, bool isCut = false)
+  {
+    this->Damage = { this->Part + " " + what, isCut };
+    return false;
+  }
+
+  // A count of the part's head.
+  bool TakeCount(std::uint64_t& count)
+  {
+    const std::string word = this->Word();
+    return ParseNumber(word, count) == NumberTextError::None ||
+           this->Damaged("has " + (word.empty() ? "no number" : QuotedText(word)) +
+                         " where a count is expected");
+  }
+
+  bool NotEnough(std::uint64_t there, std::uint64_t count)
+  {
+    const std::string_view next = this->IsBinary ? std::string_view() : this->Ahead();
+    const std::string then =
+      next.empty() ? "then the file ends" : "then " + QuotedText(next) + " " + this->Here();
+    return this->Damaged(
+      "has " + std::to_string(there) + " of its " + std::to_string(count) + " numbers, " + then,
+      true);
+  }
+
+  // The next number of a text.
+  bool TakeNumber(std::uint64_t index, std::uint64_t count, double& value)
+  {
+    const std::string_view word = this->Ahead();
+    if (word.empty() || ParseNumber(word, value) != NumberTextError::None)
+    {
+      return this->NotEnough(index, count);
+    }
+    if (!std::isfinite(value))
+    {
+      return this->Damaged(
+        "has " + QuotedText(word) + " " + this->Here() + ", which VTK does not read in a text");
+    }
+    this->Source.Consume(word.size());
+    return true;
+  }
+
+  // The numbers behind a head: of a text as words.
+  bool TakeNumbers(std::uint64_t count, std::uint64_t components, const std::string& type)
+  {
+    const std::uint64_t all = components > 0 && count > ~std::uint64_t{ 0 } / components
+                                ? ~std::uint64_t{ 0 }
+                                : count * components;
+    const bool isBit = LowercaseText(type) == "bit";
+    const std::size_t bits = isBit ? 1 : 8 * SizeOfType(LowercaseText(type));
+    if (bits == 0)
+    {
+      return this->Damaged("has numbers of the type " + QuotedText(type) + ", which is not known");
+    }
+    if (!this->IsBinary)
+    {
+      double value = 0;
+      for (std::uint64_t i = 0; i < all; ++i)
+      {
+        if (!this->TakeNumber(i, all, value))
+        {
+          return false;
+        }
+      }
+      return true;
+    }
+    this->SkipLine();
+    if (!isBit && !IsSizeCertain(LowercaseText(type)))
+    {
+      return false; // what follows may be anywhere
+    }
+    const std::uint64_t room = 8 * this->Source.Remaining() / bits;
+    if (all > room)
+    {
+      return this->NotEnough(room, all);
+    }
+    this->Source.Seek(this->Source.Position() + (all * bits + 7) / 8);
+    return true;
+  }
+
+  bool CellIsCut(std::uint64_t cell, std::uint64_t numbers)
+  {
+    return this->Damaged("has " + std::to_string(numbers) + " numbers, of which its cell " +
+                           std::to_string(cell) + " " + this->Here() + " has only a part",
+      true);
+  }
+
+  // The same of a binary file, big endian: whether the sizes of the cells fit the list.
+  bool TakeBinaryCells(std::uint64_t numbers)
+  {
+    constexpr std::uint64_t size = 4;
+    this->SkipLine();
+    const std::uint64_t room = this->Source.Remaining() / size;
+    if (numbers > room)
+    {
+      return this->NotEnough(room, numbers);
+    }
+    std::uint64_t cell = 0;
+    for (std::uint64_t left = numbers; left > 0; ++cell)
+    {
+      const Result<std::string_view> bytes = this->Source.Peek(size);
+      if (!bytes || bytes->size() < size)
+      {
+        return false;
+      }
+      std::uint64_t corners = 0;
+      for (std::size_t i = 0; i < size; ++i)
+      {
+        corners = corners << 8U | static_cast<unsigned char>((*bytes)[i]);
+      }
+      if (corners >= left)
+      {
+        return this->CellIsCut(cell, numbers);
+      }
+      this->Source.Seek(this->Source.Position() + size * (1 + corners));
+      left -= 1 + corners;
+    }
+    return true;
+  }
+
+  // A list of cells as files of before version 5 have it: of each cell its size, then its points.
+  bool TakeCells(std::uint64_t cells, std::uint64_t numbers)
+  {
+    if (this->IsBinary)
+    {
+      return this->TakeBinaryCells(numbers);
+    }
+    double value = 0;
+    std::uint64_t cell = 0, taken = 0;
+    for (; taken < numbers; ++cell)
+    {
+      if (!this->TakeNumber(taken++, numbers, value))
+      {
+        return false;
+      }
+      const double corners = value;
+      for (double corner = 0; corner < corners; ++corner)
+      {
+        if (taken == numbers)
+        {
+          return this->CellIsCut(cell, numbers);
+        }
+        if (!this->TakeNumber(taken++, numbers, value))
+        {
+          return false;
+        }
+        if (value < 0 || value >= static_cast<double>(this->Points))
+        {
+          return this->Damaged("has a cell " + std::to_string(cell) + " " + this->Here() +
+                               " that names point " +
+                               std::to_string(static_cast<long long>(value)) + ", but there are " +
+                               std::to_string(this->Points));
+        }
+      }
+    }
+    return cell == cells || this->Damaged("counts " + std::to_string(cells) + " cells, and has " +
+                                          std::to_string(cell));
+  }
+
+  // Whether the next line is "OFFSETS TYPE". Of a binary file it may be numbers, too: no blank of
+  // which is skipped.
+  bool HasOffsets()
+  {
+    const Result<std::string_view> ahead = this->Source.Peek(longestWord);
+    const std::size_t end = ahead ? ahead->find('\n') : std::string_view::npos;
+    return end != std::string_view::npos && LowercaseText(ahead->substr(end + 1, 8)) == "offsets ";
+  }
+
+  // The same of version 5: where each cell begins, then the points of all.
+  bool TakeOffsets(std::uint64_t offsets, std::uint64_t corners)
+  {
+    for (const auto& [keyword, count] :
+      { std::pair{ "OFFSETS", offsets }, std::pair{ "CONNECTIVITY", corners } })
+    {
+      const std::string word = this->Keyword();
+      if (word != keyword)
+      {
+        return this->Damaged("has " + (word.empty() ? "no" : QuotedText(word) + ", not") + " " +
+                             keyword + " " + this->Here());
+      }
+      if (!this->TakeNumbers(count, 1, this->Word()))
+      {
+        return false;
+      }
+    }
+    return true;
+  }
+
+  // Arrays of any size, each with its head.
+  bool TakeField()
+  {
+    const std::string field = this->Part;
+    std::uint64_t arrays = 0;
+    this->Word();
+    if (!this->TakeCount(arrays))
+    {
+      return false;
+    }
+    for (; arrays > 0; --arrays)
+    {
+      const std::string name = this->Word();
+      if (name == "METADATA")
+      {
+        this->SkipToEmptyLine();
+        ++arrays;
+        continue;
+      }
+      this->Part = field + ", array " + QuotedText(name);
+      std::uint64_t components = 0, tuples = 0;
+      if (name.empty())
+      {
+        return this->Damaged("is not there");
+      }
+      if (!this->TakeCount(components) || !this->TakeCount(tuples) ||
+          !this->TakeNumbers(tuples, components, this->Word()))
+      {
+        return false;
+      }
+    }
+    return true;
+  }
+
+  bool TakeScalars()
+  {
+    this->Word();
+    const std::string type = this->Word();
+    std::uint64_t components = 1;
+    if (ParseNumber(this->Ahead(), components) == NumberTextError::None)
+    {
+      this->Word();
+    }
+    if (LowercaseText(this->Ahead()) == "lookup_table")
+    {
+      this->Word();
+      this->Word();
+    }
+    return this->TakeNumbers(this->Tuples, components, type);
+  }
+
+  // A keyword, and what it says; false at the end too.
+  bool TakePart()
+  {
+    this->Ahead();
+    const std::string at = this->Here();
+    const std::string keyword = this->Keyword();
+    this->Part = (keyword.size() > 40 ? QuotedText(keyword) : keyword) + " " + at;
+    constexpr std::string_view lines[] = { "DATASET", "DIMENSIONS", "ORIGIN", "SPACING",
+      "ASPECT_RATIO" };
+    constexpr std::string_view places[] = { "POINTS", "X_COORDINATES", "Y_COORDINATES",
+      "Z_COORDINATES" };
+    constexpr std::string_view cells[] = { "VERTICES", "LINES", "POLYGONS", "TRIANGLE_STRIPS",
+      "CELLS" };
+    const auto* const array = std::find_if(std::begin(arrayParts), std::end(arrayParts),
+      [&](const ArrayPart& part) { return part.keyword == keyword; });
+    std::uint64_t count = 0, more = 0;
+    if (keyword.empty())
+    {
+      return false;
+    }
+    if (IsOneOf(keyword, lines))
+    {
+      this->SkipLine();
+      return true;
+    }
+    if (keyword == "METADATA")
+    {
+      this->SkipToEmptyLine();
+      return true;
+    }
+    if (IsOneOf(keyword, places))
+    {
+      const bool isPoints = keyword == "POINTS";
+      if (!this->TakeCount(count))
+      {
+        return false;
+      }
+      this->Points = isPoints ? count : this->Points;
+      return this->TakeNumbers(count, isPoints ? 3 : 1, this->Word());
+    }
+    if (IsOneOf(keyword, cells))
+    {
+      return this->TakeCount(count) && this->TakeCount(more) &&
+             (this->HasOffsets() ? this->TakeOffsets(count, more) : this->TakeCells(count, more));
+    }
+    if (keyword == "CELL_TYPES")
+    {
+      return this->TakeCount(count) && this->TakeNumbers(count, 1, "int");
+    }
+    if (keyword == "POINT_DATA" || keyword == "CELL_DATA")
+    {
+      return this->TakeCount(this->Tuples);
+    }
+    if (keyword == "SCALARS")
+    {
+      return this->TakeScalars();
+    }
+    if (keyword == "FIELD")
+    {
+      return this->TakeField();
+    }
+    if (keyword == "COLOR_SCALARS" || keyword == "LOOKUP_TABLE")
+    {
+      this->Word();
+      const bool isTable = keyword == "LOOKUP_TABLE";
+      return this->TakeCount(count) &&
+             this->TakeNumbers(isTable ? count : this->Tuples, isTable ? 4 : count, "char");
+    }
+    if (keyword == "TEXTURE_COORDINATES")
+    {
+      this->Word();
+      return this->TakeCount(count) && this->TakeNumbers(this->Tuples, count, this->Word());
+    }
+    if (array != std::end(arrayParts))
+    {
+      this->Word();
+      return this->TakeNumbers(this->Tuples, array->components, this->Word());
+    }
+    this->Part = QuotedText(keyword) + " " + at;
+    return this->Damaged("is not the name of a part");
+  }
+
+  ByteSource Source;
+  bool IsBinary = false;
+  std::uint64_t Line = 1;
+  std::uint64_t Points = 0, Tuples = 0; // points of the file; of POINT_DATA or CELL_DATA
+  std::string Part;                     // "POINTS (line 5)"
+  VtkDamage Damage;
+};
+
+}
+
+VtkDamage FindVtkDamage(const std::filesystem::path& file)
+{
+  Result<ByteSource> source = ByteSource::Open(file);
+  return source ? Scan(std::move(*source)).First() : VtkDamage{};
+}
+
+}

@@ -1,0 +1,26 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Where a legacy .vtk file is damaged: VTK's reader says that it is, but seldom where. Part of step
+// "convert".
+#pragma once
+
+#include <filesystem>
+#include <string>
+
+namespace kdstream
+{
+
+struct VtkDamage
+{
+  // The first part that is not as its header says, for a message: "POINTS (line 5) has 20 of its 24
+  // numbers, then 'POLYGONS' (line 12)"; of a list of cells which cell. Places in binary files are
+  // bytes. Empty: none was found, or the file cannot be read.
+  std::string part;
+  // Numbers are missing: VTK crashes on such lists of cells, and reads less than there should be of
+  // others.
+  bool isCut = false;
+};
+
+// Goes through the file once, in the memory of a block.
+VtkDamage FindVtkDamage(const std::filesystem::path& file);
+
+}

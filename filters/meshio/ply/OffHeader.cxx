@@ -1,0 +1,373 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// OFF files as the text of a PLY: see OffHeader.h. Steps: 1. the header  2. all lines: what they
+// have behind places and corners, whether floats suffice  3. the header of a PLY that says so.
+#include "filters/meshio/ply/OffHeader.h"
+
+#include "filters/meshio/NumberText.h"
+#include "filters/meshio/QuotedText.h"
+#include "filters/meshio/TextLines.h"
+#include "filters/meshio/TextWords.h"
+#include "filters/meshio/ply/PlyReader.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <initializer_list>
+
+namespace kdstream
+{
+
+namespace
+{
+
+constexpr std::size_t longestLine = std::size_t{ 16 } << 20;
+constexpr std::uint64_t linesPerReport = 1 << 16;
+
+// The numbers of a line behind its place, or behind its corners: at most three of a normal, four of
+// a colour, two of a texture.
+struct Behind
+{
+  static constexpr std::size_t most = 9;
+  std::array<double, most> values{};
+  std::size_t count = 0; // all that are there
+};
+
+bool IsNormal(const double* v)
+{
+  constexpr double rounding = 0.02;
+  return std::abs(v[0] * v[0] + v[1] * v[1] + v[2] * v[2] - 1) < rounding;
+}
+
+// What all lines of vertices, or of faces, have.
+class OffColumns
+{
+public:
+  // others: numbers that are no colours, of which three are a normal if there is one.
+  OffColumns(bool hasNormals, std::size_t others)
+    : HasNormals(hasNormals)
+    , Others(others)
+  {
+  }
+
+  void Add(const Behind& behind)
+  {
+    this->Least = this->Lines++ == 0 ? behind.count : std::min(this->Least, behind.count);
+    this->Most = std::max(this->Most, behind.count);
+    const std::size_t colors = behind.count - std::min(behind.count, this->Others);
+    if (behind.count > Behind::most || (colors != 3 && colors != 4))
+    {
+      return;
+    }
+    const double* const v = behind.values.data();
+    this->NormalsFirst += this->HasNormals && IsNormal(v) ? 1 : 0;
+    this->NormalsLast += this->HasNormals && IsNormal(v + colors) ? 1 : 0;
+    for (const std::size_t way : { 0, 1 }) // behind a normal, or before it
+    {
+      const double* const color = v + (this->HasNormals && way == 0 ? 3 : 0);
+      for (std::size_t k = 0; k < colors; ++k)
+      {
+        this->Greatest[way] = std::max(this->Greatest[way], color[k]);
+        this->AreBytes[way] = this->AreBytes[way] && color[k] >= 0 && color[k] <= 255 &&
+                              color[k] == std::floor(color[k]);
+      }
+    }
+  }
+  // Whether all lines have the numbers that are no colours; and more: may they have others.
+  bool HaveOthers(bool andMore) const
+  {
+    return this->Least >= this->Others && (andMore || this->Most == this->Others);
+  }
+  // Three or four, of every line; else 0.
+  std::size_t Colors() const
+  {
+    const std::size_t colors = this->Least - std::min(this->Least, this->Others);
+    return this->Least == this->Most && (colors == 3 || colors == 4) ? colors : 0;
+  }
+  bool ColorsFirst() const
+  {
+    return this->Colors() > 0 && 2 * this->NormalsLast > this->Lines &&
+           2 * this->NormalsFirst <= this->Lines;
+  }
+  void AddColors(PlyElement& element) const
+  {
+    const std::size_t way = this->ColorsFirst() ? 1 : 0;
+    const PlyType type =
+      this->AreBytes[way] && this->Greatest[way] > 1 ? PlyType::UInt8 : PlyType::Float32;
+    constexpr std::array<const char*, 4> names{ "red", "green", "blue", "alpha" };
+    for (std::size_t k = 0; k < this->Colors(); ++k)
+    {
+      element.properties.push_back({ names[k], type });
+    }
+  }
+
+private:
+  bool HasNormals;
+  std::size_t Others;
+  std::uint64_t Lines = 0, NormalsFirst = 0, NormalsLast = 0;
+  std::size_t Least = 0, Most = 0;
+  std::array<double, 2> Greatest{};
+  std::array<bool, 2> AreBytes{ true, true };
+};
+
+class OffText
+{
+public:
+  explicit OffText(ByteSource source)
+    : Lines(std::move(source), longestLine)
+  {
+  }
+
+  Status ReadHeader();
+  // All other lines.
+  Status LookAtLines(const Execution& execution);
+  PlyHeader MakeHeader(Tolerance& told) const;
+  // Where the lines of vertices and faces are, without comments behind these.
+  std::uint64_t BodyBegin() const { return this->Body; }
+  std::uint64_t BodyEnd() const { return this->End; }
+
+private:
+  Result<bool> NextLine();
+  Result<std::string_view> HeaderWord();
+  Status HeaderNumber(const char* what, std::uint64_t& number);
+  Status ReadKind();
+  void LookAtBehind(OffColumns& columns);
+  void LookForShort(
+    const char* element, std::uint64_t index, std::uint64_t there, std::uint64_t expected);
+
+  TextLines Lines;
+  std::string_view Rest; // of the line, without its comment
+  bool HasNormals = false, HasColors = false, HasTexture = false;
+  std::uint64_t Vertices = 0, Faces = 0, Body = 0, End = 0;
+  bool IsWhole = false; // as many lines as vertices and faces
+  std::string Short;    // what is wrong with the first line of too few numbers
+  OffColumns OfVertices{ false, 0 }, OfFaces{ false, 0 };
+  DecimalPrecision Precision;
+};
+
+// The next that is not blank; false at the end.
+Result<bool> OffText::NextLine()
+{
+  for (;;)
+  {
+    const Result<bool> more = this->Lines.Next();
+    KDSTREAM_TRY(more);
+    if (!*more)
+    {
+      return false;
+    }
+    this->Rest = this->Lines.Line().substr(0, this->Lines.Line().find('#'));
+    if (!std::all_of(this->Rest.begin(), this->Rest.end(), IsBlank))
+    {
+      return true;
+    }
+  }
+}
+
+// Across lines; empty at the end.
+Result<std::string_view> OffText::HeaderWord()
+{
+  std::string_view word = TakeWord(this->Rest);
+  if (word.empty())
+  {
+    const Result<bool> more = this->NextLine();
+    KDSTREAM_TRY(more);
+    word = *more ? TakeWord(this->Rest) : word;
+  }
+  return word;
+}
+
+Status OffText::HeaderNumber(const char* what, std::uint64_t& number)
+{
+  const Result<std::string_view> word = this->HeaderWord();
+  KDSTREAM_TRY(word);
+  return ParseNumber(*word, number) == NumberTextError::None
+           ? Status()
+           : this->Lines.Wrong((word->empty() ? "the end" : QuotedText(*word)) +
+                               " where the number of " + what + " is expected");
+}
+
+// The first word, which says what vertices have.
+Status OffText::ReadKind()
+{
+  const Result<std::string_view> first = this->HeaderWord();
+  KDSTREAM_TRY(first);
+  constexpr std::string_view off = "off";
+  const std::size_t at = LowercaseText(first->substr(0, 16)).find(off);
+  const std::string_view kind = first->substr(0, std::min(at, first->size()));
+  if (at == std::string_view::npos || kind.find_first_not_of("STCNstc4n") != kind.npos)
+  {
+    return Error{ ErrorCode::InvalidInput, "is not an OFF file: it does not begin with OFF" };
+  }
+  // Numbers may follow without a blank.
+  this->Rest = { first->data() + at + off.size(),
+    first->size() - at - off.size() + this->Rest.size() };
+  std::string_view next = this->Rest;
+  if (LowercaseText(TakeWord(next)) == "binary")
+  {
+    return Error{ ErrorCode::Unsupported,
+      "is a binary OFF file, which is not read: save it as text, or as .ply" };
+  }
+  const auto says = [&](const char* letters) { return kind.find_first_of(letters) != kind.npos; };
+  this->HasNormals = says("N");
+  this->HasColors = says("Cc");
+  this->HasTexture = says("Tt");
+  std::uint64_t dimensions = says("4") ? 4 : 3;
+  if (says("n"))
+  {
+    KDSTREAM_TRY(this->HeaderNumber("dimensions", dimensions));
+  }
+  return dimensions == 3 ? Status()
+                         : Error{ ErrorCode::Unsupported, "is an OFF file of places in " +
+                                                            std::to_string(dimensions) +
+                                                            " dimensions, which is not read" };
+}
+
+Status OffText::ReadHeader()
+{
+  KDSTREAM_TRY(this->ReadKind());
+  KDSTREAM_TRY(this->HeaderNumber("vertices", this->Vertices));
+  KDSTREAM_TRY(this->HeaderNumber("faces", this->Faces));
+  TakeWord(this->Rest); // the number of edges, in which nobody trusts
+  if (!TakeWord(this->Rest).empty())
+  {
+    return this->Lines.Wrong("has more than the numbers of vertices, faces and edges");
+  }
+  this->Body = this->Lines.End();
+  return {};
+}
+
+void OffText::LookAtBehind(OffColumns& columns)
+{
+  Behind behind;
+  for (std::string_view word = TakeWord(this->Rest); !word.empty(); word = TakeWord(this->Rest))
+  {
+    if (behind.count < Behind::most)
+    {
+      static_cast<void>(ParseNumber(word, behind.values[behind.count]));
+    }
+    ++behind.count;
+  }
+  columns.Add(behind);
+}
+
+// Remembers the first line of fewer numbers than it should have.
+void OffText::LookForShort(
+  const char* element, std::uint64_t index, std::uint64_t there, std::uint64_t expected)
+{
+  if (this->Short.empty() && there < expected)
+  {
+    this->Short = element + (" " + std::to_string(index)) + " (line " +
+                  std::to_string(this->Lines.Number()) + ") has " + std::to_string(there) +
+                  " of its " + std::to_string(expected) +
+                  (element[0] == 'v' ? " coordinates" : " corners");
+  }
+}
+
+Status OffText::LookAtLines(const Execution& execution)
+{
+  const std::size_t others = (this->HasNormals ? 3U : 0U) + (this->HasTexture ? 2U : 0U);
+  this->OfVertices = OffColumns(this->HasNormals, others);
+  for (std::uint64_t vertices = 0, faces = 0;;)
+  {
+    this->IsWhole = vertices == this->Vertices && faces == this->Faces;
+    this->End = this->IsWhole ? this->Lines.End() : this->End;
+    const Result<bool> more = this->NextLine();
+    KDSTREAM_TRY(more);
+    if (!*more && this->IsWhole && !this->Short.empty())
+    {
+      return Error{ ErrorCode::InvalidInput, this->Short }; // no further line makes up for it
+    }
+    if (!*more || this->IsWhole)
+    {
+      this->End = *more || !this->IsWhole ? this->Lines.Size() : this->End;
+      return {};
+    }
+    if (this->Lines.Number() % linesPerReport == 0)
+    {
+      KDSTREAM_TRY(execution.Report("read", this->Lines.Fraction()));
+    }
+    if (vertices < this->Vertices)
+    {
+      std::size_t taken = 0;
+      for (std::string_view word; taken < 3 && !(word = TakeWord(this->Rest)).empty(); ++taken)
+      {
+        this->Precision.Add(word);
+      }
+      this->LookForShort("vertex", vertices++, taken, 3);
+      this->LookAtBehind(this->OfVertices);
+      continue;
+    }
+    std::uint64_t corners = 0, taken = 0;
+    static_cast<void>(ParseNumber(TakeWord(this->Rest), corners));
+    while (taken < corners && !TakeWord(this->Rest).empty())
+    {
+      ++taken;
+    }
+    this->LookForShort("face", faces++, taken, corners);
+    this->LookAtBehind(this->OfFaces);
+  }
+}
+
+// Where lines are not those of vertices and faces: only what every OFF has.
+PlyHeader OffText::MakeHeader(Tolerance& told) const
+{
+  PlyHeader header;
+  header.hasComments = true;
+  const PlyType type =
+    this->IsWhole && this->Precision.FloatsSuffice() ? PlyType::Float32 : PlyType::Float64;
+  PlyElement vertices{ "vertex", this->Vertices, { { "x", type }, { "y", type }, { "z", type } } };
+  const auto add = [&](bool isThere, std::initializer_list<const char*> names)
+  {
+    for (const char* name : names)
+    {
+      isThere ? vertices.properties.push_back({ name, PlyType::Float32 }) : void();
+    }
+  };
+  const bool colors = this->HasColors && this->OfVertices.Colors() > 0;
+  const bool colorsFirst = colors && this->OfVertices.ColorsFirst();
+  if (this->IsWhole && this->OfVertices.HaveOthers(!this->HasColors || colors))
+  {
+    add(this->HasNormals && !colorsFirst, { "nx", "ny", "nz" });
+    if (colors)
+    {
+      this->OfVertices.AddColors(vertices);
+    }
+    add(this->HasNormals && colorsFirst, { "nx", "ny", "nz" });
+    add(this->HasTexture, { "s", "t" });
+  }
+  told.Count(Lapse::PaddedEnd, this->Lines.Padding());
+  if (colorsFirst)
+  {
+    told.Tell("vertices are read as x y z, colour, normal, as MeshLab writes them: only so the "
+              "normals are of length 1");
+  }
+  PlyElement faces{ "face", this->Faces, { { "vertex_indices", PlyType::Int32, true } } };
+  if (this->IsWhole && this->OfFaces.Colors() > 0)
+  {
+    this->OfFaces.AddColors(faces);
+  }
+  header.elements = { std::move(vertices), std::move(faces) };
+  return header;
+}
+
+}
+
+Result<std::unique_ptr<MeshReader>> OpenOffReader(
+  ByteSource source, const Execution& execution, const std::filesystem::path& scratch)
+{
+  if (source.Size() == 0)
+  {
+    return Error{ ErrorCode::InvalidInput, "the file is empty" };
+  }
+  Result<ByteSource> again = source.Again();
+  KDSTREAM_TRY(again);
+  OffText text(std::move(*again));
+  KDSTREAM_TRY(text.ReadHeader());
+  KDSTREAM_TRY(text.LookAtLines(execution));
+  source.Crop(text.BodyBegin(), text.BodyEnd());
+  Tolerance told;
+  PlyHeader header = text.MakeHeader(told);
+  return PlyReader::OpenAs(std::move(source), std::move(header), scratch, told);
+}
+
+}

@@ -1,0 +1,21 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// A request's answer, read where it has to be: what a connection and its reader do one after the
+// other.
+#pragma once
+
+#include "server/http/Routes.h"
+
+#include <utility>
+#include <variant>
+
+namespace kdstream
+{
+
+inline HttpResponse Answer(const Routes& routes, const HttpRequest& request)
+{
+  auto found = routes.Find(request);
+  auto* const response = std::get_if<HttpResponse>(&found);
+  return response ? std::move(*response) : std::get<Routes::Reading>(found).Answer();
+}
+
+}

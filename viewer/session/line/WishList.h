@@ -1,0 +1,111 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// What is wanted and not there, most urgent first, and how it is got: as much of it is asked for as
+// fills the line, and more as it comes. Step "request" of the README's picture.
+#pragma once
+
+#include "viewer/session/SessionTypes.h"
+#include "viewer/session/line/LineMeter.h"
+#include "viewer/session/line/RequestBook.h"
+
+#include <cstddef>
+#include <cstdint>
+#include <deque>
+#include <functional>
+#include <set>
+#include <span>
+#include <string>
+#include <vector>
+
+namespace kdstream
+{
+
+// One list, whoever fills it. Requests are of a quarter of what may be under way, so that calling
+// one back costs little. When all of it is there, what would be wanted next is fetched ahead, which
+// makes way for what is wanted. O(log blobs) a blob, but for what goes through the whole list.
+class WishList
+{
+public:
+  // About the bytes of a blob that has not come.
+  using Estimate = std::function<std::size_t(const protocol::BlobId&)>;
+  static constexpr std::size_t mostRequests = 8; // unfinished; servers refuse more than 16
+
+  // About so many bytes are fetched ahead of each view; 0: none.
+  explicit WishList(std::size_t aheadBytes);
+
+  // ---- what is wanted
+  void Open(const std::string& model);
+  // Of the model that was open nothing is wanted any more: all is cancelled.
+  void CloseModel();
+  // These, most urgent first, in place of what was wanted. What is on its way is not asked for
+  // again; requests none of whose blobs is wanted are cancelled. Where nothing is missing what is
+  // fetched ahead goes on.
+  void Want(const std::vector<protocol::BlobId>& missing);
+  // Nothing more, until the next Want.
+  void Clear() { this->Queue.clear(); }
+  // The same, and each request is cancelled that owes anything else than pages and boxes.
+  void KeepTreeOnly();
+
+  // ---- asking
+  // `alone` is asked for by itself. treeOnly: nothing from the first piece of the list on. Returns
+  // how many pages and boxes it has asked for.
+  std::size_t AskMore(const Estimate& bytesOf, const protocol::BlobId& alone, bool treeOnly);
+  // Whether more may be fetched ahead of the view that wants these pieces.
+  bool MayAskAhead(const std::vector<PieceId>& view);
+  // For as much of these as may be under way, and is left of what is fetched ahead of a view.
+  void AskAhead(const std::vector<protocol::BlobId>& next, const Estimate& bytesOf);
+  void SetAhead(std::size_t bytes);
+
+  // ---- answers; false where nobody waits for them
+  bool Opened(std::uint32_t request) { return this->Requests.SettleOpen(request); }
+  // seconds: as LineMeter has them; of a blob from the cache they tell nothing.
+  bool Arrived(std::uint32_t request, const protocol::BlobId& blob, std::size_t bytes,
+    double seconds, bool fromCache);
+  bool Failed(std::uint32_t request, const protocol::BlobId& blob)
+  {
+    return this->Requests.Settle(request, blob);
+  }
+  // As RequestBook has it.
+  bool TakeLate(std::uint32_t request, const protocol::BlobId& blob)
+  {
+    return this->Requests.TakeLate(request, blob);
+  }
+  // The request has failed: what it still owed.
+  std::vector<protocol::BlobId> Close(std::uint32_t request)
+  {
+    return this->Requests.Close(request);
+  }
+  bool IsAhead(const protocol::BlobId& blob) const { return this->Ahead.count(blob) > 0; }
+  // It has failed: whether it was fetched ahead. Then no more is, ahead of this view; once wanted
+  // it is asked for again.
+  bool GiveUpAhead(const protocol::BlobId& blob);
+
+  // ---- how it stands
+  // Whether nothing is wanted, nor on its way.
+  bool IsEmpty() const { return this->Queue.empty() && this->Requests.Empty(); }
+  // The same but for what is fetched ahead.
+  bool IsIdle() const { return this->Queue.empty() && this->IsOnlyAhead(); }
+  // Since it was idle last.
+  struct Progress
+  {
+    std::uint64_t blobsLoaded = 0, blobsWanted = 0, bytesLoaded = 0;
+  };
+  const Progress& GetProgress() const { return this->Counts; }
+  const LineMeter& Line() const { return this->Meter; }
+  const RequestBook& Book() const { return this->Requests; }
+  std::vector<SessionRequest> TakeOutgoing() { return this->Requests.TakeOutgoing(); }
+
+private:
+  std::uint32_t Ask(std::vector<protocol::BlobId> blobs);
+  bool IsOnlyAhead() const;
+
+  RequestBook Requests;
+  LineMeter Meter;
+  std::deque<protocol::BlobId> Queue; // that has not been asked for
+  std::set<protocol::BlobId> Ahead;   // asked for though not wanted yet
+  std::vector<PieceId> AheadOf;       // the wanted pieces beyond which that was,
+  std::size_t AheadBytes, AheadLeft;  // bytes for a view, and what is left of them for this one
+  std::uint32_t LoneRequest = 0;      // sent while nothing was owed; none of it has come
+  Progress Counts;
+};
+
+}
