@@ -335,6 +335,8 @@ private:
         this->Tasks.erase(event.request);
         this->Rest();
         break;
+      case ClientEvent::Kind::Notes: // are not asked for
+        break;
     }
   }
 
