@@ -601,10 +601,35 @@ private:
     return {};
   }
 
-  // As one rank would cut all of them: by the places of the points that corners are.
+  // As one rank would cut all of them: by the places of the points that corners are. What is not
+  // needed any more goes at once.
   Status ReadTriangles()
   {
+    KDSTREAM_TRY(this->FindCellIds());
     vtkNew<vtkPolyData> mesh;
+    this->MovePoints(*mesh);
+    this->MoveCells(*mesh);
+    Result<PolyDataElements> elements = ReadElements(*mesh);
+    KDSTREAM_TRY(this->Ranks.Agree(elements ? Status() : Status(elements.GetError())));
+    KDSTREAM_TRY(this->DropCellIds(*elements, *mesh));
+    this->AddAttributes(*mesh, *elements);
+    mesh->Initialize();
+    this->Share.mesh.triangles.reserve(elements->Triangles().size());
+    for (const Triangle& t : elements->Triangles())
+    {
+      this->Share.mesh.triangles.push_back(
+        { this->Number[t[0]], this->Number[t[1]], this->Number[t[2]] });
+    }
+    elements->corners = {};
+    this->Number = {};
+    this->CellOfTriangle = std::move(elements->cells);
+    this->CellOfTriangle.erase(this->CellOfTriangle.begin(),
+      this->CellOfTriangle.begin() + std::ptrdiff_t(elements->vertices + elements->segments));
+    return {};
+  }
+
+  void MovePoints(vtkPolyData& mesh)
+  {
     vtkNew<vtkPoints> points;
     points->SetDataTypeToDouble();
     points->SetNumberOfPoints(static_cast<vtkIdType>(this->Targets.size()));
@@ -612,14 +637,27 @@ private:
     {
       points->SetPoint(vtkIdType{ v }, this->Targets[v].place.data());
     }
-    mesh->SetPoints(points);
+    mesh.SetPoints(points);
+    this->Targets = {};
+    this->Input.points = {};
+  }
+
+  void MoveCells(vtkPolyData& mesh)
+  {
     std::array<vtkNew<vtkCellArray>, 4> cells;
     std::vector<TupleOfPart> tuples;
     for (std::size_t kind = 0; kind < cells.size(); ++kind)
     {
-      const KeptCells& kept = this->Input.cells[kind];
-      tuples.insert(tuples.end(), kept.from.begin(), kept.from.end());
-      for (std::size_t cell = 0; cell < kept.from.size(); ++cell)
+      const KeptCells kept = std::exchange(this->Input.cells[kind], {});
+      const std::size_t count = kept.from.size();
+      this->CellCounts[kind] = static_cast<vtkIdType>(count);
+      if (!this->CellArrays.kinds.empty())
+      {
+        tuples.insert(tuples.end(), kept.from.begin(), kept.from.end());
+      }
+      cells[kind]->AllocateExact(
+        static_cast<vtkIdType>(count), static_cast<vtkIdType>(kept.corners.size()));
+      for (std::size_t cell = 0; cell < count; ++cell)
       {
         cells[kind]->InsertNextCell(static_cast<int>(kept.begin[cell + 1] - kept.begin[cell]));
         for (std::size_t i = kept.begin[cell]; i < kept.begin[cell + 1]; ++i)
@@ -628,25 +666,11 @@ private:
         }
       }
     }
-    mesh->SetVerts(cells[0]);
-    mesh->SetLines(cells[1]);
-    mesh->SetPolys(cells[2]);
-    mesh->SetStrips(cells[3]);
-    this->CellArrays.AddTo(*mesh->GetCellData(), tuples);
-    KDSTREAM_TRY(this->FindCellIds());
-    Result<PolyDataElements> elements = ReadElements(*mesh);
-    KDSTREAM_TRY(this->Ranks.Agree(elements ? Status() : Status(elements.GetError())));
-    KDSTREAM_TRY(this->DropCellIds(*elements, *mesh));
-    this->AddAttributes(*mesh, *elements);
-    for (const Triangle& t : elements->Triangles())
-    {
-      this->Share.mesh.triangles.push_back(
-        { this->Number[t[0]], this->Number[t[1]], this->Number[t[2]] });
-    }
-    const auto ofTriangles =
-      std::span(elements->cells).subspan(elements->vertices + elements->segments);
-    this->CellOfTriangle.assign(ofTriangles.begin(), ofTriangles.end());
-    return {};
+    mesh.SetVerts(cells[0]);
+    mesh.SetLines(cells[1]);
+    mesh.SetPolys(cells[2]);
+    mesh.SetStrips(cells[3]);
+    this->CellArrays.AddTo(*mesh.GetCellData(), tuples);
   }
 
   // Whether cells have global ids that are: of no two of all ranks the same.
@@ -719,9 +743,7 @@ private:
   // Triangles of polygons, then those of strips; by ids where there are.
   Status OrderTriangles()
   {
-    const vtkIdType strips =
-      static_cast<vtkIdType>(this->Input.cells[0].from.size() + this->Input.cells[1].from.size() +
-                             this->Input.cells[2].from.size());
+    const vtkIdType strips = this->CellCounts[0] + this->CellCounts[1] + this->CellCounts[2];
     const std::vector<vtkIdType>& cells = this->CellOfTriangle;
     const auto firstOfStrips = std::lower_bound(cells.begin(), cells.end(), strips);
     const std::uint64_t counts[] = { static_cast<std::uint64_t>(firstOfStrips - cells.begin()),
@@ -881,7 +903,8 @@ private:
   std::vector<VertexId> Number;          // the same, in the mesh of all; noVertex: none
   std::vector<VertexId> Kept;            // which of them stay
   std::vector<std::int64_t> CellIds;     // of each cell that stays
-  std::vector<vtkIdType> CellOfTriangle; // among the cells that stay
+  std::array<vtkIdType, 4> CellCounts{}; // of those that stay: vertices, lines, polygons, strips
+  std::vector<vtkIdType> CellOfTriangle; // among them
   std::vector<std::size_t> DealtTo;      // of each row that was dealt, the rank
   MeshShare Share;
 };
