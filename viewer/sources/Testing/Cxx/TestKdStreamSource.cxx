@@ -350,9 +350,12 @@ TEST_F(TestKdStreamSource, EveryOutputStopsAtAnyOfItsSteps)
       ASSERT_FALSE(ContentOf(this->Update()).points.empty());
       const double most = stop.most;
       const int atMost = stop.atMost;
-      ASSERT_GT(most, 0.3);
-      for (const auto& [progress, nth] : { std::pair(0.0, 1), { 0.0, 2 }, { 0.0, 3 },
-             { most / 2, 1 }, { most, 1 }, { most, atMost } })
+      std::vector<std::pair<double, int>> when{ { 0.0, 1 }, { 0.0, 2 }, { 0.0, 3 } };
+      if (most > 0) // it is one piece otherwise, and how often it waits for that is not certain
+      {
+        when.insert(when.end(), { { most / 2, 1 }, { most, 1 }, { most, atMost } });
+      }
+      for (const auto& [progress, nth] : when)
       {
         FilterObserver heard(this->Source);
         stop.Start(progress, nth);
