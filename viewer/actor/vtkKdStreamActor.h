@@ -31,9 +31,6 @@
  * cameras of their own (shadow maps) draw what the picture shows. Volumes, time steps and sections
  * are not its own.
  *
- * Of the numbers below, those out of their range are clamped; what is negative where it may not be,
- * or not a number, is refused with an error, and the value stays.
- *
  * Errors: vtkErrorMacro names the server or file, GetErrorMessage and GetErrorCode tell the last;
  * there are no bounds then, and nothing is drawn. What cannot be had of a model is told by
  * vtkWarningMacro, once, and stays coarser. Open connects anew: after an error, or where the model
