@@ -326,6 +326,20 @@ TEST_F(TestKdStreamActorViews, AScaledModelLooksAsFromNearer)
   }
 }
 
+TEST_F(TestKdStreamActorViews, WhatIsScaledToNothingIsNotDrawn)
+{
+  for (const std::string& source : { Surface(), Cloud() })
+  {
+    SCOPED_TRACE(source);
+    this->Open(source);
+    this->Actor->SetScale(1, 1, 0);
+    this->Window->Render();
+    EXPECT_EQ(Covered(this->Shown()), 0u);
+    this->Actor->SetScale(1);
+    EXPECT_GT(Covered(this->Picture()), 1000u);
+  }
+}
+
 TEST_F(TestKdStreamActorViews, TilesOfAPictureShowTheSameAndAreAsFineAsItsPixelsNeed)
 {
   this->Open(Surface());
