@@ -123,7 +123,7 @@ check(filters/Parallel VTK filters/build filters/store filters/model filters/cod
 check(filters/app filters/files filters/protocol filters/Parallel filters/build filters/convert/ForeignMesh.h filters/convert/Reconstruct.h filters/program filters/texture
   filters/store filters/model filters/codec filters/meshio ${core} ${outofcore})
 check(filters/adapter VTK ${core})
-check(filters/IO VTK filters/adapter filters/build filters/store filters/model filters/codec filters/meshio ${core} ${outofcore})
+check(filters/IO VTK filters/adapter filters/Parallel filters/build filters/store filters/model filters/codec filters/meshio ${core} ${outofcore})
 check(filters/convert/gltf filters/convert/ForeignMesh.h filters/convert/JoinParts.h filters/texture filters/meshio ${core})
 check(filters/convert FLAT VTK filters/texture filters/adapter filters/meshio ${core})
 check(filters/Partitioning VTK filters/adapter ${core})

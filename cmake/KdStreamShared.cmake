@@ -3,7 +3,7 @@
 # libraries. It exports what KdStreamApi.map lists.
 set(parts core vtkadapter)
 if(KDSTREAM_BUILD_TOOLS)
-  list(APPEND parts codec model files store meshio outofcore build)
+  list(APPEND parts codec model files store meshio outofcore build parallel)
   if(KDSTREAM_BUILD_SERVER)
     list(APPEND parts texture protocol viewersession conversation client diskcache localclient)
   endif()

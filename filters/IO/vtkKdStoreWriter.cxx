@@ -1,7 +1,9 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Steps: 1. the input as one mesh of core's  2. the build (filters/build).
+// Steps: 1. the input as one mesh of core's  2. the build (filters/build). On several processes: 1.
+// what they have as shares of one mesh  2. the build of shares (filters/Parallel).
 #include "vtkKdStoreWriter.h"
 
+#include "filters/Parallel/TeamBuilder.h"
 #include "filters/adapter/AlgorithmExecution.h"
 #include "filters/adapter/ErrorCodes.h"
 #include "filters/adapter/FilterRequest.h"
@@ -10,24 +12,28 @@
 #include "filters/adapter/PolyDataMesh.h"
 #include "filters/adapter/RangedSetters.h"
 #include "filters/adapter/RankGroup.h"
-#include "filters/adapter/RankParts.h"
+#include "filters/adapter/RankMesh.h"
 #include "filters/adapter/RankPipeline.h"
+#include "filters/build/BuildMemory.h"
 #include "filters/build/Builder.h"
 
 #include <vtkDataObject.h>
 #include <vtkErrorCode.h>
 #include <vtkInformation.h>
-#include <vtkInformationRequestKey.h>
-#include <vtkInformationVector.h>
 #include <vtkMultiProcessController.h>
 #include <vtkObjectFactory.h>
-#include <vtkStreamingDemandDrivenPipeline.h>
 
 #include <algorithm>
+#include <array>
+#include <cstdint>
 #include <filesystem>
 #include <functional>
 #include <optional>
 #include <string>
+#include <system_error>
+#include <vector>
+
+#include <unistd.h>
 
 vtkStandardNewMacro(vtkKdStoreWriter);
 
@@ -89,18 +95,74 @@ Result<Mesh> ReadInput(vtkDataObject& input, bool weldByPlace, const Execution& 
   return mesh;
 }
 
-// Rank 0 builds of what all have, where all are ready; what it comes to is told by all.
-Status BuildOfAll(vtkKdStoreWriter& writer, const Status& ready, vtkDataObject& input,
-  std::vector<std::string>& leftOut, const std::function<Status(vtkDataObject& all)>& build)
+// How many ranks are on this host.
+Result<std::uint64_t> RanksHere(const RankGroup& ranks)
+{
+  std::array<char, 256> name{};
+  ::gethostname(name.data(), name.size() - 1);
+  const auto hash = std::uint64_t{ std::hash<std::string>()(name.data()) } >> 1;
+  const auto all = ranks.Gather(hash);
+  KDSTREAM_TRY(all);
+  return static_cast<std::uint64_t>(std::count(all->begin(), all->end(), hash));
+}
+
+// What of the options must be the same on all ranks: those of rank 0, and the store.
+Status TakeOptionsOfFirst(
+  const RankGroup& ranks, bool& weldByPlace, std::string& store, BuildOptions& options)
+{
+  const bool given = options.tree.partitions.has_value();
+  RankMessage own;
+  own.Put(std::vector<std::uint32_t>{ options.tree.verticesPerPartition,
+    given ? *options.tree.partitions : 0, options.tree.cellVertices,
+    static_cast<std::uint32_t>(options.levels.maker), options.weld, options.bits, weldByPlace });
+  own.Put(std::vector<char>(store.begin(), store.end()));
+  const auto came = ranks.Exchange(std::vector<RankGroup::Bytes>(ranks.Count(), own.Release()));
+  KDSTREAM_TRY(came);
+  RankMessage first(came->front());
+  const std::vector<std::uint32_t> numbers = first.Take<std::uint32_t>();
+  const std::vector<char> name = first.Take<char>();
+  options.tree.verticesPerPartition = numbers[0];
+  options.tree.partitions.reset();
+  if (numbers[1] > 0)
+  {
+    options.tree.partitions = numbers[1];
+  }
+  options.tree.cellVertices = numbers[2];
+  options.levels.maker = static_cast<LevelMaker>(numbers[3]);
+  options.weld = numbers[4] != 0;
+  options.bits = static_cast<std::uint8_t>(numbers[5]);
+  weldByPlace = numbers[6] != 0;
+  store.assign(name.begin(), name.end());
+  return {};
+}
+
+// By all ranks: the store of what they have.
+Status BuildTogether(vtkKdStoreWriter& writer, const Status& ready, std::string store,
+  BuildOptions options, const Execution& execution, std::vector<std::string>& leftOut)
 {
   const RankGroup ranks(*writer.GetController());
-  const auto gathered = GatherParts(ranks, ready, input, leftOut);
-  KDSTREAM_TRY(gathered);
-  if (gathered->areSame)
+  bool weldByPlace = writer.GetWeldByPlace();
+  KDSTREAM_TRY(TakeOptionsOfFirst(ranks, weldByPlace, store, options));
+  Result<MeshShare> share = ShareMesh(ranks, ready, *writer.GetInput(), weldByPlace, execution);
+  KDSTREAM_TRY(share);
+  leftOut = std::move(share->leftOut);
+  if (share->areSame && ranks.Rank() == 0)
   {
     WarnOfSameMesh(writer);
   }
-  return ranks.Agree(ranks.Rank() == 0 ? build(*gathered->parts) : Status());
+  const Result<std::uint64_t> here = RanksHere(ranks);
+  KDSTREAM_TRY(here);
+  options.memory = FreeMemory() / 4 * 3 / *here;
+  const std::filesystem::path path = store, folder = path.parent_path();
+  std::error_code ignored;
+  if (!folder.empty() && !std::filesystem::is_directory(folder, ignored))
+  {
+    options.temporaryFolder = std::filesystem::temp_directory_path(ignored);
+  }
+  options.inputName = path.stem().string();
+  const auto report =
+    BuildStoreOfShares(*writer.GetController(), std::move(share->mesh), path, options, execution);
+  return report ? Status() : Status(report.GetError());
 }
 
 }
@@ -156,7 +218,7 @@ void vtkKdStoreWriter::WriteData()
       vtkErrorMacro(<< (hasName ? this->FileName + std::string(": ") : "") << error.message);
     }
   };
-  const bool isTogether = this->IsTogether();
+  const bool isTogether = AreSeveral(this->Controller);
   // One process writes: the others' names and directions do not matter.
   const bool writes = !isTogether || this->Controller->GetLocalProcessId() == 0;
   this->SetErrorCode(vtkErrorCode::NoError);
@@ -190,18 +252,22 @@ void vtkKdStoreWriter::WriteData()
     *this, { { "tree", 0.05, 0.2 }, { "faces", 0.2, 0.25 }, { "levels", 0.25, 0.75 },
              { "encode", 0.75, 0.95 }, { "write", 0.95, 1.0 } });
   std::vector<std::string> leftOut;
-  const auto build = [&](vtkDataObject& input) -> Status
+  const auto build = [&]() -> Status
   {
-    Result<Mesh> mesh = ReadInput(input, this->WeldByPlace, execution, leftOut);
+    Result<Mesh> mesh = ReadInput(*this->GetInput(), this->WeldByPlace, execution, leftOut);
     KDSTREAM_TRY(mesh);
-    options.up = *up;
-    options.view = *view;
     const std::string name = std::filesystem::path(this->FileName).stem().string();
     const auto report = BuildStore(std::move(*mesh), name, this->FileName, options, execution);
     return report ? Status() : Status(report.GetError());
   };
-  const Status built = isTogether ? BuildOfAll(*this, ready, *this->GetInput(), leftOut, build)
-                       : ready    ? build(*this->GetInput())
+  if (ready && writes)
+  {
+    options.up = *up;
+    options.view = *view;
+  }
+  const Status built = isTogether ? BuildTogether(*this, ready, hasName ? this->FileName : "",
+                                      options, execution, leftOut)
+                       : ready    ? build()
                                   : ready;
   WarnOfArrays(*this, leftOut);
   if (!built)
@@ -214,25 +280,10 @@ void vtkKdStoreWriter::WriteData()
   }
 }
 
-bool vtkKdStoreWriter::IsTogether()
-{
-  return this->Controller && this->Controller->GetNumberOfProcesses() > 1;
-}
-
 vtkExecutive* vtkKdStoreWriter::CreateDefaultExecutive()
 {
-  return RankPipeline::Make([this] { return this->Controller; },
-    [this] { this->SetErrorCode(vtkErrorCode::UnknownError); });
-}
-
-vtkTypeBool vtkKdStoreWriter::ProcessRequest(
-  vtkInformation* request, vtkInformationVector** inputVector, vtkInformationVector* outputVector)
-{
-  if (request->Has(vtkStreamingDemandDrivenPipeline::REQUEST_UPDATE_EXTENT()) && this->IsTogether())
-  {
-    AskForPieceOfRank(*this->Controller, *this, *inputVector[0]->GetInformationObject(0));
-  }
-  return this->Superclass::ProcessRequest(request, inputVector, outputVector);
+  return RankPipeline::Make(
+    this->Controller, [this] { this->SetErrorCode(vtkErrorCode::UnknownError); });
 }
 
 void vtkKdStoreWriter::PrintSelf(ostream& os, vtkIndent indent)

@@ -15,9 +15,12 @@
  * listed in a warning.
  *
  * Several processes (Controller) write one store together: all of them call Write, with what each
- * has of the mesh, and process 0 builds the store of all these parts, one process's after the
- * other's. It alone writes, by its FileName and members, and needs memory for all of the mesh,
- * some 350 bytes a point (kdstream-build-mpi does not). Sources that give pieces, as
+ * has of the mesh, and build the store of all these parts, one process's after the other's, as
+ * kdstream-build-mpi does: none holds the whole mesh. A process needs some 250 bytes for each point
+ * of its own part while they agree on one mesh; then it takes at most its share of three quarters
+ * of what its machine has free, at least 64 MiB, and files of three to four times its part, beside
+ * the store or, where that folder is not there, in the system's for temporary files. Process 0
+ * writes, by its FileName and members. Sources that give pieces, as
  * vtkKdStoreReader does, are asked for the process's own; what others have is what this process
  * has, and where that is the same mesh everywhere, process 0 warns. A process that has nothing of
  * the mesh sets an empty vtkPolyData. An error of one process is an error of all, that of its input
@@ -26,15 +29,16 @@
  *
  * The store appears whole or not at all. It depends on input and members alone, not on backend and
  * threads of vtkSMPTools. Errors: no points; a coordinate that is not finite; what the file system
- * refuses; arrays whose names no store can hold; GetErrorCode is then OutOfDiskSpaceError (the
- * disk, a quota, the longest file that is allowed), CannotOpenFileError, NoFileNameError, or
- * UnknownError. Aborting leaves no file.
+ * refuses; arrays whose names no store can hold; on several processes, less memory than a partition
+ * needs; GetErrorCode is then OutOfDiskSpaceError (the disk, a quota, the longest file that is
+ * allowed), CannotOpenFileError, NoFileNameError, or UnknownError. Aborting leaves no file.
  *
  * Of the numbers below, those out of their range are clamped; what is negative where it may not be,
  * or not a number, is refused with an error, and so is a vector that is not finite; the value
  * stays.
  *
- * Complexity: O(n log n + t log t) for n points and t triangles; about 190 bytes a point.
+ * Complexity: O(n log n + t log t) for n points and t triangles; about 190 bytes a point on one
+ * process.
  *
  * Source: sections 4.1 to 4.3 of the paper named in the README; levels by edge collapse are ours.
  *
@@ -175,16 +179,12 @@ protected:
   ~vtkKdStoreWriter() override;
 
   vtkExecutive* CreateDefaultExecutive() override;
-  vtkTypeBool ProcessRequest(vtkInformation* request, vtkInformationVector** inputVector,
-    vtkInformationVector* outputVector) override;
   int FillInputPortInformation(int port, vtkInformation* info) override;
   void WriteData() override;
 
 private:
   vtkKdStoreWriter(const vtkKdStoreWriter&) = delete;
   void operator=(const vtkKdStoreWriter&) = delete;
-
-  bool IsTogether(); // whether several processes write one store
 
   vtkMultiProcessController* Controller = nullptr;
   char* FileName = nullptr;

@@ -2,6 +2,10 @@
 // The MPI job that a program is a rank of, from its first line to its last.
 #pragma once
 
+#include "filters/Parallel/RankMessages.h"
+
+#include <memory>
+
 class vtkMPIController;
 
 namespace kdstream
@@ -16,10 +20,13 @@ public:
   MpiJob(const MpiJob&) = delete;
   MpiJob& operator=(const MpiJob&) = delete;
 
-  vtkMPIController& Controller() { return *this->Ranks; }
+  // All messages of a call of Move are under way at the same time, and a rank that waits for long
+  // leaves its processor to others.
+  RankMessages& Messages() { return *this->OfRanks; }
 
 private:
   vtkMPIController* Ranks;
+  std::unique_ptr<RankMessages> OfRanks;
 };
 
 }

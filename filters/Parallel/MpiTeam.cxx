@@ -33,9 +33,9 @@ auto Together(const Step& step)
 
 }
 
-MpiTeam::MpiTeam(vtkMPIController& controller)
-  : Messages(controller)
-  , Nodes(this->Messages.Count())
+MpiTeam::MpiTeam(RankMessages& messages)
+  : Messages(messages)
+  , Nodes(messages.Count())
 {
 }
 
@@ -252,18 +252,16 @@ void MpiTeam::Swap(const std::vector<std::span<const std::byte>>& out, const Roo
       in[from] = room(from, static_cast<std::size_t>(this->Told(from, 1 + this->Rank())));
     }
   }
-  RankMessages::Requests requests;
+  std::vector<RankMessages::Incoming> incoming;
+  std::vector<RankMessages::Outgoing> outgoing;
   for (std::size_t step = 1; step < ranks; ++step)
   {
     const std::size_t from = (this->Rank() + ranks - step) % ranks;
-    this->Messages.BeginReceive(from, in[from], requests);
-  }
-  for (std::size_t step = 1; step < ranks; ++step)
-  {
     const std::size_t to = (this->Rank() + step) % ranks;
-    this->Messages.BeginSend(to, out[to], requests);
+    incoming.push_back({ from, in[from] });
+    outgoing.push_back({ to, out[to] });
   }
-  this->Messages.WaitFor(requests);
+  this->Messages.Move(outgoing, incoming);
 }
 
 }

@@ -1,12 +1,13 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// The ranks of an MPI job that build one model: what they tell each other, and how an error of one
-// becomes the error of all. For kdstream-build-mpi; no step of building is here.
+// The ranks that build one model: what they tell each other, and how an error of one becomes the
+// error of all. For kdstream-build-mpi and vtkKdStoreWriter; no step of building is here.
 //
-// A rank is a process of the job. Who has which blocks is NodeShares' matter, how bytes get from
-// one rank to the other RankMessages', and what goes from file to file TeamFiles'. Where a step
-// goes wrong on one rank it leaves by the error, up to the caller, who calls Fail. The others learn
-// it when they next tell each other something: every call agrees first that nobody has failed. What
-// goes wrong while bytes are under way cannot be told any more: that is a BrokenTeam.
+// A rank is a process of an MPI job, or of a vtkMultiProcessController. Who has which blocks is
+// NodeShares' matter, how bytes get from one rank to the other RankMessages', and what goes from
+// file to file TeamFiles'. Where a step goes wrong on one rank it leaves by the error, up to the
+// caller, who calls Fail. The others learn it when they next tell each other something: every call
+// agrees first that nobody has failed. What goes wrong while bytes are under way cannot be told any
+// more: that is a BrokenTeam.
 #pragma once
 
 #include "filters/Parallel/NodeShares.h"
@@ -53,8 +54,8 @@ struct BrokenTeam
 class MpiTeam : public BlockTeam
 {
 public:
-  // REQUIRES: an initialized controller, which outlives the team.
-  explicit MpiTeam(vtkMPIController& controller);
+  // REQUIRES: messages that outlive the team.
+  explicit MpiTeam(RankMessages& messages);
 
   std::size_t Rank() const { return this->Messages.Rank(); }
   std::size_t Count() const { return this->Messages.Count(); }
@@ -182,7 +183,7 @@ private:
   }
   Error ErrorOf(std::size_t rank, const Error* own);
 
-  RankMessages Messages;
+  RankMessages& Messages;
   NodeShares Nodes;
   std::optional<Error> Failed;
   std::vector<std::uint64_t> AllTold; // of each rank whether it has failed, and numbers

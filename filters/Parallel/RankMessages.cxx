@@ -1,19 +1,15 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "filters/Parallel/RankMessages.h"
 
-#include <vtkMPIController.h>
+#include <vtkMultiProcessController.h>
 
 #include <bit>
-#include <chrono>
-#include <thread>
+#include <tuple>
 
 namespace kdstream
 {
 namespace
 {
-
-constexpr std::size_t bytesAtOnce = std::size_t{ 1 } << 30; // MPI counts in int
-constexpr int tag = 1;
 
 const unsigned char* Data(std::span<const std::byte> bytes)
 {
@@ -26,65 +22,73 @@ unsigned char* Data(std::span<std::byte> bytes)
 
 }
 
-RankMessages::RankMessages(vtkMPIController& controller)
+RankMessages::RankMessages(vtkMultiProcessController& controller)
   : Controller(controller)
   , Mine(static_cast<std::size_t>(controller.GetLocalProcessId()))
   , Ranks(static_cast<std::size_t>(controller.GetNumberOfProcesses()))
 {
 }
 
-void RankMessages::BeginSend(std::size_t rank, std::span<const std::byte> bytes, Requests& requests)
+// The pairs in ascending order, and in a pair the lower rank sends first: of all messages that are
+// waited for, that of the first pair can go.
+void RankMessages::Move(std::span<const Outgoing> out, std::span<const Incoming> in)
 {
-  for (std::size_t at = 0; at < bytes.size(); at += bytesAtOnce)
+  struct Step
   {
-    const auto part = bytes.subspan(at, std::min(bytesAtOnce, bytes.size() - at));
-    this->Controller.NoBlockSend(Data(part), static_cast<int>(part.size()), static_cast<int>(rank),
-      tag, requests.emplace_back());
+    std::size_t other, index;
+    bool sends;
+  };
+  std::vector<Step> steps;
+  for (std::size_t i = 0; i < out.size(); ++i)
+  {
+    steps.push_back({ out[i].to, i, true });
   }
-}
-
-void RankMessages::BeginReceive(std::size_t rank, std::span<std::byte> bytes, Requests& requests)
-{
-  for (std::size_t at = 0; at < bytes.size(); at += bytesAtOnce)
+  for (std::size_t i = 0; i < in.size(); ++i)
   {
-    const auto part = bytes.subspan(at, std::min(bytesAtOnce, bytes.size() - at));
-    this->Controller.NoBlockReceive(Data(part), static_cast<int>(part.size()),
-      static_cast<int>(rank), tag, requests.emplace_back());
+    steps.push_back({ in[i].from, i, false });
   }
-}
-
-// MPI waits by asking all the time; a rank that waits for long leaves its processor to others.
-void RankMessages::WaitFor(Requests& requests)
-{
-  using Clock = std::chrono::steady_clock;
-  constexpr std::chrono::microseconds atOnce(30), mostAsleep(200);
-  const Clock::time_point begin = Clock::now();
-  std::chrono::microseconds asleep(10);
-  for (vtkMPICommunicator::Request& request : requests)
+  const auto order = [this](const Step& step)
   {
-    while (!request.Test())
+    const bool isLower = this->Mine < step.other;
+    return std::tuple(std::min(this->Mine, step.other), std::max(this->Mine, step.other),
+      step.sends == isLower ? 0 : 1);
+  };
+  std::sort(
+    steps.begin(), steps.end(), [&](const Step& a, const Step& b) { return order(a) < order(b); });
+  for (const Step& step : steps)
+  {
+    const int other = static_cast<int>(step.other);
+    if (step.sends)
     {
-      if (Clock::now() - begin > atOnce)
-      {
-        std::this_thread::sleep_for(asleep);
-        asleep = std::min(2 * asleep, mostAsleep);
-      }
+      ForEachMessage(out[step.index].bytes,
+        [&](std::span<const std::byte> part)
+        {
+          this->Controller.Send(
+            Data(part), static_cast<vtkIdType>(part.size()), other, messageTagOfTeam);
+        });
+    }
+    else
+    {
+      ForEachMessage(in[step.index].bytes,
+        [&](std::span<std::byte> part)
+        {
+          this->Controller.Receive(
+            Data(part), static_cast<vtkIdType>(part.size()), other, messageTagOfTeam);
+        });
     }
   }
 }
 
 void RankMessages::Send(std::size_t rank, std::span<const std::byte> bytes)
 {
-  Requests requests;
-  this->BeginSend(rank, bytes, requests);
-  this->WaitFor(requests);
+  const Outgoing out[] = { { rank, bytes } };
+  this->Move(out, {});
 }
 
 void RankMessages::Receive(std::size_t rank, std::span<std::byte> bytes)
 {
-  Requests requests;
-  this->BeginReceive(rank, bytes, requests);
-  this->WaitFor(requests);
+  const Incoming in[] = { { rank, bytes } };
+  this->Move({}, in);
 }
 
 // Each rank passes on what it knows, twice as much from step to step (Bruck's gathering).
@@ -96,12 +100,11 @@ std::vector<std::uint64_t> RankMessages::TellAll(std::span<const std::uint64_t> 
   for (std::size_t distance = 1; distance < this->Ranks; distance *= 2)
   {
     const std::size_t count = each * std::min(distance, this->Ranks - distance);
-    Requests requests;
-    this->BeginReceive((this->Mine + distance) % this->Ranks,
-      std::as_writable_bytes(std::span(known).subspan(each * distance, count)), requests);
-    this->BeginSend((this->Mine + this->Ranks - distance) % this->Ranks,
-      std::as_bytes(std::span(known).first(count)), requests);
-    this->WaitFor(requests);
+    const Outgoing out[] = { { (this->Mine + this->Ranks - distance) % this->Ranks,
+      std::as_bytes(std::span(known).first(count)) } };
+    const Incoming in[] = { { (this->Mine + distance) % this->Ranks,
+      std::as_writable_bytes(std::span(known).subspan(each * distance, count)) } };
+    this->Move(out, in);
   }
   std::rotate(known.begin(),
     known.begin() + std::ptrdiff_t((this->Ranks - this->Mine) % this->Ranks * each), known.end());

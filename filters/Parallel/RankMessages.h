@@ -1,10 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Bytes between the ranks of an MPI job, on VTK's controller: what MpiTeam is made of.
+// Bytes between the processes of a vtkMultiProcessController, the ranks: what MpiTeam is made of.
 //
 // The functions say nothing of errors: a rank calls them when it knows that the others do, too.
 #pragma once
-
-#include <vtkMPICommunicator.h>
 
 #include <algorithm>
 #include <cstddef>
@@ -13,7 +11,7 @@
 #include <string>
 #include <vector>
 
-class vtkMPIController;
+class vtkMultiProcessController;
 
 namespace kdstream
 {
@@ -21,19 +19,30 @@ namespace kdstream
 class RankMessages
 {
 public:
-  // What has begun and is not yet known to have ended.
-  using Requests = std::vector<vtkMPICommunicator::Request>;
+  struct Outgoing
+  {
+    std::size_t to;
+    std::span<const std::byte> bytes;
+  };
+  struct Incoming
+  {
+    std::size_t from;
+    std::span<std::byte> bytes;
+  };
 
   // REQUIRES: an initialized controller, which outlives this.
-  explicit RankMessages(vtkMPIController& controller);
+  explicit RankMessages(vtkMultiProcessController& controller);
+  RankMessages(const RankMessages&) = delete;
+  RankMessages& operator=(const RankMessages&) = delete;
+  virtual ~RankMessages() = default;
 
   std::size_t Rank() const { return this->Mine; }
   std::size_t Count() const { return this->Ranks; }
 
-  // Between two ranks. Bytes must stay where they are until WaitFor has returned.
-  void BeginSend(std::size_t rank, std::span<const std::byte> bytes, Requests& requests);
-  void BeginReceive(std::size_t rank, std::span<std::byte> bytes, Requests& requests);
-  void WaitFor(Requests& requests);
+  // Sends and receives, at most one message to and one from each other rank. The others make the
+  // calls that these messages belong to in the same order. Here pair of ranks by pair, in an order
+  // that all have, as any controller can.
+  virtual void Move(std::span<const Outgoing> out, std::span<const Incoming> in);
   void Send(std::size_t rank, std::span<const std::byte> bytes);
   void Receive(std::size_t rank, std::span<std::byte> bytes);
 
@@ -71,8 +80,23 @@ public:
     std::span<const std::size_t> lengths);
 
 private:
-  vtkMPIController& Controller;
+  vtkMultiProcessController& Controller;
   const std::size_t Mine, Ranks;
 };
+
+// MPI counts bytes in int: calls visit(part) for parts of 1 GiB.
+template <class Byte, class Visit>
+void ForEachMessage(std::span<Byte> bytes, const Visit& visit)
+{
+  constexpr std::size_t most = std::size_t{ 1 } << 30;
+  for (std::size_t at = 0; at < bytes.size(); at += most)
+  {
+    visit(bytes.subspan(at, std::min(most, bytes.size() - at)));
+  }
+}
+
+// The tag of all these messages: another than RankGroup's, whose messages the same ranks send.
+inline constexpr int messageTagOfTeam = 8108;
+static_assert(messageTagOfTeam <= 32767, "MPI promises no greater tags (MPI_TAG_UB)");
 
 }

@@ -4,6 +4,7 @@
 #include "filters/Parallel/TeamBuilder.h"
 
 #include "filters/Parallel/RankAgreement.h"
+#include "filters/Parallel/ShareDigest.h"
 #include "filters/Parallel/ShareReader.h"
 #include "filters/Parallel/TeamFaces.h"
 #include "filters/Parallel/TeamLevels.h"
@@ -55,15 +56,22 @@ Result<bool> AnyNegativeZero(const VertexFiles& vertices)
 
 const std::string ignoredMark = "ignored ";
 
+// A file that all ranks can read, or this rank's share of a mesh in memory.
+struct TeamInput
+{
+  std::filesystem::path file;
+  std::optional<Mesh> share;
+};
+
 class TeamBuilder
 {
 public:
-  TeamBuilder(MpiTeam& team, SpillFolder folder, const std::filesystem::path& input,
+  TeamBuilder(MpiTeam& team, SpillFolder folder, TeamInput input,
     const std::filesystem::path& store, const BuildOptions& options, const Execution& execution,
     std::uint64_t stepMemory)
     : Team(team)
     , Files(std::move(folder))
-    , Input(input)
+    , Input(std::move(input))
     , Store(store)
     , Options(options)
     , Exec(execution)
@@ -75,11 +83,7 @@ public:
 
   Result<BuildReport> Build()
   {
-    if (this->Team.IsFirst())
-    {
-      this->Digest.emplace(FilesOfInput(this->Input, this->Options));
-    }
-    KDSTREAM_TRY(this->Read());
+    KDSTREAM_TRY(this->Input.share ? this->TakeShare() : this->Read());
     KDSTREAM_TRY(this->MakeTree());
     KDSTREAM_TRY(this->MakeFaces());
     KDSTREAM_TRY(this->MakeLevels());
@@ -94,9 +98,25 @@ public:
   }
 
 private:
+  // This rank's share of a mesh in memory; vertices welded.
+  Status TakeShare()
+  {
+    KDSTREAM_TRY(Take(DigestOfShares(this->Team, *this->Input.share), this->DigestOfShare));
+    KDSTREAM_TRY(Take(SpillMesh(this->Files, *this->Input.share), this->Share));
+    MeshFileInfo info;
+    info.scalarType = this->Input.share->scalarType;
+    this->Input.share.reset();
+    this->Clock.Finish("read");
+    return this->WeldShares(info);
+  }
+
   // This rank's share of the file; vertices welded.
   Status Read()
   {
+    if (this->Team.IsFirst())
+    {
+      this->Digest.emplace(FilesOfInput(this->Input.file, this->Options));
+    }
     MeshFileInfo info;
     Result<bool> read = this->ReadShare(true, info);
     if (read && !*read)
@@ -113,7 +133,7 @@ private:
   Result<bool> ReadShare(bool seek, MeshFileInfo& info)
   {
     Result<std::unique_ptr<MeshReader>> reader =
-      MeshReader::Open(this->Input, this->Exec, this->Files.Path());
+      MeshReader::Open(this->Input.file, this->Exec, this->Files.Path());
     KDSTREAM_TRY(reader);
     KDSTREAM_TRY(AgreeOnHeader(this->Team, (*reader)->Info()));
     KDSTREAM_TRY(CheckClaimedPartitions(**reader, this->Options, false));
@@ -294,7 +314,7 @@ private:
     facts.attributes = this->Mesh.attributes;
     BuildOptions used = this->Options;
     used.weld = this->Weld;
-    return DescribeModel(used, facts, InputNameOf(this->Input, this->Options));
+    return DescribeModel(used, facts, InputNameOf(this->Input.file, this->Options));
   }
 
   Status WriteStore()
@@ -302,6 +322,7 @@ private:
     KDSTREAM_TRY(Take(
       DeviationsOfLevels(this->Levels, this->Mesh.depths, &this->Team), this->Facts.deviations));
     ModelDescription description = this->Describe();
+    description.inputDigest = this->DigestOfShare;
     if (this->Digest)
     {
       KDSTREAM_TRY(Take(this->Digest->Take(), description.inputDigest));
@@ -363,7 +384,8 @@ private:
 
   MpiTeam& Team;
   SpillFolder Files;
-  const std::filesystem::path Input, Store;
+  TeamInput Input;
+  const std::filesystem::path Store;
   const BuildOptions& Options;
   const Execution& Exec;
   std::uint64_t Memory;
@@ -378,7 +400,8 @@ private:
   ModelFacts Facts;
   std::uint64_t Triangles = 0; // of all ranks
   bool Weld = true;
-  std::optional<InputDigest> Digest; // of the rank that writes the store
+  std::optional<InputDigest> Digest; // of the rank that writes the store, of a file
+  std::string DigestOfShare;         // the same, of what ranks have in memory
   BuildReport Report;
 };
 
@@ -403,12 +426,14 @@ Status CheckOptions(const BuildOptions& options)
   return {};
 }
 
-Result<BuildReport> BuildHere(MpiTeam& team, const std::filesystem::path& input,
-  const std::filesystem::path& store, const BuildOptions& options, const Execution& execution,
-  std::uint64_t stepMemory)
+Result<BuildReport> BuildHere(MpiTeam& team, TeamInput input, const std::filesystem::path& store,
+  const BuildOptions& options, const Execution& execution, std::uint64_t stepMemory)
 {
   KDSTREAM_TRY(CheckOptions(options));
-  KDSTREAM_TRY(AgreeOnInput(team, input));
+  if (!input.share)
+  {
+    KDSTREAM_TRY(AgreeOnInput(team, input.file));
+  }
   // Where nodes are split and blocks end must be the same on all ranks: the smallest limit decides.
   const Result<std::uint64_t> smallest = team.Most(~options.memory);
   KDSTREAM_TRY(smallest);
@@ -419,7 +444,33 @@ Result<BuildReport> BuildHere(MpiTeam& team, const std::filesystem::path& input,
   RemoveDeadFolders(parent);
   Result<SpillFolder> folder = SpillFolder::Create(parent);
   KDSTREAM_TRY(folder);
-  return TeamBuilder(team, std::move(*folder), input, store, options, execution, memory).Build();
+  return TeamBuilder(team, std::move(*folder), std::move(input), store, options, execution, memory)
+    .Build();
+}
+
+// The same; what goes wrong is told to the others, who wait.
+Result<BuildReport> Build(MpiTeam& team, TeamInput input, const std::filesystem::path& store,
+  const BuildOptions& options, const Execution& execution, std::uint64_t stepMemory)
+{
+  const std::string file = input.file.string();
+  Result<BuildReport> report = Error{};
+  try
+  {
+    report = BuildHere(team, std::move(input), store, options, execution, stepMemory);
+  }
+  catch (const BrokenTeam&)
+  {
+    throw;
+  }
+  catch (...)
+  {
+    report = CaughtError();
+  }
+  if (!report && !file.empty()) // a rank may have the input by another path
+  {
+    report = OfFile(file, std::move(report)).GetError();
+  }
+  return report ? std::move(report) : team.Fail(report.GetError());
 }
 
 }
@@ -428,22 +479,22 @@ Result<BuildReport> BuildStoreTogether(MpiTeam& team, const std::filesystem::pat
   const std::filesystem::path& store, const BuildOptions& options, const Execution& execution,
   std::uint64_t stepMemory)
 {
-  Result<BuildReport> report = Error{};
+  return Build(team, { input, {} }, store, options, execution, stepMemory);
+}
+
+Result<BuildReport> BuildStoreOfShares(vtkMultiProcessController& controller, Mesh share,
+  const std::filesystem::path& store, const BuildOptions& options, const Execution& execution)
+{
+  RankMessages messages(controller);
+  MpiTeam team(messages);
   try
   {
-    report = BuildHere(team, input, store, options, execution, stepMemory);
+    return Build(team, { {}, std::move(share) }, store, options, execution, 0);
   }
-  catch (const BrokenTeam&)
+  catch (const BrokenTeam& broken)
   {
-    throw;
+    return team.NameRank(broken.error);
   }
-  catch (...) // the others wait: they must be told
-  {
-    report = CaughtError();
-  }
-  // A rank may have the input by another path.
-  return report ? std::move(report)
-                : team.Fail(OfFile(input.string(), std::move(report)).GetError());
 }
 
 }

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Step "build" on several ranks: from a mesh file that all of them can read to a store that rank 0
-// writes (doc/decisions/0009-parallel.md).
+// Step "build" on several ranks: from a mesh file that all of them can read, or from what each of
+// them has of a mesh, to a store that rank 0 writes (doc/decisions/0009-parallel.md).
 #pragma once
 
 #include "filters/Parallel/MpiTeam.h"
@@ -8,6 +8,8 @@
 #include "filters/core/Execution.h"
 
 #include <filesystem>
+
+class vtkMultiProcessController;
 
 namespace kdstream
 {
@@ -25,5 +27,14 @@ namespace kdstream
 Result<BuildReport> BuildStoreTogether(MpiTeam& team, const std::filesystem::path& input,
   const std::filesystem::path& store, const BuildOptions& options, const Execution& execution = {},
   std::uint64_t stepMemory = 0);
+
+// The same from a mesh in the ranks' memory: the content is that of BuildStore of the mesh whose
+// points and triangles are those of rank 0, then those of rank 1, …; corners are numbers in it. All
+// ranks have the same arrays and the same scalar type. No rank holds the mesh, nor its levels: its
+// own share only, and that in files beside the store once the build goes on. options.inputName is
+// the name of the input. Called by all processes of the controller, with the same options but
+// memory and temporaryFolder. Errors: as above; one that cannot be told to others ends here only.
+Result<BuildReport> BuildStoreOfShares(vtkMultiProcessController& controller, Mesh share,
+  const std::filesystem::path& store, const BuildOptions& options, const Execution& execution = {});
 
 }

@@ -35,31 +35,16 @@ vtkKdTreePartition::~vtkKdTreePartition()
   this->SetController(nullptr);
 }
 
-bool vtkKdTreePartition::IsTogether()
-{
-  return this->Controller && this->Controller->GetNumberOfProcesses() > 1;
-}
-
 vtkExecutive* vtkKdTreePartition::CreateDefaultExecutive()
 {
-  return RankPipeline::Make([this] { return this->Controller; },
-    [this] { this->SetErrorCode(vtkErrorCode::UnknownError); });
-}
-
-int vtkKdTreePartition::RequestUpdateExtent(
-  vtkInformation*, vtkInformationVector** inputVector, vtkInformationVector*)
-{
-  if (this->IsTogether())
-  {
-    AskForPieceOfRank(*this->Controller, *this, *inputVector[0]->GetInformationObject(0));
-  }
-  return 1;
+  return RankPipeline::Make(
+    this->Controller, [this] { this->SetErrorCode(vtkErrorCode::UnknownError); });
 }
 
 int vtkKdTreePartition::RequestData(
   vtkInformation* request, vtkInformationVector** inputVector, vtkInformationVector* outputVector)
 {
-  if (!this->IsTogether())
+  if (!AreSeveral(this->Controller))
   {
     return this->Superclass::RequestData(request, inputVector, outputVector);
   }

@@ -64,8 +64,6 @@ protected:
   ~vtkKdTreePartition() override;
 
   vtkExecutive* CreateDefaultExecutive() override;
-  int RequestUpdateExtent(vtkInformation* request, vtkInformationVector** inputVector,
-    vtkInformationVector* outputVector) override;
   int RequestData(vtkInformation* request, vtkInformationVector** inputVector,
     vtkInformationVector* outputVector) override;
 
@@ -74,8 +72,6 @@ protected:
 private:
   vtkKdTreePartition(const vtkKdTreePartition&) = delete;
   void operator=(const vtkKdTreePartition&) = delete;
-
-  bool IsTogether(); // whether several processes cut one mesh
 
   vtkMultiProcessController* Controller = nullptr;
 };

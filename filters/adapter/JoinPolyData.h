@@ -16,17 +16,6 @@
 namespace kdstream
 {
 
-// A vtkPolyData that is input, or a block of it.
-struct InputPart
-{
-  vtkPolyData* mesh;
-  std::string name; // for errors: "partition 3", "block 7"; empty: the input itself
-};
-
-// A vtkPolyData, or those of a composite data set that have points. Other blocks must be null or
-// without points. Errors: InvalidInput, naming the block that is no vtkPolyData.
-Result<std::vector<InputPart>> PartsOf(vtkDataObject& input);
-
 // When the input was changed last: a composite data set's own time does not tell of its blocks.
 vtkMTimeType TimeOf(vtkDataObject& input);
 

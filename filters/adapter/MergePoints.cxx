@@ -98,7 +98,7 @@ private:
     std::vector<VertexId> sorted = this->Present();
     std::stable_sort(
       sorted.begin(), sorted.end(), [&](VertexId a, VertexId b) { return ids[a] < ids[b]; });
-    const double most = MostApart(BoxOfPoints(this->Points.places));
+    const double most = MostApart(this->Points.box.value_or(BoxOfPoints(this->Points.places)));
     bool believed = true;
     ForEachRun(
       sorted, [&](VertexId a, VertexId b) { return ids[a] == ids[b]; },

@@ -7,6 +7,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <functional>
+#include <optional>
 #include <vector>
 
 namespace kdstream
@@ -20,6 +21,7 @@ struct PartPoints
   std::vector<bool> isCopy;      // a ghost: another part's point
   std::vector<bool> isPresent;   // all others are dropped, whatever they are
   std::vector<std::int64_t> ids; // global ones; none where a part has none
+  std::optional<Box> box;        // of the whole mesh, where these are some of its points
   // A hash of the values that a point has in all arrays.
   std::function<std::uint64_t(VertexId)> hashOfArrays;
 };

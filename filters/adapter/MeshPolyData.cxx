@@ -18,6 +18,25 @@ namespace kdstream
 namespace
 {
 
+// Calls visit(i) for 0, 1, … count - 1, and asks now and then whether to go on.
+template <class Visit>
+Status ForEach(std::size_t count, const Execution& execution, const Visit& visit)
+{
+  constexpr std::size_t atOnce = std::size_t{ 1 } << 18; // a few milliseconds
+  for (std::size_t begin = 0; begin < count; begin += atOnce)
+  {
+    if (begin > 0)
+    {
+      KDSTREAM_TRY(execution.Report("fill", double(begin) / double(count)));
+    }
+    for (std::size_t i = begin; i < std::min(count, begin + atOnce); ++i)
+    {
+      visit(i);
+    }
+  }
+  return {};
+}
+
 // Cells of `size` corners each.
 void SetCells(std::size_t count, vtkIdType size, vtkIdTypeArray* corners, vtkCellArray& cells)
 {
@@ -33,15 +52,14 @@ void SetCells(std::size_t count, vtkIdType size, vtkIdTypeArray* corners, vtkCel
 }
 
 Status FillPolyData(const Mesh& mesh, std::size_t cloudCells,
-  const std::function<bool(const AttributeInfo&)>& isWanted, vtkPolyData& output)
+  const std::function<bool(const AttributeInfo&)>& isWanted, vtkPolyData& output,
+  const Execution& execution)
 {
   vtkNew<vtkPoints> points;
   points->SetDataType(mesh.scalarType == ScalarType::Float32 ? VTK_FLOAT : VTK_DOUBLE);
   points->SetNumberOfPoints(static_cast<vtkIdType>(mesh.points.size()));
-  for (std::size_t i = 0; i < mesh.points.size(); ++i)
-  {
-    points->SetPoint(static_cast<vtkIdType>(i), mesh.points[i].data());
-  }
+  KDSTREAM_TRY(ForEach(mesh.points.size(), execution,
+    [&](std::size_t i) { points->SetPoint(static_cast<vtkIdType>(i), mesh.points[i].data()); }));
   output.SetPoints(points);
 
   vtkNew<vtkIdTypeArray> corners;
@@ -57,10 +75,9 @@ Status FillPolyData(const Mesh& mesh, std::size_t cloudCells,
   {
     corners->SetNumberOfValues(3 * static_cast<vtkIdType>(mesh.triangles.size()));
     vtkIdType* out = corners->GetPointer(0);
-    for (const Triangle& t : mesh.triangles)
-    {
-      out = std::copy(t.begin(), t.end(), out);
-    }
+    KDSTREAM_TRY(ForEach(mesh.triangles.size(), execution,
+      [&](std::size_t i)
+      { out = std::copy(mesh.triangles[i].begin(), mesh.triangles[i].end(), out); }));
     SetCells(mesh.triangles.size(), 3, corners, *cells);
     output.SetPolys(cells);
   }

@@ -2,6 +2,7 @@
 // A mesh of core's as vtkPolyData: the way back from PolyDataMesh.
 #pragma once
 
+#include "filters/core/Execution.h"
 #include "filters/core/Result.h"
 #include "filters/core/Types.h"
 
@@ -16,9 +17,10 @@ namespace kdstream
 
 // Fills an empty vtkPolyData with the points (float or double, as the mesh's), the triangles, or,
 // of a cloud, a vertex cell for each of its first `cloudCells` points, and the arrays that
-// `isWanted` takes (WriteAttributes). O(size). Errors: those of WriteAttributes, before anything is
-// filled in but points and cells.
+// `isWanted` takes (WriteAttributes). O(size); "fill" is reported every 2^18 points and triangles.
+// Errors: Cancelled; those of WriteAttributes, before anything is filled in but points and cells.
 Status FillPolyData(const Mesh& mesh, std::size_t cloudCells,
-  const std::function<bool(const AttributeInfo&)>& isWanted, vtkPolyData& output);
+  const std::function<bool(const AttributeInfo&)>& isWanted, vtkPolyData& output,
+  const Execution& execution = {});
 
 }

@@ -48,6 +48,17 @@ bool GivePieces(vtkAlgorithm& algorithm)
   return give;
 }
 
+void AskForPiece(
+  vtkMultiProcessController& controller, vtkAlgorithm& algorithm, vtkInformation& input)
+{
+  using Pipeline = vtkStreamingDemandDrivenPipeline;
+  if (input.Get(Pipeline::UPDATE_NUMBER_OF_PIECES()) <= 1 && GivePieces(algorithm))
+  {
+    input.Set(Pipeline::UPDATE_PIECE_NUMBER(), controller.GetLocalProcessId());
+    input.Set(Pipeline::UPDATE_NUMBER_OF_PIECES(), controller.GetNumberOfProcesses());
+  }
+}
+
 // VTK does not ask a source again that has failed, unless it was changed; but its code stays.
 bool HasFailed(vtkAlgorithm& algorithm)
 {
@@ -62,10 +73,10 @@ bool HasFailed(vtkAlgorithm& algorithm)
 vtkStandardNewMacro(RankPipeline);
 
 vtkExecutive* RankPipeline::Make(
-  std::function<vtkMultiProcessController*()> controller, std::function<void()> fail)
+  vtkMultiProcessController* const& controller, std::function<void()> fail)
 {
   RankPipeline* const pipeline = RankPipeline::New();
-  pipeline->Controller = std::move(controller);
+  pipeline->Controller = &controller;
   pipeline->Fail = std::move(fail);
   return pipeline;
 }
@@ -75,12 +86,17 @@ vtkExecutive* RankPipeline::Make(
 // is asked for data.
 int RankPipeline::ForwardUpstream(vtkInformation* request)
 {
-  const int made = this->Superclass::ForwardUpstream(request);
-  vtkMultiProcessController* const controller = this->Controller ? this->Controller() : nullptr;
-  if (!controller || controller->GetNumberOfProcesses() < 2)
+  vtkMultiProcessController* const controller = this->Controller ? *this->Controller : nullptr;
+  if (!AreSeveral(controller))
   {
-    return made;
+    return this->Superclass::ForwardUpstream(request);
   }
+  vtkInformation* const input = this->GetInputInformation(0, 0);
+  if (input && request->Has(REQUEST_UPDATE_EXTENT()))
+  {
+    AskForPiece(*controller, *this->Algorithm, *input);
+  }
+  const int made = this->Superclass::ForwardUpstream(request);
   if (!request->Has(REQUEST_DATA()))
   {
     return request->Has(REQUEST_INFORMATION()) ? 1 : made;
@@ -97,15 +113,9 @@ int RankPipeline::ForwardUpstream(vtkInformation* request)
   return all ? 1 : 0;
 }
 
-void AskForPieceOfRank(
-  vtkMultiProcessController& controller, vtkAlgorithm& algorithm, vtkInformation& input)
+bool AreSeveral(vtkMultiProcessController* controller)
 {
-  using Pipeline = vtkStreamingDemandDrivenPipeline;
-  if (input.Get(Pipeline::UPDATE_NUMBER_OF_PIECES()) <= 1 && GivePieces(algorithm))
-  {
-    input.Set(Pipeline::UPDATE_PIECE_NUMBER(), controller.GetLocalProcessId());
-    input.Set(Pipeline::UPDATE_NUMBER_OF_PIECES(), controller.GetNumberOfProcesses());
-  }
+  return controller && controller->GetNumberOfProcesses() > 1;
 }
 
 }

@@ -1,13 +1,13 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// The pipeline of an algorithm that the processes of a controller execute together: where the input
-// of one could not be made, none executes, so that none waits for those that never come.
+// The pipeline of an algorithm that the processes of a controller execute together. It asks that
+// for this process's piece of the input; where the input of one could not be made, none executes,
+// so that none waits for those that never come.
 #pragma once
 
 #include <vtkCompositeDataPipeline.h>
 
 #include <functional>
 
-class vtkAlgorithm;
 class vtkInformation;
 class vtkMultiProcessController;
 
@@ -20,11 +20,14 @@ public:
   static RankPipeline* New();
   vtkTypeMacro(RankPipeline, vtkCompositeDataPipeline);
 
-  // For CreateDefaultExecutive. controller: the processes; null or one: nothing is agreed on. fail:
-  // is called where the input of any process could not be made, after all have printed that as an
+  // For CreateDefaultExecutive of an algorithm with one input. controller: the algorithm's member;
+  // null or one process: as its superclass. Where all of the input was asked for and all sources
+  // above give pieces (CAN_HANDLE_PIECE_REQUEST), this process's is asked for, of as many as there
+  // are processes; else what others have is what this process has: of a file of its own. fail: is
+  // called where the input of any process could not be made, after all have printed that as an
   // error of their algorithm, which names the process.
   static vtkExecutive* Make(
-    std::function<vtkMultiProcessController*()> controller, std::function<void()> fail);
+    vtkMultiProcessController* const& controller, std::function<void()> fail);
 
 protected:
   RankPipeline() = default;
@@ -37,14 +40,11 @@ private:
   RankPipeline(const RankPipeline&) = delete;
   void operator=(const RankPipeline&) = delete;
 
-  std::function<vtkMultiProcessController*()> Controller;
+  vtkMultiProcessController* const* Controller = nullptr;
   std::function<void()> Fail;
 };
 
-// In REQUEST_UPDATE_EXTENT of an algorithm with one input: asks that for this process's piece, of
-// as many as there are processes, where all of it was asked for and all sources above give pieces
-// (CAN_HANDLE_PIECE_REQUEST). What others have is what this process has: of a file of its own.
-void AskForPieceOfRank(
-  vtkMultiProcessController& controller, vtkAlgorithm& algorithm, vtkInformation& input);
+// Whether there are several processes.
+bool AreSeveral(vtkMultiProcessController* controller);
 
 }

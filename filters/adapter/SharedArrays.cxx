@@ -6,8 +6,10 @@
 
 #include <vtkDataArray.h>
 #include <vtkIdList.h>
+#include <vtkIdTypeArray.h>
 #include <vtkNew.h>
 #include <vtkSmartPointer.h>
+#include <vtkVariant.h>
 
 #include <algorithm>
 
@@ -192,6 +194,20 @@ std::vector<SharedArray> FindSharedArrays(
       });
   }
   return shared;
+}
+
+const SharedArray* FindGlobalIds(std::span<const SharedArray> arrays)
+{
+  const auto found = std::find_if(arrays.begin(), arrays.end(),
+    [](const SharedArray& array) { return array.Is(vtkDataSetAttributes::GLOBALIDS); });
+  return found != arrays.end() ? &*found : nullptr;
+}
+
+std::int64_t IdOf(const SharedArray& ids, TupleOfPart tuple)
+{
+  vtkAbstractArray* const array = ids.ofPart[tuple.part];
+  auto* const plain = vtkIdTypeArray::SafeDownCast(array);
+  return plain ? plain->GetValue(tuple.tuple) : array->GetVariantValue(tuple.tuple).ToTypeInt64();
 }
 
 void RemoveUnusableArrays(

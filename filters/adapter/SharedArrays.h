@@ -45,6 +45,11 @@ vtkUnsignedCharArray* FindGhosts(const PartData& part);
 std::vector<SharedArray> FindSharedArrays(
   std::span<const PartData> parts, const std::string& kind, std::vector<std::string>& leftOut);
 
+// The active global ids; null where there are none.
+const SharedArray* FindGlobalIds(std::span<const SharedArray> arrays);
+// Exact, beyond 2^53 too.
+std::int64_t IdOf(const SharedArray& ids, TupleOfPart tuple);
+
 // Removes the arrays of a wrong length and a vtkGhostType that cannot be used, as FindSharedArrays
 // lists them.
 void RemoveUnusableArrays(

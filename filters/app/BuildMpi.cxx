@@ -235,7 +235,7 @@ int Build(MpiTeam& team, CLI::App& app, int argc, char** argv)
 int main(int argc, char** argv)
 {
   MpiJob job(argc, argv);
-  MpiTeam team(job.Controller());
+  MpiTeam team(job.Messages());
   if (!team.IsFirst()) // one rank speaks for all
   {
     std::cout.setstate(std::ios::failbit);

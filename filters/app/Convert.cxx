@@ -6,6 +6,7 @@
 #include "filters/app/OutputFolders.h"
 #include "filters/app/ReadingOptions.h"
 #include "filters/app/TextureOptions.h"
+#include "filters/build/BuildMemory.h"
 #include "filters/convert/ForeignMesh.h"
 #include "filters/convert/Reconstruct.h"
 #include "filters/core/CaughtError.h"

@@ -5,6 +5,7 @@
 #include "filters/core/levels/LevelAttributes.h"
 
 #include <algorithm>
+#include <fstream>
 #include <string>
 #include <vector>
 
@@ -229,6 +230,29 @@ std::uint64_t EstimateTemporaryBytes(const BlockedSize& mesh, bool soup, ScalarT
 Error BeyondMemory(const std::string& what, std::uint64_t limit)
 {
   return { ErrorCode::LimitExceeded, what + " with " + Mebibytes(limit) + " of memory" };
+}
+
+std::uint64_t FreeMemory()
+{
+  std::uint64_t free = std::uint64_t{ 1 } << 62;
+  std::ifstream machine("/proc/meminfo");
+  for (std::string key, unit; machine >> key;)
+  {
+    std::uint64_t kibibytes = 0;
+    machine >> kibibytes;
+    std::getline(machine, unit);
+    if (key == "MemAvailable:")
+    {
+      free = kibibytes << 10;
+    }
+  }
+  std::uint64_t limit = 0, used = 0;
+  std::ifstream groupLimit("/sys/fs/cgroup/memory.max"), groupUse("/sys/fs/cgroup/memory.current");
+  if (groupLimit >> limit && groupUse >> used && limit > used)
+  {
+    free = std::min(free, limit - used);
+  }
+  return free;
 }
 
 }

@@ -13,6 +13,9 @@
 namespace kdstream
 {
 
+// Memory that is free now, in bytes: the smaller of what the machine and the control group have.
+std::uint64_t FreeMemory();
+
 // What decides how much memory a mesh takes.
 struct MeshSize
 {

@@ -17,52 +17,59 @@
 
 namespace kdstream
 {
+
+struct ByteDigest::Sum
+{
+  std::unique_ptr<XXH3_state_t, XXH_errorcode (*)(XXH3_state_t*)> state{ XXH3_createState(),
+    XXH3_freeState };
+};
+
+ByteDigest::ByteDigest()
+  : Bytes(std::make_unique<Sum>())
+{
+  if (!this->Bytes->state)
+  {
+    throw std::bad_alloc();
+  }
+  XXH3_128bits_reset(this->Bytes->state.get());
+}
+
+ByteDigest::~ByteDigest() = default;
+
+void ByteDigest::Add(std::span<const std::byte> bytes)
+{
+  XXH3_128bits_update(this->Bytes->state.get(), bytes.data(), bytes.size());
+}
+
+void ByteDigest::AddNumber(std::uint64_t number)
+{
+  this->Add(std::as_bytes(std::span(&number, 1)));
+}
+
+std::string ByteDigest::Text() const
+{
+  XXH128_canonical_t bytes; // high half first, as `xxhsum -H2` prints it
+  XXH128_canonicalFromHash(&bytes, XXH3_128bits_digest(this->Bytes->state.get()));
+  std::string text;
+  for (const unsigned char byte : bytes.digest)
+  {
+    text += "0123456789abcdef"[byte >> 4];
+    text += "0123456789abcdef"[byte & 15];
+  }
+  return text;
+}
+
 namespace
 {
 
-class Xxh128
+void AppendNumber(std::uint64_t number, std::vector<std::byte>& bytes)
 {
-public:
-  Xxh128()
-    : State(XXH3_createState(), XXH3_freeState)
-  {
-    if (!this->State)
-    {
-      throw std::bad_alloc();
-    }
-    XXH3_128bits_reset(this->State.get());
-  }
+  const auto more = std::as_bytes(std::span(&number, 1));
+  bytes.insert(bytes.end(), more.begin(), more.end());
+}
 
-  void Add(const void* data, std::size_t bytes)
-  {
-    XXH3_128bits_update(this->State.get(), data, bytes);
-  }
-  template <class Value>
-  void AddAll(std::span<const Value> values)
-  {
-    this->AddNumber(values.size());
-    this->Add(values.data(), values.size_bytes());
-  }
-  void AddNumber(std::uint64_t number) { this->Add(&number, sizeof number); }
-
-  std::string Hexadecimal() const
-  {
-    XXH128_canonical_t bytes; // high half first, as `xxhsum -H2` prints it
-    XXH128_canonicalFromHash(&bytes, XXH3_128bits_digest(this->State.get()));
-    std::string text;
-    for (const unsigned char byte : bytes.digest)
-    {
-      text += "0123456789abcdef"[byte >> 4];
-      text += "0123456789abcdef"[byte & 15];
-    }
-    return text;
-  }
-
-private:
-  std::unique_ptr<XXH3_state_t, XXH_errorcode (*)(XXH3_state_t*)> State;
-};
-
-Status AddFile(const std::filesystem::path& file, const std::atomic<bool>& stops, Xxh128& digest)
+Status AddFile(
+  const std::filesystem::path& file, const std::atomic<bool>& stops, ByteDigest& digest)
 {
   auto source = ByteSource::Open(file);
   KDSTREAM_TRY(source);
@@ -78,7 +85,7 @@ Status AddFile(const std::filesystem::path& file, const std::atomic<bool>& stops
     {
       return {};
     }
-    digest.Add(bytes->data(), bytes->size());
+    digest.Add(std::as_bytes(std::span(*bytes)));
     source->Consume(bytes->size());
   }
 }
@@ -86,12 +93,12 @@ Status AddFile(const std::filesystem::path& file, const std::atomic<bool>& stops
 Result<std::string> DigestOfFiles(
   const std::vector<std::filesystem::path>& files, const std::atomic<bool>& stops)
 {
-  Xxh128 digest;
+  ByteDigest digest;
   for (const std::filesystem::path& file : files)
   {
     KDSTREAM_TRY(OfFile(file.string(), AddFile(file, stops, digest)));
   }
-  return digest.Hexadecimal();
+  return digest.Text();
 }
 
 }
@@ -149,21 +156,40 @@ Result<std::string> InputDigest::Take()
   return std::move(this->Digest);
 }
 
-std::string InputDigestOf(const Mesh& mesh)
+Status ForEachDigested(
+  const Mesh& mesh, const std::function<Status(std::span<const std::byte> head,
+                      std::span<const std::byte> values, std::size_t elementBytes)>& visit)
 {
-  Xxh128 digest;
-  digest.AddNumber(static_cast<std::uint64_t>(mesh.scalarType));
-  digest.AddAll(std::span(mesh.points));
-  digest.AddAll(std::span(mesh.triangles));
+  std::vector<std::byte> head;
+  AppendNumber(static_cast<std::uint64_t>(mesh.scalarType), head);
+  KDSTREAM_TRY(visit(head, std::as_bytes(std::span(mesh.points)), sizeof(Vec3)));
+  KDSTREAM_TRY(visit({}, std::as_bytes(std::span(mesh.triangles)), sizeof(Triangle)));
   for (const Attribute& attribute : mesh.attributes)
   {
-    digest.AddAll(std::span<const char>(attribute.name));
-    digest.AddNumber(static_cast<std::uint64_t>(attribute.type));
-    digest.AddNumber(static_cast<std::uint64_t>(attribute.association));
-    digest.AddNumber(attribute.components);
-    digest.AddAll(std::span(attribute.values));
+    head.clear();
+    AppendNumber(attribute.name.size(), head);
+    const auto name = std::as_bytes(std::span(attribute.name));
+    head.insert(head.end(), name.begin(), name.end());
+    AppendNumber(static_cast<std::uint64_t>(attribute.type), head);
+    AppendNumber(static_cast<std::uint64_t>(attribute.association), head);
+    AppendNumber(attribute.components, head);
+    KDSTREAM_TRY(visit(head, std::as_bytes(std::span(attribute.values)), 1));
   }
-  return digest.Hexadecimal();
+  return {};
+}
+
+std::string InputDigestOf(const Mesh& mesh)
+{
+  ByteDigest digest;
+  (void)ForEachDigested(mesh,
+    [&](std::span<const std::byte> head, std::span<const std::byte> values, std::size_t size)
+    {
+      digest.Add(head);
+      digest.AddNumber(values.size() / size);
+      digest.Add(values);
+      return Status();
+    });
+  return digest.Text();
 }
 
 }

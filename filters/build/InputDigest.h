@@ -8,7 +8,12 @@
 #include "filters/core/Types.h"
 
 #include <atomic>
+#include <cstddef>
+#include <cstdint>
 #include <filesystem>
+#include <functional>
+#include <memory>
+#include <span>
 #include <string>
 #include <thread>
 #include <vector>
@@ -43,7 +48,33 @@ private:
   std::thread Thread;
 };
 
-// Of a mesh that comes from no file: of its coordinates, triangles and arrays.
+// A digest of bytes in memory: XXH3-128.
+class ByteDigest
+{
+public:
+  ByteDigest();
+  ~ByteDigest();
+  ByteDigest(const ByteDigest&) = delete;
+  ByteDigest& operator=(const ByteDigest&) = delete;
+
+  void Add(std::span<const std::byte> bytes);
+  void AddNumber(std::uint64_t number);
+  // As 32 hexadecimal digits.
+  std::string Text() const;
+
+private:
+  struct Sum;
+  std::unique_ptr<Sum> Bytes;
+};
+
+// What the digest of a mesh that comes from no file is made of: calls visit(head, values,
+// elementBytes) for coordinates, triangles, and each array. Head, then the number of elements, then
+// these. Of a part of a mesh, which has the same arrays, heads are those of the whole.
+Status ForEachDigested(
+  const Mesh& mesh, const std::function<Status(std::span<const std::byte> head,
+                      std::span<const std::byte> values, std::size_t elementBytes)>& visit);
+
+// Of a mesh that comes from no file.
 std::string InputDigestOf(const Mesh& mesh);
 
 }

@@ -165,29 +165,6 @@ CLI::Option* AddSizeOption(
     ->type_name("SIZE");
 }
 
-std::uint64_t FreeMemory()
-{
-  std::uint64_t free = std::uint64_t{ 1 } << 62;
-  std::ifstream machine("/proc/meminfo");
-  for (std::string key, unit; machine >> key;)
-  {
-    std::uint64_t kibibytes = 0;
-    machine >> kibibytes;
-    std::getline(machine, unit);
-    if (key == "MemAvailable:")
-    {
-      free = kibibytes << 10;
-    }
-  }
-  std::uint64_t limit = 0, used = 0;
-  std::ifstream groupLimit("/sys/fs/cgroup/memory.max"), groupUse("/sys/fs/cgroup/memory.current");
-  if (groupLimit >> limit && groupUse >> used && limit > used)
-  {
-    free = std::min(free, limit - used);
-  }
-  return free;
-}
-
 Result<std::filesystem::path> CheckOutput(
   const std::string& file, OutputKind kind, std::initializer_list<std::string> inputs)
 {

@@ -52,9 +52,6 @@ Result<std::uint64_t> ParseSize(const std::string& text);
 CLI::Option* AddSizeOption(
   CLI::App& app, const std::string& name, std::uint64_t& bytes, const std::string& help);
 
-// Memory that is free now, in bytes: the smaller of what the machine and the control group have.
-std::uint64_t FreeMemory();
-
 enum class OutputKind
 {
   File,  // a regular file, new or replaced

@@ -315,13 +315,15 @@ int vtkKdStreamActor::RenderOpaqueGeometry(vtkViewport* viewport)
   {
     return 0;
   }
-  if (auto view = ViewOf(*renderer, *this->GetMatrix()))
+  auto view = ViewOf(*renderer, *this->GetMatrix());
+  if (!view) // splats cannot be drawn before they know it
   {
-    auto* const openGl = vtkOpenGLRenderer::SafeDownCast(renderer);
-    view->sight.isLit =
-      this->Property->GetLighting() && (!openGl || openGl->GetLightingComplexity() > 0);
-    this->Stream->Actors().Aim(view->sight);
+    return 0;
   }
+  auto* const openGl = vtkOpenGLRenderer::SafeDownCast(renderer);
+  view->sight.isLit =
+    this->Property->GetLighting() && (!openGl || openGl->GetLightingComplexity() > 0);
+  this->Stream->Actors().Aim(view->sight);
   return this->Superclass::RenderOpaqueGeometry(viewport);
 }
 

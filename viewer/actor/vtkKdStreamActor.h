@@ -19,10 +19,11 @@
  *
  * As a prop it is an assembly of actors in the model's coordinates, which it can be moved, turned
  * and scaled in (of scales that differ along axes the least counts); GetBounds is the box of the
- * whole model from the first time on. Pickers (vtkCellPicker, vtkPropPicker, vtkHardwareSelector)
- * pick what is drawn. Parts are the actor's own: leave them alone. It is added to a renderer: as a
- * part of another vtkAssembly, which draws leaves only, it is not refined. Textures are drawn where
- * the model has them. Lights are the renderer's.
+ * whole model from the first time on; what is scaled to nothing along an axis is not drawn. Pickers
+ * (vtkCellPicker, vtkPropPicker, vtkHardwareSelector) pick what is drawn. Parts are the actor's
+ * own: leave them alone. It is added to a renderer: as a part of another vtkAssembly, which draws
+ * leaves only, it is not refined. Textures are drawn where the model has them. Lights are the
+ * renderer's.
  *
  * One actor is drawn by one renderer at a time: it follows the camera of the last one, whatever its
  * projection is made of: parallel, off axis, explicit matrices, a window centre, transforms. A
@@ -30,9 +31,6 @@
  * need, and all its tiles show the same: take it again until IsComplete. Passes that draw for
  * cameras of their own (shadow maps) draw what the picture shows. Volumes, time steps and sections
  * are not its own.
- *
- * Of the numbers below, those out of their range are clamped; what is negative where it may not be,
- * or not a number, is refused with an error, and the value stays.
  *
  * Errors: vtkErrorMacro names the server or file, GetErrorMessage and GetErrorCode tell the last;
  * there are no bounds then, and nothing is drawn. What cannot be had of a model is told by

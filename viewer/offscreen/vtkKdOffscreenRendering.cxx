@@ -3,6 +3,7 @@
 
 #include "viewer/offscreen/OffscreenWindow.h"
 
+#include <vtkErrorCode.h>
 #include <vtkGenericRenderWindowInteractor.h>
 #include <vtkObjectFactory.h>
 #include <vtkOpenGLRenderWindow.h>
@@ -91,6 +92,7 @@ void vtkKdOffscreenRendering::PrintSelf(ostream& os, vtkIndent indent)
 {
   this->Superclass::PrintSelf(os, indent);
   os << indent << "Backend: " << this->GetBackendAsString() << "\n";
+  os << indent << "ErrorCode: " << vtkErrorCode::GetStringFromErrorCode(this->ErrorCode) << "\n";
 }
 
 const char* vtkKdOffscreenRendering::GetBackendAsString()
@@ -101,6 +103,7 @@ const char* vtkKdOffscreenRendering::GetBackendAsString()
 bool vtkKdOffscreenRendering::SetBackendFromString(const char* name)
 {
   const auto backend = kdstream::ParseWindowBackend(name ? name : "");
+  this->ErrorCode = backend ? vtkErrorCode::NoError : vtkErrorCode::UnknownError;
   if (!backend)
   {
     vtkErrorMacro(<< backend.GetError().message);
@@ -113,6 +116,7 @@ bool vtkKdOffscreenRendering::SetBackendFromString(const char* name)
 vtkSmartPointer<vtkRenderWindow> vtkKdOffscreenRendering::MakeWindow(int width, int height)
 {
   auto window = kdstream::MakeOffscreenWindow(BackendOf(this->Backend), width, height);
+  this->ErrorCode = window ? vtkErrorCode::NoError : vtkErrorCode::UnknownError;
   if (!window)
   {
     vtkErrorMacro(<< window.GetError().message);

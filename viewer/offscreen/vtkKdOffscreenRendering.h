@@ -21,8 +21,8 @@
  * where that was forgotten.
  *
  * Windows are ready for renderers, vtkWindowToImageFilter and passes; SetSize may be called at any
- * time. Edges are smoothed by 4 samples, in windows of vtkRenderWindow::New() by VTK's default. Their interactors (vtkGenericRenderWindowInteractor)
- * have no events: Start() returns at once.
+ * time. Edges are smoothed by 4 samples, in windows of vtkRenderWindow::New() by VTK's default.
+ * Their interactors (vtkGenericRenderWindowInteractor) have no events: Start() returns at once.
  *
  * Cost: the first window of a process opens the library, some 50 ms with Mesa; a change of backend
  * between windows costs about 1 ms. Threads: all windows of a process belong to one thread.
@@ -73,6 +73,12 @@ public:
   vtkSmartPointer<vtkRenderWindow> MakeWindow(int width, int height);
 
   /**
+   * Of the last SetBackendFromString, MakeWindow or UseForAllWindows (vtkErrorCode.h): NoError, or
+   * UnknownError where that was refused.
+   */
+  vtkGetMacro(ErrorCode, unsigned long);
+
+  /**
    * From now on vtkRenderWindow::New() makes such windows, and vtkRenderWindowInteractor::New()
    * interactors without events. False, an error event and no change where nothing can draw here.
    */
@@ -94,6 +100,7 @@ private:
   void operator=(const vtkKdOffscreenRendering&) = delete;
 
   int Backend = Auto;
+  unsigned long ErrorCode = 0; // NoError
 };
 
 #endif

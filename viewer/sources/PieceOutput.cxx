@@ -264,7 +264,7 @@ Status PieceOutput::Fill(Mesh mesh, std::size_t ownPoints, vtkPolyData& output) 
         array.values.begin(), [](std::uint8_t mark) { return mark != 0 ? duplicateCell : 0; });
     }
   }
-  return FillPolyData(mesh, cells, this->IsWanted, output);
+  return FillPolyData(mesh, cells, this->IsWanted, output, this->Runs);
 }
 
 // Of the chosen partitions those of this share, and what of the others is around them.

@@ -6,13 +6,11 @@
 // error of all; with "breaks" that one without memory for what comes does not wait: exit code 3.
 #include "Testing/Fixtures/Attributes.h"
 #include "Testing/Fixtures/Meshes.h"
+#include "filters/Parallel/MpiJob.h"
 #include "filters/Parallel/MpiTeam.h"
 #include "filters/Parallel/TeamBuilder.h"
 #include "filters/build/Builder.h"
 #include "filters/meshio/MeshWriter.h"
-
-#include <vtkMPIController.h>
-#include <vtkNew.h>
 
 #include <cstdlib>
 #include <fstream>
@@ -203,9 +201,8 @@ int BreakTeam(MpiTeam& team)
 
 int main(int argc, char** argv)
 {
-  vtkNew<vtkMPIController> controller;
-  controller->Initialize(&argc, &argv);
-  MpiTeam team(*controller);
+  MpiJob job(argc, argv);
+  MpiTeam team(job.Messages());
   const std::filesystem::path folder = argc > 1 ? argv[1] : ".";
   if (argc > 2 && std::string_view(argv[2]) == "breaks")
   {
@@ -213,9 +210,7 @@ int main(int argc, char** argv)
   }
   if (argc > 2)
   {
-    const bool heard = AllHearOfAnException(team, folder);
-    controller->Finalize();
-    return heard ? 0 : 1;
+    return AllHearOfAnException(team, folder) ? 0 : 1;
   }
   Comparison comparison(team, folder);
   std::vector<NamedMesh> meshes = AllMeshes();
@@ -235,6 +230,5 @@ int main(int argc, char** argv)
   // Levels below S that are too large for memory.
   comparison.Check({ "large cloud", Shuffled(Cloud(6), 3) }, ways[2]);
   comparison.Check({ "large soup", Soup(12000, 8) }, ways[2]);
-  controller->Finalize();
   return comparison.Differs() ? 1 : 0;
 }

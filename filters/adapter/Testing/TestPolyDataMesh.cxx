@@ -2,6 +2,7 @@
 // vtkPolyData -> core's types: order, kinds and orientation of elements; what is refused.
 #include "filters/adapter/PolyDataMesh.h"
 
+#include "filters/adapter/MeshPolyData.h"
 #include "filters/adapter/SmpFor.h"
 #include "filters/adapter/Testing/FilterTools.h"
 #include "filters/adapter/Testing/SmpBackend.h"
@@ -37,6 +38,37 @@ TEST(PolyDataMesh, ElementsOfAllKindsInTheOrderOfCells)
   EXPECT_EQ(elements->cells, (Ids{ 0, 1, 1, 1, 2, 3, 3, 3, 4, 5, 5, 6, 6, 6, 8, 8, 8, 8 }));
   EXPECT_EQ(elements->Triangles().size(), 10U);
   EXPECT_EQ(elements->Triangles()[0], (Triangle{ 0, 1, 8 }));
+}
+
+// Whoever waits for a large mesh can stop it after every 2^18 points or triangles.
+TEST(PolyDataMesh, FillingStopsBetweenItsSteps)
+{
+  Mesh mesh;
+  mesh.points.assign(std::size_t{ 5 } << 17, Vec3{ 1, 2, 3 }); // 2.5 steps
+  mesh.triangles.assign(std::size_t{ 7 } << 17, Triangle{ 0, 1, 2 });
+  int most = 100, reported = 0;
+  Execution execution;
+  execution.progress = [&](std::string_view step, double)
+  {
+    EXPECT_EQ(step, "fill");
+    return ++reported < most;
+  };
+  const auto fill = [&]
+  {
+    reported = 0;
+    const vtkNew<vtkPolyData> output;
+    return FillPolyData(
+      mesh, 0, [](const AttributeInfo&) { return true; }, *output, execution);
+  };
+  EXPECT_TRUE(fill());
+  EXPECT_EQ(reported, 2 + 3);
+  for (most = 1; most <= 5; ++most)
+  {
+    const Status stopped = fill();
+    ASSERT_FALSE(stopped);
+    EXPECT_EQ(stopped.GetError().code, ErrorCode::Cancelled);
+    EXPECT_EQ(reported, most);
+  }
 }
 
 // A seeded star around the origin, in a tilted plane: concave as a rule, its triangles' area

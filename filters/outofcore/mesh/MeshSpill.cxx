@@ -52,36 +52,19 @@ std::vector<AttributeInfo> PointArraysFirst(std::vector<AttributeInfo> attribute
   return attributes;
 }
 
-class Spiller
+// The files, and what is written to them.
+class MeshFiles
 {
 public:
-  Spiller(SpillFolder& folder, MeshReader& reader, std::size_t chunkBytes,
-    const Execution& execution, bool part)
+  explicit MeshFiles(SpillFolder& folder)
     : Folder(folder)
-    , Reader(reader)
-    , ChunkBytes(chunkBytes)
-    , Exec(execution)
-    , Part(part)
   {
   }
 
-  Result<SpilledMesh> Run()
-  {
-    KDSTREAM_TRY(this->Prepare());
-    KDSTREAM_TRY(this->ReadVertices());
-    if (this->Output.vertices.count == 0 && !this->Part)
-    {
-      return Error{ ErrorCode::InvalidInput, "the mesh has no vertices" };
-    }
-    KDSTREAM_TRY(this->ReadTriangles());
-    return std::move(this->Output);
-  }
-
-private:
-  Status Prepare()
+  Status Create(const std::vector<AttributeInfo>& attributes)
   {
     SpilledMesh& output = this->Output;
-    output.attributes = PointArraysFirst(this->Reader.Info().attributes);
+    output.attributes = PointArraysFirst(attributes);
     std::vector<Attribute> none;
     for (const AttributeInfo& attribute : output.attributes)
     {
@@ -109,15 +92,97 @@ private:
     return {};
   }
 
-  std::size_t ElementsOfChunk(std::size_t elementBytes) const
+  Status AddVertices(const Mesh& chunk)
   {
-    return std::max<std::size_t>(1, this->ChunkBytes / elementBytes);
+    SpilledMesh& output = this->Output;
+    std::uint32_t& done = output.vertices.count;
+    if (done + chunk.points.size() >= noVertex)
+    {
+      return TooMany(done + chunk.points.size(), "vertices");
+    }
+    output.scalarType = chunk.scalarType;
+    output.fitFloats =
+      output.fitFloats && std::all_of(chunk.points.begin(), chunk.points.end(), FitsFloats);
+    KDSTREAM_TRY(
+      WriteRecords<Vec3>(output.vertices.points, done, std::span<const Vec3>(chunk.points)));
+    if (output.vertices.tupleBytes > 0)
+    {
+      KDSTREAM_TRY(output.vertices.tuples.Write(std::uint64_t{ done } * output.vertices.tupleBytes,
+        Interleaved(chunk, output.attributes, AttributeAssociation::Point, chunk.points.size())));
+    }
+    done += static_cast<std::uint32_t>(chunk.points.size());
+    return {};
   }
 
+  Status AddTriangles(const Mesh& chunk)
+  {
+    SpilledMesh& output = this->Output;
+    std::uint32_t& done = output.triangleCount;
+    if (done + chunk.triangles.size() >= noVertex)
+    {
+      return TooMany(done + chunk.triangles.size(), "triangles");
+    }
+    this->Numbered.clear();
+    for (const Triangle& corners : chunk.triangles)
+    {
+      this->Numbered.push_back(
+        { corners, done + static_cast<std::uint32_t>(this->Numbered.size()) });
+    }
+    KDSTREAM_TRY(WriteRecords<NumberedTriangle>(
+      output.triangles, done, std::span<const NumberedTriangle>(this->Numbered)));
+    if (output.cellTupleBytes > 0)
+    {
+      KDSTREAM_TRY(output.cellTuples.Write(std::uint64_t{ done } * output.cellTupleBytes,
+        Interleaved(chunk, output.attributes, AttributeAssociation::Cell, chunk.triangles.size())));
+    }
+    done += static_cast<std::uint32_t>(this->Numbered.size());
+    return {};
+  }
+
+  const SpilledMesh& Get() const { return this->Output; }
+  SpilledMesh Take() { return std::move(this->Output); }
+
+private:
   static Error TooMany(std::uint64_t count, const std::string& what)
   {
     return { ErrorCode::LimitExceeded,
       std::to_string(count) + " " + what + "; at most 4294967294 are possible" };
+  }
+
+  SpillFolder& Folder;
+  SpilledMesh Output;
+  std::vector<NumberedTriangle> Numbered; // of a chunk
+};
+
+class Spiller
+{
+public:
+  Spiller(SpillFolder& folder, MeshReader& reader, std::size_t chunkBytes,
+    const Execution& execution, bool part)
+    : Files(folder)
+    , Reader(reader)
+    , ChunkBytes(chunkBytes)
+    , Exec(execution)
+    , Part(part)
+  {
+  }
+
+  Result<SpilledMesh> Run()
+  {
+    KDSTREAM_TRY(this->Files.Create(this->Reader.Info().attributes));
+    KDSTREAM_TRY(this->ReadVertices());
+    if (this->Files.Get().vertices.count == 0 && !this->Part)
+    {
+      return Error{ ErrorCode::InvalidInput, "the mesh has no vertices" };
+    }
+    KDSTREAM_TRY(this->ReadTriangles());
+    return this->Files.Take();
+  }
+
+private:
+  std::size_t ElementsOfChunk(std::size_t elementBytes) const
+  {
+    return std::max<std::size_t>(1, this->ChunkBytes / elementBytes);
   }
 
   Status ReportRead() const
@@ -171,73 +236,24 @@ private:
   Status ReadVertices()
   {
     const std::size_t limit =
-      this->ElementsOfChunk(sizeof(Vec3) + this->Output.vertices.tupleBytes);
+      this->ElementsOfChunk(sizeof(Vec3) + this->Files.Get().vertices.tupleBytes);
     return this->ForEachChunk([&](Mesh& chunk) { return this->Reader.ReadVertices(chunk, limit); },
-      [&](const Mesh& chunk) { return this->WriteVertices(chunk); });
-  }
-
-  Status WriteVertices(const Mesh& chunk)
-  {
-    SpilledMesh& output = this->Output;
-    std::uint32_t& done = output.vertices.count;
-    if (done + chunk.points.size() >= noVertex)
-    {
-      return TooMany(done + chunk.points.size(), "vertices");
-    }
-    output.scalarType = chunk.scalarType;
-    output.fitFloats =
-      output.fitFloats && std::all_of(chunk.points.begin(), chunk.points.end(), FitsFloats);
-    KDSTREAM_TRY(
-      WriteRecords<Vec3>(output.vertices.points, done, std::span<const Vec3>(chunk.points)));
-    if (output.vertices.tupleBytes > 0)
-    {
-      KDSTREAM_TRY(output.vertices.tuples.Write(std::uint64_t{ done } * output.vertices.tupleBytes,
-        Interleaved(chunk, output.attributes, AttributeAssociation::Point, chunk.points.size())));
-    }
-    done += static_cast<std::uint32_t>(chunk.points.size());
-    return {};
+      [&](const Mesh& chunk) { return this->Files.AddVertices(chunk); });
   }
 
   Status ReadTriangles()
   {
     const std::size_t limit =
-      this->ElementsOfChunk(2 * sizeof(NumberedTriangle) + this->Output.cellTupleBytes);
+      this->ElementsOfChunk(2 * sizeof(NumberedTriangle) + this->Files.Get().cellTupleBytes);
     return this->ForEachChunk([&](Mesh& chunk) { return this->Reader.ReadFaces(chunk, limit); },
-      [&](const Mesh& chunk) { return this->WriteTriangles(chunk); });
+      [&](const Mesh& chunk) { return this->Files.AddTriangles(chunk); });
   }
 
-  Status WriteTriangles(const Mesh& chunk)
-  {
-    SpilledMesh& output = this->Output;
-    std::uint32_t& done = output.triangleCount;
-    if (done + chunk.triangles.size() >= noVertex)
-    {
-      return TooMany(done + chunk.triangles.size(), "triangles");
-    }
-    this->Numbered.clear();
-    for (const Triangle& corners : chunk.triangles)
-    {
-      this->Numbered.push_back(
-        { corners, done + static_cast<std::uint32_t>(this->Numbered.size()) });
-    }
-    KDSTREAM_TRY(WriteRecords<NumberedTriangle>(
-      output.triangles, done, std::span<const NumberedTriangle>(this->Numbered)));
-    if (output.cellTupleBytes > 0)
-    {
-      KDSTREAM_TRY(output.cellTuples.Write(std::uint64_t{ done } * output.cellTupleBytes,
-        Interleaved(chunk, output.attributes, AttributeAssociation::Cell, chunk.triangles.size())));
-    }
-    done += static_cast<std::uint32_t>(this->Numbered.size());
-    return {};
-  }
-
-  SpillFolder& Folder;
+  MeshFiles Files;
   MeshReader& Reader;
   std::size_t ChunkBytes;
   const Execution& Exec;
   bool Part;
-  SpilledMesh Output;
-  std::vector<NumberedTriangle> Numbered; // of a chunk
 };
 
 }
@@ -246,6 +262,20 @@ Result<SpilledMesh> SpillMesh(SpillFolder& folder, MeshReader& reader, std::size
   const Execution& execution, bool part)
 {
   return Spiller(folder, reader, chunkBytes, execution, part).Run();
+}
+
+Result<SpilledMesh> SpillMesh(SpillFolder& folder, const Mesh& mesh)
+{
+  std::vector<AttributeInfo> attributes;
+  for (const Attribute& attribute : mesh.attributes)
+  {
+    attributes.push_back(attribute.Info());
+  }
+  MeshFiles files(folder);
+  KDSTREAM_TRY(files.Create(attributes));
+  KDSTREAM_TRY(files.AddVertices(mesh));
+  KDSTREAM_TRY(files.AddTriangles(mesh));
+  return files.Take();
 }
 
 }

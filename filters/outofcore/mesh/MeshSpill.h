@@ -37,4 +37,9 @@ struct SpilledMesh
 Result<SpilledMesh> SpillMesh(SpillFolder& folder, MeshReader& reader, std::size_t chunkBytes,
   const Execution& execution = {}, bool part = false);
 
+// The same of a mesh in memory, or a part of one: with no vertices, or corners that are numbers of
+// vertices elsewhere. Memory: its arrays once more, 16 bytes a triangle. Errors: as above, but
+// those of a reader.
+Result<SpilledMesh> SpillMesh(SpillFolder& folder, const Mesh& mesh);
+
 }

@@ -21,6 +21,7 @@
 #include <algorithm>
 #include <cstring>
 #include <fstream>
+#include <functional>
 #include <iostream>
 #include <iterator>
 #include <limits>
@@ -629,6 +630,131 @@ void CompareStores(const std::string& folder, vtkMPIController* controller)
   }
 }
 
+using Parts = std::vector<PolyData>;
+using SetUpWriter = std::function<void(vtkKdStoreWriter&)>;
+
+// The store of what the ranks have is that of all their parts on one process, to the byte.
+void CompareStoreOfParts(const std::string& what, const std::string& folder,
+  vtkMPIController* controller, const std::vector<Parts>& ofRanks, const SetUpWriter& setUp = {})
+{
+  const auto blocksOf = [](const std::vector<Parts>& all)
+  {
+    auto blocks = vtkSmartPointer<vtkPartitionedDataSet>::New();
+    for (const Parts& parts : all)
+    {
+      for (const PolyData& part : parts)
+      {
+        blocks->SetPartition(blocks->GetNumberOfPartitions(), part);
+      }
+    }
+    return blocks;
+  };
+  const auto write = [&](vtkDataObject* input, const std::string& file, bool alone)
+  {
+    vtkNew<vtkKdStoreWriter> writer;
+    if (alone)
+    {
+      writer->SetController(nullptr);
+    }
+    writer->SetInputDataObject(input);
+    writer->SetVerticesPerPartition(50);
+    if (setUp)
+    {
+      setUp(*writer);
+    }
+    writer->SetFileName(file.c_str());
+    const FilterObserver heard(writer);
+    Expect(writer->Write() == 1, what + ": no " + file + ": " + heard.error);
+  };
+  const std::string together = folder + "/model.kds", one = folder + "/one/model.kds";
+  write(blocksOf({ ofRanks[static_cast<std::size_t>(rank)] }), together, false);
+  controller->Barrier();
+  if (rank == 0)
+  {
+    write(blocksOf(ofRanks), one, true);
+    const std::string content = ContentOf(together);
+    Expect(content.size() > 1000 && content == ContentOf(one), what + ": the stores differ");
+  }
+  controller->Barrier();
+}
+
+std::vector<Parts> SharesOf(vtkPolyData* whole, const Sharing& sharing)
+{
+  std::vector<Parts> shares;
+  for (int each = 0; each < ranks; ++each)
+  {
+    shares.push_back({ ShareOf(whole, each, sharing) });
+  }
+  return shares;
+}
+
+// Two of each rank, with ghosts.
+std::vector<Parts> BlocksOf(vtkPolyData* whole)
+{
+  std::vector<Parts> blocks;
+  for (int each = 0; each < ranks; ++each)
+  {
+    blocks.push_back({ ShareOf(whole, 2 * each, { true, -1, 2 * ranks }),
+      ShareOf(whole, 2 * each + 1, { true, -1, 2 * ranks }) });
+  }
+  return blocks;
+}
+
+PolyData WithIds(PolyData mesh)
+{
+  AddGlobalIds(mesh);
+  return mesh;
+}
+
+void CompareStoresOfParts(const std::string& folder, vtkMPIController* controller)
+{
+  const auto compare =
+    [&](const std::string& what, const std::vector<Parts>& parts, const SetUpWriter& setUp = {})
+  { CompareStoreOfParts(what, folder, controller, parts, setUp); };
+  const auto keepAll = [](vtkKdStoreWriter& writer)
+  {
+    writer.WeldOff();
+    writer.SetGridBits(0);
+  };
+  compare("in turn", SharesOf(MakeSphere(40), {}));
+  compare("without welding", SharesOf(MakeSphere(40, VTK_DOUBLE), {}), keepAll);
+  compare("by ids", SharesOf(WithIds(MakeSphere(40)), {}), keepAll);
+  compare("ghosts with ids", SharesOf(WithIds(MakeSphere(40)), { true }), keepAll);
+  compare("ghosts without ids", SharesOf(MakeSphere(40), { true }), keepAll);
+  compare("blocks with ids", BlocksOf(WithIds(MakeSphere(40))), keepAll);
+  compare("blocks without ids", BlocksOf(MakeSphere(40)), keepAll);
+  compare("by place", SharesOf(MakeSphere(40), {}),
+    [&](vtkKdStoreWriter& writer)
+    {
+      keepAll(writer);
+      writer.WeldByPlaceOn();
+    });
+  compare("a rank has nothing", SharesOf(MakePlate(40), { false, 1 }));
+  compare("one rank has all", SharesOf(WithIds(MakeSphere(30)), { false, -1, 1 }), keepAll);
+  compare("cells of all kinds", SharesOf(MakeAllCells(), {}), keepAll);
+  compare("cells of all kinds with ids", SharesOf(WithIds(MakeAllCells()), {}), keepAll);
+  compare("many in one place", SharesOf(WithIds(MakeRepeatedPoint(30)), {}), keepAll);
+  std::vector<Parts> parts;
+  for (int each = 0; each < ranks; ++each)
+  {
+    parts.push_back({ WithIds(MakeSphere(20 + each)), WithIds(MakePlate(10 + each)) });
+  }
+  compare("ids that each part counts", parts, keepAll);
+  parts.back()[0] = MakeSphere(20, VTK_DOUBLE);
+  parts.back()[0]->GetPointData()->Initialize();
+  compare("arrays and types that not all have", parts, keepAll);
+  for (Parts& each : parts)
+  {
+    for (const PolyData& part : each)
+    {
+      vtkNew<vtkCellArray> none;
+      part->SetPolys(none);
+      part->GetCellData()->Initialize();
+    }
+  }
+  compare("a cloud", parts, keepAll);
+}
+
 // Gives the piece that it is asked for, as vtkKdStoreReader does.
 class PieceSource : public vtkPolyDataAlgorithm
 {
@@ -846,6 +972,10 @@ void Run(const std::string& name, const std::string& folder, const char* file,
   else if (name == "store")
   {
     CompareStores(folder, controller);
+  }
+  else if (name == "parts")
+  {
+    CompareStoresOfParts(folder, controller);
   }
   else if (name == "file")
   {

@@ -92,6 +92,11 @@ TEST_P(RankPipelines, TheStoreIsThatOfOneProcess)
   this->Expect({ "store" });
 }
 
+TEST_P(RankPipelines, TheStoreIsThatOfAllParts)
+{
+  this->Expect({ "parts" });
+}
+
 TEST_P(RankPipelines, TheDragon)
 {
   if (this->GetParam() == 3)

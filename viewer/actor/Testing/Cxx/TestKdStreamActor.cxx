@@ -3,6 +3,7 @@
 // time, picks, pictures. Needs an X server.
 #include "Testing/Fixtures/Meshes.h"
 #include "Testing/Fixtures/TemporaryFolder.h"
+#include "filters/adapter/Testing/ReportedErrors.h"
 #include "filters/build/Builder.h"
 #include "filters/codec/TextureTile.h"
 #include "filters/texture/WritePicture.h"
@@ -25,8 +26,8 @@
 #include <vtkProp3DCollection.h>
 #include <vtkProperty.h>
 #include <vtkRenderWindow.h>
+#include <vtkRenderWindowInteractor.h>
 #include <vtkRenderer.h>
-#include <vtkTestErrorObserver.h>
 #include <vtkTexture.h>
 #include <vtkUnsignedCharArray.h>
 
@@ -197,6 +198,42 @@ TEST_F(TestKdStreamActor, IdleTimeRefinesUntilAllIsThere)
   EXPECT_EQ(clock.ids.size(), timers);
 }
 
+// The same in the loop of the interactor that VTK makes for a window.
+TEST_F(TestKdStreamActor, APlainInteractorsLoopRefinesUntilAllIsThere)
+{
+  struct Watch
+  {
+    vtkKdStreamActor& actor;
+    vtkRenderWindowInteractor& interactor;
+    std::chrono::steady_clock::time_point end;
+    int timers = 0;
+    void OnTimer() // also of the guard below
+    {
+      ++this->timers;
+      if (this->actor.IsComplete() || std::chrono::steady_clock::now() > this->end)
+      {
+        this->interactor.TerminateApp();
+      }
+    }
+  };
+  const auto interactor = vtkSmartPointer<vtkRenderWindowInteractor>::New();
+  ASSERT_STRNE(interactor->GetClassName(), "vtkGenericRenderWindowInteractor");
+  interactor->SetRenderWindow(this->Window);
+  this->Actor->SetSecondsPerFrame(0);
+  this->Window->Render();
+  const vtkIdType preview = this->Actor->GetNumberOfDrawnTriangles();
+  ASSERT_FALSE(this->Actor->IsComplete());
+  interactor->Initialize();
+  interactor->CreateRepeatingTimer(500); // so that the loop ends, whatever the actor does
+  Watch watch{ *this->Actor, *interactor,
+    std::chrono::steady_clock::now() + std::chrono::seconds(int(deadline)) };
+  interactor->AddObserver(vtkCommand::TimerEvent, &watch, &Watch::OnTimer);
+  interactor->Start();
+  EXPECT_TRUE(this->Actor->IsComplete());
+  EXPECT_GT(this->Actor->GetNumberOfDrawnTriangles(), 2 * preview);
+  EXPECT_GT(watch.timers, 2);
+}
+
 TEST_F(TestKdStreamActor, BoundsAreThoseOfTheWholeModelWhereverItIs)
 {
   double bounds[6];
@@ -306,49 +343,40 @@ TEST_F(TestKdStreamActor, PicturesOfATexturedModelAreOnItsParts)
 
 TEST_F(TestKdStreamActor, NumbersThatAreNoneAreRefused)
 {
-  vtkNew<vtkTest::ErrorObserver> heard;
-  this->Actor->AddObserver(vtkCommand::ErrorEvent, heard);
-  const auto said = [&heard]
-  {
-    const std::string message = heard->GetErrorMessage();
-    heard->Clear();
-    return message;
-  };
+  ReportedErrors heard(*this->Actor);
   const double nan = std::numeric_limits<double>::quiet_NaN();
   this->Actor->SetTolerance(nan);
-  EXPECT_NE(
-    said().find("Tolerance must be from 0.01 to 100, not nan: it stays 1"), std::string::npos);
+  EXPECT_NE(heard.Take().find("Tolerance must be from 0.01 to 100, not nan: it stays 1"),
+    std::string::npos);
   this->Actor->SetSecondsPerFrame(nan);
-  EXPECT_NE(said().find("SecondsPerFrame must be from 0 to 10, not nan"), std::string::npos);
+  EXPECT_NE(heard.Take().find("SecondsPerFrame must be from 0 to 10, not nan"), std::string::npos);
   this->Actor->SetNumberOfTriangles(-1);
-  EXPECT_NE(said().find("NumberOfTriangles must be from 1000 to "), std::string::npos);
+  EXPECT_NE(heard.Take().find("NumberOfTriangles must be from 1000 to "), std::string::npos);
   this->Actor->SetTimeout(-1);
-  EXPECT_NE(said().find("Timeout must be from 1 to 3600, not -1"), std::string::npos);
+  EXPECT_NE(heard.Take().find("Timeout must be from 1 to 3600, not -1"), std::string::npos);
   EXPECT_EQ(this->Actor->GetTolerance(), 1);
   EXPECT_EQ(this->Actor->GetSecondsPerFrame(), 0.02);
   EXPECT_EQ(this->Actor->GetNumberOfTriangles(), 2000000);
   EXPECT_EQ(this->Actor->GetTimeout(), 60);
   this->Actor->SetMemoryLimit(1);
   this->Actor->SetTolerance(1000);
-  EXPECT_EQ(said(), "");
+  EXPECT_EQ(heard.Take(), "");
   EXPECT_EQ(this->Actor->GetMemoryLimit(), vtkTypeUInt64{ 16 } << 20);
   EXPECT_EQ(this->Actor->GetTolerance(), 100);
 }
 
 TEST_F(TestKdStreamActor, ErrorsAreToldOnceAndOpenTriesAnew)
 {
-  vtkNew<vtkTest::ErrorObserver> heard;
-  this->Actor->AddObserver(vtkCommand::ErrorEvent, heard);
+  ReportedErrors heard(*this->Actor);
   const TemporaryFolder folder;
   const std::filesystem::path file = folder / "later.kds";
   this->Actor->SetSource(file.string());
   EXPECT_EQ(this->Actor->GetBounds(), nullptr);
-  EXPECT_TRUE(heard->GetError());
+  EXPECT_NE(heard.Take(), "");
   EXPECT_NE(this->Actor->GetErrorMessage().find("later.kds"), std::string::npos);
   EXPECT_EQ(this->Actor->GetErrorCode(), vtkErrorCode::FileNotFoundError);
-  heard->Clear();
   this->Window->Render();
-  EXPECT_FALSE(heard->GetError());
+  EXPECT_EQ(heard.Take(), "");
   EXPECT_EQ(this->Covered(), 0u);
   std::filesystem::copy(Store(), file);
   EXPECT_TRUE(this->Actor->Open());
@@ -359,7 +387,7 @@ TEST_F(TestKdStreamActor, ErrorsAreToldOnceAndOpenTriesAnew)
   EXPECT_GT(this->Covered(), 1000u);
   this->Actor->SetModelId("cube");
   EXPECT_FALSE(this->Actor->Open());
-  EXPECT_NE(heard->GetErrorMessage().find("there is no model cube, but later"), std::string::npos);
+  EXPECT_NE(heard.Take().find("there is no model cube, but later"), std::string::npos);
   this->Actor->SetSource("");
   EXPECT_FALSE(this->Actor->Open());
   EXPECT_EQ(this->Actor->GetErrorCode(), vtkErrorCode::NoFileNameError);

@@ -4,6 +4,7 @@
 // Needs an X server.
 #include "Testing/Fixtures/Meshes.h"
 #include "Testing/Fixtures/TemporaryFolder.h"
+#include "filters/adapter/Testing/ReportedErrors.h"
 #include "filters/build/Builder.h"
 
 #include <gtest/gtest.h>
@@ -12,9 +13,11 @@
 #include <vtkCamera.h>
 #include <vtkCameraPass.h>
 #include <vtkCommand.h>
+#include <vtkEDLShading.h>
 #include <vtkGenericRenderWindowInteractor.h>
 #include <vtkImageData.h>
 #include <vtkKdStreamActor.h>
+#include <vtkLight.h>
 #include <vtkMath.h>
 #include <vtkMatrix4x4.h>
 #include <vtkNew.h>
@@ -23,11 +26,15 @@
 #include <vtkOpenGLRenderer.h>
 #include <vtkProp3DCollection.h>
 #include <vtkProperty.h>
+#include <vtkRenderPassCollection.h>
 #include <vtkRenderState.h>
+#include <vtkRenderStepsPass.h>
 #include <vtkRenderWindow.h>
 #include <vtkRenderer.h>
+#include <vtkSequencePass.h>
+#include <vtkShadowMapBakerPass.h>
+#include <vtkShadowMapPass.h>
 #include <vtkSmartPointer.h>
-#include <vtkTestErrorObserver.h>
 #include <vtkTransform.h>
 #include <vtkUnsignedCharArray.h>
 #include <vtkWindowToImageFilter.h>
@@ -47,6 +54,7 @@ namespace
 
 using namespace kdstream;
 using fixtures::TemporaryFolder;
+using kdstream::testing::ReportedErrors;
 using Clock = std::chrono::steady_clock;
 
 constexpr double deadline = 60; // seconds, of what takes a few tenths
@@ -170,22 +178,15 @@ TEST_F(TestKdStreamActorViews, AWindowWithoutASizeIsRefinedForTheOneThatItGets)
 TEST_F(TestKdStreamActorViews, RefineNeedsAWindowAndSeconds)
 {
   this->Open(Surface());
-  vtkNew<vtkTest::ErrorObserver> heard;
-  this->Actor->AddObserver(vtkCommand::ErrorEvent, heard);
-  const auto said = [&heard]
-  {
-    const std::string message = heard->GetErrorMessage();
-    heard->Clear();
-    return message;
-  };
+  ReportedErrors heard(*this->Actor);
   for (const double seconds : { nan, -1.0 })
   {
     EXPECT_FALSE(this->Actor->Refine(this->Renderer, seconds));
-    EXPECT_NE(said().find("Refine must have 0 seconds or more, not "), std::string::npos);
+    EXPECT_NE(heard.Take().find("Refine must have 0 seconds or more, not "), std::string::npos);
   }
   vtkNew<vtkRenderer> alone;
   EXPECT_FALSE(this->Actor->Refine(alone, 1));
-  EXPECT_NE(said().find("in a window"), std::string::npos);
+  EXPECT_NE(heard.Take().find("in a window"), std::string::npos);
   EXPECT_FALSE(this->Actor->Refine(nullptr, 1));
   EXPECT_TRUE(this->Actor->Refine(this->Renderer, deadline));
 }
@@ -267,6 +268,44 @@ TEST_F(TestKdStreamActorViews, AllThatACameraIsMadeOfIsFollowed)
   }
 }
 
+// A screen in the world, seen by an eye that is not before its middle.
+TEST_F(TestKdStreamActorViews, AnOffAxisProjectionIsFollowed)
+{
+  for (const std::string& source : { Surface(), Cloud() })
+  {
+    SCOPED_TRACE(source);
+    this->Open(source);
+    this->Camera().UseExplicitProjectionTransformMatrixOff();
+    this->Camera().SetUserViewTransform(nullptr);
+    double eye[] = { 1.5, 0.5, 6 };
+    this->Camera().SetEyePosition(eye);
+    this->Camera().SetEyeSeparation(0);
+    this->Camera().SetScreenBottomLeft(-1.2, -1.2, 0);
+    this->Camera().SetScreenBottomRight(1.2, -1.2, 0);
+    this->Camera().SetScreenTopRight(1.2, 1.2, 0);
+    this->Camera().UseOffAxisProjectionOn();
+    // A slanted view has its matrices, and none of a symmetric one.
+    vtkNew<vtkMatrix4x4> projection, view;
+    projection->DeepCopy(this->Camera().GetProjectionTransformMatrix(1, -1, 1));
+    view->DeepCopy(this->Camera().GetModelViewTransformMatrix());
+    ASSERT_GT(std::abs(projection->GetElement(0, 2)), 0.1);
+    this->ExpectTheSame("off axis, against its matrices",
+      [&]
+      {
+        this->Camera().UseOffAxisProjectionOff();
+        this->Camera().SetExplicitProjectionTransformMatrix(projection);
+        this->Camera().UseExplicitProjectionTransformMatrixOn();
+        vtkNew<vtkMatrix4x4> of;
+        of->DeepCopy(this->Camera().GetModelViewTransformMatrix());
+        of->Invert();
+        vtkMatrix4x4::Multiply4x4(view, of, of);
+        vtkNew<vtkTransform> more;
+        more->SetMatrix(of);
+        this->Camera().SetUserViewTransform(more);
+      });
+  }
+}
+
 TEST_F(TestKdStreamActorViews, AScaledModelLooksAsFromNearer)
 {
   for (const std::string& source : { Surface(), Cloud() })
@@ -284,6 +323,20 @@ TEST_F(TestKdStreamActorViews, AScaledModelLooksAsFromNearer)
           this->Camera().SetClippingRange(scale, 20 * scale);
         });
     }
+  }
+}
+
+TEST_F(TestKdStreamActorViews, WhatIsScaledToNothingIsNotDrawn)
+{
+  for (const std::string& source : { Surface(), Cloud() })
+  {
+    SCOPED_TRACE(source);
+    this->Open(source);
+    this->Actor->SetScale(1, 1, 0);
+    this->Window->Render();
+    EXPECT_EQ(Covered(this->Shown()), 0u);
+    this->Actor->SetScale(1);
+    EXPECT_GT(Covered(this->Picture()), 1000u);
   }
 }
 
@@ -362,6 +415,53 @@ TEST_F(TestKdStreamActorViews, PassesOfOtherCamerasDoNotRefine)
   this->Window->Render();
   EXPECT_TRUE(this->Actor->IsComplete());
   EXPECT_EQ(this->Actor->GetNumberOfDrawnTriangles(), drawn);
+}
+
+// VTK's own: of shadows, whose lamps look from elsewhere; of depths; and what is seen through.
+TEST_F(TestKdStreamActorViews, VtksPassesDrawTheRefinedModel)
+{
+  this->Open(Surface());
+  this->Camera().Zoom(1.5);
+  const std::size_t plain = Covered(this->Picture());
+  const vtkIdType drawn = this->Actor->GetNumberOfDrawnTriangles();
+  const auto expectTheSame = [&](const char* what)
+  {
+    SCOPED_TRACE(what);
+    this->Window->Render();
+    EXPECT_TRUE(this->Actor->IsComplete());
+    EXPECT_EQ(this->Actor->GetNumberOfDrawnTriangles(), drawn);
+    EXPECT_NEAR(double(Covered(this->Shown())), double(plain), 0.05 * double(plain));
+  };
+  auto* const renderer = vtkOpenGLRenderer::SafeDownCast(this->Renderer);
+
+  vtkNew<vtkLight> lamp;
+  lamp->SetPositional(1);
+  lamp->SetPosition(1.5, 1, 4);
+  lamp->SetFocalPoint(0, 0, 0);
+  lamp->SetConeAngle(40);
+  this->Renderer->AddLight(lamp);
+  vtkNew<vtkShadowMapPass> shadows;
+  vtkNew<vtkRenderPassCollection> both;
+  both->AddItem(shadows->GetShadowMapBakerPass());
+  both->AddItem(shadows);
+  vtkNew<vtkSequencePass> sequence;
+  sequence->SetPasses(both);
+  vtkNew<vtkCameraPass> camera;
+  camera->SetDelegatePass(sequence);
+  renderer->SetPass(camera);
+  expectTheSame("shadows");
+  camera->ReleaseGraphicsResources(this->Window);
+
+  vtkNew<vtkRenderStepsPass> steps;
+  vtkNew<vtkEDLShading> depths;
+  depths->SetDelegatePass(steps);
+  renderer->SetPass(depths);
+  expectTheSame("light by depths");
+  depths->ReleaseGraphicsResources(this->Window);
+
+  renderer->SetPass(nullptr);
+  this->Actor->GetProperty()->SetOpacity(0.5);
+  expectTheSame("blended");
 }
 
 TEST_F(TestKdStreamActorViews, WithoutLightItHasItsPlainColour)
@@ -473,17 +573,15 @@ TEST_F(TestKdStreamActorViews, APartOfAnotherAssemblyIsToldOfOnce)
 {
   this->Open(Surface());
   this->Renderer->RemoveActor(this->Actor);
-  vtkNew<vtkTest::ErrorObserver> heard;
-  this->Actor->AddObserver(vtkCommand::WarningEvent, heard);
+  ReportedErrors heard(*this->Actor, vtkCommand::WarningEvent);
   vtkNew<vtkAssembly> assembly;
   assembly->AddPart(this->Actor);
   this->Renderer->AddActor(assembly);
   this->Window->Render();
-  EXPECT_NE(heard->GetWarningMessage().find("add it to the renderer itself"), std::string::npos);
-  heard->Clear();
+  EXPECT_NE(heard.Take().find("add it to the renderer itself"), std::string::npos);
   assembly->SetPosition(0.1, 0, 0);
   this->Window->Render();
-  EXPECT_FALSE(heard->GetWarning());
+  EXPECT_EQ(heard.Take(), "");
 }
 
 }

@@ -1,8 +1,10 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "viewer/offscreen/vtkKdOffscreenRendering.h"
 
+#include "filters/adapter/Testing/ReportedErrors.h"
+
 #include <gtest/gtest.h>
-#include <vtkCallbackCommand.h>
+#include <vtkErrorCode.h>
 #include <vtkImageData.h>
 #include <vtkNew.h>
 #include <vtkRenderWindow.h>
@@ -16,23 +18,7 @@
 namespace
 {
 
-// The errors that an object reports, instead of VTK's printing them.
-class Errors
-{
-public:
-  explicit Errors(vtkObject& object)
-  {
-    this->Callback->SetClientData(this);
-    this->Callback->SetCallback([](vtkObject*, unsigned long, void* errors, void* message)
-      { static_cast<Errors*>(errors)->text += static_cast<const char*>(message); });
-    object.AddObserver(vtkCommand::ErrorEvent, this->Callback);
-  }
-
-  std::string text;
-
-private:
-  vtkNew<vtkCallbackCommand> Callback;
-};
+using kdstream::testing::ReportedErrors;
 
 // What a window of one colour shows in its middle: red, green, blue.
 std::string MiddleOfRed(vtkRenderWindow& window)
@@ -72,16 +58,22 @@ TEST(KdOffscreenRendering, DrawsOnEachBackend)
 TEST(KdOffscreenRendering, RefusesWhatCannotBeDrawn)
 {
   vtkNew<vtkKdOffscreenRendering> offscreen;
-  Errors errors(*offscreen);
+  ReportedErrors errors(*offscreen);
+  EXPECT_EQ(offscreen->GetErrorCode(), vtkErrorCode::NoError);
   EXPECT_FALSE(offscreen->MakeWindow(0, 40));
-  EXPECT_NE(errors.text.find("0x40"), std::string::npos) << errors.text;
+  EXPECT_NE(errors.Take().find("0x40"), std::string::npos);
+  EXPECT_EQ(offscreen->GetErrorCode(), vtkErrorCode::UnknownError);
+  EXPECT_TRUE(offscreen->MakeWindow(60, 40));
+  EXPECT_EQ(offscreen->GetErrorCode(), vtkErrorCode::NoError);
   EXPECT_FALSE(offscreen->MakeWindow(60, 8193));
   offscreen->SetBackend(99);
   EXPECT_STREQ(offscreen->GetBackendAsString(), "x11");
   offscreen->SetBackend(-1);
   EXPECT_STREQ(offscreen->GetBackendAsString(), "auto");
   EXPECT_TRUE(offscreen->SetBackendFromString("osmesa"));
+  EXPECT_EQ(offscreen->GetErrorCode(), vtkErrorCode::NoError);
   EXPECT_FALSE(offscreen->SetBackendFromString("vulkan"));
+  EXPECT_EQ(offscreen->GetErrorCode(), vtkErrorCode::UnknownError);
   EXPECT_EQ(offscreen->GetBackend(), vtkKdOffscreenRendering::OsMesa);
 }
 
@@ -92,9 +84,10 @@ TEST(KdOffscreenRendering, TellsWhatX11Lacks)
   unsetenv("DISPLAY");
   vtkNew<vtkKdOffscreenRendering> offscreen;
   offscreen->SetBackendToX11();
-  Errors errors(*offscreen);
+  ReportedErrors errors(*offscreen);
   EXPECT_FALSE(offscreen->UseForAllWindows());
-  EXPECT_NE(errors.text.find("DISPLAY"), std::string::npos) << errors.text;
+  EXPECT_NE(errors.Take().find("DISPLAY"), std::string::npos);
+  EXPECT_EQ(offscreen->GetErrorCode(), vtkErrorCode::UnknownError);
   if (name)
   {
     setenv("DISPLAY", display.c_str(), 1);

@@ -299,6 +299,74 @@ TEST_F(TestKdStreamSource, EveryOutputStopsWhileNothingComes)
   EXPECT_FALSE(ContentOf(this->Update()).points.empty());
 }
 
+// Stops a source the nth time that it has come so far; knows how far it came at most, and how often
+// it told of that.
+struct StopAt
+{
+  vtkAlgorithm* source;
+  double progress = 2;
+  int nth = 1, reached = 0;
+  double most = 0;
+  int atMost = 0, afterStop = 0;
+  void Look(vtkObject*, unsigned long, void* data)
+  {
+    const double now = *static_cast<double*>(data);
+    if (now < 1 && now >= this->most)
+    {
+      this->atMost = now > this->most ? 1 : this->atMost + 1;
+      this->most = now;
+    }
+    this->afterStop += this->reached >= this->nth ? 1 : 0;
+    if (now >= this->progress && ++this->reached == this->nth)
+    {
+      this->source->SetAbortExecute(1);
+    }
+  }
+  void Start(double from, int times)
+  {
+    *this = { this->source, from, times };
+    this->source->Modified();
+  }
+};
+
+// From the first time that it tells of progress to the last, before the first piece has come and
+// after the last one: when it is told to stop, it tells of no more, and the output is empty.
+TEST_F(TestKdStreamSource, EveryOutputStopsAtAnyOfItsSteps)
+{
+  StopAt stop{ this->Source };
+  this->Source->AddObserver(vtkCommand::ProgressEvent, &stop, &StopAt::Look);
+  this->Source->SetCameraPosition(0, 0, 2);
+  this->Source->AddPartition(3);
+  this->Source->AddPartition(100);
+  for (const int content : { vtkKdModelSource::Original, vtkKdModelSource::Level,
+         vtkKdModelSource::Partitions, vtkKdModelSource::Region, vtkKdModelSource::View })
+  {
+    for (const int type : { vtkKdModelSource::PartitionedDataSet, vtkKdModelSource::PolyData })
+    {
+      SCOPED_TRACE("content " + std::to_string(content) + ", type " + std::to_string(type));
+      this->Source->SetContent(content);
+      this->Source->SetOutputType(type);
+      stop.Start(2, 1);
+      ASSERT_FALSE(ContentOf(this->Update()).points.empty());
+      const double most = stop.most;
+      const int atMost = stop.atMost;
+      std::vector<std::pair<double, int>> when{ { 0.0, 1 }, { 0.0, 2 }, { 0.0, 3 } };
+      if (most > 0) // it is one piece otherwise, and how often it waits for that is not certain
+      {
+        when.insert(when.end(), { { most / 2, 1 }, { most, 1 }, { most, atMost } });
+      }
+      for (const auto& [progress, nth] : when)
+      {
+        FilterObserver heard(this->Source);
+        stop.Start(progress, nth);
+        EXPECT_TRUE(ContentOf(this->Update(), true).points.empty()) << progress << " " << nth;
+        EXPECT_LE(stop.afterStop, 2) << "the pipeline tells of its own begin";
+        EXPECT_EQ(heard.error, "");
+      }
+    }
+  }
+}
+
 TEST_F(TestKdStreamSource, StopsWhileAServerDoesNotAnswer)
 {
   const int listener = ::socket(AF_INET, SOCK_STREAM, 0);

@@ -1,0 +1,39 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// What the ranks of a group have of a mesh, as shares of one mesh: none has more of it than before.
+#pragma once
+
+#include "filters/adapter/RankGroup.h"
+#include "filters/core/Execution.h"
+#include "filters/core/Result.h"
+#include "filters/core/Types.h"
+
+#include <vtkDataObject.h>
+
+#include <string>
+#include <vector>
+
+namespace kdstream
+{
+
+struct MeshShare
+{
+  Mesh mesh;                        // corners are numbers in the mesh of all ranks
+  std::vector<std::string> leftOut; // e.g. `point array "A": not all parts have it`
+  bool areSame = false;             // whether all ranks have the same input, and any
+};
+
+// By all ranks. input: as JoinPolyData takes it. The mesh whose points and triangles are those of
+// rank 0's share, then those of rank 1's, … is what ReadMesh and ReadAttributes make of
+// JoinPolyData of all ranks' parts, one rank's after the other's: the same points, which are
+// merged by global ids, as copies or by place; the same order, the same arrays. All shares have the
+// same arrays and the same scalar type. Without ids a share is what the rank has of it; with them,
+// an interval of ids, about 1 / ranks of these. ready: what is wrong with this rank otherwise.
+//
+// O(n log n) for the n points and corners of a rank; each point goes to another rank once (56
+// bytes), and once more where there are ids. Memory: 250 bytes a point of the rank's and of what
+// comes to it, and its arrays twice. Errors, of all ranks: that of a rank that is not ready; those
+// of JoinPolyData, ReadElements; InputOutput.
+Result<MeshShare> ShareMesh(const RankGroup& ranks, const Status& ready, vtkDataObject& input,
+  bool weldByPlace, const Execution& execution);
+
+}
