@@ -235,8 +235,12 @@ std::vector<BlobId> ViewerSession::InOrder(const std::vector<PieceId>& missing)
   order.insert(order.end(), tiles.begin(), tiles.end());
   if (!this->ByView() && this->Shown.IsEmpty())
   {
-    std::stable_partition(order.begin(), order.end(),
-      [preview = this->PreviewBlob()](const BlobId& blob) { return blob == preview; });
+    const auto preview = std::find(order.begin(), order.end(), this->PreviewBlob());
+    if (preview != order.end())
+    {
+      order.erase(preview);
+      order.insert(order.begin(), this->PreviewBlob());
+    }
   }
   return order;
 }
