@@ -38,7 +38,7 @@ TEST_F(Streams, UpgradesOnlyWhatItKnows)
   EXPECT_EQ(statusOf("/api/stream?x", ours), 101u);
   EXPECT_EQ(statusOf("/api/stream", protocol + "other, kdstream.v2\r\n"), 101u);
   EXPECT_EQ(statusOf("/api/stream", ""), 400u);
-  EXPECT_EQ(statusOf("/api/stream", protocol + "kdstream.v2\r\n"), 400u);
+  EXPECT_EQ(statusOf("/api/stream", protocol + "kdstream.v1\r\n"), 400u);
   EXPECT_EQ(statusOf("/api/streams", ours), 404u);
   EXPECT_EQ(statusOf("/", ours), 404u);
   EXPECT_EQ(statusOf("/api/stream", ours + "Origin: https://example.org\r\n"), 403u);
