@@ -6,16 +6,13 @@
 #include "filters/build/Builder.h"
 #include "filters/core/Weld.h"
 #include "filters/core/pieces/Glue.h"
-#include "filters/core/pieces/SurfaceBound.h"
 #include "filters/core/tree/Region.h"
 #include "filters/meshio/MeshReader.h"
 #include "filters/program/TbbExecution.h"
-#include "filters/store/StoreMesh.h"
 
 #include <gtest/gtest.h>
 #include <unistd.h>
 
-#include <cmath>
 #include <random>
 #include <set>
 
@@ -100,29 +97,6 @@ TEST_F(DragonStore, NothingIsLost)
     EXPECT_EQ(store->Info().welded, welded);
     EXPECT_TRUE(PointMultiset(*glued) == PointMultiset(expected));
     EXPECT_TRUE(TriangleMultiset(*glued) == TriangleMultiset(expected));
-  }
-}
-
-// Most of its finest levels' distance is of flakes that have vanished.
-TEST_F(DragonStore, LevelsTellHowFarTheOriginalIs)
-{
-  const ModelDescription info = this->Build({}, 2);
-  const auto store = *Store::Open(this->File);
-  for (unsigned depth = 10; depth < info.levels.size(); ++depth)
-  {
-    SCOPED_TRACE(depth);
-    const Mesh level = *DrawStoreMesh(*store, { info.depths, Resolution::Level(depth) });
-    const SearchedPart target(level.points, level.triangles);
-    double farthest = 0; // of all vertices, squared
-    for (const Vec3& place : Dragon().points)
-    {
-      double squared = INFINITY;
-      target.Nearest(place, farthest, squared);
-      farthest = std::max(farthest, squared);
-    }
-    EXPECT_GE(info.levels[depth].deviation, std::sqrt(farthest));
-    EXPECT_LE(info.levels[depth].deviation, 1.5 * std::sqrt(farthest));
-    EXPECT_LE(2 * info.levels[depth].deviation99, std::sqrt(farthest)) << "viewers steer by this";
   }
 }
 

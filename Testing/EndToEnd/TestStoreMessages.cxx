@@ -99,8 +99,9 @@ TEST_F(StoreMessages, InfoTellsWhatADeviationIs)
 {
   const Outcome info = this->Run("kdstream-store", { "info", "torus.kds" });
   ASSERT_EQ(info.exitCode, 0) << info.err;
-  EXPECT_NE(
-    info.out.find("deviation  how far the original is from the level, in mm:"), std::string::npos)
+  EXPECT_NE(info.out.find("deviation  how far vertices of the level lie from the original surface, "
+                          "in mm:"),
+    std::string::npos)
     << info.out;
   EXPECT_NE(info.out.find("what 99 of 100 vertices do not exceed"), std::string::npos) << info.out;
 }

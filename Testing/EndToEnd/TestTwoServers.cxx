@@ -483,7 +483,7 @@ TEST_F(TwoServers, AreToldWhoAsksForWhom)
   const std::string forged = "X-Forwarded-For: 192.0.2.1\r\n";
   const std::string upgrade =
     "Connection: Upgrade\r\nUpgrade: websocket\r\nSec-WebSocket-Version: 13\r\n"
-    "Sec-WebSocket-Key: dGhlIHNhbXBsZSBub25jZQ==\r\nSec-WebSocket-Protocol: kdstream.v1\r\n";
+    "Sec-WebSocket-Key: dGhlIHNhbXBsZSBub25jZQ==\r\nSec-WebSocket-Protocol: kdstream.v2\r\n";
   EXPECT_EQ(ask("models.example.org:8080", forged).substr(0, 12), "HTTP/1.1 426");
   EXPECT_EQ(ask("elsewhere.example.org", forged).substr(0, 12), "HTTP/1.1 421");
   const std::string origin = "Origin: http://models.example.org:8080\r\n";

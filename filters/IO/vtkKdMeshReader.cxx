@@ -136,7 +136,8 @@ int vtkKdMeshReader::RequestData(
   {
     return 1; // the first piece is all of it
   }
-  const Execution execution = MakeAlgorithmExecution(*this, { { "read", 0.0, 0.9 } });
+  const Execution execution =
+    MakeAlgorithmExecution(*this, { { "read", 0.0, 0.9 }, { "fill", 0.9, 1.0 } });
   Tolerance tolerance;
   const Result<Mesh> mesh = ReadFile(this->FileName, this->Merging, execution, tolerance);
   for (const std::string& warning : tolerance.Warnings())
@@ -146,7 +147,7 @@ int vtkKdMeshReader::RequestData(
   const auto isWanted = [selections = ArraySelections(*this->PointArrays, *this->CellArrays)](
                           const AttributeInfo& array) { return selections.IsWanted(array); };
   const Status status =
-    mesh ? FillPolyData(*mesh, mesh->points.size(), isWanted, *output) : mesh.GetError();
+    mesh ? FillPolyData(*mesh, mesh->points.size(), isWanted, *output, execution) : mesh.GetError();
   if (status)
   {
     this->SetErrorCode(vtkErrorCode::NoError);

@@ -16,6 +16,7 @@
 #include "filters/adapter/RankPipeline.h"
 #include "filters/build/BuildMemory.h"
 #include "filters/build/Builder.h"
+#include "filters/build/ExternalBuilder.h"
 
 #include <vtkDataObject.h>
 #include <vtkErrorCode.h>
@@ -152,7 +153,7 @@ Status BuildTogether(vtkKdStoreWriter& writer, const Status& ready, std::string 
   }
   const Result<std::uint64_t> here = RanksHere(ranks);
   KDSTREAM_TRY(here);
-  options.memory = FreeMemory() / 4 * 3 / *here;
+  options.memory = std::max(FreeMemory() / 4 * 3 / *here, leastMemory);
   const std::filesystem::path path = store, folder = path.parent_path();
   std::error_code ignored;
   if (!folder.empty() && !std::filesystem::is_directory(folder, ignored))

@@ -354,7 +354,7 @@ private:
 
   Status WritePieces(const CodecContext& codec, StoreWriter* writer)
   {
-    TeamPieces pieces(this->Team, this->Files, this->Mesh.attributes, codec, writer);
+    TeamPieces pieces(this->Team, this->Files, this->Mesh.attributes, writer);
     std::uint64_t triangles = 0; // of this rank's pieces of the resolution
     const PieceSink add = [&](const EncodedPiece& encoded)
     { return pieces.Add(encoded.piece, encoded.blob); };
@@ -363,13 +363,13 @@ private:
     {
       const PieceCutter cutter(tree, part, resolution, this->Exec, cut);
       const auto all = double(std::size_t{ 1 } << PieceDepth(resolution, this->Mesh.depths));
-      KDSTREAM_TRY(EncodePieces(cutter, cutter.PieceCount(), { codec, nullptr, writer }, add,
-        this->Clock, this->Exec,
-        [&](std::size_t written)
-        {
-          const double done = double(cut.firstPiece + written) / all;
-          return this->Exec.Report("encode", EncodedPart(resolution, this->Mesh.depths, done));
-        }));
+      KDSTREAM_TRY(
+        EncodePieces(cutter, cutter.PieceCount(), { codec }, add, this->Clock, this->Exec,
+          [&](std::size_t written)
+          {
+            const double done = double(cut.firstPiece + written) / all;
+            return this->Exec.Report("encode", EncodedPart(resolution, this->Mesh.depths, done));
+          }));
       triangles += cutter.TriangleCount();
       ReturnFreeMemory(this->Mesh.keptMemory);
       return {};

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "filters/Parallel/TeamPieces.h"
 
-#include <algorithm>
 #include <cstring>
 
 namespace kdstream
@@ -11,12 +10,12 @@ namespace
 
 constexpr std::uint64_t batchBytes = std::uint64_t{ 1 } << 22;
 
-// What the writer needs of a piece and its bytes, which follow, do not have: deviations; of the
-// original the numbers of own vertices of which ranges are gathered, array after array.
+// What the writer needs of a piece beside its bytes, which follow: deviations, the numbers of its
+// own vertices of which ranges are gathered, array after array, then the blob.
 struct PieceHead
 {
   std::uint64_t blobBytes = 0, scalarBytes = 0;
-  std::uint32_t node = 0, deviations = 0;
+  std::uint32_t node = 0, ownVertices = 0, triangles = 0, deviations = 0;
 };
 
 }
@@ -41,7 +40,8 @@ Status TeamPieces::Add(const Piece& piece, std::span<const std::uint8_t> blob)
     scalars.insert(scalars.end(), values.begin(),
       values.begin() + static_cast<std::ptrdiff_t>(piece.ownVertices * array.TupleSize()));
   }
-  const PieceHead head{ blob.size(), scalars.size(), piece.id.node,
+  const PieceHead head{ blob.size(), scalars.size(), piece.id.node, piece.ownVertices,
+    static_cast<std::uint32_t>(piece.triangles.size()),
     static_cast<std::uint32_t>(piece.deviations.size()) };
   const std::span<const std::byte> parts[] = { std::as_bytes(std::span(&head, 1)),
     std::as_bytes(std::span(piece.deviations)), std::as_bytes(std::span(scalars)),
@@ -99,30 +99,28 @@ Status TeamPieces::Write(std::span<const std::byte> bytes, Resolution resolution
     PieceHead head;
     std::memcpy(&head, bytes.data(), sizeof(head));
     bytes = bytes.subspan(sizeof(head));
-    const std::span<const std::byte> deviations = bytes.subspan(0, head.deviations * sizeof(float));
-    const std::span<const std::byte> scalars = bytes.subspan(deviations.size(), head.scalarBytes);
-    bytes = bytes.subspan(deviations.size() + scalars.size());
-    const std::span<const std::uint8_t> blob(
-      reinterpret_cast<const std::uint8_t*>(bytes.data()), head.blobBytes);
-    Result<Piece> piece = DecodePiece(blob, { resolution, head.node }, this->Codec);
-    KDSTREAM_TRY(piece);
-    piece->deviations.resize(head.deviations);
-    std::copy(deviations.begin(), deviations.end(),
-      std::as_writable_bytes(std::span(piece->deviations)).begin());
-    piece->attributes.clear();
-    const auto* scalar = reinterpret_cast<const std::uint8_t*>(scalars.data());
+    Piece piece; // as much of it as the writer reads
+    piece.id = { resolution, head.node };
+    piece.ownVertices = head.ownVertices;
+    piece.triangles.resize(head.triangles);
+    piece.deviations.resize(head.deviations);
+    if (head.deviations > 0)
+    {
+      std::memcpy(piece.deviations.data(), bytes.data(), head.deviations * sizeof(float));
+    }
+    bytes = bytes.subspan(head.deviations * sizeof(float));
+    const auto* scalar = reinterpret_cast<const std::uint8_t*>(bytes.data());
     for (std::size_t k = 0; resolution.IsOriginal() && k < this->Scalars.size(); ++k)
     {
       const AttributeInfo& array = this->Scalars[k];
-      const std::size_t size = piece->ownVertices * array.TupleSize();
-      piece->attributes.push_back({ array, { scalar, scalar + size } });
+      const std::size_t size = head.ownVertices * array.TupleSize();
+      piece.attributes.push_back({ array, { scalar, scalar + size } });
       scalar += size;
     }
-    if (resolution.IsOriginal())
-    {
-      KDSTREAM_TRY(this->Writer->Measure(*piece));
-    }
-    KDSTREAM_TRY(this->Writer->AddPiece(*piece, blob));
+    bytes = bytes.subspan(head.scalarBytes);
+    const std::span<const std::uint8_t> blob(
+      reinterpret_cast<const std::uint8_t*>(bytes.data()), head.blobBytes);
+    KDSTREAM_TRY(this->Writer->AddPiece(piece, blob));
     bytes = bytes.subspan(head.blobBytes);
   }
   return {};

@@ -4,7 +4,6 @@
 #pragma once
 
 #include "filters/Parallel/MpiTeam.h"
-#include "filters/codec/PieceCodec.h"
 #include "filters/core/pieces/Piece.h"
 #include "filters/outofcore/files/SpillFile.h"
 #include "filters/store/ScalarStatistics.h"
@@ -22,24 +21,21 @@ namespace kdstream
 class TeamPieces
 {
 public:
-  // attributes: of the model. codec: that the pieces were encoded with. writer: of rank 0; none
-  // elsewhere.
+  // attributes: of the model. writer: of rank 0; none elsewhere.
   TeamPieces(MpiTeam& team, SpillFolder& folder, std::span<const AttributeInfo> attributes,
-    const CodecContext& codec, StoreWriter* writer)
+    StoreWriter* writer)
     : Team(team)
     , Folder(folder)
     , Scalars(ScalarStatistics::ArraysOf(attributes))
-    , Codec(codec)
     , Writer(writer)
   {
-    this->Codec.clusters = {}; // not counted yet
   }
 
   // Errors: those of the writer; InputOutput.
   Status Add(const Piece& piece, std::span<const std::uint8_t> blob);
   // All of a resolution's pieces of this rank have been added. The others' come to rank 0 in the
-  // order of ranks, about 4 MiB at a time, which is the order of nodes. There they are decoded:
-  // levels are measured by them. triangles: those of this rank's pieces.
+  // order of ranks, about 4 MiB at a time, which is the order of nodes. triangles: those of this
+  // rank's pieces.
   Status Finish(Resolution resolution, std::uint64_t triangles);
 
 private:
@@ -48,7 +44,6 @@ private:
   MpiTeam& Team;
   SpillFolder& Folder;
   std::vector<AttributeInfo> Scalars; // of which the writer gathers the ranges
-  CodecContext Codec;
   StoreWriter* Writer;
   SpillFile Kept;
   std::vector<std::uint64_t> BatchBegin{ 0 }; // in the file, and the end

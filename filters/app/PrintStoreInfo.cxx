@@ -31,10 +31,9 @@ void PrintLevels(const ModelDescription& info)
       level.deviation, level.deviation99);
   }
   const std::string unit = info.unit.empty() ? "in the unit of the coordinates" : "in " + info.unit;
-  std::cout
-    << "\ndeviation  how far the original is from the level, " << unit
-    << ":\n           at most, and what 99 of 100 vertices do not exceed, which is an estimate.\n"
-       "           kdstream-store distance measures the level by samples.\n";
+  std::cout << "\ndeviation  how far vertices of the level lie from the original surface, " << unit
+            << ":\n           the largest, and what 99 of 100 vertices do not exceed.\n"
+               "           It is estimated; kdstream-store distance measures the level.\n";
 }
 
 }

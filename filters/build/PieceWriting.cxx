@@ -20,10 +20,6 @@ Status Encode(
 {
   encoded = {};
   encoded.piece = cutter.Cut(i);
-  if (encoding.levels && encoded.piece.id.resolution.IsOriginal())
-  {
-    KDSTREAM_TRY(encoding.levels->Measure(encoded.piece));
-  }
   if (encoding.textures && encoded.piece.id.resolution.IsOriginal())
   {
     Result<EncodedTexture> texture = encoding.textures->Make(encoded.piece);
@@ -116,11 +112,10 @@ Status EncodePieces(const PieceCutter& cutter, std::size_t count, const PieceEnc
   return {};
 }
 
-Status WritePieces(const PieceCutter& cutter, std::size_t count, const PieceEncoding& given,
+Status WritePieces(const PieceCutter& cutter, std::size_t count, const PieceEncoding& encoding,
   StoreWriter& writer, StepClock& clock, const Execution& execution,
   const std::function<Status(std::size_t)>& written)
 {
-  const PieceEncoding encoding{ given.codec, given.textures, &writer };
   const std::size_t atOnce = PiecesAtOnce(cutter);
   if (atOnce < 2)
   {

@@ -27,9 +27,6 @@ struct PieceEncoding
 {
   const CodecContext& codec;
   const PieceTextures* textures = nullptr;
-  // Where the levels are that the original's pieces are measured to; null: they are not measured.
-  // WritePieces always does so.
-  StoreWriter* levels = nullptr;
 };
 
 struct EncodedPiece

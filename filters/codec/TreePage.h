@@ -36,9 +36,9 @@ std::vector<NodeId> TreePages(const TreeDepths& depths);
 
 // ---- what a page tells
 
-// Of one piece. Deviations: of the own vertices of a level's piece, each by its planes, model
-// units; what 99 of 100 do not exceed, and the largest; 0 of the original's. bytes: of its blob; 0
-// where there is no such piece. All are rounded up where a page tells them (RoundedUp).
+// Of one piece. Deviations: of the own vertices of a level's piece, model units; what 99 of 100 do
+// not exceed, and the largest; 0 of the original's. bytes: of its blob; 0 where there is no such
+// piece. All are rounded up where a page tells them (RoundedUp).
 struct PieceFacts
 {
   float most99 = 0, most = 0;

@@ -38,9 +38,8 @@ struct ResolutionDescription
   std::uint64_t triangles = 0; // each once
   std::uint64_t pieces = 0;
   std::uint64_t bytes = 0;
-  // Of a level, model units; 0 for the original: no point of the original is farther from it; and
-  // what 99 of 100 of its vertices' own deviations do not exceed. What has vanished keeps the first
-  // up through all coarser levels; viewers steer by the other (doc/design.md#deviation).
+  // Of a level's vertices, model units; 0 for the original: the largest, and what 99 of 100 do not
+  // exceed. A single spike keeps the largest up through all levels; viewers steer by the other.
   double deviation = 0;
   double deviation99 = 0;
   // Of a level: how many steps of the grid lie between the points that its vertices use, 1 …

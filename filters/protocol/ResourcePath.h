@@ -23,7 +23,7 @@ namespace kdstream::protocol
 
 // Path and subprotocol of the WebSocket.
 inline constexpr std::string_view streamPath = "/api/stream";
-inline constexpr std::string_view streamSubprotocol = "kdstream.v1";
+inline constexpr std::string_view streamSubprotocol = "kdstream.v2";
 
 // The Content-Security-Policy of the viewer's page, whoever serves it: it loads nothing from
 // elsewhere. connect-src names ws: and wss: because browsers differ in whether 'self' covers them.

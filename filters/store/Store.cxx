@@ -116,6 +116,10 @@ std::string Store::UnusedName(std::uint32_t part)
 Status Store::CheckHas(const BlobId& blob) const
 {
   const ModelDescription& info = this->Information;
+  if (!protocol::IsValid(blob))
+  {
+    return Error{ ErrorCode::NotFound, "no model has such a blob" };
+  }
   const bool isOfPartition = protocol::IsOfOriginal(blob) && blob.number < info.partitions;
   bool has = false;
   switch (blob.kind)

@@ -4,7 +4,6 @@
 #include "filters/core/SystemReason.h"
 #include "filters/files/NewFile.h"
 #include "filters/store/DeviationList.h"
-#include "filters/store/LevelBounds.h"
 #include "filters/store/ScalarStatistics.h"
 #include "filters/store/Sqlite.h"
 #include "filters/store/Store.h"
@@ -12,7 +11,6 @@
 
 #include <algorithm>
 #include <cerrno>
-#include <mutex>
 #include <utility>
 
 namespace kdstream
@@ -64,12 +62,9 @@ struct StoreWriter::State
   ModelDescription info;
   ScalarStatistics scalars{ info.attributes };
   Database database{}; // closed before the file goes
-  Statement page{}, boxes{}, piece{}, texture{}, unused{}, select{};
-  // Held while a piece or its texture is written, or one is read: these may meet.
-  std::unique_ptr<std::mutex> pieceUse = std::make_unique<std::mutex>();
+  Statement page{}, boxes{}, piece{}, texture{}, unused{};
   std::unique_ptr<ContentDigest> digest{};
   std::unique_ptr<DeviationList> deviations{}; // of the resolution that is being written
-  std::unique_ptr<LevelBounds> bounds{};       // where there are levels
   PieceTable pieces{};
   std::vector<std::uint8_t> preview{};
   std::uint32_t unusedParts = 0;
@@ -77,9 +72,6 @@ struct StoreWriter::State
 
   static Result<std::unique_ptr<State>> Begin(
     const std::filesystem::path& store, ModelDescription info);
-
-  // The bytes of a piece that was written.
-  Result<std::vector<std::uint8_t>> ReadPiece(PieceId id);
 
   // A row of tree, boxes, textures or unused.
   Status Insert(Statement& insert, NodeId node, std::span<const std::uint8_t> data);
@@ -184,16 +176,7 @@ Result<std::unique_ptr<StoreWriter::State>> StoreWriter::State::Begin(
     Statement::Prepare(state->database.get(), "INSERT INTO pieces VALUES (?, ?, ?, ?, ?, ?, ?)");
   KDSTREAM_TRY(page);
   KDSTREAM_TRY(boxes);
-  Result<Statement> select =
-    Statement::Prepare(state->database.get(), "SELECT data FROM pieces WHERE id = ?");
   KDSTREAM_TRY(piece);
-  KDSTREAM_TRY(select);
-  state->select = std::move(*select);
-  if (state->info.HasLevels())
-  {
-    state->bounds = std::make_unique<LevelBounds>(
-      state->info, [writer = state.get()](PieceId id) { return writer->ReadPiece(id); });
-  }
   state->page = std::move(*page);
   state->boxes = std::move(*boxes);
   state->piece = std::move(*piece);
@@ -228,25 +211,6 @@ const PieceTable& StoreWriter::Pieces() const
   return this->S->pieces;
 }
 
-Result<std::vector<std::uint8_t>> StoreWriter::State::ReadPiece(PieceId id)
-{
-  const std::lock_guard<std::mutex> lock(*this->pieceUse);
-  this->select.Bind(1, PieceRow(id));
-  const Result<bool> row = this->select.Step();
-  if (!row)
-  {
-    return this->Explain(row.GetError());
-  }
-  std::vector<std::uint8_t> data;
-  if (*row)
-  {
-    const std::span<const std::uint8_t> blob = this->select.Blob(0);
-    data.assign(blob.begin(), blob.end());
-  }
-  this->select.Reset();
-  return data;
-}
-
 Status StoreWriter::State::Insert(
   Statement& insert, NodeId node, std::span<const std::uint8_t> data)
 {
@@ -274,7 +238,6 @@ Status StoreWriter::AddTreePage(NodeId page, std::span<const std::uint8_t> data)
 Status StoreWriter::AddTexture(
   std::uint32_t partition, std::span<const std::uint8_t> data, std::uint64_t texels)
 {
-  const std::lock_guard<std::mutex> lock(*this->S->pieceUse);
   KDSTREAM_TRY(CheckBlobSize(BlobName(protocol::BlobId::Texture(partition)), data.size()));
   this->S->info.textures->bytes += data.size();
   this->S->info.textures->texels += texels;
@@ -304,7 +267,6 @@ Status StoreWriter::AddUnused(const Piece& part, std::span<const std::uint8_t> d
 
 Status StoreWriter::AddPiece(const Piece& piece, std::span<const std::uint8_t> data)
 {
-  const std::lock_guard<std::mutex> lock(*this->S->pieceUse);
   ModelDescription& info = this->S->info;
   KDSTREAM_TRY(CheckBlobSize(BlobName(BlobOfPiece(piece.id, info.depths)), data.size()));
   ResolutionDescription& resolution =
@@ -321,10 +283,6 @@ Status StoreWriter::AddPiece(const Piece& piece, std::span<const std::uint8_t> d
     return this->S->Explain(status.GetError());
   }
   this->S->pieces.At(piece.id) = FactsOf(piece.deviations, data.size());
-  if (!piece.id.resolution.IsOriginal() && this->S->bounds)
-  {
-    this->S->bounds->AddLevelPiece(piece);
-  }
   this->S->digest->AddPiece(piece.id, data);
   if (piece.id == PieceId{ Resolution::Level(PreviewLevel(info)), 1 })
   {
@@ -343,11 +301,6 @@ Status StoreWriter::AddPiece(const Piece& piece, std::span<const std::uint8_t> d
   const Status status = done ? Status{} : Status{ this->S->Explain(done.GetError()) };
   insert.Reset();
   return status;
-}
-
-Status StoreWriter::Measure(const Piece& original)
-{
-  return this->S->bounds ? this->S->bounds->Measure(original) : Status{};
 }
 
 const std::vector<std::uint8_t>& StoreWriter::Preview() const
@@ -371,18 +324,6 @@ Status StoreWriter::FinishResolution(Resolution resolution, std::uint64_t triang
   KDSTREAM_TRY(deviations);
   finished.deviation99 = deviations->at99;
   finished.deviation = deviations->largest;
-  if (LevelBounds* const bounds = this->S->bounds.get(); bounds && !resolution.IsOriginal())
-  {
-    bounds->FinishLevel(resolution.Depth(), triangles > 0, deviations->largest);
-  }
-  else if (bounds && bounds->HasMeasured())
-  {
-    const std::vector<double> told = bounds->Bounds();
-    for (std::size_t depth = 0; depth < told.size(); ++depth)
-    {
-      info.levels[depth].deviation = told[depth];
-    }
-  }
   return {};
 }
 
@@ -413,7 +354,6 @@ Result<ModelDescription> StoreWriter::Finish()
   state.piece = {};
   state.texture = {};
   state.unused = {};
-  state.select = {};
   state.database.reset();
   KDSTREAM_TRY(OfFile(state.file.Target().string(), state.file.Finish()));
   return state.info;

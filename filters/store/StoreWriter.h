@@ -32,11 +32,6 @@ public:
   // (ScalarStatistics.h); no others are looked at.
   // Errors: LimitExceeded for a blob that servers would not send; InputOutput.
   Status AddPiece(const Piece& piece, std::span<const std::uint8_t> data);
-  // Measures how far the levels are from a piece of the original, which becomes their deviation
-  // (doc/design.md#deviation); without it they tell the largest of their vertices. For any number
-  // of threads, also while one adds pieces of the original. REQUIRES: the levels are finished,
-  // their pieces were given with positions, and data are those of EncodePiece. Errors: InputOutput.
-  Status Measure(const Piece& original);
   // Of textured models (info.textures), directly after the piece of the partition. texels: of its
   // picture. Errors: as AddPiece.
   Status AddTexture(

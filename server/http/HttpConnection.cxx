@@ -531,7 +531,7 @@ private:
     if (!http::token_list(text(http::field::sec_websocket_protocol))
            .exists(std::string(protocol::streamSubprotocol)))
     {
-      this->Refuse(400, "the WebSocket's subprotocol must be kdstream.v1");
+      this->Refuse(400, "the WebSocket's subprotocol must be kdstream.v2");
       return;
     }
     if (!this->State.Answers.MayStream(text(http::field::origin), text(http::field::host)))

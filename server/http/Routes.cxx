@@ -333,7 +333,7 @@ Routes::Found Routes::FindApi(const HttpRequest& request, std::string_view path)
 {
   if (path == protocol::streamPath)
   {
-    auto response = this->Failure(426, "this path is a WebSocket with the subprotocol kdstream.v1");
+    auto response = this->Failure(426, "this path is a WebSocket with the subprotocol kdstream.v2");
     response.fields.emplace_back("Upgrade", "websocket");
     return response;
   }
@@ -479,6 +479,10 @@ std::optional<HttpResponse> Routes::ReadBlob(
     }
     return this->Failure(refusal.status, refusal.message);
   };
+  if (const auto ended = asked.permission.RefuseAll()) // since it was found
+  {
+    return this->Forbidden(*ended);
+  }
   // Where no byte of it is sent none is read. A part is read as a whole: so is its checksum.
   if (asked.isKnown || !request.range.empty())
   {

@@ -20,6 +20,8 @@ namespace
 using protocol::BlobId;
 using protocol::BlobKind;
 
+constexpr std::uint64_t mostBytes = 9'000'000'000'000'000; // what JSON carries exactly
+
 // About the bytes of `count` pieces of a resolution.
 std::uint64_t Estimate(const ResolutionDescription& resolution, std::uint64_t count)
 {
@@ -29,8 +31,8 @@ std::uint64_t Estimate(const ResolutionDescription& resolution, std::uint64_t co
   }
   const double mean =
     static_cast<double>(resolution.bytes) / static_cast<double>(resolution.pieces);
-  constexpr double most = 9e15; // what JSON carries exactly
-  return static_cast<std::uint64_t>(std::min(mean * static_cast<double>(count), most));
+  return static_cast<std::uint64_t>(
+    std::min(mean * static_cast<double>(count), static_cast<double>(mostBytes)));
 }
 
 // About the bytes of a blob. Errors: NotFound where the model does not have it.
@@ -82,7 +84,7 @@ Result<BlobList> ListNamed(const ModelDescription& model, const std::vector<Blob
   {
     const auto bytes = BytesOf(model, blob);
     KDSTREAM_TRY(bytes);
-    list.estimatedBytes += *bytes;
+    list.estimatedBytes = std::min(list.estimatedBytes + *bytes, mostBytes);
   }
   list.blobs = blobs;
   return list;

@@ -174,7 +174,8 @@ void ViewerSession::Choose()
 
 // All that is missing and can be had, in the order in which it is wanted: the tree, without which
 // nothing can be judged; the way to each tapped partition and the partition; then the most urgent;
-// by one level for all, coarse before fine. Last textures, which are drawn on what is there.
+// by one level for all, coarse before fine, the preview before all else while nothing is shown.
+// Last textures, which are drawn on what is there.
 std::vector<BlobId> ViewerSession::InOrder(const std::vector<PieceId>& missing)
 {
   Model& model = *this->Current;
@@ -232,6 +233,15 @@ std::vector<BlobId> ViewerSession::InOrder(const std::vector<PieceId>& missing)
   }
   const std::vector<BlobId>& tiles = this->Tiles.Missing();
   order.insert(order.end(), tiles.begin(), tiles.end());
+  if (!this->ByView() && this->Shown.IsEmpty())
+  {
+    const auto preview = std::find(order.begin(), order.end(), this->PreviewBlob());
+    if (preview != order.end())
+    {
+      order.erase(preview);
+      order.insert(order.begin(), this->PreviewBlob());
+    }
+  }
   return order;
 }
 
@@ -252,10 +262,12 @@ std::size_t ViewerSession::BytesOf(const BlobId& blob)
 void ViewerSession::AskMore()
 {
   const auto bytesOf = [this](const BlobId& blob) { return this->BytesOf(blob); };
-  const bool tapWaits = this->IsPicking() &&
+  const bool previewFirst = !this->ByView() && this->Shown.IsEmpty();
+  const bool tapWaits = this->IsPicking() && !previewFirst &&
                         std::any_of(this->MissingTree.begin(), this->MissingTree.end(),
                           [this](const BlobId& blob) { return this->FailedTree.count(blob) == 0; });
-  const std::size_t ofTree = this->Wanted.AskMore(bytesOf, this->PreviewBlob(), tapWaits);
+  const std::size_t ofTree =
+    this->Wanted.AskMore(bytesOf, { this->PreviewBlob(), tapWaits, !this->ByView() });
   this->AskedForPick += this->IsPicking() ? ofTree : 0;
   if (this->AskedForPick > this->Options.mostBlobsOfPick)
   {

@@ -430,7 +430,7 @@ private:
     }
     else if (what < 0.85)
     {
-      this->Ask(this->Wishes.Tap(), isMoot);
+      this->Ask(this->Wishes.Tap(), isMoot, true);
       this->Nature == Manner::Deaf ? this->GoDeaf() : void();
     }
     else
@@ -447,7 +447,7 @@ private:
       [self = this->shared_from_this()](error_code error) { error ? void() : self->GoOn(); });
   }
 
-  void Ask(SessionRequest request, bool isMoot = false)
+  void Ask(SessionRequest request, bool isMoot = false, bool isRegion = false)
   {
     if (request.kind != SessionRequest::Kind::Cancel)
     {
@@ -455,7 +455,6 @@ private:
     }
     if (!request.blobs.empty())
     {
-      const bool isRegion = request.blobs.front().kind == protocol::BlobKind::Partition;
       this->Tasks[request.id] = { Clock::now(), request.blobs.size(), isRegion, false, isMoot };
     }
     this->Talk.Send(request, SecondsOf(Clock::now()));

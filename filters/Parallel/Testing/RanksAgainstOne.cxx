@@ -71,10 +71,6 @@ std::string Describe(const Result<BuildReport>& report)
   text << report->info.digest << ", " << (report->info.unused ? report->info.unused->vertices : 0)
        << " unused, " << report->info.welded << " welded, " << report->info.inconsistentEdges
        << " inconsistent, " << report->mergedByGrid << " merged";
-  for (const ResolutionDescription& level : report->info.levels)
-  {
-    text << ", " << std::hexfloat << level.deviation << std::defaultfloat;
-  }
   for (const ScalarDescription& scalar : report->info.scalars)
   {
     text << ", " << scalar.name << " " << scalar.least << " " << scalar.low << " " << scalar.high

@@ -325,11 +325,11 @@ TEST(Guard, FindsTheTokenInTheFieldsOfARequest)
   EXPECT_EQ(FindToken(""), "");
   EXPECT_EQ(FindToken("Basic YTpi"), "");
   EXPECT_EQ(FindToken("Bearers a.b.c"), "");
-  EXPECT_EQ(FindToken("", "kdstream.v1, a.b.c"), "a.b.c");
-  EXPECT_EQ(FindToken("", "a.b.c,kdstream.v1"), "a.b.c");
-  EXPECT_EQ(FindToken("", "kdstream.v1,,"), "");
-  EXPECT_EQ(FindToken("Bearer a.b.c", "kdstream.v1, d.e.f"), "a.b.c");
-  EXPECT_EQ(FindToken("Basic YTpi", "kdstream.v1, d.e.f"), "d.e.f");
+  EXPECT_EQ(FindToken("", "kdstream.v2, a.b.c"), "a.b.c");
+  EXPECT_EQ(FindToken("", "a.b.c,kdstream.v2"), "a.b.c");
+  EXPECT_EQ(FindToken("", "kdstream.v2,,"), "");
+  EXPECT_EQ(FindToken("Bearer a.b.c", "kdstream.v2, d.e.f"), "a.b.c");
+  EXPECT_EQ(FindToken("Basic YTpi", "kdstream.v2, d.e.f"), "d.e.f");
 }
 
 }

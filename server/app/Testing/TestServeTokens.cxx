@@ -106,7 +106,7 @@ TEST_F(Guarded, FollowsItsFileWithinASecond)
   const auto first = this->Make({ "--models", "*", "--detail", "regions" });
   const auto second = this->Make({ "--models", "*", "--detail", "regions" });
   StreamTestClient stream(port);
-  ASSERT_TRUE(stream.Open("kdstream.v1, " + first.token));
+  ASSERT_TRUE(stream.Open("kdstream.v2, " + first.token));
   EXPECT_EQ(StatusFor(port, first.token), 200u);
 
   const auto begin = std::chrono::steady_clock::now();
@@ -147,7 +147,7 @@ TEST_F(Guarded, FollowsItsFileThoughDescriptorsHaveRunOut)
   const auto port = serve.Port();
   const auto made = this->Make({ "--models", "*", "--detail", "regions" });
   StreamTestClient stream(port);
-  ASSERT_TRUE(stream.Open("kdstream.v1, " + made.token));
+  ASSERT_TRUE(stream.Open("kdstream.v2, " + made.token));
   {
     std::vector<std::unique_ptr<HttpTestClient>> crowd;
     for (int i = 0; i < 100; ++i)
@@ -180,7 +180,7 @@ TEST_F(Guarded, FollowsItsFileWhileItEnds)
   const auto port = serve.Port();
   const auto made = this->Make({ "--models", "*", "--detail", "regions" });
   StreamTestClient stream(port);
-  ASSERT_TRUE(stream.Open("kdstream.v1, " + made.token));
+  ASSERT_TRUE(stream.Open("kdstream.v2, " + made.token));
   stream.Ask({ 1, protocol::OpenRequest{ "sheet" } });
   const auto opened = stream.Await(1).opened;
   ASSERT_TRUE(opened);

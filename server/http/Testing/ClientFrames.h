@@ -74,7 +74,7 @@ inline std::string UpgradeRequest(std::string_view host = "127.0.0.1")
   return "GET /api/stream HTTP/1.1\r\nHost: " + std::string(host) +
          "\r\nUpgrade: websocket\r\nConnection: Upgrade\r\nSec-WebSocket-Version: 13\r\n"
          "Sec-WebSocket-Key: dGhlIHNhbXBsZSBub25jZQ==\r\n"
-         "Sec-WebSocket-Protocol: kdstream.v1\r\n\r\n";
+         "Sec-WebSocket-Protocol: kdstream.v2\r\n\r\n";
 }
 
 struct ServerFrame

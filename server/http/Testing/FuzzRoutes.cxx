@@ -165,7 +165,7 @@ void Answer(const ParsedRequest& parsed)
   if (boost::beast::websocket::is_upgrade(parsed))
   {
     namespace http = boost::beast::http;
-    (void)http::token_list(text(http::field::sec_websocket_protocol)).exists("kdstream.v1");
+    (void)http::token_list(text(http::field::sec_websocket_protocol)).exists("kdstream.v2");
     (void)site.Guarded->MayStream(text(http::field::origin), text(http::field::host));
     Require(!site.Guarded
                ->Admit(request.client, text(http::field::authorization),

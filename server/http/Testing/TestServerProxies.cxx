@@ -40,7 +40,7 @@ TEST_F(Proxies, AProxysClientsAreCountedByTheirOwnAddress)
   const std::string upgrade = "Connection: Upgrade\r\nUpgrade: websocket\r\n"
                               "Sec-WebSocket-Version: 13\r\n"
                               "Sec-WebSocket-Key: dGhlIHNhbXBsZSBub25jZQ==\r\n"
-                              "Sec-WebSocket-Protocol: kdstream.v1\r\nX-Forwarded-For: ";
+                              "Sec-WebSocket-Protocol: kdstream.v2\r\nX-Forwarded-For: ";
   HttpTestClient first(port);
   HttpTestClient second(port);
   HttpTestClient third(port);

@@ -81,7 +81,7 @@ TEST_F(QuotaServer, GivesEachNameItsShare)
   EXPECT_LE(seconds, 86400);
   // The same by a stream.
   StreamTestClient client(port);
-  ASSERT_TRUE(client.Open("kdstream.v1, " + Token("ann")));
+  ASSERT_TRUE(client.Open("kdstream.v2, " + Token("ann")));
   client.Ask({ 1, OpenRequest{ "dragon" } });
   ASSERT_TRUE(client.Await(1).opened);
   client.Ask({ 2, AskPartitions({ 3, 6, 7 }) });
@@ -120,7 +120,7 @@ TEST_F(QuotaServer, AFileThatIsLockedDelaysOnlyThoseWhoTake)
   limits.regionsPerMinute = 10;
   const auto port = this->StartWith(limits);
   StreamTestClient stream(port);
-  ASSERT_TRUE(stream.Open("kdstream.v1, " + Token("ann")));
+  ASSERT_TRUE(stream.Open("kdstream.v2, " + Token("ann")));
   stream.Ask({ 1, OpenRequest{ "dragon" } });
   ASSERT_TRUE(stream.Await(1).opened);
   const auto other = OpenForWriting(this->folder.Path / "quotas.db");

@@ -23,7 +23,7 @@ TEST_F(Streams, UpgradesOnlyWhatItKnows)
   const auto port = this->Start();
   StreamTestClient good(port);
   EXPECT_TRUE(good.Open());
-  EXPECT_EQ(good.Subprotocol(), "kdstream.v1");
+  EXPECT_EQ(good.Subprotocol(), "kdstream.v2");
   const auto statusOf = [port](const std::string& target, const std::string& fields)
   {
     const auto response = HttpTestClient(port).Get(
@@ -33,10 +33,10 @@ TEST_F(Streams, UpgradesOnlyWhatItKnows)
     return response ? response->status : 0;
   };
   const std::string protocol = "Sec-WebSocket-Protocol: ";
-  const std::string ours = protocol + "kdstream.v1\r\n";
+  const std::string ours = protocol + "kdstream.v2\r\n";
   EXPECT_EQ(statusOf("/api/stream", ours), 101u);
   EXPECT_EQ(statusOf("/api/stream?x", ours), 101u);
-  EXPECT_EQ(statusOf("/api/stream", protocol + "other, kdstream.v1\r\n"), 101u);
+  EXPECT_EQ(statusOf("/api/stream", protocol + "other, kdstream.v2\r\n"), 101u);
   EXPECT_EQ(statusOf("/api/stream", ""), 400u);
   EXPECT_EQ(statusOf("/api/stream", protocol + "kdstream.v2\r\n"), 400u);
   EXPECT_EQ(statusOf("/api/streams", ours), 404u);

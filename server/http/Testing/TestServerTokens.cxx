@@ -49,7 +49,7 @@ protected:
   bool Streams(const std::string& subprotocols) const
   {
     StreamTestClient client(this->port);
-    return client.Open(subprotocols) && client.Subprotocol() == "kdstream.v1";
+    return client.Open(subprotocols) && client.Subprotocol() == "kdstream.v2";
   }
 };
 
@@ -109,18 +109,18 @@ TEST_F(Tokens, AllowWhatTheySayByGet)
 
 TEST_F(Tokens, OpenAStreamByFieldOrSubprotocol)
 {
-  EXPECT_TRUE(this->Streams("kdstream.v1, " + Token("regions")));
-  EXPECT_TRUE(this->Streams(Token("regions") + ", kdstream.v1"));
+  EXPECT_TRUE(this->Streams("kdstream.v2, " + Token("regions")));
+  EXPECT_TRUE(this->Streams(Token("regions") + ", kdstream.v2"));
   StreamTestClient native(this->port);
-  EXPECT_TRUE(native.Open("kdstream.v1", "Bearer " + Token("regions")));
+  EXPECT_TRUE(native.Open("kdstream.v2", "Bearer " + Token("regions")));
 
   StreamTestClient none(this->port), wrong(this->port);
   EXPECT_FALSE(none.Open());
-  EXPECT_FALSE(wrong.Open("kdstream.v1, " + Token("regions") + "A"));
+  EXPECT_FALSE(wrong.Open("kdstream.v2, " + Token("regions") + "A"));
   const auto answer =
     this->Get("/api/stream", "Connection: Upgrade\r\nUpgrade: websocket\r\nSec-WebSocket-Version: "
                              "13\r\nSec-WebSocket-Key: dGhlIHNhbXBsZSBub25jZQ==\r\n"
-                             "Sec-WebSocket-Protocol: kdstream.v1\r\n");
+                             "Sec-WebSocket-Protocol: kdstream.v2\r\n");
   EXPECT_EQ(answer.status, 401u);
   EXPECT_EQ(answer.Field("WWW-Authenticate"), "Bearer");
 }
@@ -128,7 +128,7 @@ TEST_F(Tokens, OpenAStreamByFieldOrSubprotocol)
 TEST_F(Tokens, AllowWhatTheySayOnAStream)
 {
   StreamTestClient client(this->port);
-  ASSERT_TRUE(client.Open("kdstream.v1, " + Token("levels")));
+  ASSERT_TRUE(client.Open("kdstream.v2, " + Token("levels")));
   client.Ask({ 1, OpenRequest{ "vase" } });
   EXPECT_EQ(client.Await(1).error->code, 403u);
   client.Ask({ 2, OpenRequest{ "dragon" } });
@@ -151,8 +151,8 @@ TEST_F(Tokens, EndAStreamWhenTheyExpireOrAreRevoked)
     this->time = 1000;
     this->guard->Replace(forged::Keys());
     StreamTestClient idle(this->port), busy(this->port);
-    ASSERT_TRUE(idle.Open("kdstream.v1, " + Token("regions")));
-    ASSERT_TRUE(busy.Open("kdstream.v1, " + Token("regions")));
+    ASSERT_TRUE(idle.Open("kdstream.v2, " + Token("regions")));
+    ASSERT_TRUE(busy.Open("kdstream.v2, " + Token("regions")));
     busy.Ask({ 1, OpenRequest{ "dragon" } });
     ASSERT_TRUE(busy.Await(1).opened);
     Clock::time_point ended;
@@ -194,12 +194,12 @@ TEST_F(Tokens, AreInNoLogAndRefusalsAreCounted)
   const auto token = Token("levels");
   EXPECT_EQ(this->Get("/api/models.json", Bearer(token)).status, 200u);
   EXPECT_EQ(this->Get(this->Blob(BlobId::Partition(3)), Bearer(token)).status, 403u);
-  EXPECT_TRUE(this->Streams("kdstream.v1, " + token));
+  EXPECT_TRUE(this->Streams("kdstream.v2, " + token));
   HttpTestClient client(this->port);
   EXPECT_TRUE(MetricsHave("kdstream_refusals_total{reason=\"token\"} 1\n", client));
   // The same on a stream: a model, a detail, and the stream itself.
   StreamTestClient stream(this->port);
-  ASSERT_TRUE(stream.Open("kdstream.v1, " + token));
+  ASSERT_TRUE(stream.Open("kdstream.v2, " + token));
   stream.Ask({ 1, OpenRequest{ "vase" } });
   EXPECT_EQ(stream.Await(1).error->code, 403u);
   stream.Ask({ 2, OpenRequest{ "dragon" } });

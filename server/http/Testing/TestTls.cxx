@@ -32,7 +32,7 @@ protected:
   const std::string upgrade = "GET /api/stream HTTP/1.1\r\nHost: a\r\nConnection: Upgrade\r\n"
                               "Upgrade: websocket\r\nSec-WebSocket-Version: 13\r\n"
                               "Sec-WebSocket-Key: dGhlIHNhbXBsZSBub25jZQ==\r\n"
-                              "Sec-WebSocket-Protocol: kdstream.v1\r\n\r\n";
+                              "Sec-WebSocket-Protocol: kdstream.v2\r\n\r\n";
   HttpServerOptions options;
 
   void SetUp() override

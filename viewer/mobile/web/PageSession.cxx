@@ -185,7 +185,8 @@ void PageSession::Take(const ClientEvent& event)
   const bool keeps = this->Keeps && event.kind == ClientEvent::Kind::Blob && !event.fromCache &&
                      event.request > this->OpenRequest;
   const bool isTaken = Deliver(event, this->Viewer) == BlobArrival::Taken;
-  if (keeps && isTaken && !this->Open.id.empty())
+  // What came late for the tree, or is there already, was not decoded.
+  if (keeps && isTaken && !this->Open.id.empty() && IsSealed(event.bytes))
   {
     this->Arrivals.push_back(
       { protocol::BlobPath(this->Open.id, this->Open.digest, event.blob), event.bytes });

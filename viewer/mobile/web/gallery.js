@@ -166,12 +166,12 @@ export class Gallery {
 
   // null while the page has better things to do.
   async #make(model) {
+    await this.#page.rest();
     const { mode = "no model", idle, shownLevel, error } = this.#page.status();
     const rests = mode === "no model" || (mode === "browsing" && idle && (shownLevel !== null || error));
     if (document.hidden || !rests || isOffline()) {
       return null;
     }
-    await this.#page.rest();
     if (this.#maker?.made >= mostMade) {
       this.#maker.drop();
       this.#maker = null;

@@ -318,7 +318,7 @@ export class Line {
     }
     let socket;
     try {
-      socket = new WebSocket(streamAddress(), ["kdstream.v1", ...(token ? [token] : [])]);
+      socket = new WebSocket(streamAddress(), ["kdstream.v2", ...(token ? [token] : [])]);
     } catch {
       this.#ended(null, false);
       return;

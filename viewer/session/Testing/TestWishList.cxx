@@ -46,13 +46,13 @@ TEST(TestWishList, AsMuchIsAskedForAsFillsTheLineInItsOrder)
   EXPECT_TRUE(list.IsIdle());
   list.Want(Partitions(0, 30));
   EXPECT_FALSE(list.IsIdle());
-  list.AskMore(BytesOf, preview, false);
+  list.AskMore(BytesOf, { preview });
   const auto first = list.TakeOutgoing();
   ASSERT_EQ(first.size(), 4u);
   EXPECT_EQ(first[0].blobs.size(), 2u) << "a quarter of what may be under way";
   EXPECT_EQ(BlobsOf(first), Partitions(0, 8));
   EXPECT_EQ(list.GetProgress().blobsWanted, 30u);
-  list.AskMore(BytesOf, preview, false);
+  list.AskMore(BytesOf, { preview });
   EXPECT_TRUE(list.TakeOutgoing().empty()) << "the line is full";
 
   for (const SessionRequest& request : first)
@@ -63,7 +63,7 @@ TEST(TestWishList, AsMuchIsAskedForAsFillsTheLineInItsOrder)
       EXPECT_FALSE(list.Arrived(request.id, blob, blobBytes, 0, false)) << "once";
     }
   }
-  list.AskMore(BytesOf, preview, false);
+  list.AskMore(BytesOf, { preview });
   EXPECT_EQ(BlobsOf(list.TakeOutgoing()), Partitions(8, 16));
   EXPECT_EQ(list.GetProgress().blobsLoaded, 8u);
   EXPECT_EQ(list.GetProgress().blobsWanted, 30u);
@@ -74,10 +74,10 @@ TEST(TestWishList, WhatNobodyWantsIsCalledBackAndNothingIsAskedForTwice)
 {
   WishList list(0);
   list.Want(Partitions(0, 8));
-  list.AskMore(BytesOf, preview, false);
+  list.AskMore(BytesOf, { preview });
   const auto asked = list.TakeOutgoing();
   list.Want({ BlobId::Partition(1), BlobId::Partition(20) });
-  list.AskMore(BytesOf, preview, false);
+  list.AskMore(BytesOf, { preview });
   std::vector<std::uint32_t> cancelled;
   std::vector<BlobId> more;
   for (const SessionRequest& request : list.TakeOutgoing())
@@ -98,23 +98,49 @@ TEST(TestWishList, ThePreviewIsAskedForByItselfAndTheTreeAloneForATap)
 {
   WishList list(0);
   list.Want({ preview, BlobId::LevelPiece(12, 2), BlobId::LevelPiece(12, 3) });
-  EXPECT_EQ(list.AskMore(BytesOf, preview, false), 0u);
+  EXPECT_EQ(list.AskMore(BytesOf, { preview }), 0u);
   const auto requests = list.TakeOutgoing();
   ASSERT_EQ(requests.size(), 2u);
   EXPECT_EQ(requests[0].blobs, std::vector{ preview });
 
   WishList tap(0);
   tap.Want({ BlobId::TreePage(1), BlobId::PartitionBoxes(4), BlobId::Partition(1) });
-  EXPECT_EQ(tap.AskMore(BytesOf, preview, true), 2u);
+  EXPECT_EQ(tap.AskMore(BytesOf, { preview, true }), 2u);
   EXPECT_EQ(BlobsOf(tap.TakeOutgoing()).size(), 2u);
-  tap.AskMore(BytesOf, preview, false);
+  tap.AskMore(BytesOf, { preview });
   EXPECT_EQ(BlobsOf(tap.TakeOutgoing()), std::vector{ BlobId::Partition(1) });
+  tap.Want(
+    { BlobId::TreePage(1), BlobId::PartitionBoxes(4), BlobId::Partition(1), BlobId::Texture(1) });
+  tap.AskMore(BytesOf, { preview });
+  EXPECT_EQ(BlobsOf(tap.TakeOutgoing()), std::vector{ BlobId::Texture(1) });
   tap.KeepTreeOnly(); // another tap
   const auto cancels = tap.TakeOutgoing();
-  ASSERT_EQ(cancels.size(), 1u);
+  ASSERT_EQ(cancels.size(), 2u);
   EXPECT_EQ(cancels[0].kind, Kind::Cancel);
   EXPECT_TRUE(tap.Book().IsOwed(BlobId::TreePage(1)));
   EXPECT_FALSE(tap.Book().IsOwed(BlobId::Partition(1)));
+  EXPECT_FALSE(tap.Book().IsOwed(BlobId::Texture(1)));
+}
+
+// A quota that is used up refuses a request as a whole.
+TEST(TestWishList, TheOriginalIsAskedForApartWhereThatIsWanted)
+{
+  const std::vector<BlobId> wanted{ BlobId::Partition(1), BlobId::LevelPiece(12, 2),
+    BlobId::LevelPiece(12, 3), BlobId::Texture(1), BlobId::Texture(2) };
+  for (const bool apart : { false, true })
+  {
+    WishList list(0);
+    list.Want(wanted);
+    list.AskMore(BytesOf, { preview, false, apart });
+    const auto requests = list.TakeOutgoing();
+    EXPECT_EQ(BlobsOf(requests), wanted);
+    std::size_t mixed = 0;
+    for (const SessionRequest& request : requests)
+    {
+      mixed += IsOfOriginal(request.blobs.front()) != IsOfOriginal(request.blobs.back()) ? 1 : 0;
+    }
+    EXPECT_EQ(mixed, apart ? 0u : 2u);
+  }
 }
 
 TEST(TestWishList, WhatIsFetchedAheadIsNoProgressMakesWayAndHasItsEnd)

@@ -60,7 +60,7 @@ void WishList::KeepTreeOnly()
   std::set<BlobId> kept;
   for (const auto& [blob, request] : this->Requests.AllOwed())
   {
-    if (!IsOfPiece(blob))
+    if (IsOfTree(blob))
     {
       kept.insert(blob);
     }
@@ -77,7 +77,7 @@ std::uint32_t WishList::Ask(std::vector<BlobId> blobs)
   return this->Requests.Send(std::move(request));
 }
 
-std::size_t WishList::AskMore(const Estimate& bytesOf, const BlobId& alone, bool treeOnly)
+std::size_t WishList::AskMore(const Estimate& bytesOf, const Manner& manner)
 {
   const std::size_t window = this->Meter.Window();
   std::size_t underWay = 0, ofTree = 0;
@@ -86,12 +86,18 @@ std::size_t WishList::AskMore(const Estimate& bytesOf, const BlobId& alone, bool
     underWay += bytesOf(blob);
   }
   const auto mayAsk = [&]
-  { return !this->Queue.empty() && !(treeOnly && !IsOfTree(this->Queue.front())); };
+  { return !this->Queue.empty() && !(manner.treeOnly && !IsOfTree(this->Queue.front())); };
   while (mayAsk() && underWay < window && this->Requests.RequestCount() < mostRequests)
   {
-    const bool isAlone = this->Queue.front() == alone;
+    const bool isAlone = this->Queue.front() == manner.alone;
     std::vector<BlobId> blobs;
     std::size_t bytes = 0;
+    const bool isOriginal = IsOfOriginal(this->Queue.front());
+    const auto fits = [&]
+    {
+      return mayAsk() && !isAlone && bytes < window / 4 &&
+             !(manner.originalApart && IsOfOriginal(this->Queue.front()) != isOriginal);
+    };
     do
     {
       const BlobId blob = this->Queue.front();
@@ -99,7 +105,7 @@ std::size_t WishList::AskMore(const Estimate& bytesOf, const BlobId& alone, bool
       bytes += bytesOf(blob);
       blobs.push_back(blob);
       this->Queue.pop_front();
-    } while (mayAsk() && !isAlone && bytes < window / 4);
+    } while (fits());
     underWay += bytes;
     const bool isLone = this->Requests.Empty();
     const std::uint32_t id = this->Ask(std::move(blobs));

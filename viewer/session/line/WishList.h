@@ -46,9 +46,15 @@ public:
   void KeepTreeOnly();
 
   // ---- asking
-  // `alone` is asked for by itself. treeOnly: nothing from the first piece of the list on. Returns
-  // how many pages and boxes it has asked for.
-  std::size_t AskMore(const Estimate& bytesOf, const protocol::BlobId& alone, bool treeOnly);
+  struct Manner
+  {
+    protocol::BlobId alone;     // is asked for by itself
+    bool treeOnly = false;      // nothing from the first piece of the list on
+    bool originalApart = false; // no request has both some of the original, which may be refused as
+                                // a whole, and anything else
+  };
+  // Returns how many pages and boxes it has asked for.
+  std::size_t AskMore(const Estimate& bytesOf, const Manner& manner);
   // Whether more may be fetched ahead of the view that wants these pieces.
   bool MayAskAhead(const std::vector<PieceId>& view);
   // For as much of these as may be under way, and is left of what is fetched ahead of a view.
