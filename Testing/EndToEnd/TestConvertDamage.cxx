@@ -266,6 +266,17 @@ TEST_F(TestConvertDamage, DamagedPartsOfVtkFilesAreNamed)
     { mesh + "POINTS 4 float\n0 0 0\n1 0 nan\n0 1 0\n0 0 1\n",
       "POINTS (line 5) has 'nan' (line 7), which VTK does not read in a text" },
     { mesh + "POINTZ 4 float\n0 0 0\n", "'POINTZ' (line 5) is not the name of a part" },
+    { mesh + "POINTS 4 float\n0 0 0\n1 0 1,5\n0 1 0\n0 0 1\n",
+      "POINTS (line 5) has 5 of its 12 numbers, then '1,5' (line 7)" },
+    { mesh + points + "POLYGONS 1 4\n3 0 1 1e300\n",
+      "POLYGONS (line 10) has a cell 0 (line 11) that names point '1e300', but there are 4" },
+    { mesh + points + "POLYGONS 1 4\n3 0 1-2\n",
+      "POLYGONS (line 10) has 2 of its 4 numbers, then '1-2' (line 11)" },
+    { mesh + "FIELD f 3\nNULL_ARRAY\nnames 1 2 string\nPOLYGONS%201\nb\nc 1 1 int\n7\n" + points +
+        "POLYGONS 1 4\n3 0 1\n",
+      "POLYGONS (line 17) has 3 of its 4 numbers, then the file ends" },
+    { mesh + points + "POINT_DATA 4\nFIELD f 1\nnames 1 4 string\na\nb\n",
+      "FIELD (line 11), array 'names' has 2 of its 4 values, then the file ends" },
     { mesh + points + "POLYGONS 2 8\n3 0 1 2\n3 0 1\n",
       "POLYGONS (line 10) has 7 of its 8 numbers, then the file ends" },
     { mesh + points +
@@ -303,6 +314,37 @@ TEST_F(TestConvertDamage, DamagedPartsOfVtkFilesAreNamed)
                 std::string(132, '\0') + "\nPOLYGONS 1 4\n" +
                 std::string("\0\0\0\3\0\0\0\n\0\0\0\t\0\0\0\1", 16) + "\n");
   EXPECT_EQ(this->Converted("in.vtk").triangles, (std::vector<Triangle>{ { 10, 9, 1 } }));
+}
+
+// What VTK reads is not refused for what the search for damage makes of it.
+TEST_F(TestConvertDamage, VtkFilesOfOtherProgramsAreNotDamaged)
+{
+  const std::string head = "# vtk DataFile Version 3.0\nt\nASCII\nDATASET POLYDATA\n";
+  const std::string triangle = "POLYGONS 1 4\n3 0 1 2\n";
+  const std::string points = "POINTS 3 float\n1 -2 3 0 1 0 0 0 1\n";
+  const std::string binary = "# vtk DataFile Version 3.0\nt\nBINARY\nDATASET POLYDATA\n";
+  for (const std::string& text :
+    { head + "POINTS 3 float\n0.100E+01-0.200E+01 0.300E+01\n0. 1.-0. 0.0+0.0 1.0\n" + triangle,
+      head + "POINTS 3 double\n1.0-2.0 3.0\n0 1 0 0-0 1\n" + triangle,
+      head + points + triangle + "POINT_DATA 3\nFIELD f 3\nnames 1 3 string\na b\n\nLINES\n" +
+        "NULL_ARRAY\nnumber 1 3 int\n7 8 9\n",
+      head + points + triangle + "POINT_DATA 3\nFIELD f 2\nany 1 3 variant\n6 1\n6 2\n6 3\n" +
+        "number 1 3 int\n7 8 9\n",
+      binary +
+        "FIELD f 1\nnames 1 2 string\n\xC3"
+        "abc\xC1"
+        "d\nPOINTS 3 float\n" +
+        std::string("\x3F\x80\0\0\xC0\0\0\0\x40\x40\0\0", 12) + std::string(24, '\0') +
+        "\nPOLYGONS 1 4\n" + std::string("\0\0\0\3\0\0\0\0\0\0\0\1\0\0\0\2", 16) + "\n" })
+  {
+    SCOPED_TRACE(text);
+    this->WriteText("in.vtk", text);
+    const Outcome outcome = this->Convert("in.vtk");
+    ASSERT_EQ(outcome.exitCode, 0) << outcome.err;
+    const Mesh read = this->Read("out.ply");
+    ASSERT_EQ(read.triangles.size(), 1U);
+    EXPECT_EQ(read.points[0], (Vec3{ 1, -2, 3 }));
+  }
 }
 
 TEST_F(TestConvertDamage, NestingWithoutEndIsNoCrash)

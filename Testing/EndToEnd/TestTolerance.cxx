@@ -489,6 +489,13 @@ TEST_F(TestTolerance, TheFirstColumnOfPointsMayBeANumberOrATime)
   this->WriteText("in.xyz", lines([](int i) { return 5 * ((7 * i) % 31); }, ""));
   EXPECT_NE(this->Built("in.xyz", { { "columns_guessed", 1 } })[0].find("has no number twice"),
     std::string::npos);
+  // A way along x, there and back, is not in such an order.
+  this->WriteText("in.xyz", lines([](int i) { return i < 15 ? 2 * i : 59 - 2 * i; }, ""));
+  {
+    const Outcome way = this->Convert("in.xyz");
+    EXPECT_EQ(way.exitCode, 0) << way.err;
+    EXPECT_EQ(this->Read("out.ply").points[1][0], 2);
+  }
   this->WriteText("in.xyz", "5 1 2 9\n7 2 2 8\n6 3 2 9\n");
   EXPECT_EQ(this->Built("in.xyz", nlohmann::json::object()), Warnings{});
   // A cloud along x.

@@ -54,6 +54,33 @@ struct ArrayPart
 constexpr ArrayPart arrayParts[] = { { "VECTORS", 3 }, { "NORMALS", 3 }, { "TENSORS", 9 },
   { "TENSORS6", 6 }, { "GLOBAL_IDS", 1 }, { "PEDIGREE_IDS", 1 }, { "EDGE_FLAGS", 1 } };
 
+// Further words that VTK knows: of grids and graphs, whose sizes do not matter here.
+constexpr std::string_view otherKeywords[] = { "BLANKING", "EDGES", "VERTEX_DATA", "EDGE_DATA",
+  "ROW_DATA", "CHILDREN" };
+
+// The first number of those that Fortran writes without a blank between them, "1.0-2.0", as a
+// stream takes it off; empty where the word is anything else.
+std::string_view FirstOfGlued(std::string_view word)
+{
+  const auto pass = [&](std::size_t at, std::string_view set)
+  { return std::min(word.find_first_not_of(set, at), word.size()); };
+  constexpr std::string_view digits = "0123456789";
+  const auto at = [&](std::size_t k, std::string_view set)
+  { return k < word.size() && set.find(word[k]) != set.npos; };
+  std::size_t end = pass(at(0, "+-") ? 1 : 0, digits);
+  end = at(end, ".") ? pass(end + 1, digits) : end;
+  if (at(end, "eE"))
+  {
+    end = pass(end + (at(end + 1, "+-") ? 2 : 1), digits);
+  }
+  return at(end, "+-.") ? word.substr(0, end) : std::string_view();
+}
+
+bool IsLetter(char c)
+{
+  return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z');
+}
+
 template <std::size_t count>
 bool IsOneOf(std::string_view word, const std::string_view (&words)[count])
 {
@@ -179,23 +206,33 @@ private:
                          " where a count is expected");
   }
 
-  bool NotEnough(std::uint64_t there, std::uint64_t count)
+  bool NotEnough(std::uint64_t there, std::uint64_t count, bool isCut = true)
   {
     const std::string_view next = this->IsBinary ? std::string_view() : this->Ahead();
     const std::string then =
       next.empty() ? "then the file ends" : "then " + QuotedText(next) + " " + this->Here();
     return this->Damaged(
       "has " + std::to_string(there) + " of its " + std::to_string(count) + " numbers, " + then,
-      true);
+      isCut);
   }
 
-  // The next number of a text.
-  bool TakeNumber(std::uint64_t index, std::uint64_t count, double& value)
+  // The next number of a text. Numbers may be glued together, as VTK reads them, but not those of
+  // cells, of which it crashes where some are missing.
+  bool TakeNumber(std::uint64_t index, std::uint64_t count, double& value, bool isOfCells = false)
   {
-    const std::string_view word = this->Ahead();
-    if (word.empty() || ParseNumber(word, value) != NumberTextError::None)
+    std::string_view word = this->Ahead();
+    if (word.empty())
     {
       return this->NotEnough(index, count);
+    }
+    if (ParseNumber(word, value) != NumberTextError::None)
+    {
+      const std::string_view first = isOfCells ? std::string_view() : FirstOfGlued(word);
+      if (first.empty() || ParseNumber(first, value) != NumberTextError::None)
+      {
+        return this->NotEnough(index, count, isOfCells || IsLetter(word[0]));
+      }
+      word = first;
     }
     if (!std::isfinite(value))
     {
@@ -203,15 +240,75 @@ private:
         "has " + QuotedText(word) + " " + this->Here() + ", which VTK does not read in a text");
     }
     this->Source.Consume(word.size());
+    this->Taken = word;
+    return true;
+  }
+
+  bool EndsBefore(std::uint64_t there, std::uint64_t count)
+  {
+    return this->Damaged("has " + std::to_string(there) + " of its " + std::to_string(count) +
+                           " values, then the file ends",
+      true);
+  }
+
+  // The texts of an array: of a text a line each; in binary each with its size before it, of one to
+  // eight bytes, as the first two bits say.
+  bool TakeStrings(std::uint64_t count)
+  {
+    this->SkipLine();
+    for (std::uint64_t i = 0; i < count; ++i)
+    {
+      const Result<std::string_view> ahead = this->Source.Peek(sizeof(std::uint64_t));
+      const auto first = ahead && !ahead->empty() ? static_cast<unsigned char>(ahead->front()) : 0U;
+      const std::size_t bytes = std::size_t{ 8 } >> (first >> 6U);
+      if (!ahead || ahead->size() < (this->IsBinary ? bytes : 1))
+      {
+        return this->EndsBefore(i, count);
+      }
+      if (!this->IsBinary)
+      {
+        this->SkipLine();
+        continue;
+      }
+      std::uint64_t size = first & 63U;
+      for (std::size_t k = 1; k < bytes; ++k)
+      {
+        size = size << 8U | static_cast<unsigned char>((*ahead)[k]);
+      }
+      if (size > this->Source.Remaining() - bytes)
+      {
+        return this->EndsBefore(i, count);
+      }
+      this->Source.Seek(this->Source.Position() + bytes + size);
+    }
+    return true;
+  }
+
+  // Values of any types, each the number of its type and a word.
+  bool TakeVariants(std::uint64_t count)
+  {
+    for (std::uint64_t i = 0; i < count; ++i)
+    {
+      if (this->Word().empty() || this->Word().empty())
+      {
+        return this->EndsBefore(i, count);
+      }
+    }
     return true;
   }
 
   // The numbers behind a head: of a text as words.
-  bool TakeNumbers(std::uint64_t count, std::uint64_t components, const std::string& type)
+  bool TakeNumbers(
+    std::uint64_t count, std::uint64_t components, const std::string& type, bool isOfCells = false)
   {
     const std::uint64_t all = components > 0 && count > ~std::uint64_t{ 0 } / components
                                 ? ~std::uint64_t{ 0 }
                                 : count * components;
+    if (const std::string small = LowercaseText(type);
+        small == "string" || small == "utf8_string" || small == "variant")
+    {
+      return small == "variant" ? this->TakeVariants(all) : this->TakeStrings(all);
+    }
     const bool isBit = LowercaseText(type) == "bit";
     const std::size_t bits = isBit ? 1 : 8 * SizeOfType(LowercaseText(type));
     if (bits == 0)
@@ -223,7 +320,7 @@ private:
       double value = 0;
       for (std::uint64_t i = 0; i < all; ++i)
       {
-        if (!this->TakeNumber(i, all, value))
+        if (!this->TakeNumber(i, all, value, isOfCells))
         {
           return false;
         }
@@ -295,7 +392,7 @@ private:
     std::uint64_t cell = 0, taken = 0;
     for (; taken < numbers; ++cell)
     {
-      if (!this->TakeNumber(taken++, numbers, value))
+      if (!this->TakeNumber(taken++, numbers, value, true))
       {
         return false;
       }
@@ -306,15 +403,14 @@ private:
         {
           return this->CellIsCut(cell, numbers);
         }
-        if (!this->TakeNumber(taken++, numbers, value))
+        if (!this->TakeNumber(taken++, numbers, value, true))
         {
           return false;
         }
         if (value < 0 || value >= static_cast<double>(this->Points))
         {
           return this->Damaged("has a cell " + std::to_string(cell) + " " + this->Here() +
-                               " that names point " +
-                               std::to_string(static_cast<long long>(value)) + ", but there are " +
+                               " that names point " + QuotedText(this->Taken) + ", but there are " +
                                std::to_string(this->Points));
         }
       }
@@ -344,7 +440,7 @@ private:
         return this->Damaged("has " + (word.empty() ? "no" : QuotedText(word) + ", not") + " " +
                              keyword + " " + this->Here());
       }
-      if (!this->TakeNumbers(count, 1, this->Word()))
+      if (!this->TakeNumbers(count, 1, this->Word(), true))
       {
         return false;
       }
@@ -369,6 +465,10 @@ private:
       {
         this->SkipToEmptyLine();
         ++arrays;
+        continue;
+      }
+      if (name == "NULL_ARRAY")
+      {
         continue;
       }
       this->Part = field + ", array " + QuotedText(name);
@@ -481,8 +581,14 @@ private:
       this->Word();
       return this->TakeNumbers(this->Tuples, array->components, this->Word());
     }
+    if (IsOneOf(keyword, otherKeywords))
+    {
+      return false; // what follows is none of a list of cells
+    }
     this->Part = QuotedText(keyword) + " " + at;
-    return this->Damaged("is not the name of a part");
+    this->Damaged("is not the name of a part");
+    this->Damage.unknownWord = LowercaseText(keyword);
+    return false;
   }
 
   ByteSource Source;
@@ -490,6 +596,7 @@ private:
   std::uint64_t Line = 1;
   std::uint64_t Points = 0, Tuples = 0; // points of the file; of POINT_DATA or CELL_DATA
   std::string Part;                     // "POINTS (line 5)"
+  std::string_view Taken;               // the last number of a text, until the next is sought
   VtkDamage Damage;
 };
 

@@ -18,6 +18,9 @@ struct VtkDamage
   // Numbers are missing: VTK crashes on such lists of cells, and reads less than there should be of
   // others.
   bool isCut = false;
+  // In small letters, where the part is one of which the name is not known: VTK says it, too,
+  // unless it knows the name, and something else is wrong.
+  std::string unknownWord{};
 };
 
 // Goes through the file once, in the memory of a block.

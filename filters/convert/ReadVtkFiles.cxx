@@ -303,7 +303,8 @@ Result<ForeignMesh> ReadVtk(const std::filesystem::path& file, const Execution& 
   vtkDataObject* const output = reader->GetOutput();
   if (const Status read = messages.FirstError(); !read)
   {
-    return Damaged(read.GetError(), damage.part);
+    const bool isBlamed = read.GetError().message.find(damage.unknownWord) != std::string::npos;
+    return Damaged(read.GetError(), isBlamed ? damage.part : std::string());
   }
   if (vtkPolyData* const mesh = vtkPolyData::SafeDownCast(output))
   {

@@ -242,13 +242,22 @@ XyzFirstColumn::Meaning XyzFirstColumn::MeansByAll(std::vector<double> values) c
   {
     return Meaning::X;
   }
+  double steps = 0;
+  for (std::size_t i = 1; i < values.size(); ++i)
+  {
+    steps += std::abs(values[i] - values[i - 1]);
+  }
   std::sort(values.begin(), values.end());
   if (std::adjacent_find(values.begin(), values.end()) != values.end())
   {
     return Meaning::X;
   }
-  const bool dense = values.back() - values.front() == static_cast<double>(values.size() - 1);
-  return dense && values.size() >= manyPoints ? Meaning::Shuffled : Meaning::Differs;
+  // Numbers in no order jump by a third of their range; places along a way are near the one before.
+  constexpr double leastJump = 1. / 6;
+  const double range = values.back() - values.front();
+  const auto intervals = static_cast<double>(values.size() - 1);
+  const bool dense = range == intervals, jump = steps >= leastJump * range * intervals;
+  return dense && jump && values.size() >= manyPoints ? Meaning::Shuffled : Meaning::Differs;
 }
 
 XyzColumns::XyzColumns(std::size_t columns, std::size_t before)

@@ -124,7 +124,7 @@ public:
     Rises,    // never falls: taken for x, but it could be a number or a time
     Differs,  // whole numbers, no two alike: taken for x, but it could be a number
     Counter,  // whole numbers that rise, or fall, by one in every line
-    Shuffled, // the same in another order
+    Shuffled, // the same in another order, which jumps
     Time      // never falls, and is 10^8 or more, as seconds since 1970 and of GPS are
   };
 

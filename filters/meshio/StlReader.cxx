@@ -332,7 +332,17 @@ bool IsWord(std::string_view word, std::string_view small)
 // Whether words behind "facet" are those of a facet's begin.
 bool GoesOnAsFacet(std::string_view rest)
 {
-  if (!IsWord(TakeWord(rest), "normal"))
+  const std::string_view first = TakeWord(rest);
+  if (IsWord(first, "outerloop"))
+  {
+    return true;
+  }
+  if (IsWord(first, "outer"))
+  {
+    const std::string_view loop = TakeWord(rest);
+    return loop.empty() || IsWord(loop, "loop");
+  }
+  if (!IsWord(first, "normal"))
   {
     return false;
   }
@@ -360,6 +370,37 @@ std::size_t EndOfName(std::string_view line, bool isEnd)
     }
   }
   return std::string_view::npos;
+}
+
+bool AreThreeNumbers(std::string_view rest)
+{
+  double value = 0;
+  for (int k = 0; k < 3; ++k)
+  {
+    if (ParseNumber(TakeWord(rest), value) != NumberTextError::None)
+    {
+      return false;
+    }
+  }
+  return true;
+}
+
+// A word that shows a facet, whose begin is damaged, in a text that is to be passed over; empty if
+// there is none. A solid may be called "outer", or "vertex".
+std::string_view WordOfFacet(std::string_view text)
+{
+  for (std::string_view word = TakeWord(text); !word.empty(); word = TakeWord(text))
+  {
+    std::string_view rest = text;
+    const bool isVertex = IsWord(word, "vertex") && AreThreeNumbers(rest);
+    const bool isOuter = IsWord(word, "outer") && IsWord(TakeWord(rest), "loop");
+    if (isVertex || isOuter || IsWord(word, "outerloop") || IsWord(word, "endloop") ||
+        IsWord(word, "endfacet"))
+    {
+      return word;
+    }
+  }
+  return {};
 }
 
 // A word where a facet could begin that is none of the format's, such as "color".
@@ -405,13 +446,17 @@ private:
   Result<bool> NextVertex();
   // What stands between facets: true at the end of the text, or where a facet begins.
   Result<bool> PassBetween();
-  Status SkipName(bool isEnd);
+  // Passes over a name or a remark, up to the facet that follows it or the end of the line. word:
+  // which is told to be wrong where a facet would be passed over; empty: one of the facet.
+  Status SkipName(bool isEnd, const std::string& word = {});
   Status BeginFacet();
   Status ReadFacet();
   Status EndFacet();
   // The next word; "endsolid" too where it is written "end solid".
   Result<std::string_view> NextWord();
   Status Expect(std::string_view expected);
+  // What is expected between facets.
+  const char* Between() const { return this->At.inSolid ? "'facet' or 'endsolid'" : "'solid'"; }
   Error Unexpected(std::string_view word, const std::string& expected) const;
   template <class T>
   Status ReadPoint(Vec3& point);
@@ -472,11 +517,15 @@ Status TextStlReader::EndFacet()
   return {};
 }
 
-Status TextStlReader::SkipName(bool isEnd)
+Status TextStlReader::SkipName(bool isEnd, const std::string& word)
 {
   const Result<std::string_view> line = this->Words.RestOfLine();
   KDSTREAM_TRY(line);
   const std::size_t end = EndOfName(*line, isEnd);
+  if (const std::string_view lost = WordOfFacet(line->substr(0, end)); !lost.empty())
+  {
+    return this->Unexpected(word.empty() ? lost : word, this->Between());
+  }
   if (end == std::string_view::npos)
   {
     return this->Words.SkipLine();
@@ -498,8 +547,8 @@ Result<bool> TextStlReader::PassBetween()
   }
   if (this->At.inSolid ? isEnd || (isSolid && endsHere) : isSolid)
   {
-    KDSTREAM_TRY(this->SkipName(isEnd));
     this->At.inSolid = !isEnd;
+    KDSTREAM_TRY(this->SkipName(isEnd));
     return false;
   }
   if (this->At.inSolid && IsWord(*word, "facet"))
@@ -510,14 +559,15 @@ Result<bool> TextStlReader::PassBetween()
   const bool isBefore = !this->At.inSolid && this->At.facet == 0;
   if (isBefore || isSolid || isEnd || IsWord(*word, "facet") || !IsForeignWord(*word))
   {
-    return this->Unexpected(*word, this->At.inSolid ? "'facet' or 'endsolid'" : "'solid'");
+    return this->Unexpected(*word, this->Between());
   }
+  const std::string foreign(*word);
   if (this->At.foreign++ == 0)
   {
     this->At.firstForeign =
-      QuotedText(*word) + ", before byte " + std::to_string(this->Words.Position());
+      QuotedText(foreign) + ", before byte " + std::to_string(this->Words.Position());
   }
-  KDSTREAM_TRY(this->SkipName(false));
+  KDSTREAM_TRY(this->SkipName(false, foreign));
   return false;
 }
 

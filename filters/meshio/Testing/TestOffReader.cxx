@@ -58,6 +58,10 @@ TEST(OffReader, ReadsHeadersAsProgramsWriteThem)
            "# end\n",
          "\n# first\nOFF\n4\n2 0\n" + square + faces + "\n\n", "nOFF 3\n4 2 0\n" + square + faces,
          "OFF\n4 2 0\n" + square + "3\n0 1 2\n3\n0 2 3", "OFF\n4 2 0\n" + square + faces + "\x1A",
+         "OFF\n4\n2\n5\n" + square + faces, "OFF\n4 2 # edges:\n\n5 # of no use\n" + square + faces,
+         "OFF\n4\n2\n" + square + faces,
+         std::string("OFF\n4 2 0\n# a\n# b\n  # c\n# d\n0 0 0 1 0 0 1 1 0 0 1 0\n# e\n"
+                     "3 0 1 2 3 0 2 3\n"),
          returns, std::string("OFF\n4 2 0\n0 0 0 1 0 0 1 1 0 0 1 0\n3 0 1 2 3 0 2 3\n") })
   {
     SCOPED_TRACE(bytes);
@@ -85,6 +89,8 @@ TEST(OffReader, ReadsWhatStandsBehindPlaces)
     { "COFF\n2 0 0\n0 0 0 1 0.5 0 1\n1 0 0 0 1 0.2 1\n", "RGB", { 255, 128, 0, 0, 255, 51 }, true },
     { "COFF\n2 0 0\n0 0 0 1 0 0\n1 0 0 0 1 1\n", "RGB", { 255, 0, 0, 0, 255, 255 }, true },
     { "NOFF\n2 0 0\n0 0 0 0 0 1\n1 0 0 0 1 0\n", "Normals", { 0, 0, 1, 0, 1, 0 }, false },
+    { "noff\n2 0 0\n0 0 0 0 0 1\n1 0 0 0 1 0\n", "Normals", { 0, 0, 1, 0, 1, 0 }, false },
+    { "stcnoff\n1 0\n0\n0 0 0 0 0 1 9 8 7 0.5 1\n", "TCoords", { 0.5, 1 }, false },
     { "STOFF\n2 0 0\n0 0 0 0.5 1\n1 0 0 0 0.25\n", "TCoords", { 0.5, 1, 0, 0.25 }, false },
     { "STCNOFF\n1 0 0\n0 0 0 0 0 1 9 8 7 0.5 1\n", "RGB", { 9, 8, 7 }, false },
     { "NCOFF\n1 0 0\n0 0 0 9 8 7 255 0 0 1\n", "RGBA", { 9, 8, 7, 255 }, true },
@@ -129,6 +135,7 @@ TEST(OffReader, CountsWhatItDoesNotRead)
   EXPECT_EQ(warnings(begin + faces + "3 1 2 3\n"),
     (std::vector<std::string>{ "9 bytes behind the end are not read; the first: byte 49, behind "
                                "the last face that the header counts" }));
+  EXPECT_EQ(warnings("OFF\n0\n0\n0\n\n"), std::vector<std::string>());
   EXPECT_EQ(warnings(begin + "2 0 1\n3 0 1 2\n"),
     (std::vector<std::string>{ "1 face has fewer than three corners and is dropped: face 0" }));
 }
@@ -176,6 +183,10 @@ TEST(OffReader, SaysWhatIsWrongAndWhere)
          { begin + "3 0 1 2\n", "truncated: face 1 of 2 expected at byte 42" },
          { begin + "3 0 1 2\n3 0 2\n", "face 1 (line 8) has 2 of its 3 corners" },
          { "OFF\n2 1 0\n0 0\n0 1 2\n3 0 0 0\n", "vertex 0 (line 3) has 2 of its 3 coordinates" },
+         { "OFF\n4 2 0\n0 0\n1 0 0\n1 1 0\n0 1 0\n" + faces + "3 0 1 3\n",
+           "vertex 0 (line 3) has 2 of its 3 coordinates" },
+         { begin + "3 0 1\n2 3 0 2\n3 0 1 3\n", "face 0 (line 7) has 3 of its 4 values" },
+         { "OFF\n4\n2\n5 7\n" + square + faces, "vertex 0 (line 4) has 2 of its 3 coordinates" },
          { "OFF\n2 0 0\n0 0 0\n0 1,5 2\n", "vertex 1 (line 4): y '1,5' is not a number of type "
                                            "float (a decimal comma: write 1.5 for 1,5)" },
        })
@@ -187,6 +198,9 @@ TEST(OffReader, SaysWhatIsWrongAndWhere)
       std::pair<std::string, std::string>{ std::string("OFF BINARY\n\0\0\0\4", 15),
         "is a binary OFF file, which is not read: save it as text, or as .ply" },
       { "4OFF\n1 0 0\n1 2 3 1\n", "is an OFF file of places in 4 dimensions, which is not read" },
+      { "4nOFF\n3\n1 0 0\n1 2 3 1\n",
+        "is an OFF file of places in 3 dimensions with a weight each, which is not read" },
+      { "4off\n1 0 0\n1 2 3 1\n", "is an OFF file of places in 4 dimensions, which is not read" },
       { "nOFF\n2\n1 0 0\n1 2\n", "is an OFF file of places in 2 dimensions, which is not read" },
     })
   {

@@ -490,6 +490,14 @@ TEST(PlyReader, DropsWhatLinesHoldBeyondTheHeader)
     std::vector<std::string>{ "3 lines have more values than the header names: they are not read; "
                               "the first: vertex 0 (line 10)" });
   EXPECT_FALSE(read.info.tolerance.Check(true));
+  // A record may take several lines, but not a part of the next one's.
+  ExpectError(asciiVertices + "end_header\n0 0 0\n0 0\n1 0 0\n0 1 0\n0 0 1\n",
+    "vertex 1 (line 9) has 2 of its 3 coordinates");
+  const Contents spread =
+    ReadBytes(asciiVertices + "end_header\n0\n0 0\n1 0 0 255\n0 1\n0\n0 0\n1\n");
+  ASSERT_TRUE(spread.status) << spread.status.GetError().message;
+  EXPECT_EQ(spread.mesh.points[3], (Vec3{ 0, 0, 1 }));
+  EXPECT_EQ(spread.info.tolerance.Of(Lapse::ValuesNotNamed), 1U);
   // Neither a line for each record, nor one for each element.
   ExpectError(asciiVertices + "end_header\n0 0 0 1 0 0\n0 1 0\n0 0 1\n",
     "vertex 0 (line 8): its line holds more values than the header names");

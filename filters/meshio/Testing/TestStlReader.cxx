@@ -268,17 +268,23 @@ TEST(StlReader, ReadsTextsOfOtherPrograms)
   };
   std::string line = oneFacet;
   std::replace(line.begin(), line.end(), '\n', ' ');
+  const std::string bare = "facet" + line.substr(18);
+  std::string joined = bare;
+  joined.replace(joined.find("outer loop"), 10, "OuterLoop");
   std::string capitals = "solid A\n" + oneFacet + "endsolid A\n";
   std::transform(capitals.begin(), capitals.end(), capitals.begin(),
     [](char c) { return c >= 'a' && c <= 'z' ? static_cast<char>(c - 'a' + 'A') : c; });
   const std::vector<std::string> none;
-  for (const auto& [bytes, facets] :
-    { std::pair{ "solid a b " + line + line + "endsolid a b", 2U },
-      { "solid " + line + "endsolid solid b " + line + "endsolid b", 2U },
-      { "solid facet normal\n" + oneFacet + "endsolid facet\nsolid b\n" + oneFacet + "endsolid",
-        2U },
-      { capitals + capitals, 2U }, { "solid a\nfacet" + oneFacet.substr(18) + "endsolid a\n", 1U },
-      { "\xEF\xBB\xBF\n \n" + capitals, 1U } })
+  for (const auto& [bytes, facets] : { std::pair{ "solid a b " + line + line + "endsolid a b", 2U },
+         { "solid " + line + "endsolid solid b " + line + "endsolid b", 2U },
+         { "solid facet normal\n" + oneFacet + "endsolid facet\nsolid b\n" + oneFacet + "endsolid",
+           2U },
+         { capitals + capitals, 2U },
+         { "solid a " + bare + line + "endsolid solid b " + bare + "endsolid", 3U },
+         { "solid outer vertex " + joined + "endsolid outer", 1U },
+         { "solid outer loops\n" + oneFacet + "endsolid vertex\n", 1U },
+         { "solid a\nfacet" + oneFacet.substr(18) + "endsolid a\n", 1U },
+         { "\xEF\xBB\xBF\n \n" + capitals, 1U } })
   {
     const MeshFileInfo info = read(bytes, facets);
     EXPECT_EQ(info.tolerance.Warnings(), none);
@@ -301,6 +307,23 @@ TEST(StlReader, ReadsTextsOfOtherPrograms)
     EXPECT_EQ(info.tolerance.Warnings(), none);
     ASSERT_EQ(info.ignoredAttributes.size(), 1U);
     EXPECT_EQ(info.ignoredAttributes[0].find("words between facets that are none of STL ('"), 0U);
+  }
+  // A facet whose first word is damaged is not passed over.
+  for (const auto& [begin, message] :
+    { std::pair{ "solid a\n" + oneFacet, "facet 1: 'faset' where 'facet' or 'endsolid' is" },
+      { "solid a\n# remark ", "facet 0: '#' where 'facet' or 'endsolid' is" },
+      { "solid a " + line + "color 1 0 0 ", "facet 1: 'color' where 'facet' or 'endsolid' is" },
+      { std::string("solid a "), "facet 0: 'outer' where 'facet' or 'endsolid' is" },
+      { "solid a\n" + oneFacet + "endsolid a ", "facet 1: 'outer' where 'solid' is" } })
+  {
+    for (const std::string& facet : { "faset" + line.substr(5), "faset" + bare.substr(5) })
+    {
+      SCOPED_TRACE(begin + facet);
+      const Contents damaged = ReadBytes(begin + facet + "\nendsolid a\n");
+      ASSERT_FALSE(damaged.status);
+      EXPECT_EQ(damaged.status.GetError().message.find(message), 0U)
+        << damaged.status.GetError().message;
+    }
   }
   ExpectError("solid a\nfacett" + oneFacet.substr(5) + "endsolid\n",
     "facet 0: 'outer' where 'facet' or 'endsolid' is expected, before byte 33");

@@ -13,6 +13,7 @@
 #include <array>
 #include <cmath>
 #include <initializer_list>
+#include <utility>
 
 namespace kdstream
 {
@@ -130,12 +131,14 @@ private:
   Result<std::string_view> HeaderWord();
   Status HeaderNumber(const char* what, std::uint64_t& number);
   Status ReadKind();
+  Status PassEdges();
   void LookAtBehind(OffColumns& columns);
   void LookForShort(
     const char* element, std::uint64_t index, std::uint64_t there, std::uint64_t expected);
 
   TextLines Lines;
   std::string_view Rest; // of the line, without its comment
+  bool Held = false;     // NextLine gives this line once more
   bool HasNormals = false, HasColors = false, HasTexture = false;
   std::uint64_t Vertices = 0, Faces = 0, Body = 0, End = 0;
   bool IsWhole = false; // as many lines as vertices and faces
@@ -147,6 +150,10 @@ private:
 // The next that is not blank; false at the end.
 Result<bool> OffText::NextLine()
 {
+  if (std::exchange(this->Held, false))
+  {
+    return true;
+  }
   for (;;)
   {
     const Result<bool> more = this->Lines.Next();
@@ -198,6 +205,8 @@ Status OffText::ReadKind()
   {
     return Error{ ErrorCode::InvalidInput, "is not an OFF file: it does not begin with OFF" };
   }
+  // In small letters n is that of normals: nOFF has its dimensions behind it.
+  const bool isSmall = first->substr(at, off.size()) == off;
   // Numbers may follow without a blank.
   this->Rest = { first->data() + at + off.size(),
     first->size() - at - off.size() + this->Rest.size() };
@@ -208,18 +217,46 @@ Status OffText::ReadKind()
       "is a binary OFF file, which is not read: save it as text, or as .ply" };
   }
   const auto says = [&](const char* letters) { return kind.find_first_of(letters) != kind.npos; };
-  this->HasNormals = says("N");
+  const bool hasDimensions = says("n") && !isSmall, hasWeights = says("4");
+  this->HasNormals = says("N") || (says("n") && isSmall);
   this->HasColors = says("Cc");
   this->HasTexture = says("Tt");
-  std::uint64_t dimensions = says("4") ? 4 : 3;
-  if (says("n"))
+  std::uint64_t dimensions = hasWeights ? 4 : 3;
+  if (hasDimensions)
   {
     KDSTREAM_TRY(this->HeaderNumber("dimensions", dimensions));
   }
-  return dimensions == 3 ? Status()
-                         : Error{ ErrorCode::Unsupported, "is an OFF file of places in " +
-                                                            std::to_string(dimensions) +
-                                                            " dimensions, which is not read" };
+  return dimensions == 3 && !hasWeights
+           ? Status()
+           : Error{ ErrorCode::Unsupported,
+               "is an OFF file of places in " + std::to_string(dimensions) + " dimensions" +
+                 (hasDimensions && hasWeights ? " with a weight each" : "") +
+                 ", which is not read" };
+}
+
+// The number of edges, in which nobody trusts: behind that of faces, or alone on the next line.
+Status OffText::PassEdges()
+{
+  this->Body = this->Lines.End();
+  if (!TakeWord(this->Rest).empty())
+  {
+    return {};
+  }
+  const Result<bool> more = this->NextLine();
+  KDSTREAM_TRY(more);
+  std::string_view rest = *more ? this->Rest : std::string_view();
+  std::uint64_t edges = 0;
+  const bool isNumber = ParseNumber(TakeWord(rest), edges) == NumberTextError::None;
+  if (isNumber && TakeWord(rest).empty())
+  {
+    this->Body = this->Lines.End();
+  }
+  else
+  {
+    this->Held = *more;
+  }
+  this->Rest = this->Held ? this->Rest : std::string_view();
+  return {};
 }
 
 Status OffText::ReadHeader()
@@ -227,13 +264,10 @@ Status OffText::ReadHeader()
   KDSTREAM_TRY(this->ReadKind());
   KDSTREAM_TRY(this->HeaderNumber("vertices", this->Vertices));
   KDSTREAM_TRY(this->HeaderNumber("faces", this->Faces));
-  TakeWord(this->Rest); // the number of edges, in which nobody trusts
-  if (!TakeWord(this->Rest).empty())
-  {
-    return this->Lines.Wrong("has more than the numbers of vertices, faces and edges");
-  }
-  this->Body = this->Lines.End();
-  return {};
+  KDSTREAM_TRY(this->PassEdges());
+  return this->Held || TakeWord(this->Rest).empty()
+           ? Status()
+           : this->Lines.Wrong("has more than the numbers of vertices, faces and edges");
 }
 
 void OffText::LookAtBehind(OffColumns& columns)
@@ -270,7 +304,8 @@ Status OffText::LookAtLines(const Execution& execution)
   for (std::uint64_t vertices = 0, faces = 0;;)
   {
     this->IsWhole = vertices == this->Vertices && faces == this->Faces;
-    this->End = this->IsWhole ? this->Lines.End() : this->End;
+    const bool isBegin = vertices + faces == 0;
+    this->End = !this->IsWhole ? this->End : isBegin ? this->Body : this->Lines.End();
     const Result<bool> more = this->NextLine();
     KDSTREAM_TRY(more);
     if (!*more && this->IsWhole && !this->Short.empty())

@@ -8,6 +8,7 @@
 #include <algorithm>
 #include <cstring>
 #include <limits>
+#include <utility>
 
 namespace kdstream
 {
@@ -55,7 +56,17 @@ private:
   Status KeepOrSkip(const PlyPlace& place, std::size_t property, PlyArraySink& arrays);
   Status EndRecord(const PlyPlace& place, bool isSkipped);
   Status LookAtLines(const PlyPlace& place);
-  PlyPlace At(const PlyPlace& place) const;
+  // Takes note of the blanks before a word.
+  void PassBlanks(std::string_view blanks)
+  {
+    const bool breaks =
+      this->Words > 0 && this->WordsOfFirstLine == 0 &&
+      std::any_of(blanks.begin(), blanks.end(), [](char c) { return c == '\n' || c == '\r'; });
+    this->WordsOfFirstLine = breaks ? this->Words : this->WordsOfFirstLine;
+  }
+  Error TooShort(const PlyPlace& place, std::uint64_t there, std::uint64_t all) const;
+  PlyPlace At(const PlyPlace& place) const { return this->At(place, this->Source.Position()); }
+  PlyPlace At(const PlyPlace& place, std::uint64_t byte) const;
 
   // What the lines of the body are, where a record and its line do not end together.
   enum class Lines
@@ -69,16 +80,19 @@ private:
   ByteSource& Source;
   std::uint64_t Begin; // of the body
   Lines LinesAre = Lines::Unknown;
+  // Of the record: its words so far; those on the line where it begins, 0 while it has not come to
+  // another; the byte of the first.
+  std::uint64_t Words = 0, WordsOfFirstLine = 0, RecordBegin = 0;
 };
 
-// The place with its line: that of the byte before which the source stands. Goes through the file
-// up to there, for an error that ends the reading.
-PlyPlace AsciiBody::At(const PlyPlace& place) const
+// The place with the line that this byte is in, or ends. Goes through the file up to there, for an
+// error that ends the reading.
+PlyPlace AsciiBody::At(const PlyPlace& place, std::uint64_t byte) const
 {
   Result<ByteSource> again = this->Source.Again();
   std::uint64_t line = 1;
   bool afterReturn = false;
-  for (std::uint64_t left = this->Source.Position(); again && left > 0;)
+  for (std::uint64_t left = byte; again && left > 0;)
   {
     const Result<std::string_view> block = again->Peek(ByteSource::blockSize);
     if (!block || block->empty())
@@ -110,7 +124,9 @@ Status AsciiBody::NextWord(const PlyPlace& place, std::string_view& word)
       return place.Truncated(this->Source.Position());
     }
     const auto* begin = std::find_if_not(ahead->begin(), ahead->end(), IsSeparator);
-    this->Source.Consume(static_cast<std::size_t>(begin - ahead->begin()));
+    const auto blanks = static_cast<std::size_t>(begin - ahead->begin());
+    this->PassBlanks(ahead->substr(0, blanks));
+    this->Source.Consume(blanks);
     if (begin != ahead->end() && this->IsComment(*begin))
     {
       KDSTREAM_TRY(this->SkipComment());
@@ -129,6 +145,7 @@ Status AsciiBody::NextWord(const PlyPlace& place, std::string_view& word)
       return this->At(place).Bad(
         "a word of more than " + std::to_string(maximumWord) + " characters");
     }
+    this->RecordBegin = this->Words++ == 0 ? this->Source.Position() : this->RecordBegin;
     this->Source.Consume(word.size());
     return {};
   }
@@ -246,9 +263,21 @@ Status AsciiBody::SkipProperty(const PlyPlace& place, const PlyProperty& propert
   return {};
 }
 
-// A record ends with its line, unless the values of whole elements stand in one.
+// A record that goes on into the line of the next one: how many of all its words its own line has.
+Error AsciiBody::TooShort(const PlyPlace& place, std::uint64_t there, std::uint64_t all) const
+{
+  const bool isPoint = place.element.name == "vertex" && place.element.properties.size() == 3;
+  return Error{ ErrorCode::InvalidInput,
+    this->At(place, this->RecordBegin).Name() + " has " + std::to_string(there) + " of its " +
+      std::to_string(all) + (isPoint ? " coordinates" : " values") };
+}
+
+// A record ends with its line, unless the values of whole elements stand in one. Where lines are
+// records, one may take several lines, but not a part of another.
 Status AsciiBody::EndRecord(const PlyPlace& place, bool isSkipped)
 {
+  const std::uint64_t all = std::exchange(this->Words, 0);
+  const std::uint64_t ofFirstLine = std::exchange(this->WordsOfFirstLine, 0);
   bool isLong = false;
   while (this->LinesAre != Lines::Free)
   {
@@ -269,6 +298,10 @@ Status AsciiBody::EndRecord(const PlyPlace& place, bool isSkipped)
     {
       KDSTREAM_TRY(this->LookAtLines(place));
       isLong = this->LinesAre == Lines::Records;
+      if (isLong && ofFirstLine > 0)
+      {
+        return this->TooShort(place, ofFirstLine, all);
+      }
       if (isLong && !isSkipped && this->LongLines++ == 0 && this->FirstLong.empty())
       {
         this->FirstLong = this->At(place).Name();
@@ -308,7 +341,7 @@ Status AsciiBody::LookAtLines(const PlyPlace& place)
     for (const char c : *block)
     {
       const bool isEnd = c == '\n' || c == '\r';
-      lines += !inLine && !IsSeparator(c) ? 1 : 0;
+      lines += !inLine && !IsSeparator(c) && !this->IsComment(c) ? 1 : 0;
       inLine = !isEnd && (inLine || !IsSeparator(c));
     }
     again->Consume(block->size());
