@@ -3,6 +3,31 @@
 // thread.
 #pragma once
 
+#include "filters/meshio/Testing/ReadHostile.h"
+
+#include <gtest/gtest.h>
+
 #include <cstddef>
+#include <string_view>
 
 extern std::size_t liveBytes, peakBytes;
+
+namespace kdstream::test
+{
+
+// ReadHostile, at most `limit` bytes at a time: it may take no more than `most` bytes of memory,
+// all at once, and must give them back.
+template <class OpenReader>
+bool ReadCounted(
+  const OpenReader& open, std::string_view bytes, std::size_t limit, std::size_t most)
+{
+  const MemoryFile file(bytes);
+  const std::size_t before = liveBytes;
+  peakBytes = liveBytes;
+  const bool isMesh = ReadHostile(open, file, limit);
+  EXPECT_LE(peakBytes - before, most) << bytes.size() << " bytes";
+  EXPECT_EQ(liveBytes, before) << "everything is given back";
+  return isMesh;
+}
+
+}

@@ -21,15 +21,8 @@ namespace
 // polygon takes.
 bool ReadWithinMemory(std::string_view bytes, std::size_t limit)
 {
-  const MemoryFile file(bytes);
-  const std::size_t before = liveBytes;
-  peakBytes = liveBytes;
-  const bool isMesh = ReadHostile(
-    [](ByteSource source) { return OpenObjReader(std::move(source), {}, {}); }, file, limit);
-  const std::size_t used = peakBytes - before;
-  EXPECT_LE(used, std::size_t{ 112 } * 1024 + 220 * bytes.size()) << bytes.size() << " bytes";
-  EXPECT_EQ(liveBytes, before) << "everything is given back";
-  return isMesh;
+  return ReadCounted([](ByteSource source) { return OpenObjReader(std::move(source), {}, {}); },
+    bytes, limit, std::size_t{ 112 } * 1024 + 220 * bytes.size());
 }
 
 const std::vector<std::string> lines{ "v 1 2 3\n", "v 1 2 3 4 5 6\n", "f 1 2 3\n", "f -1 -2 -3\n",

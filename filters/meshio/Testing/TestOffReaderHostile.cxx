@@ -18,15 +18,8 @@ namespace
 // True if the file is a mesh. Memory while it is read, all at once: as of a PLY.
 bool ReadWithinMemory(std::string_view bytes, std::size_t limit)
 {
-  const MemoryFile file(bytes);
-  const std::size_t before = liveBytes;
-  peakBytes = liveBytes;
-  const bool isMesh = ReadHostile(
-    [](ByteSource source) { return OpenOffReader(std::move(source), {}, {}); }, file, limit);
-  const std::size_t used = peakBytes - before;
-  EXPECT_LE(used, std::size_t{ 64 } * 1024 + 300 * bytes.size()) << bytes.size() << " bytes";
-  EXPECT_EQ(liveBytes, before) << "everything is given back";
-  return isMesh;
+  return ReadCounted([](ByteSource source) { return OpenOffReader(std::move(source), {}, {}); },
+    bytes, limit, std::size_t{ 64 } * 1024 + 300 * bytes.size());
 }
 
 const std::vector<std::string> lines{ "1 2 3\n", "3 0 1 2\n", "3 0 1 2 255 0 0\n", "4\n0 1 2 0\n",

@@ -19,15 +19,8 @@ namespace
 // the binary reader's batch, and points of 24 bytes for text of six in a vector that doubles.
 bool ReadWithinMemory(std::string_view bytes, std::size_t limit)
 {
-  const MemoryFile file(bytes);
-  const std::size_t before = liveBytes;
-  peakBytes = liveBytes;
-  const bool isMesh = ReadHostile(
-    [](ByteSource source) { return OpenStlReader(std::move(source), {}); }, file, limit);
-  const std::size_t used = peakBytes - before;
-  EXPECT_LE(used, std::size_t{ 96 } * 1024 + 20 * bytes.size()) << bytes.size() << " bytes";
-  EXPECT_EQ(liveBytes, before) << "everything is given back";
-  return isMesh;
+  return ReadCounted([](ByteSource source) { return OpenStlReader(std::move(source), {}); }, bytes,
+    limit, std::size_t{ 96 } * 1024 + 20 * bytes.size());
 }
 
 const std::vector<std::string> lines{ "vertex 1 2 3\n", "endloop\nendfacet\n", "endsolid\n",
