@@ -109,7 +109,7 @@ TEST(TestSessionTaps, MovingTheRegionOnReusesPartitions)
   Fingers fingers;
   MemoryServer server = SmallTorus();
   SessionOptions options = ByLevel();
-  options.smallestRegionPoints = 60;
+  options.region.points = 60;
   ViewerSession session(options);
   Open(session);
   server.Serve(session);
@@ -196,7 +196,7 @@ TEST(TestSessionTaps, ATapThatNeedsTooMuchOfTheTreeIsDropped)
   Fingers fingers;
   MemoryServer server(MakeTorus(200, 80), 4, 2);
   SessionOptions options = ByLevel();
-  options.mostBlobsOfPick = 2;
+  options.region.treeBlobs = 2;
   ViewerSession session(options);
   Open(session);
   session.EnterFullScreen();

@@ -1,0 +1,67 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// What cannot be had of a model, and the sentence that tells of it. Under step "request" of the
+// README's picture.
+#pragma once
+
+#include "filters/core/pieces/Piece.h"
+#include "filters/protocol/BlobId.h"
+
+#include <functional>
+#include <map>
+#include <optional>
+#include <set>
+#include <string>
+#include <vector>
+
+namespace kdstream
+{
+
+// What has failed is not asked for again before Retry. What failed together with its request, as
+// where the connection is lost, is asked for again as soon as something comes over it, and once
+// more each time one of these has come: so it ends where nobody is given the rest.
+class FailedBlobs
+{
+public:
+  // Of the model with this id, in messages.
+  void SetModel(const std::string& model) { this->Model = model; }
+
+  // Forgets all, so that it is asked for again.
+  void Retry();
+  // piece: of the blob, if it is of one. isDoubtful: it may be done without, so the sentence waits
+  // until TellWhere finds it missed.
+  void Add(const protocol::BlobId& blob, const std::optional<PieceId>& piece,
+    const std::string& message, bool isDoubtful);
+  // All of its request has failed.
+  void AddLost(const protocol::BlobId& blob, const std::string& message);
+
+  // A blob has come over the connection: what was lost is returned, and has not failed any more.
+  std::vector<protocol::BlobId> TakeLost(const protocol::BlobId& come, const TreeDepths& depths);
+  // A blob has failed by itself: waiting for it ends.
+  void Settle(const protocol::BlobId& blob) { this->AskedAgain.erase(blob); }
+  // All is there that was wanted: what is lost next is asked for again at once.
+  void SettleAll();
+
+  const std::set<PieceId>& Pieces() const { return this->FailedPieces; }
+  const std::set<protocol::BlobId>& Tree() const { return this->FailedTree; }
+  bool Has(PieceId piece) const { return this->FailedPieces.count(piece) != 0; }
+  bool Has(const protocol::BlobId& ofTree) const { return this->FailedTree.count(ofTree) != 0; }
+
+  // Where a view is complete without what failed, nothing is wrong with it.
+  void TellWhere(const std::function<bool(PieceId)>& isMissed);
+  // About the last failure, of whatever kind; empty after Retry.
+  const std::string& Sentence() const { return this->Last; }
+  void Tell(std::string sentence) { this->Last = std::move(sentence); }
+
+private:
+  std::string SentenceOf(const protocol::BlobId& blob, const std::string& message) const;
+
+  std::string Model;
+  std::set<PieceId> FailedPieces;
+  std::set<protocol::BlobId> FailedTree;
+  std::map<protocol::BlobId, std::string> Lost; // and why
+  std::set<protocol::BlobId> AskedAgain;        // as long as none of these has come
+  std::map<PieceId, std::string> Doubtful;      // and the sentence
+  std::string Last;
+};
+
+}
