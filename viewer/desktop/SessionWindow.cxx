@@ -4,7 +4,6 @@
 
 #include "viewer/offscreen/ScreenWindow.h"
 #include "viewer/rendering/Picture.h"
-#include "viewer/session/SessionParts.h"
 #include "viewer/session/ViewerSession.h"
 
 #include <vtkRenderer.h>
@@ -59,7 +58,7 @@ Status SessionWindow::Show(const ViewerSession& session, const std::string& unit
 {
   const ViewerScene scene = session.Scene();
   KDSTREAM_TRY(this->Scene.Follow(scene));
-  this->Boxes.Show(this->How.boxes ? session.Parts().region.Boxes() : std::vector<Box>(),
+  this->Boxes.Show(this->How.boxes ? session.RegionBoxes() : std::vector<Box>(),
     this->Scene.Center(), boxLineWidth * this->PixelRatio);
   this->Distances.Show(
     this->How.distances ? SeenMeasurementsOf(session) : std::vector<SeenMeasurement>(), unit,

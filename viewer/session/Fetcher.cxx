@@ -237,7 +237,7 @@ bool Fetcher::RequestFailed(std::uint32_t request, const std::string& message)
   }
   if (opens)
   {
-    this->Model.failed.Tell(this->Model.id + " cannot be opened: " + message);
+    this->Model.failed.Report(this->Model.id + " cannot be opened: " + message);
   }
   return true;
 }

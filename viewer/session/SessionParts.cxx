@@ -135,8 +135,8 @@ void SessionParts::TakeLink(bool isJump)
   }
   if (description.digest.compare(0, link.digest.size(), link.digest) != 0)
   {
-    this->model.failed.Tell("This link was made of another version of " + this->model.id +
-                            ": what it shows may have moved.");
+    this->model.failed.Report("This link was made of another version of " + this->model.id +
+                              ": what it shows may have moved.");
   }
 }
 
@@ -182,7 +182,7 @@ ViewerStatus SessionParts::GetStatus() const
   status.blobsLoaded = progress.blobsLoaded;
   status.blobsWanted = progress.blobsWanted;
   status.bytesLoaded = progress.bytesLoaded;
-  status.error = this->model.failed.Sentence();
+  status.error = this->model.failed.Message();
   return status;
 }
 

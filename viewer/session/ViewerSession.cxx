@@ -425,7 +425,7 @@ void ViewerSession::BeginFrame()
   const auto drawn = this->Own->model.surface.Draw(this->Own->model.pieces);
   if (!drawn)
   {
-    this->Own->model.failed.Tell("The surface cannot be drawn: " + drawn.GetError().message);
+    this->Own->model.failed.Report("The surface cannot be drawn: " + drawn.GetError().message);
   }
   else if (*drawn)
   {
@@ -491,6 +491,11 @@ const std::vector<ModelSummary>& ViewerSession::Models() const
 const std::deque<BlobStatistics>& ViewerSession::Statistics() const
 {
   return this->Own->fetcher.History().Entries();
+}
+
+std::vector<Box> ViewerSession::RegionBoxes() const
+{
+  return this->Own->region.Boxes();
 }
 
 const SessionTraffic& ViewerSession::GetTraffic() const

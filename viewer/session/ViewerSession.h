@@ -186,6 +186,8 @@ public:
   const std::deque<BlobStatistics>& Statistics() const;
   // Whether nothing is outstanding that is wanted now, and all that came has been drawn.
   bool IsIdle() const;
+  // The boxes of the region's partitions, that of the picked one first; none without a region.
+  std::vector<Box> RegionBoxes() const;
   // Of all models so far.
   const SessionTraffic& GetTraffic() const;
 

@@ -10,7 +10,6 @@
 #include "viewer/client/LocalClient.h"
 #include "viewer/client/ServerClient.h"
 #include "viewer/client/Testing/SettledSession.h"
-#include "viewer/session/SessionParts.h"
 #include "viewer/session/look/Coloring.h"
 
 #include <gtest/gtest.h>
@@ -77,7 +76,7 @@ protected:
       session.HandleTouches({ time + 0.05, {} });
     }
     expect("region");
-    EXPECT_FALSE(session.Parts().region.Boxes().empty()) << "the tap beside the hole hits";
+    EXPECT_FALSE(session.RegionBoxes().empty()) << "the tap beside the hole hits";
     session.SetDetail(DetailMode::Full);
     expect("all");
     EXPECT_EQ(session.GetStatus().triangles, this->Triangles);

@@ -5,7 +5,6 @@
 
 #include "viewer/desktop/window/ToolsPanel.h"
 #include "viewer/desktop/window/WindowLook.h"
-#include "viewer/session/SessionParts.h"
 #include "viewer/session/look/SceneLook.h"
 
 #include <vtkRenderer.h>
@@ -140,8 +139,8 @@ void WindowLook::Frame()
     {
       this->Tell(followed.GetError().message);
     }
-    this->Boxes.Show(this->Settings.scene.boxes ? this->Session.Viewer().Parts().region.Boxes()
-                                                : std::vector<Box>(),
+    this->Boxes.Show(
+      this->Settings.scene.boxes ? this->Session.Viewer().RegionBoxes() : std::vector<Box>(),
       this->Scene.Center(), boxLineWidth * this->Display->PixelRatio());
     this->Shelf->Turn(turningSpeed * std::min(begin - this->LastTurn, 0.5));
     this->LastTurn = begin;

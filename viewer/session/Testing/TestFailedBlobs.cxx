@@ -29,14 +29,14 @@ TEST(TestFailedBlobs, WhatFailedIsToldAndNotAskedForBeforeRetry)
 {
   FailedBlobs failed = OfTorus();
   failed.Add(page, {}, "it is damaged", false);
-  EXPECT_EQ(failed.Sentence(), "tree/1 of torus cannot be had: it is damaged");
+  EXPECT_EQ(failed.Message(), "tree/1 of torus cannot be had: it is damaged");
   failed.Add(partition, PieceOf(partition), "it is damaged", false);
   EXPECT_TRUE(failed.Has(page));
   EXPECT_TRUE(failed.Has(PieceOf(partition)));
   failed.Retry();
   EXPECT_FALSE(failed.Has(page));
   EXPECT_FALSE(failed.Has(PieceOf(partition)));
-  EXPECT_EQ(failed.Sentence(), "");
+  EXPECT_EQ(failed.Message(), "");
 }
 
 TEST(TestFailedBlobs, WhatMayBeDoneWithoutIsToldOnceItIsMissed)
@@ -44,11 +44,11 @@ TEST(TestFailedBlobs, WhatMayBeDoneWithoutIsToldOnceItIsMissed)
   FailedBlobs failed = OfTorus();
   failed.Add(partition, PieceOf(partition), "it is damaged", true);
   EXPECT_TRUE(failed.Has(PieceOf(partition)));
-  EXPECT_EQ(failed.Sentence(), "");
-  failed.TellWhere([](PieceId) { return false; });
-  EXPECT_EQ(failed.Sentence(), "");
-  failed.TellWhere([](PieceId piece) { return piece == PieceOf(partition); });
-  EXPECT_EQ(failed.Sentence(), "partitions/3 of torus cannot be had: it is damaged");
+  EXPECT_EQ(failed.Message(), "");
+  failed.ReportMissed([](PieceId) { return false; });
+  EXPECT_EQ(failed.Message(), "");
+  failed.ReportMissed([](PieceId piece) { return piece == PieceOf(partition); });
+  EXPECT_EQ(failed.Message(), "partitions/3 of torus cannot be had: it is damaged");
 }
 
 TEST(TestFailedBlobs, WhatWasLostIsAskedForAgainOnceTheConnectionIsBack)
@@ -64,7 +64,7 @@ TEST(TestFailedBlobs, WhatWasLostIsAskedForAgainOnceTheConnectionIsBack)
   EXPECT_EQ(again, (std::vector{ page, partition }));
   EXPECT_FALSE(failed.Has(page));
   EXPECT_FALSE(failed.Has(PieceOf(partition)));
-  EXPECT_EQ(failed.Sentence(), "");
+  EXPECT_EQ(failed.Message(), "");
 
   // Lost once more: it waits until one of these has come, so that it ends.
   failed.AddLost(partition, "the connection is lost");

@@ -5,6 +5,8 @@
 
 #include <gtest/gtest.h>
 
+#include <tuple>
+
 using namespace kdstream;
 using namespace kdstream::testing;
 using protocol::BlobId;
@@ -16,7 +18,7 @@ struct Fetched : TorusModel
 {
   LodSelection lod{ this->model, {} };
   PickedRegion region{ this->model, 1, {}, 1'000'000 };
-  Fetcher fetcher{ this->model, this->lod, this->region, 0, {}, 100 };
+  Fetcher fetcher{ this->model, this->lod, this->region, 0, {}, 1000 };
   Camera camera;
   LodSelection::View view{ this->camera, true };
 
@@ -54,7 +56,10 @@ struct Fetched : TorusModel
     {
       if (this->fetcher.Wishes().IsEmpty())
       {
-        this->fetcher.FollowView(this->view);
+        if (this->fetcher.FollowView(this->view))
+        {
+          this->Update();
+        }
         continue;
       }
       const auto [blob, request] = this->Next();
@@ -135,7 +140,7 @@ TEST(TestFetcher, DamagedBytesFailAndAreNotAskedForAgain)
   const auto [preview, request] = torus.Next();
   torus.server.Blob(preview).resize(10);
   EXPECT_EQ(torus.Answer(preview, request).arrival, BlobArrival::Damaged);
-  EXPECT_NE(torus.model.failed.Sentence(), "");
+  EXPECT_NE(torus.model.failed.Message(), "");
   torus.Update();
   EXPECT_FALSE(torus.fetcher.Wishes().Book().IsOwed(preview));
   torus.model.Retry();
@@ -159,7 +164,7 @@ TEST(TestFetcher, WhatWasLostIsAskedForAgainOnceSomethingComes)
   EXPECT_FALSE(torus.fetcher.Wishes().Book().IsOwed(lost));
   torus.Answer(next, other);
   EXPECT_FALSE(torus.model.failed.Has(PieceOfBlob(lost, torus.model.Depths())));
-  EXPECT_EQ(torus.model.failed.Sentence(), "");
+  EXPECT_EQ(torus.model.failed.Message(), "");
 }
 
 TEST(TestFetcher, SaysThatAModelCannotBeOpened)
@@ -168,7 +173,7 @@ TEST(TestFetcher, SaysThatAModelCannotBeOpened)
   torus.fetcher.Select("torus");
   const auto opens = torus.fetcher.Wishes().TakeOutgoing();
   EXPECT_TRUE(torus.fetcher.RequestFailed(opens.back().id, "no such model"));
-  EXPECT_EQ(torus.model.failed.Sentence(), "torus cannot be opened: no such model");
+  EXPECT_EQ(torus.model.failed.Message(), "torus cannot be opened: no such model");
 }
 
 TEST(TestFetcher, ATapEndsWhereItsTreeFails)

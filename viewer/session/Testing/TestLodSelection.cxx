@@ -42,10 +42,11 @@ struct Selected : TorusModel
     this->lod.Add(*piece);
     this->model.Add(std::move(*piece));
   }
-  // What is missing; nothing where there is nothing to choose.
+  // What is missing.
   std::vector<BlobId> Follow()
   {
     this->lod.Follow(this->view);
+    this->lod.SetDue();
     while (this->lod.IsDue())
     {
       if (const auto missing = this->lod.Choose(this->view))

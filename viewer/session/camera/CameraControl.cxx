@@ -50,7 +50,7 @@ void CameraControl::Reset()
   this->EyeMoved = this->IsLed = false;
   this->Earlier.clear();
   this->Turned = {};
-  this->Told.reset();
+  this->Linked.reset();
   this->Left.reset();
 }
 
@@ -141,7 +141,7 @@ void CameraControl::Refit(const Viewport& viewport)
   Camera here = this->Eye;
   here.SetViewport(viewport);
   if (here.GetViewport() == this->Eye.GetViewport() ||
-      (this->Told && this->GoToToldPlace(viewport)))
+      (this->Linked && this->GoToLinkedPlace(viewport)))
   {
     return;
   }
@@ -235,19 +235,19 @@ void CameraControl::GoTo(const CameraPlace& place)
   there.SetTurning(this->Turns);
   this->Take(there, there.GetViewport());
   this->EyeMoved = this->IsArriving = true;
-  this->Told = ToldView{ place, this->Eye };
+  this->Linked = LinkedView{ place, this->Eye };
 }
 
-// A window may still change its shape while it opens. So as long as nobody has touched what a link
-// has told, it is told anew; else false.
-bool CameraControl::GoToToldPlace(const Viewport& viewport)
+// A window may still change its shape while it opens. So as long as nobody has moved from where a
+// link led, the link is followed anew; else false.
+bool CameraControl::GoToLinkedPlace(const Viewport& viewport)
 {
-  if (!(this->Told->eye == this->Eye))
+  if (!(this->Linked->eye == this->Eye))
   {
     return false;
   }
   this->Eye.SetViewport(viewport);
-  this->GoTo(CameraPlace(this->Told->place));
+  this->GoTo(CameraPlace(this->Linked->place));
   return true;
 }
 

@@ -84,7 +84,7 @@ public:
   // ---- the surface
   // There is another one, which may be around the eye: that steps back.
   void FollowSurface() { this->StepOutside(); }
-  // All that is wanted has come: at a view of somebody else's the eye stays inside until then.
+  // All that is wanted has come: at the view of a link the eye stays inside until then.
   void Arrive();
 
 private:
@@ -93,7 +93,7 @@ private:
     Camera eye;
     bool moved = false;
   };
-  struct ToldView
+  struct LinkedView
   {
     CameraPlace place;
     Camera eye; // there
@@ -108,7 +108,7 @@ private:
   View Now() const { return { this->Eye, this->EyeMoved }; }
   void NoteJump(const View& before);
   void GoTo(const CameraPlace& place);
-  bool GoToToldPlace(const Viewport& viewport);
+  bool GoToLinkedPlace(const Viewport& viewport);
   void Take(const Camera& view, const Viewport& viewport);
   double FreePartTo(const Camera& moved) const;
   void Move(Camera moved);
@@ -125,12 +125,12 @@ private:
   bool EyeMoved = false;
   Turning Turns;
   bool CoastsOn;
-  std::deque<View> Earlier;     // before the last jumps, the last one last
-  std::optional<ToldView> Told; // the last link's
-  std::optional<LeftView> Left; // that changes of the window are made from
-  bool IsArriving = false;      // at a view of somebody else's, whose surface comes
-  bool IsLed = false;           // by the host's own camera
-  Momentum Turned;              // by itself
+  std::deque<View> Earlier;         // before the last jumps, the last one last
+  std::optional<LinkedView> Linked; // the last link's
+  std::optional<LeftView> Left;     // that changes of the window are made from
+  bool IsArriving = false;          // at the view of a link, whose surface comes
+  bool IsLed = false;               // by the host's own camera
+  Momentum Turned;                  // by itself
 };
 
 }

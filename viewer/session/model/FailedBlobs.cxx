@@ -19,7 +19,7 @@ void FailedBlobs::Retry()
   this->Last.clear();
 }
 
-std::string FailedBlobs::SentenceOf(const BlobId& blob, const std::string& message) const
+std::string FailedBlobs::MessageOf(const BlobId& blob, const std::string& message) const
 {
   return protocol::BlobName(blob) + " of " + this->Model + " cannot be had: " + message;
 }
@@ -37,10 +37,10 @@ void FailedBlobs::Add(const BlobId& blob, const std::optional<PieceId>& piece,
   }
   if (piece && isDoubtful)
   {
-    this->Doubtful.emplace(*piece, this->SentenceOf(blob, message));
+    this->Doubtful.emplace(*piece, this->MessageOf(blob, message));
     return;
   }
-  this->Last = this->SentenceOf(blob, message);
+  this->Last = this->MessageOf(blob, message);
 }
 
 void FailedBlobs::AddLost(const BlobId& blob, const std::string& message)
@@ -61,7 +61,7 @@ std::vector<BlobId> FailedBlobs::TakeLost(const BlobId& come, const TreeDepths& 
   std::vector<BlobId> lost;
   for (const auto& [blob, message] : std::exchange(this->Lost, {}))
   {
-    if (this->Last == this->SentenceOf(blob, message))
+    if (this->Last == this->MessageOf(blob, message))
     {
       this->Last.clear();
     }
@@ -86,7 +86,7 @@ void FailedBlobs::SettleAll()
   }
 }
 
-void FailedBlobs::TellWhere(const std::function<bool(PieceId)>& isMissed)
+void FailedBlobs::ReportMissed(const std::function<bool(PieceId)>& isMissed)
 {
   for (auto each = this->Doubtful.begin(); each != this->Doubtful.end();)
   {

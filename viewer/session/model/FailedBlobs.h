@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// What cannot be had of a model, and the sentence that tells of it. Under step "request" of the
+// What cannot be had of a model, and the message about it. Under step "request" of the
 // README's picture.
 #pragma once
 
@@ -27,8 +27,8 @@ public:
 
   // Forgets all, so that it is asked for again.
   void Retry();
-  // piece: of the blob, if it is of one. isDoubtful: it may be done without, so the sentence waits
-  // until TellWhere finds it missed.
+  // piece: of the blob, if it is of one. isDoubtful: it may be done without, so the message waits
+  // until ReportMissed finds it missed.
   void Add(const protocol::BlobId& blob, const std::optional<PieceId>& piece,
     const std::string& message, bool isDoubtful);
   // All of its request has failed.
@@ -47,20 +47,20 @@ public:
   bool Has(const protocol::BlobId& ofTree) const { return this->FailedTree.count(ofTree) != 0; }
 
   // Where a view is complete without what failed, nothing is wrong with it.
-  void TellWhere(const std::function<bool(PieceId)>& isMissed);
+  void ReportMissed(const std::function<bool(PieceId)>& isMissed);
   // About the last failure, of whatever kind; empty after Retry.
-  const std::string& Sentence() const { return this->Last; }
-  void Tell(std::string sentence) { this->Last = std::move(sentence); }
+  const std::string& Message() const { return this->Last; }
+  void Report(std::string message) { this->Last = std::move(message); }
 
 private:
-  std::string SentenceOf(const protocol::BlobId& blob, const std::string& message) const;
+  std::string MessageOf(const protocol::BlobId& blob, const std::string& reason) const;
 
   std::string Model;
   std::set<PieceId> FailedPieces;
   std::set<protocol::BlobId> FailedTree;
   std::map<protocol::BlobId, std::string> Lost; // and why
   std::set<protocol::BlobId> AskedAgain;        // as long as none of these has come
-  std::map<PieceId, std::string> Doubtful;      // and the sentence
+  std::map<PieceId, std::string> Doubtful;      // and the message
   std::string Last;
 };
 

@@ -155,7 +155,7 @@ void LodSelection::Refine(const View& view)
   FailedBlobs& failed = this->Model.failed;
   this->Chooser->seen.LookThrough(view.camera, this->Model.open->isClosed);
   refinement.Follow(this->ViewOf(view.camera, view.inSteps), view.tapped, failed.Pieces());
-  failed.TellWhere([&](PieceId piece) { return refinement.IsMissed(piece); });
+  failed.ReportMissed([&](PieceId piece) { return refinement.IsMissed(piece); });
 }
 
 // For a tap to come, where one looks closely: the pages that tell of pieces in view no finer than

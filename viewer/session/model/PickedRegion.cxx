@@ -57,7 +57,7 @@ bool PickedRegion::Follow(bool keepsLast)
     }
     else
     {
-      this->Model.failed.Tell("The tree of " + this->Model.id + " has no partitions.");
+      this->Model.failed.Report("The tree of " + this->Model.id + " has no partitions.");
     }
   }
   if (!this->Cell || !this->Find(keepsLast))
@@ -101,7 +101,7 @@ void PickedRegion::NoteAsked(std::size_t treeBlobs)
   this->Asked += this->IsPicking() ? treeBlobs : 0;
   if (this->Asked > this->Limits.treeBlobs)
   {
-    this->Model.failed.Tell(
+    this->Model.failed.Report(
       "What is around the tap cannot be told: too much of the tree is there.");
     this->DropPick();
   }

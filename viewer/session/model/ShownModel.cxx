@@ -26,7 +26,8 @@ bool ShownModel::Open(const ModelDescription& model, std::size_t treeBytes)
 {
   if (model.levels.size() != model.depths.finest + std::size_t{ 1 })
   {
-    this->failed.Tell(this->id + " cannot be shown: it has no levels of detail, only partitions.");
+    this->failed.Report(
+      this->id + " cannot be shown: it has no levels of detail, only partitions.");
     return false;
   }
   this->open.emplace(Opened{

@@ -132,10 +132,10 @@ void MeasureTool::Add(const std::array<Vec3, 2>& points)
   }
   const double unknown =
     ErrorBoundOf(this->Model.Preview().resolution, this->Model.open->description);
-  const auto told = [&](std::size_t i) {
+  const auto reported = [&](std::size_t i) {
     return MeasuredPoint{ points[i], Resolution::Level(0), unknown, true };
   };
-  this->Measured.push_back({ std::to_string(++this->Made), told(0), told(1) });
+  this->Measured.push_back({ std::to_string(++this->Made), reported(0), reported(1) });
   for (const bool isSecond : { false, true })
   {
     const Vec3& point = points[isSecond ? 1 : 0];
@@ -217,10 +217,10 @@ void MeasureTool::FollowSurface(double slack)
     {
       const MeasuredPoint before = this->PointOf(end);
       auto hit =
-        end.isTold ? this->EndAt(end.ray.origin, before.error) : this->EndOn(end.ray, slack);
+        end.isOfLink ? this->EndAt(end.ray.origin, before.error) : this->EndOn(end.ray, slack);
       // The surface that was meant may lie behind another one by now, or beside the ray.
       const double tolerance = 2 * before.error + 1e-3 * Length(before.point - end.ray.origin);
-      if (!end.isTold && (!hit || Length(hit->point - before.point) > tolerance))
+      if (!end.isOfLink && (!hit || Length(hit->point - before.point) > tolerance))
       {
         hit = NearestOnSurface(this->Model.Drawn(), before.point);
       }

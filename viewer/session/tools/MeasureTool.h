@@ -63,7 +63,7 @@ private:
   {
     std::size_t measurement = 0;
     bool isSecond = false;
-    bool isTold = false;                // by a link: the ray begins there, and goes nowhere
+    bool isOfLink = false;              // by a link: the ray begins there, and goes nowhere
     Ray ray;                            // by which it was picked
     std::set<std::uint32_t> partitions; // that are to be the original
     std::vector<Vec3> around;           // places whose partitions are to be, once they are known

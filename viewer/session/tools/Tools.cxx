@@ -14,7 +14,7 @@ namespace kdstream
 void Tools::Reset()
 {
   this->Measures.Reset();
-  this->Lamps.reset();
+  this->Raking.reset();
 }
 
 void Tools::TakeInHand(Tool tool)
@@ -78,7 +78,7 @@ void Tools::TurnSection(double dx, double dy, const Camera& camera)
 
 void Tools::SetLight(const std::optional<RakingLight>& light)
 {
-  this->Lamps = light ? std::optional(Confined(*light)) : std::nullopt;
+  this->Raking = light ? std::optional(Confined(*light)) : std::nullopt;
 }
 
 // The light in hand stands where the finger is: on a disc as wide as most of the window.
@@ -86,13 +86,13 @@ void Tools::ShineFrom(double x, double y, const Viewport& window)
 {
   constexpr double share = 0.45; // of the window's shorter side: the disc's radius
   const double radius = share * std::max(std::min(window.width, window.height), 1);
-  RakingLight light = this->Lamps.value_or(RakingLight{});
+  RakingLight light = this->Raking.value_or(RakingLight{});
   const bool isSecond = this->Hand == Tool::SecondLight;
   RakingLamp lamp = isSecond ? light.second.value_or(RakingLamp{}) : light.lamp;
   lamp.x = (x - 0.5 * window.width) / radius;
   lamp.y = (0.5 * window.height - y) / radius;
   (isSecond ? light.second.emplace() : light.lamp) = lamp;
-  this->Lamps = Confined(light);
+  this->Raking = Confined(light);
 }
 
 // ---- links
@@ -107,7 +107,7 @@ void Tools::PutInto(ViewLink& link, const Camera& camera) const
         { camera.PlaceOf(each.from.point), camera.PlaceOf(each.to->point) });
     }
   }
-  link.lamps = this->Lamps;
+  link.lamps = this->Raking;
   if (const SectionPlane* section = this->Model.Plane())
   {
     const Vec3 place = camera.PlaceOf(section->NearestTo(camera.PointAt({})));
@@ -117,7 +117,7 @@ void Tools::PutInto(ViewLink& link, const Camera& camera) const
 
 void Tools::TakeFrom(const ViewLink& link, const Camera& camera)
 {
-  this->Lamps = link.lamps;
+  this->Raking = link.lamps;
   this->Model.section.Set({});
   if (link.section)
   {

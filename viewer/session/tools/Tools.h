@@ -41,7 +41,7 @@ public:
 
   MeasureTool& Measuring() { return this->Measures; }
   const MeasureTool& Measuring() const { return this->Measures; }
-  const std::optional<RakingLight>& Light() const { return this->Lamps; }
+  const std::optional<RakingLight>& Light() const { return this->Raking; }
   // Nothing: the standard light. What is out of its range is brought into that.
   void SetLight(const std::optional<RakingLight>& light);
 
@@ -56,7 +56,7 @@ private:
 
   ShownModel& Model;
   MeasureTool Measures;
-  std::optional<RakingLight> Lamps;
+  std::optional<RakingLight> Raking;
   Tool Hand = Tool::None;
 };
 
