@@ -88,7 +88,7 @@ while (caught + survived < Number(count)) {
     let by = ''
     for (const test of tests) {
       const run = spawnSync(`${build}/bin/${test}`, ['--gtest_fail_fast', '--gtest_brief=1'],
-        { encoding: 'utf8', timeout: 600000, maxBuffer: 1 << 28 })
+        { encoding: 'utf8', timeout: 120000, maxBuffer: 1 << 28 })
       await heedSignals()
       if (run.status !== 0) {
         by = /\[  FAILED  \] (\S+)/.exec(run.stdout)?.[1] ?? `${test} (${run.signal ?? run.error?.code ?? run.status})`
