@@ -437,7 +437,7 @@ TEST_F(TestConvert, TextIsRefusedWithItsLine)
       "1\nPOLYGONS 1 4\n3 0 1 7\n",
       "cell 0 uses point 7, but there are 2" },
     { "b.vtk",
-      "# vtk DataFile Version 3.0\nt\nASCII\nDATASET POLYDATA\nPOINTS 2 float\n0 0 0 1 nan "
+      "# vtk DataFile Version 3.0\nt\nASCII\nDATASET POLYDATA\nPOINTS 2 float\n0 0 0 1 two "
       "1\n",
       "Error reading ascii data" },
     { "c.vtk", "# vtk DataFile Version 3.0\nt\nASCII\nFIELD f 1\na 1 1 float\n1\n",

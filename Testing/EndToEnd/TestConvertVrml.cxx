@@ -705,7 +705,7 @@ TEST_F(TestConvertVrml, WhatIsNotKnownIsLeftOut)
       Warning("4 nodes cannot be read and are left out; the first: 'KeySensor', which EXTERNPROTO "
               "takes from another file (line 4); 'LoadSensor', which VRML does not have (line 5); "
               "'Odd', which EXTERNPROTO takes from another file (line 5); 'NurbsSurface', which "
-              "VRML does not have (line 7)"))),
+              "VRML does not have (line 8)"))),
     8, 1e-9);
   this->Refused(
     "EXTERNPROTO A [ ]\n[ \"a\"\n]\nA { }\nShape { geometry Box { size 1 a 1 } }", "line 6: ");
@@ -730,9 +730,10 @@ TEST_F(TestConvertVrml, NodesWithoutAFieldAreChildrenOrLeftOut)
   EXPECT_NEAR(
     VolumeOf(this->Scene("Shape { appearance Appearance { material Material { } ImageTexture { url "
                          "\"a.png\" } } geometry Box { } }",
-      Warning("1 field is not one of the format's and is left out: 'ImageTexture' of 'Appearance' "
-              "(line 2), a node without a field") +
-        Warning("its pictures are not read"))),
+      Warning("its pictures are not read") +
+        Warning(
+          "1 field is not one of the format's and is left out: 'ImageTexture' of 'Appearance' "
+          "(line 2), a node without a field"))),
     8, 1e-9);
   EXPECT_NEAR(
     VolumeOf(this->Scene(

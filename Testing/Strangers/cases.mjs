@@ -303,7 +303,7 @@ export const cases = [
   one("a PLY with colours as floats", "a.ply", plyOf(corners, quads,
     { properties: "property float red\nproperty float green\nproperty float blue", row: () => "1 0.5 0" }), cube, { colors: [[255, 128, 0]] }),
   one("a PLY with a blank in a name, and colours in one number", "a.ply", plyOf(corners, quads,
-    { properties: "property float scalar_Scalar field\nproperty uint rgba", row: (i) => `${i} ${0xffc86432}` }), cube, { says: /rgba .* 0xRRGGBB/, isRead: false }),
+    { properties: "property float scalar_Scalar field\nproperty uint rgba", row: (i) => `${i} ${0xffc86432}` }), cube, { says: /rgba .*0xRRGGBB/, isRead: false }),
   one("a PLY with colours of 16 bits", "a.ply", plyOf(corners, quads,
     { properties: "property ushort r\nproperty ushort g\nproperty ushort b", row: () => "65535 0 32896" }), cube, { colors: [[255, 0, 128]] }),
   one("a PLY with a vertex far away that no face uses", "a.ply", plyOf([[5e6, 0, 0], ...corners.map((c) => c.map((v) => v + 1000))],

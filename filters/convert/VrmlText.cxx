@@ -513,10 +513,17 @@ private:
     if (next != "IS" && !this->Library.hasField(node.type, std::string(word), this->Out.isFirst))
     {
       node.noFieldBegin = this->Out.text.size();
-      this->Out.tolerance.Count(Lapse::FieldNotKnown, 1,
-        QuotedText(word) + " of " + QuotedText(node.type) + " (line " + std::to_string(this->Line) +
-          ")");
+      this->CountField(QuotedText(word) + " of " + QuotedText(node.type) + " (line " +
+                       std::to_string(this->Line) + ")");
     }
+  }
+
+  // What a node holds that is left out is left out with it.
+  void CountField(const std::string& place)
+  {
+    const bool isInside = std::any_of(
+      this->Open.begin(), this->Open.end(), [](const Bracket& outer) { return outer.isLeftOut; });
+    this->Out.tolerance.Count(Lapse::FieldNotKnown, isInside ? 0 : 1, place);
   }
 
   // Where a field of the node should be named: it counts as one of its children, where it has some;
@@ -537,7 +544,7 @@ private:
     if (node.hasChildren || !this->Library.hasField(node.type, "children", false))
     {
       node.noFieldBegin = this->Out.text.size();
-      this->Out.tolerance.Count(Lapse::FieldNotKnown, 1, place + ", a node without a field");
+      this->CountField(place + ", a node without a field");
       return;
     }
     if (!std::exchange(this->HasNodesWithoutField, true))
@@ -663,7 +670,8 @@ private:
       KDSTREAM_TRY(used);
       if (!*used)
       {
-        this->Out.text.replace(this->LastBegin, this->Last.size(), "NULL");
+        const bool isInList = this->Open.back().bracket == '[';
+        this->Out.text.replace(this->LastBegin, this->Last.size(), isInList ? "" : "NULL");
         written.clear();
       }
     }
