@@ -4,6 +4,8 @@
 
 #include "filters/core/VectorMath.h"
 
+#include <optional>
+
 namespace kdstream
 {
 
@@ -17,13 +19,16 @@ inline Vec3 UnitVector(const Vec3& v)
 }
 
 // The same of any finite vector but zero: divided by its largest component first, which may change
-// the last bits. Else zero.
-inline Vec3 ScaledUnitVector(const Vec3& v)
+// the last bits.
+inline std::optional<Vec3> ScaledUnitVector(const Vec3& v)
 {
   const double largest = std::max({ std::abs(v[0]), std::abs(v[1]), std::abs(v[2]) });
   const bool isFinite = std::isfinite(v[0]) && std::isfinite(v[1]) && std::isfinite(v[2]);
-  return isFinite && largest > 0 ? UnitVector({ v[0] / largest, v[1] / largest, v[2] / largest })
-                                 : Vec3{};
+  if (!isFinite || largest == 0)
+  {
+    return std::nullopt;
+  }
+  return UnitVector({ v[0] / largest, v[1] / largest, v[2] / largest });
 }
 
 }

@@ -78,8 +78,8 @@ std::optional<Vec3> DirectionOf(const Vec3& vector)
 {
   const bool isLong = std::any_of(vector.begin(), vector.end(), // enough for its inverse
     [](double x) { return std::abs(x) >= std::numeric_limits<double>::min(); });
-  const Vec3 unit = ScaledUnitVector(vector);
-  return isLong && unit != Vec3{} ? std::optional(WithPositiveZeros(unit)) : std::nullopt;
+  const auto unit = ScaledUnitVector(vector);
+  return isLong && unit ? std::optional(WithPositiveZeros(*unit)) : std::nullopt;
 }
 
 Vec3 FrontOf(const Vec3& up)
