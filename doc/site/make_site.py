@@ -295,7 +295,7 @@ def check(site):
         for where in page(file).links + page(file).loaded:
             url = urlsplit(where)
             if url.scheme or url.netloc:
-                if where in page(file).loaded and url.scheme != "data":
+                if where in page(file).loaded and url.scheme not in ("data", "javascript"):
                     wrong.append(f"{name}: loads {where}")
                 continue
             goal = (file.parent / unquote(url.path)).resolve() if url.path else file
@@ -303,6 +303,8 @@ def check(site):
                 goal = goal / "index.html"
             if not goal.is_file():
                 wrong.append(f"{name}: {where}: there is no such file")
+            elif name.parts[0] == "headers" and url.fragment == "nested-classes":
+                continue  # doxygen 1.9.4 links to it where all of them are private
             elif url.fragment and goal.suffix == ".html" and unquote(url.fragment) not in page(goal).anchors:
                 wrong.append(f"{name}: {where}: there is no such anchor")
     for file in sorted(site.rglob("*.css")):
