@@ -37,7 +37,7 @@ const number = (cell) => {
   return found ? Number(found[0].replaceAll(",", "")) : null;
 };
 
-const escape = (text) => String(text).replaceAll("&", "&amp;").replaceAll("<", "&lt;").replaceAll('"', "&quot;");
+const escape = (text) => String(text).replaceAll("`", "").replaceAll("&", "&amp;").replaceAll("<", "&lt;").replaceAll('"', "&quot;");
 
 // Groups of bars: [label, [number, ...]], with a name for each series.
 function groupsOf(table) {
