@@ -146,6 +146,8 @@ class Staging:
             part = re.sub(r"^(#+) (.*?) *$", lambda m: f"{m.group(1)} {m.group(2)} {{#{anchor_of(m.group(2))}}}", part, flags=re.M)
             # What belongs to an item of a list is indented by four for each list, where GitHub takes two or three too.
             part = re.sub(r"^ +(?=\S)", lambda m: " " * {2: 4, 3: 4, 5: 8, 6: 8, 7: 8}.get(len(m.group(0)), len(m.group(0))), part, flags=re.M)
+            # A list begins after an empty line.
+            part = re.sub(r"(?m)^(?! *(?:[-*]|\d+\.) )( *\S.*\n)(?= *(?:[-*]|\d+\.) )", r"\1\n", part)
             # Bars in code stay in their cell.
             return re.sub(r"^\|.*$", lambda m: re.sub(r"`[^`]*`", lambda c: c.group(0).replace("\\|", "|"), m.group(0)), part, flags=re.M)
 
@@ -253,7 +255,7 @@ def stage(folder):
     staging.run()
     index = staging.source / "index.md"
     index.write_text(index.read_text("utf8").replace("## Why", "**[Open the demo](demo/index.html)**: three models as plain files, nothing but GET.\n\n## Why", 1), "utf8")
-    staging.write("wide.css", "td code, li code, p code { overflow-wrap: anywhere; white-space: normal; }\n")
+    staging.write("wide.css", "td code, li code, p code { overflow-wrap: break-word; white-space: normal; }\n")
     (folder / "mkdocs.yml").write_text(json.dumps({
         "site_name": "KdStream", "docs_dir": "source", "site_dir": "site", "use_directory_urls": False,
         "theme": {"name": "mkdocs", "highlightjs": False, "nav_style": "light"}, "plugins": ["search"], "nav": entries, "extra_css": ["wide.css"],
