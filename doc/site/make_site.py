@@ -143,7 +143,7 @@ class Staging:
 
         def change(part):
             part = re.sub(r"\[((?:!\[[^\]]*\]\([^)]*\)|[^\]])*)\]\(([^)\s]+)\)", link, part)
-            part = re.sub(r"^(#+) (.*?) *$", lambda m: f"{m.group(1)} {m.group(2)} {{#{anchor_of(m.group(2))}}}", part, flags=re.M)
+            part = re.sub(r"^(##+) (.*?) *$", lambda m: f"{m.group(1)} {m.group(2)} {{#{anchor_of(m.group(2))}}}", part, flags=re.M)
             # What belongs to an item of a list is indented by four for each list, where GitHub takes two or three too.
             part = re.sub(r"^ +(?=\S)", lambda m: " " * {2: 4, 3: 4, 5: 8, 6: 8, 7: 8}.get(len(m.group(0)), len(m.group(0))), part, flags=re.M)
             # A list begins after an empty line.
