@@ -45,7 +45,7 @@ function groupsOf(table) {
     return { names: [table.plot.unit], groups: table.plot.bars.map(([label, value]) => [label, [value]]) };
   }
   return {
-    names: table.plot.map((column) => table.columns[column] || table.title),
+    names: table.plot.map((column) => (table.plot.length > 1 ? table.columns[column] : `${table.title}: ${table.columns[column]}`)),
     groups: table.rows
       .map((row) => [row[0], table.plot.map((column) => number(row[column] ?? ""))])
       .filter(([, values]) => values.some((value) => value !== null)),
@@ -104,15 +104,14 @@ function pageFiles() {
   for (const [stem, heading, about] of sections) {
     const own = runs.filter((name) => name.slice(0, -"-2026-01-01.json".length) === stem);
     text.push(`## ${heading}`, "", about, "");
-    let drawn = false;
     for (const name of own) {
       const run = JSON.parse(readFileSync(path.join(folder, name), "utf8"));
       text.push(`**${run.date}**, \`${run.command}\`, ${run.machine}.`, "");
-      for (const table of run.tables) {
-        if (table.plot && !drawn) {
-          files.set(`doc/pictures/benchmarks/${stem}.svg`, plotOf(table));
-          text.push(`![${table.title}](pictures/benchmarks/${stem}.svg)`, "");
-          drawn = true;
+      for (const [i, table] of run.tables.entries()) {
+        if (table.plot) {
+          const picture = `pictures/benchmarks/${name.replace(".json", `-${i + 1}.svg`)}`;
+          files.set(`doc/${picture}`, plotOf(table));
+          text.push(`![${table.title}](${picture})`, "");
         }
         text.push(`${table.title[0].toUpperCase()}${table.title.slice(1)}:`, "", tableOf(table), "");
       }
