@@ -20,6 +20,14 @@ const folder = path.join(root, "Testing/Benchmarks/Figures");
 const sections = [
   ["large-build", "Large builds", "A closed mesh of fine relief, built with 1 GiB. With `--memory 256M` the digest is the same, the peak 276 MB."],
   ["speed", "Building in memory and out of core", "A build beside the least that reading, a k-d tree, triangles into partitions and one file take (`BenchFloor.cxx`). Bars: at most 5 and 8 times that; shuffled input at most 2 times ordered."],
+  ["table2", "Partitions (Table 2)", "The paper's Table 2: compactness and seconds of k-d tree, octree and k-means."],
+  ["fig5", "Partitions (Fig. 5)", "Sizes of partitions by k-d tree, octree and k-means."],
+  ["table3", "Partitions out of core (Table 3)", "The paper's Table 3: medians of meshes that do not fit the memory."],
+  ["fig12", "Clusters (Fig. 12)", "Simplification by k-d cells beside an octree's, as in the paper's Figure 12."],
+  ["levels", "Levels", "Levels by collapse and by clusters beside VTK's and meshoptimizer's, and triangles that face the wrong way."],
+  ["soup", "Triangle soup", "Building triangles that share no vertices beside a scan of as many vertices."],
+  ["readers", "Readers", "Our readers beside VTK's, and beside reading the bytes only."],
+  ["trees", "Trees", "An update of `vtkKdTreePartition` beside `vtkKdTree::BuildLocatorFromPoints`."],
   ["codec", "The codec", "Our codec ([why](decisions/0010-codec.md)) beside Draco at speed 5 and plain arrays under zstd -19; natively and as WebAssembly."],
   ["floors", "Floors and peers", "What a step costs at least, and what other programs take for the same mesh."],
   ["view", "Views", "The view-dependent refinement ([how](viewing.md)) from 12 directions, 800 x 480, over simulated lines of 1, 10 and 100 Mbit/s with a round trip of 30 ms: bytes and seconds of the first picture, and until at most 5 % and 1 % of the object's pixels are wrong (a channel off by more than 8 of 255); all bytes over those of the final cut (the oracle).\n\n![Wrong pixels of the dragon over bytes, at zooms of 1, 4 and 16](pictures/view-dragon.png)"],
@@ -101,8 +109,17 @@ function pageFiles() {
     "of one run on the machine that is named: compare ratios, not seconds of different runs. A *bar* is what the benchmark demands of itself.",
     "",
   ];
+  const stemOf = (name) => name.replace(/-\d{4}-\d\d-\d\d\.json$/, "");
+  for (const name of runs) {
+    if (!sections.some(([stem]) => stem === stemOf(name))) {
+      throw new Error(`${name}: no section of that name; files are called NAME-YYYY-MM-DD.json`);
+    }
+  }
   for (const [stem, heading, about] of sections) {
-    const own = runs.filter((name) => name.slice(0, -"-2026-01-01.json".length) === stem);
+    const own = runs.filter((name) => stemOf(name) === stem);
+    if (own.length === 0) {
+      continue;
+    }
     text.push(`## ${heading}`, "", about, "");
     for (const name of own) {
       const run = JSON.parse(readFileSync(path.join(folder, name), "utf8"));
@@ -145,7 +162,10 @@ export function parseTables(text) {
       table.rows.push(cells);
     }
   }
-  return tables;
+  for (const each of tables) { // the first column of numbers becomes bars
+    each.plot = [each.columns.findIndex((_, i) => i > 0 && each.rows.every((cells) => number(cells[i]) !== null))].filter((i) => i > 0);
+  }
+  return tables.map(({ plot, ...each }) => (plot.length > 0 ? { ...each, plot } : each));
 }
 
 function record(name) {

@@ -23,8 +23,8 @@ test("a printed table becomes columns and rows", () => {
   ].join("\n");
   assert.deepEqual(parseTables(text), [
     { title: "dragon: 437,645 vertices; distances in % of the diagonal", columns: ["method", "level", "vertices", "rms to"],
-      rows: [["rounds of collapse", "13", "8268", "0.0203"], ["vtkQuadricDecimation", "13", "8301", "0.0203"]] },
+      rows: [["rounds of collapse", "13", "8268", "0.0203"], ["vtkQuadricDecimation", "13", "8301", "0.0203"]], plot: [1] },
     { title: "dragon: 437,645 vertices; distances in % of the diagonal", columns: ["mesh", "points", "ms", "port 1"],
-      rows: [["dragon", "437645", "120.5", "0.60"]] },
+      rows: [["dragon", "437645", "120.5", "0.60"]], plot: [1] },
   ]);
 });
