@@ -161,7 +161,8 @@ def class_text(header, name):
     text = "\n".join(lines).strip()
     brief = re.search(r"@brief\s+(.*?)(?:\n\n|$)", text, re.S).group(1).replace("\n", " ")
     body = text[text.index("@brief"):].split("\n\n", 1)[1] if "\n\n" in text[text.index("@brief"):] else ""
-    return brief.strip(), body.replace("@sa ", "See also: ")
+    body = re.sub(r"@code(.*?)@endcode", r"```cpp\1```", body.replace("@sa ", "See also: "), flags=re.S)
+    return brief.strip(), body
 
 
 def stage_classes(staging):
@@ -171,8 +172,11 @@ def stage_classes(staging):
         picture = staging.want(OTHER_PICTURES.get(name, f"doc/pictures/vtk/{name}.png"))
         project = Path(example).parent.as_posix()
         staging.want(f"Examples/{project}")
-        for other in CLASSES:
-            body = re.sub(rf"(?<![\w\[`]){other}(?!\w)", f"[{other}]({other}.md)" if other != name else f"`{name}`", body)
+        pages = {other: f"[{other}]({other}.md)" for other in CLASSES}
+        pages |= {base: f"[{base}](../../headers/class{base}.html)" for base in ("vtkMeshPartition", "vtkKdModelSource")}
+        pages[name] = f"`{name}`"
+        known = re.compile(rf"(?<![\w`])({'|'.join(pages)})(?!\w)")
+        body = outside_code(body, lambda part: known.sub(lambda m: pages[m.group(1)], part))
         text = (ROOT / "Examples" / example).read_text("utf8")
         page = f"""# {name}
 
