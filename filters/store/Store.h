@@ -3,6 +3,7 @@
 // doc/formats.md.
 #pragma once
 
+#include "filters/codec/TreePage.h"
 #include "filters/core/Result.h"
 #include "filters/core/pieces/Piece.h"
 #include "filters/model/ModelDescription.h"

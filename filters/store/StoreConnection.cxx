@@ -15,8 +15,8 @@ namespace
 
 // In the order of BlobTable: blobs, and how many bytes they have. SQLite would take a text for a
 // blob, of which it tells the characters as its length, and not the bytes.
-constexpr std::size_t tables = 5;
-constexpr std::array<const char*, 2 * tables> queryTexts{
+constexpr std::size_t tableCount = 5;
+constexpr std::array<const char*, 2 * tableCount> queryTexts{
   "SELECT data, checksum, vertices, triangles FROM pieces WHERE id = ? AND typeof(data) = 'blob'",
   "SELECT data, checksum FROM tree WHERE page = ? AND typeof(data) = 'blob'",
   "SELECT data, checksum FROM boxes WHERE node = ? AND typeof(data) = 'blob'",
@@ -203,7 +203,7 @@ Result<std::unique_ptr<Store::Connection::Reader>> Store::Connection::Take()
   auto reader = std::make_unique<Reader>();
   for (std::size_t query = 0; query < queryTexts.size(); ++query)
   {
-    if (!this->HasTable(query % tables))
+    if (!this->HasTable(query % tableCount))
     {
       continue;
     }
@@ -238,7 +238,7 @@ Result<Value> Store::Connection::ReadRow(const BlobRow& blob, bool sizeOnly, con
   if (reader)
   {
     Statement& statement =
-      (*reader)->statements[static_cast<std::size_t>(blob.table) + (sizeOnly ? tables : 0)];
+      (*reader)->statements[static_cast<std::size_t>(blob.table) + (sizeOnly ? tableCount : 0)];
     statement.Bind(1, blob.key);
     const Result<bool> row = statement.Step();
     if (!row)

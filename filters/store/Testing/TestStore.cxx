@@ -2,6 +2,7 @@
 // Builder and Store: what goes in comes out, and what is wrong is said.
 #include "Testing/Fixtures/Invariants.h"
 #include "Testing/Fixtures/Meshes.h"
+#include "filters/codec/TreePage.h"
 #include "filters/core/Weld.h"
 #include "filters/core/pieces/Glue.h"
 #include "filters/meshio/MeshWriter.h"
