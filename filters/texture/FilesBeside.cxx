@@ -3,6 +3,7 @@
 #include "filters/texture/FilesBeside.h"
 
 #include "filters/core/Texts.h"
+#include "filters/files/Folders.h"
 
 #include <algorithm>
 #include <array>
@@ -161,13 +162,14 @@ const FilesBeside::Names& FilesBeside::NamesOf(const std::filesystem::path& fold
     return none;
   }
   Names& names = this->Folders[folder];
-  std::error_code failed;
-  std::filesystem::directory_iterator at(folder.empty() ? "." : folder, failed);
-  for (std::size_t count = 0;
-       !failed && at != std::filesystem::directory_iterator() && count < mostNames;
-       at.increment(failed), ++count)
+  Result<std::vector<std::string>> read = NamesIn(folder.empty() ? "." : folder);
+  if (!read)
   {
-    std::string name = at->path().filename().string();
+    return names;
+  }
+  read->resize(std::min<std::size_t>(read->size(), mostNames));
+  for (const std::string& name : *read)
+  {
     const auto [place, added] = names.emplace(FoldedName(name), name);
     place->second = added ? place->second : std::nullopt;
   }

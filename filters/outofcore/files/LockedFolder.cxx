@@ -92,14 +92,18 @@ bool IsUnchangedForLong(const fs::path& folder)
 {
   std::error_code failed;
   auto last = fs::last_write_time(folder, failed);
-  for (fs::directory_iterator entry(folder, failed), end; !failed && entry != end;
-       entry.increment(failed))
+  const auto names = NamesIn(folder);
+  if (failed || !names)
+  {
+    return false;
+  }
+  for (const std::string& name : *names)
   {
     std::error_code gone;
-    const auto time = fs::last_write_time(entry->path(), gone);
+    const auto time = fs::last_write_time(folder / name, gone);
     last = gone ? last : std::max(last, time);
   }
-  return !failed && fs::file_time_type::clock::now() - last > longestPause;
+  return fs::file_time_type::clock::now() - last > longestPause;
 }
 
 // descriptor: of the folder, which nobody else has locked as far as can be known.
