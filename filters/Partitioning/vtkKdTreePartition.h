@@ -12,7 +12,7 @@
  * Input, outputs, ghosts, other errors: see vtkMeshPartition.
  *
  * Several processes (Controller): their inputs are parts of one mesh, and all of them update
- * together. Port 0 has all partitions of one tree over the whole mesh, of which each process gets
+ * together: where the input of one alone has changed, the others call Modified first. Port 0 has all partitions of one tree over the whole mesh, of which each process gets
  * its part, from left to right in the tree, a subtree where their number is a power of two; the
  * others are null. They are those that one process would give of the whole mesh, to the bit: of the
  * points by ascending global ids where all processes have vtkDataSetAttributes::GetGlobalIds, and
