@@ -2,6 +2,8 @@
 // The files that a mesh names: see FilesBeside.h.
 #include "filters/texture/FilesBeside.h"
 
+#include "filters/core/Texts.h"
+
 #include <algorithm>
 #include <array>
 #include <charconv>
@@ -68,7 +70,7 @@ std::string FromLatin(std::string_view name)
 
 bool IsBlankOfName(char c)
 {
-  return c == ' ' || c == '\t' || c == '\r';
+  return blanksOfNames.find(c) != std::string_view::npos;
 }
 
 }
@@ -88,23 +90,11 @@ std::filesystem::path FileBeside(const std::filesystem::path& base, std::string_
 
 std::string_view WithoutQuotes(std::string_view name)
 {
-  const auto trim = [&name]()
-  {
-    while (!name.empty() && IsBlankOfName(name.front()))
-    {
-      name.remove_prefix(1);
-    }
-    while (!name.empty() && IsBlankOfName(name.back()))
-    {
-      name.remove_suffix(1);
-    }
-  };
-  trim();
+  name = Trimmed(name, blanksOfNames);
   if (name.size() >= 2 && (name.front() == '"' || name.front() == '\'') &&
       name.back() == name.front())
   {
-    name = name.substr(1, name.size() - 2);
-    trim();
+    name = Trimmed(name.substr(1, name.size() - 2), blanksOfNames);
   }
   return name;
 }
