@@ -2,7 +2,7 @@
 # Builds the examples against what TestInstall has installed, and looks at what they make.
 include("${CMAKE_CURRENT_LIST_DIR}/Expect.cmake")
 
-foreach(example IN ITEMS PartitionPicture Stores Classes Offscreen StreamViewer Testing/Snippets)
+foreach(example IN ITEMS PartitionPicture Stores Classes ClassPictures Offscreen StreamViewer Testing/Snippets)
   file(REMOVE_RECURSE "${WORK}/${example}")
   configure_against("${WORK}/installed" "${SOURCE}/${example}" "${WORK}/${example}")
 endforeach()
