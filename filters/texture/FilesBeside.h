@@ -18,6 +18,9 @@ namespace kdstream
 // links that lie in it. Backslashes are slashes.
 std::filesystem::path FileBeside(const std::filesystem::path& base, std::string_view written);
 
+// What lies around names of files and materials, where a statement has them.
+inline constexpr std::string_view blanksOfNames = " \t\r";
+
 // A name without blanks around it, and without quotes around that.
 std::string_view WithoutQuotes(std::string_view name);
 

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "filters/texture/ObjMaterials.h"
 
+#include "filters/core/Texts.h"
 #include "filters/meshio/NumberText.h"
 #include "filters/meshio/ObjStatements.h"
 #include "filters/meshio/QuotedText.h"
@@ -76,7 +77,8 @@ private:
       std::string_view after = this->Rest;
       double value = 0;
       const std::string_view word = TakeWord(after);
-      if (ParseNumber(word, value) != NumberTextError::None || TrimmedObjText(after).empty())
+      if (ParseNumber(word, value) != NumberTextError::None ||
+          Trimmed(after, blanksOfNames).empty())
       {
         break;
       }
@@ -200,20 +202,6 @@ bool IsOtherMap(std::string_view name)
 
 }
 
-std::string_view TrimmedObjText(std::string_view text)
-{
-  const auto blank = [](char c) { return c == ' ' || c == '\t' || c == '\r'; };
-  while (!text.empty() && blank(text.front()))
-  {
-    text.remove_prefix(1);
-  }
-  while (!text.empty() && blank(text.back()))
-  {
-    text.remove_suffix(1);
-  }
-  return text;
-}
-
 namespace
 {
 
@@ -228,7 +216,7 @@ std::vector<std::string_view> CutBehindEndings(std::string_view names)
   {
     const std::size_t found = lower.find(ending, begin);
     const std::size_t end = found == lower.npos ? names.size() : found + ending.size();
-    cut.push_back(TrimmedObjText(names.substr(begin, end - begin)));
+    cut.push_back(Trimmed(names.substr(begin, end - begin), blanksOfNames));
     begin = end;
   }
   return cut;
@@ -241,7 +229,7 @@ void ObjLibraries::Add(std::string_view names, std::uint64_t line)
   std::error_code failed;
   const auto isFile = [&](std::string_view name)
   { return std::filesystem::is_regular_file(this->Files.Find(name), failed); };
-  const std::string_view whole = TrimmedObjText(names);
+  const std::string_view whole = Trimmed(names, blanksOfNames);
   if (this->Statements.contains(whole))
   {
     return;
@@ -361,7 +349,7 @@ void ObjLibraries::Read(const std::filesystem::path& file, std::uint64_t line)
       }
       all.push_back({});
       material = &all.back();
-      material->name = TrimmedObjText(rest);
+      material->name = Trimmed(rest, blanksOfNames);
       material->library = library;
     }
     else if (material && name == "kd")

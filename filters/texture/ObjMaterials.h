@@ -86,9 +86,6 @@ private:
   std::size_t Different = 0; // materials of a name that another has
 };
 
-// Without blanks around it: the name in "newmtl" and "usemtl".
-std::string_view TrimmedObjText(std::string_view text);
-
 // Finds materials by the names that faces use: as they are written; else without quotes and
 // comments, and without regard to case and blanks, where one material alone fits.
 class MaterialNames

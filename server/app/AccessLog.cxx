@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "server/app/AccessLog.h"
 
+#include "filters/core/Texts.h"
 #include "filters/model/JsonWriter.h"
-#include "server/access/UtcText.h"
 
 #include <cstdio>
 #include <ctime>

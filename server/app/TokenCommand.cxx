@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "server/app/TokenCommand.h"
 
+#include "filters/core/Texts.h"
 #include "server/access/TokenKeys.h"
-#include "server/access/UtcText.h"
 
 #include <charconv>
 #include <chrono>

@@ -361,7 +361,14 @@ TEST_F(Faulty, NoMemoryForAConnection)
   this->faults->Clear();
   EXPECT_EQ(HttpTestClient(port).Get("/api/models.json")->body, list);
   EXPECT_GE(Count(port, "kdstream_failures_total{what=\"connection\"}"), 1u);
-  EXPECT_EQ(serve.ErrorLine(), "kdstream-serve: error: a connection ends: out of memory");
+  // The folder of stores is read every so often, and may have lacked the memory too.
+  const auto ofFolder = this->stores.string() + ": cannot be read: Cannot allocate memory";
+  auto line = serve.ErrorLine();
+  while (line.find(ofFolder) != std::string::npos)
+  {
+    line = serve.ErrorLine();
+  }
+  EXPECT_EQ(line, "kdstream-serve: error: a connection ends: out of memory");
 }
 
 // Each so manieth allocation fails, whatever it is for, while clients ask for all kinds of things
