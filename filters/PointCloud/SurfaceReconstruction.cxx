@@ -442,7 +442,7 @@ private:
         }
       }
     }
-    std::transform(normals.begin(), normals.end(), normals.begin(), Normalized);
+    std::transform(normals.begin(), normals.end(), normals.begin(), UnitVector);
   }
 
   // Drops triangles that no point is near to, and the points that are only theirs.
