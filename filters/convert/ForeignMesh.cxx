@@ -188,20 +188,17 @@ Result<ForeignMesh> ReadForeignMesh(const std::filesystem::path& file,
   {
     return Error{ ErrorCode::InvalidInput, "is empty" };
   }
-  const Result<std::string_view> begin = source->Peek(contentFormatBytes);
   if (!read && !own && !gltf && !xyz)
   {
-    const std::string hint = begin ? CompressedHint(*begin) : std::string();
-    return Error{ ErrorCode::Unsupported,
-      hint.empty() ? "the ending '" + ending + "' names no known mesh format" : hint };
+    return Error{ ErrorCode::Unsupported, UnknownEndingHint(*source, ending) };
   }
   Result<ForeignMesh> result = own    ? ReadOwn(file, textures, execution)
                                : gltf ? ReadGltf(file, textures, execution)
                                : xyz  ? ReadXyz(file, columns, execution)
                                       : read(file, execution);
+  const Result<std::string_view> begin = source->Peek(contentFormatBytes);
   const bool isUnpacked = ending.starts_with(".wr") && begin && FormatOfContent(*begin) == ".gz";
-  const std::string hint =
-    begin && !isUnpacked ? OtherFormatHint(*begin, ending, source->Size()) : std::string();
+  const std::string hint = isUnpacked ? std::string() : OtherFormatHint(*source, ending);
   if (!result)
   {
     return hint.empty() || result.GetError().code != ErrorCode::InvalidInput

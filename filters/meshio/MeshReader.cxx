@@ -47,11 +47,7 @@ Result<std::unique_ptr<MeshReader>> OpenByEnding(const std::string& ending, Byte
     return Error{ ErrorCode::Unsupported,
       ending + " files are not read in chunks; kdstream-convert makes a .ply of them" };
   }
-  const Result<std::string_view> begin = source.Peek(contentFormatBytes);
-  const std::string hint = begin ? CompressedHint(*begin) : std::string();
-  return Error{ ErrorCode::Unsupported,
-    hint.empty() ? "the ending '" + ending + "' names no known mesh format; convert it to .ply"
-                 : hint };
+  return Error{ ErrorCode::Unsupported, UnknownEndingHint(source, ending) };
 }
 
 }
@@ -65,8 +61,7 @@ Result<std::unique_ptr<MeshReader>> OpenFinite(const std::filesystem::path& file
   Result<ByteSource> source = OfFile(file.string(), ByteSource::Open(file));
   KDSTREAM_TRY(source);
   const std::string ending = FileEnding(file);
-  const Result<std::string_view> begin = source->Peek(contentFormatBytes);
-  const std::string hint = begin ? OtherFormatHint(*begin, ending, source->Size()) : std::string();
+  const std::string hint = OtherFormatHint(*source, ending);
   auto reader = OfFile(file.string(), OpenByEnding(ending, std::move(*source), execution, scratch));
   const bool unreadable =
     reader ? (*reader)->Info().vertices == 0 : reader.GetError().code == ErrorCode::InvalidInput;

@@ -202,6 +202,28 @@ bool IsOtherMap(std::string_view name)
 
 }
 
+namespace
+{
+
+// Names with blanks, one after the other: each ends in .mtl.
+std::vector<std::string_view> CutBehindEndings(std::string_view names)
+{
+  constexpr std::string_view ending = ".mtl ";
+  std::vector<std::string_view> cut;
+  std::string lower = LowercaseText(names);
+  std::replace(lower.begin(), lower.end(), '\t', ' ');
+  for (std::size_t begin = 0; begin < names.size() && cut.size() < mostObjLibraries;)
+  {
+    const std::size_t found = lower.find(ending, begin);
+    const std::size_t end = found == lower.npos ? names.size() : found + ending.size();
+    cut.push_back(Trimmed(names.substr(begin, end - begin), blanksOfNames));
+    begin = end;
+  }
+  return cut;
+}
+
+}
+
 void ObjLibraries::Add(std::string_view names, std::uint64_t line)
 {
   std::error_code failed;
@@ -228,7 +250,9 @@ void ObjLibraries::Add(std::string_view names, std::uint64_t line)
   const bool several = !isFile(whole) && std::any_of(words.begin(), words.end(), isFile);
   if (!several)
   {
-    words = { whole };
+    const std::vector<std::string_view> cut = CutBehindEndings(whole);
+    words =
+      !isFile(whole) && std::any_of(cut.begin(), cut.end(), isFile) ? cut : std::vector{ whole };
   }
   for (const std::string_view word : words)
   {
@@ -286,6 +310,14 @@ void ObjLibraries::Read(const std::filesystem::path& file, std::uint64_t line)
     return;
   }
   this->Opened = true;
+  const std::filesystem::path home = this->Files.MeshFile().parent_path();
+  const bool isBesideMesh = file.parent_path() == home;
+  const std::string folder = (file.parent_path().lexically_relative(home) / "").generic_string();
+  const auto isFile = [&](const std::string& name)
+  {
+    std::error_code failed;
+    return std::filesystem::is_regular_file(this->Files.Find(name), failed);
+  };
   ObjStatements statements(std::move(*source));
   ObjMaterial* material = nullptr;
   const std::string library = file.filename().string();
@@ -329,6 +361,15 @@ void ObjLibraries::Read(const std::filesystem::path& file, std::uint64_t line)
       ObjMaterial changed = *material;
       changed.place = place;
       understood = MapStatement(rest).Understand(changed) && !changed.picture.empty();
+      if (!isBesideMesh && understood && !isFile(changed.picture))
+      {
+        const std::string plain(WithoutQuotes(changed.picture));
+        const std::string last = plain.substr(plain.find_last_of("/\\") + 1);
+        for (const std::string& beside : { folder + plain, folder + last })
+        {
+          changed.picture = isFile(beside) ? beside : changed.picture;
+        }
+      }
       *material = understood ? changed : *material;
     }
     else if (!IsOtherMap(name))
