@@ -98,17 +98,7 @@ TEST_P(RankPipelines, TheStoreIsThatOfAllParts)
   this->Expect({ "parts" });
 }
 
-TEST_P(RankPipelines, AllIdsComeToTheSame)
-{
-  this->Expect({ "stray" });
-}
-
-TEST_P(RankPipelines, SharesAreAlikeWhateverTheIds)
-{
-  this->Expect({ "shares" }, "RankFaults");
-}
-
-// What one rank cannot do. The number of others matters little.
+// What one rank cannot do, or other ids. The number of ranks matters little.
 class RankFaults : public RankPipelines
 {
 protected:
@@ -133,6 +123,16 @@ TEST_P(RankFaults, OtherOptions)
 TEST_P(RankFaults, MemoryEnds)
 {
   this->ExpectOfAll("memory");
+}
+
+TEST_P(RankFaults, AllIdsComeToTheSame)
+{
+  this->Expect({ "stray" });
+}
+
+TEST_P(RankFaults, SharesAreAlikeWhateverTheIds)
+{
+  this->ExpectOfAll("shares");
 }
 
 TEST_P(RankFaults, NoFolder)
