@@ -209,7 +209,7 @@ std::optional<std::vector<std::uint8_t>> Base64Decoded(std::string_view text)
 
 std::string UtcText(std::int64_t seconds)
 {
-  const std::time_t time = static_cast<std::time_t>(static_cast<std::time_t>(seconds));
+  const std::time_t time = static_cast<std::time_t>(seconds);
   std::tm utc{};
   char text[40];
   return gmtime_r(&time, &utc) == nullptr
