@@ -2,7 +2,6 @@
 #include "filters/core/Texts.h"
 
 #include <algorithm>
-#include <ctime>
 
 namespace kdstream
 {
@@ -205,16 +204,6 @@ std::optional<std::vector<std::uint8_t>> Base64Decoded(std::string_view text)
     }
   }
   return bytes;
-}
-
-std::string UtcText(std::int64_t seconds)
-{
-  const std::time_t time = static_cast<std::time_t>(seconds);
-  std::tm utc{};
-  char text[40];
-  return gmtime_r(&time, &utc) == nullptr
-           ? std::string()
-           : std::string(text, std::strftime(text, sizeof text, "%Y-%m-%dT%H:%M:%SZ", &utc));
 }
 
 std::string_view Trimmed(std::string_view text, std::string_view blanks)

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Texts that come from elsewhere: whether they are UTF-8, made UTF-8, and in a message; and texts
-// that stand for bytes or a time.
+// that stand for bytes.
 #pragma once
 
 #include <cstddef>
@@ -46,10 +46,6 @@ std::string Base64Url(std::span<const std::uint8_t> bytes);
 // not, up to the first '='. Bits that make no byte are dropped. Nothing where another character
 // comes before that.
 std::optional<std::vector<std::uint8_t>> Base64Decoded(std::string_view text);
-
-// Seconds since 1970 as "2026-11-27T01:02:03Z" (RFC 3339); of years that the C library knows, else
-// empty.
-std::string UtcText(std::int64_t seconds);
 
 // The text without what it has of `blanks` at its ends.
 std::string_view Trimmed(std::string_view text, std::string_view blanks = " \t");

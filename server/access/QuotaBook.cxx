@@ -17,6 +17,7 @@
 #include "server/access/QuotaBook.h"
 
 #include "filters/core/Texts.h"
+#include "filters/core/UtcText.h"
 #include "filters/protocol/BlobId.h"
 #include "filters/store/Sqlite.h"
 #include "filters/store/Store.h"

@@ -2,6 +2,7 @@
 #include "server/app/AccessLog.h"
 
 #include "filters/core/Texts.h"
+#include "filters/core/UtcText.h"
 #include "filters/model/JsonWriter.h"
 
 #include <cstdio>

@@ -2,6 +2,7 @@
 #include "server/app/TokenCommand.h"
 
 #include "filters/core/Texts.h"
+#include "filters/core/UtcText.h"
 #include "server/access/TokenKeys.h"
 
 #include <charconv>

@@ -195,7 +195,7 @@ TEST(MeshReader, FormatsThatAreNotReadAreNamed)
     return reader ? "it was read" : reader.GetError().message;
   };
   const std::string compound = "\xD0\xCF\x11\xE0\xA1\xB1\x1A\xE1" + std::string(600, '\0');
-  const std::string sketchUp("\xFF\xFE\xFF\x0ES\0k\0e\0t\0c\0h\0U\0p\0 \0M\0", 26);
+  const std::string sketchUp("\xFF\xFE\xFF\x0ES\0k\0e\0t\0c\0h\0U\0p\0 \0M\0", 24);
   const std::string iges = std::string(72, ' ') + "S      1\n" + std::string(72, '1') + "G";
   const std::string begin3ds("MM\x08\0\0\0\x02\0", 8);
   const std::string step = "ISO-10303-21;\nHEADER;\nFILE_SCHEMA(('";
