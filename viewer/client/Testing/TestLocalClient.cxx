@@ -22,7 +22,7 @@ namespace
 std::shared_ptr<TorusModel> Named(const std::string& id)
 {
   auto model = std::make_shared<TorusModel>();
-  model->described = kdstream::testing::Torus().Description();
+  model->described = kdstream::testing::ServedTorus().Description();
   model->described->id = id;
   return model;
 }
@@ -78,7 +78,7 @@ struct ModelWithoutMemory final : TorusModel
 TEST(TestLocalClient, ABlobForWhichThereIsNoMemoryFailsAlone)
 {
   const auto model = std::make_shared<ModelWithoutMemory>();
-  model->described = kdstream::testing::Torus().Description();
+  model->described = kdstream::testing::ServedTorus().Description();
   model->described->id = "a";
   LocalClient source({ model });
   SessionRequest request;
