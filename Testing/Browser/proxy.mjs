@@ -110,6 +110,7 @@ export class Proxy extends EventEmitter {
 
   // Opens one to the server first: what that answers is what the browser gets.
   #upgrade(asked, socket, head) {
+    socket.on("error", () => {}); // of a page that is closed: its end follows
     this.#sockets.add(socket);
     socket.on("close", () => this.#sockets.delete(socket));
     const refuse = (status) => socket.end(`HTTP/1.1 ${status} ${STATUS_CODES[status]}\r\nContent-Length: 0\r\nConnection: close\r\n\r\n`);
