@@ -81,11 +81,19 @@ bool IsOnDiskOfMachine(int descriptor)
          std::find(disks.begin(), disks.end(), static_cast<long>(state.f_type)) != disks.end();
 }
 
-bool IsSameFolder(int descriptor, const fs::path& path)
+// Nothing where that cannot be known: errno says why.
+std::optional<bool> IsSameFolder(int descriptor, const fs::path& path)
 {
   struct stat opened = {}, named = {};
-  return fstat(descriptor, &opened) == 0 && lstat(path.c_str(), &named) == 0 &&
-         opened.st_dev == named.st_dev && opened.st_ino == named.st_ino;
+  if (fstat(descriptor, &opened) != 0)
+  {
+    return {};
+  }
+  if (lstat(path.c_str(), &named) != 0)
+  {
+    return errno == ENOENT ? std::optional(false) : std::nullopt;
+  }
+  return opened.st_dev == named.st_dev && opened.st_ino == named.st_ino;
 }
 
 bool IsUnchangedForLong(const fs::path& folder)
@@ -135,19 +143,21 @@ Result<LockedFolder> MakeLockedFolder(const fs::path& parent)
     const int descriptor = open(name.c_str(), O_RDONLY | O_DIRECTORY | O_NOFOLLOW | O_CLOEXEC);
     const bool refused = descriptor >= 0 && flock(descriptor, LOCK_EX | LOCK_NB) != 0;
     const bool taken = refused && errno == EWOULDBLOCK;
-    if (descriptor >= 0 && !taken && IsSameFolder(descriptor, name))
+    const std::optional<bool> isSame =
+      descriptor >= 0 && !taken ? IsSameFolder(descriptor, name) : std::nullopt;
+    const int reason = errno;
+    if (isSame.value_or(false))
     {
       return LockedFolder{ name,
         std::shared_ptr<void>(nullptr, [descriptor](void*) { close(descriptor); }) };
     }
-    const int reason = errno;
     if (descriptor >= 0)
     {
       close(descriptor);
     }
-    if (descriptor >= 0 || reason == ENOENT)
+    if (taken || isSame || (descriptor < 0 && reason == ENOENT))
     {
-      continue; // before it was locked another build has taken it for one of a killed process
+      continue; // before it was locked another process has taken it for one of a killed one
     }
     rmdir(name.c_str());
     return SystemError("its folder for temporary files cannot be opened", reason, in.string());
