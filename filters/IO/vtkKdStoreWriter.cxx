@@ -209,7 +209,10 @@ void vtkKdStoreWriter::WriteData()
     this->SetErrorCode(CodeOf(error));
     if (error.code != ErrorCode::Cancelled)
     {
-      vtkErrorMacro(<< (hasName ? this->FileName + std::string(": ") : "") << error.message);
+      const std::string name = hasName ? this->FileName : "";
+      const bool isOther = !error.file.empty() && error.file != name;
+      vtkErrorMacro(<< (hasName ? name + ": " : "") << (isOther ? error.file + ": " : "")
+                    << error.message);
     }
   };
   const bool isTogether = AreSeveral(this->Controller);

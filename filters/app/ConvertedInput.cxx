@@ -3,7 +3,6 @@
 // it ends: progress, warnings, the error  4. how it ended.
 #include "filters/app/ConvertedInput.h"
 
-#include "filters/core/Weld.h"
 #include "filters/files/Folders.h"
 #include "filters/meshio/FileEnding.h"
 #include "filters/meshio/MeshReader.h"
@@ -12,7 +11,6 @@
 #include <sys/wait.h>
 #include <unistd.h>
 
-#include <algorithm>
 #include <cstdlib>
 #include <optional>
 #include <sstream>
@@ -172,33 +170,12 @@ Status EndOf(int status, const Messages& messages)
   return Error{ ErrorCode::InvalidInput, programName + ", which was to read it, " + how };
 }
 
-constexpr std::size_t readChunk = std::size_t{ 1 } << 18; // vertices or faces
-
 Result<Mesh> ReadWhole(const std::filesystem::path& file, const Execution& execution)
 {
-  Result<std::unique_ptr<MeshReader>> opened = MeshReader::Open(file, execution);
-  KDSTREAM_TRY(opened);
-  MeshReader& reader = **opened;
+  const Result<std::unique_ptr<MeshReader>> reader = MeshReader::Open(file, execution);
+  KDSTREAM_TRY(reader);
   Mesh mesh;
-  for (const bool triangles : { false, true })
-  {
-    for (;;)
-    {
-      const Result<std::size_t> read =
-        triangles ? reader.ReadTriangles(mesh, readChunk) : reader.ReadVertices(mesh, readChunk);
-      KDSTREAM_TRY(read);
-      if (*read == 0)
-      {
-        break;
-      }
-      const double size = std::max(1.0, double(reader.FileSize()));
-      KDSTREAM_TRY(execution.Report("read", double(reader.Position()) / size));
-    }
-  }
-  if (reader.Info().soup)
-  {
-    WeldVertices(mesh);
-  }
+  KDSTREAM_TRY((*reader)->ReadRest(mesh, execution));
   return mesh;
 }
 

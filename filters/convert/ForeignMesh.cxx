@@ -2,7 +2,6 @@
 #include "filters/convert/ForeignMesh.h"
 
 #include "filters/core/Attribute.h"
-#include "filters/core/Weld.h"
 #include "filters/meshio/ByteSource.h"
 #include "filters/meshio/ContentFormat.h"
 #include "filters/meshio/DroppedPoints.h"
@@ -20,7 +19,6 @@ namespace
 {
 
 const std::string notCarried = "not carried: ";
-constexpr std::size_t readChunk = std::size_t{ 1 } << 18;
 
 // What kdstream-build reads itself.
 Result<ForeignMesh> ReadInChunks(const std::filesystem::path& file, const Execution& execution)
@@ -31,25 +29,7 @@ Result<ForeignMesh> ReadInChunks(const std::filesystem::path& file, const Execut
   Mesh& mesh = result.mesh;
   MeshReader& input = **reader;
   mesh.scalarType = input.Info().scalarType;
-  for (const bool triangles : { false, true })
-  {
-    for (;;)
-    {
-      const Result<std::size_t> read =
-        triangles ? input.ReadTriangles(mesh, readChunk) : input.ReadVertices(mesh, readChunk);
-      KDSTREAM_TRY(read);
-      if (*read == 0)
-      {
-        break;
-      }
-      const double size = std::max(1.0, double(input.FileSize()));
-      KDSTREAM_TRY(execution.Report("read", double(input.Position()) / size));
-    }
-  }
-  if (input.Info().soup)
-  {
-    WeldVertices(mesh);
-  }
+  KDSTREAM_TRY(input.ReadRest(mesh, execution));
   for (const std::string& name : input.Info().ignoredAttributes)
   {
     result.warnings.push_back(notCarried + name);

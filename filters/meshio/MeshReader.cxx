@@ -2,6 +2,7 @@
 // Chooses a mesh reader by the file's name: step "read" of the README's picture.
 #include "filters/meshio/MeshReader.h"
 
+#include "filters/core/Weld.h"
 #include "filters/meshio/ByteSource.h"
 #include "filters/meshio/ContentFormat.h"
 #include "filters/meshio/FileEnding.h"
@@ -128,6 +129,31 @@ Result<std::uint64_t> ReadAndDrop(std::uint64_t count, const Read& read)
   return done;
 }
 
+}
+
+Status MeshReader::ReadRest(Mesh& mesh, const Execution& execution)
+{
+  constexpr std::size_t chunk = std::size_t{ 1 } << 18; // vertices or faces
+  for (const bool triangles : { false, true })
+  {
+    for (;;)
+    {
+      const Result<std::size_t> read =
+        triangles ? this->ReadTriangles(mesh, chunk) : this->ReadVertices(mesh, chunk);
+      KDSTREAM_TRY(read);
+      if (*read == 0)
+      {
+        break;
+      }
+      const double size = std::max(1.0, double(this->FileSize()));
+      KDSTREAM_TRY(execution.Report("read", double(this->Position()) / size));
+    }
+  }
+  if (this->Info().soup)
+  {
+    WeldVertices(mesh);
+  }
+  return {};
 }
 
 Result<std::size_t> MeshReader::ReadFaces(Mesh& mesh, std::size_t mostTriangles)

@@ -71,6 +71,10 @@ public:
   // most as many faces.
   Result<std::size_t> ReadFaces(Mesh& mesh, std::size_t mostTriangles);
 
+  // All that is left, in chunks; a soup is welded. Progress is reported as step "read". Memory: the
+  // mesh. Errors: as above; Cancelled.
+  Status ReadRest(Mesh& mesh, const Execution& execution);
+
   // Goes on behind at most `count` further vertices, or faces, as if they had been read; returns
   // how many, 0 at the end. Where the format tells where they end (binary STL; binary PLY without
   // lists, or whose faces can be triangles alone) no byte of them is read: what is skipped is not

@@ -67,8 +67,8 @@ public:
       return;
     }
     const std::lock_guard lock(this->Mutex);
-    this->Events.reserve(this->Events.size() + events.size());
-    std::move(events.begin(), events.end(), std::back_inserter(this->Events));
+    this->Events.insert(this->Events.end(), std::make_move_iterator(events.begin()),
+      std::make_move_iterator(events.end()));
     events.clear();
     this->Arrived.notify_all();
   }

@@ -193,4 +193,5 @@ TEST(SpillFile, SaysThatNoFolderCanBeMade)
   ASSERT_FALSE(folder);
   EXPECT_EQ(folder.GetError().message,
     "no folder for temporary files can be made in it: No such file or directory");
+  EXPECT_EQ(folder.GetError().file, "/nowhere/at/all");
 }

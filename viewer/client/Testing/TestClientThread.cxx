@@ -8,6 +8,7 @@
 #include <atomic>
 #include <new>
 #include <string>
+#include <thread>
 #include <vector>
 
 using namespace kdstream;
@@ -96,7 +97,14 @@ TEST(ClientThread, WhatIsPostedLaterIsNotRunOnceItIsStopped)
 {
   std::atomic<int> ran{ 0 };
   ClientThread thread([] {});
-  thread.Post([&thread] { thread.Context().stop(); });
+  thread.Post(
+    [&thread]
+    {
+      while (!thread.Context().stopped())
+      {
+        std::this_thread::yield();
+      }
+    });
   thread.Post([&ran] { ++ran; });
   thread.Stop();
   thread.Post([&ran] { ++ran; });
