@@ -4,7 +4,7 @@
  * @brief   makes a store of a surface or point set: the file that KdStream's servers and viewers
  * take
  *
- * Step "build" of the README's picture, as a VTK writer: what kdstream-build does with a mesh that
+ * Step "build" of the pipeline picture, as a VTK writer: what kdstream-build does with a mesh that
  * fits the memory.
  *
  * Input: a vtkPolyData; or a vtkPartitionedDataSet, vtkPartitionedDataSetCollection or

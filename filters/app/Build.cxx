@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// kdstream-build: a mesh file in, a store out. Step "build" of the README's picture. The contract
+// kdstream-build: a mesh file in, a store out. Step "build" of the pipeline picture. The contract
 // is doc/cli.md#kdstream-build.
 #include "filters/app/BuildCommand.h"
 #include "filters/app/ConvertedInput.h"

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// kdstream-build-mpi: kdstream-build on the ranks of an MPI job. Step "build" of the README's
+// kdstream-build-mpi: kdstream-build on the ranks of an MPI job. Step "build" of the pipeline
 // picture. The contract is doc/cli.md#kdstream-build-mpi.
 #include "filters/Parallel/MpiJob.h"
 #include "filters/Parallel/MpiTeam.h"

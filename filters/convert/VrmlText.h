@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // The text of a VRML file, checked and made harmless before a library parses it. Part of step
-// "convert" of the README's picture.
+// "convert" of the pipeline picture.
 #pragma once
 
 #include "filters/core/Result.h"

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Chooses a mesh reader by the file's name: step "read" of the README's picture.
+// Chooses a mesh reader by the file's name: step "read" of the pipeline picture.
 #include "filters/meshio/MeshReader.h"
 
 #include "filters/core/Weld.h"

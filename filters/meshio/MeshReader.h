@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Chunked mesh readers: step "read" of the README's picture. A file goes through them in
+// Chunked mesh readers: step "read" of the pipeline picture. A file goes through them in
 // pieces that fit any memory limit: PLY, STL, OBJ and OFF.
 #pragma once
 

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // The files that a mesh names: pictures and libraries of materials, as other programs and other
-// systems write their names. Part of step "read" of the README's picture.
+// systems write their names. Part of step "read" of the pipeline picture.
 #pragma once
 
 #include <filesystem>

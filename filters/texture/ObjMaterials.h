@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Materials of Wavefront OBJ files: their libraries, .mtl. Part of step "read" of the README's
+// Materials of Wavefront OBJ files: their libraries, .mtl. Part of step "read" of the pipeline
 // picture.
 #pragma once
 

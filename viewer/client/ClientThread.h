@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // The thread of a ModelSource, and the events that it has for the session. Part of step "receive"
-// of the README's picture. For sources of this folder alone: no header of ours includes Boost's.
+// of the pipeline picture. For sources of this folder alone: no header of ours includes Boost's.
 #pragma once
 
 #include "viewer/client/ClientEvent.h"

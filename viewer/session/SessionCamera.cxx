@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // What fingers, wheel and keys do to the camera of a session, and what keeps a person from getting
-// lost: step "look" of the README's picture.
+// lost: step "look" of the pipeline picture.
 //
 // Every motion goes through Move, which stops the eye before the shown surface. Where the eye is
 // outside the model's box it is outside the surface; from there each way is straight and crosses no

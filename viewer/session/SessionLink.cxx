@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Views that have a name, and those that somebody else tells: step "look" of the README's picture.
+// Views that have a name, and those that somebody else tells: step "look" of the pipeline picture.
 #include "viewer/session/ViewerSession.h"
 
 #include <cmath>

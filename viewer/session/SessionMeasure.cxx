@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Measuring: where a tap puts an end of a distance, and how it comes to lie on the original. Step
-// "pick" of the README's picture.
+// "pick" of the pipeline picture.
 //
 // An end is picked on what is shown, with the error of that. The partition around it is fetched as
 // the original, before all else; where a triangle there reaches into others, these too. After each

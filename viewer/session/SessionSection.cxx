@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // A plane that cuts part of the model away, raking light, and what fingers do to them: steps "look"
-// and "draw" of the README's picture.
+// and "draw" of the pipeline picture.
 #include "viewer/session/ViewerSession.h"
 
 #include "filters/model/JsonWriter.h"

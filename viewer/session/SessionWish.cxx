@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// What a session would like to see, and how it gets it. Step "request" of the README's picture.
+// What a session would like to see, and how it gets it. Step "request" of the pipeline picture.
 //   1. the wish: what the view needs (SessionView.cxx), one level for all of the model, or all of
 //   it as the original; and what was tapped: at every input,
 //   2. the shown cut: of a view all that is loaded of the wish and of what it needs; a level once
