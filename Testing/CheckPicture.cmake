@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-# Checks that README's "Where a triangle goes" and the headers agree: run with -D ROOT=<source tree>.
+# Checks that doc/architecture.md's "Where a triangle goes" and the headers agree: run with -D ROOT=<source tree>.
 # 1. Every step that the first comment of a file names, as in: Step "tree", steps "cut" and "encode", stands in the picture.
 # 2. Every file in the picture exists, and its first comment, or that of the header beside it, names its step.
 cmake_minimum_required(VERSION 3.25)
@@ -29,7 +29,7 @@ function(steps_of file result)
 endfunction()
 
 # The picture: lines "│ step  file …", and "│       file …" for further files of the same step.
-file(STRINGS "${ROOT}/README.md" lines ENCODING UTF-8)
+file(STRINGS "${ROOT}/doc/architecture.md" lines ENCODING UTF-8)
 set(inside FALSE)
 set(picture "")
 set(step "")
@@ -52,20 +52,20 @@ foreach(line IN LISTS lines)
     if(EXISTS "${ROOT}/filters/${file}")
       set(file "filters/${file}")
     elseif(NOT EXISTS "${ROOT}/${file}")
-      list(APPEND problems "README.md: ${file} is not there (step \"${step}\")")
+      list(APPEND problems "doc/architecture.md: ${file} is not there (step \"${step}\")")
       continue()
     endif()
     string(REGEX REPLACE "\\.cxx$" ".h" header "${file}")
     steps_of("${ROOT}/${file}" named)
     steps_of("${ROOT}/${header}" namedByHeader)
     if(NOT step IN_LIST named AND NOT step IN_LIST namedByHeader)
-      list(APPEND problems "${file}: README.md has it at step \"${step}\", its first comment names: ${named} ${namedByHeader}")
+      list(APPEND problems "${file}: doc/architecture.md has it at step \"${step}\", its first comment names: ${named} ${namedByHeader}")
     endif()
   endforeach()
 endforeach()
 list(LENGTH picture steps)
 if(steps LESS 15)
-  list(APPEND problems "README.md: only ${steps} steps found in the picture; has its form changed?")
+  list(APPEND problems "doc/architecture.md: only ${steps} steps found in the picture; has its form changed?")
 endif()
 
 file(GLOB_RECURSE sources RELATIVE "${ROOT}" "${ROOT}/filters/*.h" "${ROOT}/filters/*.cxx" "${ROOT}/server/*.h"
@@ -74,7 +74,7 @@ foreach(source IN LISTS sources)
   steps_of("${ROOT}/${source}" named)
   foreach(name IN LISTS named)
     if(NOT name IN_LIST picture)
-      list(APPEND problems "${source}: step \"${name}\" is not in README's picture")
+      list(APPEND problems "${source}: step \"${name}\" is not in doc/architecture.md's picture")
     endif()
   endforeach()
 endforeach()

@@ -200,7 +200,7 @@ function(kdstream_configure_test target)
   else()
     kdstream_optimise_lightly(${target})
   endif()
-  set_target_properties(${target} PROPERTIES UNITY_BUILD OFF) # each test has helpers of its own
+  set_target_properties(${target} PROPERTIES UNITY_BUILD_BATCH_SIZE 4)
   if(CMAKE_CXX_COMPILER_ID STREQUAL GNU AND CMAKE_CXX_COMPILER_VERSION VERSION_LESS 13)
     target_compile_options(${target} PRIVATE -Wno-array-bounds -Wno-stringop-overflow -Wno-stringop-overread) # as -Wno-restrict
   endif()
@@ -215,6 +215,7 @@ endfunction()
 # runs with the thread sanitizer too. SLOW names tests (Suite.Name) that are left to `./dev test --all`: an entry of their own.
 # UNSANITIZED names tests of hostile sources that read good bytes only, many of them: with a sanitizer they are left to --all too.
 # WAITING: the program waits for sockets and files most of its time, and is not optimised with the sanitizers' checks.
+# Sources are compiled four at a time, for two thirds of the time; ALONE names those whose helpers have the names of others'.
 set(KDSTREAM_TESTED_LABEL "" CACHE STRING "Build the tests of this label only, e.g. hostile; empty = all")
 set(KDSTREAM_LEFT_OUT_TESTS "" CACHE STRING "Test programs that are neither built nor run, e.g. HttpTests;ClientTests")
 add_custom_target(tests) # all test programs, and what they start
@@ -238,7 +239,7 @@ endif()
 function(kdstream_add_tests program)
   set(labels HOSTILE THREADS)
   cmake_parse_arguments(PARSE_ARGV 1 arg "WAITING" "LABEL"
-    "TESTS;SOURCES;LINK;DEFINITIONS;DEPENDS;ENVIRONMENT;LAUNCHER;SLOW;UNSANITIZED;${labels}")
+    "TESTS;SOURCES;LINK;DEFINITIONS;DEPENDS;ENVIRONMENT;LAUNCHER;SLOW;UNSANITIZED;ALONE;${labels}")
   if(arg_UNPARSED_ARGUMENTS)
     message(FATAL_ERROR "kdstream_add_tests(${program}): ${arg_UNPARSED_ARGUMENTS} is not understood")
   endif()
@@ -259,6 +260,9 @@ function(kdstream_add_tests program)
     if(KDSTREAM_TESTED_LABEL STREQUAL "" OR KDSTREAM_TESTED_LABEL IN_LIST labels_of_${test})
       list(APPEND sources ${path}.cxx)
       list(APPEND tests ${test})
+      if(test IN_LIST arg_ALONE)
+        set_source_files_properties(${path}.cxx PROPERTIES SKIP_UNITY_BUILD_INCLUSION ON)
+      endif()
     endif()
   endforeach()
   if(NOT tests)

@@ -33,6 +33,7 @@
 #include <vtkSmartPointer.h>
 #include <vtkTable.h>
 #include <vtkTexture.h>
+#include <vtkUnsignedCharArray.h>
 #include <vtkWindowToImageFilter.h>
 
 #include <cmath>
@@ -121,8 +122,17 @@ public:
     vtkNew<vtkWindowToImageFilter> picture;
     picture->SetInput(this->Window);
     picture->ReadFrontBufferOff();
+    picture->Update();
+    // 64 shades each: a page of small files.
+    auto* const shades =
+      vtkUnsignedCharArray::SafeDownCast(picture->GetOutput()->GetPointData()->GetScalars());
+    for (vtkIdType i = 0; i < shades->GetNumberOfValues(); ++i)
+    {
+      shades->SetValue(i, static_cast<unsigned char>(shades->GetValue(i) / 4 * 85 / 21));
+    }
     vtkNew<vtkPNGWriter> writer;
-    writer->SetInputConnection(picture->GetOutputPort());
+    writer->SetCompressionLevel(9);
+    writer->SetInputData(picture->GetOutput());
     writer->SetFileName((this->Folder + "/" + name + ".png").c_str());
     writer->Write();
     this->Window->RemoveRenderer(renderer);

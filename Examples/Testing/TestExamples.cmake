@@ -2,7 +2,7 @@
 # Builds the examples against what TestInstall has installed, and looks at what they make.
 include("${CMAKE_CURRENT_LIST_DIR}/Expect.cmake")
 
-foreach(example IN ITEMS PartitionPicture Stores Offscreen StreamViewer Testing/Snippets)
+foreach(example IN ITEMS PartitionPicture Stores Classes ClassPictures Offscreen StreamViewer Testing/Snippets)
   file(REMOVE_RECURSE "${WORK}/${example}")
   configure_against("${WORK}/installed" "${SOURCE}/${example}" "${WORK}/${example}")
 endforeach()
@@ -30,6 +30,15 @@ foreach(source IN ITEMS URL "${WORK}/models/sphere.kds")
     ${screen} "${WORK}/StreamViewer/StreamPictures" ${source} "${WORK}/preview.png" "${WORK}/whole.png")
   run("${PROBE}" check-picture "${WORK}/whole.png" 1)
 endforeach()
+
+expect("^k-d tree 16 1850 1851 " "${WORK}/Classes/ComparePartitions" "${WORK}/sphere.ply")
+expect("^(19[0-9][0-9]|20[0-9][0-9]) triangles" "${WORK}/Classes/Coarsen" "${WORK}/sphere.ply" "${WORK}/coarse.ply" 2000)
+run("${BUILD}/bin/kdstream-generate" statue "${WORK}/statue.obj" --vertices 3000 --picture-side 64 --quiet)
+run("${WORK}/installed/bin/kdstream-build" "${WORK}/statue.obj" -o "${WORK}/statue.kds" --quiet)
+expect("^[0-9]+ triangles, a picture of [0-9]+ x" "${WORK}/Classes/TexturedPartition" "${WORK}/statue.kds" 0)
+if(EXISTS "${WORK}/Classes/PointsToSurface")
+  expect("^[0-9]+ triangles" "${WORK}/Classes/PointsToSurface" "${WORK}/coarse.ply" "${WORK}/surface.ply")
+endif()
 
 # Without a screen: the example's own tests, on each backend; and a test of a picture that is another one fails, and says so.
 run("${CTEST}" --test-dir "${WORK}/Offscreen" --output-on-failure)

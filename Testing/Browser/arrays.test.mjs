@@ -5,9 +5,10 @@ import assert from "node:assert/strict";
 import { readFileSync, writeFileSync } from "node:fs";
 import { join } from "node:path";
 import { after, before, test } from "node:test";
-import { Pixels, Server, Visit, buildStore, launchBrowser, portrait, sharpScreen, temporaryFolder, writePebble } from "./harness.mjs";
+import { Server, Visit, buildStore, launchBrowser, portrait, sharpScreen, temporaryFolder, writePebble } from "./harness.mjs";
+import { countPixels, difference } from "./pixels.mjs";
 
-let server, browser, pixels;
+let server, browser;
 
 // A hill of points: its height once more as "height:", and which part of it.
 function writeHill(file) {
@@ -31,7 +32,6 @@ before(async () => {
   }
   server = await Server.start(folder);
   browser = await launchBrowser();
-  pixels = await Pixels.make(browser);
 });
 
 after(async () => {
@@ -81,7 +81,7 @@ test("colours by an array, its range and its map, and a link to them", async () 
   assert.equal((await visit.page.locator("#legend text").allTextContents())[2], "10");
   await visit.picture("arrays-2-measure");
   const seen = await visit.around(centre, 300);
-  assert.ok(await pixels.difference(own, seen) > 0.2, "other colours");
+  assert.ok(difference(own, seen) > 0.2, "other colours");
   await visit.page.locator("#tools-button").click();
   await visit.untilIdle();
   const link = await visit.copied("#copy-link");
@@ -93,7 +93,7 @@ test("colours by an array, its range and its map, and a link to them", async () 
   await theirs.open(link);
   await theirs.until("the view", ({ mode, idle, shownLevel }) => mode === "full screen" && idle && shownLevel !== null);
   await theirs.page.locator("#legend svg[role=img]").waitFor();
-  assert.ok(await pixels.difference(seen, await theirs.around(centre, 300)) < 0.01, "the same picture");
+  assert.ok(difference(seen, await theirs.around(centre, 300)) < 0.01, "the same picture");
   await theirs.close();
 });
 
@@ -122,7 +122,7 @@ test("a saved picture tells what its colours mean", async () => {
     const saved = readFileSync(await download.path());
     for (const color of [told.at(0), told.at(-1)]) {
       const channels = [1, 3, 5].map((at) => parseInt(color.slice(at, at + 2), 16));
-      assert.ok(await pixels.count(saved, channels, Math.ceil(sharpScreen.deviceScaleFactor * height)) > 100, `${colours}: ${color} below the picture`);
+      assert.ok(countPixels(saved, channels, Math.ceil(sharpScreen.deviceScaleFactor * height)) > 100, `${colours}: ${color} below the picture`);
     }
     visit.assertClean(server.url);
     await visit.close();

@@ -3,13 +3,13 @@
 
 import assert from "node:assert/strict";
 import { test } from "node:test";
-import { Pixels, Visit, makeModels, startForTests } from "./harness.mjs";
+import { Visit, makeModels, startForTests } from "./harness.mjs";
+import { difference } from "./pixels.mjs";
 
-let server, browser, pixels;
+let server, browser;
 
 startForTests(() => makeModels({ vase: true }), async (started) => {
   ({ server, browser } = started);
-  pixels = await Pixels.make(browser);
 });
 
 test("mouse, wheel, double click and keys", async () => {
@@ -30,7 +30,7 @@ test("mouse, wheel, double click and keys", async () => {
     await page.mouse.move(middle.x + dx, middle.y + dy, { steps: 4 });
     await page.mouse.up({ button });
     await visit.untilIdle();
-    assert.ok(await pixels.difference(before_, await visit.around(middle)) > 0.05, `a drag with the ${button} button`);
+    assert.ok(difference(before_, await visit.around(middle)) > 0.05, `a drag with the ${button} button`);
   };
   await drag(80, 0, "left");
   await drag(-80, 0, "left");
@@ -79,7 +79,7 @@ test("home and back", async () => {
     await visit.untilQuiet();
     return visit.around(middle, 400);
   };
-  const same = async (one, other) => await pixels.difference(one, other) < 0.01;
+  const same = (one, other) => difference(one, other) < 0.01;
   const first = await seen();
   assert.ok(await page.locator("#undo").isDisabled(), "there is nothing to take back");
 
@@ -174,10 +174,10 @@ test("turning freely", async () => {
   await aroundTheEdge();
   await visit.picture("desktop-8-free");
   const leaning = await visit.around(middle, 400);
-  assert.ok(await pixels.difference(level, leaning) > 0.05);
+  assert.ok(difference(level, leaning) > 0.05);
   await choose("Upright");
   await visit.picture("desktop-9-upright");
-  assert.ok(await pixels.difference(leaning, await visit.around(middle, 400)) > 0.05, "it is level again");
+  assert.ok(difference(leaning, await visit.around(middle, 400)) > 0.05, "it is level again");
   visit.assertClean(server.url);
   await visit.close();
 });
@@ -207,10 +207,10 @@ test("a coloured model", async () => {
   };
   assert.deepEqual(await show("Stone"), ["Colours", "Stone", "Partitions", "Detail"]);
   const stone = await visit.around(middle);
-  assert.ok(await pixels.difference(coloured, stone) > 0.3, "stone is not the colours");
+  assert.ok(difference(coloured, stone) > 0.3, "stone is not the colours");
   await visit.picture("desktop-5-stone");
   await show("Colours");
-  assert.ok(await pixels.difference(coloured, await visit.around(middle)) < 0.01, "and back");
+  assert.ok(difference(coloured, await visit.around(middle)) < 0.01, "and back");
 
   await visit.back();
   await visit.choose("pebble");
@@ -254,5 +254,5 @@ test("new vertices glide", async () => {
   const gliding = await glidesSeen("no-preference"), still = await glidesSeen("reduce");
   assert.ok(gliding.seen > 0, "frames on the way were drawn");
   assert.equal(still.seen, 0);
-  assert.ok(await pixels.difference(gliding.picture, still.picture) < 0.01, "the same in the end");
+  assert.ok(difference(gliding.picture, still.picture) < 0.01, "the same in the end");
 });

@@ -59,11 +59,6 @@ export class Firefox {
     await ended;
   }
 
-  // For Pixels.
-  newPage() {
-    return this.#browser.newPage();
-  }
-
   // A page with storage of its own.
   async visit() {
     const context = await this.#browser.createBrowserContext();

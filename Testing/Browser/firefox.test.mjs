@@ -6,14 +6,14 @@ import { existsSync, readFileSync } from "node:fs";
 import { join } from "node:path";
 import { after, before, test } from "node:test";
 import { Firefox } from "./firefox.mjs";
-import { Pixels, Server, eventually, makeModels } from "./harness.mjs";
+import { Server, eventually, makeModels } from "./harness.mjs";
+import { difference } from "./pixels.mjs";
 
-let server, firefox, pixels;
+let server, firefox;
 
 before(async () => {
   server = await Server.start(makeModels({ dragon: false }));
   firefox = await Firefox.start();
-  pixels = await Pixels.make(firefox);
 });
 
 after(async () => {
@@ -46,9 +46,9 @@ test("the list, a model, the wheel to the original, a double click for a region,
   await visit.picture("firefox-1-list");
   const pebble = await visit.around(await visit.centre(), 300);
   await visit.choose("shell");
-  assert.ok(await pixels.difference(pebble, await visit.around(await visit.centre(), 300), 4) > 0.1, "another model is another picture");
+  assert.ok(difference(pebble, await visit.around(await visit.centre(), 300), 4) > 0.1, "another model is another picture");
   await visit.choose("pebble");
-  assert.ok(await pixels.difference(pebble, await visit.around(await visit.centre(), 300), 4) < 0.01, "the same model is the same picture");
+  assert.ok(difference(pebble, await visit.around(await visit.centre(), 300), 4) < 0.01, "the same model is the same picture");
 
   const listed = await visit.centre();
   await visit.page.mouse.click(listed.x, listed.y);
@@ -58,16 +58,16 @@ test("the list, a model, the wheel to the original, a double click for a region,
   await visit.picture("firefox-2-full-screen");
   await visit.drag(middle, 80, 0);
   await visit.untilIdle();
-  assert.ok(await pixels.difference(first, await visit.around(middle, 500)) > 0.02, "a drag turns");
+  assert.ok(difference(first, await visit.around(middle, 500)) > 0.02, "a drag turns");
   await visit.page.keyboard.press("h");
   await visit.untilIdle();
-  assert.ok(await pixels.difference(first, await visit.around(middle, 500)) < 0.01, "H leads home");
+  assert.ok(difference(first, await visit.around(middle, 500)) < 0.01, "H leads home");
 
   for (let turn = 0; turn < 8; ++turn) {
     await visit.wheel(middle, -100);
   }
   assert.ok((await visit.untilIdle()).original, "the wheel leads to the original");
-  assert.ok(await pixels.difference(first, await visit.around(middle, 500)) > 0.1, "and nearer");
+  assert.ok(difference(first, await visit.around(middle, 500)) > 0.1, "and nearer");
   await visit.picture("firefox-3-wheel");
   await visit.page.mouse.click(middle.x, middle.y, { count: 2 });
   await visit.until("the whole region", ({ region, idle }) => idle && region?.partitions > 0 && region.shown === region.partitions);
@@ -90,7 +90,7 @@ test("sides, a distance, a section, light", async () => {
   const front = await visit.around(middle, 300);
   await visit.press("Top");
   await visit.untilIdle();
-  assert.ok(await pixels.difference(front, await visit.around(middle, 300)) > 0.02, "another side");
+  assert.ok(difference(front, await visit.around(middle, 300)) > 0.02, "another side");
 
   await visit.press("Measure");
   await turnPanel(visit);
@@ -109,7 +109,7 @@ test("sides, a distance, a section, light", async () => {
   await visit.press("Facing me");
   const { depth } = await visit.until("it is cut", (status) => status.depth !== null && status.idle);
   assert.ok(depth > 0 && depth < 1);
-  assert.ok(await pixels.difference(whole, await visit.around(middle, 200)) > 0.2, "the cut face is seen");
+  assert.ok(difference(whole, await visit.around(middle, 200)) > 0.2, "the cut face is seen");
   await visit.picture("firefox-6-section");
   await visit.press("None");
   await visit.until("it is whole", (status) => status.depth === null && status.idle);
@@ -119,7 +119,7 @@ test("sides, a distance, a section, light", async () => {
   const standard = await visit.around(middle, 300);
   await visit.drag(middle, -120, 20);
   await visit.until("there is a lamp", ({ lamp, idle }) => lamp !== undefined && idle);
-  assert.ok(await pixels.difference(standard, await visit.around(middle, 300)) > 0.1, "light from the side");
+  assert.ok(difference(standard, await visit.around(middle, 300)) > 0.1, "light from the side");
   await visit.picture("firefox-7-light");
   assert.deepEqual(await visit.messages(), []);
   visit.assertClean(server.url);
@@ -154,7 +154,7 @@ test("a link shows the same", async () => {
   await theirs.open(link);
   await fullScreen(theirs);
   await theirs.picture("firefox-8-link");
-  assert.ok(await pixels.difference(seen, await theirs.around(middle, 380)) < 0.01, "the same picture");
+  assert.ok(difference(seen, await theirs.around(middle, 380)) < 0.01, "the same picture");
 
   // Another link in the same tab: the focus goes to the picture, without a frame until somebody goes by keyboard.
   await theirs.open(server.url);
@@ -202,6 +202,6 @@ test("what was seen opens without the server", async () => {
   assert.equal((await visit.untilIdle()).model, "pebble");
   await visit.untilSaid(/^The server cannot be reached\. What this device has kept is shown\.$/);
   await visit.picture("firefox-9-offline");
-  assert.ok(await pixels.difference(online, await visit.around(await visit.centre())) < 0.01, "the same picture");
+  assert.ok(difference(online, await visit.around(await visit.centre())) < 0.01, "the same picture");
   await visit.close();
 });

@@ -10,13 +10,14 @@ import { join } from "node:path";
 import { after, afterEach, before, beforeEach, test } from "node:test";
 import { setFlagsFromString } from "node:v8";
 import { runInNewContext } from "node:vm";
-import { Pixels, Server, Visit, buildStore, eventually, launchBrowser, makeModels, pause, runProgram, temporaryFolder } from "./harness.mjs";
+import { Server, Visit, buildStore, eventually, launchBrowser, makeModels, pause, runProgram, temporaryFolder } from "./harness.mjs";
+import { difference } from "./pixels.mjs";
 
 const megabyte = 1e6;
 const small = 32; // MB
 const bigFolder = process.env.KDSTREAM_BIG_STORE;
 
-let models, server, browser, pixels, visit, session;
+let models, server, browser, visit, session;
 
 before(async () => {
   models = makeModels({ dragon: false });
@@ -24,7 +25,6 @@ before(async () => {
   runProgram("kdstream-generate", "relief", join(meshes, "relief.ply"), "--vertices", "200000", "--quiet");
   buildStore(join(meshes, "relief.ply"), join(models, "relief.kds"), "--title", "A relief");
   browser = await launchBrowser();
-  pixels = await Pixels.make(browser);
 });
 
 after(() => browser?.close());
@@ -134,7 +134,7 @@ for (const [asked, budget] of [["", 150], ["?memory=much", 150], ["?memory=-3", 
 
 // Where the screen shows the same as before.
 async function assertSeen(before_, what) {
-  assert.ok(await pixels.difference(before_, await visit.around(await visit.centre())) < 0.01, what);
+  assert.ok(difference(before_, await visit.around(await visit.centre())) < 0.01, what);
 }
 
 test("a context that is lost while one zooms, again and again", async () => {
@@ -172,7 +172,7 @@ async function assertRightPicture() {
     await other.open(`${server.url}/?memory=${small}${link}`);
     await other.until("the same view", ({ mode, idle, shownLevel }) => mode === "full screen" && idle && shownLevel !== null);
     const fresh = await other.around(await other.centre());
-    assert.ok(await pixels.difference(seen, fresh) < 0.05, "the picture is that of a fresh page");
+    assert.ok(difference(seen, fresh) < 0.05, "the picture is that of a fresh page");
   } finally {
     await other.close();
   }

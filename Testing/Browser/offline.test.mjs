@@ -7,15 +7,15 @@ import { createHash } from "node:crypto";
 import { cpSync, readFileSync, readdirSync, rmSync, writeFileSync } from "node:fs";
 import { join } from "node:path";
 import { after, afterEach, before, beforeEach, test } from "node:test";
-import { Pixels, Server, Visit, eventually, launchBrowser, makeModels, pause, temporaryFolder } from "./harness.mjs";
+import { Server, Visit, eventually, launchBrowser, makeModels, pause, temporaryFolder } from "./harness.mjs";
+import { difference } from "./pixels.mjs";
 import { Proxy } from "./proxy.mjs";
 
-let models, browser, pixels, server, visit;
+let models, browser, server, visit;
 
 before(async () => {
   models = makeModels({ dragon: false });
   browser = await launchBrowser();
-  pixels = await Pixels.make(browser);
 });
 
 after(() => browser?.close());
@@ -99,7 +99,7 @@ test("what was seen opens without the server, and the rest says that it is not t
   await server.stop();
   await visit.page.reload();
   assert.equal((await visit.untilIdle()).model, "pebble");
-  assert.ok(await pixels.difference(online, await visit.around(await visit.centre())) < 0.01, "the same picture");
+  assert.ok(difference(online, await visit.around(await visit.centre())) < 0.01, "the same picture");
   await visit.untilSaid(/^The server cannot be reached\. What this device has kept is shown\.$/);
   const marks = () => visit.page.locator("#models .kept").filter({ visible: true }).count();
   await eventually("a mark in the list", marks, (count) => count >= 1);
@@ -139,7 +139,7 @@ test("what is kept is not fetched again while the server is there, but what is k
   const again = await look();
   assert.equal((await visit.status()).connection, "streaming");
   assert.equal(blobs(), 0, "all of it was here");
-  assert.ok(await pixels.difference(first, again, 0) < 0.001, "the same picture");
+  assert.ok(difference(first, again, 0) < 0.001, "the same picture");
 
   await visit.page.evaluate(() => new Promise((resolve) => {
     const request = indexedDB.open("kdstream", 1);
@@ -164,7 +164,7 @@ test("what is kept is not fetched again while the server is there, but what is k
   await visit.page.goto("about:blank");
   const mended = await look();
   assert.equal(blobs(), came, "each was fetched");
-  assert.ok(await pixels.difference(first, mended, 0) < 0.001, "the same picture");
+  assert.ok(difference(first, mended, 0) < 0.001, "the same picture");
   assert.deepEqual(await visit.messages(), []);
 });
 

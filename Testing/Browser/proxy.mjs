@@ -1,11 +1,10 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // A server between the browser and kdstream-serve that does what proxies, caches and broken networks do: it refuses the
-// stream, alters blobs on the way, cuts frames short. It speaks as much WebSocket as that takes: whole, unmasked,
-// uncompressed messages from the server, each of one frame.
+// stream, alters blobs on the way, cuts frames short.
 
 import { EventEmitter, once } from "node:events";
-import { createServer, request } from "node:http";
-import { connect } from "node:net";
+import { STATUS_CODES, createServer, request } from "node:http";
+import { WebSocket, WebSocketServer } from "ws";
 
 const frameHead = 20; // bytes of a KdStream frame before its payload: doc/protocol.md
 const kinds = ["tree", "levels", "partitions", "boxes", "textures"];
@@ -42,7 +41,7 @@ export class Proxy extends EventEmitter {
     const proxy = new Proxy();
     proxy.#target = target;
     proxy.#server = createServer((asked, answer) => proxy.#forward(asked, answer));
-    proxy.#server.on("upgrade", (asked, socket) => proxy.#upgrade(asked, socket));
+    proxy.#server.on("upgrade", (...asked) => proxy.#upgrade(...asked));
     proxy.#server.listen(0, "127.0.0.1");
     await once(proxy.#server, "listening");
     proxy.url = `http://127.0.0.1:${proxy.#server.address().port}`;
@@ -109,48 +108,46 @@ export class Proxy extends EventEmitter {
 
   // ---- the stream
 
-  #upgrade(asked, socket) {
+  // Opens one to the server first: what that answers is what the browser gets.
+  #upgrade(asked, socket, head) {
+    socket.on("error", () => {}); // of a page that is closed: its end follows
     this.#sockets.add(socket);
     socket.on("close", () => this.#sockets.delete(socket));
+    const refuse = (status) => socket.end(`HTTP/1.1 ${status} ${STATUS_CODES[status]}\r\nContent-Length: 0\r\nConnection: close\r\n\r\n`);
     if (!this.streams) {
-      socket.end("HTTP/1.1 404 Not Found\r\nContent-Length: 0\r\nConnection: close\r\n\r\n");
+      refuse(404);
       return;
     }
-    const onward = connect(this.#target, "127.0.0.1");
-    const end = () => {
-      socket.destroy();
-      onward.destroy();
-    };
-    for (const side of [socket, onward]) {
-      side.on("error", end).on("close", end);
-    }
-    const fields = Object.entries(asked.headers)
-      .filter(([name]) => name !== "sec-websocket-extensions")
-      .map(([name, value]) => `${name}: ${value}\r\n`);
-    onward.write(`${asked.method} ${asked.url} HTTP/1.1\r\n${fields.join("")}\r\n`);
-    socket.pipe(onward);
-    this.#carryBack(onward, socket);
+    const { host, origin, cookie, authorization, "sec-websocket-protocol": protocols } = asked.headers;
+    const headers = Object.fromEntries(Object.entries({ host, origin, cookie, authorization }).filter(([, value]) => value));
+    const onward = new WebSocket(`ws://127.0.0.1:${this.#target}${asked.url}`, protocols?.split(/, */) ?? [],
+      { headers, perMessageDeflate: false });
+    onward.on("error", () => socket.destroy());
+    socket.on("close", () => onward.readyState === WebSocket.CONNECTING && onward.terminate());
+    onward.on("unexpected-response", (_, { statusCode }) => refuse(statusCode));
+    onward.on("open", () => {
+      const upgrades = new WebSocketServer({ noServer: true, perMessageDeflate: false, handleProtocols: () => onward.protocol });
+      upgrades.handleUpgrade(asked, socket, head, (browser) => this.#carry(browser, onward));
+    });
   }
 
-  // From the server to the browser: the answer to the upgrade as it is, then message by message.
-  #carryBack(from, to) {
-    let waiting = Buffer.alloc(0);
-    let upgraded = false;
-    from.on("data", (bytes) => {
-      waiting = Buffer.concat([waiting, bytes]);
-      if (!upgraded) {
-        const end = waiting.indexOf("\r\n\r\n");
-        if (end < 0) {
-          return;
-        }
-        to.write(waiting.subarray(0, end + 4));
-        waiting = waiting.subarray(end + 4);
-        upgraded = true;
-      }
-      for (let frame; !this.holds && (frame = takeFrame(waiting)); waiting = waiting.subarray(frame.bytes)) {
-        to.write(makeFrame(frame.first, frame.binary ? this.#alterMessage(frame.payload) : frame.payload));
+  #carry(browser, onward) {
+    browser.on("message", (message, binary) => onward.send(message, { binary }));
+    onward.on("message", (message, binary) => {
+      if (!this.holds) {
+        browser.send(binary ? this.#alterMessage(message) : message, { binary });
       }
     });
+    for (const [side, other] of [[browser, onward], [onward, browser]]) {
+      side.on("error", () => {});
+      side.on("close", (code, reason) => {
+        if (code === 1006) { // without a word
+          other.terminate();
+        } else {
+          other.close(code === 1005 ? undefined : code, reason);
+        }
+      });
+    }
   }
 
   #alterMessage(message) {
@@ -165,36 +162,4 @@ export class Proxy extends EventEmitter {
     const payload = this.#alter(blobOfFrame(message), message.subarray(frameHead));
     return Buffer.concat([message.subarray(0, frameHead), payload]);
   }
-}
-
-// The first WebSocket frame of the bytes, or null while it is not whole.
-function takeFrame(bytes) {
-  if (bytes.length < 2) {
-    return null;
-  }
-  const short = bytes[1] & 0x7f;
-  const head = short < 126 ? 2 : short === 126 ? 4 : 10;
-  if (bytes.length < head) {
-    return null;
-  }
-  const length = short < 126 ? short : short === 126 ? bytes.readUInt16BE(2) : Number(bytes.readBigUInt64BE(2));
-  if (bytes.length < head + length) {
-    return null;
-  }
-  return { first: bytes[0], binary: (bytes[0] & 0x0f) === 2, payload: bytes.subarray(head, head + length), bytes: head + length };
-}
-
-function makeFrame(first, payload) {
-  let head;
-  if (payload.length < 126) {
-    head = Buffer.from([first, payload.length]);
-  } else if (payload.length < 65536) {
-    head = Buffer.from([first, 126, payload.length >> 8, payload.length & 255]);
-  } else {
-    head = Buffer.alloc(10);
-    head[0] = first;
-    head[1] = 127;
-    head.writeBigUInt64BE(BigInt(payload.length), 2);
-  }
-  return Buffer.concat([head, payload]);
 }

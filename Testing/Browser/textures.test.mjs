@@ -4,11 +4,12 @@
 import assert from "node:assert/strict";
 import { join } from "node:path";
 import { after, before, test } from "node:test";
-import { Pixels, Server, Visit, buildStore, eventually, launchBrowser, runProgram, temporaryFolder } from "./harness.mjs";
+import { Server, Visit, buildStore, eventually, launchBrowser, runProgram, temporaryFolder } from "./harness.mjs";
+import { difference } from "./pixels.mjs";
 import { Proxy } from "./proxy.mjs";
 
 const folder = temporaryFolder();
-let server, proxy, browser, pixels;
+let server, proxy, browser;
 
 before(async () => {
   const meshes = temporaryFolder();
@@ -17,7 +18,6 @@ before(async () => {
   buildStore(join(meshes, "statue.obj"), join(folder, "baked.kds"), "--title", "Only baked", "--vertices-per-partition", "500",
     "--textures", "colors");
   browser = await launchBrowser();
-  pixels = await Pixels.make(browser);
   server = await Server.start(folder);
   proxy = await Proxy.start(server.port);
 });
@@ -62,15 +62,15 @@ for (const way of ["streamed", "got"]) {
     const painted = await visit.picture(`textures-1-${way}`);
 
     const baked = await visitNear(server.url, "baked");
-    const difference = await pixels.difference(painted, await baked.picture("textures-2-baked"), 8);
-    assert.ok(difference > 0.02, `a picture's details are not those of the vertices: ${difference}`);
+    const apart = difference(painted, await baked.picture("textures-2-baked"), 8);
+    assert.ok(apart > 0.02, `a picture's details are not those of the vertices: ${apart}`);
     assert.deepEqual(visit.errors.filter((text) => !/api\/stream/.test(text)), []);
 
     await visit.page.evaluate(() => document.querySelector("[name=coloring][value=none]").click());
     await visit.untilIdle();
     await visit.page.evaluate(() => document.querySelector("[name=coloring][value=own]").click());
     await visit.untilIdle();
-    assert.ok(await pixels.difference(painted, await visit.picture("textures-3-again")) < 0.001, "the same after plain stone");
+    assert.ok(difference(painted, await visit.picture("textures-3-again")) < 0.001, "the same after plain stone");
     await visit.close();
     await baked.close();
   });
@@ -106,8 +106,8 @@ test("a lost context has them again", async () => {
   });
   await eventually("the picture again", async () => {
     await visit.untilIdle();
-    return pixels.difference(before, await visit.picture("textures-5-after"));
-  }, (difference) => difference < 0.001);
+    return difference(before, await visit.picture("textures-5-after"));
+  }, (apart) => apart < 0.001);
   assert.deepEqual(visit.errors, []);
   await visit.close();
 });

@@ -5,13 +5,13 @@ import assert from "node:assert/strict";
 import { readFileSync } from "node:fs";
 import { join } from "node:path";
 import { test } from "node:test";
-import { Pixels, Server, Visit, eventually, landscape, makeModels, portrait, runProgram, sharpScreen, startForTests } from "./harness.mjs";
+import { Server, Visit, eventually, landscape, makeModels, portrait, runProgram, sharpScreen, startForTests } from "./harness.mjs";
+import { difference, partOf } from "./pixels.mjs";
 
-let server, browser, pixels;
+let server, browser;
 
 startForTests(() => makeModels({ dragon: false }), async (started) => {
   ({ server, browser } = started);
-  pixels = await Pixels.make(browser);
 });
 
 async function openPebble(visit, url = server.url) {
@@ -59,11 +59,11 @@ test("a section is put through, moved by a slider and a finger, filled, and draw
   const whole = await visit.around(where, 300);
   await press(visit, "Facing me");
   await visit.until("it is cut", ({ depth, idle }) => depth !== null && idle);
-  assert.ok(await pixels.difference(whole, await visit.around(where, 300)) > 0.2, "the cut face is seen");
+  assert.ok(difference(whole, await visit.around(where, 300)) > 0.2, "the cut face is seen");
   const half = await visit.around(where, 1100); // to its outline
   const { depth } = await slide(visit, "#section-depth", 0.75);
   assert.ok(depth > 0.65 && depth < 0.85, `${depth}`);
-  assert.ok(await pixels.difference(half, await visit.around(where, 1100)) > 0.02);
+  assert.ok(difference(half, await visit.around(where, 1100)) > 0.02);
   await visit.picture("tools-5-section");
   const [drawing] = await Promise.all([visit.page.waitForEvent("download"), press(visit, "Save outline")]);
   assert.equal(drawing.suggestedFilename(), "pebble-section.svg");
@@ -95,18 +95,18 @@ test("light comes from the finger, until one tap brings back the standard light"
   await visit.drag(where, -120, 20);
   await visit.until("there is a lamp", ({ lamp, idle }) => lamp !== undefined && idle);
   const low = await visit.around(where, 300);
-  assert.ok(await pixels.difference(standard, low) > 0.1);
+  assert.ok(difference(standard, low) > 0.1);
   await turnPanel(visit);
   await slide(visit, "#relief", 1);
   assert.ok((await visit.status()).relief > 0.9);
-  assert.ok(await pixels.difference(low, await visit.around(where, 300)) > 0.01, "ridges are lighter");
+  assert.ok(difference(low, await visit.around(where, 300)) > 0.01, "ridges are lighter");
   await visit.picture("tools-6-light");
   await press(visit, "Standard light");
   await visit.until("as before", ({ lamp, idle }) => lamp === undefined && idle);
   await press(visit, "Light from the finger"); // is put away
   await visit.until("no tool", ({ tool }) => tool === 0);
   await turnPanel(visit);
-  assert.ok(await pixels.difference(standard, await visit.around(where, 300)) < 0.005);
+  assert.ok(difference(standard, await visit.around(where, 300)) < 0.005);
   visit.assertClean(server.url);
   await visit.close();
 });
@@ -122,8 +122,8 @@ test("six sides, and turning by itself until it is touched", async () => {
     assert.ok(canUndo || side === "Front");
     seen.push(await visit.around(await visit.centre(), 300));
   }
-  assert.ok(await pixels.difference(seen[0], seen[1]) > 0.02);
-  assert.ok(await pixels.difference(seen[1], seen[2]) > 0.02);
+  assert.ok(difference(seen[0], seen[1]) > 0.02);
+  assert.ok(difference(seen[1], seen[2]) > 0.02);
   await press(visit, "Turn by itself");
   await visit.until("it turns", ({ spinning }) => spinning);
   const frames = (await visit.status()).frames;
@@ -211,7 +211,7 @@ test("a link shows the same elsewhere", async () => {
   await theirs.open(link);
   await theirs.until("the view", ({ mode, idle, model }) => mode === "full screen" && idle && model === "pebble");
   await theirs.picture("tools-3-link");
-  assert.ok(await pixels.difference(seen, await theirs.around(middle, 380)) < 0.01, "the same picture");
+  assert.ok(difference(seen, await theirs.around(middle, 380)) < 0.01, "the same picture");
   // Another link in the same tab; then one that says nothing.
   await theirs.page.evaluate(() => {
     location.hash = "model=shell";
@@ -261,9 +261,9 @@ async function assertSaved(visit, what) {
   const { width, height } = await visit.page.locator("#view").boundingBox();
   const size = 240 * pixelsPerPoint;
   const middle = { x: (pixelsPerPoint * width - size) / 2, y: (pixelsPerPoint * height - size) / 2, width: size, height: size };
-  const saved = await pixels.part(readFileSync(await download.path()), middle);
-  assert.ok(await pixels.difference(shown, saved) < 0.01, `${what}: the picture is what is seen`);
-  assert.ok(await pixels.difference(shown, await visit.around(await visit.centre(), 240)) < 0.005, `${what}: and stays`);
+  const saved = partOf(readFileSync(await download.path()), middle);
+  assert.ok(difference(shown, saved) < 0.01, `${what}: the picture is what is seen`);
+  assert.ok(difference(shown, await visit.around(await visit.centre(), 240)) < 0.005, `${what}: and stays`);
   return shown;
 }
 
@@ -277,7 +277,7 @@ test("a picture is what is seen, also of a model that was turned, and so is a ph
   await assertSaved(visit, "turned phone");
   await visit.picture("tools-9-turned-phone");
   await visit.page.setViewportSize(portrait);
-  assert.ok(await pixels.difference(upright, await assertSaved(visit, "turned back")) < 0.01, "as before");
+  assert.ok(difference(upright, await assertSaved(visit, "turned back")) < 0.01, "as before");
   await visit.pinch(middle, 80, 200);
   await visit.dragTwo(middle, 30, 60);
   await assertSaved(visit, "pinched and panned");

@@ -5,14 +5,14 @@ import assert from "node:assert/strict";
 import { rmSync } from "node:fs";
 import { join } from "node:path";
 import { after, afterEach, before, beforeEach, test } from "node:test";
-import { Pixels, Server, Visit, eventually, launchBrowser, makeModels } from "./harness.mjs";
+import { Server, Visit, eventually, launchBrowser, makeModels } from "./harness.mjs";
+import { difference } from "./pixels.mjs";
 import { Proxy } from "./proxy.mjs";
 
-let models, server, browser, pixels, proxy, visit;
+let models, server, browser, proxy, visit;
 
 before(async () => {
   browser = await launchBrowser();
-  pixels = await Pixels.make(browser);
 });
 
 after(() => browser?.close());
@@ -171,7 +171,7 @@ test("a lost WebGL context", async () => {
   await visit.page.evaluate(() => window.losing.restoreContext());
   await visit.until("a picture again", (status) => status.frames > frames && status.idle);
   await visit.untilQuiet();
-  assert.ok(await pixels.difference(before_, await visit.around(await visit.centre())) < 0.01, "the picture is as it was");
+  assert.ok(difference(before_, await visit.around(await visit.centre())) < 0.01, "the picture is as it was");
   await assertUsable();
 });
 

@@ -4,13 +4,13 @@
 
 import assert from "node:assert/strict";
 import { test } from "node:test";
-import { Pixels, Visit, landscape, makeModels, portrait, sharpScreen, startForTests } from "./harness.mjs";
+import { Visit, landscape, makeModels, portrait, sharpScreen, startForTests } from "./harness.mjs";
+import { difference } from "./pixels.mjs";
 
-let server, browser, pixels;
+let server, browser;
 
 startForTests(makeModels, async (started) => {
   ({ server, browser } = started);
-  pixels = await Pixels.make(browser);
 });
 
 // Pinches until level `goal` is shown. Returns the last status.
@@ -83,13 +83,13 @@ async function walk(name, viewport, elsewhere, detail, screen = {}) {
   await visit.choose("pebble");
   await visit.picture(`${name}-2-other`);
   const pebble = await visit.around(await visit.centre());
-  assert.ok(await pixels.difference(dragon, pebble) > 0.1, "another model is another picture");
+  assert.ok(difference(dragon, pebble) > 0.1, "another model is another picture");
   await visit.choose("dragon");
   const unturned = await visit.around(await visit.centre());
-  assert.ok(await pixels.difference(dragon, unturned) < 0.01, "the same model is the same picture");
+  assert.ok(difference(dragon, unturned) < 0.01, "the same model is the same picture");
   await visit.drag(await visit.centre(), 60, 0);
   await visit.untilIdle();
-  assert.ok(await pixels.difference(unturned, await visit.around(await visit.centre())) > 0.05, "one finger turns");
+  assert.ok(difference(unturned, await visit.around(await visit.centre())) > 0.05, "one finger turns");
   assert.equal((await visit.status()).mode, "browsing", "turning is no tap");
   await visit.drag(await visit.centre(), -60, 0);
 
@@ -104,7 +104,7 @@ async function walk(name, viewport, elsewhere, detail, screen = {}) {
   const fullPicture = await visit.around(await visit.centre());
   await visit.dragTwo(await visit.centre(), 0, 40);
   await visit.untilIdle();
-  assert.ok(await pixels.difference(fullPicture, await visit.around(await visit.centre())) > 0.05, "two fingers pan");
+  assert.ok(difference(fullPicture, await visit.around(await visit.centre())) > 0.05, "two fingers pan");
   await visit.dragTwo(await visit.centre(), 0, -40);
 
   const level = byView ? await pinchToTheOriginal(visit, name) : await pinchThroughLevels(visit, name, full.finestLevel);
@@ -119,7 +119,7 @@ async function walk(name, viewport, elsewhere, detail, screen = {}) {
   assert.ok(first.triangles > level.triangles);
   assert.equal(first.shownLevel, byView ? level.finestLevel : level.shownLevel, "around it all stays as it was");
   await visit.picture(`${name}-6-region`);
-  const finer = await pixels.difference(before_, await visit.around(middle), 8);
+  const finer = difference(before_, await visit.around(middle), 8);
   assert.ok(finer > (byView ? 0.01 : 0.05), `the region looks finer: ${finer}`);
   assert.match(await visit.page.locator("#status").textContent(), /original/);
 
@@ -136,7 +136,7 @@ async function walk(name, viewport, elsewhere, detail, screen = {}) {
   const again = await visit.untilIdle();
   assert.equal(again.shownLevel, 11);
   await visit.picture(`${name}-8-back`);
-  assert.ok(await pixels.difference(dragon, await visit.around(await visit.centre())) < 0.01, "the preview is as it was");
+  assert.ok(difference(dragon, await visit.around(await visit.centre())) < 0.01, "the preview is as it was");
   assert.deepEqual(await visit.messages(), [], "nothing had to be said");
   visit.assertClean(server.url);
   await visit.close();

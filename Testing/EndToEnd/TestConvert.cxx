@@ -437,9 +437,9 @@ TEST_F(TestConvert, TextIsRefusedWithItsLine)
       "1\nPOLYGONS 1 4\n3 0 1 7\n",
       "cell 0 uses point 7, but there are 2" },
     { "b.vtk",
-      "# vtk DataFile Version 3.0\nt\nASCII\nDATASET POLYDATA\nPOINTS 2 float\n0 0 0 1 nan "
+      "# vtk DataFile Version 3.0\nt\nASCII\nDATASET POLYDATA\nPOINTS 2 float\n0 0 0 1 two "
       "1\n",
-      "Error reading ascii data" },
+      "POINTS (line 5) has 4 of its 6 numbers, then 'two'" },
     { "c.vtk", "# vtk DataFile Version 3.0\nt\nASCII\nFIELD f 1\na 1 1 float\n1\n",
       "Could not read file" },
     { "a.stl", "solid nothing\nendsolid nothing\n", "holds no points" },

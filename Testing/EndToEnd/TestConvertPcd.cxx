@@ -5,7 +5,10 @@
 #include <pcl/io/pcd_io.h>
 #include <pcl/point_types.h>
 
+#include <algorithm>
+#include <array>
 #include <cmath>
+#include <cstdint>
 #include <limits>
 #include <random>
 
@@ -55,6 +58,48 @@ protected:
   }
 };
 
+}
+
+// PCL knows neither lines that end with \r alone, nor points that are said to be compressed and are
+// not.
+TEST_F(TestConvertPcd, FilesOfOtherProgramsAreRead)
+{
+  std::string text;
+  std::vector<Vec3> points;
+  std::array<std::string, 3> axes;
+  for (int i = 0; i < 20; ++i)
+  {
+    points.push_back({ double(i), double(i * 7 % 5), 0.5 });
+    for (std::size_t k = 0; k < 3; ++k)
+    {
+      const auto value = static_cast<float>(points.back()[k]);
+      text += std::to_string(value) + (k < 2 ? " " : "\n");
+      axes[k].append(reinterpret_cast<const char*>(&value), sizeof(value));
+    }
+  }
+  const std::string all = axes[0] + axes[1] + axes[2];
+  const auto size = static_cast<std::uint32_t>(all.size());
+  std::string sizes(reinterpret_cast<const char*>(&size), sizeof(size));
+  sizes += sizes;
+  std::string returns = this->Header("20", "ascii") + text;
+  std::replace(returns.begin(), returns.end(), '\n', '\r');
+  for (const std::string& file : { returns, this->Header("20", "binary_compressed") + sizes + all })
+  {
+    this->WriteText("in.pcd", file);
+    EXPECT_EQ(this->Converted("in.pcd").points, points);
+  }
+  std::string moved = this->Header("20", "ascii") + text;
+  moved.replace(moved.find("0 0 0 1 0 0 0"), 13, "5 0 0 0.7 0 0 0.7");
+  this->WriteText("in.pcd", moved);
+  EXPECT_EQ(this
+              ->Converted("in.pcd",
+                "kdstream-convert: warning: in.pcd: its VIEWPOINT, where the scanner stood, moves "
+                "nothing: points stay where they are written\n")
+              .points,
+    points);
+  this->WriteText("in.pcd",
+    this->Header("20", "binary_compressed") + std::string("\x05\0\0\0\xF0\0\0\0zzzzz", 13));
+  this->ExpectError("in.pcd", "its compressed points are damaged: write it again");
 }
 
 TEST_F(TestConvertPcd, EachEncodingComesBack)

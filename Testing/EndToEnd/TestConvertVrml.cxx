@@ -81,6 +81,12 @@ std::string Warning(const std::string& what)
   return "kdstream-convert: warning: in.wrl: " + what + "\n";
 }
 
+// Of one node.
+std::string LeftOut(const std::string& which)
+{
+  return Warning("1 node cannot be read and is left out: " + which);
+}
+
 class TestConvertVrml : public ConvertTest
 {
 protected:
@@ -355,7 +361,7 @@ TEST_F(TestConvertVrml, InlinesAreReadBesideTheFile)
   ExpectBox(read, { -6, -1, -1 }, { 6, 10, 1 });
   EXPECT_NEAR(VolumeOf(read), 32, 1e-9);
   EXPECT_NEAR(VolumeOf(this->Scene(cube + "Inline { url \"nothing.wrl\" }",
-                Warning("line 3: the Inline 'nothing.wrl' is not there: it is left out"))),
+                LeftOut("the Inline 'nothing.wrl', which is not there (line 3)"))),
     8, 1e-9);
   this->WriteText("parts/bad.wrl", header + "\nShape { geometry Nonsense }");
   this->Refused("Inline { url \"parts/bad.wrl\" }", "line 2: the Inline 'bad.wrl': line 3: ");
@@ -366,8 +372,8 @@ TEST_F(TestConvertVrml, InlinesAreReadBesideTheFile)
   std::filesystem::create_directories(this->Folder / "inner");
   this->WriteText("inner/in.wrl", header + cube + "Inline { url \"../cube.wrl\" }");
   this->Converted("inner/in.wrl",
-    "kdstream-convert: warning: inner/in.wrl: line 3: the Inline 'cube.wrl' is not there: it is "
-    "left out\n");
+    "kdstream-convert: warning: inner/in.wrl: 1 node cannot be read and is left out: the Inline "
+    "'cube.wrl', which is not there (line 3)\n");
 }
 
 TEST_F(TestConvertVrml, WhatIsNoSurfaceIsNamed)
@@ -430,7 +436,8 @@ TEST_F(TestConvertVrml, MistakesAreNamedWithTheirLine)
   this->Refused("Shape { geometry IndexedFaceSet { " + cubePoints + " coordIndex [ 0 1 9 -1 ] } }",
     "shape 0, face 0 names point 9, but there are 8, counted from 0");
   this->Refused("EXTERNPROTO A [ ] \"a.wrl\"\nA { }",
-    "holds no points; left out: 1 nodes that EXTERNPROTO takes from another file ('A')");
+    "holds no points; 1 node cannot be read and is left out: 'A', which EXTERNPROTO takes from "
+    "another file (line 3)");
   this->Refused("", "holds no points; it shows no shape");
   this->WriteText("in.wrl", "#VRML V3.0 utf8\n");
   this->ExpectError("in.wrl", "is of another version than VRML 1 and 2");
@@ -492,10 +499,9 @@ TEST_F(TestConvertVrml, NothingElseIsOpened)
                   "Shape { geometry IndexedFaceSet { " +
                   cubePoints + " coordIndex [ 0 1 2147483647 -1 ] } }",
     "names point 2147483647");
-  EXPECT_NEAR(
-    VolumeOf(this->Scene(cube + "Shape { geometry ElevationGrid { xDimension 100000 "
-                                "zDimension 100000 height [ 1 2 3 ] } }",
-      Warning("left out: 1 shapes whose sizes or numbers cannot be used (ElevationGrid)"))),
+  EXPECT_NEAR(VolumeOf(this->Scene(cube + "Shape { geometry ElevationGrid { xDimension 100000 "
+                                          "zDimension 100000 height [ 1 2 3 ] } }",
+                LeftOut("'ElevationGrid', whose sizes or numbers make no shape"))),
     8, 1e-9);
 }
 
@@ -605,8 +611,8 @@ TEST_F(TestConvertVrmlOne, ShapesOfOtherFormatsAreLeftOut)
   EXPECT_EQ(this
               ->First(this->Cube + "IndexedTriangleStripSet { coordIndex [ 0 1 100000000 ] } "
                                    "FaceSet { startIndex 100000000 numVertices [ 3 ] }",
-                Warning("left out: 1 shapes that VRML does not have (FaceSet)") +
-                  Warning("left out: 1 shapes that VRML does not have (IndexedTriangleStripSet)"))
+                Warning("2 nodes cannot be read and are left out; the first: 'FaceSet', which VRML "
+                        "does not have; 'IndexedTriangleStripSet', which VRML does not have"))
               .points.size(),
     8U);
 }
@@ -690,19 +696,81 @@ TEST_F(TestConvertVrml, NamesOfAllKindsAreRead)
 TEST_F(TestConvertVrml, WhatIsNotKnownIsLeftOut)
 {
   EXPECT_NEAR(
-    VolumeOf(
-      this->Scene("EXTERNPROTO KeySensor [ eventOut SFInt32 keyPress ]\n[ \"urn:a\" "
-                  "\"http://x/y.wrl#KeySensor\" ]\nEXTERNPROTO Odd [ field SFNode a ] "
-                  "\"a.wrl\" KeySensor { }\n" +
-                    Transformed("", "LoadSensor { enabled TRUE } Odd { a Box { } }\n" + cube) +
-                    "Shape { geometry NurbsSurface { uDimension 2 } }",
-        Warning("left out: 1 nodes that EXTERNPROTO takes from another file ('KeySensor')") +
-          Warning("left out: 1 nodes that EXTERNPROTO takes from another file ('Odd')") +
-          Warning("left out: 1 nodes that are not known ('LoadSensor')") +
-          Warning("left out: 1 nodes that are not known ('NurbsSurface')"))),
+    VolumeOf(this->Scene(
+      "EXTERNPROTO KeySensor [ eventOut SFInt32 keyPress ]\n[ \"urn:a\" "
+      "\"http://x/y.wrl#KeySensor\" ]\nEXTERNPROTO Odd [ field SFNode a ] "
+      "\"a.wrl\" KeySensor { }\n" +
+        Transformed("", "LoadSensor { enabled TRUE } Odd { a Box { } }\n" + cube) +
+        "Shape { geometry NurbsSurface { uDimension 2 } }",
+      Warning("4 nodes cannot be read and are left out; the first: 'KeySensor', which EXTERNPROTO "
+              "takes from another file (line 4); 'LoadSensor', which VRML does not have (line 5); "
+              "'Odd', which EXTERNPROTO takes from another file (line 5); 'NurbsSurface', which "
+              "VRML does not have (line 8)"))),
     8, 1e-9);
   this->Refused(
     "EXTERNPROTO A [ ]\n[ \"a\"\n]\nA { }\nShape { geometry Box { size 1 a 1 } }", "line 6: ");
+}
+
+// As other programs write them, or leave out.
+TEST_F(TestConvertVrml, NodesWithoutAFieldAreChildrenOrLeftOut)
+{
+  const auto told = [](const std::string& place)
+  {
+    return Warning(place + " stands where a field should be named: it is taken for one of its "
+                           "children");
+  };
+  ExpectBox(this->Scene("Transform { translation 5 0 0 " + cube + " DEF A " + cube +
+                          "\nscale 2 2 2 }\n" + Transformed("", "USE A"),
+              told("'Shape' of 'Transform' (line 2)")),
+    { -1, -2, -2 }, { 7, 2, 2 });
+  EXPECT_NEAR(VolumeOf(this->Scene(
+                "Group { " + Transformed("translation 9 0 0", cube) + "Group { " + cube + " } }",
+                told("'Transform' of 'Group' (line 2)"))),
+    16, 1e-9);
+  EXPECT_NEAR(
+    VolumeOf(this->Scene("Shape { appearance Appearance { material Material { } ImageTexture { url "
+                         "\"a.png\" } } geometry Box { } }",
+      Warning("its pictures are not read") +
+        Warning(
+          "1 field is not one of the format's and is left out: 'ImageTexture' of 'Appearance' "
+          "(line 2), a node without a field"))),
+    8, 1e-9);
+  EXPECT_NEAR(
+    VolumeOf(this->Scene(
+      "Group { children [ " + cube + " ] " + Transformed("translation 9 0 0", cube) + " }",
+      Warning("1 field is not one of the format's and is left out: 'Transform' of 'Group' "
+              "(line 3), a node without a field"))),
+    8, 1e-9);
+}
+
+TEST_F(TestConvertVrml, ScriptsMayKnowWhatIsAroundThem)
+{
+  EXPECT_NEAR(
+    VolumeOf(this->Scene("DEF A Transform { children [ " + cube +
+                         "DEF S Script { field SFNode self USE S field MFNode all [ USE A USE S ] "
+                         "url \"javascript: a = '{';\" } ] }")),
+    8, 1e-9);
+}
+
+TEST_F(TestConvertVrml, NodesOfTheOtherVersionAreNamed)
+{
+  this->WriteText("in.wrl", "#VRML V1.0 ascii\n" + cube);
+  this->ExpectError("in.wrl",
+    "holds no points; 1 node cannot be read and is left out: 'Shape', which VRML does not have "
+    "(line 2)");
+  this->WriteText("in.wrl", "#VRML v2.0 UTF8\n" + cube);
+  EXPECT_NEAR(VolumeOf(this->Converted("in.wrl")), 8, 1e-9);
+}
+
+// As Inventor has them, in a file of VRML 2.
+TEST_F(TestConvertVrml, TransformsOfInventorCountToo)
+{
+  ExpectBox(this->Scene("Separator { Translation { translation 5 0 0 } " + cube + " }"),
+    { 4, -1, -1 }, { 6, 1, 1 });
+  ExpectBox(
+    this->Scene(Transformed("translation 0 7 0",
+      "Separator { Scale { scaleFactor -2 1 1 } Translation { translation 5 0 0 } " + cube + " }")),
+    { -12, 6, -1 }, { -8, 8, 1 });
 }
 
 TEST_F(TestConvertVrml, InlinesAreFoundHoweverTheyAreNamed)
@@ -733,7 +801,7 @@ TEST_F(TestConvertVrml, FlatBoxesAreFaces)
 {
   EXPECT_NEAR(AreaOf(this->Scene("Shape { geometry Box { size 2 0 3 } }")), 12, 1e-6);
   this->Refused("Shape { geometry Box { size 2 0 0 } }",
-    "left out: 1 shapes whose sizes or numbers cannot be used (Box)");
+    "1 node cannot be read and is left out: 'Box', whose sizes or numbers make no shape");
 }
 
 // A few bytes must not keep the reader busy for long.

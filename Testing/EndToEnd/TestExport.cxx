@@ -69,7 +69,7 @@ TEST_F(TestExport, EveryPathHasWhatAServerSends)
     {
       continue;
     }
-    EXPECT_NE(entry.path().extension(), ".new");
+    EXPECT_EQ(entry.path().string().find("/.kdstream"), std::string::npos) << entry.path();
     const std::string path = "/" + entry.path().lexically_relative(this->Folder / "www").string();
     const auto resource = protocol::ParseResourcePath(path);
     ASSERT_TRUE(resource) << path;
@@ -219,7 +219,7 @@ TEST_F(TestExport, WhatFailsLeavesNothing)
   ASSERT_EQ(this->Export({ "ring.kds", "www" }).exitCode, 0);
   const auto before = files();
   EXPECT_EQ(std::count_if(before.begin(), before.end(),
-              [](const std::string& file) { return file.find("/.ring") != std::string::npos; }),
+              [](const std::string& file) { return file.find("/.kdstream") != std::string::npos; }),
     0);
   this->ProgramsTest::Write("ring.ply", Torus(100, 50));
   ASSERT_EQ(this->Build({ "ring.ply", "-o", "ring.kds" }).exitCode, 0);
@@ -230,13 +230,13 @@ TEST_F(TestExport, WhatFailsLeavesNothing)
   // What a killed call has left goes.
   const auto store = *kdstream::Store::Open(this->Folder / "ring.kds");
   const auto digest = store->Info().digest;
-  const auto left = this->Folder / "www/api/models/ring" / ("." + digest + ".new");
-  fs::create_directories(left / "tree");
-  this->WriteText((left / "tree/1.new").lexically_relative(this->Folder.Path).string(), "half");
+  const auto left = this->Folder / "www/api/models/ring/.kdstream-files-0123456789abcdef-7-abcdef";
+  fs::create_directories(left / digest / "tree");
+  this->WriteText(
+    (left / digest / "tree/1").lexically_relative(this->Folder.Path).string(), "half");
   ASSERT_EQ(this->Export({ "ring.kds", "www" }).exitCode, 0);
   EXPECT_FALSE(fs::exists(left));
   EXPECT_TRUE(fs::exists(this->Folder / "www/api/models/ring" / digest / "tree/1"));
-  EXPECT_FALSE(fs::exists(this->Folder / "www/api/models/ring" / digest / "tree/1.new"));
 }
 
 // A file that has the right size only is written again.
@@ -271,14 +271,14 @@ TEST_F(TestExport, ARerunComparesContents)
 // Where others may write to the folder, links under names that can be foreseen may be traps.
 TEST_F(TestExport, NoPlantedLinkIsFollowed)
 {
-  const auto digest = (*kdstream::Store::Open(this->Folder / "ring.kds"))->Info().digest;
   fs::create_directories(this->Folder / "elsewhere");
   fs::create_directories(this->Folder / "www/api/models/torus");
   this->WriteText("victim", "precious");
   const fs::path victim = this->Folder / "victim";
-  fs::create_symlink(this->Folder / "elsewhere", this->Folder / "www/api/models/.ring.new");
-  fs::create_symlink(
-    this->Folder / "elsewhere", this->Folder / ("www/api/models/torus/." + digest + ".new"));
+  this->WriteText("elsewhere/kept", "precious");
+  const std::string hidden = ".kdstream-files-0123456789abcdef-7-abcdef";
+  fs::create_symlink(this->Folder / "elsewhere", this->Folder / ("www/api/models/" + hidden));
+  fs::create_symlink(this->Folder / "elsewhere", this->Folder / ("www/api/models/torus/" + hidden));
   for (const std::string name : { "www/.htaccess.new", "www/kdstream.nginx.conf.new",
          "www/api/models.json.new", "www/api/models/torus/model.json.new" })
   {
@@ -286,7 +286,7 @@ TEST_F(TestExport, NoPlantedLinkIsFollowed)
   }
   ASSERT_EQ(this->Export({ "ring.kds", "www" }).exitCode, 0);
   ASSERT_EQ(this->Export({ "ring.kds", "www", "--model", "torus" }).exitCode, 0);
-  EXPECT_TRUE(fs::is_empty(this->Folder / "elsewhere"));
+  EXPECT_EQ(ReadWhole(this->Folder / "elsewhere/kept"), "precious");
   EXPECT_EQ(ReadWhole(victim), "precious");
   EXPECT_EQ(this->List().size(), 2u);
   EXPECT_FALSE(fs::is_symlink(this->Folder / "www/api/models/ring"));
@@ -302,7 +302,7 @@ TEST_F(TestExport, WhatGoesUpHasWhatTheUmaskGives)
   {
     const auto mode = static_cast<unsigned>(entry.status().permissions()) & 0777U;
     EXPECT_EQ(mode, entry.is_directory() ? 0755U : 0644U) << entry.path();
-    EXPECT_NE(entry.path().extension(), ".new") << entry.path();
+    EXPECT_FALSE(entry.path().filename().string().starts_with(".kdstream")) << entry.path();
   }
 }
 

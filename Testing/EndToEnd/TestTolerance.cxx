@@ -9,6 +9,8 @@
 
 #include <vtkXMLPolyDataWriter.h>
 
+#include <algorithm>
+#include <cmath>
 #include <fstream>
 #include <limits>
 
@@ -599,7 +601,7 @@ TEST_F(TestTolerance, VrmlOfOtherPrograms)
     GTEST_SKIP() << "VRML needs Coin";
   }
   const std::string first = "#VRML V1.0 ascii\n", second = "#VRML V2.0 utf8\n";
-  const std::string pictures = "its pictures are not read", left = "left out: 1 ";
+  const std::string pictures = "its pictures are not read";
   const std::string field = "1 field is not one of the format's and is left out: ";
   for (const auto& [text, warning] :
     {
@@ -611,7 +613,7 @@ TEST_F(TestTolerance, VrmlOfOtherPrograms)
         pictures },
       { first + "Separator { Background { skyColor 0 0 1 } Cube { } }", std::string() },
       { first + "Separator { Knob { turn 1 } Cube { parts (SIDES | TOP | BOTTOM) } }",
-        left + "nodes that are not known ('Knob')" },
+        "1 node cannot be read and is left out: 'Knob', which VRML does not have (line 2)" },
       { first + "Separator { glow 1 DEF c Cube { width 2 shine [ 1, 2 ] } ShapeHints { shapeType "
                 "SOLID faceType CONVEX } }",
         std::string("2 fields are not those of the format and are left out; the first: 'glow' of "
@@ -640,6 +642,74 @@ TEST_F(TestTolerance, VrmlOfOtherPrograms)
   EXPECT_EQ(this->Built("in.wrl", { { "fields_not_known", 3 } }).size(), 1U);
   this->WriteText("in.wrl", second + "Shape { glow 1 geometry Box { solid2 TRUE } }\n");
   EXPECT_EQ(this->Built("in.wrl", { { "fields_not_known", 2 } }).size(), 1U);
+  // A misspelt node, a PROTO that is not there, a file that is not, a shape that is none.
+  const std::string box = "Shape { geometry Box { } }";
+  for (const std::string& node :
+    { std::string("Transfrom { translation 5 0 0 children [ " + box + " ] }"),
+      std::string("Chair { legs 4 }"), std::string("EXTERNPROTO Chair [ ] \"chair.wrl\" Chair { }"),
+      std::string("Inline { url \"chair.wrl\" }"),
+      std::string("Shape { geometry Sphere { radius -1 } }"),
+      std::string("File { name \"chair.iv\" }") })
+  {
+    SCOPED_TRACE(node);
+    this->WriteText("in.wrl", second + box + "\n" + node + "\n");
+    EXPECT_EQ(this->Built("in.wrl", { { "nodes_left_out", 1 } }).size(), 1U);
+  }
+}
+
+// VTK knows none of these; attributes that are no numbers stay so.
+TEST_F(TestTolerance, TextsOfVtkAreTexts)
+{
+  const std::string text = "# vtk DataFile Version 3.0\nt\nASCII\nDATASET POLYDATA\nPOINTS 4 "
+                           "float\n0 0 0\n1 0 0\n0 1 0\n0 0 1\nPOLYGONS 2 8\n3 0 1 2\n3 0 1 3\n";
+  const auto replaced = [](std::string in, const std::string& from, const std::string& to)
+  {
+    for (std::size_t at = 0; (at = in.find(from, at)) != std::string::npos; at += to.size())
+    {
+      in.replace(at, from.size(), to);
+    }
+    return in;
+  };
+  for (const std::string& other :
+    { "\xEF\xBB\xBF" + text, replaced(text, "\n", "\r"), text + "\n\x1A" })
+  {
+    this->WriteText("in.vtk", other);
+    EXPECT_EQ(this->Converted("in.vtk").triangles.size(), 2U);
+  }
+  this->WriteText("in.vtk", text + std::string(10, '\0'));
+  EXPECT_EQ(this->Built("in.vtk", { { "padding_bytes", 10 } }).size(), 1U);
+  for (const std::string number : { "nan", "-nan(ind)", "1.#QNAN", "-inf" })
+  {
+    this->WriteText("in.vtk", replaced(text, "0 0 1\n", "0 " + number + " 1\n") +
+                                "POINT_DATA 4\nSCALARS s float\nLOOKUP_TABLE default\n1 " + number +
+                                " 3 4\n");
+    EXPECT_EQ(this
+                ->Built("in.vtk", { { "points_not_finite", 1 }, { "faces_of_dropped_points", 1 } },
+                  { "--precision", "lossless" })
+                .size(),
+      2U);
+    const Mesh read = this->Extracted();
+    EXPECT_EQ(read.triangles.size(), 1U);
+    const std::vector<double> values = ValuesOf(read, "s");
+    ASSERT_EQ(values.size(), 3U);
+    EXPECT_EQ(
+      std::count_if(values.begin(), values.end(), [](double v) { return std::isnan(v); }), 1);
+  }
+  std::string utf16;
+  for (const char c : text)
+  {
+    utf16 += { c, '\0' };
+  }
+  this->WriteText("in.vtk", utf16);
+  this->ExpectError("in.vtk", "is text in UTF-16 or UTF-32");
+  this->WriteText("in.vtp",
+    "<VTKFile type=\"PolyData\"><PolyData><Piece NumberOfPoints=\"3\" NumberOfPolys=\"1\"><Points>"
+    "<DataArray type=\"Float32\" NumberOfComponents=\"3\" format=\"ascii\">0 0 0 1 0 0 0 1 0"
+    "</DataArray></Points><Polys><DataArray type=\"Int32\" Name=\"connectivity\" format=\"ascii\">"
+    "0 1 2</DataArray><DataArray type=\"Int32\" Name=\"offsets\" format=\"ascii\">3</DataArray>"
+    "</Polys></Piece></PolyData></VTKFile>\n" +
+      std::string(10, '\0'));
+  EXPECT_EQ(this->Built("in.vtp", { { "padding_bytes", 10 } }).size(), 1U);
 }
 
 TEST_F(TestTolerance, AnStlMayLackItsEnd)
@@ -705,7 +775,7 @@ TEST_F(TestTolerance, CausesAreNamed)
          { "b.stl", lfs, "run git lfs pull" }, { "a.vtp", lfs, "run git lfs pull" },
          { "a.vtk", lfs, "run git lfs pull" }, { "a.gltf", lfs, "run git lfs pull" },
          { "a.glb", lfs, "run git lfs pull" }, { "a.xyz", lfs, "run git lfs pull" },
-         { "b.ply", "\x89PNG\r\n\x1a\n...", "looks like a .png file" },
+         { "b.ply", "\x89PNG\r\n\x1a\n...", "is a PNG picture, and no mesh" },
          { "b.gltf", std::string("\xFF\xFE{\0}\0", 6), "UTF-16" },
          { "c.gltf",
            "{\"asset\":{\"version\":\"2.0\"},\"scene\":0,\"scenes\":[{\"nodes\":[0]}],\"nodes\":[{"

@@ -2,7 +2,7 @@
 // Do the tests notice a mistake? Changes one token of the product at a time, builds the tests of its library and runs them.
 //   node mutate.mjs BUILD COUNT [SEED]     (./dev mutate)
 // BUILD is a build folder of a release. Prints a line for each mutation: caught by which test, or survived; those that do not
-// compile are drawn again. Ends with "N caught, N survived". The sources are as before afterwards, also after Ctrl-C.
+// compile are drawn again. "(SIGTERM)": the tests did not end in a minute and three times their time without a mutation. Ends with "N caught, N survived". The sources are as before afterwards, also after Ctrl-C.
 import { execFileSync, spawnSync } from 'node:child_process'
 import { readFileSync, writeFileSync } from 'node:fs'
 
@@ -73,6 +73,27 @@ for (const signal of ['SIGINT', 'SIGTERM']) {
 }
 const heedSignals = () => new Promise(resolve => setImmediate(resolve)) // what runs below blocks them
 
+function runTests(test, timeout) {
+  return spawnSync(`${build}/bin/${test}`, ['--gtest_fail_fast', '--gtest_brief=1'],
+    { encoding: 'utf8', timeout, maxBuffer: 1 << 28 })
+}
+
+// How long each program runs where nothing is changed: they must pass then.
+const usual = new Map()
+for (const test of new Set(programs.flatMap(([, tests]) => tests))) {
+  if (spawnSync('cmake', ['--build', build, '--target', test]).status !== 0) {
+    console.error(`${test} does not compile`)
+    process.exit(1)
+  }
+  const begin = Date.now()
+  if (runTests(test).status !== 0) {
+    console.error(`${test} fails without a mutation`)
+    process.exit(1)
+  }
+  usual.set(test, Date.now() - begin)
+  await heedSignals()
+}
+
 let caught = 0, survived = 0
 while (caught + survived < Number(count)) {
   const place = places[Math.floor(any() * places.length)]
@@ -88,8 +109,7 @@ while (caught + survived < Number(count)) {
     await heedSignals()
     compiles = built.status === 0
     if (!compiles) break
-    const run = spawnSync(`${build}/bin/${test}`, ['--gtest_fail_fast', '--gtest_brief=1'],
-      { encoding: 'utf8', timeout: 120000, maxBuffer: 1 << 28 })
+    const run = runTests(test, 60000 + 3 * usual.get(test))
     await heedSignals()
     if (run.status !== 0) {
       by = /\[  FAILED  \] (\S+)/.exec(run.stdout)?.[1] ?? `${test} (${run.signal ?? run.error?.code ?? run.status})`

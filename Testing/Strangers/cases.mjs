@@ -2,9 +2,10 @@
 // A file of each kind that was once read wrongly or refused, written here. Each case: `name`; `file`, to be read; `files`,
 // { name: bytes } that are written before; `right`, what must be measured (measures.mjs), besides what the small readers find;
 // `says`, what a warning must say; `refused`, what the error must say instead; `colors`, all colours of 0 to 255 that the
-// model then has; `mustRefuse`: it is not to be read.
+// model then has; `mustRefuse`: it is not to be read; `silent`, what no warning may say; `comesBack`: an ending, of a file that is
+// extracted, too.
 
-import { gzipSync } from "node:zlib";
+import { deflateSync, gzipSync } from "node:zlib";
 
 const corners = [[-1, -1, -1], [1, -1, -1], [1, 1, -1], [-1, 1, -1], [-1, -1, 1], [1, -1, 1], [1, 1, 1], [-1, 1, 1]];
 const quads = [[0, 3, 2, 1], [4, 5, 6, 7], [0, 1, 5, 4], [1, 2, 6, 5], [2, 3, 7, 6], [3, 0, 4, 7]];
@@ -88,6 +89,71 @@ function glb(nodes, { more = {}, blocks = [], primitive = {}, positions = [5126,
   middle.write("BIN\0", 4);
   return Buffer.concat([head, padded, middle, ...parts]);
 }
+
+// The same, its JSON and bytes changed: change(json, bytes) gives the new bytes, or nothing.
+function glbChanged(bytes, change) {
+  const length = bytes.readUInt32LE(12);
+  const json = JSON.parse(bytes.toString("utf8", 20, 20 + length));
+  const old = bytes.subarray(28 + length);
+  const body = change(json, old) ?? old;
+  json.buffers[0].byteLength = body.length;
+  const text = Buffer.from(JSON.stringify(json));
+  const padded = Buffer.concat([text, Buffer.alloc(-text.length & 3, " ")]);
+  const head = Buffer.from(bytes.subarray(0, 20)), middle = Buffer.alloc(8);
+  head.writeUInt32LE(28 + padded.length + body.length, 8);
+  head.writeUInt32LE(padded.length, 12);
+  middle.writeUInt32LE(body.length);
+  middle.write("BIN\0", 4);
+  return Buffer.concat([head, padded, middle, body]);
+}
+
+const redGlossy = { extensions: { KHR_materials_pbrSpecularGlossiness: { diffuseFactor: [1, 0, 0, 1], glossinessFactor: 0.2 } } };
+
+// At most 16 attributes of `stride` bytes as EXT_meshopt_compression has them (mode 0): of each byte of an attribute 16 differences,
+// none packed; behind them the first attribute.
+function meshopt(values, stride) {
+  const count = values.length / stride;
+  const all = [0xa0];
+  for (let k = 0; k < stride; ++k) {
+    all.push(3);
+    for (let i = 0; i < 16; ++i) {
+      const difference = i > 0 && i < count ? (values[i * stride + k] - values[(i - 1) * stride + k]) & 255 : 0;
+      all.push(((difference << 1) ^ (difference & 128 ? 255 : 0)) & 255);
+    }
+  }
+  return Buffer.from([...all, ...new Array(Math.max(0, 32 - stride)).fill(0), ...values.subarray(0, stride)]);
+}
+
+// ---- pictures
+
+// A PNG of one colour.
+function png(color) {
+  const crc = (bytes) => {
+    let sum = ~0;
+    for (const byte of bytes) {
+      sum ^= byte;
+      for (let bit = 0; bit < 8; ++bit) {
+        sum = (sum >>> 1) ^ (sum & 1 ? 0xedb88320 : 0);
+      }
+    }
+    return ~sum >>> 0;
+  };
+  const chunk = (type, data) => {
+    const body = Buffer.concat([Buffer.from(type), data]), ends = Buffer.alloc(8);
+    ends.writeUInt32BE(data.length);
+    ends.writeUInt32BE(crc(body), 4);
+    return Buffer.concat([ends.subarray(0, 4), body, ends.subarray(4)]);
+  };
+  const row = Buffer.from([0, ...color, ...color]);
+  return Buffer.concat([Buffer.from("\x89PNG\r\n\x1a\n", "latin1"), chunk("IHDR", Buffer.from([0, 0, 0, 2, 0, 0, 0, 2, 8, 2, 0, 0, 0])),
+    chunk("IDAT", deflateSync(Buffer.concat([row, row]))), chunk("IEND", Buffer.alloc(0))]);
+}
+
+// The cube that a picture paints, which its library names as `line` says.
+const painted = (line, picture) => ({ "a.mtl": `newmtl m\n${line}\n`, [picture]: png([250, 20, 20]),
+  "a.obj": ["mtllib a.mtl", objOf(corners, []), "vt 0 0", "vt 1 0", "vt 1 1", "vt 0 1", "usemtl m",
+    ...quads.map((quad) => `f ${quad.map((index, k) => `${index + 1}/${k + 1}`).join(" ")}`), ""].join("\n") });
+const paintedCube = { file: "a.obj", right: cube, colors: [[250, 20, 20]] };
 
 // ---- VRML
 
@@ -173,6 +239,19 @@ const vtp = (points, polygons) => `<?xml version="1.0"?>
 <Polys><DataArray type="Int32" Name="connectivity" format="ascii">${quads.flat().join(" ")}</DataArray>
 <DataArray type="Int32" Name="offsets" format="ascii">${quads.map((_, i) => 4 * i + 4).join(" ")}</DataArray></Polys></Piece></PolyData></VTKFile>\n`;
 
+// A ZIP archive of an empty file of that name.
+function zipOf(name) {
+  const entry = Buffer.alloc(46), end = Buffer.alloc(22), file = Buffer.from(`PK\x03\x04${"\0".repeat(26)}${name}`);
+  file.writeUInt16LE(name.length, 26);
+  entry.write("PK\x01\x02");
+  entry.writeUInt16LE(name.length, 28);
+  end.write("PK\x05\x06");
+  end.writeUInt16LE(1, 10);
+  end.writeUInt32LE(46 + name.length, 12);
+  end.writeUInt32LE(file.length, 16);
+  return Buffer.concat([file, entry, Buffer.from(name), end]);
+}
+
 const one = (name, file, bytes, right, rest = {}) => ({ name, file, files: { [file]: bytes }, right, ...rest });
 
 export const cases = [
@@ -196,6 +275,7 @@ export const cases = [
   one("an OBJ with normals behind the coordinates", "a.obj", coloredObj((i) => corners[i].map((value) => value * Math.sqrt(1 / 3))), cube,
     { says: /normals/, colors: [] }),
   one("an OBJ of old faces", "a.obj", cubeObj.replaceAll("f ", "fo "), cube),
+  one("an OBJ with colours in comments, as ZBrush writes them", "a.obj", cubeObj.replace("f ", `#MRGB ${"ffc86432".repeat(8)}\nf `), cube, { says: /#MRGB/ }),
   one("an OBJ in capitals", "a.obj", cubeObj.toUpperCase(), cube),
   one("an OBJ with lines that nobody knows", "a.obj", `${cubeObj}facet 1 2 3\n`, cube, { says: /'facet' in line 15/ }),
   one("an OBJ whose group ends in a backslash", "a.obj", cubeObj.replace("f ", "g C:\\tmp\\\nf "), cube, { isRead: false }),
@@ -222,6 +302,8 @@ export const cases = [
     { triangles: 0 }, { says: /names b/, colors: [] }),
   one("a PLY with colours as floats", "a.ply", plyOf(corners, quads,
     { properties: "property float red\nproperty float green\nproperty float blue", row: () => "1 0.5 0" }), cube, { colors: [[255, 128, 0]] }),
+  one("a PLY with a blank in a name, and colours in one number", "a.ply", plyOf(corners, quads,
+    { properties: "property float scalar_Scalar field\nproperty uint rgba", row: (i) => `${i} ${0xffc86432}` }), cube, { says: /rgba .*0xRRGGBB/, isRead: false }),
   one("a PLY with colours of 16 bits", "a.ply", plyOf(corners, quads,
     { properties: "property ushort r\nproperty ushort g\nproperty ushort b", row: () => "65535 0 32896" }), cube, { colors: [[255, 0, 128]] }),
   one("a PLY with a vertex far away that no face uses", "a.ply", plyOf([[5e6, 0, 0], ...corners.map((c) => c.map((v) => v + 1000))],
@@ -232,12 +314,26 @@ export const cases = [
   one("an XYZ with decimal commas", "a.xyz", scatter(40).map((p) => p.map((v) => v.toFixed(2).replace(".", ",")).join(" ")).join("\n"), { triangles: 0 }),
   one("an XYZ with a class behind the colour", "a.xyz", scatter(40).map((p, i) => `${p.join(" ")} 255 0 0 ${i % 4}`).join("\n"), { triangles: 0 },
     { says: /column/, colors: [[255, 0, 0]] }),
+  one("a PCD with CR alone", "a.pcd", (pcd("FIELDS x y z", "ascii") + scatter(40).map((p) => p.join(" ")).join("\n")).replaceAll("\n", "\r"), { ...cloud, box: boxOfCloud },
+    { isRead: false }),
+  one("a PCD whose compressed points are not", "a.pcd", Buffer.concat([Buffer.from(pcd("FIELDS x y z", "binary_compressed")), Buffer.from(new Uint32Array([480, 480]).buffer),
+    floats([0, 1, 2].map((k) => scatter(40).map((point) => point[k])))]), { ...cloud, box: boxOfCloud }, { isRead: false }),
   one("a PCD in upper case", "a.pcd", pcd("FIELDS X Y Z", "ascii") + scatter(40).map((p) => p.join(" ")).join("\n"), { triangles: 0 }),
   one("a PCD filled up with zeros", "a.pcd", Buffer.concat([Buffer.from(pcd("FIELDS x y z", "binary")), floats(scatter(40)), Buffer.alloc(1000)]),
     { triangles: 0 }, { says: /behind/ }),
   one("a LAS that counts fewer points than it has", "a.las", las({ told: 100 }), { triangles: 0 }, { says: /100/ }),
-  one("a LAS of 8 bits but for one value", "a.las", las({ color: (i) => (i ? [200, 100, 50] : [256, 100, 50]) }), { triangles: 0 }),
+  one("a LAS of 8 bits but for one value", "a.las", las({ color: (i) => (i ? [200, 100, 50] : [256, 100, 50]) }), { triangles: 0 },
+    { colors: [[200, 100, 50], [255, 100, 50]] }),
+  one("a LAS that counts none", "a.las", las({ told: 0 }), { triangles: 0 }, { mustRefuse: true, refused: /counts no points.*300/ }),
   { name: "materials with # in their names", file: "a.obj", files: { "a.obj": twoMaterials("a#1", "a#2"), "a.mtl": mtl("a#1", "a#2") }, right: twoCubes, colors: twoColors },
+  { name: "a picture in quotes", files: painted('map_Kd "my picture.png"', "my picture.png"), ...paintedCube },
+  { name: "a picture in another case, behind a folder that is not there", files: painted("map_Kd Textures\\T.PNG", "t.png"), ...paintedCube },
+  { name: "two libraries with blanks in their names", file: "a.obj", right: twoCubes, colors: twoColors,
+    files: { "a.obj": twoMaterials("p", "q").replace("a.mtl", "my p.mtl my q.mtl"), "my p.mtl": mtl("p", "r"), "my q.mtl": "newmtl q\nKd 0 0 1\n" } },
+  { name: "a picture beside its library, in another folder", ...paintedCube, files: (() => {
+    const { "a.mtl": library, "t.png": picture, "a.obj": mesh } = painted("map_Kd t.png", "t.png");
+    return { "a.obj": mesh.replace("a.mtl", "looks/a.mtl"), "looks/a.mtl": library, "looks/t.png": picture };
+  })() },
   { name: "a library with a byte order mark", file: "a.obj", files: { "a.obj": twoMaterials("p", "q"), "a.mtl": `\ufeff${mtl("p", "q")}` }, right: twoCubes, colors: twoColors },
   { name: "names with blanks and quotes", file: "a.obj", files: { "a.obj": twoMaterials("red paint", "blue paint").replace("a.mtl", '"my colours.mtl"'),
     "my colours.mtl": mtl("red paint", "blue paint") }, right: twoCubes, colors: twoColors },
@@ -245,7 +341,8 @@ export const cases = [
     "a.mtl": mtl("p", "q") }, right: twoCubes, colors: twoColors },
   one("a glTF whose node mirrors", "a.glb", glb([{ mesh: 0, scale: [-1, 1, 1], translation: [4, 0, 0] }, { mesh: 0 }]), { volume: 16 }),
   one("a glTF with nodes in nodes, far away", "a.glb",
-    glb([{ children: [1], translation: [500000.25, 120.5, -4649776.75] }, { mesh: 0, rotation: [0, 0, h, h], scale: [0.01, 0.02, 0.03] }]), { volume: 8 * 6e-6 }),
+    glb([{ children: [1], translation: [500000.25, 120.5, -4649776.75] }, { mesh: 0, rotation: [0, 0, h, h], scale: [0.01, 0.02, 0.03] }]), { volume: 8 * 6e-6 },
+    { comesBack: ".glb" }),
   one("a glTF with instances", "a.glb", glb([{ mesh: 0, extensions: { EXT_mesh_gpu_instancing: { attributes: { TRANSLATION: 2, SCALE: 3 } } } }],
     { blocks: [[5126, "VEC3", [[0, 0, 0], [4, 0, 0], [9, 9, 9]]], [5126, "VEC3", [[1, 1, 1], [0.5, 0.5, 0.5], [-1, 1, 1]]]],
       more: { extensionsUsed: ["EXT_mesh_gpu_instancing"] } }), { triangles: 36, volume: 17 }),
@@ -253,6 +350,27 @@ export const cases = [
     more: { extensionsUsed: ["KHR_mesh_quantization"], extensionsRequired: ["KHR_mesh_quantization"] } }), cube),
   one("a glTF with a skin and a matrix", "a.glb", glb([{ mesh: 0, matrix: [2, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, 5, 0, 0, 1], skin: 0 }, { name: "joint" }],
     { more: { skins: [{ joints: [1] }] } }), { volume: 16 }),
+  one("a sparse glTF", "a.glb", glbChanged(glb([{ mesh: 0 }], { positions: [5126, "VEC3", corners.map((c, i) => (i % 2 ? c : [0, 0, 0]))],
+    blocks: [[5123, "SCALAR", [[0], [2], [4], [6]]], [5126, "VEC3", [corners[0], corners[2], corners[4], corners[6]]]] }),
+  (json) => { json.accessors[0].sparse = { count: 4, indices: { bufferView: 2, componentType: 5123 }, values: { bufferView: 3 } }; }), cube),
+  one("a glTF whose places meshoptimizer has packed, with a buffer that stands in", "a.glb", glbChanged(glb([{ mesh: 0 }]), (json, bytes) => {
+    const packed = meshopt(bytes.subarray(0, 96), 12);
+    json.buffers.push({ byteLength: 96, extensions: { EXT_meshopt_compression: { fallback: true } } });
+    Object.assign(json.bufferViews[0], { buffer: 1, byteOffset: 0, extensions: { EXT_meshopt_compression:
+      { buffer: 0, byteOffset: bytes.length, byteLength: packed.length, byteStride: 12, mode: "ATTRIBUTES", count: 8 } } });
+    json.extensionsUsed = json.extensionsRequired = ["EXT_meshopt_compression"];
+    return Buffer.concat([bytes, packed, Buffer.alloc(-packed.length & 3)]);
+  }), cube, { refused: /meshopt/, isRead: false }),
+  one("a glTF with a colour of specular and glossiness", "a.glb", glb([{ mesh: 0 }], { primitive: { material: 0 },
+    more: { materials: [redGlossy], extensionsUsed: ["KHR_materials_pbrSpecularGlossiness"] } }), cube,
+  { silent: /SpecularGlossiness/, colors: [[255, 0, 0]] }),
+  { name: "a glTF text that ends in Ctrl-Z", file: "a.gltf", right: cube, files: (() => {
+    const bytes = glb([{ mesh: 0 }]);
+    const length = bytes.readUInt32LE(12);
+    const json = JSON.parse(bytes.toString("utf8", 20, 20 + length));
+    json.buffers[0].uri = "a.bin";
+    return { "a.gltf": `${JSON.stringify(json)}\n\x1a`, "a.bin": bytes.subarray(28 + length) };
+  })(), isRead: false },
   one("a glTF as a strip", "a.glb", glb([{ mesh: 0 }], { primitive: { mode: 5 } }), {}),
   one("a glTF of several scenes without a default", "a.glb", glb([{ mesh: 0 }], { more: { scene: undefined, scenes: [{ nodes: [0] }, { nodes: [] }] } }), cube),
   one("a glTF that requires what nobody knows", "a.glb", glb([{ mesh: 0 }], { more: { extensionsUsed: ["ACME_wonder"], extensionsRequired: ["ACME_wonder"] } }),
@@ -339,6 +457,10 @@ export const cases = [
   one("a .vtp", "a.vtp", vtp(8, 6), cube),
   one("a .vtp that counts too few polygons", "a.vtp", vtp(8, 5), { triangles: 10 }, { says: /1 point or face is in the file but not counted/ }),
   one("a .vtp that counts too many points", "a.vtp", vtp(9, 6), cube, { mustRefuse: true, refused: /a\.vtp: is damaged/ }),
+  one("a .vtp with zeros behind it", "a.vtp", `${vtp(8, 6)}${"\0".repeat(100)}`, cube, { says: /100 zeros behind the end/ }),
+  one("a .vtk with CR alone, behind a byte order mark, before Ctrl-Z", "a.vtk", `\ufeff${vtk("POLYDATA", [vtkPoints, vtkPolygons]).replaceAll("\n", "\r")}\x1a`, cube, { isRead: false }),
+  one("a .vtk with a point that is not finite", "a.vtk", vtk("POLYDATA", [vtkPoints.replace("8 float", "9 float"), "nan 0 0", vtkPolygons.replace("6 30", "7 34"), "3 0 1 8"]), cube,
+    { says: /1 point is not finite/, isRead: false }),
   one("a .vtk of polygons", "a.vtk", vtk("POLYDATA", [vtkPoints, vtkPolygons]), cube),
   one("a .vtk whose polygons name a point that is not there", "a.vtk", vtk("POLYDATA", [vtkPoints, vtkPolygons.replace("4 3 0 4 7", "4 3 0 4 8")]), cube,
     { mustRefuse: true, refused: /a\.vtk: POLYGONS: cell 5 uses point 8, but there are 8/ }),
@@ -351,6 +473,13 @@ export const cases = [
   one("a glTF whose matrix is transposed", "a.glb", glb([{ mesh: 0, matrix: [1, 0, 0, 5, 0, 1, 0, 6, 0, 0, 1, 7, 0, 0, 0, 1] }]), cube,
     { mustRefuse: true, refused: /node 0 has a matrix whose last row/ }),
   one("VRML: fields that nobody knows", "a.wrl", wrl(cubeWrl("glow 0.5 shine [ 1 2 3 ]")), cube, { says: /2 fields .* 'glow' of 'IndexedFaceSet' \(line 3\)/ }),
+  one("VRML: a node that is misspelt, and one of a PROTO that is not there", "a.wrl", wrl(`${cubeWrl()}\nTransfrom { children [ ${cubeWrl()} ] }\nChair { legs 4 }`),
+    cube, { says: /2 nodes .* 'Transfrom', which VRML does not have \(line 4\); 'Chair'/, isRead: false }),
+  one("VRML: a Script that knows itself", "a.wrl", wrl(`${cubeWrl()} DEF S Script { field SFNode self USE S url "javascript: {" }`), cube, { isRead: false }),
+  one("VRML: shapes that no field names", "a.wrl", wrl(`Transform { translation 5 0 0 ${cubeWrl()} ${cubeWrl()} scale -1 1 1 }`), { triangles: 24, volume: 16 },
+    { says: /'Shape' of 'Transform' \(line 2\)/, isRead: false }),
+  one("VRML: a transform of Inventor", "a.wrl", wrl(`Separator { Translation { translation 5 0 0 } ${cubeWrl()} }`), { ...cube, box: { low: [4, -1, -1], high: [6, 1, 1] } }, { isRead: false }),
+  one("VRML: an Inline that is not there", "a.wrl", wrl(`${cubeWrl()} Inline { url "b.wrl" }`), cube, { says: /1 node .* the Inline 'b\.wrl', which is not there/ }),
   one("VRML: a picture's name without quotes", "a.wrl", wrl(cubeWrl().replace("{ geometry", "{ appearance Appearance { texture ImageTexture { url wood.png } } geometry")), cube,
     { says: /pictures are not read/, isRead: false }),
   one("VRML 1: a picture's name without quotes", "a.wrl", wrlOne("Texture2 { filename wood.jpg }"), cube, { says: /pictures are not read/, isRead: false }),
@@ -376,5 +505,9 @@ export const cases = [
   one("a binary STL called .ply", "a.ply", stlBytes(), cube, { mustRefuse: true, refused: /a\.ply: looks like a \.stl file.*rename it to end in \.stl/ }),
   one("a binary STL called .xyz", "a.xyz", stlBytes(), cube, { mustRefuse: true, refused: /a\.xyz: looks like a \.stl file/ }),
   one("an OBJ called .ply", "a.ply", `# made by hand\n${cubeObj}`, cube, { mustRefuse: true, refused: /a\.ply: looks like a \.obj file/ }),
+  one("a 3MF", "a.3mf", zipOf("3D/3dmodel.model"), cube, { mustRefuse: true, refused: /a\.3mf: is a 3MF file, which is not read: .*\.stl/ }),
+  one("a 3MF called .stl", "a.stl", zipOf("3D/3dmodel.model"), cube, { mustRefuse: true, refused: /a\.stl: is a 3MF file/ }),
+  one("an archive with an OBJ in it", "a.zip", zipOf("statue.obj"), cube, { mustRefuse: true, refused: /holds 'statue\.obj': unpack it first, by unzip/ }),
+  one("an IFC called .glb", "a.glb", "ISO-10303-21;\nHEADER;\nFILE_SCHEMA(('IFC4'));\nENDSEC;\n", cube, { mustRefuse: true, refused: /is an IFC file/ }),
   one("an OFF called .stl", "a.stl", offOf(), cube, { mustRefuse: true, refused: /a\.stl: looks like a \.off file/ }),
 ];

@@ -3,7 +3,7 @@
  * @class   vtkKdMeshReader
  * @brief   reads PLY, STL, OBJ and OFF files as KdStream's programs do
  *
- * Step "read" of the README's picture, as a VTK source: the chunked readers of kdstream-build. All
+ * Step "read" of the pipeline picture, as a VTK source: the chunked readers of kdstream-build. All
  * of a file is read, or an error names what is wrong with it and where; there is no output then.
  * What is dropped or forgiven (points that are not finite, faces of two corners, …) is a warning.
  *

@@ -3,6 +3,7 @@
 // what they have as shares of one mesh  2. the build of shares (filters/Parallel).
 #include "vtkKdStoreWriter.h"
 
+#include "filters/Parallel/MpiTeam.h"
 #include "filters/Parallel/TeamBuilder.h"
 #include "filters/adapter/AlgorithmExecution.h"
 #include "filters/adapter/ErrorCodes.h"
@@ -11,7 +12,6 @@
 #include "filters/adapter/PolyDataAttributes.h"
 #include "filters/adapter/PolyDataMesh.h"
 #include "filters/adapter/RangedSetters.h"
-#include "filters/adapter/RankGroup.h"
 #include "filters/adapter/RankMesh.h"
 #include "filters/adapter/RankPipeline.h"
 #include "filters/build/BuildMemory.h"
@@ -97,7 +97,7 @@ Result<Mesh> ReadInput(vtkDataObject& input, bool weldByPlace, const Execution& 
 }
 
 // How many ranks are on this host.
-Result<std::uint64_t> RanksHere(const RankGroup& ranks)
+Result<std::uint64_t> RanksHere(RankTeam& ranks)
 {
   std::array<char, 256> name{};
   ::gethostname(name.data(), name.size() - 1);
@@ -109,7 +109,7 @@ Result<std::uint64_t> RanksHere(const RankGroup& ranks)
 
 // What of the options must be the same on all ranks: those of rank 0, and the store.
 Status TakeOptionsOfFirst(
-  const RankGroup& ranks, bool& weldByPlace, std::string& store, BuildOptions& options)
+  RankTeam& ranks, bool& weldByPlace, std::string& store, BuildOptions& options)
 {
   const bool given = options.tree.partitions.has_value();
   RankMessage own;
@@ -117,7 +117,7 @@ Status TakeOptionsOfFirst(
     given ? *options.tree.partitions : 0, options.tree.cellVertices,
     static_cast<std::uint32_t>(options.levels.maker), options.weld, options.bits, weldByPlace });
   own.Put(std::vector<char>(store.begin(), store.end()));
-  const auto came = ranks.Exchange(std::vector<RankGroup::Bytes>(ranks.Count(), own.Release()));
+  const auto came = ranks.Exchange(RankLists<unsigned char>(ranks.Count(), own.Release()));
   KDSTREAM_TRY(came);
   RankMessage first(came->front());
   const std::vector<std::uint32_t> numbers = first.Take<std::uint32_t>();
@@ -138,31 +138,24 @@ Status TakeOptionsOfFirst(
 }
 
 // By all ranks: the store of what they have.
-Status BuildTogether(vtkKdStoreWriter& writer, const Status& ready, std::string store,
-  BuildOptions options, const Execution& execution, std::vector<std::string>& leftOut)
+Status BuildTogether(MpiTeam& ranks, vtkKdStoreWriter& writer, const Status& ready,
+  std::string store, BuildOptions options, const Execution& execution,
+  std::vector<std::string>& leftOut)
 {
-  const RankGroup ranks(*writer.GetController());
   bool weldByPlace = writer.GetWeldByPlace();
   KDSTREAM_TRY(TakeOptionsOfFirst(ranks, weldByPlace, store, options));
   Result<MeshShare> share = ShareMesh(ranks, ready, *writer.GetInput(), weldByPlace, execution);
   KDSTREAM_TRY(share);
   leftOut = std::move(share->leftOut);
-  if (share->areSame && ranks.Rank() == 0)
+  if (share->areSame && ranks.IsFirst())
   {
     WarnOfSameMesh(writer);
   }
   const Result<std::uint64_t> here = RanksHere(ranks);
   KDSTREAM_TRY(here);
   options.memory = std::max(FreeMemory() / 4 * 3 / *here, leastMemory);
-  const std::filesystem::path path = store, folder = path.parent_path();
-  std::error_code ignored;
-  if (!folder.empty() && !std::filesystem::is_directory(folder, ignored))
-  {
-    options.temporaryFolder = std::filesystem::temp_directory_path(ignored);
-  }
-  options.inputName = path.stem().string();
-  const auto report =
-    BuildStoreOfShares(*writer.GetController(), std::move(share->mesh), path, options, execution);
+  options.inputName = std::filesystem::path(store).stem().string();
+  const auto report = BuildStoreOfShares(ranks, std::move(share->mesh), store, options, execution);
   return report ? Status() : Status(report.GetError());
 }
 
@@ -216,7 +209,10 @@ void vtkKdStoreWriter::WriteData()
     this->SetErrorCode(CodeOf(error));
     if (error.code != ErrorCode::Cancelled)
     {
-      vtkErrorMacro(<< (hasName ? this->FileName + std::string(": ") : "") << error.message);
+      const std::string name = hasName ? this->FileName : "";
+      const bool isOther = !error.file.empty() && error.file != name;
+      vtkErrorMacro(<< (hasName ? name + ": " : "") << (isOther ? error.file + ": " : "")
+                    << error.message);
     }
   };
   const bool isTogether = AreSeveral(this->Controller);
@@ -266,10 +262,18 @@ void vtkKdStoreWriter::WriteData()
     options.up = *up;
     options.view = *view;
   }
-  const Status built = isTogether ? BuildTogether(*this, ready, hasName ? this->FileName : "",
-                                      options, execution, leftOut)
-                       : ready    ? build()
-                                  : ready;
+  const auto buildTogether = [&]
+  {
+    RankMessages messages(*this->Controller);
+    MpiTeam ranks(messages);
+    return RunTogether(ranks,
+      [&]
+      {
+        return BuildTogether(
+          ranks, *this, ready, hasName ? this->FileName : "", options, execution, leftOut);
+      });
+  };
+  const Status built = isTogether ? buildTogether() : ready ? build() : ready;
   WarnOfArrays(*this, leftOut);
   if (!built)
   {
@@ -281,10 +285,27 @@ void vtkKdStoreWriter::WriteData()
   }
 }
 
+// Without input a process fails, too, where all of them are asked: the others wait for it.
+int vtkKdStoreWriter::Write()
+{
+  if (this->GetNumberOfInputConnections(0) > 0)
+  {
+    return this->Superclass::Write();
+  }
+  this->SetErrorCode(vtkErrorCode::UnknownError);
+  if (!AreSeveral(this->Controller))
+  {
+    return this->Superclass::Write();
+  }
+  this->Modified();
+  this->UpdateWholeExtent();
+  return 0;
+}
+
 vtkExecutive* vtkKdStoreWriter::CreateDefaultExecutive()
 {
   return RankPipeline::Make(
-    this->Controller, [this] { this->SetErrorCode(vtkErrorCode::UnknownError); });
+    this->Controller, [this](unsigned long code) { this->SetErrorCode(code); });
 }
 
 void vtkKdStoreWriter::PrintSelf(ostream& os, vtkIndent indent)

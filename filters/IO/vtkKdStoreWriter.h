@@ -4,7 +4,7 @@
  * @brief   makes a store of a surface or point set: the file that KdStream's servers and viewers
  * take
  *
- * Step "build" of the README's picture, as a VTK writer: what kdstream-build does with a mesh that
+ * Step "build" of the pipeline picture, as a VTK writer: what kdstream-build does with a mesh that
  * fits the memory.
  *
  * Input: a vtkPolyData; or a vtkPartitionedDataSet, vtkPartitionedDataSetCollection or
@@ -19,13 +19,13 @@
  * kdstream-build-mpi does: none holds the whole mesh. A process needs some 250 bytes for each point
  * of its own part while they agree on one mesh; then it takes at most its share of three quarters
  * of what its machine has free, at least 64 MiB, and files of three to four times its part, beside
- * the store or, where that folder is not there, in the system's for temporary files. Process 0
- * writes, by its FileName and members. Sources that give pieces, as
+ * the store or, where another process than 0 cannot write there, in the system's folder for
+ * temporary files. Process 0 writes, by its FileName and members. Sources that give pieces, as
  * vtkKdStoreReader does, are asked for the process's own; what others have is what this process
  * has, and where that is the same mesh everywhere, process 0 warns. A process that has nothing of
- * the mesh sets an empty vtkPolyData. An error of one process is an error of all, that of its input
- * too. So what vtkKdTreePartition gives on several processes makes the store that it makes on one,
- * to the byte.
+ * the mesh sets an empty vtkPolyData. An error of one process is an error of all, which names it:
+ * no input or one of another type, that of its input, the end of its memory. So what
+ * vtkKdTreePartition gives on several processes makes the store that it makes on one, to the byte.
  *
  * The store appears whole or not at all. It depends on input and members alone, not on backend and
  * threads of vtkSMPTools. Errors: no points; a coordinate that is not finite; what the file system
@@ -173,6 +173,8 @@ public:
   virtual void SetController(vtkMultiProcessController* controller);
   vtkGetObjectMacro(Controller, vtkMultiProcessController);
   ///@}
+
+  int Write() override;
 
 protected:
   vtkKdStoreWriter();

@@ -2,7 +2,7 @@
 // The MPI job that a program is a rank of, from its first line to its last.
 #pragma once
 
-#include "filters/Parallel/RankMessages.h"
+#include "filters/ranks/RankMessages.h"
 
 #include <memory>
 

@@ -426,6 +426,11 @@ Status CheckOptions(const BuildOptions& options)
   return {};
 }
 
+std::filesystem::path FolderOf(const std::filesystem::path& store)
+{
+  return store.has_parent_path() ? store.parent_path() : ".";
+}
+
 Result<BuildReport> BuildHere(MpiTeam& team, TeamInput input, const std::filesystem::path& store,
   const BuildOptions& options, const Execution& execution, std::uint64_t stepMemory)
 {
@@ -438,9 +443,8 @@ Result<BuildReport> BuildHere(MpiTeam& team, TeamInput input, const std::filesys
   const Result<std::uint64_t> smallest = team.Most(~options.memory);
   KDSTREAM_TRY(smallest);
   const std::uint64_t memory = stepMemory > 0 ? stepMemory : StepMemory(~*smallest);
-  const std::filesystem::path beside = store.has_parent_path() ? store.parent_path() : ".";
-  const std::filesystem::path& parent =
-    options.temporaryFolder.empty() ? beside : options.temporaryFolder;
+  const std::filesystem::path parent =
+    options.temporaryFolder.empty() ? FolderOf(store) : options.temporaryFolder;
   RemoveDeadFolders(parent);
   Result<SpillFolder> folder = SpillFolder::Create(parent);
   KDSTREAM_TRY(folder);
@@ -482,19 +486,16 @@ Result<BuildReport> BuildStoreTogether(MpiTeam& team, const std::filesystem::pat
   return Build(team, { input, {} }, store, options, execution, stepMemory);
 }
 
-Result<BuildReport> BuildStoreOfShares(vtkMultiProcessController& controller, Mesh share,
+Result<BuildReport> BuildStoreOfShares(MpiTeam& team, Mesh share,
   const std::filesystem::path& store, const BuildOptions& options, const Execution& execution)
 {
-  RankMessages messages(controller);
-  MpiTeam team(messages);
-  try
+  BuildOptions here = options;
+  if (!team.IsFirst() && !SpillFolder::Create(FolderOf(store)))
   {
-    return Build(team, { {}, std::move(share) }, store, options, execution, 0);
+    std::error_code ignored; // a folder that is not there is an error of the build
+    here.temporaryFolder = std::filesystem::temp_directory_path(ignored);
   }
-  catch (const BrokenTeam& broken)
-  {
-    return team.NameRank(broken.error);
-  }
+  return Build(team, { {}, std::move(share) }, store, here, execution, 0);
 }
 
 }

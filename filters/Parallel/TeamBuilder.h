@@ -9,8 +9,6 @@
 
 #include <filesystem>
 
-class vtkMultiProcessController;
-
 namespace kdstream
 {
 
@@ -31,10 +29,12 @@ Result<BuildReport> BuildStoreTogether(MpiTeam& team, const std::filesystem::pat
 // The same from a mesh in the ranks' memory: the content is that of BuildStore of the mesh whose
 // points and triangles are those of rank 0, then those of rank 1, …; corners are numbers in it. All
 // ranks have the same arrays and the same scalar type. No rank holds the mesh, nor its levels: its
-// own share only, and that in files beside the store once the build goes on. options.inputName is
-// the name of the input. Called by all processes of the controller, with the same options but
-// memory and temporaryFolder. Errors: as above; one that cannot be told to others ends here only.
-Result<BuildReport> BuildStoreOfShares(vtkMultiProcessController& controller, Mesh share,
+// own share only, and that in files once the build goes on: beside the store or, on other ranks
+// than the first that cannot write there, in the system's folder for temporary files.
+// options.inputName is
+// the name of the input. Called by all ranks, with the same options but memory and temporaryFolder.
+// Errors: as above.
+Result<BuildReport> BuildStoreOfShares(MpiTeam& team, Mesh share,
   const std::filesystem::path& store, const BuildOptions& options, const Execution& execution = {});
 
 }

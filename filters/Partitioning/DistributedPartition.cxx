@@ -4,7 +4,6 @@
 #include "filters/Partitioning/CutPartitions.h"
 #include "filters/adapter/MergePoints.h"
 #include "filters/adapter/PolyDataMesh.h"
-#include "filters/adapter/RankGroup.h"
 #include "filters/core/BitCast.h"
 #include "filters/core/Extent.h"
 #include "filters/core/MixBits.h"
@@ -13,6 +12,7 @@
 #include "filters/core/Weld.h"
 #include "filters/core/tree/PointRecord.h"
 #include "filters/core/tree/RadixMedians.h"
+#include "filters/ranks/RankTeam.h"
 
 #include <vtkBitArray.h>
 #include <vtkCellArray.h>
@@ -66,11 +66,20 @@ vtkDataArray* IdsOf(vtkDataSetAttributes& data, vtkIdType count)
            : nullptr;
 }
 
+using Bytes = std::vector<unsigned char>;
+
 // A point that a rank has, told to the rank that its id falls to.
 struct PointClaim
 {
   Vec3 place;
-  std::uint64_t id;
+  std::int64_t id;
+};
+
+// What it is told: the point's number in the mesh of all, and whether it is that rank's.
+struct PointGrant
+{
+  VertexId number;
+  bool isOwn;
 };
 
 // Exact, beyond 2^53 too.
@@ -290,9 +299,9 @@ private:
 class Distribution
 {
 public:
-  Distribution(vtkMultiProcessController& controller, vtkPolyData& input,
-    const DistributedOptions& options, const Execution& execution)
-    : Ranks(controller)
+  Distribution(RankTeam& ranks, vtkPolyData& input, const DistributedOptions& options,
+    const Execution& execution)
+    : Ranks(ranks)
     , Input(input)
     , Options(options)
     , Runs(execution)
@@ -345,20 +354,12 @@ private:
     return {};
   }
 
-  // Whether all ranks say so; those without anything do.
-  Result<bool> AllHave(bool has) const
-  {
-    std::uint64_t lacking = has ? 0 : 1;
-    KDSTREAM_TRY(this->Ranks.Sum(std::span(&lacking, 1)));
-    return lacking == 0;
-  }
-
   Status NumberPoints()
   {
     this->Number.assign(this->Points.size(), noVertex);
     this->IsOwn.assign(this->Points.size(), false);
     vtkDataArray* const ids = IdsOf(*this->Input.GetPointData(), this->Input.GetNumberOfPoints());
-    Result<bool> byIds = this->AllHave(ids || this->Points.empty());
+    Result<bool> byIds = this->Ranks.AllHave(ids || this->Points.empty());
     if (byIds && *byIds)
     {
       byIds = this->NumberByIds(ids);
@@ -397,15 +398,9 @@ private:
   {
     const auto taken =
       static_cast<std::uint64_t>(std::count(this->IsTaken.begin(), this->IsTaken.end(), true));
-    const auto counts = this->Ranks.Gather(taken);
-    KDSTREAM_TRY(counts);
-    if (std::accumulate(counts->begin(), counts->end(), std::uint64_t{ 0 }) >= noVertex)
-    {
-      return Error{ ErrorCode::LimitExceeded,
-        "all ranks together have more than 4294967294 points: at most so many fit a tree" };
-    }
-    auto next = static_cast<VertexId>(std::accumulate(
-      counts->begin(), counts->begin() + std::ptrdiff_t(this->Ranks.Rank()), std::uint64_t{ 0 }));
+    const Result<VertexId> before = this->CountPointsBefore(taken);
+    KDSTREAM_TRY(before);
+    VertexId next = *before;
     for (std::size_t i = 0; i < this->Points.size(); ++i)
     {
       if (this->IsTaken[i])
@@ -417,53 +412,113 @@ private:
     return {};
   }
 
-  // A point that several have is the first one's: told by the rank that its id falls to. False,
-  // and nothing is numbered, where ids are not those of points: one stands for places that are
-  // apart, as where each rank counts its own.
+  // The number of this rank's first point.
+  Result<VertexId> CountPointsBefore(std::uint64_t count)
+  {
+    const auto counted = this->Ranks.CountBefore(count);
+    KDSTREAM_TRY(counted);
+    if (counted->second >= noVertex)
+    {
+      return Error{ ErrorCode::LimitExceeded,
+        "all ranks together have more than 4294967294 points: at most so many fit a tree" };
+    }
+    return static_cast<VertexId>(counted->first);
+  }
+
+  // Points in the order of their ids. One that several have is the first one's: told by the rank
+  // whose share of the ids it falls to. False, and nothing is numbered, where ids are not those of
+  // points: one stands for places that are apart, as where each rank counts its own.
   Result<bool> NumberByIds(vtkDataArray* ids)
   {
-    KDSTREAM_TRY(this->Ranks.Agree(this->ReadIds(ids)));
     Box all = BoxOfPoints(this->Points);
-    KDSTREAM_TRY(this->Ranks.Join(std::span(&all, 1)));
-    std::vector<std::vector<PointClaim>> claims(this->Ranks.Count());
-    for (std::size_t i = 0; i < this->Points.size(); ++i)
-    {
-      if (this->IsTaken[i])
-      {
-        claims[this->Number[i] % claims.size()].push_back({ this->Points[i], this->Number[i] });
-      }
-    }
-    const auto asked = this->Ranks.ExchangeLists(claims);
-    KDSTREAM_TRY(asked);
-    std::vector<std::vector<unsigned char>> grants;
-    const Result<bool> believed = this->AllHave(Grant(*asked, MostApart(all), grants));
+    KDSTREAM_TRY(this->Ranks.JoinBoxes(std::span(&all, 1)));
+    const std::vector<std::pair<std::int64_t, VertexId>> sorted = this->PointsById(ids);
+    // First by what this rank alone has: else all points of one id, however many, would come to one
+    // rank.
+    Result<bool> believed = this->Ranks.AllHave(this->AreOfPoints(sorted, 5 * MostApart(all)));
     if (!believed || !*believed)
     {
       return believed;
     }
-    const auto granted = this->Ranks.ExchangeLists(grants);
+    std::vector<std::int64_t> keys;
+    for (const auto& [id, point] : sorted)
+    {
+      keys.push_back(id);
+    }
+    const auto ends = this->Ranks.PartInOrder(std::span<const std::int64_t>(keys));
+    KDSTREAM_TRY(ends);
+    keys = {};
+    std::vector<std::vector<PointClaim>> claims(this->Ranks.Count());
+    for (const auto& [id, point] : sorted)
+    {
+      claims[RankTeam::ShareOf(id, *ends)].push_back({ this->Points[point], id });
+    }
+    const auto asked = this->Ranks.Exchange(std::move(claims));
+    KDSTREAM_TRY(asked);
+    std::vector<std::vector<PointGrant>> grants;
+    VertexId count = 0;
+    believed = this->Ranks.AllHave(Grant(*asked, MostApart(all), grants, count));
+    if (!believed || !*believed)
+    {
+      return believed;
+    }
+    const Result<VertexId> before = this->CountPointsBefore(count);
+    KDSTREAM_TRY(before);
+    for (std::vector<PointGrant>& theirs : grants)
+    {
+      for (PointGrant& grant : theirs)
+      {
+        grant.number += *before;
+      }
+    }
+    const auto granted = this->Ranks.Exchange(std::move(grants));
     KDSTREAM_TRY(granted);
     std::vector<std::size_t> next(this->Ranks.Count(), 0);
-    for (std::size_t i = 0; i < this->Points.size(); ++i)
+    for (const auto& [id, point] : sorted)
     {
-      if (this->IsTaken[i])
-      {
-        const std::size_t home = this->Number[i] % next.size();
-        this->IsOwn[i] = (*granted)[home][next[home]++] != 0;
-      }
+      const std::size_t home = RankTeam::ShareOf(id, *ends);
+      const PointGrant& grant = (*granted)[home][next[home]++];
+      this->Number[point] = grant.number;
+      this->IsOwn[point] = grant.isOwn;
     }
     return true;
   }
 
-  // To each claim whether it is the first of its id, in the order of ranks. False: an id stands for
-  // places further apart than `most`, squared.
-  static bool Grant(const std::vector<std::vector<PointClaim>>& asked, double most,
-    std::vector<std::vector<unsigned char>>& grants)
+  std::vector<std::pair<std::int64_t, VertexId>> PointsById(vtkDataArray* ids) const
   {
-    std::vector<std::tuple<std::uint64_t, std::size_t, std::size_t>> all; // id, rank, place
+    std::vector<std::pair<std::int64_t, VertexId>> sorted;
+    for (VertexId i = 0; i < this->Points.size(); ++i)
+    {
+      if (this->IsTaken[i])
+      {
+        sorted.emplace_back(IdOf(*ids, i), i);
+      }
+    }
+    std::sort(sorted.begin(), sorted.end());
+    return sorted;
+  }
+
+  // Whether no id stands for places further apart than `most`, squared.
+  bool AreOfPoints(const std::vector<std::pair<std::int64_t, VertexId>>& sorted, double most) const
+  {
+    return std::adjacent_find(sorted.begin(), sorted.end(),
+             [&](const auto& one, const auto& other)
+             {
+               return one.first == other.first &&
+                      SquaredDistance(this->Points[one.second], this->Points[other.second]) > most;
+             }) == sorted.end();
+  }
+
+  // To each claim the number of its id among those of this rank's share, and whether it is the
+  // first of it, in the order of ranks. False: an id stands for places further apart than `most`,
+  // squared.
+  static bool Grant(const std::vector<std::vector<PointClaim>>& asked, double most,
+    std::vector<std::vector<PointGrant>>& grants, VertexId& count)
+  {
+    std::vector<std::tuple<std::int64_t, std::size_t, std::size_t>> all; // id, rank, place
     for (std::size_t rank = 0; rank < asked.size(); ++rank)
     {
-      grants.emplace_back(asked[rank].size(), 0);
+      grants.emplace_back(asked[rank].size());
       for (std::size_t i = 0; i < asked[rank].size(); ++i)
       {
         all.emplace_back(asked[rank][i].id, rank, i);
@@ -475,30 +530,13 @@ private:
     for (const auto& [id, rank, i] : all)
     {
       const PointClaim& claim = asked[rank][i];
-      if (!first || first->id != id)
-      {
-        first = &claim;
-        grants[rank][i] = 1;
-      }
+      const bool isFirst = !first || first->id != id;
+      first = isFirst ? &claim : first;
+      count += isFirst ? 1 : 0;
+      grants[rank][i] = { count - 1, isFirst };
       believed = believed && SquaredDistance(claim.place, first->place) <= most;
     }
     return believed;
-  }
-
-  Status ReadIds(vtkDataArray* ids)
-  {
-    for (std::size_t i = 0; i < this->Number.size(); ++i)
-    {
-      const double id = ids->GetComponent(static_cast<vtkIdType>(i), 0);
-      if (!(id >= 0 && id < double(noVertex)))
-      {
-        return Error{ ErrorCode::InvalidInput, "point " + std::to_string(i) + ": the global id " +
-                                                 std::to_string(static_cast<long long>(id)) +
-                                                 " is not between 0 and 4294967294" };
-      }
-      this->Number[i] = static_cast<VertexId>(id);
-    }
-    return {};
   }
 
   Status BuildTree()
@@ -506,7 +544,7 @@ private:
     KDSTREAM_TRY(Take(ComputeDepths(this->Total, this->Options.tree), this->Depths));
     this->NodeOf.assign(this->Points.size(), 0);
     Box all = this->BoxesOf(1)[0];
-    KDSTREAM_TRY(this->Ranks.Join(std::span(&all, 1)));
+    KDSTREAM_TRY(this->Ranks.JoinBoxes(std::span(&all, 1)));
     KDSTREAM_TRY(CheckExtent(all));
     for (unsigned depth = 0; depth < this->Depths.partition; ++depth)
     {
@@ -533,7 +571,7 @@ private:
   Status Split(unsigned depth)
   {
     std::vector<Box> boxes = this->BoxesOf(std::size_t{ 1 } << depth);
-    KDSTREAM_TRY(this->Ranks.Join(boxes));
+    KDSTREAM_TRY(this->Ranks.JoinBoxes(boxes));
     std::vector<std::size_t> axes;
     std::transform(boxes.begin(), boxes.end(), std::back_inserter(axes), LongestAxis);
     const auto keyOf = [&](std::size_t i) {
@@ -575,7 +613,7 @@ private:
     const auto came = this->Ranks.Exchange(this->Pack());
     KDSTREAM_TRY(came);
     std::vector<Shipment> shipments;
-    for (const RankGroup::Bytes& bytes : *came)
+    for (const Bytes& bytes : *came)
     {
       shipments.push_back(this->Unpack(RankMessage(bytes)));
     }
@@ -598,10 +636,10 @@ private:
       this->Describe(skipped) };
     own.pointType = own.hasPoints ? this->Input.GetPoints()->GetDataType() : VTK_FLOAT;
     const auto came = this->Ranks.Exchange(
-      std::vector<RankGroup::Bytes>(this->Ranks.Count(), PackArrays(own).Release()));
+      RankLists<unsigned char>(this->Ranks.Count(), PackArrays(own).Release()));
     KDSTREAM_TRY(came);
     std::vector<ToldArrays> told;
-    for (const RankGroup::Bytes& bytes : *came)
+    for (const Bytes& bytes : *came)
     {
       told.push_back(UnpackArrays(RankMessage(bytes)));
       this->PointType = told.back().pointType == VTK_FLOAT ? this->PointType : VTK_DOUBLE;
@@ -690,7 +728,7 @@ private:
   {
     const std::vector<vtkIdType>& cells = this->Elements.cells;
     const Result<bool> whole =
-      this->AllHave(std::adjacent_find(cells.begin(), cells.end()) == cells.end());
+      this->Ranks.AllHave(std::adjacent_find(cells.begin(), cells.end()) == cells.end());
     KDSTREAM_TRY(whole);
     std::erase_if(this->Arrays, [&](const SharedArray& array)
       { return !array.ofPoints && array.active == vtkDataSetAttributes::GLOBALIDS && !*whole; });
@@ -774,25 +812,37 @@ private:
   Status NumberCellsByIds()
   {
     vtkDataArray* const ids = IdsOf(*this->Input.GetCellData(), this->Input.GetNumberOfCells());
-    const Result<bool> has = this->AllHave(ids || this->Kept.empty());
+    const Result<bool> has = this->Ranks.AllHave(ids || this->Kept.empty());
     KDSTREAM_TRY(has);
     if (!*has)
     {
       return {};
     }
     std::vector<ElementPlace> places = this->Places;
-    std::vector<std::vector<ElementClaim>> claims(this->Ranks.Count());
+    std::vector<ElementClaim> own;
     for (std::size_t i = 0; i < places.size(); ++i)
     {
       const Triangle& t = this->Elements.corners[this->Kept[i]];
       places[i].number = IdOf(*ids, this->Elements.cells[this->Kept[i]]);
-      claims[static_cast<std::uint64_t>(places[i].number) % claims.size()].push_back(
-        { places[i], { this->Number[t[0]], this->Number[t[1]], this->Number[t[2]] },
-          static_cast<std::uint32_t>(this->Ranks.Rank()) });
+      own.push_back({ places[i], { this->Number[t[0]], this->Number[t[1]], this->Number[t[2]] },
+        static_cast<std::uint32_t>(this->Ranks.Rank()) });
     }
-    const auto asked = this->Ranks.ExchangeLists(claims);
+    // First this rank's alone: else what has one id, however many, would come to one rank.
+    Result<bool> believed = this->Ranks.AllHave(AreCells({ own }));
+    if (!believed || !*believed)
+    {
+      return believed ? Status() : Status(believed.GetError());
+    }
+    std::vector<std::vector<ElementClaim>> claims(this->Ranks.Count());
+    for (const ElementClaim& claim : own)
+    {
+      claims[MixBits(static_cast<std::uint64_t>(claim.place.number)) % claims.size()].push_back(
+        claim);
+    }
+    own = {};
+    const auto asked = this->Ranks.Exchange(std::move(claims));
     KDSTREAM_TRY(asked);
-    const Result<bool> believed = this->AllHave(AreCells(*asked));
+    believed = this->Ranks.AllHave(AreCells(*asked));
     KDSTREAM_TRY(believed);
     this->HasCellIds = *believed;
     if (*believed)
@@ -824,7 +874,7 @@ private:
   }
 
   // What each rank's partitions need of this rank.
-  std::vector<RankGroup::Bytes> Pack() const
+  std::vector<Bytes> Pack() const
   {
     std::vector<std::vector<std::size_t>> elementsTo(this->Ranks.Count()); // places in Kept
     std::vector<std::vector<VertexId>> pointsTo(this->Ranks.Count());
@@ -850,7 +900,7 @@ private:
           pointsTo[owner].insert(pointsTo[owner].end(), corners.begin(), corners.end());
         });
     }
-    std::vector<RankGroup::Bytes> messages;
+    std::vector<Bytes> messages;
     for (std::size_t rank = 0; rank < this->Ranks.Count(); ++rank)
     {
       std::vector<VertexId>& points = pointsTo[rank];
@@ -861,8 +911,7 @@ private:
     return messages;
   }
 
-  RankGroup::Bytes PackFor(
-    const std::vector<VertexId>& points, const std::vector<std::size_t>& elements) const
+  Bytes PackFor(const std::vector<VertexId>& points, const std::vector<std::size_t>& elements) const
   {
     RankMessage message;
     std::vector<VertexId> numbers;
@@ -940,7 +989,7 @@ private:
       result.made);
   }
 
-  const RankGroup Ranks;
+  RankTeam& Ranks;
   vtkPolyData& Input;
   DistributedOptions Options;
   const Execution& Runs;
@@ -960,15 +1009,10 @@ private:
 
 }
 
-Result<DistributedPartitions> PartitionTogether(vtkMultiProcessController& controller,
-  const Result<vtkSmartPointer<vtkPolyData>>& input, const DistributedOptions& options,
-  const Execution& execution)
+Result<DistributedPartitions> PartitionTogether(RankTeam& ranks, vtkPolyData& input,
+  const DistributedOptions& options, const Execution& execution)
 {
-  if (!input)
-  {
-    return RankGroup(controller).Agree(input.GetError()).GetError();
-  }
-  return Distribution(controller, **input, options, execution).Make();
+  return Distribution(ranks, input, options, execution).Make();
 }
 
 }

@@ -10,8 +10,8 @@
 #include "filters/core/Execution.h"
 #include "filters/core/Result.h"
 #include "filters/core/tree/KdTree.h"
+#include "filters/ranks/RankTeam.h"
 
-#include <vtkMultiProcessController.h>
 #include <vtkPolyData.h>
 #include <vtkSmartPointer.h>
 
@@ -40,14 +40,13 @@ struct DistributedOptions
   bool generateIds = false; // with "PartitionId"
 };
 
-// input: this rank's part, or what is wrong with it. Called by all ranks together, with the same
-// options; all return the same error if one has any, which names its rank. Partitions are those of
-// BuildKdTree over all ranks' points in the order of their numbers: their global ids where all
-// ranks have them, which must be below 2^32 - 1, else those of rank 0 first. Memory: input and
-// output twice. Errors: those of PolyDataMesh and BuildKdTree; InvalidInput for a global id that is
-// none; Cancelled, on all ranks where it is on one.
-Result<DistributedPartitions> PartitionTogether(vtkMultiProcessController& controller,
-  const Result<vtkSmartPointer<vtkPolyData>>& input, const DistributedOptions& options,
-  const Execution& execution);
+// input: this rank's part. Called by all ranks together, with the same options; all return the same
+// error if one has any, which names its rank. Partitions are those of BuildKdTree over all ranks'
+// points in the order of their numbers: of their global ids where all ranks have them, whatever
+// these are, else those of rank 0 first. Memory: input and output twice. Errors: those of
+// PolyDataMesh and BuildKdTree; LimitExceeded for more than 2^32 - 2 points; Cancelled, on all
+// ranks where it is on one. An exception leaves by itself: it is for RankTeam::Run to tell.
+Result<DistributedPartitions> PartitionTogether(RankTeam& ranks, vtkPolyData& input,
+  const DistributedOptions& options, const Execution& execution);
 
 }

@@ -7,6 +7,7 @@
 #include "filters/adapter/AlgorithmExecution.h"
 #include "filters/adapter/FilterRequest.h"
 #include "filters/adapter/RankPipeline.h"
+#include "filters/core/TakeResult.h"
 #include "filters/core/tree/Clustering.h"
 #include "filters/core/tree/KdTree.h"
 
@@ -18,8 +19,44 @@
 #include <vtkPartitionedDataSet.h>
 #include <vtkPointData.h>
 #include <vtkPolyData.h>
+#include <vtkSmartPointer.h>
+
+#include <cstdint>
+#include <string>
+#include <utility>
 
 using namespace kdstream;
+
+namespace
+{
+
+// All ranks need the same.
+Status AgreeOnOptions(RankTeam& ranks, vtkKdTreePartition& filter, bool isCut)
+{
+  const std::pair<const char*, vtkIdType> options[] = { { "VerticesPerPartition",
+                                                          filter.GetVerticesPerPartition() },
+    { "NumberOfPartitions", filter.GetNumberOfPartitions() },
+    { "GeneratePartitionIds", filter.GetGeneratePartitionIds() },
+    { "WeldByPlace", filter.GetWeldByPlace() }, { "the output port", isCut ? 0 : 1 } };
+  for (const auto& [name, value] : options)
+  {
+    const auto all = ranks.Gather(static_cast<std::uint64_t>(value));
+    KDSTREAM_TRY(all);
+    for (std::size_t rank = 1; rank < all->size(); ++rank)
+    {
+      if ((*all)[rank] != all->front())
+      {
+        return ranks.FailTogether({ ErrorCode::InvalidArgument,
+          std::string("all ranks need the same options: ") + name + " is " +
+            std::to_string(all->front()) + " on rank 0, and " + std::to_string((*all)[rank]) +
+            " on rank " + std::to_string(rank) });
+      }
+    }
+  }
+  return {};
+}
+
+}
 
 vtkStandardNewMacro(vtkKdTreePartition);
 
@@ -38,7 +75,7 @@ vtkKdTreePartition::~vtkKdTreePartition()
 vtkExecutive* vtkKdTreePartition::CreateDefaultExecutive()
 {
   return RankPipeline::Make(
-    this->Controller, [this] { this->SetErrorCode(vtkErrorCode::UnknownError); });
+    this->Controller, [this](unsigned long code) { this->SetErrorCode(code); });
 }
 
 int vtkKdTreePartition::RequestData(
@@ -58,9 +95,17 @@ int vtkKdTreePartition::RequestData(
   }
   options.isCut = AsksForPartitions(request);
   options.generateIds = this->GetGeneratePartitionIds();
-  const auto input =
-    JoinInput(*this, *vtkDataObject::GetData(inputVector[0]), this->GetWeldByPlace(), execution);
-  const auto made = PartitionTogether(*this->Controller, input, options, execution);
+  vtkDataObject& data = *vtkDataObject::GetData(inputVector[0]);
+  vtkSmartPointer<vtkPolyData> input;
+  RankTeam ranks(*this->Controller);
+  const auto made = RunTogether(ranks,
+    [&]() -> Result<DistributedPartitions>
+    {
+      KDSTREAM_TRY(AgreeOnOptions(ranks, *this, options.isCut));
+      KDSTREAM_TRY(
+        ranks.Agree(Take(JoinInput(*this, data, this->GetWeldByPlace(), execution), input)));
+      return PartitionTogether(ranks, *input, options, execution);
+    });
   this->SetErrorCode(ReportError(*this, made ? Status() : Status(made.GetError())));
   if (!made)
   {
@@ -81,7 +126,7 @@ int vtkKdTreePartition::RequestData(
     }
   }
   vtkPolyData* const labelled = vtkPolyData::GetData(outputVector, 1);
-  labelled->ShallowCopy(*input);
+  labelled->ShallowCopy(input);
   if (options.generateIds)
   {
     labelled->GetPointData()->AddArray(NewPartitionIds(made->partitionOf));

@@ -12,11 +12,11 @@
  * Input, outputs, ghosts, other errors: see vtkMeshPartition.
  *
  * Several processes (Controller): their inputs are parts of one mesh, and all of them update
- * together. Port 0 has all partitions of one tree over the whole mesh, of which each process gets
+ * together: where the input of one alone has changed, the others call Modified first. Port 0 has all partitions of one tree over the whole mesh, of which each process gets
  * its part, from left to right in the tree, a subtree where their number is a power of two; the
  * others are null. They are those that one process would give of the whole mesh, to the bit: of the
- * points by ascending global ids where all processes have vtkDataSetAttributes::GetGlobalIds (0 to
- * 2^32 - 2), and what has the same id is one point; else of the points of process 0 first, and
+ * points by ascending global ids where all processes have vtkDataSetAttributes::GetGlobalIds, and
+ * what has the same id is one point; else of the points of process 0 first, and
  * nothing is one. Cells likewise: by global ids, or process by process. Ids that stand for points
  * further apart than 2^-20 of the diagonal, or for different cells, as where each process counts
  * its own, are not believed: they come along as a plain array. What vtkGhostType marks as another's
@@ -26,7 +26,8 @@
  * Sources that give pieces, as vtkKdStoreReader does, are asked for the process's own; what others
  * have is what this process has: a file of its own, say. Where that is the same mesh everywhere, a
  * warning tells. A process that has nothing of the mesh sets an empty vtkPolyData. An error of one
- * process is an error of all, that of its input too; GetErrorCode is then UnknownError.
+ * process is an error of all, which names it: no input or one of another type, that of its input,
+ * other options than process 0 has, the end of its memory; GetErrorCode is then UnknownError.
  *
  * Complexity: O(n log n) for n points; 50 bytes a point. On several processes O(n) a depth of each
  * one's points, 12 or 24 sums over them of at most 8 MiB, and each point and cell is sent once to

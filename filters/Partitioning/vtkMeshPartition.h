@@ -3,7 +3,7 @@
  * @class   vtkMeshPartition
  * @brief   what the filters have in common that cut a surface or point set into partitions
  *
- * Step "tree" of the README's picture, as VTK filters: vtkKdTreePartition, and the baselines
+ * Step "tree" of the pipeline picture, as VTK filters: vtkKdTreePartition, and the baselines
  * vtkOctreePartition and vtkKMeansPartition. They differ in which points make a partition, which
  * their pages tell; this page tells what all give.
  *

@@ -5,7 +5,7 @@
 #include "filters/PointCloud/SurfaceReconstruction.h"
 
 #include "filters/PointCloud/NormalOrientation.h"
-#include "filters/core/VectorMath.h"
+#include "filters/core/UnitVector.h"
 #include "filters/core/Weld.h"
 
 #include <pcl/console/print.h>
@@ -38,14 +38,6 @@ constexpr double radiusInSpacings = 2.25;
 constexpr double unlimitedMu = 1e6;
 constexpr double lineTolerance = 1e-6; // second to first extent of points on a line
 constexpr double pi = 3.14159265358979323846;
-
-// Zero for what has no direction.
-Vec3 Normalized(const Vec3& v)
-{
-  const double length = Length(v);
-  return length > 0 && std::isfinite(length) ? Vec3{ v[0] / length, v[1] / length, v[2] / length }
-                                             : Vec3{};
-}
 
 Vec3 AreaOf(const Vec3& a, const Vec3& b, const Vec3& c)
 {
@@ -187,7 +179,7 @@ private:
       longest = Dot(way, way) > Dot(longest, longest) ? way : longest;
     }
     const double length = std::sqrt(Dot(longest, longest));
-    const Vec3 line = Normalized(longest);
+    const Vec3 line = UnitVector(longest);
     double widest = 0;
     for (std::size_t i = 1; i < count; ++i)
     {
@@ -252,7 +244,7 @@ private:
     {
       return {};
     }
-    return Normalized({ double(plane[0]), double(plane[1]), double(plane[2]) });
+    return UnitVector({ double(plane[0]), double(plane[1]), double(plane[2]) });
   }
 
   Status FindNormals()
@@ -265,7 +257,7 @@ private:
       {
         places[i] = this->Place(i);
         const VertexId point = this->PointOfPlace[i];
-        normals[i] = this->GivenNormals.empty() ? Vec3{} : Normalized(this->GivenNormals[point]);
+        normals[i] = this->GivenNormals.empty() ? Vec3{} : UnitVector(this->GivenNormals[point]);
         known[i] = Dot(normals[i], normals[i]) > 0;
         if (!known[i])
         {
@@ -342,7 +334,7 @@ private:
     for (std::size_t i = 0; i < this->Points.size(); ++i)
     {
       this->Output.normals[i] =
-        this->GivenNormals.empty() ? Vec3{} : Normalized(this->GivenNormals[i]);
+        this->GivenNormals.empty() ? Vec3{} : UnitVector(this->GivenNormals[i]);
     }
     for (std::size_t i = 0; i < this->PointOfPlace.size(); ++i)
     {
@@ -450,7 +442,7 @@ private:
         }
       }
     }
-    std::transform(normals.begin(), normals.end(), normals.begin(), Normalized);
+    std::transform(normals.begin(), normals.end(), normals.begin(), UnitVector);
   }
 
   // Drops triangles that no point is near to, and the points that are only theirs.

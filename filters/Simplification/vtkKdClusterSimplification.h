@@ -3,7 +3,7 @@
  * @class   vtkKdClusterSimplification
  * @brief   one level of detail of a surface, by clusters or by edge collapse
  *
- * Step "levels" of the README's picture, as a VTK filter. It gives the levels that kdstream-build
+ * Step "levels" of the pipeline picture, as a VTK filter. It gives the levels that kdstream-build
  * makes with the same options.
  *
  * Input: a vtkPolyData; or a composite data set of them, which is taken as one mesh without ghosts,

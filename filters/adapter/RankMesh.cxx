@@ -11,6 +11,7 @@
 #include "filters/core/BitCast.h"
 #include "filters/core/MixBits.h"
 #include "filters/core/TakeResult.h"
+#include "filters/core/VectorMath.h"
 #include "filters/core/Weld.h"
 
 #include <vtkAbstractArray.h>
@@ -35,6 +36,8 @@ namespace kdstream
 {
 namespace
 {
+
+using Bytes = std::vector<unsigned char>;
 
 // A point that a rank has, told to the rank that its id or place falls to.
 struct PointClaim
@@ -159,7 +162,7 @@ Column RowsOf(const Column& column, const std::vector<std::size_t>& rows)
 class Sharing
 {
 public:
-  Sharing(const RankGroup& ranks, bool weldByPlace, const Execution& execution)
+  Sharing(RankTeam& ranks, bool weldByPlace, const Execution& execution)
     : Ranks(ranks)
     , WeldByPlace(weldByPlace)
     , Runs(execution)
@@ -190,27 +193,9 @@ private:
     return Take(ReadParts(this->Parts, this->Runs), this->Input);
   }
 
-  // Whether all ranks say so.
-  Result<bool> AllHave(bool has) const
-  {
-    std::uint64_t lacking = has ? 0 : 1;
-    KDSTREAM_TRY(this->Ranks.Sum(std::span(&lacking, 1)));
-    return lacking == 0;
-  }
-
-  // The sum over the ranks before this one, and over all.
-  Result<std::pair<std::uint64_t, std::uint64_t>> CountBefore(std::uint64_t count) const
-  {
-    const auto counts = this->Ranks.Gather(count);
-    KDSTREAM_TRY(counts);
-    const auto own = counts->begin() + std::ptrdiff_t(this->Ranks.Rank());
-    const std::uint64_t before = std::accumulate(counts->begin(), own, std::uint64_t{ 0 });
-    return std::pair{ before, std::accumulate(own, counts->end(), before) };
-  }
-
   Status CountParts()
   {
-    const auto parts = this->CountBefore(this->Parts.size());
+    const auto parts = this->Ranks.CountBefore(this->Parts.size());
     KDSTREAM_TRY(parts);
     std::tie(this->FirstPart, this->AllParts) = *parts;
     // Of all ranks: parts with ghosts, ranks with points that are no floats, copies.
@@ -268,10 +253,10 @@ private:
       message.Put(told.attributes);
     }
     const auto came =
-      this->Ranks.Exchange(std::vector<RankGroup::Bytes>(this->Ranks.Count(), message.Release()));
+      this->Ranks.Exchange(RankLists<unsigned char>(this->Ranks.Count(), message.Release()));
     KDSTREAM_TRY(came);
     bool isFirst = true;
-    for (const RankGroup::Bytes& bytes : *came)
+    for (const Bytes& bytes : *came)
     {
       RankMessage told(bytes);
       if (told.Take<int>()[0] != 0)
@@ -382,13 +367,42 @@ private:
     return static_cast<std::size_t>(hash % this->Ranks.Count());
   }
 
+  // Whether MergePoints might believe ids, by this rank's points alone: else all points of one id,
+  // however many, would be told to one rank.
+  bool AreIdsOfPoints(const SharedArray& ids, const Box& box) const
+  {
+    std::vector<std::pair<std::int64_t, VertexId>> sorted;
+    for (VertexId v = 0; v < this->Targets.size(); ++v)
+    {
+      if (this->Input.points.isPresent[v])
+      {
+        sorted.emplace_back(IdOf(ids, this->Input.TupleOf(v)), v);
+      }
+    }
+    std::sort(sorted.begin(), sorted.end());
+    const double most = 5 * MostApart(box); // squares: of two within its root of a third, 4 at most
+    const std::vector<Vec3>& places = this->Input.points.places;
+    return std::adjacent_find(sorted.begin(), sorted.end(),
+             [&](const auto& one, const auto& other)
+             {
+               return one.first == other.first &&
+                      SquaredDistance(places[one.second], places[other.second]) > most;
+             }) == sorted.end();
+  }
+
   // By ids: sets ByIds, and changes nothing where they are not believed.
   Status AskForTargets(bool byIds)
   {
     Box all = BoxOfPoints(this->Input.points.places);
-    KDSTREAM_TRY(this->Ranks.Join(std::span(&all, 1)));
-    std::vector<std::vector<PointClaim>> claims(this->Ranks.Count());
+    KDSTREAM_TRY(this->Ranks.JoinBoxes(std::span(&all, 1)));
     const SharedArray* const ids = byIds ? FindGlobalIds(this->PointArrays.here) : nullptr;
+    const Result<bool> areOfPoints = this->Ranks.AllHave(!ids || this->AreIdsOfPoints(*ids, all));
+    KDSTREAM_TRY(areOfPoints);
+    if (!*areOfPoints)
+    {
+      return {};
+    }
+    std::vector<std::vector<PointClaim>> claims(this->Ranks.Count());
     for (VertexId v = 0; v < this->Targets.size(); ++v)
     {
       if (this->Input.points.isPresent[v])
@@ -401,18 +415,18 @@ private:
         claims[this->HomeOf(claim, byIds)].push_back(claim);
       }
     }
-    const auto asked = this->Ranks.ExchangeLists(claims);
+    const auto asked = this->Ranks.Exchange(claims);
     KDSTREAM_TRY(asked);
     std::vector<std::vector<PointTarget>> answers;
     const Result<bool> believed =
-      this->AllHave(this->MergeClaims(*asked, byIds, all, answers) || !byIds);
+      this->Ranks.AllHave(this->MergeClaims(*asked, byIds, all, answers) || !byIds);
     KDSTREAM_TRY(believed);
     if (!*believed)
     {
       return {};
     }
     this->ByIds = byIds;
-    const auto told = this->Ranks.ExchangeLists(answers);
+    const auto told = this->Ranks.Exchange(std::move(answers));
     KDSTREAM_TRY(told);
     for (std::size_t home = 0; home < claims.size(); ++home)
     {
@@ -525,7 +539,7 @@ private:
   // The number of this rank's first point.
   Result<VertexId> CountPoints(std::size_t count) const
   {
-    const auto counted = this->CountBefore(count);
+    const auto counted = this->Ranks.CountBefore(count);
     KDSTREAM_TRY(counted);
     if (counted->second >= noVertex)
     {
@@ -556,7 +570,7 @@ private:
     {
       std::for_each(rows.begin(), rows.end(), [&](std::uint64_t& row) { row += *first; });
     }
-    const auto told = this->Ranks.ExchangeLists(rowsOf);
+    const auto told = this->Ranks.Exchange(std::move(rowsOf));
     KDSTREAM_TRY(told);
     std::vector<std::size_t> next(this->Ranks.Count(), 0);
     for (std::size_t i = 0; i < numbers.size(); ++i)
@@ -580,14 +594,14 @@ private:
         wanted[this->Targets[v].rank].push_back(this->Targets[v].index);
       }
     }
-    auto asked = this->Ranks.ExchangeLists(wanted);
+    auto asked = this->Ranks.Exchange(std::move(wanted));
     KDSTREAM_TRY(asked);
     for (std::vector<VertexId>& theirs : *asked)
     {
       std::transform(
         theirs.begin(), theirs.end(), theirs.begin(), [&](VertexId v) { return this->Number[v]; });
     }
-    const auto told = this->Ranks.ExchangeLists(*asked);
+    const auto told = this->Ranks.Exchange(std::move(*asked));
     KDSTREAM_TRY(told);
     std::vector<std::size_t> next(this->Ranks.Count(), 0);
     for (VertexId v = 0; v < this->Targets.size(); ++v)
@@ -687,26 +701,37 @@ private:
       return {};
     }
     const SharedArray* const ids = FindGlobalIds(this->CellArrays.here);
-    std::vector<std::vector<std::int64_t>> claims(this->Ranks.Count());
     for (const KeptCells& kept : this->Input.cells)
     {
-      for (const TupleOfPart& cell : kept.from)
-      {
-        this->CellIds.push_back(IdOf(*ids, cell));
-        claims[static_cast<std::uint64_t>(this->CellIds.back()) % claims.size()].push_back(
-          this->CellIds.back());
-      }
+      std::transform(kept.from.begin(), kept.from.end(), std::back_inserter(this->CellIds),
+        [&](const TupleOfPart& cell) { return IdOf(*ids, cell); });
     }
-    const auto asked = this->Ranks.ExchangeLists(claims);
+    // First those of this rank alone: else what has one id, however many, would come to one rank.
+    const Result<bool> differ = this->Ranks.AllHave(AreDifferent(this->CellIds));
+    KDSTREAM_TRY(differ);
+    if (!*differ)
+    {
+      return {};
+    }
+    std::vector<std::vector<std::int64_t>> claims(this->Ranks.Count());
+    for (const std::int64_t id : this->CellIds)
+    {
+      claims[MixBits(static_cast<std::uint64_t>(id)) % claims.size()].push_back(id);
+    }
+    const auto asked = this->Ranks.Exchange(std::move(claims));
     KDSTREAM_TRY(asked);
     std::vector<std::int64_t> all;
     for (const std::vector<std::int64_t>& theirs : *asked)
     {
       all.insert(all.end(), theirs.begin(), theirs.end());
     }
-    std::sort(all.begin(), all.end());
-    return Take(
-      this->AllHave(std::adjacent_find(all.begin(), all.end()) == all.end()), this->HasCellIds);
+    return Take(this->Ranks.AllHave(AreDifferent(std::move(all))), this->HasCellIds);
+  }
+
+  static bool AreDifferent(std::vector<std::int64_t> ids)
+  {
+    std::sort(ids.begin(), ids.end());
+    return std::adjacent_find(ids.begin(), ids.end()) == ids.end();
   }
 
   // Ids that are none are an array like others; where cells were cut up on any rank, they stay
@@ -716,7 +741,7 @@ private:
     vtkCellData& data = *mesh.GetCellData();
     const auto cells = std::span(elements.cells).subspan(elements.vertices + elements.segments);
     const Result<bool> whole =
-      this->AllHave(std::adjacent_find(cells.begin(), cells.end()) == cells.end());
+      this->Ranks.AllHave(std::adjacent_find(cells.begin(), cells.end()) == cells.end());
     KDSTREAM_TRY(whole);
     if (!this->HasCellIds && !this->IsWhole)
     {
@@ -751,7 +776,7 @@ private:
     std::array<std::pair<std::uint64_t, std::uint64_t>, 2> before;
     for (std::size_t kind = 0; kind < 2; ++kind)
     {
-      KDSTREAM_TRY(Take(this->CountBefore(counts[kind]), before[kind]));
+      KDSTREAM_TRY(Take(this->Ranks.CountBefore(counts[kind]), before[kind]));
     }
     const bool byIds = this->HasCellIds && !this->IsWhole;
     if (!byIds && (before[0].second == 0 || before[1].second == 0))
@@ -799,35 +824,24 @@ private:
   }
 
   // Rows of all ranks, in order, the first of them to rank 0: columns become this rank's; rowsOf
-  // tells where what came from each rank is now. By how far a row's number is between the least and
-  // the greatest of its kind: what has the same order stays in the order of ranks.
+  // tells where what came from each rank is now. What has the same order stays in the order of
+  // ranks.
   Status Deal(const std::vector<OrderOfAll>& order, std::vector<Column>& columns,
     std::vector<std::vector<std::uint64_t>>& rowsOf)
   {
-    std::array<Box, 2> spans;
-    for (const OrderOfAll& each : order)
-    {
-      spans[each.kind].Add(Vec3{ static_cast<double>(each.number), 0, 0 });
-    }
-    KDSTREAM_TRY(this->Ranks.Join(spans));
-    const bool isFirstKind = !spans[0].Empty(), isSecondKind = !spans[1].Empty();
-    const auto rankOf = [&](const OrderOfAll& each)
-    {
-      const Box& span = spans[each.kind];
-      const double part =
-        (static_cast<double>(each.number) - span.lo[0]) / (span.hi[0] - span.lo[0] + 1.0);
-      const double place = isFirstKind && isSecondKind ? (each.kind + part) / 2 : part;
-      return std::min(this->Ranks.Count() - 1,
-        static_cast<std::size_t>(place * static_cast<double>(this->Ranks.Count())));
-    };
+    std::vector<OrderOfAll> sorted = order;
+    std::sort(sorted.begin(), sorted.end());
+    const auto ends = this->Ranks.PartInOrder(std::span<const OrderOfAll>(sorted));
+    KDSTREAM_TRY(ends);
+    sorted = {};
     this->DealtTo.clear();
     std::vector<std::vector<std::size_t>> rowsTo(this->Ranks.Count());
     for (std::size_t i = 0; i < order.size(); ++i)
     {
-      this->DealtTo.push_back(rankOf(order[i]));
+      this->DealtTo.push_back(RankTeam::ShareOf(order[i], *ends));
       rowsTo[this->DealtTo.back()].push_back(i);
     }
-    std::vector<RankGroup::Bytes> out;
+    std::vector<Bytes> out;
     for (const std::vector<std::size_t>& rows : rowsTo)
     {
       RankMessage message;
@@ -847,7 +861,7 @@ private:
     return {};
   }
 
-  static void SortDealt(std::vector<RankGroup::Bytes> came, std::vector<Column>& columns,
+  static void SortDealt(std::vector<Bytes> came, std::vector<Column>& columns,
     std::vector<std::vector<std::uint64_t>>& rowsOf)
   {
     std::vector<OrderOfAll> order;
@@ -856,7 +870,7 @@ private:
     {
       column.bytes.clear();
     }
-    for (RankGroup::Bytes& bytes : came)
+    for (Bytes& bytes : came)
     {
       RankMessage message(std::move(bytes));
       const std::vector<OrderOfAll> theirs = message.Take<OrderOfAll>();
@@ -889,7 +903,7 @@ private:
     }
   }
 
-  const RankGroup& Ranks;
+  RankTeam& Ranks;
   const bool WeldByPlace;
   const Execution& Runs;
   std::vector<InputPart> Parts;
@@ -911,7 +925,7 @@ private:
 
 }
 
-Result<MeshShare> ShareMesh(const RankGroup& ranks, const Status& ready, vtkDataObject& input,
+Result<MeshShare> ShareMesh(RankTeam& ranks, const Status& ready, vtkDataObject& input,
   bool weldByPlace, const Execution& execution)
 {
   return Sharing(ranks, weldByPlace, execution).Make(ready, input);

@@ -1,16 +1,22 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "filters/adapter/RankPipeline.h"
 
-#include "filters/adapter/RankGroup.h"
+#include "filters/core/CaughtError.h"
 
 #include <vtkAlgorithm.h>
+#include <vtkDataObject.h>
 #include <vtkErrorCode.h>
 #include <vtkInformation.h>
 #include <vtkInformationIntegerKey.h>
 #include <vtkInformationRequestKey.h>
+#include <vtkInformationStringVectorKey.h>
+#include <vtkInformationVector.h>
 #include <vtkMultiProcessController.h>
 #include <vtkObjectFactory.h>
 
+#include <cstdlib>
+#include <iostream>
+#include <string>
 #include <utility>
 
 namespace kdstream
@@ -73,17 +79,47 @@ bool HasFailed(vtkAlgorithm& algorithm)
 vtkStandardNewMacro(RankPipeline);
 
 vtkExecutive* RankPipeline::Make(
-  vtkMultiProcessController* const& controller, std::function<void()> fail)
+  vtkMultiProcessController* const& controller, std::function<void(unsigned long)> setErrorCode)
 {
   RankPipeline* const pipeline = RankPipeline::New();
   pipeline->Controller = &controller;
-  pipeline->Fail = std::move(fail);
+  pipeline->SetErrorCode = std::move(setErrorCode);
   return pipeline;
 }
 
 // Whoever asks for data gets here on all ranks, or on none; but who asks for information may be one
-// whose input alone has changed. So a source that fails in that pass is left to fail again when it
-// is asked for data.
+// whose input alone has changed. So what fails in that pass, or in any other before that for data,
+// is left to fail again when data are asked for.
+vtkTypeBool RankPipeline::ProcessRequest(
+  vtkInformation* request, vtkInformationVector** input, vtkInformationVector* output)
+{
+  if (!AreSeveral(this->Controller ? *this->Controller : nullptr))
+  {
+    return this->Superclass::ProcessRequest(request, input, output);
+  }
+  vtkTypeBool done = 0;
+  Status own;
+  try
+  {
+    done = this->Superclass::ProcessRequest(request, input, output);
+    own = done ? Status() : Error{ ErrorCode::InvalidInput, "it was not executed" };
+  }
+  catch (...)
+  {
+    own = CaughtError();
+    this->InAlgorithm = 0; // VTK's mark, which the exception has passed
+  }
+  if (!request->Has(REQUEST_DATA()))
+  {
+    if (!done && request->Has(REQUEST_UPDATE_EXTENT()))
+    {
+      this->LastPropogateUpdateExtentShortCircuited = 0; // data are asked for all the same
+    }
+    return 1;
+  }
+  return std::exchange(this->IsAgreed, false) ? this->AgreeOn(own) : done;
+}
+
 int RankPipeline::ForwardUpstream(vtkInformation* request)
 {
   vtkMultiProcessController* const controller = this->Controller ? *this->Controller : nullptr;
@@ -96,26 +132,84 @@ int RankPipeline::ForwardUpstream(vtkInformation* request)
   {
     AskForPiece(*controller, *this->Algorithm, *input);
   }
-  const int made = this->Superclass::ForwardUpstream(request);
   if (!request->Has(REQUEST_DATA()))
   {
-    return request->Has(REQUEST_INFORMATION()) ? 1 : made;
+    return this->Superclass::ForwardUpstream(request);
   }
-  const bool isMade = made && !HasFailed(*this->Algorithm);
-  const Status all =
-    RankGroup(*controller)
-      .Agree(isMade ? Status() : Error{ ErrorCode::InvalidInput, "its input was not made" });
-  if (!all)
+  Status own = Error{ ErrorCode::InvalidInput, "its input was not made" };
+  try
+  {
+    if (this->Superclass::ForwardUpstream(request) && !HasFailed(*this->Algorithm))
+    {
+      own = this->CheckInput();
+    }
+  }
+  catch (...)
+  {
+    own = CaughtError();
+  }
+  this->SetErrorCode(vtkErrorCode::NoError);
+  this->IsAgreed = this->AgreeOn(own) != 0;
+  return this->IsAgreed ? 1 : 0;
+}
+
+// As VTK does later; but a composite data set of a type that the algorithm does not take would have
+// it run for each block.
+Status RankPipeline::CheckInput()
+{
+  vtkDataObject* const data = this->GetInputData(0, 0);
+  if (!data)
+  {
+    return Error{ ErrorCode::InvalidInput, "it has no input" };
+  }
+  vtkInformation* const port = this->Algorithm->GetInputPortInformation(0);
+  const int count = port->Length(vtkAlgorithm::INPUT_REQUIRED_DATA_TYPE());
+  for (int i = 0; i < count; ++i)
+  {
+    if (data->IsA(port->Get(vtkAlgorithm::INPUT_REQUIRED_DATA_TYPE(), i)))
+    {
+      return {};
+    }
+  }
+  return Error{ ErrorCode::InvalidInput,
+    std::string("its input is a ") + data->GetClassName() + ", which it does not take" };
+}
+
+// What all have come to; where one has failed that is an error of the algorithm's, unless it has
+// told one.
+vtkTypeBool RankPipeline::AgreeOn(const Status& own)
+{
+  RankTeam team(**this->Controller);
+  const Status all = RunTogether(team, [&] { return own; });
+  if (all)
+  {
+    return 1;
+  }
+  for (int port = 0; port < this->Algorithm->GetNumberOfOutputPorts(); ++port)
+  {
+    if (vtkDataObject* const data = vtkDataObject::GetData(this->GetOutputInformation(port)))
+    {
+      data->Initialize();
+    }
+  }
+  if (this->Algorithm->GetErrorCode() == vtkErrorCode::NoError)
   {
     vtkErrorWithObjectMacro(this->Algorithm, << all.GetError().message);
-    this->Fail();
+    this->SetErrorCode(vtkErrorCode::UnknownError);
   }
-  return all ? 1 : 0;
+  return 0;
 }
 
 bool AreSeveral(vtkMultiProcessController* controller)
 {
   return controller && controller->GetNumberOfProcesses() > 1;
+}
+
+void EndProcess(const RankTeam& team, const Error& error)
+{
+  std::cerr << "kdstream: error: " << team.NameRank(error).message
+            << ": the other ranks cannot be told, so this process ends" << std::endl;
+  std::abort();
 }
 
 }

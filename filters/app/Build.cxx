@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// kdstream-build: a mesh file in, a store out. Step "build" of the README's picture. The contract
+// kdstream-build: a mesh file in, a store out. Step "build" of the pipeline picture. The contract
 // is doc/cli.md#kdstream-build.
 #include "filters/app/BuildCommand.h"
 #include "filters/app/ConvertedInput.h"
@@ -44,16 +44,14 @@ Result<BuildReport> BuildFrom(BuildCommand& line, const std::filesystem::path& s
   const Execution& execution, std::vector<std::string>& warnings)
 {
   const std::filesystem::path folder = store.has_parent_path() ? store.parent_path() : ".";
-  RemoveDeadFolders(line.build.temporaryFolder.empty() ? folder : line.build.temporaryFolder);
+  RemoveDeadFolders(folder); // of conversions at least
+  if (!line.build.temporaryFolder.empty())
+  {
+    RemoveDeadFolders(line.build.temporaryFolder);
+  }
   if (!line.converts)
   {
-    Result<BuildReport> report =
-      BuildStore(std::filesystem::path(line.input), store, line.build, execution);
-    if (report)
-    {
-      RemoveDeadConversions(folder);
-    }
-    return report;
+    return BuildStore(std::filesystem::path(line.input), store, line.build, execution);
   }
   std::vector<std::string> arguments;
   if (!line.reconstruct.empty())

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// kdstream-build-mpi: kdstream-build on the ranks of an MPI job. Step "build" of the README's
+// kdstream-build-mpi: kdstream-build on the ranks of an MPI job. Step "build" of the pipeline
 // picture. The contract is doc/cli.md#kdstream-build-mpi.
 #include "filters/Parallel/MpiJob.h"
 #include "filters/Parallel/MpiTeam.h"
@@ -71,10 +71,10 @@ void HideOptionsOfOneProcess(CLI::App& app)
   for (const char* const name : { "--columns", "--partitioner", "--reconstruct", "--resume",
          "--textures", "--texture-pixels", "--texture-quality" })
   {
-    app.get_option(name)->group("");
+    FindOption(app, name)->group("");
   }
-  app.get_option("--vertices-per-partition")->description("most vertices of a partition");
-  app.get_option("--partitions")->description("how many partitions instead: a power of two");
+  FindOption(app, "--vertices-per-partition")->description("most vertices of a partition");
+  FindOption(app, "--partitions")->description("how many partitions instead: a power of two");
 }
 
 // Errors: InvalidArgument.
@@ -182,7 +182,7 @@ int Build(MpiTeam& team, CLI::App& app, int argc, char** argv)
   {
     return exitDone;
   }
-  ShareMachine(RanksHere(team.Count()), app.count("--memory") > 0, line);
+  ShareMachine(RanksHere(team.Count()), FindOption(app, "--memory")->count() > 0, line);
   OutputFolders folders;
   std::filesystem::path store;
   if (Status status = PrepareOutputs(team, line, folders, store); !status)

@@ -289,7 +289,7 @@ int Convert(const CLI::App& app, const CommandLine& line)
     TellNamed(read->named);
   }
   TellWarnings(program, line, *read);
-  if (!line.progressLines && !read->baked && app.count("--texture-pixels") > 0)
+  if (!line.progressLines && !read->baked && FindOption(app, "--texture-pixels")->count() > 0)
   {
     std::cerr << program << ": warning: " << line.input
               << ": --texture-pixels changes nothing: no pictures were read\n";

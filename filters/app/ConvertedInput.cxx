@@ -3,19 +3,14 @@
 // it ends: progress, warnings, the error  4. how it ended.
 #include "filters/app/ConvertedInput.h"
 
-#include "filters/core/SystemReason.h"
 #include "filters/files/Folders.h"
 #include "filters/meshio/FileEnding.h"
+#include "filters/meshio/MeshReader.h"
 #include "filters/program/ChildProgram.h"
 
-#include <fcntl.h>
-#include <sys/file.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
-#include <algorithm>
-#include <cerrno>
-#include <chrono>
 #include <cstdlib>
 #include <optional>
 #include <sstream>
@@ -24,68 +19,6 @@ namespace kdstream
 {
 namespace
 {
-
-// A folder has its name once it is locked: without a lock it is one of a process that is no more.
-// Before, it is empty, and has the other name: one that is as old as this is of such a process,
-// too.
-const std::string folderBegin = ".kdstream-convert-", newBegin = ".kdstream-new-";
-constexpr std::chrono::minutes leftAge{ 2 };
-
-// -1 where it is locked, or not to be had: errno says why.
-int LockFolder(const std::filesystem::path& folder)
-{
-  const int descriptor = ::open(folder.c_str(), O_RDONLY | O_DIRECTORY | O_NOFOLLOW | O_CLOEXEC);
-  if (descriptor >= 0 && ::flock(descriptor, LOCK_EX | LOCK_NB) != 0)
-  {
-    const int reason = errno;
-    ::close(descriptor);
-    errno = reason;
-    return -1;
-  }
-  return descriptor;
-}
-
-struct LockedFolder
-{
-  std::filesystem::path path;
-  int lock = -1; // -1: there are no locks here
-};
-
-// A new one in `folder`. Errors: InputOutput.
-Result<LockedFolder> MakeFolder(const std::filesystem::path& folder)
-{
-  const auto refused = [&](const std::string& reason)
-  {
-    return Error{ ErrorCode::InputOutput, "cannot create a folder in it: " + reason,
-      folder.string() };
-  };
-  std::string name = (folder / (newBegin + "XXXXXX")).string();
-  if (!::mkdtemp(name.data()))
-  {
-    return refused(SystemReason(errno));
-  }
-  LockedFolder made{ folder / (folderBegin + name.substr(name.size() - 6)), LockFolder(name) };
-  if (made.lock < 0 && errno != ENOLCK && errno != EOPNOTSUPP)
-  {
-    const std::string reason = SystemReason(errno);
-    std::error_code ignored;
-    std::filesystem::remove(name, ignored);
-    return refused(reason);
-  }
-  std::error_code failed;
-  std::filesystem::rename(name, made.path, failed);
-  if (failed)
-  {
-    std::error_code ignored;
-    std::filesystem::remove(name, ignored);
-    if (made.lock >= 0)
-    {
-      ::close(made.lock);
-    }
-    return refused(failed.message());
-  }
-  return made;
-}
 
 constexpr std::size_t longestLine = 8192; // has a path, too
 const std::string programName = "kdstream-convert";
@@ -237,33 +170,15 @@ Status EndOf(int status, const Messages& messages)
   return Error{ ErrorCode::InvalidInput, programName + ", which was to read it, " + how };
 }
 
+Result<Mesh> ReadWhole(const std::filesystem::path& file, const Execution& execution)
+{
+  const Result<std::unique_ptr<MeshReader>> reader = MeshReader::Open(file, execution);
+  KDSTREAM_TRY(reader);
+  Mesh mesh;
+  KDSTREAM_TRY((*reader)->ReadRest(mesh, execution));
+  return mesh;
 }
 
-void RemoveDeadConversions(const std::filesystem::path& folder)
-{
-  std::vector<std::filesystem::path> found;
-  const auto now = std::filesystem::file_time_type::clock::now();
-  const auto names = NamesIn(folder);
-  for (const std::string& name : names ? *names : std::vector<std::string>())
-  {
-    const std::filesystem::path left = folder / name;
-    std::error_code gone;
-    if (name.starts_with(folderBegin) ||
-        (name.starts_with(newBegin) &&
-          now - std::filesystem::last_write_time(left, gone) > leftAge && !gone))
-    {
-      found.push_back(left);
-    }
-  }
-  for (const std::filesystem::path& left : found)
-  {
-    const int lock = LockFolder(left);
-    if (lock >= 0)
-    {
-      RemoveTree(left);
-      ::close(lock);
-    }
-  }
 }
 
 std::optional<std::string> WhyNoPictures(std::string_view what)
@@ -285,10 +200,10 @@ Result<ConvertedInput> ConvertedInput::Make(const std::string& input,
 {
   const Result<std::filesystem::path> program = FindProgram(input);
   KDSTREAM_TRY(program);
-  RemoveDeadConversions(folder);
-  const Result<LockedFolder> made = MakeFolder(folder);
+  RemoveDeadFolders(folder);
+  Result<LockedFolder> made = MakeLockedFolder(folder);
   KDSTREAM_TRY(made);
-  ConvertedInput converted{ made->path, made->lock, input };
+  ConvertedInput converted{ std::move(*made), input };
   std::vector<std::string> all = arguments;
   if (keepPaint)
   {
@@ -312,16 +227,14 @@ Result<ConvertedInput> ConvertedInput::Make(const std::string& input,
   return converted;
 }
 
-ConvertedInput::ConvertedInput(std::filesystem::path folder, int lock, std::string input)
+ConvertedInput::ConvertedInput(LockedFolder folder, std::string input)
   : Folder(std::move(folder))
-  , Lock(lock)
   , Input(std::move(input))
 {
 }
 
 ConvertedInput::ConvertedInput(ConvertedInput&& other) noexcept
   : Folder(std::exchange(other.Folder, {}))
-  , Lock(std::exchange(other.Lock, -1))
   , Input(std::move(other.Input))
   , WarningTexts(std::move(other.WarningTexts))
   , NamedFiles(std::move(other.NamedFiles))
@@ -338,14 +251,23 @@ Error ConvertedInput::Blame(Error error) const
 
 ConvertedInput::~ConvertedInput()
 {
-  if (!this->Folder.empty())
+  if (!this->Folder.path.empty())
   {
-    RemoveTree(this->Folder);
+    RemoveTree(this->Folder.path);
   }
-  if (this->Lock >= 0)
+}
+
+Result<Mesh> ReadAnyMesh(const std::string& file, const Execution& execution)
+{
+  if (!NeedsConversion(file))
   {
-    ::close(this->Lock);
+    return ReadWhole(file, execution);
   }
+  const Result<ConvertedInput> converted =
+    ConvertedInput::Make(file, std::filesystem::temp_directory_path(), {}, false, execution);
+  KDSTREAM_TRY(converted);
+  Result<Mesh> mesh = ReadWhole(converted->File(), execution);
+  return mesh ? std::move(mesh) : Result<Mesh>(converted->Blame(mesh.GetError()));
 }
 
 }

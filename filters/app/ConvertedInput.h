@@ -5,7 +5,9 @@
 
 #include "filters/core/Execution.h"
 #include "filters/core/Result.h"
+#include "filters/core/Types.h"
 #include "filters/meshio/Tolerance.h"
+#include "filters/outofcore/files/LockedFolder.h"
 #include "filters/texture/BakeTextures.h"
 
 #include <filesystem>
@@ -34,16 +36,12 @@ bool NeedsConversion(const std::filesystem::path& input);
 // A warning, where no kdstream-convert lies beside this program: how to get it. what: is left out.
 std::optional<std::string> WhyNoPictures(std::string_view what = "pictures");
 
-// Removes what killed builds have left in the folder: hidden folders with a PLY and pictures. What
-// cannot be removed stays. O(entries of the folder).
-void RemoveDeadConversions(const std::filesystem::path& folder);
-
 // The PLY; it goes with the object.
 class ConvertedInput
 {
 public:
   // Runs the kdstream-convert that lies beside this program. The PLY lies in a new folder, made in
-  // `folder`, and nothing is left of it on an error; RemoveDeadConversions is called for it.
+  // `folder`, and nothing is left of it on an error; RemoveDeadFolders is called for it.
   // arguments: further ones for kdstream-convert. keepPaint: whether pictures go to Paint(), if
   // there are any. Progress is reported as step "convert", and by their names the steps of a
   // reconstruction; the process is ended if that asks to stop. Errors: Cancelled; Unsupported where
@@ -58,9 +56,9 @@ public:
   ConvertedInput& operator=(ConvertedInput&&) = delete;
   ~ConvertedInput();
 
-  std::filesystem::path File() const { return this->Folder / "input.ply"; }
+  std::filesystem::path File() const { return this->Folder.path / "input.ply"; }
   // PaintFolder.h; may not be there.
-  std::filesystem::path Paint() const { return this->Folder / "paint"; }
+  std::filesystem::path Paint() const { return this->Folder.path / "paint"; }
   // An error of reading the PLY, as one of the input, which is what the user knows.
   Error Blame(Error error) const;
   // What kdstream-convert warned of, without the names of program and file.
@@ -73,15 +71,19 @@ public:
   const Tolerance& GetTolerance() const { return this->Forgiven; }
 
 private:
-  ConvertedInput(std::filesystem::path folder, int lock, std::string input);
+  ConvertedInput(LockedFolder folder, std::string input);
 
-  std::filesystem::path Folder; // empty once moved from
-  int Lock = -1;                // on it: which goes with the process, however that ends
+  LockedFolder Folder; // without a path once moved from
   std::string Input;
   std::vector<std::string> WarningTexts;
   std::vector<std::filesystem::path> NamedFiles;
   std::optional<BakeReport> BakedTextures;
   Tolerance Forgiven;
 };
+
+// A whole mesh from a file of any format that the programs take: by MeshReader, or by
+// kdstream-convert with its PLY in the system's folder for temporary files. Memory: the mesh.
+// Errors: those of MeshReader and ConvertedInput, without the file's name.
+Result<Mesh> ReadAnyMesh(const std::string& file, const Execution& execution);
 
 }

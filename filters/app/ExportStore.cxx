@@ -6,14 +6,12 @@
 #include "filters/core/SystemReason.h"
 #include "filters/files/Folders.h"
 #include "filters/files/HeldFolder.h"
-#include "filters/files/RandomLetters.h"
 #include "filters/files/WriteWhole.h"
 #include "filters/model/ModelJson.h"
+#include "filters/outofcore/files/LockedFolder.h"
 #include "filters/protocol/ResourcePath.h"
 #include "filters/store/StoreNotes.h"
 
-#include <fcntl.h>
-#include <sys/file.h>
 #include <sys/stat.h>
 #include <unistd.h>
 #include <zlib.h>
@@ -119,113 +117,6 @@ AddEncoding gzip .gz
   </If>
 </IfModule>
 )";
-
-// A folder for files on their way up: hidden, of a random name, and its owner's alone, so that
-// nobody has put anything into it. Locked, as long as this process fills it.
-class HiddenFolder
-{
-public:
-  // Removes what calls that were killed have left of `target`. Also of versions that did not use
-  // random letters.
-  static void RemoveLeftovers(const fs::path& target)
-  {
-    const auto parent = target.parent_path();
-    const auto begin = BeginOf(target);
-    std::vector<fs::path> left;
-    const auto names = NamesIn(parent);
-    for (const std::string& name : names ? *names : std::vector<std::string>())
-    {
-      const bool isPlain = name.size() + 1 == begin.size() + ending.size();
-      if ((isPlain || name.size() == begin.size() + randomLetters + ending.size()) &&
-          name.starts_with(begin) && name.ends_with(ending))
-      {
-        left.push_back(parent / name);
-      }
-    }
-    for (const fs::path& path : left)
-    {
-      const int lock = Open(path);
-      struct stat state = {};
-      if (lock >= 0 && ::fstat(lock, &state) == 0 && state.st_uid == ::geteuid() &&
-          ::flock(lock, LOCK_EX | LOCK_NB) == 0)
-      {
-        RemoveTree(path);
-      }
-      Close(lock);
-    }
-  }
-
-  // For what is to become `target`.
-  Status Make(const fs::path& target)
-  {
-    const auto begin = BeginOf(target);
-    for (;;)
-    {
-      fs::path place = target.parent_path() / (begin + RandomLetters() + std::string(ending));
-      if (::mkdir(place.c_str(), S_IRWXU) != 0)
-      {
-        if (errno == EEXIST)
-        {
-          continue;
-        }
-        return SystemError("cannot be written", errno, target.string());
-      }
-      const int lock = Open(place);
-      struct stat state = {};
-      const bool isKnown = lock >= 0 && ::fstat(lock, &state) == 0;
-      const int reason = errno;
-      // Before it was locked another call may have taken it for a leftover.
-      const bool isTaken =
-        lock >= 0 && ::flock(lock, LOCK_EX | LOCK_NB) != 0 && errno == EWOULDBLOCK;
-      if (isKnown && !isTaken && state.st_nlink > 0)
-      {
-        this->Place = std::move(place); // not copied: memory may have run out
-        this->Lock = lock;
-        return {};
-      }
-      Close(lock);
-      if (!isKnown && reason != ENOENT)
-      {
-        ::rmdir(place.c_str());
-        return SystemError("cannot be written", reason, target.string());
-      }
-    }
-  }
-  HiddenFolder() = default;
-  ~HiddenFolder()
-  {
-    if (!this->Place.empty())
-    {
-      RemoveTree(this->Place);
-    }
-    Close(this->Lock);
-  }
-  HiddenFolder(const HiddenFolder&) = delete;
-  HiddenFolder& operator=(const HiddenFolder&) = delete;
-
-  const fs::path& Path() const { return this->Place; }
-
-private:
-  static constexpr std::string_view ending = ".new";
-
-  static std::string BeginOf(const fs::path& target)
-  {
-    return "." + target.filename().string() + ".";
-  }
-  static int Open(const fs::path& folder)
-  {
-    return ::open(folder.c_str(), O_RDONLY | O_DIRECTORY | O_NOFOLLOW | O_CLOEXEC);
-  }
-  static void Close(int descriptor)
-  {
-    if (descriptor >= 0)
-    {
-      ::close(descriptor);
-    }
-  }
-  fs::path Place;
-  int Lock = -1;
-};
 
 // The error is about `file`, by the name that the user knows.
 Status About(const fs::path& file, const Status& status)
@@ -345,9 +236,9 @@ public:
   }
   ~NewFolder()
   {
-    if (!this->Hidden.Path().empty())
+    if (!this->Hidden.path.empty())
     {
-      RemoveTree(this->Hidden.Path());
+      RemoveTree(this->Hidden.path);
     }
   }
   NewFolder(const NewFolder&) = delete;
@@ -397,13 +288,15 @@ private:
     auto parent = this->Target.Enter(this->Folder.parent_path());
     KDSTREAM_TRY(parent);
     this->Parent.emplace(std::move(*parent));
-    HiddenFolder::RemoveLeftovers(this->InParent());
+    RemoveDeadFolders(this->Parent->Path());
     return {};
   }
   Status MakeHidden()
   {
-    KDSTREAM_TRY(this->Hidden.Make(this->InParent()));
-    this->Place = this->Hidden.Path() / this->Folder.filename();
+    Result<LockedFolder> hidden = MakeLockedFolder(this->Parent->Path());
+    KDSTREAM_TRY(hidden);
+    this->Hidden = std::move(*hidden);
+    this->Place = this->Hidden.path / this->Folder.filename();
     return ::mkdir(this->Place.c_str(), 0777) == 0 // less the umask, as it stays
              ? Status{}
              : Status{ SystemError("cannot be written", errno) };
@@ -413,7 +306,7 @@ private:
   fs::path Folder;
   std::string Digest;
   std::optional<HeldFolder> Parent;
-  HiddenFolder Hidden; // in Parent
+  LockedFolder Hidden; // in Parent
   fs::path Place;      // until it is up
   bool Up = false;
 };

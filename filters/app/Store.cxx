@@ -2,13 +2,13 @@
 // kdstream-store: what is in a store, whether it is whole, and meshes out of it. The contract is
 // doc/cli.md#kdstream-store.
 #include "filters/store/Store.h"
+#include "filters/app/ConvertedInput.h"
 #include "filters/app/DirectionText.h"
 #include "filters/app/ExportStore.h"
 #include "filters/app/ExtractMesh.h"
 #include "filters/app/ExtractTextured.h"
 #include "filters/app/OutputFolders.h"
 #include "filters/app/PrintStoreInfo.h"
-#include "filters/app/ReadAnyMesh.h"
 #include "filters/app/WriteTextured.h"
 #include "filters/core/CaughtError.h"
 #include "filters/core/MeshDistance.h"

@@ -30,7 +30,7 @@ inline void AddTextureOptions(CLI::App& app, const std::vector<std::string>& val
 // Whether --texture-pixels has pictures to bound. Errors: InvalidArgument.
 inline Status CheckTexturePixels(const CLI::App& app, const std::string& textures)
 {
-  return app.count("--texture-pixels") > 0 && textures == "off"
+  return FindOption(app, "--texture-pixels")->count() > 0 && textures == "off"
            ? Status(Error{ ErrorCode::InvalidArgument,
                "--texture-pixels: no pictures are read with --textures off" })
            : Status{};

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Textures of partitions from what kdstream-convert has left: part of step "encode" of the README's
+// Textures of partitions from what kdstream-convert has left: part of step "encode" of the pipeline
 // picture.
 #pragma once
 

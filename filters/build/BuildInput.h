@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // The first step of a build: a file becomes a mesh in memory that a store can hold. Step "read" of
-// the README's picture.
+// the pipeline picture.
 #pragma once
 
 #include "filters/build/BuildMemory.h"

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// From a mesh file to a store: conducts step "build" of the README's picture. What a caller needs
+// From a mesh file to a store: conducts step "build" of the pipeline picture. What a caller needs
 // to build one, kdstream-build and the tests: BuildOptions, BuildReport, BuildStore, which builds
 // in memory what fits --memory, and hands over to ExternalBuilder.h what does not.
 #pragma once

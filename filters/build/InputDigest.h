@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Which input a store was built from: a digest of its bytes, the same for all builds of it,
-// whatever their options. Step "read" of the README's picture.
+// whatever their options. Step "read" of the pipeline picture.
 #pragma once
 
 #include "filters/build/Builder.h"

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // The tree that a store's partitions are the leaves of, by any of the partitioners. Step "tree" of
-// the README's picture.
+// the pipeline picture.
 #pragma once
 
 #include "filters/core/Execution.h"

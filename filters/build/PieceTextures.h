@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // The seam between builders and whoever makes textures of partitions: part of step "encode" of the
-// README's picture. Builders carry the paint of triangles (IsTexturePaint) as they carry any array,
+// pipeline picture. Builders carry the paint of triangles (IsTexturePaint) as they carry any array,
 // and hand over each piece of the original when it is cut; what a picture is they do not know.
 #pragma once
 

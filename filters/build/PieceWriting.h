@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Pieces on their way from the cutter into a store: steps "cut" and "encode" of the README's
+// Pieces on their way from the cutter into a store: steps "cut" and "encode" of the pipeline
 // picture.
 #pragma once
 

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Small checks and counts that the three builders (in memory, out of core, on ranks) do alike, so
 // that each stands once: names of attributes, vertices that the grid merges. For the builders
-// alone; the steps themselves are in the folders of the README's picture.
+// alone; the steps themselves are in the folders of the pipeline picture.
 #pragma once
 
 #include "filters/build/Builder.h"

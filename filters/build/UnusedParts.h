@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // The list of vertices that no triangle uses, into a store: parts that are encoded as pieces of a
-// cloud, with exact coordinates. Step "encode" of the README's picture, for all builders.
+// cloud, with exact coordinates. Step "encode" of the pipeline picture, for all builders.
 #pragma once
 
 #include "filters/core/Execution.h"

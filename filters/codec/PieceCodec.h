@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// A piece as bytes and back: step "encode" and "decode" of the README's picture. Layout:
+// A piece as bytes and back: step "encode" and "decode" of the pipeline picture. Layout:
 // doc/formats.md.
 //
 // Triangles are coded by a walk over the surface, positions by parallelograms along it, everything

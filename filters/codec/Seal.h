@@ -2,7 +2,7 @@
 // What every encoded blob begins and ends with: its magic and the codec's version, and a checksum
 // of all bytes before it, so that a blob that was damaged between the store and the viewer (a
 // proxy, a CDN, a disk cache) is refused instead of drawn: part of the steps "encode" and "decode"
-// of the README's picture. Layout: doc/formats.md, section 4.
+// of the pipeline picture. Layout: doc/formats.md, section 4.
 // The checksum finds accidents, not forgeries: decoders never rely on it.
 #pragma once
 

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // A partition's part of the pictures that paint the original, as bytes and back: a small picture,
 // into which the charts of its triangles are packed, and where in it the corners of the triangles
-// lie. Part of the steps "encode" and "decode" of the README's picture. Layout: doc/formats.md,
+// lie. Part of the steps "encode" and "decode" of the pipeline picture. Layout: doc/formats.md,
 // "Textures". The picture itself is an encoded image, which clients give to what their platform
 // decodes images with: nothing here looks inside.
 #pragma once

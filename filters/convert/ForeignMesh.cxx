@@ -2,7 +2,6 @@
 #include "filters/convert/ForeignMesh.h"
 
 #include "filters/core/Attribute.h"
-#include "filters/core/Weld.h"
 #include "filters/meshio/ByteSource.h"
 #include "filters/meshio/ContentFormat.h"
 #include "filters/meshio/DroppedPoints.h"
@@ -20,7 +19,6 @@ namespace
 {
 
 const std::string notCarried = "not carried: ";
-constexpr std::size_t readChunk = std::size_t{ 1 } << 18;
 
 // What kdstream-build reads itself.
 Result<ForeignMesh> ReadInChunks(const std::filesystem::path& file, const Execution& execution)
@@ -31,25 +29,7 @@ Result<ForeignMesh> ReadInChunks(const std::filesystem::path& file, const Execut
   Mesh& mesh = result.mesh;
   MeshReader& input = **reader;
   mesh.scalarType = input.Info().scalarType;
-  for (const bool triangles : { false, true })
-  {
-    for (;;)
-    {
-      const Result<std::size_t> read =
-        triangles ? input.ReadTriangles(mesh, readChunk) : input.ReadVertices(mesh, readChunk);
-      KDSTREAM_TRY(read);
-      if (*read == 0)
-      {
-        break;
-      }
-      const double size = std::max(1.0, double(input.FileSize()));
-      KDSTREAM_TRY(execution.Report("read", double(input.Position()) / size));
-    }
-  }
-  if (input.Info().soup)
-  {
-    WeldVertices(mesh);
-  }
+  KDSTREAM_TRY(input.ReadRest(mesh, execution));
   for (const std::string& name : input.Info().ignoredAttributes)
   {
     result.warnings.push_back(notCarried + name);
@@ -188,20 +168,17 @@ Result<ForeignMesh> ReadForeignMesh(const std::filesystem::path& file,
   {
     return Error{ ErrorCode::InvalidInput, "is empty" };
   }
-  const Result<std::string_view> begin = source->Peek(contentFormatBytes);
   if (!read && !own && !gltf && !xyz)
   {
-    const std::string hint = begin ? CompressedHint(*begin) : std::string();
-    return Error{ ErrorCode::Unsupported,
-      hint.empty() ? "the ending '" + ending + "' names no known mesh format" : hint };
+    return Error{ ErrorCode::Unsupported, UnknownEndingHint(*source, ending) };
   }
   Result<ForeignMesh> result = own    ? ReadOwn(file, textures, execution)
                                : gltf ? ReadGltf(file, textures, execution)
                                : xyz  ? ReadXyz(file, columns, execution)
                                       : read(file, execution);
+  const Result<std::string_view> begin = source->Peek(contentFormatBytes);
   const bool isUnpacked = ending.starts_with(".wr") && begin && FormatOfContent(*begin) == ".gz";
-  const std::string hint =
-    begin && !isUnpacked ? OtherFormatHint(*begin, ending, source->Size()) : std::string();
+  const std::string hint = isUnpacked ? std::string() : OtherFormatHint(*source, ending);
   if (!result)
   {
     return hint.empty() || result.GetError().code != ErrorCode::InvalidInput

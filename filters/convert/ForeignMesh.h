@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Meshes and point clouds of other programs' formats, read whole: step "convert" of the
-// README's picture, kdstream-convert's work. Everything here runs in a process of its own, since
+// pipeline picture, kdstream-convert's work. Everything here runs in a process of its own, since
 // the libraries that read these formats take what memory they like and may end with it on hostile
 // input.
 #pragma once

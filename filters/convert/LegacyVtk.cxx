@@ -108,6 +108,7 @@ public:
     while (this->TakePart())
     {
     }
+    this->Damage.hasNotFinite = this->HasNotFinite;
     return std::move(this->Damage);
   }
 
@@ -234,11 +235,12 @@ private:
       }
       word = first;
     }
-    if (!std::isfinite(value))
+    if (!std::isfinite(value) && isOfCells)
     {
       return this->Damaged(
-        "has " + QuotedText(word) + " " + this->Here() + ", which VTK does not read in a text");
+        "has " + QuotedText(word) + " " + this->Here() + ", which names no point", true);
     }
+    this->HasNotFinite = this->HasNotFinite || !std::isfinite(value);
     this->Source.Consume(word.size());
     this->Taken = word;
     return true;
@@ -598,6 +600,7 @@ private:
   std::string Part;                     // "POINTS (line 5)"
   std::string_view Taken;               // the last number of a text, until the next is sought
   VtkDamage Damage;
+  bool HasNotFinite = false;
 };
 
 }

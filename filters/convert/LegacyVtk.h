@@ -21,6 +21,8 @@ struct VtkDamage
   // In small letters, where the part is one of which the name is not known: VTK says it, too,
   // unless it knows the name, and something else is wrong.
   std::string unknownWord{};
+  // A text has numbers that are not finite, which VTK does not read.
+  bool hasNotFinite = false;
 };
 
 // Goes through the file once, in the memory of a block.

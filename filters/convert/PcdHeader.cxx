@@ -90,6 +90,7 @@ public:
           std::to_string(header.points * least) + " bytes; there are " + std::to_string(body) };
     }
     header.bodyBegin = this->BodyBegin;
+    header.hasViewpoint = this->HasViewpoint();
     header.data = data == "ascii"    ? PcdData::Ascii
                   : data == "binary" ? PcdData::Binary
                                      : PcdData::Compressed;
@@ -104,6 +105,7 @@ public:
   {
     this->FindPlaces();
     const std::uint64_t claimed = header.points;
+    header.hasOddLines = this->Lines.EndWithReturns();
     std::vector<std::string_view> words;
     for (std::uint64_t points = 0;;)
     {
@@ -130,7 +132,7 @@ public:
       }
       if (words.front().starts_with('#') && points < claimed)
       {
-        header.hasComments = true;
+        header.hasOddLines = true;
         continue;
       }
       if (Status read = this->CheckPoint(header, words); !read)
@@ -146,6 +148,10 @@ public:
       }
     }
   }
+
+  // Where the text of a file ends that is one, and how many zeros are behind it.
+  std::uint64_t TextEnd() const { return this->Lines.Size(); }
+  std::uint64_t Padding() const { return this->Lines.Padding(); }
 
   // The header as PCL reads it.
   std::string Text(const PcdHeader& header) const
@@ -215,7 +221,22 @@ private:
     }
   }
 
-  // Whether x, y and z are floats of four bytes.
+  // A place, and a quaternion that begins with its real part.
+  bool HasViewpoint() const
+  {
+    const auto found = this->Values.find("VIEWPOINT");
+    for (std::size_t i = 0; found != this->Values.end() && i < found->second.size(); ++i)
+    {
+      double value = 0;
+      if (ParseNumber(found->second[i], value) == NumberTextError::None &&
+          value != (i == 3 ? 1.0 : 0.0))
+      {
+        return true;
+      }
+    }
+    return false;
+  }
+
   // Whether floats lose anything of it.
   void TellPrecision(PcdHeader& header) const
   {
@@ -244,6 +265,7 @@ private:
     std::erase_if(this->Places, [column](std::size_t place) { return place >= column; });
   }
 
+  // Whether x, y and z are floats of four bytes.
   bool HasFloatPlaces() const
   {
     const auto& fields = this->Values.at("FIELDS");
@@ -459,10 +481,13 @@ Result<PcdHeader> CheckPcdHeader(const std::filesystem::path& file)
     KDSTREAM_TRY(behind);
     end = *behind;
   }
+  const bool isText = header->data == PcdData::Ascii;
+  const std::uint64_t size = isText ? std::max(end, reader.TextEnd()) : source->Size();
+  header->tolerance.Count(
+    Lapse::PaddedEnd, isText ? reader.Padding() : 0, "byte " + std::to_string(reader.TextEnd()));
   // Only whole points of a binary body can be more points.
   const std::uint64_t pointBytes = header->data == PcdData::Binary ? header->pointBytes : 0;
-  const auto more =
-    LookBehind(*source, end, source->Size(), pointBytes, header->points, header->tolerance);
+  const auto more = LookBehind(*source, end, size, pointBytes, header->points, header->tolerance);
   KDSTREAM_TRY(more);
   header->points += *more;
   KDSTREAM_TRY(CheckPointCount(header->points));

@@ -29,7 +29,9 @@ struct PcdHeader
   std::uint64_t bodyBegin = 0; // in the file
   std::string text;            // a header that says the same, as PCL reads it
   Tolerance tolerance;         // what it does not count
-  bool hasComments = false;    // lines with # among those of the points, which PCL does not know
+  bool hasOddLines = false;    // among those of the points lines with #, or that end with \r alone,
+                               // which PCL does not know
+  bool hasViewpoint = false;   // the scanner stood somewhere
   bool textOfFloats = false;   // PCL makes floats of x, y and z, which lose some of the decimals
 };
 

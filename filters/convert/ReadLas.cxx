@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Point clouds of laser scanners: LAS, compressed ones by LASzip. Step "convert" of the README's
+// Point clouds of laser scanners: LAS, compressed ones by LASzip. Step "convert" of the pipeline
 // picture.
 #include "filters/convert/BytesBehind.h"
 #include "filters/convert/ForeignMesh.h"

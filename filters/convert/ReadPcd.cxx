@@ -56,18 +56,43 @@ std::optional<AttributeType> TypeOf(const Field& field)
   }
 }
 
-std::stringstream WithoutComments(std::istream& text)
+// Without comments, and each line ended as PCL wants it.
+std::stringstream PlainLines(std::istream& text)
 {
   std::stringstream lines;
-  for (std::string line; std::getline(text, line);)
+  for (std::string several; std::getline(text, several);)
   {
-    const std::size_t begin = line.find_first_not_of(" \t");
-    if (begin == std::string::npos || line[begin] != '#')
+    std::replace(several.begin(), several.end(), '\r', '\n');
+    std::istringstream parts(several);
+    for (std::string line; std::getline(parts, line);)
     {
-      lines << line << '\n';
+      const std::size_t begin = line.find_first_not_of(" \t");
+      if (begin != std::string::npos && line[begin] != '#')
+      {
+        lines << line << '\n';
+      }
     }
   }
   return lines;
+}
+
+// A compressed body whose points are not: some programs write them so where compression does not
+// help. With a mark before every 32 bytes that says so (LZF: a run that is copied). REQUIRES: two
+// sizes at the beginning, and as many bytes behind them as they say.
+std::vector<unsigned char> WithRunsMarked(const std::vector<unsigned char>& body)
+{
+  constexpr std::size_t sizes = 8, longest = 32;
+  std::vector<unsigned char> marked(body.begin(), body.begin() + sizes);
+  for (std::size_t at = sizes; at < body.size(); at += longest)
+  {
+    const std::size_t run = std::min(longest, body.size() - at);
+    marked.push_back(static_cast<unsigned char>(run - 1));
+    marked.insert(marked.end(), body.begin() + static_cast<std::ptrdiff_t>(at),
+      body.begin() + static_cast<std::ptrdiff_t>(at + run));
+  }
+  const auto bytes = static_cast<std::uint32_t>(marked.size() - sizes);
+  std::memcpy(marked.data(), &bytes, sizeof(bytes));
+  return marked;
 }
 
 // Below 0: PCL cannot read it. It is given the header's meaning, not its text.
@@ -85,9 +110,9 @@ Result<int> ReadByPcl(const std::filesystem::path& file, const PcdHeader& header
   }
   std::ifstream stream(file, std::ios::binary);
   stream.seekg(static_cast<std::streamoff>(header.bodyBegin));
-  if (header.data == PcdData::Ascii && header.hasComments)
+  if (header.data == PcdData::Ascii && header.hasOddLines)
   {
-    std::stringstream points = WithoutComments(stream);
+    std::stringstream points = PlainLines(stream);
     return reader.readBodyASCII(points, cloud, version);
   }
   if (header.data == PcdData::Ascii)
@@ -105,7 +130,16 @@ Result<int> ReadByPcl(const std::filesystem::path& file, const PcdHeader& header
   {
     return Error{ ErrorCode::InvalidInput, "truncated: the file has changed since it was opened" };
   }
-  return reader.readBodyBinary(body.data(), cloud, version, header.data == PcdData::Compressed, 0);
+  const bool isCompressed = header.data == PcdData::Compressed;
+  const int read = reader.readBodyBinary(body.data(), cloud, version, isCompressed, 0);
+  std::array<std::uint32_t, 2> sizes{};
+  std::memcpy(sizes.data(), body.data(), isCompressed ? sizeof(sizes) : 0);
+  if (read >= 0 || !isCompressed || sizes[0] != sizes[1])
+  {
+    return read;
+  }
+  body.resize(sizeof(sizes) + sizes[0]);
+  return reader.readBodyBinary(WithRunsMarked(body).data(), cloud, version, true, 0);
 }
 
 Result<Cloud> ReadCloud(const std::filesystem::path& file, const PcdHeader& header)
@@ -119,7 +153,9 @@ Result<Cloud> ReadCloud(const std::filesystem::path& file, const PcdHeader& head
     KDSTREAM_TRY(read);
     if (*read < 0)
     {
-      reason = "PCL cannot read it";
+      reason = header.data == PcdData::Compressed
+                 ? "its compressed points are damaged: write it again, with DATA binary"
+                 : "PCL cannot read it: write it again, with DATA ascii";
     }
   }
   catch (const std::bad_alloc&)
@@ -305,6 +341,11 @@ Result<ForeignMesh> ReadPcd(const std::filesystem::path& file, const Execution& 
   if (read)
   {
     read->tolerance.Add(header->tolerance);
+  }
+  if (read && header->hasViewpoint)
+  {
+    read->warnings.emplace_back(
+      "its VIEWPOINT, where the scanner stood, moves nothing: points stay where they are written");
   }
   if (read && header->textOfFloats)
   {

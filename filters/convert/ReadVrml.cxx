@@ -30,16 +30,20 @@
 #include <Inventor/lists/SoFieldList.h>
 #include <Inventor/misc/SoProto.h>
 #include <Inventor/misc/SoProtoInstance.h>
+#include <Inventor/nodes/SoArray.h>
 #include <Inventor/nodes/SoCone.h>
 #include <Inventor/nodes/SoCube.h>
 #include <Inventor/nodes/SoCylinder.h>
+#include <Inventor/nodes/SoGroup.h>
 #include <Inventor/nodes/SoIndexedFaceSet.h>
 #include <Inventor/nodes/SoLOD.h>
 #include <Inventor/nodes/SoMaterial.h>
+#include <Inventor/nodes/SoMultipleCopy.h>
 #include <Inventor/nodes/SoPointSet.h>
 #include <Inventor/nodes/SoSeparator.h>
 #include <Inventor/nodes/SoShape.h>
 #include <Inventor/nodes/SoSphere.h>
+#include <Inventor/nodes/SoTransformation.h>
 #include <Inventor/nodes/SoVertexProperty.h>
 #include <Inventor/nodes/SoWWWInline.h>
 
@@ -69,6 +73,7 @@ constexpr std::uint64_t mostGridCorners = std::uint64_t{ 1 } << 28;
 // What extrusions may make of a file, each time they are used: spine times cross section.
 constexpr std::uint64_t mostExtrusionCorners = std::uint64_t{ 1 } << 18;
 constexpr std::uint64_t extrusionCornersPerByte = 4;
+constexpr const char* unusable = ", whose sizes or numbers make no shape";
 // The colour that a material has which names none. A shape without a material is white.
 constexpr double vrmlGrey = 0.8;
 
@@ -159,8 +164,16 @@ SoType TypeOfCoin(const std::string& type, bool isFirst)
 
 bool IsNodeOfCoin(const std::string& type, bool isFirst)
 {
-  return !type.starts_with("Nurbs") &&
-         TypeOfCoin(type, isFirst).isDerivedFrom(SoNode::getClassTypeId());
+  // "File" names one that is not opened; "Shape" is no more than a kind of nodes in VRML 1.
+  const SoType made = TypeOfCoin(type, isFirst);
+  return !type.starts_with("Nurbs") && type != "File" &&
+         made.isDerivedFrom(SoNode::getClassTypeId()) && made.canCreateInstance();
+}
+
+bool HoldsNodesInCoin(const std::string& type)
+{
+  return SoType::fromName(("VRML" + type).c_str()) == SoType::badType() &&
+         SoType::fromName(type.c_str()).isDerivedFrom(SoGroup::getClassTypeId());
 }
 
 // Of what it cannot make it says nothing: it has all.
@@ -444,9 +457,11 @@ public:
     }
     Result<ForeignMesh> joined = JoinParts(this->Parts);
     KDSTREAM_TRY(joined);
+    this->CountNodesLeftOut();
     joined->tolerance = std::move(this->Tolerated);
     joined->named = std::move(this->Named);
-    if (this->Shapes == 0 && this->LeftOut.empty() && this->Warnings.empty())
+    if (this->Shapes == 0 && this->LeftOut.empty() && this->NodesLeftOut.empty() &&
+        this->Warnings.empty())
     {
       joined->warnings.emplace_back("it shows no shape");
     }
@@ -478,11 +493,12 @@ private:
       this->Tolerated.Count(Lapse::BytesBehindEnd, unpacked->behind);
       *bytes = std::move(unpacked->text);
     }
-    Result<VrmlText> checked = CheckVrmlText(*bytes, { IsNodeOfCoin, IsFieldOfCoin });
+    Result<VrmlText> checked =
+      CheckVrmlText(*bytes, { IsNodeOfCoin, IsFieldOfCoin, HoldsNodesInCoin });
     KDSTREAM_TRY(checked);
-    for (const auto& [what, count] : checked->leftOut)
+    for (const auto& [what, left] : checked->leftOut)
     {
-      this->LeaveOut(what, count);
+      this->LeaveOutNode(what, left.line, left.count);
     }
     *bytes = {};
     this->LosesDecimals = this->LosesDecimals || !checked->floatsSuffice;
@@ -503,7 +519,7 @@ private:
       return said ? Error{ ErrorCode::InvalidInput, "cannot be read as VRML" } : said.GetError();
     }
     scene->ref();
-    Document outer = std::exchange(this->Current, { file, checked->isFirst, &checked->urls });
+    Document outer = std::exchange(this->Current, { file, &checked->urls, this->Placed() });
     this->Traverse(*scene);
     this->Current = std::move(outer);
     scene->unref();
@@ -539,6 +555,7 @@ private:
   void ReadInline(SoCallbackAction& action, const std::vector<std::string>& numbers)
   {
     std::string missing;
+    std::uint64_t lineOfMissing = 0;
     for (const std::string& text : numbers)
     {
       std::size_t number = this->Current.urls->size();
@@ -551,12 +568,13 @@ private:
       const VrmlUrl& url = (*this->Current.urls)[number];
       const std::filesystem::path file = this->FileOf(url.url);
       this->Named.insert(this->Named.end(), file);
-      const std::string named =
-        "line " + std::to_string(url.line) + ": the Inline " + QuotedText(file.filename().string());
+      const std::string inlined = "the Inline " + QuotedText(file.filename().string());
+      const std::string named = "line " + std::to_string(url.line) + ": " + inlined;
       std::error_code failure;
       if (!std::filesystem::is_regular_file(file, failure))
       {
-        missing = missing.empty() ? named + " is not there: it is left out" : missing;
+        lineOfMissing = missing.empty() ? url.line : lineOfMissing;
+        missing = missing.empty() ? inlined + ", which is not there" : missing;
         continue;
       }
       if (this->Inlines.count(file) > 0 || this->Inlines.size() >= deepestInlines ||
@@ -578,7 +596,12 @@ private:
       }
       return;
     }
-    this->Warn(missing.empty() ? "an Inline names no file: it is left out" : missing);
+    if (missing.empty())
+    {
+      this->Warn("an Inline names no file: it is left out");
+      return;
+    }
+    this->LeaveOutNode(missing, lineOfMissing);
   }
 
   // As it is written; else as an address: file:, %HH, and the viewpoint to begin with behind #.
@@ -679,6 +702,10 @@ private:
     {
       this->LastMaterial = &node;
     }
+    else if (As<SoTransformation>(node) || As<SoArray>(node) || As<SoMultipleCopy>(node))
+    {
+      this->Current.byMatrix = true;
+    }
     else if (const auto* const inlined = As<SoVRMLInline>(node))
     {
       this->ReadInline(action, StringsOf(inlined->url));
@@ -747,12 +774,12 @@ private:
     }
     if (!IsSolid(node))
     {
-      this->LeaveOut("shapes that VRML does not have (" + type + ")", 1);
+      this->LeaveOutNode(QuotedText(type) + ", which VRML does not have");
       return true;
     }
     if (!IsSound(node))
     {
-      this->LeaveOut("shapes whose sizes or numbers cannot be used (" + type + ")", 1);
+      this->LeaveOutNode(QuotedText(type) + unusable);
       return true;
     }
     // Coin's triangles do not know of it.
@@ -847,11 +874,12 @@ private:
     return this->Transforms.empty() ? Transform{} : this->Transforms.back();
   }
 
-  // VRML 1 has transforms of many kinds: Coin's matrix, in floats.
+  // VRML 1 has transforms of many kinds, and files of VRML 2 have them now and then: Coin's matrix,
+  // in floats.
   Transform PlacedBy(SoCallbackAction& action) const
   {
-    return this->Current.isFirst ? this->Placed().After(Of(action.getModelMatrix()))
-                                 : this->Placed();
+    return this->Current.byMatrix ? this->Current.placed.After(Of(action.getModelMatrix()))
+                                  : this->Placed();
   }
 
   // What a shape looks like, by the nodes before it.
@@ -967,7 +995,7 @@ private:
     if (columns < 2 || rows < 2 || columns * rows > std::int64_t(mostGridCorners) ||
         std::int64_t(node.height.getNum()) < columns * rows)
     {
-      this->LeaveOut("shapes whose sizes or numbers cannot be used (ElevationGrid)", 1);
+      this->LeaveOutNode(std::string("'ElevationGrid'") + unusable);
       return;
     }
     std::vector<Vec3> points;
@@ -1336,6 +1364,40 @@ private:
     }
   }
 
+  // which: and why.
+  void LeaveOutNode(const std::string& which, std::uint64_t line = 0, std::uint64_t count = 1)
+  {
+    VrmlLeftOut& left = this->NodesLeftOut[which];
+    left.line = left.count == 0 ? line : left.line;
+    left.count += count;
+  }
+
+  // One lapse, which names some of them, those with the least lines first.
+  void CountNodesLeftOut()
+  {
+    constexpr std::size_t mostNamed = 5;
+    std::vector<std::pair<std::string, VrmlLeftOut>> kinds(
+      this->NodesLeftOut.begin(), this->NodesLeftOut.end());
+    std::stable_sort(kinds.begin(), kinds.end(),
+      [](const auto& a, const auto& b) // those without a line last
+      { return a.second.line - 1 < b.second.line - 1; });
+    std::uint64_t count = 0;
+    std::string names;
+    for (std::size_t i = 0; i < kinds.size(); ++i)
+    {
+      const auto& [which, left] = kinds[i];
+      count += left.count;
+      if (i < mostNamed)
+      {
+        names += (i > 0 ? "; " : "") + which +
+                 (left.line > 0 ? " (line " + std::to_string(left.line) + ")" : "") +
+                 (left.count > 1 ? ", " + std::to_string(left.count) + " times" : "");
+      }
+    }
+    names += kinds.size() > mostNamed ? "; and others" : "";
+    this->Tolerated.Count(Lapse::NodeLeftOut, count, names);
+  }
+
   // Of a material: its name for messages, and what of it was told.
   struct Material
   {
@@ -1346,8 +1408,9 @@ private:
   struct Document
   {
     std::filesystem::path file;
-    bool isFirst = false;
     const std::vector<VrmlUrl>* urls = nullptr;
+    Transform placed;      // by the file that names this one
+    bool byMatrix = false; // there were transforms that VRML 2 does not have
     std::map<const SoNode*, Material> materials{};
     std::optional<FilesBeside> files{};
   };
@@ -1372,7 +1435,8 @@ private:
   std::vector<ForeignMesh> Parts;
   Tolerance Tolerated;
   std::vector<std::filesystem::path> Named;
-  std::map<std::string, std::uint64_t> LeftOut;
+  std::map<std::string, std::uint64_t> LeftOut; // that a mesh does not have: lines, texts
+  VrmlNodesLeftOut NodesLeftOut;
   std::vector<std::string> Warnings;
   std::optional<Error> Failure;
 };

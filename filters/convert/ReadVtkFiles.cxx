@@ -4,6 +4,7 @@
 #include "filters/adapter/SharedArrays.h"
 #include "filters/convert/ForeignMesh.h"
 #include "filters/convert/LegacyVtk.h"
+#include "filters/convert/PlainCopy.h"
 #include "filters/convert/PolyDataParts.h"
 #include "filters/convert/VtkMessages.h"
 #include "filters/meshio/TextWords.h"
@@ -27,7 +28,9 @@
 
 #include <algorithm>
 #include <array>
+#include <cstdlib>
 #include <cstring>
+#include <limits>
 #include <map>
 #include <string>
 #include <tuple>
@@ -267,27 +270,41 @@ Status CheckGrid(vtkDataSet& grid, std::vector<std::string>& dropped)
 
 }
 
-Result<ForeignMesh> ReadVtp(const std::filesystem::path& file, const Execution& execution)
+namespace
 {
-  VtkMessages messages;
-  vtkNew<CountingReader> reader;
-  reader->SetFileName(file.c_str());
-  Update(*reader, execution);
-  Result<ForeignMesh> mesh = Finish(reader->GetOutput(), messages, execution);
-  if (mesh)
+
+// vtkNotFinite becomes NaN again.
+void TakeStandIns(Mesh& mesh)
+{
+  const double standIn = std::strtod(vtkNotFinite, nullptr);
+  const auto singleStandIn = double(static_cast<float>(standIn));
+  const auto isStandIn = [&](double value) { return value == standIn || value == singleStandIn; };
+  constexpr double nan = std::numeric_limits<double>::quiet_NaN();
+  for (Vec3& point : mesh.points)
   {
-    mesh->tolerance.Add(reader->Behind);
+    std::replace_if(point.begin(), point.end(), isStandIn, nan);
   }
-  return mesh;
+  for (Attribute& array : mesh.attributes)
+  {
+    const bool isReal =
+      array.type == AttributeType::Float32 || array.type == AttributeType::Float64;
+    const std::size_t tuples = isReal ? array.TupleCount() : 0;
+    for (std::size_t i = 0; i < tuples; ++i)
+    {
+      for (std::size_t k = 0; k < array.components; ++k)
+      {
+        if (isStandIn(array.Get(i, k)))
+        {
+          array.Set(i, k, nan);
+        }
+      }
+    }
+  }
 }
 
-Result<ForeignMesh> ReadVtk(const std::filesystem::path& file, const Execution& execution)
+Result<ForeignMesh> ReadVtkText(
+  const std::filesystem::path& file, const VtkDamage& damage, const Execution& execution)
 {
-  const VtkDamage damage = FindVtkDamage(file);
-  if (damage.isCut)
-  {
-    return Damaged(Error{ ErrorCode::InvalidInput, "" }, damage.part);
-  }
   VtkMessages messages;
   vtkNew<vtkGenericDataObjectReader> reader;
   reader->SetFileName(file.c_str());
@@ -330,6 +347,51 @@ Result<ForeignMesh> ReadVtk(const std::filesystem::path& file, const Execution& 
     }
     mesh->warnings.push_back(
       "holds " + std::string(output->GetClassName()) + ", of which the surface is taken");
+  }
+  return mesh;
+}
+
+}
+
+Result<ForeignMesh> ReadVtp(const std::filesystem::path& file, const Execution& execution)
+{
+  Tolerance tolerance;
+  const Result<PlainCopy> plain = PlainCopy::OfXml(file, tolerance);
+  KDSTREAM_TRY(plain);
+  VtkMessages messages;
+  vtkNew<CountingReader> reader;
+  reader->SetFileName(plain->File().c_str());
+  Update(*reader, execution);
+  Result<ForeignMesh> mesh = Finish(reader->GetOutput(), messages, execution);
+  if (mesh)
+  {
+    mesh->tolerance.Add(tolerance);
+    mesh->tolerance.Add(reader->Behind);
+  }
+  return mesh;
+}
+
+Result<ForeignMesh> ReadVtk(const std::filesystem::path& file, const Execution& execution)
+{
+  Tolerance tolerance;
+  const Result<PlainCopy> plain = PlainCopy::OfVtk(file, false, tolerance);
+  KDSTREAM_TRY(plain);
+  const VtkDamage damage = FindVtkDamage(plain->File());
+  if (damage.isCut)
+  {
+    return Damaged(Error{ ErrorCode::InvalidInput, "" }, damage.part);
+  }
+  Tolerance counted; // already
+  const Result<PlainCopy> finite = PlainCopy::OfVtk(plain->File(), damage.hasNotFinite, counted);
+  KDSTREAM_TRY(finite);
+  Result<ForeignMesh> mesh = ReadVtkText(finite->File(), damage, execution);
+  if (mesh)
+  {
+    mesh->tolerance.Add(tolerance);
+  }
+  if (mesh && damage.hasNotFinite)
+  {
+    TakeStandIns(mesh->mesh);
   }
   return mesh;
 }

@@ -4,6 +4,7 @@
 #include "filters/convert/ForeignMesh.h"
 #include "filters/convert/PointAttributes.h"
 #include "filters/convert/XyzColumns.h"
+#include "filters/core/Texts.h"
 #include "filters/meshio/NumberText.h"
 #include "filters/meshio/QuotedText.h"
 #include "filters/meshio/ShownColors.h"
@@ -222,9 +223,7 @@ private:
       {
         continue;
       }
-      std::string_view name = line.substr(begin, at - begin);
-      name.remove_prefix(std::min(name.find_first_not_of(blanks), name.size()));
-      name = name.substr(0, name.find_last_not_of(blanks) + 1);
+      const std::string_view name = Trimmed(line.substr(begin, at - begin), blanks);
       if (!name.empty())
       {
         this->Words.push_back(name);

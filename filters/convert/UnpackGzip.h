@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Text that was compressed by gzip, as most scenes of VRML were when lines were slow. Part of step
-// "convert" of the README's picture.
+// "convert" of the pipeline picture.
 #pragma once
 
 #include "filters/core/Result.h"

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // A face set of VRML as a mesh: its places as they are shared, its polygons cut, its colours and
-// normals by vertex, face or index. Part of step "convert" of the README's picture.
+// normals by vertex, face or index. Part of step "convert" of the pipeline picture.
 #pragma once
 
 #include "filters/convert/ForeignMesh.h"

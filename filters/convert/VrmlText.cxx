@@ -3,6 +3,7 @@
 
 #include "filters/meshio/NumberText.h"
 #include "filters/meshio/QuotedText.h"
+#include "filters/meshio/TextWords.h"
 
 #include <algorithm>
 #include <map>
@@ -141,6 +142,8 @@ private:
     bool isLeftOut = false;            // a node
     bool hasKnownFields = false;       // a node of which the library knows all fields
     bool isFieldNamed = false;         // the word before is the name of a field
+    bool hasChildren = false;          // there was a field of that name
+    bool isListOpen = false;           // of nodes that no field names
     std::size_t noFieldBegin = noText; // of the text of a field that is not known
     std::size_t height = 0;            // of what is in it
   };
@@ -169,12 +172,15 @@ private:
       return Error{ ErrorCode::InvalidInput, "is UTF-16: save it as UTF-8" };
     }
     const std::size_t text = this->File.find_last_not_of(std::string_view("\0\x1a", 2)) + 1;
-    this->Out.tolerance.Count(Lapse::PaddedEnd, this->File.size() - text);
+    const auto zeros =
+      std::count(this->File.begin() + static_cast<std::ptrdiff_t>(text), this->File.end(), '\0');
+    this->Out.tolerance.Count(Lapse::PaddedEnd, static_cast<std::uint64_t>(zeros));
     this->File = this->File.substr(0, text);
-    this->Out.isFirst = this->File.starts_with("#VRML V1.0");
-    if (!this->Out.isFirst && !this->File.starts_with("#VRML V2.0"))
+    const std::string head = LowercaseText(this->File.substr(0, secondHeader.size()));
+    this->Out.isFirst = head.starts_with("#vrml v1.0");
+    if (!this->Out.isFirst && !head.starts_with("#vrml v2.0"))
     {
-      return Error{ ErrorCode::InvalidInput, this->File.starts_with("#VRML")
+      return Error{ ErrorCode::InvalidInput, head.starts_with("#vrml")
                                                ? "is of another version than VRML 1 and 2"
                                                : "is not a VRML 2 file" };
     }
@@ -351,6 +357,7 @@ private:
     {
       this->Clear(closed.noFieldBegin);
     }
+    this->Out.text += closed.isListOpen ? "]" : "";
     if (closed.isLeftOut ||
         (bracket == '}' && (ShowsNothing(closed.type) || IsTexture(closed.type))))
     {
@@ -428,9 +435,11 @@ private:
       [](const Bracket& outer) { return outer.isLeftOut || ShowsNothing(outer.type); });
     if (!isInside && !ShowsNothing(node.type))
     {
-      ++this->Out.leftOut[(isExtern ? "nodes that EXTERNPROTO takes from another file ("
-                                    : "nodes that are not known (") +
-                          QuotedText(node.type) + ")"];
+      VrmlLeftOut& left =
+        this->Out
+          .leftOut[QuotedText(node.type) + (isExtern ? ", which EXTERNPROTO takes from another file"
+                                                     : ", which VRML does not have")];
+      left.line = left.count++ == 0 ? this->Line : left.line;
     }
   }
 
@@ -469,10 +478,23 @@ private:
       "EXTERNPROTO" };
     const std::string_view next = isWord ? this->NextWord(this->At) : std::string_view();
     const bool isChild = next == "{" || word == "DEF" || word == "USE";
-    const bool isValue = std::exchange(node.isFieldNamed, false) && !isChild;
+    const bool wasNamed = std::exchange(node.isFieldNamed, false);
+    const bool isValue = wasNamed && !isChild;
     if (this->Out.isFirst && isChild)
     {
       this->EndField(node);
+    }
+    if (!this->Out.isFirst && word != "DEF" && this->Last == "DEF")
+    {
+      node.isFieldNamed = wasNamed; // the node is still to come
+    }
+    else if (!this->Out.isFirst && isChild)
+    {
+      if (!wasNamed)
+      {
+        this->TakeNodeWithoutField(node, word);
+      }
+      node.isFieldNamed = word == "DEF";
     }
     if (!isWord || isValue || isChild || word.back() == ')' || this->Last == "DEF" ||
         this->Last == "USE" || this->Last == "IS" || this->Last == "PROTO" ||
@@ -487,13 +509,52 @@ private:
     }
     this->EndField(node);
     node.isFieldNamed = true;
+    node.hasChildren = node.hasChildren || word == "children";
     if (next != "IS" && !this->Library.hasField(node.type, std::string(word), this->Out.isFirst))
     {
       node.noFieldBegin = this->Out.text.size();
-      this->Out.tolerance.Count(Lapse::FieldNotKnown, 1,
-        QuotedText(word) + " of " + QuotedText(node.type) + " (line " + std::to_string(this->Line) +
-          ")");
+      this->CountField(QuotedText(word) + " of " + QuotedText(node.type) + " (line " +
+                       std::to_string(this->Line) + ")");
     }
+  }
+
+  // What a node holds that is left out is left out with it.
+  void CountField(const std::string& place)
+  {
+    const bool isInside = std::any_of(
+      this->Open.begin(), this->Open.end(), [](const Bracket& outer) { return outer.isLeftOut; });
+    this->Out.tolerance.Count(Lapse::FieldNotKnown, isInside ? 0 : 1, place);
+  }
+
+  // Where a field of the node should be named: it counts as one of its children, where it has some;
+  // else it is left out.
+  void TakeNodeWithoutField(Bracket& node, std::string_view word)
+  {
+    if (node.isListOpen)
+    {
+      return;
+    }
+    this->EndField(node);
+    const std::string place = QuotedText(word) + " of " + QuotedText(node.type) + " (line " +
+                              std::to_string(this->Line) + ")";
+    if (this->Library.holdsNodes(node.type))
+    {
+      return;
+    }
+    if (node.hasChildren || !this->Library.hasField(node.type, "children", false))
+    {
+      node.noFieldBegin = this->Out.text.size();
+      this->CountField(place + ", a node without a field");
+      return;
+    }
+    if (!std::exchange(this->HasNodesWithoutField, true))
+    {
+      this->Out.tolerance.Tell(
+        place + " stands where a field should be named: it is taken for one of its children");
+    }
+    node.isListOpen = true;
+    node.hasChildren = true;
+    this->Out.text += "children [ ";
   }
 
   // A string, or what is in brackets: the value of a field, behind which the next is named.
@@ -507,6 +568,7 @@ private:
 
   void EndField(Bracket& node)
   {
+    this->Out.text += std::exchange(node.isListOpen, false) ? "] " : "";
     if (node.noFieldBegin != noText)
     {
       this->Clear(std::exchange(node.noFieldBegin, noText));
@@ -604,7 +666,14 @@ private:
     }
     else if (this->Last == "USE")
     {
-      KDSTREAM_TRY(this->Use(word));
+      const Result<bool> used = this->Use(word);
+      KDSTREAM_TRY(used);
+      if (!*used)
+      {
+        const bool isInList = this->Open.back().bracket == '[';
+        this->Out.text.replace(this->LastBegin, this->Last.size(), isInList ? "" : "NULL");
+        written.clear();
+      }
     }
     this->Out.hasPictures = this->Out.hasPictures || IsTexture(word);
     this->Last = word;
@@ -613,19 +682,26 @@ private:
     return {};
   }
 
-  Status Use(std::string_view name)
+  // Whether it is used. A Script may know the nodes around it, and itself: it shows nothing.
+  Result<bool> Use(std::string_view name)
   {
     const auto found = this->Scopes.back().find(name);
     if (found == this->Scopes.back().end())
     {
-      return {};
+      return true;
     }
     if (std::any_of(this->Open.begin(), this->Open.end(),
           [&](const Bracket& bracket) { return bracket.defined == found->second.number; }))
     {
+      if (std::any_of(this->Open.begin(), this->Open.end(),
+            [](const Bracket& bracket) { return bracket.type == "Script"; }))
+      {
+        return false;
+      }
       return this->Wrong("the node " + QuotedText(name) + " contains itself (USE)");
     }
-    return this->Hold(found->second.height);
+    KDSTREAM_TRY(this->Hold(found->second.height));
+    return true;
   }
 
   void Forget() { this->Last.clear(); }
@@ -656,6 +732,7 @@ private:
   std::set<std::string, std::less<>> Externs;
   std::vector<Definitions> Scopes{ 1 }; // of the file, and of each PROTO in whose body this is
   std::size_t DefinedNodes = 0;
+  bool HasNodesWithoutField = false; // that was told
 };
 
 }

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // The text of a VRML file, checked and made harmless before a library parses it. Part of step
-// "convert" of the README's picture.
+// "convert" of the pipeline picture.
 #pragma once
 
 #include "filters/core/Result.h"
@@ -23,6 +23,14 @@ struct VrmlUrl
   std::uint64_t line = 0;
 };
 
+// Nodes that are left out: which, and why ("'Knob', which VRML does not have"); how many; the line
+// of the first, 0 where that is not known.
+struct VrmlLeftOut
+{
+  std::uint64_t count = 0, line = 0;
+};
+using VrmlNodesLeftOut = std::map<std::string, VrmlLeftOut>;
+
 // A float that stands for a number that is not finite, which the library would refuse: larger than
 // places may be.
 inline constexpr const char* vrmlNotFinite = "-3.4028230607370965e38";
@@ -41,9 +49,9 @@ struct VrmlText
   // know and what is in textures are blanks.
   std::string text;
   std::vector<VrmlUrl> urls;
-  bool floatsSuffice = true;                      // for the decimals of points and heights
-  bool hasPictures = false;                       // nodes of textures
-  std::map<std::string, std::uint64_t> leftOut{}; // "nodes that are not known ('Knob')"
+  bool floatsSuffice = true; // for the decimals of points and heights
+  bool hasPictures = false;  // nodes of textures
+  VrmlNodesLeftOut leftOut{};
   // Zeros and Ctrl-Z at the end, and fields that are not known: both are left out.
   Tolerance tolerance{};
 };
@@ -57,6 +65,8 @@ struct VrmlLibrary
 {
   std::function<bool(const std::string& type, bool isFirst)> isNode;
   std::function<bool(const std::string& type, const std::string& field, bool isFirst)> hasField;
+  // Of VRML 2: whether nodes of the type hold others without a field, as those of Inventor do.
+  std::function<bool(const std::string& type)> holdsNodes;
 };
 Result<VrmlText> CheckVrmlText(std::string_view file, const VrmlLibrary& library);
 

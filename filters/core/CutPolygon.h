@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // A polygon as triangles: the one way in which every reader cuts polygons, in chunks or whole, in
-// memory or out of core. Part of step "read" of the README's picture.
+// memory or out of core. Part of step "read" of the pipeline picture.
 #pragma once
 
 #include "filters/core/Types.h"

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// A number scattered over 64 bits: the one mixer of the project.
+// A hash of one 64-bit number. Bytes are hashed by XXH3.
 #pragma once
 
 #include <cstdint>

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Which triangles touch which cell: step "faces" of the README's picture, which later steps start
+// Which triangles touch which cell: step "faces" of the pipeline picture, which later steps start
 // from.
 #pragma once
 

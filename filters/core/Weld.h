@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Coincident vertices: finding and joining them. Step "weld" of the README's picture.
+// Coincident vertices: finding and joining them. Step "weld" of the pipeline picture.
 #pragma once
 
 #include "filters/core/Execution.h"

@@ -9,6 +9,7 @@
 #include <unistd.h>
 
 #include <cerrno>
+#include <cstdlib>
 #include <string_view>
 
 namespace kdstream
@@ -188,6 +189,24 @@ Result<std::vector<std::string>> NamesIn(const fs::path& folder)
     return SystemError("cannot be read", entries.Failure(), folder.string());
   }
   return names;
+}
+
+int OpenNameless(const fs::path& folder)
+{
+  int descriptor = -1;
+#ifdef O_TMPFILE
+  descriptor = ::open(folder.c_str(), O_TMPFILE | O_RDWR | O_CLOEXEC, 0600);
+#endif
+  if (descriptor < 0) // not every file system has them
+  {
+    std::string name = (folder / ".kdstream-scratch-XXXXXX").string();
+    descriptor = ::mkostemp(name.data(), O_CLOEXEC);
+    if (descriptor >= 0)
+    {
+      ::unlink(name.c_str());
+    }
+  }
+  return descriptor;
 }
 
 void RemoveTree(const fs::path& folder) noexcept

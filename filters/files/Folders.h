@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Folders: for one user alone, and made to outlast a power cut with all that is in them. By the
+// Folders: for one user alone, and made to outlast a power cut with all that is in them; a file
+// without a name in one. By the
 // system's own calls: the iterators of std::filesystem end the process where memory runs out.
 #pragma once
 
@@ -26,6 +27,10 @@ Status SyncTree(const std::filesystem::path& folder);
 
 // What is in a folder, in no order. Errors: InputOutput.
 Result<std::vector<std::string>> NamesIn(const std::filesystem::path& folder);
+
+// Opens a file in the folder that has no name: nobody else can open it, and it ends with its
+// descriptor, which the caller closes. -1: errno says why not.
+int OpenNameless(const std::filesystem::path& folder);
 
 // Removes the folder and all below it, as far as that can be done. For destructors: does not throw
 // where memory runs out, and tries again.

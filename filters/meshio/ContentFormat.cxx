@@ -3,36 +3,112 @@
 
 #include "filters/meshio/FileEnding.h"
 #include "filters/meshio/PlainText.h"
+#include "filters/meshio/QuotedText.h"
 #include "filters/meshio/TextWords.h"
 
 #include <algorithm>
 #include <array>
+#include <vector>
 
 namespace kdstream
 {
 namespace
 {
 
+using namespace std::string_view_literals;
+
 struct Mark
 {
   std::string_view begin, ending;
 };
 
-// By what the formats' own descriptions want there; archives, since people forget to unpack.
+// By what the formats' own descriptions want there.
 constexpr Mark marks[] = { { "ply\n", ".ply" }, { "ply\r", ".ply" }, { "glTF", ".glb" },
   { "LASF", ".las" }, { "# vtk DataFile", ".vtk" }, { "#VRML", ".wrl" }, { "# .PCD", ".pcd" },
-  { "VERSION .7", ".pcd" }, { "<VTKFile", ".vtp" }, { "solid ", ".stl" }, { "solid\n", ".stl" },
-  { "PK\x03\x04", ".zip" }, { "\x1f\x8b", ".gz" }, { "BZh", ".bz2" },
+  { "VERSION .7", ".pcd" }, { "solid ", ".stl" }, { "solid\n", ".stl" }, { "solid\r", ".stl" },
+  // Archives: people forget to unpack.
+  { "PK\x03\x04", ".zip" }, { "PK\x05\x06", ".zip" }, { "\x1f\x8b", ".gz" }, { "BZh", ".bz2" },
   { "\xFD"
     "7zXZ",
     ".xz" },
-  { "\x28\xB5\x2F\xFD", ".zst" }, { "7z\xBC\xAF", ".7z" }, { "\x89PNG", ".png" },
-  { "\xFF\xD8\xFF", ".jpg" }, { "%PDF", ".pdf" }, { "<!DOCTYPE", ".html" },
-  { "<!doctype", ".html" }, { "<html", ".html" }, { "Kaydara FBX Binary", ".fbx" },
-  { "; FBX ", ".fbx" }, { "ISO-10303-21", ".step" }, { "ASTM-E57", ".e57" }, { "DRACO", ".drc" } };
+  { "\x28\xB5\x2F\xFD", ".zst" }, { "7z\xBC\xAF", ".7z" }, { "Rar!\x1A", ".rar" },
+  { "\x1f\x9d", ".z" },
+  // Pictures and papers.
+  { "\x89PNG", ".png" }, { "\xFF\xD8\xFF", ".jpg" }, { "II*\0"sv, ".tif" }, { "MM\0*"sv, ".tif" },
+  { "%PDF", ".pdf" }, { "<!DOCTYPE", ".html" }, { "<!doctype", ".html" }, { "<html", ".html" },
+  // Meshes, scenes and scans that are not read.
+  { "Kaydara FBX Binary", ".fbx" }, { "; FBX ", ".fbx" }, { "BLENDER", ".blend" },
+  { "\xFF\xFE\xFF\x0ES\0k\0e\0t\0c\0h\0U\0p\0"sv, ".skp" }, { "#usda ", ".usd" },
+  { "PXR-USDC", ".usd" }, { "\xD0\xCF\x11\xE0\xA1\xB1\x1A\xE1", ".max" }, { "ASTM-E57", ".e57" },
+  { "ISO-10303-21", ".step" }, { "3D Geometry File Format", ".3dm" }, { "AC10", ".dwg" },
+  { "AutoCAD Binary DXF", ".dxf" }, { "DRACO", ".drc" }, { "OCTM", ".ctm" }, { " sxN", ".nxs" },
+  { "#Inventor", ".iv" }, { "#X3D ", ".x3d" }, { "xof 0", ".x" }, { "//Maya ASCII", ".ma" },
+  { "Ogawa", ".abc" }, { "$MeshFormat", ".msh" }, { "MeshVersionFormatted", ".mesh" },
+  { "b3dm", ".b3dm" }, { "i3dm", ".b3dm" }, { "pnts", ".b3dm" }, { "cmpt", ".b3dm" } };
 
-// Meshes that are not read, whatever their name.
-constexpr std::string_view unread[] = { ".fbx", ".step", ".e57", ".drc", ".dae", ".x3d" };
+// Of XML: by a word near its beginning.
+constexpr Mark elements[] = { { "PolyData", ".vtp" }, { "<VTKFile", ".vtu" },
+  { "<COLLADA", ".dae" }, { "<X3D", ".x3d" }, { "<amf", ".amf" }, { "<kml", ".kml" },
+  { "CityModel", ".gml" }, { "<LandXML", ".landxml" } };
+
+struct Unread
+{
+  std::string_view ending, what, remedy;
+};
+
+constexpr std::string_view blender = "open it in Blender and export it as .ply, .glb or .obj",
+                           meshlab = "open it in MeshLab and export it as .ply",
+                           freecad = "open it in FreeCAD and export its mesh as .ply, .stl or .obj",
+                           cloudCompare =
+                             "open it in CloudCompare and save it as .ply, or as .las for a scan",
+                           ownProgram = "export it as .ply, .obj, .stl or .glb with the program "
+                                        "that made it",
+                           notMesh = "",
+                           vtkSurface = "save its surface as .vtp (in ParaView: "
+                                        "Extract Surface)";
+
+// What is not read, and what makes something of it that is.
+constexpr Unread unread[] = { { ".3mf", "a 3MF file",
+                                "export it as .stl or .obj with the slicer "
+                                "that made it, or open it in MeshLab and "
+                                "export it as .ply" },
+  { ".amf", "an AMF file", "export it as .stl with the slicer that made it" },
+  { ".fbx", "an FBX file", blender }, { ".blend", "a Blender file", blender },
+  { ".dae", "a COLLADA file", meshlab }, { ".3ds", "a 3DS file", meshlab },
+  { ".lwo", "a LightWave file", blender }, { ".x", "a DirectX file", ownProgram },
+  { ".max", "a compound file, as 3ds Max, SolidWorks and Inventor write them", ownProgram },
+  { ".skp", "a SketchUp file", ownProgram }, { ".3dm", "a Rhino file", ownProgram },
+  { ".c4d", "a Cinema 4D file", ownProgram }, { ".ma", "a Maya file", ownProgram },
+  { ".mb", "a Maya file", ownProgram }, { ".usd", "a USD file", blender },
+  { ".usdz", "a USD file", blender }, { ".usda", "a USD file", blender },
+  { ".usdc", "a USD file", blender }, { ".abc", "an Alembic file", blender },
+  { ".x3d", "an X3D file", meshlab }, { ".x3dv", "an X3D file", meshlab },
+  { ".iv", "an Open Inventor file", freecad }, { ".ctm", "an OpenCTM file", meshlab },
+  { ".drc", "a Draco file", "decode it to .ply with draco_decoder" },
+  { ".nxs", "a Nexus file", "take the mesh that it was built from" },
+  { ".nxz", "a Nexus file", "take the mesh that it was built from" },
+  { ".step", "a STEP file", freecad }, { ".stp", "a STEP file", freecad },
+  { ".iges", "an IGES file", freecad }, { ".igs", "an IGES file", freecad },
+  { ".ifc", "an IFC file (a building)", freecad }, { ".fcstd", "a FreeCAD file", freecad },
+  { ".brep", "a BREP file", freecad }, { ".dxf", "a DXF drawing", freecad },
+  { ".dwg", "a DWG drawing", ownProgram }, { ".e57", "an E57 file (a scan)", cloudCompare },
+  { ".ptx", "a PTX file (a scan)", cloudCompare }, { ".rcp", "a ReCap file", ownProgram },
+  { ".rcs", "a ReCap file", ownProgram }, { ".fls", "a scan of FARO's", ownProgram },
+  { ".b3dm", "a tile of 3D Tiles", "take the mesh that it was made of" },
+  { ".json", "a JSON file that is no glTF", "export what it describes as .glb or .ply" },
+  { ".vtu", "a file of VTK's without PolyData", vtkSurface },
+  { ".msh", "a Gmsh file", "export it as .stl or .vtk with Gmsh" },
+  { ".mesh", "a Medit file", "export it as .stl or .vtk with Gmsh" },
+  { ".gml", "a CityGML file", ownProgram }, { ".landxml", "a LandXML file", ownProgram },
+  { ".3dxml", "a 3DXML file", ownProgram }, { ".kml", "a KML file", ownProgram },
+  { ".kmz", "a KMZ file", ownProgram },
+  { ".npz", "an archive of NumPy's", "write its arrays as .ply" },
+  { ".splat", "a file of splats", "take the .ply that it was made of" },
+  { ".ksplat", "a file of splats", "take the .ply that it was made of" },
+  { ".png", "a PNG picture", notMesh }, { ".jpg", "a JPEG picture", notMesh },
+  { ".tif", "a TIFF picture or grid", notMesh }, { ".pdf", "a PDF document", notMesh },
+  { ".html", "a page of the web (HTML), as servers send it instead of a file that is not there",
+    notMesh } };
 
 // Exactly the triangles that it counts behind the header: no other file is so by chance.
 bool IsBinaryStl(std::string_view begin, std::uint64_t size)
@@ -48,6 +124,16 @@ bool IsBinaryStl(std::string_view begin, std::uint64_t size)
     count |= std::uint64_t{ static_cast<unsigned char>(begin[header - 4 + i]) } << (8 * i);
   }
   return size == header + 50 * count;
+}
+
+std::uint64_t LittleEndian(std::string_view bytes, std::size_t at, std::size_t count)
+{
+  std::uint64_t value = 0;
+  for (std::size_t i = 0; i < count && at + i < bytes.size(); ++i)
+  {
+    value |= std::uint64_t{ static_cast<unsigned char>(bytes[at + i]) } << (8 * i);
+  }
+  return value;
 }
 
 // Of a text without a mark: by the first word of its first line that is no comment. Too little to
@@ -69,10 +155,129 @@ std::string_view FormatOfText(std::string_view begin)
                                                                                   : "";
 }
 
-bool IsRead(const std::string& ending)
+std::string_view FormatOfJson(std::string_view begin)
+{
+  const auto has = [begin](std::string_view word)
+  { return begin.find(word) != std::string_view::npos; };
+  const bool isOther = has("\"geometricError\"") || has("\"CityJSON\"") ||
+                       (has("\"metadata\"") && (has("Geometry") || has("\"Object\"")));
+  return isOther ? ".json" : has("\"asset\"") ? ".gltf" : "";
+}
+
+bool IsRead(std::string_view ending)
 {
   return ending == ".ply" || ending == ".stl" || ending == ".obj" || ending == ".off" ||
-         IsConvertedFormat(ending);
+         IsConvertedFormat(std::string(ending));
+}
+
+const Unread* FindUnread(std::string_view ending)
+{
+  const auto* const found = std::find_if(std::begin(unread), std::end(unread),
+    [ending](const Unread& each) { return each.ending == ending; });
+  return found == std::end(unread) ? nullptr : found;
+}
+
+std::string TellUnread(const Unread& format)
+{
+  return std::string(format.what) + (format.remedy == notMesh
+                                        ? ", and no mesh"
+                                        : ", which is not read: " + std::string(format.remedy));
+}
+
+// --- ZIP archives --------------------------------------------------------------------------------
+
+// The names in a ZIP archive, by the directory at its end (APPNOTE.TXT, 4.3.12 and 4.3.16); those
+// in its first MiB, and none of an archive that is damaged or has 2^32 bytes or more.
+std::vector<std::string> NamesInZip(ByteSource& source)
+{
+  constexpr std::uint64_t longestEnd = 22 + 0xFFFF;
+  constexpr std::size_t entrySize = 46;
+  source.Seek(source.Start() + (source.Size() - source.Start() > longestEnd
+                                   ? source.Size() - source.Start() - longestEnd
+                                   : 0));
+  const Result<std::string_view> end = source.Peek(static_cast<std::size_t>(source.Remaining()));
+  const std::size_t at = end ? end->rfind("PK\x05\x06") : std::string_view::npos;
+  if (at == std::string_view::npos)
+  {
+    return {};
+  }
+  const std::uint64_t bytes = LittleEndian(*end, at + 12, 4);
+  const std::uint64_t begin = LittleEndian(*end, at + 16, 4);
+  if (begin > source.Size() || bytes > source.Size() - begin)
+  {
+    return {};
+  }
+  source.Seek(begin);
+  const Result<std::string_view> directory =
+    source.Peek(static_cast<std::size_t>(std::min<std::uint64_t>(bytes, ByteSource::blockSize)));
+  std::vector<std::string> names;
+  std::string_view rest = directory ? *directory : std::string_view();
+  while (rest.size() > entrySize && rest.starts_with("PK\x01\x02"))
+  {
+    const auto length = static_cast<std::size_t>(LittleEndian(rest, 28, 2));
+    const auto more =
+      static_cast<std::size_t>(LittleEndian(rest, 30, 2) + LittleEndian(rest, 32, 2));
+    names.emplace_back(rest.substr(entrySize, length));
+    rest.remove_prefix(std::min(entrySize + length + more, rest.size()));
+  }
+  return names;
+}
+
+// Formats that are ZIP archives themselves: by the ending of a name in them, or their own. Else
+// what of the archive could be read.
+std::string TellZip(const std::vector<std::string>& names, std::string_view itsEnding)
+{
+  constexpr Mark inside[] = { { ".model", ".3mf" }, { ".usd", ".usdz" }, { ".usda", ".usdz" },
+    { ".usdc", ".usdz" }, { ".kml", ".kmz" }, { ".amf", ".amf" }, { ".brp", ".fcstd" },
+    { ".npy", ".npz" }, { ".dae", ".dae" }, { ".3drep", ".3dxml" }, { ".3dxml", ".3dxml" } };
+  std::string readable;
+  for (const std::string& name : names)
+  {
+    const std::string ending = FileEnding(name);
+    const Mark* const mark = std::find_if(
+      std::begin(inside), std::end(inside), [&](const Mark& each) { return each.begin == ending; });
+    if (mark != std::end(inside))
+    {
+      return "is " + TellUnread(*FindUnread(mark->ending));
+    }
+    readable = readable.empty() && IsRead(ending) && ending != ".txt" ? name : readable;
+  }
+  const bool isNamed = std::any_of(std::begin(inside), std::end(inside),
+    [&](const Mark& each) { return each.ending == itsEnding; });
+  if (isNamed && readable.empty())
+  {
+    return "is " + TellUnread(*FindUnread(itsEnding));
+  }
+  return "is compressed (.zip)" + (readable.empty() ? "" : ", and holds " + QuotedText(readable)) +
+         ": unpack it first, by unzip";
+}
+
+// --- What is told --------------------------------------------------------------------------------
+
+// Of content that is never read, whatever the ending.
+std::string UnreadHint(
+  ByteSource& source, std::string_view begin, std::string_view format, std::string_view ending)
+{
+  constexpr std::array<std::array<std::string_view, 2>, 8> programs{ { { ".gz", "gunzip" },
+    { ".bz2", "bunzip2" }, { ".xz", "unxz" }, { ".zst", "unzstd" }, { ".7z", "7z x" },
+    { ".rar", "unrar x" }, { ".tar", "tar xf" }, { ".z", "uncompress" } } };
+  if (begin.starts_with("version https://git-lfs.github.com/spec/"))
+  {
+    return "is a pointer of Git LFS, not the file that it stands for: run git lfs pull";
+  }
+  if (format == ".zip")
+  {
+    return TellZip(NamesInZip(source), ending);
+  }
+  const auto* const program = std::find_if(
+    programs.begin(), programs.end(), [format](const auto& each) { return each[0] == format; });
+  if (program != programs.end())
+  {
+    return std::string(format == ".tar" ? "is an archive (" : "is compressed (") +
+           std::string(format) + "): unpack it first, by " + std::string((*program)[1]);
+  }
+  const Unread* const known = FindUnread(format);
+  return known ? "is " + TellUnread(*known) : std::string();
 }
 
 }
@@ -81,64 +286,78 @@ std::string_view FormatOfContent(std::string_view begin, std::uint64_t size)
 {
   const bool isStl = IsBinaryStl(begin, size);
   begin = begin.substr(0, contentFormatBytes);
+  const std::string_view line = begin; // of a fixed width
   begin.remove_prefix(begin.starts_with(utf8Mark) ? utf8Mark.size() : 0);
   TakeBlanks(begin);
   for (const Mark& mark : marks)
   {
     if (begin.starts_with(mark.begin))
     {
-      return mark.ending;
+      return mark.ending == ".step" && begin.find("IFC") != std::string_view::npos ? ".ifc"
+                                                                                   : mark.ending;
     }
   }
-  for (const auto& [mark, ending] : { std::array<std::string_view, 2>{ "<VTKFile", ".vtp" },
-         { "<COLLADA", ".dae" }, { "<X3D", ".x3d" } })
+  for (const Mark& element : elements)
   {
-    if (begin.starts_with("<") && begin.find(mark) != std::string_view::npos)
+    if (begin.starts_with('<') && begin.find(element.begin) != std::string_view::npos)
     {
-      return ending;
+      return element.ending;
     }
   }
-  if (begin.starts_with("{") && begin.find("\"asset\"") != std::string_view::npos)
+  if (begin.starts_with('{'))
   {
-    return ".gltf";
+    return FormatOfJson(begin);
+  }
+  if (begin.starts_with("MM") && size > 6 && LittleEndian(begin, 2, 4) == size)
+  {
+    return ".3ds";
+  }
+  if (begin.starts_with("FORM") && begin.size() > 12 && begin.substr(8, 3) == "LWO")
+  {
+    return ".lwo";
+  }
+  if (line.size() > 262 && line.substr(257, 5) == "ustar")
+  {
+    return ".tar";
+  }
+  if (line.size() > 80 && line.substr(72, 8) == "S      1")
+  {
+    return ".iges";
+  }
+  std::string_view rest = begin;
+  if (TakeWord(rest) == "0" && TakeWord(rest) == "SECTION")
+  {
+    return ".dxf";
   }
   return isStl ? ".stl" : std::string_view();
 }
 
-std::string CompressedHint(std::string_view begin)
+std::string OtherFormatHint(ByteSource& source, std::string_view ending)
 {
-  constexpr std::array<std::array<std::string_view, 2>, 6> programs{ { { ".gz", "gunzip" },
-    { ".zip", "unzip" }, { ".bz2", "bunzip2" }, { ".xz", "unxz" }, { ".zst", "unzstd" },
-    { ".7z", "7z x" } } };
-  if (begin.starts_with("version https://git-lfs.github.com/spec/"))
+  const Result<std::string_view> peeked = source.Peek(contentFormatBytes);
+  const std::string begin(peeked ? peeked->substr(0, contentFormatBytes) : std::string_view());
+  std::string_view format = FormatOfContent(begin, source.Size());
+  std::string hint = UnreadHint(source, begin, format, ending);
+  source.Seek(source.Start());
+  format = format.empty() ? FormatOfText(begin) : format;
+  if (!hint.empty() || format.empty() || format == ending ||
+      (format == ".gltf" && ending == ".glb"))
   {
-    return "is a pointer of Git LFS, not the file that it stands for: run git lfs pull";
+    return hint;
   }
-  const std::string_view format = FormatOfContent(begin);
-  const auto* const found = std::find_if(programs.begin(), programs.end(),
-    [format](const auto& program) { return program[0] == format; });
-  return found == programs.end() ? std::string()
-                                 : "is compressed (" + std::string(format) +
-                                     "): unpack it first, by " + std::string((*found)[1]);
+  return "looks like a " + std::string(format) + " file, although its name " +
+         (ending.empty() ? "has no ending" : "ends in " + std::string(ending)) +
+         ": rename it to end in " + std::string(format);
 }
 
-std::string OtherFormatHint(std::string_view begin, std::string_view ending, std::uint64_t size)
+std::string UnknownEndingHint(ByteSource& source, std::string_view ending)
 {
-  if (std::string compressed = CompressedHint(begin); !compressed.empty())
-  {
-    return compressed;
-  }
-  std::string format(FormatOfContent(begin, size));
-  format = format.empty() ? FormatOfText(begin) : format;
-  if (format.empty() || format == ending || (format == ".gltf" && ending == ".glb"))
-  {
-    return {};
-  }
-  const bool isUnread = std::find(std::begin(unread), std::end(unread), format) != std::end(unread);
-  return "looks like a " + format + " file, although its name ends in " + std::string(ending) +
-         (IsRead(format) ? ": rename it to end in " + format
-           : isUnread    ? ", and such files are not read: convert it to .ply"
-                         : "");
+  const std::string hint = OtherFormatHint(source, ending);
+  const Unread* const known = FindUnread(ending);
+  const std::string quoted = "the ending '" + std::string(ending) + "' ";
+  return !hint.empty() ? hint
+         : known       ? quoted + "is that of " + TellUnread(*known)
+                       : quoted + "names no known mesh format; convert it to .ply";
 }
 
 }

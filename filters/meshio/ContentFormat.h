@@ -1,6 +1,9 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Which format a file has by its first bytes: for messages about files whose ending says otherwise.
+// Which format a file has by its bytes: for messages about files whose ending says otherwise, and
+// about formats that are not read.
 #pragma once
+
+#include "filters/meshio/ByteSource.h"
 
 #include <cstddef>
 #include <cstdint>
@@ -10,7 +13,7 @@
 namespace kdstream
 {
 
-// Bytes of a file that are enough.
+// Bytes of a file that are enough, but for what is in a ZIP archive.
 inline constexpr std::size_t contentFormatBytes = 512;
 
 // ".ply" for what begins as a PLY file does, and so on; empty if it is not known. size: of the
@@ -18,12 +21,14 @@ inline constexpr std::size_t contentFormatBytes = 512;
 // text STL, is enough: use it where reading has failed.
 std::string_view FormatOfContent(std::string_view begin, std::uint64_t size = 0);
 
-// "is compressed (.gz): unpack it first, by gunzip" for what begins as such files and archives do,
-// or that it is a pointer of Git LFS; else empty.
-std::string CompressedHint(std::string_view begin);
+// What is wrong with the file and what to do, where its content is of a format that is not read
+// ("is an FBX file, which is not read: …", "is compressed (.gz): unpack it first, by gunzip", a
+// pointer of Git LFS) or of another one than the ending names ("looks like a .ply file, although
+// its name ends in .stl: …"); else empty. Of a ZIP archive the names at its end are looked at, at
+// most 1 MiB of them. The source stands at its beginning then; one that cannot be read has no hint.
+std::string OtherFormatHint(ByteSource& source, std::string_view ending);
 
-// The same; or "looks like a .ply file, although its name ends in .stl", and what to do, where the
-// content is of another format than the ending; else empty.
-std::string OtherFormatHint(std::string_view begin, std::string_view ending, std::uint64_t size);
+// Why a file is not read whose ending no reader has: the hint, or what is known of the ending.
+std::string UnknownEndingHint(ByteSource& source, std::string_view ending);
 
 }

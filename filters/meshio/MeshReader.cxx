@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Chooses a mesh reader by the file's name: step "read" of the README's picture.
+// Chooses a mesh reader by the file's name: step "read" of the pipeline picture.
 #include "filters/meshio/MeshReader.h"
 
+#include "filters/core/Weld.h"
 #include "filters/meshio/ByteSource.h"
 #include "filters/meshio/ContentFormat.h"
 #include "filters/meshio/FileEnding.h"
@@ -47,11 +48,7 @@ Result<std::unique_ptr<MeshReader>> OpenByEnding(const std::string& ending, Byte
     return Error{ ErrorCode::Unsupported,
       ending + " files are not read in chunks; kdstream-convert makes a .ply of them" };
   }
-  const Result<std::string_view> begin = source.Peek(contentFormatBytes);
-  const std::string hint = begin ? CompressedHint(*begin) : std::string();
-  return Error{ ErrorCode::Unsupported,
-    hint.empty() ? "the ending '" + ending + "' names no known mesh format; convert it to .ply"
-                 : hint };
+  return Error{ ErrorCode::Unsupported, UnknownEndingHint(source, ending) };
 }
 
 }
@@ -65,8 +62,7 @@ Result<std::unique_ptr<MeshReader>> OpenFinite(const std::filesystem::path& file
   Result<ByteSource> source = OfFile(file.string(), ByteSource::Open(file));
   KDSTREAM_TRY(source);
   const std::string ending = FileEnding(file);
-  const Result<std::string_view> begin = source->Peek(contentFormatBytes);
-  const std::string hint = begin ? OtherFormatHint(*begin, ending, source->Size()) : std::string();
+  const std::string hint = OtherFormatHint(*source, ending);
   auto reader = OfFile(file.string(), OpenByEnding(ending, std::move(*source), execution, scratch));
   const bool unreadable =
     reader ? (*reader)->Info().vertices == 0 : reader.GetError().code == ErrorCode::InvalidInput;
@@ -133,6 +129,31 @@ Result<std::uint64_t> ReadAndDrop(std::uint64_t count, const Read& read)
   return done;
 }
 
+}
+
+Status MeshReader::ReadRest(Mesh& mesh, const Execution& execution)
+{
+  constexpr std::size_t chunk = std::size_t{ 1 } << 18; // vertices or faces
+  for (const bool triangles : { false, true })
+  {
+    for (;;)
+    {
+      const Result<std::size_t> read =
+        triangles ? this->ReadTriangles(mesh, chunk) : this->ReadVertices(mesh, chunk);
+      KDSTREAM_TRY(read);
+      if (*read == 0)
+      {
+        break;
+      }
+      const double size = std::max(1.0, double(this->FileSize()));
+      KDSTREAM_TRY(execution.Report("read", double(this->Position()) / size));
+    }
+  }
+  if (this->Info().soup)
+  {
+    WeldVertices(mesh);
+  }
+  return {};
 }
 
 Result<std::size_t> MeshReader::ReadFaces(Mesh& mesh, std::size_t mostTriangles)

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Chunked mesh readers: step "read" of the README's picture. A file goes through them in
+// Chunked mesh readers: step "read" of the pipeline picture. A file goes through them in
 // pieces that fit any memory limit: PLY, STL, OBJ and OFF.
 #pragma once
 
@@ -70,6 +70,10 @@ public:
   // The same, until about `mostTriangles` were appended: polygons and strips make many each. At
   // most as many faces.
   Result<std::size_t> ReadFaces(Mesh& mesh, std::size_t mostTriangles);
+
+  // All that is left, in chunks; a soup is welded. Progress is reported as step "read". Memory: the
+  // mesh. Errors: as above; Cancelled.
+  Status ReadRest(Mesh& mesh, const Execution& execution);
 
   // Goes on behind at most `count` further vertices, or faces, as if they had been read; returns
   // how many, 0 at the end. Where the format tells where they end (binary STL; binary PLY without

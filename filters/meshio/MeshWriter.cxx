@@ -2,7 +2,7 @@
 // Writing a mesh: .ply (binary, little endian), .stl (binary), .obj, .vtp and .wrl.
 #include "filters/meshio/MeshWriter.h"
 
-#include "filters/core/VectorMath.h"
+#include "filters/core/UnitVector.h"
 #include "filters/meshio/FileEnding.h"
 #include "filters/meshio/OutputFile.h"
 #include "filters/meshio/ply/PlyArrays.h"
@@ -135,13 +135,7 @@ void WritePly(OutputFile& file, const Mesh& mesh)
 // Unit normal of a triangle; zero if it has none.
 Vec3 NormalOf(const Vec3& a, const Vec3& b, const Vec3& c)
 {
-  const Vec3 n = Cross(Minus(b, a), Minus(c, a));
-  const double length = Length(n);
-  if (!(length > 0) || !std::isfinite(length))
-  {
-    return { 0, 0, 0 };
-  }
-  return { n[0] / length, n[1] / length, n[2] / length };
+  return UnitVector(Cross(Minus(b, a), Minus(c, a)));
 }
 
 void WriteStl(OutputFile& file, const Mesh& mesh)

@@ -150,6 +150,12 @@ Result<bool> ObjStatements::Next()
     }
     this->Text = this->Lines.Line();
     TrimFront(this->Text);
+    if (this->Text.starts_with("#MRGB "))
+    {
+      this->AsWritten = this->Folded = TakeWord(this->Text);
+      this->Word = ObjKeyword::Painted;
+      return true;
+    }
     if (this->Text.empty() || this->Text[0] == '#')
     {
       continue;
@@ -235,6 +241,7 @@ void ObjStatements::Understand()
 void ObjPassedOver::Add(const ObjStatements& statements)
 {
   this->Curves += statements.Keyword() == ObjKeyword::Curve ? 1 : 0;
+  this->Painted = this->Painted || statements.Keyword() == ObjKeyword::Painted;
   if (statements.Keyword() == ObjKeyword::Unknown && this->Unknown++ == 0)
   {
     this->FirstUnknown = QuotedText(statements.Written()) + " in line " +
@@ -247,6 +254,10 @@ void ObjPassedOver::Name(std::vector<std::string>& notCarried) const
   if (this->Curves > 0)
   {
     notCarried.push_back(std::to_string(this->Curves) + " lines and free-form curves or surfaces");
+  }
+  if (this->Painted)
+  {
+    notCarried.emplace_back("colours that ZBrush writes into comments (#MRGB)");
   }
   if (this->Unknown > 0)
   {

@@ -3,6 +3,7 @@
 #include "filters/meshio/ScratchTable.h"
 
 #include "filters/core/SystemReason.h"
+#include "filters/files/Folders.h"
 
 #include <algorithm>
 #include <cassert>
@@ -49,18 +50,7 @@ Status ScratchFile::Open()
     std::error_code status;
     this->Folder = std::filesystem::temp_directory_path(status);
   }
-#ifdef O_TMPFILE
-  this->Descriptor = open(this->Folder.c_str(), O_TMPFILE | O_RDWR | O_CLOEXEC, 0600);
-#endif
-  if (this->Descriptor < 0)
-  {
-    std::string name = (this->Folder / ".kdstream-scratch-XXXXXX").string();
-    this->Descriptor = mkostemp(name.data(), O_CLOEXEC);
-    if (this->Descriptor >= 0)
-    {
-      unlink(name.c_str());
-    }
-  }
+  this->Descriptor = OpenNameless(this->Folder);
   return this->Descriptor >= 0 ? Status() : this->Failure("made");
 }
 

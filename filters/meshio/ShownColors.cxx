@@ -39,9 +39,10 @@ std::optional<AttributeInfo> FreeName(std::span<const AttributeInfo> attributes)
 // Three arrays of a number each.
 std::optional<HiddenColors> FindTriple(std::span<const AttributeInfo> attributes)
 {
-  constexpr std::array<std::array<std::string_view, 3>, 4> triples{ { { "red", "green", "blue" },
+  constexpr std::array<std::array<std::string_view, 3>, 5> triples{ { { "red", "green", "blue" },
     { "r", "g", "b" }, { "diffuse_red", "diffuse_green", "diffuse_blue" },
-    { "diffuse_r", "diffuse_g", "diffuse_b" } } };
+    { "diffuse_r", "diffuse_g", "diffuse_b" },
+    { "ambient_red", "ambient_green", "ambient_blue" } } };
   for (const auto& names : triples)
   {
     HiddenColors colors;
@@ -80,7 +81,12 @@ std::optional<HiddenColors> FindArray(std::span<const AttributeInfo> attributes,
                                      (array.components == 3 || array.components == 4);
     if (known && array.association == AttributeAssociation::Point)
     {
-      return HiddenColors{ { i, i, i }, { 0, 1, 2 }, harmonics, {} };
+      return HiddenColors{ { i, i, i }, { 0, 1, 2 }, harmonics, false, {} };
+    }
+    if (!harmonics && array.association == AttributeAssociation::Point && array.components == 1 &&
+        (name == "rgb" || name == "rgba") && SizeOf(array.type) == 4 && !IsReal(array.type))
+    {
+      return HiddenColors{ { i, i, i }, {}, false, true, {} };
     }
   }
   return std::nullopt;
@@ -237,7 +243,7 @@ std::string ColorWhite::Doubt() const
 
 void ColorScale::LookAt(std::span<const Attribute> attributes, std::size_t begin)
 {
-  for (std::size_t k = 0; k < 3 && !this->Colors.harmonics; ++k)
+  for (std::size_t k = 0; k < 3 && !this->Colors.harmonics && !this->Colors.packed; ++k)
   {
     const Attribute& array = attributes[this->Colors.arrays[k]];
     for (std::size_t i = begin; i < array.TupleCount(); ++i)
@@ -254,6 +260,19 @@ void ColorScale::Append(
   constexpr double most = 255;
   const double white = this->White.White();
   shown.values.resize(end * shown.TupleSize(), std::uint8_t{ 255 }); // opaque
+  for (std::size_t i = begin; i < end && this->Colors.packed; ++i)
+  {
+    const double number = attributes[this->Colors.arrays[0]].Get(i, 0);
+    const auto bits = static_cast<std::uint32_t>(static_cast<std::int64_t>(number));
+    for (std::size_t k = 0; k < 3; ++k)
+    {
+      shown.Set(i, k, double(bits >> (16 - 8 * k) & 255U));
+    }
+  }
+  if (this->Colors.packed)
+  {
+    return;
+  }
   for (std::size_t k = 0; k < 3; ++k)
   {
     const Attribute& array = attributes[this->Colors.arrays[k]];
@@ -276,6 +295,11 @@ std::string ColorScale::Tell(std::span<const AttributeInfo> attributes) const
   if (this->Colors.harmonics)
   {
     return names + " is taken for the colours of Gaussian splats, and shown as " +
+           this->Colors.shown.name;
+  }
+  if (this->Colors.packed)
+  {
+    return names + " is taken for colours of three bytes in a number (0xRRGGBB), and shown as " +
            this->Colors.shown.name;
   }
   const std::string doubt = this->White.Doubt();

@@ -24,12 +24,14 @@ struct HiddenColors
   // Of red, green and blue: the array, and the component in it.
   std::array<std::size_t, 3> arrays{}, components{};
   bool harmonics = false; // f_dc: colour is 0.5 + 0.2820948 f
+  bool packed = false;    // 0xRRGGBB in one number
   AttributeInfo shown{};  // the array to make: "RGB", or "RGBA" where that name is taken
 };
 
 // None where there are colours that are shown (RoleOf), or no others. Known are, whatever their
-// case: red green blue, r g b, diffuse_red …, three arrays of numbers of one type; one array of
-// three or four components named rgb, rgba, color, colour, colors, diffuse; f_dc of three floats.
+// case: red green blue, r g b, diffuse_red …, ambient_red …, three arrays of numbers of one type;
+// one array of three or four components named rgb, rgba, color, colour, colors, diffuse; rgb or
+// rgba of one whole number of 32 bits; f_dc of three floats.
 std::optional<HiddenColors> FindHiddenColors(std::span<const AttributeInfo> attributes);
 
 // What is white in colours that are numbers, for every format: 1, 255 or 65535, by most of the

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Reads STL files in chunks: step "read" of the README's picture.
+// Reads STL files in chunks: step "read" of the pipeline picture.
 #pragma once
 
 #include "filters/core/Execution.h"

@@ -52,6 +52,8 @@ public:
   double Fraction() const;                                   // of the file that is read
   // Begins again with the first line.
   void Restart();
+  // Whether lines end with \r alone, known once a line has been read.
+  bool EndWithReturns() const { return this->ReturnsEnd; }
   // Zeros behind the text, known once a line has been read.
   std::uint64_t Padding() const { return this->Zeros; }
 

@@ -46,6 +46,8 @@ constexpr std::array<LapseText, lapseKinds> texts{ {
     "ends of parts are missing, which may be cut there", "end missing", "ends missing" },
   { "fields_not_known", "field is not one of the format's and is left out",
     "fields are not those of the format and are left out", "field not known", "fields not known" },
+  { "nodes_left_out", "node cannot be read and is left out",
+    "nodes cannot be read and are left out", "node left out", "nodes left out" },
 } };
 
 constexpr std::string_view forgivenMark = "forgiven ", readingMark = "reading ";

@@ -34,8 +34,10 @@ enum class Lapse : std::uint8_t
   ColumnsGuessed, // the first column of points as text may be a coordinate, a number or a time
   EndMissing,     // the word that ends a text is missing: it may have been cut there
   FieldNotKnown,  // a field of a scene that its format does not have, which is not read
+  NodeLeftOut,    // a node of a scene that its format does not have, or that lies in a file that is
+                  // not there, or whose sizes make no shape
 };
-inline constexpr std::size_t lapseKinds = 11;
+inline constexpr std::size_t lapseKinds = 12;
 
 // Counts of a file, and which of two readings were taken. Without memory to speak of.
 class Tolerance

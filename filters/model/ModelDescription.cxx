@@ -2,7 +2,7 @@
 #include "filters/model/ModelDescription.h"
 
 #include "filters/core/Texts.h"
-#include "filters/core/VectorMath.h"
+#include "filters/core/UnitVector.h"
 
 #include <algorithm>
 #include <cmath>
@@ -76,22 +76,10 @@ ModelSummary Summarize(const ModelDescription& model)
 
 std::optional<Vec3> DirectionOf(const Vec3& vector)
 {
-  double largest = 0;
-  for (const double component : vector)
-  {
-    if (!std::isfinite(component))
-    {
-      return std::nullopt;
-    }
-    largest = std::max(largest, std::abs(component));
-  }
-  if (largest < std::numeric_limits<double>::min()) // whose inverse may be infinite
-  {
-    return std::nullopt;
-  }
-  const Vec3 scaled{ vector[0] / largest, vector[1] / largest, vector[2] / largest };
-  const double length = Length(scaled);
-  return Vec3{ scaled[0] / length + 0.0, scaled[1] / length + 0.0, scaled[2] / length + 0.0 };
+  const bool isLong = std::any_of(vector.begin(), vector.end(), // enough for its inverse
+    [](double x) { return std::abs(x) >= std::numeric_limits<double>::min(); });
+  const auto unit = ScaledUnitVector(vector);
+  return isLong && unit ? std::optional(WithPositiveZeros(*unit)) : std::nullopt;
 }
 
 Vec3 FrontOf(const Vec3& up)

@@ -146,6 +146,14 @@ Result<std::uint64_t> ParseSize(const std::string& text)
   return static_cast<std::uint64_t>(value * factor);
 }
 
+CLI::Option* FindOption(const CLI::App& app, const std::string& name)
+{
+  // The overload that is not const gives options that may be changed, as App::get_option does.
+  return const_cast<CLI::App&>(app)
+    .get_options([&](const CLI::Option* option) { return option->check_name(name); })
+    .at(0);
+}
+
 CLI::Option* AddSizeOption(
   CLI::App& app, const std::string& name, std::uint64_t& bytes, const std::string& help)
 {

@@ -48,6 +48,9 @@ void PrintWritten(
 
 // "256M", "1.5G" (binary units), or a number of bytes.
 Result<std::uint64_t> ParseSize(const std::string& text);
+// The option of that name, which is there. CLI11's own search (also App::count) is noexcept and
+// copies names: where memory runs out in it the program ends by a signal.
+CLI::Option* FindOption(const CLI::App& app, const std::string& name);
 // An option of that form, checked while parsing.
 CLI::Option* AddSizeOption(
   CLI::App& app, const std::string& name, std::uint64_t& bytes, const std::string& help);

@@ -3,6 +3,7 @@
 
 #include "filters/core/BitCast.h"
 #include "filters/core/SystemReason.h"
+#include "filters/files/Folders.h"
 
 #include <fcntl.h>
 #include <unistd.h>
@@ -28,18 +29,6 @@ Error CannotPutAside(const std::filesystem::path& folder)
 std::uint32_t BitsOf(float deviation)
 {
   return BitCast<std::uint32_t>(deviation + 0.0F); // no -0.0
-}
-
-// A file that nobody else sees, and that goes with the process.
-int MakeFile(const std::filesystem::path& folder)
-{
-  std::string name = (folder / ".kdstream-deviations.XXXXXX").string();
-  const int file = ::mkostemp(name.data(), O_CLOEXEC);
-  if (file >= 0)
-  {
-    ::unlink(name.c_str());
-  }
-  return file;
 }
 
 }
@@ -76,7 +65,7 @@ Status DeviationList::Add(std::span<const float> deviations)
 
 Status DeviationList::Flush()
 {
-  if (this->File < 0 && (this->File = MakeFile(this->Folder)) < 0)
+  if (this->File < 0 && (this->File = OpenNameless(this->Folder)) < 0)
   {
     return CannotPutAside(this->Folder);
   }

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // The ranges of the arrays that viewers may colour by, gathered as a store is written: part of step
-// "store" of the README's picture.
+// "store" of the pipeline picture.
 #pragma once
 
 #include "filters/core/pieces/Piece.h"

@@ -113,7 +113,8 @@ std::string Store::UnusedName(std::uint32_t part)
   return "unused/" + std::to_string(part);
 }
 
-Status Store::CheckHas(const BlobId& blob) const
+// Where the blob is. Errors: NotFound where the model has no such blob.
+Result<BlobRow> Store::RowOf(const BlobId& blob) const
 {
   const ModelDescription& info = this->Information;
   if (!protocol::IsValid(blob))
@@ -121,13 +122,16 @@ Status Store::CheckHas(const BlobId& blob) const
     return Error{ ErrorCode::NotFound, "no model has such a blob" };
   }
   const bool isOfPartition = protocol::IsOfOriginal(blob) && blob.number < info.partitions;
+  BlobRow row{ BlobTable::Pieces, blob.number, BlobName(blob) };
   bool has = false;
   switch (blob.kind)
   {
     case protocol::BlobKind::Tree:
+      row.table = BlobTable::Tree;
       has = IsTreePage(blob.number, info.depths);
       break;
     case protocol::BlobKind::Boxes:
+      row.table = BlobTable::Boxes;
       has = HasPartitionBoxes(blob.number, info.depths);
       break;
     case protocol::BlobKind::Level:
@@ -137,45 +141,33 @@ Status Store::CheckHas(const BlobId& blob) const
       has = isOfPartition;
       break;
     case protocol::BlobKind::Texture:
+      row.table = BlobTable::Textures;
       has = isOfPartition && info.textures;
       break;
   }
-  return has ? Status{} : Error{ ErrorCode::NotFound, "the model has no " + BlobName(blob) };
+  if (!has)
+  {
+    return Error{ ErrorCode::NotFound, "the model has no " + row.name };
+  }
+  if (row.table == BlobTable::Pieces)
+  {
+    row.key = PieceRow(PieceOfBlob(blob, info.depths));
+  }
+  return row;
 }
 
 Result<std::vector<std::uint8_t>> Store::Read(const BlobId& blob, const Execution&) const
 {
-  KDSTREAM_TRY(this->CheckHas(blob));
-  const std::string name = BlobName(blob);
-  switch (blob.kind)
-  {
-    case protocol::BlobKind::Tree:
-      return this->Database->ReadOfNode(StoreQuery::TreePage, blob.number, name);
-    case protocol::BlobKind::Boxes:
-      return this->Database->ReadOfNode(StoreQuery::Boxes, blob.number, name);
-    case protocol::BlobKind::Texture:
-      return this->Database->ReadOfNode(StoreQuery::Texture, blob.number, name);
-    default:
-      return this->Database->ReadPiece(PieceOfBlob(blob, this->Information.depths), name);
-  }
+  const Result<BlobRow> row = this->RowOf(blob);
+  KDSTREAM_TRY(row);
+  return this->Database->Read(*row);
 }
 
 Result<std::uint64_t> Store::Size(const BlobId& blob) const
 {
-  KDSTREAM_TRY(this->CheckHas(blob));
-  const std::string name = BlobName(blob);
-  switch (blob.kind)
-  {
-    case protocol::BlobKind::Tree:
-      return this->Database->ReadNumber(StoreQuery::TreePageSize, blob.number, name);
-    case protocol::BlobKind::Boxes:
-      return this->Database->ReadNumber(StoreQuery::BoxesSize, blob.number, name);
-    case protocol::BlobKind::Texture:
-      return this->Database->ReadNumber(StoreQuery::TextureSize, blob.number, name);
-    default:
-      return this->Database->ReadNumber(
-        StoreQuery::PieceSize, PieceRow(PieceOfBlob(blob, this->Information.depths)), name);
-  }
+  const Result<BlobRow> row = this->RowOf(blob);
+  KDSTREAM_TRY(row);
+  return this->Database->Size(*row);
 }
 
 Result<std::vector<std::uint8_t>> Store::ReadUnusedBlob(std::uint32_t part) const
@@ -184,7 +176,7 @@ Result<std::vector<std::uint8_t>> Store::ReadUnusedBlob(std::uint32_t part) cons
   {
     return Error{ ErrorCode::NotFound, "the model has no such part of unused vertices" };
   }
-  return this->Database->ReadOfNode(StoreQuery::Unused, part, UnusedName(part));
+  return this->Database->Read({ BlobTable::Unused, part, UnusedName(part) });
 }
 
 Result<Piece> Store::ReadUnused(std::uint32_t part) const
@@ -284,38 +276,6 @@ Result<std::vector<Box>> Store::ReadBoxes(const Execution& execution) const
   }
   UniteBoxes(boxes);
   return boxes;
-}
-
-Result<PieceTable> Store::ReadPieceTable(std::span<const Box> boxes) const
-{
-  PieceTable pieces(this->Information.depths, this->Information.HasLevels());
-  for (const NodeId page : TreePages(this->Information.depths))
-  {
-    const auto blob = this->Read(BlobId::TreePage(page));
-    KDSTREAM_TRY(blob);
-    KDSTREAM_TRY(this->DecodePage(*blob, page, boxes, pieces));
-  }
-  return pieces;
-}
-
-Status Store::DecodePage(std::span<const std::uint8_t> blob, NodeId page,
-  std::span<const Box> boxes, PieceTable& pieces) const
-{
-  const TreeDepths& depths = this->Information.depths;
-  const auto told =
-    DecodeTreePage(blob, page, RoundedBoxOf(boxes, page), depths, this->Information.HasLevels());
-  KDSTREAM_TRY(told);
-  if (told->boxes != RoundTreePageBoxes(boxes, page, depths))
-  {
-    return DamagedBlob(
-      BlobName(BlobId::TreePage(page)), "its boxes are not those of the partitions");
-  }
-  const std::vector<PieceId> ids = PiecesOfTreePage(page, depths, this->Information.HasLevels());
-  for (std::size_t i = 0; i < ids.size(); ++i)
-  {
-    pieces.At(ids[i]) = told->facts[i];
-  }
-  return {};
 }
 
 std::vector<PieceId> Store::PieceIds() const

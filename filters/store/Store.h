@@ -21,6 +21,7 @@
 namespace kdstream
 {
 
+struct BlobRow;   // StoreConnection.h
 struct FileState; // StoreFile.h
 
 // Reads one store. Any number of threads may read at once. The store is the file that was opened,
@@ -71,9 +72,6 @@ public:
     std::span<const PieceId> ids, const Execution& execution = {}) const override;
   // The exact boxes of nodes 1 … 2^(P+1) - 1, heap order.
   Result<std::vector<Box>> ReadBoxes(const Execution& execution = {}) const override;
-  // What the pages of the tree tell of the pieces. boxes: of ReadBoxes. Errors: besides, Damaged
-  // where a page's boxes are not these, rounded.
-  Result<PieceTable> ReadPieceTable(std::span<const Box> boxes) const;
 
   // Ids of every piece the model has, coarse to fine, nodes ascending.
   std::vector<PieceId> PieceIds() const;
@@ -92,12 +90,10 @@ private:
   class Verification;
   Result<Piece> Decode(std::span<const std::uint8_t> blob, PieceId id) const;
   Result<Piece> DecodeUnused(std::span<const std::uint8_t> blob, std::uint32_t part) const;
-  Status DecodePage(std::span<const std::uint8_t> blob, NodeId page, std::span<const Box> boxes,
-    PieceTable& pieces) const;
   // Calls `visit` for each of PieceIds, until it fails.
   Status VisitPieceIds(const std::function<Status(PieceId)>& visit) const;
   bool AttributesFit(const Piece& piece) const;
-  Status CheckHas(const protocol::BlobId& blob) const;
+  Result<BlobRow> RowOf(const protocol::BlobId& blob) const;
   std::string NameOfRow(std::int64_t row) const;
   std::unique_ptr<Connection> Database;
   ModelDescription Information;

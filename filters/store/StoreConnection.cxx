@@ -13,18 +13,20 @@ namespace kdstream
 namespace
 {
 
-// In the order of StoreQuery. SQLite would take a text for a blob, of which it tells the characters
-// as its length, and not the bytes.
-constexpr std::array queryTexts{
-  "SELECT vertices, triangles, data, checksum FROM pieces WHERE id = ? AND typeof(data) = 'blob'",
+// In the order of BlobTable: blobs, and how many bytes they have. SQLite would take a text for a
+// blob, of which it tells the characters as its length, and not the bytes.
+constexpr std::size_t tableCount = 5;
+constexpr std::array<const char*, 2 * tableCount> queryTexts{
+  "SELECT data, checksum, vertices, triangles FROM pieces WHERE id = ? AND typeof(data) = 'blob'",
   "SELECT data, checksum FROM tree WHERE page = ? AND typeof(data) = 'blob'",
   "SELECT data, checksum FROM boxes WHERE node = ? AND typeof(data) = 'blob'",
+  "SELECT data, checksum FROM textures WHERE partition = ? AND typeof(data) = 'blob'",
+  "SELECT data, checksum FROM unused WHERE part = ? AND typeof(data) = 'blob'",
   "SELECT length(data) FROM pieces WHERE id = ? AND typeof(data) = 'blob'",
   "SELECT length(data) FROM tree WHERE page = ? AND typeof(data) = 'blob'",
   "SELECT length(data) FROM boxes WHERE node = ? AND typeof(data) = 'blob'",
-  "SELECT data, checksum FROM textures WHERE partition = ? AND typeof(data) = 'blob'",
   "SELECT length(data) FROM textures WHERE partition = ? AND typeof(data) = 'blob'",
-  "SELECT data, checksum FROM unused WHERE part = ? AND typeof(data) = 'blob'",
+  "SELECT length(data) FROM unused WHERE part = ? AND typeof(data) = 'blob'",
 };
 // What a row says of itself is under its checksum, but for these two, which its id says as well.
 constexpr const char* selectMislabelled =
@@ -44,14 +46,18 @@ Error OfBlob(const std::string& blob, const Error& error)
   return { IsTransient(error) ? error.code : ErrorCode::Damaged, blob + ": " + error.message };
 }
 
-}
-
-namespace
-{
-
 Error WasChanged()
 {
   return { ErrorCode::Changed, "the file was changed while it was open" };
+}
+
+std::int64_t ChecksumOf(
+  const BlobRow& blob, const Statement& row, std::span<const std::uint8_t> data)
+{
+  return blob.table == BlobTable::Pieces
+           ? PieceChecksum(*PieceOfRow(blob.key), static_cast<std::uint64_t>(row.Integer(2)),
+               static_cast<std::uint64_t>(row.Integer(3)), data)
+           : NodeChecksum(static_cast<NodeId>(blob.key), data);
 }
 
 }
@@ -197,10 +203,7 @@ Result<std::unique_ptr<Store::Connection::Reader>> Store::Connection::Take()
   auto reader = std::make_unique<Reader>();
   for (std::size_t query = 0; query < queryTexts.size(); ++query)
   {
-    const bool ofTextures = query == static_cast<std::size_t>(StoreQuery::Texture) ||
-                            query == static_cast<std::size_t>(StoreQuery::TextureSize);
-    const bool ofUnused = query == static_cast<std::size_t>(StoreQuery::Unused);
-    if ((ofTextures && !this->Textured) || (ofUnused && !this->WithUnused))
+    if (!this->HasTable(query % tableCount))
     {
       continue;
     }
@@ -218,88 +221,65 @@ void Store::Connection::Return(std::unique_ptr<Reader> reader)
   this->Idle.push_back(std::move(reader));
 }
 
-// What was read, unless the file is another one by now.
-template <class Value>
-Result<Value> Store::Connection::Checked(const std::string& name, Result<Value> read)
+bool Store::Connection::HasTable(std::size_t table) const
 {
-  const Status unchanged = this->CheckUnchanged();
-  if (!unchanged)
-  {
-    return Error{ unchanged.GetError().code, name + ": " + unchanged.GetError().message };
-  }
-  return read;
+  return table == static_cast<std::size_t>(BlobTable::Textures) ? this->Textured
+         : table == static_cast<std::size_t>(BlobTable::Unused) ? this->WithUnused
+                                                                : true;
 }
 
-// What `take` makes of the row `key`.
+// What `take` makes of the row, unless the file is another one by now.
 template <class Value, class TakeRow>
-Result<Value> Store::Connection::ReadRow(
-  StoreQuery select, std::int64_t key, const std::string& name, const TakeRow& take)
+Result<Value> Store::Connection::ReadRow(const BlobRow& blob, bool sizeOnly, const TakeRow& take)
 {
   Result<std::unique_ptr<Reader>> reader = this->Take();
-  if (!reader)
+  Result<Value> result =
+    reader ? DamagedBlob(blob.name, "row is missing") : OfBlob(blob.name, reader.GetError());
+  if (reader)
   {
-    return OfBlob(name, reader.GetError());
-  }
-  Statement& statement = (*reader)->statements[static_cast<std::size_t>(select)];
-  statement.Bind(1, key);
-  const Result<bool> row = statement.Step();
-  Result<Value> result = row ? DamagedBlob(name, "row is missing") : OfBlob(name, row.GetError());
-  if (row && *row)
-  {
-    result = take(statement);
-  }
-  statement.Reset();
-  if (row) // SQLite tells of a damaged page once: a connection that has it in memory takes it as it
-           // is
-  {
-    this->Return(std::move(*reader));
-  }
-  return result;
-}
-
-// The blob in column `column` of row `key`, if isWhole(row, data) says that its checksum holds.
-template <class IsWhole>
-Result<std::vector<std::uint8_t>> Store::Connection::ReadBlob(
-  StoreQuery select, std::int64_t key, int column, const std::string& name, const IsWhole& isWhole)
-{
-  return this->Checked(name, this->ReadRow<std::vector<std::uint8_t>>(select, key, name,
-                               [&](const Statement& row) -> Result<std::vector<std::uint8_t>>
-                               {
-                                 const auto data = row.Blob(column);
-                                 this->Bytes += data.size();
-                                 if (!isWhole(row, data))
-                                 {
-                                   return DamagedBlob(name, "wrong checksum");
-                                 }
-                                 return std::vector<std::uint8_t>(data.begin(), data.end());
-                               }));
-}
-
-Result<std::vector<std::uint8_t>> Store::Connection::ReadPiece(PieceId id, const std::string& name)
-{
-  return this->ReadBlob(StoreQuery::Piece, PieceRow(id), 2, name,
-    [id](const Statement& row, std::span<const std::uint8_t> data)
+    Statement& statement =
+      (*reader)->statements[static_cast<std::size_t>(blob.table) + (sizeOnly ? tableCount : 0)];
+    statement.Bind(1, blob.key);
+    const Result<bool> row = statement.Step();
+    if (!row)
     {
-      const auto vertices = static_cast<std::uint64_t>(row.Integer(0));
-      const auto triangles = static_cast<std::uint64_t>(row.Integer(1));
-      return PieceChecksum(id, vertices, triangles, data) == row.Integer(3);
+      result = OfBlob(blob.name, row.GetError());
+    }
+    else if (*row)
+    {
+      result = take(statement);
+    }
+    statement.Reset();
+    if (row) // SQLite reports a damaged page once: a connection that has it in memory uses it
+    {
+      this->Return(std::move(*reader));
+    }
+  }
+  const Status unchanged = this->CheckUnchanged();
+  return unchanged
+           ? std::move(result)
+           : Error{ unchanged.GetError().code, blob.name + ": " + unchanged.GetError().message };
+}
+
+Result<std::vector<std::uint8_t>> Store::Connection::Read(const BlobRow& blob)
+{
+  return this->ReadRow<std::vector<std::uint8_t>>(blob, false,
+    [&](const Statement& row) -> Result<std::vector<std::uint8_t>>
+    {
+      const auto data = row.Blob(0);
+      this->Bytes += data.size();
+      if (ChecksumOf(blob, row, data) != row.Integer(1))
+      {
+        return DamagedBlob(blob.name, "wrong checksum");
+      }
+      return std::vector<std::uint8_t>(data.begin(), data.end());
     });
 }
 
-Result<std::vector<std::uint8_t>> Store::Connection::ReadOfNode(
-  StoreQuery select, NodeId node, const std::string& name)
+Result<std::uint64_t> Store::Connection::Size(const BlobRow& blob)
 {
-  return this->ReadBlob(select, node, 0, name,
-    [node](const Statement& row, std::span<const std::uint8_t> data)
-    { return NodeChecksum(node, data) == row.Integer(1); });
-}
-
-Result<std::uint64_t> Store::Connection::ReadNumber(
-  StoreQuery select, std::int64_t key, const std::string& name)
-{
-  return this->Checked(
-    name, this->ReadRow<std::uint64_t>(select, key, name,
-            [](const Statement& row) { return static_cast<std::uint64_t>(row.Integer(0)); }));
+  return this->ReadRow<std::uint64_t>(
+    blob, true, [](const Statement& row) { return static_cast<std::uint64_t>(row.Integer(0)); });
 }
 
 Status Store::Connection::VisitMislabelled(

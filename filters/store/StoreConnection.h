@@ -19,18 +19,22 @@
 namespace kdstream
 {
 
-// The statements of a connection, each with one row to find.
-enum class StoreQuery : std::size_t
+// The tables of blobs, each of which is a row.
+enum class BlobTable : std::size_t
 {
-  Piece,
-  TreePage,
+  Pieces,
+  Tree,
   Boxes,
-  PieceSize,
-  TreePageSize,
-  BoxesSize,
-  Texture, // these two where a model has textures
-  TextureSize,
-  Unused, // where it has unused vertices
+  Textures, // where a model has them
+  Unused,   // where it has unused vertices
+};
+
+// Where a blob is, and what errors call it.
+struct BlobRow
+{
+  BlobTable table = BlobTable::Pieces;
+  std::int64_t key = 0;
+  std::string name;
 };
 
 // A blob of a store, or its metadata, that is not what was written.
@@ -64,13 +68,10 @@ public:
   // Of all blobs so far, whether they were whole or not.
   std::uint64_t BytesRead() const { return this->Bytes; }
 
-  // The blob of a piece, whose checksum holds. name: what errors call it, here and below.
-  Result<std::vector<std::uint8_t>> ReadPiece(PieceId id, const std::string& name);
-  // The same of a row of tree, boxes, textures or unused.
-  Result<std::vector<std::uint8_t>> ReadOfNode(
-    StoreQuery select, NodeId node, const std::string& name);
-  // The number in the only column of row `key`.
-  Result<std::uint64_t> ReadNumber(StoreQuery select, std::int64_t key, const std::string& name);
+  // The blob of a row, whose checksum holds.
+  Result<std::vector<std::uint8_t>> Read(const BlobRow& blob);
+  // How many bytes it has; they are neither read nor checked.
+  Result<std::uint64_t> Size(const BlobRow& blob);
   // note(id, error) for each row of a piece whose other columns do not agree with its id, as long
   // as it returns true.
   Status VisitMislabelled(const std::function<bool(std::int64_t id, const Error& error)>& note);
@@ -82,14 +83,9 @@ private:
   Result<std::string> ReadDigest() const;
   Result<std::unique_ptr<Reader>> Take();
   void Return(std::unique_ptr<Reader> reader);
-  template <class Value>
-  Result<Value> Checked(const std::string& name, Result<Value> read);
+  bool HasTable(std::size_t table) const;
   template <class Value, class TakeRow>
-  Result<Value> ReadRow(
-    StoreQuery select, std::int64_t key, const std::string& name, const TakeRow& take);
-  template <class IsWhole>
-  Result<std::vector<std::uint8_t>> ReadBlob(StoreQuery select, std::int64_t key, int column,
-    const std::string& name, const IsWhole& isWhole);
+  Result<Value> ReadRow(const BlobRow& blob, bool sizeOnly, const TakeRow& take);
 
   const std::unique_ptr<const StoreFile> File;
   const std::string Digest;

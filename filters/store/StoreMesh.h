@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Meshes out of a store, or of what a server has of one: any cut drawn as one surface, or
-// partitions glued together. Step "draw" of the README's picture, without a viewer.
+// partitions glued together. Step "draw" of the pipeline picture, without a viewer.
 #pragma once
 
 #include "filters/core/Result.h"

@@ -11,7 +11,7 @@
 
 #include <algorithm>
 #include <cmath>
-#include <optional>
+#include <span>
 #include <utility>
 
 namespace kdstream
@@ -143,17 +143,12 @@ private:
   {
     const auto boxes = this->CheckBoxes();
     KDSTREAM_TRY(boxes);
-    const TreeDepths& depths = this->Whole.Information.depths;
-    std::optional<PieceTable> pieces; // without boxes pages are not decoded: they are told in them
-    if (!boxes->empty())
-    {
-      pieces.emplace(depths, this->Whole.Information.HasLevels());
-    }
-    for (const NodeId page : TreePages(depths))
+    for (const NodeId page : TreePages(this->Whole.Information.depths))
     {
       const auto blob = this->Whole.Read(BlobId::TreePage(page));
+      const bool isDecoded = blob && !boxes->empty(); // relative to the boxes
       this->Note(BlobName(BlobId::TreePage(page)),
-        blob && pieces ? this->Whole.DecodePage(*blob, page, *boxes, *pieces) : OnlyStatus(blob));
+        isDecoded ? this->CheckPage(*blob, page, *boxes) : OnlyStatus(blob));
       if (blob)
       {
         this->Digest.AddTreePage(page, *blob);
@@ -161,6 +156,19 @@ private:
       KDSTREAM_TRY(this->EndWhereMuchIsWrong());
     }
     return {};
+  }
+
+  Status CheckPage(
+    std::span<const std::uint8_t> blob, NodeId page, std::span<const Box> boxes) const
+  {
+    const TreeDepths& depths = this->Whole.Information.depths;
+    const auto told = DecodeTreePage(
+      blob, page, RoundedBoxOf(boxes, page), depths, this->Whole.Information.HasLevels());
+    KDSTREAM_TRY(told);
+    return told->boxes == RoundTreePageBoxes(boxes, page, depths)
+             ? Status{}
+             : DamagedBlob(
+                 BlobName(BlobId::TreePage(page)), "its boxes are not those of the partitions");
   }
 
   // Parts as many as Store::Open found room for.

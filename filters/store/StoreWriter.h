@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Writing a store: step "store" of the README's picture. The file appears whole or not at all.
+// Writing a store: step "store" of the pipeline picture. The file appears whole or not at all.
 #pragma once
 
 #include "filters/core/Result.h"

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Pictures as colours of vertices. Part of step "read" of the README's picture.
+// Pictures as colours of vertices. Part of step "read" of the pipeline picture.
 #pragma once
 
 #include "filters/core/Execution.h"

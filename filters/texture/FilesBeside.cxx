@@ -2,6 +2,9 @@
 // The files that a mesh names: see FilesBeside.h.
 #include "filters/texture/FilesBeside.h"
 
+#include "filters/core/Texts.h"
+#include "filters/files/Folders.h"
+
 #include <algorithm>
 #include <array>
 #include <charconv>
@@ -68,7 +71,7 @@ std::string FromLatin(std::string_view name)
 
 bool IsBlankOfName(char c)
 {
-  return c == ' ' || c == '\t' || c == '\r';
+  return blanksOfNames.find(c) != std::string_view::npos;
 }
 
 }
@@ -88,23 +91,11 @@ std::filesystem::path FileBeside(const std::filesystem::path& base, std::string_
 
 std::string_view WithoutQuotes(std::string_view name)
 {
-  const auto trim = [&name]()
-  {
-    while (!name.empty() && IsBlankOfName(name.front()))
-    {
-      name.remove_prefix(1);
-    }
-    while (!name.empty() && IsBlankOfName(name.back()))
-    {
-      name.remove_suffix(1);
-    }
-  };
-  trim();
+  name = Trimmed(name, blanksOfNames);
   if (name.size() >= 2 && (name.front() == '"' || name.front() == '\'') &&
       name.back() == name.front())
   {
-    name = name.substr(1, name.size() - 2);
-    trim();
+    name = Trimmed(name.substr(1, name.size() - 2), blanksOfNames);
   }
   return name;
 }
@@ -171,13 +162,14 @@ const FilesBeside::Names& FilesBeside::NamesOf(const std::filesystem::path& fold
     return none;
   }
   Names& names = this->Folders[folder];
-  std::error_code failed;
-  std::filesystem::directory_iterator at(folder.empty() ? "." : folder, failed);
-  for (std::size_t count = 0;
-       !failed && at != std::filesystem::directory_iterator() && count < mostNames;
-       at.increment(failed), ++count)
+  Result<std::vector<std::string>> read = NamesIn(folder.empty() ? "." : folder);
+  if (!read)
   {
-    std::string name = at->path().filename().string();
+    return names;
+  }
+  read->resize(std::min<std::size_t>(read->size(), mostNames));
+  for (const std::string& name : *read)
+  {
     const auto [place, added] = names.emplace(FoldedName(name), name);
     place->second = added ? place->second : std::nullopt;
   }

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // The files that a mesh names: pictures and libraries of materials, as other programs and other
-// systems write their names. Part of step "read" of the README's picture.
+// systems write their names. Part of step "read" of the pipeline picture.
 #pragma once
 
 #include <filesystem>
@@ -17,6 +17,9 @@ namespace kdstream
 // its last part, in the folder itself. So a mesh reads no file outside its folder, but through
 // links that lie in it. Backslashes are slashes.
 std::filesystem::path FileBeside(const std::filesystem::path& base, std::string_view written);
+
+// What lies around names of files and materials, where a statement has them.
+inline constexpr std::string_view blanksOfNames = " \t\r";
 
 // A name without blanks around it, and without quotes around that.
 std::string_view WithoutQuotes(std::string_view name);

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "filters/texture/FindTextures.h"
 
+#include "filters/core/Texts.h"
 #include "filters/meshio/ByteSource.h"
 #include "filters/meshio/FileEnding.h"
 #include "filters/meshio/ObjStatements.h"
@@ -135,7 +136,7 @@ Result<PaintOfObj> LookAtPaint(ObjStatements& statements, const std::vector<ObjM
     }
     else if (statements.Name() == "usemtl")
     {
-      used = names.Find(TrimmedObjText(text));
+      used = names.Find(Trimmed(text, blanksOfNames));
     }
     if (any && (paint.painted || paint.bare))
     {

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Whether a mesh's file is painted by pictures, or by colours of materials: step "read" of the
-// README's picture goes another way then.
+// pipeline picture goes another way then.
 #pragma once
 
 #include "filters/core/Execution.h"

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Values of materials that change how a surface looks and are not carried, as warnings. Part of
-// step "read" of the README's picture.
+// step "read" of the pipeline picture.
 #pragma once
 
 #include <array>

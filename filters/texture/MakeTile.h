@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // A partition's part of the pictures: its triangles' charts cropped, packed into a small picture
-// and encoded. Part of step "encode" of the README's picture.
+// and encoded. Part of step "encode" of the pipeline picture.
 #pragma once
 
 #include "filters/codec/TextureTile.h"

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "filters/texture/ObjMaterials.h"
 
+#include "filters/core/Texts.h"
 #include "filters/meshio/NumberText.h"
 #include "filters/meshio/ObjStatements.h"
 #include "filters/meshio/QuotedText.h"
@@ -76,7 +77,8 @@ private:
       std::string_view after = this->Rest;
       double value = 0;
       const std::string_view word = TakeWord(after);
-      if (ParseNumber(word, value) != NumberTextError::None || TrimmedObjText(after).empty())
+      if (ParseNumber(word, value) != NumberTextError::None ||
+          Trimmed(after, blanksOfNames).empty())
       {
         break;
       }
@@ -200,18 +202,26 @@ bool IsOtherMap(std::string_view name)
 
 }
 
-std::string_view TrimmedObjText(std::string_view text)
+namespace
 {
-  const auto blank = [](char c) { return c == ' ' || c == '\t' || c == '\r'; };
-  while (!text.empty() && blank(text.front()))
+
+// Names with blanks, one after the other: each ends in .mtl.
+std::vector<std::string_view> CutBehindEndings(std::string_view names)
+{
+  constexpr std::string_view ending = ".mtl ";
+  std::vector<std::string_view> cut;
+  std::string lower = LowercaseText(names);
+  std::replace(lower.begin(), lower.end(), '\t', ' ');
+  for (std::size_t begin = 0; begin < names.size() && cut.size() < mostObjLibraries;)
   {
-    text.remove_prefix(1);
+    const std::size_t found = lower.find(ending, begin);
+    const std::size_t end = found == lower.npos ? names.size() : found + ending.size();
+    cut.push_back(Trimmed(names.substr(begin, end - begin), blanksOfNames));
+    begin = end;
   }
-  while (!text.empty() && blank(text.back()))
-  {
-    text.remove_suffix(1);
-  }
-  return text;
+  return cut;
+}
+
 }
 
 void ObjLibraries::Add(std::string_view names, std::uint64_t line)
@@ -219,7 +229,7 @@ void ObjLibraries::Add(std::string_view names, std::uint64_t line)
   std::error_code failed;
   const auto isFile = [&](std::string_view name)
   { return std::filesystem::is_regular_file(this->Files.Find(name), failed); };
-  const std::string_view whole = TrimmedObjText(names);
+  const std::string_view whole = Trimmed(names, blanksOfNames);
   if (this->Statements.contains(whole))
   {
     return;
@@ -240,7 +250,9 @@ void ObjLibraries::Add(std::string_view names, std::uint64_t line)
   const bool several = !isFile(whole) && std::any_of(words.begin(), words.end(), isFile);
   if (!several)
   {
-    words = { whole };
+    const std::vector<std::string_view> cut = CutBehindEndings(whole);
+    words =
+      !isFile(whole) && std::any_of(cut.begin(), cut.end(), isFile) ? cut : std::vector{ whole };
   }
   for (const std::string_view word : words)
   {
@@ -298,6 +310,14 @@ void ObjLibraries::Read(const std::filesystem::path& file, std::uint64_t line)
     return;
   }
   this->Opened = true;
+  const std::filesystem::path home = this->Files.MeshFile().parent_path();
+  const bool isBesideMesh = file.parent_path() == home;
+  const std::string folder = (file.parent_path().lexically_relative(home) / "").generic_string();
+  const auto isFile = [&](const std::string& name)
+  {
+    std::error_code failed;
+    return std::filesystem::is_regular_file(this->Files.Find(name), failed);
+  };
   ObjStatements statements(std::move(*source));
   ObjMaterial* material = nullptr;
   const std::string library = file.filename().string();
@@ -329,7 +349,7 @@ void ObjLibraries::Read(const std::filesystem::path& file, std::uint64_t line)
       }
       all.push_back({});
       material = &all.back();
-      material->name = TrimmedObjText(rest);
+      material->name = Trimmed(rest, blanksOfNames);
       material->library = library;
     }
     else if (material && name == "kd")
@@ -341,6 +361,15 @@ void ObjLibraries::Read(const std::filesystem::path& file, std::uint64_t line)
       ObjMaterial changed = *material;
       changed.place = place;
       understood = MapStatement(rest).Understand(changed) && !changed.picture.empty();
+      if (!isBesideMesh && understood && !isFile(changed.picture))
+      {
+        const std::string plain(WithoutQuotes(changed.picture));
+        const std::string last = plain.substr(plain.find_last_of("/\\") + 1);
+        for (const std::string& beside : { folder + plain, folder + last })
+        {
+          changed.picture = isFile(beside) ? beside : changed.picture;
+        }
+      }
       *material = understood ? changed : *material;
     }
     else if (!IsOtherMap(name))

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Materials of Wavefront OBJ files: their libraries, .mtl. Part of step "read" of the README's
+// Materials of Wavefront OBJ files: their libraries, .mtl. Part of step "read" of the pipeline
 // picture.
 #pragma once
 
@@ -51,12 +51,12 @@ inline constexpr std::uint64_t mostObjLibraryBytes = std::uint64_t{ 1 } << 26;
 
 // The libraries that a statement "mtllib" of the mesh's file names, one after the other. line: of
 // the statement. A name with blanks is taken whole if there is such a file (FilesBeside::Find),
-// else as several names, at most 256 of them in a statement, of at most 1,024 statements that
-// differ. Each file is read once, however often it is named. Read are newmtl, Kd,
-// and map_Kd with the options -o -s -clamp; others are passed over, other pictures named in one
-// warning, and in one each Pm, Pr with it, Ke, and d or Tr, where they are not what counts without
-// them. A library that is missing, or a line that cannot be understood, becomes a warning. Memory:
-// the materials.
+// else as several names (each up to a blank, or to .mtl), at most 256 of them in a statement, of at
+// most 1,024 statements that differ. Each file is read once, however often it is named. Read are
+// newmtl, Kd, and map_Kd with the options -o -s -clamp, whose picture may lie beside the library
+// too; others are passed over, other pictures named in one warning, and in one each Pm, Pr with it,
+// Ke, and d or Tr, where they are not what counts without them. A library that is missing, or a
+// line that cannot be understood, becomes a warning. Memory: the materials.
 class ObjLibraries
 {
 public:
@@ -85,9 +85,6 @@ private:
   bool TooMany = false, Opened = false;
   std::size_t Different = 0; // materials of a name that another has
 };
-
-// Without blanks around it: the name in "newmtl" and "usemtl".
-std::string_view TrimmedObjText(std::string_view text);
 
 // Finds materials by the names that faces use: as they are written; else without quotes and
 // comments, and without regard to case and blanks, where one material alone fits.

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Boxes packed into a picture. Part of step "encode" of the README's picture: texture tiles.
+// Boxes packed into a picture. Part of step "encode" of the pipeline picture: texture tiles.
 #pragma once
 
 #include <array>

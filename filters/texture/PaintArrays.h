@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // The paint of triangles as arrays that travel with a mesh through the build (IsTexturePaint), and
-// back. Between steps "read" and "encode" of the README's picture.
+// back. Between steps "read" and "encode" of the pipeline picture.
 #pragma once
 
 #include "filters/core/pieces/Piece.h"

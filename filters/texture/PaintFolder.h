@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // The pictures of a textured mesh, decoded, and its materials, in a folder: how kdstream-convert
 // hands them to the build, which holds no picture in memory. Between steps "read" and "encode" of
-// the README's picture.
+// the pipeline picture.
 //
 // `paint` is an index: materials and sizes of pictures. `picture-N` has the texels of picture N as
 // squares of 64 × 64, RGBA, row by row of squares, those at the right and lower edge filled up with

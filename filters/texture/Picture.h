@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Pictures as bytes of texels: JPEG, PNG and WebP. Part of step "read" of the README's picture.
+// Pictures as bytes of texels: JPEG, PNG and WebP. Part of step "read" of the pipeline picture.
 #pragma once
 
 #include "filters/core/Result.h"

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // A mesh's pictures: one after the other into memory, or into the folder of a build's tiles. Part
-// of step "read" of the README's picture.
+// of step "read" of the pipeline picture.
 #pragma once
 
 #include "filters/core/Execution.h"

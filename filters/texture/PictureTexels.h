@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// The texels of a picture at texture coordinates. Part of step "read" of the README's picture.
+// The texels of a picture at texture coordinates. Part of step "read" of the pipeline picture.
 #pragma once
 
 #include "filters/texture/Picture.h"

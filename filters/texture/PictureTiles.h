@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Pictures in tiles: names with <UDIM>. Part of step "read" of the README's picture.
+// Pictures in tiles: names with <UDIM>. Part of step "read" of the pipeline picture.
 #pragma once
 
 #include "filters/texture/TexturedMesh.h"

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// What the texels of a triangle add up to for its corners. Part of step "read" of the README's
+// What the texels of a triangle add up to for its corners. Part of step "read" of the pipeline
 // picture.
 #pragma once
 

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // A mesh whose triangles are painted by pictures, as the readers of textured formats give it,
-// before it is baked to colours of vertices. Part of step "read" of the README's picture.
+// before it is baked to colours of vertices. Part of step "read" of the pipeline picture.
 #pragma once
 
 #include "filters/core/Light.h"

@@ -5,6 +5,7 @@
 // tiles.
 #include "filters/texture/TexturedObj.h"
 
+#include "filters/core/Texts.h"
 #include "filters/meshio/DroppedPoints.h"
 #include "filters/meshio/NumberText.h"
 #include "filters/meshio/ObjCorners.h"
@@ -232,7 +233,7 @@ private:
 
   void Use(std::string_view text)
   {
-    const std::string name(TrimmedObjText(text));
+    const std::string name(Trimmed(text, blanksOfNames));
     const std::optional<std::uint32_t> found = this->Materials.Find(name);
     this->Material = found.value_or(0);
     // Names without end are not kept.

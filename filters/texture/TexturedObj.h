@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Wavefront OBJ files with the pictures of their materials, read whole. Part of step "read" of the
-// README's picture.
+// pipeline picture.
 #pragma once
 
 #include "filters/core/Execution.h"

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// PLY files that pictures paint, read whole. Part of step "read" of the README's picture.
+// PLY files that pictures paint, read whole. Part of step "read" of the pipeline picture.
 #pragma once
 
 #include "filters/core/Execution.h"

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Which parts of which pictures the triangles of a partition need. Part of step "encode" of the
-// README's picture: texture tiles.
+// pipeline picture: texture tiles.
 #pragma once
 
 #include "filters/core/Types.h"

@@ -16,10 +16,11 @@
 // alone may write. Then another enters nothing in a log that nobody reads.
 #include "server/access/QuotaBook.h"
 
+#include "filters/core/Texts.h"
+#include "filters/core/UtcText.h"
 #include "filters/protocol/BlobId.h"
 #include "filters/store/Sqlite.h"
 #include "filters/store/Store.h"
-#include "server/access/UtcText.h"
 
 #include <fcntl.h>
 #include <sqlite3.h>

@@ -1,8 +1,9 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "server/app/AccessLog.h"
 
+#include "filters/core/Texts.h"
+#include "filters/core/UtcText.h"
 #include "filters/model/JsonWriter.h"
-#include "server/access/UtcText.h"
 
 #include <cstdio>
 #include <ctime>

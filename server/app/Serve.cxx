@@ -492,7 +492,7 @@ try
   TokenOptions token;
   const auto* const makesToken = AddTokenCommand(app, token);
   const bool serves = argc < 2 || makesToken->get_name() != argv[1];
-  app.get_option("DIR")->required(serves);
+  FindOption(app, "DIR")->required(serves);
   return RunProgram(app, argc, argv,
     [&] { return serves ? Serve(app.get_name(), line) : PrintToken(app.get_name(), token); });
 }

@@ -1,8 +1,9 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "server/app/TokenCommand.h"
 
+#include "filters/core/Texts.h"
+#include "filters/core/UtcText.h"
 #include "server/access/TokenKeys.h"
-#include "server/access/UtcText.h"
 
 #include <charconv>
 #include <chrono>

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "server/http/ClientLimits.h"
 
+#include "filters/core/Texts.h"
+
 #include <boost/asio/ip/address.hpp>
 #include <boost/asio/ip/network_v4.hpp>
 #include <boost/asio/ip/network_v6.hpp>
@@ -64,13 +66,6 @@ std::optional<bool> IsOf(std::string_view network, const ip::address& address)
   return error
            ? std::nullopt
            : std::optional(address.is_v6() && IsWithin(of, address.to_v6(), of.prefix_length()));
-}
-
-std::string_view WithoutBlanks(std::string_view text)
-{
-  const auto begin = text.find_first_not_of(" \t");
-  const auto end = text.find_last_not_of(" \t");
-  return begin == std::string_view::npos ? std::string_view() : text.substr(begin, end - begin + 1);
 }
 
 // Of an entry of X-Forwarded-For: some proxies name the client's port too, as in "1.2.3.4:567" and
@@ -215,11 +210,11 @@ bool TrustedProxies::Holds(std::string_view address) const
 std::string TrustedProxies::ClientOf(const std::string& peer, std::string_view forwardedFor) const
 {
   std::string client = peer;
-  while (this->Holds(client) && !WithoutBlanks(forwardedFor).empty())
+  while (this->Holds(client) && !Trimmed(forwardedFor).empty())
   {
     const auto comma = forwardedFor.rfind(',');
-    const auto last = WithoutBlanks(
-      comma == std::string_view::npos ? forwardedFor : forwardedFor.substr(comma + 1));
+    const auto last =
+      Trimmed(comma == std::string_view::npos ? forwardedFor : forwardedFor.substr(comma + 1));
     const auto address = ParseAddress(WithoutPort(last));
     if (!address)
     {

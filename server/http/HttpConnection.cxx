@@ -2,9 +2,9 @@
 #include "server/http/HttpConnection.h"
 
 #include "filters/protocol/ResourcePath.h"
+#include "server/http/HttpMessage.h"
 #include "server/http/ProxyHeader.h"
 #include "server/http/RequestInput.h"
-#include "server/http/ResponseHead.h"
 #include "server/http/RoundTrip.h"
 #include "server/http/StreamConnection.h"
 #include "server/http/WebSocketFrames.h"

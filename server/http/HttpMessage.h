@@ -1,9 +1,10 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// A request and its answer as the routes see them: no sockets, no Boost.
+// A request and its answer as the routes see them, and what goes before its body: no sockets.
 #pragma once
 
 #include "server/session/Catalog.h"
 
+#include <chrono>
 #include <cstddef>
 #include <string>
 #include <string_view>
@@ -35,5 +36,10 @@ struct HttpResponse
   // The value of a field, or "".
   std::string_view Field(std::string_view name) const;
 };
+
+// Status line and fields, with the empty line after them. isOld: for HTTP/1.0. strictTransport: for
+// so long browsers use no plain HTTP with this host; 0: they are told nothing.
+std::string WriteResponseHead(
+  const HttpResponse& response, bool isOld, bool keepAlive, std::chrono::seconds strictTransport);
 
 }

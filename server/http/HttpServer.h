@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // The server on one port: HTTP/1.1 routes and the WebSocket stream, with or without TLS. Step
-// "serve" of the README's picture. Boost stays behind this header.
+// "serve" of the pipeline picture. Boost stays behind this header.
 #pragma once
 
 #include "filters/core/Result.h"

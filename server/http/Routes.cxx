@@ -120,18 +120,6 @@ HttpResponse Ranged(const HttpRequest& request, HttpResponse response)
 
 }
 
-std::string_view HttpResponse::Field(std::string_view name) const
-{
-  for (const auto& field : this->fields)
-  {
-    if (field.first == name)
-    {
-      return field.second;
-    }
-  }
-  return {};
-}
-
 Routes::Routes(const Catalog& catalog, Metrics& metrics, RouteOptions options)
   : Models(catalog)
   , Counters(metrics)

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Which answer a request gets: the GET routes of doc/protocol.md. Step "serve" of the README's
+// Which answer a request gets: the GET routes of doc/protocol.md. Step "serve" of the pipeline
 // picture. No sockets: a function of the request, the catalog and the web folder.
 #pragma once
 

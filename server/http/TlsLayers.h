@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// A ClientSocket's bytes through TLS: part of step "serve" of the README's picture. Internal.
+// A ClientSocket's bytes through TLS: part of step "serve" of the pipeline picture. Internal.
 #pragma once
 
 #include "server/http/ClientSocket.h"

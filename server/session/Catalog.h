@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // What a server serves, as the conversation and the routes see it: models, each with its
-// description, the boxes of its tree, and its blobs. Step "serve" of the README's picture.
+// description, the boxes of its tree, and its blobs. Step "serve" of the pipeline picture.
 //
 // Behind it: stores (StoreCatalog), or plain memory in tests. Everything here may be called from
 // any thread.

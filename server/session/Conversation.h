@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // One client's conversation: control messages in, control messages and frames out. Step "serve" of
-// the README's picture. No sockets, no threads.
+// the pipeline picture. No sockets, no threads.
 //
 // Answers are pulled one at a time, so that nothing is read from a store before the client has
 // taken what came before, and a cancel takes effect at the next pull. What takes long (a disk, a

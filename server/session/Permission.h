@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // What one client may have by its token: the same by GET and by stream. Step "serve" of the
-// README's picture.
+// pipeline picture.
 //
 //   preview   the description of a model, the level of its preview and coarser ones
 //   levels    all levels, and the pages of the tree

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // What vtkKdStreamActor has open: a session, where its model comes from, and the actors that draw
-// it. Conducts "receive" to "render" of the README's picture for a host that has a camera of its
+// it. Conducts "receive" to "render" of the pipeline picture for a host that has a camera of its
 // own.
 #pragma once
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// A model in any renderer of VTK's. Step "render" of the README's picture. How a picture is taken:
+// A model in any renderer of VTK's. Step "render" of the pipeline picture. How a picture is taken:
 // 1. what the renderer's camera needs is asked for  2. what has come is taken in
 // 3. the parts that have changed are drawn anew  4. where more is to come, a timer is set.
 #include "vtkKdStreamActor.h"

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // A source whose blobs are kept on the disk: what was seen before comes from there, also where the
-// server cannot be reached. Step "receive" of the README's picture.
+// server cannot be reached. Step "receive" of the pipeline picture.
 #pragma once
 
 #include "filters/core/Result.h"

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// What has come from a server, for a session. Step "receive" of the README's
+// What has come from a server, for a session. Step "receive" of the pipeline
 // picture.
 #pragma once
 

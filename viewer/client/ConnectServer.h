@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // A server as a session's source, with what is kept on the disk of it. Step "receive" of the
-// README's picture.
+// pipeline picture.
 #pragma once
 
 #include "filters/core/Execution.h"

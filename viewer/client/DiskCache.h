@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Blobs that came from servers, kept on the disk (paper section 5.2). Part of step "receive" of the
-// README's picture.
+// pipeline picture.
 #pragma once
 
 #include "filters/core/Result.h"

@@ -1,18 +1,18 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Stores of this machine as a session's source. Step "receive" of the README's picture.
+// Stores of this machine as a session's source. Step "receive" of the pipeline picture.
 #include "viewer/client/LocalClient.h"
 
 #include "filters/core/CaughtError.h"
 #include "filters/store/StoreNotes.h"
 #include "server/session/StoreCatalog.h"
 #include "server/session/StoreModel.h"
+#include "viewer/client/ClientThread.h"
 
 #include <algorithm>
-#include <condition_variable>
+#include <chrono>
 #include <deque>
 #include <mutex>
 #include <optional>
-#include <thread>
 #include <utility>
 
 namespace kdstream
@@ -25,18 +25,8 @@ public:
     std::map<std::string, std::filesystem::path> notes)
     : Models(std::move(models))
     , Notes(std::move(notes))
-    , Thread([this] { this->Run(); })
+    , Thread([this] { this->Fail(); })
   {
-  }
-
-  ~Reader()
-  {
-    {
-      const std::lock_guard lock(this->Mutex);
-      this->Ended = true;
-    }
-    this->Wanted.notify_one();
-    this->Thread.join();
   }
 
   void Send(const SessionRequest& request)
@@ -49,33 +39,21 @@ public:
     }
     if (request.kind == SessionRequest::Kind::Open)
     {
-      this->Jobs.push_back({ Job::Kind::Open, request.id, request.model, {} });
+      this->Add({ Job::Kind::Open, request.id, request.model, {} });
     }
     for (const protocol::BlobId& blob : request.blobs)
     {
-      this->Jobs.push_back({ Job::Kind::Read, request.id, {}, blob });
+      this->Add({ Job::Kind::Read, request.id, {}, blob });
     }
-    this->Wanted.notify_one();
   }
 
   void AskForNotes(const std::string& model)
   {
     const std::lock_guard lock(this->Mutex);
-    this->Jobs.push_back({ Job::Kind::Notes, 0, model, {} });
-    this->Wanted.notify_one();
+    this->Add({ Job::Kind::Notes, 0, model, {} });
   }
 
-  std::vector<ClientEvent> Take()
-  {
-    const std::lock_guard lock(this->Mutex);
-    return std::exchange(this->Events, {});
-  }
-
-  bool Wait(std::chrono::milliseconds atMost)
-  {
-    std::unique_lock lock(this->Mutex);
-    return this->Arrived.wait_for(lock, atMost, [this] { return !this->Events.empty(); });
-  }
+  ClientThread& Events() { return this->Thread; }
 
 private:
   using Clock = std::chrono::steady_clock;
@@ -95,46 +73,50 @@ private:
     protocol::BlobId blob;
   };
 
-  void Run()
+  // REQUIRES: Mutex is held.
+  void Add(Job job)
   {
-    std::unique_lock lock(this->Mutex);
-    for (;;)
+    this->Thread.Post([this] { this->DoNext(); });
+    this->Jobs.push_back(std::move(job));
+  }
+
+  void DoNext()
+  {
     {
-      this->Wanted.wait(lock, [this] { return this->Ended || !this->Jobs.empty(); });
-      if (this->Ended)
+      const std::lock_guard lock(this->Mutex);
+      if (this->Jobs.empty()) // some were cancelled
       {
         return;
       }
-      const Job job = std::move(this->Jobs.front());
+      this->Current = std::move(this->Jobs.front());
       this->Jobs.pop_front();
-      lock.unlock();
-      std::optional<ClientEvent> event = this->DoOrFail(job);
-      lock.lock();
-      if (event)
-      {
-        this->Events.push_back(std::move(*event));
-        this->Arrived.notify_all();
-      }
     }
+    this->Publish(this->Do(this->Current));
   }
 
-  // An exception, for want of memory mostly, is a failure of the job and not the program's end.
-  std::optional<ClientEvent> DoOrFail(const Job& job)
+  void Fail()
   {
-    try
+    if (this->Current.kind == Job::Kind::Notes)
     {
-      return this->Do(job);
+      return; // the model is looked at without
     }
-    catch (...)
+    ClientEvent event;
+    event.kind = this->Current.kind == Job::Kind::Read ? ClientEvent::Kind::BlobFailed
+                                                       : ClientEvent::Kind::RequestFailed;
+    event.request = this->Current.request;
+    event.blob = this->Current.blob;
+    event.message = CaughtError().message;
+    this->Publish(std::move(event));
+  }
+
+  void Publish(std::optional<ClientEvent> event)
+  {
+    std::vector<ClientEvent> events;
+    if (event)
     {
-      ClientEvent event;
-      event.kind = job.kind == Job::Kind::Read ? ClientEvent::Kind::BlobFailed
-                                               : ClientEvent::Kind::RequestFailed;
-      event.request = job.request;
-      event.blob = job.blob;
-      event.message = CaughtError().message;
-      return job.kind == Job::Kind::Notes ? std::nullopt : std::optional(std::move(event));
+      events.push_back(std::move(*event));
     }
+    this->Thread.Publish(events);
   }
 
   std::optional<ClientEvent> Do(const Job& job)
@@ -207,14 +189,11 @@ private:
 
   const std::vector<std::shared_ptr<const ServedModel>> Models;
   const std::map<std::string, std::filesystem::path> Notes;
-  std::shared_ptr<const ServedModel> Opened; // the thread's own
-
-  std::mutex Mutex; // of all below
-  std::condition_variable Wanted, Arrived;
+  std::shared_ptr<const ServedModel> Opened; // the thread's own, as is the next
+  Job Current;
+  std::mutex Mutex; // of Jobs
   std::deque<Job> Jobs;
-  std::vector<ClientEvent> Events;
-  bool Ended = false;
-  std::thread Thread;
+  ClientThread Thread; // last: it uses all of the above
 };
 
 LocalClient::LocalClient(std::vector<std::shared_ptr<const ServedModel>> models,
@@ -289,12 +268,12 @@ void LocalClient::AskForNotes(const std::string& model)
 
 std::vector<ClientEvent> LocalClient::Take()
 {
-  return this->Kept->Take();
+  return this->Kept->Events().Take();
 }
 
 bool LocalClient::Wait(std::chrono::milliseconds atMost)
 {
-  return this->Kept->Wait(atMost);
+  return this->Kept->Events().Wait(atMost);
 }
 
 }

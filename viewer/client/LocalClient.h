@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Stores of this machine as a session's source: what a server would send is read from the file, on
-// a thread of its own. Step "receive" of the README's picture.
+// a thread of its own. Step "receive" of the pipeline picture.
 #pragma once
 
 #include "filters/core/Result.h"

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Where a session's models come from: a server, or files of this machine. Step "receive" of the
-// README's picture.
+// pipeline picture.
 #pragma once
 
 #include "filters/model/ModelDescription.h"

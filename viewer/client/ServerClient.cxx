@@ -5,23 +5,18 @@
 #include "filters/model/ModelJson.h"
 #include "filters/model/Notes.h"
 #include "filters/protocol/ResourcePath.h"
+#include "viewer/client/ClientThread.h"
 #include "viewer/client/HttpFetcher.h"
 #include "viewer/client/ServerLine.h"
 #include "viewer/client/ServerStream.h"
 #include "viewer/client/StreamSocket.h"
 
-#include <boost/asio/executor_work_guard.hpp>
-#include <boost/asio/io_context.hpp>
-#include <boost/asio/post.hpp>
 #include <boost/asio/steady_timer.hpp>
 
 #include <algorithm>
 #include <cmath>
-#include <condition_variable>
 #include <future>
-#include <iterator>
 #include <limits>
-#include <mutex>
 #include <optional>
 #include <random>
 #include <string_view>
@@ -33,32 +28,20 @@ namespace kdstream
 
 namespace asio = boost::asio;
 
-// The host of a ServerLine on Asio. Everything but the queue of events lives on the context's one
-// thread.
+// The host of a ServerLine on Asio. Everything lives on the one thread.
 class ServerClient::Line
 {
 public:
   Line(ServerUrl server, std::shared_ptr<asio::ssl::context> tls)
     : Server(std::move(server))
     , Tls(std::move(tls))
-    , Work(asio::make_work_guard(this->Context))
-    , Fetcher(std::make_unique<HttpFetcher>(this->Context, this->Server, this->Tls))
-    , Thread([this] { this->Run(); })
+    , Fetcher(this->MakeFetcher())
   {
   }
 
-  ~Line()
-  {
-    asio::post(this->Context,
-      [this]
-      {
-        this->Socket.reset();
-        this->Fetcher.reset();
-        this->NotesFetcher.reset();
-        this->Context.stop();
-      });
-    this->Thread.join();
-  }
+  ~Line() { this->Thread.Stop(); }
+
+  ClientThread& Events() { return this->Thread; }
 
   // From another thread. After an error the line is of no use any more.
   Result<HttpReply> FetchAndWait(const HttpFetch& fetch, const Execution& execution)
@@ -67,7 +50,7 @@ public:
     auto answered = reply->get_future();
     // Shared, since Asio moves what is posted: nothing may need memory before Waiting is set.
     auto asked = std::make_shared<const HttpFetch>(fetch);
-    asio::post(this->Context,
+    this->Thread.Post(
       [this, asked, reply]
       {
         this->Waiting = reply;
@@ -108,7 +91,7 @@ public:
 
   void Start()
   {
-    asio::post(this->Context,
+    this->Thread.Post(
       [this]
       {
         this->Started = true;
@@ -120,10 +103,10 @@ public:
   // last come.
   void AskForNotes(const std::string& model)
   {
-    asio::post(this->Context,
+    this->Thread.Post(
       [this, model]
       {
-        this->NotesFetcher = std::make_unique<HttpFetcher>(this->Context, this->Server, this->Tls);
+        this->NotesFetcher = this->MakeFetcher();
         this->NotesFetcher->Fetch({ protocol::NotesPath(model), maximumNotesBytes },
           [this, model](const Result<HttpReply>& reply) { this->TakeNotes(model, reply); });
       });
@@ -131,7 +114,7 @@ public:
 
   void Send(const SessionRequest& request)
   {
-    asio::post(this->Context,
+    this->Thread.Post(
       [this, request]
       {
         try
@@ -151,18 +134,6 @@ public:
       });
   }
 
-  std::vector<ClientEvent> Take()
-  {
-    const std::lock_guard lock(this->Mutex);
-    return std::exchange(this->Events, {});
-  }
-
-  bool Wait(std::chrono::milliseconds atMost)
-  {
-    std::unique_lock lock(this->Mutex);
-    return this->Arrived.wait_for(lock, atMost, [this] { return !this->Events.empty(); });
-  }
-
 private:
   static constexpr const char* whyBroken = "this program had no memory for what came, or failed";
   static constexpr std::chrono::milliseconds patience{ 20 }; // until it is asked whether to stop
@@ -173,30 +144,9 @@ private:
       .count();
   }
 
-  // What a handler throws, for want of memory mostly, ends the connection and not the program.
-  void Run() noexcept
+  std::unique_ptr<HttpFetcher> MakeFetcher()
   {
-    for (bool broken = false;;)
-    {
-      try
-      {
-        if (broken)
-        {
-          this->LoseConnection();
-          broken = false;
-        }
-        this->Context.run();
-        return;
-      }
-      catch (...)
-      {
-        if (broken) // there was not even memory for that
-        {
-          std::this_thread::sleep_for(std::chrono::milliseconds(100));
-        }
-        broken = true;
-      }
-    }
+    return std::make_unique<HttpFetcher>(this->Thread.Context(), this->Server, this->Tls);
   }
 
   // Whatever was under way has failed: a step of it was not done.
@@ -207,7 +157,7 @@ private:
     this->Socket.reset();
     this->NotesFetcher.reset();
     this->Fetcher.reset();
-    this->Fetcher = std::make_unique<HttpFetcher>(this->Context, this->Server, this->Tls);
+    this->Fetcher = this->MakeFetcher();
     this->Answer(error);
     this->Ticks.cancel();
     this->TickAt = std::numeric_limits<double>::infinity();
@@ -262,23 +212,23 @@ private:
         // The socket whose callback this may be is in the middle of a message: it goes later.
         case ServerLine::Action::Kind::Connect:
           ++this->Connection;
-          asio::post(this->Context, [this] { this->Connect(); });
+          this->Thread.Post([this] { this->Connect(); });
           break;
         case ServerLine::Action::Kind::Close:
           ++this->Connection;
-          asio::post(this->Context, [this] { this->Socket.reset(); });
+          this->Thread.Post([this] { this->Socket.reset(); });
           break;
         case ServerLine::Action::Kind::Send:
           this->Socket->Send(std::move(action.text));
           break;
         case ServerLine::Action::Kind::Fetch:
-          asio::post(this->Context, [this, fetch = action.fetch] { this->Fetch(fetch); });
+          this->Thread.Post([this, fetch = action.fetch] { this->Fetch(fetch); });
           break;
       }
     }
-    this->Publish(); // what there was no memory for before
+    this->Thread.Publish(this->Unpublished); // what there was no memory for before
     this->Unpublished = this->Talk->TakeEvents();
-    this->Publish();
+    this->Thread.Publish(this->Unpublished);
     this->WaitForTick();
   }
 
@@ -337,8 +287,8 @@ private:
         this->Act();
       }
     };
-    this->Socket =
-      std::make_unique<StreamSocket>(this->Context, this->Server, this->Tls, std::move(handlers));
+    this->Socket = std::make_unique<StreamSocket>(
+      this->Thread.Context(), this->Server, this->Tls, std::move(handlers));
   }
 
   void Receive(std::span<const std::uint8_t> bytes, bool isText)
@@ -375,26 +325,13 @@ private:
     event.model.id = model;
     event.bytes.assign(reply->body.begin(), reply->body.end());
     this->Unpublished.push_back(std::move(event));
-    this->Publish();
-  }
-
-  void Publish()
-  {
-    if (this->Unpublished.empty())
-    {
-      return;
-    }
-    const std::lock_guard lock(this->Mutex);
-    this->Events.reserve(this->Events.size() + this->Unpublished.size());
-    std::move(this->Unpublished.begin(), this->Unpublished.end(), std::back_inserter(this->Events));
-    this->Unpublished.clear();
-    this->Arrived.notify_all();
+    this->Thread.Publish(this->Unpublished);
   }
 
   ServerUrl Server;
   std::shared_ptr<asio::ssl::context> Tls; // null: plain
-  asio::io_context Context;
-  asio::executor_work_guard<asio::io_context::executor_type> Work;
+  // Before what follows, which needs its context.
+  ClientThread Thread{ [this] { this->LoseConnection(); } };
   bool Started = false;
   std::optional<ServerLine> Talk; // from Begin
   std::uint64_t Connection = 0;   // grows with every one
@@ -403,14 +340,8 @@ private:
   std::unique_ptr<HttpFetcher> NotesFetcher;
   std::shared_ptr<std::promise<Result<HttpReply>>> Waiting; // FetchAndWait's
   std::vector<ClientEvent> Unpublished;
-  asio::steady_timer Ticks{ this->Context };
+  asio::steady_timer Ticks{ this->Thread.Context() };
   double TickAt = std::numeric_limits<double>::infinity(); // what Ticks waits for
-
-  std::mutex Mutex;
-  std::condition_variable Arrived;
-  std::vector<ClientEvent> Events;
-
-  std::thread Thread; // last: it uses all of the above
 };
 
 ServerClient::ServerClient(std::unique_ptr<Line> line)
@@ -477,12 +408,12 @@ void ServerClient::AskForNotes(const std::string& model)
 
 std::vector<ClientEvent> ServerClient::Take()
 {
-  return this->Kept->Take();
+  return this->Kept->Events().Take();
 }
 
 bool ServerClient::Wait(std::chrono::milliseconds atMost)
 {
-  return this->Kept->Wait(atMost);
+  return this->Kept->Events().Wait(atMost);
 }
 
 }

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // A session's line to a server on native sockets: requests out, blobs in, on a thread of its own.
-// Step "receive" of the README's picture. Boost stays in the source.
+// Step "receive" of the pipeline picture. Boost stays in the source.
 #pragma once
 
 #include "filters/core/Execution.h"

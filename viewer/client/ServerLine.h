@@ -2,7 +2,7 @@
 // A session's line to a server: when to connect, what to send and to fetch, what to do when the
 // connection is lost. No sockets, no clock: the host does what TakeActions says and tells what
 // happened. The desktop's ServerClient and the page of the phone are such hosts. Step
-// "receive" of the README's picture.
+// "receive" of the pipeline picture.
 #pragma once
 
 #include "filters/core/Result.h"

@@ -59,11 +59,17 @@ Result<std::string> KeyOf(const fs::path& mesh)
 std::uint64_t BytesIn(const fs::path& folder)
 {
   std::uint64_t sum = 0;
-  std::error_code ignored;
-  for (const auto& entry : fs::recursive_directory_iterator(folder, ignored))
+  const auto names = NamesIn(folder);
+  for (const std::string& name : names ? *names : std::vector<std::string>())
   {
-    const auto bytes = entry.is_regular_file(ignored) ? entry.file_size(ignored) : 0;
-    sum += ignored ? 0 : bytes;
+    std::error_code failed;
+    const fs::directory_entry entry(folder / name, failed);
+    if (failed || entry.is_symlink(failed))
+    {
+      continue;
+    }
+    const auto bytes = entry.is_directory(failed) ? BytesIn(entry.path()) : entry.file_size(failed);
+    sum += failed ? 0 : bytes;
   }
   return sum;
 }
@@ -73,11 +79,13 @@ void MakeRoom(const fs::path& stores, const fs::path& kept, std::uint64_t mostBy
 {
   std::multimap<fs::file_time_type, fs::path> byUse;
   std::error_code ignored;
-  for (const auto& entry : fs::directory_iterator(stores, ignored))
+  const auto names = NamesIn(stores);
+  for (const std::string& name : names ? *names : std::vector<std::string>())
   {
-    if (entry.path() != kept)
+    const fs::path store = stores / name;
+    if (store != kept)
     {
-      byUse.emplace(entry.last_write_time(ignored), entry.path());
+      byUse.emplace(fs::last_write_time(store, ignored), store);
     }
   }
   std::uint64_t sum = 0;

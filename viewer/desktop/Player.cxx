@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Plays a session without a person. Step "replay" of the README's picture.
+// Plays a session without a person. Step "replay" of the pipeline picture.
 #include "viewer/desktop/Player.h"
 #include "viewer/session/SessionParts.h"
 

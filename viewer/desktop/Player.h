@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Plays a session without a person: steps in, requests to the source, frames to a window. Step
-// "replay" of the README's picture.
+// "replay" of the pipeline picture.
 #pragma once
 
 #include "viewer/client/ModelSource.h"

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// What a session says is to be drawn, in a VTK renderer. Step "render" of the README's picture.
+// What a session says is to be drawn, in a VTK renderer. Step "render" of the pipeline picture.
 #pragma once
 
 #include "filters/core/Result.h"

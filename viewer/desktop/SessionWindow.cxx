@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// A window that shows what a session says. Step "render" of the README's picture.
+// A window that shows what a session says. Step "render" of the pipeline picture.
 #include "viewer/desktop/SessionWindow.h"
 
 #include "viewer/offscreen/ScreenWindow.h"

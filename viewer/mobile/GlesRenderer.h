@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Draws a session's scene with OpenGL ES 3.0: the phone's renderer. Step "render" of the README's
+// Draws a session's scene with OpenGL ES 3.0: the phone's renderer. Step "render" of the pipeline
 // picture.
 //
 // The same sources draw natively, in whatever context is current, and, as WebGL 2, in the browser.

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Cuts a surface into what the graphics memory holds: chunks with 16-bit indices. Step "render" of
-// the README's picture. No OpenGL here.
+// the pipeline picture. No OpenGL here.
 #pragma once
 
 #include "filters/codec/TextureTile.h"

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Windows that draw without a screen (doc/design.md#pictures-without-a-screen). Step "render" of
-// the README's picture.
+// the pipeline picture.
 //
 // On EGL, on OSMesa or on an X server, also where the VTK at hand was built for X11 only, as
 // Debian's is. An executable that makes such windows must be given to the CMake function

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// What a window shows, as bytes and as a PNG file. Step "render" of the README's picture.
+// What a window shows, as bytes and as a PNG file. Step "render" of the pipeline picture.
 #pragma once
 
 #include "filters/core/Result.h"

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // The actors that draw one surface: those of SurfaceScene's renderer, and the parts of
-// vtkKdStreamActor. Step "render" of the README's picture.
+// vtkKdStreamActor. Step "render" of the pipeline picture.
 #pragma once
 
 #include "viewer/rendering/CloudSplats.h"

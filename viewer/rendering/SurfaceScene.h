@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Draws one surface in a VTK renderer. Step "render" of the README's picture: the surface is
+// Draws one surface in a VTK renderer. Step "render" of the pipeline picture: the surface is
 // DrawSurface's.
 //
 // The model stands like a piece in a museum: stone before a soft gradient, lit by the lamps of

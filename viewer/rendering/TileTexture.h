@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// A tile's picture as VTK draws it. Step "render" of the README's picture.
+// A tile's picture as VTK draws it. Step "render" of the pipeline picture.
 #pragma once
 
 #include "viewer/rendering/SurfaceScene.h"

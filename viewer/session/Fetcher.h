@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // How a session gets what it would like to see, and takes what comes. Step "request" of the
-// README's picture.
+// pipeline picture.
 //   1. the wish, at every input (LodSelection::Follow),
 //   2. the shown cut, and what is missing, in one list, most urgent first; what nobody wants any
 //      more is cancelled (LodSelection::Choose, WishList::Want),

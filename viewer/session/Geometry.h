@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Vectors and quaternions of the viewers: the arithmetic under step "look" of the README's picture.
+// Vectors and quaternions of the viewers: the arithmetic under step "look" of the pipeline picture.
 //
 // Only + - * / and sqrt, which every platform rounds alike: the same touches give the same camera,
 // bit for bit, natively and in the browser.

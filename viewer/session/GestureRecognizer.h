@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Fingers to gestures: the first step of "look" in the README's picture.
+// Fingers to gestures: the first step of "look" in the pipeline picture.
 //
 // One finger rotates, two pan and pinch, a double tap picks (paper sections 5.2 and 5.3). Nothing
 // here knows of cameras or meshes; what a gesture does is ViewerSession's affair.

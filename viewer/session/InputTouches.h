@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Touches that stand for a mouse and for keys, the same in every window: part of the first step of
-// "look" in the README's picture. What they mean is GestureRecognizer's affair.
+// "look" in the pipeline picture. What they mean is GestureRecognizer's affair.
 #pragma once
 
 #include "viewer/session/Camera.h"

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // What a viewer may take of memory, and what of that may be what. Between steps "choose" and "keep"
-// of the README's picture.
+// of the pipeline picture.
 #pragma once
 
 #include <cstddef>

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// What lies under a finger: step "pick" of the README's picture.
+// What lies under a finger: step "pick" of the pipeline picture.
 //
 // T. Möller, B. Trumbore: Fast, Minimum Storage Ray/Triangle Intersection, 1997. A point of the
 // triangle is a + u (b - a) + v (c - a); setting it equal to o + t d gives three equations for t, u

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// What lies under a finger: step "pick" of the README's picture (paper section 5.3).
+// What lies under a finger: step "pick" of the pipeline picture (paper section 5.3).
 #pragma once
 
 #include "filters/core/drawing/DrawnSurface.h"

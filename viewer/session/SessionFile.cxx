@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Recorded sessions: what a person did, as JSON lines, to be played again. Step "replay" of the
-// README's picture.
+// pipeline picture.
 #include "viewer/session/SessionFile.h"
 
 #include "filters/model/Json.h"

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Recorded sessions: what a person did, as JSON lines, to be played again. Step "replay" of the
-// README's picture.
+// pipeline picture.
 //
 //   {"t":0.25,"touches":[{"id":1,"x":640,"y":360}]}
 //       the fingers on the screen at that time, all of them

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// A view that is told to another viewer: what a link to it says. Step "look" of the README's
+// A view that is told to another viewer: what a link to it says. Step "look" of the pipeline
 // picture.
 //
 //   model=dragon&digest=76cfa554&view=AX9…&turning=free&detail=level&region=1234.2

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // The one brain of all viewers: what a person does and what a server sends go in, requests and a
-// scene come out. Conducts "look", "choose", "pick", "request" and "draw" of the README's picture
+// scene come out. Conducts "look", "choose", "pick", "request" and "draw" of the pipeline picture
 // (paper section 5).
 #pragma once
 

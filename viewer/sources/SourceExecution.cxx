@@ -10,11 +10,17 @@
 namespace kdstream
 {
 
-Execution MakeOpeningExecution(vtkAlgorithm& source)
+void ForgetAbort(vtkAlgorithm& source)
 {
 #if VTK_VERSION_NUMBER < VTK_VERSION_CHECK(9, 3, 0)
   source.AbortExecute = 0; // later versions do so, and this one before data only
+#else
+  (void)source;
 #endif
+}
+
+Execution MakeOpeningExecution(vtkAlgorithm& source)
+{
   Execution execution = MakeAlgorithmExecution(source, {});
   execution.progress = [&source, mayGoOn = execution.progress](
                          std::string_view step, double fraction)

@@ -10,8 +10,10 @@
 namespace kdstream
 {
 
-// For what is opened before the information of a pipeline is told: progress is 0. An abort of
-// before counts no more.
+// Where an Update begins: an abort of before counts no more.
+void ForgetAbort(vtkAlgorithm& source);
+
+// For what is opened before the information of a pipeline is told: progress is 0.
 Execution MakeOpeningExecution(vtkAlgorithm& source);
 
 // For what is read then. Progress never falls, though steps begin anew: "pieces" are four fifths of

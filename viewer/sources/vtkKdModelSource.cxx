@@ -311,6 +311,20 @@ int vtkKdModelSource::RequestDataObject(
   return 1;
 }
 
+void vtkKdModelSource::SetAbortExecute(vtkTypeBool abort)
+{
+  this->WasAborted = this->WasAborted || abort != 0;
+  this->Superclass::SetAbortExecute(abort);
+}
+
+int vtkKdModelSource::ComputePipelineMTime(vtkInformation* request, vtkInformationVector** input,
+  vtkInformationVector* output, int port, vtkMTimeType* time)
+{
+  ForgetAbort(*this);
+  this->WasAborted = false;
+  return this->Superclass::ComputePipelineMTime(request, input, output, port, time);
+}
+
 int vtkKdModelSource::RequestInformation(
   vtkInformation*, vtkInformationVector**, vtkInformationVector* outputVector)
 {
@@ -490,7 +504,7 @@ int vtkKdModelSource::RequestData(
     this->IsStale = true;
     return 1;
   };
-  if (this->WasStopped)
+  if (this->WasStopped || this->WasAborted)
   {
     return stop();
   }

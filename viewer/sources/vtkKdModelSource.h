@@ -63,6 +63,7 @@
 #include "vtkKdStreamViewerSourcesModule.h" // for the export macro
 #include "vtkNew.h"                         // for the selections
 
+#include <atomic> // for aborts
 #include <memory> // for what is open
 #include <string> // for names
 #include <vector> // for partitions
@@ -229,6 +230,12 @@ public:
 
   vtkMTimeType GetMTime() override;
 
+  // An abort counts from the begin of an Update, which asks for the time first; VTK forgets what
+  // comes before RequestData.
+  void SetAbortExecute(vtkTypeBool abort) override;
+  int ComputePipelineMTime(vtkInformation* request, vtkInformationVector** input,
+    vtkInformationVector* output, int port, vtkMTimeType* time) override;
+
 protected:
   vtkKdModelSource();
   ~vtkKdModelSource() override;
@@ -297,9 +304,10 @@ private:
   vtkNew<vtkDataArraySelection> CellArrays;
   std::shared_ptr<const kdstream::PieceSource> Model; // since the last RequestInformation
   std::shared_ptr<const kdstream::OriginalFacts> Facts;
-  std::string MeasuredDigest; // of the model that they are of
-  bool WasStopped = false;    // while that was opened
-  bool IsStale = false;       // stopped, or failed: to be loaded anew by the next Update
+  std::string MeasuredDigest;            // of the model that they are of
+  bool WasStopped = false;               // while that was opened
+  std::atomic<bool> WasAborted{ false }; // since the Update began, by any thread
+  bool IsStale = false;                  // stopped, or failed: to be loaded anew by the next Update
 };
 
 #endif

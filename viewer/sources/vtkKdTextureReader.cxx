@@ -303,6 +303,20 @@ bool vtkKdTextureReader::OpenModel(const Execution& execution, Error& error)
   return this->Model != nullptr;
 }
 
+void vtkKdTextureReader::SetAbortExecute(vtkTypeBool abort)
+{
+  this->WasAborted = this->WasAborted || abort != 0;
+  this->Superclass::SetAbortExecute(abort);
+}
+
+int vtkKdTextureReader::ComputePipelineMTime(vtkInformation* request, vtkInformationVector** input,
+  vtkInformationVector* output, int port, vtkMTimeType* time)
+{
+  ForgetAbort(*this);
+  this->WasAborted = false;
+  return this->Superclass::ComputePipelineMTime(request, input, output, port, time);
+}
+
 int vtkKdTextureReader::RequestInformation(vtkInformationVector* outputVector)
 {
   const Execution execution = MakeOpeningExecution(*this);
@@ -342,7 +356,7 @@ int vtkKdTextureReader::RequestData(vtkInformationVector* outputVector)
   auto* const surface = vtkPolyData::GetData(outputVector, 0);
   auto* const image = vtkImageData::GetData(outputVector, 1);
   Status read = Error{ ErrorCode::Cancelled, "" };
-  if (!this->WasStopped)
+  if (!this->WasStopped && !this->WasAborted)
   {
     if (!this->Model)
     {

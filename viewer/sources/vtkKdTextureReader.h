@@ -32,6 +32,7 @@
 
 #include "vtkSmartPointer.h" // for the source
 
+#include <atomic> // for aborts
 #include <memory> // for what is open
 #include <string> // for names
 #include <vector> // for the picture
@@ -97,6 +98,12 @@ public:
   vtkTypeBool ProcessRequest(vtkInformation* request, vtkInformationVector** inputVector,
     vtkInformationVector* outputVector) override;
 
+  // An abort counts from the begin of an Update, which asks for the time first; VTK forgets what
+  // comes before RequestData.
+  void SetAbortExecute(vtkTypeBool abort) override;
+  int ComputePipelineMTime(vtkInformation* request, vtkInformationVector** input,
+    vtkInformationVector* output, int port, vtkMTimeType* time) override;
+
 protected:
   vtkKdTextureReader();
   ~vtkKdTextureReader() override;
@@ -118,9 +125,10 @@ private:
   vtkIdType Partition = 0;
   // Since the last RequestInformation.
   std::shared_ptr<const kdstream::PieceSource> Model;
-  std::vector<unsigned char> Tile; // with the picture
-  bool WasStopped = false;         // while that was opened
-  bool IsStale = false;            // stopped, or failed: to be read anew by the next Update
+  std::vector<unsigned char> Tile;       // with the picture
+  bool WasStopped = false;               // while that was opened
+  std::atomic<bool> WasAborted{ false }; // since the Update began, by any thread
+  bool IsStale = false;                  // stopped, or failed: to be read anew by the next Update
 };
 
 #endif

@@ -18,16 +18,16 @@ namespace kdstream::fixtures
 {
 
 using Rgb = std::array<int, 3>;
-inline constexpr Rgb red{ 255, 0, 0 }, green{ 0, 255, 0 }, blue{ 0, 0, 255 },
-  white{ 255, 255, 255 };
 using Coordinates = std::vector<std::array<std::string, 2>>; // u, v of each face, as text
-
-// The middles of the picture's halves.
-inline const Coordinates leftAndRight{ { "0.25", "0.5" }, { "0.75", "0.5" } };
 
 class SpoiledTest : public ProgramsTest
 {
 protected:
+  static constexpr Rgb red{ 255, 0, 0 }, green{ 0, 255, 0 }, blue{ 0, 0, 255 },
+    white{ 255, 255, 255 };
+  // The middles of the picture's halves.
+  inline static const Coordinates leftAndRight{ { "0.25", "0.5" }, { "0.75", "0.5" } };
+
   void WriteBytes(const std::string& name, const std::vector<std::uint8_t>& bytes)
   {
     this->WriteText(name, { bytes.begin(), bytes.end() });

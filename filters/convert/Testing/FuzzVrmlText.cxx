@@ -38,11 +38,12 @@ void CheckString(std::string_view text, std::size_t urls)
 
 void CheckText(std::string_view file)
 {
-  const Result<VrmlText> read = CheckVrmlText(
-    file, { [](const std::string& type, bool)
-            { return type == "Shape" || type == "Group" || type == "Inline"; },
-            [](const std::string&, const std::string& field, bool)
-            { return field == "children" || field == "url" || field == "geometry"; } });
+  const Result<VrmlText> read =
+    CheckVrmlText(file, { [](const std::string& type, bool)
+                          { return type == "Shape" || type == "Group" || type == "Inline"; },
+                          [](const std::string&, const std::string& field, bool)
+                          { return field == "children" || field == "url" || field == "geometry"; },
+                          [](const std::string& type) { return type == "Group"; } });
   if (!read)
   {
     Require(!read.GetError().message.empty());

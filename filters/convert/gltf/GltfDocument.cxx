@@ -32,7 +32,9 @@ Result<Json> ParseJson(const std::string& text, std::size_t begin)
 {
   try
   {
-    return Json::parse(text);
+    // Copying leaves Ctrl-Z behind a text.
+    const std::size_t end = text.find_last_not_of(std::string_view("\x1A\0 \t\r\n", 6));
+    return Json::parse(text.begin(), text.begin() + static_cast<std::ptrdiff_t>(end + 1));
   }
   catch (const Json::parse_error& failure)
   {

@@ -4,7 +4,7 @@
 #include "filters/convert/gltf/GltfNodes.h"
 
 #include "filters/convert/gltf/GltfAccessors.h"
-#include "filters/core/VectorMath.h"
+#include "filters/core/UnitVector.h"
 
 #include <algorithm>
 #include <cmath>
@@ -220,12 +220,10 @@ Vec3 GltfPlace::OfNormal(const Vec3& normal) const
   const std::array<Vec3, 3> across{ Cross(this->axes[1], this->axes[2]),
     Cross(this->axes[2], this->axes[0]), Cross(this->axes[0], this->axes[1]) };
   const double sign = this->Determinant() < 0 ? -1 : 1;
-  Vec3 turned = Plus(Plus(Times(across[0], sign * normal[0]), Times(across[1], sign * normal[1])),
-    Times(across[2], sign * normal[2]));
-  const double length = Length(turned);
-  return length > 0 && std::isfinite(length)
-           ? Vec3{ turned[0] / length, turned[1] / length, turned[2] / length }
-           : normal;
+  const Vec3 turned =
+    UnitVector(Plus(Plus(Times(across[0], sign * normal[0]), Times(across[1], sign * normal[1])),
+      Times(across[2], sign * normal[2])));
+  return turned != Vec3{} ? turned : normal;
 }
 
 double GltfPlace::Determinant() const

@@ -301,6 +301,26 @@ std::vector<Triangle> Fan(std::size_t count)
   return fan;
 }
 
+// Where an ear would have a dent on its border, another ear is cut: no triangle is without area.
+TEST(CutPolygon, ADentOnADiagonalIsNotCutAcross)
+{
+  const std::vector<Vec3> polygon{ { 0, 0, 0 }, { 4, 0, 0 }, { 4, 4, 0 }, { 1, 1, 0 },
+    { 0, 4, 0 } };
+  // From the first corner on it is a fan, which stays one.
+  for (std::size_t first = 1; first < polygon.size(); ++first)
+  {
+    std::vector<Vec3> corners = polygon;
+    std::rotate(corners.begin(), corners.begin() + std::ptrdiff_t(first), corners.end());
+    PolygonCutter cutter;
+    for (const Triangle& t : cutter.Cut(corners))
+    {
+      const Vec3 area =
+        Cross(Minus(corners[t[1]], corners[t[0]]), Minus(corners[t[2]], corners[t[0]]));
+      EXPECT_GT(area[2], 0) << "from corner " << first;
+    }
+  }
+}
+
 TEST(CutPolygon, ConvexPolygonsAreFans)
 {
   std::mt19937 random(6);

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Which resolutions are shown where: a cut of the vertex tree, told by pieces
-// (doc/design.md#the-cut-rule). Step "draw" of the README's picture.
+// (doc/design.md#the-cut-rule). Step "draw" of the pipeline picture.
 #pragma once
 
 #include "filters/core/Result.h"

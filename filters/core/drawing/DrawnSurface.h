@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // A surface as renderers take it: in parts, with the normals to light them by. Step "draw" of the
-// README's picture.
+// pipeline picture.
 #pragma once
 
 #include "filters/core/drawing/PartNormals.h"

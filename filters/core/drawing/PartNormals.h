@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// The normals of a surface that is drawn in parts. Step "draw" of the README's picture.
+// The normals of a surface that is drawn in parts. Step "draw" of the pipeline picture.
 #pragma once
 
 #include "filters/core/drawing/SurfaceParts.h"

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // One surface from many resolutions: the drawing rule (doc/design.md#the-cut-rule). Step "draw" of
-// the README's picture.
+// the pipeline picture.
 //
 // What is shown is a cut of the vertex tree: every original vertex has exactly one node of the cut
 // above it. The drawn surface is the image of the mesh under that map, so it has neither cracks nor

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // The surface of a cut, piece by piece, so that the next cut costs only what differs from it. Step
-// "draw" of the README's picture.
+// "draw" of the pipeline picture.
 #pragma once
 
 #include "filters/core/Execution.h"

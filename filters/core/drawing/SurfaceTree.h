@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// The triangles of a surface in a tree of boxes, for rays: step "pick" of the README's picture.
+// The triangles of a surface in a tree of boxes, for rays: step "pick" of the pipeline picture.
 #pragma once
 
 #include "filters/core/drawing/Surface.h"

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Levels by clustering (paper 4.3, doc/design.md#clusters): step "levels" of the README's
+// Levels by clustering (paper 4.3, doc/design.md#clusters): step "levels" of the pipeline
 // picture.
 //
 // The vertices of a cell of the k-d tree become one representative, or one for each sheet of the

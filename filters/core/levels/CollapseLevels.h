@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Levels by edge collapse (doc/design.md#edge-collapse): step "levels" of the README's picture.
+// Levels by edge collapse (doc/design.md#edge-collapse): step "levels" of the pipeline picture.
 //
 // The finest level is that of ClusterLevels.h. Every coarser one comes from the level below it by
 // merges of neighbouring clusters, those of the smallest quadric error first. From L to S every

@@ -7,6 +7,7 @@
 
 #include "filters/core/Light.h"
 #include "filters/core/ScalarSums.h"
+#include "filters/core/UnitVector.h"
 #include "filters/core/VectorMath.h"
 #include "filters/core/levels/CollapseAttributes.h"
 
@@ -79,27 +80,13 @@ private:
   std::uint64_t Count = 0;
 };
 
-// The vector of length 1 that points the same way, if there is one. Scaled first, so that neither
-// huge nor tiny vectors lose theirs.
-std::optional<Vec3> DirectionOf(const Vec3& v)
-{
-  const double largest = std::max({ std::abs(v[0]), std::abs(v[1]), std::abs(v[2]) });
-  if (!std::isfinite(v[0]) || !std::isfinite(v[1]) || !std::isfinite(v[2]) || largest == 0)
-  {
-    return std::nullopt;
-  }
-  const Vec3 scaled{ v[0] / largest, v[1] / largest, v[2] / largest };
-  const double length = Length(scaled);
-  return Vec3{ scaled[0] / length, scaled[1] / length, scaled[2] / length };
-}
-
 class NormalSum
 {
 public:
   void Add(const Attribute& normals, std::size_t tuple)
   {
     if (const auto direction =
-          DirectionOf({ normals.Get(tuple, 0), normals.Get(tuple, 1), normals.Get(tuple, 2) }))
+          ScaledUnitVector({ normals.Get(tuple, 0), normals.Get(tuple, 1), normals.Get(tuple, 2) }))
     {
       this->Add({ *direction, *direction, 1 });
     }
@@ -125,7 +112,7 @@ public:
     constexpr double cancelled = 1e-9;
     const Vec3& s = this->Sum;
     const double length = Length(s);
-    const std::optional<Vec3> direction = DirectionOf(s);
+    const std::optional<Vec3> direction = ScaledUnitVector(s);
     const Vec3 mean = direction && length > cancelled * this->Count ? *direction : this->First;
     const std::size_t tuple = means.TupleCount();
     means.values.resize(means.values.size() + means.TupleSize());

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Normals, colours and numbers of the levels: the last part of step "levels" of the README's
+// Normals, colours and numbers of the levels: the last part of step "levels" of the pipeline
 // picture.
 #pragma once
 

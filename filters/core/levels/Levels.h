@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Levels of detail of a mesh: who makes them. Step "levels" of the README's picture.
+// Levels of detail of a mesh: who makes them. Step "levels" of the pipeline picture.
 #pragma once
 
 #include "filters/core/levels/ClusterLevels.h"

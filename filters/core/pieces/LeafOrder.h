@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// The order of the original vertices inside a finest cluster: step "number" of the README's
+// The order of the original vertices inside a finest cluster: step "number" of the pipeline
 // picture.
 #pragma once
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Cutting one resolution into its pieces: see VertexTree.h and Piece.h. Step "cut" of the README's
+// Cutting one resolution into its pieces: see VertexTree.h and Piece.h. Step "cut" of the pipeline
 // picture.
 #include "filters/core/pieces/VertexTree.h"
 

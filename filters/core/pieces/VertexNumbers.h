@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // The numbers of the vertex tree from the top down, of the whole mesh or block by block. Step
-// "number" of the README's picture.
+// "number" of the pipeline picture.
 //
 // A cluster of a level >= S is an interval of the numbered vertices (VertexTree.h), so its lowest
 // number follows from its parent's and from how many vertices the siblings before it hold:

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// The vertex tree, numbered: what pieces are cut from. Steps "number" and "cut" of the README's
+// The vertex tree, numbered: what pieces are cut from. Steps "number" and "cut" of the pipeline
 // picture.
 //
 // Within a partition the original vertices are numbered depth-first in the vertex tree, so that a

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // A mesh in no order, moved so that what later steps use together lies together: part of step
-// "faces" of the README's picture.
+// "faces" of the pipeline picture.
 #pragma once
 
 #include "filters/core/Execution.h"

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // K-means clustering of vertices on the surface, the paper's second baseline. Step "tree" of the
-// README's picture, in place of KdTree.
+// pipeline picture, in place of KdTree.
 #pragma once
 
 #include "filters/core/Execution.h"

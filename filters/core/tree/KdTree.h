@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// The balanced k-d tree over the vertices (paper section 4.1): step "tree" of the README's picture.
+// The balanced k-d tree over the vertices (paper section 4.1): step "tree" of the pipeline picture.
 #pragma once
 
 #include "filters/core/Execution.h"

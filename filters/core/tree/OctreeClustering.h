@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Octree clustering of vertices, the paper's first baseline: partitions of equal cubes instead of
-// equal counts. Step "tree" of the README's picture, in place of KdTree.
+// equal counts. Step "tree" of the pipeline picture, in place of KdTree.
 #pragma once
 
 #include "filters/core/Execution.h"

@@ -40,10 +40,10 @@ TEST(MeshReader, RefusesOtherFormatsByName)
     EXPECT_EQ(reader.GetError().message,
       ending + " files are not read in chunks; kdstream-convert makes a .ply of them");
   }
-  for (const std::string ending : { ".gz", "", ".ply~" })
+  for (const std::string ending : { ".dat", "", ".ply~" })
   {
     const Result<std::unique_ptr<MeshReader>> reader =
-      MeshReader::Open(folder.Write("mesh" + ending, "ply\n"));
+      MeshReader::Open(folder.Write("mesh" + ending, "who knows\n"));
     ASSERT_FALSE(reader);
     EXPECT_EQ(reader.GetError().code, ErrorCode::Unsupported);
     EXPECT_EQ(reader.GetError().message,
@@ -146,8 +146,11 @@ TEST(MeshReader, ContentOfAnotherFormatIsTold)
   EXPECT_EQ(messageOf("c.stl", "COFF\n1 0 0\n"),
     "looks like a .off file, although its name ends in .stl: rename it to end in .off");
   EXPECT_EQ(messageOf("d.ply", "Kaydara FBX Binary  "),
-    "looks like a .fbx file, although its name ends in .ply, and such files are not read: convert "
-    "it to .ply");
+    "is an FBX file, which is not read: open it in Blender and export it as .ply, .glb or .obj");
+  EXPECT_EQ(messageOf("e.dat", ply),
+    "looks like a .ply file, although its name ends in .dat: rename it to end in .ply");
+  EXPECT_EQ(messageOf("e", ply),
+    "looks like a .ply file, although its name has no ending: rename it to end in .ply");
   EXPECT_EQ(messageOf("b.ply", "PK\x03\x04" + std::string(200, '\x02')),
     "is compressed (.zip): unpack it first, by unzip");
   for (const std::string name : { "c.obj", "c.ply.gz", "c" })
@@ -155,6 +158,96 @@ TEST(MeshReader, ContentOfAnotherFormatIsTold)
     EXPECT_EQ(messageOf(name, "\x1f\x8b\x08" + std::string(200, '\x02')),
       "is compressed (.gz): unpack it first, by gunzip");
   }
+}
+
+// A ZIP archive of these names, stored, each with a byte in it.
+std::string ZipOf(const std::vector<std::string>& names)
+{
+  const auto number = [](std::size_t value, std::size_t bytes)
+  {
+    std::string text;
+    for (; bytes > 0; --bytes, value >>= 8U)
+    {
+      text += static_cast<char>(value & 255U);
+    }
+    return text;
+  };
+  std::string files, directory;
+  for (const std::string& name : names)
+  {
+    const std::string sizes = number(0, 12) + number(1, 4) + number(1, 4) + number(name.size(), 2);
+    directory += "PK\x01\x02" + number(20, 2) + number(20, 2) + sizes + number(0, 12) +
+                 number(files.size(), 4) + name;
+    files += "PK\x03\x04" + number(20, 2) + sizes + number(0, 2) + name + "x";
+  }
+  return files + directory + "PK\x05\x06" + number(0, 4) + number(names.size(), 2) +
+         number(names.size(), 2) + number(directory.size(), 4) + number(files.size(), 4) +
+         number(0, 2);
+}
+
+// By what is in them, whatever they are called, and else by their names.
+TEST(MeshReader, FormatsThatAreNotReadAreNamed)
+{
+  const ScratchFolder folder;
+  const auto messageOf = [&](const std::string& name, const std::string& content)
+  {
+    const auto reader = MeshReader::Open(folder.Write(name, content));
+    return reader ? "it was read" : reader.GetError().message;
+  };
+  const std::string compound = "\xD0\xCF\x11\xE0\xA1\xB1\x1A\xE1" + std::string(600, '\0');
+  const std::string sketchUp("\xFF\xFE\xFF\x0ES\0k\0e\0t\0c\0h\0U\0p\0 \0M\0", 24);
+  const std::string iges = std::string(72, ' ') + "S      1\n" + std::string(72, '1') + "G";
+  const std::string begin3ds("MM\x08\0\0\0\x02\0", 8);
+  const std::string step = "ISO-10303-21;\nHEADER;\nFILE_SCHEMA(('";
+  const struct
+  {
+    std::string content, name;
+  } formats[] = { { ZipOf({ "[Content_Types].xml", "Metadata/thumbnail.png", "3D/3dmodel.model" }),
+                    "3MF" },
+    { ZipOf({ "scene.usdc", "0/wood.png" }), "USD" }, { ZipOf({ "doc.kml" }), "KMZ" },
+    { ZipOf({ "Document.xml", "PartShape.brp" }), "FreeCAD" }, { ZipOf({ "points.npy" }), "NumPy" },
+    { "; FBX 7.3.0 project file\n", "FBX" }, { "BLENDER-v279RENDH", "Blender" },
+    { compound, "3ds Max" }, { sketchUp, "SketchUp" },
+    { "ASTM-E57" + std::string(100, '\0'), "E57" }, { step + "AUTOMOTIVE_DESIGN'));", "STEP" },
+    { step + "IFC4'));", "IFC" }, { iges, "IGES" }, { begin3ds, "3DS" },
+    { "3D Geometry File Format        50", "Rhino" }, { "AC1032" + std::string(100, '\0'), "DWG" },
+    { "  0\r\nSECTION\r\n  2\r\n", "DXF" },
+    { "<?xml version=\"1.0\"?>\n<COLLADA xmlns=\"x\">", "COLLADA" },
+    { "<?xml version=\"1.0\"?>\n<X3D profile=\"Immersive\">", "X3D" },
+    { "<?xml version=\"1.0\"?>\n<amf unit=\"mm\">", "AMF" },
+    { "<?xml version=\"1.0\"?>\n<VTKFile type=\"UnstructuredGrid\">", "VTK" },
+    { "#usda 1.0\n", "USD" }, { "#Inventor V2.1 ascii\n", "Inventor" },
+    { "{\"asset\":{\"version\":\"1.0\"},\"geometricError\":9", "JSON" },
+    { "{\"metadata\":{\"version\":4.5,\"type\":\"Object\"", "JSON" },
+    { std::string("FORM\0\0\x01\0LWO2TAGS", 16), "LightWave" }, { "b3dm", "3D Tiles" },
+    { "$MeshFormat\n2.2 0 8\n", "Gmsh" }, { "\x89PNG\r\n", "PNG picture, and no mesh" },
+    { std::string("II*\0\x08\0\0\0", 8), "TIFF" }, { "<!DOCTYPE html>", "HTML" },
+    { "%PDF-1.6", "PDF" } };
+  for (const auto& format : formats)
+  {
+    for (const std::string name : { "a.ply", "a.stl", "a.obj", "a.off", "a.max", "a" })
+    {
+      const std::string message = messageOf(name, format.content);
+      EXPECT_TRUE(message.starts_with("is a") && message.find(format.name) != message.npos)
+        << name << " of " << format.name << ": " << message;
+    }
+  }
+  EXPECT_EQ(messageOf("a.zip", ZipOf({ "read me.txt", "model/statue.obj", "model/statue.mtl" })),
+    "is compressed (.zip), and holds 'model/statue.obj': unpack it first, by unzip");
+  EXPECT_EQ(messageOf("a.zip", ZipOf({})), "is compressed (.zip): unpack it first, by unzip");
+  EXPECT_EQ(
+    messageOf("a.rar", "Rar!\x1A\x07"), "is compressed (.rar): unpack it first, by unrar x");
+  EXPECT_EQ(messageOf("a.tar", std::string(257, 'a') + "ustar" + std::string(300, '\0')),
+    "is an archive (.tar): unpack it first, by tar xf");
+  // An archive whose directory is damaged.
+  std::string damaged = ZipOf({ "3D/3dmodel.model" });
+  damaged[damaged.size() - 4] = '\x7f';
+  EXPECT_EQ(messageOf("a.zip", damaged), "is compressed (.zip): unpack it first, by unzip");
+  EXPECT_NE(messageOf("a.3mf", damaged).find("is a 3MF file"), std::string::npos);
+  EXPECT_EQ(messageOf("a.fbx", "who knows"),
+    "the ending '.fbx' is that of an FBX file, which is not "
+    "read: open it in Blender and export it as .ply, .glb "
+    "or .obj");
 }
 
 }

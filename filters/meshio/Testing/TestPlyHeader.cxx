@@ -71,6 +71,17 @@ TEST(PlyHeader, ReadsElementsPropertiesAndWhereTheBodyBegins)
   }
 }
 
+TEST(PlyHeader, NamesMayHaveBlanks)
+{
+  const Result<PlyHeader> header =
+    Parse(start + "element vertex 1\nproperty float  scalar_Scalar  field #2 \nproperty list uchar "
+                  "int all corners\nend_header\n");
+  ASSERT_TRUE(header) << header.GetError().message;
+  ASSERT_EQ(header->elements[0].properties.size(), 2U);
+  EXPECT_EQ(header->elements[0].properties[0].name, "scalar_Scalar  field #2");
+  EXPECT_EQ(header->elements[0].properties[1].name, "all corners");
+}
+
 TEST(PlyHeader, KnowsBothNamesOfEveryType)
 {
   const std::vector<std::pair<std::string, std::size_t>> types{ { "char", 1 }, { "uchar", 1 },
@@ -123,7 +134,6 @@ TEST(PlyHeader, RefusesBadLinesByNumber)
   ExpectError(vertex + "element vertex 2\n", "header line 5: a second element 'vertex'");
   ExpectError(start + "element Face 1\nelement face 2\n", "header line 4: a second element 'face'");
   ExpectError(vertex + "property float\n", "header line 5: a property has a type and a name");
-  ExpectError(vertex + "property float y y\n", "header line 5: a property has a type and a name");
   ExpectError(vertex + "property\n", "header line 5: a property has a type and a name");
   ExpectError(vertex + "property list uchar vertex_index\n",
     "header line 5: a list property has two types and a name");

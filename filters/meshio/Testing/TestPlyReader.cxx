@@ -500,7 +500,9 @@ TEST(PlyReader, DropsWhatLinesHoldBeyondTheHeader)
   EXPECT_EQ(spread.info.tolerance.Of(Lapse::ValuesNotNamed), 1U);
   // Neither a line for each record, nor one for each element.
   ExpectError(asciiVertices + "end_header\n0 0 0 1 0 0\n0 1 0\n0 0 1\n",
-    "vertex 0 (line 8): its line holds more values than the header names");
+    "vertex 0 (line 8): its line holds more values than the header names, and there are 3 lines "
+    "for "
+    "4 elements: the file was cut, or has lines of another kind");
 }
 
 // Without regard to lines.

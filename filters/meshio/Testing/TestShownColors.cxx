@@ -53,6 +53,17 @@ TEST(ShownColors, OfAllKinds)
       "red, green, blue of type float32" + taken + "1 is white, and shown as RGB", redAndGrey },
     { { "double r", "double g", "double b" }, { "255 0 0", "51 51 51" },
       "r, g, b of type float64" + taken + "255 is white, and shown as RGB", redAndGrey },
+    { { "uchar ambient_red", "uchar ambient_green", "uchar ambient_blue" },
+      { "255 0 0", "51 51 51" },
+      "ambient_red, ambient_green, ambient_blue of type uint8" + taken +
+        "255 is white, and shown as RGB",
+      redAndGrey },
+    { { "uint rgba" }, { "4294901760", "3355443" },
+      "rgba is taken for colours of three bytes in a number (0xRRGGBB), and shown as RGB",
+      redAndGrey },
+    { { "int Rgb" }, { "-65536", "3355443" },
+      "Rgb is taken for colours of three bytes in a number (0xRRGGBB), and shown as RGB",
+      redAndGrey },
     { { "ushort diffuse_red", "ushort diffuse_green", "ushort diffuse_blue" },
       { "65535 0 0", "13107 13107 13107" },
       "diffuse_red, diffuse_green, diffuse_blue of type uint16" + taken +

@@ -348,7 +348,9 @@ Status AsciiBody::LookAtLines(const PlyPlace& place)
   }
   if (lines > this->Header.elements.size() && lines < records)
   {
-    return this->At(place).Bad("its line holds more values than the header names");
+    return this->At(place).Bad("its line holds more values than the header names, and there are " +
+                               std::to_string(lines) + " lines for " + std::to_string(records) +
+                               " elements: the file was cut, or has lines of another kind");
   }
   this->LinesAre = lines < records ? Lines::Free : Lines::Records;
   return {};

@@ -215,15 +215,22 @@ private:
     {
       return this->Bad("a property before the first element");
     }
-    if (!IsGoodName(words.back()))
-    {
-      return this->Bad(
-        "the name " + QuotedText(words.back()) + " is too long or holds control characters");
-    }
     PlyElement& element = this->Header.elements.back();
     PlyProperty property;
     property.isList = words.size() > 1 && words[1] == "list";
-    if (words.size() != (property.isList ? 5 : 3))
+    const std::size_t nameBegin = property.isList ? 4 : 2;
+    // A name may have blanks: "scalar_Scalar field".
+    const std::string_view name =
+      words.size() > nameBegin
+        ? std::string_view(words[nameBegin].data(),
+            static_cast<std::size_t>(
+              words.back().data() + words.back().size() - words[nameBegin].data()))
+        : words.back();
+    if (!IsGoodName(name))
+    {
+      return this->Bad("the name " + QuotedText(name) + " is too long or holds control characters");
+    }
+    if (words.size() <= nameBegin)
     {
       return this->Bad(property.isList ? "a list property has two types and a name"
                                        : "a property has a type and a name");
@@ -237,14 +244,14 @@ private:
       }
       property.countType = *countType;
     }
-    const std::string_view typeName = words[words.size() - 2];
+    const std::string_view typeName = words[nameBegin - 1];
     const std::optional<PlyType> type = FindType(typeName);
     if (!type)
     {
       return this->Bad("unknown type " + QuotedText(typeName));
     }
     property.type = *type;
-    property.name = words.back();
+    property.name = name;
     element.properties.push_back(std::move(property));
     return {};
   }

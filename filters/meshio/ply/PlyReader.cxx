@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Reads PLY files in chunks: step "read" of the README's picture. Here is decided which element is
+// Reads PLY files in chunks: step "read" of the pipeline picture. Here is decided which element is
 // read when; the records themselves are read by PlyBody.
 #include "filters/meshio/ply/PlyReader.h"
 

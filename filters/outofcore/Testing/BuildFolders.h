@@ -19,7 +19,7 @@
 namespace kdstream::testing
 {
 
-constexpr std::size_t count = 1000; // of the numbers
+constexpr std::size_t numberCount = 1000;
 
 inline std::vector<std::filesystem::path> EntriesOf(const std::filesystem::path& folder)
 {
@@ -31,10 +31,10 @@ inline std::vector<std::filesystem::path> EntriesOf(const std::filesystem::path&
   return entries;
 }
 
-// A first phase, "numbers": 1 … count in a file, and a file of nothing.
+// A first phase, "numbers": 1 … numberCount in a file, and a file of nothing.
 inline Status MakeNumbers(BuildFolder& folder)
 {
-  std::vector<std::uint64_t> numbers(count);
+  std::vector<std::uint64_t> numbers(numberCount);
   std::iota(numbers.begin(), numbers.end(), 1U);
   PhaseFile files[] = { { "numbers", {} }, { "nothing", {} } };
   Result<SpillFile> file = folder.Files().CreateFile("numbers", 0);
@@ -47,7 +47,7 @@ inline Status MakeNumbers(BuildFolder& folder)
   KDSTREAM_TRY(writer.Finish());
   files[0].file = std::move(*file);
   BlobWriter blob;
-  blob.Add(std::uint64_t{ count });
+  blob.Add(std::uint64_t{ numberCount });
   return folder.Finish("numbers", blob, files);
 }
 

@@ -82,8 +82,8 @@ Result<std::vector<std::uint64_t>> Build(BuildFolder& folder)
 
 std::vector<std::uint64_t> Expected()
 {
-  std::vector<std::uint64_t> sums(count);
-  for (std::size_t i = 0; i < count; ++i)
+  std::vector<std::uint64_t> sums(numberCount);
+  for (std::size_t i = 0; i < numberCount; ++i)
   {
     sums[i] = (i + 1) * (i + 2);
   }
@@ -151,7 +151,7 @@ TEST_F(TestBuildFolder, GoesOnFromTheLastFinishedPhaseWhereverItWasKilled)
     const auto result = Build(folder);
     ASSERT_TRUE(result) << "killed before operation " << k << ": " << result.GetError().message;
     EXPECT_EQ(*result, Expected());
-    EXPECT_EQ(folder.Files().Counts().bytesOnDisk, count * sizeof(std::uint64_t));
+    EXPECT_EQ(folder.Files().Counts().bytesOnDisk, numberCount * sizeof(std::uint64_t));
     EXPECT_EQ(EntriesOf(this->Path()).size(), 2U) << "journal and sums";
     {
       const BuildFolder gone = std::move(folder);
@@ -229,7 +229,7 @@ TEST_F(TestBuildFolder, GoesUnlessItIsKept)
   {
     BuildFolder folder = this->Open(true);
     EXPECT_EQ(folder.FinishedPhases(), 1U);
-    EXPECT_EQ(folder.Files().Counts().bytesOnDisk, count * sizeof(std::uint64_t));
+    EXPECT_EQ(folder.Files().Counts().bytesOnDisk, numberCount * sizeof(std::uint64_t));
     const SpillFile scratch = std::move(*folder.Files().CreateFile("scratch", 0));
     EXPECT_EQ(EntriesOf(this->Path()).size(), 3U);
   }
@@ -328,7 +328,7 @@ TEST_F(TestBuildFolder, FilesOfFinishedPhasesAreOnlyRead)
   EXPECT_EQ(folder.TakeFile("letters", "numbers").GetError().code, ErrorCode::NotFound);
   ASSERT_TRUE(folder.Finish("next", {}, {}, { { "numbers", "numbers" } }));
   EXPECT_EQ(folder.TakeFile("numbers", "numbers").GetError().code, ErrorCode::NotFound);
-  EXPECT_EQ(ReadBack<std::uint64_t>(numbers).size(), count) << "as long as it is open";
+  EXPECT_EQ(ReadBack<std::uint64_t>(numbers).size(), numberCount) << "as long as it is open";
 }
 
 TEST_F(TestBuildFolder, AFullDiskDoesNotFinishAPhase)

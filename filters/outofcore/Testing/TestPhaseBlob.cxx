@@ -21,8 +21,8 @@ TEST_F(TestPhaseBlob, BucketsComeBack)
   BlobWriter blob;
   BuildFolder folder = this->Open(false);
   auto made = std::move(
-    *RecordBuckets<std::uint64_t>::Create(folder.Files(), "numbers", buckets, count, 300));
-  for (std::uint64_t i = 0; i < count; ++i)
+    *RecordBuckets<std::uint64_t>::Create(folder.Files(), "numbers", buckets, numberCount, 300));
+  for (std::uint64_t i = 0; i < numberCount; ++i)
   {
     ASSERT_TRUE(made.Add(i * i % (buckets - 1), i)); // the last one stays empty
   }
@@ -50,7 +50,7 @@ TEST_F(TestPhaseBlob, BucketsComeBack)
         return {};
       }));
   }
-  EXPECT_EQ(found, count);
+  EXPECT_EQ(found, numberCount);
 
   const std::vector<std::byte>& whole = blob.Bytes();
   for (std::size_t length = 0; length < whole.size(); ++length)

@@ -192,5 +192,6 @@ TEST(SpillFile, SaysThatNoFolderCanBeMade)
   const Result<SpillFolder> folder = SpillFolder::Create("/nowhere/at/all");
   ASSERT_FALSE(folder);
   EXPECT_EQ(folder.GetError().message,
-    "no folder for temporary files can be made in /nowhere/at/all: No such file or directory");
+    "no folder for temporary files can be made in it: No such file or directory");
+  EXPECT_EQ(folder.GetError().file, "/nowhere/at/all");
 }

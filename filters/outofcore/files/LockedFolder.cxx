@@ -2,6 +2,7 @@
 #include "filters/outofcore/files/LockedFolder.h"
 
 #include "filters/core/SystemReason.h"
+#include "filters/files/Folders.h"
 
 #define XXH_INLINE_ALL
 #include <xxhash.h>
@@ -55,9 +56,8 @@ struct FolderOwner
 };
 
 // As the name of a folder tells: PLACE-PROCESS-LETTERS behind its begin.
-std::optional<FolderOwner> OwnerOf(const fs::path& folder)
+std::optional<FolderOwner> OwnerOf(const std::string& name)
 {
-  const std::string name = folder.filename().string();
   if (!name.starts_with(lockedBegin))
   {
     return {};
@@ -81,25 +81,37 @@ bool IsOnDiskOfMachine(int descriptor)
          std::find(disks.begin(), disks.end(), static_cast<long>(state.f_type)) != disks.end();
 }
 
-bool IsSameFolder(int descriptor, const fs::path& path)
+// Nothing where that cannot be known: errno says why.
+std::optional<bool> IsSameFolder(int descriptor, const fs::path& path)
 {
   struct stat opened = {}, named = {};
-  return fstat(descriptor, &opened) == 0 && lstat(path.c_str(), &named) == 0 &&
-         opened.st_dev == named.st_dev && opened.st_ino == named.st_ino;
+  if (fstat(descriptor, &opened) != 0)
+  {
+    return {};
+  }
+  if (lstat(path.c_str(), &named) != 0)
+  {
+    return errno == ENOENT ? std::optional(false) : std::nullopt;
+  }
+  return opened.st_dev == named.st_dev && opened.st_ino == named.st_ino;
 }
 
 bool IsUnchangedForLong(const fs::path& folder)
 {
   std::error_code failed;
   auto last = fs::last_write_time(folder, failed);
-  for (fs::directory_iterator entry(folder, failed), end; !failed && entry != end;
-       entry.increment(failed))
+  const auto names = NamesIn(folder);
+  if (failed || !names)
+  {
+    return false;
+  }
+  for (const std::string& name : *names)
   {
     std::error_code gone;
-    const auto time = fs::last_write_time(entry->path(), gone);
+    const auto time = fs::last_write_time(folder / name, gone);
     last = gone ? last : std::max(last, time);
   }
-  return !failed && fs::file_time_type::clock::now() - last > longestPause;
+  return fs::file_time_type::clock::now() - last > longestPause;
 }
 
 // descriptor: of the folder, which nobody else has locked as far as can be known.
@@ -120,51 +132,50 @@ Result<LockedFolder> MakeLockedFolder(const fs::path& parent)
 {
   const std::string begin =
     std::string(lockedBegin) + PlaceOfProcesses() + "-" + std::to_string(getpid()) + "-XXXXXX";
+  const fs::path in = parent.empty() ? "." : parent;
   for (;;)
   {
-    std::string name = (parent.empty() ? fs::path(".") : parent) / begin;
+    std::string name = in / begin;
     if (mkdtemp(name.data()) == nullptr)
     {
-      return SystemError(
-        "no folder for temporary files can be made in " + parent.string(), errno, parent.string());
+      return SystemError("no folder for temporary files can be made in it", errno, in.string());
     }
     const int descriptor = open(name.c_str(), O_RDONLY | O_DIRECTORY | O_NOFOLLOW | O_CLOEXEC);
     const bool refused = descriptor >= 0 && flock(descriptor, LOCK_EX | LOCK_NB) != 0;
     const bool taken = refused && errno == EWOULDBLOCK;
-    if (descriptor >= 0 && !taken && IsSameFolder(descriptor, name))
+    const std::optional<bool> isSame =
+      descriptor >= 0 && !taken ? IsSameFolder(descriptor, name) : std::nullopt;
+    const int reason = errno;
+    if (isSame.value_or(false))
     {
       return LockedFolder{ name,
         std::shared_ptr<void>(nullptr, [descriptor](void*) { close(descriptor); }) };
     }
-    const int reason = errno;
     if (descriptor >= 0)
     {
       close(descriptor);
     }
-    if (descriptor >= 0 || reason == ENOENT)
+    if (taken || isSame || (descriptor < 0 && reason == ENOENT))
     {
-      continue; // before it was locked another build has taken it for one of a killed process
+      continue; // before it was locked another process has taken it for one of a killed one
     }
     rmdir(name.c_str());
-    return SystemError(
-      "the folder for temporary files " + name + " cannot be opened", reason, parent.string());
+    return SystemError("its folder for temporary files cannot be opened", reason, in.string());
   }
 }
 
 void RemoveDeadFolders(const fs::path& parent)
 {
-  std::error_code failed;
-  std::vector<std::pair<fs::path, FolderOwner>> found;
-  for (fs::directory_iterator entry(parent.empty() ? "." : parent, failed), end;
-       !failed && entry != end; entry.increment(failed))
+  const fs::path in = parent.empty() ? "." : parent;
+  const auto names = NamesIn(in);
+  for (const std::string& name : names ? *names : std::vector<std::string>())
   {
-    if (const auto owner = OwnerOf(entry->path()))
+    const auto owner = OwnerOf(name);
+    if (!owner)
     {
-      found.emplace_back(entry->path(), *owner);
+      continue;
     }
-  }
-  for (const auto& [folder, owner] : found)
-  {
+    const fs::path folder = in / name;
     struct stat state = {};
     const int descriptor = open(folder.c_str(), O_RDONLY | O_DIRECTORY | O_NOFOLLOW | O_CLOEXEC);
     if (descriptor < 0)
@@ -174,10 +185,9 @@ void RemoveDeadFolders(const fs::path& parent)
     const bool locked = flock(descriptor, LOCK_EX | LOCK_NB) == 0;
     const bool taken = !locked && errno == EWOULDBLOCK;
     if (!taken && fstat(descriptor, &state) == 0 && state.st_uid == geteuid() &&
-        IsDead(descriptor, locked, folder, owner))
+        IsDead(descriptor, locked, folder, *owner))
     {
-      std::error_code ignored;
-      fs::remove_all(folder, ignored);
+      RemoveTree(folder);
     }
     close(descriptor);
   }

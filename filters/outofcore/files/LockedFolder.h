@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Folders for temporary files that are recognised after a process was killed: the next build beside
-// them removes them.
+// Folders for temporary files that are recognised after a process was killed: the next one that
+// makes such a folder beside them removes them.
 #pragma once
 
 #include "filters/core/Result.h"
@@ -19,7 +19,7 @@ struct LockedFolder
   std::shared_ptr<void> lock; // kept by the owner; the system gives it back with the process
 };
 
-// Makes a new one in `parent`. Errors: InputOutput.
+// Makes a new one in `parent`, for this user alone. Errors: InputOutput.
 Result<LockedFolder> MakeLockedFolder(const std::filesystem::path& parent);
 
 // Removes those in `parent` that are this user's and whose process has ended. On a disk of this

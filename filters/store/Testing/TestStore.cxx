@@ -2,6 +2,7 @@
 // Builder and Store: what goes in comes out, and what is wrong is said.
 #include "Testing/Fixtures/Invariants.h"
 #include "Testing/Fixtures/Meshes.h"
+#include "filters/codec/TreePage.h"
 #include "filters/core/Weld.h"
 #include "filters/core/pieces/Glue.h"
 #include "filters/meshio/MeshWriter.h"
@@ -144,8 +145,18 @@ TEST_F(StoreTest, WhatTheStoreSaysIsTrue)
   }
   const auto boxes = store->ReadBoxes();
   ASSERT_TRUE(boxes);
-  const auto pieces = store->ReadPieceTable(*boxes);
-  ASSERT_TRUE(pieces);
+  PieceTable pieces(info.depths, info.HasLevels());
+  for (const NodeId page : TreePages(info.depths))
+  {
+    const auto told = DecodeTreePage(*store->Read(protocol::BlobId::TreePage(page)), page,
+      RoundedBoxOf(*boxes, page), info.depths, info.HasLevels());
+    ASSERT_TRUE(told);
+    const std::vector<PieceId> ids = PiecesOfTreePage(page, info.depths, info.HasLevels());
+    for (std::size_t i = 0; i < ids.size(); ++i)
+    {
+      pieces.At(ids[i]) = told->facts[i];
+    }
+  }
   for (unsigned depth = 0; depth < info.levels.size(); ++depth)
   {
     const ResolutionDescription &level = info.levels[depth],
@@ -160,7 +171,7 @@ TEST_F(StoreTest, WhatTheStoreSaysIsTrue)
     {
       if (id.resolution == Resolution::Level(depth))
       {
-        const PieceFacts& piece = pieces->At(id);
+        const PieceFacts& piece = pieces.At(id);
         EXPECT_LE(piece.most99, piece.most);
         largest = std::max(largest, piece.most);
         bytes += piece.bytes;

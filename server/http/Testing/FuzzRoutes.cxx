@@ -10,9 +10,9 @@
 // model is told.
 #include "server/access/Testing/ForgedToken.h"
 #include "server/http/ClientLimits.h"
+#include "server/http/HttpMessage.h"
 #include "server/http/ProxyHeader.h"
 #include "server/http/RequestInput.h"
-#include "server/http/ResponseHead.h"
 #include "server/http/Routes.h"
 #include "server/http/Testing/WholeAnswer.h"
 #include "server/session/StoreCatalog.h"

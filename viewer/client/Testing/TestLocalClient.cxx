@@ -22,7 +22,7 @@ namespace
 std::shared_ptr<TorusModel> Named(const std::string& id)
 {
   auto model = std::make_shared<TorusModel>();
-  model->described = kdstream::testing::Torus().Description();
+  model->described = kdstream::testing::ServedTorus().Description();
   model->described->id = id;
   return model;
 }
@@ -65,6 +65,47 @@ TEST(TestLocalClient, WhatIsDamagedOrNotThereIsTold)
   ASSERT_TRUE(unknowing.SelectModel("nobody"));
   ASSERT_TRUE(Settle(unknowing, source));
   EXPECT_NE(unknowing.GetStatus().error.find("nobody"), std::string::npos);
+}
+
+struct ModelWithoutMemory final : TorusModel
+{
+  Result<BlobBytes> ReadBlob(const protocol::BlobId& /*blob*/) const override
+  {
+    throw std::bad_alloc();
+  }
+};
+
+TEST(TestLocalClient, ABlobForWhichThereIsNoMemoryFailsAlone)
+{
+  const auto model = std::make_shared<ModelWithoutMemory>();
+  model->described = kdstream::testing::ServedTorus().Description();
+  model->described->id = "a";
+  LocalClient source({ model });
+  SessionRequest request;
+  request.id = 1;
+  request.model = "a";
+  source.Send(request);
+  request.kind = SessionRequest::Kind::Blobs;
+  request.id = 2;
+  request.blobs = { protocol::BlobId::TreePage(1), protocol::BlobId::Partition(0) };
+  source.Send(request);
+  std::vector<ClientEvent> events;
+  while (events.size() < 3 && source.Wait(std::chrono::seconds(60)))
+  {
+    for (ClientEvent& event : source.Take())
+    {
+      events.push_back(std::move(event));
+    }
+  }
+  ASSERT_EQ(events.size(), 3u);
+  EXPECT_EQ(events[0].kind, ClientEvent::Kind::Opened);
+  for (std::size_t i = 0; i < 2; ++i)
+  {
+    EXPECT_EQ(events[i + 1].kind, ClientEvent::Kind::BlobFailed);
+    EXPECT_EQ(events[i + 1].request, 2u);
+    EXPECT_EQ(events[i + 1].blob, request.blobs[i]);
+    EXPECT_EQ(events[i + 1].message, "out of memory");
+  }
 }
 
 TEST(TestLocalClient, WhatIsCalledBackDoesNotCome)

@@ -25,7 +25,7 @@
 using namespace kdstream;
 using boost::asio::ip::tcp;
 using kdstream::testing::MemoryServer;
-using kdstream::testing::Torus;
+using kdstream::testing::ServedTorus;
 using kdstream::testing::TorusCatalog;
 namespace http = boost::beast::http;
 
@@ -143,7 +143,7 @@ void ServeFiles(tcp::socket& socket)
     if (path)
     {
       response.result(http::status::ok);
-      const auto& model = Torus().Description();
+      const auto& model = ServedTorus().Description();
       using Kind = protocol::ResourcePath::Kind;
       if (path->kind == Kind::ModelList)
       {
@@ -155,7 +155,7 @@ void ServeFiles(tcp::socket& socket)
       }
       else
       {
-        const auto& bytes = Torus().Blob(path->blob);
+        const auto& bytes = ServedTorus().Blob(path->blob);
         response.body().assign(bytes.begin(), bytes.end());
       }
     }
@@ -207,7 +207,7 @@ void Walk(ServerClient& client, ViewerSession& session)
 
 Surface WalkInMemory()
 {
-  MemoryServer server = Torus();
+  MemoryServer server = ServedTorus();
   ViewerSession session;
   session.Resize({ 800, 600, 1 });
   EXPECT_TRUE(session.SelectModel("torus"));
@@ -304,7 +304,7 @@ TEST_F(TestServerClient, ADamagedBlobIsNamedAndTheRestIsShown)
   }
   const NodeId cell = first.GetStatus().region->cell;
   const auto blob =
-    protocol::BlobId::Partition(cell - (NodeId{ 1 } << Torus().Codec().depths.partition));
+    protocol::BlobId::Partition(cell - (NodeId{ 1 } << ServedTorus().Codec().depths.partition));
   this->Models.model->damaged = blob;
   auto client = ServerClient::Connect(this->Server->Url());
   ASSERT_TRUE(client);
@@ -387,7 +387,7 @@ TEST_F(TestClientWithToken, ShowsTheLevelsWhereItMayHaveNoMore)
   session.Zoom(30, 600, 300);
   Exchange(**client, session);
   EXPECT_EQ(session.GetStatus().error, "");
-  EXPECT_GT(session.GetStatus().shownLevel, PreviewLevel(Torus().Description()));
+  EXPECT_GT(session.GetStatus().shownLevel, PreviewLevel(ServedTorus().Description()));
   for (const auto& name : this->Models.model->TakeRead())
   {
     EXPECT_NE(name.substr(0, 10), "partitions");
@@ -417,7 +417,7 @@ TEST_F(TestClientWithToken, ShowsThePreviewWhereItMayHaveNoMore)
     session.Zoom(30, 600, 300);
     Exchange(**client, session);
     EXPECT_EQ(session.GetStatus().error, "");
-    EXPECT_EQ(session.GetStatus().shownLevel, PreviewLevel(Torus().Description()));
+    EXPECT_EQ(session.GetStatus().shownLevel, PreviewLevel(ServedTorus().Description()));
     for (const auto& name : this->Models.model->TakeRead())
     {
       EXPECT_EQ(name, "levels/11/1");

@@ -14,7 +14,7 @@
 namespace kdstream::testing
 {
 
-inline MemoryServer& Torus()
+inline MemoryServer& ServedTorus()
 {
   static MemoryServer torus(MakeTorus(120, 60), 128, 2);
   return torus;
@@ -25,11 +25,11 @@ class TorusModel : public ServedModel
 public:
   const ModelDescription& Description() const override
   {
-    return this->described ? *this->described : Torus().Description();
+    return this->described ? *this->described : ServedTorus().Description();
   }
   Result<std::span<const Box>> Boxes() const override
   {
-    return std::span<const Box>(Torus().Tree());
+    return std::span<const Box>(ServedTorus().Tree());
   }
   Result<BlobBytes> ReadBlob(const protocol::BlobId& blob) const override
   {
@@ -41,11 +41,11 @@ public:
     {
       return Error{ ErrorCode::Damaged, "its checksum is wrong" };
     }
-    if (!Torus().Has(blob))
+    if (!ServedTorus().Has(blob))
     {
       return Error{ ErrorCode::NotFound, "no such blob" };
     }
-    return std::make_shared<const std::vector<std::uint8_t>>(Torus().Blob(blob));
+    return std::make_shared<const std::vector<std::uint8_t>>(ServedTorus().Blob(blob));
   }
   std::optional<protocol::BlobId> damaged;
   std::optional<ModelDescription> described; // instead of the torus's own

@@ -151,7 +151,7 @@ TEST_F(TestView, DetailFollowsTheViewOrIsOneForAll)
     EXPECT_GE(report.at("seconds_to_settled"), report.at("seconds_to_first"));
     EXPECT_GT(report.at("peak_rss_bytes"), 1'000'000);
   }
-  const auto triangles = kdstream::testing::Torus().Description().triangles;
+  const auto triangles = kdstream::testing::ServedTorus().Description().triangles;
   EXPECT_EQ(reports["full"].at("peak_triangles"), triangles);
   EXPECT_LT(reports["level"].at("peak_triangles"), triangles);
   EXPECT_NE(pictures["level"], pictures["full"]);
@@ -184,8 +184,8 @@ TEST_F(TestView, ADamagedBlobIsAnErrorLineAndTheRestIsShown)
 {
   this->Models.model->damaged = protocol::BlobId::LevelPiece(12, 2);
   this->Models.model->damaged->level =
-    static_cast<std::uint8_t>(kdstream::testing::Torus().Description().depths.finest);
-  ASSERT_TRUE(kdstream::testing::Torus().Has(*this->Models.model->damaged));
+    static_cast<std::uint8_t>(kdstream::testing::ServedTorus().Description().depths.finest);
+  ASSERT_TRUE(kdstream::testing::ServedTorus().Has(*this->Models.model->damaged));
   this->Write("zoom.jsonl", walk);
   EXPECT_EQ(this->View("--offscreen auto --size 400x300 --detail level --replay zoom.jsonl"), 1);
   EXPECT_EQ(this->Err.rfind("kdstream-view: error: http://127.0.0.1:", 0), 0u) << this->Err;
@@ -205,10 +205,10 @@ TEST_F(TestView, ADamagedBlobIsAnErrorLineAndTheRestIsShown)
 // A picture of nothing would pass for one of the model.
 TEST_F(TestView, APictureOfNothingIsNotWritten)
 {
-  const TreeDepths& depths = kdstream::testing::Torus().Description().depths;
+  const TreeDepths& depths = kdstream::testing::ServedTorus().Description().depths;
   this->Models.model->damaged =
     protocol::BlobId::LevelPiece(static_cast<std::uint8_t>(PreviewLevel(depths)), 1);
-  ASSERT_TRUE(kdstream::testing::Torus().Has(*this->Models.model->damaged));
+  ASSERT_TRUE(kdstream::testing::ServedTorus().Has(*this->Models.model->damaged));
   this->Write(
     "picture.jsonl", "{\"select\":\"torus\"}\n{\"wait\":\"idle\"}\n{\"screenshot\":\"p.png\"}\n");
   for (const std::string replay : { "", " --replay picture.jsonl" })
@@ -231,7 +231,7 @@ TEST_F(TestView, APictureOfNothingIsNotWritten)
 
 TEST_F(TestView, WhatCannotBeShownIsSaidOnce)
 {
-  this->Models.model->described = kdstream::testing::Torus().Description();
+  this->Models.model->described = kdstream::testing::ServedTorus().Description();
   this->Models.model->described->levels.clear();
   EXPECT_EQ(this->View("--offscreen auto --size 400x300 --report r.json"), 1);
   EXPECT_EQ(std::count(this->Err.begin(), this->Err.end(), '\n'), 1) << this->Err;

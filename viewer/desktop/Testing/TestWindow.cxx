@@ -53,7 +53,7 @@ public:
     for (const std::string id : { "first", "second", "third" })
     {
       auto model = std::make_shared<TorusModel>();
-      model->described = kdstream::testing::Torus().Description();
+      model->described = kdstream::testing::ServedTorus().Description();
       model->described->id = id;
       model->described->title = "The " + id + " ring";
       this->All.push_back(model);

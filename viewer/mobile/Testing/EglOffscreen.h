@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Pictures by OpenGL ES 3 without a screen: a context on EGL's surfaceless platform, and a
-// framebuffer to draw into. Step "render" of the README's picture. Native only.
+// framebuffer to draw into. Step "render" of the pipeline picture. Native only.
 #pragma once
 
 #include "filters/core/Result.h"

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // The page's picture: when a frame makes a surface, when it draws, and how quick the device is.
-// Step "render" of the README's picture.
+// Step "render" of the pipeline picture.
 //
 // Lengths and positions are pixels of the canvas, times seconds of performance.now().
 #pragma once

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // A session and its line to the server, as a page drives them: everything that the phone's page
-// knows beside its picture. Between steps "request" and "decode" of the README's picture.
+// knows beside its picture. Between steps "request" and "decode" of the pipeline picture.
 //
 // No browser and no OpenGL here: PagePicture and WebViewer.cxx add these, page.js the sockets and
 // the clock.

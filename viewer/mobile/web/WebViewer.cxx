@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // The viewer of the page: a session, its line to the server and its picture, as plain functions for
-// page.js. Step "render" of the README's picture.
+// page.js. Step "render" of the pipeline picture.
 //
 // Texts and bytes go in through one buffer: page.js asks for room (ViewerInbox), copies them there,
 // and calls a function that takes what is there. Texts come out through another: a function fills

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // The page's sockets: does what the viewer's line to the server wants, and tells it what happened. Step "receive" of
-// the README's picture.
+// the pipeline picture.
 
 import { refusalOf } from "./refusal.js";
 import { findBlob, findText, isPinned, storeBlobs, storeText, storedPathsOf } from "./storage.js";

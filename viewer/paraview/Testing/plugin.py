@@ -95,11 +95,19 @@ def panel(path):
 
 
 def filters(path, mesh):
-    """The filters on what the store has, and on the mesh that it was built of."""
+    """The filters on what the store has, as one mesh, in partitions and in composite data sets of both, and on the mesh
+    that it was built of."""
     source = OpenDataFile(path)
     source.Content = "Original"
-    for each, of in (source, "store"), (KdStreamMesh(File=mesh), "mesh"):
-        count(of, each)
+    blocks = OpenDataFile(path)
+    blocks.Content = "Original"
+    blocks.OutputType = "Partitions"
+    group = GroupDatasets(Input=[blocks], OutputType="vtkPartitionedDataSetCollection")
+    multiblock = GroupDatasets(Input=[source], OutputType="vtkMultiBlockDataSet")
+    for each, of in (source, "store"), (KdStreamMesh(File=mesh), "mesh"), (blocks, "blocks"), \
+            (group, "group"), (multiblock, "multiblock"):
+        if of in ("store", "mesh"):
+            count(of, each)
         cut = KdTreePartition(Input=each)
         count(of + " in partitions", cut)
         count(of + " with its partitions", cut, 1)

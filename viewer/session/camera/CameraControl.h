@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // What fingers, wheel and keys do to the camera, and what keeps a person from getting lost: step
-// "look" of the README's picture.
+// "look" of the pipeline picture.
 #pragma once
 
 #include "viewer/session/Camera.h"

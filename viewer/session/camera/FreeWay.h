@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// How far an eye may go through a model, and where it is lost: under step "look" of the README's
+// How far an eye may go through a model, and where it is lost: under step "look" of the pipeline
 // picture.
 #pragma once
 

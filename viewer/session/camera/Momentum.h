@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // A model that turns by itself: on for a moment, when a finger has let it go, or on and on. Step
-// "look" of the README's picture.
+// "look" of the pipeline picture.
 #pragma once
 
 #include "viewer/session/Camera.h"

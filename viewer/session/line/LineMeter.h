@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // How fast the line to the server is, and so how much to ask for ahead: step "request" of the
-// README's picture.
+// pipeline picture.
 #pragma once
 
 #include <cstddef>

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Which requests are under way, and which blobs they still owe: step "request" of the README's
+// Which requests are under way, and which blobs they still owe: step "request" of the pipeline
 // picture.
 #include "viewer/session/line/RequestBook.h"
 

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // What is wanted and not there, most urgent first, and how it is got: as much of it is asked for as
-// fills the line, and more as it comes. Step "request" of the README's picture.
+// fills the line, and more as it comes. Step "request" of the pipeline picture.
 #pragma once
 
 #include "viewer/session/SessionTypes.h"

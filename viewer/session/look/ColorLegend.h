@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // What colours mean, where they are those of an attribute: for the legends of all viewers. Step
-// "draw" of the README's picture.
+// "draw" of the pipeline picture.
 #pragma once
 
 #include "viewer/session/look/Coloring.h"

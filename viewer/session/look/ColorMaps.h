@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Numbers as colours: maps for measures, a palette for classes. Step "draw" of the README's
+// Numbers as colours: maps for measures, a palette for classes. Step "draw" of the pipeline
 // picture.
 #pragma once
 

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // What a surface is coloured by: what a person has chosen, and what follows from it for the model
-// that is shown. Step "draw" of the README's picture.
+// that is shown. Step "draw" of the pipeline picture.
 #pragma once
 
 #include "filters/core/drawing/Surface.h"

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Ambient occlusion in screen space: what every renderer computes from the depths of a picture, in
-// shading language that OpenGL 3.2 and OpenGL ES 3.0 both know. Step "render" of the README's
+// shading language that OpenGL 3.2 and OpenGL ES 3.0 both know. Step "render" of the pipeline
 // picture.
 //
 // Where a surface is hollow, light from around reaches it less: grooves, folds and the feet of what

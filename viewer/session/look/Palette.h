@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// The colours of partitions and resolutions. Step "draw" of the README's picture.
+// The colours of partitions and resolutions. Step "draw" of the pipeline picture.
 #pragma once
 
 #include "filters/core/Types.h"

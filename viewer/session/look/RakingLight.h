@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Light from where a finger is: low, it shows reliefs and inscriptions that are flat from above.
-// Under step "render" of the README's picture.
+// Under step "render" of the pipeline picture.
 #pragma once
 
 #include "viewer/session/look/SceneLook.h"

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// How a scene looks, whoever draws it: lights, material, background. Step "render" of the README's
+// How a scene looks, whoever draws it: lights, material, background. Step "render" of the pipeline
 // picture.
 //
 // The model stands like a piece in a museum: stone before a soft gradient, lit by a key light from

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // What every renderer decides alike about a scene: what can be drawn, how near and how far, in
-// which colours, lit by which normals. Step "render" of the README's picture.
+// which colours, lit by which normals. Step "render" of the pipeline picture.
 #pragma once
 
 #include "filters/core/Result.h"

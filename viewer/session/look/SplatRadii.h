@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// How large the points of a cloud are drawn. Step "draw" of the README's picture.
+// How large the points of a cloud are drawn. Step "draw" of the pipeline picture.
 #pragma once
 
 #include "filters/core/drawing/DrawnSurface.h"

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Normals of a drawn surface, for shading. Step "draw" of the README's picture.
+// Normals of a drawn surface, for shading. Step "draw" of the pipeline picture.
 #pragma once
 
 #include "filters/core/Types.h"

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // What cannot be had of a model, and the message about it. Under step "request" of the
-// README's picture.
+// pipeline picture.
 #pragma once
 
 #include "filters/core/pieces/Piece.h"

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // What a viewer knows of a model's tree: the pages along what it looks at, and the exact boxes
-// around a tap. Step "choose" and "pick" of the README's picture.
+// around a tap. Step "choose" and "pick" of the pipeline picture.
 #pragma once
 
 #include "filters/codec/TreePage.h"

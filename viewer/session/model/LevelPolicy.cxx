@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Which level of detail to show at a zoom: step "choose" of the README's picture.
+// Which level of detail to show at a zoom: step "choose" of the pipeline picture.
 #include "viewer/session/model/LevelPolicy.h"
 
 #include "viewer/session/model/ViewRefinement.h"

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Which level of detail to show at a zoom: step "choose" of the README's picture (paper
+// Which level of detail to show at a zoom: step "choose" of the pipeline picture (paper
 // section 5.2).
 #pragma once
 

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // LOD selection: which pieces of the open model one would like to see, which of these are shown,
-// and what is missing, in the order in which it is wanted. Step "choose" of the README's picture.
+// and what is missing, in the order in which it is wanted. Step "choose" of the pipeline picture.
 #pragma once
 
 #include "viewer/session/model/LevelPolicy.h"

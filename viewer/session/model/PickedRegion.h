@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // What a double tap leads to: the partition nearest to the point under the finger, and the region
 // around that, as soon as enough of the tree is known (paper section 5.4). Step "pick" of the
-// README's picture.
+// pipeline picture.
 #pragma once
 
 #include "viewer/session/SessionOptions.h"

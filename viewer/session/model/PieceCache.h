@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Decoded pieces, kept while they are shown and as long as memory allows after: step "keep" of the
-// README's picture.
+// pipeline picture.
 #pragma once
 
 #include "filters/core/pieces/Piece.h"

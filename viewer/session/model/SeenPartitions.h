@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// What of a model may be seen, as far as loaded pieces tell: under step "choose" of the README's
+// What of a model may be seen, as far as loaded pieces tell: under step "choose" of the pipeline
 // picture.
 #pragma once
 

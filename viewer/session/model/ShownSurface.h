@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // The surface that is shown: which cut, out of what is loaded, and its drawing. Step "draw" of the
-// README's picture.
+// pipeline picture.
 #pragma once
 
 #include "filters/core/drawing/DrawnSurface.h"

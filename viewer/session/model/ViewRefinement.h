@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Which pieces a view needs: the model is refined where its error on the screen is worst. Step
-// "choose" of the README's picture; doc/viewing.md tells how.
+// "choose" of the pipeline picture; doc/viewing.md tells how.
 #pragma once
 
 #include "filters/model/ModelDescription.h"

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // A painted part as renderers draw it: a vertex for each place of the texture that a point has.
-// Step "render" of the README's picture.
+// Step "render" of the pipeline picture.
 #pragma once
 
 #include "filters/codec/TextureTile.h"

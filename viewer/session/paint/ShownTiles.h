@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // The tiles of texture that paint what is shown as the original: which the view wants, and those
-// that have come. Between steps "choose" and "keep" of the README's picture.
+// that have come. Between steps "choose" and "keep" of the pipeline picture.
 #pragma once
 
 #include "filters/codec/TextureTile.h"

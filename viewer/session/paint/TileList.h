@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// The tiles of texture that are there to paint parts of a surface. Step "render" of the README's
+// The tiles of texture that are there to paint parts of a surface. Step "render" of the pipeline
 // picture.
 #pragma once
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// A plane that cuts part of the model away. Under the steps "pick" and "render" of the README's
+// A plane that cuts part of the model away. Under the steps "pick" and "render" of the pipeline
 // picture.
 #pragma once
 

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // The section that a person has put through the model: how it is moved, and what it shows. Under
-// the steps "look" and "draw" of the README's picture.
+// the steps "look" and "draw" of the pipeline picture.
 #pragma once
 
 #include "viewer/session/Picker.h"

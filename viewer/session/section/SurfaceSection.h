@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Where a plane meets a surface: the outline, and the cap that fills it. Under step "draw" of the
-// README's picture.
+// pipeline picture.
 #pragma once
 
 #include "filters/core/drawing/DrawnSurface.h"

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Measuring: where a tap puts an end of a distance, and how it comes to lie on the original. Step
-// "pick" of the README's picture.
+// "pick" of the pipeline picture.
 #pragma once
 
 #include "viewer/session/model/ShownModel.h"

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Distances that a person measures between two points of the surface. Step "pick" of the README's
+// Distances that a person measures between two points of the surface. Step "pick" of the pipeline
 // picture.
 #pragma once
 

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // The tools that a person may take in hand, and what fingers do with them: distances, a section,
-// raking light. Steps "look" and "draw" of the README's picture.
+// raking light. Steps "look" and "draw" of the pipeline picture.
 #pragma once
 
 #include "viewer/session/GestureRecognizer.h"

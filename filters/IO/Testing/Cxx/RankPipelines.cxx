@@ -82,15 +82,18 @@ bool AreSame(vtkPolyData* a, vtkPolyData* b)
          AreSame(a->GetCellData(), b->GetCellData());
 }
 
-void AddGlobalIds(vtkPolyData* mesh)
+using IdOf = std::function<vtkIdType(vtkIdType number, vtkIdType count)>;
+
+void AddGlobalIds(
+  vtkPolyData* mesh, const IdOf& idOf = [](vtkIdType i, vtkIdType) { return i; })
 {
-  const auto add = [](vtkDataSetAttributes* data, vtkIdType count)
+  const auto add = [&](vtkDataSetAttributes* data, vtkIdType count)
   {
     vtkNew<vtkIdTypeArray> ids;
     ids->SetName("GlobalIds");
     for (vtkIdType i = 0; i < count; ++i)
     {
-      ids->InsertNextValue(i);
+      ids->InsertNextValue(idOf(i, count));
     }
     data->SetGlobalIds(ids);
   };
@@ -326,7 +329,8 @@ vtkPolyData* PartitionAt(vtkKdTreePartition* filter, unsigned int i)
 }
 
 // This rank's partitions are those of one process, and no others are here. first: the number of the
-// point that is the first here, where global ids count the points of each rank.
+// point that is the first here, where global ids count the points of each rank; -1: they count
+// nothing.
 void ComparePartitions(vtkDataObject* own, vtkPolyData* whole, vtkIdType size, vtkIdType first = 0)
 {
   const auto together = Partition(own, size, false), one = Partition(whole, size, true);
@@ -346,7 +350,7 @@ void ComparePartitions(vtkDataObject* own, vtkPolyData* whole, vtkIdType size, v
   const auto ids = vtkPolyData::SafeDownCast(together->GetOutputDataObject(1));
   vtkDataArray* const numbers = ids->GetPointData()->GetGlobalIds();
   const auto all = vtkPolyData::SafeDownCast(one->GetOutputDataObject(1));
-  for (vtkIdType i = 0; numbers && i < ids->GetNumberOfPoints(); ++i)
+  for (vtkIdType i = 0; numbers && first >= 0 && i < ids->GetNumberOfPoints(); ++i)
   {
     const auto number = first + static_cast<vtkIdType>(numbers->GetComponent(i, 0));
     Expect(ids->GetPointData()->GetArray("PartitionId")->GetComponent(i, 0) ==
@@ -440,6 +444,27 @@ void CompareHighCellIds(vtkPolyData* whole, vtkIdType size)
   ComparePartitions(ShareOf(whole, rank, {}), whole, size);
 }
 
+// Ids of any size: negative ones, some far from all others, those that one number of ranks divides.
+const std::vector<IdOf>& StrayIds()
+{
+  constexpr vtkIdType far = vtkIdType{ 1 } << 62;
+  static const std::vector<IdOf> kinds{
+    [](vtkIdType i, vtkIdType count) { return i < count - 1 ? i : far; },
+    [](vtkIdType i, vtkIdType count) { return i > 0 ? i - count : -far; },
+    [](vtkIdType i, vtkIdType) { return 12 * i - (vtkIdType{ 1 } << 40); },
+  };
+  return kinds;
+}
+
+void CompareStrayIds(vtkPolyData* whole, vtkIdType size)
+{
+  for (const IdOf& idOf : StrayIds())
+  {
+    AddGlobalIds(whole, idOf);
+    ComparePartitions(ShareOf(whole, rank, {}), whole, size, -1);
+  }
+}
+
 // Arrays of cells are those of the ranks that have cells.
 void CompareArrays(vtkPolyData* whole, vtkIdType size)
 {
@@ -491,7 +516,7 @@ void ExpectErrorOfInput(const std::string& folder)
     {
       FilterObserver heard(each);
       each == writer.Get() ? void(writer->Write()) : each->Update();
-      Expect(heard.error.find("rank 1: its input was not made") != std::string::npos,
+      Expect(heard.error.find("its input was not made (rank 1 on ") != std::string::npos,
         "the error is " + heard.error);
       Expect(each->GetErrorCode() != 0, "no error code");
     }
@@ -513,7 +538,8 @@ void ExpectNameOfFirst(const std::string& folder, vtkMPIController* controller)
       writer->SetFileName(file.c_str());
     }
     Expect(writer->Write() == (named == 0 ? 1 : 0), "who has the name: " + std::to_string(named));
-    Expect((heard.error.find("rank 0: no FileName is set") != std::string::npos) == (named == 1),
+    Expect(
+      (heard.error.find("no FileName is set (rank 0 on ") != std::string::npos) == (named == 1),
       "the error is " + heard.error);
     controller->Barrier();
     Expect(std::ifstream(file).good() == (named == 0), "the file");
@@ -532,7 +558,7 @@ void ExpectErrorOfAll()
   FilterObserver heard(filter);
   filter->SetInputData(input);
   filter->Update();
-  const std::string said = "rank 1: point 7: a coordinate is not finite";
+  const std::string said = "point 7: a coordinate is not finite (rank 1 on ";
   Expect(heard.error.find(said) != std::string::npos, "the error is " + heard.error);
   Expect(filter->GetOutput()->GetNumberOfPartitions() == 0, "there is an output");
   vtkNew<vtkKdStoreWriter> writer;
@@ -704,6 +730,19 @@ PolyData WithIds(PolyData mesh)
 {
   AddGlobalIds(mesh);
   return mesh;
+}
+
+void CompareStoresOfStrayIds(const std::string& folder, vtkMPIController* controller)
+{
+  const PolyData whole = MakeSphere(30);
+  std::vector<IdOf> kinds = StrayIds();
+  kinds.push_back([](vtkIdType, vtkIdType) { return 5; }); // not believed
+  for (const IdOf& idOf : kinds)
+  {
+    AddGlobalIds(whole, idOf);
+    CompareStoreOfParts("stray ids", folder, controller, SharesOf(whole, {}),
+      [](vtkKdStoreWriter& writer) { writer.SetGridBits(0); });
+  }
 }
 
 void CompareStoresOfParts(const std::string& folder, vtkMPIController* controller)
@@ -976,6 +1015,11 @@ void Run(const std::string& name, const std::string& folder, const char* file,
   else if (name == "parts")
   {
     CompareStoresOfParts(folder, controller);
+  }
+  else if (name == "stray")
+  {
+    CompareStrayIds(MakeSphere(40), 50);
+    CompareStoresOfStrayIds(folder, controller);
   }
   else if (name == "file")
   {

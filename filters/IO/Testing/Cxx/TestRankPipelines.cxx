@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Pipelines on several processes: RankPipelines compares what they give with one process's.
+// Pipelines on several processes: RankPipelines compares what they give with one process's,
+// RankFaults has one process fail.
 #include "filters/Parallel/Testing/RunRanks.h"
 
 #include <gtest/gtest.h>
@@ -18,11 +19,11 @@ class RankPipelines : public ::testing::TestWithParam<unsigned>
 {
 protected:
   static void SetUpTestSuite() { ::setenv("VTK_SMP_MAX_THREADS", "1", 1); }
-  void Expect(std::vector<std::string> arguments)
+  void Expect(std::vector<std::string> arguments, const char* program = "RankPipelines")
   {
     std::filesystem::create_directory(this->Folder / "one");
-    std::vector<std::string> command{ std::string(KDSTREAM_PROGRAMS) + "/RankPipelines",
-      arguments[0], this->Folder.Path.string() };
+    std::vector<std::string> command{ std::string(KDSTREAM_PROGRAMS) + "/" + program, arguments[0],
+      this->Folder.Path.string() };
     command.insert(command.end(), arguments.begin() + 1, arguments.end());
     const Outcome outcome =
       RunProgram(this->Folder, KDSTREAM_MPIRUN, Ranks(this->GetParam(), command));
@@ -97,6 +98,48 @@ TEST_P(RankPipelines, TheStoreIsThatOfAllParts)
   this->Expect({ "parts" });
 }
 
+// What one rank cannot do, or other ids. The number of ranks matters little.
+class RankFaults : public RankPipelines
+{
+protected:
+  void ExpectOfAll(const char* what) { this->Expect({ what }, "RankFaults"); }
+};
+
+TEST_P(RankFaults, NoInputOrAnother)
+{
+  this->ExpectOfAll("inputs");
+}
+
+TEST_P(RankFaults, NoInputBehindAnotherFilter)
+{
+  this->ExpectOfAll("behind");
+}
+
+TEST_P(RankFaults, OtherOptions)
+{
+  this->ExpectOfAll("options");
+}
+
+TEST_P(RankFaults, MemoryEnds)
+{
+  this->ExpectOfAll("memory");
+}
+
+TEST_P(RankFaults, AllIdsComeToTheSame)
+{
+  this->Expect({ "stray" });
+}
+
+TEST_P(RankFaults, SharesAreAlikeWhateverTheIds)
+{
+  this->ExpectOfAll("shares");
+}
+
+TEST_P(RankFaults, NoFolder)
+{
+  this->ExpectOfAll("folders");
+}
+
 TEST_P(RankPipelines, TheDragon)
 {
   if (this->GetParam() == 3)
@@ -109,6 +152,9 @@ TEST_P(RankPipelines, TheDragon)
   }
   this->Expect({ "file", KDSTREAM_DRAGON });
 }
+
+INSTANTIATE_TEST_SUITE_P(Ranks, RankFaults, ::testing::Values(3U),
+  [](const auto& ranks) { return "On" + std::to_string(ranks.param); });
 
 INSTANTIATE_TEST_SUITE_P(Ranks, RankPipelines, ::testing::Values(2U, 3U, 4U),
   [](const auto& ranks) { return "On" + std::to_string(ranks.param); });

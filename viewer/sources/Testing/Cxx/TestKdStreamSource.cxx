@@ -329,6 +329,25 @@ struct StopAt
   }
 };
 
+// VTK forgets an abort that comes when the model is open and nothing is read yet.
+TEST_F(TestKdStreamSource, AnAbortBeforeItReadsCounts)
+{
+  struct AbortAtStart
+  {
+    void Look(vtkObject* source, unsigned long, void*)
+    {
+      vtkAlgorithm::SafeDownCast(source)->SetAbortExecute(1);
+    }
+  } abort;
+  const unsigned long observer =
+    this->Source->AddObserver(vtkCommand::StartEvent, &abort, &AbortAtStart::Look);
+  FilterObserver heard(this->Source);
+  EXPECT_TRUE(ContentOf(this->Update(), true).points.empty());
+  EXPECT_EQ(heard.error, "");
+  this->Source->RemoveObserver(observer);
+  EXPECT_FALSE(ContentOf(this->Update()).points.empty());
+}
+
 // From the first time that it tells of progress to the last, before the first piece has come and
 // after the last one: when it is told to stop, it tells of no more, and the output is empty.
 TEST_F(TestKdStreamSource, EveryOutputStopsAtAnyOfItsSteps)

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Times as people read them, of the logs, tokens and quotas.
+// Times as people read them, of the logs, tokens and quotas. A header of its own: the C library's
+// calendar asks for the environment, which the page does not give.
 #pragma once
 
 #include <cstdint>

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "server/http/ResponseHead.h"
+#include "server/http/HttpMessage.h"
 
 #include <boost/beast/http/status.hpp>
 
@@ -41,6 +41,18 @@ const std::string& DateNow()
   return text;
 }
 
+}
+
+std::string_view HttpResponse::Field(std::string_view name) const
+{
+  for (const auto& field : this->fields)
+  {
+    if (field.first == name)
+    {
+      return field.second;
+    }
+  }
+  return {};
 }
 
 std::string WriteResponseHead(

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "filters/Parallel/RankMessages.h"
+#include "filters/ranks/RankMessages.h"
 
 #include <vtkMultiProcessController.h>
 
@@ -28,6 +28,8 @@ RankMessages::RankMessages(vtkMultiProcessController& controller)
   , Ranks(static_cast<std::size_t>(controller.GetNumberOfProcesses()))
 {
 }
+
+RankMessages::~RankMessages() = default;
 
 // The pairs in ascending order, and in a pair the lower rank sends first: of all messages that are
 // waited for, that of the first pair can go.
@@ -144,14 +146,12 @@ void RankMessages::Broadcast(std::size_t from, std::string& text)
 }
 
 void RankMessages::GatherParts(std::span<std::byte> whole, std::span<const std::size_t> offsets,
-  std::span<const std::size_t> lengths)
+  std::span<const std::size_t> lengths, std::span<const std::byte> mine)
 {
-  const auto part = whole.subspan(offsets[this->Mine], lengths[this->Mine]);
-  const std::vector<std::byte> mine(part.begin(), part.end());
   std::vector<vtkIdType> vtkLengths(lengths.begin(), lengths.end());
   std::vector<vtkIdType> vtkOffsets(offsets.begin(), offsets.end());
-  this->Controller.AllGatherV(Data(std::span<const std::byte>(mine)), Data(whole),
-    vtkLengths[this->Mine], vtkLengths.data(), vtkOffsets.data());
+  this->Controller.AllGatherV(
+    Data(mine), Data(whole), vtkLengths[this->Mine], vtkLengths.data(), vtkOffsets.data());
 }
 
 }

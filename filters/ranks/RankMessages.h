@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Bytes between the processes of a vtkMultiProcessController, the ranks: what MpiTeam is made of.
+// Bytes between the processes of a vtkMultiProcessController, the ranks: what RankTeam is made of.
 //
 // The functions say nothing of errors: a rank calls them when it knows that the others do, too.
 #pragma once
@@ -34,7 +34,7 @@ public:
   explicit RankMessages(vtkMultiProcessController& controller);
   RankMessages(const RankMessages&) = delete;
   RankMessages& operator=(const RankMessages&) = delete;
-  virtual ~RankMessages() = default;
+  virtual ~RankMessages();
 
   std::size_t Rank() const { return this->Mine; }
   std::size_t Count() const { return this->Ranks; }
@@ -53,12 +53,11 @@ public:
   // From one rank to all.
   void Broadcast(std::size_t from, std::span<int> numbers);
   void Broadcast(std::size_t from, std::string& text);
-  // Values of all ranks, one by one; `operation` may be used in any order.
+  // Values of all ranks, one by one; `operation` may be used in any order. other: room for as many.
   template <class T, class Operation>
-  void Combine(std::span<T> values, const Operation& operation)
+  void Combine(std::span<T> values, std::span<T> other, const Operation& operation)
   {
     // Up the same way that it then comes down.
-    std::vector<T> other(this->Ranks > 1 ? values.size() : 0);
     for (std::size_t step = 1; step < this->Ranks; step *= 2)
     {
       if ((this->Mine & step) != 0)
@@ -68,16 +67,16 @@ public:
       }
       if (this->Mine + step < this->Ranks)
       {
-        this->Receive(this->Mine + step, std::as_writable_bytes(std::span(other)));
+        this->Receive(this->Mine + step, std::as_writable_bytes(other));
         std::transform(values.begin(), values.end(), other.begin(), values.begin(), operation);
       }
     }
     this->PassDown(std::as_writable_bytes(values));
   }
   // The parts that all ranks have of `whole`, in it: rank r has lengths[r] bytes from offsets[r]
-  // on.
+  // on. mine: a copy of this rank's.
   void GatherParts(std::span<std::byte> whole, std::span<const std::size_t> offsets,
-    std::span<const std::size_t> lengths);
+    std::span<const std::size_t> lengths, std::span<const std::byte> mine);
 
 private:
   vtkMultiProcessController& Controller;
@@ -95,7 +94,7 @@ void ForEachMessage(std::span<Byte> bytes, const Visit& visit)
   }
 }
 
-// The tag of all these messages: another than RankGroup's, whose messages the same ranks send.
+// The tag of all these messages.
 inline constexpr int messageTagOfTeam = 8108;
 static_assert(messageTagOfTeam <= 32767, "MPI promises no greater tags (MPI_TAG_UB)");
 

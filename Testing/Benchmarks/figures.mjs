@@ -1,0 +1,221 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Figures of benchmarks, one JSON file for each run of a benchmark, and the page made of them.
+//
+//   node figures.mjs page            writes doc/benchmarks.md and its plots from Testing/Benchmarks/Figures/*.json
+//   node figures.mjs check           whether they are up to date: exit code 1 and their names where they are not
+//   node figures.mjs record NAME     reads what a benchmark printed (out/bench/NAME.txt) into out/bench/NAME.json
+//
+// A run: {"section","date","machine","command","commit","tables","remarks"}. A table: {"title","columns","rows","plot"}; plot is a
+// list of columns whose first numbers become bars, or {"unit","bars":[[label,number],...]}. Remarks are kept, not shown.
+import { execFileSync } from "node:child_process";
+import { mkdirSync, readFileSync, readdirSync, writeFileSync } from "node:fs";
+import os from "node:os";
+import path from "node:path";
+import { fileURLToPath } from "node:url";
+
+const root = path.resolve(path.dirname(fileURLToPath(import.meta.url)), "../..");
+const folder = path.join(root, "Testing/Benchmarks/Figures");
+
+// Of each section: the beginning of its files' names, its heading, and what it measures.
+const sections = [
+  ["large-build", "Large builds", "A closed mesh of fine relief, built with 1 GiB. With `--memory 256M` the digest is the same, the peak 276 MB."],
+  ["speed", "Building in memory and out of core", "A build beside the least that reading, a k-d tree, triangles into partitions and one file take (`BenchFloor.cxx`). Bars: at most 5 and 8 times that; shuffled input at most 2 times ordered."],
+  ["table2", "Partitions (Table 2)", "The paper's Table 2: compactness and seconds of k-d tree, octree and k-means."],
+  ["fig5", "Partitions (Fig. 5)", "Sizes of partitions by k-d tree, octree and k-means."],
+  ["table3", "Partitions out of core (Table 3)", "The paper's Table 3: medians of meshes that do not fit the memory."],
+  ["fig12", "Clusters (Fig. 12)", "Simplification by k-d cells beside an octree's, as in the paper's Figure 12."],
+  ["levels", "Levels", "Levels by collapse and by clusters beside VTK's and meshoptimizer's, and triangles that face the wrong way."],
+  ["soup", "Triangle soup", "Building triangles that share no vertices beside a scan of as many vertices."],
+  ["readers", "Readers", "Our readers beside VTK's, and beside reading the bytes only."],
+  ["trees", "Trees", "An update of `vtkKdTreePartition` beside `vtkKdTree::BuildLocatorFromPoints`."],
+  ["codec", "The codec", "Our codec ([why](decisions/0010-codec.md)) beside Draco at speed 5 and plain arrays under zstd -19; natively and as WebAssembly."],
+  ["floors", "Floors and peers", "What a step costs at least, and what other programs take for the same mesh."],
+  ["view", "Views", "The view-dependent refinement ([how](viewing.md)) from 12 directions, 800 x 480, over simulated lines of 1, 10 and 100 Mbit/s with a round trip of 30 ms: bytes and seconds of the first picture, and until at most 5 % and 1 % of the object's pixels are wrong (a channel off by more than 8 of 255); all bytes over those of the final cut (the oracle).\n\n![Wrong pixels of the dragon over bytes, at zooms of 1, 4 and 16](pictures/view-dragon.png)"],
+  ["paint", "Paint", "Levels of a painted mesh beside levels by shape only; pictures without light from 24 cameras."],
+  ["textures", "Textures", "What tiles of texture cost a build (bar: 2 times the build without)."],
+  ["tables456", "Levels and regions over a line", "The paper's Tables 4 to 6 and Figures 10, 11 and 19: `kdstream-serve` and `kdstream-view --detail level` over a proxy. The paper's seconds are those of a phone of 2013 on Wi-Fi.\n\n![Bytes of the partitions of one region, by k-d tree and by octree](pictures/fig10-dragon.png)"],
+  ["arrival", "Arrivals", "What one arriving piece costs while 250,000 triangles and more are shown, natively and as WebAssembly."],
+  ["phone", "The page beside three.js and vtk.js", "Balls with relief in Chromium, 412 x 915 points of 3 x 3 pixels: ours streamed, theirs as files, all gzipped."],
+  ["serve", "Crowds at a server", "Viewers over loopback that open the dragon and act every ten seconds; of thirty two read slowly, one stalls, three vanish. Bars: no failure, nobody else dropped, no descriptor left, at most 16 MiB of growth."],
+  ["card", "On a graphics card", "The demo's session drawn by a graphics card and by Mesa's software renderer."],
+];
+
+const number = (cell) => {
+  const found = /\d{1,3}(?:,\d{3})+(?:\.\d+)?|\d+(?:\.\d+)?/.exec(cell);
+  return found ? Number(found[0].replaceAll(",", "")) : null;
+};
+
+const escape = (text) => String(text).replaceAll("`", "").replaceAll("&", "&amp;").replaceAll("<", "&lt;").replaceAll('"', "&quot;");
+
+// Groups of bars: [label, [number, ...]], with a name for each series.
+function groupsOf(table) {
+  if (!Array.isArray(table.plot)) {
+    return { names: [table.plot.unit], groups: table.plot.bars.map(([label, value]) => [label, [value]]) };
+  }
+  return {
+    names: table.plot.map((column) => (table.plot.length > 1 ? table.columns[column] : `${table.title}: ${table.columns[column]}`)),
+    groups: table.rows
+      .map((row) => [row[0], table.plot.map((column) => number(row[column] ?? ""))])
+      .filter(([, values]) => values.some((value) => value !== null)),
+  };
+}
+
+// Horizontal bars; a logarithmic scale where the numbers span more than two orders of magnitude.
+function plotOf(table) {
+  const { names, groups } = groupsOf(table);
+  const all = groups.flatMap(([, values]) => values).filter((value) => value > 0);
+  const most = Math.max(...all);
+  const least = Math.min(...all);
+  const logarithmic = most > 100 * least;
+  const low = logarithmic ? Math.log10(least) - 0.5 : 0;
+  const high = logarithmic ? Math.log10(most) : most;
+  const widthOf = (value) => Math.max(1, (430 * ((logarithmic ? Math.log10(value) : value) - low)) / (high - low));
+  const colors = ["#2b6cb0", "#c05621", "#2f7d4f", "#805ad5"];
+  const lines = [];
+  let y = 8;
+  names.forEach((name, i) => {
+    lines.push(`<rect x="8" y="${y}" width="10" height="10" fill="${colors[i]}"/><text x="24" y="${y + 9}">${escape(name)}${logarithmic ? " (logarithmic)" : ""}</text>`);
+    y += 18;
+  });
+  for (const [label, values] of groups) {
+    y += 6;
+    lines.push(`<text x="242" y="${y + 7 * values.length + 3}" text-anchor="end">${escape(label.length > 38 ? `${label.slice(0, 37)}…` : label)}</text>`);
+    values.forEach((value, i) => {
+      if (value !== null && value > 0) {
+        const width = widthOf(value).toFixed(1);
+        lines.push(`<rect x="250" y="${y}" width="${width}" height="11" fill="${colors[i]}"/><text x="${(255 + Number(width)).toFixed(1)}" y="${y + 9}">${value.toLocaleString("en")}</text>`);
+      }
+      y += 14;
+    });
+  }
+  y += 8;
+  return `<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 760 ${y}" width="760" height="${y}" font-family="sans-serif" font-size="11" fill="#222"><title>${escape(table.title)}</title><rect width="760" height="${y}" fill="#fff"/>\n${lines.join("\n")}\n</svg>\n`;
+}
+
+function tableOf(table) {
+  const line = (cells) => `| ${cells.join(" | ")} |`;
+  return [line(table.columns), `|${"---|".repeat(table.columns.length)}`, ...table.rows.map(line)].join("\n");
+}
+
+// The files of the page: path from the root → text.
+function pageFiles() {
+  const runs = readdirSync(folder).filter((name) => name.endsWith(".json")).sort().reverse();
+  const files = new Map();
+  const text = [
+    "# Figures of benchmarks",
+    "",
+    "Made by `node Testing/Benchmarks/figures.mjs page` from the runs in `Testing/Benchmarks/Figures`; each has more remarks than are shown here.",
+    "`./dev bench` writes a new run to `out/bench/NAME.json`: copy it there, under a name with its date, and make the page anew. Seconds are those",
+    "of one run on the machine that is named: compare ratios, not seconds of different runs. A *bar* is what the benchmark demands of itself.",
+    "",
+  ];
+  const stemOf = (name) => name.replace(/-\d{4}-\d\d-\d\d\.json$/, "");
+  for (const name of runs) {
+    if (!sections.some(([stem]) => stem === stemOf(name))) {
+      throw new Error(`${name}: no section of that name; files are called NAME-YYYY-MM-DD.json`);
+    }
+  }
+  for (const [stem, heading, about] of sections) {
+    const own = runs.filter((name) => stemOf(name) === stem);
+    if (own.length === 0) {
+      continue;
+    }
+    text.push(`## ${heading}`, "", about, "");
+    for (const name of own) {
+      const run = JSON.parse(readFileSync(path.join(folder, name), "utf8"));
+      text.push(`**${run.date}**, \`${run.command}\`, ${run.machine}.`, "");
+      for (const [i, table] of run.tables.entries()) {
+        if (table.plot) {
+          const picture = `pictures/benchmarks/${name.replace(".json", `-${i + 1}.svg`)}`;
+          files.set(`doc/${picture}`, plotOf(table));
+          text.push(`![${table.title}](${picture})`, "");
+        }
+        text.push(`${table.title[0].toUpperCase()}${table.title.slice(1)}:`, "", tableOf(table), "");
+      }
+    }
+  }
+  files.set("doc/benchmarks.md", `${text.join("\n").trimEnd()}\n`);
+  return files;
+}
+
+// Tables in what a benchmark printed: lines whose columns are apart by two blanks or more, or by "|", under a line of as many.
+export function parseTables(text) {
+  const cellsOf = (line) => line.trim().replaceAll(" | ", "  ").split(/\s{2,}/);
+  const tables = [];
+  let title = "";
+  let header = null;
+  let table = null;
+  for (const line of text.split("\n")) {
+    const cells = cellsOf(line);
+    const numbers = cells.slice(1).filter((cell) => /^[-\d.]/.test(cell)).length;
+    if (cells.length < 2) {
+      title = line.trim() || title;
+      header = table = null;
+    } else if (numbers === 0) {
+      header = cells;
+      table = null;
+    } else if (header && (cells.length === header.length || cells.length === header.length + 1)) {
+      if (!table) {
+        table = { title, columns: cells.length > header.length ? ["", ...header] : header, rows: [] };
+        tables.push(table);
+      }
+      table.rows.push(cells);
+    }
+  }
+  for (const each of tables) { // the first column of numbers becomes bars
+    each.plot = [each.columns.findIndex((_, i) => i > 0 && each.rows.every((cells) => number(cells[i]) !== null))].filter((i) => i > 0);
+  }
+  return tables.map(({ plot, ...each }) => (plot.length > 0 ? { ...each, plot } : each));
+}
+
+function record(name) {
+  const text = readFileSync(path.join(root, "out/bench", `${name}.txt`), "utf8");
+  const cpu = os.cpus();
+  const git = (...words) => execFileSync("git", ["-C", root, ...words], { encoding: "utf8" }).trim();
+  const section = sections.find(([stem]) => stem === name);
+  const run = {
+    section: section ? section[1] : name,
+    date: new Date().toISOString().slice(0, 10),
+    machine: `${cpu.length} x ${cpu[0]?.model ?? "processor"}, ${Math.round(os.totalmem() / 2 ** 30)} GiB, load ${os.loadavg()[0].toFixed(1)}`,
+    command: `./dev bench ${name}`,
+    commit: git("rev-parse", "HEAD") + (git("status", "--porcelain", "--untracked-files=no") ? " and changes" : ""),
+    tables: parseTables(text),
+    remarks: text.split("\n").filter((line) => line.trim()),
+  };
+  writeFileSync(path.join(root, "out/bench", `${name}.json`), `${JSON.stringify(run, null, 1)}\n`);
+}
+
+function main([command, name]) {
+  if (command === "record" && name) {
+    record(name);
+    return 0;
+  }
+  if (command !== "page" && command !== "check") {
+    console.error("usage: figures.mjs page|check|record NAME");
+    return 2;
+  }
+  let stale = 0;
+  for (const [file, text] of pageFiles()) {
+    const target = path.join(root, file);
+    if (command === "page") {
+      mkdirSync(path.dirname(target), { recursive: true });
+      writeFileSync(target, text);
+      continue;
+    }
+    let present = null;
+    try {
+      present = readFileSync(target, "utf8");
+    } catch {
+      // is missing
+    }
+    if (present !== text) {
+      console.error(`${file} is not what Testing/Benchmarks/Figures makes: run node Testing/Benchmarks/figures.mjs page`);
+      stale = 1;
+    }
+  }
+  return stale;
+}
+
+if (process.argv[1] === fileURLToPath(import.meta.url)) {
+  process.exitCode = main(process.argv.slice(2));
+}

@@ -1,0 +1,43 @@
+# SPDX-License-Identifier: BSD-3-Clause
+# Runs README's "Three commands" and compares what they print with what README says: run with -D ROOT=<source tree>
+# -D PROGRAMS=<folder> -D DRAGON=<dragon.ply> -D WORK=<folder>. In README "$ " begins a command, "…" stands for any text. The server's
+# command is tried elsewhere. Also: README has fewer than 150 lines.
+cmake_minimum_required(VERSION 3.25)
+
+file(STRINGS "${ROOT}/README.md" lines ENCODING UTF-8)
+list(LENGTH lines count)
+if(NOT count LESS 150)
+  message(FATAL_ERROR "README.md has ${count} lines; fewer than 150 are wanted")
+endif()
+
+file(READ "${ROOT}/README.md" text)
+string(REGEX MATCH "\n## Three commands\n+```\n([^`]*)```" block "${text}")
+string(REGEX REPLACE "^\\$ " "" block "${CMAKE_MATCH_1}")
+string(REPLACE ";" "," block "${block}")
+string(REPLACE "\n$ " ";" block "${block}")
+file(REMOVE_RECURSE "${WORK}")
+file(MAKE_DIRECTORY "${WORK}")
+file(CREATE_LINK "${DRAGON}" "${WORK}/dragon.ply" SYMBOLIC)
+set(ENV{PATH} "${PROGRAMS}:$ENV{PATH}")
+set(tried 0)
+foreach(each IN LISTS block)
+  string(FIND "${each}" "\n" end)
+  string(SUBSTRING "${each}" 0 ${end} command)
+  string(SUBSTRING "${each}" ${end} -1 expected)
+  if(command MATCHES "^kdstream-serve")
+    continue()
+  endif()
+  execute_process(COMMAND sh -c "${command}" WORKING_DIRECTORY "${WORK}" OUTPUT_VARIABLE said ERROR_VARIABLE said RESULT_VARIABLE code)
+  string(STRIP "${said}" said)
+  string(REPLACE ";" "," said "${said}")
+  string(STRIP "${expected}" expected)
+  string(REGEX REPLACE "([][+.*()^$?|\\\\])" "\\\\\\1" pattern "${expected}")
+  string(REPLACE "…" ".*" pattern "${pattern}")
+  if(NOT code EQUAL 0 OR NOT said MATCHES "(^|\n)${pattern}$") # progress may come before
+    message(FATAL_ERROR "${command}: exit code ${code}; it prints\n${said}\nand README.md says\n${expected}")
+  endif()
+  math(EXPR tried "${tried} + 1")
+endforeach()
+if(tried LESS 2)
+  message(FATAL_ERROR "README.md: only ${tried} commands found under \"Three commands\"; has its form changed?")
+endif()

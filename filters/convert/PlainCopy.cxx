@@ -1,0 +1,209 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "filters/convert/PlainCopy.h"
+
+#include "filters/core/SystemReason.h"
+#include "filters/meshio/ByteSource.h"
+#include "filters/meshio/NumberText.h"
+#include "filters/meshio/PlainText.h"
+#include "filters/meshio/TextLines.h"
+#include "filters/meshio/TextWords.h"
+
+#include <sys/mman.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <cerrno>
+#include <cmath>
+#include <utility>
+#include <vector>
+
+namespace kdstream
+{
+namespace
+{
+
+// Whether a \r ends a line by itself.
+Result<bool> HasLoneReturns(ByteSource& source)
+{
+  bool isBehind = false;
+  for (source.Seek(source.Start());;)
+  {
+    const Result<std::string_view> block = source.Peek(
+      static_cast<std::size_t>(std::min<std::uint64_t>(ByteSource::blockSize, source.Remaining())));
+    KDSTREAM_TRY(block);
+    if (block->empty())
+    {
+      return false;
+    }
+    for (const char c : *block)
+    {
+      if (isBehind && c != '\n')
+      {
+        return true;
+      }
+      isBehind = c == '\r';
+    }
+    source.Consume(block->size());
+  }
+}
+
+// Whether the third line says so.
+bool IsText(std::string_view begin)
+{
+  std::size_t at = 0;
+  for (int line = 0; line < 2; ++line)
+  {
+    at = begin.find_first_of("\r\n", at);
+    if (at == std::string_view::npos)
+    {
+      return false;
+    }
+    at += begin.substr(at).starts_with("\r\n") ? 2 : 1;
+  }
+  std::string_view third = begin.substr(at);
+  return LowercaseText(TakeWord(third)) == "ascii";
+}
+
+// The line with vtkNotFinite for numbers that are not finite, if all its words are numbers.
+std::string WithFiniteNumbers(std::string_view line)
+{
+  std::vector<std::string_view> words;
+  SplitWords(line, " \t\r", words);
+  std::string made;
+  bool changed = false;
+  for (const std::string_view word : words)
+  {
+    double value = 0;
+    if (ParseNumber(word, value) != NumberTextError::None)
+    {
+      return std::string(line);
+    }
+    const bool isFinite = std::isfinite(value);
+    made += isFinite ? word : std::string_view(vtkNotFinite);
+    made += ' ';
+    changed = changed || !isFinite;
+  }
+  return changed ? made : std::string(line);
+}
+
+}
+
+PlainCopy::PlainCopy(PlainCopy&& other) noexcept
+  : Path(std::move(other.Path))
+  , Descriptor(std::exchange(other.Descriptor, -1))
+{
+}
+
+PlainCopy::~PlainCopy()
+{
+  if (this->Descriptor >= 0)
+  {
+    ::close(this->Descriptor);
+  }
+}
+
+Status PlainCopy::Open()
+{
+  this->Descriptor = ::memfd_create("text", MFD_CLOEXEC);
+  if (this->Descriptor < 0)
+  {
+    return Error{ ErrorCode::InputOutput,
+      "there is no memory for a copy of it: " + SystemReason(errno) };
+  }
+  this->Path = "/proc/self/fd/" + std::to_string(this->Descriptor);
+  return {};
+}
+
+Status PlainCopy::Write(std::string_view bytes)
+{
+  while (!bytes.empty())
+  {
+    const ssize_t written = ::write(this->Descriptor, bytes.data(), bytes.size());
+    if (written < 0 && errno != EINTR)
+    {
+      return Error{ ErrorCode::InputOutput,
+        "there is no memory for a copy of it: " + SystemReason(errno) };
+    }
+    bytes.remove_prefix(static_cast<std::size_t>(std::max<ssize_t>(written, 0)));
+  }
+  return {};
+}
+
+Result<PlainCopy> PlainCopy::OfXml(const std::filesystem::path& file, Tolerance& tolerance)
+{
+  Result<ByteSource> source = ByteSource::Open(file);
+  KDSTREAM_TRY(source);
+  const std::uint64_t size = source->Size();
+  const Result<std::uint64_t> zeros = CropToText(*source);
+  KDSTREAM_TRY(zeros);
+  PlainCopy copy(file);
+  if (source->Size() == size)
+  {
+    return copy;
+  }
+  tolerance.Count(Lapse::PaddedEnd, *zeros, "byte " + std::to_string(source->Size()));
+  KDSTREAM_TRY(copy.Open());
+  for (;;)
+  {
+    const Result<std::string_view> block = source->Peek(static_cast<std::size_t>(
+      std::min<std::uint64_t>(ByteSource::blockSize, source->Remaining())));
+    KDSTREAM_TRY(block);
+    if (block->empty())
+    {
+      return copy;
+    }
+    KDSTREAM_TRY(copy.Write(*block));
+    source->Consume(block->size());
+  }
+}
+
+Result<PlainCopy> PlainCopy::OfVtk(
+  const std::filesystem::path& file, bool finite, Tolerance& tolerance)
+{
+  constexpr std::size_t longestHead = 2048, longestLine = std::size_t{ 1 } << 31U;
+  Result<ByteSource> source = ByteSource::Open(file);
+  KDSTREAM_TRY(source);
+  Result<ByteSource> lines = source->Again();
+  KDSTREAM_TRY(lines);
+  const std::uint64_t size = source->Size();
+  const Result<std::uint64_t> zeros = CropToText(*source);
+  KDSTREAM_TRY(zeros);
+  const Result<std::string_view> head = source->Peek(
+    static_cast<std::size_t>(std::min<std::uint64_t>(longestHead, source->Remaining())));
+  KDSTREAM_TRY(head);
+  PlainCopy copy(file);
+  if (!IsText(*head))
+  {
+    return copy;
+  }
+  const Result<bool> returns = HasLoneReturns(*source);
+  KDSTREAM_TRY(returns);
+  if (!finite && !*returns && source->Start() == 0 && source->Size() == size)
+  {
+    return copy;
+  }
+  tolerance.Count(Lapse::PaddedEnd, *zeros, "byte " + std::to_string(source->Size()));
+  KDSTREAM_TRY(copy.Open());
+  TextLines text(std::move(*lines), longestLine);
+  for (std::string gathered;; gathered.clear())
+  {
+    Result<bool> more = true;
+    while (*more && gathered.size() < ByteSource::blockSize)
+    {
+      more = text.Next();
+      KDSTREAM_TRY(more);
+      if (*more)
+      {
+        gathered += finite ? WithFiniteNumbers(text.Line()) : std::string(text.Line());
+        gathered += '\n';
+      }
+    }
+    KDSTREAM_TRY(copy.Write(gathered));
+    if (!*more)
+    {
+      return copy;
+    }
+  }
+}
+
+}

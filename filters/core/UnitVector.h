@@ -1,0 +1,34 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Directions: vectors of length 1. Rounded as it is written here, as VectorMath.h.
+#pragma once
+
+#include "filters/core/VectorMath.h"
+
+#include <optional>
+
+namespace kdstream
+{
+
+// The vector of length 1 that points the same way. Zero where there is none: of zero, and of what
+// is so long or short that its square is not finite, or 0.
+inline Vec3 UnitVector(const Vec3& v)
+{
+  const double length = Length(v);
+  return length > 0 && std::isfinite(length) ? Vec3{ v[0] / length, v[1] / length, v[2] / length }
+                                             : Vec3{};
+}
+
+// The same of any finite vector but zero: divided by its largest component first, which may change
+// the last bits.
+inline std::optional<Vec3> ScaledUnitVector(const Vec3& v)
+{
+  const double largest = std::max({ std::abs(v[0]), std::abs(v[1]), std::abs(v[2]) });
+  const bool isFinite = std::isfinite(v[0]) && std::isfinite(v[1]) && std::isfinite(v[2]);
+  if (!isFinite || largest == 0)
+  {
+    return std::nullopt;
+  }
+  return UnitVector({ v[0] / largest, v[1] / largest, v[2] / largest });
+}
+
+}
