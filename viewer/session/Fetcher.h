@@ -32,6 +32,7 @@ public:
   // aheadBytes, clock, mostStatistics: as SessionOptions.
   Fetcher(ShownModel& model, LodSelection& lod, PickedRegion& region, std::size_t aheadBytes,
     std::function<double()> clock, std::size_t mostStatistics);
+  Fetcher(const Fetcher&) = delete;
 
   // Asks for the description of a model; of the last one nothing is wanted any more.
   void Select(const std::string& model);

@@ -39,7 +39,10 @@ LodSelection::View SessionParts::View() const
   {
     this->tools.Measuring().AddTo(view.tapped);
   }
-  this->region.AddTo(view.tapped);
+  if (this->region.IsShown())
+  {
+    this->region.AddTo(view.tapped);
+  }
   view.region = this->region.Key();
   return view;
 }
@@ -56,7 +59,7 @@ void SessionParts::Update()
     {
       this->tools.Measuring().FollowTree();
     }
-    if (this->lod.ByView())
+    if (this->lod.ByView() && this->region.HasEarlier())
     {
       this->region.ForgetEarlier(this->camera.Get());
     }
@@ -90,20 +93,22 @@ void SessionParts::Handle(const Gesture& gesture, double time)
 {
   using Kind = Gesture::Kind;
   const bool taps = gesture.kind == Kind::DoubleTap, pinches = gesture.kind == Kind::Pinch;
-  if (taps || gesture.kind == Kind::PinchBegin)
+  const bool browses = this->mode != ViewerMode::FullScreen;
+  const bool mayTake = this->tools.InHand() != Tool::None && (!browses || pinches);
+  const bool isTaken = mayTake && this->tools.Take(gesture, this->camera.Get());
+  if (gesture.kind == Kind::PinchBegin || (taps && !isTaken))
   {
     this->model.Retry();
   }
-  const bool mayTake = this->mode == ViewerMode::FullScreen || pinches;
-  const bool isTaken = mayTake && this->tools.Take(gesture, this->camera.Get());
   if (taps && !isTaken)
   {
     this->DoubleTap(gesture);
   }
   this->camera.Handle(gesture, time, isTaken);
-  if (pinches || gesture.kind == Kind::Tap)
+  if (pinches || (browses && gesture.kind == Kind::Tap))
   {
     this->mode = ViewerMode::FullScreen;
+    this->FollowZoom();
   }
 }
 
@@ -117,6 +122,7 @@ void SessionParts::DoubleTap(const Gesture& gesture)
   }
   this->region.LetGo();
   this->camera.JumpHome();
+  this->FollowZoom();
 }
 
 // What a link says of the model that is open.
@@ -172,7 +178,10 @@ ViewerStatus SessionParts::GetStatus() const
   status.model = this->model.id;
   status.title = this->model.open ? this->model.open->description.title : "";
   this->lod.PutInto(status);
-  status.region = this->region.GetStatus();
+  if (this->region.IsShown())
+  {
+    status.region = this->region.GetStatus();
+  }
   status.canUndo = this->camera.CanUndo();
   status.spinning = this->camera.Spins();
   status.coasting = this->camera.Coasts() || status.spinning;

@@ -36,6 +36,7 @@ struct SessionParts
   std::optional<ViewLink> followed; // waits until its model is open
 
   explicit SessionParts(SessionOptions chosen);
+  SessionParts(const SessionParts&) = delete; // the parts refer to each other
 
   // What the person's view asks for now.
   LodSelection::View View() const;

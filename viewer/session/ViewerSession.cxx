@@ -16,13 +16,19 @@ ViewerSession::ViewerSession(SessionOptions options)
 }
 
 ViewerSession::ViewerSession(ViewerSession&& other) noexcept = default;
+ViewerSession& ViewerSession::operator=(ViewerSession&& other) noexcept = default;
 ViewerSession::~ViewerSession() = default;
 
 void ViewerSession::Done(std::string_view input, std::string_view detail)
 {
-  this->Own->FollowZoom();
   this->Own->Update();
   this->Trace(input, detail);
+}
+
+void ViewerSession::Zoomed(std::string_view input, std::string_view detail)
+{
+  this->Own->FollowZoom();
+  this->Done(input, detail);
 }
 
 void ViewerSession::Answered(std::string_view input, std::string_view detail)
@@ -40,7 +46,7 @@ void ViewerSession::Answered(std::string_view input, std::string_view detail)
 void ViewerSession::Resize(const Viewport& viewport)
 {
   this->Own->camera.Resize(viewport);
-  this->Done("resize");
+  this->Zoomed("resize");
 }
 
 Status ViewerSession::SelectModel(const std::string& model)
@@ -68,6 +74,7 @@ void ViewerSession::EnterFullScreen()
   if (this->Own->mode == ViewerMode::Browsing)
   {
     this->Own->mode = ViewerMode::FullScreen;
+    this->Own->FollowZoom();
   }
   this->Done("full screen");
 }
@@ -184,6 +191,7 @@ void ViewerSession::Zoom(double factor, double x, double y)
   {
     this->Own->model.Retry();
     this->Own->mode = ViewerMode::FullScreen;
+    this->Own->FollowZoom();
   }
   this->Done("zoom");
 }
@@ -191,32 +199,41 @@ void ViewerSession::Zoom(double factor, double x, double y)
 void ViewerSession::GoHome()
 {
   this->Own->camera.JumpHome();
-  this->Done("home");
+  this->Zoomed("home");
 }
 
 bool ViewerSession::LookFromSide(std::string_view side)
 {
   const bool known = this->Own->camera.JumpToSide(side);
+  if (known)
+  {
+    this->Own->FollowZoom();
+  }
   this->Done("side", side);
   return known;
 }
 
 void ViewerSession::UndoView()
 {
-  if (this->Own->camera.Undo() && this->Own->camera.HasMoved())
+  if (this->Own->camera.Undo())
   {
-    this->Own->mode = ViewerMode::FullScreen;
+    this->Own->mode = this->Own->camera.HasMoved() ? ViewerMode::FullScreen : this->Own->mode;
+    this->Own->FollowZoom();
   }
   this->Done("undo");
 }
 
 void ViewerSession::LookFrom(const Vec3& eye, const Vec3& focal, const Vec3& up, double tangent)
 {
-  if (this->Own->model.open && (this->Own->camera.LookFrom(eye, focal, up, tangent) ||
-                                 this->Own->mode != ViewerMode::FullScreen))
+  const bool begins = this->Own->mode != ViewerMode::FullScreen;
+  if (!this->Own->model.open)
+  {
+    this->Done("camera");
+  }
+  else if (this->Own->camera.LookFrom(eye, focal, up, tangent, begins))
   {
     this->Own->mode = ViewerMode::FullScreen;
-    this->Done("camera");
+    this->Zoomed("camera");
   }
 }
 
@@ -262,6 +279,7 @@ void ViewerSession::SetDetail(DetailMode detail)
     this->Own->lod.SetDetail(detail);
     this->Own->fetcher.Wishes().Clear();
     this->Own->region.ForgetEarlier();
+    this->Own->FollowZoom();
   }
   this->Done("detail");
 }
@@ -278,7 +296,7 @@ void ViewerSession::SetMemory(const MemoryShares& shares)
   this->Own->model.tiles.SetLimit(shares.pictureBytes);
   this->Own->region.SetTriangles(shares.regionTriangles, shares.triangles);
   this->Own->lod.SetBudgets(this->Own->options.refinement, this->Own->options.policy);
-  this->Done("budgets");
+  this->Zoomed("budgets");
 }
 
 void ViewerSession::SetAhead(std::size_t bytes)
@@ -339,7 +357,7 @@ Status ViewerSession::Follow(const ViewLink& link)
   {
     this->Own->TakeLink(true);
   }
-  this->Done("link");
+  this->Zoomed("link");
   return {};
 }
 
@@ -367,7 +385,7 @@ void ViewerSession::Opened(std::uint32_t request, const ModelDescription& model)
   {
     this->Own->TakeLink(false);
   }
-  this->Done("opened", this->Own->model.id);
+  this->Zoomed("opened", this->Own->model.id); // full screen may have been asked for already
 }
 
 BlobArrival ViewerSession::BlobArrived(std::uint32_t request, const protocol::BlobId& blob,

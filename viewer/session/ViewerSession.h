@@ -60,7 +60,9 @@ class ViewerSession
 {
 public:
   explicit ViewerSession(SessionOptions options = {});
+  // Of `other` nothing is left but to destroy it, or to assign another one.
   ViewerSession(ViewerSession&& other) noexcept;
+  ViewerSession& operator=(ViewerSession&& other) noexcept;
   ~ViewerSession();
 
   // ---- what the person does
@@ -196,6 +198,8 @@ public:
 
 private:
   void Done(std::string_view input, std::string_view detail = {});
+  // The camera has come nearer or farther, or what the zoom asks for may be another level.
+  void Zoomed(std::string_view input, std::string_view detail = {});
   void Answered(std::string_view input, std::string_view detail = {});
   void Trace(std::string_view input, std::string_view detail = {}) const;
   friend struct SessionOptions;

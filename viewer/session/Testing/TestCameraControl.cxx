@@ -81,7 +81,7 @@ TEST(TestCameraControl, StepsBackOutOfASurfaceThatComesAroundTheEye)
     ASSERT_TRUE(IsAround(torus.model.Drawn(), inside));
     if (isLed)
     {
-      torus.control.LookFrom(inside, { 0, 0, 0 }, { 0, 1, 0 }, 0.3);
+      torus.control.LookFrom(inside, { 0, 0, 0 }, { 0, 1, 0 }, 0.3, true);
     }
     else
     {
@@ -94,6 +94,22 @@ TEST(TestCameraControl, StepsBackOutOfASurfaceThatComesAroundTheEye)
     torus.control.Arrive();
     EXPECT_EQ(IsAround(torus.model.Drawn(), torus.control.Get().Eye()), isLed);
   }
+}
+
+// Who has not moved sees the first view in another window, too.
+TEST(TestCameraControl, AHostThatLooksFromTheSamePlaceHasNotMoved)
+{
+  Controlled torus;
+  const auto look = [&](bool begins) {
+    return torus.control.LookFrom({ 0, 0, 5 }, { 0, 0, 0 }, { 0, 1, 0 }, 0.3, begins);
+  };
+  EXPECT_TRUE(look(true));
+  EXPECT_TRUE(torus.control.HasMoved());
+  torus.control.Reset(); // another model, before it is open
+  EXPECT_FALSE(look(false));
+  EXPECT_FALSE(torus.control.HasMoved());
+  EXPECT_TRUE(look(true));
+  EXPECT_TRUE(torus.control.HasMoved());
 }
 
 TEST(TestCameraControl, JumpsAreTakenBackOneByOne)
@@ -127,7 +143,7 @@ TEST(TestCameraControl, WindowThatComesBackShowsWhatItShowed)
 }
 
 // A window may change its shape while it opens.
-TEST(TestCameraControl, PlaceOfALinkIsToldAnewUntilSomebodyMoves)
+TEST(TestCameraControl, PlaceOfALinkIsTakenAnewUntilSomebodyMoves)
 {
   Controlled torus;
   torus.control.ZoomAbout(3, onRingX, onRingY);
@@ -138,7 +154,16 @@ TEST(TestCameraControl, PlaceOfALinkIsToldAnewUntilSomebodyMoves)
   EXPECT_TRUE(other.control.CanUndo());
   EXPECT_TRUE(other.control.HasMoved());
   other.control.Resize({ width, height, 1 });
-  EXPECT_LT(Length(other.control.Get().Eye() - torus.control.Get().Eye()), 1e-9);
+  const auto distance = [&]
+  { return Length(other.control.Get().Eye() - torus.control.Get().Eye()); };
+  EXPECT_LT(distance(), 1e-9);
+  double time = 10;
+  other.Swipe(time);
+  const Camera turned = other.control.Get();
+  EXPECT_GT(distance(), 0.1);
+  other.control.Resize({ 200, 900, 1 });
+  other.control.Resize({ width, height, 1 });
+  EXPECT_EQ(other.control.Get(), turned);
 }
 
 TEST(TestCameraControl, TurnsOnWhenItIsLetGo)

@@ -10,6 +10,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <type_traits>
 
 using namespace kdstream;
 using namespace kdstream::testing;
@@ -606,6 +607,38 @@ TEST(TestViewerSession, MovingTheCameraDoesNotChooseAnew)
   server.Serve(session);
   EXPECT_GT(session.Parts().lod.Choices(), choices);
   EXPECT_EQ(session.GetStatus().shownLevel, 13u);
+}
+
+TEST(TestViewerSession, EveryInputIsTracedBeforeAModelIsOpen)
+{
+  std::vector<std::string> trace;
+  ViewerSession session(WithTrace(trace));
+  session.LookFrom({ 0, 0, 3 }, { 0, 0, 0 }, { 0, 1, 0 }, 0.3);
+  ASSERT_EQ(trace.size(), 1u);
+  EXPECT_NE(trace[0].find("\"input\":\"camera\""), std::string::npos);
+}
+
+TEST(TestViewerSession, AnotherOneTakesItsPlace)
+{
+  MemoryServer server = SmallTorus(), other = SmallTorus();
+  ViewerSession session(ByLevel());
+  OpenFullScreen(session, server);
+  session = ViewerSession(ByLevel());
+  EXPECT_EQ(session.GetStatus().mode, ViewerMode::NoModel);
+  OpenFullScreen(session, other);
+  EXPECT_GT(session.GetStatus().triangles, 0u);
+}
+
+// They refer to each other.
+TEST(TestViewerSession, PartsAreNeverCopied)
+{
+  EXPECT_FALSE(std::is_copy_constructible_v<SessionParts>);
+  EXPECT_FALSE(std::is_copy_constructible_v<CameraControl>);
+  EXPECT_FALSE(std::is_copy_constructible_v<Fetcher>);
+  EXPECT_FALSE(std::is_copy_constructible_v<LodSelection>);
+  EXPECT_FALSE(std::is_copy_constructible_v<MeasureTool>);
+  EXPECT_FALSE(std::is_copy_constructible_v<PickedRegion>);
+  EXPECT_FALSE(std::is_copy_constructible_v<Tools>);
 }
 
 // A recorded session, played twice: the same requests and the same trace, line for line.

@@ -267,12 +267,15 @@ bool CameraControl::Undo()
   return true;
 }
 
-bool CameraControl::LookFrom(const Vec3& eye, const Vec3& focal, const Vec3& up, double tangent)
+bool CameraControl::LookFrom(
+  const Vec3& eye, const Vec3& focal, const Vec3& up, double tangent, bool begins)
 {
   const Camera before = this->Eye;
   this->Eye.LookFrom(eye, focal, up, tangent);
-  this->IsLed = this->EyeMoved = true;
-  return !(this->Eye == before);
+  this->IsLed = true;
+  const bool moves = begins || this->Eye != before;
+  this->EyeMoved = this->EyeMoved || moves;
+  return moves;
 }
 
 // ---- fingers

@@ -30,6 +30,7 @@ class CameraControl
 public:
   // coasts: as SetCoasting.
   CameraControl(const ShownModel& model, Turning turning, bool coasts);
+  CameraControl(const CameraControl&) = delete;
 
   const Camera& Get() const { return this->Eye; }
   // By a pinch, a wheel or a link since the model was fitted.
@@ -51,8 +52,9 @@ public:
   void TakePlace(const std::optional<CameraPlace>& place, bool isJump);
   bool CanUndo() const { return !this->Earlier.empty(); }
   bool Undo(); // false where there was none
-  // As a host's own camera looks, which may be within the surface: false where it did already.
-  bool LookFrom(const Vec3& eye, const Vec3& focal, const Vec3& up, double tangent);
+  // As a host's own camera looks, which may be within the surface. False, and nothing has moved,
+  // where one looks so already; but where the host begins, that is a motion, too.
+  bool LookFrom(const Vec3& eye, const Vec3& focal, const Vec3& up, double tangent, bool begins);
 
   // ---- fingers
   // What fingers mean; call EndTouches after what is done about it.

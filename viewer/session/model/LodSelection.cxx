@@ -125,7 +125,10 @@ void LodSelection::Follow(const View& view)
     this->FollowLevel(view.camera);
   }
   this->MissingTree.merge(tree.TakeMissing());
-  this->FollowTiles(view);
+  if (this->Model.tiles.AreThere() && !view.previewsOnly)
+  {
+    this->FollowTiles(view);
+  }
 
   const FailedBlobs& failed = this->Model.failed;
   Situation now{ this->Wish(view), view.region, this->MissingTree, this->Model.tiles.Missing(),
@@ -173,16 +176,13 @@ void LodSelection::FollowLevel(const Camera& camera)
 // Of the surface that is drawn.
 void LodSelection::FollowTiles(const View& view)
 {
-  if (this->Model.tiles.AreThere() && !view.previewsOnly)
+  std::set<NodeId> tapped;
+  for (const PieceId piece : view.tapped)
   {
-    std::set<NodeId> tapped;
-    for (const PieceId piece : view.tapped)
-    {
-      tapped.insert(piece.node);
-    }
-    const bool all = this->Options.detail == DetailMode::Full;
-    this->Model.tiles.Follow(this->Model.Drawn(), view.camera, tapped, all);
+    tapped.insert(piece.node);
   }
+  const bool all = this->Options.detail == DetailMode::Full;
+  this->Model.tiles.Follow(this->Model.Drawn(), view.camera, tapped, all);
 }
 
 // The level that the zoom asks for, or the next coarser one of which no piece has failed.
@@ -268,7 +268,7 @@ std::vector<BlobId> LodSelection::InOrder(const View& view, const std::vector<Pi
   {
     if (!failed.Has(piece))
     {
-      const std::size_t tap = taps.FirstBelow(piece);
+      const std::size_t tap = view.tapped.empty() ? notTapped : taps.FirstBelow(piece);
       const bool isUrgent = this->ByView() && tap == notTapped;
       entries.push_back({ tap,
         isUrgent ? this->Chooser->refinement.UrgencyOf(piece, view.camera, this->Model.open->tree)

@@ -42,6 +42,7 @@ public:
     , Options(options)
   {
   }
+  LodSelection(const LodSelection&) = delete;
 
   void Reset(); // no model is open
   void Open();  // a model is

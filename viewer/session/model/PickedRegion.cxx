@@ -205,10 +205,6 @@ std::vector<std::uint32_t> PickedRegion::Left() const
 
 void PickedRegion::AddTo(std::vector<PieceId>& pieces) const
 {
-  if (!this->Shown)
-  {
-    return;
-  }
   for (const std::vector<std::uint32_t>& partitions : { this->Left(), this->Earlier })
   {
     for (const std::uint32_t partition : partitions)
@@ -218,12 +214,8 @@ void PickedRegion::AddTo(std::vector<PieceId>& pieces) const
   }
 }
 
-std::optional<ViewerStatus::Region> PickedRegion::GetStatus() const
+ViewerStatus::Region PickedRegion::GetStatus() const
 {
-  if (!this->Shown)
-  {
-    return {};
-  }
   ViewerStatus::Region status{ this->Shown->cell, this->Shown->rings, 0, 0 };
   for (const std::uint32_t partition : this->Left())
   {

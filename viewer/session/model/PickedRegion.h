@@ -24,6 +24,7 @@ public:
   // viewTriangles: that may be shown at a time; all regions together take at most half of them.
   PickedRegion(
     ShownModel& model, unsigned rings, const RegionLimits& limits, std::uint64_t viewTriangles);
+  PickedRegion(const PickedRegion&) = delete;
 
   // ---- a pick, which waits until enough of the tree is known
   void PickAt(const Vec3& point);
@@ -44,7 +45,9 @@ public:
   void SetTriangles(std::uint64_t triangles, std::uint64_t viewTriangles);
   // pointsPerUnit: of a model unit in the focal plane.
   void FollowZoom(double pointsPerUnit);
-  // Forgets those of the regions before that have left the view.
+  bool IsShown() const { return this->Shown.has_value(); }
+  // Whether there is any partition of the regions before. Forgets those that have left the view.
+  bool HasEarlier() const { return !this->Earlier.empty(); }
   void ForgetEarlier(const Camera& camera);
   void ForgetEarlier() { this->Earlier.clear(); }
   // The region, those before it, and a pick.
@@ -54,10 +57,11 @@ public:
   std::pair<NodeId, unsigned> Key() const;
   // The boxes of its partitions, that of the picked one first; none without a region.
   std::vector<Box> Boxes() const;
-  // Appends what the section leaves of its partitions, and those of the regions before.
+  // These two, of a region that there is. Appends what the section leaves of its partitions, and
+  // those of the regions before.
   void AddTo(std::vector<PieceId>& pieces) const;
   // How many of its partitions the section leaves, and how many of these are shown.
-  std::optional<ViewerStatus::Region> GetStatus() const;
+  ViewerStatus::Region GetStatus() const;
 
 private:
   struct Region

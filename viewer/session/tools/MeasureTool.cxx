@@ -28,7 +28,8 @@ std::vector<VertexId> CornersOf(const Surface& surface, std::size_t hit)
 
 void MeasureTool::Reset()
 {
-  this->Take({});
+  this->Measured.clear();
+  this->Ends.clear();
   this->Made = 0;
 }
 

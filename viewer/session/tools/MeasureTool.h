@@ -32,6 +32,7 @@ public:
     : Model(model)
   {
   }
+  MeasureTool(const MeasureTool&) = delete;
 
   void Reset(); // another model
   // Oldest first.

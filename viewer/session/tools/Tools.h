@@ -24,6 +24,7 @@ public:
     , Measures(model)
   {
   }
+  Tools(const Tools&) = delete;
 
   void Reset(); // another model; the tool stays in hand
   // Half a measurement is dropped.
