@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// What cannot be had of a model: what is asked for again, and what is told of it.
+// What cannot be had of a model: what is asked for again, and what is reported of it.
 #include "viewer/session/model/FailedBlobs.h"
 
 #include <gtest/gtest.h>

@@ -205,7 +205,7 @@ unsigned LodSelection::EffectiveLevel() const
 SurfaceWish LodSelection::Wish(const View& view) const
 {
   const Resolution preview = this->Model.Preview().resolution;
-  if (this->Model.surface.IsEmpty()) // it comes first, alone
+  if (this->Model.surface.IsEmpty()) // it comes first, nothing else
   {
     return { preview, {} };
   }

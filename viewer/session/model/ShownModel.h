@@ -46,7 +46,7 @@ struct ShownModel
   }
 
   void Select(const std::string& model); // nothing of the last one is left
-  // treeBytes: of its tree, that are kept. False, and told, where it cannot be shown.
+  // treeBytes: of its tree, that are kept. False, and reported, where it cannot be shown.
   bool Open(const ModelDescription& model, std::size_t treeBytes);
 
   // Of the model that is open.

@@ -46,7 +46,7 @@ public:
   // Nothing: the standard light. What is out of its range is brought into that.
   void SetLight(const std::optional<RakingLight>& light);
 
-  // What a link tells of them, relative to the camera's fitted box.
+  // What a link says of them, relative to the camera's fitted box.
   void PutInto(ViewLink& link, const Camera& camera) const;
   void TakeFrom(const ViewLink& link, const Camera& camera);
 
