@@ -86,20 +86,4 @@ void FailedBlobs::SettleAll()
   }
 }
 
-void FailedBlobs::ReportMissed(const std::function<bool(PieceId)>& isMissed)
-{
-  for (auto each = this->Doubtful.begin(); each != this->Doubtful.end();)
-  {
-    if (isMissed(each->first))
-    {
-      this->Last = std::move(each->second);
-      each = this->Doubtful.erase(each);
-    }
-    else
-    {
-      ++each;
-    }
-  }
-}
-
 }

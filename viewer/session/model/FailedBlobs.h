@@ -6,11 +6,11 @@
 #include "filters/core/pieces/Piece.h"
 #include "filters/protocol/BlobId.h"
 
-#include <functional>
 #include <map>
 #include <optional>
 #include <set>
 #include <string>
+#include <utility>
 #include <vector>
 
 namespace kdstream
@@ -47,7 +47,22 @@ public:
   bool Has(const protocol::BlobId& ofTree) const { return this->FailedTree.count(ofTree) != 0; }
 
   // Where a view is complete without what failed, nothing is wrong with it.
-  void ReportMissed(const std::function<bool(PieceId)>& isMissed);
+  template <typename IsMissed>
+  void ReportMissed(const IsMissed& isMissed)
+  {
+    for (auto each = this->Doubtful.begin(); each != this->Doubtful.end();)
+    {
+      if (isMissed(each->first))
+      {
+        this->Last = std::move(each->second);
+        each = this->Doubtful.erase(each);
+      }
+      else
+      {
+        ++each;
+      }
+    }
+  }
   // About the last failure, of whatever kind; empty after Retry.
   const std::string& Message() const { return this->Last; }
   void Report(std::string message) { this->Last = std::move(message); }

@@ -60,9 +60,9 @@ void LodSelection::Reset()
 void LodSelection::Open()
 {
   const ModelDescription& model = this->Model.open->description;
-  const ViewRefinement refinement(model, this->Options.refinement);
   this->Chooser.emplace(Choosers{ LevelPolicy(LevelFactsOf(model), this->Options.policy),
-    refinement, refinement, SeenPartitions(model.depths) });
+    ViewRefinement(model, this->Options.refinement),
+    ViewRefinement(model, this->Options.refinement), SeenPartitions(model.depths) });
   this->AimAtPreview();
 }
 
@@ -252,10 +252,8 @@ std::vector<BlobId> LodSelection::InOrder(const View& view, const std::vector<Pi
 {
   const FailedBlobs& failed = this->Model.failed;
   const TreeDepths& depths = this->Model.Depths();
+  const bool previewFirst = !this->ByView() && this->Model.surface.IsEmpty();
   std::vector<BlobId> order;
-  std::copy_if(this->MissingTree.begin(), this->MissingTree.end(), std::back_inserter(order),
-    [&](const BlobId& blob) { return !failed.Has(blob); });
-
   const Taps taps(view.tapped, depths);
   struct Entry
   {
@@ -266,7 +264,11 @@ std::vector<BlobId> LodSelection::InOrder(const View& view, const std::vector<Pi
   std::vector<Entry> entries;
   for (const PieceId piece : missing)
   {
-    if (!failed.Has(piece))
+    if (previewFirst && piece == this->Model.Preview() && !failed.Has(piece))
+    {
+      order.push_back(this->Model.PreviewBlob());
+    }
+    else if (!failed.Has(piece))
     {
       const std::size_t tap = view.tapped.empty() ? notTapped : taps.FirstBelow(piece);
       const bool isUrgent = this->ByView() && tap == notTapped;
@@ -276,6 +278,8 @@ std::vector<BlobId> LodSelection::InOrder(const View& view, const std::vector<Pi
         piece });
     }
   }
+  std::copy_if(this->MissingTree.begin(), this->MissingTree.end(), std::back_inserter(order),
+    [&](const BlobId& blob) { return !failed.Has(blob); });
   std::sort(entries.begin(), entries.end(),
     [](const Entry& a, const Entry& b)
     {
@@ -291,14 +295,6 @@ std::vector<BlobId> LodSelection::InOrder(const View& view, const std::vector<Pi
   }
   const std::vector<BlobId>& tiles = this->Model.tiles.Missing();
   order.insert(order.end(), tiles.begin(), tiles.end());
-  if (!this->ByView() && this->Model.surface.IsEmpty())
-  {
-    const auto preview = std::find(order.begin(), order.end(), this->Model.PreviewBlob());
-    if (preview != order.end())
-    {
-      std::rotate(order.begin(), preview, preview + 1);
-    }
-  }
   return order;
 }
 
