@@ -30,6 +30,7 @@ set(KDSTREAM_API_HEADERS
   viewer/offscreen/ScreenWindow.h
   viewer/session/Camera.h
   viewer/session/GestureRecognizer.h
+  viewer/session/SessionOptions.h
   viewer/session/SessionTypes.h
   viewer/session/ViewerSession.h
   viewer/session/look/SceneLook.h)

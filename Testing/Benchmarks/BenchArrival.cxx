@@ -13,6 +13,7 @@
 #include "Testing/Benchmarks/Arrivals.h"
 #include "filters/codec/PieceCodec.h"
 #include "viewer/mobile/SurfaceChunks.h"
+#include "viewer/session/SessionParts.h"
 
 #include <algorithm>
 #include <ctime>
@@ -150,8 +151,9 @@ public:
       const auto found = this->Pieces.find(id);
       return found == this->Pieces.end() ? nullptr : &found->second;
     };
-    const double drawn = this->DrawParts(*session.ShownCut(), lookup);
-    const double gliding = this->DrawGliding(*session.ShownCut(), lookup, scene);
+    const double drawn = this->DrawParts(*session.Parts().model.surface.GetCut(), lookup);
+    const double gliding =
+      this->DrawGliding(*session.Parts().model.surface.GetCut(), lookup, scene);
     if (!full)
     {
       return;
@@ -160,10 +162,16 @@ public:
     this->Arrival += drawn + kept;
     this->Gliding += gliding;
     this->WithChoice += frame + kept;
-    const double choice = SecondsOf([&]
-      { MakeClosure(scene.depths, session.ShownCut()->base, session.ShownCut()->active, lookup); });
-    const double anew = std::min(this->DrawAnew(*session.ShownCut(), lookup, scene),
-      this->DrawAnew(*session.ShownCut(), lookup, scene)); // the second in memory that is warm
+    const double choice = SecondsOf(
+      [&]
+      {
+        MakeClosure(scene.depths, session.Parts().model.surface.GetCut()->base,
+          session.Parts().model.surface.GetCut()->active, lookup);
+      });
+    const double anew =
+      std::min(this->DrawAnew(*session.Parts().model.surface.GetCut(), lookup, scene),
+        this->DrawAnew(*session.Parts().model.surface.GetCut(), lookup,
+          scene)); // the second in memory that is warm
     this->Anew += anew;
     this->AnewWithChoice += choice + anew;
     this->Shown += this->Before.size();

@@ -140,7 +140,7 @@ Play PlayOf(const ServedModel& model, const PaperTable& table)
 {
   constexpr const char* idle = "{\"wait\":\"idle\"}\n";
   const ModelDescription& description = model.Description();
-  const unsigned preview = std::min(LevelPolicy::previewDepth, description.depths.finest);
+  const unsigned preview = PreviewLevel(description);
   Play play;
   play.steps = "{\"select\":\"" + description.id + "\"}\n" + idle;
   std::vector<double> wheels;

@@ -2,6 +2,8 @@
 // Looks at a model over a simulated line: see ViewLooks.h.
 #include "Testing/Benchmarks/ViewLooks.h"
 
+#include "viewer/session/SessionParts.h"
+
 #include <array>
 #include <memory>
 #include <utility>
@@ -50,7 +52,7 @@ double BytesOfShown(const ViewerSession& session, const ServedModel& model)
 {
   const TreeDepths& depths = model.Description().depths;
   std::vector<protocol::BlobId> blobs;
-  for (const PieceId piece : session.ShownPieces())
+  for (const PieceId piece : session.Parts().model.surface.Pieces())
   {
     blobs.push_back(BlobOfPiece(piece, depths));
   }

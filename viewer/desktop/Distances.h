@@ -3,7 +3,7 @@
 // pictures.
 #pragma once
 
-#include "viewer/session/Measurement.h"
+#include "viewer/session/tools/Measurement.h"
 
 #include <array>
 #include <optional>

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Plays a session without a person. Step "replay" of the pipeline picture.
 #include "viewer/desktop/Player.h"
+#include "viewer/session/SessionParts.h"
 
 #include <utility>
 
@@ -87,7 +88,8 @@ Status Player::WaitForIdle()
              now - begin > this->Options.longestWait)
     {
       return Error{ ErrorCode::InputOutput,
-        "gave up waiting for the server; outstanding: " + this->Session.DescribeOutstanding() };
+        "gave up waiting for the server; outstanding: " +
+          this->Session.Parts().fetcher.Wishes().Book().Describe() };
     }
     if (this->Options.interrupted && this->Options.interrupted())
     {

@@ -139,8 +139,14 @@ public:
   // How far from the middle of the screen a point is seen: 0 there, 1 at the middle of its upper
   // edge; infinite behind the eye.
   double Eccentricity(const Vec3& point) const;
-  // Pixels of one model unit in the focal plane.
+  // Pixels of one model unit in the focal plane; points of the screen.
   double PixelsPerUnit() const;
+  double FocalPointsPerUnit() const { return this->PixelsPerUnit() / this->View.pixelRatio; }
+  // The tangent of the angle that so many points of the screen take, in its middle.
+  double TangentOf(double points) const
+  {
+    return points * this->View.pixelRatio / (this->PixelsPerUnit() * this->EyeDistance);
+  }
 
   const Vec3& Focal() const { return this->FocalPoint; }
   double Distance() const { return this->EyeDistance; }

@@ -12,6 +12,10 @@
 namespace kdstream
 {
 
+// A point of a cloud, or an outline, is meant by a finger that is so many points of the screen
+// away.
+inline constexpr double fingerPoints = 24;
+
 struct SurfaceHit
 {
   Vec3 point;

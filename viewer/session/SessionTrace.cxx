@@ -2,6 +2,7 @@
 // A session's trace: one line of JSON after every input, with the state and what there is to send.
 // Tests compare whole traces, so nothing in it depends on clocks, threads or pointers.
 #include "filters/model/JsonWriter.h"
+#include "viewer/session/SessionParts.h"
 #include "viewer/session/ViewerSession.h"
 
 #include <array>
@@ -85,8 +86,8 @@ std::string ViewerSession::FormatTrace(std::string_view input, std::string_view 
     .Member("original", status.original)
     .Member("error_left", status.errorLeft);
   line.Key("region").PutJson(FormatRegion(status.region)).Key("camera");
-  PutCamera(line, this->Eye);
-  line.Member("surface", this->Shown.Version())
+  PutCamera(line, this->Own->camera.Get());
+  line.Member("surface", this->Own->model.surface.Version())
     .Member("vertices", status.vertices)
     .Member("triangles", status.triangles)
     .Member("blobs_loaded", status.blobsLoaded)
@@ -95,9 +96,10 @@ std::string ViewerSession::FormatTrace(std::string_view input, std::string_view 
     .Member("error", status.error)
     .Key("outgoing")
     .BeginArray();
-  for (const SessionRequest& request : this->Wanted.Book().Outgoing())
+  for (const SessionRequest& request : this->Own->fetcher.Wishes().Book().Outgoing())
   {
-    const bool isPreview = this->Current && request.blobs == std::vector{ this->PreviewBlob() };
+    const bool isPreview =
+      this->Own->model.open && request.blobs == std::vector{ this->Own->model.PreviewBlob() };
     line.PutJson(FormatRequest(request, isPreview));
   }
   line.EndArray().EndObject();

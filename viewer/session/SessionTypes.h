@@ -77,6 +77,16 @@ enum class DetailMode
   Full   // all of the model as the original
 };
 
+// What fingers do, beside turning and zooming.
+enum class Tool
+{
+  None,
+  Measure, // taps place the ends of distances
+  Section, // one finger moves the section along its normal, two turn it
+  Light,   // a finger is where the light comes from
+  SecondLight
+};
+
 enum class ViewerMode
 {
   NoModel,   // nothing is selected

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// The one brain of all viewers: see ViewerSession.h. What a person sets and selects, and the frames
-// that show it. Every input ends in Update() (SessionWish.cxx), which compares what one would like
-// to see with what is loaded and with what is under way; what comes: SessionArrivals.cxx.
+// The one brain of all viewers: see ViewerSession.h.
 #include "viewer/session/ViewerSession.h"
+
+#include "viewer/session/SessionParts.h"
 
 #include <algorithm>
 #include <utility>
@@ -10,133 +10,278 @@
 namespace kdstream
 {
 
-void SessionOptions::TakeShares(const MemoryShares& shares)
+ViewerSession::ViewerSession(SessionOptions options)
+  : Own(std::make_unique<SessionParts>(std::move(options)))
 {
-  this->refinement.triangles = shares.triangles;
-  this->refinement.bytes = shares.viewBytes;
-  this->policy.triangleBudget = shares.levelTriangles;
-  this->cacheBytes = shares.cacheBytes;
-  this->treeBytes = shares.treeBytes;
-  this->pictureBytes = shares.pictureBytes;
-  this->mostRegionTriangles = shares.regionTriangles;
 }
 
-ViewerSession::ViewerSession(SessionOptions options)
-  : Options(std::move(options))
-  , Gestures(this->Options.gestures)
-  , Pieces(this->Options.cacheBytes)
-  , Tiles(this->Options.pictureBytes)
-  , Wanted(this->Options.aheadBytes)
-  , History(this->Options.mostStatistics)
+ViewerSession::ViewerSession(ViewerSession&& other) noexcept = default;
+ViewerSession& ViewerSession::operator=(ViewerSession&& other) noexcept = default;
+ViewerSession::~ViewerSession() = default;
+
+void ViewerSession::Done(std::string_view input, std::string_view detail)
 {
-  this->Options.rings = std::clamp(this->Options.rings, 1u, 3u);
-  this->Eye.SetTurning(this->Options.turning);
+  this->Own->Update();
+  this->Trace(input, detail);
+}
+
+void ViewerSession::Zoomed(std::string_view input, std::string_view detail)
+{
+  this->Own->FollowZoom();
+  this->Done(input, detail);
+}
+
+void ViewerSession::Answered(std::string_view input, std::string_view detail)
+{
+  this->Own->Update();
+  if (this->IsIdle())
+  {
+    this->Own->model.failed.SettleAll();
+  }
+  this->Trace(input, detail);
 }
 
 // ---- what the person does
 
 void ViewerSession::Resize(const Viewport& viewport)
 {
-  this->TakeWindow(viewport);
-  this->Gestures.SetPixelRatio(this->Eye.GetViewport().pixelRatio);
-  this->FollowZoom();
-  this->Update();
-  this->Trace("resize");
+  this->Own->camera.Resize(viewport);
+  this->Zoomed("resize");
 }
 
 Status ViewerSession::SelectModel(const std::string& model)
 {
-  const auto listed = std::any_of(this->ModelList.begin(), this->ModelList.end(),
+  const auto listed = std::any_of(this->Own->models.begin(), this->Own->models.end(),
     [&model](const ModelSummary& summary) { return summary.id == model; });
-  if (this->HasModelList && !listed)
+  if (this->Own->hasModels && !listed)
   {
     return Error{ ErrorCode::NotFound, "the server has no model '" + model + "'" };
   }
-  this->Retry();
-  if (this->Mode != ViewerMode::NoModel && this->ModelId == model)
+  this->Own->model.Retry();
+  const bool isGone = !this->Own->model.open && this->Own->fetcher.Wishes().Book().Empty();
+  if (this->Own->mode != ViewerMode::NoModel && this->Own->model.id == model && !isGone)
   {
-    const bool failed = !this->Current && this->Wanted.Book().Empty();
-    if (!failed)
-    {
-      this->EnterFullScreen();
-      return {};
-    }
+    this->EnterFullScreen();
+    return {};
   }
-  this->CloseModel();
-  this->ModelId = model;
-  this->Mode = ViewerMode::Browsing;
-  this->Wanted.Open(model);
+  this->Own->Select(model);
   this->Trace("select", model);
   return {};
 }
 
-void ViewerSession::CloseModel()
-{
-  this->Wanted.CloseModel();
-  this->Pieces.Clear();
-  this->Shown.Reset({});
-  this->Tiles.Reset({}, 0);
-  this->Current.reset();
-  this->Region.reset();
-  this->EarlierTaps.clear();
-  this->NeverShown.clear(); // and never will be
-  this->DropPick();
-  this->MissingTree.clear();
-  this->ChoiceIsDue = false;
-  this->LastSituation.reset();
-  this->History.CloseModel();
-  this->EyeMoved = this->IsLed = false;
-  this->EarlierViews.clear();
-  this->Turned = {};
-  this->Followed.reset();
-  this->Told.reset();
-  this->Left.reset();
-  this->Measured.clear();
-  this->Ends.clear();
-  this->MeasurementsMade = 0;
-  this->Section.Reset({});
-  this->Lamps.reset();
-}
-
 void ViewerSession::EnterFullScreen()
 {
-  if (this->Mode == ViewerMode::Browsing)
+  if (this->Own->mode == ViewerMode::Browsing)
   {
-    this->Mode = ViewerMode::FullScreen;
-    this->FollowZoom();
+    this->Own->mode = ViewerMode::FullScreen;
+    this->Own->FollowZoom();
   }
-  this->Update();
-  this->Trace("full screen");
+  this->Done("full screen");
 }
 
 void ViewerSession::LeaveFullScreen()
 {
-  if (this->Mode == ViewerMode::FullScreen)
+  if (this->Own->mode == ViewerMode::FullScreen)
   {
-    this->Mode = ViewerMode::Browsing;
-    this->Region.reset();
-    this->EarlierTaps.clear();
-    this->DropPick();
-    if (this->Current)
+    this->Own->mode = ViewerMode::Browsing;
+    this->Own->region.LetGo();
+    this->Own->camera.JumpHome();
+    this->Own->lod.AimAtPreview();
+  }
+  this->Done("browse");
+}
+
+void ViewerSession::SetTool(Tool tool)
+{
+  this->Own->tools.TakeInHand(tool);
+  this->Done("tool");
+}
+
+Tool ViewerSession::GetTool() const
+{
+  return this->Own->tools.InHand();
+}
+
+const std::vector<Measurement>& ViewerSession::Measurements() const
+{
+  return this->Own->tools.Measuring().All();
+}
+
+void ViewerSession::NameMeasurement(std::size_t index, const std::string& name)
+{
+  this->Own->tools.Measuring().Name(index, name);
+}
+
+void ViewerSession::RemoveMeasurement(std::size_t index)
+{
+  this->Own->tools.Measuring().Remove(index);
+  this->Own->Update();
+}
+
+void ViewerSession::SetSection(const std::optional<SectionPlane>& plane)
+{
+  if (this->Own->model.open)
+  {
+    this->Own->model.section.Set(plane);
+    this->Done("section"); // what is cut away is not wanted any more
+  }
+}
+
+bool ViewerSession::SetSectionAlong(std::string_view word)
+{
+  const bool known =
+    this->Own->model.section.SetAlong(word, this->Own->camera.Get().Forward() * -1);
+  if (known && !this->Own->model.open)
+  {
+    this->Own->model.section.Set({});
+  }
+  this->Done("section");
+  return known;
+}
+
+void ViewerSession::SetSectionDepth(double depth)
+{
+  this->Own->model.section.SetDepth(depth);
+  this->Done("section");
+}
+
+const ShownSection& ViewerSession::GetSection() const
+{
+  return this->Own->model.section;
+}
+
+std::string ViewerSession::SectionOutline() const
+{
+  return kdstream::SectionOutline(this->Own->model);
+}
+
+void ViewerSession::SetLight(const std::optional<RakingLight>& light)
+{
+  this->Own->tools.SetLight(light);
+  this->Trace("light");
+}
+
+const std::optional<RakingLight>& ViewerSession::GetLight() const
+{
+  return this->Own->tools.Light();
+}
+
+void ViewerSession::HandleTouches(const TouchFrame& frame)
+{
+  for (const Gesture& gesture : this->Own->camera.BeginTouches(frame))
+  {
+    if (this->Own->model.open)
     {
-      this->JumpHome();
-      this->Target = this->Current->policy.PreviewLevel();
+      this->Own->Handle(gesture, frame.time);
     }
   }
-  this->Update();
-  this->Trace("browse");
+  this->Own->camera.EndTouches(frame);
+  this->Done("touches");
+}
+
+void ViewerSession::CancelTouches()
+{
+  this->Own->camera.CancelTouches();
+  this->Trace("cancel touches");
+}
+
+void ViewerSession::Zoom(double factor, double x, double y)
+{
+  if (this->Own->camera.ZoomAbout(factor, x, y))
+  {
+    this->Own->model.Retry();
+    this->Own->mode = ViewerMode::FullScreen;
+    this->Own->FollowZoom();
+  }
+  this->Done("zoom");
+}
+
+void ViewerSession::GoHome()
+{
+  this->Own->camera.JumpHome();
+  this->Zoomed("home");
+}
+
+bool ViewerSession::LookFromSide(std::string_view side)
+{
+  const bool known = this->Own->camera.JumpToSide(side);
+  if (known)
+  {
+    this->Own->FollowZoom();
+  }
+  this->Done("side", side);
+  return known;
+}
+
+void ViewerSession::UndoView()
+{
+  if (this->Own->camera.Undo())
+  {
+    this->Own->mode = this->Own->camera.HasMoved() ? ViewerMode::FullScreen : this->Own->mode;
+    this->Own->FollowZoom();
+  }
+  this->Done("undo");
+}
+
+void ViewerSession::LookFrom(const Vec3& eye, const Vec3& focal, const Vec3& up, double tangent)
+{
+  const bool begins = this->Own->mode != ViewerMode::FullScreen;
+  if (!this->Own->model.open)
+  {
+    this->Done("camera");
+  }
+  else if (this->Own->camera.LookFrom(eye, focal, up, tangent, begins))
+  {
+    this->Own->mode = ViewerMode::FullScreen;
+    this->Zoomed("camera");
+  }
+}
+
+void ViewerSession::SetTurning(Turning turning)
+{
+  this->Own->camera.SetTurning(turning);
+  this->Done("turning");
+}
+
+void ViewerSession::SetCoasting(bool coasts)
+{
+  this->Own->camera.SetCoasting(coasts);
+}
+
+void ViewerSession::SetSpinning(bool spins)
+{
+  this->Own->camera.SetSpinning(spins);
+}
+
+void ViewerSession::Advance(double time)
+{
+  const CameraControl::Advanced moved = this->Own->camera.Advance(time);
+  if (moved.coasted)
+  {
+    this->Done("advance");
+  }
+  else if (moved.spun)
+  {
+    this->Own->Update();
+  }
 }
 
 void ViewerSession::SetRings(unsigned rings)
 {
-  this->Options.rings = std::clamp(rings, 1u, 3u);
-  if (this->Region && this->Region->rings != this->Options.rings)
+  this->Own->region.SetRings(rings);
+  this->Done("rings");
+}
+
+void ViewerSession::SetDetail(DetailMode detail)
+{
+  if (this->Own->lod.GetOptions().detail != detail)
   {
-    this->DropPick();
-    this->WaitingCell = this->Region->cell;
+    this->Own->lod.SetDetail(detail);
+    this->Own->fetcher.Wishes().Clear();
+    this->Own->region.ForgetEarlier();
+    this->Own->FollowZoom();
   }
-  this->Update();
-  this->Trace("rings");
+  this->Done("detail");
 }
 
 void ViewerSession::SetBudgets(std::uint64_t triangles, std::size_t bytes)
@@ -146,215 +291,241 @@ void ViewerSession::SetBudgets(std::uint64_t triangles, std::size_t bytes)
 
 void ViewerSession::SetMemory(const MemoryShares& shares)
 {
-  this->Options.TakeShares(shares);
-  this->Pieces.SetLimit(shares.cacheBytes);
-  this->Tiles.SetLimit(shares.pictureBytes);
-  this->CutRegion();
-  if (this->Current)
-  {
-    Model& model = *this->Current;
-    model.policy = LevelPolicy(LevelFactsOf(model.description), this->Options.policy);
-    model.refinement = model.next = ViewRefinement(model.description, this->Options.refinement);
-    this->LastSituation.reset();
-    this->FollowZoom();
-  }
-  this->Update();
-  this->Trace("budgets");
+  this->Own->options.TakeShares(shares);
+  this->Own->model.pieces.SetLimit(shares.cacheBytes);
+  this->Own->model.tiles.SetLimit(shares.pictureBytes);
+  this->Own->region.SetTriangles(shares.regionTriangles, shares.triangles);
+  this->Own->lod.SetBudgets(this->Own->options.refinement, this->Own->options.policy);
+  this->Zoomed("budgets");
 }
 
 void ViewerSession::SetAhead(std::size_t bytes)
 {
-  this->Wanted.SetAhead(bytes);
+  this->Own->fetcher.Wishes().SetAhead(bytes);
 }
 
-void ViewerSession::SetPreviewsOnly(bool only)
+void ViewerSession::SetGlides(bool glides)
 {
-  this->PreviewsOnly = only;
-  this->Update();
-}
-
-void ViewerSession::SetDetail(DetailMode detail)
-{
-  if (this->Options.detail != detail)
-  {
-    this->Options.detail = detail;
-    this->Wanted.Clear();
-    this->ChoiceIsDue = false;
-    this->EarlierTaps.clear();
-    this->LastSituation.reset();
-    this->FollowZoom();
-  }
-  this->Update();
-  this->Trace("detail");
-}
-
-// Forgets what failed, so that it is asked for again.
-void ViewerSession::Retry()
-{
-  this->Lost.clear();
-  this->AskedAgain.clear();
-  this->FailedPieces.clear();
-  this->FailedTree.clear();
-  this->Tiles.Retry();
-  this->Doubtful.clear();
-  this->LastError.clear();
+  this->Own->model.surface.SetGlides(glides);
 }
 
 void ViewerSession::AskAgain()
 {
-  this->Retry();
-  this->Update();
-  this->Trace("ask again");
+  this->Own->model.Retry();
+  this->Done("ask again");
 }
 
-// The level that the zoom asks for, and whether the region can still be seen.
-void ViewerSession::FollowZoom()
+void ViewerSession::SetPreviewsOnly(bool only)
 {
-  if (!this->Current)
+  this->Own->previewsOnly = only;
+  this->Own->Update();
+}
+
+// ---- links
+
+ViewLink ViewerSession::Link() const
+{
+  const Camera& camera = this->Own->camera.Get();
+  ViewLink link;
+  link.model = this->Own->model.id;
+  link.turning = camera.GetTurning();
+  link.detail = this->Own->lod.GetOptions().detail;
+  if (this->Own->model.open)
+  {
+    link.digest = this->Own->model.open->description.digest.substr(0, ViewLink::digestDigits);
+    link.place = camera.GetPlace();
+  }
+  this->Own->tools.PutInto(link, camera);
+  if (const auto [cell, rings] = this->Own->region.Key(); cell != 0)
+  {
+    link.region = ViewLink::Region{ cell, rings };
+  }
+  return link;
+}
+
+Status ViewerSession::Follow(const ViewLink& link)
+{
+  if (this->Own->model.id != link.model || this->Own->mode == ViewerMode::NoModel)
+  {
+    KDSTREAM_TRY(this->SelectModel(link.model));
+  }
+  this->EnterFullScreen();
+  this->SetTurning(link.turning);
+  this->SetDetail(link.detail);
+  this->Own->followed = link;
+  if (this->Own->model.open)
+  {
+    this->Own->TakeLink(true);
+  }
+  this->Zoomed("link");
+  return {};
+}
+
+// ---- what the server sends
+
+void ViewerSession::SetModels(std::vector<ModelSummary> models)
+{
+  this->Own->models = std::move(models);
+  this->Own->hasModels = true;
+  this->Trace("models");
+}
+
+void ViewerSession::Opened(std::uint32_t request, const ModelDescription& model)
+{
+  if (!this->Own->fetcher.Wishes().Opened(request))
   {
     return;
   }
-  const double scale = this->Eye.PixelsPerUnit() / this->Eye.GetViewport().pixelRatio;
-  if (this->Mode == ViewerMode::FullScreen)
+  if (this->Own->model.Open(model, this->Own->options.treeBytes))
   {
-    this->Target = this->Current->policy.Choose(scale, this->Target);
+    this->Own->lod.Open();
+    this->Own->camera.Fit();
   }
-  if (this->Region && Length(this->Region->box.hi - this->Region->box.lo) * scale <
-                        this->Options.smallestRegionPoints)
+  if (this->Own->model.open && this->Own->followed)
   {
-    this->Region.reset();
+    this->Own->TakeLink(false);
   }
+  this->Zoomed("opened", this->Own->model.id); // full screen may have been asked for already
+}
+
+BlobArrival ViewerSession::BlobArrived(std::uint32_t request, const protocol::BlobId& blob,
+  std::span<const std::uint8_t> bytes, double transmissionSeconds, bool fromCache)
+{
+  const Fetcher::Answer answer =
+    this->Own->fetcher.BlobArrived(request, blob, bytes, transmissionSeconds, fromCache);
+  if (answer.isNews)
+  {
+    this->Answered(answer.input, protocol::BlobName(blob));
+  }
+  else if (*answer.input)
+  {
+    this->Trace(answer.input, protocol::BlobName(blob));
+  }
+  return answer.arrival;
+}
+
+void ViewerSession::BlobFailed(
+  std::uint32_t request, const protocol::BlobId& blob, const std::string& message)
+{
+  if (this->Own->fetcher.BlobFailed(request, blob, message))
+  {
+    this->Answered("failed", protocol::BlobName(blob));
+  }
+}
+
+void ViewerSession::RequestFailed(std::uint32_t request, const std::string& message)
+{
+  if (this->Own->fetcher.RequestFailed(request, message))
+  {
+    this->Answered("request failed");
+  }
+}
+
+void ViewerSession::RequestEnded(std::uint32_t request)
+{
+  this->RequestFailed(request, "the server ended without sending it");
 }
 
 // ---- frames and what comes out
 
-void ViewerSession::NoteWhatIsShown()
+void ViewerSession::FollowView()
 {
-  const std::set<PieceId>& shown = this->Shown.Pieces();
-  std::erase_if(this->NeverShown,
-    [&](const auto& entry)
-    {
-      const bool isShown = shown.count(entry.first) != 0;
-      this->Traffic.wasted -= isShown ? entry.second : 0;
-      return isShown;
-    });
+  if (this->Own->model.open && this->Own->fetcher.FollowView(this->Own->View()))
+  {
+    this->Own->Update();
+  }
+  this->Own->model.FollowSection();
 }
 
 void ViewerSession::BeginFrame()
 {
   this->FollowView();
-  const auto drawn = this->Shown.Draw(this->Pieces);
+  const auto drawn = this->Own->model.surface.Draw(this->Own->model.pieces);
   if (!drawn)
   {
-    this->LastError = "The surface cannot be drawn: " + drawn.GetError().message;
+    this->Own->model.failed.Report("The surface cannot be drawn: " + drawn.GetError().message);
   }
   else if (*drawn)
   {
-    this->History.BeginFrame(this->Shown.Pieces());
-    this->NoteWhatIsShown();
-    this->FollowSection();
-    this->StepOutside();
-    if (!this->Ends.empty())
+    this->Own->fetcher.History().BeginFrame(this->Own->model.surface.Pieces());
+    this->Own->model.FollowSection();
+    this->Own->camera.FollowSurface();
+    if (this->Own->tools.Measuring().Waits())
     {
-      this->PickEndsAnew();
+      this->Own->tools.FollowSurface(this->Own->camera.Get());
     }
-    if (!this->Ends.empty() || this->Tiles.AreThere())
+    if (this->Own->tools.Measuring().Waits() || this->Own->model.tiles.AreThere())
     {
-      this->Update();
+      this->Own->Update();
     }
     this->Trace("frame");
   }
-  if (this->IsArriving && this->IsIdle())
+  if (this->IsIdle())
   {
-    this->IsArriving = false;
-    this->StepOutside();
+    this->Own->camera.Arrive();
   }
-}
-
-// The original counts as the finest level.
-unsigned ViewerSession::LevelFor(Resolution resolution) const
-{
-  return resolution.IsOriginal() ? this->Current->codec.depths.finest : resolution.Depth();
 }
 
 void ViewerSession::EndFrame(double seconds)
 {
-  this->History.EndFrame(seconds);
+  this->Own->fetcher.History().EndFrame(seconds);
 }
 
 std::vector<SessionRequest> ViewerSession::TakeRequests()
 {
-  return this->Wanted.TakeOutgoing();
+  return this->Own->fetcher.Wishes().TakeOutgoing();
 }
 
 ViewerScene ViewerSession::Scene() const
 {
-  ViewerScene scene;
-  scene.surface = this->Shown.GetSurface();
-  scene.surfaceVersion = this->Shown.Version();
-  scene.box = this->Current ? this->Current->box : Box{};
-  scene.depths = this->Current ? this->Current->codec.depths : TreeDepths{};
-  scene.scalars = this->Current ? this->Current->description.scalars : ScalarDescriptions{};
-  scene.eye = this->Eye.Eye();
-  scene.focal = this->Eye.Focal();
-  scene.up = this->Eye.Up();
-  scene.orientation = this->Eye.Orientation();
-  scene.section = this->Section.Plane();
-  scene.cap = this->Section.Cap();
-  scene.capVersion = this->Section.CapVersion();
-  scene.lighting = LightingOf(this->Lamps);
-  scene.tiles = this->Tiles.Tiles();
-  return scene;
+  return this->Own->Scene();
 }
 
 ViewerStatus ViewerSession::GetStatus() const
 {
-  ViewerStatus status;
-  status.mode = this->Mode;
-  status.model = this->ModelId;
-  status.error = this->LastError;
-  status.vertices = this->Shown.GetSurface()->PointCount();
-  status.triangles = this->Shown.GetSurface()->TriangleCount();
-  status.errorLeft = this->Current && this->ByView() ? this->Current->refinement.ErrorLeft() : 0;
-  status.blobsLoaded = this->Wanted.GetProgress().blobsLoaded;
-  status.blobsWanted = this->Wanted.GetProgress().blobsWanted;
-  status.bytesLoaded = this->Wanted.GetProgress().bytesLoaded;
-  if (this->Current)
-  {
-    status.title = this->Current->description.title;
-    status.targetLevel =
-      this->ByView() ? this->LevelFor(this->Current->refinement.Finest()) : this->Target;
-  }
-  if (this->ByView() && this->Shown.Finest())
-  {
-    status.original = this->Shown.Finest()->IsOriginal();
-    status.shownLevel = this->LevelFor(*this->Shown.Finest());
-  }
-  else if (!this->ByView() && this->Shown.GetCut())
-  {
-    status.shownLevel = this->LevelFor(this->Shown.GetCut()->base);
-  }
-  status.picking = this->IsPicking();
-  status.canUndo = !this->EarlierViews.empty();
-  status.coasting = this->Turned.TurnsOn() || this->Turned.IsSpinning();
-  status.spinning = this->Turned.IsSpinning();
-  if (this->Region)
-  {
-    status.region = { this->Region->cell, this->Region->rings, 0, 0 };
-    for (const std::uint32_t partition : this->LeftOfRegion())
-    {
-      ++status.region->partitions;
-      status.region->shown += this->Shown.IsRefined(partition) ? 1 : 0;
-    }
-  }
-  return status;
+  return this->Own->GetStatus();
+}
+
+bool ViewerSession::IsIdle() const
+{
+  return this->Own->IsIdle();
+}
+
+const Camera& ViewerSession::GetCamera() const
+{
+  return this->Own->camera.Get();
+}
+
+DetailMode ViewerSession::GetDetail() const
+{
+  return this->Own->lod.GetOptions().detail;
+}
+
+const std::vector<ModelSummary>& ViewerSession::Models() const
+{
+  return this->Own->models;
+}
+
+const std::deque<BlobStatistics>& ViewerSession::Statistics() const
+{
+  return this->Own->fetcher.History().Entries();
+}
+
+std::vector<Box> ViewerSession::RegionBoxes() const
+{
+  return this->Own->region.Boxes();
+}
+
+const SessionTraffic& ViewerSession::GetTraffic() const
+{
+  return this->Own->fetcher.History().Traffic();
 }
 
 void ViewerSession::Trace(std::string_view input, std::string_view detail) const
 {
-  if (this->Options.FormatTrace)
+  if (this->Own->options.FormatTrace)
   {
-    this->Options.Sink((this->*this->Options.FormatTrace)(input, detail));
+    this->Own->options.Sink((this->*this->Own->options.FormatTrace)(input, detail));
   }
 }
 

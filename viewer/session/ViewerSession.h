@@ -4,32 +4,19 @@
 // (paper section 5).
 #pragma once
 
-#include "filters/codec/PieceCodec.h"
 #include "filters/core/Result.h"
 #include "filters/model/ModelDescription.h"
+#include "viewer/session/Camera.h"
 #include "viewer/session/GestureRecognizer.h"
-#include "viewer/session/KnownTree.h"
-#include "viewer/session/LevelPolicy.h"
-#include "viewer/session/Measurement.h"
-#include "viewer/session/MemoryBudget.h"
-#include "viewer/session/Momentum.h"
-#include "viewer/session/Picker.h"
-#include "viewer/session/PieceCache.h"
+#include "viewer/session/SessionOptions.h"
 #include "viewer/session/SessionTypes.h"
-#include "viewer/session/ShownSurface.h"
 #include "viewer/session/ViewLink.h"
-#include "viewer/session/ViewRefinement.h"
-#include "viewer/session/line/BlobHistory.h"
-#include "viewer/session/line/WishList.h"
-#include "viewer/session/look/RakingLight.h"
-#include "viewer/session/paint/ShownTiles.h"
 #include "viewer/session/section/ShownSection.h"
+#include "viewer/session/tools/Measurement.h"
 
 #include <deque>
-#include <functional>
-#include <limits>
-#include <map>
-#include <set>
+#include <memory>
+#include <optional>
 #include <span>
 #include <string>
 #include <string_view>
@@ -38,63 +25,7 @@
 namespace kdstream
 {
 
-class ViewerSession;
-
-struct SessionOptions
-{
-  unsigned rings = 1; // around a picked cell, 1-3
-  Turning turning = Turning::Upright;
-  bool coasts = false; // the model turns on for a moment when it is let go (Advance)
-  DetailMode detail = DetailMode::View;
-  RefinementOptions refinement; // by the view
-  LevelPolicyOptions policy;    // by one level for all
-  GestureThresholds gestures;
-  // Decoded pieces that are kept beyond what is shown, bytes.
-  std::size_t cacheBytes = std::size_t{ 256 } << 20;
-  // What is kept of the model's tree, bytes.
-  std::size_t treeBytes = standardTreeBytes;
-  // Decoded pictures of textures that are kept, bytes.
-  std::size_t pictureBytes = std::size_t{ 512 } << 20;
-  // By the view, when all that is wanted is there: what one would want next, nearer by half in the
-  // middle of the screen, is fetched until about so many bytes were asked for, once for each view.
-  // 0: nothing is fetched ahead.
-  std::size_t aheadBytes = 0;
-  // A pick may ask for so many pages and boxes of the tree.
-  std::size_t mostBlobsOfPick = 1000;
-  // A point of a cloud is picked by a finger that is so many points of the screen away, or less.
-  double fingerPoints = 24;
-  // A region takes at most so many partitions, nearest first.
-  std::size_t mostRegionPartitions = 512;
-  // And about as many as have so many triangles, but at least the one that was picked.
-  std::uint64_t mostRegionTriangles = std::numeric_limits<std::uint64_t>::max();
-  // A region that has shrunk to fewer points than this on the screen is let go.
-  double smallestRegionPoints = 32;
-  // Seconds of a steady clock, for parsing times only; without one these are 0.
-  std::function<double()> clock;
-  // Blobs of which Statistics tells: the newest.
-  std::size_t mostStatistics = 10'000;
-  // All of the above that is held, at most.
-  void TakeShares(const MemoryShares& shares);
-  // From then on, `sink` is called with one line of JSON after every input: the input, the state,
-  // the requests that it led to. The same inputs give the same lines. What writes them is linked
-  // only where this is called: a page does without.
-  void TraceTo(std::function<void(std::string_view)> sink);
-
-private:
-  friend class ViewerSession;
-  std::function<void(std::string_view)> Sink;
-  std::string (ViewerSession::*FormatTrace)(
-    std::string_view input, std::string_view detail) const = nullptr; // with Sink
-};
-
-enum class Tool
-{
-  None,
-  Measure, // taps place the ends of distances
-  Section, // one finger moves the section along its normal, two turn it
-  Light,   // a finger is where the light comes from
-  SecondLight
-};
+struct SessionParts;
 
 // One person's session with one server. The states:
 //
@@ -129,6 +60,10 @@ class ViewerSession
 {
 public:
   explicit ViewerSession(SessionOptions options = {});
+  // Of `other` nothing is left but to destroy it, or to assign another one.
+  ViewerSession(ViewerSession&& other) noexcept;
+  ViewerSession& operator=(ViewerSession&& other) noexcept;
+  ~ViewerSession();
 
   // ---- what the person does
   // Shows the same in another window. A first view or a side that nobody has touched fits again; of
@@ -142,10 +77,10 @@ public:
   // What fingers do from here on, in full screen; what is not said there they do as ever. Half a
   // measurement is dropped.
   void SetTool(Tool tool);
-  Tool GetTool() const { return this->InHand; }
+  Tool GetTool() const;
   // Of the model that is selected, oldest first; at most 64. Ends move to the original when that
   // has come.
-  const std::vector<Measurement>& Measurements() const { return this->Measured; }
+  const std::vector<Measurement>& Measurements() const;
   void NameMeasurement(std::size_t index, const std::string& name);
   void RemoveMeasurement(std::size_t index);
   // Cuts away what is above a plane. By the view what is cut away is not fetched. Errors are as
@@ -153,12 +88,12 @@ public:
   void SetSection(const std::optional<SectionPlane>& plane);
   bool SetSectionAlong(std::string_view word);
   void SetSectionDepth(double depth);
-  const ShownSection& GetSection() const { return this->Section; }
+  const ShownSection& GetSection() const;
   // The outline as SVG (SectionDrawing); empty without a section.
   std::string SectionOutline() const;
   // Nothing: the standard light. What is out of its range is brought into that.
   void SetLight(const std::optional<RakingLight>& light);
-  const std::optional<RakingLight>& GetLight() const { return this->Lamps; }
+  const std::optional<RakingLight>& GetLight() const;
   // Back to browsing the same model: its preview again, whole, without a region.
   void LeaveFullScreen();
   void HandleTouches(const TouchFrame& frame);
@@ -209,7 +144,7 @@ public:
   void SetAhead(std::size_t bytes);
   // Whether the parts of the next surfaces tell where they glide from (DrawnSurface::Part); at
   // first they do not. No trace tells of it.
-  void SetGlides(bool glides) { this->Shown.SetGlides(glides); }
+  void SetGlides(bool glides);
 
   // Asks for what has failed once more, as where a server is back.
   void AskAgain();
@@ -245,235 +180,32 @@ public:
   // What to send since the last call, in order.
   std::vector<SessionRequest> TakeRequests();
   ViewerScene Scene() const;
-  const Camera& GetCamera() const { return this->Eye; }
-  DetailMode GetDetail() const { return this->Options.detail; }
+  const Camera& GetCamera() const;
+  DetailMode GetDetail() const;
   ViewerStatus GetStatus() const;
-  const std::vector<ModelSummary>& Models() const { return this->ModelList; }
+  const std::vector<ModelSummary>& Models() const;
   // Of the newest blobs (SessionOptions::mostStatistics), oldest first.
-  const std::deque<BlobStatistics>& Statistics() const { return this->History.Entries(); }
+  const std::deque<BlobStatistics>& Statistics() const;
   // Whether nothing is outstanding that is wanted now, and all that came has been drawn.
-  bool IsIdle() const
-  {
-    return this->Wanted.IsIdle() && !this->ChoiceIsDue && !this->Shown.NeedsDrawing() &&
-           !this->Turned.TurnsOn();
-  }
-  // The cut that is shown, which its surface follows at the next frame; nothing at first.
-  const std::optional<Cut>& ShownCut() const { return this->Shown.GetCut(); }
+  bool IsIdle() const;
   // The boxes of the region's partitions, that of the picked one first; none without a region.
   std::vector<Box> RegionBoxes() const;
-  // Bytes of all pieces, and of textures as they came, that it holds.
-  std::size_t PieceBytes() const { return this->Pieces.Bytes() + this->Tiles.Bytes(); }
-  // The pieces that the shown surface is drawn from.
-  const std::set<PieceId>& ShownPieces() const { return this->Shown.Pieces(); }
   // Of all models so far.
-  const SessionTraffic& GetTraffic() const { return this->Traffic; }
-  // The blobs that are outstanding, each with the request that it belongs to.
-  const std::map<protocol::BlobId, std::uint32_t>& OwedBlobs() const
-  {
-    return this->Wanted.Book().AllOwed();
-  }
-  // What is outstanding, for messages.
-  std::string DescribeOutstanding() const { return this->Wanted.Book().Describe(); }
-  // How often it was worked out what to show and what to ask for: for tests.
-  std::uint64_t Choices() const { return this->ChoicesMade; }
+  const SessionTraffic& GetTraffic() const;
+
+  // What it is made of, for this project's own viewers and tests (SessionParts.h).
+  const SessionParts& Parts() const { return *this->Own; }
 
 private:
-  struct Model
-  {
-    ModelDescription description;
-    CodecContext codec;
-    LevelPolicy policy;
-    Box box;
-    KnownTree tree;
-    ViewRefinement refinement, next; // for the view, and for one that is nearer
-    SeenPartitions seen;
-    bool isClosed = false; // nearly: its back is hidden
-  };
-  struct PickedRegion
-  {
-    NodeId cell = 1;
-    unsigned rings = 1;
-    std::vector<std::uint32_t> partitions; // nearest first
-    Box box;
-    std::vector<Box> boxes; // of these
-  };
-
-  struct ToldView
-  {
-    CameraPlace place;
-    Camera eye; // there
-  };
-  struct EarlierView
-  {
-    Camera eye;
-    bool moved = false;
-  };
-  // As it was when the window began to change its shape.
-  struct LeftView
-  {
-    EarlierView view;
-    Camera eye; // in the window as it is now
-  };
-  // An end of a measurement that is not on the original yet.
-  struct End
-  {
-    std::size_t measurement = 0;
-    bool isSecond = false;
-    bool isTold = false;                // by a link: the ray begins there, and goes nowhere
-    Ray ray;                            // by which it was picked
-    std::set<std::uint32_t> partitions; // that are to be the original
-    std::vector<Vec3> around;           // places whose partitions are to be, once they are known
-  };
-
-  // All that Update goes by.
-  struct Situation
-  {
-    SurfaceWish wish;
-    NodeId cell = 0; // of the region, 0 without one
-    unsigned rings = 0;
-    std::set<protocol::BlobId> tree;     // that is missing
-    std::vector<protocol::BlobId> tiles; // that are missing
-    std::set<PieceId> failedPieces;
-    std::set<protocol::BlobId> failedTree;
-    std::uint64_t pieces = 0; // their version
-    bool operator==(const Situation&) const = default;
-  };
-
-  void CloseModel();
-  void Handle(const Gesture& gesture, double time);
-  void FitModel();
-  double FreePart(const Camera& from, const Camera& to) const;
-  void KeepInSight(Camera& camera) const;
-  void Move(Camera moved);
-  void BackAway(double length);
-  void StepOutside();
-  void TakeView(const Camera& view, const Viewport& viewport);
-  void TakeWindow(const Viewport& viewport);
-  void Turn(const Momentum::Drag& drag);
-  double DistanceToObstacle(const Ray& ray) const;
-  void JumpHome();
-  void NoteJump(const EarlierView& before);
-  void TakePlace(const CameraPlace& place);
-  bool TakeToldPlace(const Viewport& viewport);
-  void TakeLink();
-  void FocusUnder(double x, double y);
-  void PanAndRoll(const Gesture& gesture);
-  bool TakeDrag(const Gesture& gesture);
-  void ShineFrom(double x, double y);
-  void ZoomBy(double factor, double x, double y);
-  void DoubleTap(double x, double y);
-  std::optional<SurfaceHit> Pick(const Ray& ray, double slack = 0) const;
-  std::optional<SurfaceHit> PickUnder(double x, double y) const;
-  void FollowSection();
-  void SectionMoved();
-  void DragSection(double dx, double dy);
-  void TurnSection(double dx, double dy);
-  double FingerSlack() const;
-  bool MeasureAt(double x, double y);
-  std::optional<SurfaceHit> EndOn(const Ray& ray) const;
-  std::optional<SurfaceHit> EndAt(const Vec3& point, double error) const;
-  void AddTold(const std::array<Vec3, 2>& points);
-  MeasuredPoint& PointOf(const End& end);
-  bool Settle(End& end, const SurfaceHit& hit);
-  void FollowEnds();
-  void PickEndsAnew();
-  bool IsGivenUp(const End& end) const;
-  void FollowPick();
-  bool SetRegion(NodeId cell);
-  std::uint64_t TrianglesOfPartition() const;
-  std::size_t MostOfRegion() const;
-  void CutRegion();
-  void GiveWayToTap();
-  bool IsPicking() const { return this->WaitingPick || this->WaitingCell; }
-  void DropPick();
-  void FollowZoom();
-  void Retry();
-  Situation GetSituation() const;
-  void FollowTiles();
-  void Update();
-  bool ByView() const { return this->Options.detail == DetailMode::View; }
-  void FollowLevel();
-  void Choose();
-  ViewRefinement::View ViewOf(const Camera& camera, bool inSteps);
-  void RefineView();
-  void AddToRegion(const PickedRegion& last);
-  std::vector<std::uint32_t> LeftOfRegion() const;
-  std::vector<PieceId> TappedPieces() const;
-  std::vector<protocol::BlobId> InOrder(const std::vector<PieceId>& missing);
-  std::size_t BytesOf(const protocol::BlobId& blob);
-  void AskMore();
-  std::vector<protocol::BlobId> WantedNext();
-  unsigned EffectiveLevel() const;
-  unsigned LevelFor(Resolution resolution) const;
-  SurfaceWish Wish() const;
-  protocol::BlobId PreviewBlob() const;
-  Status Decode(
-    const protocol::BlobId& blob, std::span<const std::uint8_t> bytes, BlobStatistics& entry);
-  BlobArrival TakeLate(
-    std::uint32_t request, const protocol::BlobId& blob, std::span<const std::uint8_t> bytes);
-  void AskForLost(const protocol::BlobId& come);
-  void SettleLost();
-  std::string SentenceOf(const protocol::BlobId& blob, const std::string& message) const;
-  void Fail(const protocol::BlobId& blob, const std::string& message);
-  void TellWhatIsMissed();
-  void NoteWhatIsShown();
+  void Done(std::string_view input, std::string_view detail = {});
+  // The camera has come nearer or farther, or what the zoom asks for may be another level.
+  void Zoomed(std::string_view input, std::string_view detail = {});
+  void Answered(std::string_view input, std::string_view detail = {});
   void Trace(std::string_view input, std::string_view detail = {}) const;
   friend struct SessionOptions;
   std::string FormatTrace(std::string_view input, std::string_view detail) const;
 
-  SessionOptions Options;
-  GestureRecognizer Gestures;
-  Camera Eye;
-  bool EyeMoved = false;                // by a pinch or a wheel since it was fitted
-  std::deque<EarlierView> EarlierViews; // before the last jumps, the last one last
-  std::optional<ViewLink> Followed;     // waits until its model is open
-  std::optional<ToldView> Told;         // the last link's
-  std::optional<LeftView> Left;         // that changes of the window are made from
-  bool IsArriving = false;              // at a view of somebody else's, whose surface comes
-  bool IsLed = false;                   // by the host's own camera
-  Momentum Turned;                      // by itself
-  std::vector<ModelSummary> ModelList;
-  bool HasModelList = false;
-  bool PreviewsOnly = false;
-
-  ViewerMode Mode = ViewerMode::NoModel;
-  std::string ModelId;          // selected
-  std::optional<Model> Current; // once it is open
-  unsigned Target = 0;          // level that the zoom asks for
-  std::optional<PickedRegion> Region;
-  ShownSection Section;
-  std::optional<RakingLight> Lamps;
-  Tool InHand = Tool::None;
-  std::vector<Measurement> Measured;
-  std::size_t MeasurementsMade = 0;
-  std::vector<End> Ends; // that wait for the original
-  // What a tap waits for until enough of the tree has come: which partition it means, and which are
-  // around that.
-  std::optional<Vec3> WaitingPick;
-  std::optional<NodeId> WaitingCell;
-  std::size_t AskedForPick = 0;
-  std::set<protocol::BlobId> MissingTree; // what is needed now
-
-  PieceCache Pieces;
-  ShownTiles Tiles;
-  ShownSurface Shown;
-  WishList Wanted;
-  bool ChoiceIsDue = false;               // something is wanted, or has come, since the last one
-  std::vector<std::uint32_t> EarlierTaps; // partitions of regions before, newest first
-  std::set<PieceId> FailedPieces;
-  std::set<protocol::BlobId> FailedTree;
-  // What failed with all of its request, as where the line is lost, and why; and what of that was
-  // asked for again, as long as none of it has come.
-  std::map<protocol::BlobId, std::string> Lost;
-  std::set<protocol::BlobId> AskedAgain;
-  std::map<PieceId, std::string> Doubtful; // that failed, and why: perhaps nobody misses them
-  std::string LastError;
-
-  std::optional<Situation> LastSituation; // that Update found something to do in
-  std::uint64_t ChoicesMade = 0;
-  BlobHistory History;
-  SessionTraffic Traffic;
-  std::map<PieceId, std::size_t> NeverShown; // bytes of pieces that have come
+  std::unique_ptr<SessionParts> Own;
 };
 
 }

@@ -3,10 +3,10 @@
 
 #include "filters/core/drawing/Cut.h"
 #include "viewer/session/Camera.h"
-#include "viewer/session/KnownTree.h"
-#include "viewer/session/PieceCache.h"
-#include "viewer/session/SeenPartitions.h"
-#include "viewer/session/ViewRefinement.h"
+#include "viewer/session/model/KnownTree.h"
+#include "viewer/session/model/PieceCache.h"
+#include "viewer/session/model/SeenPartitions.h"
+#include "viewer/session/model/ViewRefinement.h"
 
 #include <cmath>
 #include <cstddef>

@@ -2,7 +2,7 @@
 // Tools for looking: sides, turning by itself, distances and links, in Dear ImGui.
 #pragma once
 
-#include "viewer/session/Measurement.h"
+#include "viewer/session/tools/Measurement.h"
 
 #include <string>
 

@@ -7,6 +7,7 @@
 #include "filters/model/ModelJson.h"
 #include "filters/protocol/ResourcePath.h"
 #include "viewer/session/Geometry.h"
+#include "viewer/session/SessionParts.h"
 #include "viewer/session/look/SceneRules.h"
 
 #include <algorithm>
@@ -24,7 +25,7 @@ SessionOptions PhoneOptions(std::function<double()> clock)
 {
   SessionOptions options;
   options.refinement.smallModel = 60'000;
-  options.mostRegionPartitions = 192;
+  options.region.partitions = 192;
   options.mostStatistics = 0;
   options.clock = std::move(clock);
   return options;
@@ -256,7 +257,7 @@ void PageSession::FollowTrouble()
 void PageSession::SearchOwed()
 {
   std::map<std::uint32_t, SessionRequest> owed;
-  for (const auto& [blob, request] : this->Viewer.OwedBlobs())
+  for (const auto& [blob, request] : this->Viewer.Parts().fetcher.Wishes().Book().AllOwed())
   {
     owed[request].id = request;
     owed[request].blobs.push_back(blob);

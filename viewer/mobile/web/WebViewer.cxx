@@ -11,6 +11,7 @@
 #include "viewer/mobile/web/PagePicture.h"
 #include "viewer/mobile/web/PageSession.h"
 #include "viewer/session/InputTouches.h"
+#include "viewer/session/SessionParts.h"
 #include "viewer/session/look/ColorLegend.h"
 #include "viewer/session/look/Palette.h"
 
@@ -316,7 +317,7 @@ extern "C"
       .Member("budget", viewer->page.MemoryBytes())
       .Member("heap", kdstream::HeapBytes())
       .Member("used", top - emmalloc_free_dynamic_memory())
-      .Member("pieces", viewer->page.Session().PieceBytes())
+      .Member("pieces", viewer->page.Session().Parts().model.Bytes())
       .Member("graphics", viewer->picture.GraphicsBytes())
       .EndObject();
     viewer->outbox = json.Text();

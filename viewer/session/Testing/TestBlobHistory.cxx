@@ -76,4 +76,23 @@ TEST(TestBlobHistory, KeepsTheNewest)
   EXPECT_EQ(history.Entries()[1].renderingSeconds, 2);
 }
 
+TEST(TestBlobHistory, WhatIsNeverShownIsWasted)
+{
+  BlobHistory history(10);
+  history.Count(100, false); // of the tree
+  history.Count(20, true);   // that nobody has waited for
+  history.Count(300, false);
+  BlobStatistics entry = Entry(1, 2);
+  entry.bytes = 300;
+  history.Add(Id(1), entry);
+  EXPECT_EQ(history.Traffic().blobs, 3u);
+  EXPECT_EQ(history.Traffic().bytes, 420u);
+  EXPECT_EQ(history.Traffic().wasted, 320u);
+  history.AddLate(Id(2), 20);
+  history.BeginFrame({ Id(1), Id(2) });
+  EXPECT_EQ(history.Traffic().wasted, 0u);
+  history.BeginFrame({ Id(1), Id(2) });
+  EXPECT_EQ(history.Traffic().wasted, 0u);
+}
+
 }

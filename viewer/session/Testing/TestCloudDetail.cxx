@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Clouds of points: as fine as the screen shows them where one looks, as surfaces are.
+#include "viewer/session/SessionParts.h"
 #include "viewer/session/Testing/SessionsByView.h"
 
 #include <gtest/gtest.h>
@@ -61,17 +62,18 @@ TEST(TestCloudDetail, IsFineWhereOneLooksAndTheRestCostsNothing)
   for (std::uint32_t i = 0; i < server.Description().partitions; ++i)
   {
     const NodeId node = NodeOfPartition(i, server.Codec().depths);
-    const bool isShown = session.ShownPieces().count({ Resolution::Original(), node }) > 0;
+    const bool isShown =
+      session.Parts().model.surface.Pieces().count({ Resolution::Original(), node }) > 0;
     EXPECT_EQ(isShown, session.GetCamera().MaySee(server.Tree()[node])) << node;
   }
   const std::size_t sent = server.sent.size();
-  const std::uint64_t choices = session.Choices();
+  const std::uint64_t choices = session.Parts().lod.Choices();
   for (int i = 0; i < 10; ++i)
   {
     server.Serve(session);
   }
   EXPECT_EQ(server.sent.size(), sent);
-  EXPECT_EQ(session.Choices(), choices) << "a still camera comes to rest";
+  EXPECT_EQ(session.Parts().lod.Choices(), choices) << "a still camera comes to rest";
 }
 
 // Wherever one looks.

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // A tree of which a viewer knows a part answers as one that is known whole, once it has what it
 // says that it misses.
-#include "viewer/session/KnownTree.h"
+#include "viewer/session/model/KnownTree.h"
 
 #include "filters/codec/PartitionBoxes.h"
 #include "filters/core/VectorMath.h"

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // The level of detail for a zoom: small enough on the screen, monotone, and without flicker.
-#include "viewer/session/LevelPolicy.h"
+#include "viewer/session/model/LevelPolicy.h"
 
 #include <gtest/gtest.h>
 

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // A server that lies of where pieces lie, or of what is above their vertices, under checksums that
 // are right: nothing is refined for ever, and the surface outside of a lied piece stays whole.
+#include "viewer/session/SessionParts.h"
 #include "viewer/session/Testing/SessionsByLevel.h"
 
 #include "filters/codec/PartitionBoxes.h"
@@ -220,7 +221,8 @@ TEST(TestLyingServer, AncestorsThatLieSpoilNoMoreThanTheirPiece)
   honest.Serve(before);
   ASSERT_EQ(EndsOfHoles(before.Scene().surface->Whole()).size(), 0u);
   const double longest = LongestEdge(before.Scene().surface->Whole());
-  std::vector<PieceId> shown(before.ShownPieces().begin(), before.ShownPieces().end());
+  std::vector<PieceId> shown(
+    before.Parts().model.surface.Pieces().begin(), before.Parts().model.surface.Pieces().end());
   std::mt19937 random(15);
   std::shuffle(shown.begin() + 2, shown.end(), random); // first those of level S
   shown.resize(12);

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // A viewer that may take less memory shows what is coarser, and never nothing.
 #include "viewer/session/MemoryBudget.h"
+#include "viewer/session/SessionParts.h"
 #include "viewer/session/Testing/SessionsByView.h"
 
 #include <gtest/gtest.h>
@@ -85,7 +86,7 @@ TEST(TestMemoryBudget, LessMakesWhatIsSeenCoarserAndMoreFinerAgain)
   session.Zoom(3, onRingX, onRingY);
   server.Serve(session);
   const ViewerStatus whole = session.GetStatus();
-  const std::size_t held = session.PieceBytes();
+  const std::size_t held = session.Parts().model.Bytes();
   ASSERT_GT(whole.triangles, 12'000u);
   ASSERT_EQ(whole.errorLeft, 0);
 
@@ -97,7 +98,7 @@ TEST(TestMemoryBudget, LessMakesWhatIsSeenCoarserAndMoreFinerAgain)
   EXPECT_LT(less.triangles, 10'000u);
   EXPECT_GT(less.triangles, 2'000u);
   EXPECT_GT(less.errorLeft, 0);
-  EXPECT_LT(session.PieceBytes(), held / 2);
+  EXPECT_LT(session.Parts().model.Bytes(), held / 2);
   ExpectClosed(session);
 
   session.SetMemory(SharesOf(300'000));

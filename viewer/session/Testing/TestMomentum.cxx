@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // A model that turns on when it is let go, or by itself: the drags that come of it.
-#include "viewer/session/Momentum.h"
+#include "viewer/session/camera/Momentum.h"
 
 #include <gtest/gtest.h>
 

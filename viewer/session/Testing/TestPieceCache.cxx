@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Pieces leave by age once memory is short, but never one that is shown.
-#include "viewer/session/PieceCache.h"
+#include "viewer/session/model/PieceCache.h"
 
 #include <gtest/gtest.h>
 

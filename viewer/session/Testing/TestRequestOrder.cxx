@@ -2,6 +2,7 @@
 // In which order a view asks (doc/viewing.md#asking): the tree first, coarse before fine, the worst
 // first, the middle of the screen before its edges; and that nothing is asked for beyond it where
 // nothing is to be fetched ahead. What is expected is worked out from the server's own tables.
+#include "viewer/session/SessionParts.h"
 #include "viewer/session/Testing/SessionsByView.h"
 
 #include <gtest/gtest.h>
@@ -87,10 +88,10 @@ public:
   void Note(ViewerSession& session, MemoryServer& server)
   {
     server.Take(session);
-    if (session.Choices() != this->Choice)
+    if (session.Parts().lod.Choices() != this->Choice)
     {
       this->Finish(session, server);
-      this->Choice = session.Choices();
+      this->Choice = session.Parts().lod.Choices();
     }
     for (const BlobId& blob : server.Outstanding())
     {

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // What may be seen, by coarse levels of a torus, against all triangles of the finer pieces.
-#include "viewer/session/SeenPartitions.h"
 #include "viewer/session/Testing/MemoryServer.h"
+#include "viewer/session/model/SeenPartitions.h"
 
 #include <gtest/gtest.h>
 

@@ -2,6 +2,7 @@
 // Two numbers, triangles and memory (SharesOfBudgets), bound all that a session holds: levels for
 // the whole model, regions around taps, and decoded pictures of textures.
 #include "viewer/session/MemoryBudget.h"
+#include "viewer/session/SessionParts.h"
 #include "viewer/session/Testing/SessionsByLevel.h"
 
 #include <gtest/gtest.h>
@@ -135,7 +136,7 @@ TEST(TestSessionBudgets, BothBoundRegionsAroundTaps)
         EXPECT_TRUE(session.IsIdle());
         ExpectClosed(session);
         std::uint64_t originals = 0;
-        for (const PieceId piece : session.ShownPieces())
+        for (const PieceId piece : session.Parts().model.surface.Pieces())
         {
           originals += piece.resolution.IsOriginal() ? 1 : 0;
         }

@@ -52,6 +52,63 @@ TEST(TestSessionTaps, OtherRingsChangeTheRegionThatIsThere)
   EXPECT_FALSE(session.GetStatus().region);
 }
 
+// It has been tapped where it is small already: only a zoom lets it go.
+TEST(TestSessionTaps, ASmallRegionStaysUntilOneZooms)
+{
+  Fingers fingers;
+  MemoryServer server = SmallTorus();
+  SessionOptions options = ByLevel();
+  options.region.points = 10000;
+  ViewerSession session(options);
+  Open(session);
+  session.EnterFullScreen();
+  server.Serve(session);
+  const auto [x, y] = OnModel(session);
+  fingers.DoubleTap(session, x, y);
+  server.Serve(session);
+  ASSERT_TRUE(session.GetStatus().region);
+  session.HandleTouches({ fingers.now += 1, { { 1, x, y } } });
+  session.HandleTouches({ fingers.now += 1, { { 1, x + 50, y } } });
+  session.HandleTouches({ fingers.now += 1, {} });
+  EXPECT_TRUE(session.GetStatus().region) << "turned";
+  session.SetTool(Tool::Measure);
+  session.SetTool(Tool::None);
+  EXPECT_TRUE(session.GetStatus().region) << "a tool in hand";
+  session.AskAgain();
+  session.SetTurning(Turning::Free);
+  session.SetSectionDepth(0.5);
+  session.EnterFullScreen();
+  session.SetDetail(DetailMode::Level);
+  EXPECT_FALSE(session.LookFromSide("beside"));
+  EXPECT_TRUE(session.GetStatus().region) << "nothing has changed";
+  session.SetRings(2);
+  server.Serve(session);
+  EXPECT_EQ(session.GetStatus().region->rings, 2u);
+  fingers.Pinch(session, x, y, 1.1);
+  EXPECT_FALSE(session.GetStatus().region);
+}
+
+// A double tap that a tool has a use for asks for nothing, so not again for what has failed.
+TEST(TestSessionTaps, ATapThatAToolTakesLeavesTheMessage)
+{
+  Fingers fingers;
+  MemoryServer server = SmallTorus();
+  ViewerSession session(ByLevel());
+  OpenFullScreen(session, server);
+  ViewLink link = session.Link();
+  link.digest = "0123456789abcdef";
+  ASSERT_TRUE(session.Follow(link));
+  const std::string message = session.GetStatus().error;
+  ASSERT_NE(message, "");
+  const auto [x, y] = OnModel(session);
+  session.SetTool(Tool::Light);
+  fingers.DoubleTap(session, x, y);
+  EXPECT_EQ(session.GetStatus().error, message);
+  session.SetTool(Tool::None);
+  fingers.DoubleTap(session, x, y);
+  EXPECT_EQ(session.GetStatus().error, "");
+}
+
 // A mesh so small that all its levels are mere points: the original is a double tap away.
 TEST(TestSessionTaps, PicksOnPointsWhereThereAreNoTriangles)
 {
@@ -109,7 +166,7 @@ TEST(TestSessionTaps, MovingTheRegionOnReusesPartitions)
   Fingers fingers;
   MemoryServer server = SmallTorus();
   SessionOptions options = ByLevel();
-  options.smallestRegionPoints = 60;
+  options.region.points = 60;
   ViewerSession session(options);
   Open(session);
   server.Serve(session);
@@ -196,7 +253,7 @@ TEST(TestSessionTaps, ATapThatNeedsTooMuchOfTheTreeIsDropped)
   Fingers fingers;
   MemoryServer server(MakeTorus(200, 80), 4, 2);
   SessionOptions options = ByLevel();
-  options.mostBlobsOfPick = 2;
+  options.region.treeBlobs = 2;
   ViewerSession session(options);
   Open(session);
   session.EnterFullScreen();

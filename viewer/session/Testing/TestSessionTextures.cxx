@@ -3,6 +3,7 @@
 // and where they belong.
 #include "viewer/session/Testing/SessionsByView.h"
 #include "viewer/session/paint/PaintedCorners.h"
+#include "viewer/session/paint/ShownTiles.h"
 
 #include <gtest/gtest.h>
 

@@ -2,6 +2,7 @@
 // The session that chooses by the view, against a server in memory: what is seen is fine, what is
 // drawn is closed at every moment, and it comes to rest. What it fetches for that:
 // TestViewFetching.
+#include "viewer/session/SessionParts.h"
 #include "viewer/session/Testing/SessionsByView.h"
 
 #include <gtest/gtest.h>
@@ -71,7 +72,7 @@ TEST(TestViewDetail, AStillCameraComesToRest)
   session.Zoom(6, onRingX, onRingY);
   server.Serve(session);
   const auto version = session.Scene().surfaceVersion;
-  const auto choices = session.Choices();
+  const auto choices = session.Parts().lod.Choices();
   server.log.clear();
   for (int i = 0; i < 10; ++i)
   {
@@ -83,7 +84,7 @@ TEST(TestViewDetail, AStillCameraComesToRest)
   EXPECT_TRUE(session.IsIdle());
   EXPECT_TRUE(server.log.empty());
   EXPECT_EQ(session.Scene().surfaceVersion, version);
-  EXPECT_EQ(session.Choices(), choices);
+  EXPECT_EQ(session.Parts().lod.Choices(), choices);
 }
 
 // Steps never show holes, whatever comes in whatever order, while the view moves on.

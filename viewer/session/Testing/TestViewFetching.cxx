@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // What the session that chooses by the view asks a server for: in which order, what ahead, what it
 // calls back, and what it does about blobs that come late, damaged, or not at all.
+#include "viewer/session/SessionParts.h"
 #include "viewer/session/Testing/SessionsByView.h"
 
 #include <gtest/gtest.h>
@@ -202,8 +203,8 @@ TEST(TestViewFetching, ADamagedBlobIsReportedToItsBringerAlsoWhereNobodyMissesIt
   options.aheadBytes = std::size_t{ 4 } << 20;
   ViewerSession session(options);
   kdstream::testing::OpenUntilIdle(session, server);
-  ASSERT_FALSE(session.OwedBlobs().empty());
-  const auto [blob, request] = *session.OwedBlobs().rbegin();
+  ASSERT_FALSE(session.Parts().fetcher.Wishes().Book().AllOwed().empty());
+  const auto [blob, request] = *session.Parts().fetcher.Wishes().Book().AllOwed().rbegin();
   EXPECT_EQ(session.BlobArrived(request, blob, std::vector<std::uint8_t>(100), 0.1, false),
     BlobArrival::Damaged);
   EXPECT_EQ(session.GetStatus().error, "");
@@ -237,7 +238,7 @@ TEST(TestViewFetching, WhatFailsIsToldOnlyWhereItIsMissed)
     const PieceId piece = IsOfPiece(blob) ? PieceOfBlob(blob, depths) : PieceId{};
     if (IsOfPiece(blob) && IsOnTheWay(piece, depths))
     {
-      const bool isUsed = whole->ShownPieces().count(piece) > 0;
+      const bool isUsed = whole->Parts().model.surface.Pieces().count(piece) > 0;
       isUsed ? void(used = piece) : void(stepsAlone.insert(blob));
     }
   }
@@ -246,7 +247,7 @@ TEST(TestViewFetching, WhatFailsIsToldOnlyWhereItIsMissed)
   // Came first alone, until something finer was there.
   const auto withoutSteps = look(server, stepsAlone);
   EXPECT_EQ(withoutSteps->GetStatus().error, "");
-  EXPECT_EQ(withoutSteps->ShownPieces(), whole->ShownPieces());
+  EXPECT_EQ(withoutSteps->Parts().model.surface.Pieces(), whole->Parts().model.surface.Pieces());
 
   // What is below it stands in.
   const BlobId bad = BlobOfPiece(*used, depths);
@@ -256,7 +257,7 @@ TEST(TestViewFetching, WhatFailsIsToldOnlyWhereItIsMissed)
 
   // Unless that cannot be had either.
   std::set<BlobId> all{ bad };
-  for (const PieceId piece : otherwise->ShownPieces())
+  for (const PieceId piece : otherwise->Parts().model.surface.Pieces())
   {
     const unsigned deeper =
       std::max(DepthOfNode(piece.node), DepthOfNode(used->node)) - DepthOfNode(used->node);
@@ -317,7 +318,7 @@ TEST(TestViewFetching, WhatALostLineTookIsHadOnceItIsBack)
     server.Serve(*each);
   }
   EXPECT_EQ(session.GetStatus().error, "");
-  EXPECT_EQ(session.ShownPieces(), lucky.ShownPieces());
+  EXPECT_EQ(session.Parts().model.surface.Pieces(), lucky.Parts().model.surface.Pieces());
 }
 
 // Lost again before all of that has come.
@@ -363,7 +364,8 @@ TEST(TestViewFetching, WhatIsLostAgainIsHadToo)
     server.Serve(session);
     server.Serve(lucky);
     EXPECT_EQ(session.GetStatus().error, "") << answers;
-    EXPECT_EQ(session.ShownPieces(), lucky.ShownPieces()) << answers;
+    EXPECT_EQ(session.Parts().model.surface.Pieces(), lucky.Parts().model.surface.Pieces())
+      << answers;
   }
 }
 

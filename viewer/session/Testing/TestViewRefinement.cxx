@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Which pieces a view needs, against what the pages of a torus tell.
-#include "viewer/session/PieceCache.h"
 #include "viewer/session/Testing/MemoryServer.h"
-#include "viewer/session/ViewRefinement.h"
+#include "viewer/session/model/PieceCache.h"
+#include "viewer/session/model/ViewRefinement.h"
 
 #include <gtest/gtest.h>
 

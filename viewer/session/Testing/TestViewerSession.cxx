@@ -2,6 +2,7 @@
 // The session with one level for all, against a server in memory: what is drawn is closed at every
 // moment, whatever comes in whatever order.
 #include "viewer/session/SessionFile.h"
+#include "viewer/session/SessionParts.h"
 #include "viewer/session/Testing/SessionsByLevel.h"
 
 #include "filters/core/tree/Region.h"
@@ -9,6 +10,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <type_traits>
 
 using namespace kdstream;
 using namespace kdstream::testing;
@@ -29,7 +31,7 @@ TEST(TestViewerSession, WalksFromBrowsingToAStreamedRegion)
   EXPECT_TRUE(session.IsIdle());
   Open(session);
   EXPECT_FALSE(session.IsIdle());
-  EXPECT_EQ(session.DescribeOutstanding(), "open torus");
+  EXPECT_EQ(session.Parts().fetcher.Wishes().Book().Describe(), "open torus");
   server.Serve(session);
   ASSERT_TRUE(session.IsIdle());
   ViewerStatus status = session.GetStatus();
@@ -443,7 +445,7 @@ TEST_P(TestRandomSessions, DrawAClosedSurfaceAtEveryMoment)
       }
     }
     server.Serve(session, &random, [&] { ExpectClosed(session); });
-    EXPECT_TRUE(session.IsIdle()) << session.DescribeOutstanding();
+    EXPECT_TRUE(session.IsIdle()) << session.Parts().fetcher.Wishes().Book().Describe();
     const ViewerStatus status = session.GetStatus();
     if (!faults)
     {
@@ -589,7 +591,7 @@ TEST(TestViewerSession, MovingTheCameraDoesNotChooseAnew)
   ASSERT_EQ(session.GetStatus().region->shown, session.GetStatus().region->partitions);
   ASSERT_LT(session.GetStatus().shownLevel, server.Codec().depths.stitch);
   session.HandleTouches({ fingers.now += 1, {} });
-  const std::uint64_t choices = session.Choices();
+  const std::uint64_t choices = session.Parts().lod.Choices();
   const Vec3 eye = session.Scene().eye;
   for (int i = 0; i <= 50; ++i)
   {
@@ -599,12 +601,44 @@ TEST(TestViewerSession, MovingTheCameraDoesNotChooseAnew)
   fingers.Pinch(session, x, y, 1.01);
   session.Resize({ width + 10, height, 1 });
   EXPECT_NE(session.Scene().eye, eye);
-  EXPECT_EQ(session.Choices(), choices);
+  EXPECT_EQ(session.Parts().lod.Choices(), choices);
   // What changes something is seen to.
   fingers.Pinch(session, x, y, 16);
   server.Serve(session);
-  EXPECT_GT(session.Choices(), choices);
+  EXPECT_GT(session.Parts().lod.Choices(), choices);
   EXPECT_EQ(session.GetStatus().shownLevel, 13u);
+}
+
+TEST(TestViewerSession, EveryInputIsTracedBeforeAModelIsOpen)
+{
+  std::vector<std::string> trace;
+  ViewerSession session(WithTrace(trace));
+  session.LookFrom({ 0, 0, 3 }, { 0, 0, 0 }, { 0, 1, 0 }, 0.3);
+  ASSERT_EQ(trace.size(), 1u);
+  EXPECT_NE(trace[0].find("\"input\":\"camera\""), std::string::npos);
+}
+
+TEST(TestViewerSession, AnotherOneTakesItsPlace)
+{
+  MemoryServer server = SmallTorus(), other = SmallTorus();
+  ViewerSession session(ByLevel());
+  OpenFullScreen(session, server);
+  session = ViewerSession(ByLevel());
+  EXPECT_EQ(session.GetStatus().mode, ViewerMode::NoModel);
+  OpenFullScreen(session, other);
+  EXPECT_GT(session.GetStatus().triangles, 0u);
+}
+
+// They refer to each other.
+TEST(TestViewerSession, PartsAreNeverCopied)
+{
+  EXPECT_FALSE(std::is_copy_constructible_v<SessionParts>);
+  EXPECT_FALSE(std::is_copy_constructible_v<CameraControl>);
+  EXPECT_FALSE(std::is_copy_constructible_v<Fetcher>);
+  EXPECT_FALSE(std::is_copy_constructible_v<LodSelection>);
+  EXPECT_FALSE(std::is_copy_constructible_v<MeasureTool>);
+  EXPECT_FALSE(std::is_copy_constructible_v<PickedRegion>);
+  EXPECT_FALSE(std::is_copy_constructible_v<Tools>);
 }
 
 // A recorded session, played twice: the same requests and the same trace, line for line.

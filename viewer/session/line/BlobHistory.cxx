@@ -28,8 +28,17 @@ BlobStatistics* BlobHistory::Find(std::uint64_t number)
            : &this->Newest[static_cast<std::size_t>(number - this->Forgotten)];
 }
 
+void BlobHistory::Count(std::size_t bytes, bool isWasted)
+{
+  ++this->Sum.blobs;
+  this->Sum.bytes += bytes;
+  this->Sum.wasted += isWasted ? bytes : 0;
+}
+
 void BlobHistory::Add(PieceId piece, BlobStatistics entry)
 {
+  this->NeverShown[piece] += static_cast<std::size_t>(entry.bytes);
+  this->Sum.wasted += entry.bytes;
   this->NotShown[piece] = this->Forgotten + this->Newest.size();
   this->Newest.push_back(std::move(entry));
   if (this->Newest.size() > this->Most)
@@ -50,6 +59,13 @@ void BlobHistory::BeginFrame(const std::set<PieceId>& shown)
       this->NotShown.erase(found);
     }
   }
+  std::erase_if(this->NeverShown,
+    [&](const auto& entry)
+    {
+      const bool isShown = shown.count(entry.first) != 0;
+      this->Sum.wasted -= isShown ? entry.second : 0;
+      return isShown;
+    });
 }
 
 void BlobHistory::EndFrame(double seconds)
@@ -74,6 +90,7 @@ void BlobHistory::CloseModel()
 {
   this->NotShown.clear();
   this->JustShown.clear();
+  this->NeverShown.clear();
 }
 
 }

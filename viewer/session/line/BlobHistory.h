@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // How every blob came, what decoding it took, and what the frame took that showed it first: the
-// newest blobs of a session.
+// newest blobs of a session. And how much of what came was of no use.
 #pragma once
 
 #include "viewer/session/SessionTypes.h"
@@ -22,8 +22,12 @@ public:
   // Of more blobs than `most` the oldest are forgotten.
   explicit BlobHistory(std::size_t most);
 
+  // A blob of so many bytes has come, of whatever kind; isWasted: nobody has waited for it.
+  void Count(std::size_t bytes, bool isWasted);
   // A piece has been decoded, and `entry` says how it came.
   void Add(PieceId piece, BlobStatistics entry);
+  // One that counts as wasted may be shown still.
+  void AddLate(PieceId piece, std::size_t bytes) { this->NeverShown[piece] += bytes; }
   // A frame has begun that shows these pieces. Those that it is the first to show share its time.
   void BeginFrame(const std::set<PieceId>& shown);
   void EndFrame(double seconds);
@@ -31,6 +35,7 @@ public:
   void CloseModel();
 
   const std::deque<BlobStatistics>& Entries() const { return this->Newest; } // oldest first
+  const SessionTraffic& Traffic() const { return this->Sum; }
 
 private:
   // Entries are numbered from the first one of the session; null if it has been forgotten.
@@ -41,6 +46,8 @@ private:
   std::uint64_t Forgotten = 0;               // number of the first in Newest
   std::map<PieceId, std::uint64_t> NotShown; // number of its entry
   std::vector<std::uint64_t> JustShown;      // by the frame that has begun
+  SessionTraffic Sum;
+  std::map<PieceId, std::size_t> NeverShown; // bytes that count as wasted until it is
 };
 
 }

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Decoded pieces, kept while they are shown and as long as memory allows after: step "keep" of the
 // pipeline picture.
-#include "viewer/session/PieceCache.h"
+#include "viewer/session/model/PieceCache.h"
 
 #include <utility>
 

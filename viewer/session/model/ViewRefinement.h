@@ -5,9 +5,10 @@
 
 #include "filters/model/ModelDescription.h"
 #include "viewer/session/Camera.h"
-#include "viewer/session/KnownTree.h"
-#include "viewer/session/PieceCache.h"
-#include "viewer/session/SeenPartitions.h"
+#include "viewer/session/SessionOptions.h"
+#include "viewer/session/model/KnownTree.h"
+#include "viewer/session/model/PieceCache.h"
+#include "viewer/session/model/SeenPartitions.h"
 #include "viewer/session/section/SectionPlane.h"
 
 #include <cstddef>
@@ -30,22 +31,6 @@ double LightPartOf(const ModelDescription& model);
 // About how far apart the vertices of a surface in a box are, spread over half the box's surface.
 // Model units.
 double VertexSpacing(const Box& box, double vertices);
-
-struct RefinementOptions
-{
-  // Points of the screen (pixels / pixel ratio): an error of so many is not seen. Above 0.
-  double tolerance = 1;
-  // What is refined stays so until its error is below the tolerance divided by this, at least 1: so
-  // moving to and fro a little does not flicker.
-  double deadBand = 1.25;
-  // A model whose original has at most so many triangles (points, of a cloud) costs little, and is
-  // shown four times as fine: as it is, but where it is tiny on the screen.
-  std::uint64_t smallModel = 0;
-  // What may be shown (points, of a cloud), and what the pieces for it may take of memory, bytes.
-  // Where more would be needed, the error that is left grows.
-  std::uint64_t triangles = 2'000'000;
-  std::size_t bytes = std::size_t{ 512 } << 20;
-};
 
 // Walks down from the preview, the most urgent piece first. A piece is wanted where the coarser
 // piece above it would be seen to be wrong, in the box of the piece: its error is the greater of

@@ -4,7 +4,7 @@
 #pragma once
 
 #include "filters/core/drawing/DrawnSurface.h"
-#include "viewer/session/PieceCache.h"
+#include "viewer/session/model/PieceCache.h"
 
 #include <cstdint>
 #include <memory>

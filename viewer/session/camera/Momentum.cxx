@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // A model that turns by itself: see Momentum.h.
-#include "viewer/session/Momentum.h"
+#include "viewer/session/camera/Momentum.h"
 
 #include <algorithm>
 #include <cmath>

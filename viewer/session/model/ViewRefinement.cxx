@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Which pieces a view needs: see ViewRefinement.h.
-#include "viewer/session/ViewRefinement.h"
+#include "viewer/session/model/ViewRefinement.h"
 
 #include "filters/core/Attribute.h"
 #include "viewer/session/Geometry.h"

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Which level of detail to show at a zoom: step "choose" of the pipeline picture.
-#include "viewer/session/LevelPolicy.h"
+#include "viewer/session/model/LevelPolicy.h"
 
-#include "viewer/session/ViewRefinement.h"
+#include "viewer/session/model/ViewRefinement.h"
 
 #include <algorithm>
 

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // What of a model may be seen: see SeenPartitions.h.
-#include "viewer/session/SeenPartitions.h"
+#include "viewer/session/model/SeenPartitions.h"
 
 #include "viewer/session/Geometry.h"
 

@@ -1,14 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Measuring: where a tap puts an end of a distance, and how it comes to lie on the original. Step
-// "pick" of the pipeline picture.
-//
-// An end is picked on what is shown, with the error of that. The partition around it is fetched as
-// the original, before all else; where a triangle there reaches into others, these too. After each
-// new surface the end is picked anew, by the same ray, until all corners there are the original's.
-//
-// In a section an end near the outline is on that, and so on the surface; one within the cap is a
-// point of the plane, which is exact.
-#include "viewer/session/ViewerSession.h"
+// Measuring: see MeasureTool.h.
+#include "viewer/session/tools/MeasureTool.h"
 
 #include "filters/core/tree/Region.h"
 
@@ -20,7 +12,6 @@ namespace kdstream
 namespace
 {
 
-constexpr std::size_t mostMeasurements = 64;
 constexpr std::size_t mostPartitionsOfEnd = 12;
 
 std::vector<VertexId> CornersOf(const Surface& surface, std::size_t hit)
@@ -35,17 +26,22 @@ std::vector<VertexId> CornersOf(const Surface& surface, std::size_t hit)
 
 }
 
-void ViewerSession::SetTool(Tool tool)
+void MeasureTool::Reset()
 {
-  this->InHand = tool;
-  if (!this->Measured.empty() && !this->Measured.back().to)
-  {
-    this->RemoveMeasurement(this->Measured.size() - 1); // half of one
-  }
-  this->Trace("tool");
+  this->Measured.clear();
+  this->Ends.clear();
+  this->Made = 0;
 }
 
-void ViewerSession::RemoveMeasurement(std::size_t index)
+void MeasureTool::DropHalf()
+{
+  if (!this->Measured.empty() && !this->Measured.back().to)
+  {
+    this->Remove(this->Measured.size() - 1);
+  }
+}
+
+void MeasureTool::Remove(std::size_t index)
 {
   if (index >= this->Measured.size())
   {
@@ -57,10 +53,9 @@ void ViewerSession::RemoveMeasurement(std::size_t index)
   {
     end.measurement -= end.measurement > index ? 1 : 0;
   }
-  this->Update();
 }
 
-void ViewerSession::NameMeasurement(std::size_t index, const std::string& name)
+void MeasureTool::Name(std::size_t index, const std::string& name)
 {
   if (index < this->Measured.size())
   {
@@ -68,10 +63,9 @@ void ViewerSession::NameMeasurement(std::size_t index, const std::string& name)
   }
 }
 
-bool ViewerSession::MeasureAt(double x, double y)
+bool MeasureTool::MeasureAt(const Ray& ray, double slack)
 {
-  this->Retry();
-  const auto hit = this->EndOn(this->Eye.RayOf(x, y));
+  const auto hit = this->EndOn(ray, slack);
   const bool begins = this->Measured.empty() || this->Measured.back().to.has_value();
   if (!hit || (begins && this->Measured.size() >= mostMeasurements))
   {
@@ -79,14 +73,13 @@ bool ViewerSession::MeasureAt(double x, double y)
   }
   if (begins)
   {
-    this->Measured.push_back({ std::to_string(++this->MeasurementsMade), {}, {} });
+    this->Measured.push_back({ std::to_string(++this->Made), {}, {} });
   }
   else
   {
     this->Measured.back().to.emplace();
   }
-  this->Ends.push_back(
-    { this->Measured.size() - 1, !begins, false, this->Eye.RayOf(x, y), {}, {} });
+  this->Ends.push_back({ this->Measured.size() - 1, !begins, false, ray, {}, {} });
   if (!this->Settle(this->Ends.back(), *hit))
   {
     this->Ends.pop_back();
@@ -95,47 +88,55 @@ bool ViewerSession::MeasureAt(double x, double y)
 }
 
 // Where a ray puts an end.
-std::optional<SurfaceHit> ViewerSession::EndOn(const Ray& ray) const
+std::optional<SurfaceHit> MeasureTool::EndOn(const Ray& ray, double slack) const
 {
   constexpr double near = 0.5; // of a finger: on the outline is meant
-  auto hit = this->Pick(ray, this->FingerSlack());
+  auto hit = this->Model.Pick(ray, slack);
   if (hit && hit->part == ShownSection::capPart)
   {
     const auto edge =
-      this->Section.NearestOnOutline(hit->point, near * this->FingerSlack() * hit->distance);
+      this->Model.section.NearestOnOutline(hit->point, near * slack * hit->distance);
     hit = edge ? edge : hit;
   }
   return hit;
 }
 
 // Where an end is that somebody else tells of.
-std::optional<SurfaceHit> ViewerSession::EndAt(const Vec3& point, double error) const
+std::optional<SurfaceHit> MeasureTool::EndAt(const Vec3& point, double error) const
 {
   constexpr double rounding = 1e-7; // of the model's size
-  const DrawnSurface& surface = *this->Shown.GetSurface();
-  const std::optional<SectionPlane>& section = this->Section.Plane();
-  const Box& box = this->Current->box;
+  const SectionPlane* section = this->Model.Plane();
+  const Box& box = this->Model.open->description.box;
   if (!section || std::abs(section->Above(point)) > rounding * Length(box.hi - box.lo))
   {
-    return NearestOnSurface(surface, point);
+    return NearestOnSurface(this->Model.Drawn(), point);
   }
-  const auto edge = this->Section.NearestOnOutline(point, error);
+  const auto edge = this->Model.section.NearestOnOutline(point, error);
   return edge ? edge : SurfaceHit{ point, 0, 0, ShownSection::capPart };
 }
 
-// As somebody else measured: both points are on the original, to which they come when it is there.
-void ViewerSession::AddTold(const std::array<Vec3, 2>& points)
+void MeasureTool::Take(const std::vector<std::array<Vec3, 2>>& measured)
+{
+  this->Measured.clear();
+  this->Ends.clear();
+  for (const std::array<Vec3, 2>& points : measured)
+  {
+    this->Add(points);
+  }
+}
+
+void MeasureTool::Add(const std::array<Vec3, 2>& points)
 {
   if (this->Measured.size() >= mostMeasurements)
   {
     return;
   }
-  const double unknown = ErrorBoundOf(
-    Resolution::Level(PreviewLevel(this->Current->description)), this->Current->description);
-  const auto told = [&](std::size_t i) {
+  const double unknown =
+    ErrorBoundOf(this->Model.Preview().resolution, this->Model.open->description);
+  const auto reported = [&](std::size_t i) {
     return MeasuredPoint{ points[i], Resolution::Level(0), unknown, true };
   };
-  this->Measured.push_back({ std::to_string(++this->MeasurementsMade), told(0), told(1) });
+  this->Measured.push_back({ std::to_string(++this->Made), reported(0), reported(1) });
   for (const bool isSecond : { false, true })
   {
     const Vec3& point = points[isSecond ? 1 : 0];
@@ -144,22 +145,22 @@ void ViewerSession::AddTold(const std::array<Vec3, 2>& points)
   }
 }
 
-MeasuredPoint& ViewerSession::PointOf(const End& end)
+MeasuredPoint& MeasureTool::PointOf(const End& end)
 {
   Measurement& measurement = this->Measured[end.measurement];
   return end.isSecond ? *measurement.to : measurement.from;
 }
 
 // Notes what was hit; whether the end waits for the original there.
-bool ViewerSession::Settle(End& end, const SurfaceHit& hit)
+bool MeasureTool::Settle(End& end, const SurfaceHit& hit)
 {
-  const ModelDescription& model = this->Current->description;
+  const ModelDescription& model = this->Model.open->description;
   if (hit.part == ShownSection::capPart)
   {
     this->PointOf(end) = { hit.point, Resolution::Original(), 0, false };
     return false;
   }
-  const Surface& surface = this->Shown.GetSurface()->Parts()[hit.part].part->surface;
+  const Surface& surface = this->Model.Drawn().Parts()[hit.part].part->surface;
   MeasuredPoint& point = this->PointOf(end);
   point = { hit.point, Resolution::Original(), 0, false };
   std::vector<Vec3> coarse;
@@ -173,7 +174,8 @@ bool ViewerSession::Settle(End& end, const SurfaceHit& hit)
       coarse.push_back(surface.points[corner]);
     }
   }
-  const auto isShown = [this](std::uint32_t partition) { return this->Shown.IsRefined(partition); };
+  const auto isShown = [this](std::uint32_t partition)
+  { return this->Model.surface.IsRefined(partition); };
   const bool isAllShown = std::all_of(end.partitions.begin(), end.partitions.end(), isShown);
   if (isAllShown) // or none are known yet: the first is that around the hit
   {
@@ -184,10 +186,8 @@ bool ViewerSession::Settle(End& end, const SurfaceHit& hit)
   return point.waits;
 }
 
-// Which partitions are around the ends that wait, as far as the tree is known.
-void ViewerSession::FollowEnds()
+void MeasureTool::FollowTree()
 {
-  Model& model = *this->Current;
   std::erase_if(this->Ends,
     [this](const End& end)
     {
@@ -200,7 +200,8 @@ void ViewerSession::FollowEnds()
     std::erase_if(end.around,
       [&](const Vec3& place)
       {
-        const NearestAnswer nearest = NearestKnownPartition(model.tree, model.codec.depths, place);
+        const NearestAnswer nearest =
+          NearestKnownPartition(this->Model.open->tree, this->Model.Depths(), place);
         if (nearest.known && nearest.partition)
         {
           end.partitions.insert(*nearest.partition);
@@ -210,20 +211,19 @@ void ViewerSession::FollowEnds()
   }
 }
 
-// On the surface that has just been drawn.
-void ViewerSession::PickEndsAnew()
+void MeasureTool::FollowSurface(double slack)
 {
   std::erase_if(this->Ends,
-    [this](End& end)
+    [&](End& end)
     {
       const MeasuredPoint before = this->PointOf(end);
-      const DrawnSurface& surface = *this->Shown.GetSurface();
-      auto hit = end.isTold ? this->EndAt(end.ray.origin, before.error) : this->EndOn(end.ray);
+      auto hit =
+        end.isOfLink ? this->EndAt(end.ray.origin, before.error) : this->EndOn(end.ray, slack);
       // The surface that was meant may lie behind another one by now, or beside the ray.
       const double tolerance = 2 * before.error + 1e-3 * Length(before.point - end.ray.origin);
-      if (!end.isTold && (!hit || Length(hit->point - before.point) > tolerance))
+      if (!end.isOfLink && (!hit || Length(hit->point - before.point) > tolerance))
       {
-        hit = NearestOnSurface(surface, before.point);
+        hit = NearestOnSurface(this->Model.Drawn(), before.point);
       }
       if (!hit)
       {
@@ -233,17 +233,24 @@ void ViewerSession::PickEndsAnew()
     });
 }
 
-// Where what it waits for cannot be had, it stays on the level.
-bool ViewerSession::IsGivenUp(const End& end) const
+// Whether what it waits for cannot be had.
+bool MeasureTool::IsGivenUp(const End& end) const
 {
-  const bool treeIsMissing = !end.around.empty() && !this->FailedTree.empty();
-  return treeIsMissing ||
+  const FailedBlobs& failed = this->Model.failed;
+  return (!end.around.empty() && !failed.Tree().empty()) ||
          std::any_of(end.partitions.begin(), end.partitions.end(),
-           [this](std::uint32_t partition)
-           {
-             return this->FailedPieces.count({ Resolution::Original(),
-                      NodeOfPartition(partition, this->Current->codec.depths) }) > 0;
-           });
+           [&](std::uint32_t partition) { return failed.Has(this->Model.Partition(partition)); });
+}
+
+void MeasureTool::AddTo(std::vector<PieceId>& pieces) const
+{
+  for (const End& end : this->Ends)
+  {
+    for (const std::uint32_t partition : end.partitions)
+    {
+      pieces.push_back(this->Model.Partition(partition));
+    }
+  }
 }
 
 }

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Distances that a person measures: see Measurement.h.
-#include "viewer/session/Measurement.h"
+#include "viewer/session/tools/Measurement.h"
 
 #include "filters/core/VectorMath.h"
 

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // The surface that is shown: which cut, out of what is loaded, and its drawing. Step "draw" of the
 // pipeline picture.
-#include "viewer/session/ShownSurface.h"
+#include "viewer/session/model/ShownSurface.h"
 
 #include <algorithm>
 #include <iterator>

@@ -4,6 +4,7 @@
 #pragma once
 
 #include "filters/model/ModelDescription.h"
+#include "viewer/session/SessionOptions.h"
 
 #include <cstdint>
 #include <span>
@@ -22,19 +23,6 @@ struct LevelFacts
 // (LightPartOf). Of a whole level the vertices are taken to be spread over half the surface of the
 // box.
 std::vector<LevelFacts> LevelFactsOf(const ModelDescription& model);
-
-struct LevelPolicyOptions
-{
-  // A level is fine enough where its deviation is at most this many points (pixels / pixel ratio)
-  // on the screen. Above 0.
-  double tolerance = 1;
-  // A level stays as long as the tolerance, divided or multiplied by this, would still choose it.
-  // So zooming to and fro around a border does not flicker. At least 1.
-  double hysteresis = 1.25;
-  // What memory and frame rate allow: a level with more triangles is not chosen, but for the
-  // preview.
-  std::uint64_t triangleBudget = 2'000'000;
-};
 
 // Chooses among the levels preview … L of one model: the coarsest whose deviation is small enough
 // on the screen; where none is, the finest that the budget allows. The preview itself is always

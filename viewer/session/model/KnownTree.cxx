@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // What a viewer knows of a model's tree: see KnownTree.h.
-#include "viewer/session/KnownTree.h"
+#include "viewer/session/model/KnownTree.h"
 
 #include "filters/codec/PartitionBoxes.h"
 

@@ -1,0 +1,67 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// What a session is made of, and how its parts are wired; ViewerSession is what others see of them.
+#pragma once
+
+#include "viewer/session/Fetcher.h"
+#include "viewer/session/SessionOptions.h"
+#include "viewer/session/ViewLink.h"
+#include "viewer/session/camera/CameraControl.h"
+#include "viewer/session/model/LodSelection.h"
+#include "viewer/session/model/PickedRegion.h"
+#include "viewer/session/model/ShownModel.h"
+#include "viewer/session/tools/Tools.h"
+
+#include <optional>
+#include <string>
+#include <vector>
+
+namespace kdstream
+{
+
+// Each part has a state of its own and knows those before it, at most; none knows the session.
+struct SessionParts
+{
+  SessionOptions options;
+  ShownModel model; // that all others are about
+  LodSelection lod;
+  PickedRegion region;
+  CameraControl camera;
+  Tools tools;
+  Fetcher fetcher;
+
+  ViewerMode mode = ViewerMode::NoModel;
+  std::vector<ModelSummary> models;
+  bool hasModels = false;
+  bool previewsOnly = false;
+  std::optional<ViewLink> followed; // waits until its model is open
+
+  explicit SessionParts(SessionOptions chosen);
+  SessionParts(const SessionParts&) = delete; // the parts refer to each other
+
+  // What the person's view asks for now.
+  LodSelection::View View() const;
+  // Every input ends in this: what one would like to see is compared with what is loaded and with
+  // what is in flight.
+  void Update();
+  // The level that the zoom asks for, and whether the region can still be seen.
+  void FollowZoom();
+
+  void Select(const std::string& id);
+  // REQUIRES (of these two): a model that is open.
+  void Handle(const Gesture& gesture, double time);
+  void TakeLink(bool isJump); // what `followed` says
+
+  // As ViewerSession has them.
+  bool IsIdle() const
+  {
+    return this->fetcher.Wishes().IsIdle() && !this->lod.IsDue() &&
+           !this->model.surface.NeedsDrawing() && !this->camera.Coasts();
+  }
+  ViewerScene Scene() const;
+  ViewerStatus GetStatus() const;
+
+private:
+  void DoubleTap(const Gesture& gesture);
+};
+
+}

@@ -1,0 +1,138 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// What fingers, wheel and keys do to the camera, and what keeps a person from getting lost: step
+// "look" of the pipeline picture.
+#pragma once
+
+#include "viewer/session/Camera.h"
+#include "viewer/session/GestureRecognizer.h"
+#include "viewer/session/camera/Momentum.h"
+#include "viewer/session/model/ShownModel.h"
+
+#include <deque>
+#include <optional>
+#include <string_view>
+#include <vector>
+
+namespace kdstream
+{
+
+// Every motion goes through Move, which stops the eye before the shown surface. Where the eye is
+// outside the model's box it is outside the surface; from there each way is straight and crosses no
+// triangle. So the eye stays outside, whatever the motions are. Zooming out alone goes through what
+// is behind the eye, to a place that is outside again: it always leads away.
+//
+// Some of the shown surface is near enough to the focal point to be on the screen
+// (Camera::KeepInSight).
+//
+// Without a model that is open nothing moves.
+class CameraControl
+{
+public:
+  // coasts: as SetCoasting.
+  CameraControl(const ShownModel& model, Turning turning, bool coasts);
+  CameraControl(const CameraControl&) = delete;
+
+  const Camera& Get() const { return this->Eye; }
+  // By a pinch, a wheel or a link since the model was fitted.
+  bool HasMoved() const { return this->EyeMoved; }
+
+  // Another model: what was seen of the last one is forgotten.
+  void Reset();
+  // The first view: that of the description (ModelPose).
+  void Fit();
+  // As ViewerSession::Resize has it.
+  void Resize(const Viewport& viewport);
+  void SetTurning(Turning turning);
+
+  // ---- jumps, each of which Undo takes back
+  void JumpHome();
+  // Errors: false for another word (ViewerSession::LookFromSide).
+  bool JumpToSide(std::string_view side);
+  // Where a link says. isJump: from where one was; otherwise it is the first view.
+  void TakePlace(const std::optional<CameraPlace>& place, bool isJump);
+  bool CanUndo() const { return !this->Earlier.empty(); }
+  bool Undo(); // false where there was none
+  // As a host's own camera looks, which may be within the surface. False, and nothing has moved,
+  // where one looks so already; but where the host begins, that is a motion, too.
+  bool LookFrom(const Vec3& eye, const Vec3& focal, const Vec3& up, double tangent, bool begins);
+
+  // ---- fingers
+  // What fingers mean; call EndTouches after what is done about it.
+  std::vector<Gesture> BeginTouches(const TouchFrame& frame);
+  void EndTouches(const TouchFrame& frame);
+  void CancelTouches();
+  // One finger turns the model, two pan, roll and zoom. Where two zoom, the point of the surface
+  // under them stays there; if there is none, the point at the depth of the focal point. isTaken:
+  // another use was made of the gesture, but for the zoom.
+  void Handle(const Gesture& gesture, double time, bool isTaken);
+  // As a pinch there, all at once; the model turns no more by itself. False where nothing is open,
+  // or for a factor that is not above 0, or not finite.
+  bool ZoomAbout(double factor, double x, double y);
+  // What lies under a finger.
+  std::optional<SurfaceHit> PickUnder(double x, double y) const;
+
+  // ---- what turns by itself
+  // Whether the model turns on when it is let go.
+  void SetCoasting(bool coasts);
+  void SetSpinning(bool spins) { this->Turned.SetSpinning(spins); }
+  bool Coasts() const { return this->Turned.TurnsOn(); }
+  bool Spins() const { return this->Turned.IsSpinning(); }
+  struct Advanced
+  {
+    bool spun = false, coasted = false;
+  };
+  Advanced Advance(double time);
+
+  // ---- the surface
+  // There is another one, which may be around the eye: that steps back.
+  void FollowSurface() { this->StepOutside(); }
+  // All that is wanted has come: at the view of a link the eye stays inside until then.
+  void Arrive();
+
+private:
+  struct View
+  {
+    Camera eye;
+    bool moved = false;
+  };
+  struct LinkedView
+  {
+    CameraPlace place;
+    Camera eye; // there
+  };
+  // As it was when the window began to change its shape.
+  struct LeftView
+  {
+    View view;
+    Camera eye; // in the window as it is now
+  };
+
+  View Now() const { return { this->Eye, this->EyeMoved }; }
+  void NoteJump(const View& before);
+  void GoTo(const CameraPlace& place);
+  bool GoToLinkedPlace(const Viewport& viewport);
+  void Take(const Camera& view, const Viewport& viewport);
+  double FreePartTo(const Camera& moved) const;
+  void Move(Camera moved);
+  void Drag(const Momentum::Drag& drag);
+  void Refit(const Viewport& viewport);
+  void FocusUnder(double x, double y);
+  void PanAndRoll(const Gesture& pinch);
+  void Zoom(double factor, double x, double y);
+  void StepOutside();
+
+  const ShownModel& Model;
+  GestureRecognizer Gestures;
+  Camera Eye;
+  bool EyeMoved = false;
+  Turning Turns;
+  bool CoastsOn;
+  std::deque<View> Earlier;         // before the last jumps, the last one last
+  std::optional<LinkedView> Linked; // the last link's
+  std::optional<LeftView> Left;     // that changes of the window are made from
+  bool IsArriving = false;          // at the view of a link, whose surface comes
+  bool IsLed = false;               // by the host's own camera
+  Momentum Turned;                  // by itself
+};
+
+}

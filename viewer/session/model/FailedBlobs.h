@@ -1,0 +1,82 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// What cannot be had of a model, and the message about it. Under step "request" of the
+// pipeline picture.
+#pragma once
+
+#include "filters/core/pieces/Piece.h"
+#include "filters/protocol/BlobId.h"
+
+#include <map>
+#include <optional>
+#include <set>
+#include <string>
+#include <utility>
+#include <vector>
+
+namespace kdstream
+{
+
+// What has failed is not asked for again before Retry. What failed together with its request, as
+// where the connection is lost, is asked for again as soon as something comes over it, and once
+// more each time one of these has come: so it ends where nobody is given the rest.
+class FailedBlobs
+{
+public:
+  // Of the model with this id, in messages.
+  void SetModel(const std::string& model) { this->Model = model; }
+
+  // Forgets all, so that it is asked for again.
+  void Retry();
+  // piece: of the blob, if it is of one. isDoubtful: it may be done without, so the message waits
+  // until ReportMissed finds it missed.
+  void Add(const protocol::BlobId& blob, const std::optional<PieceId>& piece,
+    const std::string& message, bool isDoubtful);
+  // All of its request has failed.
+  void AddLost(const protocol::BlobId& blob, const std::string& message);
+
+  // A blob has come over the connection: what was lost is returned, and has not failed any more.
+  std::vector<protocol::BlobId> TakeLost(const protocol::BlobId& come, const TreeDepths& depths);
+  // A blob has failed by itself: waiting for it ends.
+  void Settle(const protocol::BlobId& blob) { this->AskedAgain.erase(blob); }
+  // All is there that was wanted: what is lost next is asked for again at once.
+  void SettleAll();
+
+  const std::set<PieceId>& Pieces() const { return this->FailedPieces; }
+  const std::set<protocol::BlobId>& Tree() const { return this->FailedTree; }
+  bool Has(PieceId piece) const { return this->FailedPieces.count(piece) != 0; }
+  bool Has(const protocol::BlobId& ofTree) const { return this->FailedTree.count(ofTree) != 0; }
+
+  // Where a view is complete without what failed, nothing is wrong with it.
+  template <typename IsMissed>
+  void ReportMissed(const IsMissed& isMissed)
+  {
+    for (auto each = this->Doubtful.begin(); each != this->Doubtful.end();)
+    {
+      if (isMissed(each->first))
+      {
+        this->Last = std::move(each->second);
+        each = this->Doubtful.erase(each);
+      }
+      else
+      {
+        ++each;
+      }
+    }
+  }
+  // About the last failure, of whatever kind; empty after Retry.
+  const std::string& Message() const { return this->Last; }
+  void Report(std::string message) { this->Last = std::move(message); }
+
+private:
+  std::string MessageOf(const protocol::BlobId& blob, const std::string& reason) const;
+
+  std::string Model;
+  std::set<PieceId> FailedPieces;
+  std::set<protocol::BlobId> FailedTree;
+  std::map<protocol::BlobId, std::string> Lost; // and why
+  std::set<protocol::BlobId> AskedAgain;        // as long as none of these has come
+  std::map<PieceId, std::string> Doubtful;      // and the message
+  std::string Last;
+};
+
+}

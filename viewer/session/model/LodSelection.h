@@ -1,0 +1,127 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// LOD selection: which pieces of the open model one would like to see, which of these are shown,
+// and what is missing, in the order in which it is wanted. Step "choose" of the pipeline picture.
+#pragma once
+
+#include "viewer/session/model/LevelPolicy.h"
+#include "viewer/session/model/SeenPartitions.h"
+#include "viewer/session/model/ShownModel.h"
+#include "viewer/session/model/ViewRefinement.h"
+
+#include <cstdint>
+#include <optional>
+#include <set>
+#include <utility>
+#include <vector>
+
+namespace kdstream
+{
+
+// By the view the wish is what ViewRefinement tells; by one level, the one that the zoom asks for,
+// or the next coarser one of which no piece has failed; or all of the original. And what was
+// tapped, always. Whatever of a view has come is shown; a level once it is whole.
+//
+// Most inputs only move the camera, and to look at every vertex of the wanted pieces at each would
+// be too much: Follow, which is cheap, says whether there is anything to choose anew (IsDue).
+class LodSelection
+{
+public:
+  // What is chosen by.
+  struct View
+  {
+    const Camera& camera;
+    bool isFullScreen = false;
+    bool previewsOnly = false;     // nothing finer
+    bool inSteps = true;           // as ViewRefinement::View
+    std::vector<PieceId> tapped{}; // of the original, wanted before all else, most urgent first
+    std::pair<NodeId, unsigned> region{}; // around a tap: its cell, or 0, and rings
+  };
+
+  LodSelection(ShownModel& model, const LodOptions& options)
+    : Model(model)
+    , Options(options)
+  {
+  }
+  LodSelection(const LodSelection&) = delete;
+
+  void Reset(); // no model is open
+  void Open();  // a model is
+  const LodOptions& GetOptions() const { return this->Options; }
+  bool ByView() const { return this->Options.detail == DetailMode::View; }
+  void SetDetail(DetailMode detail);
+  void SetBudgets(const RefinementOptions& refinement, const LevelPolicyOptions& policy);
+
+  // By one level the zoom asks for it. pointsPerUnit: of a model unit in the focal plane.
+  void FollowZoom(double pointsPerUnit);
+  void AimAtPreview();
+
+  // A piece has come.
+  void Add(const Piece& piece);
+  // What is wanted, and what of the tree and of textures is missing for it.
+  void Follow(const View& view);
+  // Something is wanted, or has come, since the last choice.
+  bool IsDue() const { return this->ChoiceIsDue; }
+  void SetDue() { this->ChoiceIsDue = true; }
+  // Shows the best that is loaded. What is missing and can be had, in the order in which it is
+  // wanted: the tree, without which nothing can be judged; the way to each tapped partition and the
+  // partition; then the most urgent, by one level coarse before fine; textures, which are drawn on
+  // what is there. Nothing where the preview has just appeared: all is to be followed anew.
+  std::optional<std::vector<protocol::BlobId>> Choose(const View& view);
+
+  // What is missing for a view that is nearer, the tree first, then the most urgent.
+  std::vector<protocol::BlobId> WantedNext(const View& view);
+  // About, of a blob that has not come.
+  std::size_t BytesOf(const protocol::BlobId& blob) const;
+  // Whether any of the tree that is needed now is missing and can be had.
+  bool WaitsForTree() const;
+  // A piece that has failed may be done without (ViewRefinement).
+  bool MayDoWithout(PieceId piece) const
+  {
+    return this->ByView() && this->Chooser->refinement.MayDoWithout(piece);
+  }
+
+  const std::vector<PieceId>& WantedByView() const { return this->Chooser->refinement.Pieces(); }
+  // What ViewerStatus has of these; nothing before a model is open.
+  void PutInto(ViewerStatus& status) const;
+  // How often Choose was called.
+  std::uint64_t Choices() const { return this->ChoicesMade; }
+
+private:
+  // All that a choice goes by.
+  struct Situation
+  {
+    SurfaceWish wish;
+    std::pair<NodeId, unsigned> region;
+    std::set<protocol::BlobId> tree;     // that is missing
+    std::vector<protocol::BlobId> tiles; // that are missing
+    std::set<PieceId> failedPieces;
+    std::set<protocol::BlobId> failedTree;
+    std::uint64_t pieces = 0; // their version
+    bool operator==(const Situation&) const = default;
+  };
+  struct Choosers
+  {
+    LevelPolicy policy;
+    ViewRefinement refinement, next; // for the view, and for one that is nearer
+    SeenPartitions seen;
+  };
+
+  ViewRefinement::View ViewOf(const Camera& camera, bool inSteps);
+  void Refine(const View& view);
+  void FollowLevel(const Camera& camera);
+  void FollowTiles(const View& view);
+  unsigned EffectiveLevel() const;
+  SurfaceWish Wish(const View& view) const;
+  std::vector<protocol::BlobId> InOrder(const View& view, const std::vector<PieceId>& missing);
+
+  ShownModel& Model;
+  LodOptions Options;
+  std::optional<Choosers> Chooser;        // of the model that is open
+  unsigned Target = 0;                    // level that the zoom asks for
+  std::set<protocol::BlobId> MissingTree; // what is needed now
+  std::optional<Situation> Last;          // that was followed
+  bool ChoiceIsDue = false;
+  std::uint64_t ChoicesMade = 0;
+};
+
+}

@@ -1,0 +1,92 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// What a double tap leads to: the partition nearest to the point under the finger, and the region
+// around that, as soon as enough of the tree is known (paper section 5.4). Step "pick" of the
+// pipeline picture.
+#pragma once
+
+#include "viewer/session/SessionOptions.h"
+#include "viewer/session/model/ShownModel.h"
+
+#include <cstddef>
+#include <cstdint>
+#include <optional>
+#include <set>
+#include <utility>
+#include <vector>
+
+namespace kdstream
+{
+
+// One region at a time. Those before it may be kept, as far as the budget goes.
+class PickedRegion
+{
+public:
+  // viewTriangles: that may be shown at a time; all regions together take at most half of them.
+  PickedRegion(
+    ShownModel& model, unsigned rings, const RegionLimits& limits, std::uint64_t viewTriangles);
+  PickedRegion(const PickedRegion&) = delete;
+
+  // ---- a pick, which waits until enough of the tree is known
+  void PickAt(const Vec3& point);
+  // REQUIRES: the node of a partition.
+  void PickCell(NodeId cell);
+  bool IsPicking() const { return this->Point || this->Cell; }
+  // Goes on as far as what is known of the tree leads; what else is needed, the tree notes as
+  // missing. True where there is another region now. keepsLast: with that before it.
+  bool Follow(bool keepsLast);
+  // So many pages and boxes more were asked for: ends the pick, and says so, beyond the limit.
+  void NoteAsked(std::size_t treeBlobs);
+  void DropPick();
+
+  // ---- the region
+  // Of this one, which is picked anew, and the next ones. Clamped to 1-3.
+  void SetRings(unsigned rings);
+  // Where less may be held than when it was picked.
+  void SetTriangles(std::uint64_t triangles, std::uint64_t viewTriangles);
+  // pointsPerUnit: of a model unit in the focal plane.
+  void FollowZoom(double pointsPerUnit);
+  bool IsShown() const { return this->Shown.has_value(); }
+  // Whether there is any partition of the regions before. Forgets those that have left the view.
+  bool HasEarlier() const { return !this->Earlier.empty(); }
+  void ForgetEarlier(const Camera& camera);
+  void ForgetEarlier() { this->Earlier.clear(); }
+  // The region, those before it, and a pick.
+  void LetGo();
+
+  // Its cell and rings; 0 and 0 without one.
+  std::pair<NodeId, unsigned> Key() const;
+  // The boxes of its partitions, that of the picked one first; none without a region.
+  std::vector<Box> Boxes() const;
+  // These two, of a region that there is. Appends what the section leaves of its partitions, and
+  // those of the regions before.
+  void AddTo(std::vector<PieceId>& pieces) const;
+  // How many of its partitions the section leaves, and how many of these are shown.
+  ViewerStatus::Region GetStatus() const;
+
+private:
+  struct Region
+  {
+    NodeId cell = 1;
+    unsigned rings = 1;
+    std::vector<std::uint32_t> partitions; // nearest first
+    Box box;
+    std::vector<Box> boxes; // of these
+  };
+  bool Find(bool keepsLast);
+  std::size_t MostPartitions() const;
+  void Keep(const Region& last);
+  std::vector<std::uint32_t> Left() const;
+
+  ShownModel& Model;
+  unsigned Rings;
+  RegionLimits Limits;
+  std::uint64_t ViewTriangles;
+  // What a tap waits for: which partition it means, and which are around that.
+  std::optional<Vec3> Point;
+  std::optional<NodeId> Cell;
+  std::size_t Asked = 0;
+  std::optional<Region> Shown;
+  std::vector<std::uint32_t> Earlier; // partitions of regions before, newest first
+};
+
+}

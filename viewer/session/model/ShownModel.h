@@ -1,0 +1,90 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// The model that is open: what is known of it, what of it has come, and what of that is shown. What
+// the parts of a session share.
+#pragma once
+
+#include "filters/codec/PieceCodec.h"
+#include "filters/model/ModelDescription.h"
+#include "viewer/session/Picker.h"
+#include "viewer/session/model/FailedBlobs.h"
+#include "viewer/session/model/KnownTree.h"
+#include "viewer/session/model/PieceCache.h"
+#include "viewer/session/model/ShownSurface.h"
+#include "viewer/session/paint/ShownTiles.h"
+#include "viewer/session/section/ShownSection.h"
+
+#include <cstddef>
+#include <optional>
+#include <span>
+#include <string>
+
+namespace kdstream
+{
+
+struct ShownModel
+{
+  struct Opened
+  {
+    ModelDescription description;
+    CodecContext codec;
+    KnownTree tree;
+    bool isClosed = false; // nearly: its back is hidden
+  };
+  std::string id;             // that is selected
+  std::optional<Opened> open; // once its description has come
+  PieceCache pieces;
+  ShownTiles tiles;
+  ShownSurface surface;
+  ShownSection section;
+  FailedBlobs failed;
+
+  // Limits of decoded pieces and of pictures.
+  ShownModel(std::size_t cacheBytes, std::size_t pictureBytes)
+    : pieces(cacheBytes)
+    , tiles(pictureBytes)
+  {
+  }
+
+  void Select(const std::string& model); // nothing of the last one is left
+  // treeBytes: of its tree, that are kept. False, and reported, where it cannot be shown.
+  bool Open(const ModelDescription& model, std::size_t treeBytes);
+
+  // Of the model that is open.
+  const TreeDepths& Depths() const { return this->open->codec.depths; }
+  PieceId Preview() const;
+  protocol::BlobId PreviewBlob() const { return BlobOfPiece(this->Preview(), this->Depths()); }
+  // The original counts as the finest level.
+  unsigned LevelOf(Resolution resolution) const
+  {
+    return resolution.IsOriginal() ? this->Depths().finest : resolution.Depth();
+  }
+  // Triangles of a partition, on average; of a cloud, points. At least 1.
+  std::uint64_t TrianglesOfPartition() const;
+  PieceId Partition(std::uint32_t number) const
+  {
+    return { Resolution::Original(), NodeOfPartition(number, this->Depths()) };
+  }
+
+  // Takes a piece that has been decoded.
+  void Add(Piece piece);
+  // Of all pieces, and of textures as they came, that are held.
+  std::size_t Bytes() const { return this->pieces.Bytes() + this->tiles.Bytes(); }
+  // What has failed may be asked for again.
+  void Retry();
+
+  const DrawnSurface& Drawn() const { return *this->surface.GetSurface(); }
+  // Null without one.
+  const SectionPlane* Plane() const
+  {
+    return this->section.Plane() ? &*this->section.Plane() : nullptr;
+  }
+  // What a ray meets of what is shown and not cut away: as PickSurface.
+  std::optional<SurfaceHit> Pick(const Ray& ray, double slack = 0) const
+  {
+    return this->section.Pick(this->Drawn(), ray, slack);
+  }
+  // Outline and cap of what is shown now.
+  void FollowSection();
+};
+
+}
