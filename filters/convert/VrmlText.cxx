@@ -334,6 +334,10 @@ private:
         opened.defined = this->Scopes.back()[opened.name].number = ++this->DefinedNodes;
       }
     }
+    else if (this->Open.size() > 1)
+    {
+      this->LookForCommas(this->Open[this->Open.size() - 2], opened.type, this->At + 1);
+    }
     this->Last.clear();
     this->Out.text += bracket;
     opened.textEnd = this->Out.text.size();
@@ -510,12 +514,77 @@ private:
     this->EndField(node);
     node.isFieldNamed = true;
     node.hasChildren = node.hasChildren || word == "children";
+    if (next != "[")
+    {
+      this->LookForCommas(node, std::string(word), this->At);
+    }
     if (next != "IS" && !this->Library.hasField(node.type, std::string(word), this->Out.isFirst))
     {
       node.noFieldBegin = this->Out.text.size();
       this->CountField(QuotedText(word) + " of " + QuotedText(node.type) + " (line " +
                        std::to_string(this->Line) + ")");
     }
+  }
+
+  // Finds out how commas in the numbers of a field are meant, which begin at `begin`. Texture
+  // coordinates are not read.
+  void LookForCommas(const Bracket& node, const std::string& field, std::size_t begin)
+  {
+    if (!node.hasKnownFields || node.type.starts_with("TextureCoordinate"))
+    {
+      return;
+    }
+    VrmlNumbers numbers{ this->Library.widthOf(node.type, field, this->Out.isFirst),
+      this->File[begin - 1] == '[', 0 };
+    if (numbers.width == 0)
+    {
+      return;
+    }
+    if (field == "height")
+    {
+      numbers.all = this->WholeNumberOf("xDimension") * this->WholeNumberOf("zDimension");
+    }
+    const VrmlCommaReading read = ReadVrmlCommas(this->File.substr(begin), numbers);
+    const std::string place = QuotedText(field) + " (line " + std::to_string(this->Line) + ")";
+    if (read.commas == VrmlCommas::Decimal)
+    {
+      this->CommasEnd = begin + read.size;
+      if (!std::exchange(this->HasDecimalCommas, true))
+      {
+        this->Out.tolerance.Tell(
+          "commas are taken as decimal commas, as in 1,5; the first in " + place);
+      }
+    }
+    else if (read.commas == VrmlCommas::Either && !std::exchange(this->HasOtherCommas, true))
+    {
+      this->Out.tolerance.Tell(
+        "commas between digits are taken to separate numbers; the first in " + place +
+        ", where they could be decimal commas");
+    }
+  }
+
+  // Of a field of the node that is open, before its list or behind; 0 if it is not there.
+  std::size_t WholeNumberOf(std::string_view field) const
+  {
+    std::size_t begin = this->File.rfind('{', this->At);
+    const std::size_t end = std::min(this->File.find('}', this->At), this->File.size());
+    begin = begin == std::string_view::npos ? 0 : begin;
+    const std::string_view node = this->File.substr(begin, end - begin);
+    const std::size_t at = node.find(field);
+    std::string_view rest = node.substr(std::min(at, node.size()));
+    kdstream::TakeWord(rest);
+    std::size_t number = 0;
+    constexpr std::size_t most = 1U << 31U;
+    return ParseNumber(kdstream::TakeWord(rest), number) == NumberTextError::None && number < most
+             ? number
+             : 0;
+  }
+
+  bool IsDecimalComma(std::size_t at) const
+  {
+    const auto isDigit = [&](std::size_t k)
+    { return k < this->File.size() && this->File[k] >= '0' && this->File[k] <= '9'; };
+    return at < this->CommasEnd && this->File[at] == ',' && isDigit(at - 1) && isDigit(at + 1);
   }
 
   // What a node holds that is left out is left out with it.
@@ -610,7 +679,7 @@ private:
   {
     const std::size_t begin = this->At;
     while (this->At < this->File.size() &&
-           (IsVrmlWord(this->File[this->At]) ||
+           (IsVrmlWord(this->File[this->At]) || this->IsDecimalComma(this->At) ||
              GoesOnAsNotFinite(
                this->File.substr(begin, this->At - begin), this->File.substr(this->At, 6))))
     {
@@ -621,7 +690,14 @@ private:
       }
       ++this->At;
     }
-    const std::string_view word = this->File.substr(begin, this->At - begin);
+    std::string_view word = this->File.substr(begin, this->At - begin);
+    std::string withPoint;
+    if (begin < this->CommasEnd && word.find(',') != word.npos)
+    {
+      withPoint = word;
+      std::replace(withPoint.begin(), withPoint.end(), ',', '.');
+      word = withPoint;
+    }
     if (this->RouteWords > 0 || (word == "ROUTE" && this->Last != "DEF" && this->Last != "USE"))
     {
       // ROUTE from TO to
@@ -654,6 +730,10 @@ private:
     else if (word.find('#') != std::string_view::npos)
     {
       written = "nan"; // which the parser refuses
+    }
+    if (const std::string plain = WithPlainExponent(word); !isName && !plain.empty())
+    {
+      written = plain;
     }
     if (this->Last == "PROTO")
     {
@@ -732,7 +812,9 @@ private:
   std::set<std::string, std::less<>> Externs;
   std::vector<Definitions> Scopes{ 1 }; // of the file, and of each PROTO in whose body this is
   std::size_t DefinedNodes = 0;
-  bool HasNodesWithoutField = false; // that was told
+  bool HasNodesWithoutField = false;                     // that was told
+  std::size_t CommasEnd = 0;                             // of numbers with decimal commas
+  bool HasDecimalCommas = false, HasOtherCommas = false; // that was told
 };
 
 }
