@@ -162,6 +162,10 @@ VrmlCommaReading ReadVrmlCommas(std::string_view text, const VrmlNumbers& number
   {
     return regular ? VrmlCommaReading{} : decimal;
   }
+  if (regular && width == 1 && numbers.all == 0)
+  {
+    return {}; // "10,20"
+  }
   return !regular && 2 * found.Commas == found.Count ? decimal
                                                      : VrmlCommaReading{ VrmlCommas::Either, 0 };
 }

@@ -67,7 +67,10 @@ std::string LineOfElement(const std::filesystem::path& file, const std::string& 
     go("<Piece");
     at += at == std::string::npos ? 0 : 1;
   }
-  go("<" + element);
+  if (!element.empty())
+  {
+    go("<" + element);
+  }
   if (!array.empty())
   {
     go("Name=\"" + array + "\"");
@@ -147,9 +150,6 @@ const std::vector<Phrase>& Phrases()
     { std::regex("missing its Points element"), true,
       [](const std::smatch&, const std::filesystem::path&)
       { return "a <Piece> has no <Points>, or not one array in it"; } },
-    { std::regex("No Points element available"), true,
-      [](const std::smatch&, const std::filesystem::path&)
-      { return "its first <Piece> has no <Points>"; } },
     { std::regex("(connectivity|offsets) array missing from (\\w+)", std::regex::icase), true,
       [](const std::smatch& m, const std::filesystem::path&)
       { return "<" + m[2].str() + "> has no array '" + m[1].str() + "'"; } },
@@ -205,6 +205,7 @@ std::string VtkWarning(const std::string& warning)
       "dropped: array $1, whose type is not known" },
     { std::regex("First character in AppendedData"),
       "its appended data do not begin with '_': what follows the first one is read" },
+    { std::regex("No Points element"), "its first <Piece> has no <Points>" },
     { std::regex("No geometry defined|No points read|No topology read"), "" },
     { std::regex("InformationKey|information|INFORMATION|key "), "" },
   };

@@ -663,7 +663,7 @@ Status TextStlReader::Start(const Execution& execution)
         precision.Add(*word);
       }
     }
-    if (this->At.facet % facetsPerReport == 0)
+    if ((this->At.facet - 1) % facetsPerReport == 0)
     {
       const double size = std::max(1.0, double(this->Source.Size()));
       KDSTREAM_TRY(execution.Report("read", double(this->Words.Position()) / size));
