@@ -445,7 +445,7 @@ TEST_F(TestConvert, TextIsRefusedWithItsLine)
     { "a.stl", "solid nothing\nendsolid nothing\n", "holds no points" },
     { "a.gltf", "{\"asset\":{\"version\":\"2.0\"}}", "" },
     { "a.vtp", "<?xml version=\"1.0\"?><VTKFile type=\"PolyData\"><PolyData/></VTKFile>",
-      "<Piece> 0 (line 1) has no NumberOfPoints" },
+      "it has no <Piece>" },
     { "b.vtp",
       "<?xml version=\"1.0\"?><VTKFile type=\"PolyData\"><PolyData><Piece NumberOfPoints=\"0\"/>"
       "</PolyData></VTKFile>",

@@ -144,12 +144,18 @@ const std::vector<Phrase>& Phrases()
       [](const std::smatch& m, const std::filesystem::path&)
       { return "it has no element <" + m[1].str() + ">"; } },
     { std::regex("Piece (\\d+) is missing its (\\w+) attribute"), true,
-      [](const std::smatch& m, const std::filesystem::path& file) {
-        return "<Piece> " + m[1].str() + LineOfElement(file, m[1], "") + " has no " + m[2].str();
+      [](const std::smatch& m, const std::filesystem::path& file)
+      {
+        const std::string line = LineOfElement(file, m[1], "");
+        return line.empty() ? std::string("it has no <Piece>")
+                            : "<Piece> " + m[1].str() + line + " has no " + m[2].str();
       } },
     { std::regex("missing its Points element"), true,
       [](const std::smatch&, const std::filesystem::path&)
       { return "a <Piece> has no <Points>, or not one array in it"; } },
+    { std::regex("No Points element available"), true,
+      [](const std::smatch&, const std::filesystem::path&)
+      { return "its first <Piece> has no <Points>"; } },
     { std::regex("(connectivity|offsets) array missing from (\\w+)", std::regex::icase), true,
       [](const std::smatch& m, const std::filesystem::path&)
       { return "<" + m[2].str() + "> has no array '" + m[1].str() + "'"; } },
@@ -205,7 +211,6 @@ std::string VtkWarning(const std::string& warning)
       "dropped: array $1, whose type is not known" },
     { std::regex("First character in AppendedData"),
       "its appended data do not begin with '_': what follows the first one is read" },
-    { std::regex("No Points element"), "its first <Piece> has no <Points>" },
     { std::regex("No geometry defined|No points read|No topology read"), "" },
     { std::regex("InformationKey|information|INFORMATION|key "), "" },
   };
