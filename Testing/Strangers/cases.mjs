@@ -536,6 +536,9 @@ export const cases = [
     { triangles: 2, box: { low: [0, 0.5, 0], high: [2.5, 1.5, 1] } }, { says: /decimal commas/, isRead: false }),
   one("VRML with decimal commas in an Extrusion", "a.wrl", wrl("Shape { geometry Extrusion { crossSection [ 0,5 0,5, 0,5 -0,5, -0,5 -0,5, -0,5 0,5, 0,5 0,5 ] spine [ 0 0 0, 0 2,5 0 ] } }"),
     { volume: 2.5, area: 12, box: { low: [-0.5, 0, -0.5], high: [0.5, 2.5, 0.5] } }, { says: /decimal commas/, isRead: false }),
+  one("VRML with decimal commas in a PROTO", "a.wrl", wrl(`PROTO P [ field MFVec3f places [ 0,5 0,5 0,5 ] field SFVec3f size 1,5 1,5 1,5 field SFVec3f at 0 0,5 0 ] {
+    Transform { translation IS at children [ Shape { geometry Box { size IS size } } Shape { geometry PointSet { coord Coordinate { point IS places } } } ] } }
+    P { size 2,5 2 2 at 1,5 0 0 places [ 0,25 1 1,5, 0 0 0,5 ] }`), { triangles: 12, unused: 2, volume: 10, area: 28, box: { low: [0.25, -1, -1], high: [2.75, 1, 1] } }, { says: /decimal commas/, isRead: false }),
   one("VRML with commas alone between its numbers", "a.wrl", wrl(cubeWrl().replace(/point \[[^\]]*/, `point [ ${corners.map((c) => c.map((v) => v + 1).join(",")).join(" ")}`)), cube, { silent: /commas/ }),
   one("VRML with commas alone between its points", "a.wrl", wrl(cubeWrl().replace(/point \[[^\]]*/, `point [ ${corners.map((c) => c.map((v) => v + 1).join(" ")).join(",")}`)), cube, { silent: /commas/ }),
   one("VRML: an Extrusion with commas within its points", "a.wrl", wrl("Shape { geometry Extrusion { crossSection [ 1,1 1,-1 -1,-1 -1,1 1,1 ] spine [ 0,0,0 0,2,0 ] } }"), { volume: 8, area: 24 },

@@ -104,6 +104,17 @@ std::string NameForParser(std::string_view name, bool isFirst)
   return made;
 }
 
+// The floats of a value of a type of fields, as a PROTO names it (SFVec3f); 0 of all others.
+std::size_t WidthOfType(std::string_view type)
+{
+  constexpr std::pair<std::string_view, std::size_t> widths[] = { { "Float", 1 }, { "Vec2f", 2 },
+    { "Vec3f", 3 }, { "Color", 3 }, { "Rotation", 4 } };
+  const bool isField = type.starts_with("SF") || type.starts_with("MF");
+  const auto* const found = std::find_if(std::begin(widths), std::end(widths),
+    [&](const auto& width) { return isField && type.substr(2) == width.first; });
+  return found == std::end(widths) ? 0 : found->second;
+}
+
 class TextChecker
 {
 public:
@@ -336,7 +347,8 @@ private:
     }
     else if (this->Open.size() > 1)
     {
-      this->LookForCommas(this->Open[this->Open.size() - 2], opened.type, this->At + 1);
+      const Bracket& node = this->Open[this->Open.size() - 2];
+      this->LookForCommas(this->WidthOf(node, opened.type), opened.type, this->At + 1);
     }
     this->Last.clear();
     this->Out.text += bracket;
@@ -470,8 +482,13 @@ private:
   // field, or in VRML 1 the next node.
   void LookForField(std::string_view word)
   {
-    if (this->Open.empty() || !this->Open.back().hasKnownFields || this->Extern)
+    if (this->Open.empty() || this->Extern)
     {
+      return;
+    }
+    if (!this->Open.back().hasKnownFields)
+    {
+      this->LookForProtoField(word);
       return;
     }
     Bracket& node = this->Open.back();
@@ -516,7 +533,7 @@ private:
     node.hasChildren = node.hasChildren || word == "children";
     if (next != "[")
     {
-      this->LookForCommas(node, std::string(word), this->At);
+      this->LookForCommas(this->WidthOf(node, std::string(word)), std::string(word), this->At);
     }
     if (next != "IS" && !this->Library.hasField(node.type, std::string(word), this->Out.isFirst))
     {
@@ -526,17 +543,47 @@ private:
     }
   }
 
-  // Finds out how commas in the numbers of a field are meant, which begin at `begin`. Texture
-  // coordinates are not read.
-  void LookForCommas(const Bracket& node, const std::string& field, std::size_t begin)
+  // A word in the interface of a PROTO, or in a node that it makes.
+  void LookForProtoField(std::string_view word)
   {
-    if (!node.hasKnownFields || node.type.starts_with("TextureCoordinate"))
+    const Bracket& node = this->Open.back();
+    const bool isInterface = node.bracket == '[' && !this->Proto.empty();
+    if (!isInterface && (node.bracket != '{' || !this->ProtoWidths.contains(node.type)))
     {
       return;
     }
-    VrmlNumbers numbers{ this->Library.widthOf(node.type, field, this->Out.isFirst),
-      this->File[begin - 1] == '[', 0 };
-    if (numbers.width == 0)
+    const std::string field(word);
+    if (const std::size_t width = isInterface ? WidthOfType(this->Last) : 0; width > 0)
+    {
+      this->ProtoWidths[this->Proto][field] = width;
+    }
+    if (this->NextWord(this->At) != "[")
+    {
+      this->LookForCommas(this->WidthOf(node, field), field, this->At);
+    }
+  }
+
+  // The floats of a value of a field; 0 of other fields, and of texture coordinates, which are not
+  // read.
+  std::size_t WidthOf(const Bracket& node, const std::string& field) const
+  {
+    if (node.hasKnownFields)
+    {
+      return node.type.starts_with("TextureCoordinate")
+               ? 0
+               : this->Library.widthOf(node.type, field, this->Out.isFirst);
+    }
+    const auto proto = this->ProtoWidths.find(node.bracket == '[' ? this->Proto : node.type);
+    const auto found =
+      proto == this->ProtoWidths.end() ? Widths::const_iterator() : proto->second.find(field);
+    return proto == this->ProtoWidths.end() || found == proto->second.end() ? 0 : found->second;
+  }
+
+  // Finds out how commas in the numbers of a field are meant, which begin at `begin`.
+  void LookForCommas(std::size_t width, const std::string& field, std::size_t begin)
+  {
+    VrmlNumbers numbers{ width, this->File[begin - 1] == '[', 0 };
+    if (width == 0)
     {
       return;
     }
@@ -812,7 +859,9 @@ private:
   std::set<std::string, std::less<>> Externs;
   std::vector<Definitions> Scopes{ 1 }; // of the file, and of each PROTO in whose body this is
   std::size_t DefinedNodes = 0;
-  bool HasNodesWithoutField = false;                     // that was told
+  bool HasNodesWithoutField = false;                              // that was told
+  using Widths = std::map<std::string, std::size_t, std::less<>>; // of fields
+  std::map<std::string, Widths, std::less<>> ProtoWidths;
   std::size_t CommasEnd = 0;                             // of numbers with decimal commas
   bool HasDecimalCommas = false, HasOtherCommas = false; // that was told
 };
