@@ -564,6 +564,7 @@ export const cases = [
   one("a .vtk without a DATASET", "a.vtk", "# vtk DataFile Version 3.0\nt\nASCII\nFIELD f 1\na 1 1 float\n1\n", cube, { mustRefuse: true, refused: /has no DATASET/ }),
   one("a .vtk of polygons in a grid", "a.vtk", vtk("UNSTRUCTURED_GRID", [vtkPoints, vtkPolygons]), cube, { mustRefuse: true, refused: /POLYGONS \(line 14\) cannot be in a DATASET/ }),
   one("a .vtk of a table", "a.vtk", vtk("TABLE", ["ROW_DATA 1", "FIELD f 1", "a 1 1 int", "7"]), cube, { mustRefuse: true, refused: /'TABLE', which is no mesh/ }),
+  one("a .glb of rubbish", "a.glb", Buffer.from("rubbish of some bytes, no scene"), cube, { mustRefuse: true, refused: /a\.glb: is not a glTF file: it begins neither/ }),
   one("a .vtp whose text ends in an element", "a.vtp", vtp(8, 6).slice(0, 400), cube, { mustRefuse: true, refused: /line \d+, column \d+: the text ends/ }),
   one("a .vtp without its polygons' ends", "a.vtp", vtp(8, 6).replace('"offsets"', '"ends"'), cube, { mustRefuse: true, refused: /<Polys>.*'offsets'/ }),
 ];
