@@ -556,6 +556,8 @@ export const cases = [
   one("a text STL of quads, with exponents of Fortran", "a.stl", stlQuads(quads, (v) => `${v}.0D+00`), cube, { isRead: false }),
   one("a text STL with a star for a facet, and a facet of two vertices", "a.stl", stlLoops([star(5), star(5).slice(0, 2)]), { area: starArea(5), triangles: 8 },
     { says: /1 face has fewer than three corners/, isRead: false }),
+  one("a PLY with a remark that does not say so", "a.ply", plyWith([["element vertex", "Created by Blender3D 247 - www.blender.org, source file: \nelement vertex"]]), cube,
+    { says: /not carried.*'Created' \(header line 3\)/ }),
   one("a PLY with colours in the bits of a float", "a.ply", plyFloatRgb((i) => (i % 2 ? 0x00c86432 : 0x00123456)), cube, { says: /rgb .*0xRRGGBB/, colors: [[18, 52, 86], [200, 100, 50]], isRead: false }),
   one("a PLY with opaque colours in the bits of a float", "a.ply", plyFloatRgb((i) => (i % 2 ? 0xffc86432 : 0xff123456)), cube, { says: /rgb .*0xRRGGBB/, colors: [[18, 52, 86], [200, 100, 50]], isRead: false }),
   one("a PLY with a float rgb that is no colour", "a.ply", plyOf(corners, quads, { properties: "property float rgb", row: (i) => i / 8 }), cube, { says: /rgb of type float32 is not shown/, colors: [] }),
