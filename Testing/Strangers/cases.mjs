@@ -536,6 +536,9 @@ export const cases = [
     { triangles: 2, box: { low: [0, 0.5, 0], high: [2.5, 1.5, 1] } }, { says: /decimal commas/, isRead: false }),
   one("VRML with decimal commas in an Extrusion", "a.wrl", wrl("Shape { geometry Extrusion { crossSection [ 0,5 0,5, 0,5 -0,5, -0,5 -0,5, -0,5 0,5, 0,5 0,5 ] spine [ 0 0 0, 0 2,5 0 ] } }"),
     { volume: 2.5, area: 12, box: { low: [-0.5, 0, -0.5], high: [0.5, 2.5, 0.5] } }, { says: /decimal commas/, isRead: false }),
+  one("VRML that exports names of nodes", "a.wrl", wrl(`DEF A ${cubeWrl()}\nEXPORT A\nEXPORT A AS B`), cube, { isRead: false }),
+  one("VRML with a field of no value", "a.wrl", wrl(cubeWrl().replace("coordIndex [ 0", "coordIndex [ zero")), cube,
+    { mustRefuse: true, refused: /line 3: no value that the field may have \('coordIndex'\), in or before .*: mend that line/ }),
   one("VRML with decimal commas in a PROTO", "a.wrl", wrl(`PROTO P [ field MFVec3f places [ 0,5 0,5 0,5 ] field SFVec3f size 1,5 1,5 1,5 field SFVec3f at 0 0,5 0 ] {
     Transform { translation IS at children [ Shape { geometry Box { size IS size } } Shape { geometry PointSet { coord Coordinate { point IS places } } } ] } }
     P { size 2,5 2 2 at 1,5 0 0 places [ 0,25 1 1,5, 0 0 0,5 ] }`), { triangles: 12, unused: 2, volume: 10, area: 28, box: { low: [0.25, -1, -1], high: [2.75, 1, 1] } }, { says: /decimal commas/, isRead: false }),

@@ -134,7 +134,8 @@ public:
     TakeBlanks(line);
     return Error{ ErrorCode::InvalidInput,
       "line " + std::to_string(number) + ": " + Meaning(said) +
-        (line.empty() ? "" : ", in or before " + QuotedText(line)) };
+        (line.empty() ? "" : ", in or before " + QuotedText(line)) +
+        ": mend that line, or write the file again" };
   }
 
 private:

@@ -745,10 +745,12 @@ private:
       std::replace(withPoint.begin(), withPoint.end(), ',', '.');
       word = withPoint;
     }
-    if (this->RouteWords > 0 || (word == "ROUTE" && this->Last != "DEF" && this->Last != "USE"))
+    // ROUTE from TO to; EXPORT node AS name, of X3D
+    const bool isExport = this->Open.empty() && (word == "EXPORT" || word == "AS");
+    const int behind = word == "ROUTE" ? 3 : isExport ? 1 : 0;
+    if (this->RouteWords > 0 || (behind > 0 && this->Last != "DEF" && this->Last != "USE"))
     {
-      // ROUTE from TO to
-      this->RouteWords = word == "ROUTE" ? 3 : this->RouteWords - 1;
+      this->RouteWords = behind > 0 ? behind : this->RouteWords - 1;
       return {};
     }
     const bool isName = this->Last == "DEF" || this->Last == "USE";
