@@ -441,15 +441,15 @@ TEST_F(TestConvert, TextIsRefusedWithItsLine)
       "1\n",
       "POINTS (line 5) has 4 of its 6 numbers, then 'two'" },
     { "c.vtk", "# vtk DataFile Version 3.0\nt\nASCII\nFIELD f 1\na 1 1 float\n1\n",
-      "Could not read file" },
+      "has no DATASET, but fields or nothing" },
     { "a.stl", "solid nothing\nendsolid nothing\n", "holds no points" },
     { "a.gltf", "{\"asset\":{\"version\":\"2.0\"}}", "" },
     { "a.vtp", "<?xml version=\"1.0\"?><VTKFile type=\"PolyData\"><PolyData/></VTKFile>",
-      "is missing its NumberOfPoints" },
+      "it has no <Piece>" },
     { "b.vtp",
       "<?xml version=\"1.0\"?><VTKFile type=\"PolyData\"><PolyData><Piece NumberOfPoints=\"0\"/>"
       "</PolyData></VTKFile>",
-      "No Points element" },
+      "its first <Piece> has no <Points>" },
     { "c.vtp",
       "<?xml version=\"1.0\"?><VTKFile type=\"PolyData\"><PolyData><Piece NumberOfPoints=\"2\">"
       "<Points><DataArray type=\"Float32\" NumberOfComponents=\"3\" format=\"ascii\">nan 0 0 1 nan "

@@ -252,6 +252,21 @@ function zipOf(name) {
   return Buffer.concat([file, entry, Buffer.from(name), end]);
 }
 
+// The numbers of places in a scene as write(number) has them, with decimal commas.
+const commas = (text, write) => text.replace(/point \[[^\]]*/, (list) => list.replace(/-?\d+/g, (v) => write(Number(v)).replace(".", ",")));
+const fortran = (text) => text.replace(/(v|float)([^f]*)/g, (_, word, numbers) => word + numbers.replace(/-?\b1\b/g, (v) => `${v}.0D+00`));
+const stlLoops = (loops, write = String) => ["solid", ...loops.map((loop) =>
+  `facet normal 0 0 0\nouter loop\n${loop.map((p) => `vertex ${p.map(write).join(" ")}`).join("\n")}\nendloop\nendfacet`), "endsolid", ""].join("\n");
+const stlQuads = (faces, write) => stlLoops(faces.map((face) => face.map((i) => corners[i])), write);
+
+// A PLY of the cube as bytes, with a number for each vertex whose bits are those of a float.
+function plyFloatRgb(bits) {
+  const head = `ply\nformat binary_little_endian 1.0\nelement vertex 8\nproperty float x\nproperty float y\nproperty float z\nproperty float rgb
+element face 6\nproperty list uchar int vertex_indices\nend_header\n`;
+  const vertices = corners.map((corner, i) => Buffer.concat([floats([corner]), Buffer.from(new Uint32Array([bits(i)]).buffer)]));
+  return Buffer.concat([Buffer.from(head), ...vertices, ...quads.map((quad) => Buffer.concat([Buffer.from([4]), Buffer.from(new Int32Array(quad).buffer)]))]);
+}
+
 const one = (name, file, bytes, right, rest = {}) => ({ name, file, files: { [file]: bytes }, right, ...rest });
 
 export const cases = [
@@ -510,4 +525,51 @@ export const cases = [
   one("an archive with an OBJ in it", "a.zip", zipOf("statue.obj"), cube, { mustRefuse: true, refused: /holds 'statue\.obj': unpack it first, by unzip/ }),
   one("an IFC called .glb", "a.glb", "ISO-10303-21;\nHEADER;\nFILE_SCHEMA(('IFC4'));\nENDSEC;\n", cube, { mustRefuse: true, refused: /is an IFC file/ }),
   one("an OFF called .stl", "a.stl", offOf(), cube, { mustRefuse: true, refused: /a\.stl: looks like a \.off file/ }),
+  // Numbers as programs write them in other languages.
+  one("VRML with decimal commas", "a.wrl", commas(wrl(cubeWrl()), (v) => v.toFixed(6)), cube, { says: /decimal commas.*'point' \(line 2\)/, isRead: false }),
+  one("VRML with decimal commas in some of its numbers", "a.wrl", commas(wrl(cubeWrl()), (v) => String(1.25 * v + 0.25)), { ...cube, area: 37.5, volume: 15.625, box: { low: [-1, -1, -1], high: [1.5, 1.5, 1.5] } },
+    { says: /decimal commas/, isRead: false }),
+  one("VRML 1 with decimal commas, and no others between its points", "a.wrl", commas(wrlOne("").replaceAll(", ", "  "), (v) => v.toExponential(3)), cube, { says: /decimal commas/, isRead: false }),
+  one("VRML with decimal commas in its transforms and sizes", "a.wrl", wrl("Transform { translation 1,5 0 -2,50 scale 0,5 1 1 children Shape { geometry Box { size 2,0 3,0 4 } } }"),
+    { ...cube, volume: 12, area: 38, box: { low: [1, -1.5, -4.5], high: [2, 1.5, -0.5] } }, { says: /decimal commas.*'translation'/, isRead: false }),
+  one("VRML with decimal commas in a grid of heights", "a.wrl", wrl("Shape { geometry ElevationGrid { xDimension 2 zDimension 2 xSpacing 2,5 height [ 0,5 1,5\n0,5 1,5 ] } }"),
+    { triangles: 2, box: { low: [0, 0.5, 0], high: [2.5, 1.5, 1] } }, { says: /decimal commas/, isRead: false }),
+  one("VRML with decimal commas in an Extrusion", "a.wrl", wrl("Shape { geometry Extrusion { crossSection [ 0,5 0,5, 0,5 -0,5, -0,5 -0,5, -0,5 0,5, 0,5 0,5 ] spine [ 0 0 0, 0 2,5 0 ] } }"),
+    { volume: 2.5, area: 12, box: { low: [-0.5, 0, -0.5], high: [0.5, 2.5, 0.5] } }, { says: /decimal commas/, isRead: false }),
+  one("VRML that exports names of nodes", "a.wrl", wrl(`DEF A ${cubeWrl()}\nEXPORT A\nEXPORT A AS B`), cube, { isRead: false }),
+  one("VRML with a field of no value", "a.wrl", wrl(cubeWrl().replace("coordIndex [ 0", "coordIndex [ zero")), cube,
+    { mustRefuse: true, refused: /line 3: no value that the field may have \('coordIndex'\), in or before .*: mend that line/ }),
+  one("VRML with decimal commas in a PROTO", "a.wrl", wrl(`PROTO P [ field MFVec3f places [ 0,5 0,5 0,5 ] field SFVec3f size 1,5 1,5 1,5 field SFVec3f at 0 0,5 0 ] {
+    Transform { translation IS at children [ Shape { geometry Box { size IS size } } Shape { geometry PointSet { coord Coordinate { point IS places } } } ] } }
+    P { size 2,5 2 2 at 1,5 0 0 places [ 0,25 1 1,5, 0 0 0,5 ] }`), { triangles: 12, unused: 2, volume: 10, area: 28, box: { low: [0.25, -1, -1], high: [2.75, 1, 1] } }, { says: /decimal commas/, isRead: false }),
+  one("VRML with commas alone between its numbers", "a.wrl", wrl(cubeWrl().replace(/point \[[^\]]*/, `point [ ${corners.map((c) => c.map((v) => v + 1).join(",")).join(" ")}`)), cube, { silent: /commas/ }),
+  one("VRML with commas alone between its points", "a.wrl", wrl(cubeWrl().replace(/point \[[^\]]*/, `point [ ${corners.map((c) => c.map((v) => v + 1).join(" ")).join(",")}`)), cube, { silent: /commas/ }),
+  one("VRML: an Extrusion with commas within its points", "a.wrl", wrl("Shape { geometry Extrusion { crossSection [ 1,1 1,-1 -1,-1 -1,1 1,1 ] spine [ 0,0,0 0,2,0 ] } }"), { volume: 8, area: 24 },
+    { silent: /commas/, isRead: false }),
+  one("a .vtk with decimal commas", "a.vtk", vtk("POLYDATA", [vtkPoints.replace("1 1 1", "1,5 1 1"), vtkPolygons]), cube, { mustRefuse: true, refused: /'1,5' \(line 12\) \(a decimal comma/ }),
+  one("a .vtp with decimal commas", "a.vtp", vtp(8, 6).replace("-1 -1 -1", "-1,5 -1 -1"), cube, { mustRefuse: true, refused: /<Points> of piece 0 \(line 3\)/ }),
+  one("an OFF with decimal commas", "a.off", offOf().replace("-1 -1 -1", "-1,5 -1 -1"), cube, { mustRefuse: true, refused: /vertex 0 \(line 3\).*decimal comma/ }),
+  one("a PCD with decimal commas", "a.pcd", pcd("FIELDS x y z", "ascii") + rowsOf(" ").replaceAll(".", ","), cloud, { mustRefuse: true, refused: /line 12.*decimal comma/ }),
+  one("an OBJ with exponents of Fortran", "a.obj", fortran(cubeObj), cube, { isRead: false }),
+  one("a PLY with exponents of Fortran", "a.ply", plyWith([[/(-?)1 (-?)1 (-?)1 *\n/g, "$10.1D+01 $21.0d0 $31D0\n"]]), cube, { isRead: false }),
+  one("an XYZ with exponents of Fortran", "a.xyz", rowsOf(" ").replace(/\S+/g, (v) => `${v}D+00`), { ...cloud, box: boxOfCloud }, { isRead: false }),
+  one("a PCD with exponents of Fortran", "a.pcd", pcd("FIELDS x y z", "ascii") + rowsOf(" ").replace(/\S+/g, (v) => `${v}D+00`), { ...cloud, box: boxOfCloud }, { isRead: false }),
+  one("a .vtk with exponents of Fortran", "a.vtk", vtk("POLYDATA", [fortran(vtkPoints), vtkPolygons]), cube, { isRead: false }),
+  one("VRML with exponents of Fortran", "a.wrl", wrl(cubeWrl().replace(/point \[[^\]]*/, (list) => list.replace(/-?1/g, (v) => `${v}.0D+00`))), cube, { isRead: false }),
+  one("a text STL of quads, with exponents of Fortran", "a.stl", stlQuads(quads, (v) => `${v}.0D+00`), cube, { isRead: false }),
+  one("a text STL with a star for a facet, and a facet of two vertices", "a.stl", stlLoops([star(5), star(5).slice(0, 2)]), { area: starArea(5), triangles: 8 },
+    { says: /1 face has fewer than three corners/, isRead: false }),
+  one("a PLY with a remark that does not say so", "a.ply", plyWith([["element vertex", "Created by Blender3D 247 - www.blender.org, source file: \nelement vertex"]]), cube,
+    { says: /not carried.*'Created' \(header line 3\)/ }),
+  one("a PLY with colours in the bits of a float", "a.ply", plyFloatRgb((i) => (i % 2 ? 0x00c86432 : 0x00123456)), cube, { says: /rgb .*0xRRGGBB/, colors: [[18, 52, 86], [200, 100, 50]], isRead: false }),
+  one("a PLY with opaque colours in the bits of a float", "a.ply", plyFloatRgb((i) => (i % 2 ? 0xffc86432 : 0xff123456)), cube, { says: /rgb .*0xRRGGBB/, colors: [[18, 52, 86], [200, 100, 50]], isRead: false }),
+  one("a PLY with a float rgb that is no colour", "a.ply", plyOf(corners, quads, { properties: "property float rgb", row: (i) => i / 8 }), cube, { says: /rgb of type float32 is not shown/, colors: [] }),
+  one("a .vtk with fields before its DATASET", "a.vtk", vtk("POLYDATA", [vtkPoints, vtkPolygons]).replace("DATASET", "FIELD FieldData 2\nTIME 1 1 double\n0.5\nNAMES 1 2 string\nPOINTS%205\nb\nDATASET"),
+    cube, { isRead: false }),
+  one("a .vtk without a DATASET", "a.vtk", "# vtk DataFile Version 3.0\nt\nASCII\nFIELD f 1\na 1 1 float\n1\n", cube, { mustRefuse: true, refused: /has no DATASET/ }),
+  one("a .vtk of polygons in a grid", "a.vtk", vtk("UNSTRUCTURED_GRID", [vtkPoints, vtkPolygons]), cube, { mustRefuse: true, refused: /POLYGONS \(line 14\) cannot be in a DATASET/ }),
+  one("a .vtk of a table", "a.vtk", vtk("TABLE", ["ROW_DATA 1", "FIELD f 1", "a 1 1 int", "7"]), cube, { mustRefuse: true, refused: /'TABLE', which is no mesh/ }),
+  one("a .glb of rubbish", "a.glb", Buffer.from("rubbish of some bytes, no scene"), cube, { mustRefuse: true, refused: /a\.glb: is not a glTF file: it begins neither/ }),
+  one("a .vtp whose text ends in an element", "a.vtp", vtp(8, 6).slice(0, 400), cube, { mustRefuse: true, refused: /line \d+, column \d+: the text ends/ }),
+  one("a .vtp without its polygons' ends", "a.vtp", vtp(8, 6).replace('"offsets"', '"ends"'), cube, { mustRefuse: true, refused: /<Polys>.*'offsets'/ }),
 ];

@@ -97,6 +97,12 @@ public:
 
   VtkDamage First()
   {
+    constexpr std::string_view begin = "# vtk DataFile Versi"; // all that VTK asks for
+    const Result<std::string_view> head = this->Source.Peek(begin.size());
+    if (!head || !head->starts_with(begin))
+    {
+      return { "its first line does not begin with '# vtk DataFile Version'", true };
+    }
     this->SkipLine();
     this->SkipLine();
     const std::string kind = this->Keyword();
@@ -105,10 +111,27 @@ public:
     {
       return { "its third line says neither ASCII nor BINARY" };
     }
-    while (this->TakePart())
+    this->SkipLine();
+    this->HeadEnd = this->Source.Position();
+    bool goesOn = true;
+    while (goesOn)
     {
+      this->LastPart = this->Part;
+      goesOn = this->TakePart();
     }
-    this->Damage.hasNotFinite = this->HasNotFinite;
+    const bool isWhole = this->Ahead().empty() && this->Damage.part.empty();
+    if (isWhole && this->Dataset.empty())
+    {
+      this->Part = "it";
+      this->Damaged("has no DATASET, but fields or nothing: there is no mesh in it", true);
+    }
+    this->Damage.hasOtherNumbers = this->HasOtherNumbers;
+    this->Damage.order = this->Order;
+    this->Damage.lastPart =
+      isWhole
+        ? "what its parts hold does not fit together: they are whole up to the end of the file"
+        : "something behind " + (this->LastPart.empty() ? "its head" : this->LastPart) +
+            " cannot be read";
     return std::move(this->Damage);
   }
 
@@ -211,7 +234,8 @@ private:
   {
     const std::string_view next = this->IsBinary ? std::string_view() : this->Ahead();
     const std::string then =
-      next.empty() ? "then the file ends" : "then " + QuotedText(next) + " " + this->Here();
+      next.empty() ? "then the file ends"
+                   : "then " + QuotedText(next) + " " + this->Here() + DecimalCommaHint(next);
     return this->Damaged(
       "has " + std::to_string(there) + " of its " + std::to_string(count) + " numbers, " + then,
       isCut);
@@ -231,7 +255,8 @@ private:
       const std::string_view first = isOfCells ? std::string_view() : FirstOfGlued(word);
       if (first.empty() || ParseNumber(first, value) != NumberTextError::None)
       {
-        return this->NotEnough(index, count, isOfCells || IsLetter(word[0]));
+        const bool isComma = !DecimalCommaHint(word).empty();
+        return this->NotEnough(index, count, isOfCells || isComma || IsLetter(word[0]));
       }
       word = first;
     }
@@ -240,7 +265,8 @@ private:
       return this->Damaged(
         "has " + QuotedText(word) + " " + this->Here() + ", which names no point", true);
     }
-    this->HasNotFinite = this->HasNotFinite || !std::isfinite(value);
+    this->HasOtherNumbers = this->HasOtherNumbers || !std::isfinite(value) ||
+                            word.find_first_of("dD") != std::string_view::npos;
     this->Source.Consume(word.size());
     this->Taken = word;
     return true;
@@ -505,6 +531,28 @@ private:
     return this->TakeNumbers(this->Tuples, components, type);
   }
 
+  bool TakeDataset(std::uint64_t begin)
+  {
+    constexpr std::string_view types[] = { "POLYDATA", "UNSTRUCTURED_GRID", "STRUCTURED_GRID",
+      "STRUCTURED_POINTS", "RECTILINEAR_GRID" };
+    constexpr std::string_view others[] = { "TABLE", "TREE", "MOLECULE", "DIRECTED_GRAPH",
+      "UNDIRECTED_GRAPH", "MULTIBLOCK", "MULTIPIECE", "HIERARCHICAL_BOX", "OVERLAPPING_AMR",
+      "NON_OVERLAPPING_AMR", "PARTITIONED", "PARTITIONED_COLLECTION", "STATISTICAL_MODEL",
+      "HYPER_TREE_GRID", "CELL_GRID" };
+    this->Dataset = this->Keyword();
+    const bool isFirst = this->LastPart.empty();
+    this->SkipLine();
+    this->Order = isFirst ? VtkOrder{} : VtkOrder{ this->HeadEnd, begin, this->Source.Position() };
+    if (IsOneOf(this->Dataset, others))
+    {
+      return this->Damaged(
+        "is of the type " + QuotedText(this->Dataset) + ", which is no mesh", true);
+    }
+    return IsOneOf(this->Dataset, types) ||
+           this->Damaged(
+             "is of the type " + QuotedText(this->Dataset) + ", which VTK does not have", true);
+  }
+
   // A keyword, and what it says; false at the end too.
   bool TakePart()
   {
@@ -512,8 +560,7 @@ private:
     const std::string at = this->Here();
     const std::string keyword = this->Keyword();
     this->Part = (keyword.size() > 40 ? QuotedText(keyword) : keyword) + " " + at;
-    constexpr std::string_view lines[] = { "DATASET", "DIMENSIONS", "ORIGIN", "SPACING",
-      "ASPECT_RATIO" };
+    constexpr std::string_view lines[] = { "DIMENSIONS", "ORIGIN", "SPACING", "ASPECT_RATIO" };
     constexpr std::string_view places[] = { "POINTS", "X_COORDINATES", "Y_COORDINATES",
       "Z_COORDINATES" };
     constexpr std::string_view cells[] = { "VERTICES", "LINES", "POLYGONS", "TRIANGLE_STRIPS",
@@ -524,6 +571,10 @@ private:
     if (keyword.empty())
     {
       return false;
+    }
+    if (keyword == "DATASET")
+    {
+      return this->TakeDataset(this->Source.Position() - keyword.size());
     }
     if (IsOneOf(keyword, lines))
     {
@@ -547,6 +598,10 @@ private:
     }
     if (IsOneOf(keyword, cells))
     {
+      if (!this->Dataset.empty() && (keyword == "CELLS") == (this->Dataset == "POLYDATA"))
+      {
+        return this->Damaged("cannot be in a DATASET of the type " + QuotedText(this->Dataset));
+      }
       return this->TakeCount(count) && this->TakeCount(more) &&
              (this->HasOffsets() ? this->TakeOffsets(count, more) : this->TakeCells(count, more));
     }
@@ -600,7 +655,11 @@ private:
   std::string Part;                     // "POINTS (line 5)"
   std::string_view Taken;               // the last number of a text, until the next is sought
   VtkDamage Damage;
-  bool HasNotFinite = false;
+  std::string LastPart; // before Part; none before the first
+  std::string Dataset;  // its type, in capitals
+  std::uint64_t HeadEnd = 0;
+  VtkOrder Order;
+  bool HasOtherNumbers = false;
 };
 
 }

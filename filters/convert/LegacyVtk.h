@@ -3,11 +3,19 @@
 // "convert".
 #pragma once
 
+#include <cstdint>
 #include <filesystem>
 #include <string>
 
 namespace kdstream
 {
+
+// Where the line of DATASET is, in bytes, if parts come before it, which VTK does not read; else
+// zeros.
+struct VtkOrder
+{
+  std::uint64_t headEnd = 0, begin = 0, end = 0;
+};
 
 struct VtkDamage
 {
@@ -21,8 +29,11 @@ struct VtkDamage
   // In small letters, where the part is one of which the name is not known: VTK says it, too,
   // unless it knows the name, and something else is wrong.
   std::string unknownWord{};
-  // A text has numbers that are not finite, which VTK does not read.
-  bool hasNotFinite = false;
+  // A text has numbers that VTK does not read: not finite ones, and exponents of Fortran.
+  bool hasOtherNumbers = false;
+  VtkOrder order{};
+  // For a message where no part is damaged: "something behind POINTS (line 5) cannot be read".
+  std::string lastPart{};
 };
 
 // Goes through the file once, in the memory of a block.

@@ -174,7 +174,7 @@ public:
   }
 
 private:
-  Status CheckPoint(const PcdHeader& header, const std::vector<std::string_view>& words)
+  Status CheckPoint(PcdHeader& header, const std::vector<std::string_view>& words)
   {
     if (words.size() != header.values)
     {
@@ -192,6 +192,7 @@ private:
       {
         return this->Lines.Wrong(QuotedText(word) + " is no number" + DecimalCommaHint(word));
       }
+      header.hasOddLines = header.hasOddLines || !WithPlainExponent(word).empty();
     }
     return {};
   }

@@ -30,7 +30,7 @@ struct PcdHeader
   std::string text;            // a header that says the same, as PCL reads it
   Tolerance tolerance;         // what it does not count
   bool hasOddLines = false;    // among those of the points lines with #, or that end with \r alone,
-                               // which PCL does not know
+                               // or with exponents of Fortran, which PCL does not know
   bool hasViewpoint = false;   // the scanner stood somewhere
   bool textOfFloats = false;   // PCL makes floats of x, y and z, which lose some of the decimals
 };

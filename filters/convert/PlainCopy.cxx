@@ -64,8 +64,8 @@ bool IsText(std::string_view begin)
   return LowercaseText(TakeWord(third)) == "ascii";
 }
 
-// The line with vtkNotFinite for numbers that are not finite, if all its words are numbers.
-std::string WithFiniteNumbers(std::string_view line)
+// The line with numbers as VTK reads them, if all its words are numbers.
+std::string WithPlainNumbers(std::string_view line)
 {
   std::vector<std::string_view> words;
   SplitWords(line, " \t\r", words);
@@ -78,10 +78,10 @@ std::string WithFiniteNumbers(std::string_view line)
     {
       return std::string(line);
     }
-    const bool isFinite = std::isfinite(value);
-    made += isFinite ? word : std::string_view(vtkNotFinite);
+    const std::string plain = std::isfinite(value) ? WithPlainExponent(word) : vtkNotFinite;
+    made += plain.empty() ? word : std::string_view(plain);
     made += ' ';
-    changed = changed || !isFinite;
+    changed = changed || !plain.empty();
   }
   return changed ? made : std::string(line);
 }
@@ -129,6 +129,45 @@ Status PlainCopy::Write(std::string_view bytes)
   return {};
 }
 
+// The bytes from `begin` on, up to `end`.
+Status PlainCopy::Copy(ByteSource& source, std::uint64_t begin, std::uint64_t end)
+{
+  for (source.Seek(begin); source.Position() < end;)
+  {
+    const Result<std::string_view> block = source.Peek(static_cast<std::size_t>(
+      std::min<std::uint64_t>(ByteSource::blockSize, end - source.Position())));
+    KDSTREAM_TRY(block);
+    const std::string_view bytes = block->substr(0, end - source.Position());
+    if (bytes.empty())
+    {
+      return {};
+    }
+    KDSTREAM_TRY(this->Write(bytes));
+    source.Consume(bytes.size());
+  }
+  return {};
+}
+
+Result<PlainCopy> PlainCopy::WithDatasetFirst(
+  const std::filesystem::path& file, const VtkOrder& order)
+{
+  PlainCopy copy(file);
+  if (order.end == 0)
+  {
+    return copy;
+  }
+  Result<ByteSource> source = ByteSource::Open(file);
+  KDSTREAM_TRY(source);
+  KDSTREAM_TRY(copy.Open());
+  const std::uint64_t size = source->Size();
+  for (const auto& [begin, end] : { std::pair{ std::uint64_t{ 0 }, order.headEnd },
+         { order.begin, order.end }, { order.headEnd, order.begin }, { order.end, size } })
+  {
+    KDSTREAM_TRY(copy.Copy(*source, begin, end));
+  }
+  return copy;
+}
+
 Result<PlainCopy> PlainCopy::OfXml(const std::filesystem::path& file, Tolerance& tolerance)
 {
   Result<ByteSource> source = ByteSource::Open(file);
@@ -143,22 +182,12 @@ Result<PlainCopy> PlainCopy::OfXml(const std::filesystem::path& file, Tolerance&
   }
   tolerance.Count(Lapse::PaddedEnd, *zeros, "byte " + std::to_string(source->Size()));
   KDSTREAM_TRY(copy.Open());
-  for (;;)
-  {
-    const Result<std::string_view> block = source->Peek(static_cast<std::size_t>(
-      std::min<std::uint64_t>(ByteSource::blockSize, source->Remaining())));
-    KDSTREAM_TRY(block);
-    if (block->empty())
-    {
-      return copy;
-    }
-    KDSTREAM_TRY(copy.Write(*block));
-    source->Consume(block->size());
-  }
+  KDSTREAM_TRY(copy.Copy(*source, source->Start(), source->Size()));
+  return copy;
 }
 
 Result<PlainCopy> PlainCopy::OfVtk(
-  const std::filesystem::path& file, bool finite, Tolerance& tolerance)
+  const std::filesystem::path& file, bool numbers, Tolerance& tolerance)
 {
   constexpr std::size_t longestHead = 2048, longestLine = std::size_t{ 1 } << 31U;
   Result<ByteSource> source = ByteSource::Open(file);
@@ -178,7 +207,7 @@ Result<PlainCopy> PlainCopy::OfVtk(
   }
   const Result<bool> returns = HasLoneReturns(*source);
   KDSTREAM_TRY(returns);
-  if (!finite && !*returns && source->Start() == 0 && source->Size() == size)
+  if (!numbers && !*returns && source->Start() == 0 && source->Size() == size)
   {
     return copy;
   }
@@ -194,7 +223,7 @@ Result<PlainCopy> PlainCopy::OfVtk(
       KDSTREAM_TRY(more);
       if (*more)
       {
-        gathered += finite ? WithFiniteNumbers(text.Line()) : std::string(text.Line());
+        gathered += numbers ? WithPlainNumbers(text.Line()) : std::string(text.Line());
         gathered += '\n';
       }
     }

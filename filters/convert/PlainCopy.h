@@ -1,9 +1,12 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Texts as VTK's readers want them, which know no byte order marks, no lines that end with \r
-// alone, nothing behind the text, and no number that is not finite. Part of step "convert".
+// alone, nothing behind the text, no number that is not finite, and DATASET first. Part of step
+// "convert".
 #pragma once
 
+#include "filters/convert/LegacyVtk.h"
 #include "filters/core/Result.h"
+#include "filters/meshio/ByteSource.h"
 #include "filters/meshio/Tolerance.h"
 
 #include <filesystem>
@@ -23,10 +26,14 @@ public:
   // be any bytes before. Errors: InvalidInput for text in UTF-16 or UTF-32; InputOutput.
   static Result<PlainCopy> OfXml(const std::filesystem::path& file, Tolerance& tolerance);
   // Of a legacy .vtk file that is a text, also without a byte order mark, and with \n at the end of
-  // each line. finite: numbers that are not finite become vtkNotFinite, in lines of numbers alone.
-  // Errors: the same.
+  // each line. numbers: in lines of numbers alone those that are not finite become vtkNotFinite,
+  // and exponents of Fortran (1.0D+00) those of C. Errors: the same.
   static Result<PlainCopy> OfVtk(
-    const std::filesystem::path& file, bool finite, Tolerance& tolerance);
+    const std::filesystem::path& file, bool numbers, Tolerance& tolerance);
+
+  // Of a legacy .vtk file with its line of DATASET behind the head. Errors: InputOutput.
+  static Result<PlainCopy> WithDatasetFirst(
+    const std::filesystem::path& file, const VtkOrder& order);
 
   PlainCopy(PlainCopy&& other) noexcept;
   PlainCopy(const PlainCopy&) = delete;
@@ -44,6 +51,7 @@ private:
   }
   Status Open();
   Status Write(std::string_view bytes);
+  Status Copy(ByteSource& source, std::uint64_t begin, std::uint64_t end);
 
   std::filesystem::path Path;
   int Descriptor = -1;

@@ -4,7 +4,6 @@
 #include "filters/convert/ReadLaz.h"
 
 #include "filters/convert/LasCloud.h"
-#include "filters/meshio/QuotedText.h"
 
 #include <laszip/laszip_api.h>
 
@@ -43,14 +42,15 @@ public:
         laszip_open_reader(this->Laszip, file.c_str(), &compressed) != 0 ||
         laszip_get_point_pointer(this->Laszip, &point) != 0)
     {
-      return this->Failed("it cannot be decompressed");
+      return Error{ ErrorCode::InvalidInput, "it cannot be decompressed" };
     }
     for (std::uint64_t i = 0; i < this->Header.points; ++i)
     {
       if (laszip_read_point(this->Laszip) != 0)
       {
-        return this->Failed("truncated or damaged: point " + std::to_string(i) + " of " +
-                            std::to_string(this->Header.points) + " cannot be decompressed");
+        return Error{ ErrorCode::InvalidInput, "truncated or damaged: point " + std::to_string(i) +
+                                                 " of " + std::to_string(this->Header.points) +
+                                                 " cannot be decompressed" };
       }
       this->Add(*point);
       if (i % pointsPerReport == 0)
@@ -81,14 +81,6 @@ private:
       read.withheld = false;
     }
     this->Cloud.Add(read);
-  }
-
-  Error Failed(const std::string& what) const
-  {
-    laszip_CHAR* reason = nullptr;
-    const bool has = this->Laszip && laszip_get_error(this->Laszip, &reason) == 0 && reason;
-    return { ErrorCode::InvalidInput,
-      what + (has ? " (" + QuotedText(reason) + ", says LASzip)" : "") };
   }
 
   LasHeader Header;

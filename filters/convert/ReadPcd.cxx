@@ -56,7 +56,7 @@ std::optional<AttributeType> TypeOf(const Field& field)
   }
 }
 
-// Without comments, and each line ended as PCL wants it.
+// Without comments, each line ended and each exponent written as PCL wants it.
 std::stringstream PlainLines(std::istream& text)
 {
   std::stringstream lines;
@@ -69,6 +69,12 @@ std::stringstream PlainLines(std::istream& text)
       const std::size_t begin = line.find_first_not_of(" \t");
       if (begin != std::string::npos && line[begin] != '#')
       {
+        for (std::size_t i = begin + 1; i < line.size(); ++i)
+        {
+          const bool isBehindNumber =
+            line[i - 1] == '.' || (line[i - 1] >= '0' && line[i - 1] <= '9');
+          line[i] = isBehindNumber && (line[i] == 'd' || line[i] == 'D') ? 'e' : line[i];
+        }
         lines << line << '\n';
       }
     }
@@ -155,16 +161,16 @@ Result<Cloud> ReadCloud(const std::filesystem::path& file, const PcdHeader& head
     {
       reason = header.data == PcdData::Compressed
                  ? "its compressed points are damaged: write it again, with DATA binary"
-                 : "PCL cannot read it: write it again, with DATA ascii";
+                 : "its points cannot be read: write it again, with DATA ascii";
     }
   }
   catch (const std::bad_alloc&)
   {
     throw;
   }
-  catch (const std::exception& failure) // PCL's own, and Boost's
+  catch (const std::exception&) // PCL's own, and Boost's
   {
-    reason = std::string("PCL cannot read it: ") + failure.what();
+    reason = "its points cannot be read: write it again, with DATA ascii";
   }
   const std::uint64_t points = std::uint64_t{ cloud.width } * cloud.height;
   if (reason.empty() && (points != header.points || cloud.data.size() != points * cloud.point_step))

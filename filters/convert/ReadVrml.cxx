@@ -15,6 +15,7 @@
 #include "filters/core/VectorMath.h"
 #include "filters/meshio/ByteSource.h"
 #include "filters/meshio/QuotedText.h"
+#include "filters/meshio/TextWords.h"
 #include "filters/texture/FilesBeside.h"
 #include "filters/texture/LostLooks.h"
 
@@ -27,6 +28,20 @@
 #include <Inventor/errors/SoDebugError.h>
 #include <Inventor/errors/SoMemoryError.h>
 #include <Inventor/errors/SoReadError.h>
+#include <Inventor/fields/SoMFColor.h>
+#include <Inventor/fields/SoMFFloat.h>
+#include <Inventor/fields/SoMFMatrix.h>
+#include <Inventor/fields/SoMFRotation.h>
+#include <Inventor/fields/SoMFVec2f.h>
+#include <Inventor/fields/SoMFVec3f.h>
+#include <Inventor/fields/SoMFVec4f.h>
+#include <Inventor/fields/SoSFColor.h>
+#include <Inventor/fields/SoSFFloat.h>
+#include <Inventor/fields/SoSFMatrix.h>
+#include <Inventor/fields/SoSFRotation.h>
+#include <Inventor/fields/SoSFVec2f.h>
+#include <Inventor/fields/SoSFVec3f.h>
+#include <Inventor/fields/SoSFVec4f.h>
 #include <Inventor/lists/SoFieldList.h>
 #include <Inventor/misc/SoProto.h>
 #include <Inventor/misc/SoProtoInstance.h>
@@ -93,30 +108,34 @@ public:
   CoinMessages(const CoinMessages&) = delete;
   CoinMessages& operator=(const CoinMessages&) = delete;
 
-  // Errors: InvalidInput, with the line of the first.
-  static Status First()
+  // Errors: InvalidInput, with the line of the first, and what stands in it in `text`.
+  static Status First(std::string_view text)
   {
     if (Text().empty())
     {
       return {};
     }
-    constexpr std::string_view begin = "Coin read error: ", line = "line";
-    std::string_view text = Text();
-    text.remove_prefix(text.starts_with(begin) ? begin.size() : 0);
-    const std::string_view what = text.substr(0, text.find('\n'));
-    std::string place;
-    if (const std::size_t at = text.rfind(line); at != std::string_view::npos)
+    constexpr std::string_view word = "line";
+    const std::string_view said = Text();
+    const std::size_t at = said.rfind(word);
+    const std::size_t digits = said.find_first_of("0123456789", std::min(at, said.size()));
+    std::size_t number = 0;
+    if (at == std::string_view::npos || digits == std::string_view::npos ||
+        std::from_chars(said.data() + digits, said.data() + said.size(), number).ec != std::errc())
     {
-      const std::size_t digits = text.find_first_of("0123456789", at);
-      unsigned number = 0;
-      if (digits != std::string_view::npos &&
-          std::from_chars(text.data() + digits, text.data() + text.size(), number).ec ==
-            std::errc())
-      {
-        place = "line " + std::to_string(number) + ": ";
-      }
+      return Error{ ErrorCode::InvalidInput, Meaning(said) };
     }
-    return Error{ ErrorCode::InvalidInput, place + "cannot be read as VRML: " + QuotedText(what) };
+    std::size_t begin = 0;
+    for (std::size_t line = 1; line < number && begin < text.size(); ++line)
+    {
+      begin = std::min(text.find('\n', begin), text.size() - 1) + 1;
+    }
+    std::string_view line = text.substr(begin, text.find('\n', begin) - begin);
+    TakeBlanks(line);
+    return Error{ ErrorCode::InvalidInput,
+      "line " + std::to_string(number) + ": " + Meaning(said) +
+        (line.empty() ? "" : ", in or before " + QuotedText(line)) +
+        ": mend that line, or write the file again" };
   }
 
 private:
@@ -124,6 +143,38 @@ private:
   {
     static std::string text;
     return text;
+  }
+  // What Coin's words mean, with the name that they quote.
+  static std::string Meaning(std::string_view said)
+  {
+    constexpr std::pair<std::string_view, const char*> meanings[] = {
+      { "Couldn't read value for field", "no value that the field may have" },
+      { "Unable to read value", "no value that the field may have" },
+      { "Unable to read default value", "no value that the field may have" },
+      { "Unknown field type", "a field of a type that VRML does not have" },
+      { "Unknown field", "a field that its node does not have" },
+      { "Unknown enumeration", "a word that its field does not have" },
+      { "Unknown SoSFBitMask", "a word that its field does not have" },
+      { "Unknown reference", "USE of a name that no node has" },
+      { "Premature end", "the text ends inside a node" },
+      { "Premature EOF", "the text ends inside a node" },
+      { "premature EOF", "the text ends inside a node" },
+      { "after end of scene", "something stands behind the last node" },
+      { "is not derived from", "a node where one of another kind belongs" },
+      { "ROUTE", "a ROUTE that cannot be read" },
+      { "PROTO", "a PROTO that cannot be read" },
+    };
+    const auto* const found = std::find_if(std::begin(meanings), std::end(meanings),
+      [&](const auto& meaning) { return said.find(meaning.first) != said.npos; });
+    if (found == std::end(meanings))
+    {
+      return "it cannot be read as VRML";
+    }
+    const std::size_t begin = said.find('"');
+    const std::size_t end = begin == said.npos ? begin : said.find('"', begin + 1);
+    return found->second + (end == said.npos || end == begin + 1
+                               ? std::string()
+                               : " (" + QuotedText(said.substr(begin + 1, end - begin - 1)) + ")");
   }
   static void Keep(const SoError* error, void*)
   {
@@ -176,12 +227,29 @@ bool HoldsNodesInCoin(const std::string& type)
          SoType::fromName(type.c_str()).isDerivedFrom(SoGroup::getClassTypeId());
 }
 
-// Of what it cannot make it says nothing: it has all.
-bool IsFieldOfCoin(const std::string& type, const std::string& field, bool isFirst)
+// How many floats a value of a field has; 0 of all other fields.
+std::size_t WidthOfField(const SoField& field)
 {
-  static std::map<std::string, std::set<std::string>> fieldsOf;
+  const SoType type = field.getTypeId();
+  const auto is = [&](SoType single, SoType multiple)
+  { return type.isDerivedFrom(single) || type.isDerivedFrom(multiple); };
+  constexpr std::size_t ofMatrix = 16;
+  return is(SoSFFloat::getClassTypeId(), SoMFFloat::getClassTypeId())         ? 1
+         : is(SoSFVec2f::getClassTypeId(), SoMFVec2f::getClassTypeId())       ? 2
+         : is(SoSFVec3f::getClassTypeId(), SoMFVec3f::getClassTypeId())       ? 3
+         : is(SoSFColor::getClassTypeId(), SoMFColor::getClassTypeId())       ? 3
+         : is(SoSFVec4f::getClassTypeId(), SoMFVec4f::getClassTypeId())       ? 4
+         : is(SoSFRotation::getClassTypeId(), SoMFRotation::getClassTypeId()) ? 4
+         : is(SoSFMatrix::getClassTypeId(), SoMFMatrix::getClassTypeId())     ? ofMatrix
+                                                                              : 0;
+}
+
+// The fields of a node, with the floats of a value; none where Coin cannot make one.
+const std::map<std::string, std::size_t>& FieldsOfCoin(const std::string& type, bool isFirst)
+{
+  static std::map<std::string, std::map<std::string, std::size_t>> fieldsOf;
   const auto [found, isNew] = fieldsOf.try_emplace((isFirst ? "1" : "2") + type);
-  std::set<std::string>& fields = found->second;
+  std::map<std::string, std::size_t>& fields = found->second;
   const SoType made = TypeOfCoin(type, isFirst);
   if (isNew && made.canCreateInstance())
   {
@@ -194,12 +262,26 @@ bool IsFieldOfCoin(const std::string& type, const std::string& field, bool isFir
       SbName name;
       if (node->getFieldName(list[i], name))
       {
-        fields.emplace(name.getString());
+        fields.emplace(name.getString(), WidthOfField(*list[i]));
       }
     }
     node->unref();
   }
+  return fields;
+}
+
+// Of what it cannot make it says nothing: it has all.
+bool IsFieldOfCoin(const std::string& type, const std::string& field, bool isFirst)
+{
+  const auto& fields = FieldsOfCoin(type, isFirst);
   return fields.empty() || fields.contains(field) || field.starts_with("set_");
+}
+
+std::size_t WidthOfCoin(const std::string& type, const std::string& field, bool isFirst)
+{
+  const auto& fields = FieldsOfCoin(type, isFirst);
+  const auto found = fields.find(field);
+  return found == fields.end() ? 0 : found->second;
 }
 
 // --- Transforms ----------------------------------------------------------------------------------
@@ -494,7 +576,7 @@ private:
       *bytes = std::move(unpacked->text);
     }
     Result<VrmlText> checked =
-      CheckVrmlText(*bytes, { IsNodeOfCoin, IsFieldOfCoin, HoldsNodesInCoin });
+      CheckVrmlText(*bytes, { IsNodeOfCoin, IsFieldOfCoin, WidthOfCoin, HoldsNodesInCoin });
     KDSTREAM_TRY(checked);
     for (const auto& [what, left] : checked->leftOut)
     {
@@ -513,9 +595,9 @@ private:
     input.setBuffer(checked->text.data(), checked->text.size());
     const CoinMessages messages;
     SoSeparator* const scene = SoDB::readAll(&input);
-    if (!scene || !CoinMessages::First())
+    const Status said = CoinMessages::First(checked->text);
+    if (!scene || !said)
     {
-      const Status said = CoinMessages::First();
       return said ? Error{ ErrorCode::InvalidInput, "cannot be read as VRML" } : said.GetError();
     }
     scene->ref();

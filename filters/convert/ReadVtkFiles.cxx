@@ -7,6 +7,7 @@
 #include "filters/convert/PlainCopy.h"
 #include "filters/convert/PolyDataParts.h"
 #include "filters/convert/VtkMessages.h"
+#include "filters/convert/VtkWords.h"
 #include "filters/meshio/TextWords.h"
 
 #include <vtkCallbackCommand.h>
@@ -133,14 +134,11 @@ private:
   }
 };
 
-// VTK's words do not say what to do. part: which part it is, where that is known.
-Error Damaged(const Error& error, const std::string& part = {})
+// part: what is wrong with which part.
+Error Damaged(const std::string& part)
 {
-  return error.code == ErrorCode::InvalidInput ? Error{ error.code,
-    "is damaged, or is not as its header says: " + part + (part.empty() ? "" : "; ") +
-      "write it again by the program that it comes from" +
-      (error.message.empty() ? "" : " (" + error.message + ")") }
-                                               : error;
+  return { ErrorCode::InvalidInput, "is damaged, or is not as its header says: " + part +
+                                      "; write it again by the program that it comes from" };
 }
 
 // Whether the cells of each part name points that are there. Errors: InvalidInput naming part, cell
@@ -163,18 +161,18 @@ Status CheckParts(vtkPolyData& mesh)
 
 Result<ForeignMesh> Finish(vtkPolyData* output, VtkMessages& messages, const Execution& execution)
 {
-  if (const Status read = messages.FirstError(); !read)
-  {
-    return Damaged(read.GetError());
-  }
   KDSTREAM_TRY(CheckParts(*output));
   KDSTREAM_TRY(execution.Report("read", 1));
   Result<ForeignMesh> mesh = ReadPolyData(*output, execution);
   if (mesh)
   {
-    for (std::string& warning : messages.TakeWarnings())
+    for (const std::string& warning : messages.TakeWarnings())
     {
-      mesh->warnings.push_back(std::move(warning));
+      std::string own = VtkWarning(warning);
+      if (!own.empty())
+      {
+        mesh->warnings.push_back(std::move(own));
+      }
     }
   }
   return mesh;
@@ -318,10 +316,11 @@ Result<ForeignMesh> ReadVtkText(
   }
   Update(*reader, execution);
   vtkDataObject* const output = reader->GetOutput();
-  if (const Status read = messages.FirstError(); !read)
+  const std::vector<std::string> errors = messages.Errors();
+  if (!errors.empty())
   {
-    const bool isBlamed = read.GetError().message.find(damage.unknownWord) != std::string::npos;
-    return Damaged(read.GetError(), isBlamed ? damage.part : std::string());
+    const bool isBlamed = errors.front().find(damage.unknownWord) != std::string::npos;
+    return Damaged(isBlamed && !damage.part.empty() ? damage.part : damage.lastPart);
   }
   if (vtkPolyData* const mesh = vtkPolyData::SafeDownCast(output))
   {
@@ -362,6 +361,10 @@ Result<ForeignMesh> ReadVtp(const std::filesystem::path& file, const Execution& 
   vtkNew<CountingReader> reader;
   reader->SetFileName(plain->File().c_str());
   Update(*reader, execution);
+  if (const std::vector<std::string> errors = messages.Errors(); !errors.empty())
+  {
+    return Damaged(XmlDamage(errors, plain->File()));
+  }
   Result<ForeignMesh> mesh = Finish(reader->GetOutput(), messages, execution);
   if (mesh)
   {
@@ -379,17 +382,20 @@ Result<ForeignMesh> ReadVtk(const std::filesystem::path& file, const Execution& 
   const VtkDamage damage = FindVtkDamage(plain->File());
   if (damage.isCut)
   {
-    return Damaged(Error{ ErrorCode::InvalidInput, "" }, damage.part);
+    return Damaged(damage.part);
   }
+  const Result<PlainCopy> ordered = PlainCopy::WithDatasetFirst(plain->File(), damage.order);
+  KDSTREAM_TRY(ordered);
   Tolerance counted; // already
-  const Result<PlainCopy> finite = PlainCopy::OfVtk(plain->File(), damage.hasNotFinite, counted);
-  KDSTREAM_TRY(finite);
-  Result<ForeignMesh> mesh = ReadVtkText(finite->File(), damage, execution);
+  const Result<PlainCopy> numbers =
+    PlainCopy::OfVtk(ordered->File(), damage.hasOtherNumbers, counted);
+  KDSTREAM_TRY(numbers);
+  Result<ForeignMesh> mesh = ReadVtkText(numbers->File(), damage, execution);
   if (mesh)
   {
     mesh->tolerance.Add(tolerance);
   }
-  if (mesh && damage.hasNotFinite)
+  if (mesh && damage.hasOtherNumbers)
   {
     TakeStandIns(mesh->mesh);
   }

@@ -104,6 +104,17 @@ std::string NameForParser(std::string_view name, bool isFirst)
   return made;
 }
 
+// The floats of a value of a type of fields, as a PROTO names it (SFVec3f); 0 of all others.
+std::size_t WidthOfType(std::string_view type)
+{
+  constexpr std::pair<std::string_view, std::size_t> widths[] = { { "Float", 1 }, { "Vec2f", 2 },
+    { "Vec3f", 3 }, { "Color", 3 }, { "Rotation", 4 } };
+  const bool isField = type.starts_with("SF") || type.starts_with("MF");
+  const auto* const found = std::find_if(std::begin(widths), std::end(widths),
+    [&](const auto& width) { return isField && type.substr(2) == width.first; });
+  return found == std::end(widths) ? 0 : found->second;
+}
+
 class TextChecker
 {
 public:
@@ -334,6 +345,11 @@ private:
         opened.defined = this->Scopes.back()[opened.name].number = ++this->DefinedNodes;
       }
     }
+    else if (this->Open.size() > 1)
+    {
+      const Bracket& node = this->Open[this->Open.size() - 2];
+      this->LookForCommas(this->WidthOf(node, opened.type), opened.type, this->At + 1);
+    }
     this->Last.clear();
     this->Out.text += bracket;
     opened.textEnd = this->Out.text.size();
@@ -466,8 +482,13 @@ private:
   // field, or in VRML 1 the next node.
   void LookForField(std::string_view word)
   {
-    if (this->Open.empty() || !this->Open.back().hasKnownFields || this->Extern)
+    if (this->Open.empty() || this->Extern)
     {
+      return;
+    }
+    if (!this->Open.back().hasKnownFields)
+    {
+      this->LookForProtoField(word);
       return;
     }
     Bracket& node = this->Open.back();
@@ -510,12 +531,107 @@ private:
     this->EndField(node);
     node.isFieldNamed = true;
     node.hasChildren = node.hasChildren || word == "children";
+    if (next != "[")
+    {
+      this->LookForCommas(this->WidthOf(node, std::string(word)), std::string(word), this->At);
+    }
     if (next != "IS" && !this->Library.hasField(node.type, std::string(word), this->Out.isFirst))
     {
       node.noFieldBegin = this->Out.text.size();
       this->CountField(QuotedText(word) + " of " + QuotedText(node.type) + " (line " +
                        std::to_string(this->Line) + ")");
     }
+  }
+
+  // A word in the interface of a PROTO, or in a node that it makes.
+  void LookForProtoField(std::string_view word)
+  {
+    const Bracket& node = this->Open.back();
+    const bool isInterface = node.bracket == '[' && !this->Proto.empty();
+    if (!isInterface && (node.bracket != '{' || !this->ProtoWidths.contains(node.type)))
+    {
+      return;
+    }
+    const std::string field(word);
+    if (const std::size_t width = isInterface ? WidthOfType(this->Last) : 0; width > 0)
+    {
+      this->ProtoWidths[this->Proto][field] = width;
+    }
+    if (this->NextWord(this->At) != "[")
+    {
+      this->LookForCommas(this->WidthOf(node, field), field, this->At);
+    }
+  }
+
+  // The floats of a value of a field; 0 of other fields, and of texture coordinates, which are not
+  // read.
+  std::size_t WidthOf(const Bracket& node, const std::string& field) const
+  {
+    if (node.hasKnownFields)
+    {
+      return node.type.starts_with("TextureCoordinate")
+               ? 0
+               : this->Library.widthOf(node.type, field, this->Out.isFirst);
+    }
+    const auto proto = this->ProtoWidths.find(node.bracket == '[' ? this->Proto : node.type);
+    const auto found =
+      proto == this->ProtoWidths.end() ? Widths::const_iterator() : proto->second.find(field);
+    return proto == this->ProtoWidths.end() || found == proto->second.end() ? 0 : found->second;
+  }
+
+  // Finds out how commas in the numbers of a field are meant, which begin at `begin`.
+  void LookForCommas(std::size_t width, const std::string& field, std::size_t begin)
+  {
+    VrmlNumbers numbers{ width, this->File[begin - 1] == '[', 0 };
+    if (width == 0)
+    {
+      return;
+    }
+    if (field == "height")
+    {
+      numbers.all = this->WholeNumberOf("xDimension") * this->WholeNumberOf("zDimension");
+    }
+    const VrmlCommaReading read = ReadVrmlCommas(this->File.substr(begin), numbers);
+    const std::string place = QuotedText(field) + " (line " + std::to_string(this->Line) + ")";
+    if (read.commas == VrmlCommas::Decimal)
+    {
+      this->CommasEnd = begin + read.size;
+      if (!std::exchange(this->HasDecimalCommas, true))
+      {
+        this->Out.tolerance.Tell(
+          "commas are taken as decimal commas, as in 1,5; the first in " + place);
+      }
+    }
+    else if (read.commas == VrmlCommas::Either && !std::exchange(this->HasOtherCommas, true))
+    {
+      this->Out.tolerance.Tell(
+        "commas between digits are taken to separate numbers; the first in " + place +
+        ", where they could be decimal commas");
+    }
+  }
+
+  // Of a field of the node that is open, before its list or behind; 0 if it is not there.
+  std::size_t WholeNumberOf(std::string_view field) const
+  {
+    std::size_t begin = this->File.rfind('{', this->At);
+    const std::size_t end = std::min(this->File.find('}', this->At), this->File.size());
+    begin = begin == std::string_view::npos ? 0 : begin;
+    const std::string_view node = this->File.substr(begin, end - begin);
+    const std::size_t at = node.find(field);
+    std::string_view rest = node.substr(std::min(at, node.size()));
+    kdstream::TakeWord(rest);
+    std::size_t number = 0;
+    constexpr std::size_t most = 1U << 31U;
+    return ParseNumber(kdstream::TakeWord(rest), number) == NumberTextError::None && number < most
+             ? number
+             : 0;
+  }
+
+  bool IsDecimalComma(std::size_t at) const
+  {
+    const auto isDigit = [&](std::size_t k)
+    { return k < this->File.size() && this->File[k] >= '0' && this->File[k] <= '9'; };
+    return at < this->CommasEnd && this->File[at] == ',' && isDigit(at - 1) && isDigit(at + 1);
   }
 
   // What a node holds that is left out is left out with it.
@@ -610,7 +726,7 @@ private:
   {
     const std::size_t begin = this->At;
     while (this->At < this->File.size() &&
-           (IsVrmlWord(this->File[this->At]) ||
+           (IsVrmlWord(this->File[this->At]) || this->IsDecimalComma(this->At) ||
              GoesOnAsNotFinite(
                this->File.substr(begin, this->At - begin), this->File.substr(this->At, 6))))
     {
@@ -621,11 +737,20 @@ private:
       }
       ++this->At;
     }
-    const std::string_view word = this->File.substr(begin, this->At - begin);
-    if (this->RouteWords > 0 || (word == "ROUTE" && this->Last != "DEF" && this->Last != "USE"))
+    std::string_view word = this->File.substr(begin, this->At - begin);
+    std::string withPoint;
+    if (begin < this->CommasEnd && word.find(',') != word.npos)
     {
-      // ROUTE from TO to
-      this->RouteWords = word == "ROUTE" ? 3 : this->RouteWords - 1;
+      withPoint = word;
+      std::replace(withPoint.begin(), withPoint.end(), ',', '.');
+      word = withPoint;
+    }
+    // ROUTE from TO to; EXPORT node AS name, of X3D
+    const bool isExport = this->Open.empty() && (word == "EXPORT" || word == "AS");
+    const int behind = word == "ROUTE" ? 3 : isExport ? 1 : 0;
+    if (this->RouteWords > 0 || (behind > 0 && this->Last != "DEF" && this->Last != "USE"))
+    {
+      this->RouteWords = behind > 0 ? behind : this->RouteWords - 1;
       return {};
     }
     const bool isName = this->Last == "DEF" || this->Last == "USE";
@@ -654,6 +779,10 @@ private:
     else if (word.find('#') != std::string_view::npos)
     {
       written = "nan"; // which the parser refuses
+    }
+    if (const std::string plain = WithPlainExponent(word); !isName && !plain.empty())
+    {
+      written = plain;
     }
     if (this->Last == "PROTO")
     {
@@ -732,7 +861,11 @@ private:
   std::set<std::string, std::less<>> Externs;
   std::vector<Definitions> Scopes{ 1 }; // of the file, and of each PROTO in whose body this is
   std::size_t DefinedNodes = 0;
-  bool HasNodesWithoutField = false; // that was told
+  bool HasNodesWithoutField = false;                              // that was told
+  using Widths = std::map<std::string, std::size_t, std::less<>>; // of fields
+  std::map<std::string, Widths, std::less<>> ProtoWidths;
+  std::size_t CommasEnd = 0;                             // of numbers with decimal commas
+  bool HasDecimalCommas = false, HasOtherCommas = false; // that was told
 };
 
 }

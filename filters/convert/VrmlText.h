@@ -3,6 +3,7 @@
 // "convert" of the pipeline picture.
 #pragma once
 
+#include "filters/convert/VrmlCommas.h"
 #include "filters/core/Result.h"
 #include "filters/meshio/Tolerance.h"
 
@@ -44,7 +45,8 @@ struct VrmlText
   // The same scene for the library: lines stay, comments and ROUTEs are blanks (nothing is animated
   // here), and no string names a file: all are empty, but those that an Inline may have are numbers
   // of `urls`, behind vrmlUrlBegin.
-  // Of points and heights those that are not finite ("nan", "1.#IND") are vrmlNotFinite, names are
+  // Numbers have points for decimal commas (VrmlCommas.h), and e for D in exponents. Of points and
+  // heights those that are not finite ("nan", "1.#IND") are vrmlNotFinite, names are
   // such as it takes; nodes that it does not know are empty groups, and fields that it does not
   // know and what is in textures are blanks.
   std::string text;
@@ -65,6 +67,9 @@ struct VrmlLibrary
 {
   std::function<bool(const std::string& type, bool isFirst)> isNode;
   std::function<bool(const std::string& type, const std::string& field, bool isFirst)> hasField;
+  // Of a field of floats how many a value has; 0 for all others.
+  std::function<std::size_t(const std::string& type, const std::string& field, bool isFirst)>
+    widthOf;
   // Of VRML 2: whether nodes of the type hold others without a field, as those of Inventor do.
   std::function<bool(const std::string& type)> holdsNodes;
 };

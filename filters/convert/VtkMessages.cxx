@@ -85,10 +85,14 @@ VtkMessages::~VtkMessages()
 
 Status VtkMessages::FirstError() const
 {
+  const std::vector<std::string> errors = this->Errors();
+  return errors.empty() ? Status() : Status(Error{ ErrorCode::InvalidInput, errors.front() });
+}
+
+std::vector<std::string> VtkMessages::Errors() const
+{
   const Collector* const collector = Current();
-  return !collector || collector->Errors.empty()
-           ? Status()
-           : Status(Error{ ErrorCode::InvalidInput, collector->Errors.front() });
+  return collector ? collector->Errors : std::vector<std::string>();
 }
 
 std::vector<std::string> VtkMessages::TakeWarnings()

@@ -28,6 +28,8 @@ public:
   // InvalidInput with the first error's text, if there was one. A warning that data could not be
   // read is an error.
   Status FirstError() const;
+  // All errors so far, each once.
+  std::vector<std::string> Errors() const;
   // The warnings so far, each once.
   std::vector<std::string> TakeWarnings();
 

@@ -27,6 +27,28 @@ std::string_view SpecialNumber(std::string_view word)
   return none ? "nan" : std::string_view();
 }
 
+std::string WithPlainExponent(std::string_view word)
+{
+  constexpr std::string_view digits = "0123456789";
+  const std::size_t at = word.find_first_of("dD");
+  if (at == std::string_view::npos || at == 0 || at + 1 == word.size())
+  {
+    return {};
+  }
+  std::string_view exponent = word.substr(at + 1);
+  exponent.remove_prefix(exponent[0] == '+' || exponent[0] == '-' ? 1 : 0);
+  const std::string_view number = word.substr(0, at);
+  const bool isNumber = number.find_first_of(digits) != number.npos &&
+                        number.find_first_not_of("+-.0123456789") == number.npos &&
+                        !exponent.empty() && exponent.find_first_not_of(digits) == exponent.npos;
+  std::string plain(isNumber ? word : std::string_view());
+  if (isNumber)
+  {
+    plain[at] = 'e';
+  }
+  return plain;
+}
+
 bool IsBelowOne(std::string_view word)
 {
   if (word.starts_with('-'))
@@ -115,7 +137,7 @@ void DecimalPrecision::Add(std::string_view word)
     this->Suffice = FloatTells(value, decimal.power, decimal.digits % 2 == 0);
     return;
   }
-  const std::size_t exponentAt = std::min(word.find_first_of("eE"), word.size());
+  const std::size_t exponentAt = std::min(word.find_first_of("eEdD"), word.size());
   int exponent = 0;
   std::string_view digits = word.substr(std::min(exponentAt + 1, word.size()));
   digits.remove_prefix(!digits.empty() && digits[0] == '+' ? 1 : 0);

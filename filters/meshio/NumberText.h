@@ -6,6 +6,7 @@
 
 #include <charconv>
 #include <cstdint>
+#include <string>
 #include <string_view>
 #include <system_error>
 #include <type_traits>
@@ -94,6 +95,10 @@ inline bool ScanDecimal(std::string_view word, PlainDecimal& decimal)
 // 1.#INF. Empty for all other words.
 std::string_view SpecialNumber(std::string_view word);
 
+// The number with an e for the D or d of its exponent, as Fortran writes it (1.0D+00); empty for
+// all other words.
+std::string WithPlainExponent(std::string_view word);
+
 // Powers of ten that doubles hold exactly.
 inline constexpr int mostExactPower = 22;
 inline constexpr double exactPowers[mostExactPower + 1] = { 1e0, 1e1, 1e2, 1e3, 1e4, 1e5, 1e6, 1e7,
@@ -141,8 +146,8 @@ inline bool ReadPlain(std::string_view word, float& value)
 }
 
 // Reads the whole of `word` as a T. Floating-point text is rounded once, to the nearest T; what is
-// too small becomes zero; "nan" and "inf" are read, and 1.#QNAN and such. Integers have no fraction
-// and no exponent. A leading '+' is allowed.
+// too small becomes zero; "nan" and "inf" are read, and 1.#QNAN and such, and exponents of Fortran.
+// Integers have no fraction and no exponent. A leading '+' is allowed.
 template <class T>
 NumberTextError ParseNumber(std::string_view word, T& value)
 {
@@ -168,6 +173,13 @@ NumberTextError ParseNumber(std::string_view word, T& value)
   const std::from_chars_result parsed = std::from_chars(word.data(), end, value);
   if (parsed.ec == std::errc::invalid_argument || parsed.ptr != end)
   {
+    if constexpr (std::is_floating_point_v<T>)
+    {
+      if (const std::string plain = WithPlainExponent(word); !plain.empty())
+      {
+        return ParseNumber(plain, value);
+      }
+    }
     return NumberTextError::NotANumber;
   }
   if (parsed.ec == std::errc())

@@ -2,10 +2,12 @@
 // Colours made into the array that viewers show: see ShownColors.h.
 #include "filters/meshio/ShownColors.h"
 
+#include "filters/core/BitCast.h"
 #include "filters/meshio/TextWords.h"
 
 #include <algorithm>
 #include <cmath>
+#include <cstring>
 #include <string_view>
 #include <utility>
 
@@ -67,6 +69,13 @@ std::optional<HiddenColors> FindTriple(std::span<const AttributeInfo> attributes
   return std::nullopt;
 }
 
+bool IsPackedName(const AttributeInfo& array)
+{
+  const std::string name = LowercaseText(array.name);
+  return array.association == AttributeAssociation::Point && array.components == 1 &&
+         (name == "rgb" || name == "rgba");
+}
+
 // One array of three or four components, or of spherical harmonics.
 std::optional<HiddenColors> FindArray(std::span<const AttributeInfo> attributes, bool harmonics)
 {
@@ -81,15 +90,37 @@ std::optional<HiddenColors> FindArray(std::span<const AttributeInfo> attributes,
                                      (array.components == 3 || array.components == 4);
     if (known && array.association == AttributeAssociation::Point)
     {
-      return HiddenColors{ { i, i, i }, { 0, 1, 2 }, harmonics, false, {} };
+      return HiddenColors{ { i, i, i }, { 0, 1, 2 }, harmonics, false, false, {} };
     }
-    if (!harmonics && array.association == AttributeAssociation::Point && array.components == 1 &&
-        (name == "rgb" || name == "rgba") && SizeOf(array.type) == 4 && !IsReal(array.type))
+    if (!harmonics && IsPackedName(array) && SizeOf(array.type) == 4 && !IsReal(array.type))
     {
-      return HiddenColors{ { i, i, i }, {}, false, true, {} };
+      return HiddenColors{ { i, i, i }, {}, false, true, false, {} };
     }
   }
   return std::nullopt;
+}
+
+std::optional<HiddenColors> FindPacked(std::span<const AttributeInfo> attributes)
+{
+  for (std::size_t i = 0; i < attributes.size(); ++i)
+  {
+    if (IsPackedName(attributes[i]))
+    {
+      return HiddenColors{ { i, i, i }, {}, false, true, true, {} };
+    }
+  }
+  return std::nullopt;
+}
+
+float FloatAt(const Attribute& array, std::size_t tuple)
+{
+  if (array.type != AttributeType::Float32)
+  {
+    return static_cast<float>(array.Get(tuple, 0));
+  }
+  float value = 0; // bit for bit: it may be NaN
+  std::memcpy(&value, array.values.data() + tuple * sizeof(value), sizeof(value));
+  return value;
 }
 
 class ShownColorsReader : public MeshReader
@@ -112,7 +143,11 @@ public:
     const Result<std::size_t> read = this->Reader->ReadVertices(mesh, limit);
     KDSTREAM_TRY(read);
     this->Prepare(mesh);
-    this->Scale.Append(mesh.attributes, before, mesh.points.size(), mesh.attributes[this->Arrays]);
+    if (this->Scale.AreColors())
+    {
+      this->Scale.Append(
+        mesh.attributes, before, mesh.points.size(), mesh.attributes[this->Arrays]);
+    }
     this->TakeInfo();
     return read;
   }
@@ -142,13 +177,16 @@ private:
   void TakeInfo()
   {
     this->FileInfo = this->Reader->Info();
-    this->FileInfo.attributes.push_back(this->Scale.Shown());
+    if (this->Scale.AreColors())
+    {
+      this->FileInfo.attributes.push_back(this->Scale.Shown());
+    }
     this->FileInfo.tolerance.Tell(this->Told);
   }
 
   void Prepare(Mesh& mesh) const
   {
-    if (mesh.attributes.size() == this->Arrays)
+    if (this->Scale.AreColors() && mesh.attributes.size() == this->Arrays)
     {
       mesh.attributes.push_back({ this->Scale.Shown(), {} });
     }
@@ -174,6 +212,7 @@ std::optional<HiddenColors> FindHiddenColors(std::span<const AttributeInfo> attr
   std::optional<HiddenColors> found = FindTriple(attributes);
   found = found ? found : FindArray(attributes, false);
   found = found ? found : FindArray(attributes, true);
+  found = found ? found : FindPacked(attributes);
   const std::optional<AttributeInfo> shown = FreeName(attributes);
   if (!found || !shown)
   {
@@ -241,8 +280,32 @@ std::string ColorWhite::Doubt() const
   return doubt;
 }
 
+void PackedColors::Add(float value)
+{
+  constexpr float most = 16777215; // 0xFFFFFF
+  const auto bits = BitCast<std::uint32_t>(value);
+  const bool isMissing = bits == 0x7FC00000 || bits == 0xFFC00000; // the NaN that stands for it
+  if (isMissing || value == 0)
+  {
+    return;
+  }
+  this->Any = true;
+  const std::uint32_t top = bits >> 24U;
+  this->Bits = this->Bits && (top == 0 || top == 255);
+  this->Whole = this->Whole && value > 0 && value <= most && value == std::floor(value);
+  this->AnyRed = this->AnyRed || value > 65535;
+}
+
 void ColorScale::LookAt(std::span<const Attribute> attributes, std::size_t begin)
 {
+  if (this->Colors.maybe)
+  {
+    const Attribute& array = attributes[this->Colors.arrays[0]];
+    for (std::size_t i = begin; i < array.TupleCount(); ++i)
+    {
+      this->Packed.Add(FloatAt(array, i));
+    }
+  }
   for (std::size_t k = 0; k < 3 && !this->Colors.harmonics && !this->Colors.packed; ++k)
   {
     const Attribute& array = attributes[this->Colors.arrays[k]];
@@ -262,8 +325,10 @@ void ColorScale::Append(
   shown.values.resize(end * shown.TupleSize(), std::uint8_t{ 255 }); // opaque
   for (std::size_t i = begin; i < end && this->Colors.packed; ++i)
   {
-    const double number = attributes[this->Colors.arrays[0]].Get(i, 0);
-    const auto bits = static_cast<std::uint32_t>(static_cast<std::int64_t>(number));
+    const Attribute& array = attributes[this->Colors.arrays[0]];
+    const auto bits = this->Packed.AreBits()
+                        ? BitCast<std::uint32_t>(FloatAt(array, i))
+                        : static_cast<std::uint32_t>(static_cast<std::int64_t>(array.Get(i, 0)));
     for (std::size_t k = 0; k < 3; ++k)
     {
       shown.Set(i, k, double(bits >> (16 - 8 * k) & 255U));
@@ -297,6 +362,12 @@ std::string ColorScale::Tell(std::span<const AttributeInfo> attributes) const
     return names + " is taken for the colours of Gaussian splats, and shown as " +
            this->Colors.shown.name;
   }
+  if (!this->AreColors())
+  {
+    return names + " of type " + std::string(NameOf(first.type)) +
+           " is not shown: its values are not colours packed into numbers (0xRRGGBB). Colours are "
+           "shown as red, green and blue";
+  }
   if (this->Colors.packed)
   {
     return names + " is taken for colours of three bytes in a number (0xRRGGBB), and shown as " +
@@ -323,9 +394,12 @@ void AddShownColors(Mesh& mesh, Tolerance& tolerance)
   }
   ColorScale scale(std::move(*found));
   scale.LookAt(mesh.attributes, 0);
-  Attribute shown{ scale.Shown(), {} };
-  scale.Append(mesh.attributes, 0, mesh.points.size(), shown);
-  mesh.attributes.push_back(std::move(shown));
+  if (scale.AreColors())
+  {
+    Attribute shown{ scale.Shown(), {} };
+    scale.Append(mesh.attributes, 0, mesh.points.size(), shown);
+    mesh.attributes.push_back(std::move(shown));
+  }
   tolerance.Tell(scale.Tell(infos));
 }
 

@@ -25,13 +25,15 @@ struct HiddenColors
   std::array<std::size_t, 3> arrays{}, components{};
   bool harmonics = false; // f_dc: colour is 0.5 + 0.2820948 f
   bool packed = false;    // 0xRRGGBB in one number
+  bool maybe = false;     // packed, if the values say so (ColorScale)
   AttributeInfo shown{};  // the array to make: "RGB", or "RGBA" where that name is taken
 };
 
 // None where there are colours that are shown (RoleOf), or no others. Known are, whatever their
 // case: red green blue, r g b, diffuse_red …, ambient_red …, three arrays of numbers of one type;
 // one array of three or four components named rgb, rgba, color, colour, colors, diffuse; rgb or
-// rgba of one whole number of 32 bits; f_dc of three floats.
+// rgba of one whole number of 32 bits; f_dc of three floats. Maybe: rgb or rgba of one number of
+// another type.
 std::optional<HiddenColors> FindHiddenColors(std::span<const AttributeInfo> attributes);
 
 // What is white in colours that are numbers, for every format: 1, 255 or 65535, by most of the
@@ -52,6 +54,19 @@ private:
   bool Whole = false;
 };
 
+// What the numbers of an array rgb are: floats whose bits are 0x00RRGGBB or 0xFFRRGGBB, as PCL has
+// them, whole numbers 0xRRGGBB, or no colours. O(1) a value.
+class PackedColors
+{
+public:
+  void Add(float value);
+  bool AreBits() const { return this->Any && this->Bits; }
+  bool AreNumbers() const { return this->Whole && this->AnyRed; }
+
+private:
+  bool Bits = true, Whole = true, Any = false, AnyRed = false;
+};
+
 // Makes colours into the array that is shown.
 class ColorScale
 {
@@ -69,10 +84,16 @@ public:
   // "red, green and blue of type float32 are shown as RGB: 1 is white".
   std::string Tell(std::span<const AttributeInfo> attributes) const;
   const AttributeInfo& Shown() const { return this->Colors.shown; }
+  // False where the values are no colours: nothing is appended, and Tell says so.
+  bool AreColors() const
+  {
+    return !this->Colors.maybe || this->Packed.AreBits() || this->Packed.AreNumbers();
+  }
 
 private:
   HiddenColors Colors;
   ColorWhite White;
+  PackedColors Packed;
 };
 
 // Adds such an array to a whole mesh, if it has such colours, and tells it.

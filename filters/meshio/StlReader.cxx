@@ -2,6 +2,7 @@
 // Reads STL files in chunks: see StlReader.h.
 #include "filters/meshio/StlReader.h"
 
+#include "filters/core/CutPolygon.h"
 #include "filters/meshio/ContentFormat.h"
 #include "filters/meshio/MakeRoom.h"
 #include "filters/meshio/NumberText.h"
@@ -117,8 +118,8 @@ protected:
   // of them is: a facet is dropped whole.
   virtual Status ReadPoints(std::vector<Vec3>& points, std::size_t number) = 0;
 
-  // Counts a vertex of the file that is not finite.
-  void CountNotFinite(std::uint64_t vertex)
+  // Counts a vertex of a facet that is not finite.
+  void CountNotFinite(std::size_t vertex, std::uint64_t facet)
   {
     this->Finite = false;
     Tolerance& tolerance = this->FileInfo.tolerance;
@@ -126,7 +127,7 @@ protected:
     tolerance.Count(kind, 1,
       tolerance.Of(kind) > 0
         ? std::string()
-        : "vertex " + std::to_string(vertex % 3) + " of facet " + std::to_string(vertex / 3));
+        : "vertex " + std::to_string(vertex) + " of facet " + std::to_string(facet));
   }
 
   ByteSource Source;
@@ -288,7 +289,7 @@ void BinaryStlReader::SpreadNotFinite(std::uint64_t facet, std::size_t first, st
     {
       if (!IsFinite(this->Batch[i]))
       {
-        this->CountNotFinite(3 * facet + i);
+        this->CountNotFinite(i % 3, facet + i / 3);
       }
     }
     std::fill(corners, corners + 3, notFinite);
@@ -421,11 +422,12 @@ struct TextState
 {
   bool inSolid = false;
   bool inFacet = false;
-  unsigned corner = 0; // of the facet: what comes next
+  std::size_t corner = 0; // of the facet: what comes next
   std::uint64_t facet = 0;
-  // What was found up to there: solids without their end, words that are none of the format's.
-  std::uint64_t endless = 0, foreign = 0;
-  std::string firstForeign{};
+  // What was found up to there: solids without their end, words that are none of the format's,
+  // facets of fewer than three vertices, and triangles of all others.
+  std::uint64_t endless = 0, foreign = 0, small = 0, triangles = 0;
+  std::string firstForeign{}, firstSmall{};
 };
 
 class TextStlReader : public StlReader
@@ -442,7 +444,9 @@ public:
 
 private:
   Status ReadPoints(std::vector<Vec3>& points, std::size_t number) override;
-  // Goes to the coordinates of the next vertex; false at the end of the text.
+  // Goes to the next facet; false at the end of the text.
+  Result<bool> NextFacet();
+  // Goes to the coordinates of its next vertex; false behind its end.
   Result<bool> NextVertex();
   // What stands between facets: true at the end of the text, or where a facet begins.
   Result<bool> PassBetween();
@@ -451,7 +455,6 @@ private:
   Status SkipName(bool isEnd, const std::string& word = {});
   Status BeginFacet();
   Status ReadFacet();
-  Status EndFacet();
   // The next word; "endsolid" too where it is written "end solid".
   Result<std::string_view> NextWord();
   Status Expect(std::string_view expected);
@@ -463,7 +466,10 @@ private:
 
   TextWords Words;
   TextState At;
-  std::array<Vec3, 3> Facet{}; // the one that vertex VerticesRead is of
+  std::vector<Vec3> Facet;   // the corners of the last that was read
+  PolygonCutter Cutter;      // of it
+  std::vector<Vec3> Corners; // of its triangles: what ReadPoints gives
+  std::size_t Given = 0;     // of these
 };
 
 Error TextStlReader::Unexpected(std::string_view word, const std::string& expected) const
@@ -504,17 +510,6 @@ Status TextStlReader::Expect(std::string_view expected)
   KDSTREAM_TRY(word);
   return IsWord(*word, expected) ? Status()
                                  : this->Unexpected(*word, "'" + std::string(expected) + "'");
-}
-
-Status TextStlReader::EndFacet()
-{
-  for (const std::string_view word : { "endloop", "endfacet" })
-  {
-    KDSTREAM_TRY(this->Expect(word));
-  }
-  this->At.inFacet = false;
-  ++this->At.facet;
-  return {};
 }
 
 Status TextStlReader::SkipName(bool isEnd, const std::string& word)
@@ -604,25 +599,44 @@ Status TextStlReader::BeginFacet()
   return {};
 }
 
-Result<bool> TextStlReader::NextVertex()
+Result<bool> TextStlReader::NextFacet()
 {
-  if (this->At.inFacet && this->At.corner == 3)
-  {
-    KDSTREAM_TRY(this->EndFacet());
-  }
-  for (bool passed = this->At.inFacet; !passed;)
+  for (bool passed = false; !passed;)
   {
     const Result<bool> between = this->PassBetween();
     KDSTREAM_TRY(between);
     passed = *between;
   }
-  if (!this->At.inFacet)
+  return this->At.inFacet;
+}
+
+// A loop may have any number of vertices.
+Result<bool> TextStlReader::NextVertex()
+{
+  const Result<std::string_view> word = this->NextWord();
+  KDSTREAM_TRY(word);
+  if (IsWord(*word, "vertex"))
   {
-    return false;
+    ++this->At.corner;
+    return true;
   }
-  KDSTREAM_TRY(this->Expect("vertex"));
-  ++this->At.corner;
-  return true;
+  if (!IsWord(*word, "endloop"))
+  {
+    return this->Unexpected(*word, this->At.corner < 3 ? "'vertex'" : "'endloop'");
+  }
+  KDSTREAM_TRY(this->Expect("endfacet"));
+  this->At.inFacet = false;
+  if (this->At.corner >= 3)
+  {
+    this->At.triangles += this->At.corner - 2;
+  }
+  else if (this->At.small++ == 0)
+  {
+    this->At.firstSmall =
+      "facet " + std::to_string(this->At.facet) + ", of " + std::to_string(this->At.corner);
+  }
+  ++this->At.facet;
+  return false;
 }
 
 Status TextStlReader::Start(const Execution& execution)
@@ -633,27 +647,32 @@ Status TextStlReader::Start(const Execution& execution)
   DecimalPrecision precision;
   for (;;)
   {
-    const Result<bool> more = this->NextVertex();
-    KDSTREAM_TRY(more);
-    if (!*more)
+    const Result<bool> facet = this->NextFacet();
+    KDSTREAM_TRY(facet);
+    if (!*facet)
     {
       break;
     }
-    for (std::size_t k = 0; k < 3; ++k)
+    for (Result<bool> vertex = this->NextVertex(); !vertex || *vertex; vertex = this->NextVertex())
     {
-      const Result<std::string_view> word = this->Words.Next();
-      KDSTREAM_TRY(word);
-      precision.Add(*word);
+      KDSTREAM_TRY(vertex);
+      for (std::size_t k = 0; k < 3; ++k)
+      {
+        const Result<std::string_view> word = this->Words.Next();
+        KDSTREAM_TRY(word);
+        precision.Add(*word);
+      }
     }
-    if (this->At.corner == 3 && this->At.facet % facetsPerReport == 0)
+    if ((this->At.facet - 1) % facetsPerReport == 0)
     {
       const double size = std::max(1.0, double(this->Source.Size()));
       KDSTREAM_TRY(execution.Report("read", double(this->Words.Position()) / size));
     }
   }
   this->FileInfo.scalarType = precision.FloatsSuffice() ? ScalarType::Float32 : ScalarType::Float64;
-  const std::uint64_t facets = this->At.facet;
+  const std::uint64_t triangles = this->At.triangles;
   this->FileInfo.tolerance.Count(Lapse::EndMissing, this->At.endless, "'endsolid'");
+  this->FileInfo.tolerance.Count(Lapse::FaceTooSmall, this->At.small, this->At.firstSmall);
   if (this->At.foreign > 0)
   {
     this->FileInfo.ignoredAttributes.push_back(
@@ -661,7 +680,7 @@ Status TextStlReader::Start(const Execution& execution)
   }
   this->At = {};
   this->Words.Seek(this->Source.Start());
-  return this->SetFacets(facets);
+  return this->SetFacets(triangles);
 }
 
 template <class T>
@@ -686,30 +705,54 @@ Status TextStlReader::ReadPoint(Vec3& point)
   return {};
 }
 
-// The three vertices that come next.
+// The next one of three corners or more: its triangles become Corners.
 Status TextStlReader::ReadFacet()
 {
   bool finite = true;
-  for (Vec3& point : this->Facet)
+  this->Facet.clear();
+  while (this->Facet.size() < 3)
   {
-    const Result<bool> more = this->NextVertex();
+    const Result<bool> more = this->NextFacet();
     KDSTREAM_TRY(more);
     if (!*more)
     {
       return Error{ ErrorCode::InvalidInput,
         "truncated: the file has changed since it was opened" };
     }
-    KDSTREAM_TRY(this->FileInfo.scalarType == ScalarType::Float32 ? this->ReadPoint<float>(point)
-                                                                  : this->ReadPoint<double>(point));
-    if (!IsFinite(point))
+    finite = true;
+    this->Facet.clear();
+    for (Result<bool> vertex = this->NextVertex(); !vertex || *vertex; vertex = this->NextVertex())
     {
-      this->CountNotFinite(3 * this->At.facet + this->At.corner - 1);
-      finite = false;
+      KDSTREAM_TRY(vertex);
+      Vec3& point = this->Facet.emplace_back();
+      KDSTREAM_TRY(this->FileInfo.scalarType == ScalarType::Float32
+                     ? this->ReadPoint<float>(point)
+                     : this->ReadPoint<double>(point));
+      if (!IsFinite(point))
+      {
+        this->CountNotFinite(this->At.corner - 1, this->At.facet);
+        finite = false;
+      }
     }
+  }
+  this->Given = 0;
+  this->Corners.clear();
+  if (finite && this->Facet.size() == 3)
+  {
+    this->Corners = this->Facet;
+    return {};
   }
   if (!finite)
   {
-    this->Facet.fill(notFinite);
+    this->Corners.assign(3 * (this->Facet.size() - 2), notFinite);
+    return {};
+  }
+  for (const Triangle& triangle : this->Cutter.Cut(this->Facet))
+  {
+    for (const VertexId corner : triangle)
+    {
+      this->Corners.push_back(this->Facet[corner]);
+    }
   }
   return {};
 }
@@ -717,13 +760,13 @@ Status TextStlReader::ReadFacet()
 Status TextStlReader::ReadPoints(std::vector<Vec3>& points, std::size_t number)
 {
   MakeRoom(points, number); // they were counted
-  for (std::uint64_t vertex = this->VerticesRead, end = vertex + number; vertex < end; ++vertex)
+  for (std::size_t i = 0; i < number; ++i)
   {
-    if (vertex % 3 == 0)
+    if (this->Given == this->Corners.size())
     {
       KDSTREAM_TRY(this->ReadFacet());
     }
-    points.push_back(this->Facet[vertex % 3]);
+    points.push_back(this->Corners[this->Given++]);
   }
   return {};
 }

@@ -23,12 +23,14 @@ namespace kdstream
 // goes whole (FiniteReader.h); only those of the file are counted. Binary: floats, little endian.
 // The normals are not read, nor the two bytes after each triangle; where one is not 0,
 // Info().ignoredAttributes names them. Text: any number of solids, one after the other, their words
-// apart by any blanks, in small or capital letters, also all in one line. Where the word that ends
-// a solid is missing, that is counted (Lapse::EndMissing); words between facets that are none of
-// the format's, such as a colour's, are passed over up to the end of their line and named in
-// Info().ignoredAttributes, unless there are a facet's words behind them. Opening goes through the
-// whole text once: it counts, and finds out whether floats tell its decimals apart, else
-// coordinates are doubles. What was opened is well formed but for its numbers.
+// apart by any blanks, in small or capital letters, also all in one line. A loop of more than three
+// vertices is a polygon, of which the triangles are read (core/CutPolygon.h); of fewer than three
+// it is dropped and counted. Where the word that ends a solid is missing, that is counted
+// (Lapse::EndMissing); words between facets that are none of the format's, such as a colour's, are
+// passed over up to the end of their line and named in Info().ignoredAttributes, unless there are a
+// facet's words behind them. Opening goes through the whole text once: it counts, and finds out
+// whether floats tell its decimals apart, else coordinates are doubles. What was opened is well
+// formed but for its numbers.
 //
 // Errors: InvalidInput: no STL file; a size other than the header claims; "facet 17: …" for a word
 // or number that should be another, a text without its end; text in UTF-16;

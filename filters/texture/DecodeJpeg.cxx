@@ -19,15 +19,23 @@ struct Escape
 {
   jpeg_error_mgr manager{};
   std::jmp_buf place{};
-  std::array<char, JMSG_LENGTH_MAX> message{};
+  std::array<char, 40> why{}; // in our words, where they say more
   bool lacksMemory = false;
 };
 
 void OnJpegError(j_common_ptr codec)
 {
   auto* const escape = reinterpret_cast<Escape*>(codec->err);
-  codec->err->format_message(codec, escape->message.data());
-  escape->lacksMemory = codec->err->msg_code == JERR_OUT_OF_MEMORY;
+  const int code = codec->err->msg_code;
+  escape->lacksMemory = code == JERR_OUT_OF_MEMORY;
+  if (code == JERR_INPUT_EOF || code == JERR_INPUT_EMPTY || code == JWRN_JPEG_EOF)
+  {
+    std::snprintf(escape->why.data(), escape->why.size(), "it ends too early");
+  }
+  else if (code == JWRN_HIT_MARKER)
+  {
+    std::snprintf(escape->why.data(), escape->why.size(), "its texels end too early");
+  }
   std::longjmp(escape->place, 1);
 }
 
@@ -51,7 +59,7 @@ void OnJpegProgress(j_common_ptr codec)
   auto* const escape = reinterpret_cast<Escape*>(codec->err);
   if (reinterpret_cast<j_decompress_ptr>(codec)->input_scan_number > mostScans)
   {
-    std::snprintf(escape->message.data(), escape->message.size(), "more than %d scans", mostScans);
+    std::snprintf(escape->why.data(), escape->why.size(), "more than %d scans", mostScans);
     std::longjmp(escape->place, 1);
   }
 }
@@ -142,8 +150,9 @@ private:
     {
       return NoMemoryForPixels();
     }
+    const std::string why = this->Leave.why.data();
     return { ErrorCode::InvalidInput,
-      "it is a damaged or truncated JPEG (" + std::string(this->Leave.message.data()) + ")" };
+      "it is a damaged or truncated JPEG" + (why.empty() ? why : " (" + why + ")") };
   }
 
   jpeg_decompress_struct Codec{};

@@ -14,11 +14,11 @@ namespace kdstream
 namespace
 {
 
-// What is left to read, and what went wrong.
+// What is left to read, and what went wrong where that is known.
 struct PngInput
 {
   std::span<const std::uint8_t> bytes;
-  char message[100] = "";
+  const char* why = "";
 };
 
 void ReadPng(png_structp codec, png_bytep to, std::size_t size)
@@ -26,7 +26,8 @@ void ReadPng(png_structp codec, png_bytep to, std::size_t size)
   auto* const input = static_cast<PngInput*>(png_get_io_ptr(codec));
   if (size > input->bytes.size())
   {
-    png_error(codec, "it ends too early");
+    input->why = " (it ends too early)";
+    png_error(codec, "");
   }
   std::memcpy(to, input->bytes.data(), size);
   input->bytes = input->bytes.subspan(size);
@@ -35,7 +36,9 @@ void ReadPng(png_structp codec, png_bytep to, std::size_t size)
 void OnPngError(png_structp codec, png_const_charp message)
 {
   auto* const input = static_cast<PngInput*>(png_get_error_ptr(codec));
-  std::strncpy(input->message, message, sizeof input->message - 1);
+  input->why = std::strstr(message, "CRC")          ? " (a checksum does not fit)"
+               : std::strstr(message, "Not enough") ? " (its texels end too early)"
+                                                    : input->why;
   png_longjmp(codec, 1);
 }
 
@@ -178,7 +181,7 @@ private:
   Error Failed() const
   {
     return { ErrorCode::InvalidInput,
-      "it is a damaged or truncated PNG (" + std::string(this->Source.message) + ")" };
+      std::string("it is a damaged or truncated PNG") + this->Source.why };
   }
 
   PngInput Source;

@@ -102,7 +102,7 @@ TEST_F(TestSpoiledPictures, CutOnesAreNamed)
     return whole;
   };
   this->ExpectBad("a.jpg", cut(TwoHalves(PictureType::Jpeg)),
-    "it is a damaged or truncated JPEG (Premature end of JPEG file)");
+    "it is a damaged or truncated JPEG (it ends too early)");
   this->ExpectBad("a.png", cut(TwoHalves(PictureType::Png)),
     "it is a damaged or truncated PNG (it ends too early)");
   this->ExpectBad("a.webp", cut(TwoHalves(PictureType::Webp)), "it is a damaged or truncated WebP");
@@ -128,14 +128,14 @@ TEST_F(TestSpoiledPictures, ClaimsTakeNoMemory)
   // Within the limit, but there is nothing behind the header. Half a gigabyte.
   constexpr unsigned side = 12000;
   this->ExpectBad("a.png", PngClaiming(deep, side, side),
-    "it is a damaged or truncated PNG (Not enough image data)");
+    "it is a damaged or truncated PNG (its texels end too early)");
   const Bytes interlaced = RawPng(1, 1, 16, PNG_COLOR_TYPE_RGBA, Bytes(8), 8, true);
   this->ExpectBad("a.png", PngClaiming(interlaced, side, side),
-    "it is a damaged or truncated PNG (Not enough image data)");
+    "it is a damaged or truncated PNG (its texels end too early)");
   this->ExpectBad("a.jpg", JpegClaiming(TwoHalves(PictureType::Jpeg), side, side),
-    "it is a damaged or truncated JPEG (Corrupt JPEG data: premature end of data segment)");
+    "it is a damaged or truncated JPEG (its texels end too early)");
   this->ExpectBad("a.jpg", JpegClaiming(ProgressiveJpeg(), side, side),
-    "it is a damaged or truncated JPEG (Corrupt JPEG data: premature end of data segment)");
+    "it is a damaged or truncated JPEG (its texels end too early)");
   this->ExpectBad("a.webp", WebpOfNothing(), "it is a damaged or truncated WebP");
   this->WriteBytes("a.png", TwoHalves(PictureType::Png));
   this->WriteMtl("a.png");

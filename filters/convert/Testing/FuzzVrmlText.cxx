@@ -43,6 +43,8 @@ void CheckText(std::string_view file)
                           { return type == "Shape" || type == "Group" || type == "Inline"; },
                           [](const std::string&, const std::string& field, bool)
                           { return field == "children" || field == "url" || field == "geometry"; },
+                          [](const std::string&, const std::string& field, bool)
+                          { return std::size_t{ field == "point" ? 3U : 0U }; },
                           [](const std::string& type) { return type == "Group"; } });
   if (!read)
   {

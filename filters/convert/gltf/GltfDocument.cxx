@@ -43,6 +43,11 @@ Result<Json> ParseJson(const std::string& text, std::size_t begin)
     {
       return GltfError("its JSON is UTF-16: save it as UTF-8");
     }
+    const std::size_t first = text.find_first_not_of(" \t\r\n\xEF\xBB\xBF");
+    if (begin == 0 && first != std::string::npos && text[first] != '{')
+    {
+      return GltfError("is not a glTF file: it begins neither with 'glTF' nor with '{'");
+    }
     const std::size_t at = failure.byte > 0 ? failure.byte - 1 : 0;
     return GltfError(at >= text.size()
                        ? "its JSON breaks off at byte " + std::to_string(begin + at)

@@ -76,7 +76,13 @@ public:
     const bool isGlossy = core.is_null() && glossy.is_object();
     const Json& factor =
       isGlossy ? Member(glossy, "diffuseFactor") : Member(pbr, "baseColorFactor");
-    for (std::size_t k = 0; k < std::min<std::size_t>(CountOf(factor), 4); ++k)
+    const std::size_t factors = CountOf(factor);
+    if (factors > 4)
+    {
+      this->Warn("material " + std::to_string(number) + " has a colour of " +
+                 std::to_string(factors) + " numbers, not 4: it is not used");
+    }
+    for (std::size_t k = 0; k < factors && factors <= 4; ++k)
     {
       read.paint.factor[k] = std::clamp(NumberOf(factor[k], 1), 0.0, 1.0);
     }

@@ -48,6 +48,25 @@ TEST(NumberText, ReadsNumbersOfEveryType)
   ExpectNumber<double>("5.", 5.0);
 }
 
+TEST(NumberText, ReadsExponentsOfFortran)
+{
+  ExpectNumber<double>("1.0D+00", 1);
+  ExpectNumber<double>("-2.5d-3", -0.0025);
+  ExpectNumber<float>("+.125D1", 1.25F);
+  ExpectNumber<double>("0.1D-400", 0.0);
+  ExpectNone<double>("1D400", NumberTextError::OutOfRange);
+  for (const char* word : { "1D", "D1", "1D+", "1Dx", "1D1.5", "1D1D1", ".D1", "-D1", "1eD1", "d" })
+  {
+    ExpectNone<double>(word, NumberTextError::NotANumber);
+  }
+  ExpectNone<std::int32_t>("1D2", NumberTextError::NotANumber);
+  DecimalPrecision precision;
+  precision.Add("0.1234560D+07");
+  EXPECT_TRUE(precision.FloatsSuffice());
+  precision.Add("0.123456789012D+07");
+  EXPECT_FALSE(precision.FloatsSuffice());
+}
+
 TEST(NumberText, TellsWhatIsNoNumber)
 {
   for (const char* word :

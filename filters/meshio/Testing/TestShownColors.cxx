@@ -87,6 +87,23 @@ TEST(ShownColors, OfAllKinds)
       { 255, 0, 0, 128, 128, 128 } },
     { { "float color_0", "float color_1", "float color_2" }, { "1 0 0", "0.2 0.2 0.2" },
       "color of type float32" + taken + "1 is white, and shown as RGB", redAndGrey },
+    { { "float rgb" }, { "2.3418052e-38", "4.7019771e-39" },
+      "rgb is taken for colours of three bytes in a number (0xRRGGBB), and shown as RGB",
+      redAndGrey },
+    { { "float rgba" }, { "-1.7014118e+38", "0" },
+      "rgba is taken for colours of three bytes in a number (0xRRGGBB), and shown as RGB",
+      { 0, 0, 0, 0, 0, 0 } },
+    { { "double rgb" }, { "16711680", "3355443" },
+      "rgb is taken for colours of three bytes in a number (0xRRGGBB), and shown as RGB",
+      redAndGrey },
+    { { "float rgb" }, { "0.25", "1" },
+      "rgb of type float32 is not shown: its values are not colours packed into numbers "
+      "(0xRRGGBB). Colours are shown as red, green and blue",
+      {} },
+    { { "uchar rgb" }, { "25", "1" },
+      "rgb of type uint8 is not shown: its values are not colours packed into numbers (0xRRGGBB). "
+      "Colours are shown as red, green and blue",
+      {} },
     { { "float red", "float green" }, { "1 0", "0 1" }, "", {} },
     { { "uchar red", "uchar green", "uchar blue", "float r", "float g", "float b" },
       { "255 0 0 0 1 0", "51 51 51 0 1 0" }, "", redAndGrey },
@@ -108,7 +125,8 @@ TEST(ShownColors, OfAllKinds)
         EXPECT_EQ(read.mesh.attributes[k].TupleCount(), 2U);
         components += read.info.attributes[k].components;
       }
-      EXPECT_EQ(components, c.properties.size() + (c.reading.empty() ? 0 : 3)) << "nothing is lost";
+      const bool isMade = !c.reading.empty() && !c.colors.empty();
+      EXPECT_EQ(components, c.properties.size() + (isMade ? 3 : 0)) << "nothing is lost";
       const Attribute* const shown = FindShown(read.mesh);
       ASSERT_EQ(shown != nullptr, !c.colors.empty());
       for (std::size_t i = 0; i < c.colors.size(); ++i)

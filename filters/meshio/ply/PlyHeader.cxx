@@ -3,6 +3,7 @@
 // "read".
 #include "filters/meshio/ply/PlyHeader.h"
 
+#include "filters/meshio/NumberText.h"
 #include "filters/meshio/PlainText.h"
 #include "filters/meshio/QuotedText.h"
 #include "filters/meshio/TextLines.h"
@@ -125,6 +126,16 @@ public:
     if (words[0] == "property")
     {
       return this->AddProperty(words);
+    }
+    double number = 0;
+    if (this->HasFormat && this->Header.elements.empty() &&
+        ParseNumber(words.back(), number) == NumberTextError::NotANumber)
+    {
+      this->Header.strayLine =
+        this->Header.strayLine.empty()
+          ? QuotedText(words[0]) + " (header line " + std::to_string(lineNumber) + ")"
+          : this->Header.strayLine;
+      return {};
     }
     return this->Bad("unknown word " + QuotedText(words[0]));
   }
