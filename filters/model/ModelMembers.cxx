@@ -227,6 +227,33 @@ void PutTextures(JsonWriter& json, const ModelDescription& model, const char* ke
   }
 }
 
+void PutBox(JsonWriter& json, const Box& box)
+{
+  json.BeginObject().Member("lo", box.lo).Member("hi", box.hi).EndObject();
+}
+
+void PutResolution(JsonWriter& json, const ResolutionDescription& resolution)
+{
+  json.Member("vertices", resolution.vertices)
+    .Member("triangles", resolution.triangles)
+    .Member("pieces", resolution.pieces)
+    .Member("bytes", resolution.bytes)
+    .Member("deviation", resolution.deviation)
+    .Member("deviation_99", resolution.deviation99);
+}
+
+void PutLevels(JsonWriter& json, const std::vector<ResolutionDescription>& levels)
+{
+  json.BeginArray();
+  for (std::size_t depth = 0; depth < levels.size(); ++depth)
+  {
+    json.BeginObject().Member("depth", depth);
+    PutResolution(json, levels[depth]);
+    json.Member("spacing", levels[depth].spacing).EndObject();
+  }
+  json.EndArray();
+}
+
 void PutUnused(JsonWriter& json, const ModelDescription& model)
 {
   if (model.unused)

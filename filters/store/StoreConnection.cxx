@@ -50,7 +50,8 @@ Result<ModelDescription> ReadStoredModel(int descriptor)
     return DamagedBlob(
       "metadata", *row ? "row \"model\" has a wrong checksum" : "row \"model\" is missing");
   }
-  Result<ModelDescription> model = ParseStoredModel(json);
+  Result<ModelDescription> model =
+    ParseStoredModel(json, HasRowsOfBlobs(*version) ? StoredForm::Earlier : StoredForm::Present);
   const bool isTold = model && HasRowsOfBlobs(*version); // by the version
   if (isTold && model->textures.has_value() != HasTextures(*version))
   {

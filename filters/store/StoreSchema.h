@@ -120,9 +120,7 @@ private:
   std::unique_ptr<State> Hash;
 };
 
-// The value of the row "model"; ParseStoredModel (ModelJson.h) is the way back. A store may not
-// have more than mostMetadataBytes of it.
-std::string MetadataOf(const ModelDescription& model);
+// A store may not have more than mostMetadataBytes of the row "model" (WriteStoredModel).
 // Errors: LimitExceeded.
 Status CheckMetadataSize(std::string_view json);
 

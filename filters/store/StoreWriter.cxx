@@ -352,7 +352,7 @@ Result<ModelDescription> StoreWriter::Finish()
   State& state = *this->S;
   state.info.digest = state.digest->Hexadecimal();
   state.info.scalars = state.scalars.Describe();
-  const std::string json = MetadataOf(state.info);
+  const std::string json = WriteStoredModel(state.info);
   KDSTREAM_TRY(OfFile(state.file.Target().string(), CheckMetadataSize(json)));
   KDSTREAM_TRY(state.FinishBlobs());
   {

@@ -20,7 +20,7 @@ namespace kdstream::fixtures
 inline void ForgetScalars(const std::filesystem::path& file, ModelDescription info)
 {
   info.scalars = {};
-  Sql(file, PutMetadata(MetadataOf(info)));
+  Sql(file, PutMetadata(WriteStoredModel(info)));
 }
 
 // `old`: of the same model as `now`, whose numbers only the original has.

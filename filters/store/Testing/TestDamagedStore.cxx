@@ -313,7 +313,7 @@ TEST_F(DamagedStore, ATinyStoreThatClaimsALotIsRefused)
   {
     info.depths = { depth, depth, depth };
     info.partitions = std::uint64_t{ 1 } << depth;
-    Sql(this->File(), PutMetadata(MetadataOf(info)));
+    Sql(this->File(), PutMetadata(WriteStoredModel(info)));
     const auto store = Store::Open(this->File());
     ASSERT_FALSE(store);
     EXPECT_EQ(store.GetError().code, ErrorCode::Damaged);

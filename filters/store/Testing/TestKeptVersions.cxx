@@ -137,3 +137,14 @@ TEST_F(KeptVersions, AnotherSchemaIsRefusedAndNamed)
                 " is not of the store's version" });
   }
 }
+
+TEST_F(KeptVersions, AreReadAndNotChanged)
+{
+  this->Make(9);
+  const auto edited = EditStore(this->File(), { .title = "Another" });
+  ASSERT_FALSE(edited);
+  EXPECT_EQ(edited.GetError().code, ErrorCode::Unsupported);
+  EXPECT_EQ(edited.GetError().message,
+    "store version 9 can be read, but not changed: build the store again");
+  EXPECT_EQ(this->FilesInFolder(), 1U);
+}

@@ -281,7 +281,7 @@ TEST_F(StoreAttributes, PiecesWithOtherArraysThanTheMetadataSaysAreDamaged)
   mesh.attributes.push_back(colors);
   ModelDescription info = this->Build(mesh, Options(20, true))->Info();
   info.attributes[0].type = AttributeType::Int8;
-  Sql(this->File(), PutMetadata(MetadataOf(info)));
+  Sql(this->File(), PutMetadata(WriteStoredModel(info)));
   const auto store = Store::Open(this->File());
   ASSERT_TRUE(store) << store.GetError().message;
   const Result<Piece> piece = (*store)->ReadPiece({ Resolution::Level(0), 1 });

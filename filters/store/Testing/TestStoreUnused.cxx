@@ -325,7 +325,7 @@ TEST_F(StoreUnused, MoreThanTheFileHoldsAreRefused)
     ModelDescription info = this->Open()->Info();
     info.unused->vertices = claimed;
     const std::vector<std::string> damage =
-      this->DamageOf([&] { Sql(this->File(), PutMetadata(MetadataOf(info))); });
+      this->DamageOf([&] { Sql(this->File(), PutMetadata(WriteStoredModel(info))); });
     ASSERT_EQ(damage.size(), 1U);
     EXPECT_NE(damage[0].find("has no room for " + std::to_string(claimed) + " unused vertices"),
       std::string::npos)
