@@ -347,7 +347,8 @@ Result<int> CheckStoreHead(int descriptor)
   // Their keys are texts, which SQLite reads whole to compare them.
   page = ReadBytes(descriptor, std::uint64_t{ *metadata - 1 } * pageBytes, bytes);
   KDSTREAM_TRY(page);
-  if (page->size() < pageBytes || bytes[0] != indexLeaf || NumberAt(bytes, 3, 2) > 1)
+  const std::uint8_t leaf = HasRowsOfBlobs(*version) ? indexLeaf : tableLeaf;
+  if (page->size() < pageBytes || bytes[0] != leaf || NumberAt(bytes, 3, 2) > 1)
   {
     return Error{ ErrorCode::Damaged, "metadata: more than one row, or a damaged page" };
   }

@@ -65,19 +65,21 @@ private:
 
 std::vector<StoreTable> TablesOfStore(int version)
 {
+  if (!HasRowsOfBlobs(version))
+  {
+    return {
+      { "metadata",
+        "CREATE TABLE metadata (key TEXT NOT NULL, value TEXT NOT NULL, checksum INTEGER NOT "
+        "NULL)" },
+      { "directory", "CREATE TABLE directory (part INTEGER PRIMARY KEY, data BLOB NOT NULL)" },
+      { "content", "CREATE TABLE content (part INTEGER PRIMARY KEY, data BLOB NOT NULL)" },
+    };
+  }
   std::vector<StoreTable> tables{
     { "metadata",
       "CREATE TABLE metadata (key TEXT PRIMARY KEY, value TEXT NOT NULL, checksum INTEGER NOT "
       "NULL) WITHOUT ROWID" },
   };
-  if (!HasRowsOfBlobs(version))
-  {
-    tables.push_back(
-      { "directory", "CREATE TABLE directory (part INTEGER PRIMARY KEY, data BLOB NOT NULL)" });
-    tables.push_back(
-      { "content", "CREATE TABLE content (part INTEGER PRIMARY KEY, data BLOB NOT NULL)" });
-    return tables;
-  }
   tables.push_back({ "tree", "CREATE TABLE tree (page INTEGER PRIMARY KEY, data BLOB NOT NULL, "
                              "checksum INTEGER NOT NULL)" });
   tables.push_back({ "boxes", "CREATE TABLE boxes (node INTEGER PRIMARY KEY, data BLOB NOT NULL, "

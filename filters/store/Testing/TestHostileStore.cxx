@@ -269,6 +269,8 @@ TEST_F(HostileStore, MetadataThatAreTooMuchAreRefused)
   this->Make("INSERT INTO metadata VALUES ('other', '', 0)");
   EXPECT_EQ(this->Refusal(), "metadata: more than one row, or a damaged page");
   this->Make("UPDATE metadata SET key = hex(zeroblob(5000000))");
+  EXPECT_EQ(this->Refusal(), "metadata: a value in it is too large");
+  this->Make("UPDATE metadata SET key = 'other'");
   EXPECT_EQ(this->Refusal(), "metadata: row \"model\" is missing");
   this->Make("UPDATE metadata SET value = CAST(value AS BLOB), checksum = zeroblob(5000000)");
   EXPECT_EQ(this->Refusal(), "metadata: a value in it is too large");

@@ -125,7 +125,8 @@ TEST_F(KeptVersions, AnotherSchemaIsRefusedAndNamed)
   refused(
     9, "PRAGMA page_size = 1024; VACUUM", "its pages are not those of a store, of 4096 bytes");
   refused(10, "PRAGMA user_version = 9", "it has a table 'textures'");
-  refused(11, "PRAGMA user_version = 13; PRAGMA page_size = 1024; VACUUM", "it has a table 'tree'");
+  refused(11, "PRAGMA user_version = 13; PRAGMA page_size = 1024; VACUUM",
+    "its table 'metadata' is not the one of a store");
   for (const auto& [version, table] : { std::pair{ 10, "textures" }, { 11, "unused" } })
   {
     const std::string name = table, is = "PRAGMA user_version = " + std::to_string(version) + ";";
