@@ -55,6 +55,24 @@ inline std::string PutMetadata(const std::string& json)
          ", value = '" + json + "'";
 }
 
+// The text of the metadata.
+inline std::string Metadata(const std::filesystem::path& file)
+{
+  sqlite3* database = nullptr;
+  EXPECT_EQ(sqlite3_open(file.c_str(), &database), SQLITE_OK);
+  std::string text;
+  sqlite3_exec(
+    database, "SELECT value FROM metadata",
+    [](void* to, int, char** values, char**)
+    {
+      *static_cast<std::string*>(to) = values[0];
+      return 0;
+    },
+    &text, nullptr);
+  sqlite3_close(database);
+  return text;
+}
+
 // The names of all blobs, in the order of the store.
 inline std::vector<std::string> NamesOfBlobs(const Store& store)
 {

@@ -365,6 +365,18 @@ TEST_F(Folder, ADamagedBlobIsReportedOnceAndTheRestIsRead)
   EXPECT_NE(this->reports[0].find("partitions/3"), std::string::npos) << this->reports[0];
 }
 
+// But for the id before it, and the build behind it.
+TEST_F(Folder, WhatIsToldIsWhatTheStoreKeeps)
+{
+  this->Build("sheet.kds", 40, "A \"sheet\"");
+  ASSERT_TRUE(this->catalog.Reload());
+  const auto json = this->catalog.Find("sheet")->Json(ModelDetail::Regions);
+  const std::string told(json->begin(), json->end()), begin = "{\"id\":\"sheet\",";
+  const std::string kept = fixtures::Metadata(this->folder / "sheet.kds");
+  ASSERT_EQ(told.substr(0, begin.size()), begin);
+  EXPECT_EQ(kept.substr(0, kept.find(",\"build\":{")) + "}", "{" + told.substr(begin.size()));
+}
+
 // However right its checksum is.
 TEST_F(Folder, ABlobOfNoBytesIsDamaged)
 {
