@@ -3,9 +3,9 @@
 # /usr/include itself must stay unseen (it holds the machine's C library, not emscripten's).
 set(headers "${CMAKE_BINARY_DIR}/headers")
 file(MAKE_DIRECTORY "${headers}")
-foreach(name rapidjson xxhash.h)
+foreach(name xxhash.h)
   if(NOT EXISTS "/usr/include/${name}")
-    message(FATAL_ERROR "/usr/include/${name} is missing (Debian: rapidjson-dev, libxxhash-dev)")
+    message(FATAL_ERROR "/usr/include/${name} is missing (Debian: libxxhash-dev)")
   endif()
   file(CREATE_LINK "/usr/include/${name}" "${headers}/${name}" SYMBOLIC)
 endforeach()

@@ -42,7 +42,7 @@ function(check_bindings folder)
         continue()
       elseif(to MATCHES "libkdstream\\.|libvtkKdStream" AND symbol MATCHES "^_Z(N|NK|TV|TVN|TI|TIN|TS|TSN)(8kdstream|[0-9]+vtk)")
         continue()
-      elseif(NOT to MATCHES "\\.so" AND NOT symbol MATCHES "kdstream|vtkKd|boost|4asio|rapidjson")
+      elseif(NOT to MATCHES "\\.so" AND NOT symbol MATCHES "kdstream|vtkKd|boost|4asio")
         continue() # data of the system's libraries, which the linker has copied to the program
       endif()
       message(FATAL_ERROR "${from} binds ${symbol} to ${to}")

@@ -65,7 +65,7 @@ TEST_F(StoreMessages, AFileThatIsNotThereIsCalledThat)
 
 TEST_F(StoreMessages, AStoreWithoutItsTablesIsDamaged)
 {
-  this->Sql("DROP TABLE pieces");
+  this->Sql("DROP TABLE content");
   const Outcome verified = this->Run("kdstream-store", { "verify", "torus.kds" });
   EXPECT_EQ(verified.exitCode, 1);
   EXPECT_NE(verified.err.find("its tables are not those of a store"), std::string::npos)

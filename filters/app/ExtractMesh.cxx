@@ -80,19 +80,19 @@ Result<Cut> ReadPartitions(const JsonValue& list, const ModelDescription& info)
 Result<Cut> ReadPieces(const JsonValue& object, const ModelDescription& info)
 {
   const TreeDepths& depths = info.depths;
-  const auto base = object.FindMember("base"), pieces = object.FindMember("pieces");
-  if (base == object.MemberEnd() || pieces == object.MemberEnd() || !pieces->value.IsArray())
+  const JsonValue *base = FindMember(object, "base"), *pieces = FindMember(object, "pieces");
+  if (!base || !pieces || !pieces->IsArray())
   {
     return BadArgument(" needs \"base\" and a list \"pieces\"");
   }
-  const auto resolution = ReadResolution(base->value, 0, depths);
+  const auto resolution = ReadResolution(*base, 0, depths);
   if (!resolution)
   {
-    return BadArgument(": \"base\" is " + NeededResolution(base->value, 0, depths));
+    return BadArgument(": \"base\" is " + NeededResolution(*base, 0, depths));
   }
   std::set<PieceId> active;
   std::size_t number = 0;
-  for (const JsonValue& entry : pieces->value.GetArray())
+  for (const JsonValue& entry : pieces->GetArray())
   {
     const bool pair = entry.IsArray() && entry.Size() == 2 && entry[1].IsUint();
     const auto of = pair ? ReadResolution(entry[0], 0, depths) : std::nullopt;

@@ -218,15 +218,20 @@ Status NewFile::Write(std::string_view bytes)
 
 int NewFile::WhyFull() const
 {
-  // Some pages may have room where a piece had none.
+  // Some pages may have room where a piece had none; what follows them tells why there is no more.
   const std::vector<char> block(std::size_t{ 1 } << 16);
   const off_t end = ::lseek(this->File, 0, SEEK_END);
-  const ssize_t written = ::pwrite(this->File, block.data(), block.size(), end);
-  if (written >= 0 && static_cast<std::size_t>(written) < block.size())
+  for (std::size_t done = 0; done < block.size();)
   {
-    return ENOSPC;
+    const ssize_t written =
+      ::pwrite(this->File, block.data(), block.size() - done, end + static_cast<off_t>(done));
+    if (written <= 0)
+    {
+      return written == 0 ? ENOSPC : IsDiskFull(errno) ? errno : 0;
+    }
+    done += static_cast<std::size_t>(written);
   }
-  return written < 0 && IsDiskFull(errno) ? errno : 0;
+  return 0;
 }
 
 Status NewFile::Finish(Lasts lasts)

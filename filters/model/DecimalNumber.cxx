@@ -6,6 +6,8 @@
 //   3. else write it as a fraction of two natural numbers of any length, find the power of two
 //      between 1 and 2 times which it lies, and divide bit by bit; the remainder tells how to
 //      round.
+// And back: digit after digit of the exact fraction, until no other double is as near (Steele and
+// White 1990, "How to print floating-point numbers accurately"; Burger and Dybvig 1996).
 #include "filters/model/DecimalNumber.h"
 
 #include <algorithm>
@@ -89,6 +91,22 @@ public:
     while (!this->Parts.empty() && this->Parts.back() == 0)
     {
       this->Parts.pop_back();
+    }
+  }
+
+  void Add(const Natural& other)
+  {
+    std::uint64_t carry = 0;
+    this->Parts.resize(std::max(this->Parts.size(), other.Parts.size()));
+    for (std::size_t i = 0; i < this->Parts.size(); ++i)
+    {
+      carry += std::uint64_t{ this->Parts[i] } + (i < other.Parts.size() ? other.Parts[i] : 0);
+      this->Parts[i] = static_cast<std::uint32_t>(carry);
+      carry >>= 32;
+    }
+    if (carry != 0)
+    {
+      this->Parts.push_back(static_cast<std::uint32_t>(carry));
     }
   }
 
@@ -185,6 +203,99 @@ double DivideExactly(const Decimal& decimal)
   return std::ldexp(static_cast<double>(mantissa), power - bits + 1);
 }
 
+// Below, every number that is nearer to `value` than to the doubles beside it lies within `less`
+// below it and `more` above it; each is a fraction of `whole`.
+struct Interval
+{
+  Natural value, less, more, whole;
+  bool hasEnds; // they round to it, too
+
+  explicit Interval(double positive)
+    : hasEnds(false)
+  {
+    int exponent = 0;
+    auto mantissa = static_cast<std::uint64_t>(std::ldexp(std::frexp(positive, &exponent), 53));
+    exponent -= 53;
+    for (; exponent < -1074; ++exponent) // subnormal
+    {
+      mantissa >>= 1;
+    }
+    this->hasEnds = mantissa % 2 == 0;
+    // Of the lowest number of a power of two the neighbour below is half as far.
+    const bool isLowest = mantissa == std::uint64_t{ 1 } << 52 && exponent > -1074;
+    const int half = isLowest ? 2 : 1; // halves or quarters of a step are told
+    this->value = Natural(static_cast<std::uint32_t>(mantissa >> 32));
+    this->value.ShiftLeft(32);
+    this->value.Add(Natural(static_cast<std::uint32_t>(mantissa)));
+    this->value.ShiftLeft(half + std::max(exponent, 0));
+    this->less = this->more = this->whole = Natural(1);
+    this->less.ShiftLeft(std::max(exponent, 0));
+    this->more.ShiftLeft(half - 1 + std::max(exponent, 0));
+    this->whole.ShiftLeft(half + std::max(-exponent, 0));
+  }
+
+  void MultiplyBy10()
+  {
+    for (Natural* const each : { &this->value, &this->less, &this->more })
+    {
+      each->MultiplyAdd(10, 0);
+    }
+  }
+  // Whether the digits so far are near enough, as they are, and with the last one more.
+  bool ReachesDown() const
+  {
+    return this->hasEnds ? !this->less.IsLess(this->value) : this->value.IsLess(this->less);
+  }
+  bool ReachesUp() const
+  {
+    Natural sum = this->value;
+    sum.Add(this->more);
+    return this->hasEnds ? !sum.IsLess(this->whole) : this->whole.IsLess(sum);
+  }
+};
+
+// The digits, and the power of ten before the first: 0.ddd * 10^power.
+std::string ShortestDigits(double positive, int& power)
+{
+  Interval left(positive);
+  power = 0;
+  for (; left.ReachesUp(); ++power) // value + more > whole
+  {
+    left.whole.MultiplyAdd(10, 0);
+  }
+  for (;; --power)
+  {
+    Interval tenfold = left;
+    tenfold.MultiplyBy10();
+    if (tenfold.ReachesUp())
+    {
+      break;
+    }
+    left = std::move(tenfold);
+  }
+  std::string digits;
+  for (;;)
+  {
+    left.MultiplyBy10();
+    char digit = '0';
+    for (; !left.value.IsLess(left.whole); ++digit)
+    {
+      left.value.Subtract(left.whole);
+    }
+    const bool down = left.ReachesDown(), up = left.ReachesUp();
+    if (down || up)
+    {
+      Natural twice = left.value;
+      twice.Add(left.value);
+      const bool isHalf = !twice.IsLess(left.whole) && !left.whole.IsLess(twice);
+      const bool isUpNearer = isHalf ? digit % 2 == 1 : left.whole.IsLess(twice); // half: to even
+      digits += static_cast<char>(digit + (up && (!down || isUpNearer) ? 1 : 0));
+      return digits;
+    }
+    digits += digit;
+  }
+}
+
 double NearestMagnitude(const Decimal& decimal)
 {
   if (decimal.digits.empty())
@@ -217,6 +328,32 @@ double NearestMagnitude(const Decimal& decimal)
   return DivideExactly(decimal);
 }
 
+}
+
+std::string ShortestDecimal(double value)
+{
+  const std::string sign = std::signbit(value) ? "-" : "";
+  if (value == 0)
+  {
+    return sign + "0.0";
+  }
+  int power = 0;
+  std::string digits = ShortestDigits(std::abs(value), power);
+  const int count = static_cast<int>(digits.size());
+  if (power > 21 || power <= -6)
+  {
+    digits.insert(1, count > 1 ? "." : "");
+    return sign + digits + "e" + std::to_string(power - 1);
+  }
+  if (power <= 0)
+  {
+    return sign + "0." + std::string(static_cast<std::size_t>(-power), '0') + digits;
+  }
+  if (power < count)
+  {
+    return sign + digits.insert(static_cast<std::size_t>(power), ".");
+  }
+  return sign + digits + std::string(static_cast<std::size_t>(power - count), '0') + ".0";
 }
 
 double NearestDouble(std::string_view text)

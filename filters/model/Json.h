@@ -1,58 +1,177 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Parses JSON, by RapidJSON: small enough for a phone's page. Internal: not installed.
+// Parses JSON: the one reader of the project's own files and messages, small enough for a phone's
+// page (doc/decisions/0032-libraries.md). Internal: not installed.
 //
-// Texts are hostile: parsing does not recurse, however deep they nest; numbers are rounded
-// correctly, and one that is too large for a double is no JSON, nor is text that is not UTF-8.
-// Where a key comes twice the last one counts, as in JavaScript.
+// Texts are hostile: neither parsing nor what it makes recurses, however deep they nest; numbers
+// are rounded correctly, and one that is too large for a double is no JSON, nor is text that is not
+// UTF-8. Where a key comes twice the last one counts, as in JavaScript.
 #pragma once
 
 #include "filters/core/Result.h"
 
-#include <rapidjson/document.h>
-
-#include <algorithm>
 #include <cstddef>
-#include <cstring>
-#include <new>
+#include <cstdint>
+#include <limits>
+#include <memory>
 #include <string_view>
+#include <vector>
 
 namespace kdstream
 {
 
-// Memory for RapidJSON, whose own goes on with a null pointer where there is none left: this throws
-// std::bad_alloc, as all other code does.
-struct JsonMemory
+struct JsonMember;
+
+// A value, which lives as long as its document.
+class JsonValue
 {
-  static const bool kNeedFree = true;
-  static void* Malloc(std::size_t bytes) { return bytes == 0 ? nullptr : ::operator new(bytes); }
-  static void* Realloc(void* old, std::size_t oldBytes, std::size_t bytes)
+public:
+  // The values of an array, or the members of an object.
+  template <class Iterator>
+  struct Range
   {
-    void* const memory = Malloc(bytes);
-    if (memory && old)
-    {
-      std::memcpy(memory, old, std::min(oldBytes, bytes));
-    }
-    Free(old);
-    return memory;
+    Iterator first, last;
+    Iterator begin() const { return this->first; }
+    Iterator end() const { return this->last; }
+  };
+  class ValueIterator;
+  class MemberIterator;
+
+  bool IsNull() const { return this->Kind == Kinds::Null; }
+  bool IsBool() const { return this->Kind == Kinds::True || this->Kind == Kinds::False; }
+  bool IsTrue() const { return this->Kind == Kinds::True; }
+  bool IsString() const { return this->Kind == Kinds::String; }
+  bool IsArray() const { return this->Kind == Kinds::Array; }
+  bool IsObject() const { return this->Kind == Kinds::Object; }
+  bool IsNumber() const { return this->IsUint64() || this->IsInt64() || this->IsDouble(); }
+  // Numbers that are spelled as integers and fit.
+  bool IsUint64() const { return this->Kind == Kinds::Unsigned; }
+  bool IsInt64() const
+  {
+    return this->Kind == Kinds::Negative ||
+           (this->IsUint64() && this->Content.integer <= std::uint64_t(INT64_MAX));
   }
-  static void Free(void* memory) noexcept { ::operator delete(memory); }
+  bool IsUint() const { return this->IsUint64() && this->Content.integer <= UINT32_MAX; }
+  bool IsInt() const
+  {
+    return this->IsInt64() && this->GetInt64() >= INT32_MIN && this->GetInt64() <= INT32_MAX;
+  }
+
+  // REQUIRES of each: it is one.
+  bool GetBool() const { return this->IsTrue(); }
+  std::uint64_t GetUint64() const { return this->Content.integer; }
+  std::int64_t GetInt64() const { return static_cast<std::int64_t>(this->Content.integer); }
+  std::uint32_t GetUint() const { return static_cast<std::uint32_t>(this->Content.integer); }
+  int GetInt() const { return static_cast<int>(this->GetInt64()); }
+  double GetDouble() const; // any number
+  // It may be no UTF-8: an escape can name half a surrogate pair.
+  std::string_view GetString() const { return { this->Content.text, this->Count }; }
+
+  // How many values or members. REQUIRES: an array or an object.
+  std::size_t Size() const { return this->Count; }
+  // REQUIRES: an array, and index < Size(). O(index).
+  const JsonValue& operator[](std::size_t index) const;
+  // The member; null where there is none. REQUIRES: an object. O(members).
+  const JsonValue& operator[](std::string_view key) const;
+  Range<ValueIterator> GetArray() const;
+  Range<MemberIterator> GetObject() const;
+
+protected:
+  friend class JsonParser;
+  enum class Kinds : std::uint8_t
+  {
+    Null,
+    False,
+    True,
+    Unsigned,
+    Negative,
+    Double,
+    String,
+    Array,
+    Object
+  };
+  bool IsDouble() const { return this->Kind == Kinds::Double; }
+  const JsonValue* Next() const { return this + this->Span; }
+
+  union
+  {
+    std::uint64_t integer; // the bits of a negative one
+    double number;
+    const char* text;
+    const JsonValue* first; // of the values, or of names and values in turn
+  } Content{ 0 };
+  std::uint32_t Count = 0; // bytes of a text; values; members
+  std::uint32_t Span = 1;  // values from this one to the next beside it
+  Kinds Kind = Kinds::Null;
 };
 
-using JsonDocument = rapidjson::GenericDocument<rapidjson::UTF8<>,
-  rapidjson::MemoryPoolAllocator<JsonMemory>, JsonMemory>;
-using JsonValue = JsonDocument::ValueType;
+struct JsonMember
+{
+  const JsonValue& name; // a string
+  const JsonValue& value;
+};
 
-// The memory is at most about 24 bytes a byte of text: bound the text first.
+class JsonValue::ValueIterator
+{
+public:
+  explicit ValueIterator(const JsonValue* at)
+    : At(at)
+  {
+  }
+  const JsonValue& operator*() const { return *this->At; }
+  ValueIterator& operator++()
+  {
+    this->At = this->At->Next();
+    return *this;
+  }
+  bool operator==(const ValueIterator&) const = default;
+
+private:
+  const JsonValue* At;
+};
+
+class JsonValue::MemberIterator
+{
+public:
+  explicit MemberIterator(const JsonValue* at)
+    : At(at)
+  {
+  }
+  JsonMember operator*() const { return { this->At[0], this->At[1] }; }
+  MemberIterator& operator++()
+  {
+    this->At = this->At[1].Next();
+    return *this;
+  }
+  bool operator==(const MemberIterator&) const = default;
+
+private:
+  const JsonValue* At;
+};
+
+// The outermost value, and all within it.
+class JsonDocument : public JsonValue
+{
+  friend class JsonParser;
+  std::vector<JsonValue> Values;
+  std::unique_ptr<char[]> Texts;
+
+public:
+  JsonDocument() = default;
+  JsonDocument(JsonDocument&&) = default;
+  JsonDocument& operator=(JsonDocument&&) = default;
+};
+
+// The memory is at most 25 bytes a byte of text: bound the text first.
 // Errors: InvalidInput naming the byte from which on it is no JSON.
 Result<JsonDocument> ParseJson(std::string_view text);
 
 // The member, or null where there is none. REQUIRES: an object. O(members).
 const JsonValue* FindMember(const JsonValue& object, std::string_view key);
 
-// REQUIRES: a string. It may be no UTF-8: an escape can name half a surrogate pair.
+// REQUIRES: a string.
 inline std::string_view TextOf(const JsonValue& value)
 {
-  return { value.GetString(), value.GetStringLength() };
+  return value.GetString();
 }
 
 }

@@ -27,26 +27,17 @@ double NumberOf(const JsonValue& value)
 
 std::string Show(const JsonValue& value)
 {
-  switch (value.GetType())
+  if (value.IsNumber())
   {
-    case rapidjson::kObjectType:
-      return "an object";
-    case rapidjson::kArrayType:
-      return "an array";
-    case rapidjson::kStringType:
-      return Quoted(TextOf(value));
-    case rapidjson::kNumberType:
-      return Quoted(value.IsUint64()  ? std::to_string(value.GetUint64())
-                    : value.IsInt64() ? std::to_string(value.GetInt64())
-                                      : JsonNumber(value.GetDouble()));
-    case rapidjson::kTrueType:
-      return "true";
-    case rapidjson::kFalseType:
-      return "false";
-    case rapidjson::kNullType:
-      break;
+    return Quoted(value.IsUint64()  ? std::to_string(value.GetUint64())
+                  : value.IsInt64() ? std::to_string(value.GetInt64())
+                                    : JsonNumber(value.GetDouble()));
   }
-  return "null";
+  return value.IsObject()   ? "an object"
+         : value.IsArray()  ? "an array"
+         : value.IsString() ? Quoted(TextOf(value))
+         : value.IsBool()   ? value.IsTrue() ? "true" : "false"
+                            : "null";
 }
 
 void JsonReader::Fail(const std::string& what)
@@ -121,7 +112,7 @@ std::array<double, 3> JsonReader::Vector(const JsonValue& object, const char* ke
   }
   for (std::size_t k = 0; k < 3; ++k)
   {
-    const JsonValue& number = (*value)[static_cast<rapidjson::SizeType>(k)];
+    const JsonValue& number = (*value)[k];
     if (!std::isfinite(NumberOf(number)))
     {
       this->Fail(std::string("\"") + key + "\" holds " + Show(number) + ", not a finite number");
@@ -147,16 +138,17 @@ std::string JsonReader::Text(
   const JsonValue& object, const char* key, std::size_t mostBytes, bool required)
 {
   const JsonValue* value = this->Find(object, key, required);
-  if (!value)
+  return value ? this->TextIn(*value, key, mostBytes) : std::string();
+}
+
+std::string JsonReader::TextIn(const JsonValue& value, const char* key, std::size_t mostBytes)
+{
+  if (!value.IsString())
   {
+    this->Fail(std::string("\"") + key + "\" is " + Show(value) + ", not a text");
     return {};
   }
-  if (!value->IsString())
-  {
-    this->Fail(std::string("\"") + key + "\" is " + Show(*value) + ", not a text");
-    return {};
-  }
-  const std::string_view text = TextOf(*value);
+  const std::string_view text = TextOf(value);
   if (text.size() > mostBytes)
   {
     this->Fail(

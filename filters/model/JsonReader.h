@@ -49,6 +49,8 @@ public:
   bool Boolean(const JsonValue& object, const char* key);
   std::string Text(
     const JsonValue& object, const char* key, std::size_t mostBytes, bool required = true);
+  // The value of a member that was found.
+  std::string TextIn(const JsonValue& value, const char* key, std::size_t mostBytes);
   // An array of integers in the range, at most `most` of them; empty where an optional one is
   // absent.
   std::vector<std::uint32_t> Integers(const JsonValue& object, const char* key,

@@ -2,8 +2,7 @@
 #include "filters/model/JsonWriter.h"
 
 #include "filters/core/Texts.h"
-
-#include <rapidjson/internal/dtoa.h>
+#include "filters/model/DecimalNumber.h"
 
 #include <cmath>
 
@@ -12,14 +11,7 @@ namespace kdstream
 
 std::string JsonNumber(double value)
 {
-  if (!std::isfinite(value))
-  {
-    return "null";
-  }
-  // Not by std::to_chars: emscripten's C++ library has none for doubles.
-  char text[32]; // it writes at most 25 bytes
-  const char* const end = rapidjson::internal::dtoa(value, text);
-  return std::string(static_cast<const char*>(text), end);
+  return std::isfinite(value) ? ShortestDecimal(value) : "null";
 }
 
 JsonWriter& JsonWriter::Key(std::string_view key)

@@ -14,13 +14,12 @@
 namespace kdstream
 {
 
-// A short decimal text that reads back as the same double; null where it is not finite.
+// The shortest decimal text that reads back as the same double; null where it is not finite.
 std::string JsonNumber(double value);
 
 struct JsonStyle
 {
   unsigned indent = 0; // blanks for each depth, a line a value; 0: all in one line
-  std::string (*number)(double) = &JsonNumber;
 };
 
 // Writes one JSON text, in the order of the calls:
@@ -49,7 +48,7 @@ public:
   JsonWriter& Put(const std::string& text) { return this->Put(std::string_view(text)); }
   JsonWriter& Put(const char* text) { return this->Put(std::string_view(text)); }
   JsonWriter& Put(bool value) { return this->PutJson(value ? "true" : "false"); }
-  JsonWriter& Put(double value) { return this->PutJson(this->Style.number(value)); }
+  JsonWriter& Put(double value) { return this->PutJson(JsonNumber(value)); }
   template <std::integral T>
   JsonWriter& Put(T value)
   {

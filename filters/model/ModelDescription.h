@@ -3,7 +3,7 @@
 //
 // A builder fills it in, a store keeps it (row "model"), kdstream-store and kdstream-build print it
 // as statistics, a server tells it (model.json, the `opened` answer), and a viewer draws by it.
-// ModelJson.h writes and reads it in each of these forms.
+// ModelJson.h writes and reads it.
 #pragma once
 
 #include "filters/codec/CoordinateGrid.h"

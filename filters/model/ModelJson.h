@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// A model's description as JSON and back, in the forms that there are: told by servers, kept in
-// stores, printed as statistics. What they share is written and read in one place
-// (ModelMembers.h).
+// A model's description as JSON and back. There is one form: a store keeps it with the facts of the
+// build ("build"), a server tells it with the model's id, and viewers read it. Statistics are for
+// people and scripts.
 //
 // Doubles survive the way bit for bit, so that all compute with the same grid and box.
 #pragma once
@@ -33,10 +33,16 @@ std::string WriteModelList(
 Result<ModelDescription> ParseModel(std::string_view text);
 Result<std::vector<ModelSummary>> ParseModelList(std::string_view text);
 
-// The row "model" of a store's metadata; all but the id. number: how its doubles are written.
-std::string WriteStoredModel(const ModelDescription& model, std::string (*number)(double));
+// The row "model" of a store's metadata: all but the id.
+std::string WriteStoredModel(const ModelDescription& model);
+enum class StoredForm : std::uint8_t
+{
+  Earlier, // of stores before version 13
+  Present
+};
 // Errors: Damaged, naming the member that is wrong.
-Result<ModelDescription> ParseStoredModel(std::string_view text);
+Result<ModelDescription> ParseStoredModel(
+  std::string_view text, StoredForm form = StoredForm::Present);
 
 // Into an object: what kdstream-store info --json and kdstream-build --stats say of a store.
 void PutStatistics(JsonWriter& json, const ModelDescription& model, std::uint64_t storeBytes);

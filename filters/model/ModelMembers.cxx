@@ -60,14 +60,14 @@ void ReadLevels(JsonReader& reader, const JsonValue& object, ModelDescription& m
   {
     return;
   }
-  const rapidjson::SizeType count = levels->Size();
+  const std::size_t count = levels->Size();
   if (count != 0 && count != model.depths.finest + std::size_t{ 1 })
   {
     reader.Fail("\"levels\" has " + std::to_string(count) + " entries, not 0 or " +
                 std::to_string(model.depths.finest + 1));
     return;
   }
-  for (rapidjson::SizeType depth = 0; depth < count; ++depth)
+  for (std::size_t depth = 0; depth < count; ++depth)
   {
     reader.Integer((*levels)[depth], "depth", depth, depth);
     ResolutionDescription& level =
@@ -128,7 +128,7 @@ private:
 bool TakeRange(const JsonValue& range, ScalarDescription& scalar)
 {
   AscendingNumbers numbers;
-  rapidjson::SizeType i = 0;
+  std::size_t i = 0;
   for (double* const value : { &scalar.least, &scalar.low, &scalar.high, &scalar.most })
   {
     *value = i < range.Size() ? numbers.Take(range[i++]) : std::nan("");
@@ -140,7 +140,7 @@ bool TakeRange(const JsonValue& range, ScalarDescription& scalar)
 bool TakeClasses(const JsonValue& list, std::vector<ScalarDescription::Class>& classes)
 {
   AscendingNumbers values;
-  for (rapidjson::SizeType i = 0; i + 1 < list.Size(); i += 2)
+  for (std::size_t i = 0; i + 1 < list.Size(); i += 2)
   {
     if (!list[i + 1].IsUint64())
     {
@@ -227,6 +227,33 @@ void PutTextures(JsonWriter& json, const ModelDescription& model, const char* ke
   }
 }
 
+void PutBox(JsonWriter& json, const Box& box)
+{
+  json.BeginObject().Member("lo", box.lo).Member("hi", box.hi).EndObject();
+}
+
+void PutResolution(JsonWriter& json, const ResolutionDescription& resolution)
+{
+  json.Member("vertices", resolution.vertices)
+    .Member("triangles", resolution.triangles)
+    .Member("pieces", resolution.pieces)
+    .Member("bytes", resolution.bytes)
+    .Member("deviation", resolution.deviation)
+    .Member("deviation_99", resolution.deviation99);
+}
+
+void PutLevels(JsonWriter& json, const std::vector<ResolutionDescription>& levels)
+{
+  json.BeginArray();
+  for (std::size_t depth = 0; depth < levels.size(); ++depth)
+  {
+    json.BeginObject().Member("depth", depth);
+    PutResolution(json, levels[depth]);
+    json.Member("spacing", levels[depth].spacing).EndObject();
+  }
+  json.EndArray();
+}
+
 void PutUnused(JsonWriter& json, const ModelDescription& model)
 {
   if (model.unused)
@@ -297,7 +324,7 @@ void ReadScalars(JsonReader& reader, const JsonValue& object, ModelDescription& 
   }
   std::vector<ScalarDescription> all;
   const JsonValue* scalars = reader.Array(object, "scalars", mostScalars);
-  for (rapidjson::SizeType i = 0; scalars && i < scalars->Size(); ++i)
+  for (std::size_t i = 0; scalars && i < scalars->Size(); ++i)
   {
     const JsonValue& entry = (*scalars)[i];
     ScalarDescription& scalar = all.emplace_back();

@@ -31,6 +31,12 @@ void PutPose(JsonWriter& json, const ModelDescription& model);
 // Its textures as a member `key`, if it has some.
 void PutTextures(JsonWriter& json, const ModelDescription& model, const char* key = "textures");
 
+// {"lo","hi"}.
+void PutBox(JsonWriter& json, const Box& box);
+// The members of a resolution, without the object around them; and all levels.
+void PutResolution(JsonWriter& json, const ResolutionDescription& resolution);
+void PutLevels(JsonWriter& json, const std::vector<ResolutionDescription>& levels);
+
 // "unused", if it has such vertices.
 void PutUnused(JsonWriter& json, const ModelDescription& model);
 // "scalars", if it has some: {"classes","name","range"}; "classes": each value, followed by how
@@ -43,6 +49,11 @@ void PutBits(JsonWriter& json, const CoordinateGrid& grid);
 // alike.
 void ReadShared(JsonReader& reader, const JsonValue& object, ModelDescription& model);
 void ReadScalars(JsonReader& reader, const JsonValue& object, ModelDescription& model);
+// The members that a store keeps and a server tells alike, and back. mostText: bytes of each text.
+void PutDescription(JsonWriter& json, const ModelDescription& model);
+void ReadDescription(
+  JsonReader& reader, const JsonValue& json, std::size_t mostText, ModelDescription& model);
+
 void ReadTexts(
   JsonReader& reader, const JsonValue& object, std::size_t mostBytes, ModelDescription& model);
 

@@ -15,9 +15,9 @@ namespace
 constexpr const char* context = "http://iiif.io/api/presentation/3/context.json";
 constexpr std::size_t mostBytesOfCharacter = 4;
 
-std::string ReadText(JsonReader& reader, const JsonValue& object, const char* key, std::size_t most)
+std::string ReadText(JsonReader& reader, const JsonValue& value, const char* key, std::size_t most)
 {
-  auto text = reader.Text(object, key, most * mostBytesOfCharacter);
+  auto text = reader.TextIn(value, key, most * mostBytesOfCharacter);
   if (CountCharacters(text) > most)
   {
     reader.Fail(
@@ -51,7 +51,10 @@ void ReadBody(JsonReader& reader, const JsonValue& object, Note& note)
     return;
   }
   ReadType(reader, *body, "TextualBody");
-  note.text = ReadText(reader, *body, "value", Note::longestText);
+  if (const JsonValue* text = reader.Find(*body, "value"))
+  {
+    note.text = ReadText(reader, *text, "value", Note::longestText);
+  }
   note.language = reader.Text(*body, "language", Note::longestLanguage, false);
   if (!IsLanguage(note.language))
   {
@@ -63,7 +66,7 @@ void ReadBody(JsonReader& reader, const JsonValue& object, Note& note)
 const JsonValue* FindLanguage(const JsonValue& label, const std::string& language)
 {
   const JsonValue* own = FindMember(label, language);
-  return own ? own : label.MemberCount() > 0 ? &label.MemberBegin()->value : nullptr;
+  return own ? own : label.Size() > 0 ? &(*label.GetObject().begin()).value : nullptr;
 }
 
 // A text, or texts by language: { "en": [ "…" ] }.
@@ -78,17 +81,14 @@ void ReadLabel(JsonReader& reader, const JsonValue& object, Note& note)
   if (label->IsObject())
   {
     title = FindLanguage(*label, note.language);
-    title = title && title->IsArray() && !title->Empty() ? &(*title)[0] : title;
+    title = title && title->IsArray() && title->Size() > 0 ? &(*title)[0] : title;
   }
   if (!title || !title->IsString())
   {
     reader.Fail("\"label\" holds no text");
     return;
   }
-  // Through the reader, which looks whether it is one: an object with the title alone.
-  JsonDocument found(rapidjson::kObjectType);
-  found.AddMember("label", JsonValue(*title, found.GetAllocator()), found.GetAllocator());
-  note.title = ReadText(reader, found, "label", Note::longestTitle);
+  note.title = ReadText(reader, *title, "label", Note::longestTitle);
   if (note.title.find_first_not_of(" \t\r\n") == std::string::npos)
   {
     reader.Fail("\"label\" is empty");

@@ -3,7 +3,7 @@
 
 #include "filters/core/Texts.h"
 #include "filters/model/JsonReader.h"
-#include "filters/model/ServedModelJson.h"
+#include "filters/model/ModelValue.h"
 #include "filters/protocol/ResourcePath.h"
 #include "filters/protocol/TextParts.h"
 
@@ -120,7 +120,7 @@ BlobsRequest ReadBlobs(JsonReader& reader, const JsonValue& json, std::size_t mo
 {
   BlobsRequest body;
   const JsonValue* names = reader.Array(json, "blobs", mostListed);
-  for (rapidjson::SizeType i = 0; names && i < names->Size(); ++i)
+  for (std::size_t i = 0; names && i < names->Size(); ++i)
   {
     const JsonValue& name = (*names)[i];
     const auto blob = name.IsString() ? ParseBlobName(TextOf(name)) : Result<BlobId>(BlobId{});

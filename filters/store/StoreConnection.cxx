@@ -5,7 +5,6 @@
 #include "filters/store/StoreHead.h"
 #include "filters/store/StoreSchema.h"
 
-#include <array>
 #include <utility>
 
 namespace kdstream
@@ -13,25 +12,6 @@ namespace kdstream
 namespace
 {
 
-// In the order of BlobTable: blobs, and how many bytes they have. SQLite would take a text for a
-// blob, of which it tells the characters as its length, and not the bytes.
-constexpr std::size_t tableCount = 5;
-constexpr std::array<const char*, 2 * tableCount> queryTexts{
-  "SELECT data, checksum, vertices, triangles FROM pieces WHERE id = ? AND typeof(data) = 'blob'",
-  "SELECT data, checksum FROM tree WHERE page = ? AND typeof(data) = 'blob'",
-  "SELECT data, checksum FROM boxes WHERE node = ? AND typeof(data) = 'blob'",
-  "SELECT data, checksum FROM textures WHERE partition = ? AND typeof(data) = 'blob'",
-  "SELECT data, checksum FROM unused WHERE part = ? AND typeof(data) = 'blob'",
-  "SELECT length(data) FROM pieces WHERE id = ? AND typeof(data) = 'blob'",
-  "SELECT length(data) FROM tree WHERE page = ? AND typeof(data) = 'blob'",
-  "SELECT length(data) FROM boxes WHERE node = ? AND typeof(data) = 'blob'",
-  "SELECT length(data) FROM textures WHERE partition = ? AND typeof(data) = 'blob'",
-  "SELECT length(data) FROM unused WHERE part = ? AND typeof(data) = 'blob'",
-};
-// What a row says of itself is under its checksum, but for these two, which its id says as well.
-constexpr const char* selectMislabelled =
-  "SELECT id, quote(resolution), quote(node) FROM pieces "
-  "WHERE resolution IS NOT id >> 32 OR node IS NOT id & 0xFFFFFFFF";
 constexpr const char* selectModel = "SELECT value, checksum FROM metadata WHERE key = 'model'";
 
 // Whether the same may succeed later.
@@ -40,31 +20,11 @@ bool IsTransient(const Error& error)
   return error.code == ErrorCode::InputOutput || error.code == ErrorCode::LimitExceeded;
 }
 
-// What has failed on the way to a blob: what may pass stays what it is, all else is damage.
-Error OfBlob(const std::string& blob, const Error& error)
-{
-  return { IsTransient(error) ? error.code : ErrorCode::Damaged, blob + ": " + error.message };
-}
-
 Error WasChanged()
 {
   return { ErrorCode::Changed, "the file was changed while it was open" };
 }
 
-std::int64_t ChecksumOf(
-  const BlobRow& blob, const Statement& row, std::span<const std::uint8_t> data)
-{
-  return blob.table == BlobTable::Pieces
-           ? PieceChecksum(*PieceOfRow(blob.key), static_cast<std::uint64_t>(row.Integer(2)),
-               static_cast<std::uint64_t>(row.Integer(3)), data)
-           : NodeChecksum(static_cast<NodeId>(blob.key), data);
-}
-
-}
-
-Error DamagedBlob(const std::string& blob, const std::string& what)
-{
-  return { ErrorCode::Damaged, blob + ": " + what };
 }
 
 Result<ModelDescription> ReadStoredModel(int descriptor)
@@ -90,31 +50,24 @@ Result<ModelDescription> ReadStoredModel(int descriptor)
     return DamagedBlob(
       "metadata", *row ? "row \"model\" has a wrong checksum" : "row \"model\" is missing");
   }
-  Result<ModelDescription> model = ParseStoredModel(json);
-  if (model && model->textures.has_value() != HasTextures(*version))
+  Result<ModelDescription> model =
+    ParseStoredModel(json, HasRowsOfBlobs(*version) ? StoredForm::Earlier : StoredForm::Present);
+  const bool isTold = model && HasRowsOfBlobs(*version); // by the version
+  if (isTold && model->textures.has_value() != HasTextures(*version))
   {
     return DamagedBlob("metadata", "what it says of textures is not of the store's version");
   }
-  if (model && model->unused.has_value() != HasUnused(*version))
+  if (isTold && model->unused.has_value() != HasUnused(*version))
   {
     return DamagedBlob("metadata", "what it says of unused vertices is not of the store's version");
   }
   return model;
 }
 
-// One connection with its statements: used by one thread at a time.
-struct Store::Connection::Reader
-{
-  kdstream::Database database;
-  std::array<Statement, queryTexts.size()> statements;
-};
-
 Store::Connection::Connection(
   std::unique_ptr<const StoreFile> file, const FileState& state, const ModelDescription& model)
   : File(std::move(file))
-  , Digest(model.digest)
-  , Textured(model.textures.has_value())
-  , WithUnused(model.unused.has_value())
+  , Model(model)
   , LastState(state)
 {
 }
@@ -137,7 +90,7 @@ Status Store::Connection::CheckUnchanged()
     if (*after == *now) // else once more
     {
       KDSTREAM_TRY(digestNow);
-      if (*digestNow != this->Digest)
+      if (*digestNow != this->Model.digest)
       {
         break;
       }
@@ -186,74 +139,45 @@ Result<std::string> Store::Connection::ReadDigest() const
   return info ? info->digest : std::string(); // another content, damaged or not
 }
 
-Result<std::unique_ptr<Store::Connection::Reader>> Store::Connection::Take()
+Result<std::unique_ptr<StoreBlobs>> Store::Connection::Take()
 {
   {
     const std::lock_guard lock(this->Mutex);
     if (!this->Idle.empty())
     {
-      std::unique_ptr<Reader> reader = std::move(this->Idle.back());
+      std::unique_ptr<StoreBlobs> blobs = std::move(this->Idle.back());
       this->Idle.pop_back();
-      return reader;
+      return blobs;
     }
   }
-  KDSTREAM_TRY(CheckStoreHead(this->File->Descriptor())); // it may have been written to
+  const Result<int> version = CheckStoreHead(this->File->Descriptor()); // it may have been written
+  KDSTREAM_TRY(version);
   Result<kdstream::Database> database = OpenForReading(this->File->Descriptor());
   KDSTREAM_TRY(database);
-  auto reader = std::make_unique<Reader>();
-  for (std::size_t query = 0; query < queryTexts.size(); ++query)
+  return StoreBlobs::Open(std::move(*database), *version, this->Model);
+}
+
+void Store::Connection::Return(std::unique_ptr<StoreBlobs> blobs)
+{
+  if (!blobs->Failed())
   {
-    if (!this->HasTable(query % tableCount))
-    {
-      continue;
-    }
-    Result<Statement> statement = Statement::Prepare(database->get(), queryTexts[query]);
-    KDSTREAM_TRY(statement);
-    reader->statements[query] = std::move(*statement);
+    const std::lock_guard lock(this->Mutex);
+    this->Idle.push_back(std::move(blobs));
   }
-  reader->database = std::move(*database);
-  return reader;
 }
 
-void Store::Connection::Return(std::unique_ptr<Reader> reader)
+// What `read` gives, unless the file is another one by now.
+template <class Value, class ReadBlob>
+Result<Value> Store::Connection::ReadUnchanged(const BlobRow& blob, const ReadBlob& read)
 {
-  const std::lock_guard lock(this->Mutex);
-  this->Idle.push_back(std::move(reader));
-}
-
-bool Store::Connection::HasTable(std::size_t table) const
-{
-  return table == static_cast<std::size_t>(BlobTable::Textures) ? this->Textured
-         : table == static_cast<std::size_t>(BlobTable::Unused) ? this->WithUnused
-                                                                : true;
-}
-
-// What `take` makes of the row, unless the file is another one by now.
-template <class Value, class TakeRow>
-Result<Value> Store::Connection::ReadRow(const BlobRow& blob, bool sizeOnly, const TakeRow& take)
-{
-  Result<std::unique_ptr<Reader>> reader = this->Take();
+  Result<std::unique_ptr<StoreBlobs>> blobs = this->Take();
   Result<Value> result =
-    reader ? DamagedBlob(blob.name, "row is missing") : OfBlob(blob.name, reader.GetError());
-  if (reader)
+    blobs ? read(**blobs)
+          : Error{ IsTransient(blobs.GetError()) ? blobs.GetError().code : ErrorCode::Damaged,
+              blob.name + ": " + blobs.GetError().message };
+  if (blobs)
   {
-    Statement& statement =
-      (*reader)->statements[static_cast<std::size_t>(blob.table) + (sizeOnly ? tableCount : 0)];
-    statement.Bind(1, blob.key);
-    const Result<bool> row = statement.Step();
-    if (!row)
-    {
-      result = OfBlob(blob.name, row.GetError());
-    }
-    else if (*row)
-    {
-      result = take(statement);
-    }
-    statement.Reset();
-    if (row) // SQLite reports a damaged page once: a connection that has it in memory uses it
-    {
-      this->Return(std::move(*reader));
-    }
+    this->Return(std::move(*blobs));
   }
   const Status unchanged = this->CheckUnchanged();
   return unchanged
@@ -263,42 +187,28 @@ Result<Value> Store::Connection::ReadRow(const BlobRow& blob, bool sizeOnly, con
 
 Result<std::vector<std::uint8_t>> Store::Connection::Read(const BlobRow& blob)
 {
-  return this->ReadRow<std::vector<std::uint8_t>>(blob, false,
-    [&](const Statement& row) -> Result<std::vector<std::uint8_t>>
+  return this->ReadUnchanged<std::vector<std::uint8_t>>(blob,
+    [&](StoreBlobs& blobs)
     {
-      const auto data = row.Blob(0);
-      this->Bytes += data.size();
-      if (ChecksumOf(blob, row, data) != row.Integer(1))
-      {
-        return DamagedBlob(blob.name, "wrong checksum");
-      }
-      return std::vector<std::uint8_t>(data.begin(), data.end());
+      std::uint64_t bytes = 0;
+      Result<std::vector<std::uint8_t>> data = blobs.Read(blob, bytes);
+      this->Bytes += bytes;
+      return data;
     });
 }
 
 Result<std::uint64_t> Store::Connection::Size(const BlobRow& blob)
 {
-  return this->ReadRow<std::uint64_t>(
-    blob, true, [](const Statement& row) { return static_cast<std::uint64_t>(row.Integer(0)); });
+  return this->ReadUnchanged<std::uint64_t>(
+    blob, [&blob](StoreBlobs& blobs) { return blobs.Size(blob); });
 }
 
 Status Store::Connection::VisitMislabelled(
-  const std::function<bool(std::int64_t id, const Error& error)>& note)
+  const std::function<bool(std::int64_t row, const Error& error)>& note)
 {
-  const Result<std::unique_ptr<Reader>> reader = this->Take();
-  KDSTREAM_TRY(reader);
-  Result<Statement> rows = Statement::Prepare((*reader)->database.get(), selectMislabelled);
-  KDSTREAM_TRY(rows);
-  Result<bool> row = rows->Step();
-  for (; row && *row; row = rows->Step())
-  {
-    if (!note(rows->Integer(0),
-          DamagedBlob("its row", "resolution is " + rows->Text(1) + ", node " + rows->Text(2))))
-    {
-      break;
-    }
-  }
-  return row ? Status{} : row.GetError();
+  const Result<std::unique_ptr<StoreBlobs>> blobs = this->Take();
+  KDSTREAM_TRY(blobs);
+  return (*blobs)->VisitMislabelled(note);
 }
 
 }

@@ -3,8 +3,8 @@
 #pragma once
 
 #include "filters/model/ModelDescription.h"
-#include "filters/store/Sqlite.h"
 #include "filters/store/Store.h"
+#include "filters/store/StoreBlobs.h"
 #include "filters/store/StoreFile.h"
 
 #include <atomic>
@@ -12,33 +12,12 @@
 #include <functional>
 #include <memory>
 #include <mutex>
-#include <span>
+#include <optional>
 #include <string>
 #include <vector>
 
 namespace kdstream
 {
-
-// The tables of blobs, each of which is a row.
-enum class BlobTable : std::size_t
-{
-  Pieces,
-  Tree,
-  Boxes,
-  Textures, // where a model has them
-  Unused,   // where it has unused vertices
-};
-
-// Where a blob is, and what errors call it.
-struct BlobRow
-{
-  BlobTable table = BlobTable::Pieces;
-  std::int64_t key = 0;
-  std::string name;
-};
-
-// A blob of a store, or its metadata, that is not what was written.
-Error DamagedBlob(const std::string& blob, const std::string& what);
 
 // What the store in an open file says of its model, checked but for what it says of the file.
 // Memory: 32 MiB, and what SQLite reads at once, twice. Errors: those of CheckStoreHead; Damaged;
@@ -52,7 +31,7 @@ Result<ModelDescription> ReadStoredModel(int descriptor);
 class Store::Connection
 {
 public:
-  // state: of the file when the model was read.
+  // state: of the file when the model was read. The model stays where it is.
   Connection(
     std::unique_ptr<const StoreFile> file, const FileState& state, const ModelDescription& model);
   ~Connection();
@@ -77,24 +56,20 @@ public:
   Status VisitMislabelled(const std::function<bool(std::int64_t id, const Error& error)>& note);
 
 private:
-  struct Reader;
-
   std::optional<bool> Compare(const FileState& now);
   Result<std::string> ReadDigest() const;
-  Result<std::unique_ptr<Reader>> Take();
-  void Return(std::unique_ptr<Reader> reader);
-  bool HasTable(std::size_t table) const;
-  template <class Value, class TakeRow>
-  Result<Value> ReadRow(const BlobRow& blob, bool sizeOnly, const TakeRow& take);
+  Result<std::unique_ptr<StoreBlobs>> Take();
+  void Return(std::unique_ptr<StoreBlobs> blobs);
+  template <class Value, class ReadBlob>
+  Result<Value> ReadUnchanged(const BlobRow& blob, const ReadBlob& read);
 
   const std::unique_ptr<const StoreFile> File;
-  const std::string Digest;
-  const bool Textured, WithUnused;
+  const ModelDescription& Model;
   std::atomic<std::uint64_t> Bytes{ 0 };
   std::mutex Mutex; // for what follows
   FileState LastState;
   bool Changed = false;
-  std::vector<std::unique_ptr<Reader>> Idle;
+  std::vector<std::unique_ptr<StoreBlobs>> Idle;
 };
 
 }

@@ -119,13 +119,21 @@ Result<ModelDescription> EditStore(
     KDSTREAM_TRY(old);
     info = (*old)->Info();
   }
+  const Result<int> version = CheckStoreHead(source.descriptor);
+  KDSTREAM_TRY(version);
+  if (HasRowsOfBlobs(*version))
+  {
+    return Error{ ErrorCode::Unsupported,
+      "store version " + std::to_string(*version) +
+        " can be read, but not changed: build the store again" };
+  }
   Change(texts.title, info.title);
   Change(texts.credit, info.credit);
   Change(texts.license, info.license);
   Change(texts.unit, info.unit);
   Change(texts.description, info.description);
   ChangePose(texts, info);
-  const std::string json = MetadataOf(info);
+  const std::string json = WriteStoredModel(info);
   KDSTREAM_TRY(CheckMetadataSize(json));
   NewFile::RemoveLeftovers(store);
   Result<NewFile> copy = NewFile::Create(store);

@@ -30,7 +30,8 @@ struct StoreTexts
 // the store open takes it for immutable, so its file must never change, and whatever ends this
 // leaves the old store or the new one. Needs room for the copy. O(bytes of the store); where the
 // file system shares blocks between files, next to nothing. Errors: those of Store::Open;
-// InputOutput, also where another process has replaced the store meanwhile; Cancelled.
+// Unsupported for a store of an earlier version; InputOutput, also where another process has
+// replaced the store meanwhile; Cancelled.
 Result<ModelDescription> EditStore(
   const std::filesystem::path& store, const StoreTexts& texts, const Execution& execution = {});
 

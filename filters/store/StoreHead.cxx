@@ -28,7 +28,7 @@ namespace
 constexpr std::size_t headerBytes = 100;
 constexpr std::uint8_t tableLeaf = 0x0D, indexLeaf = 0x0A; // kinds of a page
 
-using PageBytes = std::array<std::uint8_t, storePageBytes>;
+using PageBytes = std::array<std::uint8_t, mostStorePageBytes>;
 using Bytes = std::span<const std::uint8_t>;
 
 Error NotAStore(const std::string& why)
@@ -48,15 +48,14 @@ std::string InQuotes(std::string_view name)
   return quoted;
 }
 
-// How much of it the file has.
-Result<std::size_t> ReadPage(int descriptor, std::uint32_t number, PageBytes& page)
+// How many of the bytes from `begin` on the file has, at most as many as the largest page.
+Result<Bytes> ReadBytes(int descriptor, std::uint64_t begin, PageBytes& page)
 {
-  const off_t begin = static_cast<off_t>(number - 1) * storePageBytes;
   std::size_t end = 0;
   while (end < page.size())
   {
     const ssize_t got =
-      ::pread(descriptor, page.data() + end, page.size() - end, begin + static_cast<off_t>(end));
+      ::pread(descriptor, page.data() + end, page.size() - end, static_cast<off_t>(begin + end));
     if (got < 0 && errno != EINTR)
     {
       return SystemError("cannot be read or written", errno);
@@ -67,7 +66,7 @@ Result<std::size_t> ReadPage(int descriptor, std::uint32_t number, PageBytes& pa
     }
     end += got > 0 ? static_cast<std::size_t>(got) : 0;
   }
-  return end;
+  return Bytes(page).first(end);
 }
 
 // REQUIRES: bytes that are there. The highest comes first.
@@ -93,17 +92,18 @@ Result<int> CheckHeader(Bytes page)
     return Error{ ErrorCode::InvalidInput, "not a KdStream store" };
   }
   const std::uint32_t version = NumberAt(page, 60, 4);
-  if (version < storeVersion || version > lastStoreVersion)
+  if (version < oldestStoreVersion || version > storeVersion)
   {
     return Error{ ErrorCode::Unsupported,
       "store version " + std::to_string(static_cast<std::int32_t>(version)) +
-        "; this program reads versions " + std::to_string(storeVersion) + " to " +
-        std::to_string(lastStoreVersion) + ": build the store again" };
+        "; this program reads versions " + std::to_string(oldestStoreVersion) + " to " +
+        std::to_string(storeVersion) + ": build the store again" };
   }
-  if (NumberAt(page, 16, 2) != storePageBytes || page[20] != 0)
+  const std::size_t pageBytes = PageBytesOfStore(static_cast<int>(version));
+  if (NumberAt(page, 16, 2) != pageBytes || page[20] != 0)
   {
     return NotAStore(
-      "its pages are not those of a store, of " + std::to_string(storePageBytes) + " bytes");
+      "its pages are not those of a store, of " + std::to_string(pageBytes) + " bytes");
   }
   if (page[18] != 1 || page[19] != 1)
   {
@@ -196,9 +196,9 @@ std::uint32_t NumberOf(std::uint64_t type, Bytes value)
 
 // Nothing where the bytes do not begin with the type and the name of a row of a schema. It has the
 // other columns only where it lies in the page whole, and SQLite reads the same of it.
-std::optional<SchemaRow> RowOfCell(Bytes cell)
+std::optional<SchemaRow> RowOfCell(Bytes cell, std::size_t pageBytes)
 {
-  constexpr std::uint64_t mostInPage = storePageBytes - 35; // more goes to other pages
+  const std::uint64_t mostInPage = pageBytes - 35; // more goes to other pages
   Taker taker(cell);
   const auto payload = taker.Varint();
   const auto rowid = taker.Varint();
@@ -281,7 +281,7 @@ Result<std::vector<SchemaRow>> ReadRows(Bytes page)
   for (std::size_t i = 0; i < count; ++i)
   {
     const std::uint32_t at = NumberAt(page, firstPointer + 2 * i, 2);
-    const auto row = at < page.size() ? RowOfCell(page.subspan(at)) : std::nullopt;
+    const auto row = at < page.size() ? RowOfCell(page.subspan(at), page.size()) : std::nullopt;
     if (!row)
     {
       return DamagedPage();
@@ -333,20 +333,22 @@ Result<std::uint32_t> CheckSchema(Bytes page, int version)
 Result<int> CheckStoreHead(int descriptor)
 {
   PageBytes bytes;
-  const Result<std::size_t> got = ReadPage(descriptor, 1, bytes);
-  KDSTREAM_TRY(got);
-  const Result<int> version = CheckHeader(Bytes(bytes).first(*got));
+  Result<Bytes> page = ReadBytes(descriptor, 0, bytes);
+  KDSTREAM_TRY(page);
+  const Result<int> version = CheckHeader(*page);
   KDSTREAM_TRY(version);
-  if (*got < bytes.size())
+  const std::size_t pageBytes = PageBytesOfStore(*version);
+  if (page->size() < pageBytes)
   {
     return DamagedPage();
   }
-  const Result<std::uint32_t> metadata = CheckSchema(bytes, *version);
+  const Result<std::uint32_t> metadata = CheckSchema(page->first(pageBytes), *version);
   KDSTREAM_TRY(metadata);
   // Their keys are texts, which SQLite reads whole to compare them.
-  const Result<std::size_t> ofMetadata = ReadPage(descriptor, *metadata, bytes);
-  KDSTREAM_TRY(ofMetadata);
-  if (*ofMetadata < bytes.size() || bytes[0] != indexLeaf || NumberAt(bytes, 3, 2) > 1)
+  page = ReadBytes(descriptor, std::uint64_t{ *metadata - 1 } * pageBytes, bytes);
+  KDSTREAM_TRY(page);
+  const std::uint8_t leaf = HasRowsOfBlobs(*version) ? indexLeaf : tableLeaf;
+  if (page->size() < pageBytes || bytes[0] != leaf || NumberAt(bytes, 3, 2) > 1)
   {
     return Error{ ErrorCode::Damaged, "metadata: more than one row, or a damaged page" };
   }

@@ -65,20 +65,29 @@ private:
 
 std::vector<StoreTable> TablesOfStore(int version)
 {
+  if (!HasRowsOfBlobs(version))
+  {
+    return {
+      { "metadata",
+        "CREATE TABLE metadata (key TEXT NOT NULL, value TEXT NOT NULL, checksum INTEGER NOT "
+        "NULL)" },
+      { "directory", "CREATE TABLE directory (part INTEGER PRIMARY KEY, data BLOB NOT NULL)" },
+      { "content", "CREATE TABLE content (part INTEGER PRIMARY KEY, data BLOB NOT NULL)" },
+    };
+  }
   std::vector<StoreTable> tables{
     { "metadata",
       "CREATE TABLE metadata (key TEXT PRIMARY KEY, value TEXT NOT NULL, checksum INTEGER NOT "
       "NULL) WITHOUT ROWID" },
-    { "tree", "CREATE TABLE tree (page INTEGER PRIMARY KEY, data BLOB NOT NULL, checksum INTEGER "
-              "NOT NULL)" },
-    { "boxes", "CREATE TABLE boxes (node INTEGER PRIMARY KEY, data BLOB NOT NULL, checksum INTEGER "
-               "NOT NULL)" },
-    { "pieces",
-      "CREATE TABLE pieces (id INTEGER PRIMARY KEY, resolution INTEGER NOT NULL, node INTEGER NOT "
-      "NULL,\n  vertices INTEGER NOT NULL, triangles INTEGER NOT NULL, data BLOB NOT NULL, "
-      "checksum "
-      "INTEGER NOT NULL)" },
   };
+  tables.push_back({ "tree", "CREATE TABLE tree (page INTEGER PRIMARY KEY, data BLOB NOT NULL, "
+                             "checksum INTEGER NOT NULL)" });
+  tables.push_back({ "boxes", "CREATE TABLE boxes (node INTEGER PRIMARY KEY, data BLOB NOT NULL, "
+                              "checksum INTEGER NOT NULL)" });
+  tables.push_back({ "pieces",
+    "CREATE TABLE pieces (id INTEGER PRIMARY KEY, resolution INTEGER NOT NULL, node INTEGER NOT "
+    "NULL,\n  vertices INTEGER NOT NULL, triangles INTEGER NOT NULL, data BLOB NOT NULL, checksum "
+    "INTEGER NOT NULL)" });
   if (HasTextures(version))
   {
     tables.push_back({ "textures", "CREATE TABLE textures (partition INTEGER PRIMARY KEY, data "
@@ -101,6 +110,82 @@ std::string SchemaOfStore(int version)
     schema += ";\n";
   }
   return schema;
+}
+
+namespace
+{
+
+// Little-endian numbers, one after the other.
+template <class T>
+void Put(std::vector<std::uint8_t>& bytes, T number)
+{
+  for (std::size_t i = 0; i < sizeof(T); ++i)
+  {
+    bytes.push_back(static_cast<std::uint8_t>(number >> (8 * i)));
+  }
+}
+
+template <class T>
+T Take(std::span<const std::uint8_t>& bytes)
+{
+  T number = 0;
+  for (std::size_t i = 0; i < sizeof(T); ++i)
+  {
+    number |= static_cast<T>(T{ bytes[i] } << (8 * i));
+  }
+  bytes = bytes.subspan(sizeof(T));
+  return number;
+}
+
+constexpr std::size_t placeBytes = 12;
+constexpr std::size_t aroundPlaces = 16; // where the first blob begins, and the checksum
+
+}
+
+std::vector<std::uint8_t> EncodeDirectoryRow(std::uint64_t part, std::span<const BlobPlace> blobs)
+{
+  std::vector<std::uint8_t> row;
+  row.reserve(aroundPlaces + placeBytes * blobs.size());
+  Put(row, blobs.front().begin);
+  for (const BlobPlace& blob : blobs)
+  {
+    Put(row, blob.bytes);
+    Put(row, blob.checksum);
+  }
+  Put(row, XXH3_64bits_withSeed(row.data(), row.size(), part));
+  return row;
+}
+
+std::optional<std::vector<BlobPlace>> DecodeDirectoryRow(
+  std::uint64_t part, std::span<const std::uint8_t> row)
+{
+  if (row.size() < aroundPlaces + placeBytes || (row.size() - aroundPlaces) % placeBytes != 0 ||
+      row.size() > aroundPlaces + placeBytes * blobsOfDirectoryRow)
+  {
+    return {};
+  }
+  std::span<const std::uint8_t> checksum = row.last(8), left = row.first(row.size() - 8);
+  if (Take<std::uint64_t>(checksum) != XXH3_64bits_withSeed(left.data(), left.size(), part))
+  {
+    return {};
+  }
+  std::vector<BlobPlace> blobs;
+  blobs.reserve(left.size() / placeBytes);
+  auto begin = Take<std::uint64_t>(left);
+  while (!left.empty())
+  {
+    BlobPlace& blob = blobs.emplace_back();
+    blob.begin = begin;
+    blob.bytes = Take<std::uint32_t>(left);
+    blob.checksum = Take<std::uint64_t>(left);
+    begin += blob.bytes;
+  }
+  return blobs;
+}
+
+std::uint64_t BlobChecksum(std::span<const std::uint8_t> data)
+{
+  return XXH3_64bits(data.data(), data.size());
 }
 
 std::int64_t PieceRow(PieceId id)

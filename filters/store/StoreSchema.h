@@ -18,29 +18,32 @@
 namespace kdstream
 {
 
-inline constexpr int storeVersion = 9;
-inline constexpr int texturedStoreVersion = 10; // that has textures too
-// That has a list of vertices which no triangle uses; with textures one more.
-inline constexpr int unusedStoreVersion = 11;
-inline constexpr int lastStoreVersion = 12;
+inline constexpr int storeVersion = 13; // that is written
 
-// The version of a store with these.
-constexpr int VersionOfStore(bool textures, bool unused)
+// Versions that are still read: each blob is a row of the table of its kind. 10 has textures, 11 a
+// list of vertices that no triangle uses, 12 both.
+inline constexpr int oldestStoreVersion = 9;
+constexpr bool HasRowsOfBlobs(int version)
 {
-  return (unused ? unusedStoreVersion : storeVersion) + (textures ? 1 : 0);
+  return version < 13;
 }
 constexpr bool HasTextures(int version)
 {
-  return version == VersionOfStore(true, false) || version == VersionOfStore(true, true);
+  return version == 10 || version == 12;
 }
 constexpr bool HasUnused(int version)
 {
-  return version >= unusedStoreVersion;
+  return version == 11 || version == 12;
 }
 
 inline constexpr int storeApplicationId = 0x4B445331; // "KDS1": SQLite's application_id
 
-inline constexpr std::size_t storePageBytes = 4096; // of SQLite's pages
+// Of SQLite's pages.
+inline constexpr std::size_t storePageBytes = 1024, mostStorePageBytes = 4096;
+constexpr std::size_t PageBytesOfStore(int version)
+{
+  return HasRowsOfBlobs(version) ? mostStorePageBytes : storePageBytes;
+}
 // The row of metadata: servers and clients take no longer ones.
 inline constexpr std::size_t mostMetadataBytes = maximumModelBytes;
 
@@ -54,15 +57,42 @@ std::vector<StoreTable> TablesOfStore(int version);
 // The statements that create them.
 std::string SchemaOfStore(int version);
 
-// The row of a piece: its resolution (63 = original) above its node, so that rows lie coarse to
-// fine.
+// All blobs, one after the other, are cut into rows of the table `content`. Each row but the last
+// has so many bytes: with what SQLite adds they fill eight pages to the last byte but 67.
+inline constexpr std::size_t contentRowBytes = 8125;
+
+// A row of the table `directory` tells of this many blobs; the last one of the rest.
+inline constexpr std::size_t blobsOfDirectoryRow = 80;
+
+// Where a blob is.
+struct BlobPlace
+{
+  std::uint64_t begin = 0; // in the content
+  std::uint32_t bytes = 0;
+  std::uint64_t checksum = 0; // BlobChecksum
+  bool operator==(const BlobPlace&) const = default;
+};
+// The row `part`, of blobs that follow each other. REQUIRES: 1 … blobsOfDirectoryRow of them.
+std::vector<std::uint8_t> EncodeDirectoryRow(std::uint64_t part, std::span<const BlobPlace> blobs);
+// Back: nothing where the row's checksum is wrong, or it has no such length.
+std::optional<std::vector<BlobPlace>> DecodeDirectoryRow(
+  std::uint64_t part, std::span<const std::uint8_t> row);
+// XXH3-64 of a blob.
+std::uint64_t BlobChecksum(std::span<const std::uint8_t> data);
+
+// XXH3-64 over what the row of metadata says, of all versions.
+std::int64_t MetadataChecksum(std::string_view key, std::string_view value);
+
+// ---- versions before 13
+
+// The row of a piece, and its number in the digest of all versions: its resolution (63 = original)
+// above its node, so that rows lie coarse to fine.
 std::int64_t PieceRow(PieceId id);
 // Back: nothing where no piece of any store has that row.
 std::optional<PieceId> PieceOfRow(std::int64_t row);
 
 // XXH3-64 over what a row says and its data, so that a row that is damaged or in the wrong place is
 // noticed.
-std::int64_t MetadataChecksum(std::string_view key, std::string_view value);
 // Of a row of tree, boxes, textures or unused.
 std::int64_t NodeChecksum(NodeId node, std::span<const std::uint8_t> data);
 std::int64_t PieceChecksum(
@@ -90,9 +120,7 @@ private:
   std::unique_ptr<State> Hash;
 };
 
-// The value of the row "model"; ParseStoredModel (ModelJson.h) is the way back. A store may not
-// have more than mostMetadataBytes of it.
-std::string MetadataOf(const ModelDescription& model);
+// A store may not have more than mostMetadataBytes of the row "model" (WriteStoredModel).
 // Errors: LimitExceeded.
 Status CheckMetadataSize(std::string_view json);
 

@@ -62,7 +62,11 @@ struct StoreWriter::State
   ModelDescription info;
   ScalarStatistics scalars{ info.attributes };
   Database database{}; // closed before the file goes
-  Statement page{}, boxes{}, piece{}, texture{}, unused{};
+  Statement directory{}, content{};
+  std::vector<std::uint8_t> contentRow{};          // that is being filled
+  std::vector<BlobPlace> directoryRow{};           // the same
+  std::int64_t contentRows = 0, directoryRows = 0; // that are written
+  std::uint64_t contentBytes = 0;
   std::unique_ptr<ContentDigest> digest{};
   std::unique_ptr<DeviationList> deviations{}; // of the resolution that is being written
   PieceTable pieces{};
@@ -73,8 +77,13 @@ struct StoreWriter::State
   static Result<std::unique_ptr<State>> Begin(
     const std::filesystem::path& store, ModelDescription info);
 
-  // A row of tree, boxes, textures or unused.
-  Status Insert(Statement& insert, NodeId node, std::span<const std::uint8_t> data);
+  // Behind those before. Errors: with the store's name.
+  Status AddBlob(std::span<const std::uint8_t> data);
+  // The last rows. Errors: the same.
+  Status FinishBlobs();
+  Status WriteContentRow();
+  Status WriteDirectoryRow();
+  Status Insert(Statement& insert, std::int64_t part, std::span<const std::uint8_t> data) const;
 
   // Why something could not be written, with the store's name: of a full disk, how much it lacks.
   Error Explain(const Error& error) const;
@@ -158,42 +167,22 @@ Result<std::unique_ptr<StoreWriter::State>> StoreWriter::State::Begin(
   KDSTREAM_TRY(database);
   state->database = std::move(*database);
   // The file is thrown away unless it is finished: no journal, and one fsync at the end.
-  const int version =
-    VersionOfStore(state->info.textures.has_value(), state->info.unused.has_value());
   const std::string setUp = "PRAGMA page_size = " + std::to_string(storePageBytes) +
                             "; PRAGMA application_id = " + std::to_string(storeApplicationId) +
-                            "; PRAGMA user_version = " + std::to_string(version) + ";" +
-                            SchemaOfStore(version) + "BEGIN;";
+                            "; PRAGMA user_version = " + std::to_string(storeVersion) + ";" +
+                            SchemaOfStore(storeVersion) + "BEGIN;";
   if (Status status = Execute(state->database.get(), setUp); !status)
   {
     return state->Explain(status.GetError());
   }
-  Result<Statement> page =
-    Statement::Prepare(state->database.get(), "INSERT INTO tree VALUES (?, ?, ?)");
-  Result<Statement> boxes =
-    Statement::Prepare(state->database.get(), "INSERT INTO boxes VALUES (?, ?, ?)");
-  Result<Statement> piece =
-    Statement::Prepare(state->database.get(), "INSERT INTO pieces VALUES (?, ?, ?, ?, ?, ?, ?)");
-  KDSTREAM_TRY(page);
-  KDSTREAM_TRY(boxes);
-  KDSTREAM_TRY(piece);
-  state->page = std::move(*page);
-  state->boxes = std::move(*boxes);
-  state->piece = std::move(*piece);
-  if (state->info.textures)
-  {
-    Result<Statement> texture =
-      Statement::Prepare(state->database.get(), "INSERT INTO textures VALUES (?, ?, ?)");
-    KDSTREAM_TRY(texture);
-    state->texture = std::move(*texture);
-  }
-  if (state->info.unused)
-  {
-    Result<Statement> unused =
-      Statement::Prepare(state->database.get(), "INSERT INTO unused VALUES (?, ?, ?)");
-    KDSTREAM_TRY(unused);
-    state->unused = std::move(*unused);
-  }
+  Result<Statement> directory =
+    Statement::Prepare(state->database.get(), "INSERT INTO directory VALUES (?, ?)");
+  Result<Statement> content =
+    Statement::Prepare(state->database.get(), "INSERT INTO content VALUES (?, ?)");
+  KDSTREAM_TRY(directory);
+  KDSTREAM_TRY(content);
+  state->directory = std::move(*directory);
+  state->content = std::move(*content);
   return state;
 }
 
@@ -212,27 +201,70 @@ const PieceTable& StoreWriter::Pieces() const
 }
 
 Status StoreWriter::State::Insert(
-  Statement& insert, NodeId node, std::span<const std::uint8_t> data)
+  Statement& insert, std::int64_t part, std::span<const std::uint8_t> data) const
 {
-  insert.Bind(1, std::int64_t{ node });
+  insert.Bind(1, part);
   insert.Bind(2, data);
-  insert.Bind(3, NodeChecksum(node, data));
   const Result<bool> done = insert.Step();
   const Status status = done ? Status{} : Status{ this->Explain(done.GetError()) };
   insert.Reset();
   return status;
 }
 
+Status StoreWriter::State::WriteContentRow()
+{
+  KDSTREAM_TRY(this->Insert(this->content, this->contentRows++, this->contentRow));
+  this->contentRow.clear();
+  return {};
+}
+
+Status StoreWriter::State::WriteDirectoryRow()
+{
+  const auto part = static_cast<std::uint64_t>(this->directoryRows);
+  KDSTREAM_TRY(this->Insert(
+    this->directory, this->directoryRows++, EncodeDirectoryRow(part, this->directoryRow)));
+  this->directoryRow.clear();
+  return {};
+}
+
+Status StoreWriter::State::AddBlob(std::span<const std::uint8_t> data)
+{
+  this->directoryRow.push_back(
+    { this->contentBytes, static_cast<std::uint32_t>(data.size()), BlobChecksum(data) });
+  this->contentBytes += data.size();
+  if (this->directoryRow.size() == blobsOfDirectoryRow)
+  {
+    KDSTREAM_TRY(this->WriteDirectoryRow());
+  }
+  while (!data.empty())
+  {
+    const auto part = data.first(std::min(data.size(), contentRowBytes - this->contentRow.size()));
+    this->contentRow.insert(this->contentRow.end(), part.begin(), part.end());
+    data = data.subspan(part.size());
+    if (this->contentRow.size() == contentRowBytes)
+    {
+      KDSTREAM_TRY(this->WriteContentRow());
+    }
+  }
+  return {};
+}
+
+Status StoreWriter::State::FinishBlobs()
+{
+  KDSTREAM_TRY(this->contentRow.empty() ? Status{} : this->WriteContentRow());
+  return this->directoryRow.empty() ? Status{} : this->WriteDirectoryRow();
+}
+
 Status StoreWriter::AddBoxes(NodeId node, std::span<const std::uint8_t> data)
 {
   this->S->digest->AddBoxes(node, data);
-  return this->S->Insert(this->S->boxes, node, data);
+  return this->S->AddBlob(data);
 }
 
 Status StoreWriter::AddTreePage(NodeId page, std::span<const std::uint8_t> data)
 {
   this->S->digest->AddTreePage(page, data);
-  return this->S->Insert(this->S->page, page, data);
+  return this->S->AddBlob(data);
 }
 
 Status StoreWriter::AddTexture(
@@ -242,7 +274,7 @@ Status StoreWriter::AddTexture(
   this->S->info.textures->bytes += data.size();
   this->S->info.textures->texels += texels;
   this->S->digest->AddTexture(partition, data);
-  return this->S->Insert(this->S->texture, partition, data);
+  return this->S->AddBlob(data);
 }
 
 Status StoreWriter::AddUnused(const Piece& part, std::span<const std::uint8_t> data)
@@ -262,7 +294,7 @@ Status StoreWriter::AddUnused(const Piece& part, std::span<const std::uint8_t> d
     }
   }
   state.digest->AddUnused(number, data);
-  return state.Insert(state.unused, number, data);
+  return state.AddBlob(data);
 }
 
 Status StoreWriter::AddPiece(const Piece& piece, std::span<const std::uint8_t> data)
@@ -288,19 +320,7 @@ Status StoreWriter::AddPiece(const Piece& piece, std::span<const std::uint8_t> d
   {
     this->S->preview.assign(data.begin(), data.end());
   }
-  const std::int64_t row = PieceRow(piece.id);
-  Statement& insert = this->S->piece;
-  insert.Bind(1, row);
-  insert.Bind(2, row >> 32);
-  insert.Bind(3, std::int64_t{ piece.id.node });
-  insert.Bind(4, std::int64_t{ piece.ownVertices });
-  insert.Bind(5, static_cast<std::int64_t>(piece.triangles.size()));
-  insert.Bind(6, data);
-  insert.Bind(7, PieceChecksum(piece.id, piece.ownVertices, piece.triangles.size(), data));
-  const Result<bool> done = insert.Step();
-  const Status status = done ? Status{} : Status{ this->S->Explain(done.GetError()) };
-  insert.Reset();
-  return status;
+  return this->S->AddBlob(data);
 }
 
 const std::vector<std::uint8_t>& StoreWriter::Preview() const
@@ -332,8 +352,9 @@ Result<ModelDescription> StoreWriter::Finish()
   State& state = *this->S;
   state.info.digest = state.digest->Hexadecimal();
   state.info.scalars = state.scalars.Describe();
-  const std::string json = MetadataOf(state.info);
+  const std::string json = WriteStoredModel(state.info);
   KDSTREAM_TRY(OfFile(state.file.Target().string(), CheckMetadataSize(json)));
+  KDSTREAM_TRY(state.FinishBlobs());
   {
     Result<Statement> insert =
       Statement::Prepare(state.database.get(), "INSERT INTO metadata VALUES ('model', ?, ?)");
@@ -349,11 +370,8 @@ Result<ModelDescription> StoreWriter::Finish()
   {
     return state.Explain(status.GetError());
   }
-  state.page = {};
-  state.boxes = {};
-  state.piece = {};
-  state.texture = {};
-  state.unused = {};
+  state.directory = {};
+  state.content = {};
   state.database.reset();
   KDSTREAM_TRY(OfFile(state.file.Target().string(), state.file.Finish()));
   return state.info;

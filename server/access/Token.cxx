@@ -135,7 +135,7 @@ std::optional<JsonDocument> ParseObject(const std::string& text)
     return std::nullopt;
   }
   std::vector<std::string_view> names;
-  for (const auto& member : std::as_const(*json).GetObject())
+  for (const JsonMember& member : json->GetObject())
   {
     names.push_back(TextOf(member.name));
   }
@@ -192,9 +192,9 @@ Result<const TokenKeys::Key*> FindKey(std::string_view token, const TokenKeys& k
     return WrongToken("demands an extension");
   }
   const auto* id = FindMember(*header, "kid");
-  const auto* key = !id                                           ? keys.Find("")
-                    : id->IsString() && id->GetStringLength() > 0 ? keys.Find(TextOf(*id))
-                                                                  : nullptr;
+  const auto* key = !id                                        ? keys.Find("")
+                    : id->IsString() && TextOf(*id).size() > 0 ? keys.Find(TextOf(*id))
+                                                               : nullptr;
   if (!key)
   {
     return WrongToken("is signed with a key that this server does not have");

@@ -31,7 +31,7 @@ bool IsKeyId(std::string_view id)
 Status CheckMembers(const JsonValue& object, std::initializer_list<std::string_view> known)
 {
   std::set<std::string_view> seen;
-  for (const auto& member : object.GetObject())
+  for (const JsonMember& member : object.GetObject())
   {
     const auto name = TextOf(member.name);
     if (std::find(known.begin(), known.end(), name) == known.end())
@@ -116,7 +116,7 @@ Status AddNames(
   }
   for (const auto& each : list->GetArray())
   {
-    if (!each.IsString() || each.GetStringLength() == 0)
+    if (!each.IsString() || each.GetString().empty())
     {
       return WrongKeys("\"" + member + "\" must be a list of texts");
     }

@@ -37,7 +37,7 @@ std::optional<std::string> CheckKeys(
       return std::string("'") + key + "' is missing";
     }
   }
-  for (const auto& member : object.GetObject())
+  for (const JsonMember& member : object.GetObject())
   {
     const std::string_view name = TextOf(member.name);
     if (std::find(keys.begin(), keys.end(), name) == keys.end())
@@ -92,7 +92,7 @@ Result<SessionStep> ParseNamed(
     return Wrong(line, *wrong);
   }
   const JsonValue& text = *FindMember(object, key);
-  if (!text.IsString() || text.GetStringLength() == 0)
+  if (!text.IsString() || text.GetString().empty())
   {
     return Wrong(line, std::string("'") + key + "' is a text that is not empty");
   }

@@ -65,8 +65,8 @@ protected:
       return read;
     }
     const auto& node = (*json)["nodes"][0];
-    EXPECT_FALSE(node.HasMember("matrix") && node.HasMember("translation"));
-    if (node.HasMember("matrix"))
+    EXPECT_FALSE(FindMember(node, "matrix") && FindMember(node, "translation"));
+    if (FindMember(node, "matrix"))
     {
       const auto& matrix = node["matrix"];
       EXPECT_EQ(matrix.Size(), 16U);
@@ -81,7 +81,7 @@ protected:
       }
       EXPECT_EQ(matrix[15].GetDouble(), 1);
     }
-    else if (node.HasMember("translation"))
+    else if (FindMember(node, "translation"))
     {
       for (unsigned k = 0; k < 3; ++k)
       {

@@ -144,7 +144,7 @@ protected:
       read.materials.push_back(MaterialOf(json, material["pbrMetallicRoughness"]));
     }
     EXPECT_EQ(json["meshes"].Size(), 1U);
-    EXPECT_FALSE(json["nodes"][0].HasMember("matrix"));
+    EXPECT_FALSE(FindMember(json["nodes"][0], "matrix"));
     for (const JsonValue& primitive : json["meshes"][0]["primitives"].GetArray())
     {
       AddPrimitive(json, primitive, viewOf, read);
@@ -168,7 +168,7 @@ private:
   static TexturedMaterial MaterialOf(const JsonValue& json, const JsonValue& pbr)
   {
     TexturedMaterial material;
-    if (!pbr.HasMember("baseColorTexture"))
+    if (!FindMember(pbr, "baseColorTexture"))
     {
       return material;
     }

@@ -81,7 +81,7 @@ protected:
     EXPECT_EQ(built.exitCode, 0) << built.err;
     const auto stats = ParseJson(ReadWhole(this->Folder / "s.json"));
     EXPECT_TRUE(stats);
-    return { (*stats)["digest"].GetString(), (*stats)["temp_bytes"].GetUint64() };
+    return { std::string((*stats)["digest"].GetString()), (*stats)["temp_bytes"].GetUint64() };
   }
 
 private:

@@ -1,10 +1,11 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Decimal numbers to doubles, against strtod.
+// Decimal numbers to doubles, against strtod, and back, against std::to_chars.
 #include "filters/model/DecimalNumber.h"
 
 #include <gtest/gtest.h>
 
 #include <bit>
+#include <charconv>
 #include <cmath>
 #include <cstdlib>
 #include <iomanip>
@@ -13,6 +14,7 @@
 #include <string>
 
 using kdstream::NearestDouble;
+using kdstream::ShortestDecimal;
 
 namespace
 {
@@ -96,4 +98,59 @@ TEST(TestDecimalNumber, Edges)
   ExpectAsStrtod("1" + std::string(400, '0') + "e-400");
   ExpectAsStrtod("1" + std::string(1000, '0') + "e-1000");
   ExpectAsStrtod("0." + std::string(100000, '3'));
+}
+
+namespace
+{
+
+// Without point, exponent and the zeros before and behind.
+std::string DigitsOf(std::string text)
+{
+  text = text.substr(0, text.find('e'));
+  std::erase(text, '.');
+  std::erase(text, '-');
+  text.erase(0, text.find_first_not_of('0'));
+  text.erase(text.find_last_not_of('0') + 1);
+  return text;
+}
+
+}
+
+TEST(TestDecimalNumber, TheShortestDigitsAreThoseOfTheLibrary)
+{
+  std::mt19937_64 random(4);
+  for (int i = 0; i < 20000; ++i)
+  {
+    double value = std::bit_cast<double>(random());
+    value = i % 5 == 1   ? double(std::bit_cast<float>(static_cast<std::uint32_t>(random())))
+            : i % 5 == 2 ? std::bit_cast<double>(random() >> (12 + random() % 52)) // subnormal
+            : i % 5 == 3 ? std::bit_cast<double>(random() << 52) // the lowest of a power of two
+            : i % 5 == 4 ? double(random() % 100000) / 1000
+                         : value;
+    if (!std::isfinite(value))
+    {
+      continue;
+    }
+    char text[64];
+    const auto end = std::to_chars(text, text + 64, value, std::chars_format::scientific).ptr;
+    const std::string expected(text, end), found = ShortestDecimal(value);
+    ASSERT_EQ(DigitsOf(found), DigitsOf(expected)) << expected;
+    ASSERT_EQ(
+      std::bit_cast<std::uint64_t>(NearestDouble(found)), std::bit_cast<std::uint64_t>(value))
+      << found;
+    ASSERT_LE(found.size(), 25U);
+  }
+}
+
+TEST(TestDecimalNumber, ExponentsStandWhereThereWouldBeManyZeros)
+{
+  for (const auto& [value, text] :
+    { std::pair{ 0.0, "0.0" }, { -0.0, "-0.0" }, { 640.0, "640.0" }, { -2.5, "-2.5" },
+      { 1e-6, "0.000001" }, { 1e-7, "1e-7" }, { 1.25e-7, "1.25e-7" },
+      { 123456789012345680000.0, "123456789012345680000.0" }, { 1e20, "100000000000000000000.0" },
+      { 1e21, "1e21" }, { 1.5e300, "1.5e300" }, { 5e-324, "5e-324" }, { 9.5, "9.5" },
+      { 0.1 + 0.2, "0.30000000000000004" }, { 1.7976931348623157e308, "1.7976931348623157e308" } })
+  {
+    EXPECT_EQ(ShortestDecimal(value), text);
+  }
 }

@@ -3,6 +3,8 @@
 #include "filters/core/Texts.h"
 #include "filters/model/Json.h"
 #include "filters/model/JsonWriter.h"
+#include "filters/model/ModelJson.h"
+#include "filters/model/Testing/RandomModels.h"
 
 #include <gtest/gtest.h>
 #include <nlohmann/json.hpp>
@@ -111,9 +113,72 @@ TEST(TestJson, RefusesWhatIsNoJson)
   const auto wrong = ParseJson("[1, 2, x]");
   ASSERT_FALSE(wrong);
   EXPECT_NE(wrong.GetError().message.find("byte 7"), std::string::npos);
-  // Half a surrogate pair slips through RapidJSON: readers ask.
+  // Half a surrogate pair slips through: readers ask.
   const auto half = ParseJson(R"("\uDC00")");
   EXPECT_FALSE(half && IsUtf8(TextOf(*half)));
+}
+
+namespace
+{
+
+nlohmann::json Copy(const JsonValue& value)
+{
+  if (value.IsArray())
+  {
+    nlohmann::json copy = nlohmann::json::array();
+    for (const JsonValue& each : value.GetArray())
+    {
+      copy.push_back(Copy(each));
+    }
+    EXPECT_EQ(copy.size(), value.Size());
+    return copy;
+  }
+  if (value.IsObject())
+  {
+    nlohmann::json copy = nlohmann::json::object();
+    for (const JsonMember& each : value.GetObject())
+    {
+      copy[std::string(TextOf(each.name))] = Copy(each.value);
+    }
+    return copy;
+  }
+  return value.IsString()   ? nlohmann::json(TextOf(value))
+         : value.IsBool()   ? nlohmann::json(value.GetBool())
+         : value.IsUint64() ? nlohmann::json(value.GetUint64())
+         : value.IsInt64()  ? nlohmann::json(value.GetInt64())
+         : value.IsNumber() ? nlohmann::json(value.GetDouble())
+                            : nlohmann::json();
+}
+
+}
+
+TEST(TestJson, TakesWhatNlohmannTakes)
+{
+  RandomModels random(5);
+  unsigned taken = 0, refused = 0;
+  for (int i = 0; i < 3000; ++i)
+  {
+    std::string text = WriteStoredModel(random.Model());
+    text = i % 5 == 0 ? text : random.Mutated(i % 5 == 1 ? text.substr(0, 40) + "}" : text);
+    const auto expected = nlohmann::json::parse(text, nullptr, false);
+    const auto found = ParseJson(text);
+    ASSERT_EQ(found.HasValue(), !expected.is_discarded()) << text;
+    ASSERT_TRUE(!found || Copy(*found) == expected) << text;
+    ++(found ? taken : refused);
+  }
+  EXPECT_GT(taken, 500U);
+  EXPECT_GT(refused, 500U);
+  for (const std::string text :
+    { R"(["\u00e9\u20ac\ud83d\ude00\u0000\/\b\f\"",{"":{}},[],[[]], -0.5e-3 , 1E+2,null])",
+      "\t\r\n {\"a\":[1,{\"b\":[2,{}]}],\"c\":3} ", R"("\ud83d")", R"("\ud83dx")",
+      R"("\ud83d\u0041")", R"("\u12g4")", R"("\u12)", R"("\)", R"(")", "[1 2]", "{\"a\" 1}",
+      "{\"a\":}", "{1:2}", "tru", "truex", "-", "1e", "1e+", "- 1", "[}", "{]", "\f1" })
+  {
+    const auto expected = nlohmann::json::parse(text, nullptr, false);
+    const auto found = ParseJson(text);
+    EXPECT_EQ(found.HasValue(), !expected.is_discarded()) << text;
+    EXPECT_TRUE(!found || Copy(*found) == expected) << text;
+  }
 }
 
 TEST(TestJson, NestingCostsNoStack)

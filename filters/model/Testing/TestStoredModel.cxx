@@ -15,9 +15,8 @@ using Json = nlohmann::json;
 namespace
 {
 
-// Of a store of version 6, as written by the first program that wrote these, but for three numbers
-// made hard: a store of the same version has the same bytes for ever.
-constexpr const char* written =
+// Of a store of version 9, but for three numbers made hard.
+constexpr const char* earlier =
   R"({"attributes":[{"association":0,"components":3,"name":"RGB","type":1}],"box":{"hi":[0.59230)"
   R"(49449920654,1.7963732481002808,1e+16],"lo":[-0.5922176837921143,-0.0,-0.592219889163971]},"c)"
   R"(redit":"","digest":"edc48d04297f7be1de5a54296df8dee3","finest_depth":1,"grid":{"bits":20,"or)"
@@ -32,19 +31,31 @@ constexpr const char* written =
   R"(_depth":1,"title":"Übung \"1\"","triangles":9860,"unit":"mm","vertices":4932,"weld":true,"we)"
   R"(lded":3})";
 
-std::string NumberOfStores(double value)
-{
-  return Json(value).dump();
-}
-
-std::string Write(const ModelDescription& model)
-{
-  return WriteStoredModel(model, &NumberOfStores);
-}
+// The same of a store of version 13: stores of the same version have the same bytes for ever.
+constexpr const char* written =
+  R"({"digest":"edc48d04297f7be1de5a54296df8dee3","vertices":4932,"triangles":9860,"partitions":1)"
+  R"(,"box":{"lo":[-0.5922176837921143,-0.0,-0.592219889163971],"hi":[0.5923049449920654,1.796373)"
+  R"(2481002808,10000000000000000.0]},"partition_depth":0,"stitch_depth":1,"finest_depth":1,"prec)"
+  R"(ision":{"scalar_type":"float32","origin":[-0.5922176837921143,-0.0021240930072963238,-0.5922)"
+  R"(19889163971],"step":0.0000017151823580645897,"bits":20},"primitive":"triangles","levels":[{")"
+  R"(depth":0,"vertices":1,"triangles":0,"pieces":1,"bytes":71,"deviation":0.5620144605636597,"de)"
+  R"(viation_99":1.8119888305664062,"spacing":4096},{"depth":1,"vertices":4,"triangles":4,"pieces)"
+  R"(":1,"bytes":160,"deviation":0.4589047431945801,"deviation_99":0.363817423582077,"spacing":7})"
+  R"(],"original":{"vertices":4932,"triangles":9860,"pieces":1,"bytes":39299,"deviation":0.0,"dev)"
+  R"(iation_99":0.0},"title":"Übung \"1\"","credit":"","license":"","unit":"mm","attributes":[{"n)"
+  R"(ame":"RGB","type":"uint8","association":"point","components":3}],"build":{"input":"vase.ply")"
+  R"(,"welded":3,"inconsistent_edges":2,"smallest_partition":4931,"largest_partition":4932,"parti)"
+  R"(tioner":"kdtree","level_maker":"collapse","representative":"quadric","sheets":true,"weld":tr)"
+  R"(ue}})";
 
 bool Parses(const Json& json)
 {
   return ParseStoredModel(json.dump()).HasValue();
+}
+
+bool ParsesEarlier(const Json& json)
+{
+  return ParseStoredModel(json.dump(), StoredForm::Earlier).HasValue();
 }
 
 }
@@ -53,7 +64,7 @@ TEST(TestStoredModel, TheTextOfAStoreStaysAsItIsToTheByte)
 {
   const auto model = ParseStoredModel(written);
   ASSERT_TRUE(model) << model.GetError().message;
-  EXPECT_EQ(Write(*model), written);
+  EXPECT_EQ(WriteStoredModel(*model), written);
   EXPECT_EQ(model->input, "vase.ply");
   EXPECT_EQ(model->smallestPartition, 4931u);
   EXPECT_EQ(model->grid.step, 1.7151823580645897e-06);
@@ -63,6 +74,32 @@ TEST(TestStoredModel, TheTextOfAStoreStaysAsItIsToTheByte)
   EXPECT_TRUE(model->HasPiece({ Resolution::Level(1), 1 }));
   EXPECT_FALSE(model->HasPiece({ Resolution::Level(2), 1 }));
   EXPECT_FALSE(model->HasPiece({ Resolution::Original(), 2 }));
+}
+
+TEST(TestStoredModel, EarlierStoresSayTheSame)
+{
+  const auto model = ParseStoredModel(earlier, StoredForm::Earlier);
+  ASSERT_TRUE(model) << model.GetError().message;
+  EXPECT_EQ(*model, *ParseStoredModel(written));
+  EXPECT_FALSE(ParseStoredModel(earlier));
+  EXPECT_FALSE(ParseStoredModel(written, StoredForm::Earlier));
+}
+
+// What is told is what is kept, but for the id before it, and the build behind it.
+TEST(TestStoredModel, ServersTellWhatStoresKeep)
+{
+  RandomModels random(3);
+  for (int i = 0; i < 100; ++i)
+  {
+    ModelDescription model = random.Model();
+    model.detail = ModelDetail::Regions;
+    const std::string kept = WriteStoredModel(model);
+    const std::string told = WriteModel(model);
+    const std::string id = "{\"id\":\"" + model.id + "\",";
+    ASSERT_EQ(told.substr(0, id.size()), id);
+    const std::string described = told.substr(id.size(), told.size() - id.size() - 1);
+    EXPECT_EQ(kept.substr(0, described.size() + 11), "{" + described + ",\"build\":{");
+  }
 }
 
 TEST(TestStoredModel, ComesBack)
@@ -94,12 +131,9 @@ TEST(TestStoredModel, ComesBack)
       model.unused = { random.Integer(1, 1ull << 53), random.Integer(0, 1ull << 53),
         { 1, -0.5, double(i) } };
     }
-    const auto parsed = ParseStoredModel(Write(model));
-    ASSERT_TRUE(parsed) << parsed.GetError().message << "\n" << Write(model);
+    const auto parsed = ParseStoredModel(WriteStoredModel(model));
+    ASSERT_TRUE(parsed) << parsed.GetError().message << "\n" << WriteStoredModel(model);
     EXPECT_EQ(*parsed, model);
-    const auto spelledOtherwise = ParseStoredModel(WriteStoredModel(model, &JsonNumber));
-    ASSERT_TRUE(spelledOtherwise);
-    EXPECT_EQ(*spelledOtherwise, model);
   }
 }
 
@@ -110,7 +144,7 @@ TEST(TestStoredModel, RangesOfNumbersAreChecked)
   model.attributes.push_back({ "kind", AttributeType::UInt8 });
   model.scalars = std::vector<ScalarDescription>{ { "intensity", 1, 9, 2, 8, {} },
     { "kind", 0, 6, 0, 6, { { 0, 5 }, { 6, 7 } } } };
-  const auto good = Json::parse(Write(model));
+  const auto good = Json::parse(WriteStoredModel(model));
   ASSERT_EQ(*ParseStoredModel(good.dump()), model);
   const std::string none = "the metadata: \"scalars\" do not ascend";
   const std::tuple<const char*, Json, std::string> wrong[] = {
@@ -142,10 +176,47 @@ TEST(TestStoredModel, RangesOfNumbersAreChecked)
   }
 }
 
-TEST(TestStoredModel, EveryMemberIsChecked)
+// Those that servers tell as well are checked by TestModelDescription.
+TEST(TestStoredModel, EveryMemberOfTheBuildIsChecked)
 {
   const auto good = Json::parse(written);
   ASSERT_TRUE(Parses(good));
+  const std::pair<const char*, Json> wrong[] = {
+    { "/digest", "abc" },
+    { "/partitions", 2 },
+    { "/stitch_depth", 0 },
+    { "/levels", Json::array() },
+    { "/attributes/0/name", "" },
+    { "/attributes/0/name", "a\nb" },
+    { "/build", 7 },
+    { "/build/input", nullptr },
+    { "/build/input_digest", 7 },
+    { "/build/input_digest", "abc" },
+    { "/build/input_digest", std::string(32, 'g') },
+    { "/build/partitioner", "octree" }, // which has no levels
+    { "/build/partitioner", "quadtree" },
+    { "/build/sheets", 1 },
+    { "/build/weld", "on" },
+    { "/build/welded", -1 },
+  };
+  for (const auto& [place, value] : wrong)
+  {
+    Json bad = good;
+    bad[Json::json_pointer(place)] = value;
+    EXPECT_FALSE(Parses(bad)) << place << " = " << value;
+  }
+  for (const auto& [key, value] : good["build"].items())
+  {
+    Json bad = good;
+    bad["build"].erase(key);
+    EXPECT_FALSE(Parses(bad)) << key;
+  }
+}
+
+TEST(TestStoredModel, EveryMemberOfEarlierOnesIsChecked)
+{
+  const auto good = Json::parse(earlier);
+  ASSERT_TRUE(ParsesEarlier(good));
   const std::pair<const char*, Json> wrong[] = {
     { "/digest", 5 },
     { "/input", nullptr },
@@ -194,14 +265,14 @@ TEST(TestStoredModel, EveryMemberIsChecked)
   {
     Json bad = good;
     bad[Json::json_pointer(place)] = value;
-    EXPECT_FALSE(Parses(bad)) << place << " = " << value;
+    EXPECT_FALSE(ParsesEarlier(bad)) << place << " = " << value;
   }
   for (const auto& [key, value] : good.items())
   {
     Json bad = good;
     bad.erase(key);
     const bool optional = key == "title" || key == "credit" || key == "license" || key == "unit";
-    EXPECT_EQ(Parses(bad), optional) << key;
+    EXPECT_EQ(ParsesEarlier(bad), optional) << key;
   }
 }
 
@@ -209,11 +280,12 @@ TEST(TestStoredModel, UnusedVerticesAreChecked)
 {
   ModelDescription model = *ParseStoredModel(written);
   model.unused = { 3, 70, { 0, 0, 9 } };
-  const auto good = Json::parse(Write(model));
+  const auto good = Json::parse(WriteStoredModel(model));
   ASSERT_TRUE(Parses(good));
-  const std::pair<const char*, Json> wrong[] = { { "/unused", 7 }, { "/unused/vertices", 0 },
-    { "/unused/vertices", (1ull << 53) + 1 }, { "/unused/bytes", -1 },
-    { "/unused/farthest", { 0, 0 } }, { "/unused/farthest/0", nullptr } };
+  const std::pair<const char*, Json> wrong[] = { { "/build/unused", 7 },
+    { "/build/unused/vertices", 0 }, { "/build/unused/vertices", (1ull << 53) + 1 },
+    { "/build/unused/bytes", -1 }, { "/build/unused/farthest", { 0, 0 } },
+    { "/build/unused/farthest/0", nullptr } };
   for (const auto& [place, value] : wrong)
   {
     Json bad = good;
@@ -225,7 +297,7 @@ TEST(TestStoredModel, UnusedVerticesAreChecked)
 TEST(TestStoredModel, DamageSaysWhichMember)
 {
   Json bad = Json::parse(written);
-  bad["grid"]["step"] = -1;
+  bad["precision"]["step"] = -1;
   const auto parsed = ParseStoredModel(bad.dump());
   ASSERT_FALSE(parsed);
   EXPECT_EQ(parsed.GetError().code, ErrorCode::Damaged);

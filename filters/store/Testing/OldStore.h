@@ -7,13 +7,11 @@
 #include "filters/store/Store.h"
 #include "filters/store/StoreSchema.h"
 #include "filters/store/StoreWriter.h"
+#include "filters/store/Testing/StoreContent.h"
 
 #include <gtest/gtest.h>
 
 #include <filesystem>
-#include <string>
-
-#include <sqlite3.h>
 
 namespace kdstream::fixtures
 {
@@ -22,19 +20,7 @@ namespace kdstream::fixtures
 inline void ForgetScalars(const std::filesystem::path& file, ModelDescription info)
 {
   info.scalars = {};
-  const std::string json = MetadataOf(info);
-  sqlite3* database = nullptr;
-  ASSERT_EQ(sqlite3_open(file.c_str(), &database), SQLITE_OK);
-  sqlite3_stmt* update = nullptr;
-  ASSERT_EQ(
-    sqlite3_prepare_v2(database, "UPDATE metadata SET value = ?, checksum = ? WHERE key = 'model'",
-      -1, &update, nullptr),
-    SQLITE_OK);
-  sqlite3_bind_text(update, 1, json.c_str(), -1, SQLITE_TRANSIENT);
-  sqlite3_bind_int64(update, 2, MetadataChecksum("model", json));
-  EXPECT_EQ(sqlite3_step(update), SQLITE_DONE);
-  sqlite3_finalize(update);
-  EXPECT_EQ(sqlite3_close(database), SQLITE_OK);
+  Sql(file, PutMetadata(WriteStoredModel(info)));
 }
 
 // `old`: of the same model as `now`, whose numbers only the original has.

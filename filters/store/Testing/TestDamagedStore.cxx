@@ -3,10 +3,10 @@
 // is read no more.
 #include "Testing/Fixtures/Meshes.h"
 #include "filters/store/StoreSchema.h"
+#include "filters/store/Testing/StoreContent.h"
 #include "filters/store/Testing/StoreTest.h"
 
 #include <gtest/gtest.h>
-#include <sqlite3.h>
 
 #include <algorithm>
 #include <atomic>
@@ -27,16 +27,6 @@ class DamagedStore : public StoreTest
 {
 };
 
-void Sql(const fs::path& file, const std::string& statement)
-{
-  sqlite3* database = nullptr;
-  ASSERT_EQ(sqlite3_open(file.c_str(), &database), SQLITE_OK);
-  char* message = nullptr;
-  EXPECT_EQ(sqlite3_exec(database, statement.c_str(), nullptr, nullptr, &message), SQLITE_OK)
-    << message;
-  sqlite3_close(database);
-}
-
 // The bytes of `from` take the place of those of `to`, in the same file, as by cp.
 void OverwriteInPlace(const fs::path& from, const fs::path& to)
 {
@@ -47,75 +37,141 @@ void OverwriteInPlace(const fs::path& from, const fs::path& to)
 
 }
 
-// Its checksum is right, and its length that of its characters.
+// Their bytes are right, and their length that of their characters.
 TEST_F(DamagedStore, ATextIsNoBlob)
 {
-  this->Build(Torus(24, 12), {});
-  Sql(this->File(), "UPDATE tree SET data = CAST(data AS TEXT) WHERE page = 1");
-  Sql(this->File(), "UPDATE boxes SET data = CAST(data AS TEXT) WHERE node = 1");
-  Sql(this->File(), "UPDATE pieces SET data = CAST(data AS TEXT) WHERE id = 1");
-  const auto store = Store::Open(this->File());
-  ASSERT_TRUE(store) << store.GetError().message;
-  const PieceId piece{ Resolution::Level(0), 1 };
-  const auto missing = [](const auto& result, const std::string& name)
+  const std::vector<std::string> names{ "tree/1", "boxes/1", "levels/0/1" };
+  for (const std::string table : { "directory", "content" })
   {
-    ASSERT_FALSE(result) << name;
-    EXPECT_EQ(result.GetError().code, ErrorCode::Damaged);
-    EXPECT_EQ(result.GetError().message, name + ": row is missing");
-  };
-  missing((*store)->Read(protocol::BlobId::TreePage(1)), "tree/1");
-  missing((*store)->Size(protocol::BlobId::TreePage(1)), "tree/1");
-  missing((*store)->Read(protocol::BlobId::PartitionBoxes(1)), "boxes/1");
-  missing((*store)->Size(protocol::BlobId::PartitionBoxes(1)), "boxes/1");
-  missing((*store)->Read(BlobOfPiece(piece, (*store)->Info().depths)), "levels/0/1");
-  missing((*store)->Size(BlobOfPiece(piece, (*store)->Info().depths)), "levels/0/1");
+    this->Build(Torus(24, 12), {});
+    Sql(this->File(), "UPDATE " + table + " SET data = CAST(data AS TEXT)");
+    const auto store = Store::Open(this->File());
+    ASSERT_TRUE(store) << store.GetError().message;
+    for (const std::string& name : names)
+    {
+      const protocol::BlobId id = *protocol::ParseBlobName(name);
+      const auto blob = (*store)->Read(id);
+      ASSERT_FALSE(blob) << name;
+      EXPECT_EQ(blob.GetError().code, ErrorCode::Damaged);
+      EXPECT_EQ(blob.GetError().message, name + ": row is missing");
+      const auto size = (*store)->Size(id);
+      EXPECT_EQ(size.HasValue(), table == "content");
+      EXPECT_TRUE(size || size.GetError().message == name + ": row is missing");
+    }
+  }
 }
 
-TEST_F(DamagedStore, EveryRowThatIsDamagedIsNamed)
+TEST_F(DamagedStore, EveryBlobThatIsDamagedIsNamed)
 {
   BuildOptions options;
-  options.tree.verticesPerPartition = 200;
-  const Mesh mesh = Torus(96, 48);
-  const auto damageOf = [&](const std::string& statement)
+  options.tree.verticesPerPartition = 50;
+  this->Build(Torus(96, 48), options);
+  fs::rename(this->File(), this->File("good"));
+  using Messages = std::vector<std::string>;
+  const auto found = [&]
   {
-    this->Build(mesh, options);
-    Sql(this->File(), statement);
-    std::vector<std::string> messages;
+    Messages messages;
     const auto store = Store::Open(this->File());
-    if (!store)
-    {
-      return std::vector<std::string>{ store.GetError().message };
-    }
-    for (const Error& error : (*store)->Verify())
+    for (const Error& error : store ? (*store)->Verify() : std::vector<Error>{ store.GetError() })
     {
       messages.push_back(error.message);
     }
     return messages;
   };
-  using Messages = std::vector<std::string>;
-  const std::string last = std::to_string((std::int64_t{ 63 } << 32) | (32 + 5));
-  EXPECT_EQ(damageOf("UPDATE pieces SET data = zeroblob(length(data)) WHERE id = " + last),
-    Messages{ "partitions/5: wrong checksum" });
+  const auto damageOf = [&](const std::string& statement)
+  {
+    fs::copy_file(this->File("good"), this->File(), fs::copy_options::overwrite_existing);
+    Sql(this->File(), statement);
+    return found();
+  };
+  const auto damageBy = [&](const std::function<void(StoreContent&)>& change)
+  {
+    fs::copy_file(this->File("good"), this->File(), fs::copy_options::overwrite_existing);
+    StoreContent content(this->File());
+    change(content);
+    content.Write();
+    return found();
+  };
+  for (const std::string name : { "levels/3/1", "partitions/5", "boxes/4", "tree/1" })
+  {
+    EXPECT_EQ(damageBy([&](StoreContent& content) { content.FirstByteOf(name) ^= 1; }),
+      Messages{ name + ": wrong checksum" });
+    EXPECT_EQ(damageBy([&](StoreContent& content) { ++content.PlaceOf(name).checksum; }),
+      Messages{ name + ": wrong checksum" });
+  }
+  const auto names = StoreContent(this->File("good")).Names;
+  const auto ofAll = [&](std::size_t first, std::size_t end, const std::string& what)
+  {
+    Messages all;
+    for (std::size_t i = first; i < end; ++i)
+    {
+      all.push_back(names[i] + ": " + what);
+    }
+    return all;
+  };
+  ASSERT_GT(names.size(), 1 + blobsOfDirectoryRow);
+  const std::size_t second = blobsOfDirectoryRow;
+  EXPECT_EQ(damageOf("DELETE FROM directory WHERE part = 1"),
+    ofAll(second, names.size(), "row is missing"));
+  EXPECT_EQ(damageOf("UPDATE directory SET data = zeroblob(length(data)) WHERE part = 1"),
+    ofAll(second, names.size(), "the directory is damaged"));
+  EXPECT_EQ(damageOf("UPDATE directory SET data = (SELECT data FROM directory WHERE part = 0) "
+                     "WHERE part = 1"),
+    ofAll(second, names.size(), "the directory is damaged"))
+    << "a row in the place of another one";
   EXPECT_EQ(
-    damageOf("DELETE FROM pieces WHERE id = " + last), Messages{ "partitions/5: row is missing" });
-  EXPECT_EQ(damageOf("UPDATE pieces SET vertices = vertices + 1 WHERE resolution = 3"),
-    Messages{ "levels/3/1: wrong checksum" });
-  EXPECT_EQ(damageOf("UPDATE pieces SET node = 2 WHERE resolution = 3"),
-    Messages{ "levels/3/1: its row: resolution is 3, node 2" });
-  EXPECT_EQ(damageOf("UPDATE pieces SET resolution = 'x' WHERE id = " + last),
-    Messages{ "partitions/5: its row: resolution is 'x', node 37" });
-  EXPECT_EQ(damageOf("INSERT INTO pieces VALUES (-7, 1, 1, 0, 0, x'', 0)"),
-    Messages{ "pieces/-7: its row: resolution is 1, node 1" });
-  EXPECT_EQ(
-    damageOf("UPDATE tree SET checksum = checksum + 1"), Messages{ "tree/1: wrong checksum" });
-  EXPECT_EQ(
-    damageOf("UPDATE boxes SET checksum = checksum + 1"), Messages{ "boxes/1: wrong checksum" });
+    damageOf("UPDATE content SET data = x'00' WHERE part = (SELECT max(part) FROM content)").back(),
+    "tree/1: its row is too short");
+  EXPECT_EQ(damageOf("DELETE FROM content WHERE part = (SELECT max(part) FROM content)").back(),
+    "tree/1: row is missing");
   EXPECT_EQ(damageOf("UPDATE metadata SET value = replace(value, 'mesh.ply', 'MESH.ply')"),
     Messages{ "metadata: row \"model\" has a wrong checksum" });
   EXPECT_EQ(damageOf("DELETE FROM metadata"), Messages{ "metadata: row \"model\" is missing" });
   EXPECT_EQ(damageOf("PRAGMA user_version = 99"),
-    Messages{ "store version 99; this program reads versions 9 to 12: build the store again" });
+    Messages{ "store version 99; this program reads versions 9 to 13: build the store again" });
+  EXPECT_EQ(damageOf("PRAGMA user_version = 8"),
+    Messages{ "store version 8; this program reads versions 9 to 13: build the store again" });
   EXPECT_EQ(damageOf("PRAGMA application_id = 5"), Messages{ "not a KdStream store" });
+}
+
+// A directory, whose checksums are right, whose blobs lie over each other, or are not there.
+TEST_F(DamagedStore, ADirectoryThatLiesIsSurvived)
+{
+  BuildOptions options;
+  options.tree.verticesPerPartition = 200;
+  this->Build(Torus(96, 48), options);
+  const auto messageOf = [&](const std::string& name, std::uint64_t begin, std::uint32_t bytes)
+  {
+    StoreContent content(this->File());
+    BlobPlace& place = content.PlaceOf(name);
+    const BlobPlace before = place;
+    place.begin = begin;
+    place.bytes = bytes;
+    content.Write();
+    const auto store = *Store::Open(this->File());
+    const auto blob = store->Read(*protocol::ParseBlobName(name));
+    EXPECT_FALSE(blob);
+    place = before;
+    content.Write();
+    return blob ? "" : blob.GetError().message;
+  };
+  const std::uint64_t begin = 0; // of the first row of the directory
+  EXPECT_EQ(messageOf("levels/0/1", std::uint64_t{ 1 } << 61, 100), "levels/0/1: row is missing");
+  EXPECT_EQ(
+    messageOf("levels/0/1", ~std::uint64_t{ 0 }, 100), "levels/0/1: the directory is damaged");
+  EXPECT_EQ(messageOf("levels/0/1", begin, 0), "levels/0/1: wrong checksum");
+  EXPECT_EQ(
+    messageOf("levels/0/1", begin, (64U << 20) + 1), "levels/0/1: the directory is damaged");
+  EXPECT_EQ(messageOf("levels/0/1", begin, 64U << 20), "levels/0/1: its row is too short");
+  // All of them are as long as the whole content.
+  StoreContent content(this->File());
+  for (std::size_t first = 0; first < content.Places.size(); ++first)
+  {
+    content.Places[first].bytes = static_cast<std::uint32_t>(content.Bytes.size());
+  }
+  content.Write();
+  const std::vector<Error> found = (*Store::Open(this->File()))->Verify();
+  EXPECT_EQ(found.size(), content.Places.size());
 }
 
 TEST_F(DamagedStore, FlippedBytesAreNoticedAndTheRestIsRead)
@@ -257,9 +313,7 @@ TEST_F(DamagedStore, ATinyStoreThatClaimsALotIsRefused)
   {
     info.depths = { depth, depth, depth };
     info.partitions = std::uint64_t{ 1 } << depth;
-    const std::string json = MetadataOf(info);
-    Sql(this->File(), "UPDATE metadata SET value = '" + json + "', checksum = " +
-                        std::to_string(MetadataChecksum("model", json)) + " WHERE key = 'model'");
+    Sql(this->File(), PutMetadata(WriteStoredModel(info)));
     const auto store = Store::Open(this->File());
     ASSERT_FALSE(store);
     EXPECT_EQ(store.GetError().code, ErrorCode::Damaged);

@@ -5,6 +5,7 @@
 #include "filters/store/StoreConnection.h"
 #include "filters/store/StoreEdit.h"
 #include "filters/store/StoreSchema.h"
+#include "filters/store/Testing/StoreContent.h"
 #include "filters/store/Testing/StoreTest.h"
 
 #include <fcntl.h>
@@ -66,11 +67,7 @@ protected:
   }
 
   // The metadata become this text, under a right checksum.
-  void MakeMetadata(const std::string& json)
-  {
-    this->Make("UPDATE metadata SET checksum = " + std::to_string(MetadataChecksum("model", json)) +
-               ", value = '" + json + "'");
-  }
+  void MakeMetadata(const std::string& json) { this->Make(PutMetadata(json)); }
 };
 
 // Numbers in pages: the highest byte comes first.
@@ -125,55 +122,55 @@ TEST_F(HostileStore, AnotherSchemaIsRefusedAndNamed)
     { "CREATE TRIGGER t BEFORE UPDATE ON metadata BEGIN SELECT (" + endless + "); END",
       "it has a trigger 't'" },
     // Indexes, with and without an expression; that of a table of its own.
-    { "CREATE INDEX i ON pieces(node)", "it has an index 'i'" },
-    { "CREATE INDEX i ON pieces(abs(node)) WHERE node > 3", "it has an index 'i'" },
+    { "CREATE INDEX i ON content(part)", "it has an index 'i'" },
+    { "CREATE INDEX i ON content(abs(part)) WHERE part > 3", "it has an index 'i'" },
     { "CREATE TABLE other (a UNIQUE)", "it has an index 'sqlite_autoindex_other_1'" },
     { "CREATE TABLE other (a)", "it has a table 'other'" },
     // Columns that are computed, checked or more than there should be.
-    { "ALTER TABLE tree ADD COLUMN g AS (hex(zeroblob(10000)))",
-      "its table 'tree' is not the one of a store" },
-    { "DROP TABLE boxes; CREATE TABLE boxes (node INTEGER PRIMARY KEY, data BLOB NOT NULL, "
-      "checksum INTEGER NOT NULL DEFAULT (abs(-3)))",
-      "its table 'boxes' is not the one of a store" },
-    { "ALTER TABLE boxes ADD COLUMN more", "its table 'boxes' is not the one of a store" },
-    { "DROP TABLE tree; CREATE TABLE tree (page INTEGER PRIMARY KEY, data BLOB NOT NULL, checksum "
-      "INTEGER NOT NULL CHECK (length(hex(zeroblob(1000000))) > 0))",
-      "its table 'tree' is not the one of a store" },
-    { "DROP TABLE tree; CREATE TABLE tree (page INTEGER PRIMARY KEY, data BLOB NOT NULL, checksum "
-      "INTEGER NOT NULL) STRICT",
-      "its table 'tree' is not the one of a store" },
-    { "DROP TABLE boxes; CREATE TABLE boxes (node INTEGER PRIMARY KEY, data BLOB NOT NULL, "
-      "checksum INTEGER NOT NULL) WITHOUT ROWID",
-      "its table 'boxes' is not the one of a store" },
+    { "ALTER TABLE directory ADD COLUMN g AS (hex(zeroblob(10000)))",
+      "its table 'directory' is not the one of a store" },
+    { "DROP TABLE content; CREATE TABLE content (part INTEGER PRIMARY KEY, data BLOB NOT NULL "
+      "DEFAULT (abs(-3)))",
+      "its table 'content' is not the one of a store" },
+    { "ALTER TABLE content ADD COLUMN more", "its table 'content' is not the one of a store" },
+    { "DROP TABLE directory; CREATE TABLE directory (part INTEGER PRIMARY KEY, data BLOB NOT NULL "
+      "CHECK (length(hex(zeroblob(1000000))) > 0))",
+      "its table 'directory' is not the one of a store" },
+    { "DROP TABLE directory; CREATE TABLE directory (part INTEGER PRIMARY KEY, data BLOB NOT NULL) "
+      "STRICT",
+      "its table 'directory' is not the one of a store" },
+    { "DROP TABLE content; CREATE TABLE content (part INTEGER PRIMARY KEY, data BLOB NOT NULL) "
+      "WITHOUT ROWID",
+      "its table 'content' is not the one of a store" },
     { "CREATE VIRTUAL TABLE v USING fts5(a)", "it has a virtual table 'v'" },
     { "CREATE TABLE textures (partition INTEGER PRIMARY KEY, data BLOB NOT NULL, checksum INTEGER "
       "NOT NULL)",
-      "it has a table 'textures'" }, // in a store of a version without
+      "it has a table 'textures'" }, // of an earlier version
     { "ANALYZE", "it has a table 'sqlite_stat1'" },
     // Texts, rows and numbers that are none of a schema.
-    { "PRAGMA writable_schema = ON; INSERT INTO sqlite_schema VALUES ('table', 'tree', 'tree', 3, "
-      "'CREATE TABLE tree (a)')",
-      "its table 'tree' is not the one of a store" },
+    { "PRAGMA writable_schema = ON; INSERT INTO sqlite_schema VALUES ('table', 'content', "
+      "'content', 3, 'CREATE TABLE content (a)')",
+      "its table 'content' is not the one of a store" },
     { "PRAGMA writable_schema = ON; INSERT INTO sqlite_schema SELECT * FROM sqlite_schema",
       "its table 'metadata' is there twice" },
     { "PRAGMA writable_schema = ON; UPDATE sqlite_schema SET rootpage = (SELECT rootpage FROM "
-      "sqlite_schema WHERE name = 'tree') WHERE name = 'boxes'",
-      "its table 'boxes' is there twice" },
-    { "PRAGMA writable_schema = ON; UPDATE sqlite_schema SET type = 'thing' WHERE name = 'tree'",
+      "sqlite_schema WHERE name = 'directory') WHERE name = 'content'",
+      "its table 'content' is there twice" },
+    { "PRAGMA writable_schema = ON; UPDATE sqlite_schema SET type = 'thing' WHERE name = 'content'",
       "its schema has more than tables" },
-    { "PRAGMA writable_schema = ON; UPDATE sqlite_schema SET tbl_name = 'boxes' WHERE name = "
-      "'tree'",
-      "its table 'tree' is not the one of a store" },
+    { "PRAGMA writable_schema = ON; UPDATE sqlite_schema SET tbl_name = 'directory' WHERE name = "
+      "'content'",
+      "its table 'content' is not the one of a store" },
     { "PRAGMA writable_schema = ON; UPDATE sqlite_schema SET sql = CAST(sql AS BLOB) WHERE name = "
-      "'tree'",
-      "its table 'tree' is not the one of a store" },
-    { "PRAGMA writable_schema = ON; UPDATE sqlite_schema SET rootpage = -3 WHERE name = 'tree'",
-      "it has a virtual table 'tree'" },
+      "'content'",
+      "its table 'content' is not the one of a store" },
+    { "PRAGMA writable_schema = ON; UPDATE sqlite_schema SET rootpage = -3 WHERE name = 'content'",
+      "it has a virtual table 'content'" },
     // More than a page of it.
     { "CREATE TABLE huge (a /* " + std::string(196950, 'x') + " */)", "it has a table 'huge'" },
     // Forms of the file.
-    { "PRAGMA page_size = 512; VACUUM", "its pages are not those of a store, of 4096 bytes" },
-    { "PRAGMA page_size = 65536; VACUUM", "its pages are not those of a store, of 4096 bytes" },
+    { "PRAGMA page_size = 512; VACUUM", "its pages are not those of a store, of 1024 bytes" },
+    { "PRAGMA page_size = 65536; VACUUM", "its pages are not those of a store, of 1024 bytes" },
     { "PRAGMA journal_mode = WAL", "it uses a write-ahead log" },
     { "PRAGMA auto_vacuum = FULL; VACUUM", "it uses auto-vacuum" },
   };
@@ -208,7 +205,8 @@ TEST_F(HostileStore, TextsInUtf16AreRefused)
   sqlite3* database = nullptr;
   ASSERT_EQ(sqlite3_open(this->File().c_str(), &database), SQLITE_OK);
   const std::string make =
-    "PRAGMA encoding = 'UTF-16le'; PRAGMA application_id = " + std::to_string(storeApplicationId) +
+    "PRAGMA encoding = 'UTF-16le'; PRAGMA page_size = " + std::to_string(storePageBytes) +
+    "; PRAGMA application_id = " + std::to_string(storeApplicationId) +
     "; PRAGMA user_version = " + std::to_string(storeVersion) + ";" + SchemaOfStore(storeVersion);
   ASSERT_EQ(sqlite3_exec(database, make.c_str(), nullptr, nullptr, nullptr), SQLITE_OK);
   ASSERT_EQ(sqlite3_close(database), SQLITE_OK);
@@ -252,7 +250,7 @@ TEST_F(HostileStore, AnyByteOfTheFirstPageMayBeAnotherOne)
 TEST_F(HostileStore, ShortFilesAreRefused)
 {
   const std::string good = this->Bytes();
-  for (const std::size_t size : { 0, 15, 16, 99, 100, 108, 512, 4095, 4096, 4097, 8191 })
+  for (const std::size_t size : { 0, 15, 16, 99, 100, 108, 512, 1023, 1024, 1025, 2047 })
   {
     this->Write(good.substr(0, size));
     EXPECT_NE(this->Refusal(), "") << size;
@@ -271,15 +269,19 @@ TEST_F(HostileStore, MetadataThatAreTooMuchAreRefused)
   this->Make("INSERT INTO metadata VALUES ('other', '', 0)");
   EXPECT_EQ(this->Refusal(), "metadata: more than one row, or a damaged page");
   this->Make("UPDATE metadata SET key = hex(zeroblob(5000000))");
+  EXPECT_EQ(this->Refusal(), "metadata: a value in it is too large");
+  this->Make("UPDATE metadata SET key = 'other'");
   EXPECT_EQ(this->Refusal(), "metadata: row \"model\" is missing");
   this->Make("UPDATE metadata SET value = CAST(value AS BLOB), checksum = zeroblob(5000000)");
   EXPECT_EQ(this->Refusal(), "metadata: a value in it is too large");
 }
 
-// The table of the pieces becomes 400^6 leaves: each page of it leads 400 times to the next.
+// Of an earlier version, whose rows verify reads in turn. The table of the pieces becomes 400^6
+// leaves: each page of it leads 400 times to the next.
 TEST_F(HostileStore, ATreeWithoutAnEndIsEnded)
 {
-  this->Make("");
+  fs::copy_file(fs::path(KDSTREAM_KEPT_STORES) / "version-9.kds", this->File());
+  constexpr std::size_t pageBytes = mostStorePageBytes;
   std::string bytes = this->Bytes("model.kds");
   sqlite3* database = nullptr;
   ASSERT_EQ(sqlite3_open(this->File().c_str(), &database), SQLITE_OK);
@@ -294,36 +296,32 @@ TEST_F(HostileStore, ATreeWithoutAnEndIsEnded)
               &root, nullptr),
     SQLITE_OK);
   sqlite3_close(database);
-  std::size_t leaf = root; // the first one
-  while (bytes[(leaf - 1) * storePageBytes] == 5)
-  {
-    const std::size_t page = (leaf - 1) * storePageBytes;
-    leaf = NumberAt(bytes, page + NumberAt(bytes, page + 12, 2), 4);
-  }
-  ASSERT_NE(leaf, root);
+  ASSERT_EQ(bytes[(root - 1) * pageBytes], 13) << "it is a leaf";
+  bytes += bytes.substr((root - 1) * pageBytes, pageBytes);
+  const std::size_t leaf = bytes.size() / pageBytes;
   constexpr std::size_t depth = 6, children = 400;
-  std::size_t next = bytes.size() / storePageBytes;
-  bytes.resize(bytes.size() + (depth - 1) * storePageBytes);
+  std::size_t next = bytes.size() / pageBytes;
+  bytes.resize(bytes.size() + (depth - 1) * pageBytes);
   std::size_t page = root;
   for (std::size_t i = 0; i < depth; ++i)
   {
     const std::size_t child = i + 1 < depth ? ++next : leaf;
-    const std::size_t at = (page - 1) * storePageBytes;
-    std::fill_n(bytes.begin() + static_cast<std::ptrdiff_t>(at), storePageBytes, '\0');
+    const std::size_t at = (page - 1) * pageBytes;
+    std::fill_n(bytes.begin() + static_cast<std::ptrdiff_t>(at), pageBytes, '\0');
     bytes[at] = 5; // an inner page of a table
     SetNumber(bytes, at + 3, 2, children);
-    SetNumber(bytes, at + 5, 2, storePageBytes - children * 6);
+    SetNumber(bytes, at + 5, 2, pageBytes - children * 6);
     SetNumber(bytes, at + 8, 4, child);
     for (std::size_t cell = 0; cell < children; ++cell)
     {
-      const std::size_t place = storePageBytes - (cell + 1) * 6;
+      const std::size_t place = pageBytes - (cell + 1) * 6;
       SetNumber(bytes, at + 12 + 2 * cell, 2, place);
       SetNumber(bytes, at + place, 4, child);
       bytes[at + place + 4] = 1; // the key
     }
     page = child;
   }
-  SetNumber(bytes, 28, 4, bytes.size() / storePageBytes);
+  SetNumber(bytes, 28, 4, bytes.size() / pageBytes);
   this->Write(bytes);
   const auto store = Store::Open(this->File());
   ASSERT_TRUE(store) << store.GetError().message;
@@ -357,7 +355,7 @@ TEST_F(HostileStore, AJournalBesideTheStoreIsLeftAlone)
 // A list of free pages that is a ring, and pages that are free and used: an edit ends.
 TEST_F(HostileStore, FreePagesThatAreARingAreSurvived)
 {
-  this->Make("DELETE FROM pieces WHERE resolution = 63");
+  this->Make("DELETE FROM content WHERE part > 1");
   const std::string bytes = this->Bytes("model.kds");
   const std::size_t trunk = NumberAt(bytes, 32, 4);
   ASSERT_NE(trunk, 0u);

@@ -9,10 +9,10 @@
 #include "filters/program/TbbExecution.h"
 #include "filters/store/StoreMesh.h"
 #include "filters/store/StoreSchema.h"
+#include "filters/store/Testing/StoreContent.h"
 #include "filters/store/Testing/StoreTest.h"
 
 #include <gtest/gtest.h>
-#include <sqlite3.h>
 
 #include <algorithm>
 #include <array>
@@ -281,13 +281,7 @@ TEST_F(StoreAttributes, PiecesWithOtherArraysThanTheMetadataSaysAreDamaged)
   mesh.attributes.push_back(colors);
   ModelDescription info = this->Build(mesh, Options(20, true))->Info();
   info.attributes[0].type = AttributeType::Int8;
-  const std::string json = MetadataOf(info);
-  sqlite3* database = nullptr;
-  ASSERT_EQ(sqlite3_open(this->File().c_str(), &database), SQLITE_OK);
-  const std::string statement = "UPDATE metadata SET value = '" + json +
-                                "', checksum = " + std::to_string(MetadataChecksum("model", json));
-  EXPECT_EQ(sqlite3_exec(database, statement.c_str(), nullptr, nullptr, nullptr), SQLITE_OK);
-  sqlite3_close(database);
+  Sql(this->File(), PutMetadata(WriteStoredModel(info)));
   const auto store = Store::Open(this->File());
   ASSERT_TRUE(store) << store.GetError().message;
   const Result<Piece> piece = (*store)->ReadPiece({ Resolution::Level(0), 1 });

@@ -41,12 +41,12 @@ TEST_F(StoreEditTest, TextsAreChangedAndTheContentStays)
   expected.title = "Statue";
   expected.credit = "";
   expected.unit = std::string(9000, 'u');
-  EXPECT_EQ(MetadataOf(store->Info()), MetadataOf(expected));
-  EXPECT_EQ(MetadataOf(*edited), MetadataOf(expected));
+  EXPECT_EQ(WriteStoredModel(store->Info()), WriteStoredModel(expected));
+  EXPECT_EQ(WriteStoredModel(*edited), WriteStoredModel(expected));
   EXPECT_EQ(store->Info().digest, before.digest);
   // And back: nothing is left of it.
   ASSERT_TRUE(EditStore(this->File(), { "Statu", "somebody", {}, "" }));
-  EXPECT_EQ(MetadataOf((*Store::Open(this->File()))->Info()), MetadataOf(before));
+  EXPECT_EQ(WriteStoredModel((*Store::Open(this->File()))->Info()), WriteStoredModel(before));
   EXPECT_EQ(this->FilesInFolder(), 1U);
 }
 

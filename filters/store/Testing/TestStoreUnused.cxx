@@ -10,11 +10,11 @@
 #include "filters/store/StoreEdit.h"
 #include "filters/store/StoreMesh.h"
 #include "filters/store/StoreSchema.h"
+#include "filters/store/Testing/StoreContent.h"
 #include "filters/store/Testing/StoreTest.h"
 #include "filters/store/UnusedList.h"
 
 #include <gtest/gtest.h>
-#include <sqlite3.h>
 
 #include <fstream>
 #include <numeric>
@@ -136,20 +136,11 @@ protected:
     return std::string((std::istreambuf_iterator<char>(file)), {});
   }
 
-  void Sql(const std::string& text)
-  {
-    sqlite3* database = nullptr;
-    ASSERT_EQ(sqlite3_open(this->File().c_str(), &database), SQLITE_OK);
-    EXPECT_EQ(sqlite3_exec(database, text.c_str(), nullptr, nullptr, nullptr), SQLITE_OK)
-      << sqlite3_errmsg(database);
-    sqlite3_close(database);
-  }
-
-  // What verify finds after these statements, or why the store is not opened.
-  std::vector<std::string> DamageOf(const std::string& statements)
+  // What verify finds after the change, or why the store is not opened.
+  std::vector<std::string> DamageOf(const std::function<void()>& change)
   {
     std::filesystem::copy_file(this->File(), this->File("good"));
-    this->Sql(statements);
+    change();
     const auto store = Store::Open(this->File());
     std::vector<std::string> messages;
     for (const Error& error : store ? (*store)->Verify() : std::vector<Error>{ store.GetError() })
@@ -273,14 +264,6 @@ TEST_F(StoreUnused, PlainStoresAndCloudsHaveNone)
     EXPECT_FALSE(store->Info().unused);
     EXPECT_EQ(store->ReadUnused(0).GetError().code, ErrorCode::NotFound);
   }
-  EXPECT_EQ(this->DamageOf("PRAGMA user_version = 11"),
-    std::vector<std::string>{ "its tables are not those of a store: 'unused' is missing" });
-  EXPECT_EQ(this->DamageOf(std::string(TablesOfStore(unusedStoreVersion).back().sql)),
-    std::vector<std::string>{ "not a KdStream store: it has a table 'unused'" });
-  EXPECT_EQ(this->DamageOf(std::string(TablesOfStore(unusedStoreVersion).back().sql) +
-                           "; PRAGMA user_version = 11"),
-    std::vector<std::string>{
-      "metadata: what it says of unused vertices is not of the store's version" });
 }
 
 TEST_F(StoreUnused, TextsAreChangedWithoutThem)
@@ -300,38 +283,36 @@ TEST_F(StoreUnused, DamageIsNamed)
   using Messages = std::vector<std::string>;
   const Mesh mesh = WithStrays(Survey(), RandomPoints(20000, 1e6));
   this->Build(mesh, Options());
-  EXPECT_EQ(this->DamageOf("UPDATE unused SET data = zeroblob(length(data)) WHERE part = 1"),
+  const auto put = [&](const std::function<void(StoreContent&)>& change)
+  {
+    return this->DamageOf(
+      [&]
+      {
+        StoreContent content(this->File());
+        change(content);
+        content.Write();
+      });
+  };
+  EXPECT_EQ(put([](StoreContent& content) { content.FirstByteOf("unused/1") ^= 1; }),
     Messages{ "unused/1: wrong checksum" });
-  EXPECT_EQ(
-    this->DamageOf("DELETE FROM unused WHERE part = 2"), Messages{ "unused/2: row is missing" });
-  EXPECT_EQ(
-    this->DamageOf("UPDATE unused SET data = hex(data)").front(), "unused/0: row is missing");
+  EXPECT_EQ(put([](StoreContent& content) { content.Places.pop_back(); }),
+    Messages{ "unused/2: row is missing" });
   // The last one, which is shorter, in the place of the first; and a piece of the surface.
   const std::vector<std::uint8_t> last = *this->Open()->ReadUnusedBlob(2);
-  const auto put = [](std::span<const std::uint8_t> data)
-  {
-    std::string hexadecimal;
-    for (const std::uint8_t byte : data)
-    {
-      constexpr const char* digits = "0123456789ABCDEF";
-      hexadecimal += digits[byte >> 4];
-      hexadecimal += digits[byte & 15];
-    }
-    return "UPDATE unused SET data = x'" + hexadecimal +
-           "', checksum = " + std::to_string(NodeChecksum(0, data)) + " WHERE part = 0";
-  };
-  EXPECT_EQ(this->DamageOf(put(last)),
-    Messages{ "unused/0: its vertices are not as many as the metadata says" });
+  const auto putFirst = [&](std::span<const std::uint8_t> data)
+  { return put([&](StoreContent& content) { content.Replace("unused/0", data); }); };
+  EXPECT_EQ(
+    putFirst(last), Messages{ "unused/0: its vertices are not as many as the metadata says" });
   const std::vector<std::uint8_t> piece =
     *this->Open()->Read(BlobOfPiece(this->Open()->PieceIds().back(), this->Open()->Info().depths));
-  ASSERT_EQ(this->DamageOf(put(piece)).size(), 1U);
-  EXPECT_EQ(this->DamageOf(put(piece)).front().rfind("unused/0: ", 0), 0U);
+  ASSERT_EQ(putFirst(piece).size(), 1U);
+  EXPECT_EQ(putFirst(piece).front().rfind("unused/0: ", 0), 0U);
   // Other arrays than the model's.
   Piece other = *this->Open()->ReadUnused(0);
   other.attributes.push_back(
     { { "more", AttributeType::UInt8, AttributeAssociation::Point, 1 }, {} });
   other.attributes[0].values.resize(other.positions.size());
-  EXPECT_EQ(this->DamageOf(put(EncodePiece(other, UnusedCodec(ScalarType::Float64)))),
+  EXPECT_EQ(putFirst(EncodePiece(other, UnusedCodec(ScalarType::Float64))),
     Messages{ "unused/0: its attributes are not those of the metadata" });
 }
 
@@ -343,10 +324,8 @@ TEST_F(StoreUnused, MoreThanTheFileHoldsAreRefused)
   {
     ModelDescription info = this->Open()->Info();
     info.unused->vertices = claimed;
-    const std::string json = MetadataOf(info);
-    const std::vector<std::string> damage = this->DamageOf(
-      "UPDATE metadata SET checksum = " + std::to_string(MetadataChecksum("model", json)) +
-      ", value = '" + json + "'");
+    const std::vector<std::string> damage =
+      this->DamageOf([&] { Sql(this->File(), PutMetadata(WriteStoredModel(info))); });
     ASSERT_EQ(damage.size(), 1U);
     EXPECT_NE(damage[0].find("has no room for " + std::to_string(claimed) + " unused vertices"),
       std::string::npos)

@@ -230,24 +230,102 @@ bool MutateNode(
     NodeChecksum(static_cast<NodeId>(node), data), node);
 }
 
+std::vector<std::vector<std::uint8_t>> RowsOf(sqlite3* database, const char* select)
+{
+  std::vector<std::vector<std::uint8_t>> rows;
+  const auto row = Prepared(database, select);
+  while (row && sqlite3_step(row.get()) == SQLITE_ROW)
+  {
+    const auto data = BlobOf(row.get(), 0);
+    rows.emplace_back(data.begin(), data.end());
+  }
+  return rows;
+}
+
+bool Insert(
+  sqlite3* database, const char* sql, std::size_t part, std::span<const std::uint8_t> data)
+{
+  const auto insert = Prepared(database, sql);
+  sqlite3_bind_int64(insert.get(), 1, static_cast<sqlite3_int64>(part));
+  sqlite3_bind_blob64(insert.get(), 2, data.data(), data.size(), SQLITE_TRANSIENT);
+  return sqlite3_step(insert.get()) == SQLITE_DONE;
+}
+
+// A blob becomes another one, or its place does. Of stores with a directory.
+bool MutateContent(sqlite3* database, std::uint64_t choice)
+{
+  std::vector<std::uint8_t> content;
+  for (const auto& row : RowsOf(database, "SELECT data FROM content ORDER BY part"))
+  {
+    content.insert(content.end(), row.begin(), row.end());
+  }
+  std::vector<std::vector<BlobPlace>> directory;
+  for (const auto& row : RowsOf(database, "SELECT data FROM directory ORDER BY part"))
+  {
+    directory.push_back(
+      DecodeDirectoryRow(directory.size(), row).value_or(std::vector<BlobPlace>()));
+  }
+  if (directory.empty() || directory[0].empty())
+  {
+    return false;
+  }
+  BlobPlace& place = directory[0][choice / 8 % directory[0].size()];
+  if (choice % 8 == 0)
+  {
+    place.begin = choice >> 16;
+  }
+  else if (choice % 8 == 1)
+  {
+    place.bytes = static_cast<std::uint32_t>(choice >> 16);
+  }
+  else if (place.begin + place.bytes <= content.size())
+  {
+    const auto begin = content.begin() + static_cast<std::ptrdiff_t>(place.begin);
+    const auto blob = MutatedBlob({ begin, begin + place.bytes });
+    content.insert(content.erase(begin, begin + place.bytes), blob.begin(), blob.end());
+    place.bytes = static_cast<std::uint32_t>(blob.size());
+    place.checksum = BlobChecksum(blob);
+  }
+  bool done = sqlite3_exec(database, "DELETE FROM directory; DELETE FROM content", nullptr, nullptr,
+                nullptr) == SQLITE_OK;
+  for (std::size_t part = 0; part < directory.size() && !directory[part].empty(); ++part)
+  {
+    done = done && Insert(database, "INSERT INTO directory VALUES (?, ?)", part,
+                     EncodeDirectoryRow(part, directory[part]));
+  }
+  for (std::size_t at = 0; at < content.size(); at += contentRowBytes)
+  {
+    done =
+      done && Insert(database, "INSERT INTO content VALUES (?, ?)", at / contentRowBytes,
+                std::span(content).subspan(at, std::min(contentRowBytes, content.size() - at)));
+  }
+  return done;
+}
+
 // Whatever of them a later mutation of a row runs comes to an end.
 constexpr std::array schemaChanges{
   "ALTER TABLE metadata RENAME TO m; CREATE VIEW metadata AS SELECT * FROM m",
   "ALTER TABLE pieces RENAME TO p; CREATE VIEW pieces AS SELECT * FROM p",
+  "ALTER TABLE content RENAME TO c; CREATE VIEW content AS SELECT * FROM c",
   "CREATE VIEW v AS WITH RECURSIVE c(x) AS (SELECT 1 UNION ALL SELECT x + 1 FROM c) SELECT x FROM "
   "c",
   "CREATE TRIGGER t AFTER UPDATE ON metadata BEGIN DELETE FROM tree; END",
   "CREATE INDEX i ON pieces(abs(node)) WHERE node > 1",
   "CREATE UNIQUE INDEX j ON tree(checksum)",
+  "CREATE INDEX k ON content(length(data))",
   "ALTER TABLE tree ADD COLUMN g AS (page + 1)",
   "ALTER TABLE boxes ADD COLUMN d DEFAULT (hex(zeroblob(100)))",
+  "ALTER TABLE directory ADD COLUMN d DEFAULT (hex(zeroblob(100)))",
   "CREATE TABLE other (a UNIQUE, b CHECK (a > b)) STRICT",
   "CREATE TABLE textures (partition INTEGER PRIMARY KEY, data BLOB NOT NULL, checksum INTEGER NOT "
   "NULL)",
   "CREATE TABLE unused (part INTEGER PRIMARY KEY, data BLOB NOT NULL, checksum INTEGER NOT NULL)",
   "DROP TABLE boxes",
+  "DROP TABLE directory",
+  "PRAGMA user_version = 9",
   "PRAGMA user_version = 10",
   "PRAGMA user_version = 11",
+  "PRAGMA user_version = 13",
   "PRAGMA writable_schema = ON; UPDATE sqlite_schema SET rootpage = rootpage + 1",
   "PRAGMA writable_schema = ON; UPDATE sqlite_schema SET sql = replace(sql, 'INTEGER', 'TEXT')",
   "PRAGMA writable_schema = ON; UPDATE sqlite_schema SET type = 'view', rootpage = 0 WHERE name = "
@@ -330,12 +408,13 @@ std::size_t MutateRow(std::uint8_t* data, std::size_t size, std::size_t most, st
 {
   const auto database = Deserialized(data, size);
   const bool done =
-    database && (choice % 6 == 0    ? MutateMetadata(database.get())
-                  : choice % 6 == 1 ? MutatePiece(database.get(), choice / 6)
-                  : choice % 6 == 2 ? MutateNode(database.get(), "tree", "page", choice / 6)
-                  : choice % 6 == 3 ? MutateNode(database.get(), "boxes", "node", choice / 6)
-                  : choice % 6 == 4 ? MutateNode(database.get(), "unused", "part", choice / 6)
-                                    : MutateSchema(database.get(), choice / 6));
+    database && (choice % 7 == 0    ? MutateMetadata(database.get())
+                  : choice % 7 == 1 ? MutatePiece(database.get(), choice / 7)
+                  : choice % 7 == 2 ? MutateNode(database.get(), "tree", "page", choice / 7)
+                  : choice % 7 == 3 ? MutateNode(database.get(), "boxes", "node", choice / 7)
+                  : choice % 7 == 4 ? MutateNode(database.get(), "unused", "part", choice / 7)
+                  : choice % 7 == 5 ? MutateContent(database.get(), choice / 7)
+                                    : MutateSchema(database.get(), choice / 7));
   if (!done)
   {
     return 0;

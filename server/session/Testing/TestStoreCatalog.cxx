@@ -6,9 +6,8 @@
 #include "filters/model/ModelJson.h"
 #include "filters/model/Notes.h"
 #include "filters/protocol/ResourcePath.h"
-#include "filters/store/Sqlite.h"
 #include "filters/store/Store.h"
-#include "filters/store/StoreSchema.h"
+#include "filters/store/Testing/StoreContent.h"
 #include "server/http/Testing/ScarceMemory.h"
 
 #include <gtest/gtest.h>
@@ -366,22 +365,26 @@ TEST_F(Folder, ADamagedBlobIsReportedOnceAndTheRestIsRead)
   EXPECT_NE(this->reports[0].find("partitions/3"), std::string::npos) << this->reports[0];
 }
 
-// However right the checksum of its row is.
+// But for the id before it, and the build behind it.
+TEST_F(Folder, WhatIsToldIsWhatTheStoreKeeps)
+{
+  this->Build("sheet.kds", 40, "A \"sheet\"");
+  ASSERT_TRUE(this->catalog.Reload());
+  const auto json = this->catalog.Find("sheet")->Json(ModelDetail::Regions);
+  const std::string told(json->begin(), json->end()), begin = "{\"id\":\"sheet\",";
+  const std::string kept = fixtures::Metadata(this->folder / "sheet.kds");
+  ASSERT_EQ(told.substr(0, begin.size()), begin);
+  EXPECT_EQ(kept.substr(0, kept.find(",\"build\":{")) + "}", "{" + told.substr(begin.size()));
+}
+
+// However right its checksum is.
 TEST_F(Folder, ABlobOfNoBytesIsDamaged)
 {
-  const auto told = this->Build("sheet.kds", 40);
+  this->Build("sheet.kds", 40);
   {
-    const auto database = OpenForWriting(this->folder / "sheet.kds");
-    const PieceId piece{ Resolution::Original(), NodeOfPartition(0, told.depths) };
-    const auto vertices = QueryInteger(
-      database->get(), "SELECT vertices FROM pieces WHERE id = " + std::to_string(PieceRow(piece)));
-    const auto triangles = QueryInteger(database->get(),
-      "SELECT triangles FROM pieces WHERE id = " + std::to_string(PieceRow(piece)));
-    const auto checksum = PieceChecksum(
-      piece, static_cast<std::uint64_t>(*vertices), static_cast<std::uint64_t>(*triangles), {});
-    ASSERT_TRUE(Execute(
-      database->get(), "UPDATE pieces SET data = x'', checksum = " + std::to_string(checksum) +
-                         " WHERE id = " + std::to_string(PieceRow(piece))));
+    fixtures::StoreContent content(this->folder / "sheet.kds");
+    content.Replace("partitions/0", {});
+    content.Write();
   }
   ASSERT_TRUE(this->catalog.Reload());
   const auto model = this->catalog.Find("sheet");
@@ -407,7 +410,7 @@ TEST_F(Folder, TheSmallStoresThatAreKeptAreWhole)
     EXPECT_TRUE((*store)->Verify().empty()) << entry.path();
     ++stores;
   }
-  EXPECT_EQ(stores, 6u);
+  EXPECT_EQ(stores, 10u);
 }
 
 TEST_F(Folder, DamagedBoxesAreReportedAndForbidRegionsOnly)

@@ -1,10 +1,13 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// The form that servers tell, and their list of models.
-#include "filters/model/ServedModelJson.h"
+// The one form of a description, and the list of models.
+//
+// A store keeps it with the facts of the build; a server tells the same without these, with the id
+// that it gives the model and, where a client may not have all of it, how much that is.
+#include "filters/model/ModelJson.h"
 
 #include "filters/core/Texts.h"
-#include "filters/model/ModelJson.h"
 #include "filters/model/ModelMembers.h"
+#include "filters/model/ModelValue.h"
 
 #include <algorithm>
 #include <limits>
@@ -17,17 +20,6 @@ namespace
 constexpr std::size_t mostTextBytes = 4096;
 constexpr std::size_t mostModels = 65536;
 
-// The members of a resolution, without the object around them.
-void PutResolution(JsonWriter& json, const ResolutionDescription& resolution)
-{
-  json.Member("vertices", resolution.vertices)
-    .Member("triangles", resolution.triangles)
-    .Member("pieces", resolution.pieces)
-    .Member("bytes", resolution.bytes)
-    .Member("deviation", resolution.deviation)
-    .Member("deviation_99", resolution.deviation99);
-}
-
 void PutPrecision(JsonWriter& json, const CoordinateGrid& grid)
 {
   json.BeginObject()
@@ -37,18 +29,6 @@ void PutPrecision(JsonWriter& json, const CoordinateGrid& grid)
     .Key("bits");
   PutBits(json, grid);
   json.EndObject();
-}
-
-void PutServedLevels(JsonWriter& json, const std::vector<ResolutionDescription>& levels)
-{
-  json.BeginArray();
-  for (std::size_t depth = 0; depth < levels.size(); ++depth)
-  {
-    json.BeginObject().Member("depth", depth);
-    PutResolution(json, levels[depth]);
-    json.Member("spacing", levels[depth].spacing).EndObject();
-  }
-  json.EndArray();
 }
 
 // The one of two or more values that has the name in member `key`.
@@ -79,7 +59,7 @@ void ReadPrecision(JsonReader& reader, const JsonValue& object, CoordinateGrid& 
   grid.step = reader.Number(object, "step", std::numeric_limits<double>::denorm_min());
 }
 
-AttributeInfo ReadServedAttribute(JsonReader& reader, const JsonValue& object)
+AttributeInfo ReadAttribute(JsonReader& reader, const JsonValue& object)
 {
   AttributeInfo attribute;
   attribute.name = reader.Text(object, "name", longestAttributeName);
@@ -91,18 +71,24 @@ AttributeInfo ReadServedAttribute(JsonReader& reader, const JsonValue& object)
   return attribute;
 }
 
-void ReadIdentity(JsonReader& reader, const JsonValue& object, std::string& id, std::string& digest)
+std::string ReadId(JsonReader& reader, const JsonValue& object)
 {
-  id = reader.Text(object, "id", 128);
+  std::string id = reader.Text(object, "id", 128);
   if (!IsModelId(id))
   {
     reader.Fail("\"id\" is no model id");
   }
-  digest = reader.Text(object, "digest", 32);
+  return id;
+}
+
+std::string ReadDigest(JsonReader& reader, const JsonValue& object)
+{
+  std::string digest = reader.Text(object, "digest", 32);
   if (!IsDigest(digest))
   {
     reader.Fail("\"digest\" has not 32 hexadecimal digits");
   }
+  return digest;
 }
 
 Error TooLarge(std::size_t bytes, std::size_t most)
@@ -113,22 +99,21 @@ Error TooLarge(std::size_t bytes, std::size_t most)
 
 }
 
-void PutModel(JsonWriter& json, const ModelDescription& model)
+void PutDescription(JsonWriter& json, const ModelDescription& model)
 {
-  json.BeginObject()
-    .Member("id", model.id)
-    .Member("digest", model.digest)
+  json.Member("digest", model.digest)
     .Member("vertices", model.vertices)
     .Member("triangles", model.triangles)
     .Member("partitions", model.partitions);
-  json.Key("box").BeginObject().Member("lo", model.box.lo).Member("hi", model.box.hi).EndObject();
+  json.Key("box");
+  PutBox(json, model.box);
   json.Member("partition_depth", model.depths.partition)
     .Member("stitch_depth", model.depths.stitch)
     .Member("finest_depth", model.depths.finest);
   json.Key("precision");
   PutPrecision(json, model.grid);
   json.Member("primitive", NameOf(model.primitive)).Key("levels");
-  PutServedLevels(json, model.levels);
+  PutLevels(json, model.levels);
   json.Key("original").BeginObject();
   PutResolution(json, model.original);
   json.EndObject();
@@ -138,6 +123,35 @@ void PutModel(JsonWriter& json, const ModelDescription& model)
   json.Key("attributes");
   PutAttributes(json, model.attributes);
   PutScalars(json, model);
+}
+
+void ReadDescription(
+  JsonReader& reader, const JsonValue& json, std::size_t mostText, ModelDescription& model)
+{
+  model.digest = ReadDigest(reader, json);
+  ReadShared(reader, json, model);
+  if (const JsonValue* precision = reader.Find(json, "precision"))
+  {
+    ReadPrecision(reader, *precision, model.grid);
+  }
+  model.primitive = ReadName(reader, json, "primitive", PrimitiveType::Points,
+    PrimitiveType::Triangles, "\"primitive\" is neither triangles nor points");
+  ReadTexts(reader, json, mostText, model);
+  if (const JsonValue* attributes = reader.Array(json, "attributes", mostAttributes))
+  {
+    for (const JsonValue& attribute : attributes->GetArray())
+    {
+      model.attributes.push_back(ReadAttribute(reader, attribute));
+    }
+  }
+  ReadScalars(reader, json, model);
+}
+
+// What a server adds stands here: the id, and how much of the model the client may have.
+void PutModel(JsonWriter& json, const ModelDescription& model)
+{
+  json.BeginObject().Member("id", model.id);
+  PutDescription(json, model);
   if (model.detail != ModelDetail::Regions)
   {
     json.Member("detail", NameOf(model.detail));
@@ -198,23 +212,8 @@ Result<ModelDescription> ModelFromJson(const JsonValue& json)
 {
   JsonReader reader("model");
   ModelDescription model;
-  ReadIdentity(reader, json, model.id, model.digest);
-  ReadShared(reader, json, model);
-  if (const JsonValue* precision = reader.Find(json, "precision"))
-  {
-    ReadPrecision(reader, *precision, model.grid);
-  }
-  model.primitive = ReadName(reader, json, "primitive", PrimitiveType::Points,
-    PrimitiveType::Triangles, "\"primitive\" is neither triangles nor points");
-  ReadTexts(reader, json, mostTextBytes, model);
-  if (const JsonValue* attributes = reader.Array(json, "attributes", mostAttributes))
-  {
-    for (const JsonValue& attribute : attributes->GetArray())
-    {
-      model.attributes.push_back(ReadServedAttribute(reader, attribute));
-    }
-  }
-  ReadScalars(reader, json, model);
+  model.id = ReadId(reader, json);
+  ReadDescription(reader, json, mostTextBytes, model);
   if (json.IsObject() && FindMember(json, "detail"))
   {
     model.detail = ReadName(reader, json, "detail", ModelDetail::Preview, ModelDetail::Regions,
@@ -242,7 +241,8 @@ Result<std::vector<ModelSummary>> ParseModelList(std::string_view text)
     for (const JsonValue& entry : list->GetArray())
     {
       ModelSummary& model = models.emplace_back();
-      ReadIdentity(reader, entry, model.id, model.digest);
+      model.id = ReadId(reader, entry);
+      model.digest = ReadDigest(reader, entry);
       model.title = reader.Text(entry, "title", mostTextBytes, false);
       model.vertices = reader.Integer(entry, "vertices", 1, mostCount);
       model.triangles = reader.Integer(entry, "triangles", 0, mostCount);
