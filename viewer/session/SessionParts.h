@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // What a session is made of, and how its parts are wired; ViewerSession is what others see of them.
+// Part of step "request" of the pipeline picture.
 #pragma once
 
 #include "viewer/session/Fetcher.h"
