@@ -58,7 +58,7 @@ public:
   // So the slowest line makes progress, but a server that always sends something else does not.
   double OwedSince() const;
   static constexpr std::size_t mostStrays = 64;
-  // What is owed longest (the next blob of its request) has failed. REQUIRES: OwedSince() is
+  // The request that is outstanding longest (its next blob) has failed. REQUIRES: OwedSince() is
   // finite.
   void FailLongestOwed(const std::string& message);
 

@@ -73,8 +73,8 @@ void FreeTexture(const GlesBuffers::Part& part)
   }
 }
 
-// The power of two that brings a length to 0.5 … 1: exact, and so floats round as they would
-// without it, while squares of the coordinates of tiny or huge models stay in their range.
+// The power of two that brings a length to 0.5 … 1. It is exact, so floats round as without it,
+// while squares of the coordinates of tiny or huge models stay in range.
 double ScaleOf(const Box& bounds)
 {
   double largest = 0.0;
