@@ -15,8 +15,8 @@
 namespace kdstream
 {
 
-// An address of IPv4 that came through a socket of IPv6 ("::ffff:1.2.3.4") as one of IPv4; others,
-// and what is no address, as they are.
+// An IPv4 address that came through a socket of IPv6 ("::ffff:1.2.3.4") in IPv4 form; all other
+// texts unchanged.
 std::string PlainAddress(const std::string& address);
 
 // All functions may be called from any thread. An address is one of IPv4, or the first 64 bits of

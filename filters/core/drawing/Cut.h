@@ -64,8 +64,8 @@ struct Closure
 Closure MakeClosure(const TreeDepths& depths, Resolution base, std::span<const PieceId> wanted,
   const PieceLookup& lookup);
 
-// The same, again and again: remembers what is needed by those wanted pieces for which nothing was
-// missing, which does not change any more, so that only the others are gone through.
+// The same, called repeatedly. Remembers the closure of each wanted piece for which nothing was
+// missing; it does not change any more. So only the other pieces are processed again.
 class Closures
 {
 public:
