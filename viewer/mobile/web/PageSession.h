@@ -45,9 +45,9 @@ public:
   // So many are taken now.
   void FollowMemory(std::size_t taken);
   std::size_t MemoryBytes() const { return this->Memory.Bytes(); }
-  // The rest of the viewer is there (parts.js). Until then previews are all that is shown;
-  // and of models whose preview is points, that are lossless, or have no levels, nothing that the
-  // server sends is taken: it waits here.
+  // The rest of the viewer has come (parts.js). Until then only previews are shown. Models whose
+  // preview is points, that are lossless, or that have no levels, show nothing: what the server
+  // sends for them waits here.
   void BecomeWhole();
   bool IsWhole() const { return this->Whole; }
   // Carries between session and line what either has for the other. Call after every input.
