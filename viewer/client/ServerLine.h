@@ -46,8 +46,9 @@ struct ServerLineOptions
   double streamRetry = 0;
   double longestSilence = 0; // s; if something is owed and nothing has come for so long, the
                              // connection is given up; 0 = never (the host's sockets do that)
-  // s; if there was no progress with what is owed longest for so long, though other things came
-  // (StreamConversation::OwedSince), that has failed, and the connection is given up; 0 = never
+  // s; the stall timeout: after this time without progress of the longest outstanding request,
+  // though other things came (StreamConversation::OwedSince), that request has failed, and the
+  // connection is given up; 0 = never
   double longestDebt = 0;
 };
 

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// A piece: what is stored and streamed (doc/design.md#pieces).
+// A piece: the unit that is stored and streamed (doc/design.md#pieces).
 //
-// One shape for every resolution: the part of one level, or of the original, that lies in one node
-// of the tree. Its own vertices come first, then the ghosts (vertices of other pieces, repeated so
-// that the triangles on the boundary are whole); its triangles are all that touch an own vertex.
+// All resolutions have one shape of piece: the part of one level, or of the original, in one node
+// of the tree. Its own vertices come first, then the ghosts: vertices of other pieces, repeated so
+// that the triangles on the boundary are whole. Its triangles are all that touch an own vertex.
 #pragma once
 
 #include "filters/core/Attribute.h"
