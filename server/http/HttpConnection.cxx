@@ -6,7 +6,6 @@
 #include "server/http/ProxyHeader.h"
 #include "server/http/RequestInput.h"
 #include "server/http/RoundTrip.h"
-#include "server/http/StreamConnection.h"
 #include "server/http/WebSocketFrames.h"
 #include "server/session/Refusal.h"
 

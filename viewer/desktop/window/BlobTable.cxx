@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// What is shown, in numbers, and what came of it: see BlobTable.h.
-#include "viewer/desktop/window/BlobTable.h"
+// What is shown, in numbers, and what came of it: see Panels.h.
 
 #include "filters/program/ProgressReporter.h"
 #include "viewer/desktop/window/Panels.h"

@@ -3,9 +3,7 @@
 #include "viewer/desktop/window/Panels.h"
 
 #include "filters/program/ProgressReporter.h"
-#include "viewer/desktop/window/BlobTable.h"
 #include "viewer/desktop/window/ColorPanel.h"
-#include "viewer/desktop/window/HelpPanel.h"
 #include "viewer/desktop/window/ToolsPanel.h"
 
 #include <imgui.h>
