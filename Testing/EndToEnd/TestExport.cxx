@@ -357,7 +357,8 @@ TEST_F(TestExport, WhatCannotBeWrittenIsSaid)
     << name.err;
   const Outcome page = this->Export({ "ring.kds", "www", "--page", "." });
   EXPECT_EQ(page.exitCode, 1);
-  EXPECT_NE(page.err.find("is no page: it has no index.html"), std::string::npos) << page.err;
+  EXPECT_NE(page.err.find("is not a web page: it has no index.html"), std::string::npos)
+    << page.err;
   fs::create_directories(this->Folder / "www/api");
   this->WriteText("www/api/models.json", "something else");
   const Outcome list = this->Export({ "ring.kds", "www" });

@@ -166,9 +166,7 @@ Status Build(const fs::path& mesh, const MeshPlace& place,
   if (::access(program.c_str(), X_OK) != 0)
   {
     return Error{ ErrorCode::NotFound,
-      "a store is made of it by " + buildProgram + ", which is not there (it was looked for at " +
-        program.string() + ")",
-      mesh.string() };
+      buildProgram + " must make a store of it, but is not at " + program.string(), mesh.string() };
   }
   auto child =
     ChildProgram::Start(program, { "--output=" + place.File().string(),

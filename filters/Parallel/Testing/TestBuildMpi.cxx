@@ -393,9 +393,11 @@ TEST(BuildMpi, SaysWhatItDoesNotDo)
     EXPECT_NE(outcome.err.find(said), std::string::npos) << outcome.err;
   };
   check({ "mesh.ply", "--partitioner", "octree" }, 2,
-    "--partitioner octree is for one process: kdstream-build does that");
-  check({ "mesh.ply", "--resume" }, 2, "--resume is for one process: kdstream-build does that");
-  check({ "mesh.ply", "--reconstruct", "greedy" }, 2, "--reconstruct is for one process");
+    "--partitioner octree does not work on several ranks: use kdstream-build");
+  check(
+    { "mesh.ply", "--resume" }, 2, "--resume does not work on several ranks: use kdstream-build");
+  check(
+    { "mesh.ply", "--reconstruct", "greedy" }, 2, "--reconstruct does not work on several ranks");
   check({ "mesh.ply", "--memory", "8M" }, 1, "takes at least 64 MiB on each");
   check({ "mesh.ply", "--precision", "7" }, 2, "neither 8 to 24 bits");
   EXPECT_EQ(Others(folder, { "mesh.ply" }), std::vector<std::string>{});

@@ -586,7 +586,7 @@ TEST_F(Serve, RefusesValuesThatMeanNothing)
     EXPECT_EQ(serve.OutLine(), "") << option[1];
     serve.Signal(SIGTERM); // if it has not ended
     EXPECT_EQ(serve.ErrorLine(), "kdstream-serve: error: " + option[0] + ": \"" + option[1] +
-                                   "\" is not " + what + " (--help tells the options)");
+                                   "\" is not " + what + " (see --help)");
     EXPECT_EQ(serve.Wait(), 2);
   }
   Process good({ this->stores, "--port", "0", "--drain", "0", "--slowest", "1", "--trusted-proxy",
