@@ -425,7 +425,7 @@ TEST_F(BuildProgram, WarnsOfFloatsFarFromTheOrigin)
     return this->Build({ "in.ply", "-o", "m.kds", "--unit", "m", "--quiet" }).err;
   };
   EXPECT_EQ(warning(ScalarType::Float32, 5400000.0),
-    "kdstream-build: warning: in.ply: its coordinates are no finer than floats are so far from 0, "
+    "kdstream-build: warning: in.ply: the coordinates are so far from 0 that floats only hold "
     "multiples of 0.5 m: if they were rounded, the surface shows steps; subtract an offset before "
     "writing floats, or write doubles\n");
   EXPECT_EQ(warning(ScalarType::Float64, 5400000.0), "");
@@ -507,7 +507,7 @@ TEST_F(BuildProgram, WarnsOfColorsThatAreNotShown)
   };
   const Case cases[] = { { AttributeType::UInt16, AttributeAssociation::Point,
                            "RGB of type uint16 are taken for colours, of which 1 is white" },
-    { AttributeType::UInt8, AttributeAssociation::Cell, "colours of triangles are kept" },
+    { AttributeType::UInt8, AttributeAssociation::Cell, "triangle colours are kept" },
     { AttributeType::UInt8, AttributeAssociation::Point, "" } };
   for (const Case& it : cases)
   {

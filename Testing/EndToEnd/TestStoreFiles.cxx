@@ -88,8 +88,9 @@ TEST_F(StoreFiles, FoldersAreMadeAndGoAgainWhereABuildFails)
     "file, not a folder\n");
   const Outcome belowFile = this->Build({ "-o", "in.ply/models/a.kds" });
   EXPECT_EQ(belowFile.exitCode, 1);
-  EXPECT_EQ(belowFile.err, "kdstream-build: error: in.ply/models/a.kds: no file can be in in.ply, "
-                           "which is a file, not a folder\n");
+  EXPECT_EQ(belowFile.err,
+    "kdstream-build: error: in.ply/models/a.kds: cannot be created in in.ply, "
+    "which is a file, not a folder\n");
   const Outcome statsInFile = this->Build({ "-o", "b.kds", "--stats", "in.ply/s.json" });
   EXPECT_EQ(statsInFile.err,
     "kdstream-build: error: in.ply/s.json: cannot be created in in.ply, which "

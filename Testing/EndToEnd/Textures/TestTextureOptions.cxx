@@ -73,7 +73,7 @@ TEST_F(TestTextureOptions, ABoundOfPixelsNeedsPictures)
 TEST_F(TestTextureOptions, MeshesWithoutPicturesAreWarnedOf)
 {
   const std::string begin = "kdstream-build: warning: plain.obj: ",
-                    none = " has no effect: no pictures were read\n";
+                    none = " has no effect: no textures were read\n";
   EXPECT_EQ(this->WarningsOf("plain.obj", { "--texture-quality", "90" }),
     begin + "--texture-quality" + none);
   EXPECT_EQ(this->WarningsOf("plain.obj", { "--texture-quality", "90", "--texture-pixels", "9" }),
@@ -108,7 +108,7 @@ TEST_F(TestTextureOptions, TheMemoryOfAConversionIsToldBefore)
   }
   this->WriteText("large.obj", padded);
   const std::string told =
-    "kdstream-build: note: large.obj: kdstream-convert reads it whole, which "
+    "kdstream-build: note: large.obj: kdstream-convert reads the whole file, which "
     "takes about 68 MB in addition to --memory\n";
   const Outcome large = this->Build({ "large.obj", "-o", "m.kds", "--memory", "64M" });
   EXPECT_EQ(large.exitCode, 0) << large.err;

@@ -399,6 +399,6 @@ TEST(BuildMpi, SaysWhatItDoesNotDo)
   check(
     { "mesh.ply", "--reconstruct", "greedy" }, 2, "--reconstruct does not work on several ranks");
   check({ "mesh.ply", "--memory", "8M" }, 1, "takes at least 64 MiB on each");
-  check({ "mesh.ply", "--precision", "7" }, 2, "neither 8 to 24 bits");
+  check({ "mesh.ply", "--precision", "7" }, 2, "neither a number of bits from 8 to 24");
   EXPECT_EQ(Others(folder, { "mesh.ply" }), std::vector<std::string>{});
 }

@@ -128,7 +128,7 @@ TEST(HelpFormatter, ACommandTellsOnlyItsOwn)
     "  --all                       all of it\n\n"
     "Output:\n"
     "  -o, --output FILE           the mesh\n"
-    "  --quiet                     no line at the end\n\n"
+    "  --quiet                     print no summary\n\n"
     "Help:\n"
     "  -h, --help                  this text\n\n"
     "Example:\n"

@@ -129,7 +129,7 @@ TEST_F(TestSecureClient, AFileOfAuthoritiesHasToBeOne)
   std::ofstream(none) << "no certificate";
   const Error error = Refusal(this->Url(), none.string());
   EXPECT_EQ(error.code, ErrorCode::InvalidInput);
-  EXPECT_EQ(error.message, none.string() + ": holds no certificate in PEM");
+  EXPECT_EQ(error.message, none.string() + ": contains no certificate in PEM format");
 }
 
 }

@@ -48,11 +48,11 @@ const known = [
   [/^(\S+) cannot be opened: (.*)$/s, (name, why) => t("{name} cannot be opened: {why}", { name, why: inPlainWords(why) })],
   [/^the server (?:says \d{3}|refused): (.*)$/s, (why) => inPlainWords(why)], // a status of HTTP says nothing to most people
   [/^the server says (\d{3})$/, (status) => refusalOf(Number(status))],
-  [/^the quota of .* is used up: again at (\S+)$/, quotaRefusal],
-  [/^too many requests: ask again in (\d+) s$/, (seconds) => refusalOf(429, Number(seconds))],
-  [/^this server asks for a token$/, () => refusalOf(401)],
-  [/^the token is for the preview of .* alone$/, () => t("the link that you were given is for the preview alone")],
-  [/^the token is for the levels of .*, not its original$/, () => t("the link that you were given is not for the original")],
+  [/^the quota of .* is used up: try again at (\S+)$/, quotaRefusal],
+  [/^too many requests: try again in (\d+) s$/, (seconds) => refusalOf(429, Number(seconds))],
+  [/^this server requires a token$/, () => refusalOf(401)],
+  [/^the token only allows the preview of .*$/, () => t("the link that you were given is for the preview alone")],
+  [/^the token only allows the levels of .*, not its original$/, () => t("the link that you were given is not for the original")],
   [/^the token is not for the model /, () => t("the link that you were given is not for this model")],
 ];
 

@@ -261,7 +261,7 @@ export const sentences = {
   "the model has been replaced on the server; select it again": "استُبدل النموذج على الخادم؛ اختره مجددًا",
   "{what} of {name} is damaged on the server": "{what} من {name} تالف على الخادم",
   "{name} is damaged on the server": "{name} تالف على الخادم",
-  "{name} is being replaced: ask again": "يجري استبدال {name}",
+  "{name} is being replaced: try again": "يجري استبدال {name}",
   "this link to a view is too long": "رابط العرض هذا طويل جدًا",
   "this link to a view says nothing that can be understood about its {part}": "لا يُفهم رابط العرض هذا ({part})",
   "this link names no model": "لا يذكر هذا الرابط نموذجًا",

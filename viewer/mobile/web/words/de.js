@@ -265,7 +265,7 @@ export const sentences = {
     "das Modell wurde auf dem Server ersetzt; wählen Sie es noch einmal",
   "{what} of {name} is damaged on the server": "{what} von {name} ist auf dem Server beschädigt",
   "{name} is damaged on the server": "{name} ist auf dem Server beschädigt",
-  "{name} is being replaced: ask again": "{name} wird gerade ersetzt",
+  "{name} is being replaced: try again": "{name} wird gerade ersetzt",
   "this link to a view is too long": "dieser Link zu einer Ansicht ist zu lang",
   "this link to a view says nothing that can be understood about its {part}": "dieser Link zu einer Ansicht ist nicht zu verstehen ({part})",
   "this link names no model": "dieser Link nennt kein Modell",

@@ -219,14 +219,15 @@ TEST_F(TestKdStreamSource, ATokenSaysWhatMayBeHad)
     std::make_shared<TokenGuard>(forged::Keys(), [] { return std::int64_t{ 1000 }; }));
   this->Source->SetContentToLevel();
   const std::string none = this->Refusal();
-  EXPECT_NE(none.find("the server says 401: this server asks for a token"), std::string::npos)
+  EXPECT_NE(none.find("the server says 401: this server requires a token"), std::string::npos)
     << none;
   this->Source->SetToken(forged::Token(
     forged::header, R"({"sub":"ann","exp":2000,"models":["torus"],"detail":"levels"})"));
   EXPECT_GT(ContentOf(this->Update()).cells.size(), 1000u);
   this->Source->SetContentToOriginal();
   const std::string original = this->Refusal();
-  EXPECT_NE(original.find("the token is for the levels of torus"), std::string::npos) << original;
+  EXPECT_NE(original.find("the token only allows the levels of torus"), std::string::npos)
+    << original;
 }
 
 // A model whose blobs never come, until it is let go.
