@@ -119,7 +119,7 @@ test("a browser that keeps nothing does what it can", () => withServer(["--token
 
 for (const [what, answer, said] of [
   ["too many requests, with an end", { status: 429, headers: { "Retry-After": "42" } },
-    /^The list of models cannot be had: too much was asked of the server at once; it answers again in 42 seconds\. Trying again …$/],
+    /^The list of models cannot be loaded: too much was asked of the server at once; it answers again in 42 seconds\. Trying again …$/],
   ["too many requests, for long", { status: 429, headers: { "Retry-After": "1200" } },
     /it answers again at \d{1,2}:\d\d [AP]M\. Trying again …$/],
   ["too many requests", { status: 429 }, /: too much was asked of the server at once\. Trying again …$/],

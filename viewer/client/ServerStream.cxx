@@ -126,7 +126,7 @@ Error ServerStream::NotTrusted(const error_code& error)
       std::string("its certificate is not trusted: ") + X509_verify_cert_error_string(trust) };
   }
   return error.category() == asio::error::get_ssl_category()
-           ? Error{ ErrorCode::InvalidInput, "it does not speak TLS as we do: " + error.message() }
+           ? Error{ ErrorCode::InvalidInput, "the TLS handshake failed: " + error.message() }
            : Error{ ErrorCode::InputOutput, error.message() };
 }
 

@@ -210,8 +210,7 @@ Result<fs::path> UserCacheFolder()
     }
   }
   return Error{ ErrorCode::NotFound,
-    "there is no folder for what is kept: neither XDG_CACHE_HOME nor HOME is set; --cache names "
-    "one" };
+    "there is no cache folder: neither XDG_CACHE_HOME nor HOME is set; use --cache" };
 }
 
 bool IsStore(const fs::path& file)

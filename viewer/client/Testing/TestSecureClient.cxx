@@ -118,7 +118,7 @@ TEST_F(TestSecureClient, WhoDoesNotSpeakTlsIsToldApart)
   this->Start();
   const Error secure = Refusal(this->Url("http://"), "");
   EXPECT_EQ(secure.code, ErrorCode::InputOutput);
-  EXPECT_NE(secure.message.find("; does it speak https?"), std::string::npos) << secure.message;
+  EXPECT_NE(secure.message.find("; does it need https?"), std::string::npos) << secure.message;
 }
 
 TEST_F(TestSecureClient, AFileOfAuthoritiesHasToBeOne)

@@ -20,7 +20,7 @@ const reload = () => ({ label: t("Reload"), act: () => location.reload() });
 
 // What the session says of a part that could not be had, for people who know no parts.
 function partSentence(error, name) {
-  const [, part, why] = error.match(/^((?:tree|boxes|levels|partitions|textures)\/\S+) of \S+ cannot be had: (.*)$/s) ?? [];
+  const [, part, why] = error.match(/^((?:tree|boxes|levels|partitions|textures)\/\S+) of \S+ cannot be loaded: (.*)$/s) ?? [];
   return sentence(part && !isRefusal(why)
     ? t("a part of “{name}” is missing ({part}): {why}", { name, part, why: inPlainWords(why) })
     : inPlainWords(part ? why : error));
@@ -43,7 +43,7 @@ export function findMessage(situation) {
   const again = { label: t("Try now"), act: situation.tryNow };
   const cure = situation.lacksToken ? { label: t("Enter it"), act: situation.askForToken } : again;
   const trying = (text) => `${sentence(text)} ${t("Trying again …")}`;
-  const noList = () => ({ text: trying(t("the list of models cannot be had: {why}", { why: listTrouble })), ...cure });
+  const noList = () => ({ text: trying(t("the list of models cannot be loaded: {why}", { why: listTrouble })), ...cure });
   if (situation.failed?.isPartMissing) {
     return { text: t("The viewer could not be loaded from the server."), stays: true, ...reload() };
   }

@@ -155,6 +155,6 @@ TEST_F(TestKnownTree, LiesAreErrorsThatNameTheBlob)
     add(BlobId::PartitionBoxes(1), this->server.Blob(exact)), "boxes 1: the tree has none there");
   // Boxes of other partitions.
   EXPECT_EQ(add(exact, this->server.Blob(BlobId::PartitionBoxes(255))),
-    "boxes 128: the box of partition 0 is not within what the tree's page tells");
+    "boxes 128: the box of partition 0 is not within the bounds of the tree's page");
   EXPECT_EQ(add(exact, this->server.Blob(exact)), "added");
 }

@@ -221,7 +221,7 @@ export const texts = {
   // what goes wrong
   "the server does not answer": "der Server antwortet nicht",
   "the server cannot be reached": "der Server ist nicht zu erreichen",
-  "the list of models cannot be had: {why}": "die Liste der Modelle ist nicht zu bekommen: {why}",
+  "the list of models cannot be loaded: {why}": "die Liste der Modelle ist nicht zu bekommen: {why}",
   "the connection to the server was lost: {why}": "die Verbindung zum Server ist abgerissen: {why}",
   "{name} cannot be opened: {why}": "{name} lässt sich nicht öffnen: {why}",
   "a part of “{name}” is missing ({part}): {why}": "ein Teil von „{name}“ fehlt ({part}): {why}",
@@ -255,19 +255,19 @@ export const texts = {
 export const sentences = {
   "it was closed": "sie wurde geschlossen",
   "the server does not answer": "der Server antwortet nicht",
-  "it brought nothing for too long": "zu lange kam nichts",
+  "nothing arrived for too long": "zu lange kam nichts",
   "its checksum is wrong": "die Prüfsumme stimmt nicht",
   "the server is stopping": "der Server hält an",
   "there is no model {name}": "es gibt kein Modell {name}",
   "the server has no model '{name}'": "der Server hat kein Modell „{name}“",
-  "the server ended without sending it": "der Server hat es nicht geschickt",
+  "the server stopped before sending it": "der Server hat es nicht geschickt",
   "the model has been replaced on the server; select it again":
     "das Modell wurde auf dem Server ersetzt; wählen Sie es noch einmal",
   "{what} of {name} is damaged on the server": "{what} von {name} ist auf dem Server beschädigt",
   "{name} is damaged on the server": "{name} ist auf dem Server beschädigt",
   "{name} is being replaced: try again": "{name} wird gerade ersetzt",
   "this link to a view is too long": "dieser Link zu einer Ansicht ist zu lang",
-  "this link to a view says nothing that can be understood about its {part}": "dieser Link zu einer Ansicht ist nicht zu verstehen ({part})",
-  "this link names no model": "dieser Link nennt kein Modell",
+  "this link to a view has an invalid {part}": "dieser Link zu einer Ansicht ist nicht zu verstehen ({part})",
+  "this link does not name a model": "dieser Link nennt kein Modell",
   "it is not kept on this device": "es ist auf diesem Gerät nicht gespeichert",
 };

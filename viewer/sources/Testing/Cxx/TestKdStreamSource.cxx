@@ -172,7 +172,7 @@ TEST_F(TestKdStreamSource, WhatIsKeptIsThereWithoutTheServer)
   FilterObserver heard(later);
   later->Update();
   EXPECT_NE(
-    heard.error.find("partitions/4 cannot be had: it was not seen before"), std::string::npos)
+    heard.error.find("partitions/4 cannot be loaded: it was not seen before"), std::string::npos)
     << heard.error;
 }
 
@@ -187,7 +187,7 @@ TEST_F(TestKdStreamSource, ErrorsNameTheServerAndWhatIsWrong)
     EXPECT_NE(heard.error.find("no Url is set"), std::string::npos) << heard.error;
   }
   this->Source->SetModelId("cube");
-  EXPECT_NE(this->Refusal().find("there is no model cube, but sphere"), std::string::npos);
+  EXPECT_NE(this->Refusal().find("there is no model cube; there are sphere"), std::string::npos);
   BuildTo(this->Models / "other.kds", fixtures::Torus(20, 10), 200);
   this->Serve(std::make_unique<StoreCatalog>(
     this->Models.Path, [](const std::filesystem::path&, const std::string&) {}));
@@ -210,7 +210,7 @@ TEST_F(TestKdStreamSource, ADamagedPartitionIsNamed)
   torus->model->damaged = protocol::BlobId::Partition(2);
   this->Serve(std::move(torus));
   const std::string error = this->Refusal();
-  EXPECT_NE(error.find("partitions/2 cannot be had"), std::string::npos) << error;
+  EXPECT_NE(error.find("partitions/2 cannot be loaded"), std::string::npos) << error;
 }
 
 TEST_F(TestKdStreamSource, ATokenSaysWhatMayBeHad)
