@@ -366,8 +366,8 @@ TEST_F(BuildProgram, BadInputIsNamedWithItsPlace)
   for (const char* partitioner : { "kdtree", "octree", "kmeans" })
   {
     this->ExpectError(this->Build({ "wide.ply", "-o", "m.kds", "--partitioner", partitioner }), 1,
-      "kdstream-build: error: wide.ply: the mesh spans more than 2^127 (1.7e38) along y, the most "
-      "that levels can be computed for");
+      "kdstream-build: error: wide.ply: the mesh spans more than 2^127 (1.7e38) along y, the limit "
+      "for computing levels");
     EXPECT_FALSE(std::filesystem::exists(this->Folder / "m.kds")) << partitioner;
   }
   expect("cut.ply", "face 1599");

@@ -136,8 +136,8 @@ TEST_F(TestExport, PlantedLinksAreNotFollowed)
     fs::create_symlink(away, www / planted);
     const Outcome outcome = this->Export({ "ring.kds", "www" });
     EXPECT_EQ(outcome.exitCode, 1) << planted;
-    EXPECT_NE(
-      outcome.err.find("www/" + planted + ": is a link, which is not followed"), std::string::npos)
+    EXPECT_NE(outcome.err.find("www/" + planted + ": is a symbolic link, which is not followed"),
+      std::string::npos)
       << planted << ": " << outcome.err;
     EXPECT_TRUE(fs::is_symlink(www / planted)) << planted;
     EXPECT_TRUE(!fs::is_directory(away) || fs::is_empty(away)) << planted;

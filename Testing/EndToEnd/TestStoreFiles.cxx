@@ -140,10 +140,10 @@ TEST_F(StoreFiles, NamesThatNoServerServesAreRefused)
   {
     const Outcome refused = this->Build({ "-o", "models/" + stem + ".kds" });
     EXPECT_EQ(refused.exitCode, 2) << stem;
-    EXPECT_EQ(refused.err, "kdstream-build: error: models/" + stem +
-                             ".kds: a server cannot serve a store of this name: before .kds it "
-                             "must have 1 to 128 of the "
-                             "characters A-Z a-z 0-9 . _ -, and no dot as the first\n");
+    EXPECT_EQ(refused.err,
+      "kdstream-build: error: models/" + stem +
+        ".kds: a server cannot serve a store of this name: before .kds it "
+        "must have 1 to 128 characters of A-Z a-z 0-9 . _ -, and no dot at the start\n");
     EXPECT_EQ(this->Files(), Names{ "in.ply" });
   }
   for (const std::string& stem : { std::string("A.b-c_9"), std::string(128, 'x') })

@@ -192,6 +192,6 @@ TEST(SpillFile, SaysThatNoFolderCanBeMade)
   const Result<SpillFolder> folder = SpillFolder::Create("/nowhere/at/all");
   ASSERT_FALSE(folder);
   EXPECT_EQ(folder.GetError().message,
-    "no folder for temporary files can be made in it: No such file or directory");
+    "cannot create a folder for temporary files in it: No such file or directory");
   EXPECT_EQ(folder.GetError().file, "/nowhere/at/all");
 }

@@ -157,7 +157,8 @@ TEST_F(Folder, NotesLieBesideTheStoreAndMayChange)
 
   for (const auto& [wrong, what] :
     std::vector<std::pair<std::string, std::string>>{ { "{}", "notes: \"type\" is missing" },
-      { std::string(maximumNotesBytes + 1, ' '), "notes have at most 262144 bytes together" } })
+      { std::string(maximumNotesBytes + 1, ' '),
+        "the notes are too large: at most 262144 bytes together" } })
   {
     this->reports.clear();
     put(wrong);
