@@ -166,7 +166,7 @@ test("many models are searched by title and description", () => {
     assert.ok((await namesShown(visit)).length > 5);
     await search.fill("zzz");
     assert.deepEqual(await namesShown(visit), []);
-    assert.equal(await page.locator("#empty").textContent(), "No model is like this.");
+    assert.equal(await page.locator("#empty").textContent(), "No model matches.");
     await search.fill("");
     assert.equal((await namesShown(visit)).length, 13);
     assert.equal(await page.locator("#empty").isVisible(), false);

@@ -388,7 +388,7 @@ Result<ViewLink> ParseViewLink(std::string_view text)
     if (!TakeEntry(link, key, value))
     {
       return Error{ ErrorCode::InvalidInput,
-        "this link to a view has an invalid " + std::string(key) };
+        "this link to a view has an invalid value for " + std::string(key) };
     }
   }
   if (link.model.empty())

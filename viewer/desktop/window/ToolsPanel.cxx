@@ -97,7 +97,7 @@ std::string DescribeMeasurement(
   const bool waits = measurement.from.waits || measurement.to->waits;
   return LengthText(measurement.Distance(), error) +
          (error > 0 ? " ± " + LengthText(error, error / 2) : "") + WithUnit("", unit) +
-         (waits                    ? " (the original is coming)"
+         (waits                    ? " (the original is loading)"
            : measurement.IsExact() ? ""
                                    : " (of a coarser level)") +
          ", height " + length(measurement.Height(up)) + ", across " +
