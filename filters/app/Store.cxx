@@ -140,7 +140,7 @@ public:
         }
         if (damage.empty())
         {
-          std::cout << this->Line.store << ": whole, digest " << store.Info().digest << "\n";
+          std::cout << this->Line.store << ": intact, digest " << store.Info().digest << "\n";
         }
         return damage.empty() ? exitDone : exitFailed;
       });
@@ -585,9 +585,9 @@ try
   CLI::App* distance = app.add_subcommand("distance",
     "measures the distance between a level and a mesh, with 100,000 samples in each direction");
   AddDistance(*distance, line);
-  CLI::App* edit = app.add_subcommand(
-    "edit", "changes the title and other texts that viewers show, but not the content and its "
-            "digest. A running server shows the new texts after about 2 seconds");
+  CLI::App* edit = app.add_subcommand("edit",
+    "changes the title and other texts that viewers show, but not the content and its "
+    "digest. A running server shows the new texts after about 2 seconds");
   AddEdit(*edit, line);
   CLI::App* exported =
     app.add_subcommand("export", "writes the files that a plain web server (nginx, Apache, object "

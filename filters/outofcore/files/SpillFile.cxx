@@ -53,7 +53,7 @@ Error FullDisk(const detail::SpillLedger& ledger, std::string_view purpose, std:
   return { ErrorCode::DiskFull,
     "the temporary folder is too small: " + InAll(ledger.expected) + std::string(purpose) +
       " need " + std::to_string(needed) + " bytes, of which " + std::to_string(present) +
-      " are there; " + std::to_string(FreeBytes(ledger.folder)) +
+      " are written; " + std::to_string(FreeBytes(ledger.folder)) +
       " bytes are free on its disk, and other temporary files take " +
       std::to_string(ledger.onDisk.load() - std::min(ledger.onDisk.load(), present)) + " (" +
       SystemReason(reason) + ")",
