@@ -55,7 +55,7 @@ Status CheckUpload(const DrawnSurface& surface)
                            std::to_string(surface.TriangleCount()) + " triangles";
   return code == GL_OUT_OF_MEMORY
            ? Error{ ErrorCode::LimitExceeded,
-               "the graphics memory does not hold a surface of " + size }
+               "the graphics memory is too small for a surface of " + size }
            : Error{ ErrorCode::Unsupported,
                "OpenGL ES refuses a surface of " + size + ": error " + std::to_string(code) };
 }

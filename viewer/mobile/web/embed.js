@@ -147,7 +147,7 @@
         this.#frame.remove();
         this.#frame = null;
         this.#ready = false;
-        this.#waiting.forEach(({ reject }) => reject(new Error("The viewer sleeps.")));
+        this.#waiting.forEach(({ reject }) => reject(new Error("The viewer is unloaded.")));
         this.#waiting.clear();
         this.#tell("sleep");
       }
