@@ -118,7 +118,7 @@ void PutDescription(JsonWriter& json, const ModelDescription& model)
   PutResolution(json, model.original);
   json.EndObject();
   PutTexts(json, model);
-  PutPose(json, model);
+  PutHomeView(json, model);
   PutTextures(json, model);
   json.Key("attributes");
   PutAttributes(json, model.attributes);

@@ -34,7 +34,7 @@ struct ViewSettings
   SceneSettings scene;
   unsigned rings = 1;
   std::uint64_t triangles = 0, memory = 0; // budgets
-  bool fetchAhead = true;
+  bool prefetch = true;
   PreviewPlace previews = PreviewPlace::Strip;
   bool operator==(const ViewSettings&) const = default;
 };

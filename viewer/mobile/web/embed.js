@@ -16,7 +16,7 @@
     #frame = null;
     #link = ""; // of what was seen last
     #waiting = new Map(); // deeds that have no answer yet
-    #deeds = 0;
+    #commands = 0;
     #ready = false;
     #isSeen = false;
     #watch = new IntersectionObserver(([{ isIntersecting }]) => this.#see(isIntersecting), { rootMargin: "200px" });
@@ -159,7 +159,7 @@
           reject(new Error("The viewer is not ready."));
           return;
         }
-        const id = ++this.#deeds;
+        const id = ++this.#commands;
         this.#waiting.set(id, { resolve, reject });
         this.#frame.contentWindow.postMessage({ kdstream: 1, id, deed, value }, this.#address().origin);
       });
