@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Predicts where a piece's vertices are, one after the other in the order of the walk: where
 // parallelograms of earlier vertices put them. What is coded is the difference to that
-// (PositionReader.h, PositionWriter.h). Layout: doc/formats.md, "Positions".
+// (PositionReader.h, PositionWriter.cxx). Layout: doc/formats.md, "Positions".
 //
 // Along a surface a vertex may lie anywhere, across it hardly: a smooth surface goes on as the
 // triangles before it (SurfacePlane). So two coordinates may be told first, and the third from

@@ -121,4 +121,8 @@ Status CheckAttributes(
 // without control characters, since metadata and messages are texts.
 bool IsAttributeName(std::string_view name);
 
+// Whether the values are ids, as VTK's attributes GlobalIds and PedigreeIds: named so, integers of
+// one component. Levels have none: what they tell apart is one there. No scalars (IsScalar).
+bool HoldsIds(const AttributeInfo& attribute);
+
 }

@@ -8,9 +8,9 @@
 #pragma once
 
 #include "filters/core/Types.h"
+#include "filters/core/collapse/ColorQuadric.h"
 #include "filters/core/collapse/EdgeCandidates.h"
 #include "filters/core/collapse/MergedStar.h"
-#include "filters/core/collapse/PaintQuadric.h"
 #include "filters/core/collapse/Quadric.h"
 #include "filters/core/collapse/VertexStars.h"
 
@@ -44,7 +44,7 @@ struct CollapsePart
   std::size_t components = 0;
   std::vector<float> attributes;
   // Of each vertex the sum of its triangles'; empty = not painted. Of fixed ones anything will do.
-  std::vector<PaintQuadric> paint;
+  std::vector<ColorQuadric> colorQuadrics;
   Box bounds; // no vertex is moved out of it
   // An edge also costs at least so much × the squared distance by which the surface goes back
   // there.
@@ -141,7 +141,7 @@ private:
   void PushAt(const Edge& edge, double cost);
   bool IsCurrent(const EdgeCandidate& edge) const;
   bool IsHopeless() const;
-  bool IsFolded(VertexId u, VertexId v) const;
+  bool IsFoldedOver(VertexId u, VertexId v) const;
   bool KeepsFacing(VertexId u, VertexId v, const Vec3& position);
   bool TurnsAny(VertexId u, VertexId v, const Vec3& position);
   bool KeepsTopology(VertexId u, VertexId v);
@@ -152,16 +152,16 @@ private:
   void MergeAttributes(VertexId u, VertexId v);
   void PushAround(VertexId u);
 
-  std::vector<Vec3> Facing;         // of each vertex, of Normals: FacingOf; empty if they are
-  std::vector<std::uint8_t> Folded; // whether a triangle around the vertex faced the wrong way
+  std::vector<Vec3> Facing;             // of each vertex, of Normals: FacingOf; empty if they are
+  std::vector<std::uint8_t> FoldedOver; // whether a triangle around the vertex faced the wrong way
   std::vector<Vec3> Positions;
   std::vector<Quadric> Quadrics;
   std::vector<Vec3> Normals;
-  bool FoldsAfter = false; // whether one would around the merged vertex
+  bool FoldsOverAfter = false; // whether one would around the merged vertex
   std::vector<std::uint8_t> Fixed;
   std::size_t Components;
   std::vector<float> Attributes;
-  std::vector<PaintQuadric> Paint;
+  std::vector<ColorQuadric> ColorQuadrics;
   Box Bounds;
   bool KeepTopology;
   double AreaPerVertex;

@@ -36,13 +36,13 @@ using PartVisit = std::function<Status(
 // - the ancestors of ghosts, or of the clusters of a level from R to S: about 8 bytes for each and
 //   a level, less where they are near each other.
 //
-// team: each process gets the parts of its own blocks, the first process those of the levels up to
+// group: each process gets the parts of its own blocks, the first process those of the levels up to
 // S. finished: called after the last part of each resolution, in every process. Errors:
 // InputOutput; Damaged (NumberExternally); those of `visit`, which end it. REQUIRES: numbers of
 // these levels; blocks of a level finer than S are at most as deep as its pieces (PieceDepth).
 Status ForEachPart(const MeshBlocks& mesh, const ExternalLevels& levels,
   const ExternalNumbers& numbers, const PartVisit& visit, const Execution& execution = {},
-  BlockTeam* team = nullptr, const std::function<Status(Resolution)>& finished = {});
+  BlockGroup* group = nullptr, const std::function<Status(Resolution)>& finished = {});
 
 // The same for partitions of any size without levels (OctreePartitions.h): the parts of the
 // original alone, a block of the mesh each. The vertices are numbered as they are ranked.

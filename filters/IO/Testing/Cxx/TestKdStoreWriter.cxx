@@ -82,7 +82,7 @@ TEST_F(TestKdStoreWriter, AStoreHoldsTheMeshWithItsArrays)
   EXPECT_TRUE(store->Verify().empty());
   EXPECT_EQ(store->Info().title, "A sphere");
   EXPECT_EQ(store->Info().unit, "mm");
-  EXPECT_EQ(store->Info().pose->up, (Vec3{ 0, 0, 1 }));
+  EXPECT_EQ(store->Info().homeView->up, (Vec3{ 0, 0, 1 }));
   EXPECT_EQ(store->Info().triangles, static_cast<std::uint64_t>(sphere->GetNumberOfPolys()));
   EXPECT_TRUE(store->Info().HasLevels());
   ASSERT_EQ(store->Info().attributes.size(), 2u);
@@ -210,7 +210,8 @@ TEST_F(TestKdStoreWriter, AFullDiskIsToldByItsCode)
   std::signal(SIGXFSZ, oldHandler);
   EXPECT_EQ(
     this->Writer->GetErrorCode(), static_cast<unsigned long>(vtkErrorCode::OutOfDiskSpaceError));
-  EXPECT_NE(heard.error.find("files may not grow so large here"), std::string::npos) << heard.error;
+  EXPECT_NE(heard.error.find("files cannot grow this large here"), std::string::npos)
+    << heard.error;
   EXPECT_TRUE(std::filesystem::is_empty(this->Folder.Path));
 }
 
