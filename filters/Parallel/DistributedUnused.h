@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Vertices that no triangle uses, of a parallel build: behind step "weld" they are set aside, and
+// Vertices that no triangle uses, of a parallel build: after step "weld" they are set aside, and
 // rank 0, which writes the store, gets them. For DistributedBuilder.
 #pragma once
 

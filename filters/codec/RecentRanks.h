@@ -20,7 +20,7 @@ class RecentRanks
 public:
   // Symbols below stand for the ranks told last, each once: 0 for the very last one.
   static constexpr unsigned recent = 8;
-  static constexpr unsigned next = 8;  // the rank behind the largest that was told, at first 0
+  static constexpr unsigned next = 8;  // the rank after the largest that was told, at first 0
   static constexpr unsigned other = 9; // a difference to Newest follows
 
   // The symbol that tells a rank.

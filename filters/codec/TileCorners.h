@@ -205,7 +205,7 @@ private:
     const auto number = [](std::int64_t bits)
     { return double(FloatOfOrderedBits(static_cast<std::uint32_t>(bits))); };
     const double closed = number(a) + number(b) - number(c);
-    // What is no number differs between machines; neither does a number that is none help.
+    // What is not a number differs between machines; neither does a number that is none help.
     return std::abs(closed) < 1e30 ? std::int64_t{ OrderedBits(static_cast<float>(closed)) } : a;
   }
 

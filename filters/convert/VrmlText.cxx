@@ -66,7 +66,7 @@ bool IsNotFiniteWord(std::string_view word)
          small == "inf" || small == "infinity";
 }
 
-// Whether "-1." goes on behind it as "#IND" does, which is no comment.
+// Whether "-1." goes on after it as "#IND" does, which is not a comment.
 bool GoesOnAsNotFinite(std::string_view word, std::string_view behind)
 {
   constexpr std::string_view kinds[] = { "#IND", "#QNAN", "#SNAN", "#INF" };
@@ -459,7 +459,7 @@ private:
     }
   }
 
-  // The next word, or bracket; behind blanks and comments.
+  // The next word, or bracket; after blanks and comments.
   std::string_view NextWord(std::size_t at) const
   {
     while (at < this->File.size() && (IsVrmlBlank(this->File[at]) || this->File[at] == '#'))
@@ -610,7 +610,7 @@ private:
     }
   }
 
-  // Of a field of the node that is open, before its list or behind; 0 if it is not there.
+  // Of a field of the node that is open, before its list or after; 0 if it is not there.
   std::size_t WholeNumberOf(std::string_view field) const
   {
     std::size_t begin = this->File.rfind('{', this->At);
@@ -673,7 +673,7 @@ private:
     this->Out.text += "children [ ";
   }
 
-  // A string, or what is in brackets: the value of a field, behind which the next is named.
+  // A string, or what is in brackets: the value of a field, after which the next is named.
   void EndValue()
   {
     if (!this->Open.empty())

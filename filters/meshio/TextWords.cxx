@@ -7,7 +7,7 @@
 namespace kdstream
 {
 
-// Keeps what is ahead and reads on behind it. Nothing is added at the end of the file.
+// Keeps what is ahead and reads on after it. Nothing is added at the end of the file.
 Status TextWords::Refill(std::size_t more)
 {
   this->Source.Consume(static_cast<std::size_t>(this->Cursor - this->Begin));

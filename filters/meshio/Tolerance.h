@@ -27,8 +27,8 @@ enum class Lapse : std::uint8_t
                       // is read without it
 
   // Read:
-  BytesBehindEnd, // bytes behind the end of what the file says it holds
-  PaddedEnd,      // zeros behind it, which fill up a block
+  BytesBehindEnd, // bytes after the end of what the file says it holds
+  PaddedEnd,      // zeros after it, which fill up a block
   NotCounted,     // points or faces that the file holds and its header does not count
   ValuesNotNamed, // a line of a text with more values than its header names, which are not read
   ColumnsGuessed, // the first column of points as text may be a coordinate, a number or a time

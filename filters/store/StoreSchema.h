@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// The layout of a store inside SQLite, for the reader and the writer alone. Described in
+// The layout of a store inside SQLite, only for the reader and the writer. Described in
 // doc/formats.md.
 #pragma once
 

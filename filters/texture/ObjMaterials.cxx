@@ -136,7 +136,7 @@ std::optional<double> LargestNumber(std::string_view text)
   return largest;
 }
 
-// Of values that are not carried; what is no number counts as not told.
+// Of values that are not carried; what is not a number counts as not told.
 void ReadLostLook(std::string_view name, std::string_view text, ObjMaterial& material)
 {
   const std::optional<double> value = LargestNumber(text);

@@ -59,7 +59,7 @@ public:
   // at once.
   static constexpr std::chrono::milliseconds pauseOfLocked{ 100 };
 
-  // Opens the file, or makes it, for this user alone. Without a clock, the system's. Errors:
+  // Opens the file, or makes it, only for this user. Without a clock, the system's. Errors:
   // InputOutput.
   static Result<std::unique_ptr<QuotaBook>> Open(
     const std::filesystem::path& file, QuotaLimits limits, Clock clock = {});

@@ -43,7 +43,7 @@ CLI::Validator Must(const std::string& be, const Holds& holds)
     "" };
 }
 
-// CLI::Range takes what is no number at all ("nan") for one within any range.
+// CLI::Range takes what is not a number at all ("nan") for one within any range.
 CLI::Validator NumberFrom(double least, double most)
 {
   char words[80], range[80];

@@ -102,7 +102,7 @@ public:
   Metrics Counters;
   const Routes Answers;
   TlsCertificate Certificate;
-  // Whether they listen for this machine alone; set before anybody connects.
+  // Whether they listen only for this machine; set before anybody connects.
   bool isLocal = false, isAdminLocal = false;
   WorkerPool Readers{ [this](WorkerPool::Clock::duration waited)
     { this->Counters.CountWait(waited); } };

@@ -74,7 +74,7 @@ bool MayPass(const Error& error)
   return error.code == ErrorCode::InputOutput || error.code == ErrorCode::LimitExceeded;
 }
 
-// It may be half of a copy that is under way. A file that was a store before is waited for less:
+// It may be half of a copy that is in progress. A file that was a store before is waited for less:
 // meanwhile clients ask again and again.
 constexpr std::chrono::seconds patienceWithNew{ 10 }, patienceWithChanged{ 3 };
 

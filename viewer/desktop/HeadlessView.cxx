@@ -239,7 +239,7 @@ Result<int> ViewHeadless(const std::string& program, const ViewOptions& line,
     const bool picture = step.kind == SessionStep::Kind::Screenshot;
     if (&step == &steps.back() && !line.screenshot.empty())
     {
-      SceneSettings last = (*window)->Settings(); // pictures of a session file show the model alone
+      SceneSettings last = (*window)->Settings(); // pictures of a session file show only the model
       last.legend = line.legend;
       last.distances = true;
       (*window)->SetSettings(last);

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Quadric-error edge collapse of one part of a mesh, recorded merge by merge: part of step "levels"
-// of the pipeline picture. For the makers of levels alone.
+// of the pipeline picture. Only for the makers of levels.
 //
 // Source: Garland and Heckbert, "Surface simplification using quadric error metrics", 1997; the
 // link condition: Dey et al., "Topology preserving edge contraction", 1999. Ours: parts whose

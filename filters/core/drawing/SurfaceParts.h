@@ -33,7 +33,7 @@ struct SurfacePart
 
   PieceId piece;
   // The own points, in the order of the piece's vertices, then the borrowed ones, ascending.
-  // Triangles are sorted and their lowest index comes first. A surface that can be drawn alone.
+  // Triangles are sorted and their lowest index comes first. A surface that can be drawn by itself.
   Surface surface;
   std::vector<std::uint32_t> own; // of each own point, the vertex of the piece
   std::vector<Borrowed> borrowed;

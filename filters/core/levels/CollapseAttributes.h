@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// What paint and normals cost when clusters merge. For the makers of levels alone.
+// What paint and normals cost when clusters merge. Only for the makers of levels.
 //
 // A level is painted with the mesh's first array of colours (RoleOf), red, green and blue, as the
 // viewers draw it. The finest level has the means of its clusters, which part along the paint's

@@ -19,8 +19,7 @@ struct FinestInput
 {
   std::span<const Vec3> points; // those of a partition ascending by id
   std::span<const Triangle> triangles;
-  const KdTree&
-    tree; // of the cell: over its own vertices alone, depths from there; no boxes needed
+  const KdTree& tree; // of the cell: over only its own vertices, depths from there; no boxes needed
   const TriangleBuckets&
     partitionTriangles;            // for each of the cell's partitions those that touch it
   Vec3 origin;                     // of the sums: the centre of the model's box

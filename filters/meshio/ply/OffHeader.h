@@ -17,7 +17,7 @@ namespace kdstream
 // the same line too, edges alone on the next, without edges too), a line a vertex, a line a face; #
 // begins a comment. Behind x y z vertices have normals, colours, texture coordinates as the first
 // word says, or colours before the normals, as MeshLab writes them, where only so most normals are
-// of length one; faces have colours behind their corners. They become the arrays that a PLY would
+// of length one; faces have colours after their corners. They become the arrays that a PLY would
 // have of nx ny nz, red green blue alpha and s t. Colours are bytes if all are whole numbers up to
 // 255, one above 1; else floats, which are shown as those of a PLY are. What not all lines have is
 // not read, and counted (Lapse::ValuesNotNamed). A first word in small letters means the same: n

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // What makers of levels need of a level in files beside the level itself, until the next coarser
-// one is made. For the levels out of core alone.
+// one is made. Only for the levels out of core.
 #pragma once
 
 #include "filters/core/levels/CollapseState.h"

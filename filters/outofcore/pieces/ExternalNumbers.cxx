@@ -252,7 +252,7 @@ private:
   }
 
   // The lowest numbered vertices of the finest clusters of a block, from cluster `begin` on; and
-  // that each has room for its vertices behind its lowest. clusterOf: of each vertex of the block.
+  // that each has room for its vertices after its lowest. clusterOf: of each vertex of the block.
   Result<std::vector<VertexId>> FirstOfFinest(
     const CellRange& range, VertexId begin, std::span<const VertexId> clusterOf) const
   {
