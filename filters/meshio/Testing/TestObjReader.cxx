@@ -450,9 +450,10 @@ TEST(ObjReader, TablesNeedAFolder)
   const auto reader = MeshReader::Open(file, {}, folder.File("missing"));
   ASSERT_FALSE(reader);
   EXPECT_EQ(reader.GetError().code, ErrorCode::InputOutput);
-  EXPECT_EQ(reader.GetError().message, "a temporary file in " + folder.File("missing").string() +
-                                         " cannot be made: No such file or directory (0 bytes are "
-                                         "in it)");
+  EXPECT_EQ(
+    reader.GetError().message, "a temporary file in " + folder.File("missing").string() +
+                                 " cannot be created: No such file or directory (0 bytes are "
+                                 "in it)");
   EXPECT_TRUE(MeshReader::Open(file, {}, folder.File("")));
 }
 
