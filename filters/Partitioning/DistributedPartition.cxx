@@ -12,7 +12,7 @@
 #include "filters/core/Weld.h"
 #include "filters/core/tree/PointRecord.h"
 #include "filters/core/tree/RadixMedians.h"
-#include "filters/ranks/RankTeam.h"
+#include "filters/ranks/RankGroup.h"
 
 #include <vtkBitArray.h>
 #include <vtkCellArray.h>
@@ -299,7 +299,7 @@ private:
 class Distribution
 {
 public:
-  Distribution(RankTeam& ranks, vtkPolyData& input, const DistributedOptions& options,
+  Distribution(RankGroup& ranks, vtkPolyData& input, const DistributedOptions& options,
     const Execution& execution)
     : Ranks(ranks)
     , Input(input)
@@ -451,7 +451,7 @@ private:
     std::vector<std::vector<PointClaim>> claims(this->Ranks.Count());
     for (const auto& [id, point] : sorted)
     {
-      claims[RankTeam::ShareOf(id, *ends)].push_back({ this->Points[point], id });
+      claims[RankGroup::ShareOf(id, *ends)].push_back({ this->Points[point], id });
     }
     const auto asked = this->Ranks.Exchange(std::move(claims));
     KDSTREAM_TRY(asked);
@@ -476,7 +476,7 @@ private:
     std::vector<std::size_t> next(this->Ranks.Count(), 0);
     for (const auto& [id, point] : sorted)
     {
-      const std::size_t home = RankTeam::ShareOf(id, *ends);
+      const std::size_t home = RankGroup::ShareOf(id, *ends);
       const PointGrant& grant = (*granted)[home][next[home]++];
       this->Number[point] = grant.number;
       this->IsOwn[point] = grant.isOwn;
@@ -990,7 +990,7 @@ private:
       result.made);
   }
 
-  RankTeam& Ranks;
+  RankGroup& Ranks;
   vtkPolyData& Input;
   DistributedOptions Options;
   const Execution& Runs;
@@ -1010,7 +1010,7 @@ private:
 
 }
 
-Result<DistributedPartitions> PartitionTogether(RankTeam& ranks, vtkPolyData& input,
+Result<DistributedPartitions> PartitionCollectively(RankGroup& ranks, vtkPolyData& input,
   const DistributedOptions& options, const Execution& execution)
 {
   return Distribution(ranks, input, options, execution).Make();

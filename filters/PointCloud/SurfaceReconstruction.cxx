@@ -4,7 +4,6 @@
 // points that came in.
 #include "filters/PointCloud/SurfaceReconstruction.h"
 
-#include "filters/PointCloud/NormalOrientation.h"
 #include "filters/core/UnitVector.h"
 #include "filters/core/Weld.h"
 

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "filters/adapter/PolyDataAttributes.h"
 
-#include "filters/core/Ids.h"
+#include "filters/core/Attribute.h"
 
 #include <vtkCellData.h>
 #include <vtkDataArray.h>

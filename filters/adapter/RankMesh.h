@@ -5,7 +5,7 @@
 #include "filters/core/Execution.h"
 #include "filters/core/Result.h"
 #include "filters/core/Types.h"
-#include "filters/ranks/RankTeam.h"
+#include "filters/ranks/RankGroup.h"
 
 #include <vtkDataObject.h>
 
@@ -28,13 +28,13 @@ struct MeshShare
 // merged by global ids, as copies or by place; the same order, the same arrays. All shares have the
 // same arrays and the same scalar type. Without ids a share is what the rank has of it; with them,
 // an interval of ids, at most 5 / 4 of the average, whatever the ids. ready: what is wrong with
-// this rank otherwise. An exception leaves by itself: it is for RankTeam::Run to tell.
+// this rank otherwise. An exception leaves by itself: it is for RankGroup::Run to tell.
 //
 // O(n log n) for the n points and corners of a rank; each point goes to another rank once (56
 // bytes), and once more where there are ids. Memory: 250 bytes a point of the rank's and of what
 // comes to it, and its arrays twice. Errors, of all ranks: that of a rank that is not ready; those
 // of JoinPolyData, ReadElements; InputOutput.
-Result<MeshShare> ShareMesh(RankTeam& ranks, const Status& ready, vtkDataObject& input,
+Result<MeshShare> ShareMesh(RankGroup& ranks, const Status& ready, vtkDataObject& input,
   bool weldByPlace, const Execution& execution);
 
 }

@@ -179,8 +179,8 @@ Status RankPipeline::CheckInput()
 // told one.
 vtkTypeBool RankPipeline::AgreeOn(const Status& own)
 {
-  RankTeam team(**this->Controller);
-  const Status all = RunTogether(team, [&] { return own; });
+  RankGroup group(**this->Controller);
+  const Status all = RunCollectively(group, [&] { return own; });
   if (all)
   {
     return 1;
@@ -205,9 +205,9 @@ bool AreSeveral(vtkMultiProcessController* controller)
   return controller && controller->GetNumberOfProcesses() > 1;
 }
 
-void EndProcess(const RankTeam& team, const Error& error)
+void EndProcess(const RankGroup& group, const Error& error)
 {
-  std::cerr << "kdstream: error: " << team.NameRank(error).message
+  std::cerr << "kdstream: error: " << group.NameRank(error).message
             << ": the other ranks cannot be notified, so this process ends" << std::endl;
   std::abort();
 }

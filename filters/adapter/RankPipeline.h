@@ -6,7 +6,7 @@
 #pragma once
 
 #include "filters/core/Result.h"
-#include "filters/ranks/RankTeam.h"
+#include "filters/ranks/RankGroup.h"
 
 #include <vtkCompositeDataPipeline.h>
 
@@ -62,19 +62,19 @@ bool AreSeveral(vtkMultiProcessController* controller);
 
 // Where the others cannot be told any more and would wait for ever: the end of this process is that
 // of the job.
-[[noreturn]] void EndProcess(const RankTeam& team, const Error& error);
+[[noreturn]] void EndProcess(const RankGroup& group, const Error& error);
 
-// RankTeam::Run, for RequestData: nothing is thrown.
+// RankGroup::Run, for RequestData: nothing is thrown.
 template <class Work>
-auto RunTogether(RankTeam& team, const Work& work) -> decltype(work())
+auto RunCollectively(RankGroup& group, const Work& work) -> decltype(work())
 {
   try
   {
-    return team.Run(work);
+    return group.Run(work);
   }
-  catch (const BrokenTeam& broken)
+  catch (const BrokenGroup& broken)
   {
-    EndProcess(team, broken.error);
+    EndProcess(group, broken.error);
   }
 }
 

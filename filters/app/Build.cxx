@@ -103,11 +103,11 @@ Result<BuildReport> BuildFrom(BuildCommand& line, const std::filesystem::path& s
     line.build.convertedBy += argument + " ";
   }
   std::shared_ptr<const TiledTextures> textures;
-  if (std::error_code none; std::filesystem::exists(converted->Paint() / "paint", none))
+  if (std::error_code none; std::filesystem::exists(converted->TextureFolderPath() / "paint", none))
   {
-    const auto paint = PaintFolder::Open(converted->Paint());
-    KDSTREAM_TRY(paint);
-    textures = std::make_shared<TiledTextures>(*paint, line.tiles);
+    const auto textureSet = TextureFolder::Open(converted->TextureFolderPath());
+    KDSTREAM_TRY(textureSet);
+    textures = std::make_shared<TiledTextures>(*textureSet, line.tiles);
     line.build.textures = textures;
     line.build.convertedBy += "--texture-quality=" + line.textureQuality;
   }

@@ -150,7 +150,7 @@ void AddTextOptions(CLI::App& app, BuildCommand& line)
     ->group(group);
 }
 
-void AddPoseOptions(CLI::App& app, BuildCommand& line)
+void AddHomeViewOptions(CLI::App& app, BuildCommand& line)
 {
   const char* const group = "Initial view";
   AddDirectionOption(app, "--up", line.build.up, "upward direction")
@@ -210,7 +210,7 @@ void AddBuildOptions(CLI::App& app, BuildCommand& line)
   AddLevelOptions(app, line);
   AddMemoryOptions(app, line);
   AddTextOptions(app, line);
-  AddPoseOptions(app, line);
+  AddHomeViewOptions(app, line);
 }
 
 namespace
@@ -623,12 +623,12 @@ void PrintWarnings(std::string_view program, const BuildCommand& line, const Bui
 
 std::string LastWords(const BuildReport& report)
 {
-  const std::optional<ModelPose>& pose = report.info.pose;
+  const std::optional<HomeView>& homeView = report.info.homeView;
   std::string words = report.tolerance.Summary();
-  if (pose && pose->guessed)
+  if (homeView && homeView->guessed)
   {
-    words += (words.empty() ? "" : ", ") + ("guessed that up is " + DirectionText(pose->up)) +
-             " and front is " + DirectionText(pose->view) + " (--up and --view change it)";
+    words += (words.empty() ? "" : ", ") + ("guessed that up is " + DirectionText(homeView->up)) +
+             " and front is " + DirectionText(homeView->view) + " (--up and --view change it)";
   }
   return words;
 }

@@ -195,7 +195,7 @@ bool NeedsConversion(const std::filesystem::path& input)
 }
 
 Result<ConvertedInput> ConvertedInput::Make(const std::string& input,
-  const std::filesystem::path& folder, const std::vector<std::string>& arguments, bool keepPaint,
+  const std::filesystem::path& folder, const std::vector<std::string>& arguments, bool keepTextures,
   const Execution& execution)
 {
   const Result<std::filesystem::path> program = FindProgram(input);
@@ -205,9 +205,9 @@ Result<ConvertedInput> ConvertedInput::Make(const std::string& input,
   KDSTREAM_TRY(made);
   ConvertedInput converted{ std::move(*made), input };
   std::vector<std::string> all = arguments;
-  if (keepPaint)
+  if (keepTextures)
   {
-    all.push_back("--paint=" + converted.Paint().string());
+    all.push_back("--paint=" + converted.TextureFolderPath().string());
   }
   // In one word: a folder may begin with a hyphen.
   all.insert(

@@ -61,11 +61,11 @@ void PrintStoreInfo(const ModelDescription& info, std::uintmax_t bytes)
       line(name, value);
     }
   }
-  if (info.pose)
+  if (info.homeView)
   {
-    const char* const guessed = info.pose->guessed ? " (guessed)" : "";
-    line("up                   ", DirectionText(info.pose->up) + guessed);
-    line("first view from      ", DirectionText(info.pose->view) + guessed);
+    const char* const guessed = info.homeView->guessed ? " (guessed)" : "";
+    line("up                   ", DirectionText(info.homeView->up) + guessed);
+    line("first view from      ", DirectionText(info.homeView->view) + guessed);
   }
   line("vertices             ", info.vertices);
   line("triangles            ", info.triangles);

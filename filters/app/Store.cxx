@@ -299,7 +299,7 @@ private:
     {
       return PrintError(this->Program, this->Line.store, mesh ? added.GetError() : mesh.GetError());
     }
-    const Vec3 up = store.Info().pose.value_or(ModelPose{}).up;
+    const Vec3 up = store.Info().homeView.value_or(HomeView{}).up;
     const Status written =
       FileEnding(output) == ".glb" ? WriteGlb(output, *mesh, up) : WriteTexturedObj(output, *mesh);
     if (!written)

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "filters/app/TiledTextures.h"
 
-#include "filters/texture/PaintArrays.h"
+#include "filters/texture/TextureArrays.h"
 
 namespace kdstream
 {
@@ -13,15 +13,15 @@ TextureDescription TiledTextures::Describe() const
 
 Result<EncodedTexture> TiledTextures::Make(Piece& piece) const
 {
-  const Paint& paint = this->Folder->Content();
-  const auto painted = TakePaintArrays(piece, paint.materials.size());
-  if (!painted)
+  const TextureSet& textures = this->Folder->Content();
+  const auto textured = TakeTextureArrays(piece, textures.materials.size());
+  if (!textured)
   {
     return Error{ ErrorCode::InvalidInput, "the mesh has lost its textures" };
   }
   TileOptions options = this->Options;
   options.oneLarge = &this->LargeTile;
-  const Result<MadeTile> made = MakeTile(*painted, paint, *this->Folder, options);
+  const Result<MadeTile> made = MakeTile(*textured, textures, *this->Folder, options);
   KDSTREAM_TRY(made);
   {
     const std::lock_guard lock(this->Mutex);

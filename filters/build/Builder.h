@@ -49,7 +49,7 @@ struct BuildOptions
   bool strict = false; // refuse input of which something was dropped or forgiven (Tolerance.h)
   std::string title, credit, license, unit, description;
   // What is up, and from where the model is looked at first: towards the eye. Guessed where they
-  // are not given (GuessPose.h). REQUIRES: directions (DirectionOf).
+  // are not given (GuessHomeView.h). REQUIRES: directions (DirectionOf).
   std::optional<Vec3> up, view;
   // Makes textures of partitions, by arrays of paint that the input has; null: there are none.
   std::shared_ptr<const PieceTextures> textures;

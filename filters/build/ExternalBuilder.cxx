@@ -14,7 +14,7 @@
 #include "filters/build/BuildMemory.h"
 #include "filters/build/ExternalBuildState.h"
 #include "filters/build/FacesPhase.h"
-#include "filters/build/GuessPose.h"
+#include "filters/build/GuessHomeView.h"
 #include "filters/build/InputDigest.h"
 #include "filters/build/MeshPhase.h"
 #include "filters/build/ModelFacts.h"
@@ -26,7 +26,7 @@
 #include "filters/core/TakeResult.h"
 #include "filters/outofcore/files/ReturnFreeMemory.h"
 #include "filters/outofcore/journal/BuildFingerprint.h"
-#include "filters/outofcore/levels/LevelDeviations.h"
+#include "filters/outofcore/levels/LevelGeometricErrors.h"
 #include "filters/outofcore/pieces/ExternalPieces.h"
 #include "kdstream/Version.h"
 
@@ -261,7 +261,7 @@ private:
     std::vector<double> deviations; // of the levels
     if (!this->ByOctree())
     {
-      KDSTREAM_TRY(Take(DeviationsOfLevels(levels, mesh.depths), deviations));
+      KDSTREAM_TRY(Take(GeometricErrorsOfLevels(levels, mesh.depths), deviations));
     }
     ModelDescription description = this->Describe(facts, mesh, inconsistent, std::move(deviations));
     KDSTREAM_TRY(kdstream::Take(this->Digest.Take(), description.inputDigest));
@@ -271,7 +271,7 @@ private:
     KDSTREAM_TRY(WriteTreePages(this->Boxes, mesh.depths, **writer));
     KDSTREAM_TRY(this->WriteUnusedList(facts, **writer));
     KDSTREAM_TRY(this->Exec.Report("write", 0));
-    KDSTREAM_TRY(TellPose(this->Options, description, **writer));
+    KDSTREAM_TRY(TellHomeView(this->Options, description, **writer));
     KDSTREAM_TRY(Take((*writer)->Finish(), this->Report.info));
     this->Clock.Finish("write");
     return {};

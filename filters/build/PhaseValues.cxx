@@ -84,7 +84,7 @@ std::vector<std::pair<std::string, SpillFile*>> FilesOf(ExternalNumbers& numbers
   {
     files.emplace_back("ranks" + std::to_string(d), &numbers.ranks[d]);
     files.emplace_back("ranked" + std::to_string(d), &numbers.ranked[d]);
-    files.emplace_back("reach" + std::to_string(d), &numbers.reach[d].nodes);
+    files.emplace_back("reach" + std::to_string(d), &numbers.childNodes[d].nodes);
   }
   return files;
 }
@@ -216,9 +216,9 @@ void Save(BlobWriter& blob, std::vector<PhaseFile>& files, ExternalNumbers&& num
 {
   blob.Add(numbers.first.size());
   blob.Add(numbers.ranks.size());
-  for (const ReachFile& reach : numbers.reach)
+  for (const ChildNodeFile& childNodes : numbers.childNodes)
   {
-    blob.AddList(reach.begin);
+    blob.AddList(childNodes.begin);
   }
   for (const auto& [name, file] : FilesOf(numbers))
   {
@@ -238,10 +238,10 @@ Result<ExternalNumbers> LoadExternalNumbers(
   numbers.first.resize(levels);
   numbers.ranks.resize(coarse);
   numbers.ranked.resize(coarse);
-  numbers.reach.resize(coarse);
-  for (ReachFile& reach : numbers.reach)
+  numbers.childNodes.resize(coarse);
+  for (ChildNodeFile& childNodes : numbers.childNodes)
   {
-    reach.begin = blob.ReadList<std::uint64_t>();
+    childNodes.begin = blob.ReadList<std::uint64_t>();
   }
   KDSTREAM_TRY(blob.Finish());
   for (const auto& [name, file] : FilesOf(numbers))

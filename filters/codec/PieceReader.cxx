@@ -29,7 +29,7 @@ const char* PieceReader::Read()
     return "vertices out of range";
   }
   this->PlaceTriangles();
-  if (!this->ReadOwnKeys() || !this->ReadAncestors() || !this->ReadReach())
+  if (!this->ReadOwnKeys() || !this->ReadAncestors() || !this->ReadChildNodes())
   {
     return "keys out of range";
   }
@@ -281,27 +281,27 @@ bool PieceReader::ReadRank(std::size_t context, RecentRanks& told, std::uint32_t
   return true;
 }
 
-bool PieceReader::ReadReach()
+bool PieceReader::ReadChildNodes()
 {
-  if (!this->Shape.HasReach())
+  if (!this->Shape.HasChildNodes())
   {
     return true;
   }
-  std::vector<std::uint64_t> ends(this->Shape.counts.own), nodes(this->Shape.reach);
-  if (!this->ReadArray(contexts::reachEnd, ends, noVertex) ||
-      !this->ReadArray(contexts::reachNode, nodes, noVertex))
+  std::vector<std::uint64_t> ends(this->Shape.counts.own), nodes(this->Shape.childNodes);
+  if (!this->ReadArray(contexts::childEnd, ends, noVertex) ||
+      !this->ReadArray(contexts::childNode, nodes, noVertex))
   {
     return false;
   }
-  this->Content.reachBegin.resize(ends.size() + 1);
-  this->Content.reachNodes.resize(nodes.size());
+  this->Content.childBegin.resize(ends.size() + 1);
+  this->Content.childNodes.resize(nodes.size());
   for (std::size_t v = 0; v < ends.size(); ++v)
   {
-    this->Content.reachBegin[v + 1] = static_cast<std::uint32_t>(ends[v]);
+    this->Content.childBegin[v + 1] = static_cast<std::uint32_t>(ends[v]);
   }
   for (std::size_t i = 0; i < nodes.size(); ++i)
   {
-    this->Content.reachNodes[i] = static_cast<NodeId>(nodes[i]);
+    this->Content.childNodes[i] = static_cast<NodeId>(nodes[i]);
   }
   return true;
 }

@@ -4,9 +4,7 @@
 #include "filters/codec/AncestorTable.h"
 #include "filters/codec/AttributePredictor.h"
 #include "filters/codec/ByteStream.h"
-#include "filters/codec/NumberingWriter.h"
 #include "filters/codec/PieceContexts.h"
-#include "filters/codec/PositionWriter.h"
 #include "filters/codec/RecentRanks.h"
 
 #include <algorithm>
@@ -28,7 +26,7 @@ void PieceWriter::Write()
   }
   this->WriteOwnKeys();
   this->WriteAncestors();
-  this->WriteReach();
+  this->WriteChildNodes();
   for (std::size_t i = 0; i < this->Content.attributes.size(); ++i)
   {
     this->WriteAttribute(i);
@@ -151,14 +149,14 @@ void PieceWriter::WriteParents(bool ofVertices, const AncestorTable& table,
   }
 }
 
-void PieceWriter::WriteReach()
+void PieceWriter::WriteChildNodes()
 {
-  if (this->Shape.HasReach())
+  if (this->Shape.HasChildNodes())
   {
-    const auto& begin = this->Content.reachBegin;
-    const auto& nodes = this->Content.reachNodes;
-    this->WriteArray(contexts::reachEnd, { begin.begin() + 1, begin.end() });
-    this->WriteArray(contexts::reachNode, { nodes.begin(), nodes.end() });
+    const auto& begin = this->Content.childBegin;
+    const auto& nodes = this->Content.childNodes;
+    this->WriteArray(contexts::childEnd, { begin.begin() + 1, begin.end() });
+    this->WriteArray(contexts::childNode, { nodes.begin(), nodes.end() });
   }
 }
 

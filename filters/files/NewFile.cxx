@@ -3,7 +3,6 @@
 
 #include "filters/core/SystemReason.h"
 #include "filters/files/Folders.h"
-#include "filters/files/RandomLetters.h"
 
 #include <fcntl.h>
 #include <sys/file.h>
@@ -11,6 +10,7 @@
 #include <unistd.h>
 
 #include <cerrno>
+#include <random>
 #include <string>
 #include <string_view>
 #include <utility>
@@ -23,6 +23,18 @@ namespace
 
 // What a file is called until it is whole: ".NAME.", letters that nobody else has taken, and this.
 constexpr std::string_view unfinished = ".unfinished";
+
+constexpr std::size_t randomLetters = 6;
+std::string RandomLetters()
+{
+  std::random_device random;
+  std::string letters;
+  while (letters.size() < randomLetters)
+  {
+    letters += static_cast<char>('a' + random() % 26);
+  }
+  return letters;
+}
 
 std::string PrefixOf(const std::filesystem::path& target)
 {

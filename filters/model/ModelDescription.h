@@ -49,12 +49,12 @@ struct ResolutionDescription
 };
 
 // How a model stands, and from where it is looked at first.
-struct ModelPose
+struct HomeView
 {
   Vec3 up{ 0, 1, 0 };   // of length 1
   Vec3 view{ 0, 0, 1 }; // from the model's middle towards the eye, of length 1
   bool guessed = false; // one of the two at least, by the build
-  bool operator==(const ModelPose&) const = default;
+  bool operator==(const HomeView&) const = default;
 };
 
 // Of a model whose original carries the pictures that paint it: a tile for each partition
@@ -160,7 +160,7 @@ struct ModelDescription
   std::string title, credit, license, unit, description;
   std::vector<AttributeInfo> attributes;      // point arrays first
   ScalarDescriptions scalars;                 // that levels carry too, in the order of attributes
-  std::optional<ModelPose> pose;              // none: viewers take one as it is by default
+  std::optional<HomeView> homeView;           // none: viewers take one as it is by default
   std::optional<TextureDescription> textures; // none: there are no tiles
 
   // That the client may have whom a server tells it; servers with tokens.

@@ -7,10 +7,10 @@
 
 #include "filters/core/Texts.h"
 #include "filters/model/ModelMembers.h"
-#include "filters/model/ModelValue.h"
 
 #include <algorithm>
 #include <limits>
+#include <utility>
 
 namespace kdstream
 {
@@ -118,7 +118,7 @@ void PutDescription(JsonWriter& json, const ModelDescription& model)
   PutResolution(json, model.original);
   json.EndObject();
   PutTexts(json, model);
-  PutPose(json, model);
+  PutHomeView(json, model);
   PutTextures(json, model);
   json.Key("attributes");
   PutAttributes(json, model.attributes);
@@ -206,6 +206,33 @@ Result<ModelDescription> ParseModel(std::string_view text)
   const auto json = ParseJson(text);
   KDSTREAM_TRY(json);
   return ModelFromJson(*json);
+}
+
+Status CheckServed(const ModelDescription& model)
+{
+  const auto fault = [](const char* member, const std::string& what) {
+    return Error{ ErrorCode::InvalidInput, std::string("model: \"") + member + "\" " + what };
+  };
+  if (!IsModelId(model.id))
+  {
+    return fault("id", "is not a model id");
+  }
+  if (!IsDigest(model.digest))
+  {
+    return fault("digest", "must have 32 hexadecimal digits");
+  }
+  const std::pair<const char*, const std::string*> texts[] = { { "title", &model.title },
+    { "credit", &model.credit }, { "license", &model.license }, { "unit", &model.unit },
+    { "description", &model.description } };
+  for (const auto& [member, text] : texts)
+  {
+    if (text->size() > mostTextBytes)
+    {
+      return fault(member, "is longer than " + std::to_string(mostTextBytes) + " bytes");
+    }
+  }
+  const std::size_t bytes = WriteModel(model).size();
+  return bytes > maximumModelBytes ? Status(TooLarge(bytes, maximumModelBytes)) : Status();
 }
 
 Result<ModelDescription> ModelFromJson(const JsonValue& json)

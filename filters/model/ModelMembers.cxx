@@ -76,18 +76,18 @@ void ReadLevels(JsonReader& reader, const JsonValue& object, ModelDescription& m
   }
 }
 
-void ReadPose(JsonReader& reader, const JsonValue& object, ModelDescription& model)
+void ReadHomeView(JsonReader& reader, const JsonValue& object, ModelDescription& model)
 {
-  const JsonValue* pose = reader.Find(object, "pose", false);
-  if (!pose)
+  const JsonValue* homeView = reader.Find(object, "pose", false);
+  if (!homeView)
   {
     return;
   }
-  const JsonValue* guessed = reader.Find(*pose, "guessed");
-  model.pose = { reader.Vector(*pose, "up"), reader.Vector(*pose, "view"),
+  const JsonValue* guessed = reader.Find(*homeView, "guessed");
+  model.homeView = { reader.Vector(*homeView, "up"), reader.Vector(*homeView, "view"),
     guessed && guessed->IsTrue() };
   const auto isLong = [](const Vec3& vector) { return std::abs(Dot(vector, vector) - 1) < 0.01; };
-  if (!(guessed && guessed->IsBool() && isLong(model.pose->up) && isLong(model.pose->view)))
+  if (!(guessed && guessed->IsBool() && isLong(model.homeView->up) && isLong(model.homeView->view)))
   {
     reader.Fail("\"pose\" is invalid: \"up\" and \"view\" must be directions");
   }
@@ -200,15 +200,15 @@ void PutUnlessEmpty(JsonWriter& json, const char* key, const std::string& text)
   }
 }
 
-void PutPose(JsonWriter& json, const ModelDescription& model)
+void PutHomeView(JsonWriter& json, const ModelDescription& model)
 {
-  if (model.pose)
+  if (model.homeView)
   {
     json.Key("pose")
       .BeginObject()
-      .Member("guessed", model.pose->guessed)
-      .Member("up", model.pose->up)
-      .Member("view", model.pose->view)
+      .Member("guessed", model.homeView->guessed)
+      .Member("up", model.homeView->up)
+      .Member("view", model.homeView->view)
       .EndObject();
   }
 }
@@ -312,7 +312,7 @@ void ReadShared(JsonReader& reader, const JsonValue& object, ModelDescription& m
   {
     model.original = ReadResolution(reader, *original);
   }
-  ReadPose(reader, object, model);
+  ReadHomeView(reader, object, model);
   ReadTextures(reader, object, model);
 }
 

@@ -27,7 +27,7 @@ void PutAttributes(JsonWriter& json, const std::vector<AttributeInfo>& attribute
 void PutTexts(JsonWriter& json, const ModelDescription& model);
 void PutUnlessEmpty(JsonWriter& json, const char* key, const std::string& text);
 // "pose", if it has one.
-void PutPose(JsonWriter& json, const ModelDescription& model);
+void PutHomeView(JsonWriter& json, const ModelDescription& model);
 // Its textures as a member `key`, if it has some.
 void PutTextures(JsonWriter& json, const ModelDescription& model, const char* key = "textures");
 

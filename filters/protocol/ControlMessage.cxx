@@ -3,7 +3,7 @@
 
 #include "filters/core/Texts.h"
 #include "filters/model/JsonReader.h"
-#include "filters/model/ModelValue.h"
+#include "filters/model/ModelJson.h"
 #include "filters/protocol/ResourcePath.h"
 #include "filters/protocol/TextParts.h"
 

@@ -66,7 +66,7 @@ void RankMessages::Move(std::span<const Outgoing> out, std::span<const Incoming>
         [&](std::span<const std::byte> part)
         {
           this->Controller.Send(
-            Data(part), static_cast<vtkIdType>(part.size()), other, messageTagOfTeam);
+            Data(part), static_cast<vtkIdType>(part.size()), other, messageTagOfGroup);
         });
     }
     else
@@ -75,7 +75,7 @@ void RankMessages::Move(std::span<const Outgoing> out, std::span<const Incoming>
         [&](std::span<std::byte> part)
         {
           this->Controller.Receive(
-            Data(part), static_cast<vtkIdType>(part.size()), other, messageTagOfTeam);
+            Data(part), static_cast<vtkIdType>(part.size()), other, messageTagOfGroup);
         });
     }
   }

@@ -50,7 +50,7 @@ public:
   // The blob of the piece that viewers show first; empty before that was added.
   const std::vector<std::uint8_t>& Preview() const;
   // How the model stands; called before Finish, or not at all.
-  void SetPose(const ModelPose& pose);
+  void SetHomeView(const HomeView& homeView);
 
   // Says that all pieces of a resolution are written, and how many triangles it has, each counted
   // once. Errors: InputOutput.

@@ -19,9 +19,9 @@ struct TextureOptions
 {
   bool bake = true;                             // false: pictures are left out
   std::uint64_t mostPixels = mostPicturePixels; // of one
-  // Where pictures and materials go for tiles (PaintFolder.h), of which the mesh gets the arrays
-  // (PaintArrays.h); empty: no tiles are wanted.
-  std::filesystem::path paintFolder{};
+  // Where pictures and materials go for tiles (TextureFolder.h), of which the mesh gets the arrays
+  // (TextureArrays.h); empty: no tiles are wanted.
+  std::filesystem::path textureFolder{};
 };
 
 struct BakeReport
@@ -63,10 +63,10 @@ struct BakeReport
 Result<BakeReport> BakeTextures(TexturedMesh& textured,
   std::uint64_t mostPixels = mostPicturePixels, const Execution& execution = {});
 
-// The same, and what tiles need besides, where options.paintFolder asks for that: then no picture
-// is in memory (PaintFolderWriter::AddPicture). Without, where a picture was read, the last warning
-// is TellLoss(). Errors: besides, InputOutput of the folder.
-Result<BakeReport> BakeTexturesAndKeepPaint(
+// The same, and what tiles need besides, where options.textureFolder asks for that: then no picture
+// is in memory (TextureFolderWriter::AddPicture). Without, where a picture was read, the last
+// warning is TellLoss(). Errors: besides, InputOutput of the folder.
+Result<BakeReport> BakeAndKeepTextures(
   TexturedMesh& textured, const TextureOptions& options, const Execution& execution = {});
 
 }

@@ -48,7 +48,7 @@ struct MadeTile
 // corners. Texels that no chart covers are grey. Time: O(texels of the tile + triangles log
 // triangles); memory: ten bytes a texel of the tile. The same bytes for the same input and version
 // of libwebp. Errors: those of the source; LimitExceeded where libwebp refuses.
-Result<MadeTile> MakeTile(const PaintedTriangles& painted, const Paint& paint,
+Result<MadeTile> MakeTile(const TexturedTriangles& textured, const TextureSet& textures,
   const TexelSource& source, const TileOptions& options);
 
 }

@@ -50,7 +50,7 @@ PictureType TypeOfName(const std::string& name);
 bool IsDecodedByRows(std::span<const std::uint8_t> bytes);
 
 inline constexpr std::uint64_t mostPicturePixels = std::uint64_t{ 1 } << 30;
-// Along a side: a row takes memory by itself, and the squares of PaintFolder.h are 64 rows high.
+// Along a side: a row takes memory by itself, and the squares of TextureFolder.h are 64 rows high.
 inline constexpr std::uint64_t mostPictureSide = std::uint64_t{ 1 } << 17;
 
 // Decodes the picture by what it is. 16-bit channels become bytes, palettes RGB or RGBA. Colours

@@ -4,8 +4,8 @@
 #pragma once
 
 #include "filters/core/Execution.h"
-#include "filters/texture/PaintFolder.h"
 #include "filters/texture/PictureTexels.h"
+#include "filters/texture/TextureFolder.h"
 #include "filters/texture/TexturedMesh.h"
 
 #include <cstdint>
@@ -35,8 +35,8 @@ class PictureReader
 {
 public:
   // folder: where decoded pictures go; null: into memory. Keeps references.
-  PictureReader(
-    const std::vector<PictureSource>& pictures, std::uint64_t mostPixels, PaintFolderWriter* folder)
+  PictureReader(const std::vector<PictureSource>& pictures, std::uint64_t mostPixels,
+    TextureFolderWriter* folder)
     : Pictures(pictures)
     , MostPixels(mostPixels)
     , Folder(folder)
@@ -70,7 +70,7 @@ private:
 
   const std::vector<PictureSource>& Pictures;
   const std::uint64_t MostPixels;
-  PaintFolderWriter* const Folder;
+  TextureFolderWriter* const Folder;
   std::vector<std::optional<Outcome>> Ahead; // of each picture; gone once it was read
   std::vector<std::string> Told;
   std::size_t Unread = 0;

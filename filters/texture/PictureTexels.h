@@ -18,7 +18,7 @@ namespace kdstream
 using PlaceInPicture = std::array<double, 2>; // 0-1 from the left and from above; any number
 using Texel = std::array<std::uint8_t, 4>;    // RGBA, sRGB
 
-// How texels lie: row by row, or in squares (PaintFolder.h).
+// How texels lie: row by row, or in squares (TextureFolder.h).
 struct TexelLayout
 {
   static constexpr std::size_t squareSide = 64;

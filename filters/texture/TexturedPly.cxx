@@ -164,7 +164,7 @@ public:
     {
       this->TakeCornersOfVertices();
     }
-    this->DropPaint();
+    this->DropTextures();
     return std::move(this->Out);
   }
 
@@ -376,7 +376,7 @@ private:
   }
 
   // What pictures stand for.
-  void DropPaint()
+  void DropTextures()
   {
     std::vector<Attribute>& arrays = this->TheMesh().attributes;
     if (std::any_of(arrays.begin(), arrays.end(),

@@ -1,19 +1,21 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Four tables: which partitions a subject has had of a model (its digest), and when; how many those
-// are, so that nobody counts them; paces: the time at which all that was had would be had at the
-// allowed rate (the generic cell rate algorithm), a pace being kept as long as that time is not too
-// far ahead; and which models have one original. Rows of one model stay under its digest, and all
-// models of its original are looked at together: so entries of before it was known which those are
-// count, too.
+// Four tables:
+// - which partitions of a model (its digest) a subject has had, and when;
+// - how many those are, so that nobody counts them;
+// - paces (the generic cell rate algorithm): the time at which the allowed rate would have given
+//   all that was had. A pace is kept as long as that time is not too far ahead;
+// - which models have one original.
 //
-// A connection that has failed is closed, and the file is opened anew by the next call: whatever
-// the cause was (a full disk, a folder that was away, a file system that could only be read), the
-// file counts once it is over.
+// Rows of a model stay under its digest, and all models of one original are looked up together. So
+// entries count that were made before it was known which models have one original.
 //
-// Servers see of each other what is in the file, its log and its index, of which each has those
-// open that had these names once. So whether they still have them is looked at within each
-// transaction; and a server that leaves a file writes its log into it, and removes the log while it
-// alone may write. Then another enters nothing in a log that nobody reads.
+// A connection that has failed is closed, and the next call opens the file anew. So the file counts
+// again once the cause (a full disk, an absent folder, a read-only file system) is gone.
+//
+// Servers share the file, its log and its index, and each has open what had these names once. So
+// each transaction checks whether the open files still have these names. A server that leaves a
+// file writes the log into it, and removes the log while no other server may write. Then no other
+// server enters anything in a log that nobody reads.
 #include "server/access/QuotaBook.h"
 
 #include "filters/core/Texts.h"

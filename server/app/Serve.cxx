@@ -125,7 +125,7 @@ private:
 };
 
 // What runs beside the server.
-struct Surroundings
+struct Environment
 {
   const ServeOptions& line;
   Messages& messages;
@@ -136,7 +136,7 @@ struct Surroundings
   HttpServer& server;
 };
 
-void Reload(const Surroundings& around)
+void Reload(const Environment& around)
 {
   const auto& [line, messages, catalog, folder, logs, tokens, server] = around;
   folder.ReadAnew(
@@ -178,7 +178,7 @@ void Try(Messages& messages, std::string_view what, const Work& work)
 }
 
 // Reloads at SIGHUP, until SIGTERM or SIGINT.
-void WaitForEnd(const sigset_t& signals, const Surroundings& around)
+void WaitForEnd(const sigset_t& signals, const Environment& around)
 {
   around.folder.Follow();
   const int signalFile = ::signalfd(-1, &signals, SFD_CLOEXEC);
@@ -209,8 +209,8 @@ void WaitForEnd(const sigset_t& signals, const Surroundings& around)
   ::close(signalFile);
 }
 
-// Finishes what is under way, for as long as it may take; a further signal ends that.
-void Drain(const sigset_t& signals, const Surroundings& around)
+// Finishes what is in flight, for as long as it may take; a further signal ends that.
+void Drain(const sigset_t& signals, const Environment& around)
 {
   const auto until = std::chrono::steady_clock::now() + around.line.server.drainTimeout;
   constexpr std::chrono::milliseconds step{ 50 };
@@ -219,8 +219,8 @@ void Drain(const sigset_t& signals, const Surroundings& around)
   {
     constexpr timespec now{ 0, 0 };
     const int signal = sigtimedwait(&signals, nullptr, &now);
-    const bool hurries = signal == SIGTERM || signal == SIGINT;
-    if (hurries || std::chrono::steady_clock::now() >= until)
+    const bool endsNow = signal == SIGTERM || signal == SIGINT;
+    if (endsNow || std::chrono::steady_clock::now() >= until)
     {
       around.messages.Warn("", "the server stops before all requests are answered");
       return;
@@ -229,7 +229,7 @@ void Drain(const sigset_t& signals, const Surroundings& around)
 }
 
 // Ends what a disk may hold, which is waited for no longer. False where one holds it.
-bool EndWithin(std::chrono::milliseconds time, const Surroundings& around)
+bool EndWithin(std::chrono::milliseconds time, const Environment& around)
 {
   const bool isFree = around.folder.End(time);
   return around.server.StopWithin(time) && isFree;
@@ -384,7 +384,7 @@ void Run(const sigset_t& signals, const ServeOptions& line, Messages& messages,
     watch.emplace(
       std::move(*tokens), [&](const std::string& what) { messages.Warn(line.tokens, what); });
   }
-  const Surroundings around{ line, messages, catalog, folder, logs, watch ? &*watch : nullptr,
+  const Environment around{ line, messages, catalog, folder, logs, watch ? &*watch : nullptr,
     server };
   WaitForEnd(signals, around);
   Drain(signals, around);
@@ -479,7 +479,7 @@ int Serve(const std::string& program, ServeOptions& line)
     return exitFailed; // also of a --host that no name server knows today
   }
   Run(signals, line, messages, catalog, folder, *logs, std::move(*tokens), **server);
-  return exitDone; // what is still under way ends with the server
+  return exitDone; // what is still in flight ends with the server
 }
 
 }

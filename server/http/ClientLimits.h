@@ -36,8 +36,9 @@ public:
   static constexpr std::size_t defaultConnections = 100;
   static constexpr std::size_t defaultRequests = 6000; // a minute
 
-  // A seat of this address, kept while its client is connected; null if it has all of its own.
-  std::shared_ptr<void> TakeSeat(std::string_view address);
+  // A connection slot of this address, kept while its client is connected; null if it has all of
+  // its own.
+  std::shared_ptr<void> TakeSlot(std::string_view address);
 
   // Takes a request of this address: as many at once as it may have in a minute, which come back
   // evenly. Where it has none left, after how many seconds there is one; else 0.
@@ -49,7 +50,7 @@ public:
 private:
   struct Client
   {
-    std::size_t seats = 0;
+    std::size_t slots = 0;
     double requests = 0; // that it may still make
     Clock::time_point counted;
   };

@@ -6,7 +6,6 @@
 #include "server/http/ProxyHeader.h"
 #include "server/http/RequestInput.h"
 #include "server/http/RoundTrip.h"
-#include "server/http/StreamConnection.h"
 #include "server/http/WebSocketFrames.h"
 #include "server/session/Refusal.h"
 
@@ -62,7 +61,7 @@ public:
     , State(state)
     , Admitted(std::move(admission))
   {
-    this->Rest(patienceWithNew);
+    this->MarkIdle(patienceWithNew);
   }
 
   ~HttpConnection() override { this->State.Leave(this); }
@@ -91,8 +90,8 @@ public:
     asio::post(this->Executor,
       [self = this->shared_from_this()]
       {
-        // Nor has it become a WebSocket. Who came too late for a seat is still told so.
-        if (!self->Answering && self->Admitted.seat.ofAll)
+        // Nor has it become a WebSocket. Who came too late for a connection slot is still told so.
+        if (!self->Answering && self->Admitted.slot.ofAll)
         {
           self->Socket.Close();
         }
@@ -130,7 +129,7 @@ public:
 private:
   static constexpr std::size_t bytesAtOnce = 65536; // of an answer's body
   static constexpr std::chrono::milliseconds closePatience{ 2000 };
-  // How long a client may take for its first request if its seat is needed.
+  // How long a client may take for its first request if its slot is needed.
   static constexpr std::chrono::seconds patienceWithNew{ 5 };
   // How long it may wait for a disk then.
   static constexpr std::chrono::seconds patienceWithDisk{ 2 };
@@ -189,8 +188,8 @@ private:
     client.proxied = !address.empty() && this->State.Proxies.Holds(client.peer);
     if (!client.proxied && this->Admitted.refusedWith == 0)
     {
-      this->Admitted.seat.ofAddress = this->State.Clients.TakeSeat(client.address);
-      if (!this->Admitted.seat.ofAddress)
+      this->Admitted.slot.ofAddress = this->State.Clients.TakeSlot(client.address);
+      if (!this->Admitted.slot.ofAddress)
       {
         this->State.Counters.CountRefusal(Metrics::Reason::Address);
         this->Admitted.refusedWith = 429;
@@ -411,7 +410,7 @@ private:
       this->Send(std::move(*response), this->Input.Request().keep_alive());
       return;
     }
-    this->SetIdle(patienceWithDisk); // others need the seat more
+    this->SetIdle(patienceWithDisk); // others need the slot more
     this->AwaitReader();
     this->AskReader(std::make_shared<const Routes::Reading>(std::move(*reading)));
   }
@@ -564,19 +563,19 @@ private:
       this->Refuse(400, "the client sent data before the WebSocket was open");
       return;
     }
-    auto& seat = this->Admitted.seat;
+    auto& slot = this->Admitted.slot;
     const auto& client = this->Admitted.client;
-    if (client.proxied && !seat.ofAddress)
+    if (client.proxied && !slot.ofAddress)
     {
-      seat.ofAddress = this->State.Clients.TakeSeat(client.address);
+      slot.ofAddress = this->State.Clients.TakeSlot(client.address);
     }
-    if (!seat.ofAddress)
+    if (!slot.ofAddress)
     {
       this->State.Counters.CountRefusal(Metrics::Reason::Address);
       this->Refuse(429, "this address has too many streams");
       return;
     }
-    ServeStream(std::move(this->Socket), this->State, std::move(seat), std::move(*permission),
+    ServeStream(std::move(this->Socket), this->State, std::move(slot), std::move(*permission),
       AccessRecord{ client.address, "STREAM", target, 101, 0, 0 }, key);
   }
 
@@ -622,7 +621,7 @@ private:
     const bool goesOn = !error && this->KeepAlive && !this->State.Draining();
     if (goesOn)
     {
-      this->Rest({}); // before it is counted: whoever has seen that knows it as idle
+      this->MarkIdle({}); // before it is counted: whoever has seen that knows it as idle
     }
     if (!this->Admitted.isAdmin)
     {
@@ -664,10 +663,10 @@ private:
         this->Answer.status, sent, std::chrono::duration<double>(time).count() });
   }
 
-  // Where it has a seat, that may be taken back `before` long from now.
-  void Rest(Clock::duration before)
+  // Where it has a connection slot, that may be taken back `before` long from now.
+  void MarkIdle(Clock::duration before)
   {
-    if (this->Admitted.seat.ofAll)
+    if (this->Admitted.slot.ofAll)
     {
       this->SetIdle(before);
     }

@@ -65,7 +65,7 @@ struct HttpServer::Implementation
   void StopLoops(std::chrono::milliseconds drainTimeout);
   bool StopPools(std::optional<std::chrono::milliseconds> patience);
 
-  // Whether there may be one more connection beside those that have a seat.
+  // Whether there may be one more connection beside those that have a connection slot.
   bool MayJoin(const std::shared_ptr<int>& others) const
   {
     return static_cast<std::size_t>(others.use_count()) <= this->State.Options.extraConnections;
@@ -208,7 +208,8 @@ void HttpServer::Implementation::ServeAdmin(TcpSocket socket)
   }
 }
 
-// A seat of its address first, so that one address takes no others' seats back.
+// A connection slot of its address first, so that one address takes no others' connection slots
+// back.
 Admission HttpServer::Implementation::Admit(const TcpSocket& socket)
 {
   Admission admission;
@@ -224,19 +225,19 @@ Admission HttpServer::Implementation::Admit(const TcpSocket& socket)
     admission.refusedWith = 503;
     return admission;
   }
-  auto& seat = admission.seat;
+  auto& slot = admission.slot;
   if (!client.proxied)
   {
-    seat.ofAddress = this->State.Clients.TakeSeat(client.address);
-    if (!seat.ofAddress)
+    slot.ofAddress = this->State.Clients.TakeSlot(client.address);
+    if (!slot.ofAddress)
     {
       this->State.Counters.CountRefusal(Metrics::Reason::Address);
       admission.refusedWith = 429;
       return admission;
     }
   }
-  seat.ofAll = this->State.TakeSeat();
-  if (!seat.ofAll)
+  slot.ofAll = this->State.TakeSlot();
+  if (!slot.ofAll)
   {
     this->State.Counters.ConnectionRefused();
     admission.refusedWith = 503;

@@ -20,8 +20,8 @@ namespace
 {
 
 constexpr const char* revalidate = "no-cache";
-constexpr const char* forEver = "public, max-age=31536000, immutable";
-constexpr const char* forEverOfOne = "private, max-age=31536000, immutable";
+constexpr const char* immutable = "public, max-age=31536000, immutable";
+constexpr const char* immutablePrivate = "private, max-age=31536000, immutable";
 BlobBytes Bytes(std::string_view text)
 {
   return std::make_shared<const std::vector<std::uint8_t>>(text.begin(), text.end());
@@ -48,7 +48,7 @@ HttpResponse Whole(unsigned status, std::string_view contentType, BlobBytes body
 }
 
 // What holds for the moment.
-HttpResponse Fleeting(unsigned status, std::string_view contentType, std::string_view text)
+HttpResponse NoStore(unsigned status, std::string_view contentType, std::string_view text)
 {
   auto response = Whole(status, contentType, Bytes(text));
   response.fields.emplace_back("Cache-Control", "no-store");
@@ -221,7 +221,7 @@ HttpResponse Routes::Failure(
 {
   JsonWriter json;
   json.BeginObject().Member("error", message).EndObject();
-  auto response = Fleeting(status, "application/json", json.Text() + "\n");
+  auto response = NoStore(status, "application/json", json.Text() + "\n");
   if (status == 503 || status == 429 || retryAfter.count() > 0)
   {
     const auto seconds = std::max<std::int64_t>(1, retryAfter.count());
@@ -288,7 +288,7 @@ std::optional<HttpResponse> Routes::AnswerOwn(std::string_view path, bool metric
 {
   if (path == "/healthz")
   {
-    return Fleeting(200, "text/plain; charset=utf-8", "ok\n");
+    return NoStore(200, "text/plain; charset=utf-8", "ok\n");
   }
   if (path == "/readyz")
   {
@@ -297,7 +297,7 @@ std::optional<HttpResponse> Routes::AnswerOwn(std::string_view path, bool metric
   if (path == "/metrics" && metrics)
   {
     const auto lost = this->Options.lostLines ? this->Options.lostLines() : 0;
-    return Fleeting(200, "text/plain; version=0.0.4; charset=utf-8",
+    return NoStore(200, "text/plain; version=0.0.4; charset=utf-8",
       this->Counters.Text(this->Models.Memory(), lost));
   }
   return std::nullopt;
@@ -313,7 +313,7 @@ HttpResponse Routes::AnswerReady() const
   const auto models = this->Models.Models();
   const bool any = std::any_of(models.begin(), models.end(),
     [](const auto& model) { return model->LooksUnchanged().value_or(true); });
-  return any ? Fleeting(200, "text/plain; charset=utf-8", "ready\n")
+  return any ? NoStore(200, "text/plain; charset=utf-8", "ready\n")
              : this->Failure(503, "there is no model to serve");
 }
 
@@ -511,7 +511,7 @@ HttpResponse Routes::AnswerWhole(const HttpRequest& request, const AskedBlob& as
   const BlobBytes& bytes, std::size_t length) const
 {
   auto response = Cacheable(request, "application/octet-stream", bytes ? bytes : Bytes({}),
-    asked.tag, this->Options.guard ? forEverOfOne : forEver);
+    asked.tag, this->Options.guard ? immutablePrivate : immutable);
   response.length = response.status == 200 ? length : 0;
   return Ranged(request, std::move(response));
 }

@@ -203,9 +203,9 @@ void TlsLayers::Receive(ClientSocket::ErrorHandler handler)
 // Calls the handler once there is nothing more to send.
 void TlsLayers::Flush(ClientSocket::ErrorHandler handler)
 {
-  if (const auto underWay = this->UntilAllIsSent.lock())
+  if (const auto inFlight = this->UntilAllIsSent.lock())
   {
-    underWay->push_back(std::move(handler));
+    inFlight->push_back(std::move(handler));
     return;
   }
   const auto untilAllIsSent = std::make_shared<Handlers>();

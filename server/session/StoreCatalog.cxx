@@ -65,7 +65,6 @@ private:
 namespace
 {
 
-constexpr std::string_view storeEnding = ".kds";
 // To look whether a file has changed takes no time, but where its disk hangs.
 constexpr std::chrono::seconds patienceWithLook{ 1 };
 constexpr std::size_t mostReplaced = 4; // of one model: each keeps a file and a tree

@@ -367,13 +367,9 @@ Result<std::shared_ptr<const StoreModel>> OpenStoreModel(const std::filesystem::
       // A description that clients would reject is rejected here, where the operator sees it.
       ModelDescription told = (*store)->Info();
       told.id = id;
-      auto description = ParseModel(WriteModel(told));
-      KDSTREAM_TRY(description);
-      // For quotas; clients are not told.
-      description->inputDigest = (*store)->Info().inputDigest;
-      description->partitioner = (*store)->Info().partitioner;
+      KDSTREAM_TRY(CheckServed(told));
       return std::shared_ptr<const StoreModel>(std::make_shared<const ModelOfStore>(file, *store,
-        std::move(*description), std::move(cache), std::move(report),
+        std::move(told), std::move(cache), std::move(report),
         stores ? std::move(stores) : std::make_shared<OpenStores>(1)));
     });
 }

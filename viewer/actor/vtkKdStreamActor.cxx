@@ -282,8 +282,9 @@ double* vtkKdStreamActor::GetBounds()
   return this->Bounds;
 }
 
-// Once in each picture of a renderer, when its camera is the one that the user set: passes may draw
-// it several times, also for cameras of their own, as those of lamps are.
+// Follows the camera once in each picture of a renderer, when the camera is the one that the user
+// set. Passes may draw the actor several times, also for cameras of their own, such as those of
+// lights.
 void vtkKdStreamActor::SetAllocatedRenderTime(double seconds, vtkViewport* viewport)
 {
   this->Superclass::SetAllocatedRenderTime(seconds, viewport);

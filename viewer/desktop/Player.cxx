@@ -84,7 +84,7 @@ Status Player::WaitForIdle()
     {
       lastNews = Clock::now();
     }
-    else if (now - lastNews > this->Options.longestSilence ||
+    else if (now - lastNews > this->Options.silenceTimeout ||
              now - begin > this->Options.longestWait)
     {
       return Error{ ErrorCode::InputOutput,

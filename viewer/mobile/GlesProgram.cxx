@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// A shader program of OpenGL ES 3.0: see GlesProgram.h.
-#include "viewer/mobile/GlesProgram.h"
+// A shader program of OpenGL ES 3.0: see GlesPrograms.h.
+#include "viewer/mobile/GlesPrograms.h"
 
 #include <array>
 #include <string>

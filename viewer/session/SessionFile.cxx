@@ -242,13 +242,13 @@ Result<SessionStep> ParseDepth(const JsonValue& object, std::size_t line)
   return step;
 }
 
-Result<SessionStep> ParseLampsStep(const JsonValue& object, std::size_t line)
+Result<SessionStep> ParseLightsStep(const JsonValue& object, std::size_t line)
 {
-  auto step = ParseNamed(object, line, "lamps", SessionStep::Kind::Lamps);
+  auto step = ParseNamed(object, line, "lamps", SessionStep::Kind::Lights);
   KDSTREAM_TRY(step);
-  if (const auto lamps = ParseLamps(step->name); !lamps)
+  if (const auto lights = ParseLights(step->name); !lights)
   {
-    return Wrong(line, "'lamps': " + lamps.GetError().message);
+    return Wrong(line, "'lamps': " + lights.GetError().message);
   }
   return step;
 }
@@ -279,7 +279,7 @@ Result<SessionStep> ParseStep(std::string_view text, std::size_t line)
          : has("section")    ? ParseWord(object, line, "section", Kind::Section,
                                  { "x", "y", "z", "view", "flip", "off" })
          : has("depth")      ? ParseDepth(object, line)
-         : has("lamps")      ? ParseLampsStep(object, line)
+         : has("lamps")      ? ParseLightsStep(object, line)
          : has("link")       ? ParseLink(object, line)
          : has("turning") ? ParseWord(object, line, "turning", Kind::Turning, { "upright", "free" })
          : has("detail")
@@ -362,11 +362,11 @@ Status Perform(const SessionStep& step, ViewerSession& session)
     case SessionStep::Kind::Depth:
       session.SetSectionDepth(step.factor);
       break;
-    case SessionStep::Kind::Lamps:
+    case SessionStep::Kind::Lights:
     {
-      const auto lamps = ParseLamps(step.name);
-      KDSTREAM_TRY(lamps);
-      session.SetLight(*lamps);
+      const auto lights = ParseLights(step.name);
+      KDSTREAM_TRY(lights);
+      session.SetLight(*lights);
       break;
     }
     case SessionStep::Kind::Link:
@@ -444,7 +444,7 @@ std::string FormatSessionStep(const SessionStep& step)
     case SessionStep::Kind::Depth:
       json.Member("depth", step.factor);
       break;
-    case SessionStep::Kind::Lamps:
+    case SessionStep::Kind::Lights:
       json.Member("lamps", step.name);
       break;
     case SessionStep::Kind::Link:

@@ -64,7 +64,7 @@ struct SessionStep
     Tool,
     Section,
     Depth,
-    Lamps,
+    Lights,
     Turning,
     Detail,
     Rings,
@@ -76,9 +76,8 @@ struct SessionStep
   };
   Kind kind = Kind::WaitForIdle;
   TouchFrame frame; // of Touches
-  // File of Screenshot, model of Select, text of Link and Lamps; word of Go, Side, Tool, Section,
-  // Turning, Detail,
-  // Colors, Light and Boxes.
+  // File of Screenshot, model of Select, text of Link and Lights; word of Go, Side, Tool, Section,
+  // Turning, Detail, Colors, Light and Boxes.
   std::string name{};
   double factor = 1; // of Zoom, above 0; of Depth, 0-1
   double x = 0, y = 0;

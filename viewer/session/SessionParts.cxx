@@ -26,7 +26,7 @@ SessionParts::SessionParts(SessionOptions chosen)
       this->model, this->options.rings, this->options.region, this->options.refinement.triangles)
   , camera(this->model, this->options.turning, this->options.coasts)
   , tools(this->model)
-  , fetcher(this->model, this->lod, this->region, this->options.aheadBytes, this->options.clock,
+  , fetcher(this->model, this->lod, this->region, this->options.prefetchBytes, this->options.clock,
       this->options.mostStatistics)
 {
 }

@@ -8,8 +8,8 @@
 #include "filters/protocol/BlobId.h"
 #include "viewer/session/Camera.h"
 #include "viewer/session/look/SceneLook.h"
-#include "viewer/session/paint/TileList.h"
 #include "viewer/session/section/SectionPlane.h"
+#include "viewer/session/texture/TileList.h"
 
 #include <cstdint>
 #include <deque>
@@ -107,8 +107,8 @@ struct ViewerStatus
   // That the zoom asks for; by the view, the finest that is wanted. Nothing before the model is
   // open.
   std::optional<unsigned> targetLevel;
-  bool original = false; // by the view: some of it is
-  double errorLeft = 0;  // by the view: points on the screen that a budget leaves; else 0
+  bool original = false;     // by the view: some of it is
+  double remainingError = 0; // by the view: points on the screen that a budget leaves; else 0
   struct Region
   {
     NodeId cell = 1; // picked

@@ -122,8 +122,8 @@ Result<RemoteModel::Blobs> RemoteModel::Fetch(
     return error;
   };
   Blobs blobs;
-  std::set<protocol::BlobId> owed(wanted.begin(), wanted.end());
-  while (!owed.empty())
+  std::set<protocol::BlobId> outstanding(wanted.begin(), wanted.end());
+  while (!outstanding.empty())
   {
     auto events = this->NextEvents(execution);
     if (!events)
@@ -140,10 +140,10 @@ Result<RemoteModel::Blobs> RemoteModel::Fetch(
       {
         const bool one = event.kind == ClientEvent::Kind::BlobFailed;
         return giveUp({ one ? ErrorCode::NotFound : ErrorCode::InputOutput,
-          protocol::BlobName(one ? event.blob : *owed.begin()) +
+          protocol::BlobName(one ? event.blob : *outstanding.begin()) +
             " cannot be loaded: " + event.message });
       }
-      if (owed.erase(event.blob) > 0)
+      if (outstanding.erase(event.blob) > 0)
       {
         blobs.emplace(event.blob, std::move(event.bytes));
       }

@@ -99,8 +99,8 @@ TEST_F(TestExtractedPictures, AMixOfTheOriginalAloneHasThem)
   EXPECT_TRUE(this->GlbHasPictures("mix.glb"));
   EXPECT_TRUE(this->Files().contains("mix-partition-7.png"));
   EXPECT_EQ(this->Store({ "extract", "m.kds", "--all", "-o", "all.obj", "--quiet" }).exitCode, 0);
-  EXPECT_EQ(
-    this->ReadPainted("mix.obj").mesh.triangles, this->ReadPainted("all.obj").mesh.triangles);
+  EXPECT_EQ(this->ReadWithTextures("mix.obj").mesh.triangles,
+    this->ReadWithTextures("all.obj").mesh.triangles);
   this->WriteText("mix.json", "{\"base\": \"original\", \"pieces\": []}");
   this->ExpectExtracted({ "--resolutions", "mix.json" }, "object.glb", "");
   EXPECT_TRUE(this->GlbHasPictures("object.glb"));

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Textured models through kdstream-build and kdstream-store extract: what goes in comes out.
-#include "Testing/EndToEnd/Textures/SamePaint.h"
+#include "Testing/EndToEnd/Textures/SameTextures.h"
 #include "Testing/EndToEnd/Textures/TexturedFiles.h"
 #include "Testing/Fixtures/Meshes.h"
 #include "filters/build/Builder.h"
@@ -44,7 +44,7 @@ TEST_F(TestTexturedExtract, LosslessModelsComeBack)
   {
     this->WriteHardObj("hard", seed);
     this->BuildAndExtract("hard.obj", "out.obj", { "--texture-quality", "lossless" });
-    ExpectSamePaint(this->ReadPainted("hard.obj"), this->ReadPainted("out.obj"));
+    ExpectSameTextures(this->ReadWithTextures("hard.obj"), this->ReadWithTextures("out.obj"));
   }
 }
 
@@ -55,7 +55,7 @@ TEST_F(TestTexturedExtract, PhotographsComeBack)
               .exitCode,
     0);
   this->BuildAndExtract("statue.obj", "out.obj", { "--texture-quality", "lossless" });
-  ExpectSamePaint(this->ReadPainted("statue.obj"), this->ReadPainted("out.obj"));
+  ExpectSameTextures(this->ReadWithTextures("statue.obj"), this->ReadWithTextures("out.obj"));
 }
 
 // Of each place, as kdstream-convert bakes them: coordinates are turned upside down, and rounded,
@@ -107,7 +107,7 @@ TEST_F(TestTexturedExtract, PartsHaveTheirPictures)
       EXPECT_EQ(extracted.exitCode, 0) << extracted.err;
       EXPECT_NE(extracted.err.find("triangles and "), std::string::npos) << extracted.err;
     }
-    const TexturedMesh part = this->ReadPainted("part.obj");
+    const TexturedMesh part = this->ReadWithTextures("part.obj");
     EXPECT_EQ(PicturesOf(part).size(), part.pictures.size());
     EXPECT_GT(part.mesh.triangles.size(), 100U);
   }

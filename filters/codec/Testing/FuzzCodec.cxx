@@ -98,7 +98,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   context.depths.partition = data[0] % 6;
   context.depths.finest = context.depths.partition + data[1] % 14;
   context.depths.stitch = std::min(context.depths.finest, context.depths.partition + 4);
-  context.depths.onePiece = data[1] % 4; // so that levels below S have parents and reach
+  context.depths.onePiece = data[1] % 4; // so that levels below S have parents and child nodes
   context.grid =
     data[2] % 3 == 0
       ? CoordinateGrid::Over({ { 0, 0, 0 }, { 1, 1, 1 } }, 20, ScalarType::Float32)

@@ -89,8 +89,8 @@ std::string Sample(const Piece& piece, const CodecContext& context)
          List(piece.keys, [](VertexKey key)
            { return "[" + Number(PartitionOfKey(key)) + "," + Number(IndexOfKey(key)) + "]"; }) +
          ",\"ancestors\":" + List(piece.ancestors, Number) +
-         ",\"reachBegin\":" + List(piece.reachBegin, Number) +
-         ",\"reachNodes\":" + List(piece.reachNodes, Number) + ",\"triangles\":" +
+         ",\"reachBegin\":" + List(piece.childBegin, Number) +
+         ",\"reachNodes\":" + List(piece.childNodes, Number) + ",\"triangles\":" +
          List(piece.triangles, [](const Triangle& t) { return List(t, Number); }) +
          ",\"attributes\":" +
          List(piece.attributes, [](const Attribute& attribute) { return Hex(attribute.values); }) +

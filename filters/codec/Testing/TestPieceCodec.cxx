@@ -85,8 +85,8 @@ void ExpectSame(const Piece& decoded, const Piece& piece, const CoordinateGrid& 
   ASSERT_EQ(decoded.keys, piece.keys);
   ASSERT_TRUE(decoded.deviations.empty());
   ASSERT_EQ(decoded.ancestors, piece.ancestors);
-  ASSERT_EQ(decoded.reachBegin, piece.reachBegin);
-  ASSERT_EQ(decoded.reachNodes, piece.reachNodes);
+  ASSERT_EQ(decoded.childBegin, piece.childBegin);
+  ASSERT_EQ(decoded.childNodes, piece.childNodes);
   ASSERT_EQ(decoded.triangles, piece.triangles);
   ASSERT_EQ(decoded.attributes, piece.attributes);
   ASSERT_EQ(decoded.positions.size(), piece.positions.size());
@@ -381,15 +381,15 @@ Piece BentSheet(std::uint32_t side, bool triangles)
     piece.positions.push_back({ u, w, 0.4 * u * w + 0.2 * u * u });
     piece.ancestors.push_back(y / 4 * (side / 4) + x / 4);
     piece.ancestors.push_back(y / 2 * (side / 2) + x / 2);
-    piece.reachBegin.push_back(v);
-    piece.reachNodes.push_back(1);
+    piece.childBegin.push_back(v);
+    piece.childNodes.push_back(1);
     if (triangles && x + 1 < side && y + 1 < side)
     {
       piece.triangles.push_back({ v, v + 1, v + side + 1 });
       piece.triangles.push_back({ v, v + side + 1, v + side });
     }
   }
-  piece.reachBegin.push_back(side * side);
+  piece.childBegin.push_back(side * side);
   std::sort(piece.triangles.begin(), piece.triangles.end());
   return piece;
 }
@@ -420,8 +420,8 @@ TEST(PieceCodec, ASmoothLevelIsToldByPlanes)
   Piece original = level;
   original.id = { Resolution::Original(), 1 };
   original.ancestors.clear();
-  original.reachBegin.clear();
-  original.reachNodes.clear();
+  original.childBegin.clear();
+  original.childNodes.clear();
   EncodedBytes ofLevel, ofOriginal; // which is never told so
   (void)EncodePiece(level, context, &ofLevel);
   (void)EncodePiece(original, context, &ofOriginal);

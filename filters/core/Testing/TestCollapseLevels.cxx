@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "Testing/Fixtures/Folds.h"
+#include "Testing/Fixtures/FoldOvers.h"
 #include "Testing/Fixtures/Invariants.h"
 #include "filters/core/MeshDistance.h"
 #include "filters/core/Testing/BuiltLevels.h"
@@ -45,26 +45,7 @@ void ForAll(const Check& check)
 
 TEST(CollapseLevels, TrianglesAreTheImageOfTheOriginal)
 {
-  ForAll(
-    [](const Mesh& mesh, const BuiltLevels& built)
-    {
-      for (unsigned d = 0; d <= built.tree.depths.finest; ++d)
-      {
-        std::set<Triangle> image;
-        for (const Triangle& t : mesh.triangles)
-        {
-          const Triangle m{ built.clusterAt[d][t[0]], built.clusterAt[d][t[1]],
-            built.clusterAt[d][t[2]] };
-          if (m[0] != m[1] && m[1] != m[2] && m[2] != m[0])
-          {
-            image.insert(RotateLowestFirst(m));
-          }
-        }
-        ASSERT_EQ(
-          std::vector<Triangle>(image.begin(), image.end()), built.levels.levels[d].triangles)
-          << "level " << d;
-      }
-    });
+  ForAll(ExpectImageOfOriginal);
 }
 
 // Before representatives moved, up to 0.5 % of these meshes' finest triangles faced the wrong way,
@@ -81,11 +62,11 @@ TEST(CollapseLevels, HardlyAnyTriangleFacesTheWrongWay)
     {
       SCOPED_TRACE(named.name + ", " + std::to_string(tree.verticesPerPartition));
       const BuiltLevels built = BuildAllLevels(named.mesh, {}, tree);
-      const std::vector<FoldCount> counts = CountFolds(named.mesh, built.levels);
-      const FoldCount& finest = counts.back();
+      const std::vector<FoldOverCount> counts = CountFoldOvers(named.mesh, built.levels);
+      const FoldOverCount& finest = counts.back();
       EXPECT_LE(double(finest.opposed), 0.001 * double(finest.triangles));
-      FoldCount all;
-      for (const FoldCount& level : counts)
+      FoldOverCount all;
+      for (const FoldOverCount& level : counts)
       {
         all.opposed += level.triangles >= 500 ? level.opposed : 0;
         all.triangles += level.triangles >= 500 ? level.triangles : 0;

@@ -122,7 +122,7 @@ public:
       const auto rows = this->RowsOf(finer);
       for (unsigned d = this->Base.Depth(); d < this->Depths.stitch; ++d)
       {
-        this->FollowReach(d, rows);
+        this->FollowChildren(d, rows);
       }
     }
     Closure closure{ { this->Needed.begin(), this->Needed.end() }, {} };
@@ -166,7 +166,7 @@ private:
   }
 
   // The pieces of level depth + 1 that hold the children of the clusters above the wanted pieces.
-  void FollowReach(unsigned depth, const std::vector<std::span<const std::uint32_t>>& rows)
+  void FollowChildren(unsigned depth, const std::vector<std::span<const std::uint32_t>>& rows)
   {
     const std::size_t place = depth - PreviewLevel(this->Depths);
     std::vector<std::uint32_t> above;
@@ -208,10 +208,10 @@ private:
       if (const auto owner = owners.Find(depth, rank))
       {
         const Piece& piece = *pieces[owner->piece];
-        for (std::uint32_t i = piece.reachBegin[owner->vertex];
-             i < piece.reachBegin[owner->vertex + 1]; ++i)
+        for (std::uint32_t i = piece.childBegin[owner->vertex];
+             i < piece.childBegin[owner->vertex + 1]; ++i)
         {
-          this->Needed.insert({ Resolution::Level(depth + 1), piece.reachNodes[i] });
+          this->Needed.insert({ Resolution::Level(depth + 1), piece.childNodes[i] });
         }
       }
     }

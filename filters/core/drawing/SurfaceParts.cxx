@@ -7,7 +7,7 @@
 #include "filters/core/drawing/SurfaceParts.h"
 
 #include "filters/core/SortTriangles.h"
-#include "filters/core/drawing/FormerSurface.h"
+#include "filters/core/drawing/ParentSurface.h"
 #include "filters/core/drawing/ShownVertices.h"
 
 #include <algorithm>
@@ -425,7 +425,6 @@ Status SurfaceParts::GoTo(const Cut& cut, const PieceLookup& lookup, const Execu
   ShownVertices& view = *this->View;
   view.GoTo(cut, std::move(*pieces));
   const SurfacePartList before = std::exchange(this->All, {});
-  this->Drawn = 0;
   std::vector<std::size_t> numbers; // of the piece of each part; those that have stayed: none
   for (std::size_t i = 0; i < view.Pieces().size(); ++i)
   {
@@ -434,7 +433,6 @@ Status SurfaceParts::GoTo(const Cut& cut, const PieceLookup& lookup, const Execu
     {
       KDSTREAM_TRY(execution.Report("glue", double(i) / double(view.Pieces().size())));
       part = PartDrawer(view, i, this->KeepsCorners).Draw();
-      ++this->Drawn;
     }
     else
     {
@@ -447,27 +445,27 @@ Status SurfaceParts::GoTo(const Cut& cut, const PieceLookup& lookup, const Execu
       numbers.push_back(view.HasChanged(i) ? i : stayed);
     }
   }
-  this->Came.clear();
+  this->ParentsOfParts.clear();
   if (this->Follows)
   {
-    this->FindFormer(before, cut.depths, numbers);
+    this->FindParents(before, cut.depths, numbers);
   }
   return {};
 }
 
 // pieces: the number of each part's piece, or `stayed`.
-void SurfaceParts::FindFormer(
+void SurfaceParts::FindParents(
   const SurfacePartList& before, const TreeDepths& depths, const std::vector<std::size_t>& pieces)
 {
-  const FormerSurface former(before, depths);
-  this->Came.resize(this->All.size());
+  const ParentSurface parents(before, depths);
+  this->ParentsOfParts.resize(this->All.size());
   for (std::size_t i = 0; i < this->All.size(); ++i)
   {
     const SurfacePart& part = *this->All[i];
     for (std::size_t k = 0; pieces[i] != stayed && k < part.own.size(); ++k)
     {
-      this->Came[i].push_back(
-        former.FindAbove(part.surface.sources[k], this->View->LineageOf(pieces[i], part.own[k])));
+      this->ParentsOfParts[i].push_back(
+        parents.FindAbove(part.surface.sources[k], this->View->LineageOf(pieces[i], part.own[k])));
     }
   }
   for (std::size_t i = 0; i < this->All.size(); ++i)
@@ -482,14 +480,15 @@ void SurfaceParts::FindFormer(
       const auto number = static_cast<std::size_t>(owner - this->All.begin());
       if (owner == this->All.end() || pieces[number] == stayed)
       {
-        this->Came[i].push_back(former.Find(piece, vertex));
+        this->ParentsOfParts[i].push_back(parents.Find(piece, vertex));
         continue;
       }
       const auto& own = (*owner)->own;
       const auto place = std::lower_bound(own.begin(), own.end(), vertex);
-      this->Came[i].push_back(place != own.end() && *place == vertex
-                                ? this->Came[number][static_cast<std::size_t>(place - own.begin())]
-                                : std::nullopt);
+      this->ParentsOfParts[i].push_back(
+        place != own.end() && *place == vertex
+          ? this->ParentsOfParts[number][static_cast<std::size_t>(place - own.begin())]
+          : std::nullopt);
     }
   }
 }

@@ -59,14 +59,14 @@ using SurfacePartList = std::vector<std::shared_ptr<const SurfacePart>>;
 SurfacePartList::const_iterator FindPart(const SurfacePartList& parts, PieceId piece);
 
 // A point of the parts before: the number of the part, and of its point.
-struct FormerPoint
+struct ParentPoint
 {
   std::uint32_t part = 0, point = 0;
-  bool operator==(const FormerPoint&) const = default;
+  bool operator==(const ParentPoint&) const = default;
 };
 // Of each point of a part what showed it before: the same vertex, or the node above it that stood
 // for it. Nothing where only what is finer was shown, or nothing is known.
-using FormerPoints = std::vector<std::optional<FormerPoint>>;
+using ParentPoints = std::vector<std::optional<ParentPoint>>;
 
 class ShownVertices;
 
@@ -88,8 +88,6 @@ public:
   Status GoTo(const Cut& cut, const PieceLookup& lookup, const Execution& execution = {});
 
   const SurfacePartList& Parts() const { return this->All; }
-  // How many pieces' parts the last GoTo has drawn anew.
-  std::size_t DrawnAnew() const { return this->Drawn; }
 
   // Whether each GoTo also finds what showed the points before: O(log points) for each point of the
   // parts that it draws anew.
@@ -98,17 +96,16 @@ public:
   // which they are painted. O(T log T) for T triangles of each.
   void KeepCorners(bool keeps) { this->KeepsCorners = keeps; }
   // Of each part, in their order; empty where it has stayed, or nothing is followed.
-  const std::vector<FormerPoints>& Former() const { return this->Came; }
+  const std::vector<ParentPoints>& Parents() const { return this->ParentsOfParts; }
 
 private:
-  void FindFormer(const SurfacePartList& before, const TreeDepths& depths,
+  void FindParents(const SurfacePartList& before, const TreeDepths& depths,
     const std::vector<std::size_t>& pieces);
 
   std::unique_ptr<ShownVertices> View;
   SurfacePartList All;
   bool Follows = false, KeepsCorners = false;
-  std::vector<FormerPoints> Came;
-  std::size_t Drawn = 0;
+  std::vector<ParentPoints> ParentsOfParts;
 };
 
 // All parts as one surface, as DrawSurface tells. O(points + triangles).

@@ -42,7 +42,7 @@ struct ClusterSum
   Vec3 Facing() const;
   // sqrt(Q(x) / trace A); where the quadric is empty the RMS distance of the vertices. x is
   // relative.
-  double DeviationAt(const Vec3& x) const;
+  double GeometricErrorAt(const Vec3& x) const;
 };
 
 }

@@ -10,9 +10,9 @@
 #include "filters/core/levels/CoarserState.h"
 #include "filters/core/levels/CollapseRound.h"
 #include "filters/core/levels/FinestClusters.h"
+#include "filters/core/levels/FoldOverRepair.h"
 #include "filters/core/levels/FreeCollapse.h"
 #include "filters/core/levels/LevelProgress.h"
-#include "filters/core/levels/Untangling.h"
 
 #include <algorithm>
 #include <numeric>
@@ -91,7 +91,7 @@ public:
     joined.joinCoincident = true;
     Result<FinestClusters> finest =
       BuildFinestClusters({ mesh.points, mesh.triangles, tree, partitionTriangles,
-                            this->Space.origin, joined.ids, FindPaint(mesh.attributes) },
+                            this->Space.origin, joined.ids, FindVertexColors(mesh.attributes) },
         joined, this->Exec);
     KDSTREAM_TRY(finest);
     CollapseState state;
@@ -99,13 +99,13 @@ public:
     state.attributes =
       MeanAttributes(mesh, finest->clusterOf, finest->clusters, DiagonalOf(this->Space.box));
     state.level = std::move(finest->level);
-    state.level.paint = MeanPaint(mesh, finest->clusterOf, finest->clusters.size());
+    state.level.vertexColors = MeanVertexColors(mesh, finest->clusterOf, finest->clusters.size());
     state.level.triangles = ImageInPartitions(
       mesh.triangles, partitionTriangles, finest->clusterOf, finest->partitionBegin, this->Exec);
     state.clusters = std::move(finest->clusters);
     state.cellOf = std::move(finest->cellOf);
     clusterOf = std::move(finest->clusterOf);
-    this->Mend(state, this->Depths.finest);
+    this->Repair(state, this->Depths.finest);
     return state;
   }
 
@@ -199,15 +199,15 @@ private:
     below.level.parents = std::move(parents);
     coarser.level.triangles =
       ImageOfTriangles(below.level.triangles, below.level.parents, this->Exec);
-    this->Mend(coarser, depth);
+    this->Repair(coarser, depth);
     return std::move(coarser);
   }
 
   // Moves what stands where triangles face the wrong way. depth: the level's.
-  void Mend(CollapseState& state, unsigned depth) const
+  void Repair(CollapseState& state, unsigned depth) const
   {
     const BlockParts parts = PartsOfLevel(this->Depths, depth, 0, 0);
-    for (const MovedCluster& moved : Untangle(state, this->Space, depth, parts, this->Exec))
+    for (const MovedCluster& moved : RepairFoldOvers(state, this->Space, depth, parts, this->Exec))
     {
       state.clusters[moved.cluster].deviation = moved.deviation;
       state.level.positions[moved.cluster] = moved.position;

@@ -21,7 +21,8 @@ CollapsePart PartOfWholeLevel(const CollapseState& state, const CollapseSpace& s
     AppendCluster(state, space, c, part);
   }
   part.triangles = state.level.triangles;
-  AddPaint(state.level.paint, state.clusters.size(), GreyValue(DiagonalOf(space.box)), part);
+  AddColorQuadrics(
+    state.level.vertexColors, state.clusters.size(), GreyValue(DiagonalOf(space.box)), part);
   part.areaPerVertex = AddAreas(0, state.clusters) / double(state.clusters.size());
   return part;
 }

@@ -84,43 +84,43 @@ Status CheckOwnKeys(const Piece& piece, const TreeDepths& depths)
   return {};
 }
 
-Status CheckReach(const Piece& piece, const TreeDepths& depths)
+Status CheckChildNodes(const Piece& piece, const TreeDepths& depths)
 {
-  const bool has = HasReach(piece.id.resolution, depths);
-  if (piece.reachBegin.size() != (has ? piece.ownVertices + std::size_t{ 1 } : 0))
+  const bool has = HasChildNodes(piece.id.resolution, depths);
+  if (piece.childBegin.size() != (has ? piece.ownVertices + std::size_t{ 1 } : 0))
   {
-    return Bad("reach has ", piece.reachBegin.size(), " entries");
+    return Bad("reach has ", piece.childBegin.size(), " entries");
   }
   if (!has)
   {
-    return piece.reachNodes.empty() ? Status{}
+    return piece.childNodes.empty() ? Status{}
                                     : Status{ Bad("there must be no reach, but there is one") };
   }
   const unsigned next = piece.id.resolution.Depth() + 1;
   const unsigned nodeDepth = PieceDepth(Resolution::Level(next), depths);
-  if (piece.reachBegin.front() != 0 || piece.reachBegin.back() != piece.reachNodes.size())
+  if (piece.childBegin.front() != 0 || piece.childBegin.back() != piece.childNodes.size())
   {
     return Bad("reach does not cover its nodes");
   }
-  for (std::size_t i = 0; i + 1 < piece.reachBegin.size(); ++i)
+  for (std::size_t i = 0; i + 1 < piece.childBegin.size(); ++i)
   {
-    const std::uint32_t begin = piece.reachBegin[i], end = piece.reachBegin[i + 1];
+    const std::uint32_t begin = piece.childBegin[i], end = piece.childBegin[i + 1];
     if (begin >= end)
     {
       return Bad("vertex ", i, " reaches nothing");
     }
-    if (end > piece.reachNodes.size())
+    if (end > piece.childNodes.size())
     {
       return Bad("reach of vertex ", i, " ends after the last node");
     }
     for (std::uint32_t k = begin; k < end; ++k)
     {
-      if (piece.reachNodes[k] >> nodeDepth != 1)
+      if (piece.childNodes[k] >> nodeDepth != 1)
       {
         return Bad(
-          "reach names node ", piece.reachNodes[k], ", which is not a piece of the next level");
+          "reach names node ", piece.childNodes[k], ", which is not a piece of the next level");
       }
-      if (k > begin && piece.reachNodes[k] <= piece.reachNodes[k - 1])
+      if (k > begin && piece.childNodes[k] <= piece.childNodes[k - 1])
       {
         return Bad("reach of vertex ", i, " does not ascend");
       }
@@ -249,7 +249,7 @@ Status CheckPiece(const Piece& piece, const TreeDepths& depths)
       return Bad("vertex ", v, " is not finite");
     }
   }
-  for (const auto check : { CheckKeys, CheckOwnKeys, CheckAncestors, CheckReach })
+  for (const auto check : { CheckKeys, CheckOwnKeys, CheckAncestors, CheckChildNodes })
   {
     KDSTREAM_TRY(check(piece, depths));
   }

@@ -67,10 +67,10 @@ struct Piece
   std::vector<std::uint32_t> ancestors;
 
   // Own vertices of the levels R <= d < S: the nodes of the pieces of level d + 1 that hold their
-  // children, ascending, at least one: reachNodes[reachBegin[i]] … reachNodes[reachBegin[i + 1] -
+  // children, ascending, at least one: childNodes[childBegin[i]] … childNodes[childBegin[i + 1] -
   // 1]. Empty otherwise.
-  std::vector<std::uint32_t> reachBegin;
-  std::vector<NodeId> reachNodes;
+  std::vector<std::uint32_t> childBegin;
+  std::vector<NodeId> childNodes;
 
   std::vector<Triangle>
     triangles; // local indices, ordered; orientation of the input, lowest index first

@@ -9,7 +9,6 @@
 
 #include "filters/core/VectorMath.h"
 #include "filters/core/tree/KMeansGrowth.h"
-#include "filters/core/tree/KMeansSeeds.h"
 #include "filters/core/tree/KMeansSurface.h"
 
 #include <limits>

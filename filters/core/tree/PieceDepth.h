@@ -36,7 +36,7 @@ AncestorLevels AncestorLevelsOf(Resolution resolution, const TreeDepths& depths)
 
 // Whether clusters of a resolution name the pieces of the next level that hold their children:
 // those of the levels R <= d < S.
-bool HasReach(Resolution resolution, const TreeDepths& depths);
+bool HasChildNodes(Resolution resolution, const TreeDepths& depths);
 
 constexpr NodeId NodeOfPartition(std::uint32_t partition, const TreeDepths& depths)
 {

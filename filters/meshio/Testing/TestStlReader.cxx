@@ -20,8 +20,8 @@ void ExpectReadBack(unsigned seed, std::uint64_t mostFacets, std::uint64_t mostL
   RandomStlMaker maker(seed);
   const RandomStl stl = maker.Make(mostFacets);
   const ScratchFolder folder;
-  const Contents read = ReadAll(folder.Write("random.stl", stl.bytes),
-    [&] { return maker.GetDice().Chance(0.2) ? everything : 1 + maker.GetDice().Pick(mostLimit); });
+  const Contents read = ReadAll(folder.Write("random.stl", stl.bytes), [&]
+    { return maker.Generator().Chance(0.2) ? everything : 1 + maker.Generator().Pick(mostLimit); });
   ASSERT_TRUE(read.status) << read.status.GetError().message;
   EXPECT_TRUE(read.info.soup);
   EXPECT_EQ(read.info.vertices, stl.points.size());

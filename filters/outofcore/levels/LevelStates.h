@@ -25,7 +25,7 @@ struct LevelArrays
   std::vector<AttributeInfo> attributes; // that levels carry
   // Where in a tuple of them the level's paint is; nothing where there is none, or it does not
   // matter.
-  std::optional<std::size_t> paint;
+  std::optional<std::size_t> vertexColors;
 
   std::size_t TupleBytes() const;
 };

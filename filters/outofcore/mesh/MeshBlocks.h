@@ -38,7 +38,7 @@ struct MeshBlocks
   SpillFile cellTuples;                  // by number of triangle; closed if there are none
   // What the process may hold while freed memory stays with it (ReturnFreeMemory).
   std::uint64_t keptMemory = 0;
-  // Ranks of other processes' vertices that blocks of this one use, ascending (BlockTeam.h).
+  // Ranks of other processes' vertices that blocks of this one use, ascending (BlockGroup.h).
   std::vector<VertexId> foreign;
 
   std::size_t BlockCount() const

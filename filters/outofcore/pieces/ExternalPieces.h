@@ -33,11 +33,11 @@ using PartVisit = std::function<Status(
 // or above the clusters of a level from R to S: about 8 bytes of each and a level, less where they
 // are near each other. Errors: InputOutput; Damaged (NumberExternally); those of `visit`, which end
 // it. REQUIRES: numbers of these levels; a level finer than S in blocks of at most the depth of its
-// pieces (PieceDepth). team: each process gets the parts of its own blocks, the first one those of
+// pieces (PieceDepth). group: each process gets the parts of its own blocks, the first one those of
 // the levels up to S. finished: called behind the last part of each resolution, in every process.
 Status ForEachPart(const MeshBlocks& mesh, const ExternalLevels& levels,
   const ExternalNumbers& numbers, const PartVisit& visit, const Execution& execution = {},
-  BlockTeam* team = nullptr, const std::function<Status(Resolution)>& finished = {});
+  BlockGroup* group = nullptr, const std::function<Status(Resolution)>& finished = {});
 
 // The same for partitions of any size without levels (OctreePartitions.h): the parts of the
 // original alone, a block of the mesh each. The vertices are numbered as they are ranked.

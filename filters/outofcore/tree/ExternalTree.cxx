@@ -1,8 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// The k-d tree out of core: see ExternalTree.h. All cells lie in one file at the place that they
-// have in the tree's order, so that a cell moves between two files of the size of the whole: from
-// the one that it is in to the other when it is split, into the first work file when it is
-// finished.
+// The k-d tree out of core: see ExternalTree.h. All cells lie in one file, each at its place in the
+// tree's order. A cell moves between two files of the size of the whole: to the other file when it
+// is split, into the first work file when it is finished.
 #include "filters/outofcore/tree/ExternalTree.h"
 
 #include "filters/core/tree/RecordSelection.h"

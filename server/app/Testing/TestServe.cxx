@@ -116,10 +116,10 @@ TEST_F(Serve, RunsOutOfPlacesBeforeDescriptors)
   ASSERT_EQ(warning.substr(0, start.size()), start);
   EXPECT_LE(std::stoi(warning.substr(start.size())), 16) << warning;
   const auto admin = serve.AdminPort();
-  StreamTestClient seated(port);
-  ASSERT_TRUE(seated.Open());
-  seated.Ask({ 1, protocol::OpenRequest{ "one" } });
-  ASSERT_TRUE(seated.Await(1).opened);
+  StreamTestClient connected(port);
+  ASSERT_TRUE(connected.Open());
+  connected.Ask({ 1, protocol::OpenRequest{ "one" } });
+  ASSERT_TRUE(connected.Await(1).opened);
   std::size_t turnedAway = 0;
   {
     std::vector<std::unique_ptr<HttpTestClient>> crowd;
@@ -142,12 +142,12 @@ TEST_F(Serve, RunsOutOfPlacesBeforeDescriptors)
     EXPECT_TRUE(fixtures::Eventually( // with the crowd still there
       [&]
       {
-        seated.Ask({ ++request, protocol::OpenRequest{ "two" } });
-        return seated.Await(request).opened;
+        connected.Ask({ ++request, protocol::OpenRequest{ "two" } });
+        return connected.Await(request).opened;
       }));
     ++request;
-    seated.Ask({ request, protocol::AskPartitions({ 0 }) });
-    EXPECT_EQ(seated.Await(request).blobs.size(), 1u);
+    connected.Ask({ request, protocol::AskPartitions({ 0 }) });
+    EXPECT_EQ(connected.Await(request).blobs.size(), 1u);
   }
   EXPECT_EQ(turnedAway, 40u);
   EXPECT_TRUE(fixtures::Eventually( // when the crowd has gone
@@ -156,7 +156,7 @@ TEST_F(Serve, RunsOutOfPlacesBeforeDescriptors)
       const auto answer = HttpTestClient(port).Get("/api/models/two/model.json");
       return answer && answer->status == 200;
     }));
-  seated.Close();
+  connected.Close();
   serve.Signal(SIGTERM);
   EXPECT_EQ(serve.Wait(), 0);
 }
@@ -358,7 +358,7 @@ TEST_F(Serve, StoresAppearChangeAndGoByThemselves)
   EXPECT_EQ(serve.ErrorLine(), "") << "nothing else to warn of";
 }
 
-TEST_F(Ending, FinishesWhatIsUnderWay)
+TEST_F(Ending, FinishesWhatIsInFlight)
 {
   Process serve(this->Arguments("100000"));
   const auto port = serve.Port();

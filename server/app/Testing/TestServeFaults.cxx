@@ -427,7 +427,7 @@ TEST_F(Faulty, MemoryThatFailsNowAndThen)
   ASSERT_TRUE(stream.Await(1).opened);
   stream.Ask({ 2, protocol::AskPartitions({ 0 }) });
   EXPECT_EQ(stream.Await(2).blobs.size(), 1u);
-  // no seat stays taken: three, and who asks
+  // no slot stays taken: three, and who asks
   EXPECT_TRUE(fixtures::Eventually([&] { return Count(port, "kdstream_connections") <= 4; }));
   stream.Close();
   serve.Signal(SIGTERM);
@@ -780,16 +780,16 @@ TEST_F(Faulty, NoTlsForAConnection)
   const auto admin = serve.AdminPort();
   const auto port = serve.Port("https");
   const std::string ask = "GET /healthz HTTP/1.1\r\nHost: a\r\n\r\n";
-  TlsTestClient seated(port);
-  seated.Send(ask);
-  EXPECT_EQ(seated.Receive("ok\n").substr(0, 15), "HTTP/1.1 200 OK");
+  TlsTestClient connected(port);
+  connected.Send(ask);
+  EXPECT_EQ(connected.Receive("ok\n").substr(0, 15), "HTTP/1.1 200 OK");
   this->faults->tls = ENOMEM;
   for (int i = 0; i < 3; ++i)
   {
     EXPECT_FALSE(TlsTestClient(port).IsConnected());
   }
-  seated.Send(ask);
-  EXPECT_EQ(seated.Receive("ok\n").substr(0, 15), "HTTP/1.1 200 OK") << "who is in stays in";
+  connected.Send(ask);
+  EXPECT_EQ(connected.Receive("ok\n").substr(0, 15), "HTTP/1.1 200 OK") << "who is in stays in";
   EXPECT_EQ(Count(admin, "kdstream_failures_total{what=\"connection\"}"), 3u);
   EXPECT_EQ(serve.ErrorLine(),
     "kdstream-serve: error: a connection was closed after an error: out of memory");

@@ -163,7 +163,7 @@ TEST_F(Guarded, FollowsItsFileThoughDescriptorsHaveRunOut)
   EXPECT_EQ(stream.CloseCode(), 1008u);
 }
 
-// What is under way when the server is told to end may take long.
+// What is in flight when the server is told to end may take long.
 TEST_F(Guarded, FollowsItsFileWhileItEnds)
 {
   Mesh sheet;

@@ -98,7 +98,7 @@ TEST_F(TestViewPictures, APictureHasALegend)
     const double share = ShareThatDiffers(this->Folder / "with.png", this->Folder / "without.png");
     EXPECT_GT(share, 0.01) << array;
     EXPECT_LT(share, 0.2) << array;
-    // Words, and the map's upper end or the class "ground", which no lamp shades.
+    // Words, and the map's upper end or the class "ground", which no light shades.
     const std::array<int, 3> words{ 235, 235, 235 };
     const std::array<int, 3> shown =
       array == "reflectance" ? std::array{ 250, 230, 36 } : std::array{ 160, 112, 60 };

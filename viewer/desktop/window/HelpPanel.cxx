@@ -1,5 +1,4 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "viewer/desktop/window/HelpPanel.h"
 
 #include "viewer/desktop/window/Panels.h"
 

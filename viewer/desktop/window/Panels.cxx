@@ -3,9 +3,7 @@
 #include "viewer/desktop/window/Panels.h"
 
 #include "filters/program/ProgressReporter.h"
-#include "viewer/desktop/window/BlobTable.h"
 #include "viewer/desktop/window/ColorPanel.h"
-#include "viewer/desktop/window/HelpPanel.h"
 #include "viewer/desktop/window/ToolsPanel.h"
 
 #include <imgui.h>
@@ -90,7 +88,7 @@ std::string DescribeSurface(const PanelFacts& facts)
     return "";
   }
   const bool original = status.original || (status.region && status.region->shown > 0);
-  const bool isCut = status.errorLeft > 2;
+  const bool isCut = status.remainingError > 2;
   const std::string level = std::to_string(*status.shownLevel);
   std::string text =
     isCut && original ? "Up to the original" : (isCut ? "Up to level " : "Level ") + level;
@@ -482,7 +480,7 @@ void Panels::DrawSettings(const PanelFacts& facts, ViewSettings& settings)
   {
     settings.memory = static_cast<std::uint64_t>(memory) << 20;
   }
-  ImGui::Checkbox("Prefetch what may be needed next", &settings.fetchAhead);
+  ImGui::Checkbox("Prefetch what may be needed next", &settings.prefetch);
   if (HasSeveral(facts))
   {
     Text("Previews");

@@ -168,7 +168,7 @@ void DrawLight(const PanelFacts& facts, PanelWishes& wishes)
     return;
   }
   RakingLight light = *facts.light;
-  bool moved = Slider(facts, "bright", light.lamp.intensity, RakingLight::mostIntensity);
+  bool moved = Slider(facts, "bright", light.lightSource.intensity, RakingLight::mostIntensity);
   if (light.second)
   {
     moved |= Slider(facts, "the second", light.second->intensity, RakingLight::mostIntensity);
@@ -177,8 +177,8 @@ void DrawLight(const PanelFacts& facts, PanelWishes& wishes)
   const bool standard = ImGui::Button("Standard light");
   if (moved || standard)
   {
-    wishes.steps.push_back({ SessionStep::Kind::Lamps, {},
-      FormatLamps(standard ? std::nullopt : std::optional(light)) });
+    wishes.steps.push_back({ SessionStep::Kind::Lights, {},
+      FormatLights(standard ? std::nullopt : std::optional(light)) });
   }
 }
 

@@ -101,8 +101,8 @@ void WindowLook::SaveNotes()
 // Not what was written and would be lost, the first time.
 void WindowLook::End()
 {
-  const bool isOwed = this->Session.Notes().HasUnsaved() || this->Words.notes.HasDraft();
-  const bool asks = isOwed && !this->AskedToSave;
+  const bool isOutstanding = this->Session.Notes().HasUnsaved() || this->Words.notes.HasDraft();
+  const bool asks = isOutstanding && !this->AskedToSave;
   this->AskedToSave = true;
   if (asks)
   {

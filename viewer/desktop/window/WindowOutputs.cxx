@@ -73,7 +73,7 @@ void WindowLook::SaveOutline()
 // come, as it is when that plays again.
 void WindowLook::AskForPicture()
 {
-  this->OwesPicture = true;
+  this->PicturePending = true;
   this->FramesLeft = 2;
   if (this->Session.IsRecording() && !this->Session.Viewer().IsIdle())
   {
@@ -83,7 +83,7 @@ void WindowLook::AskForPicture()
 
 void WindowLook::TakePicture()
 {
-  this->OwesPicture = false;
+  this->PicturePending = false;
   const std::string model = this->Session.Viewer().GetStatus().model;
   if (model.empty() || this->Session.Viewer().GetStatus().vertices == 0)
   {

@@ -56,7 +56,7 @@ public:
   void OpenNext(int step);
   // What could not be had, once more.
   void Retry();
-  void SetAhead(std::size_t bytes);
+  void SetPrefetch(std::size_t bytes);
   // As ViewerSession's; of neither a recording tells.
   void SetSpinning(bool spins) { this->Looks.SetSpinning(spins); }
   void RemoveMeasurement(std::size_t index);

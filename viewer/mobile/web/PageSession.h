@@ -30,7 +30,7 @@ public:
 
   ViewerSession& Session() { return this->Viewer; }
   const ViewerSession& Session() const { return this->Viewer; }
-  ServerLine& Line() { return this->Talk; }
+  ServerLine& Line() { return this->Connection; }
 
   // The list of models as the server sent it. Errors: those of ParseModelList; the old list stays
   // then.
@@ -80,9 +80,9 @@ public:
   // that were measured. from, to: where the ends are seen, [x, y] in pixels, or null; heights are
   // along the model's up.
   std::string MeasurementsJson() const;
-  // What to tell the person, into an object; page.js tells the members. isOnItsWay:
+  // What to tell the person, into an object; page.js tells the members. isInFlight:
   // whether what is drawn is not yet what it comes to.
-  void Describe(JsonWriter& json, bool isOnItsWay) const;
+  void Describe(JsonWriter& json, bool isInFlight) const;
 
 private:
   struct Searched
@@ -90,22 +90,22 @@ private:
     SessionRequest request;
     bool isTold = false;
     std::vector<protocol::BlobId> found;
-    bool isAgain = false; // while nothing comes from the server
-    bool isOwed = false;  // by the server too
+    bool isAgain = false;       // while nothing comes from the server
+    bool isOutstanding = false; // by the server too
   };
   void Send(double now);
   void Send(const SessionRequest& request, double now);
   Searched* FindSearch(std::uint32_t id);
   void FollowTrouble();
-  void SearchOwed();
+  void SearchOutstanding();
   void Receive(ClientEvent event);
   void Take(const ClientEvent& event);
-  bool NeedsRest() const;
+  bool NeedsSecondPart() const;
   std::string Staleness() const;
 
   MemoryBudget Memory;
   ViewerSession Viewer;
-  ServerLine Talk;
+  ServerLine Connection;
   std::string Refusal; // of the last selection
   bool Listed = false; // there is a list of models
   ModelDescription Open;

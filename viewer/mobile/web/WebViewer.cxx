@@ -270,18 +270,18 @@ extern "C"
   {
     viewer->outbox = viewer->page.Session().SectionOutline();
   }
-  // Intensities of the lamps and the relief, where there is raking light.
+  // Intensities of the lights and the relief, where there is raking light.
   EMSCRIPTEN_KEEPALIVE void ViewerDim(
-    WebViewer* viewer, double lamp, double secondLamp, double relief)
+    WebViewer* viewer, double lightSource, double secondLight, double relief)
   {
     auto light = viewer->page.Session().GetLight();
     if (light)
     {
-      light->lamp.intensity = lamp;
+      light->lightSource.intensity = lightSource;
       light->relief = relief;
       if (light->second)
       {
-        light->second->intensity = secondLamp;
+        light->second->intensity = secondLight;
       }
       viewer->page.Session().SetLight(light);
     }
@@ -338,12 +338,12 @@ extern "C"
   // Whether anything moves by itself: new vertices to their places, and what is let go.
   EMSCRIPTEN_KEEPALIVE void ViewerSetMotion(WebViewer* viewer, bool motion)
   {
-    viewer->picture.SetGlides(motion);
+    viewer->picture.SetGeomorphs(motion);
     viewer->page.Session().SetCoasting(motion);
   }
-  EMSCRIPTEN_KEEPALIVE void ViewerSetAhead(WebViewer* viewer, unsigned bytes)
+  EMSCRIPTEN_KEEPALIVE void ViewerSetPrefetch(WebViewer* viewer, unsigned bytes)
   {
-    viewer->page.Session().SetAhead(bytes);
+    viewer->page.Session().SetPrefetch(bytes);
   }
   EMSCRIPTEN_KEEPALIVE void ViewerSetRings(WebViewer* viewer, unsigned rings)
   {
@@ -438,9 +438,9 @@ extern "C"
   {
     viewer->page.Line().Tick(now);
   }
-  EMSCRIPTEN_KEEPALIVE void ViewerHurry(WebViewer* viewer)
+  EMSCRIPTEN_KEEPALIVE void ViewerRetryNow(WebViewer* viewer)
   {
-    viewer->page.Line().Hurry();
+    viewer->page.Line().RetryNow();
   }
 
   // ---- what comes out
@@ -564,7 +564,7 @@ extern "C"
   {
     kdstream::JsonWriter json;
     json.BeginObject();
-    viewer->page.Describe(json, viewer->picture.IsOnItsWay());
+    viewer->page.Describe(json, viewer->picture.IsInFlight());
     viewer->picture.Describe(json);
     json.EndObject();
     viewer->outbox = json.Text();

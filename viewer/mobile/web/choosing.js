@@ -197,8 +197,8 @@ export function askAgain() {
 }
 
 export function tryNow() {
-  line.hurry();
-  rest.hurry();
+  line.retryNow();
+  rest.retryNow();
   refreshing.refresh();
   wake();
 }

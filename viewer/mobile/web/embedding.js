@@ -11,7 +11,7 @@
 
 import { hasToken } from "./line.js";
 
-const deeds = {
+const commands = {
   home: ({ viewer }) => viewer.goHome(),
   side: ({ viewer }, side) => viewer.lookFromSide(String(side)),
   spin: ({ viewer }, spins) => viewer.setSpinning(Boolean(spins)),
@@ -77,7 +77,7 @@ export class Embedding {
   }
 
   async #answer({ source, data }) {
-    const deed = Object.hasOwn(deeds, data?.deed) ? deeds[data.deed] : null;
+    const deed = Object.hasOwn(commands, data?.deed) ? commands[data.deed] : null;
     if (source !== window.parent || data?.kdstream !== 1) {
       return;
     }

@@ -34,8 +34,9 @@ function classesOf(name, present, viewer) {
   }));
 }
 
-// What they mean: the array's name, or "" for colours of detail, and either `entries`, [{ color, text }], or a bar, from the
-// low end to the high one: its `colors`, and what stands at its `ends` and between them. null where the model lacks the array.
+// What the colours mean: the array's name, or "" for colours of detail, and either `entries`, [{ color, text }], or a
+// bar from the low end to the high one: its `colors`, and the labels at its `ends` and between them. null where the
+// model lacks the array.
 export function keyOf(viewer, colouring) {
   const name = arrayOf(colouring);
   if (!name) {

@@ -7,7 +7,7 @@ import { findBlob, findText, isPinned, storeBlobs, storeText, storedPathsOf } fr
 import { Action } from "./viewer.js";
 import { t } from "./words.js";
 
-const longestSilence = 20000; // ms, of an answer
+const stallTimeout = 20000; // ms, of an answer
 const mostListBytes = 16 << 20;
 const longestRetryAfter = 3600; // s
 const listPath = "/api/models.json";
@@ -113,7 +113,7 @@ export async function get(path, mostBytes, cache = "default") {
   let timer = 0;
   const wait = () => {
     clearTimeout(timer);
-    timer = setTimeout(() => controller.abort(), longestSilence);
+    timer = setTimeout(() => controller.abort(), stallTimeout);
   };
   try {
     wait();
@@ -299,8 +299,8 @@ export class Line {
   }
 
   // Tries again now what would be tried again later.
-  hurry() {
-    this.#viewer.hurry();
+  retryNow() {
+    this.#viewer.retryNow();
     this.tick();
   }
 

@@ -32,12 +32,23 @@ function sentence(text) {
   return /[.!?…؟]$/.test(begun) ? begun : begun + ".";
 }
 
-// The message for how things stand, or null: { text; label and act of its button; good; stays: cannot be put away }.
+// The message for the viewer's state, or null: { text; label and act of its button; good; stays: cannot be put away
+// }.
 //
-// situation: { status: of the viewer; name: of the model; failed: what the viewer has stopped for, or null; contextLost;
-// listed: there is a list of models; listTrouble: why there is no new one; lacksToken: the server wants one; away: nothing
-// comes from the server; wellAgain; offline: what is kept is all there is; rest: of the viewer (rest.js); update: a
-// function, where there is a newer page; tryNow, askAgain, askForToken: functions }.
+// situation:
+//   status       of the viewer
+//   name         of the model
+//   failed       why the viewer has stopped, or null
+//   contextLost
+//   listed       whether there is a list of models
+//   listTrouble  why there is no new list
+//   lacksToken   the server requires a token
+//   away         nothing comes from the server
+//   wellAgain    it does again
+//   offline      only what is kept can be shown
+//   rest         of the viewer (rest.js)
+//   update       a function, if there is a newer page
+//   tryNow, askAgain, askForToken   functions
 export function findMessage(situation) {
   const { status, name, listed, listTrouble } = situation;
   const again = { label: t("Try now"), act: situation.tryNow };

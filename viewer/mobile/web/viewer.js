@@ -204,8 +204,8 @@ class Viewer {
   }
 
   // Bytes that are fetched ahead of what is wanted.
-  setAhead(bytes) {
-    this.#call("SetAhead", bytes);
+  setPrefetch(bytes) {
+    this.#call("SetPrefetch", bytes);
   }
 
   // Whether anything moves by itself.
@@ -313,8 +313,8 @@ class Viewer {
     this.#call("Tick", now);
   }
 
-  hurry() {
-    this.#call("Hurry");
+  retryNow() {
+    this.#call("RetryNow");
   }
 
   // ---- what comes out

@@ -228,11 +228,11 @@ TEST(TestViewLink, TakesAnyText)
 
 TEST(TestViewLink, SidesAreLevelAndOpposite)
 {
-  for (const ModelPose& pose : { ModelPose{}, ModelPose{ { 0, 0, 1 }, { 0, -0.8, 0.6 }, false },
-         ModelPose{ { 0, 0, 1 }, { 0, 0, 1 }, false } })
+  for (const HomeView& homeView : { HomeView{}, HomeView{ { 0, 0, 1 }, { 0, -0.8, 0.6 }, false },
+         HomeView{ { 0, 0, 1 }, { 0, 0, 1 }, false } })
   {
     MemoryServer server = SmallTorus();
-    server.SetPose(pose);
+    server.SetHomeView(homeView);
     ViewerSession session;
     Open(session);
     server.Serve(session);
@@ -243,24 +243,24 @@ TEST(TestViewLink, SidesAreLevelAndOpposite)
       return std::pair(Normalized(scene.eye - scene.focal), scene.up);
     };
     const auto [front, up] = look("front");
-    EXPECT_LT(Length(up - pose.up), 1e-9);
-    EXPECT_NEAR(Dot(front, pose.up), 0, 1e-9);
-    if (std::abs(Dot(pose.view, pose.up)) < 0.9)
+    EXPECT_LT(Length(up - homeView.up), 1e-9);
+    EXPECT_NEAR(Dot(front, homeView.up), 0, 1e-9);
+    if (std::abs(Dot(homeView.view, homeView.up)) < 0.9)
     {
-      EXPECT_GT(Dot(front, pose.view), 0.5);
+      EXPECT_GT(Dot(front, homeView.view), 0.5);
     }
     EXPECT_LT(Length(look("back").first + front), 1e-9);
-    EXPECT_LT(Length(look("right").first - Cross(pose.up, front)), 1e-9);
-    EXPECT_LT(Length(look("left").first + Cross(pose.up, front)), 1e-9);
+    EXPECT_LT(Length(look("right").first - Cross(homeView.up, front)), 1e-9);
+    EXPECT_LT(Length(look("left").first + Cross(homeView.up, front)), 1e-9);
     const auto [above, away] = look("top");
-    EXPECT_LT(Length(above - pose.up), 1e-9);
+    EXPECT_LT(Length(above - homeView.up), 1e-9);
     EXPECT_LT(Length(away + front), 1e-9) << "the front is below";
-    EXPECT_LT(Length(look("bottom").first + pose.up), 1e-9);
+    EXPECT_LT(Length(look("bottom").first + homeView.up), 1e-9);
     const ViewerScene bottom = session.Scene();
     EXPECT_FALSE(session.LookFromSide("inside"));
     EXPECT_EQ(session.Scene().eye, bottom.eye);
     session.UndoView();
-    EXPECT_LT(Length(Normalized(session.Scene().eye - session.Scene().focal) - pose.up), 1e-9);
+    EXPECT_LT(Length(Normalized(session.Scene().eye - session.Scene().focal) - homeView.up), 1e-9);
   }
 }
 

@@ -38,7 +38,7 @@ public:
 
   // Another model: what was seen of the last one is forgotten.
   void Reset();
-  // The first view: that of the description (ModelPose).
+  // The first view: that of the description (HomeView).
   void Fit();
   // As ViewerSession::Resize has it.
   void Resize(const Viewport& viewport);

@@ -82,7 +82,7 @@ TEST_F(TestKdStoreWriter, AStoreHoldsTheMeshWithItsArrays)
   EXPECT_TRUE(store->Verify().empty());
   EXPECT_EQ(store->Info().title, "A sphere");
   EXPECT_EQ(store->Info().unit, "mm");
-  EXPECT_EQ(store->Info().pose->up, (Vec3{ 0, 0, 1 }));
+  EXPECT_EQ(store->Info().homeView->up, (Vec3{ 0, 0, 1 }));
   EXPECT_EQ(store->Info().triangles, static_cast<std::uint64_t>(sphere->GetNumberOfPolys()));
   EXPECT_TRUE(store->Info().HasLevels());
   ASSERT_EQ(store->Info().attributes.size(), 2u);

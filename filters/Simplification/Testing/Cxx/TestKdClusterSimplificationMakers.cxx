@@ -294,7 +294,7 @@ TEST(KdClusterSimplificationMakers, ArraysThatAreNoClusters)
 }
 
 // Normals up, colours as they are given, and an array that is not carried.
-PolyData MakePainted(int side)
+PolyData MakeColored(int side)
 {
   PolyData input = MakePlate(side);
   vtkNew<vtkFloatArray> normals;
@@ -315,7 +315,7 @@ PolyData MakePainted(int side)
 
 TEST(KdClusterSimplificationMakers, NormalsAndColorsAreAveraged)
 {
-  const PolyData input = MakePainted(16);
+  const PolyData input = MakeColored(16);
   AddClusters(*input, "One", std::vector<double>(256, 3));
   for (const bool byArray : { false, true })
   {

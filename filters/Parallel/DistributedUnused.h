@@ -1,0 +1,34 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Vertices that no triangle uses, of a parallel build: behind step "weld" they are set aside, and
+// rank 0, which writes the store, gets them. For DistributedBuilder.
+#pragma once
+
+#include "filters/Parallel/DistributedWeld.h"
+#include "filters/Parallel/MpiGroup.h"
+#include "filters/core/Execution.h"
+#include "filters/outofcore/mesh/ExternalWeld.h"
+#include "filters/outofcore/mesh/MeshSpill.h"
+
+#include <cstdint>
+
+namespace kdstream
+{
+
+// Of all ranks; files on rank 0 alone, in the order of the file that was read.
+struct DistributedUnused
+{
+  std::uint64_t count = 0;
+  VertexFiles vertices;
+};
+
+// Takes out of `vertices` what no rank's triangles use, and numbers the rest anew, keeping their
+// order. A rank names to each other the vertices of its triangles that this one has read (4 bytes
+// each, once in a round), who names those that were welded to those who have the lowest equal; in
+// as many passes as sections of marks need, one but for very many vertices. share: its triangles
+// have the file's numbers in their corners. Memory: `memory` and what a round carries. Errors:
+// InputOutput; Cancelled; MpiGroup's.
+Result<DistributedUnused> SetUnusedAside(MpiGroup& group, SpillFolder& folder,
+  const SpilledMesh& share, DistributedVertices& vertices, std::uint64_t memory,
+  const Execution& execution);
+
+}

@@ -1,0 +1,39 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Step "weld" of a parallel build: equal vertices become one, though different ranks have read
+// them. For DistributedBuilder.
+#pragma once
+
+#include "filters/Parallel/MpiGroup.h"
+#include "filters/core/Execution.h"
+#include "filters/outofcore/mesh/ExternalWeld.h"
+
+#include <cstdint>
+#include <vector>
+
+namespace kdstream
+{
+
+// A rank's share of the vertices, those that it has read and that stay. Their numbers follow each
+// other from rank to rank, in the file's order.
+struct DistributedVertices
+{
+  std::vector<VertexId> readBegin; // of each rank the first number in the file, and the end
+  std::vector<VertexId> begin;     // of each rank the first number now, and the end
+  VertexFiles kept;                // those that stay
+  SpillFile numberOf; // VertexId: of each vertex that was read here the number now; closed where
+                      // all have the file's numbers
+  std::uint64_t welded = 0; // how many went, of all ranks
+
+  VertexId Count() const { return this->begin.back(); }
+};
+
+// Joins vertices as WeldVertices does (Weld.h), if weld is wanted; numbers them. Every vertex goes
+// to the rank that its bytes' hash tells (28 bytes and its tuples), which finds the lowest number
+// of those that are equal; what goes is told to those who have read it (8 bytes), who ask for the
+// new numbers (4 bytes there and back). Memory: `memory` and what a round carries. Errors:
+// LimitExceeded for more than 2^32 - 2 vertices; InvalidInput for none; InputOutput; Cancelled;
+// MpiGroup's.
+Result<DistributedVertices> WeldCollectively(MpiGroup& group, SpillFolder& folder,
+  VertexFiles share, bool weld, std::uint64_t memory, const Execution& execution);
+
+}
