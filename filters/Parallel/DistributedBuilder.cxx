@@ -418,7 +418,7 @@ Status CheckOptions(const BuildOptions& options)
   }
   if (options.memory < leastMemory)
   {
-    return Error{ ErrorCode::LimitExceeded, "building on several ranks takes at least " +
+    return Error{ ErrorCode::LimitExceeded, "building on several ranks needs at least " +
                                               Mebibytes(leastMemory) + " on each; the limit is " +
                                               Mebibytes(options.memory) };
   }

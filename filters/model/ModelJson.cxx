@@ -215,11 +215,11 @@ Status CheckServed(const ModelDescription& model)
   };
   if (!IsModelId(model.id))
   {
-    return fault("id", "is no model id");
+    return fault("id", "is not a model id");
   }
   if (!IsDigest(model.digest))
   {
-    return fault("digest", "has not 32 hexadecimal digits");
+    return fault("digest", "must have 32 hexadecimal digits");
   }
   const std::pair<const char*, const std::string*> texts[] = { { "title", &model.title },
     { "credit", &model.credit }, { "license", &model.license }, { "unit", &model.unit },

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// How much each address may have: connections at a time, requests a minute. Internal to the server.
+// Rate limits: how much each address may have, connections at a time and requests a minute.
+// Internal to the server.
 #pragma once
 
 #include <chrono>

@@ -130,7 +130,7 @@ private:
     {
       this->FirstError =
         Error{ ErrorCode::Damaged, std::to_string(count) + " values of " + std::to_string(bytes) +
-                                     " bytes are not there at offset " + std::to_string(this->At) };
+                                     " bytes are missing at offset " + std::to_string(this->At) };
     }
     return this->Good();
   }

@@ -287,7 +287,7 @@ private:
       {
         return Error{ ErrorCode::Damaged,
           "level " + std::to_string(finest) + ": cluster " + std::to_string(begin + i) +
-            " does not count its vertices, which are " + std::to_string(counts[i]) };
+            " has a wrong count of vertices, which should be " + std::to_string(counts[i]) };
       }
     }
     return first;

@@ -66,7 +66,7 @@ public:
   std::optional<Arrival> TakeArrival();
   // The next search for blobs that the page may have kept, or "": its number and their paths at the
   // server, a line each. The server is asked for those that are not found. While nothing comes from
-  // the server, what it still owes is searched too; " again" stands behind the number then, since
+  // the server, what is outstanding is searched too; " again" stands behind the number then, since
   // the page may have kept more than it knew of when it searched first.
   std::string TakeSearch();
   // The blob `index` of the search; one that is damaged counts as not found. Of a search that has
