@@ -279,8 +279,8 @@ private:
       true);
   }
 
-  // The texts of an array: of a text a line each; in binary each with its size before it, of one to
-  // eight bytes, as the first two bits say.
+  // The texts of an array. In a text file each is a line; in a binary file each has its size before
+  // it, in one to eight bytes, as its first two bits say.
   bool TakeStrings(std::uint64_t count)
   {
     this->SkipLine();

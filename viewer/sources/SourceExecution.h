@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// How sources run: on VTK's threads. While they wait, progress is told as it is, so that whoever
-// observes it can stop them; so can any other thread, by vtkAlgorithm::SetAbortExecute.
+// How sources run: on VTK's threads. While they wait, the unchanged progress is reported, so that
+// an observer can stop them; so can any other thread, by vtkAlgorithm::SetAbortExecute.
 #pragma once
 
 #include "filters/core/Execution.h"

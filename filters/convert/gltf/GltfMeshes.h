@@ -52,7 +52,7 @@ public:
     std::uint64_t coloured = 0; // of these, by themselves or by their material
     std::uint64_t zeros = 0;    // elements of all attributes and indices that have no bytes
     // Arrays of the points, and how many parts have each: "Normals", "TCoords" (TEXCOORD_0),
-    // "texcoord_1", then all others by their names, but those that the reader uses up.
+    // "texcoord_1", then all others by their names, except those that the reader uses up.
     std::vector<std::pair<AttributeInfo, std::uint64_t>> arrays{};
 
     void Add(const Claims& other);

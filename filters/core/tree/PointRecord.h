@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// What a k-d tree is built from: a vertex's coordinates beside its id, so that comparing and moving
-// a vertex touches one place in memory, and in a spill file.
+// The records from which a k-d tree is built: a vertex's coordinates and its id. So comparing and
+// moving a vertex touches one place in memory, and in a spill file.
 #pragma once
 
 #include "filters/core/Types.h"
