@@ -56,7 +56,7 @@ public:
 
   // REQUIRES: context < choices, symbol < symbolCount.
   void Choice(std::size_t context, unsigned symbol) { this->Symbol(context, symbol); }
-  // The same under a context of numbers. These come before all else, whenever they are told.
+  // The same under a context of numbers. These come before all else, whenever they are stored.
   void Pair(std::size_t context, unsigned symbol)
   {
     this->Pairs.push_back(EntryOf(context, symbol));

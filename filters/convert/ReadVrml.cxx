@@ -1427,7 +1427,7 @@ private:
     }
   }
 
-  // --- What is told
+  // --- What is reported
 
   void Fail(const Error& error) { this->Failure = this->Failure ? this->Failure : error; }
   void Warn(const std::string& warning)

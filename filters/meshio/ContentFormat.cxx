@@ -252,7 +252,7 @@ std::string TellZip(const std::vector<std::string>& names, std::string_view itsE
          ": unpack it first, by unzip";
 }
 
-// --- What is told --------------------------------------------------------------------------------
+// --- What is reported ----------------------------------------------------------------------------
 
 // Of content that is never read, whatever the ending.
 std::string UnreadHint(

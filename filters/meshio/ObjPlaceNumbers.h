@@ -38,7 +38,7 @@ public:
   // (ColorWhite). Of seven numbers or more the first three after x y z count; where the first is 1
   // for all, and the last not opaque for all, it is a weight, and the next three count. Nothing
   // where not all vertices have them. normalsNamed: whether faces name other normals. What could be
-  // read otherwise is told.
+  // read otherwise is reported.
   ObjPlaceColumns Decide(std::uint64_t vertices, bool normalsNamed, Tolerance& tolerance) const;
 
 private:

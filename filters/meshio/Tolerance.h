@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // The one rule of tolerance that the readers of all formats share: what of a damaged file is
-// dropped or forgiven is counted by kind, and told. doc/cli.md#tolerance tells users.
+// dropped or forgiven is counted by kind, and reported. doc/cli.md#tolerance tells users.
 #pragma once
 
 #include "filters/core/Result.h"
@@ -56,7 +56,7 @@ public:
 
   // Adds what another part of the same file had.
   void Add(const Tolerance& other);
-  // What was counted and told after `before`, a former state of this.
+  // What was counted and reported after `before`, a former state of this.
   Tolerance Since(const Tolerance& before) const;
 
   // A sentence for each kind that was counted, then the readings: warnings without the file's name.

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// How far long work is, told on stderr: every program's progress.
+// How far long work is, reported on stderr: every program's progress.
 #pragma once
 
 #include "filters/program/ProgressEstimate.h"
@@ -17,7 +17,7 @@
 namespace kdstream
 {
 
-// What a step goes through from its beginning to its end: its rate is told in this.
+// What a step goes through from its beginning to its end: its rate is reported in this.
 struct StepAmount
 {
   double amount = 0;

@@ -89,7 +89,7 @@ Status DecodeWebp(std::span<const std::uint8_t> bytes, std::uint64_t mostPixels,
 // All rows of a picture in memory. head: its size, without texels. Errors: rows.Why().
 Status TellRows(const Picture& head, const std::uint8_t* texels, PictureRows& rows);
 
-// What is told where memory runs out.
+// What is reported where memory runs out.
 Error NoMemoryForPixels();
 
 // Whether so many pixels may be decoded. Errors: LimitExceeded with the size, also where a side is

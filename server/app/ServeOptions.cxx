@@ -60,7 +60,7 @@ CLI::Validator NumberFrom(double least, double most)
 
 CLI::Validator SizeFromOne()
 {
-  return Must("a size of at least 1", // what is no size is told by the option itself
+  return Must("a size of at least 1", // what is no size is reported by the option itself
     [](const std::string& text)
     {
       const auto size = ParseSize(text);

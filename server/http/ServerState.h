@@ -130,7 +130,7 @@ public:
       this->WriteLog([&] { this->Options.onAccess(record); });
     }
   }
-  // The same error is told once a minute at most, with how often it has come.
+  // The same error is reported once a minute at most, with how often it has come.
   void LogError(std::string_view message) noexcept
   {
     if (this->Options.onError)

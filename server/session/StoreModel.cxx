@@ -260,7 +260,7 @@ private:
     this->ReportPassing(error);
   }
 
-  // What may pass is told once until something can be read again.
+  // What may pass is reported once until something can be read again.
   void ReportPassing(const Error& error) const
   {
     const bool passes =

@@ -117,8 +117,8 @@ void TellIfNothingIsWritten(const std::string& program, const ViewOptions& line,
   }
 }
 
-// What is told of parts that cannot be had, and of pictures that show nothing, or less than they
-// should.
+// What is reported of parts that cannot be had, and of pictures that show nothing, or less than
+// they should.
 class ToldFailures
 {
 public:
@@ -130,7 +130,7 @@ public:
   }
 
   // A part of the model that is looked at could not be loaded: the exit code. Of many, the first
-  // few are told.
+  // few are reported.
   int Add(const std::string& sentence)
   {
     this->Incomplete.insert(this->Session.GetStatus().model);

@@ -17,7 +17,7 @@ void ForgetAbort(vtkAlgorithm& source);
 Execution MakeOpeningExecution(vtkAlgorithm& source);
 
 // For what is read then. Progress never falls, though steps begin anew: "pieces" are four fifths of
-// it, "glue" is a tenth; of all others nothing but the time is told.
+// it, "glue" is a tenth; of all others nothing but the time is reported.
 Execution MakeReadingExecution(vtkAlgorithm& source);
 
 }
