@@ -14,7 +14,7 @@
 namespace kdstream
 {
 
-// Of all ranks; files on rank 0 alone, in the order of the file that was read.
+// Of all ranks; files only on rank 0, in the order of the file that was read.
 struct DistributedUnused
 {
   std::uint64_t count = 0;

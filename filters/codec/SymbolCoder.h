@@ -239,7 +239,7 @@ private:
   void AddTable(std::span<const std::uint32_t> frequencies, std::size_t firstSymbol);
 
   // Entries: frequency << 17 | slot within the symbol << 7 | symbol. The first two tables have
-  // symbol 0 alone: those of contexts without one, choices and numbers.
+  // only symbol 0: those of contexts without one, choices and numbers.
   std::unique_ptr<std::uint32_t[]> Entries;
   std::size_t EntryCount = 0;
   std::vector<std::uint32_t> Begins;

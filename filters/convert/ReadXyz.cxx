@@ -51,7 +51,7 @@ bool HasThousands(std::string_view word)
            word.begin() + static_cast<std::ptrdiff_t>(point), IsDigit);
 }
 
-// words: of a line, at blanks and semicolons alone.
+// words: of a line, only at blanks and semicolons.
 Commas CommasOf(const std::vector<std::string_view>& words)
 {
   std::size_t inner = 0, points = 0, both = 0, thousands = 0;

@@ -16,7 +16,7 @@ namespace
 
 enum class CommaBetween : std::uint8_t
 {
-  Digits, // a comma alone, between digits
+  Digits, // only a comma, between digits
   Comma,  // with blanks or line ends
   Blank
 };

@@ -17,7 +17,7 @@ inline constexpr std::string_view utf8Mark = "\xEF\xBB\xBF";
 
 // Crops the source to the text itself and goes to its beginning: after the mark of UTF-8, and up
 // to Ctrl-Z and zeros at the end, which blanks may follow. Returns how many of these are zeros; of
-// the last MiB alone. Errors: InvalidInput for text in UTF-16 or UTF-32; InputOutput.
+// only the last MiB. Errors: InvalidInput for text in UTF-16 or UTF-32; InputOutput.
 Result<std::uint64_t> CropToText(ByteSource& source);
 
 // Whether the bytes at the beginning of a file are text in UTF-16 or UTF-32, with a mark or

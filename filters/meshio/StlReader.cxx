@@ -786,7 +786,7 @@ bool LooksLikeText(std::string_view head)
 }
 
 // Whether there is a triangle after the header of a binary file: with so many bytes after the end
-// as the header tells it, its count alone is no proof.
+// as the header tells it, its count by itself is no proof.
 bool HasFacet(std::string_view head)
 {
   const std::string_view format = FormatOfContent(head);

@@ -52,7 +52,7 @@ public:
   double Fraction() const;                                   // of the file that is read
   // Begins again with the first line.
   void Restart();
-  // Whether lines end with \r alone, known once a line has been read.
+  // Whether lines end with only \r, known once a line has been read.
   bool EndWithReturns() const { return this->ReturnsEnd; }
   // Zeros after the text, known once a line has been read.
   std::uint64_t Padding() const { return this->Zeros; }
@@ -112,7 +112,7 @@ private:
   std::string_view Text;
   std::uint64_t Count = 0;
   bool Opened = false;
-  bool ReturnsEnd = false; // whether \r alone ends a line
+  bool ReturnsEnd = false; // whether \r by itself ends a line
   std::uint64_t Zeros = 0;
 };
 

@@ -166,7 +166,7 @@ void ReadLostLook(std::string_view name, std::string_view text, ObjMaterial& mat
   }
 }
 
-// Some programs write Tr 1 of what is opaque: alone it says nothing, since nobody would see the
+// Some programs write Tr 1 of what is opaque: by itself it says nothing, since nobody would see the
 // surface.
 bool IsTransparent(const ObjMaterial& material)
 {

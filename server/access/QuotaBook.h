@@ -3,8 +3,8 @@
 // SQLite file, which several servers may share.
 //
 // Every taking is one transaction of that file. So servers that share it never give more together
-// than one alone would, and what was entered is there after a restart (though after a power cut the
-// last takings may be missing).
+// than a single one would, and what was entered is there after a restart (though after a power cut
+// the last takings may be missing).
 #pragma once
 
 #include "filters/core/Result.h"

@@ -173,7 +173,7 @@ private:
     return this->Kept;
   }
 
-  // Whether the file is what it was; opens it only where its state alone does not tell that.
+  // Whether the file is what it was; opens it only where its state by itself does not tell that.
   Status CheckFile() const
   {
     if (!this->FindOpen() && FileState::Of(this->File) == this->State())

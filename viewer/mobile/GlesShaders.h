@@ -11,7 +11,7 @@ namespace kdstream::shaders
 inline constexpr const char* header = "#version 300 es\n"
                                       "precision highp float;\n";
 
-// One triangle over the whole picture, as far away as can be, made of vertex numbers alone.
+// One triangle over the whole picture, as far away as can be, made only of vertex numbers.
 inline constexpr const char* backgroundVertex = R"(
 out float height;
 void main()

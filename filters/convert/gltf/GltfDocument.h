@@ -55,7 +55,7 @@ inline Error GltfError(const std::string& message)
 // The error with `where` before what is wrong.
 Error Within(const std::string& where, Error error);
 
-// Whether every extension that the file requires is read, or concerns looks alone: `notRead` gets a
+// Whether every extension that the file requires is read, or concerns only looks: `notRead` gets a
 // sentence that names those that the file uses and that are not read. Errors: Unsupported, naming
 // the extension.
 Status CheckGltfExtensions(const nlohmann::json& json, std::optional<std::string>& notRead);

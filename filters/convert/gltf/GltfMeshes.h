@@ -34,7 +34,7 @@ struct GltfPart
   // What moves a point with a skin: joints and their weights, so many a point.
   std::vector<std::pair<std::uint32_t, double>> joints;
   std::size_t jointsOfPoint = 0;
-  std::size_t lines = 0; // of which points alone are kept
+  std::size_t lines = 0; // of which only points are kept
 };
 
 class GltfMeshes

@@ -358,7 +358,7 @@ private:
 
   // Adds the planes through boundary edges to the partition's clusters, and the ends of these edges
   // to their boundary sums. Looks only at edges with an own end: the partition has all triangles of
-  // these, so it sees whether an edge is on the boundary, which is to be in one triangle alone.
+  // these, so it sees whether an edge is on the boundary, which is to be in only one triangle.
   void SumBoundary(std::size_t partition, VertexId firstCluster, VertexId endCluster,
     const std::vector<std::uint32_t>& unbalanced)
   {

@@ -97,7 +97,7 @@ Box BoxOfRecords(std::span<const PointRecord<Scalar>> records)
   {
     return {};
   }
-  // Two at a time: one minimum alone would wait for the one before.
+  // Two at a time: a single minimum would wait for the one before.
   RecordBox<Scalar> even(records[0]), odd(records[0]);
   std::size_t i = 0;
   for (; i + 2 <= records.size(); i += 2)

@@ -216,7 +216,7 @@ private:
   }
 
   // The vertices of a block. Its ranks and its numbers are the same interval. Inside a finest
-  // cluster the order of ids matters for those in the same place alone.
+  // cluster the order of ids matters for those only in the same place.
   Status NumberBlock(const CellRange& range, SpillFile& file) const
   {
     if (range.size == 0)

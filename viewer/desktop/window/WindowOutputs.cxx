@@ -110,7 +110,7 @@ Result<WindowPicture> WindowLook::PictureWith(InterfaceLayer::Part part)
   return picture;
 }
 
-// The model alone, as a recording that is played writes it.
+// Only the model, as a recording that is played writes it.
 Status WindowLook::WriteModelPicture(const std::string& file)
 {
   const auto picture = this->PictureWith(InterfaceLayer::Part::None);
