@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Step "build" on several ranks: from a mesh file that all of them can read, or from what each of
-// them has of a mesh, to a store that rank 0 writes (doc/decisions/0009-parallel.md).
+// Step "build" on several ranks: from a mesh file that all of them can read, or from each rank's
+// part of a mesh, to a store that rank 0 writes (doc/decisions/0009-parallel.md).
 #pragma once
 
 #include "filters/Parallel/MpiGroup.h"

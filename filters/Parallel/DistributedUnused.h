@@ -21,12 +21,15 @@ struct DistributedUnused
   VertexFiles vertices;
 };
 
-// Takes out of `vertices` what no rank's triangles use, and numbers the rest anew, keeping their
-// order. A rank names to each other the vertices of its triangles that this one has read (4 bytes
-// each, once in a round), who names those that were welded to those who have the lowest equal; in
-// as many passes as sections of marks need, one but for very many vertices. share: its triangles
-// have the file's numbers in their corners. Memory: `memory` and what a round carries. Errors:
-// InputOutput; Cancelled; MpiGroup's.
+// Takes the vertices out of `vertices` that no rank's triangles use, and numbers the rest anew, in
+// their order.
+// - A rank names to each other rank the vertices of its triangles that this other has read (4 bytes
+//   each, once in a round). Of welded vertices that rank names the lowest equal to the rank that
+//   has it.
+// - One pass for each section of marks; only very many vertices need more than one.
+//
+// share: its triangles have the file's numbers in their corners. Memory: `memory` and the bytes of
+// a round. Errors: InputOutput; Cancelled; MpiGroup's.
 Result<DistributedUnused> SetUnusedAside(MpiGroup& group, SpillFolder& folder,
   const SpilledMesh& share, DistributedVertices& vertices, std::uint64_t memory,
   const Execution& execution);

@@ -88,8 +88,8 @@ std::int64_t IdOf(vtkDataArray& ids, vtkIdType i)
   return ids.GetVariantValue(i).ToTypeInt64();
 }
 
-// Where an element is in the mesh of all ranks: vertices, segments, triangles of polygons, of
-// strips; in each kind by number, then by their order in the cell.
+// The place of an element in the mesh of all ranks: first vertices, then segments, triangles of
+// polygons, triangles of strips; within a kind by number, then by their order in the cell.
 struct ElementPlace
 {
   std::uint32_t kind = 0, part = 0;

@@ -3,12 +3,11 @@
  * @class   vtkPartitionMeasures
  * @brief   tables of the sizes, boundaries, areas and compactness of the partitions of a surface
  *
- * Input: a vtkPolyData with a point array of one component that tells each point's partition, whole
- * numbers of any numeric type; by default "PartitionId", as port 1 of vtkKdTreePartition,
- * vtkOctreePartition and vtkKMeansPartition has it (GeneratePartitionIdsOn). Another one is chosen
+ * Input: a vtkPolyData with a point array of one component: each point's partition, whole numbers
+ * of any numeric type. By default it is "PartitionId", as port 1 of vtkKdTreePartition,
+ * vtkOctreePartition and vtkKMeansPartition has it (GeneratePartitionIdsOn); another one is chosen
  * by SetInputArrayToProcess(0, 0, 0, vtkDataObject::FIELD_ASSOCIATION_POINTS, name). Composite data
- * sets are taken as one mesh, without ghosts, as vtkMeshPartition tells: port 0 of these filters,
- * too.
+ * sets, such as port 0 of these filters, are taken as one mesh without ghosts (vtkMeshPartition).
  *
  * Output port 0: a vtkTable, a row for each number that the array holds, ascending:
  *

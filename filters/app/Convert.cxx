@@ -148,8 +148,9 @@ std::uint64_t MostMemory(const std::filesystem::path& input)
 {
   std::error_code status;
   const std::uintmax_t bytes = std::filesystem::file_size(input, status);
-  // A .gltf's bytes lie in other files; so do pictures and what VRML inlines (if it is compressed,
-  // it may), and .obj, .ply and .off are read by us, who take no claim on trust.
+  // Without a limit: a .gltf, pictures, and VRML with Inline (a compressed file may have it), whose
+  // bytes lie in other files too; and .obj, .ply and .off, whose readers are ours and trust no
+  // claim of the file.
   constexpr std::string_view gzipMark = "\x1f\x8b\x08";
   const std::string ending = FileEnding(input);
   const bool alone = !status && ending != ".gltf" && ending != ".obj" && ending != ".ply" &&

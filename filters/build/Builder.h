@@ -56,8 +56,8 @@ struct BuildOptions
   std::string inputName; // stored as the input's name; empty: that of the file
   // By whose bytes the input is known (InputDigest.h), one after the other; empty: the file.
   std::vector<std::filesystem::path> inputFiles;
-  // Of an input that is made anew for each build from another file, that file, and all else that it
-  // depends on: an interrupted build of the same is the same build. Empty: none.
+  // For an input that is made anew for each build from another file: that file, and all else that
+  // the input depends on. An interrupted build of the same file is the same build. Empty: none.
   std::filesystem::path convertedFrom;
   std::string convertedBy;
   std::vector<std::filesystem::path> convertedWith; // files that it names: pictures, materials

@@ -17,8 +17,8 @@
 namespace kdstream
 {
 
-// Pieces that are in memory at once, encoded or waiting to be written: so many, and where they are
-// large no more than have so many vertices together, but one at least.
+// Most pieces in memory at once, encoded or waiting to be written; and of large ones the most
+// vertices together (one piece is always allowed).
 inline constexpr std::size_t encodeBatch = 64;
 inline constexpr std::size_t encodeBatchVertices = std::size_t{ 1 } << 17;
 

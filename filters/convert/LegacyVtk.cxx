@@ -58,8 +58,8 @@ constexpr ArrayPart arrayParts[] = { { "VECTORS", 3 }, { "NORMALS", 3 }, { "TENS
 constexpr std::string_view otherKeywords[] = { "BLANKING", "EDGES", "VERTEX_DATA", "EDGE_DATA",
   "ROW_DATA", "CHILDREN" };
 
-// The first number of those that Fortran writes without a blank between them, "1.0-2.0", as a
-// stream takes it off; empty where the word is anything else.
+// The first of the numbers that Fortran writes without a blank between them, "1.0-2.0", as a stream
+// reads it; empty for any other word.
 std::string_view FirstOfGlued(std::string_view word)
 {
   const auto pass = [&](std::size_t at, std::string_view set)

@@ -642,8 +642,8 @@ private:
     this->Out.tolerance.Count(Lapse::FieldNotKnown, isInside ? 0 : 1, place);
   }
 
-  // Where a field of the node should be named: it counts as one of its children, where it has some;
-  // else it is left out.
+  // A node where a field's name should be. It counts as a child of the outer node, if that node has
+  // children; else it is left out.
   void TakeNodeWithoutField(Bracket& node, std::string_view word)
   {
     if (node.isListOpen)

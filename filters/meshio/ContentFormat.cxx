@@ -186,8 +186,8 @@ std::string TellUnread(const Unread& format)
 
 // --- ZIP archives --------------------------------------------------------------------------------
 
-// The names in a ZIP archive, by the directory at its end (APPNOTE.TXT, 4.3.12 and 4.3.16); those
-// in its first MiB, and none of an archive that is damaged or has 2^32 bytes or more.
+// The names in the first MiB of a ZIP archive's directory, which is at its end (APPNOTE.TXT, 4.3.12
+// and 4.3.16). None for an archive that is damaged or has 2^32 bytes or more.
 std::vector<std::string> NamesInZip(ByteSource& source)
 {
   constexpr std::uint64_t longestEnd = 22 + 0xFFFF;

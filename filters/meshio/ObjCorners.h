@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// The corners of an OBJ file's faces, for all who read its statements: which place, texture
-// coordinate and normal each of them names, what of that is forgiven, and what is refused. Part of
-// step "read".
+// The corners of an OBJ file's faces, for all readers of its statements: the place, texture
+// coordinate and normal of each corner, what of that is forgiven, and what is refused. Part of step
+// "read".
 #pragma once
 
 #include "filters/core/Result.h"

@@ -424,8 +424,8 @@ struct TextState
   bool inFacet = false;
   std::size_t corner = 0; // of the facet: what comes next
   std::uint64_t facet = 0;
-  // What was found up to there: solids without their end, words that are none of the format's,
-  // facets of fewer than three vertices, and triangles of all others.
+  // What was found so far: solids without their end, words that are not the format's, facets of
+  // fewer than three vertices, and triangles of all others.
   std::uint64_t endless = 0, foreign = 0, small = 0, triangles = 0;
   std::string firstForeign{}, firstSmall{};
 };

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // The one form of a description, and the list of models.
 //
-// A store keeps it with the facts of the build; a server tells the same without these, with the id
-// that it gives the model and, where a client may not have all of it, how much that is.
+// A store keeps the description with the facts of the build. A server sends it without these facts,
+// and with the model's id and, where a client may not have all of it, the detail that it may have.
 #include "filters/model/ModelJson.h"
 
 #include "filters/core/Texts.h"

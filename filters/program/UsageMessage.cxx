@@ -129,8 +129,8 @@ bool LacksCommand(const CLI::App& app)
   return app.get_require_subcommand_min() > 0 && !GivenCommand(app);
 }
 
-// The word that was most likely meant as the command: the nearest to one, else the first that is no
-// option; none if there are only options.
+// The word that was most likely meant as the command: the nearest to a command's name, else the
+// first that is not an option; none if there are only options.
 std::optional<std::string> WordForCommand(const CLI::App& app)
 {
   std::optional<std::string> first;

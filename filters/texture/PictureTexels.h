@@ -64,8 +64,9 @@ public:
     return this->InCell(Cell(place[0], p.width, wrapU), Cell(place[1], p.height, wrapV));
   }
 
-  // Columns and rows from the upper left corner of the copy of the picture that a triangle between
-  // these places lies in; nothing where that is not one alone, as it is.
+  // The places of a triangle as columns and rows, from the upper left corner of the copy of the
+  // picture in which the triangle lies; nothing if it does not lie in a single copy of the
+  // unmirrored picture.
   std::optional<std::array<PlaceInPicture, 3>> CellsOf(
     const std::array<PlaceInPicture, 3>& at, TextureWrap wrapU, TextureWrap wrapV) const
   {

@@ -15,8 +15,8 @@ namespace kdstream
 // (section 2.2); nothing while that cannot be told.
 std::optional<std::size_t> EmptyLine(std::string_view input);
 
-// Whether a line of the header, as far as it has come, begins with a blank: it would go on with the
-// line before (section 5.2), where proxies may read another request than the server does.
+// Whether a line of the header received so far begins with a blank. It would continue the line
+// before (section 5.2), and proxies may read another request there than the server does.
 bool HasFoldedLine(std::string_view input);
 
 // The host that the field Host, or a target, names, without its port and its final dot: letters,

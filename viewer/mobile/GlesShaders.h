@@ -39,8 +39,8 @@ layout(location = 0) in vec3 position;
 layout(location = 1) in vec4 normal;
 layout(location = 2) in vec4 color;
 layout(location = 3) in float radius; // of a cloud's splat
-layout(location = 4) in vec3 away;    // from where the vertex glides to its place
-layout(location = 5) in vec4 formerNormal; // that it had there; the last is 0 where it does not glide
+layout(location = 4) in vec3 away;    // from where the vertex morphs to its place
+layout(location = 5) in vec4 parentNormal; // that it had there; the last is 0 where it does not morph
 #ifdef PAINT
 layout(location = 6) in vec2 place; // in the texture
 out vec2 texturePlace;
@@ -66,7 +66,7 @@ void main()
   above = dot(here, section.xyz) + section.w;
 #endif
   viewPosition = turn * (here - eye);
-  viewNormal = turn * mix(normal.xyz, formerNormal.xyz, toGo * formerNormal.w);
+  viewNormal = turn * mix(normal.xyz, parentNormal.xyz, toGo * parentNormal.w);
   smoothColor = flatColor = color.rgb;
 #ifdef PAINT
   texturePlace = place;

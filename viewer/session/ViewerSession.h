@@ -161,7 +161,7 @@ public:
   BlobArrival BlobArrived(std::uint32_t request, const protocol::BlobId& blob,
     std::span<const std::uint8_t> bytes, double transmissionSeconds, bool fromCache);
   void BlobFailed(std::uint32_t request, const protocol::BlobId& blob, const std::string& message);
-  // All that the request still owes has failed.
+  // All that is outstanding of the request has failed.
   void RequestFailed(std::uint32_t request, const std::string& message);
   // The server says that it has sent everything.
   void RequestEnded(std::uint32_t request);

@@ -42,8 +42,8 @@ constexpr std::uint64_t mostStepsOfMerge = 256;
 
 // Surfaces have two triangles a vertex. More than so many a vertex are not worth more tries.
 constexpr std::size_t mostTrianglesOfVertex = 3;
-// In parts of a soup with more than so many nearly every edge is refused, at the cost of all that
-// is around it: none is tried, unless all of them cost little.
+// In parts of a soup with more triangles a vertex than this, nearly every edge is refused, at the
+// cost of all that is around it. No edge is tried there, unless all of them cost little.
 constexpr std::size_t hopelessTrianglesOfVertex = 8, fewTriangles = 4096;
 
 std::uint64_t MostStepsOfRetriesOf(std::size_t vertices, std::size_t triangles)

@@ -79,8 +79,8 @@ PlacedVertex<Real> PlaceOnEdge(const EdgeToPlace<Real>& edge, const std::array<R
     Select(between, least, Select(first, atA, atB)) };
 }
 
-// Where to put the merged vertex: the best place on the edge, or the place beside it where the
-// quadric is least, if that is better; inside `bounds`, and at most two lengths of the edge from
+// Where to put the merged vertex: the best place on the edge, or the place beside the edge with the
+// least quadric, if that is better. It is inside `bounds`, and at most two lengths of the edge from
 // its middle. Without branches, since lanes would take them differently.
 template <class Real>
 PlacedVertex<Real> PlaceVertex(const EdgeToPlace<Real>& edge, const Box& bounds)

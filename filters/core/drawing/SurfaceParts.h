@@ -19,8 +19,8 @@ namespace kdstream
 {
 
 // What one piece adds to a surface: its own vertices that are in the cut, and every triangle whose
-// finest corner is one of them (of equally fine corners the one of the lowest key). So each
-// triangle of the surface is in one part, and each point is owned by one.
+// finest corner is one of them (of equally fine corners, that of the lowest key). So each triangle
+// of the surface is in one part, and one part owns each point.
 struct SurfacePart
 {
   // A corner that another part owns.

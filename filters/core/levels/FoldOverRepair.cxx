@@ -248,9 +248,9 @@ private:
     }
   }
 
-  // Moves a cluster, whose sides are gathered, to where fewer than `opposed` of its triangles face
-  // the wrong way: of such places within the limit the one with the fewest, of equals the nearest
-  // to its planes. Whether there is one.
+  // Moves a cluster, whose sides are gathered, to a place within the limit where fewer than
+  // `opposed` of its triangles face the wrong way: the one with the fewest, of equals the nearest
+  // to its planes. Returns whether there is one.
   bool Move(VertexId c, std::size_t opposed, double limit)
   {
     const Vec3 old = this->PlaceOf(c);

@@ -48,8 +48,8 @@ public:
 
   // A power of two.
   virtual std::size_t Count() const = 0;
-  // Those that are here, where several processes make a level together: each goes through its own
-  // blocks and calls all functions from Alone on, in the same order as the others.
+  // The blocks of this process, where several processes make a level together. Each goes through
+  // its own blocks and calls all functions from Alone on, in the same order as the others.
   virtual BlockRange Here() const { return { 0, this->Count() }; }
   virtual bool Alone() const { return true; }
   // Adds up the numbers of all processes, one by one.

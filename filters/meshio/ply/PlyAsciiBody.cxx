@@ -80,8 +80,8 @@ private:
   ByteSource& Source;
   std::uint64_t Begin; // of the body
   Lines LinesAre = Lines::Unknown;
-  // Of the record: its words so far; those on the line where it begins, 0 while it has not come to
-  // another; the byte of the first.
+  // Of the record: its words so far; its words on its first line (0 until it continues on another
+  // line); the place of its first byte.
   std::uint64_t Words = 0, WordsOfFirstLine = 0, RecordBegin = 0;
 };
 

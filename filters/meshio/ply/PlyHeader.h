@@ -106,8 +106,8 @@ struct PlyHeader
 {
   PlyEncoding encoding = PlyEncoding::Ascii;
   bool hasComments = false; // # begins one in the body (OffHeader.h)
-  // "'Created' (header line 3)": before the elements a line that is not one of the format's, nor
-  // ends with a number as these do; empty if there is none.
+  // "'Created' (header line 3)": a line before the elements that is not the format's, nor ends with
+  // a number as the format's do; empty if there is none.
   std::string strayLine{};
   std::vector<PlyElement> elements;
   std::vector<std::string> textures;     // of "comment TextureFile" lines, quoted for messages

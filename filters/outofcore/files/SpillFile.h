@@ -114,9 +114,9 @@ private:
   std::shared_ptr<detail::SumOfWrites> Written; // of one that may be
 };
 
-// A hidden folder with a name of its own below a given one. It is removed with all that is in it
-// when this goes: at the end, after an error, and after a Cancelled, which is what Ctrl-C becomes
-// in the programs; and that of a killed process by the next build (LockedFolder.h).
+// A hidden folder with a name of its own below a given one. The destructor removes it with all its
+// content: at the end, after an error, and after a Cancelled, which is what Ctrl-C becomes in the
+// programs. The next build removes that of a killed process (LockedFolder.h).
 class SpillFolder
 {
 public:

@@ -1,19 +1,20 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Ambient occlusion in screen space: what every renderer computes from the depths of a picture, in
-// shading language that OpenGL 3.2 and OpenGL ES 3.0 both know. Step "render" of the pipeline
-// picture.
+// Ambient occlusion in screen space (SSAO): what every renderer computes from the depths of a
+// picture, in shading language that OpenGL 3.2 and OpenGL ES 3.0 both know. Step "render" of the
+// pipeline picture.
 //
-// Where a surface is hollow, light from around reaches it less: grooves, folds and the feet of what
-// stands out become darker, also on the side that is away from the lights. Around each place
-// horizons are looked for along lines across the picture, always in two opposite directions at once
-// (Bavoil, Sainz, Dimitrov: Image-Space Horizon-Based Ambient Occlusion, SIGGRAPH 2008): on a
-// plane, however it leans, one rises by what the other sinks, so that no normals are needed. How
-// far is looked is a share of the picture's height, so that every zoom shows the relief of its
-// size.
+// Less light from around reaches a hollow: grooves, folds and the feet of what stands out become
+// darker, also on the side that is away from the lights. Around each place horizons are searched
+// along lines across the picture, always in two opposite directions at once (Bavoil, Sainz,
+// Dimitrov: Image-Space Horizon-Based Ambient Occlusion, SIGGRAPH 2008). On a plane of any slope
+// one horizon rises by what the other sinks, so no normals are needed. The search radius is a share
+// of the picture's height, so every zoom shows the relief of its size.
 //
-// Four passes, the first three in half of the picture's width and height: the depths; occluded
-// light, by lines turned otherwise in each of 4 × 4 neighbours; the mean of such neighbours that
-// lie about as far away; the picture times that, nowhere but where the model is.
+// Four passes, the first three in half of the picture's width and height:
+// 1. the depths;
+// 2. occluded light, with lines of another direction in each of 4 × 4 neighbours;
+// 3. the mean of those neighbours that are about as far away;
+// 4. the picture times that, only where the model is.
 #pragma once
 
 namespace kdstream

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Which pieces a view needs: the model is refined where its error on the screen is worst. Step
+// Which pieces a view needs: the model is refined where its screen-space error is worst. Step
 // "choose" of the pipeline picture; doc/viewing.md tells how.
 #pragma once
 
