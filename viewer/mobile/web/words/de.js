@@ -89,7 +89,7 @@ export const texts = {
   "Near": "Nah",
   "Wide": "Weit",
   "Widest": "Weiter",
-  "What comes next": "Was als Nächstes kommt",
+  "Prefetching": "Vorausladen",
   "Fetch ahead": "Voraus laden",
   "Save data": "Daten sparen",
   "Show": "Zeigen",
