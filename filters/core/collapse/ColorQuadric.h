@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// What paint costs where vertices merge: a quadric with colours. For EdgeCollapse and the makers of
-// levels.
+// What vertex colours cost where vertices merge: a quadric with colours. For EdgeCollapse and the
+// makers of levels.
 //
 // Source: Hoppe, "New quadric metric for simplifying meshes with appearance attributes", 1999,
 // without the attributes' rows: for any place the best colours are known at once, so that what is

@@ -43,7 +43,8 @@ struct CollapsePart
   // difference of 1 costs as much as a distance of 1. Each counts with the trace of its quadric.
   std::size_t components = 0;
   std::vector<float> attributes;
-  // Of each vertex the sum of its triangles'; empty = not painted. Of fixed ones anything will do.
+  // Of each vertex the sum of its triangles'; empty = without colours. Of fixed ones anything will
+  // do.
   std::vector<ColorQuadric> colorQuadrics;
   Box bounds; // no vertex is moved out of it
   // An edge also costs at least so much × the squared distance by which the surface goes back

@@ -93,7 +93,7 @@ public:
   // parts that it draws anew.
   void Follow(bool follows) { this->Follows = follows; }
   // Whether parts of the original that are drawn from now on tell their triangles' corners, by
-  // which they are painted. O(T log T) for T triangles of each.
+  // which they are textured. O(T log T) for T triangles of each.
   void KeepCorners(bool keeps) { this->KeepsCorners = keeps; }
   // Of each part, in their order; empty where it has stayed, or nothing is followed.
   const std::vector<ParentPoints>& Parents() const { return this->ParentsOfParts; }

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // The finest clusters: see FinestClusters.h.
 //   1. Inside each cell join vertices along edges and where they coincide: the sheets. Not along
-//   edges that cross one of the paint.
+//   edges that cross one of the vertex colours.
 //   2. Number the clusters by cell and lowest vertex.
 //   3. Find the boundary of the surface.
 //   4. Per cluster: sums, box and quadric; the representative and its deviation.

@@ -24,7 +24,7 @@ struct FinestInput
     partitionTriangles;            // for each of the cell's partitions those that touch it
   Vec3 origin;                     // of the sums: the centre of the model's box
   std::span<const VertexId> ids{}; // of each point in the mesh; empty: its place
-  // What the points are painted with, or null: clusters do not go across its edges
+  // The vertex colours of the points, or null: clusters do not go across its edges
   // (CollapseAttributes.h) but where a cell would have too many.
   const Attribute* vertexColors = nullptr;
 };

@@ -23,8 +23,8 @@ struct LevelArrays
 {
   std::size_t components = 0;            // of CollapseAttributes
   std::vector<AttributeInfo> attributes; // that levels carry
-  // Where in a tuple of them the level's paint is; nothing where there is none, or it does not
-  // matter.
+  // Where in a tuple of them the level's vertex colours are; nothing where there is none, or it
+  // does not matter.
   std::optional<std::size_t> vertexColors;
 
   std::size_t TupleBytes() const;
