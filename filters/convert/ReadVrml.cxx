@@ -134,8 +134,7 @@ public:
     TakeBlanks(line);
     return Error{ ErrorCode::InvalidInput,
       "line " + std::to_string(number) + ": " + Meaning(said) +
-        (line.empty() ? "" : ", in or before " + QuotedText(line)) +
-        ": mend that line, or write the file again" };
+        (line.empty() ? "" : ", in or before " + QuotedText(line)) };
   }
 
 private:
@@ -674,7 +673,9 @@ private:
       this->Inlines.erase(file);
       if (!read)
       {
-        this->Fail({ read.GetError().code, named + ": " + read.GetError().message });
+        Error error = read.GetError();
+        error.message = named + ": " + error.message;
+        this->Fail(std::move(error));
       }
       return;
     }

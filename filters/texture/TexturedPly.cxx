@@ -90,7 +90,7 @@ private:
   template <class T>
   Result<double> Next()
   {
-    const Error cut{ ErrorCode::InvalidInput, "truncated: the file has changed since it was read" };
+    const Error cut = BadInput("truncated: the file has changed since it was read", Remedy::Retry);
     T value{};
     if (this->Encoding == PlyEncoding::Ascii)
     {
@@ -251,7 +251,7 @@ private:
     }
     if (this->Out.textured.corners.size() != this->TheMesh().triangles.size())
     {
-      return Error{ ErrorCode::InvalidInput, "truncated: the file has changed since it was read" };
+      return BadInput("truncated: the file has changed since it was read", Remedy::Retry);
     }
     return {};
   }
@@ -302,7 +302,7 @@ private:
     const std::vector<Vec3>& points = this->TheMesh().points;
     if (!(vertex >= 0 && vertex < double(points.size())))
     {
-      return Error{ ErrorCode::InvalidInput, "truncated: the file has changed since it was read" };
+      return BadInput("truncated: the file has changed since it was read", Remedy::Retry);
     }
     this->Corners.push_back(points[static_cast<std::size_t>(vertex)]);
     return {};
