@@ -231,8 +231,9 @@ public:
     this->Behind = Value((z & isX) | (x & isY) | (y & isZ));
   }
 
-  // The differences along x, y and z as they are told: along the two axes that lie most in the
-  // plane (those that follow the third, in a circle), then how far the vertex is off the plane.
+  // The differences along x, y and z in the order in which they are stored: along the two axes that
+  // lie most in the plane (those that follow the third, in a circle), then the distance of the
+  // vertex from the plane.
   Point Told(const Point& difference) const
   {
     const Point told{ difference[(this->Across + 1) % 3], difference[(this->Across + 2) % 3] };

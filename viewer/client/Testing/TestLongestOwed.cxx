@@ -222,7 +222,7 @@ TEST(TestLongestOwed, AServerThatAlwaysSendsOthersIsGivenUpAndThePieceIsNamed)
     EXPECT_EQ(failed.request, 2u) << what;
     EXPECT_EQ(failed.blob, BlobId::Partition(1)) << what;
     EXPECT_EQ(talk.Line.Trouble(),
-      "the connection to server:1 was lost: it did not bring what was asked for first");
+      "the connection to server:1 was lost: the oldest request was not answered");
 
     // The others are asked for again.
     talk.Open();
