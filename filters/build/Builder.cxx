@@ -6,7 +6,7 @@
 #include "filters/build/BuildInput.h"
 #include "filters/build/BuildMemory.h"
 #include "filters/build/ExternalBuilder.h"
-#include "filters/build/GuessPose.h"
+#include "filters/build/GuessHomeView.h"
 #include "filters/build/InputDigest.h"
 #include "filters/build/ModelFacts.h"
 #include "filters/build/PieceWriting.h"
@@ -17,7 +17,7 @@
 #include "filters/core/UnusedVertices.h"
 #include "filters/core/VectorMath.h"
 #include "filters/core/Weld.h"
-#include "filters/core/levels/DeviationBins.h"
+#include "filters/core/levels/GeometricErrorBins.h"
 #include "filters/core/pieces/LeafOrder.h"
 #include "filters/core/pieces/VertexTree.h"
 #include "filters/core/tree/GatherMesh.h"
@@ -53,7 +53,7 @@ public:
     KDSTREAM_TRY(numbered);
     for (const VertexTreeLevel& level : numbered->levels)
     {
-      DeviationBins bins;
+      GeometricErrorBins bins;
       std::for_each(level.deviations.begin(), level.deviations.end(),
         [&](double deviation) { bins.Add(deviation); });
       this->Facts.deviations.push_back(bins.Most99());
@@ -66,7 +66,7 @@ public:
     KDSTREAM_TRY(this->WriteAll(*numbered, description.Codec(), **writer));
     KDSTREAM_TRY(WriteUnused(this->Unused, **writer, this->Exec));
     KDSTREAM_TRY(this->Exec.Report("write", 0));
-    KDSTREAM_TRY(TellPose(this->Options, description, **writer));
+    KDSTREAM_TRY(TellHomeView(this->Options, description, **writer));
     Result<ModelDescription> info = (*writer)->Finish();
     KDSTREAM_TRY(info);
     this->Clock.Finish("write");
@@ -323,9 +323,10 @@ Result<BuildReport> BuildStore(const std::filesystem::path& input,
   }
   if (options.resume)
   {
-    options.resume = false; // that is told once
+    options.resume = false; // that is reported once
     options.tellEarlierBuild("nothing to resume: no earlier build in " +
-                             folder.parent_path().string() + " (was another --temp-dir given?)");
+                             folder.parent_path().string() +
+                             " (did that build have another --temp-dir?)");
   }
   else if (const std::string resumable = left ? DescribeResumable(input, store, options) : "";
            !resumable.empty())

@@ -14,7 +14,7 @@
 #include "filters/build/BuildMemory.h"
 #include "filters/build/ExternalBuildState.h"
 #include "filters/build/FacesPhase.h"
-#include "filters/build/GuessPose.h"
+#include "filters/build/GuessHomeView.h"
 #include "filters/build/InputDigest.h"
 #include "filters/build/MeshPhase.h"
 #include "filters/build/ModelFacts.h"
@@ -26,7 +26,7 @@
 #include "filters/core/TakeResult.h"
 #include "filters/outofcore/files/ReturnFreeMemory.h"
 #include "filters/outofcore/journal/BuildFingerprint.h"
-#include "filters/outofcore/levels/LevelDeviations.h"
+#include "filters/outofcore/levels/LevelGeometricErrors.h"
 #include "filters/outofcore/pieces/ExternalPieces.h"
 #include "kdstream/Version.h"
 
@@ -55,8 +55,8 @@ std::string DescribeResumed(const BuildFolder& folder, const BuildOptions& optio
 {
   if (folder.FinishedPhases() > 0)
   {
-    return "going on with the step " + StepAfter(folder.LastPhase(), options) +
-           (folder.HasLostPhases() ? ": files of later ones are missing or were changed" : "");
+    return "continuing with the step " + StepAfter(folder.LastPhase(), options) +
+           (folder.HasLostPhases() ? ": files of later steps are missing or changed" : "");
   }
   const std::string nothing = "nothing to resume: ";
   switch (folder.WhatWasFound())
@@ -64,11 +64,11 @@ std::string DescribeResumed(const BuildFolder& folder, const BuildOptions& optio
     case BuildFolder::Found::Nothing:
       return nothing + "the earlier build ended before its first phase was finished";
     case BuildFolder::Found::Damaged:
-      return nothing + "what the earlier build left cannot be read";
+      return nothing + "the files of the earlier build cannot be read";
     case BuildFolder::Found::SameBuild:
       break;
   }
-  return nothing + "files of the earlier build are missing or were changed";
+  return nothing + "files of the earlier build are missing or changed";
 }
 
 Result<std::string> FingerprintOfBuild(
@@ -261,7 +261,7 @@ private:
     std::vector<double> deviations; // of the levels
     if (!this->ByOctree())
     {
-      KDSTREAM_TRY(Take(DeviationsOfLevels(levels, mesh.depths), deviations));
+      KDSTREAM_TRY(Take(GeometricErrorsOfLevels(levels, mesh.depths), deviations));
     }
     ModelDescription description = this->Describe(facts, mesh, inconsistent, std::move(deviations));
     KDSTREAM_TRY(kdstream::Take(this->Digest.Take(), description.inputDigest));
@@ -271,7 +271,7 @@ private:
     KDSTREAM_TRY(WriteTreePages(this->Boxes, mesh.depths, **writer));
     KDSTREAM_TRY(this->WriteUnusedList(facts, **writer));
     KDSTREAM_TRY(this->Exec.Report("write", 0));
-    KDSTREAM_TRY(TellPose(this->Options, description, **writer));
+    KDSTREAM_TRY(TellHomeView(this->Options, description, **writer));
     KDSTREAM_TRY(Take((*writer)->Finish(), this->Report.info));
     this->Clock.Finish("write");
     return {};
@@ -360,13 +360,15 @@ Status CheckExternalBuild(const BuildOptions& options)
 {
   if (options.partitioner == Partitioner::KMeans)
   {
-    return Error{ ErrorCode::LimitExceeded,
-      "stores by k-means, whose iterations go over all vertices, are built in memory alone" };
+    return Error{
+      ErrorCode::LimitExceeded,
+      "k-means partitions can only be built in memory: raise --memory, or use another --partitioner"
+    };
   }
   if (options.memory < leastMemory)
   {
     return Error{ ErrorCode::LimitExceeded,
-      "building out of core takes at least " + Mebibytes(leastMemory) };
+      "building out of core needs at least " + Mebibytes(leastMemory) };
   }
   return {};
 }
@@ -381,9 +383,9 @@ std::string DescribeResumable(const std::filesystem::path& input,
   {
     return {};
   }
-  const std::string found = "a killed build of this store has left files";
+  const std::string found = "there are files of a killed build of this store";
   return left->fingerprint == *fingerprint
-           ? found + ": with --resume it would go on with the step " +
+           ? found + ": --resume would continue it with the step " +
                StepAfter(left->lastPhase, options) + "; this build starts over"
            : found +
                ", which this build removes: " + DescribeOtherBuild(left->fingerprint, *fingerprint);

@@ -23,7 +23,7 @@ struct ModelFacts
   Box box;
   ScalarType scalarType = ScalarType::Float32;
   std::vector<AttributeInfo> attributes; // point arrays first
-  std::vector<double> deviations;        // DeviationBins::Most99 of each level
+  std::vector<double> deviations;        // GeometricErrorBins::Most99 of each level
 };
 
 CoordinateGrid GridOf(const BuildOptions& options, const Box& box, ScalarType scalarType);

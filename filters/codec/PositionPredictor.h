@@ -4,7 +4,7 @@
 // (PositionReader.h, PositionWriter.cxx). Layout: doc/formats.md, "Positions".
 //
 // Along a surface a vertex may lie anywhere, across it hardly: a smooth surface goes on as the
-// triangles before it (SurfacePlane). So two coordinates may be told first, and the third from
+// triangles before it (SurfacePlane). So two coordinates may be stored first, and the third from
 // where these put it in the plane, in fewer bits.
 //
 // A coordinate on the grid is an integer, 0 … 2^bits - 1, and is predicted in integers. A lossless
@@ -27,7 +27,7 @@
 namespace kdstream
 {
 
-// Which differences are told, and under which tables. The numbers are part of the format.
+// Which differences are stored, and under which tables. The numbers are part of the format.
 enum class AxisTables : std::uint8_t
 {
   Shared = 0, // along x, y, z; one table
@@ -231,8 +231,9 @@ public:
     this->Behind = Value((z & isX) | (x & isY) | (y & isZ));
   }
 
-  // The differences along x, y and z as they are told: along the two axes that lie most in the
-  // plane (those that follow the third, in a circle), then how far the vertex is off the plane.
+  // The differences along x, y and z in the order in which they are stored: along the two axes that
+  // lie most in the plane (those that follow the third, in a circle), then the distance of the
+  // vertex from the plane.
   Point Told(const Point& difference) const
   {
     const Point told{ difference[(this->Across + 1) % 3], difference[(this->Across + 2) % 3] };

@@ -47,8 +47,8 @@ public:
       KDSTREAM_TRY(view);
       if (view->size() < bytes)
       {
-        return Error{ ErrorCode::InvalidInput,
-          "was cut while it was read, at point " + std::to_string(done) };
+        return BadInput(
+          "was cut while it was read, at point " + std::to_string(done), Remedy::Retry);
       }
       for (std::size_t i = 0; i < count; ++i)
       {
@@ -75,8 +75,9 @@ private:
     return CheckPointCount(this->Header.points);
   }
 
-  // Whether those that the header does not count lie in its box, if that is the one of those that
-  // it counts: of these the first and the last are looked at.
+  // Whether the points that the header does not count may be points: all of them lie in its box.
+  // The box decides only if it is that of the counted points, of which the first and the last are
+  // checked; else they may be.
   Result<bool> MayBePoints(std::uint64_t begin, std::uint64_t points)
   {
     const std::uint64_t bytes = this->Header.pointBytes;
@@ -164,7 +165,8 @@ Result<ForeignMesh> ReadLas(const std::filesystem::path& file, const Execution& 
 #else
   return Error{ ErrorCode::Unsupported,
     "its points are compressed (LAZ), which is not read: make a .las of it, for example with "
-    "laszip -i in.laz -o out.las" };
+    "laszip -i in.laz -o out.las",
+    {}, {}, Remedy::Told };
 #endif
 }
 

@@ -126,7 +126,7 @@ Status ParseObjTextureCoordinate(std::string_view text, std::array<float, 2>& va
 Status ParseObjNormal(std::string_view text, std::array<float, 3>& values);
 
 // The numbers of a corner's place, texture coordinate and normal, as the file has them: from one
-// on, or back from the last one before the face; noCorner for what is not named.
+// on, or back from the last one before the face; noCorner for a missing one.
 using ObjCorner = std::array<std::int64_t, 3>;
 inline constexpr std::int64_t noCorner = std::numeric_limits<std::int64_t>::max();
 inline constexpr std::array<const char*, 3> objPartNames{ "vertex", "texture coordinate",
@@ -135,8 +135,9 @@ inline constexpr std::array<const char*, 3> objPartNames{ "vertex", "texture coo
 // Errors as ParseObjPlace.
 Status ParseObjCorner(std::string_view word, ObjCorner& corner);
 
-// What such a number stands for, where `before` of its kind come before the face, and `all` are in
-// the file: a number from one on, 0 for none, and whether it exists or is not named at all.
+// What a corner's number stands for. `before` elements of its kind come before the face, and `all`
+// are in the file. The result is a number from one on, or 0; and whether the element exists, or is
+// not named at all.
 struct ObjPart
 {
   std::uint32_t number = 0;

@@ -10,15 +10,15 @@
 namespace kdstream
 {
 
-// Lines of at most `width` characters, broken between words. Lines of `text` stay lines; the words
-// that do not fit one go to the next, and those of a line that is indented `indent` further in; a
-// line that fits stays as it is.
+// Breaks `text` into lines of at most `width` characters, between words. A line that fits stays as
+// it is. Words that do not fit go to the next line; the continuation of an indented line is
+// indented `indent` further.
 std::string WrapText(const std::string& text, std::size_t width, std::size_t indent = 0);
 
-// Description; usage, with all that must be given; commands; options by their groups in the order
-// in which they were added, those of which some must be given first, each with its values and its
-// default; and the footer, where examples belong. No line is longer than the terminal is wide, or
-// 100 characters.
+// The layout of --help: description; usage, with all required arguments; commands; options by
+// groups in the order of their addition, groups with required options first, each option with its
+// values and its default; the footer, with examples. No line is longer than the terminal is wide,
+// or 100 characters.
 class HelpFormatter : public CLI::Formatter
 {
 public:

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// The layout of a store inside SQLite, for the reader and the writer alone. Described in
+// The layout of a store inside SQLite, only for the reader and the writer. Described in
 // doc/formats.md.
 #pragma once
 
@@ -85,8 +85,8 @@ std::int64_t MetadataChecksum(std::string_view key, std::string_view value);
 
 // ---- versions before 13
 
-// The row of a piece, and its number in the digest of all versions: its resolution (63 = original)
-// above its node, so that rows lie coarse to fine.
+// The row of a piece in the tables of versions 9 to 12, and its key in the digest of all versions:
+// its resolution (63 = original) above its node, so that rows lie coarse to fine.
 std::int64_t PieceRow(PieceId id);
 // Back: nothing where no piece of any store has that row.
 std::optional<PieceId> PieceOfRow(std::int64_t row);
@@ -98,10 +98,11 @@ std::int64_t NodeChecksum(NodeId node, std::span<const std::uint8_t> data);
 std::int64_t PieceChecksum(
   PieceId id, std::uint64_t vertices, std::uint64_t triangles, std::span<const std::uint8_t> data);
 
-// The content digest: XXH3-128, as 32 hexadecimal digits, over the coordinate grid, depths and the
-// levels' spacings, and then over the kind, key and XXH3-128 of every blob: levels coarse to fine,
-// partitions (each with its texture behind it, if there are textures), boxes, tree pages, each by
-// ascending node, and the parts of the list of unused vertices.
+// The content digest: XXH3-128, as 32 hexadecimal digits. It is over the coordinate grid, the
+// depths and the levels' spacings, then over the kind, key and XXH3-128 of every blob, in this
+// order: levels coarse to fine, partitions (each directly followed by its texture, if there are
+// textures), boxes, tree pages, each by ascending node, and the parts of the list of unused
+// vertices.
 class ContentDigest
 {
 public:

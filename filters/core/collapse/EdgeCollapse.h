@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Quadric-error edge collapse of one part of a mesh, recorded merge by merge: part of step "levels"
-// of the pipeline picture. For the makers of levels alone.
+// of the pipeline picture. Only for the makers of levels.
 //
 // Source: Garland and Heckbert, "Surface simplification using quadric error metrics", 1997; the
 // link condition: Dey et al., "Topology preserving edge contraction", 1999. Ours: parts whose
@@ -8,9 +8,9 @@
 #pragma once
 
 #include "filters/core/Types.h"
+#include "filters/core/collapse/ColorQuadric.h"
 #include "filters/core/collapse/EdgeCandidates.h"
 #include "filters/core/collapse/MergedStar.h"
-#include "filters/core/collapse/PaintQuadric.h"
 #include "filters/core/collapse/Quadric.h"
 #include "filters/core/collapse/VertexStars.h"
 
@@ -43,8 +43,9 @@ struct CollapsePart
   // difference of 1 costs as much as a distance of 1. Each counts with the trace of its quadric.
   std::size_t components = 0;
   std::vector<float> attributes;
-  // Of each vertex the sum of its triangles'; empty = not painted. Of fixed ones anything will do.
-  std::vector<PaintQuadric> paint;
+  // Of each vertex the sum of its triangles'; empty = without colours. Of fixed ones anything will
+  // do.
+  std::vector<ColorQuadric> colorQuadrics;
   Box bounds; // no vertex is moved out of it
   // An edge also costs at least so much × the squared distance by which the surface goes back
   // there.
@@ -63,29 +64,35 @@ struct Merge
   Vec3 position;
 };
 
-// Merges the ends of edges, the cheapest edge first, of equal ones that of the lowest vertices.
+// Merges the ends of edges: the cheapest edge first, of equal ones that of the lowest vertices.
 //
-// The vertex goes where the sum of both quadrics is least, or to the best place on the edge; an
-// edge between the boundary and the rest goes to its end on the boundary. Paint is a part of the
-// quadrics: so its edges stay where they are. Planes do not see when
-// the tip of a limb goes back along it: so the distance of the old vertices from the new triangles
-// has a price too (areaPerVertex). Where normals are known a triangle faces the wrong way if it
-// opposes the sum of its corners': what faces the right way must go on to, what does not may turn,
-// and in parts with fixed vertices edges between vertices of such triangles are cheaper. An edge is
-// left alone while its merge would turn the normal of a triangle by more than about 80°, or would
-// change the topology (link condition) or pinch the boundary; it is tried again when a neighbour
-// has changed, a bounded number of times for each vertex, and in all only until several times as
-// much has been looked at as a surface takes. From then on what would turn a normal is refused at
-// the first such triangle, and where hardly a merge is found for all that is looked at, no more
-// are: Run returns false. So tangled triangles, most of whose edges can never collapse, take time
-// in proportion too. Boundary edges are those of a single triangle, unless both ends are fixed. Any
-// triangles will do: duplicates, folds and edges of many triangles only keep their neighbourhood
-// from collapsing. So do vertices of very many triangles, hubs of fans: an edge whose ends have
-// more than mostTriangles together waits until collapses around it have left fewer. Complexity: O(m
-// log m) for m merges and edges of ordinary surfaces. Whatever the triangles are, an edge is looked
-// at when it is found and when an end has merged, and costs at most mostTriangles triangles each
-// time: linear in the size, but up to hundreds of times a surface where vertices have hundreds of
-// triangles. Memory about 350 bytes a vertex, painted 530. The same bits on every machine.
+// Where the merged vertex goes: where the sum of both quadrics is least, or to the best place on
+// the edge. An edge between the boundary and the rest goes to its end on the boundary. Boundary
+// edges are those of a single triangle, unless both ends are fixed. The quadrics include colours,
+// so edges between colours stay. Planes do not see when the tip of a limb goes back along it; so
+// the distance of the old vertices from the new triangles has a price too (areaPerVertex).
+//
+// Fold-over: where normals are known, a triangle faces the wrong way if it opposes the sum of its
+// corners' normals. A triangle that faces the right way must continue to; one that does not may
+// turn. In parts with fixed vertices, edges between vertices of wrong triangles are cheaper.
+//
+// Refused merges: those that would turn the normal of a triangle by more than about 80°, change the
+// topology (link condition) or pinch the boundary. A refused edge is tried again when a neighbour
+// has changed:
+// - a bounded number of times for each vertex;
+// - in all, until several times as much has been looked at as a surface takes. From then on a merge
+//   is refused at the first triangle whose normal it would turn. Where hardly any merge is found
+//   for all that is looked at, Run stops and returns false. So tangled triangles, most of whose
+//   edges can never collapse, take time in proportion too.
+//
+// Any triangles are allowed: duplicates, folds and edges of many triangles only keep their
+// neighbourhood from collapsing. An edge whose ends have more than mostTriangles together, as at
+// the hub of a fan, waits until collapses around it have left fewer.
+//
+// Complexity: O(m log m) for m merges and edges of ordinary surfaces. For any triangles, an edge is
+// looked at when it is found and when an end has merged, and costs at most mostTriangles triangles
+// each time: linear in the size, but up to hundreds of times a surface where vertices have hundreds
+// of triangles. Memory about 350 bytes a vertex, with colours 530. The same bits on every machine.
 class EdgeCollapse
 {
 public:
@@ -135,7 +142,7 @@ private:
   void PushAt(const Edge& edge, double cost);
   bool IsCurrent(const EdgeCandidate& edge) const;
   bool IsHopeless() const;
-  bool IsFolded(VertexId u, VertexId v) const;
+  bool IsFoldedOver(VertexId u, VertexId v) const;
   bool KeepsFacing(VertexId u, VertexId v, const Vec3& position);
   bool TurnsAny(VertexId u, VertexId v, const Vec3& position);
   bool KeepsTopology(VertexId u, VertexId v);
@@ -146,16 +153,16 @@ private:
   void MergeAttributes(VertexId u, VertexId v);
   void PushAround(VertexId u);
 
-  std::vector<Vec3> Facing;         // of each vertex, of Normals: FacingOf; empty if they are
-  std::vector<std::uint8_t> Folded; // whether a triangle around the vertex faced the wrong way
+  std::vector<Vec3> Facing;             // of each vertex, of Normals: FacingOf; empty if they are
+  std::vector<std::uint8_t> FoldedOver; // whether a triangle around the vertex faced the wrong way
   std::vector<Vec3> Positions;
   std::vector<Quadric> Quadrics;
   std::vector<Vec3> Normals;
-  bool FoldsAfter = false; // whether one would around the merged vertex
+  bool FoldsOverAfter = false; // whether one would around the merged vertex
   std::vector<std::uint8_t> Fixed;
   std::size_t Components;
   std::vector<float> Attributes;
-  std::vector<PaintQuadric> Paint;
+  std::vector<ColorQuadric> ColorQuadrics;
   Box Bounds;
   bool KeepTopology;
   double AreaPerVertex;

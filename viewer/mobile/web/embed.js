@@ -1,8 +1,9 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // <kdstream-viewer src="https://SERVER" model="ID" view="…">: the viewer on anybody's page (doc/embedding.md).
 //
-// The viewer itself is the server's page in a frame, which shows one model and no list; it and this element send each
-// other messages (embedding.js answers there). A plain script, since modules of other origins need that server's leave.
+// The viewer itself is the server's page in a frame, which shows one model and no list. The page and this element
+// exchange messages (embedding.js answers there). This is a plain script, since modules of other origins need that
+// server's permission.
 (() => {
   const here = new URL(document.currentScript.src);
   const mostAwake = 4; // frames at a time: browsers give a page few contexts to draw with
@@ -15,7 +16,7 @@
     #frame = null;
     #link = ""; // of what was seen last
     #waiting = new Map(); // deeds that have no answer yet
-    #deeds = 0;
+    #commands = 0;
     #ready = false;
     #isSeen = false;
     #watch = new IntersectionObserver(([{ isIntersecting }]) => this.#see(isIntersecting), { rootMargin: "200px" });
@@ -146,7 +147,7 @@
         this.#frame.remove();
         this.#frame = null;
         this.#ready = false;
-        this.#waiting.forEach(({ reject }) => reject(new Error("The viewer sleeps.")));
+        this.#waiting.forEach(({ reject }) => reject(new Error("The viewer is unloaded.")));
         this.#waiting.clear();
         this.#tell("sleep");
       }
@@ -158,7 +159,7 @@
           reject(new Error("The viewer is not ready."));
           return;
         }
-        const id = ++this.#deeds;
+        const id = ++this.#commands;
         this.#waiting.set(id, { resolve, reject });
         this.#frame.contentWindow.postMessage({ kdstream: 1, id, deed, value }, this.#address().origin);
       });

@@ -48,7 +48,7 @@ TEST(TestCloudDetail, IsFineWhereOneLooksAndTheRestCostsNothing)
   server.Serve(session);
   EXPECT_TRUE(session.IsIdle());
   EXPECT_EQ(session.GetStatus().error, "");
-  EXPECT_EQ(session.GetStatus().errorLeft, 0);
+  EXPECT_EQ(session.GetStatus().remainingError, 0);
   EXPECT_EQ(session.GetStatus().shownLevel, server.Codec().depths.finest);
   EXPECT_GT(PartitionsSent(server), 0u);
   EXPECT_LT(PartitionsSent(server), server.Description().partitions / 4);
@@ -88,7 +88,7 @@ TEST(TestCloudDetail, PointsCountForTheBudget)
       session, &random, [&] { ASSERT_LE(session.Scene().surface->PointCount(), 2 * most); });
     ASSERT_TRUE(session.IsIdle());
     EXPECT_LE(session.Scene().surface->PointCount(), most + most / 4);
-    isBound = isBound || session.GetStatus().errorLeft > 0;
+    isBound = isBound || session.GetStatus().remainingError > 0;
   }
   EXPECT_TRUE(isBound);
 }

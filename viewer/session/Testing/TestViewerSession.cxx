@@ -170,7 +170,7 @@ TEST(TestViewerSession, AWheelZoomsAsAPinchDoesAndBackShowsThePreviewAgain)
 }
 
 // Where the shape alone would do with the preview, paint does not.
-TEST(TestViewerSession, APaintedModelIsShownFiner)
+TEST(TestViewerSession, AColoredModelIsShownFiner)
 {
   Mesh torus = MakeTorus(200, 80);
   const auto levelOf = [&torus]()
