@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Vertices that no triangle uses, of a parallel build: behind step "weld" they are set aside, and
+// Vertices that no triangle uses, of a parallel build: after step "weld" they are set aside, and
 // rank 0, which writes the store, gets them. For DistributedBuilder.
 #pragma once
 
@@ -14,7 +14,7 @@
 namespace kdstream
 {
 
-// Of all ranks; files on rank 0 alone, in the order of the file that was read.
+// Of all ranks; files only on rank 0, in the order of the file that was read.
 struct DistributedUnused
 {
   std::uint64_t count = 0;

@@ -433,7 +433,7 @@ private:
     Box all = BoxOfPoints(this->Points);
     KDSTREAM_TRY(this->Ranks.JoinBoxes(std::span(&all, 1)));
     const std::vector<std::pair<std::int64_t, VertexId>> sorted = this->PointsById(ids);
-    // First by what this rank alone has: else all points of one id, however many, would come to one
+    // First by what only this rank has: else all points of one id, however many, would come to one
     // rank.
     Result<bool> believed = this->Ranks.AllHave(this->AreOfPoints(sorted, 5 * MostApart(all)));
     if (!believed || !*believed)
@@ -828,7 +828,7 @@ private:
       own.push_back({ places[i], { this->Number[t[0]], this->Number[t[1]], this->Number[t[2]] },
         static_cast<std::uint32_t>(this->Ranks.Rank()) });
     }
-    // First this rank's alone: else what has one id, however many, would come to one rank.
+    // First only this rank's: else what has one id, however many, would come to one rank.
     Result<bool> believed = this->Ranks.AllHave(AreCells({ own }));
     if (!believed || !*believed)
     {

@@ -28,8 +28,8 @@
  *
  * Complexity: O(n log n + t log t) for n points and t triangles; about 60 bytes a point, 60 a
  * triangle. Serial. Aborting leaves empty outputs. Errors, with empty outputs: no such array, or
- * not one value a point; a value that is no whole number; a coordinate that is not finite; a cell
- * that uses a point that is not there; a part that is not a vtkPolyData. GetErrorCode is then
+ * not one value a point; a value that is not a whole number; a coordinate that is not finite; a
+ * cell that uses a point that is not there; a part that is not a vtkPolyData. GetErrorCode is then
  * vtkErrorCode::UnknownError, else NoError.
  *
  * Source: eq. (1) and section 4.1.1 of the paper named in the README.

@@ -140,7 +140,7 @@ public:
   ///@{
   /**
    * Greedy: the longest edge at a point, in distances to its nearest point: for clouds of uneven
-   * density (PCL's advice is 2.5 to 3). 0, the default: SearchRadius alone limits edges.
+   * density (PCL's advice is 2.5 to 3). 0, the default: only SearchRadius limits edges.
    */
   virtual void SetMu(double value);
   vtkGetMacro(Mu, double);

@@ -335,7 +335,7 @@ try
   AddColumnsOption(app, line.columns);
   AddStrictOption(app, line.strict);
   app.add_flag("--quiet", line.quiet, "print no progress and no summary");
-  app.add_flag("--progress-lines", line.progressLines)->group(""); // for kdstream-build alone
+  app.add_flag("--progress-lines", line.progressLines)->group(""); // only for kdstream-build
   app.add_option("--paint", line.paint)->group("");                // the same
   app.add_option("--threads", line.threads)->group("");            // the same
   return RunProgram(app, argc, argv, [&]() { return Convert(app, line); });

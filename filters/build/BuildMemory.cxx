@@ -187,7 +187,7 @@ Status CheckPartitionMemory(
   const Result<TreeDepths> depths = ComputeDepths(mesh.vertices, tree);
   if (!depths)
   {
-    return {}; // that is told when the tree is made
+    return {}; // that is reported when the tree is made
   }
   const unsigned depth = depths->partition;
   const std::uint64_t bytes = BytesOfBlocks(mesh) >> depth;

@@ -27,7 +27,7 @@ struct ForeignMesh
   std::optional<BakeReport> baked{}; // of a file with textures, if they were
   // What else it depends on, whether or not it is there: the files that the file names.
   std::vector<std::filesystem::path> named{};
-  // What was dropped or forgiven: counted here, and told and refused (--strict) by who asked.
+  // What was dropped or forgiven: counted here, and reported and refused (--strict) by who asked.
   Tolerance tolerance{};
 };
 

@@ -134,8 +134,7 @@ public:
     TakeBlanks(line);
     return Error{ ErrorCode::InvalidInput,
       "line " + std::to_string(number) + ": " + Meaning(said) +
-        (line.empty() ? "" : ", in or before " + QuotedText(line)) +
-        ": mend that line, or write the file again" };
+        (line.empty() ? "" : ", in or before " + QuotedText(line)) };
   }
 
 private:
@@ -674,7 +673,9 @@ private:
       this->Inlines.erase(file);
       if (!read)
       {
-        this->Fail({ read.GetError().code, named + ": " + read.GetError().message });
+        Error error = read.GetError();
+        error.message = named + ": " + error.message;
+        this->Fail(std::move(error));
       }
       return;
     }
@@ -686,7 +687,7 @@ private:
     this->LeaveOutNode(missing, lineOfMissing);
   }
 
-  // As it is written; else as an address: file:, %HH, and the viewpoint to begin with behind #.
+  // As it is written; else as an address: file:, %HH, and the viewpoint to begin with after #.
   std::filesystem::path FileOf(const std::string& url)
   {
     if (!this->Current.files)
@@ -1427,7 +1428,7 @@ private:
     }
   }
 
-  // --- What is told
+  // --- What is reported
 
   void Fail(const Error& error) { this->Failure = this->Failure ? this->Failure : error; }
   void Warn(const std::string& warning)

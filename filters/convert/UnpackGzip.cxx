@@ -16,8 +16,8 @@ constexpr std::uint64_t mostTextPerByte = 200, alwaysText = std::uint64_t{ 1 } <
 
 Error Wrong(const std::string& what, std::size_t byte)
 {
-  return { ErrorCode::InvalidInput,
-    what + " at byte " + std::to_string(byte) + ", as gunzip will tell too" };
+  return BadInput(
+    what + " at byte " + std::to_string(byte) + ", as gunzip will tell too", Remedy::CopyAgain);
 }
 
 }

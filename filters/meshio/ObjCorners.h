@@ -35,7 +35,7 @@ public:
   // before: how many of each come before it; all: are in the file. Of the texture coordinates, or
   // normals, of which a corner names one that does not exist, no corner has any: that is counted in
   // `tolerance`. A face may have fewer than three corners. O(corners). Errors: InvalidInput for a
-  // place that does not exist, and for what is no number.
+  // place that does not exist, and for what is not a number.
   Status Read(const ObjStatements& statements, const ObjCounts& before, const ObjCounts& all,
     std::uint64_t face, Tolerance& tolerance);
   // Valid until the next call.

@@ -203,7 +203,7 @@ public:
 private:
   Status ReadPoints(std::vector<Vec3>& points, std::size_t number) override;
   Status LookBehindEnd();
-  // The two bytes behind each facet, which some programs put a colour into.
+  // The two bytes after each facet, which some programs put a colour into.
   void LookAtAttributes(const char* bytes, std::size_t count);
   // Puts the vertices of `count` facets into Batch; false if one is not finite.
   bool Decode(const char* bytes, std::size_t count);
@@ -225,9 +225,10 @@ Status BinaryStlReader::ReadPoints(std::vector<Vec3>& points, std::size_t number
     KDSTREAM_TRY(ahead);
     if (ahead->size() < facetBytes)
     {
-      return Error{ ErrorCode::InvalidInput,
-        "truncated: facet " + std::to_string(vertex / 3) + " of " + std::to_string(this->Facets) +
-          " expected at byte " + std::to_string(this->Source.Position()) };
+      return BadInput("truncated: facet " + std::to_string(vertex / 3) + " of " +
+                        std::to_string(this->Facets) + " expected at byte " +
+                        std::to_string(this->Source.Position()),
+        Remedy::CopyAgain);
     }
     const auto first = static_cast<std::size_t>(vertex % 3);
     const auto last = static_cast<std::size_t>(std::min<std::uint64_t>(
@@ -297,7 +298,7 @@ void BinaryStlReader::SpreadNotFinite(std::uint64_t facet, std::size_t first, st
   }
 }
 
-// Bytes behind the last facet that the header counts.
+// Bytes after the last facet that the header counts.
 Status BinaryStlReader::LookBehindEnd()
 {
   constexpr std::uint64_t mostPadding = 4096;
@@ -330,7 +331,7 @@ bool IsWord(std::string_view word, std::string_view small)
            { return (c >= 'A' && c <= 'Z' ? static_cast<char>(c - 'A' + 'a') : c) == expected; });
 }
 
-// Whether words behind "facet" are those of a facet's begin.
+// Whether words after "facet" are those of a facet's begin.
 bool GoesOnAsFacet(std::string_view rest)
 {
   const std::string_view first = TakeWord(rest);
@@ -446,7 +447,7 @@ private:
   Status ReadPoints(std::vector<Vec3>& points, std::size_t number) override;
   // Goes to the next facet; false at the end of the text.
   Result<bool> NextFacet();
-  // Goes to the coordinates of its next vertex; false behind its end.
+  // Goes to the coordinates of its next vertex; false after its end.
   Result<bool> NextVertex();
   // What stands between facets: true at the end of the text, or where a facet begins.
   Result<bool> PassBetween();
@@ -476,9 +477,9 @@ Error TextStlReader::Unexpected(std::string_view word, const std::string& expect
 {
   if (word.empty())
   {
-    return Error{ ErrorCode::InvalidInput, "truncated: facet " + std::to_string(this->At.facet) +
-                                             ": " + expected + " expected at byte " +
-                                             std::to_string(this->Source.Size()) };
+    return BadInput("truncated: facet " + std::to_string(this->At.facet) + ": " + expected +
+                      " expected at byte " + std::to_string(this->Source.Size()),
+      Remedy::CopyAgain);
   }
   return AtFacet(this->At.facet, QuotedText(word) + " where " + expected +
                                    " is expected, before byte " +
@@ -716,8 +717,7 @@ Status TextStlReader::ReadFacet()
     KDSTREAM_TRY(more);
     if (!*more)
     {
-      return Error{ ErrorCode::InvalidInput,
-        "truncated: the file has changed since it was opened" };
+      return BadInput("truncated: the file has changed since it was opened", Remedy::Retry);
     }
     finite = true;
     this->Facet.clear();
@@ -785,8 +785,8 @@ bool LooksLikeText(std::string_view head)
            [](char c) { return (c >= '\0' && c < ' ' && !IsBlank(c)) || c == 0x7F; });
 }
 
-// Whether there is a triangle behind the header of a binary file: with so many bytes behind the end
-// as the header tells it, its count alone is no proof.
+// Whether there is a triangle after the header of a binary file: with so many bytes after the end
+// as the header tells it, its count by itself is no proof.
 bool HasFacet(std::string_view head)
 {
   const std::string_view format = FormatOfContent(head);
@@ -803,7 +803,7 @@ Result<std::unique_ptr<MeshReader>> OpenStlReader(ByteSource source, const Execu
   const bool hasHeader = head->size() >= headerBytes;
   const std::uint32_t facets = hasHeader ? LoadLittle(head->data() + headerBytes - 4) : 0;
   const std::uint64_t size = headerBytes + std::uint64_t{ facetBytes } * facets;
-  // By what is in it: a size that fits; a text; facets that a file with more behind them has.
+  // By what is in it: a size that fits; a text; facets that a file with more after them has.
   const bool more = hasHeader && facets > 0 && source.Size() > size;
   // Programs that do not know the number when they begin write one of these.
   const bool streamed = hasHeader && (facets == 0 || facets == 0xFFFFFFFF) &&
@@ -827,19 +827,20 @@ Result<std::unique_ptr<MeshReader>> OpenStlReader(ByteSource source, const Execu
   }
   if (head->empty())
   {
-    return Error{ ErrorCode::InvalidInput, "the file is empty" };
+    return BadInput("the file is empty", Remedy::CopyAgain);
   }
   if (!hasHeader)
   {
-    return Error{ ErrorCode::InvalidInput, "is not an STL file" };
+    return BadInput("is not an STL file", Remedy::Rename);
   }
   if (IsWord(head->substr(0, 5), "facet") || head->starts_with('#'))
   {
-    return Error{ ErrorCode::InvalidInput, "is not an STL file: a text begins with 'solid'" };
+    return BadInput("is not an STL file: a text begins with 'solid'", Remedy::Rename);
   }
-  return Error{ ErrorCode::InvalidInput,
-    "the header claims " + std::to_string(facets) + " triangles, " + std::to_string(size) +
-      " bytes with it; the file has " + std::to_string(source.Size()) };
+  return BadInput("the header claims " + std::to_string(facets) + " triangles, " +
+                    std::to_string(size) + " bytes with it; the file has " +
+                    std::to_string(source.Size()),
+    Remedy::CopyAgain);
 }
 
 }

@@ -37,7 +37,7 @@ Status TextLines::Open()
   return {};
 }
 
-// Makes a block of what is at Cursor and behind it; false at the end of the text.
+// Makes a block of what is at Cursor and after it; false at the end of the text.
 Result<bool> TextLines::Load()
 {
   this->Source.Consume(static_cast<std::size_t>(this->Cursor - this->Begin));
@@ -116,9 +116,9 @@ double TextLines::Fraction() const
   return double(this->End()) / std::max(1.0, double(this->Source.Size()));
 }
 
-Error TextLines::Wrong(const std::string& message) const
+Error TextLines::Wrong(const std::string& message, Remedy remedy) const
 {
-  return { ErrorCode::InvalidInput, "line " + std::to_string(this->Count) + ": " + message };
+  return BadInput("line " + std::to_string(this->Count) + ": " + message, remedy);
 }
 
 void SplitWords(

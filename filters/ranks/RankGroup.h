@@ -285,7 +285,7 @@ protected:
   RankMessages& Messages;
 };
 
-// Lists, one after the other, each behind its length.
+// Lists, one after the other, each after its length.
 class RankMessage
 {
 public:

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // The first page of a store's file, which is checked before SQLite reads any of it: a store is
-// data, and its schema would be a program (views, triggers, expressions). For filters/store alone.
+// data, and its schema would be a program (views, triggers, expressions). Only for filters/store.
 #pragma once
 
 #include "filters/core/Result.h"

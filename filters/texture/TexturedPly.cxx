@@ -75,7 +75,7 @@ public:
   {
   }
 
-  // To the next line of a text, whose last value may be behind what the header names.
+  // To the next line of a text, whose last value may be after what the header names.
   Status EndLine()
   {
     return this->Encoding == PlyEncoding::Ascii ? this->Words.SkipLine() : Status();
@@ -90,7 +90,7 @@ private:
   template <class T>
   Result<double> Next()
   {
-    const Error cut{ ErrorCode::InvalidInput, "truncated: the file has changed since it was read" };
+    const Error cut = BadInput("truncated: the file has changed since it was read", Remedy::Retry);
     T value{};
     if (this->Encoding == PlyEncoding::Ascii)
     {
@@ -247,11 +247,11 @@ private:
           KDSTREAM_TRY(values.EndLine());
         }
       }
-      break; // what comes behind is none of ours, and words may be read ahead
+      break; // what comes after is none of ours, and words may be read ahead
     }
     if (this->Out.textured.corners.size() != this->TheMesh().triangles.size())
     {
-      return Error{ ErrorCode::InvalidInput, "truncated: the file has changed since it was read" };
+      return BadInput("truncated: the file has changed since it was read", Remedy::Retry);
     }
     return {};
   }
@@ -302,7 +302,7 @@ private:
     const std::vector<Vec3>& points = this->TheMesh().points;
     if (!(vertex >= 0 && vertex < double(points.size())))
     {
-      return Error{ ErrorCode::InvalidInput, "truncated: the file has changed since it was read" };
+      return BadInput("truncated: the file has changed since it was read", Remedy::Retry);
     }
     this->Corners.push_back(points[static_cast<std::size_t>(vertex)]);
     return {};

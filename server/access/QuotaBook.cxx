@@ -155,7 +155,7 @@ std::set<dev_t> DevicesAbove(const std::filesystem::path& folder)
   return devices;
 }
 
-// Makes the file, if it is not there, for its owner alone: it tells who looked at what.
+// Makes the file, if it is not there, only for its owner: it tells who looked at what.
 void MakePrivate(const std::filesystem::path& file)
 {
   const int made = ::open(file.c_str(), O_RDWR | O_CREAT | O_EXCL | O_CLOEXEC, 0600);

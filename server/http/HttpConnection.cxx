@@ -367,7 +367,7 @@ private:
   }
 
   // A page that has had its own name resolved to this address (DNS rebinding) names its own host.
-  // Who listens for this machine alone is asked by addresses, by the names of localhost, and by
+  // Who listens only for this machine is asked by addresses, by the names of localhost, and by
   // names that no stranger has. With TLS browsers compare the name with the certificate's.
   // REQUIRES: NamesOneHost(target).
   bool MayNameHost(const RequestTarget& target) const

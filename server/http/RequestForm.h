@@ -27,8 +27,8 @@ std::optional<std::string_view> ParseHost(std::string_view field);
 
 // Whether a page of a stranger cannot have this name for its host: DNS rebinding has a browser that
 // loaded the page from the stranger's name ask this machine under that name. Such a name is one
-// that somebody has registered, so it has a dot. An address is no name, those of localhost lead to
-// the machine itself in every browser, and a name without a dot is nobody's in the public DNS.
+// that somebody has registered, so it has a dot. An address is not a name, those of localhost lead
+// to the machine itself in every browser, and a name without a dot is nobody's in the public DNS.
 // host: as ParseHost gives it. False for "", which names nobody.
 bool CannotBeRebound(std::string_view host);
 

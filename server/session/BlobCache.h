@@ -33,7 +33,7 @@ public:
   }
 
   Model AddModel();
-  // Forgets its blobs. REQUIRES: no Get of them is under way.
+  // Forgets its blobs. REQUIRES: no Get of them is in progress.
   void RemoveModel(Model model);
 
   // The blob, if it is in memory; else null.

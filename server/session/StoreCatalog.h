@@ -47,7 +47,7 @@ public:
   // whose stores have not changed stay; of the stores those that were read last are open
   // (OpenStores). Stores that cannot be opened and names that are not model ids
   // are reported; where the name had a model before, that one stays. Models whose file is gone are
-  // found no more; one whose file was written to in place and is no store any more is found, but
+  // found no more; one whose file was written to in place and is not a store any more is found, but
   // not listed, and says that it is damaged. Pointers to earlier models stay valid. Errors:
   // NotFound or InputOutput where the folder cannot be read, LimitExceeded where memory runs out:
   // the models stay as they were, and Refresh tries again. A store that takes longer than
@@ -104,7 +104,7 @@ private:
   enum class Patience
   {
     None,
-    WithNew // what was written just now, and is no store, may become one: it is not reported yet
+    WithNew // what was written just now, and is not a store, may become one: it is not reported yet
   };
   Status Try(Patience patience);
   Status ReadFolder(Patience patience);

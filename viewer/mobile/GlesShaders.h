@@ -11,7 +11,7 @@ namespace kdstream::shaders
 inline constexpr const char* header = "#version 300 es\n"
                                       "precision highp float;\n";
 
-// One triangle over the whole picture, as far away as can be, made of vertex numbers alone.
+// One triangle over the whole picture, as far away as can be, made only of vertex numbers.
 inline constexpr const char* backgroundVertex = R"(
 out float height;
 void main()
@@ -126,10 +126,9 @@ vec3 lit(vec3 normal)
   return baseColor * (material.x + material.y * diffuse) + highlightColor * material.z * specular;
 })";
 
-// The side that is seen is lit, whichever way a triangle faces; where a normal between those of the
-// corners turns away a little, at an outline, it stops there (as
-// viewer/rendering/SurfaceScene.cxx). Where no triangle has an area there is no normal: as if it
-// faced the eye.
+// The visible side is lit, whichever way a triangle faces. At an outline an interpolated normal may
+// turn away a little; it is stopped there (as in viewer/rendering/SurfaceScene.cxx). Where no
+// triangle has an area the normal faces the eye.
 inline constexpr const char* surfaceFragment = R"(
 void main()
 {

@@ -22,8 +22,8 @@ constexpr double offBoundary = 0.25; // of the error on the edge, for a place be
 constexpr double lengthCost = 1e-9;  // × length^4: of edges that cost nothing the shortest first
 // Edges between the vertices of folds: of what their merges and their retreat cost. Measured.
 constexpr double costOfFoldOvers = 0.01, retreatOfFoldOvers = 0.1;
-// Of painted parts: what a retreat costs there. Merges that spare the paint cost more, and where
-// there is none as much of the outline would go as they cost. Measured on the vase.
+// Of parts with vertex colours: what a retreat costs there. Merges that spare the colours cost
+// more, and where there is none as much of the outline would go as they cost. Measured on the vase.
 constexpr double retreatOfColored = 4;
 // How many retries each vertex has for its edges that could not collapse. Without this limit a mesh
 // that is all knots, whose vertices have hundreds of edges each, would take most of its time for
@@ -217,7 +217,7 @@ double EdgeCollapse::AttributeCost(VertexId u, VertexId v) const
   return wu * wv / (wu + wv) * squares;
 }
 
-// Of both ends: their planes, and what their paint says about a place.
+// Of both ends: their planes, and what their colours say about a place.
 Quadric EdgeCollapse::SumOf(VertexId u, VertexId v) const
 {
   Quadric quadric = this->Quadrics[u];

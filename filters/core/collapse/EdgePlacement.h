@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Where the vertex goes that an edge collapses to, and what that costs. For EdgeCollapse alone.
+// Where the vertex goes that an edge collapses to, and what that costs. Only for EdgeCollapse.
 //
 // Source: Garland and Heckbert 1997; the choice between the edge and the place beside it is ours.
 #pragma once

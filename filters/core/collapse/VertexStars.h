@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// The triangles around each vertex of a mesh while its edges collapse. For EdgeCollapse alone.
+// The triangles around each vertex of a mesh while its edges collapse. Only for EdgeCollapse.
 #pragma once
 
 #include "filters/core/Types.h"

@@ -25,7 +25,7 @@ namespace kdstream
 //      shown at the finest active resolution >= S that covers it.
 //   4. Everything is shown at the finest node above it that is reached.
 // So pieces that are active and not reached show nothing: MakeClosure says what reaches them. Below
-// R levels are one piece each, so of them rule 1 alone speaks.
+// R levels are one piece each, so only rule 1 applies to them.
 struct Cut
 {
   TreeDepths depths;

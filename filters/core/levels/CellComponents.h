@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // The components of one cell: which of its connected components become clusters of their own
-// (doc/design.md#clusters). For the makers of levels alone.
+// (doc/design.md#clusters). Only for the makers of levels.
 #pragma once
 
 #include "filters/core/Types.h"

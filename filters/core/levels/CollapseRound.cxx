@@ -284,7 +284,7 @@ Status CollapseRound::TakeMoreOfNode(
 // Of nodes that hold too many clusters still, the clusters are grouped by cells.
 Status CollapseRound::GroupFullNodes()
 {
-  // Of each node, how often it is full; behind them, whether any is. Numbers, to be summed up.
+  // Of each node, how often it is full; after them, whether any is. Numbers, to be summed up.
   std::vector<std::uint64_t> full(this->NodeCount() + 1, 0);
   KDSTREAM_TRY(this->ForEachBlockHere(
     [&](std::size_t block) -> Status

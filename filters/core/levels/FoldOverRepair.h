@@ -4,7 +4,7 @@
 //
 // A triangle should face where its clusters do: where the area vectors of their triangles, added
 // up, point to. Cells of a tree have any shape, so the means of three that touch may lie the other
-// way round, and where a cluster touches two others alone its two triangles always lie on each
+// way round, and where a cluster touches only two others its two triangles always lie on each
 // other. Only places change: the triangles stay the image of the original.
 #pragma once
 

@@ -19,7 +19,8 @@ namespace kdstream
 // other arrays (ArraysOfLevels).
 // - Colours: the mean of the light (Light.h) of the cluster's original vertices, as the nearest
 //   byte; of alpha its own mean, halves upwards. If the levels have colours of their own
-//   (ClusterLevel::paint), these replace red, green and blue of the array of the mesh's colours.
+//   (ClusterLevel::vertexColors), these replace red, green and blue of the array of the mesh's
+//   colours.
 // - Normals: the mean of the directions of the cluster's normals, of length 1. Tuples without a
 //   direction (all zero, or a component that is NaN or infinite) are left out. Where the directions
 //   cancel (their sum is shorter than 10^-9 of their number) it is the direction of the lowest

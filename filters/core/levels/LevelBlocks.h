@@ -28,7 +28,7 @@ struct MergeList
 // When it is told where clusters go.
 enum class TargetStage
 {
-  Merged, // by merges of edges alone
+  Merged, // only by merges of edges
   Grouped // and the clusters of nodes that are too full by cells
 };
 

@@ -67,7 +67,7 @@ struct Piece
   std::vector<std::uint32_t> ancestors;
 
   // For own vertices of the levels R <= d < S: the nodes of the pieces of level d + 1 that hold
-  // their children, ascending, at least one: reachNodes[reachBegin[i]] … reachNodes[reachBegin[i +
+  // their children, ascending, at least one: childNodes[childBegin[i]] … childNodes[childBegin[i +
   // 1] - 1]. Empty otherwise.
   std::vector<std::uint32_t> childBegin;
   std::vector<NodeId> childNodes;

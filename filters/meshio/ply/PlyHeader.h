@@ -119,7 +119,7 @@ struct PlyHeader
 // and "uint8"), and int64 and uint64, which other programs add to the format's. The elements
 // "vertex", "face" and "tristrips" may be written in capitals; they are in small letters here. Of a
 // property that is named twice the first counts (Find). Errors: InvalidInput naming the line: not a
-// PLY file, no end_header in the first MiB, an unknown word or type, a count that is no number
+// PLY file, no end_header in the first MiB, an unknown word or type, a count that is not a number
 // below 2^64, an element named twice.
 Result<PlyHeader> ReadPlyHeader(ByteSource& source);
 

@@ -92,11 +92,12 @@ Status PlyReader::UnderstandVertices()
     if (found == element.properties.size())
     {
       const bool packed = element.Find("packed_position") < element.properties.size();
-      return Error{ ErrorCode::InvalidInput,
+      return BadInput(
         std::string("element 'vertex' has no property '") + names[k] + "'" +
           (packed ? ", but 'packed_position': compressed Gaussian splats are not read, export them "
                     "uncompressed"
-                  : "") };
+                  : ""),
+        packed ? Remedy::Told : Remedy::Repair);
     }
     const PlyProperty& property = element.properties[found];
     if (property.isList)
@@ -271,7 +272,7 @@ void PlyReader::Prepare(Mesh& mesh) const
 }
 
 // Brings the source to a record of an element: on from here, or on from the element's beginning if
-// that is behind.
+// that is ahead.
 Status PlyReader::MoveTo(std::size_t element, std::uint64_t record)
 {
   if (element < this->CurrentElement ||
@@ -419,11 +420,11 @@ Status PlyReader::CheckTriangles(const FaceElement& faces) const
   {
     return {};
   }
-  return Error{ ErrorCode::InvalidInput,
-    "element '" + this->Header.elements[faces.element].name +
-      "': truncated, or a face of fewer than three vertices: " +
-      "the file has room for triangles alone, and up to face " + std::to_string(this->FacesRead) +
-      " there is another" };
+  return BadInput("element '" + this->Header.elements[faces.element].name +
+                    "': truncated, or a face of fewer than three vertices: " +
+                    "the file has room for triangles alone, and up to face " +
+                    std::to_string(this->FacesRead) + " there is another",
+    Remedy::CopyAgain);
 }
 
 Result<std::size_t> PlyReader::ReadSomeVertices(Mesh& mesh, std::size_t limit)
@@ -544,7 +545,7 @@ Status PlyReader::KeepPlaces()
   return {};
 }
 
-// What comes behind the faces is passed over, so that a file that is cut there is refused. A header
+// What comes after the faces is passed over, so that a file that is cut there is refused. A header
 // that counts too few faces leaves some of them behind the last: they are not read, but not
 // silently. Blanks at the end of a file are no loss.
 Status PlyReader::LookBehindEnd()

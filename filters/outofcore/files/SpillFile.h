@@ -81,7 +81,7 @@ public:
   bool IsOpen() const { return this->Descriptor >= 0; }
   std::uint64_t Size() const { return this->Bytes.load(); }
 
-  // All of `bytes`, from or to `offset`. Writing behind the end makes the file longer. Errors:
+  // All of `bytes`, from or to `offset`. Writing past the end makes the file longer. Errors:
   // InputOutput with the system's reason, the place, and for a full disk what the file needs; also
   // where the file ends before the bytes do.
   Status Read(std::uint64_t offset, std::span<std::byte> bytes) const;

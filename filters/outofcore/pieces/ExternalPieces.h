@@ -45,7 +45,7 @@ Status ForEachPart(const MeshBlocks& mesh, const ExternalLevels& levels,
   BlockGroup* group = nullptr, const std::function<Status(Resolution)>& finished = {});
 
 // The same for partitions of any size without levels (OctreePartitions.h): the parts of the
-// original alone, a block of the mesh each. The vertices are numbered as they are ranked.
+// original only, a block of the mesh each. The vertices are numbered as they are ranked.
 // partitionBegin: the first rank of each partition, and the end. REQUIRES: mesh.begin of whole
 // partitions.
 Status ForEachPartOfPartitions(const MeshBlocks& mesh, std::span<const VertexId> partitionBegin,

@@ -37,8 +37,8 @@ public:
   Status SetModels(std::string_view json);
   // As ViewerSession's; a model that cannot be selected is named in the status.
   void SelectModel(const std::string& model);
-  // Shows what a link to a view tells (ViewLink.h). What is wrong with it is told in the status;
-  // its model opens all the same.
+  // Shows what a link to a view tells (ViewLink.h). What is wrong with it is reported in the
+  // status; its model opens all the same.
   void Follow(const std::string& link);
   // Takes at most about so many bytes of all memory (MemoryBudget); at first its standard.
   void SetMemory(std::size_t bytes);

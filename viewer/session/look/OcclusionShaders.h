@@ -51,12 +51,14 @@ vec3 positionAt(vec2 place)
 )";
 
 // How much is occluded, 0-1, in red. Along a line all places are multiples of one vector of whole
-// texels: where they were rounded each on its own, a plane would rise on both sides. The reach is
-// walked in 6 steps that become longer. A rise is less by `unsure`, the length that so many steps
-// of 24 bits of depth are there: where the eye is within the model's box one is as long as a texel,
-// and smooth surfaces would have the rings and worms of these. facet: FacetLength, in the unit of
-// the projection. Where that is longer than the reach, hollow edges between triangles are not the
-// model's relief but the end of its resolution, and shallow ones are left out.
+// texels: if each were rounded by itself, a plane would rise on both sides. The reach is walked in
+// 6 steps that become longer.
+// - `unsure` is subtracted from a rise: the length of this number of steps of 24 bits of depth
+//   there. Where the eye is within the model's box one step is as long as a texel, and smooth
+//   surfaces would get rings and worms.
+// - facet: FacetLength, in the unit of the projection. Where it is longer than the reach, hollow
+//   edges between triangles are not the model's relief but the end of its resolution, and shallow
+//   ones are left out.
 inline constexpr const char* occlusionFragment = R"(
 vec3 here, toEye;
 float reach;

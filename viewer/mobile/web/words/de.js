@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// German. texts: what the page says, by what it says in English; sentences: what session and server say, whose {names} vary.
+// German. texts: the page's texts, by the English text; sentences: those of session and server, whose {names} vary.
 
 export const texts = {
   // the list
