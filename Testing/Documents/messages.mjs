@@ -73,8 +73,17 @@ function tokensOf(text, kinds) {
 
 // ---- sentences
 
-const isSentence = (text) => (text.replace(/\{[^{}]*\}|\\[nt]/g, "").match(/\S /g) ?? []).length >= 2 && /\p{L}{2}/u.test(text)
-  && !/^\s*(SELECT|INSERT|CREATE|PRAGMA|DELETE|UPDATE|WITH|DROP|ALTER|#version|precision|HTTP\/1)\b|gl_|\bvec[234]\b|;\s*\\n|[;{}]$|:\s?\w+;/.test(text);
+// Not SQL, shaders, a head of HTTP or rules of CSS.
+const isCode = (text) => /^\s*(SELECT|INSERT|CREATE|PRAGMA|DELETE|UPDATE|WITH|DROP|ALTER|#version|precision|HTTP\/1)\b|gl_|VTK::|\bvec[234]\b|;\s*\\n|[;{}]$|:\s?\w+;/
+  .test(text);
+
+function isSentence(text) {
+  let words = text.replace(/\\[nt]/g, " ").trim();
+  while (/\{[^{}]*\}/.test(words)) { // a choice may have values in it
+    words = words.replace(/\{[^{}]*\}/g, "");
+  }
+  return (words.match(/\S /g) ?? []).length >= 2 && /\p{L}{2}/u.test(words) && !isCode(words);
+}
 
 // The parts of an expression join to one text until a comma, a statement's end or the like.
 class Level {

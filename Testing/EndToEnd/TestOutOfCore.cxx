@@ -470,7 +470,7 @@ TEST_F(OutOfCore, ErrorsNameTheTemporaryFolder)
   EXPECT_EQ(full.exitCode, 1);
   EXPECT_EQ(
     full.err.rfind("kdstream-build: error: spill: the temporary folder is too small: the build "
-                   "takes about ",
+                   "needs about ",
       0),
     0U)
     << full.err;

@@ -418,7 +418,7 @@ Status CheckOptions(const BuildOptions& options)
   }
   if (options.memory < leastMemory)
   {
-    return Error{ ErrorCode::LimitExceeded, "building on several ranks takes at least " +
+    return Error{ ErrorCode::LimitExceeded, "building on several ranks needs at least " +
                                               Mebibytes(leastMemory) + " on each; the limit is " +
                                               Mebibytes(options.memory) };
   }
@@ -453,7 +453,7 @@ Result<BuildReport> BuildHere(MpiGroup& group, DistributedInput input,
     .Build();
 }
 
-// The same; what goes wrong is told to the others, who wait.
+// The same; what goes wrong is reported to the others, who wait.
 Result<BuildReport> Build(MpiGroup& group, DistributedInput input,
   const std::filesystem::path& store, const BuildOptions& options, const Execution& execution,
   std::uint64_t stepMemory)

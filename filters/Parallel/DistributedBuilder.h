@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Step "build" on several ranks: from a mesh file that all of them can read, or from what each of
-// them has of a mesh, to a store that rank 0 writes (doc/decisions/0009-parallel.md).
+// Step "build" on several ranks: from a mesh file that all of them can read, or from each rank's
+// part of a mesh, to a store that rank 0 writes (doc/decisions/0009-parallel.md).
 #pragma once
 
 #include "filters/Parallel/MpiGroup.h"
@@ -28,12 +28,11 @@ Result<BuildReport> BuildStoreCollectively(MpiGroup& group, const std::filesyste
 
 // The same from a mesh in the ranks' memory: the content is that of BuildStore of the mesh whose
 // points and triangles are those of rank 0, then those of rank 1, …; corners are numbers in it. All
-// ranks have the same arrays and the same scalar type. No rank holds the mesh, nor its levels: its
-// own share only, and that in files once the build goes on: beside the store or, on other ranks
-// than the first that cannot write there, in the system's folder for temporary files.
-// options.inputName is
-// the name of the input. Called by all ranks, with the same options but memory and temporaryFolder.
-// Errors: as above.
+// ranks have the same arrays and the same scalar type. No rank holds the mesh, nor its levels. A
+// rank holds only its own share; later the share is in files, beside the store or, where another
+// rank than the first cannot write there, in the system's folder for temporary files.
+// options.inputName is the name of the input. Called by all ranks, with the same options except
+// memory and temporaryFolder. Errors: as above.
 Result<BuildReport> BuildStoreOfShares(MpiGroup& group, Mesh share,
   const std::filesystem::path& store, const BuildOptions& options, const Execution& execution = {});
 

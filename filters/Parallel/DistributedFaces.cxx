@@ -236,7 +236,7 @@ private:
     return rank;
   }
 
-  // Those of at most `count` vertices from `first` on, each behind its vertex's rank.
+  // Those of at most `count` vertices from `first` on, each after its vertex's rank.
   Status ReadTuples(std::uint64_t first, std::size_t count, RankLists<std::byte>& out) const
   {
     const VertexFiles& kept = this->Vertices.kept;

@@ -29,8 +29,8 @@ Status WriteElementsAt(SpillFile& file, std::size_t elementBytes, std::span<cons
 Status FetchElements(MpiGroup& group, SpillFile& file, std::size_t elementBytes,
   std::span<const std::uint64_t> places, std::span<const VertexId> wanted);
 
-// Elements of a file, a few MiB at a time, that were here by one division of its places are
-// afterwards by another: rank r has [before[r], before[r + 1]), and then [after[r], after[r + 1]).
+// Moves elements of a file, a few MiB at a time, from one division among the ranks to another: rank
+// r has [before[r], before[r + 1]) at first, and [after[r], after[r + 1]) in the end.
 Status MoveElements(MpiGroup& group, SpillFile& file, std::size_t elementBytes,
   std::span<const std::uint64_t> before, std::span<const std::uint64_t> after);
 

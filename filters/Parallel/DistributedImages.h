@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // The triangles of a level whose blocks lie on several ranks: the images of those of the finer
-// level, or of the mesh. For DistributedLevels.cxx alone.
+// level, or of the mesh. Only for DistributedLevels.cxx.
 #pragma once
 
 #include "filters/Parallel/MpiGroup.h"

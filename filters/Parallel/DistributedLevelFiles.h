@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // What ranks do with the files of a level when each has made its clusters: number them over all
-// ranks, move them to other ranks. For DistributedLevels.cxx alone.
+// ranks, move them to other ranks. Only for DistributedLevels.cxx.
 #pragma once
 
 #include "filters/Parallel/MpiGroup.h"

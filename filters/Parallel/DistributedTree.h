@@ -4,7 +4,7 @@
 //      by histograms of order-preserving bits, added over the ranks; down to where a node's
 //      vertices fit the memory of one.
 //   2. Every rank gets the vertices of its nodes.
-//   3. What is below a node, each rank alone (RecordTree.h).
+//   3. What is below a node, each rank by itself (RecordTree.h).
 #pragma once
 
 #include "filters/Parallel/DistributedWeld.h"

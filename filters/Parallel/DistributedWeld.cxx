@@ -226,8 +226,8 @@ private:
     return {};
   }
 
-  // The numbers of all vertices that were read here: of those that stay the place among them, of
-  // those that go, ascending, what NumberGone has found.
+  // The numbers of all vertices that were read here: of those that stay, their place among these;
+  // of joined ones, ascending, the result of NumberGone.
   Status MergeNumbers()
   {
     KDSTREAM_TRY(Take(this->Folder.CreateFile("numbers of vertices", 0), this->Vertices.numberOf));

@@ -27,12 +27,14 @@ struct DistributedVertices
   VertexId Count() const { return this->begin.back(); }
 };
 
-// Joins vertices as WeldVertices does (Weld.h), if weld is wanted; numbers them. Every vertex goes
-// to the rank that its bytes' hash tells (28 bytes and its tuples), which finds the lowest number
-// of those that are equal; what goes is told to those who have read it (8 bytes), who ask for the
-// new numbers (4 bytes there and back). Memory: `memory` and what a round carries. Errors:
-// LimitExceeded for more than 2^32 - 2 vertices; InvalidInput for none; InputOutput; Cancelled;
-// MpiGroup's.
+// Joins vertices as WeldVertices does (Weld.h), if `weld` is set; numbers them.
+// 1. Every vertex goes to the rank of its bytes' hash (28 bytes and its tuples). That rank finds
+//    the lowest number of equal ones.
+// 2. The rank that has read a joined vertex is told (8 bytes), and asks for the new number (4 bytes
+//    there and back).
+//
+// Memory: `memory` and the bytes of a round. Errors: LimitExceeded for more than 2^32 - 2 vertices;
+// InvalidInput for none; InputOutput; Cancelled; MpiGroup's.
 Result<DistributedVertices> WeldCollectively(MpiGroup& group, SpillFolder& folder,
   VertexFiles share, bool weld, std::uint64_t memory, const Execution& execution);
 

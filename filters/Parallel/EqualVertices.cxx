@@ -25,7 +25,7 @@ namespace
 constexpr std::uint64_t entriesInCache = std::uint64_t{ 1 } << 15;
 constexpr std::uint64_t mostBucketsForCache = 256;
 
-// An entry is what a vertex is known by on its way: its place, its tuples, and behind them its
+// An entry is what a vertex is known by on its way: its place, its tuples, and after them its
 // number. The first two are its key.
 class EqualVertexSearch
 {

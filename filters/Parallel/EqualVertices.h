@@ -28,9 +28,9 @@ struct WeldedVertexFile
 };
 
 // Every vertex goes to the rank that the hash of its bytes tells, and there into a bucket; each
-// bucket is gone through alone. share: this rank's vertices, which have the numbers from `first`
-// on; allVertices: of all ranks. Memory: `memory` and what a round carries. Errors: InputOutput;
-// Cancelled; MpiGroup's.
+// bucket is gone through by itself. share: this rank's vertices, which have the numbers from
+// `first` on; allVertices: of all ranks. Memory: `memory` and what a round carries. Errors:
+// InputOutput; Cancelled; MpiGroup's.
 Result<WeldedVertexFile> FindEqualVertices(MpiGroup& group, SpillFolder& folder,
   const VertexFiles& share, VertexId first, std::uint64_t allVertices, std::uint64_t memory,
   const Execution& execution);

@@ -88,8 +88,8 @@ std::int64_t IdOf(vtkDataArray& ids, vtkIdType i)
   return ids.GetVariantValue(i).ToTypeInt64();
 }
 
-// Where an element is in the mesh of all ranks: vertices, segments, triangles of polygons, of
-// strips; in each kind by number, then by their order in the cell.
+// The place of an element in the mesh of all ranks: first vertices, then segments, triangles of
+// polygons, triangles of strips; within a kind by number, then by their order in the cell.
 struct ElementPlace
 {
   std::uint32_t kind = 0, part = 0;
@@ -433,7 +433,7 @@ private:
     Box all = BoxOfPoints(this->Points);
     KDSTREAM_TRY(this->Ranks.JoinBoxes(std::span(&all, 1)));
     const std::vector<std::pair<std::int64_t, VertexId>> sorted = this->PointsById(ids);
-    // First by what this rank alone has: else all points of one id, however many, would come to one
+    // First by what only this rank has: else all points of one id, however many, would come to one
     // rank.
     Result<bool> believed = this->Ranks.AllHave(this->AreOfPoints(sorted, 5 * MostApart(all)));
     if (!believed || !*believed)
@@ -828,7 +828,7 @@ private:
       own.push_back({ places[i], { this->Number[t[0]], this->Number[t[1]], this->Number[t[2]] },
         static_cast<std::uint32_t>(this->Ranks.Rank()) });
     }
-    // First this rank's alone: else what has one id, however many, would come to one rank.
+    // First only this rank's: else what has one id, however many, would come to one rank.
     Result<bool> believed = this->Ranks.AllHave(AreCells({ own }));
     if (!believed || !*believed)
     {

@@ -367,7 +367,7 @@ private:
     return static_cast<std::size_t>(hash % this->Ranks.Count());
   }
 
-  // Whether MergePoints might believe ids, by this rank's points alone: else all points of one id,
+  // Whether MergePoints might believe ids, only by this rank's points: else all points of one id,
   // however many, would be told to one rank.
   bool AreIdsOfPoints(const SharedArray& ids, const Box& box) const
   {
@@ -706,7 +706,7 @@ private:
       std::transform(kept.from.begin(), kept.from.end(), std::back_inserter(this->CellIds),
         [&](const TupleOfPart& cell) { return IdOf(*ids, cell); });
     }
-    // First those of this rank alone: else what has one id, however many, would come to one rank.
+    // First only those of this rank: else what has one id, however many, would come to one rank.
     const Result<bool> differ = this->Ranks.AllHave(AreDifferent(this->CellIds));
     KDSTREAM_TRY(differ);
     if (!*differ)

@@ -551,7 +551,7 @@ std::string CoarseFloats(const BuildReport& report, const std::string& unit)
   constexpr double mostOfSpacing = 0.125; // more is seen
   const Box& box = report.info.box;
   const double step = StepOfFloats(box);
-  const double spacing = SpacingOfVertices(box, report.info.vertices); // 0: points or lines alone
+  const double spacing = SpacingOfVertices(box, report.info.vertices); // 0: only points or lines
   if (report.scalarType != ScalarType::Float32 || spacing == 0 || step <= mostOfSpacing * spacing)
   {
     return {};

@@ -135,7 +135,7 @@ Status PrepareOutputs(
   return status ? group.Finish() : Status(group.Fail(status.GetError()));
 }
 
-// What a rank finds out alone: whether there is work to do, and whether it can do it.
+// What a rank finds out by itself: whether there is work to do, and whether it can do it.
 Result<bool> ReadCommandLine(CLI::App& app, int argc, char** argv, BuildCommand& line)
 {
   const Result<bool> wanted = ParseCommandLine(app, argc, argv);

@@ -148,8 +148,9 @@ std::uint64_t MostMemory(const std::filesystem::path& input)
 {
   std::error_code status;
   const std::uintmax_t bytes = std::filesystem::file_size(input, status);
-  // A .gltf's bytes lie in other files; so do pictures and what VRML inlines (if it is compressed,
-  // it may), and .obj, .ply and .off are read by us, who take no claim on trust.
+  // Without a limit: a .gltf, pictures, and VRML with Inline (a compressed file may have it), whose
+  // bytes lie in other files too; and .obj, .ply and .off, whose readers are ours and trust no
+  // claim of the file.
   constexpr std::string_view gzipMark = "\x1f\x8b\x08";
   const std::string ending = FileEnding(input);
   const bool alone = !status && ending != ".gltf" && ending != ".obj" && ending != ".ply" &&
@@ -334,7 +335,7 @@ try
   AddColumnsOption(app, line.columns);
   AddStrictOption(app, line.strict);
   app.add_flag("--quiet", line.quiet, "print no progress and no summary");
-  app.add_flag("--progress-lines", line.progressLines)->group(""); // for kdstream-build alone
+  app.add_flag("--progress-lines", line.progressLines)->group(""); // only for kdstream-build
   app.add_option("--paint", line.paint)->group("");                // the same
   app.add_option("--threads", line.threads)->group("");            // the same
   return RunProgram(app, argc, argv, [&]() { return Convert(app, line); });

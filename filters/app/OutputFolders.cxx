@@ -38,7 +38,7 @@ Result<OutputFolders> OutputFolders::Make(const std::filesystem::path& file)
     folders.Made.pop_back();
     if (status)
     {
-      return SystemError("cannot make the folder " + next->string(), status.value());
+      return SystemError("cannot create the folder " + next->string(), status.value());
     }
   }
   return folders;

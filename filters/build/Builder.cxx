@@ -323,7 +323,7 @@ Result<BuildReport> BuildStore(const std::filesystem::path& input,
   }
   if (options.resume)
   {
-    options.resume = false; // that is told once
+    options.resume = false; // that is reported once
     options.tellEarlierBuild("nothing to resume: no earlier build in " +
                              folder.parent_path().string() +
                              " (did that build have another --temp-dir?)");

@@ -40,8 +40,8 @@ struct BuildOptions
   // Go on with an interrupted build of the same input and options. What one of others has left
   // stays as it is, and the build is refused.
   bool resume = false;
-  // Called at most once, early, with a sentence for the user: with `resume` on what the build goes
-  // on from, without it where it could have gone on from something.
+  // Called at most once, early, with a sentence for the user: with `resume`, from where the build
+  // continues; without it, from where it could have continued.
   std::function<void(const std::string& found)> tellEarlierBuild = [](const std::string&) {};
   // Called once the input has been read and welded, with the numbers that are left.
   std::function<void(std::uint64_t vertices, std::uint64_t triangles)> tellSize =
@@ -56,8 +56,8 @@ struct BuildOptions
   std::string inputName; // stored as the input's name; empty: that of the file
   // By whose bytes the input is known (InputDigest.h), one after the other; empty: the file.
   std::vector<std::filesystem::path> inputFiles;
-  // Of an input that is made anew for each build from another file, that file, and all else that it
-  // depends on: an interrupted build of the same is the same build. Empty: none.
+  // For an input that is made anew for each build from another file: that file, and all else that
+  // the input depends on. An interrupted build of the same file is the same build. Empty: none.
   std::filesystem::path convertedFrom;
   std::string convertedBy;
   std::vector<std::filesystem::path> convertedWith; // files that it names: pictures, materials

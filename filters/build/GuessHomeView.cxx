@@ -249,7 +249,7 @@ double Shape::ReliefTowards(const Vec3& direction) const
   return area > 0 ? bends * Length(this->Sides) / area : 0;
 }
 
-// Which axis is up by the shape alone, if one is. A vase may be wider at its rim than at its foot:
+// Which axis is up by its shape, if one is. A vase may be wider at its rim than at its foot:
 // only what could hardly stand otherwise is taken to be upside down in its file.
 std::optional<Axis> UpByShape(const Shape& shape)
 {

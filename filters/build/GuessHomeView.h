@@ -14,27 +14,27 @@
 namespace kdstream
 {
 
-// The pose of a surface or cloud whose input had this ending (".stl"). What is given stays.
+// The pose of a surface or cloud whose input had this ending (".stl"). A given direction stays.
 //
-// Up is one of the six axes.
-// 1. glTF says: y is up, +z in front. VRML says that y is up.
-// 2. What is flat (one side of the box below a fifth of the next, and along y or z) lies: it is
-//    looked at from above. But what is flat along y and nearly all of which faces -y is a wall: z
-//    is up, and -y in front.
-// 3. Else the axis is up whose ends differ most in what they could stand on: how much of the box's
-//    face the points span that are within a fiftieth of the box's diagonal of it, if the middle of
-//    the surface is above that; x counts a tenth less. That is the static stability of Fu,
-//    Cohen-Or, Dror and Sheffer, "Upright Orientation of Man-Made Objects" (SIGGRAPH 2008), of the
-//    axes alone, where they learn from several features. The end that spans more is below if it is
+// Up is one of the six axes:
+// 1. glTF says that y is up, +z in front. VRML says that y is up.
+// 2. A flat shape (one side of the box, along y or z, is below a fifth of the next) lies, and is
+//    looked at from above. But a shape that is flat along y and faces -y nearly everywhere is a
+//    wall: z is up, and -y in front.
+// 3. Else the axis whose ends differ most in support is up. An end's support is the part of the
+//    box's face that is spanned by the points within a fiftieth of the box's diagonal of it; 0 if
+//    the middle of the surface is not above it. x has 0.1 less. This is the static stability of Fu,
+//    Cohen-Or, Dror and Sheffer, "Upright Orientation of Man-Made Objects" (SIGGRAPH 2008), for
+//    axes only, where they learn from several features. The end that spans more is below if it is
 //    the lower one, or spans 0.3 more.
-// 4. Where no axis has 0.1 more than another: y for .obj, else z.
+// 4. Where no axis has 0.1 more than the next: y for .obj, else z.
 //
-// The view is level, on the wider of the two sides; if that is none (within a fifth), in front
-// (FrontOf). Of front and back the one with more relief, where it has half as much again: edges by
-// their length and bend, of the triangles that face the eye. What is lower than half of its
-// narrower side is seen from 30 degrees above.
+// The view is level, on the wider of the two sides; if neither is wider (by a fifth), in front
+// (FrontOf). The back becomes the front if it has half as much again of relief: edges by their
+// length and bend, of the triangles that face the eye. A shape lower than half of its narrower side
+// is seen from 30 degrees above.
 //
-// O(n log n) for n points and triangles. REQUIRES: what is given are directions (DirectionOf).
+// O(n log n) for n points and triangles. REQUIRES: given directions are of length 1 (DirectionOf).
 HomeView GuessHomeView(std::span<const Vec3> points, std::span<const Triangle> triangles,
   std::string_view ending, const std::optional<Vec3>& up, const std::optional<Vec3>& view);
 

@@ -150,7 +150,7 @@ void PieceReader::PlaceTriangles()
   SortByMerging(triangles, other, std::less<>());
 }
 
-// Numbers of 0 … most, each told as the difference to the one before. False: one is greater.
+// Numbers of 0 … most, each stored as the difference to the one before. False: one is greater.
 bool PieceReader::ReadArray(
   std::size_t context, std::vector<std::uint64_t>& values, std::uint64_t most)
 {
@@ -167,8 +167,8 @@ bool PieceReader::ReadArray(
   return true;
 }
 
-// Original: nothing is told, they are the partition's from 0 on. Below S: the first is told, the
-// others follow it. Else each: the first vertex of its cluster's interval.
+// Original: nothing is stored, they are the partition's from 0 on. Below S: the first is stored,
+// the others follow it. Else each: the first vertex of its cluster's interval.
 bool PieceReader::ReadOwnKeys()
 {
   const std::size_t own = this->Shape.counts.own;
@@ -185,7 +185,7 @@ bool PieceReader::ReadOwnKeys()
     }
     return first >> 32 == 0 || this->Shape.IsOriginal();
   }
-  // Within a partition the first vertices ascend: each is told by how many lie between.
+  // Within a partition the first vertices ascend: each is stored as the count of those between.
   std::uint64_t partition = 0, index = 0; // where the next one may be
   for (std::size_t v = 0; v < own; ++v)
   {

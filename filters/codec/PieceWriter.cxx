@@ -80,7 +80,7 @@ void PieceWriter::WriteOwnKeys()
     this->Symbols.Number(contexts::single, own == 0 ? 0 : this->Content.keys[0]);
     return;
   }
-  // Within a partition the first vertices ascend: each is told by how many lie between.
+  // Within a partition the first vertices ascend: each is stored as the count of those between.
   std::uint64_t partition = 0, index = 0; // where the next one may be
   for (std::size_t v = 0; v < own; ++v)
   {

@@ -33,7 +33,7 @@ constexpr SymbolContexts contextsOfTree{ 1, treeContexts };
 
 // ---- facts
 
-constexpr unsigned boundShift = 19;           // of a float: its exponent and 4 bits are told
+constexpr unsigned boundShift = 19;           // of a float: its exponent and 4 bits are stored
 constexpr std::uint32_t largestBound = 0xFEF; // of a finite float
 constexpr std::uint32_t largestBytes = 192;   // of 64 MiB
 

@@ -66,7 +66,7 @@ bool IsNotFiniteWord(std::string_view word)
          small == "inf" || small == "infinity";
 }
 
-// Whether "-1." goes on behind it as "#IND" does, which is no comment.
+// Whether "-1." goes on after it as "#IND" does, which is not a comment.
 bool GoesOnAsNotFinite(std::string_view word, std::string_view behind)
 {
   constexpr std::string_view kinds[] = { "#IND", "#QNAN", "#SNAN", "#INF" };
@@ -410,7 +410,7 @@ private:
   }
 
   // Of a PROTO that the file has twice, the library would take the first: each further one is
-  // written by a name of its own, which the nodes behind it take. Those in its body go with it.
+  // written by a name of its own, which the nodes after it take. Those in its body go with it.
   std::string NameOfProto(std::string_view name)
   {
     std::string written(name);
@@ -421,7 +421,7 @@ private:
     if (!std::exchange(this->HasProtoTwice, true))
     {
       this->Out.tolerance.Tell("a second PROTO " + QuotedText(name) + " (line " +
-                               std::to_string(this->Line) + "): nodes behind it are of that one");
+                               std::to_string(this->Line) + "): nodes after it take that one");
     }
     while (this->NodesOf.contains(written))
     {
@@ -508,7 +508,7 @@ private:
     }
   }
 
-  // The next word, or bracket; behind blanks and comments.
+  // The next word, or bracket; after blanks and comments.
   std::string_view NextWord(std::size_t at) const
   {
     while (at < this->File.size() && (IsVrmlBlank(this->File[at]) || this->File[at] == '#'))
@@ -659,7 +659,7 @@ private:
     }
   }
 
-  // Of a field of the node that is open, before its list or behind; 0 if it is not there.
+  // Of a field of the node that is open, before its list or after; 0 if it is not there.
   std::size_t WholeNumberOf(std::string_view field) const
   {
     std::size_t begin = this->File.rfind('{', this->At);
@@ -691,8 +691,8 @@ private:
     this->Out.tolerance.Count(Lapse::FieldNotKnown, isInside ? 0 : 1, place);
   }
 
-  // Where a field of the node should be named: it counts as one of its children, where it has some;
-  // else it is left out.
+  // A node where a field's name should be. It counts as a child of the outer node, if that node has
+  // children; else it is left out.
   void TakeNodeWithoutField(Bracket& node, std::string_view word)
   {
     if (node.isListOpen)
@@ -722,7 +722,7 @@ private:
     this->Out.text += "children [ ";
   }
 
-  // A string, or what is in brackets: the value of a field, behind which the next is named.
+  // A string, or what is in brackets: the value of a field, after which the next is named.
   void EndValue()
   {
     if (!this->Open.empty())

@@ -29,7 +29,7 @@ enum class ErrorCode
   Cancelled        // the caller's progress function asked to stop
 };
 
-// What a user does about an input that is refused: a program says it behind the message
+// What a user does about an input that is refused: a program says it after the message
 // (filters/program/Program.cxx).
 enum class Remedy
 {
@@ -47,7 +47,7 @@ struct Error
 {
   ErrorCode code = ErrorCode::InvalidInput;
   std::string message;
-  // The file that it is about; empty where the caller alone knows which.
+  // The file that it is about; empty where only the caller knows which.
   std::string file = {};
   // Where in the file ("byte 4096"), unless the message tells.
   std::string place = {};

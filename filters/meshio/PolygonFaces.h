@@ -72,7 +72,7 @@ public:
     this->Fans.clear();
     return {};
   }
-  // The same for triangles alone.
+  // The same for only triangles.
   template <class PlaceOf>
   Status Cut(std::vector<Triangle>& triangles, const PlaceOf& placeOf)
   {

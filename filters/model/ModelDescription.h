@@ -68,8 +68,8 @@ struct TextureDescription
   bool operator==(const TextureDescription&) const = default;
 };
 
-// Of a mesh with vertices that no triangle uses: they are kept for the original alone, in a list of
-// their own (filters/store/UnusedList.h), and no box, grid or level has them.
+// The vertices of a mesh that no triangle uses. Only the original keeps them, in a list of their
+// own (filters/store/UnusedList.h); no box, grid or level includes them.
 struct UnusedDescription
 {
   std::uint64_t vertices = 0; // at least 1
@@ -216,8 +216,8 @@ ModelSummary Summarize(const ModelDescription& model);
 // The level of the preview: min(L, 11).
 unsigned PreviewLevel(const ModelDescription& model);
 
-// Whether servers can serve a model by this name: it stands in a path, of a URL as of a folder, and
-// a name that begins with a dot is that of a hidden file, "." or "..".
+// Whether servers can serve a model by this name. The name stands in a path, of a URL and of a
+// folder. A name that begins with a dot would be that of a hidden file, "." or "..".
 inline constexpr std::string_view modelIdRule =
   "1 to 128 characters of A-Z a-z 0-9 . _ -, and no dot at the start";
 bool IsModelId(std::string_view id);

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // The one form of a description, and the list of models.
 //
-// A store keeps it with the facts of the build; a server tells the same without these, with the id
-// that it gives the model and, where a client may not have all of it, how much that is.
+// A store keeps the description with the facts of the build. A server sends it without these facts,
+// and with the model's id and, where a client may not have all of it, the detail that it may have.
 #include "filters/model/ModelJson.h"
 
 #include "filters/core/Texts.h"
@@ -215,11 +215,11 @@ Status CheckServed(const ModelDescription& model)
   };
   if (!IsModelId(model.id))
   {
-    return fault("id", "is no model id");
+    return fault("id", "is not a model id");
   }
   if (!IsDigest(model.digest))
   {
-    return fault("digest", "has not 32 hexadecimal digits");
+    return fault("digest", "must have 32 hexadecimal digits");
   }
   const std::pair<const char*, const std::string*> texts[] = { { "title", &model.title },
     { "credit", &model.credit }, { "license", &model.license }, { "unit", &model.unit },

@@ -39,8 +39,8 @@ void PutLevels(JsonWriter& json, const std::vector<ResolutionDescription>& level
 
 // "unused", if it has such vertices.
 void PutUnused(JsonWriter& json, const ModelDescription& model);
-// "scalars", if it has some: {"classes","name","range"}; "classes": each value, followed by how
-// many vertices have it; "range": least, low, high, most.
+// "scalars", if the model has some: {"classes","name","range"}. "classes": each value, followed by
+// how many vertices have it; "range": least, low, high, most.
 void PutScalars(JsonWriter& json, const ModelDescription& model);
 // The bits of an axis, or "lossless".
 void PutBits(JsonWriter& json, const CoordinateGrid& grid);

@@ -127,7 +127,7 @@ Result<std::optional<FrameAssembler::Blob>> FrameAssembler::Accept(const FrameVi
       (found->second.id != header.blob || found->second.total != header.total))
   {
     return refuse(
-      ErrorCode::InvalidInput, "it comes before the end of " + BlobName(found->second.id));
+      ErrorCode::InvalidInput, "it starts before the end of " + BlobName(found->second.id));
   }
   if (header.offset != have)
   {

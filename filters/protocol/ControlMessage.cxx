@@ -226,8 +226,8 @@ void ReadClientBody(
   {
     constexpr std::array former{ "preview", "level", "tree", "boxes", "partitions" };
     const bool isFormer = std::find(former.begin(), former.end(), type) != former.end();
-    reader.Fail("there is no request of type " + Quoted(type) +
-                (isFormer ? " any more: \"blobs\" asks for the same by name" : ""));
+    reader.Fail(
+      "there is no request of type " + Quoted(type) + (isFormer ? " any more: use \"blobs\"" : ""));
   }
 }
 

@@ -51,8 +51,8 @@ constexpr std::uint64_t RoundsOf(std::uint64_t elements, std::size_t ofRound)
   return (elements + ofRound - 1) / ofRound;
 }
 
-// Thrown, on one rank, where it cannot tell the others anything any more: they wait for what does
-// not come, and only the end of this process ends them, too.
+// Thrown, on one rank, where it cannot reach the others any more. They wait for what does not come;
+// the end of this process ends them, too.
 struct BrokenGroup
 {
   Error error;
@@ -166,8 +166,8 @@ public:
   {
     std::uint64_t all = sorted.size();
     KDSTREAM_TRY(this->Sum(std::span(&all, 1)));
-    // Each key of the sample stands for so many of its rank up to it, so that between two of them
-    // there is at most this number of keys more of each rank.
+    // Each key of the sample stands for this number of keys of its rank, up to it. So between two
+    // of them there is at most this number of further keys of each rank.
     const auto stride = static_cast<std::size_t>(
       std::max<std::uint64_t>(1, all / (4 * this->Count() * this->Count())));
     std::vector<Key> sample;
@@ -196,9 +196,9 @@ public:
     return static_cast<std::size_t>(std::lower_bound(ends.begin(), ends.end(), key) - ends.begin());
   }
 
-  // Tells all others that this rank cannot go on, and returns the error that all end with, which
-  // names its rank: its own, or that of a lower rank that failed at the same time. Once it has come
-  // through a call above it is known to all.
+  // Tells all others that this rank cannot continue, and returns the error that all ranks end with,
+  // which names the failed rank: this one, or a lower one that failed at the same time. All ranks
+  // know the error once it has come through a call above.
   Error Fail(const Error& error);
   // The same with an error that all ranks have found at the same time, in the same words.
   Error FailCollectively(const Error& error)
@@ -285,7 +285,7 @@ protected:
   RankMessages& Messages;
 };
 
-// Lists, one after the other, each behind its length.
+// Lists, one after the other, each after its length.
 class RankMessage
 {
 public:

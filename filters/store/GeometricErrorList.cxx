@@ -22,7 +22,8 @@ constexpr unsigned digits = 16; // bits of a float that a pass tells apart
 
 Error CannotPutAside(const std::filesystem::path& folder)
 {
-  return SystemError("deviations cannot be put aside in " + folder.string(), errno);
+  return SystemError(
+    "deviations cannot be written to a temporary file in " + folder.string(), errno);
 }
 
 // The bits of what is not negative are in the order of the numbers.

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // The deviations of a resolution's vertices until all are known: what a store says of them takes
-// all, and a level may have more than the memory holds. For StoreWriter alone.
+// all, and a level may have more than the memory holds. Only for StoreWriter.
 #pragma once
 
 #include "filters/core/Result.h"
@@ -43,7 +43,7 @@ private:
 
   std::filesystem::path Folder;
   std::size_t InMemory;
-  std::vector<float> Last; // behind those in the file
+  std::vector<float> Last; // after those in the file
   std::uint64_t InFile = 0;
   int File = -1;
 };

@@ -40,7 +40,7 @@ public:
   Status AddBoxes(NodeId node, std::span<const std::uint8_t> data);
   Status AddTreePage(NodeId page, std::span<const std::uint8_t> data);
 
-  // Of models with unused vertices (info.unused), behind all tree pages: the parts of the list
+  // Of models with unused vertices (info.unused), after all tree pages: the parts of the list
   // (UnusedList.h), from the first on. Finds out which vertex is farthest. Errors: as AddPiece.
   Status AddUnused(const Piece& part, std::span<const std::uint8_t> data);
 

@@ -45,7 +45,7 @@ std::string NameOf(PictureType type);
 // By the ending of its name, in any case; Unknown for others.
 PictureType TypeOfName(const std::string& name);
 
-// Whether decoding it takes memory for a few rows alone: of a WebP, an interlaced PNG and a
+// Whether decoding it takes memory only for a few rows: of a WebP, an interlaced PNG and a
 // progressive JPEG all texels are needed at a time. By its headers; false for what is none.
 bool IsDecodedByRows(std::span<const std::uint8_t> bytes);
 
@@ -89,7 +89,7 @@ Status DecodeWebp(std::span<const std::uint8_t> bytes, std::uint64_t mostPixels,
 // All rows of a picture in memory. head: its size, without texels. Errors: rows.Why().
 Status TellRows(const Picture& head, const std::uint8_t* texels, PictureRows& rows);
 
-// What is told where memory runs out.
+// What is reported where memory runs out.
 Error NoMemoryForPixels();
 
 // Whether so many pixels may be decoded. Errors: LimitExceeded with the size, also where a side is

@@ -51,8 +51,8 @@ public:
     const std::vector<std::uint32_t>& numbers, double share, const Execution& execution);
   // Nothing, and a warning, where it cannot be read. Errors: InputOutput of the folder.
   Result<std::optional<ReadablePicture>> Read(std::uint32_t number);
-  // So far: of twenty pictures that could not be read, and how many more there are; and of those
-  // that are not what their names say.
+  // So far: up to twenty pictures that could not be read, and the number of further ones; and those
+  // whose content is not what their names say.
   std::vector<std::string> Warnings() const;
 
 private:

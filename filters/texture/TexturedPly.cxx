@@ -75,7 +75,7 @@ public:
   {
   }
 
-  // To the next line of a text, whose last value may be behind what the header names.
+  // To the next line of a text, whose last value may be after what the header names.
   Status EndLine()
   {
     return this->Encoding == PlyEncoding::Ascii ? this->Words.SkipLine() : Status();
@@ -248,7 +248,7 @@ private:
           KDSTREAM_TRY(values.EndLine());
         }
       }
-      break; // what comes behind is none of ours, and words may be read ahead
+      break; // what comes after is none of ours, and words may be read ahead
     }
     if (this->Out.textured.corners.size() != this->TheMesh().triangles.size())
     {

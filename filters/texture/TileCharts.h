@@ -24,9 +24,9 @@ struct TextureSet
   std::vector<std::uint32_t> shown{};
 };
 
-// Of each material the number of its picture as the material shows it: the picture's own for the
-// first of those that have it; where one has another factor, or other alpha, numbers from
-// paint.pictures on, alike for those that are alike. Without a picture: noPicture.
+// For each material the number of its picture as the material shows it: the picture's own number
+// for the first material that has it; for another factor, or other alpha, a number from
+// textures.pictures on, equal for equal ones. Without a picture: noPicture.
 std::vector<std::uint32_t> NumberShownPictures(const TextureSet& textures);
 
 // Triangles of a partition's piece.

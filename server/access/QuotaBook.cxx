@@ -70,8 +70,8 @@ constexpr const char* schema =
   "CREATE INDEX IF NOT EXISTS originals_by_original ON originals (original);"
   "COMMIT;";
 
-// Partitions that were entered for two models of one original that are divided alike, before it was
-// known that it is one: each counts once, from when it was had first.
+// Partitions that were entered for two models before it was known that they have one original, and
+// that are divided alike: each counts once, from when it was had first.
 constexpr const char* merge[] = {
   "DELETE FROM had WHERE EXISTS (SELECT 1 FROM originals AS here, originals AS there, had AS other"
   " WHERE here.name = had.model AND here.original = ?1 AND there.original = ?1"
@@ -155,7 +155,7 @@ std::set<dev_t> DevicesAbove(const std::filesystem::path& folder)
   return devices;
 }
 
-// Makes the file, if it is not there, for its owner alone: it tells who looked at what.
+// Makes the file, if it is not there, only for its owner: it tells who looked at what.
 void MakePrivate(const std::filesystem::path& file)
 {
   const int made = ::open(file.c_str(), O_RDWR | O_CREAT | O_EXCL | O_CLOEXEC, 0600);

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Steps of reading a token: parse it; look at its header, which must say HS256 and a key that we
-// have (nothing else is ever tried, whatever it says); check the signature; only then read the
-// claims. Parsing, signing and checking (RFC 7515) are cjose's.
+// Steps of reading a token: 1. parse it  2. check the header: it must name HS256 and one of our
+// keys (nothing else is ever tried, whatever it says)  3. check the signature  4. only then read
+// the claims. Parsing, signing and checking (RFC 7515) are cjose's.
 #include "server/access/Token.h"
 
 #include "filters/model/Json.h"

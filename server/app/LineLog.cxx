@@ -140,7 +140,7 @@ struct LineLog::Writer
     {
       note = this->untold == 0 ? "" : this->tellLost(this->untold);
     }
-    catch (...) // no memory: it is told next time
+    catch (...) // no memory: it is reported next time
     {
     }
     const auto told = note.empty() ? 0 : std::exchange(this->untold, 0);

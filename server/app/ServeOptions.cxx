@@ -43,7 +43,7 @@ CLI::Validator Must(const std::string& be, const Holds& holds)
     "" };
 }
 
-// CLI::Range takes what is no number at all ("nan") for one within any range.
+// CLI::Range takes what is not a number at all ("nan") for one within any range.
 CLI::Validator NumberFrom(double least, double most)
 {
   char words[80], range[80];
@@ -60,7 +60,7 @@ CLI::Validator NumberFrom(double least, double most)
 
 CLI::Validator SizeFromOne()
 {
-  return Must("a size of at least 1", // what is no size is told by the option itself
+  return Must("a size of at least 1", // what is no size is reported by the option itself
     [](const std::string& text)
     {
       const auto size = ParseSize(text);

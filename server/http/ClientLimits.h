@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// How much each address may have: connections at a time, requests a minute. Internal to the server.
+// Rate limits: how much each address may have, connections at a time and requests a minute.
+// Internal to the server.
 #pragma once
 
 #include <chrono>
@@ -15,8 +16,8 @@
 namespace kdstream
 {
 
-// An address of IPv4 that came through a socket of IPv6 ("::ffff:1.2.3.4") as one of IPv4; others,
-// and what is no address, as they are.
+// An IPv4 address that came through a socket of IPv6 ("::ffff:1.2.3.4") in IPv4 form; all other
+// texts unchanged.
 std::string PlainAddress(const std::string& address);
 
 // All functions may be called from any thread. An address is one of IPv4, or the first 64 bits of

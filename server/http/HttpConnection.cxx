@@ -33,18 +33,18 @@ namespace kdstream
 namespace
 {
 
-// A connection goes through these states, and each has an end that no client can postpone:
+// A connection goes through these states. No client can postpone the end of a state:
 //
-//   a proxy's header, TLS's handshake    --request-timeout for both together
+//   a proxy's header, TLS handshake      --request-timeout for both together
 //   the request's header                 --request-timeout
 //   a reader (of disks) has the request  --answer-timeout: 503 then. A client that has gone (its
 //                                        socket is reset) is not waited for.
 //   the answer is sent                   --answer-timeout for 64 KiB, and for all of it, each plus
-//                                        the time that --slowest allows for so many bytes
+//                                        the time that --slowest allows for these bytes
 //   the end: what comes is dropped       closePatience
 //
-// All but the third are ended by the socket's timer, all by the server's reaper where that fails.
-// What keeps a connection alive is what its socket is waiting for, never a reader.
+// The socket's timer ends all states but the third. The server's reaper ends any state if that
+// fails. What the socket waits for keeps the connection alive; a reader never does.
 constexpr const char* otherHost = "this server does not serve that host: --allow-host adds it";
 
 constexpr const char* noHost =
@@ -367,7 +367,7 @@ private:
   }
 
   // A page that has had its own name resolved to this address (DNS rebinding) names its own host.
-  // Who listens for this machine alone is asked by addresses, by the names of localhost, and by
+  // Who listens only for this machine is asked by addresses, by the names of localhost, and by
   // names that no stranger has. With TLS browsers compare the name with the certificate's.
   // REQUIRES: NamesOneHost(target).
   bool MayNameHost(const RequestTarget& target) const

@@ -135,7 +135,7 @@ struct Routes::AskedBlob
   Permission permission;
   std::string name, tag;
   bool isCounted = false;
-  bool isKnown = false; // no byte of it is sent: the client has it, or asks for the head alone
+  bool isKnown = false; // no byte of it is sent: the client has it, or asks for only the head
 };
 
 // What is to be read for it is changed once it has been read.

@@ -102,7 +102,7 @@ public:
   Metrics Counters;
   const Routes Answers;
   TlsCertificate Certificate;
-  // Whether they listen for this machine alone; set before anybody connects.
+  // Whether they listen only for this machine; set before anybody connects.
   bool isLocal = false, isAdminLocal = false;
   WorkerPool Readers{ [this](WorkerPool::Clock::duration waited)
     { this->Counters.CountWait(waited); } };
@@ -130,7 +130,7 @@ public:
       this->WriteLog([&] { this->Options.onAccess(record); });
     }
   }
-  // The same error is told once a minute at most, with how often it has come.
+  // The same error is reported once a minute at most, with how often it has come.
   void LogError(std::string_view message) noexcept
   {
     if (this->Options.onError)

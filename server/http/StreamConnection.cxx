@@ -1,23 +1,22 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// At most one message is being written, and the next one is made only when it has been sent. So a
+// At most one message is being written; the next one is made only when it has been sent. So a
 // client that does not read costs the memory of one frame, and a cancel takes effect at the next
-// frame. What the conversation has to read is read by the pool of readers, one blob at a time.
+// frame. The pool of readers reads what the conversation needs, one blob at a time.
 //
-// A stream goes through these phases, and each has an end that no client can postpone:
+// A stream goes through these phases. No client can postpone the end of a phase:
 //
-//   Opening   the answer to the upgrade is being written      until it has taken too long to send
-//   Open      messages go both ways                           until the client has been silent for
-//                                                             --stream-timeout, or has not taken a
-//                                                             message in --answer-timeout
-//   Closing   a Close frame is sent or due, and the client's  \ closePatience after the Close
-//   frame
-//             is waited for; messages are skipped               | was made, whatever else comes or
-//   Ending    nothing more is sent; what comes is dropped,     / does not: Deadline() does not move
-//             so that the last answer gets through              any more
+//   Opening   the answer to the upgrade is being written     until it takes too long to send
+//   Open      messages go both ways                          until the client is silent for
+//                                                            --stream-timeout, or does not take a
+//                                                            message in --answer-timeout
+//   Closing   a Close frame is sent or outstanding, and the  \ closePatience after the Close frame
+//             client's is waited for; messages are skipped    | was made, whatever else comes or
+//   Ending    nothing more is sent; what comes is dropped,   / does not: Deadline() does not move
+//             so that the last answer gets through             any more
 //
-// Then the socket is closed, which ends the read and the write that are under way, there being no
-// others: these alone keep the stream alive. Neither waits for the other, and what a reader (of
-// disks) does for the stream does not keep it.
+// Then the socket is closed. This ends the read and the write in flight, and only these keep the
+// stream alive. Neither waits for the other, and a reader (of disks) that works for the stream does
+// not keep it.
 #include "server/http/HttpConnection.h"
 
 #include "filters/protocol/ResourcePath.h"

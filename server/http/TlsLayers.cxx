@@ -64,7 +64,7 @@ TlsLayers::TlsLayers(TcpSocket socket, ssl_ctx_st& context, ClientSocket::Offloa
 {
 }
 
-// A handshake under way. Its computation runs elsewhere, while nothing else touches the engine.
+// A handshake in progress. Its computation runs elsewhere, while nothing else touches the engine.
 struct TlsLayers::ShakingHands
 {
   ClientSocket::ErrorHandler handler;

@@ -466,8 +466,8 @@ void Conversation::FinishOpening(Task& task)
   }
 }
 
-// The blob that was to come next, or why it does not: then the client is told, and where none of
-// the others can be read either, the request has ended.
+// Finishes the blob that was to come next, or reports to the client why it does not come. Where
+// none of the others can be read either, the request has ended.
 void Conversation::FinishBlob(Task& task)
 {
   Job& job = *this->Current;

@@ -8,7 +8,7 @@ namespace kdstream
 namespace
 {
 
-// Partitions depend on these alone: not on precision, levels or texts. Of welded vertices, or with
+// Partitions depend only on these: not on precision, levels or texts. Of welded vertices, or with
 // texture coordinates, there are other numbers.
 std::string DivisionOf(const ModelDescription& model)
 {

@@ -32,7 +32,7 @@ public:
     const std::lock_guard lock(this->Mutex);
     this->Function(file, what);
   }
-  // Unless it is what was told of the file last.
+  // Unless it is what was reported of the file last.
   void TellOnce(const std::filesystem::path& file, const std::string& what)
   {
     const std::lock_guard lock(this->Mutex);
@@ -43,13 +43,13 @@ public:
       this->Function(file, what);
     }
   }
-  // Nothing is wrong with the file: what will be is told anew.
+  // Nothing is wrong with the file: what will be is reported anew.
   void Forget(const std::filesystem::path& file)
   {
     const std::lock_guard lock(this->Mutex);
     this->Last.erase(file);
   }
-  // As if nothing had been told.
+  // As if nothing had been reported.
   void Forget()
   {
     const std::lock_guard lock(this->Mutex);
@@ -74,7 +74,7 @@ bool MayPass(const Error& error)
   return error.code == ErrorCode::InputOutput || error.code == ErrorCode::LimitExceeded;
 }
 
-// It may be half of a copy that is under way. A file that was a store before is waited for less:
+// It may be half of a copy that is in progress. A file that was a store before is waited for less:
 // meanwhile clients ask again and again.
 constexpr std::chrono::seconds patienceWithNew{ 10 }, patienceWithChanged{ 3 };
 

@@ -173,7 +173,7 @@ private:
     return this->Kept;
   }
 
-  // Whether the file is what it was; opens it only where its state alone does not tell that.
+  // Whether the file is what it was; opens it only where its state by itself does not tell that.
   Status CheckFile() const
   {
     if (!this->FindOpen() && FileState::Of(this->File) == this->State())
@@ -260,7 +260,7 @@ private:
     this->ReportPassing(error);
   }
 
-  // What may pass is told once until something can be read again.
+  // What may pass is reported once until something can be read again.
   void ReportPassing(const Error& error) const
   {
     const bool passes =

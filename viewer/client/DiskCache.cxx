@@ -133,7 +133,7 @@ bool IsOwn(const struct stat& found)
          (found.st_uid == ::geteuid() || found.st_uid == 0);
 }
 
-// Makes the file, for its owner alone, unless it is there.
+// Makes the file, only for its owner, unless it is there.
 Status MakeFile(const fs::path& file)
 {
   const int made =
@@ -556,8 +556,8 @@ private:
   std::mutex ReadMutex; // of Reading
   ReadOnlyCache Reading;
   Clock::time_point NotReadBefore; // of ReadMutex
-  Database Writing;                // null where that cannot be done; of the thread alone
-  bool WasBusy = false;            // of the thread alone
+  Database Writing;                // null where that cannot be done; only of the thread
+  bool WasBusy = false;            // only of the thread
   const std::int64_t MostBytes;
   const std::function<void(const std::string& why)> OnTrouble;
   mutable std::mutex Mutex; // of all below

@@ -149,7 +149,7 @@ private:
     return std::make_unique<HttpFetcher>(this->Thread.Context(), this->Server, this->Tls);
   }
 
-  // Whatever was under way has failed: a step of it was not done.
+  // Whatever was in flight has failed: a step of it was not done.
   void Disconnect()
   {
     const Error error{ ErrorCode::InputOutput, whyBroken };

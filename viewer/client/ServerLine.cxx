@@ -232,7 +232,7 @@ void ServerLine::Tick(double now)
   }
   if (this->Current == State::Getting && this->Options.streamRetry > 0 && now >= this->ProbeAt)
   {
-    // When something is under way, it is looked at again later.
+    // When something is in flight, it is looked at again later.
     this->Gets.IsIdle() ? this->ProbeStream() : void(this->ProbeAt = now + 1);
   }
   const bool isSilent = this->Current == State::Streaming && this->Options.silenceTimeout > 0 &&

@@ -47,8 +47,9 @@ struct ServerLineOptions
   double streamRetry = 0;
   double silenceTimeout = 0; // s; if something is outstanding and nothing has come for so long, the
                              // connection is given up; 0 = never (the host's sockets do that)
-  // s; if there was no progress with what is stalled longest for so long, though other things came
-  // (StreamConversation::StalledSince), that has failed, and the connection is given up; 0 = never
+  // s; the stall timeout: after this time without progress of the longest outstanding request,
+  // though other things came (StreamConversation::StalledSince), that request has failed, and the
+  // connection is given up; 0 = never
   double stallTimeout = 0;
 };
 

@@ -117,8 +117,8 @@ void TellIfNothingIsWritten(const std::string& program, const ViewOptions& line,
   }
 }
 
-// What is told of parts that cannot be had, and of pictures that show nothing, or less than they
-// should.
+// What is reported of parts that cannot be had, and of pictures that show nothing, or less than
+// they should.
 class ToldFailures
 {
 public:
@@ -130,7 +130,7 @@ public:
   }
 
   // A part of the model that is looked at could not be loaded: the exit code. Of many, the first
-  // few are told.
+  // few are reported.
   int Add(const std::string& sentence)
   {
     this->Incomplete.insert(this->Session.GetStatus().model);
@@ -239,7 +239,7 @@ Result<int> ViewHeadless(const std::string& program, const ViewOptions& line,
     const bool picture = step.kind == SessionStep::Kind::Screenshot;
     if (&step == &steps.back() && !line.screenshot.empty())
     {
-      SceneSettings last = (*window)->Settings(); // pictures of a session file show the model alone
+      SceneSettings last = (*window)->Settings(); // pictures of a session file show only the model
       last.legend = line.legend;
       last.distances = true;
       (*window)->SetSettings(last);

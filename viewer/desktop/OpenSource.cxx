@@ -101,8 +101,8 @@ public:
   std::filesystem::path Path; // empty: none could be made
 };
 
-// What the kept store is no good for is told, and it is built anew. Where the cache cannot be used
-// for stores, the one of this mesh is made for this look only.
+// What the kept store is no good for is reported, and it is built anew. Where the cache cannot be
+// used for stores, the one of this mesh is made for this look only.
 Result<std::unique_ptr<ModelSource>> OpenMesh(const std::filesystem::path& mesh,
   const ViewOptions& options, const std::function<bool(std::string_view progress)>& report,
   const std::function<void(std::string_view sentence)>& warn)

@@ -44,7 +44,7 @@ void Warn(const std::string& program, std::string_view sentence)
   std::cerr << program << ": warning: " << sentence << "\n";
 }
 
-// A look without a window: how far a build is, is told on stderr.
+// A look without a window: how far a build is, is reported on stderr.
 Result<int> ViewWithoutWindow(const std::string& program, const ViewOptions& options)
 {
   const auto replay = At(options.replay, ReadReplay(options.replay));

@@ -63,7 +63,7 @@ public:
   //
   // Errors: InvalidArgument for an empty viewport and those of CheckCamera: nothing is drawn then.
   // Those of CheckSurface: the surface before it stays. LimitExceeded where the graphics memory
-  // does not suffice: the background alone is drawn. An error about the surface is said again at
+  // does not suffice: only the background is drawn. An error about the surface is said again at
   // each Draw until there is another one. Those of Make after Forget.
   Status Draw(const ViewerScene& scene, const Viewport& viewport);
 

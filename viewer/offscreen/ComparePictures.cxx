@@ -3,8 +3,8 @@
 //   compare_pictures PICTURE.png BASELINE.png TOLERANCE DIFFERENCE.png
 // The measure is vtkImageDifference's, which VTK's own regression tests compare with 10:
 // differences of a pixel below 16 of 255, or to one of its neighbours, do not count, nor does
-// alpha. Where it is above the tolerance the exit status is 1, and the difference is written. A
-// baseline that is missing, has another size, or is not of 8-bit RGB or RGBA is told in words.
+// alpha. Above the tolerance the exit status is 1, and the difference is written. A message says if
+// the baseline is missing, has another size, or is not of 8-bit RGB or RGBA.
 #include <vtkImageData.h>
 #include <vtkImageDifference.h>
 #include <vtkImageExtractComponents.h>

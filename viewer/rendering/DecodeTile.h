@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // The picture of a tile of texture, decoded: what scenes take as a TileDecoder. Whoever includes
-// this links filters/texture; scenes alone do without. Step "render" of the pipeline picture.
+// this links filters/texture; scenes by themselves do without. Step "render" of the pipeline
+// picture.
 #pragma once
 
 #include "filters/texture/Picture.h"

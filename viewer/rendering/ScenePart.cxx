@@ -82,12 +82,12 @@ void RaiseReliefOf(vtkActor& actor, double relief, double pixels)
   uniforms->SetUniformf("reliefPixels", static_cast<float>(pixels));
 }
 
-// Lights every fragment of a surface on the side that is seen. VTK turns the normal by the
-// triangle's own facing, which is undone: a triangle that a simplified level has folded over would
-// be black among neighbours whose normals face the eye. At an outline, normals between those of
-// corners turn away where the triangle itself still faces the eye, of coarse levels by fifty
-// degrees: these stop at the outline; turned to the eye they would shine like the other side.
-// Beyond, the triangle is one that was turned over.
+// Lights every fragment of a surface on the visible side. VTK turns the normal by the triangle's
+// own facing; this is undone. Else a fold-over of a simplified level would be black among
+// neighbours whose normals face the eye. At an outline, interpolated normals turn away where the
+// triangle itself still faces the eye, by fifty degrees at coarse levels. They are stopped at the
+// outline: turned to the eye they would shine like the other side. Beyond, the triangle is a
+// fold-over.
 //
 // Relief: where the normals bend away from each other is a ridge, where towards each other a
 // furrow.

@@ -93,7 +93,7 @@ struct SessionStep
 bool NeedsModel(const SessionStep& step);
 
 // Reads a session file's content; empty lines are skipped. O(size).
-// check: what a player has against a step, which is told before it plays any.
+// check: what a player has against a step, which is reported before it plays any.
 // Errors: InvalidInput naming the line and what is wrong in it; unknown keys are errors, and what
 // `check` says.
 Result<std::vector<SessionStep>> ParseSession(

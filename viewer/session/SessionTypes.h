@@ -40,7 +40,7 @@ struct SessionRequest
 };
 // What is left to ask for where these of the request's blobs are here already.
 SessionRequest LeftOf(SessionRequest request, const std::vector<protocol::BlobId>& here);
-// As a line of JSON, for traces. isPreview: it asks for the preview alone, and is called so.
+// As a line of JSON, for traces. isPreview: it asks for only the preview, and is called so.
 std::string FormatRequest(const SessionRequest& request, bool isPreview = false);
 
 // What became of a blob that has come.

@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// A view that is told to another viewer: see ViewLink.h.
+// A view as a link for another viewer: see ViewLink.h.
 //
-// A place is 35 bytes, as 47 characters of base64url (RFC 4648): the version; focal point and
-// distance, each 5 bytes of a fixed point number from -16 to 16 radii; the orientation, each 3
-// bytes from -1 to 1; the window's sides' ratio, 2 bytes, in 1/1024. The most significant byte is
-// first.
+// The camera is 35 bytes, as 47 characters of base64url (RFC 4648): the version; focal point and
+// distance, each a fixed point number of 5 bytes from -16 to 16 radii; the orientation, each 3
+// bytes from -1 to 1; the ratio of the window's sides, 2 bytes, in 1/1024. The most significant
+// byte is first.
 #include "viewer/session/ViewLink.h"
 
 #include "filters/core/Texts.h"

@@ -53,7 +53,7 @@ struct ViewLink
 // The camera's numbers are rounded to less than a hundredth of a pixel. O(size).
 std::string FormatViewLink(const ViewLink& link);
 
-// The light alone, as links and session files have it; "standard" where there is none.
+// Only the light, as links and session files have it; "standard" where there is none.
 std::string FormatLights(const std::optional<RakingLight>& lights);
 // Errors: InvalidInput for what is none of these.
 Result<std::optional<RakingLight>> ParseLights(std::string_view text);

@@ -156,12 +156,12 @@ public:
   // kept, other answers to it are ignored.
   void SetModels(std::vector<ModelSummary> models);
   void Opened(std::uint32_t request, const ModelDescription& model);
-  // Bytes of any content may be given; what is wrong with them is told in the status, too.
+  // Bytes of any content may be given; what is wrong with them is reported in the status, too.
   // transmissionSeconds: from the request, or from the blob before it.
   BlobArrival BlobArrived(std::uint32_t request, const protocol::BlobId& blob,
     std::span<const std::uint8_t> bytes, double transmissionSeconds, bool fromCache);
   void BlobFailed(std::uint32_t request, const protocol::BlobId& blob, const std::string& message);
-  // All that the request still owes has failed.
+  // All that is outstanding of the request has failed.
   void RequestFailed(std::uint32_t request, const std::string& message);
   // The server says that it has sent everything.
   void RequestEnded(std::uint32_t request);

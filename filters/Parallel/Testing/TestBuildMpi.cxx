@@ -99,7 +99,7 @@ TEST(BuildMpi, OptionsAndRanks)
   CheckSame(mesh, { 2 }, { "--precision", "8" }); // warns that vertices fall together
 }
 
-// The rank that reads the end of the file sees what is behind the last face, the first one tells.
+// The rank that reads the end of the file sees what is after the last face, the first one tells.
 TEST(BuildMpi, TellsWhatItIgnores)
 {
   const TemporaryFolder folder;

@@ -176,7 +176,7 @@ void WriteTreeSamples(std::ostream& file, const Mesh& mesh, bool levels, std::mt
   }
 }
 
-// A blob behind the four bytes by which FuzzCodec chooses depths, grid and piece.
+// A blob after the four bytes by which FuzzCodec chooses depths, grid and piece.
 bool WriteSeed(const std::filesystem::path& file, std::span<const std::uint8_t> head,
   std::span<const std::uint8_t> blob)
 {

@@ -101,7 +101,7 @@ void ExpectSame(const Piece& decoded, const Piece& piece, const CoordinateGrid& 
   }
 }
 
-// The blob's first `size` bytes under a right checksum: what reaches the decoders behind it.
+// The blob's first `size` bytes under a right checksum: what reaches the decoders after it.
 std::vector<std::uint8_t> SealedPart(std::span<const std::uint8_t> blob, std::size_t size)
 {
   std::vector<std::uint8_t> part(blob.begin(), blob.begin() + std::ptrdiff_t(size));

@@ -339,7 +339,7 @@ private:
       warnings.emplace_back(
         "skins and animations are not carried: the mesh is in the pose that its nodes have");
     }
-    // Of a file without pictures looks are not told one by one.
+    // Of a file without pictures looks are not reported one by one.
     if (!Member(this->Document.json, "images").is_null() ||
         !Member(this->Document.json, "textures").is_null())
     {

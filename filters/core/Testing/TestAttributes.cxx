@@ -714,7 +714,7 @@ TEST(Attributes, HaveSaneNumbersAndNames)
   }
   EXPECT_EQ(problem(many), "");
   many.push_back(good);
-  EXPECT_EQ(problem(many), "256 attributes: more than 255");
+  EXPECT_EQ(problem(many), "256 attributes; the maximum is 255");
 }
 
 TEST(Attributes, NamesAreTexts)

@@ -208,7 +208,7 @@ TEST(ColorQuadric, TrianglesWithoutAreaSayNothing)
   EXPECT_EQ(ColorQuadric::OfTriangle({ a, b, { 2, 0, 0 } }, { color, {}, color }).area, 0);
   EXPECT_EQ(ColorQuadric::OfTriangle({ a, { 1e200, 0, 0 }, { 0, 1e200, 0 } }, {}).area, 0);
   EXPECT_EQ(ColorQuadric::OfTriangle({ a, { NAN, 0, 0 }, b }, {}).area, 0);
-  // So thin that the slope of its colour is no number.
+  // So thin that the slope of its colour is not a number.
   const Vec3 none{}, much{ 1e9, 0, 0 }, near{ 1e-155, 0, 0 }, up{ 0, 1e-6, 0 };
   const ColorQuadric thin = ColorQuadric::OfTriangle({ a, near, up }, { none, much, none });
   EXPECT_TRUE(std::isfinite(thin.squares.c) && std::isfinite(thin.squares.Trace()));

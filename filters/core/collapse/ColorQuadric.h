@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// What paint costs where vertices merge: a quadric with colours. For EdgeCollapse and the makers of
-// levels.
+// What vertex colours cost where vertices merge: a quadric with colours. For EdgeCollapse and the
+// makers of levels.
 //
 // Source: Hoppe, "New quadric metric for simplifying meshes with appearance attributes", 1999,
 // without the attributes' rows: for any place the best colours are known at once, so that what is
-// left is a quadric of the place alone.
+// left is a quadric of only the place.
 #pragma once
 
 #include "filters/core/Types.h"
@@ -22,7 +22,7 @@ struct ColorQuadric
 {
   // Of one triangle; nothing where it has no area, or where numbers overflow. colors: of its
   // corners, each channel in model units, so that a difference of 1 costs what a distance of 1
-  // does; for ColorAt alone in any unit.
+  // does; only for ColorAt in any unit.
   static ColorQuadric OfTriangle(
     const std::array<Vec3, 3>& corners, const std::array<Vec3, 3>& colors);
 

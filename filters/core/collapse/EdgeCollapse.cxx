@@ -22,8 +22,8 @@ constexpr double offBoundary = 0.25; // of the error on the edge, for a place be
 constexpr double lengthCost = 1e-9;  // × length^4: of edges that cost nothing the shortest first
 // Edges between the vertices of folds: of what their merges and their retreat cost. Measured.
 constexpr double costOfFoldOvers = 0.01, retreatOfFoldOvers = 0.1;
-// Of painted parts: what a retreat costs there. Merges that spare the paint cost more, and where
-// there is none as much of the outline would go as they cost. Measured on the vase.
+// Of parts with vertex colours: what a retreat costs there. Merges that spare the colours cost
+// more, and where there is none as much of the outline would go as they cost. Measured on the vase.
 constexpr double retreatOfColored = 4;
 // How many retries each vertex has for its edges that could not collapse. Without this limit a mesh
 // that is all knots, whose vertices have hundreds of edges each, would take most of its time for
@@ -42,8 +42,8 @@ constexpr std::uint64_t mostStepsOfMerge = 256;
 
 // Surfaces have two triangles a vertex. More than so many a vertex are not worth more tries.
 constexpr std::size_t mostTrianglesOfVertex = 3;
-// In parts of a soup with more than so many nearly every edge is refused, at the cost of all that
-// is around it: none is tried, unless all of them cost little.
+// In parts of a soup with more triangles a vertex than this, nearly every edge is refused, at the
+// cost of all that is around it. No edge is tried there, unless all of them cost little.
 constexpr std::size_t hopelessTrianglesOfVertex = 8, fewTriangles = 4096;
 
 std::uint64_t MostStepsOfRetriesOf(std::size_t vertices, std::size_t triangles)
@@ -217,7 +217,7 @@ double EdgeCollapse::AttributeCost(VertexId u, VertexId v) const
   return wu * wv / (wu + wv) * squares;
 }
 
-// Of both ends: their planes, and what their paint says about a place.
+// Of both ends: their planes, and what their colours say about a place.
 Quadric EdgeCollapse::SumOf(VertexId u, VertexId v) const
 {
   Quadric quadric = this->Quadrics[u];

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Quadric-error edge collapse of one part of a mesh, recorded merge by merge: part of step "levels"
-// of the pipeline picture. For the makers of levels alone.
+// of the pipeline picture. Only for the makers of levels.
 //
 // Source: Garland and Heckbert, "Surface simplification using quadric error metrics", 1997; the
 // link condition: Dey et al., "Topology preserving edge contraction", 1999. Ours: parts whose
@@ -43,7 +43,8 @@ struct CollapsePart
   // difference of 1 costs as much as a distance of 1. Each counts with the trace of its quadric.
   std::size_t components = 0;
   std::vector<float> attributes;
-  // Of each vertex the sum of its triangles'; empty = not painted. Of fixed ones anything will do.
+  // Of each vertex the sum of its triangles'; empty = without colours. Of fixed ones anything will
+  // do.
   std::vector<ColorQuadric> colorQuadrics;
   Box bounds; // no vertex is moved out of it
   // An edge also costs at least so much × the squared distance by which the surface goes back

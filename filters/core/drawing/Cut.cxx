@@ -244,8 +244,8 @@ private:
     return rows;
   }
 
-  // The lowest key that a vertex in a node may have at S or finer; of the node behind the last of
-  // its depth that behind all.
+  // The lowest key that a vertex in a node may have at S or finer; of the node after the last of
+  // its depth the key after all others.
   VertexKey FirstKey(NodeId node, unsigned depth) const
   {
     return VertexKey{ node - (NodeId{ 1 } << depth) } << (this->Depths.partition - depth + 32);

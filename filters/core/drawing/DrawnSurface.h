@@ -14,8 +14,9 @@
 namespace kdstream
 {
 
-// How a part stood in the surface before, for renderers that let it morph: of each of its points
-// the place and the normal, of any length, of what showed it there (SurfaceParts::Parents).
+// How a part stood in the surface before, for renderers that animate it (geomorph): for each of its
+// points the place, and the normal of any length, of the vertex that showed it there
+// (SurfaceParts::Parents).
 struct PartGeomorph
 {
   std::vector<Vec3> points, normals;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Which points of a surface stood for vertices that came after it: for SurfaceParts.cxx alone.
+// Which points of a surface stood for vertices that came after it: only for SurfaceParts.cxx.
 #pragma once
 
 #include "filters/core/drawing/SurfaceParts.h"

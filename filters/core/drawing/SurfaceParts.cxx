@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // The drawing rule, part by part: see SurfaceParts.h.
-//   1. The pieces that take part (Cut.h), and where the cut shows their vertices (ShownVertices.h).
-//   2. Of each piece that differs from before, the points that it shows: own vertices in the cut.
-//   3. Each of its triangles: where its finest corner is one of these points it is drawn, and the
-//   other corners move up to their nodes of the cut, points of other pieces mostly: borrowed ones.
+//   1. The cut's pieces (Cut.h), and where the cut shows their vertices (ShownVertices.h).
+//   2. Of each piece that has changed, the points that it shows: own vertices in the cut.
+//   3. Each of its triangles is drawn if its finest corner is one of these points. The other
+//      corners move up to their nodes of the cut, mostly points of other pieces: borrowed ones.
 #include "filters/core/drawing/SurfaceParts.h"
 
 #include "filters/core/SortTriangles.h"

@@ -19,8 +19,8 @@ namespace kdstream
 {
 
 // What one piece adds to a surface: its own vertices that are in the cut, and every triangle whose
-// finest corner is one of them (of equally fine corners the one of the lowest key). So each
-// triangle of the surface is in one part, and each point is owned by one.
+// finest corner is one of them (of equally fine corners, that of the lowest key). So each triangle
+// of the surface is in one part, and one part owns each point.
 struct SurfacePart
 {
   // A corner that another part owns.
@@ -33,7 +33,7 @@ struct SurfacePart
 
   PieceId piece;
   // The own points, in the order of the piece's vertices, then the borrowed ones, ascending.
-  // Triangles are sorted and their lowest index comes first. A surface that can be drawn alone.
+  // Triangles are sorted and their lowest index comes first. A surface that can be drawn by itself.
   Surface surface;
   std::vector<std::uint32_t> own; // of each own point, the vertex of the piece
   std::vector<Borrowed> borrowed;
@@ -93,7 +93,7 @@ public:
   // parts that it draws anew.
   void Follow(bool follows) { this->Follows = follows; }
   // Whether parts of the original that are drawn from now on tell their triangles' corners, by
-  // which they are painted. O(T log T) for T triangles of each.
+  // which they are textured. O(T log T) for T triangles of each.
   void KeepCorners(bool keeps) { this->KeepsCorners = keeps; }
   // Of each part, in their order; empty where it has stayed, or nothing is followed.
   const std::vector<ParentPoints>& Parents() const { return this->ParentsOfParts; }

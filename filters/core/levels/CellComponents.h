@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// The sheets of one cell: which of its connected components become clusters of their own
-// (doc/design.md#clusters). For the makers of levels alone.
+// The components of one cell: which of its connected components become clusters of their own
+// (doc/design.md#clusters). Only for the makers of levels.
 #pragma once
 
 #include "filters/core/Types.h"
@@ -34,8 +34,8 @@ void LimitComponents(std::vector<CellComponent>& components);
 
 // Groups the members of one cell into clusters.
 // members: ordered by lowest original vertex. root(m): the member's component, as the root's id.
-// describe(m): its Sheet. Calls assign(m, local cluster); returns the number of clusters. Local
-// clusters are ordered by lowest vertex.
+// describe(m): its CellComponent. Calls assign(m, local cluster); returns the number of clusters.
+// Local clusters are ordered by lowest vertex.
 template <class Root, class Describe, class Assign>
 std::size_t GroupCell(std::span<const VertexId> members, bool byComponents, const Root& root,
   const Describe& describe, const Assign& assign)

@@ -65,8 +65,9 @@ struct ClusterLevel
   std::vector<VertexId> parents;       // cluster of the next coarser level; empty at the coarsest
   std::vector<Triangle> triangles;     // lowest cluster first, sorted, one of each orientation
   std::vector<Attribute> attributes{}; // means of normals and colours, a tuple a cluster
-  // Colours that replace the means of the array that the mesh is painted with
-  // (CollapseAttributes.h): of levels by collapse, of painted meshes, until attributes are known.
+  // Colours that replace the means of the array of the mesh's vertex colours
+  // (CollapseAttributes.h): of levels by collapse, of meshes with colours, until attributes are
+  // known.
   std::vector<VertexColor> vertexColors{};
 };
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// What is added up over a cluster of original vertices. For the makers of levels alone.
+// What is added up over a cluster of original vertices. Only for the makers of levels.
 #pragma once
 
 #include "filters/core/Types.h"

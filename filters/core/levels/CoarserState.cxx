@@ -102,8 +102,8 @@ private:
   double Area = 0;
 };
 
-// The colours of the clusters that those of a painted level become; their positions are known.
-// parents: of each own cluster.
+// The colours of the clusters that those of a level with vertex colours become; their positions are
+// known. parents: of each own cluster.
 std::vector<VertexColor> CoarserVertexColors(const CollapseState& below, const CollapseSpace& space,
   std::span<const VertexId> parents, const ClusterLevel& coarser)
 {

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Levels by edge collapse: see CollapseLevels.h.
-//   1. The finest level (FinestClusters.h), and the means of its paint and normals.
+//   1. The finest level (FinestClusters.h), and the means of its vertex colours and normals.
 //   2. For each coarser level: collapse in parts (CollapseRound.h), freely below (FreeCollapse.h).
 //   3. Group what has no triangles, and the clusters of nodes that are too full (Merging.h).
 //   4. Number the new clusters, add up what they are made of (CoarserState.h); the triangles'

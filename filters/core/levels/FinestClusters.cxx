@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // The finest clusters: see FinestClusters.h.
 //   1. Inside each cell join vertices along edges and where they coincide: the sheets. Not along
-//   edges that cross one of the paint.
+//   edges that cross one of the vertex colours.
 //   2. Number the clusters by cell and lowest vertex.
 //   3. Find the boundary of the surface.
 //   4. Per cluster: sums, box and quadric; the representative and its deviation.
@@ -358,7 +358,7 @@ private:
 
   // Adds the planes through boundary edges to the partition's clusters, and the ends of these edges
   // to their boundary sums. Looks only at edges with an own end: the partition has all triangles of
-  // these, so it sees whether an edge is on the boundary, which is to be in one triangle alone.
+  // these, so it sees whether an edge is on the boundary, which is to be in only one triangle.
   void SumBoundary(std::size_t partition, VertexId firstCluster, VertexId endCluster,
     const std::vector<std::uint32_t>& unbalanced)
   {

@@ -19,13 +19,12 @@ struct FinestInput
 {
   std::span<const Vec3> points; // those of a partition ascending by id
   std::span<const Triangle> triangles;
-  const KdTree&
-    tree; // of the cell: over its own vertices alone, depths from there; no boxes needed
+  const KdTree& tree; // of the cell: over only its own vertices, depths from there; no boxes needed
   const TriangleBuckets&
     partitionTriangles;            // for each of the cell's partitions those that touch it
   Vec3 origin;                     // of the sums: the centre of the model's box
   std::span<const VertexId> ids{}; // of each point in the mesh; empty: its place
-  // What the points are painted with, or null: clusters do not go across its edges
+  // The vertex colours of the points, or null: clusters do not go across its edges
   // (CollapseAttributes.h) but where a cell would have too many.
   const Attribute* vertexColors = nullptr;
 };

@@ -34,8 +34,8 @@ constexpr std::size_t mostSides = 256; // of a cluster that is moved
 // Those beyond `mostOfCoarse` only in levels of 2^fineLevel clusters and more: in coarser ones a
 // spike is seen more than a fold.
 constexpr double mostOfCoarse = 0.07;
-// Of painted levels, whose edges are long beside paint that lets them be: bites out of the outline
-// are seen more than folds. Measured.
+// Of levels with colours, whose edges are long beside colours that let them be: bites out of the
+// outline are seen more than folds. Measured.
 constexpr double mostOfColored = 0.04;
 constexpr unsigned fineLevel = 11;
 constexpr std::array<double, 7> limits = { 0.005, 0.01, 0.02, 0.04, 0.07, 0.15, 0.3 };
@@ -248,9 +248,9 @@ private:
     }
   }
 
-  // Moves a cluster, whose sides are gathered, to where fewer than `opposed` of its triangles face
-  // the wrong way: of such places within the limit the one with the fewest, of equals the nearest
-  // to its planes. Whether there is one.
+  // Moves a cluster, whose sides are gathered, to a place within the limit where fewer than
+  // `opposed` of its triangles face the wrong way: the one with the fewest, of equals the nearest
+  // to its planes. Returns whether there is one.
   bool Move(VertexId c, std::size_t opposed, double limit)
   {
     const Vec3 old = this->PlaceOf(c);
@@ -357,7 +357,7 @@ private:
   VertexId Begin, End;
   // Of the own clusters:
   std::vector<Vec3> Places;
-  std::vector<Vec3> Facing;        // where their triangles do, as long as their area; behind them 0
+  std::vector<Vec3> Facing;        // where their triangles do, as long as their area; after them 0
   std::vector<std::uint8_t> Waits; // to be looked at
   std::vector<double> Needs; // the limit below which no place is better; until a neighbour moves
   std::vector<std::uint32_t> First;  // in Around

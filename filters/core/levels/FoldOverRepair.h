@@ -4,7 +4,7 @@
 //
 // A triangle should face where its clusters do: where the area vectors of their triangles, added
 // up, point to. Cells of a tree have any shape, so the means of three that touch may lie the other
-// way round, and where a cluster touches two others alone its two triangles always lie on each
+// way round, and where a cluster touches only two others its two triangles always lie on each
 // other. Only places change: the triangles stay the image of the original.
 #pragma once
 
@@ -33,13 +33,13 @@ struct MovedCluster
 BlockParts PartsOfLevel(
   const TreeDepths& depths, unsigned level, unsigned blockDepth, std::size_t block);
 
-// One pass: the own clusters of a block that move, ascending. Every part moves its own clusters,
-// those of other parts stay at the places they have in the state: what comes out depends on the
-// part's own clusters and the triangles that touch them alone, not on blocks or threads. A cluster
-// with triangles that face the wrong way goes to a place from where fewer do, near it if there is
-// one, or else to that of a neighbour, where the triangles between both vanish. O(t) for t
-// triangles. Source: the half spaces around a star's kernel by relaxation, Agmon 1954, Motzkin and
-// Schoenberg 1954; the rest is ours.
+// One pass over a block: its own clusters that move, ascending. Each part moves its own clusters;
+// clusters of other parts stay at their places in the state. So the result depends only on the
+// part's own clusters and the triangles that touch them, not on blocks or threads. A cluster with
+// triangles that face the wrong way goes to a near place from where fewer do; if there is none, to
+// the place of a neighbour, where the triangles between both vanish. O(t) for t triangles. Source:
+// the half spaces around a star's kernel by relaxation, Agmon 1954, Motzkin and Schoenberg 1954;
+// the rest is ours.
 std::vector<MovedCluster> RepairFoldOvers(const CollapseState& block, const CollapseSpace& space,
   unsigned level, const BlockParts& parts, const Execution& execution = {});
 

@@ -42,7 +42,7 @@ Result<Merging> MergeEdges(CollapseState& below, const CollapseSpace& space,
     Merging merging(below, depths, depth);
     collapse.Apply(merging);
     merging.GroupLoose();
-    // Nodes that would hold too much go on alone.
+    // Nodes that would hold too much are continued by themselves.
     const std::vector<std::size_t> excess = merging.ExcessOfNodes();
     const std::size_t total = std::accumulate(excess.begin(), excess.end(), std::size_t{ 0 });
     if (total == 0 || !more || collapse.VertexCount() == 0)

@@ -1,14 +1,14 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// The vertex tree, numbered: what pieces are cut from. Steps "number" and "cut" of the pipeline
+// The numbered vertex tree, from which pieces are cut. Steps "number" and "cut" of the pipeline
 // picture.
 //
-// Within a partition the original vertices are numbered depth-first in the vertex tree, so that a
+// Within a partition the original vertices are numbered depth-first in the vertex tree. So a
 // cluster of a level >= S is an interval of one partition's numbers (doc/design.md#numbers). A
 // numbered vertex below is the position in the list of all partitions' vertices, one partition
 // after the other: partitionBegin[partition] + index.
 //
-// Of a mesh that does not fit the memory the tree is held in part: one resolution around some
-// pieces, and of the levels 0 … S what lies above it (PieceCutter, ModelPart).
+// For a mesh that does not fit the memory only a part of the tree is held: one resolution around
+// some pieces, and its ancestors at the levels 0 … S (PieceCutter, ModelPart).
 #pragma once
 
 #include "filters/core/Types.h"

@@ -180,9 +180,9 @@ Result<TreeDepths> ComputeDepths(std::size_t vertices, const KdTreeOptions& opti
   }
   if (options.cellVertices > mostCellVertices)
   {
-    return Error{ ErrorCode::InvalidArgument, "vertices per cell " +
+    return Error{ ErrorCode::InvalidArgument, "the number of vertices per cell, " +
                                                 std::to_string(options.cellVertices) +
-                                                " is above " + std::to_string(mostCellVertices) };
+                                                ", is above " + std::to_string(mostCellVertices) };
   }
   depths.finest = depths.partition;
   if (options.cellVertices > 0)

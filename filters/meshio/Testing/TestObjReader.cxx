@@ -414,7 +414,7 @@ TEST(ObjReader, TextureCoordinatesThatAreTooLargeAreNoNumbers)
   EXPECT_EQ(coordinates.Get(2, 1), 2);
 }
 
-// In one line that is longer than a block; the lines behind it are still numbered.
+// In one line that is longer than a block; the lines after it are still numbered.
 TEST(ObjReader, PolygonsInLongLines)
 {
   for (const std::string end : { "\n", "\r\n", "\r" })

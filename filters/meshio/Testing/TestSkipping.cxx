@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Skipping in mesh files: what is read behind it is what is read there anyway.
+// Skipping in mesh files: what is read after it is what is read there anyway.
 #include "filters/meshio/MeshReader.h"
 #include "filters/meshio/Testing/RandomPly.h"
 #include "filters/meshio/Testing/RandomStl.h"

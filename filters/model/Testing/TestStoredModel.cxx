@@ -85,7 +85,7 @@ TEST(TestStoredModel, EarlierStoresSayTheSame)
   EXPECT_FALSE(ParseStoredModel(written, StoredForm::Earlier));
 }
 
-// What is told is what is kept, but for the id before it, and the build behind it.
+// What is told is what is kept, but for the id before it, and the build after it.
 TEST(TestStoredModel, ServersTellWhatStoresKeep)
 {
   RandomModels random(3);

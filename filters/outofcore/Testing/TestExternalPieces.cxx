@@ -372,7 +372,7 @@ TEST(ExternalPieces, RefuseFilesThatDoNotFitTogether)
       put(files.levels.clusterOfRank, static_cast<std::uint64_t>(other - built.tree.order.begin()),
         cluster);
     });
-  EXPECT_NE(wrong.find("does not count its vertices"), std::string::npos) << wrong;
+  EXPECT_NE(wrong.find("has a wrong count of vertices"), std::string::npos) << wrong;
 }
 
 TEST(ExternalPieces, SayWhatCannotBeRead)

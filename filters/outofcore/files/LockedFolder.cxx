@@ -55,7 +55,7 @@ struct FolderOwner
   pid_t process = 0;
 };
 
-// As the name of a folder tells: PLACE-PROCESS-LETTERS behind its begin.
+// As the name of a folder tells: PLACE-PROCESS-LETTERS after its begin.
 std::optional<FolderOwner> OwnerOf(const std::string& name)
 {
   if (!name.starts_with(lockedBegin))

@@ -314,7 +314,7 @@ Result<SpillFile> SpillFolder::CreateFile(std::string_view purpose, std::uint64_
   if (file.Descriptor < 0)
   {
     return Error{ ErrorCode::InputOutput,
-      file.Describe() + " cannot be made: " + SystemReason(errno), this->Ledger->Disk() };
+      file.Describe() + " cannot be created: " + SystemReason(errno), this->Ledger->Disk() };
   }
   int reason = 0;
   if (bytes > 0 &&

@@ -54,7 +54,7 @@ void AddPart(const std::string& part, std::string& fingerprint)
 }
 
 // The parts of a fingerprint before the options: the program; path, size and time of the input; the
-// files that it names, in parts of their own.
+// files that the input names, as parts of their own.
 constexpr std::size_t pathOfInput = 1, partsOfInput = 3, namedFiles = 4, partsBeforeOptions = 5;
 
 // Path and "size time" of each; "none" of what is not there.

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // The processes that build one model together, each with some of its blocks: the seam between the
-// steps out of core and whoever carries bytes from one process to another (filters/Parallel).
+// steps out of core and the transport between processes (filters/Parallel).
 //
-// Files have the same places in all processes: each process fills in what it has, and fetches what
-// its blocks need of others into the same places of its own file; the rest of a file stays empty.
+// A file has the same places in all processes. Each process fills in its own data, and fetches what
+// its blocks need of others into the same places of its own file; the rest of the file stays empty.
 #pragma once
 
 #include "filters/core/Types.h"

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // The steps of making levels out of core that are the same whoever has the blocks: one process
-// (ExternalLevels.h) or several (filters/Parallel). For the makers of levels alone.
+// (ExternalLevels.h) or several (filters/Parallel). Only for the makers of levels.
 #pragma once
 
 #include "filters/core/Execution.h"

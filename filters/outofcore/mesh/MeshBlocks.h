@@ -57,7 +57,7 @@ struct MeshBlocks
   Result<TreeBlock> Load(std::size_t block, BlockOrder order = BlockOrder::ById) const;
 };
 
-// The tree below a block's cell, over its own vertices alone: what core's functions for a part of a
+// The tree below a block's cell, over only its own vertices: what core's functions for a part of a
 // mesh take. Its depths count from the block; `order` and `cellBegin` in the block's numbers; no
 // boxes.
 KdTree TreeOfBlock(const MeshBlocks& mesh, const TreeBlock& block);

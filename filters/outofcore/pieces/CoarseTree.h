@@ -35,10 +35,10 @@ public:
   // Of these the lowest numbered vertices, by number of cluster; the first one's of a group.
   const std::vector<std::vector<VertexId>>& First() const { return this->FirstOfWhole; }
 
-  // What lies above the numbered vertices of some partitions, `own`, and others, which ascend: of
-  // each level in files from R to S, [depth], the clusters that hold them, parents and ranks, of
-  // level S also `first`. O(ghosts, and the level-S clusters of all their partitions). Errors:
-  // InputOutput.
+  // The ancestors of the numbered vertices of some partitions, `own`, and of others (`ghosts`),
+  // which ascend. For each level in files from R to S, [depth]: the clusters that hold them,
+  // parents and ranks; of level S also `first`. O(ghosts, and the level-S clusters of all their
+  // partitions). Errors: InputOutput.
   Result<std::vector<VertexTreeLevel>> AncestorsOf(
     const CellRange& own, std::span<const VertexId> ghosts) const;
   // The same above clusters of a level in files up to S, whose ranks ascend; of that level them,

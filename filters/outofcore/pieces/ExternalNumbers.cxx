@@ -216,7 +216,7 @@ private:
   }
 
   // The vertices of a block. Its ranks and its numbers are the same interval. Inside a finest
-  // cluster the order of ids matters for those in the same place alone.
+  // cluster the order of ids matters for those only in the same place.
   Status NumberBlock(const CellRange& range, SpillFile& file) const
   {
     if (range.size == 0)
@@ -252,7 +252,7 @@ private:
   }
 
   // The lowest numbered vertices of the finest clusters of a block, from cluster `begin` on; and
-  // that each has room for its vertices behind its lowest. clusterOf: of each vertex of the block.
+  // that each has room for its vertices after its lowest. clusterOf: of each vertex of the block.
   Result<std::vector<VertexId>> FirstOfFinest(
     const CellRange& range, VertexId begin, std::span<const VertexId> clusterOf) const
   {
@@ -287,7 +287,7 @@ private:
       {
         return Error{ ErrorCode::Damaged,
           "level " + std::to_string(finest) + ": cluster " + std::to_string(begin + i) +
-            " does not count its vertices, which are " + std::to_string(counts[i]) };
+            " has a wrong count of vertices, which should be " + std::to_string(counts[i]) };
       }
     }
     return first;

@@ -116,7 +116,7 @@ public:
   Status WalkPartitions(std::span<const VertexId> partitionBegin)
   {
     this->Tree.depths = this->Input.depths;
-    // Nodes behind the last partition are empty.
+    // Nodes after the last partition are empty.
     this->Tree.partitionBegin.assign(
       (std::size_t{ 1 } << this->Input.depths.partition) + 1, this->Input.vertexCount);
     std::copy(partitionBegin.begin(), partitionBegin.end(), this->Tree.partitionBegin.begin());

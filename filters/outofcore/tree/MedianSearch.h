@@ -69,7 +69,7 @@ struct MedianSearch
   double heapShare = 0; // the keys in both heaps as a share of all, 0 = as many as the memory holds
 };
 
-// A range that holds the key of the wanted rank: that key alone for Heaps, Torben and Sort; one of
+// A range that holds the key of the wanted rank: only that key for Heaps, Torben and Sort; one of
 // at most `keepable` keys for Histogram. Passes over the n keys, a heap of h of them: Heaps 1 where
 // the wanted key is among the h / 2 on its side of the mean, n / (h / 2) at worst; Torben at most
 // the bits of the ratio between the extent and the least difference, 2,000 for doubles at worst;

@@ -256,7 +256,7 @@ TEST_F(StoreAttributes, AsManyAndAsLongAsAllowed)
     return report ? "" : report.GetError().message;
   };
   add("one too many");
-  EXPECT_EQ(problem(), "256 attributes: more than 255");
+  EXPECT_EQ(problem(), "256 attributes; the maximum is 255");
   const auto problemOfName = [&](const std::string& name)
   {
     mesh.attributes.resize(1);

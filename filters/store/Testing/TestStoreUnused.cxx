@@ -47,7 +47,7 @@ Mesh Survey()
   return mesh;
 }
 
-// The same with vertices that no triangle uses before, among and behind the others.
+// The same with vertices that no triangle uses before, among and after the others.
 Mesh WithStrays(const Mesh& mesh, const std::vector<Vec3>& strays)
 {
   Mesh all{ {}, {}, mesh.scalarType, {} };

@@ -377,7 +377,7 @@ TEST_F(Quotas, RegionsAMinute)
   EXPECT_FALSE(*book->TakeRegion("bob", Model("m")));
 }
 
-// What two servers with one file give together: no partition more than one alone would.
+// What two servers with one file give together: no partition more than a single one would.
 TEST_F(Quotas, TwoServersGiveNoMoreThanOne)
 {
   const std::unique_ptr<QuotaBook> books[] = { this->Open(Share(0.1)), this->Open(Share(0.1)) };

@@ -405,7 +405,7 @@ TEST_F(QuotaFile, PermissionsThatAreTakenAndGivenBack)
   EXPECT_FALSE(May(*book, 3));
 }
 
-// What lies below is no place for quotas; and what was had counts when it is mounted again, even
+// What lies below is not a place for quotas; and what was had counts when it is mounted again, even
 // where it can only be read at first.
 TEST_F(QuotaFile, AFileSystemThatIsNotMounted)
 {

@@ -218,8 +218,8 @@ PanelWishes Panels::Draw(const PanelFacts& facts, const std::vector<Tile>& tiles
   return wishes;
 }
 
-// Tools and details appear in one place, settings and notes in another, and in a narrow window all
-// of them: what is opened takes the place of what was there.
+// Tools and details appear in one place, settings and notes in another; in a narrow window all
+// appear in one. A panel that is opened replaces the panel in its place.
 void Panels::CloseCovered(const PanelFacts& facts)
 {
   const std::array<bool*, 4> open{ &this->toolsOpen, &this->detailsOpen, &this->settingsOpen,
@@ -563,7 +563,7 @@ void Panels::DrawError(const PanelFacts& facts, PanelWishes& wishes)
   ImGui::End();
 }
 
-// Where an error is told, which has more to say, until there is none.
+// Where an error is reported, which has more to say, until there is none.
 void Panels::DrawWarnings(const PanelFacts& facts)
 {
   const std::string& error = facts.status.error;

@@ -43,7 +43,7 @@ void DrawSides(const PanelFacts& facts, PanelWishes& wishes)
   }
   bool spins = facts.status.spinning;
   ImGui::BeginDisabled(facts.recording); // no file tells of it
-  if (ImGui::Checkbox("Turn by itself", &spins))
+  if (ImGui::Checkbox("Turn automatically", &spins))
   {
     wishes.spin = spins;
   }

@@ -110,7 +110,7 @@ Result<WindowPicture> WindowLook::PictureWith(InterfaceLayer::Part part)
   return picture;
 }
 
-// The model alone, as a recording that is played writes it.
+// Only the model, as a recording that is played writes it.
 Status WindowLook::WriteModelPicture(const std::string& file)
 {
   const auto picture = this->PictureWith(InterfaceLayer::Part::None);
@@ -118,7 +118,7 @@ Status WindowLook::WriteModelPicture(const std::string& file)
   return WritePng(PartOf(*picture, 0, 0, this->View.width, this->View.height), file);
 }
 
-// The model with its distances, and below it what it is, by whom, and what one may do with it.
+// The model with its distances, and below it title, credit and licence.
 Status WindowLook::WriteToldPicture(const std::string& file)
 {
   const auto picture = this->PictureWith(InterfaceLayer::Part::Background);

@@ -19,7 +19,7 @@ namespace kdstream
 class WindowSession
 {
 public:
-  // Begins to open what the options name. What fails is told on stderr too, as an error of
+  // Begins to open what the options name. What fails is reported on stderr too, as an error of
   // `program`.
   WindowSession(std::string program, const ViewOptions& options, SessionRecorder recorder);
 

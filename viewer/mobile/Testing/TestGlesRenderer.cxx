@@ -127,7 +127,7 @@ TEST(GlesRenderer, MorphsFromTheSurfaceBefore)
 }
 
 // As Draw promises it: 16 bytes a vertex, 4 more with colours, 6 a triangle; and the textures of
-// the hollows, of half the picture's sides.
+// ambient occlusion, of half the picture's sides.
 TEST(GlesRenderer, TellsHowMuchItHolds)
 {
   const Surface sphere = BumpySphere(24);

@@ -122,7 +122,7 @@ PagePicture::State PagePicture::StateOf(const ViewerScene& scene, double morphed
     this->ColorsVersion, morphed, scene.section, scene.capVersion, scene.lighting };
   state.tiles = scene.tiles;
   state.occluded = this->ChooseOcclusion(state, now);
-  if (scene.surface->PointCount() == 0) // the ground alone, whatever moves before it
+  if (scene.surface->PointCount() == 0) // only the ground, whatever moves before it
   {
     state = State{};
     state.viewport = this->Window;

@@ -312,7 +312,7 @@ void PageSession::Found(std::uint32_t search, std::size_t index, std::vector<std
   this->Receive(std::move(event));
 }
 
-// What was found comes once more where the server owes it and something else of the same request.
+// What was found comes once more where it is outstanding, and something else of the same request.
 void PageSession::EndSearch(std::uint32_t search, bool isKept, double now)
 {
   Searched* const searched = this->FindSearch(search);

@@ -37,17 +37,17 @@ public:
   Status SetModels(std::string_view json);
   // As ViewerSession's; a model that cannot be selected is named in the status.
   void SelectModel(const std::string& model);
-  // Shows what a link to a view tells (ViewLink.h). What is wrong with it is told in the status;
-  // its model opens all the same.
+  // Shows what a link to a view tells (ViewLink.h). What is wrong with it is reported in the
+  // status; its model opens all the same.
   void Follow(const std::string& link);
   // Takes at most about so many bytes of all memory (MemoryBudget); at first its standard.
   void SetMemory(std::size_t bytes);
   // So many are taken now.
   void FollowMemory(std::size_t taken);
   std::size_t MemoryBytes() const { return this->Memory.Bytes(); }
-  // The rest of the viewer is there (parts.js). Until then previews are all that is shown;
-  // and of models whose preview is points, that are lossless, or have no levels, nothing that the
-  // server sends is taken: it waits here.
+  // The rest of the viewer has come (parts.js). Until then only previews are shown. Models whose
+  // preview is points, that are lossless, or that have no levels, show nothing: what the server
+  // sends for them waits here.
   void BecomeWhole();
   bool IsWhole() const { return this->Whole; }
   // Carries between session and line what either has for the other. Call after every input.
@@ -66,7 +66,7 @@ public:
   std::optional<Arrival> TakeArrival();
   // The next search for blobs that the page may have kept, or "": its number and their paths at the
   // server, a line each. The server is asked for those that are not found. While nothing comes from
-  // the server, what it still owes is searched too; " again" stands behind the number then, since
+  // the server, what is outstanding is searched too; " again" stands behind the number then, since
   // the page may have kept more than it knew of when it searched first.
   std::string TakeSearch();
   // The blob `index` of the search; one that is damaged counts as not found. Of a search that has

@@ -349,8 +349,8 @@ extern "C"
   {
     viewer->page.Session().SetRings(rings);
   }
-  // coloring: of SurfaceColoring, or beyond, of the array whose name the text is; map: of ColorMap,
-  // or beyond, the first; low and high: the ends of its range, or NaN.
+  // coloring: a SurfaceColoring; a larger number means the array whose name is the text. map: a
+  // ColorMap; a larger number means the first. low and high: the ends of its range, or NaN.
   EMSCRIPTEN_KEEPALIVE void ViewerSetColors(
     WebViewer* viewer, unsigned coloring, unsigned map, double low, double high)
   {
@@ -454,9 +454,9 @@ extern "C"
     actions.insert(actions.end(), viewer->actions.begin(), viewer->actions.end());
     viewer->actions.swap(actions);
   }
-  // The next thing to do for the line: 0 nothing, 1 connect, 2 send the text, 3 close, 4 fetch the
-  // path in the text, 5 search what is kept for the paths in the text, which come after the
-  // search's number, one a line ("7 again": PageSession::TakeSearch).
+  // The next action for the line: 0 nothing, 1 connect, 2 send the text, 3 close, 4 fetch the path
+  // in the text, 5 search the kept answers for the paths in the text. These are one a line, after
+  // the search's number ("7 again": PageSession::TakeSearch).
   EMSCRIPTEN_KEEPALIVE int ViewerNextAction(WebViewer* viewer)
   {
     if (std::string search = viewer->page.TakeSearch(); !search.empty())
@@ -519,9 +519,8 @@ extern "C"
   {
     return viewer->arrived.size();
   }
-  // The arrays that the model may be coloured by; and of the one that it
-  // is coloured by the range of the map, and the classes of a legend:
-  // {"arrays","low","high","classes"}.
+  // The arrays that the model may be coloured by; and of the array that colours it now the range of
+  // the map, and the classes of a legend: {"arrays","low","high","classes"}.
   EMSCRIPTEN_KEEPALIVE void ViewerArrays(WebViewer* viewer)
   {
     const auto scalars = viewer->page.Session().Scene().scalars;

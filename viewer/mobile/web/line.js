@@ -16,9 +16,9 @@ const keepPause = 300; // ms, for which blobs are gathered before they are kept
 const textPath = /\/(model|notes)\.json$/;
 const blobPath = /^\/api\/models\/([^/]+)\/[0-9a-f]{32}\//;
 
-// What the server lets its guests have comes with the page's link (#token=…, before or after what else that tells), or is
-// entered. It is kept for this tab, or in this browser where the person wants it, and stays in no address or log; but a
-// browser may remember the link that was opened.
+// The server's token comes with the page's link (#token=…, before or after other keys), or is entered. It is kept for
+// this tab, or in this browser if the person wants that, and in no address or log. But a browser may remember the
+// link that was opened.
 let token = "";
 const tokenAlone = /^[\w.-]{1,4096}$/;
 const tokenInLink = /^(.*[#&])token=([\w.-]{1,4096})(?:&(.*))?$/;

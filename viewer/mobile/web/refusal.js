@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// What a server refuses, in a person's words: by the status of its answer and the seconds after which it wants to be asked
-// again (0: it does not say).
+// A server's refusal as a sentence for people: by the status of its answer and the seconds after which it wants to be
+// asked again (0: it does not say).
 
 import { language, t, translated } from "./words.js";
 

@@ -87,8 +87,8 @@ TEST(SceneOcclusion, OsMesaDrawsTheSame)
   EXPECT_EQ(DrawGroove(true).rgb, DrawGroove(true, WindowBackend::OsMesa).rgb);
 }
 
-// Each in its own half of a window, one with hollows and one without; and again after a change of
-// size, and drawn into another window.
+// Each in its own half of a window, one with ambient occlusion and one without; and again after a
+// change of size, and drawn into another window.
 TEST(SceneOcclusion, StaysInItsPartOfTheWindow)
 {
   const Stage stage(WindowBackend::Egl, 2 * side, side);

@@ -10,12 +10,7 @@
 #include <limits>
 
 using namespace kdstream;
-using kdstream::testing::ExpectClosed;
-using kdstream::testing::MemoryServer;
-using kdstream::testing::onRingX;
-using kdstream::testing::onRingY;
-using kdstream::testing::OpenFullScreen;
-using kdstream::testing::Torus;
+using namespace kdstream::testing;
 
 namespace
 {

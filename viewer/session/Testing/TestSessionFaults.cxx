@@ -43,9 +43,7 @@ TEST(TestSessionFaults, AnswersToCancelledRequestsAreIgnored)
   SessionOptions options = ByLevel();
   options.policy.tolerance = 4; // the preview is fine enough for the whole torus
   ViewerSession session(options);
-  Open(session);
-  session.EnterFullScreen();
-  server.Serve(session);
+  OpenFullScreen(session, server);
   const auto [x, y] = OnModel(session);
   fingers.Pinch(session, x, y, 16);
   std::uint32_t request = 0;

@@ -22,9 +22,7 @@ TEST(TestSessionTaps, OtherRingsChangeTheRegionThatIsThere)
   Fingers fingers;
   MemoryServer server = SmallTorus();
   ViewerSession session(ByLevel());
-  Open(session);
-  session.EnterFullScreen();
-  server.Serve(session);
+  OpenFullScreen(session, server);
   const auto [x, y] = OnModel(session);
   fingers.DoubleTap(session, x, y);
   server.Serve(session);
@@ -60,9 +58,7 @@ TEST(TestSessionTaps, ASmallRegionStaysUntilOneZooms)
   SessionOptions options = ByLevel();
   options.region.points = 10000;
   ViewerSession session(options);
-  Open(session);
-  session.EnterFullScreen();
-  server.Serve(session);
+  OpenFullScreen(session, server);
   const auto [x, y] = OnModel(session);
   fingers.DoubleTap(session, x, y);
   server.Serve(session);
@@ -118,9 +114,7 @@ TEST(TestSessionTaps, PicksOnPointsWhereThereAreNoTriangles)
   mesh.triangles = { { 0, 1, 2 } };
   MemoryServer server(mesh, 2000, 8);
   ViewerSession session(ByLevel());
-  Open(session);
-  session.EnterFullScreen();
-  server.Serve(session);
+  OpenFullScreen(session, server);
   const auto shown = session.Scene().surface;
   const Surface& coarse = shown->Whole();
   ASSERT_TRUE(coarse.triangles.empty());
@@ -255,9 +249,7 @@ TEST(TestSessionTaps, ATapThatNeedsTooMuchOfTheTreeIsDropped)
   SessionOptions options = ByLevel();
   options.region.treeBlobs = 2;
   ViewerSession session(options);
-  Open(session);
-  session.EnterFullScreen();
-  server.Serve(session);
+  OpenFullScreen(session, server);
   const auto [x, y] = OnModel(session);
   fingers.DoubleTap(session, x, y);
   server.Serve(session);

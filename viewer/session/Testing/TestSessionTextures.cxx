@@ -11,16 +11,7 @@
 #include <random>
 
 using namespace kdstream;
-using kdstream::testing::CountBoundaryEdges;
-using kdstream::testing::height;
-using kdstream::testing::MakeTorus;
-using kdstream::testing::MemoryServer;
-using kdstream::testing::onRingX;
-using kdstream::testing::onRingY;
-using kdstream::testing::OpenFullScreen;
-using kdstream::testing::OpenSmall;
-using kdstream::testing::TilePlaceOf;
-using kdstream::testing::width;
+using namespace kdstream::testing;
 using protocol::BlobId;
 using protocol::BlobKind;
 

@@ -16,17 +16,7 @@
 #include <vector>
 
 using namespace kdstream;
-using kdstream::testing::DoubleTap;
-using kdstream::testing::ExpectClosed;
-using kdstream::testing::height;
-using kdstream::testing::MakeTorus;
-using kdstream::testing::MemoryServer;
-using kdstream::testing::onRingX;
-using kdstream::testing::onRingY;
-using kdstream::testing::OpenFullScreen;
-using kdstream::testing::Torus;
-using kdstream::testing::VerticesOfOriginal;
-using kdstream::testing::width;
+using namespace kdstream::testing;
 using protocol::BlobId;
 using protocol::BlobKind;
 

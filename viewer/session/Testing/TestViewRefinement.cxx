@@ -10,8 +10,7 @@
 #include <set>
 
 using namespace kdstream;
-using kdstream::testing::MakeTorus;
-using kdstream::testing::MemoryServer;
+using namespace kdstream::testing;
 
 namespace
 {

@@ -20,7 +20,7 @@ public:
   void Arrived(std::size_t bytes, double seconds, bool alone);
 
   // So many bytes may be in flight: 12 KiB to 4 MiB; where nothing is known, 64 KiB. While nothing
-  // has come behind something else, what came alone tells how slow the line may be.
+  // has come behind something else, what came by itself tells how slow the line may be.
   std::size_t Window() const;
 
 private:
@@ -31,7 +31,7 @@ private:
     double bytes = 0, seconds = 0;
   };
   Sample Behind; // what came close behind something else, newest most
-  Sample Alone;  // what came alone, soonest
+  Sample Alone;  // what came by itself, soonest
 };
 
 }

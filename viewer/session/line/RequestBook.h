@@ -35,8 +35,9 @@ public:
   // asked).
   bool Settle(std::uint32_t request, const protocol::BlobId& blob);
   bool SettleOpen(std::uint32_t request);
-  // An answer came to a request that was cancelled after it had been sent: true if it outstanding
-  // this blob, the first time. Only of the last cancelledRequests, and of none before CancelAll.
+  // An answer came to a request that was cancelled after it had been sent: true if this
+  // blob of it is outstanding, the first time. Only of the last cancelledRequests, and of none
+  // before CancelAll.
   bool TakeLate(std::uint32_t request, const protocol::BlobId& blob);
   static constexpr std::size_t cancelledRequests = 64;
   // The request is over: what is still outstanding of it, nothing if it is not known (any more).
@@ -63,7 +64,7 @@ public:
 
 private:
   void Cancel(std::uint32_t request);
-  // Those of which so many blobs that they owe are in `wanted`.
+  // Those of which so many outstanding blobs are in `wanted`.
   void CancelWhere(const std::set<protocol::BlobId>& wanted,
     bool (*cancels)(std::size_t useful, std::size_t outstanding));
 

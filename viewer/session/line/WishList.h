@@ -42,7 +42,8 @@ public:
   void Want(const std::vector<protocol::BlobId>& missing);
   // Nothing more, until the next Want.
   void Clear() { this->Queue.clear(); }
-  // The same, and each request is cancelled that owes anything else than pages and boxes.
+  // The same, and each request is cancelled of which anything else than pages and boxes is
+  // outstanding.
   void KeepTreeOnly();
 
   // ---- asking

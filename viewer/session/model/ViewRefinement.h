@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Which pieces a view needs: the model is refined where its error on the screen is worst. Step
+// Which pieces a view needs: the model is refined where its screen-space error is worst. Step
 // "choose" of the pipeline picture; doc/viewing.md tells how.
 #pragma once
 
@@ -87,8 +87,8 @@ public:
   {
     return this->IsIntermediate(this->StepOf(piece.resolution));
   }
-  // Whether such a piece leaves something coarser than the view needs: it is in the view, and not
-  // all of what is below it stands in for it, or will.
+  // Whether such a piece leaves something coarser than the view needs: it is in the view, and the
+  // pieces below it do not all replace it, now or later.
   bool IsMissed(PieceId piece) const { return this->Missed.count(piece) > 0; }
 
   // How urgent a piece is, wanted or not: what is not in view may be needed by a neighbour that is.

@@ -165,7 +165,7 @@ TEST_F(TestKdStoreWriter, WhatCannotBeWrittenIsAnErrorAndNoFile)
   const std::vector<std::pair<vtkSmartPointer<vtkDataObject>, std::string>> cases{
     { MakePoints({}), "no vertices" },
     { MakePoints({ { 0, 0, 0 }, { nan, 0, 0 } }), "point 1: a coordinate is not finite" },
-    { offsets, "cell 0 has the corners from 0 up to 1000000 of a list of 3" },
+    { offsets, "cell 0 uses corners 0 to 1000000 of a list of 3" },
     { images.Get(), "partition 0 is a vtkImageData" },
   };
   for (const auto& [input, what] : cases)

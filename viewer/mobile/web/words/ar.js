@@ -89,7 +89,7 @@ export const texts = {
   "Near": "قريب",
   "Wide": "واسع",
   "Widest": "أوسع",
-  "What comes next": "ما يأتي بعد ذلك",
+  "Prefetching": "التحميل المسبق",
   "Fetch ahead": "تحميل مسبق",
   "Save data": "توفير البيانات",
   "Show": "إظهار",

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// German. texts: what the page says, by what it says in English; sentences: what session and server say, whose {names} vary.
+// German. texts: the page's texts, by the English text; sentences: those of session and server, whose {names} vary.
 
 export const texts = {
   // the list
@@ -89,7 +89,7 @@ export const texts = {
   "Near": "Nah",
   "Wide": "Weit",
   "Widest": "Weiter",
-  "What comes next": "Was als Nächstes kommt",
+  "Prefetching": "Vorausladen",
   "Fetch ahead": "Voraus laden",
   "Save data": "Daten sparen",
   "Show": "Zeigen",
