@@ -280,13 +280,13 @@ TEST_F(TestConvertVrml, ProtosAreWhatTheyStandFor)
   EXPECT_NEAR(VolumeOf(read), 1 + 8, 1e-5);
 }
 
-// Those behind it take the later one; in a PROTO's body one that is defined there alone.
+// Those after it take the later one; in a PROTO's body one that is defined there alone.
 TEST_F(TestConvertVrml, TheLaterOfTwoProtosCounts)
 {
   const auto box = [](const std::string& size)
   { return "Shape { geometry Box { size " + size + " } }"; };
   const auto proto = [&](const std::string& size) { return "PROTO A [ ] { " + box(size) + " }\n"; };
-  const std::string told = "): nodes behind it are of that one";
+  const std::string told = "): nodes after it take that one";
   EXPECT_NEAR(VolumeOf(this->Scene(proto("1 1 1") + "A { }\n" + proto("2 2 2") +
                                      Transformed("translation 5 0 0", "DEF X A { }") +
                                      Transformed("translation 9 0 0", "USE X"),

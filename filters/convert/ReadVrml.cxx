@@ -661,9 +661,10 @@ private:
       if (this->Inlines.count(file) > 0 || this->Inlines.size() >= deepestInlines ||
           ++this->InlinesRead > mostInlines)
       {
-        this->Fail({ ErrorCode::LimitExceeded, this->Inlines.count(file) > 0
-                                                 ? named + " contains itself"
-                                                 : named + ": there are too many of them" });
+        this->Fail({ ErrorCode::LimitExceeded,
+          this->Inlines.count(file) > 0 ? named + " contains itself"
+                                        : named + ": there are too many of them",
+          {}, {}, Remedy::Repair });
         return;
       }
       this->Inlines.insert(file);

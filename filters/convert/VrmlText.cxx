@@ -410,7 +410,7 @@ private:
   }
 
   // Of a PROTO that the file has twice, the library would take the first: each further one is
-  // written by a name of its own, which the nodes behind it take. Those in its body go with it.
+  // written by a name of its own, which the nodes after it take. Those in its body go with it.
   std::string NameOfProto(std::string_view name)
   {
     std::string written(name);
@@ -421,7 +421,7 @@ private:
     if (!std::exchange(this->HasProtoTwice, true))
     {
       this->Out.tolerance.Tell("a second PROTO " + QuotedText(name) + " (line " +
-                               std::to_string(this->Line) + "): nodes behind it are of that one");
+                               std::to_string(this->Line) + "): nodes after it take that one");
     }
     while (this->NodesOf.contains(written))
     {

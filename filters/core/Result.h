@@ -29,7 +29,7 @@ enum class ErrorCode
   Cancelled        // the caller's progress function asked to stop
 };
 
-// What a user does about an input that is refused: a program says it behind the message
+// What a user does about an input that is refused: a program says it after the message
 // (filters/program/Program.cxx).
 enum class Remedy
 {

@@ -138,7 +138,8 @@ public:
     if (const PlyElement* strips = FindElement(*header, "tristrips"); strips && strips->count > 0)
     {
       return Error{ ErrorCode::Unsupported,
-        "triangle strips with pictures are not read; --textures off reads them without" };
+        "triangle strips with pictures are not read; --textures off reads them without", {}, {},
+        Remedy::Told };
     }
     KDSTREAM_TRY(this->ReadMesh(execution, HasCoordinatesOfFaces(*header)));
     this->MakeMaterials(*header);
