@@ -31,9 +31,11 @@ void PrintLevels(const ModelDescription& info)
       level.deviation, level.deviation99);
   }
   const std::string unit = info.unit.empty() ? "in the unit of the coordinates" : "in " + info.unit;
-  std::cout << "\ndeviation  how far vertices of the level lie from the original surface, " << unit
-            << ":\n           the largest, and what 99 of 100 vertices do not exceed.\n"
-               "           It is estimated; kdstream-store distance measures the level.\n";
+  std::cout << "\ndeviation  how far the original is from the level at most, " << unit
+            << " (an upper bound).\n"
+               "of 99 %    how far the level's vertices lie from the original surface: what 99 of 100 "
+               "vertices of the level do not exceed\n"
+               "           (estimated; kdstream-store distance measures the level).\n";
 }
 
 }

@@ -14,7 +14,6 @@
 #include "filters/codec/PieceCodec.h"
 #include "filters/core/TriangleDistance.h"
 #include "filters/core/VectorMath.h"
-#include "filters/core/drawing/SurfaceTree.h"
 #include "filters/core/tree/PieceDepth.h"
 
 #include <algorithm>
@@ -34,6 +33,7 @@ using ReadBlob = std::function<Result<std::vector<std::uint8_t>>(PieceId)>;
 using Corners = std::array<Vec3, 3>;
 
 constexpr std::uint32_t verticesOfBall = 8; // at the end of the tree, at most
+constexpr std::uint32_t trianglesOfBox = 4; // at the end of the tree, at most
 constexpr std::uint64_t visitsOfVertex = 2; // for each level
 constexpr std::size_t batchPartitions = 16, batchBytes = std::size_t{ 1 } << 20;
 constexpr unsigned mostHalvings = 3; // of a triangle's edges
@@ -177,73 +177,140 @@ private:
   std::vector<Ball> Balls;                         // heap order; the first entry is unused
 };
 
-// Where a level is searched: its triangles, or as many as are at hand.
+// Where a level is searched: triangles in a tree of boxes. They lie in the order of their lowest
+// vertices, and these along the vertex tree, so runs of them lie together and nothing is sorted.
 class LevelSurface
 {
 public:
-  explicit LevelSurface(Surface surface)
-    : Shown(std::move(surface))
-    , Tree(this->Shown)
+  // triangles: of `points`; none: each point is one. REQUIRES: there are points.
+  LevelSurface(std::vector<Vec3> points, std::vector<Triangle> triangles)
+    : Points(std::move(points))
+    , Triangles(std::move(triangles))
   {
+    const std::size_t count =
+      this->Triangles.empty() ? this->Points.size() : this->Triangles.size();
+    this->Count = static_cast<std::uint32_t>(count);
+    while ((std::size_t{ trianglesOfBox } << this->Depth) < count)
+    {
+      ++this->Depth;
+    }
+    this->Boxes.resize(std::size_t{ 2 } << this->Depth);
+    const std::size_t leaves = std::size_t{ 1 } << this->Depth;
+    for (std::size_t node = 2 * leaves - 1; node > 0; --node)
+    {
+      Box& box = this->Boxes[node];
+      if (node < leaves)
+      {
+        box.Add(this->Boxes[2 * node]);
+        box.Add(this->Boxes[2 * node + 1]);
+        continue;
+      }
+      for (std::uint32_t i = this->Begin(node - leaves); i < this->Begin(node + 1 - leaves); ++i)
+      {
+        const Corners corners = this->CornersOf(i);
+        std::for_each(corners.begin(), corners.end(), [&](const Vec3& p) { box.Add(p); });
+      }
+    }
   }
 
   Corners CornersOf(std::uint32_t i) const
   {
-    const std::vector<Vec3>& at = this->Shown.points;
-    if (this->Shown.triangles.empty())
+    if (this->Triangles.empty())
     {
-      return { at[i], at[i], at[i] };
+      return { this->Points[i], this->Points[i], this->Points[i] };
     }
-    const Triangle& t = this->Shown.triangles[i];
-    return { at[t[0]], at[t[1]], at[t[2]] };
+    const Triangle& t = this->Triangles[i];
+    return { this->Points[t[0]], this->Points[t[1]], this->Points[t[2]] };
   }
 
-  // A triangle near `p`: one that is at most `enough` away, else the nearest. last: where to begin;
-  // the triangle found. visits: counts on.
-  double FindNear(const Vec3& p, double enough, std::uint32_t& last, std::uint64_t& visits) const
+  // How far a triangle near `p` is: one that is at most `enough` away, else the nearest. found:
+  // where to begin; that triangle. visits: counts on.
+  double FindNear(const Vec3& p, double enough, std::uint32_t& found, std::uint64_t& visits) const
   {
-    constexpr double never = std::numeric_limits<double>::infinity();
-    const double ends = enough > 0 ? enough * enough : 0;
-    double best = this->SquaredFrom(p, last);
-    ++visits;
-    if (best <= ends)
+    Walk walk{ p, enough > 0 ? enough * enough : 0, this->SquaredFrom(p, found), found, 1 };
+    if (walk.best > walk.ends)
     {
-      return std::sqrt(best);
+      this->Search(1, walk);
     }
-    this->Tree.Walk(
-      [&](const Box& box)
-      {
-        ++visits;
-        double squared = 0;
-        for (std::size_t k = 0; k < 3; ++k)
-        {
-          const double outside = std::max({ box.lo[k] - p[k], p[k] - box.hi[k], 0.0 });
-          squared += outside * outside;
-        }
-        return best <= ends || squared >= best ? never : squared;
-      },
-      [&](std::uint32_t i)
-      {
-        ++visits;
-        const double squared = best <= ends ? best : this->SquaredFrom(p, i);
-        if (squared < best)
-        {
-          best = squared;
-          last = i;
-        }
-      });
-    return std::sqrt(best);
+    found = walk.found;
+    visits += walk.visits;
+    return std::sqrt(walk.best);
   }
 
 private:
+  struct Walk
+  {
+    const Vec3& from;
+    double ends, best; // squares: it ends when the best is so near
+    std::uint32_t found;
+    std::uint64_t visits;
+  };
+
+  void Search(std::size_t node, Walk& walk) const
+  {
+    const std::size_t leaves = this->Boxes.size() / 2;
+    ++walk.visits;
+    if (node >= leaves)
+    {
+      const std::uint32_t end = this->Begin(node + 1 - leaves);
+      for (std::uint32_t i = this->Begin(node - leaves); i < end; ++i)
+      {
+        ++walk.visits;
+        const double squared = this->SquaredFrom(walk.from, i);
+        if (squared < walk.best)
+        {
+          walk.best = squared;
+          walk.found = i;
+        }
+      }
+      return;
+    }
+    std::size_t near = 2 * node, far = 2 * node + 1;
+    double nearest = this->SquaredFromBox(walk.from, near);
+    double next = this->SquaredFromBox(walk.from, far);
+    if (next < nearest)
+    {
+      std::swap(near, far);
+      std::swap(nearest, next);
+    }
+    if (nearest < walk.best)
+    {
+      this->Search(near, walk);
+    }
+    if (next < walk.best && walk.best > walk.ends)
+    {
+      this->Search(far, walk);
+    }
+  }
+
+  double SquaredFromBox(const Vec3& p, std::size_t node) const
+  {
+    const Box& box = this->Boxes[node];
+    double squared = 0;
+    for (std::size_t k = 0; k < 3; ++k)
+    {
+      const double outside = std::max({ box.lo[k] - p[k], p[k] - box.hi[k], 0.0 });
+      squared += outside * outside;
+    }
+    return squared;
+  }
+
   double SquaredFrom(const Vec3& p, std::uint32_t i) const
   {
     const Corners c = this->CornersOf(i);
     return SquaredToTriangle(p, c[0], c[1], c[2]);
   }
 
-  Surface Shown;
-  SurfaceTree Tree;
+  std::uint32_t Begin(std::size_t leaf) const
+  {
+    return static_cast<std::uint32_t>(std::uint64_t{ leaf } * this->Count >> this->Depth);
+  }
+
+  std::vector<Vec3> Points;
+  std::vector<Triangle> Triangles;
+  std::uint32_t Count = 0;
+  unsigned Depth = 0;     // of the leaves
+  std::vector<Box> Boxes; // heap order; the first entry is unused
 };
 
 // The bound of one level, as far as partitions have been added.
@@ -287,12 +354,11 @@ private:
     this->Loaded = node;
     for (;; node /= 2)
     {
-      Surface surface;
-      KDSTREAM_TRY(this->Gather(node, surface));
-      const bool points = this->Model.levels[this->Depth].triangles == 0;
-      if (points ? !surface.points.empty() : !surface.triangles.empty())
+      Mesh mesh;
+      KDSTREAM_TRY(this->Gather(node, mesh));
+      if (this->IsPoints() ? !mesh.points.empty() : !mesh.triangles.empty())
       {
-        this->Level.emplace(std::move(surface));
+        this->Level.emplace(std::move(mesh.points), std::move(mesh.triangles));
         this->Last = 0;
         return {};
       }
@@ -304,12 +370,13 @@ private:
     }
   }
 
+  bool IsPoints() const { return this->Model.levels[this->Depth].triangles == 0; }
+
   // All of the level's pieces in a node.
-  Status Gather(NodeId node, Surface& surface) const
+  Status Gather(NodeId node, Mesh& mesh) const
   {
     const Resolution resolution = Resolution::Level(this->Depth);
     const unsigned down = PieceDepth(resolution, this->Model.depths) - DepthOfNode(node);
-    const bool points = this->Model.levels[this->Depth].triangles == 0;
     for (std::uint32_t i = 0; i < (std::uint32_t{ 1 } << down); ++i)
     {
       const PieceId id{ resolution, (node << down) + i };
@@ -317,15 +384,14 @@ private:
       KDSTREAM_TRY(blob);
       const Result<Piece> piece = DecodePiece(*blob, id, this->Model.Codec());
       KDSTREAM_TRY(piece);
-      const auto first = static_cast<VertexId>(surface.points.size());
-      if (points || !piece->triangles.empty())
+      const auto first = static_cast<VertexId>(mesh.points.size());
+      if (this->IsPoints() || !piece->triangles.empty())
       {
-        surface.points.insert(
-          surface.points.end(), piece->positions.begin(), piece->positions.end());
+        mesh.points.insert(mesh.points.end(), piece->positions.begin(), piece->positions.end());
       }
       for (const Triangle& t : piece->triangles)
       {
-        surface.triangles.push_back({ first + t[0], first + t[1], first + t[2] });
+        mesh.triangles.push_back({ first + t[0], first + t[1], first + t[2] });
       }
     }
     return {};
