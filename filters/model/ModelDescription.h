@@ -38,11 +38,9 @@ struct ResolutionDescription
   std::uint64_t triangles = 0; // each once
   std::uint64_t pieces = 0;
   std::uint64_t bytes = 0;
-  // Of a level, model units; 0 for the original. An upper bound of how far any point of the original
-  // is from the level's surface (of a level without triangles: from its vertices).
+  // Of a level, model units; 0 for the original: an upper bound of how far the original is from its
+  // surface, and what 99 of 100 of its vertices do not exceed, estimated. Viewers steer by this one.
   double deviation = 0;
-  // How far the level's vertices lie from the original: what 99 of 100 do not exceed, estimated.
-  // A single lost part keeps the other up through all levels; viewers steer by this one.
   double deviation99 = 0;
   // Of a level: how many steps of the grid lie between the points that its vertices use, 1 …
   // mostSpacing. 1 for the original.
