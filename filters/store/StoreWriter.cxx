@@ -286,17 +286,24 @@ Result<std::vector<std::uint8_t>> StoreWriter::State::Read(PieceId id)
   while (data.size() < this->pieces.At(id).bytes)
   {
     const auto row = static_cast<std::int64_t>(begin / contentRowBytes);
+    const auto offset = static_cast<std::size_t>(begin % contentRowBytes);
     std::span<const std::uint8_t> part = this->contentRow; // not written yet
     if (row < this->contentRows)
     {
       this->contentRead.Bind(1, row);
-      if (const Result<bool> found = this->contentRead.Step(); !found)
+      const Result<bool> found = this->contentRead.Step();
+      if (!found)
       {
         return this->Explain(found.GetError());
       }
-      part = this->contentRead.Blob(0);
+      part = *found ? this->contentRead.Blob(0) : std::span<const std::uint8_t>{};
     }
-    part = part.subspan(static_cast<std::size_t>(begin % contentRowBytes));
+    if (part.size() <= offset)
+    {
+      return this->Explain({ ErrorCode::InputOutput,
+        "row " + std::to_string(row) + " cannot be read back: is the disk sound?" });
+    }
+    part = part.subspan(offset);
     part = part.first(std::min(part.size(), this->pieces.At(id).bytes - data.size()));
     data.insert(data.end(), part.begin(), part.end());
     begin += part.size();
