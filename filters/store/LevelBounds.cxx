@@ -34,7 +34,8 @@ using Corners = std::array<Vec3, 3>;
 
 constexpr std::uint32_t verticesOfBall = 8; // at the end of the tree, at most
 constexpr std::uint32_t trianglesOfBox = 4; // at the end of the tree, at most
-constexpr std::uint64_t visitsOfVertex = 2; // for each level
+constexpr std::uint64_t visitsOfVertex = 1; // for each level
+constexpr std::uint64_t visitsOfBall = 32;  // at most: what is found then is as good
 constexpr std::size_t batchPartitions = 16, batchBytes = std::size_t{ 1 } << 20;
 constexpr unsigned mostHalvings = 3; // of a triangle's edges
 
@@ -147,22 +148,16 @@ private:
       return box;
     }
     const auto [begin, end] = this->RangeOf(node, depth);
-    const auto visitPoints = [&](const auto& visit)
-    {
-      std::for_each(
-        this->Part.positions.begin() + begin, this->Part.positions.begin() + end, visit);
-      this->VisitLeaf(node,
-        [&](const Corners& corners)
-        {
-          std::for_each(corners.begin(), corners.end(), visit);
-          return true;
-        });
-    };
-    visitPoints([&](const Vec3& p) { box.Add(p); });
-    ball = { Middle(box), 0 };
-    visitPoints(
-      [&](const Vec3& p) { ball.radius = std::max(ball.radius, SquaredDistance(p, ball.centre)); });
-    ball.radius = std::sqrt(ball.radius);
+    const auto add = [&](const Vec3& p) { box.Add(p); };
+    std::for_each(this->Part.positions.begin() + begin, this->Part.positions.begin() + end, add);
+    this->VisitLeaf(node,
+      [&](const Corners& corners)
+      {
+        std::for_each(corners.begin(), corners.end(), add);
+        return true;
+      });
+    const Vec3 centre = Middle(box);
+    ball = { centre, box.Empty() ? 0 : Length(Minus(box.hi, centre)) };
     return box;
   }
 
@@ -223,11 +218,14 @@ public:
     return { this->Points[t[0]], this->Points[t[1]], this->Points[t[2]] };
   }
 
-  // How far a triangle near `p` is: one that is at most `enough` away, else the nearest. found:
-  // where to begin; that triangle. visits: counts on.
-  double FindNear(const Vec3& p, double enough, std::uint32_t& found, std::uint64_t& visits) const
+  // How far a triangle near `p` is: one that is at most `enough` away, else the nearest, or the
+  // nearest of `mostVisits` boxes and triangles. found: where to begin; that triangle. visits:
+  // counts on.
+  double FindNear(const Vec3& p, double enough, std::uint32_t& found, std::uint64_t& visits,
+    std::uint64_t mostVisits = std::numeric_limits<std::uint64_t>::max()) const
   {
-    Walk walk{ p, enough > 0 ? enough * enough : 0, this->SquaredFrom(p, found), found, 1 };
+    Walk walk{ p, enough > 0 ? enough * enough : 0, this->SquaredFrom(p, found), found, mostVisits,
+      1 };
     if (walk.best > walk.ends)
     {
       this->Search(1, walk);
@@ -243,7 +241,7 @@ private:
     const Vec3& from;
     double ends, best; // squares: it ends when the best is so near
     std::uint32_t found;
-    std::uint64_t visits;
+    std::uint64_t mostVisits, visits;
   };
 
   void Search(std::size_t node, Walk& walk) const
@@ -277,7 +275,7 @@ private:
     {
       this->Search(near, walk);
     }
-    if (next < walk.best && walk.best > walk.ends)
+    if (next < walk.best && walk.best > walk.ends && walk.visits < walk.mostVisits)
     {
       this->Search(far, walk);
     }
@@ -313,6 +311,15 @@ private:
   std::vector<Box> Boxes; // heap order; the first entry is unused
 };
 
+// No bound is below: about the radius of a ball of 16 vertices that are spread over half the
+// surface of the model's box. What is nearer to a level is not searched.
+double LeastBound(const ModelDescription& model)
+{
+  const Vec3 sides = Minus(model.box.hi, model.box.lo);
+  const double area = sides[0] * sides[1] + sides[1] * sides[2] + sides[2] * sides[0];
+  return 4 * std::sqrt(area / double(std::max<std::uint64_t>(1, model.vertices)));
+}
+
 // The bound of one level, as far as partitions have been added.
 class LevelBound
 {
@@ -325,6 +332,7 @@ public:
     , PiecesAt(model.levels[depth].vertices > wholeVertices
                  ? PieceDepth(Resolution::Level(depth), model.depths)
                  : 0)
+    , Most(LeastBound(model))
   {
   }
 
@@ -403,8 +411,8 @@ private:
     const auto push = [&](std::size_t node, double most)
     {
       const Ball& ball = balls.At(node);
-      const double from =
-        this->Level->FindNear(ball.centre, this->Most - ball.radius, this->Last, this->Visits);
+      const double from = this->Level->FindNear(
+        ball.centre, this->Most - ball.radius, this->Last, this->Visits, visitsOfBall);
       const double bound = std::min(most, from + ball.radius);
       if (bound > this->Most)
       {
@@ -486,7 +494,7 @@ private:
   std::optional<LevelSurface> Level;
   std::uint32_t Last = 0; // the triangle found last: the next one is often near
   std::uint64_t Visits = 0, MostVisits = 0;
-  double Most = 0;
+  double Most;
 };
 
 }
