@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// What levels keep of a mesh's paint, and what that costs of its shape (doc/benchmarks.md#paint).
+// What levels keep of a mesh's paint, and what that costs of its shape (doc/benchmarks.md#colours).
 //
 //   BenchPaint OUTPUT_FOLDER MESH.ply...
 //

@@ -19,7 +19,7 @@ const folder = path.join(root, "Testing/Benchmarks/Figures");
 // Of each section: the beginning of its files' names, its heading, and what it measures.
 const sections = [
   ["large-build", "Large builds", "A closed mesh of fine relief, built with 1 GiB. With `--memory 256M` the digest is the same, the peak 276 MB."],
-  ["speed", "Building in memory and out of core", "A build beside the least that reading, a k-d tree, triangles into partitions and one file take (`BenchFloor.cxx`). Bars: at most 5 and 8 times that; shuffled input at most 2 times ordered."],
+  ["speed", "Building in memory and out of core", "The floor (`BenchFloor.cxx`) only reads, builds a k-d tree, puts triangles into partitions and writes one file. Bars: at most 5 and 8 times the floor; shuffled input at most 2 times ordered."],
   ["table2", "Partitions (Table 2)", "The paper's Table 2: compactness and seconds of k-d tree, octree and k-means."],
   ["fig5", "Partitions (Fig. 5)", "Sizes of partitions by k-d tree, octree and k-means."],
   ["table3", "Partitions out of core (Table 3)", "The paper's Table 3: medians of meshes that do not fit the memory."],
@@ -30,13 +30,13 @@ const sections = [
   ["trees", "Trees", "An update of `vtkKdTreePartition` beside `vtkKdTree::BuildLocatorFromPoints`."],
   ["codec", "The codec", "Our codec ([why](decisions/0010-codec.md)) beside Draco at speed 5 and plain arrays under zstd -19; natively and as WebAssembly."],
   ["floors", "Floors and peers", "What a step costs at least, and what other programs take for the same mesh."],
-  ["view", "Views", "The view-dependent refinement ([how](viewing.md)) from 12 directions, 800 x 480, over simulated lines of 1, 10 and 100 Mbit/s with a round trip of 30 ms: bytes and seconds of the first picture, and until at most 5 % and 1 % of the object's pixels are wrong (a channel off by more than 8 of 255); all bytes over those of the final cut (the oracle).\n\n![Wrong pixels of the dragon over bytes, at zooms of 1, 4 and 16](pictures/view-dragon.png)"],
-  ["paint", "Paint", "Levels of a painted mesh beside levels by shape only; pictures without light from 24 cameras."],
+  ["view", "Views", "View-dependent refinement ([how](viewing.md)) from 12 directions, 800 x 480, over simulated lines of 1, 10 and 100 Mbit/s with a round trip of 30 ms. Bytes and seconds until the first picture, and until at most 5 % and 1 % of the object's pixels are wrong (a channel off by more than 8 of 255). The oracle fetches only the final cut.\n\n![Wrong pixels of the dragon over bytes, at zooms of 1, 4 and 16](pictures/view-dragon.png)"],
+  ["paint", "Colours", "Levels of a mesh with vertex colours beside levels by shape only; pictures without light from 24 cameras."],
   ["textures", "Textures", "What tiles of texture cost a build (bar: 2 times the build without)."],
-  ["tables456", "Levels and regions over a line", "The paper's Tables 4 to 6 and Figures 10, 11 and 19: `kdstream-serve` and `kdstream-view --detail level` over a proxy. The paper's seconds are those of a phone of 2013 on Wi-Fi.\n\n![Bytes of the partitions of one region, by k-d tree and by octree](pictures/fig10-dragon.png)"],
+  ["tables456", "Levels and regions over a line", "The paper's Tables 4 to 6 and Figures 10, 11 and 19: `kdstream-serve` and `kdstream-view --detail level` over a proxy. The paper measured a phone of 2013 on Wi-Fi.\n\n![Bytes of the partitions of one region, by k-d tree and by octree](pictures/fig10-dragon.png)"],
   ["arrival", "Arrivals", "What one arriving piece costs while 250,000 triangles and more are shown, natively and as WebAssembly."],
   ["phone", "The page beside three.js and vtk.js", "Balls with relief in Chromium, 412 x 915 points of 3 x 3 pixels: ours streamed, theirs as files, all gzipped."],
-  ["serve", "Crowds at a server", "Viewers over loopback that open the dragon and act every ten seconds; of thirty two read slowly, one stalls, three vanish. Bars: no failure, nobody else dropped, no descriptor left, at most 16 MiB of growth."],
+  ["serve", "Crowds at a server", "Viewers over loopback open the dragon and act every ten seconds; of thirty two read slowly, one stalls, three vanish. Bars: no failure, nobody else dropped, no descriptor left, at most 16 MiB of growth."],
   ["card", "On a graphics card", "The demo's session drawn by a graphics card and by Mesa's software renderer."],
 ];
 
@@ -104,9 +104,8 @@ function pageFiles() {
   const text = [
     "# Figures of benchmarks",
     "",
-    "Made by `node Testing/Benchmarks/figures.mjs page` from the runs in `Testing/Benchmarks/Figures`; each has more remarks than are shown here.",
-    "`./dev bench` writes a new run to `out/bench/NAME.json`: copy it there, under a name with its date, and make the page anew. Seconds are those",
-    "of one run on the machine that is named: compare ratios, not seconds of different runs. A *bar* is what the benchmark demands of itself.",
+    "`node Testing/Benchmarks/figures.mjs page` makes this page from the runs in `Testing/Benchmarks/Figures` ([how to add one](../CONTRIBUTING.md)).",
+    "Seconds are of one run on the named machine: compare ratios within a run. A *bar* is what the benchmark demands of itself.",
     "",
   ];
   const stemOf = (name) => name.replace(/-\d{4}-\d\d-\d\d\.json$/, "");
@@ -125,12 +124,13 @@ function pageFiles() {
       const run = JSON.parse(readFileSync(path.join(folder, name), "utf8"));
       text.push(`**${run.date}**, \`${run.command}\`, ${run.machine}.`, "");
       for (const [i, table] of run.tables.entries()) {
+        text.push(`${table.title[0].toUpperCase()}${table.title.slice(1)}:`, "");
         if (table.plot) {
           const picture = `pictures/benchmarks/${name.replace(".json", `-${i + 1}.svg`)}`;
           files.set(`doc/${picture}`, plotOf(table));
-          text.push(`![${table.title}](${picture})`, "");
+          text.push(`![plot](${picture})`, "");
         }
-        text.push(`${table.title[0].toUpperCase()}${table.title.slice(1)}:`, "", tableOf(table), "");
+        text.push(tableOf(table), "");
       }
     }
   }

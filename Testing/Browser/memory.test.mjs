@@ -146,7 +146,7 @@ test("a context that is lost while one zooms, again and again", async () => {
   for (let round = 0; round < 6; ++round) {
     await visit.pinch(centre, 60, 100);
     await visit.page.evaluate(() => window.losing.loseContext());
-    await visit.untilSaid(/^The device has taken the picture away\./);
+    await visit.untilSaid(/^The device has stopped the 3D drawing\./);
     assert.equal((await visit.status()).memory.graphics, 0);
     await visit.pinch(centre, 60, 90); // is heeded all the same
     const { frames } = await visit.status();

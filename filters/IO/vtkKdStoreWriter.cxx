@@ -59,7 +59,7 @@ Result<std::optional<Vec3>> DirectionOfMember(const char* name, const double* me
   }
   const std::optional<Vec3> direction = DirectionOf(vector);
   return direction ? Result<std::optional<Vec3>>(direction)
-                   : Error{ ErrorCode::InvalidArgument, std::string(name) + " is no direction" };
+                   : Error{ ErrorCode::InvalidArgument, std::string(name) + " is not a direction" };
 }
 
 // Of a file that is written: that a folder is not there is no FileNotFoundError, and nothing is

@@ -65,7 +65,7 @@ Difference Compare(const std::vector<std::vector<std::string>>& ranks)
       }
     }
   }
-  return { "what it is asked for", first[0], ranks.back()[0], {}, {} };
+  return { "its request", first[0], ranks.back()[0], {}, {} };
 }
 
 // By all ranks. None where all have the same values.

@@ -210,7 +210,7 @@ private:
     if (sums[0] >= noVertex)
     {
       return Error{ ErrorCode::LimitExceeded,
-        std::to_string(sums[0]) + " triangles; at most 4294967294 are possible" };
+        std::to_string(sums[0]) + " triangles; the maximum is 4294967294" };
     }
     this->Triangles = sums[0];
     this->Mesh.vertexCount = this->Vertices.Count();
@@ -410,12 +410,11 @@ Status CheckOptions(const BuildOptions& options)
   if (options.partitioner != Partitioner::KdTree)
   {
     return Error{ ErrorCode::Unsupported,
-      "stores by octree and k-means are for comparison alone: kdstream-build makes them" };
+      "octree and k-means partitions are only for comparison: use kdstream-build" };
   }
   if (options.resume)
   {
-    return Error{ ErrorCode::Unsupported,
-      "interrupted builds are resumed by kdstream-build alone" };
+    return Error{ ErrorCode::Unsupported, "only kdstream-build can resume interrupted builds" };
   }
   if (options.memory < leastMemory)
   {

@@ -270,7 +270,7 @@ private:
     if (all >= noVertex)
     {
       return Error{ ErrorCode::LimitExceeded,
-        std::to_string(all) + " triangles; at most 4294967294 are possible" };
+        std::to_string(all) + " triangles; the maximum is 4294967294" };
     }
     this->Mesh.triangleCount = static_cast<std::uint32_t>(all);
     const std::uint64_t bytes = bytesOfTriangle + bytesOfQuestion * this->Team.Count() +

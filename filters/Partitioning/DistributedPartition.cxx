@@ -420,7 +420,7 @@ private:
     if (counted->second >= noVertex)
     {
       return Error{ ErrorCode::LimitExceeded,
-        "all ranks together have more than 4294967294 points: at most so many fit a tree" };
+        "all ranks together have more than 4294967294 points, the maximum of a tree" };
     }
     return static_cast<VertexId>(counted->first);
   }
@@ -655,7 +655,7 @@ private:
             [&](const SharedArray& kept) { return kept.IsSame(array); }))
       {
         skipped.push_back(
-          "array \"" + array.name + "\": not all ranks have it, or cells were cut up");
+          "array \"" + array.name + "\": not all ranks have it, or cells were split");
       }
     }
     return {};
@@ -755,7 +755,8 @@ private:
             array->GetNumberOfTuples() != count)
         {
           skipped.push_back(
-            "array \"" + name + "\": ranks share named arrays of numbers, a tuple a point or cell");
+            "array \"" + name +
+            "\": ranks can only share named numeric arrays with one tuple per point or cell");
           continue;
         }
         described.push_back({ name, array->GetDataType(), array->GetNumberOfComponents(), ofPoints,

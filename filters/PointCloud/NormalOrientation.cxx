@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Steps: 1. the graph both ways  2. from every known normal, or a part's highest point, over the
 // most parallel edges first (Prim).
-#include "filters/PointCloud/NormalOrientation.h"
+#include "filters/PointCloud/SurfaceReconstruction.h"
 
 #include "filters/core/VectorMath.h"
 

@@ -8,8 +8,7 @@ Status CheckOffsets(vtkCellArray& cells, vtkIdType firstCell)
 {
   if (cells.GetNumberOfCells() < 0)
   {
-    return Error{ ErrorCode::InvalidInput,
-      "an array of cells has no offsets, not even that of its end" };
+    return Error{ ErrorCode::InvalidInput, "a cell array has no offsets; it needs at least one" };
   }
   Status status;
   cells.Visit(

@@ -750,9 +750,8 @@ private:
     else if (vtkAbstractArray* const ids = data.GetGlobalIds(); ids && !*whole)
     {
       const std::string name = ids->GetName() ? ids->GetName() : "";
-      this->Share.leftOut.push_back("cell array \"" + name +
-                                    "\": cells were cut up, and their parts would have the same "
-                                    "global id");
+      this->Share.leftOut.push_back(
+        "cell array \"" + name + "\": cells were split, so several would have the same global id");
       for (int i = data.GetNumberOfArrays() - 1; i >= 0; --i)
       {
         if (data.GetAbstractArray(i) == ids)

@@ -136,7 +136,7 @@ int RankPipeline::ForwardUpstream(vtkInformation* request)
   {
     return this->Superclass::ForwardUpstream(request);
   }
-  Status own = Error{ ErrorCode::InvalidInput, "its input was not made" };
+  Status own = Error{ ErrorCode::InvalidInput, "its input could not be made" };
   try
   {
     if (this->Superclass::ForwardUpstream(request) && !HasFailed(*this->Algorithm))
@@ -172,7 +172,7 @@ Status RankPipeline::CheckInput()
     }
   }
   return Error{ ErrorCode::InvalidInput,
-    std::string("its input is a ") + data->GetClassName() + ", which it does not take" };
+    std::string("its input is a ") + data->GetClassName() + ", which it does not accept" };
 }
 
 // What all have come to; where one has failed that is an error of the algorithm's, unless it has
@@ -208,7 +208,7 @@ bool AreSeveral(vtkMultiProcessController* controller)
 void EndProcess(const RankTeam& team, const Error& error)
 {
   std::cerr << "kdstream: error: " << team.NameRank(error).message
-            << ": the other ranks cannot be told, so this process ends" << std::endl;
+            << ": the other ranks cannot be notified, so this process ends" << std::endl;
   std::abort();
 }
 

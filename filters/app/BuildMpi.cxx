@@ -25,14 +25,13 @@ namespace
 using namespace kdstream;
 
 constexpr const char* description =
-  "Builds a store on the ranks of an MPI job: the same content as kdstream-build makes.";
+  "Builds a store on the ranks of an MPI job, with the same content as kdstream-build.";
 
 constexpr const char* footer =
-  "INPUT is a .ply, .stl, .obj or .off mesh or cloud that all ranks can read. --memory, --threads "
-  "and "
-  "--temp-dir count for each rank, which holds in files what is not worked on. Other formats, the "
-  "baselines, surfaces of point clouds and going on with a killed build are for kdstream-build "
-  "alone.\n\n"
+  "INPUT is a .ply, .stl, .obj or .off mesh or point cloud that all ranks can read. --memory, "
+  "--threads and --temp-dir apply to each rank, which keeps in temporary files what it does not "
+  "work on. Use kdstream-build for other formats, octree and k-means partitions, surface "
+  "reconstruction and resuming a killed build.\n\n"
   "Example:\n"
   "  mpirun -np 4 kdstream-build-mpi dragon.ply -o dragon.kds";
 
@@ -73,33 +72,33 @@ void HideOptionsOfOneProcess(CLI::App& app)
   {
     FindOption(app, name)->group("");
   }
-  FindOption(app, "--vertices-per-partition")->description("most vertices of a partition");
-  FindOption(app, "--partitions")->description("how many partitions instead: a power of two");
+  FindOption(app, "--vertices-per-partition")->description("maximum vertices per partition");
+  FindOption(app, "--partitions")->description("number of partitions instead: a power of two");
 }
 
 // Errors: InvalidArgument.
 Status CheckOptions(const BuildCommand& line)
 {
   const auto refuse = [](const std::string& what) {
-    return Error{ ErrorCode::InvalidArgument, what + ": kdstream-build does that" };
+    return Error{ ErrorCode::InvalidArgument, what + ": use kdstream-build" };
   };
   if (line.build.partitioner != Partitioner::KdTree)
   {
-    return refuse("--partitioner " + line.partitioner + " is for one process");
+    return refuse("--partitioner " + line.partitioner + " does not work on several ranks");
   }
   if (!line.reconstruct.empty())
   {
-    return refuse("--reconstruct is for one process");
+    return refuse("--reconstruct does not work on several ranks");
   }
-  return line.build.resume ? Status(refuse("--resume is for one process")) : Status{};
+  return line.build.resume ? Status(refuse("--resume does not work on several ranks")) : Status{};
 }
 
 Status CheckInput(const BuildCommand& line)
 {
   if (NeedsConversion(line.input))
   {
-    return Error{ ErrorCode::Unsupported,
-      "has to be converted first: kdstream-build does that, or kdstream-convert to a .ply" };
+    return Error{ ErrorCode::Unsupported, "cannot be read on several ranks: convert it to .ply "
+                                          "with kdstream-convert, or use kdstream-build" };
   }
   return {};
 }

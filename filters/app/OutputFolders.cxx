@@ -23,7 +23,7 @@ Result<OutputFolders> OutputFolders::Make(const std::filesystem::path& file)
   if (!folder.empty() && !fs::is_directory(folder, status))
   {
     return Error{ ErrorCode::InputOutput,
-      "no file can be in " + folder.string() + ", which is a file, not a folder" };
+      "cannot be created in " + folder.string() + ", which is a file, not a folder" };
   }
   OutputFolders folders;
   for (auto next = missing.rbegin(); next != missing.rend(); ++next)

@@ -31,11 +31,11 @@ void PrintLevels(const ModelDescription& info)
       level.deviation, level.deviation99);
   }
   const std::string unit = info.unit.empty() ? "in the unit of the coordinates" : "in " + info.unit;
-  std::cout << "\ndeviation  how far the original is from the level at most, " << unit
-            << " (an upper bound).\n"
-               "of 99 %    how far the level's vertices lie from the original surface: what 99 of 100 "
-               "vertices of the level do not exceed\n"
-               "           (estimated; kdstream-store distance measures the level).\n";
+  std::cout << "\ndeviation  upper bound of the distance of the original from the level, " << unit
+            << ".\n"
+               "of 99 %    distance of the level's vertices from the original that 99 of 100 do not "
+               "exceed.\n"
+               "           This is an estimate; use kdstream-store distance to measure a level.\n";
 }
 
 }
@@ -73,7 +73,7 @@ void PrintStoreInfo(const ModelDescription& info, std::uintmax_t bytes)
   line("triangles            ", info.triangles);
   if (info.unused)
   {
-    line("unused vertices      ", UnusedText(info) + ": kept for the original, not shown");
+    line("unused vertices      ", UnusedText(info) + ": kept in the original, not shown");
   }
   line("welded vertices      ", info.welded);
   line("inconsistent edges   ", info.inconsistentEdges);

@@ -209,7 +209,7 @@ Status CheckPartitionMemory(
   return Error{ ErrorCode::LimitExceeded,
     "partitions of " + std::to_string(largest) + " vertices need about " +
       Mebibytes(need + mebibyte - 1) + " of memory; the limit (--memory) is " + Mebibytes(limit) +
-      "; smaller partitions need less" }; // rounded up: that limit is not refused
+      ": raise it, or make smaller partitions" }; // rounded up: that limit is not refused
 }
 
 std::uint64_t EstimateTemporaryBytes(const BlockedSize& mesh, bool soup, ScalarType scalars)

@@ -325,7 +325,8 @@ Result<BuildReport> BuildStore(const std::filesystem::path& input,
   {
     options.resume = false; // that is told once
     options.tellEarlierBuild("nothing to resume: no earlier build in " +
-                             folder.parent_path().string() + " (was another --temp-dir given?)");
+                             folder.parent_path().string() +
+                             " (did that build have another --temp-dir?)");
   }
   else if (const std::string resumable = left ? DescribeResumable(input, store, options) : "";
            !resumable.empty())

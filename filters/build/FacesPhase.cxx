@@ -54,9 +54,8 @@ Status TakeBlocks(
   mesh.begin = std::move(begin);
   if (build.ByOctree() ? largest(mesh) > allowed : depth < mesh.blockDepth)
   {
-    return Error{ ErrorCode::LimitExceeded,
-      "the interrupted build had more memory than this one; give it that, or build without "
-      "--resume" };
+    return Error{ ErrorCode::LimitExceeded, "the interrupted build had more memory than this one: "
+                                            "raise --memory, or build without --resume" };
   }
   mesh.blockDepth = depth;
   return {};

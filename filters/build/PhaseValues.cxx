@@ -176,7 +176,7 @@ Result<ExternalLevels> LoadExternalLevels(
   const auto count = blob.Read<std::size_t>();
   if (count > Resolution::maximumLevel || levels.firstInFiles >= count)
   {
-    return Error{ ErrorCode::Damaged, "levels that no build has left" };
+    return Error{ ErrorCode::Damaged, "the levels are not those of a build" };
   }
   const auto take = [&](const std::string& name, SpillFile& file) -> Status
   {
@@ -233,7 +233,7 @@ Result<ExternalNumbers> LoadExternalNumbers(
   const auto levels = blob.Read<std::size_t>(), coarse = blob.Read<std::size_t>();
   if (levels > Resolution::maximumLevel || coarse > levels)
   {
-    return Error{ ErrorCode::Damaged, "numbers of levels that no build has left" };
+    return Error{ ErrorCode::Damaged, "the numbers of levels are not those of a build" };
   }
   numbers.first.resize(levels);
   numbers.ranks.resize(coarse);

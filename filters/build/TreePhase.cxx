@@ -113,7 +113,7 @@ Status JoinPartitions(ExternalBuildState& build, const MeshFacts& facts, MeshBlo
   if (begin.size() < 2 || begin.size() - 1 > build.Boxes.size() / 2 || begin.front() != 0 ||
       begin.back() != facts.vertices || !std::is_sorted(begin.begin(), begin.end()))
   {
-    return Error{ ErrorCode::Damaged, "the octree of an interrupted build is not whole" };
+    return Error{ ErrorCode::Damaged, "the octree of the interrupted build is incomplete" };
   }
   build.MostInBlock = MostBlockVertices(BlockedSizeOf(facts), build.Memory);
   mesh.begin = JoinIntoBlocks(begin, build.MostInBlock);
@@ -121,9 +121,8 @@ Status JoinPartitions(ExternalBuildState& build, const MeshFacts& facts, MeshBlo
   {
     if (const std::uint64_t size = mesh.RangeOf(block).size; size > build.MostInBlock)
     {
-      return BeyondMemory("a partition of " + std::to_string(size) +
-                            " vertices, of which at most " + std::to_string(build.MostInBlock) +
-                            " can be held",
+      return BeyondMemory("a partition of " + std::to_string(size) + " vertices; at most " +
+                            std::to_string(build.MostInBlock) + " can be held",
         build.Options.memory);
     }
   }
@@ -151,7 +150,7 @@ Status LoadMesh(ExternalBuildState& build, MeshFacts& facts, MeshBlocks& mesh)
   KDSTREAM_TRY(blob.Finish());
   if (build.Boxes.size() < 2)
   {
-    return Error{ ErrorCode::Damaged, "the tree of an interrupted build has no boxes" };
+    return Error{ ErrorCode::Damaged, "the tree of the interrupted build has no boxes" };
   }
   KDSTREAM_TRY(Take(build.Folder->TakeFile("tree", "records"), mesh.records));
   mesh.vertexCount = facts.vertices;

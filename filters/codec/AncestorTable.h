@@ -1,14 +1,14 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Which entries tell the parents of which vertices, and which parents they may share: what reader
+// Which entries give the parents of which vertices, and which parents these may share: what reader
 // and writer of ancestors both know. Layout: doc/formats.md, "Ancestors".
 //
-// The ancestors of the vertices that carry them are told level by level, fine to coarse, each
-// cluster's parent once: at the finest level an entry is a vertex, at every coarser one a cluster
-// that some vertex has as its ancestor, by ascending rank.
+// Ancestors are stored level by level, fine to coarse, each cluster's parent once. At the finest
+// level an entry is a vertex; at every coarser level it is a cluster that some vertex has as its
+// ancestor, by ascending rank.
 //
-// A cluster is what an edge collapse has made of neighbours. So the parent of an entry is mostly
-// that of an entry before it that shares an edge with it (EarlierNeighbours), and one that has a
-// single child so far is more likely than one that has more (SiblingGroups).
+// An edge collapse has made a cluster of neighbours. So the parent of an entry is mostly that of an
+// earlier entry that shares an edge with it (EarlierNeighbours). A parent with a single child so
+// far is more likely than one with more (SiblingGroups).
 #pragma once
 
 #include "filters/codec/Sorting.h"

@@ -22,8 +22,8 @@ float FloatOfOrderedBits(std::uint32_t bits);
 std::uint64_t OrderedBits(double value);
 double DoubleOfOrderedBits(std::uint64_t bits);
 
-// Signed numbers as unsigned ones, small ones of either sign as small ones (0, -1, 1, -2 … become
-// 0, 1, 2, 3 …), and back.
+// Signed numbers as unsigned ones, and back. Numbers near 0 of either sign stay small: 0, -1, 1, -2
+// … become 0, 1, 2, 3 ….
 constexpr std::uint64_t Zigzag(std::int64_t number)
 {
   const auto bits = static_cast<std::uint64_t>(number);

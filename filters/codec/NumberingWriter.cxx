@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "filters/codec/NumberingWriter.h"
+#include "filters/codec/PieceWriter.h"
 
 #include <vector>
 

@@ -104,7 +104,7 @@ void ReadHead(ByteReader& reader, Piece& piece, PieceShape& shape)
   ReadAttributeHeads(reader, piece);
   if (!reader.Failed() && DecodedBytes(piece, shape) / mostExpansion > reader.Remaining())
   {
-    reader.Fail("counts that the bytes cannot hold");
+    reader.Fail("counts are too large for the bytes");
   }
 }
 
@@ -118,7 +118,7 @@ const char* ReadSymbols(std::span<const std::uint8_t> bytes, Piece& piece, const
     const char* wrong = PieceReader(symbols, piece, shape, grid).Read();
     if (!symbols.Failed())
     {
-      return wrong || symbols.AtEnd() ? wrong : "bytes beyond the end";
+      return wrong || symbols.AtEnd() ? wrong : "extra bytes at the end";
     }
   }
   return "truncated symbols";

@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// A piece as bytes and back: step "encode" and "decode" of the pipeline picture. Layout:
+// A piece as bytes and back: steps "encode" and "decode" of the pipeline picture. Layout:
 // doc/formats.md.
 //
 // Triangles are coded by a walk over the surface, positions by parallelograms along it, everything
 // as symbols of an entropy coder (PieceReader.h, PieceWriter.h). Compiles to WebAssembly. The blob
-// ends with a checksum of itself (Seal.h), which the decoder checks first and does not rely on:
-// what follows is as careful with bytes that are well sealed.
+// ends with a checksum of itself (Seal.h). The decoder checks it first and does not rely on it: a
+// well sealed blob may be hostile.
 #pragma once
 
 #include "filters/codec/CoordinateGrid.h"
@@ -38,8 +38,8 @@ struct CodecContext
   }
 };
 
-// What parts of a blob take, in bytes: of piece, triangles and positions, which of the vertices are
-// ghosts, numbers of own vertices, their keys, keys of ghosts, ancestors.
+// Bytes of the parts of a blob: all of it; triangles, and which of their vertices are ghosts;
+// positions; numbers of own vertices; keys of own vertices; keys of ghosts; ancestors.
 struct EncodedBytes
 {
   double all = 0, triangles = 0, positions = 0, numbers = 0, ownKeys = 0, ghostKeys = 0,
@@ -53,12 +53,11 @@ struct EncodedBytes
 std::vector<std::uint8_t> EncodePiece(
   const Piece& piece, const CodecContext& context, EncodedBytes* spent = nullptr);
 
-// Decodes the blob of piece `expected`. Any bytes may be given: lengths are bounded by the size of
-// the blob before memory is taken (at most 2 KiB for a byte of it, the piece and what is needed on
-// the way), time by both, and the piece passes CheckPiece; its ranks are of
-// clusters that the levels have. Errors: Damaged where the
-// checksum is wrong (see Seal.h); InvalidInput with the byte offset; Unsupported for an unknown
-// codec version.
+// Decodes the blob of piece `expected`. Any bytes may be given. The size of the blob bounds lengths
+// before memory is taken (at most 2 KiB for each byte of it, temporary memory included), and so
+// bounds the time. The result passes CheckPiece, and its ranks are of clusters that the levels
+// have. Errors: Damaged for a wrong checksum (Seal.h); InvalidInput with the byte offset;
+// Unsupported for an unknown codec version.
 Result<Piece> DecodePiece(
   std::span<const std::uint8_t> blob, PieceId expected, const CodecContext& context);
 

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Which of a piece's numbers each vertex of the walk has: what reader (NumberingReader.h) and
-// writer (NumberingWriter.h) both know. Layout: doc/formats.md, "Groups" and "Ghosts".
+// writer (NumberingWriter.cxx) both know. Layout: doc/formats.md, "Groups" and "Ghosts".
 //
 // Own vertices are numbered so that a cluster is a run of vertices that are near each other, and
 // inside a finest cluster by place. So their numbers fall into *groups*: runs of strictly ascending

@@ -4,9 +4,7 @@
 #include "filters/codec/AncestorTable.h"
 #include "filters/codec/AttributePredictor.h"
 #include "filters/codec/ByteStream.h"
-#include "filters/codec/NumberingWriter.h"
 #include "filters/codec/PieceContexts.h"
-#include "filters/codec/PositionWriter.h"
 #include "filters/codec/RecentRanks.h"
 
 #include <algorithm>

@@ -4,13 +4,17 @@
 
 #include "filters/codec/AncestorTable.h"
 #include "filters/codec/CoordinateGrid.h"
+#include "filters/codec/PieceNumbering.h"
 #include "filters/codec/PieceShape.h"
+#include "filters/codec/PositionPredictor.h"
 #include "filters/codec/SymbolCoder.h"
+#include "filters/codec/TriangleWalk.h"
 #include "filters/codec/WalkWriter.h"
 #include "filters/core/pieces/Piece.h"
 
 #include <cstddef>
 #include <cstdint>
+#include <span>
 #include <vector>
 
 namespace kdstream
@@ -53,5 +57,23 @@ private:
   const CoordinateGrid& Grid;
   WalkWriter Walk;
 };
+
+// ---- The numbers of vertices (NumberingWriter.cxx)
+
+// Writes the groups of own vertices. points: of each vertex of the walk, its coordinates as they
+// are coded. numbers: the piece's number of each. own: how many own vertices there are.
+void WriteGroups(SymbolWriter& symbols, std::span<const WalkVertex> vertices,
+  std::span<const Vec3> points, std::span<const VertexId> numbers, std::size_t own);
+
+// Writes the keys of ghosts. keys: of the piece's vertices.
+void WriteGhosts(SymbolWriter& symbols, std::span<const WalkVertex> vertices,
+  std::span<const VertexKey> keys, std::span<const VertexId> numbers);
+
+// The positions, as differences to what a predictor says (PositionWriter.cxx).
+// points: of each vertex. Chooses the mode that takes the fewest bits, by planes only where it may;
+// deterministic.
+template <class Predictor>
+void WritePositions(SymbolWriter& symbols, const CoordinateGrid& grid,
+  std::span<const WalkVertex> vertices, const typename Predictor::Point* points, bool mayUsePlanes);
 
 }

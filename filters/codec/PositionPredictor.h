@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Predicts where a piece's vertices are, one after the other in the order of the walk: where
 // parallelograms of earlier vertices put them. What is coded is the difference to that
-// (PositionReader.h, PositionWriter.h). Layout: doc/formats.md, "Positions".
+// (PositionReader.h, PositionWriter.cxx). Layout: doc/formats.md, "Positions".
 //
 // Along a surface a vertex may lie anywhere, across it hardly: a smooth surface goes on as the
 // triangles before it (SurfacePlane). So two coordinates may be told first, and the third from
@@ -231,8 +231,9 @@ public:
     this->Behind = Value((z & isX) | (x & isY) | (y & isZ));
   }
 
-  // The differences along x, y and z as they are told: along the two axes that lie most in the
-  // plane (those that follow the third, in a circle), then how far the vertex is off the plane.
+  // The differences along x, y and z in the order in which they are stored: along the two axes that
+  // lie most in the plane (those that follow the third, in a circle), then the distance of the
+  // vertex from the plane.
   Point Told(const Point& difference) const
   {
     const Point told{ difference[(this->Across + 1) % 3], difference[(this->Across + 2) % 3] };

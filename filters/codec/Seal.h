@@ -1,8 +1,9 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// What every encoded blob begins and ends with: its magic and the codec's version, and a checksum
-// of all bytes before it, so that a blob that was damaged between the store and the viewer (a
-// proxy, a CDN, a disk cache) is refused instead of drawn: part of the steps "encode" and "decode"
-// of the pipeline picture. Layout: doc/formats.md, section 4.
+// What every encoded blob begins and ends with: part of the steps "encode" and "decode" of the
+// pipeline picture. A blob begins with its magic and the codec's version. It ends with a checksum
+// of all bytes before. So a blob that was damaged between the store and the viewer (by a proxy, a
+// CDN, a disk cache) is refused, not drawn. Layout: doc/formats.md, section 4.
+//
 // The checksum finds accidents, not forgeries: decoders never rely on it.
 #pragma once
 

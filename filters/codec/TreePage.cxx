@@ -427,7 +427,7 @@ Result<TreePage> DecodeTreePage(std::span<const std::uint8_t> blob, NodeId page,
   };
   if (!IsTreePage(page, depths) || !IsFiniteOrEmpty(around))
   {
-    return named(ErrorCode::InvalidArgument, "is no page of this tree");
+    return named(ErrorCode::InvalidArgument, "is not a page of this tree");
   }
   const auto unsealed = UnsealBlob(blob, treeMagic);
   if (!unsealed)
@@ -442,7 +442,7 @@ Result<TreePage> DecodeTreePage(std::span<const std::uint8_t> blob, NodeId page,
     if (!parent.Empty() && symbols.Choice(treeEmpty) == 0 &&
         !ReadBox(symbols, told.boxes[i], parent, i % 2 == 1))
     {
-      return named(ErrorCode::InvalidInput, "a box is not in its parent's");
+      return named(ErrorCode::InvalidInput, "a box is not inside its parent's box");
     }
   }
   if (!ReadFacts(symbols, PiecesOfTreePage(page, depths, hasLevels).size(), told.facts))
@@ -451,7 +451,7 @@ Result<TreePage> DecodeTreePage(std::span<const std::uint8_t> blob, NodeId page,
   }
   if (!symbols.AtEnd())
   {
-    return named(ErrorCode::InvalidInput, "bytes beyond the end");
+    return named(ErrorCode::InvalidInput, "extra bytes at the end");
   }
   return told;
 }

@@ -20,8 +20,8 @@ namespace kdstream
 
 // ---- which node is in which page
 
-// A page belongs to a node and tells of the nodes below it, 5 depths or as many as there are; the
-// root's page of 5 to 9 depths, so that the last pages are whole.
+// A page belongs to a node and describes the nodes below it: 5 depths, or as many as there are. The
+// root's page describes 5 to 9 depths, so that the last pages are whole.
 inline constexpr unsigned treePageDepths = 5;
 
 // How many depths the page of `page` tells of. REQUIRES: IsTreePage(page, depths).
@@ -70,8 +70,8 @@ private:
   std::vector<std::vector<PieceFacts>> Rows; // levels 0 …, then the original
 };
 
-// The pieces that a page tells of: those whose nodes it tells of, the root's page those of the root
-// too; coarse to fine, nodes ascending.
+// The pieces that a page describes: those whose nodes it describes, and of the root's page those of
+// the root too; coarse to fine, nodes ascending.
 std::vector<PieceId> PiecesOfTreePage(NodeId page, const TreeDepths& depths, bool hasLevels);
 // Where in that list a piece stands. REQUIRES: the page tells of it. O(levels).
 std::size_t PlaceInTreePage(NodeId page, PieceId piece, const TreeDepths& depths, bool hasLevels);

@@ -62,14 +62,18 @@ public:
 
   void Add(const float* values);
 
-  // Three columns are normals if all of them are of length one (or zero, or not finite: no normal);
-  // colours if all are whole numbers from 0 to 255, or numbers from 0 to 1 that are neither all
-  // whole nor normals. At most one normal, one colour and one other number are looked for; where
-  // there are 3 columns or 6, those that fit nothing are numbers. Where several layouts fit, in
-  // this order: the number is the last column, if it is an opacity of 255 for all; the column that
-  // alone varies, or alone does not; the one that looks like a class, below 32 where the others
-  // are not; the one that goes least with its neighbours; that of "intensity r
-  // g b", normals, and colours first. readings: gets a sentence for what can be read in two ways.
+  // Guesses what the columns after x y z are.
+  // - Three columns are normals if all have length one (or are zero, or not finite: no normal).
+  // - Three columns are colours if all are whole numbers from 0 to 255, or numbers from 0 to 1 that
+  //   are neither all whole nor normals.
+  // - At most one normal, one colour and one other number are looked for. With 3 or 6 columns,
+  //   those that fit nothing are numbers.
+  //
+  // Where several layouts fit, the first of these rules decides: the number is the last column, if
+  // it is an opacity of 255 for all; the only column that varies, or the only one that does not;
+  // the only one that looks like a class (below 32); the one that is least like its neighbours; the
+  // order "intensity r g b"; normals and colours first. readings: gets a sentence for what can be
+  // read in two ways.
   XyzLayout Guess(std::vector<std::string>& readings) const;
   // Errors: InvalidInput for numbers of columns that are no such layout.
   Status CheckCount() const;

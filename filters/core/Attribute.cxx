@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "filters/core/Attribute.h"
 
-#include "filters/core/Ids.h"
 #include "filters/core/Texts.h"
 
 #include <algorithm>

@@ -63,9 +63,9 @@ AttributeRole RoleOf(const AttributeInfo& attribute);
 // Whether it is a number for each vertex, by which viewers may colour: a point array of one
 // component that is none of VTK's own (whose names begin with "vtk").
 bool IsScalar(const AttributeInfo& attribute);
-// Whether such numbers are names of classes, of which no mean can be taken: integers of one byte,
-// and whatever is called a class or a label (classification, scalar_Classification, label, …); but
-// what is called intensity, reflectance, quality, confidence, grey or alpha never is.
+// Whether the numbers are names of classes, which have no mean: integers of one byte, and all
+// arrays whose name contains "class" or "label" (classification, scalar_Classification, …). Arrays
+// called intensity, reflectance, quality, confidence, grey or alpha never are.
 bool HoldsClasses(const AttributeInfo& scalar);
 
 // The most arrays that are numbers (IsScalar) which levels carry: the first ones.
@@ -111,14 +111,18 @@ inline constexpr std::size_t longestAttributeName = 255;
 const Attribute* FindAttribute(
   std::span<const Attribute> attributes, const AttributeInfo& description);
 
-// Errors: InvalidInput, naming the array: more than mostAttributes; no name, or one of more than
-// longestAttributeName bytes; two point or two cell arrays of one name; no components; bytes that
-// are not one tuple for each of `points` or `cells`.
+// Errors: InvalidInput, naming the array: more than mostAttributes; an empty name, or one of more
+// than longestAttributeName bytes; two point arrays, or two cell arrays, of one name; no
+// components; bytes that are not one tuple for each of `points` or `cells`.
 Status CheckAttributes(
   std::span<const Attribute> attributes, std::size_t points, std::size_t cells);
 
 // Whether a mesh may be stored with an array of that name: 1 to longestAttributeName bytes of UTF-8
 // without control characters, since metadata and messages are texts.
 bool IsAttributeName(std::string_view name);
+
+// Whether the values are ids, as VTK's attributes GlobalIds and PedigreeIds: named so, integers of
+// one component. Levels have none: what they tell apart is one there. No scalars (IsScalar).
+bool HoldsIds(const AttributeInfo& attribute);
 
 }

@@ -16,7 +16,8 @@ std::vector<bool> FindUsedVertices(const Mesh& mesh);
 
 // Takes the others out of the mesh and renumbers the rest, keeping their order. Returns them in
 // their order, with their tuples, as a mesh without triangles. O(size); memory: 4 bytes a vertex
-// and what is returned. REQUIRES: isUsed of this mesh (FindUsedVertices).
+// and what is returned. REQUIRES: isUsed of this mesh (FindUsedVertices), or more
+// than that.
 Mesh TakeUnusedVertices(Mesh& mesh, const std::vector<bool>& isUsed);
 
 }

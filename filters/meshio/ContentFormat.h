@@ -21,11 +21,12 @@ inline constexpr std::size_t contentFormatBytes = 512;
 // text STL, is enough: use it where reading has failed.
 std::string_view FormatOfContent(std::string_view begin, std::uint64_t size = 0);
 
-// What is wrong with the file and what to do, where its content is of a format that is not read
-// ("is an FBX file, which is not read: …", "is compressed (.gz): unpack it first, by gunzip", a
-// pointer of Git LFS) or of another one than the ending names ("looks like a .ply file, although
-// its name ends in .stl: …"); else empty. Of a ZIP archive the names at its end are looked at, at
-// most 1 MiB of them. The source stands at its beginning then; one that cannot be read has no hint.
+// What is wrong with the file and what to do; empty if its content fits its ending. There are two
+// cases: a format that is not read ("is an FBX file, which is not read: …", "is compressed (.gz):
+// unpack it first, by gunzip", a pointer of Git LFS), and a format other than that of the ending
+// ("looks like a .ply file, although its name ends in .stl: …"). The names at the end of a ZIP
+// archive are read, at most 1 MiB of them. Afterwards the source stands at its beginning. A source
+// that cannot be read has no hint.
 std::string OtherFormatHint(ByteSource& source, std::string_view ending);
 
 // Why a file is not read whose ending no reader has: the hint, or what is known of the ending.

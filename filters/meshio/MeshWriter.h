@@ -12,17 +12,21 @@
 namespace kdstream
 {
 
-// Writes `mesh` in the format that the file's name ends in, with the attributes that it knows: .ply
-// and .vtp all of them bit for bit (.ply under the names that PlyArrays.h tells), .obj colours,
-// normals and texture coordinates, .wrl colours and normals, .stl none; a normal that is not finite
-// is (0, 0, 0) in .obj and .wrl. Coordinates are written in
-// mesh.scalarType, bit for bit (STL has floats only; text formats get the shortest decimals that
-// read back to the same value). The file appears whole or not at all: it is written under a
-// temporary name beside it and renamed. A mesh without triangles is a point cloud: .ply and .obj
-// have vertices only then, .vtp one vertex cell a point, .wrl a PointSet; .stl knows triangles only
-// and is refused. STL normals are those of the corners in counter-clockwise order, zero for
-// degenerate triangles. Memory: one block of 1 MiB. Errors: InvalidArgument for another ending, and
-// for points alone in STL; InvalidInput for a triangle whose index is out of range, for attributes
+// Writes `mesh` in the format of the file's ending. The file appears whole or not at all: it is
+// written under a temporary name beside it and renamed.
+//   .ply   all attributes bit for bit, under the names of PlyArrays.h
+//   .vtp   all attributes bit for bit
+//   .obj   colours, normals, texture coordinates
+//   .wrl   colours, normals
+//   .stl   no attributes; normals are those of the corners in counter-clockwise order, zero for
+//          degenerate triangles
+// A normal that is not finite is (0, 0, 0) in .obj and .wrl. Coordinates are written in
+// mesh.scalarType, bit for bit (STL has only floats; text formats get the shortest decimals that
+// read back to the same value). A mesh without triangles is a point cloud: .ply and .obj then have
+// only vertices, .vtp one vertex cell a point, .wrl a PointSet; .stl is refused.
+//
+// Memory: one block of 1 MiB. Errors: InvalidArgument for another ending, and for points without
+// triangles in STL; InvalidInput for a triangle whose index is out of range, and for attributes
 // that CheckAttributes or IsAttributeName refuses; LimitExceeded for more than 2^31 points (the
 // formats' indices are signed), or more than 2^32 - 1 triangles in STL; InputOutput with the
 // system's reason.

@@ -135,8 +135,9 @@ inline constexpr std::array<const char*, 3> objPartNames{ "vertex", "texture coo
 // Errors as ParseObjPlace.
 Status ParseObjCorner(std::string_view word, ObjCorner& corner);
 
-// What such a number stands for, where `before` of its kind come before the face, and `all` are in
-// the file: a number from one on, 0 for none, and whether it exists or is not named at all.
+// What a corner's number stands for. `before` elements of its kind come before the face, and `all`
+// are in the file. The result is a number from one on, or 0; and whether the element exists, or is
+// not named at all.
 struct ObjPart
 {
   std::uint32_t number = 0;

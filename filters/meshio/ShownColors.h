@@ -29,11 +29,11 @@ struct HiddenColors
   AttributeInfo shown{};  // the array to make: "RGB", or "RGBA" where that name is taken
 };
 
-// None where there are colours that are shown (RoleOf), or no others. Known are, whatever their
-// case: red green blue, r g b, diffuse_red …, ambient_red …, three arrays of numbers of one type;
-// one array of three or four components named rgb, rgba, color, colour, colors, diffuse; rgb or
-// rgba of one whole number of 32 bits; f_dc of three floats. Maybe: rgb or rgba of one number of
-// another type.
+// The arrays that may be colours, or nothing if colours are shown already (RoleOf) or there are
+// none. Known colours, in any case: red green blue, r g b, diffuse_red …, ambient_red …, as three
+// arrays of numbers of one type; one array of three or four components named rgb, rgba, color,
+// colour, colors, diffuse; rgb or rgba of one whole number of 32 bits; f_dc of three floats.
+// Possible colours: rgb or rgba of one number of another type.
 std::optional<HiddenColors> FindHiddenColors(std::span<const AttributeInfo> attributes);
 
 // What is white in colours that are numbers, for every format: 1, 255 or 65535, by most of the

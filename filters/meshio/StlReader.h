@@ -9,33 +9,40 @@
 namespace kdstream
 {
 
-// ASCII and binary STL. An STL file is a soup: triangle i has the vertices 3i, 3i + 1 and 3i + 2 of
-// its own, and Info().soup says so; whoever builds from it welds. Memory: one block of the file and
-// what is appended to the caller's vectors.
+// ASCII and binary STL. An STL file is a soup: triangle i has the vertices 3i, 3i + 1 and 3i + 2.
+// Info().soup says so; the builder welds. Memory: one block of the file, and what is appended to
+// the caller's vectors.
 //
-// A file is binary if its size is the one that its count of triangles gives, whatever it begins
-// with (many writers begin the header of a binary file with "solid"); else it is text if it begins
-// with that word and holds no control characters where a binary file has its header; else it is
-// binary too if it is larger than its count gives, and its first triangle can be one: bytes behind
-// the last are counted, as triangles where they can be some. Where it counts none, or 2^32 - 1, as
-// programs write that do not know the number yet, all triangles are read and counted as not
-// counted. All vertices of a facet that has one that is not finite are given as NaN, so that it
-// goes whole (FiniteReader.h); only those of the file are counted. Binary: floats, little endian.
-// The normals are not read, nor the two bytes after each triangle; where one is not 0,
-// Info().ignoredAttributes names them. Text: any number of solids, one after the other, their words
-// apart by any blanks, in small or capital letters, also all in one line. A loop of more than three
-// vertices is a polygon, of which the triangles are read (core/CutPolygon.h); of fewer than three
-// it is dropped and counted. Where the word that ends a solid is missing, that is counted
-// (Lapse::EndMissing); words between facets that are none of the format's, such as a colour's, are
-// passed over up to the end of their line and named in Info().ignoredAttributes, unless there are a
-// facet's words behind them. Opening goes through the whole text once: it counts, and finds out
-// whether floats tell its decimals apart, else coordinates are doubles. What was opened is well
-// formed but for its numbers.
+// Binary or text? The first rule that applies decides:
+// 1. Binary if the file's size follows from its count of triangles, whatever it begins with. (Many
+//    programs begin the header of a binary file with "solid".)
+// 2. Text if the file begins with "solid" and has no control characters where a binary file has its
+//    header.
+// 3. Binary if the file is larger than its count says, and its first triangle can be one. Bytes
+//    after the last triangle are counted, as triangles where they can be triangles.
 //
-// Errors: InvalidInput: no STL file; a size other than the header claims; "facet 17: …" for a word
-// or number that should be another, a text without its end; text in UTF-16;
-// LimitExceeded for more than 2^32 - 2 vertices; InputOutput; Cancelled by the execution, to which
-// the pass of opening is reported as "read".
+// Binary: floats, little endian. A count of 0 or 2^32 - 1 is that of a program that did not know
+// the number yet: all triangles are read, and counted as not counted by the header. Normals are not
+// read, nor the two bytes after each triangle; if one of these is not 0, Info().ignoredAttributes
+// names them.
+//
+// Text: any number of solids, in small or capital letters, separated by any blanks, also in one
+// line.
+// - A loop of more than three vertices is a polygon, whose triangles are read (core/CutPolygon.h).
+//   A loop of fewer than three is dropped and counted.
+// - A missing "endsolid" is counted (Lapse::EndMissing).
+// - Unknown words between facets, such as a colour's, are skipped to the end of their line and
+//   named in Info().ignoredAttributes, unless a facet's words follow them.
+// - Opening reads the whole text once: it counts, checks all but the numbers, and finds out whether
+//   floats tell the decimals apart; else coordinates are doubles.
+//
+// A facet with a vertex that is not finite gets NaN for all its vertices, so that it is dropped as
+// a whole (FiniteReader.h). Only the vertices of the file are counted.
+//
+// Errors: InvalidInput: not an STL file; a size other than the header claims; "facet 17: …" for a
+// wrong word or number, a text without its end; text in UTF-16; LimitExceeded for more than 2^32 -
+// 2 vertices; InputOutput; Cancelled by the execution, to which the pass of opening is reported as
+// "read".
 Result<std::unique_ptr<MeshReader>> OpenStlReader(ByteSource source, const Execution& execution);
 
 }

@@ -348,7 +348,7 @@ Result<JsonDocument> ParseJson(std::string_view text)
     }
     end = parser.At;
   }
-  return Error{ ErrorCode::InvalidInput, "no JSON from byte " + std::to_string(end) + " on" };
+  return Error{ ErrorCode::InvalidInput, "invalid JSON at byte " + std::to_string(end) };
 }
 
 const JsonValue* FindMember(const JsonValue& object, std::string_view key)

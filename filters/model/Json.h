@@ -36,7 +36,6 @@ public:
   class ValueIterator;
   class MemberIterator;
 
-  bool IsNull() const { return this->Kind == Kinds::Null; }
   bool IsBool() const { return this->Kind == Kinds::True || this->Kind == Kinds::False; }
   bool IsTrue() const { return this->Kind == Kinds::True; }
   bool IsString() const { return this->Kind == Kinds::String; }

@@ -219,7 +219,7 @@ unsigned PreviewLevel(const ModelDescription& model);
 // Whether servers can serve a model by this name: it stands in a path, of a URL as of a folder, and
 // a name that begins with a dot is that of a hidden file, "." or "..".
 inline constexpr std::string_view modelIdRule =
-  "1 to 128 of the characters A-Z a-z 0-9 . _ -, and no dot as the first";
+  "1 to 128 characters of A-Z a-z 0-9 . _ -, and no dot at the start";
 bool IsModelId(std::string_view id);
 // The name where it is an id, else one that is like it: '_' for what no id has.
 std::string ModelIdLike(std::string_view name);

@@ -7,10 +7,10 @@
 
 #include "filters/core/Texts.h"
 #include "filters/model/ModelMembers.h"
-#include "filters/model/ModelValue.h"
 
 #include <algorithm>
 #include <limits>
+#include <utility>
 
 namespace kdstream
 {
@@ -64,7 +64,7 @@ AttributeInfo ReadAttribute(JsonReader& reader, const JsonValue& object)
   AttributeInfo attribute;
   attribute.name = reader.Text(object, "name", longestAttributeName);
   attribute.type = ReadName(reader, object, "type", AttributeType::Int8, AttributeType::Float64,
-    "\"type\" of an attribute is no type of numbers");
+    "\"type\" of an attribute is not a number type");
   attribute.association = ReadName(reader, object, "association", AttributeAssociation::Point,
     AttributeAssociation::Cell, "\"association\" is neither point nor cell");
   attribute.components = reader.Small<std::uint8_t>(object, "components", 1, 255);
@@ -76,7 +76,7 @@ std::string ReadId(JsonReader& reader, const JsonValue& object)
   std::string id = reader.Text(object, "id", 128);
   if (!IsModelId(id))
   {
-    reader.Fail("\"id\" is no model id");
+    reader.Fail("\"id\" is not a model id");
   }
   return id;
 }
@@ -86,15 +86,15 @@ std::string ReadDigest(JsonReader& reader, const JsonValue& object)
   std::string digest = reader.Text(object, "digest", 32);
   if (!IsDigest(digest))
   {
-    reader.Fail("\"digest\" has not 32 hexadecimal digits");
+    reader.Fail("\"digest\" must have 32 hexadecimal digits");
   }
   return digest;
 }
 
 Error TooLarge(std::size_t bytes, std::size_t most)
 {
-  return Error{ ErrorCode::LimitExceeded, std::to_string(bytes) + " bytes of JSON, where at most " +
-                                            std::to_string(most) + " are taken" };
+  return Error{ ErrorCode::LimitExceeded,
+    std::to_string(bytes) + " bytes of JSON; the maximum is " + std::to_string(most) + "" };
 }
 
 }
@@ -208,6 +208,33 @@ Result<ModelDescription> ParseModel(std::string_view text)
   return ModelFromJson(*json);
 }
 
+Status CheckServed(const ModelDescription& model)
+{
+  const auto fault = [](const char* member, const std::string& what) {
+    return Error{ ErrorCode::InvalidInput, std::string("model: \"") + member + "\" " + what };
+  };
+  if (!IsModelId(model.id))
+  {
+    return fault("id", "is no model id");
+  }
+  if (!IsDigest(model.digest))
+  {
+    return fault("digest", "has not 32 hexadecimal digits");
+  }
+  const std::pair<const char*, const std::string*> texts[] = { { "title", &model.title },
+    { "credit", &model.credit }, { "license", &model.license }, { "unit", &model.unit },
+    { "description", &model.description } };
+  for (const auto& [member, text] : texts)
+  {
+    if (text->size() > mostTextBytes)
+    {
+      return fault(member, "is longer than " + std::to_string(mostTextBytes) + " bytes");
+    }
+  }
+  const std::size_t bytes = WriteModel(model).size();
+  return bytes > maximumModelBytes ? Status(TooLarge(bytes, maximumModelBytes)) : Status();
+}
+
 Result<ModelDescription> ModelFromJson(const JsonValue& json)
 {
   JsonReader reader("model");
@@ -217,7 +244,7 @@ Result<ModelDescription> ModelFromJson(const JsonValue& json)
   if (json.IsObject() && FindMember(json, "detail"))
   {
     model.detail = ReadName(reader, json, "detail", ModelDetail::Preview, ModelDetail::Regions,
-      "\"detail\" is none of preview, levels, regions");
+      "\"detail\" must be preview, levels or regions");
   }
   if (!reader.Good())
   {

@@ -7,6 +7,7 @@
 #pragma once
 
 #include "filters/core/Result.h"
+#include "filters/model/Json.h"
 #include "filters/model/JsonWriter.h"
 #include "filters/model/ModelDescription.h"
 
@@ -32,6 +33,9 @@ std::string WriteModelList(
 // another type or out of its range. Unknown members are ignored.
 Result<ModelDescription> ParseModel(std::string_view text);
 Result<std::vector<ModelSummary>> ParseModelList(std::string_view text);
+// Whether ParseModel takes what WriteModel makes of a model that came from a store: a store allows
+// longer texts. Errors: those of ParseModel.
+Status CheckServed(const ModelDescription& model);
 
 // The row "model" of a store's metadata: all but the id.
 std::string WriteStoredModel(const ModelDescription& model);
@@ -46,5 +50,11 @@ Result<ModelDescription> ParseStoredModel(
 
 // Into an object: what kdstream-store info --json and kdstream-build --stats say of a store.
 void PutStatistics(JsonWriter& json, const ModelDescription& model, std::uint64_t storeBytes);
+
+// The description that servers tell as a value in a message.
+void PutModel(JsonWriter& json, const ModelDescription& model);
+
+// Errors: InvalidInput naming the member that is wrong.
+Result<ModelDescription> ModelFromJson(const JsonValue& json);
 
 }

@@ -48,7 +48,7 @@ void ReadBox(JsonReader& reader, const JsonValue& object, Box& box)
   {
     if (box.lo[k] > box.hi[k])
     {
-      reader.Fail("\"box\" is inside out");
+      reader.Fail("\"box\" has a minimum above its maximum");
     }
   }
 }
@@ -89,7 +89,7 @@ void ReadPose(JsonReader& reader, const JsonValue& object, ModelDescription& mod
   const auto isLong = [](const Vec3& vector) { return std::abs(Dot(vector, vector) - 1) < 0.01; };
   if (!(guessed && guessed->IsBool() && isLong(model.pose->up) && isLong(model.pose->view)))
   {
-    reader.Fail("\"pose\" is none");
+    reader.Fail("\"pose\" is invalid: \"up\" and \"view\" must be directions");
   }
 }
 
@@ -333,7 +333,7 @@ void ReadScalars(JsonReader& reader, const JsonValue& object, ModelDescription& 
     const JsonValue* classes = reader.Array(entry, "classes", 2 * ScalarDescription::mostClasses);
     if (!range || !classes || !TakeRange(*range, scalar) || !TakeClasses(*classes, scalar.classes))
     {
-      reader.Fail("\"scalars\" do not ascend");
+      reader.Fail("\"scalars\" have values that do not ascend");
     }
   }
   model.scalars = std::move(all);

@@ -15,10 +15,10 @@ namespace kdstream
 // line that fits stays as it is.
 std::string WrapText(const std::string& text, std::size_t width, std::size_t indent = 0);
 
-// Description; usage, with all that must be given; commands; options by their groups in the order
-// in which they were added, those of which some must be given first, each with its values and its
-// default; and the footer, where examples belong. No line is longer than the terminal is wide, or
-// 100 characters.
+// The layout of --help: description; usage, with all required arguments; commands; options by
+// groups in the order of their addition, groups with required options first, each option with its
+// values and its default; the footer, with examples. No line is longer than the terminal is wide,
+// or 100 characters.
 class HelpFormatter : public CLI::Formatter
 {
 public:

@@ -158,8 +158,7 @@ std::string MissingCommand(const CLI::App& app)
     return "a command is missing: " + AnyOf(names);
   }
   const std::string meant = DidYouMean(*word, names);
-  return "there is no command " + Quoted(*word) +
-         (meant.empty() ? "; there is " + AnyOf(names) : meant);
+  return "there is no command " + Quoted(*word) + (meant.empty() ? "; use " + AnyOf(names) : meant);
 }
 
 // An option of the command that stands before it.
@@ -172,7 +171,7 @@ std::optional<std::string> EarlyOption(const CLI::App& app)
   {
     if (const auto name = OptionOf(word); name && Contains(names, *name))
     {
-      return *name + " belongs behind the command: " + app.get_name() + " " + command->get_name() +
+      return *name + " belongs after the command: " + app.get_name() + " " + command->get_name() +
              " … " + *name;
     }
   }
@@ -188,7 +187,8 @@ std::optional<std::string> EarlyWord(const CLI::App& app)
   {
     return {};
   }
-  return "the command stands first: " + app.get_name() + " " + command->get_name() + " " + words[0];
+  return "the command must come first: " + app.get_name() + " " + command->get_name() + " " +
+         words[0];
 }
 
 // An option that there is not explains most that follows from it, so it is looked for first.

@@ -20,9 +20,9 @@ std::string UsageMessage(const CLI::App& app, const CLI::ParseError& error);
 // where none is named, or one that there is.
 std::optional<std::string> UnknownCommand(const CLI::App& app);
 
-// Those of `names` that `word` may stand for: all that begin with it, from two letters on; else the
-// nearest one of which it is a slip, where fewer letters differ than a third of them, and at least
-// one may. None if there is no such name.
+// The names that `word` may stand for: all that begin with it, if it has two letters or more; else
+// the nearest name, if at most a third of the word's letters differ (one always may). Empty if there
+// is none.
 std::vector<std::string> NamesMeant(const std::string& word, const std::vector<std::string>& names);
 
 // "; did you mean intensity?"; empty where none of them may be meant.

@@ -131,8 +131,8 @@ Result<std::optional<FrameAssembler::Blob>> FrameAssembler::Accept(const FrameVi
   }
   if (header.offset != have)
   {
-    return refuse(ErrorCode::InvalidInput, "offset " + std::to_string(header.offset) + " where " +
-                                             std::to_string(have) + " was expected");
+    return refuse(ErrorCode::InvalidInput,
+      "offset " + std::to_string(header.offset) + " instead of " + std::to_string(have) + "");
   }
   if (this->Buffered + frame.payload.size() > maximumBlobBytes)
   {

@@ -67,8 +67,6 @@ public:
   // Drops the unfinished blob of a request: call it when its `end` or `error` has come.
   void Forget(std::uint32_t request);
 
-  std::size_t BufferedBytes() const { return this->Buffered; }
-
 private:
   struct Unfinished
   {

@@ -3,7 +3,7 @@
 
 #include "filters/core/Texts.h"
 #include "filters/model/JsonReader.h"
-#include "filters/model/ModelValue.h"
+#include "filters/model/ModelJson.h"
 #include "filters/protocol/ResourcePath.h"
 #include "filters/protocol/TextParts.h"
 
@@ -126,7 +126,7 @@ BlobsRequest ReadBlobs(JsonReader& reader, const JsonValue& json, std::size_t mo
     const auto blob = name.IsString() ? ParseBlobName(TextOf(name)) : Result<BlobId>(BlobId{});
     if (!name.IsString() || !blob)
     {
-      reader.Fail("\"blobs\": " + (blob ? Show(name) + " is no name" : blob.GetError().message));
+      reader.Fail("\"blobs\": " + (blob ? Show(name) + " is not a name" : blob.GetError().message));
       return {};
     }
     body.blobs.push_back(*blob);
@@ -267,8 +267,7 @@ Result<JsonDocument> ParseObject(std::string_view text, std::size_t most)
   if (text.size() > most)
   {
     return Error{ ErrorCode::LimitExceeded, "a message of " + std::to_string(text.size()) +
-                                              " bytes, where at most " + std::to_string(most) +
-                                              " are taken" };
+                                              " bytes; the maximum is " + std::to_string(most) };
   }
   auto json = ParseJson(text);
   if (json && !json->IsObject())

@@ -106,9 +106,9 @@ public:
     return in;
   }
 
-  // The same in rounds, so that what is under way does not grow with what there is in all:
-  // make(round, lists) -> Status fills the empty lists of one of this rank's rounds, take(from,
-  // span) -> Status gets what came; by all ranks as often as the one that has most rounds.
+  // The same in rounds, so that the bytes in flight do not grow with the total. make(round, lists)
+  // -> Status fills the empty lists of one of this rank's rounds; take(from, span) -> Status gets
+  // what came. All ranks do as many rounds as the rank with the most.
   template <class T, class Make, class TakeList>
   Status ExchangeInRounds(std::uint64_t rounds, const Make& make, const TakeList& take)
   {

@@ -55,11 +55,11 @@ Result<ModelDescription> ReadStoredModel(int descriptor)
   const bool isTold = model && HasRowsOfBlobs(*version); // by the version
   if (isTold && model->textures.has_value() != HasTextures(*version))
   {
-    return DamagedBlob("metadata", "what it says of textures is not of the store's version");
+    return DamagedBlob("metadata", "its textures do not fit the store's version");
   }
   if (isTold && model->unused.has_value() != HasUnused(*version))
   {
-    return DamagedBlob("metadata", "what it says of unused vertices is not of the store's version");
+    return DamagedBlob("metadata", "its unused vertices do not fit the store's version");
   }
   return model;
 }

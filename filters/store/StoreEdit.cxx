@@ -44,7 +44,7 @@ Status CopyFile(int from, int to, std::uint64_t size, const Execution& execution
     }
     if (copied < 0 && IsDiskFull(errno))
     {
-      return SystemError("the disk is too small: the store is copied to be changed, and takes " +
+      return SystemError("the disk is too full: editing makes a copy of the store, which needs " +
                            std::to_string(size) + " bytes",
         errno);
     }
@@ -143,7 +143,7 @@ Result<ModelDescription> EditStore(
   KDSTREAM_TRY(ReplaceMetadata(copy->Descriptor(), json));
   if (!IsStill(opened, store))
   {
-    return Error{ ErrorCode::InputOutput, "was replaced while it was copied: nothing is changed" };
+    return Error{ ErrorCode::InputOutput, "was replaced while it was copied: nothing was changed" };
   }
   KDSTREAM_TRY(copy->Finish());
   return info;

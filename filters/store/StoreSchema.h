@@ -98,10 +98,11 @@ std::int64_t NodeChecksum(NodeId node, std::span<const std::uint8_t> data);
 std::int64_t PieceChecksum(
   PieceId id, std::uint64_t vertices, std::uint64_t triangles, std::span<const std::uint8_t> data);
 
-// The content digest: XXH3-128, as 32 hexadecimal digits, over the coordinate grid, depths and the
-// levels' spacings, and then over the kind, key and XXH3-128 of every blob: levels coarse to fine,
-// partitions (each with its texture behind it, if there are textures), boxes, tree pages, each by
-// ascending node, and the parts of the list of unused vertices.
+// The content digest: XXH3-128, as 32 hexadecimal digits. It is over the coordinate grid, the
+// depths and the levels' spacings, then over the kind, key and XXH3-128 of every blob, in this
+// order: levels coarse to fine, partitions (each directly followed by its texture, if there are
+// textures), boxes, tree pages, each by ascending node, and the parts of the list of unused
+// vertices.
 class ContentDigest
 {
 public:

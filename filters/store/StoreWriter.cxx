@@ -51,10 +51,11 @@ Status CheckBlobSize(const std::string& name, std::size_t bytes)
 {
   return bytes <= protocol::maximumBlobBytes
            ? Status{}
-           : Error{ ErrorCode::LimitExceeded,
-               name + " takes " + std::to_string(bytes) +
-                 " bytes, more than the 64 MiB that servers send: make partitions of fewer "
-                 "vertices" };
+           : Error{
+               ErrorCode::LimitExceeded,
+               name + " has " + std::to_string(bytes) +
+                 " bytes, more than the 64 MiB that servers send: use fewer vertices per partition"
+             };
 }
 
 }
@@ -119,17 +120,17 @@ Error StoreWriter::State::Explain(const Error& error) const
   written += this->info.unused ? this->info.unused->bytes : 0;
   const auto mebibytes = [](std::uint64_t bytes)
   { return std::to_string((bytes + (1U << 20) - 1) >> 20) + " MiB"; };
-  const std::string sizes = "the store takes about " + mebibytes(this->BytesInAll(written)) +
-                            ", of which about " + mebibytes(written) + " are made";
+  const std::string sizes = "the store needs about " + mebibytes(this->BytesInAll(written)) +
+                            ", of which about " + mebibytes(written) + " are written";
   if (full == EFBIG)
   {
     return { ErrorCode::DiskFull,
-      "files may not grow so large here: " + sizes + " (" + SystemReason(full) + ")", store };
+      "files cannot grow this large here: " + sizes + " (" + SystemReason(full) + ")", store };
   }
   std::error_code unknown;
   const std::filesystem::space_info space = std::filesystem::space(this->file.Folder(), unknown);
   return { ErrorCode::DiskFull,
-    "the disk is too small: " + sizes + "; " +
+    "the disk is too full: " + sizes + "; " +
       (unknown ? std::string("too few bytes") : mebibytes(space.available)) + " are free in " +
       this->file.Folder().string() + " (" + SystemReason(full) + ")",
     store };

@@ -38,11 +38,11 @@ public:
   {
   }
 
-  // The file as it is written; else without quotes around its name; else up to a comment; else as
-  // an address has it (%20); else with bytes that are not UTF-8 taken for Windows' Latin letters;
-  // else without regard to case, where one file alone fits; else the same by its last part, in
-  // base's folder. Where there is none: where it should be. The folders' names are read once, of
-  // each the first 65,536. Time: O(log n) of them.
+  // The file that `written` means, or where it should be if there is none. The first of these that
+  // exists: the name as it is written; without quotes; up to a comment; as an address has it (%20);
+  // with bytes that are not UTF-8 taken for Windows' Latin letters; in any case, if only one file
+  // fits; the same by its last part, in base's folder. A folder's names are read once, the first
+  // 65,536. Time: O(log n) of them.
   std::filesystem::path Find(std::string_view written);
   const std::filesystem::path& MeshFile() const { return this->Base; }
 

@@ -49,14 +49,17 @@ struct ObjMaterials
 inline constexpr std::size_t mostObjLibraries = 256, mostObjMaterials = 1 << 16;
 inline constexpr std::uint64_t mostObjLibraryBytes = std::uint64_t{ 1 } << 26;
 
-// The libraries that a statement "mtllib" of the mesh's file names, one after the other. line: of
-// the statement. A name with blanks is taken whole if there is such a file (FilesBeside::Find),
-// else as several names (each up to a blank, or to .mtl), at most 256 of them in a statement, of at
-// most 1,024 statements that differ. Each file is read once, however often it is named. Read are
-// newmtl, Kd, and map_Kd with the options -o -s -clamp, whose picture may lie beside the library
-// too; others are passed over, other pictures named in one warning, and in one each Pm, Pr with it,
-// Ke, and d or Tr, where they are not what counts without them. A library that is missing, or a
-// line that cannot be understood, becomes a warning. Memory: the materials.
+// The libraries that the "mtllib" statements of the mesh's file name, one after the other.
+// - line: of the statement.
+// - A name with blanks is taken whole if there is such a file (FilesBeside::Find), else as several
+//   names (each up to a blank, or to .mtl): at most 256 in a statement, of at most 1,024 statements
+//   that differ. Each file is read once.
+// - Read are newmtl, Kd, and map_Kd with the options -o -s -clamp, whose picture may lie beside the
+//   library too.
+// - Warnings: one for all other pictures; one each for Pm, Pr with it, Ke, and d or Tr, where their
+//   values change something; one for a missing library, or a line that cannot be understood.
+//
+// Memory: the materials.
 class ObjLibraries
 {
 public:

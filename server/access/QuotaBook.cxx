@@ -1,19 +1,21 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Four tables: which partitions a subject has had of a model (its digest), and when; how many those
-// are, so that nobody counts them; paces: the time at which all that was had would be had at the
-// allowed rate (the generic cell rate algorithm), a pace being kept as long as that time is not too
-// far ahead; and which models have one original. Rows of one model stay under its digest, and all
-// models of its original are looked at together: so entries of before it was known which those are
-// count, too.
+// Four tables:
+// - which partitions of a model (its digest) a subject has had, and when;
+// - how many those are, so that nobody counts them;
+// - paces (the generic cell rate algorithm): the time at which the allowed rate would have given
+//   all that was had. A pace is kept as long as that time is not too far ahead;
+// - which models have one original.
 //
-// A connection that has failed is closed, and the file is opened anew by the next call: whatever
-// the cause was (a full disk, a folder that was away, a file system that could only be read), the
-// file counts once it is over.
+// Rows of a model stay under its digest, and all models of one original are looked up together. So
+// entries count that were made before it was known which models have one original.
 //
-// Servers see of each other what is in the file, its log and its index, of which each has those
-// open that had these names once. So whether they still have them is looked at within each
-// transaction; and a server that leaves a file writes its log into it, and removes the log while it
-// alone may write. Then another enters nothing in a log that nobody reads.
+// A connection that has failed is closed, and the next call opens the file anew. So the file counts
+// again once the cause (a full disk, an absent folder, a read-only file system) is gone.
+//
+// Servers share the file, its log and its index, and each has open what had these names once. So
+// each transaction checks whether the open files still have these names. A server that leaves a
+// file writes the log into it, and removes the log while no other server may write. Then no other
+// server enters anything in a log that nobody reads.
 #include "server/access/QuotaBook.h"
 
 #include "filters/core/Texts.h"
@@ -110,7 +112,8 @@ std::int64_t DueFrom(std::optional<std::int64_t> due, std::int64_t now, std::int
 QuotaRefusal Refusal(const std::string& what, std::int64_t now, std::int64_t ends)
 {
   const auto seconds = std::max<std::int64_t>(1, (ends - now + second - 1) / second);
-  return { what + ": again at " + UtcText(now / second + seconds), std::chrono::seconds(seconds) };
+  return { what + ": try again at " + UtcText(now / second + seconds),
+    std::chrono::seconds(seconds) };
 }
 
 using FileIdentity = std::pair<dev_t, ino_t>;
@@ -164,7 +167,7 @@ void MakePrivate(const std::filesystem::path& file)
 
 Error QuotaError(const std::string& why, const std::filesystem::path& file)
 {
-  return { ErrorCode::InputOutput, "the quotas cannot be kept: " + why, file.string() };
+  return { ErrorCode::InputOutput, "the quotas cannot be recorded: " + why, file.string() };
 }
 
 // A statement that is ready for its next use, however this one ends.
@@ -272,8 +275,7 @@ struct QuotaBook::File
   Error WasReplaced() const
   {
     return { ErrorCode::InputOutput,
-      "the quotas' file was removed or replaced: what was had is counted anew in the one of its "
-      "name",
+      "the quota file was removed or replaced: counting starts again with the file of this name",
       this->path.string() };
   }
   void NoteLock()
@@ -388,7 +390,7 @@ Status QuotaBook::Connection::Open()
   // Before SQLite makes a log and an index with such permissions, which would stay.
   if (sqlite3_db_readonly(this->database.get(), "main") == 1)
   {
-    return QuotaError("the file can only be read", this->path);
+    return QuotaError("the file is read-only", this->path);
   }
   // A file that was put in its place has tables, and nothing that acts.
   for (const int off :
@@ -413,7 +415,7 @@ Status QuotaBook::Connection::Open()
   this->indexIdentity = IdentityOf(this->index);
   if (this->logIdentity.has_value() != this->indexIdentity.has_value())
   {
-    return QuotaError("its log was removed", this->path);
+    return QuotaError("its log (-wal) was removed", this->path);
   }
   this->identity = is;
   this->devicesAbove = DevicesAbove(FolderOf(this->path));
@@ -594,7 +596,7 @@ Status QuotaBook::File::Follow(std::int64_t now)
   }
   this->open.reset();
   KDSTREAM_TRY(this->Open(now));
-  // Where only its log was removed, all that was had is in the file.
+  // Where only its log (-wal) was removed, all that was had is in the file.
   const bool isSame = isThere && this->open->identity.value() == was;
   return isSame ? Status() : this->WasReplaced();
 }

@@ -40,9 +40,9 @@ constexpr std::uint64_t leastLeft = 10; // for clients, the administrator and st
 Error TooFew(std::uint64_t limit, std::uint64_t least)
 {
   return { ErrorCode::LimitExceeded,
-    "this process may have " + std::to_string(limit) +
-      " descriptors (ulimit -n, LimitNOFILE=), but needs at least " + std::to_string(least) +
-      " with these threads and readers" };
+    "this process may open " + std::to_string(limit) + " descriptors, but needs at least " +
+      std::to_string(least) +
+      " for its threads and readers: raise the limit (ulimit -n, LimitNOFILE=)" };
 }
 
 // What the program opens while it serves, besides connections and stores.

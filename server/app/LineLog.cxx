@@ -161,7 +161,7 @@ struct LineLog::Writer
 
 std::string LineLog::LostAsText(std::uint64_t count)
 {
-  return "# " + std::to_string(count) + " lines are lost\n";
+  return "# " + std::to_string(count) + " lines were lost\n";
 }
 
 Result<std::shared_ptr<LineLog>> LineLog::Open(const std::string& file, TellLost tellLost)

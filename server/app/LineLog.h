@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Lines of text that go to a file, or to stderr, from a thread of their own: a disk that is full or
-// slow, or a pipe that nobody reads, costs lines, never the time of those who write them.
+// Lines of text for a file, or for stderr. A thread of their own writes them. So a disk that is
+// full or slow, or a pipe that nobody reads, costs lines, never the caller's time.
 #pragma once
 
 #include "filters/core/Result.h"

@@ -6,7 +6,6 @@
 #include "server/http/ProxyHeader.h"
 #include "server/http/RequestInput.h"
 #include "server/http/RoundTrip.h"
-#include "server/http/StreamConnection.h"
 #include "server/http/WebSocketFrames.h"
 #include "server/session/Refusal.h"
 
@@ -46,11 +45,10 @@ namespace
 //
 // All but the third are ended by the socket's timer, all by the server's reaper where that fails.
 // What keeps a connection alive is what its socket is waiting for, never a reader.
-constexpr const char* otherHost =
-  "this server does not answer for that host: --allow-host names those that it does";
+constexpr const char* otherHost = "this server does not serve that host: --allow-host adds it";
 
 constexpr const char* noHost =
-  "the request must name one host: a name or an address, and at most a port of digits";
+  "the request must have one Host, a name or an address, with a decimal port or none";
 
 class HttpConnection
   : public Drainable
@@ -252,7 +250,7 @@ private:
     }
     else if (error == asio::error::eof)
     {
-      this->Refuse(400, "the request ends before its header does");
+      this->Refuse(400, "the request ends inside its header");
     }
     else if (error == http::error::header_limit || error == http::error::buffer_overflow)
     {
@@ -306,9 +304,9 @@ private:
     }
     else if (this->Admitted.refusedWith != 0 && !draining)
     {
-      this->Refuse(this->Admitted.refusedWith,
-        this->Admitted.refusedWith == 503 ? "there are too many connections"
-                                          : "there are too many connections of this address");
+      this->Refuse(this->Admitted.refusedWith, this->Admitted.refusedWith == 503
+                                                 ? "the server has too many connections"
+                                                 : "this address has too many connections");
     }
     else if (!this->NamesOneHost(target))
     {
@@ -484,7 +482,7 @@ private:
     if (!isDone)
     {
       this->State.CountGivenUp();
-      this->Refuse(503, "the disk does not answer: ask again");
+      this->Refuse(503, "the disk does not respond: try again");
     }
     else if (answer)
     {
@@ -537,7 +535,7 @@ private:
     if (!this->State.Answers.MayStream(text(http::field::origin), text(http::field::host)))
     {
       this->State.Counters.CountRefusal(Metrics::Reason::Origin);
-      this->Refuse(403, "pages of this origin may not open a stream");
+      this->Refuse(403, "pages from this origin may not open a stream");
       return;
     }
     auto permission = this->State.Answers.Admit(this->Admitted.client.address,
@@ -574,7 +572,7 @@ private:
     if (!seat.ofAddress)
     {
       this->State.Counters.CountRefusal(Metrics::Reason::Address);
-      this->Refuse(429, "there are too many streams of this address");
+      this->Refuse(429, "this address has too many streams");
       return;
     }
     ServeStream(std::move(this->Socket), this->State, std::move(seat), std::move(*permission),

@@ -7,6 +7,7 @@
 #include "server/http/ServerState.h"
 
 #include <memory>
+#include <string>
 
 namespace kdstream
 {
@@ -23,5 +24,12 @@ struct Admission
 };
 
 void ServeHttp(ClientSocket socket, ServerState& state, Admission admission);
+
+// One WebSocket: moves messages between a socket and a Conversation (StreamConnection.cxx).
+// Accepts the upgrade whose Sec-WebSocket-Key is `key`, and serves the stream until the client
+// leaves. Then `record` is completed and logged. The seat is kept as long. The stream ends when
+// `permission` does.
+void ServeStream(ClientSocket socket, ServerState& state, Seat seat, Permission permission,
+  AccessRecord record, const std::string& key);
 
 }

@@ -92,7 +92,8 @@ Status HttpServer::Implementation::Prepare()
   if (const auto wrong = std::find_if_not(proxies.begin(), proxies.end(), IsNetwork);
       wrong != proxies.end())
   {
-    return Error{ ErrorCode::InvalidArgument, *wrong + ": no address or network of a proxy" };
+    return Error{ ErrorCode::InvalidArgument,
+      *wrong + " is not the address or network of a proxy" };
   }
   KDSTREAM_TRY(this->LoadCertificate());
   KDSTREAM_TRY(this->Public.Listen(options.address));
@@ -148,7 +149,7 @@ void HttpServer::Implementation::Run(Loop& loop) noexcept
     catch (...)
     {
       this->State.Counters.CountFailure(Metrics::Failure::Connection);
-      this->State.LogCaught("a connection ends");
+      this->State.LogCaught("a connection was closed after an error");
       this->Public.Accept(); // it may have been an accept that failed: its handler is lost then
       this->Admin.Accept();
     }

@@ -81,8 +81,8 @@ struct HttpServerOptions
   // connection or the last answer on.
   std::chrono::milliseconds requestTimeout{ 30'000 };
   // How long a client may take to receive an answer, 64 KiB of it, or a message of a stream (which
-  // is no larger), each plus a second for each `slowestBytes`; and how long an answer waits for a
-  // disk, before the client is told to ask again (503).
+  // is not larger), each plus a second for each `slowestBytes`. An answer waits as long for a disk;
+  // then the client is asked to try again (503).
   std::chrono::milliseconds answerTimeout{ 30'000 };
   std::size_t slowestBytes = 16384; // at least 1
   // A stream is closed when its client has sent nothing for so long, not even an answer to a ping.

@@ -59,14 +59,17 @@ private:
   HandlerPlace* Reserved;
 };
 
-// Gives `begin` two functions: one that another thread is to call, which does `there`, and then has
-// the event loop do here(true); and one that gives that up: whichever thread calls it, the loop
-// does here(false), though `there` may still wait for a disk. One of the two comes back, once. Only
-// to begin may fail, for want of memory. Had the other thread to take memory for the way back it
-// could fail there, and nothing of a connection may be touched, nor ended, but on its loop: what
-// `here` holds is let go by the loop. Where it may be given up `there` must hold no connection:
-// nobody knows when it is let go. Returns another function that gives it up; it may outlive the
-// trip, of which it keeps nothing. REQUIRES: there throws nothing.
+// Sends `there` to another thread, and `here` back to the event loop. `begin` gets two functions.
+// The other thread calls the first: it does `there`, and then has the loop do here(true). Any
+// thread may call the second, which gives up: the loop does here(false), though `there` may still
+// wait for a disk. `here` is done once.
+// - Only `begin` may fail, for want of memory. The way back takes no memory: it could not fail on
+//   the other thread, since nothing of a connection may be touched, nor ended, but on its loop. So
+//   the loop frees what `here` holds.
+// - If the trip may be given up, `there` must not hold a connection: nobody knows when it is freed.
+//
+// Returns another function that gives up. It may outlive the trip, of which it keeps nothing.
+// REQUIRES: `there` throws nothing.
 template <class Begin, class There, class Here>
 auto MakeRoundTrip(EventLoop loop, const Begin& begin, There there, Here here)
 {

@@ -187,13 +187,13 @@ std::optional<HttpResponse> Routes::RefuseMisuse(const HttpRequest& request) con
 {
   if (request.method != "GET" && request.method != "HEAD")
   {
-    auto response = this->Failure(405, "only GET and HEAD are answered here");
+    auto response = this->Failure(405, "only GET and HEAD are allowed");
     response.fields.emplace_back("Allow", "GET, HEAD");
     return response;
   }
   if (request.target.empty() || request.target.front() != '/')
   {
-    return this->Failure(400, "the target is not a path");
+    return this->Failure(400, "the request's target is not a path");
   }
   return std::nullopt;
 }
@@ -321,7 +321,8 @@ Routes::Found Routes::FindApi(const HttpRequest& request, std::string_view path)
 {
   if (path == protocol::streamPath)
   {
-    auto response = this->Failure(426, "this path is a WebSocket with the subprotocol kdstream.v2");
+    auto response =
+      this->Failure(426, "this path needs a WebSocket with the subprotocol kdstream.v2");
     response.fields.emplace_back("Upgrade", "websocket");
     return response;
   }
@@ -383,7 +384,7 @@ Routes::Found Routes::FindOfModels(
     std::move(*permission), protocol::BlobName(resource.blob), {} };
   if (!asked.model)
   {
-    return this->Failure(410, resource.model + " has another digest now: read its model.json");
+    return this->Failure(410, resource.model + " has a new digest: read its model.json again");
   }
   if (const auto refused = asked.permission.RefuseBlob(asked.model->Description(), asked.id))
   {
@@ -426,7 +427,7 @@ HttpResponse Routes::AnswerNotes(const HttpRequest& request, const std::string& 
   {
     return notes.GetError().code == ErrorCode::NotFound
              ? this->Failure(404, "there are no notes on " + model)
-             : this->Failure(503, "the notes on " + model + " cannot be read for now: ask again");
+             : this->Failure(503, "the notes on " + model + " cannot be read now: try again");
   }
   auto tag = TagOf(**notes);
   return Cacheable(request, "application/json", std::move(*notes), std::move(tag), revalidate);
@@ -544,7 +545,7 @@ Routes::Found Routes::FindFile(const HttpRequest& request, std::string_view path
     }
     return Whole(200, "text/plain; charset=utf-8",
       Bytes("kdstream-serve " + this->Options.version +
-            ": streams 3D meshes.\n\nThe models: /api/models.json\nFor viewers: " +
+            ": streams 3D meshes.\n\nList of models: /api/models.json\nStream for viewers: " +
             std::string(protocol::streamPath) + " (WebSocket, " +
             std::string(protocol::streamSubprotocol) + ")\n"));
   }

@@ -172,7 +172,7 @@ public:
     catch (...)
     {
       this->Counters.CountFailure(Metrics::Failure::Connection);
-      this->LogCaught("a connection ends");
+      this->LogCaught("a connection was closed after an error");
       close();
     }
   }
@@ -188,7 +188,7 @@ public:
   void CountGivenUp()
   {
     this->Counters.CountFailure(Metrics::Failure::Disk);
-    this->LogError("a disk does not answer: who waits for it is told to ask again");
+    this->LogError("a disk does not respond: clients that wait for it are asked to try again");
   }
   // Has one of the threads for handshakes do it.
   void ShakeHands(WorkerPool::Work work)
@@ -207,8 +207,8 @@ public:
     catch (...)
     {
       this->Counters.CountFailure(Metrics::Failure::Answer);
-      this->LogCaught("a request is not answered");
-      return this->Answers.Failure(503, "the server is short of memory");
+      this->LogCaught("a request was not answered");
+      return this->Answers.Failure(503, "the server is out of memory");
     }
   }
 

@@ -18,7 +18,7 @@
 // Then the socket is closed, which ends the read and the write that are under way, there being no
 // others: these alone keep the stream alive. Neither waits for the other, and what a reader (of
 // disks) does for the stream does not keep it.
-#include "server/http/StreamConnection.h"
+#include "server/http/HttpConnection.h"
 
 #include "filters/protocol/ResourcePath.h"
 #include "server/http/RoundTrip.h"

@@ -92,7 +92,7 @@ void Errand::ReadBlob()
   }
   else if (!IsSendable(**bytes))
   {
-    this->Failure = Error{ ErrorCode::Damaged, "no size of a blob" };
+    this->Failure = Error{ ErrorCode::Damaged, "the store has no size for this blob" };
   }
   else
   {
@@ -194,7 +194,7 @@ void Conversation::Receive(std::string_view text, std::chrono::seconds wait)
   {
     ++this->Counts.tooMany;
     this->AnswerError(message->request, 429,
-      "there are already " + std::to_string(this->Limits.requests) + " unfinished requests");
+      "the limit of " + std::to_string(this->Limits.requests) + " unfinished requests is reached");
   }
   else if (this->Draining)
   {
@@ -210,7 +210,7 @@ void Conversation::ReceiveBinary()
 {
   if (!this->Close)
   {
-    this->AnswerError(0, 400, "a client sends text messages only");
+    this->AnswerError(0, 400, "clients may only send text messages");
     this->Close = CloseReason::NotText;
   }
 }
@@ -350,7 +350,7 @@ void Conversation::GiveUp(const std::shared_ptr<Errand>& errand)
   auto failed = std::make_shared<Errand>(this->Models, this->Limits.partitions, this->May);
   failed->Request = errand->Request;
   failed->Blob = errand->Blob;
-  failed->Failure = Error{ ErrorCode::InputOutput, "the disk does not answer" };
+  failed->Failure = Error{ ErrorCode::InputOutput, "the disk does not respond" };
   this->Pending = failed;
   this->Finish(failed);
 }

@@ -76,7 +76,7 @@ std::optional<Refusal> PartitionLedger::RefusalOf(const QuotaBook::Taken& taken)
       this->TellFailure(
         (error.file.empty() ? "" : error.file + ": ") + error.message, !failedBefore);
     }
-    return Refusal{ 503, "the server cannot keep its quotas at the moment" };
+    return Refusal{ 503, "the server cannot record its quotas: try again later" };
   }
   if (!*taken)
   {

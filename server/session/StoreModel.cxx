@@ -62,7 +62,7 @@ public:
   {
     if (this->IsDamaged())
     {
-      return Error{ ErrorCode::Damaged, "the file is no whole store any more" };
+      return Error{ ErrorCode::Damaged, "the file is no longer a complete store" };
     }
     return Caught([this] { return this->CheckFile(); });
   }
@@ -196,7 +196,7 @@ private:
       }
       return store;
     }
-    const Error replaced{ ErrorCode::Changed, "the file was replaced while nobody read it" };
+    const Error replaced{ ErrorCode::Changed, "the file was replaced while it was closed" };
     if (!FileState::Of(this->File).SameContent(this->State()))
     {
       return replaced;
@@ -227,8 +227,8 @@ private:
   {
     return bytes != 0 && bytes <= protocol::maximumBlobBytes
              ? Status{}
-             : Error{ ErrorCode::Damaged,
-                 protocol::BlobName(blob) + ": " + std::to_string(bytes) + " bytes are no blob" };
+             : Error{ ErrorCode::Damaged, protocol::BlobName(blob) + ": " + std::to_string(bytes) +
+                                            " bytes cannot be a blob" };
   }
 
   Result<std::uint64_t> SizeInStore(const protocol::BlobId& blob) const
@@ -305,7 +305,7 @@ private:
   mutable std::shared_ptr<Store> Kept; // which another file has replaced; else null
   mutable std::mutex TreeMutex;
   // As it was read last; not yet at first. Once it has been read it stays in its place.
-  mutable Result<std::vector<Box>> Tree = Error{ ErrorCode::InputOutput, "not yet read" };
+  mutable Result<std::vector<Box>> Tree = Error{ ErrorCode::InputOutput, "has not been read yet" };
   mutable std::mutex Mutex;
   mutable std::set<protocol::BlobId> Reported;
   mutable std::atomic<bool> Fails{ false }; // for a reason that may pass
@@ -367,13 +367,9 @@ Result<std::shared_ptr<const StoreModel>> OpenStoreModel(const std::filesystem::
       // A description that clients would reject is rejected here, where the operator sees it.
       ModelDescription told = (*store)->Info();
       told.id = id;
-      auto description = ParseModel(WriteModel(told));
-      KDSTREAM_TRY(description);
-      // For quotas; clients are not told.
-      description->inputDigest = (*store)->Info().inputDigest;
-      description->partitioner = (*store)->Info().partitioner;
+      KDSTREAM_TRY(CheckServed(told));
       return std::shared_ptr<const StoreModel>(std::make_shared<const ModelOfStore>(file, *store,
-        std::move(*description), std::move(cache), std::move(report),
+        std::move(told), std::move(cache), std::move(report),
         stores ? std::move(stores) : std::make_shared<OpenStores>(1)));
     });
 }

@@ -16,9 +16,9 @@ namespace kdstream
 
 struct RendererView
 {
-  // In the model's coordinates, a symmetric perspective view that has all of the picture in it,
-  // with as many pixels for what is seen: of tiles the whole that they are tiles of; of a parallel
-  // projection an eye that is far away.
+  // A symmetric perspective view in the model's coordinates that contains the whole picture, at its
+  // resolution. Of a picture in tiles: the whole. Of a parallel projection: seen from an eye that
+  // is far away.
   SceneCamera camera;
   int width = 1, height = 1;
   // Of what is drawn now: of tiles one of them.

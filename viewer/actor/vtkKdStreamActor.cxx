@@ -218,12 +218,13 @@ bool vtkKdStreamActor::Refine(vtkRenderer* renderer, double seconds)
   using Clock = std::chrono::steady_clock;
   if (!(seconds >= 0))
   {
-    vtkErrorMacro(<< "Refine must have 0 seconds or more, not " << seconds);
+    vtkErrorMacro(<< "Refine needs 0 seconds or more, not " << seconds);
     return false;
   }
   if (!renderer || !renderer->GetRenderWindow())
   {
-    vtkErrorMacro(<< "Refine must have a renderer that is in a window: its size tells how fine");
+    vtkErrorMacro(
+      << "Refine needs a renderer that is in a window: the window's size determines the detail");
     return false;
   }
   if (!this->IsOpen())
@@ -281,8 +282,9 @@ double* vtkKdStreamActor::GetBounds()
   return this->Bounds;
 }
 
-// Once in each picture of a renderer, when its camera is the one that the user set: passes may draw
-// it several times, also for cameras of their own, as those of lamps are.
+// Follows the camera once in each picture of a renderer, when the camera is the one that the user
+// set. Passes may draw the actor several times, also for cameras of their own, such as those of
+// lights.
 void vtkKdStreamActor::SetAllocatedRenderTime(double seconds, vtkViewport* viewport)
 {
   this->Superclass::SetAllocatedRenderTime(seconds, viewport);
@@ -356,8 +358,7 @@ void vtkKdStreamActor::BuildPaths(vtkAssemblyPaths* paths, vtkAssemblyPath* path
   if (!std::exchange(this->WasToldOfAssembly, true))
   {
     vtkWarningMacro(
-      << "a part of another assembly is not refined, and is drawn as it is: add it to "
-         "the renderer itself");
+      << "a part of another assembly is drawn but not refined: add it to the renderer itself");
   }
   this->Superclass::BuildPaths(paths, path);
 }

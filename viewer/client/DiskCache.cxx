@@ -66,7 +66,7 @@ Status CheckLayout(sqlite3* database)
   const auto same = HasSchema(database, cacheLayout);
   KDSTREAM_TRY(same);
   return *same ? Status{}
-               : Status{ Error{ ErrorCode::Unsupported, "has other tables than a cache" } };
+               : Status{ Error{ ErrorCode::Unsupported, "is not a cache: it has other tables" } };
 }
 
 // What the last call on a database came to.
@@ -118,7 +118,7 @@ Status PrepareCache(sqlite3* database)
   return Execute(database, "PRAGMA synchronous = NORMAL");
 }
 
-constexpr const char* isNotOurs = "is not a file of this user's own, and is left alone";
+constexpr const char* isNotOurs = "does not belong to this user, and is not used";
 
 Error IsNotOurs(const fs::path& file)
 {
@@ -255,7 +255,7 @@ Result<ReadOnlyCache> OpenToRead(const fs::path& folder, bool isWritten)
   KDSTREAM_TRY(version);
   if (*version != cacheVersion)
   {
-    return Error{ ErrorCode::Unsupported, "is another version's", file.string() };
+    return Error{ ErrorCode::Unsupported, "was written by another version", file.string() };
   }
   KDSTREAM_TRY(OfFile(file.string(), CheckLayout(opened.database.get())));
   return opened;

@@ -135,7 +135,7 @@ public:
   }
 
 private:
-  static constexpr const char* whyBroken = "this program had no memory for what came, or failed";
+  static constexpr const char* whyBroken = "this program ran out of memory or failed";
   static constexpr std::chrono::milliseconds patience{ 20 }; // until it is asked whether to stop
 
   static double Now()
@@ -365,7 +365,7 @@ Result<std::unique_ptr<ServerClient>> ServerClient::Connect(const std::string& u
   if (!token.empty() && !IsToken(token))
   {
     return Error{ ErrorCode::InvalidArgument,
-      "this is no token: it has other characters than A-Z a-z 0-9 . _ -, or too many" };
+      "this is not a token: it is too long, or has characters other than A-Z a-z 0-9 . _ -" };
   }
   server->token = token;
   const auto tls = server->isSecure ? MakeTlsContext(authorities)
@@ -383,13 +383,13 @@ Result<std::unique_ptr<ServerClient>> ServerClient::Connect(const std::string& u
   if (reply->status != 200)
   {
     return Error{ ErrorCode::InvalidInput,
-      authority + " has no list of models: " + DescribeRefusal(*reply) };
+      authority + " does not list its models: " + DescribeRefusal(*reply) };
   }
   auto models = ParseModelList(reply->body);
   if (!models)
   {
     return Error{ ErrorCode::InvalidInput,
-      authority + " is no KdStream server: " + models.GetError().message };
+      authority + " is not a KdStream server: " + models.GetError().message };
   }
   client->ModelList = std::move(*models);
   client->Kept->Start();

@@ -239,12 +239,12 @@ void ServerLine::Tick(double now)
                       now - this->LastNews > this->Options.longestSilence;
   if (silent)
   {
-    this->Lose("it brought nothing for too long", now);
+    this->Lose("nothing arrived for too long", now);
   }
   else if (this->GivesUpDebt() && now >= this->Stream.OwedSince() + this->Options.longestDebt)
   {
-    this->Stream.FailLongestOwed("the server sends other things instead");
-    this->Lose("it did not bring what was asked for first", now);
+    this->Stream.FailLongestOwed("the server sends other data instead");
+    this->Lose("the oldest request was not answered", now);
   }
 }
 

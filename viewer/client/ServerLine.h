@@ -37,8 +37,9 @@ struct ServerLineOptions
   // Each pause lasts up to so many times longer, by chance (from the time's last digits): after a
   // server's restart its clients must not all come back at once.
   double jitter = 0;
-  // Busy servers (IsBusy) are asked again after what they ask for, or after firstRetry and so on;
-  // not patient: at most so often for one thing, which has failed then.
+  // A busy server (IsBusy) is asked again after the time that it names, or after firstRetry and so
+  // on (backoff). If not patient: at most this number of times for one thing, which has failed
+  // then.
   std::size_t mostTries = 6;
   // s; a server that had no stream is asked for one again after so long, when nothing else is to be
   // had; 0 = never.

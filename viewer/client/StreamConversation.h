@@ -47,15 +47,18 @@ public:
   // Asks for it, if it was not asked for `most` times already; else it has failed.
   void AskAgain(std::size_t most, double now);
 
-  // Since when other things have come than what is owed longest, without progress with that;
-  // infinite where this is not so. Progress are its own bytes; those of what had been asked for
-  // when the first other answer came after these, since a server may send that before, also where
-  // it has been called back since; and so many messages between that bring nothing of either, as
-  // those that tell what will come. So there is progress on the slowest line, but not for ever
-  // where a server always sends something else.
+  // Since when a blob is stalled: since when other things have come than the request that is
+  // outstanding longest, without progress of it. Infinite if it is not stalled. Progress is:
+  // - a byte of that request;
+  // - a byte of a request that was made before the first other answer came. A server may send these
+  //   first, cancelled ones too;
+  // - up to mostStrays messages in between that bring no bytes of either, such as those that
+  //   announce blobs.
+  //
+  // So the slowest line makes progress, but a server that always sends something else does not.
   double OwedSince() const;
   static constexpr std::size_t mostStrays = 64;
-  // What is owed longest (the next blob of its request) has failed. REQUIRES: OwedSince() is
+  // The request that is outstanding longest (its next blob) has failed. REQUIRES: OwedSince() is
   // finite.
   void FailLongestOwed(const std::string& message);
 

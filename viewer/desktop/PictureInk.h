@@ -22,8 +22,8 @@ class vtkTextActor;
 namespace kdstream
 {
 
-// Layers are drawn one over the other, each by a renderer of its own, since depths would be in the
-// way: of shapes in one layer that lie over each other it is not known which is seen.
+// Layers are drawn one over the other, each by a renderer of its own, without depths between
+// layers. Within a layer it is undefined which of two overlapping shapes is seen.
 class PictureInk
 {
 public:

@@ -17,9 +17,9 @@ namespace kdstream
 // Width of their lines, points.
 inline constexpr double boxLineWidth = 1.5;
 
-// They have a renderer of their own, drawn after the model's into its depths: in the model's own
-// they would be taken for relief, and darken the surface beside them (viewer/rendering's
-// SceneOcclusion, at the end of that renderer).
+// The boxes have a renderer of their own, drawn after the model's with its depths. In the model's
+// own renderer, SceneOcclusion (viewer/rendering, at the end of that renderer) would take them for
+// relief and darken the surface beside them.
 class RegionBoxes
 {
 public:

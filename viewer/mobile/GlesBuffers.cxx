@@ -55,7 +55,7 @@ Status CheckUpload(const DrawnSurface& surface)
                            std::to_string(surface.TriangleCount()) + " triangles";
   return code == GL_OUT_OF_MEMORY
            ? Error{ ErrorCode::LimitExceeded,
-               "the graphics memory does not hold a surface of " + size }
+               "the graphics memory is too small for a surface of " + size }
            : Error{ ErrorCode::Unsupported,
                "OpenGL ES refuses a surface of " + size + ": error " + std::to_string(code) };
 }
@@ -73,8 +73,8 @@ void FreeTexture(const GlesBuffers::Part& part)
   }
 }
 
-// The power of two that brings a length to 0.5 … 1: exact, and so floats round as they would
-// without it, while squares of the coordinates of tiny or huge models stay in their range.
+// The power of two that brings a length to 0.5 … 1. It is exact, so floats round as without it,
+// while squares of the coordinates of tiny or huge models stay in range.
 double ScaleOf(const Box& bounds)
 {
   double largest = 0.0;

@@ -59,10 +59,9 @@ public:
   const Coloring& GetColoring() const { return this->Colors; }
   double Glided() const { return this->GlidedShare; }
 
-  // Brings here what of the scene is not here: where its surface, its tiles or the coloring are
-  // others than last time, those parts that differ; and its cap. What is not needed is freed before
-  // anything is uploaded. outcome: what came of the surface, where that was brought; its errors are
-  // those of GlesRenderer::Draw.
+  // Uploads what has changed in the scene since the last time: parts of the surface, tiles,
+  // colouring, the cap. Buffers that are not needed are freed before anything is uploaded. outcome:
+  // of the surface, if it was uploaded; its errors are those of GlesRenderer::Draw.
   void Follow(const ViewerScene& scene, Status& outcome);
 
   const std::vector<Part>& Parts() const { return this->PartList; }

@@ -2,7 +2,7 @@
 // Ambient occlusion in the phone's picture: see GlesOcclusion.h.
 #include "viewer/mobile/GlesOcclusion.h"
 
-#include "viewer/mobile/GlesProgram.h"
+#include "viewer/mobile/GlesPrograms.h"
 #include "viewer/mobile/GlesShaders.h"
 #include "viewer/session/look/OcclusionShaders.h"
 

@@ -2,7 +2,6 @@
 // The programs of GlesRenderer: see GlesPrograms.h.
 #include "viewer/mobile/GlesPrograms.h"
 
-#include "viewer/mobile/GlesProgram.h"
 #include "viewer/mobile/GlesShaders.h"
 #include "viewer/session/Geometry.h"
 #include "viewer/session/look/Palette.h"

@@ -9,6 +9,7 @@
 
 #include <array>
 #include <cstddef>
+#include <initializer_list>
 #include <memory>
 
 namespace kdstream
@@ -51,5 +52,10 @@ private:
 void SetVector(GLuint program, const char* name, const Vec3& v);
 // Light and material. The program must be in use.
 void SetLook(GLuint program, const SceneLighting& lighting);
+
+// Compiles and links the concatenated texts. `name` is for messages.
+// Errors: Unsupported, with what the driver says.
+Result<GLuint> MakeProgram(const char* name, std::initializer_list<const char*> vertexTexts,
+  std::initializer_list<const char*> fragmentTexts);
 
 }

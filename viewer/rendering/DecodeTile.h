@@ -18,7 +18,8 @@ inline Result<TilePicture> DecodeTile(const TextureTile& tile)
   KDSTREAM_TRY(picture);
   if (picture->width != tile.width || picture->height != tile.height)
   {
-    return Error{ ErrorCode::InvalidInput, "its picture has another size" };
+    return Error{ ErrorCode::InvalidInput,
+      "its image does not have the size that the tile states" };
   }
   TilePicture colors{ tile.width, tile.height, {} };
   if (picture->components == 3)

@@ -37,9 +37,9 @@ void main()
 })";
 constexpr const char* header = "//VTK::System::Dec\n";
 
-// Of each 2 × 2 pixels of an area (its left and bottom in the window, its width and height) the
-// depth in their middle: the mean of two samples that lie on either side of it, where these are of
-// one surface; of clouds, whose splats are not, one of them.
+// The depth in the middle of each 2 × 2 pixels of an area (its left and bottom in the window, its
+// width and height). On a surface: the mean of two samples on either side of the middle, if both
+// are of the same surface. On a cloud, whose splats are not one surface: one of the samples.
 std::string GatherShader(int samples)
 {
   const bool many = samples > 1;

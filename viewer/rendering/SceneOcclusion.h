@@ -13,7 +13,6 @@ class vtkOpenGLQuadHelper;
 class vtkOpenGLRenderWindow;
 class vtkRenderer;
 class vtkTextureObject;
-class vtkWindow;
 
 namespace kdstream
 {

@@ -83,8 +83,8 @@ void Camera::FitTo(const Box& box, const Quaternion& orientation)
   this->EyeDistance = this->DistanceOfFit();
 }
 
-// From the middle of the box, as it is turned: where its face that is nearest to the eye takes the
-// width of the window, and where its height.
+// The distances from the middle of the turned box at which the face nearest to the eye fills the
+// width of the window, and its height.
 std::array<double, 2> Camera::FitDistances() const
 {
   // Half the box's extents along the camera's axes.
@@ -230,8 +230,8 @@ void Camera::Roll(double cosine, double sine, double x, double y)
   this->FocalPoint = this->Confined(pivot - this->Right() * right - this->Up() * up);
 }
 
-// How far the focal point may be from the box: a sphere of that size about it is within what is
-// seen, with room left (partOnScreen), so the nearest point of the box is.
+// How far the focal point may be from the box. A sphere of this radius about the focal point is on
+// the screen, with room left (partOnScreen); so is the nearest point of the box.
 double Camera::Reach(double distance) const
 {
   return partOnScreen * this->Tangent * std::min(1.0, this->Aspect()) * distance;

@@ -17,8 +17,8 @@ namespace kdstream
 namespace
 {
 
-// By how much boxes are larger, so that rounding loses nothing that is met in one: a point that is
-// found in the box of a triangle is in every box around it, twice as much enlarged.
+// By how much boxes are enlarged, so that rounding loses no hit. A point that is found in the box
+// of a triangle is in every box around it, enlarged by twice this.
 double MarginOf(const Box& box, const Ray& ray)
 {
   double reach = 0, origin = 0;

@@ -77,8 +77,7 @@ struct SessionStep
   Kind kind = Kind::WaitForIdle;
   TouchFrame frame; // of Touches
   // File of Screenshot, model of Select, text of Link and Lamps; word of Go, Side, Tool, Section,
-  // Turning, Detail,
-  // Colors, Light and Boxes.
+  // Turning, Detail, Colors, Light and Boxes.
   std::string name{};
   double factor = 1; // of Zoom, above 0; of Depth, 0-1
   double x = 0, y = 0;

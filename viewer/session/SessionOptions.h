@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// What may be chosen of a viewer's session before it begins: what it shows, and how much it holds.
+// Options of a viewer's session: what it shows, and how much it holds.
 #pragma once
 
 #include "viewer/session/MemoryBudget.h"
@@ -21,14 +21,14 @@ struct RefinementOptions
 {
   // Points of the screen (pixels / pixel ratio): an error of so many is not seen. Above 0.
   double tolerance = 1;
-  // What is refined stays so until its error is below the tolerance divided by this, at least 1: so
-  // moving to and fro a little does not flicker.
+  // A refined piece stays refined until its error is below the tolerance divided by this, at least
+  // 1 (hysteresis). So small motions to and fro do not flicker.
   double deadBand = 1.25;
-  // A model whose original has at most so many triangles (points, of a cloud) costs little, and is
-  // shown four times as fine: as it is, but where it is tiny on the screen.
+  // A model whose original has at most this number of triangles (points, of a cloud) costs little.
+  // It is shown four times as fine: as the original, unless it is tiny on the screen.
   std::uint64_t smallModel = 0;
-  // What may be shown (points, of a cloud), and what the pieces for it may take of memory, bytes.
-  // Where more would be needed, the error that is left grows.
+  // Most triangles (points, of a cloud) that are shown, and most bytes for their pieces. Where a
+  // view needs more, the remaining error grows.
   std::uint64_t triangles = 2'000'000;
   std::size_t bytes = std::size_t{ 512 } << 20;
 };
@@ -77,9 +77,9 @@ struct SessionOptions : LodOptions
   std::size_t treeBytes = standardTreeBytes;
   // Decoded pictures of textures that are kept, bytes.
   std::size_t pictureBytes = std::size_t{ 512 } << 20;
-  // By the view, when all that is wanted is there: what one would want next, nearer by half in the
-  // middle of the screen, is fetched until about so many bytes were asked for, once for each view.
-  // 0: nothing is fetched ahead.
+  // Prefetch, by the view: when all that is wanted has come, pieces for a view nearer by half in
+  // the middle of the screen are fetched, once for each view, until about this number of bytes was
+  // requested. 0: no prefetch.
   std::size_t aheadBytes = 0;
   // Seconds of a steady clock, for parsing times only; without one these are 0.
   std::function<double()> clock;
@@ -87,9 +87,9 @@ struct SessionOptions : LodOptions
   std::size_t mostStatistics = 10'000;
   // All of the above that is held, at most.
   void TakeShares(const MemoryShares& shares);
-  // From then on, `sink` is called with one line of JSON after every input: the input, the state,
-  // the requests that it led to. The same inputs give the same lines. What writes them is linked
-  // only where this is called: a page does without.
+  // After each input, `sink` is called with one line of JSON: the input, the state, the resulting
+  // requests. The same inputs give the same lines. The code that writes them is linked only where
+  // this is called: not in a page.
   void TraceTo(std::function<void(std::string_view)> sink);
 
 private:

@@ -141,8 +141,8 @@ void SessionParts::TakeLink(bool isJump)
   }
   if (description.digest.compare(0, link.digest.size(), link.digest) != 0)
   {
-    this->model.failed.Report("This link was made of another version of " + this->model.id +
-                              ": what it shows may have moved.");
+    this->model.failed.Report(
+      "This link was made with another version of " + this->model.id + ": its view may not fit.");
   }
 }
 

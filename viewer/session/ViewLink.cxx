@@ -337,7 +337,7 @@ Result<std::optional<RakingLight>> ParseLamps(std::string_view text)
   const auto bytes = ToBytes(text.substr(0, 2 * two));
   if (!bytes || (bytes->size() != one && bytes->size() != two))
   {
-    return Error{ ErrorCode::InvalidInput, "no light can be understood in this" };
+    return Error{ ErrorCode::InvalidInput, "this does not describe a light" };
   }
   std::size_t at = 0;
   RakingLight light;
@@ -388,12 +388,12 @@ Result<ViewLink> ParseViewLink(std::string_view text)
     if (!TakeEntry(link, key, value))
     {
       return Error{ ErrorCode::InvalidInput,
-        "this link to a view says nothing that can be understood about its " + std::string(key) };
+        "this link to a view has an invalid value for " + std::string(key) };
     }
   }
   if (link.model.empty())
   {
-    return Error{ ErrorCode::InvalidInput, "this link names no model" };
+    return Error{ ErrorCode::InvalidInput, "this link does not name a model" };
   }
   return link;
 }

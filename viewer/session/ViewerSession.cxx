@@ -423,7 +423,7 @@ void ViewerSession::RequestFailed(std::uint32_t request, const std::string& mess
 
 void ViewerSession::RequestEnded(std::uint32_t request)
 {
-  this->RequestFailed(request, "the server ended without sending it");
+  this->RequestFailed(request, "the server stopped before sending it");
 }
 
 // ---- frames and what comes out

@@ -33,27 +33,27 @@ struct SessionParts;
 //                                      <--LeaveFullScreen--
 //
 // *Browsing* shows the selected model's preview, which can be turned, and double-tapped. In *full
-// screen* pinching zooms about the surface under the fingers, and what is seen becomes as fine as
-// the screen shows it (ViewRefinement); a double tap on the surface picks the partition nearest to
-// the hit and streams the region around it as the original, whatever the zoom; a double tap beside
-// the model lets the region go, and goes home. Selecting another model browses that one.
+// screen* pinching zooms about the surface under the fingers, and the visible part becomes as fine
+// as the screen shows it (ViewRefinement). A double tap on the surface picks the partition nearest
+// to the hit and streams the region around it as the original, whatever the zoom. A double tap
+// beside the model drops the region and goes home. Selecting another model browses that one.
 //
 // The first view of a model is that of its description (ModelPose). Nobody gets lost: some of the
-// shown surface stays on the screen (KeepInSight), and the eye never goes through it, nor, while
-// nothing is shown, into the box. A motion ends before them; but zooming out always leads away.
-// Where a surface that has changed is around the eye, that steps back.
+// shown surface stays on the screen (KeepInSight). The eye never goes through the surface, nor,
+// while nothing is shown, into the box: a motion ends before them, but zooming out always leads
+// away. Where a changed surface is around the eye, the eye steps back.
 //
-// A region stays while one turns, pans and pinches, until it has become too small to be seen. The
-// next one adds to it, as far as the budget goes; what leaves the view then is let go.
+// A region stays while one turns, pans and pinches, until it is too small to be seen. The next
+// region adds to it, as far as the budget allows; then the parts out of view are dropped.
 //
-// Whatever has come of what is wanted is shown in the next frame, and the surface is whole all the
-// time (ShownSurface). A blob that fails is named in Status().error, and not asked for again before
-// the next double tap, pinch or selection; what is coarser stays shown there.
+// What has come is shown in the next frame, if it is wanted, and the surface is whole all the time
+// (ShownSurface). A blob that fails is named in Status().error, and not requested again before the
+// next double tap, pinch or selection; a coarser surface stays shown there.
 //
 // With DetailMode::Level the zoom picks one level for the whole model instead (LevelPolicy, paper
-// section 5.2), which appears when all of it has come, and the next region replaces the last one.
-// If a piece of a level failed, the next coarser level is shown. DetailMode::Full shows all of the
-// model as the original, when all of it has come.
+// section 5.2). The level appears when all of it has come, and the next region replaces the last
+// one. If a piece of a level failed, the next coarser level is shown. DetailMode::Full shows all of
+// the model as the original, when all of it has come.
 //
 // Not thread-safe; no input blocks, throws, or calls back (but for clock and trace).
 class ViewerSession
@@ -66,16 +66,16 @@ public:
   ~ViewerSession();
 
   // ---- what the person does
-  // Shows the same in another window. A first view or a side that nobody has touched fits again; of
-  // a model that was turned all is seen that was, from where it was; where one has zoomed the eye
-  // stays. Back in the window of before, and in the same one, it is exactly what was seen.
+  // Shows the same view in another window. An untouched first view or side fits again. Of a turned
+  // model, what was visible stays visible, from the same direction. After a zoom the eye stays.
+  // Back in a window of the former size, the view is exactly the former one.
   void Resize(const Viewport& viewport);
   // Errors: NotFound where the server's list is known and `model` is not in it; nothing changes
   // then.
   Status SelectModel(const std::string& model);
   void EnterFullScreen();
-  // What fingers do from here on, in full screen; what is not said there they do as ever. Half a
-  // measurement is dropped.
+  // What fingers do from here on, in full screen; a gesture that the tool does not use works as
+  // ever. Half a measurement is dropped.
   void SetTool(Tool tool);
   Tool GetTool() const;
   // Of the model that is selected, oldest first; at most 64. Ends move to the original when that
@@ -111,16 +111,16 @@ public:
   bool LookFromSide(std::string_view side);
   // The view as it is now; without colours and light, which are the scene's.
   ViewLink Link() const;
-  // Shows what somebody else saw: the model full screen, as soon as it is open, and the camera
-  // where it stood. A region is picked again. Where the model is another version a sentence says
-  // so. Errors: those of SelectModel.
+  // Shows the view of a link: the model full screen, as soon as it is open, and the camera where it
+  // stood. A region is picked again. If the model is another version, a sentence says so. Errors:
+  // those of SelectModel.
   Status Follow(const ViewLink& link);
-  // A host of its own camera looks so, full screen: as Camera::LookFrom, wherever that is; also
-  // within the surface, out of which the eye does not step from then on. Nothing before the model
-  // is open.
+  // For a host with a camera of its own: shows the model full screen from there (Camera::LookFrom),
+  // also from within the surface; the eye does not step out of it then. Does nothing before the
+  // model is open.
   void LookFrom(const Vec3& eye, const Vec3& focal, const Vec3& up, double tangent);
-  // The view before the last jump (a side, a link, home, back to browsing) again, however one has
-  // moved since; one jump after the other. Nothing where there is none.
+  // Goes back to the view before the last jump (a side, a link, home, back to browsing), whatever
+  // has moved since; one jump with each call. Does nothing without a jump.
   void UndoView();
   void SetTurning(Turning turning);
   void SetCoasting(bool coasts);
@@ -136,9 +136,9 @@ public:
   // From now on at most about so many triangles are shown, and so many bytes taken
   // (SharesOfBudgets).
   void SetBudgets(std::uint64_t triangles, std::size_t bytes);
-  // The same for all that is held, each by itself: what is shown becomes coarser, and a region
-  // smaller, where they exceed it. Of the tree it counts for models that are opened from now on. No
-  // session file tells of it.
+  // The same for all that is held, each share by itself. What is shown becomes coarser, and a
+  // region smaller, where they exceed their share. The share of the tree counts for models that are
+  // opened from now on. No session file tells of it.
   void SetMemory(const MemoryShares& shares);
   // As SessionOptions::aheadBytes.
   void SetAhead(std::size_t bytes);
@@ -148,9 +148,8 @@ public:
 
   // Asks for what has failed once more, as where a server is back.
   void AskAgain();
-  // Previews are all that is shown and asked for, by the view, until this is called with false:
-  // taps and zooms wait. For a page that has only begun to load (parts.js). No trace tells of
-  // it.
+  // Shows and requests only previews, by the view, until this is called with false: taps and zooms
+  // wait. For a page that has only begun to load (parts.js). No trace tells of it.
   void SetPreviewsOnly(bool only);
 
   // ---- what the server sends. Pieces that were on their way when their request was cancelled are
@@ -168,8 +167,8 @@ public:
   void RequestEnded(std::uint32_t request);
 
   // ---- frames
-  // Asks for what the view needs by now, and calls back what it does not need any more; part of
-  // BeginFrame. Call it alone where a frame is rendered of the old surface.
+  // Requests what the view needs now, and cancels what it does not need any more; part of
+  // BeginFrame. Call it by itself where a frame is rendered of the old surface.
   void FollowView();
   // Draws what has changed; call before rendering Scene().
   void BeginFrame();

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "viewer/sources/PieceOutput.h"
 
-#include "filters/adapter/DropGhosts.h"
 #include "filters/adapter/MeshPolyData.h"
 #include "filters/adapter/PartitionLayout.h"
+#include "filters/core/UnusedVertices.h"
 #include "filters/core/Weld.h"
 #include "filters/core/pieces/Glue.h"
 #include "filters/core/tree/Region.h"
@@ -74,10 +74,12 @@ void DropMarked(Mesh& mesh)
     }
   }
   mesh.triangles = std::move(kept);
-  std::vector<bool> isGhost(points.size());
-  std::transform(
-    points.begin(), points.end(), isGhost.begin(), [](auto mark) { return mark != 0; });
-  DropUnusedGhosts(mesh, isGhost);
+  std::vector<bool> isKept = FindUsedVertices(mesh);
+  for (std::size_t i = 0; i < points.size(); ++i)
+  {
+    isKept[i] = points[i] == 0 || (isKept[i] && !mesh.triangles.empty());
+  }
+  TakeUnusedVertices(mesh, isKept);
 }
 
 // Of the partitions among `chosen` that have the triangle, the lowest.

@@ -60,7 +60,7 @@ Result<std::vector<ClientEvent>> RemoteModel::NextEvents(const Execution& execut
     if (Clock::now() - begin > this->Timeout)
     {
       return Error{ ErrorCode::InputOutput,
-        "nothing has come for " + std::to_string(this->Timeout.count()) + " s" };
+        "the server has sent nothing for " + std::to_string(this->Timeout.count()) + " s" };
     }
   } while (!this->Source->Wait(patience));
   return this->Source->Take();
@@ -141,7 +141,7 @@ Result<RemoteModel::Blobs> RemoteModel::Fetch(
         const bool one = event.kind == ClientEvent::Kind::BlobFailed;
         return giveUp({ one ? ErrorCode::NotFound : ErrorCode::InputOutput,
           protocol::BlobName(one ? event.blob : *owed.begin()) +
-            " cannot be had: " + event.message });
+            " cannot be loaded: " + event.message });
       }
       if (owed.erase(event.blob) > 0)
       {

@@ -52,8 +52,8 @@ public:
     refinement.Follow({ camera, this->Tree, this->Pieces, &this->Partitions, false }, {}, {});
   }
 
-  // Whether there is more to follow: reads the pages that were missing, and of what is wanted the
-  // pieces up to level S, which tell what is hidden, and are needed for what is finer.
+  // Reads the missing pages, and of the wanted pieces those up to level S, which say what is hidden
+  // and are needed for finer ones. Returns whether more may follow.
   Result<bool> ReadMore(const std::vector<PieceId>& wanted)
   {
     const std::uint64_t known = this->Tree.Version();

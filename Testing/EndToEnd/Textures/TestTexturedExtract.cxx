@@ -139,7 +139,7 @@ TEST_F(TestTexturedExtract, WrongImagesAreNamed)
   const std::vector<std::uint8_t> small =
     EncodePicture({ 2, 2, 1, { 1, 2, 3, 4 } }, PictureType::Png);
   for (const auto& [image, what] :
-    { std::pair{ small, "its image is of another size than is told" },
+    { std::pair{ small, "its image does not have the size that the tile states" },
       { std::vector<std::uint8_t>{ 1, 2 }, "it is no JPEG, PNG or WebP" },
       { std::vector<std::uint8_t>(small.begin(), small.end() - 20),
         "it is a damaged or truncated PNG (it ends too early)" } })
@@ -188,7 +188,8 @@ TEST_F(TestTexturedExtract, QualityIsCheckedAndColoursAreKeptAlone)
 {
   this->WriteHardObj("hard", 4);
   this->ExpectError(this->Build({ "hard.obj", "-o", "m.kds", "--texture-quality", "0" }), 2,
-    "kdstream-build: error: --texture-quality: \"0\" is neither 1 to 100 nor lossless");
+    "kdstream-build: error: --texture-quality: \"0\" is neither a number from 1 to 100 nor "
+    "lossless");
   ASSERT_EQ(
     this->Build({ "hard.obj", "-o", "m.kds", "--quiet", "--textures", "colors" }).exitCode, 0);
   EXPECT_EQ(this->Store({ "info", "m.kds" }).out.find("texture bytes"), std::string::npos);

@@ -240,7 +240,7 @@ TEST(PieceCodec, EveryTruncationThatIsSealedAgainIsAnError)
     longer = SealedPart(longer, content + 1);
     const Result<Piece> decoded = DecodePiece(longer, id, context);
     ASSERT_FALSE(decoded);
-    EXPECT_NE(decoded.GetError().message.find("bytes beyond the end"), std::string::npos)
+    EXPECT_NE(decoded.GetError().message.find("extra bytes at the end"), std::string::npos)
       << decoded.GetError().message;
   }
 }
@@ -557,7 +557,7 @@ TEST(ByteStream, AStreamMustBeAsWideAsItsCountAsksFor)
   ByteReader bounded(empty);
   (void)bounded.Stream(5, 1);
   ASSERT_TRUE(bounded.Failed());
-  EXPECT_EQ(bounded.Why().message, "bad width of a stream at byte 1");
+  EXPECT_EQ(bounded.Why().message, "invalid bit width of a stream at byte 1");
 }
 
 TEST(ByteStream, IntegersOfAnySizeComeBack)

@@ -38,11 +38,11 @@ public:
   // The document must outlive it.
   explicit GltfNodes(const GltfDocument& document);
 
-  // Finds the scene: the one that the file names, else the first, else all nodes that are no
+  // Finds the scene: the one that the file names, else the first, else all nodes that are not
   // children. Checks the nodes below it, without memory for their descendants. Errors: InvalidInput
-  // naming what a scene or node names that is not there; a matrix, translation, rotation or scale
-  // that is none; a node that is its own descendant, or that has, by nodes that several share, far
-  // more descendants than there are nodes.
+  // naming a missing thing that a scene or node names; a malformed matrix, translation, rotation or
+  // scale; a node that is its own descendant, or that has, through shared nodes, far more
+  // descendants than there are nodes.
   Status Open();
   // How the scene was chosen, where the file does not say, and what of it is hidden
   // (KHR_node_visibility).

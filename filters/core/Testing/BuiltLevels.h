@@ -7,8 +7,11 @@
 #include "filters/core/levels/CollapseLevels.h"
 #include "filters/core/tree/KdTree.h"
 
+#include <gtest/gtest.h>
+
 #include <cmath>
 #include <random>
+#include <set>
 #include <vector>
 
 namespace kdstream::fixtures
@@ -23,18 +26,20 @@ struct BuiltLevels
   std::vector<std::vector<VertexId>> clusterAt;
 };
 
-inline BuiltLevels BuildAllLevels(const Mesh& mesh, const LevelOptions& options = {},
-  const KdTreeOptions& treeOptions = { 200, {}, 8 }, const Execution& execution = {})
+// makeLevels: of the tree and the triangles by its partitions.
+template <class MakeLevels>
+BuiltLevels BuildWith(const Mesh& mesh, unsigned coarsestDepth, const KdTreeOptions& treeOptions,
+  const Execution& execution, const MakeLevels& makeLevels)
 {
   BuiltLevels built;
   built.tree = *BuildKdTree(mesh.points, treeOptions, execution);
   const auto partition = CellOfVertex(built.tree, built.tree.depths.partition);
   built.buckets = BucketTriangles(mesh.triangles, std::size_t{ 1 } << built.tree.depths.partition,
     [&](VertexId v) { return partition[v]; });
-  built.levels = *BuildCollapseLevels(mesh, built.tree, built.buckets, options, execution);
+  built.levels = *makeLevels(built.tree, built.buckets);
   built.clusterAt.resize(built.levels.levels.size());
   built.clusterAt.back() = built.levels.finest;
-  for (std::size_t d = built.levels.levels.size() - 1; d-- > options.coarsestDepth;)
+  for (std::size_t d = built.levels.levels.size() - 1; d-- > coarsestDepth;)
   {
     for (const VertexId cluster : built.clusterAt[d + 1])
     {
@@ -42,6 +47,34 @@ inline BuiltLevels BuildAllLevels(const Mesh& mesh, const LevelOptions& options 
     }
   }
   return built;
+}
+
+// The triangles of a level are those of the mesh whose corners lie in three of its clusters.
+inline void ExpectImageOfOriginal(const Mesh& mesh, const BuiltLevels& built)
+{
+  for (unsigned d = 0; d <= built.tree.depths.finest; ++d)
+  {
+    std::set<Triangle> image;
+    for (const Triangle& t : mesh.triangles)
+    {
+      const Triangle m{ built.clusterAt[d][t[0]], built.clusterAt[d][t[1]],
+        built.clusterAt[d][t[2]] };
+      if (m[0] != m[1] && m[1] != m[2] && m[2] != m[0])
+      {
+        image.insert(RotateLowestFirst(m));
+      }
+    }
+    ASSERT_EQ(std::vector<Triangle>(image.begin(), image.end()), built.levels.levels[d].triangles)
+      << "level " << d;
+  }
+}
+
+inline BuiltLevels BuildAllLevels(const Mesh& mesh, const LevelOptions& options = {},
+  const KdTreeOptions& treeOptions = { 200, {}, 8 }, const Execution& execution = {})
+{
+  return BuildWith(mesh, options.coarsestDepth, treeOptions, execution,
+    [&](const KdTree& tree, const TriangleBuckets& buckets)
+    { return BuildCollapseLevels(mesh, tree, buckets, options, execution); });
 }
 
 // Many triangles on one edge.

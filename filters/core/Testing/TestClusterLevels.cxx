@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "Testing/Fixtures/Invariants.h"
 #include "Testing/Fixtures/Meshes.h"
+#include "filters/core/Testing/BuiltLevels.h"
 #include "filters/core/Weld.h"
 #include "filters/core/levels/ClusterLevels.h"
 #include "filters/program/TbbExecution.h"
@@ -18,34 +19,14 @@ using namespace kdstream::fixtures;
 namespace
 {
 
-struct Built
-{
-  KdTree tree;
-  ClusterLevels levels;
-  // For each original vertex its cluster, by depth.
-  std::vector<std::vector<VertexId>> clusterAt;
-};
+using Built = BuiltLevels;
 
 Built Build(const Mesh& mesh, const ClusterOptions& options = {},
   const KdTreeOptions& treeOptions = { 200, {}, 8 }, const Execution& execution = {})
 {
-  Built built;
-  built.tree = *BuildKdTree(mesh.points, treeOptions, execution);
-  const auto partition = CellOfVertex(built.tree, built.tree.depths.partition);
-  const TriangleBuckets buckets = BucketTriangles(mesh.triangles,
-    std::size_t{ 1 } << built.tree.depths.partition, [&](VertexId v) { return partition[v]; });
-  built.levels =
-    *BuildClusterLevels(mesh.points, mesh.triangles, built.tree, buckets, options, execution);
-  built.clusterAt.resize(built.levels.levels.size());
-  built.clusterAt.back() = built.levels.finest;
-  for (std::size_t d = built.levels.levels.size() - 1; d-- > options.coarsestDepth;)
-  {
-    for (const VertexId cluster : built.clusterAt[d + 1])
-    {
-      built.clusterAt[d].push_back(built.levels.levels[d + 1].parents[cluster]);
-    }
-  }
-  return built;
+  return BuildWith(mesh, options.coarsestDepth, treeOptions, execution,
+    [&](const KdTree& tree, const TriangleBuckets& buckets)
+    { return BuildClusterLevels(mesh.points, mesh.triangles, tree, buckets, options, execution); });
 }
 
 const ClusterOptions optionSets[] = { {}, { Representative::Mean, false, 0 },
@@ -95,26 +76,8 @@ TEST(ClusterLevels, AClusterLiesInOneCellAndACellHasAtMostFour)
 
 TEST(ClusterLevels, TrianglesAreTheImageOfTheOriginal)
 {
-  ForAll(
-    [](const Mesh& mesh, const ClusterOptions&, const Built& built)
-    {
-      for (unsigned d = 0; d <= built.tree.depths.finest; ++d)
-      {
-        std::set<Triangle> image;
-        for (const Triangle& t : mesh.triangles)
-        {
-          const Triangle m{ built.clusterAt[d][t[0]], built.clusterAt[d][t[1]],
-            built.clusterAt[d][t[2]] };
-          if (m[0] != m[1] && m[1] != m[2] && m[2] != m[0])
-          {
-            image.insert(RotateLowestFirst(m));
-          }
-        }
-        ASSERT_EQ(
-          std::vector<Triangle>(image.begin(), image.end()), built.levels.levels[d].triangles)
-          << "level " << d;
-      }
-    });
+  ForAll([](const Mesh& mesh, const ClusterOptions&, const Built& built)
+    { ExpectImageOfOriginal(mesh, built); });
 }
 
 TEST(ClusterLevels, RepresentativesLieInTheBoxAndDeviationsGrowUpwards)

@@ -45,26 +45,7 @@ void ForAll(const Check& check)
 
 TEST(CollapseLevels, TrianglesAreTheImageOfTheOriginal)
 {
-  ForAll(
-    [](const Mesh& mesh, const BuiltLevels& built)
-    {
-      for (unsigned d = 0; d <= built.tree.depths.finest; ++d)
-      {
-        std::set<Triangle> image;
-        for (const Triangle& t : mesh.triangles)
-        {
-          const Triangle m{ built.clusterAt[d][t[0]], built.clusterAt[d][t[1]],
-            built.clusterAt[d][t[2]] };
-          if (m[0] != m[1] && m[1] != m[2] && m[2] != m[0])
-          {
-            image.insert(RotateLowestFirst(m));
-          }
-        }
-        ASSERT_EQ(
-          std::vector<Triangle>(image.begin(), image.end()), built.levels.levels[d].triangles)
-          << "level " << d;
-      }
-    });
+  ForAll(ExpectImageOfOriginal);
 }
 
 // Before representatives moved, up to 0.5 % of these meshes' finest triangles faced the wrong way,

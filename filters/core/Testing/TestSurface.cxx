@@ -524,6 +524,6 @@ TEST(DrawSurface, SaysWhatIsMissingOrWrong)
   for (const PieceId second : { level, partition })
   {
     EXPECT_EQ(message({ depths, Resolution::Level(2), { partition, second } }),
-      "active piece 1 does not ascend");
+      "active pieces are not in ascending order at 1");
   }
 }

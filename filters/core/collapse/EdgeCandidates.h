@@ -52,8 +52,6 @@ public:
   // much as MakeRoom would add.
   void Reserve(std::size_t candidates) { this->Slots.reserve(RoomFor(candidates)); }
   void Push(const EdgeCandidate& candidate);
-  // For how many there is memory.
-  std::size_t Capacity() const { return this->Slots.capacity(); }
   // Whether the next Push may take more memory.
   bool IsFull() const { return this->Free == none && this->Slots.size() == this->Slots.capacity(); }
   // Makes room for more: by what is out of date if that is a third, else by memory. The order in

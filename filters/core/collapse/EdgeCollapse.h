@@ -63,29 +63,35 @@ struct Merge
   Vec3 position;
 };
 
-// Merges the ends of edges, the cheapest edge first, of equal ones that of the lowest vertices.
+// Merges the ends of edges: the cheapest edge first, of equal ones that of the lowest vertices.
 //
-// The vertex goes where the sum of both quadrics is least, or to the best place on the edge; an
-// edge between the boundary and the rest goes to its end on the boundary. Paint is a part of the
-// quadrics: so its edges stay where they are. Planes do not see when
-// the tip of a limb goes back along it: so the distance of the old vertices from the new triangles
-// has a price too (areaPerVertex). Where normals are known a triangle faces the wrong way if it
-// opposes the sum of its corners': what faces the right way must go on to, what does not may turn,
-// and in parts with fixed vertices edges between vertices of such triangles are cheaper. An edge is
-// left alone while its merge would turn the normal of a triangle by more than about 80°, or would
-// change the topology (link condition) or pinch the boundary; it is tried again when a neighbour
-// has changed, a bounded number of times for each vertex, and in all only until several times as
-// much has been looked at as a surface takes. From then on what would turn a normal is refused at
-// the first such triangle, and where hardly a merge is found for all that is looked at, no more
-// are: Run returns false. So tangled triangles, most of whose edges can never collapse, take time
-// in proportion too. Boundary edges are those of a single triangle, unless both ends are fixed. Any
-// triangles will do: duplicates, folds and edges of many triangles only keep their neighbourhood
-// from collapsing. So do vertices of very many triangles, hubs of fans: an edge whose ends have
-// more than mostTriangles together waits until collapses around it have left fewer. Complexity: O(m
-// log m) for m merges and edges of ordinary surfaces. Whatever the triangles are, an edge is looked
-// at when it is found and when an end has merged, and costs at most mostTriangles triangles each
-// time: linear in the size, but up to hundreds of times a surface where vertices have hundreds of
-// triangles. Memory about 350 bytes a vertex, painted 530. The same bits on every machine.
+// Where the merged vertex goes: where the sum of both quadrics is least, or to the best place on
+// the edge. An edge between the boundary and the rest goes to its end on the boundary. Boundary
+// edges are those of a single triangle, unless both ends are fixed. The quadrics include colours,
+// so edges between colours stay. Planes do not see when the tip of a limb goes back along it; so
+// the distance of the old vertices from the new triangles has a price too (areaPerVertex).
+//
+// Fold-over: where normals are known, a triangle faces the wrong way if it opposes the sum of its
+// corners' normals. A triangle that faces the right way must continue to; one that does not may
+// turn. In parts with fixed vertices, edges between vertices of wrong triangles are cheaper.
+//
+// Refused merges: those that would turn the normal of a triangle by more than about 80°, change the
+// topology (link condition) or pinch the boundary. A refused edge is tried again when a neighbour
+// has changed:
+// - a bounded number of times for each vertex;
+// - in all, until several times as much has been looked at as a surface takes. From then on a merge
+//   is refused at the first triangle whose normal it would turn. Where hardly any merge is found
+//   for all that is looked at, Run stops and returns false. So tangled triangles, most of whose
+//   edges can never collapse, take time in proportion too.
+//
+// Any triangles are allowed: duplicates, folds and edges of many triangles only keep their
+// neighbourhood from collapsing. An edge whose ends have more than mostTriangles together, as at
+// the hub of a fan, waits until collapses around it have left fewer.
+//
+// Complexity: O(m log m) for m merges and edges of ordinary surfaces. For any triangles, an edge is
+// looked at when it is found and when an end has merged, and costs at most mostTriangles triangles
+// each time: linear in the size, but up to hundreds of times a surface where vertices have hundreds
+// of triangles. Memory about 350 bytes a vertex, with colours 530. The same bits on every machine.
 class EdgeCollapse
 {
 public:

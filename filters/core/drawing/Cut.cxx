@@ -274,14 +274,14 @@ Status CheckCut(const Cut& cut)
     if (!IsOfTree(id, cut.depths))
     {
       return Error{ ErrorCode::InvalidArgument,
-        "node " + std::to_string(id.node) + " is no piece of " +
+        "node " + std::to_string(id.node) + " is not a piece of " +
           (id.resolution.IsOriginal() ? "the original"
                                       : "level " + std::to_string(id.resolution.Depth())) };
     }
     if (i > 0 && id <= cut.active[i - 1])
     {
       return Error{ ErrorCode::InvalidArgument,
-        "active piece " + std::to_string(i) + " does not ascend" };
+        "active pieces are not in ascending order at " + std::to_string(i) + "" };
     }
   }
   return {};

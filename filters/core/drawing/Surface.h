@@ -33,13 +33,15 @@ struct Surface
   std::vector<Attribute> attributes{};
 };
 
-// Draws the cut from loaded pieces, by the rule: a piece's triangle is drawn if at least one of its
-// vertices is itself in the cut and none lies above the cut; each of the others is moved up to its
-// node in the cut; what becomes degenerate is dropped; where triangles fall together one is kept of
-// each orientation. Complexity O(T log T) for T triangles in the pieces used, in practice nearly
-// O(T). Errors: those of CheckCut; NotFound where MissingPieces is not empty. Of pieces that
-// contradict each other (CheckPiece passes each) it draws something, with holes. Reports "glue";
-// Cancelled.
+// Draws the cut from loaded pieces, by the rule (doc/design.md#the-cut-rule):
+// 1. A piece's triangle is drawn if at least one of its vertices is itself in the cut and none lies
+//    above the cut.
+// 2. Each of its other vertices is moved up to its node in the cut.
+// 3. Degenerate triangles are dropped. Of triangles that coincide one is kept of each orientation.
+//
+// Complexity O(T log T) for T triangles in the pieces used, in practice nearly O(T). Errors: those
+// of CheckCut; NotFound where MissingPieces is not empty. Pieces may contradict each other, though
+// CheckPiece passes each: then the result has holes. Reports "glue"; Cancelled.
 Result<Surface> DrawSurface(
   const Cut& cut, const PieceLookup& lookup, const Execution& execution = {});
 

@@ -425,7 +425,6 @@ Status SurfaceParts::GoTo(const Cut& cut, const PieceLookup& lookup, const Execu
   ShownVertices& view = *this->View;
   view.GoTo(cut, std::move(*pieces));
   const SurfacePartList before = std::exchange(this->All, {});
-  this->Drawn = 0;
   std::vector<std::size_t> numbers; // of the piece of each part; those that have stayed: none
   for (std::size_t i = 0; i < view.Pieces().size(); ++i)
   {
@@ -434,7 +433,6 @@ Status SurfaceParts::GoTo(const Cut& cut, const PieceLookup& lookup, const Execu
     {
       KDSTREAM_TRY(execution.Report("glue", double(i) / double(view.Pieces().size())));
       part = PartDrawer(view, i, this->KeepsCorners).Draw();
-      ++this->Drawn;
     }
     else
     {

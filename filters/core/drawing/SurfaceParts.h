@@ -88,8 +88,6 @@ public:
   Status GoTo(const Cut& cut, const PieceLookup& lookup, const Execution& execution = {});
 
   const SurfacePartList& Parts() const { return this->All; }
-  // How many pieces' parts the last GoTo has drawn anew.
-  std::size_t DrawnAnew() const { return this->Drawn; }
 
   // Whether each GoTo also finds what showed the points before: O(log points) for each point of the
   // parts that it draws anew.
@@ -108,7 +106,6 @@ private:
   SurfacePartList All;
   bool Follows = false, KeepsCorners = false;
   std::vector<FormerPoints> Came;
-  std::size_t Drawn = 0;
 };
 
 // All parts as one surface, as DrawSurface tells. O(points + triangles).

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "filters/core/levels/CoincidentClusters.h"
+#include "filters/core/levels/FinestClusters.h"
 
 #include "filters/core/DisjointSets.h"
 

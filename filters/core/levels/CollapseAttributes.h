@@ -32,7 +32,7 @@ struct CollapseAttributes
 
 // The share of the model's diagonal that a normal's turn by 60° (a difference of length 1) costs as
 // a distance, and a full change of one channel of the paint (from 0 to 255).
-// Measured on the painted vase (doc/benchmarks.md#paint): twice the share of paint takes a little
+// Measured on the painted vase (doc/benchmarks.md#colours): twice the share of paint takes a little
 // off the pictures' error at 16,000 triangles and a seventh at 4,000, and adds a sixth to the
 // surface's at both.
 inline constexpr double normalScale = 1.0 / 4096;

@@ -266,7 +266,7 @@ Result<CollapsedMesh> CollapseTo(const Mesh& mesh, const KdTree& tree,
   if (target.triangles == 0 && target.points == 0)
   {
     return Error{ ErrorCode::InvalidArgument,
-      "a target of 0 triangles and 0 points: one of them must be at least 1" };
+      "the target has 0 triangles and 0 points: one of them must be at least 1" };
   }
   SumsAside stay;
   CollapseBuilder builder(tree.depths, tree.boxes[1], options, stay, execution);

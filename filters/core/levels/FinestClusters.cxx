@@ -12,7 +12,6 @@
 #include "filters/core/VectorMath.h"
 #include "filters/core/Weld.h"
 #include "filters/core/levels/CellSheets.h"
-#include "filters/core/levels/CoincidentClusters.h"
 #include "filters/core/levels/CollapseAttributes.h"
 #include "filters/core/levels/LevelProgress.h"
 

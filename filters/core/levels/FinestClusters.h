@@ -59,4 +59,12 @@ void RepresentClusters(std::vector<ClusterSum>& clusters, Representative represe
 Result<FinestClusters> BuildFinestClusters(
   const FinestInput& input, const ClusterOptions& options, const Execution& execution);
 
+// Where vertices are split, at texture seams and hard edges, levels would open slits between their
+// clusters (CoincidentClusters.cxx). Joins the clusters of one partition that finest.coincident links; clusters of different
+// partitions stay apart, since a cluster may not lie in both. A joined cluster is at home in the
+// cell of its lowest vertex. Adjusts all of `finest` but the level and the links.
+// cellsBelowPartition: how many depths the finest cells are below the partitions. O(clusters +
+// links).
+void JoinCoincidentClusters(FinestClusters& finest, unsigned cellsBelowPartition);
+
 }

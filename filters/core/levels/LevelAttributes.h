@@ -34,10 +34,10 @@ namespace kdstream
 // Source: doc/design.md#attributes; the paper has none.
 void AddLevelAttributes(const Mesh& mesh, ClusterLevels& levels);
 
-// The sums that those means come from, of the clusters of one level: all of them, or those of one
-// block of the tree (VertexNumbers.h), since a cluster of a level >= S is made of vertices and
-// clusters of its own block. They are bytes, a record a cluster, so that they can wait in a file
-// beside the rest of the level; the records of two blocks, one after the other, are those of both.
+// The sums from which the means come, of all clusters of one level, or of those of one block of the
+// tree (VertexNumbers.h): a cluster of a level >= S is made of vertices and clusters of its own
+// block. The sums are bytes, a record a cluster, so they can wait in a file beside the rest of the
+// level. The records of two blocks, one after the other, are those of both.
 class AttributeSums
 {
 public:

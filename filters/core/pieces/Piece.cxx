@@ -40,7 +40,7 @@ Status CheckKeys(const Piece& piece, const TreeDepths& depths)
       const std::uint32_t partition = PartitionOfKey(piece.keys[v]);
       if (partition >= NodeId{ 1 } << depths.partition)
       {
-        return Bad("vertex ", v, " is of a partition that the tree does not have");
+        return Bad("vertex ", v, " belongs to a partition that is not in the tree");
       }
       if ((NodeOfPartition(partition, depths) >> below == piece.id.node) != own)
       {
@@ -72,7 +72,7 @@ Status CheckOwnKeys(const Piece& piece, const TreeDepths& depths)
   }
   if (piece.keys[piece.ownVertices - 1] - piece.keys[0] != piece.ownVertices - 1)
   {
-    return Bad("own vertices are not numbered without gaps");
+    return Bad("own vertices are not numbered consecutively");
   }
   for (std::uint32_t v = piece.ownVertices; v < piece.VertexCount(); ++v)
   {
@@ -93,7 +93,8 @@ Status CheckReach(const Piece& piece, const TreeDepths& depths)
   }
   if (!has)
   {
-    return piece.reachNodes.empty() ? Status{} : Status{ Bad("reach where there is none") };
+    return piece.reachNodes.empty() ? Status{}
+                                    : Status{ Bad("there must be no reach, but there is one") };
   }
   const unsigned next = piece.id.resolution.Depth() + 1;
   const unsigned nodeDepth = PieceDepth(Resolution::Level(next), depths);
@@ -110,14 +111,14 @@ Status CheckReach(const Piece& piece, const TreeDepths& depths)
     }
     if (end > piece.reachNodes.size())
     {
-      return Bad("reach of vertex ", i, " ends behind all nodes");
+      return Bad("reach of vertex ", i, " ends after the last node");
     }
     for (std::uint32_t k = begin; k < end; ++k)
     {
       if (piece.reachNodes[k] >> nodeDepth != 1)
       {
         return Bad(
-          "reach names node ", piece.reachNodes[k], ", which is no piece of the next level");
+          "reach names node ", piece.reachNodes[k], ", which is not a piece of the next level");
       }
       if (k > begin && piece.reachNodes[k] <= piece.reachNodes[k - 1])
       {
@@ -135,7 +136,7 @@ Status CheckAncestors(const Piece& piece, const TreeDepths& depths)
   if (piece.ancestors.size() !=
       levels.Rows(piece.ownVertices, piece.GhostCount()) * std::uint64_t{ levels.count })
   {
-    return Bad("ancestors and vertices disagree");
+    return Bad("the numbers of ancestors and vertices differ");
   }
   if (std::find(piece.ancestors.begin(), piece.ancestors.end(), noVertex) != piece.ancestors.end())
   {
@@ -194,7 +195,7 @@ Status CheckTriangles(const Piece& piece)
   }
   if (piece.primitive == PrimitiveType::Points && !piece.triangles.empty())
   {
-    return Bad("points have triangles");
+    return Bad("a point cloud has triangles");
   }
   return {};
 }
@@ -228,17 +229,17 @@ Status CheckPiece(const Piece& piece, const TreeDepths& depths)
   if ((!resolution.IsOriginal() && resolution.Depth() > depths.finest) || piece.id.node == 0 ||
       DepthOfNode(piece.id.node) != PieceDepth(resolution, depths))
   {
-    return Bad("node ", piece.id.node, " is no piece of this resolution");
+    return Bad("node ", piece.id.node, " is not a piece of this resolution");
   }
   const std::size_t count = piece.positions.size();
   if (piece.keys.size() != count || piece.ownVertices > count || count >= noVertex)
   {
-    return Bad("counts of vertices disagree");
+    return Bad("the counts of vertices differ");
   }
   if (!piece.deviations.empty() &&
       (resolution.IsOriginal() || piece.deviations.size() != piece.ownVertices))
   {
-    return Bad("deviations and own vertices disagree");
+    return Bad("the numbers of deviations and own vertices differ");
   }
   for (std::size_t v = 0; v < count; ++v)
   {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "filters/core/tree/KMeansSeeds.h"
+#include "filters/core/tree/KMeansSurface.h"
 
 #include "filters/core/DisjointSets.h"
 #include "filters/core/VectorMath.h"

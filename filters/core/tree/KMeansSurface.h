@@ -1,10 +1,12 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// The mesh that k-means clusters, moved into the unit cube. For KMeansClustering alone.
+// The mesh that k-means clusters, moved into the unit cube, and where clusters begin. For KMeansClustering alone.
 #pragma once
 
+#include "filters/core/Execution.h"
 #include "filters/core/Result.h"
 #include "filters/core/Types.h"
 
+#include <cstdint>
 #include <span>
 #include <vector>
 
@@ -22,5 +24,10 @@ struct KMeansSurface
 // Errors: those of CheckExtent.
 Result<KMeansSurface> MakeKMeansSurface(
   std::span<const Vec3> points, std::span<const Triangle> triangles);
+
+// Step b (KMeansSeeds.cxx): a seed for each of so many clusters, all different, as KMeansClustering.h says. Errors:
+// Cancelled.
+Result<std::vector<VertexId>> SpreadSeeds(
+  const KMeansSurface& surface, std::uint32_t clusters, const Execution& execution);
 
 }

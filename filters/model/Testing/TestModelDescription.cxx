@@ -52,6 +52,45 @@ TEST(TestModelDescription, ComesBackBitForBit)
   }
 }
 
+// A server serves what clients take, and nothing else.
+TEST(TestModelDescription, IsCheckedAsClientsReadIt)
+{
+  const auto spoilt = [](auto spoil)
+  {
+    ModelDescription model = Small();
+    spoil(model);
+    return model;
+  };
+  const std::string longest(4096, 'x');
+  EXPECT_TRUE(CheckServed(Small()));
+  EXPECT_TRUE(CheckServed(spoilt([&](auto& model) { model.description = longest; })));
+  for (const ModelDescription& model :
+    { spoilt([](auto& m) { m.id = ".hidden"; }), spoilt([](auto& m) { m.digest = "0123"; }),
+      spoilt([&](auto& m) { m.title = longest + "x"; }),
+      spoilt([&](auto& m) { m.credit = longest + "x"; }),
+      spoilt([&](auto& m) { m.license = longest + "x"; }),
+      spoilt([&](auto& m) { m.unit = longest + "x"; }),
+      spoilt([&](auto& m) { m.description = longest + "x"; }) })
+  {
+    const auto parsed = ParseModel(WriteModel(model));
+    const auto checked = CheckServed(model);
+    ASSERT_FALSE(parsed);
+    ASSERT_FALSE(checked);
+    EXPECT_EQ(checked.GetError().code, parsed.GetError().code);
+    EXPECT_EQ(checked.GetError().message, parsed.GetError().message);
+  }
+  // Each part is allowed, all of it together is too long.
+  ModelDescription model = Small();
+  ScalarDescription scalar{ "n", 0, 300, 0, 300, {} };
+  for (std::size_t i = 0; i < ScalarDescription::mostClasses; ++i)
+  {
+    scalar.classes.push_back({ 1e-300 * static_cast<double>(i + 1), UINT64_MAX });
+  }
+  model.scalars = std::vector<ScalarDescription>(200, scalar);
+  ASSERT_GT(WriteModel(model).size(), maximumModelBytes);
+  EXPECT_EQ(CheckServed(model).GetError().code, ErrorCode::LimitExceeded);
+}
+
 TEST(TestModelDescription, UsesTheDocumentedKeys)
 {
   const auto json = Json::parse(WriteModel(Small()));

@@ -146,7 +146,7 @@ TEST(TestStoredModel, RangesOfNumbersAreChecked)
     { "kind", 0, 6, 0, 6, { { 0, 5 }, { 6, 7 } } } };
   const auto good = Json::parse(WriteStoredModel(model));
   ASSERT_EQ(*ParseStoredModel(good.dump()), model);
-  const std::string none = "the metadata: \"scalars\" do not ascend";
+  const std::string none = "the metadata: \"scalars\" have values that do not ascend";
   const std::tuple<const char*, Json, std::string> wrong[] = {
     { "/scalars/0/range/0", 2.5, none },
     { "/scalars/0/range/1", 8.5, none },

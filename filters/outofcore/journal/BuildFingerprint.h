@@ -34,7 +34,7 @@ Result<std::string> FingerprintOf(const BuildIdentity& identity);
 Status CheckSameBuild(std::string_view earlier, std::string_view now);
 
 // The same for a build that does not want to go on with it, as the end of a sentence about the
-// files that are left: "to go on with them by --resume, --title none (now \"Statue\") is needed".
+// files that are left: "to continue it with --resume, --title none (now \"Statue\") is needed".
 // REQUIRES: the fingerprints differ.
 std::string DescribeOtherBuild(std::string_view earlier, std::string_view now);
 

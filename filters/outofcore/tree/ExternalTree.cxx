@@ -1,8 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// The k-d tree out of core: see ExternalTree.h. All cells lie in one file at the place that they
-// have in the tree's order, so that a cell moves between two files of the size of the whole: from
-// the one that it is in to the other when it is split, into the first work file when it is
-// finished.
+// The k-d tree out of core: see ExternalTree.h. All cells lie in one file, each at its place in the
+// tree's order. A cell moves between two files of the size of the whole: to the other file when it
+// is split, into the first work file when it is finished.
 #include "filters/outofcore/tree/ExternalTree.h"
 
 #include "filters/core/tree/RecordSelection.h"
@@ -507,9 +506,9 @@ Result<ExternalTree> BuildExternalTree(SpillFolder& folder, SpillFile& points,
   if (options.memory < least)
   {
     return Error{ ErrorCode::LimitExceeded,
-      "the tree needs at least " + std::to_string(least) + " bytes of memory, " +
-        std::to_string(options.memory) + " are allowed: its finest cells hold " +
-        std::to_string(finestCell) + " vertices" };
+      "the tree needs at least " + std::to_string(least) + " bytes of memory; the limit is " +
+        std::to_string(options.memory) + ": its finest cells have " + std::to_string(finestCell) +
+        " vertices" };
   }
   const SpillCounts before = folder.Counts();
   ExternalTree tree;

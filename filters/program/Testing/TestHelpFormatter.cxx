@@ -31,7 +31,7 @@ std::string Help(std::size_t width)
   app.add_option("INPUT", input, "the mesh")->required();
   auto* const sizeOption = app
                              .add_option("--vertices-per-partition", size,
-                               "most vertices of a partition, of which a long "
+                               "maximum vertices per partition, of which a long "
                                "story is told elsewhere")
                              ->check(CLI::Range(1U, 1U << 20))
                              ->capture_default_str()
@@ -83,7 +83,7 @@ TEST(HelpFormatter, GroupsValuesDefaultsAndTheExample)
     "Usage: kdstream-test INPUT -o STORE [options]\n\n"
     "  INPUT                       the mesh\n\n"
     "Partitions:\n"
-    "  --vertices-per-partition N  most vertices of a partition, of which a long story is told "
+    "  --vertices-per-partition N  maximum vertices per partition, of which a long story is told "
     "elsewhere\n"
     "                              [1 to 1048576, default 2000] (not with --partitions)\n"
     "  --partitions N              how many instead (not with --vertices-per-partition)\n\n"
@@ -102,7 +102,7 @@ TEST(HelpFormatter, ACommandTellsOnlyItsOwn)
 {
   CLI::App app("Looks at stores.", "kdstream-test");
   app.require_subcommand(1);
-  CLI::App* const extract = app.add_subcommand("extract", "writes a mesh out of the store");
+  CLI::App* const extract = app.add_subcommand("extract", "extracts a mesh from the store");
   std::string store, output;
   unsigned level = 0;
   bool all = false, quiet = false;
@@ -115,7 +115,7 @@ TEST(HelpFormatter, ACommandTellsOnlyItsOwn)
     ->required()
     ->type_name("FILE")
     ->group("Output");
-  extract->add_flag("--quiet", quiet, "no line at the end")->group("Output");
+  extract->add_flag("--quiet", quiet, "print no summary")->group("Output");
   app.footer("Examples:\n  kdstream-test extract a.kds --all -o a.ply");
   extract->footer("Example:\n  kdstream-test extract b.kds --all -o b.ply");
   SetUpHelp(app, "1.2.3");
@@ -128,7 +128,7 @@ TEST(HelpFormatter, ACommandTellsOnlyItsOwn)
     "  --all                       all of it\n\n"
     "Output:\n"
     "  -o, --output FILE           the mesh\n"
-    "  --quiet                     no line at the end\n\n"
+    "  --quiet                     print no summary\n\n"
     "Help:\n"
     "  -h, --help                  this text\n\n"
     "Example:\n"
@@ -136,7 +136,7 @@ TEST(HelpFormatter, ACommandTellsOnlyItsOwn)
   EXPECT_EQ(app.help(), "Looks at stores.\n\n"
                         "Usage: kdstream-test COMMAND [options]\n\n"
                         "Commands:\n"
-                        "  extract                     writes a mesh out of the store\n\n"
+                        "  extract                     extracts a mesh from the store\n\n"
                         "Help:\n"
                         "  -h, --help                  this text\n"
                         "  --version                   name and version\n\n"

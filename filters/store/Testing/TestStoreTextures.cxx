@@ -217,6 +217,6 @@ TEST_F(StoreTextures, TooLargeOnesAreRefused)
   const auto report = BuildStore(mesh, "mesh.ply", this->File(), options);
   ASSERT_FALSE(report);
   EXPECT_EQ(report.GetError().message,
-    "textures/0 takes 67108865 bytes, more than the 64 MiB that servers send: make partitions of "
-    "fewer vertices");
+    "textures/0 has 67108865 bytes, more than the 64 MiB that servers send: use "
+    "fewer vertices per partition");
 }

@@ -120,7 +120,7 @@ TEST_F(Limits, WhoAsksTooOftenIsToldAndStaysConnected)
   EXPECT_EQ(refused->status, 429u);
   const auto seconds = refused->Field("Retry-After"); // one comes back every twelve
   EXPECT_TRUE(seconds == "12" || seconds == "11") << seconds;
-  EXPECT_EQ(refused->body, "{\"error\":\"too many requests: ask again in " + seconds + " s\"}\n");
+  EXPECT_EQ(refused->body, "{\"error\":\"too many requests: try again in " + seconds + " s\"}\n");
   EXPECT_TRUE(client.Get("/healthz")) << "the connection stays";
   stream.Ask({ 2, AskPieces(0, { 1 }) });
   const auto error = stream.Await(2).error;

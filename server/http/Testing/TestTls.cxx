@@ -235,13 +235,14 @@ TEST_F(Tls, ReadsItsCertificateAgainWhenToldTo)
   std::ofstream(this->certificate) << "half a certif";
   auto kept = server->ReloadTls();
   ASSERT_FALSE(kept);
-  EXPECT_EQ(kept.GetError().message, this->certificate.string() + ": holds no certificate in PEM");
+  EXPECT_EQ(kept.GetError().message,
+    this->certificate.string() + ": contains no certificate in PEM format");
   EXPECT_EQ(TlsTestClient(server->Port()).ServerName(), "second");
   WriteCertificate(this->certificate, MakeKey().get(), "third");
   kept = server->ReloadTls();
   ASSERT_FALSE(kept);
   EXPECT_EQ(kept.GetError().message, this->key.string() +
-                                       ": holds the key of another certificate than " +
+                                       ": contains the private key of another certificate than " +
                                        this->certificate.string());
   EXPECT_EQ(TlsTestClient(server->Port()).ServerName(), "second");
   fs::remove(this->key);
@@ -263,10 +264,10 @@ TEST_F(Tls, AProxysHeaderComesBeforeIt)
 
 TEST_F(Tls, NeedsACertificateAndItsKey)
 {
-  EXPECT_EQ(
-    this->Refusal(this->key, this->key), this->key.string() + ": holds no certificate in PEM");
+  EXPECT_EQ(this->Refusal(this->key, this->key),
+    this->key.string() + ": contains no certificate in PEM format");
   EXPECT_EQ(this->Refusal(this->certificate, this->certificate),
-    this->certificate.string() + ": holds no private key in PEM without a passphrase");
+    this->certificate.string() + ": contains no private key in PEM format without a passphrase");
 }
 
 TEST_F(Tls, SaysWhatIsWrongWithItsFiles)
@@ -277,8 +278,9 @@ TEST_F(Tls, SaysWhatIsWrongWithItsFiles)
   const auto another = MakeKey();
   WriteKey(other, another.get());
   EXPECT_EQ(this->Refusal(this->certificate, other),
-    other.string() + ": holds the key of another certificate than " + this->certificate.string());
+    other.string() + ": contains the private key of another certificate than " +
+      this->certificate.string());
   WriteKey(other, another.get(), "secret"); // which the server must not ask the terminal for
   EXPECT_EQ(this->Refusal(this->certificate, other),
-    other.string() + ": holds no private key in PEM without a passphrase");
+    other.string() + ": contains no private key in PEM format without a passphrase");
 }

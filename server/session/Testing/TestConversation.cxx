@@ -277,7 +277,7 @@ TEST_F(Talk, MessagesListsAndRequestsHaveTheSizesThatItIsGiven)
   EXPECT_EQ(errorTo(open + std::string(8192 - open.size(), ' ')), "none") << "it is opened";
   EXPECT_EQ(errorTo(WriteClientMessage({ 2, AskPartitions({ 1, 2, 3 }) })), "none");
   EXPECT_EQ(errorTo(WriteClientMessage({ 3, AskPieces(0, { 1 }) })),
-    "429 there are already 2 unfinished requests");
+    "429 the limit of 2 unfinished requests is reached");
   for (const auto& list : { WriteClientMessage({ 4, AskPartitions({ 1, 2, 3, 4 }) }),
          WriteClientMessage({ 4, RegionRequest{ 1, 1, { 1, 2, 3, 4 } } }),
          WriteClientMessage({ 4, BlobsRequest{ std::vector(4, BlobId::Partition(1)) } }) })
@@ -411,7 +411,7 @@ TEST_F(Talk, WhoAsksTooOftenIsToldAndMayCancel)
   ASSERT_EQ(this->answers.size(), 2u);
   EXPECT_EQ(std::get<ErrorAnswer>(this->answers[0].body).code, 429);
   EXPECT_EQ(
-    std::get<ErrorAnswer>(this->answers[0].body).message, "too many requests: ask again in 7 s");
+    std::get<ErrorAnswer>(this->answers[0].body).message, "too many requests: try again in 7 s");
   EXPECT_EQ(this->answers[0].request, 3u);
   EXPECT_TRUE(this->Last<EndAnswer>().cancelled);
 }

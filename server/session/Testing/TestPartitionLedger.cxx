@@ -103,7 +103,7 @@ TEST_F(Ledger, AConversationGetsItsShareAndIsToldWhenThereIsMore)
     EXPECT_EQ(heard.error->code, 403);
     EXPECT_FALSE(heard.error->blob) << "of the whole request";
     EXPECT_NE(heard.error->message.find("the quota of 8 partitions"), std::string::npos);
-    EXPECT_NE(heard.error->message.find(": again at 1970-"), std::string::npos);
+    EXPECT_NE(heard.error->message.find(": try again at 1970-"), std::string::npos);
     EXPECT_FALSE(heard.ended);
     EXPECT_EQ(this->refusals, 1);
 

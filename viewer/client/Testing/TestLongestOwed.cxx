@@ -221,9 +221,9 @@ TEST(TestLongestOwed, AServerThatAlwaysSendsOthersIsGivenUpAndThePieceIsNamed)
       [](const ClientEvent& event) { return event.kind == EventKind::BlobFailed; });
     EXPECT_EQ(failed.request, 2u) << what;
     EXPECT_EQ(failed.blob, BlobId::Partition(1)) << what;
-    EXPECT_EQ(failed.message, "the server sends other things instead");
+    EXPECT_EQ(failed.message, "the server sends other data instead");
     EXPECT_EQ(talk.Line.Trouble(),
-      "the connection to server:1 was lost: it did not bring what was asked for first");
+      "the connection to server:1 was lost: the oldest request was not answered");
 
     // The others are asked for again.
     talk.Open();

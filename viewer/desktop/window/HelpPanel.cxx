@@ -1,5 +1,4 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "viewer/desktop/window/HelpPanel.h"
 
 #include "viewer/desktop/window/Panels.h"
 
@@ -23,29 +22,29 @@ void DrawHelp(const PanelFacts& facts, bool& isOpen)
   static constexpr std::array<Line, 25> lines{ {
     { "Drag, one finger, arrow keys", "turn" },
     { "Right drag, Shift and drag, two fingers", "move" },
-    { "Wheel, pinch, + and -", "nearer and farther" },
-    { "Double click, double tap, Return", "the original there, at once" },
-    { "Double click beside the model, H, Home", "the first view again" },
-    { "U, Backspace", "the view before the last jump" },
+    { "Wheel, pinch, + and -", "zoom in and out" },
+    { "Double click, double tap, Return", "show the original there" },
+    { "Double click beside the model, H, Home", "back to the initial view" },
+    { "U, Backspace", "undo the last jump" },
     { "Click on a preview, Page Up, Page Down", "another model" },
     { "M", "previews of all models" },
-    { "Esc", "back, one thing after the other" },
-    { "S, F12", "write a picture" },
-    { "T", "tools: sides, distances, section, light, links" },
-    { "1 to 6", "from the front, back, left, right, top, bottom" },
-    { "R", "clicks measure, or not" },
-    { "C", "cut it open: the mouse moves the section, or not" },
-    { "I", "the light comes from the mouse, or not" },
+    { "Esc", "close or go back, one step at a time" },
+    { "S, F12", "save a picture" },
+    { "T", "tools: views, distances, section, light, links" },
+    { "1 to 6", "look from front, back, left, right, top, bottom" },
+    { "R", "measure with clicks: on, off" },
+    { "C", "move the section with the mouse: on, off" },
+    { "I", "move the light with the mouse: on, off" },
     { "L", "copy a link to this view" },
-    { "N", "notes on the model: read them, write them" },
-    { "D", "what is shown, and what came of it" },
+    { "N", "read and write notes on the model" },
+    { "D", "statistics of the view and the stream" },
     { "O", "settings" },
-    { "K", "colours: by the next array of the model" },
-    { "B", "boxes of the partitions around a double click" },
-    { "Tab", "the model alone, without words" },
+    { "K", "colour by the next array" },
+    { "B", "boxes of the partitions of the original region" },
+    { "Tab", "hide all panels" },
     { "F, F11", "full screen" },
     { "F1, ?", "this list" },
-    { "Q, Ctrl-Q", "end" },
+    { "Q, Ctrl-Q", "quit" },
   } };
   ImGui::SetNextWindowPos(
     { middle(facts.width), middle(facts.height) }, ImGuiCond_Appearing, { 0.5f, 0.5f });

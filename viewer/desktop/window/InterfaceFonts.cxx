@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// The letters of the window's words: see InterfaceFonts.h.
-#include "viewer/desktop/window/InterfaceFonts.h"
+// The letters of the window's words: see InterfaceLayer.h.
+#include "viewer/desktop/window/InterfaceLayer.h"
 
 #include <fontconfig/fontconfig.h>
 #include <imgui.h>

@@ -2,8 +2,6 @@
 // Dear ImGui in a VTK window: see InterfaceLayer.h.
 #include "viewer/desktop/window/InterfaceLayer.h"
 
-#include "viewer/desktop/window/InterfaceFonts.h"
-
 #include <vtkObjectFactory.h>
 #include <vtkProp.h>
 #include <vtkRenderWindow.h>

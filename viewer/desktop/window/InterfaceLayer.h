@@ -10,9 +10,11 @@
 
 #include <deque>
 #include <set>
+#include <string>
 #include <string_view>
 #include <vector>
 
+struct ImFontAtlas;
 class vtkProp;
 class vtkRenderWindow;
 class vtkRenderer;
@@ -84,5 +86,15 @@ private:
   bool KeyIsDown = false, KeyWasDown = false; // in this frame, in the last one
   std::vector<Shape> Shapes;                  // when they were described last
 };
+
+// ---- The letters of the window's words: the desktop's fonts, by fontconfig (InterfaceFonts.cxx).
+
+// The code points of a UTF-8 text; what is no UTF-8 is passed over.
+std::set<char32_t> LettersOf(std::string_view text);
+
+// Fills the atlas with the desktop's sans serif font, of this height in pixels, and with whatever
+// other fonts have those of `letters` that it lacks; with the library's own small font where the
+// desktop has none.
+void LoadFonts(ImFontAtlas& atlas, double height, const std::set<char32_t>& letters);
 
 }

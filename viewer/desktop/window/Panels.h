@@ -8,6 +8,7 @@
 #include "viewer/desktop/window/NotesPanel.h"
 #include "viewer/desktop/window/Previews.h"
 #include "viewer/session/SessionFile.h"
+#include "viewer/session/SessionTypes.h"
 #include "viewer/session/ViewerSession.h"
 
 #include <array>
@@ -116,5 +117,16 @@ private:
   float BelowTitle = 0;          // pixels
   std::array<bool, 4> WasOpen{}; // of tools, details, settings, notes: in the last frame
 };
+
+// What is shown, in numbers, and what came of it, a row a blob (paper, Tables 4-6): both within a
+// window, and how wide this has to be so that nothing is cut off,
+// pixels: known in the second frame.
+float DrawFacts(const PanelFacts& facts);
+// The newest first. ratio: pixels a point.
+float DrawBlobTable(const std::deque<BlobStatistics>& blobs, double ratio);
+
+// What mouse, fingers and keys do to the window, as a list: a window of widgets, which closes
+// itself.
+void DrawHelp(const PanelFacts& facts, bool& isOpen);
 
 }

@@ -174,9 +174,9 @@ void WindowLook::TakeTool(Tool tool)
   }
   this->Session.Do({ SessionStep::Kind::Tool, {}, has ? "none" : word });
   this->Tell(has                     ? "Mouse and fingers turn the model again."
-             : tool == Tool::Measure ? "Click one point of the surface, then another."
-             : tool == Tool::Section ? "Drag: the section moves. Right drag: it turns."
-                                     : "Drag: the light comes from there.");
+             : tool == Tool::Measure ? "Click two points on the surface."
+             : tool == Tool::Section ? "Drag to move the section. Right-drag to turn it."
+                                     : "Drag to move the light.");
 }
 
 // One thing after the other.

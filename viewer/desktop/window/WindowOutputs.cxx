@@ -30,7 +30,7 @@ std::string NewName(const std::string& model, const std::string& extension)
 
 void WindowLook::Copy(const std::string& text, const std::string& what)
 {
-  this->Tell(this->Clipboard.Put(text) ? what + " copied." : "There is no clipboard.");
+  this->Tell(this->Clipboard.Put(text) ? what + " copied." : "No clipboard is available.");
 }
 
 // For a browser, or for kdstream-view.
@@ -77,7 +77,7 @@ void WindowLook::AskForPicture()
   this->FramesLeft = 2;
   if (this->Session.IsRecording() && !this->Session.Viewer().IsIdle())
   {
-    this->Tell("The picture is taken when all of it has come.");
+    this->Tell("The picture will be saved when everything is loaded.");
   }
 }
 
@@ -87,7 +87,7 @@ void WindowLook::TakePicture()
   const std::string model = this->Session.Viewer().GetStatus().model;
   if (model.empty() || this->Session.Viewer().GetStatus().vertices == 0)
   {
-    this->Tell("There is nothing to write a picture of yet.");
+    this->Tell("There is nothing to save a picture of yet.");
     return;
   }
   const std::string file = NewName(model, ".png");

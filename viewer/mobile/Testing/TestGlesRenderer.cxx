@@ -333,7 +333,7 @@ TEST(GlesRenderer, SaysThatTheGraphicsMemoryIsFull)
     ASSERT_FALSE(status);
     EXPECT_EQ(status.GetError().code, ErrorCode::LimitExceeded);
     EXPECT_EQ(status.GetError().message,
-      "the graphics memory does not hold a surface of 80402 points and 160800 triangles");
+      "the graphics memory is too small for a surface of 80402 points and 160800 triangles");
     EXPECT_EQ(Compare(easel.Read(), nothing).pixels, 0u);
     EXPECT_EQ(CountBuffers(), 0);
     status = easel.Try(SceneOf(BumpySphere(201), 3)); // not tried again

@@ -341,7 +341,7 @@ void PageSession::EndSearch(std::uint32_t search, bool isKept, double now)
     this->Misses = true;
     ClientEvent event;
     event.request = search;
-    event.message = "it is not kept on this device";
+    event.message = "it is not stored on this device";
     this->Receive(std::move(event));
   }
   else if (!isOwed && !left.blobs.empty())

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// What a person, the browser or a page around this one wants: buttons, keys, to and fro, tokens; what becomes of the
-// network and of the canvas.
+// What a person, the browser or a surrounding page asks for: buttons, keys, back and forward, tokens; and changes of
+// the network and of the canvas.
 
 import { takeToken } from "./line.js";
 import { entryOf } from "./list.js";

@@ -1,8 +1,9 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // <kdstream-viewer src="https://SERVER" model="ID" view="…">: the viewer on anybody's page (doc/embedding.md).
 //
-// The viewer itself is the server's page in a frame, which shows one model and no list; it and this element send each
-// other messages (embedding.js answers there). A plain script, since modules of other origins need that server's leave.
+// The viewer itself is the server's page in a frame, which shows one model and no list. The page and this element
+// exchange messages (embedding.js answers there). This is a plain script, since modules of other origins need that
+// server's permission.
 (() => {
   const here = new URL(document.currentScript.src);
   const mostAwake = 4; // frames at a time: browsers give a page few contexts to draw with
@@ -146,7 +147,7 @@
         this.#frame.remove();
         this.#frame = null;
         this.#ready = false;
-        this.#waiting.forEach(({ reject }) => reject(new Error("The viewer sleeps.")));
+        this.#waiting.forEach(({ reject }) => reject(new Error("The viewer is unloaded.")));
         this.#waiting.clear();
         this.#tell("sleep");
       }

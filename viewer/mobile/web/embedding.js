@@ -87,9 +87,9 @@ export class Embedding {
     }
     const answer = (told) => source.postMessage({ kdstream: 1, id: data.id, ...told }, "*");
     if (!deed) {
-      answer({ error: "The viewer does not know this." });
+      answer({ error: "Unknown request." });
     } else if (!this.#mayTell()) {
-      answer({ error: "Models that need a token are shown, but nothing is told of them." });
+      answer({ error: "No details are given about models that need a token." });
     } else {
       const result = await deed(this.#page, data.value);
       this.#page.exchange();

@@ -197,7 +197,7 @@ export class Gallery {
     if (this.#models.size) {
       const found = document.getElementById("empty");
       found.hidden = words.length === 0;
-      found.textContent = left ? t("{n} models found", { n: left }) : t("No model is like this.");
+      found.textContent = left ? t("{n} models found", { n: left }) : t("No model matches.");
     }
   }
 }

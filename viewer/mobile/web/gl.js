@@ -85,8 +85,8 @@ export function tellOfPictures(came) {
   told = came;
 }
 
-// Replaces what the texture has, once it is decoded; where it cannot be, or has another size, or the device takes none so
-// large, the vertices' colours stay.
+// Replaces the content of the texture once the picture is decoded. If it cannot be decoded, has another size, or is
+// too large for the device, vertex colours stay.
 async function uploadPicture(number, begin, count, format, width, height) {
   const [context, owners, texture] = [gl, things, thingOf(number)];
   const bytes = new Blob([bytesAt(begin, count).slice()], { type: mimeTypes[format] });

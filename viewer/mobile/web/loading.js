@@ -36,7 +36,7 @@ export function watchSilence() {
   const silent = () => {
     told = true;
     showMessage({
-      text: t("Nothing has come from the server for a while. Still waiting …"),
+      text: t("The server has sent nothing for a while. Still waiting …"),
       label: t("Reload"),
       act: () => location.reload(),
     });

@@ -20,7 +20,7 @@ const done = (request) => new Promise((resolve, reject) => {
 function open() {
   opened ??= new Promise((resolve) => {
     const give = (database) => {
-      trouble = database ? "" : "this browser keeps nothing for this page";
+      trouble = database ? "" : "this browser stores nothing for this page";
       resolve(database);
     };
     try {

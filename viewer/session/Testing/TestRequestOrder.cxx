@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// In which order a view asks (doc/viewing.md#asking): the tree first, coarse before fine, the worst
+// In which order a view asks (doc/viewing.md#requests): the tree first, coarse before fine, the worst
 // first, the middle of the screen before its edges; and that nothing is asked for beyond it where
 // nothing is to be fetched ahead. What is expected is worked out from the server's own tables.
 #include "viewer/session/SessionParts.h"

@@ -264,7 +264,7 @@ TEST(TestSessionTaps, ATapThatNeedsTooMuchOfTheTreeIsDropped)
   EXPECT_FALSE(session.GetStatus().region);
   EXPECT_TRUE(session.IsIdle());
   EXPECT_EQ(session.GetStatus().error,
-    "What is around the tap cannot be told: too much of the tree is there.");
+    "The region around the tap is too large: it has too many partitions.");
 }
 
 TEST(TestSessionTaps, APageThatFailsEndsTheTapInWordsAndTheNextOneAsksAgain)
@@ -281,7 +281,7 @@ TEST(TestSessionTaps, APageThatFailsEndsTheTapInWordsAndTheNextOneAsksAgain)
   server.Serve(session);
   EXPECT_TRUE(session.IsIdle());
   EXPECT_FALSE(session.GetStatus().region);
-  EXPECT_EQ(session.GetStatus().error.rfind("tree/1 of torus cannot be had: ", 0), 0u)
+  EXPECT_EQ(session.GetStatus().error.rfind("tree/1 of torus cannot be loaded: ", 0), 0u)
     << session.GetStatus().error;
   server.Blob(BlobId::TreePage(1)) = whole;
   fingers.DoubleTap(session, x, y);

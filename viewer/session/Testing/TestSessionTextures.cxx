@@ -255,7 +255,7 @@ TEST(TestSessionTextures, ThatCannotBeHadAreNamedAndTheSurfaceStays)
     EXPECT_EQ(CountBoundaryEdges(session.Scene().surface->Whole().triangles), 0u);
     const std::string error = session.GetStatus().error;
     EXPECT_EQ(error.rfind("textures/", 0), 0u) << error;
-    EXPECT_NE(error.find(" of torus cannot be had: "), std::string::npos) << error;
+    EXPECT_NE(error.find(" of torus cannot be loaded: "), std::string::npos) << error;
     const std::size_t asked = server.log.size();
     session.SetRings(2);
     server.Serve(session);

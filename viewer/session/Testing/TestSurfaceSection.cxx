@@ -2,8 +2,8 @@
 // Where planes meet surfaces: outlines close, caps have the area that the outlines enclose, and
 // what is cut away is not picked.
 #include "Testing/Fixtures/Meshes.h"
-#include "viewer/session/section/SectionDrawing.h"
 #include "viewer/session/section/ShownSection.h"
+#include "viewer/session/section/SurfaceSection.h"
 
 #include <gtest/gtest.h>
 

@@ -328,7 +328,7 @@ TEST(TestViewDetail, AServerThatLiesIsSurvived)
       } while (server.Answer(session, &random));
       EXPECT_TRUE(session.IsIdle());
       EXPECT_LT(session.GetStatus().triangles, 100'000u);
-      told += session.GetStatus().error.find(" of torus cannot be had") != std::string::npos;
+      told += session.GetStatus().error.find(" of torus cannot be loaded") != std::string::npos;
     }
     EXPECT_GT(told, 0u);
   }

@@ -192,7 +192,7 @@ TEST(TestViewFetching, WhatIsFetchedAheadMayFail)
   // What is wanted is told.
   session.Zoom(6, onRingX, onRingY);
   server.Serve(session);
-  EXPECT_NE(session.GetStatus().error.find(" of torus cannot be had: "), std::string::npos);
+  EXPECT_NE(session.GetStatus().error.find(" of torus cannot be loaded: "), std::string::npos);
 }
 
 // A page keeps what comes undamaged; that something fetched ahead is damaged, no sentence tells.
@@ -268,7 +268,7 @@ TEST(TestViewFetching, WhatFailsIsToldOnlyWhereItIsMissed)
   }
   ASSERT_GT(all.size(), 1u);
   EXPECT_NE(
-    look(server, all)->GetStatus().error.find(" of torus cannot be had: "), std::string::npos);
+    look(server, all)->GetStatus().error.find(" of torus cannot be loaded: "), std::string::npos);
 }
 
 // All that is asked for now is lost; how many requests that were.
@@ -411,7 +411,7 @@ TEST(TestViewFetching, WhatIsLostEachTimeIsNotAskedForWithoutEnd)
     most = std::max(most, times);
   }
   EXPECT_EQ(most, 2u);
-  EXPECT_NE(session.GetStatus().error.find(" cannot be had: no"), std::string::npos);
+  EXPECT_NE(session.GetStatus().error.find(" cannot be loaded: no"), std::string::npos);
 }
 
 // What is told of something else stays, and what came damaged is not asked for again.

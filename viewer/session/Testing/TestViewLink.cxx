@@ -164,7 +164,7 @@ TEST(TestViewLink, AnotherVersionOfTheModelIsTold)
   const ViewerScene before = theirs.Scene();
   ASSERT_TRUE(theirs.Follow(link)); // of a model that is open
   EXPECT_EQ(theirs.GetStatus().error,
-    "This link was made of another version of torus: what it shows may have moved.");
+    "This link was made with another version of torus: its view may not fit.");
   EXPECT_GT(PixelsApart(before, theirs.Scene()), 10);
   theirs.UndoView();
   EXPECT_LT(PixelsApart(before, theirs.Scene()), 1e-9) << "it was a jump";
@@ -221,7 +221,7 @@ TEST(TestViewLink, TakesAnyText)
   EXPECT_FALSE(ParseViewLink("model=../etc"));
   EXPECT_TRUE(ParseViewLink("model=a&later=1&&x"));
   EXPECT_EQ(ParseViewLink("model=a&region=0.1").GetError().message,
-    "this link to a view says nothing that can be understood about its region");
+    "this link to a view has an invalid region");
   EXPECT_EQ(ParseViewLink(std::string(ViewLink::longest + 1, 'a')).GetError().message,
     "this link to a view is too long");
 }

@@ -29,9 +29,9 @@ struct ColorChoice
   bool operator==(const ColorChoice&) const = default;
 };
 
-// As session files, links and pages have it: "own", "none", "partition", "resolution", or
-// "by:NAME[:MAP[:LOW:HIGH]]", whose name is percent-encoded but for letters, digits, '-', '.' and
-// '_'.
+// The colours as session files, links and pages write them: "own", "none", "partition",
+// "resolution", or "by:NAME[:MAP[:LOW:HIGH]]". NAME is percent-encoded but for letters, digits,
+// '-', '.' and '_'.
 std::string FormatColors(const ColorChoice& choice);
 // Nothing where the text is none of these.
 std::optional<ColorChoice> ParseColors(std::string_view text);

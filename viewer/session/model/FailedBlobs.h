@@ -16,9 +16,9 @@
 namespace kdstream
 {
 
-// What has failed is not asked for again before Retry. What failed together with its request, as
-// where the connection is lost, is asked for again as soon as something comes over it, and once
-// more each time one of these has come: so it ends where nobody is given the rest.
+// A failed blob is not requested again before Retry. Blobs that failed together with their request,
+// as when the connection is lost, are requested again as soon as something comes over the line, and
+// once more each time one of them has come. So this ends where the server gives nobody the rest.
 class FailedBlobs
 {
 public:

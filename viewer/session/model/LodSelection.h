@@ -62,10 +62,14 @@ public:
   // Something is wanted, or has come, since the last choice.
   bool IsDue() const { return this->ChoiceIsDue; }
   void SetDue() { this->ChoiceIsDue = true; }
-  // Shows the best that is loaded. What is missing and can be had, in the order in which it is
-  // wanted: the tree, without which nothing can be judged; the way to each tapped partition and the
-  // partition; then the most urgent, by one level coarse before fine; textures, which are drawn on
-  // what is there. Nothing where the preview has just appeared: all is to be followed anew.
+  // Shows the best that is loaded. Returns what is missing and can be had, in the order in which it
+  // is wanted:
+  // 1. pages of the tree, without which nothing can be judged;
+  // 2. the way to each tapped partition, and the partition;
+  // 3. the most urgent pieces, coarse before fine by one level;
+  // 4. textures, which are drawn on what is there.
+  //
+  // Nothing if the preview has just appeared: then everything is to be followed anew.
   std::optional<std::vector<protocol::BlobId>> Choose(const View& view);
 
   // What is missing for a view that is nearer, the tree first, then the most urgent.

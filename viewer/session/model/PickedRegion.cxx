@@ -102,7 +102,7 @@ void PickedRegion::NoteAsked(std::size_t treeBlobs)
   if (this->Asked > this->Limits.treeBlobs)
   {
     this->Model.failed.Report(
-      "What is around the tap cannot be told: too much of the tree is there.");
+      "The region around the tap is too large: it has too many partitions.");
     this->DropPick();
   }
 }
@@ -146,8 +146,8 @@ void PickedRegion::FollowZoom(double pointsPerUnit)
   }
 }
 
-// The region before the one that is tapped now stays, with those before it, as long as all of them
-// are within the budget, and no more than one region may be.
+// The region before the newly tapped one stays, with those before it, as long as all of them
+// together are within the budget, and not larger than one region may be.
 void PickedRegion::Keep(const Region& last)
 {
   this->Earlier.insert(this->Earlier.begin(), last.partitions.begin(), last.partitions.end());

@@ -17,11 +17,14 @@
 namespace kdstream
 {
 
-// A box is in view long before the surface in it is: most of it is empty. And what a closed surface
-// shows from behind is hidden by its front. The triangles of pieces that are loaded anyway tell
-// about where the surface is and which way it faces: of a level below S for the pieces of the next
-// level that hold the children of its clusters; of level S, whose clusters lie in one partition
-// each, for the partitions. Of what is not loaded nothing is known, and it may be seen.
+// A box is in view long before the surface in it is: most of it is empty. And the front of a closed
+// surface hides its back. So the triangles of loaded pieces say about where the surface is and
+// which way it faces:
+// - those of a level coarser than S, for the pieces of the next level that hold the children of its
+//   clusters;
+// - those of level S, whose clusters lie in one partition each, for the partitions.
+//
+// What is not loaded is unknown, and counts as visible.
 class SeenPartitions
 {
 public:

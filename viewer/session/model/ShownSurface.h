@@ -41,14 +41,14 @@ public:
     std::vector<PieceId> missing;
   };
 
-  // Shows the best cut that the loaded pieces allow, the first that is whole of
-  //   the wished base with those pieces that are loaded,
-  //   the shown base with these,
-  //   where `failed` holds a piece that the first would need: the wished base alone;
-  //   what is shown already.
-  // Before anything is shown: the wished base, or nothing.
-  // Of what the wish needs, its pieces are taken in the wished base once that is loaded, until then
-  // in the shown one.
+  // Shows the best cut that the loaded pieces allow. The first of these that is whole:
+  // 1. the wished base with the loaded pieces;
+  // 2. the shown base with these;
+  // 3. where `failed` holds a piece that 1 needs: only the wished base;
+  // 4. what is shown already.
+  //
+  // Before anything is shown: the wished base, or nothing. The wish's pieces are taken in the
+  // wished base once that is loaded, until then in the shown one.
   Needs ShowWhole(const SurfaceWish& wish, PieceCache& pieces, const std::set<PieceId>& failed);
 
   // Shows, once the base is loaded, all that is loaded of what the pieces need: any set of pieces

@@ -332,8 +332,8 @@ void ViewRefinement::Want(PieceId piece, double urgency)
   }
 }
 
-// Until a piece finer than S comes: what is loaded below it, and the finest above it that is
-// loaded, or else one that is worth fetching before.
+// Until a piece finer than S comes, wants: what is loaded below it; and the finest loaded piece
+// above it, or else one above it that is worth fetching first.
 void ViewRefinement::WantOnTheWay(PieceId piece, const View& view, const std::set<PieceId>& failed)
 {
   if (view.loaded.Peek(piece))

@@ -22,10 +22,10 @@
 namespace kdstream
 {
 
-// Light and paint come from values at the vertices and are interpolated between these: what varies
-// from one to the next is lost, however near the surface is. So the deviation of a piece counts as
-// at least this part of the distance between its vertices (decision 6): a sixth for the normals; a
-// third if the model is painted; half if pictures paint it, which have more than vertices do.
+// Light and colour are values at the vertices and are interpolated between them: variations between
+// vertices are lost, however near the surface is. So the deviation of a piece counts as at least
+// this part of the distance between its vertices (decision 6): a sixth for the normals; a third if
+// the model has vertex colours; a half if it has textures, which have more detail than vertices.
 double LightPartOf(const ModelDescription& model);
 
 // About how far apart the vertices of a surface in a box are, spread over half the box's surface.

@@ -22,11 +22,11 @@
 namespace kdstream
 {
 
-// A tile is wanted where a partition is drawn as the original, may be seen, and either was tapped
-// or has its vertices so far apart on the screen that their colours alone look soft, or where all
-// is to be shown as the original. Those of the middle of the screen come first, as far as the limit
-// on decoded pictures goes; what is not wanted any more stays until others need its room. All
-// O(parts log parts) but for Add.
+// A tile is wanted where a partition is drawn as the original and may be visible, and either was
+// tapped, or has its vertices so far apart on the screen that only their colours look soft, or
+// where all is to be shown as the original. Tiles in the middle of the screen come first, up to the
+// limit on decoded pictures. A tile that is not wanted any more stays until others need its room.
+// All functions are O(parts log parts), except Add.
 class ShownTiles
 {
 public:

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// A section's outline as SVG: see SectionDrawing.h.
-#include "viewer/session/section/SectionDrawing.h"
+// A section's outline as SVG: see SurfaceSection.h.
+#include "viewer/session/section/SurfaceSection.h"
 
 #include "filters/model/JsonWriter.h"
 

@@ -34,8 +34,8 @@ struct SectionPlane
 
   Vec3 NearestTo(const Vec3& point) const { return point - this->normal * this->Above(point); }
 
-  // The part of a ray before which, and behind which, all is cut away: from `begin` to `end`, both
-  // of 0 or more along it; begin > end where nothing is left.
+  // The part of a ray that is not cut away: from `begin` to `end`, both 0 or more along it; begin >
+  // end where nothing is left.
   struct Part
   {
     double begin = 0, end = std::numeric_limits<double>::infinity();

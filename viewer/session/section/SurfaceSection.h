@@ -9,6 +9,8 @@
 #include <array>
 #include <cstddef>
 #include <cstdint>
+#include <string>
+#include <string_view>
 #include <vector>
 
 namespace kdstream
@@ -47,5 +49,12 @@ std::vector<SectionLine> LinesOf(const std::vector<SectionSegment>& segments);
 // geometric figures, 1982): between two neighbouring segments lies a trapezoid, until one of them
 // ends or another one begins between them.
 Surface CapOf(const std::vector<SectionSegment>& segments, const SectionPlane& plane);
+
+// The lines as SVG 1.1, one path, as one sees them who looks against the plane's normal. One unit
+// of the drawing is one of the model; where that is mm, cm, m or in, the drawing has its true size
+// on paper (a browser takes metres as 1000 mm). title, note: any text; the note tells how exact it
+// is. O(n).
+std::string SectionDrawing(const std::vector<SectionLine>& lines, const SectionPlane& plane,
+  std::string_view unit, std::string_view title, std::string_view note);
 
 }

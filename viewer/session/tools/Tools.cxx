@@ -3,7 +3,7 @@
 #include "viewer/session/tools/Tools.h"
 
 #include "filters/model/JsonWriter.h"
-#include "viewer/session/section/SectionDrawing.h"
+#include "viewer/session/section/SurfaceSection.h"
 
 #include <algorithm>
 #include <cmath>

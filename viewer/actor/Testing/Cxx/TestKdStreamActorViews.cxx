@@ -182,7 +182,7 @@ TEST_F(TestKdStreamActorViews, RefineNeedsAWindowAndSeconds)
   for (const double seconds : { nan, -1.0 })
   {
     EXPECT_FALSE(this->Actor->Refine(this->Renderer, seconds));
-    EXPECT_NE(heard.Take().find("Refine must have 0 seconds or more, not "), std::string::npos);
+    EXPECT_NE(heard.Take().find("Refine needs 0 seconds or more, not "), std::string::npos);
   }
   vtkNew<vtkRenderer> alone;
   EXPECT_FALSE(this->Actor->Refine(alone, 1));

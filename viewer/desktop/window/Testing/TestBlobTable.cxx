@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Numbers in columns: all of them can be read in a window that is as wide as is said.
-#include "viewer/desktop/window/BlobTable.h"
+#include "viewer/desktop/window/Panels.h"
 
 #include <gtest/gtest.h>
 #include <imgui.h>

@@ -8,8 +8,8 @@ export const texts = {
   "Search the models": "البحث في النماذج",
   "available offline": "متاح دون اتصال",
   "{n} models found": { zero: "لا توجد نماذج", one: "عُثر على نموذج واحد", two: "عُثر على نموذجين", few: "عُثر على {n} نماذج", many: "عُثر على {n} نموذجًا", other: "عُثر على {n} نموذج" },
-  "No model is like this.": "لا يوجد نموذج مطابق.",
-  "This server has no models yet. They appear here as soon as it has one.":
+  "No model matches.": "لا يوجد نموذج مطابق.",
+  "This server has no models yet. New models appear here.":
     "لا توجد نماذج على هذا الخادم بعد. ستظهر هنا حالما تتوفر.",
   "Preview of {name}": "معاينة {name}",
 
@@ -18,7 +18,7 @@ export const texts = {
   "{name} in 3D": "{name} بثلاثة أبعاد",
   "{name}: full screen": "{name}: ملء الشاشة",
   "{name}: original detail is shown": "{name}: تظهر التفاصيل الأصلية",
-  "Arrow keys turn, with Shift they move. Plus and minus zoom. Enter opens the model, and brings the original detail in the middle. H goes to the first view, U one view back, Escape to the list.":
+  "Arrow keys turn, with Shift they move. Plus and minus zoom. Enter opens the model, then loads the original at the centre. H resets the view, U undoes the last jump, Escape returns to the list.":
     "مفاتيح الأسهم للتدوير، ومع Shift للتحريك. زائد وناقص للتكبير والتصغير. Enter يفتح النموذج ويجلب التفاصيل الأصلية في الوسط. H للعرض الأول، وU للعرض السابق، وEscape للقائمة.",
   "Loading": "جارٍ التحميل",
   "Loading the viewer": "جارٍ تحميل العارض",
@@ -35,13 +35,13 @@ export const texts = {
   "{n} points": { zero: "لا نقاط", one: "نقطة واحدة", two: "نقطتان", few: "{n} نقاط", many: "{n} نقطة", other: "{n} نقطة" },
   "{n} vertices": { zero: "لا رؤوس", one: "رأس واحد", two: "رأسان", few: "{n} رؤوس", many: "{n} رأسًا", other: "{n} رأس" },
   "{done} of {all} parts, {bytes}": "{done} من {all} جزء، {bytes}",
-  "Tap one point of the surface, then another": "المس نقطة على السطح ثم نقطة أخرى",
-  "Click one point of the surface, then another": "انقر نقطة على السطح ثم نقطة أخرى",
+  "Tap two points on the surface": "المس نقطتين على السطح",
+  "Click two points on the surface": "انقر نقطتين على السطح",
   "Tap to turn the model": "المس لتدوير النموذج",
   "Double-tap the surface for its original detail": "المس السطح مرتين لرؤية تفاصيله الأصلية",
   "Double-click the surface for its original detail": "انقر السطح مرتين لرؤية تفاصيله الأصلية",
-  "Colours of detail": "ألوان التفاصيل",
-  "By an array": "حسب قيم النقاط",
+  "Colours by detail": "ألوان التفاصيل",
+  "By array": "حسب قيم النقاط",
   "Colour map": "تدرج الألوان",
   "Blue to red": "من الأزرق إلى الأحمر",
   "From": "من",
@@ -60,7 +60,7 @@ export const texts = {
 
   // buttons
   "Back to the list": "العودة إلى القائمة",
-  "Back to the view before": "العودة إلى العرض السابق",
+  "Back to the previous view": "العودة إلى العرض السابق",
   "First view": "العرض الأول",
   "Tools": "الأدوات",
   "Options": "الخيارات",
@@ -81,7 +81,7 @@ export const texts = {
   "Turning": "التدوير",
   "Previews": "المعاينات",
   "Beside the list": "بجانب القائمة",
-  "When asked for": "عند الطلب",
+  "On demand": "عند الطلب",
   "Upright": "قائم",
   "Free": "حر",
   "Original detail around a double tap": "التفاصيل الأصلية حول اللمس المزدوج",
@@ -96,9 +96,9 @@ export const texts = {
   "Stone": "حجر",
   "Colours": "ألوان",
   "Partitions": "الأقسام",
-  "Without a network": "دون شبكة",
-  "Detail to keep": "التفاصيل المحفوظة",
-  "Most to keep": "الحد الأقصى للحفظ",
+  "Offline": "دون شبكة",
+  "Detail to store": "التفاصيل المحفوظة",
+  "Storage limit": "حد التخزين",
   "At most 50 MB": "50 ميغابايت على الأكثر",
   "At most 200 MB": "200 ميغابايت على الأكثر",
   "At most 1 GB": "1 غيغابايت على الأكثر",
@@ -108,14 +108,14 @@ export const texts = {
   "Go on": "متابعة",
   "Paused: {why}.": "متوقف مؤقتًا: {why}.",
   "Paused after {part}": "متوقف مؤقتًا بعد {part}",
-  "Kept: it opens without a network.": "محفوظ: يُفتح دون شبكة.",
+  "Stored: it opens offline.": "محفوظ: يُفتح دون شبكة.",
   "{bytes} of {limit} are used.": "استُخدم {bytes} من {limit}.",
-  "Nothing more can be kept: {why}.": "لا يمكن حفظ المزيد: {why}.",
+  "Nothing more can be stored: {why}.": "لا يمكن حفظ المزيد: {why}.",
   "the limit is reached": "بلغ الحد الأقصى",
-  "it cannot be kept": "لا يمكن حفظه",
-  "some of what was kept has been removed since": "أُزيل بعض ما حُفظ",
-  "all that was kept has been removed": "أُزيل كل ما حُفظ",
-  "this browser keeps nothing for this page": "هذا المتصفح لا يحفظ شيئًا لهذه الصفحة",
+  "it cannot be stored": "لا يمكن حفظه",
+  "some stored data was removed": "أُزيل بعض ما حُفظ",
+  "all stored data was removed": "أُزيل كل ما حُفظ",
+  "this browser stores nothing for this page": "هذا المتصفح لا يحفظ شيئًا لهذه الصفحة",
   "the browser's storage is full": "مساحة تخزين المتصفح ممتلئة",
 
   // about a model
@@ -132,7 +132,7 @@ export const texts = {
   "Right": "اليمين",
   "Top": "الأعلى",
   "Bottom": "الأسفل",
-  "Turn by itself": "تدوير تلقائي",
+  "Turn automatically": "تدوير تلقائي",
   "Distances": "المسافات",
   "Measure": "قياس",
   "Section": "المقطع",
@@ -154,18 +154,18 @@ export const texts = {
   "Standard light": "الضوء المعتاد",
   "Name of the distance": "اسم المسافة",
   "from here to …": "من هنا إلى …",
-  "(the original is coming)": "(الأصل قادم)",
+  "(the original is loading)": "(الأصل قادم)",
   "(of a coarser level)": "(من مستوى أقل دقة)",
   "{distance}, height {height}, across {across}": "{distance}، الارتفاع {height}، أفقيًا {across}",
   "Copy as text": "نسخ كنص",
   "Copy this:": "انسخ هذا:",
-  "The distances are copied.": "نُسخت المسافات.",
+  "Distances copied.": "نُسخت المسافات.",
   "This view": "هذا العرض",
   "Copy link": "نسخ الرابط",
   "Share…": "مشاركة…",
-  "The link to this view is copied.": "نُسخ رابط هذا العرض.",
+  "Link copied.": "نُسخ رابط هذا العرض.",
   "Save picture": "حفظ الصورة",
-  "The picture is saved.": "حُفظت الصورة.",
+  "Picture saved.": "حُفظت الصورة.",
 
   // notes
   "Notes": "ملاحظات",
@@ -183,35 +183,35 @@ export const texts = {
   "Down": "إلى أسفل",
   "Edit": "تعديل",
   "A note needs a title.": "تحتاج الملاحظة إلى عنوان.",
-  "There can be {n} notes.": "يمكن أن تكون هناك {n} ملاحظة.",
-  "These notes are too long to be served: shorten them.": "هذه الملاحظات أطول مما يرسله الخادم: اختصرها.",
-  "Put {file} beside {store} on the server: then all who see the model have the notes.": "ضع {file} بجوار {store} على الخادم: عندها تظهر الملاحظات لكل من يرى النموذج.",
+  "A model can have at most {n} notes.": "يمكن أن تكون هناك {n} ملاحظة.",
+  "These notes are too long for the server: shorten them.": "هذه الملاحظات أطول مما يرسله الخادم: اختصرها.",
+  "Copy {file} to the folder of {store} on the server: then everyone sees the notes.": "ضع {file} بجوار {store} على الخادم: عندها تظهر الملاحظات لكل من يرى النموذج.",
 
   // tokens
   "A token": "رمز الدخول",
   "Your token": "رمزك",
-  "The token that you were given, or its link": "رمز الدخول الذي أُعطيته، أو رابطه",
+  "Your token, or the link that contains it": "رمز الدخول الذي أُعطيته، أو رابطه",
   "Enter": "إدخال",
   "Enter it": "إدخاله",
   "Remember it in this browser": "تذكّره في هذا المتصفح",
   "Forget it now": "انسه الآن",
-  "This is no token: it would be a long word, or a link with #token= in it.":
-    "هذا ليس رمز دخول: يكون كلمة طويلة، أو رابطًا فيه ‎#token=‎.",
+  "This is not a token. Enter the token, or a link that contains #token=.":
+    "هذا ليس رمز دخول. أدخل الرمز، أو رابطًا يحتوي على #token=.",
 
   // what a server refuses
   "in {n} seconds": { zero: "الآن", one: "بعد ثانية", two: "بعد ثانيتين", few: "بعد {n} ثوانٍ", many: "بعد {n} ثانية", other: "بعد {n} ثانية" },
   "at {time}": "في {time}",
-  "the server asks for a token: open the link that you were given": "يطلب الخادم رمز دخول: افتح الرابط الذي أُعطيته",
-  "the server asks for a token: the link has expired, or is for another server":
+  "the server requires a token: open the link that you were given": "يطلب الخادم رمز دخول: افتح الرابط الذي أُعطيته",
+  "the server requires a token: your link has expired, or is for another server":
     "يطلب الخادم رمز دخول: انتهت صلاحية الرابط، أو هو لخادم آخر",
-  "the link that you were given does not allow this": "الرابط الذي أُعطيته لا يسمح بذلك",
-  "the link that you were given is for the preview alone": "الرابط الذي أُعطيته للمعاينة فقط",
-  "the link that you were given is not for the original": "الرابط الذي أُعطيته لا يشمل الأصل",
-  "the link that you were given is not for this model": "الرابط الذي أُعطيته ليس لهذا النموذج",
-  "what you may have of this is used up; there is more {when}": "استُهلك ما يُسمح لك به من هذا؛ يتوفر المزيد {when}",
+  "your link does not allow this": "الرابط الذي أُعطيته لا يسمح بذلك",
+  "your link only allows the preview": "الرابط الذي أُعطيته للمعاينة فقط",
+  "your link does not allow the original": "الرابط الذي أُعطيته لا يشمل الأصل",
+  "your link is not for this model": "الرابط الذي أُعطيته ليس لهذا النموذج",
+  "your quota for this model is used up; try again {when}": "استُهلك ما يُسمح لك به من هذا؛ يتوفر المزيد {when}",
   "the server does not have it": "لا يوجد على الخادم",
-  "too much was asked of the server at once": "طُلب من الخادم الكثير دفعة واحدة",
-  "too much was asked of the server at once; it answers again {when}": "طُلب من الخادم الكثير دفعة واحدة؛ يجيب مجددًا {when}",
+  "too many requests": "طُلب من الخادم الكثير دفعة واحدة",
+  "too many requests; the server answers again {when}": "طُلب من الخادم الكثير دفعة واحدة؛ يجيب مجددًا {when}",
   "the server is busy": "الخادم مشغول",
   "the server is busy; it answers again {when}": "الخادم مشغول؛ يجيب مجددًا {when}",
   "the server says {status}": "يقول الخادم {status}",
@@ -219,51 +219,51 @@ export const texts = {
   // what goes wrong
   "the server does not answer": "الخادم لا يجيب",
   "the server cannot be reached": "لا يمكن الوصول إلى الخادم",
-  "the list of models cannot be had: {why}": "تعذر الحصول على قائمة النماذج: {why}",
+  "the list of models cannot be loaded: {why}": "تعذر الحصول على قائمة النماذج: {why}",
   "the connection to the server was lost: {why}": "انقطع الاتصال بالخادم: {why}",
   "{name} cannot be opened: {why}": "لا يمكن فتح {name}: {why}",
   "a part of “{name}” is missing ({part}): {why}": "ينقص جزء من «{name}» ({part}): {why}",
   "the picture cannot be drawn: {why}": "لا يمكن رسم الصورة: {why}",
   "Trying again …": "تجري المحاولة مجددًا …",
   "Connected again.": "عاد الاتصال.",
-  "Nothing has come from the server for a while. Still waiting …": "لم يصل شيء من الخادم منذ مدة. الانتظار مستمر …",
+  "The server has sent nothing for a while. Still waiting …": "لم يصل شيء من الخادم منذ مدة. الانتظار مستمر …",
   "a part of the viewer cannot be loaded from the server": "يتعذر تحميل جزء من العارض من الخادم",
   "The viewer could not be loaded from the server.": "تعذر تحميل العارض من الخادم.",
-  "The viewer has stopped: this device has not enough memory for what was to be shown.":
+  "The viewer has stopped: this device does not have enough memory for this view.":
     "توقف العارض: ذاكرة هذا الجهاز لا تكفي لما كان سيُعرض.",
-  "The device has taken the picture away. It is drawn again as soon as the device allows it.":
+  "The device has stopped the 3D drawing. It continues as soon as the device allows it.":
     "سحب الجهاز الصورة. ستُرسم مجددًا حالما يسمح الجهاز بذلك.",
-  "“{name}” is not kept on this device, and the server cannot be reached.":
+  "“{name}” is not stored on this device, and the server cannot be reached.":
     "«{name}» غير محفوظ على هذا الجهاز، ولا يمكن الوصول إلى الخادم.",
-  "The server cannot be reached. What this device has kept is shown.":
+  "The server cannot be reached. Stored data is shown.":
     "لا يمكن الوصول إلى الخادم. يُعرض ما حُفظ على هذا الجهاز.",
-  "“{name}” is no longer on the server. What has been loaded can still be looked at.":
+  "“{name}” is no longer on the server. What is loaded can still be viewed.":
     "لم يعد «{name}» على الخادم. ما حُمّل منه ما زال متاحًا.",
-  "The server has another “{name}” now.": "لدى الخادم الآن نموذج آخر باسم «{name}».",
+  "The server has a new version of “{name}”.": "لدى الخادم نسخة جديدة من «{name}».",
   "There is a newer version of this viewer.": "توجد نسخة أحدث من هذا العارض.",
   "This browser has no WebAssembly, or it is switched off.": "لا يدعم هذا المتصفح WebAssembly، أو أنه معطّل.",
   "This browser cannot draw in 3D: it has no WebGL 2, or it is switched off.":
     "لا يستطيع هذا المتصفح الرسم بثلاثة أبعاد: لا يدعم WebGL 2، أو أنه معطّل.",
   "The viewer needs JavaScript, which is switched off.": "يحتاج العارض إلى JavaScript، وهو معطّل.",
-  "The viewer does not start. It needs a browser of the last few years, with JavaScript and WebGL 2; reloading the page may help too.":
+  "The viewer does not start. It needs a recent browser with JavaScript and WebGL 2. Reloading the page may help.":
     "العارض لا يبدأ. يحتاج إلى متصفح من السنوات الأخيرة مع JavaScript وWebGL 2؛ وقد تفيد إعادة تحميل الصفحة.",
 };
 
 export const sentences = {
   "it was closed": "أُغلق",
   "the server does not answer": "الخادم لا يجيب",
-  "it brought nothing for too long": "لم يصل شيء لمدة طويلة",
+  "nothing arrived for too long": "لم يصل شيء لمدة طويلة",
   "its checksum is wrong": "المجموع التدقيقي خاطئ",
   "the server is stopping": "الخادم يتوقف",
   "there is no model {name}": "لا يوجد نموذج {name}",
   "the server has no model '{name}'": "لا يوجد على الخادم نموذج «{name}»",
-  "the server ended without sending it": "لم يرسله الخادم",
+  "the server stopped before sending it": "لم يرسله الخادم",
   "the model has been replaced on the server; select it again": "استُبدل النموذج على الخادم؛ اختره مجددًا",
   "{what} of {name} is damaged on the server": "{what} من {name} تالف على الخادم",
   "{name} is damaged on the server": "{name} تالف على الخادم",
-  "{name} is being replaced: ask again": "يجري استبدال {name}",
+  "{name} is being replaced: try again": "يجري استبدال {name}",
   "this link to a view is too long": "رابط العرض هذا طويل جدًا",
-  "this link to a view says nothing that can be understood about its {part}": "لا يُفهم رابط العرض هذا ({part})",
-  "this link names no model": "لا يذكر هذا الرابط نموذجًا",
-  "it is not kept on this device": "غير محفوظ على هذا الجهاز",
+  "this link to a view has an invalid value for {part}": "لا يُفهم رابط العرض هذا ({part})",
+  "this link does not name a model": "لا يذكر هذا الرابط نموذجًا",
+  "it is not stored on this device": "غير محفوظ على هذا الجهاز",
 };
