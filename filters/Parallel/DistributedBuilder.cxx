@@ -378,7 +378,7 @@ private:
       [&](Resolution resolution)
       {
         const std::uint64_t all = std::exchange(triangles, 0);
-        return pieces.Finish(resolution, all);
+        return pieces.Finish(resolution, all, this->Exec);
       });
   }
 

@@ -243,7 +243,7 @@ private:
         const double part = double(written) / double(pieces);
         return this->Exec.Report("encode", EncodedPart(resolution, numbered.depths, part));
       }));
-    return writer.FinishResolution(resolution, cutter.TriangleCount());
+    return writer.FinishResolution(resolution, cutter.TriangleCount(), this->Exec);
   }
 
   Mesh Input;

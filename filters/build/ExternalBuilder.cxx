@@ -340,7 +340,7 @@ private:
       triangles += cutter.TriangleCount();
       if (pieces.firstPiece + cutter.PieceCount() == all)
       {
-        KDSTREAM_TRY(writer.FinishResolution(resolution, triangles));
+        KDSTREAM_TRY(writer.FinishResolution(resolution, triangles, this->Exec));
         triangles = 0;
       }
       ReturnFreeMemory(mesh.keptMemory);
