@@ -199,7 +199,7 @@ TEST_F(TestDistance, WhatHasNoTriangleInALevelCounts)
 {
   this->Check(BallWithSpecks());
   ASSERT_GE(this->Told.size(), 9U);
-  for (std::size_t depth = 3; depth < 9; ++depth)
+  for (std::size_t depth = 4; depth < 9; ++depth)
   {
     EXPECT_GE(this->Measured[depth], 0.3) << "level " << depth;
     EXPECT_LE(this->Told[depth], 2 * this->Measured[depth]) << "level " << depth;
