@@ -32,10 +32,11 @@ namespace
 using ReadBlob = std::function<Result<std::vector<std::uint8_t>>(PieceId)>;
 using Corners = std::array<Vec3, 3>;
 
-constexpr std::uint32_t verticesOfBall = 8; // at the end of the tree, at most
-constexpr std::uint32_t trianglesOfBox = 4; // at the end of the tree, at most
-constexpr std::uint64_t visitsOfVertex = 1; // for each level
-constexpr std::uint64_t visitsOfBall = 32;  // at most: what is found then is as good
+constexpr std::uint32_t verticesOfBall = 8;                     // at the end of the tree, at most
+constexpr std::uint32_t trianglesOfBox = 4;                     // at the end of the tree, at most
+constexpr std::uint64_t visitsOfVertex = 1;                     // for each level
+constexpr std::uint64_t visitsAtFirst = 100000;                 // besides
+constexpr std::uint64_t visitsOfBall = 32, visitsOfPoint = 256; // at most
 constexpr std::size_t batchPartitions = 16, batchBytes = std::size_t{ 1 } << 20;
 constexpr unsigned mostHalvings = 3; // of a triangle's edges
 
@@ -350,7 +351,8 @@ public:
     {
       KDSTREAM_TRY(this->Load(node));
     }
-    this->MostVisits += visitsOfVertex * balls.Vertices();
+    // A partition does not pay for those before: its whole ball may be far too large a bound.
+    this->MostVisits = std::max(this->MostVisits, this->Visits) + visitsOfVertex * balls.Vertices();
     this->Search(balls);
     return {};
   }
@@ -448,17 +450,22 @@ private:
 
   bool IsSpent() const { return this->Visits >= this->MostVisits; }
 
+  double FindNear(const Vec3& p)
+  {
+    return this->Level->FindNear(p, 0, this->Last, this->Visits, visitsOfPoint);
+  }
+
   // How far all of a triangle is at most. Not looked at further where that is known already.
   double Measure(const Corners& corners, unsigned halvings)
   {
     const auto& [a, b, c] = corners;
     const Vec3 middle = Times(Plus(Plus(a, b), c), 1.0 / 3);
     double most = FarthestCorner(corners, this->Level->CornersOf(this->Last));
-    if (most <= this->Most)
+    if (most <= this->Most || this->IsSpent())
     {
       return most;
     }
-    const double from = this->Level->FindNear(middle, 0, this->Last, this->Visits);
+    const double from = this->FindNear(middle);
     double radius = 0;
     for (const Vec3& p : corners)
     {
@@ -467,9 +474,9 @@ private:
     most = std::min({ most, from + std::sqrt(radius),
       FarthestCorner(corners, this->Level->CornersOf(this->Last)) });
     double least = from;
-    for (std::size_t k = 0; k < 3 && most > this->Most; ++k)
+    for (std::size_t k = 0; k < 3 && most > this->Most && !this->IsSpent(); ++k)
     {
-      least = std::max(least, this->Level->FindNear(corners[k], 0, this->Last, this->Visits));
+      least = std::max(least, this->FindNear(corners[k]));
       most = std::min(most, FarthestCorner(corners, this->Level->CornersOf(this->Last)));
     }
     if (most <= std::max(this->Most, 1.05 * least) || halvings == 0 || this->IsSpent())
@@ -493,7 +500,7 @@ private:
   NodeId Loaded = 0;
   std::optional<LevelSurface> Level;
   std::uint32_t Last = 0; // the triangle found last: the next one is often near
-  std::uint64_t Visits = 0, MostVisits = 0;
+  std::uint64_t Visits = 0, MostVisits = visitsAtFirst;
   double Most;
 };
 

@@ -26,6 +26,9 @@ namespace kdstream
 // as much as the radius of a ball around some vertices: the search visits a fixed number of boxes
 // and triangles for each vertex and level. The same figures for any number of threads.
 //
+// No bound is below four times the distance between vertices that are spread over half the surface
+// of the model's box: to tell less of a smooth surface takes a search for each vertex and level.
+//
 // wholeVertices: a level with more is searched piece by piece, around each partition alone.
 // Complexity: O(vertices levels); decodes every piece once, rarely more often. Memory: a batch of
 // partitions, a piece of each large level, and all of the small ones.
