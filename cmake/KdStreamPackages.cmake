@@ -75,7 +75,11 @@ else()
       DESCRIPTION "A window on stores, meshes and servers of KdStream; also pictures without\na screen, and thumbnails for file managers.")
   endif()
   if(TARGET kdstream-convert)
-    kdstream_package(convert PACKAGE kdstream-convert SECTION graphics
+    set(modules "${library} (= ${version})") # of which it uses filters
+    if(KDSTREAM_PCL_VERSION)
+      list(APPEND modules "${pcl} (= ${version})")
+    endif()
+    kdstream_package(convert PACKAGE kdstream-convert SECTION graphics DEPENDS ${modules}
       SUMMARY "more mesh formats for KdStream"
       DESCRIPTION "With it kdstream-build reads VTK, glTF, VRML, PCD, LAS and text formats,\nand reconstructs surfaces from point clouds. It needs VTK and the Point\nCloud Library.")
   endif()
