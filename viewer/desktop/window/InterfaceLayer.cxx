@@ -24,13 +24,19 @@ namespace
 
 constexpr double textHeight = 15; // points
 
-// ImGui takes keys as events since 1.87, with names for Control and Shift since 1.89; before, as a
-// table of what is down.
-#define KDSTREAM_IMGUI_KEY_EVENTS (IMGUI_VERSION_NUM >= 18900)
+// Since 1.87 ImGui takes keys as events; before, as a table of what is down.
+#define KDSTREAM_IMGUI_KEY_EVENTS (IMGUI_VERSION_NUM >= 18700)
 #if KDSTREAM_IMGUI_KEY_EVENTS
 constexpr auto keypadEnter = ImGuiKey_KeypadEnter;
 #else
 constexpr auto keypadEnter = ImGuiKey_KeyPadEnter;
+#endif
+#if IMGUI_VERSION_NUM >= 18900
+constexpr auto controlKey = ImGuiMod_Ctrl;
+constexpr auto shiftKey = ImGuiMod_Shift;
+#elif KDSTREAM_IMGUI_KEY_EVENTS
+constexpr auto controlKey = ImGuiKey_ModCtrl;
+constexpr auto shiftKey = ImGuiKey_ModShift;
 #endif
 
 // What fields know, and what X calls it.
@@ -54,8 +60,8 @@ void SetKey(ImGuiIO& io, decltype(ImGuiKey_Tab) key, bool isDown)
 void SetModifiers(ImGuiIO& io, bool control, bool shift)
 {
 #if KDSTREAM_IMGUI_KEY_EVENTS
-  io.AddKeyEvent(ImGuiMod_Ctrl, control);
-  io.AddKeyEvent(ImGuiMod_Shift, shift);
+  io.AddKeyEvent(controlKey, control);
+  io.AddKeyEvent(shiftKey, shift);
 #else
   io.KeyCtrl = control;
   io.KeyShift = shift;
