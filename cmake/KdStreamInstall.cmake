@@ -6,7 +6,7 @@ include(CMakePackageConfigHelpers)
 set(KDSTREAM_PACKAGE_FOLDER "${CMAKE_INSTALL_LIBDIR}/cmake/KdStream")
 if(NOT KDSTREAM_BUILD_VTK)
   install(EXPORT KdStream NAMESPACE KdStream:: FILE KdStream-targets.cmake
-    DESTINATION "${KDSTREAM_PACKAGE_FOLDER}")
+    DESTINATION "${KDSTREAM_PACKAGE_FOLDER}" COMPONENT development)
 endif()
 
 # The components of find_package, and why one is not among them.
@@ -45,11 +45,33 @@ configure_package_config_file(cmake/KdStreamConfig.cmake.in "${PROJECT_BINARY_DI
 write_basic_package_version_file("${PROJECT_BINARY_DIR}/KdStreamConfigVersion.cmake" COMPATIBILITY SameMinorVersion)
 install(FILES "${PROJECT_BINARY_DIR}/KdStreamConfig.cmake" "${PROJECT_BINARY_DIR}/KdStreamConfigVersion.cmake"
   DESTINATION "${KDSTREAM_PACKAGE_FOLDER}" COMPONENT development)
-install(FILES "${PROJECT_BINARY_DIR}/include/kdstream/Version.h" DESTINATION "${CMAKE_INSTALL_INCLUDEDIR}/kdstream")
+install(FILES "${PROJECT_BINARY_DIR}/include/kdstream/Version.h" DESTINATION "${CMAKE_INSTALL_INCLUDEDIR}/kdstream"
+  COMPONENT development)
+
+# For programs without CMake: the static libraries over stores and servers.
+file(RELATIVE_PATH KDSTREAM_PC_PREFIX "/${CMAKE_INSTALL_LIBDIR}/pkgconfig" "/")
+string(REGEX REPLACE "/$" "" KDSTREAM_PC_PREFIX "${KDSTREAM_PC_PREFIX}")
+set(KDSTREAM_PC_LIBRARIES "")
+foreach(part IN ITEMS localclient client diskcache conversation viewersession catalog store protocol model codec files core)
+  if(TARGET kdstream_${part})
+    string(APPEND KDSTREAM_PC_LIBRARIES " -lkdstream_${part}")
+  endif()
+endforeach()
+string(STRIP "${KDSTREAM_PC_LIBRARIES}" KDSTREAM_PC_LIBRARIES)
+configure_file("${PROJECT_SOURCE_DIR}/cmake/kdstream.pc.in" "${PROJECT_BINARY_DIR}/kdstream.pc" @ONLY)
+install(FILES "${PROJECT_BINARY_DIR}/kdstream.pc" DESTINATION "${CMAKE_INSTALL_LIBDIR}/pkgconfig" COMPONENT development)
 
 # The page, built elsewhere by the preset `web`; kdstream-serve finds it here (server/app).
 if(KDSTREAM_WEB_BUILD)
-  install(DIRECTORY "${KDSTREAM_WEB_BUILD}/page/" DESTINATION "${CMAKE_INSTALL_DATADIR}/kdstream/web")
+  install(DIRECTORY "${KDSTREAM_WEB_BUILD}/page/" DESTINATION "${CMAKE_INSTALL_DATADIR}/kdstream/web" COMPONENT programs)
 endif()
 
-install(FILES LICENSE DESTINATION "${CMAKE_INSTALL_DOCDIR}")
+install(FILES LICENSE DESTINATION "${CMAKE_INSTALL_DOCDIR}" COMPONENT licence) # packages have a copy of their own
+
+# Documents and examples, linked to each other as here; of packages only.
+set(documents "${CMAKE_INSTALL_DATADIR}/doc/kdstream-doc")
+install(FILES README.md CHANGELOG.md CONTRIBUTING.md SECURITY.md DESTINATION "${documents}" COMPONENT documentation EXCLUDE_FROM_ALL)
+install(DIRECTORY doc DESTINATION "${documents}" COMPONENT documentation EXCLUDE_FROM_ALL PATTERN site EXCLUDE)
+install(DIRECTORY Examples DESTINATION "${documents}" COMPONENT documentation EXCLUDE_FROM_ALL PATTERN Testing EXCLUDE)
+install(FILES LICENSE DESTINATION "${documents}" COMPONENT documentation EXCLUDE_FROM_ALL)
+include(KdStreamPackages)

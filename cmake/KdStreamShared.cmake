@@ -24,7 +24,8 @@ target_include_directories(kdstream INTERFACE "$<BUILD_INTERFACE:${PROJECT_SOURC
 if(KDSTREAM_BUILD_PARAVIEW)
   # Linked to ParaView's VTK, it is the plugin's own, and lies beside it.
   set_target_properties(kdstream PROPERTIES OUTPUT_NAME kdstream-paraview)
-  install(TARGETS kdstream LIBRARY DESTINATION "${CMAKE_INSTALL_LIBDIR}/${PARAVIEW_PLUGIN_SUBDIR}/KdStream")
+  install(TARGETS kdstream LIBRARY DESTINATION "${CMAKE_INSTALL_LIBDIR}/${PARAVIEW_PLUGIN_SUBDIR}/KdStream" COMPONENT paraview)
 else()
-  install(TARGETS kdstream EXPORT KdStream LIBRARY DESTINATION "${CMAKE_INSTALL_LIBDIR}")
+  install(TARGETS kdstream EXPORT KdStream LIBRARY DESTINATION "${CMAKE_INSTALL_LIBDIR}" COMPONENT libraries
+    NAMELINK_COMPONENT development)
 endif()

@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: BSD-3-Clause
 # Makes a program's manual page of its --help, and of that of each of its commands:
-#   awk -v program=build/bin/kdstream-store -v version=0.1.0 -f ManPage.awk > kdstream-store.1
+#   awk -v program=build/bin/kdstream-store -v version=0.9.0 -f ManPage.awk > kdstream-store.1
 # What it goes by is what filters/program/HelpFormatter.h writes: "Usage:", headings that end with a colon, rows of two
 # columns, the second of which begins after 30 characters, and at last the examples.
 

@@ -51,7 +51,7 @@ TEST_F(BuildProgram, HelpAndVersion)
     {
       EXPECT_LE(line.size(), 100U) << line;
     }
-    EXPECT_EQ(RunTool(this->Folder, name, { "--version" }).out, "kdstream-" + name + " 0.1.0\n");
+    EXPECT_EQ(RunTool(this->Folder, name, { "--version" }).out, "kdstream-" + name + " 0.9.0\n");
   }
 }
 

@@ -480,6 +480,6 @@ TEST_F(TestConvert, WrongUsage)
   EXPECT_EQ(RunTool(this->Folder, "convert", { "in.xyz", "-o", "out.doc" }).exitCode, 2);
   EXPECT_EQ(RunTool(this->Folder, "convert", { "in.xyz", "-o", "in.xyz/out.ply" }).exitCode, 1);
   EXPECT_EQ(RunTool(this->Folder, "convert", { "--help" }).exitCode, 0);
-  EXPECT_EQ(RunTool(this->Folder, "convert", { "--version" }).out, "kdstream-convert 0.1.0\n");
+  EXPECT_EQ(RunTool(this->Folder, "convert", { "--version" }).out, "kdstream-convert 0.9.0\n");
   EXPECT_EQ(this->Files(), (std::set<std::string>{ "in.xyz" }));
 }

@@ -31,7 +31,7 @@ TEST_F(StoreProgram, HelpAndVersion)
   const Outcome help = this->Store({ "--help" });
   EXPECT_EQ(help.exitCode, 0);
   EXPECT_NE(help.out.find("Example"), std::string::npos);
-  EXPECT_EQ(this->Store({ "--version" }).out, "kdstream-store 0.1.0\n");
+  EXPECT_EQ(this->Store({ "--version" }).out, "kdstream-store 0.9.0\n");
   // A command that there is not has no help, least of all that of the program.
   for (const std::vector<std::string>& arguments :
     { std::vector<std::string>{ "publish", "--help" }, { "-h", "publish" }, { "publish" } })

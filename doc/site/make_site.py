@@ -44,6 +44,7 @@ MENU = [
     ("Serve it", ["serving", "security", "SECURITY.md"]),
     ("VTK", ["from-vtk", "classes", "offscreen", "paraview", "api"]),
     ("Formats", ["formats", "protocol"]),
+    ("Promises", ["compatibility", "platforms"]),
     ("Inside", ["newcomers", "architecture", "design", "decisions", "CONTRIBUTING.md", "CHANGELOG.md"]),
 ]
 LANGUAGES = {".cxx": "cpp", ".h": "cpp", ".mjs": "js", ".js": "js", ".html": "html", ".txt": "cmake", ".cff": "yaml", ".conf": "nginx"}

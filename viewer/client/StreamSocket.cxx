@@ -97,14 +97,14 @@ private:
       const bool declined = error == websocket::error::upgrade_declined;
       const auto status = this->Answer.result_int();
       const bool busy = declined && IsBusy(status);
-      const auto pause = this->Answer[http::field::retry_after].to_string();
+      const std::string pause(this->Answer[http::field::retry_after]);
       this->End(declined && !busy && !IsForbidden(status),
         !declined       ? error.message()
         : status == 401 ? "the server says 401: the token has expired or was revoked"
                         : "the server says " + std::to_string(status),
         busy ? std::max(1.0, RetryAfterIn(pause)) : 0); // proxies do not say
     }
-    else if (this->Answer[http::field::sec_websocket_protocol].to_string() !=
+    else if (std::string(this->Answer[http::field::sec_websocket_protocol]) !=
              protocol::streamSubprotocol)
     {
       this->End(true, "the server does not speak " + std::string(protocol::streamSubprotocol));

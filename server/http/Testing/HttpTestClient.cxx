@@ -109,7 +109,7 @@ std::optional<HttpTestClient::Response> HttpTestClient::Receive(bool head)
   Response response{ message.result_int(), {}, std::move(message.body()) };
   for (const auto& field : message)
   {
-    response.fields[field.name_string().to_string()] = field.value().to_string();
+    response.fields[std::string(field.name_string())] = std::string(field.value());
   }
   return response;
 }
@@ -161,7 +161,7 @@ bool StreamTestClient::Open(const std::string& subprotocols, const std::string& 
   beast::error_code error;
   this->Peer->socket.handshake(
     response, this->Peer->host, std::string(protocol::streamPath), error);
-  this->Peer->subprotocol = response[beast::http::field::sec_websocket_protocol].to_string();
+  this->Peer->subprotocol = std::string(response[beast::http::field::sec_websocket_protocol]);
   return !error;
 }
 

@@ -138,7 +138,7 @@ void ServeFiles(tcp::socket& socket)
       return;
     }
     http::response<http::string_body> response(http::status::not_found, 11);
-    const std::string target = request.target().to_string();
+    const std::string target(request.target());
     const auto path = protocol::ParseResourcePath(target);
     if (path)
     {

@@ -24,13 +24,61 @@ namespace
 
 constexpr double textHeight = 15; // points
 
+// Since 1.87 ImGui takes keys as events; before, as a table of what is down.
+#define KDSTREAM_IMGUI_KEY_EVENTS (IMGUI_VERSION_NUM >= 18700)
+#if KDSTREAM_IMGUI_KEY_EVENTS
+constexpr auto keypadEnter = ImGuiKey_KeypadEnter;
+#else
+constexpr auto keypadEnter = ImGuiKey_KeyPadEnter;
+#endif
+#if IMGUI_VERSION_NUM >= 18900
+constexpr auto controlKey = ImGuiMod_Ctrl;
+constexpr auto shiftKey = ImGuiMod_Shift;
+#elif KDSTREAM_IMGUI_KEY_EVENTS
+constexpr auto controlKey = ImGuiKey_ModCtrl;
+constexpr auto shiftKey = ImGuiKey_ModShift;
+#endif
+
 // What fields know, and what X calls it.
-constexpr std::array<std::pair<ImGuiKey_, std::string_view>, 16> keys{ { { ImGuiKey_Tab, "Tab" },
-  { ImGuiKey_LeftArrow, "Left" }, { ImGuiKey_RightArrow, "Right" }, { ImGuiKey_UpArrow, "Up" },
-  { ImGuiKey_DownArrow, "Down" }, { ImGuiKey_Home, "Home" }, { ImGuiKey_End, "End" },
-  { ImGuiKey_Delete, "Delete" }, { ImGuiKey_Backspace, "BackSpace" }, { ImGuiKey_Enter, "Return" },
-  { ImGuiKey_KeyPadEnter, "KP_Enter" }, { ImGuiKey_A, "a" }, { ImGuiKey_C, "c" },
-  { ImGuiKey_V, "v" }, { ImGuiKey_X, "x" }, { ImGuiKey_Z, "z" } } };
+constexpr std::array<std::pair<decltype(ImGuiKey_Tab), std::string_view>, 16> keys{
+  { { ImGuiKey_Tab, "Tab" }, { ImGuiKey_LeftArrow, "Left" }, { ImGuiKey_RightArrow, "Right" },
+    { ImGuiKey_UpArrow, "Up" }, { ImGuiKey_DownArrow, "Down" }, { ImGuiKey_Home, "Home" },
+    { ImGuiKey_End, "End" }, { ImGuiKey_Delete, "Delete" }, { ImGuiKey_Backspace, "BackSpace" },
+    { ImGuiKey_Enter, "Return" }, { keypadEnter, "KP_Enter" }, { ImGuiKey_A, "a" },
+    { ImGuiKey_C, "c" }, { ImGuiKey_V, "v" }, { ImGuiKey_X, "x" }, { ImGuiKey_Z, "z" } }
+};
+
+void SetKey(ImGuiIO& io, decltype(ImGuiKey_Tab) key, bool isDown)
+{
+#if KDSTREAM_IMGUI_KEY_EVENTS
+  io.AddKeyEvent(key, isDown);
+#else
+  io.KeysDown[key] = isDown;
+#endif
+}
+
+void SetModifiers(ImGuiIO& io, bool control, bool shift)
+{
+#if KDSTREAM_IMGUI_KEY_EVENTS
+  io.AddKeyEvent(controlKey, control);
+  io.AddKeyEvent(shiftKey, shift);
+#else
+  io.KeyCtrl = control;
+  io.KeyShift = shift;
+#endif
+}
+
+// Whether text waits for the next frame.
+bool TextWaits([[maybe_unused]] const ImGuiIO& io)
+{
+#if KDSTREAM_IMGUI_KEY_EVENTS
+  const auto& events = ImGui::GetCurrentContext()->InputEventsQueue;
+  return std::any_of(events.begin(), events.end(),
+    [](const ImGuiInputEvent& event) { return event.Type == ImGuiInputEventType_Text; });
+#else
+  return !io.InputQueueCharacters.empty();
+#endif
+}
 
 // Draws what ImGui was told last, when all else of the window is drawn.
 class InterfaceProp : public vtkProp
@@ -50,12 +98,24 @@ public:
     {
       return 1;
     }
+    ImDrawData drawn = *drawing;
+#if IMGUI_VERSION_NUM >= 18980 // a vector
+    drawn.CmdLists.resize(0);
+    for (ImDrawList* const list : drawing->CmdLists)
+    {
+      if (this->Has(list))
+      {
+        drawn.CmdLists.push_back(list);
+      }
+    }
+    drawn.CmdListsCount = drawn.CmdLists.Size;
+#else
     std::vector<ImDrawList*> lists;
     std::copy_if(drawing->CmdLists, drawing->CmdLists + drawing->CmdListsCount,
       std::back_inserter(lists), [this](const ImDrawList* list) { return this->Has(list); });
-    ImDrawData drawn = *drawing;
     drawn.CmdLists = lists.data();
     drawn.CmdListsCount = static_cast<int>(lists.size());
+#endif
     ImGui_ImplOpenGL3_RenderDrawData(&drawn);
     return 1;
   }
@@ -135,10 +195,14 @@ InterfaceLayer::InterfaceLayer(vtkRenderWindow& window, int layer, double pixelR
   this->KnowText("–·×…–");
   ImGui::CreateContext();
   ImGuiIO& io = ImGui::GetIO();
+#if KDSTREAM_IMGUI_KEY_EVENTS
+  io.ConfigInputTrickleEventQueue = false; // TakeEvents decides what comes in one frame
+#else
   for (const auto& [key, name] : keys)
   {
     io.KeyMap[key] = key;
   }
+#endif
   io.IniFilename = nullptr;
   io.LogFilename = nullptr;
   SetColors(ImGui::GetStyle());
@@ -215,7 +279,7 @@ bool InterfaceLayer::TakeKey(const WindowEvent& event)
   }
   if (event.key == "Escape") // ImGui would take back what was written
   {
-    const bool isWritten = io.InputQueueCharacters.empty();
+    const bool isWritten = !TextWaits(io);
     if (isWritten)
     {
       ImGui::ClearActiveID();
@@ -232,9 +296,9 @@ bool InterfaceLayer::TakeKey(const WindowEvent& event)
   {
     return false;
   }
-  this->KeyIsDown = io.KeysDown[key->first] = true;
-  io.KeyCtrl = event.control;
-  io.KeyShift = event.shift;
+  this->KeyIsDown = true;
+  SetKey(io, key->first, true);
+  SetModifiers(io, event.control, event.shift);
   return true;
 }
 
@@ -244,8 +308,11 @@ void InterfaceLayer::TakeEvents()
   using Kind = WindowEvent::Kind;
   ImGuiIO& io = ImGui::GetIO();
   this->KeyWasDown = std::exchange(this->KeyIsDown, false);
-  std::fill(std::begin(io.KeysDown), std::end(io.KeysDown), false);
-  io.KeyCtrl = io.KeyShift = false;
+  for (const auto& [key, name] : keys)
+  {
+    SetKey(io, key, false);
+  }
+  SetModifiers(io, false, false);
   std::array<bool, 3> changed{};
   while (!this->Events.empty())
   {
@@ -293,8 +360,10 @@ void InterfaceLayer::Begin(int width, int height, double seconds)
   {
     this->FontsAreDue = false;
     LoadFonts(*io.Fonts, textHeight * this->Ratio, this->Letters);
+#if IMGUI_VERSION_NUM < 19200 // later ones make textures of fonts by themselves
     ImGui_ImplOpenGL3_DestroyFontsTexture();
     ImGui_ImplOpenGL3_CreateFontsTexture();
+#endif
   }
   io.DisplaySize = { static_cast<float>(width), static_cast<float>(height) };
   io.DeltaTime = std::max(static_cast<float>(seconds), 1e-4f);

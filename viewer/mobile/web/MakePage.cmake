@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: BSD-3-Clause
 # Puts the page of the folder SOURCE and the WebAssembly of the folder PARTS into the folder PAGE, compresses each file,
-# prints their sizes, and fails where they are more than MOST_BYTES together, or those that a phone must fetch before it sees anything than MOST_FIRST.
+# and prints their sizes.
 # What page.js imports becomes one file with it: each file costs a slow network a round trip. What it fetches later is a
 # file each, which imports from page.js what both use.
 cmake_policy(VERSION 3.25)
@@ -135,10 +135,6 @@ foreach(name IN LISTS files ITEMS worker.js)
 endforeach()
 print_row("together" ${sum} ${sum_compressed})
 message("                    ${sum_first} of them before the first picture")
-if(sum_first GREATER MOST_FIRST)
-  message(FATAL_ERROR "Before the first picture ${sum_first} bytes come, gzipped; it may be ${MOST_FIRST} (KDSTREAM_MOST_FIRST_BYTES)")
-endif()
-if(sum_compressed GREATER MOST_BYTES)
-  message(FATAL_ERROR "The page has ${sum_compressed} bytes, gzipped; it may have ${MOST_BYTES} (KDSTREAM_MOST_PAGE_BYTES)")
-endif()
+# What TestPageSize compares with its limits.
+file(WRITE "${PAGE}/../page.sizes" "${sum_first};${sum_compressed};${COMPILER_VERSION}")
 file(TOUCH "${PAGE}/../page.stamp")
