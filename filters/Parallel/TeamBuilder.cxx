@@ -407,7 +407,7 @@ private:
 
 Status CheckOptions(const BuildOptions& options)
 {
-  if (options.partitioner != Partitioner::KdTree)
+  if (!options.partitioner->HasLevels())
   {
     return Error{ ErrorCode::Unsupported,
       "stores by octree and k-means are for comparison alone: kdstream-build makes them" };

@@ -83,7 +83,7 @@ Status CheckOptions(const BuildCommand& line)
   const auto refuse = [](const std::string& what) {
     return Error{ ErrorCode::InvalidArgument, what + ": kdstream-build does that" };
   };
-  if (line.build.partitioner != Partitioner::KdTree)
+  if (!line.build.partitioner->HasLevels())
   {
     return refuse("--partitioner " + line.partitioner + " is for one process");
   }

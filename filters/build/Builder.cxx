@@ -94,7 +94,7 @@ private:
     upToGrid.progress = [this](std::string_view step, double done)
     { return this->Exec.progress(step, treeMadePart * done); };
     Result<PartitionTree> partitioned =
-      PartitionMesh(this->Input, this->Options.partitioner, this->Options.tree, upToGrid);
+      this->Options.partitioner->Partition(this->Input, this->Options.tree, upToGrid);
     KDSTREAM_TRY(partitioned);
     KdTree& tree = partitioned->tree;
     facts.partitions = partitioned->partitions;
@@ -105,7 +105,7 @@ private:
     KDSTREAM_TRY(this->CountMerged());
     this->Clock.Finish("tree");
     KDSTREAM_TRY(this->Exec.Report("faces", 0));
-    if (this->Options.partitioner == Partitioner::KdTree)
+    if (this->Options.partitioner->HasLevels())
     {
       this->BucketByPartition(tree);
     }
@@ -114,7 +114,7 @@ private:
       CountInconsistentEdges(this->Input.triangles, this->Input.points.size(), this->Exec);
     this->Measure(tree);
     this->Clock.Finish("faces");
-    Result<ClusterLevels> levels = this->Options.partitioner == Partitioner::KdTree
+    Result<ClusterLevels> levels = this->Options.partitioner->HasLevels()
                                      ? this->MakeLevels(tree)
                                      : Result<ClusterLevels>(ClusterLevels{});
     KDSTREAM_TRY(levels);

@@ -33,11 +33,11 @@ struct ExternalBuildState
 
   // By LoadMesh:
   std::vector<Box> Boxes{};
-  std::vector<VertexId> PartitionBegin{}; // ranks, and the end; of an octree
-  std::uint64_t MostInBlock = 0;          // vertices; the same
+  // Of partitions of any size; empty, and 0, of cells of a k-d tree:
+  std::vector<VertexId> PartitionBegin{}; // ranks, and the end
+  std::uint64_t MostInBlock = 0;          // vertices
 
   SpillFolder& Files() { return this->Folder->Files(); }
-  bool ByOctree() const { return this->Options.partitioner == Partitioner::Octree; }
 
   // For a function that is the part [begin, end) of a step: it reports its own progress from 0 to 1
   // under any name, what is shown is the step's, which never runs back.

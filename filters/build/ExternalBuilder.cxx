@@ -4,15 +4,12 @@
 //               triangles renumbered: MeshPhase.h
 //   2. tree     the vertices in the order of the leaves, boxes: TreePhase.h
 //   3. faces    triangles and attributes by blocks: FacesPhase.h
-//   4. levels   block by block; edges that are not consistently oriented are counted on the way
-//   5. numbers  of clusters and vertices
-// or, of partitions by an octree, which have no levels,
-//   4. edges    that are not consistently oriented
+//   4. those of the partition method: levels and numbers (KdTreeMethod.cxx)
 // and then the pieces, from the phases' files into the store.
 #include "filters/build/ExternalBuilder.h"
 
 #include "filters/build/BuildMemory.h"
-#include "filters/build/ExternalBuildState.h"
+#include "filters/build/ExternalMethod.h"
 #include "filters/build/FacesPhase.h"
 #include "filters/build/GuessPose.h"
 #include "filters/build/InputDigest.h"
@@ -26,8 +23,6 @@
 #include "filters/core/TakeResult.h"
 #include "filters/outofcore/files/ReturnFreeMemory.h"
 #include "filters/outofcore/journal/BuildFingerprint.h"
-#include "filters/outofcore/levels/LevelDeviations.h"
-#include "filters/outofcore/pieces/ExternalPieces.h"
 #include "kdstream/Version.h"
 
 #include <algorithm>
@@ -39,15 +34,23 @@ namespace kdstream
 namespace
 {
 
+std::vector<BuildPhase> PhasesOf(const ExternalMethod& method)
+{
+  std::vector<BuildPhase> phases = { { "mesh", "read", MakeMesh }, { "tree", "tree", MakeTree },
+    { "faces", "faces", MakeFaces } };
+  const std::vector<BuildPhase> later = method.PhasesAfterFaces();
+  phases.insert(phases.end(), later.begin(), later.end());
+  return phases;
+}
+
 // The step, as progress calls it, with which a build goes on after a phase.
 std::string StepAfter(std::string_view phase, const BuildOptions& options)
 {
-  const bool byOctree = options.partitioner == Partitioner::Octree;
-  return phase == "mesh"     ? "tree"
-         : phase == "tree"   ? "faces"
-         : phase == "faces"  ? (byOctree ? "faces" : "levels")
-         : phase == "levels" ? "levels" // its last part
-                             : "encode";
+  const Result<const ExternalMethod*> method = options.partitioner->External();
+  const std::vector<BuildPhase> phases = method ? PhasesOf(**method) : std::vector<BuildPhase>{};
+  const auto next = std::find_if(phases.begin(), phases.end(),
+    [&](const BuildPhase& candidate) { return candidate.name == phase; });
+  return next == phases.end() || next + 1 == phases.end() ? "encode" : (next + 1)->step;
 }
 
 // What --resume has found, for the user.
@@ -83,11 +86,13 @@ class ExternalBuilder : private ExternalBuildState
 {
 public:
   ExternalBuilder(const std::filesystem::path& input, const std::filesystem::path& store,
-    const BuildOptions& options, const Execution& execution, const ExternalBuildProbe& probe)
+    const BuildOptions& options, const Execution& execution, const ExternalBuildProbe& probe,
+    const ExternalMethod& method)
     : ExternalBuildState{ input, store, options, execution,
       probe.stepMemory > 0 ? probe.stepMemory : StepMemory(options.memory) }
     , Hook(probe.hook)
     , Digest(FilesOfInput(input, options))
+    , Method(method)
   {
   }
 
@@ -113,26 +118,14 @@ private:
   Status BuildPhases()
   {
     KDSTREAM_TRY(this->OpenFolder());
-    using Phase = std::pair<const char*, std::function<Status()>>;
-    std::vector<Phase> phases = { { "mesh", [&] { return MakeMesh(*this); } },
-      { "tree", [&] { return MakeTree(*this); } }, { "faces", [&] { return MakeFaces(*this); } } };
-    if (this->ByOctree())
-    {
-      phases.push_back({ "edges", [&] { return this->CountEdges(); } });
-    }
-    else
-    {
-      phases.push_back({ "levels", [&] { return this->MakeLevels(); } });
-      phases.push_back({ "numbers", [&] { return this->MakeNumbers(); } });
-    }
-    for (const auto& [name, make] : phases)
+    for (const auto& [name, step, make] : PhasesOf(this->Method))
     {
       if (this->Folder->Finished(name))
       {
         ++this->Report.resumedPhases;
         continue;
       }
-      KDSTREAM_TRY(make());
+      KDSTREAM_TRY(make(*this));
       ReturnFreeMemory();
     }
     return this->WriteStore();
@@ -159,115 +152,21 @@ private:
     return {};
   }
 
-  Status CountEdges()
-  {
-    MeshFacts facts;
-    MeshBlocks mesh;
-    KDSTREAM_TRY(LoadBlocks(*this, facts, mesh));
-    mesh.attributes.clear(); // they are not looked at
-    std::uint64_t inconsistent = 0;
-    const Execution part = this->Part("faces", 0.8, 1);
-    for (std::size_t b = 0; b < mesh.BlockCount(); ++b)
-    {
-      const Result<TreeBlock> block = mesh.Load(b);
-      KDSTREAM_TRY(block);
-      inconsistent += CountInconsistentEdges(*block, this->Exec);
-      KDSTREAM_TRY(part.Report("faces", double(b + 1) / double(mesh.BlockCount())));
-    }
-    this->Clock.Finish("faces");
-    BlobWriter blob;
-    blob.Add(inconsistent);
-    return this->Folder->Finish("edges", blob);
-  }
-
-  Status MakeLevels()
-  {
-    MeshFacts facts;
-    MeshBlocks mesh;
-    KDSTREAM_TRY(LoadBlocks(*this, facts, mesh));
-    std::uint64_t inconsistent = 0;
-    ExternalLevels levels;
-    KDSTREAM_TRY(Take(
-      BuildExternalLevels(this->Files(), mesh, this->Options.levels, this->Part("levels", 0, 0.8),
-        [&](const TreeBlock& block) { inconsistent += CountInconsistentEdges(block, this->Exec); }),
-      levels));
-    this->Clock.Finish("levels");
-    BlobWriter blob;
-    blob.Add(inconsistent);
-    std::vector<PhaseFile> files;
-    Save(blob, files, std::move(levels));
-    return this->Folder->Finish("levels", blob, files);
-  }
-
-  // The mesh as all phases up to "edges" leave it.
-  Status LoadEdges(MeshFacts& facts, MeshBlocks& mesh, std::uint64_t& inconsistent)
-  {
-    KDSTREAM_TRY(LoadBlocks(*this, facts, mesh));
-    BlobReader blob = this->Folder->BlobOf("edges");
-    inconsistent = blob.Read<std::uint64_t>();
-    return blob.Finish();
-  }
-
-  // The mesh and its levels as all phases up to "levels" leave them.
-  Status LoadLevels(
-    MeshFacts& facts, MeshBlocks& mesh, ExternalLevels& levels, std::uint64_t& inconsistent)
-  {
-    KDSTREAM_TRY(LoadBlocks(*this, facts, mesh));
-    BlobReader blob = this->Folder->BlobOf("levels");
-    inconsistent = blob.Read<std::uint64_t>();
-    return Take(LoadExternalLevels(blob, *this->Folder, "levels"), levels);
-  }
-
-  Status MakeNumbers()
-  {
-    MeshFacts facts;
-    MeshBlocks mesh;
-    ExternalLevels levels;
-    ExternalNumbers numbers;
-    std::uint64_t inconsistent = 0;
-    KDSTREAM_TRY(this->LoadLevels(facts, mesh, levels, inconsistent));
-    KDSTREAM_TRY(
-      Take(NumberExternally(this->Files(), mesh, levels, this->Part("levels", 0.8, 1)), numbers));
-    this->Clock.Finish("levels");
-    BlobWriter blob;
-    std::vector<PhaseFile> files;
-    Save(blob, files, std::move(numbers));
-    return this->Folder->Finish("numbers", blob, files);
-  }
-
-  Status LoadNumbers(ExternalNumbers& numbers)
-  {
-    BlobReader blob = this->Folder->BlobOf("numbers");
-    return Take(LoadExternalNumbers(blob, *this->Folder, "numbers"), numbers);
-  }
-
   Status WriteStore()
   {
     MeshFacts facts;
     MeshBlocks mesh;
-    ExternalLevels levels;
-    ExternalNumbers numbers;
-    std::uint64_t inconsistent = 0;
-    KDSTREAM_TRY(this->ByOctree() ? this->LoadEdges(facts, mesh, inconsistent)
-                                  : this->LoadLevels(facts, mesh, levels, inconsistent));
-    if (!this->ByOctree())
-    {
-      KDSTREAM_TRY(this->LoadNumbers(numbers));
-    }
+    StoreParts parts;
+    KDSTREAM_TRY(Take(this->Method.LoadParts(*this, facts, mesh), parts));
     KDSTREAM_TRY(this->Exec.Report("encode", 0));
     this->Report.ignoredAttributes = facts.ignored;
     this->Report.tolerance = facts.tolerance;
     this->Report.scalarType = facts.scalarType;
-    std::vector<double> deviations; // of the levels
-    if (!this->ByOctree())
-    {
-      KDSTREAM_TRY(Take(DeviationsOfLevels(levels, mesh.depths), deviations));
-    }
-    ModelDescription description = this->Describe(facts, mesh, inconsistent, std::move(deviations));
+    ModelDescription description = this->Describe(facts, mesh, parts);
     KDSTREAM_TRY(kdstream::Take(this->Digest.Take(), description.inputDigest));
     Result<std::unique_ptr<StoreWriter>> writer = StoreWriter::Create(this->Store, description);
     KDSTREAM_TRY(writer);
-    KDSTREAM_TRY(this->WriteParts(mesh, levels, numbers, description.Codec(), **writer));
+    KDSTREAM_TRY(this->WriteParts(mesh, parts, description.Codec(), **writer));
     KDSTREAM_TRY(WriteTreePages(this->Boxes, mesh.depths, **writer));
     KDSTREAM_TRY(this->WriteUnusedList(facts, **writer));
     KDSTREAM_TRY(this->Exec.Report("write", 0));
@@ -289,38 +188,38 @@ private:
 
   std::uint64_t PartitionCount(const MeshBlocks& mesh) const
   {
-    return this->ByOctree() ? this->PartitionBegin.size() - 1
-                            : std::uint64_t{ 1 } << mesh.depths.partition;
+    return this->PartitionBegin.empty() ? std::uint64_t{ 1 } << mesh.depths.partition
+                                        : this->PartitionBegin.size() - 1;
   }
 
-  ModelDescription Describe(const MeshFacts& facts, const MeshBlocks& mesh,
-    std::uint64_t inconsistent, std::vector<double> deviations)
+  ModelDescription Describe(const MeshFacts& facts, const MeshBlocks& mesh, StoreParts& parts) const
   {
     ModelFacts model;
     model.vertices = facts.vertices;
     model.triangles = facts.triangles;
     model.unused = facts.unused;
     model.welded = facts.welded;
-    model.inconsistentEdges = inconsistent;
+    model.inconsistentEdges = parts.inconsistentEdges;
     model.depths = mesh.depths;
     model.partitions = this->PartitionCount(mesh);
     MeasurePartitions(model,
       [&](std::size_t p) -> std::uint64_t
       {
-        return this->ByOctree() ? this->PartitionBegin[p + 1] - this->PartitionBegin[p]
-                                : RangeOfCell(facts.vertices, mesh.depths.partition, p).size;
+        return this->PartitionBegin.empty()
+                 ? RangeOfCell(facts.vertices, mesh.depths.partition, p).size
+                 : this->PartitionBegin[p + 1] - this->PartitionBegin[p];
       });
     model.box = mesh.box;
     model.scalarType = facts.scalarType;
     model.attributes = facts.attributes;
-    model.deviations = std::move(deviations);
+    model.deviations = std::move(parts.deviations);
     BuildOptions used = this->Options;
     used.weld = facts.weld;
     return DescribeModel(used, model, InputNameOf(this->Input, this->Options));
   }
 
-  Status WriteParts(const MeshBlocks& mesh, const ExternalLevels& levels,
-    const ExternalNumbers& numbers, const CodecContext& codec, StoreWriter& writer)
+  Status WriteParts(
+    const MeshBlocks& mesh, const StoreParts& parts, const CodecContext& codec, StoreWriter& writer)
   {
     std::uint64_t triangles = 0; // of the resolution
     const PartVisit write = [&](const VertexTree& tree, const Mesh& part, Resolution resolution,
@@ -346,23 +245,19 @@ private:
       ReturnFreeMemory(mesh.keptMemory);
       return {};
     };
-    return this->ByOctree() ? ForEachPartOfPartitions(mesh, this->PartitionBegin, write, this->Exec)
-                            : ForEachPart(mesh, levels, numbers, write, this->Exec);
+    return parts.forEach(write);
   }
 
   const FileHook& Hook; // of the build folder's files
   InputDigest Digest;   // of a resumed build, too: its input is not read otherwise
+  const ExternalMethod& Method;
 };
 
 }
 
 Status CheckExternalBuild(const BuildOptions& options)
 {
-  if (options.partitioner == Partitioner::KMeans)
-  {
-    return Error{ ErrorCode::LimitExceeded,
-      "stores by k-means, whose iterations go over all vertices, are built in memory alone" };
-  }
+  KDSTREAM_TRY(options.partitioner->External());
   if (options.memory < leastMemory)
   {
     return Error{ ErrorCode::LimitExceeded,
@@ -394,7 +289,8 @@ Result<BuildReport> BuildStoreExternally(const std::filesystem::path& input,
   const ExternalBuildProbe& probe)
 {
   KDSTREAM_TRY(CheckExternalBuild(options));
-  return ExternalBuilder(input, store, options, execution, probe).Build();
+  return ExternalBuilder(input, store, options, execution, probe, **options.partitioner->External())
+    .Build();
 }
 
 }

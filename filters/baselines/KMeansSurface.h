@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// The mesh that k-means clusters, moved into the unit cube, and where clusters begin. For KMeansClustering alone.
+// The mesh that k-means clusters, moved into the unit cube, and where clusters begin. For
+// KMeansClustering alone.
 #pragma once
 
 #include "filters/core/Execution.h"
@@ -25,8 +26,8 @@ struct KMeansSurface
 Result<KMeansSurface> MakeKMeansSurface(
   std::span<const Vec3> points, std::span<const Triangle> triangles);
 
-// Step b (KMeansSeeds.cxx): a seed for each of so many clusters, all different, as KMeansClustering.h says. Errors:
-// Cancelled.
+// Step b (KMeansSeeds.cxx): a seed for each of so many clusters, all different, as
+// KMeansClustering.h says. Errors: Cancelled.
 Result<std::vector<VertexId>> SpreadSeeds(
   const KMeansSurface& surface, std::uint32_t clusters, const Execution& execution);
 
