@@ -1,11 +1,9 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// What the phases of a build out of core share: options, files, clock, and what earlier phases have
-// left that later ones look at. For ExternalBuilder.cxx, which lists the phases, and for them
-// alone.
+// What the phases of a build out of core share beside BuildState: files, and what earlier phases
+// have left that later ones look at. For ExternalBuilder.cxx and the phases alone.
 #pragma once
 
-#include "filters/build/Builder.h"
-#include "filters/build/StepClock.h"
+#include "filters/build/Conductor.h"
 #include "filters/core/Execution.h"
 #include "filters/outofcore/journal/BuildFolder.h"
 
@@ -19,21 +17,15 @@
 namespace kdstream
 {
 
-struct ExternalBuildState
+struct ExternalBuildState : BuildState
 {
-  const std::filesystem::path Input, Store;
-  const BuildOptions& Options;
-  const Execution& Exec;
-  const std::uint64_t Memory;          // of each step
+  std::filesystem::path Input, Store;
+  std::uint64_t Memory = 0;            // of each step
   std::optional<BuildFolder> Folder{}; // open before the first phase
-  StepClock Clock{};
-  BuildReport Report{};
-  std::string_view Step{}; // that is shown, and how much of it
+  std::string_view Step{};             // that is shown, and how much of it
   double StepDone = 0;
 
-  // By LoadMesh:
-  std::vector<Box> Boxes{};
-  // Of partitions of any size; empty, and 0, of cells of a k-d tree:
+  // By LoadMesh, of partitions of any size; empty, and 0, of cells of a k-d tree:
   std::vector<VertexId> PartitionBegin{}; // ranks, and the end
   std::uint64_t MostInBlock = 0;          // vertices
 

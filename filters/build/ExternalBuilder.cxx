@@ -11,12 +11,9 @@
 #include "filters/build/BuildMemory.h"
 #include "filters/build/ExternalMethod.h"
 #include "filters/build/FacesPhase.h"
-#include "filters/build/GuessPose.h"
 #include "filters/build/InputDigest.h"
 #include "filters/build/MeshPhase.h"
-#include "filters/build/ModelFacts.h"
 #include "filters/build/PhaseValues.h"
-#include "filters/build/PieceWriting.h"
 #include "filters/build/SharedSteps.h"
 #include "filters/build/TreePhase.h"
 #include "filters/build/UnusedParts.h"
@@ -34,23 +31,21 @@ namespace kdstream
 namespace
 {
 
-std::vector<BuildPhase> PhasesOf(const ExternalMethod& method)
-{
-  std::vector<BuildPhase> phases = { { "mesh", "read", MakeMesh }, { "tree", "tree", MakeTree },
-    { "faces", "faces", MakeFaces } };
-  const std::vector<BuildPhase> later = method.PhasesAfterFaces();
-  phases.insert(phases.end(), later.begin(), later.end());
-  return phases;
-}
-
 // The step, as progress calls it, with which a build goes on after a phase.
 std::string StepAfter(std::string_view phase, const BuildOptions& options)
 {
-  const Result<const ExternalMethod*> method = options.partitioner->External();
-  const std::vector<BuildPhase> phases = method ? PhasesOf(**method) : std::vector<BuildPhase>{};
-  const auto next = std::find_if(phases.begin(), phases.end(),
-    [&](const BuildPhase& candidate) { return candidate.name == phase; });
-  return next == phases.end() || next + 1 == phases.end() ? "encode" : (next + 1)->step;
+  std::vector<std::pair<std::string_view, const char*>> steps(
+    std::begin(firstSteps), std::end(firstSteps));
+  if (const Result<const ExternalMethod*> method = options.partitioner->External())
+  {
+    for (const BuildPhase& later : (*method)->PhasesAfterFaces())
+    {
+      steps.emplace_back(later.name, later.step);
+    }
+  }
+  const auto found =
+    std::find_if(steps.begin(), steps.end(), [&](const auto& step) { return step.first == phase; });
+  return found == steps.end() || found + 1 == steps.end() ? "encode" : (found + 1)->second;
 }
 
 // What --resume has found, for the user.
@@ -82,175 +77,154 @@ Result<std::string> FingerprintOfBuild(
     options.convertedWith });
 }
 
-class ExternalBuilder : private ExternalBuildState
+class ExternalBuilder : public BuildBackEnd
 {
 public:
   ExternalBuilder(const std::filesystem::path& input, const std::filesystem::path& store,
     const BuildOptions& options, const Execution& execution, const ExternalBuildProbe& probe,
     const ExternalMethod& method)
-    : ExternalBuildState{ input, store, options, execution,
+    : Build{ { options, execution }, input, store,
       probe.stepMemory > 0 ? probe.stepMemory : StepMemory(options.memory) }
     , Hook(probe.hook)
     , Digest(FilesOfInput(input, options))
     , Method(method)
   {
-  }
-
-  Result<BuildReport> Build()
-  {
     for (const char* step : { "read", "tree", "faces", "levels", "encode", "write" })
     {
-      this->Clock.Finish(step); // also those whose phases are taken over are reported
+      this->Build.Clock.Finish(step); // also those whose phases are taken over are reported
     }
-    const Status built = this->BuildPhases();
-    if (!built && this->Report.resumedPhases > 0 &&
-        built.GetError().code == ErrorCode::LimitExceeded)
-    {
-      this->Folder->Keep(true); // for a build with a larger limit
-    }
-    KDSTREAM_TRY(built);
-    ReportCosts(this->Folder->Files().Counts(), this->Clock, this->Report);
-    return std::move(this->Report);
   }
 
-private:
-  // All phases that are not taken over, and the store.
-  Status BuildPhases()
+  Result<BuildReport> Run()
   {
     KDSTREAM_TRY(this->OpenFolder());
-    for (const auto& [name, step, make] : PhasesOf(this->Method))
+    Result<BuildReport> built = ConductBuild(*this, this->Build.Store);
+    if (!built && this->Build.Report.resumedPhases > 0 &&
+        built.GetError().code == ErrorCode::LimitExceeded)
     {
-      if (this->Folder->Finished(name))
-      {
-        ++this->Report.resumedPhases;
-        continue;
-      }
-      KDSTREAM_TRY(make(*this));
-      ReturnFreeMemory();
+      this->Build.Folder->Keep(true); // for a build with a larger limit
     }
-    return this->WriteStore();
+    return built;
+  }
+
+  BuildState& State() override { return this->Build; }
+  Status MakeMesh() override { return this->Make(kdstream::MakeMesh); }
+  Status MakeTree() override { return this->Make(kdstream::MakeTree); }
+  Status MakeFaces() override { return this->Make(kdstream::MakeFaces); }
+  std::vector<BuildStep> StepsAfterFaces() override
+  {
+    std::vector<BuildStep> steps;
+    for (const BuildPhase& phase : this->Method.PhasesAfterFaces())
+    {
+      steps.push_back(
+        { phase.name, phase.step, [this, make = phase.make] { return this->Make(make); } });
+    }
+    return steps;
+  }
+  bool IsFinished(const char* step) const override { return this->Build.Folder->Finished(step); }
+
+  Status Describe() override
+  {
+    KDSTREAM_TRY(Take(this->Method.LoadParts(this->Build, this->Read, this->Mesh), this->Parts));
+    this->Build.Report.ignoredAttributes = this->Read.ignored;
+    this->Build.Report.tolerance = this->Read.tolerance;
+    const std::vector<VertexId>& begin = this->Build.PartitionBegin;
+    ModelFacts& model = this->Build.Facts;
+    model.vertices = this->Read.vertices;
+    model.triangles = this->Read.triangles;
+    model.unused = this->Read.unused;
+    model.welded = this->Read.welded;
+    model.weld = this->Read.weld;
+    model.inconsistentEdges = this->Parts.inconsistentEdges;
+    model.depths = this->Mesh.depths;
+    model.partitions =
+      begin.empty() ? std::uint64_t{ 1 } << model.depths.partition : begin.size() - 1;
+    MeasurePartitions(model,
+      [&](std::size_t p) -> std::uint64_t
+      {
+        return begin.empty() ? RangeOfCell(model.vertices, model.depths.partition, p).size
+                             : begin[p + 1] - begin[p];
+      });
+    model.box = this->Mesh.box;
+    model.scalarType = this->Read.scalarType;
+    model.attributes = this->Read.attributes;
+    model.deviations = std::move(this->Parts.deviations);
+    return {};
+  }
+
+  std::string InputName() const override
+  {
+    return InputNameOf(this->Build.Input, this->Build.Options);
+  }
+  Result<std::string> DigestOfInput() override { return this->Digest.Take(); }
+
+  Status ForEachPart(
+    const PartVisit& visit, const std::function<Status(Resolution)>& finished) override
+  {
+    return this->Parts.forEach(
+      [&](const VertexTree& tree, const kdstream::Mesh& mesh, Resolution resolution,
+        const ModelPart& part) -> Status
+      {
+        KDSTREAM_TRY(visit(tree, mesh, resolution, part));
+        ReturnFreeMemory(this->Mesh.keptMemory);
+        return {};
+      },
+      finished);
+  }
+
+  Status WriteUnusedList(StoreWriter& writer) override
+  {
+    const BuildFolder& folder = *this->Build.Folder;
+    VertexFiles unused;
+    unused.count = this->Read.unused;
+    unused.tupleBytes = this->Read.pointTupleBytes;
+    KDSTREAM_TRY(Take(folder.TakeFile("mesh", "unused points"), unused.points));
+    KDSTREAM_TRY(Take(folder.TakeFile("mesh", "unused tuples"), unused.tuples));
+    return WriteUnused(
+      unused, this->Read.attributes, this->Read.scalarType, writer, this->Build.Exec);
+  }
+
+  SpillCounts Costs() override { return this->Build.Files().Counts(); }
+
+private:
+  Status Make(Status (*phase)(ExternalBuildState&))
+  {
+    KDSTREAM_TRY(phase(this->Build));
+    ReturnFreeMemory();
+    return {};
   }
 
   Status OpenFolder()
   {
-    const Result<std::string> fingerprint = FingerprintOfBuild(this->Input, this->Options);
+    const Result<std::string> fingerprint =
+      FingerprintOfBuild(this->Build.Input, this->Build.Options);
     KDSTREAM_TRY(fingerprint);
-    Result<BuildFolder> folder =
-      BuildFolder::Open(BuildFolder::PathFor(this->Store, this->Options.temporaryFolder),
-        *fingerprint, this->Options.resume, this->Hook);
+    Result<BuildFolder> folder = BuildFolder::Open(
+      BuildFolder::PathFor(this->Build.Store, this->Build.Options.temporaryFolder), *fingerprint,
+      this->Build.Options.resume, this->Hook);
     if (!folder && folder.GetError().code == ErrorCode::LimitExceeded)
     {
       // Another build writes the store: neither the input nor the folder is at fault.
-      return OfFile(this->Store.string(), std::move(folder)).GetError();
+      return OfFile(this->Build.Store.string(), std::move(folder)).GetError();
     }
     KDSTREAM_TRY(folder);
-    this->Folder.emplace(std::move(*folder));
-    if (this->Options.resume)
+    this->Build.Folder.emplace(std::move(*folder));
+    if (this->Build.Options.resume)
     {
-      this->Options.tellEarlierBuild(DescribeResumed(*this->Folder, this->Options));
+      this->Build.Options.tellEarlierBuild(
+        DescribeResumed(*this->Build.Folder, this->Build.Options));
     }
     return {};
   }
 
-  Status WriteStore()
-  {
-    MeshFacts facts;
-    MeshBlocks mesh;
-    StoreParts parts;
-    KDSTREAM_TRY(Take(this->Method.LoadParts(*this, facts, mesh), parts));
-    KDSTREAM_TRY(this->Exec.Report("encode", 0));
-    this->Report.ignoredAttributes = facts.ignored;
-    this->Report.tolerance = facts.tolerance;
-    this->Report.scalarType = facts.scalarType;
-    ModelDescription description = this->Describe(facts, mesh, parts);
-    KDSTREAM_TRY(kdstream::Take(this->Digest.Take(), description.inputDigest));
-    Result<std::unique_ptr<StoreWriter>> writer = StoreWriter::Create(this->Store, description);
-    KDSTREAM_TRY(writer);
-    KDSTREAM_TRY(this->WriteParts(mesh, parts, description.Codec(), **writer));
-    KDSTREAM_TRY(WriteTreePages(this->Boxes, mesh.depths, **writer));
-    KDSTREAM_TRY(this->WriteUnusedList(facts, **writer));
-    KDSTREAM_TRY(this->Exec.Report("write", 0));
-    KDSTREAM_TRY(TellPose(this->Options, description, **writer));
-    KDSTREAM_TRY(Take((*writer)->Finish(), this->Report.info));
-    this->Clock.Finish("write");
-    return {};
-  }
-
-  Status WriteUnusedList(const MeshFacts& facts, StoreWriter& writer) const
-  {
-    VertexFiles unused;
-    unused.count = facts.unused;
-    unused.tupleBytes = facts.pointTupleBytes;
-    KDSTREAM_TRY(Take(this->Folder->TakeFile("mesh", "unused points"), unused.points));
-    KDSTREAM_TRY(Take(this->Folder->TakeFile("mesh", "unused tuples"), unused.tuples));
-    return WriteUnused(unused, facts.attributes, facts.scalarType, writer, this->Exec);
-  }
-
-  std::uint64_t PartitionCount(const MeshBlocks& mesh) const
-  {
-    return this->PartitionBegin.empty() ? std::uint64_t{ 1 } << mesh.depths.partition
-                                        : this->PartitionBegin.size() - 1;
-  }
-
-  ModelDescription Describe(const MeshFacts& facts, const MeshBlocks& mesh, StoreParts& parts) const
-  {
-    ModelFacts model;
-    model.vertices = facts.vertices;
-    model.triangles = facts.triangles;
-    model.unused = facts.unused;
-    model.welded = facts.welded;
-    model.inconsistentEdges = parts.inconsistentEdges;
-    model.depths = mesh.depths;
-    model.partitions = this->PartitionCount(mesh);
-    MeasurePartitions(model,
-      [&](std::size_t p) -> std::uint64_t
-      {
-        return this->PartitionBegin.empty()
-                 ? RangeOfCell(facts.vertices, mesh.depths.partition, p).size
-                 : this->PartitionBegin[p + 1] - this->PartitionBegin[p];
-      });
-    model.box = mesh.box;
-    model.scalarType = facts.scalarType;
-    model.attributes = facts.attributes;
-    model.deviations = std::move(parts.deviations);
-    BuildOptions used = this->Options;
-    used.weld = facts.weld;
-    return DescribeModel(used, model, InputNameOf(this->Input, this->Options));
-  }
-
-  Status WriteParts(
-    const MeshBlocks& mesh, const StoreParts& parts, const CodecContext& codec, StoreWriter& writer)
-  {
-    std::uint64_t triangles = 0; // of the resolution
-    const PartVisit write = [&](const VertexTree& tree, const Mesh& part, Resolution resolution,
-                              const ModelPart& pieces) -> Status
-    {
-      const PieceCutter cutter(tree, part, resolution, this->Exec, pieces);
-      const unsigned depth = PieceDepth(resolution, mesh.depths);
-      const std::size_t all =
-        resolution.IsOriginal() ? this->PartitionCount(mesh) : std::size_t{ 1 } << depth;
-      KDSTREAM_TRY(WritePieces(cutter, cutter.PieceCount(), { codec, this->Options.textures.get() },
-        writer, this->Clock, this->Exec,
-        [&](std::size_t written)
-        {
-          const double done = double(pieces.firstPiece + written) / double(all);
-          return this->Exec.Report("encode", EncodedPart(resolution, mesh.depths, done));
-        }));
-      triangles += cutter.TriangleCount();
-      if (pieces.firstPiece + cutter.PieceCount() == all)
-      {
-        KDSTREAM_TRY(writer.FinishResolution(resolution, triangles));
-        triangles = 0;
-      }
-      ReturnFreeMemory(mesh.keptMemory);
-      return {};
-    };
-    return parts.forEach(write);
-  }
-
+  ExternalBuildState Build;
   const FileHook& Hook; // of the build folder's files
   InputDigest Digest;   // of a resumed build, too: its input is not read otherwise
   const ExternalMethod& Method;
+  // What Describe loads:
+  MeshFacts Read;
+  MeshBlocks Mesh;
+  StoreParts Parts;
 };
 
 }
@@ -290,7 +264,7 @@ Result<BuildReport> BuildStoreExternally(const std::filesystem::path& input,
 {
   KDSTREAM_TRY(CheckExternalBuild(options));
   return ExternalBuilder(input, store, options, execution, probe, **options.partitioner->External())
-    .Build();
+    .Run();
 }
 
 }

@@ -38,7 +38,8 @@ struct StoreParts
 {
   std::uint64_t inconsistentEdges = 0;
   std::vector<double> deviations; // of the levels
-  std::function<Status(const PartVisit&)> forEach;
+  std::function<Status(const PartVisit&, const std::function<Status(Resolution)>& finished)>
+    forEach;
 };
 
 class ExternalMethod

@@ -123,8 +123,10 @@ public:
     BlobReader blob = build.Folder->BlobOf("numbers");
     KDSTREAM_TRY(Take(LoadExternalNumbers(blob, *build.Folder, "numbers"), made->numbers));
     KDSTREAM_TRY(Take(DeviationsOfLevels(made->levels, mesh.depths), parts.deviations));
-    parts.forEach = [&build, &mesh, made](const PartVisit& visit)
-    { return ForEachPart(mesh, made->levels, made->numbers, visit, build.Exec); };
+    parts.forEach = [&build, &mesh, made](
+                      const PartVisit& visit, const std::function<Status(Resolution)>& finished) {
+      return ForEachPart(mesh, made->levels, made->numbers, visit, build.Exec, nullptr, finished);
+    };
     return parts;
   }
 };

@@ -39,7 +39,7 @@ ModelDescription DescribeModel(
     info.textures = options.textures->Describe();
   }
   info.partitioner = options.partitioner->Name();
-  info.weld = options.weld;
+  info.weld = facts.weld;
   info.title = options.title;
   info.credit = options.credit;
   info.license = options.license;

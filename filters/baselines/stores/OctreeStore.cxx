@@ -85,8 +85,12 @@ public:
     BlobReader blob = build.Folder->BlobOf("edges");
     parts.inconsistentEdges = blob.Read<std::uint64_t>();
     KDSTREAM_TRY(blob.Finish());
-    parts.forEach = [&build, &mesh](const PartVisit& visit)
-    { return ForEachPartOfPartitions(mesh, build.PartitionBegin, visit, build.Exec); };
+    parts.forEach = [&build, &mesh](const PartVisit& visit,
+                      const std::function<Status(Resolution)>& finished) -> Status
+    {
+      KDSTREAM_TRY(ForEachPartOfPartitions(mesh, build.PartitionBegin, visit, build.Exec));
+      return finished(Resolution::Original());
+    };
     return parts;
   }
 };
