@@ -12,7 +12,7 @@ namespace kdstream::generate
 namespace
 {
 
-void WritePoint(OutputFile& output, const PaintedPoint& point)
+void WritePoint(OutputFile& output, const ColoredPoint& point)
 {
   for (const double coordinate : point.position)
   {
@@ -64,7 +64,7 @@ Result<ClosedGrid> ClosedGrid::Of(std::uint64_t vertices, double columnsPerRing)
 }
 
 Status WritePly(
-  const ClosedGrid& grid, const PaintedSurface& surface, const std::filesystem::path& file)
+  const ClosedGrid& grid, const ColoredSurface& surface, const std::filesystem::path& file)
 {
   OutputFile output;
   KDSTREAM_TRY(output.Open(file));

@@ -13,7 +13,7 @@
 namespace kdstream::generate
 {
 
-struct PaintedPoint
+struct ColoredPoint
 {
   Vec3 position;
   std::array<std::uint8_t, 3> color; // red, green, blue; sRGB
@@ -23,7 +23,7 @@ struct PaintedPoint
 // the point must not depend on `around`; `around` comes back at 1 to where it was at 0.
 // Counter-clockwise triangles of growing `along` and `around` face outwards where the one's
 // direction times the other's does.
-using PaintedSurface = std::function<PaintedPoint(double along, double around)>;
+using ColoredSurface = std::function<ColoredPoint(double along, double around)>;
 
 // Two poles and between them `rings` circles of `columns` points.
 struct ClosedGrid
@@ -41,6 +41,6 @@ struct ClosedGrid
 // As a binary little-endian PLY file: float x, y, z, uchar red, green, blue. Closed and
 // consistently oriented. O(vertices) time, memory of a block of the file. Errors: InputOutput.
 Status WritePly(
-  const ClosedGrid& grid, const PaintedSurface& surface, const std::filesystem::path& file);
+  const ClosedGrid& grid, const ColoredSurface& surface, const std::filesystem::path& file);
 
 }

@@ -170,7 +170,7 @@ try
       "--threads", line.threads, "threads for the relief; the file does not depend on them")
     ->check(CLI::Range(1U, 1024U))
     ->default_str("all");
-  app.add_flag("--quiet", line.quiet, "no progress, and no line at the end");
+  app.add_flag("--quiet", line.quiet, "print no progress and no summary");
   return RunProgram(app, argc, argv, [&]() { return Generate(app, line); });
 }
 catch (...) // memory runs out before the work begins

@@ -2,7 +2,7 @@
 // Smooth noise, the same for the same seed.
 #pragma once
 
-#include "Data/Generate/Scatter.h"
+#include "Data/Generate/Hash.h"
 
 #include <cmath>
 #include <cstdint>
@@ -19,8 +19,8 @@ constexpr double NoiseOf(std::uint64_t scattered)
 // -1 to 1 at whole coordinates, scattered.
 inline double NoiseAt(std::int64_t x, std::int64_t y, std::uint64_t seed)
 {
-  return NoiseOf(Scatter(seed + 0x9E3779B97F4A7C15u * static_cast<std::uint64_t>(x) +
-                         0xC2B2AE3D27D4EB4Fu * static_cast<std::uint64_t>(y)));
+  return NoiseOf(Hash(seed + 0x9E3779B97F4A7C15u * static_cast<std::uint64_t>(x) +
+                      0xC2B2AE3D27D4EB4Fu * static_cast<std::uint64_t>(y)));
 }
 
 // How far from one whole coordinate to the next, with no corner at either: t is 0 to 1.

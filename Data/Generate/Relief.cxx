@@ -2,8 +2,8 @@
 // A closed surface with fine relief: see Relief.h.
 #include "Data/Generate/Relief.h"
 
+#include "Data/Generate/Hash.h"
 #include "Data/Generate/Noise.h"
-#include "Data/Generate/Scatter.h"
 #include "filters/meshio/OutputFile.h"
 
 #include <algorithm>
@@ -112,7 +112,7 @@ Vec3 Relief::At(std::uint64_t point) const
     height *= heightRatio;
     frequency *= 2;
   }
-  radius += this->Grain * NoiseOf(Scatter(point + (this->Seed << 32)));
+  radius += this->Grain * NoiseOf(Hash(point + (this->Seed << 32)));
   return { radius * ball[0], radius * ball[1], radius * ball[2] };
 }
 

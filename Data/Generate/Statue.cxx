@@ -313,13 +313,13 @@ private:
 
 }
 
-PaintedSurface MakeStatue(std::uint64_t seed)
+ColoredSurface MakeStatue(std::uint64_t seed)
 {
   return [seed](double along, double around)
   {
     const Vec3 p = ShapeAt(along, around, seed);
     const std::array<double, 3> color = StoneAt(p, around, seed);
-    return PaintedPoint{ p, { ByteOf(color[0]), ByteOf(color[1]), ByteOf(color[2]) } };
+    return ColoredPoint{ p, { ByteOf(color[0]), ByteOf(color[1]), ByteOf(color[2]) } };
   };
 }
 

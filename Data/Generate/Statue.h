@@ -21,7 +21,7 @@ struct StatueOptions
 // A bust of stone, about 1.8 high, standing on y = 0; closed. Its colour is that of the stone:
 // bands, veins, grain, an inscription around its foot, and dirt. The colour is a picture's, not a
 // vertex': finer than any vertices.
-PaintedSurface MakeStatue(std::uint64_t seed);
+ColoredSurface MakeStatue(std::uint64_t seed);
 
 // Writes NAME.obj, NAME.mtl and NAME-0.jpg, NAME-1.png, NAME-2.jpg, NAME-3.png beside it. Each
 // picture has a quarter of the way around, in four charts side by side with a gutter, two of them

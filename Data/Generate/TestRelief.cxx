@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // The relief as it is written, read again; the grid and the order behind it.
+#include "Data/Generate/Hash.h"
 #include "Data/Generate/Relief.h"
-#include "Data/Generate/Scatter.h"
 #include "filters/core/Weld.h"
 #include "filters/meshio/MeshReader.h"
 #include "filters/program/TbbExecution.h"

@@ -92,14 +92,14 @@ TEST(Statue, IsClosedAndPaintedWhereItIsPhotographed)
   // The stone's own colour at the vertices, against that of the photographs.
   const std::uint64_t rings = static_cast<std::uint64_t>(std::llround(std::sqrt(20000 / 1.2)));
   const std::uint64_t columns = (mesh.points.size() - 2) / rings;
-  const PaintedSurface surface = MakeStatue(1);
+  const ColoredSurface surface = MakeStatue(1);
   double off = 0, elsewhere = 0;
   const Attribute& colors = mesh.attributes.back();
   for (std::uint64_t v = 1; v + 1 < mesh.points.size(); ++v)
   {
     const double along = double((v - 1) / columns + 1) / double(rings + 1);
     const double around = double((v - 1) % columns) / double(columns);
-    const PaintedPoint here = surface(along, around), there = surface(along + 0.05, around);
+    const ColoredPoint here = surface(along, around), there = surface(along + 0.05, around);
     off += std::abs(colors.Get(v, 1) - here.color[1]);
     elsewhere += std::abs(colors.Get(v, 1) - there.color[1]);
   }

@@ -224,7 +224,7 @@ Finish FinishOutside(const Place& place)
 
 }
 
-PaintedSurface MakeVase(std::uint64_t seed)
+ColoredSurface MakeVase(std::uint64_t seed)
 {
   return [seed, outline = Outline()](double along, double around)
   {
@@ -242,7 +242,7 @@ PaintedSurface MakeVase(std::uint64_t seed)
     const double glaze = 1.0 + fade * (0.05 * noise(24, 40, 3) + 0.035 * noise(300, 520, 4));
     const double radius = at.radius + fade * finish.relief * at.outwardRadius;
     const double turn = 2.0 * std::numbers::pi * around;
-    PaintedPoint point;
+    ColoredPoint point;
     point.position = { radius * std::cos(turn), at.height + fade * finish.relief * at.outwardHeight,
       -radius * std::sin(turn) };
     for (std::size_t k = 0; k < 3; ++k)

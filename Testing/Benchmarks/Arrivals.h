@@ -48,14 +48,14 @@ struct Arrivals
     ViewerSession session(options);
     session.Resize({ 1600, 960, 1 });
     static_cast<void>(session.SelectModel(this->model.id));
-    std::deque<std::pair<std::uint32_t, protocol::BlobId>> owed;
+    std::deque<std::pair<std::uint32_t, protocol::BlobId>> outstanding;
     for (bool isNear = false;; this->draw(session))
     {
-      this->TakeRequests(session, owed);
-      if (!owed.empty())
+      this->TakeRequests(session, outstanding);
+      if (!outstanding.empty())
       {
-        const auto [request, blob] = owed.front();
-        owed.pop_front();
+        const auto [request, blob] = outstanding.front();
+        outstanding.pop_front();
         const Bytes bytes = this->find(blob);
         this->arrive(blob, bytes);
         this->give([&, request = request, blob = blob]
@@ -74,23 +74,23 @@ struct Arrivals
   }
 
 private:
-  template <class Owed>
-  void TakeRequests(ViewerSession& session, Owed& owed) const
+  template <class OutstandingList>
+  void TakeRequests(ViewerSession& session, OutstandingList& outstanding) const
   {
     for (const SessionRequest& request : session.TakeRequests())
     {
       if (request.kind == SessionRequest::Kind::Open)
       {
         session.Opened(request.id, this->model);
-        this->TakeRequests(session, owed);
+        this->TakeRequests(session, outstanding);
       }
       if (request.kind == SessionRequest::Kind::Cancel)
       {
-        std::erase_if(owed, [&](const auto& each) { return each.first == request.id; });
+        std::erase_if(outstanding, [&](const auto& each) { return each.first == request.id; });
       }
       for (const protocol::BlobId& blob : request.blobs)
       {
-        owed.emplace_back(request.id, blob);
+        outstanding.emplace_back(request.id, blob);
       }
     }
   }

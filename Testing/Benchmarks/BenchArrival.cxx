@@ -6,7 +6,7 @@
 //
 // Two ratios: of drawing alone (parts, normals, and the chunks for the graphics memory), and with
 // the choice of what is shown before it, which goes through all wanted pieces. Beside them drawing
-// where new vertices glide, as on the page, where one arrival in 150 ms does. And how many frames
+// where new vertices morph, as on the page, where one arrival in 150 ms does. And how many frames
 // an arrival would keep waiting for longer than a third of a sixtieth of a second: the session is
 // played five times, and of each arrival the fastest counts, so that other work on the machine does
 // not.
@@ -64,15 +64,15 @@ std::size_t CutIntoChunks(const DrawnSurface::Part& part, const ViewerScene& sce
   const Coloring own;
   ChunkCutter cutter(
     part.part->surface, UnitNormalsOf(*part.normals), {}, scene.depths, own, center, 1);
-  if (part.glide)
+  if (part.geomorph)
   {
-    cutter.SetGlide(*part.glide);
+    cutter.SetGeomorph(*part.geomorph);
   }
   SurfaceChunk chunk;
   std::size_t bytes = 0;
   while (cutter.Next(chunk))
   {
-    bytes += sizeof(ChunkVertex) * (chunk.vertices.size() + chunk.glides.size()) +
+    bytes += sizeof(ChunkVertex) * (chunk.vertices.size() + chunk.geomorphs.size()) +
              2 * chunk.indices.size();
   }
   return bytes;
@@ -152,15 +152,15 @@ public:
       return found == this->Pieces.end() ? nullptr : &found->second;
     };
     const double drawn = this->DrawParts(*session.Parts().model.surface.GetCut(), lookup);
-    const double gliding =
-      this->DrawGliding(*session.Parts().model.surface.GetCut(), lookup, scene);
+    const double morphing =
+      this->DrawMorphing(*session.Parts().model.surface.GetCut(), lookup, scene);
     if (!full)
     {
       return;
     }
     this->Parts += changed;
     this->Arrival += drawn + kept;
-    this->Gliding += gliding;
+    this->Morphing += morphing;
     this->WithChoice += frame + kept;
     const double choice = SecondsOf(
       [&]
@@ -187,8 +187,8 @@ public:
     std::printf("%s: %d arrivals, each changes %.1f of %.1f parts\n", name, this->Count,
       double(this->Parts) / this->Count, double(this->Shown) / this->Count);
     const bool drawing = this->PrintRatio("drawing", this->Arrival, this->Anew);
-    std::printf("  %-16s %7.2f ms each: %5.3f\n", "and glides", 1e3 * this->Gliding / this->Count,
-      this->Gliding / this->Anew);
+    std::printf("  %-16s %7.2f ms each: %5.3f\n", "and glides", 1e3 * this->Morphing / this->Count,
+      this->Morphing / this->Anew);
     return this->PrintRatio("with choosing", this->WithChoice, this->AnewWithChoice) && drawing;
   }
 
@@ -204,19 +204,19 @@ private:
       });
   }
 
-  // The same with where it glides from, and the chunks.
-  double DrawGliding(const Cut& cut, const PieceLookup& lookup, const ViewerScene& scene)
+  // The same with where it morphs from, and the chunks.
+  double DrawMorphing(const Cut& cut, const PieceLookup& lookup, const ViewerScene& scene)
   {
     return SecondsOf(
       [&]
       {
-        const std::shared_ptr<const DrawnSurface> before = this->Glides;
-        this->GlidingParts.Follow(true);
-        static_cast<void>(this->GlidingParts.GoTo(cut, lookup));
-        this->GlidingNormals.GoTo(this->GlidingParts.Parts());
-        this->Glides = std::make_shared<DrawnSurface>(this->GlidingParts.Parts(),
-          this->GlidingNormals.Of(), *before, this->GlidingParts.Former());
-        for (const DrawnSurface::Part& part : this->Glides->Parts())
+        const std::shared_ptr<const DrawnSurface> before = this->Geomorphs;
+        this->MorphingParts.Follow(true);
+        static_cast<void>(this->MorphingParts.GoTo(cut, lookup));
+        this->MorphingNormals.GoTo(this->MorphingParts.Parts());
+        this->Geomorphs = std::make_shared<DrawnSurface>(this->MorphingParts.Parts(),
+          this->MorphingNormals.Of(), *before, this->MorphingParts.Parents());
+        for (const DrawnSurface::Part& part : this->Geomorphs->Parts())
         {
           this->Sink += IsNew(part, before->Parts()) ? CutIntoChunks(part, scene) : 0;
         }
@@ -252,12 +252,12 @@ private:
   CodecContext Context;
   bool Compares;
   std::map<PieceId, Piece> Pieces;
-  SurfaceParts KeptParts, GlidingParts;
-  PartNormals KeptNormals, GlidingNormals;
-  std::shared_ptr<const DrawnSurface> Glides = std::make_shared<DrawnSurface>();
+  SurfaceParts KeptParts, MorphingParts;
+  PartNormals KeptNormals, MorphingNormals;
+  std::shared_ptr<const DrawnSurface> Geomorphs = std::make_shared<DrawnSurface>();
   std::vector<DrawnSurface::Part> Before;
   std::uint64_t Version = 0;
-  double Arrival = 0, Gliding = 0, WithChoice = 0, Anew = 0, AnewWithChoice = 0;
+  double Arrival = 0, Morphing = 0, WithChoice = 0, Anew = 0, AnewWithChoice = 0;
   std::size_t Parts = 0, Shown = 0, Sink = 0;
   int Count = 0;
   double Taken = 0; // by the session, since the last frame

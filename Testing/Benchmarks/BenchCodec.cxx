@@ -13,7 +13,7 @@
 #include "filters/codec/ByteStream.h"
 #include "filters/codec/PieceCodec.h"
 #include "filters/core/Weld.h"
-#include "filters/core/levels/DeviationBins.h"
+#include "filters/core/levels/GeometricErrorBins.h"
 #include "filters/core/levels/Levels.h"
 #include "filters/core/pieces/LeafOrder.h"
 #include "filters/core/pieces/VertexTree.h"
@@ -75,9 +75,9 @@ struct Pieces
   Box box;
   ScalarType scalarType = ScalarType::Float32;
   std::vector<Piece> pieces;
-  std::size_t all = 0;                    // of which `pieces` are some, evenly spread
-  std::vector<std::vector<Piece>> levels; // all pieces
-  std::vector<DeviationBins> deviations;  // of each level
+  std::size_t all = 0;                        // of which `pieces` are some, evenly spread
+  std::vector<std::vector<Piece>> levels;     // all pieces
+  std::vector<GeometricErrorBins> deviations; // of each level
 };
 
 // The partitions and levels of a mesh, about 1,800 vertices a piece, numbered as in a store.
@@ -110,7 +110,7 @@ Pieces Cut(const Mesh& mesh)
     {
       pieces.push_back(ofLevel.Cut(i));
     }
-    DeviationBins& bins = cut.deviations.emplace_back();
+    GeometricErrorBins& bins = cut.deviations.emplace_back();
     for (const double deviation : numbered.levels[depth].deviations)
     {
       bins.Add(deviation);
@@ -271,7 +271,7 @@ bool MeasureLevels(const Pieces& cut, std::uint8_t bits)
 {
   constexpr unsigned first = 9;
   CodecContext context{ cut.depths, CoordinateGrid::Over(cut.box, bits, cut.scalarType), {} };
-  for (const DeviationBins& deviations : cut.deviations)
+  for (const GeometricErrorBins& deviations : cut.deviations)
   {
     context.spacings.push_back(context.grid.SpacingFor(deviations.Most99()));
   }

@@ -54,7 +54,7 @@ public:
     : Stem(folder + "/paint-" + std::filesystem::path(file).stem().string())
     , Exec(execution)
     , Input(ReadWelded(file, true))
-    , Paint(FindPaint(this->Input.attributes))
+    , Paint(FindVertexColors(this->Input.attributes))
     , Tree(Need(BuildKdTree(this->Input.points, {})))
     , Painter(this->Tree.boxes[1], side)
   {
@@ -109,7 +109,7 @@ private:
   Figure Measure(const ClusterLevel& level, const std::string& name) const
   {
     const auto pictures =
-      this->Painter.DrawAll(level.positions, level.triangles, *FindPaint(level.attributes));
+      this->Painter.DrawAll(level.positions, level.triangles, *FindVertexColors(level.attributes));
     const MeshDistance d = Need(MeasureDistance(
       this->Input, Mesh{ level.positions, level.triangles }, { samples, 1 }, this->Exec));
     const Figure figure{ level.triangles.size(), MeanDifference(pictures, this->Originals),

@@ -277,7 +277,7 @@ void BenchApproach(const ServedModel& model, bool stays)
   }
 }
 
-// Jumps while pieces are under way: what of all that comes from then on is in vain.
+// Jumps while pieces are in flight: what of all that comes from then on is in vain.
 void BenchJumps(const ServedModel& model)
 {
   std::printf("\n%s, jumps to 11 other directions, 10 Mbit/s: kB from then on (wasted)\n",

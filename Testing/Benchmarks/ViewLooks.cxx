@@ -56,7 +56,7 @@ double BytesOfShown(const ViewerSession& session, const ServedModel& model)
   {
     blobs.push_back(BlobOfPiece(piece, depths));
   }
-  for (const PaintedPiece& painted : *session.Scene().tiles)
+  for (const TexturedPiece& painted : *session.Scene().tiles)
   {
     blobs.push_back(protocol::BlobId::Texture(BlobOfPiece(painted.piece, depths).number));
   }

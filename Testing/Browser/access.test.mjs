@@ -53,7 +53,7 @@ test("a token is remembered by the tab alone", () => withServer(["--tokens", key
   assert.deepEqual(await kept(visit.page), [false, true]);
   const other = await visit.page.context().newPage();
   await other.goto(server.url);
-  await eventually("a message in another tab", () => other.locator("#message-text").textContent(), (text) => /asks for a token/.test(text));
+  await eventually("a message in another tab", () => other.locator("#message-text").textContent(), (text) => /requires a token/.test(text));
 }));
 
 test("or by the browser, where the person wants it, until it is forgotten", () => withServer(["--tokens", keys], async (visit, server) => {
@@ -77,7 +77,7 @@ test("or by the browser, where the person wants it, until it is forgotten", () =
   await box.check();
   assert.deepEqual(await kept(page), [true, false]);
   await page.getByRole("button", { name: "Forget it now" }).click();
-  await eventually("the question", () => page.locator("#message-text").textContent(), (text) => /asks for a token: open the link/.test(text));
+  await eventually("the question", () => page.locator("#message-text").textContent(), (text) => /requires a token: open the link/.test(text));
   assert.deepEqual(await kept(page), [false, false]);
 }));
 
@@ -94,7 +94,7 @@ test("a link's token can be remembered later; who cancels is asked again", () =>
   await visit.page.click("#message-action");
   await visit.page.getByRole("button", { name: "Cancel", exact: true }).click();
   await eventually("no dialog", () => visit.page.locator("dialog").count(), (count) => count === 0);
-  assert.match(await visit.messageShown(), /asks for a token/);
+  assert.match(await visit.messageShown(), /requires a token/);
   await visit.page.click("#message-action");
   await visit.page.locator("#access-dialog").waitFor();
   await visit.page.keyboard.press("Escape");
@@ -119,13 +119,13 @@ test("a browser that keeps nothing does what it can", () => withServer(["--token
 
 for (const [what, answer, said] of [
   ["too many requests, with an end", { status: 429, headers: { "Retry-After": "42" } },
-    /^The list of models cannot be had: too much was asked of the server at once; it answers again in 42 seconds\. Trying again …$/],
+    /^The list of models cannot be loaded: too many requests; the server answers again in 42 seconds\. Trying again …$/],
   ["too many requests, for long", { status: 429, headers: { "Retry-After": "1200" } },
-    /it answers again at \d{1,2}:\d\d [AP]M\. Trying again …$/],
-  ["too many requests", { status: 429 }, /: too much was asked of the server at once\. Trying again …$/],
+    /the server answers again at \d{1,2}:\d\d [AP]M\. Trying again …$/],
+  ["too many requests", { status: 429 }, /: too many requests\. Trying again …$/],
   ["a busy server", { status: 503, headers: { "Retry-After": "1" } }, /: the server is busy; it answers again in 1 second\. Trying again …$/],
   ["a proxy without a server", { status: 502 }, /: the server is busy\. Trying again …$/],
-  ["what is not allowed", { status: 403 }, /: the link that you were given does not allow this\. Trying again …$/],
+  ["what is not allowed", { status: 403 }, /: your link does not allow this\. Trying again …$/],
   ["what is not there", { status: 404 }, /: the server does not have it\. Trying again …$/],
   ["what nobody knows", { status: 418 }, /: the server says 418\. Trying again …$/],
 ]) {
@@ -149,7 +149,7 @@ test("a quota that is used up says until when, and in the person's language", ()
     await visit.page.locator("#open").click();
     await visit.until("full screen", ({ mode, idle }) => mode === "full screen" && idle);
     await visit.doubleTap(await visit.centre());
-    await visit.untilSaid(/^Was Sie davon haben dürfen, ist verbraucht; mehr gibt es um \d{1,2}:\d\d/);
+    await visit.untilSaid(/^Ihr Kontingent für dieses Modell ist verbraucht; wieder um \d{1,2}:\d\d/);
     await visit.picture("access-2-quota");
     assert.ok((await visit.status()).triangles > 0, "what is there stays");
   });

@@ -44,7 +44,7 @@ async function openModel(visit, model, more = "") {
   return visit.until("full screen", ({ mode, idle, shownLevel }) => mode === "full screen" && idle && shownLevel !== null);
 }
 
-const arraysOf = (visit) => visit.page.locator("select[aria-label='By an array']");
+const arraysOf = (visit) => visit.page.locator("select[aria-label='By array']");
 
 test("a model without arrays offers none", async () => {
   const visit = await Visit.phone(browser);
@@ -65,7 +65,7 @@ test("colours by an array, its range and its map, and a link to them", async () 
   await visit.page.locator("#menu-button").click();
   await arraysOf(visit).waitFor();
   const names = await arraysOf(visit).locator("option").allInnerTexts();
-  assert.deepEqual(names, ["By an array", "height:", "classification"]);
+  assert.deepEqual(names, ["By array", "height:", "classification"]);
   await arraysOf(visit).selectOption("height:");
   await visit.page.locator("#legend svg[role=img]").waitFor();
   await visit.untilIdle();
@@ -134,7 +134,7 @@ test("what a link says of arrays that are not there, or are none, does no harm",
     const visit = await Visit.phone(browser);
     await openModel(visit, "hill", `&colours=${colours}`);
     if (colours === "by:nothing") {
-      await visit.untilSaid(/nothing that can be understood about its colours/);
+      await visit.untilSaid(/an invalid value for colours/);
     }
     await visit.page.locator("#menu-button").click();
     await arraysOf(visit).waitFor();

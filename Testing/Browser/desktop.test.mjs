@@ -223,7 +223,7 @@ test("a coloured model", async () => {
 });
 
 // A slow machine may have found its pictures too few while the list was drawn; then nothing glides
-// for a while (GlideClock::rest), in seconds.
+// for a while (GeomorphClock::rest), in seconds.
 const glideRest = 10.5;
 
 // New vertices glide to their places, and arrive; not where a person wants nothing to move by itself.

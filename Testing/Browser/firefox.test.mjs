@@ -200,7 +200,7 @@ test("what was seen opens without the server", async () => {
   await own.stop();
   await visit.page.reload();
   assert.equal((await visit.untilIdle()).model, "pebble");
-  await visit.untilSaid(/^The server cannot be reached\. What this device has kept is shown\.$/);
+  await visit.untilSaid(/^The server cannot be reached\. Stored data is shown\.$/);
   await visit.picture("firefox-9-offline");
   assert.ok(difference(online, await visit.around(await visit.centre())) < 0.01, "the same picture");
   await visit.close();

@@ -166,7 +166,7 @@ test("many models are searched by title and description", () => {
     assert.ok((await namesShown(visit)).length > 5);
     await search.fill("zzz");
     assert.deepEqual(await namesShown(visit), []);
-    assert.equal(await page.locator("#empty").textContent(), "No model is like this.");
+    assert.equal(await page.locator("#empty").textContent(), "No model matches.");
     await search.fill("");
     assert.equal((await namesShown(visit)).length, 13);
     assert.equal(await page.locator("#empty").isVisible(), false);
@@ -329,7 +329,7 @@ test("a list with a title of 10,000 characters is told, and what is there goes o
   await visit.page.locator("#open").click();
   await visit.until("full screen", ({ mode }) => mode === "full screen");
   await visit.back();
-  await visit.untilSaid(/^The list of models cannot be had: .*title.* Trying again …$/);
+  await visit.untilSaid(/^The list of models cannot be loaded: .*title.* Trying again …$/);
   assert.deepEqual(await namesShown(visit), ["A pebble", "A shell"]);
   await visit.page.unroute("**/api/models.json");
   // At once, unless it has tried again by itself in the meantime.

@@ -57,12 +57,12 @@ async function openFullScreen(url, model) {
 async function lookAround(random) {
   const centre = await visit.centre();
   const place = { x: centre.x + 160 * (random() - 0.5), y: centre.y + 240 * (random() - 0.5) };
-  const deed = random();
-  if (deed < 0.35) {
+  const action = random();
+  if (action < 0.35) {
     await visit.pinch(place, 60, 60 + 140 * random());
-  } else if (deed < 0.55) {
+  } else if (action < 0.55) {
     await visit.pinch(place, 180, 80 + 60 * random());
-  } else if (deed < 0.75) {
+  } else if (action < 0.75) {
     await visit.drag(place, 200 * (random() - 0.5), 200 * (random() - 0.5));
   } else {
     await visit.doubleTap(place);
@@ -146,7 +146,7 @@ test("a context that is lost while one zooms, again and again", async () => {
   for (let round = 0; round < 6; ++round) {
     await visit.pinch(centre, 60, 100);
     await visit.page.evaluate(() => window.losing.loseContext());
-    await visit.untilSaid(/^The device has taken the picture away\./);
+    await visit.untilSaid(/^The device has stopped the 3D drawing\./);
     assert.equal((await visit.status()).memory.graphics, 0);
     await visit.pinch(centre, 60, 90); // is heeded all the same
     const { frames } = await visit.status();

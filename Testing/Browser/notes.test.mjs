@@ -67,7 +67,7 @@ test("an author adds notes, moves and edits them, and saves a file that is then 
   await visit.picture("notes-1-writing");
   const [saved] = await Promise.all([visit.page.waitForEvent("download"), press(visit, "Save notes")]);
   assert.equal(saved.suggestedFilename(), "pebble.notes.json");
-  assert.match(await textOf(visit, "#notes-remark"), /^Put pebble\.notes\.json beside pebble\.kds on the server/);
+  assert.match(await textOf(visit, "#notes-remark"), /^Copy pebble\.notes\.json to the folder of pebble\.kds on the server/);
   const text = readFileSync(await saved.path(), "utf8");
   const { items } = JSON.parse(text);
   assert.deepEqual(items.map(({ label, body }) => [label.en[0], body.value]), [["The first", "Ü"], ["Second", "<b>bold</b>"]]);

@@ -100,7 +100,7 @@ test("what was seen opens without the server, and the rest says that it is not t
   await visit.page.reload();
   assert.equal((await visit.untilIdle()).model, "pebble");
   assert.ok(difference(online, await visit.around(await visit.centre())) < 0.01, "the same picture");
-  await visit.untilSaid(/^The server cannot be reached\. What this device has kept is shown\.$/);
+  await visit.untilSaid(/^The server cannot be reached\. Stored data is shown\.$/);
   const marks = () => visit.page.locator("#models .kept").filter({ visible: true }).count();
   await eventually("a mark in the list", marks, (count) => count >= 1);
   await visit.picture("offline-1-list");
@@ -248,7 +248,7 @@ test("the list is quiet without a network: a model that is kept, the pictures of
   const { model } = await visit.until("one that is kept", ({ idle, shownLevel }) => idle && shownLevel !== null);
   assert.equal(model, "shell");
   await eventually("pictures", picturesShown, (count) => count === 2);
-  await visit.untilSaid(/^The server cannot be reached\. What this device has kept is shown\.$/);
+  await visit.untilSaid(/^The server cannot be reached\. Stored data is shown\.$/);
   assert.equal(await visit.page.locator("#message").getAttribute("class"), "good", "it is no alarm");
   await visit.picture("offline-6-list");
 
@@ -262,7 +262,7 @@ test("the list is quiet without a network: a model that is kept, the pictures of
   assert.equal(await visit.page.locator("#message").getAttribute("class"), "good");
   await visit.picture("offline-7-list");
   await visit.page.locator('[data-model="pebble"]').click();
-  await visit.untilSaid(/^“A pebble” is not kept on this device, and the server cannot be reached\.$/);
+  await visit.untilSaid(/^“A pebble” is not stored on this device, and the server cannot be reached\.$/);
   assert.equal(await visit.page.locator("#message").getAttribute("class"), "");
   server = await Server.start(models, { port: server.port });
 });
@@ -276,7 +276,7 @@ test("a model that was never seen says so", async () => {
   await server.stop();
   await visit.page.reload();
   await visit.page.locator('[data-model="shell"]').click();
-  await visit.untilSaid(/^“A shell” is not kept on this device, and the server cannot be reached\.$/);
+  await visit.untilSaid(/^“A shell” is not stored on this device, and the server cannot be reached\.$/);
   server = await Server.start(models, { port: server.port });
 });
 
@@ -312,12 +312,12 @@ test("what is removed while a model is being kept is told, and fetched again", a
   };
   await begin();
   await visit.page.locator("#empty-storage").click(); // in this tab
-  await eventually("a pause", said, (text) => text === "Paused: all that was kept has been removed.");
+  await eventually("a pause", said, (text) => text === "Paused: all stored data was removed.");
   assert.equal(await button.textContent(), "Keep offline");
   await pause(500);
   assert.deepEqual((await stored()).paths, [], "what was under way is not kept");
 
-  const removed = (text) => text === "Paused: some of what was kept has been removed since.";
+  const removed = (text) => text === "Paused: some stored data was removed.";
   await begin();
   await emptyStorage();
   proxy.bytesPerSecond = Infinity;
@@ -327,7 +327,7 @@ test("what is removed while a model is being kept is told, and fetched again", a
   await visit.picture("offline-8-removed");
   const some = (await stored()).paths.length;
   await button.click();
-  await eventually("the end", said, (text) => text === "Kept: it opens without a network.");
+  await eventually("the end", said, (text) => text === "Stored: it opens offline.");
   const { paths, told, bytes } = await stored();
   assert.ok(paths.length > some && paths.some((path) => path.endsWith("/tree/1")), `${paths.length} ${some}`);
   assert.equal(told, bytes);
@@ -363,7 +363,7 @@ test("keep offline: progress, pause, going on, and the original without the serv
   const next = figuresOf(await eventually("progress", said, (text) => /^\d+ of \d+ parts, /.test(text)));
   assert.ok(next.done >= paused.done && next.bytes >= paused.bytes, `it is counted on: ${JSON.stringify([paused, next])}`);
   proxy.bytesPerSecond = Infinity;
-  await eventually("the end", said, (text) => text === "Kept: it opens without a network.");
+  await eventually("the end", said, (text) => text === "Stored: it opens offline.");
   const all = await stored();
   assert.ok(all.paths.length > paths.length);
   assert.equal(all.told, all.bytes, "the sum is that of the blobs");
@@ -391,7 +391,7 @@ async function keepOffline(page = visit.page, goal = "original") {
   await eventually("details to choose from", () => page.locator("#keep-goal option").count(), (count) => count > 1);
   await page.locator("#keep-goal").selectOption(goal);
   await page.locator("#keep").click();
-  await eventually("the end", () => page.locator("#keep-state").textContent(), (text) => text === "Kept: it opens without a network.");
+  await eventually("the end", () => page.locator("#keep-state").textContent(), (text) => text === "Stored: it opens offline.");
   await page.locator("#menu-button").click();
 }
 
@@ -533,7 +533,7 @@ for (const [name, harm] of [
     await openFullScreen("pebble");
     await pause(600); // for what has come to be kept
     await visit.page.locator("#menu-button").click();
-    await eventually("why", () => visit.page.locator("#stored").textContent(), (text) => /^Nothing more can be kept: /.test(text));
+    await eventually("why", () => visit.page.locator("#stored").textContent(), (text) => /^Nothing more can be stored: /.test(text));
     await visit.picture(`offline-4-${name}`);
     assert.deepEqual(await visit.messages(), []);
     visit.assertClean(server.url);

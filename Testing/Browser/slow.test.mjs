@@ -64,7 +64,7 @@ test("where nothing comes for long, it says so, and goes on with what comes then
   proxy.stallsAt = 60_000;
   visit = await Visit.phone(browser);
   await visit.page.goto(proxy.url);
-  await visit.untilSaid(/^Nothing has come from the server for a while\. Still waiting …$/);
+  await visit.untilSaid(/^The server has sent nothing for a while\. Still waiting …$/);
   await visit.picture("slow-3-silent");
   proxy.goOn();
   await visit.untilIdle();

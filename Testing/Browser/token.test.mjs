@@ -60,7 +60,7 @@ test("a link with a token shows the models that it is for, and is forgotten", as
 test("without a link, and with one that has expired, the page says what is wrong", async () => {
   const without = await Visit.phone(browser);
   await without.open(server.url);
-  await without.untilSaid(/the server asks for a token: open the link that you were given/);
+  await without.untilSaid(/the server requires a token: open the link that you were given/);
   // The link opened in the same tab.
   const reloaded = without.page.waitForEvent("load");
   await without.open(`${server.url}/#token=${tokenFor("*", "levels")}`);
@@ -70,7 +70,7 @@ test("without a link, and with one that has expired, the page says what is wrong
 
   const late = await Visit.phone(browser);
   await late.open(`${server.url}/#token=${tokenFor("*", "levels")}A`);
-  await late.untilSaid(/the server asks for a token: the link has expired/);
+  await late.untilSaid(/the server requires a token: your link has expired/);
   await late.close();
 });
 
@@ -110,7 +110,7 @@ test("a token that is entered is in no address at all", async () => {
   const token = tokenFor("pebble", "levels");
   const visit = await Visit.phone(browser);
   await visit.open(server.url);
-  await visit.untilSaid(/the server asks for a token: open the link that you were given/);
+  await visit.untilSaid(/the server requires a token: open the link that you were given/);
   await visit.page.click("#message-action");
   await visit.page.fill("#token", "nonsense!");
   await visit.page.getByRole("button", { name: "Enter", exact: true }).click();
@@ -136,7 +136,7 @@ test("levels without the original: nothing is missing until it is asked for", as
   assert.equal(near.error, "");
   assert.equal(near.original, false);
   await visit.doubleTap(await visit.centre());
-  await visit.untilSaid(/^The link that you were given is not for the original\.$/);
+  await visit.untilSaid(/^Your link does not allow the original\.$/);
   await visit.close();
 });
 
@@ -145,7 +145,7 @@ test("a token that is revoked ends the stream, and the page says so", async () =
   await visit.open(`${server.url}/#token=${tokenFor("*", "regions")}`);
   await openFullScreen(visit);
   writeFileSync(keys, JSON.stringify({ secret, revoked_subjects: ["ann"] }));
-  await visit.untilSaid(/the server asks for a token: the link has expired/);
+  await visit.untilSaid(/the server requires a token: your link has expired/);
   assert.equal((await visit.status()).triangles > 0, true, "what is there stays");
 
   // Another one is asked for, and all goes on where it was.

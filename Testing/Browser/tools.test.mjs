@@ -124,7 +124,7 @@ test("six sides, and turning by itself until it is touched", async () => {
   }
   assert.ok(difference(seen[0], seen[1]) > 0.02);
   assert.ok(difference(seen[1], seen[2]) > 0.02);
-  await press(visit, "Turn by itself");
+  await press(visit, "Turn automatically");
   await visit.until("it turns", ({ spinning }) => spinning);
   const frames = (await visit.status()).frames;
   await visit.until("frames", (status) => status.frames > frames + 5);

@@ -165,7 +165,7 @@ test("a lost WebGL context", async () => {
     window.losing = document.getElementById("view").getContext("webgl2").getExtension("WEBGL_lose_context");
     window.losing.loseContext();
   });
-  await visit.untilSaid(/^The device has taken the picture away\./);
+  await visit.untilSaid(/^The device has stopped the 3D drawing\./);
   await visit.picture("trouble-context");
   const { frames } = await visit.status();
   await visit.page.evaluate(() => window.losing.restoreContext());
@@ -197,9 +197,9 @@ const isThere = ({ mode, model, idle, shownLevel }, wanted) =>
 
 test("a link with a wrong value is told, and its model opens all the same", async () => {
   for (const [value, told] of [
-    ["view=zzz", /^This link to a view says nothing that can be understood about its view\.$/],
+    ["view=zzz", /^This link to a view has an invalid value for view\.$/],
     [`view=${"A".repeat(3000)}`, /^This link to a view is too long\.$/],
-    ["region=1.9&colours=%zz", /about its region\.$/],
+    ["region=1.9&colours=%zz", /value for region\.$/],
   ]) {
     await visit.open("about:blank");
     await visit.open(`${server.url}/#model=shell&${value}`);
@@ -218,7 +218,7 @@ test("a link to a model that is not there is told, and the list is of use", asyn
     await visit.open("about:blank");
     await visit.open(`${server.url}/#model=${model}`);
     await visit.until("the list", ({ mode, idle, shownLevel }) => mode === "browsing" && idle && shownLevel !== null);
-    await visit.untilSaid(model === "nowhere" ? /^The server has no model .nowhere.\.$/ : /about its model\.$/);
+    await visit.untilSaid(model === "nowhere" ? /^The server has no model .nowhere.\.$/ : /value for model\.$/);
     await visit.page.click("#dismiss");
     assert.equal(await visit.page.locator("#loading").isVisible(), false);
   }

@@ -58,7 +58,7 @@ const scripts = readdirSync(web).filter((name) => name.endsWith(".js"));
 const elsewhere = ["Front", "Back", "Left", "Right", "Top", "Bottom", // in tools.js, from a list
   "From", "To", "unclassified", "ground", "low vegetation", "medium vegetation", "high vegetation", "building",
   "low point (noise)", "water", "road", "bridge deck", "high noise", // in legend.js, from lists
-  "this browser keeps nothing for this page", "the browser's storage is full"]; // in storage.js
+  "this browser stores nothing for this page", "the browser's storage is full"]; // in storage.js
 const wanted = new Set([...scripts.flatMap((name) => textsOfScript(read(name))), ...textsOfPage(read("index.html")), ...elsewhere]);
 const namesIn = (text) => [...new Set([...text.matchAll(/\{(\w+)\}/g)].map(([, name]) => name))].sort();
 

@@ -409,7 +409,7 @@ export function decodePiece(blob, model, level, node) {
   const carriers = levels === 0 ? 0 : coarse ? own + ghosts : ghosts;
   const size = heads.reduce((sum, head) => sum + (head.association === 0 ? own + ghosts : count) * head.components * sizes[head.type],
     32 * (own + ghosts) + 12 * count + 4 * reach + 4 * carriers * levels);
-  need(Math.floor(size / 128) <= reader.bytes.length - reader.at, "counts that the bytes cannot hold");
+  need(Math.floor(size / 128) <= reader.bytes.length - reader.at, "counts are too large for the bytes");
 
   const symbols = new Symbols(reader, context.attribute + heads.length);
   const { vertices, triangles } = walk(symbols, own, ghosts, count, steps);
@@ -474,10 +474,10 @@ function readBox(symbols, parent, second) {
   for (let k = 0; k < 3; ++k) {
     for (const upper of [false, true]) {
       const away = k === split && upper !== second ? symbols.signed(1) + 8 : symbols.number(2);
-      need(away >= 0 && away <= 16, "a box is not in its parent's");
+      need(away >= 0 && away <= 16, "a box is not inside its parent's box");
       (upper ? box.hi : box.lo)[k] = plane(k, upper ? 16 - away : away);
     }
-    need(box.lo[k] <= box.hi[k], "a box is not in its parent's");
+    need(box.lo[k] <= box.hi[k], "a box is not inside its parent's box");
   }
   return box;
 }

@@ -31,7 +31,7 @@ function readTables(symbols, triangles) {
     const source = symbols.number(context.chartSource);
     need(source <= sources.length, "no such source");
     const place = [symbols.signed(context.chartPlace), symbols.signed(context.chartPlace)];
-    need(place.every((at) => Math.abs(at) <= 2 ** 46), "a chart far away");
+    need(place.every((at) => Math.abs(at) <= 2 ** 46), "a chart's position is out of range");
     charts.push({ source: source === 0 ? null : sources[source - 1], place });
   }
   return { scale: 2 ** -halvings, charts };

@@ -190,7 +190,7 @@ private:
       {
         return;
       }
-      // So that little is under way while it is held.
+      // So that little is in flight while it is held.
       pair.server.open(tcp::v4());
       pair.server.set_option(boost::asio::socket_base::receive_buffer_size(4096));
       pair.server.connect({ boost::asio::ip::address_v4::loopback(), this->Server }, error);

@@ -158,7 +158,7 @@ TEST_F(AttributePrograms, InfoListsThemAndExtractSaysWhatAFormatLeavesOut)
   EXPECT_EQ(this->Extract({ "--all" }, "x.ply"), "");
   EXPECT_EQ(this->Extract({ "--all" }, "x.vtp"), "");
   const std::string warning = "kdstream-store: warning: ";
-  const std::string what = ": the format does not hold these attributes: ";
+  const std::string what = ": this format cannot hold these attributes: ";
   EXPECT_EQ(this->Extract({ "--all" }, "x.obj"), warning + "x.obj" + what + "part id\n");
   EXPECT_EQ(this->Extract({ "--all" }, "x.wrl"), warning + "x.wrl" + what + "TCoords, part id\n");
   EXPECT_EQ(this->Extract({ "--all" }, "x.STL"),
@@ -173,7 +173,8 @@ TEST_F(AttributePrograms, NamesWhatIsNotCarried)
        "property list uchar int vertex_indices\nproperty list uchar float texcoord\nend_header\n"
        "0 0 0 1\n1 0 0 2\n0 1 0 3\n3 0 1 2 2 0 1\n";
   EXPECT_EQ(this->Build({ "--textures", "off" }),
-    "kdstream-build: warning: in.ply: not carried by this version: face.texcoord, texture "
+    "kdstream-build: warning: in.ply: not supported by this version and left out: face.texcoord, "
+    "texture "
     "'wall.png'\n");
 }
 

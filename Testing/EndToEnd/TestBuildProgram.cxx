@@ -109,7 +109,7 @@ TEST_F(BuildProgram, WhatNoTriangleUsesIsNamedAndComesBack)
   EXPECT_EQ(build("without"), "");
   EXPECT_EQ(build("one"),
     "kdstream-build: warning: one.ply: 1 vertex that no triangle uses, at (0, 0, "
-    "0): kept for the original, not shown\n");
+    "0): kept in the original, not shown\n");
   const auto stats = [&](const std::string& name)
   { return Json::parse(ReadWhole(this->Folder / (name + ".json"))); };
   EXPECT_FALSE(stats("without").contains("unused"));
@@ -123,11 +123,10 @@ TEST_F(BuildProgram, WhatNoTriangleUsesIsNamedAndComesBack)
   this->Write("within.ply", within);
   EXPECT_EQ(build("within"),
     "kdstream-build: warning: within.ply: 1 vertex that no triangle uses, within "
-    "the model's box: kept for the original, not shown\n");
+    "the model's box: kept in the original, not shown\n");
   EXPECT_EQ(build("two", { "--precision", "lossless", "--weld", "off" }),
     "kdstream-build: warning: two.ply: 2 vertices that no triangle uses, the farthest at (0, 0, "
-    "0): kept "
-    "for the original, not shown\n");
+    "0): kept in the original, not shown\n");
   EXPECT_NE(this->Store({ "info", "two.kds" })
               .out.find("2 vertices that no triangle uses, the "
                         "farthest at (0, 0, 0)"),
@@ -144,7 +143,7 @@ TEST_F(BuildProgram, WhatNoTriangleUsesIsNamedAndComesBack)
   {
     const Outcome outcome = this->Store({ "extract", "two.kds", "--all", "-o", "out" + ending });
     EXPECT_EQ(outcome.exitCode, 0);
-    EXPECT_NE(outcome.err.find("the format does not hold 2 vertices that no triangle uses"),
+    EXPECT_NE(outcome.err.find("this format cannot hold 2 vertices that no triangle uses"),
       std::string::npos)
       << outcome.err;
   }
@@ -300,14 +299,14 @@ TEST_F(BuildProgram, MemoryWithoutAUnitIsExplained)
 {
   this->Write("in.ply", Torus(40, 20));
   this->ExpectError(this->Build({ "in.ply", "-o", "m.kds", "--memory", "64" }), 2,
-    "kdstream-build: error: --memory: 64 bytes is too little for any build; is a unit missing, as "
-    "in 64M?");
+    "kdstream-build: error: --memory: 64 bytes is too small for any build; did you forget the "
+    "unit, as in 64M?");
   this->ExpectError(this->Build({ "in.ply", "-o", "m.kds", "--memory", "64K" }), 2,
-    "kdstream-build: error: --memory: 64 KiB is too little for any build; is a unit missing, as in "
-    "64M?");
+    "kdstream-build: error: --memory: 64 KiB is too small for any build; did you forget the unit, "
+    "as in 64M?");
   this->ExpectError(this->Build({ "in.ply", "-o", "m.kds", "--memory", "lots" }), 2,
-    "kdstream-build: error: --memory: \"lots\" is not a size: a number and K, M or G, such as 256M "
-    "or 1.5G (--help tells the options)");
+    "kdstream-build: error: --memory: \"lots\" is not a size: give a number and K, M or G, such as "
+    "256M or 1.5G (see --help)");
   EXPECT_EQ(this->Build({ "in.ply", "-o", "m.kds", "--memory", "67108864" }).exitCode, 0);
 }
 
@@ -319,7 +318,7 @@ TEST_F(BuildProgram, AStoreOfAnotherEndingIsWarnedOf)
     const Outcome outcome = this->Build({ "in.ply", "-o", output, "--quiet" });
     EXPECT_EQ(outcome.exitCode, 0);
     EXPECT_EQ(outcome.err, "kdstream-build: warning: " + std::string(output) +
-                             ": kdstream-serve finds stores by the ending .kds\n");
+                             ": kdstream-serve only serves files that end in .kds\n");
     EXPECT_EQ(this->Store({ "verify", output }).exitCode, 0);
   }
   EXPECT_EQ(this->Build({ "in.ply", "-o", "m.kds", "--quiet" }).err, "");
@@ -367,8 +366,8 @@ TEST_F(BuildProgram, BadInputIsNamedWithItsPlace)
   for (const char* partitioner : { "kdtree", "octree", "kmeans" })
   {
     this->ExpectError(this->Build({ "wide.ply", "-o", "m.kds", "--partitioner", partitioner }), 1,
-      "kdstream-build: error: wide.ply: the mesh spans more than 2^127 (1.7e38) along y, the most "
-      "that levels can be computed for");
+      "kdstream-build: error: wide.ply: the mesh spans more than 2^127 (1.7e38) along y, the limit "
+      "for computing levels");
     EXPECT_FALSE(std::filesystem::exists(this->Folder / "m.kds")) << partitioner;
   }
   expect("cut.ply", "face 1599");
@@ -426,10 +425,9 @@ TEST_F(BuildProgram, WarnsOfFloatsFarFromTheOrigin)
     return this->Build({ "in.ply", "-o", "m.kds", "--unit", "m", "--quiet" }).err;
   };
   EXPECT_EQ(warning(ScalarType::Float32, 5400000.0),
-    "kdstream-build: warning: in.ply: its coordinates are no finer than floats are so far from 0, "
-    "multiples of 0.5 m: where that is rounding, it shows as stairs; subtract an offset before "
-    "they "
-    "are written as floats, or write doubles\n");
+    "kdstream-build: warning: in.ply: the coordinates are so far from 0 that floats only hold "
+    "multiples of 0.5 m: if they were rounded, the surface shows steps; subtract an offset before "
+    "writing floats, or write doubles\n");
   EXPECT_EQ(warning(ScalarType::Float64, 5400000.0), "");
   EXPECT_EQ(warning(ScalarType::Float32, 0), "") << "0.03 m at 430 km, a thirtieth of the spacing";
 }
@@ -448,8 +446,7 @@ TEST_F(BuildProgram, TheLastLineTellsWhatIsWritten)
 TEST_F(BuildProgram, WrongOptionsAreToldWithTheNearest)
 {
   this->ExpectError(this->Build({ "in.ply", "-o", "m.kds", "--tittle", "x" }), 2,
-    "kdstream-build: error: there is no option --tittle; did you mean --title? (--help tells the "
-    "options)");
+    "kdstream-build: error: there is no option --tittle; did you mean --title? (see --help)");
 }
 
 TEST_F(BuildProgram, GeneratedFilesArePly)
@@ -495,7 +492,7 @@ TEST_F(BuildProgram, WarnsWhereTheGridIsTooCoarse)
   const Outcome coarse = this->Build({ "in.ply", "-o", "m.kds", "--precision", "10" });
   EXPECT_EQ(coarse.exitCode, 0);
   EXPECT_NE(
-    coarse.err.find("vertices fall together with others on a grid of 10 bits"), std::string::npos)
+    coarse.err.find("vertices coincide with others on a grid of 10 bits"), std::string::npos)
     << coarse.err;
   EXPECT_EQ(this->Build({ "in.ply", "-o", "m.kds", "--precision", "lossless", "--quiet" }).err, "");
 }
@@ -510,7 +507,7 @@ TEST_F(BuildProgram, WarnsOfColorsThatAreNotShown)
   };
   const Case cases[] = { { AttributeType::UInt16, AttributeAssociation::Point,
                            "RGB of type uint16 are taken for colours, of which 1 is white" },
-    { AttributeType::UInt8, AttributeAssociation::Cell, "colours of triangles are kept" },
+    { AttributeType::UInt8, AttributeAssociation::Cell, "triangle colours are kept" },
     { AttributeType::UInt8, AttributeAssociation::Point, "" } };
   for (const Case& it : cases)
   {
@@ -540,13 +537,14 @@ TEST_F(BuildProgram, NeverOverwritesItsInput)
   for (const char* output : { "in.ply", "./in.ply", "link.ply" })
   {
     this->ExpectError(this->Build({ "in.ply", "-o", output }), 2,
-      std::string("kdstream-build: error: ") + output + ": is in.ply itself, and would replace it");
+      std::string("kdstream-build: error: ") + output +
+        ": is the same file as the input in.ply, and would replace it");
     EXPECT_EQ(this->Build({ "in.ply", "-o", "m.kds", "--stats", output }).exitCode, 2);
   }
   EXPECT_EQ(ReadWhole(this->Folder / "in.ply"), input);
   // Statistics in place of a store that is still to be made.
   this->ExpectError(this->Build({ "in.ply", "-o", "m.kds", "--stats", "./m.kds" }), 2,
-    "kdstream-build: error: ./m.kds: is m.kds itself, and would replace it");
+    "kdstream-build: error: ./m.kds: is the same file as the input m.kds, and would replace it");
   EXPECT_FALSE(std::filesystem::exists(this->Folder / "m.kds"));
   ASSERT_EQ(this->Build({ "in.ply", "-o", "m.ply" }).exitCode, 0); // a store under a mesh's name
   const std::string store = ReadWhole(this->Folder / "m.ply");

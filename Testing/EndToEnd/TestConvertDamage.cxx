@@ -224,11 +224,11 @@ TEST_F(TestConvertDamage, CellsOfVtkFilesAreNotBelieved)
   const std::string grid = head + "UNSTRUCTURED_GRID\n" + points;
   const std::vector<std::pair<std::string, std::string>> cases{
     { head + "POLYDATA\n" + points + cells("POLYGONS", "0 1000000", "0 1 2"),
-      "cell 0 has the corners from 0 up to 1000000 of a list of 3" },
+      "cell 0 uses corners 0 to 1000000 of a list of 3" },
     { head + "POLYDATA\n" + points + cells("LINES", "0 3 1 3", "0 1 2"),
-      "cell 1 has the corners from 3 up to 1 of a list of 3" },
+      "cell 1 uses corners 3 to 1 of a list of 3" },
     { grid + cells("CELLS", "0 1000000", "0 1 2") + "CELL_TYPES 1\n5\n",
-      "cell 0 has the corners from 0 up to 1000000 of a list of 3" },
+      "cell 0 uses corners 0 to 1000000 of a list of 3" },
     { grid + cells("CELLS", "0 3", "0 1 7") + "CELL_TYPES 1\n5\n",
       "cell 0 uses point 7, but there are 3" },
     { grid + cells("CELLS", "0 3", "0 1 2") + "CELL_TYPES 1\n10\n",

@@ -136,8 +136,8 @@ TEST_F(TestExport, PlantedLinksAreNotFollowed)
     fs::create_symlink(away, www / planted);
     const Outcome outcome = this->Export({ "ring.kds", "www" });
     EXPECT_EQ(outcome.exitCode, 1) << planted;
-    EXPECT_NE(
-      outcome.err.find("www/" + planted + ": is a link, which is not followed"), std::string::npos)
+    EXPECT_NE(outcome.err.find("www/" + planted + ": is a symbolic link, which is not followed"),
+      std::string::npos)
       << planted << ": " << outcome.err;
     EXPECT_TRUE(fs::is_symlink(www / planted)) << planted;
     EXPECT_TRUE(!fs::is_directory(away) || fs::is_empty(away)) << planted;
@@ -357,7 +357,8 @@ TEST_F(TestExport, WhatCannotBeWrittenIsSaid)
     << name.err;
   const Outcome page = this->Export({ "ring.kds", "www", "--page", "." });
   EXPECT_EQ(page.exitCode, 1);
-  EXPECT_NE(page.err.find("is no page: it has no index.html"), std::string::npos) << page.err;
+  EXPECT_NE(page.err.find("is not a web page: it has no index.html"), std::string::npos)
+    << page.err;
   fs::create_directories(this->Folder / "www/api");
   this->WriteText("www/api/models.json", "something else");
   const Outcome list = this->Export({ "ring.kds", "www" });

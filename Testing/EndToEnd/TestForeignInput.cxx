@@ -100,7 +100,8 @@ TEST_F(TestForeignInput, WarningsArePassedOn)
   EXPECT_EQ(built.exitCode, 0);
   EXPECT_EQ(built.err,
     "kdstream-build: warning: in.obj: line 1: the materials 'a.mtl' are not there: they count as "
-    "white\nkdstream-build: warning: in.obj: not carried by this version: materials and their "
+    "white\nkdstream-build: warning: in.obj: not supported by this version and left out: materials "
+    "and their "
     "textures\n");
   this->WriteText("in.xyz", "0 0 0\n1 0 0\nnan 1 0\n");
   EXPECT_EQ(this->Build({ "in.xyz", "-o", "m.kds", "--quiet" }).err,
@@ -124,9 +125,9 @@ TEST_F(TestForeignInput, NamesAreNeverOptions)
 TEST_F(TestForeignInput, WithoutKdstreamConvert)
 {
   std::filesystem::copy(std::string(KDSTREAM_PROGRAMS) + "/kdstream-build", this->Folder / "build");
-  const std::string there = "kdstream-convert, which is not there (it was looked for at " +
+  const std::string there = "kdstream-convert, which is not at " +
                             std::filesystem::canonical(this->Folder.Path).string() +
-                            "/kdstream-convert)";
+                            "/kdstream-convert";
   const auto expect = [&](const std::vector<std::string>& arguments, const std::string& said)
   {
     const Outcome built = RunProgram(this->Folder, this->Folder / "build", arguments);
@@ -135,7 +136,7 @@ TEST_F(TestForeignInput, WithoutKdstreamConvert)
       << built.err;
   };
   this->WriteText("in.xyz", "0 0 0\n");
-  expect({ "in.xyz", "-o", "m.kds" }, "in.xyz: this format is read by ");
+  expect({ "in.xyz", "-o", "m.kds" }, "in.xyz: reading this format needs ");
   // Of a format that it reads itself, that is no reason.
   Mesh mesh = Torus(40, 20);
   ASSERT_TRUE(WriteMesh(this->Folder / "mesh.ply", mesh));
@@ -158,10 +159,10 @@ TEST_F(TestForeignInput, WithoutKdstreamConvertPicturesAreLeftOut)
     RunProgram(this->Folder, this->Folder / "build", { "in.obj", "-o", "m.kds", "--quiet" });
   EXPECT_EQ(built.exitCode, 0);
   EXPECT_EQ(built.err.substr(0, built.err.find('\n')),
-    "kdstream-build: warning: in.obj: its pictures are left out: they are baked by "
-    "kdstream-convert, which is not there (it was looked for at " +
+    "kdstream-build: warning: in.obj: its pictures are left out: reading them needs "
+    "kdstream-convert, which is not at " +
       std::filesystem::canonical(this->Folder.Path).string() +
-      "/kdstream-convert): build it (cmake --build build/release --target kdstream-convert; it "
+      "/kdstream-convert: build it (cmake --build build/release --target kdstream-convert; it "
       "needs VTK)");
 }
 

@@ -420,29 +420,26 @@ TEST_F(OutOfCore, ResumeTellsWhatItFound)
     }
     FAIL() << "no build was killed between its phases";
   };
-  expect(
-    resume({}), "nothing to resume: no earlier build in spill (was another --temp-dir given?)");
+  expect(resume({}),
+    "nothing to resume: no earlier build in spill (did that build have another --temp-dir?)");
   killed();
-  expect(resume({}), "going on with the step ");
+  expect(resume({}), "continuing with the step ");
   killed();
   EXPECT_EQ(resume({ "--quiet" }), "");
   killed();
-  const std::string startOver =
-    "; its files are left as they are: build without --resume to start over";
-  expect(resume({ "--title", "x" }),
-    "error: in.ply: --resume: the interrupted build had other options, which are needed to go on "
-    "with it: --title none (now x)" +
-      startOver);
+  const std::string startOver = "; its files are kept: build without --resume to start over";
+  expect(resume({ "--title", "x" }), "error: in.ply: --resume: the interrupted build had other "
+                                     "options, which --resume needs: --title none (now x)" +
+                                       startOver);
   const auto time = fs::last_write_time(this->Folder / "in.ply");
   fs::last_write_time(this->Folder / "in.ply", time + std::chrono::seconds(1));
-  expect(resume({}), "error: in.ply: --resume: the interrupted build had another input, or this "
-                     "one has been changed "
-                     "since" +
+  expect(resume({}), "error: in.ply: --resume: the interrupted build had another input, or its "
+                     "input has changed since" +
                        startOver);
   fs::last_write_time(this->Folder / "in.ply", time);
   // A plain build says what it throws away.
   expect(RunTool(this->Folder, "build", build).err,
-    "a killed build of this store has left files: with --resume it would go on with the step ");
+    "there are files of a killed build of this store: --resume would continue it with the step ");
   this->ExpectNothingLeft({ "in.ply", "spill", "m.kds" });
 }
 
@@ -473,7 +470,7 @@ TEST_F(OutOfCore, ErrorsNameTheTemporaryFolder)
   EXPECT_EQ(full.exitCode, 1);
   EXPECT_EQ(
     full.err.rfind("kdstream-build: error: spill: the temporary folder is too small: the build "
-                   "takes about ",
+                   "needs about ",
       0),
     0U)
     << full.err;

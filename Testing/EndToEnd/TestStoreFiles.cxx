@@ -83,15 +83,17 @@ TEST_F(StoreFiles, FoldersAreMadeAndGoAgainWhereABuildFails)
   EXPECT_EQ(this->Store({ "verify", "there/models/2026/statue.kds" }).exitCode, 0);
   const Outcome inFile = this->Build({ "-o", "in.ply/a.kds" });
   EXPECT_EQ(inFile.exitCode, 1);
-  EXPECT_EQ(inFile.err, "kdstream-build: error: in.ply/a.kds: no file can be in in.ply, which is a "
-                        "file, not a folder\n");
+  EXPECT_EQ(inFile.err,
+    "kdstream-build: error: in.ply/a.kds: cannot be created in in.ply, which is a "
+    "file, not a folder\n");
   const Outcome belowFile = this->Build({ "-o", "in.ply/models/a.kds" });
   EXPECT_EQ(belowFile.exitCode, 1);
-  EXPECT_EQ(belowFile.err, "kdstream-build: error: in.ply/models/a.kds: no file can be in in.ply, "
-                           "which is a file, not a folder\n");
+  EXPECT_EQ(belowFile.err,
+    "kdstream-build: error: in.ply/models/a.kds: cannot be created in in.ply, "
+    "which is a file, not a folder\n");
   const Outcome statsInFile = this->Build({ "-o", "b.kds", "--stats", "in.ply/s.json" });
   EXPECT_EQ(statsInFile.err,
-    "kdstream-build: error: in.ply/s.json: no file can be in in.ply, which "
+    "kdstream-build: error: in.ply/s.json: cannot be created in in.ply, which "
     "is a file, not a folder\n");
 }
 
@@ -122,7 +124,7 @@ TEST_F(StoreFiles, StatisticsNeverReplaceAnotherStore)
     const Outcome refused = this->Build({ "-o", "new.kds", "--stats", stats });
     EXPECT_EQ(refused.exitCode, 2);
     EXPECT_EQ(refused.err,
-      "kdstream-build: error: " + stats + ": is a store, and would be none any more\n");
+      "kdstream-build: error: " + stats + ": is a store, which would be overwritten\n");
   }
   EXPECT_TRUE(ReadWhole(this->Folder / "old.kds") == before);
   EXPECT_EQ(this->Files(), (Names{ "in.ply", "link.json", "old.kds" }));
@@ -140,8 +142,8 @@ TEST_F(StoreFiles, NamesThatNoServerServesAreRefused)
     EXPECT_EQ(refused.exitCode, 2) << stem;
     EXPECT_EQ(refused.err,
       "kdstream-build: error: models/" + stem +
-        ".kds: no server serves a store of this name: before .kds it needs 1 to 128 of the "
-        "characters A-Z a-z 0-9 . _ -, and no dot as the first\n");
+        ".kds: a server cannot serve a store of this name: before .kds it "
+        "must have 1 to 128 characters of A-Z a-z 0-9 . _ -, and no dot at the start\n");
     EXPECT_EQ(this->Files(), Names{ "in.ply" });
   }
   for (const std::string& stem : { std::string("A.b-c_9"), std::string(128, 'x') })
@@ -224,7 +226,7 @@ TEST_F(StoreFiles, UpAndFirstViewAreToldGivenAndChanged)
   };
   const Outcome built = build({});
   ASSERT_EQ(built.exitCode, 0) << built.err;
-  EXPECT_NE(built.err.find("m.kds: guessed that +z is up and the front is to "), std::string::npos)
+  EXPECT_NE(built.err.find("m.kds: guessed that up is +z and front is "), std::string::npos)
     << built.err;
   EXPECT_NE(infoText().find("up                   +z (guessed)\n"), std::string::npos);
   EXPECT_EQ(this->Info("m.kds")["pose"]["guessed"], true);

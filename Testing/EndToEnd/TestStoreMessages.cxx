@@ -99,9 +99,10 @@ TEST_F(StoreMessages, InfoTellsWhatADeviationIs)
 {
   const Outcome info = this->Run("kdstream-store", { "info", "torus.kds" });
   ASSERT_EQ(info.exitCode, 0) << info.err;
-  EXPECT_NE(info.out.find("deviation  how far vertices of the level lie from the original surface, "
+  EXPECT_NE(info.out.find("deviation  distance of the level's vertices from the original surface, "
                           "in mm:"),
     std::string::npos)
     << info.out;
-  EXPECT_NE(info.out.find("what 99 of 100 vertices do not exceed"), std::string::npos) << info.out;
+  EXPECT_NE(info.out.find("the largest of the best 99 % of the vertices"), std::string::npos)
+    << info.out;
 }

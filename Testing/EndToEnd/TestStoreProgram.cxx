@@ -37,12 +37,12 @@ TEST_F(StoreProgram, HelpAndVersion)
     { std::vector<std::string>{ "publish", "--help" }, { "-h", "publish" }, { "publish" } })
   {
     this->ExpectError(this->Store(arguments), 2,
-      "kdstream-store: error: there is no command \"publish\"; there is info, verify, "
-      "extract, distance, edit or export (--help tells the options)");
+      "kdstream-store: error: there is no command \"publish\"; use info, verify, "
+      "extract, distance, edit or export (see --help)");
   }
   const std::string edit = this->Store({ "edit", "--help" }).out;
   EXPECT_EQ(edit.find("SIGHUP"), std::string::npos) << "a server sees it by itself";
-  EXPECT_NE(edit.find("them by itself"), std::string::npos) << edit;
+  EXPECT_NE(edit.find("running server shows"), std::string::npos) << edit;
   EXPECT_EQ(edit.find("--licence"), std::string::npos) << edit;
   EXPECT_NE(edit.find("--license TEXT"), std::string::npos) << edit;
 }
@@ -130,15 +130,14 @@ TEST_F(StoreProgram, DistanceOfPointsSaysWhatIsMeasured)
     return outcome.err;
   };
   const std::string points =
-    " has no triangles: its points are measured, and distances to it are those to the nearest "
-    "point\n";
+    " has no triangles: distances are measured from its points and to its nearest point\n";
   EXPECT_EQ(said("m.kds", "cloud.ply"), "kdstream-store: warning: cloud.ply:" + points);
   EXPECT_EQ(said("c.kds", "in.ply"), "kdstream-store: warning: c.kds: level 5" + points);
   EXPECT_EQ(said("c.kds", "cloud.ply"), "kdstream-store: warning: cloud.ply:" + points +
                                           "kdstream-store: warning: c.kds: level 5" + points);
   EXPECT_EQ(said("m.kds", "in.ply"), "");
   this->ExpectError(this->Store({ "distance", "m.kds", "--level", "5" }), 2,
-    "kdstream-store: error: --against is required (--help tells the options)");
+    "kdstream-store: error: --against is required (see --help)");
 }
 
 TEST_F(StoreProgram, StlOfPointsIsRefused)
@@ -248,13 +247,13 @@ TEST_F(StoreProgram, ExtractsWhatIsAskedFor)
   EXPECT_TRUE(BoundaryEdges(mixed.triangles).empty());
   EXPECT_GT(mixed.points.size(), stats["levels"][stitch]["vertices"].get<std::size_t>());
   for (const auto& [text, said] : std::initializer_list<std::pair<std::string, std::string>>{
-         { "{}", " needs \"base\" and a list \"pieces\"" },
-         { R"({"base":99,"pieces":[]})", ": \"base\" is \"99\"; a depth from 0 to " },
+         { "{}", " must have \"base\" and a list \"pieces\"" },
+         { R"({"base":99,"pieces":[]})", ": \"base\" is \"99\"; it must be a depth from 0 to " },
          { R"({"base":3,"pieces":[[3]]})",
-           ": piece 0 is no resolution and node of a piece in the store" },
+           ": piece 0 does not name the resolution and node of a piece in the store" },
          { R"({"base":3,"pieces":[[3,1],["original",1]]})",
-           ": piece 1 is no resolution and node of a piece in the store" },
-         { "7", " is no JSON list or object" } })
+           ": piece 1 does not name the resolution and node of a piece in the store" },
+         { "7", " is not a JSON list or object" } })
   {
     this->WriteText("mix.json", text);
     const Outcome bad =

@@ -70,7 +70,7 @@ private:
   }
   std::string Write(const fs::path& folder, std::uint16_t first, std::uint16_t second) const
   {
-    // Little is under way while a client does not read: sndbuf.
+    // Little is in flight while a client does not read: sndbuf.
     const auto site = Replaced(fixtures::ReadWhole(KDSTREAM_NGINX_EXAMPLE),
       { { "127.0.0.1:8701", "127.0.0.1:" + std::to_string(first) },
         { "127.0.0.1:8702", "127.0.0.1:" + std::to_string(second) },
@@ -182,7 +182,8 @@ std::vector<BlobId> FinestLevel(const ModelDescription& model)
   return blobs;
 }
 
-// A client that asks for many things at once, and what it is still owed: of each request, how many.
+// A client that asks for many things at once, and what is still outstanding: of each request, how
+// many.
 class Viewer
 {
 public:
@@ -205,10 +206,10 @@ public:
     {
       ++request.id;
       request.blobs = blobs;
-      this->Owed[request.id] = blobs.size();
+      this->Outstanding[request.id] = blobs.size();
       (*client)->Send(request);
     }
-    while (this->Seen.trouble.empty() && !this->Owed.empty())
+    while (this->Seen.trouble.empty() && !this->Outstanding.empty())
     {
       (*client)->Wait(std::chrono::milliseconds(1000));
       for (const ClientEvent& event : (*client)->Take())
@@ -227,13 +228,13 @@ private:
     {
       this->Seen.twice += this->Seen.blobs.insert(event.blob).second ? 0 : 1;
       this->Seen.damaged += IsSealed(event.bytes) ? 0 : 1;
-      --this->Owed[event.request] == 0 ? this->Owed.erase(event.request) : 0;
+      --this->Outstanding[event.request] == 0 ? this->Outstanding.erase(event.request) : 0;
     }
     else if (event.kind == Kind::RequestFailed &&
              event.message.find("the quota of ") != std::string::npos)
     {
       ++this->Seen.refused;
-      this->Owed.erase(event.request);
+      this->Outstanding.erase(event.request);
     }
     else if (event.kind != Kind::Opened)
     {
@@ -242,7 +243,7 @@ private:
     }
   }
 
-  std::map<std::uint32_t, std::size_t> Owed;
+  std::map<std::uint32_t, std::size_t> Outstanding;
   Looked Seen;
 };
 

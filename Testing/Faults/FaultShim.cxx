@@ -41,7 +41,7 @@ namespace
 
 using kdstream::Fault;
 using kdstream::Faults;
-using kdstream::FileDeed;
+using kdstream::FileAction;
 
 Faults* faults = nullptr; // null until main begins: nobody can catch what fails before
 int record = -1;
@@ -213,12 +213,12 @@ private:
   }
 };
 
-void Record(FileDeed deed, std::uint64_t inode, std::uint64_t offset, const void* data,
+void Record(FileAction action, std::uint64_t inode, std::uint64_t offset, const void* data,
   std::size_t bytes, const char* path = "", const char* path2 = "")
 {
   const int before = errno;
   kdstream::FileRecord entry;
-  entry.deed = deed;
+  entry.action = action;
   entry.pathBytes = static_cast<std::uint32_t>(std::strlen(path));
   entry.path2Bytes = static_cast<std::uint32_t>(std::strlen(path2));
   entry.inode = inode;
@@ -248,7 +248,7 @@ void RecordWrite(off_t place, const struct stat& state, const void* data, ssize_
 {
   if (place >= 0 && bytes > 0)
   {
-    Record(FileDeed::Write, state.st_ino, static_cast<std::uint64_t>(place), data,
+    Record(FileAction::Write, state.st_ino, static_cast<std::uint64_t>(place), data,
       static_cast<std::size_t>(bytes));
   }
 }
@@ -258,7 +258,7 @@ void RecordSize(int file, off_t size)
   struct stat state = {};
   if (record >= 0 && StateOf(file, state))
   {
-    Record(FileDeed::Size, state.st_ino, static_cast<std::uint64_t>(size), nullptr, 0);
+    Record(FileAction::Size, state.st_ino, static_cast<std::uint64_t>(size), nullptr, 0);
   }
 }
 
@@ -301,21 +301,21 @@ int Opened(const Whole& path, int flags, const Open& real)
   }
   if ((flags & O_CREAT) != 0 && !wasThere)
   {
-    Record(FileDeed::Make, state.st_ino, 0, nullptr, 0, path.text);
+    Record(FileAction::Make, state.st_ino, 0, nullptr, 0, path.text);
   }
   else if ((flags & O_TRUNC) != 0)
   {
-    Record(FileDeed::Size, state.st_ino, 0, nullptr, 0);
+    Record(FileAction::Size, state.st_ino, 0, nullptr, 0);
   }
   return file;
 }
 
 int Recorded(
-  int result, FileDeed deed, const Whole& path, const char* path2 = "", std::uint64_t inode = 0)
+  int result, FileAction action, const Whole& path, const char* path2 = "", std::uint64_t inode = 0)
 {
   if (record >= 0 && result == 0)
   {
-    Record(deed, inode, 0, nullptr, 0, path.text, path2);
+    Record(action, inode, 0, nullptr, 0, path.text, path2);
   }
   return result;
 }
@@ -604,7 +604,7 @@ extern "C"
     struct stat state = {};
     if (record >= 0 && file >= 0 && StateOf(file, state))
     {
-      Record(FileDeed::Make, state.st_ino, 0, nullptr, 0, Whole(path).text);
+      Record(FileAction::Make, state.st_ino, 0, nullptr, 0, Whole(path).text);
     }
     return file;
   }
@@ -630,7 +630,7 @@ extern "C"
     char* const made = Strikes(&Faults::creating) ? nullptr : real(path);
     if (made)
     {
-      Recorded(0, FileDeed::MakeFolder, Whole(path), "", InodeOf(path));
+      Recorded(0, FileAction::MakeFolder, Whole(path), "", InodeOf(path));
     }
     return made;
   }
@@ -639,7 +639,7 @@ extern "C"
   {
     static const auto real = Real<int(const char*, mode_t)>("mkdir");
     const int made = Strikes(&Faults::creating) ? -1 : real(path, mode);
-    return made < 0 ? made : Recorded(made, FileDeed::MakeFolder, Whole(path), "", InodeOf(path));
+    return made < 0 ? made : Recorded(made, FileAction::MakeFolder, Whole(path), "", InodeOf(path));
   }
 
   int mkdirat(int folder, const char* path, mode_t mode)
@@ -647,7 +647,7 @@ extern "C"
     static const auto real = Real<int(int, const char*, mode_t)>("mkdirat");
     const int made = Strikes(&Faults::creating) ? -1 : real(folder, path, mode);
     const Whole whole(path, folder);
-    return made < 0 ? made : Recorded(made, FileDeed::MakeFolder, whole, "", InodeOf(whole.text));
+    return made < 0 ? made : Recorded(made, FileAction::MakeFolder, whole, "", InodeOf(whole.text));
   }
 
   DIR* opendir(const char* path)
@@ -667,7 +667,7 @@ extern "C"
     struct stat state = {};
     if (record >= 0 && StateOf(file, state))
     {
-      Record(FileDeed::Sync, state.st_ino, 0, nullptr, 0);
+      Record(FileAction::Sync, state.st_ino, 0, nullptr, 0);
     }
     return real(file);
   }
@@ -713,7 +713,7 @@ extern "C"
     static const auto real = Real<int(const char*, const char*)>("rename");
     return Strikes(&Faults::renaming)
              ? -1
-             : Recorded(real(from, to), FileDeed::Rename, Whole(from), Whole(to).text);
+             : Recorded(real(from, to), FileAction::Rename, Whole(from), Whole(to).text);
   }
 
   int renameat(int fromFolder, const char* from, int toFolder, const char* to)
@@ -721,7 +721,7 @@ extern "C"
     static const auto real = Real<int(int, const char*, int, const char*)>("renameat");
     return Strikes(&Faults::renaming)
              ? -1
-             : Recorded(real(fromFolder, from, toFolder, to), FileDeed::Rename,
+             : Recorded(real(fromFolder, from, toFolder, to), FileAction::Rename,
                  Whole(from, fromFolder), Whole(to, toFolder).text);
   }
 
@@ -730,16 +730,16 @@ extern "C"
     static const auto real = Real<int(int, const char*, int, const char*, unsigned)>("renameat2");
     return Strikes(&Faults::renaming)
              ? -1
-             : Recorded(real(fromFolder, from, toFolder, to, flags), FileDeed::Rename,
+             : Recorded(real(fromFolder, from, toFolder, to, flags), FileAction::Rename,
                  Whole(from, fromFolder), Whole(to, toFolder).text);
   }
 
   int link(const char* from, const char* to)
   {
     static const auto real = Real<int(const char*, const char*)>("link");
-    return Strikes(&Faults::renaming)
-             ? -1
-             : Recorded(real(from, to), FileDeed::Link, Whole(from), Whole(to).text, InodeOf(from));
+    return Strikes(&Faults::renaming) ? -1
+                                      : Recorded(real(from, to), FileAction::Link, Whole(from),
+                                          Whole(to).text, InodeOf(from));
   }
 
   int linkat(int fromFolder, const char* from, int toFolder, const char* to, int flags)
@@ -748,14 +748,14 @@ extern "C"
     const Whole whole(from, fromFolder);
     return Strikes(&Faults::renaming)
              ? -1
-             : Recorded(real(fromFolder, from, toFolder, to, flags), FileDeed::Link, whole,
+             : Recorded(real(fromFolder, from, toFolder, to, flags), FileAction::Link, whole,
                  Whole(to, toFolder).text, record < 0 ? 0 : InodeOf(whole.text));
   }
 
   int unlink(const char* path)
   {
     static const auto real = Real<int(const char*)>("unlink");
-    return Strikes(&Faults::removing) ? -1 : Recorded(real(path), FileDeed::Remove, Whole(path));
+    return Strikes(&Faults::removing) ? -1 : Recorded(real(path), FileAction::Remove, Whole(path));
   }
 
   int unlinkat(int folder, const char* path, int flags)
@@ -763,19 +763,19 @@ extern "C"
     static const auto real = Real<int(int, const char*, int)>("unlinkat");
     return Strikes(&Faults::removing)
              ? -1
-             : Recorded(real(folder, path, flags), FileDeed::Remove, Whole(path, folder));
+             : Recorded(real(folder, path, flags), FileAction::Remove, Whole(path, folder));
   }
 
   int rmdir(const char* path)
   {
     static const auto real = Real<int(const char*)>("rmdir");
-    return Strikes(&Faults::removing) ? -1 : Recorded(real(path), FileDeed::Remove, Whole(path));
+    return Strikes(&Faults::removing) ? -1 : Recorded(real(path), FileAction::Remove, Whole(path));
   }
 
   int remove(const char* path)
   {
     static const auto real = Real<int(const char*)>("remove");
-    return Strikes(&Faults::removing) ? -1 : Recorded(real(path), FileDeed::Remove, Whole(path));
+    return Strikes(&Faults::removing) ? -1 : Recorded(real(path), FileAction::Remove, Whole(path));
   }
 
   int fchmod(int file, mode_t mode)

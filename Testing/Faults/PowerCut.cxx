@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Steps: 1. all deeds up to the cut, in their order, on files and folders that remember what was
+// Steps: 1. all actions up to the cut, in their order, on files and folders that remember what was
 // not made durable since  2. of that some is chosen  3. what can be reached from the folder is the
 // tree.
 #include "Testing/Faults/PowerCut.h"
@@ -56,7 +56,7 @@ struct Coin
   bool operator()() { return double(this->random()) / 4294967296.0 < this->chance; }
 };
 
-// Who replays the deeds.
+// Who replays the actions.
 struct Disk
 {
   std::map<std::uint64_t, Shared> byInode;
@@ -222,21 +222,21 @@ PowerCut::PowerCut(const std::filesystem::path& record, const std::filesystem::p
   };
   for (FileRecord each; input.read(reinterpret_cast<char*>(&each), sizeof(each));)
   {
-    Deed deed{ each, {}, {}, {} };
-    deed.path = text(each.pathBytes);
-    deed.path2 = text(each.path2Bytes);
-    deed.data = text(each.dataBytes);
-    const bool isNamed = !deed.path.empty();
-    deed.path = isNamed ? place(deed.path) : "";
-    deed.path2 = deed.path2.empty() ? "" : place(deed.path2);
-    if (!isNamed || !deed.path.empty())
+    Action action{ each, {}, {}, {} };
+    action.path = text(each.pathBytes);
+    action.path2 = text(each.path2Bytes);
+    action.data = text(each.dataBytes);
+    const bool isNamed = !action.path.empty();
+    action.path = isNamed ? place(action.path) : "";
+    action.path2 = action.path2.empty() ? "" : place(action.path2);
+    if (!isNamed || !action.path.empty())
     {
-      this->Deeds.push_back(std::move(deed));
+      this->Actions.push_back(std::move(action));
     }
   }
 }
 
-FileTree PowerCut::After(std::size_t deeds, std::uint32_t seed) const
+FileTree PowerCut::After(std::size_t actions, std::uint32_t seed) const
 {
   Disk disk;
   disk.root->isFolder = true;
@@ -248,38 +248,38 @@ FileTree PowerCut::After(std::size_t deeds, std::uint32_t seed) const
     const auto path = isFolder ? name.substr(0, name.size() - 1) : name;
     disk.Make(path, this->Inodes.at(path), isFolder, content, true);
   }
-  for (std::size_t i = 0; i < deeds; ++i)
+  for (std::size_t i = 0; i < actions; ++i)
   {
-    const Deed& deed = this->Deeds[i];
-    const auto known = disk.byInode.find(deed.record.inode);
+    const Action& action = this->Actions[i];
+    const auto known = disk.byInode.find(action.record.inode);
     const auto node = known == disk.byInode.end() ? nullptr : known->second;
-    switch (deed.record.deed)
+    switch (action.record.action)
     {
-      case FileDeed::Make:
-      case FileDeed::MakeFolder:
-        disk.Make(
-          deed.path, deed.record.inode, deed.record.deed == FileDeed::MakeFolder, "", false);
+      case FileAction::Make:
+      case FileAction::MakeFolder:
+        disk.Make(action.path, action.record.inode, action.record.action == FileAction::MakeFolder,
+          "", false);
         break;
-      case FileDeed::Write:
-      case FileDeed::Size:
+      case FileAction::Write:
+      case FileAction::Size:
         if (node)
         {
           node->pending.push_back(
-            { deed.record.offset, deed.data, deed.record.deed == FileDeed::Size });
+            { action.record.offset, action.data, action.record.action == FileAction::Size });
         }
         break;
-      case FileDeed::Rename:
-        disk.Move(deed.path, deed.path2);
+      case FileAction::Rename:
+        disk.Move(action.path, action.path2);
         break;
-      case FileDeed::Link:
-        disk.Change({ disk.EntryOf(deed.path2, node) });
-        disk.byPath[deed.path2] = node;
+      case FileAction::Link:
+        disk.Change({ disk.EntryOf(action.path2, node) });
+        disk.byPath[action.path2] = node;
         break;
-      case FileDeed::Remove:
-        disk.Change({ disk.EntryOf(deed.path, nullptr) });
-        disk.byPath.erase(deed.path);
+      case FileAction::Remove:
+        disk.Change({ disk.EntryOf(action.path, nullptr) });
+        disk.byPath.erase(action.path);
         break;
-      case FileDeed::Sync:
+      case FileAction::Sync:
         if (node)
         {
           disk.Sync(node);
@@ -334,17 +334,17 @@ FileTree PowerCut::After(std::size_t deeds, std::uint32_t seed) const
   return tree;
 }
 
-std::string PowerCut::Describe(std::size_t deeds) const
+std::string PowerCut::Describe(std::size_t actions) const
 {
   constexpr const char* words[] = { "make", "make folder", "write", "size", "rename", "link",
     "remove", "sync" };
   std::ostringstream text;
-  for (std::size_t i = deeds < 12 ? 0 : deeds - 12; i < deeds; ++i)
+  for (std::size_t i = actions < 12 ? 0 : actions - 12; i < actions; ++i)
   {
-    const Deed& deed = this->Deeds[i];
-    text << i << ": " << words[static_cast<std::size_t>(deed.record.deed)] << " " << deed.path
-         << " " << deed.path2 << " inode " << deed.record.inode << " at " << deed.record.offset
-         << ", " << deed.data.size() << " bytes\n";
+    const Action& action = this->Actions[i];
+    text << i << ": " << words[static_cast<std::size_t>(action.record.action)] << " " << action.path
+         << " " << action.path2 << " inode " << action.record.inode << " at "
+         << action.record.offset << ", " << action.data.size() << " bytes\n";
   }
   return text.str();
 }

@@ -29,16 +29,16 @@ public:
   PowerCut(const std::filesystem::path& record, const std::filesystem::path& folder,
     const FileTree& before, const std::map<std::string, std::uint64_t>& inodes);
 
-  // How many moments there are: a cut comes before the first deed, after it, …, after the last.
-  std::size_t Moments() const { return this->Deeds.size() + 1; }
-  // What is found in the folder if the power is cut after so many deeds. Seed 0: nothing that was
+  // How many moments there are: a cut comes before the first action, after it, …, after the last.
+  std::size_t Moments() const { return this->Actions.size() + 1; }
+  // What is found in the folder if the power is cut after so many actions. Seed 0: nothing that was
   // not made durable is there; 1: all is; others: some of it.
-  FileTree After(std::size_t deeds, std::uint32_t seed) const;
-  // The deeds, a line each, for who looks for the cause.
-  std::string Describe(std::size_t deeds) const;
+  FileTree After(std::size_t actions, std::uint32_t seed) const;
+  // The actions, a line each, for who looks for the cause.
+  std::string Describe(std::size_t actions) const;
 
 private:
-  struct Deed
+  struct Action
   {
     FileRecord record;
     std::string path, path2, data;
@@ -46,7 +46,7 @@ private:
   std::filesystem::path Folder;
   FileTree Before;
   std::map<std::string, std::uint64_t> Inodes;
-  std::vector<Deed> Deeds;
+  std::vector<Action> Actions;
 };
 
 // The inodes of the files and folders of a tree, "" for the folder itself.

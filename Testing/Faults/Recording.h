@@ -8,7 +8,7 @@
 namespace kdstream
 {
 
-enum class FileDeed : std::uint8_t
+enum class FileAction : std::uint8_t
 {
   Make,       // of a file: path, inode
   MakeFolder, // path, inode
@@ -23,7 +23,7 @@ enum class FileDeed : std::uint8_t
 // Then come the two paths (absolute) and the data.
 struct FileRecord
 {
-  FileDeed deed{};
+  FileAction action{};
   std::uint32_t pathBytes = 0, path2Bytes = 0;
   std::uint64_t inode = 0, offset = 0, dataBytes = 0;
 };

@@ -109,17 +109,17 @@ TEST_P(PowerCuts, OldOrNewNeverNeither)
   std::uint64_t states = 0, again = 0;
   FaultyProgram program(fixtures::faultLibrary, folder.Path,
     fixtures::ProgramPath(operation.program), operation.arguments);
-  for (std::size_t deeds = 0; deeds < cut.Moments(); ++deeds)
+  for (std::size_t actions = 0; actions < cut.Moments(); ++actions)
   {
     for (std::uint32_t seed = 0; seed < seeds; ++seed, ++states)
     {
       const auto left =
-        cut.After(deeds, seed < 2 ? seed : static_cast<std::uint32_t>(deeds) * seeds + seed);
-      const auto wrong = Wrong(before, after, left, deeds + 1 == cut.Moments());
+        cut.After(actions, seed < 2 ? seed : static_cast<std::uint32_t>(actions) * seeds + seed);
+      const auto wrong = Wrong(before, after, left, actions + 1 == cut.Moments());
       if (!wrong.empty())
       {
-        found.emplace(wrong, "after " + std::to_string(deeds) + " deeds, seed " +
-                               std::to_string(seed) + "\n" + cut.Describe(deeds));
+        found.emplace(wrong, "after " + std::to_string(actions) + " deeds, seed " +
+                               std::to_string(seed) + "\n" + cut.Describe(actions));
       }
       const auto stride = all ? 97u : 997u;
       if (!wrong.empty() || states % stride != 0)
@@ -139,7 +139,7 @@ TEST_P(PowerCuts, OldOrNewNeverNeither)
       if (!problem.empty())
       {
         found.emplace("done again, " + problem,
-          "after " + std::to_string(deeds) + " deeds, seed " + std::to_string(seed));
+          "after " + std::to_string(actions) + " deeds, seed " + std::to_string(seed));
       }
     }
   }

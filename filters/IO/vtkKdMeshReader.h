@@ -17,17 +17,18 @@
  * vertex cell for each point.
  * Normals, colours ("RGB", "RGBA") and texture coordinates are the active ones of their kind.
  *
- * The output information tells what the file's header does, or a first pass over text that has
- * none, before anything is read: NUMBER_OF_POINTS, where points of one place do not become one
- * (Merging); NUMBER_OF_CELLS: faces, each polygon and strip as one, or the points of a cloud; and
- * of each array that is read an entry in vtkDataObject::POINT_DATA_VECTOR or CELL_DATA_VECTOR:
- * FIELD_NAME, FIELD_ARRAY_TYPE, FIELD_NUMBER_OF_COMPONENTS, of points FIELD_NUMBER_OF_TUPLES. What
- * is dropped is counted there. No header of these formats has bounds, or ranges of arrays.
+ * The output information has, before anything is read, what the file's header says (or a first pass
+ * over text without a header):
+ * - NUMBER_OF_POINTS, if points of one place do not become one (Merging); NUMBER_OF_CELLS: faces,
+ *   each polygon and strip as one, or the points of a cloud. What is dropped is counted there.
+ * - for each array an entry in vtkDataObject::POINT_DATA_VECTOR or CELL_DATA_VECTOR: FIELD_NAME,
+ *   FIELD_ARRAY_TYPE, FIELD_NUMBER_OF_COMPONENTS, of points FIELD_NUMBER_OF_TUPLES.
  *
- * Complexity: linear in the size of the file, where text that does not say before what it has (OBJ,
- * STL, OFF) is gone through twice before it is read: for the names of its arrays, and for its
- * counts; memory: that of
- * the mesh twice, while the arrays of VTK are filled. Aborting leaves an empty output.
+ * No header of these formats has bounds, or ranges of arrays.
+ *
+ * Complexity: linear in the size of the file. Text that does not say at its beginning what it has
+ * (OBJ, STL, OFF) is read twice before: for the names of its arrays, and for its counts. Memory:
+ * that of the mesh twice, while the arrays of VTK are filled. Aborting leaves an empty output.
  *
  * @sa vtkKdStoreWriter
  */

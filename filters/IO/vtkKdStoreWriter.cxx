@@ -3,8 +3,8 @@
 // what they have as shares of one mesh  2. the build of shares (filters/Parallel).
 #include "vtkKdStoreWriter.h"
 
-#include "filters/Parallel/MpiTeam.h"
-#include "filters/Parallel/TeamBuilder.h"
+#include "filters/Parallel/DistributedBuilder.h"
+#include "filters/Parallel/MpiGroup.h"
 #include "filters/adapter/AlgorithmExecution.h"
 #include "filters/adapter/ErrorCodes.h"
 #include "filters/adapter/FilterRequest.h"
@@ -59,7 +59,7 @@ Result<std::optional<Vec3>> DirectionOfMember(const char* name, const double* me
   }
   const std::optional<Vec3> direction = DirectionOf(vector);
   return direction ? Result<std::optional<Vec3>>(direction)
-                   : Error{ ErrorCode::InvalidArgument, std::string(name) + " is no direction" };
+                   : Error{ ErrorCode::InvalidArgument, std::string(name) + " is not a direction" };
 }
 
 // Of a file that is written: that a folder is not there is no FileNotFoundError, and nothing is
@@ -97,7 +97,7 @@ Result<Mesh> ReadInput(vtkDataObject& input, bool weldByPlace, const Execution& 
 }
 
 // How many ranks are on this host.
-Result<std::uint64_t> RanksHere(RankTeam& ranks)
+Result<std::uint64_t> RanksHere(RankGroup& ranks)
 {
   std::array<char, 256> name{};
   ::gethostname(name.data(), name.size() - 1);
@@ -109,7 +109,7 @@ Result<std::uint64_t> RanksHere(RankTeam& ranks)
 
 // What of the options must be the same on all ranks: those of rank 0, and the store.
 Status TakeOptionsOfFirst(
-  RankTeam& ranks, bool& weldByPlace, std::string& store, BuildOptions& options)
+  RankGroup& ranks, bool& weldByPlace, std::string& store, BuildOptions& options)
 {
   const bool given = options.tree.partitions.has_value();
   RankMessage own;
@@ -138,7 +138,7 @@ Status TakeOptionsOfFirst(
 }
 
 // By all ranks: the store of what they have.
-Status BuildTogether(MpiTeam& ranks, vtkKdStoreWriter& writer, const Status& ready,
+Status BuildCollectively(MpiGroup& ranks, vtkKdStoreWriter& writer, const Status& ready,
   std::string store, BuildOptions options, const Execution& execution,
   std::vector<std::string>& leftOut)
 {
@@ -215,9 +215,9 @@ void vtkKdStoreWriter::WriteData()
                     << error.message);
     }
   };
-  const bool isTogether = AreSeveral(this->Controller);
+  const bool isCollective = AreSeveral(this->Controller);
   // One process writes: the others' names and directions do not matter.
-  const bool writes = !isTogether || this->Controller->GetLocalProcessId() == 0;
+  const bool writes = !isCollective || this->Controller->GetLocalProcessId() == 0;
   this->SetErrorCode(vtkErrorCode::NoError);
   BuildOptions options;
   options.tree.verticesPerPartition = static_cast<std::uint32_t>(this->VerticesPerPartition);
@@ -262,18 +262,18 @@ void vtkKdStoreWriter::WriteData()
     options.up = *up;
     options.view = *view;
   }
-  const auto buildTogether = [&]
+  const auto buildCollectively = [&]
   {
     RankMessages messages(*this->Controller);
-    MpiTeam ranks(messages);
-    return RunTogether(ranks,
+    MpiGroup ranks(messages);
+    return RunCollectively(ranks,
       [&]
       {
-        return BuildTogether(
+        return BuildCollectively(
           ranks, *this, ready, hasName ? this->FileName : "", options, execution, leftOut);
       });
   };
-  const Status built = isTogether ? buildTogether() : ready ? build() : ready;
+  const Status built = isCollective ? buildCollectively() : ready ? build() : ready;
   WarnOfArrays(*this, leftOut);
   if (!built)
   {

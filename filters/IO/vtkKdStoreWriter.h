@@ -8,30 +8,33 @@
  * fits the memory.
  *
  * Input: a vtkPolyData; or a vtkPartitionedDataSet, vtkPartitionedDataSetCollection or
- * vtkMultiBlockDataSet of them, which is taken as one mesh without ghosts, as vtkMeshPartition
- * tells. So what vtkKdTreePartition gives of a mesh makes the store of that mesh. Polygons and
- * strips become triangles; without either all points are taken as a cloud. Vertices and lines
- * beside triangles are left out. Every array of numbers that all parts have comes along; others are
- * listed in a warning.
+ * vtkMultiBlockDataSet of them, which is taken as one mesh without ghosts (vtkMeshPartition). So
+ * the partitions of vtkKdTreePartition make the store of the whole mesh. Polygons and strips become
+ * triangles; without either all points are a cloud. Vertices and lines beside triangles are left
+ * out. Every array of numbers that all parts have is written; a warning lists others.
  *
- * Several processes (Controller) write one store together: all of them call Write, with what each
- * has of the mesh, and build the store of all these parts, one process's after the other's, as
- * kdstream-build-mpi does: none holds the whole mesh. A process needs some 250 bytes for each point
- * of its own part while they agree on one mesh; then it takes at most its share of three quarters
- * of what its machine has free, at least 64 MiB, and files of three to four times its part, beside
- * the store or, where another process than 0 cannot write there, in the system's folder for
- * temporary files. Process 0 writes, by its FileName and members. Sources that give pieces, as
- * vtkKdStoreReader does, are asked for the process's own; what others have is what this process
- * has, and where that is the same mesh everywhere, process 0 warns. A process that has nothing of
- * the mesh sets an empty vtkPolyData. An error of one process is an error of all, which names it:
- * no input or one of another type, that of its input, the end of its memory. So what
- * vtkKdTreePartition gives on several processes makes the store that it makes on one, to the byte.
+ * Several processes (Controller) write one store together, as kdstream-build-mpi does: all of them
+ * call Write, each with its part of the mesh, and none holds the whole mesh. The store is that of
+ * the parts in the order of the processes. Process 0 writes, by its FileName and members.
+ * - Memory: some 250 bytes for each point of a process's part while the processes agree on one
+ *   mesh; then at most the process's share of three quarters of what its machine has free, at least
+ *   64 MiB.
+ * - Disk: files of three to four times the part, beside the store or, where another process than 0
+ *   cannot write there, in the system's folder for temporary files.
+ * - Sources that give pieces, such as vtkKdStoreReader, are asked for the process's own piece.
+ *   Other sources give what this process has; process 0 warns if that is the same mesh everywhere.
+ *   A process that has nothing of the mesh sets an empty vtkPolyData.
+ * - An error of one process is an error of all, which names it: no input or one of another type, an
+ *   error of its input, no memory left.
  *
- * The store appears whole or not at all. It depends on input and members alone, not on backend and
- * threads of vtkSMPTools. Errors: no points; a coordinate that is not finite; what the file system
- * refuses; arrays whose names no store can hold; on several processes, less memory than a partition
- * needs; GetErrorCode is then OutOfDiskSpaceError (the disk, a quota, the longest file that is
- * allowed), CannotOpenFileError, NoFileNameError, or UnknownError. Aborting leaves no file.
+ * So the output of vtkKdTreePartition on several processes makes the same store as on one, to the
+ * byte.
+ *
+ * The store appears whole or not at all. It depends only on input and members, not on backend and
+ * threads of vtkSMPTools. Aborting leaves no file. Errors: no points; a coordinate that is not
+ * finite; an error of the file system; arrays whose names no store can hold; on several processes,
+ * less memory than a partition needs. GetErrorCode is then OutOfDiskSpaceError (the disk, a quota,
+ * the longest allowed file), CannotOpenFileError, NoFileNameError, or UnknownError.
  *
  * Of the numbers below, those out of their range are clamped; what is negative where it may not be,
  * or not a number, is refused with an error, and so is a vector that is not finite; the value

@@ -25,14 +25,14 @@ namespace
 constexpr std::uint64_t entriesInCache = std::uint64_t{ 1 } << 15;
 constexpr std::uint64_t mostBucketsForCache = 256;
 
-// An entry is what a vertex is known by on its way: its place, its tuples, and behind them its
+// An entry is what a vertex is known by on its way: its place, its tuples, and after them its
 // number. The first two are its key.
 class EqualVertexSearch
 {
 public:
-  EqualVertexSearch(MpiTeam& team, SpillFolder& folder, const VertexFiles& share, VertexId first,
+  EqualVertexSearch(MpiGroup& group, SpillFolder& folder, const VertexFiles& share, VertexId first,
     std::uint64_t allVertices, std::uint64_t memory, const Execution& execution)
-    : Team(team)
+    : Group(group)
     , Folder(folder)
     , Share(share)
     , First(first)
@@ -56,7 +56,7 @@ private:
   Status CreateBuckets()
   {
     const std::uint64_t most = this->Memory / 2 / KeyTable::BytesOf(this->KeyBytes) + 1;
-    const std::uint64_t expected = this->AllVertices / this->Team.Count() * 9 / 8;
+    const std::uint64_t expected = this->AllVertices / this->Group.Count() * 9 / 8;
     const std::uint64_t buckets =
       std::max(expected / most + 1, std::min(expected / entriesInCache + 1, mostBucketsForCache));
     Result<BucketFile> file = BucketFile::Create(this->Folder, "vertices by their places",
@@ -68,7 +68,7 @@ private:
 
   Status SendEntries()
   {
-    const std::size_t ranks = this->Team.Count(), bytes = this->EntryBytes;
+    const std::size_t ranks = this->Group.Count(), bytes = this->EntryBytes;
     const auto hashOf = [&](const std::byte* entry)
     { return HashOfBytes(std::span(entry, this->KeyBytes), agreedSeed); };
     const auto make = [&](std::uint64_t round, RankLists<std::byte>& out) -> Status
@@ -93,7 +93,7 @@ private:
       }
       return {};
     };
-    KDSTREAM_TRY(this->Team.ExchangeInRounds<std::byte>(
+    KDSTREAM_TRY(this->Group.ExchangeInRounds<std::byte>(
       RoundsOf(this->Share.count, this->OfRound), make, take));
     return this->Entries->Finish();
   }
@@ -184,7 +184,7 @@ private:
     return WeldedVertexFile{ std::move(*file), writer.Position() };
   }
 
-  MpiTeam& Team;
+  MpiGroup& Group;
   SpillFolder& Folder;
   const VertexFiles& Share;
   const VertexId First;
@@ -199,11 +199,11 @@ private:
 
 }
 
-Result<WeldedVertexFile> FindEqualVertices(MpiTeam& team, SpillFolder& folder,
+Result<WeldedVertexFile> FindEqualVertices(MpiGroup& group, SpillFolder& folder,
   const VertexFiles& share, VertexId first, std::uint64_t allVertices, std::uint64_t memory,
   const Execution& execution)
 {
-  return EqualVertexSearch(team, folder, share, first, allVertices, memory, execution).Find();
+  return EqualVertexSearch(group, folder, share, first, allVertices, memory, execution).Find();
 }
 
 }

@@ -2,7 +2,7 @@
 // Which vertices of several ranks are equal: the search of step "weld" of a parallel build.
 #pragma once
 
-#include "filters/Parallel/MpiTeam.h"
+#include "filters/Parallel/MpiGroup.h"
 #include "filters/core/Execution.h"
 #include "filters/core/Result.h"
 #include "filters/core/Types.h"
@@ -28,10 +28,10 @@ struct WeldedVertexFile
 };
 
 // Every vertex goes to the rank that the hash of its bytes tells, and there into a bucket; each
-// bucket is gone through alone. share: this rank's vertices, which have the numbers from `first`
-// on; allVertices: of all ranks. Memory: `memory` and what a round carries. Errors: InputOutput;
-// Cancelled; MpiTeam's.
-Result<WeldedVertexFile> FindEqualVertices(MpiTeam& team, SpillFolder& folder,
+// bucket is gone through by itself. share: this rank's vertices, which have the numbers from
+// `first` on; allVertices: of all ranks. Memory: `memory` and what a round carries. Errors:
+// InputOutput; Cancelled; MpiGroup's.
+Result<WeldedVertexFile> FindEqualVertices(MpiGroup& group, SpillFolder& folder,
   const VertexFiles& share, VertexId first, std::uint64_t allVertices, std::uint64_t memory,
   const Execution& execution);
 

@@ -53,7 +53,7 @@ public:
         [&](std::span<std::byte> part)
         {
           this->Controller.NoBlockReceive(reinterpret_cast<unsigned char*>(part.data()),
-            static_cast<int>(part.size()), static_cast<int>(each.from), messageTagOfTeam,
+            static_cast<int>(part.size()), static_cast<int>(each.from), messageTagOfGroup,
             requests.emplace_back());
         });
     }
@@ -63,7 +63,7 @@ public:
         [&](std::span<const std::byte> part)
         {
           this->Controller.NoBlockSend(reinterpret_cast<const unsigned char*>(part.data()),
-            static_cast<int>(part.size()), static_cast<int>(each.to), messageTagOfTeam,
+            static_cast<int>(part.size()), static_cast<int>(each.to), messageTagOfGroup,
             requests.emplace_back());
         });
     }

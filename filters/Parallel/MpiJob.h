@@ -20,7 +20,7 @@ public:
   MpiJob(const MpiJob&) = delete;
   MpiJob& operator=(const MpiJob&) = delete;
 
-  // All messages of a call of Move are under way at the same time, and a rank that waits for long
+  // All messages of a call of Move are in flight at the same time, and a rank that waits for long
   // leaves its processor to others.
   RankMessages& Messages() { return *this->OfRanks; }
 

@@ -18,7 +18,7 @@ namespace kdstream
 namespace
 {
 
-// Of the exchanges in this file and of MpiTeam's messages: to be changed with them.
+// Of the exchanges in this file and of MpiGroup's messages: to be changed with them.
 constexpr std::uint64_t layoutOfMessages = 0x6b647374726d0001;
 
 struct Difference
@@ -65,24 +65,24 @@ Difference Compare(const std::vector<std::vector<std::string>>& ranks)
       }
     }
   }
-  return { "what it is asked for", first[0], ranks.back()[0], {}, {} };
+  return { "its request", first[0], ranks.back()[0], {}, {} };
 }
 
 // By all ranks. None where all have the same values.
-Result<std::optional<Difference>> FindDifference(MpiTeam& team, const NamedValues& values)
+Result<std::optional<Difference>> FindDifference(MpiGroup& group, const NamedValues& values)
 {
   const std::string mine = Join({}, values);
   const Result<std::vector<std::uint64_t>> hashes =
-    team.Gather(HashOfBytes(std::as_bytes(std::span(mine)), agreedSeed));
+    group.Gather(HashOfBytes(std::as_bytes(std::span(mine)), agreedSeed));
   KDSTREAM_TRY(hashes);
   if (std::all_of(hashes->begin(), hashes->end(),
         [&](std::uint64_t hash) { return hash == hashes->front(); }))
   {
     return std::optional<Difference>();
   }
-  const std::string told = Join(team.Where(), values);
-  const RankLists<char> out(team.Count(), std::vector<char>(told.begin(), told.end()));
-  const Result<RankLists<char>> in = team.Exchange(out);
+  const std::string told = Join(group.Where(), values);
+  const RankLists<char> out(group.Count(), std::vector<char>(told.begin(), told.end()));
+  const Result<RankLists<char>> in = group.Exchange(out);
   KDSTREAM_TRY(in);
   std::vector<std::vector<std::string>> ranks;
   std::transform(in->begin(), in->end(), std::back_inserter(ranks),
@@ -98,16 +98,16 @@ std::string ValueText(const std::string& value)
   return value.empty() ? "not given" : plain ? value : "\"" + value + "\"";
 }
 
-Status CheckSameFile(MpiTeam& team, const NamedValues& values)
+Status CheckSameFile(MpiGroup& group, const NamedValues& values)
 {
-  const Result<std::optional<Difference>> found = FindDifference(team, values);
+  const Result<std::optional<Difference>> found = FindDifference(group, values);
   KDSTREAM_TRY(found);
   if (!*found)
   {
     return {};
   }
   const Difference& other = **found;
-  return team.FailTogether(
+  return group.FailCollectively(
     { ErrorCode::InvalidInput, "the ranks have different files of this name: " + other.name +
                                  " is " + ValueText(other.valueFirst) + " on " + other.whereFirst +
                                  ", and " + ValueText(other.value) + " on " + other.where });
@@ -132,50 +132,50 @@ Result<std::uint64_t> HashOfPlaces(ByteSource& file)
 
 }
 
-Status AgreeOnProgram(MpiTeam& team)
+Status AgreeOnProgram(MpiGroup& group)
 {
-  const Result<std::vector<std::uint64_t>> layouts = team.Gather(layoutOfMessages);
+  const Result<std::vector<std::uint64_t>> layouts = group.Gather(layoutOfMessages);
   KDSTREAM_TRY(layouts);
   for (std::size_t rank = 0; rank < layouts->size(); ++rank)
   {
     if ((*layouts)[rank] != layoutOfMessages)
     {
-      throw BrokenTeam{ { ErrorCode::Unsupported,
+      throw BrokenGroup{ { ErrorCode::Unsupported,
         "rank " + std::to_string(rank) + " runs another version of this program" } };
     }
   }
   return {};
 }
 
-Status AgreeOnOptions(MpiTeam& team, const BuildOptions& options, const NamedValues& more)
+Status AgreeOnOptions(MpiGroup& group, const BuildOptions& options, const NamedValues& more)
 {
   NamedValues values = more;
   const NamedValues shaping = DescribeOptions(options);
   values.insert(values.end(), shaping.begin(), shaping.end());
-  const Result<std::optional<Difference>> found = FindDifference(team, values);
+  const Result<std::optional<Difference>> found = FindDifference(group, values);
   KDSTREAM_TRY(found);
   if (!*found)
   {
     return {};
   }
   const Difference& other = **found;
-  return team.FailTogether({ ErrorCode::InvalidArgument,
+  return group.FailCollectively({ ErrorCode::InvalidArgument,
     "all ranks need the same options: " + other.name + " is " + ValueText(other.valueFirst) +
       " on " + other.whereFirst + ", and " + ValueText(other.value) + " on " + other.where });
 }
 
-Status AgreeOnInput(MpiTeam& team, const std::filesystem::path& input)
+Status AgreeOnInput(MpiGroup& group, const std::filesystem::path& input)
 {
   Result<ByteSource> file = OfFile(input.string(), ByteSource::Open(input));
   KDSTREAM_TRY(file);
   const Result<std::uint64_t> hash = OfFile(input.string(), HashOfPlaces(*file));
   KDSTREAM_TRY(hash);
-  return CheckSameFile(team,
+  return CheckSameFile(group,
     { { "the ending", FileEnding(input) }, { "the size in bytes", std::to_string(file->Size()) },
       { "the hash of its content", std::to_string(*hash) } });
 }
 
-Status AgreeOnHeader(MpiTeam& team, const MeshFileInfo& info)
+Status AgreeOnHeader(MpiGroup& group, const MeshFileInfo& info)
 {
   std::string arrays;
   for (const AttributeInfo& array : info.attributes)
@@ -184,7 +184,7 @@ Status AgreeOnHeader(MpiTeam& team, const MeshFileInfo& info)
               std::to_string(array.components) +
               (array.association == AttributeAssociation::Point ? " of vertices; " : " of faces; ");
   }
-  return CheckSameFile(team,
+  return CheckSameFile(group,
     { { "the number of vertices", std::to_string(info.vertices) },
       { "the number of faces", std::to_string(info.faces) },
       { "the type of coordinates", info.scalarType == ScalarType::Float32 ? "float32" : "float64" },

@@ -11,9 +11,10 @@ namespace
 {
 
 // What one rank has, at rank 0.
-Status AddOf(std::size_t rank, std::span<const std::byte> values, MpiTeam& team, ByteDigest& digest)
+Status AddOf(
+  std::size_t rank, std::span<const std::byte> values, MpiGroup& group, ByteDigest& digest)
 {
-  const auto own = team.Rank() == rank ? values : std::span<const std::byte>();
+  const auto own = group.Rank() == rank ? values : std::span<const std::byte>();
   const auto make = [&](std::uint64_t round, RankLists<std::byte>& out) -> Status
   {
     const auto left = own.subspan(static_cast<std::size_t>(round) * roundBytes);
@@ -26,24 +27,24 @@ Status AddOf(std::size_t rank, std::span<const std::byte> values, MpiTeam& team,
     digest.Add(bytes);
     return {};
   };
-  return team.ExchangeInRounds<std::byte>(RoundsOf(own.size(), roundBytes), make, take);
+  return group.ExchangeInRounds<std::byte>(RoundsOf(own.size(), roundBytes), make, take);
 }
 
 }
 
-Result<std::string> DigestOfShares(MpiTeam& team, const Mesh& share)
+Result<std::string> DigestOfShares(MpiGroup& group, const Mesh& share)
 {
   ByteDigest digest;
   const auto add = [&](std::span<const std::byte> head, std::span<const std::byte> values,
                      std::size_t size) -> Status
   {
     std::uint64_t count = values.size() / size;
-    KDSTREAM_TRY(team.Sum(std::span(&count, 1)));
+    KDSTREAM_TRY(group.Sum(std::span(&count, 1)));
     digest.Add(head);
     digest.AddNumber(count);
-    for (std::size_t rank = 0; rank < team.Count(); ++rank)
+    for (std::size_t rank = 0; rank < group.Count(); ++rank)
     {
-      KDSTREAM_TRY(AddOf(rank, values, team, digest));
+      KDSTREAM_TRY(AddOf(rank, values, group, digest));
     }
     return {};
   };

@@ -12,7 +12,7 @@
 #include "filters/core/Weld.h"
 #include "filters/core/tree/PointRecord.h"
 #include "filters/core/tree/RadixMedians.h"
-#include "filters/ranks/RankTeam.h"
+#include "filters/ranks/RankGroup.h"
 
 #include <vtkBitArray.h>
 #include <vtkCellArray.h>
@@ -88,8 +88,8 @@ std::int64_t IdOf(vtkDataArray& ids, vtkIdType i)
   return ids.GetVariantValue(i).ToTypeInt64();
 }
 
-// Where an element is in the mesh of all ranks: vertices, segments, triangles of polygons, of
-// strips; in each kind by number, then by their order in the cell.
+// The place of an element in the mesh of all ranks: first vertices, then segments, triangles of
+// polygons, triangles of strips; within a kind by number, then by their order in the cell.
 struct ElementPlace
 {
   std::uint32_t kind = 0, part = 0;
@@ -299,7 +299,7 @@ private:
 class Distribution
 {
 public:
-  Distribution(RankTeam& ranks, vtkPolyData& input, const DistributedOptions& options,
+  Distribution(RankGroup& ranks, vtkPolyData& input, const DistributedOptions& options,
     const Execution& execution)
     : Ranks(ranks)
     , Input(input)
@@ -420,7 +420,7 @@ private:
     if (counted->second >= noVertex)
     {
       return Error{ ErrorCode::LimitExceeded,
-        "all ranks together have more than 4294967294 points: at most so many fit a tree" };
+        "all ranks together have more than 4294967294 points, the maximum of a tree" };
     }
     return static_cast<VertexId>(counted->first);
   }
@@ -433,7 +433,7 @@ private:
     Box all = BoxOfPoints(this->Points);
     KDSTREAM_TRY(this->Ranks.JoinBoxes(std::span(&all, 1)));
     const std::vector<std::pair<std::int64_t, VertexId>> sorted = this->PointsById(ids);
-    // First by what this rank alone has: else all points of one id, however many, would come to one
+    // First by what only this rank has: else all points of one id, however many, would come to one
     // rank.
     Result<bool> believed = this->Ranks.AllHave(this->AreOfPoints(sorted, 5 * MostApart(all)));
     if (!believed || !*believed)
@@ -451,7 +451,7 @@ private:
     std::vector<std::vector<PointClaim>> claims(this->Ranks.Count());
     for (const auto& [id, point] : sorted)
     {
-      claims[RankTeam::ShareOf(id, *ends)].push_back({ this->Points[point], id });
+      claims[RankGroup::ShareOf(id, *ends)].push_back({ this->Points[point], id });
     }
     const auto asked = this->Ranks.Exchange(std::move(claims));
     KDSTREAM_TRY(asked);
@@ -476,7 +476,7 @@ private:
     std::vector<std::size_t> next(this->Ranks.Count(), 0);
     for (const auto& [id, point] : sorted)
     {
-      const std::size_t home = RankTeam::ShareOf(id, *ends);
+      const std::size_t home = RankGroup::ShareOf(id, *ends);
       const PointGrant& grant = (*granted)[home][next[home]++];
       this->Number[point] = grant.number;
       this->IsOwn[point] = grant.isOwn;
@@ -655,7 +655,7 @@ private:
             [&](const SharedArray& kept) { return kept.IsSame(array); }))
       {
         skipped.push_back(
-          "array \"" + array.name + "\": not all ranks have it, or cells were cut up");
+          "array \"" + array.name + "\": not all ranks have it, or cells were split");
       }
     }
     return {};
@@ -755,7 +755,8 @@ private:
             array->GetNumberOfTuples() != count)
         {
           skipped.push_back(
-            "array \"" + name + "\": ranks share named arrays of numbers, a tuple a point or cell");
+            "array \"" + name +
+            "\": ranks can only share named numeric arrays with one tuple per point or cell");
           continue;
         }
         described.push_back({ name, array->GetDataType(), array->GetNumberOfComponents(), ofPoints,
@@ -827,7 +828,7 @@ private:
       own.push_back({ places[i], { this->Number[t[0]], this->Number[t[1]], this->Number[t[2]] },
         static_cast<std::uint32_t>(this->Ranks.Rank()) });
     }
-    // First this rank's alone: else what has one id, however many, would come to one rank.
+    // First only this rank's: else what has one id, however many, would come to one rank.
     Result<bool> believed = this->Ranks.AllHave(AreCells({ own }));
     if (!believed || !*believed)
     {
@@ -989,7 +990,7 @@ private:
       result.made);
   }
 
-  RankTeam& Ranks;
+  RankGroup& Ranks;
   vtkPolyData& Input;
   DistributedOptions Options;
   const Execution& Runs;
@@ -1009,7 +1010,7 @@ private:
 
 }
 
-Result<DistributedPartitions> PartitionTogether(RankTeam& ranks, vtkPolyData& input,
+Result<DistributedPartitions> PartitionCollectively(RankGroup& ranks, vtkPolyData& input,
   const DistributedOptions& options, const Execution& execution)
 {
   return Distribution(ranks, input, options, execution).Make();

@@ -10,7 +10,7 @@
 #include "filters/core/Execution.h"
 #include "filters/core/Result.h"
 #include "filters/core/tree/KdTree.h"
-#include "filters/ranks/RankTeam.h"
+#include "filters/ranks/RankGroup.h"
 
 #include <vtkPolyData.h>
 #include <vtkSmartPointer.h>
@@ -45,8 +45,8 @@ struct DistributedOptions
 // points in the order of their numbers: of their global ids where all ranks have them, whatever
 // these are, else those of rank 0 first. Memory: input and output twice. Errors: those of
 // PolyDataMesh and BuildKdTree; LimitExceeded for more than 2^32 - 2 points; Cancelled, on all
-// ranks where it is on one. An exception leaves by itself: it is for RankTeam::Run to tell.
-Result<DistributedPartitions> PartitionTogether(RankTeam& ranks, vtkPolyData& input,
+// ranks where it is on one. An exception leaves by itself: it is for RankGroup::Run to tell.
+Result<DistributedPartitions> PartitionCollectively(RankGroup& ranks, vtkPolyData& input,
   const DistributedOptions& options, const Execution& execution);
 
 }

@@ -19,8 +19,8 @@ namespace kdstream
 
 struct MeshPartitionWork
 {
-  // In: the mesh, what the user asked for, and the filter's threads, progress and abort, of which
-  // the steps "tree", "octree", "faces", "seeds" and "k-means" are shown.
+  // In: the mesh, the user's options, and the filter's threads, progress and abort, which show the
+  // steps "tree", "octree", "faces", "seeds" and "k-means".
   const std::vector<Vec3>& points;
   std::span<const Triangle> triangles;
   std::uint32_t verticesPerPartition;

@@ -3,18 +3,17 @@
  * @class   vtkKMeansPartition
  * @brief   cuts a surface or point set by k-means clustering along the surface
  *
- * A baseline to compare vtkKdTreePartition with. NumberOfPartitions clusters (or, if it is 0, the
- * number of points by VerticesPerPartition, rounded up: so partitions have VerticesPerPartition
- * points on the average, and some have more) grow from seeds along the edges of the triangles, the
- * cheapest point next: the cost is a weighted sum of the distance from the seed along edges, of
- * compactness (the share of a point's neighbours that are outside), and of the points that the
- * cluster has already. Then the point in the middle of a cluster is its next seed,
- * NumberOfIterations times. Hierarchical face clustering spreads the first seeds; nothing is
- * random.
+ * A baseline to compare vtkKdTreePartition with. NumberOfPartitions clusters grow from seeds along
+ * the edges of the triangles, the cheapest point next. (If it is 0: the number of points by
+ * VerticesPerPartition, rounded up; so partitions have VerticesPerPartition points on average, and
+ * some have more.) The cost of a point is a weighted sum of its distance from the seed along edges,
+ * of compactness (the share of its neighbours that are outside), and of the number of points in the
+ * cluster. Then the point in the middle of a cluster is its next seed, NumberOfIterations times.
+ * Hierarchical face clustering spreads the first seeds; nothing is random.
  *
- * There are exactly so many partitions, none empty, numbered by their first points. Points that no
- * seed reaches along edges (without triangles, in small components) go to the seed nearest in
- * space; without triangles it is Lloyd's k-means. Coincident points count as connected.
+ * There are exactly this number of partitions, none empty, numbered by their first points. Points
+ * that no seed reaches along edges (in small components) go to the seed nearest in space. Without
+ * triangles it is Lloyd's k-means. Coincident points count as connected.
  *
  * Of the numbers below, those out of their range are clamped; what is negative where it may not be,
  * or not a number, is refused with an error, and the value stays.

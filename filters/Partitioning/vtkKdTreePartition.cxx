@@ -31,7 +31,7 @@ namespace
 {
 
 // All ranks need the same.
-Status AgreeOnOptions(RankTeam& ranks, vtkKdTreePartition& filter, bool isCut)
+Status AgreeOnOptions(RankGroup& ranks, vtkKdTreePartition& filter, bool isCut)
 {
   const std::pair<const char*, vtkIdType> options[] = { { "VerticesPerPartition",
                                                           filter.GetVerticesPerPartition() },
@@ -46,7 +46,7 @@ Status AgreeOnOptions(RankTeam& ranks, vtkKdTreePartition& filter, bool isCut)
     {
       if ((*all)[rank] != all->front())
       {
-        return ranks.FailTogether({ ErrorCode::InvalidArgument,
+        return ranks.FailCollectively({ ErrorCode::InvalidArgument,
           std::string("all ranks need the same options: ") + name + " is " +
             std::to_string(all->front()) + " on rank 0, and " + std::to_string((*all)[rank]) +
             " on rank " + std::to_string(rank) });
@@ -97,14 +97,14 @@ int vtkKdTreePartition::RequestData(
   options.generateIds = this->GetGeneratePartitionIds();
   vtkDataObject& data = *vtkDataObject::GetData(inputVector[0]);
   vtkSmartPointer<vtkPolyData> input;
-  RankTeam ranks(*this->Controller);
-  const auto made = RunTogether(ranks,
+  RankGroup ranks(*this->Controller);
+  const auto made = RunCollectively(ranks,
     [&]() -> Result<DistributedPartitions>
     {
       KDSTREAM_TRY(AgreeOnOptions(ranks, *this, options.isCut));
       KDSTREAM_TRY(
         ranks.Agree(Take(JoinInput(*this, data, this->GetWeldByPlace(), execution), input)));
-      return PartitionTogether(ranks, *input, options, execution);
+      return PartitionCollectively(ranks, *input, options, execution);
     });
   this->SetErrorCode(ReportError(*this, made ? Status() : Status(made.GetError())));
   if (!made)

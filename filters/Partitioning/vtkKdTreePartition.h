@@ -5,29 +5,35 @@
  *
  * Points are split at the median along the longest side of their bounding box, again and again,
  * until every partition has at most VerticesPerPartition of them. Points are ordered by
- * (coordinate, id), so that partitions differ by at most one point whatever the input: flat plates
- * and points repeated many times too. Their number is a power of two; NumberOfPartitions that is
- * none is an error. With more partitions than points some are empty.
+ * (coordinate, id). So the sizes of partitions differ by at most one point for any input, also for
+ * flat plates and points repeated many times. The number of partitions is a power of two; another
+ * NumberOfPartitions is an error. With more partitions than points some are empty.
  *
  * Input, outputs, ghosts, other errors: see vtkMeshPartition.
  *
  * Several processes (Controller): their inputs are parts of one mesh, and all of them update
- * together: where the input of one alone has changed, the others call Modified first. Port 0 has all partitions of one tree over the whole mesh, of which each process gets
- * its part, from left to right in the tree, a subtree where their number is a power of two; the
- * others are null. They are those that one process would give of the whole mesh, to the bit: of the
- * points by ascending global ids where all processes have vtkDataSetAttributes::GetGlobalIds, and
- * what has the same id is one point; else of the points of process 0 first, and
- * nothing is one. Cells likewise: by global ids, or process by process. Ids that stand for points
- * further apart than 2^-20 of the diagonal, or for different cells, as where each process counts
- * its own, are not believed: they come along as a plain array. What vtkGhostType marks as another's
- * is not counted. Arrays of numbers come along that all processes with points (cells) have; others
- * are listed in a warning. Port 1 is this process's input.
+ * together. Where only the input of one has changed, the others call Modified first.
  *
- * Sources that give pieces, as vtkKdStoreReader does, are asked for the process's own; what others
- * have is what this process has: a file of its own, say. Where that is the same mesh everywhere, a
- * warning tells. A process that has nothing of the mesh sets an empty vtkPolyData. An error of one
- * process is an error of all, which names it: no input or one of another type, that of its input,
- * other options than process 0 has, the end of its memory; GetErrorCode is then UnknownError.
+ * Port 0 has all partitions of one tree over the whole mesh; the partitions of other processes are
+ * null. Each process gets its part, from left to right in the tree, a subtree where the number of
+ * processes is a power of two. The partitions are those that one process would give of the whole
+ * mesh, to the bit:
+ * - If all processes have vtkDataSetAttributes::GetGlobalIds, points are in the order of global
+ *   ids, and points of one id are one point. Else the points of process 0 come first, and no points
+ *   are joined. Cells likewise.
+ * - Ids are ignored, and passed as a plain array, if one id stands for points further apart than
+ *   2^-20 of the diagonal, or for different cells, as where each process counts by itself.
+ * - What vtkGhostType marks as another's does not count.
+ * - Arrays of numbers are passed if all processes with points (cells) have them; a warning lists
+ *   others.
+ *
+ * Port 1 is this process's input.
+ *
+ * Sources that give pieces, such as vtkKdStoreReader, are asked for the process's own piece. Other
+ * sources give what this process has, such as a file of its own; a warning says if that is the same
+ * mesh everywhere. A process that has nothing of the mesh sets an empty vtkPolyData. An error of
+ * one process is an error of all, which names it: no input or one of another type, an error of its
+ * input, other options than process 0, no memory left. GetErrorCode is then UnknownError.
  *
  * Complexity: O(n log n) for n points; 50 bytes a point. On several processes O(n) a depth of each
  * one's points, 12 or 24 sums over them of at most 8 MiB, and each point and cell is sent once to

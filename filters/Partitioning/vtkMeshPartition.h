@@ -4,33 +4,34 @@
  * @brief   what the filters have in common that cut a surface or point set into partitions
  *
  * Step "tree" of the pipeline picture, as VTK filters: vtkKdTreePartition, and the baselines
- * vtkOctreePartition and vtkKMeansPartition. They differ in which points make a partition, which
- * their pages tell; this page tells what all give.
+ * vtkOctreePartition and vtkKMeansPartition. They differ in which points make a partition: see
+ * their pages. This page describes what all have in common.
  *
  * Input: a vtkPolyData, with or without cells; or a vtkPartitionedDataSet,
- * vtkPartitionedDataSetCollection or vtkMultiBlockDataSet of them, which is taken as one mesh.
- * Points that its parts share become one by their global ids, or by place if WeldByPlace is on;
- * ghosts (vtkGhostType: duplicate, hidden, refined) are dropped, and a cell that uses a duplicate
- * point uses the point that it is a copy of. Arrays that not all parts have, or of a wrong length,
- * are left out with a warning. So what this filter gives is one mesh again for the next one.
+ * vtkPartitionedDataSetCollection or vtkMultiBlockDataSet of them, which is taken as one mesh:
+ * - Points that parts share become one by their global ids, or by place if WeldByPlace is on.
+ * - Ghosts (vtkGhostType: duplicate, hidden, refined) are dropped. A cell that uses a duplicate
+ *   point uses the point that it is a copy of.
+ * - Arrays that not all parts have, or of a wrong length, are left out with a warning.
+ *
+ * So the output of one of these filters is one mesh again for the next.
  *
  * Output port 0: a vtkPartitionedDataSet of vtkPolyData. A cell goes to every partition that one of
- * its points belongs to, so that the boundary is whole on both sides: partitions can be processed
- * on their own. What is repeated is marked in vtkGhostType: a cell that a partition of a lower
- * number owns is DUPLICATECELL; a point that belongs to another partition is DUPLICATEPOINT. The
- * cells without this mark are, over all partitions, each cell of the input once. In a partition its
- * own points come first, in the input's order, then the ghosts. Points keep their type, bit for
- * bit. Point and cell data are passed; global cell ids only if no cell had to be cut up.
+ * its points belongs to. So the boundary is whole on both sides, and partitions can be processed by
+ * themselves. vtkGhostType marks repetitions: a cell that a partition of a lower number owns is
+ * DUPLICATECELL; a point that belongs to another partition is DUPLICATEPOINT. The unmarked cells of
+ * all partitions are each cell of the input once. In a partition its own points come first, in the
+ * input's order, then the ghosts. Points keep their type, bit for bit. Point and cell data are
+ * passed; global cell ids only if no cell had to be cut up.
  *
- * Output port 1: the input as one mesh, with the array "PartitionId" if GeneratePartitionIds is on.
- * It is what vtkPartitionMeasures measures. Where only this port is updated nothing is cut: it
- * costs the partitioner's time, and beside it 24 bytes a point while it runs.
+ * Output port 1: the input as one mesh, with the array "PartitionId" if GeneratePartitionIds is on:
+ * the input of vtkPartitionMeasures. If only this port is updated nothing is cut: the cost is the
+ * partitioner's time, and 24 bytes a point while it runs.
  *
  * Polygons become triangles (concave ones by cutting ears), strips triangles, polylines segments,
  * poly-vertices single vertices; each gets the data of its cell. Degenerate triangles are kept.
- * Coincident points are not merged (see vtkCleanPolyData), and points that no cell uses are points
- * as others are, where a store sets them aside: its partitions are these only of a mesh without
- * any.
+ * Coincident points are not merged (see vtkCleanPolyData). Points that no cell uses are ordinary
+ * points; a store sets them aside, so its partitions are these only for a mesh without any.
  *
  * No points give no partitions.
  *

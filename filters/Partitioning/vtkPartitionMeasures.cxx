@@ -39,8 +39,9 @@ Result<std::vector<std::int64_t>> ReadLabels(vtkDataArray* array, vtkIdType poin
   };
   if (!array)
   {
-    return bad("there is no point array of partitions (SetInputArrayToProcess; default "
-               "\"PartitionId\")");
+    return bad(
+      "there is no point array of partition ids (set it with SetInputArrayToProcess; default "
+      "\"PartitionId\")");
   }
   const std::string name = array->GetName() ? array->GetName() : "";
   if (array->GetNumberOfComponents() != 1 || array->GetNumberOfTuples() != points)
@@ -64,7 +65,7 @@ Result<std::vector<std::int64_t>> ReadLabels(vtkDataArray* array, vtkIdType poin
     if (!(std::abs(value) <= exact) || std::floor(value) != value)
     {
       return bad("point " + std::to_string(i) + ": partition " + std::to_string(value) +
-                 " is no whole number");
+                 " is not a whole number");
     }
     labels.push_back(static_cast<std::int64_t>(value));
   }

@@ -3,12 +3,11 @@
  * @class   vtkPartitionMeasures
  * @brief   tables of the sizes, boundaries, areas and compactness of the partitions of a surface
  *
- * Input: a vtkPolyData with a point array of one component that tells each point's partition, whole
- * numbers of any numeric type; by default "PartitionId", as port 1 of vtkKdTreePartition,
- * vtkOctreePartition and vtkKMeansPartition has it (GeneratePartitionIdsOn). Another one is chosen
+ * Input: a vtkPolyData with a point array of one component: each point's partition, whole numbers
+ * of any numeric type. By default it is "PartitionId", as port 1 of vtkKdTreePartition,
+ * vtkOctreePartition and vtkKMeansPartition has it (GeneratePartitionIdsOn); another one is chosen
  * by SetInputArrayToProcess(0, 0, 0, vtkDataObject::FIELD_ASSOCIATION_POINTS, name). Composite data
- * sets are taken as one mesh, without ghosts, as vtkMeshPartition tells: port 0 of these filters,
- * too.
+ * sets, such as port 0 of these filters, are taken as one mesh without ghosts (vtkMeshPartition).
  *
  * Output port 0: a vtkTable, a row for each number that the array holds, ascending:
  *
@@ -29,8 +28,8 @@
  *
  * Complexity: O(n log n + t log t) for n points and t triangles; about 60 bytes a point, 60 a
  * triangle. Serial. Aborting leaves empty outputs. Errors, with empty outputs: no such array, or
- * not one value a point; a value that is no whole number; a coordinate that is not finite; a cell
- * that uses a point that is not there; a part that is not a vtkPolyData. GetErrorCode is then
+ * not one value a point; a value that is not a whole number; a coordinate that is not finite; a
+ * cell that uses a point that is not there; a part that is not a vtkPolyData. GetErrorCode is then
  * vtkErrorCode::UnknownError, else NoError.
  *
  * Source: eq. (1) and section 4.1.1 of the paper named in the README.

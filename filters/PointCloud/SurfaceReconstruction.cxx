@@ -124,7 +124,7 @@ private:
     if (this->Points.size() > std::size_t(std::numeric_limits<std::int32_t>::max()))
     {
       return Error{ ErrorCode::LimitExceeded,
-        std::to_string(this->Points.size()) + " points; at most 2147483647 fit PCL" };
+        std::to_string(this->Points.size()) + " points; PCL supports at most 2147483647" };
     }
     const Box box = BoxOfPoints(this->Points);
     std::vector<Vec3> rounded(this->Points.size());
@@ -135,7 +135,8 @@ private:
     }
     if (!std::isfinite(this->Extent))
     {
-      return Error{ ErrorCode::InvalidInput, "the points are too far apart for doubles" };
+      return Error{ ErrorCode::InvalidInput,
+        "the extent of the points exceeds the range of doubles" };
     }
     this->Unit = this->Extent > 0 ? std::ldexp(1.0, std::ilogb(this->Extent)) : 1;
     for (std::size_t i = 0; i < rounded.size(); ++i)

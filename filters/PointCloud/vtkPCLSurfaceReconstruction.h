@@ -12,17 +12,17 @@
  * It suits scans of even density.
  *
  * Poisson (pcl::Poisson) gives a surface near the points, closed where they surround what they
- * show, of points of its own, with the point data of the nearest input point each. It suits noisy
- * clouds; TrimDistance takes away what it adds where there are no points.
+ * show. It has points of its own, each with the point data of the nearest input point. It suits
+ * noisy clouds; TrimDistance removes what it adds where there are no points.
  *
  * Both outputs have the point array "Normals" (3 floats, unit length, the active normals): for
  * greedy those that were used, for Poisson those of the surface. Triangles are counter-clockwise
  * seen from the side that normals show to.
  *
  * Normals: the input's active normals are used where they are finite and not zero. All others are
- * fitted to the nearest points (NumberOfNeighbors, or NormalRadius) by pcl::computePointNormal, and
- * then either turned towards ViewPoint, or (default) so that neighbours agree, beginning at the
- * highest point (greatest z) of every part, whose normal shows up.
+ * fitted to the nearest points (NumberOfNeighbors, or NormalRadius) by pcl::computePointNormal.
+ * Then they are turned towards ViewPoint, or (default) so that neighbours agree, beginning at the
+ * highest point (greatest z) of every part, whose normal points up.
  *
  * PCL works in floats; points are given to it relative to the centre of their box, so that large
  * offsets lose nothing. Points in one place count once.
@@ -140,7 +140,7 @@ public:
   ///@{
   /**
    * Greedy: the longest edge at a point, in distances to its nearest point: for clouds of uneven
-   * density (PCL's advice is 2.5 to 3). 0, the default: SearchRadius alone limits edges.
+   * density (PCL's advice is 2.5 to 3). 0, the default: only SearchRadius limits edges.
    */
   virtual void SetMu(double value);
   vtkGetMacro(Mu, double);

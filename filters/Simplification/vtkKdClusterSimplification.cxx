@@ -135,13 +135,14 @@ Result<Attribute> ReadClusterIds(vtkDataArray* array, vtkIdType points)
 {
   if (!array)
   {
-    return Error{ ErrorCode::InvalidArgument, "the input has no such point array of cluster ids" };
+    return Error{ ErrorCode::InvalidArgument,
+      "the input does not have this point array of cluster ids" };
   }
   const std::string name = array->GetName() ? array->GetName() : "";
   if (array->GetNumberOfComponents() != 1 || array->GetNumberOfTuples() != points)
   {
     return Error{ ErrorCode::InvalidInput,
-      "array \"" + name + "\" has not one cluster id a point" };
+      "array \"" + name + "\" must have one cluster id per point" };
   }
   Attribute ids{ { clusterIdName, AttributeType::Int64, AttributeAssociation::Point, 1 }, {} };
   ids.values.resize(static_cast<std::size_t>(points) * sizeof(std::int64_t));

@@ -6,13 +6,13 @@
  * Step "levels" of the pipeline picture, as a VTK filter. It gives the levels that kdstream-build
  * makes with the same options.
  *
- * Input: a vtkPolyData; or a composite data set of them, which is taken as one mesh without ghosts,
- * as vtkMeshPartition tells. Its points are split by a balanced k-d tree (as in vtkKdTreePartition)
- * down to the finest level; all cells there hold the same number of points, up to one. The points
- * of a cell, or of each connected sheet of the surface inside it, become one point. Coarser levels
- * come from it: by the cells above (Maker Cluster), or by collapse of edges (Maker Collapse), which
- * at the same number of triangles stays much closer to the surface. Which level: by Depth, or the
- * one that has about TargetNumberOfTriangles.
+ * Input: a vtkPolyData; or a composite data set of them, which is taken as one mesh without ghosts
+ * (vtkMeshPartition). A balanced k-d tree (as in vtkKdTreePartition) splits its points down to the
+ * finest level, where all cells hold the same number of points, up to one. The points of a cell, or
+ * of each connected sheet of the surface inside it, become one point. Coarser levels come from the
+ * finest: by the cells above (Maker Cluster), or by edge collapse (Maker Collapse), which stays
+ * much closer to the surface at the same number of triangles. Depth chooses the level, or
+ * TargetNumberOfTriangles: the level with about that number.
  *
  * Any other clusters: name a point array of whole numbers with SetInputArrayToProcess(0, 0, 0,
  * vtkDataObject::FIELD_ASSOCIATION_POINTS, NAME), such as the PartitionId of vtkOctreePartition.
@@ -21,22 +21,22 @@
  *
  * Output: a vtkPolyData with the triangles of the input between the new points, degenerate ones
  * dropped, one kept of each orientation. By Depth it has about 2^Depth points. Points are float if
- * the input's are, else double. The point array "Deviation" (vtkDoubleArray) tells for each point
- * how far, in the input's unit, the surface it stands for lies from it: the root of the mean
- * squared distance to the planes of its triangles, never less than that of the finer points it is
- * made from. Normals (point data; three floats or doubles) and colours (RGB or RGBA scalars of
- * unsigned char) are averaged, as "Normals" and "RGB" or "RGBA". Every other array of numbers comes
- * along under its name, and stays active where it was: of point data the means of the points that
- * became one, of cell data the means of the triangles that a triangle stands for (its own image,
- * and those that vanished beside it); of classes (arrays of one component that are bytes, or are
- * called a class or a label) the most frequent one. An input without triangles is taken for a point
- * set: its output has a vertex cell for every point.
+ * the input's are, else double. An input without triangles is a point set: its output has a vertex
+ * cell for every point. Arrays:
+ * - "Deviation" (point array, vtkDoubleArray): how far, in the input's unit, a point lies from the
+ *   surface that it stands for: the root of the mean squared distance to the planes of its
+ *   triangles, never less than that of the finer points that it is made from.
+ * - "Normals" (point data; three floats or doubles) and "RGB" or "RGBA" (colours: scalars of
+ *   unsigned char): averages.
+ * - Every other array of numbers keeps its name, and stays active if it was. Of point data it has
+ *   the means of the points that became one; of cell data the means of the triangles that a
+ *   triangle stands for (its own image, and those that vanished beside it). Of classes (arrays of
+ *   one component that are bytes, or are called a class or a label) it has the most frequent one.
  *
- * Not passed: active global and pedigree ids, since what they told apart is one; vertex and line
- * cells and, of a point set, cell data. Points that no triangle uses decide nothing and vanish, as
- * in a store, unless clusters are given.
- * Polygons become triangles (concave ones by cutting ears), strips triangles. No points give an
- * empty output.
+ * Not passed: active global and pedigree ids, since different points are one now; vertex and line
+ * cells; of a point set, cell data. Points that no triangle uses are dropped, as in a store, unless
+ * clusters are given. Polygons become triangles (concave ones by cutting ears), strips triangles.
+ * No points give an empty output.
  *
  * Complexity: O((n + t) log n) for n points and t triangles. Memory beside input and output: about
  * 150 bytes a point, 60 a triangle. Runs on vtkSMPTools; the result does not depend on backend and

@@ -42,9 +42,9 @@ void WarnOfArrays(vtkAlgorithm& filter, const std::vector<std::string>& leftOut)
 
 void WarnOfSameMesh(vtkAlgorithm& filter)
 {
-  vtkWarningWithObjectMacro(&filter, << "all processes have the same mesh, which is there once for "
-                                        "each: have one alone read it, and others an empty "
-                                        "vtkPolyData, or give each its part");
+  vtkWarningWithObjectMacro(&filter,
+    << "all processes have the same mesh, so the result contains it once per process: let one "
+       "process read it and give the others an empty vtkPolyData, or give each process its part");
 }
 
 unsigned long ReportError(vtkAlgorithm& filter, const Status& status)

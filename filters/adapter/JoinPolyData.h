@@ -26,24 +26,26 @@ struct JoinedPolyData
 };
 
 // Takes a vtkPolyData, or a vtkPartitionedDataSet, vtkPartitionedDataSetCollection or
-// vtkMultiBlockDataSet of them, however nested; blocks that are null or empty do not count.
+// vtkMultiBlockDataSet of them, nested in any way; null or empty blocks do not count.
 //
-// Dropped are cells that vtkGhostType marks as duplicate, hidden or refined; points that it marks
-// as duplicate or hidden, and, where a part marks no points, points of dropped cells, if no cell
-// that stays uses them. A duplicate point that a cell uses becomes the point that it is a copy of
-// (MergePoints). Points that parts share become one by global ids, where all parts have them, or by
-// place, where `weldByPlace` says so; else they stay apart.
+// - Dropped cells: those that vtkGhostType marks as duplicate, hidden or refined.
+// - Dropped points: those that it marks as duplicate or hidden, and, where a part marks no points,
+//   points of dropped cells; in both cases only if no remaining cell uses them. A duplicate point
+//   that a cell uses becomes the point that it is a copy of (MergePoints).
+// - Shared points become one by global ids, where all parts have them, or by place, if
+//   `weldByPlace` is set; else they stay separate.
 //
 // Points have the type of all parts' points, or are doubles. Points and cells are in the order of
-// the parts, or of their global ids; of cells first vertices, then lines, polygons, strips. There
-// are the arrays that all parts have (SharedArrays); those are active that are in all parts.
+// the parts, or of their global ids; of cells first vertices, then lines, polygons, strips. The
+// result has the arrays that all parts have (SharedArrays); an array is active if it is in all
+// parts.
 //
-// A vtkPolyData without ghosts is as it was, but for arrays of a wrong length. A vtkGhostType of a
+// A vtkPolyData without ghosts stays as it is, except arrays of a wrong length. A vtkGhostType of a
 // wrong length or type marks nothing, and is listed.
 //
-// O(n log n) for n points of which what may be shared is sorted; memory: that of the output, 60
-// bytes a point, 8 a corner. Errors: InvalidInput for data that is no vtkPolyData, a coordinate
-// that is not finite, or a cell that uses a point that is not there, naming the part;
+// O(n log n) for n points, of which those that may be shared are sorted; memory: that of the
+// output, 60 bytes a point, 8 a corner. Errors: InvalidInput for data that is not a vtkPolyData, a
+// coordinate that is not finite, or a cell that uses a missing point, naming the part;
 // LimitExceeded.
 Result<JoinedPolyData> JoinPolyData(
   vtkDataObject& input, bool weldByPlace, const Execution& execution);

@@ -37,15 +37,18 @@ struct MergedPoints
 // box of all points. Ids that stand for places further apart are not those of points.
 double MostApart(const Box& box);
 
-// With global ids: points of one id become the first of them that is no copy, or the first copy,
-// and points are in the order of ids. Ids are not believed where one stands for places that are
-// further apart (MostApart): then by place, as without ids. By place: a copy
-// becomes the point it is a copy of, the one with the same values in its arrays, or else the first
-// of another part; where there is none, the first copy stays. With `weldByPlace` points of
-// different parts become one in the same way, copies or not. The order is that of the input.
-// Copies of one part with the same values stay apart if the points of that place do.
-// Expected O(n + s log s) for s points that are sorted: copies and what lies in the same places,
-// or, with ids or weldByPlace, all. 8 bytes a point, and 12 or 28 for those.
+// With global ids: points of one id become the first of them that is not a copy, or the first copy;
+// points are in the order of ids. If an id stands for places that are further apart than MostApart,
+// ids are ignored.
+//
+// By place: a copy becomes the point that it is a copy of: the one with the same values in its
+// arrays, or else the first of another part. Without such a point the first copy stays. With
+// `weldByPlace` points of different parts become one in the same way, copies or not. The order is
+// that of the input. Copies of one part with the same values stay apart if the points of that place
+// do.
+//
+// Expected O(n + s log s) for s sorted points: copies and points in the same places, or, with ids
+// or weldByPlace, all. 8 bytes a point, and 12 or 28 for sorted ones.
 MergedPoints MergePoints(const PartPoints& points, bool weldByPlace);
 
 }

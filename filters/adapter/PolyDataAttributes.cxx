@@ -178,7 +178,7 @@ private:
     const int components = array.GetNumberOfComponents();
     if (components < 1 || components > std::numeric_limits<std::uint8_t>::max())
     {
-      return skip("has " + std::to_string(components) + " components; 1 to 255 are possible");
+      return skip("has " + std::to_string(components) + " components; 1 to 255 are supported");
     }
     if (array.GetNumberOfTuples() != tuples)
     {
@@ -193,7 +193,7 @@ private:
     if (cells && &array == data.GetGlobalIds() &&
         std::adjacent_find(cells->begin(), cells->end()) != cells->end())
     {
-      return skip("cells were cut up, and their parts would have the same global id");
+      return skip("cells were split, so several would have the same global id");
     }
     AttributeInfo info;
     info.type = TypeOf(array.GetDataType()).value_or(AttributeType::UInt8);
@@ -207,7 +207,7 @@ private:
     if (std::any_of(found.begin(), found.end(),
           [&](const Attribute& other) { return other.name == info.name; }))
     {
-      return skip("another array is named \"" + info.name + "\"");
+      return skip("another array has the name \"" + info.name + "\"");
     }
     static_cast<AttributeInfo&>(attribute) = info;
     CopyValues(*Plain(*numbers), cells, attribute);

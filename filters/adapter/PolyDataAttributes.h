@@ -27,15 +27,19 @@ struct PolyDataAttributes
 };
 
 // Copies point data to point attributes (a tuple a point), cell data to cell attributes (a tuple
-// for each of elements.Triangles(), that of the cell it is part of). Arrays keep their names, but
-// for those that core knows by name (RoleOf): the active normals of three floats or doubles become
-// "Normals", active texture coordinates of two "TCoords", active scalars of three or four unsigned
-// chars "RGB" or "RGBA", if they are point data; active global and pedigree ids "GlobalIds" and
-// "PedigreeIds" (HoldsIds), of points and of cells. Types are kept bit for bit: vtkIdType, long and
-// long long become int64 (or int32, where they are), char int8, bits uint8. Skipped, and listed:
-// arrays that are not numeric, have no name, no or more than 255 components, or another number of
-// tuples than there are points or cells; a second array of a name; global ids of cells where some
-// were cut up. vtkGhostType is about one pipeline: skipped, and not listed. O(values). REQUIRES:
+// for each of elements.Triangles(): that of its cell).
+//
+// Arrays keep their names, except those that core knows by name (RoleOf, HoldsIds):
+//   active normals of three floats or doubles          "Normals"
+//   active texture coordinates of two components       "TCoords"
+//   active scalars of three or four unsigned chars     "RGB", "RGBA" (these three of point data)
+//   active global and pedigree ids, points and cells   "GlobalIds", "PedigreeIds"
+// Types are kept bit for bit: vtkIdType, long and long long become int64 (or int32, where they
+// are), char int8, bits uint8.
+//
+// Skipped, and listed: arrays that are not numeric, have no name, no or more than 255 components,
+// or a wrong number of tuples; a second array of a name; global ids of cells where some were cut
+// up. Skipped, and not listed: vtkGhostType, which is about one pipeline. O(values). REQUIRES:
 // `elements` read from `input`.
 PolyDataAttributes ReadAttributes(vtkPolyData& input, const PolyDataElements& elements);
 

@@ -8,8 +8,7 @@ Status CheckOffsets(vtkCellArray& cells, vtkIdType firstCell)
 {
   if (cells.GetNumberOfCells() < 0)
   {
-    return Error{ ErrorCode::InvalidInput,
-      "an array of cells has no offsets, not even that of its end" };
+    return Error{ ErrorCode::InvalidInput, "a cell array has no offsets; it needs at least one" };
   }
   Status status;
   cells.Visit(
@@ -21,10 +20,10 @@ Status CheckOffsets(vtkCellArray& cells, vtkIdType firstCell)
       {
         if (offsets[i] < 0 || offsets[i] > offsets[i + 1] || offsets[i + 1] > corners)
         {
-          status = Error{ ErrorCode::InvalidInput,
-            "cell " + std::to_string(firstCell + i) + " has the corners from " +
-              std::to_string(offsets[i]) + " up to " + std::to_string(offsets[i + 1]) +
-              " of a list of " + std::to_string(corners) };
+          status = Error{ ErrorCode::InvalidInput, "cell " + std::to_string(firstCell + i) +
+                                                     " uses corners " + std::to_string(offsets[i]) +
+                                                     " to " + std::to_string(offsets[i + 1]) +
+                                                     " of a list of " + std::to_string(corners) };
           return;
         }
       }

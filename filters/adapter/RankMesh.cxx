@@ -162,7 +162,7 @@ Column RowsOf(const Column& column, const std::vector<std::size_t>& rows)
 class Sharing
 {
 public:
-  Sharing(RankTeam& ranks, bool weldByPlace, const Execution& execution)
+  Sharing(RankGroup& ranks, bool weldByPlace, const Execution& execution)
     : Ranks(ranks)
     , WeldByPlace(weldByPlace)
     , Runs(execution)
@@ -367,7 +367,7 @@ private:
     return static_cast<std::size_t>(hash % this->Ranks.Count());
   }
 
-  // Whether MergePoints might believe ids, by this rank's points alone: else all points of one id,
+  // Whether MergePoints might believe ids, only by this rank's points: else all points of one id,
   // however many, would be told to one rank.
   bool AreIdsOfPoints(const SharedArray& ids, const Box& box) const
   {
@@ -561,7 +561,7 @@ private:
     std::vector<Column> columns{ ColumnOf(this->Share.mesh.points) };
     this->MoveAttributes(AttributeAssociation::Point, columns);
     std::vector<std::vector<std::uint64_t>> rowsOf; // of what came from each rank
-    KDSTREAM_TRY(this->Deal(order, columns, rowsOf));
+    KDSTREAM_TRY(this->Scatter(order, columns, rowsOf));
     this->Share.mesh.points = ValuesOf<Vec3>(columns[0]);
     this->PutAttributes(AttributeAssociation::Point, columns);
     const auto first = this->CountPoints(this->Share.mesh.points.size());
@@ -575,7 +575,7 @@ private:
     std::vector<std::size_t> next(this->Ranks.Count(), 0);
     for (std::size_t i = 0; i < numbers.size(); ++i)
     {
-      const std::size_t rank = this->DealtTo[i];
+      const std::size_t rank = this->ScatteredTo[i];
       numbers[i] = static_cast<VertexId>((*told)[rank][next[rank]++]);
     }
     return {};
@@ -706,7 +706,7 @@ private:
       std::transform(kept.from.begin(), kept.from.end(), std::back_inserter(this->CellIds),
         [&](const TupleOfPart& cell) { return IdOf(*ids, cell); });
     }
-    // First those of this rank alone: else what has one id, however many, would come to one rank.
+    // First only those of this rank: else what has one id, however many, would come to one rank.
     const Result<bool> differ = this->Ranks.AllHave(AreDifferent(this->CellIds));
     KDSTREAM_TRY(differ);
     if (!*differ)
@@ -750,9 +750,8 @@ private:
     else if (vtkAbstractArray* const ids = data.GetGlobalIds(); ids && !*whole)
     {
       const std::string name = ids->GetName() ? ids->GetName() : "";
-      this->Share.leftOut.push_back("cell array \"" + name +
-                                    "\": cells were cut up, and their parts would have the same "
-                                    "global id");
+      this->Share.leftOut.push_back(
+        "cell array \"" + name + "\": cells were split, so several would have the same global id");
       for (int i = data.GetNumberOfArrays() - 1; i >= 0; --i)
       {
         if (data.GetAbstractArray(i) == ids)
@@ -794,7 +793,7 @@ private:
     std::vector<Column> columns{ ColumnOf(this->Share.mesh.triangles) };
     this->MoveAttributes(AttributeAssociation::Cell, columns);
     std::vector<std::vector<std::uint64_t>> rowsOf;
-    KDSTREAM_TRY(this->Deal(order, columns, rowsOf));
+    KDSTREAM_TRY(this->Scatter(order, columns, rowsOf));
     this->Share.mesh.triangles = ValuesOf<Triangle>(columns[0]);
     this->PutAttributes(AttributeAssociation::Cell, columns);
     return {};
@@ -826,7 +825,7 @@ private:
   // Rows of all ranks, in order, the first of them to rank 0: columns become this rank's; rowsOf
   // tells where what came from each rank is now. What has the same order stays in the order of
   // ranks.
-  Status Deal(const std::vector<OrderOfAll>& order, std::vector<Column>& columns,
+  Status Scatter(const std::vector<OrderOfAll>& order, std::vector<Column>& columns,
     std::vector<std::vector<std::uint64_t>>& rowsOf)
   {
     std::vector<OrderOfAll> sorted = order;
@@ -834,12 +833,12 @@ private:
     const auto ends = this->Ranks.PartInOrder(std::span<const OrderOfAll>(sorted));
     KDSTREAM_TRY(ends);
     sorted = {};
-    this->DealtTo.clear();
+    this->ScatteredTo.clear();
     std::vector<std::vector<std::size_t>> rowsTo(this->Ranks.Count());
     for (std::size_t i = 0; i < order.size(); ++i)
     {
-      this->DealtTo.push_back(RankTeam::ShareOf(order[i], *ends));
-      rowsTo[this->DealtTo.back()].push_back(i);
+      this->ScatteredTo.push_back(RankGroup::ShareOf(order[i], *ends));
+      rowsTo[this->ScatteredTo.back()].push_back(i);
     }
     std::vector<Bytes> out;
     for (const std::vector<std::size_t>& rows : rowsTo)
@@ -857,11 +856,11 @@ private:
     }
     auto came = this->Ranks.Exchange(std::move(out));
     KDSTREAM_TRY(came);
-    this->SortDealt(std::move(*came), columns, rowsOf);
+    this->SortScattered(std::move(*came), columns, rowsOf);
     return {};
   }
 
-  static void SortDealt(std::vector<Bytes> came, std::vector<Column>& columns,
+  static void SortScattered(std::vector<Bytes> came, std::vector<Column>& columns,
     std::vector<std::vector<std::uint64_t>>& rowsOf)
   {
     std::vector<OrderOfAll> order;
@@ -903,7 +902,7 @@ private:
     }
   }
 
-  RankTeam& Ranks;
+  RankGroup& Ranks;
   const bool WeldByPlace;
   const Execution& Runs;
   std::vector<InputPart> Parts;
@@ -919,13 +918,13 @@ private:
   std::vector<std::int64_t> CellIds;     // of each cell that stays
   std::array<vtkIdType, 4> CellCounts{}; // of those that stay: vertices, lines, polygons, strips
   std::vector<vtkIdType> CellOfTriangle; // among them
-  std::vector<std::size_t> DealtTo;      // of each row that was dealt, the rank
+  std::vector<std::size_t> ScatteredTo;  // of each row that was dealt, the rank
   MeshShare Share;
 };
 
 }
 
-Result<MeshShare> ShareMesh(RankTeam& ranks, const Status& ready, vtkDataObject& input,
+Result<MeshShare> ShareMesh(RankGroup& ranks, const Status& ready, vtkDataObject& input,
   bool weldByPlace, const Execution& execution)
 {
   return Sharing(ranks, weldByPlace, execution).Make(ready, input);

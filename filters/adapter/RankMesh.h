@@ -5,7 +5,7 @@
 #include "filters/core/Execution.h"
 #include "filters/core/Result.h"
 #include "filters/core/Types.h"
-#include "filters/ranks/RankTeam.h"
+#include "filters/ranks/RankGroup.h"
 
 #include <vtkDataObject.h>
 
@@ -22,19 +22,18 @@ struct MeshShare
   bool areSame = false;             // whether all ranks have the same input, and any
 };
 
-// By all ranks. input: as JoinPolyData takes it. The mesh whose points and triangles are those of
-// rank 0's share, then those of rank 1's, … is what ReadMesh and ReadAttributes make of
-// JoinPolyData of all ranks' parts, one rank's after the other's: the same points, which are
-// merged by global ids, as copies or by place; the same order, the same arrays. All shares have the
-// same arrays and the same scalar type. Without ids a share is what the rank has of it; with them,
-// an interval of ids, at most 5 / 4 of the average, whatever the ids. ready: what is wrong with
-// this rank otherwise. An exception leaves by itself: it is for RankTeam::Run to tell.
+// Called by all ranks. input: as for JoinPolyData. The shares of the ranks, one after the other,
+// are the mesh that ReadMesh and ReadAttributes make of JoinPolyData of all ranks' parts, one
+// rank's after the other's: the same points (merged by global ids, as copies or by place), order
+// and arrays. All shares have the same arrays and the same scalar type. Without ids a share is the
+// rank's own data; with ids it is an interval of ids, at most 5 / 4 of the average for any ids.
+// ready: what else is wrong with this rank. Exceptions are not caught: RankGroup::Run reports them.
 //
-// O(n log n) for the n points and corners of a rank; each point goes to another rank once (56
-// bytes), and once more where there are ids. Memory: 250 bytes a point of the rank's and of what
-// comes to it, and its arrays twice. Errors, of all ranks: that of a rank that is not ready; those
-// of JoinPolyData, ReadElements; InputOutput.
-Result<MeshShare> ShareMesh(RankTeam& ranks, const Status& ready, vtkDataObject& input,
+// O(n log n) for the n points and corners of a rank. Each point goes to another rank once (56
+// bytes), and once more where there are ids. Memory: 250 bytes a point of the rank's and of what it
+// receives, and its arrays twice. Errors, of all ranks: that of a rank that is not ready; those of
+// JoinPolyData, ReadElements; InputOutput.
+Result<MeshShare> ShareMesh(RankGroup& ranks, const Status& ready, vtkDataObject& input,
   bool weldByPlace, const Execution& execution);
 
 }

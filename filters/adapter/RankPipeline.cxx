@@ -136,7 +136,7 @@ int RankPipeline::ForwardUpstream(vtkInformation* request)
   {
     return this->Superclass::ForwardUpstream(request);
   }
-  Status own = Error{ ErrorCode::InvalidInput, "its input was not made" };
+  Status own = Error{ ErrorCode::InvalidInput, "its input could not be made" };
   try
   {
     if (this->Superclass::ForwardUpstream(request) && !HasFailed(*this->Algorithm))
@@ -172,15 +172,15 @@ Status RankPipeline::CheckInput()
     }
   }
   return Error{ ErrorCode::InvalidInput,
-    std::string("its input is a ") + data->GetClassName() + ", which it does not take" };
+    std::string("its input is a ") + data->GetClassName() + ", which it does not accept" };
 }
 
 // What all have come to; where one has failed that is an error of the algorithm's, unless it has
 // told one.
 vtkTypeBool RankPipeline::AgreeOn(const Status& own)
 {
-  RankTeam team(**this->Controller);
-  const Status all = RunTogether(team, [&] { return own; });
+  RankGroup group(**this->Controller);
+  const Status all = RunCollectively(group, [&] { return own; });
   if (all)
   {
     return 1;
@@ -205,10 +205,10 @@ bool AreSeveral(vtkMultiProcessController* controller)
   return controller && controller->GetNumberOfProcesses() > 1;
 }
 
-void EndProcess(const RankTeam& team, const Error& error)
+void EndProcess(const RankGroup& group, const Error& error)
 {
-  std::cerr << "kdstream: error: " << team.NameRank(error).message
-            << ": the other ranks cannot be told, so this process ends" << std::endl;
+  std::cerr << "kdstream: error: " << group.NameRank(error).message
+            << ": the other ranks cannot be notified, so this process ends" << std::endl;
   std::abort();
 }
 

@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // The pipeline of an algorithm that the processes of a controller execute together. It asks for
-// this process's piece of the input. Where one process has no input, or one of another type, or
-// where its input could not be made, or an exception leaves an algorithm, all fail, so that none
-// waits for those that never come.
+// this process's piece of the input. All processes fail, so that none waits forever, where one has
+// no input, an input of another type, an input that could not be made, or an exception in its
+// algorithm.
 #pragma once
 
 #include "filters/core/Result.h"
-#include "filters/ranks/RankTeam.h"
+#include "filters/ranks/RankGroup.h"
 
 #include <vtkCompositeDataPipeline.h>
 
@@ -26,12 +26,13 @@ public:
   vtkTypeMacro(RankPipeline, vtkCompositeDataPipeline);
 
   // For CreateDefaultExecutive of an algorithm with one input. controller: the algorithm's member;
-  // null or one process: as its superclass. Where all of the input was asked for and all sources
-  // above give pieces (CAN_HANDLE_PIECE_REQUEST), this process's is asked for, of as many as there
-  // are processes; else what others have is what this process has: of a file of its own.
-  // setErrorCode: the algorithm's. Where any process has failed outside RequestData, all print that
-  // as an error of their algorithm, which names the process; outputs are empty, and the code is
-  // UnknownError.
+  // null or one process: as its superclass. setErrorCode: the algorithm's.
+  //
+  // If all of the input was requested and all sources above give pieces (CAN_HANDLE_PIECE_REQUEST),
+  // this process's piece is requested, of as many as there are processes. Other sources give what
+  // this process has, such as a file of its own. Where any process has failed outside RequestData,
+  // all print that as an error of their algorithm, which names the process; outputs are empty, and
+  // the code is UnknownError.
   static vtkExecutive* Make(
     vtkMultiProcessController* const& controller, std::function<void(unsigned long)> setErrorCode);
 
@@ -62,19 +63,19 @@ bool AreSeveral(vtkMultiProcessController* controller);
 
 // Where the others cannot be told any more and would wait for ever: the end of this process is that
 // of the job.
-[[noreturn]] void EndProcess(const RankTeam& team, const Error& error);
+[[noreturn]] void EndProcess(const RankGroup& group, const Error& error);
 
-// RankTeam::Run, for RequestData: nothing is thrown.
+// RankGroup::Run, for RequestData: nothing is thrown.
 template <class Work>
-auto RunTogether(RankTeam& team, const Work& work) -> decltype(work())
+auto RunCollectively(RankGroup& group, const Work& work) -> decltype(work())
 {
   try
   {
-    return team.Run(work);
+    return group.Run(work);
   }
-  catch (const BrokenTeam& broken)
+  catch (const BrokenGroup& broken)
   {
-    EndProcess(team, broken.error);
+    EndProcess(group, broken.error);
   }
 }
 

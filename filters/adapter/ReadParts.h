@@ -27,7 +27,7 @@ struct InputPart
 };
 
 // A vtkPolyData, or those of a composite data set that have points. Other blocks must be null or
-// without points. Errors: InvalidInput, naming the block that is no vtkPolyData.
+// without points. Errors: InvalidInput, naming the block that is not a vtkPolyData.
 Result<std::vector<InputPart>> PartsOf(vtkDataObject& input);
 
 // Whether vtkGhostType marks a point or a cell as not the part's own.

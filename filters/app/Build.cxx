@@ -22,20 +22,15 @@ namespace
 
 using namespace kdstream;
 
-constexpr const char* description = "Cuts a mesh into uniform k-d partitions and a hierarchy of "
-                                    "simplified meshes, and writes them to a "
-                                    "store that kdstream-serve streams from.";
+constexpr const char* description =
+  "Splits a mesh into uniform k-d partitions, makes a hierarchy of simplified meshes, and writes "
+  "both to a store that kdstream-serve can stream.";
 
 constexpr const char* footer =
-  "INPUT is a .ply, .stl, .obj or .off file, read in chunks, so that it may be larger than memory "
-  "(but "
-  "whole by kdstream-convert where "
-  "pictures paint it, unless --textures off); or a "
-  ".vtp, "
-  ".vtk, .wrl, .glb, .gltf, .pcd, .xyz or .las file, which kdstream-convert reads whole, in memory "
-  "of "
-  "its own "
-  "(kdstream-convert --help). A file without faces is a point cloud.\n\n"
+  "INPUT is a .ply, .stl, .obj or .off file, which is read in chunks and may be larger than "
+  "memory; or a .vtp, .vtk, .wrl, .glb, .gltf, .pcd, .xyz or .las file, which kdstream-convert "
+  "reads as a whole, in addition to --memory (see kdstream-convert --help). Files with textures "
+  "are also read as a whole, unless --textures is off. A file without faces is a point cloud.\n\n"
   "Example:\n"
   "  kdstream-build dragon.ply -o dragon.kds --title \"Stanford dragon\" --unit mm";
 
@@ -108,11 +103,11 @@ Result<BuildReport> BuildFrom(BuildCommand& line, const std::filesystem::path& s
     line.build.convertedBy += argument + " ";
   }
   std::shared_ptr<const TiledTextures> textures;
-  if (std::error_code none; std::filesystem::exists(converted->Paint() / "paint", none))
+  if (std::error_code none; std::filesystem::exists(converted->TextureFolderPath() / "paint", none))
   {
-    const auto paint = PaintFolder::Open(converted->Paint());
-    KDSTREAM_TRY(paint);
-    textures = std::make_shared<TiledTextures>(*paint, line.tiles);
+    const auto textureSet = TextureFolder::Open(converted->TextureFolderPath());
+    KDSTREAM_TRY(textureSet);
+    textures = std::make_shared<TiledTextures>(*textureSet, line.tiles);
     line.build.textures = textures;
     line.build.convertedBy += "--texture-quality=" + line.textureQuality;
   }

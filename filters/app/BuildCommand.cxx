@@ -53,22 +53,22 @@ void AddPartitionOptions(CLI::App& app, BuildCommand& line)
   const char* const group = "Partitions";
   auto* size = app
                  .add_option("--vertices-per-partition", line.build.tree.verticesPerPartition,
-                   "most vertices of a partition (kmeans: on average)")
+                   "maximum vertices per partition (kmeans: average)")
                  ->check(CLI::Range(1U, 1U << 20))
                  ->capture_default_str()
                  ->group(group);
   app
     .add_option("--partitions", line.partitions,
-      "how many partitions instead: a power of two for kdtree, any number for kmeans, roughly so "
-      "many for octree")
+      "number of partitions instead: a power of two for kdtree, any number for kmeans, approximate "
+      "for octree")
     ->check(CLI::Range(1U, 1U << 30))
     ->type_name("K")
     ->excludes(size)
     ->group(group);
   app
     .add_option("--partitioner", line.partitioner,
-      "octree and kmeans make partitions without levels, for comparison; kmeans works in memory "
-      "alone")
+      "how partitions are made; octree and kmeans make no levels and serve for comparison; kmeans "
+      "works only in memory")
     ->check(CLI::IsMember({ "kdtree", "octree", "kmeans" }))
     ->capture_default_str()
     ->group(group);
@@ -79,26 +79,27 @@ void AddLevelOptions(CLI::App& app, BuildCommand& line)
   const char* const group = "Levels";
   app
     .add_option("--levels", line.maker,
-      "how coarser levels are made: by edge collapse, or by clusters, which is faster and less "
-      "close")
+      "how coarser levels are made: by edge collapse, or by vertex clustering, which is faster but "
+      "less accurate")
     ->check(CLI::IsMember({ "collapse", "cluster" }))
     ->capture_default_str()
     ->group(group);
   app
     .add_option("--representative", line.representative,
-      "where the vertex of a cluster goes: to the least quadric error, or to the mean")
+      "position of a cluster's vertex: where the quadric error is smallest, or the mean of its "
+      "vertices")
     ->check(CLI::IsMember({ "quadric", "mean" }))
     ->capture_default_str()
     ->group(group);
   app
-    .add_option(
-      "--sheets", line.sheets, "a vertex per sheet of the surface in a cell (on) or per cell")
+    .add_option("--sheets", line.sheets,
+      "on: one vertex for each connected component in a cell; off: one for each cell")
     ->check(onOff)
     ->capture_default_str()
     ->group(group);
   app
     .add_option("--cell-vertices", line.build.tree.cellVertices,
-      "most original vertices in a cell of the finest level")
+      "maximum original vertices per cell of the finest level")
     ->check(CLI::Range(1U, 1024U))
     ->capture_default_str()
     ->group(group);
@@ -108,52 +109,55 @@ void AddMemoryOptions(CLI::App& app, BuildCommand& line)
 {
   const char* const group = "Memory and speed";
   AddSizeOption(app, "--memory", line.build.memory,
-    "most memory that the build takes; a mesh that needs more is built by files, from 64M on")
-    ->default_str("75 % of what is free")
+    "memory limit, at least 64M for a build out of core; a mesh that needs more is built with "
+    "temporary files")
+    ->default_str("75 % of free memory")
     ->group(group);
   app
     .add_option("--temp-dir", line.build.temporaryFolder,
-      "where these files go; they take three to four times the bytes of a binary .ply")
+      "folder for temporary files; they need three to four times the size of a binary .ply")
     ->type_name("DIR")
-    ->default_str("beside the store")
+    ->default_str("the store's folder")
     ->group(group);
-  app.add_option("--threads", line.threads, "threads, which change nothing in the store")
+  app
+    .add_option(
+      "--threads", line.threads, "number of threads; the store is the same for any number")
     ->check(CLI::Range(1U, 1024U))
     ->default_str("all")
     ->group(group);
   app
-    .add_option(
-      "--median", line.median, "how medians are found in files; the tree is the same by all")
+    .add_option("--median", line.median,
+      "how medians are found in temporary files; the tree is the same for all methods")
     ->check(CLI::IsMember({ "auto", "heaps", "torben", "sort", "histogram" }))
     ->capture_default_str()
     ->group(group);
   app
     .add_flag("--resume", line.build.resume,
-      "go on with a killed build of the same input and options from its last finished phase")
+      "continue a killed build of the same input and options after its last finished phase")
     ->group(group);
 }
 
 void AddTextOptions(CLI::App& app, BuildCommand& line)
 {
-  const char* const group = "Texts that viewers show";
-  CheckText(app.add_option("--title", line.build.title, "name of the model"))->group(group);
-  CheckText(app.add_option("--description", line.build.description, "what it is, in a few lines"))
+  const char* const group = "Description (shown by viewers)";
+  CheckText(app.add_option("--title", line.build.title, "title of the model"))->group(group);
+  CheckText(app.add_option("--description", line.build.description, "a few lines about the model"))
     ->group(group);
   CheckText(app.add_option("--credit", line.build.credit, "who made or scanned it"))->group(group);
-  const std::string license = "what may be done with it";
+  const std::string license = "terms of use";
   CheckText(app.add_option("--license", line.build.license, license))->group(group);
   CheckText(app.add_option("--licence", line.build.license, license))->group(""); // understood too
   CheckText(app.add_option("--unit", line.build.unit, "unit of the coordinates, such as mm"))
     ->group(group);
 }
 
-void AddPoseOptions(CLI::App& app, BuildCommand& line)
+void AddHomeViewOptions(CLI::App& app, BuildCommand& line)
 {
-  const char* const group = "How viewers show it first";
-  AddDirectionOption(app, "--up", line.build.up, "what is up")
+  const char* const group = "Initial view";
+  AddDirectionOption(app, "--up", line.build.up, "upward direction")
     ->default_str("guessed")
     ->group(group);
-  AddDirectionOption(app, "--view", line.build.view, "from the model's middle towards the eye")
+  AddDirectionOption(app, "--view", line.build.view, "direction from the model's centre to the eye")
     ->default_str("guessed")
     ->group(group);
 }
@@ -165,23 +169,25 @@ void AddBuildOptions(CLI::App& app, BuildCommand& line)
   app.add_option("INPUT", line.input, "the mesh or point cloud")->required();
   app
     .add_option("--reconstruct", line.reconstruct,
-      "make a surface of a point cloud: greedy joins its points, poisson is closed and near them")
+      "reconstruct a surface from a point cloud: greedy connects its points; poisson makes a "
+      "closed surface near them")
     ->check(CLI::IsMember({ "greedy", "poisson" }))
     ->group("Input");
   AddTextureOptions(app, { "on", "off", "colors", "tiles" },
-    "pictures: the original keeps them, in tiles of its partitions, and levels have them as "
-    "colours of vertices (on, tiles); colours alone (colors); or they are left out (off). The "
-    "whole mesh is in memory while they are read",
+    "on, tiles: keep textures for the original, one tile per partition, and bake them to vertex "
+    "colours for the levels; colors: only vertex colours; off: ignore textures. The whole mesh is "
+    "in memory while textures are read",
     line.textures, line.texturePixels);
   app
     .add_option("--texture-quality", line.textureQuality,
-      "of tiles as WebP: 1 to 100, or lossless: texels and texture coordinates bit for bit")
+      "WebP quality of texture tiles, 1 to 100; lossless keeps texels and texture coordinates "
+      "exactly")
     ->type_name("1-100|lossless")
     ->capture_default_str()
     ->group("Output");
   app
     .add_option("--weld", line.weld,
-      "join vertices that agree in place and attributes to the bit; those of .stl always are")
+      "merge vertices whose position and attributes are identical; always done for .stl")
     ->check(onOff)
     ->capture_default_str()
     ->group("Input");
@@ -193,19 +199,19 @@ void AddBuildOptions(CLI::App& app, BuildCommand& line)
     ->group("Output");
   app
     .add_option("--precision", line.precision,
-      "8 to 24 bits per axis of the model's box, or lossless: the exact coordinates")
+      "bits per axis of the model's box, 8 to 24, or lossless for the exact coordinates")
     ->type_name("BITS|lossless")
     ->capture_default_str()
     ->group("Output");
-  app.add_option("--stats", line.stats, "file for statistics (JSON)")
+  app.add_option("--stats", line.stats, "write statistics to this file (JSON)")
     ->type_name("FILE")
     ->group("Output");
-  app.add_flag("--quiet", line.quiet, "no progress, and no line at the end")->group("Output");
+  app.add_flag("--quiet", line.quiet, "print no progress and no summary")->group("Output");
   AddPartitionOptions(app, line);
   AddLevelOptions(app, line);
   AddMemoryOptions(app, line);
   AddTextOptions(app, line);
-  AddPoseOptions(app, line);
+  AddHomeViewOptions(app, line);
 }
 
 namespace
@@ -241,7 +247,8 @@ Status InterpretQuality(BuildCommand& line)
   if (quality > 100 || (quality == 0 && line.textureQuality != "lossless"))
   {
     return Error{ ErrorCode::InvalidArgument,
-      "--texture-quality: \"" + line.textureQuality + "\" is neither 1 to 100 nor lossless" };
+      "--texture-quality: \"" + line.textureQuality +
+        "\" is neither a number from 1 to 100 nor lossless" };
   }
   line.tiles.quality = quality;
   return {};
@@ -255,7 +262,7 @@ Status CheckTextureOptions(const CLI::App& app, BuildCommand& line)
   if (line.qualityGiven && !line.WantsTiles())
   {
     return Error{ ErrorCode::InvalidArgument,
-      "--texture-quality needs --textures on or tiles: the original keeps no pictures with " +
+      "--texture-quality needs --textures on or tiles: the original has no textures with " +
         line.textures };
   }
   return CheckTexturePixels(app, line.textures);
@@ -300,7 +307,7 @@ Status Interpret(const CLI::App& app, BuildCommand& line)
   {
     return Error{ ErrorCode::InvalidArgument,
       "--memory: " + Mebibytes(line.build.memory) +
-        " is too little for any build; is a unit missing, as in 64M?" };
+        " is too small for any build; did you forget the unit, as in 64M?" };
   }
   if (line.build.memory == 0)
   {
@@ -322,7 +329,8 @@ Status Interpret(const CLI::App& app, BuildCommand& line)
   if (bits < 8 || bits > 24)
   {
     return Error{ ErrorCode::InvalidArgument,
-      "--precision: \"" + line.precision + "\" is neither 8 to 24 bits nor lossless" };
+      "--precision: \"" + line.precision +
+        "\" is neither a number of bits from 8 to 24 nor lossless" };
   }
   line.build.bits = static_cast<std::uint8_t>(bits);
   return {};
@@ -409,12 +417,12 @@ std::string HiddenColors(const std::vector<AttributeInfo>& attributes)
                        attribute.name == "RGBA";
     if (named && attribute.association == AttributeAssociation::Cell)
     {
-      return "colours of triangles are kept, but viewers show those of vertices alone";
+      return "triangle colours are kept, but viewers show only vertex colours";
     }
     if (named && attribute.type != AttributeType::UInt8)
     {
       return "colours of type " + std::string(NameOf(attribute.type)) +
-             " are kept, but viewers show those of type uint8 alone";
+             " are kept, but viewers show only colours of type uint8";
     }
   }
   return {};
@@ -479,8 +487,8 @@ std::string MemoryOfConversion(const BuildCommand& line)
   const double bytes = memoryPerByte * double(std::filesystem::file_size(line.input, failed));
   return failed || bytes <= double(line.build.memory)
            ? std::string()
-           : "kdstream-convert reads it whole, which takes about " + BytesText(bytes) +
-               " beside --memory";
+           : "kdstream-convert reads the whole file, which takes about " + BytesText(bytes) +
+               " in addition to --memory";
 }
 
 Status CheckStoreName(const std::filesystem::path& store)
@@ -488,12 +496,13 @@ Status CheckStoreName(const std::filesystem::path& store)
   const std::string name = store.filename().string(), ending = ".kds";
   if (name.empty())
   {
-    return Error{ ErrorCode::InvalidArgument, "--output: a name is needed" };
+    return Error{ ErrorCode::InvalidArgument, "--output: the store needs a name before .kds" };
   }
   if (name.ends_with(ending) && !IsModelId(name.substr(0, name.size() - ending.size())))
   {
     return Error{ ErrorCode::InvalidArgument,
-      "no server serves a store of this name: before .kds it needs " + std::string(modelIdRule) };
+      "a server cannot serve a store of this name: before .kds it must have " +
+        std::string(modelIdRule) };
   }
   return {};
 }
@@ -503,7 +512,7 @@ void WarnOfEnding(std::string_view program, const BuildCommand& line)
   if (std::filesystem::path(line.output).extension() != ".kds")
   {
     std::cerr << program << ": warning: " << line.output
-              << ": kdstream-serve finds stores by the ending .kds\n";
+              << ": kdstream-serve only serves files that end in .kds\n";
   }
 }
 
@@ -541,24 +550,23 @@ std::string CoarseFloats(const BuildReport& report, const std::string& unit)
   constexpr double mostOfSpacing = 0.125; // more is seen
   const Box& box = report.info.box;
   const double step = StepOfFloats(box);
-  const double spacing = SpacingOfVertices(box, report.info.vertices); // 0: points or lines alone
+  const double spacing = SpacingOfVertices(box, report.info.vertices); // 0: only points or lines
   if (report.scalarType != ScalarType::Float32 || spacing == 0 || step <= mostOfSpacing * spacing)
   {
     return {};
   }
   std::ostringstream text;
-  text
-    << "its coordinates are no finer than floats are so far from 0, multiples of " << step
-    << (unit.empty() ? "" : " " + unit)
-    << ": where that is rounding, it shows as stairs; subtract an offset before they are written "
-       "as floats, or write doubles";
+  text << "the coordinates are so far from 0 that floats only hold multiples of " << step
+       << (unit.empty() ? "" : " " + unit)
+       << ": if they were rounded, the surface shows steps; subtract an offset before writing "
+          "floats, or write doubles";
   return text.str();
 }
 
 // Why an option of pictures was given in vain.
 std::string NoPictures(const BuildCommand& line)
 {
-  return line.baked ? "the original keeps no pictures" : "no pictures were read";
+  return line.baked ? "the original has no textures" : "no textures were read";
 }
 
 }
@@ -572,7 +580,7 @@ void PrintWarnings(std::string_view program, const BuildCommand& line, const Bui
     if (vain)
     {
       std::cerr << program << ": warning: " << line.input << ": " << option
-                << " changes nothing: " << NoPictures(line) << "\n";
+                << " has no effect: " << NoPictures(line) << "\n";
     }
   }
   for (const std::string& warning : report.tolerance.Warnings())
@@ -588,7 +596,7 @@ void PrintWarnings(std::string_view program, const BuildCommand& line, const Bui
   if (!names.empty())
   {
     std::cerr << program << ": warning: " << line.input
-              << ": not carried by this version: " << names << "\n";
+              << ": not supported by this version and left out: " << names << "\n";
   }
   if (const std::string hidden = HiddenColors(report.info.attributes); !hidden.empty())
   {
@@ -601,24 +609,25 @@ void PrintWarnings(std::string_view program, const BuildCommand& line, const Bui
   if (report.info.unused)
   {
     std::cerr << program << ": warning: " << line.input << ": " << UnusedText(report.info)
-              << ": kept for the original, not shown\n";
+              << ": kept in the original, not shown\n";
   }
   if (report.mergedByGrid * 100 > report.info.vertices)
   {
     std::cerr << program << ": warning: " << line.input << ": " << report.mergedByGrid << " of "
-              << report.info.vertices << " vertices fall together with others on a grid of "
-              << line.precision << " bits; more bits or --precision lossless keep them apart\n";
+              << report.info.vertices << " vertices coincide with others on a grid of "
+              << line.precision
+              << " bits; use more bits or --precision lossless to keep them apart\n";
   }
 }
 
 std::string LastWords(const BuildReport& report)
 {
-  const std::optional<ModelPose>& pose = report.info.pose;
+  const std::optional<HomeView>& homeView = report.info.homeView;
   std::string words = report.tolerance.Summary();
-  if (pose && pose->guessed)
+  if (homeView && homeView->guessed)
   {
-    words += (words.empty() ? "" : ", ") + ("guessed that " + DirectionText(pose->up)) +
-             " is up and the front is to " + DirectionText(pose->view) + " (--up, --view)";
+    words += (words.empty() ? "" : ", ") + ("guessed that up is " + DirectionText(homeView->up)) +
+             " and front is " + DirectionText(homeView->view) + " (--up and --view change it)";
   }
   return words;
 }

@@ -51,8 +51,8 @@ Status Interpret(const CLI::App& app, BuildCommand& line);
 // pictures paint, unless --textures is off. Returns warnings of pictures, a sentence each.
 std::vector<std::string> ChooseReader(BuildCommand& line);
 
-// What is to be known before kdstream-convert reads a mesh that pictures paint: about how much
-// memory that takes, where it is more than the build's own; empty otherwise.
+// A note before kdstream-convert reads a textured mesh: about how much memory that takes, if it is
+// more than the build's own; else empty.
 std::string MemoryOfConversion(const BuildCommand& line);
 
 // The parts of a build's time that its steps take, for the time left; none where they are not
@@ -74,7 +74,7 @@ void WarnOfEnding(std::string_view program, const BuildCommand& line);
 void PrintWarnings(std::string_view program, const BuildCommand& line, const BuildReport& report);
 
 // What the last line of a build says of the model: what was dropped or forgiven of the input, and
-// how the model stands where that was guessed; may be empty.
+// how the model stands if that was guessed; may be empty.
 std::string LastWords(const BuildReport& report);
 
 // Writes the file of statistics that was asked for; returns the exit code.

@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // kdstream-build-mpi: kdstream-build on the ranks of an MPI job. Step "build" of the pipeline
 // picture. The contract is doc/cli.md#kdstream-build-mpi.
+#include "filters/Parallel/DistributedBuilder.h"
+#include "filters/Parallel/MpiGroup.h"
 #include "filters/Parallel/MpiJob.h"
-#include "filters/Parallel/MpiTeam.h"
 #include "filters/Parallel/RankAgreement.h"
-#include "filters/Parallel/TeamBuilder.h"
 #include "filters/app/BuildCommand.h"
 #include "filters/app/ConvertedInput.h"
 #include "filters/app/OutputFolders.h"
@@ -25,14 +25,13 @@ namespace
 using namespace kdstream;
 
 constexpr const char* description =
-  "Builds a store on the ranks of an MPI job: the same content as kdstream-build makes.";
+  "Builds a store on the ranks of an MPI job, with the same content as kdstream-build.";
 
 constexpr const char* footer =
-  "INPUT is a .ply, .stl, .obj or .off mesh or cloud that all ranks can read. --memory, --threads "
-  "and "
-  "--temp-dir count for each rank, which holds in files what is not worked on. Other formats, the "
-  "baselines, surfaces of point clouds and going on with a killed build are for kdstream-build "
-  "alone.\n\n"
+  "INPUT is a .ply, .stl, .obj or .off mesh or point cloud that all ranks can read. --memory, "
+  "--threads and --temp-dir apply to each rank, which keeps in temporary files what it does not "
+  "work on. Use kdstream-build for other formats, octree and k-means partitions, surface "
+  "reconstruction and resuming a killed build.\n\n"
   "Example:\n"
   "  mpirun -np 4 kdstream-build-mpi dragon.ply -o dragon.kds";
 
@@ -73,33 +72,33 @@ void HideOptionsOfOneProcess(CLI::App& app)
   {
     FindOption(app, name)->group("");
   }
-  FindOption(app, "--vertices-per-partition")->description("most vertices of a partition");
-  FindOption(app, "--partitions")->description("how many partitions instead: a power of two");
+  FindOption(app, "--vertices-per-partition")->description("maximum vertices per partition");
+  FindOption(app, "--partitions")->description("number of partitions instead: a power of two");
 }
 
 // Errors: InvalidArgument.
 Status CheckOptions(const BuildCommand& line)
 {
   const auto refuse = [](const std::string& what) {
-    return Error{ ErrorCode::InvalidArgument, what + ": kdstream-build does that" };
+    return Error{ ErrorCode::InvalidArgument, what + ": use kdstream-build" };
   };
   if (!line.build.partitioner->HasLevels())
   {
-    return refuse("--partitioner " + line.partitioner + " is for one process");
+    return refuse("--partitioner " + line.partitioner + " does not work on several ranks");
   }
   if (!line.reconstruct.empty())
   {
-    return refuse("--reconstruct is for one process");
+    return refuse("--reconstruct does not work on several ranks");
   }
-  return line.build.resume ? Status(refuse("--resume is for one process")) : Status{};
+  return line.build.resume ? Status(refuse("--resume does not work on several ranks")) : Status{};
 }
 
 Status CheckInput(const BuildCommand& line)
 {
   if (NeedsConversion(line.input))
   {
-    return Error{ ErrorCode::Unsupported,
-      "has to be converted first: kdstream-build does that, or kdstream-convert to a .ply" };
+    return Error{ ErrorCode::Unsupported, "cannot be read on several ranks: convert it to .ply "
+                                          "with kdstream-convert, or use kdstream-build" };
   }
   return {};
 }
@@ -129,14 +128,14 @@ Status PrepareOutputs(
 
 // Of the outputs only rank 0 looks whether they can be written, but all end if they cannot.
 Status PrepareOutputs(
-  MpiTeam& team, const BuildCommand& line, OutputFolders& folders, std::filesystem::path& store)
+  MpiGroup& group, const BuildCommand& line, OutputFolders& folders, std::filesystem::path& store)
 {
   store = line.output;
-  const Status status = team.IsFirst() ? PrepareOutputs(line, folders, store) : Status{};
-  return status ? team.Finish() : Status(team.Fail(status.GetError()));
+  const Status status = group.IsFirst() ? PrepareOutputs(line, folders, store) : Status{};
+  return status ? group.Finish() : Status(group.Fail(status.GetError()));
 }
 
-// What a rank finds out alone: whether there is work to do, and whether it can do it.
+// What a rank finds out by itself: whether there is work to do, and whether it can do it.
 Result<bool> ReadCommandLine(CLI::App& app, int argc, char** argv, BuildCommand& line)
 {
   const Result<bool> wanted = ParseCommandLine(app, argc, argv);
@@ -152,28 +151,28 @@ Result<bool> ReadCommandLine(CLI::App& app, int argc, char** argv, BuildCommand&
 
 // All ranks go on, or end, together. The same result on all.
 Result<bool> ReadCommandLine(
-  MpiTeam& team, CLI::App& app, int argc, char** argv, BuildCommand& line)
+  MpiGroup& group, CLI::App& app, int argc, char** argv, BuildCommand& line)
 {
-  KDSTREAM_TRY(AgreeOnProgram(team));
+  KDSTREAM_TRY(AgreeOnProgram(group));
   const Result<bool> wanted = ReadCommandLine(app, argc, argv, line);
   if (!wanted)
   {
-    return team.Fail(wanted.GetError());
+    return group.Fail(wanted.GetError());
   }
-  KDSTREAM_TRY(AgreeOnOptions(team, line.build,
+  KDSTREAM_TRY(AgreeOnOptions(group, line.build,
     { { "the version of the program", KDSTREAM_VERSION },
       { "--help or --version", *wanted ? "" : "given" }, { "--output", line.output },
       { "--strict", line.build.strict ? "given" : "" } }));
   return *wanted;
 }
 
-int Build(MpiTeam& team, CLI::App& app, int argc, char** argv)
+int Build(MpiGroup& group, CLI::App& app, int argc, char** argv)
 {
   BuildCommand line;
   AddBuildOptions(app, line);
   HideOptionsOfOneProcess(app);
   const std::string& program = app.get_name();
-  const Result<bool> wanted = ReadCommandLine(team, app, argc, argv, line);
+  const Result<bool> wanted = ReadCommandLine(group, app, argc, argv, line);
   if (!wanted)
   {
     return PrintError(program, "", wanted.GetError());
@@ -182,14 +181,14 @@ int Build(MpiTeam& team, CLI::App& app, int argc, char** argv)
   {
     return exitDone;
   }
-  ShareMachine(RanksHere(team.Count()), FindOption(app, "--memory")->count() > 0, line);
+  ShareMachine(RanksHere(group.Count()), FindOption(app, "--memory")->count() > 0, line);
   OutputFolders folders;
   std::filesystem::path store;
-  if (Status status = PrepareOutputs(team, line, folders, store); !status)
+  if (Status status = PrepareOutputs(group, line, folders, store); !status)
   {
     return PrintError(program, line.output, status.GetError());
   }
-  if (team.IsFirst())
+  if (group.IsFirst())
   {
     WarnOfEnding(program, line);
   }
@@ -197,18 +196,18 @@ int Build(MpiTeam& team, CLI::App& app, int argc, char** argv)
   const auto begin = std::chrono::steady_clock::now();
   Result<BuildReport> report = Error{};
   {
-    ProgressReporter progress(program, line.quiet || !team.IsFirst(), SharesOfSteps(line));
+    ProgressReporter progress(program, line.quiet || !group.IsFirst(), SharesOfSteps(line));
     TellAmounts(line, progress);
     Execution execution = MakeTbbExecution(line.threads);
     execution.progress = std::ref(progress);
-    report = BuildStoreTogether(team, line.input, store, line.build, execution);
+    report = BuildStoreCollectively(group, line.input, store, line.build, execution);
   }
   ReleaseInterrupts();
   if (!report)
   {
     return PrintError(program, line.input, report.GetError(), line.output);
   }
-  if (!team.IsFirst())
+  if (!group.IsFirst())
   {
     return exitDone;
   }
@@ -224,10 +223,10 @@ int Build(MpiTeam& team, CLI::App& app, int argc, char** argv)
 
 // The other ranks wait for this one. Only MPI can tell them, and does when a rank ends without a
 // farewell to it: the job ends.
-[[noreturn]] void EndJob(const MpiTeam& team, const std::string& program, const Error& error)
+[[noreturn]] void EndJob(const MpiGroup& group, const std::string& program, const Error& error)
 {
   std::cerr.clear(); // this rank speaks, whichever it is
-  std::_Exit(PrintError(program, "", team.NameRank(error)));
+  std::_Exit(PrintError(program, "", group.NameRank(error)));
 }
 
 }
@@ -235,8 +234,8 @@ int Build(MpiTeam& team, CLI::App& app, int argc, char** argv)
 int main(int argc, char** argv)
 {
   MpiJob job(argc, argv);
-  MpiTeam team(job.Messages());
-  if (!team.IsFirst()) // one rank speaks for all
+  MpiGroup group(job.Messages());
+  if (!group.IsFirst()) // one rank speaks for all
   {
     std::cout.setstate(std::ios::failbit);
     std::cerr.setstate(std::ios::failbit);
@@ -245,14 +244,14 @@ int main(int argc, char** argv)
   app.footer(footer);
   try
   {
-    return Build(team, app, argc, argv);
+    return Build(group, app, argc, argv);
   }
-  catch (const BrokenTeam& broken)
+  catch (const BrokenGroup& broken)
   {
-    EndJob(team, app.get_name(), broken.error);
+    EndJob(group, app.get_name(), broken.error);
   }
   catch (...)
   {
-    EndJob(team, app.get_name(), CaughtError());
+    EndJob(group, app.get_name(), CaughtError());
   }
 }

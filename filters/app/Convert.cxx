@@ -35,23 +35,22 @@ namespace
 using namespace kdstream;
 
 constexpr const char* description =
-  "Reads a mesh or a point cloud of another program's format, whole, and writes it as .ply (or "
-  ".vtp, "
-  ".stl, .obj, .wrl). kdstream-build calls it by itself; the memory that it takes is beside that "
+  "Reads a whole mesh or point cloud in another program's format and writes it as .ply (or .vtp, "
+  ".stl, .obj, .wrl). kdstream-build calls it where needed; its memory is used in addition to that "
   "program's --memory.";
 
 constexpr const char* footer =
   "Formats:\n"
   "  .ply .stl .obj .off\n"
-  "                  as kdstream-build reads them\n"
-  "  .vtp .vtk       of VTK; of a grid the surface\n"
-  "  .wrl .wrz       VRML 2 and 1, where Coin is there; also as gzip has compressed it\n"
-  "  .glb .gltf      the default scene; textures are baked to colours of vertices\n"
-  "  .pcd            of PCL\n"
-  "  .las            of laser scanners; compressed ones (.laz) where LASzip is there\n"
+  "                  the same as in kdstream-build\n"
+  "  .vtp .vtk       VTK; for a grid, its surface\n"
+  "  .wrl .wrz       VRML 2 and 1, if built with Coin; also compressed by gzip\n"
+  "  .glb .gltf      the default scene; textures are baked to vertex colours\n"
+  "  .pcd            PCL point clouds\n"
+  "  .las            laser scans; compressed ones (.laz) if built with LASzip\n"
   "  .xyz .txt .csv .pts .asc\n"
-  "                  lines of x y z, then an intensity, r g b, nx ny nz or several of these; "
-  "--columns names them\n\n"
+  "                  lines of x y z, then any of intensity, r g b, nx ny nz; --columns names the "
+  "columns\n\n"
   "Example:\n"
   "  kdstream-convert statue.glb -o statue.ply";
 
@@ -88,7 +87,7 @@ void CatchCrashes(const std::string& program, const std::string& file)
 {
   std::string line = program + ": error: " + file;
   line.resize(std::min(line.size(), crashLine.size() - 100));
-  line += ": the reader of this format crashed on it: it is damaged\n";
+  line += ": the file is damaged: the reader of this format crashed\n";
   std::memcpy(crashLine.data(), line.data(), line.size());
   crashLength = line.size();
   if (sanitized)
@@ -149,8 +148,9 @@ std::uint64_t MostMemory(const std::filesystem::path& input)
 {
   std::error_code status;
   const std::uintmax_t bytes = std::filesystem::file_size(input, status);
-  // A .gltf's bytes lie in other files; so do pictures and what VRML inlines (if it is compressed,
-  // it may), and .obj, .ply and .off are read by us, who take no claim on trust.
+  // Without a limit: a .gltf, pictures, and VRML with Inline (a compressed file may have it), whose
+  // bytes lie in other files too; and .obj, .ply and .off, whose readers are ours and trust no
+  // claim of the file.
   constexpr std::string_view gzipMark = "\x1f\x8b\x08";
   const std::string ending = FileEnding(input);
   const bool alone = !status && ending != ".gltf" && ending != ".obj" && ending != ".ply" &&
@@ -200,12 +200,12 @@ Result<ForeignMesh> Read(const CommandLine& line, const Execution& execution)
   catch (const std::bad_alloc&)
   {
     return Error{ ErrorCode::LimitExceeded,
-      "asks for far more memory than its size or this machine allows: it is damaged or too large" };
+      "needs more memory than its size suggests or this machine has: it is damaged or too large" };
   }
   catch (const std::exception& failure) // of the libraries
   {
     return Error{ ErrorCode::InvalidInput,
-      std::string("the reader of this format failed on it: ") + failure.what() };
+      std::string("the reader of this format failed: ") + failure.what() };
   }
 }
 
@@ -292,7 +292,7 @@ int Convert(const CLI::App& app, const CommandLine& line)
   if (!line.progressLines && !read->baked && FindOption(app, "--texture-pixels")->count() > 0)
   {
     std::cerr << program << ": warning: " << line.input
-              << ": --texture-pixels changes nothing: no pictures were read\n";
+              << ": --texture-pixels has no effect: no textures were read\n";
   }
   // The file has a temporary name until it is whole: interrupts wait.
   CatchInterrupts();
@@ -327,15 +327,15 @@ try
     ->type_name("FILE");
   app
     .add_option("--reconstruct", line.reconstruct,
-      "make a surface of a point cloud: greedy joins its points, poisson is closed and near them")
+      "reconstruct a surface from a point cloud: greedy connects its points; poisson makes a "
+      "closed surface near them")
     ->check(CLI::IsMember({ "greedy", "poisson" }));
-  AddTextureOptions(app, { "on", "off" },
-    "bake pictures to the colours of vertices, or leave them out", line.textures,
-    line.texturePixels);
+  AddTextureOptions(app, { "on", "off" }, "bake textures to vertex colours, or leave them out",
+    line.textures, line.texturePixels);
   AddColumnsOption(app, line.columns);
   AddStrictOption(app, line.strict);
-  app.add_flag("--quiet", line.quiet, "no progress, and no line at the end");
-  app.add_flag("--progress-lines", line.progressLines)->group(""); // for kdstream-build alone
+  app.add_flag("--quiet", line.quiet, "print no progress and no summary");
+  app.add_flag("--progress-lines", line.progressLines)->group(""); // only for kdstream-build
   app.add_option("--paint", line.paint)->group("");                // the same
   app.add_option("--threads", line.threads)->group("");            // the same
   return RunProgram(app, argc, argv, [&]() { return Convert(app, line); });

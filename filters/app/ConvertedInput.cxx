@@ -31,9 +31,9 @@ bool IsThere(const std::filesystem::path& program)
 // needs: beside VTK.
 std::string HowToGet(const std::filesystem::path& program, const std::string& needs = "")
 {
-  return programName + ", which is not there (it was looked for at " + program.string() +
-         "): build it (cmake --build build/release --target kdstream-convert; it needs VTK" +
-         needs + ")";
+  return programName + ", which is not at " + program.string() +
+         ": build it (cmake --build build/release --target kdstream-convert; it needs VTK" + needs +
+         ")";
 }
 
 // Without it the input cannot be read, or a cloud that the build reads itself gets no surface.
@@ -44,7 +44,7 @@ Result<std::filesystem::path> FindProgram(const std::filesystem::path& input)
   {
     return Error{ ErrorCode::Unsupported,
       NeedsConversion(input)
-        ? "this format is read by " + HowToGet(program) + ", or convert the file to .ply"
+        ? "reading this format needs " + HowToGet(program) + ", or convert the file to .ply"
         : "--reconstruct needs " + HowToGet(program, " and PCL") };
   }
   return program;
@@ -167,7 +167,7 @@ Status EndOf(int status, const Messages& messages)
   const std::string how = WIFSIGNALED(status)
                             ? "was ended by signal " + std::to_string(WTERMSIG(status))
                             : "ended with exit code " + std::to_string(WEXITSTATUS(status));
-  return Error{ ErrorCode::InvalidInput, programName + ", which was to read it, " + how };
+  return Error{ ErrorCode::InvalidInput, programName + ", which reads this file, " + how };
 }
 
 Result<Mesh> ReadWhole(const std::filesystem::path& file, const Execution& execution)
@@ -186,7 +186,7 @@ std::optional<std::string> WhyNoPictures(std::string_view what)
   const std::filesystem::path program = ChildProgram::Beside(programName);
   return IsThere(program) ? std::nullopt
                           : std::optional("its " + std::string(what) +
-                                          " are left out: they are baked by " + HowToGet(program));
+                                          " are left out: reading them needs " + HowToGet(program));
 }
 
 bool NeedsConversion(const std::filesystem::path& input)
@@ -195,7 +195,7 @@ bool NeedsConversion(const std::filesystem::path& input)
 }
 
 Result<ConvertedInput> ConvertedInput::Make(const std::string& input,
-  const std::filesystem::path& folder, const std::vector<std::string>& arguments, bool keepPaint,
+  const std::filesystem::path& folder, const std::vector<std::string>& arguments, bool keepTextures,
   const Execution& execution)
 {
   const Result<std::filesystem::path> program = FindProgram(input);
@@ -205,9 +205,9 @@ Result<ConvertedInput> ConvertedInput::Make(const std::string& input,
   KDSTREAM_TRY(made);
   ConvertedInput converted{ std::move(*made), input };
   std::vector<std::string> all = arguments;
-  if (keepPaint)
+  if (keepTextures)
   {
-    all.push_back("--paint=" + converted.Paint().string());
+    all.push_back("--paint=" + converted.TextureFolderPath().string());
   }
   // In one word: a folder may begin with a hyphen.
   all.insert(

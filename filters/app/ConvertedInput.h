@@ -42,13 +42,13 @@ class ConvertedInput
 public:
   // Runs the kdstream-convert that lies beside this program. The PLY lies in a new folder, made in
   // `folder`, and nothing is left of it on an error; RemoveDeadFolders is called for it.
-  // arguments: further ones for kdstream-convert. keepPaint: whether pictures go to Paint(), if
+  // arguments: further ones for kdstream-convert. keepTextures: whether pictures go to Paint(), if
   // there are any. Progress is reported as step "convert", and by their names the steps of a
   // reconstruction; the process is ended if that asks to stop. Errors: Cancelled; Unsupported where
   // there is no kdstream-convert; InvalidInput with the text of its own error line, or how it ended
   // without one; InputOutput where the PLY cannot be written, with the file or folder.
   static Result<ConvertedInput> Make(const std::string& input, const std::filesystem::path& folder,
-    const std::vector<std::string>& arguments, bool keepPaint, const Execution& execution);
+    const std::vector<std::string>& arguments, bool keepTextures, const Execution& execution);
 
   ConvertedInput(ConvertedInput&& other) noexcept;
   ConvertedInput(const ConvertedInput&) = delete;
@@ -57,8 +57,8 @@ public:
   ~ConvertedInput();
 
   std::filesystem::path File() const { return this->Folder.path / "input.ply"; }
-  // PaintFolder.h; may not be there.
-  std::filesystem::path Paint() const { return this->Folder.path / "paint"; }
+  // TextureFolder.h; may not be there.
+  std::filesystem::path TextureFolderPath() const { return this->Folder.path / "paint"; }
   // An error of reading the PLY, as one of the input, which is what the user knows.
   Error Blame(Error error) const;
   // What kdstream-convert warned of, without the names of program and file.

@@ -51,10 +51,10 @@ CLI::Option* AddDirectionOption(
     ->check(
       [](const std::string& text) -> std::string
       {
-        return ParseDirection(text) ? ""
-                                    : "\"" + text +
-                                        "\" is no direction: three numbers, not all 0, "
-                                        "such as 0,0,1";
+        return ParseDirection(text)
+                 ? ""
+                 : "\"" + text +
+                     "\" is not a direction: give three numbers, not all 0, such as 0,0,1";
       })
     ->type_name("X,Y,Z");
 }

@@ -428,7 +428,7 @@ private:
     if (deflateInit2(
           &stream, Z_BEST_COMPRESSION, Z_DEFLATED, MAX_WBITS + gzip, 9, Z_DEFAULT_STRATEGY) != Z_OK)
     {
-      return Error{ ErrorCode::LimitExceeded, "there is no memory for compressing" };
+      return Error{ ErrorCode::LimitExceeded, "out of memory for compression" };
     }
     std::string small(deflateBound(&stream, text.size()), '\0');
     stream.next_in = reinterpret_cast<Bytef*>(const_cast<char*>(text.data()));

@@ -43,8 +43,8 @@ std::optional<Resolution> ReadResolution(
 
 std::string NeededResolution(const JsonValue& entry, unsigned least, const TreeDepths& depths)
 {
-  return Show(entry) + "; a depth from " + std::to_string(least) + " to " +
-         std::to_string(depths.finest) + " or \"original\" is needed";
+  return Show(entry) + "; it must be a depth from " + std::to_string(least) + " to " +
+         std::to_string(depths.finest) + " or \"original\"";
 }
 
 // --resolutions as a list: of each partition the resolution, S or finer.
@@ -83,7 +83,7 @@ Result<Cut> ReadPieces(const JsonValue& object, const ModelDescription& info)
   const JsonValue *base = FindMember(object, "base"), *pieces = FindMember(object, "pieces");
   if (!base || !pieces || !pieces->IsArray())
   {
-    return BadArgument(" needs \"base\" and a list \"pieces\"");
+    return BadArgument(" must have \"base\" and a list \"pieces\"");
   }
   const auto resolution = ReadResolution(*base, 0, depths);
   if (!resolution)
@@ -99,8 +99,8 @@ Result<Cut> ReadPieces(const JsonValue& object, const ModelDescription& info)
     const PieceId id{ of.value_or(Resolution()), pair ? NodeId{ entry[1].GetUint() } : 0 };
     if (!of || !info.HasPiece(id))
     {
-      return BadArgument(
-        ": piece " + std::to_string(number) + " is no resolution and node of a piece in the store");
+      return BadArgument(": piece " + std::to_string(number) +
+                         " does not name the resolution and node of a piece in the store");
     }
     active.insert(id);
     ++number;
@@ -120,7 +120,7 @@ Result<Cut> ReadResolutions(const Store& store, const std::string& file)
   const auto json = ParseJson(std::string{ std::istreambuf_iterator<char>(stream), {} });
   if (!json || (!json->IsArray() && !json->IsObject()))
   {
-    return bad(" is no JSON list or object");
+    return bad(" is not a JSON list or object");
   }
   Result<Cut> cut =
     json->IsArray() ? ReadPartitions(*json, store.Info()) : ReadPieces(*json, store.Info());
@@ -175,7 +175,7 @@ Result<Mesh> ExtractMesh(const Store& store, const WantedMesh& wanted)
   if (!info.HasLevels() && (wanted.level || wanted.inContext || !wanted.resolutions.empty()))
   {
     return BadArgument("a store by --partitioner " + info.partitioner +
-                       " has no levels: --partition, --region and --all give its meshes");
+                       " has no levels: use --partition, --region or --all");
   }
   for (const auto& [name, level] :
     { std::pair{ "--level ", wanted.level }, { "--in-context ", wanted.inContext } })

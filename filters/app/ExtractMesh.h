@@ -31,7 +31,7 @@ struct WantedMesh
 Result<Mesh> ExtractMesh(const Store& store, const WantedMesh& wanted);
 
 // Whether the mesh is the whole original as it came in, with vertices that no triangle uses, and
-// the store has some: formats of surfaces alone leave them out.
+// the store has some: formats that hold only surfaces leave them out.
 bool HasUnused(const Store& store, const WantedMesh& wanted);
 
 // What a mesh has of the original.

@@ -23,7 +23,7 @@ Result<OutputFolders> OutputFolders::Make(const std::filesystem::path& file)
   if (!folder.empty() && !fs::is_directory(folder, status))
   {
     return Error{ ErrorCode::InputOutput,
-      "no file can be in " + folder.string() + ", which is a file, not a folder" };
+      "cannot be created in " + folder.string() + ", which is a file, not a folder" };
   }
   OutputFolders folders;
   for (auto next = missing.rbegin(); next != missing.rend(); ++next)
@@ -38,7 +38,7 @@ Result<OutputFolders> OutputFolders::Make(const std::filesystem::path& file)
     folders.Made.pop_back();
     if (status)
     {
-      return SystemError("cannot make the folder " + next->string(), status.value());
+      return SystemError("cannot create the folder " + next->string(), status.value());
     }
   }
   return folders;

@@ -31,9 +31,9 @@ void PrintLevels(const ModelDescription& info)
       level.deviation, level.deviation99);
   }
   const std::string unit = info.unit.empty() ? "in the unit of the coordinates" : "in " + info.unit;
-  std::cout << "\ndeviation  how far vertices of the level lie from the original surface, " << unit
-            << ":\n           the largest, and what 99 of 100 vertices do not exceed.\n"
-               "           It is estimated; kdstream-store distance measures the level.\n";
+  std::cout << "\ndeviation  distance of the level's vertices from the original surface, " << unit
+            << ":\n           the largest, and the largest of the best 99 % of the vertices.\n     "
+               "      This is an estimate; use kdstream-store distance to measure a level.\n";
 }
 
 }
@@ -61,17 +61,17 @@ void PrintStoreInfo(const ModelDescription& info, std::uintmax_t bytes)
       line(name, value);
     }
   }
-  if (info.pose)
+  if (info.homeView)
   {
-    const char* const guessed = info.pose->guessed ? " (guessed)" : "";
-    line("up                   ", DirectionText(info.pose->up) + guessed);
-    line("first view from      ", DirectionText(info.pose->view) + guessed);
+    const char* const guessed = info.homeView->guessed ? " (guessed)" : "";
+    line("up                   ", DirectionText(info.homeView->up) + guessed);
+    line("first view from      ", DirectionText(info.homeView->view) + guessed);
   }
   line("vertices             ", info.vertices);
   line("triangles            ", info.triangles);
   if (info.unused)
   {
-    line("unused vertices      ", UnusedText(info) + ": kept for the original, not shown");
+    line("unused vertices      ", UnusedText(info) + ": kept in the original, not shown");
   }
   line("welded vertices      ", info.welded);
   line("inconsistent edges   ", info.inconsistentEdges);

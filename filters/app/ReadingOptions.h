@@ -13,8 +13,8 @@ namespace kdstream
 // --strict: see Tolerance.h.
 inline CLI::Option* AddStrictOption(CLI::App& app, bool& strict)
 {
-  return app.add_flag("--strict", strict,
-    "refuse input of which something would be dropped or forgiven, instead of warning of it");
+  return app.add_flag(
+    "--strict", strict, "fail instead of warning where input would be dropped or repaired");
 }
 
 // --columns "x y z r g b class".
@@ -22,9 +22,8 @@ inline CLI::Option* AddColumnsOption(CLI::App& app, std::string& columns)
 {
   return app
     .add_option("--columns", columns,
-      "what the columns of an .xyz, .txt, .csv, .pts or .asc are: x y z, and r g b, nx ny nz, "
-      "intensity, class, - (left out) "
-      "or any other name")
+      "names of the columns of an .xyz, .txt, .csv, .pts or .asc: x y z, and r g b, nx ny nz, "
+      "intensity, class, - (skip this column) or any other name")
     ->type_name("\"x y z NAMES\"");
 }
 
@@ -34,8 +33,8 @@ inline Status CheckColumns(const std::string& columns, const std::string& input)
   return columns.empty() || IsPointText(FileEnding(input))
            ? Status()
            : Status(Error{ ErrorCode::InvalidArgument,
-               "--columns: points as text have columns (.xyz, .txt, .csv, .pts, .asc); the input's "
-               "name does not end so" });
+               "--columns is only for points as text (.xyz, .txt, .csv, .pts, .asc); the input's "
+               "name has another ending" });
 }
 
 }

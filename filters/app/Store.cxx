@@ -34,7 +34,7 @@ namespace
 using namespace kdstream;
 
 constexpr const char* description =
-  "Tells what a store holds, checks it, and writes meshes out of it, or the files of a server.";
+  "Describes and checks a store, and extracts meshes or the files of a web server from it.";
 
 // What each command's help ends with, and the program's with all of them.
 constexpr const char* infoExample = "  kdstream-store info dragon.kds\n";
@@ -140,7 +140,7 @@ public:
         }
         if (damage.empty())
         {
-          std::cout << this->Line.store << ": whole, digest " << store.Info().digest << "\n";
+          std::cout << this->Line.store << ": intact, digest " << store.Info().digest << "\n";
         }
         return damage.empty() ? exitDone : exitFailed;
       });
@@ -242,14 +242,14 @@ private:
         HasUnused(store, this->Line.wanted))
     {
       this->WarnOfLoss(
-        "the format does not hold " + UnusedText(store.Info()) + "; .ply, .vtp, .obj and .wrl do");
+        "this format cannot hold " + UnusedText(store.Info()) + "; .ply, .vtp, .obj and .wrl can");
     }
     if (exitCode == exitDone && !original->partitions.empty() && !withPictures)
     {
       this->WarnOfLoss(original->alone
-                         ? "the format does not hold the pictures of the original; .obj and .glb do"
-                         : "the pictures of the original are left out: .obj and .glb have them of "
-                           "partitions alone, without levels");
+                         ? "this format cannot hold the original's textures; .obj and .glb can"
+                         : "the original's textures are left out: they can only be written with "
+                           "partitions of the original, without levels");
     }
     return exitCode;
   }
@@ -299,7 +299,7 @@ private:
     {
       return PrintError(this->Program, this->Line.store, mesh ? added.GetError() : mesh.GetError());
     }
-    const Vec3 up = store.Info().pose.value_or(ModelPose{}).up;
+    const Vec3 up = store.Info().homeView.value_or(HomeView{}).up;
     const Status written =
       FileEnding(output) == ".glb" ? WriteGlb(output, *mesh, up) : WriteTexturedObj(output, *mesh);
     if (!written)
@@ -310,7 +310,7 @@ private:
     const std::string left = AttributesWithoutPlace(store.Info().attributes);
     if (!left.empty())
     {
-      this->WarnOfLoss("the format does not hold these attributes: " + left);
+      this->WarnOfLoss("this format cannot hold these attributes: " + left);
     }
     this->TellWritten(this->Line.output,
       std::to_string(mesh->mesh.triangles.size()) + " triangles and " +
@@ -328,7 +328,7 @@ private:
     if (mesh->triangles.empty())
     {
       return Error{ ErrorCode::InvalidArgument,
-        "there are no triangles: .ply, .vtp, .obj and .wrl hold points" };
+        "there are no triangles: write points to .ply, .vtp, .obj or .wrl" };
     }
     TexturedMesh plain;
     const std::size_t triangles = mesh->triangles.size();
@@ -351,14 +351,14 @@ private:
     if (!IsModelId(options.model))
     {
       return PrintError(this->Program, this->Line.store,
-        { ErrorCode::InvalidArgument, "'" + options.model +
-                                        "' is no name that viewers can ask for: " +
-                                        std::string(modelIdRule) + "; --model gives another one" });
+        { ErrorCode::InvalidArgument,
+          "'" + options.model + "' cannot be a model's name, which must have " +
+            std::string(modelIdRule) + "; use --model to give another one" });
     }
     if (!options.page.empty() && !std::filesystem::is_regular_file(options.page / "index.html"))
     {
       return PrintError(this->Program, options.page.string(),
-        { ErrorCode::NotFound, "is no page: it has no index.html" });
+        { ErrorCode::NotFound, "is not a web page: it has no index.html" });
     }
     options.notes = NotesFileOf(this->Line.store);
     Result<ExportReport> report = Error{};
@@ -420,9 +420,9 @@ private:
   // Distances of surfaces are expected.
   void WarnOfPoints(const std::string& what) const
   {
-    std::cerr << this->Program << ": warning: " << what
-              << " has no triangles: its points are measured, and distances to it are those to the "
-                 "nearest point\n";
+    std::cerr
+      << this->Program << ": warning: " << what
+      << " has no triangles: distances are measured from its points and to its nearest point\n";
   }
 
   void PrintDistance(const MeshDistance& distance) const
@@ -465,98 +465,100 @@ void AddExtract(CLI::App& extract, CommandLine& line)
 {
   extract.add_option("STORE", line.store, "the store")->required();
   auto* what = extract.add_option_group("WHAT", "exactly one of");
-  what->add_option("--level", line.wanted.level, "level D, whole")->type_name("D");
+  what->add_option("--level", line.wanted.level, "all of level D")->type_name("D");
   what->add_option("--partition", line.wanted.partition, "partition I of the original")
     ->type_name("I");
   auto* region =
-    what->add_option("--region", line.wanted.region, "the partitions around a node of the tree")
+    what->add_option("--region", line.wanted.region, "the partitions around node CELL of the tree")
       ->type_name("CELL");
   what->add_flag("--all", line.all, "all partitions: the original, if the store is lossless");
   what
     ->add_option("--resolutions", line.wanted.resolutions,
-      "one surface of any mix: a JSON list with an entry for each partition, a depth from the "
-      "stitch depth on or \"original\"; or an object that names a base and finer pieces")
+      "one surface of mixed resolutions: a JSON list with one entry per partition, either a depth "
+      "from the stitch depth on or \"original\"; or an object with a base level and finer pieces")
     ->type_name("FILE");
   what->require_option(1);
   const char* const regions = "Region";
   auto* rings =
-    extract.add_option("--rings", line.wanted.rings, "its size, in side lengths of a cell")
+    extract
+      .add_option("--rings", line.wanted.rings, "radius of the region, in side lengths of a cell")
       ->check(CLI::Range(0U, 1000U))
       ->capture_default_str()
       ->group(regions);
-  auto* context =
-    extract
-      .add_option("--in-context", line.wanted.inContext, "with level D around it, as one surface")
-      ->type_name("D")
-      ->group(regions);
+  auto* context = extract
+                    .add_option("--in-context", line.wanted.inContext,
+                      "join it with level D around it to one surface")
+                    ->type_name("D")
+                    ->group(regions);
   rings->needs(region);
   context->needs(region);
   extract
     .add_option("-o,--output", line.output,
-      "the mesh to write: .ply, .vtp, .stl, .obj, .wrl or .glb; .obj and .glb with the "
-      "pictures of a textured original")
+      "mesh to write: .ply, .vtp, .stl, .obj, .wrl or .glb; .obj and .glb include the textures of "
+      "a textured original")
     ->type_name("OUT")
     ->required()
     ->group("Output");
-  extract.add_flag("--quiet", line.quiet, "no line at the end")->group("Output");
+  extract.add_flag("--quiet", line.quiet, "print no summary")->group("Output");
   extract.footer(std::string("Examples:\n") + extractExamples);
 }
 
 void AddExport(CLI::App& exported, CommandLine& line)
 {
   exported.add_option("STORE", line.store, "the store")->required();
-  exported.add_option("DIR", line.output, "the folder to write to; models that are there stay")
+  exported.add_option("DIR", line.output, "folder to write to; other models in it are kept")
     ->required();
   exported
-    .add_option("--model", line.exported.model, "what viewers call it [default: the store's name]")
+    .add_option(
+      "--model", line.exported.model, "name of the model for viewers [default: the store's name]")
     ->type_name("ID");
   exported
-    .add_option("--page", line.exported.page, "copy the viewer's page along, from this folder")
+    .add_option("--page", line.exported.page, "copy the viewer's web page from this folder as well")
     ->type_name("WEB");
-  exported.add_flag("--quiet", line.quiet, "no progress, and no line at the end")->group("Output");
+  exported.add_flag("--quiet", line.quiet, "print no progress and no summary")->group("Output");
   exported.footer(std::string("Example:\n") + exportExample);
 }
 
 void AddEdit(CLI::App& edit, CommandLine& line)
 {
   edit.add_option("STORE", line.store, "the store")->required();
-  auto* texts = edit.add_option_group("TEXTS", "at least one of; an empty one removes the text");
-  CheckText(texts->add_option("--title", line.texts.title, "name of the model"));
+  auto* texts = edit.add_option_group("TEXTS", "at least one of; an empty text removes it");
+  CheckText(texts->add_option("--title", line.texts.title, "title of the model"));
   CheckText(
-    texts->add_option("--description", line.texts.description, "what it is, in a few lines"));
+    texts->add_option("--description", line.texts.description, "a few lines about the model"));
   CheckText(texts->add_option("--credit", line.texts.credit, "who made or scanned it"));
-  const std::string license = "what may be done with it";
+  const std::string license = "terms of use";
   CheckText(texts->add_option("--license", line.texts.license, license));
   CheckText(texts->add_option("--licence", line.texts.license, license))->group(""); // as well
   CheckText(texts->add_option("--unit", line.texts.unit, "unit of the coordinates, such as mm"));
-  AddDirectionOption(*texts, "--up", line.texts.up, "what is up");
-  AddDirectionOption(
-    *texts, "--view", line.texts.view, "first view: from the model's middle towards the eye");
+  AddDirectionOption(*texts, "--up", line.texts.up, "upward direction");
+  AddDirectionOption(*texts, "--view", line.texts.view,
+    "initial view: direction from the model's centre to the eye");
   texts->require_option(1, 0);
-  edit.add_flag("--quiet", line.quiet, "no progress, and no line at the end")->group("Output");
+  edit.add_flag("--quiet", line.quiet, "print no progress and no summary")->group("Output");
   edit.footer(std::string("Example:\n") + editExample);
 }
 
 void AddDistance(CLI::App& distance, CommandLine& line)
 {
   distance.add_option("STORE", line.store, "the store")->required();
-  const char* const compared = "What is compared";
+  const char* const compared = "Meshes to compare";
   distance.add_option("--level", line.wanted.level, "level D of the store")
     ->type_name("D")
     ->required()
     ->group(compared);
   distance
-    .add_option("--against", line.against,
-      "the mesh to compare it with, of any format that kdstream-build takes")
+    .add_option(
+      "--against", line.against, "mesh to compare it with, in any format that kdstream-build reads")
     ->type_name("MESH")
     ->required()
     ->group(compared);
   const char* const output = "Output";
   distance
     .add_flag("--json", line.json,
-      "as JSON: rms_forward (from the mesh to the level), rms_backward, hausdorff, diagonal")
+      "print JSON: rms_forward (from the mesh to the level), rms_backward, hausdorff, diagonal")
     ->group(output);
-  distance.add_flag("--quiet", line.quiet, "no progress")->group(output);
+  distance.add_flag("--quiet", line.quiet, "print no progress")->group(output);
   distance.footer(std::string("Example:\n") + distanceExample);
 }
 
@@ -570,25 +572,26 @@ try
   app.require_subcommand(1);
   app.footer(std::string("Examples:\n") + infoExample + verifyExample + extractExamples +
              distanceExample + editExample + exportExample);
-  CLI::App* info = app.add_subcommand("info", "tells what the store holds");
+  CLI::App* info = app.add_subcommand("info", "prints what the store contains");
   info->add_option("STORE", line.store, "the store")->required();
-  info->add_flag("--json", line.json, "as JSON")->group("Output");
+  info->add_flag("--json", line.json, "print JSON")->group("Output");
   info->footer(std::string("Example:\n") + infoExample);
   CLI::App* verify =
-    app.add_subcommand("verify", "reads and checks everything, and names what is damaged");
+    app.add_subcommand("verify", "reads and checks the whole store, and reports what is damaged");
   verify->add_option("STORE", line.store, "the store")->required();
   verify->footer(std::string("Example:\n") + verifyExample);
-  CLI::App* extract = app.add_subcommand("extract", "writes a mesh out of the store");
+  CLI::App* extract = app.add_subcommand("extract", "extracts a mesh from the store");
   AddExtract(*extract, line);
-  CLI::App* distance = app.add_subcommand(
-    "distance", "measures how far a level and a mesh are apart, by 100,000 samples each way");
+  CLI::App* distance = app.add_subcommand("distance",
+    "measures the distance between a level and a mesh, with 100,000 samples in each direction");
   AddDistance(*distance, line);
-  CLI::App* edit = app.add_subcommand("edit", "changes the texts that viewers show; the content "
-                                              "and its digest stay. A server that is running "
-                                              "shows them by itself, within some 2 seconds");
+  CLI::App* edit = app.add_subcommand("edit",
+    "changes the title and other texts that viewers show, but not the content and its "
+    "digest. A running server shows the new texts after about 2 seconds");
   AddEdit(*edit, line);
-  CLI::App* exported = app.add_subcommand("export",
-    "writes what a server would send as files, for nginx, Apache, object stores and other hosts");
+  CLI::App* exported =
+    app.add_subcommand("export", "writes the files that a plain web server (nginx, Apache, object "
+                                 "storage) needs to serve the model");
   AddExport(*exported, line);
   return RunProgram(app, argc, argv,
     [&]()

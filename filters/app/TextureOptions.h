@@ -20,8 +20,7 @@ inline void AddTextureOptions(CLI::App& app, const std::vector<std::string>& val
     ->capture_default_str()
     ->group("Input");
   app
-    .add_option(
-      "--texture-pixels", pixels, "the most pixels of a picture; one that has more is left out")
+    .add_option("--texture-pixels", pixels, "maximum pixels of a texture; larger ones are left out")
     ->check(CLI::Range(std::uint64_t{ 1 }, std::uint64_t{ 1 } << 36))
     ->capture_default_str()
     ->group("Input");
@@ -32,7 +31,7 @@ inline Status CheckTexturePixels(const CLI::App& app, const std::string& texture
 {
   return FindOption(app, "--texture-pixels")->count() > 0 && textures == "off"
            ? Status(Error{ ErrorCode::InvalidArgument,
-               "--texture-pixels: no pictures are read with --textures off" })
+               "--texture-pixels has no effect with --textures off: no textures are read" })
            : Status{};
 }
 

@@ -88,7 +88,7 @@ Result<Picture> DecodeTileImage(std::uint32_t partition, const TextureTile& tile
   }
   if (picture->width != tile.width || picture->height != tile.height)
   {
-    return DamagedTexture(partition, "its image is of another size than is told");
+    return DamagedTexture(partition, "its image does not have the size that the tile states");
   }
   return picture;
 }

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "filters/app/TiledTextures.h"
 
-#include "filters/texture/PaintArrays.h"
+#include "filters/texture/TextureArrays.h"
 
 namespace kdstream
 {
@@ -13,15 +13,15 @@ TextureDescription TiledTextures::Describe() const
 
 Result<EncodedTexture> TiledTextures::Make(Piece& piece) const
 {
-  const Paint& paint = this->Folder->Content();
-  const auto painted = TakePaintArrays(piece, paint.materials.size());
-  if (!painted)
+  const TextureSet& textures = this->Folder->Content();
+  const auto textured = TakeTextureArrays(piece, textures.materials.size());
+  if (!textured)
   {
-    return Error{ ErrorCode::InvalidInput, "the mesh has lost what pictures paint it" };
+    return Error{ ErrorCode::InvalidInput, "the mesh has lost its textures" };
   }
   TileOptions options = this->Options;
   options.oneLarge = &this->LargeTile;
-  const Result<MadeTile> made = MakeTile(*painted, paint, *this->Folder, options);
+  const Result<MadeTile> made = MakeTile(*textured, textures, *this->Folder, options);
   KDSTREAM_TRY(made);
   {
     const std::lock_guard lock(this->Mutex);
@@ -43,15 +43,15 @@ std::vector<std::string> TiledTextures::Warnings() const
   if (counts.halved > 0)
   {
     warnings.push_back(std::to_string(counts.halved) + " of " + std::to_string(counts.tiles) +
-                       " textures of partitions would be larger than " +
-                       std::to_string(this->Options.mostSide) +
-                       " texels a side, and are coarser than the pictures");
+                       " texture tiles would exceed " + std::to_string(this->Options.mostSide) +
+                       " texels per side, so they are coarser than the input's textures");
   }
   if (counts.repeating > 0)
   {
-    warnings.push_back(std::to_string(counts.repeating) +
-                       (counts.repeating == 1 ? " triangle repeats" : " triangles repeat") +
-                       " a picture more than twice along a side: painted in its mean");
+    warnings.push_back(
+      std::to_string(counts.repeating) +
+      (counts.repeating == 1 ? " triangle repeats" : " triangles repeat") +
+      " a texture more than twice along one side: painted in the texture's mean colour");
   }
   return warnings;
 }

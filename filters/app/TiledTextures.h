@@ -5,7 +5,7 @@
 
 #include "filters/build/PieceTextures.h"
 #include "filters/texture/MakeTile.h"
-#include "filters/texture/PaintFolder.h"
+#include "filters/texture/TextureFolder.h"
 
 #include <memory>
 #include <mutex>
@@ -18,8 +18,8 @@ namespace kdstream
 class TiledTextures : public PieceTextures
 {
 public:
-  TiledTextures(std::shared_ptr<const PaintFolder> paint, const TileOptions& options)
-    : Folder(std::move(paint))
+  TiledTextures(std::shared_ptr<const TextureFolder> textures, const TileOptions& options)
+    : Folder(std::move(textures))
     , Options(options)
   {
   }
@@ -33,7 +33,7 @@ public:
   std::vector<std::string> Warnings() const;
 
 private:
-  const std::shared_ptr<const PaintFolder> Folder;
+  const std::shared_ptr<const TextureFolder> Folder;
   const TileOptions Options;
   mutable std::mutex LargeTile; // TileOptions::oneLarge
   mutable std::mutex Mutex;     // of the sums

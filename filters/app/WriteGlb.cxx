@@ -76,9 +76,9 @@ public:
     const std::uint64_t all = 12 + 8 + json.size() + 8 + this->Bytes.size();
     if (all > mostBytes)
     {
-      return Error{ ErrorCode::LimitExceeded, std::to_string(all) +
-                                                " bytes, more than a .glb can have: take a region, "
-                                                "or write an .obj" };
+      return Error{ ErrorCode::LimitExceeded,
+        std::to_string(all) +
+          " bytes, more than a .glb can hold: extract a region, or write an .obj" };
     }
     OutputFile output;
     KDSTREAM_TRY(output.Open(file));

@@ -20,11 +20,12 @@ struct FaceClustering
   std::uint32_t clusters = 0;
 };
 
-// Joins triangles that share an edge, and what was joined again, until `wanted` clusters are left,
-// or none that share an edge (one a component: then there are more).
-// In rounds, each a matching of the dual graph: pairs in ascending order of their cost, a cluster
-// once a round, so that all grow alike (where a round would join fewer than an eighth, as in a
-// star, what is left over joins as well). Cost of a pair: its compactness p^2 / (4 pi w) plus its
+// Joins triangles that share an edge, then the clusters, until `wanted` clusters are left, or none
+// that share an edge (one a component: then there are more).
+//
+// Works in rounds. Each is a matching of the dual graph: pairs in ascending order of their cost, a
+// cluster once a round, so that all grow alike. (Where a round would join fewer than an eighth, as
+// in a star, the rest joins as well.) The cost of a pair is its compactness p^2 / (4 pi w) plus its
 // number of triangles by the wanted mean. Clusters are numbered by their first triangle.
 // Complexity: O(t log^2 t); memory about 100 bytes a triangle. Serial. Errors: Cancelled. Source:
 // paper 4.1.1, [5], [14]; the dual graph and its contraction after Garland, Willmott and Heckbert,

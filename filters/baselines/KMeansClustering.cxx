@@ -89,7 +89,7 @@ Result<std::uint32_t> CountOf(std::size_t vertices, const KMeansOptions& options
   }
   if (options.iterations == 0)
   {
-    return bad("number of iterations is 0; at least 1 is needed");
+    return bad("the number of iterations must be at least 1, not 0");
   }
   for (const double weight :
     { options.distanceWeight, options.compactnessWeight, options.countWeight })
@@ -97,20 +97,20 @@ Result<std::uint32_t> CountOf(std::size_t vertices, const KMeansOptions& options
     if (!(weight >= 0 && weight <= greatestWeight) || options.distanceWeight == 0)
     {
       return bad("a weight of k-means is " + std::to_string(weight) +
-                 "; weights are 0 to 1000000, that of the distance above 0");
+                 "; weights must be 0 to 1000000, and that of the distance above 0");
     }
   }
   if (!options.partitions)
   {
     if (options.verticesPerPartition == 0)
     {
-      return bad("vertices per partition is 0; at least 1 is needed");
+      return bad("the number of vertices per partition must be at least 1, not 0");
     }
     return static_cast<std::uint32_t>((vertices - 1) / options.verticesPerPartition + 1);
   }
   if (*options.partitions == 0)
   {
-    return bad("number of partitions is 0; at least 1 is needed");
+    return bad("the number of partitions must be at least 1, not 0");
   }
   if (*options.partitions > vertices)
   {

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Step c of k-means clustering (KMeansClustering.cxx): clusters grow from their seeds over the
-// edges of a mesh. For KMeansClustering alone.
+// edges of a mesh. Only for KMeansClustering.
 #pragma once
 
 #include "filters/baselines/KMeansClustering.h"

@@ -255,11 +255,12 @@ Status CheckOptions(std::size_t vertices, const OctreeOptions& options)
     return options.verticesPerPartition > 0
              ? Status{}
              : Error{ ErrorCode::InvalidArgument,
-                 "vertices per partition is 0; at least 1 is needed" };
+                 "the number of vertices per partition must be at least 1, not 0" };
   }
   if (*options.partitions == 0)
   {
-    return Error{ ErrorCode::InvalidArgument, "number of partitions is 0; at least 1 is needed" };
+    return Error{ ErrorCode::InvalidArgument,
+      "the number of partitions must be at least 1, not 0" };
   }
   if (*options.partitions > vertices)
   {

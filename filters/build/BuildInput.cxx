@@ -16,7 +16,7 @@ namespace
 constexpr std::size_t readChunk = std::size_t{ 1 } << 18; // vertices or faces
 
 // What the header claims, if the file is large enough to hold it: 3 bytes a vertex and a face are
-// the least. Claims alone are no reason to refuse anything.
+// the least. Claims by themselves are no reason to refuse anything.
 MeshSize ClaimedSize(const MeshReader& reader)
 {
   const MeshFileInfo& info = reader.Info();

@@ -187,7 +187,7 @@ Status CheckPartitionMemory(
   const Result<TreeDepths> depths = ComputeDepths(mesh.vertices, tree);
   if (!depths)
   {
-    return {}; // that is told when the tree is made
+    return {}; // that is reported when the tree is made
   }
   const unsigned depth = depths->partition;
   const std::uint64_t bytes = BytesOfBlocks(mesh) >> depth;
@@ -195,8 +195,8 @@ Status CheckPartitionMemory(
   {
     return {};
   }
-  // A limit that leaves so much for the steps; or that the whole mesh fits, unless it does already:
-  // then there was more before it was welded.
+  // The limit that would do: one that leaves this much for the steps, or one that the whole mesh
+  // fits. A mesh that fits already was larger before welding: then only the first counts.
   const std::uint64_t inBlocks = std::min(bytes / 3 * 4, bytes + mostKeptFromSteps);
   const MeshSize whole{ mesh.vertices, mesh.triangles,
     mesh.vertices * mesh.pointTupleBytes + mesh.triangles * mesh.cellTupleBytes };
@@ -209,7 +209,7 @@ Status CheckPartitionMemory(
   return Error{ ErrorCode::LimitExceeded,
     "partitions of " + std::to_string(largest) + " vertices need about " +
       Mebibytes(need + mebibyte - 1) + " of memory; the limit (--memory) is " + Mebibytes(limit) +
-      "; smaller partitions need less" }; // rounded up: that limit is not refused
+      ": raise it, or make smaller partitions" }; // rounded up: that limit is not refused
 }
 
 std::uint64_t EstimateTemporaryBytes(const BlockedSize& mesh, bool soup, ScalarType scalars)

@@ -47,9 +47,9 @@ Status CheckPartingMemory(const MeshSize& size, std::uint64_t unused, std::uint6
 // Errors: LimitExceeded.
 Status CheckBuildMemory(const MeshSize& size, const KdTreeOptions& tree, std::uint64_t limit);
 
-// The same before welding, where most vertices may be others' equals: with more vertices than
-// triangles (of an STL, all corners) what welding leaves of them is not known, and at least what it
-// leaves of a closed surface is counted; CheckBuildMemory tells afterwards. Errors: LimitExceeded.
+// The same before welding, which may leave few of the vertices. With more vertices than triangles
+// (an STL: all corners) the result of welding is unknown: the least that a closed surface keeps is
+// counted, and CheckBuildMemory checks afterwards. Errors: LimitExceeded.
 Status CheckUnweldedMemory(const MeshSize& size, const KdTreeOptions& tree, std::uint64_t limit);
 
 // The most clusters of the finest level that `limit` leaves room for; 0 = no limit.

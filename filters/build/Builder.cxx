@@ -14,7 +14,7 @@
 #include "filters/core/UnusedVertices.h"
 #include "filters/core/VectorMath.h"
 #include "filters/core/Weld.h"
-#include "filters/core/levels/DeviationBins.h"
+#include "filters/core/levels/GeometricErrorBins.h"
 #include "filters/core/pieces/LeafOrder.h"
 #include "filters/core/pieces/VertexTree.h"
 #include "filters/core/tree/GatherMesh.h"
@@ -199,7 +199,7 @@ private:
     OrderLeaves(this->Numbered, this->Input.points, this->Exec);
     for (const VertexTreeLevel& level : this->Numbered.levels)
     {
-      DeviationBins bins;
+      GeometricErrorBins bins;
       std::for_each(level.deviations.begin(), level.deviations.end(),
         [&](double deviation) { bins.Add(deviation); });
       this->Build.Facts.deviations.push_back(bins.Most99());
@@ -322,9 +322,10 @@ Result<BuildReport> BuildStore(const std::filesystem::path& input,
   }
   if (options.resume)
   {
-    options.resume = false; // that is told once
+    options.resume = false; // that is reported once
     options.tellEarlierBuild("nothing to resume: no earlier build in " +
-                             folder.parent_path().string() + " (was another --temp-dir given?)");
+                             folder.parent_path().string() +
+                             " (did that build have another --temp-dir?)");
   }
   else if (const std::string resumable = left ? DescribeResumable(input, store, options) : "";
            !resumable.empty())

@@ -40,8 +40,8 @@ struct BuildOptions
   // Go on with an interrupted build of the same input and options. What one of others has left
   // stays as it is, and the build is refused.
   bool resume = false;
-  // Called at most once, early, with a sentence for the user: with `resume` on what the build goes
-  // on from, without it where it could have gone on from something.
+  // Called at most once, early, with a sentence for the user: with `resume`, from where the build
+  // continues; without it, from where it could have continued.
   std::function<void(const std::string& found)> tellEarlierBuild = [](const std::string&) {};
   // Called once the input has been read and welded, with the numbers that are left.
   std::function<void(std::uint64_t vertices, std::uint64_t triangles)> tellSize =
@@ -49,15 +49,15 @@ struct BuildOptions
   bool strict = false; // refuse input of which something was dropped or forgiven (Tolerance.h)
   std::string title, credit, license, unit, description;
   // What is up, and from where the model is looked at first: towards the eye. Guessed where they
-  // are not given (GuessPose.h). REQUIRES: directions (DirectionOf).
+  // are not given (GuessHomeView.h). REQUIRES: directions (DirectionOf).
   std::optional<Vec3> up, view;
   // Makes textures of partitions, by arrays of paint that the input has; null: there are none.
   std::shared_ptr<const PieceTextures> textures;
   std::string inputName; // stored as the input's name; empty: that of the file
   // By whose bytes the input is known (InputDigest.h), one after the other; empty: the file.
   std::vector<std::filesystem::path> inputFiles;
-  // Of an input that is made anew for each build from another file, that file, and all else that it
-  // depends on: an interrupted build of the same is the same build. Empty: none.
+  // For an input that is made anew for each build from another file: that file, and all else that
+  // the input depends on. An interrupted build of the same file is the same build. Empty: none.
   std::filesystem::path convertedFrom;
   std::string convertedBy;
   std::vector<std::filesystem::path> convertedWith; // files that it names: pictures, materials

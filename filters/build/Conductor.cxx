@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // The conductor of a build: see Conductor.h. Steps: those of the back end, then what the store says
-// of the model, pieces, pages of the tree, unused vertices, pose.
+// of the model, pieces, pages of the tree, unused vertices, home view.
 #include "filters/build/Conductor.h"
 
-#include "filters/build/GuessPose.h"
+#include "filters/build/GuessHomeView.h"
 #include "filters/core/TakeResult.h"
 
 #include <algorithm>
@@ -85,7 +85,7 @@ Status WriteStore(BuildBackEnd& backEnd, const std::filesystem::path& store)
   KDSTREAM_TRY(build.Exec.Report("write", 0));
   if (writer)
   {
-    KDSTREAM_TRY(TellPose(build.Options, description, *writer));
+    KDSTREAM_TRY(TellHomeView(build.Options, description, *writer));
   }
   build.Report.info = description;
   KDSTREAM_TRY(backEnd.Agree()); // before the store is put in place

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // The one conductor of a build: its steps in order, and the store, over a back end that holds the
 // data in memory (Builder.cxx), in files (ExternalBuilder.cxx) or on ranks
-// (Parallel/TeamBuilder.cxx). Step "build" of the pipeline picture.
+// (Parallel/DistributedBuilder.cxx). Step "build" of the pipeline picture.
 #pragma once
 
 #include "filters/build/Builder.h"
@@ -83,7 +83,7 @@ public:
 inline constexpr std::pair<const char*, const char*> firstSteps[] = { { "mesh", "tree" },
   { "tree", "tree" }, { "faces", "faces" } };
 
-// Builds the store. Errors: those of the back end, of StoreWriter and of TellPose; Cancelled.
+// Builds the store. Errors: those of the back end, of StoreWriter and of TellHomeView; Cancelled.
 Result<BuildReport> ConductBuild(BuildBackEnd& backEnd, const std::filesystem::path& store);
 
 }

@@ -31,8 +31,8 @@ struct ExternalBuildState : BuildState
 
   SpillFolder& Files() { return this->Folder->Files(); }
 
-  // For a function that is the part [begin, end) of a step: it reports its own progress from 0 to 1
-  // under any name, what is shown is the step's, which never runs back.
+  // For a function that does the part [begin, end) of a step. It reports its own progress from 0 to
+  // 1 under any name; what is shown is the step's progress, which never runs back.
   Execution Part(const char* step, double begin, double end)
   {
     Execution part = this->Exec;

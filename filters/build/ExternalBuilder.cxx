@@ -53,8 +53,8 @@ std::string DescribeResumed(const BuildFolder& folder, const BuildOptions& optio
 {
   if (folder.FinishedPhases() > 0)
   {
-    return "going on with the step " + StepAfter(folder.LastPhase(), options) +
-           (folder.HasLostPhases() ? ": files of later ones are missing or were changed" : "");
+    return "continuing with the step " + StepAfter(folder.LastPhase(), options) +
+           (folder.HasLostPhases() ? ": files of later steps are missing or changed" : "");
   }
   const std::string nothing = "nothing to resume: ";
   switch (folder.WhatWasFound())
@@ -62,11 +62,11 @@ std::string DescribeResumed(const BuildFolder& folder, const BuildOptions& optio
     case BuildFolder::Found::Nothing:
       return nothing + "the earlier build ended before its first phase was finished";
     case BuildFolder::Found::Damaged:
-      return nothing + "what the earlier build left cannot be read";
+      return nothing + "the files of the earlier build cannot be read";
     case BuildFolder::Found::SameBuild:
       break;
   }
-  return nothing + "files of the earlier build are missing or were changed";
+  return nothing + "files of the earlier build are missing or changed";
 }
 
 Result<std::string> FingerprintOfBuild(
@@ -235,7 +235,7 @@ Status CheckExternalBuild(const BuildOptions& options)
   if (options.memory < leastMemory)
   {
     return Error{ ErrorCode::LimitExceeded,
-      "building out of core takes at least " + Mebibytes(leastMemory) };
+      "building out of core needs at least " + Mebibytes(leastMemory) };
   }
   return {};
 }
@@ -250,9 +250,9 @@ std::string DescribeResumable(const std::filesystem::path& input,
   {
     return {};
   }
-  const std::string found = "a killed build of this store has left files";
+  const std::string found = "there are files of a killed build of this store";
   return left->fingerprint == *fingerprint
-           ? found + ": with --resume it would go on with the step " +
+           ? found + ": --resume would continue it with the step " +
                StepAfter(left->lastPhase, options) + "; this build starts over"
            : found +
                ", which this build removes: " + DescribeOtherBuild(left->fingerprint, *fingerprint);

@@ -15,7 +15,7 @@ namespace kdstream
 // The least options.memory that a build out of core is tried with.
 inline constexpr std::uint64_t leastMemory = std::uint64_t{ 64 } << 20;
 
-// What tests alone change.
+// What only tests change.
 struct ExternalBuildProbe
 {
   FileHook hook;                // of the build folder's files

@@ -55,7 +55,7 @@ Status TakeBlocks(
   return LargestOf(mesh) <= allowed
            ? Status{}
            : Error{ ErrorCode::LimitExceeded,
-               "the interrupted build had more memory than this one; give it that, or build "
+               "the interrupted build had more memory than this one: raise --memory, or build "
                "without --resume" };
 }
 

@@ -67,8 +67,8 @@ Status CheckHubs(
     const std::uint64_t need = ((*hub * bytesPerTriangle) >> 20) + 1;
     return Error{ ErrorCode::LimitExceeded,
       "the vertex at " + *place + " has " + std::to_string(*hub) +
-        " triangles, which must be in memory together: --memory " + std::to_string(need) +
-        "M would do" };
+        " triangles, which must be in memory together: use --memory " + std::to_string(need) +
+        "M" };
   }
   return {};
 }

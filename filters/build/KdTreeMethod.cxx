@@ -7,7 +7,7 @@
 #include "filters/build/PartitionMethod.h"
 #include "filters/build/SharedSteps.h"
 #include "filters/core/TakeResult.h"
-#include "filters/outofcore/levels/LevelDeviations.h"
+#include "filters/outofcore/levels/LevelGeometricErrors.h"
 #include "filters/outofcore/tree/ExternalTree.h"
 
 #include <memory>
@@ -122,7 +122,7 @@ public:
     KDSTREAM_TRY(LoadLevels(build, facts, mesh, made->levels, parts.inconsistentEdges));
     BlobReader blob = build.Folder->BlobOf("numbers");
     KDSTREAM_TRY(Take(LoadExternalNumbers(blob, *build.Folder, "numbers"), made->numbers));
-    KDSTREAM_TRY(Take(DeviationsOfLevels(made->levels, mesh.depths), parts.deviations));
+    KDSTREAM_TRY(Take(GeometricErrorsOfLevels(made->levels, mesh.depths), parts.deviations));
     parts.forEach = [&build, &mesh, made](
                       const PartVisit& visit, const std::function<Status(Resolution)>& finished) {
       return ForEachPart(mesh, made->levels, made->numbers, visit, build.Exec, nullptr, finished);

@@ -84,7 +84,7 @@ std::vector<std::pair<std::string, SpillFile*>> FilesOf(ExternalNumbers& numbers
   {
     files.emplace_back("ranks" + std::to_string(d), &numbers.ranks[d]);
     files.emplace_back("ranked" + std::to_string(d), &numbers.ranked[d]);
-    files.emplace_back("reach" + std::to_string(d), &numbers.reach[d].nodes);
+    files.emplace_back("reach" + std::to_string(d), &numbers.childNodes[d].nodes);
   }
   return files;
 }
@@ -176,7 +176,7 @@ Result<ExternalLevels> LoadExternalLevels(
   const auto count = blob.Read<std::size_t>();
   if (count > Resolution::maximumLevel || levels.firstInFiles >= count)
   {
-    return Error{ ErrorCode::Damaged, "levels that no build has left" };
+    return Error{ ErrorCode::Damaged, "the levels are not those of a build" };
   }
   const auto take = [&](const std::string& name, SpillFile& file) -> Status
   {
@@ -216,9 +216,9 @@ void Save(BlobWriter& blob, std::vector<PhaseFile>& files, ExternalNumbers&& num
 {
   blob.Add(numbers.first.size());
   blob.Add(numbers.ranks.size());
-  for (const ReachFile& reach : numbers.reach)
+  for (const ChildNodeFile& childNodes : numbers.childNodes)
   {
-    blob.AddList(reach.begin);
+    blob.AddList(childNodes.begin);
   }
   for (const auto& [name, file] : FilesOf(numbers))
   {
@@ -233,15 +233,15 @@ Result<ExternalNumbers> LoadExternalNumbers(
   const auto levels = blob.Read<std::size_t>(), coarse = blob.Read<std::size_t>();
   if (levels > Resolution::maximumLevel || coarse > levels)
   {
-    return Error{ ErrorCode::Damaged, "numbers of levels that no build has left" };
+    return Error{ ErrorCode::Damaged, "the numbers of levels are not those of a build" };
   }
   numbers.first.resize(levels);
   numbers.ranks.resize(coarse);
   numbers.ranked.resize(coarse);
-  numbers.reach.resize(coarse);
-  for (ReachFile& reach : numbers.reach)
+  numbers.childNodes.resize(coarse);
+  for (ChildNodeFile& childNodes : numbers.childNodes)
   {
-    reach.begin = blob.ReadList<std::uint64_t>();
+    childNodes.begin = blob.ReadList<std::uint64_t>();
   }
   KDSTREAM_TRY(blob.Finish());
   for (const auto& [name, file] : FilesOf(numbers))

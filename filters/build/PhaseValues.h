@@ -46,8 +46,8 @@ void Save(BlobWriter& blob, std::vector<PhaseFile>& files, ExternalNumbers&& num
 Result<ExternalNumbers> LoadExternalNumbers(
   BlobReader& blob, const BuildFolder& folder, std::string_view phase);
 
-// All options that decide what is in the files or the store, as a user calls them, with their
-// values; empty for one that is not given.
+// All options that decide the content of the files or the store, by the names of the command line,
+// with their values; empty for one that is not given.
 std::vector<std::pair<std::string, std::string>> DescribeOptions(const BuildOptions& options);
 
 }

@@ -17,8 +17,8 @@
 namespace kdstream
 {
 
-// Pieces that are in memory at once, encoded or waiting to be written: so many, and where they are
-// large no more than have so many vertices together, but one at least.
+// Most pieces in memory at once, encoded or waiting to be written; and of large ones the most
+// vertices together (one piece is always allowed).
 inline constexpr std::size_t encodeBatch = 64;
 inline constexpr std::size_t encodeBatchVertices = std::size_t{ 1 } << 17;
 
@@ -53,9 +53,9 @@ Status WritePieces(const PieceCutter& cutter, std::size_t count, const PieceEnco
   StoreWriter& writer, StepClock& clock, const Execution& execution,
   const std::function<Status(std::size_t)>& written);
 
-// How much of step "encode" is done when `done` (0-1) of a resolution is written: levels come
-// first, each of about twice the clusters of the one before, all of them of about a third of the
-// original's vertices.
+// How much of step "encode" is done when the part `done` (0-1) of a resolution is written. Levels
+// come first, each with about twice the clusters of the one before, all of them with about a third
+// of the original's vertices.
 double EncodedPart(Resolution resolution, const TreeDepths& depths, double done);
 
 // The exact boxes of the partitions, and all pages of the tree. boxes: heap order. REQUIRES: all

@@ -20,7 +20,7 @@ Status CheckAttributeNames(std::span<const AttributeInfo> attributes)
     if (!IsAttributeName(attributes[i].name))
     {
       return Error{ ErrorCode::InvalidInput,
-        "attribute " + std::to_string(i) + " has a name that is no text" };
+        "attribute " + std::to_string(i) + " has a name that is not valid UTF-8" };
     }
   }
   return {};

@@ -101,7 +101,7 @@ Status LoadMesh(ExternalBuildState& build, MeshFacts& facts, MeshBlocks& mesh)
   KDSTREAM_TRY(blob.Finish());
   if (build.Boxes.size() < 2)
   {
-    return Error{ ErrorCode::Damaged, "the tree of an interrupted build has no boxes" };
+    return Error{ ErrorCode::Damaged, "the tree of the interrupted build has no boxes" };
   }
   KDSTREAM_TRY(Take(build.Folder->TakeFile("tree", "records"), mesh.records));
   mesh.vertexCount = facts.vertices;

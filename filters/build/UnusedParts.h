@@ -14,7 +14,7 @@
 namespace kdstream
 {
 
-// Writes the list behind all else; nothing where the model has none. unused: as TakeUnusedVertices
+// Writes the list after all else; nothing where the model has none. unused: as TakeUnusedVertices
 // gives them, or files of them, in the order of the input. attributes: of the model. Memory: a part
 // and its bytes. Errors: those of the writer; InputOutput; Cancelled.
 Status WriteUnused(const Mesh& unused, StoreWriter& writer, const Execution& execution = {});

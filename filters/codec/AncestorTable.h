@@ -118,7 +118,7 @@ public:
     std::array<std::uint32_t, most> groups;
     std::size_t count = 0, single = 0;
 
-    // By which an entry's choice is told.
+    // By which an entry's choice is stored.
     std::size_t Context() const { return std::min<std::size_t>(this->single, 3); }
   };
 
@@ -172,7 +172,7 @@ private:
 class AncestorTable
 {
 public:
-  // triangles: those of the vertices, or none where parents are told without the edges.
+  // triangles: those of the vertices, or none where parents are stored without the edges.
   AncestorTable(std::size_t vertices, std::span<const Triangle> triangles)
     : EntryOf(vertices)
     , Entries(vertices)

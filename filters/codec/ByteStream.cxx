@@ -139,7 +139,7 @@ std::vector<std::uint64_t> ByteReader::Stream(std::size_t count, unsigned minimu
   const unsigned width = this->Byte();
   if (this->Failure || width > widest || width < minimumWidth)
   {
-    this->Fail("bad width of a stream");
+    this->Fail("invalid bit width of a stream");
     return {};
   }
   if (width > 0 && count > this->Remaining() / width)

@@ -125,7 +125,7 @@ void NumberByGroup(std::span<const std::uint32_t> groups, std::size_t own,
   }
 }
 
-// Reads the ghosts' keys and numbers them behind the own vertices. `keys` gets the key, and
+// Reads the ghosts' keys and numbers them after the own vertices. `keys` gets the key, and
 // `numbers` the number, of each ghost. False: what is read are no keys.
 bool ReadGhosts(SymbolReader& symbols, std::span<const WalkVertex> vertices, std::size_t own,
   std::span<VertexKey> keys, std::span<VertexId> numbers);

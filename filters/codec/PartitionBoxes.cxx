@@ -49,7 +49,7 @@ bool AreFloats(std::span<const Box> boxes)
     });
 }
 
-// Nothing where it is no number of the width.
+// Nothing where it is not a number of the width.
 std::optional<double> SideOfBits(std::uint64_t bits, unsigned width)
 {
   if (width == 4 && bits >> 32 != 0)
@@ -123,7 +123,7 @@ Result<std::vector<Box>> DecodePartitionBoxes(
   };
   if (!HasPartitionBoxes(node, depths))
   {
-    return named(ErrorCode::InvalidArgument, "the tree has none there");
+    return named(ErrorCode::InvalidArgument, "the tree has no boxes at this node");
   }
   const auto unsealed = UnsealBlob(blob, boxesMagic);
   if (!unsealed)
@@ -135,7 +135,7 @@ Result<std::vector<Box>> DecodePartitionBoxes(
   const std::uint8_t width = reader.Byte();
   if (reader.Failed() || (width != 4 && width != 8))
   {
-    return named(ErrorCode::InvalidInput, "unknown width of coordinates");
+    return named(ErrorCode::InvalidInput, "unknown size of coordinates");
   }
   std::vector<Box> boxes(PartitionsOfBoxes(depths));
   SymbolReader symbols(unsealed->subspan(reader.Position()), { 0, sides });
@@ -155,7 +155,7 @@ Result<std::vector<Box>> DecodePartitionBoxes(
   }
   if (!symbols.AtEnd())
   {
-    return named(ErrorCode::InvalidInput, "bytes beyond the end");
+    return named(ErrorCode::InvalidInput, "extra bytes at the end");
   }
   return boxes;
 }

@@ -27,9 +27,10 @@ constexpr std::uint64_t mostExpansion = 128;
 std::uint64_t DecodedBytes(const Piece& piece, const PieceShape& shape)
 {
   const AncestorShape ancestors = shape.Ancestors();
-  std::uint64_t bytes =
-    32 * std::uint64_t{ shape.Vertices() } + 12 * std::uint64_t{ shape.counts.triangles } +
-    4 * std::uint64_t{ shape.reach } + 4 * std::uint64_t{ ancestors.vertices } * ancestors.levels;
+  std::uint64_t bytes = 32 * std::uint64_t{ shape.Vertices() } +
+                        12 * std::uint64_t{ shape.counts.triangles } +
+                        4 * std::uint64_t{ shape.childNodes } +
+                        4 * std::uint64_t{ ancestors.vertices } * ancestors.levels;
   for (const Attribute& attribute : piece.attributes)
   {
     bytes += std::uint64_t{ attribute.TupleSize() } *
@@ -47,9 +48,9 @@ void WriteHead(ByteWriter& writer, const Piece& piece, const PieceShape& shape)
   writer.Varint(shape.counts.ghosts);
   writer.Varint(shape.counts.triangles);
   writer.Varint(shape.steps);
-  if (shape.HasReach())
+  if (shape.HasChildNodes())
   {
-    writer.Varint(shape.reach);
+    writer.Varint(shape.childNodes);
   }
   writer.Varint(piece.attributes.size());
   for (const Attribute& attribute : piece.attributes)
@@ -99,12 +100,12 @@ void ReadHead(ByteReader& reader, Piece& piece, PieceShape& shape)
   shape.counts.ghosts = reader.Count(most);
   shape.counts.triangles = reader.Count(most);
   shape.steps = reader.Count(3 * shape.counts.triangles); // each edge once
-  shape.reach = shape.HasReach() ? reader.Count(most) : 0;
+  shape.childNodes = shape.HasChildNodes() ? reader.Count(most) : 0;
   piece.ownVertices = static_cast<std::uint32_t>(shape.counts.own);
   ReadAttributeHeads(reader, piece);
   if (!reader.Failed() && DecodedBytes(piece, shape) / mostExpansion > reader.Remaining())
   {
-    reader.Fail("counts that the bytes cannot hold");
+    reader.Fail("counts are too large for the bytes");
   }
 }
 
@@ -118,7 +119,7 @@ const char* ReadSymbols(std::span<const std::uint8_t> bytes, Piece& piece, const
     const char* wrong = PieceReader(symbols, piece, shape, grid).Read();
     if (!symbols.Failed())
     {
-      return wrong || symbols.AtEnd() ? wrong : "bytes beyond the end";
+      return wrong || symbols.AtEnd() ? wrong : "extra bytes at the end";
     }
   }
   return "truncated symbols";
@@ -138,7 +139,7 @@ std::vector<std::uint8_t> EncodePiece(
   const Piece& piece, const CodecContext& context, EncodedBytes* spent)
 {
   const WalkCounts counts{ piece.ownVertices, piece.GhostCount(), piece.triangles.size() };
-  PieceShape shape{ piece.id, context.depths, counts, 0, piece.reachNodes.size() };
+  PieceShape shape{ piece.id, context.depths, counts, 0, piece.childNodes.size() };
   SymbolWriter symbols({ contexts::choices, contexts::attribute + piece.attributes.size() });
   const CoordinateGrid grid = context.GridOf(piece.id.resolution);
   PieceWriter content(symbols, piece, shape, grid);
@@ -167,7 +168,7 @@ std::vector<std::uint8_t> EncodePiece(
     spent->ghostKeys = sum(contexts::samePartition, contexts::parentOf) +
                        sum(contexts::ghostPartition, contexts::position);
     spent->ancestors =
-      sum(contexts::parentOf, contexts::choices) + sum(contexts::ancestor, contexts::reachEnd);
+      sum(contexts::parentOf, contexts::choices) + sum(contexts::ancestor, contexts::childEnd);
     spent->ownKeys = sum(contexts::ownPartition, contexts::ancestor);
     spent->all = double(blob.size());
   }

@@ -29,8 +29,8 @@ inline constexpr std::size_t unguidedPosition = 30; // without a parallelogram
 inline constexpr std::size_t ownPartition = 31;     // difference
 inline constexpr std::size_t ownIndex = 32;         // how many lie between
 inline constexpr std::size_t ancestor = 33;         // difference to another rank
-inline constexpr std::size_t reachEnd = 34;
-inline constexpr std::size_t reachNode = 35; // difference
+inline constexpr std::size_t childEnd = 34;
+inline constexpr std::size_t childNode = 35; // difference
 inline constexpr std::size_t single = 36;    // numbers that a piece has one of
 inline constexpr std::size_t attribute = 37; // one for each attribute
 

@@ -29,7 +29,7 @@ const char* PieceReader::Read()
     return "vertices out of range";
   }
   this->PlaceTriangles();
-  if (!this->ReadOwnKeys() || !this->ReadAncestors() || !this->ReadReach())
+  if (!this->ReadOwnKeys() || !this->ReadAncestors() || !this->ReadChildNodes())
   {
     return "keys out of range";
   }
@@ -150,7 +150,7 @@ void PieceReader::PlaceTriangles()
   SortByMerging(triangles, other, std::less<>());
 }
 
-// Numbers of 0 … most, each told as the difference to the one before. False: one is greater.
+// Numbers of 0 … most, each stored as the difference to the one before. False: one is greater.
 bool PieceReader::ReadArray(
   std::size_t context, std::vector<std::uint64_t>& values, std::uint64_t most)
 {
@@ -167,8 +167,8 @@ bool PieceReader::ReadArray(
   return true;
 }
 
-// Original: nothing is told, they are the partition's from 0 on. Below S: the first is told, the
-// others follow it. Else each: the first vertex of its cluster's interval.
+// Original: nothing is stored, they are the partition's from 0 on. Below S: the first is stored,
+// the others follow it. Else each: the first vertex of its cluster's interval.
 bool PieceReader::ReadOwnKeys()
 {
   const std::size_t own = this->Shape.counts.own;
@@ -185,7 +185,7 @@ bool PieceReader::ReadOwnKeys()
     }
     return first >> 32 == 0 || this->Shape.IsOriginal();
   }
-  // Within a partition the first vertices ascend: each is told by how many lie between.
+  // Within a partition the first vertices ascend: each is stored as the count of those between.
   std::uint64_t partition = 0, index = 0; // where the next one may be
   for (std::size_t v = 0; v < own; ++v)
   {
@@ -281,27 +281,27 @@ bool PieceReader::ReadRank(std::size_t context, RecentRanks& told, std::uint32_t
   return true;
 }
 
-bool PieceReader::ReadReach()
+bool PieceReader::ReadChildNodes()
 {
-  if (!this->Shape.HasReach())
+  if (!this->Shape.HasChildNodes())
   {
     return true;
   }
-  std::vector<std::uint64_t> ends(this->Shape.counts.own), nodes(this->Shape.reach);
-  if (!this->ReadArray(contexts::reachEnd, ends, noVertex) ||
-      !this->ReadArray(contexts::reachNode, nodes, noVertex))
+  std::vector<std::uint64_t> ends(this->Shape.counts.own), nodes(this->Shape.childNodes);
+  if (!this->ReadArray(contexts::childEnd, ends, noVertex) ||
+      !this->ReadArray(contexts::childNode, nodes, noVertex))
   {
     return false;
   }
-  this->Content.reachBegin.resize(ends.size() + 1);
-  this->Content.reachNodes.resize(nodes.size());
+  this->Content.childBegin.resize(ends.size() + 1);
+  this->Content.childNodes.resize(nodes.size());
   for (std::size_t v = 0; v < ends.size(); ++v)
   {
-    this->Content.reachBegin[v + 1] = static_cast<std::uint32_t>(ends[v]);
+    this->Content.childBegin[v + 1] = static_cast<std::uint32_t>(ends[v]);
   }
   for (std::size_t i = 0; i < nodes.size(); ++i)
   {
-    this->Content.reachNodes[i] = static_cast<NodeId>(nodes[i]);
+    this->Content.childNodes[i] = static_cast<NodeId>(nodes[i]);
   }
   return true;
 }

@@ -48,7 +48,7 @@ private:
   bool ReadParents(bool ofVertices, const AncestorTable& table, std::vector<std::uint32_t>& parents,
     SiblingGroups& groups);
   bool ReadRank(std::size_t context, RecentRanks& told, std::uint32_t& parent);
-  bool ReadReach();
+  bool ReadChildNodes();
   void ReadAttribute(std::size_t number);
 
   SymbolReader& Symbols;

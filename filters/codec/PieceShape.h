@@ -25,8 +25,8 @@ struct PieceShape
   PieceId id;
   TreeDepths depths;
   WalkCounts counts = {};
-  std::size_t steps = 0; // of the walk
-  std::size_t reach = 0; // nodes in the lists of all vertices
+  std::size_t steps = 0;      // of the walk
+  std::size_t childNodes = 0; // nodes in the lists of all vertices
 
   std::size_t Vertices() const { return this->counts.Vertices(); }
   bool IsOriginal() const { return this->id.resolution.IsOriginal(); }
@@ -34,7 +34,7 @@ struct PieceShape
   {
     return this->id.resolution < Resolution::Level(this->depths.stitch);
   }
-  bool HasReach() const { return kdstream::HasReach(this->id.resolution, this->depths); }
+  bool HasChildNodes() const { return kdstream::HasChildNodes(this->id.resolution, this->depths); }
   AncestorShape Ancestors() const
   {
     const AncestorLevels levels = AncestorLevelsOf(this->id.resolution, this->depths);

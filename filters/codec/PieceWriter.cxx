@@ -26,7 +26,7 @@ void PieceWriter::Write()
   }
   this->WriteOwnKeys();
   this->WriteAncestors();
-  this->WriteReach();
+  this->WriteChildNodes();
   for (std::size_t i = 0; i < this->Content.attributes.size(); ++i)
   {
     this->WriteAttribute(i);
@@ -80,7 +80,7 @@ void PieceWriter::WriteOwnKeys()
     this->Symbols.Number(contexts::single, own == 0 ? 0 : this->Content.keys[0]);
     return;
   }
-  // Within a partition the first vertices ascend: each is told by how many lie between.
+  // Within a partition the first vertices ascend: each is stored as the count of those between.
   std::uint64_t partition = 0, index = 0; // where the next one may be
   for (std::size_t v = 0; v < own; ++v)
   {
@@ -149,14 +149,14 @@ void PieceWriter::WriteParents(bool ofVertices, const AncestorTable& table,
   }
 }
 
-void PieceWriter::WriteReach()
+void PieceWriter::WriteChildNodes()
 {
-  if (this->Shape.HasReach())
+  if (this->Shape.HasChildNodes())
   {
-    const auto& begin = this->Content.reachBegin;
-    const auto& nodes = this->Content.reachNodes;
-    this->WriteArray(contexts::reachEnd, { begin.begin() + 1, begin.end() });
-    this->WriteArray(contexts::reachNode, { nodes.begin(), nodes.end() });
+    const auto& begin = this->Content.childBegin;
+    const auto& nodes = this->Content.childNodes;
+    this->WriteArray(contexts::childEnd, { begin.begin() + 1, begin.end() });
+    this->WriteArray(contexts::childNode, { nodes.begin(), nodes.end() });
   }
 }
 

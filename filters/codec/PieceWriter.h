@@ -48,7 +48,7 @@ private:
   void WriteAncestors();
   void WriteParents(bool ofVertices, const AncestorTable& table,
     const std::vector<std::uint32_t>& parents, SiblingGroups& groups);
-  void WriteReach();
+  void WriteChildNodes();
   void WriteAttribute(std::size_t number);
 
   SymbolWriter& Symbols;

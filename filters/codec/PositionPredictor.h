@@ -4,7 +4,7 @@
 // (PositionReader.h, PositionWriter.cxx). Layout: doc/formats.md, "Positions".
 //
 // Along a surface a vertex may lie anywhere, across it hardly: a smooth surface goes on as the
-// triangles before it (SurfacePlane). So two coordinates may be told first, and the third from
+// triangles before it (SurfacePlane). So two coordinates may be stored first, and the third from
 // where these put it in the plane, in fewer bits.
 //
 // A coordinate on the grid is an integer, 0 … 2^bits - 1, and is predicted in integers. A lossless
@@ -27,7 +27,7 @@
 namespace kdstream
 {
 
-// Which differences are told, and under which tables. The numbers are part of the format.
+// Which differences are stored, and under which tables. The numbers are part of the format.
 enum class AxisTables : std::uint8_t
 {
   Shared = 0, // along x, y, z; one table

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// The ranks of parents, told one after the other: what reader and writer of ancestors both know.
+// The ranks of parents, stored one after the other: what reader and writer of ancestors both know.
 // Layout: doc/formats.md, "Ancestors".
 //
 // Vertices come in the order of the tree, and clusters of a level are ranked by their lowest
-// vertices. So a vertex's parent is mostly one that was told shortly before, or the next one in
+// vertices. So a vertex's parent is mostly one that was stored shortly before, or the next one in
 // rank.
 #pragma once
 
@@ -18,9 +18,9 @@ namespace kdstream
 class RecentRanks
 {
 public:
-  // Symbols below stand for the ranks told last, each once: 0 for the very last one.
+  // Symbols below stand for the ranks stored last, each once: 0 for the very last one.
   static constexpr unsigned recent = 8;
-  static constexpr unsigned next = 8;  // the rank behind the largest that was told, at first 0
+  static constexpr unsigned next = 8;  // the rank after the largest that was stored, at first 0
   static constexpr unsigned other = 9; // a difference to Newest follows
 
   // The symbol that tells a rank.
@@ -43,10 +43,10 @@ public:
     return true;
   }
   std::uint64_t Next() const { return this->NextRank; }
-  // The one that was told last, at first 0: from it others are told.
+  // The one that was stored last, at first 0: from it others are stored.
   std::uint64_t Newest() const { return this->Last[0]; }
 
-  // Notes that a rank was told by a symbol.
+  // Notes that a rank was stored by a symbol.
   void Use(unsigned symbol, std::uint64_t rank)
   {
     const std::size_t from =

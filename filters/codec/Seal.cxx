@@ -4,7 +4,7 @@
 #include <algorithm>
 #include <array>
 
-// XXH64 alone: the rest of the library would be dead weight in the page.
+// Only XXH64: the rest of the library would be dead weight in the page.
 #define XXH_INLINE_ALL
 #define XXH_NO_XXH3
 #include <xxhash.h>

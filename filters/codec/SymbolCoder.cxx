@@ -104,7 +104,7 @@ void WriteTable(BitPacker& tables, CodedSymbols symbols, unsigned bits)
       most = std::max(most, symbols[s].count);
     }
   }
-  const bool there = last > 0; // symbol 0 alone needs no table
+  const bool there = last > 0; // a table with only symbol 0 is not needed
   tables.Add(there, 1);
   if (!there)
   {

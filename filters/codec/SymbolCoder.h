@@ -56,7 +56,7 @@ public:
 
   // REQUIRES: context < choices, symbol < symbolCount.
   void Choice(std::size_t context, unsigned symbol) { this->Symbol(context, symbol); }
-  // The same under a context of numbers. These come before all else, whenever they are told.
+  // The same under a context of numbers. These come before all else, whenever they are stored.
   void Pair(std::size_t context, unsigned symbol)
   {
     this->Pairs.push_back(EntryOf(context, symbol));
@@ -66,7 +66,7 @@ public:
   // Numbers near 0 of either sign, modulo 2^64.
   void Signed(std::size_t context, std::int64_t value) { this->Number(context, Zigzag(value)); }
 
-  // Bytes: the tables and raw bits, zeros behind them until all is at least `fewestBytes`, then the
+  // Bytes: the tables and raw bits, zeros after them until all is at least `fewestBytes`, then the
   // words. REQUIRES: called once. bitsOfContexts: gets the bits that each context took, its table
   // included.
   void Finish(
@@ -225,7 +225,7 @@ class SymbolReader : public SymbolCursor
 {
 public:
   // Reads the tables. Takes up to 4 KiB a table that is there: at most 256 bytes for a bit of the
-  // input. REQUIRES: 8 bytes can be read behind `bytes`, whatever they are: a blob's checksum.
+  // input. REQUIRES: 8 bytes can be read after `bytes`, whatever they are: a blob's checksum.
   SymbolReader(std::span<const std::uint8_t> bytes, const SymbolContexts& contexts);
 
   // Goes on from where a copy has come to.
@@ -239,7 +239,7 @@ private:
   void AddTable(std::span<const std::uint32_t> frequencies, std::size_t firstSymbol);
 
   // Entries: frequency << 17 | slot within the symbol << 7 | symbol. The first two tables have
-  // symbol 0 alone: those of contexts without one, choices and numbers.
+  // only symbol 0: those of contexts without one, choices and numbers.
   std::unique_ptr<std::uint32_t[]> Entries;
   std::size_t EntryCount = 0;
   std::vector<std::uint32_t> Begins;

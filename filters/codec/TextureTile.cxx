@@ -52,7 +52,7 @@ TextureTileHead ReadHead(ByteReader& reader)
   }
   if (head.width == 0 || head.height == 0)
   {
-    reader.Fail("a picture without texels");
+    reader.Fail("the image has no texels");
   }
   head.image = reader.Raw(reader.Count(reader.Remaining()));
   return head;
@@ -138,7 +138,7 @@ const char* ReadTables(SymbolReader& symbols, std::size_t triangles, ExactTile& 
   {
     if (!ReadSource(symbols, exact.sources.emplace_back()))
     {
-      return "a source that is no picture";
+      return "a chart's source is not one of the pictures";
     }
   }
   if (!ReadNumber(symbols, TileContext::table, triangles, charts))
@@ -151,7 +151,7 @@ const char* ReadTables(SymbolReader& symbols, std::size_t triangles, ExactTile& 
     std::uint64_t source = 0;
     if (!ReadNumber(symbols, TileContext::chartSource, exact.sources.size(), source))
     {
-      return "a chart of a source that is not there";
+      return "a chart has an unknown source";
     }
     chart.source = source == 0 ? noTileSource : static_cast<std::uint32_t>(source - 1);
     for (std::int64_t* const place : { &chart.x, &chart.y })
@@ -159,7 +159,7 @@ const char* ReadTables(SymbolReader& symbols, std::size_t triangles, ExactTile& 
       *place = symbols.Signed(TileContext::chartPlace);
       if (*place < -mostChartPlace || *place > mostChartPlace)
       {
-        return "a chart far away";
+        return "a chart's position is out of range";
       }
     }
   }
@@ -233,7 +233,7 @@ const char* ReadCorners(
       const std::uint64_t chart = reader.Chart(t);
       if (chart >= tile.exact.charts.size())
       {
-        return "a chart that is not there";
+        return "a triangle has an unknown chart";
       }
       tile.exact.chartOf[t] = static_cast<std::uint32_t>(chart);
     }
@@ -242,11 +242,11 @@ const char* ReadCorners(
     {
       if (!IsCorner(corners[k], tile) || !TakeCorner(tile, t, k, corners[k]))
       {
-        return "a corner outside the picture";
+        return "a corner is outside the image";
       }
     }
   }
-  return symbols.AtEnd() ? nullptr : "bytes beyond the end";
+  return symbols.AtEnd() ? nullptr : "extra bytes at the end";
 }
 
 Error OfTile(Error error)
@@ -328,7 +328,7 @@ Result<TextureTile> DecodeTextureTile(
   const TextureTileHead head = ReadHead(reader);
   if (!reader.Failed() && head.triangles != triangles.size())
   {
-    reader.Fail("another number of triangles than its piece");
+    reader.Fail("the number of triangles differs from the piece");
   }
   if (reader.Failed())
   {

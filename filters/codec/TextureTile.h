@@ -116,7 +116,7 @@ Result<TextureTileHead> ReadTextureTileHead(std::span<const std::uint8_t> blob);
 
 // The whole tile. triangles: of the decoded original piece of the same partition (DecodePiece);
 // memory and time are bounded by their number and the blob's size. What the image's bytes are is
-// not looked at: whoever decodes them checks that it is of the size that is told. Errors: those of
+// not looked at: whoever decodes them checks that it is of the specified size. Errors: those of
 // the head; InvalidInput for another number of triangles, and for what is no tile.
 Result<TextureTile> DecodeTextureTile(
   std::span<const std::uint8_t> blob, std::span<const Triangle> triangles);

@@ -3,8 +3,8 @@
 // and what each does with it. Layout: doc/formats.md, "Textures".
 //
 // Triangles come in the piece's order, so most corners are at a vertex that has been met: then a
-// choice names one of the two pairs that were told last there. A new pair is told as its difference
-// to what closes a parallelogram with a neighbour, or to another corner.
+// choice names one of the two pairs that were stored last there. A new pair is stored as its
+// difference to what closes a parallelogram with a neighbour, or to another corner.
 #pragma once
 
 #include "filters/codec/ByteStream.h"
@@ -41,10 +41,10 @@ struct TileContext
   static constexpr SymbolContexts all{ 4, chartPlace + 1 };
 };
 
-// What is told of a corner: steps of a texel, or of an exact tile the ordered bits of u and v.
+// What is stored of a corner: steps of a texel, or of an exact tile the ordered bits of u and v.
 using TileCorner = std::array<std::int64_t, 2>;
 
-// What has been told so far.
+// What has been stored so far.
 class TileCornerMemory
 {
 public:
@@ -98,7 +98,7 @@ protected:
     return newPair;
   }
 
-  // Of a new corner k; known: which corners of the triangle are told.
+  // Of a new corner k; known: which corners of the triangle are stored.
   Prediction Predict(std::size_t t, std::size_t k, const std::array<bool, 3>& known) const
   {
     const std::size_t next = (k + 1) % 3, previous = (k + 2) % 3;
@@ -123,8 +123,8 @@ protected:
     return { TileContext::far, this->Last };
   }
 
-  // Triangle t is told: what later ones may refer to. A vertex that it has twice keeps the pair of
-  // the last corner.
+  // Triangle t is stored: what later ones may refer to. A vertex that it has twice keeps the pair
+  // of the last corner.
   void Remember(std::size_t t)
   {
     for (std::size_t k = 0; k < 3; ++k)
@@ -205,12 +205,12 @@ private:
     const auto number = [](std::int64_t bits)
     { return double(FloatOfOrderedBits(static_cast<std::uint32_t>(bits))); };
     const double closed = number(a) + number(b) - number(c);
-    // What is no number differs between machines; neither does a number that is none help.
+    // What is not a number differs between machines; neither does a number that is none help.
     return std::abs(closed) < 1e30 ? std::int64_t{ OrderedBits(static_cast<float>(closed)) } : a;
   }
 
   std::vector<Pairs> Recent;         // of each vertex
-  std::vector<std::uint32_t> LastAt; // the triangle that was told last
+  std::vector<std::uint32_t> LastAt; // the triangle that was stored last
   TileCorner Last{ 0, 0 };
 };
 

@@ -33,7 +33,7 @@ constexpr SymbolContexts contextsOfTree{ 1, treeContexts };
 
 // ---- facts
 
-constexpr unsigned boundShift = 19;           // of a float: its exponent and 4 bits are told
+constexpr unsigned boundShift = 19;           // of a float: its exponent and 4 bits are stored
 constexpr std::uint32_t largestBound = 0xFEF; // of a finite float
 constexpr std::uint32_t largestBytes = 192;   // of 64 MiB
 
@@ -427,7 +427,7 @@ Result<TreePage> DecodeTreePage(std::span<const std::uint8_t> blob, NodeId page,
   };
   if (!IsTreePage(page, depths) || !IsFiniteOrEmpty(around))
   {
-    return named(ErrorCode::InvalidArgument, "is no page of this tree");
+    return named(ErrorCode::InvalidArgument, "is not a page of this tree");
   }
   const auto unsealed = UnsealBlob(blob, treeMagic);
   if (!unsealed)
@@ -442,7 +442,7 @@ Result<TreePage> DecodeTreePage(std::span<const std::uint8_t> blob, NodeId page,
     if (!parent.Empty() && symbols.Choice(treeEmpty) == 0 &&
         !ReadBox(symbols, told.boxes[i], parent, i % 2 == 1))
     {
-      return named(ErrorCode::InvalidInput, "a box is not in its parent's");
+      return named(ErrorCode::InvalidInput, "a box is not inside its parent's box");
     }
   }
   if (!ReadFacts(symbols, PiecesOfTreePage(page, depths, hasLevels).size(), told.facts))
@@ -451,7 +451,7 @@ Result<TreePage> DecodeTreePage(std::span<const std::uint8_t> blob, NodeId page,
   }
   if (!symbols.AtEnd())
   {
-    return named(ErrorCode::InvalidInput, "bytes beyond the end");
+    return named(ErrorCode::InvalidInput, "extra bytes at the end");
   }
   return told;
 }

@@ -79,7 +79,7 @@ std::size_t PlaceInTreePage(NodeId page, PieceId piece, const TreeDepths& depths
 struct TreePage
 {
   NodeId page = 1;
-  // By heap number under the page's node, which is 1 (its box is told by the page above; the
+  // By heap number under the page's node, which is 1 (its box is stored by the page above; the
   // root's is the model's). Empty where there are no vertices. The first entry is unused.
   std::vector<Box> boxes;
   std::vector<PieceFacts> facts; // as PiecesOfTreePage

@@ -45,7 +45,7 @@ enum class WalkStep : std::uint8_t
   Both = 4,     // both
   Jump = 5,     // x is a known vertex, and its number follows
   NewGhost = 6, // x is a new ghost
-  None = 7      // a reader's mark behind the last step
+  None = 7      // a reader's mark after the last step
 };
 
 // A vertex of the walk, by its number in it.
@@ -138,7 +138,7 @@ public:
   std::uint32_t CrossToPrevious();
   std::uint32_t CrossToBoth();
   std::uint32_t CrossToKnown(std::uint32_t x); // REQUIRES: x < vertexCount
-  // The vertices that are left have no triangles. They come behind the others: own ones, then
+  // The vertices that are left have no triangles. They come after the others: own ones, then
   // ghosts.
   void AddIsolatedVertices();
 
@@ -146,7 +146,7 @@ public:
   WalkGate* gates;           // a stack, of those that wait and others
   std::uint32_t* gateFrom;   // of each vertex, the gate that starts there and was stacked last
   std::uint32_t left[2];     // how many ghosts and own vertices were not found yet
-  std::uint32_t spareVertex; // behind the last; only ever written to (GuideByNext)
+  std::uint32_t spareVertex; // after the last; only ever written to (GuideByNext)
   std::uint32_t vertexCount = 0, stacked = 0;
   // The gate that is crossed: its number, by which its neighbours know it, and what it holds. A
   // step after which the walk goes on moves this gate to the edge where it does.

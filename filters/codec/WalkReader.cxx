@@ -12,7 +12,7 @@ namespace kdstream
 namespace
 {
 
-// All steps, and None behind them. They come two to a symbol; behind an odd last one comes 0. Empty
+// All steps, and None after them. They come two to a symbol; after an odd last one comes 0. Empty
 // if it is not so.
 std::vector<WalkStep> ReadSteps(SymbolReader& symbols, std::size_t count)
 {
@@ -164,7 +164,7 @@ private:
 
   SymbolCursor Symbols;
   const WalkStep* Step; // the next one
-  Triangle *Done, *End; // triangles: behind those that are done, behind all
+  Triangle *Done, *End; // triangles: after those that are done, after all
 };
 
 }

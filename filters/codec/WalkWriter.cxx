@@ -11,7 +11,7 @@ namespace kdstream
 namespace
 {
 
-// Two to a symbol; behind an odd last one comes 0.
+// Two to a symbol; after an odd last one comes 0.
 void WriteSteps(SymbolWriter& symbols, const std::vector<WalkStep>& steps)
 {
   for (std::size_t i = 0; i < steps.size(); i += 2)

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// What lies behind the end of what a file says it holds: told, not refused.
+// What lies after the end of what a file says it holds: reported, not refused.
 #pragma once
 
 #include "filters/meshio/ByteSource.h"

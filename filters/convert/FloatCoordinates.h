@@ -15,7 +15,7 @@ bool FloatsAreCoarse(double largest, double side);
 
 // To be called where coordinates were read as floats. Adds a warning if neighbouring floats at the
 // largest coordinate are farther apart than a millionth of the longest side of the bounding box: of
-// georeferenced coordinates the digits behind the point are lost. O(points).
+// georeferenced coordinates the digits after the decimal point are lost. O(points).
 // largestRead: of the coordinates as they were read, where those of the mesh are others.
 void WarnOfFloats(ForeignMesh& read, std::optional<double> largestRead = {});
 

@@ -42,7 +42,7 @@ Result<ForeignMesh> ReadInChunks(const std::filesystem::path& file, const Execut
 Result<ForeignMesh> Bake(
   TexturedFile read, const TextureOptions& textures, const Execution& execution)
 {
-  Result<BakeReport> report = BakeTexturesAndKeepPaint(read.textured, textures, execution);
+  Result<BakeReport> report = BakeAndKeepTextures(read.textured, textures, execution);
   KDSTREAM_TRY(report);
   ForeignMesh result{ std::move(read.textured.mesh), std::move(read.warnings) };
   result.tolerance = std::move(read.tolerance);

@@ -27,27 +27,29 @@ struct ForeignMesh
   std::optional<BakeReport> baked{}; // of a file with textures, if they were
   // What else it depends on, whether or not it is there: the files that the file names.
   std::vector<std::filesystem::path> named{};
-  // What was dropped or forgiven: counted here, and told and refused (--strict) by who asked.
+  // What was dropped or forgiven: counted here, and reported and refused (--strict) by who asked.
   Tolerance tolerance{};
 };
 
-// Reads a file by its ending. Polygons become fans and strips triangles as kdstream-build reads
-// them, degenerate triangles stay; lines and vertex cells are left out, with a warning unless they
-// are those of a plain cloud. Coordinates keep their type, but those of .wrl, and of a
-// .pcd as text with SIZE 4, are floats, with a warning where these are coarse; other text is read
-// as floats where these tell its decimals apart, else as doubles.
+// Reads a file by its ending.
 //   .vtp          VTK's XML; .vtk: VTK's legacy format, of a grid its surface
 //   .wrl          VRML 2 (VRML 97); .glb, .gltf: glTF 2.0, the default scene, transforms applied
 //   .pcd          PCL's clouds: ascii, binary, compressed
 //   .xyz          see ReadXyz; .las: see ReadLas
 //   .ply .stl .obj .off  as kdstream-build reads them; corners of .stl in the same place are joined
-// Pictures are baked to colours of vertices, as textures asks (BakeTextures.h), in .obj, .ply,
-// .glb and .gltf.
-// Points that are not finite are dropped, with their triangles, and counted in `tolerance`.
-// Peak memory: some three times the mesh. Errors: InvalidInput saying what is wrong, and where if
-// the format's library tells; a file without any point; Unsupported for other endings, and for what
-// this installation lacks; InputOutput; NotFound; Cancelled.
-// columns: of an .xyz, see ReadXyz.
+// - Polygons and strips become triangles as in kdstream-build; degenerate triangles stay. Lines and
+//   vertex cells are left out, with a warning unless they are those of a plain cloud.
+// - Coordinates keep their type. But those of .wrl, and of a .pcd as text with SIZE 4, are floats,
+//   with a warning where these are coarse; other text is read as floats where these tell its
+//   decimals apart, else as doubles.
+// - Pictures are baked to vertex colours, as `textures` asks (BakeTextures.h), in .obj, .ply, .glb
+//   and .gltf.
+// - Points that are not finite are dropped, with their triangles, and counted in `tolerance`.
+//
+// columns: of an .xyz, see ReadXyz. Peak memory: some three times the mesh. Errors: InvalidInput
+// saying what is wrong, and where if the format's library tells; a file without any point;
+// Unsupported for other endings, and for what this installation lacks; InputOutput; NotFound;
+// Cancelled.
 Result<ForeignMesh> ReadForeignMesh(const std::filesystem::path& file,
   const TextureOptions& textures = {}, const Execution& execution = {},
   const std::string& columns = {});
@@ -60,15 +62,18 @@ Result<ForeignMesh> ReadVrml(const std::filesystem::path& file, const Execution&
 Result<ForeignMesh> ReadGltf(
   const std::filesystem::path& file, const TextureOptions& textures, const Execution& execution);
 
-// Text, a point a line, its numbers apart by blanks, commas or semicolons; where blanks or
-// semicolons part numbers that have one comma each and no point, these are decimal commas. What the
-// columns are: columns ("x y z r g b class", apart by blanks or commas), where that is not empty; a
-// line of such names before the first point; else x y z and what the values of the others fit
-// (XyzColumns.h). Every line has as many columns as the first. Passed over: empty lines, lines that
-// begin with # or //, what follows a blank and #. A line with only a number counts the points
-// behind it, up to the next such line: fewer are an error. A first column that is no coordinate by
-// its values (XyzFirstColumn) is the attribute "number", before x y z. What can be read in two ways
-// is told (Tolerance::Tell, Lapse::ColumnsGuessed).
+// Text with a point in each line, its numbers separated by blanks, commas or semicolons. Where
+// blanks or semicolons separate numbers that have one comma each and no point, these are decimal
+// commas. Every line has as many columns as the first. What the columns are, by the first of these
+// that is there:
+// 1. columns ("x y z r g b class", separated by blanks or commas);
+// 2. a line of these names before the first point;
+// 3. x y z, and others by their values (XyzColumns.h). A first column that is not a coordinate by
+//    its values (XyzFirstColumn) is the attribute "number", before x y z.
+//
+// Skipped: empty lines, lines that begin with # or //, text after a blank and #. A line with only a
+// number counts the points after it, up to the next of these lines: fewer are an error. What can be
+// read in two ways is reported (Tolerance::Tell, Lapse::ColumnsGuessed).
 Result<ForeignMesh> ReadXyz(
   const std::filesystem::path& file, const std::string& columns, const Execution& execution);
 

@@ -67,7 +67,7 @@ public:
     }
   }
 
-  // What is told of the file.
+  // What is reported of the file.
   Tolerance& Forgiven() { return this->Output.tolerance; }
 
   // Errors: InvalidInput where no point is left.

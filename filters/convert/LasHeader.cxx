@@ -49,7 +49,7 @@ Status TakePlacement(std::string_view begin, LasHeader& header)
 }
 
 // Where what follows the points begins, if the header names something: waves (1.3), or records of
-// variable length behind the points (1.4).
+// variable length after the points (1.4).
 std::uint64_t EndOfPoints(
   std::string_view begin, unsigned minor, std::uint64_t pointsBegin, std::uint64_t fileSize)
 {

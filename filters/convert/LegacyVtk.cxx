@@ -45,7 +45,7 @@ bool IsSizeCertain(const std::string& type)
 }
 
 // Parts of an array of points or cells: how many numbers each of them has, and where its head has
-// the type: behind the name.
+// the type: after the name.
 struct ArrayPart
 {
   std::string_view keyword;
@@ -58,8 +58,8 @@ constexpr ArrayPart arrayParts[] = { { "VECTORS", 3 }, { "NORMALS", 3 }, { "TENS
 constexpr std::string_view otherKeywords[] = { "BLANKING", "EDGES", "VERTEX_DATA", "EDGE_DATA",
   "ROW_DATA", "CHILDREN" };
 
-// The first number of those that Fortran writes without a blank between them, "1.0-2.0", as a
-// stream takes it off; empty where the word is anything else.
+// The first of the numbers that Fortran writes without a blank between them, "1.0-2.0", as a stream
+// reads it; empty for any other word.
 std::string_view FirstOfGlued(std::string_view word)
 {
   const auto pass = [&](std::size_t at, std::string_view set)
@@ -176,7 +176,7 @@ private:
     return word;
   }
 
-  // Goes behind the end of the line.
+  // Goes past the end of the line.
   void SkipLine()
   {
     for (;;)
@@ -279,8 +279,8 @@ private:
       true);
   }
 
-  // The texts of an array: of a text a line each; in binary each with its size before it, of one to
-  // eight bytes, as the first two bits say.
+  // The texts of an array. In a text file each is a line; in a binary file each has its size before
+  // it, in one to eight bytes, as its first two bits say.
   bool TakeStrings(std::uint64_t count)
   {
     this->SkipLine();
@@ -325,7 +325,7 @@ private:
     return true;
   }
 
-  // The numbers behind a head: of a text as words.
+  // The numbers after a head: of a text as words.
   bool TakeNumbers(
     std::uint64_t count, std::uint64_t components, const std::string& type, bool isOfCells = false)
   {

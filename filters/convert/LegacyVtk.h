@@ -32,7 +32,7 @@ struct VtkDamage
   // A text has numbers that VTK does not read: not finite ones, and exponents of Fortran.
   bool hasOtherNumbers = false;
   VtkOrder order{};
-  // For a message where no part is damaged: "something behind POINTS (line 5) cannot be read".
+  // For a message where no part is damaged: "something after POINTS (line 5) cannot be read".
   std::string lastPart{};
 };
 

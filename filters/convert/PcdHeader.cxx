@@ -98,8 +98,8 @@ public:
     return header;
   }
 
-  // PCL takes what is no number for zero, and passes over lines that are too short: goes through
-  // the lines of an ascii body. What is no point behind the claimed ones is left, where it begins
+  // PCL takes what is not a number for zero, and passes over lines that are too short: goes through
+  // the lines of an ascii body. What is not a point after the claimed ones is left, where it begins
   // is returned. To be called after Read.
   Result<std::uint64_t> CheckAsciiBody(PcdHeader& header)
   {
@@ -149,7 +149,7 @@ public:
     }
   }
 
-  // Where the text of a file ends that is one, and how many zeros are behind it.
+  // Where the text of a file ends that is one, and how many zeros are after it.
   std::uint64_t TextEnd() const { return this->Lines.Size(); }
   std::uint64_t Padding() const { return this->Lines.Padding(); }
 

@@ -22,16 +22,16 @@ inline constexpr const char* vtkNotFinite = "-3.4028230607370965e38";
 class PlainCopy
 {
 public:
-  // Without what is behind the text: Ctrl-Z, and zeros, which are counted. Of XML, where that may
+  // Without what is after the text: Ctrl-Z, and zeros, which are counted. Of XML, where that may
   // be any bytes before. Errors: InvalidInput for text in UTF-16 or UTF-32; InputOutput.
   static Result<PlainCopy> OfXml(const std::filesystem::path& file, Tolerance& tolerance);
   // Of a legacy .vtk file that is a text, also without a byte order mark, and with \n at the end of
-  // each line. numbers: in lines of numbers alone those that are not finite become vtkNotFinite,
+  // each line. numbers: in lines of only numbers those that are not finite become vtkNotFinite,
   // and exponents of Fortran (1.0D+00) those of C. Errors: the same.
   static Result<PlainCopy> OfVtk(
     const std::filesystem::path& file, bool numbers, Tolerance& tolerance);
 
-  // Of a legacy .vtk file with its line of DATASET behind the head. Errors: InputOutput.
+  // Of a legacy .vtk file with its line of DATASET after the head. Errors: InputOutput.
   static Result<PlainCopy> WithDatasetFirst(
     const std::filesystem::path& file, const VtkOrder& order);
 

@@ -75,8 +75,9 @@ private:
     return CheckPointCount(this->Header.points);
   }
 
-  // Whether those that the header does not count lie in its box, if that is the one of those that
-  // it counts: of these the first and the last are looked at.
+  // Whether the points that the header does not count may be points: all of them lie in its box.
+  // The box decides only if it is that of the counted points, of which the first and the last are
+  // checked; else they may be.
   Result<bool> MayBePoints(std::uint64_t begin, std::uint64_t points)
   {
     const std::uint64_t bytes = this->Header.pointBytes;

@@ -84,7 +84,7 @@ std::stringstream PlainLines(std::istream& text)
 
 // A compressed body whose points are not: some programs write them so where compression does not
 // help. With a mark before every 32 bytes that says so (LZF: a run that is copied). REQUIRES: two
-// sizes at the beginning, and as many bytes behind them as they say.
+// sizes at the beginning, and as many bytes after them as they say.
 std::vector<unsigned char> WithRunsMarked(const std::vector<unsigned char>& body)
 {
   constexpr std::size_t sizes = 8, longest = 32;

@@ -686,7 +686,7 @@ private:
     this->LeaveOutNode(missing, lineOfMissing);
   }
 
-  // As it is written; else as an address: file:, %HH, and the viewpoint to begin with behind #.
+  // As it is written; else as an address: file:, %HH, and the viewpoint to begin with after #.
   std::filesystem::path FileOf(const std::string& url)
   {
     if (!this->Current.files)
@@ -1427,7 +1427,7 @@ private:
     }
   }
 
-  // --- What is told
+  // --- What is reported
 
   void Fail(const Error& error) { this->Failure = this->Failure ? this->Failure : error; }
   void Warn(const std::string& warning)

@@ -61,7 +61,7 @@ void Update(Reader& reader, const Execution& execution)
   reader.RemoveObserver(command);
 }
 
-// VTK reads as many points and cells as a piece counts; looks for what the arrays have behind them.
+// VTK reads as many points and cells as a piece counts; looks for what the arrays have after them.
 class CountingReader : public vtkXMLPolyDataReader
 {
 public:
@@ -114,7 +114,7 @@ private:
     const VtkMessages notTold; // what is there was read
     constexpr std::size_t block = 4096;
     std::array<double, block> values{}; // of at most eight bytes
-    // From the last known word on: VTK fails where it is to begin behind the end.
+    // From the last known word on: VTK fails where it is to begin after the end.
     std::uint64_t known = static_cast<std::uint64_t>(counted) * components;
     for (std::size_t read = block; read == block;)
     {

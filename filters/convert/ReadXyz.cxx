@@ -51,7 +51,7 @@ bool HasThousands(std::string_view word)
            word.begin() + static_cast<std::ptrdiff_t>(point), IsDigit);
 }
 
-// words: of a line, at blanks and semicolons alone.
+// words: of a line, only at blanks and semicolons.
 Commas CommasOf(const std::vector<std::string_view>& words)
 {
   std::size_t inner = 0, points = 0, both = 0, thousands = 0;
@@ -473,7 +473,7 @@ private:
     return std::move(this->Out);
   }
 
-  // By the values: what the first column is, and those behind the coordinates.
+  // By the values: what the first column is, and those after the coordinates.
   Result<XyzLayout> ChooseLayout(std::vector<std::string>& readings)
   {
     using Meaning = XyzFirstColumn::Meaning;
@@ -661,7 +661,7 @@ private:
   std::optional<XyzLayout> Layout; // by --columns, or by names in the file
   std::size_t NamedColumns = 0;    // of it
   std::uint64_t NamesInFile = 0;   // the line; 0: none
-  bool NamesAlone = false;         // it is no comment
+  bool NamesAlone = false;         // it is not a comment
   std::vector<std::string_view> Words;
   std::string Text, Unquoted; // of a line with decimal commas, or with quotes
   Commas Comma = Commas::Unknown;
@@ -672,12 +672,13 @@ private:
   std::vector<bool> LeftOut;                 // of each column, where the layout is known
   std::optional<XyzColumns> Columns;         // once there is a point
   std::uint64_t CountLine = 0;               // of the last count; 0: none
-  std::uint64_t Counted = 0, SinceCount = 0; // points, by it, and behind it
+  std::uint64_t Counted = 0, SinceCount = 0; // points, by it, and after it
   std::uint64_t OtherNames = 0;              // the line of names that name no columns; 0: none
   std::string PartNames;                     // of r g b or nx ny nz a part, which names numbers
   std::vector<float> Extra;                  // the columns but for the coordinates
   DecimalPrecision Precision;
-  // If the first column is no coordinate, as long as that may be; none where the layout is known.
+  // If the first column is not a coordinate, as long as that may be; none where the layout is
+  // known.
   std::optional<XyzColumns> Shifted;
   XyzFirstColumn First;
   std::vector<double> Fourth; // column of the points

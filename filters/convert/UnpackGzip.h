@@ -18,7 +18,7 @@ bool IsGzip(std::string_view bytes);
 struct UnpackedText
 {
   std::string text;
-  std::uint64_t behind = 0; // bytes behind the compressed ones, which are left out
+  std::uint64_t behind = 0; // bytes after the compressed ones, which are left out
 };
 
 // What gzip has compressed, several parts in a row too. Memory: the text, which grows with what is

@@ -16,7 +16,7 @@ namespace
 
 enum class CommaBetween : std::uint8_t
 {
-  Digits, // a comma alone, between digits
+  Digits, // only a comma, between digits
   Comma,  // with blanks or line ends
   Blank
 };
@@ -78,7 +78,7 @@ public:
   }
 
   std::size_t Count = 0, Commas = 0;    // of numbers, and of commas that may be decimal ones
-  bool HasZeros = false;                // behind such a comma, before another digit
+  bool HasZeros = false;                // after such a comma, before another digit
   std::size_t Size = 0;                 // in bytes
   std::vector<CommaBetween> Separators; // of all numbers but the last
 

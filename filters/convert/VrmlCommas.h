@@ -32,11 +32,16 @@ struct VrmlCommaReading
   std::size_t size = 0; // of the numbers, in bytes; not known where commas are blanks
 };
 
-// text: what is behind a field's name, or behind the bracket of its list. Decimal commas stand
-// between digits, without a blank, one for a number, and no number has a point. Where the numbers
-// could be meant both ways, that is taken which gives as many as the field has, or whole values;
-// in which a number begins with two digits of which the first is 0; or in which what separates the
-// numbers is the same for all values. O(bytes up to the first number with a point).
+// text: what follows a field's name, or the bracket of its list. Decimal commas stand between
+// digits, without a blank, one for a number, and no number has a point. Where the numbers can be
+// read both ways, the first of these rules decides:
+// 1. the reading with as many numbers as the field has;
+// 2. the reading with whole values;
+// 3. decimal, if the digits after a comma begin with 0 and another digit;
+// 4. not decimal, if commas between digits stand only between values;
+// 5. the reading in which the separators are the same for all values.
+//
+// O(bytes up to the first number with a point).
 VrmlCommaReading ReadVrmlCommas(std::string_view text, const VrmlNumbers& numbers);
 
 }

@@ -66,7 +66,7 @@ bool IsNotFiniteWord(std::string_view word)
          small == "inf" || small == "infinity";
 }
 
-// Whether "-1." goes on behind it as "#IND" does, which is no comment.
+// Whether "-1." goes on after it as "#IND" does, which is not a comment.
 bool GoesOnAsNotFinite(std::string_view word, std::string_view behind)
 {
   constexpr std::string_view kinds[] = { "#IND", "#QNAN", "#SNAN", "#INF" };
@@ -459,7 +459,7 @@ private:
     }
   }
 
-  // The next word, or bracket; behind blanks and comments.
+  // The next word, or bracket; after blanks and comments.
   std::string_view NextWord(std::size_t at) const
   {
     while (at < this->File.size() && (IsVrmlBlank(this->File[at]) || this->File[at] == '#'))
@@ -610,7 +610,7 @@ private:
     }
   }
 
-  // Of a field of the node that is open, before its list or behind; 0 if it is not there.
+  // Of a field of the node that is open, before its list or after; 0 if it is not there.
   std::size_t WholeNumberOf(std::string_view field) const
   {
     std::size_t begin = this->File.rfind('{', this->At);
@@ -642,8 +642,8 @@ private:
     this->Out.tolerance.Count(Lapse::FieldNotKnown, isInside ? 0 : 1, place);
   }
 
-  // Where a field of the node should be named: it counts as one of its children, where it has some;
-  // else it is left out.
+  // A node where a field's name should be. It counts as a child of the outer node, if that node has
+  // children; else it is left out.
   void TakeNodeWithoutField(Bracket& node, std::string_view word)
   {
     if (node.isListOpen)
@@ -673,7 +673,7 @@ private:
     this->Out.text += "children [ ";
   }
 
-  // A string, or what is in brackets: the value of a field, behind which the next is named.
+  // A string, or what is in brackets: the value of a field, after which the next is named.
   void EndValue()
   {
     if (!this->Open.empty())

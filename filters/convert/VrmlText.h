@@ -24,8 +24,8 @@ struct VrmlUrl
   std::uint64_t line = 0;
 };
 
-// Nodes that are left out: which, and why ("'Knob', which VRML does not have"); how many; the line
-// of the first, 0 where that is not known.
+// Left-out nodes of one kind: which, and why ("'Knob', which VRML does not have"); their number;
+// the line of the first, 0 where unknown.
 struct VrmlLeftOut
 {
   std::uint64_t count = 0, line = 0;
@@ -42,13 +42,15 @@ inline constexpr const char* vrmlUrlBegin = "/dev/null/";
 struct VrmlText
 {
   bool isFirst = false; // VRML 1.0, else 2.0
-  // The same scene for the library: lines stay, comments and ROUTEs are blanks (nothing is animated
-  // here), and no string names a file: all are empty, but those that an Inline may have are numbers
-  // of `urls`, behind vrmlUrlBegin.
-  // Numbers have points for decimal commas (VrmlCommas.h), and e for D in exponents. Of points and
-  // heights those that are not finite ("nan", "1.#IND") are vrmlNotFinite, names are
-  // such as it takes; nodes that it does not know are empty groups, and fields that it does not
-  // know and what is in textures are blanks.
+  // The same scene for the library. Lines stay where they are.
+  // - Comments, ROUTEs (nothing is animated here), unknown fields and the content of textures
+  //   become blanks; unknown nodes become empty groups.
+  // - Strings become empty, so that none names a file. Those of an Inline become numbers of `urls`,
+  //   after vrmlUrlBegin.
+  // - Numbers have points instead of decimal commas (VrmlCommas.h), and e instead of D in
+  //   exponents. Coordinates of points and heights that are not finite ("nan", "1.#IND") become
+  //   vrmlNotFinite.
+  // - Names become names that the library accepts.
   std::string text;
   std::vector<VrmlUrl> urls;
   bool floatsSuffice = true; // for the decimals of points and heights
@@ -58,11 +60,15 @@ struct VrmlText
   Tolerance tolerance{};
 };
 
-// Goes through the text once. Errors: InvalidInput naming the line, for another format or version,
-// brackets that do not match or are nested deeper than 400, or 1000 by nodes that are used again, a
-// string without end, control characters, a node that contains itself (USE within its DEF, a PROTO
-// within its body); LimitExceeded for more than a million nodes that PROTOs make of it.
-// library: what it knows of VRML 1 (isFirst) and 2.
+// Reads the text once. library: what it knows of VRML 1 (isFirst) and 2. Errors: InvalidInput
+// naming the line, for:
+// - another format or version;
+// - brackets that do not match, are nested deeper than 400, or than 1000 by nodes that are used
+//   again;
+// - a string without end; control characters;
+// - a node that contains itself (USE within its DEF, a PROTO within its body).
+//
+// LimitExceeded for more than a million nodes that PROTOs make.
 struct VrmlLibrary
 {
   std::function<bool(const std::string& type, bool isFirst)> isNode;

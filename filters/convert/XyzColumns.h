@@ -53,11 +53,11 @@ bool AreXyzNames(const std::vector<std::string_view>& words);
 // Whether none of them begins as a number does.
 bool AreOtherNames(const std::vector<std::string_view>& words);
 
-// What is known of the columns behind x y z once all values were seen. O(k^2) a point of k columns.
+// What is known of the columns after x y z once all values were seen. O(k^2) a point of k columns.
 class XyzColumns
 {
 public:
-  // columns: behind the coordinates. before: how many columns there are up to these.
+  // columns: after the coordinates. before: how many columns there are up to these.
   explicit XyzColumns(std::size_t columns, std::size_t before = 3);
 
   void Add(const float* values);

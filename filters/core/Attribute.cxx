@@ -209,7 +209,7 @@ Status CheckAttributes(std::span<const Attribute> attributes, std::size_t points
   const auto bad = [](const std::string& what) { return Error{ ErrorCode::InvalidInput, what }; };
   if (attributes.size() > mostAttributes)
   {
-    return bad(std::to_string(attributes.size()) + " attributes: more than " +
+    return bad(std::to_string(attributes.size()) + " attributes; the maximum is " +
                std::to_string(mostAttributes));
   }
   for (std::size_t i = 0; i < attributes.size(); ++i)

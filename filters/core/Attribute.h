@@ -60,8 +60,8 @@ enum class AttributeRole
 };
 AttributeRole RoleOf(const AttributeInfo& attribute);
 
-// Whether it is a number for each vertex, by which viewers may colour: a point array of one
-// component that is none of VTK's own (whose names begin with "vtk").
+// Whether viewers may colour by the array: a point array of one component that is not VTK's own
+// (whose names begin with "vtk").
 bool IsScalar(const AttributeInfo& attribute);
 // Whether the numbers are names of classes, which have no mean: integers of one byte, and all
 // arrays whose name contains "class" or "label" (classification, scalar_Classification, …). Arrays

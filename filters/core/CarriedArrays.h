@@ -31,12 +31,13 @@ struct CoarserSurface
   std::span<const Triangle> triangles;
 };
 
-// Arrays of triangles for the triangles of a coarser mesh: the means (MeansOfGroups) of those that
-// belong to each. A triangle belongs to its image, or, where that is none of the coarser ones, to
-// the one that has most of its points' clusters, of several the one whose centre is nearest to its
-// own, of equals the first. To whom none belongs, it gets the tuple of the first triangle that has
-// a point in its first cluster. clusterOf: of each point of `mesh` the coarser point. O(t log t),
-// and where triangles vanish at a point in how many others have it. arrays: a tuple a triangle.
+// Arrays for the triangles of a coarser mesh: the means (MeansOfGroups) of the finer triangles that
+// belong to each. A finer triangle belongs to its image. If its image is not a coarser triangle, it
+// belongs to the one with most of its points' clusters; of several, to the one with the nearest
+// centre; of equals, to the first. A coarser triangle to which none belongs gets the tuple of the
+// first finer triangle that has a point in its first cluster. clusterOf: the coarser point of each
+// point of `mesh`. arrays: a tuple a triangle. O(t log t); where triangles vanish at a point, also
+// in how many others have the point.
 std::vector<Attribute> CarryCells(std::span<const Attribute> arrays, const Mesh& mesh,
   std::span<const VertexId> clusterOf, const CoarserSurface& coarser,
   const Execution& execution = {});

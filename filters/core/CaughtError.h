@@ -44,7 +44,7 @@ inline Error CaughtError()
   }
   catch (...)
   {
-    message = "unexpected: an exception that does not say what it is";
+    message = "unexpected: an exception without a message";
   }
   std::replace_if(
     message.begin(), message.end(), [](char c) { return c == '\n' || c == '\r'; }, ' ');

@@ -169,8 +169,8 @@ void PolygonCutter::Queue(std::uint32_t corner)
   }
 }
 
-// A round looks at every corner once, but not at the neighbours of what it cut: these have their
-// turn in the next, so that triangles grow evenly and not into slivers.
+// A round looks at every corner once, but not at the neighbours of the corners that it cut. Their
+// turn is in the next round, so triangles grow evenly and not into slivers.
 void PolygonCutter::CutQueued(Rule rule)
 {
   while (!this->NextBatch.empty() && this->Left > 3)

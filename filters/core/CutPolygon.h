@@ -18,13 +18,12 @@ namespace kdstream
 class PolygonCutter
 {
 public:
-  // The count - 2 triangles of a polygon, by the numbers of its corners (0 to count - 1), oriented
-  // as it is; none for fewer than three corners. A fan around corner 0 where that serves (a convex
-  // polygon; one whose dents are below a millionth of its area), else ears of the polygon's
-  // projection along its normal (Newell's), so that they fill a concave polygon and no more. A
-  // polygon that crosses itself, lies in a line, or has corners that are not finite gets some
-  // triangles. Valid until the next call.
-  // O(count) for a fan, else expected O(count log count), 100 bytes a corner.
+  // The count - 2 triangles of a polygon, by the numbers of its corners (0 to count - 1), with its
+  // orientation; none for fewer than three corners. A fan around corner 0 if that is enough (a
+  // convex polygon; one whose dents are below a millionth of its area). Else ears of the polygon's
+  // projection along its normal (Newell's), which fill exactly a concave polygon. A polygon that
+  // crosses itself, lies in a line, or has corners that are not finite gets some triangles. Valid
+  // until the next call. O(count) for a fan, else expected O(count log count), 100 bytes a corner.
   std::span<const Triangle> Cut(std::span<const Vec3> corners);
   // Whether the last polygon became a fan around corner 0.
   bool IsFan() const { return this->Fan; }

@@ -19,7 +19,7 @@ using Counts = std::function<bool(VertexId)>;
 
 // How unevenly the edges around a vertex are used: of each directed edge from or to it the other
 // end's number, scattered. 0 where every edge is used as often in one direction as in the other.
-std::uint64_t Scatter(VertexId v)
+std::uint64_t Hash(VertexId v)
 {
   return MixBits(v + std::uint64_t{ 1 }); // 0 would count as no edge
 }
@@ -49,13 +49,13 @@ void CollectUnbalanced(std::span<const Triangle> triangles, std::span<const std:
     {
       continue;
     }
-    const std::array<std::uint64_t, 3> scattered{ Scatter(triangle[0]), Scatter(triangle[1]),
-      Scatter(triangle[2]) };
+    const std::array<std::uint64_t, 3> hashed{ Hash(triangle[0]), Hash(triangle[1]),
+      Hash(triangle[2]) };
     for (std::size_t k = 0; k < 3; ++k)
     {
       if (isOwn(triangle[k]))
       {
-        sums[triangle[k] - first] += scattered[(k + 1) % 3] - scattered[(k + 2) % 3];
+        sums[triangle[k] - first] += hashed[(k + 1) % 3] - hashed[(k + 2) % 3];
       }
     }
   }

@@ -14,7 +14,7 @@ Status CheckExtent(const Box& box)
     {
       return Error{ ErrorCode::InvalidInput,
         std::string("the mesh spans more than 2^127 (1.7e38) along ") + "xyz"[k] +
-          ", the most that levels can be computed for" };
+          ", the limit for computing levels" };
     }
   }
   return {};

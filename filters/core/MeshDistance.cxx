@@ -235,7 +235,7 @@ Result<MeshDistance> MeasureDistance(const Mesh& reference, const Mesh& other,
 {
   if (options.samples == 0)
   {
-    return Error{ ErrorCode::InvalidArgument, "0 samples: at least 1 is needed" };
+    return Error{ ErrorCode::InvalidArgument, "the number of samples must be at least 1, not 0" };
   }
   for (const auto& [mesh, which] :
     { std::pair(&reference, "reference"), std::pair(&other, "other") })

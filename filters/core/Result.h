@@ -33,7 +33,7 @@ struct Error
 {
   ErrorCode code = ErrorCode::InvalidInput;
   std::string message;
-  // The file that it is about; empty where the caller alone knows which.
+  // The file that it is about; empty where only the caller knows which.
   std::string file = {};
   // Where in the file ("byte 4096"), unless the message tells.
   std::string place = {};

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Vertices that no triangle uses: they are taken out of a mesh behind step "weld" of the pipeline
+// Vertices that no triangle uses: they are taken out of a mesh after step "weld" of the pipeline
 // picture, and decide nothing of what comes then (doc/design.md#unused-vertices).
 #pragma once
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Folders: for one user alone, and made to outlast a power cut with all that is in them; a file
+// Folders: only for one user, and made to outlast a power cut with all that is in them; a file
 // without a name in one. By the
 // system's own calls: the iterators of std::filesystem end the process where memory runs out.
 #pragma once
@@ -13,7 +13,7 @@
 namespace kdstream
 {
 
-// Makes the folder for its owner alone, and those that it is in as the umask has it. One that is
+// Makes the folder only for its owner, and those that it is in as the umask has it. One that is
 // there stays as it is: its permissions are somebody's decision. Errors: InputOutput.
 Status MakePrivateFolder(const std::filesystem::path& folder);
 

@@ -90,13 +90,14 @@ Result<HeldFolder> HeldFolder::Below(const std::string& name, mode_t mode, bool*
   const bool isLink = ::fstatat(this->Descriptor, name.c_str(), &found, AT_SYMLINK_NOFOLLOW) == 0 &&
                       S_ISLNK(found.st_mode);
   return isLink ? Error{ ErrorCode::InputOutput,
-    "is a link, which is not followed: remove it, or name the folder itself", below.string() }
+    "is a symbolic link, which is not followed: remove it, or give the folder itself",
+    below.string() }
                 : SystemError("cannot be opened", reason, below.string());
 }
 
 Error HeldFolder::NotOwn(const std::string& name) const
 {
-  return { ErrorCode::InputOutput, "is not this user's own, and is left alone",
+  return { ErrorCode::InputOutput, "does not belong to this user, and is not used",
     (this->Called / name).string() };
 }
 
@@ -117,7 +118,7 @@ Result<HeldFolder> HeldFolder::OwnBelow(const std::string& name) const
   const bool isOpen = (found.st_mode & ofOthers) != 0;
   if (isOpen && ::chmod(below->Path().c_str(), found.st_mode & 07777 & ~ofOthers) != 0)
   {
-    return SystemError("may be written to by others", errno, below->Called.string());
+    return SystemError("can be written by other users", errno, below->Called.string());
   }
   return below;
 }

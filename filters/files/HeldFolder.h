@@ -23,7 +23,7 @@ public:
   // The folder `name` in this one; where there is none it is made with these permissions, less the
   // umask, and `made` is set. Errors: InputOutput, also for a link, which is not followed.
   Result<HeldFolder> Below(const std::string& name, mode_t mode, bool* made = nullptr) const;
-  // The same, of this user alone: its owner is this user, or root, and nobody else may write to it.
+  // The same, only of this user: its owner is this user, or root, and nobody else may write to it.
   // That is taken from others where it is this user's. Errors: InputOutput, also where it is
   // another user's, which is left alone.
   Result<HeldFolder> OwnBelow(const std::string& name) const;

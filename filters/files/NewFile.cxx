@@ -81,9 +81,8 @@ Status TakeOverAccess(int file, const struct stat& replaced)
   {
     mode &= ~mode_t{ 070 } | (mode & 07) << 3; // another group may do what everybody may
   }
-  return ::fchmod(file, mode) == 0
-           ? Status{}
-           : Status{ SystemError("cannot be given its permissions", errno) };
+  return ::fchmod(file, mode) == 0 ? Status{}
+                                   : Status{ SystemError("its permissions cannot be set", errno) };
 }
 
 void CloseFile(int& descriptor)
@@ -264,15 +263,17 @@ Status NewFile::Finish(Lasts lasts)
   }
   if (::rename(this->Temporary.c_str(), this->Place.c_str()) != 0)
   {
-    return SystemError("cannot be put in place", errno);
+    return SystemError("cannot be renamed to its final name", errno);
   }
   this->Temporary.clear();
   // Some file systems cannot do that with folders; the file itself is safe by now.
   const bool isSafe = lasts == Lasts::Processes || this->FolderFile < 0 ||
                       ::fsync(this->FolderFile) == 0 || errno != EIO;
-  return isSafe ? Status{}
-                : Status{ SystemError(
-                    "is in place, but its folder cannot be made to outlast a power cut", EIO) };
+  return isSafe
+           ? Status{}
+           : Status{ SystemError(
+               "is written, but its folder cannot be flushed to disk: a power failure may lose it",
+               EIO) };
 }
 
 }

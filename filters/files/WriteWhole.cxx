@@ -122,7 +122,8 @@ Result<std::string> ReadWholeFile(const std::filesystem::path& file, Links links
     const int reason = errno;
     if (reason == ELOOP && links == Links::Refuse)
     {
-      return Error{ ErrorCode::InputOutput, "is a link, which is not followed", file.string() };
+      return Error{ ErrorCode::InputOutput, "is a symbolic link, which is not followed",
+        file.string() };
     }
     return reason == ENOENT || reason == ENOTDIR
              ? Error{ ErrorCode::NotFound, "no such file", file.string() }

@@ -146,7 +146,7 @@ void ByteSource::Crop(std::uint64_t begin, std::uint64_t end)
   assert(begin >= this->First && begin <= end && end <= this->FileSize);
   this->First = begin;
   this->FileSize = end;
-  this->BufferOffset = begin; // what is in memory may lie behind the end
+  this->BufferOffset = begin; // what is in memory may lie after the end
   this->Begin = 0;
   this->End = 0;
 }

@@ -110,7 +110,7 @@ constexpr Unread unread[] = { { ".3mf", "a 3MF file",
   { ".html", "a page of the web (HTML), as servers send it instead of a file that is not there",
     notMesh } };
 
-// Exactly the triangles that it counts behind the header: no other file is so by chance.
+// Exactly the triangles that it counts after the header: no other file is so by chance.
 bool IsBinaryStl(std::string_view begin, std::uint64_t size)
 {
   constexpr std::size_t header = 84;
@@ -136,8 +136,8 @@ std::uint64_t LittleEndian(std::string_view bytes, std::size_t at, std::size_t c
   return value;
 }
 
-// Of a text without a mark: by the first word of its first line that is no comment. Too little to
-// be believed of what could be binary.
+// Of a text without a mark: by the first word of its first line that is not a comment. Too little
+// to be believed of what could be binary.
 std::string_view FormatOfText(std::string_view begin)
 {
   begin.remove_prefix(begin.starts_with(utf8Mark) ? utf8Mark.size() : 0);
@@ -186,8 +186,8 @@ std::string TellUnread(const Unread& format)
 
 // --- ZIP archives --------------------------------------------------------------------------------
 
-// The names in a ZIP archive, by the directory at its end (APPNOTE.TXT, 4.3.12 and 4.3.16); those
-// in its first MiB, and none of an archive that is damaged or has 2^32 bytes or more.
+// The names in the first MiB of a ZIP archive's directory, which is at its end (APPNOTE.TXT, 4.3.12
+// and 4.3.16). None for an archive that is damaged or has 2^32 bytes or more.
 std::vector<std::string> NamesInZip(ByteSource& source)
 {
   constexpr std::uint64_t longestEnd = 22 + 0xFFFF;
@@ -252,7 +252,7 @@ std::string TellZip(const std::vector<std::string>& names, std::string_view itsE
          ": unpack it first, by unzip";
 }
 
-// --- What is told --------------------------------------------------------------------------------
+// --- What is reported ----------------------------------------------------------------------------
 
 // Of content that is never read, whatever the ending.
 std::string UnreadHint(

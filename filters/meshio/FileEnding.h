@@ -29,7 +29,7 @@ inline bool IsPointText(const std::string& ending)
   return std::find(std::begin(endings), std::end(endings), ending) != std::end(endings);
 }
 
-// What kdstream-convert alone reads. A .wrz is a .wrl that gzip has compressed.
+// What only kdstream-convert reads. A .wrz is a .wrl that gzip has compressed.
 inline bool IsConvertedFormat(const std::string& ending)
 {
   constexpr const char* endings[] = { ".vtp", ".vtk", ".wrl", ".wrz", ".glb", ".gltf", ".pcd",

@@ -57,14 +57,16 @@ public:
   // from here. Errors name element and index: a truncated body.
   virtual Result<std::size_t> ReadVertices(Mesh& mesh, std::size_t limit) = 0;
 
-  // Appends the triangles of at most `limit` further faces, and for each of a face's triangles its
-  // tuple of each cell array; returns how many faces, 0 at the end.
-  // Polygons are cut as core/CutPolygon.h says, strips into triangles of alternating orientation.
-  // Where polygons are: if the mesh has all vertices of the file, in its points; else the file is
-  // gone through once more for them, and they lie in a table on disk, 24 bytes each, of which 2 MiB
-  // are in memory. Corners have the numbers of the vertices that were appended. Faces of fewer than
-  // three corners, and faces with a vertex that was dropped, are dropped and counted. Indices are
-  // checked. Errors: an index out of range, a truncated body, as above.
+  // Appends the triangles of at most `limit` further faces, and for each triangle the tuples of its
+  // face; returns how many faces, 0 at the end. Polygons are cut as core/CutPolygon.h says, strips
+  // into triangles of alternating orientation.
+  //
+  // Where the corners of polygons come from: the mesh's points, if it has all vertices of the file.
+  // Else the file is read once more for them; they lie in a table on disk, 24 bytes each, with 2
+  // MiB in memory. Corners have the numbers of the appended vertices.
+  //
+  // Faces of fewer than three corners, and faces with a dropped vertex, are dropped and counted.
+  // Indices are checked. Errors: an index out of range, a truncated body, as above.
   virtual Result<std::size_t> ReadTriangles(Mesh& mesh, std::size_t limit) = 0;
 
   // The same, until about `mostTriangles` were appended: polygons and strips make many each. At
@@ -75,11 +77,11 @@ public:
   // mesh. Errors: as above; Cancelled.
   Status ReadRest(Mesh& mesh, const Execution& execution);
 
-  // Goes on behind at most `count` further vertices, or faces, as if they had been read; returns
-  // how many, 0 at the end. Where the format tells where they end (binary STL; binary PLY without
-  // lists, or whose faces can be triangles alone) no byte of them is read: what is skipped is not
-  // checked, but faces that are read between are, for what is assumed of all. Else they are read
-  // and dropped. Errors: as above.
+  // Skips at most `count` further vertices, or faces, as if they had been read; returns how many, 0
+  // at the end. Where the format says where they end (binary STL; binary PLY without lists, or
+  // whose faces may all be triangles) no byte of them is read: what is skipped is not checked,
+  // except faces between, for what is assumed of all. Else they are read and dropped. Errors: as
+  // above.
   virtual Result<std::uint64_t> SkipVertices(std::uint64_t count);
   virtual Result<std::uint64_t> SkipFaces(std::uint64_t count);
   // The same by reading: so that what lies between is checked and, where it is not finite, known.

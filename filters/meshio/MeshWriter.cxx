@@ -219,7 +219,7 @@ void WriteTupleLines(OutputFile& file, const Attribute& array, std::string_view 
   }
 }
 
-// Colours behind the coordinates, as most programs write and read them.
+// Colours after the coordinates, as most programs write and read them.
 void WriteObj(OutputFile& file, const Mesh& mesh)
 {
   const Attribute* const colors = FindRole(mesh, AttributeRole::Colors);

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// The corners of an OBJ file's faces, for all who read its statements: which place, texture
-// coordinate and normal each of them names, what of that is forgiven, and what is refused. Part of
-// step "read".
+// The corners of an OBJ file's faces, for all readers of its statements: the place, texture
+// coordinate and normal of each corner, what of that is forgiven, and what is refused. Part of step
+// "read".
 #pragma once
 
 #include "filters/core/Result.h"
@@ -35,7 +35,7 @@ public:
   // before: how many of each come before it; all: are in the file. Of the texture coordinates, or
   // normals, of which a corner names one that does not exist, no corner has any: that is counted in
   // `tolerance`. A face may have fewer than three corners. O(corners). Errors: InvalidInput for a
-  // place that does not exist, and for what is no number.
+  // place that does not exist, and for what is not a number.
   Status Read(const ObjStatements& statements, const ObjCounts& before, const ObjCounts& all,
     std::uint64_t face, Tolerance& tolerance);
   // Valid until the next call.

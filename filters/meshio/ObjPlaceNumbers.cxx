@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// What the numbers behind the coordinates of an OBJ file's vertices are: see ObjPlaceNumbers.h.
+// What the numbers after the coordinates of an OBJ file's vertices are: see ObjPlaceNumbers.h.
 #include "filters/meshio/ObjPlaceNumbers.h"
 
 #include "filters/meshio/NumberText.h"

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// What the numbers behind the coordinates of an OBJ file's vertices are: colours or normals. Part
+// What the numbers after the coordinates of an OBJ file's vertices are: colours or normals. Part
 // of step "read".
 #pragma once
 
@@ -32,13 +32,13 @@ struct ObjPlaceColumns
 class ObjPlaceNumbers
 {
 public:
-  // text: what a vertex has behind x y z. What is not a number is refused when it is read.
+  // text: what a vertex has after x y z. What is not a number is refused when it is read.
   void Add(std::string_view text);
   // Three numbers are normals where most of them are of length one and some negative, else colours
-  // (ColorWhite). Of seven numbers or more the first three behind x y z count; where the first is 1
+  // (ColorWhite). Of seven numbers or more the first three after x y z count; where the first is 1
   // for all, and the last not opaque for all, it is a weight, and the next three count. Nothing
   // where not all vertices have them. normalsNamed: whether faces name other normals. What could be
-  // read otherwise is told.
+  // read otherwise is reported.
   ObjPlaceColumns Decide(std::uint64_t vertices, bool normalsNamed, Tolerance& tolerance) const;
 
 private:
@@ -52,7 +52,7 @@ private:
 
   std::uint64_t Six = 0, Seven = 0; // vertices of as many numbers at least
   bool WeightOne = true, LastOpaque = true;
-  std::array<Triple, 2> Triples; // behind the coordinates, and one further
+  std::array<Triple, 2> Triples; // after the coordinates, and one further
 };
 
 }

@@ -332,7 +332,7 @@ Status ObjReader::MakeTables(const Execution& execution)
   return made;
 }
 
-// Of a statement that is no face.
+// Of a statement that is not a face.
 Status ObjReader::AddToTables()
 {
   const std::string_view text = this->Statements.Rest();
@@ -463,7 +463,7 @@ Status ObjReader::ReadPlaces(Mesh& mesh, std::size_t number)
   return {};
 }
 
-// A colour, or a normal that stands behind the coordinates.
+// A colour, or a normal that stands after the coordinates.
 void ObjReader::AppendColor(const ObjPlace& place, Attribute& attribute) const
 {
   const std::size_t tuple = attribute.TupleCount();

@@ -126,7 +126,7 @@ Status ParseObjTextureCoordinate(std::string_view text, std::array<float, 2>& va
 Status ParseObjNormal(std::string_view text, std::array<float, 3>& values);
 
 // The numbers of a corner's place, texture coordinate and normal, as the file has them: from one
-// on, or back from the last one before the face; noCorner for what is not named.
+// on, or back from the last one before the face; noCorner for a missing one.
 using ObjCorner = std::array<std::int64_t, 3>;
 inline constexpr std::int64_t noCorner = std::numeric_limits<std::int64_t>::max();
 inline constexpr std::array<const char*, 3> objPartNames{ "vertex", "texture coordinate",

@@ -17,7 +17,7 @@ namespace kdstream
 // A fan of n - 2 triangles becomes the triangles of `cut`, of as many: `fan` holds what its corners
 // have, in the order of a fan around corner 0.
 template <class Value>
-void DealToTriangles(std::span<std::array<Value, 3>> fan, std::span<const Triangle> cut)
+void ScatterToTriangles(std::span<std::array<Value, 3>> fan, std::span<const Triangle> cut)
 {
   std::vector<Value> corners{ fan[0][0], fan[0][1] };
   for (const std::array<Value, 3>& triangle : fan)
@@ -72,13 +72,13 @@ public:
     this->Fans.clear();
     return {};
   }
-  // The same for triangles alone.
+  // The same for only triangles.
   template <class PlaceOf>
   Status Cut(std::vector<Triangle>& triangles, const PlaceOf& placeOf)
   {
     return this->Cut(triangles, placeOf,
       [&](std::size_t first, std::span<const Triangle> cut)
-      { DealToTriangles(std::span(triangles).subspan(first, cut.size()), cut); });
+      { ScatterToTriangles(std::span(triangles).subspan(first, cut.size()), cut); });
   }
 
 private:

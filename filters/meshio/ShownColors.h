@@ -99,7 +99,7 @@ private:
 // Adds such an array to a whole mesh, if it has such colours, and tells it.
 void AddShownColors(Mesh& mesh, Tolerance& tolerance);
 
-// The reader of a file with the array added, behind all others. scale: that has looked at all
+// The reader of a file with the array added, after all others. scale: that has looked at all
 // vertices.
 std::unique_ptr<MeshReader> WithShownColors(std::unique_ptr<MeshReader> reader, ColorScale scale);
 

@@ -203,7 +203,7 @@ public:
 private:
   Status ReadPoints(std::vector<Vec3>& points, std::size_t number) override;
   Status LookBehindEnd();
-  // The two bytes behind each facet, which some programs put a colour into.
+  // The two bytes after each facet, which some programs put a colour into.
   void LookAtAttributes(const char* bytes, std::size_t count);
   // Puts the vertices of `count` facets into Batch; false if one is not finite.
   bool Decode(const char* bytes, std::size_t count);
@@ -297,7 +297,7 @@ void BinaryStlReader::SpreadNotFinite(std::uint64_t facet, std::size_t first, st
   }
 }
 
-// Bytes behind the last facet that the header counts.
+// Bytes after the last facet that the header counts.
 Status BinaryStlReader::LookBehindEnd()
 {
   constexpr std::uint64_t mostPadding = 4096;
@@ -330,7 +330,7 @@ bool IsWord(std::string_view word, std::string_view small)
            { return (c >= 'A' && c <= 'Z' ? static_cast<char>(c - 'A' + 'a') : c) == expected; });
 }
 
-// Whether words behind "facet" are those of a facet's begin.
+// Whether words after "facet" are those of a facet's begin.
 bool GoesOnAsFacet(std::string_view rest)
 {
   const std::string_view first = TakeWord(rest);
@@ -424,8 +424,8 @@ struct TextState
   bool inFacet = false;
   std::size_t corner = 0; // of the facet: what comes next
   std::uint64_t facet = 0;
-  // What was found up to there: solids without their end, words that are none of the format's,
-  // facets of fewer than three vertices, and triangles of all others.
+  // What was found so far: solids without their end, words that are not the format's, facets of
+  // fewer than three vertices, and triangles of all others.
   std::uint64_t endless = 0, foreign = 0, small = 0, triangles = 0;
   std::string firstForeign{}, firstSmall{};
 };
@@ -446,7 +446,7 @@ private:
   Status ReadPoints(std::vector<Vec3>& points, std::size_t number) override;
   // Goes to the next facet; false at the end of the text.
   Result<bool> NextFacet();
-  // Goes to the coordinates of its next vertex; false behind its end.
+  // Goes to the coordinates of its next vertex; false after its end.
   Result<bool> NextVertex();
   // What stands between facets: true at the end of the text, or where a facet begins.
   Result<bool> PassBetween();
@@ -785,8 +785,8 @@ bool LooksLikeText(std::string_view head)
            [](char c) { return (c >= '\0' && c < ' ' && !IsBlank(c)) || c == 0x7F; });
 }
 
-// Whether there is a triangle behind the header of a binary file: with so many bytes behind the end
-// as the header tells it, its count alone is no proof.
+// Whether there is a triangle after the header of a binary file: with so many bytes after the end
+// as the header tells it, its count by itself is no proof.
 bool HasFacet(std::string_view head)
 {
   const std::string_view format = FormatOfContent(head);
@@ -803,7 +803,7 @@ Result<std::unique_ptr<MeshReader>> OpenStlReader(ByteSource source, const Execu
   const bool hasHeader = head->size() >= headerBytes;
   const std::uint32_t facets = hasHeader ? LoadLittle(head->data() + headerBytes - 4) : 0;
   const std::uint64_t size = headerBytes + std::uint64_t{ facetBytes } * facets;
-  // By what is in it: a size that fits; a text; facets that a file with more behind them has.
+  // By what is in it: a size that fits; a text; facets that a file with more after them has.
   const bool more = hasHeader && facets > 0 && source.Size() > size;
   // Programs that do not know the number when they begin write one of these.
   const bool streamed = hasHeader && (facets == 0 || facets == 0xFFFFFFFF) &&

@@ -18,8 +18,9 @@ namespace kdstream
 //    programs begin the header of a binary file with "solid".)
 // 2. Text if the file begins with "solid" and has no control characters where a binary file has its
 //    header.
-// 3. Binary if the file is larger than its count says, and its first triangle can be one. Bytes
-//    after the last triangle are counted, as triangles where they can be triangles.
+// 3. Binary if the first triangle can be one, and the file is larger than its count says, or the
+//    count is 0 or 2^32 - 1 and whole triangles follow. Bytes after the last triangle are counted,
+//    as triangles where they can be triangles.
 //
 // Binary: floats, little endian. A count of 0 or 2^32 - 1 is that of a program that did not know
 // the number yet: all triangles are read, and counted as not counted by the header. Normals are not

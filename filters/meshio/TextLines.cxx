@@ -37,7 +37,7 @@ Status TextLines::Open()
   return {};
 }
 
-// Makes a block of what is at Cursor and behind it; false at the end of the text.
+// Makes a block of what is at Cursor and after it; false at the end of the text.
 Result<bool> TextLines::Load()
 {
   this->Source.Consume(static_cast<std::size_t>(this->Cursor - this->Begin));

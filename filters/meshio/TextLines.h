@@ -26,7 +26,7 @@ public:
   }
 
   // Goes to the next line; false at the end. Lines end with \n or \r\n; with \r too in a text whose
-  // first MiB has some of these alone. The text begins behind a byte order mark and ends before
+  // first MiB has some of these alone. The text begins after a byte order mark and ends before
   // Ctrl-Z and zeros (PlainText.h). Memory: a block, and a line that is longer than one. Errors:
   // InputOutput; a line that is longer than the longest; text in UTF-16.
   Result<bool> Next()
@@ -52,9 +52,9 @@ public:
   double Fraction() const;                                   // of the file that is read
   // Begins again with the first line.
   void Restart();
-  // Whether lines end with \r alone, known once a line has been read.
+  // Whether lines end with only \r, known once a line has been read.
   bool EndWithReturns() const { return this->ReturnsEnd; }
-  // Zeros behind the text, known once a line has been read.
+  // Zeros after the text, known once a line has been read.
   std::uint64_t Padding() const { return this->Zeros; }
 
   // "line 17: message".
@@ -81,7 +81,7 @@ private:
     return static_cast<const char*>(
       std::memchr(this->Cursor, '\n', static_cast<std::size_t>(this->Limit - this->Cursor)));
   }
-  // Goes behind the end of a line, at which Cursor stands.
+  // Goes past the end of a line, at which Cursor stands.
   void PassEnd()
   {
     const bool both = this->ReturnsEnd && *this->Cursor == '\r' && this->Limit - this->Cursor > 1 &&
@@ -112,7 +112,7 @@ private:
   std::string_view Text;
   std::uint64_t Count = 0;
   bool Opened = false;
-  bool ReturnsEnd = false; // whether \r alone ends a line
+  bool ReturnsEnd = false; // whether \r by itself ends a line
   std::uint64_t Zeros = 0;
 };
 

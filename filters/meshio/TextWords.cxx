@@ -7,7 +7,7 @@
 namespace kdstream
 {
 
-// Keeps what is ahead and reads on behind it. Nothing is added at the end of the file.
+// Keeps what is ahead and reads on after it. Nothing is added at the end of the file.
 Status TextWords::Refill(std::size_t more)
 {
   this->Source.Consume(static_cast<std::size_t>(this->Cursor - this->Begin));
@@ -29,8 +29,7 @@ Result<std::string_view> TextWords::NextAcrossBlocks()
     {
       return std::string_view();
     }
-    this->Cursor =
-      std::find_if_not(this->Cursor, this->End, IsBlank); // a block can be blanks alone
+    this->Cursor = std::find_if_not(this->Cursor, this->End, IsBlank); // a block can be only blanks
   }
   // All of a word that can be one comes into memory.
   if (static_cast<std::size_t>(this->End - this->Cursor) <= longestWord)

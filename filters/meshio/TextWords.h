@@ -95,13 +95,13 @@ public:
   }
   // Goes to the end of the line. Errors: InputOutput.
   Status SkipLine();
-  // What of the line is behind the last word, up to longestWord bytes. Valid until the next call.
+  // What of the line is after the last word, up to longestWord bytes. Valid until the next call.
   // Errors: InputOutput.
   Result<std::string_view> RestOfLine();
   // Goes on by `count` bytes of it. REQUIRES: no call since RestOfLine.
   void Skip(std::size_t count) { this->Cursor += count; }
 
-  // Byte after the last word. What was read to find it lies behind Source's position.
+  // Byte after the last word. What was read to find it lies after Source's position.
   std::uint64_t Position() const
   {
     return this->Source.Position() + static_cast<std::uint64_t>(this->Cursor - this->Begin);
@@ -117,7 +117,7 @@ private:
     this->Cursor = end;
     return word;
   }
-  // more: bytes behind those that are in memory.
+  // more: bytes after those that are in memory.
   Status Refill(std::size_t more = 1);
 
   ByteSource& Source;

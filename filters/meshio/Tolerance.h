@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // The one rule of tolerance that the readers of all formats share: what of a damaged file is
-// dropped or forgiven is counted by kind, and told. doc/cli.md#tolerance tells users.
+// dropped or forgiven is counted by kind, and reported. doc/cli.md#tolerance tells users.
 #pragma once
 
 #include "filters/core/Result.h"
@@ -27,8 +27,8 @@ enum class Lapse : std::uint8_t
                       // is read without it
 
   // Read:
-  BytesBehindEnd, // bytes behind the end of what the file says it holds
-  PaddedEnd,      // zeros behind it, which fill up a block
+  BytesBehindEnd, // bytes after the end of what the file says it holds
+  PaddedEnd,      // zeros after it, which fill up a block
   NotCounted,     // points or faces that the file holds and its header does not count
   ValuesNotNamed, // a line of a text with more values than its header names, which are not read
   ColumnsGuessed, // the first column of points as text may be a coordinate, a number or a time
@@ -56,7 +56,7 @@ public:
 
   // Adds what another part of the same file had.
   void Add(const Tolerance& other);
-  // What was counted and told after `before`, a former state of this.
+  // What was counted and reported after `before`, a former state of this.
   Tolerance Since(const Tolerance& before) const;
 
   // A sentence for each kind that was counted, then the readings: warnings without the file's name.

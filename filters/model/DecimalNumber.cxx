@@ -118,7 +118,7 @@ struct Decimal
 {
   bool negative = false;
   std::vector<unsigned char> digits; // without leading zeros
-  int exponent = 0;                  // of ten, behind the last digit
+  int exponent = 0;                  // of ten, after the last digit
 };
 
 Decimal TakeApart(std::string_view text)

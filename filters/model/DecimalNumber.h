@@ -12,7 +12,7 @@ namespace kdstream
 {
 
 // Correctly rounded, ties to even; infinite where it is too large. O(digits²), for any number of
-// digits, but those behind the first 800 count only as "and a bit more".
+// digits, but those after the first 800 count only as "and a bit more".
 // REQUIRES: a number as JSON has it: -? digits (. digits)? ([eE] [+-]? digits)?
 double NearestDouble(std::string_view decimal);
 

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Steps: 1. no more values than there are characters that a value can follow: memory for these,
 // once
-// 2. value after value, each behind the one before it; an array or object that is open knows the
+// 2. value after value, each after the one before it; an array or object that is open knows the
 // one around it, so that there is no stack.
 // The grammar is that of RFC 8259.
 #include "filters/model/Json.h"
@@ -86,7 +86,7 @@ private:
   }
   JsonValue& Outer() { return this->Document.Values[this->Open]; }
 
-  // isWhole: it is no array or object, or an empty one.
+  // isWhole: it is not an array or object, or an empty one.
   bool BeginValue(bool& isWhole)
   {
     this->SkipSpace();
@@ -254,7 +254,7 @@ private:
     return true;
   }
 
-  // The four digits behind the u at At.
+  // The four digits after the u at At.
   bool TakeHexadecimal(std::uint32_t& code)
   {
     const std::string_view digits = this->Text.substr(this->At + 1, 4);
@@ -285,7 +285,7 @@ private:
       }
       code = 0x10000 + ((code - 0xD800) << 10) + (low - 0xDC00);
     }
-    const int more = code < 0x80 ? 0 : code < 0x800 ? 1 : code < 0x10000 ? 2 : 3; // bytes behind
+    const int more = code < 0x80 ? 0 : code < 0x800 ? 1 : code < 0x10000 ? 2 : 3; // bytes after
     constexpr unsigned char marks[] = { 0, 0xC0, 0xE0, 0xF0 };
     *this->TextEnd++ = static_cast<char>(marks[more] | (code >> (6 * more)));
     for (int i = more - 1; i >= 0; --i)
@@ -348,7 +348,7 @@ Result<JsonDocument> ParseJson(std::string_view text)
     }
     end = parser.At;
   }
-  return Error{ ErrorCode::InvalidInput, "no JSON from byte " + std::to_string(end) + " on" };
+  return Error{ ErrorCode::InvalidInput, "invalid JSON at byte " + std::to_string(end) };
 }
 
 const JsonValue* FindMember(const JsonValue& object, std::string_view key)

@@ -2,9 +2,9 @@
 // Parses JSON: the one reader of the project's own files and messages, small enough for a phone's
 // page (doc/decisions/0032-libraries.md). Internal: not installed.
 //
-// Texts are hostile: neither parsing nor what it makes recurses, however deep they nest; numbers
-// are rounded correctly, and one that is too large for a double is no JSON, nor is text that is not
-// UTF-8. Where a key comes twice the last one counts, as in JavaScript.
+// Texts are hostile. Neither parsing nor its result recurses, however deep a text nests. Numbers
+// are rounded correctly. A number that is too large for a double is an error, and so is text that
+// is not UTF-8. Of a repeated key the last one counts, as in JavaScript.
 #pragma once
 
 #include "filters/core/Result.h"

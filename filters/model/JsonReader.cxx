@@ -107,7 +107,7 @@ std::array<double, 3> JsonReader::Vector(const JsonValue& object, const char* ke
   }
   if (value->Size() != 3)
   {
-    this->Fail(std::string("\"") + key + "\" has not three numbers");
+    this->Fail(std::string("\"") + key + "\" must have three numbers");
     return vector;
   }
   for (std::size_t k = 0; k < 3; ++k)
@@ -145,7 +145,7 @@ std::string JsonReader::TextIn(const JsonValue& value, const char* key, std::siz
 {
   if (!value.IsString())
   {
-    this->Fail(std::string("\"") + key + "\" is " + Show(value) + ", not a text");
+    this->Fail(std::string("\"") + key + "\" is " + Show(value) + ", not a string");
     return {};
   }
   const std::string_view text = TextOf(value);
@@ -157,7 +157,7 @@ std::string JsonReader::TextIn(const JsonValue& value, const char* key, std::siz
   }
   if (!IsUtf8(text))
   {
-    this->Fail(std::string("\"") + key + "\" names half a surrogate pair");
+    this->Fail(std::string("\"") + key + "\" contains an unpaired surrogate");
     return {};
   }
   return std::string(text);
@@ -199,7 +199,7 @@ const JsonValue* JsonReader::Array(const JsonValue& object, const char* key, std
   }
   if (!value->IsArray() || value->Size() > most)
   {
-    this->Fail(std::string("\"") + key + "\" is not an array of at most " + std::to_string(most) +
+    this->Fail(std::string("\"") + key + "\" must be an array of at most " + std::to_string(most) +
                " values");
     return nullptr;
   }

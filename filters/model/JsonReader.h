@@ -18,7 +18,7 @@ namespace kdstream
 // depth.
 std::string Show(const JsonValue& value);
 
-// NaN for what is no number.
+// NaN for what is not a number.
 double NumberOf(const JsonValue& value);
 
 // Every function gives a harmless default once something is wrong; look at Fault() at the end.

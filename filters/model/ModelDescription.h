@@ -49,12 +49,12 @@ struct ResolutionDescription
 };
 
 // How a model stands, and from where it is looked at first.
-struct ModelPose
+struct HomeView
 {
   Vec3 up{ 0, 1, 0 };   // of length 1
   Vec3 view{ 0, 0, 1 }; // from the model's middle towards the eye, of length 1
   bool guessed = false; // one of the two at least, by the build
-  bool operator==(const ModelPose&) const = default;
+  bool operator==(const HomeView&) const = default;
 };
 
 // Of a model whose original carries the pictures that paint it: a tile for each partition
@@ -68,8 +68,8 @@ struct TextureDescription
   bool operator==(const TextureDescription&) const = default;
 };
 
-// Of a mesh with vertices that no triangle uses: they are kept for the original alone, in a list of
-// their own (filters/store/UnusedList.h), and no box, grid or level has them.
+// The vertices of a mesh that no triangle uses. Only the original keeps them, in a list of their
+// own (filters/store/UnusedList.h); no box, grid or level includes them.
 struct UnusedDescription
 {
   std::uint64_t vertices = 0; // at least 1
@@ -160,7 +160,7 @@ struct ModelDescription
   std::string title, credit, license, unit, description;
   std::vector<AttributeInfo> attributes;      // point arrays first
   ScalarDescriptions scalars;                 // that levels carry too, in the order of attributes
-  std::optional<ModelPose> pose;              // none: viewers take one as it is by default
+  std::optional<HomeView> homeView;           // none: viewers take one as it is by default
   std::optional<TextureDescription> textures; // none: there are no tiles
 
   // That the client may have whom a server tells it; servers with tokens.
@@ -216,10 +216,10 @@ ModelSummary Summarize(const ModelDescription& model);
 // The level of the preview: min(L, 11).
 unsigned PreviewLevel(const ModelDescription& model);
 
-// Whether servers can serve a model by this name: it stands in a path, of a URL as of a folder, and
-// a name that begins with a dot is that of a hidden file, "." or "..".
+// Whether servers can serve a model by this name. The name stands in a path, of a URL and of a
+// folder. A name that begins with a dot would be that of a hidden file, "." or "..".
 inline constexpr std::string_view modelIdRule =
-  "1 to 128 of the characters A-Z a-z 0-9 . _ -, and no dot as the first";
+  "1 to 128 characters of A-Z a-z 0-9 . _ -, and no dot at the start";
 bool IsModelId(std::string_view id);
 // The name where it is an id, else one that is like it: '_' for what no id has.
 std::string ModelIdLike(std::string_view name);

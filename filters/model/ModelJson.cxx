@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // The one form of a description, and the list of models.
 //
-// A store keeps it with the facts of the build; a server tells the same without these, with the id
-// that it gives the model and, where a client may not have all of it, how much that is.
+// A store keeps the description with the facts of the build. A server sends it without these facts,
+// and with the model's id and, where a client may not have all of it, the detail that it may have.
 #include "filters/model/ModelJson.h"
 
 #include "filters/core/Texts.h"
@@ -64,7 +64,7 @@ AttributeInfo ReadAttribute(JsonReader& reader, const JsonValue& object)
   AttributeInfo attribute;
   attribute.name = reader.Text(object, "name", longestAttributeName);
   attribute.type = ReadName(reader, object, "type", AttributeType::Int8, AttributeType::Float64,
-    "\"type\" of an attribute is no type of numbers");
+    "\"type\" of an attribute is not a number type");
   attribute.association = ReadName(reader, object, "association", AttributeAssociation::Point,
     AttributeAssociation::Cell, "\"association\" is neither point nor cell");
   attribute.components = reader.Small<std::uint8_t>(object, "components", 1, 255);
@@ -76,7 +76,7 @@ std::string ReadId(JsonReader& reader, const JsonValue& object)
   std::string id = reader.Text(object, "id", 128);
   if (!IsModelId(id))
   {
-    reader.Fail("\"id\" is no model id");
+    reader.Fail("\"id\" is not a model id");
   }
   return id;
 }
@@ -86,15 +86,15 @@ std::string ReadDigest(JsonReader& reader, const JsonValue& object)
   std::string digest = reader.Text(object, "digest", 32);
   if (!IsDigest(digest))
   {
-    reader.Fail("\"digest\" has not 32 hexadecimal digits");
+    reader.Fail("\"digest\" must have 32 hexadecimal digits");
   }
   return digest;
 }
 
 Error TooLarge(std::size_t bytes, std::size_t most)
 {
-  return Error{ ErrorCode::LimitExceeded, std::to_string(bytes) + " bytes of JSON, where at most " +
-                                            std::to_string(most) + " are taken" };
+  return Error{ ErrorCode::LimitExceeded,
+    std::to_string(bytes) + " bytes of JSON; the maximum is " + std::to_string(most) + "" };
 }
 
 }
@@ -118,7 +118,7 @@ void PutDescription(JsonWriter& json, const ModelDescription& model)
   PutResolution(json, model.original);
   json.EndObject();
   PutTexts(json, model);
-  PutPose(json, model);
+  PutHomeView(json, model);
   PutTextures(json, model);
   json.Key("attributes");
   PutAttributes(json, model.attributes);
@@ -215,11 +215,11 @@ Status CheckServed(const ModelDescription& model)
   };
   if (!IsModelId(model.id))
   {
-    return fault("id", "is no model id");
+    return fault("id", "is not a model id");
   }
   if (!IsDigest(model.digest))
   {
-    return fault("digest", "has not 32 hexadecimal digits");
+    return fault("digest", "must have 32 hexadecimal digits");
   }
   const std::pair<const char*, const std::string*> texts[] = { { "title", &model.title },
     { "credit", &model.credit }, { "license", &model.license }, { "unit", &model.unit },
@@ -244,7 +244,7 @@ Result<ModelDescription> ModelFromJson(const JsonValue& json)
   if (json.IsObject() && FindMember(json, "detail"))
   {
     model.detail = ReadName(reader, json, "detail", ModelDetail::Preview, ModelDetail::Regions,
-      "\"detail\" is none of preview, levels, regions");
+      "\"detail\" must be preview, levels or regions");
   }
   if (!reader.Good())
   {

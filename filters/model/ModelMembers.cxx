@@ -48,7 +48,7 @@ void ReadBox(JsonReader& reader, const JsonValue& object, Box& box)
   {
     if (box.lo[k] > box.hi[k])
     {
-      reader.Fail("\"box\" is inside out");
+      reader.Fail("\"box\" has a minimum above its maximum");
     }
   }
 }
@@ -76,20 +76,20 @@ void ReadLevels(JsonReader& reader, const JsonValue& object, ModelDescription& m
   }
 }
 
-void ReadPose(JsonReader& reader, const JsonValue& object, ModelDescription& model)
+void ReadHomeView(JsonReader& reader, const JsonValue& object, ModelDescription& model)
 {
-  const JsonValue* pose = reader.Find(object, "pose", false);
-  if (!pose)
+  const JsonValue* homeView = reader.Find(object, "pose", false);
+  if (!homeView)
   {
     return;
   }
-  const JsonValue* guessed = reader.Find(*pose, "guessed");
-  model.pose = { reader.Vector(*pose, "up"), reader.Vector(*pose, "view"),
+  const JsonValue* guessed = reader.Find(*homeView, "guessed");
+  model.homeView = { reader.Vector(*homeView, "up"), reader.Vector(*homeView, "view"),
     guessed && guessed->IsTrue() };
   const auto isLong = [](const Vec3& vector) { return std::abs(Dot(vector, vector) - 1) < 0.01; };
-  if (!(guessed && guessed->IsBool() && isLong(model.pose->up) && isLong(model.pose->view)))
+  if (!(guessed && guessed->IsBool() && isLong(model.homeView->up) && isLong(model.homeView->view)))
   {
-    reader.Fail("\"pose\" is none");
+    reader.Fail("\"pose\" is invalid: \"up\" and \"view\" must be directions");
   }
 }
 
@@ -200,15 +200,15 @@ void PutUnlessEmpty(JsonWriter& json, const char* key, const std::string& text)
   }
 }
 
-void PutPose(JsonWriter& json, const ModelDescription& model)
+void PutHomeView(JsonWriter& json, const ModelDescription& model)
 {
-  if (model.pose)
+  if (model.homeView)
   {
     json.Key("pose")
       .BeginObject()
-      .Member("guessed", model.pose->guessed)
-      .Member("up", model.pose->up)
-      .Member("view", model.pose->view)
+      .Member("guessed", model.homeView->guessed)
+      .Member("up", model.homeView->up)
+      .Member("view", model.homeView->view)
       .EndObject();
   }
 }
@@ -312,7 +312,7 @@ void ReadShared(JsonReader& reader, const JsonValue& object, ModelDescription& m
   {
     model.original = ReadResolution(reader, *original);
   }
-  ReadPose(reader, object, model);
+  ReadHomeView(reader, object, model);
   ReadTextures(reader, object, model);
 }
 
@@ -333,7 +333,7 @@ void ReadScalars(JsonReader& reader, const JsonValue& object, ModelDescription& 
     const JsonValue* classes = reader.Array(entry, "classes", 2 * ScalarDescription::mostClasses);
     if (!range || !classes || !TakeRange(*range, scalar) || !TakeClasses(*classes, scalar.classes))
     {
-      reader.Fail("\"scalars\" do not ascend");
+      reader.Fail("\"scalars\" have values that do not ascend");
     }
   }
   model.scalars = std::move(all);

@@ -27,7 +27,7 @@ void PutAttributes(JsonWriter& json, const std::vector<AttributeInfo>& attribute
 void PutTexts(JsonWriter& json, const ModelDescription& model);
 void PutUnlessEmpty(JsonWriter& json, const char* key, const std::string& text);
 // "pose", if it has one.
-void PutPose(JsonWriter& json, const ModelDescription& model);
+void PutHomeView(JsonWriter& json, const ModelDescription& model);
 // Its textures as a member `key`, if it has some.
 void PutTextures(JsonWriter& json, const ModelDescription& model, const char* key = "textures");
 
@@ -39,8 +39,8 @@ void PutLevels(JsonWriter& json, const std::vector<ResolutionDescription>& level
 
 // "unused", if it has such vertices.
 void PutUnused(JsonWriter& json, const ModelDescription& model);
-// "scalars", if it has some: {"classes","name","range"}; "classes": each value, followed by how
-// many vertices have it; "range": least, low, high, most.
+// "scalars", if the model has some: {"classes","name","range"}. "classes": each value, followed by
+// how many vertices have it; "range": least, low, high, most.
 void PutScalars(JsonWriter& json, const ModelDescription& model);
 // The bits of an axis, or "lossless".
 void PutBits(JsonWriter& json, const CoordinateGrid& grid);

@@ -40,7 +40,7 @@ void PutStatistics(JsonWriter& json, const ModelDescription& model, std::uint64_
     .Member("sheets", model.sheets)
     .Member("weld", model.weld);
   PutTexts(json, model);
-  PutPose(json, model);
+  PutHomeView(json, model);
   PutTextures(json, model, "tiles");
   PutUnused(json, model);
   json.Member("store_bytes", storeBytes).Member("digest", model.digest);

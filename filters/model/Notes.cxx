@@ -58,7 +58,7 @@ void ReadBody(JsonReader& reader, const JsonValue& object, Note& note)
   note.language = reader.Text(*body, "language", Note::longestLanguage, false);
   if (!IsLanguage(note.language))
   {
-    reader.Fail("\"language\" is no language");
+    reader.Fail("\"language\" is not a language code");
   }
 }
 
@@ -85,7 +85,7 @@ void ReadLabel(JsonReader& reader, const JsonValue& object, Note& note)
   }
   if (!title || !title->IsString())
   {
-    reader.Fail("\"label\" holds no text");
+    reader.Fail("\"label\" must contain a text");
     return;
   }
   note.title = ReadText(reader, *title, "label", Note::longestTitle);
@@ -151,7 +151,7 @@ Result<std::vector<Note>> ParseNotes(std::string_view text)
   if (text.size() > maximumNotesBytes)
   {
     return Error{ ErrorCode::LimitExceeded,
-      "notes have at most " + std::to_string(maximumNotesBytes) + " bytes together" };
+      "the notes are too large: at most " + std::to_string(maximumNotesBytes) + " bytes together" };
   }
   const auto json = ParseJson(text);
   KDSTREAM_TRY(json);

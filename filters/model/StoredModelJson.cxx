@@ -41,7 +41,7 @@ void ReadPartitioner(JsonReader& reader, const JsonValue& object, ModelDescripti
   {
     if (depths.stitch != std::min(depths.finest, depths.partition + 4))
     {
-      reader.Fail("\"stitch_depth\" does not fit the others");
+      reader.Fail("\"stitch_depth\" does not fit the other depths");
     }
     if (model.partitions != most)
     {
@@ -55,11 +55,11 @@ void ReadPartitioner(JsonReader& reader, const JsonValue& object, ModelDescripti
   }
   if (model.partitioner != "octree" && model.partitioner != "kmeans")
   {
-    reader.Fail("\"partitioner\" is none of kdtree, octree and kmeans");
+    reader.Fail("\"partitioner\" must be kdtree, octree or kmeans");
   }
   if (depths.finest != depths.partition || !model.levels.empty())
   {
-    reader.Fail("\"levels\" are none of this partitioner's");
+    reader.Fail("\"levels\" must be empty for this partitioner");
   }
   if (model.partitions <= most / 2)
   {
@@ -88,7 +88,7 @@ void ReadBuild(
   model.inputDigest = reader.Text(object, "input_digest", mostText, false);
   if (!model.inputDigest.empty() && !IsDigest(model.inputDigest))
   {
-    reader.Fail("\"input_digest\" has not 32 hexadecimal digits");
+    reader.Fail("\"input_digest\" must have 32 hexadecimal digits");
   }
   model.welded = reader.Integer(object, "welded", 0, mostCount);
   model.inconsistentEdges = reader.Integer(object, "inconsistent_edges", 0, mostCount);
@@ -188,7 +188,7 @@ Result<ModelDescription> ParseStoredModel(std::string_view text, StoredForm form
   {
     if (!IsAttributeName(attribute.name))
     {
-      reader.Fail("\"name\" of an attribute is no text");
+      reader.Fail("\"name\" of an attribute is not a string");
     }
   }
   if (!reader.Good())

@@ -10,9 +10,9 @@
 namespace kdstream
 {
 
-// Lines of at most `width` characters, broken between words. Lines of `text` stay lines; the words
-// that do not fit one go to the next, and those of a line that is indented `indent` further in; a
-// line that fits stays as it is.
+// Breaks `text` into lines of at most `width` characters, between words. A line that fits stays as
+// it is. Words that do not fit go to the next line; the continuation of an indented line is
+// indented `indent` further.
 std::string WrapText(const std::string& text, std::size_t width, std::size_t indent = 0);
 
 // The layout of --help: description; usage, with all required arguments; commands; options by

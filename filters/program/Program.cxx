@@ -24,7 +24,7 @@ namespace kdstream
 namespace
 {
 
-constexpr const char* optionsHint = " (--help tells the options)";
+constexpr const char* optionsHint = " (see --help)";
 
 std::atomic<bool> interrupted{ false };
 
@@ -117,7 +117,7 @@ void PrintWritten(
 Result<std::uint64_t> ParseSize(const std::string& text)
 {
   const Error bad{ ErrorCode::InvalidArgument,
-    "\"" + text + "\" is not a size: a number and K, M or G, such as 256M or 1.5G" };
+    "\"" + text + "\" is not a size: give a number and K, M or G, such as 256M or 1.5G" };
   std::size_t end = 0;
   double value = 0;
   try
@@ -197,7 +197,8 @@ Result<std::filesystem::path> CheckOutput(
     const bool isSame = !there.empty() && !input.empty() && there == place(input);
     if (isSame || fs::equivalent(target, input, status))
     {
-      return Error{ ErrorCode::InvalidArgument, "is " + input + " itself, and would replace it" };
+      return Error{ ErrorCode::InvalidArgument,
+        "is the same file as the input " + input + ", and would replace it" };
     }
   }
   const bool exists = fs::exists(target, status);
@@ -213,13 +214,13 @@ Result<std::filesystem::path> CheckOutput(
   }
   if (exists && kind == OutputKind::Stream && IsStore(target))
   {
-    return Error{ ErrorCode::InvalidArgument, "is a store, and would be none any more" };
+    return Error{ ErrorCode::InvalidArgument, "is a store, which would be overwritten" };
   }
   const fs::path folder = target.has_parent_path() ? target.parent_path() : ".";
   if (fs::exists(folder, status) && !fs::is_directory(folder, status))
   {
     return Error{ ErrorCode::InputOutput,
-      "no file can be in " + folder.string() + ", which is a file, not a folder" };
+      "cannot be created in " + folder.string() + ", which is a file, not a folder" };
   }
   if (::access(folder.c_str(), W_OK | X_OK) != 0)
   {
@@ -241,7 +242,7 @@ CLI::Option* CheckText(CLI::Option* option)
       {
         if (static_cast<unsigned char>(c) < 0x20 || c == 0x7F)
         {
-          return "has control characters";
+          return "contains control characters";
         }
       }
       return IsUtf8(text) ? "" : "is not UTF-8";

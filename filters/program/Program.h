@@ -62,7 +62,7 @@ enum class OutputKind
 };
 
 // Where an output goes: `file`, or what it links to. Called before the work, so that nothing is
-// done in vain. Errors: InvalidArgument where it is one of `inputs`, or a store that is no place
+// done in vain. Errors: InvalidArgument where it is one of `inputs`, or a store that is not a place
 // for a Stream; InputOutput for a folder, for something that is no regular file, and where no file
 // can be created.
 Result<std::filesystem::path> CheckOutput(

@@ -18,8 +18,8 @@ struct StepShare
   double share = 0;
 };
 
-// Nothing is told before there is enough to tell it from. No clock of its own: times are seconds
-// since any moment.
+// Nothing is reported before there is enough to tell it from. No clock of its own: times are
+// seconds since any moment.
 class ProgressEstimate
 {
 public:

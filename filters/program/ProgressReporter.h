@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// How far long work is, told on stderr: every program's progress.
+// How far long work is, reported on stderr: every program's progress.
 #pragma once
 
 #include "filters/program/ProgressEstimate.h"
@@ -17,7 +17,7 @@
 namespace kdstream
 {
 
-// What a step goes through from its beginning to its end: its rate is told in this.
+// What a step goes through from its beginning to its end: its rate is reported in this.
 struct StepAmount
 {
   double amount = 0;
@@ -38,7 +38,7 @@ struct ProgressState
 // "levels 35 %, 42 s, 2.1 M triangles/s, about 40 s left". A fraction that tells nothing, at the
 // beginning and the end of a step, is left out.
 std::string ProgressText(const ProgressState& state);
-// The same behind a bar: "levels   [##########          ]  35 %  42 s  …", at most `columns` wide.
+// The same after a bar: "levels   [##########          ]  35 %  42 s  …", at most `columns` wide.
 // Where the fraction tells nothing a part of the bar goes to and fro.
 std::string ProgressBar(const ProgressState& state, std::size_t columns);
 

@@ -103,7 +103,7 @@ bool Contains(const std::vector<std::string>& names, const std::string& name)
   return std::find(names.begin(), names.end(), name) != names.end();
 }
 
-// "--title" of the word "--title=x"; none if the word is no option.
+// "--title" of the word "--title=x"; none if the word is not an option.
 std::optional<std::string> OptionOf(const std::string& word)
 {
   return word.size() > 1 && word[0] == '-' && word != "--"
@@ -129,8 +129,8 @@ bool LacksCommand(const CLI::App& app)
   return app.get_require_subcommand_min() > 0 && !GivenCommand(app);
 }
 
-// The word that was most likely meant as the command: the nearest to one, else the first that is no
-// option; none if there are only options.
+// The word that was most likely meant as the command: the nearest to a command's name, else the
+// first that is not an option; none if there are only options.
 std::optional<std::string> WordForCommand(const CLI::App& app)
 {
   std::optional<std::string> first;
@@ -158,8 +158,7 @@ std::string MissingCommand(const CLI::App& app)
     return "a command is missing: " + AnyOf(names);
   }
   const std::string meant = DidYouMean(*word, names);
-  return "there is no command " + Quoted(*word) +
-         (meant.empty() ? "; there is " + AnyOf(names) : meant);
+  return "there is no command " + Quoted(*word) + (meant.empty() ? "; use " + AnyOf(names) : meant);
 }
 
 // An option of the command that stands before it.
@@ -172,7 +171,7 @@ std::optional<std::string> EarlyOption(const CLI::App& app)
   {
     if (const auto name = OptionOf(word); name && Contains(names, *name))
     {
-      return *name + " belongs behind the command: " + app.get_name() + " " + command->get_name() +
+      return *name + " belongs after the command: " + app.get_name() + " " + command->get_name() +
              " … " + *name;
     }
   }
@@ -188,7 +187,8 @@ std::optional<std::string> EarlyWord(const CLI::App& app)
   {
     return {};
   }
-  return "the command stands first: " + app.get_name() + " " + command->get_name() + " " + words[0];
+  return "the command must come first: " + app.get_name() + " " + command->get_name() + " " +
+         words[0];
 }
 
 // An option that there is not explains most that follows from it, so it is looked for first.
@@ -199,7 +199,7 @@ std::optional<std::string> UnknownOption(const CLI::App& app)
   {
     if (const auto name = OptionOf(word))
     {
-      return Contains(names, *name) // of the program, behind the command
+      return Contains(names, *name) // of the program, after the command
                ? *name + " belongs before the command"
                : "there is no option " + *name + DidYouMean(*name, names);
     }

@@ -127,12 +127,12 @@ Result<std::optional<FrameAssembler::Blob>> FrameAssembler::Accept(const FrameVi
       (found->second.id != header.blob || found->second.total != header.total))
   {
     return refuse(
-      ErrorCode::InvalidInput, "it comes before the end of " + BlobName(found->second.id));
+      ErrorCode::InvalidInput, "it starts before the end of " + BlobName(found->second.id));
   }
   if (header.offset != have)
   {
-    return refuse(ErrorCode::InvalidInput, "offset " + std::to_string(header.offset) + " where " +
-                                             std::to_string(have) + " was expected");
+    return refuse(ErrorCode::InvalidInput,
+      "offset " + std::to_string(header.offset) + " instead of " + std::to_string(have) + "");
   }
   if (this->Buffered + frame.payload.size() > maximumBlobBytes)
   {

@@ -79,7 +79,7 @@ Result<BlobId> ParseBlobName(std::string_view name)
     return partition ? Result<BlobId>(BlobId{ kind, 0, *partition })
                      : bad("no partition", parts[1]);
   }
-  return Error{ ErrorCode::NotFound, "no blob is called " + Quoted(name) };
+  return Error{ ErrorCode::NotFound, "there is no blob named " + Quoted(name) };
 }
 
 }

@@ -126,7 +126,7 @@ BlobsRequest ReadBlobs(JsonReader& reader, const JsonValue& json, std::size_t mo
     const auto blob = name.IsString() ? ParseBlobName(TextOf(name)) : Result<BlobId>(BlobId{});
     if (!name.IsString() || !blob)
     {
-      reader.Fail("\"blobs\": " + (blob ? Show(name) + " is no name" : blob.GetError().message));
+      reader.Fail("\"blobs\": " + (blob ? Show(name) + " is not a name" : blob.GetError().message));
       return {};
     }
     body.blobs.push_back(*blob);
@@ -226,8 +226,8 @@ void ReadClientBody(
   {
     constexpr std::array former{ "preview", "level", "tree", "boxes", "partitions" };
     const bool isFormer = std::find(former.begin(), former.end(), type) != former.end();
-    reader.Fail("there is no request of type " + Quoted(type) +
-                (isFormer ? " any more: \"blobs\" asks for the same by name" : ""));
+    reader.Fail(
+      "there is no request of type " + Quoted(type) + (isFormer ? " any more: use \"blobs\"" : ""));
   }
 }
 
@@ -267,8 +267,7 @@ Result<JsonDocument> ParseObject(std::string_view text, std::size_t most)
   if (text.size() > most)
   {
     return Error{ ErrorCode::LimitExceeded, "a message of " + std::to_string(text.size()) +
-                                              " bytes, where at most " + std::to_string(most) +
-                                              " are taken" };
+                                              " bytes; the maximum is " + std::to_string(most) };
   }
   auto json = ParseJson(text);
   if (json && !json->IsObject())

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// The GET paths of the interface: made by clients and exporters, parsed by servers.
+// The GET paths of the interface. Clients and exporters make them, servers parse them.
 //
 //   /api/models.json (alias /api/models)            the models
 //   /api/models/{id}/model.json                     one model's description
@@ -9,7 +9,7 @@
 //   /api/models/{id}/{digest}/partitions/{p}        a partition of the original
 //   /api/models/{id}/{digest}/textures/{p}          its texture
 //
-// A blob's path never changes its content: another build of the model has another digest.
+// The content of a blob's path never changes: another build of the model has another digest.
 #pragma once
 
 #include "filters/core/Result.h"

@@ -66,7 +66,7 @@ void RankMessages::Move(std::span<const Outgoing> out, std::span<const Incoming>
         [&](std::span<const std::byte> part)
         {
           this->Controller.Send(
-            Data(part), static_cast<vtkIdType>(part.size()), other, messageTagOfTeam);
+            Data(part), static_cast<vtkIdType>(part.size()), other, messageTagOfGroup);
         });
     }
     else
@@ -75,7 +75,7 @@ void RankMessages::Move(std::span<const Outgoing> out, std::span<const Incoming>
         [&](std::span<std::byte> part)
         {
           this->Controller.Receive(
-            Data(part), static_cast<vtkIdType>(part.size()), other, messageTagOfTeam);
+            Data(part), static_cast<vtkIdType>(part.size()), other, messageTagOfGroup);
         });
     }
   }
@@ -97,7 +97,7 @@ void RankMessages::Receive(std::size_t rank, std::span<std::byte> bytes)
 std::vector<std::uint64_t> RankMessages::TellAll(std::span<const std::uint64_t> mine)
 {
   const std::size_t each = mine.size();
-  std::vector<std::uint64_t> known(mine.begin(), mine.end()); // of this rank and those behind it
+  std::vector<std::uint64_t> known(mine.begin(), mine.end()); // of this rank and those after it
   known.resize(each * this->Ranks);
   for (std::size_t distance = 1; distance < this->Ranks; distance *= 2)
   {

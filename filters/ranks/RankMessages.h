@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Bytes between the processes of a vtkMultiProcessController, the ranks: what RankTeam is made of.
+// Bytes between the processes of a vtkMultiProcessController, the ranks: what RankGroup is made of.
 //
 // The functions say nothing of errors: a rank calls them when it knows that the others do, too.
 #pragma once
@@ -95,7 +95,7 @@ void ForEachMessage(std::span<Byte> bytes, const Visit& visit)
 }
 
 // The tag of all these messages.
-inline constexpr int messageTagOfTeam = 8108;
-static_assert(messageTagOfTeam <= 32767, "MPI promises no greater tags (MPI_TAG_UB)");
+inline constexpr int messageTagOfGroup = 8108;
+static_assert(messageTagOfGroup <= 32767, "MPI promises no greater tags (MPI_TAG_UB)");
 
 }

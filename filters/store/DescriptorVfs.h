@@ -2,7 +2,7 @@
 // A file system for SQLite in which a file is named by an open descriptor, so that all connections
 // to a store read the same file, whatever its path names meanwhile. No other file is opened: a
 // database that is written to needs a journal in memory. Nothing is locked.
-// For Sqlite.cxx alone.
+// Only for Sqlite.cxx.
 #pragma once
 
 namespace kdstream

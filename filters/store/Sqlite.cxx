@@ -234,15 +234,15 @@ Error SqliteError(sqlite3* database, ErrorCode code)
     case SQLITE_NOMEM:
       return { ErrorCode::LimitExceeded, "out of memory" };
     case SQLITE_CORRUPT:
-      return { code, "its pages are damaged, or cut off" };
+      return { code, "its pages are damaged or incomplete" };
     case SQLITE_INTERRUPT:
-      return { code, "takes longer to read than any store" };
+      return { code, "takes too long to read for a store" };
     case SQLITE_TOOBIG:
-      return { code, "a value in it is too large" };
+      return { code, "it contains a value that is too large" };
     case SQLITE_ERROR: // our own statements, on tables that are not there
       return { code, "its tables are not those of a store" };
     default:
-      return { code, std::string("SQLite says: ") + sqlite3_errmsg(database) };
+      return { code, std::string("SQLite error: ") + sqlite3_errmsg(database) };
   }
 }
 

@@ -28,10 +28,10 @@ using Database = std::unique_ptr<sqlite3, CloseDatabase>;
 // No value and no row is larger than this: the largest blob of a store, and what stands beside it.
 inline constexpr int mostRowBytes = (64 << 20) + (64 << 10);
 
-// All of these take the file for a stranger's: its views and triggers do not run, its schema may
-// call no function that has effects, cells of pages are checked, no value is larger than
-// mostRowBytes, nothing is written to another file for the time being, and it is not mapped into
-// memory. A schema may still have expressions: compare it first with the one that is expected.
+// All of these treat the file as hostile: its views and triggers do not run, its schema may call no
+// function that has effects, cells of pages are checked, no value is larger than mostRowBytes, no
+// temporary file is written, and the file is not mapped into memory. A schema may still have
+// expressions: compare it with the expected one first.
 
 // The file of an open descriptor, which must stay open as long as the database. Read-only and
 // immutable: no journal is looked for, no lock is taken, pages that were read are kept. A statement

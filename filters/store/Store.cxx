@@ -32,13 +32,13 @@ Status CheckCounts(const ModelDescription& info, std::uint64_t fileBytes)
   if (fileBytes / leastRowBytes < pieces)
   {
     return DamagedBlob("metadata", "a file of " + std::to_string(fileBytes) +
-                                     " bytes has no room for partitions of depth " +
+                                     " bytes is too small for partitions of depth " +
                                      std::to_string(info.depths.partition));
   }
   if (fileBytes / leastRowBytes < UnusedPartCount(info))
   {
     return DamagedBlob("metadata", "a file of " + std::to_string(fileBytes) +
-                                     " bytes has no room for " +
+                                     " bytes is too small for " +
                                      std::to_string(info.unused->vertices) + " unused vertices");
   }
   return {};
@@ -119,7 +119,7 @@ Result<BlobRow> Store::RowOf(const BlobId& blob) const
   const ModelDescription& info = this->Information;
   if (!protocol::IsValid(blob))
   {
-    return Error{ ErrorCode::NotFound, "no model has such a blob" };
+    return Error{ ErrorCode::NotFound, "there is no blob of this kind" };
   }
   const bool isOfPartition = protocol::IsOfOriginal(blob) && blob.number < info.partitions;
   BlobRow row{ BlobTable::Pieces, blob.number, BlobName(blob) };
@@ -174,7 +174,7 @@ Result<std::vector<std::uint8_t>> Store::ReadUnusedBlob(std::uint32_t part) cons
 {
   if (part >= UnusedPartCount(this->Information))
   {
-    return Error{ ErrorCode::NotFound, "the model has no such part of unused vertices" };
+    return Error{ ErrorCode::NotFound, "the model does not have this part of unused vertices" };
   }
   return this->Database->Read({ BlobTable::Unused, part, UnusedName(part) });
 }
@@ -197,14 +197,14 @@ Result<Piece> Store::DecodeUnused(std::span<const std::uint8_t> blob, std::uint3
   if (piece->ownVertices != SizeOfUnusedPart(model, part) || piece->GhostCount() > 0 ||
       !piece->triangles.empty())
   {
-    return DamagedBlob(UnusedName(part), "its vertices are not as many as the metadata says");
+    return DamagedBlob(UnusedName(part), "its number of vertices differs from the metadata");
   }
   std::vector<AttributeInfo> expected = model.attributes;
   std::erase_if(expected,
     [](const AttributeInfo& info) { return info.association != AttributeAssociation::Point; });
   return HaveInfos(piece->attributes, expected)
            ? std::move(piece)
-           : DamagedBlob(UnusedName(part), "its attributes are not those of the metadata");
+           : DamagedBlob(UnusedName(part), "its attributes differ from the metadata");
 }
 
 Result<Piece> Store::ReadPiece(PieceId id) const
@@ -219,8 +219,8 @@ Result<Piece> Store::Decode(std::span<const std::uint8_t> blob, PieceId id) cons
   Result<Piece> piece = DecodePiece(blob, id, this->Information.Codec());
   if (piece && !this->AttributesFit(*piece))
   {
-    return Error{ ErrorCode::Damaged, NameOfPiece(id, this->Information.depths) +
-                                        ": its attributes are not those of the metadata" };
+    return Error{ ErrorCode::Damaged,
+      NameOfPiece(id, this->Information.depths) + ": its attributes differ from the metadata" };
   }
   return piece;
 }

@@ -26,7 +26,7 @@ std::uint64_t NodesOfDepth(unsigned depth)
   return std::uint64_t{ 1 } << depth;
 }
 
-// The order of the digest: levels coarse to fine, partitions, each with its texture behind it,
+// The order of the digest: levels coarse to fine, partitions, each with its texture after it,
 // boxes, pages of the tree, the parts of the list of unused vertices.
 class BlobOrder
 {
@@ -203,7 +203,7 @@ private:
     return {};
   }
 
-  Database File; // closed behind the statements
+  Database File; // closed after the statements
   Statement Directory, Content;
   const BlobOrder Order;
 };
@@ -323,7 +323,7 @@ private:
     return result;
   }
 
-  Database File; // closed behind the statements
+  Database File; // closed after the statements
   Statements Queries;
 };
 

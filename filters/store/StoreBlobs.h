@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // How the blobs lie in a store's tables: cut into rows that fill SQLite's pages, with a directory
-// of where each begins; before version 13 each in a row of its own. For Store::Connection alone.
+// of where each begins; before version 13 each in a row of its own. Only for Store::Connection.
 #pragma once
 
 #include "filters/model/ModelDescription.h"

@@ -55,11 +55,11 @@ Result<ModelDescription> ReadStoredModel(int descriptor)
   const bool isTold = model && HasRowsOfBlobs(*version); // by the version
   if (isTold && model->textures.has_value() != HasTextures(*version))
   {
-    return DamagedBlob("metadata", "what it says of textures is not of the store's version");
+    return DamagedBlob("metadata", "its textures do not fit the store's version");
   }
   if (isTold && model->unused.has_value() != HasUnused(*version))
   {
-    return DamagedBlob("metadata", "what it says of unused vertices is not of the store's version");
+    return DamagedBlob("metadata", "its unused vertices do not fit the store's version");
   }
   return model;
 }
@@ -110,7 +110,7 @@ std::optional<bool> Store::Connection::LooksUnchanged()
   return now ? this->Compare(*now) : std::nullopt;
 }
 
-// Whether the file is what it was, where its state alone tells that.
+// Whether the file is what it was, where only its state tells that.
 std::optional<bool> Store::Connection::Compare(const FileState& now)
 {
   const std::lock_guard lock(this->Mutex);

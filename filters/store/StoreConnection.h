@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// The connections to one store's file, and the rows that they read. For Store alone.
+// The connections to one store's file, and the rows that they read. Only for Store.
 #pragma once
 
 #include "filters/model/ModelDescription.h"
@@ -40,7 +40,7 @@ public:
   // changes its state first. Errors: Changed; InputOutput and LimitExceeded where it cannot be
   // told.
   Status CheckUnchanged();
-  // The same by the file's state alone, as far as the kernel knows it: nothing where that does not
+  // The same only by the file's state, as far as the kernel knows it: nothing where that does not
   // tell it. Waits for no disk.
   std::optional<bool> LooksUnchanged();
   FileState State();

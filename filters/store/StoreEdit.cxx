@@ -44,7 +44,7 @@ Status CopyFile(int from, int to, std::uint64_t size, const Execution& execution
     }
     if (copied < 0 && IsDiskFull(errno))
     {
-      return SystemError("the disk is too small: the store is copied to be changed, and takes " +
+      return SystemError("the disk is too full: editing makes a copy of the store, which needs " +
                            std::to_string(size) + " bytes",
         errno);
     }
@@ -66,16 +66,16 @@ void Change(const std::optional<std::string>& to, std::string& text)
 }
 
 // What is not given stays; of a new up without a view the model is seen from in front of it.
-void ChangePose(const StoreTexts& texts, ModelDescription& info)
+void ChangeHomeView(const StoreTexts& texts, ModelDescription& info)
 {
   if (!texts.up && !texts.view)
   {
     return;
   }
-  const ModelPose before = info.pose.value_or(ModelPose{});
+  const HomeView before = info.homeView.value_or(HomeView{});
   const Vec3 up = texts.up.value_or(before.up);
   const bool turned = up != before.up;
-  info.pose = { up, texts.view.value_or(turned ? FrontOf(up) : before.view), false };
+  info.homeView = { up, texts.view.value_or(turned ? FrontOf(up) : before.view), false };
 }
 
 // The copy is thrown away unless all goes well: it needs no journal.
@@ -132,7 +132,7 @@ Result<ModelDescription> EditStore(
   Change(texts.license, info.license);
   Change(texts.unit, info.unit);
   Change(texts.description, info.description);
-  ChangePose(texts, info);
+  ChangeHomeView(texts, info);
   const std::string json = WriteStoredModel(info);
   KDSTREAM_TRY(CheckMetadataSize(json));
   NewFile::RemoveLeftovers(store);
@@ -143,7 +143,7 @@ Result<ModelDescription> EditStore(
   KDSTREAM_TRY(ReplaceMetadata(copy->Descriptor(), json));
   if (!IsStill(opened, store))
   {
-    return Error{ ErrorCode::InputOutput, "was replaced while it was copied: nothing is changed" };
+    return Error{ ErrorCode::InputOutput, "was replaced while it was copied: nothing was changed" };
   }
   KDSTREAM_TRY(copy->Finish());
   return info;

@@ -25,13 +25,12 @@ struct StoreTexts
   std::optional<Vec3> up{}, view{};
 };
 
-// Tree, levels and partitions stay as they are, and so does the digest. The store is copied, the
-// copy is changed and takes the store's place as a whole, with its permissions: a server that has
-// the store open takes it for immutable, so its file must never change, and whatever ends this
-// leaves the old store or the new one. Needs room for the copy. O(bytes of the store); where the
-// file system shares blocks between files, next to nothing. Errors: those of Store::Open;
-// Unsupported for a store of an earlier version; InputOutput, also where another process has
-// replaced the store meanwhile; Cancelled.
+// Tree, levels, partitions and digest stay. A changed copy takes the store's place as a whole, with
+// its permissions. A server that has the store open treats it as immutable, so the old file never
+// changes; and whatever ends this function leaves the old store or the new one. Needs disk space
+// for the copy. O(bytes of the store); where the file system shares blocks between files, next to
+// nothing. Errors: those of Store::Open; Unsupported for a store of an earlier version;
+// InputOutput, also where another process has replaced the store meanwhile; Cancelled.
 Result<ModelDescription> EditStore(
   const std::filesystem::path& store, const StoreTexts& texts, const Execution& execution = {});
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// The file of an open store, and whether it is still what it was. For filters/store alone.
+// The file of an open store, and whether it is still what it was. Only for filters/store.
 #pragma once
 
 #include "filters/core/Result.h"

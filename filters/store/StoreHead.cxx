@@ -38,7 +38,7 @@ Error NotAStore(const std::string& why)
 
 Error DamagedPage()
 {
-  return { ErrorCode::Damaged, "its first page is damaged, or cut off" };
+  return { ErrorCode::Damaged, "its first page is damaged or incomplete" };
 }
 
 std::string InQuotes(std::string_view name)
@@ -103,7 +103,7 @@ Result<int> CheckHeader(Bytes page)
   if (NumberAt(page, 16, 2) != pageBytes || page[20] != 0)
   {
     return NotAStore(
-      "its pages are not those of a store, of " + std::to_string(pageBytes) + " bytes");
+      "its page size is not that of a store, " + std::to_string(pageBytes) + " bytes");
   }
   if (page[18] != 1 || page[19] != 1)
   {
@@ -111,7 +111,7 @@ Result<int> CheckHeader(Bytes page)
   }
   if (NumberAt(page, 56, 4) != 1)
   {
-    return NotAStore("its texts are not UTF-8");
+    return NotAStore("its text encoding is not UTF-8");
   }
   if (NumberAt(page, 52, 4) != 0 || NumberAt(page, 64, 4) != 0)
   {
@@ -253,7 +253,7 @@ Error StrangeRow(const SchemaRow& row, bool isExpected)
   if (row.type != "table")
   {
     const bool known = row.type == "view" || row.type == "trigger" || row.type == "index";
-    return NotAStore(!known                ? "its schema has more than tables"
+    return NotAStore(!known                ? "its schema has other objects than tables"
                      : row.type == "index" ? "it has an index " + name
                                            : "it has a " + std::string(row.type) + " " + name);
   }
@@ -262,7 +262,7 @@ Error StrangeRow(const SchemaRow& row, bool isExpected)
     return NotAStore("it has a virtual table " + name);
   }
   return NotAStore(
-    isExpected ? "its table " + name + " is not the one of a store" : "it has a table " + name);
+    isExpected ? "its table " + name + " differs from that of a store" : "it has a table " + name);
 }
 
 Result<std::vector<SchemaRow>> ReadRows(Bytes page)
@@ -271,7 +271,7 @@ Result<std::vector<SchemaRow>> ReadRows(Bytes page)
   constexpr std::size_t firstPointer = headerBytes + 8;
   if (page[headerBytes] != tableLeaf)
   {
-    return NotAStore("its schema has more than the tables of a store");
+    return NotAStore("its schema has other tables than a store");
   }
   if (firstPointer + 2 * std::size_t{ count } > page.size())
   {
@@ -314,7 +314,7 @@ Result<std::uint32_t> CheckSchema(Bytes page, int version)
     std::uint32_t& own = pages[static_cast<std::size_t>(found - tables.begin())];
     if (own != 0 || std::find(pages.begin(), pages.end(), row.page) != pages.end())
     {
-      return NotAStore("its table " + InQuotes(row.name) + " is there twice");
+      return NotAStore("its table " + InQuotes(row.name) + " appears twice");
     }
     own = row.page;
   }

@@ -73,7 +73,7 @@ Result<NotesText> ReadNotes(const std::filesystem::path& path)
   }
   if (!S_ISREG(found.st_mode))
   {
-    return Error{ ErrorCode::InvalidInput, "is no file" };
+    return Error{ ErrorCode::InvalidInput, "is not a file" };
   }
   auto bytes = ReadNotesBytes(file.descriptor);
   KDSTREAM_TRY(bytes);

@@ -219,9 +219,9 @@ Status CheckMetadataSize(std::string_view json)
   return json.size() <= mostMetadataBytes
            ? Status{}
            : Error{ ErrorCode::LimitExceeded,
-               "its texts take " + std::to_string(json.size()) + " bytes with what else is said " +
-                 "of the model, more than the " + std::to_string(mostMetadataBytes) +
-                 " that are read" };
+               "its texts take " + std::to_string(json.size()) +
+                 " bytes together with its other metadata; the maximum is " +
+                 std::to_string(mostMetadataBytes) };
 }
 
 std::int64_t NodeChecksum(NodeId node, std::span<const std::uint8_t> data)

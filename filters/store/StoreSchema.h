@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// The layout of a store inside SQLite, for the reader and the writer alone. Described in
+// The layout of a store inside SQLite, only for the reader and the writer. Described in
 // doc/formats.md.
 #pragma once
 
@@ -85,8 +85,8 @@ std::int64_t MetadataChecksum(std::string_view key, std::string_view value);
 
 // ---- versions before 13
 
-// The row of a piece, and its number in the digest of all versions: its resolution (63 = original)
-// above its node, so that rows lie coarse to fine.
+// The row of a piece in the tables of versions 9 to 12, and its key in the digest of all versions:
+// its resolution (63 = original) above its node, so that rows lie coarse to fine.
 std::int64_t PieceRow(PieceId id);
 // Back: nothing where no piece of any store has that row.
 std::optional<PieceId> PieceOfRow(std::int64_t row);

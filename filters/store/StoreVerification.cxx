@@ -132,11 +132,12 @@ private:
     Connection& database = *this->Whole.Database;
     if (database.BytesRead() - this->ReadBefore > static_cast<std::uint64_t>(database.State().size))
     {
-      return Error{ ErrorCode::Damaged, "its blobs overlap: they have more bytes than the file" };
+      return Error{ ErrorCode::Damaged,
+        "its blobs overlap: together they are larger than the file" };
     }
-    return this->Found.size() < mostFound
-             ? Status{}
-             : Status{ Error{ ErrorCode::Damaged, "there is more, which is not checked" } };
+    return this->Found.size() < mostFound ? Status{}
+                                          : Status{ Error{ ErrorCode::Damaged,
+                                              "there are more errors; the rest is not checked" } };
   }
 
   Status CheckTree()
@@ -168,7 +169,7 @@ private:
     return told->boxes == RoundTreePageBoxes(boxes, page, depths)
              ? Status{}
              : DamagedBlob(
-                 BlobName(BlobId::TreePage(page)), "its boxes are not those of the partitions");
+                 BlobName(BlobId::TreePage(page)), "its boxes differ from those of the partitions");
   }
 
   // Parts as many as Store::Open found room for.

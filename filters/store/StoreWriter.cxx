@@ -3,7 +3,7 @@
 
 #include "filters/core/SystemReason.h"
 #include "filters/files/NewFile.h"
-#include "filters/store/DeviationList.h"
+#include "filters/store/GeometricErrorList.h"
 #include "filters/store/ScalarStatistics.h"
 #include "filters/store/Sqlite.h"
 #include "filters/store/Store.h"
@@ -48,10 +48,11 @@ Status CheckBlobSize(const std::string& name, std::size_t bytes)
 {
   return bytes <= protocol::maximumBlobBytes
            ? Status{}
-           : Error{ ErrorCode::LimitExceeded,
-               name + " takes " + std::to_string(bytes) +
-                 " bytes, more than the 64 MiB that servers send: make partitions of fewer "
-                 "vertices" };
+           : Error{
+               ErrorCode::LimitExceeded,
+               name + " has " + std::to_string(bytes) +
+                 " bytes, more than the 64 MiB that servers send: use fewer vertices per partition"
+             };
 }
 
 }
@@ -68,7 +69,7 @@ struct StoreWriter::State
   std::int64_t contentRows = 0, directoryRows = 0; // that are written
   std::uint64_t contentBytes = 0;
   std::unique_ptr<ContentDigest> digest{};
-  std::unique_ptr<DeviationList> deviations{}; // of the resolution that is being written
+  std::unique_ptr<GeometricErrorList> deviations{}; // of the resolution that is being written
   PieceTable pieces{};
   std::vector<std::uint8_t> preview{};
   std::uint32_t unusedParts = 0;
@@ -109,17 +110,17 @@ Error StoreWriter::State::Explain(const Error& error) const
   written += this->info.unused ? this->info.unused->bytes : 0;
   const auto mebibytes = [](std::uint64_t bytes)
   { return std::to_string((bytes + (1U << 20) - 1) >> 20) + " MiB"; };
-  const std::string sizes = "the store takes about " + mebibytes(this->BytesInAll(written)) +
-                            ", of which about " + mebibytes(written) + " are made";
+  const std::string sizes = "the store needs about " + mebibytes(this->BytesInAll(written)) +
+                            ", of which about " + mebibytes(written) + " are written";
   if (full == EFBIG)
   {
     return { ErrorCode::DiskFull,
-      "files may not grow so large here: " + sizes + " (" + SystemReason(full) + ")", store };
+      "files cannot grow this large here: " + sizes + " (" + SystemReason(full) + ")", store };
   }
   std::error_code unknown;
   const std::filesystem::space_info space = std::filesystem::space(this->file.Folder(), unknown);
   return { ErrorCode::DiskFull,
-    "the disk is too small: " + sizes + "; " +
+    "the disk is too full: " + sizes + "; " +
       (unknown ? std::string("too few bytes") : mebibytes(space.available)) + " are free in " +
       this->file.Folder().string() + " (" + SystemReason(full) + ")",
     store };
@@ -160,7 +161,7 @@ Result<std::unique_ptr<StoreWriter::State>> StoreWriter::State::Begin(
   Result<NewFile> file = NewFile::Create(store);
   KDSTREAM_TRY(file);
   auto state = std::make_unique<State>(State{ std::move(*file), std::move(info) });
-  state->deviations = std::make_unique<DeviationList>(state->file.Folder());
+  state->deviations = std::make_unique<GeometricErrorList>(state->file.Folder());
   state->digest = std::make_unique<ContentDigest>(state->info);
   state->pieces = PieceTable(state->info.depths, state->info.HasLevels());
   Result<Database> database = OpenEmpty(state->file.Descriptor());
@@ -328,9 +329,9 @@ const std::vector<std::uint8_t>& StoreWriter::Preview() const
   return this->S->preview;
 }
 
-void StoreWriter::SetPose(const ModelPose& pose)
+void StoreWriter::SetHomeView(const HomeView& homeView)
 {
-  this->S->info.pose = pose;
+  this->S->info.homeView = homeView;
 }
 
 Status StoreWriter::FinishResolution(Resolution resolution, std::uint64_t triangles)
@@ -339,7 +340,7 @@ Status StoreWriter::FinishResolution(Resolution resolution, std::uint64_t triang
   ResolutionDescription& finished =
     resolution.IsOriginal() ? info.original : info.levels[resolution.Depth()];
   finished.triangles = triangles;
-  const Result<DeviationList::Summary> deviations =
+  const Result<GeometricErrorList::Summary> deviations =
     OfFile(this->S->file.Target().string(), this->S->deviations->Finish());
   KDSTREAM_TRY(deviations);
   finished.deviation99 = deviations->at99;

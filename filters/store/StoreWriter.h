@@ -40,7 +40,7 @@ public:
   Status AddBoxes(NodeId node, std::span<const std::uint8_t> data);
   Status AddTreePage(NodeId page, std::span<const std::uint8_t> data);
 
-  // Of models with unused vertices (info.unused), behind all tree pages: the parts of the list
+  // Of models with unused vertices (info.unused), after all tree pages: the parts of the list
   // (UnusedList.h), from the first on. Finds out which vertex is farthest. Errors: as AddPiece.
   Status AddUnused(const Piece& part, std::span<const std::uint8_t> data);
 
@@ -50,7 +50,7 @@ public:
   // The blob of the piece that viewers show first; empty before that was added.
   const std::vector<std::uint8_t>& Preview() const;
   // How the model stands; called before Finish, or not at all.
-  void SetPose(const ModelPose& pose);
+  void SetHomeView(const HomeView& homeView);
 
   // Says that all pieces of a resolution are written, and how many triangles it has, each counted
   // once. Errors: InputOutput.

@@ -9,11 +9,11 @@
 
 #include "filters/core/VectorMath.h"
 #include "filters/core/Weld.h"
-#include "filters/texture/PaintArrays.h"
-#include "filters/texture/PaintFolder.h"
 #include "filters/texture/PictureReader.h"
 #include "filters/texture/PictureTexels.h"
 #include "filters/texture/SumTexels.h"
+#include "filters/texture/TextureArrays.h"
+#include "filters/texture/TextureFolder.h"
 #include "filters/texture/TileCharts.h"
 
 #include <algorithm>
@@ -109,7 +109,7 @@ class Baker
 {
 public:
   // folder: where decoded pictures go; null: into memory.
-  Baker(TexturedMesh& textured, std::uint64_t mostPixels, PaintFolderWriter* folder)
+  Baker(TexturedMesh& textured, std::uint64_t mostPixels, TextureFolderWriter* folder)
     : Textured(textured)
     , Reader(textured.pictures, mostPixels, folder)
   {
@@ -486,10 +486,10 @@ Result<BakeReport> BakeTextures(
   return Baker(textured, mostPixels, nullptr).Bake(execution);
 }
 
-Result<BakeReport> BakeTexturesAndKeepPaint(
+Result<BakeReport> BakeAndKeepTextures(
   TexturedMesh& textured, const TextureOptions& options, const Execution& execution)
 {
-  if (options.paintFolder.empty())
+  if (options.textureFolder.empty())
   {
     Result<BakeReport> report = BakeTextures(textured, options.mostPixels, execution);
     if (report && report->pictures > 0)
@@ -498,15 +498,15 @@ Result<BakeReport> BakeTexturesAndKeepPaint(
     }
     return report;
   }
-  Result<PaintFolderWriter> folder =
-    PaintFolderWriter::Create(options.paintFolder, textured.pictures.size());
+  Result<TextureFolderWriter> folder =
+    TextureFolderWriter::Create(options.textureFolder, textured.pictures.size());
   KDSTREAM_TRY(folder);
   Result<BakeReport> report = Baker(textured, options.mostPixels, &*folder).Bake(execution);
   KDSTREAM_TRY(report);
   if (report->pictures > 0)
   {
     KDSTREAM_TRY(folder->Finish(textured.materials));
-    AddPaintArrays(textured);
+    AddTextureArrays(textured);
   }
   return report;
 }

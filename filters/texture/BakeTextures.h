@@ -19,9 +19,9 @@ struct TextureOptions
 {
   bool bake = true;                             // false: pictures are left out
   std::uint64_t mostPixels = mostPicturePixels; // of one
-  // Where pictures and materials go for tiles (PaintFolder.h), of which the mesh gets the arrays
-  // (PaintArrays.h); empty: no tiles are wanted.
-  std::filesystem::path paintFolder{};
+  // Where pictures and materials go for tiles (TextureFolder.h), of which the mesh gets the arrays
+  // (TextureArrays.h); empty: no tiles are wanted.
+  std::filesystem::path textureFolder{};
 };
 
 struct BakeReport
@@ -42,31 +42,31 @@ struct BakeReport
   std::string TellLevels() const;
 };
 
-// Adds the point array "RGB" (uint8 × 3, or "RGBA" × 4 where a vertex is not opaque)
-// to textured.mesh, in place of any of these names. REQUIRES: a tuple of corners and a material
-// that is there for each triangle; pictures that are there or noPicture.
+// Adds the point array "RGB" (uint8 × 3, or "RGBA" × 4 where a vertex is not opaque) to
+// textured.mesh, in place of any of these names. REQUIRES: a tuple of corners and an existing
+// material for each triangle; existing pictures, or noPicture.
 //
-// The colour of a vertex is the mean of the texels that its triangles cover, in linear light,
-// weighted by their area on the surface, and the more the nearer they are to the vertex: as much as
-// the vertex's colour counts there when triangles are drawn. Vertices in one place (bit-equal
-// coordinates) with equal normals have one colour: vertices that are split along the seams of
-// charts become one again when the mesh is welded. Triangles whose corners have no coordinates, or
-// whose picture cannot be read, count with their material's colour; vertices of no triangle are
-// white. Triangles without area count only at vertices that have no others.
+// The colour of a vertex is the mean, in linear light, of the texels that its triangles cover. A
+// texel's weight is its area on the surface times the share that the vertex's colour has there when
+// triangles are drawn.
+// - Vertices in one place (bit-equal coordinates) with equal normals have one colour, so vertices
+//   that are split along the seams of charts become one again when the mesh is welded.
+// - Triangles whose corners have no coordinates, or whose picture cannot be read, count with their
+//   material's colour. Vertices of no triangle are white.
+// - Triangles without area count only at vertices that have no others.
 //
-// Each triangle is looked at in equal parts, about two for each texel, nine at least, but of a
-// picture no more than eight for each of its texels and 64 for each triangle: coordinates that
-// repeat a picture a million times take no longer. Pictures are decoded one after the other, in
-// their order, and one at a time is in memory. Time: O(parts); memory: 64 bytes a vertex, one
-// picture and its file. The result depends on nothing but the input. Errors: Cancelled. Source:
-// usual; the limits are ours.
+// Each triangle is sampled in equal parts: about two for each texel, nine at least, but at most
+// eight for each texel of the picture and 64 for each triangle. So coordinates that repeat a
+// picture a million times take no longer. Pictures are decoded one after the other, in their order,
+// with one in memory. Time: O(parts); memory: 64 bytes a vertex, one picture and its file. The
+// result depends only on the input. Errors: Cancelled. Source: usual; the limits are ours.
 Result<BakeReport> BakeTextures(TexturedMesh& textured,
   std::uint64_t mostPixels = mostPicturePixels, const Execution& execution = {});
 
-// The same, and what tiles need besides, where options.paintFolder asks for that: then no picture
-// is in memory (PaintFolderWriter::AddPicture). Without, where a picture was read, the last warning
-// is TellLoss(). Errors: besides, InputOutput of the folder.
-Result<BakeReport> BakeTexturesAndKeepPaint(
+// The same, and what tiles need besides, where options.textureFolder asks for that: then no picture
+// is in memory (TextureFolderWriter::AddPicture). Without, where a picture was read, the last
+// warning is TellLoss(). Errors: besides, InputOutput of the folder.
+Result<BakeReport> BakeAndKeepTextures(
   TexturedMesh& textured, const TextureOptions& options, const Execution& execution = {});
 
 }

@@ -28,7 +28,7 @@ Status DecodeWebp(std::span<const std::uint8_t> bytes, std::uint64_t mostPixels,
   const bool alpha = features.has_alpha != 0;
   const Picture head{ width, height, alpha ? 4U : 3U, {} };
   const std::size_t size = width * height * head.components;
-  // Not touched before there are texels: a header alone costs nothing.
+  // Not touched before there are texels: a header by itself costs nothing.
   const auto texels = std::make_unique_for_overwrite<std::uint8_t[]>(size);
   const auto decode = alpha ? &WebPDecodeRGBAInto : &WebPDecodeRGBInto;
   // Its sides have 14 bits: a row fits an int.

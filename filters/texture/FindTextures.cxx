@@ -84,7 +84,7 @@ bool HasColors(const std::vector<ObjMaterial>& materials)
 }
 
 // What paints an .obj, as far as its statements have to be gone through to tell.
-struct PaintOfObj
+struct TexturesOfObj
 {
   bool painted = false; // a face uses a picture that is there
   bool colors = false;  // faces use colours of materials that count
@@ -94,8 +94,8 @@ struct PaintOfObj
 
 // What is wrong in the file is left to its reader. pictures: of each material whether it has one
 // that is there. Errors: InputOutput.
-Result<PaintOfObj> LookAtPaint(ObjStatements& statements, const std::vector<ObjMaterial>& materials,
-  const std::vector<bool>& pictures)
+Result<TexturesOfObj> FindTexturesOfObj(ObjStatements& statements,
+  const std::vector<ObjMaterial>& materials, const std::vector<bool>& pictures)
 {
   MaterialNames names;
   for (std::size_t i = 0; i < materials.size(); ++i)
@@ -103,7 +103,7 @@ Result<PaintOfObj> LookAtPaint(ObjStatements& statements, const std::vector<ObjM
     names.Add(materials[i].name, static_cast<std::uint32_t>(i));
   }
   UsedColors colors;
-  PaintOfObj paint;
+  TexturesOfObj paint;
   std::optional<std::uint32_t> used;
   const bool any = std::find(pictures.begin(), pictures.end(), true) != pictures.end();
   const bool lookForColors = HasColors(materials);
@@ -214,7 +214,7 @@ Result<FoundTextures> FindInObj(const std::filesystem::path& file)
   {
     return FoundTextures{ false, false, std::move(found.warnings) };
   }
-  const Result<PaintOfObj> paint = LookAtPaint(statements, found.materials, pictures);
+  const Result<TexturesOfObj> paint = FindTexturesOfObj(statements, found.materials, pictures);
   KDSTREAM_TRY(paint);
   const bool ownColors = paint->places && !paint->bare;
   if (any && !(ownColors && !paint->painted))

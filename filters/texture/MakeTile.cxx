@@ -126,13 +126,13 @@ std::vector<std::uint8_t> Halve(
 class TileMaker
 {
 public:
-  TileMaker(const PaintedTriangles& painted, const Paint& paint, const TexelSource& source,
-    const TileOptions& options)
-    : Painted(painted)
-    , ThePaint(paint)
+  TileMaker(const TexturedTriangles& textured, const TextureSet& textures,
+    const TexelSource& source, const TileOptions& options)
+    : Textured(textured)
+    , Textures(textures)
     , Source(source)
     , Options(options)
-    , Charts(FindTileCharts(painted, paint, source, gutter))
+    , Charts(FindTileCharts(textured, textures, source, gutter))
   {
   }
 
@@ -161,14 +161,14 @@ public:
     this->Counts.tiles = 1;
     this->Counts.halved = this->Halvings > 0 ? 1 : 0;
     this->Counts.texels = static_cast<std::uint64_t>(size);
-    this->Counts.triangles = this->Painted.triangles.size();
+    this->Counts.triangles = this->Textured.triangles.size();
     return MadeTile{ std::move(this->Tile), this->Counts };
   }
 
 private:
   const TexturedMaterial& MaterialOf(std::size_t t) const
   {
-    return this->ThePaint.materials[this->Painted.materialOf[t]];
+    return this->Textures.materials[this->Textured.materialOf[t]];
   }
 
   static Rgba ColorOf(const TexturedMaterial& material)
@@ -200,17 +200,17 @@ private:
   {
     std::map<std::pair<std::uint32_t, bool>, Rgba> known; // of a material, whether it is a mean
     std::map<Rgba, std::uint32_t> numbers;
-    this->PatchOf.assign(this->Painted.triangles.size(), noChartBox);
+    this->PatchOf.assign(this->Textured.triangles.size(), noChartBox);
     for (std::size_t t = 0; t < this->PatchOf.size(); ++t)
     {
-      const Unpainted why = this->Charts.ofTriangle[t].why;
-      if (why == Unpainted::No)
+      const Untextured why = this->Charts.ofTriangle[t].why;
+      if (why == Untextured::No)
       {
         continue;
       }
-      const bool mean = why == Unpainted::Repeats || why == Unpainted::TooFar;
-      this->Counts.repeating += why == Unpainted::Repeats ? 1 : 0;
-      const auto [entry, isNew] = known.try_emplace({ this->Painted.materialOf[t], mean });
+      const bool mean = why == Untextured::Repeats || why == Untextured::TooFar;
+      this->Counts.repeating += why == Untextured::Repeats ? 1 : 0;
+      const auto [entry, isNew] = known.try_emplace({ this->Textured.materialOf[t], mean });
       if (isNew)
       {
         Result<Rgba> color =
@@ -310,7 +310,7 @@ private:
   Status CropRows(std::size_t number, std::int64_t first, std::int64_t rows, const TexelBox& box)
   {
     const TexturedMaterial& material =
-      this->ThePaint.materials[this->Charts.boxes[number].material];
+      this->Textures.materials[this->Charts.boxes[number].material];
     const std::int64_t step = std::int64_t{ 1 } << this->Halvings;
     const std::int64_t above = box.lo[1] + first * step;
     Result<std::vector<std::uint8_t>> read = ReadWrapped(this->Source, material.picture,
@@ -366,11 +366,11 @@ private:
     const auto [source, isNew] = this->Sources.try_emplace(number, next);
     if (isNew)
     {
-      const TexturedMaterial& material = this->ThePaint.materials[number];
+      const TexturedMaterial& material = this->Textures.materials[number];
       const auto size = this->Source.SizeOf(material.picture);
-      this->Tile.exact.sources.push_back({ this->ThePaint.shown.empty()
+      this->Tile.exact.sources.push_back({ this->Textures.shown.empty()
                                              ? material.picture
-                                             : this->ThePaint.shown[number],
+                                             : this->Textures.shown[number],
         size[0], size[1], material.transform.u, material.transform.v,
         { static_cast<std::uint8_t>(material.wrapU), static_cast<std::uint8_t>(material.wrapV) } });
     }
@@ -382,7 +382,7 @@ private:
     ExactTile& exact = this->Tile.exact;
     exact.halvings = static_cast<std::uint8_t>(this->Halvings);
     std::map<std::array<std::int64_t, 3>, std::uint32_t> numbers; // of the charts
-    for (std::size_t t = 0; t < this->Painted.triangles.size(); ++t)
+    for (std::size_t t = 0; t < this->Textured.triangles.size(); ++t)
     {
       const TileChart chart = this->PlaceOfChart(t);
       const auto next = static_cast<std::uint32_t>(exact.charts.size());
@@ -396,13 +396,13 @@ private:
       auto& corners = this->Tile.corners.emplace_back();
       for (std::size_t k = 0; k < 3; ++k)
       {
-        corners[k] = PlaceOfCorner(exact, entry->second, this->Painted.corners[t][k]);
+        corners[k] = PlaceOfCorner(exact, entry->second, this->Textured.corners[t][k]);
       }
     }
     this->Tile.isExact = this->Options.quality == 0;
     if (this->Tile.isExact)
     {
-      exact.corners = this->Painted.corners;
+      exact.corners = this->Textured.corners;
       return;
     }
     exact = {};
@@ -421,8 +421,8 @@ private:
     return {};
   }
 
-  const PaintedTriangles& Painted;
-  const Paint& ThePaint;
+  const TexturedTriangles& Textured;
+  const TextureSet& Textures;
   const TexelSource& Source;
   const TileOptions& Options;
   const TileCharts Charts;
@@ -448,10 +448,10 @@ void TileCounts::Add(const TileCounts& more)
   this->repeating += more.repeating;
 }
 
-Result<MadeTile> MakeTile(const PaintedTriangles& painted, const Paint& paint,
+Result<MadeTile> MakeTile(const TexturedTriangles& textured, const TextureSet& textures,
   const TexelSource& source, const TileOptions& options)
 {
-  return TileMaker(painted, paint, source, options).Make();
+  return TileMaker(textured, textures, source, options).Make();
 }
 
 }

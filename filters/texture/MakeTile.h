@@ -40,15 +40,19 @@ struct MadeTile
   TileCounts counts;
 };
 
-// Charts as FindTileCharts tells, each with a gutter of two texels of what lies around it in its
-// picture, or beyond the edge by the wrap modes; a material's factor is multiplied in, in linear
-// light, and alpha is 1 where the material is opaque. Triangles without a picture get a patch of
-// their material's colour, and those that repeat their picture too often, or lie too far, one of
-// its mean: in a lossy tile of up to 64 such colours so large that no other colour reaches its
-// corners. Texels that no chart covers are grey. Time: O(texels of the tile + triangles log
-// triangles); memory: ten bytes a texel of the tile. The same bytes for the same input and version
-// of libwebp. Errors: those of the source; LimitExceeded where libwebp refuses.
-Result<MadeTile> MakeTile(const PaintedTriangles& painted, const Paint& paint,
+// Packs the charts of FindTileCharts. Each has a gutter of two texels of its surroundings in its
+// picture, or beyond the edge by the wrap modes. A material's factor is multiplied in, in linear
+// light; alpha is 1 where the material is opaque.
+// - Triangles without a picture get a patch of their material's colour.
+// - Triangles that repeat their picture too often, or lie too far, get a patch of its mean colour.
+//   In a lossy tile of up to 64 of these colours, patches are so large that no other colour reaches
+//   their corners.
+// - Texels that no chart covers are grey.
+//
+// Time: O(texels of the tile + triangles log triangles); memory: ten bytes a texel of the tile. The
+// same bytes for the same input and version of libwebp. Errors: those of the source; LimitExceeded
+// where libwebp refuses.
+Result<MadeTile> MakeTile(const TexturedTriangles& textured, const TextureSet& textures,
   const TexelSource& source, const TileOptions& options);
 
 }

@@ -136,7 +136,7 @@ std::optional<double> LargestNumber(std::string_view text)
   return largest;
 }
 
-// Of values that are not carried; what is no number counts as not told.
+// Of values that are not carried; what is not a number counts as not told.
 void ReadLostLook(std::string_view name, std::string_view text, ObjMaterial& material)
 {
   const std::optional<double> value = LargestNumber(text);
@@ -166,7 +166,7 @@ void ReadLostLook(std::string_view name, std::string_view text, ObjMaterial& mat
   }
 }
 
-// Some programs write Tr 1 of what is opaque: alone it says nothing, since nobody would see the
+// Some programs write Tr 1 of what is opaque: by itself it says nothing, since nobody would see the
 // surface.
 bool IsTransparent(const ObjMaterial& material)
 {

@@ -90,7 +90,7 @@ private:
 };
 
 // Finds materials by the names that faces use: as they are written; else without quotes and
-// comments, and without regard to case and blanks, where one material alone fits.
+// comments, and in any case and without blanks, if only one material fits.
 class MaterialNames
 {
 public:

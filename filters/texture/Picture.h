@@ -45,12 +45,12 @@ std::string NameOf(PictureType type);
 // By the ending of its name, in any case; Unknown for others.
 PictureType TypeOfName(const std::string& name);
 
-// Whether decoding it takes memory for a few rows alone: of a WebP, an interlaced PNG and a
+// Whether decoding it takes memory only for a few rows: of a WebP, an interlaced PNG and a
 // progressive JPEG all texels are needed at a time. By its headers; false for what is none.
 bool IsDecodedByRows(std::span<const std::uint8_t> bytes);
 
 inline constexpr std::uint64_t mostPicturePixels = std::uint64_t{ 1 } << 30;
-// Along a side: a row takes memory by itself, and the squares of PaintFolder.h are 64 rows high.
+// Along a side: a row takes memory by itself, and the squares of TextureFolder.h are 64 rows high.
 inline constexpr std::uint64_t mostPictureSide = std::uint64_t{ 1 } << 17;
 
 // Decodes the picture by what it is. 16-bit channels become bytes, palettes RGB or RGBA. Colours
@@ -89,7 +89,7 @@ Status DecodeWebp(std::span<const std::uint8_t> bytes, std::uint64_t mostPixels,
 // All rows of a picture in memory. head: its size, without texels. Errors: rows.Why().
 Status TellRows(const Picture& head, const std::uint8_t* texels, PictureRows& rows);
 
-// What is told where memory runs out.
+// What is reported where memory runs out.
 Error NoMemoryForPixels();
 
 // Whether so many pixels may be decoded. Errors: LimitExceeded with the size, also where a side is

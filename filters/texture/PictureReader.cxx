@@ -18,7 +18,7 @@ constexpr std::size_t typeBytes = 12;     // that TypeOfPicture looks at
 // beside them.
 constexpr std::uint64_t bytesPerPixel = 8, bytesBeside = std::uint64_t{ 1 } << 24;
 
-// Of what is no picture only the beginning.
+// Of what is not a picture only the beginning.
 Result<std::vector<std::uint8_t>> BytesOf(const PictureSource& source, std::uint64_t mostPixels)
 {
   if (!source.wrong.empty())

@@ -4,8 +4,8 @@
 #pragma once
 
 #include "filters/core/Execution.h"
-#include "filters/texture/PaintFolder.h"
 #include "filters/texture/PictureTexels.h"
+#include "filters/texture/TextureFolder.h"
 #include "filters/texture/TexturedMesh.h"
 
 #include <cstdint>
@@ -35,8 +35,8 @@ class PictureReader
 {
 public:
   // folder: where decoded pictures go; null: into memory. Keeps references.
-  PictureReader(
-    const std::vector<PictureSource>& pictures, std::uint64_t mostPixels, PaintFolderWriter* folder)
+  PictureReader(const std::vector<PictureSource>& pictures, std::uint64_t mostPixels,
+    TextureFolderWriter* folder)
     : Pictures(pictures)
     , MostPixels(mostPixels)
     , Folder(folder)
@@ -51,8 +51,8 @@ public:
     const std::vector<std::uint32_t>& numbers, double share, const Execution& execution);
   // Nothing, and a warning, where it cannot be read. Errors: InputOutput of the folder.
   Result<std::optional<ReadablePicture>> Read(std::uint32_t number);
-  // So far: of twenty pictures that could not be read, and how many more there are; and of those
-  // that are not what their names say.
+  // So far: up to twenty pictures that could not be read, and the number of further ones; and those
+  // whose content is not what their names say.
   std::vector<std::string> Warnings() const;
 
 private:
@@ -70,7 +70,7 @@ private:
 
   const std::vector<PictureSource>& Pictures;
   const std::uint64_t MostPixels;
-  PaintFolderWriter* const Folder;
+  TextureFolderWriter* const Folder;
   std::vector<std::optional<Outcome>> Ahead; // of each picture; gone once it was read
   std::vector<std::string> Told;
   std::size_t Unread = 0;

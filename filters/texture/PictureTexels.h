@@ -18,7 +18,7 @@ namespace kdstream
 using PlaceInPicture = std::array<double, 2>; // 0-1 from the left and from above; any number
 using Texel = std::array<std::uint8_t, 4>;    // RGBA, sRGB
 
-// How texels lie: row by row, or in squares (PaintFolder.h).
+// How texels lie: row by row, or in squares (TextureFolder.h).
 struct TexelLayout
 {
   static constexpr std::size_t squareSide = 64;
@@ -64,8 +64,9 @@ public:
     return this->InCell(Cell(place[0], p.width, wrapU), Cell(place[1], p.height, wrapV));
   }
 
-  // Columns and rows from the upper left corner of the copy of the picture that a triangle between
-  // these places lies in; nothing where that is not one alone, as it is.
+  // The places of a triangle as columns and rows, from the upper left corner of the copy of the
+  // picture in which the triangle lies; nothing if it does not lie in a single copy of the
+  // unmirrored picture.
   std::optional<std::array<PlaceInPicture, 3>> CellsOf(
     const std::array<PlaceInPicture, 3>& at, TextureWrap wrapU, TextureWrap wrapV) const
   {
@@ -172,7 +173,7 @@ private:
       const double twice = t / 2 - std::floor(t / 2);
       inside = 1 - std::abs(1 - 2 * twice);
     }
-    // What is no number (a transform of huge ones) is the first.
+    // What is not a number (a transform of huge ones) is the first.
     return inside > 0 ? static_cast<std::size_t>(std::min(inside * double(size), double(size - 1)))
                       : 0;
   }

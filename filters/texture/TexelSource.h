@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Where the texels of decoded pictures are: in memory, or in files that may be larger than it
-// (PaintFolder.h). Part of step "encode" of the pipeline picture: texture tiles.
+// (TextureFolder.h). Part of step "encode" of the pipeline picture: texture tiles.
 #pragma once
 
 #include "filters/core/Result.h"

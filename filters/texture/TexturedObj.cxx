@@ -284,7 +284,7 @@ private:
         for (auto* const corners :
           { &mesh.triangles, &this->CornerNormals, &this->CornerCoordinates })
         {
-          DealToTriangles(std::span(*corners).subspan(first, cut.size()), cut);
+          ScatterToTriangles(std::span(*corners).subspan(first, cut.size()), cut);
         }
       });
   }

@@ -24,15 +24,17 @@ struct TexturedFile
   Tolerance tolerance{};
 };
 
-// As ObjReader.h reads it, but: a vertex for each combination of place and normal, whatever texture
-// coordinates its corners have; "Normals" are carried, colours of vertices are not where pictures
-// paint (a warning says so); texture coordinates that are no number count as none. Materials as
-// ObjMaterials.h tells: a picture replaces Kd, v goes up, -clamp on clamps, else pictures repeat.
-// <UDIM> in a picture's name is the number of the tile, 1001 + u + 10 v, for tiles of u < 10 and
-// v < 100. A material that no library has is white, with a warning that names the line.
+// As ObjReader.h reads it, with these differences:
+// - A vertex for each combination of place and normal, whatever texture coordinates its corners
+//   have. "Normals" are carried; colours of vertices are not where there are pictures (with a
+//   warning). Texture coordinates that are not numbers count as none.
+// - Materials as in ObjMaterials.h: a picture replaces Kd, v goes up, -clamp on clamps, else
+//   pictures repeat. <UDIM> in a picture's name is the number of the tile, 1001 + u + 10 v, for
+//   tiles of u < 10 and v < 100. A material that no library has is white, with a warning that names
+//   the line.
 //
-// The text is gone through twice. Memory: the mesh, 12 bytes a texture coordinate, and 60 a
-// triangle. Errors, with the number of the line and of the vertex or face: those of ObjReader.h;
+// The text is read twice. Memory: the mesh, 12 bytes a texture coordinate, and 60 a triangle.
+// Errors, with the number of the line and of the vertex or face: those of ObjReader.h;
 // LimitExceeded for more than 2^32 - 2 of anything.
 Result<TexturedFile> ReadTexturedObj(
   const std::filesystem::path& file, const Execution& execution = {});

@@ -75,7 +75,7 @@ public:
   {
   }
 
-  // To the next line of a text, whose last value may be behind what the header names.
+  // To the next line of a text, whose last value may be after what the header names.
   Status EndLine()
   {
     return this->Encoding == PlyEncoding::Ascii ? this->Words.SkipLine() : Status();
@@ -164,7 +164,7 @@ public:
     {
       this->TakeCornersOfVertices();
     }
-    this->DropPaint();
+    this->DropTextures();
     return std::move(this->Out);
   }
 
@@ -247,7 +247,7 @@ private:
           KDSTREAM_TRY(values.EndLine());
         }
       }
-      break; // what comes behind is none of ours, and words may be read ahead
+      break; // what comes after is none of ours, and words may be read ahead
     }
     if (this->Out.textured.corners.size() != this->TheMesh().triangles.size())
     {
@@ -376,7 +376,7 @@ private:
   }
 
   // What pictures stand for.
-  void DropPaint()
+  void DropTextures()
   {
     std::vector<Attribute>& arrays = this->TheMesh().attributes;
     if (std::any_of(arrays.begin(), arrays.end(),

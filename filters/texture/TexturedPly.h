@@ -12,8 +12,9 @@
 namespace kdstream
 {
 
-// Whether a file of that header has faces, pictures ("comment TextureFile") and coordinates for
-// them: of faces, a list "texcoord", or else of vertices, u v by any of their names (PlyArrays.h).
+// Whether a file with this header has faces, pictures ("comment TextureFile") and texture
+// coordinates: a list "texcoord" of faces, or else u v of vertices by any of their names
+// (PlyArrays.h).
 bool HasPictures(const PlyHeader& header);
 
 // Whether its vertices have colours.

@@ -30,7 +30,7 @@ struct Side
 };
 
 // What two sides of the same vertices must agree in to be in one chart.
-struct SidePaint
+struct SideTexture
 {
   std::uint32_t material;
   std::array<std::uint64_t, 2> corners; // bits of the coordinates at the lower and the other vertex
@@ -41,10 +41,10 @@ struct SidePaint
 class ChartFinder
 {
 public:
-  ChartFinder(const PaintedTriangles& painted, const Paint& paint, const TexelSource& source,
-    std::int64_t gutter)
-    : Painted(painted)
-    , ThePaint(paint)
+  ChartFinder(const TexturedTriangles& textured, const TextureSet& textures,
+    const TexelSource& source, std::int64_t gutter)
+    : Textured(textured)
+    , Textures(textures)
     , Source(source)
     , Gutter(gutter)
   {
@@ -62,52 +62,52 @@ public:
 private:
   const TexturedMaterial& MaterialOf(std::size_t t) const
   {
-    return this->ThePaint.materials[this->Painted.materialOf[t]];
+    return this->Textures.materials[this->Textured.materialOf[t]];
   }
 
   std::array<std::uint32_t, 2> SizeOf(const TexturedMaterial& material) const
   {
-    return material.picture < this->ThePaint.pictures ? this->Source.SizeOf(material.picture)
+    return material.picture < this->Textures.pictures ? this->Source.SizeOf(material.picture)
                                                       : std::array<std::uint32_t, 2>{};
   }
 
   // Where corners are, and which triangles have no place.
   void PlaceTriangles()
   {
-    const std::size_t count = this->Painted.triangles.size();
+    const std::size_t count = this->Textured.triangles.size();
     this->Charts.ofTriangle.resize(count);
     this->Charts.texels.resize(count);
     for (std::size_t t = 0; t < count; ++t)
     {
       const TexturedMaterial& material = this->MaterialOf(t);
       const auto size = this->SizeOf(material);
-      Unpainted why = size[0] == 0 ? Unpainted::NoPicture : Unpainted::No;
-      for (std::size_t k = 0; k < 3 && why == Unpainted::No; ++k)
+      Untextured why = size[0] == 0 ? Untextured::NoPicture : Untextured::No;
+      for (std::size_t k = 0; k < 3 && why == Untextured::No; ++k)
       {
-        const PictureCoordinate& corner = this->Painted.corners[t][k];
+        const PictureCoordinate& corner = this->Textured.corners[t][k];
         const auto along = [&](const std::array<double, 3>& row, double side)
         { return (row[0] * double(corner[0]) + row[1] * double(corner[1]) + row[2]) * side; };
         auto& at = this->Charts.texels[t][k];
         at = { along(material.transform.u, size[0]), along(material.transform.v, size[1]) };
         const bool placed = std::abs(at[0]) < mostChartTexels && std::abs(at[1]) < mostChartTexels;
-        why = placed                                         ? Unpainted::No
-              : std::isfinite(at[0]) && std::isfinite(at[1]) ? Unpainted::TooFar
-                                                             : Unpainted::NoCoordinates;
+        why = placed                                         ? Untextured::No
+              : std::isfinite(at[0]) && std::isfinite(at[1]) ? Untextured::TooFar
+                                                             : Untextured::NoCoordinates;
       }
       this->Charts.ofTriangle[t].why = why;
     }
   }
 
-  bool IsPainted(std::size_t t) const { return this->Charts.ofTriangle[t].why == Unpainted::No; }
+  bool IsTextured(std::size_t t) const { return this->Charts.ofTriangle[t].why == Untextured::No; }
 
   void JoinSides()
   {
     std::vector<Side> sides;
-    const std::span<const Triangle> triangles = this->Painted.triangles;
+    const std::span<const Triangle> triangles = this->Textured.triangles;
     sides.reserve(3 * triangles.size());
     for (std::uint32_t t = 0; t < triangles.size(); ++t)
     {
-      for (std::uint32_t k = 0; k < 3 && this->IsPainted(t); ++k)
+      for (std::uint32_t k = 0; k < 3 && this->IsTextured(t); ++k)
       {
         const auto [low, high] = std::minmax(triangles[t][k], triangles[t][(k + 1) % 3]);
         sides.push_back({ (std::uint64_t{ low } << 32U) | high, t, k });
@@ -116,13 +116,13 @@ private:
     std::sort(sides.begin(), sides.end());
     this->ChartOf.resize(triangles.size());
     std::iota(this->ChartOf.begin(), this->ChartOf.end(), VertexId{ 0 });
-    std::vector<SidePaint> alike;
+    std::vector<SideTexture> alike;
     for (std::size_t begin = 0, end = 0; begin < sides.size(); begin = end)
     {
       alike.clear();
       for (; end < sides.size() && sides[end].vertices == sides[begin].vertices; ++end)
       {
-        alike.push_back(this->PaintOf(sides[end]));
+        alike.push_back(this->TextureOf(sides[end]));
       }
       this->JoinAlike(alike);
     }
@@ -132,24 +132,24 @@ private:
     }
   }
 
-  SidePaint PaintOf(const Side& side) const
+  SideTexture TextureOf(const Side& side) const
   {
     const std::uint32_t t = side.triangle;
     std::size_t a = side.corner, b = (a + 1) % 3;
-    if (this->Painted.triangles[t][b] < this->Painted.triangles[t][a])
+    if (this->Textured.triangles[t][b] < this->Textured.triangles[t][a])
     {
       std::swap(a, b);
     }
-    const auto& corners = this->Painted.corners[t];
-    return { this->Painted.materialOf[t],
+    const auto& corners = this->Textured.corners[t];
+    return { this->Textured.materialOf[t],
       { BitCast<std::uint64_t>(corners[a]), BitCast<std::uint64_t>(corners[b]) }, t };
   }
 
   // Of sides of the same vertices.
-  void JoinAlike(std::vector<SidePaint>& sides)
+  void JoinAlike(std::vector<SideTexture>& sides)
   {
     std::sort(sides.begin(), sides.end(),
-      [](const SidePaint& a, const SidePaint& b) { return a.Key() < b.Key(); });
+      [](const SideTexture& a, const SideTexture& b) { return a.Key() < b.Key(); });
     for (std::size_t i = 1; i < sides.size(); ++i)
     {
       if (sides[i].Key() == sides[i - 1].Key())
@@ -191,7 +191,7 @@ private:
     std::vector<TexelBox> charts(count); // by its number; empty: none yet
     for (std::size_t t = 0; t < count; ++t)
     {
-      if (this->IsPainted(t))
+      if (this->IsTextured(t))
       {
         TexelBox& chart = charts[this->ChartOf[t]];
         chart = chart.Width() == 0 ? this->BoxOf(t) : Union(chart, this->BoxOf(t));
@@ -200,7 +200,7 @@ private:
     std::vector<std::uint32_t> boxOf(count, noChartBox); // of each chart
     for (std::size_t t = 0; t < count; ++t)
     {
-      if (!this->IsPainted(t))
+      if (!this->IsTextured(t))
       {
         continue;
       }
@@ -226,7 +226,7 @@ private:
     TriangleChart& chart = this->Charts.ofTriangle[t];
     if (this->RepeatsTooOften(box, this->MaterialOf(t)))
     {
-      chart.why = Unpainted::Repeats;
+      chart.why = Untextured::Repeats;
       return;
     }
     chart.box = this->AddBox(t, box);
@@ -237,8 +237,8 @@ private:
   {
     const auto shift = this->ShiftOf(box, this->MaterialOf(t));
     this->Charts.boxes.push_back(
-      { this->Painted.materialOf[t], { { box.lo[0] - shift[0], box.lo[1] - shift[1] },
-                                       { box.hi[0] - shift[0], box.hi[1] - shift[1] } } });
+      { this->Textured.materialOf[t], { { box.lo[0] - shift[0], box.lo[1] - shift[1] },
+                                        { box.hi[0] - shift[0], box.hi[1] - shift[1] } } });
     return static_cast<std::uint32_t>(this->Charts.boxes.size() - 1);
   }
 
@@ -327,8 +327,8 @@ private:
     return merged;
   }
 
-  const PaintedTriangles& Painted;
-  const Paint& ThePaint;
+  const TexturedTriangles& Textured;
+  const TextureSet& Textures;
   const TexelSource& Source;
   const std::int64_t Gutter;
   TileCharts Charts;
@@ -337,15 +337,15 @@ private:
 
 }
 
-std::vector<std::uint32_t> NumberShownPictures(const Paint& paint)
+std::vector<std::uint32_t> NumberShownPictures(const TextureSet& textures)
 {
   std::vector<std::uint32_t> numbers;
   std::map<std::tuple<std::uint32_t, Color, bool>, std::uint32_t> known;
-  std::vector<bool> taken(paint.pictures); // a picture's own number
-  auto next = static_cast<std::uint32_t>(paint.pictures);
-  for (const TexturedMaterial& material : paint.materials)
+  std::vector<bool> taken(textures.pictures); // a picture's own number
+  auto next = static_cast<std::uint32_t>(textures.pictures);
+  for (const TexturedMaterial& material : textures.materials)
   {
-    if (material.picture >= paint.pictures)
+    if (material.picture >= textures.pictures)
     {
       numbers.push_back(noPicture);
       continue;
@@ -363,10 +363,10 @@ std::vector<std::uint32_t> NumberShownPictures(const Paint& paint)
   return numbers;
 }
 
-TileCharts FindTileCharts(const PaintedTriangles& painted, const Paint& paint,
+TileCharts FindTileCharts(const TexturedTriangles& textured, const TextureSet& textures,
   const TexelSource& source, std::int64_t gutter)
 {
-  return ChartFinder(painted, paint, source, gutter).Find();
+  return ChartFinder(textured, textures, source, gutter).Find();
 }
 
 }

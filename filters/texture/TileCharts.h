@@ -16,7 +16,7 @@ namespace kdstream
 {
 
 // How a mesh is painted, without the mesh.
-struct Paint
+struct TextureSet
 {
   std::vector<TexturedMaterial> materials;
   std::size_t pictures = 0;
@@ -24,13 +24,13 @@ struct Paint
   std::vector<std::uint32_t> shown{};
 };
 
-// Of each material the number of its picture as the material shows it: the picture's own for the
-// first of those that have it; where one has another factor, or other alpha, numbers from
-// paint.pictures on, alike for those that are alike. Without a picture: noPicture.
-std::vector<std::uint32_t> NumberShownPictures(const Paint& paint);
+// For each material the number of its picture as the material shows it: the picture's own number
+// for the first material that has it; for another factor, or other alpha, a number from
+// textures.pictures on, equal for equal ones. Without a picture: noPicture.
+std::vector<std::uint32_t> NumberShownPictures(const TextureSet& textures);
 
 // Triangles of a partition's piece.
-struct PaintedTriangles
+struct TexturedTriangles
 {
   std::span<const Triangle> triangles;
   std::vector<std::array<PictureCoordinate, 3>> corners; // as the input has them
@@ -50,7 +50,7 @@ struct ChartBox
 };
 
 // Why a triangle has no part of a picture.
-enum class Unpainted : std::uint8_t
+enum class Untextured : std::uint8_t
 {
   No,
   NoPicture, // its material has none, or one that could not be read
@@ -63,7 +63,7 @@ struct TriangleChart
 {
   std::uint32_t box = noChartBox;
   std::array<std::int64_t, 2> shift{}; // texels; corners less this lie in the box
-  Unpainted why = Unpainted::NoPicture;
+  Untextured why = Untextured::NoPicture;
 };
 
 struct TileCharts
@@ -81,7 +81,7 @@ struct TileCharts
 // texels around a box that count there. O(n log n), but for the last step, which looks at no more
 // than a few neighbours of each box. Deterministic. REQUIRES: corners and materials of each
 // triangle, materials that are there.
-TileCharts FindTileCharts(const PaintedTriangles& painted, const Paint& paint,
+TileCharts FindTileCharts(const TexturedTriangles& textured, const TextureSet& textures,
   const TexelSource& source, std::int64_t gutter);
 
 }

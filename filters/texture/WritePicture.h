@@ -16,9 +16,9 @@ namespace kdstream
 // what it can hold.
 std::vector<std::uint8_t> EncodePicture(const Picture& picture, PictureType type);
 
-// A WebP of a quality of 1-100, or lossless (0), of an RGBA picture; alpha: whether it is kept (its
-// texels bit for bit where lossless, also those of alpha 0), else it is an RGB. Errors:
-// LimitExceeded for sides above 16383, or where there is no memory.
+// Encodes an RGBA picture as WebP, with a quality of 1-100, or lossless (0). alpha: whether alpha
+// is kept (if lossless, all texels bit for bit, also those of alpha 0); else the result is RGB.
+// Errors: LimitExceeded for sides above 16383, or a lack of memory.
 Result<std::vector<std::uint8_t>> EncodeWebp(Picture picture, unsigned quality, bool alpha);
 
 }

@@ -70,8 +70,8 @@ constexpr const char* schema =
   "CREATE INDEX IF NOT EXISTS originals_by_original ON originals (original);"
   "COMMIT;";
 
-// Partitions that were entered for two models of one original that are divided alike, before it was
-// known that it is one: each counts once, from when it was had first.
+// Partitions that were entered for two models before it was known that they have one original, and
+// that are divided alike: each counts once, from when it was had first.
 constexpr const char* merge[] = {
   "DELETE FROM had WHERE EXISTS (SELECT 1 FROM originals AS here, originals AS there, had AS other"
   " WHERE here.name = had.model AND here.original = ?1 AND there.original = ?1"
@@ -112,7 +112,8 @@ std::int64_t DueFrom(std::optional<std::int64_t> due, std::int64_t now, std::int
 QuotaRefusal Refusal(const std::string& what, std::int64_t now, std::int64_t ends)
 {
   const auto seconds = std::max<std::int64_t>(1, (ends - now + second - 1) / second);
-  return { what + ": again at " + UtcText(now / second + seconds), std::chrono::seconds(seconds) };
+  return { what + ": try again at " + UtcText(now / second + seconds),
+    std::chrono::seconds(seconds) };
 }
 
 using FileIdentity = std::pair<dev_t, ino_t>;
@@ -154,7 +155,7 @@ std::set<dev_t> DevicesAbove(const std::filesystem::path& folder)
   return devices;
 }
 
-// Makes the file, if it is not there, for its owner alone: it tells who looked at what.
+// Makes the file, if it is not there, only for its owner: it tells who looked at what.
 void MakePrivate(const std::filesystem::path& file)
 {
   const int made = ::open(file.c_str(), O_RDWR | O_CREAT | O_EXCL | O_CLOEXEC, 0600);
@@ -166,7 +167,7 @@ void MakePrivate(const std::filesystem::path& file)
 
 Error QuotaError(const std::string& why, const std::filesystem::path& file)
 {
-  return { ErrorCode::InputOutput, "the quotas cannot be kept: " + why, file.string() };
+  return { ErrorCode::InputOutput, "the quotas cannot be recorded: " + why, file.string() };
 }
 
 // A statement that is ready for its next use, however this one ends.
@@ -274,8 +275,7 @@ struct QuotaBook::File
   Error WasReplaced() const
   {
     return { ErrorCode::InputOutput,
-      "the quotas' file was removed or replaced: what was had is counted anew in the one of its "
-      "name",
+      "the quota file was removed or replaced: counting starts again with the file of this name",
       this->path.string() };
   }
   void NoteLock()
@@ -390,7 +390,7 @@ Status QuotaBook::Connection::Open()
   // Before SQLite makes a log and an index with such permissions, which would stay.
   if (sqlite3_db_readonly(this->database.get(), "main") == 1)
   {
-    return QuotaError("the file can only be read", this->path);
+    return QuotaError("the file is read-only", this->path);
   }
   // A file that was put in its place has tables, and nothing that acts.
   for (const int off :
@@ -415,7 +415,7 @@ Status QuotaBook::Connection::Open()
   this->indexIdentity = IdentityOf(this->index);
   if (this->logIdentity.has_value() != this->indexIdentity.has_value())
   {
-    return QuotaError("its log was removed", this->path);
+    return QuotaError("its log (-wal) was removed", this->path);
   }
   this->identity = is;
   this->devicesAbove = DevicesAbove(FolderOf(this->path));
@@ -596,7 +596,7 @@ Status QuotaBook::File::Follow(std::int64_t now)
   }
   this->open.reset();
   KDSTREAM_TRY(this->Open(now));
-  // Where only its log was removed, all that was had is in the file.
+  // Where only its log (-wal) was removed, all that was had is in the file.
   const bool isSame = isThere && this->open->identity.value() == was;
   return isSame ? Status() : this->WasReplaced();
 }

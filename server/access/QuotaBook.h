@@ -3,8 +3,8 @@
 // SQLite file, which several servers may share.
 //
 // Every taking is one transaction of that file. So servers that share it never give more together
-// than one alone would, and what was entered is there after a restart (though after a power cut the
-// last takings may be missing).
+// than a single one would, and what was entered is there after a restart (though after a power cut
+// the last takings may be missing).
 #pragma once
 
 #include "filters/core/Result.h"
@@ -59,7 +59,7 @@ public:
   // at once.
   static constexpr std::chrono::milliseconds pauseOfLocked{ 100 };
 
-  // Opens the file, or makes it, for this user alone. Without a clock, the system's. Errors:
+  // Opens the file, or makes it, only for this user. Without a clock, the system's. Errors:
   // InputOutput.
   static Result<std::unique_ptr<QuotaBook>> Open(
     const std::filesystem::path& file, QuotaLimits limits, Clock clock = {});
@@ -67,12 +67,13 @@ public:
 
   using Taken = Result<std::optional<QuotaRefusal>>; // nothing: it may have it
   // Enters that the subject gets a partition of `bytes` bytes. From any thread; waits for a disk,
-  // and for other servers 2 s at most. What throws, such as for want of memory, enters nothing.
-  // Errors: InputOutput. After an error the file is opened again by the next call, so that it
-  // counts as soon as it can be had again. Where it was removed or replaced, one call fails and
-  // says so; then the file of that name counts, made anew if need be, but not in the folder on
-  // which its file system was mounted. Where only its log or its index was, nothing fails: what was
-  // entered is in the file, and both are made anew.
+  // and for other servers at most 2 s. A call that throws, such as for want of memory, enters
+  // nothing. Errors: InputOutput. After an error the next call opens the file again, so quotas
+  // count as soon as the file is usable again.
+  // - The file was removed or replaced: one call fails and says so. Then the file of that name
+  //   counts, made anew if need be, but not in the folder on which its file system was mounted.
+  // - Only its log or its index was removed: nothing fails. All entries are in the file, and both
+  //   are made anew.
   Taken TakePartition(std::string_view subject, const CountedModel& model, std::uint32_t partition,
     std::uint64_t bytes);
   // The same for a region.

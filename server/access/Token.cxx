@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Steps of reading a token: parse it; look at its header, which must say HS256 and a key that we
-// have (nothing else is ever tried, whatever it says); check the signature; only then read the
-// claims. Parsing, signing and checking (RFC 7515) are cjose's.
+// Steps of reading a token: 1. parse it  2. check the header: it must name HS256 and one of our
+// keys (nothing else is ever tried, whatever it says)  3. check the signature  4. only then read
+// the claims. Parsing, signing and checking (RFC 7515) are cjose's.
 #include "server/access/Token.h"
 
 #include "filters/model/Json.h"
@@ -181,15 +181,15 @@ Result<const TokenKeys::Key*> FindKey(std::string_view token, const TokenKeys& k
   }
   if (!IsText(FindMember(*header, "alg"), CJOSE_HDR_ALG_HS256))
   {
-    return WrongToken("is not signed by HS256");
+    return WrongToken("is not signed with HS256");
   }
   if (const auto* type = FindMember(*header, "typ"); type && !IsTypeOfToken(*type))
   {
-    return WrongToken("is of another type");
+    return WrongToken("is not of type JWT");
   }
   if (FindMember(*header, "crit")) // what must be understood, and is not
   {
-    return WrongToken("demands an extension");
+    return WrongToken("requires an extension (\"crit\"), which is not supported");
   }
   const auto* id = FindMember(*header, "kid");
   const auto* key = !id                                        ? keys.Find("")
@@ -262,7 +262,7 @@ Result<std::int64_t> ParseTime(const JsonValue& value, const char* name)
   constexpr std::int64_t most = std::int64_t{ 1 } << 53;
   if (!value.IsInt64() || value.GetInt64() < 0 || value.GetInt64() > most)
   {
-    return WrongToken(std::string("has no time in seconds as \"") + name + "\"");
+    return WrongToken(std::string("must have a time in seconds as \"") + name + "\"");
   }
   return value.GetInt64();
 }
@@ -284,13 +284,13 @@ Status ParseModels(const JsonValue* value, TokenClaims& claims)
   }
   if (!value || !value->IsArray())
   {
-    return WrongToken("has neither \"*\" nor a list as \"models\"");
+    return WrongToken("must have \"*\" or a list as \"models\"");
   }
   for (const auto& each : value->GetArray())
   {
     if (!each.IsString() || !IsModelId(TextOf(each)))
     {
-      return WrongToken("has no list of models as \"models\"");
+      return WrongToken("must have a list of models as \"models\"");
     }
     claims.models.emplace_back(TextOf(each));
   }
@@ -303,14 +303,14 @@ Result<TokenClaims> ParseClaims(const JsonValue& json)
   const auto* subject = FindMember(json, "sub");
   if (!subject || !subject->IsString() || !IsName(TextOf(*subject)))
   {
-    return WrongToken("has no name as \"sub\"");
+    return WrongToken("must have a name as \"sub\"");
   }
   claims.subject = TextOf(*subject);
   if (const auto* id = FindMember(json, "jti"))
   {
     if (!id->IsString() || !IsName(TextOf(*id)))
     {
-      return WrongToken("has no name as \"jti\"");
+      return WrongToken("must have a name as \"jti\"");
     }
     claims.id = TextOf(*id);
   }
@@ -331,7 +331,7 @@ Result<TokenClaims> ParseClaims(const JsonValue& json)
     ParseDetail(detail && detail->IsString() ? TextOf(*detail) : std::string_view());
   if (!parsed)
   {
-    return WrongToken("has none of \"preview\", \"levels\", \"regions\" as \"detail\"");
+    return WrongToken("must have \"preview\", \"levels\" or \"regions\" as \"detail\"");
   }
   claims.detail = *parsed;
   if (FindMember(json, "aud")) // it was made for somebody else (RFC 7519, 4.1.3)
@@ -369,7 +369,7 @@ Result<ModelDetail> ParseDetail(std::string_view name)
       return detail;
     }
   }
-  return Error{ ErrorCode::InvalidArgument, "a detail is preview, levels or regions" };
+  return Error{ ErrorCode::InvalidArgument, "the detail must be preview, levels or regions" };
 }
 
 bool TokenClaims::AllowsModel(std::string_view model) const
@@ -388,9 +388,9 @@ Result<TokenClaims> ReadToken(std::string_view token, const TokenKeys& keys, std
 {
   if (!LooksLikeToken(token))
   {
-    return WrongToken("is no whole one: it has three parts with dots between, and at most " +
-                      std::to_string(maximumTokenBytes) +
-                      " bytes. Copy it again from whoever gave it to you");
+    return WrongToken(
+      "is incomplete: it must have three parts with dots between them, and at most " +
+      std::to_string(maximumTokenBytes) + " bytes. Copy it again from its source");
   }
   const auto text = ReadSigned(token, keys);
   KDSTREAM_TRY(text);
@@ -410,7 +410,7 @@ Result<std::string> WriteToken(
 {
   if (!IsName(claims.subject))
   {
-    return Error{ ErrorCode::InvalidArgument, "a name has 1 to " +
+    return Error{ ErrorCode::InvalidArgument, "the name must have 1 to " +
                                                 std::to_string(maximumSubjectBytes) +
                                                 " bytes and no control characters" };
   }
@@ -419,7 +419,7 @@ Result<std::string> WriteToken(
     if (!IsModelId(model))
     {
       return Error{ ErrorCode::InvalidArgument,
-        "'" + model + "' is no model: its name has " + std::string(modelIdRule) };
+        "'" + model + "' is not a model: its name must have " + std::string(modelIdRule) };
     }
   }
   JsonWriter body;
@@ -433,7 +433,7 @@ Result<std::string> WriteToken(
   KDSTREAM_TRY(token);
   if (token->size() > maximumTokenBytes)
   {
-    return Error{ ErrorCode::InvalidArgument, "these are too many models for one token of " +
+    return Error{ ErrorCode::InvalidArgument, "too many models for one token, which has at most " +
                                                 std::to_string(maximumTokenBytes) + " bytes" };
   }
   return token;
@@ -444,7 +444,7 @@ Result<std::string> MakeTokenId()
   std::array<unsigned char, 16> bytes{};
   if (RAND_bytes(bytes.data(), static_cast<int>(bytes.size())) != 1)
   {
-    return Error{ ErrorCode::InputOutput, "the system has no random numbers" };
+    return Error{ ErrorCode::InputOutput, "the system provides no random numbers" };
   }
   std::string id;
   for (const auto byte : bytes)

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Tokens: what a server lets their bearers have, signed by whoever has the server's secret. JSON
-// Web Tokens (RFC 7519, 8725) of one kind alone, HS256. No files, no clock.
+// Web Tokens (RFC 7519, 8725) of only one kind, HS256. No files, no clock.
 #pragma once
 
 #include "filters/core/Result.h"

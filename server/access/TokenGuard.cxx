@@ -46,7 +46,7 @@ Result<std::shared_ptr<const Pass>> TokenGuard::Admit(std::string_view token) co
 {
   if (token.empty())
   {
-    return Error{ ErrorCode::InvalidInput, "this server asks for a token" };
+    return Error{ ErrorCode::InvalidInput, "this server requires a token" };
   }
   auto keys = this->Keys();
   auto claims = ReadToken(token, *keys, this->Now());

@@ -36,12 +36,11 @@ Status CheckMembers(const JsonValue& object, std::initializer_list<std::string_v
     const auto name = TextOf(member.name);
     if (std::find(known.begin(), known.end(), name) == known.end())
     {
-      return WrongKeys(
-        "has a member that is not known: \"" + std::string(name.substr(0, 40)) + "\"");
+      return WrongKeys("has an unknown member \"" + std::string(name.substr(0, 40)) + "\"");
     }
     if (!seen.insert(name).second)
     {
-      return WrongKeys("\"" + std::string(name) + "\" is there twice");
+      return WrongKeys("\"" + std::string(name) + "\" appears twice");
     }
   }
   return {};
@@ -53,12 +52,12 @@ Result<TokenKeys::Key> ParseKey(const JsonValue& object)
   if (!secret || !secret->IsString() || TextOf(*secret).size() < leastSecretBytes)
   {
     return WrongKeys(
-      "\"secret\" must be a text of at least " + std::to_string(leastSecretBytes) + " bytes");
+      "\"secret\" must be a string of at least " + std::to_string(leastSecretBytes) + " bytes");
   }
   const auto* id = FindMember(object, "id");
   if (id && !(id->IsString() && IsKeyId(TextOf(*id))))
   {
-    return WrongKeys("\"id\" must be 1 to 64 of A-Z a-z 0-9 . _ -");
+    return WrongKeys("\"id\" must have 1 to 64 characters of A-Z a-z 0-9 . _ -");
   }
   return TokenKeys::Key{ id ? std::string(TextOf(*id)) : "", std::string(TextOf(*secret)) };
 }
@@ -112,13 +111,13 @@ Status AddNames(
   }
   if (!list->IsArray())
   {
-    return WrongKeys("\"" + member + "\" must be a list of texts");
+    return WrongKeys("\"" + member + "\" must be a list of strings");
   }
   for (const auto& each : list->GetArray())
   {
     if (!each.IsString() || each.GetString().empty())
     {
-      return WrongKeys("\"" + member + "\" must be a list of texts");
+      return WrongKeys("\"" + member + "\" must be a list of strings");
     }
     names.emplace(TextOf(each));
   }
@@ -144,7 +143,7 @@ Result<TokenKeys> ParseTokenKeys(std::string_view json)
   KDSTREAM_TRY(file);
   if (!file->IsObject())
   {
-    return WrongKeys("is no JSON object");
+    return WrongKeys("is not a JSON object");
   }
   KDSTREAM_TRY(CheckMembers(*file, { "secret", "id", "earlier", "revoked", "revoked_subjects" }));
   TokenKeys keys;

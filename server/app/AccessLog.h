@@ -1,16 +1,16 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// The logs of kdstream-serve. The access log: one line a request.
+// The logs of kdstream-serve. The access log has one line a request:
 //
 //   2026-01-31T12:00:00Z 127.0.0.1 "GET /api/models.json" 200 512 0.3
 //
 // time, client, method and target, status, bytes sent, milliseconds. What a client has sent is
-// escaped. The audit log: one line a partition that a client gets, as JSON.
+// escaped. The audit log has one line of JSON for each partition that a client gets:
 //
 //   {"time":"2026-01-31T12:00:00Z","sub":"ann","jti":"…","client":"127.0.0.1","model":"dragon",
 //    "digest":"…","original":"…","partition":12,"bytes":15000}
 //
-// Lines that the disk does not take are lost, and a line says how many: "# 17 lines are lost", as
-// JSON {"lost":17}.
+// Lines that the disk does not take are lost. A line counts them: "# 17 lines are lost", as JSON
+// {"lost":17}.
 #pragma once
 
 #include "filters/core/Result.h"

@@ -40,9 +40,9 @@ constexpr std::uint64_t leastLeft = 10; // for clients, the administrator and st
 Error TooFew(std::uint64_t limit, std::uint64_t least)
 {
   return { ErrorCode::LimitExceeded,
-    "this process may have " + std::to_string(limit) +
-      " descriptors (ulimit -n, LimitNOFILE=), but needs at least " + std::to_string(least) +
-      " with these threads and readers" };
+    "this process may open " + std::to_string(limit) + " descriptors, but needs at least " +
+      std::to_string(least) +
+      " for its threads and readers: raise the limit (ulimit -n, LimitNOFILE=)" };
 }
 
 // What the program opens while it serves, besides connections and stores.
@@ -83,8 +83,8 @@ std::optional<std::uint64_t> TakeDescriptors()
   return limit.rlim_cur == RLIM_INFINITY ? std::nullopt : std::optional(limit.rlim_cur);
 }
 
-// Where there is little, half of what is left is for clients, an eighth each for those who are told
-// that there is no place and for the administrator, and the rest for stores that come.
+// With few descriptors: half of what is left is for clients, an eighth for clients that are refused
+// for want of a slot, an eighth for the administrator, the rest for stores that come.
 Result<bool> FitConnections(std::uint64_t limit, HttpServerOptions& server)
 {
   constexpr std::uint64_t mostForOthers = 448;

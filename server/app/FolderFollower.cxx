@@ -120,7 +120,7 @@ void FolderFollower::Run()
       auto opened = FolderWatch::Open(this->Folder);
       if (!opened)
       {
-        this->Tell(opened.GetError().message + ": what changes in it is seen at SIGHUP");
+        this->Tell(opened.GetError().message + ": changes in it are only noticed at SIGHUP");
         return;
       }
       watch.emplace(std::move(*opened));
@@ -139,7 +139,7 @@ void FolderFollower::Run()
         {
           if (const auto status = this->Catalog.Reload(); !status)
           {
-            this->Tell(status.GetError().message + "; the models of before are served");
+            this->Tell(status.GetError().message + "; the earlier models are still served");
           }
           done();
         });

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Reads the folder of stores from a thread of its own, at first and whenever it may have changed: a
-// disk that hangs keeps the thread, not the program, which goes on serving and heeds its signals.
+// Reads the folder of stores on a thread of its own, at first and whenever it may have changed. A
+// disk that hangs holds only this thread: the program serves on and heeds its signals.
 #pragma once
 
 #include "filters/core/Result.h"

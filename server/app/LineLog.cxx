@@ -140,7 +140,7 @@ struct LineLog::Writer
     {
       note = this->untold == 0 ? "" : this->tellLost(this->untold);
     }
-    catch (...) // no memory: it is told next time
+    catch (...) // no memory: it is reported next time
     {
     }
     const auto told = note.empty() ? 0 : std::exchange(this->untold, 0);
@@ -161,7 +161,7 @@ struct LineLog::Writer
 
 std::string LineLog::LostAsText(std::uint64_t count)
 {
-  return "# " + std::to_string(count) + " lines are lost\n";
+  return "# " + std::to_string(count) + " lines were lost\n";
 }
 
 Result<std::shared_ptr<LineLog>> LineLog::Open(const std::string& file, TellLost tellLost)

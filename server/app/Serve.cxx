@@ -32,11 +32,11 @@ namespace
 using namespace kdstream;
 
 constexpr const char* description =
-  "Serves every store (NAME.kds) of a folder, as the model NAME, over HTTP and WebSocket.\n"
-  "When it is ready it prints one line: listening on http://HOST:PORT\n"
-  "Stores that come, change or go are seen by themselves, as are new keys; SIGHUP makes it read\n"
-  "the folder, the pages, the keys and the certificate again and open its log anew; SIGTERM and\n"
-  "SIGINT end it, once it has finished what is under way; a second one ends it at once.";
+  "Serves every store (NAME.kds) of a folder as the model NAME, over HTTP and WebSocket.\nWhen it "
+  "is ready it prints one line: listening on http://HOST:PORT\nIt notices new, changed and removed "
+  "stores and keys by itself. SIGHUP makes it read the folder,\nthe pages, the keys and the "
+  "certificate again, and reopen its logs. SIGTERM and SIGINT end it\nafter the requests in "
+  "flight; a second signal ends it at once.";
 
 constexpr const char* examples = "Example:\n"
                                  "  kdstream-serve stores --port 8700 --access-log -";
@@ -71,7 +71,7 @@ void WarnOfEmptyFolder(Messages& messages, const std::string& folder, const Stor
 {
   if (catalog.Models().empty())
   {
-    messages.Warn(folder, "there is no store (NAME.kds) to serve in this folder yet");
+    messages.Warn(folder, "this folder has no stores (NAME.kds) yet");
   }
 }
 
@@ -79,7 +79,7 @@ void Reopen(Messages& messages, const std::string& file, const std::shared_ptr<A
 {
   if (const auto status = log ? log->Reopen() : Status{}; !status)
   {
-    messages.Warn(file, status.GetError().message + "; the file of before is kept");
+    messages.Warn(file, status.GetError().message + "; the earlier file stays in use");
   }
 }
 
@@ -114,7 +114,7 @@ public:
     }
     const std::string why = log->WhyLost();
     messages.Warn(file,
-      std::to_string(lost - this->Told) + " lines are lost" + (why.empty() ? "" : ": " + why));
+      std::to_string(lost - this->Told) + " log lines were lost" + (why.empty() ? "" : ": " + why));
     this->Told = lost;
     this->Since = now;
   }
@@ -125,7 +125,7 @@ private:
 };
 
 // What runs beside the server.
-struct Surroundings
+struct Environment
 {
   const ServeOptions& line;
   Messages& messages;
@@ -136,7 +136,7 @@ struct Surroundings
   HttpServer& server;
 };
 
-void Reload(const Surroundings& around)
+void Reload(const Environment& around)
 {
   const auto& [line, messages, catalog, folder, logs, tokens, server] = around;
   folder.ReadAnew(
@@ -151,7 +151,7 @@ void Reload(const Surroundings& around)
   }
   if (const auto status = server.ReloadTls(); !status)
   {
-    messages.Warn("", status.GetError().message + "; the one of before is shown");
+    messages.Warn("", status.GetError().message + "; the earlier certificate stays in use");
   }
   Reopen(messages, line.accessLog, logs.access);
   Reopen(messages, line.auditLog, logs.audit);
@@ -178,7 +178,7 @@ void Try(Messages& messages, std::string_view what, const Work& work)
 }
 
 // Reloads at SIGHUP, until SIGTERM or SIGINT.
-void WaitForEnd(const sigset_t& signals, const Surroundings& around)
+void WaitForEnd(const sigset_t& signals, const Environment& around)
 {
   around.folder.Follow();
   const int signalFile = ::signalfd(-1, &signals, SFD_CLOEXEC);
@@ -188,7 +188,7 @@ void WaitForEnd(const sigset_t& signals, const Surroundings& around)
   for (;;)
   {
     (void)::poll(&source, 1, untilNextLook);
-    Try(around.messages, "what the logs have lost is not told",
+    Try(around.messages, "lost log lines could not be reported",
       [&]
       {
         ofAccess.Look(around.messages, around.line.accessLog, around.logs.access);
@@ -202,14 +202,15 @@ void WaitForEnd(const sigset_t& signals, const Surroundings& around)
     }
     if (signal == SIGHUP)
     {
-      Try(around.messages, "not all is read again at SIGHUP", [&around] { Reload(around); });
+      Try(around.messages, "SIGHUP: not everything could be read again",
+        [&around] { Reload(around); });
     }
   }
   ::close(signalFile);
 }
 
-// Finishes what is under way, for as long as it may take; a further signal ends that.
-void Drain(const sigset_t& signals, const Surroundings& around)
+// Finishes what is in flight, for as long as it may take; a further signal ends that.
+void Drain(const sigset_t& signals, const Environment& around)
 {
   const auto until = std::chrono::steady_clock::now() + around.line.server.drainTimeout;
   constexpr std::chrono::milliseconds step{ 50 };
@@ -218,17 +219,17 @@ void Drain(const sigset_t& signals, const Surroundings& around)
   {
     constexpr timespec now{ 0, 0 };
     const int signal = sigtimedwait(&signals, nullptr, &now);
-    const bool hurries = signal == SIGTERM || signal == SIGINT;
-    if (hurries || std::chrono::steady_clock::now() >= until)
+    const bool endsNow = signal == SIGTERM || signal == SIGINT;
+    if (endsNow || std::chrono::steady_clock::now() >= until)
     {
-      around.messages.Warn("", "it ends before all answers are finished");
+      around.messages.Warn("", "the server stops before all requests are answered");
       return;
     }
   }
 }
 
 // Ends what a disk may hold, which is waited for no longer. False where one holds it.
-bool EndWithin(std::chrono::milliseconds time, const Surroundings& around)
+bool EndWithin(std::chrono::milliseconds time, const Environment& around)
 {
   const bool isFree = around.folder.End(time);
   return around.server.StopWithin(time) && isFree;
@@ -237,7 +238,7 @@ bool EndWithin(std::chrono::milliseconds time, const Surroundings& around)
 // Ends the process at once, though threads wait for a disk. What the logs have is written.
 [[noreturn]] void EndAtOnce(Messages& messages, const Logs& logs)
 {
-  messages.Warn("", "it ends though a disk does not answer");
+  messages.Warn("", "the server stops although a disk does not respond");
   for (const auto& log : { logs.access, logs.audit })
   {
     if (log)
@@ -260,8 +261,9 @@ Status FitDescriptors(
   if (*isShort)
   {
     messages.Warn("--max-connections " + std::to_string(wanted),
-      "this process may have " + std::to_string(*limit) + " descriptors, enough for " +
-        std::to_string(server.maximumConnections) + " clients");
+      "this process may open " + std::to_string(*limit) +
+        " descriptors, which is enough for only " + std::to_string(server.maximumConnections) +
+        " clients");
   }
   return {};
 }
@@ -287,11 +289,11 @@ void SayWhoMay(Messages& messages, const std::string& file, const std::optional<
 {
   if (!tokens)
   {
-    messages.Say("open to all: without --tokens whoever reaches it may have every model");
+    messages.Say("without --tokens, everybody who can reach this server can load every model");
   }
   else if (tokens->IsForAll())
   {
-    messages.Warn(file, "everybody on this machine may read these keys: chmod 600");
+    messages.Warn(file, "every user of this machine can read these keys: run chmod 600");
   }
 }
 
@@ -382,7 +384,7 @@ void Run(const sigset_t& signals, const ServeOptions& line, Messages& messages,
     watch.emplace(
       std::move(*tokens), [&](const std::string& what) { messages.Warn(line.tokens, what); });
   }
-  const Surroundings around{ line, messages, catalog, folder, logs, watch ? &*watch : nullptr,
+  const Environment around{ line, messages, catalog, folder, logs, watch ? &*watch : nullptr,
     server };
   WaitForEnd(signals, around);
   Drain(signals, around);
@@ -444,7 +446,7 @@ int Serve(const std::string& program, ServeOptions& line)
     if (error.code == ErrorCode::NotFound && line.folder.find('/') == std::string::npos)
     {
       error.message +=
-        " (" + program + " takes the folder of the stores; its only command is token)";
+        " (" + program + " needs the folder of the stores; its only command is token)";
     }
     return PrintError(program, line.folder, error);
   }
@@ -477,7 +479,7 @@ int Serve(const std::string& program, ServeOptions& line)
     return exitFailed; // also of a --host that no name server knows today
   }
   Run(signals, line, messages, catalog, folder, *logs, std::move(*tokens), **server);
-  return exitDone; // what is still under way ends with the server
+  return exitDone; // what is still in flight ends with the server
 }
 
 }

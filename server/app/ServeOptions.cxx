@@ -28,7 +28,8 @@ ListenAddress ParseAddress(const std::string& text)
   host = inBrackets ? host.substr(1, host.size() - 2) : host;
   if (!isPort || host.empty() || (!inBrackets && host.find(':') != host.npos))
   {
-    throw CLI::ValidationError("--admin", text + ": an address and a port, such as 127.0.0.1:9100");
+    throw CLI::ValidationError(
+      "--admin", text + " is not an address and a port, such as 127.0.0.1:9100");
   }
   return { host, static_cast<std::uint16_t>(std::stoul(digits)) };
 }
@@ -42,7 +43,7 @@ CLI::Validator Must(const std::string& be, const Holds& holds)
     "" };
 }
 
-// CLI::Range takes what is no number at all ("nan") for one within any range.
+// CLI::Range takes what is not a number at all ("nan") for one within any range.
 CLI::Validator NumberFrom(double least, double most)
 {
   char words[80], range[80];
@@ -59,7 +60,7 @@ CLI::Validator NumberFrom(double least, double most)
 
 CLI::Validator SizeFromOne()
 {
-  return Must("a size of at least 1", // what is no size is told by the option itself
+  return Must("a size of at least 1", // what is no size is reported by the option itself
     [](const std::string& text)
     {
       const auto size = ParseSize(text);
@@ -121,11 +122,11 @@ void AddAddress(CLI::App& app, HttpServerOptions& server)
   const char* const address = "Address";
   app
     .add_option(
-      "--host", server.address.host, "name or address to listen at; 0.0.0.0: the whole network")
+      "--host", server.address.host, "name or address to listen on; 0.0.0.0: all networks")
     ->type_name("ADDRESS")
     ->capture_default_str()
     ->group(address);
-  app.add_option("--port", server.address.port, "port to listen at; 0: any that is free")
+  app.add_option("--port", server.address.port, "port to listen on; 0: any free port")
     ->check(CLI::Range(0, 65535))
     ->type_name("N")
     ->capture_default_str()
@@ -134,7 +135,9 @@ void AddAddress(CLI::App& app, HttpServerOptions& server)
     app.add_option("--tls-cert", server.tlsCertificate, "serve HTTPS with this certificate (PEM)")
       ->type_name("FILE")
       ->group(address);
-  auto* key = app.add_option("--tls-key", server.tlsKey, "its private key (PEM, no passphrase)")
+  auto* key = app
+                .add_option("--tls-key", server.tlsKey,
+                  "private key of the certificate (PEM, without a passphrase)")
                 ->type_name("FILE")
                 ->group(address);
   certificate->needs(key);
@@ -143,7 +146,7 @@ void AddAddress(CLI::App& app, HttpServerOptions& server)
     .add_option_function<std::int64_t>(
       "--hsts",
       [&server](std::int64_t value) { server.strictTransport = std::chrono::seconds(value); },
-      "with HTTPS: browsers use no plain HTTP with this host for so long; 0: they may")
+      "with HTTPS: how long browsers must refuse plain HTTP for this host (HSTS); 0: not at all")
     ->check(CLI::Range(std::int64_t{ 0 }, std::int64_t{ 1000000000 }))
     ->type_name("SECONDS")
     ->default_str(std::to_string(server.strictTransport.count()))
@@ -151,7 +154,7 @@ void AddAddress(CLI::App& app, HttpServerOptions& server)
   app
     .add_option_function<std::string>(
       "--admin", [&server](const std::string& text) { server.admin = ParseAddress(text); },
-      "serve the metrics at this HOST:PORT, in plain HTTP, and not with the rest")
+      "serve the metrics only at this HOST:PORT, over plain HTTP")
     ->type_name("ADDRESS")
     ->group(address);
 }
@@ -162,21 +165,20 @@ void AddProxies(CLI::App& app, HttpServerOptions& server)
   auto* proxies =
     app
       .add_option("--trusted-proxy", server.trustedProxies,
-        "address or network of a proxy, whose X-Forwarded-For is believed; may be repeated")
+        "address or network of a trusted proxy, whose X-Forwarded-For is used; may be repeated")
       ->check(Must("an address or a network, such as 10.0.0.1 or 10.0.0.0/8", IsNetwork))
       ->type_name("ADDRESS")
       ->allow_extra_args(false)
       ->group(address);
   app
     .add_flag("--proxy-protocol", server.proxyProtocol,
-      "its connections begin with a header of the PROXY protocol, version 1 or 2")
+      "connections of the trusted proxy begin with a PROXY protocol header, version 1 or 2")
     ->needs(proxies)
     ->group(address);
   app
     .add_option("--allow-host", server.allowedHosts,
-      "host that requests may name; may be repeated [default: any; at loopback localhost, "
-      "addresses, "
-      "names without a dot]")
+      "host name that requests may use; may be repeated [default: any; on loopback: localhost, "
+      "addresses, names without a dot]")
     ->check(Must(
       "a host, without scheme and port, such as models.example.org, 192.0.2.1 or [2001:db8::1]",
       IsHost))
@@ -193,14 +195,16 @@ void AddPages(CLI::App& app, ServeOptions& line)
       "serve the files of this folder at / [default: the web viewer installed with this program]")
     ->type_name("DIR")
     ->group(pages);
-  CheckText(app.add_option("--site-title", line.site.title, "name that pages show above the list"))
+  CheckText(
+    app.add_option("--site-title", line.site.title, "title that the page shows above the list"))
     ->group(pages);
-  CheckText(app.add_option("--site-text", line.site.text, "a line of introduction below it"))
+  CheckText(
+    app.add_option("--site-text", line.site.text, "a line that the page shows below the title"))
     ->group(pages);
   app
     .add_option("--allow-origin", line.server.allowOrigin,
-      "let pages of this origin read from here (CORS); *: of any")
-    ->check(Must("* or an origin as browsers send it, such as https://example.org or "
+      "allow web pages of this origin to read from this server (CORS); *: any origin")
+    ->check(Must("* or an origin in the form that browsers send, such as https://example.org or "
                  "http://localhost:3000",
       [](const std::string& text) { return text == "*" || IsOrigin(text); }))
     ->type_name("ORIGIN")
@@ -221,52 +225,52 @@ std::string WithoutPercent(std::string text)
 void AddQuotas(CLI::App& app, ServeOptions& line, CLI::Option* tokens)
 {
   const char* const access = "Access";
-  auto* const file =
-    app
-      .add_option("--quota-file", line.quotaFile,
-        "what was had is kept here (SQLite); servers may share it, and give no more together then")
-      ->type_name("FILE")
-      ->needs(tokens)
-      ->group(access);
+  auto* const file = app
+                       .add_option("--quota-file", line.quotaFile,
+                         "database of the quotas (SQLite); servers that share it share the quotas")
+                       ->type_name("FILE")
+                       ->needs(tokens)
+                       ->group(access);
   const auto add = [file, access](CLI::Option* option) { option->needs(file)->group(access); };
-  add(app
-        .add_option_function<double>(
-          "--quota-partitions", [&line](double percent) { line.quotas.share = percent / 100; },
-          "of a model's partitions a name may have so many in a window, in percent [default: all]")
-        ->transform(WithoutPercent)
-        ->check(NumberFrom(1e-9, 100))
-        ->type_name("PERCENT"));
+  add(
+    app
+      .add_option_function<double>(
+        "--quota-partitions", [&line](double percent) { line.quotas.share = percent / 100; },
+        "percentage of a model's partitions that a name (--sub) may load per window [default: all]")
+      ->transform(WithoutPercent)
+      ->check(NumberFrom(1e-9, 100))
+      ->type_name("PERCENT"));
   add(app
         .add_option_function<std::int64_t>(
           "--quota-window",
           [&line](std::int64_t value) { line.quotas.window = std::chrono::seconds(value); },
-          "which is so long")
+          "length of the window for --quota-partitions")
         ->check(CLI::Range(std::int64_t{ 1 }, std::int64_t{ 1000000000 }))
         ->type_name("SECONDS")
         ->default_str(std::to_string(line.quotas.window.count())));
   add(AddSizeOption(app, "--quota-bytes", line.quotas.bytesPerSecond,
-    "of a model's partitions a name may have so many bytes a second [default: any number]")
+    "bytes per second that a name may load of a model's partitions [default: no limit]")
         ->check(SizeFromOne()));
   add(app
         .add_option("--quota-regions", line.quotas.regionsPerMinute,
-          "of a model a name may ask for so many regions a minute [default: any number]")
+          "regions per minute that a name may request of a model [default: no limit]")
         ->check(CLI::Range(1U, 1000000U))
         ->type_name("N"));
 }
 
 void AddAccess(CLI::App& app, ServeOptions& line)
 {
-  auto* const tokens = app
-                         .add_option("--tokens", line.tokens,
-                           "models take a token, signed with a key in this file (JSON); "
-                           "kdstream-serve token makes one "
-                           "[default: everybody may have all]")
-                         ->type_name("FILE")
-                         ->group("Access");
+  auto* const tokens =
+    app
+      .add_option("--tokens", line.tokens,
+        "require a token that is signed with a key in this file (JSON); kdstream-serve token makes "
+        "tokens [default: everybody may load everything]")
+      ->type_name("FILE")
+      ->group("Access");
   AddQuotas(app, line, tokens);
   app
     .add_option("--audit-log", line.auditLog,
-      "write a line of JSON for every partition that a client gets; -: on stderr")
+      "log each partition that a client gets, as a line of JSON, to this file; -: stderr")
     ->type_name("FILE")
     ->group("Access");
 }
@@ -276,26 +280,26 @@ void AddLimits(CLI::App& app, HttpServerOptions& server)
 {
   const char* const limits = "Limits";
   app
-    .add_option(
-      "--max-connections", server.maximumConnections, "clients at once; more are answered 503")
+    .add_option("--max-connections", server.maximumConnections,
+      "maximum simultaneous clients; more get status 503")
     ->check(CLI::Range(std::size_t{ 1 }, std::size_t{ 1000000 }))
     ->capture_default_str()
     ->group(limits);
   app
     .add_option("--max-per-address", server.connectionsOfAddress,
-      "clients of one address at once; more are answered 429; 0: any number [default: 100, for "
-      "others than this machine]")
+      "maximum simultaneous clients per address; more get status 429; 0: no limit [default: 100, "
+      "no limit for this machine]")
     ->type_name("N")
     ->group(limits);
   app
     .add_option("--requests-per-minute", server.requestsOfAddress,
-      "requests of one address; more are answered 429; 0: any number [default: 6000, for others "
-      "than this machine]")
+      "maximum requests per minute and address; more get status 429; 0: no limit [default: 6000, "
+      "no limit for this machine]")
     ->type_name("N")
     ->group(limits);
   app
     .add_option("--max-header", server.headerBytes,
-      "bytes of a request's header, token included; larger ones are answered 431")
+      "maximum size of a request's header, with its token; larger ones get status 431")
     ->check(CLI::Range(std::size_t{ 1024 }, std::size_t{ 1 } << 20))
     ->type_name("N")
     ->capture_default_str()
@@ -308,27 +312,27 @@ void AddStreamLimits(CLI::App& app, ConversationLimits& stream)
   const char* const limits = "Limits";
   app
     .add_option("--max-message", stream.message.bytes,
-      "bytes of a message on a stream; viewers send 4096 at most, larger ones end the stream (413)")
+      "maximum size of a message on a stream; larger ones close the stream (413); viewers send at "
+      "most 4096 bytes")
     ->check(CLI::Range(protocol::maximumClientMessageBytes, std::size_t{ 1 } << 20))
     ->type_name("N")
     ->capture_default_str()
     ->group(limits);
   app
     .add_option("--max-list", stream.message.listed,
-      "pieces, partitions or nodes that a message on a stream lists; more are refused")
+      "maximum pieces, partitions or nodes in a message on a stream; more are refused")
     ->check(CLI::Range(std::size_t{ 1 }, std::size_t{ 1 } << 20))
     ->type_name("N")
     ->capture_default_str()
     ->group(limits);
   app
-    .add_option(
-      "--max-requests", stream.requests, "unfinished requests of a stream; more are refused (429)")
+    .add_option("--max-requests", stream.requests,
+      "maximum unfinished requests per stream; more are refused (429)")
     ->check(CLI::Range(std::size_t{ 1 }, std::size_t{ 1024 }))
     ->type_name("N")
     ->capture_default_str()
     ->group(limits);
-  app
-    .add_option("--max-region", stream.partitions, "most partitions of a region that is asked for")
+  app.add_option("--max-region", stream.partitions, "maximum partitions of a requested region")
     ->check(CLI::Range(std::size_t{ 1 }, std::size_t{ 1 } << 30))
     ->type_name("N")
     ->capture_default_str()
@@ -350,27 +354,29 @@ CLI::Option* AddSeconds(CLI::App& app, const std::string& name, std::chrono::mil
 // How long a client may take.
 void AddPatience(CLI::App& app, ServeOptions& line)
 {
-  const char* const patience = "Patience";
+  const char* const patience = "Timeouts";
   constexpr double least = 0.001;
   auto& server = line.server;
   AddSeconds(app, "--request-timeout", server.requestTimeout, least,
-    "for the handshake of TLS and a request")
+    "maximum time for a TLS handshake and for sending a request")
     ->group(patience);
   AddSeconds(app, "--answer-timeout", server.answerTimeout, least,
-    "for taking an answer, or 64 KiB of a stream, and a second more for each --slowest")
+    "maximum time for receiving a response, or 64 KiB of a stream, plus a second for each "
+    "--slowest bytes")
     ->group(patience);
-  AddSizeOption(app, "--slowest", line.slowest, "bytes a second that a client must take")
+  AddSizeOption(
+    app, "--slowest", line.slowest, "minimum bytes per second that a client must receive")
     ->check(SizeFromOne())
     ->default_str("16K")
     ->group(patience);
   AddSeconds(app, "--stream-timeout", server.streamTimeout, least,
-    "until a stream that says nothing is closed")
+    "time after which a silent stream is closed")
     ->group(patience);
   AddSeconds(app, "--idle-timeout", server.idleTimeout, least,
-    "after which an idle stream is closed where its place is needed")
+    "time after which an idle stream may be closed to make room for another client")
     ->group(patience);
   AddSeconds(app, "--drain", server.drainTimeout, 0,
-    "for what is under way when the server is told to end; new requests are refused then")
+    "maximum time for finishing the requests in flight when the server stops; new ones are refused")
     ->group(patience);
 }
 
@@ -378,25 +384,25 @@ void AddPatience(CLI::App& app, ServeOptions& line)
 void AddWork(CLI::App& app, ServeOptions& line)
 {
   const char* const work = "Work";
-  app.add_option("--threads", line.server.threads, "threads that answer")
+  app.add_option("--threads", line.server.threads, "threads that serve requests")
     ->check(CLI::Range(1U, 1024U))
     ->capture_default_str()
     ->group(work);
-  app.add_option("--readers", line.server.readers, "threads that wait for disks")
+  app.add_option("--readers", line.server.readers, "threads that read from disk")
     ->check(CLI::Range(1U, 1024U))
     ->capture_default_str()
     ->group(work);
-  AddSizeOption(app, "--cache-memory", line.cacheBytes, "memory for blobs that clients share")
+  AddSizeOption(app, "--cache-memory", line.cacheBytes, "memory for caching blobs")
     ->default_str("256M")
     ->group(work);
   app
     .add_option(
-      "--grace", line.grace, "seconds for which a replaced store's old digest is still answered")
+      "--grace", line.grace, "how long the old digest of a replaced store is still served")
     ->check(CLI::Range(std::chrono::seconds::rep{ 0 }, std::chrono::seconds::rep{ 1000000 }))
     ->type_name("SECONDS")
     ->capture_default_str()
     ->group(work);
-  app.add_option("--access-log", line.accessLog, "write a line for every request; -: on stderr")
+  app.add_option("--access-log", line.accessLog, "log each request to this file; -: stderr")
     ->type_name("FILE")
     ->group(work);
 }

@@ -19,8 +19,8 @@ namespace
 {
 
 constexpr const char* examples =
-  "Whoever has the token gets what it allows from a server with the same --tokens, until it\n"
-  "expires. On stderr stands its id, by which it can be revoked: add that to \"revoked\" in "
+  "Everybody who has the token gets what it allows from a server with the same --tokens, until "
+  "it\nexpires. Its id is printed on stderr; to revoke the token, add the id to \"revoked\" in "
   "FILE.\n\n"
   "Example:\n"
   "  kdstream-serve token --tokens tokens.json --sub ann --models dragon,vase --detail levels";
@@ -45,28 +45,30 @@ std::int64_t SecondsIn(const std::string& text)
 
 void AddTokenOptions(CLI::App& app, TokenOptions& line)
 {
-  app.add_option("--tokens", line.file, "the server's file of keys (JSON)")
+  app.add_option("--tokens", line.file, "the server's key file (JSON)")
     ->type_name("FILE")
     ->required();
-  app.add_option("--sub", line.subject, "whom it is for; logs and quotas go by this name")
+  app.add_option("--sub", line.subject, "name of the token's holder, for logs and quotas")
     ->type_name("NAME")
     ->required();
-  app.add_option("--models", line.models, "models that it is for, with commas between; *: all")
+  app
+    .add_option(
+      "--models", line.models, "models that the token allows, separated by commas; *: all")
     ->type_name("IDS")
     ->delimiter(',')
     ->required();
   app
     .add_option("--detail", line.detail,
-      "how much of them: preview; levels: all levels too; regions: the original too")
+      "what the token allows: preview; levels: also all levels; regions: also the original")
     ->check(CLI::IsMember({ "preview", "levels", "regions" }))
     ->required();
-  app.add_option("--expires", line.expires, "for how long it is valid: 90s, 30m, 12h, 7d, 4w")
+  app.add_option("--expires", line.expires, "validity of the token: 90s, 30m, 12h, 7d, 4w")
     ->check(CLI::Validator(
       [](std::string& text)
       {
         return SecondsIn(text) != 0
                  ? std::string()
-                 : text + ": a time such as 30m, 12h, 7d or 4w, at most 10 years";
+                 : text + " is not a time: give one such as 30m, 12h, 7d or 4w, at most 10 years";
       },
       ""))
     ->type_name("TIME")
@@ -77,8 +79,8 @@ void AddTokenOptions(CLI::App& app, TokenOptions& line)
 
 CLI::App* AddTokenCommand(CLI::App& app, TokenOptions& line)
 {
-  auto* const command =
-    app.add_subcommand("token", "prints a token for clients of a server with --tokens");
+  auto* const command = app.add_subcommand(
+    "token", "makes a token for clients of a server with --tokens, and prints it");
   command->footer(examples);
   AddTokenOptions(*command, line);
   return command;

@@ -27,9 +27,9 @@ public:
   // Whether others than its owner and group may read the file, and so sign tokens.
   bool IsForAll() const { return (this->Seen[0] & 07) != 0; }
 
-  // Reads the file again if it is another one, or was written to, since it was read last; and where
-  // it could not be read for a reason that may pass, such as a want of descriptors. Errors: those
-  // of ReadTokenKeys, once for each change; the keys of before stay then.
+  // Reads the file again if another one has its name, or it was written to, since the last time;
+  // and if it could not be read for a reason that may pass, such as a lack of descriptors. Errors:
+  // those of ReadTokenKeys, once for each change; the former keys stay valid then.
   Status Look();
   // Reads it in any case.
   Status Reload();

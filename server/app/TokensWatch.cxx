@@ -57,7 +57,7 @@ void TokensWatch::Tell(const Status& status)
 {
   if (!status)
   {
-    this->Warning(status.GetError().message + "; the keys of before count");
+    this->Warning(status.GetError().message + "; the earlier keys stay valid");
   }
 }
 

@@ -105,7 +105,7 @@ std::string ClientLimits::KeyOf(std::string_view address, bool& isLoopback)
   return { reinterpret_cast<const char*>(bytes.data()), 8 };
 }
 
-std::shared_ptr<void> ClientLimits::TakeSeat(std::string_view address)
+std::shared_ptr<void> ClientLimits::TakeSlot(std::string_view address)
 {
   bool isLoopback = false;
   auto key = KeyOf(address, isLoopback);
@@ -117,11 +117,11 @@ std::shared_ptr<void> ClientLimits::TakeSeat(std::string_view address)
   {
     const std::lock_guard lock(this->Mutex);
     auto& client = this->Clients[key];
-    if (client.seats >= most)
+    if (client.slots >= most)
     {
       return nullptr;
     }
-    ++client.seats;
+    ++client.slots;
   }
   // Where there is no memory for the shared_ptr, the deleter is called at once.
   return std::shared_ptr<void>(this,
@@ -132,7 +132,7 @@ void ClientLimits::GiveBack(const std::string& key)
 {
   const std::lock_guard lock(this->Mutex);
   const auto found = this->Clients.find(key);
-  if (--found->second.seats == 0 && found->second.counted == Clock::time_point())
+  if (--found->second.slots == 0 && found->second.counted == Clock::time_point())
   {
     this->Clients.erase(found);
   }
@@ -175,7 +175,7 @@ void ClientLimits::Sweep(Clock::time_point now, double most)
     [&](const auto& entry)
     {
       const std::chrono::duration<double> passed = now - entry.second.counted;
-      return entry.second.seats == 0 && entry.second.requests + passed.count() * most / 60 >= most;
+      return entry.second.slots == 0 && entry.second.requests + passed.count() * most / 60 >= most;
     });
   this->SweepAt = std::max<std::size_t>(1000, 2 * this->Clients.size());
 }

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// How much each address may have: connections at a time, requests a minute. Internal to the server.
+// Rate limits: how much each address may have, connections at a time and requests a minute.
+// Internal to the server.
 #pragma once
 
 #include <chrono>
@@ -15,8 +16,8 @@
 namespace kdstream
 {
 
-// An address of IPv4 that came through a socket of IPv6 ("::ffff:1.2.3.4") as one of IPv4; others,
-// and what is no address, as they are.
+// An IPv4 address that came through a socket of IPv6 ("::ffff:1.2.3.4") in IPv4 form; all other
+// texts unchanged.
 std::string PlainAddress(const std::string& address);
 
 // All functions may be called from any thread. An address is one of IPv4, or the first 64 bits of
@@ -36,8 +37,9 @@ public:
   static constexpr std::size_t defaultConnections = 100;
   static constexpr std::size_t defaultRequests = 6000; // a minute
 
-  // A seat of this address, kept while its client is connected; null if it has all of its own.
-  std::shared_ptr<void> TakeSeat(std::string_view address);
+  // A connection slot of this address, kept while its client is connected; null if it has all of
+  // its own.
+  std::shared_ptr<void> TakeSlot(std::string_view address);
 
   // Takes a request of this address: as many at once as it may have in a minute, which come back
   // evenly. Where it has none left, after how many seconds there is one; else 0.
@@ -49,7 +51,7 @@ public:
 private:
   struct Client
   {
-    std::size_t seats = 0;
+    std::size_t slots = 0;
     double requests = 0; // that it may still make
     Clock::time_point counted;
   };

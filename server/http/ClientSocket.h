@@ -89,10 +89,10 @@ public:
   executor_type get_executor() const noexcept;
   TcpSocket& Tcp();
 
-  // What is under way, and what begins before the next call of these, fails after `time`, or never.
+  // What is in flight, and what begins before the next call of these, fails after `time`, or never.
   void ExpireAfter(std::chrono::milliseconds time);
   void ExpireNever();
-  // Ends the connection at once: what is under way fails.
+  // Ends the connection at once: what is in flight fails.
   void Close();
 
   // Before the handshake: reads just what fills the buffer, without TLS.

@@ -33,23 +33,22 @@ namespace kdstream
 namespace
 {
 
-// A connection goes through these states, and each has an end that no client can postpone:
+// A connection goes through these states. No client can postpone the end of a state:
 //
-//   a proxy's header, TLS's handshake    --request-timeout for both together
+//   a proxy's header, TLS handshake      --request-timeout for both together
 //   the request's header                 --request-timeout
 //   a reader (of disks) has the request  --answer-timeout: 503 then. A client that has gone (its
 //                                        socket is reset) is not waited for.
 //   the answer is sent                   --answer-timeout for 64 KiB, and for all of it, each plus
-//                                        the time that --slowest allows for so many bytes
+//                                        the time that --slowest allows for these bytes
 //   the end: what comes is dropped       closePatience
 //
-// All but the third are ended by the socket's timer, all by the server's reaper where that fails.
-// What keeps a connection alive is what its socket is waiting for, never a reader.
-constexpr const char* otherHost =
-  "this server does not answer for that host: --allow-host names those that it does";
+// The socket's timer ends all states but the third. The server's reaper ends any state if that
+// fails. What the socket waits for keeps the connection alive; a reader never does.
+constexpr const char* otherHost = "this server does not serve that host: --allow-host adds it";
 
 constexpr const char* noHost =
-  "the request must name one host: a name or an address, and at most a port of digits";
+  "the request must have one Host, a name or an address, with a decimal port or none";
 
 class HttpConnection
   : public Drainable
@@ -62,7 +61,7 @@ public:
     , State(state)
     , Admitted(std::move(admission))
   {
-    this->Rest(patienceWithNew);
+    this->MarkIdle(patienceWithNew);
   }
 
   ~HttpConnection() override { this->State.Leave(this); }
@@ -91,8 +90,8 @@ public:
     asio::post(this->Executor,
       [self = this->shared_from_this()]
       {
-        // Nor has it become a WebSocket. Who came too late for a seat is still told so.
-        if (!self->Answering && self->Admitted.seat.ofAll)
+        // Nor has it become a WebSocket. Who came too late for a connection slot is still told so.
+        if (!self->Answering && self->Admitted.slot.ofAll)
         {
           self->Socket.Close();
         }
@@ -130,7 +129,7 @@ public:
 private:
   static constexpr std::size_t bytesAtOnce = 65536; // of an answer's body
   static constexpr std::chrono::milliseconds closePatience{ 2000 };
-  // How long a client may take for its first request if its seat is needed.
+  // How long a client may take for its first request if its slot is needed.
   static constexpr std::chrono::seconds patienceWithNew{ 5 };
   // How long it may wait for a disk then.
   static constexpr std::chrono::seconds patienceWithDisk{ 2 };
@@ -189,8 +188,8 @@ private:
     client.proxied = !address.empty() && this->State.Proxies.Holds(client.peer);
     if (!client.proxied && this->Admitted.refusedWith == 0)
     {
-      this->Admitted.seat.ofAddress = this->State.Clients.TakeSeat(client.address);
-      if (!this->Admitted.seat.ofAddress)
+      this->Admitted.slot.ofAddress = this->State.Clients.TakeSlot(client.address);
+      if (!this->Admitted.slot.ofAddress)
       {
         this->State.Counters.CountRefusal(Metrics::Reason::Address);
         this->Admitted.refusedWith = 429;
@@ -251,7 +250,7 @@ private:
     }
     else if (error == asio::error::eof)
     {
-      this->Refuse(400, "the request ends before its header does");
+      this->Refuse(400, "the request ends inside its header");
     }
     else if (error == http::error::header_limit || error == http::error::buffer_overflow)
     {
@@ -305,9 +304,9 @@ private:
     }
     else if (this->Admitted.refusedWith != 0 && !draining)
     {
-      this->Refuse(this->Admitted.refusedWith,
-        this->Admitted.refusedWith == 503 ? "there are too many connections"
-                                          : "there are too many connections of this address");
+      this->Refuse(this->Admitted.refusedWith, this->Admitted.refusedWith == 503
+                                                 ? "the server has too many connections"
+                                                 : "this address has too many connections");
     }
     else if (!this->NamesOneHost(target))
     {
@@ -368,7 +367,7 @@ private:
   }
 
   // A page that has had its own name resolved to this address (DNS rebinding) names its own host.
-  // Who listens for this machine alone is asked by addresses, by the names of localhost, and by
+  // Who listens only for this machine is asked by addresses, by the names of localhost, and by
   // names that no stranger has. With TLS browsers compare the name with the certificate's.
   // REQUIRES: NamesOneHost(target).
   bool MayNameHost(const RequestTarget& target) const
@@ -411,7 +410,7 @@ private:
       this->Send(std::move(*response), this->Input.Request().keep_alive());
       return;
     }
-    this->SetIdle(patienceWithDisk); // others need the seat more
+    this->SetIdle(patienceWithDisk); // others need the slot more
     this->AwaitReader();
     this->AskReader(std::make_shared<const Routes::Reading>(std::move(*reading)));
   }
@@ -483,7 +482,7 @@ private:
     if (!isDone)
     {
       this->State.CountGivenUp();
-      this->Refuse(503, "the disk does not answer: ask again");
+      this->Refuse(503, "the disk does not respond: try again");
     }
     else if (answer)
     {
@@ -536,7 +535,7 @@ private:
     if (!this->State.Answers.MayStream(text(http::field::origin), text(http::field::host)))
     {
       this->State.Counters.CountRefusal(Metrics::Reason::Origin);
-      this->Refuse(403, "pages of this origin may not open a stream");
+      this->Refuse(403, "pages from this origin may not open a stream");
       return;
     }
     auto permission = this->State.Answers.Admit(this->Admitted.client.address,
@@ -564,19 +563,19 @@ private:
       this->Refuse(400, "the client sent data before the WebSocket was open");
       return;
     }
-    auto& seat = this->Admitted.seat;
+    auto& slot = this->Admitted.slot;
     const auto& client = this->Admitted.client;
-    if (client.proxied && !seat.ofAddress)
+    if (client.proxied && !slot.ofAddress)
     {
-      seat.ofAddress = this->State.Clients.TakeSeat(client.address);
+      slot.ofAddress = this->State.Clients.TakeSlot(client.address);
     }
-    if (!seat.ofAddress)
+    if (!slot.ofAddress)
     {
       this->State.Counters.CountRefusal(Metrics::Reason::Address);
-      this->Refuse(429, "there are too many streams of this address");
+      this->Refuse(429, "this address has too many streams");
       return;
     }
-    ServeStream(std::move(this->Socket), this->State, std::move(seat), std::move(*permission),
+    ServeStream(std::move(this->Socket), this->State, std::move(slot), std::move(*permission),
       AccessRecord{ client.address, "STREAM", target, 101, 0, 0 }, key);
   }
 
@@ -622,7 +621,7 @@ private:
     const bool goesOn = !error && this->KeepAlive && !this->State.Draining();
     if (goesOn)
     {
-      this->Rest({}); // before it is counted: whoever has seen that knows it as idle
+      this->MarkIdle({}); // before it is counted: whoever has seen that knows it as idle
     }
     if (!this->Admitted.isAdmin)
     {
@@ -664,10 +663,10 @@ private:
         this->Answer.status, sent, std::chrono::duration<double>(time).count() });
   }
 
-  // Where it has a seat, that may be taken back `before` long from now.
-  void Rest(Clock::duration before)
+  // Where it has a connection slot, that may be taken back `before` long from now.
+  void MarkIdle(Clock::duration before)
   {
-    if (this->Admitted.seat.ofAll)
+    if (this->Admitted.slot.ofAll)
     {
       this->SetIdle(before);
     }

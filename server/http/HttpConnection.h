@@ -16,10 +16,10 @@ namespace kdstream
 struct Admission
 {
   Client client;
-  Seat seat;
+  ConnectionSlot slot;
   bool isAdmin = false;          // asks for metrics
   bool isIntroduced = false;     // by a proxy's header, which comes first
-  unsigned refusedWith = 0;      // the status of every answer where there is no seat: 503 or 429
+  unsigned refusedWith = 0;      // the status of every answer where there is no slot: 503 or 429
   std::shared_ptr<void> refusal; // kept as long as the connection, to count it
 };
 
@@ -27,9 +27,9 @@ void ServeHttp(ClientSocket socket, ServerState& state, Admission admission);
 
 // One WebSocket: moves messages between a socket and a Conversation (StreamConnection.cxx).
 // Accepts the upgrade whose Sec-WebSocket-Key is `key`, and serves the stream until the client
-// leaves. Then `record` is completed and logged. The seat is kept as long. The stream ends when
+// leaves. Then `record` is completed and logged. The slot is kept as long. The stream ends when
 // `permission` does.
-void ServeStream(ClientSocket socket, ServerState& state, Seat seat, Permission permission,
-  AccessRecord record, const std::string& key);
+void ServeStream(ClientSocket socket, ServerState& state, ConnectionSlot slot,
+  Permission permission, AccessRecord record, const std::string& key);
 
 }

@@ -65,7 +65,7 @@ struct HttpServer::Implementation
   void StopLoops(std::chrono::milliseconds drainTimeout);
   bool StopPools(std::optional<std::chrono::milliseconds> patience);
 
-  // Whether there may be one more connection beside those that have a seat.
+  // Whether there may be one more connection beside those that have a connection slot.
   bool MayJoin(const std::shared_ptr<int>& others) const
   {
     return static_cast<std::size_t>(others.use_count()) <= this->State.Options.extraConnections;
@@ -92,7 +92,8 @@ Status HttpServer::Implementation::Prepare()
   if (const auto wrong = std::find_if_not(proxies.begin(), proxies.end(), IsNetwork);
       wrong != proxies.end())
   {
-    return Error{ ErrorCode::InvalidArgument, *wrong + ": no address or network of a proxy" };
+    return Error{ ErrorCode::InvalidArgument,
+      *wrong + " is not the address or network of a proxy" };
   }
   KDSTREAM_TRY(this->LoadCertificate());
   KDSTREAM_TRY(this->Public.Listen(options.address));
@@ -148,7 +149,7 @@ void HttpServer::Implementation::Run(Loop& loop) noexcept
     catch (...)
     {
       this->State.Counters.CountFailure(Metrics::Failure::Connection);
-      this->State.LogCaught("a connection ends");
+      this->State.LogCaught("a connection was closed after an error");
       this->Public.Accept(); // it may have been an accept that failed: its handler is lost then
       this->Admin.Accept();
     }
@@ -207,7 +208,8 @@ void HttpServer::Implementation::ServeAdmin(TcpSocket socket)
   }
 }
 
-// A seat of its address first, so that one address takes no others' seats back.
+// A connection slot of its address first, so that one address takes no others' connection slots
+// back.
 Admission HttpServer::Implementation::Admit(const TcpSocket& socket)
 {
   Admission admission;
@@ -223,19 +225,19 @@ Admission HttpServer::Implementation::Admit(const TcpSocket& socket)
     admission.refusedWith = 503;
     return admission;
   }
-  auto& seat = admission.seat;
+  auto& slot = admission.slot;
   if (!client.proxied)
   {
-    seat.ofAddress = this->State.Clients.TakeSeat(client.address);
-    if (!seat.ofAddress)
+    slot.ofAddress = this->State.Clients.TakeSlot(client.address);
+    if (!slot.ofAddress)
     {
       this->State.Counters.CountRefusal(Metrics::Reason::Address);
       admission.refusedWith = 429;
       return admission;
     }
   }
-  seat.ofAll = this->State.TakeSeat();
-  if (!seat.ofAll)
+  slot.ofAll = this->State.TakeSlot();
+  if (!slot.ofAll)
   {
     this->State.Counters.ConnectionRefused();
     admission.refusedWith = 503;

@@ -42,7 +42,8 @@ struct ListenAddress
 struct HttpServerOptions
 {
   ListenAddress address;
-  // Where the metrics are, in plain HTTP, without seats or limits; not at `address` then.
+  // Where the metrics are, in plain HTTP, without connection slots or limits; not at `address`
+  // then.
   std::optional<ListenAddress> admin;
   unsigned threads = 2; // of the event loop, at least 1
   unsigned readers = 8; // threads that wait for disks, at least 1
@@ -87,10 +88,10 @@ struct HttpServerOptions
   std::size_t slowestBytes = 16384; // at least 1
   // A stream is closed when its client has sent nothing for so long, not even an answer to a ping.
   std::chrono::milliseconds streamTimeout{ 60'000 };
-  // Where seats are short, those of streams whose clients have been idle for so long are taken
-  // back; those of idle HTTP connections, at once.
+  // Where connection slots are short, those of streams whose clients have been idle for so long are
+  // taken back; those of idle HTTP connections, at once.
   std::chrono::milliseconds idleTimeout{ 60'000 };
-  // How long Stop waits for the answers that are under way.
+  // How long Stop waits for the answers that are in flight.
   std::chrono::milliseconds drainTimeout{ 10'000 };
 
   // Called from any thread, but never from two at once.
@@ -126,7 +127,7 @@ public:
   // those of Start about them; then the earlier ones stay.
   Status ReloadTls();
 
-  // From now on only finishes what is under way: further requests are refused (503). Not from a
+  // From now on only finishes what is in flight: further requests are refused (503). Not from a
   // callback, as the next two.
   void BeginDrain();
   // Whether that is finished, which it waits for, so long at most.

@@ -115,7 +115,7 @@ void Listener::OnAccept(beast::error_code error, TcpSocket socket) noexcept
   catch (...) // ends this connection, not the server
   {
     this->State.Counters.CountFailure(Metrics::Failure::Connection);
-    this->State.LogCaught("a connection ends");
+    this->State.LogCaught("a connection was closed after an error");
   }
   this->Accept();
 }

@@ -37,11 +37,11 @@ public:
   Status Listen(const ListenAddress& address);
   // "127.0.0.1:8700": where it listens.
   const std::string& Address() const { return this->Told; }
-  // Whether it listens for this machine alone.
+  // Whether it listens only for this machine.
   bool IsLocal() const { return this->Local; }
   std::uint16_t Port() const { return this->LocalPort; }
 
-  // Makes sure that an accept is under way.
+  // Makes sure that an accept is in progress.
   void Accept() noexcept;
   void Close();
 
@@ -61,7 +61,7 @@ private:
   std::mutex Mutex; // for the next three
   asio::ip::tcp::acceptor Acceptor;
   asio::steady_timer Pause;
-  std::weak_ptr<int> Accepting; // lives as long as the handler of the accept that is under way
+  std::weak_ptr<int> Accepting; // lives as long as the handler of the accept that is in progress
   std::string Told;
   bool Local = false;
   std::uint16_t LocalPort = 0;

@@ -86,43 +86,43 @@ std::string Metrics::Text(const CacheUse& memory, std::uint64_t lostLines) const
   }
   Put(text, "kdstream_sent_bytes_total", "counter", "Bytes of bodies and stream messages sent.",
     this->SentBytes);
-  Put(text, "kdstream_connections", "gauge", "Connections that are open, streams included.",
+  Put(text, "kdstream_connections", "gauge", "Open connections, including streams.",
     this->OpenConnections);
   Put(text, "kdstream_refused_connections_total", "counter",
     "Connections refused because there were too many.", this->RefusedConnections);
   constexpr std::array<const char*, static_cast<std::size_t>(Reason::Count)> reasons{ "address",
     "requests", "host", "slow", "idle", "descriptors", "stopping", "handshake", "proxy", "token",
     "quota", "origin" };
-  Put(text, "kdstream_refusals_total", "counter", "Clients refused or dropped, by reason.");
+  Put(text, "kdstream_refusals_total", "counter", "Clients refused or disconnected, by reason.");
   PutEach(text, "kdstream_refusals_total{reason", reasons, this->Refusals);
   constexpr std::array<const char*, static_cast<std::size_t>(Failure::Count)> failures{ "accept",
     "connection", "answer", "quota", "disk" };
   Put(text, "kdstream_failures_total", "counter",
-    "What failed for want of memory, descriptors or the disk.");
+    "Failures caused by memory, descriptors or the disk.");
   PutEach(text, "kdstream_failures_total{what", failures, this->Failures);
-  Put(text, "kdstream_lost_log_lines_total", "counter",
-    "Lines of the logs that could not be written.", lostLines);
-  Put(text, "kdstream_streams", "gauge", "WebSocket streams that are open.", this->OpenStreams);
+  Put(text, "kdstream_lost_log_lines_total", "counter", "Log lines that could not be written.",
+    lostLines);
+  Put(text, "kdstream_streams", "gauge", "Open WebSocket streams.", this->OpenStreams);
   Put(text, "kdstream_streams_total", "counter", "WebSocket streams opened.", this->TotalStreams);
   Put(text, "kdstream_failed_blobs_total", "counter",
     "Blobs that could not be read from their store.", this->FailedBlobs);
-  Put(text, "kdstream_cache_hits_total", "counter", "Blobs that were in memory.", memory.hits);
-  Put(text, "kdstream_cache_misses_total", "counter", "Blobs that had to be read.", memory.misses);
-  Put(text, "kdstream_cache_bytes", "gauge", "Bytes of the blobs that are kept.", memory.bytes);
+  Put(text, "kdstream_cache_hits_total", "counter", "Blobs found in memory.", memory.hits);
+  Put(text, "kdstream_cache_misses_total", "counter", "Blobs read from a store.", memory.misses);
+  Put(text, "kdstream_cache_bytes", "gauge", "Bytes of the blobs in memory.", memory.bytes);
   const std::uint64_t begun = this->Begun;
   const std::uint64_t queued = this->Queued;
-  Put(text, "kdstream_reader_queue", "gauge", "Requests that wait for a reader.",
+  Put(text, "kdstream_reader_queue", "gauge", "Requests waiting for a reader.",
     queued > begun ? queued - begun : 0);
   this->Lengths.Write(text, "kdstream_reader_queue_length",
-    "How many requests waited for a reader when one more had come.");
+    "Requests waiting for a reader when another one arrived.");
   this->Waits.Write(
-    text, "kdstream_reader_wait_seconds", "How long requests have waited for a reader.");
+    text, "kdstream_reader_wait_seconds", "Time that requests waited for a reader.");
   this->Answers.Write(
-    text, "kdstream_answer_seconds", "From an HTTP request to the end of its answer.");
-  this->FirstBlobs.Write(text, "kdstream_first_blob_seconds",
-    "From a request on a stream until its first blob was sent.");
+    text, "kdstream_answer_seconds", "Time from an HTTP request to the end of its response.");
+  this->FirstBlobs.Write(
+    text, "kdstream_first_blob_seconds", "Time from a request on a stream to its first blob.");
   this->LastBlobs.Write(
-    text, "kdstream_last_blob_seconds", "From a request on a stream until its last blob was sent.");
+    text, "kdstream_last_blob_seconds", "Time from a request on a stream to its last blob.");
   return text;
 }
 

@@ -57,7 +57,7 @@ public:
     Requests,    // too many requests a minute
     Host,        // it named another host
     Slow,        // it took too little
-    Idle,        // its seat was needed
+    Idle,        // its slot was needed
     Descriptors, // the process has no more files
     Stopping,    // the server is
     Handshake,   // it spoke no TLS, or not in time

@@ -71,7 +71,7 @@ std::size_t ProxyHeader::Wanted() const
     const auto whole = bytes.size() < binaryHead ? binaryHead : binaryHead + LengthOf(bytes);
     return whole - bytes.size();
   }
-  return bytes.ends_with("\r\n") ? 0 : 1; // a text tells its length by its end alone
+  return bytes.ends_with("\r\n") ? 0 : 1; // a text tells its length only by its end
 }
 
 std::span<char> ProxyHeader::Space()

@@ -33,7 +33,7 @@ std::optional<std::string> RareMessages::Take(std::string_view message, Clock::t
   }
   if (told.untold != 0)
   {
-    text += " (and " + std::to_string(told.untold) + " times more since it was told last)";
+    text += " (and " + std::to_string(told.untold) + " more times since the last message)";
   }
   told = { now };
   return text;

@@ -20,8 +20,8 @@ public:
   using Clock = std::chrono::steady_clock;
   static constexpr std::chrono::seconds pause{ 60 };
 
-  // The line to write now, if any: a message that was not told for a minute, and how often it has
-  // come since. Where there is no memory to remember it, it is told.
+  // The line to write now, if any: a message that was not reported for a minute, and how often it
+  // has come since. Where there is no memory to remember it, it is reported.
   std::optional<std::string> Take(std::string_view message, Clock::time_point now = Clock::now());
 
 private:

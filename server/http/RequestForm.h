@@ -15,8 +15,8 @@ namespace kdstream
 // (section 2.2); nothing while that cannot be told.
 std::optional<std::size_t> EmptyLine(std::string_view input);
 
-// Whether a line of the header, as far as it has come, begins with a blank: it would go on with the
-// line before (section 5.2), where proxies may read another request than the server does.
+// Whether a line of the header received so far begins with a blank. It would continue the line
+// before (section 5.2), and proxies may read another request there than the server does.
 bool HasFoldedLine(std::string_view input);
 
 // The host that the field Host, or a target, names, without its port and its final dot: letters,
@@ -27,8 +27,8 @@ std::optional<std::string_view> ParseHost(std::string_view field);
 
 // Whether a page of a stranger cannot have this name for its host: DNS rebinding has a browser that
 // loaded the page from the stranger's name ask this machine under that name. Such a name is one
-// that somebody has registered, so it has a dot. An address is no name, those of localhost lead to
-// the machine itself in every browser, and a name without a dot is nobody's in the public DNS.
+// that somebody has registered, so it has a dot. An address is not a name, those of localhost lead
+// to the machine itself in every browser, and a name without a dot is nobody's in the public DNS.
 // host: as ParseHost gives it. False for "", which names nobody.
 bool CannotBeRebound(std::string_view host);
 

@@ -20,8 +20,8 @@ namespace
 {
 
 constexpr const char* revalidate = "no-cache";
-constexpr const char* forEver = "public, max-age=31536000, immutable";
-constexpr const char* forEverOfOne = "private, max-age=31536000, immutable";
+constexpr const char* immutable = "public, max-age=31536000, immutable";
+constexpr const char* immutablePrivate = "private, max-age=31536000, immutable";
 BlobBytes Bytes(std::string_view text)
 {
   return std::make_shared<const std::vector<std::uint8_t>>(text.begin(), text.end());
@@ -48,7 +48,7 @@ HttpResponse Whole(unsigned status, std::string_view contentType, BlobBytes body
 }
 
 // What holds for the moment.
-HttpResponse Fleeting(unsigned status, std::string_view contentType, std::string_view text)
+HttpResponse NoStore(unsigned status, std::string_view contentType, std::string_view text)
 {
   auto response = Whole(status, contentType, Bytes(text));
   response.fields.emplace_back("Cache-Control", "no-store");
@@ -135,7 +135,7 @@ struct Routes::AskedBlob
   Permission permission;
   std::string name, tag;
   bool isCounted = false;
-  bool isKnown = false; // no byte of it is sent: the client has it, or asks for the head alone
+  bool isKnown = false; // no byte of it is sent: the client has it, or asks for only the head
 };
 
 // What is to be read for it is changed once it has been read.
@@ -187,13 +187,13 @@ std::optional<HttpResponse> Routes::RefuseMisuse(const HttpRequest& request) con
 {
   if (request.method != "GET" && request.method != "HEAD")
   {
-    auto response = this->Failure(405, "only GET and HEAD are answered here");
+    auto response = this->Failure(405, "only GET and HEAD are allowed");
     response.fields.emplace_back("Allow", "GET, HEAD");
     return response;
   }
   if (request.target.empty() || request.target.front() != '/')
   {
-    return this->Failure(400, "the target is not a path");
+    return this->Failure(400, "the request's target is not a path");
   }
   return std::nullopt;
 }
@@ -221,7 +221,7 @@ HttpResponse Routes::Failure(
 {
   JsonWriter json;
   json.BeginObject().Member("error", message).EndObject();
-  auto response = Fleeting(status, "application/json", json.Text() + "\n");
+  auto response = NoStore(status, "application/json", json.Text() + "\n");
   if (status == 503 || status == 429 || retryAfter.count() > 0)
   {
     const auto seconds = std::max<std::int64_t>(1, retryAfter.count());
@@ -288,7 +288,7 @@ std::optional<HttpResponse> Routes::AnswerOwn(std::string_view path, bool metric
 {
   if (path == "/healthz")
   {
-    return Fleeting(200, "text/plain; charset=utf-8", "ok\n");
+    return NoStore(200, "text/plain; charset=utf-8", "ok\n");
   }
   if (path == "/readyz")
   {
@@ -297,7 +297,7 @@ std::optional<HttpResponse> Routes::AnswerOwn(std::string_view path, bool metric
   if (path == "/metrics" && metrics)
   {
     const auto lost = this->Options.lostLines ? this->Options.lostLines() : 0;
-    return Fleeting(200, "text/plain; version=0.0.4; charset=utf-8",
+    return NoStore(200, "text/plain; version=0.0.4; charset=utf-8",
       this->Counters.Text(this->Models.Memory(), lost));
   }
   return std::nullopt;
@@ -313,7 +313,7 @@ HttpResponse Routes::AnswerReady() const
   const auto models = this->Models.Models();
   const bool any = std::any_of(models.begin(), models.end(),
     [](const auto& model) { return model->LooksUnchanged().value_or(true); });
-  return any ? Fleeting(200, "text/plain; charset=utf-8", "ready\n")
+  return any ? NoStore(200, "text/plain; charset=utf-8", "ready\n")
              : this->Failure(503, "there is no model to serve");
 }
 
@@ -321,7 +321,8 @@ Routes::Found Routes::FindApi(const HttpRequest& request, std::string_view path)
 {
   if (path == protocol::streamPath)
   {
-    auto response = this->Failure(426, "this path is a WebSocket with the subprotocol kdstream.v2");
+    auto response =
+      this->Failure(426, "this path needs a WebSocket with the subprotocol kdstream.v2");
     response.fields.emplace_back("Upgrade", "websocket");
     return response;
   }
@@ -383,7 +384,7 @@ Routes::Found Routes::FindOfModels(
     std::move(*permission), protocol::BlobName(resource.blob), {} };
   if (!asked.model)
   {
-    return this->Failure(410, resource.model + " has another digest now: read its model.json");
+    return this->Failure(410, resource.model + " has a new digest: read its model.json again");
   }
   if (const auto refused = asked.permission.RefuseBlob(asked.model->Description(), asked.id))
   {
@@ -426,7 +427,7 @@ HttpResponse Routes::AnswerNotes(const HttpRequest& request, const std::string& 
   {
     return notes.GetError().code == ErrorCode::NotFound
              ? this->Failure(404, "there are no notes on " + model)
-             : this->Failure(503, "the notes on " + model + " cannot be read for now: ask again");
+             : this->Failure(503, "the notes on " + model + " cannot be read now: try again");
   }
   auto tag = TagOf(**notes);
   return Cacheable(request, "application/json", std::move(*notes), std::move(tag), revalidate);
@@ -510,7 +511,7 @@ HttpResponse Routes::AnswerWhole(const HttpRequest& request, const AskedBlob& as
   const BlobBytes& bytes, std::size_t length) const
 {
   auto response = Cacheable(request, "application/octet-stream", bytes ? bytes : Bytes({}),
-    asked.tag, this->Options.guard ? forEverOfOne : forEver);
+    asked.tag, this->Options.guard ? immutablePrivate : immutable);
   response.length = response.status == 200 ? length : 0;
   return Ranged(request, std::move(response));
 }
@@ -544,7 +545,7 @@ Routes::Found Routes::FindFile(const HttpRequest& request, std::string_view path
     }
     return Whole(200, "text/plain; charset=utf-8",
       Bytes("kdstream-serve " + this->Options.version +
-            ": streams 3D meshes.\n\nThe models: /api/models.json\nFor viewers: " +
+            ": streams 3D meshes.\n\nList of models: /api/models.json\nStream for viewers: " +
             std::string(protocol::streamPath) + " (WebSocket, " +
             std::string(protocol::streamSubprotocol) + ")\n"));
   }

@@ -26,7 +26,7 @@ struct RouteOptions
   std::string allowOrigin;        // Access-Control-Allow-Origin; empty: none is sent
   std::optional<StaticFiles> web; // what "/" serves; else a page of text
   std::string version;
-  bool metrics = true; // whether "/metrics" is answered here, or by AnswerAdmin alone
+  bool metrics = true; // whether "/metrics" is answered here, or only by AnswerAdmin
   std::function<bool()> isDraining = {};        // whether the server is stopping; none: it is not
   std::shared_ptr<const TokenGuard> guard = {}; // whose tokens models take; null: they take none
   std::shared_ptr<const PartitionLedger> ledger = {}; // where partitions are entered; null: nowhere

@@ -27,7 +27,7 @@
 namespace kdstream
 {
 
-// A connection that can be asked to end when it has answered what is under way. Functions: from any
+// A connection that can be asked to end when it has answered what is in flight. Functions: from any
 // thread, but those that are protected.
 //
 // Each of a connection's states has an end, which its own timers see to. Should one of them be lost
@@ -40,14 +40,14 @@ public:
 
   virtual ~Drainable() = default;
   virtual void Drain() = 0;
-  // Its seat is needed: it ends if its client still waits for nothing.
+  // Its slot is needed: it ends if its client still waits for nothing.
   virtual void GiveUp() = 0;
   // Its state should have ended by now: it is closed, unless it has gone on meanwhile.
   virtual void EndIfOverdue() = 0;
 
-  // When its seat may be taken back; the end of time while its client waits for something.
+  // When its slot may be taken back; the end of time while its client waits for something.
   Clock::time_point FreeFrom() const { return Clock::time_point(this->Free.load()); }
-  // Its seat is about to be taken back: it is not chosen again.
+  // Its slot is about to be taken back: it is not chosen again.
   void SetChosen() { this->SetBusy(); }
   // When its state ends at the latest.
   Clock::time_point End() const { return Clock::time_point(this->EndOfState.load()); }
@@ -75,7 +75,7 @@ struct Client
 };
 
 // A client's place among all, and among those of its address; either may be missing.
-struct Seat
+struct ConnectionSlot
 {
   std::shared_ptr<void> ofAll, ofAddress;
 };
@@ -102,7 +102,7 @@ public:
   Metrics Counters;
   const Routes Answers;
   TlsCertificate Certificate;
-  // Whether they listen for this machine alone; set before anybody connects.
+  // Whether they listen only for this machine; set before anybody connects.
   bool isLocal = false, isAdminLocal = false;
   WorkerPool Readers{ [this](WorkerPool::Clock::duration waited)
     { this->Counters.CountWait(waited); } };
@@ -130,7 +130,7 @@ public:
       this->WriteLog([&] { this->Options.onAccess(record); });
     }
   }
-  // The same error is told once a minute at most, with how often it has come.
+  // The same error is reported once a minute at most, with how often it has come.
   void LogError(std::string_view message) noexcept
   {
     if (this->Options.onError)
@@ -172,7 +172,7 @@ public:
     catch (...)
     {
       this->Counters.CountFailure(Metrics::Failure::Connection);
-      this->LogCaught("a connection ends");
+      this->LogCaught("a connection was closed after an error");
       close();
     }
   }
@@ -188,7 +188,7 @@ public:
   void CountGivenUp()
   {
     this->Counters.CountFailure(Metrics::Failure::Disk);
-    this->LogError("a disk does not answer: who waits for it is told to ask again");
+    this->LogError("a disk does not respond: clients that wait for it are asked to try again");
   }
   // Has one of the threads for handshakes do it.
   void ShakeHands(WorkerPool::Work work)
@@ -207,8 +207,8 @@ public:
     catch (...)
     {
       this->Counters.CountFailure(Metrics::Failure::Answer);
-      this->LogCaught("a request is not answered");
-      return this->Answers.Failure(503, "the server is short of memory");
+      this->LogCaught("a request was not answered");
+      return this->Answers.Failure(503, "the server is out of memory");
     }
   }
 
@@ -270,9 +270,9 @@ public:
     return this->Changed.wait_for(lock, timeout, [this] { return this->Count == 0; });
   }
 
-  // A seat among maximumConnections, kept while a client is connected; null if all are taken and
-  // nobody is idle whose seat could be taken back.
-  std::shared_ptr<void> TakeSeat()
+  // A connection slot among maximumConnections, kept while a client is connected; null if all are
+  // taken and nobody is idle whose slot could be taken back.
+  std::shared_ptr<void> TakeSlot()
   {
     std::shared_ptr<Drainable> idle;
     {
@@ -296,7 +296,7 @@ public:
     // Not under the lock, which the deleter takes: where there is no memory for the shared_ptr, the
     // deleter is called at once.
     return std::shared_ptr<void>(
-      this, [](void* state) { static_cast<ServerState*>(state)->GiveSeatBack(); });
+      this, [](void* state) { static_cast<ServerState*>(state)->GiveSlotBack(); });
   }
 
   void Enter(const std::shared_ptr<Drainable>& connection)
@@ -380,7 +380,7 @@ private:
     {
     }
   }
-  void GiveSeatBack()
+  void GiveSlotBack()
   {
     this->Counters.ConnectionClosed();
     const std::lock_guard lock(this->Mutex);

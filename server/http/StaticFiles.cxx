@@ -169,7 +169,8 @@ Result<std::shared_ptr<const StaticFile>> StaticFiles::Read(
   const auto plain = PercentDecoded(urlPath);
   if (!plain)
   {
-    return Error{ ErrorCode::InvalidArgument, "a % without two hexadecimal digits" };
+    return Error{ ErrorCode::InvalidArgument,
+      "a % in the path is not followed by two hexadecimal digits" };
   }
   const auto relative = RelativePath(*plain);
   if (!relative)

@@ -1,23 +1,22 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// At most one message is being written, and the next one is made only when it has been sent. So a
+// At most one message is being written; the next one is made only when it has been sent. So a
 // client that does not read costs the memory of one frame, and a cancel takes effect at the next
-// frame. What the conversation has to read is read by the pool of readers, one blob at a time.
+// frame. The pool of readers reads what the conversation needs, one blob at a time.
 //
-// A stream goes through these phases, and each has an end that no client can postpone:
+// A stream goes through these phases. No client can postpone the end of a phase:
 //
-//   Opening   the answer to the upgrade is being written      until it has taken too long to send
-//   Open      messages go both ways                           until the client has been silent for
-//                                                             --stream-timeout, or has not taken a
-//                                                             message in --answer-timeout
-//   Closing   a Close frame is sent or owed, and the client's  \ closePatience after the Close
-//   frame
-//             is waited for; messages are skipped               | was made, whatever else comes or
-//   Ending    nothing more is sent; what comes is dropped,     / does not: Deadline() does not move
-//             so that the last answer gets through              any more
+//   Opening   the answer to the upgrade is being written     until it takes too long to send
+//   Open      messages go both ways                          until the client is silent for
+//                                                            --stream-timeout, or does not take a
+//                                                            message in --answer-timeout
+//   Closing   a Close frame is sent or outstanding, and the  \ closePatience after the Close frame
+//             client's is waited for; messages are skipped    | was made, whatever else comes or
+//   Ending    nothing more is sent; what comes is dropped,   / does not: Deadline() does not move
+//             so that the last answer gets through             any more
 //
-// Then the socket is closed, which ends the read and the write that are under way, there being no
-// others: these alone keep the stream alive. Neither waits for the other, and what a reader (of
-// disks) does for the stream does not keep it.
+// Then the socket is closed. This ends the read and the write in flight, and only these keep the
+// stream alive. Neither waits for the other, and a reader (of disks) that works for the stream does
+// not keep it.
 #include "server/http/HttpConnection.h"
 
 #include "filters/protocol/ResourcePath.h"
@@ -50,13 +49,13 @@ class StreamConnection
   , public std::enable_shared_from_this<StreamConnection>
 {
 public:
-  StreamConnection(
-    ClientSocket socket, ServerState& state, Seat seat, Permission permission, AccessRecord record)
+  StreamConnection(ClientSocket socket, ServerState& state, ConnectionSlot slot,
+    Permission permission, AccessRecord record)
     : Socket(std::move(socket))
     , State(state)
-    , Place(std::move(seat))
+    , Slot(std::move(slot))
     , Record(std::move(record))
-    , Talk(state.Models, state.Options.stream, std::move(permission))
+    , Stream(state.Models, state.Options.stream, std::move(permission))
     // More than a conversation accepts, so that the conversation can refuse it in words; but not
     // unlimited.
     , Frames(16 * state.Options.stream.message.bytes)
@@ -96,7 +95,7 @@ public:
         self->Guard(
           [&]
           {
-            self->Talk.Drain();
+            self->Stream.Drain();
             self->Write();
           });
       });
@@ -107,12 +106,12 @@ public:
     asio::post(this->Socket.get_executor(),
       [self = this->shared_from_this()]
       {
-        if (self->Talk.IsIdle())
+        if (self->Stream.IsIdle())
         {
           self->Guard(
             [&]
             {
-              self->Talk.Drain();
+              self->Stream.Drain();
               self->Write();
             });
         }
@@ -180,7 +179,7 @@ private:
       case Phase::Opening:
         return false;
       case Phase::Open:
-        return this->Talk.AcceptsMessages();
+        return this->Stream.AcceptsMessages();
       default:
         return true;
     }
@@ -247,7 +246,7 @@ private:
         this->TakeText();
         break;
       case Event::Binary:
-        this->Talk.ReceiveBinary();
+        this->Stream.ReceiveBinary();
         this->Write();
         break;
       case Event::Ping: // only the latest is answered, as the standard allows (section 5.5.3)
@@ -275,7 +274,7 @@ private:
     {
       this->State.Counters.CountRefusal(Metrics::Reason::Requests);
     }
-    this->Talk.Receive(this->Frames.Message(), wait);
+    this->Stream.Receive(this->Frames.Message(), wait);
     this->SetBusy();
     this->Write();
   }
@@ -311,7 +310,7 @@ private:
     this->Send(this->FrameHead.Bytes(), asio::const_buffer(payload.data(), payload.size()), then);
   }
 
-  // The next frame that is owed, if none is being written.
+  // The next frame that is outstanding, if none is being written.
   void Write()
   {
     if (this->Writing || this->Now == Phase::Opening || this->Now == Phase::Ending)
@@ -349,12 +348,12 @@ private:
 
   void WriteMessage()
   {
-    auto message = this->Talk.NextMessage();
+    auto message = this->Stream.NextMessage();
     this->CountWhatWasRefused();
     if (!message)
     {
-      this->RunErrand();
-      if (const auto reason = this->Talk.Closing())
+      this->RunTask();
+      if (const auto reason = this->Stream.Closing())
       {
         this->Close(static_cast<std::uint16_t>(*reason));
       }
@@ -362,14 +361,14 @@ private:
       {
         this->WriteControl();
       }
-      else if (this->Talk.IsIdle() && this->IsBusy()) // pings make nobody less idle
+      else if (this->Stream.IsIdle() && this->IsBusy()) // pings make nobody less idle
       {
         this->SetIdle(this->State.Options.idleTimeout);
       }
       return;
     }
     this->Output = std::move(*message);
-    this->Sending = this->Talk.Reached();
+    this->Sending = this->Stream.Reached();
     this->SetBusy();
     this->SendsMessage = true;
     const bool isText = std::holds_alternative<std::string>(this->Output);
@@ -403,7 +402,7 @@ private:
 
   void CountWhatWasRefused()
   {
-    const auto& now = this->Talk.Counted();
+    const auto& now = this->Stream.Counted();
     auto& counters = this->State.Counters;
     for (; this->Counted.failedBlobs < now.failedBlobs; ++this->Counted.failedBlobs)
     {
@@ -419,7 +418,7 @@ private:
     }
   }
 
-  // If what was sent is the first or the last that its request is owed.
+  // If what was sent is the first or the last of its request.
   void CountBlob()
   {
     const auto time = Clock::now() - this->Sending.received;
@@ -435,10 +434,10 @@ private:
 
   // Has the readers do what the conversation waits for. They do not keep the stream: its slot is
   // free when its client has gone, though a disk may hang.
-  void RunErrand()
+  void RunTask()
   {
-    const auto errand = this->Talk.TakeErrand();
-    if (!errand)
+    const auto task = this->Stream.TakeTask();
+    if (!task)
     {
       return;
     }
@@ -446,11 +445,11 @@ private:
       this->Socket.get_executor(),
       [&](WorkerPool::Work work, WorkerPool::Work giveUp)
       {
-        this->State.Read(errand->Takes(),
-          { std::move(work), std::move(giveUp), errand->Source(), errand->Part() });
+        this->State.Read(
+          task->Takes(), { std::move(work), std::move(giveUp), task->Source(), task->Part() });
       },
-      [errand] { errand->Run(); },
-      [weak = this->weak_from_this(), errand](bool isDone)
+      [task] { task->Run(); },
+      [weak = this->weak_from_this(), task](bool isDone)
       {
         if (const auto self = weak.lock())
         {
@@ -459,12 +458,12 @@ private:
             {
               if (isDone)
               {
-                self->Talk.Finish(errand);
+                self->Stream.Finish(task);
               }
               else
               {
                 self->State.CountGivenUp();
-                self->Talk.GiveUp(errand);
+                self->Stream.GiveUp(task);
               }
               self->GoOn();
             });
@@ -494,8 +493,8 @@ private:
   {
     if (!this->ClosedBy)
     {
-      // All that is owed has been given to the kernel. Who does not answer has gone, or sleeps:
-      // nobody waits for him, least of all the end of the server.
+      // All that is outstanding has been given to the kernel. Who does not answer has gone, or
+      // sleeps: nobody waits for him, least of all the end of the server.
       this->ClosedBy = Clock::now() + std::min(closePatience, this->State.PatienceFor(0));
       this->SendFrame(WebSocketOpcode::Close, this->Status, &StreamConnection::GoOn);
     }
@@ -530,8 +529,8 @@ private:
     {
       return *this->ClosedBy;
     }
-    const auto silent = this->HeardAt + this->State.Options.streamTimeout;
-    return this->Writing ? std::min(silent, this->TakenBy) : silent;
+    const auto silentAt = this->HeardAt + this->State.Options.streamTimeout;
+    return this->Writing ? std::min(silentAt, this->TakenBy) : silentAt;
   }
 
   Clock::time_point PingAt() const
@@ -592,7 +591,7 @@ private:
         this->Pinged = this->PingIsDue = true;
         this->Write();
       }
-      if (this->State.Options.guard && !this->Talk.IsPermitted())
+      if (this->State.Options.guard && !this->Stream.IsPermitted())
       {
         this->Write();
       }
@@ -604,9 +603,9 @@ private:
 
   ClientSocket Socket;
   ServerState& State;
-  Seat Place;
+  ConnectionSlot Slot;
   AccessRecord Record;
-  Conversation Talk;
+  Conversation Stream;
   Conversation::Tally Counted; // what the metrics know of
   Clock::time_point Opened = Clock::now();
   Phase Now = Phase::Opening;
@@ -621,7 +620,7 @@ private:
   WebSocketHead FrameHead;
   Conversation::Message Output;    // that is being sent
   Conversation::Milestone Sending; // for its request
-  std::optional<std::string> Pong; // that is owed
+  std::optional<std::string> Pong; // that is outstanding
   std::string Controlled;          // the payload of a control frame that is being sent
   std::string Status;              // of our Close frame
   bool Writing = false;
@@ -640,11 +639,11 @@ private:
 
 }
 
-void ServeStream(ClientSocket socket, ServerState& state, Seat seat, Permission permission,
-  AccessRecord record, const std::string& key)
+void ServeStream(ClientSocket socket, ServerState& state, ConnectionSlot slot,
+  Permission permission, AccessRecord record, const std::string& key)
 {
   std::make_shared<StreamConnection>(
-    std::move(socket), state, std::move(seat), std::move(permission), std::move(record))
+    std::move(socket), state, std::move(slot), std::move(permission), std::move(record))
     ->Run(key);
 }
 

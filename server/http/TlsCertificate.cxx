@@ -62,7 +62,8 @@ Status TlsCertificate::Load(
   KDSTREAM_TRY(CheckPem(certificate));
   if (SSL_CTX_use_certificate_chain_file(context.get(), certificate.c_str()) != 1)
   {
-    return Error{ ErrorCode::InvalidInput, certificate + ": holds no certificate in PEM" };
+    return Error{ ErrorCode::InvalidInput,
+      certificate + ": contains no certificate in PEM format" };
   }
   KDSTREAM_TRY(CheckPem(key));
   ERR_clear_error();
@@ -70,8 +71,8 @@ Status TlsCertificate::Load(
   {
     const bool another = ERR_GET_REASON(ERR_peek_error()) == X509_R_KEY_VALUES_MISMATCH;
     return Error{ ErrorCode::InvalidInput,
-      key + (another ? ": holds the key of another certificate than " + certificate
-                     : ": holds no private key in PEM without a passphrase") };
+      key + (another ? ": contains the private key of another certificate than " + certificate
+                     : ": contains no private key in PEM format without a passphrase") };
   }
   const std::lock_guard lock(this->Mutex);
   this->Loaded = std::move(context);

@@ -64,7 +64,7 @@ TlsLayers::TlsLayers(TcpSocket socket, ssl_ctx_st& context, ClientSocket::Offloa
 {
 }
 
-// A handshake under way. Its computation runs elsewhere, while nothing else touches the engine.
+// A handshake in progress. Its computation runs elsewhere, while nothing else touches the engine.
 struct TlsLayers::ShakingHands
 {
   ClientSocket::ErrorHandler handler;
@@ -203,9 +203,9 @@ void TlsLayers::Receive(ClientSocket::ErrorHandler handler)
 // Calls the handler once there is nothing more to send.
 void TlsLayers::Flush(ClientSocket::ErrorHandler handler)
 {
-  if (const auto underWay = this->UntilAllIsSent.lock())
+  if (const auto inFlight = this->UntilAllIsSent.lock())
   {
-    underWay->push_back(std::move(handler));
+    inFlight->push_back(std::move(handler));
     return;
   }
   const auto untilAllIsSent = std::make_shared<Handlers>();

@@ -42,7 +42,7 @@ private:
   ClientSocket::Offload Elsewhere;
   std::array<char, 16384> Arrived{};
   std::vector<char> Leaving; // what is being sent, if anything
-  // Told then. The sending alone owns them: they own the connection, which owns this.
+  // Told then. Only the sending owns them: they own the connection, which owns this.
   std::weak_ptr<Handlers> UntilAllIsSent;
 };
 

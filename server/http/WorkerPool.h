@@ -65,7 +65,7 @@ public:
 
   void Start(unsigned threads, const Limits& limits);
   void Start(unsigned threads) { this->Start(threads, Limits()); }
-  // Finishes the work that is under way; what has not begun is dropped.
+  // Finishes the work that is in progress; what has not begun is dropped.
   void Stop();
   // The same for at most so long. False where a thread is still held: then Stop, and the
   // destructor, wait for it.

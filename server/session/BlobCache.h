@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Blobs that were read from stores, shared by all clients: a blob is in memory once, however many
-// are being sent it, and what was asked for last stays there for the next.
+// Blobs that were read from stores, shared by all clients. A blob is in memory once, however many
+// clients it is sent to. The most recently requested blobs stay for the next client.
 #pragma once
 
 #include "filters/core/Result.h"
@@ -33,7 +33,7 @@ public:
   }
 
   Model AddModel();
-  // Forgets its blobs. REQUIRES: no Get of them is under way.
+  // Forgets its blobs. REQUIRES: no Get of them is in progress.
   void RemoveModel(Model model);
 
   // The blob, if it is in memory; else null.

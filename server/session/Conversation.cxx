@@ -25,26 +25,26 @@ bool IsSendable(const std::vector<std::uint8_t>& blob)
 
 }
 
-bool Errand::Takes() const
+bool Task::Takes() const
 {
   return this->Request ? std::holds_alternative<protocol::RegionRequest>(this->Request->body)
                        : this->May.IsCounted(this->Blob);
 }
 
-const void* Errand::Source() const
+const void* Task::Source() const
 {
   const auto* const open =
     this->Request ? std::get_if<protocol::OpenRequest>(&this->Request->body) : nullptr;
   return open ? this->Models.Find(open->model).get() : this->Model.get();
 }
 
-std::string Errand::Part() const
+std::string Task::Part() const
 {
   return this->Request ? "" : protocol::BlobName(this->Blob);
 }
 
 // What an exception ends, for want of memory mostly, is an error.
-void Errand::Run() noexcept
+void Task::Run() noexcept
 {
   try
   {
@@ -63,7 +63,7 @@ void Errand::Run() noexcept
   }
 }
 
-void Errand::Do()
+void Task::Do()
 {
   if (!this->Request)
   {
@@ -83,7 +83,7 @@ void Errand::Do()
   }
 }
 
-void Errand::ReadBlob()
+void Task::ReadBlob()
 {
   const auto bytes = this->Model->ReadBlob(this->Blob);
   if (!bytes)
@@ -92,7 +92,7 @@ void Errand::ReadBlob()
   }
   else if (!IsSendable(**bytes))
   {
-    this->Failure = Error{ ErrorCode::Damaged, "no size of a blob" };
+    this->Failure = Error{ ErrorCode::Damaged, "the store has no size for this blob" };
   }
   else
   {
@@ -105,7 +105,7 @@ void Errand::ReadBlob()
   }
 }
 
-void Errand::FindList()
+void Task::FindList()
 {
   if (std::holds_alternative<protocol::RegionRequest>(this->Request->body))
   {
@@ -194,7 +194,7 @@ void Conversation::Receive(std::string_view text, std::chrono::seconds wait)
   {
     ++this->Counts.tooMany;
     this->AnswerError(message->request, 429,
-      "there are already " + std::to_string(this->Limits.requests) + " unfinished requests");
+      "the limit of " + std::to_string(this->Limits.requests) + " unfinished requests is reached");
   }
   else if (this->Draining)
   {
@@ -210,7 +210,7 @@ void Conversation::ReceiveBinary()
 {
   if (!this->Close)
   {
-    this->AnswerError(0, 400, "a client sends text messages only");
+    this->AnswerError(0, 400, "clients may only send text messages");
     this->Close = CloseReason::NotText;
   }
 }
@@ -308,49 +308,49 @@ std::optional<Conversation::Message> Conversation::NextMessage()
   }
 }
 
-std::shared_ptr<Errand> Conversation::TakeErrand()
+std::shared_ptr<Task> Conversation::TakeTask()
 {
   const bool isNew = this->Pending && !std::exchange(this->Pending->Taken, true);
   return isNew ? this->Pending : nullptr;
 }
 
-void Conversation::Finish(const std::shared_ptr<Errand>& errand)
+void Conversation::Finish(const std::shared_ptr<Task>& task)
 {
-  if (errand != this->Pending)
+  if (task != this->Pending)
   {
     return;
   }
   this->Pending.reset();
-  if (errand->Refused)
+  if (task->Refused)
   {
-    this->AnswerError(this->Current->request, errand->Refused->status, errand->Refused->message);
+    this->AnswerError(this->Current->request, task->Refused->status, task->Refused->message);
     this->Current.reset();
   }
-  else if (!errand->Request)
+  else if (!task->Request)
   {
-    this->FinishBlob(*errand);
+    this->FinishBlob(*task);
   }
-  else if (std::holds_alternative<protocol::OpenRequest>(errand->Request->body))
+  else if (std::holds_alternative<protocol::OpenRequest>(task->Request->body))
   {
-    this->FinishOpening(*errand);
+    this->FinishOpening(*task);
   }
   else
   {
-    this->FinishList(*errand);
+    this->FinishList(*task);
   }
 }
 
-void Conversation::GiveUp(const std::shared_ptr<Errand>& errand)
+void Conversation::GiveUp(const std::shared_ptr<Task>& task)
 {
-  if (errand != this->Pending)
+  if (task != this->Pending)
   {
     return;
   }
   // Of what is running only what nobody writes to is read.
-  auto failed = std::make_shared<Errand>(this->Models, this->Limits.partitions, this->May);
-  failed->Request = errand->Request;
-  failed->Blob = errand->Blob;
-  failed->Failure = Error{ ErrorCode::InputOutput, "the disk does not answer" };
+  auto failed = std::make_shared<Task>(this->Models, this->Limits.partitions, this->May);
+  failed->Request = task->Request;
+  failed->Blob = task->Blob;
+  failed->Failure = Error{ ErrorCode::InputOutput, "the disk does not respond" };
   this->Pending = failed;
   this->Finish(failed);
 }
@@ -410,16 +410,16 @@ void Conversation::Start(Received received)
   this->Current->request = message.request;
   this->Current->received = received.at;
   this->Current->model = opens ? nullptr : this->Model;
-  this->Pending = std::make_shared<Errand>(this->Models, this->Limits.partitions, this->May);
+  this->Pending = std::make_shared<Task>(this->Models, this->Limits.partitions, this->May);
   this->Pending->Model = this->Current->model;
   this->Pending->Request = std::move(message);
   const bool takesLong =
     opens || std::holds_alternative<protocol::RegionRequest>(this->Pending->Request->body);
   if (!takesLong)
   {
-    const auto errand = this->TakeErrand();
-    errand->Run();
-    this->Finish(errand);
+    const auto task = this->TakeTask();
+    task->Run();
+    this->Finish(task);
   }
 }
 
@@ -434,53 +434,53 @@ void Conversation::Refuse(const Error& error)
   this->Current.reset();
 }
 
-void Conversation::FinishList(Errand& errand)
+void Conversation::FinishList(Task& task)
 {
-  if (errand.Failure)
+  if (task.Failure)
   {
-    this->Refuse(*errand.Failure);
+    this->Refuse(*task.Failure);
     return;
   }
-  this->Current->list = std::move(errand.List);
+  this->Current->list = std::move(task.List);
 }
 
-void Conversation::FinishOpening(Errand& errand)
+void Conversation::FinishOpening(Task& task)
 {
   const auto request = this->Current->request;
-  const auto& name = std::get<protocol::OpenRequest>(errand.Request->body).model;
+  const auto& name = std::get<protocol::OpenRequest>(task.Request->body).model;
   this->Current.reset();
-  if (errand.Failure)
+  if (task.Failure)
   {
-    const auto refusal = RefuseModel(name, *errand.Failure);
+    const auto refusal = RefuseModel(name, *task.Failure);
     this->AnswerError(request, refusal.status, refusal.message);
   }
-  else if (!errand.Model)
+  else if (!task.Model)
   {
     this->AnswerError(request, 404, "there is no model " + name);
   }
   else
   {
-    this->Model = std::move(errand.Model);
+    this->Model = std::move(task.Model);
     this->Answer({ request,
       protocol::OpenedAnswer{ ToldWith(this->Model->Description(), this->May.Detail()) } });
   }
 }
 
-// The blob that was to come next, or why it does not: then the client is told, and where none of
-// the others can be read either, the request has ended.
-void Conversation::FinishBlob(Errand& errand)
+// Finishes the blob that was to come next, or reports to the client why it does not come. Where
+// none of the others can be read either, the request has ended.
+void Conversation::FinishBlob(Task& task)
 {
   Job& job = *this->Current;
-  if (!errand.Failure)
+  if (!task.Failure)
   {
-    job.bytes = std::move(errand.Bytes);
+    job.bytes = std::move(task.Bytes);
     job.offset = 0;
     return;
   }
   const auto refusal =
-    RefusePart(job.model->Description().id, protocol::BlobName(errand.Blob), *errand.Failure);
+    RefusePart(job.model->Description().id, protocol::BlobName(task.Blob), *task.Failure);
   this->Counts.failedBlobs += refusal.IsFailure();
-  if (errand.Failure->code == ErrorCode::Changed)
+  if (task.Failure->code == ErrorCode::Changed)
   {
     this->AnswerError(job.request, refusal.status, refusal.message);
     this->Current.reset();
@@ -488,11 +488,11 @@ void Conversation::FinishBlob(Errand& errand)
   }
   ++job.failedBlobs;
   this->Answer(
-    { job.request, protocol::ErrorAnswer{ refusal.status, refusal.message, errand.Blob } });
+    { job.request, protocol::ErrorAnswer{ refusal.status, refusal.message, task.Blob } });
 }
 
 // The next message of the current request; nothing if that has been added to Answers instead, or
-// waits for an errand.
+// waits for a task.
 std::optional<Conversation::Message> Conversation::Continue()
 {
   Job& job = *this->Current;
@@ -525,14 +525,13 @@ bool Conversation::HasBlob()
   Job& job = *this->Current;
   const auto id = job.list.blobs[job.next++];
   job.offset = 0;
-  job.bytes =
-    this->May.IsCounted(id) ? nullptr : job.model->FindBlob(id); // else the errand takes it
+  job.bytes = this->May.IsCounted(id) ? nullptr : job.model->FindBlob(id); // else the task takes it
   if (job.bytes && IsSendable(*job.bytes))
   {
     return true;
   }
   job.bytes.reset();
-  this->Pending = std::make_shared<Errand>(this->Models, this->Limits.partitions, this->May);
+  this->Pending = std::make_shared<Task>(this->Models, this->Limits.partitions, this->May);
   this->Pending->Model = job.model;
   this->Pending->Blob = id;
   return false;

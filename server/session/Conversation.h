@@ -4,7 +4,7 @@
 //
 // Answers are pulled one at a time, so that nothing is read from a store before the client has
 // taken what came before, and a cancel takes effect at the next pull. What takes long (a disk, a
-// large region) is an errand, which may be done elsewhere while the conversation listens. Requests
+// large region) is a task, which may be done elsewhere while the conversation listens. Requests
 // are answered one after the other, as they came. The messages: doc/protocol.md.
 #pragma once
 
@@ -41,10 +41,10 @@ enum class CloseReason : std::uint16_t
 
 // What a conversation's next message waits for: a model to be found, a region or a blob. It holds
 // all that it needs, so that it may outlive its conversation, but not the catalog.
-class Errand
+class Task
 {
 public:
-  Errand(const Catalog& catalog, std::size_t mostPartitions, Permission permission = {})
+  Task(const Catalog& catalog, std::size_t mostPartitions, Permission permission = {})
     : Models(catalog)
     , MostPartitions(mostPartitions)
     , May(std::move(permission))
@@ -119,15 +119,15 @@ public:
   // pending for a client that does not read.
   bool AcceptsMessages() const;
 
-  // The next message to send, or nothing until more is received, or until an errand is done.
+  // The next message to send, or nothing until more is received, or until a task is done.
   // Waits for nobody.
   std::optional<Message> NextMessage();
-  // The errand that the next message waits for; null if there is none, or if it was taken before.
-  std::shared_ptr<Errand> TakeErrand();
+  // The task that the next message waits for; null if there is none, or if it was taken before.
+  std::shared_ptr<Task> TakeTask();
   // Takes back what has been run. Without effect where its request has been cancelled meanwhile.
-  void Finish(const std::shared_ptr<Errand>& errand);
+  void Finish(const std::shared_ptr<Task>& task);
   // Goes on without it, as if its disk could not be read: it may still be running.
-  void GiveUp(const std::shared_ptr<Errand>& errand);
+  void GiveUp(const std::shared_ptr<Task>& task);
 
   // Of the message that was pulled last: whether it ends the first blob of its request, or the
   // last, and when that request was received.
@@ -170,9 +170,9 @@ private:
   void EndUnlessPermitted();
   Permission::Refused RefusalOf(const protocol::ClientMessage& message) const;
   void Start(Received received);
-  void FinishOpening(Errand& errand);
-  void FinishList(Errand& errand);
-  void FinishBlob(Errand& errand);
+  void FinishOpening(Task& task);
+  void FinishList(Task& task);
+  void FinishBlob(Task& task);
   void Refuse(const Error& error);
   std::optional<Message> Continue();
   bool HasBlob();
@@ -184,7 +184,7 @@ private:
   std::shared_ptr<const ServedModel> Model; // the open one
   std::deque<Received> Waiting;
   std::unique_ptr<Job> Current;
-  std::shared_ptr<Errand> Pending;             // of the current request
+  std::shared_ptr<Task> Pending;               // of the current request
   std::deque<protocol::ServerMessage> Answers; // before anything else
   Milestone Latest;
   Tally Counts;

@@ -8,7 +8,7 @@ namespace kdstream
 namespace
 {
 
-// Partitions depend on these alone: not on precision, levels or texts. Of welded vertices, or with
+// Partitions depend only on these: not on precision, levels or texts. Of welded vertices, or with
 // texture coordinates, there are other numbers.
 std::string DivisionOf(const ModelDescription& model)
 {
@@ -76,7 +76,7 @@ std::optional<Refusal> PartitionLedger::RefusalOf(const QuotaBook::Taken& taken)
       this->TellFailure(
         (error.file.empty() ? "" : error.file + ": ") + error.message, !failedBefore);
     }
-    return Refusal{ 503, "the server cannot keep its quotas at the moment" };
+    return Refusal{ 503, "the server cannot record its quotas: try again later" };
   }
   if (!*taken)
   {

@@ -109,9 +109,10 @@ Permission::Refused Permission::RefuseBlob(const ModelDescription& model, const 
   {
     return std::nullopt;
   }
-  return Refusal{ 403, claims.detail == ModelDetail::Preview
-                         ? "the token is for the preview of " + model.id + " alone"
-                         : "the token is for the levels of " + model.id + ", not its original" };
+  return Refusal{ 403,
+    claims.detail == ModelDetail::Preview
+      ? "the token only allows the preview of " + model.id + ""
+      : "the token only allows the levels of " + model.id + ", not its original" };
 }
 
 Permission::Refused Permission::RefuseRequest(

@@ -6,7 +6,7 @@ namespace kdstream
 
 std::string TooManyRequests(std::chrono::seconds wait)
 {
-  return "too many requests: ask again in " + std::to_string(wait.count()) + " s";
+  return "too many requests: try again in " + std::to_string(wait.count()) + " s";
 }
 
 Refusal RefusePart(const std::string& model, const std::string& what, const Error& error)
@@ -16,12 +16,12 @@ Refusal RefusePart(const std::string& model, const std::string& what, const Erro
     case ErrorCode::NotFound:
       return { 404, model + " has no " + what };
     case ErrorCode::Changed:
-      return { 410, model + " has another digest now: read its model.json" };
+      return { 410, model + " has a new digest: read its model.json again" };
     case ErrorCode::LimitExceeded:
     case ErrorCode::InputOutput:
     case ErrorCode::DiskFull:
     case ErrorCode::Cancelled:
-      return { 503, what + " of " + model + " cannot be read at the moment" };
+      return { 503, what + " of " + model + " cannot be read now: try again" };
     case ErrorCode::InvalidArgument:
       return { 400, error.message };
     case ErrorCode::InvalidInput:
@@ -38,7 +38,7 @@ Refusal RefuseModel(const std::string& model, const Error& error)
   {
     return { 500, model + " is damaged on the server" };
   }
-  return { 503, model + " is being replaced: ask again" };
+  return { 503, model + " is being replaced: try again" };
 }
 
 }

@@ -32,7 +32,7 @@ public:
     const std::lock_guard lock(this->Mutex);
     this->Function(file, what);
   }
-  // Unless it is what was told of the file last.
+  // Unless it is what was reported of the file last.
   void TellOnce(const std::filesystem::path& file, const std::string& what)
   {
     const std::lock_guard lock(this->Mutex);
@@ -43,13 +43,13 @@ public:
       this->Function(file, what);
     }
   }
-  // Nothing is wrong with the file: what will be is told anew.
+  // Nothing is wrong with the file: what will be is reported anew.
   void Forget(const std::filesystem::path& file)
   {
     const std::lock_guard lock(this->Mutex);
     this->Last.erase(file);
   }
-  // As if nothing had been told.
+  // As if nothing had been reported.
   void Forget()
   {
     const std::lock_guard lock(this->Mutex);
@@ -74,7 +74,7 @@ bool MayPass(const Error& error)
   return error.code == ErrorCode::InputOutput || error.code == ErrorCode::LimitExceeded;
 }
 
-// It may be half of a copy that is under way. A file that was a store before is waited for less:
+// It may be half of a copy that is in progress. A file that was a store before is waited for less:
 // meanwhile clients ask again and again.
 constexpr std::chrono::seconds patienceWithNew{ 10 }, patienceWithChanged{ 3 };
 
@@ -125,7 +125,7 @@ Error UnreadableFolder(int number)
       return { ErrorCode::NotFound, "there is no such folder" };
     case ENOTDIR:
       return { ErrorCode::InputOutput,
-        "is a file, not a folder: the folder that it is in is served" };
+        "is a file, not a folder: give the folder that contains it" };
     default:
       return SystemError("cannot be read", number);
   }
@@ -165,18 +165,18 @@ std::string WhatIsServed(const StoreModel* old, const Error& error)
 {
   if (!old)
   {
-    return "; it is left out, the other stores are served";
+    return "; this store is left out, the others are served";
   }
   if (old->CheckUnchanged())
   {
-    return "; the store of before is served";
+    return "; the earlier store is still served";
   }
   if (MayPass(error))
   {
-    return "; clients are told to ask again until a whole store is there";
+    return "; clients are asked to try again until the store is complete";
   }
   old->MarkDamaged();
-  return "; clients are told that it is damaged until a whole store is there";
+  return "; clients are told that it is damaged until the store is complete";
 }
 
 }
@@ -208,7 +208,7 @@ void StoreCatalog::Look()
   if (const auto status = this->Try(Patience::WithNew); !status)
   {
     this->Reports->TellOnce(
-      this->Folder, status.GetError().message + "; the models of before are served");
+      this->Folder, status.GetError().message + "; the earlier models are still served");
   }
 }
 
@@ -329,8 +329,8 @@ Status StoreCatalog::ReadFolder(Patience patience)
     auto id = path.stem().string();
     if (!IsModelId(id))
     {
-      this->Reports->TellOnce(path, "a model's name has " + std::string(modelIdRule) +
-                                      "; it is left out, the other stores are served");
+      this->Reports->TellOnce(path, "a model's name must have " + std::string(modelIdRule) +
+                                      "; this store is left out, the others are served");
       continue;
     }
     const auto found = before->byId.find(id);
@@ -395,9 +395,9 @@ void StoreCatalog::Add(State& state, const std::filesystem::path& file, const st
   else if (!found)
   {
     state.passing = true;
-    this->Reports->TellOnce(file, std::string("its disk does not answer") +
-                                    (old ? "; the store of before is served as far as it is read"
-                                         : "; it is left out, the other stores are served"));
+    this->Reports->TellOnce(file, std::string("its disk does not respond") +
+                                    (old ? "; the earlier store is served as far as it is in memory"
+                                         : "; this store is left out, the others are served"));
   }
   if (old)
   {

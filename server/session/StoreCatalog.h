@@ -26,7 +26,7 @@ class StoreModel;
 class StoreCatalog : public Catalog
 {
 public:
-  // Told of what is wrong with a file: a store that is left out, notes (once for each change), a
+  // Gets what is wrong with a file: a store that is left out, notes (once for each change), a
   // damaged blob (once for each), a disk that does not read it (once until it does), a folder that
   // Look cannot read. Called from any thread, one at a time.
   using Report = std::function<void(const std::filesystem::path& file, const std::string& what)>;
@@ -47,7 +47,7 @@ public:
   // whose stores have not changed stay; of the stores those that were read last are open
   // (OpenStores). Stores that cannot be opened and names that are not model ids
   // are reported; where the name had a model before, that one stays. Models whose file is gone are
-  // found no more; one whose file was written to in place and is no store any more is found, but
+  // found no more; one whose file was written to in place and is not a store any more is found, but
   // not listed, and says that it is damaged. Pointers to earlier models stay valid. Errors:
   // NotFound or InputOutput where the folder cannot be read, LimitExceeded where memory runs out:
   // the models stay as they were, and Refresh tries again. A store that takes longer than
@@ -59,11 +59,10 @@ public:
   // What Reload does, where stores may have come or gone; but nothing is reported again.
   void Look();
 
-  // To be called now and then: lets go of replaced models after their grace, and where a store was
-  // overwritten, or its name leads to another file, or its notes have changed, or a store or the
-  // folder could not be opened,
-  // does what Reload does. What has been reported already is not reported again. Throws nothing
-  // but for want of memory.
+  // Call this now and then. It drops replaced models after their grace. It does what Reload does
+  // where a store was overwritten, its name leads to another file, its notes have changed, or a
+  // store or the folder could not be opened. What has been reported is not reported again. Throws
+  // nothing but for want of memory.
   void Refresh();
 
   std::vector<std::shared_ptr<const ServedModel>> Models() const override;
@@ -105,7 +104,7 @@ private:
   enum class Patience
   {
     None,
-    WithNew // what was written just now, and is no store, may become one: it is not reported yet
+    WithNew // what was written just now, and is not a store, may become one: it is not reported yet
   };
   Status Try(Patience patience);
   Status ReadFolder(Patience patience);

@@ -62,7 +62,7 @@ public:
   {
     if (this->IsDamaged())
     {
-      return Error{ ErrorCode::Damaged, "the file is no whole store any more" };
+      return Error{ ErrorCode::Damaged, "the file is no longer a complete store" };
     }
     return Caught([this] { return this->CheckFile(); });
   }
@@ -173,7 +173,7 @@ private:
     return this->Kept;
   }
 
-  // Whether the file is what it was; opens it only where its state alone does not tell that.
+  // Whether the file is what it was; opens it only where its state by itself does not tell that.
   Status CheckFile() const
   {
     if (!this->FindOpen() && FileState::Of(this->File) == this->State())
@@ -196,7 +196,7 @@ private:
       }
       return store;
     }
-    const Error replaced{ ErrorCode::Changed, "the file was replaced while nobody read it" };
+    const Error replaced{ ErrorCode::Changed, "the file was replaced while it was closed" };
     if (!FileState::Of(this->File).SameContent(this->State()))
     {
       return replaced;
@@ -227,8 +227,8 @@ private:
   {
     return bytes != 0 && bytes <= protocol::maximumBlobBytes
              ? Status{}
-             : Error{ ErrorCode::Damaged,
-                 protocol::BlobName(blob) + ": " + std::to_string(bytes) + " bytes are no blob" };
+             : Error{ ErrorCode::Damaged, protocol::BlobName(blob) + ": " + std::to_string(bytes) +
+                                            " bytes cannot be a blob" };
   }
 
   Result<std::uint64_t> SizeInStore(const protocol::BlobId& blob) const
@@ -260,7 +260,7 @@ private:
     this->ReportPassing(error);
   }
 
-  // What may pass is told once until something can be read again.
+  // What may pass is reported once until something can be read again.
   void ReportPassing(const Error& error) const
   {
     const bool passes =
@@ -305,7 +305,7 @@ private:
   mutable std::shared_ptr<Store> Kept; // which another file has replaced; else null
   mutable std::mutex TreeMutex;
   // As it was read last; not yet at first. Once it has been read it stays in its place.
-  mutable Result<std::vector<Box>> Tree = Error{ ErrorCode::InputOutput, "not yet read" };
+  mutable Result<std::vector<Box>> Tree = Error{ ErrorCode::InputOutput, "has not been read yet" };
   mutable std::mutex Mutex;
   mutable std::set<protocol::BlobId> Reported;
   mutable std::atomic<bool> Fails{ false }; // for a reason that may pass

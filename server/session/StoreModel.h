@@ -62,7 +62,7 @@ public:
   // Its file, if it is open, stays open: another one has taken its name.
   virtual void StayOpen() const = 0;
 
-  // Its file was written to and is no store any more, nor is it being written: from now on
+  // Its file was written to and is not a store any more, nor is it being written: from now on
   // CheckUnchanged says Damaged, of which clients need not ask again.
   void MarkDamaged() const { this->Damaged = true; }
   bool IsDamaged() const { return this->Damaged; }

@@ -58,7 +58,7 @@ Status ActorStream::Open(const std::string& model, std::chrono::seconds timeout)
     if (Clock::now() - lastNews > timeout)
     {
       return Error{ ErrorCode::InputOutput,
-        "nothing has come for " + std::to_string(timeout.count()) + " s" };
+        "the server has sent nothing for " + std::to_string(timeout.count()) + " s" };
     }
   } while (!this->IsComplete());
   const std::string trouble = this->Session.GetStatus().error;

@@ -218,12 +218,13 @@ bool vtkKdStreamActor::Refine(vtkRenderer* renderer, double seconds)
   using Clock = std::chrono::steady_clock;
   if (!(seconds >= 0))
   {
-    vtkErrorMacro(<< "Refine must have 0 seconds or more, not " << seconds);
+    vtkErrorMacro(<< "Refine needs 0 seconds or more, not " << seconds);
     return false;
   }
   if (!renderer || !renderer->GetRenderWindow())
   {
-    vtkErrorMacro(<< "Refine must have a renderer that is in a window: its size tells how fine");
+    vtkErrorMacro(
+      << "Refine needs a renderer that is in a window: the window's size determines the detail");
     return false;
   }
   if (!this->IsOpen())
@@ -357,8 +358,7 @@ void vtkKdStreamActor::BuildPaths(vtkAssemblyPaths* paths, vtkAssemblyPath* path
   if (!std::exchange(this->WasToldOfAssembly, true))
   {
     vtkWarningMacro(
-      << "a part of another assembly is not refined, and is drawn as it is: add it to "
-         "the renderer itself");
+      << "a part of another assembly is drawn but not refined: add it to the renderer itself");
   }
   this->Superclass::BuildPaths(paths, path);
 }

@@ -9,33 +9,32 @@
  *   actor->SetSource("http://127.0.0.1:8700"); // or "statue.kds"
  *   renderer->AddActor(actor);
  *
- * The first time that its bounds are asked for, or a picture is taken, it connects and waits for
- * the preview (about 4,000 triangles), as a mapper waits for its pipeline. Each picture then
- * follows the renderer's active camera: what it needs is asked for, and what has come is drawn,
+ * When its bounds are first asked for, or a picture is first taken, it connects and waits for the
+ * preview (about 4,000 triangles), as a mapper waits for its pipeline. Each picture then follows
+ * the renderer's active camera: what the camera needs is requested, and what has come is drawn,
  * most urgent first, for at most SecondsPerFrame. While the window is idle a timer of its
- * interactor takes pictures as more comes, until all has; without an interactor Refine does so, or
- * pictures that are taken anyway. What is drawn is one surface without holes at any time, within
+ * interactor takes pictures as more comes, until all has come. Without an interactor Refine does
+ * so, or the program's own pictures. At any time one surface without holes is drawn, within
  * NumberOfTriangles and MemoryLimit; where a view needs more, it is coarser.
  *
- * As a prop it is an assembly of actors in the model's coordinates, which it can be moved, turned
- * and scaled in (of scales that differ along axes the least counts); GetBounds is the box of the
- * whole model from the first time on; what is scaled to nothing along an axis is not drawn. Pickers
- * (vtkCellPicker, vtkPropPicker, vtkHardwareSelector) pick what is drawn. Parts are the actor's
- * own: leave them alone. It is added to a renderer: as a part of another vtkAssembly, which draws
- * leaves only, it is not refined. Textures are drawn where the model has them. Lights are the
- * renderer's.
+ * As a prop it is an assembly of actors in the model's coordinates, and can be moved, turned and
+ * scaled (of scales that differ along axes the least counts; what is scaled to nothing along an
+ * axis is not drawn). GetBounds is the box of the whole model from the first time on. Pickers
+ * (vtkCellPicker, vtkPropPicker, vtkHardwareSelector) pick what is drawn. Its parts are its own:
+ * leave them alone. Add it to a renderer: as a part of another vtkAssembly, which draws only
+ * leaves, it is not refined. Textures are drawn if the model has them. Lights are the renderer's.
  *
- * One actor is drawn by one renderer at a time: it follows the camera of the last one, whatever its
- * projection is made of: parallel, off axis, explicit matrices, a window centre, transforms. A
- * picture in tiles (vtkWindowToImageFilter::SetScale) is followed as a whole, as fine as its pixels
- * need, and all its tiles show the same: take it again until IsComplete. Passes that draw for
- * cameras of their own (shadow maps) draw what the picture shows. Volumes, time steps and sections
- * are not its own.
+ * One renderer at a time draws an actor: it follows the camera of the last one, with any
+ * projection: parallel, off axis, explicit matrices, a window centre, transforms. A picture in
+ * tiles (vtkWindowToImageFilter::SetScale) is followed as a whole, as fine as its pixels need, and
+ * all its tiles show the same: take it again until IsComplete. Passes that draw for cameras of
+ * their own (shadow maps) draw what the picture shows. Not supported: volumes, time steps,
+ * sections.
  *
- * Errors: vtkErrorMacro names the server or file, GetErrorMessage and GetErrorCode tell the last;
- * there are no bounds then, and nothing is drawn. What cannot be had of a model is told by
- * vtkWarningMacro, once, and stays coarser. Open connects anew: after an error, or where the model
- * was replaced.
+ * Errors: vtkErrorMacro names the server or file; GetErrorMessage and GetErrorCode have the last
+ * error. Then there are no bounds, and nothing is drawn. vtkWarningMacro names, once, a part of a
+ * model that cannot be had; that part stays coarser. Open connects anew: after an error, or where
+ * the model was replaced.
  *
  * Of the numbers below, those out of their range are clamped; what is negative where it may not be,
  * or not a number, is refused with an error, and the value stays.
@@ -164,9 +163,9 @@ public:
 
   ///@{
   /**
-   * What colours are of: "own" (the model's or its pictures', else the property's), "none",
-   * "partition", "resolution", or the name of an array of numbers that the model's levels have.
-   * Default "own".
+   * What the colours show: "own" (the model's colours or textures, else the property's colour),
+   * "none", "partition", "resolution", or the name of an array of numbers that the model's levels
+   * have. Default "own".
    */
   vtkSetMacro(ColorBy, std::string);
   vtkGetMacro(ColorBy, std::string);

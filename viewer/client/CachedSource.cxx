@@ -56,7 +56,7 @@ Result<std::unique_ptr<CachedSource>> CachedSource::Offline(
   const auto list = source->Cache->Find(source->KeyOf("", listName));
   auto models = list ? ParseModelList(TextOfBytes(*list))
                      : Result<std::vector<ModelSummary>>(
-                         Error{ ErrorCode::NotFound, "nothing of it was seen before" });
+                         Error{ ErrorCode::NotFound, "nothing of this server is in the cache" });
   KDSTREAM_TRY(models);
   source->ModelList = std::move(*models);
   return source;
@@ -109,7 +109,7 @@ void CachedSource::Open(const SessionRequest& request)
   else
   {
     event.message =
-      request.model + " was not seen before, and " + this->Origin + " cannot be reached";
+      request.model + " is not in the cache, and " + this->Origin + " cannot be reached";
   }
   this->Found.push_back(std::move(event));
 }
@@ -151,7 +151,7 @@ void CachedSource::SendBlobs(const SessionRequest& request)
     event.kind = bytes ? ClientEvent::Kind::Blob : ClientEvent::Kind::BlobFailed;
     event.fromCache = bytes.has_value();
     event.message =
-      bytes ? "" : "it was not seen before, and " + this->Origin + " cannot be reached";
+      bytes ? "" : "it is not in the cache, and " + this->Origin + " cannot be reached";
     event.bytes = bytes ? std::move(*bytes) : std::vector<std::uint8_t>();
     event.transmissionSeconds =
       std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();

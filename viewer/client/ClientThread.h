@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // The thread of a ModelSource, and the events that it has for the session. Part of step "receive"
-// of the pipeline picture. For sources of this folder alone: no header of ours includes Boost's.
+// of the pipeline picture. Only for sources of this folder: no header of ours includes Boost's.
 #pragma once
 
 #include "viewer/client/ClientEvent.h"
@@ -39,7 +39,7 @@ public:
   ClientThread& operator=(const ClientThread&) = delete;
   ~ClientThread() { this->Stop(); }
 
-  // Ends the thread when the task under way ends; the others are not run. For an owner some of
+  // Ends the thread when the running task ends; the others are not run. For an owner some of
   // whose members, which tasks use, end before this. Not on the thread.
   void Stop()
   {

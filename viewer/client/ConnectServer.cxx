@@ -66,10 +66,10 @@ Result<std::string> FindModel(const std::vector<ModelSummary>& models, const std
     }
     names += (names.empty() ? "" : ", ") + model.id;
   }
-  return Error{ ErrorCode::NotFound,
-    models.empty()   ? "there are no models"
-    : wanted.empty() ? "there are several models, so one has to be named: " + names
-                     : "there is no model " + wanted + ", but " + names };
+  return Error{ ErrorCode::NotFound, models.empty() ? "there are no models"
+                                     : wanted.empty()
+                                       ? "there are several models; name one of " + names
+                                       : "there is no model " + wanted + "; there are " + names };
 }
 
 std::vector<std::string> LinesOf(const ServerAddress& address)

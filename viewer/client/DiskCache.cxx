@@ -66,7 +66,7 @@ Status CheckLayout(sqlite3* database)
   const auto same = HasSchema(database, cacheLayout);
   KDSTREAM_TRY(same);
   return *same ? Status{}
-               : Status{ Error{ ErrorCode::Unsupported, "has other tables than a cache" } };
+               : Status{ Error{ ErrorCode::Unsupported, "is not a cache: it has other tables" } };
 }
 
 // What the last call on a database came to.
@@ -118,7 +118,7 @@ Status PrepareCache(sqlite3* database)
   return Execute(database, "PRAGMA synchronous = NORMAL");
 }
 
-constexpr const char* isNotOurs = "is not a file of this user's own, and is left alone";
+constexpr const char* isNotOurs = "does not belong to this user, and is not used";
 
 Error IsNotOurs(const fs::path& file)
 {
@@ -133,7 +133,7 @@ bool IsOwn(const struct stat& found)
          (found.st_uid == ::geteuid() || found.st_uid == 0);
 }
 
-// Makes the file, for its owner alone, unless it is there.
+// Makes the file, only for its owner, unless it is there.
 Status MakeFile(const fs::path& file)
 {
   const int made =
@@ -255,7 +255,7 @@ Result<ReadOnlyCache> OpenToRead(const fs::path& folder, bool isWritten)
   KDSTREAM_TRY(version);
   if (*version != cacheVersion)
   {
-    return Error{ ErrorCode::Unsupported, "is another version's", file.string() };
+    return Error{ ErrorCode::Unsupported, "was written by another version", file.string() };
   }
   KDSTREAM_TRY(OfFile(file.string(), CheckLayout(opened.database.get())));
   return opened;
@@ -556,8 +556,8 @@ private:
   std::mutex ReadMutex; // of Reading
   ReadOnlyCache Reading;
   Clock::time_point NotReadBefore; // of ReadMutex
-  Database Writing;                // null where that cannot be done; of the thread alone
-  bool WasBusy = false;            // of the thread alone
+  Database Writing;                // null where that cannot be done; only of the thread
+  bool WasBusy = false;            // only of the thread
   const std::int64_t MostBytes;
   const std::function<void(const std::string& why)> OnTrouble;
   mutable std::mutex Mutex; // of all below

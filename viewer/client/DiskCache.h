@@ -31,8 +31,8 @@ struct CacheKey
 class DiskCache
 {
 public:
-  // In `folder`, which is made, readable by its owner alone; one that is there stays as it is, and
-  // the file in it is its owner's alone. Of another version's file, or a damaged one, nothing is
+  // In `folder`, which is made, readable only by its owner; one that is there stays as it is, and
+  // the file in it is only its owner's. Of another version's file, or a damaged one, nothing is
   // kept. mostBytes: of entries' contents.
   // Where the folder cannot be written to, what is there is read, and nothing is kept. So too where
   // another program keeps the file busy; nothing of it is lost. A link there, or a file of another

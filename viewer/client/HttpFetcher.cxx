@@ -157,7 +157,7 @@ private:
     const bool mayWantTls = untouched && !this->HasAnswered && !this->Server.isSecure;
     this->Finish(Error{ ErrorCode::InputOutput, "the connection to " + this->Server.Authority() +
                                                   " was lost: " + error.message() +
-                                                  (mayWantTls ? "; does it speak https?" : "") });
+                                                  (mayWantTls ? "; does it need https?" : "") });
   }
 
   Error Unreachable(const Error& error) const

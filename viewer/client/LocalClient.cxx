@@ -234,7 +234,7 @@ Result<std::unique_ptr<LocalClient>> LocalClient::Open(
     if (models.empty())
     {
       return Error{ ErrorCode::NotFound,
-        wrong.empty() ? "no stores (.kds) are in this folder" : wrong };
+        wrong.empty() ? "this folder has no stores (.kds)" : wrong };
     }
   }
   else

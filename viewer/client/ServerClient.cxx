@@ -119,7 +119,7 @@ public:
       {
         try
         {
-          this->Talk->Send(request, Now());
+          this->Protocol->Send(request, Now());
         }
         catch (...) // the line may not know of it, so that nobody would answer
         {
@@ -135,7 +135,7 @@ public:
   }
 
 private:
-  static constexpr const char* whyBroken = "this program had no memory for what came, or failed";
+  static constexpr const char* whyBroken = "this program ran out of memory or failed";
   static constexpr std::chrono::milliseconds patience{ 20 }; // until it is asked whether to stop
 
   static double Now()
@@ -149,8 +149,8 @@ private:
     return std::make_unique<HttpFetcher>(this->Thread.Context(), this->Server, this->Tls);
   }
 
-  // Whatever was under way has failed: a step of it was not done.
-  void LoseConnection()
+  // Whatever was in flight has failed: a step of it was not done.
+  void Disconnect()
   {
     const Error error{ ErrorCode::InputOutput, whyBroken };
     ++this->Connection;
@@ -165,18 +165,18 @@ private:
     {
       return;
     }
-    if (!this->Talk)
+    if (!this->Protocol)
     {
       this->Begin();
       return;
     }
-    if (this->Talk->GetState() == ServerLine::State::Getting)
+    if (this->Protocol->GetState() == ServerLine::State::Getting)
     {
-      this->Talk->Fetched(error, Now());
+      this->Protocol->Fetched(error, Now());
     }
     else
     {
-      this->Talk->SocketEnded(false, error.message, Now());
+      this->Protocol->SocketEnded(false, error.message, Now());
     }
     this->Act();
   }
@@ -197,15 +197,15 @@ private:
     options.firstRetry = 1;
     options.jitter = 3;
     options.streamRetry = 60;
-    options.longestDebt = 60;
-    this->Talk.emplace(std::move(options));
+    options.stallTimeout = 60;
+    this->Protocol.emplace(std::move(options));
     this->Act();
   }
 
   // Does what the line wants, and passes on what it has for the session.
   void Act()
   {
-    for (ServerLine::Action& action : this->Talk->TakeActions())
+    for (ServerLine::Action& action : this->Protocol->TakeActions())
     {
       switch (action.kind)
       {
@@ -227,14 +227,14 @@ private:
       }
     }
     this->Thread.Publish(this->Unpublished); // what there was no memory for before
-    this->Unpublished = this->Talk->TakeEvents();
+    this->Unpublished = this->Protocol->TakeEvents();
     this->Thread.Publish(this->Unpublished);
     this->WaitForTick();
   }
 
   void WaitForTick()
   {
-    const double next = this->Talk->NextTick();
+    const double next = this->Protocol->NextTick();
     if (next == this->TickAt)
     {
       return;
@@ -253,7 +253,7 @@ private:
         if (!error)
         {
           this->TickAt = 0;
-          this->Talk->Tick(Now());
+          this->Protocol->Tick(Now());
           this->Act();
         }
       });
@@ -268,7 +268,7 @@ private:
     {
       if (current())
       {
-        this->Talk->SocketOpened(Now());
+        this->Protocol->SocketOpened(Now());
         this->Act();
       }
     };
@@ -283,7 +283,7 @@ private:
     {
       if (current())
       {
-        this->Talk->SocketEnded(refused, why, Now(), retryAfter);
+        this->Protocol->SocketEnded(refused, why, Now(), retryAfter);
         this->Act();
       }
     };
@@ -295,11 +295,12 @@ private:
   {
     if (isText)
     {
-      this->Talk->SocketText({ reinterpret_cast<const char*>(bytes.data()), bytes.size() }, Now());
+      this->Protocol->SocketText(
+        { reinterpret_cast<const char*>(bytes.data()), bytes.size() }, Now());
     }
     else
     {
-      this->Talk->SocketFrame(bytes, Now());
+      this->Protocol->SocketFrame(bytes, Now());
     }
     this->Act();
   }
@@ -309,7 +310,7 @@ private:
     this->Fetcher->Fetch(fetch,
       [this](const Result<HttpReply>& reply)
       {
-        this->Talk->Fetched(reply, Now());
+        this->Protocol->Fetched(reply, Now());
         this->Act();
       });
   }
@@ -331,10 +332,10 @@ private:
   ServerUrl Server;
   std::shared_ptr<asio::ssl::context> Tls; // null: plain
   // Before what follows, which needs its context.
-  ClientThread Thread{ [this] { this->LoseConnection(); } };
+  ClientThread Thread{ [this] { this->Disconnect(); } };
   bool Started = false;
-  std::optional<ServerLine> Talk; // from Begin
-  std::uint64_t Connection = 0;   // grows with every one
+  std::optional<ServerLine> Protocol; // from Begin
+  std::uint64_t Connection = 0;       // grows with every one
   std::unique_ptr<StreamSocket> Socket;
   std::unique_ptr<HttpFetcher> Fetcher;
   std::unique_ptr<HttpFetcher> NotesFetcher;
@@ -365,7 +366,7 @@ Result<std::unique_ptr<ServerClient>> ServerClient::Connect(const std::string& u
   if (!token.empty() && !IsToken(token))
   {
     return Error{ ErrorCode::InvalidArgument,
-      "this is no token: it has other characters than A-Z a-z 0-9 . _ -, or too many" };
+      "this is not a token: it is too long, or has characters other than A-Z a-z 0-9 . _ -" };
   }
   server->token = token;
   const auto tls = server->isSecure ? MakeTlsContext(authorities)
@@ -383,13 +384,13 @@ Result<std::unique_ptr<ServerClient>> ServerClient::Connect(const std::string& u
   if (reply->status != 200)
   {
     return Error{ ErrorCode::InvalidInput,
-      authority + " has no list of models: " + DescribeRefusal(*reply) };
+      authority + " does not list its models: " + DescribeRefusal(*reply) };
   }
   auto models = ParseModelList(reply->body);
   if (!models)
   {
     return Error{ ErrorCode::InvalidInput,
-      authority + " is no KdStream server: " + models.GetError().message };
+      authority + " is not a KdStream server: " + models.GetError().message };
   }
   client->ModelList = std::move(*models);
   client->Kept->Start();

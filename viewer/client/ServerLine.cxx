@@ -85,7 +85,7 @@ void ServerLine::Receive(const Status& status, double now)
   if (!status)
   {
     this->Garbled = true;
-    this->Lose(status.GetError().message, now);
+    this->Disconnect(status.GetError().message, now);
     return;
   }
   this->LastNews = now;
@@ -95,7 +95,7 @@ void ServerLine::Receive(const Status& status, double now)
     this->MayRetryAtOnce = true;
     this->RetryAfter = 0;
   }
-  if (this->Stream.IsResting() && !this->Retrying)
+  if (this->Stream.IsInBackoff() && !this->Retrying)
   {
     this->RetryLater(now, this->Options.firstRetry);
   }
@@ -108,15 +108,15 @@ void ServerLine::SocketEnded(bool refused, const std::string& why, double now, d
   {
     return;
   }
-  const bool owesNothing = this->Current == State::Streaming && !this->Stream.IsWaiting();
-  if (owesNothing && this->MayRetryAtOnce && retryAfter == 0)
+  const bool isIdle = this->Current == State::Streaming && !this->Stream.IsWaiting();
+  if (isIdle && this->MayRetryAtOnce && retryAfter == 0)
   {
-    this->Rest(now);
+    this->Idle(now);
     return;
   }
   if (!this->Probing && (!refused || this->HasStreamed))
   {
-    this->Lose(why, now, retryAfter);
+    this->Disconnect(why, now, retryAfter);
     return;
   }
   this->EndProbe(now);
@@ -146,7 +146,7 @@ void ServerLine::ProbeStream()
   this->Connect();
 }
 
-void ServerLine::Lose(const std::string& why, double now, double retryAfter)
+void ServerLine::Disconnect(const std::string& why, double now, double retryAfter)
 {
   this->Why = "the connection to " + this->Options.authority + " was lost: " + why;
   const bool asksForPatience = retryAfter > 0;
@@ -169,7 +169,7 @@ void ServerLine::Lose(const std::string& why, double now, double retryAfter)
 }
 
 // The connection is lost, and nobody waits for anything.
-void ServerLine::Rest(double now)
+void ServerLine::Idle(double now)
 {
   this->MayRetryAtOnce = false;
   this->Current = State::Lost;
@@ -202,9 +202,10 @@ double ServerLine::NextTick() const
 {
   constexpr double never = std::numeric_limits<double>::infinity();
   const bool probes = this->Current == State::Getting && this->Options.streamRetry > 0;
-  const double debt =
-    this->GivesUpDebt() ? this->Stream.OwedSince() + this->Options.longestDebt : never;
-  return std::min({ this->Retrying ? this->RetryAt : never, probes ? this->ProbeAt : never, debt });
+  const double stalls =
+    this->HasStallTimeout() ? this->Stream.StalledSince() + this->Options.stallTimeout : never;
+  return std::min(
+    { this->Retrying ? this->RetryAt : never, probes ? this->ProbeAt : never, stalls });
 }
 
 void ServerLine::Tick(double now)
@@ -231,24 +232,25 @@ void ServerLine::Tick(double now)
   }
   if (this->Current == State::Getting && this->Options.streamRetry > 0 && now >= this->ProbeAt)
   {
-    // When something is under way, it is looked at again later.
+    // When something is in flight, it is looked at again later.
     this->Gets.IsIdle() ? this->ProbeStream() : void(this->ProbeAt = now + 1);
   }
-  const bool silent = this->Current == State::Streaming && this->Options.longestSilence > 0 &&
-                      this->Stream.IsWaiting() &&
-                      now - this->LastNews > this->Options.longestSilence;
-  if (silent)
+  const bool isSilent = this->Current == State::Streaming && this->Options.silenceTimeout > 0 &&
+                        this->Stream.IsWaiting() &&
+                        now - this->LastNews > this->Options.silenceTimeout;
+  if (isSilent)
   {
-    this->Lose("it brought nothing for too long", now);
+    this->Disconnect("nothing arrived for too long", now);
   }
-  else if (this->GivesUpDebt() && now >= this->Stream.OwedSince() + this->Options.longestDebt)
+  else if (this->HasStallTimeout() &&
+           now >= this->Stream.StalledSince() + this->Options.stallTimeout)
   {
-    this->Stream.FailLongestOwed("the server sends other things instead");
-    this->Lose("it did not bring what was asked for first", now);
+    this->Stream.FailStalled("the server sends other data instead");
+    this->Disconnect("the oldest request was not answered", now);
   }
 }
 
-void ServerLine::Hurry()
+void ServerLine::RetryNow()
 {
   this->RetryAt = -std::numeric_limits<double>::infinity();
   this->RetryAfter = 0;

@@ -24,9 +24,10 @@ struct ServerLineOptions
 {
   // The server, for messages: "host:port".
   std::string authority;
-  // When the connection is lost while something is owed, the line connects again at once; while
-  // nothing is, with the next Send (a patient one also after idleRetry seconds), and without a word
-  // of trouble: a restart must not bring all clients back at the same time. If that fails too:
+  // When the connection is lost while something is outstanding, the line connects again at once;
+  // while nothing is, with the next Send (a patient one also after idleRetry seconds), and without
+  // a word of trouble: a restart must not bring all clients back at the same time. If that fails
+  // too:
   // - not patient: everything that is outstanding fails, and the next Send connects anew;
   // - patient: nothing fails. The line tries again after firstRetry seconds, then after twice as
   //   long, up to longestRetry, until it succeeds. The same for GETs that find no server.
@@ -44,11 +45,12 @@ struct ServerLineOptions
   // s; a server that had no stream is asked for one again after so long, when nothing else is to be
   // had; 0 = never.
   double streamRetry = 0;
-  double longestSilence = 0; // s; if something is owed and nothing has come for so long, the
+  double silenceTimeout = 0; // s; if something is outstanding and nothing has come for so long, the
                              // connection is given up; 0 = never (the host's sockets do that)
-  // s; if there was no progress with what is owed longest for so long, though other things came
-  // (StreamConversation::OwedSince), that has failed, and the connection is given up; 0 = never
-  double longestDebt = 0;
+  // s; the stall timeout: after this time without progress of the longest outstanding request,
+  // though other things came (StreamConversation::StalledSince), that request has failed, and the
+  // connection is given up; 0 = never
+  double stallTimeout = 0;
 };
 
 // All times are seconds of any one steady clock.
@@ -95,7 +97,7 @@ public:
   // When the next Tick will have something to do, if no more happens before; infinite for never.
   double NextTick() const;
   // Makes the next Tick try again, without waiting any longer.
-  void Hurry();
+  void RetryNow();
 
   // ---- what comes out
   // What to do since the last call, in order.
@@ -110,13 +112,13 @@ public:
 private:
   void Connect();
   void Receive(const Status& status, double now);
-  void Lose(const std::string& why, double now, double retryAfter = 0);
-  void Rest(double now);
+  void Disconnect(const std::string& why, double now, double retryAfter = 0);
+  void Idle(double now);
   void RetryLater(double now, double atLeast = 0);
   double Jittered(double pause, double now) const;
-  bool GivesUpDebt() const
+  bool HasStallTimeout() const
   {
-    return this->Current == State::Streaming && this->Options.longestDebt > 0;
+    return this->Current == State::Streaming && this->Options.stallTimeout > 0;
   }
   void ProbeStream();
   void EndProbe(double now);
@@ -127,8 +129,8 @@ private:
   State Current = State::Connecting;
   bool HasStreamed = false;
   bool MayRetryAtOnce = true; // the connection brought something since it was made
-  // The last connection broke the protocol, and nothing that is owed has come since. Then other
-  // messages do not allow a retry at once: if every frame is garbled, that would never end.
+  // The last connection broke the protocol, and nothing that is outstanding has come since. Then
+  // other messages do not allow a retry at once: if every frame is garbled, that would never end.
   bool Garbled = false;
   std::vector<SessionRequest> Early; // before it is known whether there is a stream
   StreamConversation Stream;

@@ -49,7 +49,8 @@ Result<std::shared_ptr<asio::ssl::context>> MakeTlsContext(const std::string& au
   context->load_verify_file(authorities, error);
   if (error)
   {
-    return Error{ ErrorCode::InvalidInput, authorities + ": holds no certificate in PEM" };
+    return Error{ ErrorCode::InvalidInput,
+      authorities + ": contains no certificate in PEM format" };
   }
   return context;
 }
@@ -113,7 +114,7 @@ Status ServerStream::PrepareTls()
     IsAddress(host)
       ? X509_VERIFY_PARAM_set1_ip_asc(SSL_get0_param(tls), host.c_str()) == 1
       : SSL_set1_host(tls, host.c_str()) == 1 && SSL_set_tlsext_host_name(tls, host.c_str()) == 1;
-  return ready ? Status() : Error{ ErrorCode::LimitExceeded, "there is no memory for TLS" };
+  return ready ? Status() : Error{ ErrorCode::LimitExceeded, "out of memory for TLS" };
 }
 
 Error ServerStream::NotTrusted(const error_code& error)
@@ -125,7 +126,7 @@ Error ServerStream::NotTrusted(const error_code& error)
       std::string("its certificate is not trusted: ") + X509_verify_cert_error_string(trust) };
   }
   return error.category() == asio::error::get_ssl_category()
-           ? Error{ ErrorCode::InvalidInput, "it does not speak TLS as we do: " + error.message() }
+           ? Error{ ErrorCode::InvalidInput, "the TLS handshake failed: " + error.message() }
            : Error{ ErrorCode::InputOutput, error.message() };
 }
 

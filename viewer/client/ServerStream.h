@@ -44,7 +44,7 @@ public:
   // captures has to keep this alive. Errors given to it: InputOutput, with the system's reason;
   // InvalidInput for a server whose certificate is not trusted or which does not speak TLS.
   void Connect(std::chrono::seconds atMost, std::function<void(Status)> done);
-  // Ends what is under way, with an error.
+  // Ends what is in flight, with an error.
   void Close();
 
   executor_type get_executor() noexcept { return this->Plain.get_executor(); }

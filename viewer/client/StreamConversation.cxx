@@ -22,11 +22,11 @@ constexpr std::ptrdiff_t longestList = 150;
 
 }
 
-std::vector<BlobId> StreamConversation::Debt::OwedInOrder() const
+std::vector<BlobId> StreamConversation::PendingRequest::OutstandingInOrder() const
 {
   std::vector<BlobId> blobs;
   std::copy_if(this->wanted.begin(), this->wanted.end(), std::back_inserter(blobs),
-    [this](const BlobId& blob) { return this->owed.count(blob) != 0; });
+    [this](const BlobId& blob) { return this->outstanding.count(blob) != 0; });
   return blobs;
 }
 
@@ -45,11 +45,11 @@ void StreamConversation::Send(const SessionRequest& request, double now)
     this->Fail(request.id, this->Refusal);
     return;
   }
-  Debt& debt = this->Outstanding[request.id];
-  debt.open = request.kind == Kind::Open;
-  debt.model = request.model;
-  debt.wanted = request.blobs;
-  debt.owed.insert(request.blobs.begin(), request.blobs.end());
+  PendingRequest& pending = this->Outstanding[request.id];
+  pending.open = request.kind == Kind::Open;
+  pending.model = request.model;
+  pending.wanted = request.blobs;
+  pending.outstanding.insert(request.blobs.begin(), request.blobs.end());
   if (request.kind == Kind::Open)
   {
     this->Model = request.model;
@@ -86,23 +86,23 @@ void StreamConversation::QueueList(std::uint32_t request, const std::vector<Blob
 
 void StreamConversation::Cancel(std::uint32_t request)
 {
-  const auto debt = this->Outstanding.find(request);
-  if (debt == this->Outstanding.end())
+  const auto pending = this->Outstanding.find(request);
+  if (pending == this->Outstanding.end())
   {
     return;
   }
-  const std::set<BlobId> owed = std::move(debt->second.owed);
-  this->Outstanding.erase(debt);
+  const std::set<BlobId> outstanding = std::move(pending->second.outstanding);
+  this->Outstanding.erase(pending);
   std::erase_if(
     this->Waiting, [request](const Message& message) { return message.request == request; });
   for (auto& [wire, message] : this->Unfinished)
   {
-    // An open cannot be called back; its answer finds nobody.
+    // An open cannot be cancelled; its answer finds nobody.
     const bool open = std::holds_alternative<protocol::OpenRequest>(message.content.body);
     if (message.request == request && !open)
     {
       this->Messages.push_back(protocol::WriteClientMessage({ wire, protocol::CancelRequest{} }));
-      message.calledBack = owed;
+      message.cancelled = outstanding;
     }
   }
 }
@@ -120,7 +120,7 @@ void StreamConversation::Flush(double now)
   }
 }
 
-// What is no longer owed must be told: without memory for that, nothing is taken.
+// What is no longer outstanding must be told: without memory for that, nothing is taken.
 void StreamConversation::MakeRoomForEvent()
 {
   if (this->Events.size() == this->Events.capacity())
@@ -168,12 +168,12 @@ Status StreamConversation::ReceiveText(std::string_view text, double now)
 
 void StreamConversation::Opened(std::uint32_t request, const ModelDescription& model)
 {
-  const auto debt = this->Outstanding.find(request);
+  const auto pending = this->Outstanding.find(request);
   if (request == 0 && model.digest != this->Digest)
   {
     this->RefuseModel("the model has been replaced on the server; select it again");
   }
-  else if (debt != this->Outstanding.end() && debt->second.open)
+  else if (pending != this->Outstanding.end() && pending->second.open)
   {
     this->Digest = model.digest;
     ClientEvent event;
@@ -181,7 +181,7 @@ void StreamConversation::Opened(std::uint32_t request, const ModelDescription& m
     event.request = request;
     event.model = model;
     this->Events.push_back(std::move(event));
-    this->Outstanding.erase(debt); // last: without memory for the event it is owed still
+    this->Outstanding.erase(pending); // last: without memory for the event it is outstanding still
   }
 }
 
@@ -194,12 +194,12 @@ void StreamConversation::Failed(std::uint32_t wire, const protocol::ErrorAnswer&
     return;
   }
   const std::uint32_t request = message->second.request;
-  const auto debt = this->Outstanding.find(request);
+  const auto pending = this->Outstanding.find(request);
   if (IsBusy(answer.code) && request != 0)
   {
-    if (debt != this->Outstanding.end())
+    if (pending != this->Outstanding.end())
     {
-      debt->second.busy = answer.message.empty() ? "the server is busy" : answer.message;
+      pending->second.busy = answer.message.empty() ? "the server is busy" : answer.message;
     }
     if (!answer.blob)
     {
@@ -213,7 +213,7 @@ void StreamConversation::Failed(std::uint32_t wire, const protocol::ErrorAnswer&
   event.message = answer.message;
   if (answer.blob)
   {
-    if (debt != this->Outstanding.end() && debt->second.owed.erase(*answer.blob) != 0)
+    if (pending != this->Outstanding.end() && pending->second.outstanding.erase(*answer.blob) != 0)
     {
       event.kind = ClientEvent::Kind::BlobFailed;
       event.blob = *answer.blob;
@@ -228,7 +228,7 @@ void StreamConversation::Failed(std::uint32_t wire, const protocol::ErrorAnswer&
   {
     this->RefuseModel(answer.message);
   }
-  else if (debt != this->Outstanding.end())
+  else if (pending != this->Outstanding.end())
   {
     this->Events.push_back(std::move(event));
     this->Cancel(request); // its other messages
@@ -243,19 +243,19 @@ void StreamConversation::FinishMessage(std::uint32_t wire, double now)
   {
     return;
   }
-  const auto debt = this->Outstanding.find(message->second.request);
+  const auto pending = this->Outstanding.find(message->second.request);
   this->Unfinished.erase(message);
-  const bool ended = debt != this->Outstanding.end() && --debt->second.messages == 0;
-  if (ended && !debt->second.IsResting())
+  const bool ended = pending != this->Outstanding.end() && --pending->second.messages == 0;
+  if (ended && !pending->second.IsInBackoff())
   {
-    if (!debt->second.owed.empty())
+    if (!pending->second.outstanding.empty())
     {
       ClientEvent event;
       event.kind = ClientEvent::Kind::RequestEnded;
-      event.request = debt->first;
+      event.request = pending->first;
       this->Events.push_back(std::move(event));
     }
-    this->Outstanding.erase(debt);
+    this->Outstanding.erase(pending);
   }
   this->Flush(now);
 }
@@ -273,23 +273,23 @@ Status StreamConversation::ReceiveFrame(std::span<const std::uint8_t> message, d
   }
   auto blob = this->Frames.Accept(*frame);
   KDSTREAM_TRY(blob);
-  const auto debt = this->Outstanding.find(found->second.request);
-  const bool isOwed =
-    debt != this->Outstanding.end() && debt->second.owed.count(frame->header.blob) != 0;
-  // It may have been on the line when it was called back.
-  std::set<BlobId>& calledBack = found->second.calledBack;
-  const bool isMeant = isOwed || calledBack.count(frame->header.blob) != 0;
+  const auto pending = this->Outstanding.find(found->second.request);
+  const bool isOutstanding = pending != this->Outstanding.end() &&
+                             pending->second.outstanding.count(frame->header.blob) != 0;
+  // It may have been in flight when it was cancelled.
+  std::set<BlobId>& cancelled = found->second.cancelled;
+  const bool isMeant = isOutstanding || cancelled.count(frame->header.blob) != 0;
   this->NoteMessage(frame->header.request, isMeant, now);
   if (!*blob)
   {
     return {};
   }
-  calledBack.erase((*blob)->id); // once
-  if (debt != this->Outstanding.end() && debt->second.owed.erase((*blob)->id) != 0)
+  cancelled.erase((*blob)->id); // once
+  if (pending != this->Outstanding.end() && pending->second.outstanding.erase((*blob)->id) != 0)
   {
     ClientEvent event;
     event.kind = ClientEvent::Kind::Blob;
-    event.request = debt->first;
+    event.request = pending->first;
     event.blob = (*blob)->id;
     event.bytes = std::move((*blob)->bytes);
     event.transmissionSeconds = now - std::max(found->second.sent, this->LastBlob);
@@ -302,21 +302,21 @@ Status StreamConversation::ReceiveFrame(std::span<const std::uint8_t> message, d
 
 StreamConversation::Oldest StreamConversation::FindOldest() const
 {
-  const auto isOwed = [this](std::uint32_t request)
+  const auto isOutstanding = [this](std::uint32_t request)
   {
-    const auto debt = this->Outstanding.find(request);
-    return debt != this->Outstanding.end() && debt->second.IsOwed();
+    const auto pending = this->Outstanding.find(request);
+    return pending != this->Outstanding.end() && pending->second.IsOutstanding();
   };
   for (const auto& [wire, message] : this->Unfinished)
   {
-    if (isOwed(message.request))
+    if (isOutstanding(message.request))
     {
       return { message.request, wire };
     }
   }
   for (const Message& message : this->Waiting)
   {
-    if (isOwed(message.request))
+    if (isOutstanding(message.request))
     {
       return { message.request, 0 };
     }
@@ -355,32 +355,32 @@ void StreamConversation::NoteMessage(std::uint32_t wire, bool isMeant, double no
   this->OthersCame = !isProgress;
 }
 
-double StreamConversation::OwedSince() const
+double StreamConversation::StalledSince() const
 {
   return this->Longest.request != 0 && this->OthersCame ? this->LastProgress
                                                         : std::numeric_limits<double>::infinity();
 }
 
-void StreamConversation::FailLongestOwed(const std::string& message)
+void StreamConversation::FailStalled(const std::string& message)
 {
   this->MakeRoomForEvent();
-  const auto debt = this->Outstanding.find(this->Longest.request);
-  if (debt->second.open)
+  const auto pending = this->Outstanding.find(this->Longest.request);
+  if (pending->second.open)
   {
-    this->Fail(debt->first, message);
-    this->Outstanding.erase(debt);
+    this->Fail(pending->first, message);
+    this->Outstanding.erase(pending);
     return;
   }
   ClientEvent event;
   event.kind = ClientEvent::Kind::BlobFailed;
-  event.request = debt->first;
-  event.blob = debt->second.OwedInOrder().front();
+  event.request = pending->first;
+  event.blob = pending->second.OutstandingInOrder().front();
   event.message = message;
-  debt->second.owed.erase(event.blob);
+  pending->second.outstanding.erase(event.blob);
   this->Events.push_back(std::move(event));
-  if (debt->second.owed.empty())
+  if (pending->second.outstanding.empty())
   {
-    this->Outstanding.erase(debt);
+    this->Outstanding.erase(pending);
   }
 }
 
@@ -394,17 +394,17 @@ void StreamConversation::Restart(double now)
   {
     this->Queue(0, protocol::OpenRequest{ this->Model });
   }
-  for (auto& [request, debt] : this->Outstanding)
+  for (auto& [request, pending] : this->Outstanding)
   {
-    debt.messages = 0;
-    debt.busy.clear();
-    if (debt.open)
+    pending.messages = 0;
+    pending.busy.clear();
+    if (pending.open)
     {
-      this->Queue(request, protocol::OpenRequest{ debt.model });
+      this->Queue(request, protocol::OpenRequest{ pending.model });
     }
     else
     {
-      this->QueueList(request, debt.OwedInOrder());
+      this->QueueList(request, pending.OutstandingInOrder());
     }
   }
   this->Flush(now);
@@ -412,9 +412,9 @@ void StreamConversation::Restart(double now)
   this->FollowOldest(now);
 }
 
-bool StreamConversation::Debt::IsResting() const
+bool StreamConversation::PendingRequest::IsInBackoff() const
 {
-  return !this->busy.empty() && this->messages == 0 && (this->open || !this->owed.empty());
+  return !this->busy.empty() && this->messages == 0 && (this->open || !this->outstanding.empty());
 }
 
 void StreamConversation::Adopt(const std::string& model, const std::string& digest)
@@ -423,10 +423,10 @@ void StreamConversation::Adopt(const std::string& model, const std::string& dige
   this->Digest = digest;
 }
 
-bool StreamConversation::IsResting() const
+bool StreamConversation::IsInBackoff() const
 {
   return std::any_of(this->Outstanding.begin(), this->Outstanding.end(),
-    [](const auto& entry) { return entry.second.IsResting(); });
+    [](const auto& entry) { return entry.second.IsInBackoff(); });
 }
 
 void StreamConversation::AskAgain(std::size_t most, double now)
@@ -434,24 +434,24 @@ void StreamConversation::AskAgain(std::size_t most, double now)
   for (auto next = this->Outstanding.begin(); next != this->Outstanding.end();)
   {
     const auto entry = next++;
-    Debt& debt = entry->second;
-    if (!debt.IsResting())
+    PendingRequest& pending = entry->second;
+    if (!pending.IsInBackoff())
     {
       continue;
     }
-    const std::string why = std::exchange(debt.busy, {});
-    if (debt.tries++ == most)
+    const std::string why = std::exchange(pending.busy, {});
+    if (pending.tries++ == most)
     {
       this->Fail(entry->first, why);
       this->Outstanding.erase(entry);
     }
-    else if (debt.open)
+    else if (pending.open)
     {
-      this->Queue(entry->first, protocol::OpenRequest{ debt.model });
+      this->Queue(entry->first, protocol::OpenRequest{ pending.model });
     }
     else
     {
-      this->QueueList(entry->first, debt.OwedInOrder());
+      this->QueueList(entry->first, pending.OutstandingInOrder());
     }
   }
   this->Flush(now);
@@ -460,7 +460,7 @@ void StreamConversation::AskAgain(std::size_t most, double now)
 
 void StreamConversation::FailAll(const std::string& message)
 {
-  for (const auto& [request, debt] : this->Outstanding)
+  for (const auto& [request, pending] : this->Outstanding)
   {
     this->Fail(request, message);
   }

@@ -36,14 +36,14 @@ public:
   Status ReceiveText(std::string_view text, double now);
   Status ReceiveFrame(std::span<const std::uint8_t> message, double now);
 
-  // A new connection: opens the model again and asks for everything that is still owed.
+  // A new connection: opens the model again and asks for everything that is still outstanding.
   void Restart(double now);
   // Goes on with a model that was opened otherwise, at the next Restart. REQUIRES: nothing was
   // sent.
   void Adopt(const std::string& model, const std::string& digest);
 
   // Whether something is to be asked for again later: the server was busy (IsBusy).
-  bool IsResting() const;
+  bool IsInBackoff() const;
   // Asks for it, if it was not asked for `most` times already; else it has failed.
   void AskAgain(std::size_t most, double now);
 
@@ -56,33 +56,36 @@ public:
   //   announce blobs.
   //
   // So the slowest line makes progress, but a server that always sends something else does not.
-  double OwedSince() const;
+  double StalledSince() const;
   static constexpr std::size_t mostStrays = 64;
-  // The request that is outstanding longest (its next blob) has failed. REQUIRES: OwedSince() is
+  // The request that is outstanding longest (its next blob) has failed. REQUIRES: StalledSince() is
   // finite.
-  void FailLongestOwed(const std::string& message);
+  void FailStalled(const std::string& message);
 
-  // Everything that is owed has failed; the next Send starts a new conversation.
+  // Everything that is outstanding has failed; the next Send starts a new conversation.
   void FailAll(const std::string& message);
 
   // Messages to send, in order, since the last call.
   std::vector<std::string> TakeMessages();
   std::vector<ClientEvent> TakeEvents();
   bool HasEvents() const { return !this->Events.empty(); }
-  // Whether anything is owed.
+  // Whether anything is outstanding.
   bool IsWaiting() const { return !this->Outstanding.empty(); }
 
 private:
-  struct Debt // of the server to one request of the session
+  struct PendingRequest // of the server to one request of the session
   {
     bool open = false;
-    std::string model;                    // of an open
-    std::vector<protocol::BlobId> wanted; // all of them, in the order of the request
-    std::set<protocol::BlobId> owed;      // those that have not come
+    std::string model;                      // of an open
+    std::vector<protocol::BlobId> wanted;   // all of them, in the order of the request
+    std::set<protocol::BlobId> outstanding; // those that have not come
 
-    std::vector<protocol::BlobId> OwedInOrder() const;
-    bool IsOwed() const { return this->busy.empty() && (this->open || !this->owed.empty()); }
-    bool IsResting() const;   // all that is owed is to be asked for again
+    std::vector<protocol::BlobId> OutstandingInOrder() const;
+    bool IsOutstanding() const
+    {
+      return this->busy.empty() && (this->open || !this->outstanding.empty());
+    }
+    bool IsInBackoff() const; // all that is outstanding is to be asked for again
     std::size_t messages = 0; // not yet ended
     std::string busy;         // what a busy server said of it; empty = it was not
     std::size_t tries = 0;    // times that it has been asked for again
@@ -92,7 +95,7 @@ private:
     std::uint32_t request = 0; // the session's; 0 = ours, to open the model again
     protocol::ClientMessage content;
     double sent = 0;
-    std::set<protocol::BlobId> calledBack; // that may come all the same, once
+    std::set<protocol::BlobId> cancelled; // that may come all the same, once
   };
 
   void MakeRoomForEvent();
@@ -106,7 +109,7 @@ private:
   void Fail(std::uint32_t request, const std::string& message);
   void Failed(std::uint32_t wire, const protocol::ErrorAnswer& answer, double now);
 
-  // What is owed longest.
+  // What is stalled longest.
   struct Oldest
   {
     std::uint32_t request = 0; // 0: nothing
@@ -115,16 +118,16 @@ private:
   };
   Oldest FindOldest() const;
   void FollowOldest(double now);
-  // isMeant: it brings what is owed, or was and has been called back.
+  // isMeant: it brings what is outstanding, or was and has been cancelled.
   void NoteMessage(std::uint32_t wire, bool isMeant, double now);
 
-  std::map<std::uint32_t, Debt> Outstanding; // by the session's request
+  std::map<std::uint32_t, PendingRequest> Outstanding; // by the session's request
   std::deque<Message> Waiting;
   std::map<std::uint32_t, Message> Unfinished; // by the message's own number
   std::uint32_t LastWire = 0;
   protocol::FrameAssembler Frames;
   double LastBlob = 0;
-  Oldest Longest;          // owed,
+  Oldest Longest;          // outstanding,
   double LastProgress = 0; // with it;
   // Messages that had been sent as the first other answer came since then; 0: none has come.
   std::uint32_t AskedByThen = 0;

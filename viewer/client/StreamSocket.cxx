@@ -100,7 +100,7 @@ private:
       const auto pause = this->Answer[http::field::retry_after].to_string();
       this->End(declined && !busy && !IsForbidden(status),
         !declined       ? error.message()
-        : status == 401 ? "the server says 401: the token has expired, or was revoked"
+        : status == 401 ? "the server says 401: the token has expired or was revoked"
                         : "the server says " + std::to_string(status),
         busy ? std::max(1.0, RetryAfterIn(pause)) : 0); // proxies do not say
     }

@@ -24,9 +24,9 @@ Status CheckColors(const ColorChoice& colors, const ScalarDescriptions& scalars)
   }
   const std::string meant = DidYouMean(colors.attribute, names);
   return Error{ ErrorCode::NotFound,
-    "the model has no array of numbers '" + colors.attribute + "' to be coloured by; it has " +
+    "the model has no array of numbers '" + colors.attribute + "' to colour it by; it has " +
       (listed.empty() ? "none" : listed) +
-      (meant.empty() ? "; arrays of faces are not shown" : meant) };
+      (meant.empty() ? "; arrays of faces cannot be shown" : meant) };
 }
 
 }

@@ -27,7 +27,7 @@ std::vector<SeenMeasurement> SeenMeasurementsOf(const ViewerSession& session);
 
 // As many digits as the error leaves, six where there is none.
 std::string LengthText(double value, double error);
-// "3.2 mm"; without a unit the text alone.
+// "3.2 mm"; without a unit only the text.
 std::string WithUnit(const std::string& text, const std::string& unit);
 // What stands at its line.
 std::string DistanceText(const Measurement& measurement, const std::string& unit);

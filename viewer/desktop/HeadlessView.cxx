@@ -69,7 +69,7 @@ Result<std::string> FirstModel(const ViewOptions& line, const std::vector<Sessio
     names += (names.empty() ? "" : ", ") + model.id;
   }
   return Error{ ErrorCode::InvalidArgument,
-    "there are several models; choose one by --model: " + names };
+    "there are several models; choose one with --model: " + names };
 }
 
 // What is played: the session file, or one model in full screen.
@@ -113,12 +113,12 @@ void TellIfNothingIsWritten(const std::string& program, const ViewOptions& line,
   if (!pictures && line.record.empty() && line.statistics.empty() && line.report.empty())
   {
     std::cerr << program << ": showed " << session.Statistics().size() << " pieces of "
-              << line.source << ", and wrote nothing: --screenshot FILE writes a picture\n";
+              << line.source << ", but wrote no file: use --screenshot FILE to write a picture\n";
   }
 }
 
-// What is told of parts that cannot be had, and of pictures that show nothing, or less than they
-// should.
+// What is reported of parts that cannot be had, and of pictures that show nothing, or less than
+// they should.
 class ToldFailures
 {
 public:
@@ -130,7 +130,7 @@ public:
   }
 
   // A part of the model that is looked at could not be loaded: the exit code. Of many, the first
-  // few are told.
+  // few are reported.
   int Add(const std::string& sentence)
   {
     this->Incomplete.insert(this->Session.GetStatus().model);
@@ -161,7 +161,7 @@ public:
     if (picture && this->Incomplete.count(this->Session.GetStatus().model) > 0)
     {
       std::cerr << this->Program << ": warning: " << step.name
-                << ": is incomplete: a part of the model could not be loaded\n";
+                << ": the picture is incomplete: a part of the model could not be loaded\n";
     }
     return exitDone;
   }
@@ -200,7 +200,7 @@ Result<std::vector<SessionStep>> ReadReplay(const std::string& file)
   {
     return Error{ ErrorCode::InvalidInput,
       std::string(text.empty() ? "is empty" : "has no steps") +
-        ": a session file has a JSON object a line (--help tells which)" };
+        ": a session file has one JSON object per line (see --help)" };
   }
   return steps;
 }
@@ -239,7 +239,7 @@ Result<int> ViewHeadless(const std::string& program, const ViewOptions& line,
     const bool picture = step.kind == SessionStep::Kind::Screenshot;
     if (&step == &steps.back() && !line.screenshot.empty())
     {
-      SceneSettings last = (*window)->Settings(); // pictures of a session file show the model alone
+      SceneSettings last = (*window)->Settings(); // pictures of a session file show only the model
       last.legend = line.legend;
       last.distances = true;
       (*window)->SetSettings(last);

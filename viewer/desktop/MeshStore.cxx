@@ -166,9 +166,7 @@ Status Build(const fs::path& mesh, const MeshPlace& place,
   if (::access(program.c_str(), X_OK) != 0)
   {
     return Error{ ErrorCode::NotFound,
-      "a store is made of it by " + buildProgram + ", which is not there (it was looked for at " +
-        program.string() + ")",
-      mesh.string() };
+      buildProgram + " must make a store of it, but is not at " + program.string(), mesh.string() };
   }
   auto child =
     ChildProgram::Start(program, { "--output=" + place.File().string(),
@@ -212,8 +210,7 @@ Result<fs::path> UserCacheFolder()
     }
   }
   return Error{ ErrorCode::NotFound,
-    "there is no folder for what is kept: neither XDG_CACHE_HOME nor HOME is set; --cache names "
-    "one" };
+    "there is no cache folder: neither XDG_CACHE_HOME nor HOME is set; use --cache" };
 }
 
 bool IsStore(const fs::path& file)

@@ -41,14 +41,14 @@ std::shared_ptr<DiskCache> OpenCache(
 {
   const auto folder = CacheFolder(options);
   const auto onTrouble = [warn](const std::string& why)
-  { warn("the cache: " + why + "; what comes now is not kept"); };
+  { warn("the cache: " + why + "; data received from now on is not cached"); };
   auto cache = folder ? DiskCache::Open(*folder, options.cacheBytes, onTrouble)
                       : Result<std::shared_ptr<DiskCache>>(folder.GetError());
   if (!cache)
   {
     const Error& error = cache.GetError();
     warn((error.file.empty() ? "" : error.file + ": ") + error.message +
-         "; what comes from the server is not kept");
+         "; data from the server is not cached");
     return nullptr;
   }
   return *cache;
@@ -68,14 +68,14 @@ Result<std::unique_ptr<ModelSource>> OpenServer(
   if (!options.authorities.empty() && !url->isSecure)
   {
     return Error{ ErrorCode::InvalidArgument,
-      "--ca is of no use without https: no certificate is shown" };
+      "--ca needs an https server: others have no certificate" };
   }
   auto connected = ConnectServer(options.source, options.token, options.authorities,
     UsesCache(options) ? OpenCache(options, warn) : nullptr);
   KDSTREAM_TRY(connected);
   if (connected->unreached)
   {
-    warn(options.source + ": " + connected->unreached->message + "; what was seen before is shown");
+    warn(options.source + ": " + connected->unreached->message + "; only cached data is shown");
   }
   return std::move(connected->source);
 }
@@ -101,8 +101,8 @@ public:
   std::filesystem::path Path; // empty: none could be made
 };
 
-// What the kept store is no good for is told, and it is built anew. Where the cache cannot be used
-// for stores, the one of this mesh is made for this look only.
+// What the kept store is no good for is reported, and it is built anew. Where the cache cannot be
+// used for stores, the one of this mesh is made for this look only.
 Result<std::unique_ptr<ModelSource>> OpenMesh(const std::filesystem::path& mesh,
   const ViewOptions& options, const std::function<bool(std::string_view progress)>& report,
   const std::function<void(std::string_view sentence)>& warn)
@@ -128,7 +128,7 @@ Result<std::unique_ptr<ModelSource>> OpenMesh(const std::filesystem::path& mesh,
       return kept;
     }
     warnOf(OfFile(place->Called().string(), std::move(kept)).GetError(),
-      "; the store is made of the mesh anew");
+      "; the store is made from the mesh again");
   }
   if (place)
   {
@@ -138,7 +138,7 @@ Result<std::unique_ptr<ModelSource>> OpenMesh(const std::filesystem::path& mesh,
   const auto briefPlace =
     brief.Path.empty() ? Result<MeshPlace>(place.GetError()) : PlaceOfMesh(mesh, brief.Path);
   KDSTREAM_TRY(briefPlace);
-  warnOf(place.GetError(), "; the store that is made of the mesh is not kept");
+  warnOf(place.GetError(), "; the store made from the mesh is not cached");
   return buildAndOpen(*briefPlace); // its file stays open when its name goes
 }
 
@@ -163,9 +163,8 @@ Result<std::unique_ptr<ModelSource>> OpenSource(const ViewOptions& options,
   if (!std::filesystem::exists(file, failure))
   {
     return Error{ ErrorCode::NotFound,
-      options.source +
-        ": there is no such file, and the address of a server is http://HOST:PORT or "
-        "https://HOST:PORT" };
+      options.source + ": there is no such file, and a server's address must be http://HOST:PORT "
+                       "or https://HOST:PORT" };
   }
   if (!std::filesystem::is_directory(file, failure) &&
       !std::filesystem::is_regular_file(file, failure)) // of a pipe one might wait for ever

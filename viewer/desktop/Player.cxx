@@ -39,7 +39,7 @@ Status Player::Play(const SessionStep& step)
       KDSTREAM_TRY(this->Frame());
       if (this->Session.GetStatus().vertices == 0)
       {
-        return Error{ ErrorCode::NotFound, "is not written: nothing of the model could be shown" };
+        return Error{ ErrorCode::NotFound, "is not written: no part of the model could be shown" };
       }
       return this->Window.SavePicture(step.name);
     case SessionStep::Kind::Window:
@@ -84,7 +84,7 @@ Status Player::WaitForIdle()
     {
       lastNews = Clock::now();
     }
-    else if (now - lastNews > this->Options.longestSilence ||
+    else if (now - lastNews > this->Options.silenceTimeout ||
              now - begin > this->Options.longestWait)
     {
       return Error{ ErrorCode::InputOutput,

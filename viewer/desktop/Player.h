@@ -18,8 +18,8 @@ namespace kdstream
 
 struct PlayerOptions
 {
-  // A wait fails if the server has sent nothing for longestSilence, or if it takes longestWait.
-  std::chrono::seconds longestSilence{ 120 };
+  // A wait fails if the server has sent nothing for silenceTimeout, or if it takes longestWait.
+  std::chrono::seconds silenceTimeout{ 120 };
   std::chrono::seconds longestWait{ 1800 };
   // Called with each step before it is done.
   std::function<void(const SessionStep&)> record;

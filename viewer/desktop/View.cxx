@@ -16,23 +16,24 @@ namespace
 using namespace kdstream;
 
 constexpr const char* description =
-  "Looks at the models of a KdStream server, at a store, or at a mesh.\n"
-  "It opens a window (F1 there tells what mouse and keys do). With --offscreen it opens none: it "
-  "shows one model as fine as the window shows it, or plays a recorded session (--replay), writes "
-  "what is asked for, and ends.";
+  "Shows the models of a KdStream server, a store, or a mesh.\nIt opens a window (press F1 there "
+  "for mouse and keys). With --offscreen it opens no window: it loads one model with the detail "
+  "that the window would show, or plays a recorded session (--replay), writes the requested files, "
+  "and exits.";
 
 constexpr const char* examples =
-  "A session file has one JSON object a line:\n"
+  "A session file has one JSON object per line:\n"
   "  {\"select\":\"MODEL\"}          show its preview; again, or a tap: full screen\n"
-  "  {\"wait\":\"idle\"}             until everything that was asked for has come\n"
-  "  {\"screenshot\":\"NAME.png\"}   write what is shown\n"
+  "  {\"wait\":\"idle\"}             wait until all requests are answered\n"
+  "  {\"screenshot\":\"NAME.png\"}   write the picture\n"
   "  {\"t\":0.25,\"touches\":[{\"id\":1,\"x\":640,\"y\":360}]}\n"
-  "                               the fingers on the screen at that time (seconds, pixels)\n"
+  "                               fingers on the screen at this time (seconds, pixels)\n"
   "  {\"zoom\":1.25,\"x\":640,\"y\":360}\n"
-  "                               a wheel, over that pixel\n"
-  "  {\"turning\":\"upright\"}       from here on, as on a turntable; \"free\": as a ball\n"
-  "and some more (doc/cli.md). One finger turns, two move and zoom, a double tap streams the "
-  "original under it.\n\n"
+  "                               mouse wheel over this pixel\n"
+  "  {\"turning\":\"upright\"}       from now on, turn like a turntable; \"free\": like a "
+  "trackball\n"
+  "and others (doc/cli.md). One finger turns, two move and zoom, a double tap streams the original "
+  "there.\n\n"
   "Examples:\n"
   "  kdstream-view statue.ply\n"
   "  kdstream-view http://localhost:8700\n"
@@ -43,7 +44,7 @@ void Warn(const std::string& program, std::string_view sentence)
   std::cerr << program << ": warning: " << sentence << "\n";
 }
 
-// A look without a window: how far a build is, is told on stderr.
+// A look without a window: how far a build is, is reported on stderr.
 Result<int> ViewWithoutWindow(const std::string& program, const ViewOptions& options)
 {
   const auto replay = At(options.replay, ReadReplay(options.replay));

@@ -33,7 +33,7 @@ std::string ParseWindowSize(const std::string& text, int& width, int& height)
   const bool inRange =
     width >= 1 && width <= largestWindowSide && height >= 1 && height <= largestWindowSide;
   return parsed && inRange ? std::string()
-                           : "'" + text + "' is not a size: WxH, each 1 to " +
+                           : "'" + text + "' is not a size: give WxH, each 1 to " +
                                std::to_string(largestWindowSide) + " pixels";
 }
 
@@ -55,8 +55,8 @@ void AddPictureOptions(CLI::App& app, ViewOptions& line)
   const char* const group = "Picture";
   app
     .add_option("--offscreen", line.offscreen,
-      "open no window: show the model, or play a session file, write what is asked for, and end; "
-      "auto: the first that can draw")
+      "open no window: load the model or play a session file, write the requested files, and exit; "
+      "auto: the first backend that works")
     ->check(CLI::IsMember({ "auto", "egl", "osmesa", "x11" }))
     ->group(group);
   app
@@ -70,20 +70,20 @@ void AddPictureOptions(CLI::App& app, ViewOptions& line)
           throw CLI::ValidationError("--size", wrong);
         }
       },
-      "its size in pixels")
+      "size of the picture in pixels")
     ->type_name("WxH")
     ->default_str("1280x720")
     ->group(group);
   const std::map<std::string, bool> lights{ { "relief", true }, { "plain", false } };
   app
     .add_option("--light", line.occlusion,
-      "relief: hollows are darker, so that fine relief is seen (a slow window: while the view "
-      "rests); plain: lamps alone")
+      "relief: ambient occlusion, which shows fine relief (in a slow window only while the view "
+      "rests); plain: only lights")
     ->transform(NamedValue(lights))
     ->type_name("relief|plain")
     ->default_str("relief")
     ->group(group);
-  app.add_option("--screenshot", line.screenshot, "write what is shown at the end (NAME.png)")
+  app.add_option("--screenshot", line.screenshot, "write the final picture (NAME.png)")
     ->check(CLI::Validator(CheckPicture, ""))
     ->type_name("FILE")
     ->group(group);
@@ -106,13 +106,13 @@ void AddColorOptions(CLI::App& app, ViewOptions& line)
   {
     if (!IsAttributeName(text))
     {
-      throw CLI::ValidationError("--colour-by", "'" + text + "' is no name of an array");
+      throw CLI::ValidationError("--colour-by", "'" + text + "' cannot be an array's name");
     }
     line.colors = ColorsOf(text, line.colors);
   };
   CLI::Option* const by = app.add_option_function<std::string>("--colour-by,--color-by", take,
-    "colours of the surface: own (the model's, where it has some), none, one for each partition or "
-    "resolution, or what an array of numbers says, of this NAME (kdstream-store info lists them)");
+    "colours of the surface: own (the model's, if it has any), none, one per partition or "
+    "resolution, or the values of the array NAME (kdstream-store info lists arrays)");
   by->type_name("own|none|partition|resolution|NAME")->default_str("own")->group(group);
   std::map<std::string, ColorMap> maps;
   for (const ColorMap map : allColorMaps)
@@ -121,7 +121,7 @@ void AddColorOptions(CLI::App& app, ViewOptions& line)
   }
   app
     .add_option("--colour-map,--color-map", line.colors.map,
-      "of the array's numbers; diverging: for what lies to either side of the middle")
+      "colour map for the array's values; diverging: for values on either side of the middle")
     ->transform(NamedValue(maps))
     ->type_name("viridis|cividis|diverging")
     ->default_str("viridis")
@@ -135,19 +135,18 @@ void AddColorOptions(CLI::App& app, ViewOptions& line)
         line.colors.range = ParseRange(text, ',');
         if (!line.colors.range)
         {
-          throw CLI::ValidationError(
-            "--colour-range", "'" + text + "' is not LOW,HIGH, two numbers, the first one less");
+          throw CLI::ValidationError("--colour-range",
+            "'" + text + "' is not LOW,HIGH: give two numbers, the smaller one first");
         }
       },
-      "which of the array's numbers the ends of the map stand for [default: the 2nd and the 98th "
-      "percentile]")
+      "array values at the ends of the colour map [default: the 2nd and the 98th percentile]")
     ->type_name("LOW,HIGH")
     ->needs(by)
     ->group(group);
   const std::map<std::string, bool> switches{ { "on", true }, { "off", false } };
   app
     .add_option("--legend", line.legend,
-      "what the colours mean, in the picture of --screenshot, where they are those of an array")
+      "draw a legend into the picture of --screenshot, where the colours show an array")
     ->transform(NamedValue(switches))
     ->type_name("on|off")
     ->default_str("on")
@@ -161,15 +160,16 @@ void AddDetailOptions(CLI::App& app, ViewOptions& line)
     { "level", DetailMode::Level }, { "full", DetailMode::Full } };
   app
     .add_option("--detail", line.detail,
-      "view: what is seen, as fine as the window shows it; level: one level for the whole model, "
-      "by the zoom; full: all of it as the original, whatever that takes")
+      "view: what the camera sees, with the detail that the window would show; level: one level "
+      "for the whole model, chosen by the zoom; full: the whole original, at any cost")
     ->transform(NamedValue(modes))
     ->type_name("view|level|full")
     ->default_str("view")
     ->group(group);
   app
     .add_option("--triangles", line.triangles,
-      "show about so many triangles at most (the preview may have more); not with --detail full")
+      "maximum triangles to show, approximately (the preview may have more); not with --detail "
+      "full")
     ->check(CLI::Range(std::uint64_t{ 1000 }, std::uint64_t{ 1'000'000'000 }))
     ->type_name("N")
     ->capture_default_str()
@@ -183,12 +183,12 @@ void AddDetailOptions(CLI::App& app, ViewOptions& line)
         if (!size || *size < leastViewMemory)
         {
           throw CLI::ValidationError("--view-memory",
-            size ? "'" + text + "' is less than 16M, which the coarsest picture may take"
+            size ? "'" + text + "' is less than 16M, which the coarsest view may need"
                  : size.GetError().message);
         }
         line.memory = *size;
       },
-      "decoded pieces and what is drawn of them take about so much at most; not with --detail full")
+      "maximum memory for decoded pieces and their geometry, approximately; not with --detail full")
     ->type_name("SIZE")
     ->default_str("1G")
     ->group(group);
@@ -200,17 +200,17 @@ void AddSessionFiles(CLI::App& app, ViewOptions& line)
   app.add_option("--replay", line.replay, "play this session file")
     ->type_name("FILE")
     ->group(session);
-  app.add_option("--record", line.record, "write a session file of what is done")
+  app.add_option("--record", line.record, "record the session to this file")
     ->type_name("FILE")
     ->group(session);
   app
     .add_option("--stats", line.statistics,
-      "write JSON at the end: vertices, triangles, bytes and seconds of every blob")
+      "write JSON at the end: vertices, triangles, bytes and seconds of each blob")
     ->type_name("FILE")
     ->group(session);
   app
     .add_option("--report", line.report,
-      "write JSON at the end: bytes, seconds, triangles and memory of all of it")
+      "write JSON at the end: bytes, seconds, triangles and memory in total")
     ->type_name("FILE")
     ->group(session);
 }
@@ -220,12 +220,12 @@ void AddCacheOptions(CLI::App& app, ViewOptions& line)
   const char* const group = "Cache";
   app
     .add_option("--cache", line.cache,
-      "where stores of meshes, and what comes from servers, are kept [default: kdstream in "
-      "XDG_CACHE_HOME or ~/.cache; with --offscreen or --replay nothing of servers]")
+      "folder that caches stores of meshes and data from servers [default: kdstream in "
+      "XDG_CACHE_HOME or ~/.cache; with --offscreen or --replay, no data from servers]")
     ->type_name("DIR")
     ->group(group);
   AddSizeOption(app, "--cache-size", line.cacheBytes,
-    "of each of the two at most; what was used last stays longest")
+    "maximum size for each of the two; the least recently used data is removed first")
     ->default_str("10G")
     ->group(group);
 }
@@ -237,26 +237,27 @@ void AddViewOptions(CLI::App& app, ViewOptions& line)
   app
     .add_option("SOURCE", line.source,
       "a server, http://HOST:PORT or https://HOST:PORT; or a store (.kds), a folder of stores, or "
-      "a mesh, of which a "
-      "store is made first")
+      "a mesh, which is first built into a store")
     ->required();
   app
     .add_option(
-      "--token", line.token, "what the server gives to its guests [default: $KDSTREAM_TOKEN]")
+      "--token", line.token, "token for a server that requires one [default: $KDSTREAM_TOKEN]")
     ->envname("KDSTREAM_TOKEN")
     ->type_name("TOKEN");
   app
     .add_option("--ca", line.authorities,
-      "trust servers whose certificate is signed by one of this PEM file [default: those that the "
-      "system trusts]")
+      "trust servers whose certificate is signed by one in this PEM file [default: the system's "
+      "certificates]")
     ->type_name("FILE");
   const char* const model = "Model";
-  app.add_option("--model", line.model, "its name [default: the only one; a window shows all]")
+  app
+    .add_option(
+      "--model", line.model, "name of the model [default: the only one; a window shows all]")
     ->type_name("ID")
     ->group(model);
   app
-    .add_option(
-      "--rings", line.rings, "how far around a double tap the original is streamed, in cells")
+    .add_option("--rings", line.rings,
+      "radius around a double tap in which the original is streamed, in cells")
     ->check(CLI::Range(1u, 3u))
     ->capture_default_str()
     ->group(model);
@@ -290,7 +291,7 @@ SessionOptions SessionOptionsOf(const ViewOptions& line)
 Error NoWindow(const Error& why)
 {
   return { why.code,
-    "no window can be opened: " + why.message + "; --offscreen auto draws without one" };
+    "no window can be opened: " + why.message + "; use --offscreen auto to draw without a window" };
 }
 
 std::string CheckPicture(const std::string& file)
@@ -298,8 +299,7 @@ std::string CheckPicture(const std::string& file)
   std::string ending = std::filesystem::path(file).extension().string();
   std::transform(ending.begin(), ending.end(), ending.begin(),
     [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
-  return ending == ".png" ? ""
-                          : "'" + file + "' does not end in .png, and pictures are written as PNG";
+  return ending == ".png" ? "" : "'" + file + "' must end in .png: pictures are written as PNG";
 }
 
 Status TakeLink(ViewOptions& options)
@@ -317,12 +317,12 @@ Status TakeLink(ViewOptions& options)
   if (!options.replay.empty())
   {
     return Error{ ErrorCode::InvalidArgument,
-      "a link to a view does not go with --replay: the session file tells what is seen" };
+      "a link to a view cannot be combined with --replay: the session file sets the view" };
   }
   if (!options.model.empty() && options.model != link->model)
   {
     return Error{ ErrorCode::InvalidArgument,
-      "the link is to a view of '" + link->model + "', and not of --model " + options.model };
+      "the link shows a view of '" + link->model + "', not of --model " + options.model };
   }
   options.model = link->model;
   SceneSettings scene{ options.colors, options.occlusion };
@@ -352,8 +352,7 @@ Status CheckOutputs(ViewOptions& line)
                           !std::filesystem::is_regular_file(*output, failure);
     if (!isDevice && !files.insert(std::filesystem::absolute(*output).lexically_normal()).second)
     {
-      return Error{ ErrorCode::InvalidArgument,
-        *file + ": two outputs cannot be written to one file" };
+      return Error{ ErrorCode::InvalidArgument, *file + ": two outputs cannot have the same file" };
     }
     *file = output->string();
   }

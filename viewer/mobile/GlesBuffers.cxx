@@ -55,7 +55,7 @@ Status CheckUpload(const DrawnSurface& surface)
                            std::to_string(surface.TriangleCount()) + " triangles";
   return code == GL_OUT_OF_MEMORY
            ? Error{ ErrorCode::LimitExceeded,
-               "the graphics memory does not hold a surface of " + size }
+               "the graphics memory is too small for a surface of " + size }
            : Error{ ErrorCode::Unsupported,
                "OpenGL ES refuses a surface of " + size + ": error " + std::to_string(code) };
 }
@@ -151,11 +151,11 @@ Box GlesBuffers::Reach() const
   return Enlarged(this->Bounds, this->LongestWay.value_or(0));
 }
 
-void GlesBuffers::StopGliding()
+void GlesBuffers::StopMorphing()
 {
   for (Part& part : this->PartList)
   {
-    std::for_each(part.chunks.begin(), part.chunks.end(), StopGlidingOf);
+    std::for_each(part.chunks.begin(), part.chunks.end(), StopMorphingOf);
   }
   this->LongestWay.reset();
 }
@@ -168,9 +168,9 @@ void GlesBuffers::Follow(const ViewerScene& scene, Status& outcome)
     outcome = this->Upload(scene);
     this->Tried = wanted;
   }
-  if (this->LongestWay && this->GlidedShare >= 1)
+  if (this->LongestWay && this->MorphedShare >= 1)
   {
-    this->StopGliding();
+    this->StopMorphing();
   }
   this->FollowCap(scene);
 }
@@ -197,7 +197,7 @@ Status GlesBuffers::Upload(const ViewerScene& scene)
       parts.push_back({ drawn, &surface, {}, {}, this->TileOf(scene, *drawn.part), 0, {} });
     }
   }
-  this->StopGliding();
+  this->StopMorphing();
   KDSTREAM_TRY(this->TakeOver(scene, parts));
   std::for_each(this->PartList.begin(), this->PartList.end(), FreeChunks);
   this->FollowTiles(parts);
@@ -213,7 +213,7 @@ Status GlesBuffers::Upload(const ViewerScene& scene)
     }
     part.surface = nullptr;
     part.radii = {};
-    part.drawn.glide = nullptr;
+    part.drawn.geomorph = nullptr;
     // Not after each part, since in a browser asking for errors waits for the graphics process.
     if (unchecked >= SurfaceChunk::mostVertices || &part == &this->PartList.back())
     {
@@ -286,19 +286,19 @@ void GlesBuffers::UploadPart(Part& part)
     part.drawn.normals ? UnitNormalsOf(*part.drawn.normals) : NormalsOf(*part.surface), part.radii,
     this->Depths, this->Colors, this->Place.center, this->Place.scale);
   part.bounds = Enlarged(part.bounds, cutter.LargestRadius());
-  if (part.drawn.glide && this->GlidedShare < 1)
+  if (part.drawn.geomorph && this->MorphedShare < 1)
   {
-    cutter.SetGlide(*part.drawn.glide);
+    cutter.SetGeomorph(*part.drawn.geomorph);
     double longest = this->LongestWay.value_or(0);
     for (std::size_t i = 0; i < part.surface->points.size(); ++i)
     {
-      longest = std::max(longest, Length(part.drawn.glide->points[i] - part.surface->points[i]));
+      longest = std::max(longest, Length(part.drawn.geomorph->points[i] - part.surface->points[i]));
     }
     this->LongestWay = longest;
   }
   if (part.tile)
   {
-    cutter.SetPaint(part.drawn.part->corners, *part.tile);
+    cutter.SetTexturedCorners(part.drawn.part->corners, *part.tile);
   }
   SurfaceChunk content;
   while (cutter.Next(content))

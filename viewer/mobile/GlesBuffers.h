@@ -54,10 +54,10 @@ public:
   using TileUpload = void (*)(unsigned texture, const TextureTile& tile);
   static void SetTileUpload(TileUpload upload);
   void SetColoring(const Coloring& coloring);
-  void SetGlided(double share) { this->GlidedShare = share; }
+  void SetMorphed(double share) { this->MorphedShare = share; }
 
   const Coloring& GetColoring() const { return this->Colors; }
-  double Glided() const { return this->GlidedShare; }
+  double Morphed() const { return this->MorphedShare; }
 
   // Uploads what has changed in the scene since the last time: parts of the surface, tiles,
   // colouring, the cap. Buffers that are not needed are freed before anything is uploaded. outcome:
@@ -68,7 +68,7 @@ public:
   const std::vector<GlesChunk>& Cap() const { return this->CapChunks; }
   bool IsCloud() const { return this->Points > 0; }
   const Placement& GetPlacement() const { return this->Place; }
-  // Around all parts, wherever they glide; relative to the center, not scaled.
+  // Around all parts, wherever they morph; relative to the center, not scaled.
   Box Reach() const;
   double Facet() const { return this->FacetOfAll; } // FacetLength of all parts; not scaled
   std::size_t Bytes() const;                        // O(parts)
@@ -76,7 +76,7 @@ public:
 private:
   void Free();
   void FreeCap();
-  void StopGliding();
+  void StopMorphing();
   Status Upload(const ViewerScene& scene);
   Status TakeOver(const ViewerScene& scene, std::vector<Part>& parts);
   void UploadPart(Part& part);
@@ -114,8 +114,8 @@ private:
 
   Coloring Colors;
   std::uint64_t ColorsVersion = 0; // grows whenever Colors change
-  double GlidedShare = 1;
-  std::optional<double> LongestWay; // of what glides, in the model's unit; none where nothing does
+  double MorphedShare = 1;
+  std::optional<double> LongestWay; // of what morphs, in the model's unit; none where nothing does
 };
 
 }

@@ -52,18 +52,18 @@ GlesChunk UploadChunk(const SurfaceChunk& content)
     glVertexAttribPointer(AttributePlace::radius, 1, GL_FLOAT, GL_FALSE, 0, nullptr);
     glEnableVertexAttribArray(AttributePlace::radius);
   }
-  if (!content.glides.empty())
+  if (!content.geomorphs.empty())
   {
-    chunk.buffers[3] = MakeBuffer(chunk, GL_ARRAY_BUFFER, content.glides);
-    chunk.gliding = content.glides.size() * sizeof(GlideVertex);
+    chunk.buffers[3] = MakeBuffer(chunk, GL_ARRAY_BUFFER, content.geomorphs);
+    chunk.morphing = content.geomorphs.size() * sizeof(GeomorphVertex);
     glVertexAttribPointer(
-      AttributePlace::away, 3, GL_FLOAT, GL_FALSE, sizeof(GlideVertex), nullptr);
+      AttributePlace::away, 3, GL_FLOAT, GL_FALSE, sizeof(GeomorphVertex), nullptr);
     // NOLINTNEXTLINE(performance-no-int-to-ptr): how OpenGL is told an offset
-    const auto* former = reinterpret_cast<const void*>(offsetof(GlideVertex, normal));
-    glVertexAttribPointer(
-      AttributePlace::formerNormal, 4, GL_INT_2_10_10_10_REV, GL_TRUE, sizeof(GlideVertex), former);
+    const auto* parent = reinterpret_cast<const void*>(offsetof(GeomorphVertex, normal));
+    glVertexAttribPointer(AttributePlace::parentNormal, 4, GL_INT_2_10_10_10_REV, GL_TRUE,
+      sizeof(GeomorphVertex), parent);
     glEnableVertexAttribArray(AttributePlace::away);
-    glEnableVertexAttribArray(AttributePlace::formerNormal);
+    glEnableVertexAttribArray(AttributePlace::parentNormal);
   }
   if (!content.places.empty())
   {
@@ -86,16 +86,16 @@ void FreeChunk(const GlesChunk& chunk)
   glDeleteBuffers(static_cast<GLsizei>(chunk.buffers.size()), chunk.buffers.data());
 }
 
-void StopGlidingOf(GlesChunk& chunk)
+void StopMorphingOf(GlesChunk& chunk)
 {
   if (chunk.buffers[3] != 0)
   {
     glBindVertexArray(chunk.vertexArray);
     glDisableVertexAttribArray(AttributePlace::away);
-    glDisableVertexAttribArray(AttributePlace::formerNormal);
+    glDisableVertexAttribArray(AttributePlace::parentNormal);
     glDeleteBuffers(1, &chunk.buffers[3]);
     chunk.buffers[3] = 0;
-    chunk.bytes -= std::exchange(chunk.gliding, 0);
+    chunk.bytes -= std::exchange(chunk.morphing, 0);
   }
 }
 

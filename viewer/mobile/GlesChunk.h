@@ -19,25 +19,25 @@ enum AttributePlace : GLuint // as `location` in GlesShaders.h
   color = 2,
   radius = 3,
   away = 4,
-  formerNormal = 5,
+  parentNormal = 5,
   place = 6
 };
 
 struct GlesChunk
 {
   GLuint vertexArray = 0;
-  // Of vertices, colours (0 without), indices or radii of a cloud, and (0 without) glides and
+  // Of vertices, colours (0 without), indices or radii of a cloud, and (0 without) geomorphs and
   // places in a texture.
   std::array<GLuint, 5> buffers{};
-  GLsizei count = 0;       // of indices, or points of a cloud
-  std::size_t bytes = 0;   // of all buffers, and
-  std::size_t gliding = 0; // of that of glides
+  GLsizei count = 0;        // of indices, or points of a cloud
+  std::size_t bytes = 0;    // of all buffers, and
+  std::size_t morphing = 0; // of that of geomorphs
 };
 
 // Whether there was room for it glGetError tells.
 GlesChunk UploadChunk(const SurfaceChunk& content);
 void FreeChunk(const GlesChunk& chunk);
 // What has arrived needs its former places no more.
-void StopGlidingOf(GlesChunk& chunk);
+void StopMorphingOf(GlesChunk& chunk);
 
 }

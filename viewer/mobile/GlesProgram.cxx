@@ -14,7 +14,7 @@ Error Refused(const char* name, const char* what, const char* log)
 {
   return Error{ ErrorCode::Unsupported,
     std::string("OpenGL ES: the ") + name + " shader " + what + ": " +
-      (*log ? log : "the driver does not say why; the context may be lost") };
+      (*log ? log : "the driver gives no reason; the context may be lost") };
 }
 
 // The shader is 0 where there is no context to make one in.

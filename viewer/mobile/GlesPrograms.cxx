@@ -61,10 +61,10 @@ Result<GLuint> GlesPrograms::Surface(std::size_t kind)
     const bool isCloud = (kind & cloud) != 0;
     const char* isCut = (kind & cut) != 0 ? "#define CUT\n" : "";
     const char* hasRelief = (kind & relief) != 0 ? "#define RELIEF\n" : "";
-    const char* isPainted = (kind & paint) != 0 ? "#define PAINT\n" : "";
+    const char* isTextured = (kind & paint) != 0 ? "#define PAINT\n" : "";
     const auto made = MakeProgram(isCloud ? "cloud's" : "surface's",
-      { shaders::header, isCut, isPainted, shaders::surfaceVertex },
-      { shaders::header, isCut, hasRelief, isPainted, shaders::light,
+      { shaders::header, isCut, isTextured, shaders::surfaceVertex },
+      { shaders::header, isCut, hasRelief, isTextured, shaders::light,
         isCloud ? shaders::cloudFragment : shaders::surfaceFragment });
     KDSTREAM_TRY(made);
     program = *made;
@@ -94,17 +94,17 @@ void SetLook(GLuint program, const SceneLighting& lighting)
 {
   std::array<float, 3 * sceneLights.size()> directions{};
   std::array<float, 3 * sceneLights.size()> colors{};
-  for (std::size_t i = 0; i < lighting.lamps.size(); ++i)
+  for (std::size_t i = 0; i < lighting.lights.size(); ++i)
   {
-    const SceneLight& lamp = lighting.lamps[i];
-    const Vec3 direction = Normalized(lamp.position);
+    const SceneLight& lightSource = lighting.lights[i];
+    const Vec3 direction = Normalized(lightSource.position);
     for (std::size_t k = 0; k < 3; ++k)
     {
       directions[3 * i + k] = static_cast<float>(direction[k]);
-      colors[3 * i + k] = static_cast<float>(lamp.color[k] * lamp.intensity);
+      colors[3 * i + k] = static_cast<float>(lightSource.color[k] * lightSource.intensity);
     }
   }
-  const auto count = static_cast<GLsizei>(lighting.lamps.size());
+  const auto count = static_cast<GLsizei>(lighting.lights.size());
   glUniform3fv(glGetUniformLocation(program, "lightDirection"), count, directions.data());
   glUniform3fv(glGetUniformLocation(program, "lightColor"), count, colors.data());
   glUniform4f(glGetUniformLocation(program, "material"), static_cast<float>(sceneMaterial.ambient),

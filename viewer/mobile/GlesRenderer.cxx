@@ -82,9 +82,9 @@ void GlesRenderer::SetColoring(const Coloring& coloring)
   this->Buffers.SetColoring(coloring);
 }
 
-void GlesRenderer::SetGlided(double share)
+void GlesRenderer::SetMorphed(double share)
 {
-  this->Buffers.SetGlided(share);
+  this->Buffers.SetMorphed(share);
 }
 
 void GlesRenderer::SetBackground(const Vec3& bottom, const Vec3& top)
@@ -205,9 +205,9 @@ void GlesRenderer::DrawChunksBy(
   glUniform1f(glGetUniformLocation(*program, "smoothness"),
     this->Buffers.GetColoring().IsOfPoints() ? 1.0f : 0.0f);
   glUniform1f(
-    glGetUniformLocation(*program, "toGo"), static_cast<float>(1.0 - this->Buffers.Glided()));
+    glGetUniformLocation(*program, "toGo"), static_cast<float>(1.0 - this->Buffers.Morphed()));
   glVertexAttrib4f(AttributePlace::away, 0.0f, 0.0f, 0.0f, 0.0f);
-  glVertexAttrib4f(AttributePlace::formerNormal, 0.0f, 0.0f, 0.0f, 0.0f);
+  glVertexAttrib4f(AttributePlace::parentNormal, 0.0f, 0.0f, 0.0f, 0.0f);
   glVertexAttrib4f(AttributePlace::color, stoneColor[0] / 255.0f, stoneColor[1] / 255.0f,
     stoneColor[2] / 255.0f, 1.0f);
   glActiveTexture(GL_TEXTURE0);
@@ -215,8 +215,8 @@ void GlesRenderer::DrawChunksBy(
   {
     for (const GlesChunk& chunk : part.chunks)
     {
-      const bool isPainted = chunk.buffers[4] != 0;
-      if (!all && isPainted != (paint != 0))
+      const bool isTextured = chunk.buffers[4] != 0;
+      if (!all && isTextured != (paint != 0))
       {
         continue;
       }

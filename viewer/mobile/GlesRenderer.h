@@ -38,16 +38,16 @@ public:
   void Forget();
 
   void SetColoring(const Coloring& coloring);
-  // Whether hollows are darker (viewer/session/look/OcclusionShaders.h), from the next Draw on; not
-  // at first. It draws the surface a second time, into a quarter of the pixels.
+  // Whether ambient occlusion is drawn (viewer/session/look/OcclusionShaders.h), from the next Draw
+  // on; not at first. It draws the surface a second time, into a quarter of the pixels.
   void SetOcclusion(bool occlusion) { this->HasOcclusion = occlusion; }
   // Red, green, blue (0-1) of the gradient behind the model.
   void SetBackground(const Vec3& bottom, const Vec3& top);
 
-  // How far what glides (DrawnSurface::Part) has come from where it stood in the surface before, in
+  // How far what morphs (DrawnSurface::Part) has come from where it stood in the surface before, in
   // the next Draw: from 0, to 1, which it is at first. At 0 a new surface looks as the one before
   // it.
-  void SetGlided(double share);
+  void SetMorphed(double share);
 
   // What brings a tile's picture to a texture that is bound as GL_TEXTURE_2D, at once or later: as
   // RGB, whose alpha is 1. Until then the texture has one texel without colour. Null, as at first:
@@ -58,12 +58,12 @@ public:
   // Draws the scene into the lower left of the bound framebuffer, which needs a depth buffer; with
   // several samples a pixel, edges are smooth. The surface goes to the graphics memory only where
   // surfaceVersion is another one than last time, or the coloring is, and then only its parts that
-  // differ: 16 bytes a vertex (4 more with colours, and in a cloud; 16 more while it glides),
+  // differ: 16 bytes a vertex (4 more with colours, and in a cloud; 16 more while it morphs),
   // 6 a triangle; what is not drawn any more is freed first. viewport: as that of the session.
   //
   // Errors: InvalidArgument for an empty viewport and those of CheckCamera: nothing is drawn then.
   // Those of CheckSurface: the surface before it stays. LimitExceeded where the graphics memory
-  // does not suffice: the background alone is drawn. An error about the surface is said again at
+  // does not suffice: only the background is drawn. An error about the surface is said again at
   // each Draw until there is another one. Those of Make after Forget.
   Status Draw(const ViewerScene& scene, const Viewport& viewport);
 

@@ -11,7 +11,7 @@ namespace kdstream::shaders
 inline constexpr const char* header = "#version 300 es\n"
                                       "precision highp float;\n";
 
-// One triangle over the whole picture, as far away as can be, made of vertex numbers alone.
+// One triangle over the whole picture, as far away as can be, made only of vertex numbers.
 inline constexpr const char* backgroundVertex = R"(
 out float height;
 void main()
@@ -39,8 +39,8 @@ layout(location = 0) in vec3 position;
 layout(location = 1) in vec4 normal;
 layout(location = 2) in vec4 color;
 layout(location = 3) in float radius; // of a cloud's splat
-layout(location = 4) in vec3 away;    // from where the vertex glides to its place
-layout(location = 5) in vec4 formerNormal; // that it had there; the last is 0 where it does not glide
+layout(location = 4) in vec3 away;    // from where the vertex morphs to its place
+layout(location = 5) in vec4 parentNormal; // that it had there; the last is 0 where it does not morph
 #ifdef PAINT
 layout(location = 6) in vec2 place; // in the texture
 out vec2 texturePlace;
@@ -66,7 +66,7 @@ void main()
   above = dot(here, section.xyz) + section.w;
 #endif
   viewPosition = turn * (here - eye);
-  viewNormal = turn * mix(normal.xyz, formerNormal.xyz, toGo * formerNormal.w);
+  viewNormal = turn * mix(normal.xyz, parentNormal.xyz, toGo * parentNormal.w);
   smoothColor = flatColor = color.rgb;
 #ifdef PAINT
   texturePlace = place;
@@ -126,10 +126,9 @@ vec3 lit(vec3 normal)
   return baseColor * (material.x + material.y * diffuse) + highlightColor * material.z * specular;
 })";
 
-// The side that is seen is lit, whichever way a triangle faces; where a normal between those of the
-// corners turns away a little, at an outline, it stops there (as
-// viewer/rendering/SurfaceScene.cxx). Where no triangle has an area there is no normal: as if it
-// faced the eye.
+// The visible side is lit, whichever way a triangle faces. At an outline an interpolated normal may
+// turn away a little; it is stopped there (as in viewer/rendering/SurfaceScene.cxx). Where no
+// triangle has an area the normal faces the eye.
 inline constexpr const char* surfaceFragment = R"(
 void main()
 {

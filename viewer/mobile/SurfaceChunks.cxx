@@ -4,7 +4,7 @@
 
 #include "viewer/session/Geometry.h"
 #include "viewer/session/look/SceneRules.h"
-#include "viewer/session/paint/PaintedCorners.h"
+#include "viewer/session/texture/TexturedCorners.h"
 
 #include <algorithm>
 #include <limits>
@@ -94,7 +94,7 @@ bool ChunkCutter::NextOfFew(SurfaceChunk& chunk)
   for (VertexId v = 0; v < this->Drawn.points.size(); ++v)
   {
     this->Append(chunk, v);
-    this->AppendGlide(chunk, v);
+    this->AppendGeomorph(chunk, v);
   }
   chunk.indices.reserve(3 * this->Drawn.triangles.size());
   for (const Triangle& t : this->Drawn.triangles)
@@ -110,9 +110,9 @@ bool ChunkCutter::NextOfFew(SurfaceChunk& chunk)
 
 // As NextOfFew, but a vertex for each place of the tile that a point has. False where these are too
 // many: nothing has been done then but what Next clears.
-bool ChunkCutter::NextOfPainted(SurfaceChunk& chunk)
+bool ChunkCutter::NextOfTextured(SurfaceChunk& chunk)
 {
-  const PaintedCorners painted = PaintedCornersOf(this->Drawn, this->Corners, *this->Tile);
+  const TexturedCorners painted = TexturedCornersOf(this->Drawn, this->Corners, *this->Tile);
   if (painted.points.size() > SurfaceChunk::mostVertices)
   {
     return false;
@@ -120,7 +120,7 @@ bool ChunkCutter::NextOfPainted(SurfaceChunk& chunk)
   for (const VertexId point : painted.points)
   {
     this->Append(chunk, point);
-    this->AppendGlide(chunk, point);
+    this->AppendGeomorph(chunk, point);
   }
   for (const Triangle& t : painted.triangles)
   {
@@ -134,31 +134,32 @@ bool ChunkCutter::NextOfPainted(SurfaceChunk& chunk)
   return true;
 }
 
-void ChunkCutter::SetGlide(const PartGlide& glide)
+void ChunkCutter::SetGeomorph(const PartGeomorph& geomorph)
 {
-  this->Glide = &glide;
-  this->FormerNormals = UnitNormalsOf(glide.normals);
+  this->Geomorph = &geomorph;
+  this->ParentNormals = UnitNormalsOf(geomorph.normals);
 }
 
-void ChunkCutter::SetPaint(std::span<const std::uint32_t> corners, const TextureTile& tile)
+void ChunkCutter::SetTexturedCorners(
+  std::span<const std::uint32_t> corners, const TextureTile& tile)
 {
-  if (CanPaint(this->Drawn, corners, tile))
+  if (CanTexture(this->Drawn, corners, tile))
   {
     this->Corners = corners;
     this->Tile = &tile;
   }
 }
 
-void ChunkCutter::AppendGlide(SurfaceChunk& chunk, VertexId v) const
+void ChunkCutter::AppendGeomorph(SurfaceChunk& chunk, VertexId v) const
 {
-  if (!this->Glide)
+  if (!this->Geomorph)
   {
     return;
   }
-  const Vec3 away = (this->Glide->points[v] - this->Drawn.points[v]) * this->Scale;
-  chunk.glides.push_back(
+  const Vec3 away = (this->Geomorph->points[v] - this->Drawn.points[v]) * this->Scale;
+  chunk.geomorphs.push_back(
     { { static_cast<float>(away[0]), static_cast<float>(away[1]), static_cast<float>(away[2]) },
-      PackNormal(this->FormerNormals[v]) | 1U << 30 });
+      PackNormal(this->ParentNormals[v]) | 1U << 30 });
 }
 
 // Turned, not mirrored: the orientation stays.
@@ -186,7 +187,7 @@ bool ChunkCutter::Next(SurfaceChunk& chunk)
   chunk.colors.clear();
   chunk.indices.clear();
   chunk.radii.clear();
-  chunk.glides.clear();
+  chunk.geomorphs.clear();
   chunk.places.clear();
   if (this->Drawn.triangles.empty())
   {
@@ -194,7 +195,7 @@ bool ChunkCutter::Next(SurfaceChunk& chunk)
   }
   if (this->Drawn.points.size() <= SurfaceChunk::mostVertices)
   {
-    if (this->Tile && this->Done == 0 && this->NextOfPainted(chunk))
+    if (this->Tile && this->Done == 0 && this->NextOfTextured(chunk))
     {
       return true;
     }

@@ -25,8 +25,8 @@ struct ChunkVertex
   std::uint32_t normal; // x, y, z as signed numbers of 10 bits, from the lowest; 511 is 1
 };
 
-// Where a vertex glides from; 16 bytes.
-struct GlideVertex
+// Where a vertex morphs from; 16 bytes.
+struct GeomorphVertex
 {
   std::array<float, 3> away; // from its place there, scaled
   std::uint32_t normal;      // that it had, as in ChunkVertex; the uppermost number is 1
@@ -42,9 +42,9 @@ struct SurfaceChunk
   // from corner to corner; of those of partitions and resolutions the last corner of a triangle has
   // the triangle's, so "flat" interpolation colours it.
   std::vector<std::array<std::uint8_t, 4>> colors;
-  std::vector<std::uint16_t> indices; // 3 a triangle; none for a cloud
-  std::vector<float> radii;           // of a cloud's splats, scaled: one a vertex
-  std::vector<GlideVertex> glides;    // one a vertex; none where nothing glides
+  std::vector<std::uint16_t> indices;    // 3 a triangle; none for a cloud
+  std::vector<float> radii;              // of a cloud's splats, scaled: one a vertex
+  std::vector<GeomorphVertex> geomorphs; // one a vertex; none where nothing morphs
   // Where in its texture each vertex lies, 0-1 from the first row of the first texel; none where
   // nothing paints it.
   std::vector<std::array<float, 2>> places;
@@ -77,14 +77,14 @@ public:
   // In the model's unit, of a cloud's splats; 0 for a surface.
   double LargestRadius() const;
 
-  // From where the points glide: one a point, kept as long as the surface. A surface that does not
-  // become one chunk as it stands does not glide.
-  void SetGlide(const PartGlide& glide);
+  // From where the points morph: one a point, kept as long as the surface. A surface that does not
+  // become one chunk as it stands does not morph.
+  void SetGeomorph(const PartGeomorph& geomorph);
 
   // By what the triangles are painted: corners as SurfacePart has them. Both are kept as long as
   // the surface. A vertex that lies in two places of the tile is repeated. A surface that does not
   // become one chunk so is not painted, nor is one whose corners the tile does not have.
-  void SetPaint(std::span<const std::uint32_t> corners, const TextureTile& tile);
+  void SetTexturedCorners(std::span<const std::uint32_t> corners, const TextureTile& tile);
 
   // Replaces `chunk` with the next one; false when there is none.
   bool Next(SurfaceChunk& chunk);
@@ -93,8 +93,8 @@ private:
   void Append(SurfaceChunk& chunk, VertexId vertex) const;
   bool NextOfCloud(SurfaceChunk& chunk);
   bool NextOfFew(SurfaceChunk& chunk);
-  bool NextOfPainted(SurfaceChunk& chunk);
-  void AppendGlide(SurfaceChunk& chunk, VertexId vertex) const;
+  bool NextOfTextured(SurfaceChunk& chunk);
+  void AppendGeomorph(SurfaceChunk& chunk, VertexId vertex) const;
   Triangle WithColorLast(const Triangle& triangle) const;
 
   const Surface& Drawn;
@@ -106,8 +106,8 @@ private:
   bool ColoredBySource = false;        // or those of partitions or resolutions
   UnitNormals Normals;
   std::span<const float> Radii;
-  const PartGlide* Glide = nullptr;
-  UnitNormals FormerNormals; // of Glide
+  const PartGeomorph* Geomorph = nullptr;
+  UnitNormals ParentNormals; // of geomorph
   std::span<const std::uint32_t> Corners;
   const TextureTile* Tile = nullptr;
   std::vector<std::uint32_t> IndexInChunk; // of every point; `absent` if it is in no chunk yet

@@ -2,9 +2,9 @@
 // Compares a picture with its baseline, for kdstream_add_picture_test:
 //   compare_pictures PICTURE.png BASELINE.png TOLERANCE DIFFERENCE.png
 // The measure is vtkImageDifference's, which VTK's own regression tests compare with 10:
-// differences of a pixel below 16 of 255, or to one of its neighbours, do not count, nor does alpha.
-// Where it is above the tolerance the exit status is 1, and the difference is written. A baseline
-// that is missing, has another size, or is not of 8-bit RGB or RGBA is told in words.
+// differences of a pixel below 16 of 255, or to one of its neighbours, do not count, nor does
+// alpha. Above the tolerance the exit status is 1, and the difference is written. A message says if
+// the baseline is missing, has another size, or is not of 8-bit RGB or RGBA.
 #include <vtkImageData.h>
 #include <vtkImageDifference.h>
 #include <vtkImageExtractComponents.h>
@@ -20,13 +20,14 @@
 namespace
 {
 
-// False, with a message, where there is no picture of 8-bit RGB or RGBA. rgb gives it without alpha.
+// False, with a message, where there is no picture of 8-bit RGB or RGBA. rgb gives it without
+// alpha.
 bool Read(const char* file, vtkImageExtractComponents& rgb)
 {
   vtkNew<vtkPNGReader> reader;
   if (!std::filesystem::is_regular_file(file) || !reader->CanReadFile(file))
   {
-    std::cerr << file << " is not there, or is no PNG\n";
+    std::cerr << file << " cannot be read as a PNG file\n";
     return false;
   }
   reader->SetFileName(file);
@@ -35,7 +36,7 @@ bool Read(const char* file, vtkImageExtractComponents& rgb)
   const int components = picture->GetNumberOfScalarComponents();
   if (picture->GetScalarType() != VTK_UNSIGNED_CHAR || components < 3)
   {
-    std::cerr << file << " is no picture of 8-bit RGB or RGBA: it has " << components
+    std::cerr << file << " is not an 8-bit RGB or RGBA picture: it has " << components
               << " components of " << picture->GetScalarTypeAsString() << '\n';
     return false;
   }
@@ -57,7 +58,7 @@ int main(int argc, char* argv[])
   const double tolerance = std::strtod(argv[3], &end);
   if (end == argv[3] || *end != '\0' || !std::isfinite(tolerance) || tolerance < 0)
   {
-    std::cerr << "the tolerance must be a number from 0 on, not " << argv[3] << '\n';
+    std::cerr << "the tolerance must be a number of at least 0, not " << argv[3] << '\n';
     return 2;
   }
   vtkNew<vtkImageExtractComponents> picture;

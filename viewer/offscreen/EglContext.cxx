@@ -155,7 +155,7 @@ Result<const Egl*> OpenEgl()
   }
   Result<Egl> egl = LoadFunctions();
   KDSTREAM_TRY(egl);
-  Status status = Error{ ErrorCode::NotFound, "EGL: no device that works without a display" };
+  Status status = Error{ ErrorCode::NotFound, "EGL: no device works without a display" };
   for (const EGLDisplay display : FindDisplays(*egl))
   {
     status = UseDisplay(*egl, display);

@@ -34,7 +34,7 @@ Status FillGlew(const GlLibrary& library)
   if (result != GLEW_OK && result != GLEW_ERROR_NO_GLX_DISPLAY)
   {
     return Error{ ErrorCode::Unsupported,
-      std::string("GLEW refuses the context of ") + library.name + ": " +
+      std::string("GLEW cannot use the context of ") + library.name + ": " +
         reinterpret_cast<const char*>(glewGetErrorString(result)) };
   }
   return {};

@@ -36,7 +36,7 @@ WindowResult MakeWindow(WindowBackend backend, int width, int height)
     }
     reasons += (reasons.empty() ? "" : "; ") + window.GetError().message;
   }
-  return Error{ ErrorCode::NotFound, "nothing can draw off screen here: " + reasons };
+  return Error{ ErrorCode::NotFound, "no backend can draw off screen here: " + reasons };
 }
 
 Status CheckSides(int width, int height)
@@ -82,7 +82,7 @@ Result<WindowBackend> ParseWindowBackend(std::string_view name)
     }
   }
   return Error{ ErrorCode::InvalidArgument,
-    std::string(name) + " is none of auto, egl, osmesa, x11" };
+    std::string(name) + " must be auto, egl, osmesa or x11" };
 }
 
 Result<vtkSmartPointer<vtkRenderWindow>> MakeOffscreenWindow(

@@ -2,7 +2,7 @@
 // An OpenGL context of OSMesa, Mesa's renderer in main memory
 // (doc/design.md#pictures-without-a-screen).
 //
-// OSMesa wants a buffer to draw into; it gets one of one pixel, since VTK draws into framebuffer
+// OSMesa needs a buffer to draw into. It gets one of one pixel, since VTK draws into framebuffer
 // objects of its own.
 #include "viewer/offscreen/GlContext.h"
 #include "viewer/offscreen/SharedLibrary.h"

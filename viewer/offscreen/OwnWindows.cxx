@@ -44,7 +44,7 @@ template <class Window>
 [[maybe_unused]] Error NotBuilt(const char* backend)
 {
   return Error{ ErrorCode::Unsupported,
-    std::string(backend) + ": the VTK that this program uses was built without it" };
+    std::string(backend) + ": this program's VTK was built without it" };
 }
 
 }

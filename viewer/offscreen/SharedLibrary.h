@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // A shared library that is opened when it is first needed. Internal to viewer/offscreen.
 //
-// EGL and OSMesa are opened this way, so that a program starts where one of them is missing and can
-// say so, and so that OSMesa's OpenGL symbols (it exports them all) stand in nobody's way.
+// EGL and OSMesa are opened this way. So a program starts without one of them and can report that;
+// and OSMesa's OpenGL symbols (it exports them all) hide no others.
 #pragma once
 
 #include "filters/core/Result.h"

@@ -46,7 +46,10 @@ public:
   }
 
   const char* GetVTKSourceVersion() override { return vtkVersion::GetVTKSourceVersion(); }
-  const char* GetDescription() override { return "Windows without a screen, of KdStream"; }
+  const char* GetDescription() override
+  {
+    return "KdStream's windows for drawing without a screen";
+  }
 
 private:
   WindowFactory()

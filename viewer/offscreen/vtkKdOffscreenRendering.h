@@ -3,22 +3,22 @@
  * @class   vtkKdOffscreenRendering
  * @brief   lets any program draw without a screen: on EGL, on OSMesa or on an X server
  *
- * A VTK that was built for X11 only, as Debian 12's, ends the program where there is no X server.
- * This class makes vtkRenderWindow draw through libEGL (surfaceless, on a graphics card or Mesa's
- * renderer) or libOSMesa, which are opened when they are first needed:
+ * A VTK that was built only for X11, such as Debian 12's, ends the program where there is no X
+ * server. This class makes vtkRenderWindow draw through libEGL (surfaceless, on a graphics card or
+ * Mesa's renderer) or libOSMesa. The library is opened when it is first needed:
  *
  * @code
  * vtkNew<vtkKdOffscreenRendering> offscreen;
  * auto window = offscreen->MakeWindow(800, 600);   // a vtkSmartPointer<vtkRenderWindow>
  * @endcode
  *
- * or, for programs that make their windows by vtkRenderWindow::New(), UseForAllWindows() at the
- * begin of main, or the environment variable KDSTREAM_OFFSCREEN = auto, egl, osmesa or x11 where
- * the program runs: no line of it changes.
+ * Programs that make their windows by vtkRenderWindow::New() call UseForAllWindows() at the
+ * beginning of main; or they stay unchanged and run with the environment variable
+ * KDSTREAM_OFFSCREEN = auto, egl, osmesa or x11.
  *
- * The executable must be given to the CMake function kdstream_enable_offscreen(TARGET), which
- * find_package(KdStream COMPONENTS ViewerOffscreen) brings; the functions of this class say so
- * where that was forgotten.
+ * The executable must be given to the CMake function kdstream_enable_offscreen(TARGET) of
+ * find_package(KdStream COMPONENTS ViewerOffscreen). Without it the functions of this class report
+ * an error that says so.
  *
  * Windows are ready for renderers, vtkWindowToImageFilter and passes; SetSize may be called at any
  * time. Edges are smoothed by 4 samples, in windows of vtkRenderWindow::New() by VTK's default.

@@ -49,7 +49,7 @@ constexpr const char* fragmentShape =
   "gl_FragDepth = splatDepth.w > 0.5 ? splatFar : min(splatFar * splatDepth.y / -splatZ, 1.0);\n";
 constexpr const char* fragmentLight =
   "float splatShade = 1.0;\n"
-  // The normal of a point without one has no length, and then is no number.
+  // The normal of a point without one has no length, and then is not a number.
   "if (dot(normalVCVSOutput, normalVCVSOutput) > 0.5)\n"
   "{\n"
   "  if (normalVCVSOutput.z < 0.0) { normalVCVSOutput = -normalVCVSOutput; }\n"

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // The picture of a tile of texture, decoded: what scenes take as a TileDecoder. Whoever includes
-// this links filters/texture; scenes alone do without. Step "render" of the pipeline picture.
+// this links filters/texture; scenes by themselves do without. Step "render" of the pipeline
+// picture.
 #pragma once
 
 #include "filters/texture/Picture.h"
@@ -18,7 +19,8 @@ inline Result<TilePicture> DecodeTile(const TextureTile& tile)
   KDSTREAM_TRY(picture);
   if (picture->width != tile.width || picture->height != tile.height)
   {
-    return Error{ ErrorCode::InvalidInput, "its picture has another size" };
+    return Error{ ErrorCode::InvalidInput,
+      "its image does not have the size that the tile states" };
   }
   TilePicture colors{ tile.width, tile.height, {} };
   if (picture->components == 3)

@@ -27,7 +27,7 @@ Status ReadBack(vtkRenderWindow& window, vtkUnsignedCharArray& pixels)
   window.GetPixelData(0, 0, size[0] - 1, size[1] - 1, backBuffer, &pixels);
   if (pixels.GetNumberOfValues() != vtkIdType{ 3 } * size[0] * size[1])
   {
-    return Error{ ErrorCode::InputOutput, "the window gives back no pixels" };
+    return Error{ ErrorCode::InputOutput, "the window's pixels cannot be read" };
   }
   return {};
 }

@@ -7,7 +7,7 @@
 #include "viewer/session/Geometry.h"
 #include "viewer/session/look/SceneLook.h"
 #include "viewer/session/look/SplatRadii.h"
-#include "viewer/session/paint/PaintedCorners.h"
+#include "viewer/session/texture/TexturedCorners.h"
 
 #include <vtkActor.h>
 #include <vtkCellArray.h>
@@ -82,12 +82,12 @@ void RaiseReliefOf(vtkActor& actor, double relief, double pixels)
   uniforms->SetUniformf("reliefPixels", static_cast<float>(pixels));
 }
 
-// Lights every fragment of a surface on the side that is seen. VTK turns the normal by the
-// triangle's own facing, which is undone: a triangle that a simplified level has folded over would
-// be black among neighbours whose normals face the eye. At an outline, normals between those of
-// corners turn away where the triangle itself still faces the eye, of coarse levels by fifty
-// degrees: these stop at the outline; turned to the eye they would shine like the other side.
-// Beyond, the triangle is one that was turned over.
+// Lights every fragment of a surface on the visible side. VTK turns the normal by the triangle's
+// own facing; this is undone. Else a fold-over of a simplified level would be black among
+// neighbours whose normals face the eye. At an outline, interpolated normals turn away where the
+// triangle itself still faces the eye, by fifty degrees at coarse levels. They are stopped at the
+// outline: turned to the eye they would shine like the other side. Beyond, the triangle is a
+// fold-over.
 //
 // Relief: where the normals bend away from each other is a ridge, where towards each other a
 // furrow.
@@ -200,11 +200,11 @@ vtkSmartPointer<vtkUnsignedCharArray> Colors(std::size_t count, const ColorAt& c
 }
 
 // Of each vertex of a painted surface, what its point has.
-Surface Split(const Surface& surface, const PaintedCorners& painted)
+Surface Split(const Surface& surface, const TexturedCorners& textured)
 {
   Surface split;
-  split.triangles = painted.triangles;
-  for (const VertexId point : painted.points)
+  split.triangles = textured.triangles;
+  for (const VertexId point : textured.points)
   {
     split.points.push_back(surface.points[point]);
     split.sources.push_back(surface.sources[point]);
@@ -212,7 +212,7 @@ Surface Split(const Surface& surface, const PaintedCorners& painted)
   for (const Attribute& array : surface.attributes)
   {
     Attribute values{ array.Info(), {} };
-    for (const VertexId point : painted.points)
+    for (const VertexId point : textured.points)
     {
       values.Append(array, point);
     }
@@ -221,25 +221,25 @@ Surface Split(const Surface& surface, const PaintedCorners& painted)
   return split;
 }
 
-UnitNormals Split(const UnitNormals& normals, const PaintedCorners& painted)
+UnitNormals Split(const UnitNormals& normals, const TexturedCorners& textured)
 {
   UnitNormals split;
-  for (std::size_t i = 0; i < painted.points.size() && !normals.empty(); ++i)
+  for (std::size_t i = 0; i < textured.points.size() && !normals.empty(); ++i)
   {
-    split.push_back(normals[painted.points[i]]);
+    split.push_back(normals[textured.points[i]]);
   }
   return split;
 }
 
 // The picture's first row is the image's lowest: places go down from it as coordinates go up.
-vtkSmartPointer<vtkFloatArray> Places(const PaintedCorners& painted)
+vtkSmartPointer<vtkFloatArray> Places(const TexturedCorners& textured)
 {
   auto result = vtkSmartPointer<vtkFloatArray>::New();
   result->SetName("Places");
   result->SetNumberOfComponents(2);
-  result->SetNumberOfTuples(static_cast<vtkIdType>(painted.places.size()));
+  result->SetNumberOfTuples(static_cast<vtkIdType>(textured.places.size()));
   float* out = result->GetPointer(0);
-  for (const auto& place : painted.places)
+  for (const auto& place : textured.places)
   {
     out = std::copy(place.begin(), place.end(), out);
   }
@@ -273,30 +273,32 @@ ScenePart::ScenePart()
 
 ScenePart::~ScenePart() = default;
 
-bool ScenePart::ShowPainted(const SurfacePart& part, const UnitNormals& normals,
-  const TreeDepths& depths, const Vec3& center, const SceneStyle& style, const Paint& paint)
+bool ScenePart::ShowTextured(const SurfacePart& part, const UnitNormals& normals,
+  const TreeDepths& depths, const Vec3& center, const SceneStyle& style,
+  const TextureSource& textureSource)
 {
-  if (!CanPaint(part.surface, part.corners, *paint.tile))
+  if (!CanTexture(part.surface, part.corners, *textureSource.tile))
   {
     return false;
   }
-  if (this->Tile != paint.tile)
+  if (this->Tile != textureSource.tile)
   {
-    const auto picture = paint.decoder(*paint.tile);
+    const auto picture = textureSource.decoder(*textureSource.tile);
     if (!picture)
     {
       return false;
     }
     this->Texture = MakeTileTexture(*picture);
-    this->Tile = paint.tile;
+    this->Tile = textureSource.tile;
   }
-  const PaintedCorners painted = PaintedCornersOf(part.surface, part.corners, *paint.tile);
+  const TexturedCorners textured =
+    TexturedCornersOf(part.surface, part.corners, *textureSource.tile);
   const auto texture = this->Texture; // Show lets it go
-  this->Show(Split(part.surface, painted), Split(normals, painted), depths, center, style);
+  this->Show(Split(part.surface, textured), Split(normals, textured), depths, center, style);
   this->Texture = texture;
-  this->Tile = paint.tile;
-  this->Drawn->GetPointData()->SetTCoords(Places(painted));
-  this->IsPainted = true;
+  this->Tile = textureSource.tile;
+  this->Drawn->GetPointData()->SetTCoords(Places(textured));
+  this->IsTextured = true;
   this->SetStyle(style);
   return true;
 }
@@ -305,7 +307,7 @@ void ScenePart::LetGoOfTexture()
 {
   this->Tile = nullptr;
   this->Texture = nullptr;
-  this->IsPainted = false;
+  this->IsTextured = false;
 }
 
 void ScenePart::Show(const Surface& surface, const UnitNormals& normals, const TreeDepths& depths,
@@ -407,15 +409,15 @@ void ScenePart::SetStyle(const SceneStyle& style)
     this->Drawing->GetProperty()->SetInterpolationToPhong();
   }
   const SurfaceColoring kind = style.coloring.kind;
-  const bool painted = kind == SurfaceColoring::Own && this->IsPainted;
-  const auto ofPoints = painted ? nullptr : this->PointColors(style.coloring);
+  const bool textured = kind == SurfaceColoring::Own && this->IsTextured;
+  const auto ofPoints = textured ? nullptr : this->PointColors(style.coloring);
   const bool bySource = kind == SurfaceColoring::Partition || kind == SurfaceColoring::Resolution;
-  if (painted != (this->Drawing->GetTexture() != nullptr))
+  if (textured != (this->Drawing->GetTexture() != nullptr))
   {
-    this->Tint(painted);
-    painted ? PaintBeforeLight(*this->Drawing) : PaintNothing(*this->Drawing);
+    this->Tint(textured);
+    textured ? PaintBeforeLight(*this->Drawing) : PaintNothing(*this->Drawing);
   }
-  this->Drawing->SetTexture(painted ? this->Texture.Get() : nullptr);
+  this->Drawing->SetTexture(textured ? this->Texture.Get() : nullptr);
   this->Mapper->SetScalarVisibility(ofPoints || bySource);
   this->Drawn->GetPointData()->SetScalars(ofPoints);
   this->Drawn->GetCellData()->SetScalars(bySource ? this->CellColors(kind).Get() : nullptr);
@@ -431,9 +433,9 @@ void ScenePart::SetStyle(const SceneStyle& style)
 }
 
 // A texture is multiplied by the colour.
-void ScenePart::Tint(bool painted)
+void ScenePart::Tint(bool textured)
 {
-  const std::array<double, 3> color = painted ? std::array{ 1.0, 1.0, 1.0 } : this->Plain;
+  const std::array<double, 3> color = textured ? std::array{ 1.0, 1.0, 1.0 } : this->Plain;
   this->Drawing->GetProperty()->SetDiffuseColor(color.data());
   this->Drawing->GetProperty()->SetAmbientColor(color.data());
 }

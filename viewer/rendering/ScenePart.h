@@ -47,13 +47,13 @@ public:
     const Vec3& center, const SceneStyle& style);
   // The same with a texture, while the style has the model's own colours. False, and nothing has
   // been shown, where the tile does not fit the part or its picture cannot be had.
-  struct Paint
+  struct TextureSource
   {
     std::shared_ptr<const TextureTile> tile;
     TileDecoder decoder = nullptr;
   };
-  bool ShowPainted(const SurfacePart& part, const UnitNormals& normals, const TreeDepths& depths,
-    const Vec3& center, const SceneStyle& style, const Paint& paint);
+  bool ShowTextured(const SurfacePart& part, const UnitNormals& normals, const TreeDepths& depths,
+    const Vec3& center, const SceneStyle& style, const TextureSource& textureSource);
   void SetStyle(const SceneStyle& style);
   // A copy of it is what this is made of from now on; to be followed by SetStyle.
   void SetMaterial(vtkProperty& material);
@@ -68,7 +68,7 @@ public:
 private:
   void AddShaders();
   void LetGoOfTexture();
-  void Tint(bool painted);
+  void Tint(bool textured);
   void TakeColors(const Surface& surface, const TreeDepths& depths);
   vtkSmartPointer<vtkUnsignedCharArray> PointColors(const Coloring& coloring) const;
   vtkSmartPointer<vtkUnsignedCharArray> CellColors(SurfaceColoring coloring) const;
@@ -85,7 +85,7 @@ private:
   Surface Arrays;                          // without points: what they may be coloured by
   std::shared_ptr<const TextureTile> Tile; // whose picture is in Texture; or null
   vtkSmartPointer<vtkTexture> Texture;     // or null
-  bool IsPainted = false;                  // by it
+  bool IsTextured = false;                 // by it
   std::array<double, 3> Plain;             // colour of what has none of its own
 };
 

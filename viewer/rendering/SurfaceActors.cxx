@@ -57,8 +57,8 @@ Status SurfaceActors::Update(const Surface& surface, const TreeDepths& depths, c
 Status SurfaceActors::Update(const DrawnSurface& surface, const TreeDepths& depths,
   const Vec3& center, const std::shared_ptr<const TileList>& tiles)
 {
-  const bool isPainted = this->Decoder && tiles && !tiles->empty();
-  if (surface.TriangleCount() == 0 || (surface.Parts().size() > mostParts && !isPainted))
+  const bool isTextured = this->Decoder && tiles && !tiles->empty();
+  if (surface.TriangleCount() == 0 || (surface.Parts().size() > mostParts && !isTextured))
   {
     KDSTREAM_TRY(this->Update(surface.Whole(), depths, center));
     this->FacetSize = FacetLength(surface);
@@ -88,7 +88,7 @@ Status SurfaceActors::Update(const DrawnSurface& surface, const TreeDepths& dept
   for (std::size_t i = 0; i < parts.size(); ++i)
   {
     entries[i].drawn = parts[i];
-    entries[i].tile = isPainted ? FindTile(*tiles, parts[i].part->piece) : nullptr;
+    entries[i].tile = isTextured ? FindTile(*tiles, parts[i].part->piece) : nullptr;
     const auto known = before.find(parts[i].part.get());
     if (known != before.end())
     {
@@ -111,7 +111,7 @@ Status SurfaceActors::Update(const DrawnSurface& surface, const TreeDepths& dept
     {
       const SurfacePart& part = *entry.drawn.part;
       const UnitNormals normals = UnitNormalsOf(*entry.drawn.normals);
-      if (!entry.tile || !entry.scene->ShowPainted(part, normals, depths, center, this->Style,
+      if (!entry.tile || !entry.scene->ShowTextured(part, normals, depths, center, this->Style,
                            { entry.tile, this->Decoder }))
       {
         entry.scene->Show(part.surface, normals, depths, center, this->Style);

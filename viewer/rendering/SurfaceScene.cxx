@@ -32,7 +32,7 @@ void Shine(vtkLight& light, const SceneLight& as)
   light.SetSwitch(as.intensity > 0);
 }
 
-vtkSmartPointer<vtkLight> AddLamp(vtkRenderer& renderer, const SceneLight& as)
+vtkSmartPointer<vtkLight> AddLightSource(vtkRenderer& renderer, const SceneLight& as)
 {
   auto light = vtkSmartPointer<vtkLight>::New();
   light->SetLightTypeToCameraLight();
@@ -69,9 +69,9 @@ SurfaceScene::SurfaceScene()
   , Occlusion(std::make_unique<SceneOcclusion>())
 {
   this->SceneRenderer->AutomaticLightCreationOff();
-  for (std::size_t i = 0; i < this->Lamps.size(); ++i)
+  for (std::size_t i = 0; i < this->Lights.size(); ++i)
   {
-    this->Lamps[i] = AddLamp(*this->SceneRenderer, this->Lighting.lamps[i]);
+    this->Lights[i] = AddLightSource(*this->SceneRenderer, this->Lighting.lights[i]);
   }
   SetUpBackground(*this->SceneRenderer);
   const vtkNew<vtkCamera> camera;
@@ -124,9 +124,9 @@ void SurfaceScene::SetLighting(const SceneLighting& lighting)
     return;
   }
   this->Lighting = lighting;
-  for (std::size_t i = 0; i < this->Lamps.size(); ++i)
+  for (std::size_t i = 0; i < this->Lights.size(); ++i)
   {
-    Shine(*this->Lamps[i], lighting.lamps[i]);
+    Shine(*this->Lights[i], lighting.lights[i]);
   }
 }
 

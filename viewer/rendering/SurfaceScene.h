@@ -2,7 +2,7 @@
 // Draws one surface in a VTK renderer. Step "render" of the pipeline picture: the surface is
 // DrawSurface's.
 //
-// The model stands like a piece in a museum: stone before a soft gradient, lit by the lamps of
+// The model stands like a piece in a museum: stone before a soft gradient, lit by the lights of
 // viewer/session/look/SceneLook.h, which follow the camera.
 #pragma once
 
@@ -13,8 +13,8 @@
 #include "viewer/session/look/Coloring.h"
 #include "viewer/session/look/SceneLook.h"
 #include "viewer/session/look/SceneRules.h"
-#include "viewer/session/paint/TileList.h"
 #include "viewer/session/section/SectionPlane.h"
+#include "viewer/session/texture/TileList.h"
 
 #include <vtkNew.h>
 #include <vtkSmartPointer.h>
@@ -48,7 +48,7 @@ struct SceneStyle
 {
   Coloring coloring{};
   bool flat = false;      // a normal a triangle instead of one a vertex
-  bool occlusion = false; // hollows are darker (viewer/session/look/OcclusionShaders.h)
+  bool occlusion = false; // ambient occlusion (viewer/session/look/OcclusionShaders.h)
 };
 
 // A renderer with one surface, which may be replaced while the camera stays.
@@ -104,7 +104,7 @@ private:
   std::unique_ptr<SceneOcclusion> Occlusion;
   unsigned long PictureObserver = 0, OcclusionObserver = 0;
 
-  std::array<vtkSmartPointer<vtkLight>, 2> Lamps;
+  std::array<vtkSmartPointer<vtkLight>, 2> Lights;
   SceneLighting Lighting;
   std::optional<SectionPlane> Section;
   std::shared_ptr<const Surface> Cap;  // null without

@@ -14,8 +14,8 @@ namespace kdstream
 namespace
 {
 
-// Of halves and quarters of the picture the one that fits a pixel, as the page filters tiles
-// (viewer/mobile/GlesBuffers.cxx): charts have a margin of their own picture that is enough for
+// Uses the half or quarter of the picture that fits a pixel, as the page filters tiles
+// (viewer/mobile/GlesBuffers.cxx). Charts have a margin of their own picture that is enough for
 // these.
 class TileTexture : public vtkOpenGLTexture
 {

@@ -26,13 +26,13 @@ const char* NameOf(const BlobId& blob, bool isPreview)
 
 }
 
-Fetcher::Fetcher(ShownModel& model, LodSelection& lod, PickedRegion& region, std::size_t aheadBytes,
-  std::function<double()> clock, std::size_t mostStatistics)
+Fetcher::Fetcher(ShownModel& model, LodSelection& lod, PickedRegion& region,
+  std::size_t prefetchBytes, std::function<double()> clock, std::size_t mostStatistics)
   : Model(model)
   , Lod(lod)
   , Region(region)
   , Clock(std::move(clock))
-  , Wanted(aheadBytes)
+  , Wanted(prefetchBytes)
   , Past(mostStatistics)
 {
 }
@@ -92,11 +92,11 @@ void Fetcher::AskMore(const LodSelection::View& view)
   const bool tapWaits = this->Region.IsPicking() && !previewFirst && this->Lod.WaitsForTree();
   this->Region.NoteAsked(
     this->Wanted.AskMore(bytesOf, { this->Model.PreviewBlob(), tapWaits, !byView }));
-  const bool mayAskAhead = byView && view.isFullScreen && !this->Region.IsPicking() &&
+  const bool mayPrefetch = byView && view.isFullScreen && !this->Region.IsPicking() &&
                            !this->Lod.IsDue() && !view.previewsOnly;
-  if (mayAskAhead && this->Wanted.MayAskAhead(this->Lod.WantedByView()))
+  if (mayPrefetch && this->Wanted.MayPrefetch(this->Lod.WantedByView()))
   {
-    this->Wanted.AskAhead(this->Lod.WantedNext(view), bytesOf);
+    this->Wanted.Prefetch(this->Lod.WantedNext(view), bytesOf);
   }
 }
 
@@ -188,7 +188,7 @@ Status Fetcher::Decode(
 
 void Fetcher::Fail(const BlobId& blob, const std::string& message)
 {
-  if (this->Wanted.GiveUpAhead(blob))
+  if (this->Wanted.GiveUpPrefetch(blob))
   {
     return; // nobody has missed it
   }
@@ -229,7 +229,7 @@ bool Fetcher::RequestFailed(std::uint32_t request, const std::string& message)
   const bool opens = asked->kind == SessionRequest::Kind::Open;
   for (const BlobId& blob : this->Wanted.Close(request))
   {
-    if (!this->Wanted.IsAhead(blob))
+    if (!this->Wanted.IsPrefetched(blob))
     {
       this->Model.failed.AddLost(blob, message);
     }

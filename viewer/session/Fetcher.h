@@ -29,8 +29,8 @@ namespace kdstream
 class Fetcher
 {
 public:
-  // aheadBytes, clock, mostStatistics: as SessionOptions.
-  Fetcher(ShownModel& model, LodSelection& lod, PickedRegion& region, std::size_t aheadBytes,
+  // prefetchBytes, clock, mostStatistics: as SessionOptions.
+  Fetcher(ShownModel& model, LodSelection& lod, PickedRegion& region, std::size_t prefetchBytes,
     std::function<double()> clock, std::size_t mostStatistics);
   Fetcher(const Fetcher&) = delete;
 

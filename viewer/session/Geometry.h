@@ -118,8 +118,8 @@ inline Vec3 Across(const Vec3& axis)
 }
 
 // The orientation of a camera (x right, y up, view along -z) that looks from `view`, with `up`
-// upward on the screen as far as it goes; where it looks along `up`, x to the right. REQUIRES: both
-// of length 1.
+// upward on the screen as far as possible; if it looks along `up`, x is to the right. REQUIRES:
+// both of length 1.
 inline Quaternion LookingFrom(const Vec3& view, const Vec3& up)
 {
   const Vec3 across = Cross(up, view);

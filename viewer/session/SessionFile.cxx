@@ -58,7 +58,7 @@ Result<Touch> ParseTouch(const JsonValue& object, std::size_t line)
                   &y = *FindMember(object, "y");
   if (!id.IsInt64() || !x.IsNumber() || !y.IsNumber())
   {
-    return Wrong(line, "a touch: id is an integer, x and y are numbers");
+    return Wrong(line, "a touch: id must be an integer, x and y must be numbers");
   }
   return Touch{ id.GetInt64(), x.GetDouble(), y.GetDouble() };
 }
@@ -72,7 +72,7 @@ Result<SessionStep> ParseTouches(const JsonValue& object, std::size_t line)
   const JsonValue &time = *FindMember(object, "t"), &touches = *FindMember(object, "touches");
   if (!time.IsNumber() || !touches.IsArray())
   {
-    return Wrong(line, "'t' is a number of seconds, 'touches' a list");
+    return Wrong(line, "'t' must be a number of seconds, 'touches' a list");
   }
   SessionStep step{ SessionStep::Kind::Touches, { time.GetDouble(), {} }, {} };
   for (const JsonValue& entry : touches.GetArray())
@@ -94,7 +94,7 @@ Result<SessionStep> ParseNamed(
   const JsonValue& text = *FindMember(object, key);
   if (!text.IsString() || text.GetString().empty())
   {
-    return Wrong(line, std::string("'") + key + "' is a text that is not empty");
+    return Wrong(line, std::string("'") + key + "' must be a text that is not empty");
   }
   return SessionStep{ kind, {}, std::string(TextOf(text)) };
 }
@@ -111,7 +111,7 @@ Result<SessionStep> ParseWord(const JsonValue& object, std::size_t line, const c
     {
       known += (known.empty() ? "'" : ", '") + std::string(word) + "'";
     }
-    return Wrong(line, "'" + std::string(key) + "' is one of " + known);
+    return Wrong(line, "'" + std::string(key) + "' must be one of " + known);
   }
   return step;
 }
@@ -126,7 +126,7 @@ Result<SessionStep> ParseZoom(const JsonValue& object, std::size_t line)
                   &y = *FindMember(object, "y");
   if (!factor.IsNumber() || !(factor.GetDouble() > 0) || !x.IsNumber() || !y.IsNumber())
   {
-    return Wrong(line, "'zoom' is a number above 0, 'x' and 'y' are numbers");
+    return Wrong(line, "'zoom' must be a number above 0, 'x' and 'y' must be numbers");
   }
   SessionStep step{ SessionStep::Kind::Zoom, {} };
   step.factor = factor.GetDouble();
@@ -144,7 +144,7 @@ Result<SessionStep> ParseRings(const JsonValue& object, std::size_t line)
   const JsonValue& rings = *FindMember(object, "rings");
   if (!rings.IsUint() || rings.GetUint() < 1 || rings.GetUint() > 3)
   {
-    return Wrong(line, "'rings' is 1, 2 or 3");
+    return Wrong(line, "'rings' must be 1, 2 or 3");
   }
   SessionStep step{ SessionStep::Kind::Rings, {} };
   step.rings = rings.GetUint();
@@ -163,7 +163,7 @@ Result<SessionStep> ParseBudgets(const JsonValue& object, std::size_t line)
   { return value.IsUint64() && value.GetUint64() > 0; };
   if (!isCount(triangles) || !isCount(memory))
   {
-    return Wrong(line, "'triangles' and 'memory' (bytes) are integers above 0");
+    return Wrong(line, "'triangles' and 'memory' (bytes) must be integers above 0");
   }
   SessionStep step{ SessionStep::Kind::Budgets, {} };
   step.triangles = triangles.GetUint64();
@@ -182,12 +182,12 @@ Result<SessionStep> ParseWindow(const JsonValue& object, std::size_t line)
   { return side.IsInt() && side.GetInt() >= 1 && side.GetInt() <= SessionStep::largestSide; };
   if (!sides.IsArray() || sides.Size() != 2 || !isSide(sides[0]) || !isSide(sides[1]))
   {
-    return Wrong(line, "'window' is a list of width and height, each 1 to " +
+    return Wrong(line, "'window' must be a list of width and height, each 1 to " +
                          std::to_string(SessionStep::largestSide) + " pixels");
   }
   if (!ratio.IsNumber() || !(ratio.GetDouble() >= 0.125 && ratio.GetDouble() <= 8))
   {
-    return Wrong(line, "'ratio' is a number of pixels for a point, 0.125 to 8");
+    return Wrong(line, "'ratio' must be the number of pixels per point, 0.125 to 8");
   }
   SessionStep step{ SessionStep::Kind::Window, {} };
   step.window = { sides[0].GetInt(), sides[1].GetInt(), ratio.GetDouble() };
@@ -209,9 +209,8 @@ Result<SessionStep> ParseColorsStep(const JsonValue& object, std::size_t line)
   auto step = ParseNamed(object, line, "colours", SessionStep::Kind::Colors);
   if (step && !ParseColors(step->name))
   {
-    return Wrong(line, "'colours' is one of 'own', 'none', 'partition', 'resolution', or "
-                       "'by:NAME:MAP:LOW:HIGH', of which the last two may be absent, and the last "
-                       "three");
+    return Wrong(line, "'colours' must be 'own', 'none', 'partition', 'resolution' or "
+                       "'by:NAME:MAP:LOW:HIGH', where LOW:HIGH or MAP:LOW:HIGH may be left out");
   }
   return step;
 }
@@ -236,20 +235,20 @@ Result<SessionStep> ParseDepth(const JsonValue& object, std::size_t line)
   const JsonValue& depth = *FindMember(object, "depth");
   if (!depth.IsNumber() || !(depth.GetDouble() >= 0 && depth.GetDouble() <= 1))
   {
-    return Wrong(line, "'depth' is a number from 0 to 1");
+    return Wrong(line, "'depth' must be a number from 0 to 1");
   }
   SessionStep step{ SessionStep::Kind::Depth, {} };
   step.factor = depth.GetDouble();
   return step;
 }
 
-Result<SessionStep> ParseLampsStep(const JsonValue& object, std::size_t line)
+Result<SessionStep> ParseLightsStep(const JsonValue& object, std::size_t line)
 {
-  auto step = ParseNamed(object, line, "lamps", SessionStep::Kind::Lamps);
+  auto step = ParseNamed(object, line, "lamps", SessionStep::Kind::Lights);
   KDSTREAM_TRY(step);
-  if (const auto lamps = ParseLamps(step->name); !lamps)
+  if (const auto lights = ParseLights(step->name); !lights)
   {
-    return Wrong(line, "'lamps': " + lamps.GetError().message);
+    return Wrong(line, "'lamps': " + lights.GetError().message);
   }
   return step;
 }
@@ -280,7 +279,7 @@ Result<SessionStep> ParseStep(std::string_view text, std::size_t line)
          : has("section")    ? ParseWord(object, line, "section", Kind::Section,
                                  { "x", "y", "z", "view", "flip", "off" })
          : has("depth")      ? ParseDepth(object, line)
-         : has("lamps")      ? ParseLampsStep(object, line)
+         : has("lamps")      ? ParseLightsStep(object, line)
          : has("link")       ? ParseLink(object, line)
          : has("turning") ? ParseWord(object, line, "turning", Kind::Turning, { "upright", "free" })
          : has("detail")
@@ -288,10 +287,11 @@ Result<SessionStep> ParseStep(std::string_view text, std::size_t line)
          : has("colours") ? ParseColorsStep(object, line)
          : has("light")   ? ParseWord(object, line, "light", Kind::Light, { "relief", "plain" })
          : has("boxes")   ? ParseWord(object, line, "boxes", Kind::Boxes, { "on", "off" })
-                        : Wrong(line, "none of 'touches', 'zoom', 'wait', 'screenshot', 'select', "
-                                      "'go', 'side', 'link', 'tool', 'section', 'depth', 'lamps', "
-                                      "'turning', 'detail', 'rings', 'triangles', "
-                                      "'colours', 'light', 'boxes', 'window'");
+                          : Wrong(line, "unknown step: it must have one of 'touches', 'zoom', "
+                                          "'wait', 'screenshot', 'select', "
+                                          "'go', 'side', 'link', 'tool', 'section', 'depth', 'lamps', "
+                                          "'turning', 'detail', 'rings', 'triangles', "
+                                          "'colours', 'light', 'boxes', 'window'");
 }
 
 }
@@ -362,11 +362,11 @@ Status Perform(const SessionStep& step, ViewerSession& session)
     case SessionStep::Kind::Depth:
       session.SetSectionDepth(step.factor);
       break;
-    case SessionStep::Kind::Lamps:
+    case SessionStep::Kind::Lights:
     {
-      const auto lamps = ParseLamps(step.name);
-      KDSTREAM_TRY(lamps);
-      session.SetLight(*lamps);
+      const auto lights = ParseLights(step.name);
+      KDSTREAM_TRY(lights);
+      session.SetLight(*lights);
       break;
     }
     case SessionStep::Kind::Link:
@@ -444,7 +444,7 @@ std::string FormatSessionStep(const SessionStep& step)
     case SessionStep::Kind::Depth:
       json.Member("depth", step.factor);
       break;
-    case SessionStep::Kind::Lamps:
+    case SessionStep::Kind::Lights:
       json.Member("lamps", step.name);
       break;
     case SessionStep::Kind::Link:

@@ -64,7 +64,7 @@ struct SessionStep
     Tool,
     Section,
     Depth,
-    Lamps,
+    Lights,
     Turning,
     Detail,
     Rings,
@@ -76,7 +76,7 @@ struct SessionStep
   };
   Kind kind = Kind::WaitForIdle;
   TouchFrame frame; // of Touches
-  // File of Screenshot, model of Select, text of Link and Lamps; word of Go, Side, Tool, Section,
+  // File of Screenshot, model of Select, text of Link and Lights; word of Go, Side, Tool, Section,
   // Turning, Detail, Colors, Light and Boxes.
   std::string name{};
   double factor = 1; // of Zoom, above 0; of Depth, 0-1
@@ -93,7 +93,7 @@ struct SessionStep
 bool NeedsModel(const SessionStep& step);
 
 // Reads a session file's content; empty lines are skipped. O(size).
-// check: what a player has against a step, which is told before it plays any.
+// check: what a player has against a step, which is reported before it plays any.
 // Errors: InvalidInput naming the line and what is wrong in it; unknown keys are errors, and what
 // `check` says.
 Result<std::vector<SessionStep>> ParseSession(

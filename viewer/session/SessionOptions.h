@@ -80,7 +80,7 @@ struct SessionOptions : LodOptions
   // Prefetch, by the view: when all that is wanted has come, pieces for a view nearer by half in
   // the middle of the screen are fetched, once for each view, until about this number of bytes was
   // requested. 0: no prefetch.
-  std::size_t aheadBytes = 0;
+  std::size_t prefetchBytes = 0;
   // Seconds of a steady clock, for parsing times only; without one these are 0.
   std::function<double()> clock;
   // Blobs of which Statistics tells: the newest.

@@ -26,7 +26,7 @@ SessionParts::SessionParts(SessionOptions chosen)
       this->model, this->options.rings, this->options.region, this->options.refinement.triangles)
   , camera(this->model, this->options.turning, this->options.coasts)
   , tools(this->model)
-  , fetcher(this->model, this->lod, this->region, this->options.aheadBytes, this->options.clock,
+  , fetcher(this->model, this->lod, this->region, this->options.prefetchBytes, this->options.clock,
       this->options.mostStatistics)
 {
 }
@@ -141,8 +141,8 @@ void SessionParts::TakeLink(bool isJump)
   }
   if (description.digest.compare(0, link.digest.size(), link.digest) != 0)
   {
-    this->model.failed.Report("This link was made of another version of " + this->model.id +
-                              ": what it shows may have moved.");
+    this->model.failed.Report(
+      "This link was made with another version of " + this->model.id + ": its view may not fit.");
   }
 }
 

@@ -84,7 +84,7 @@ std::string ViewerSession::FormatTrace(std::string_view input, std::string_view 
     .Member("shown", status.shownLevel)
     .Member("target", status.targetLevel)
     .Member("original", status.original)
-    .Member("error_left", status.errorLeft);
+    .Member("error_left", status.remainingError);
   line.Key("region").PutJson(FormatRegion(status.region)).Key("camera");
   PutCamera(line, this->Own->camera.Get());
   line.Member("surface", this->Own->model.surface.Version())

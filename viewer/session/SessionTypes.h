@@ -8,8 +8,8 @@
 #include "filters/protocol/BlobId.h"
 #include "viewer/session/Camera.h"
 #include "viewer/session/look/SceneLook.h"
-#include "viewer/session/paint/TileList.h"
 #include "viewer/session/section/SectionPlane.h"
+#include "viewer/session/texture/TileList.h"
 
 #include <cstdint>
 #include <deque>
@@ -40,7 +40,7 @@ struct SessionRequest
 };
 // What is left to ask for where these of the request's blobs are here already.
 SessionRequest LeftOf(SessionRequest request, const std::vector<protocol::BlobId>& here);
-// As a line of JSON, for traces. isPreview: it asks for the preview alone, and is called so.
+// As a line of JSON, for traces. isPreview: it asks for only the preview, and is called so.
 std::string FormatRequest(const SessionRequest& request, bool isPreview = false);
 
 // What became of a blob that has come.
@@ -107,8 +107,8 @@ struct ViewerStatus
   // That the zoom asks for; by the view, the finest that is wanted. Nothing before the model is
   // open.
   std::optional<unsigned> targetLevel;
-  bool original = false; // by the view: some of it is
-  double errorLeft = 0;  // by the view: points on the screen that a budget leaves; else 0
+  bool original = false;     // by the view: some of it is
+  double remainingError = 0; // by the view: points on the screen that a budget leaves; else 0
   struct Region
   {
     NodeId cell = 1; // picked

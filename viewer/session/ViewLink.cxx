@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// A view that is told to another viewer: see ViewLink.h.
+// A view as a link for another viewer: see ViewLink.h.
 //
-// A place is 35 bytes, as 47 characters of base64url (RFC 4648): the version; focal point and
-// distance, each 5 bytes of a fixed point number from -16 to 16 radii; the orientation, each 3
-// bytes from -1 to 1; the window's sides' ratio, 2 bytes, in 1/1024. The most significant byte is
-// first.
+// The camera is 35 bytes, as 47 characters of base64url (RFC 4648): the version; focal point and
+// distance, each a fixed point number of 5 bytes from -16 to 16 radii; the orientation, each 3
+// bytes from -1 to 1; the ratio of the window's sides, 2 bytes, in 1/1024. The most significant
+// byte is first.
 #include "viewer/session/ViewLink.h"
 
 #include "filters/core/Texts.h"
@@ -190,26 +190,26 @@ std::optional<SectionPlane> ParseSection(std::string_view text)
   return section;
 }
 
-// Of each lamp 5 bytes: place on the disc, each 2 bytes from -1 to 1, and intensity; between them
+// Of each light 5 bytes: place on the disc, each 2 bytes from -1 to 1, and intensity; between them
 // the relief.
 constexpr unsigned discBytes = 2, shareBytes = 1;
 
-void PutLamp(std::vector<std::uint8_t>& bytes, const RakingLamp& lamp)
+void PutLightSource(std::vector<std::uint8_t>& bytes, const LightSource& lightSource)
 {
-  Put(bytes, lamp.x, 1, discBytes);
-  Put(bytes, lamp.y, 1, discBytes);
-  Put(bytes, lamp.intensity - RakingLight::mostIntensity / 2, RakingLight::mostIntensity / 2,
+  Put(bytes, lightSource.x, 1, discBytes);
+  Put(bytes, lightSource.y, 1, discBytes);
+  Put(bytes, lightSource.intensity - RakingLight::mostIntensity / 2, RakingLight::mostIntensity / 2,
     shareBytes);
 }
 
-RakingLamp TakeLamp(const std::vector<std::uint8_t>& bytes, std::size_t& at)
+LightSource TakeLightSource(const std::vector<std::uint8_t>& bytes, std::size_t& at)
 {
-  RakingLamp lamp;
-  lamp.x = Take(bytes, at, 1, discBytes);
-  lamp.y = Take(bytes, at, 1, discBytes);
-  lamp.intensity =
+  LightSource lightSource;
+  lightSource.x = Take(bytes, at, 1, discBytes);
+  lightSource.y = Take(bytes, at, 1, discBytes);
+  lightSource.intensity =
     Take(bytes, at, RakingLight::mostIntensity / 2, shareBytes) + RakingLight::mostIntensity / 2;
-  return lamp;
+  return lightSource;
 }
 
 constexpr std::string_view standardLight = "standard";
@@ -290,9 +290,9 @@ bool TakeEntry(ViewLink& link, std::string_view key, std::string_view value)
   }
   if (key == "lamps")
   {
-    auto lamps = ParseLamps(value);
-    link.lamps = lamps ? *lamps : link.lamps;
-    return lamps.HasValue();
+    auto lights = ParseLights(value);
+    link.lights = lights ? *lights : link.lights;
+    return lights.HasValue();
   }
   if (key == "colours")
   {
@@ -310,23 +310,23 @@ bool TakeEntry(ViewLink& link, std::string_view key, std::string_view value)
 
 }
 
-std::string FormatLamps(const std::optional<RakingLight>& lamps)
+std::string FormatLights(const std::optional<RakingLight>& lights)
 {
-  if (!lamps)
+  if (!lights)
   {
     return std::string(standardLight);
   }
   std::vector<std::uint8_t> bytes;
-  PutLamp(bytes, lamps->lamp);
-  Put(bytes, lamps->relief - 0.5, 0.5, shareBytes);
-  if (lamps->second)
+  PutLightSource(bytes, lights->lightSource);
+  Put(bytes, lights->relief - 0.5, 0.5, shareBytes);
+  if (lights->second)
   {
-    PutLamp(bytes, *lamps->second);
+    PutLightSource(bytes, *lights->second);
   }
   return Base64Url(bytes);
 }
 
-Result<std::optional<RakingLight>> ParseLamps(std::string_view text)
+Result<std::optional<RakingLight>> ParseLights(std::string_view text)
 {
   if (text == standardLight)
   {
@@ -337,15 +337,15 @@ Result<std::optional<RakingLight>> ParseLamps(std::string_view text)
   const auto bytes = ToBytes(text.substr(0, 2 * two));
   if (!bytes || (bytes->size() != one && bytes->size() != two))
   {
-    return Error{ ErrorCode::InvalidInput, "no light can be understood in this" };
+    return Error{ ErrorCode::InvalidInput, "this does not describe a light" };
   }
   std::size_t at = 0;
   RakingLight light;
-  light.lamp = TakeLamp(*bytes, at);
+  light.lightSource = TakeLightSource(*bytes, at);
   light.relief = Take(*bytes, at, 0.5, shareBytes) + 0.5;
   if (bytes->size() == two)
   {
-    light.second = TakeLamp(*bytes, at);
+    light.second = TakeLightSource(*bytes, at);
   }
   return std::optional(Confined(light));
 }
@@ -365,7 +365,7 @@ std::string FormatViewLink(const ViewLink& link)
                   : "");
   add("distances", FormatMeasurements(link.measurements));
   add("section", link.section ? FormatSection(*link.section) : "");
-  add("lamps", link.lamps ? FormatLamps(link.lamps) : "");
+  add("lamps", link.lights ? FormatLights(link.lights) : "");
   add("colours", link.colors);
   add("light", link.light);
   return text;
@@ -388,12 +388,12 @@ Result<ViewLink> ParseViewLink(std::string_view text)
     if (!TakeEntry(link, key, value))
     {
       return Error{ ErrorCode::InvalidInput,
-        "this link to a view says nothing that can be understood about its " + std::string(key) };
+        "this link to a view has an invalid value for " + std::string(key) };
     }
   }
   if (link.model.empty())
   {
-    return Error{ ErrorCode::InvalidInput, "this link names no model" };
+    return Error{ ErrorCode::InvalidInput, "this link does not name a model" };
   }
   return link;
 }

@@ -41,7 +41,7 @@ struct ViewLink
   // The ends of distances that were measured, as CameraPlace has points; at most mostMeasurements.
   std::vector<std::array<Vec3, 2>> measurements;
   std::optional<SectionPlane> section; // its offset as CameraPlace has lengths
-  std::optional<RakingLight> lamps;
+  std::optional<RakingLight> lights;
   std::string colors, light; // words of the session files; empty: as usual
   bool operator==(const ViewLink&) const = default;
 
@@ -53,10 +53,10 @@ struct ViewLink
 // The camera's numbers are rounded to less than a hundredth of a pixel. O(size).
 std::string FormatViewLink(const ViewLink& link);
 
-// The light alone, as links and session files have it; "standard" where there is none.
-std::string FormatLamps(const std::optional<RakingLight>& lamps);
+// Only the light, as links and session files have it; "standard" where there is none.
+std::string FormatLights(const std::optional<RakingLight>& lights);
 // Errors: InvalidInput for what is none of these.
-Result<std::optional<RakingLight>> ParseLamps(std::string_view text);
+Result<std::optional<RakingLight>> ParseLights(std::string_view text);
 
 // Takes any text. What it does not know it skips: a later version's links open as far as they can.
 // Errors: InvalidInput where the text is longer than ViewLink::longest, no model is named, or a

@@ -299,14 +299,14 @@ void ViewerSession::SetMemory(const MemoryShares& shares)
   this->Zoomed("budgets");
 }
 
-void ViewerSession::SetAhead(std::size_t bytes)
+void ViewerSession::SetPrefetch(std::size_t bytes)
 {
-  this->Own->fetcher.Wishes().SetAhead(bytes);
+  this->Own->fetcher.Wishes().SetPrefetch(bytes);
 }
 
-void ViewerSession::SetGlides(bool glides)
+void ViewerSession::SetGeomorphs(bool geomorphs)
 {
-  this->Own->model.surface.SetGlides(glides);
+  this->Own->model.surface.SetGeomorphs(geomorphs);
 }
 
 void ViewerSession::AskAgain()
@@ -423,7 +423,7 @@ void ViewerSession::RequestFailed(std::uint32_t request, const std::string& mess
 
 void ViewerSession::RequestEnded(std::uint32_t request)
 {
-  this->RequestFailed(request, "the server ended without sending it");
+  this->RequestFailed(request, "the server stopped before sending it");
 }
 
 // ---- frames and what comes out

@@ -38,7 +38,7 @@ struct SessionParts;
 // to the hit and streams the region around it as the original, whatever the zoom. A double tap
 // beside the model drops the region and goes home. Selecting another model browses that one.
 //
-// The first view of a model is that of its description (ModelPose). Nobody gets lost: some of the
+// The first view of a model is that of its description (HomeView). Nobody gets lost: some of the
 // shown surface stays on the screen (KeepInSight). The eye never goes through the surface, nor,
 // while nothing is shown, into the box: a motion ends before them, but zooming out always leads
 // away. Where a changed surface is around the eye, the eye steps back.
@@ -140,11 +140,11 @@ public:
   // region smaller, where they exceed their share. The share of the tree counts for models that are
   // opened from now on. No session file tells of it.
   void SetMemory(const MemoryShares& shares);
-  // As SessionOptions::aheadBytes.
-  void SetAhead(std::size_t bytes);
-  // Whether the parts of the next surfaces tell where they glide from (DrawnSurface::Part); at
+  // As SessionOptions::prefetchBytes.
+  void SetPrefetch(std::size_t bytes);
+  // Whether the parts of the next surfaces tell where they morph from (DrawnSurface::Part); at
   // first they do not. No trace tells of it.
-  void SetGlides(bool glides);
+  void SetGeomorphs(bool geomorphs);
 
   // Asks for what has failed once more, as where a server is back.
   void AskAgain();
@@ -156,12 +156,12 @@ public:
   // kept, other answers to it are ignored.
   void SetModels(std::vector<ModelSummary> models);
   void Opened(std::uint32_t request, const ModelDescription& model);
-  // Bytes of any content may be given; what is wrong with them is told in the status, too.
+  // Bytes of any content may be given; what is wrong with them is reported in the status, too.
   // transmissionSeconds: from the request, or from the blob before it.
   BlobArrival BlobArrived(std::uint32_t request, const protocol::BlobId& blob,
     std::span<const std::uint8_t> bytes, double transmissionSeconds, bool fromCache);
   void BlobFailed(std::uint32_t request, const protocol::BlobId& blob, const std::string& message);
-  // All that the request still owes has failed.
+  // All that is outstanding of the request has failed.
   void RequestFailed(std::uint32_t request, const std::string& message);
   // The server says that it has sent everything.
   void RequestEnded(std::uint32_t request);

@@ -60,7 +60,7 @@ Result<std::vector<ClientEvent>> RemoteModel::NextEvents(const Execution& execut
     if (Clock::now() - begin > this->Timeout)
     {
       return Error{ ErrorCode::InputOutput,
-        "nothing has come for " + std::to_string(this->Timeout.count()) + " s" };
+        "the server has sent nothing for " + std::to_string(this->Timeout.count()) + " s" };
     }
   } while (!this->Source->Wait(patience));
   return this->Source->Take();
@@ -122,8 +122,8 @@ Result<RemoteModel::Blobs> RemoteModel::Fetch(
     return error;
   };
   Blobs blobs;
-  std::set<protocol::BlobId> owed(wanted.begin(), wanted.end());
-  while (!owed.empty())
+  std::set<protocol::BlobId> outstanding(wanted.begin(), wanted.end());
+  while (!outstanding.empty())
   {
     auto events = this->NextEvents(execution);
     if (!events)
@@ -140,10 +140,10 @@ Result<RemoteModel::Blobs> RemoteModel::Fetch(
       {
         const bool one = event.kind == ClientEvent::Kind::BlobFailed;
         return giveUp({ one ? ErrorCode::NotFound : ErrorCode::InputOutput,
-          protocol::BlobName(one ? event.blob : *owed.begin()) +
-            " cannot be had: " + event.message });
+          protocol::BlobName(one ? event.blob : *outstanding.begin()) +
+            " cannot be loaded: " + event.message });
       }
-      if (owed.erase(event.blob) > 0)
+      if (outstanding.erase(event.blob) > 0)
       {
         blobs.emplace(event.blob, std::move(event.bytes));
       }

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// How sources run: on VTK's threads. While they wait, progress is told as it is, so that whoever
-// observes it can stop them; so can any other thread, by vtkAlgorithm::SetAbortExecute.
+// How sources run: on VTK's threads. While they wait, the unchanged progress is reported, so that
+// an observer can stop them; so can any other thread, by vtkAlgorithm::SetAbortExecute.
 #pragma once
 
 #include "filters/core/Execution.h"
@@ -17,7 +17,7 @@ void ForgetAbort(vtkAlgorithm& source);
 Execution MakeOpeningExecution(vtkAlgorithm& source);
 
 // For what is read then. Progress never falls, though steps begin anew: "pieces" are four fifths of
-// it, "glue" is a tenth; of all others nothing but the time is told.
+// it, "glue" is a tenth; of all others nothing but the time is reported.
 Execution MakeReadingExecution(vtkAlgorithm& source);
 
 }

@@ -5,8 +5,8 @@
 #include "viewer/session/Camera.h"
 #include "viewer/session/model/KnownTree.h"
 #include "viewer/session/model/PieceCache.h"
-#include "viewer/session/model/SeenPartitions.h"
 #include "viewer/session/model/ViewRefinement.h"
+#include "viewer/session/model/VisiblePartitions.h"
 
 #include <cmath>
 #include <cstddef>
@@ -42,13 +42,13 @@ public:
   {
     const PieceId preview{ Resolution::Level(PreviewLevel(this->Depths)), 1 };
     KDSTREAM_TRY(this->Read(std::span(&preview, 1)));
-    this->IsClosed = SeenPartitions::IsNearlyClosed(*this->Pieces.Peek(preview));
+    this->IsClosed = VisiblePartitions::IsNearlyClosed(*this->Pieces.Peek(preview));
     return {};
   }
 
   void Follow(const Camera& camera, ViewRefinement& refinement)
   {
-    this->Partitions.LookThrough(camera, this->IsClosed);
+    this->Partitions.Cull(camera, this->IsClosed);
     refinement.Follow({ camera, this->Tree, this->Pieces, &this->Partitions, false }, {}, {});
   }
 
@@ -97,7 +97,7 @@ private:
   const Execution& Runs;
   TreeDepths Depths;
   KnownTree Tree;
-  SeenPartitions Partitions;
+  VisiblePartitions Partitions;
   PieceCache Pieces{ std::numeric_limits<std::size_t>::max() };
   bool IsClosed = false;
 };

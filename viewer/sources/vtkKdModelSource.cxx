@@ -419,8 +419,8 @@ bool vtkKdModelSource::TellPartitions(vtkInformation* outInfo, const Execution& 
   }
   if (!boxes)
   {
-    vtkWarningMacro(<< this->ModelName()
-                    << ": the bounds of partitions cannot be told: " << boxes.GetError().message);
+    vtkWarningMacro(<< this->ModelName() << ": the bounds of partitions cannot be determined: "
+                    << boxes.GetError().message);
     return true;
   }
   for (std::uint32_t p = 0; p < info.partitions; ++p)

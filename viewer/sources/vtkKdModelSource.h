@@ -11,42 +11,46 @@
  * levels have only normals and colours.
  *
  * As vtkPartitionedDataSet: partition i is the model's partition i (of a level: its piece i, from
- * left to right in the tree); what is not loaded is null. A partition's own points come first, then
- * the points of others that its cells need; each cell that touches an own point is there. As of
- * vtkKdTreePartition vtkGhostType marks what is repeated: DUPLICATEPOINT what is another
- * partition's, DUPLICATECELL the cells that a loaded partition of a lower number has. In a store
- * without loss (GridBits 0) the partitions of the original are those of vtkKdTreePartition with the
- * same VerticesPerPartition, to the bit; points and cells are in the store's order. The same for
- * points that were welded.
+ * left to right in the tree); what is not loaded is null. A partition has its own points first,
+ * then the points of others that its cells need, and each cell that touches an own point.
+ * vtkGhostType marks repetitions as in vtkKdTreePartition: DUPLICATEPOINT the points of another
+ * partition, DUPLICATECELL the cells that a loaded partition of a lower number has. In a lossless
+ * store (GridBits 0) the partitions of the original are those of vtkKdTreePartition with the same
+ * VerticesPerPartition, to the bit; points and cells are in the store's order. This holds for
+ * welded points too.
  *
- * As vtkPolyData: partitions are glued together, each point and cell once; a level is drawn as
- * viewers draw it, and so is what a camera needs (Content View), of any mix of resolutions, as one
- * surface; as vtkPartitionedDataSet that is its only partition.
+ * As vtkPolyData: partitions are glued together, each point and cell once. A level is drawn as in
+ * viewers. What a camera needs (Content View) is one surface of mixed resolutions; as
+ * vtkPartitionedDataSet it is the only partition.
  *
  * Pieces of a pipeline (UPDATE_PIECE_NUMBER of UPDATE_NUMBER_OF_PIECES): each gets its part of the
- * tree, a subtree where their number is a power of two, so that all cells come once. With ghost
- * levels the cells around come along, marked: of the original those of so many rings of partitions
+ * tree, a subtree where their number is a power of two; so each cell comes once. With ghost levels
+ * the cells around come too, marked: of the original those of this number of rings of partitions
  * (Rings), of a level those that touch its points. LOAD_REQUESTED_BLOCKS with
- * UPDATE_COMPOSITE_INDICES loads the partitions of these flat indices only (partition i has i + 1).
+ * UPDATE_COMPOSITE_INDICES loads only the partitions of these flat indices (partition i has i + 1).
  *
- * The output information tells, before anything is loaded: the model's box
- * (vtkStreamingDemandDrivenPipeline::BOUNDS and vtkDataObject::BOUNDING_BOX), NUMBER_OF_POINTS and
- * NUMBER_OF_CELLS of the whole original or level that Content chooses (ghosts not counted; not told
- * of parts), and of each array that is loaded an entry in vtkDataObject::POINT_DATA_VECTOR or
- * CELL_DATA_VECTOR: FIELD_NAME, FIELD_ARRAY_TYPE, FIELD_NUMBER_OF_COMPONENTS, with the counts
- * FIELD_NUMBER_OF_TUPLES, and FIELD_RANGE of the original's values where the model tells it (of
- * numbers of points). As partitions of the original COMPOSITE_DATA_META_DATA has for each the
- * BOUNDING_BOX of its own points (of a server only where vtkKdStreamSource::BoundsOfPartitions is
- * on). No piece is read for this. Where vtkKdStoreReader::MeasureOriginal is on, the original is
- * decoded for more. What was loaded has its BOUNDING_BOX, with ghosts, in the output's metadata.
+ * The output information has, before anything is loaded:
+ * - the model's box (vtkStreamingDemandDrivenPipeline::BOUNDS and vtkDataObject::BOUNDING_BOX);
+ * - NUMBER_OF_POINTS and NUMBER_OF_CELLS of the whole original or level that Content chooses,
+ *   without ghosts; not for parts;
+ * - for each array that is loaded an entry in vtkDataObject::POINT_DATA_VECTOR or CELL_DATA_VECTOR:
+ *   FIELD_NAME, FIELD_ARRAY_TYPE, FIELD_NUMBER_OF_COMPONENTS; with the counts
+ *   FIELD_NUMBER_OF_TUPLES; and FIELD_RANGE of the original's values if the model knows it (for
+ *   numbers of points);
+ * - as partitions of the original, in COMPOSITE_DATA_META_DATA the BOUNDING_BOX of each partition's
+ *   own points (of a server only if vtkKdStreamSource::BoundsOfPartitions is on).
  *
- * Progress is told while it waits, too. Aborting (SetAbortExecute of an observer or of another
+ * No piece is read for this. If vtkKdStoreReader::MeasureOriginal is on, the original is decoded
+ * for more. The output's metadata have the BOUNDING_BOX of what was loaded, with ghosts.
+ *
+ * Progress is reported while it waits, too. Aborting (SetAbortExecute of an observer or of another
  * thread) ends an Update within 100 ms, whatever it waits for, and leaves an empty output; the next
- * Update loads anew. Only the steps before the first and after the last piece of one mesh, of a
- * level or of a view, are not interrupted: less than 0.1 s for each million triangles. Errors name
- * the file or server, and what of the model is wrong; GetErrorCode tells that there was one
- * (vtkErrorCode.h; NoFileNameError where no address is set). After an error the next Update opens
- * the model anew.
+ * Update loads anew. Not interrupted are only the steps before the first and after the last piece
+ * of one mesh, of a level or of a view: less than 0.1 s for each million triangles.
+ *
+ * Errors name the file or server, and what is wrong with the model. GetErrorCode is set
+ * (vtkErrorCode.h; NoFileNameError without an address). After an error the next Update opens the
+ * model anew.
  *
  * Of the numbers below, those out of their range are clamped; what is negative where it may not be,
  * or not a number, is refused with an error, and so is a vector that is not finite; the value

@@ -31,10 +31,10 @@ public:
 
   ///@{
   /**
-   * Whether all of the original is decoded, once, for what the information tells of it where
-   * Content is neither Level nor View: of each partition BOUNDING_BOX, NUMBER_OF_POINTS and
-   * NUMBER_OF_CELLS with its ghosts, and FIELD_RANGE of every array of one component. Default off:
-   * the information is what the store's metadata tell, and loading a part reads that part only.
+   * Whether all of the original is decoded, once, for more output information where Content is
+   * neither Level nor View: of each partition BOUNDING_BOX, NUMBER_OF_POINTS and NUMBER_OF_CELLS
+   * with its ghosts, and FIELD_RANGE of every array of one component. Default off: the information
+   * is that of the store's metadata, and loading a part reads only that part.
    */
   vtkSetMacro(MeasureOriginal, bool);
   vtkGetMacro(MeasureOriginal, bool);

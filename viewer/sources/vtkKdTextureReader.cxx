@@ -130,7 +130,7 @@ Result<Picture> DecodeImage(const TextureTile& tile)
   Result<Picture> picture = DecodePicture(tile.image, std::uint64_t{ tile.width } * tile.height);
   if (picture && (picture->width != tile.width || picture->height != tile.height))
   {
-    return Error{ ErrorCode::Damaged, "its image is of another size than is told" };
+    return Error{ ErrorCode::Damaged, "its image does not have the size that the tile states" };
   }
   return picture;
 }

@@ -69,21 +69,21 @@ export class Line {
 
 // Does what it is told at its times, in the order in which it was told; at once where the time has come.
 class Schedule {
-  #deeds = []; // { time, act }
+  #actions = []; // { time, act }
   #timer = null;
 
   add(time, act) {
-    this.#deeds.push({ time, act });
+    this.#actions.push({ time, act });
     this.#timer ?? this.#go();
   }
 
   #go() {
     this.#timer = null;
-    while (this.#deeds.length && this.#deeds[0].time <= performance.now()) {
-      this.#deeds.shift().act();
+    while (this.#actions.length && this.#actions[0].time <= performance.now()) {
+      this.#actions.shift().act();
     }
-    if (this.#deeds.length) {
-      this.#timer = setTimeout(() => this.#go(), this.#deeds[0].time - performance.now());
+    if (this.#actions.length) {
+      this.#timer = setTimeout(() => this.#go(), this.#actions[0].time - performance.now());
     }
   }
 }

@@ -220,7 +220,7 @@ private:
     crowd.Each([](CrowdViewer& viewer) { viewer.Hold(enoughPartitions); });
     crowd.RunFor(Seconds(3));
     const double streaming = this->Server.ResidentMebibytes();
-    const double underWay = this->Sent() - sent;
+    const double inFlight = this->Sent() - sent;
     const auto had = crowd.Tally.bytes;
     const auto begin = Clock::now();
     crowd.Each([](CrowdViewer& viewer) { viewer.GoOn(); });
@@ -235,7 +235,7 @@ private:
       each(streaming));
     std::printf("  all at once, as fast as it goes: %.0f MB/s\n",
       all / 1e6 / Seconds(Clock::now() - begin).count());
-    if (underWay > 0.8 * all)
+    if (inFlight > 0.8 * all)
     {
       this->Missed("too much had been sent for this to tell what sending takes");
     }

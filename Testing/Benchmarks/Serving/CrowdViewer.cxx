@@ -94,7 +94,7 @@ public:
   void Arrive()
   {
     this->Wanted = true;
-    this->Talk = {};
+    this->Stream = {};
     this->Tasks.clear();
     this->Wishes.Forget();
     this->Opened = this->Holding = false;
@@ -158,10 +158,10 @@ public:
   }
 
 private:
-  struct Task // a request of which something is owed
+  struct Task // a request of which something is outstanding
   {
     Clock::time_point asked;
-    std::size_t owed = 0;
+    std::size_t outstanding = 0;
     bool isRegion = false, hasBegun = false;
     bool isMoot = false; // the eye has moved on: it is cancelled once something has come
   };
@@ -299,8 +299,8 @@ private:
     const double now = SecondsOf(Clock::now());
     const Status status =
       line->socket.got_text()
-        ? this->Talk.ReceiveText({ reinterpret_cast<const char*>(bytes), data.size() }, now)
-        : this->Talk.ReceiveFrame({ bytes, data.size() }, now);
+        ? this->Stream.ReceiveText({ reinterpret_cast<const char*>(bytes), data.size() }, now)
+        : this->Stream.ReceiveFrame({ bytes, data.size() }, now);
     line->incoming.consume(data.size());
     if (!status)
     {
@@ -308,7 +308,7 @@ private:
       this->ComeBack(Seconds(1));
       return;
     }
-    for (const ClientEvent& event : this->Talk.TakeEvents())
+    for (const ClientEvent& event : this->Stream.TakeEvents())
     {
       if (this->Current == line) // it has not vanished meanwhile
       {
@@ -333,7 +333,7 @@ private:
       case ClientEvent::Kind::RequestEnded:
         this->Fail("request failed: " + event.message);
         this->Tasks.erase(event.request);
-        this->Rest();
+        this->BecomeIdle();
         break;
       case ClientEvent::Kind::Notes: // are not asked for
         break;
@@ -374,14 +374,14 @@ private:
         return;
       }
     }
-    if (--task.owed == 0)
+    if (--task.outstanding == 0)
     {
       if (counts)
       {
         this->Tally.lastBlobs.push_back(since);
       }
       this->Tasks.erase(found);
-      this->Rest();
+      this->BecomeIdle();
     }
   }
 
@@ -392,11 +392,11 @@ private:
     cancel.kind = SessionRequest::Kind::Cancel;
     cancel.id = request;
     this->Ask(std::move(cancel));
-    this->Rest();
+    this->BecomeIdle();
   }
 
   // It has what it wanted.
-  void Rest()
+  void BecomeIdle()
   {
     if (this->Tasks.empty() && this->Pause.count() > 0)
     {
@@ -457,14 +457,14 @@ private:
     {
       this->Tasks[request.id] = { Clock::now(), request.blobs.size(), isRegion, false, isMoot };
     }
-    this->Talk.Send(request, SecondsOf(Clock::now()));
+    this->Stream.Send(request, SecondsOf(Clock::now()));
     this->Write();
   }
 
   void Write()
   {
     const auto line = this->Current;
-    for (std::string& message : this->Talk.TakeMessages())
+    for (std::string& message : this->Stream.TakeMessages())
     {
       line ? line->outgoing.push_back(std::move(message)) : void();
     }
@@ -502,7 +502,7 @@ private:
   asio::steady_timer Timer, Deafness;
   bool Wanted = false; // it has not been told to leave
   std::shared_ptr<Line> Current;
-  StreamConversation Talk;
+  StreamConversation Stream;
   std::map<std::uint32_t, Task> Tasks; // by request
   std::uint32_t LastRequest = 0;
   bool Opened = false, Holding = false;

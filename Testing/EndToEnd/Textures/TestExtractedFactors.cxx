@@ -103,7 +103,7 @@ TEST_F(TestExtractedFactors, EachFactorHasItsTexels)
   const Outcome extracted =
     this->Store({ "extract", "m.kds", "--all", "-o", "out.obj", "--quiet" });
   ASSERT_EQ(extracted.exitCode, 0) << extracted.err;
-  const TexturedMesh after = this->ReadPainted("out.obj");
+  const TexturedMesh after = this->ReadWithTextures("out.obj");
   const std::vector<Picture> pictures = PicturesOf(after);
   EXPECT_EQ(pictures.size(), ways.size());
   EXPECT_TRUE(this->Files().contains("out-picture-0.png"));

@@ -9,10 +9,9 @@ using namespace kdstream::fixtures;
 namespace
 {
 
-const std::string noFormat =
-  "the format does not hold the pictures of the original; .obj and .glb do\n";
-const std::string noMix = "the pictures of the original are left out: .obj and .glb have them of "
-                          "partitions alone, without levels\n";
+const std::string noFormat = "this format cannot hold the original's textures; .obj and .glb can\n";
+const std::string noMix = "the original's textures are left out: they can only be written with "
+                          "partitions of the original, without levels\n";
 
 class TestExtractedPictures : public TexturedTest
 {
@@ -68,7 +67,7 @@ TEST_F(TestExtractedPictures, FormatsWithoutThemAreSaid)
   }
   const std::string next = "kdstream-store: warning: all.stl: ";
   this->ExpectExtracted({ "--all" }, "all.stl",
-    "the format does not hold these attributes: RGB\n" + next +
+    "this format cannot hold these attributes: RGB\n" + next +
       "STL holds floats; the coordinates were doubles and are rounded\n" + next + noFormat);
   this->ExpectExtracted({ "--all" }, "all.obj", "");
   this->ExpectExtracted({ "--all" }, "all.glb", "");
@@ -100,8 +99,8 @@ TEST_F(TestExtractedPictures, AMixOfTheOriginalAloneHasThem)
   EXPECT_TRUE(this->GlbHasPictures("mix.glb"));
   EXPECT_TRUE(this->Files().contains("mix-partition-7.png"));
   EXPECT_EQ(this->Store({ "extract", "m.kds", "--all", "-o", "all.obj", "--quiet" }).exitCode, 0);
-  EXPECT_EQ(
-    this->ReadPainted("mix.obj").mesh.triangles, this->ReadPainted("all.obj").mesh.triangles);
+  EXPECT_EQ(this->ReadWithTextures("mix.obj").mesh.triangles,
+    this->ReadWithTextures("all.obj").mesh.triangles);
   this->WriteText("mix.json", "{\"base\": \"original\", \"pieces\": []}");
   this->ExpectExtracted({ "--resolutions", "mix.json" }, "object.glb", "");
   EXPECT_TRUE(this->GlbHasPictures("object.glb"));
@@ -116,6 +115,6 @@ TEST_F(TestExtractedPictures, OtherArraysAreNamed)
     "int label\nend_header\n0 0 0 1\n1 0 0 2\n0 1 0 3\n3 0 1 2 7\n");
   ASSERT_EQ(this->Build({ "m.ply", "-o", "m.kds", "--quiet" }).exitCode, 0);
   this->ExpectExtracted(
-    { "--all" }, "m.glb", "the format does not hold these attributes: quality, label\n");
+    { "--all" }, "m.glb", "this format cannot hold these attributes: quality, label\n");
   this->ExpectExtracted({ "--all" }, "m.ply.ply", "");
 }

@@ -2,7 +2,7 @@
 // A textured GLB through a lossless store and out as a GLB again: coordinates bit for bit, and
 // every texel where a triangle looks. Coordinates that are no numbers are named.
 #include "Testing/EndToEnd/GltfFile.h"
-#include "Testing/EndToEnd/Textures/SamePaint.h"
+#include "Testing/EndToEnd/Textures/SameTextures.h"
 #include "filters/model/JsonReader.h"
 
 #include <cstring>
@@ -242,10 +242,10 @@ TEST_F(TestGlbRoundTrip, CoordinatesAndTexelsComeBack)
   const TexturedMesh before = this->ReadGlb("in.glb"), after = this->ReadGlb("out.glb");
   EXPECT_EQ(before.mesh.triangles.size(), 2 * side * side);
   EXPECT_EQ(after.pictures.size(), 2U);
-  ExpectSamePaint(before, after);
+  ExpectSameTextures(before, after);
   // And a second time, from what came out.
   this->BuildAndExtract("out.glb", "again.glb");
-  ExpectSamePaint(before, this->ReadGlb("again.glb"));
+  ExpectSameTextures(before, this->ReadGlb("again.glb"));
 }
 
 TEST_F(TestGlbRoundTrip, CoordinatesThatAreNoNumbersAreNamed)
@@ -259,5 +259,5 @@ TEST_F(TestGlbRoundTrip, CoordinatesThatAreNoNumbersAreNamed)
                           "(the first is triangle 244)"),
     std::string::npos)
     << warnings;
-  ExpectSamePaint(this->ReadGlb("in.glb"), this->ReadGlb("out.glb"));
+  ExpectSameTextures(this->ReadGlb("in.glb"), this->ReadGlb("out.glb"));
 }

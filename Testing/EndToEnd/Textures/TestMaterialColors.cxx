@@ -32,7 +32,8 @@ protected:
 TEST_F(TestMaterialColors, ColoursOfMaterialsBecomeThoseOfVertices)
 {
   const std::string lead = "kdstream-build: warning: m.obj: ";
-  const std::string left = lead + "not carried by this version: materials and their textures\n";
+  const std::string left =
+    lead + "not supported by this version and left out: materials and their textures\n";
   const auto colors = [&](const std::string& materials, const std::string& place,
                         const std::vector<std::string>& more, const std::string& warnings)
   {
@@ -94,8 +95,8 @@ TEST_F(TestMaterialColors, CoordinatesThatTellNoPlaceAreCounted)
     EXPECT_EQ(warning(huge), far) << huge;
   }
   EXPECT_EQ(warning("1 0.5"), "");
-  EXPECT_EQ(warning("100 0"),
-    lead + "1 triangle repeats a picture more than twice along a side: painted in its mean\n");
+  EXPECT_EQ(warning("100 0"), lead + "1 triangle repeats a texture more than twice along one side: "
+                                     "painted in the texture's mean colour\n");
 }
 
 TEST_F(TestMaterialColors, TrianglesThatAreNotWholeAreSaid)

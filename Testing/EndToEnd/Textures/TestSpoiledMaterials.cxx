@@ -88,7 +88,8 @@ TEST_F(TestSpoiledMaterials, MaterialsThatAreNotThereAreWhite)
 
 TEST_F(TestSpoiledMaterials, LibrariesWithoutAnyPictureLeaveTheMeshAsItIs)
 {
-  const std::string left = "not carried by this version: materials and their textures";
+  const std::string left =
+    "not supported by this version and left out: materials and their textures";
   std::filesystem::remove(this->Folder / "m.mtl");
   this->WriteObj(leftAndRight);
   this->ExpectObj(
@@ -188,5 +189,6 @@ TEST_F(TestSpoiledMaterials, ListsOfPlysThatDoNotFitAreCountedOrRefused)
   this->ExpectRefused("m.ply", "face 1");
   // Without coordinates there is nothing to paint.
   this->WritePly("a.png", { "", "" }, "");
-  this->ExpectBuilt("m.ply", { "not carried by this version: texture 'a.png'" }, { white, white });
+  this->ExpectBuilt(
+    "m.ply", { "not supported by this version and left out: texture 'a.png'" }, { white, white });
 }

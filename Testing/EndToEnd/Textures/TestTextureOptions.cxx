@@ -48,8 +48,8 @@ TEST_F(TestTextureOptions, AQualityNeedsTiles)
     this->ExpectError(this->Build({ "hard.obj", "-o", "m.kds", "--textures", textures,
                         "--texture-quality", "lossless" }),
       2,
-      "kdstream-build: error: --texture-quality needs --textures on or tiles: the original keeps "
-      "no pictures with " +
+      "kdstream-build: error: --texture-quality needs --textures on or tiles: the original has no "
+      "textures with " +
         textures);
   }
   EXPECT_FALSE(this->Files().contains("m.kds"));
@@ -58,7 +58,8 @@ TEST_F(TestTextureOptions, AQualityNeedsTiles)
 
 TEST_F(TestTextureOptions, ABoundOfPixelsNeedsPictures)
 {
-  const std::string refused = "error: --texture-pixels: no pictures are read with --textures off";
+  const std::string refused =
+    "error: --texture-pixels has no effect with --textures off: no textures are read";
   this->ExpectError(
     this->Build({ "hard.obj", "-o", "m.kds", "--textures", "off", "--texture-pixels", "1000000" }),
     2, "kdstream-build: " + refused);
@@ -72,7 +73,7 @@ TEST_F(TestTextureOptions, ABoundOfPixelsNeedsPictures)
 TEST_F(TestTextureOptions, MeshesWithoutPicturesAreWarnedOf)
 {
   const std::string begin = "kdstream-build: warning: plain.obj: ",
-                    none = " changes nothing: no pictures were read\n";
+                    none = " has no effect: no textures were read\n";
   EXPECT_EQ(this->WarningsOf("plain.obj", { "--texture-quality", "90" }),
     begin + "--texture-quality" + none);
   EXPECT_EQ(this->WarningsOf("plain.obj", { "--texture-quality", "90", "--texture-pixels", "9" }),
@@ -107,8 +108,8 @@ TEST_F(TestTextureOptions, TheMemoryOfAConversionIsToldBefore)
   }
   this->WriteText("large.obj", padded);
   const std::string told =
-    "kdstream-build: note: large.obj: kdstream-convert reads it whole, which "
-    "takes about 68 MB beside --memory\n";
+    "kdstream-build: note: large.obj: kdstream-convert reads the whole file, which "
+    "takes about 68 MB in addition to --memory\n";
   const Outcome large = this->Build({ "large.obj", "-o", "m.kds", "--memory", "64M" });
   EXPECT_EQ(large.exitCode, 0) << large.err;
   EXPECT_EQ(large.err.substr(0, told.size()), told);

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Textured models through kdstream-build and kdstream-store extract: what goes in comes out.
-#include "Testing/EndToEnd/Textures/SamePaint.h"
+#include "Testing/EndToEnd/Textures/SameTextures.h"
 #include "Testing/EndToEnd/Textures/TexturedFiles.h"
 #include "Testing/Fixtures/Meshes.h"
 #include "filters/build/Builder.h"
@@ -44,7 +44,7 @@ TEST_F(TestTexturedExtract, LosslessModelsComeBack)
   {
     this->WriteHardObj("hard", seed);
     this->BuildAndExtract("hard.obj", "out.obj", { "--texture-quality", "lossless" });
-    ExpectSamePaint(this->ReadPainted("hard.obj"), this->ReadPainted("out.obj"));
+    ExpectSameTextures(this->ReadWithTextures("hard.obj"), this->ReadWithTextures("out.obj"));
   }
 }
 
@@ -55,7 +55,7 @@ TEST_F(TestTexturedExtract, PhotographsComeBack)
               .exitCode,
     0);
   this->BuildAndExtract("statue.obj", "out.obj", { "--texture-quality", "lossless" });
-  ExpectSamePaint(this->ReadPainted("statue.obj"), this->ReadPainted("out.obj"));
+  ExpectSameTextures(this->ReadWithTextures("statue.obj"), this->ReadWithTextures("out.obj"));
 }
 
 // Of each place, as kdstream-convert bakes them: coordinates are turned upside down, and rounded,
@@ -107,7 +107,7 @@ TEST_F(TestTexturedExtract, PartsHaveTheirPictures)
       EXPECT_EQ(extracted.exitCode, 0) << extracted.err;
       EXPECT_NE(extracted.err.find("triangles and "), std::string::npos) << extracted.err;
     }
-    const TexturedMesh part = this->ReadPainted("part.obj");
+    const TexturedMesh part = this->ReadWithTextures("part.obj");
     EXPECT_EQ(PicturesOf(part).size(), part.pictures.size());
     EXPECT_GT(part.mesh.triangles.size(), 100U);
   }
@@ -139,7 +139,7 @@ TEST_F(TestTexturedExtract, WrongImagesAreNamed)
   const std::vector<std::uint8_t> small =
     EncodePicture({ 2, 2, 1, { 1, 2, 3, 4 } }, PictureType::Png);
   for (const auto& [image, what] :
-    { std::pair{ small, "its image is of another size than is told" },
+    { std::pair{ small, "its image does not have the size that the tile states" },
       { std::vector<std::uint8_t>{ 1, 2 }, "it is no JPEG, PNG or WebP" },
       { std::vector<std::uint8_t>(small.begin(), small.end() - 20),
         "it is a damaged or truncated PNG (it ends too early)" } })
@@ -188,7 +188,8 @@ TEST_F(TestTexturedExtract, QualityIsCheckedAndColoursAreKeptAlone)
 {
   this->WriteHardObj("hard", 4);
   this->ExpectError(this->Build({ "hard.obj", "-o", "m.kds", "--texture-quality", "0" }), 2,
-    "kdstream-build: error: --texture-quality: \"0\" is neither 1 to 100 nor lossless");
+    "kdstream-build: error: --texture-quality: \"0\" is neither a number from 1 to 100 nor "
+    "lossless");
   ASSERT_EQ(
     this->Build({ "hard.obj", "-o", "m.kds", "--quiet", "--textures", "colors" }).exitCode, 0);
   EXPECT_EQ(this->Store({ "info", "m.kds" }).out.find("texture bytes"), std::string::npos);

@@ -36,7 +36,7 @@ protected:
   // From three sides.
   std::vector<Pixels> Draw(const std::string& file)
   {
-    const TexturedMesh textured = this->ReadPainted(file);
+    const TexturedMesh textured = this->ReadWithTextures(file);
     const std::vector<Picture> pictures = PicturesOf(textured);
     auto window = MakeOffscreenWindow(WindowBackend::Auto, side, side);
     EXPECT_TRUE(window) << window.GetError().message;

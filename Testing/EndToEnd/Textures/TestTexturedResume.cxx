@@ -136,11 +136,10 @@ protected:
   {
     const Outcome outcome = this->Resume();
     EXPECT_EQ(outcome.exitCode, 2);
-    EXPECT_NE(
-      outcome.err.find("--resume: the interrupted build had another file " +
-                       fs::canonical(this->Folder.Path).string() + "/" + file +
-                       ", which its input names, or it has been changed since; its files are left "
-                       "as they are: build without --resume to start over\n"),
+    EXPECT_NE(outcome.err.find("--resume: the interrupted build had another file " +
+                               fs::canonical(this->Folder.Path).string() + "/" + file +
+                               " (used by its input), or that file has changed since; its files "
+                               "are kept: build without --resume to start over\n"),
       std::string::npos)
       << outcome.err;
     EXPECT_FALSE(fs::exists(this->Folder / "m.kds"));

@@ -103,7 +103,7 @@ protected:
     this->WriteText(name + ".obj", text.str());
   }
 
-  TexturedMesh ReadPainted(const std::string& name)
+  TexturedMesh ReadWithTextures(const std::string& name)
   {
     Result<TexturedFile> read = ReadTextured(this->Folder / name);
     EXPECT_TRUE(read) << read.GetError().message;

@@ -6,9 +6,9 @@
 // error of all; with "room" that all hear of one without memory for what is to come.
 #include "Testing/Fixtures/Attributes.h"
 #include "Testing/Fixtures/Meshes.h"
+#include "filters/Parallel/DistributedBuilder.h"
+#include "filters/Parallel/MpiGroup.h"
 #include "filters/Parallel/MpiJob.h"
-#include "filters/Parallel/MpiTeam.h"
-#include "filters/Parallel/TeamBuilder.h"
 #include "filters/build/Builder.h"
 #include "filters/meshio/MeshWriter.h"
 
@@ -103,8 +103,8 @@ Mesh WithUnused()
 class Comparison
 {
 public:
-  Comparison(MpiTeam& team, std::filesystem::path folder)
-    : Team(team)
+  Comparison(MpiGroup& group, std::filesystem::path folder)
+    : Group(group)
     , Folder(std::move(folder))
   {
   }
@@ -112,14 +112,14 @@ public:
   void Check(const NamedMesh& named, const Way& way)
   {
     const std::filesystem::path file = this->Folder / "mesh.ply";
-    if (this->Team.IsFirst() && !WriteMesh(file, named.mesh))
+    if (this->Group.IsFirst() && !WriteMesh(file, named.mesh))
     {
       std::cout << "cannot write " << file << '\n';
     }
-    (void)this->Team.Finish(); // all see the file
-    const Result<BuildReport> together = BuildStoreTogether(
-      this->Team, file, this->Folder / "some.kds", way.options, {}, way.stepMemory);
-    if (this->Team.IsFirst())
+    (void)this->Group.Finish(); // all see the file
+    const Result<BuildReport> together = BuildStoreCollectively(
+      this->Group, file, this->Folder / "some.kds", way.options, {}, way.stepMemory);
+    if (this->Group.IsFirst())
     {
       BuildOptions options = way.options;
       options.memory = 0;
@@ -136,22 +136,22 @@ public:
   bool Differs() const { return this->AnyDiffers; }
 
 private:
-  MpiTeam& Team;
+  MpiGroup& Group;
   std::filesystem::path Folder;
   bool AnyDiffers = false;
 };
 
 // Rank 1 throws in the middle of its build, as a library may.
-bool AllHearOfAnException(MpiTeam& team, const std::filesystem::path& folder)
+bool AllHearOfAnException(MpiGroup& group, const std::filesystem::path& folder)
 {
   const std::filesystem::path file = folder / "mesh.ply";
-  if (team.IsFirst() && !WriteMesh(file, DisplacedSphere(3)))
+  if (group.IsFirst() && !WriteMesh(file, DisplacedSphere(3)))
   {
     std::cout << "cannot write " << file << '\n';
   }
-  (void)team.Finish(); // all see the file
+  (void)group.Finish(); // all see the file
   Execution execution;
-  if (team.Rank() == 1)
+  if (group.Rank() == 1)
   {
     execution.progress = [](std::string_view, double) -> bool
     { throw std::runtime_error("a library has failed"); };
@@ -159,20 +159,20 @@ bool AllHearOfAnException(MpiTeam& team, const std::filesystem::path& folder)
   BuildOptions options;
   options.memory = std::uint64_t{ 64 } << 20;
   const std::string said =
-    Describe(BuildStoreTogether(team, file, folder / "some.kds", options, execution));
+    Describe(BuildStoreCollectively(group, file, folder / "some.kds", options, execution));
   const bool heard = said.starts_with("error: unexpected: a library has failed (rank 1 on ");
   if (!heard)
   {
-    std::cout << "rank " << team.Rank() << ": " << said << '\n';
+    std::cout << "rank " << group.Rank() << ": " << said << '\n';
   }
   return heard;
 }
 
 // Rank 1 has no memory for what rank 0 is to send.
-bool AllHearOfNoMemory(MpiTeam& team)
+bool AllHearOfNoMemory(MpiGroup& group)
 {
   constexpr std::uint64_t bytes = std::uint64_t{ 1 } << 28;
-  if (team.Rank() == 1)
+  if (group.Rank() == 1)
   {
     std::uint64_t pages = 0;
     std::ifstream("/proc/self/statm") >> pages;
@@ -180,13 +180,13 @@ bool AllHearOfNoMemory(MpiTeam& team)
     const rlimit limit{ most, most };
     ::setrlimit(RLIMIT_AS, &limit);
   }
-  std::vector<VertexId> numbers(team.IsFirst() ? bytes / sizeof(VertexId) : 0);
-  const Status told = team.Run([&] { return team.Spread(numbers); });
+  std::vector<VertexId> numbers(group.IsFirst() ? bytes / sizeof(VertexId) : 0);
+  const Status told = group.Run([&] { return group.Spread(numbers); });
   const std::string said = told ? "" : told.GetError().message;
   const bool heard = said.starts_with("out of memory (rank 1 on ");
   if (!heard)
   {
-    std::cout << "rank " << team.Rank() << ": " << said << '\n';
+    std::cout << "rank " << group.Rank() << ": " << said << '\n';
   }
   return heard;
 }
@@ -196,15 +196,15 @@ bool AllHearOfNoMemory(MpiTeam& team)
 int main(int argc, char** argv)
 {
   MpiJob job(argc, argv);
-  MpiTeam team(job.Messages());
+  MpiGroup group(job.Messages());
   const std::filesystem::path folder = argc > 1 ? argv[1] : ".";
   if (argc > 2)
   {
-    const bool heard = std::string_view(argv[2]) == "room" ? AllHearOfNoMemory(team)
-                                                           : AllHearOfAnException(team, folder);
+    const bool heard = std::string_view(argv[2]) == "room" ? AllHearOfNoMemory(group)
+                                                           : AllHearOfAnException(group, folder);
     return heard ? 0 : 1;
   }
-  Comparison comparison(team, folder);
+  Comparison comparison(group, folder);
   std::vector<NamedMesh> meshes = AllMeshes();
   meshes.push_back(
     { "sphere with attributes", WithAttributes(Shuffled(DisplacedSphere(3), 5), 3) });

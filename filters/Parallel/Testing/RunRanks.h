@@ -24,12 +24,12 @@ inline void SetUpRanks()
   ::setenv("OMPI_MCA_rmaps_base_oversubscribe", "1", 1);
   ::setenv("OMPI_MCA_mpi_yield_when_idle", "1", 1);
   ::setenv("OMPI_MCA_hwloc_base_binding_policy", "none", 1);
-  // Open MPI waits so many seconds behind a rank with an exit code. All have cleaned up by then.
+  // Open MPI waits so many seconds after a rank with an exit code. All have cleaned up by then.
   ::setenv("OMPI_MCA_odls_base_sigkill_timeout", "0", 1);
   ::setenv("MPIEXEC_TIMEOUT", "300", 1); // s: a job that hangs fails its test
 }
 
-// `mpirun -np RANKS …`: what comes behind the program's name.
+// `mpirun -np RANKS …`: what comes after the program's name.
 inline std::vector<std::string> Ranks(unsigned ranks, const std::vector<std::string>& command)
 {
   SetUpRanks();

@@ -99,7 +99,7 @@ TEST(BuildMpi, OptionsAndRanks)
   CheckSame(mesh, { 2 }, { "--precision", "8" }); // warns that vertices fall together
 }
 
-// The rank that reads the end of the file sees what is behind the last face, the first one tells.
+// The rank that reads the end of the file sees what is after the last face, the first one tells.
 TEST(BuildMpi, TellsWhatItIgnores)
 {
   const TemporaryFolder folder;
@@ -304,7 +304,7 @@ TEST(BuildMpi, AHubThatNoMemoryHoldsIsNamed)
   ASSERT_TRUE(WriteMesh(folder / "mesh.ply", Shuffled(MeshWithHub(150000), 3)));
   ExpectSameRefusal(folder, 3, "mesh.ply", { "--memory", "64M" },
     "the vertex at (8.000000, 0.500000, -2.000000) has 150000 triangles, which must be in memory "
-    "together: --memory 69M would do");
+    "together: use --memory 69M");
   EXPECT_EQ(Others(folder, { "mesh.ply" }), std::vector<std::string>{});
   CheckMemoryOfRanks(folder, 3, 69, {});
 }
@@ -317,8 +317,8 @@ TEST(BuildMpi, PartitionsThatNoMemoryHoldsAreRefused)
   const std::vector<std::string> build{ "mesh.ply", "-o", "out.kds", "--quiet", "--memory", "64M",
     "--partitions", "1" };
   ExpectOneMessage(RunRanks(folder, 2, build),
-    "partitions of 150000 vertices need about 115 MiB of memory; the limit (--memory) is 64 MiB; "
-    "smaller partitions need less");
+    "partitions of 150000 vertices need about 115 MiB of memory; the limit (--memory) is 64 MiB: "
+    "raise it, or make smaller partitions");
   // With so much kdstream-build would have the whole mesh in memory, which ranks never do.
   EXPECT_NE(
     RunTool(folder, "build", build).err.find("partitions of 150000 vertices need about 75 MiB"),
@@ -393,10 +393,12 @@ TEST(BuildMpi, SaysWhatItDoesNotDo)
     EXPECT_NE(outcome.err.find(said), std::string::npos) << outcome.err;
   };
   check({ "mesh.ply", "--partitioner", "octree" }, 2,
-    "--partitioner octree is for one process: kdstream-build does that");
-  check({ "mesh.ply", "--resume" }, 2, "--resume is for one process: kdstream-build does that");
-  check({ "mesh.ply", "--reconstruct", "greedy" }, 2, "--reconstruct is for one process");
+    "--partitioner octree does not work on several ranks: use kdstream-build");
+  check(
+    { "mesh.ply", "--resume" }, 2, "--resume does not work on several ranks: use kdstream-build");
+  check(
+    { "mesh.ply", "--reconstruct", "greedy" }, 2, "--reconstruct does not work on several ranks");
   check({ "mesh.ply", "--memory", "8M" }, 1, "takes at least 64 MiB on each");
-  check({ "mesh.ply", "--precision", "7" }, 2, "neither 8 to 24 bits");
+  check({ "mesh.ply", "--precision", "7" }, 2, "neither a number of bits from 8 to 24");
   EXPECT_EQ(Others(folder, { "mesh.ply" }), std::vector<std::string>{});
 }

@@ -11,9 +11,9 @@ namespace kdstream
 namespace
 {
 
-// Calls use(shares, ranks) for teams of 1 to 9 ranks, divided at the depths 0 to 5.
+// Calls use(shares, ranks) for groups of 1 to 9 ranks, divided at the depths 0 to 5.
 template <class Use>
-void ForEachTeam(const Use& use)
+void ForEachGroup(const Use& use)
 {
   for (std::size_t ranks = 1; ranks < 10; ++ranks)
   {
@@ -29,7 +29,7 @@ void ForEachTeam(const Use& use)
 
 TEST(NodeShares, BlocksOfAllRanksFollowEachOther)
 {
-  ForEachTeam(
+  ForEachGroup(
     [](const NodeShares& shares, std::size_t ranks)
     {
       for (unsigned depth = 0; depth < 8; ++depth)
@@ -50,7 +50,7 @@ TEST(NodeShares, BlocksOfAllRanksFollowEachOther)
 
 TEST(NodeShares, OwnerIsTheRankThatHasTheBlock)
 {
-  ForEachTeam(
+  ForEachGroup(
     [](const NodeShares& shares, std::size_t ranks)
     {
       for (unsigned depth = 0; depth < 8; ++depth)
@@ -70,7 +70,7 @@ TEST(NodeShares, OwnerIsTheRankThatHasTheBlock)
 // A block below the divided depth is where its ancestor is, so that nothing moves between levels.
 TEST(NodeShares, DeeperBlocksGoWithTheirAncestors)
 {
-  ForEachTeam(
+  ForEachGroup(
     [](const NodeShares& shares, std::size_t)
     {
       for (std::size_t block = 0; block < 128; ++block)

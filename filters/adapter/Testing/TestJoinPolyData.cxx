@@ -341,7 +341,7 @@ TEST(JoinPolyData, ErrorsNameThePart)
   const std::vector<std::pair<PolyData, std::string>> cases{
     { MakePoints({ { 0, nan, 0 } }), "partition 1: point 0: a coordinate is not finite" },
     { outside, "partition 1: cell 2 uses point 4, but there are 4" },
-    { offsets, "partition 1: cell 0 has the corners from 0 up to 1000000 of a list of 3" },
+    { offsets, "partition 1: cell 0 uses corners 0 to 1000000 of a list of 3" },
   };
   for (const auto& [bad, message] : cases)
   {

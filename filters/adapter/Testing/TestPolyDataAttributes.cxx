@@ -145,8 +145,8 @@ TEST(PolyDataAttributes, ActiveArraysGetTheNamesOfTheirRoles)
   data->SetTCoords(MakeArray(VTK_DOUBLE, "uv", 2, 2, 0.5));
   const PolyDataAttributes read = Read(*mesh);
   ASSERT_EQ(read.attributes.size(), 3U);
-  EXPECT_EQ(read.skipped,
-    (std::vector<std::string>{ "point array \"Normals\": another array is named \"Normals\"" }));
+  EXPECT_EQ(read.skipped, (std::vector<std::string>{
+                            "point array \"Normals\": another array has the name \"Normals\"" }));
   const Attribute* const normals = Find(read, "Normals", AttributeAssociation::Point);
   ASSERT_TRUE(normals);
   EXPECT_EQ(normals->Get(1, 2), 3);
@@ -199,7 +199,7 @@ TEST(PolyDataAttributes, IdsStayIds)
   const PolyDataAttributes parts = Read(*cut);
   EXPECT_FALSE(Find(parts, "GlobalIds", AttributeAssociation::Cell));
   ASSERT_EQ(parts.skipped.size(), 1U);
-  EXPECT_NE(parts.skipped[0].find("\"element\": cells were cut up"), std::string::npos);
+  EXPECT_NE(parts.skipped[0].find("\"element\": cells were split"), std::string::npos);
 }
 
 TEST(PolyDataAttributes, ActiveArraysOfAnotherShapeKeepTheirNames)
@@ -250,7 +250,7 @@ TEST(PolyDataAttributes, SkippedArraysAreNamedWithAReason)
   EXPECT_EQ(read.attributes.size(), 2U); // "Point" and "Cell"
   EXPECT_EQ(read.skipped, (std::vector<std::string>{ "point array \"Names\": is not numeric",
                             "point array \"\": has no name",
-                            "point array \"wide\": has 256 components; 1 to 255 are possible",
+                            "point array \"wide\": has 256 components; 1 to 255 are supported",
                             "point array \"short\": has 3 tuples for 4 points",
                             "cell array \"long\": has 3 tuples for 2 cells" }));
 }

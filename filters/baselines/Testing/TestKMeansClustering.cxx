@@ -419,14 +419,15 @@ TEST(KMeansClustering, SaysWhatIsWrong)
   EXPECT_EQ(message({}, {}), "the mesh has no vertices");
   KMeansOptions options;
   options.verticesPerPartition = 0;
-  EXPECT_EQ(message(two, options), "vertices per partition is 0; at least 1 is needed");
+  EXPECT_EQ(
+    message(two, options), "the number of vertices per partition must be at least 1, not 0");
   options.partitions = 0;
-  EXPECT_EQ(message(two, options), "number of partitions is 0; at least 1 is needed");
+  EXPECT_EQ(message(two, options), "the number of partitions must be at least 1, not 0");
   options.partitions = 3;
   EXPECT_EQ(message(two, options), "number of partitions 3 is above the number of vertices, 2");
   options.partitions = 2;
   options.iterations = 0;
-  EXPECT_EQ(message(two, options), "number of iterations is 0; at least 1 is needed");
+  EXPECT_EQ(message(two, options), "the number of iterations must be at least 1, not 0");
   options.iterations = 1;
   for (const double bad : { -1.0, std::nan(""), HUGE_VAL })
   {
@@ -435,13 +436,13 @@ TEST(KMeansClustering, SaysWhatIsWrong)
     {
       KMeansOptions weights = options;
       weights.*weight = bad;
-      EXPECT_NE(message(two, weights).find("weights are 0 to 1000000"), std::string::npos);
+      EXPECT_NE(message(two, weights).find("weights must be 0 to 1000000"), std::string::npos);
     }
   }
   options.distanceWeight = 0;
   EXPECT_NE(message(two, options).find("that of the distance above 0"), std::string::npos);
   EXPECT_EQ(message({ { { 0, 0, -1e308 }, { 0, 0, 1e308 } }, {} }, {}),
-    "the mesh spans more than 2^127 (1.7e38) along z, the most that levels can be computed for");
+    "the mesh spans more than 2^127 (1.7e38) along z, the limit for computing levels");
 }
 
 TEST(KMeansClustering, StopsWhenToldTo)

@@ -263,11 +263,12 @@ TEST(OctreeClustering, SaysWhatIsWrong)
   };
   const std::vector<Vec3> two{ { 0, 0, 0 }, { 1, 0, 0 } };
   EXPECT_EQ(message({}, {}), "the mesh has no vertices");
-  EXPECT_EQ(message(two, { 0, {} }), "vertices per partition is 0; at least 1 is needed");
-  EXPECT_EQ(message(two, { 1, 0U }), "number of partitions is 0; at least 1 is needed");
+  EXPECT_EQ(
+    message(two, { 0, {} }), "the number of vertices per partition must be at least 1, not 0");
+  EXPECT_EQ(message(two, { 1, 0U }), "the number of partitions must be at least 1, not 0");
   EXPECT_EQ(message(two, { 1, 3U }), "number of partitions 3 is above the number of vertices, 2");
   EXPECT_EQ(message({ { 0, -1e308, 0 }, { 0, 1e308, 0 } }, {}),
-    "the mesh spans more than 2^127 (1.7e38) along y, the most that levels can be computed for");
+    "the mesh spans more than 2^127 (1.7e38) along y, the limit for computing levels");
 }
 
 TEST(OctreeClustering, StopsWhenToldTo)

@@ -52,7 +52,8 @@ public:
   Result<const ExternalMethod*> External() const override
   {
     return Error{ ErrorCode::LimitExceeded,
-      "stores by k-means, whose iterations go over all vertices, are built in memory alone" };
+      "k-means partitions can only be built in memory: raise --memory, or use another "
+      "--partitioner" };
   }
 };
 

@@ -505,14 +505,15 @@ Result<ExternalOctree> ClusterByExternalOctree(SpillFolder& folder, SpillFile& p
   }
   if (options.verticesPerPartition == 0)
   {
-    return Error{ ErrorCode::InvalidArgument, "vertices per partition is 0; at least 1 is needed" };
+    return Error{ ErrorCode::InvalidArgument,
+      "the number of vertices per partition must be at least 1, not 0" };
   }
   constexpr std::uint64_t least = 4 * MemoryPlan::Least(recordBytes);
   if (options.memory < least)
   {
     return Error{ ErrorCode::LimitExceeded, "the octree needs at least " + std::to_string(least) +
-                                              " bytes of memory, " +
-                                              std::to_string(options.memory) + " are allowed" };
+                                              " bytes of memory; the limit is " +
+                                              std::to_string(options.memory) + "" };
   }
   const SpillCounts before = folder.Counts();
   ExternalOctree octree;

@@ -38,17 +38,21 @@ struct ExternalOctree
 };
 
 // Clusters vertices by the leaves of an octree: the same clusters in the same order as
-// ClusterByOctree, whatever the memory and the threads.
+// ClusterByOctree, for any memory and threads.
+//
 // Input: a file of records, ids ascending; consumed unless keepPoints is set. Output: the same
-// records in Morton order of the leaves. Steps: a pass for the box; while a cell does not fit the
-// memory, a pass counts the vertices of its descendants some depths below, and another writes them
-// to another file, group by group, each group as many whole cells as fit; a group that fits is
-// read, sorted by its keys, and its cells split. Complexity: two reads and a write for a cell that
-// does not fit, whatever the number of its depths. Memory: options.memory, beside 8 bytes a
-// cluster. Disk: as BuildExternalTree. Reports the steps "survey" and "octree". Errors:
-// InvalidArgument for no records and an N of 0; InvalidInput for a coordinate that is no number and
-// beyond mostExtent (Extent.h); LimitExceeded for less memory than a few records; InputOutput;
-// Cancelled. Source: paper 2.1, 4.2.4, [22].
+// records in Morton order of the leaves. Steps:
+// 1. A pass for the box.
+// 2. While a cell does not fit the memory: a pass counts the vertices of its descendants some
+//    depths below; another writes them to another file, group by group, each group as many whole
+//    cells as fit.
+// 3. A group that fits is read and sorted by its keys, and its cells are split.
+//
+// Complexity: two reads and a write for a cell that does not fit, for any number of its depths.
+// Memory: options.memory, and 8 bytes a cluster. Disk: as BuildExternalTree. Reports the steps
+// "survey" and "octree". Errors: InvalidArgument for no records and an N of 0; InvalidInput for a
+// coordinate that is not a number or is beyond mostExtent (Extent.h); LimitExceeded for less memory
+// than a few records; InputOutput; Cancelled. Source: paper 2.1, 4.2.4, [22].
 template <class Scalar>
 Result<ExternalOctree> ClusterByExternalOctree(SpillFolder& folder, SpillFile& points,
   const ExternalOctreeOptions& options, const Execution& execution = {});

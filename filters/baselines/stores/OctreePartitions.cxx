@@ -93,7 +93,8 @@ private:
   {
     if (wanted == 0)
     {
-      return Error{ ErrorCode::InvalidArgument, "number of partitions is 0; at least 1 is needed" };
+      return Error{ ErrorCode::InvalidArgument,
+        "the number of partitions must be at least 1, not 0" };
     }
     if (wanted > this->Count)
     {

@@ -55,7 +55,7 @@ public:
     if (begin.size() < 2 || begin.size() - 1 > build.Boxes.size() / 2 || begin.front() != 0 ||
         begin.back() != facts.vertices || !std::is_sorted(begin.begin(), begin.end()))
     {
-      return Error{ ErrorCode::Damaged, "the octree of an interrupted build is not whole" };
+      return Error{ ErrorCode::Damaged, "the octree of the interrupted build is incomplete" };
     }
     build.MostInBlock = MostBlockVertices(BlockedSizeOf(facts), build.Memory);
     mesh.begin = JoinIntoBlocks(begin, build.MostInBlock);
@@ -63,9 +63,8 @@ public:
     {
       if (const std::uint64_t size = mesh.RangeOf(block).size; size > build.MostInBlock)
       {
-        return BeyondMemory("a partition of " + std::to_string(size) +
-                              " vertices, of which at most " + std::to_string(build.MostInBlock) +
-                              " can be held",
+        return BeyondMemory("a partition of " + std::to_string(size) + " vertices; at most " +
+                              std::to_string(build.MostInBlock) + " can be held",
           build.Options.memory);
       }
     }

@@ -3,7 +3,7 @@
 //   a. the pivot is half way between the least and the greatest key that may still be it: of their
 //      coordinates, or of their ids where the coordinates are equal,
 //   b. one pass counts the keys up to the pivot, and finds the greatest of them and the least
-//   behind, c. one of the two is the wanted key, or the part that holds it goes on.
+//   after, c. one of the two is the wanted key, or the part that holds it goes on.
 #include "filters/baselines/stores/Baselines.h"
 
 #include <algorithm>
@@ -36,7 +36,7 @@ OrderKey HalfWay(const OrderKey& first, const OrderKey& last)
   }
   const double half =
     ValueOfOrderedBits(first.coordinate) / 2 + ValueOfOrderedBits(last.coordinate) / 2;
-  // Between neighbouring doubles the mean is one of them: the lower, or nothing would lie behind
+  // Between neighbouring doubles the mean is one of them: the lower, or nothing would lie after
   // it.
   return { std::clamp(OrderedBits(half), first.coordinate, last.coordinate - 1), greatestId };
 }

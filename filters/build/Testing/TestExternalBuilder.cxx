@@ -176,7 +176,7 @@ TEST_F(ExternalBuilderTest, AHubThatNoMemoryHoldsIsNamed)
   EXPECT_EQ(refused.GetError().code, ErrorCode::LimitExceeded);
   EXPECT_EQ(refused.GetError().message,
     "the vertex at (8.000000, 0.500000, -2.000000) has 150000 triangles, which must be in memory "
-    "together: --memory 69M would do");
+    "together: use --memory 69M");
   this->ExpectNothingLeft();
   this->Options.memory = std::uint64_t{ 69 } << 20;
   const auto built = this->External();
@@ -212,7 +212,7 @@ TEST_F(ExternalBuilderTest, SaysWhatIsWrong)
                                   "0 0 0\n1 0 0\n3 0 1 2\n";
   EXPECT_NE(message().find("face 0 (line 12) names vertex 2"), std::string::npos);
   this->Options.partitioner = &KMeansMethod();
-  EXPECT_NE(message().find("in memory alone"), std::string::npos);
+  EXPECT_NE(message().find("only be built in memory"), std::string::npos);
   this->Options.partitioner = &KdTreeMethod();
   this->Options.memory = leastMemory - 1;
   EXPECT_NE(message().find("at least 64 MiB"), std::string::npos);
@@ -277,7 +277,7 @@ TEST_F(ExternalBuilderTest, ARealDiskThatIsFullIsAnErrorAndNothingStays)
       const std::string& text = built.GetError().message;
       EXPECT_EQ(text.find("the temporary folder is too small") != text.npos, spill) << text;
       EXPECT_TRUE(!spill || text.find(" bytes") != text.npos) << text;
-      EXPECT_EQ(text.find("the store takes about ") != text.npos, !spill) << text;
+      EXPECT_EQ(text.find("the store needs about ") != text.npos, !spill) << text;
       this->ExpectNothingLeft({ "in.ply", "spill", "disk" });
     }
   }

@@ -199,7 +199,7 @@ TEST_F(ResumedBuild, ABuildOfOtherOptionsOrAnotherInputIsNotResumed)
   other = same;
   other.memory = leastMemory - 1;
   EXPECT_EQ(refused(other).message,
-    "--resume: building out of core takes at least 64 MiB; build without --resume to start over");
+    "--resume: building out of core needs at least 64 MiB; build without --resume to start over");
   const auto time = fs::last_write_time(this->Input());
   fs::last_write_time(this->Input(), time + std::chrono::seconds(1));
   EXPECT_EQ(refused(same).code, ErrorCode::InvalidArgument);
@@ -230,7 +230,7 @@ TEST_F(ResumedBuild, WhatIsLeftIsToldInTheWordsOfTheProgress)
       // A plain build hints at it, once, and ends all the same.
       ASSERT_TRUE(BuildStore(this->Input(), this->Store(), this->Options));
       EXPECT_TRUE(this->Take() == expected);
-      const std::string before = "with --resume it would go on with the step ";
+      const std::string before = "--resume would continue it with the step ";
       ASSERT_NE(told.find(before), std::string::npos) << told;
       const std::string rest = told.substr(told.find(before) + before.size());
       const std::string step = rest.substr(0, rest.find(';'));
@@ -247,7 +247,7 @@ TEST_F(ResumedBuild, WhatIsLeftIsToldInTheWordsOfTheProgress)
       };
       ASSERT_TRUE(this->External(resumed));
       EXPECT_TRUE(this->Take() == expected);
-      EXPECT_EQ(told, "going on with the step " + step);
+      EXPECT_EQ(told, "continuing with the step " + step);
       EXPECT_EQ(first, step);
     }
   }
@@ -271,11 +271,11 @@ TEST_F(ResumedBuild, WhatAnotherBuildHasLeftIsRemovedWithAWord)
   std::string told;
   this->Options.tellEarlierBuild = [&](const std::string& found) { told += found; };
   const std::string left =
-    "a killed build of this store has left files, which this build removes: ";
+    "there are files of a killed build of this store, which this build removes: ";
   ASSERT_TRUE(this->BuildAndKill(publishing.back() + 2));
   this->Options.title = "other";
   ASSERT_TRUE(BuildStore(this->Input(), this->Store(), this->Options));
-  EXPECT_EQ(told, left + "to go on with them by --resume, --title none (now other) is needed");
+  EXPECT_EQ(told, left + "to continue it with --resume, --title none (now other) is needed");
   this->Options.title = "";
 
   ASSERT_TRUE(this->BuildAndKill(publishing.back() + 2));
@@ -283,15 +283,14 @@ TEST_F(ResumedBuild, WhatAnotherBuildHasLeftIsRemovedWithAWord)
   const fs::path moved = this->Folder / "moved.ply";
   fs::copy_file(this->Input(), moved);
   ASSERT_TRUE(BuildStore(moved, this->Store(), this->Options));
-  EXPECT_EQ(told, left + "to go on with them by --resume, their input " +
+  EXPECT_EQ(told, left + "to continue it with --resume, their input " +
                     fs::canonical(this->Input()).string() + " is needed");
 
   ASSERT_TRUE(this->BuildAndKill(publishing.back() + 2));
   told.clear();
   fs::last_write_time(this->Input(), fs::last_write_time(this->Input()) + std::chrono::seconds(1));
   ASSERT_TRUE(BuildStore(this->Input(), this->Store(), this->Options));
-  EXPECT_EQ(told, left + "their input has been changed since, so that --resume cannot go on with "
-                         "them");
+  EXPECT_EQ(told, left + "their input has changed since, so --resume cannot use them");
   fs::remove(moved);
   this->Take();
   this->ExpectNothingLeft();

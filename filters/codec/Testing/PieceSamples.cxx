@@ -89,8 +89,8 @@ std::string Sample(const Piece& piece, const CodecContext& context)
          List(piece.keys, [](VertexKey key)
            { return "[" + Number(PartitionOfKey(key)) + "," + Number(IndexOfKey(key)) + "]"; }) +
          ",\"ancestors\":" + List(piece.ancestors, Number) +
-         ",\"reachBegin\":" + List(piece.reachBegin, Number) +
-         ",\"reachNodes\":" + List(piece.reachNodes, Number) + ",\"triangles\":" +
+         ",\"reachBegin\":" + List(piece.childBegin, Number) +
+         ",\"reachNodes\":" + List(piece.childNodes, Number) + ",\"triangles\":" +
          List(piece.triangles, [](const Triangle& t) { return List(t, Number); }) +
          ",\"attributes\":" +
          List(piece.attributes, [](const Attribute& attribute) { return Hex(attribute.values); }) +
@@ -176,7 +176,7 @@ void WriteTreeSamples(std::ostream& file, const Mesh& mesh, bool levels, std::mt
   }
 }
 
-// A blob behind the four bytes by which FuzzCodec chooses depths, grid and piece.
+// A blob after the four bytes by which FuzzCodec chooses depths, grid and piece.
 bool WriteSeed(const std::filesystem::path& file, std::span<const std::uint8_t> head,
   std::span<const std::uint8_t> blob)
 {

@@ -99,10 +99,10 @@ inline Piece RandomPiece(std::mt19937& random, const TreeDepths& depths)
     }
     piece.ancestors.insert(piece.ancestors.end(), row.begin(), row.end());
   }
-  if (HasReach(resolution, depths))
+  if (HasChildNodes(resolution, depths))
   {
     const unsigned nodeDepth = PieceDepth(Resolution::Level(resolution.Depth() + 1), depths);
-    piece.reachBegin.push_back(0);
+    piece.childBegin.push_back(0);
     for (std::uint32_t v = 0; v < piece.ownVertices; ++v)
     {
       std::set<NodeId> nodes;
@@ -111,8 +111,8 @@ inline Piece RandomPiece(std::mt19937& random, const TreeDepths& depths)
         nodes.insert(
           (NodeId{ 1 } << nodeDepth) + static_cast<NodeId>(random() % (1U << nodeDepth)));
       }
-      piece.reachNodes.insert(piece.reachNodes.end(), nodes.begin(), nodes.end());
-      piece.reachBegin.push_back(static_cast<std::uint32_t>(piece.reachNodes.size()));
+      piece.childNodes.insert(piece.childNodes.end(), nodes.begin(), nodes.end());
+      piece.childBegin.push_back(static_cast<std::uint32_t>(piece.childNodes.size()));
     }
   }
   return piece;

@@ -85,8 +85,8 @@ void ExpectSame(const Piece& decoded, const Piece& piece, const CoordinateGrid& 
   ASSERT_EQ(decoded.keys, piece.keys);
   ASSERT_TRUE(decoded.deviations.empty());
   ASSERT_EQ(decoded.ancestors, piece.ancestors);
-  ASSERT_EQ(decoded.reachBegin, piece.reachBegin);
-  ASSERT_EQ(decoded.reachNodes, piece.reachNodes);
+  ASSERT_EQ(decoded.childBegin, piece.childBegin);
+  ASSERT_EQ(decoded.childNodes, piece.childNodes);
   ASSERT_EQ(decoded.triangles, piece.triangles);
   ASSERT_EQ(decoded.attributes, piece.attributes);
   ASSERT_EQ(decoded.positions.size(), piece.positions.size());
@@ -101,7 +101,7 @@ void ExpectSame(const Piece& decoded, const Piece& piece, const CoordinateGrid& 
   }
 }
 
-// The blob's first `size` bytes under a right checksum: what reaches the decoders behind it.
+// The blob's first `size` bytes under a right checksum: what reaches the decoders after it.
 std::vector<std::uint8_t> SealedPart(std::span<const std::uint8_t> blob, std::size_t size)
 {
   std::vector<std::uint8_t> part(blob.begin(), blob.begin() + std::ptrdiff_t(size));
@@ -240,7 +240,7 @@ TEST(PieceCodec, EveryTruncationThatIsSealedAgainIsAnError)
     longer = SealedPart(longer, content + 1);
     const Result<Piece> decoded = DecodePiece(longer, id, context);
     ASSERT_FALSE(decoded);
-    EXPECT_NE(decoded.GetError().message.find("bytes beyond the end"), std::string::npos)
+    EXPECT_NE(decoded.GetError().message.find("extra bytes at the end"), std::string::npos)
       << decoded.GetError().message;
   }
 }
@@ -381,15 +381,15 @@ Piece BentSheet(std::uint32_t side, bool triangles)
     piece.positions.push_back({ u, w, 0.4 * u * w + 0.2 * u * u });
     piece.ancestors.push_back(y / 4 * (side / 4) + x / 4);
     piece.ancestors.push_back(y / 2 * (side / 2) + x / 2);
-    piece.reachBegin.push_back(v);
-    piece.reachNodes.push_back(1);
+    piece.childBegin.push_back(v);
+    piece.childNodes.push_back(1);
     if (triangles && x + 1 < side && y + 1 < side)
     {
       piece.triangles.push_back({ v, v + 1, v + side + 1 });
       piece.triangles.push_back({ v, v + side + 1, v + side });
     }
   }
-  piece.reachBegin.push_back(side * side);
+  piece.childBegin.push_back(side * side);
   std::sort(piece.triangles.begin(), piece.triangles.end());
   return piece;
 }
@@ -420,8 +420,8 @@ TEST(PieceCodec, ASmoothLevelIsToldByPlanes)
   Piece original = level;
   original.id = { Resolution::Original(), 1 };
   original.ancestors.clear();
-  original.reachBegin.clear();
-  original.reachNodes.clear();
+  original.childBegin.clear();
+  original.childNodes.clear();
   EncodedBytes ofLevel, ofOriginal; // which is never told so
   (void)EncodePiece(level, context, &ofLevel);
   (void)EncodePiece(original, context, &ofOriginal);
@@ -557,7 +557,7 @@ TEST(ByteStream, AStreamMustBeAsWideAsItsCountAsksFor)
   ByteReader bounded(empty);
   (void)bounded.Stream(5, 1);
   ASSERT_TRUE(bounded.Failed());
-  EXPECT_EQ(bounded.Why().message, "bad width of a stream at byte 1");
+  EXPECT_EQ(bounded.Why().message, "invalid bit width of a stream at byte 1");
 }
 
 TEST(ByteStream, IntegersOfAnySizeComeBack)

@@ -141,7 +141,7 @@ TEST(TextureTile, SaysWhatIsWrong)
     static_cast<std::size_t>(ReadTextureTileHead(blob)->image.data() - blob.data()) +
     tile.image.size();
   EXPECT_EQ(MessageOf(blob, TileGrid(3)),
-    "texture: another number of triangles than its piece at byte " + std::to_string(image));
+    "texture: the number of triangles differs from the piece at byte " + std::to_string(image));
   EXPECT_EQ(MessageOf({ 'K', 'D', 'P' }, triangles), "texture: does not begin with \"KDX\"");
   Bytes other = blob;
   other[10] ^= 1;
@@ -151,7 +151,7 @@ TEST(TextureTile, SaysWhatIsWrong)
   EXPECT_EQ(MessageOf(other, triangles), "texture: unknown codec version 99: this viewer knows 8");
   // A head of one byte for each number: 32 triangles, 0 × 1 texels of WebP, no bytes.
   const Bytes head = { 'K', 'D', 'X', codecVersion, 32, 0, 1, 3, 0 };
-  EXPECT_EQ(MessageOf(Sealed(head, 9), triangles), "texture: a picture without texels at byte 8");
+  EXPECT_EQ(MessageOf(Sealed(head, 9), triangles), "texture: the image has no texels at byte 8");
   Bytes format = head;
   format[5] = 1;
   format[7] = 4;

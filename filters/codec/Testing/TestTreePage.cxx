@@ -227,10 +227,10 @@ TEST(TreePage, WhatIsNoPageIsRefused)
   Bytes longer(blob.begin(), blob.begin() + static_cast<std::ptrdiff_t>(ContentOf(blob)));
   longer.push_back(0);
   EXPECT_NE(why(SealedPart(longer, longer.size()), 1, root), "decoded");
-  EXPECT_EQ(why(blob, 2, root), "tree page 2: is no page of this tree");
+  EXPECT_EQ(why(blob, 2, root), "tree page 2: is not a page of this tree");
   const double huge = std::numeric_limits<double>::max();
   EXPECT_EQ(
-    why(blob, 1, { { -huge, 0, 0 }, { huge, 1, 1 } }), "tree page 1: is no page of this tree");
+    why(blob, 1, { { -huge, 0, 0 }, { huge, 1, 1 } }), "tree page 1: is not a page of this tree");
   EXPECT_NE(why(blob, 1, root, false), "decoded") << "the facts of levels are too many";
 }
 

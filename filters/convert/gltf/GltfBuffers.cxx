@@ -36,8 +36,8 @@ bool LiesBelow(const std::string& name)
   return !place.empty() && !place.is_absolute() && *place.begin() != "..";
 }
 
-// Where a URI leads, whose signs may be written as %HH; or to the file of the very name; or, as
-// pictures are found, of that name as other systems write it.
+// The file of a URI, whose characters may be written as %HH; or the file of exactly that name; or,
+// as for pictures, of that name as other systems write it.
 Result<std::filesystem::path> PlaceOf(const std::string& uri, FilesBeside& files)
 {
   const std::string decoded = PercentDecoded(uri).value_or(uri);

@@ -121,7 +121,7 @@ Result<std::string> ReadGlb(std::ifstream& file, std::uint64_t bytes, GltfDocume
   return text;
 }
 
-// What glTF extends with that is read, and beginnings of names of what changes looks alone.
+// What glTF extends with that is read, and beginnings of names of what changes only looks.
 constexpr std::array<std::string_view, 10> readExtensions{ "CESIUM_RTC", "EXT_mesh_gpu_instancing",
   "EXT_meshopt_compression", "EXT_texture_webp", "KHR_draco_mesh_compression",
   "KHR_materials_pbrSpecularGlossiness", "KHR_mesh_quantization", "KHR_meshopt_compression",

@@ -24,14 +24,14 @@ struct GltfDocument
   std::uint64_t binary = 0;      // where the bytes of a .glb's second chunk begin
   std::uint64_t binaryBytes = 0; // that it has, 0 where there is none
   bool isGlb = false;            // by its first bytes, whatever the file is called
-  Tolerance tolerance{};         // bytes behind the end of a .glb
+  Tolerance tolerance{};         // bytes after the end of a .glb
 };
 
 // Peak memory: some times the JSON. Errors: InvalidInput, with the byte where the JSON breaks off
 // or is none, for what is no glTF, is shorter than it claims, or is of another version than 2.
 Result<GltfDocument> ReadGltfDocument(const std::filesystem::path& file);
 
-// A member, or null: also where the value is no object.
+// A member, or null: also where the value is not an object.
 const nlohmann::json& Member(const nlohmann::json& value, const char* name);
 // A finite number.
 double NumberOf(const nlohmann::json& value, double otherwise);
@@ -55,7 +55,7 @@ inline Error GltfError(const std::string& message)
 // The error with `where` before what is wrong.
 Error Within(const std::string& where, Error error);
 
-// Whether every extension that the file requires is read, or concerns looks alone: `notRead` gets a
+// Whether every extension that the file requires is read, or concerns only looks: `notRead` gets a
 // sentence that names those that the file uses and that are not read. Errors: Unsupported, naming
 // the extension.
 Status CheckGltfExtensions(const nlohmann::json& json, std::optional<std::string>& notRead);

@@ -34,7 +34,7 @@ struct GltfPart
   // What moves a point with a skin: joints and their weights, so many a point.
   std::vector<std::pair<std::uint32_t, double>> joints;
   std::size_t jointsOfPoint = 0;
-  std::size_t lines = 0; // of which points alone are kept
+  std::size_t lines = 0; // of which only points are kept
 };
 
 class GltfMeshes
@@ -52,7 +52,7 @@ public:
     std::uint64_t coloured = 0; // of these, by themselves or by their material
     std::uint64_t zeros = 0;    // elements of all attributes and indices that have no bytes
     // Arrays of the points, and how many parts have each: "Normals", "TCoords" (TEXCOORD_0),
-    // "texcoord_1", then all others by their names, but those that the reader uses up.
+    // "texcoord_1", then all others by their names, except those that the reader uses up.
     std::vector<std::pair<AttributeInfo, std::uint64_t>> arrays{};
 
     void Add(const Claims& other);

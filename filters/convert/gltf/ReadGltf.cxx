@@ -59,18 +59,18 @@ public:
     const std::filesystem::path& file, const TextureOptions& textures)
     : Document(document)
     , Nodes(document)
-    , Paint(ReadGltfMaterials(document, buffers, file))
+    , Materials(ReadGltfMaterials(document, buffers, file))
     , Textures(textures)
   {
-    this->IsPainted = textures.bake && !this->Paint.pictures.empty();
+    this->IsTextured = textures.bake && !this->Materials.pictures.empty();
   }
 
-  const std::vector<PictureSource>& Pictures() const { return this->Paint.pictures; }
+  const std::vector<PictureSource>& Pictures() const { return this->Materials.pictures; }
 
   Result<ForeignMesh> Read(GltfBuffers& buffers, const Execution& execution)
   {
     KDSTREAM_TRY(this->Nodes.Open());
-    GltfMeshes meshes(this->Document, buffers, this->Paint.materials);
+    GltfMeshes meshes(this->Document, buffers, this->Materials.materials);
     KDSTREAM_TRY(this->AddClaims(meshes, buffers));
     this->ChooseArrays();
     KDSTREAM_TRY(this->AppendMeshes(meshes, buffers, execution));
@@ -78,11 +78,11 @@ public:
     this->WarnOfAll();
     this->Joined.tolerance = this->Document.tolerance;
     this->Joined.tolerance.Add(meshes.Dropped());
-    if (this->IsPainted && !this->Joined.mesh.points.empty())
+    if (this->IsTextured && !this->Joined.mesh.points.empty())
     {
       KDSTREAM_TRY(this->Bake(execution));
     }
-    else if (!this->IsPainted && this->Claims.coloured > 0)
+    else if (!this->IsTextured && this->Claims.coloured > 0)
     {
       AddColors(this->Joined.mesh, this->Colors);
     }
@@ -216,7 +216,7 @@ private:
     }
     this->Lines += part.lines;
     this->IsPosed = this->IsPosed || part.jointsOfPoint > 0;
-    this->IsPainted ? this->AppendPainted(part, first) : this->AppendColors(part);
+    this->IsTextured ? this->AppendTextured(part, first) : this->AppendColors(part);
     return {};
   }
 
@@ -266,8 +266,8 @@ private:
     {
       return;
     }
-    const TexturedMaterial paint = part.material < this->Paint.materials.size()
-                                     ? this->Paint.materials[part.material].paint
+    const TexturedMaterial paint = part.material < this->Materials.materials.size()
+                                     ? this->Materials.materials[part.material].paint
                                      : TexturedMaterial{};
     for (std::size_t i = 0; i < part.points.size(); ++i)
     {
@@ -284,9 +284,9 @@ private:
   }
 
   // What pictures paint: coordinates and material of each triangle, and colours that multiply it.
-  void AppendPainted(const GltfPart& part, std::size_t first)
+  void AppendTextured(const GltfPart& part, std::size_t first)
   {
-    const bool hasMaterial = part.material < this->Paint.materials.size();
+    const bool hasMaterial = part.material < this->Materials.materials.size();
     std::vector<Triangle>& triangles = this->Joined.mesh.triangles;
     for (std::size_t t = triangles.size() - part.triangles.size(); t < triangles.size(); ++t)
     {
@@ -297,7 +297,7 @@ private:
           part.pictures.empty() ? noPictureCoordinate : part.pictures[triangles[t][k] - first];
       }
       this->Textured.materialOf.push_back(
-        static_cast<std::uint32_t>(hasMaterial ? part.material : this->Paint.materials.size()));
+        static_cast<std::uint32_t>(hasMaterial ? part.material : this->Materials.materials.size()));
     }
     this->Colors.resize(this->Joined.mesh.points.size(), white);
     std::copy(part.colors.begin(), part.colors.end(),
@@ -337,13 +337,14 @@ private:
       warnings.emplace_back(
         "skins and animations are not carried: the mesh is in the pose that its nodes have");
     }
-    // Of a file without pictures looks are not told one by one.
+    // Of a file without pictures looks are not reported one by one.
     if (!Member(this->Document.json, "images").is_null() ||
         !Member(this->Document.json, "textures").is_null())
     {
-      warnings.insert(warnings.end(), this->Paint.warnings.begin(), this->Paint.warnings.end());
+      warnings.insert(
+        warnings.end(), this->Materials.warnings.begin(), this->Materials.warnings.end());
     }
-    if (!this->IsPainted && !this->Paint.pictures.empty())
+    if (!this->IsTextured && !this->Materials.pictures.empty())
     {
       warnings.emplace_back("pictures are left out");
     }
@@ -354,7 +355,7 @@ private:
   {
     for (const auto& [info, count] : this->Claims.arrays)
     {
-      if (this->IsPainted && RoleOf(info) == AttributeRole::TextureCoordinates)
+      if (this->IsTextured && RoleOf(info) == AttributeRole::TextureCoordinates)
       {
         continue;
       }
@@ -370,21 +371,21 @@ private:
 
   Status Bake(const Execution& execution)
   {
-    for (const GltfMaterial& material : this->Paint.materials)
+    for (const GltfMaterial& material : this->Materials.materials)
     {
       this->Textured.materials.push_back(material.paint);
     }
     this->Textured.materials.push_back({}); // of parts without one
-    this->Textured.pictures = std::move(this->Paint.pictures);
+    this->Textured.pictures = std::move(this->Materials.pictures);
     this->Textured.mesh = std::move(this->Joined.mesh);
     TextureOptions used = this->Textures;
-    if (this->IsTinted && !used.paintFolder.empty())
+    if (this->IsTinted && !used.textureFolder.empty())
     {
-      used.paintFolder.clear();
+      used.textureFolder.clear();
       this->Joined.warnings.emplace_back(
         "colours of vertices are multiplied in: the pictures themselves are not kept");
     }
-    Result<BakeReport> report = BakeTexturesAndKeepPaint(this->Textured, used, execution);
+    Result<BakeReport> report = BakeAndKeepTextures(this->Textured, used, execution);
     KDSTREAM_TRY(report);
     this->Joined.mesh = std::move(this->Textured.mesh);
     this->MultiplyByOwn(this->Joined.mesh.attributes);
@@ -413,9 +414,9 @@ private:
 
   const GltfDocument& Document;
   GltfNodes Nodes;
-  GltfMaterials Paint;
+  GltfMaterials Materials;
   const TextureOptions& Textures;
-  bool IsPainted = false;
+  bool IsTextured = false;
 
   std::map<std::size_t, std::size_t> Uses; // of meshes
   GltfMeshes::Claims Claims;

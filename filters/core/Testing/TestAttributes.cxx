@@ -246,7 +246,7 @@ TEST(Attributes, LevelsCarryTheMeansOfNormalsAndColours)
     {
       const VertexTree& tree = model.vertexTree;
       std::vector<VertexId> cluster(tree.original.size()); // of each numbered vertex
-      const Attribute* const paint = FindPaint(model.mesh.attributes);
+      const Attribute* const paint = FindVertexColors(model.mesh.attributes);
       const std::vector<AttributeInfo> inLevels = ArraysOfLevels(
         std::vector<AttributeInfo>(model.mesh.attributes.begin(), model.mesh.attributes.end()));
       for (unsigned d = tree.depths.finest + 1; d-- > 0;)
@@ -303,9 +303,9 @@ TEST(Attributes, LevelsCarryTheMeansOfNormalsAndColours)
             for (std::size_t k = 0; k < n; ++k)
             {
               const double sum = sums[c * n + k];
-              const bool isPaint = role == AttributeRole::Colors && k < 3 && &attribute == paint &&
-                                   d < tree.depths.finest;
-              if (isPaint) // what the collapse says, between those of the originals
+              const bool isVertexColors = role == AttributeRole::Colors && k < 3 &&
+                                          &attribute == paint && d < tree.depths.finest;
+              if (isVertexColors) // what the collapse says, between those of the originals
               {
                 ASSERT_GE(means->Get(c, k), least[c * n + k]);
                 ASSERT_LE(means->Get(c, k), most[c * n + k]);
@@ -714,7 +714,7 @@ TEST(Attributes, HaveSaneNumbersAndNames)
   }
   EXPECT_EQ(problem(many), "");
   many.push_back(good);
-  EXPECT_EQ(problem(many), "256 attributes: more than 255");
+  EXPECT_EQ(problem(many), "256 attributes; the maximum is 255");
 }
 
 TEST(Attributes, NamesAreTexts)

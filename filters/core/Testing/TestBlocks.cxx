@@ -134,8 +134,8 @@ void ExpectEqual(const Piece& a, const Piece& b)
   EXPECT_EQ(a.keys, b.keys);
   EXPECT_EQ(a.deviations, b.deviations);
   EXPECT_EQ(a.ancestors, b.ancestors);
-  EXPECT_EQ(a.reachBegin, b.reachBegin);
-  EXPECT_EQ(a.reachNodes, b.reachNodes);
+  EXPECT_EQ(a.childBegin, b.childBegin);
+  EXPECT_EQ(a.childNodes, b.childNodes);
   EXPECT_EQ(a.triangles, b.triangles);
   EXPECT_EQ(a.attributes, b.attributes);
 }

@@ -188,7 +188,7 @@ TEST(ClusterLevels, QuadricRepresentativesKeepCornersAndMeansRoundThem)
 // What a finest sheet must be where a cell has at most four components: the vertices that are
 // joined by edges inside the cell or lie in the same place, and all vertices without triangles
 // together.
-TEST(ClusterLevels, FinestSheetsAreTheComponentsOfACell)
+TEST(ClusterLevels, FinestClustersAreTheComponentsOfACell)
 {
   for (const NamedMesh& named : AllMeshes())
   {
@@ -294,7 +294,7 @@ TEST(ClusterLevels, FinestSheetsAreTheComponentsOfACell)
   }
 }
 
-TEST(ClusterLevels, OfTooManySheetsTheNearestJoin)
+TEST(ClusterLevels, OfTooManyComponentsTheNearestJoin)
 {
   // One cell of six triangles, four of them near another.
   Mesh mesh;
@@ -319,7 +319,7 @@ TEST(ClusterLevels, OfTooManySheetsTheNearestJoin)
   }
 }
 
-TEST(ClusterLevels, SheetsKeepNestedSurfacesApart)
+TEST(ClusterLevels, ComponentsKeepNestedSurfacesApart)
 {
   // Two spheres of 16,386 vertices, a fiftieth of the radius apart: cells tie them together, sheets
   // do not.

@@ -17,7 +17,7 @@ namespace
 
 // A flat plate of 96 × 96 vertices painted by their places.
 template <class Paint>
-Mesh PaintedPlate(const Paint& paint)
+Mesh ColoredPlate(const Paint& paint)
 {
   Mesh plate = GridPlate(95);
   Attribute colors{ { "RGB", AttributeType::UInt8, AttributeAssociation::Point, 3 }, {} };
@@ -33,7 +33,7 @@ Mesh PaintedPlate(const Paint& paint)
 // A checkerboard whose fields' borders lie between vertices.
 Mesh Checkerboard(unsigned field)
 {
-  return PaintedPlate(
+  return ColoredPlate(
     [field](double x, double y)
     {
       const bool dark =
@@ -120,7 +120,7 @@ TEST(CollapseLevels, FinestClustersPartAlongThePaint)
 // the mean of its originals' colours.
 TEST(CollapseLevels, SmoothPaintIsThatOfThePlace)
 {
-  const Mesh ramp = PaintedPlate([](double x, double y) { return x + 1.5 * y; });
+  const Mesh ramp = ColoredPlate([](double x, double y) { return x + 1.5 * y; });
   ClusterLevels levels = BuildAllLevels(ramp).levels;
   AddLevelAttributes(ramp, levels);
   for (const unsigned d : { 6U, 7U, 8U })
@@ -172,14 +172,14 @@ TEST(CollapseLevels, WhatIsMixedKeepsItsLight)
   EXPECT_GE(coarse, 2U);
 }
 
-TEST(PaintQuadric, SmoothPaintCostsNothing)
+TEST(ColorQuadric, SmoothPaintCostsNothing)
 {
   // Red grows along x, green along y; blue is the same everywhere.
   const auto color = [](const Vec3& p) { return Vec3{ 2 * p[0], 3 * p[1] - 1, 7 }; };
   const Vec3 a{ 1, 2, 3 }, b{ 4, 2, 3 }, c{ 1, 7, 3 }, d{ 5, 6, 3 };
-  PaintQuadric paint = PaintQuadric::OfTriangle({ a, b, c }, { color(a), color(b), color(c) });
+  ColorQuadric paint = ColorQuadric::OfTriangle({ a, b, c }, { color(a), color(b), color(c) });
   EXPECT_DOUBLE_EQ(paint.area, 7.5);
-  paint.Add(PaintQuadric::OfTriangle({ b, d, c }, { color(b), color(d), color(c) }));
+  paint.Add(ColorQuadric::OfTriangle({ b, d, c }, { color(b), color(d), color(c) }));
   const Vec3 place{ 3, 4, 3 }, found = paint.ColorAt(place);
   for (std::size_t k = 0; k < 3; ++k)
   {
@@ -188,13 +188,13 @@ TEST(PaintQuadric, SmoothPaintCostsNothing)
   EXPECT_NEAR(paint.Residual().At(place), 0, 1e-9);
 }
 
-TEST(PaintQuadric, AnEdgeOfThePaintHoldsItsVertices)
+TEST(ColorQuadric, AnEdgeOfThePaintHoldsItsVertices)
 {
   // Dark on one side of y = 0, bright from y = 1 on.
   const Vec3 a{ 0, 0, 0 }, b{ 1, 0, 0 }, c{ 0, 1, 0 }, d{ 1, -1, 0 };
   const Vec3 dark{}, bright{ 1, 1, 1 };
-  PaintQuadric paint = PaintQuadric::OfTriangle({ a, b, c }, { dark, dark, bright });
-  paint.Add(PaintQuadric::OfTriangle({ a, d, b }, { dark, dark, dark }));
+  ColorQuadric paint = ColorQuadric::OfTriangle({ a, b, c }, { dark, dark, bright });
+  paint.Add(ColorQuadric::OfTriangle({ a, d, b }, { dark, dark, dark }));
   const Quadric residual = paint.Residual();
   EXPECT_NEAR(residual.At({ 0.5, 0, 0 }), 0, 1e-12);
   EXPECT_NEAR(residual.At({ 9, 0, 0 }), 0, 1e-12); // along the edge
@@ -202,15 +202,15 @@ TEST(PaintQuadric, AnEdgeOfThePaintHoldsItsVertices)
   EXPECT_NEAR(residual.At({ 0.5, 0, 5 }), 0, 1e-12); // that is for the planes to say
 }
 
-TEST(PaintQuadric, TrianglesWithoutAreaSayNothing)
+TEST(ColorQuadric, TrianglesWithoutAreaSayNothing)
 {
   const Vec3 a{ 0, 0, 0 }, b{ 1, 0, 0 }, color{ 1, 2, 3 };
-  EXPECT_EQ(PaintQuadric::OfTriangle({ a, b, { 2, 0, 0 } }, { color, {}, color }).area, 0);
-  EXPECT_EQ(PaintQuadric::OfTriangle({ a, { 1e200, 0, 0 }, { 0, 1e200, 0 } }, {}).area, 0);
-  EXPECT_EQ(PaintQuadric::OfTriangle({ a, { NAN, 0, 0 }, b }, {}).area, 0);
-  // So thin that the slope of its colour is no number.
+  EXPECT_EQ(ColorQuadric::OfTriangle({ a, b, { 2, 0, 0 } }, { color, {}, color }).area, 0);
+  EXPECT_EQ(ColorQuadric::OfTriangle({ a, { 1e200, 0, 0 }, { 0, 1e200, 0 } }, {}).area, 0);
+  EXPECT_EQ(ColorQuadric::OfTriangle({ a, { NAN, 0, 0 }, b }, {}).area, 0);
+  // So thin that the slope of its colour is not a number.
   const Vec3 none{}, much{ 1e9, 0, 0 }, near{ 1e-155, 0, 0 }, up{ 0, 1e-6, 0 };
-  const PaintQuadric thin = PaintQuadric::OfTriangle({ a, near, up }, { none, much, none });
+  const ColorQuadric thin = ColorQuadric::OfTriangle({ a, near, up }, { none, much, none });
   EXPECT_TRUE(std::isfinite(thin.squares.c) && std::isfinite(thin.squares.Trace()));
 }
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "Testing/Fixtures/Folds.h"
+#include "Testing/Fixtures/FoldOvers.h"
 #include "Testing/Fixtures/Invariants.h"
 #include "filters/core/MeshDistance.h"
 #include "filters/core/Testing/BuiltLevels.h"
@@ -62,11 +62,11 @@ TEST(CollapseLevels, HardlyAnyTriangleFacesTheWrongWay)
     {
       SCOPED_TRACE(named.name + ", " + std::to_string(tree.verticesPerPartition));
       const BuiltLevels built = BuildAllLevels(named.mesh, {}, tree);
-      const std::vector<FoldCount> counts = CountFolds(named.mesh, built.levels);
-      const FoldCount& finest = counts.back();
+      const std::vector<FoldOverCount> counts = CountFoldOvers(named.mesh, built.levels);
+      const FoldOverCount& finest = counts.back();
       EXPECT_LE(double(finest.opposed), 0.001 * double(finest.triangles));
-      FoldCount all;
-      for (const FoldCount& level : counts)
+      FoldOverCount all;
+      for (const FoldOverCount& level : counts)
       {
         all.opposed += level.triangles >= 500 ? level.opposed : 0;
         all.triangles += level.triangles >= 500 ? level.triangles : 0;

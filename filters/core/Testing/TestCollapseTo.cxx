@@ -52,5 +52,5 @@ TEST(CollapseTo, MeetsItExactlyOnAManifold)
       points);
   }
   EXPECT_EQ(CollapseTo(sphere, built.tree, built.buckets, {}, {}).GetError().message,
-    "a target of 0 triangles and 0 points: one of them must be at least 1");
+    "the target has 0 triangles and 0 points: one of them must be at least 1");
 }

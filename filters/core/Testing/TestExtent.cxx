@@ -158,7 +158,7 @@ TEST(Extent, WhatSpansMoreIsRefused)
       EXPECT_EQ(status.GetError().code, ErrorCode::InvalidInput);
       EXPECT_EQ(
         status.GetError().message, std::string("the mesh spans more than 2^127 (1.7e38) along ") +
-                                     "xyz"[k] + ", the most that levels can be computed for");
+                                     "xyz"[k] + ", the limit for computing levels");
     }
   }
   EXPECT_TRUE(CheckExtent(Box{}));

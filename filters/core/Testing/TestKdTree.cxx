@@ -231,8 +231,9 @@ TEST(KdTree, SaysWhatIsWrongWithOptions)
   EXPECT_EQ(message(100, { 2000, 0U, 8 }), "number of partitions 0 is not a power of two");
   EXPECT_EQ(message(100, { 2000, 128U, 8 }),
     "number of partitions 128 is above the number of vertices, 100");
-  EXPECT_EQ(message(100, { 0, {}, 8 }), "vertices per partition is 0; at least 1 is needed");
-  EXPECT_EQ(message(100, { 10, {}, 1025 }), "vertices per cell 1025 is above 1024");
+  EXPECT_EQ(
+    message(100, { 0, {}, 8 }), "the number of vertices per partition must be at least 1, not 0");
+  EXPECT_EQ(message(100, { 10, {}, 1025 }), "the number of vertices per cell, 1025, is above 1024");
   EXPECT_EQ(message(noVertex, {}), "4294967295 vertices; at most 4294967294 fit a tree in memory");
 }
 

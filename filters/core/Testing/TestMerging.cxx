@@ -12,7 +12,7 @@ namespace
 
 // Eight clusters of one vertex each on a tree of two cells: two triangles in cell 0, and two more
 // that link these through cell 1.
-CollapseState TwoSheetsInACell()
+CollapseState TwoComponentsInACell()
 {
   CollapseState state;
   state.ownEnd = 8;
@@ -32,18 +32,18 @@ const TreeDepths depths{ 1, 1, 1 };
 
 }
 
-TEST(Merging, FullNodesAreGroupedBySheetsWhichAreConnectedInsideOneCell)
+TEST(Merging, FullNodesAreGroupedByComponentsWhichAreConnectedInsideOneCell)
 {
-  const CollapseState state = TwoSheetsInACell();
+  const CollapseState state = TwoComponentsInACell();
   Merging merging(state, depths, 1);
   merging.GroupLoose();
   merging.GroupNodes(std::vector<std::uint8_t>(merging.NodeCount(), 1), true);
   EXPECT_EQ(merging.Targets(), (std::vector<VertexId>{ 0, 0, 0, 3, 3, 3, 6, 6 }));
 }
 
-TEST(Merging, FullNodesAreGroupedByCellsWithoutSheets)
+TEST(Merging, FullNodesAreGroupedByCellsWithoutComponents)
 {
-  const CollapseState state = TwoSheetsInACell();
+  const CollapseState state = TwoComponentsInACell();
   Merging merging(state, depths, 1);
   merging.GroupLoose();
   merging.GroupNodes(std::vector<std::uint8_t>(merging.NodeCount(), 1), false);

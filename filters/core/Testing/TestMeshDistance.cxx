@@ -158,7 +158,7 @@ TEST(MeshDistance, SaysWhatIsWrong)
   };
   EXPECT_EQ(message({}, square), "the reference mesh has no vertices");
   EXPECT_EQ(message(square, {}), "the other mesh has no vertices");
-  EXPECT_EQ(message(square, square, 0), "0 samples: at least 1 is needed");
+  EXPECT_EQ(message(square, square, 0), "the number of samples must be at least 1, not 0");
   EXPECT_EQ(message(square, { { { 0, 0, 0 } }, { { 0, 0, 1 } } }),
     "the other mesh has a triangle with vertex 1 of 1: triangle 0");
   EXPECT_EQ(message({ { { 0, 0, 0 }, { 0, NAN, 0 } }, {} }, square),

@@ -215,7 +215,7 @@ TEST(PieceCutter, APieceHasEveryTriangleOfItsVertices)
     });
 }
 
-TEST(PieceCutter, AncestorsAndReachFollowTheVertexTree)
+TEST(PieceCutter, AncestorsAndChildNodesFollowTheVertexTree)
 {
   ForAll(
     [](const Model& model)
@@ -223,14 +223,14 @@ TEST(PieceCutter, AncestorsAndReachFollowTheVertexTree)
       const VertexTree& tree = model.vertexTree;
       const TreeDepths& depths = tree.depths;
       const unsigned preview = PreviewLevel(depths);
-      std::map<std::pair<unsigned, VertexId>, std::set<NodeId>> reach;
+      std::map<std::pair<unsigned, VertexId>, std::set<NodeId>> childNodes;
       for (unsigned d = 1; d <= depths.stitch; ++d)
       {
         for (VertexId cluster = 0; cluster < tree.levels[d].first.size(); ++cluster)
         {
-          reach[{ d - 1, tree.levels[d].parents[cluster] }].insert(PieceOfPartition(
+          childNodes[{ d - 1, tree.levels[d].parents[cluster] }].insert(PieceOfPartition(
             Resolution::Level(d), tree.PartitionOf(tree.levels[d].first[cluster]), depths)
-                                                                     .node);
+                                                                          .node);
         }
       }
       for (const auto& [id, piece] : model.pieces)
@@ -257,14 +257,14 @@ TEST(PieceCutter, AncestorsAndReachFollowTheVertexTree)
             }
           }
         }
-        ASSERT_EQ(piece.reachBegin.empty(), id.resolution < Resolution::Level(preview) ||
+        ASSERT_EQ(piece.childBegin.empty(), id.resolution < Resolution::Level(preview) ||
                                               id.resolution >= Resolution::Level(depths.stitch));
-        for (std::uint32_t v = 0; !piece.reachBegin.empty() && v < piece.ownVertices; ++v)
+        for (std::uint32_t v = 0; !piece.childBegin.empty() && v < piece.ownVertices; ++v)
         {
-          const std::set<NodeId> nodes(piece.reachNodes.begin() + piece.reachBegin[v],
-            piece.reachNodes.begin() + piece.reachBegin[v + 1]);
+          const std::set<NodeId> nodes(piece.childNodes.begin() + piece.childBegin[v],
+            piece.childNodes.begin() + piece.childBegin[v + 1]);
           ASSERT_EQ(
-            nodes, (reach[{ id.resolution.Depth(), static_cast<VertexId>(piece.keys[v]) }]));
+            nodes, (childNodes[{ id.resolution.Depth(), static_cast<VertexId>(piece.keys[v]) }]));
         }
       }
     });

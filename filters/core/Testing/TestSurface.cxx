@@ -127,7 +127,7 @@ Resolution RandomFrom(std::mt19937& random, unsigned coarsest, const TreeDepths&
 }
 
 // Every partition at a resolution from S on or the original, at random.
-Cut RandomMix(std::mt19937& random, const TreeDepths& depths)
+Cut RandomMixedCut(std::mt19937& random, const TreeDepths& depths)
 {
   Cut cut{ depths, RandomFrom(random, depths.stitch, depths) };
   std::set<PieceId> active;
@@ -221,7 +221,7 @@ Cut RandomCut(std::mt19937& random, const Model& model)
   switch (random() % 5)
   {
     case 0:
-      return RandomMix(random, model.tree.depths);
+      return RandomMixedCut(random, model.tree.depths);
     case 1:
       return RandomRegion(random, model);
     case 2:
@@ -395,7 +395,7 @@ TEST(DrawSurface, OfPiecesThatLieIsSomethingOrAnError)
       {
         rank = random() % 50 == 0 ? static_cast<std::uint32_t>(random() % 300) : rank;
       }
-      for (NodeId& node : lying.reachNodes)
+      for (NodeId& node : lying.childNodes)
       {
         node = random() % 10 == 0 ? node ^ 1U : node;
       }
@@ -524,6 +524,6 @@ TEST(DrawSurface, SaysWhatIsMissingOrWrong)
   for (const PieceId second : { level, partition })
   {
     EXPECT_EQ(message({ depths, Resolution::Level(2), { partition, second } }),
-      "active piece 1 does not ascend");
+      "active pieces are not in ascending order at 1");
   }
 }

@@ -174,25 +174,25 @@ TEST(SurfaceParts, TellWhatShowedTheirPointsBefore)
         walk.Step();
         ASSERT_TRUE(parts.GoTo(walk.Now(), model->Lookup()));
         const auto expected = NodesBefore(*model, cutBefore, walk.Now());
-        ASSERT_EQ(parts.Former().size(), parts.Parts().size());
+        ASSERT_EQ(parts.Parents().size(), parts.Parts().size());
         for (std::size_t i = 0; i < parts.Parts().size(); ++i)
         {
-          const FormerPoints& former = parts.Former()[i];
+          const ParentPoints& parents = parts.Parents()[i];
           const SurfacePart& part = *parts.Parts()[i];
-          if (former.empty())
+          if (parents.empty())
           {
             ASSERT_EQ(std::count(before.begin(), before.end(), parts.Parts()[i]), 1);
             continue;
           }
-          ASSERT_EQ(former.size(), part.surface.points.size());
-          for (std::size_t k = 0; k < former.size(); ++k)
+          ASSERT_EQ(parents.size(), part.surface.points.size());
+          for (std::size_t k = 0; k < parents.size(); ++k)
           {
             const auto& node = expected.at(part.surface.sources[k]);
-            if (former[k])
+            if (parents[k])
             {
-              ASSERT_LT(former[k]->part, before.size());
-              ASSERT_LT(former[k]->point, before[former[k]->part]->own.size());
-              ASSERT_EQ(before[former[k]->part]->surface.sources[former[k]->point], node)
+              ASSERT_LT(parents[k]->part, before.size());
+              ASSERT_LT(parents[k]->point, before[parents[k]->part]->own.size());
+              ASSERT_EQ(before[parents[k]->part]->surface.sources[parents[k]->point], node)
                 << "point " << k << " of part " << i;
             }
             else if (node)
@@ -201,7 +201,7 @@ TEST(SurfaceParts, TellWhatShowedTheirPointsBefore)
               ASSERT_NE(BaseOf(walk.Now()), BaseOf(cutBefore)) << "point " << k << " of part " << i;
               ++missed;
             }
-            found += former[k].has_value();
+            found += parents[k].has_value();
           }
         }
       }

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// The edges that wait for their collapse, the cheapest first. For EdgeCollapse alone.
+// The edges that wait for their collapse, the cheapest first. Only for EdgeCollapse.
 #pragma once
 
 #include "filters/core/BitCast.h"

@@ -21,10 +21,10 @@ namespace
 constexpr double offBoundary = 0.25; // of the error on the edge, for a place beside it
 constexpr double lengthCost = 1e-9;  // × length^4: of edges that cost nothing the shortest first
 // Edges between the vertices of folds: of what their merges and their retreat cost. Measured.
-constexpr double costOfFolds = 0.01, retreatOfFolds = 0.1;
-// Of painted parts: what a retreat costs there. Merges that spare the paint cost more, and where
-// there is none as much of the outline would go as they cost. Measured on the vase.
-constexpr double retreatOfPainted = 4;
+constexpr double costOfFoldOvers = 0.01, retreatOfFoldOvers = 0.1;
+// Of parts with vertex colours: what a retreat costs there. Merges that spare the colours cost
+// more, and where there is none as much of the outline would go as they cost. Measured on the vase.
+constexpr double retreatOfColored = 4;
 // How many retries each vertex has for its edges that could not collapse. Without this limit a mesh
 // that is all knots, whose vertices have hundreds of edges each, would take most of its time for
 // edges that never collapse.
@@ -42,8 +42,8 @@ constexpr std::uint64_t mostStepsOfMerge = 256;
 
 // Surfaces have two triangles a vertex. More than so many a vertex are not worth more tries.
 constexpr std::size_t mostTrianglesOfVertex = 3;
-// In parts of a soup with more than so many nearly every edge is refused, at the cost of all that
-// is around it: none is tried, unless all of them cost little.
+// In parts of a soup with more triangles a vertex than this, nearly every edge is refused, at the
+// cost of all that is around it. No edge is tried there, unless all of them cost little.
 constexpr std::size_t hopelessTrianglesOfVertex = 8, fewTriangles = 4096;
 
 std::uint64_t MostStepsOfRetriesOf(std::size_t vertices, std::size_t triangles)
@@ -84,40 +84,40 @@ std::vector<Vec3> FacingOfVertices(const CollapsePart& part)
 }
 
 // Whether a triangle around a vertex faces the wrong way; empty where folds cost what others do.
-std::vector<std::uint8_t> FoldedVertices(const CollapsePart& part, std::span<const Vec3> facing)
+std::vector<std::uint8_t> FoldedOverVertices(const CollapsePart& part, std::span<const Vec3> facing)
 {
   if (facing.empty() || part.fixed.empty())
   {
     return {};
   }
-  std::vector<std::uint8_t> folded(part.positions.size(), 0);
+  std::vector<std::uint8_t> foldedOver(part.positions.size(), 0);
   for (const auto& [a, b, c] : part.triangles)
   {
     const Vec3 normal = Cross(
       Minus(part.positions[b], part.positions[a]), Minus(part.positions[c], part.positions[a]));
     if (Dot(normal, Plus(Plus(facing[a], facing[b]), facing[c])) < 0)
     {
-      folded[a] = folded[b] = folded[c] = 1;
+      foldedOver[a] = foldedOver[b] = foldedOver[c] = 1;
     }
   }
-  return folded;
+  return foldedOver;
 }
 
 }
 
 EdgeCollapse::EdgeCollapse(CollapsePart part)
   : Facing(FacingOfVertices(part))
-  , Folded(FoldedVertices(part, this->Facing))
+  , FoldedOver(FoldedOverVertices(part, this->Facing))
   , Positions(std::move(part.positions))
   , Quadrics(std::move(part.quadrics))
   , Normals(std::move(part.normals))
   , Fixed(std::move(part.fixed))
   , Components(part.components)
   , Attributes(std::move(part.attributes))
-  , Paint(std::move(part.paint))
+  , ColorQuadrics(std::move(part.colorQuadrics))
   , Bounds(part.bounds)
   , KeepTopology(part.keepTopology)
-  , AreaPerVertex(part.areaPerVertex * (this->Paint.empty() ? 1 : retreatOfPainted))
+  , AreaPerVertex(part.areaPerVertex * (this->ColorQuadrics.empty() ? 1 : retreatOfColored))
   , Stars(std::move(part.triangles), this->Positions.size())
   , MostStepsOfRetries(MostStepsOfRetriesOf(this->Positions.size(), this->Stars.TriangleCount()))
 {
@@ -140,9 +140,9 @@ EdgeCollapse::EdgeCollapse(CollapsePart part)
 
 // Whether both ends are of triangles that face the wrong way. Such edges are cheaper in parts of
 // fine levels, so most folds go there; where all is free the tips of limbs would go with them.
-bool EdgeCollapse::IsFolded(VertexId u, VertexId v) const
+bool EdgeCollapse::IsFoldedOver(VertexId u, VertexId v) const
 {
-  return !this->Folded.empty() && this->Folded[u] != 0 && this->Folded[v] != 0;
+  return !this->FoldedOver.empty() && this->FoldedOver[u] != 0 && this->FoldedOver[v] != 0;
 }
 
 void EdgeCollapse::FindEdges()
@@ -217,16 +217,16 @@ double EdgeCollapse::AttributeCost(VertexId u, VertexId v) const
   return wu * wv / (wu + wv) * squares;
 }
 
-// Of both ends: their planes, and what their paint says about a place.
+// Of both ends: their planes, and what their colours say about a place.
 Quadric EdgeCollapse::SumOf(VertexId u, VertexId v) const
 {
   Quadric quadric = this->Quadrics[u];
   quadric.Add(this->Quadrics[v]);
-  if (!this->Paint.empty())
+  if (!this->ColorQuadrics.empty())
   {
-    PaintQuadric paint = this->Paint[u];
-    paint.Add(this->Paint[v]);
-    quadric.Add(paint.Residual());
+    ColorQuadric sum = this->ColorQuadrics[u];
+    sum.Add(this->ColorQuadrics[v]);
+    quadric.Add(sum.Residual());
   }
   return quadric;
 }
@@ -257,7 +257,7 @@ bool EdgeCollapse::Place(VertexId u, VertexId v, double& cost, Vec3& position) c
     position = placed.position;
     cost = placed.cost;
   }
-  cost = (this->IsFolded(u, v) ? costOfFolds : 1) * (cost + this->LastingCost(u, v));
+  cost = (this->IsFoldedOver(u, v) ? costOfFoldOvers : 1) * (cost + this->LastingCost(u, v));
   return cost <= std::numeric_limits<double>::max();
 }
 
@@ -304,16 +304,17 @@ void EdgeCollapse::PushWaiting()
     edges.a[k] = Lanes(this->Positions[u0][k], this->Positions[u1][k]);
     edges.b[k] = Lanes(this->Positions[v0][k], this->Positions[v1][k]);
   }
-  edges.quadric = this->Paint.empty() ? SumsOf(this->Quadrics[u0], this->Quadrics[v0],
-                                          this->Quadrics[u1], this->Quadrics[v1])
-                                      : SideBySide(this->SumOf(u0, v0), this->SumOf(u1, v1));
+  edges.quadric =
+    this->ColorQuadrics.empty()
+      ? SumsOf(this->Quadrics[u0], this->Quadrics[v0], this->Quadrics[u1], this->Quadrics[v1])
+      : SideBySide(this->SumOf(u0, v0), this->SumOf(u1, v1));
   edges.beside = Lanes(this->Boundary[u0] ? offBoundary : 1, this->Boundary[u1] ? offBoundary : 1);
   const PlacedVertex<Lanes> placed = PlaceVertex(edges, this->Bounds);
   for (std::size_t i = 0; i < this->WaitingCount; ++i)
   {
     const auto [u, v] = this->Waiting[i];
-    this->PushAt({ u, v },
-      (this->IsFolded(u, v) ? costOfFolds : 1) * (placed.cost[i] + this->LastingCost(u, v)));
+    this->PushAt({ u, v }, (this->IsFoldedOver(u, v) ? costOfFoldOvers : 1) *
+                             (placed.cost[i] + this->LastingCost(u, v)));
   }
   this->WaitingCount = 0;
 }
@@ -380,7 +381,7 @@ bool EdgeCollapse::Take(std::size_t vertices, std::size_t triangles, double erro
     if (!edge.measured && this->AreaPerVertex > 0)
     {
       const double scale =
-        this->AreaPerVertex * (this->IsFolded(edge.u, edge.v) ? retreatOfFolds : 1);
+        this->AreaPerVertex * (this->IsFoldedOver(edge.u, edge.v) ? retreatOfFoldOvers : 1);
       const double retreat = scale * this->Merged.SquaredRetreat(this->Positions, this->Star,
                                        edge.u, edge.v, scale, edge.cost);
       if (retreat > edge.cost)
@@ -411,7 +412,7 @@ bool EdgeCollapse::KeepsFacing(VertexId u, VertexId v, const Vec3& position)
     return this->Merged.KeepsNormals();
   }
   const bool keeps = this->Merged.KeepsNormals();
-  this->FoldsAfter = false;
+  this->FoldsOverAfter = false;
   for (std::size_t i = 0; i < this->Star.sides.size(); ++i)
   {
     const StarSide& side = this->Star.sides[i];
@@ -430,7 +431,7 @@ bool EdgeCollapse::KeepsFacing(VertexId u, VertexId v, const Vec3& position)
     {
       continue; // as nearly all do
     }
-    this->FoldsAfter |= !rightAfter;
+    this->FoldsOverAfter |= !rightAfter;
     const bool wrongBefore = Dot(Cross(Minus(q, p), Minus(r, p)), reference) < 0;
     if (!wrongBefore || (!keeps && !rightAfter))
     {
@@ -535,17 +536,17 @@ void EdgeCollapse::Collapse(VertexId u, VertexId v, const Vec3& position, double
   this->MergeAttributes(u, v);
   this->Positions[u] = position;
   this->Quadrics[u].Add(this->Quadrics[v]);
-  if (!this->Paint.empty())
+  if (!this->ColorQuadrics.empty())
   {
-    this->Paint[u].Add(this->Paint[v]);
+    this->ColorQuadrics[u].Add(this->ColorQuadrics[v]);
   }
   if (!this->Normals.empty())
   {
     this->Normals[u] = Plus(this->Normals[u], this->Normals[v]);
     this->Facing[u] = FacingOf(this->Normals[u], this->Quadrics[u]);
-    if (!this->Folded.empty())
+    if (!this->FoldedOver.empty())
     {
-      this->Folded[u] = this->FoldsAfter ? 1 : 0;
+      this->FoldedOver[u] = this->FoldsOverAfter ? 1 : 0;
     }
   }
   this->Boundary[u] |= this->Boundary[v];

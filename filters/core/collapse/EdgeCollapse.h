@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Quadric-error edge collapse of one part of a mesh, recorded merge by merge: part of step "levels"
-// of the pipeline picture. For the makers of levels alone.
+// of the pipeline picture. Only for the makers of levels.
 //
 // Source: Garland and Heckbert, "Surface simplification using quadric error metrics", 1997; the
 // link condition: Dey et al., "Topology preserving edge contraction", 1999. Ours: parts whose
@@ -8,9 +8,9 @@
 #pragma once
 
 #include "filters/core/Types.h"
+#include "filters/core/collapse/ColorQuadric.h"
 #include "filters/core/collapse/EdgeCandidates.h"
 #include "filters/core/collapse/MergedStar.h"
-#include "filters/core/collapse/PaintQuadric.h"
 #include "filters/core/collapse/Quadric.h"
 #include "filters/core/collapse/VertexStars.h"
 
@@ -43,8 +43,9 @@ struct CollapsePart
   // difference of 1 costs as much as a distance of 1. Each counts with the trace of its quadric.
   std::size_t components = 0;
   std::vector<float> attributes;
-  // Of each vertex the sum of its triangles'; empty = not painted. Of fixed ones anything will do.
-  std::vector<PaintQuadric> paint;
+  // Of each vertex the sum of its triangles'; empty = without colours. Of fixed ones anything will
+  // do.
+  std::vector<ColorQuadric> colorQuadrics;
   Box bounds; // no vertex is moved out of it
   // An edge also costs at least so much × the squared distance by which the surface goes back
   // there.
@@ -141,7 +142,7 @@ private:
   void PushAt(const Edge& edge, double cost);
   bool IsCurrent(const EdgeCandidate& edge) const;
   bool IsHopeless() const;
-  bool IsFolded(VertexId u, VertexId v) const;
+  bool IsFoldedOver(VertexId u, VertexId v) const;
   bool KeepsFacing(VertexId u, VertexId v, const Vec3& position);
   bool TurnsAny(VertexId u, VertexId v, const Vec3& position);
   bool KeepsTopology(VertexId u, VertexId v);
@@ -152,16 +153,16 @@ private:
   void MergeAttributes(VertexId u, VertexId v);
   void PushAround(VertexId u);
 
-  std::vector<Vec3> Facing;         // of each vertex, of Normals: FacingOf; empty if they are
-  std::vector<std::uint8_t> Folded; // whether a triangle around the vertex faced the wrong way
+  std::vector<Vec3> Facing;             // of each vertex, of Normals: FacingOf; empty if they are
+  std::vector<std::uint8_t> FoldedOver; // whether a triangle around the vertex faced the wrong way
   std::vector<Vec3> Positions;
   std::vector<Quadric> Quadrics;
   std::vector<Vec3> Normals;
-  bool FoldsAfter = false; // whether one would around the merged vertex
+  bool FoldsOverAfter = false; // whether one would around the merged vertex
   std::vector<std::uint8_t> Fixed;
   std::size_t Components;
   std::vector<float> Attributes;
-  std::vector<PaintQuadric> Paint;
+  std::vector<ColorQuadric> ColorQuadrics;
   Box Bounds;
   bool KeepTopology;
   double AreaPerVertex;

@@ -40,11 +40,11 @@ struct CheapestErrors
   }
 };
 
-// Finds the cheapest `count` of a multiset of errors. forEach(visit) calls visit(error) for each of
-// them, none negative or NaN, always in the same order, and returns a Status; it is called twice,
-// or up to four times where very many are nearly equal, and there are at least `count` >= 1 of
-// them. O(errors); memory 1 MiB. The same as sorting them by (error, place). sum(bins) adds to
-// counts those of other processes, which visit errors of their own: `count` is of all of them.
+// Finds the cheapest `count` >= 1 of a multiset of at least as many errors; the same as sorting
+// them by (error, place). forEach(visit) calls visit(error) for each error, none negative or NaN,
+// always in the same order, and returns a Status. It is called twice, or up to four times where
+// very many are nearly equal. sum(bins) adds the counts of other processes, which visit errors of
+// their own: `count` is of all of them. O(errors); memory 1 MiB.
 template <class ForEach, class Sum>
 Result<CheapestErrors> FindCheapest(const ForEach& forEach, std::uint64_t count, const Sum& sum)
 {

@@ -85,8 +85,8 @@ void MergedStar::Set(std::span<const Vec3> positions, const EdgeStar& star, Vert
   }
 }
 
-// Looks at the triangles that have p above their inside: gives, in each lane, the squared distance
-// to the plane of the nearest one, or infinity if there is no such triangle.
+// The squared distance, in each lane, of p to the plane of the nearest triangle that has p above
+// its inside; infinity if there is no such triangle.
 Lanes MergedStar::SquaredToInsides(const Vec3& p) const
 {
   const LanePoint w = Both(kdstream::Minus(p, this->Position));

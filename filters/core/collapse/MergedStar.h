@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// The triangles around the vertex that an edge would collapse to. For EdgeCollapse alone.
+// The triangles around the vertex that an edge would collapse to. Only for EdgeCollapse.
 #pragma once
 
 #include "filters/core/Lanes.h"

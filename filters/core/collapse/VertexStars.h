@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// The triangles around each vertex of a mesh while its edges collapse. For EdgeCollapse alone.
+// The triangles around each vertex of a mesh while its edges collapse. Only for EdgeCollapse.
 #pragma once
 
 #include "filters/core/Types.h"
@@ -64,8 +64,8 @@ public:
 
 private:
   static constexpr Corner none = std::numeric_limits<Corner>::max();
-  // The list of a vertex with more triangles than this keeps those that are gone, as three times
-  // the same vertex: to take each out, the hub of a large fan would go through its whole list each
+  // A vertex with more triangles than this keeps removed triangles in its list, as three times the
+  // same vertex. To take out each, the hub of a large fan would go through its whole list each
   // time.
   static constexpr std::uint32_t manyTriangles = 1024;
 

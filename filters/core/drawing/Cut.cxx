@@ -122,7 +122,7 @@ public:
       const auto rows = this->RowsOf(finer);
       for (unsigned d = this->Base.Depth(); d < this->Depths.stitch; ++d)
       {
-        this->FollowReach(d, rows);
+        this->FollowChildren(d, rows);
       }
     }
     Closure closure{ { this->Needed.begin(), this->Needed.end() }, {} };
@@ -166,7 +166,7 @@ private:
   }
 
   // The pieces of level depth + 1 that hold the children of the clusters above the wanted pieces.
-  void FollowReach(unsigned depth, const std::vector<std::span<const std::uint32_t>>& rows)
+  void FollowChildren(unsigned depth, const std::vector<std::span<const std::uint32_t>>& rows)
   {
     const std::size_t place = depth - PreviewLevel(this->Depths);
     std::vector<std::uint32_t> above;
@@ -208,10 +208,10 @@ private:
       if (const auto owner = owners.Find(depth, rank))
       {
         const Piece& piece = *pieces[owner->piece];
-        for (std::uint32_t i = piece.reachBegin[owner->vertex];
-             i < piece.reachBegin[owner->vertex + 1]; ++i)
+        for (std::uint32_t i = piece.childBegin[owner->vertex];
+             i < piece.childBegin[owner->vertex + 1]; ++i)
         {
-          this->Needed.insert({ Resolution::Level(depth + 1), piece.reachNodes[i] });
+          this->Needed.insert({ Resolution::Level(depth + 1), piece.childNodes[i] });
         }
       }
     }
@@ -244,8 +244,8 @@ private:
     return rows;
   }
 
-  // The lowest key that a vertex in a node may have at S or finer; of the node behind the last of
-  // its depth that behind all.
+  // The lowest key that a vertex in a node may have at S or finer; of the node after the last of
+  // its depth the key after all others.
   VertexKey FirstKey(NodeId node, unsigned depth) const
   {
     return VertexKey{ node - (NodeId{ 1 } << depth) } << (this->Depths.partition - depth + 32);
@@ -274,14 +274,14 @@ Status CheckCut(const Cut& cut)
     if (!IsOfTree(id, cut.depths))
     {
       return Error{ ErrorCode::InvalidArgument,
-        "node " + std::to_string(id.node) + " is no piece of " +
+        "node " + std::to_string(id.node) + " is not a piece of " +
           (id.resolution.IsOriginal() ? "the original"
                                       : "level " + std::to_string(id.resolution.Depth())) };
     }
     if (i > 0 && id <= cut.active[i - 1])
     {
       return Error{ ErrorCode::InvalidArgument,
-        "active piece " + std::to_string(i) + " does not ascend" };
+        "active pieces are not in ascending order at " + std::to_string(i) + "" };
     }
   }
   return {};

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Which resolutions are shown where: a cut of the vertex tree, told by pieces
+// Which resolutions are shown where: a mixed-resolution cut of the vertex tree, given by pieces
 // (doc/design.md#the-cut-rule). Step "draw" of the pipeline picture.
 #pragma once
 
@@ -25,7 +25,7 @@ namespace kdstream
 //      shown at the finest active resolution >= S that covers it.
 //   4. Everything is shown at the finest node above it that is reached.
 // So pieces that are active and not reached show nothing: MakeClosure says what reaches them. Below
-// R levels are one piece each, so of them rule 1 alone speaks.
+// R levels are one piece each, so only rule 1 applies to them.
 struct Cut
 {
   TreeDepths depths;
@@ -49,7 +49,8 @@ std::vector<PieceId> PiecesOf(const Cut& cut);
 // Those of them that `lookup` does not find, ascending.
 std::vector<PieceId> MissingPieces(const Cut& cut, const PieceLookup& lookup);
 
-// The pieces that must be active so that others are shown whole, over a base that is loaded.
+// The dependency set: the pieces that must be active so that others are shown whole, over a base
+// that is loaded.
 struct Closure
 {
   std::vector<PieceId> pieces;  // ascending: what is known to be needed, the wanted ones too
@@ -64,8 +65,8 @@ struct Closure
 Closure MakeClosure(const TreeDepths& depths, Resolution base, std::span<const PieceId> wanted,
   const PieceLookup& lookup);
 
-// The same, again and again: remembers what is needed by those wanted pieces for which nothing was
-// missing, which does not change any more, so that only the others are gone through.
+// The same, called repeatedly. Remembers the closure of each wanted piece for which nothing was
+// missing; it does not change any more. So only the other pieces are processed again.
 class Closures
 {
 public:

@@ -11,35 +11,36 @@ namespace kdstream
 namespace
 {
 
-using Glide = std::shared_ptr<const PartGlide>;
+using Geomorph = std::shared_ptr<const PartGeomorph>;
 
 // Of a part that is drawn anew. Points of which nothing is known stand where they are.
-Glide GlideOf(
-  const DrawnSurface::Part& part, const DrawnSurface& before, const FormerPoints& former)
+Geomorph GeomorphOf(
+  const DrawnSurface::Part& part, const DrawnSurface& before, const ParentPoints& parents)
 {
-  PartGlide glide{ part.part->surface.points, *part.normals };
-  for (std::size_t i = 0; i < former.size(); ++i)
+  PartGeomorph geomorph{ part.part->surface.points, *part.normals };
+  for (std::size_t i = 0; i < parents.size(); ++i)
   {
-    if (former[i])
+    if (parents[i])
     {
-      const DrawnSurface::Part& its = before.Parts()[former[i]->part];
-      glide.points[i] = its.part->surface.points[former[i]->point];
-      glide.normals[i] = (*its.normals)[former[i]->point];
+      const DrawnSurface::Part& its = before.Parts()[parents[i]->part];
+      geomorph.points[i] = its.part->surface.points[parents[i]->point];
+      geomorph.normals[i] = (*its.normals)[parents[i]->point];
     }
   }
-  const bool moves = glide.points != part.part->surface.points || glide.normals != *part.normals;
-  return moves ? std::make_shared<const PartGlide>(std::move(glide)) : nullptr;
+  const bool moves =
+    geomorph.points != part.part->surface.points || geomorph.normals != *part.normals;
+  return moves ? std::make_shared<const PartGeomorph>(std::move(geomorph)) : nullptr;
 }
 
 // Of a part that has stayed: only its neighbours' triangles may light it otherwise.
-Glide GlideOfNormals(const DrawnSurface::Part& part, const DrawnSurface& before)
+Geomorph GeomorphOfNormals(const DrawnSurface::Part& part, const DrawnSurface& before)
 {
   const auto& parts = before.Parts();
   const auto its = std::partition_point(parts.begin(), parts.end(),
     [&part](const DrawnSurface::Part& each) { return each.part->piece < part.part->piece; });
   const bool moves = its != parts.end() && its->part == part.part && its->normals != part.normals;
-  return moves ? std::make_shared<const PartGlide>(
-                   PartGlide{ part.part->surface.points, *its->normals })
+  return moves ? std::make_shared<const PartGeomorph>(
+                   PartGeomorph{ part.part->surface.points, *its->normals })
                : nullptr;
 }
 
@@ -56,20 +57,20 @@ DrawnSurface::DrawnSurface(SurfacePartList parts, const std::vector<PartNormals:
 }
 
 DrawnSurface::DrawnSurface(SurfacePartList parts, const std::vector<PartNormals::Normals>& normals,
-  const DrawnSurface& before, const std::vector<FormerPoints>& former)
+  const DrawnSurface& before, const std::vector<ParentPoints>& parents)
   : DrawnSurface(std::move(parts), normals)
 {
-  for (std::size_t i = 0; i < former.size(); ++i)
+  for (std::size_t i = 0; i < parents.size(); ++i)
   {
-    this->All[i].glide = former[i].empty() ? GlideOfNormals(this->All[i], before)
-                                           : GlideOf(this->All[i], before, former[i]);
+    this->All[i].geomorph = parents[i].empty() ? GeomorphOfNormals(this->All[i], before)
+                                               : GeomorphOf(this->All[i], before, parents[i]);
   }
 }
 
-bool DrawnSurface::HasGlides() const
+bool DrawnSurface::HasGeomorphs() const
 {
   return std::any_of(
-    this->All.begin(), this->All.end(), [](const Part& part) { return part.glide != nullptr; });
+    this->All.begin(), this->All.end(), [](const Part& part) { return part.geomorph != nullptr; });
 }
 
 DrawnSurface::DrawnSurface(Surface whole)

@@ -14,9 +14,10 @@
 namespace kdstream
 {
 
-// How a part stood in the surface before, for renderers that let it glide: of each of its points
-// the place and the normal, of any length, of what showed it there (SurfaceParts::Former).
-struct PartGlide
+// How a part stood in the surface before, for renderers that animate it (geomorph): for each of its
+// points the place, and the normal of any length, of the vertex that showed it there
+// (SurfaceParts::Parents).
+struct PartGeomorph
 {
   std::vector<Vec3> points, normals;
 };
@@ -30,7 +31,7 @@ public:
   {
     std::shared_ptr<const SurfacePart> part;
     PartNormals::Normals normals;
-    std::shared_ptr<const PartGlide> glide; // null where nothing moves
+    std::shared_ptr<const PartGeomorph> geomorph; // null where nothing moves
     bool LooksLike(const Part& other) const
     {
       return this->part == other.part && this->normals == other.normals;
@@ -40,10 +41,10 @@ public:
   DrawnSurface() = default;
   // normals: as PartNormals tells, one for each part.
   DrawnSurface(SurfacePartList parts, const std::vector<PartNormals::Normals>& normals);
-  // The same; its parts glide from how they stood in the surface before. former: as SurfaceParts
+  // The same; its parts morph from how they stood in the surface before. parents: as SurfaceParts
   // tells. O(points) of the parts that differ.
   DrawnSurface(SurfacePartList parts, const std::vector<PartNormals::Normals>& normals,
-    const DrawnSurface& before, const std::vector<FormerPoints>& former);
+    const DrawnSurface& before, const std::vector<ParentPoints>& parents);
   // Any surface, as one part of its own. Where its triangles name points that it does not have, it
   // has no normals.
   explicit DrawnSurface(Surface whole);
@@ -51,7 +52,7 @@ public:
   const std::vector<Part>& Parts() const { return this->All; }
   std::size_t PointCount() const { return this->Points; }
   std::size_t TriangleCount() const { return this->Triangles; }
-  bool HasGlides() const;
+  bool HasGeomorphs() const;
 
   // All parts in one (MergeParts), made when it is asked for first. Threads: one at a time.
   const Surface& Whole() const;

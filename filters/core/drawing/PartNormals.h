@@ -22,7 +22,7 @@ class PartNormals
 public:
   using Normals = std::shared_ptr<const std::vector<Vec3>>; // one a point of the part
 
-  // Normals that stay the same stay the same object. They depend on the parts alone, not on what
+  // Normals that stay the same stay the same object. They depend only on the parts, not on what
   // came before. O(points + triangles) of the parts that differ and of their neighbours, and O(log)
   // for each other. REQUIRES: triangles name points of their part.
   void GoTo(const SurfacePartList& parts);

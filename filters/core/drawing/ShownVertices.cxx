@@ -160,7 +160,7 @@ ShownVertices::Keys ShownVertices::TakeAsked(const Piece& piece)
     }
     asked.push_back(KeyOf(PieceOfPartition(Resolution::Original(), partition, depths)));
   }
-  Keys reached(piece.reachNodes.begin(), piece.reachNodes.end());
+  Keys reached(piece.childNodes.begin(), piece.childNodes.end());
   SortOnce(reached);
   for (const std::uint64_t node : reached)
   {
@@ -247,13 +247,13 @@ Resolution ShownVertices::ShownGhost(const Piece& piece, std::uint32_t v)
 // Of an own vertex of a level below S that is reached: whether all its children's pieces are there.
 bool ShownVertices::IsSplit(const Piece& piece, std::uint32_t v) const
 {
-  if (piece.reachBegin.empty())
+  if (piece.childBegin.empty())
   {
     return false; // coarser than R
   }
   const Resolution next = Resolution::Level(piece.id.resolution.Depth() + 1);
-  const std::uint32_t begin = piece.reachBegin[v], count = piece.reachBegin[v + 1] - begin;
-  const auto nodes = std::span(piece.reachNodes).subspan(begin, count);
+  const std::uint32_t begin = piece.childBegin[v], count = piece.childBegin[v + 1] - begin;
+  const auto nodes = std::span(piece.childNodes).subspan(begin, count);
   return std::all_of(nodes.begin(), nodes.end(),
     [&](NodeId node) {
       return this->IsActive({ next, node });

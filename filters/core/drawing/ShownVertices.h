@@ -4,7 +4,7 @@
 #pragma once
 
 #include "filters/core/drawing/Cut.h"
-#include "filters/core/drawing/FormerSurface.h"
+#include "filters/core/drawing/ParentSurface.h"
 
 #include <cstddef>
 #include <cstdint>

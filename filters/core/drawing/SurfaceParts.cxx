@@ -1,13 +1,13 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // The drawing rule, part by part: see SurfaceParts.h.
-//   1. The pieces that take part (Cut.h), and where the cut shows their vertices (ShownVertices.h).
-//   2. Of each piece that differs from before, the points that it shows: own vertices in the cut.
-//   3. Each of its triangles: where its finest corner is one of these points it is drawn, and the
-//   other corners move up to their nodes of the cut, points of other pieces mostly: borrowed ones.
+//   1. The cut's pieces (Cut.h), and where the cut shows their vertices (ShownVertices.h).
+//   2. Of each piece that has changed, the points that it shows: own vertices in the cut.
+//   3. Each of its triangles is drawn if its finest corner is one of these points. The other
+//      corners move up to their nodes of the cut, mostly points of other pieces: borrowed ones.
 #include "filters/core/drawing/SurfaceParts.h"
 
 #include "filters/core/SortTriangles.h"
-#include "filters/core/drawing/FormerSurface.h"
+#include "filters/core/drawing/ParentSurface.h"
 #include "filters/core/drawing/ShownVertices.h"
 
 #include <algorithm>
@@ -445,27 +445,27 @@ Status SurfaceParts::GoTo(const Cut& cut, const PieceLookup& lookup, const Execu
       numbers.push_back(view.HasChanged(i) ? i : stayed);
     }
   }
-  this->Came.clear();
+  this->ParentsOfParts.clear();
   if (this->Follows)
   {
-    this->FindFormer(before, cut.depths, numbers);
+    this->FindParents(before, cut.depths, numbers);
   }
   return {};
 }
 
 // pieces: the number of each part's piece, or `stayed`.
-void SurfaceParts::FindFormer(
+void SurfaceParts::FindParents(
   const SurfacePartList& before, const TreeDepths& depths, const std::vector<std::size_t>& pieces)
 {
-  const FormerSurface former(before, depths);
-  this->Came.resize(this->All.size());
+  const ParentSurface parents(before, depths);
+  this->ParentsOfParts.resize(this->All.size());
   for (std::size_t i = 0; i < this->All.size(); ++i)
   {
     const SurfacePart& part = *this->All[i];
     for (std::size_t k = 0; pieces[i] != stayed && k < part.own.size(); ++k)
     {
-      this->Came[i].push_back(
-        former.FindAbove(part.surface.sources[k], this->View->LineageOf(pieces[i], part.own[k])));
+      this->ParentsOfParts[i].push_back(
+        parents.FindAbove(part.surface.sources[k], this->View->LineageOf(pieces[i], part.own[k])));
     }
   }
   for (std::size_t i = 0; i < this->All.size(); ++i)
@@ -480,14 +480,15 @@ void SurfaceParts::FindFormer(
       const auto number = static_cast<std::size_t>(owner - this->All.begin());
       if (owner == this->All.end() || pieces[number] == stayed)
       {
-        this->Came[i].push_back(former.Find(piece, vertex));
+        this->ParentsOfParts[i].push_back(parents.Find(piece, vertex));
         continue;
       }
       const auto& own = (*owner)->own;
       const auto place = std::lower_bound(own.begin(), own.end(), vertex);
-      this->Came[i].push_back(place != own.end() && *place == vertex
-                                ? this->Came[number][static_cast<std::size_t>(place - own.begin())]
-                                : std::nullopt);
+      this->ParentsOfParts[i].push_back(
+        place != own.end() && *place == vertex
+          ? this->ParentsOfParts[number][static_cast<std::size_t>(place - own.begin())]
+          : std::nullopt);
     }
   }
 }

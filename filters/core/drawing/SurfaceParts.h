@@ -19,8 +19,8 @@ namespace kdstream
 {
 
 // What one piece adds to a surface: its own vertices that are in the cut, and every triangle whose
-// finest corner is one of them (of equally fine corners the one of the lowest key). So each
-// triangle of the surface is in one part, and each point is owned by one.
+// finest corner is one of them (of equally fine corners, that of the lowest key). So each triangle
+// of the surface is in one part, and one part owns each point.
 struct SurfacePart
 {
   // A corner that another part owns.
@@ -33,7 +33,7 @@ struct SurfacePart
 
   PieceId piece;
   // The own points, in the order of the piece's vertices, then the borrowed ones, ascending.
-  // Triangles are sorted and their lowest index comes first. A surface that can be drawn alone.
+  // Triangles are sorted and their lowest index comes first. A surface that can be drawn by itself.
   Surface surface;
   std::vector<std::uint32_t> own; // of each own point, the vertex of the piece
   std::vector<Borrowed> borrowed;
@@ -59,14 +59,14 @@ using SurfacePartList = std::vector<std::shared_ptr<const SurfacePart>>;
 SurfacePartList::const_iterator FindPart(const SurfacePartList& parts, PieceId piece);
 
 // A point of the parts before: the number of the part, and of its point.
-struct FormerPoint
+struct ParentPoint
 {
   std::uint32_t part = 0, point = 0;
-  bool operator==(const FormerPoint&) const = default;
+  bool operator==(const ParentPoint&) const = default;
 };
 // Of each point of a part what showed it before: the same vertex, or the node above it that stood
 // for it. Nothing where only what is finer was shown, or nothing is known.
-using FormerPoints = std::vector<std::optional<FormerPoint>>;
+using ParentPoints = std::vector<std::optional<ParentPoint>>;
 
 class ShownVertices;
 
@@ -93,19 +93,19 @@ public:
   // parts that it draws anew.
   void Follow(bool follows) { this->Follows = follows; }
   // Whether parts of the original that are drawn from now on tell their triangles' corners, by
-  // which they are painted. O(T log T) for T triangles of each.
+  // which they are textured. O(T log T) for T triangles of each.
   void KeepCorners(bool keeps) { this->KeepsCorners = keeps; }
   // Of each part, in their order; empty where it has stayed, or nothing is followed.
-  const std::vector<FormerPoints>& Former() const { return this->Came; }
+  const std::vector<ParentPoints>& Parents() const { return this->ParentsOfParts; }
 
 private:
-  void FindFormer(const SurfacePartList& before, const TreeDepths& depths,
+  void FindParents(const SurfacePartList& before, const TreeDepths& depths,
     const std::vector<std::size_t>& pieces);
 
   std::unique_ptr<ShownVertices> View;
   SurfacePartList All;
   bool Follows = false, KeepsCorners = false;
-  std::vector<FormerPoints> Came;
+  std::vector<ParentPoints> ParentsOfParts;
 };
 
 // All parts as one surface, as DrawSurface tells. O(points + triangles).

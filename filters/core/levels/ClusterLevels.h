@@ -52,22 +52,23 @@ struct ClusterOptions
 };
 
 // Red, green, blue.
-using PaintColor = std::array<std::uint8_t, 3>;
+using VertexColor = std::array<std::uint8_t, 3>;
 
 // One level. Clusters are ordered by (cell, lowest original vertex).
 struct ClusterLevel
 {
   // Representatives; inside the box of the cluster's original vertices, but where a collapse has
-  // moved them off (Untangling.h), and never outside the model's.
+  // moved them off (FoldOverRepair.h), and never outside the model's.
   std::vector<Vec3> positions;
   std::vector<double> deviations;      // sqrt(Q(x) / trace A), never below a child's; model units
   std::vector<VertexId> lowest;        // lowest original vertex of each cluster
   std::vector<VertexId> parents;       // cluster of the next coarser level; empty at the coarsest
   std::vector<Triangle> triangles;     // lowest cluster first, sorted, one of each orientation
   std::vector<Attribute> attributes{}; // means of normals and colours, a tuple a cluster
-  // Colours that replace the means of the array that the mesh is painted with
-  // (CollapseAttributes.h): of levels by collapse, of painted meshes, until attributes are known.
-  std::vector<PaintColor> paint{};
+  // Colours that replace the means of the array of the mesh's vertex colours
+  // (CollapseAttributes.h): of levels by collapse, of meshes with colours, until attributes are
+  // known.
+  std::vector<VertexColor> vertexColors{};
 };
 
 struct ClusterLevels

@@ -6,7 +6,7 @@
 #include "filters/core/levels/ClusterRound.h"
 
 #include "filters/core/DisjointSets.h"
-#include "filters/core/levels/CellSheets.h"
+#include "filters/core/levels/CellComponents.h"
 #include "filters/core/levels/FinestClusters.h"
 #include "filters/core/levels/LevelProgress.h"
 
@@ -76,7 +76,7 @@ private:
     const std::size_t count = this->Below.clusters.size();
     parents.resize(count);
     const std::size_t most =
-      std::min(count, (this->Rules.options.sheets ? mostSheets : 1) << this->Depth);
+      std::min(count, (this->Rules.options.sheets ? mostCellComponents : 1) << this->Depth);
     this->Coarser.clusters.reserve(most);
     this->Coarser.cellOf.reserve(most);
     std::vector<VertexId> members;
@@ -105,7 +105,7 @@ private:
       [&](VertexId m)
       {
         const ClusterSum& c = this->Below.clusters[m];
-        return Sheet{ c.count, c.sum, c.surface, 0 };
+        return CellComponent{ c.count, c.sum, c.surface, 0 };
       },
       [&](VertexId m, std::size_t local) { parents[m] = static_cast<VertexId>(offset + local); });
     this->Coarser.clusters.resize(offset + count);

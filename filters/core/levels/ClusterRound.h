@@ -38,10 +38,10 @@ struct ClusterRules
 };
 
 // The clusters of level `depth`, without triangles, from those of level depth + 1: inside each cell
-// the connected ones join, at most four are left (CellSheets.h), or one without sheets. Numbered by
-// (cell, lowest original vertex), added up over children by lowest original vertex. parents: of
-// each cluster its place among the coarser ones. REQUIRES: no cell of `depth` is cut. O(c log c +
-// t).
+// the connected ones join, at most four are left (CellComponents.h), or one without sheets.
+// Numbered by (cell, lowest original vertex), added up over children by lowest original vertex.
+// parents: of each cluster its place among the coarser ones. REQUIRES: no cell of `depth` is cut.
+// O(c log c + t).
 CollapseState MakeCoarserClusters(const ClusterPart& below, unsigned depth,
   const ClusterRules& rules, std::vector<VertexId>& parents, const Execution& execution);
 

@@ -72,7 +72,7 @@ Vec3 ClusterSum::Facing() const
   return FacingOf(this->normal, this->quadric);
 }
 
-double ClusterSum::DeviationAt(const Vec3& x) const
+double ClusterSum::GeometricErrorAt(const Vec3& x) const
 {
   const double trace = this->quadric.Trace();
   if (trace > 0)

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// What is added up over a cluster of original vertices. For the makers of levels alone.
+// What is added up over a cluster of original vertices. Only for the makers of levels.
 #pragma once
 
 #include "filters/core/Types.h"
@@ -42,7 +42,7 @@ struct ClusterSum
   Vec3 Facing() const;
   // sqrt(Q(x) / trace A); where the quadric is empty the RMS distance of the vertices. x is
   // relative.
-  double DeviationAt(const Vec3& x) const;
+  double GeometricErrorAt(const Vec3& x) const;
 };
 
 }

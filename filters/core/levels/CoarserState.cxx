@@ -44,14 +44,14 @@ void Place(const CollapseState& below, const Merging& merging, const CollapseSpa
             break;
         }
         cluster.deviation =
-          std::max(cluster.deviation, cluster.DeviationAt(space.Relative(level.positions[i])));
+          std::max(cluster.deviation, cluster.GeometricErrorAt(space.Relative(level.positions[i])));
         level.deviations[i] = cluster.deviation;
         level.lowest[i] = cluster.lowest;
       }
     });
 }
 
-Vec3 LightOf(const PaintColor& color)
+Vec3 LightOf(const VertexColor& color)
 {
   const std::array<double, 256>& linear = LinearOfBytes();
   return { linear[color[0]], linear[color[1]], linear[color[2]] };
@@ -62,7 +62,7 @@ Vec3 LightOf(const PaintColor& color)
 class MergedColor
 {
 public:
-  void AddChild(const PaintColor& color, std::uint64_t vertices)
+  void AddChild(const VertexColor& color, std::uint64_t vertices)
   {
     for (std::size_t k = 0; k < 3; ++k)
     {
@@ -72,7 +72,7 @@ public:
     }
     this->Vertices += vertices;
   }
-  void AddTriangle(const PaintQuadric& light, const Vec3& place)
+  void AddTriangle(const ColorQuadric& light, const Vec3& place)
   {
     if (light.area > 0)
     {
@@ -81,9 +81,9 @@ public:
     }
   }
   // Between the children's; their mean where no triangle is.
-  PaintColor Color() const
+  VertexColor Color() const
   {
-    PaintColor color{};
+    VertexColor color{};
     for (std::size_t k = 0; k < 3; ++k)
     {
       const double best = this->Weighted[k] / this->Area;
@@ -97,17 +97,17 @@ public:
 private:
   std::array<std::uint64_t, 3> Sums{};
   std::uint64_t Vertices = 0;
-  PaintColor Least{ 255, 255, 255 }, Most{};
+  VertexColor Least{ 255, 255, 255 }, Most{};
   Vec3 Weighted{};
   double Area = 0;
 };
 
-// The colours of the clusters that those of a painted level become; their positions are known.
-// parents: of each own cluster.
-std::vector<PaintColor> CoarserPaint(const CollapseState& below, const CollapseSpace& space,
+// The colours of the clusters that those of a level with vertex colours become; their positions are
+// known. parents: of each own cluster.
+std::vector<VertexColor> CoarserVertexColors(const CollapseState& below, const CollapseSpace& space,
   std::span<const VertexId> parents, const ClusterLevel& coarser)
 {
-  const std::vector<PaintColor>& colors = below.level.paint;
+  const std::vector<VertexColor>& colors = below.level.vertexColors;
   if (colors.empty())
   {
     return {};
@@ -120,7 +120,7 @@ std::vector<PaintColor> CoarserPaint(const CollapseState& below, const CollapseS
   const auto place = [&](VertexId c) { return space.Relative(below.level.positions[c]); };
   for (const Triangle& t : below.level.triangles)
   {
-    const PaintQuadric light = PaintQuadric::OfTriangle({ place(t[0]), place(t[1]), place(t[2]) },
+    const ColorQuadric light = ColorQuadric::OfTriangle({ place(t[0]), place(t[1]), place(t[2]) },
       { LightOf(colors[t[0]]), LightOf(colors[t[1]]), LightOf(colors[t[2]]) });
     for (const VertexId c : t)
     {
@@ -131,10 +131,10 @@ std::vector<PaintColor> CoarserPaint(const CollapseState& below, const CollapseS
       }
     }
   }
-  std::vector<PaintColor> paint(merged.size());
-  std::transform(merged.begin(), merged.end(), paint.begin(),
+  std::vector<VertexColor> vertexColors(merged.size());
+  std::transform(merged.begin(), merged.end(), vertexColors.begin(),
     [](const MergedColor& color) { return color.Color(); });
-  return paint;
+  return vertexColors;
 }
 
 }
@@ -162,7 +162,7 @@ CollapseState MakeCoarser(const CollapseState& below, const Merging& merging,
   Place(below, merging, space, representative, standing, state, execution);
   state.attributes =
     MeanOverChildren(below.attributes, below.clusters, parents, state.clusters.size());
-  state.level.paint = CoarserPaint(below, space, parents, state.level);
+  state.level.vertexColors = CoarserVertexColors(below, space, parents, state.level);
   state.ownEnd = static_cast<VertexId>(standing.size());
   return state;
 }

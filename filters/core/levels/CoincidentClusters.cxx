@@ -10,8 +10,8 @@ namespace kdstream
 namespace
 {
 
-// For each cluster, the one that it is joined to: among the clusters that are linked to it,
-// directly or by others, the one with the lowest vertex.
+// For each cluster the one that it joins: among the clusters linked to it, directly or through
+// others, the one with the lowest vertex.
 std::vector<VertexId> TargetsOf(const FinestClusters& finest, unsigned cellsBelowPartition)
 {
   std::vector<VertexId> parent(finest.clusters.size());

@@ -18,7 +18,7 @@ bool IsNormals(const AttributeInfo& attribute)
   return RoleOf(attribute) == AttributeRole::Normals;
 }
 
-bool IsPaint(const AttributeInfo& attribute)
+bool IsVertexColors(const AttributeInfo& attribute)
 {
   return RoleOf(attribute) == AttributeRole::Colors;
 }
@@ -113,18 +113,18 @@ CollapseAttributes MeanOverChildren(const CollapseAttributes& children,
   return means.Divide();
 }
 
-const Attribute* FindPaint(std::span<const Attribute> attributes)
+const Attribute* FindVertexColors(std::span<const Attribute> attributes)
 {
-  const auto found = std::find_if(attributes.begin(), attributes.end(), IsPaint);
+  const auto found = std::find_if(attributes.begin(), attributes.end(), IsVertexColors);
   return found == attributes.end() ? nullptr : &*found;
 }
 
-std::optional<std::size_t> PlaceOfPaint(std::span<const AttributeInfo> attributes)
+std::optional<std::size_t> PlaceOfVertexColors(std::span<const AttributeInfo> attributes)
 {
   std::size_t place = 0;
   for (const AttributeInfo& attribute : attributes)
   {
-    if (IsPaint(attribute))
+    if (IsVertexColors(attribute))
     {
       return place;
     }
@@ -133,26 +133,26 @@ std::optional<std::size_t> PlaceOfPaint(std::span<const AttributeInfo> attribute
   return std::nullopt;
 }
 
-bool IsPaintEdge(const Attribute& paint, std::size_t a, std::size_t b)
+bool IsColorEdge(const Attribute& vertexColors, std::size_t a, std::size_t b)
 {
-  const std::uint8_t *const ofA = &paint.values[a * paint.components],
-                            *const ofB = &paint.values[b * paint.components];
-  return std::abs(ofA[0] - ofB[0]) > paintEdge || std::abs(ofA[1] - ofB[1]) > paintEdge ||
-         std::abs(ofA[2] - ofB[2]) > paintEdge;
+  const std::uint8_t *const ofA = &vertexColors.values[a * vertexColors.components],
+                            *const ofB = &vertexColors.values[b * vertexColors.components];
+  return std::abs(ofA[0] - ofB[0]) > colorEdge || std::abs(ofA[1] - ofB[1]) > colorEdge ||
+         std::abs(ofA[2] - ofB[2]) > colorEdge;
 }
 
-std::vector<PaintColor> MeanPaint(
+std::vector<VertexColor> MeanVertexColors(
   const Mesh& mesh, std::span<const VertexId> clusterOf, std::size_t clusters)
 {
-  const Attribute* const paint = FindPaint(mesh.attributes);
-  if (!paint)
+  const Attribute* const vertexColors = FindVertexColors(mesh.attributes);
+  if (!vertexColors)
   {
     return {};
   }
-  AttributeSums sums(std::span(&paint->Info(), 1), clusters);
+  AttributeSums sums(std::span(&vertexColors->Info(), 1), clusters);
   sums.AddVertices(mesh.attributes, clusterOf);
   const Attribute means = std::move(sums.Means().front());
-  std::vector<PaintColor> colors(clusters);
+  std::vector<VertexColor> colors(clusters);
   for (std::size_t c = 0; c < clusters; ++c)
   {
     std::copy_n(&means.values[c * means.components], colors[c].size(), colors[c].begin());
@@ -160,58 +160,59 @@ std::vector<PaintColor> MeanPaint(
   return colors;
 }
 
-void PutPaint(std::span<const PaintColor> paint, std::span<Attribute> means)
+void PutVertexColors(std::span<const VertexColor> vertexColors, std::span<Attribute> means)
 {
-  const auto painted = std::find_if(means.begin(), means.end(), IsPaint);
-  for (std::size_t c = 0; c < paint.size() && painted != means.end(); ++c)
+  const auto colored = std::find_if(means.begin(), means.end(), IsVertexColors);
+  for (std::size_t c = 0; c < vertexColors.size() && colored != means.end(); ++c)
   {
-    std::copy(paint[c].begin(), paint[c].end(), &painted->values[c * painted->components]);
+    std::copy(
+      vertexColors[c].begin(), vertexColors[c].end(), &colored->values[c * colored->components]);
   }
 }
 
 double GreyValue(double diagonal)
 {
-  return diagonal * paintScale / 255;
+  return diagonal * colorScale / 255;
 }
 
-bool IsOfOneColor(std::span<const Triangle> triangles, std::span<const PaintColor> colors)
+bool IsOfOneColor(std::span<const Triangle> triangles, std::span<const VertexColor> colors)
 {
   return std::all_of(triangles.begin(), triangles.end(),
     [&](const Triangle& t)
     {
-      const PaintColor& one = colors[triangles.front()[0]];
+      const VertexColor& one = colors[triangles.front()[0]];
       return colors[t[0]] == one && colors[t[1]] == one && colors[t[2]] == one;
     });
 }
 
-PaintQuadric PaintOfTriangle(const Triangle& t, const std::array<Vec3, 3>& corners,
-  std::span<const PaintColor> colors, double greyValue)
+ColorQuadric ColorQuadricOf(const Triangle& t, const std::array<Vec3, 3>& corners,
+  std::span<const VertexColor> colors, double greyValue)
 {
   const auto scaled = [&](VertexId v) -> Vec3
   {
-    const PaintColor& color = colors[v];
+    const VertexColor& color = colors[v];
     return { color[0] * greyValue, color[1] * greyValue, color[2] * greyValue };
   };
-  return PaintQuadric::OfTriangle(corners, { scaled(t[0]), scaled(t[1]), scaled(t[2]) });
+  return ColorQuadric::OfTriangle(corners, { scaled(t[0]), scaled(t[1]), scaled(t[2]) });
 }
 
-void AddPaint(
-  std::span<const PaintColor> colors, std::size_t own, double greyValue, CollapsePart& part)
+void AddColorQuadrics(
+  std::span<const VertexColor> colors, std::size_t own, double greyValue, CollapsePart& part)
 {
   if (colors.empty() || IsOfOneColor(part.triangles, colors))
   {
     return;
   }
-  part.paint.resize(part.positions.size());
+  part.colorQuadrics.resize(part.positions.size());
   for (const Triangle& t : part.triangles)
   {
-    const PaintQuadric paint = PaintOfTriangle(
+    const ColorQuadric quadric = ColorQuadricOf(
       t, { part.positions[t[0]], part.positions[t[1]], part.positions[t[2]] }, colors, greyValue);
     for (const VertexId v : t)
     {
       if (v < own)
       {
-        part.paint[v].Add(paint);
+        part.colorQuadrics[v].Add(quadric);
       }
     }
   }

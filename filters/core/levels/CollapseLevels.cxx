@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Levels by edge collapse: see CollapseLevels.h.
-//   1. The finest level (FinestClusters.h), and the means of its paint and normals.
+//   1. The finest level (FinestClusters.h), and the means of its vertex colours and normals.
 //   2. For each coarser level: collapse in parts (CollapseRound.h), freely below (FreeCollapse.h).
 //   3. Group what has no triangles, and the clusters of nodes that are too full (Merging.h).
 //   4. Number the new clusters, add up what they are made of (CoarserState.h); the triangles'
@@ -10,9 +10,9 @@
 #include "filters/core/levels/CoarserState.h"
 #include "filters/core/levels/CollapseRound.h"
 #include "filters/core/levels/FinestClusters.h"
+#include "filters/core/levels/FoldOverRepair.h"
 #include "filters/core/levels/FreeCollapse.h"
 #include "filters/core/levels/LevelProgress.h"
-#include "filters/core/levels/Untangling.h"
 
 #include <algorithm>
 #include <numeric>
@@ -91,7 +91,7 @@ public:
     joined.joinCoincident = true;
     Result<FinestClusters> finest =
       BuildFinestClusters({ mesh.points, mesh.triangles, tree, partitionTriangles,
-                            this->Space.origin, joined.ids, FindPaint(mesh.attributes) },
+                            this->Space.origin, joined.ids, FindVertexColors(mesh.attributes) },
         joined, this->Exec);
     KDSTREAM_TRY(finest);
     CollapseState state;
@@ -99,13 +99,13 @@ public:
     state.attributes =
       MeanAttributes(mesh, finest->clusterOf, finest->clusters, DiagonalOf(this->Space.box));
     state.level = std::move(finest->level);
-    state.level.paint = MeanPaint(mesh, finest->clusterOf, finest->clusters.size());
+    state.level.vertexColors = MeanVertexColors(mesh, finest->clusterOf, finest->clusters.size());
     state.level.triangles = ImageInPartitions(
       mesh.triangles, partitionTriangles, finest->clusterOf, finest->partitionBegin, this->Exec);
     state.clusters = std::move(finest->clusters);
     state.cellOf = std::move(finest->cellOf);
     clusterOf = std::move(finest->clusterOf);
-    this->Mend(state, this->Depths.finest);
+    this->Repair(state, this->Depths.finest);
     return state;
   }
 
@@ -199,15 +199,15 @@ private:
     below.level.parents = std::move(parents);
     coarser.level.triangles =
       ImageOfTriangles(below.level.triangles, below.level.parents, this->Exec);
-    this->Mend(coarser, depth);
+    this->Repair(coarser, depth);
     return std::move(coarser);
   }
 
   // Moves what stands where triangles face the wrong way. depth: the level's.
-  void Mend(CollapseState& state, unsigned depth) const
+  void Repair(CollapseState& state, unsigned depth) const
   {
     const BlockParts parts = PartsOfLevel(this->Depths, depth, 0, 0);
-    for (const MovedCluster& moved : Untangle(state, this->Space, depth, parts, this->Exec))
+    for (const MovedCluster& moved : RepairFoldOvers(state, this->Space, depth, parts, this->Exec))
     {
       state.clusters[moved.cluster].deviation = moved.deviation;
       state.level.positions[moved.cluster] = moved.position;
@@ -266,7 +266,7 @@ Result<CollapsedMesh> CollapseTo(const Mesh& mesh, const KdTree& tree,
   if (target.triangles == 0 && target.points == 0)
   {
     return Error{ ErrorCode::InvalidArgument,
-      "a target of 0 triangles and 0 points: one of them must be at least 1" };
+      "the target has 0 triangles and 0 points: one of them must be at least 1" };
   }
   SumsAside stay;
   CollapseBuilder builder(tree.depths, tree.boxes[1], options, stay, execution);

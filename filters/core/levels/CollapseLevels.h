@@ -3,7 +3,7 @@
 //
 // The finest level is that of ClusterLevels.h. Every coarser one comes from the level below it by
 // merges of neighbouring clusters, those of the smallest quadric error first. From L to S every
-// partition collapses alone, with the clusters of other partitions fixed; below S collapses go
+// partition collapses by itself, with the clusters of other partitions fixed; below S collapses go
 // freely.
 #pragma once
 

@@ -26,9 +26,10 @@ namespace
 constexpr std::size_t sampled = 8;    // of so many parts, one is for the estimate of the threshold
 constexpr double beyond = 1.5;        // the others collapse up to so many times the estimate
 constexpr std::size_t mostExtra = 32; // clusters of coarse levels; measured
-// Levels below S are made in parts from this one on, and where there is more than such a level has,
-// since no edge can collapse (thousands of small bodies, soups): they may be too large for the
-// memory. Numbers of their own, not the limit: what is stored must not depend on that.
+// Levels coarser than S are made in parts from this one on, and where there are more clusters than
+// such a level has, since no edge can collapse (thousands of small bodies, soups): they may not fit
+// the memory. These are numbers of their own, not the memory limit: the store must not depend on
+// that.
 constexpr unsigned firstInParts = 16;
 constexpr std::size_t mostCollapsedFreely = (1 << firstInParts) + (1 << (firstInParts - 2));
 // So many triangles beyond two a cluster, as surfaces have, take the memory of a cluster
@@ -283,7 +284,7 @@ Status CollapseRound::TakeMoreOfNode(
 // Of nodes that hold too many clusters still, the clusters are grouped by cells.
 Status CollapseRound::GroupFullNodes()
 {
-  // Of each node, how often it is full; behind them, whether any is. Numbers, to be summed up.
+  // Of each node, how often it is full; after them, whether any is. Numbers, to be summed up.
   std::vector<std::uint64_t> full(this->NodeCount() + 1, 0);
   KDSTREAM_TRY(this->ForEachBlockHere(
     [&](std::size_t block) -> Status

@@ -2,10 +2,10 @@
 // One round of collapses in parts: from a level in blocks to the next coarser one. For the makers
 // of levels alone.
 //
-// Every part (a partition, or below S a node of the coarser level's pieces) collapses alone, with
-// the clusters of other parts fixed, and leaves a list of its merges; one threshold cuts all lists.
-// Blocks tell each other nothing but that threshold and where their clusters go: the result does
-// not depend on how many there are.
+// Every part (a partition, or below S a node of the coarser level's pieces) collapses by itself,
+// with the clusters of other parts fixed, and leaves a list of its merges; one threshold cuts all
+// lists. Blocks tell each other nothing but that threshold and where their clusters go: the result
+// does not depend on how many there are.
 #pragma once
 
 #include "filters/core/Execution.h"

@@ -15,10 +15,10 @@
 namespace kdstream
 {
 
-// The clusters of a block of a level, those at home in one cell of the tree. Before and behind them
+// The clusters of a block of a level, those at home in one cell of the tree. Before and after them
 // in the level, ascending, the clusters of other blocks that share a triangle with them (ghosts);
 // the triangles are all that touch an own cluster, sorted. What is known beside the level is known
-// of the own clusters alone: ghosts stay where they are, and in a soup there are more of them. The
+// of only the own clusters: ghosts stay where they are, and in a soup there are more of them. The
 // whole level is a block without ghosts.
 struct CollapseState
 {

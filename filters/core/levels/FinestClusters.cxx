@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // The finest clusters: see FinestClusters.h.
 //   1. Inside each cell join vertices along edges and where they coincide: the sheets. Not along
-//   edges that cross one of the paint.
+//   edges that cross one of the vertex colours.
 //   2. Number the clusters by cell and lowest vertex.
 //   3. Find the boundary of the surface.
 //   4. Per cluster: sums, box and quadric; the representative and its deviation.
@@ -11,7 +11,7 @@
 #include "filters/core/Lanes.h"
 #include "filters/core/VectorMath.h"
 #include "filters/core/Weld.h"
-#include "filters/core/levels/CellSheets.h"
+#include "filters/core/levels/CellComponents.h"
 #include "filters/core/levels/CollapseAttributes.h"
 #include "filters/core/levels/LevelProgress.h"
 
@@ -27,7 +27,7 @@ namespace
 
 constexpr std::size_t clusterGrain = 1 << 14;
 
-std::uint32_t Scatter(VertexId v)
+std::uint32_t Hash(VertexId v)
 {
   std::uint32_t x = v + 1;
   x = (x ^ (x >> 16)) * 0x7feb352dU;
@@ -60,7 +60,7 @@ public:
     , Tree(input.tree)
     , Buckets(input.partitionTriangles)
     , Ids(input.ids)
-    , Paint(input.paint)
+    , VertexColors(input.vertexColors)
     , Options(options)
     , Exec(execution)
     , Below(input.tree.depths.finest - input.tree.depths.partition)
@@ -73,8 +73,8 @@ public:
     std::vector<VertexId> root(this->Points.size());
     std::vector<std::uint8_t> surface(this->Points.size(), 0);
     KDSTREAM_TRY(this->Exec.Report("levels", 0));
-    this->FindSheets(root, surface);
-    KDSTREAM_TRY(this->Exec.Report("levels", sheetsFoundPart));
+    this->FindCellComponents(root, surface);
+    KDSTREAM_TRY(this->Exec.Report("levels", componentsFoundPart));
     const std::vector<VertexId> clusterBegin = this->NumberClusters(root, surface);
     if (this->Options.mostClusters > 0 && clusterBegin.back() > this->Options.mostClusters)
     {
@@ -98,9 +98,9 @@ private:
   // The vertex in the mesh.
   VertexId IdOf(VertexId v) const { return this->Ids.empty() ? v : this->Ids[v]; }
 
-  bool HasPaintEdge(VertexId a, VertexId b) const
+  bool HasColorEdge(VertexId a, VertexId b) const
   {
-    return this->Paint && IsPaintEdge(*this->Paint, a, b);
+    return this->VertexColors && IsColorEdge(*this->VertexColors, a, b);
   }
 
   Vec3 Relative(VertexId v) const { return Minus(this->Points[v], this->Output.origin); }
@@ -119,7 +119,7 @@ private:
   }
 
   // Joins the vertices of each finest cell along the triangles' edges, and where they coincide.
-  void FindSheets(std::vector<VertexId>& root, std::vector<std::uint8_t>& surface)
+  void FindCellComponents(std::vector<VertexId>& root, std::vector<std::uint8_t>& surface)
   {
     std::iota(root.begin(), root.end(), VertexId{ 0 });
     const std::vector<std::uint32_t> cell =
@@ -137,7 +137,7 @@ private:
             if (cell[a] >> this->Below == partition)
             {
               surface[a] = 1;
-              if (cell[a] == cell[b] && root[a] != root[b] && !this->HasPaintEdge(a, b))
+              if (cell[a] == cell[b] && root[a] != root[b] && !this->HasColorEdge(a, b))
               {
                 Join(root, a, b);
               }
@@ -199,7 +199,7 @@ private:
           clusterBegin[c + 1] = static_cast<VertexId>(GroupCell(
             members, this->Options.sheets, [&](VertexId v) { return FindRoot(root, v); },
             [&](VertexId v) {
-              return Sheet{ 1, this->Relative(v), surface[v] != 0, 0 };
+              return CellComponent{ 1, this->Relative(v), surface[v] != 0, 0 };
             },
             [&](VertexId v, std::size_t local) { clusterOf[v] = static_cast<VertexId>(local); }));
         }
@@ -239,7 +239,7 @@ private:
         { this->SumPartition(partition, clusterBegin, surface, boundary, unbalanced); });
       const double done = double(last) / double(count);
       KDSTREAM_TRY(this->Exec.Report(
-        "levels", sheetsFoundPart + (clustersSummedPart - sheetsFoundPart) * done));
+        "levels", componentsFoundPart + (clustersSummedPart - componentsFoundPart) * done));
     }
     return {};
   }
@@ -339,16 +339,16 @@ private:
     for (const std::uint32_t t : this->Buckets.Of(partition))
     {
       const Triangle& triangle = this->Triangles[t];
-      std::uint32_t scattered[3];
+      std::uint32_t hashed[3];
       for (std::size_t k = 0; k < 3; ++k)
       {
-        scattered[k] = Scatter(this->IdOf(triangle[k]));
+        hashed[k] = Hash(this->IdOf(triangle[k]));
       }
       for (std::size_t k = 0; k < 3; ++k)
       {
         if (this->IsOwn(triangle[k], firstCluster, endCluster))
         {
-          sums[triangle[k]] += scattered[(k + 1) % 3] - scattered[(k + 2) % 3];
+          sums[triangle[k]] += hashed[(k + 1) % 3] - hashed[(k + 2) % 3];
         }
       }
     }
@@ -358,7 +358,7 @@ private:
 
   // Adds the planes through boundary edges to the partition's clusters, and the ends of these edges
   // to their boundary sums. Looks only at edges with an own end: the partition has all triangles of
-  // these, so it sees whether an edge is on the boundary, which is to be in one triangle alone.
+  // these, so it sees whether an edge is on the boundary, which is to be in only one triangle.
   void SumBoundary(std::size_t partition, VertexId firstCluster, VertexId endCluster,
     const std::vector<std::uint32_t>& unbalanced)
   {
@@ -443,7 +443,7 @@ private:
   const KdTree& Tree;
   const TriangleBuckets& Buckets;
   std::span<const VertexId> Ids;
-  const Attribute* Paint;
+  const Attribute* VertexColors;
   const ClusterOptions& Options;
   const Execution& Exec;
   unsigned Below; // levels from the partitions to the finest
@@ -472,7 +472,7 @@ void RepresentClusters(std::vector<ClusterSum>& clusters, Representative represe
         ClusterSum& cluster = clusters[i];
         const Vec3 x = cluster.Represent(representative, origin);
         level.positions[i] = x;
-        cluster.deviation = std::max(cluster.deviation, cluster.DeviationAt(Minus(x, origin)));
+        cluster.deviation = std::max(cluster.deviation, cluster.GeometricErrorAt(Minus(x, origin)));
         level.deviations[i] = cluster.deviation;
         level.lowest[i] = cluster.lowest;
       }

@@ -19,15 +19,14 @@ struct FinestInput
 {
   std::span<const Vec3> points; // those of a partition ascending by id
   std::span<const Triangle> triangles;
-  const KdTree&
-    tree; // of the cell: over its own vertices alone, depths from there; no boxes needed
+  const KdTree& tree; // of the cell: over only its own vertices, depths from there; no boxes needed
   const TriangleBuckets&
     partitionTriangles;            // for each of the cell's partitions those that touch it
   Vec3 origin;                     // of the sums: the centre of the model's box
   std::span<const VertexId> ids{}; // of each point in the mesh; empty: its place
-  // What the points are painted with, or null: clusters do not go across its edges
+  // The vertex colours of the points, or null: clusters do not go across its edges
   // (CollapseAttributes.h) but where a cell would have too many.
-  const Attribute* paint = nullptr;
+  const Attribute* vertexColors = nullptr;
 };
 
 struct FinestClusters
@@ -60,11 +59,11 @@ Result<FinestClusters> BuildFinestClusters(
   const FinestInput& input, const ClusterOptions& options, const Execution& execution);
 
 // Where vertices are split, at texture seams and hard edges, levels would open slits between their
-// clusters (CoincidentClusters.cxx). Joins the clusters of one partition that finest.coincident links; clusters of different
-// partitions stay apart, since a cluster may not lie in both. A joined cluster is at home in the
-// cell of its lowest vertex. Adjusts all of `finest` but the level and the links.
-// cellsBelowPartition: how many depths the finest cells are below the partitions. O(clusters +
-// links).
+// clusters (CoincidentClusters.cxx). Joins the clusters of one partition that finest.coincident
+// links; clusters of different partitions stay apart, since a cluster may not lie in both. A joined
+// cluster is at home in the cell of its lowest vertex. Adjusts all of `finest` but the level and
+// the links. cellsBelowPartition: how many depths the finest cells are below the partitions.
+// O(clusters + links).
 void JoinCoincidentClusters(FinestClusters& finest, unsigned cellsBelowPartition);
 
 }

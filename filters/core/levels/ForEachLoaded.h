@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// A pass over blocks of a level. For the makers of levels alone.
+// A pass over blocks of a level. Only for the makers of levels.
 #pragma once
 
 #include "filters/core/Execution.h"

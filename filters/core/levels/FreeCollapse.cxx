@@ -21,7 +21,8 @@ CollapsePart PartOfWholeLevel(const CollapseState& state, const CollapseSpace& s
     AppendCluster(state, space, c, part);
   }
   part.triangles = state.level.triangles;
-  AddPaint(state.level.paint, state.clusters.size(), GreyValue(DiagonalOf(space.box)), part);
+  AddColorQuadrics(
+    state.level.vertexColors, state.clusters.size(), GreyValue(DiagonalOf(space.box)), part);
   part.areaPerVertex = AddAreas(0, state.clusters) / double(state.clusters.size());
   return part;
 }
@@ -41,7 +42,7 @@ Result<Merging> MergeEdges(CollapseState& below, const CollapseSpace& space,
     Merging merging(below, depths, depth);
     collapse.Apply(merging);
     merging.GroupLoose();
-    // Nodes that would hold too much go on alone.
+    // Nodes that would hold too much are continued by themselves.
     const std::vector<std::size_t> excess = merging.ExcessOfNodes();
     const std::size_t total = std::accumulate(excess.begin(), excess.end(), std::size_t{ 0 });
     if (total == 0 || !more || collapse.VertexCount() == 0)

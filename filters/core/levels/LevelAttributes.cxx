@@ -318,7 +318,7 @@ void AddLevelAttributes(const Mesh& mesh, ClusterLevels& levels)
   {
     ClusterLevel& level = levels.levels[d];
     std::vector<Attribute> means = sums.Means();
-    PutPaint(std::exchange(level.paint, {}), means);
+    PutVertexColors(std::exchange(level.vertexColors, {}), means);
     std::move(means.begin(), means.end(), std::back_inserter(level.attributes));
     if (level.parents.empty())
     {

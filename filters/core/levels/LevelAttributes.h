@@ -14,24 +14,24 @@
 namespace kdstream
 {
 
-// Gives every level the mean of the mesh's normals, of its colours (RoleOf) and of its numbers
-// (IsScalar), under the name and type that they have in the mesh; of classes (HoldsClasses) the
-// most frequent one. Other arrays are the original's alone (ArraysOfLevels).
-//
-// Colours: the mean of the light (Light.h) of the cluster's original vertices, as the nearest byte;
-// alpha's own mean, halves upwards. Where the levels come with colours of their own
-// (ClusterLevel::paint), red, green and blue of the array that the mesh is painted with are those.
-// Normals: the mean of the directions of the cluster's normals, of length 1. Tuples without a
-// direction (all zero, or a component that is NaN or infinite) are left out. Where the directions
-// cancel each other (their sum is shorter than 10^-9 of their number) it is the direction of the
-// lowest original vertex that has one; where none has one it is (0, 0, 0).
-// Numbers: ScalarSum of ScalarSums.h; integers are rounded to the nearest, halves away from 0.
-// Classes: ClassVotes there.
+// Gives every level the attributes that a viewer draws by, under their name and type in the mesh:
+// normals, colours (RoleOf), numbers (IsScalar) and classes (HoldsClasses). Only the original has
+// other arrays (ArraysOfLevels).
+// - Colours: the mean of the light (Light.h) of the cluster's original vertices, as the nearest
+//   byte; of alpha its own mean, halves upwards. If the levels have colours of their own
+//   (ClusterLevel::vertexColors), these replace red, green and blue of the array of the mesh's
+//   colours.
+// - Normals: the mean of the directions of the cluster's normals, of length 1. Tuples without a
+//   direction (all zero, or a component that is NaN or infinite) are left out. Where the directions
+//   cancel (their sum is shorter than 10^-9 of their number) it is the direction of the lowest
+//   original vertex that has one; where none has one it is (0, 0, 0).
+// - Numbers: ScalarSum of ScalarSums.h; integers are rounded to the nearest, halves away from 0.
+// - Classes: the most frequent (ClassVotes of ScalarSums.h).
 //
 // Sums are in double, over original vertices ascending at the finest level and over children by
 // lowest vertex above. Serial; O(n + c log c) for c clusters; AttributeSums of the finest level and
-// the next. REQUIRES: CheckAttributes(mesh.attributes, …), levels of this mesh.
-// Source: doc/design.md#attributes; the paper has none.
+// the next. REQUIRES: CheckAttributes(mesh.attributes, …), levels of this mesh. Source:
+// doc/design.md#attributes; the paper has none.
 void AddLevelAttributes(const Mesh& mesh, ClusterLevels& levels);
 
 // The sums from which the means come, of all clusters of one level, or of those of one block of the

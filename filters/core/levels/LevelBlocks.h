@@ -28,7 +28,7 @@ struct MergeList
 // When it is told where clusters go.
 enum class TargetStage
 {
-  Merged, // by merges of edges alone
+  Merged, // only by merges of edges
   Grouped // and the clusters of nodes that are too full by cells
 };
 
@@ -48,8 +48,8 @@ public:
 
   // A power of two.
   virtual std::size_t Count() const = 0;
-  // Those that are here, where several processes make a level together: each goes through its own
-  // blocks and calls all functions from Alone on, in the same order as the others.
+  // The blocks of this process, where several processes make a level together. Each goes through
+  // its own blocks and calls all functions from Alone on, in the same order as the others.
   virtual BlockRange Here() const { return { 0, this->Count() }; }
   virtual bool Alone() const { return true; }
   // Adds up the numbers of all processes, one by one.

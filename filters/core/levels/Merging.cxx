@@ -2,7 +2,7 @@
 #include "filters/core/levels/Merging.h"
 
 #include "filters/core/DisjointSets.h"
-#include "filters/core/levels/CellSheets.h"
+#include "filters/core/levels/CellComponents.h"
 #include "filters/core/tree/PieceDepth.h"
 
 #include <algorithm>
@@ -48,7 +48,7 @@ std::vector<std::uint8_t> FullNodes(std::span<const std::size_t> excess)
 
 std::size_t MostOfNode(const TreeDepths& depths, unsigned level)
 {
-  return mostSheets << (level - PieceDepth(Resolution::Level(level), depths));
+  return mostCellComponents << (level - PieceDepth(Resolution::Level(level), depths));
 }
 
 void Merging::Apply(std::span<const Merge> merges)
@@ -228,17 +228,17 @@ std::vector<VertexId> Merging::Components() const
 void Merging::GroupNodes(std::span<const std::uint8_t> full, bool sheets)
 {
   std::vector<VertexId> parent = this->Components();
-  std::vector<Sheet> own(this->Into.size());
+  std::vector<CellComponent> components(this->Into.size());
   for (VertexId c = this->Below.ownBegin; c < this->Below.ownEnd; ++c)
   {
-    Sheet& sheet = own[this->Into[c]];
+    CellComponent& component = components[this->Into[c]];
     const ClusterSum& cluster = this->Below.clusters[c - this->Below.ownBegin];
-    sheet.count += cluster.count;
+    component.count += cluster.count;
     for (std::size_t k = 0; k < 3; ++k)
     {
-      sheet.sum[k] += cluster.sum[k];
+      component.sum[k] += cluster.sum[k];
     }
-    sheet.surface = this->Touched[this->Into[c]] != 0;
+    component.surface = this->Touched[this->Into[c]] != 0;
   }
   std::vector<VertexId> members = this->Standing();
   std::erase_if(members, [&](VertexId c) { return full[this->NodeOf(c)] == 0; });
@@ -248,7 +248,7 @@ void Merging::GroupNodes(std::span<const std::uint8_t> full, bool sheets)
       std::vector<VertexId> first; // of each group
       GroupCell(
         cell, sheets, [&](VertexId c) { return FindRoot(parent, c); },
-        [&](VertexId c) { return own[c]; },
+        [&](VertexId c) { return components[c]; },
         [&](VertexId c, std::size_t group)
         {
           if (group == first.size())

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Which clusters of a level become one at the next coarser level: by merges of edges, and by
-// grouping what cannot merge. For the makers of levels alone.
+// grouping what cannot merge. Only for the makers of levels.
 #pragma once
 
 #include "filters/core/collapse/EdgeCollapse.h"

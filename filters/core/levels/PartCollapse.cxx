@@ -99,13 +99,14 @@ CollapsePart PartCollapse::Extract(std::size_t p) const
   part.attributes.resize((own + ghosts.size()) * part.components);
   part.fixed.assign(own, 0);
   part.fixed.resize(own + ghosts.size(), 1);
-  if (const std::span<const PaintColor> paint = this->Block.level.paint; !paint.empty())
+  if (const std::span<const VertexColor> vertexColors = this->Block.level.vertexColors;
+      !vertexColors.empty())
   {
-    const auto ofOwn = paint.subspan(begin, own);
-    std::vector<PaintColor> colors(ofOwn.begin(), ofOwn.end());
+    const auto ofOwn = vertexColors.subspan(begin, own);
+    std::vector<VertexColor> colors(ofOwn.begin(), ofOwn.end());
     std::transform(ghosts.begin(), ghosts.end(), std::back_inserter(colors),
-      [&](VertexId ghost) { return paint[ghost]; });
-    AddPaint(colors, own, GreyValue(DiagonalOf(this->Space.box)), part);
+      [&](VertexId ghost) { return vertexColors[ghost]; });
+    AddColorQuadrics(colors, own, GreyValue(DiagonalOf(this->Space.box)), part);
   }
   return part;
 }

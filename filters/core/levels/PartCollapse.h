@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // The collapses of the parts of a block, each on its own with the clusters of others fixed: part of
-// step "levels" of the pipeline picture. For the makers of levels alone.
+// step "levels" of the pipeline picture. Only for the makers of levels.
 #pragma once
 
 #include "filters/core/Execution.h"

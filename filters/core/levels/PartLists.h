@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // The merge lists of all parts of a level, in a round of collapses. The lists themselves are with
 // the level's blocks, in memory or in files; what is known of each is here, the same in every
-// process. For CollapseRound alone.
+// process. Only for CollapseRound.
 #pragma once
 
 #include "filters/core/Execution.h"

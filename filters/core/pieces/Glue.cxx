@@ -79,7 +79,7 @@ public:
   {
     if (!piece.id.resolution.IsOriginal())
     {
-      return Error{ ErrorCode::InvalidArgument, "only partitions of the original can be glued" };
+      return Error{ ErrorCode::InvalidArgument, "only partitions of the original can be joined" };
     }
     if (piece.ownVertices == 0)
     {

@@ -40,7 +40,7 @@ Status CheckKeys(const Piece& piece, const TreeDepths& depths)
       const std::uint32_t partition = PartitionOfKey(piece.keys[v]);
       if (partition >= NodeId{ 1 } << depths.partition)
       {
-        return Bad("vertex ", v, " is of a partition that the tree does not have");
+        return Bad("vertex ", v, " belongs to a partition that is not in the tree");
       }
       if ((NodeOfPartition(partition, depths) >> below == piece.id.node) != own)
       {
@@ -72,7 +72,7 @@ Status CheckOwnKeys(const Piece& piece, const TreeDepths& depths)
   }
   if (piece.keys[piece.ownVertices - 1] - piece.keys[0] != piece.ownVertices - 1)
   {
-    return Bad("own vertices are not numbered without gaps");
+    return Bad("own vertices are not numbered consecutively");
   }
   for (std::uint32_t v = piece.ownVertices; v < piece.VertexCount(); ++v)
   {
@@ -84,42 +84,43 @@ Status CheckOwnKeys(const Piece& piece, const TreeDepths& depths)
   return {};
 }
 
-Status CheckReach(const Piece& piece, const TreeDepths& depths)
+Status CheckChildNodes(const Piece& piece, const TreeDepths& depths)
 {
-  const bool has = HasReach(piece.id.resolution, depths);
-  if (piece.reachBegin.size() != (has ? piece.ownVertices + std::size_t{ 1 } : 0))
+  const bool has = HasChildNodes(piece.id.resolution, depths);
+  if (piece.childBegin.size() != (has ? piece.ownVertices + std::size_t{ 1 } : 0))
   {
-    return Bad("reach has ", piece.reachBegin.size(), " entries");
+    return Bad("reach has ", piece.childBegin.size(), " entries");
   }
   if (!has)
   {
-    return piece.reachNodes.empty() ? Status{} : Status{ Bad("reach where there is none") };
+    return piece.childNodes.empty() ? Status{}
+                                    : Status{ Bad("there must be no reach, but there is one") };
   }
   const unsigned next = piece.id.resolution.Depth() + 1;
   const unsigned nodeDepth = PieceDepth(Resolution::Level(next), depths);
-  if (piece.reachBegin.front() != 0 || piece.reachBegin.back() != piece.reachNodes.size())
+  if (piece.childBegin.front() != 0 || piece.childBegin.back() != piece.childNodes.size())
   {
     return Bad("reach does not cover its nodes");
   }
-  for (std::size_t i = 0; i + 1 < piece.reachBegin.size(); ++i)
+  for (std::size_t i = 0; i + 1 < piece.childBegin.size(); ++i)
   {
-    const std::uint32_t begin = piece.reachBegin[i], end = piece.reachBegin[i + 1];
+    const std::uint32_t begin = piece.childBegin[i], end = piece.childBegin[i + 1];
     if (begin >= end)
     {
       return Bad("vertex ", i, " reaches nothing");
     }
-    if (end > piece.reachNodes.size())
+    if (end > piece.childNodes.size())
     {
-      return Bad("reach of vertex ", i, " ends behind all nodes");
+      return Bad("reach of vertex ", i, " ends after the last node");
     }
     for (std::uint32_t k = begin; k < end; ++k)
     {
-      if (piece.reachNodes[k] >> nodeDepth != 1)
+      if (piece.childNodes[k] >> nodeDepth != 1)
       {
         return Bad(
-          "reach names node ", piece.reachNodes[k], ", which is no piece of the next level");
+          "reach names node ", piece.childNodes[k], ", which is not a piece of the next level");
       }
-      if (k > begin && piece.reachNodes[k] <= piece.reachNodes[k - 1])
+      if (k > begin && piece.childNodes[k] <= piece.childNodes[k - 1])
       {
         return Bad("reach of vertex ", i, " does not ascend");
       }
@@ -135,7 +136,7 @@ Status CheckAncestors(const Piece& piece, const TreeDepths& depths)
   if (piece.ancestors.size() !=
       levels.Rows(piece.ownVertices, piece.GhostCount()) * std::uint64_t{ levels.count })
   {
-    return Bad("ancestors and vertices disagree");
+    return Bad("the numbers of ancestors and vertices differ");
   }
   if (std::find(piece.ancestors.begin(), piece.ancestors.end(), noVertex) != piece.ancestors.end())
   {
@@ -194,7 +195,7 @@ Status CheckTriangles(const Piece& piece)
   }
   if (piece.primitive == PrimitiveType::Points && !piece.triangles.empty())
   {
-    return Bad("points have triangles");
+    return Bad("a point cloud has triangles");
   }
   return {};
 }
@@ -228,17 +229,17 @@ Status CheckPiece(const Piece& piece, const TreeDepths& depths)
   if ((!resolution.IsOriginal() && resolution.Depth() > depths.finest) || piece.id.node == 0 ||
       DepthOfNode(piece.id.node) != PieceDepth(resolution, depths))
   {
-    return Bad("node ", piece.id.node, " is no piece of this resolution");
+    return Bad("node ", piece.id.node, " is not a piece of this resolution");
   }
   const std::size_t count = piece.positions.size();
   if (piece.keys.size() != count || piece.ownVertices > count || count >= noVertex)
   {
-    return Bad("counts of vertices disagree");
+    return Bad("the counts of vertices differ");
   }
   if (!piece.deviations.empty() &&
       (resolution.IsOriginal() || piece.deviations.size() != piece.ownVertices))
   {
-    return Bad("deviations and own vertices disagree");
+    return Bad("the numbers of deviations and own vertices differ");
   }
   for (std::size_t v = 0; v < count; ++v)
   {
@@ -248,7 +249,7 @@ Status CheckPiece(const Piece& piece, const TreeDepths& depths)
       return Bad("vertex ", v, " is not finite");
     }
   }
-  for (const auto check : { CheckKeys, CheckOwnKeys, CheckAncestors, CheckReach })
+  for (const auto check : { CheckKeys, CheckOwnKeys, CheckAncestors, CheckChildNodes })
   {
     KDSTREAM_TRY(check(piece, depths));
   }

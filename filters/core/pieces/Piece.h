@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// A piece: what is stored and streamed (doc/design.md#pieces).
+// A piece: the unit that is stored and streamed (doc/design.md#pieces).
 //
-// One shape for every resolution: the part of one level, or of the original, that lies in one node
-// of the tree. Its own vertices come first, then the ghosts (vertices of other pieces, repeated so
-// that the triangles on the boundary are whole); its triangles are all that touch an own vertex.
+// All resolutions have one shape of piece: the part of one level, or of the original, in one node
+// of the tree. Its own vertices come first, then the ghosts: vertices of other pieces, repeated so
+// that the triangles on the boundary are whole. Its triangles are all that touch an own vertex.
 #pragma once
 
 #include "filters/core/Attribute.h"
@@ -66,11 +66,11 @@ struct Piece
   // where S <= R.
   std::vector<std::uint32_t> ancestors;
 
-  // Own vertices of the levels R <= d < S: the nodes of the pieces of level d + 1 that hold their
-  // children, ascending, at least one: reachNodes[reachBegin[i]] … reachNodes[reachBegin[i + 1] -
-  // 1]. Empty otherwise.
-  std::vector<std::uint32_t> reachBegin;
-  std::vector<NodeId> reachNodes;
+  // For own vertices of the levels R <= d < S: the nodes of the pieces of level d + 1 that hold
+  // their children, ascending, at least one: childNodes[childBegin[i]] … childNodes[childBegin[i +
+  // 1] - 1]. Empty otherwise.
+  std::vector<std::uint32_t> childBegin;
+  std::vector<NodeId> childNodes;
 
   std::vector<Triangle>
     triangles; // local indices, ordered; orientation of the input, lowest index first
@@ -83,11 +83,11 @@ struct Piece
   std::span<const std::uint32_t> AncestorsOf(std::uint32_t v, const TreeDepths& depths) const;
 };
 
-// Whether `piece` is one that a builder could have written for a tree of these depths: sizes agree,
-// keys ascend and lie in the piece's node (own) or outside it (ghosts), indices are in range, a
-// cluster has one parent, and reaches pieces that the next level has. O(size), and O(log) of it for
-// clusters that are met again as ancestors. For decoders: everything that the drawing rule relies
-// on, so that hostile bytes cannot reach it.
+// Whether a builder for a tree of these depths could have written `piece`: sizes agree; keys ascend
+// and lie in the piece's node (own) or outside it (ghosts); indices are in range; a cluster has one
+// parent, and reaches pieces that the next level has. For decoders: the drawing rule relies only on
+// what is checked here, so hostile bytes cannot reach it. O(size), and O(log) of it for clusters
+// that come again as ancestors.
 Status CheckPiece(const Piece& piece, const TreeDepths& depths);
 
 // Whether all ranks of vertices below S, and of ancestors, are of clusters that the levels have.

@@ -142,19 +142,19 @@ void PieceCutter::AppendAncestors(VertexId place, std::vector<std::uint32_t>& ra
 }
 
 // Of the own clusters [begin, end).
-void PieceCutter::AddReach(Piece& piece, VertexId begin, VertexId end) const
+void PieceCutter::AddChildNodes(Piece& piece, VertexId begin, VertexId end) const
 {
-  piece.reachBegin.assign(end - begin + 1, 0);
-  const std::vector<ReachedNode>& reach = this->Tree.levels[this->Which.Depth()].reach;
-  auto entry = std::lower_bound(reach.begin(), reach.end(), ReachedNode{ begin, 0 });
-  for (; entry != reach.end() && entry->cluster < end; ++entry)
+  piece.childBegin.assign(end - begin + 1, 0);
+  const std::vector<ChildNode>& childNodes = this->Tree.levels[this->Which.Depth()].childNodes;
+  auto entry = std::lower_bound(childNodes.begin(), childNodes.end(), ChildNode{ begin, 0 });
+  for (; entry != childNodes.end() && entry->cluster < end; ++entry)
   {
-    ++piece.reachBegin[entry->cluster - begin + 1];
-    piece.reachNodes.push_back(entry->node);
+    ++piece.childBegin[entry->cluster - begin + 1];
+    piece.childNodes.push_back(entry->node);
   }
-  for (std::size_t i = 0; i + 1 < piece.reachBegin.size(); ++i)
+  for (std::size_t i = 0; i + 1 < piece.childBegin.size(); ++i)
   {
-    piece.reachBegin[i + 1] += piece.reachBegin[i];
+    piece.childBegin[i + 1] += piece.childBegin[i];
   }
 }
 
@@ -209,9 +209,9 @@ Piece PieceCutter::Cut(std::size_t i) const
     this->AppendVertex(ghost, piece);
     this->AppendAncestors(ghost, piece.ancestors);
   }
-  if (HasReach(this->Which, this->Tree.depths))
+  if (HasChildNodes(this->Which, this->Tree.depths))
   {
-    this->AddReach(piece, begin, end);
+    this->AddChildNodes(piece, begin, end);
   }
 
   this->AddTriangles(piece, begin, ghosts, std::move(triangles));

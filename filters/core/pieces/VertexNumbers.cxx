@@ -152,20 +152,20 @@ void LowerFirst(std::span<const VertexId> parents, std::span<const VertexId> fir
   }
 }
 
-std::vector<ReachedNode> ReachOfParents(const VertexTree& tree, unsigned depth,
+std::vector<ChildNode> ChildNodesOfParents(const VertexTree& tree, unsigned depth,
   std::span<const VertexId> first, std::span<const VertexId> parents)
 {
-  std::vector<ReachedNode> reach;
-  reach.reserve(parents.size());
+  std::vector<ChildNode> childNodes;
+  childNodes.reserve(parents.size());
   for (std::size_t i = 0; i < parents.size(); ++i)
   {
     const std::uint32_t partition = tree.PartitionOf(first[i]);
-    reach.push_back(
+    childNodes.push_back(
       { parents[i], PieceOfPartition(Resolution::Level(depth), partition, tree.depths).node });
   }
-  std::sort(reach.begin(), reach.end());
-  reach.erase(std::unique(reach.begin(), reach.end()), reach.end());
-  return reach;
+  std::sort(childNodes.begin(), childNodes.end());
+  childNodes.erase(std::unique(childNodes.begin(), childNodes.end()), childNodes.end());
+  return childNodes;
 }
 
 std::vector<std::vector<VertexId>> FirstOfCoarseClusters(std::span<const ClusterParents> levels,

@@ -50,7 +50,7 @@ void LowerFirst(std::span<const VertexId> parents, std::span<const VertexId> fir
 
 // Of the parents of clusters of level `depth` the nodes of its pieces that these are in: sorted,
 // none twice. first: the lowest numbered vertex of each cluster. O(c log c).
-std::vector<ReachedNode> ReachOfParents(const VertexTree& tree, unsigned depth,
+std::vector<ChildNode> ChildNodesOfParents(const VertexTree& tree, unsigned depth,
   std::span<const VertexId> first, std::span<const VertexId> parents);
 
 // The lowest numbered vertex of every cluster of the levels 0 … S.

@@ -108,7 +108,8 @@ VertexTree NumberVertices(const KdTree& tree, ClusterLevels levels, const Execut
   for (unsigned d = PreviewLevel(numbered.depths); d < numbered.depths.stitch; ++d)
   {
     const VertexTreeLevel& children = numbered.levels[d + 1];
-    numbered.levels[d].reach = ReachOfParents(numbered, d + 1, children.first, children.parents);
+    numbered.levels[d].childNodes =
+      ChildNodesOfParents(numbered, d + 1, children.first, children.parents);
   }
   return numbered;
 }

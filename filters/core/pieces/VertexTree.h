@@ -1,14 +1,14 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// The vertex tree, numbered: what pieces are cut from. Steps "number" and "cut" of the pipeline
+// The numbered vertex tree, from which pieces are cut. Steps "number" and "cut" of the pipeline
 // picture.
 //
-// Within a partition the original vertices are numbered depth-first in the vertex tree, so that a
+// Within a partition the original vertices are numbered depth-first in the vertex tree. So a
 // cluster of a level >= S is an interval of one partition's numbers (doc/design.md#numbers). A
 // numbered vertex below is the position in the list of all partitions' vertices, one partition
 // after the other: partitionBegin[partition] + index.
 //
-// Of a mesh that does not fit the memory the tree is held in part: one resolution around some
-// pieces, and of the levels 0 … S what lies above it (PieceCutter, ModelPart).
+// For a mesh that does not fit the memory only a part of the tree is held: one resolution around
+// some pieces, and its ancestors at the levels 0 … S (PieceCutter, ModelPart).
 #pragma once
 
 #include "filters/core/Types.h"
@@ -27,12 +27,12 @@ namespace kdstream
 {
 
 // A node of the pieces of the next level that has children of a cluster, or of the one at a place.
-struct ReachedNode
+struct ChildNode
 {
   VertexId cluster = 0;
   NodeId node = 0;
 
-  friend auto operator<=>(const ReachedNode&, const ReachedNode&) = default;
+  friend auto operator<=>(const ChildNode&, const ChildNode&) = default;
 };
 
 // The clusters of a level that are at hand. The place of a cluster is its position in these lists;
@@ -46,7 +46,7 @@ struct VertexTreeLevel
   std::vector<Triangle> triangles;     // places; lowest first, sorted
   std::vector<Attribute> attributes{}; // a tuple a cluster
   std::vector<VertexId> ranks{};       // ascending; empty: all clusters are at hand
-  std::vector<ReachedNode> reach{};    // of places; sorted. Of levels that have it (HasReach)
+  std::vector<ChildNode> childNodes{}; // of places; sorted. Of levels that have it (HasChildNodes)
 
   VertexId RankOf(VertexId place) const { return this->ranks.empty() ? place : this->ranks[place]; }
 };
@@ -110,7 +110,7 @@ public:
   // order
   //   of the whole, and their numbers in tree.numbers (NumberPart, OrderLevel in VertexNumbers.h);
   // - for a resolution coarser than S: the ranks of its clusters, and of a level R <= d < S their
-  //   reach;
+  //   childNodes;
   // - for a resolution finer than R: the ancestors, with parents and ranks, on the levels R … S of
   // all
   //   clusters of a level up to S, or of the ghosts of a finer resolution; there also `first` of
@@ -138,7 +138,7 @@ private:
   VertexKey KeyOf(VertexId place, VertexKey near) const;
   void AppendAncestors(VertexId place, std::vector<std::uint32_t>& ranks) const;
   void AppendVertex(VertexId place, Piece& piece) const;
-  void AddReach(Piece& piece, VertexId begin, VertexId end) const;
+  void AddChildNodes(Piece& piece, VertexId begin, VertexId end) const;
   void AddTriangles(Piece& piece, VertexId begin, const std::vector<VertexId>& ghosts,
     std::vector<std::pair<Triangle, std::uint32_t>>&& triangles) const;
   VertexId PlaceOf(VertexId v) const { return this->Places.empty() ? v : this->Places[v]; }

@@ -174,15 +174,15 @@ Result<TreeDepths> ComputeDepths(std::size_t vertices, const KdTreeOptions& opti
     if (options.verticesPerPartition == 0)
     {
       return Error{ ErrorCode::InvalidArgument,
-        "vertices per partition is 0; at least 1 is needed" };
+        "the number of vertices per partition must be at least 1, not 0" };
     }
     depths.partition = SmallestDepth(vertices, options.verticesPerPartition);
   }
   if (options.cellVertices > mostCellVertices)
   {
-    return Error{ ErrorCode::InvalidArgument, "vertices per cell " +
+    return Error{ ErrorCode::InvalidArgument, "the number of vertices per cell, " +
                                                 std::to_string(options.cellVertices) +
-                                                " is above " + std::to_string(mostCellVertices) };
+                                                ", is above " + std::to_string(mostCellVertices) };
   }
   depths.finest = depths.partition;
   if (options.cellVertices > 0)
@@ -193,9 +193,9 @@ Result<TreeDepths> ComputeDepths(std::size_t vertices, const KdTreeOptions& opti
   }
   if (depths.finest > deepestTree)
   {
-    return Error{ ErrorCode::LimitExceeded, "the tree would have " + std::to_string(depths.finest) +
-                                              " depths; at most " + std::to_string(deepestTree) +
-                                              " are possible" };
+    return Error{ ErrorCode::LimitExceeded, "the tree would need " + std::to_string(depths.finest) +
+                                              " depths; the maximum is " +
+                                              std::to_string(deepestTree) + "" };
   }
   depths.stitch = std::min(depths.finest, depths.partition + 4);
   return depths;

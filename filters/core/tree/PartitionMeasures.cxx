@@ -68,7 +68,7 @@ Result<std::vector<Vec3>> Scale(std::span<const Vec3> points, double& unit)
   }
   if (!std::isfinite(side))
   {
-    return Error{ ErrorCode::InvalidInput, "the mesh spans more than a double can hold" };
+    return Error{ ErrorCode::InvalidInput, "the mesh's extent exceeds the range of doubles" };
   }
   const int exponent = side > 0 ? std::ilogb(side) : 0;
   unit = std::ldexp(1, exponent);

@@ -34,7 +34,7 @@ struct Spread
   double maximum = 0;
   double mean = 0;
   double standardDeviation = 0; // of all partitions, not of a sample
-  // maximum / minimum; infinite where the minimum alone is 0.
+  // maximum / minimum; infinite where only the minimum is 0.
   double ratio = 0;
 };
 

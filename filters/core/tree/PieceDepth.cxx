@@ -29,7 +29,7 @@ AncestorLevels AncestorLevelsOf(Resolution resolution, const TreeDepths& depths)
   return { coarsest, end > coarsest ? end - coarsest : 0, own };
 }
 
-bool HasReach(Resolution resolution, const TreeDepths& depths)
+bool HasChildNodes(Resolution resolution, const TreeDepths& depths)
 {
   return resolution >= Resolution::Level(PreviewLevel(depths)) &&
          resolution < Resolution::Level(depths.stitch);

@@ -25,7 +25,7 @@ struct AncestorLevels
 {
   unsigned coarsest = 0;
   unsigned count = 0;
-  bool own = false; // own vertices too: at the levels up to S; of what is finer the ghosts alone
+  bool own = false; // own vertices too: at the levels up to S; of what is finer only the ghosts
 
   std::size_t Rows(std::size_t ownVertices, std::size_t ghosts) const
   {
@@ -36,7 +36,7 @@ AncestorLevels AncestorLevelsOf(Resolution resolution, const TreeDepths& depths)
 
 // Whether clusters of a resolution name the pieces of the next level that hold their children:
 // those of the levels R <= d < S.
-bool HasReach(Resolution resolution, const TreeDepths& depths);
+bool HasChildNodes(Resolution resolution, const TreeDepths& depths);
 
 constexpr NodeId NodeOfPartition(std::uint32_t partition, const TreeDepths& depths)
 {

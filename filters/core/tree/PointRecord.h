@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// What a k-d tree is built from: a vertex's coordinates beside its id, so that comparing and moving
-// a vertex touches one place in memory, and in a spill file.
+// The records from which a k-d tree is built: a vertex's coordinates and its id. So comparing and
+// moving a vertex touches one place in memory, and in a spill file.
 #pragma once
 
 #include "filters/core/Types.h"
@@ -97,7 +97,7 @@ Box BoxOfRecords(std::span<const PointRecord<Scalar>> records)
   {
     return {};
   }
-  // Two at a time: one minimum alone would wait for the one before.
+  // Two at a time: a single minimum would wait for the one before.
   RecordBox<Scalar> even(records[0]), odd(records[0]);
   std::size_t i = 0;
   for (; i + 2 <= records.size(); i += 2)

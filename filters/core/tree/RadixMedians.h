@@ -68,8 +68,8 @@ public:
 private:
   static constexpr unsigned bitsOfKey = 96; // 64 of the coordinate, 32 of the id
 
-  // The bits that a pass finds, of each of some nodes: more while they are few, so that bins take
-  // no more than 8 MiB, and where bins are fewer than vertices.
+  // How many bits a pass finds for each of some nodes: more while there are few nodes, so that bins
+  // take at most 8 MiB and are fewer than vertices.
   static unsigned DigitFor(std::size_t nodes, std::uint64_t vertices)
   {
     if (nodes <= 4 && vertices >= std::uint64_t{ 1 } << 16)

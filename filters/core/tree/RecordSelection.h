@@ -49,8 +49,8 @@ public:
   using Before = BeforePivot<Scalar, Axis>;
 
   // Afterwards *nth is the record of that rank, those before it come before it in the order, those
-  // behind it after. Expected O(n), 1.5 n comparisons; O(n log n) at worst. REQUIRES: first <= nth
-  // < last, ids that differ.
+  // after it come after it. Expected O(n), 1.5 n comparisons; O(n log n) at worst. REQUIRES: first
+  // <= nth < last, ids that differ.
   static void Select(Record* first, Record* nth, Record* last)
   {
     constexpr unsigned mostRounds = 40;
@@ -98,7 +98,7 @@ private:
     }
     for (std::size_t i = count; i < padded; ++i)
     {
-      coordinates[i] = std::numeric_limits<Scalar>::infinity(); // behind all
+      coordinates[i] = std::numeric_limits<Scalar>::infinity(); // after all
       ids[i] = 0;
     }
     for (std::size_t i = 0; i < count; ++i)
@@ -159,7 +159,7 @@ private:
     return pivot;
   }
 
-  // Moves all records that come before *first in the order to the front, and *first behind them;
+  // Moves all records that come before *first in the order to the front, and *first after them;
   // returns where that is. Moves every record, needed or not: asking would cost more.
   static Record* Partition(Record* first, Record* last)
   {

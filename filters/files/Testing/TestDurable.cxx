@@ -85,8 +85,8 @@ TEST_F(DurableFile, SaysWhereItIsWhenTheFolderFails)
   folderFails = true;
   const Status written = WriteWhole(folder / "a", "new");
   ASSERT_FALSE(written);
-  EXPECT_EQ(written.GetError().message,
-    "is in place, but its folder cannot be made to outlast a power cut: Input/output error");
+  EXPECT_EQ(written.GetError().message, "is written, but its folder cannot be flushed to disk: a "
+                                        "power failure may lose it: Input/output error");
   EXPECT_EQ(ReadWhole(folder / "a"), "new");
 }
 

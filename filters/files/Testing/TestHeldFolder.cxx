@@ -38,7 +38,7 @@ TEST(HeldFolder, FollowsOnlyTheLinkThatIsNamed)
   ASSERT_FALSE(below);
   EXPECT_EQ(below.GetError().file, (folder / "link/below").string());
   EXPECT_EQ(below.GetError().message,
-    "is a link, which is not followed: remove it, or name the folder itself");
+    "is a symbolic link, which is not followed: remove it, or give the folder itself");
   fs::create_symlink("nowhere", folder / "real/dangling");
   EXPECT_FALSE(held->Below("dangling", 0777));
   EXPECT_FALSE(fs::exists(folder / "real/nowhere"));
@@ -97,7 +97,7 @@ TEST(HeldFolder, UsesFilesAndFoldersOfItsUserOnly)
   {
     const auto other = held->HasOwnFile(name);
     ASSERT_FALSE(other) << name;
-    EXPECT_EQ(other.GetError().message, "is not this user's own, and is left alone");
+    EXPECT_EQ(other.GetError().message, "does not belong to this user, and is not used");
     EXPECT_EQ(other.GetError().file, (folder / name).string());
   }
 }

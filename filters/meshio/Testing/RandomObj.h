@@ -4,7 +4,7 @@
 
 #include "filters/core/Types.h"
 #include "filters/meshio/PolygonFaces.h"
-#include "filters/meshio/Testing/Dice.h"
+#include "filters/meshio/Testing/RandomGenerator.h"
 
 #include <algorithm>
 #include <map>
@@ -35,21 +35,22 @@ public:
   // A file of 3 to `mostPlaces` + 2 places and at most twice as many faces.
   RandomObj Make(std::uint64_t mostPlaces)
   {
-    Dice& dice = this->Chooser;
+    RandomGenerator& generator = this->Chooser;
     this->Obj = {};
     this->Text.clear();
-    this->Newline = dice.PickOf({ "\n", "\r\n" });
-    this->Blank = dice.PickOf({ " ", "\t", "  " });
-    this->Doubles = dice.Chance(0.5);
+    this->Newline = generator.PickOf({ "\n", "\r\n" });
+    this->Blank = generator.PickOf({ " ", "\t", "  " });
+    this->Doubles = generator.Chance(0.5);
     this->Obj.scalarType = this->Doubles ? ScalarType::Float64 : ScalarType::Float32;
-    this->Colors = dice.Pick(4); // none, up to 1, up to 255, not all
-    this->Counts = { 3 + dice.Pick(mostPlaces), 0, 0 };
-    this->Named[1] = dice.Chance(0.3);
-    this->Named[2] = dice.Chance(0.3);
+    this->Colors = generator.Pick(4); // none, up to 1, up to 255, not all
+    this->Counts = { 3 + generator.Pick(mostPlaces), 0, 0 };
+    this->Named[1] = generator.Chance(0.3);
+    this->Named[2] = generator.Chance(0.3);
     for (const std::size_t part : { 1U, 2U })
     {
       // They may be there without being named.
-      this->Counts[part] = this->Named[part] || dice.Chance(0.1) ? 1 + dice.Pick(mostPlaces) : 0;
+      this->Counts[part] =
+        this->Named[part] || generator.Chance(0.1) ? 1 + generator.Pick(mostPlaces) : 0;
     }
     this->MakeValues();
     this->EmitAll();
@@ -57,7 +58,7 @@ public:
     return this->Obj;
   }
 
-  Dice& GetDice() { return this->Chooser; }
+  RandomGenerator& Generator() { return this->Chooser; }
 
 private:
   using Corner = std::array<std::uint64_t, 3>; // from 1, 0: none
@@ -70,7 +71,7 @@ private:
 
   void MakeValues()
   {
-    Dice& dice = this->Chooser;
+    RandomGenerator& generator = this->Chooser;
     this->Values = {};
     for (std::size_t part = 0; part < 3; ++part)
     {
@@ -79,35 +80,35 @@ private:
         Vec3 value{};
         for (double& each : value)
         {
-          each =
-            part == 0 && this->Doubles ? dice.AnyReal<double>() : double(dice.AnyReal<float>());
+          each = part == 0 && this->Doubles ? generator.AnyReal<double>()
+                                            : double(generator.AnyReal<float>());
         }
         this->Values[part].push_back(value);
       }
     }
     if (this->Doubles)
     {
-      this->Values[0][dice.Pick(this->Counts[0])][dice.Pick(3)] = 0.1234567890123;
+      this->Values[0][generator.Pick(this->Counts[0])][generator.Pick(3)] = 0.1234567890123;
     }
     this->Bytes.clear();
     for (std::uint64_t i = 0; i < 3 * this->Counts[0]; ++i)
     {
-      this->Bytes.push_back(static_cast<std::uint8_t>(dice.Pick(256)));
+      this->Bytes.push_back(static_cast<std::uint8_t>(generator.Pick(256)));
     }
-    this->Bytes[dice.Pick(this->Bytes.size())] = 7; // above 1
+    this->Bytes[generator.Pick(this->Bytes.size())] = 7; // above 1
   }
 
   void EmitAll()
   {
-    Dice& dice = this->Chooser;
+    RandomGenerator& generator = this->Chooser;
     std::array<std::uint64_t, 3> emitted{};
-    std::uint64_t left = dice.Pick(2 * this->Counts[0] + 1);
+    std::uint64_t left = generator.Pick(2 * this->Counts[0] + 1);
     this->Obj.faces = left;
     while (left > 0 || emitted != this->Counts)
     {
-      const std::size_t part = dice.Pick(3);
+      const std::size_t part = generator.Pick(3);
       this->EmitNoise();
-      if (dice.Chance(0.7))
+      if (generator.Chance(0.7))
       {
         if (emitted[part] < this->Counts[part])
         {
@@ -120,17 +121,17 @@ private:
         --left;
       }
     }
-    this->Text += dice.Chance(0.5) ? "end" : "";
+    this->Text += generator.Chance(0.5) ? "end" : "";
   }
 
   void EmitNoise()
   {
-    Dice& dice = this->Chooser;
-    if (dice.Chance(0.8))
+    RandomGenerator& generator = this->Chooser;
+    if (generator.Chance(0.8))
     {
       return;
     }
-    const std::string line = dice.PickOf({ "", "# f 1 2 3 and \\", "g a b", "o thing", "s off",
+    const std::string line = generator.PickOf({ "", "# f 1 2 3 and \\", "g a b", "o thing", "s off",
       "usemtl red", "mtllib a.mtl", "l 1 2", "vp 0.5", "p 1", "MG 0", "  \t ", "#" });
     this->Materials |= line.find("mtl") != std::string::npos;
     this->Curves += line == "l 1 2" ? 1 : 0;
@@ -145,9 +146,9 @@ private:
 
   void EmitValue(std::size_t part, std::uint64_t index)
   {
-    Dice& dice = this->Chooser;
-    this->Text +=
-      (dice.Chance(0.1) ? this->Blank : "") + std::array<const char*, 3>{ "v", "vt", "vn" }[part];
+    RandomGenerator& generator = this->Chooser;
+    this->Text += (generator.Chance(0.1) ? this->Blank : "") +
+                  std::array<const char*, 3>{ "v", "vt", "vn" }[part];
     const std::size_t numbers = part == 1 ? 2 : 3;
     for (std::size_t k = 0; k < numbers; ++k)
     {
@@ -160,8 +161,8 @@ private:
     {
       this->EmitColor(index);
     }
-    this->Text += part == 1 && dice.Chance(0.3) ? this->Gap() + "0.25" : "";
-    this->Text += (dice.Chance(0.1) ? " # 1 2 3" : "") + this->Newline;
+    this->Text += part == 1 && generator.Chance(0.3) ? this->Gap() + "0.25" : "";
+    this->Text += (generator.Chance(0.1) ? " # 1 2 3" : "") + this->Newline;
   }
 
   void EmitColor(std::uint64_t index)
@@ -183,10 +184,10 @@ private:
 
   void EmitFace(const std::array<std::uint64_t, 3>& emitted)
   {
-    Dice& dice = this->Chooser;
-    const std::uint64_t size = 3 + (dice.Chance(0.2) ? dice.Pick(6) : 0);
-    const std::array<bool, 3> named{ true, this->Named[1] && dice.Chance(0.9),
-      this->Named[2] && dice.Chance(0.9) };
+    RandomGenerator& generator = this->Chooser;
+    const std::uint64_t size = 3 + (generator.Chance(0.2) ? generator.Pick(6) : 0);
+    const std::array<bool, 3> named{ true, this->Named[1] && generator.Chance(0.9),
+      this->Named[2] && generator.Chance(0.9) };
     std::vector<Corner> corners;
     this->Text += "f";
     for (std::uint64_t i = 0; i < size; ++i)
@@ -200,9 +201,10 @@ private:
         if (named[part])
         {
           // Few combinations, so that they come again.
-          corner[part] = 1 + dice.Pick(part == 0 ? this->Counts[0]
-                                                 : std::min<std::uint64_t>(this->Counts[part], 3));
-          const bool back = dice.Chance(0.3) && corner[part] <= emitted[part];
+          corner[part] =
+            1 + generator.Pick(
+                  part == 0 ? this->Counts[0] : std::min<std::uint64_t>(this->Counts[part], 3));
+          const bool back = generator.Chance(0.3) && corner[part] <= emitted[part];
           this->Text += back ? "-" + std::to_string(emitted[part] + 1 - corner[part])
                              : std::to_string(corner[part]);
         }
@@ -328,7 +330,7 @@ private:
     this->Obj.attributes.push_back(attribute);
   }
 
-  Dice Chooser;
+  RandomGenerator Chooser;
   RandomObj Obj;
   std::string Text, Newline, Blank;
   bool Doubles = false, Materials = false;

@@ -3,7 +3,7 @@
 #pragma once
 
 #include "filters/core/Types.h"
-#include "filters/meshio/Testing/Dice.h"
+#include "filters/meshio/Testing/RandomGenerator.h"
 
 #include <array>
 #include <cstring>
@@ -76,7 +76,7 @@ public:
     return stl;
   }
 
-  Dice& GetDice() { return this->Chooser; }
+  RandomGenerator& Generator() { return this->Chooser; }
 
 private:
   std::string Word(const char* small)
@@ -91,29 +91,29 @@ private:
 
   std::string Text(const std::vector<Vec3>& points, bool doubles)
   {
-    Dice& dice = this->Chooser;
-    this->Capitals = dice.Chance(0.3);
-    const std::string newline = dice.PickOf({ "\n", "\r\n", "\r", "\n\n  " });
-    const std::string blank = dice.PickOf({ " ", "\t", "   " });
+    RandomGenerator& generator = this->Chooser;
+    this->Capitals = generator.Chance(0.3);
+    const std::string newline = generator.PickOf({ "\n", "\r\n", "\r", "\n\n  " });
+    const std::string blank = generator.PickOf({ " ", "\t", "   " });
     // Only the names of solids need their line.
-    const std::string between = dice.Chance(0.3) ? blank : newline;
-    const std::string name = dice.PickOf({ "", " a b", " facet normal", " solid endsolid" });
+    const std::string between = generator.Chance(0.3) ? blank : newline;
+    const std::string name = generator.PickOf({ "", " a b", " facet normal", " solid endsolid" });
     const std::string begin = this->Word("solid") + name + newline;
     const std::string end = this->Word("endsolid") + name + newline;
-    std::string text = (dice.Chance(0.2) ? newline : "") + begin;
+    std::string text = (generator.Chance(0.2) ? newline : "") + begin;
     for (std::size_t i = 0; i < points.size(); ++i)
     {
       if (i % 3 == 0)
       {
-        text += i > 0 && dice.Chance(0.1) ? end + begin : "";
+        text += i > 0 && generator.Chance(0.1) ? end + begin : "";
         text += this->Word("facet") + blank + this->Word("normal") + blank +
-                dice.PickOf({ "0 0 1", "-nan(ind) 1e999 x" }) + between + this->Word("outer") +
+                generator.PickOf({ "0 0 1", "-nan(ind) 1e999 x" }) + between + this->Word("outer") +
                 blank + this->Word("loop") + between;
       }
       text += this->Word("vertex");
       for (const double value : points[i])
       {
-        text += blank + (dice.Chance(0.1) && !std::signbit(value) ? "+" : "") +
+        text += blank + (generator.Chance(0.1) && !std::signbit(value) ? "+" : "") +
                 (doubles ? ShortText(value) : ShortText(static_cast<float>(value)));
       }
       text += between;
@@ -122,7 +122,7 @@ private:
     return text + end;
   }
 
-  Dice Chooser;
+  RandomGenerator Chooser;
   bool Capitals = false;
 };
 

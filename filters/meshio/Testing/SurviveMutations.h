@@ -3,7 +3,7 @@
 // one go and in chunks.
 #pragma once
 
-#include "filters/meshio/Testing/Dice.h"
+#include "filters/meshio/Testing/RandomGenerator.h"
 
 #include <gtest/gtest.h>
 
@@ -23,18 +23,19 @@ void SurviveMutations(const Read& read, const std::vector<std::string>& lines)
   for (unsigned seed = 0; seed < 200; ++seed)
   {
     Maker maker(seed);
-    Dice& dice = maker.GetDice();
-    const std::string good = maker.Make(1 + dice.Pick(10)).bytes;
+    RandomGenerator& generator = maker.Generator();
+    const std::string good = maker.Make(1 + generator.Pick(10)).bytes;
     ASSERT_TRUE(read(good, SIZE_MAX)) << "seed " << seed;
     for (int round = 0; round < 100; ++round)
     {
       std::string bytes = good;
-      for (std::uint64_t count = 1 + dice.Pick(3); count > 0 && !bytes.empty(); --count)
+      for (std::uint64_t count = 1 + generator.Pick(3); count > 0 && !bytes.empty(); --count)
       {
-        Mutate(bytes, dice, lines);
+        Mutate(bytes, generator, lines);
       }
       const bool whole = read(bytes, SIZE_MAX);
-      ASSERT_EQ(whole, read(bytes, 1 + dice.Pick(5))) << "seed " << seed << ", round " << round;
+      ASSERT_EQ(whole, read(bytes, 1 + generator.Pick(5)))
+        << "seed " << seed << ", round " << round;
       ++(whole ? accepted : refused);
     }
   }

@@ -23,8 +23,8 @@ void ExpectReadBack(unsigned seed, std::uint64_t mostPlaces, std::uint64_t mostL
   RandomObjMaker maker(seed);
   const RandomObj obj = maker.Make(mostPlaces);
   const ScratchFolder folder;
-  const Contents read = ReadAll(folder.Write("random.obj", obj.bytes),
-    [&] { return maker.GetDice().Chance(0.2) ? everything : 1 + maker.GetDice().Pick(mostLimit); });
+  const Contents read = ReadAll(folder.Write("random.obj", obj.bytes), [&]
+    { return maker.Generator().Chance(0.2) ? everything : 1 + maker.Generator().Pick(mostLimit); });
   ASSERT_TRUE(read.status) << read.status.GetError().message;
   EXPECT_FALSE(read.info.soup);
   EXPECT_EQ(read.info.vertices, obj.points.size());
@@ -86,17 +86,18 @@ TEST(ObjReader, ReadsWhatTheWriterWrites)
   {
     Mesh mesh;
     mesh.scalarType = type;
-    Dice dice(5);
+    RandomGenerator generator(5);
     for (int i = 0; i < 1000; ++i)
     {
       Vec3 point{};
       for (double& value : point)
       {
-        value =
-          type == ScalarType::Float32 ? double(dice.AnyReal<float>()) : dice.AnyReal<double>();
+        value = type == ScalarType::Float32 ? double(generator.AnyReal<float>())
+                                            : generator.AnyReal<double>();
       }
       mesh.points.push_back(point);
-      mesh.triangles.push_back({ VertexId(dice.Pick(1000)), VertexId(dice.Pick(1000)), 7 });
+      mesh.triangles.push_back(
+        { VertexId(generator.Pick(1000)), VertexId(generator.Pick(1000)), 7 });
     }
     const ScratchFolder folder;
     ASSERT_TRUE(WriteMesh(folder.File("m.obj"), mesh));
@@ -413,7 +414,7 @@ TEST(ObjReader, TextureCoordinatesThatAreTooLargeAreNoNumbers)
   EXPECT_EQ(coordinates.Get(2, 1), 2);
 }
 
-// In one line that is longer than a block; the lines behind it are still numbered.
+// In one line that is longer than a block; the lines after it are still numbered.
 TEST(ObjReader, PolygonsInLongLines)
 {
   for (const std::string end : { "\n", "\r\n", "\r" })

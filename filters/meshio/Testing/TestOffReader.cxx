@@ -155,7 +155,7 @@ TEST(OffReader, ChunksMakeNoDifference)
     const std::string bytes = maker.Make(12).bytes;
     const Contents whole = ReadBytes(bytes);
     ASSERT_TRUE(whole.status) << whole.status.GetError().message << "\n" << bytes;
-    const Contents parts = ReadBytes(bytes, 1 + maker.GetDice().Pick(4));
+    const Contents parts = ReadBytes(bytes, 1 + maker.Generator().Pick(4));
     ASSERT_TRUE(parts.status) << parts.status.GetError().message;
     EXPECT_TRUE(SameBits(whole.mesh.points, parts.mesh.points));
     EXPECT_EQ(whole.mesh.triangles, parts.mesh.triangles);

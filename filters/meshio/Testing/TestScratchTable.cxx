@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // ScratchTable: records on disk are those that were put there, in any order of access.
 #include "filters/meshio/ScratchTable.h"
-#include "filters/meshio/Testing/Dice.h"
+#include "filters/meshio/Testing/RandomGenerator.h"
 #include "filters/meshio/Testing/ScratchFolder.h"
 
 #include <gtest/gtest.h>
@@ -25,21 +25,21 @@ TEST(ScratchTable, HoldsWhatIsPutThere)
   const ScratchFolder folder;
   for (unsigned seed = 0; seed < 3; ++seed)
   {
-    Dice dice(seed);
+    RandomGenerator generator(seed);
     ScratchTable<Record> table(folder.File(""));
     // Up to five times what stays in memory.
     std::vector<std::uint64_t> expected;
-    for (std::uint64_t i = 0, count = 1 + dice.Pick(600000); i < count; ++i)
+    for (std::uint64_t i = 0, count = 1 + generator.Pick(600000); i < count; ++i)
     {
       expected.push_back(i + 1);
       ASSERT_TRUE(table.Append({ i + 1, std::uint32_t(2 * i) }));
-      if (dice.Chance(0.2))
+      if (generator.Chance(0.2))
       {
-        const std::uint64_t at = dice.Pick(expected.size());
+        const std::uint64_t at = generator.Pick(expected.size());
         const Result<Record> record = table.Get(at);
         ASSERT_TRUE(record);
         ASSERT_EQ(record->number, expected[at]);
-        expected[at] = dice.Pick(1000);
+        expected[at] = generator.Pick(1000);
         ASSERT_TRUE(table.Set(at, { expected[at], record->twice }));
       }
     }

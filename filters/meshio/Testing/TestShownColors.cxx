@@ -16,7 +16,7 @@ namespace
 
 struct Case
 {
-  std::vector<std::string> properties; // of a vertex, behind z
+  std::vector<std::string> properties; // of a vertex, after z
   std::vector<std::string> values;     // of two vertices
   std::string reading;                 // what is told; empty: nothing
   std::vector<double> colors;          // empty: none

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Skipping in mesh files: what is read behind it is what is read there anyway.
+// Skipping in mesh files: what is read after it is what is read there anyway.
 #include "filters/meshio/MeshReader.h"
 #include "filters/meshio/Testing/RandomPly.h"
 #include "filters/meshio/Testing/RandomStl.h"
@@ -52,14 +52,14 @@ Mesh ReadFrom(
   return mesh;
 }
 
-void CheckSkipping(Dice& dice, const std::string& name, const std::string& bytes)
+void CheckSkipping(RandomGenerator& generator, const std::string& name, const std::string& bytes)
 {
   const ScratchFolder folder;
   const auto file = folder.Write(name, bytes);
   const Result<std::unique_ptr<MeshReader>> reader = MeshReader::Open(file);
   ASSERT_TRUE(reader);
-  const std::uint64_t vertex = dice.Pick((*reader)->Info().vertices + 1);
-  const std::uint64_t face = dice.Pick((*reader)->Info().faces + 1);
+  const std::uint64_t vertex = generator.Pick((*reader)->Info().vertices + 1);
+  const std::uint64_t face = generator.Pick((*reader)->Info().faces + 1);
   const Mesh skipped = ReadFrom(file, vertex, face, true);
   const Mesh read = ReadFrom(file, vertex, face, false);
   EXPECT_TRUE(SameBits(skipped.points, read.points));
@@ -90,18 +90,18 @@ TEST(Skipping, LeadsWhereReadingDoes)
   for (unsigned seed = 0; seed < 300; ++seed)
   {
     SCOPED_TRACE("seed " + std::to_string(seed));
-    Dice dice(seed);
+    RandomGenerator generator(seed);
     RandomPlyMaker ply(seed);
-    CheckSkipping(dice, "random.ply", ply.Make(seed % 5 == 0 ? 3 : 300).bytes);
+    CheckSkipping(generator, "random.ply", ply.Make(seed % 5 == 0 ? 3 : 300).bytes);
     RandomStlMaker stl(seed);
-    CheckSkipping(dice, "random.stl", stl.Make(300).bytes);
+    CheckSkipping(generator, "random.stl", stl.Make(300).bytes);
     const std::string corners[] = { { "\0\1\2", 3 }, { "\3\2\1", 3 }, { "\1\1\0", 3 } };
     std::vector<std::string> faces;
-    for (std::size_t i = 0, count = dice.Pick(40); i < count; ++i)
+    for (std::size_t i = 0, count = generator.Pick(40); i < count; ++i)
     {
-      faces.push_back(corners[dice.Pick(3)]);
+      faces.push_back(corners[generator.Pick(3)]);
     }
-    CheckSkipping(dice, "triangles.ply", WithFaces(faces));
+    CheckSkipping(generator, "triangles.ply", WithFaces(faces));
   }
 }
 

@@ -20,8 +20,8 @@ void ExpectReadBack(unsigned seed, std::uint64_t mostFacets, std::uint64_t mostL
   RandomStlMaker maker(seed);
   const RandomStl stl = maker.Make(mostFacets);
   const ScratchFolder folder;
-  const Contents read = ReadAll(folder.Write("random.stl", stl.bytes),
-    [&] { return maker.GetDice().Chance(0.2) ? everything : 1 + maker.GetDice().Pick(mostLimit); });
+  const Contents read = ReadAll(folder.Write("random.stl", stl.bytes), [&]
+    { return maker.Generator().Chance(0.2) ? everything : 1 + maker.Generator().Pick(mostLimit); });
   ASSERT_TRUE(read.status) << read.status.GetError().message;
   EXPECT_TRUE(read.info.soup);
   EXPECT_EQ(read.info.vertices, stl.points.size());
@@ -118,7 +118,7 @@ TEST(StlReader, BinaryFilesMayBeginWithSolid)
   const std::string whole = BinaryStl("solid exported", onePlace);
   ExpectError(whole.substr(0, whole.size() - 1),
     "the header claims 1 triangles, 134 bytes with it; the file has 133");
-  // Nothing but the triangle tells that this is no text.
+  // Nothing but the triangle tells that this is not a text.
   ExpectError("solid" + std::string(75, ' ') + "\xFE\xFF\xFF\xFF" + whole.substr(84),
     "the header claims 4294967294 triangles, 214748364784 bytes with it; the file has 134");
 }

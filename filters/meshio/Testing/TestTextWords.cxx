@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // TextWords: the words of a text, wherever the blocks of the file end.
-#include "filters/meshio/Testing/Dice.h"
+#include "filters/meshio/Testing/RandomGenerator.h"
 #include "filters/meshio/Testing/ScratchFolder.h"
 #include "filters/meshio/TextWords.h"
 
@@ -15,22 +15,24 @@ TEST(TextWords, GivesAllWordsAndSkipsLines)
   for (unsigned seed = 0; seed < 20; ++seed)
   {
     SCOPED_TRACE(seed);
-    Dice dice(seed);
+    RandomGenerator generator(seed);
     std::string text;
     std::vector<std::string> words;
     // From far below to above two blocks; words and gaps that lie across their ends.
-    const std::size_t size = dice.Pick(5 * ByteSource::blockSize / 2);
+    const std::size_t size = generator.Pick(5 * ByteSource::blockSize / 2);
     while (text.size() < size)
     {
-      const std::uint64_t most = dice.Chance(0.01) ? TextWords::longestWord : 9;
-      words.push_back(std::string(1 + dice.Pick(most), static_cast<char>('!' + dice.Pick(90))));
+      const std::uint64_t most = generator.Chance(0.01) ? TextWords::longestWord : 9;
+      words.push_back(
+        std::string(1 + generator.Pick(most), static_cast<char>('!' + generator.Pick(90))));
       text += words.back();
-      text += std::string(1 + dice.Pick(dice.Chance(0.001) ? ByteSource::blockSize : 3),
-        dice.PickOf({ " ", "\t", "\v" })[0]);
-      if (dice.Chance(0.1))
+      text += std::string(1 + generator.Pick(generator.Chance(0.001) ? ByteSource::blockSize : 3),
+        generator.PickOf({ " ", "\t", "\v" })[0]);
+      if (generator.Chance(0.1))
       {
         words.push_back("LINE");
-        text += "LINE  is skipped " + std::string(dice.Pick(40), 's') + dice.PickOf({ "\n", "\r" });
+        text += "LINE  is skipped " + std::string(generator.Pick(40), 's') +
+                generator.PickOf({ "\n", "\r" });
       }
     }
     text += seed % 2 == 0 ? "end" : "";

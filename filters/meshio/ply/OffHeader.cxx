@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // OFF files as the text of a PLY: see OffHeader.h. Steps: 1. the header  2. all lines: what they
-// have behind places and corners, whether floats suffice  3. the header of a PLY that says so.
+// have after places and corners, whether floats suffice  3. the header of a PLY that says so.
 #include "filters/meshio/ply/OffHeader.h"
 
 #include "filters/meshio/NumberText.h"
@@ -24,7 +24,7 @@ namespace
 constexpr std::size_t longestLine = std::size_t{ 16 } << 20;
 constexpr std::uint64_t linesPerReport = 1 << 16;
 
-// The numbers of a line behind its place, or behind its corners: at most three of a normal, four of
+// The numbers of a line after its place, or after its corners: at most three of a normal, four of
 // a colour, two of a texture.
 struct Behind
 {
@@ -62,7 +62,7 @@ public:
     const double* const v = behind.values.data();
     this->NormalsFirst += this->HasNormals && IsNormal(v) ? 1 : 0;
     this->NormalsLast += this->HasNormals && IsNormal(v + colors) ? 1 : 0;
-    for (const std::size_t way : { 0, 1 }) // behind a normal, or before it
+    for (const std::size_t way : { 0, 1 }) // after a normal, or before it
     {
       const double* const color = v + (this->HasNormals && way == 0 ? 3 : 0);
       for (std::size_t k = 0; k < colors; ++k)
@@ -122,7 +122,7 @@ public:
   // All other lines.
   Status LookAtLines(const Execution& execution);
   PlyHeader MakeHeader(Tolerance& told) const;
-  // Where the lines of vertices and faces are, without comments behind these.
+  // Where the lines of vertices and faces are, without comments after these.
   std::uint64_t BodyBegin() const { return this->Body; }
   std::uint64_t BodyEnd() const { return this->End; }
 
@@ -205,7 +205,7 @@ Status OffText::ReadKind()
   {
     return Error{ ErrorCode::InvalidInput, "is not an OFF file: it does not begin with OFF" };
   }
-  // In small letters n is that of normals: nOFF has its dimensions behind it.
+  // In small letters n is that of normals: nOFF has its dimensions after it.
   const bool isSmall = first->substr(at, off.size()) == off;
   // Numbers may follow without a blank.
   this->Rest = { first->data() + at + off.size(),
@@ -234,7 +234,7 @@ Status OffText::ReadKind()
                  ", which is not read" };
 }
 
-// The number of edges, in which nobody trusts: behind that of faces, or alone on the next line.
+// The number of edges, in which nobody trusts: after that of faces, or alone on the next line.
 Status OffText::PassEdges()
 {
   this->Body = this->Lines.End();

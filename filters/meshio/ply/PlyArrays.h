@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Which scalar properties of a PLY element make up which array, and under which names arrays are
-// written. Part of steps "read" and of writing.
+// Which scalar properties of a PLY element make up which array, and the names of written arrays.
+// Part of steps "read" and of writing.
 //
 // Joined into one array, wherever they stand in the record:
 //   nx ny nz, float or double                                       -> Normals
@@ -8,13 +8,14 @@
 //   in any case                                                     -> RGB or RGBA
 //   u v (or s t, texture_u texture_v), float or double              -> TCoords
 //   NAME_0 NAME_1 …, at least two that follow each other, one type  -> NAME
-// Colours of other types are arrays like any other, since bytes would lose bits; ShownColors.h adds
-// what viewers show. Every
-// other scalar property is an array of its own name. PLY has no integers of 64 bits, though some
-// programs write int64 and uint64, which are read: an array NAME of these is written, and read, as
-// uint NAME_int64_0 NAME_int64_1 … (or _uint64_), low half first.
-// Bytes that a property's name cannot have (blanks, control characters) are written as %XX, as is
-// what would be read back as something else; a reader turns %XX into the byte.
+// Every other scalar property is an array of its own name.
+// - Colours of other types are arrays like any other, since bytes would lose bits. ShownColors.h
+//   adds an array for viewers.
+// - PLY has no integers of 64 bits. An array NAME of these is written, and read, as uint
+//   NAME_int64_0 NAME_int64_1 … (or _uint64_), low half first. The types int64 and uint64 of some
+//   programs are read.
+// - Bytes that a property's name cannot have (blanks, control characters), or that would be read as
+//   something else, are written as %XX; a reader turns %XX into the byte.
 #pragma once
 
 #include "filters/core/Attribute.h"

@@ -80,8 +80,8 @@ private:
   ByteSource& Source;
   std::uint64_t Begin; // of the body
   Lines LinesAre = Lines::Unknown;
-  // Of the record: its words so far; those on the line where it begins, 0 while it has not come to
-  // another; the byte of the first.
+  // Of the record: its words so far; its words on its first line (0 until it continues on another
+  // line); the place of its first byte.
   std::uint64_t Words = 0, WordsOfFirstLine = 0, RecordBegin = 0;
 };
 
@@ -197,7 +197,7 @@ Status AsciiBody::ReadReal(const PlyPlace& place, const PlyProperty& property, d
     });
 }
 
-// A property that is no coordinate: into its array if it has one.
+// A property that is not a coordinate: into its array if it has one.
 Status AsciiBody::KeepOrSkip(const PlyPlace& place, std::size_t property, PlyArraySink& arrays)
 {
   const PlyProperty& kept = place.element.properties[property];
@@ -311,7 +311,7 @@ Status AsciiBody::EndRecord(const PlyPlace& place, bool isSkipped)
   return {};
 }
 
-// A line goes on behind its record. Where there are lines for all records, they have more values
+// A line goes on after its record. Where there are lines for all records, they have more values
 // than the header names; where there are no more lines than elements, each has a whole element, or
 // all. Errors: InvalidInput for other numbers of lines; InputOutput.
 Status AsciiBody::LookAtLines(const PlyPlace& place)

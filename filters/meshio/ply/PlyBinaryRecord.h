@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Where values lie in the binary records of a PLY file, and how they are loaded. For
-// PlyBinaryBody.cxx alone.
+// only PlyBinaryBody.cxx.
 #pragma once
 
 #include "filters/meshio/ply/PlyBody.h"

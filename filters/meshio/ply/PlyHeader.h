@@ -106,8 +106,8 @@ struct PlyHeader
 {
   PlyEncoding encoding = PlyEncoding::Ascii;
   bool hasComments = false; // # begins one in the body (OffHeader.h)
-  // "'Created' (header line 3)": before the elements a line that is not one of the format's, nor
-  // ends with a number as these do; empty if there is none.
+  // "'Created' (header line 3)": a line before the elements that is not the format's, nor ends with
+  // a number as the format's do; empty if there is none.
   std::string strayLine{};
   std::vector<PlyElement> elements;
   std::vector<std::string> textures;     // of "comment TextureFile" lines, quoted for messages
@@ -119,7 +119,7 @@ struct PlyHeader
 // and "uint8"), and int64 and uint64, which other programs add to the format's. The elements
 // "vertex", "face" and "tristrips" may be written in capitals; they are in small letters here. Of a
 // property that is named twice the first counts (Find). Errors: InvalidInput naming the line: not a
-// PLY file, no end_header in the first MiB, an unknown word or type, a count that is no number
+// PLY file, no end_header in the first MiB, an unknown word or type, a count that is not a number
 // below 2^64, an element named twice.
 Result<PlyHeader> ReadPlyHeader(ByteSource& source);
 

@@ -271,7 +271,7 @@ void PlyReader::Prepare(Mesh& mesh) const
 }
 
 // Brings the source to a record of an element: on from here, or on from the element's beginning if
-// that is behind.
+// that is ahead.
 Status PlyReader::MoveTo(std::size_t element, std::uint64_t record)
 {
   if (element < this->CurrentElement ||
@@ -544,7 +544,7 @@ Status PlyReader::KeepPlaces()
   return {};
 }
 
-// What comes behind the faces is passed over, so that a file that is cut there is refused. A header
+// What comes after the faces is passed over, so that a file that is cut there is refused. A header
 // that counts too few faces leaves some of them behind the last: they are not read, but not
 // silently. Blanks at the end of a file are no loss.
 Status PlyReader::LookBehindEnd()

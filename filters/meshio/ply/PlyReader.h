@@ -14,20 +14,24 @@
 namespace kdstream
 {
 
-// ASCII and binary PLY of either byte order, version 1.0. Elements may come in any order and
-// properties too; the vertices are always read first, so that a file with its faces before its
-// vertices is gone through twice. Read: element "vertex" (x, y, z of any scalar type), "face" and
-// "tristrips" (the list that PlyElement::FindCorners finds, of whole numbers of any type), and the
-// other scalar properties of these as attributes (PlyArrays.h says under which names): at most 255,
-// of faces those that every element with faces has. Everything else is skipped, and named in
-// Info().ignoredAttributes. Bytes behind the end are counted, once that is reached. Coordinates:
-// if x, y and z all are float or integers of at most 16 bits, which floats hold exactly, the scalar
-// type is Float32, else Float64. ASCII values are rounded once, to the type that the header gives
-// them. Strips of fewer than three vertices hold no triangle and are passed over; polygons of fewer
-// are counted. Memory: one block of the file, and what is appended to the caller's vectors, which
-// grow with the bytes that were read, never with what the header or a list claims. One face can
-// have as many triangles as the file has bytes; its attributes, repeated for each, may take 16
-// times the file's bytes.
+// ASCII and binary PLY of either byte order, version 1.0. Elements and properties may come in any
+// order. The vertices are always read first: a file with its faces before its vertices is read
+// twice.
+//
+// Read: element "vertex" (x, y, z of any scalar type), "face" and "tristrips" (the list that
+// PlyElement::FindCorners finds, of whole numbers of any type), and their other scalar properties
+// as attributes (names: PlyArrays.h), at most 255; of faces those that every element with faces
+// has. Everything else is skipped, and named in Info().ignoredAttributes. Bytes after the end are
+// counted, once that is reached.
+// - Coordinates are Float32 if x, y and z all are float or integers of at most 16 bits, which
+//   floats hold exactly; else Float64. ASCII values are rounded once, to the type of the header.
+// - A strip of fewer than three vertices has no triangle and is skipped; a polygon of fewer is
+//   counted.
+//
+// Memory: one block of the file, and what is appended to the caller's vectors. These grow with the
+// bytes that were read, never with what the header or a list claims. One face can have as many
+// triangles as the file has bytes; its attributes, repeated for each, may take 16 times the file's
+// bytes.
 class PlyReader : public MeshReader
 {
 public:

@@ -141,7 +141,7 @@ public:
     model.description = this->Text(900);
     if (this->Integer(0, 1) == 1)
     {
-      model.pose = { this->Direction(), this->Direction(), this->Integer(0, 1) == 1 };
+      model.homeView = { this->Direction(), this->Direction(), this->Integer(0, 1) == 1 };
     }
     for (auto i = this->Integer(0, 3); i > 0; --i)
     {

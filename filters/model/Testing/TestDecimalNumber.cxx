@@ -103,7 +103,7 @@ TEST(TestDecimalNumber, Edges)
 namespace
 {
 
-// Without point, exponent and the zeros before and behind.
+// Without point, exponent and the zeros before and after.
 std::string DigitsOf(std::string text)
 {
   text = text.substr(0, text.find('e'));

@@ -24,7 +24,7 @@ ModelDescription Small()
   model.grid.bits = 20;
   model.levels.assign(8, ResolutionDescription{ 1, 2, 3, 4, 0.5 });
   model.attributes = { { "Normals", AttributeType::Float32, AttributeAssociation::Point, 3 } };
-  model.pose = { { 0, 0, 1 }, { 0, -1, 0 }, true };
+  model.homeView = { { 0, 0, 1 }, { 0, -1, 0 }, true };
   return model;
 }
 

@@ -100,16 +100,18 @@ TEST(Notes, WhatIsWrongIsNamed)
     return ErrorOf(json);
   };
   EXPECT_EQ(with("/type", "Manifest"), "notes: \"type\" is not AnnotationPage");
-  EXPECT_EQ(with("/items", 7), "notes: \"items\" is not an array of at most 100 values");
+  EXPECT_EQ(with("/items", 7), "notes: \"items\" must be an array of at most 100 values");
   EXPECT_EQ(with("/items/1", "x"), "note 2: an object was expected, not \"x\"");
   EXPECT_EQ(with("/items/1/type", "Canvas"), "note 2: \"type\" is not Annotation");
   EXPECT_EQ(with("/items/2/body", nullptr), "note 3: an object was expected, not null");
   EXPECT_EQ(with("/items/2/body/type", "Image"), "note 3: \"type\" is not TextualBody");
-  EXPECT_EQ(with("/items/2/body/value", 3), "note 3: \"value\" is \"3\", not a text");
-  EXPECT_EQ(with("/items/2/body/language", "d\"e"), "note 3: \"language\" is no language");
-  EXPECT_EQ(with("/items/0/label", 3), "note 1: \"label\" holds no text");
-  EXPECT_EQ(with("/items/0/label", nlohmann::json::object()), "note 1: \"label\" holds no text");
-  EXPECT_EQ(with("/items/0/label/en", nlohmann::json::array()), "note 1: \"label\" holds no text");
+  EXPECT_EQ(with("/items/2/body/value", 3), "note 3: \"value\" is \"3\", not a string");
+  EXPECT_EQ(with("/items/2/body/language", "d\"e"), "note 3: \"language\" is not a language code");
+  EXPECT_EQ(with("/items/0/label", 3), "note 1: \"label\" must contain a text");
+  EXPECT_EQ(
+    with("/items/0/label", nlohmann::json::object()), "note 1: \"label\" must contain a text");
+  EXPECT_EQ(
+    with("/items/0/label/en", nlohmann::json::array()), "note 1: \"label\" must contain a text");
   EXPECT_EQ(with("/items/0/label/en", { " \n" }), "note 1: \"label\" is empty");
   EXPECT_EQ(with("/items/0/target", "dragon"), "note 1: an object was expected, not \"dragon\"");
   EXPECT_EQ(with("/items/0/target/selector", nlohmann::json::array()),
@@ -143,7 +145,7 @@ TEST(Notes, AreBounded)
   const Note note{ "a", "", "" };
   EXPECT_EQ(ParseNotes(FormatNotes(std::vector(100, note)))->size(), 100u);
   EXPECT_EQ(ErrorOf(Written(std::vector(101, note))),
-    "notes: \"items\" is not an array of at most 100 values");
+    "notes: \"items\" must be an array of at most 100 values");
   auto text = FormatNotes({ note });
   text.resize(maximumNotesBytes, ' ');
   EXPECT_TRUE(ParseNotes(text));
@@ -154,7 +156,7 @@ TEST(Notes, AreBounded)
 
 TEST(Notes, HostileFilesAreRefusedInWords)
 {
-  EXPECT_EQ(ParseNotes("").GetError().message, "no JSON from byte 0 on");
+  EXPECT_EQ(ParseNotes("").GetError().message, "invalid JSON at byte 0 on");
   EXPECT_FALSE(ParseNotes("[]"));
   EXPECT_FALSE(ParseNotes(std::string(maximumNotesBytes, '[')));
   EXPECT_FALSE(ParseNotes("\xff\xfe{}"));
@@ -162,7 +164,8 @@ TEST(Notes, HostileFilesAreRefusedInWords)
     R"({"type":"AnnotationPage","items":[{"type":"Annotation","label":")"
     "\\udc00"
     R"(","body":{"type":"TextualBody","value":""},"target":{"selector":{"value":""}}}]})";
-  EXPECT_EQ(ParseNotes(half).GetError().message, "note 1: \"label\" names half a surrogate pair");
+  EXPECT_EQ(
+    ParseNotes(half).GetError().message, "note 1: \"label\" contains an unpaired surrogate");
 }
 
 // What a disk, or an author's editor, may make of a file.

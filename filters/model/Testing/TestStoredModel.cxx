@@ -85,7 +85,7 @@ TEST(TestStoredModel, EarlierStoresSayTheSame)
   EXPECT_FALSE(ParseStoredModel(written, StoredForm::Earlier));
 }
 
-// What is told is what is kept, but for the id before it, and the build behind it.
+// What is told is what is kept, but for the id before it, and the build after it.
 TEST(TestStoredModel, ServersTellWhatStoresKeep)
 {
   RandomModels random(3);
@@ -146,7 +146,7 @@ TEST(TestStoredModel, RangesOfNumbersAreChecked)
     { "kind", 0, 6, 0, 6, { { 0, 5 }, { 6, 7 } } } };
   const auto good = Json::parse(WriteStoredModel(model));
   ASSERT_EQ(*ParseStoredModel(good.dump()), model);
-  const std::string none = "the metadata: \"scalars\" do not ascend";
+  const std::string none = "the metadata: \"scalars\" have values that do not ascend";
   const std::tuple<const char*, Json, std::string> wrong[] = {
     { "/scalars/0/range/0", 2.5, none },
     { "/scalars/0/range/1", 8.5, none },

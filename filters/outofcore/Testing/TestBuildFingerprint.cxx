@@ -40,11 +40,10 @@ TEST_F(TestBuildFingerprint, ABuildWhoseInputNamesAnotherFileIsNotResumed)
     EXPECT_EQ(refused.GetError().code, ErrorCode::InvalidArgument);
     EXPECT_EQ(refused.GetError().message,
       "--resume: the interrupted build had another file " + CanonicalPath(file).string() +
-        ", which its input names, or it has been changed since; its files are left as they are: "
-        "build without --resume to start over");
+        " (used by its input), or that file has changed since; its files are kept: build without "
+        "--resume to start over");
     EXPECT_EQ(DescribeOtherBuild(fingerprint, now),
-      CanonicalPath(file).string() +
-        " has been changed since, so that --resume cannot go on with them");
+      CanonicalPath(file).string() + " has changed since, so --resume cannot use them");
   };
   const auto time = fs::last_write_time(picture);
   fs::last_write_time(picture, time + std::chrono::seconds(1));
@@ -90,9 +89,9 @@ TEST_F(TestBuildFingerprint, AnotherBuildIsNotResumedAndLosesNothing)
   other.options = { { "--weld", "off" }, { "--title", "A statue" }, { "--unit", "mm" } };
   EXPECT_EQ(refusal(other).code, ErrorCode::InvalidArgument);
   EXPECT_EQ(refusal(other).message,
-    "--resume: the interrupted build had other options, which are needed to go on with it: --weld "
-    "on (now off), --title none (now \"A statue\"); its files are left as they are: build without "
-    "--resume to start over");
+    "--resume: the interrupted build had other options, which --resume needs: --weld "
+    "on (now off), --title none (now \"A statue\"); its files are kept: build without --resume to "
+    "start over");
   other = identity;
   other.program = "program 2";
   EXPECT_EQ(refusal(other).code, ErrorCode::Unsupported);
@@ -103,7 +102,7 @@ TEST_F(TestBuildFingerprint, AnotherBuildIsNotResumedAndLosesNothing)
   const auto time = fs::last_write_time(input);
   fs::last_write_time(input, time + std::chrono::seconds(1));
   EXPECT_EQ(refusal(identity).code, ErrorCode::InvalidArgument);
-  EXPECT_NE(refusal(identity).message.find("another input, or this one"), std::string::npos);
+  EXPECT_NE(refusal(identity).message.find("another input, or its input"), std::string::npos);
   fs::last_write_time(input, time);
   EXPECT_EQ(this->Open(true, fingerprint).FinishedPhases(), 1U);
 }

@@ -363,7 +363,7 @@ TEST_F(TestBuildFolder, TakesNoFolderOfSomebodyElse)
   const Result<BuildFolder> nowhere = BuildFolder::Open("/nowhere/at/all", "same", true);
   ASSERT_FALSE(nowhere);
   EXPECT_EQ(nowhere.GetError().message,
-    "no lock can be made at /nowhere/at/all.lock: No such file or directory");
+    "cannot create the lock /nowhere/at/all.lock: No such file or directory");
 }
 
 TEST_F(TestBuildFolder, HasAPathOfItsOwnForEachStore)

@@ -44,8 +44,8 @@ void ExpectEqual(const Piece& a, const Piece& b)
   EXPECT_EQ(a.keys, b.keys);
   EXPECT_EQ(a.deviations, b.deviations);
   EXPECT_EQ(a.ancestors, b.ancestors);
-  EXPECT_EQ(a.reachBegin, b.reachBegin);
-  EXPECT_EQ(a.reachNodes, b.reachNodes);
+  EXPECT_EQ(a.childBegin, b.childBegin);
+  EXPECT_EQ(a.childNodes, b.childNodes);
   EXPECT_EQ(a.triangles, b.triangles);
   EXPECT_EQ(a.attributes, b.attributes);
 }
@@ -140,7 +140,7 @@ private:
         const bool holds =
           d == tree.depths.stitch && resolution > Resolution::Level(tree.depths.stitch);
         EXPECT_LE(level.first.size(), holds ? atHand : 0U);
-        EXPECT_TRUE(level.reach.empty());
+        EXPECT_TRUE(level.childNodes.empty());
       }
     }
     EXPECT_EQ(tree.original.size(), mesh.points.size());
@@ -372,7 +372,7 @@ TEST(ExternalPieces, RefuseFilesThatDoNotFitTogether)
       put(files.levels.clusterOfRank, static_cast<std::uint64_t>(other - built.tree.order.begin()),
         cluster);
     });
-  EXPECT_NE(wrong.find("does not count its vertices"), std::string::npos) << wrong;
+  EXPECT_NE(wrong.find("has a wrong count of vertices"), std::string::npos) << wrong;
 }
 
 TEST(ExternalPieces, SayWhatCannotBeRead)

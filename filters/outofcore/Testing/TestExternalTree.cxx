@@ -215,13 +215,13 @@ TEST(ExternalTree, SaysWhatIsWrong)
     points[4321][1] = 1e308;
     points[1234][1] = -1e308;
     EXPECT_EQ(build(memory).message,
-      "the mesh spans more than 2^127 (1.7e38) along y, the most that levels can be computed for");
+      "the mesh spans more than 2^127 (1.7e38) along y, the limit for computing levels");
     points[1234][1] = points[4321][1] = 0;
   }
   const Error error = build(5000);
   EXPECT_EQ(error.code, ErrorCode::LimitExceeded);
-  EXPECT_EQ(error.message, "the tree needs at least 8192 bytes of memory, 5000 are allowed: its "
-                           "finest cells hold 3 vertices");
+  EXPECT_EQ(error.message, "the tree needs at least 8192 bytes of memory; the limit is 5000: its "
+                           "finest cells have 3 vertices");
   points.clear();
   EXPECT_EQ(build(5000).code, ErrorCode::InvalidArgument);
   EXPECT_EQ(folder.Counts().bytesOnDisk, 0U);

@@ -81,7 +81,7 @@ TEST_F(TestPhaseBlob, TellsWhatIsNotThere)
   EXPECT_FALSE(list.Good());
   EXPECT_EQ(list.Read<float>(), 0) << "nothing is read after an error";
   EXPECT_EQ(list.Finish().GetError().message,
-    "2305843009213693952 values of 8 bytes are not there at offset 8");
+    "2305843009213693952 values of 8 bytes are missing at offset 8");
   BlobReader left(bytes);
   EXPECT_EQ(left.Read<std::uint64_t>(), std::uint64_t{ 1 } << 61);
   EXPECT_EQ(left.Finish().GetError().message, "4 bytes too many at offset 8");

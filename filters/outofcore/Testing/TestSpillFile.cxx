@@ -168,7 +168,7 @@ TEST(SpillFile, AFullDiskSaysWhatWasNeeded)
   ASSERT_FALSE(large);
   EXPECT_EQ(large.GetError().code, ErrorCode::DiskFull);
   EXPECT_NE(large.GetError().message.find(
-              "points of the tree need 1152921504606846976 bytes, of which 0 are there; "),
+              "points of the tree need 1152921504606846976 bytes, of which 0 are written; "),
     std::string::npos)
     << large.GetError().message;
   EXPECT_EQ(EntriesOf(folder.Path()), 0U);
@@ -192,6 +192,6 @@ TEST(SpillFile, SaysThatNoFolderCanBeMade)
   const Result<SpillFolder> folder = SpillFolder::Create("/nowhere/at/all");
   ASSERT_FALSE(folder);
   EXPECT_EQ(folder.GetError().message,
-    "no folder for temporary files can be made in it: No such file or directory");
+    "cannot create a folder for temporary files in it: No such file or directory");
   EXPECT_EQ(folder.GetError().file, "/nowhere/at/all");
 }

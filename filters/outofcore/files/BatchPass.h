@@ -16,7 +16,7 @@
 namespace kdstream
 {
 
-// How many blocks are worked on at once, and how large each is. It depends on the memory alone, so
+// How many blocks are worked on at once, and how large each is. It depends only on the memory, so
 // that sums over slots do not depend on the number of threads.
 struct BatchShape
 {
@@ -41,7 +41,7 @@ public:
   // block, on any threads: slot i works on the blocks i, i + slots, …; the records may be changed.
   // Or work(slot, records, number of the first) -> Status.
   // Then after(used, last) -> Status, from the calling thread, for each batch: the slots [0, used)
-  // have worked, and `last` is the number of the record behind the batch's.
+  // have worked, and `last` is the number of the record after the batch's.
   template <class Work, class After>
   Status Over(const SpillFile& file, std::uint64_t begin, std::uint64_t end, const Work& work,
     const After& after)

@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // What a finished phase of a build leaves for --resume besides its files: a few counts, boxes and
-// lists, as bytes and back. For the journal and the phases (PhaseValues of filters/build); a blob
-// of a store is something else (doc/formats.md).
+// lists, as bytes and back. For the journal and the phases (PhaseValues of filters/build). Not to
+// be confused with a store's blobs (doc/formats.md).
 //
-// Written and read by the same program on the same machine (a build folder's fingerprint says so),
-// hence values stand as they lie in memory.
+// The same program on the same machine writes and reads a blob (a build folder's fingerprint says
+// so). Hence values are stored as they lie in memory.
 #pragma once
 
 #include "filters/core/Result.h"
@@ -130,7 +130,7 @@ private:
     {
       this->FirstError =
         Error{ ErrorCode::Damaged, std::to_string(count) + " values of " + std::to_string(bytes) +
-                                     " bytes are not there at offset " + std::to_string(this->At) };
+                                     " bytes are missing at offset " + std::to_string(this->At) };
     }
     return this->Good();
   }

@@ -98,7 +98,8 @@ SpillFile BucketFile::Save(BlobWriter& blob)
 
 Result<BucketFile> BucketFile::Restore(SpillFile file, std::size_t recordBytes, BlobReader& blob)
 {
-  const Error damaged{ ErrorCode::Damaged, "buckets of a finished phase do not fit their file" };
+  const Error damaged{ ErrorCode::Damaged,
+    "the buckets of a finished phase do not match their file" };
   BucketFile result;
   result.RecordBytes = recordBytes;
   result.BlockBytes = static_cast<std::size_t>(blob.Read<std::uint64_t>());

@@ -55,7 +55,7 @@ struct FolderOwner
   pid_t process = 0;
 };
 
-// As the name of a folder tells: PLACE-PROCESS-LETTERS behind its begin.
+// As the name of a folder tells: PLACE-PROCESS-LETTERS after its begin.
 std::optional<FolderOwner> OwnerOf(const std::string& name)
 {
   if (!name.starts_with(lockedBegin))
@@ -138,7 +138,7 @@ Result<LockedFolder> MakeLockedFolder(const fs::path& parent)
     std::string name = in / begin;
     if (mkdtemp(name.data()) == nullptr)
     {
-      return SystemError("no folder for temporary files can be made in it", errno, in.string());
+      return SystemError("cannot create a folder for temporary files in it", errno, in.string());
     }
     const int descriptor = open(name.c_str(), O_RDONLY | O_DIRECTORY | O_NOFOLLOW | O_CLOEXEC);
     const bool refused = descriptor >= 0 && flock(descriptor, LOCK_EX | LOCK_NB) != 0;

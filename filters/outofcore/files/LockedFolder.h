@@ -19,7 +19,7 @@ struct LockedFolder
   std::shared_ptr<void> lock; // kept by the owner; the system gives it back with the process
 };
 
-// Makes a new one in `parent`, for this user alone. Errors: InputOutput.
+// Makes a new one in `parent`, only for this user. Errors: InputOutput.
 Result<LockedFolder> MakeLockedFolder(const std::filesystem::path& parent);
 
 // Removes those in `parent` that are this user's and whose process has ended. On a disk of this

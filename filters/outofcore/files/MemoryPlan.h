@@ -11,8 +11,8 @@
 namespace kdstream
 {
 
-// The blocks of a pass that takes about `memory` bytes and keeps nothing else: a block is there
-// twice, as it was read and as what becomes of it.
+// The blocks of a pass that takes about `memory` bytes and keeps nothing else. A block is in memory
+// twice, as input and as output.
 inline BatchShape ShapeOfPass(std::uint64_t memory, std::size_t recordBytes)
 {
   constexpr std::size_t slots = 8;

@@ -35,8 +35,8 @@ inline std::uint64_t ResidentBytes()
   return UINT64_MAX;
 }
 
-// For a program with a memory limit, before its threads begin: glibc gives each an arena of its
-// own, which keeps what was freed there; of 16 threads they held three times a limit of 64 MiB.
+// For a program with a memory limit, before its threads begin. glibc gives each thread an arena of
+// its own, which keeps freed memory: the arenas of 16 threads held three times a limit of 64 MiB.
 inline void ShareArenas()
 {
 #ifdef __GLIBC__

@@ -40,11 +40,11 @@ std::uint64_t FreeBytes(const std::filesystem::path& folder)
   return std::uint64_t{ state.f_bavail } * state.f_frsize;
 }
 
-// "the build takes about 12 MiB there; ", if that is known.
+// "the build needs about 12 MiB there; ", if that is known.
 std::string InAll(std::uint64_t bytes)
 {
   return bytes == 0 ? std::string()
-                    : "the build takes about " + std::to_string((bytes >> 20) + 1) + " MiB there; ";
+                    : "the build needs about " + std::to_string((bytes >> 20) + 1) + " MiB there; ";
 }
 
 Error FullDisk(const detail::SpillLedger& ledger, std::string_view purpose, std::uint64_t needed,
@@ -53,7 +53,7 @@ Error FullDisk(const detail::SpillLedger& ledger, std::string_view purpose, std:
   return { ErrorCode::DiskFull,
     "the temporary folder is too small: " + InAll(ledger.expected) + std::string(purpose) +
       " need " + std::to_string(needed) + " bytes, of which " + std::to_string(present) +
-      " are there; " + std::to_string(FreeBytes(ledger.folder)) +
+      " are written; " + std::to_string(FreeBytes(ledger.folder)) +
       " bytes are free on its disk, and other temporary files take " +
       std::to_string(ledger.onDisk.load() - std::min(ledger.onDisk.load(), present)) + " (" +
       SystemReason(reason) + ")",
@@ -314,7 +314,7 @@ Result<SpillFile> SpillFolder::CreateFile(std::string_view purpose, std::uint64_
   if (file.Descriptor < 0)
   {
     return Error{ ErrorCode::InputOutput,
-      file.Describe() + " cannot be made: " + SystemReason(errno), this->Ledger->Disk() };
+      file.Describe() + " cannot be created: " + SystemReason(errno), this->Ledger->Disk() };
   }
   int reason = 0;
   if (bytes > 0 &&

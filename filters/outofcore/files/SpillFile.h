@@ -81,7 +81,7 @@ public:
   bool IsOpen() const { return this->Descriptor >= 0; }
   std::uint64_t Size() const { return this->Bytes.load(); }
 
-  // All of `bytes`, from or to `offset`. Writing behind the end makes the file longer. Errors:
+  // All of `bytes`, from or to `offset`. Writing past the end makes the file longer. Errors:
   // InputOutput with the system's reason, the place, and for a full disk what the file needs; also
   // where the file ends before the bytes do.
   Status Read(std::uint64_t offset, std::span<std::byte> bytes) const;
@@ -114,9 +114,9 @@ private:
   std::shared_ptr<detail::SumOfWrites> Written; // of one that may be
 };
 
-// A hidden folder with a name of its own below a given one. It is removed with all that is in it
-// when this goes: at the end, after an error, and after a Cancelled, which is what Ctrl-C becomes
-// in the programs; and that of a killed process by the next build (LockedFolder.h).
+// A hidden folder with a name of its own below a given one. The destructor removes it with all its
+// content: at the end, after an error, and after a Cancelled, which is what Ctrl-C becomes in the
+// programs. The next build removes that of a killed process (LockedFolder.h).
 class SpillFolder
 {
 public:

@@ -54,7 +54,7 @@ void AddPart(const std::string& part, std::string& fingerprint)
 }
 
 // The parts of a fingerprint before the options: the program; path, size and time of the input; the
-// files that it names, in parts of their own.
+// files that the input names, as parts of their own.
 constexpr std::size_t pathOfInput = 1, partsOfInput = 3, namedFiles = 4, partsBeforeOptions = 5;
 
 // Path and "size time" of each; "none" of what is not there.
@@ -167,27 +167,25 @@ Status CheckSameBuild(std::string_view earlier, std::string_view now)
   }
   const auto refused = [](ErrorCode code, const std::string& why)
   {
-    return Error{ code,
-      "--resume: the interrupted build " + why +
-        "; its files are left as they are: build without --resume to start over" };
+    return Error{ code, "--resume: the interrupted build " + why +
+                          "; its files are kept: build without --resume to start over" };
   };
   const Parts before = PartsOf(earlier), after = PartsOf(now);
   if (!OfOneProgram(before, after))
   {
-    return refused(ErrorCode::Unsupported, "was by another version of this program");
+    return refused(ErrorCode::Unsupported, "was made by another version of this program");
   }
   if (!OfOneInput(before, after))
   {
-    return refused(
-      ErrorCode::InvalidArgument, "had another input, or this one has been changed since");
+    return refused(ErrorCode::InvalidArgument, "had another input, or its input has changed since");
   }
   if (const std::string file = NamedOtherwise(before, after); !file.empty())
   {
     return refused(ErrorCode::InvalidArgument,
-      "had another file " + file + ", which its input names, or it has been changed since");
+      "had another file " + file + " (used by its input), or that file has changed since");
   }
   return refused(ErrorCode::InvalidArgument,
-    "had other options, which are needed to go on with it: " + DescribeOptions(before, after));
+    "had other options, which --resume needs: " + DescribeOptions(before, after));
 }
 
 std::string DescribeOtherBuild(std::string_view earlier, std::string_view now)
@@ -195,9 +193,9 @@ std::string DescribeOtherBuild(std::string_view earlier, std::string_view now)
   const Parts before = PartsOf(earlier), after = PartsOf(now);
   if (!OfOneProgram(before, after))
   {
-    return "they are of another version of this program";
+    return "they were made by another version of this program";
   }
-  const std::string needed = "to go on with them by --resume, ";
+  const std::string needed = "to continue it with --resume, ";
   if (before[pathOfInput] != after[pathOfInput])
   {
     return needed + "their input " + std::string(before[pathOfInput]) + " is needed";
@@ -206,7 +204,7 @@ std::string DescribeOtherBuild(std::string_view earlier, std::string_view now)
   return OfOneInput(before, after) && file.empty()
            ? needed + DescribeOptions(before, after) + " is needed"
            : (file.empty() ? "their input" : file) +
-               " has been changed since, so that --resume cannot go on with them";
+               " has changed since, so --resume cannot use them";
 }
 
 }

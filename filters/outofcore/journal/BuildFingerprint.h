@@ -27,14 +27,14 @@ struct BuildIdentity
 // Errors: InputOutput where the input cannot be examined.
 Result<std::string> FingerprintOf(const BuildIdentity& identity);
 
-// Whether the build of one fingerprint may go on with what that of an earlier one has left. Errors:
-// InvalidArgument where the earlier one had other options, which are named, another input, or the
-// same before it was changed, or one of the files that it names, which is told; Unsupported where
-// it was by another program or version.
+// Whether a build with the fingerprint `now` may resume a build with the fingerprint `earlier`.
+// Errors: InvalidArgument where the earlier build had other options, another input, or a version of
+// the input, or of a file that it names, from before a change: the message names them; Unsupported
+// where another program or version made it.
 Status CheckSameBuild(std::string_view earlier, std::string_view now);
 
 // The same for a build that does not want to go on with it, as the end of a sentence about the
-// files that are left: "to go on with them by --resume, --title none (now \"Statue\") is needed".
+// files that are left: "to continue it with --resume, --title none (now \"Statue\") is needed".
 // REQUIRES: the fingerprints differ.
 std::string DescribeOtherBuild(std::string_view earlier, std::string_view now);
 

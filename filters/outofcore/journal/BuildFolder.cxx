@@ -83,7 +83,7 @@ Result<std::shared_ptr<void>> Lock(const fs::path& path, const FileHook& hook)
       open(path.c_str(), O_RDWR | O_CREAT | O_CLOEXEC | O_NOFOLLOW, S_IRUSR | S_IWUSR);
     if (descriptor < 0)
     {
-      return SystemError("no lock can be made at " + path.string(), errno);
+      return SystemError("cannot create the lock " + path.string(), errno);
     }
     if (flock(descriptor, LOCK_EX | LOCK_NB) != 0)
     {
@@ -124,7 +124,7 @@ Status MakeFolder(const fs::path& path)
   }
   if (errno != EEXIST)
   {
-    return SystemError("no folder for temporary files can be made at " + path.string(), errno);
+    return SystemError("cannot create the folder for temporary files " + path.string(), errno);
   }
   if (!IsOwnFolder(path))
   {
@@ -283,7 +283,7 @@ bool BuildFolder::IsWhole(const JournalFile& file) const
 Status BuildFolder::TakeUp(std::string_view fingerprint, bool resume)
 {
   Result<PhaseJournal> found =
-    resume ? this->ReadJournal() : Error{ ErrorCode::NotFound, "not asked for" };
+    resume ? this->ReadJournal() : Error{ ErrorCode::NotFound, "not requested" };
   if (found)
   {
     KDSTREAM_TRY(CheckSameBuild(found->fingerprint, fingerprint));
@@ -366,7 +366,7 @@ Result<PhaseJournal> BuildFolder::ReadJournal() const
   KDSTREAM_TRY(file->Read(0, bytes));
   if (ClaimedJournalBytes(bytes) != size)
   {
-    return Error{ ErrorCode::Damaged, "not the journal of a build by this version" };
+    return Error{ ErrorCode::Damaged, "not a build journal of this version" };
   }
   bytes.resize(static_cast<std::size_t>(size));
   KDSTREAM_TRY(file->Read(0, bytes));

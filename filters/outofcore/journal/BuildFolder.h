@@ -39,8 +39,8 @@ struct PhaseFileName
   std::string_view phase, file;
 };
 
-// A build is a list of phases that always come in the same order. Each makes files in Files() and
-// leaves some of them, and a few values, with Finish; those after it read them by TakeFile and
+// A build is a list of phases that always come in the same order. Each phase makes files in Files()
+// and keeps some of them, and a few values, with Finish. Later phases read them by TakeFile and
 // BlobOf:
 //
 //   if (!folder.Finished("tree"))
@@ -52,10 +52,10 @@ struct PhaseFileName
 //   BlobReader blob = folder.BlobOf("tree");
 //   Result<SpillFile> records = folder.TakeFile("tree", "records");
 //
-// The journal (PhaseJournal.h) is replaced by a write and a rename once the files are on the disk,
-// so that a process that is killed, or a machine that stops, leaves the phases finished before or
-// those and one more. Folder and lock go when this and all its files have gone, after errors too
-// (doc/cli.md#resume); Keep changes that.
+// The journal (PhaseJournal.h) is replaced by a write and a rename once the files are on the disk.
+// So a process that is killed, or a machine that stops, leaves the phases finished before, or those
+// and one more. Folder and lock are removed when this object and all its files are destroyed, after
+// errors too (doc/cli.md#resume); Keep changes that.
 class BuildFolder
 {
 public:

@@ -94,12 +94,12 @@ Result<PhaseJournal> DecodeJournal(std::span<const std::byte> bytes)
   BlobReader reader(bytes.first(checked));
   if (checksum.Read<std::uint64_t>() != Checksum(bytes.first(checked)) || !checksum.Finish())
   {
-    return Error{ ErrorCode::Damaged, "the checksum does not hold" };
+    return Error{ ErrorCode::Damaged, "wrong checksum" };
   }
   if (reader.Read<std::uint64_t>() != mark || reader.Read<std::uint32_t>() != layoutVersion ||
       reader.Read<std::uint64_t>() != bytes.size())
   {
-    return Error{ ErrorCode::Damaged, "not the journal of a build by this version" };
+    return Error{ ErrorCode::Damaged, "not a build journal of this version" };
   }
   PhaseJournal journal;
   journal.fingerprint = reader.ReadText();

@@ -255,7 +255,7 @@ private:
     this->States.triangles = writer.TriangleCount();
     return this->Steps.ByClusters()
              ? Status{}
-             : this->Steps.Untangle(this->Folder, level, this->States, level.AllBlocks());
+             : this->Steps.RepairFoldOvers(this->Folder, level, this->States, level.AllBlocks());
   }
 
   // The images of the finer blocks from `first` on, as many as are made at once.

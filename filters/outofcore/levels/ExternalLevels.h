@@ -24,13 +24,15 @@ struct ExternalLevels
   std::vector<AttributeInfo> attributes; // that levels carry (ArraysOfLevels), in the mesh's order
 };
 
-// Builds the levels L … 0 of a mesh in blocks: to the bit what BuildLevels makes in memory,
-// whatever the blocks are: by rounds of collapse, or by clusters of cells as LevelMaker tells, and
-// of a cloud. Blocks of a level are larger than the mesh's, as far as they take no more memory;
-// each is loaded about three times, once by clusters. Memory: a block at a time, about 520 bytes a
-// cluster and 220 a vertex, and the next one as it is loaded; below S 2^16 clusters whole,
-// sometimes four times as many; by clusters 2^14. Errors: InputOutput; Cancelled. seen: called with
-// every block of the mesh once, ascending, while it is in memory.
+// Builds the levels L … 0 of a mesh in blocks: to the bit what BuildLevels makes in memory, for any
+// blocks; by rounds of collapse, or by clusters of cells (LevelMaker, and for a cloud). Blocks of a
+// level are larger than the mesh's, as far as they take no more memory. Each is loaded about three
+// times, with clusters once.
+//
+// Memory: a block at a time, about 520 bytes a cluster and 220 a vertex, and the next one while it
+// is loaded; below S 2^16 clusters whole, sometimes four times as many; with clusters 2^14. seen:
+// called once with every block of the mesh, ascending, while it is in memory. Errors: InputOutput;
+// Cancelled.
 Result<ExternalLevels> BuildExternalLevels(SpillFolder& folder, const MeshBlocks& mesh,
   const LevelOptions& options, const Execution& execution = {},
   const std::function<void(const TreeBlock&)>& seen = {});

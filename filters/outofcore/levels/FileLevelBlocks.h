@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// A level in files, as a round of collapses goes through it. For the levels out of core alone.
+// A level in files, as a round of collapses goes through it. Only for the levels out of core.
 #pragma once
 
 #include "filters/core/levels/LevelBlocks.h"

@@ -38,7 +38,7 @@ struct LevelFile
   SpillFile triangles; // Triangle, lowest cluster first, sorted in each block, none twice
   SpillFile parents;   // VertexId: cluster of the next coarser level; closed at the coarsest
   SpillFile tuples;    // of each cluster those of all the level's arrays; closed if it has none
-  // Clusters of other processes that blocks of this one use, ascending (BlockTeam.h).
+  // Clusters of other processes that blocks of this one use, ascending (BlockGroup.h).
   std::vector<VertexId> foreign;
 
   std::size_t BlockCount() const { return std::size_t{ 1 } << this->blockDepth; }

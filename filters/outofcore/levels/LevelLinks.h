@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // The links of a level by clusters, in a file: pairs of clusters that only collapsed triangles or
 // coincident vertices tie together. A link matters once both ends are in one cell, hence in one
-// block: any block that owns an end may keep it until then. For the levels out of core alone.
+// block: any block that owns an end may keep it until then. Only for the levels out of core.
 #pragma once
 
 #include "filters/core/Types.h"

@@ -66,17 +66,17 @@ Status LoadPlaces(const LevelFile& level, const LevelBlock& block, ClusterLevel&
 }
 
 // Of all clusters of a block, ghosts too: as they are shown.
-Status LoadPaint(
+Status LoadVertexColors(
   const LevelFile& level, const LevelArrays& arrays, const LevelBlock& block, ClusterLevel& places)
 {
   const std::size_t tupleBytes = arrays.TupleBytes();
   std::vector<std::byte> tuples(block.clusters.size() * tupleBytes);
   KDSTREAM_TRY(ReadBlockElements(level.tuples, tupleBytes, block, tuples));
-  places.paint.resize(block.clusters.size());
-  for (std::size_t c = 0; c < places.paint.size(); ++c)
+  places.vertexColors.resize(block.clusters.size());
+  for (std::size_t c = 0; c < places.vertexColors.size(); ++c)
   {
-    std::memcpy(
-      places.paint[c].data(), &tuples[c * tupleBytes + *arrays.paint], places.paint[c].size());
+    std::memcpy(places.vertexColors[c].data(), &tuples[c * tupleBytes + *arrays.vertexColors],
+      places.vertexColors[c].size());
   }
   return {};
 }
@@ -161,7 +161,7 @@ Status LevelWriter::Append(const CollapseState& block, const AttributeSums& attr
   if (this->Level.tuples.IsOpen())
   {
     std::vector<Attribute> means = attributes.Means();
-    PutPaint(block.level.paint, means);
+    PutVertexColors(block.level.vertexColors, means);
     std::vector<const Attribute*> arrays;
     arrays.reserve(means.size());
     for (const Attribute& array : means)
@@ -183,9 +183,9 @@ Result<CollapseState> LoadState(
   state.ownEnd = block.ownEnd;
   state.attributes.components = arrays.components;
   KDSTREAM_TRY(LoadPlaces(level, block, state.level));
-  if (arrays.paint)
+  if (arrays.vertexColors)
   {
-    KDSTREAM_TRY(LoadPaint(level, arrays, block, state.level));
+    KDSTREAM_TRY(LoadVertexColors(level, arrays, block, state.level));
   }
   KDSTREAM_TRY(LoadSums(states, block, state));
   state.level.triangles = std::move(block.triangles);

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // What makers of levels need of a level in files beside the level itself, until the next coarser
-// one is made. For the levels out of core alone.
+// one is made. Only for the levels out of core.
 #pragma once
 
 #include "filters/core/levels/CollapseState.h"
@@ -23,9 +23,9 @@ struct LevelArrays
 {
   std::size_t components = 0;            // of CollapseAttributes
   std::vector<AttributeInfo> attributes; // that levels carry
-  // Where in a tuple of them the level's paint is; nothing where there is none, or it does not
-  // matter.
-  std::optional<std::size_t> paint;
+  // Where in a tuple of them the level's vertex colours are; nothing where there is none, or it
+  // does not matter.
+  std::optional<std::size_t> vertexColors;
 
   std::size_t TupleBytes() const;
 };
@@ -36,7 +36,7 @@ struct ClusterState
   std::uint32_t cellOf = 0;
 };
 
-// Of each cluster, by number. Blocks need those of their own clusters alone.
+// Of each cluster, by number. Blocks need only those of their own clusters.
 struct LevelStates
 {
   SpillFile sums;          // ClusterState

@@ -5,10 +5,10 @@
 #include "filters/core/VectorMath.h"
 #include "filters/core/levels/CollapseRound.h"
 #include "filters/core/levels/FinestClusters.h"
+#include "filters/core/levels/FoldOverRepair.h"
 #include "filters/core/levels/FreeCollapse.h"
 #include "filters/core/levels/LevelAttributes.h"
 #include "filters/core/levels/LevelProgress.h"
-#include "filters/core/levels/Untangling.h"
 #include "filters/core/tree/PieceDepth.h"
 #include "filters/outofcore/files/RecordFile.h"
 #include "filters/outofcore/files/ReturnFreeMemory.h"
@@ -100,7 +100,7 @@ LevelSteps::LevelSteps(
   }
   if (!this->Clusters)
   {
-    this->LevelsArrays.paint = PlaceOfPaint(this->LevelsArrays.attributes);
+    this->LevelsArrays.vertexColors = PlaceOfVertexColors(this->LevelsArrays.attributes);
   }
 }
 
@@ -147,7 +147,7 @@ Status LevelSteps::BuildFinestBlock(
   quiet.progress = [](std::string_view, double) { return true; };
   Result<FinestClusters> finest = BuildFinestClusters(
     { block.mesh.points, block.mesh.triangles, tree, buckets, this->Space.origin, block.ids,
-      this->Clusters ? nullptr : FindPaint(block.mesh.attributes) },
+      this->Clusters ? nullptr : FindVertexColors(block.mesh.attributes) },
     this->OptionsFor(block), quiet);
   KDSTREAM_TRY(finest);
   CollapseState state;
@@ -187,7 +187,7 @@ LevelOptions LevelSteps::OptionsFor(const TreeBlock& block)
   return options;
 }
 
-Status LevelSteps::Untangle(
+Status LevelSteps::RepairFoldOvers(
   SpillFolder& folder, LevelFile& level, LevelStates& states, const BlockRange& here) const
 {
   SpillFile file;
@@ -201,7 +201,7 @@ Status LevelSteps::Untangle(
     KDSTREAM_TRY(state);
     const BlockParts parts = PartsOfLevel(this->Mesh.depths, level.depth, level.blockDepth, block);
     for (MovedCluster& moved :
-      kdstream::Untangle(*state, this->Space, level.depth, parts, this->Exec))
+      kdstream::RepairFoldOvers(*state, this->Space, level.depth, parts, this->Exec))
     {
       moved.cluster = loaded->clusters[moved.cluster];
       writer.Append(moved);
@@ -274,7 +274,7 @@ Result<std::vector<ClusterLevel>> LevelSteps::BuildCoarse(
     const ClusterLevel& below = (*levels)[d + 1];
     sums = sums->MakeCoarser(below.parents, below.lowest, (*levels)[d].lowest.size());
     (*levels)[d].attributes = sums->Means();
-    PutPaint(std::exchange((*levels)[d].paint, {}), (*levels)[d].attributes);
+    PutVertexColors(std::exchange((*levels)[d].vertexColors, {}), (*levels)[d].attributes);
   }
   Result<SpillFile> parents = folder.CreateFile(
     "parents of clusters", level.ClusterCount() * std::uint64_t{ sizeof(VertexId) });

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // The steps of making levels out of core that are the same whoever has the blocks: one process
-// (ExternalLevels.h) or several (filters/Parallel). For the makers of levels alone.
+// (ExternalLevels.h) or several (filters/Parallel). Only for the makers of levels.
 #pragma once
 
 #include "filters/core/Execution.h"
@@ -45,9 +45,9 @@ public:
     const TreeBlock& block, VertexId firstCluster, SpillFile& clusterOfRank, LevelWriter& writer);
 
   // Moves the clusters of a level's blocks that are here where its triangles face the wrong way
-  // (Untangling.h): those of other blocks must be where they were at first. REQUIRES: the level's
-  // triangles are written. Not by clusters.
-  Status Untangle(
+  // (FoldOverRepair.h): those of other blocks must be where they were at first. REQUIRES: the
+  // level's triangles are written. Not by clusters.
+  Status RepairFoldOvers(
     SpillFolder& folder, LevelFile& level, LevelStates& states, const BlockRange& here) const;
 
   // The clusters of level `depth` by a round of collapses.

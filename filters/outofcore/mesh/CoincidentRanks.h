@@ -16,9 +16,9 @@ namespace kdstream
 
 // Calls visit(a, b) for the ranks a < b of all vertices in the same place (-0.0 and 0.0 are one)
 // that have none of their place between them: chains in the order of the leaves, as core makes them
-// (FinestClusters.h); in any order. records: of a tree, `count` of them. A pass over the records;
-// where the places do not fit the memory the records are written and read once more. Peak memory:
-// `memory` and two blocks, whatever is equal to whatever. Errors: InputOutput; those of `visit`.
+// (FinestClusters.h). Calls come in any order. records: of a tree, `count` of them. A pass over the
+// records; where the places do not fit the memory the records are written and read once more. Peak
+// memory: `memory` and two blocks, for any input. Errors: InputOutput; those of `visit`.
 template <class Scalar>
 Status ForEachCoincidentPair(SpillFolder& folder, const SpillFile& records, std::uint32_t count,
   std::uint64_t memory, const std::function<Status(VertexId, VertexId)>& visit);

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Vertices that no triangle uses, of a mesh that does not fit the memory: what core's
-// TakeUnusedVertices does (UnusedVertices.h), behind step "weld" of the pipeline picture.
+// TakeUnusedVertices does (UnusedVertices.h), after step "weld" of the pipeline picture.
 #pragma once
 
 #include "filters/core/Execution.h"

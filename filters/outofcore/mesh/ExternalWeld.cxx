@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Welding out of core: see ExternalWeld.h.
-//   1. Where not all fit the memory: those whose place has a hash that may come twice are sought,
-//      and are all that step 2 sees; where these do not fit either, they go into buckets by a hash
-//      of their bytes: equal ones meet.
-//   2. Bucket by bucket: each vertex that equals a lower one, with the lowest such.
-//   3. The map: new numbers for those that stay, in the order of ids, then for those that go.
-//   4. What stays is moved together.
+//   1. Where not all vertices fit the memory: finds those whose place has a hash that may come
+//      twice. Step 2 sees only these. Where these do not fit either, they go into buckets by a hash
+//      of their bytes: equal vertices meet in one bucket.
+//   2. Bucket by bucket: each vertex that equals a lower one, with the lowest of these.
+//   3. The map: new numbers for the vertices that stay, by id; then for those that go.
+//   4. Moves the vertices that stay together.
 #include "filters/outofcore/mesh/ExternalWeld.h"
 
 #include "filters/core/SeededHash.h"

@@ -38,7 +38,7 @@ struct MeshBlocks
   SpillFile cellTuples;                  // by number of triangle; closed if there are none
   // What the process may hold while freed memory stays with it (ReturnFreeMemory).
   std::uint64_t keptMemory = 0;
-  // Ranks of other processes' vertices that blocks of this one use, ascending (BlockTeam.h).
+  // Ranks of other processes' vertices that blocks of this one use, ascending (BlockGroup.h).
   std::vector<VertexId> foreign;
 
   std::size_t BlockCount() const
@@ -57,7 +57,7 @@ struct MeshBlocks
   Result<TreeBlock> Load(std::size_t block, BlockOrder order = BlockOrder::ById) const;
 };
 
-// The tree below a block's cell, over its own vertices alone: what core's functions for a part of a
+// The tree below a block's cell, over only its own vertices: what core's functions for a part of a
 // mesh take. Its depths count from the block; `order` and `cellBegin` in the block's numbers; no
 // boxes.
 KdTree TreeOfBlock(const MeshBlocks& mesh, const TreeBlock& block);

@@ -191,8 +191,8 @@ private:
     return this->Exec.Report("read", std::min(1.0, double(this->Reader.Position()) / size));
   }
 
-  // Calls read(chunk) -> Result<count> until there is nothing left, and use(chunk) -> Status for
-  // each chunk; the next one is read while one is used, if the execution has a thread for it.
+  // Calls read(chunk) -> Result<count> until nothing is left, and use(chunk) -> Status for each
+  // chunk. The next chunk is read while one is used, if the execution has a thread for it.
   template <class Read, class Use>
   Status ForEachChunk(const Read& read, const Use& use)
   {

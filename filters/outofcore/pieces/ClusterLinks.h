@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// What numbering needs of the clusters of a level in files. For the numbers out of core alone.
+// What numbering needs of the clusters of a level in files. Only for the numbers out of core.
 #pragma once
 
 #include "filters/core/pieces/VertexNumbers.h"

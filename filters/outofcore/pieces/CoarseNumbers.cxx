@@ -55,7 +55,7 @@ Result<std::vector<std::vector<VertexId>>> FirstAboveFiles(
   return first;
 }
 
-Result<std::vector<ReachedNode>> ReadReachOfParents(const ExternalLevels& levels,
+Result<std::vector<ChildNode>> ReadChildNodesOfParents(const ExternalLevels& levels,
   const ExternalNumbers& numbers, const VertexTree& tree, unsigned depth, std::size_t block)
 {
   const Result<ParentLinks> above = ReadParents(levels, depth, block);
@@ -64,12 +64,12 @@ Result<std::vector<ReachedNode>> ReadReachOfParents(const ExternalLevels& levels
   const Result<std::vector<VertexId>> first =
     ReadInterval<VertexId>(numbers.first[depth], level.begin[block], level.begin[block + 1]);
   KDSTREAM_TRY(first);
-  std::vector<ReachedNode> reach = ReachOfParents(tree, depth, *first, above->parents);
-  for (ReachedNode& entry : reach)
+  std::vector<ChildNode> childNodes = ChildNodesOfParents(tree, depth, *first, above->parents);
+  for (ChildNode& entry : childNodes)
   {
     entry.cluster += above->begin;
   }
-  return reach;
+  return childNodes;
 }
 
 VertexTree TreeOfPartitions(const MeshBlocks& mesh)
@@ -132,7 +132,7 @@ public:
     const VertexTree tree = TreeOfPartitions(this->Input);
     for (unsigned d = std::max(inFiles, PreviewLevel(tree.depths)); d < this->Stitch; ++d)
     {
-      KDSTREAM_TRY(this->FindReachOfParents(tree, d + 1));
+      KDSTREAM_TRY(this->FindChildNodesOfParents(tree, d + 1));
     }
     return {};
   }
@@ -250,10 +250,10 @@ private:
   }
 
   // Of level depth - 1, from level `depth`, which has the same blocks or smaller ones.
-  Status FindReachOfParents(const VertexTree& tree, unsigned depth)
+  Status FindChildNodesOfParents(const VertexTree& tree, unsigned depth)
   {
-    ReachFile& file = this->Numbers.reach[depth - 1];
-    KDSTREAM_TRY(this->Create("nodes below clusters", depth - 1, sizeof(ReachedNode), file.nodes));
+    ChildNodeFile& file = this->Numbers.childNodes[depth - 1];
+    KDSTREAM_TRY(this->Create("nodes below clusters", depth - 1, sizeof(ChildNode), file.nodes));
     const std::size_t blocks = this->Levels.files[depth].BlockCount();
     const std::size_t step = blocks / this->Levels.files[depth - 1].BlockCount();
     std::uint64_t written = 0;
@@ -263,12 +263,12 @@ private:
       {
         file.begin.push_back(written);
       }
-      const Result<std::vector<ReachedNode>> reach =
-        ReadReachOfParents(this->Levels, this->Numbers, tree, depth, block);
-      KDSTREAM_TRY(reach);
+      const Result<std::vector<ChildNode>> childNodes =
+        ReadChildNodesOfParents(this->Levels, this->Numbers, tree, depth, block);
+      KDSTREAM_TRY(childNodes);
       KDSTREAM_TRY(
-        WriteRecords<ReachedNode>(file.nodes, written, std::span<const ReachedNode>(*reach)));
-      written += reach->size();
+        WriteRecords<ChildNode>(file.nodes, written, std::span<const ChildNode>(*childNodes)));
+      written += childNodes->size();
     }
     file.begin.push_back(written);
     return {};
@@ -282,10 +282,10 @@ private:
 };
 
 // Gives all processes a file of `count` numbers that the first one has.
-Status SpreadFile(SpillFolder& folder, BlockTeam& team, std::uint64_t count, SpillFile& file)
+Status SpreadFile(SpillFolder& folder, BlockGroup& group, std::uint64_t count, SpillFile& file)
 {
   constexpr std::uint64_t atOnce = spillBlockBytes / sizeof(VertexId);
-  if (!team.IsFirst())
+  if (!group.IsFirst())
   {
     Result<SpillFile> made =
       folder.CreateFile("numbers of the first process", count * sizeof(VertexId));
@@ -295,13 +295,13 @@ Status SpreadFile(SpillFolder& folder, BlockTeam& team, std::uint64_t count, Spi
   for (std::uint64_t begin = 0; begin < count; begin += atOnce)
   {
     std::vector<VertexId> some;
-    if (team.IsFirst())
+    if (group.IsFirst())
     {
       some.resize(static_cast<std::size_t>(std::min(atOnce, count - begin)));
       KDSTREAM_TRY(ReadRecords<VertexId>(file, begin, std::span<VertexId>(some)));
     }
-    KDSTREAM_TRY(team.Spread(some));
-    if (!team.IsFirst())
+    KDSTREAM_TRY(group.Spread(some));
+    if (!group.IsFirst())
     {
       KDSTREAM_TRY(WriteRecords<VertexId>(file, begin, std::span<const VertexId>(some)));
     }
@@ -312,20 +312,20 @@ Status SpreadFile(SpillFolder& folder, BlockTeam& team, std::uint64_t count, Spi
 }
 
 Status NumberCoarseLevels(SpillFolder& folder, const MeshBlocks& mesh, const ExternalLevels& levels,
-  ExternalNumbers& numbers, BlockTeam& team)
+  ExternalNumbers& numbers, BlockGroup& group)
 {
   const unsigned stitch = mesh.depths.stitch;
   numbers.ranks.resize(stitch + std::size_t{ 1 });
   numbers.ranked.resize(stitch + std::size_t{ 1 });
-  numbers.reach.resize(stitch + std::size_t{ 1 });
-  if (team.IsFirst())
+  numbers.childNodes.resize(stitch + std::size_t{ 1 });
+  if (group.IsFirst())
   {
     KDSTREAM_TRY(CoarseNumbering(folder, mesh, levels, numbers).Number());
   }
   const auto spread = [&](SpillFile& file, unsigned depth, std::uint64_t numbersEach)
   {
     const std::uint64_t count = levels.files[depth].ClusterCount() * numbersEach;
-    return SpreadFile(folder, team, count, file);
+    return SpreadFile(folder, group, count, file);
   };
   KDSTREAM_TRY(spread(numbers.first[stitch], stitch, 1));
   for (unsigned d = levels.firstInFiles; d <= stitch; ++d)

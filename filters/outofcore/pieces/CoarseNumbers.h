@@ -10,7 +10,7 @@
 #include "filters/core/Result.h"
 #include "filters/core/pieces/VertexTree.h"
 #include "filters/outofcore/files/SpillFile.h"
-#include "filters/outofcore/levels/BlockTeam.h"
+#include "filters/outofcore/levels/BlockGroup.h"
 #include "filters/outofcore/levels/ExternalLevels.h"
 #include "filters/outofcore/mesh/MeshBlocks.h"
 #include "filters/outofcore/pieces/ExternalNumbers.h"
@@ -25,9 +25,9 @@ namespace kdstream
 // Numbers the levels in files up to S. O(c log c) for their c clusters, about 2^(S+1), sheets
 // multiply them. Memory: a block of a level at a time, about 70 bytes a cluster; the levels above
 // the files, 12 bytes a cluster; 4 bytes a partition. Errors: InputOutput; Damaged (ReadLinks).
-// team: the first one works, and all get what finer levels and CoarseTree need.
+// group: the first one works, and all get what finer levels and CoarseTree need.
 Status NumberCoarseLevels(SpillFolder& folder, const MeshBlocks& mesh, const ExternalLevels& levels,
-  ExternalNumbers& numbers, BlockTeam& team);
+  ExternalNumbers& numbers, BlockGroup& group);
 
 // For CoarseTree:
 
@@ -35,12 +35,12 @@ Status NumberCoarseLevels(SpillFolder& folder, const MeshBlocks& mesh, const Ext
 Result<std::vector<std::vector<VertexId>>> FirstAboveFiles(
   const ExternalLevels& levels, const ExternalNumbers& numbers);
 
-// The reach of the clusters above those of a block of level `depth`, by number of cluster. tree: of
-// it the depths and partitionBegin.
-Result<std::vector<ReachedNode>> ReadReachOfParents(const ExternalLevels& levels,
+// The child nodes of the clusters above those of a block of level `depth`, by number of cluster.
+// tree: of it the depths and partitionBegin.
+Result<std::vector<ChildNode>> ReadChildNodesOfParents(const ExternalLevels& levels,
   const ExternalNumbers& numbers, const VertexTree& tree, unsigned depth, std::size_t block);
 
-// What ReadReachOfParents takes of the tree: 4 bytes a partition.
+// What ReadChildNodesOfParents takes of the tree: 4 bytes a partition.
 VertexTree TreeOfPartitions(const MeshBlocks& mesh);
 
 // Where the partitions of a cell begin, and the end.

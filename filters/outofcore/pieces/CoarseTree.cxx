@@ -21,14 +21,14 @@ CoarseTree::CoarseTree(
 {
 }
 
-Status CoarseTree::Load(BlockTeam& team)
+Status CoarseTree::Load(BlockGroup& group)
 {
-  if (team.IsFirst())
+  if (group.IsFirst())
   {
     KDSTREAM_TRY(this->LoadWhole());
-    KDSTREAM_TRY(this->LoadReach());
+    KDSTREAM_TRY(this->LoadChildNodes());
   }
-  KDSTREAM_TRY(this->Spread(team));
+  KDSTREAM_TRY(this->Spread(group));
   return this->FindPartitions();
 }
 
@@ -58,41 +58,41 @@ Status CoarseTree::LoadWhole()
 }
 
 // Of the finest level above the files from the coarsest in files, of the others from each other.
-Status CoarseTree::LoadReach()
+Status CoarseTree::LoadChildNodes()
 {
   const unsigned inFiles = this->Levels.firstInFiles;
   const VertexTree tree = TreeOfPartitions(this->Input);
   for (unsigned d = PreviewLevel(tree.depths); d < std::min(inFiles, tree.depths.stitch); ++d)
   {
-    std::vector<ReachedNode>& reach = this->WholeLevels[d].reach;
+    std::vector<ChildNode>& childNodes = this->WholeLevels[d].childNodes;
     if (d + 1 < inFiles)
     {
       const VertexTreeLevel& children = this->WholeLevels[d + 1];
-      reach = ReachOfParents(tree, d + 1, children.first, children.parents);
+      childNodes = ChildNodesOfParents(tree, d + 1, children.first, children.parents);
       continue;
     }
     for (std::size_t block = 0; block < this->Levels.files[inFiles].BlockCount(); ++block)
     {
-      const Result<std::vector<ReachedNode>> ofBlock =
-        ReadReachOfParents(this->Levels, this->Numbers, tree, inFiles, block);
+      const Result<std::vector<ChildNode>> ofBlock =
+        ReadChildNodesOfParents(this->Levels, this->Numbers, tree, inFiles, block);
       KDSTREAM_TRY(ofBlock);
-      for (const ReachedNode& entry : *ofBlock)
+      for (const ChildNode& entry : *ofBlock)
       {
-        reach.push_back({ this->PlacesAboveFiles[entry.cluster], entry.node });
+        childNodes.push_back({ this->PlacesAboveFiles[entry.cluster], entry.node });
       }
     }
-    std::sort(reach.begin(), reach.end());
-    reach.erase(std::unique(reach.begin(), reach.end()), reach.end());
+    std::sort(childNodes.begin(), childNodes.end());
+    childNodes.erase(std::unique(childNodes.begin(), childNodes.end()), childNodes.end());
   }
   return {};
 }
 
-Status CoarseTree::Spread(BlockTeam& team)
+Status CoarseTree::Spread(BlockGroup& group)
 {
   for (VertexTreeLevel& level : this->WholeLevels)
   {
-    KDSTREAM_TRY(team.Spread(level.first));
-    KDSTREAM_TRY(team.Spread(level.parents));
+    KDSTREAM_TRY(group.Spread(level.first));
+    KDSTREAM_TRY(group.Spread(level.parents));
   }
   return {};
 }

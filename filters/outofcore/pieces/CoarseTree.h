@@ -5,7 +5,7 @@
 
 #include "filters/core/Result.h"
 #include "filters/core/pieces/VertexTree.h"
-#include "filters/outofcore/levels/BlockTeam.h"
+#include "filters/outofcore/levels/BlockGroup.h"
 #include "filters/outofcore/levels/ExternalLevels.h"
 #include "filters/outofcore/mesh/CellTriangles.h"
 #include "filters/outofcore/mesh/MeshBlocks.h"
@@ -26,19 +26,19 @@ public:
   CoarseTree(const MeshBlocks& mesh, const ExternalLevels& levels, const ExternalNumbers& numbers);
 
   // O(c log c) for the c clusters of level S and of the coarsest level in files. Memory: 24 bytes a
-  // cluster above the files and its reach, 12 bytes a partition. Errors: InputOutput; Damaged
-  // (ReadLinks). team: all get what AncestorsOf needs; the reach is the first one's.
-  Status Load(BlockTeam& team);
+  // cluster above the files and its child nodes, 12 bytes a partition. Errors: InputOutput; Damaged
+  // (ReadLinks). group: all get what AncestorsOf needs; the child nodes are the first one's.
+  Status Load(BlockGroup& group);
 
-  // Of the levels above the files: first, parents, reach.
+  // Of the levels above the files: first, parents, child nodes.
   const std::vector<VertexTreeLevel>& Whole() const { return this->WholeLevels; }
-  // Of these the lowest numbered vertices, by number of cluster; the first one's of a team.
+  // Of these the lowest numbered vertices, by number of cluster; the first one's of a group.
   const std::vector<std::vector<VertexId>>& First() const { return this->FirstOfWhole; }
 
-  // What lies above the numbered vertices of some partitions, `own`, and others, which ascend: of
-  // each level in files from R to S, [depth], the clusters that hold them, parents and ranks, of
-  // level S also `first`. O(ghosts, and the level-S clusters of all their partitions). Errors:
-  // InputOutput.
+  // The ancestors of the numbered vertices of some partitions, `own`, and of others (`ghosts`),
+  // which ascend. For each level in files from R to S, [depth]: the clusters that hold them,
+  // parents and ranks; of level S also `first`. O(ghosts, and the level-S clusters of all their
+  // partitions). Errors: InputOutput.
   Result<std::vector<VertexTreeLevel>> AncestorsOf(
     const CellRange& own, std::span<const VertexId> ghosts) const;
   // The same above clusters of a level in files up to S, whose ranks ascend; of that level them,
@@ -48,9 +48,9 @@ public:
 
 private:
   Status LoadWhole();
-  Status LoadReach();
+  Status LoadChildNodes();
   Status FindPartitions();
-  Status Spread(BlockTeam& team);
+  Status Spread(BlockGroup& group);
   // Clusters of level S, with the ranks of their parents: all of some partitions; those that hold
   // vertices.
   Status AppendOwn(const CellRange& own, VertexTreeLevel& level) const;

@@ -54,12 +54,12 @@ class ExternalNumbering
 {
 public:
   ExternalNumbering(SpillFolder& folder, const MeshBlocks& mesh, const ExternalLevels& levels,
-    const Execution& execution, BlockTeam* team)
+    const Execution& execution, BlockGroup* group)
     : Folder(folder)
     , Input(mesh)
     , Levels(levels)
     , Exec(execution)
-    , Team(team ? *team : this->Alone)
+    , Group(group ? *group : this->Alone)
   {
   }
 
@@ -68,7 +68,7 @@ public:
     const unsigned stitch = this->Input.depths.stitch, finest = this->Input.depths.finest;
     this->Numbers.first.resize(finest + 1);
     KDSTREAM_TRY(
-      NumberCoarseLevels(this->Folder, this->Input, this->Levels, this->Numbers, this->Team));
+      NumberCoarseLevels(this->Folder, this->Input, this->Levels, this->Numbers, this->Group));
     this->BlocksInAll = this->BlocksHere(this->Input.blockDepth);
     for (unsigned d = stitch + 1; d <= finest; ++d)
     {
@@ -96,7 +96,7 @@ private:
 
   std::size_t BlocksHere(unsigned depth) const
   {
-    const BlockRange here = this->Team.Here(depth);
+    const BlockRange here = this->Group.Here(depth);
     return here.end - here.begin;
   }
 
@@ -111,9 +111,9 @@ private:
     }
     constexpr std::uint64_t atOnce = std::uint64_t{ 1 } << 20;
     const LevelFile& level = this->Levels.files[depth];
-    const BlockRange here = this->Team.Here(level.blockDepth);
+    const BlockRange here = this->Group.Here(level.blockDepth);
     const VertexId own = level.begin[here.begin], ownEnd = level.begin[here.end];
-    const Result<std::uint64_t> rounds = this->Team.Most((end - begin + atOnce - 1) / atOnce);
+    const Result<std::uint64_t> rounds = this->Group.Most((end - begin + atOnce - 1) / atOnce);
     KDSTREAM_TRY(rounds);
     for (std::uint64_t round = 0; round < *rounds; ++round)
     {
@@ -121,7 +121,7 @@ private:
       std::vector<VertexId> wanted(static_cast<std::size_t>(std::min(atOnce, end - from)));
       KDSTREAM_TRY(ReadRecords<VertexId>(clusters, from, std::span<VertexId>(wanted)));
       std::erase_if(wanted, [&](VertexId cluster) { return cluster >= own && cluster < ownEnd; });
-      KDSTREAM_TRY(this->Team.Fetch(
+      KDSTREAM_TRY(this->Group.Fetch(
         this->Numbers.first[depth], sizeof(VertexId), level.begin, level.blockDepth, wanted));
     }
     return {};
@@ -131,7 +131,7 @@ private:
   // larger.
   Status FetchFirstOfParents(const LevelFile& level)
   {
-    const BlockRange here = this->Team.Here(level.blockDepth);
+    const BlockRange here = this->Group.Here(level.blockDepth);
     const VertexId begin = level.begin[here.begin];
     return this->FetchFirst(level.depth - 1, level.parents, begin,
       IsAll(here, level.blockDepth) ? begin : level.begin[here.end]);
@@ -143,7 +143,7 @@ private:
   Status ForEachBlock(unsigned depth, const Work& work)
   {
     constexpr std::size_t atOnce = 4;
-    const BlockRange here = this->Team.Here(depth);
+    const BlockRange here = this->Group.Here(depth);
     for (std::size_t first = here.begin; first < here.end; first += atOnce)
     {
       std::vector<Status> statuses(std::min(atOnce, here.end - first));
@@ -175,7 +175,7 @@ private:
     KDSTREAM_TRY(this->ForEachBlock(level.blockDepth,
       [&](std::size_t block) { return this->NumberClusters(depth, block, *file); }));
     this->Numbers.first[depth] = std::move(*file);
-    return this->Team.Fetch(
+    return this->Group.Fetch(
       this->Numbers.first[depth], sizeof(VertexId), level.begin, level.blockDepth, level.foreign);
   }
 
@@ -202,13 +202,13 @@ private:
     KDSTREAM_TRY(this->ForEachBlock(this->Input.blockDepth,
       [&](std::size_t block) { return this->NumberBlock(this->Input.RangeOf(block), *file); }));
     this->Numbers.numberOfRank = std::move(*file);
-    return this->Team.Fetch(this->Numbers.numberOfRank, sizeof(VertexId), this->Input.BlockBegins(),
-      this->Input.blockDepth, this->Input.foreign);
+    return this->Group.Fetch(this->Numbers.numberOfRank, sizeof(VertexId),
+      this->Input.BlockBegins(), this->Input.blockDepth, this->Input.foreign);
   }
 
   Status FetchFirstOfFinest()
   {
-    const BlockRange here = this->Team.Here(this->Input.blockDepth);
+    const BlockRange here = this->Group.Here(this->Input.blockDepth);
     const std::vector<VertexId> begins = this->Input.BlockBegins();
     const VertexId begin = begins[here.begin];
     return this->FetchFirst(this->Input.depths.finest, this->Levels.clusterOfRank, begin,
@@ -216,7 +216,7 @@ private:
   }
 
   // The vertices of a block. Its ranks and its numbers are the same interval. Inside a finest
-  // cluster the order of ids matters for those in the same place alone.
+  // cluster the order of ids matters for those only in the same place.
   Status NumberBlock(const CellRange& range, SpillFile& file) const
   {
     if (range.size == 0)
@@ -252,7 +252,7 @@ private:
   }
 
   // The lowest numbered vertices of the finest clusters of a block, from cluster `begin` on; and
-  // that each has room for its vertices behind its lowest. clusterOf: of each vertex of the block.
+  // that each has room for its vertices after its lowest. clusterOf: of each vertex of the block.
   Result<std::vector<VertexId>> FirstOfFinest(
     const CellRange& range, VertexId begin, std::span<const VertexId> clusterOf) const
   {
@@ -287,7 +287,7 @@ private:
       {
         return Error{ ErrorCode::Damaged,
           "level " + std::to_string(finest) + ": cluster " + std::to_string(begin + i) +
-            " does not count its vertices, which are " + std::to_string(counts[i]) };
+            " has a wrong count of vertices, which should be " + std::to_string(counts[i]) };
       }
     }
     return first;
@@ -297,8 +297,8 @@ private:
   const MeshBlocks& Input;
   const ExternalLevels& Levels;
   const Execution& Exec;
-  BlockTeam Alone;
-  BlockTeam& Team;
+  BlockGroup Alone;
+  BlockGroup& Group;
   ExternalNumbers Numbers;
   std::size_t BlocksDone = 0, BlocksInAll = 0;
 };
@@ -306,9 +306,9 @@ private:
 }
 
 Result<ExternalNumbers> NumberExternally(SpillFolder& folder, const MeshBlocks& mesh,
-  const ExternalLevels& levels, const Execution& execution, BlockTeam* team)
+  const ExternalLevels& levels, const Execution& execution, BlockGroup* group)
 {
-  return ExternalNumbering(folder, mesh, levels, execution, team).Number();
+  return ExternalNumbering(folder, mesh, levels, execution, group).Number();
 }
 
 }

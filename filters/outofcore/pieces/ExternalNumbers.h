@@ -5,7 +5,7 @@
 #include "filters/core/Execution.h"
 #include "filters/core/Result.h"
 #include "filters/outofcore/files/SpillFile.h"
-#include "filters/outofcore/levels/BlockTeam.h"
+#include "filters/outofcore/levels/BlockGroup.h"
 #include "filters/outofcore/levels/ExternalLevels.h"
 #include "filters/outofcore/mesh/MeshBlocks.h"
 
@@ -23,7 +23,7 @@ struct RankedCluster
 };
 
 // The ReachedNodes of a level's clusters, by number, block after block.
-struct ReachFile
+struct ChildNodeFile
 {
   SpillFile nodes;
   std::vector<std::uint64_t> begin; // of each block, and the end
@@ -34,10 +34,10 @@ struct ReachFile
 struct ExternalNumbers
 {
   // [depth], of the levels in files. The last three up to S only.
-  std::vector<SpillFile> first;  // VertexId: of each cluster its lowest numbered vertex
-  std::vector<SpillFile> ranks;  // VertexId: of each cluster its rank (VertexTreeLevel)
-  std::vector<SpillFile> ranked; // RankedCluster
-  std::vector<ReachFile> reach;  // ReachedNode: of levels that have it (HasReach)
+  std::vector<SpillFile> first;          // VertexId: of each cluster its lowest numbered vertex
+  std::vector<SpillFile> ranks;          // VertexId: of each cluster its rank (VertexTreeLevel)
+  std::vector<SpillFile> ranked;         // RankedCluster
+  std::vector<ChildNodeFile> childNodes; // ChildNode: of levels that have it (HasChildNodes)
   SpillFile numberOfRank; // VertexId: of each original vertex, by its rank in the tree, its number
 };
 
@@ -50,8 +50,8 @@ struct ExternalNumbers
 // clusters and vertices in the files do not fit together; Cancelled.
 // REQUIRES: levels of this mesh, 0 … L; levels.firstInFiles <= S; of a level in files up to S no
 // cluster in two blocks, nor siblings unless their parent is above the files.
-// team: each process numbers its own blocks; the levels up to S are with the first one.
+// group: each process numbers its own blocks; the levels up to S are with the first one.
 Result<ExternalNumbers> NumberExternally(SpillFolder& folder, const MeshBlocks& mesh,
-  const ExternalLevels& levels, const Execution& execution = {}, BlockTeam* team = nullptr);
+  const ExternalLevels& levels, const Execution& execution = {}, BlockGroup* group = nullptr);
 
 }

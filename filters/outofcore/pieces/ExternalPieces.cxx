@@ -81,14 +81,14 @@ class PartWalk
 {
 public:
   PartWalk(const MeshBlocks& mesh, const ExternalLevels& levels, const ExternalNumbers& numbers,
-    const PartVisit& visit, const Execution& execution, BlockTeam* team,
+    const PartVisit& visit, const Execution& execution, BlockGroup* group,
     const std::function<Status(Resolution)>& finished)
     : Input(mesh)
     , Levels(levels)
     , Numbers(numbers)
     , Visit(visit)
     , Exec(execution)
-    , Team(team ? *team : this->Alone)
+    , Group(group ? *group : this->Alone)
     , Finished(finished)
     , Coarse(mesh, levels, numbers)
   {
@@ -96,7 +96,7 @@ public:
 
   Status Walk()
   {
-    KDSTREAM_TRY(this->Coarse.Load(this->Team));
+    KDSTREAM_TRY(this->Coarse.Load(this->Group));
     this->Tree.depths = this->Input.depths;
     this->Tree.partitionBegin = PartitionsOfCell(this->Input, 0, 0);
     this->Tree.levels = this->Coarse.Whole();
@@ -105,7 +105,7 @@ public:
     for (unsigned d = 0; d <= depths.finest; ++d)
     {
       KDSTREAM_TRY(d >= this->Levels.firstInFiles ? this->VisitBlocks(d)
-                   : this->Team.IsFirst()         ? this->VisitWhole(d)
+                   : this->Group.IsFirst()        ? this->VisitWhole(d)
                                                   : Status{});
       KDSTREAM_TRY(this->Finish(Resolution::Level(d)));
     }
@@ -116,7 +116,7 @@ public:
   Status WalkPartitions(std::span<const VertexId> partitionBegin)
   {
     this->Tree.depths = this->Input.depths;
-    // Nodes behind the last partition are empty.
+    // Nodes after the last partition are empty.
     this->Tree.partitionBegin.assign(
       (std::size_t{ 1 } << this->Input.depths.partition) + 1, this->Input.vertexCount);
     std::copy(partitionBegin.begin(), partitionBegin.end(), this->Tree.partitionBegin.begin());
@@ -167,7 +167,7 @@ private:
     level =
       OrderLevel(this->Levels.coarse[depth], this->Coarse.First()[depth], {}, this->Exec).level;
     level.parents = links.parents;
-    level.reach = links.reach;
+    level.childNodes = links.childNodes;
     KDSTREAM_TRY(this->VisitPart(Resolution::Level(depth), 0, 0, {}));
     level = std::move(links);
     return {};
@@ -184,8 +184,8 @@ private:
   Status VisitBlocks(unsigned depth)
   {
     const LevelFile& file = this->Levels.files[depth];
-    const BlockRange blocks = depth > this->Input.depths.stitch ? this->Team.Here(file.blockDepth)
-                              : this->Team.IsFirst()            ? file.AllBlocks()
+    const BlockRange blocks = depth > this->Input.depths.stitch ? this->Group.Here(file.blockDepth)
+                              : this->Group.IsFirst()           ? file.AllBlocks()
                                                                 : BlockRange{};
     std::size_t block = blocks.begin;
     return ForEachLoaded(
@@ -226,7 +226,7 @@ private:
     part.level = std::move(ordered.level);
     if (depth < this->Input.depths.stitch)
     {
-      KDSTREAM_TRY(this->LoadReach(depth, index, *block, ordered.places, part.level));
+      KDSTREAM_TRY(this->LoadChildNodes(depth, index, *block, ordered.places, part.level));
       KDSTREAM_TRY(this->LoadRanks(depth, *block, part));
       return part;
     }
@@ -263,24 +263,24 @@ private:
   }
 
   // places: of the clusters of the block.
-  Status LoadReach(unsigned depth, std::size_t index, const LevelBlock& block,
+  Status LoadChildNodes(unsigned depth, std::size_t index, const LevelBlock& block,
     std::span<const VertexId> places, VertexTreeLevel& level) const
   {
-    if (!HasReach(Resolution::Level(depth), this->Input.depths))
+    if (!HasChildNodes(Resolution::Level(depth), this->Input.depths))
     {
       return {};
     }
-    const ReachFile& file = this->Numbers.reach[depth];
-    Result<std::vector<ReachedNode>> reach =
-      ReadInterval<ReachedNode>(file.nodes, file.begin[index], file.begin[index + 1]);
-    KDSTREAM_TRY(reach);
+    const ChildNodeFile& file = this->Numbers.childNodes[depth];
+    Result<std::vector<ChildNode>> childNodes =
+      ReadInterval<ChildNode>(file.nodes, file.begin[index], file.begin[index + 1]);
+    KDSTREAM_TRY(childNodes);
     const VertexId first = this->Levels.files[depth].begin[index];
-    for (ReachedNode& entry : *reach)
+    for (ChildNode& entry : *childNodes)
     {
       entry.cluster = places[block.ownBegin + (entry.cluster - first)];
     }
-    std::sort(reach->begin(), reach->end());
-    level.reach = std::move(*reach);
+    std::sort(childNodes->begin(), childNodes->end());
+    level.childNodes = std::move(*childNodes);
     return {};
   }
 
@@ -295,7 +295,7 @@ private:
 
   Status VisitOriginal()
   {
-    const BlockRange here = this->Input.begin.empty() ? this->Team.Here(this->Input.blockDepth)
+    const BlockRange here = this->Input.begin.empty() ? this->Group.Here(this->Input.blockDepth)
                                                       : BlockRange{ 0, this->Input.BlockCount() };
     struct Part
     {
@@ -372,8 +372,8 @@ private:
   const ExternalNumbers& Numbers;
   const PartVisit& Visit;
   const Execution& Exec;
-  BlockTeam Alone;
-  BlockTeam& Team;
+  BlockGroup Alone;
+  BlockGroup& Group;
   const std::function<Status(Resolution)>& Finished;
   CoarseTree Coarse;
   VertexTree Tree;
@@ -383,9 +383,9 @@ private:
 
 Status ForEachPart(const MeshBlocks& mesh, const ExternalLevels& levels,
   const ExternalNumbers& numbers, const PartVisit& visit, const Execution& execution,
-  BlockTeam* team, const std::function<Status(Resolution)>& finished)
+  BlockGroup* group, const std::function<Status(Resolution)>& finished)
 {
-  return PartWalk(mesh, levels, numbers, visit, execution, team, finished).Walk();
+  return PartWalk(mesh, levels, numbers, visit, execution, group, finished).Walk();
 }
 
 Status ForEachPartOfPartitions(const MeshBlocks& mesh, std::span<const VertexId> partitionBegin,

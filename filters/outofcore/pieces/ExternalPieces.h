@@ -23,24 +23,29 @@ namespace kdstream
 using PartVisit = std::function<Status(
   const VertexTree& tree, const Mesh& mesh, Resolution resolution, const ModelPart& part)>;
 
-// Gives all parts to `visit`, from the thread that called: levels 0 … L and then the original, of
-// each resolution parts ascending, every piece in one of them. A level above those in files is one
-// part, one in files has a part for each block of its file, the original for each block of the
-// mesh. Each level is read once (ghosts by each block that has them), the mesh once. Memory:
-// CoarseTree, and one part at a time: a level above the files, whole, or a block of one in files,
-// about 130 bytes a cluster and 40 a triangle while it is put in order; a block of the mesh what
-// MeshBlocks::Load says and 24 bytes a vertex. Attributes come on top, and what lies above ghosts,
-// or above the clusters of a level from R to S: about 8 bytes of each and a level, less where they
-// are near each other. Errors: InputOutput; Damaged (NumberExternally); those of `visit`, which end
-// it. REQUIRES: numbers of these levels; a level finer than S in blocks of at most the depth of its
-// pieces (PieceDepth). team: each process gets the parts of its own blocks, the first one those of
-// the levels up to S. finished: called behind the last part of each resolution, in every process.
+// Gives all parts to `visit`, on the calling thread: levels 0 … L and then the original, the parts
+// of a resolution ascending, every piece in one part. A level above those in files is one part; a
+// level in files has a part for each block of its file; the original has one for each block of the
+// mesh. Each level is read once (ghosts by each block that has them), the mesh once.
+//
+// Memory: CoarseTree, and one part at a time:
+// - a level above the files, whole, or a block of a level in files: about 130 bytes a cluster and
+//   40 a triangle while it is put in order;
+// - a block of the mesh: as MeshBlocks::Load, and 24 bytes a vertex;
+// - attributes;
+// - the ancestors of ghosts, or of the clusters of a level from R to S: about 8 bytes for each and
+//   a level, less where they are near each other.
+//
+// group: each process gets the parts of its own blocks, the first process those of the levels up to
+// S. finished: called after the last part of each resolution, in every process. Errors:
+// InputOutput; Damaged (NumberExternally); those of `visit`, which end it. REQUIRES: numbers of
+// these levels; blocks of a level finer than S are at most as deep as its pieces (PieceDepth).
 Status ForEachPart(const MeshBlocks& mesh, const ExternalLevels& levels,
   const ExternalNumbers& numbers, const PartVisit& visit, const Execution& execution = {},
-  BlockTeam* team = nullptr, const std::function<Status(Resolution)>& finished = {});
+  BlockGroup* group = nullptr, const std::function<Status(Resolution)>& finished = {});
 
 // The same for partitions of any size without levels (OctreePartitions.h): the parts of the
-// original alone, a block of the mesh each. The vertices are numbered as they are ranked.
+// original only, a block of the mesh each. The vertices are numbered as they are ranked.
 // partitionBegin: the first rank of each partition, and the end. REQUIRES: mesh.begin of whole
 // partitions.
 Status ForEachPartOfPartitions(const MeshBlocks& mesh, std::span<const VertexId> partitionBegin,

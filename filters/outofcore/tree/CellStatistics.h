@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// What is gathered about a cell while its records are written, so that splitting it needs no pass
-// of its own: box, mean, count, and where its coordinates lie.
+// What is gathered about a cell while its records are written: box, mean, count, and where its
+// coordinates lie. So its split needs no pass of its own.
 #pragma once
 
 #include "filters/core/tree/PointRecord.h"

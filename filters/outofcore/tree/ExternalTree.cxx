@@ -507,9 +507,9 @@ Result<ExternalTree> BuildExternalTree(SpillFolder& folder, SpillFile& points,
   if (options.memory < least)
   {
     return Error{ ErrorCode::LimitExceeded,
-      "the tree needs at least " + std::to_string(least) + " bytes of memory, " +
-        std::to_string(options.memory) + " are allowed: its finest cells hold " +
-        std::to_string(finestCell) + " vertices" };
+      "the tree needs at least " + std::to_string(least) + " bytes of memory; the limit is " +
+        std::to_string(options.memory) + ": its finest cells have " + std::to_string(finestCell) +
+        " vertices" };
   }
   const SpillCounts before = folder.Counts();
   ExternalTree tree;

@@ -54,19 +54,24 @@ struct ExternalTree
   ExternalTreeStatistics statistics;
 };
 
-// Builds the tree over the records of `points`: the same order and boxes as BuildKdTree, whatever
-// the memory, the method and the threads. Input: a file of records in any order, ids that differ.
-// It is consumed: the tree's records may be written over it; with keepPoints it is only read.
-// Output: a file of the same records, finest cell by finest cell, ids ascending inside each. Steps:
-// a pass over all for box, mean and numbers that are none; while a cell does not fit the memory,
-// its median by the method (MedianSearch.h), then one pass that writes the two halves to another
-// file at the same place and gathers box, mean and histogram of each; a cell that fits is read,
-// finished by BuildRecordTree and written. Complexity: a read and a write of a cell for each depth
-// that does not fit, beside what the median costs. Memory: options.memory; blocks of up to 2 MiB.
-// Disk: ExternalTreeOptions::keepPoints. Reports the steps "survey" and "tree". Errors:
-// InvalidArgument for no records; InvalidInput for a coordinate that is no number and beyond
-// mostExtent (Extent.h); LimitExceeded for a memory that cannot hold one finest cell and a few
-// blocks, with the bytes that would do; InputOutput (spill files); Cancelled.
+// Builds the tree over the records of `points`: the same order and boxes as BuildKdTree, for any
+// memory, method and threads.
+//
+// Input: a file of records in any order, with different ids. It is consumed: the tree's records may
+// be written over it; with keepPoints it is only read. Output: a file of the same records, finest
+// cell by finest cell, ids ascending inside each. Steps:
+// 1. A pass over all for box, mean, and coordinates that are not numbers.
+// 2. While a cell does not fit the memory: its median by the method (MedianSearch.h); then one pass
+//    that writes the two halves to another file at the same place and gathers box, mean and
+//    histogram of each.
+// 3. A cell that fits is read, finished by BuildRecordTree and written.
+//
+// Complexity: a read and a write of a cell for each depth that does not fit, and the cost of the
+// median. Memory: options.memory; blocks of up to 2 MiB. Disk: ExternalTreeOptions::keepPoints.
+// Reports the steps "survey" and "tree". Errors: InvalidArgument for no records; InvalidInput for a
+// coordinate that is not a number or is beyond mostExtent (Extent.h); LimitExceeded for a memory
+// that cannot hold one finest cell and a few blocks, with the bytes that would do; InputOutput
+// (spill files); Cancelled.
 template <class Scalar>
 Result<ExternalTree> BuildExternalTree(SpillFolder& folder, SpillFile& points,
   const TreeDepths& depths, const ExternalTreeOptions& options, const Execution& execution = {});

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // The median by selective sorting with two heaps (MedianSearch.h; paper 4.2.2-4.2.3). Steps:
-//   1. classify: a key up to the mean goes left, one behind it right; the greatest on the left and
+//   1. classify: a key up to the mean goes left, one after it right; the greatest on the left and
 //      the least on the right stay in the memory, in a min heap and a max heap,
 //   2. the interval: the counts tell on which side the wanted rank lies, and how far from the mean,
 //   3. nearer than the heap is large: the key is in the heap. Farther: again for the keys on that

@@ -49,7 +49,7 @@ TEST(TestProgram, EveryExceptionBecomesOneLine)
     "filesystem error: cannot be told: No such file or directory [x.kds]");
   expect(RunThrowing(std::system_error(missing, "thread")), "thread: No such file or directory");
   expect(RunThrowing(std::runtime_error("two\nlines")), "unexpected: two lines");
-  expect(RunThrowing(42), "unexpected: an exception that does not say what it is");
+  expect(RunThrowing(42), "unexpected: an exception without a message");
 }
 
 TEST(TestProgram, InterruptedWorkBlamesNoFile)

@@ -99,11 +99,11 @@ TEST(UsageMessage, CommandsToo)
 {
   EXPECT_EQ(
     MessageOfCommand({ "inof", "m.kds" }), "there is no command \"inof\"; did you mean info?");
-  EXPECT_EQ(MessageOfCommand({ "frobnicate" }),
-    "there is no command \"frobnicate\"; there is info or extract");
+  EXPECT_EQ(
+    MessageOfCommand({ "frobnicate" }), "there is no command \"frobnicate\"; use info or extract");
   // Help of a command that there is not would be that of the program.
   EXPECT_EQ(MessageOfCommand({ "frobnicate", "--help" }),
-    "there is no command \"frobnicate\"; there is info or extract");
+    "there is no command \"frobnicate\"; use info or extract");
   EXPECT_EQ(
     MessageOfCommand({ "--help", "inof" }), "there is no command \"inof\"; did you mean info?");
   EXPECT_EQ(MessageOfCommand({ "--help" }), "");
@@ -116,15 +116,15 @@ TEST(UsageMessage, CommandsToo)
     "there is no command \"extrat\"; did you mean extract?");
   EXPECT_EQ(MessageOfCommand({ "--jsn" }), "there is no option --jsn");
   EXPECT_EQ(MessageOfCommand({ "--level", "3", "extract", "m.kds" }),
-    "--level belongs behind the command: kdstream-test extract … --level");
+    "--level belongs after the command: kdstream-test extract … --level");
   EXPECT_EQ(MessageOfCommand({ "--level=3", "extract", "m.kds" }),
-    "--level belongs behind the command: kdstream-test extract … --level");
+    "--level belongs after the command: kdstream-test extract … --level");
   EXPECT_EQ(
-    MessageOfCommand({ "m.kds", "info" }), "the command stands first: kdstream-test info m.kds");
+    MessageOfCommand({ "m.kds", "info" }), "the command must come first: kdstream-test info m.kds");
   EXPECT_EQ(MessageOfCommand({ "m.kds", "extract", "--level", "3" }),
-    "the command stands first: kdstream-test extract m.kds");
+    "the command must come first: kdstream-test extract m.kds");
   EXPECT_EQ(MessageOfCommand({ "m.kds", "info", "other.kds" }),
-    "the command stands first: kdstream-test info m.kds");
+    "the command must come first: kdstream-test info m.kds");
   EXPECT_EQ(
     MessageOfCommand({ "extract", "m.kds", "--version" }), "--version belongs before the command");
   EXPECT_EQ(MessageOfCommand({ "extract", "m.kds", "--lvel", "3" }),

@@ -137,7 +137,7 @@ public:
     return this->Bytes.at(this->PlaceOf(name).begin);
   }
 
-  // The blob becomes another one, whose checksum is right, and those behind it move.
+  // The blob becomes another one, whose checksum is right, and those after it move.
   void Replace(const std::string& name, std::span<const std::uint8_t> data)
   {
     BlobPlace& place = this->PlaceOf(name);

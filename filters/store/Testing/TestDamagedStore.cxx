@@ -331,7 +331,7 @@ TEST_F(DamagedStore, ATinyStoreThatClaimsALotIsRefused)
   const auto damage = (*hollow)->Verify();
   ASSERT_FALSE(damage.empty());
   EXPECT_LT(damage.size(), 2000u);
-  EXPECT_EQ(damage.back().message, "there is more, which is not checked");
+  EXPECT_EQ(damage.back().message, "there are more errors; the rest is not checked");
 }
 
 TEST_F(DamagedStore, AFileThatIsTruncatedIsReadNoMore)

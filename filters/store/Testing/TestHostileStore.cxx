@@ -128,20 +128,20 @@ TEST_F(HostileStore, AnotherSchemaIsRefusedAndNamed)
     { "CREATE TABLE other (a)", "it has a table 'other'" },
     // Columns that are computed, checked or more than there should be.
     { "ALTER TABLE directory ADD COLUMN g AS (hex(zeroblob(10000)))",
-      "its table 'directory' is not the one of a store" },
+      "its table 'directory' differs from that of a store" },
     { "DROP TABLE content; CREATE TABLE content (part INTEGER PRIMARY KEY, data BLOB NOT NULL "
       "DEFAULT (abs(-3)))",
-      "its table 'content' is not the one of a store" },
-    { "ALTER TABLE content ADD COLUMN more", "its table 'content' is not the one of a store" },
+      "its table 'content' differs from that of a store" },
+    { "ALTER TABLE content ADD COLUMN more", "its table 'content' differs from that of a store" },
     { "DROP TABLE directory; CREATE TABLE directory (part INTEGER PRIMARY KEY, data BLOB NOT NULL "
       "CHECK (length(hex(zeroblob(1000000))) > 0))",
-      "its table 'directory' is not the one of a store" },
+      "its table 'directory' differs from that of a store" },
     { "DROP TABLE directory; CREATE TABLE directory (part INTEGER PRIMARY KEY, data BLOB NOT NULL) "
       "STRICT",
-      "its table 'directory' is not the one of a store" },
+      "its table 'directory' differs from that of a store" },
     { "DROP TABLE content; CREATE TABLE content (part INTEGER PRIMARY KEY, data BLOB NOT NULL) "
       "WITHOUT ROWID",
-      "its table 'content' is not the one of a store" },
+      "its table 'content' differs from that of a store" },
     { "CREATE VIRTUAL TABLE v USING fts5(a)", "it has a virtual table 'v'" },
     { "CREATE TABLE textures (partition INTEGER PRIMARY KEY, data BLOB NOT NULL, checksum INTEGER "
       "NOT NULL)",
@@ -150,27 +150,27 @@ TEST_F(HostileStore, AnotherSchemaIsRefusedAndNamed)
     // Texts, rows and numbers that are none of a schema.
     { "PRAGMA writable_schema = ON; INSERT INTO sqlite_schema VALUES ('table', 'content', "
       "'content', 3, 'CREATE TABLE content (a)')",
-      "its table 'content' is not the one of a store" },
+      "its table 'content' differs from that of a store" },
     { "PRAGMA writable_schema = ON; INSERT INTO sqlite_schema SELECT * FROM sqlite_schema",
       "its table 'metadata' is there twice" },
     { "PRAGMA writable_schema = ON; UPDATE sqlite_schema SET rootpage = (SELECT rootpage FROM "
       "sqlite_schema WHERE name = 'directory') WHERE name = 'content'",
       "its table 'content' is there twice" },
     { "PRAGMA writable_schema = ON; UPDATE sqlite_schema SET type = 'thing' WHERE name = 'content'",
-      "its schema has more than tables" },
+      "its schema has other objects than tables" },
     { "PRAGMA writable_schema = ON; UPDATE sqlite_schema SET tbl_name = 'directory' WHERE name = "
       "'content'",
-      "its table 'content' is not the one of a store" },
+      "its table 'content' differs from that of a store" },
     { "PRAGMA writable_schema = ON; UPDATE sqlite_schema SET sql = CAST(sql AS BLOB) WHERE name = "
       "'content'",
-      "its table 'content' is not the one of a store" },
+      "its table 'content' differs from that of a store" },
     { "PRAGMA writable_schema = ON; UPDATE sqlite_schema SET rootpage = -3 WHERE name = 'content'",
       "it has a virtual table 'content'" },
     // More than a page of it.
     { "CREATE TABLE huge (a /* " + std::string(196950, 'x') + " */)", "it has a table 'huge'" },
     // Forms of the file.
-    { "PRAGMA page_size = 512; VACUUM", "its pages are not those of a store, of 1024 bytes" },
-    { "PRAGMA page_size = 65536; VACUUM", "its pages are not those of a store, of 1024 bytes" },
+    { "PRAGMA page_size = 512; VACUUM", "its page size is not that of a store, 1024 bytes" },
+    { "PRAGMA page_size = 65536; VACUUM", "its page size is not that of a store, 1024 bytes" },
     { "PRAGMA journal_mode = WAL", "it uses a write-ahead log" },
     { "PRAGMA auto_vacuum = FULL; VACUUM", "it uses auto-vacuum" },
   };
@@ -196,8 +196,7 @@ TEST_F(HostileStore, ThousandsOfTablesAreNotRead)
     tables += "CREATE TABLE t" + std::to_string(i) + " (a, b, c);";
   }
   this->Make(tables + "COMMIT");
-  EXPECT_EQ(this->Refusal(), std::string(notAStore) + "its schema has more than the tables of a "
-                                                      "store");
+  EXPECT_EQ(this->Refusal(), std::string(notAStore) + "its schema has other tables than a store");
 }
 
 TEST_F(HostileStore, TextsInUtf16AreRefused)
@@ -210,7 +209,7 @@ TEST_F(HostileStore, TextsInUtf16AreRefused)
     "; PRAGMA user_version = " + std::to_string(storeVersion) + ";" + SchemaOfStore(storeVersion);
   ASSERT_EQ(sqlite3_exec(database, make.c_str(), nullptr, nullptr, nullptr), SQLITE_OK);
   ASSERT_EQ(sqlite3_close(database), SQLITE_OK);
-  EXPECT_EQ(this->Refusal(), std::string(notAStore) + "its texts are not UTF-8");
+  EXPECT_EQ(this->Refusal(), std::string(notAStore) + "its text encoding is not UTF-8");
 }
 
 TEST_F(HostileStore, ATableThatIsMissingIsNamed)
@@ -265,15 +264,15 @@ TEST_F(HostileStore, MetadataThatAreTooMuchAreRefused)
     json += ",0";
   }
   this->MakeMetadata(json + "]");
-  EXPECT_EQ(this->Refusal(), "metadata: a value in it is too large");
+  EXPECT_EQ(this->Refusal(), "metadata: it contains a value that is too large");
   this->Make("INSERT INTO metadata VALUES ('other', '', 0)");
   EXPECT_EQ(this->Refusal(), "metadata: more than one row, or a damaged page");
   this->Make("UPDATE metadata SET key = hex(zeroblob(5000000))");
-  EXPECT_EQ(this->Refusal(), "metadata: a value in it is too large");
+  EXPECT_EQ(this->Refusal(), "metadata: it contains a value that is too large");
   this->Make("UPDATE metadata SET key = 'other'");
   EXPECT_EQ(this->Refusal(), "metadata: row \"model\" is missing");
   this->Make("UPDATE metadata SET value = CAST(value AS BLOB), checksum = zeroblob(5000000)");
-  EXPECT_EQ(this->Refusal(), "metadata: a value in it is too large");
+  EXPECT_EQ(this->Refusal(), "metadata: it contains a value that is too large");
 }
 
 // Of an earlier version, whose rows verify reads in turn. The table of the pieces becomes 400^6
@@ -327,7 +326,7 @@ TEST_F(HostileStore, ATreeWithoutAnEndIsEnded)
   ASSERT_TRUE(store) << store.GetError().message;
   const auto damage = (*store)->Verify();
   ASSERT_FALSE(damage.empty());
-  EXPECT_EQ(damage.front().message, "pieces: takes longer to read than any store");
+  EXPECT_EQ(damage.front().message, "pieces: takes too long to read for a store");
 }
 
 // Files beside the store belong to nobody: neither read nor removed.

@@ -121,21 +121,19 @@ TEST_F(KeptVersions, AnotherSchemaIsRefusedAndNamed)
   refused(9, "CREATE INDEX i ON pieces(abs(node)) WHERE node > 3", "it has an index 'i'");
   refused(9, "CREATE TABLE content (part INTEGER PRIMARY KEY, data BLOB NOT NULL)",
     "it has a table 'content'");
-  refused(9, "ALTER TABLE boxes ADD COLUMN more", "its table 'boxes' is not the one of a store");
-  refused(
-    9, "PRAGMA page_size = 1024; VACUUM", "its pages are not those of a store, of 4096 bytes");
+  refused(9, "ALTER TABLE boxes ADD COLUMN more", "its table 'boxes' differs from that of a store");
+  refused(9, "PRAGMA page_size = 1024; VACUUM", "its page size is not that of a store, 4096 bytes");
   refused(10, "PRAGMA user_version = 9", "it has a table 'textures'");
   refused(11, "PRAGMA user_version = 13; PRAGMA page_size = 1024; VACUUM",
-    "its table 'metadata' is not the one of a store");
+    "its table 'metadata' differs from that of a store");
   for (const auto& [version, table] : { std::pair{ 10, "textures" }, { 11, "unused" } })
   {
     const std::string name = table, is = "PRAGMA user_version = " + std::to_string(version) + ";";
     EXPECT_EQ(this->DamageOf(9, is),
       Messages{ "its tables are not those of a store: '" + name + "' is missing" });
     EXPECT_EQ(this->DamageOf(9, is + std::string(TablesOfStore(version).back().sql)),
-      Messages{ "metadata: what it says of " +
-                (name == "unused" ? std::string("unused vertices") : name) +
-                " is not of the store's version" });
+      Messages{ "metadata: its " + (name == "unused" ? std::string("unused vertices") : name) +
+                " do not fit the store's version" });
   }
 }
 

@@ -107,7 +107,7 @@ TEST(TestSqlite, AStatementThatDoesNotEndIsEnded)
     const auto counted = QueryInteger(database->get(), endless + "SELECT count(*) FROM c");
     ASSERT_FALSE(counted);
     EXPECT_EQ(counted.GetError().code, ErrorCode::Damaged);
-    EXPECT_EQ(counted.GetError().message, "takes longer to read than any store");
+    EXPECT_EQ(counted.GetError().message, "takes too long to read for a store");
     // All rows of a statement count together.
     auto rows = Statement::Prepare(database->get(), (endless + "SELECT x FROM c").c_str());
     ASSERT_TRUE(rows);
@@ -157,7 +157,7 @@ TEST(TestSqlite, ValuesThatAreTooLargeAreRefused)
   };
   EXPECT_EQ(hexadecimal(1 << 20).Value(), 2 << 20);
   ASSERT_FALSE(hexadecimal(1 << 26));
-  EXPECT_EQ(hexadecimal(1 << 26).GetError().message, "a value in it is too large");
+  EXPECT_EQ(hexadecimal(1 << 26).GetError().message, "it contains a value that is too large");
   LimitValues(database->get(), 1000);
   EXPECT_FALSE(hexadecimal(1 << 20));
 }

@@ -229,7 +229,7 @@ TEST_F(StoreTest, SaysWhatIsWrong)
     BuildStore(Mesh{}, "x", this->File(), {}).GetError().message, "the mesh has no vertices");
   const Mesh wide{ { { -1.7e308, 0, 0 }, { 1.7e308, 0, 0 } }, {}, ScalarType::Float64 };
   EXPECT_EQ(BuildStore(wide, "x", this->File(), {}).GetError().message,
-    "the mesh spans more than 2^127 (1.7e38) along x, the most that levels can be computed for");
+    "the mesh spans more than 2^127 (1.7e38) along x, the limit for computing levels");
   const auto unwritable = BuildStore(Torus(9, 9), "x", this->Folder / "no" / "x.kds", {});
   EXPECT_EQ(unwritable.GetError().code, ErrorCode::InputOutput);
   EXPECT_EQ(Store::Open(this->File("absent.kds")).GetError().code, ErrorCode::NotFound);

@@ -256,7 +256,7 @@ TEST_F(StoreAttributes, AsManyAndAsLongAsAllowed)
     return report ? "" : report.GetError().message;
   };
   add("one too many");
-  EXPECT_EQ(problem(), "256 attributes: more than 255");
+  EXPECT_EQ(problem(), "256 attributes; the maximum is 255");
   const auto problemOfName = [&](const std::string& name)
   {
     mesh.attributes.resize(1);
@@ -265,8 +265,8 @@ TEST_F(StoreAttributes, AsManyAndAsLongAsAllowed)
   };
   EXPECT_EQ(problemOfName(""), "attribute 1 has a name of 0 bytes");
   EXPECT_EQ(problemOfName(std::string(300, 'x')), "attribute 1 has a name of 300 bytes");
-  EXPECT_EQ(problemOfName("caf\xE9"), "attribute 1 has a name that is no text");
-  EXPECT_EQ(problemOfName("two\nlines"), "attribute 1 has a name that is no text");
+  EXPECT_EQ(problemOfName("caf\xE9"), "attribute 1 has a name that is not valid UTF-8");
+  EXPECT_EQ(problemOfName("two\nlines"), "attribute 1 has a name that is not valid UTF-8");
   EXPECT_EQ(problemOfName(mesh.attributes[0].name), "attribute 1 has the name of attribute 0");
   mesh.attributes.resize(1);
   mesh.attributes[0].values.pop_back();
@@ -287,7 +287,7 @@ TEST_F(StoreAttributes, PiecesWithOtherArraysThanTheMetadataSaysAreDamaged)
   const Result<Piece> piece = (*store)->ReadPiece({ Resolution::Level(0), 1 });
   ASSERT_FALSE(piece);
   EXPECT_EQ(piece.GetError().code, ErrorCode::Damaged);
-  EXPECT_EQ(piece.GetError().message, "levels/0/1: its attributes are not those of the metadata");
+  EXPECT_EQ(piece.GetError().message, "levels/0/1: its attributes differ from the metadata");
   const std::vector<Error> damage = (*store)->Verify();
   EXPECT_EQ(damage.size(), (*store)->PieceIds().size());
   EXPECT_EQ(damage.at(0).message, piece.GetError().message);

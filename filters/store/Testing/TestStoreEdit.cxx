@@ -54,7 +54,7 @@ TEST_F(StoreEditTest, UpAndFirstViewAreChangedAndNoLongerGuessed)
 {
   this->Build(Torus(96, 48), {});
   const auto before = (*Store::Open(this->File()))->Info();
-  ASSERT_TRUE(before.pose && before.pose->guessed);
+  ASSERT_TRUE(before.homeView && before.homeView->guessed);
   const auto edit = [&](const std::optional<Vec3>& up, const std::optional<Vec3>& view)
   {
     StoreTexts texts;
@@ -63,15 +63,15 @@ TEST_F(StoreEditTest, UpAndFirstViewAreChangedAndNoLongerGuessed)
     const auto edited = EditStore(this->File(), texts);
     EXPECT_TRUE(edited);
     EXPECT_EQ(edited->digest, before.digest);
-    EXPECT_EQ((*Store::Open(this->File()))->Info().pose, edited->pose);
-    return *edited->pose;
+    EXPECT_EQ((*Store::Open(this->File()))->Info().homeView, edited->homeView);
+    return *edited->homeView;
   };
-  EXPECT_EQ(edit({}, Vec3{ 1, 0, 0 }), (ModelPose{ before.pose->up, { 1, 0, 0 }, false }));
-  EXPECT_EQ(edit(before.pose->up, {}).view, (Vec3{ 1, 0, 0 })) << "the same up: the view stays";
-  EXPECT_EQ(edit(Vec3{ 0, 1, 0 }, {}), (ModelPose{ { 0, 1, 0 }, { 0, 0, 1 }, false }));
-  EXPECT_EQ(edit(Vec3{ 0, 0, -1 }, {}), (ModelPose{ { 0, 0, -1 }, { 0, -1, 0 }, false }));
+  EXPECT_EQ(edit({}, Vec3{ 1, 0, 0 }), (HomeView{ before.homeView->up, { 1, 0, 0 }, false }));
+  EXPECT_EQ(edit(before.homeView->up, {}).view, (Vec3{ 1, 0, 0 })) << "the same up: the view stays";
+  EXPECT_EQ(edit(Vec3{ 0, 1, 0 }, {}), (HomeView{ { 0, 1, 0 }, { 0, 0, 1 }, false }));
+  EXPECT_EQ(edit(Vec3{ 0, 0, -1 }, {}), (HomeView{ { 0, 0, -1 }, { 0, -1, 0 }, false }));
   ASSERT_TRUE(EditStore(this->File(), { "only a title", {}, {}, {} }));
-  EXPECT_EQ((*Store::Open(this->File()))->Info().pose->up, (Vec3{ 0, 0, -1 }));
+  EXPECT_EQ((*Store::Open(this->File()))->Info().homeView->up, (Vec3{ 0, 0, -1 }));
 }
 
 TEST_F(StoreEditTest, AnEditThatFailsChangesNothing)

@@ -37,7 +37,7 @@ Attribute PaintOf(const std::string& name, AttributeType type, std::uint8_t comp
   return attribute;
 }
 
-void AddPaint(Mesh& mesh)
+void AddColorQuadrics(Mesh& mesh)
 {
   Attribute corners = PaintOf(std::string(paintCornersName), AttributeType::Float32, 6);
   Attribute material = PaintOf(std::string(paintMaterialName), AttributeType::UInt32, 1);
@@ -139,7 +139,7 @@ TEST_F(StoreTextures, ComeBackWithTheirCorners)
       { v, v, v } } };
     mesh.triangles.insert(mesh.triangles.end(), thin.begin(), thin.end());
   }
-  AddPaint(mesh);
+  AddColorQuadrics(mesh);
   const BuildReport report = this->Build(mesh, Options());
   const auto store = Store::Open(this->File());
   ASSERT_TRUE(store) << store.GetError().message;
@@ -164,7 +164,7 @@ TEST_F(StoreTextures, ComeBackWithTheirCorners)
 TEST_F(StoreTextures, AreTheSameOutOfCore)
 {
   Mesh mesh = Shuffled(DisplacedSphere(5), 4);
-  AddPaint(mesh);
+  AddColorQuadrics(mesh);
   const std::filesystem::path input = this->File("mesh.ply");
   ASSERT_TRUE(WriteMesh(input, mesh));
   BuildOptions options = Options();
@@ -194,7 +194,7 @@ TEST_F(StoreTextures, PlainStoresHaveNone)
 TEST_F(StoreTextures, DamageIsNamed)
 {
   Mesh mesh = DisplacedSphere(3);
-  AddPaint(mesh);
+  AddColorQuadrics(mesh);
   this->Build(mesh, Options());
   StoreContent content(this->File());
   content.FirstByteOf("textures/2") ^= 1;
@@ -211,12 +211,12 @@ TEST_F(StoreTextures, DamageIsNamed)
 TEST_F(StoreTextures, TooLargeOnesAreRefused)
 {
   Mesh mesh = DisplacedSphere(2);
-  AddPaint(mesh);
+  AddColorQuadrics(mesh);
   BuildOptions options = Options();
   options.textures = std::make_shared<TooLarge>();
   const auto report = BuildStore(mesh, "mesh.ply", this->File(), options);
   ASSERT_FALSE(report);
   EXPECT_EQ(report.GetError().message,
-    "textures/0 takes 67108865 bytes, more than the 64 MiB that servers send: make partitions of "
-    "fewer vertices");
+    "textures/0 has 67108865 bytes, more than the 64 MiB that servers send: use "
+    "fewer vertices per partition");
 }

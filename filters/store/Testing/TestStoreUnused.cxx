@@ -48,7 +48,7 @@ Mesh Survey()
   return mesh;
 }
 
-// The same with vertices that no triangle uses before, among and behind the others.
+// The same with vertices that no triangle uses before, among and after the others.
 Mesh WithStrays(const Mesh& mesh, const std::vector<Vec3>& strays)
 {
   Mesh all{ {}, {}, mesh.scalarType, {} };
@@ -303,7 +303,7 @@ TEST_F(StoreUnused, DamageIsNamed)
   const auto putFirst = [&](std::span<const std::uint8_t> data)
   { return put([&](StoreContent& content) { content.Replace("unused/0", data); }); };
   EXPECT_EQ(
-    putFirst(last), Messages{ "unused/0: its vertices are not as many as the metadata says" });
+    putFirst(last), Messages{ "unused/0: its number of vertices differs from the metadata" });
   const std::vector<std::uint8_t> piece =
     *this->Open()->Read(BlobOfPiece(this->Open()->PieceIds().back(), this->Open()->Info().depths));
   ASSERT_EQ(putFirst(piece).size(), 1U);
@@ -314,7 +314,7 @@ TEST_F(StoreUnused, DamageIsNamed)
     { { "more", AttributeType::UInt8, AttributeAssociation::Point, 1 }, {} });
   other.attributes[0].values.resize(other.positions.size());
   EXPECT_EQ(putFirst(EncodePiece(other, UnusedCodec(ScalarType::Float64))),
-    Messages{ "unused/0: its attributes are not those of the metadata" });
+    Messages{ "unused/0: its attributes differ from the metadata" });
 }
 
 // No memory is taken for what is only claimed.
@@ -328,7 +328,7 @@ TEST_F(StoreUnused, MoreThanTheFileHoldsAreRefused)
     const std::vector<std::string> damage =
       this->DamageOf([&] { Sql(this->File(), PutMetadata(WriteStoredModel(info))); });
     ASSERT_EQ(damage.size(), 1U);
-    EXPECT_NE(damage[0].find("has no room for " + std::to_string(claimed) + " unused vertices"),
+    EXPECT_NE(damage[0].find("is too small for " + std::to_string(claimed) + " unused vertices"),
       std::string::npos)
       << damage[0];
   }

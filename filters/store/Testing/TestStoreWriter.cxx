@@ -63,8 +63,8 @@ TEST_F(StoreWriterTest, ABlobThatNoServerSendsIsNotWritten)
   ASSERT_FALSE(refused);
   EXPECT_EQ(refused.GetError().code, ErrorCode::LimitExceeded);
   EXPECT_EQ(refused.GetError().message,
-    "partitions/0 takes 67108865 bytes, more than the 64 MiB that servers send: make partitions of "
-    "fewer vertices");
+    "partitions/0 has 67108865 bytes, more than the 64 MiB that servers send: use "
+    "fewer vertices per partition");
 }
 
 // Of a scan of 41,000 vertices with its noise: schema, metadata and directory do not shrink with
@@ -214,7 +214,7 @@ TEST_F(StoreWriterTest, AFullDiskSaysHowMuchTheStoreTakes)
     EXPECT_TRUE(WIFEXITED(state) && WEXITSTATUS(state) == 0);
     std::ifstream stream(said);
     const std::string text{ std::istreambuf_iterator<char>(stream), {} };
-    const std::string begin = "files may not grow so large here: the store takes about ";
+    const std::string begin = "files cannot grow this large here: the store needs about ";
     ASSERT_EQ(text.rfind(begin, 0), 0U) << text;
     const double needed = std::stod(text.substr(begin.size())) * (1 << 20);
     EXPECT_GT(needed, 0.8 * whole) << text;

@@ -63,7 +63,7 @@ inline void CheckTile(const TexturedMesh& textured)
   }
   const std::size_t count = pictures.size();
   const PicturesInMemory source(std::move(pictures));
-  const PaintedTriangles painted{ textured.mesh.triangles, textured.corners, textured.materialOf };
+  const TexturedTriangles painted{ textured.mesh.triangles, textured.corners, textured.materialOf };
   constexpr unsigned quality = 50;
   constexpr std::int64_t mostSide = 128;
   const auto made = MakeTile(painted, { textured.materials, count }, source, { quality, mostSide });

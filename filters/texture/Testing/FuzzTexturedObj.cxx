@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // libFuzzer's entry to OBJ files with materials, read and baked: ./dev fuzz. Before the first byte
-// 0 is the mesh, behind it its library "m.mtl".
+// 0 is the mesh, after it its library "m.mtl".
 #include "filters/texture/FindTextures.h"
 #include "filters/texture/Testing/FuzzFolder.h"
 

@@ -34,9 +34,9 @@ double Number(std::mt19937& random, double least, double most)
 struct Scene
 {
   std::vector<Picture> pictures;
-  Paint paint;
+  TextureSet textures;
   std::vector<Triangle> triangles;
-  PaintedTriangles painted;
+  TexturedTriangles textured;
 };
 
 // Strips of triangles that go over seams, mirrored ones, ones far outside 0-1, some alone, some
@@ -50,7 +50,7 @@ Scene RandomScene(unsigned seed)
     const std::size_t height = 20 + random() % 60, width = 20 + random() % 60; // compilers differ
     scene.pictures.push_back(RandomPicture(random, width, height));
   }
-  scene.paint.pictures = 3;
+  scene.textures.pictures = 3;
   for (std::uint32_t i = 0; i < 6; ++i)
   {
     TexturedMaterial material;
@@ -60,9 +60,9 @@ Scene RandomScene(unsigned seed)
     material.wrapU = static_cast<TextureWrap>(random() % 3);
     material.wrapV = static_cast<TextureWrap>(random() % 3);
     material.transform = random() % 2 == 0 ? upsideDown : TextureTransform{};
-    scene.paint.materials.push_back(material);
+    scene.textures.materials.push_back(material);
   }
-  scene.paint.shown = NumberShownPictures(scene.paint);
+  scene.textures.shown = NumberShownPictures(scene.textures);
   for (std::uint32_t strip = 0; strip < 12; ++strip)
   {
     const VertexId first = strip * 10;
@@ -79,12 +79,12 @@ Scene RandomScene(unsigned seed)
     {
       scene.triangles.push_back({ first + v, first + v + 1, first + v + 2 });
       const bool none = random() % 20 == 0;
-      scene.painted.corners.push_back(none ? std::array{ at[v], noPictureCoordinate, at[v + 2] }
-                                           : std::array{ at[v], at[v + 1], at[v + 2] });
-      scene.painted.materialOf.push_back(material);
+      scene.textured.corners.push_back(none ? std::array{ at[v], noPictureCoordinate, at[v + 2] }
+                                            : std::array{ at[v], at[v + 1], at[v + 2] });
+      scene.textured.materialOf.push_back(material);
     }
   }
-  scene.painted.triangles = scene.triangles;
+  scene.textured.triangles = scene.triangles;
   return scene;
 }
 
@@ -132,7 +132,7 @@ TEST(MakeTile, LosslessTexelsAreThoseOfThePictures)
   {
     const Scene scene = RandomScene(seed);
     const PicturesInMemory source(scene.pictures);
-    const auto made = MakeTile(scene.painted, scene.paint, source, { 0 });
+    const auto made = MakeTile(scene.textured, scene.textures, source, { 0 });
     ASSERT_TRUE(made) << made.GetError().message;
     const auto blob = EncodeTextureTile(made->tile, scene.triangles);
     const auto tile = DecodeTextureTile(blob, scene.triangles);
@@ -141,21 +141,21 @@ TEST(MakeTile, LosslessTexelsAreThoseOfThePictures)
     ASSERT_TRUE(picture) << picture.GetError().message;
     ASSERT_EQ(picture->width, tile->width);
     ASSERT_EQ(picture->height, tile->height);
-    const TileCharts charts = FindTileCharts(scene.painted, scene.paint, source, 2);
+    const TileCharts charts = FindTileCharts(scene.textured, scene.textures, source, 2);
     std::mt19937 random(seed);
     for (std::size_t t = 0; t < scene.triangles.size(); ++t)
     {
-      const TexturedMaterial& material = scene.paint.materials[scene.painted.materialOf[t]];
+      const TexturedMaterial& material = scene.textures.materials[scene.textured.materialOf[t]];
       for (int i = 0; i < 20; ++i)
       {
         std::array<double, 3> weights{ Number(random, 0, 1), Number(random, 0, 1), 0 };
         weights[1] *= 1 - weights[0];
         weights[2] = 1 - weights[0] - weights[1];
         const auto at = Mix(tile->corners[t], weights);
-        if (charts.ofTriangle[t].why != Unpainted::No)
+        if (charts.ofTriangle[t].why != Untextured::No)
         {
           ++unpainted;
-          const bool means = charts.ofTriangle[t].why == Unpainted::Repeats;
+          const bool means = charts.ofTriangle[t].why == Untextured::Repeats;
           const auto alpha = std::uint8_t(material.opaque ? 255 : 128);
           const Texel color{ ByteOfLinear(0.2), ByteOfLinear(0.5), ByteOfLinear(0.7), alpha };
           ASSERT_TRUE(means || TexelOf(*picture, at[0], at[1]) == color);
@@ -186,8 +186,8 @@ TEST(MakeTile, LossyOnesHaveTheSamePlaces)
   {
     const Scene scene = RandomScene(seed);
     const PicturesInMemory source(scene.pictures);
-    const auto lossless = MakeTile(scene.painted, scene.paint, source, { 0 });
-    const auto lossy = MakeTile(scene.painted, scene.paint, source, { 80 });
+    const auto lossless = MakeTile(scene.textured, scene.textures, source, { 0 });
+    const auto lossy = MakeTile(scene.textured, scene.textures, source, { 80 });
     ASSERT_TRUE(lossless && lossy);
     ASSERT_EQ(lossless->tile.corners.size(), lossy->tile.corners.size());
     for (std::size_t t = 0; t < scene.triangles.size(); ++t) // patches of colours are larger
@@ -212,13 +212,13 @@ TEST(MakeTile, LargeOnesAreHalved)
   {
     picture = { 700, 600, 1, std::vector<std::uint8_t>(700 * 600, 77) };
   }
-  for (TexturedMaterial& material : scene.paint.materials)
+  for (TexturedMaterial& material : scene.textures.materials)
   {
     material.opaque = true;
     material.color = { LinearOfBytes()[77], LinearOfBytes()[77], LinearOfBytes()[77], 1 };
   }
   const PicturesInMemory source(scene.pictures);
-  const auto made = MakeTile(scene.painted, scene.paint, source, { 100, 256 });
+  const auto made = MakeTile(scene.textured, scene.textures, source, { 100, 256 });
   ASSERT_TRUE(made) << made.GetError().message;
   EXPECT_LE(std::max(made->tile.width, made->tile.height), 256U);
   EXPECT_EQ(made->counts.halved, 1U);
@@ -239,31 +239,31 @@ TEST(MakeTile, FlatColoursDoNotBleed)
   {
     Scene scene = RandomScene(seed);
     std::mt19937 random(seed);
-    const std::size_t colors = 1 + random() % 30, first = scene.paint.materials.size();
+    const std::size_t colors = 1 + random() % 30, first = scene.textures.materials.size();
     for (std::size_t i = 0; i < colors; ++i)
     {
       TexturedMaterial material;
       material.color = { Number(random, 0, 1), Number(random, 0, 1), Number(random, 0, 1), 1 };
-      scene.paint.materials.push_back(material);
+      scene.textures.materials.push_back(material);
       scene.triangles.push_back({ 0, 1, 2 });
-      scene.painted.corners.push_back({});
-      scene.painted.materialOf.push_back(static_cast<std::uint32_t>(first + i));
+      scene.textured.corners.push_back({});
+      scene.textured.materialOf.push_back(static_cast<std::uint32_t>(first + i));
     }
-    scene.painted.triangles = scene.triangles;
-    for (TexturedMaterial& material : scene.paint.materials)
+    scene.textured.triangles = scene.triangles;
+    for (TexturedMaterial& material : scene.textures.materials)
     {
       material.opaque = true;
     }
     const PicturesInMemory source(scene.pictures);
     for (const unsigned quality : { 75U, 90U })
     {
-      const auto made = MakeTile(scene.painted, scene.paint, source, { quality });
+      const auto made = MakeTile(scene.textured, scene.textures, source, { quality });
       ASSERT_TRUE(made) << made.GetError().message;
       const auto picture = DecodePicture(made->tile.image);
       ASSERT_TRUE(picture) << picture.GetError().message;
       for (std::size_t t = scene.triangles.size() - colors; t < scene.triangles.size(); ++t)
       {
-        const Color& color = scene.paint.materials[scene.painted.materialOf[t]].color;
+        const Color& color = scene.textures.materials[scene.textured.materialOf[t]].color;
         const auto at = made->tile.corners[t][0];
         for (int i = 0; i < 4; ++i)
         {
@@ -289,10 +289,11 @@ TEST(MakeTile, FactorsAreMultipliedIn)
   TexturedMaterial material;
   material.picture = 0;
   material.factor = { 1, 0.5, 0, 1 };
-  scene.paint = { { material }, 1 };
+  scene.textures = { { material }, 1 };
   scene.triangles = { { 0, 1, 2 } };
-  scene.painted = { scene.triangles, { { { { 0, 0 }, { 1, 0 }, { 0, 1 } } } }, { 0 } };
-  const auto made = MakeTile(scene.painted, scene.paint, PicturesInMemory(scene.pictures), { 0 });
+  scene.textured = { scene.triangles, { { { { 0, 0 }, { 1, 0 }, { 0, 1 } } } }, { 0 } };
+  const auto made =
+    MakeTile(scene.textured, scene.textures, PicturesInMemory(scene.pictures), { 0 });
   ASSERT_TRUE(made);
   const auto picture = DecodePicture(made->tile.image);
   ASSERT_TRUE(picture);

@@ -86,8 +86,8 @@ TEST_F(Quotas, AFileThatIsRemovedOrReplacedIsNoticed)
   }
   const auto refused = book->TakePartition("ann", Model("m"), 3, 1);
   ASSERT_FALSE(refused);
-  EXPECT_EQ(refused.GetError().message, "the quotas' file was removed or replaced: what was had is "
-                                        "counted anew in the one of its name");
+  EXPECT_EQ(refused.GetError().message,
+    "the quota file was removed or replaced: counting starts again with the file of this name");
   EXPECT_TRUE(May(*book, "ann", 3)) << "in a new one";
   EXPECT_TRUE(std::filesystem::exists(this->file));
   const auto other = this->Open(Share(0.002));
@@ -113,7 +113,7 @@ TEST_F(Quotas, AShareOfTheModelInAWindow)
   ASSERT_TRUE(refused && *refused);
   EXPECT_EQ((*refused)->endsIn, std::chrono::seconds(90)) << "when the first is forgotten";
   EXPECT_EQ((*refused)->message,
-    "the quota of 10 partitions of this model is used up: again at 1970-01-12T13:48:20Z");
+    "the quota of 10 partitions of this model is used up: try again at 1970-01-12T13:48:20Z");
   EXPECT_TRUE(May(*book, "ann", 7)) << "which she has";
   EXPECT_TRUE(May(*book, "bob", 500)) << "each has his own";
   EXPECT_TRUE(May(*book, "ann", 500, "another")) << "of each model";
@@ -377,7 +377,7 @@ TEST_F(Quotas, RegionsAMinute)
   EXPECT_FALSE(*book->TakeRegion("bob", Model("m")));
 }
 
-// What two servers with one file give together: no partition more than one alone would.
+// What two servers with one file give together: no partition more than a single one would.
 TEST_F(Quotas, TwoServersGiveNoMoreThanOne)
 {
   const std::unique_ptr<QuotaBook> books[] = { this->Open(Share(0.1)), this->Open(Share(0.1)) };
@@ -420,7 +420,7 @@ TEST_F(Quotas, AFileThatSomebodyKeepsLockedIsAnError)
   const auto taken = book->TakePartition("ann", Model("m"), 1, 1);
   ASSERT_FALSE(taken);
   EXPECT_EQ(taken.GetError().code, ErrorCode::InputOutput);
-  EXPECT_EQ(taken.GetError().message, "the quotas cannot be kept: the file is locked");
+  EXPECT_EQ(taken.GetError().message, "the quotas cannot be recorded: the file is locked");
   EXPECT_EQ(taken.GetError().file, this->file.string());
   ASSERT_TRUE(Execute(other->get(), "COMMIT"));
   std::this_thread::sleep_for(QuotaBook::pauseOfLocked);

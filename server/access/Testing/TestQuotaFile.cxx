@@ -209,8 +209,7 @@ TEST_F(QuotaFile, AFolderThatIsRemovedAndMadeAnew)
     fs::remove_all(this->place);
     fs::create_directory(this->place);
     EXPECT_EQ(WhyNot(*book, 4),
-      "the quotas' file was removed or replaced: what was had is counted anew in the one of its "
-      "name");
+      "the quota file was removed or replaced: counting starts again with the file of this name");
   }
 }
 
@@ -406,7 +405,7 @@ TEST_F(QuotaFile, PermissionsThatAreTakenAndGivenBack)
   EXPECT_FALSE(May(*book, 3));
 }
 
-// What lies below is no place for quotas; and what was had counts when it is mounted again, even
+// What lies below is not a place for quotas; and what was had counts when it is mounted again, even
 // where it can only be read at first.
 TEST_F(QuotaFile, AFileSystemThatIsNotMounted)
 {

@@ -53,7 +53,7 @@ TEST(Token, AgreesWithTheStandardsExample)
                             "eyJpc3MiOiJqb2UiLA0KICJleHAiOjEzMDA4MTkzODAsDQogImh0dHA6Ly9leGFtcGxlLm"
                             "NvbS9pc19yb290Ijp0cnVlfQ."
                             "dBjftJeZ4CVP-mB92K27uhbUJU1p1r_wW1gFWFOEjXk";
-  EXPECT_EQ(Refusal(token, { { { "", key } }, {}, {} }), "the token has no name as \"sub\"");
+  EXPECT_EQ(Refusal(token, { { { "", key } }, {}, {} }), "the token must have a name as \"sub\"");
   EXPECT_EQ(Refusal(token), "the token has a wrong signature");
 }
 
@@ -101,7 +101,7 @@ TEST(Token, IsNotWrittenWithWhatNoneMayHave)
 
 TEST(Token, OnlyOneAlgorithmIsTaken)
 {
-  const std::string other = "the token is not signed by HS256";
+  const std::string other = "the token is not signed with HS256";
   for (const std::string algorithm : { R"("none")", R"("None")", R"("hs256")", R"("RS256")",
          R"("HS384")", R"("HS512")", R"("ES256")", R"("")", "null", "256", R"(["HS256"])" })
   {
@@ -158,14 +158,14 @@ TEST(Token, KeysAreFoundByTheirIds)
 TEST(Token, EveryClaimMustBeThere)
 {
   EXPECT_EQ(RefusalOfClaims(R"({"exp":2000,"models":"*","detail":"levels"})"),
-    "the token has no name as \"sub\"");
+    "the token must have a name as \"sub\"");
   EXPECT_EQ(
     RefusalOfClaims(R"({"sub":"ann","models":"*","detail":"levels"})"), "the token has no \"exp\"");
   EXPECT_EQ(RefusalOfClaims(R"({"sub":"ann","exp":2000,"detail":"levels"})"),
-    "the token has neither \"*\" nor a list as \"models\"");
+    "the token must have \"*\" or a list as \"models\"");
   EXPECT_EQ(RefusalOfClaims(R"({"sub":"ann","exp":2000,"models":"*"})"),
-    "the token has none of \"preview\", \"levels\", \"regions\" as \"detail\"");
-  EXPECT_EQ(RefusalOfClaims("{}"), "the token has no name as \"sub\"");
+    "the token must have \"preview\", \"levels\" or \"regions\" as \"detail\"");
+  EXPECT_EQ(RefusalOfClaims("{}"), "the token must have a name as \"sub\"");
   for (const std::string none : { "", "[]", "null", "7", "\"ann\"", "{", "{\"sub\":\"ann\"" })
   {
     EXPECT_EQ(RefusalOfClaims(none), "the token has no claims") << none;
@@ -269,8 +269,8 @@ TEST(Token, NothingButTheTokenItselfIsValid)
 TEST(Token, IsOfABoundedSize)
 {
   const std::string none =
-    "the token is no whole one: it has three parts with dots between, and at most 4096 bytes. Copy "
-    "it again from whoever gave it to you";
+    "the token is incomplete: it must have three parts with dots between them, and at most 4096 "
+    "bytes. Copy it again from its source";
   EXPECT_EQ(Refusal(std::string(1 << 20, 'A')), none);
   EXPECT_EQ(Refusal("garbage"), none);
   std::string models = "[\"a\"";

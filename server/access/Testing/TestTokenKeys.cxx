@@ -49,20 +49,20 @@ TEST(Keys, EarlierOnesAndWhatIsRevoked)
 TEST(Keys, WhatIsWrongIsNamedAndNoSecretIsTold)
 {
   EXPECT_NE(Wrong("").find("JSON"), std::string::npos);
-  EXPECT_EQ(Wrong("[]"), "is no JSON object");
-  const std::string shortOne = "\"secret\" must be a text of at least 32 bytes";
+  EXPECT_EQ(Wrong("[]"), "is not a JSON object");
+  const std::string shortOne = "\"secret\" must be a string of at least 32 bytes";
   EXPECT_EQ(Wrong("{}"), shortOne);
   EXPECT_EQ(Wrong("{\"secret\":7}"), shortOne);
   EXPECT_EQ(Wrong("{\"secret\":\"" + secret.substr(1) + "\"}"), shortOne);
   const auto with = [](const std::string& more)
   { return Wrong("{\"secret\":\"" + secret + "\"," + more + "}"); };
-  EXPECT_EQ(with("\"id\":\"a b\""), "\"id\" must be 1 to 64 of A-Z a-z 0-9 . _ -");
-  EXPECT_EQ(with("\"id\":\"\""), "\"id\" must be 1 to 64 of A-Z a-z 0-9 . _ -");
-  EXPECT_EQ(with("\"secret\":\"" + secret + "\""), "\"secret\" is there twice");
-  EXPECT_EQ(with("\"revokd\":[]"), "has a member that is not known: \"revokd\"");
-  EXPECT_EQ(with("\"revoked\":\"t1\""), "\"revoked\" must be a list of texts");
-  EXPECT_EQ(with("\"revoked\":[7]"), "\"revoked\" must be a list of texts");
-  EXPECT_EQ(with("\"revoked_subjects\":[\"\"]"), "\"revoked_subjects\" must be a list of texts");
+  EXPECT_EQ(with("\"id\":\"a b\""), "\"id\" must have 1 to 64 characters of A-Z a-z 0-9 . _ -");
+  EXPECT_EQ(with("\"id\":\"\""), "\"id\" must have 1 to 64 characters of A-Z a-z 0-9 . _ -");
+  EXPECT_EQ(with("\"secret\":\"" + secret + "\""), "\"secret\" appears twice");
+  EXPECT_EQ(with("\"revokd\":[]"), "has an unknown member \"revokd\"");
+  EXPECT_EQ(with("\"revoked\":\"t1\""), "\"revoked\" must be a list of strings");
+  EXPECT_EQ(with("\"revoked\":[7]"), "\"revoked\" must be a list of strings");
+  EXPECT_EQ(with("\"revoked_subjects\":[\"\"]"), "\"revoked_subjects\" must be a list of strings");
   EXPECT_EQ(with("\"earlier\":{}"), "\"earlier\" must be a list");
   EXPECT_NE(with("\"earlier\":[7]"), "");
   EXPECT_NE(with("\"earlier\":[{\"id\":\"a\"}]"), "");

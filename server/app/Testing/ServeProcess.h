@@ -25,7 +25,7 @@ namespace kdstream
 namespace fs = std::filesystem;
 
 inline const std::string program = KDSTREAM_PROGRAMS "/kdstream-serve";
-inline constexpr const char* openToAll = "kdstream-serve: open to all: ";
+inline constexpr const char* openToAll = "kdstream-serve: without --tokens, everybody ";
 
 // A running kdstream-serve.
 class Process : public fixtures::RunningProgram

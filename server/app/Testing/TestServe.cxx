@@ -62,7 +62,7 @@ TEST_F(Serve, ServesAFolderUntilItIsTold)
   const auto port = serve.Port();
   const auto warning = serve.ErrorLine();
   EXPECT_EQ(warning, "kdstream-serve: warning: " + (this->stores / "broken.kds").string() +
-                       ": not a KdStream store; it is left out, the other stores are served");
+                       ": not a KdStream store; this store is left out, the others are served");
 
   const auto models = HttpTestClient(port).Get("/api/models.json");
   ASSERT_TRUE(models);
@@ -111,15 +111,15 @@ TEST_F(Serve, RunsOutOfPlacesBeforeDescriptors)
   const auto port = serve.Port();
   const auto warning = serve.ErrorLine();
   const std::string start =
-    "kdstream-serve: warning: --max-connections 1000: this process may have "
-    "48 descriptors, enough for ";
+    "kdstream-serve: warning: --max-connections 1000: this process may open "
+    "48 descriptors, which is enough for only ";
   ASSERT_EQ(warning.substr(0, start.size()), start);
   EXPECT_LE(std::stoi(warning.substr(start.size())), 16) << warning;
   const auto admin = serve.AdminPort();
-  StreamTestClient seated(port);
-  ASSERT_TRUE(seated.Open());
-  seated.Ask({ 1, protocol::OpenRequest{ "one" } });
-  ASSERT_TRUE(seated.Await(1).opened);
+  StreamTestClient connected(port);
+  ASSERT_TRUE(connected.Open());
+  connected.Ask({ 1, protocol::OpenRequest{ "one" } });
+  ASSERT_TRUE(connected.Await(1).opened);
   std::size_t turnedAway = 0;
   {
     std::vector<std::unique_ptr<HttpTestClient>> crowd;
@@ -142,12 +142,12 @@ TEST_F(Serve, RunsOutOfPlacesBeforeDescriptors)
     EXPECT_TRUE(fixtures::Eventually( // with the crowd still there
       [&]
       {
-        seated.Ask({ ++request, protocol::OpenRequest{ "two" } });
-        return seated.Await(request).opened;
+        connected.Ask({ ++request, protocol::OpenRequest{ "two" } });
+        return connected.Await(request).opened;
       }));
     ++request;
-    seated.Ask({ request, protocol::AskPartitions({ 0 }) });
-    EXPECT_EQ(seated.Await(request).blobs.size(), 1u);
+    connected.Ask({ request, protocol::AskPartitions({ 0 }) });
+    EXPECT_EQ(connected.Await(request).blobs.size(), 1u);
   }
   EXPECT_EQ(turnedAway, 40u);
   EXPECT_TRUE(fixtures::Eventually( // when the crowd has gone
@@ -156,7 +156,7 @@ TEST_F(Serve, RunsOutOfPlacesBeforeDescriptors)
       const auto answer = HttpTestClient(port).Get("/api/models/two/model.json");
       return answer && answer->status == 200;
     }));
-  seated.Close();
+  connected.Close();
   serve.Signal(SIGTERM);
   EXPECT_EQ(serve.Wait(), 0);
 }
@@ -168,7 +168,7 @@ TEST_F(Serve, DoesNotStartWithTooFewDescriptors)
   EXPECT_EQ(serve.Wait(), 1);
   const auto line = serve.ErrorLine();
   EXPECT_EQ(line.substr(0, line.find(", but needs at least ")),
-    "kdstream-serve: error: this process may have 32 descriptors (ulimit -n, LimitNOFILE=)");
+    "kdstream-serve: error: this process may open 32 descriptors, but needs at least ");
 }
 
 // Also where there is none left to count the others with.
@@ -308,7 +308,7 @@ TEST_F(Serve, AnEmptyFolderIsServed)
   const auto port = serve.Port();
   EXPECT_EQ(HttpTestClient(port).Get("/api/models")->body, "{\"models\":[]}");
   EXPECT_EQ(serve.ErrorLine(), "kdstream-serve: warning: " + this->stores.string() +
-                                 ": there is no store (NAME.kds) to serve in this folder yet");
+                                 ": this folder has no stores (NAME.kds) yet");
   serve.Signal(SIGINT);
   EXPECT_EQ(serve.Wait(), 0);
 }
@@ -354,11 +354,11 @@ TEST_F(Serve, StoresAppearChangeAndGoByThemselves)
   serve.Signal(SIGTERM);
   EXPECT_EQ(serve.Wait(), 0);
   EXPECT_EQ(serve.ErrorLine(), "kdstream-serve: warning: " + this->stores.string() +
-                                 ": there is no store (NAME.kds) to serve in this folder yet");
+                                 ": this folder has no stores (NAME.kds) yet");
   EXPECT_EQ(serve.ErrorLine(), "") << "nothing else to warn of";
 }
 
-TEST_F(Ending, FinishesWhatIsUnderWay)
+TEST_F(Ending, FinishesWhatIsInFlight)
 {
   Process serve(this->Arguments("100000"));
   const auto port = serve.Port();
@@ -381,7 +381,8 @@ TEST_F(Ending, TakesNoLongerThanItMay)
   AskForIt(deaf, port);
   serve.Signal(SIGTERM);
   EXPECT_EQ(serve.Wait(), 0);
-  EXPECT_EQ(serve.ErrorLine(), "kdstream-serve: warning: it ends before all answers are finished");
+  EXPECT_EQ(serve.ErrorLine(),
+    "kdstream-serve: warning: the server stops before all requests are answered");
 }
 
 // As a phone that sleeps: it neither asks for anything nor answers that the stream ends.
@@ -407,7 +408,8 @@ TEST_F(Ending, ASecondSignalEndsItAtOnce)
     fixtures::Eventually([&] { return HttpTestClient(port).Get("/readyz")->status != 200; }));
   serve.Signal(SIGINT);
   EXPECT_EQ(serve.Wait(), 0);
-  EXPECT_EQ(serve.ErrorLine(), "kdstream-serve: warning: it ends before all answers are finished");
+  EXPECT_EQ(serve.ErrorLine(),
+    "kdstream-serve: warning: the server stops before all requests are answered");
 }
 
 TEST_F(Serve, MetricsHaveAnAddressOfTheirOwn)
@@ -436,8 +438,9 @@ TEST_F(Serve, TheCertificateIsReadAgainOnSighup)
   EXPECT_TRUE(fixtures::Eventually([&] { return TlsTestClient(port).ServerName() == "second"; }));
   std::ofstream(certificate) << "nonsense";
   serve.Signal(SIGHUP);
-  EXPECT_EQ(serve.ErrorLine(), "kdstream-serve: warning: " + certificate.string() +
-                                 ": holds no certificate in PEM; the one of before is shown");
+  EXPECT_EQ(serve.ErrorLine(),
+    "kdstream-serve: warning: " + certificate.string() +
+      ": contains no certificate in PEM format; the earlier certificate stays in use");
   EXPECT_EQ(TlsTestClient(port).ServerName(), "second");
   serve.Signal(SIGTERM);
   EXPECT_EQ(serve.Wait(), 0);
@@ -542,10 +545,9 @@ TEST_F(Serve, TellsWhyItCannotServe)
   };
   const std::string store = this->stores / "one.kds";
   EXPECT_EQ(line(store), "kdstream-serve: error: " + store +
-                           ": is a file, not a folder: the folder that it is in is served");
-  EXPECT_EQ(line("start"),
-    "kdstream-serve: error: start: there is no such folder (kdstream-serve takes the folder of the "
-    "stores; its only command is token)");
+                           ": is a file, not a folder: give the folder that contains it");
+  EXPECT_EQ(line("start"), "kdstream-serve: error: start: there is no such folder (kdstream-serve "
+                           "needs the folder of the stores; its only command is token)");
 }
 
 // Values that mean nothing are told apart from those that do, exactly.
@@ -555,8 +557,8 @@ TEST_F(Serve, RefusesValuesThatMeanNothing)
   const std::string proxy = "an address or a network, such as 10.0.0.1 or 10.0.0.0/8";
   const std::string host =
     "a host, without scheme and port, such as models.example.org, 192.0.2.1 or [2001:db8::1]";
-  const std::string origin =
-    "* or an origin as browsers send it, such as https://example.org or http://localhost:3000";
+  const std::string origin = "* or an origin in the form that browsers send, such as "
+                             "https://example.org or http://localhost:3000";
   const std::pair<std::array<std::string, 2>, std::string> wrong[] = {
     { { "--drain", "nan" }, "a number from 0 to 1000000" },
     { { "--drain", "inf" }, "a number from 0 to 1000000" },
@@ -586,7 +588,7 @@ TEST_F(Serve, RefusesValuesThatMeanNothing)
     EXPECT_EQ(serve.OutLine(), "") << option[1];
     serve.Signal(SIGTERM); // if it has not ended
     EXPECT_EQ(serve.ErrorLine(), "kdstream-serve: error: " + option[0] + ": \"" + option[1] +
-                                   "\" is not " + what + " (--help tells the options)");
+                                   "\" is not " + what + " (see --help)");
     EXPECT_EQ(serve.Wait(), 2);
   }
   Process good({ this->stores, "--port", "0", "--drain", "0", "--slowest", "1", "--trusted-proxy",
@@ -640,7 +642,7 @@ TEST_F(Serve, AFullLogEndsNothing)
   }
   const std::string line = serve.ErrorLine();
   EXPECT_EQ(line.rfind("kdstream-serve: warning: " + log.string() + ": ", 0), 0u) << line;
-  EXPECT_NE(line.find(" lines are lost: File too large"), std::string::npos) << line;
+  EXPECT_NE(line.find(" log lines were lost: File too large"), std::string::npos) << line;
   EXPECT_EQ(fs::file_size(log) <= 4096, true);
   serve.Signal(SIGTERM);
   EXPECT_EQ(serve.Wait(), 0);

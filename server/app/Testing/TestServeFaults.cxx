@@ -220,8 +220,8 @@ TEST_F(Faulty, ADiskThatCannotBeRead)
   this->Build("two.kds");
   serve.Signal(SIGHUP); // or it would be taken for half of a copy, for a while
   EXPECT_EQ(serve.ErrorLine(), "kdstream-serve: warning: " + (this->stores / "two.kds").string() +
-                                 ": cannot be read or written: Input/output error; it is left out, "
-                                 "the other stores are served")
+                                 ": cannot be read or written: Input/output error; this store is "
+                                 "left out, the others are served")
     << "the other is said once, however often it was asked for";
   EXPECT_FALSE(Has(port, "two"));
 
@@ -327,9 +327,10 @@ TEST_F(Faulty, NoDescriptors)
   this->Build("two.kds");
   // The folder is read every so often: whichever of the two comes first.
   const std::set<std::string> told{ serve.ErrorLine(), serve.ErrorLine() };
-  EXPECT_EQ(told, (std::set<std::string>{ this->PageWarning("Too many open files"),
-                    "kdstream-serve: warning: " + this->stores.string() +
-                      ": cannot be read: Too many open files; the models of before are served" }));
+  EXPECT_EQ(
+    told, (std::set<std::string>{ this->PageWarning("Too many open files"),
+            "kdstream-serve: warning: " + this->stores.string() +
+              ": cannot be read: Too many open files; the earlier models are still served" }));
   this->faults->accepting = EMFILE;
   {
     HttpTestClient waits(port);
@@ -369,7 +370,7 @@ TEST_F(Faulty, NoMemoryForAConnection)
   {
     line = serve.ErrorLine();
   }
-  EXPECT_EQ(line, "kdstream-serve: error: a connection ends: out of memory");
+  EXPECT_EQ(line, "kdstream-serve: error: a connection was closed after an error: out of memory");
 }
 
 // Each so manieth allocation fails, whatever it is for, while clients ask for all kinds of things
@@ -426,7 +427,7 @@ TEST_F(Faulty, MemoryThatFailsNowAndThen)
   ASSERT_TRUE(stream.Await(1).opened);
   stream.Ask({ 2, protocol::AskPartitions({ 0 }) });
   EXPECT_EQ(stream.Await(2).blobs.size(), 1u);
-  // no seat stays taken: three, and who asks
+  // no slot stays taken: three, and who asks
   EXPECT_TRUE(fixtures::Eventually([&] { return Count(port, "kdstream_connections") <= 4; }));
   stream.Close();
   serve.Signal(SIGTERM);
@@ -568,7 +569,7 @@ TEST_F(Faulty, AFullDisk)
     fixtures::Eventually([&] { return Count(port, "kdstream_lost_log_lines_total") >= 3; }));
   EXPECT_EQ(Count(port, "kdstream_failures_total{what=\"quota\"}"), 2u);
   EXPECT_EQ(serve.ErrorLine(), "kdstream-serve: error: " + (this->folder / "quotas.db").string() +
-                                 ": the quotas cannot be kept: database or disk is full");
+                                 ": the quotas cannot be recorded: database or disk is full");
   this->faults->Clear();
   EXPECT_EQ(client.Get(blob, fields)->status, 200u);
   serve.Signal(SIGTERM);
@@ -578,7 +579,7 @@ TEST_F(Faulty, AFullDisk)
   EXPECT_NE(ofLog.find(" lines are lost: No space left on device"), std::string::npos) << ofLog;
   EXPECT_EQ(serve.AnyErrorLine(), "") << "each is said once";
   const auto text = fixtures::ReadWhole(log);
-  EXPECT_NE(text.find(" lines are lost\n"), std::string::npos) << text;
+  EXPECT_NE(text.find(" lines were lost\n"), std::string::npos) << text;
   EXPECT_EQ(text.find(" 503 "), std::string::npos) << text;
 }
 
@@ -779,18 +780,19 @@ TEST_F(Faulty, NoTlsForAConnection)
   const auto admin = serve.AdminPort();
   const auto port = serve.Port("https");
   const std::string ask = "GET /healthz HTTP/1.1\r\nHost: a\r\n\r\n";
-  TlsTestClient seated(port);
-  seated.Send(ask);
-  EXPECT_EQ(seated.Receive("ok\n").substr(0, 15), "HTTP/1.1 200 OK");
+  TlsTestClient connected(port);
+  connected.Send(ask);
+  EXPECT_EQ(connected.Receive("ok\n").substr(0, 15), "HTTP/1.1 200 OK");
   this->faults->tls = ENOMEM;
   for (int i = 0; i < 3; ++i)
   {
     EXPECT_FALSE(TlsTestClient(port).IsConnected());
   }
-  seated.Send(ask);
-  EXPECT_EQ(seated.Receive("ok\n").substr(0, 15), "HTTP/1.1 200 OK") << "who is in stays in";
+  connected.Send(ask);
+  EXPECT_EQ(connected.Receive("ok\n").substr(0, 15), "HTTP/1.1 200 OK") << "who is in stays in";
   EXPECT_EQ(Count(admin, "kdstream_failures_total{what=\"connection\"}"), 3u);
-  EXPECT_EQ(serve.ErrorLine(), "kdstream-serve: error: a connection ends: out of memory");
+  EXPECT_EQ(serve.ErrorLine(),
+    "kdstream-serve: error: a connection was closed after an error: out of memory");
   this->faults->Clear();
   TlsTestClient after(port);
   after.Send(ask);

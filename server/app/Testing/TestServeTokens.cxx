@@ -123,9 +123,9 @@ TEST_F(Guarded, FollowsItsFileWithinASecond)
   EXPECT_EQ(StatusFor(port, first.token), 401u);
   EXPECT_EQ(StatusFor(port, second.token), 200u);
   serve.Signal(SIGHUP);
-  EXPECT_NE(serve.ErrorLine().find("the keys of before count"), std::string::npos);
+  EXPECT_NE(serve.ErrorLine().find("the earlier keys stay valid"), std::string::npos);
   fs::remove(this->keys);
-  EXPECT_NE(serve.ErrorLine().find("the keys of before count"), std::string::npos);
+  EXPECT_NE(serve.ErrorLine().find("the earlier keys stay valid"), std::string::npos);
   EXPECT_EQ(StatusFor(port, second.token), 200u);
 
   // Another secret: all tokens of before are void, but with the one of before beside it.
@@ -137,7 +137,7 @@ TEST_F(Guarded, FollowsItsFileWithinASecond)
   EXPECT_EQ(StatusFor(port, third.token), 200u);
 }
 
-// The file cannot be read at the moment when it changes: then it is read later.
+// The file cannot be read now: try again when it changes: then it is read later.
 TEST_F(Guarded, FollowsItsFileThoughDescriptorsHaveRunOut)
 {
 #ifdef __SANITIZE_ADDRESS__
@@ -163,7 +163,7 @@ TEST_F(Guarded, FollowsItsFileThoughDescriptorsHaveRunOut)
   EXPECT_EQ(stream.CloseCode(), 1008u);
 }
 
-// What is under way when the server is told to end may take long.
+// What is in flight when the server is told to end may take long.
 TEST_F(Guarded, FollowsItsFileWhileItEnds)
 {
   Mesh sheet;
@@ -255,13 +255,13 @@ TEST_F(Guarded, TakesAShareInPercent)
 TEST_F(Guarded, SaysWhoMay)
 {
   Process open({ this->stores, "--port", "0" });
-  EXPECT_EQ(open.AnyErrorLine(),
-    openToAll + std::string("without --tokens whoever reaches it may have every model"));
+  EXPECT_EQ(
+    open.AnyErrorLine(), openToAll + std::string("who can reach this server can load every model"));
   fs::permissions(this->keys, fs::perms::others_read, fs::perm_options::add);
   Process readable({ this->stores, "--port", "0", "--tokens", this->keys });
   EXPECT_EQ(
     readable.AnyErrorLine(), "kdstream-serve: warning: " + this->keys.string() +
-                               ": everybody on this machine may read these keys: chmod 600");
+                               ": every user of this machine can read these keys: run chmod 600");
 }
 
 TEST_F(Guarded, RefusesWrongTokensAndFiles)

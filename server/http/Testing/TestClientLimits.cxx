@@ -6,44 +6,44 @@
 using namespace kdstream;
 using namespace std::chrono_literals;
 
-TEST(ClientLimits, AnAddressHasSoManySeats)
+TEST(ClientLimits, AnAddressHasSoManySlots)
 {
   ClientLimits limits(2, 0);
-  auto first = limits.TakeSeat("10.0.0.1");
-  const auto second = limits.TakeSeat("::ffff:10.0.0.1");
+  auto first = limits.TakeSlot("10.0.0.1");
+  const auto second = limits.TakeSlot("::ffff:10.0.0.1");
   EXPECT_TRUE(first && second);
-  EXPECT_FALSE(limits.TakeSeat("10.0.0.1"));
-  const auto other = limits.TakeSeat("10.0.0.2");
+  EXPECT_FALSE(limits.TakeSlot("10.0.0.1"));
+  const auto other = limits.TakeSlot("10.0.0.2");
   EXPECT_TRUE(other);
   first.reset();
-  EXPECT_TRUE(limits.TakeSeat("10.0.0.1"));
+  EXPECT_TRUE(limits.TakeSlot("10.0.0.1"));
 }
 
 TEST(ClientLimits, OneSubscriberHasOneNetworkOfIpv6)
 {
   ClientLimits limits(1, 0);
-  const auto seat = limits.TakeSeat("2001:db8:1:2::1");
-  EXPECT_FALSE(limits.TakeSeat("2001:db8:1:2:ffff::1"));
-  EXPECT_TRUE(limits.TakeSeat("2001:db8:1:3::1"));
+  const auto slot = limits.TakeSlot("2001:db8:1:2::1");
+  EXPECT_FALSE(limits.TakeSlot("2001:db8:1:2:ffff::1"));
+  EXPECT_TRUE(limits.TakeSlot("2001:db8:1:3::1"));
 }
 
 TEST(ClientLimits, TheDefaultIsNotForThisMachine)
 {
   ClientLimits limits({}, {});
-  std::vector<std::shared_ptr<void>> seats;
+  std::vector<std::shared_ptr<void>> slots;
   for (std::size_t i = 0; i < ClientLimits::defaultConnections; ++i)
   {
-    seats.push_back(limits.TakeSeat("192.0.2.1"));
-    seats.push_back(limits.TakeSeat("127.0.0.1"));
-    seats.push_back(limits.TakeSeat("::1"));
-    EXPECT_TRUE(seats.rbegin()[0] && seats.rbegin()[1] && seats.rbegin()[2]);
+    slots.push_back(limits.TakeSlot("192.0.2.1"));
+    slots.push_back(limits.TakeSlot("127.0.0.1"));
+    slots.push_back(limits.TakeSlot("::1"));
+    EXPECT_TRUE(slots.rbegin()[0] && slots.rbegin()[1] && slots.rbegin()[2]);
   }
-  EXPECT_FALSE(limits.TakeSeat("192.0.2.1"));
-  EXPECT_TRUE(limits.TakeSeat("127.0.0.1"));
-  EXPECT_TRUE(limits.TakeSeat("::1"));
+  EXPECT_FALSE(limits.TakeSlot("192.0.2.1"));
+  EXPECT_TRUE(limits.TakeSlot("127.0.0.1"));
+  EXPECT_TRUE(limits.TakeSlot("::1"));
   ClientLimits own(1, 0);
-  const auto seat = own.TakeSeat("127.0.0.1");
-  EXPECT_FALSE(own.TakeSeat("127.0.0.1")) << "unless it is given";
+  const auto slot = own.TakeSlot("127.0.0.1");
+  EXPECT_FALSE(own.TakeSlot("127.0.0.1")) << "unless it is given";
 }
 
 TEST(ClientLimits, RequestsComeBackEvenly)
@@ -84,14 +84,14 @@ TEST(ClientLimits, ThoseWhoAreGoneAreForgotten)
 {
   ClientLimits limits(5, 60);
   const auto start = ClientLimits::Clock::now();
-  const auto seat = limits.TakeSeat("10.9.9.9");
+  const auto slot = limits.TakeSlot("10.9.9.9");
   for (int minute = 0; minute < 20; ++minute)
   {
     for (int i = 0; i < 1000; ++i)
     {
       limits.TakeRequest("10.0." + std::to_string(minute) + "." + std::to_string(i), // any text
         start + minute * 2min);
-      limits.TakeSeat("10.1." + std::to_string(i));
+      limits.TakeSlot("10.1." + std::to_string(i));
     }
   }
   EXPECT_LE(limits.Size(), 3000u);

@@ -105,7 +105,7 @@ TEST_F(ConnectionSlots, AReaderIsNotWaitedForForEver)
   std::string answer;
   ASSERT_TRUE(client.ReceiveUntil("}\n", answer, RawSocket::patience));
   EXPECT_EQ(answer.substr(0, 12), "HTTP/1.1 503") << answer;
-  EXPECT_NE(answer.find("the disk does not answer: ask again"), std::string::npos) << answer;
+  EXPECT_NE(answer.find("the disk does not respond: try again"), std::string::npos) << answer;
   EXPECT_TRUE(client.AwaitEnd(RawSocket::patience));
   EXPECT_TRUE(this->AwaitMetric("kdstream_connections 0"));
   this->EndHanging();

@@ -31,10 +31,10 @@ long FromEnvironment(const char* name, long otherwise)
   return text == nullptr ? otherwise : std::atol(text);
 }
 
-class Dice
+class RandomGenerator
 {
 public:
-  explicit Dice(unsigned seed)
+  explicit RandomGenerator(unsigned seed)
     : Random(seed)
     , Messages(seed)
   {
@@ -69,9 +69,9 @@ private:
 class Carrier
 {
 public:
-  Carrier(RawSocket& socket, Dice& dice)
+  Carrier(RawSocket& socket, RandomGenerator& generator)
     : Socket(socket)
-    , Random(dice)
+    , Random(generator)
   {
   }
   ~Carrier()
@@ -237,7 +237,7 @@ private:
   }
 
   RawSocket& Socket;
-  Dice& Random;
+  RandomGenerator& Random;
   SSL_CTX* Context = nullptr;
   SSL* Tls = nullptr;
 };
@@ -245,9 +245,9 @@ private:
 class Session
 {
 public:
-  Session(RawSocket& socket, Dice& dice, std::string blob)
-    : Below(socket, dice)
-    , Random(dice)
+  Session(RawSocket& socket, RandomGenerator& generator, std::string blob)
+    : Below(socket, generator)
+    , Random(generator)
     , Blob(std::move(blob))
   {
   }
@@ -471,14 +471,14 @@ private:
   }
 
   Carrier Below;
-  Dice& Random;
+  RandomGenerator& Random;
   std::string Blob;
 };
 
 // How a client leaves.
-void Leave(RawSocket& socket, Dice& dice, std::vector<RawSocket>& left)
+void Leave(RawSocket& socket, RandomGenerator& generator, std::vector<RawSocket>& left)
 {
-  switch (dice.UpTo(11))
+  switch (generator.UpTo(11))
   {
     case 0:
     case 1:
@@ -496,7 +496,7 @@ void Leave(RawSocket& socket, Dice& dice, std::vector<RawSocket>& left)
     case 6: // not at all: half of it is said, or all
       if (left.size() < 20)
       {
-        if (dice.OneIn(2))
+        if (generator.OneIn(2))
         {
           socket.EndOutput();
         }
@@ -543,10 +543,10 @@ protected:
         {
           for (long i = next++; i < sessions; i = next++)
           {
-            Dice dice(static_cast<unsigned>(seed * 1'000'003 + i));
-            RawSocket socket(port, dice.OneIn(3) ? 4096 : 0);
+            RandomGenerator generator(static_cast<unsigned>(seed * 1'000'003 + i));
+            RawSocket socket(port, generator.OneIn(3) ? 4096 : 0);
             {
-              Session session(socket, dice, blob);
+              Session session(socket, generator, blob);
               if (isIntroduced)
               {
                 session.Introduce();
@@ -556,7 +556,7 @@ protected:
                 session.Run();
               }
             }
-            Leave(socket, dice, left[t]);
+            Leave(socket, generator, left[t]);
           }
         });
     }
@@ -650,10 +650,10 @@ TEST_F(HostileSessions, DoNotKeepTheServerFromEnding)
     {
       for (unsigned i = 0; !done; ++i)
       {
-        Dice dice(i);
+        RandomGenerator generator(i);
         RawSocket socket(port);
-        Session(socket, dice, "/").Run();
-        Leave(socket, dice, left);
+        Session(socket, generator, "/").Run();
+        Leave(socket, generator, left);
       }
     });
   std::this_thread::sleep_for(300ms);

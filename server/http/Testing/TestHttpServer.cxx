@@ -251,7 +251,7 @@ TEST_F(Server, HalfARequestIsLogged)
   const auto answer = half.Receive();
   ASSERT_TRUE(answer);
   EXPECT_EQ(answer->status, 400u);
-  EXPECT_EQ(answer->body, "{\"error\":\"the request ends before its header does\"}\n");
+  EXPECT_EQ(answer->body, "{\"error\":\"the request ends inside its header\"}\n");
   EXPECT_EQ(this->AwaitRecord("-").status, 400u);
   EXPECT_EQ(this->records.size(), 2u) << "none of who asked for nothing";
 }

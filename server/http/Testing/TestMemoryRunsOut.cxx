@@ -64,7 +64,7 @@ TEST(MemoryRunsOut, TheServerGoesOnListening)
   EXPECT_GT(tried, 2);
 }
 
-TEST(MemoryRunsOut, ASeatIsGivenBack)
+TEST(MemoryRunsOut, ASlotIsGivenBack)
 {
   const MemoryCatalog catalog;
   HttpServerOptions options;
@@ -72,11 +72,11 @@ TEST(MemoryRunsOut, ASeatIsGivenBack)
   ServerState state(catalog, options);
   {
     const ScarceMemory scarce(0, ScarceMemory::Where::Everywhere);
-    EXPECT_THROW(state.TakeSeat(), std::bad_alloc);
+    EXPECT_THROW(state.TakeSlot(), std::bad_alloc);
   }
-  const auto seat = state.TakeSeat();
-  EXPECT_TRUE(seat);
-  EXPECT_FALSE(state.TakeSeat());
+  const auto slot = state.TakeSlot();
+  EXPECT_TRUE(slot);
+  EXPECT_FALSE(state.TakeSlot());
 }
 
 // What a reader has done gets back to the connection, whichever of its allocations fails: a reader

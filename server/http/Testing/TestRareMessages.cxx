@@ -19,7 +19,7 @@ TEST(RareMessages, TellsTheSameOnceAMinuteWithACount)
   EXPECT_EQ(messages.Take("out of memory", start), "out of memory") << "another one";
   const auto later = start + RareMessages::pause;
   EXPECT_EQ(messages.Take("no descriptors", later),
-    "no descriptors (and 599 times more since it was told last)");
+    "no descriptors (and 599 more times since the last message)");
   EXPECT_EQ(messages.Take("no descriptors", later), std::nullopt);
   EXPECT_EQ(messages.Take("out of memory", later), "out of memory") << "nothing was left out";
 }

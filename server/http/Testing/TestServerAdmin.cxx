@@ -49,7 +49,7 @@ TEST_F(Admin, MetricsAreWithTheRestWhereNothingElseIsSaid)
   EXPECT_EQ(this->server->AdminUrl(), "");
 }
 
-TEST_F(Admin, AnswersThoughAllSeatsAreTakenAndWhileTheServerStops)
+TEST_F(Admin, AnswersThoughAllSlotsAreTakenAndWhileTheServerStops)
 {
   this->options.admin = ListenAddress{};
   this->options.maximumConnections = 1;
@@ -57,8 +57,8 @@ TEST_F(Admin, AnswersThoughAllSeatsAreTakenAndWhileTheServerStops)
   this->options.requestsOfAddress = 1;
   this->options.allowedHosts = { "models.example" };
   const auto port = this->Start();
-  HttpTestClient seated(port);
-  EXPECT_EQ(seated.Get("/healthz")->status, 200u);
+  HttpTestClient connected(port);
+  EXPECT_EQ(connected.Get("/healthz")->status, 200u);
   EXPECT_EQ(HttpTestClient(port).Get("/healthz")->status, 429u);
   HttpTestClient admin(this->AdminPort());
   EXPECT_EQ(admin.Get("/metrics")->status, 200u);

@@ -166,7 +166,7 @@ TEST_F(Disks, WhoWaitsForTooLongIsToldToAskAgain)
 }
 
 // Or a thousand of them would keep everybody out.
-TEST_F(Disks, WhoWaitsForADiskLosesTheSeatToOthers)
+TEST_F(Disks, WhoWaitsForADiskLosesTheSlotToOthers)
 {
   this->options.maximumConnections = 4;
   const auto port = this->Start();

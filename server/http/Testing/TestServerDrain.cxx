@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// How a server ends: what is under way is finished, and what is new is told so.
+// How a server ends: what is in flight is finished, and what is new is told so.
 #include "Testing/Fixtures/Eventually.h"
 #include "filters/protocol/Testing/AskedBlobs.h"
 #include "server/http/Testing/ServerTest.h"
@@ -37,7 +37,7 @@ TEST_F(Drain, StopsThoughReadersHaveWork)
   stopping.join();
 }
 
-TEST_F(Drain, StoppingFinishesWhatIsUnderWay)
+TEST_F(Drain, StoppingFinishesWhatIsInFlight)
 {
   this->options.drainTimeout = std::chrono::seconds(60);
   const auto port = this->Start();

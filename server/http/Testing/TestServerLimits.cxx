@@ -40,15 +40,15 @@ TEST_F(Limits, EndsConnectionsThatDoNotFinishTheirRequest)
   dripping.join();
 }
 
-TEST_F(Limits, RefusesMoreConnectionsThanItHasSeats)
+TEST_F(Limits, RefusesMoreConnectionsThanItHasSlots)
 {
   this->options.maximumConnections = 3;
   const auto port = this->Start();
-  std::vector<std::unique_ptr<StreamTestClient>> seated;
+  std::vector<std::unique_ptr<StreamTestClient>> connected;
   for (int i = 0; i < 3; ++i)
   {
-    seated.push_back(std::make_unique<StreamTestClient>(port));
-    EXPECT_TRUE(seated.back()->Open());
+    connected.push_back(std::make_unique<StreamTestClient>(port));
+    EXPECT_TRUE(connected.back()->Open());
   }
   {
     HttpTestClient refused(port);
@@ -57,8 +57,8 @@ TEST_F(Limits, RefusesMoreConnectionsThanItHasSeats)
     EXPECT_EQ(response->status, 503u);
     EXPECT_TRUE(refused.Ends());
   }
-  seated.pop_back();
-  for (unsigned status = 503; status == 503;) // the server notices the free seat when it does
+  connected.pop_back();
+  for (unsigned status = 503; status == 503;) // the server notices the free slot when it does
   {
     status = HttpTestClient(port).Get("/healthz")->status;
     EXPECT_TRUE(status == 503 || status == 200);
@@ -95,7 +95,7 @@ TEST_F(Limits, AnAddressHasSoManyConnections)
   }
   EXPECT_TRUE(this->MetricsHave("kdstream_refusals_total{reason=\"address\"} 1\n", first));
   second.reset();
-  for (unsigned status = 429; status == 429;) // the server notices the free seat when it does
+  for (unsigned status = 429; status == 429;) // the server notices the free slot when it does
   {
     status = HttpTestClient(port).Get("/healthz")->status;
     EXPECT_TRUE(status == 429 || status == 200);
@@ -120,7 +120,7 @@ TEST_F(Limits, WhoAsksTooOftenIsToldAndStaysConnected)
   EXPECT_EQ(refused->status, 429u);
   const auto seconds = refused->Field("Retry-After"); // one comes back every twelve
   EXPECT_TRUE(seconds == "12" || seconds == "11") << seconds;
-  EXPECT_EQ(refused->body, "{\"error\":\"too many requests: ask again in " + seconds + " s\"}\n");
+  EXPECT_EQ(refused->body, "{\"error\":\"too many requests: try again in " + seconds + " s\"}\n");
   EXPECT_TRUE(client.Get("/healthz")) << "the connection stays";
   stream.Ask({ 2, AskPieces(0, { 1 }) });
   const auto error = stream.Await(2).error;
@@ -128,7 +128,7 @@ TEST_F(Limits, WhoAsksTooOftenIsToldAndStaysConnected)
   EXPECT_EQ(error->code, 429);
 }
 
-TEST_F(Limits, SeatsOfIdleConnectionsAreTakenBack)
+TEST_F(Limits, SlotsOfIdleConnectionsAreTakenBack)
 {
   this->options.maximumConnections = 2;
   this->options.admin = ListenAddress{};
@@ -153,7 +153,7 @@ TEST_F(Limits, SeatsOfIdleConnectionsAreTakenBack)
   ask(idle);
 }
 
-TEST_F(Limits, SeatsOfIdleStreamsAreTakenBackButOfNoOthers)
+TEST_F(Limits, SlotsOfIdleStreamsAreTakenBackButOfNoOthers)
 {
   this->options.maximumConnections = 2;
   this->options.idleTimeout = std::chrono::milliseconds(0);

@@ -93,7 +93,7 @@ TEST_F(Proxies, AHeaderNamesTheClient)
                        "1.2.3.6", "127.0.0.1", "127.0.0.1" }));
 }
 
-TEST_F(Proxies, ANamedClientHasItsOwnSeats)
+TEST_F(Proxies, ANamedClientHasItsOwnSlots)
 {
   this->options.trustedProxies = { "127.0.0.1", "10.0.0.0/8" };
   this->options.proxyProtocol = true;

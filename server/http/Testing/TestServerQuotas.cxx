@@ -74,7 +74,7 @@ TEST_F(QuotaServer, GivesEachNameItsShare)
   EXPECT_EQ(this->Get(port, 6, Bearer("ann") + "Range: bytes=0-9\r\n").status, 206u);
   const auto refused = this->Get(port, 7, Bearer("ann"));
   EXPECT_EQ(refused.status, 403u);
-  EXPECT_NE(refused.body.find("the quota of 2 partitions of this model is used up: again at "),
+  EXPECT_NE(refused.body.find("the quota of 2 partitions of this model is used up: try again at "),
     std::string::npos);
   const int seconds = std::stoi(refused.Field("Retry-After"));
   EXPECT_GT(seconds, 86400 - 100);

@@ -51,7 +51,8 @@ protected:
     return server ? std::move(*server) : nullptr;
   }
 
-  static std::string Talk(std::uint16_t port, const std::string& request, const std::string& end)
+  static std::string Exchange(
+    std::uint16_t port, const std::string& request, const std::string& end)
   {
     TlsTestClient client(port);
     client.Send(request);
@@ -90,7 +91,7 @@ TEST_F(Tls, ServesHttps)
   const auto server = this->Start();
   ASSERT_TRUE(server);
   EXPECT_EQ(server->Url(), "https://127.0.0.1:" + std::to_string(server->Port()));
-  const auto answer = Talk(server->Port(), this->ask, "ok\n");
+  const auto answer = Exchange(server->Port(), this->ask, "ok\n");
   EXPECT_EQ(answer.substr(0, 15), "HTTP/1.1 200 OK") << answer;
 }
 
@@ -99,12 +100,12 @@ TEST_F(Tls, TellsBrowsersToStayWithIt)
   const std::string field = "\r\nStrict-Transport-Security: max-age=31536000\r\n";
   {
     const auto server = this->Start();
-    EXPECT_NE(Talk(server->Port(), this->ask, "ok\n").find(field), std::string::npos);
-    EXPECT_NE(Talk(server->Port(), "nonsense\r\n\r\n", "}\n").find(field), std::string::npos);
+    EXPECT_NE(Exchange(server->Port(), this->ask, "ok\n").find(field), std::string::npos);
+    EXPECT_NE(Exchange(server->Port(), "nonsense\r\n\r\n", "}\n").find(field), std::string::npos);
   }
   this->options.strictTransport = std::chrono::seconds(0);
   const auto silent = this->Start();
-  const auto answer = Talk(silent->Port(), this->ask, "ok\n");
+  const auto answer = Exchange(silent->Port(), this->ask, "ok\n");
   EXPECT_EQ(answer.find("Strict-Transport-Security"), std::string::npos) << answer;
 }
 
@@ -154,7 +155,8 @@ TEST_F(Tls, StreamsOverTls)
   }
   EXPECT_GT(received.size(), bytes);
   // Speaking before the answer has come is refused, not mixed up.
-  EXPECT_EQ(Talk(server->Port(), this->upgrade + open, "\r\n\r\n").substr(0, 12), "HTTP/1.1 400");
+  EXPECT_EQ(
+    Exchange(server->Port(), this->upgrade + open, "\r\n\r\n").substr(0, 12), "HTTP/1.1 400");
 }
 
 // The connection goes with the server: one that was left over would keep the client waiting.
@@ -202,7 +204,7 @@ TEST_F(Tls, SurvivesHostileHandshakes)
     HttpTestClient client(server->Port());
     client.Send(i % 3 == 0 ? hello + random.Mutated(hello) : random.Mutated(hello));
   }
-  EXPECT_EQ(Talk(server->Port(), this->ask, "ok\n").substr(0, 15), "HTTP/1.1 200 OK");
+  EXPECT_EQ(Exchange(server->Port(), this->ask, "ok\n").substr(0, 15), "HTTP/1.1 200 OK");
 }
 
 TEST_F(Tls, GoesOnListeningWhereThereIsNoMemoryForAConnection)
@@ -212,10 +214,10 @@ TEST_F(Tls, GoesOnListeningWhereThereIsNoMemoryForAConnection)
   for (long n = 0; n < 2; ++n) // what TLS has of the connection, and the connection itself
   {
     const ScarceMemory scarce(n, ScarceMemory::Where::OtherThreads, 4096);
-    EXPECT_EQ(Talk(server->Port(), this->ask, "ok\n"), "");
+    EXPECT_EQ(Exchange(server->Port(), this->ask, "ok\n"), "");
     EXPECT_GE(scarce.AwaitFailure(), 4096u);
   }
-  EXPECT_EQ(Talk(server->Port(), this->ask, "ok\n").substr(0, 15), "HTTP/1.1 200 OK");
+  EXPECT_EQ(Exchange(server->Port(), this->ask, "ok\n").substr(0, 15), "HTTP/1.1 200 OK");
 }
 
 TEST_F(Tls, ReadsItsCertificateAgainWhenToldTo)
@@ -235,18 +237,19 @@ TEST_F(Tls, ReadsItsCertificateAgainWhenToldTo)
   std::ofstream(this->certificate) << "half a certif";
   auto kept = server->ReloadTls();
   ASSERT_FALSE(kept);
-  EXPECT_EQ(kept.GetError().message, this->certificate.string() + ": holds no certificate in PEM");
+  EXPECT_EQ(kept.GetError().message,
+    this->certificate.string() + ": contains no certificate in PEM format");
   EXPECT_EQ(TlsTestClient(server->Port()).ServerName(), "second");
   WriteCertificate(this->certificate, MakeKey().get(), "third");
   kept = server->ReloadTls();
   ASSERT_FALSE(kept);
   EXPECT_EQ(kept.GetError().message, this->key.string() +
-                                       ": holds the key of another certificate than " +
+                                       ": contains the private key of another certificate than " +
                                        this->certificate.string());
   EXPECT_EQ(TlsTestClient(server->Port()).ServerName(), "second");
   fs::remove(this->key);
   EXPECT_FALSE(server->ReloadTls());
-  EXPECT_EQ(Talk(server->Port(), this->ask, "ok\n").substr(0, 15), "HTTP/1.1 200 OK");
+  EXPECT_EQ(Exchange(server->Port(), this->ask, "ok\n").substr(0, 15), "HTTP/1.1 200 OK");
 }
 
 TEST_F(Tls, AProxysHeaderComesBeforeIt)
@@ -263,10 +266,10 @@ TEST_F(Tls, AProxysHeaderComesBeforeIt)
 
 TEST_F(Tls, NeedsACertificateAndItsKey)
 {
-  EXPECT_EQ(
-    this->Refusal(this->key, this->key), this->key.string() + ": holds no certificate in PEM");
+  EXPECT_EQ(this->Refusal(this->key, this->key),
+    this->key.string() + ": contains no certificate in PEM format");
   EXPECT_EQ(this->Refusal(this->certificate, this->certificate),
-    this->certificate.string() + ": holds no private key in PEM without a passphrase");
+    this->certificate.string() + ": contains no private key in PEM format without a passphrase");
 }
 
 TEST_F(Tls, SaysWhatIsWrongWithItsFiles)
@@ -277,8 +280,9 @@ TEST_F(Tls, SaysWhatIsWrongWithItsFiles)
   const auto another = MakeKey();
   WriteKey(other, another.get());
   EXPECT_EQ(this->Refusal(this->certificate, other),
-    other.string() + ": holds the key of another certificate than " + this->certificate.string());
+    other.string() + ": contains the private key of another certificate than " +
+      this->certificate.string());
   WriteKey(other, another.get(), "secret"); // which the server must not ask the terminal for
   EXPECT_EQ(this->Refusal(this->certificate, other),
-    other.string() + ": holds no private key in PEM without a passphrase");
+    other.string() + ": contains no private key in PEM format without a passphrase");
 }

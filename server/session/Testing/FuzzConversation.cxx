@@ -93,7 +93,7 @@ class Visit
 {
 public:
   explicit Visit(unsigned detail)
-    : Talk(TheWorld().catalog, Limits(), PermissionOf(detail))
+    : ConversationTest(TheWorld().catalog, Limits(), PermissionOf(detail))
   {
   }
   static ConversationLimits Limits()
@@ -112,10 +112,11 @@ public:
     switch (isCommand ? line[0] : 0)
     {
       case 'b':
-        this->Talk.ReceiveBinary();
+        this->ConversationTest.ReceiveBinary();
         break;
       case 'p':
-        for (unsigned i = 0; i <= number % 64 && this->Send(this->Talk.NextMessage()); ++i)
+        for (unsigned i = 0; i <= number % 64 && this->Send(this->ConversationTest.NextMessage());
+             ++i)
         {
         }
         break;
@@ -126,7 +127,7 @@ public:
         this->Finish(number);
         break;
       case 'd':
-        this->Talk.Drain();
+        this->ConversationTest.Drain();
         break;
       case 't':
         TheWorld().now += number;
@@ -135,9 +136,10 @@ public:
         TheWorld().SetFault(number % 7);
         break;
       default:
-        if (this->Talk.AcceptsMessages())
+        if (this->ConversationTest.AcceptsMessages())
         {
-          this->Talk.Receive(line, std::chrono::seconds(line.size() % 16 == 15 ? 3 : 0));
+          this->ConversationTest.Receive(
+            line, std::chrono::seconds(line.size() % 16 == 15 ? 3 : 0));
         }
     }
   }
@@ -151,12 +153,13 @@ public:
     }
     constexpr unsigned most = 100'000;
     unsigned sent = 0;
-    while (this->Send(PullMessage(this->Talk)))
+    while (this->Send(PullMessage(this->ConversationTest)))
     {
       Require(++sent < most, "it sends for ever");
     }
-    Require(this->Talk.Closing() || this->Talk.IsIdle(), "it waits for nothing");
-    Require(this->Requests.empty() || this->Talk.Closing(), "a request has no end");
+    Require(
+      this->ConversationTest.Closing() || this->ConversationTest.IsIdle(), "it waits for nothing");
+    Require(this->Requests.empty() || this->ConversationTest.Closing(), "a request has no end");
   }
 
 private:
@@ -167,10 +170,10 @@ private:
 
   void Begin()
   {
-    if (auto errand = this->Talk.TakeErrand())
+    if (auto task = this->ConversationTest.TakeTask())
     {
-      errand->Run();
-      this->Away.push_back(std::move(errand));
+      task->Run();
+      this->Away.push_back(std::move(task));
     }
   }
 
@@ -180,7 +183,7 @@ private:
     {
       const auto place =
         this->Away.begin() + static_cast<std::ptrdiff_t>(number % this->Away.size());
-      this->Talk.Finish(*place);
+      this->ConversationTest.Finish(*place);
       this->Away.erase(place);
     }
   }
@@ -272,10 +275,10 @@ private:
     this->Assembler.Forget(request);
   }
 
-  Conversation Talk;
+  Conversation ConversationTest;
   protocol::FrameAssembler Assembler;
   std::map<std::uint32_t, Request> Requests; // that were begun and have not ended
-  std::vector<std::shared_ptr<Errand>> Away;
+  std::vector<std::shared_ptr<Task>> Away;
 };
 
 }

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// A conversation without a socket: its errands are done where its messages are pulled.
+// A conversation without a socket: its tasks are done where its messages are pulled.
 #pragma once
 
 #include "server/session/Conversation.h"
@@ -10,21 +10,21 @@ namespace kdstream
 {
 
 // The next message, or nothing until more is received; at most one blob is read.
-inline std::optional<Conversation::Message> PullMessage(Conversation& talk)
+inline std::optional<Conversation::Message> PullMessage(Conversation& conversation)
 {
   for (;;)
   {
-    if (auto message = talk.NextMessage())
+    if (auto message = conversation.NextMessage())
     {
       return message;
     }
-    const auto errand = talk.TakeErrand();
-    if (!errand)
+    const auto task = conversation.TakeTask();
+    if (!task)
     {
       return std::nullopt;
     }
-    errand->Run();
-    talk.Finish(errand);
+    task->Run();
+    conversation.Finish(task);
   }
 }
 

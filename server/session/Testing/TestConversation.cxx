@@ -18,7 +18,7 @@ namespace
 {
 
 // A conversation, and the receiving side of it.
-class Talk : public testing::Test
+class ConversationTest : public testing::Test
 {
 protected:
   MemoryCatalog catalog;
@@ -138,7 +138,7 @@ std::vector<BlobId> Partitions(const std::vector<std::uint32_t>& numbers)
 
 }
 
-TEST_F(Talk, BlobsComeInTheOrderAskedFor)
+TEST_F(ConversationTest, BlobsComeInTheOrderAskedFor)
 {
   this->OpenModel();
   const std::vector<BlobId> some{ BlobId::TreePage(1), BlobId::Partition(9),
@@ -157,7 +157,7 @@ TEST_F(Talk, BlobsComeInTheOrderAskedFor)
 }
 
 // Each kind had a message of its own once.
-TEST_F(Talk, MessagesOfBeforeAreRefusedAndToldWhatToAskInstead)
+TEST_F(ConversationTest, MessagesOfBeforeAreRefusedAndToldWhatToAskInstead)
 {
   this->OpenModel();
   std::uint32_t request = 1;
@@ -176,7 +176,7 @@ TEST_F(Talk, MessagesOfBeforeAreRefusedAndToldWhatToAskInstead)
   }
 }
 
-TEST_F(Talk, RegionsComeInTheOrderOfFindRegion)
+TEST_F(ConversationTest, RegionsComeInTheOrderOfFindRegion)
 {
   this->OpenModel();
   RandomMessages random(3);
@@ -205,7 +205,7 @@ TEST_F(Talk, RegionsComeInTheOrderOfFindRegion)
   }
 }
 
-TEST_F(Talk, WhatTheModelDoesNotHaveIsAnErrorOfTheRequest)
+TEST_F(ConversationTest, WhatTheModelDoesNotHaveIsAnErrorOfTheRequest)
 {
   this->ExpectError({ 1, AskPieces(0, { 1 }) }, 409); // no model is open
   this->ExpectError({ 1, OpenRequest{ "lucy" } }, 404);
@@ -225,7 +225,7 @@ TEST_F(Talk, WhatTheModelDoesNotHaveIsAnErrorOfTheRequest)
   EXPECT_EQ(this->Last<EndAnswer>().blobs, 1u);
 }
 
-TEST_F(Talk, WrongMessagesAreErrorsAndOthersEndIt)
+TEST_F(ConversationTest, WrongMessagesAreErrorsAndOthersEndIt)
 {
   this->conversation.Receive(R"({"type":"dance","request":12})");
   this->conversation.Receive(R"({"type":"preview"})");
@@ -254,7 +254,7 @@ TEST_F(Talk, WrongMessagesAreErrorsAndOthersEndIt)
   EXPECT_EQ(this->conversation.Closing(), CloseReason::NotText);
 }
 
-TEST_F(Talk, MessagesListsAndRequestsHaveTheSizesThatItIsGiven)
+TEST_F(ConversationTest, MessagesListsAndRequestsHaveTheSizesThatItIsGiven)
 {
   ConversationLimits limits;
   limits.message.bytes = 8192;
@@ -277,7 +277,7 @@ TEST_F(Talk, MessagesListsAndRequestsHaveTheSizesThatItIsGiven)
   EXPECT_EQ(errorTo(open + std::string(8192 - open.size(), ' ')), "none") << "it is opened";
   EXPECT_EQ(errorTo(WriteClientMessage({ 2, AskPartitions({ 1, 2, 3 }) })), "none");
   EXPECT_EQ(errorTo(WriteClientMessage({ 3, AskPieces(0, { 1 }) })),
-    "429 there are already 2 unfinished requests");
+    "429 the limit of 2 unfinished requests is reached");
   for (const auto& list : { WriteClientMessage({ 4, AskPartitions({ 1, 2, 3, 4 }) }),
          WriteClientMessage({ 4, RegionRequest{ 1, 1, { 1, 2, 3, 4 } } }),
          WriteClientMessage({ 4, BlobsRequest{ std::vector(4, BlobId::Partition(1)) } }) })
@@ -288,7 +288,7 @@ TEST_F(Talk, MessagesListsAndRequestsHaveTheSizesThatItIsGiven)
   EXPECT_EQ(other.Closing(), CloseReason::TooLarge);
 }
 
-TEST_F(Talk, CancelStopsTheCurrentRequestAtOnce)
+TEST_F(ConversationTest, CancelStopsTheCurrentRequestAtOnce)
 {
   this->OpenModel();
   this->Ask({ 2, AskPartitions({ 0, 1, 2, 3, 4, 5, 6, 7 }) });
@@ -313,7 +313,7 @@ TEST_F(Talk, CancelStopsTheCurrentRequestAtOnce)
   EXPECT_EQ(this->Last<EndAnswer>().blobs, 1u);
 }
 
-TEST_F(Talk, CancelInTheMiddleOfABlob)
+TEST_F(ConversationTest, CancelInTheMiddleOfABlob)
 {
   this->OpenModel();
   auto& blob = this->model->blobs[BlobId::Partition(5)];
@@ -329,14 +329,14 @@ TEST_F(Talk, CancelInTheMiddleOfABlob)
   blob = before;
 }
 
-TEST_F(Talk, ListensWhileAnErrandIsDone)
+TEST_F(ConversationTest, ListensWhileATaskIsDone)
 {
   this->OpenModel();
   this->Ask({ 2, RegionRequest{ 1, 1, {} } });
   EXPECT_FALSE(this->conversation.NextMessage());
-  const auto search = this->conversation.TakeErrand();
+  const auto search = this->conversation.TakeTask();
   ASSERT_TRUE(search);
-  EXPECT_FALSE(this->conversation.TakeErrand()) << "once";
+  EXPECT_FALSE(this->conversation.TakeTask()) << "once";
   this->Ask({ 2, AskPieces(0, { 1 }) });
   EXPECT_TRUE(this->conversation.NextMessage()) << "2 is not finished yet";
   this->Ask({ 2, CancelRequest{} });
@@ -348,13 +348,13 @@ TEST_F(Talk, ListensWhileAnErrandIsDone)
   EXPECT_EQ(this->model->reads.load(), 0u);
 }
 
-TEST_F(Talk, ABlobOfACancelledRequestIsNoneOfTheNext)
+TEST_F(ConversationTest, ABlobOfACancelledRequestIsNoneOfTheNext)
 {
   this->OpenModel();
   this->Ask({ 2, AskPartitions({ 3 }) });
   EXPECT_TRUE(this->conversation.NextMessage()); // begin
   EXPECT_FALSE(this->conversation.NextMessage());
-  const auto read = this->conversation.TakeErrand();
+  const auto read = this->conversation.TakeTask();
   ASSERT_TRUE(read);
   this->Ask({ 2, CancelRequest{} });
   this->Ask({ 2, AskPartitions({ 4 }) });
@@ -368,7 +368,7 @@ TEST_F(Talk, ABlobOfACancelledRequestIsNoneOfTheNext)
   EXPECT_EQ(this->blobs[0].bytes, *this->model->blobs.at(BlobId::Partition(4)));
 }
 
-TEST_F(Talk, WhatIsInMemoryNeedsNoErrand)
+TEST_F(ConversationTest, WhatIsInMemoryNeedsNoTask)
 {
   this->OpenModel();
   this->model->inMemory = true;
@@ -379,11 +379,11 @@ TEST_F(Talk, WhatIsInMemoryNeedsNoErrand)
     ++messages;
   }
   EXPECT_GE(messages, 4u);
-  EXPECT_FALSE(this->conversation.TakeErrand());
+  EXPECT_FALSE(this->conversation.TakeTask());
   EXPECT_EQ(this->model->reads.load(), 0u);
 }
 
-TEST_F(Talk, RegionsHaveSoManyPartitions)
+TEST_F(ConversationTest, RegionsHaveSoManyPartitions)
 {
   for (const std::size_t most : { std::size_t{ 127 }, std::size_t{ 128 } })
   {
@@ -400,7 +400,7 @@ TEST_F(Talk, RegionsHaveSoManyPartitions)
   }
 }
 
-TEST_F(Talk, WhoAsksTooOftenIsToldAndMayCancel)
+TEST_F(ConversationTest, WhoAsksTooOftenIsToldAndMayCancel)
 {
   this->OpenModel();
   this->Ask({ 2, AskPartitions({ 3 }) });
@@ -411,12 +411,12 @@ TEST_F(Talk, WhoAsksTooOftenIsToldAndMayCancel)
   ASSERT_EQ(this->answers.size(), 2u);
   EXPECT_EQ(std::get<ErrorAnswer>(this->answers[0].body).code, 429);
   EXPECT_EQ(
-    std::get<ErrorAnswer>(this->answers[0].body).message, "too many requests: ask again in 7 s");
+    std::get<ErrorAnswer>(this->answers[0].body).message, "too many requests: try again in 7 s");
   EXPECT_EQ(this->answers[0].request, 3u);
   EXPECT_TRUE(this->Last<EndAnswer>().cancelled);
 }
 
-TEST_F(Talk, CancelOfAWaitingRequest)
+TEST_F(ConversationTest, CancelOfAWaitingRequest)
 {
   this->OpenModel();
   this->Ask({ 2, AskPartitions({ 0 }) });
@@ -429,7 +429,7 @@ TEST_F(Talk, CancelOfAWaitingRequest)
   EXPECT_EQ(this->blobs[1].request, 4u);
 }
 
-TEST_F(Talk, AtMostSixteenUnfinishedRequests)
+TEST_F(ConversationTest, AtMostSixteenUnfinishedRequests)
 {
   this->OpenModel();
   for (std::uint32_t request = 1; request <= 17; ++request)
@@ -455,7 +455,7 @@ TEST_F(Talk, AtMostSixteenUnfinishedRequests)
   EXPECT_EQ(this->blobs.size(), 17u);
 }
 
-TEST_F(Talk, ClientsThatDoNotReadAreNotHeardForEver)
+TEST_F(ConversationTest, ClientsThatDoNotReadAreNotHeardForEver)
 {
   int accepted = 0;
   for (; this->conversation.AcceptsMessages() && accepted < 100000; ++accepted)
@@ -467,7 +467,7 @@ TEST_F(Talk, ClientsThatDoNotReadAreNotHeardForEver)
   EXPECT_TRUE(this->conversation.AcceptsMessages());
 }
 
-TEST_F(Talk, DamagedBlobsAreErrorsAndTheRestComes)
+TEST_F(ConversationTest, DamagedBlobsAreErrorsAndTheRestComes)
 {
   this->OpenModel();
   this->model->damaged = { BlobId::Partition(0), BlobId::Partition(2), BlobId::Partition(4) };
@@ -491,7 +491,7 @@ TEST_F(Talk, DamagedBlobsAreErrorsAndTheRestComes)
   EXPECT_EQ(this->conversation.Counted().failedBlobs, 3u);
 }
 
-TEST_F(Talk, WhatMayPassIs503ForEachBlob)
+TEST_F(ConversationTest, WhatMayPassIs503ForEachBlob)
 {
   this->OpenModel();
   this->model->fails = ErrorCode::InputOutput;
@@ -509,7 +509,7 @@ TEST_F(Talk, WhatMayPassIs503ForEachBlob)
   this->ExpectOpened(3, true);
 }
 
-TEST_F(Talk, AChangedStoreEndsTheRequest)
+TEST_F(ConversationTest, AChangedStoreEndsTheRequest)
 {
   this->OpenModel();
   this->Ask({ 2, AskPartitions({ 0, 1, 2 }) });
@@ -527,7 +527,7 @@ TEST_F(Talk, AChangedStoreEndsTheRequest)
   this->ExpectOpened(3, true);
 }
 
-TEST_F(Talk, ADamagedTreeForbidsRegionsOnly)
+TEST_F(ConversationTest, ADamagedTreeForbidsRegionsOnly)
 {
   this->OpenModel();
   this->model->treeDamaged = true;
@@ -538,7 +538,7 @@ TEST_F(Talk, ADamagedTreeForbidsRegionsOnly)
   EXPECT_EQ(this->Last<EndAnswer>().blobs, 1u);
 }
 
-TEST_F(Talk, NothingIsReadBeforeItIsWanted)
+TEST_F(ConversationTest, NothingIsReadBeforeItIsWanted)
 {
   this->OpenModel();
   const auto before = this->model->reads.load();
@@ -550,7 +550,7 @@ TEST_F(Talk, NothingIsReadBeforeItIsWanted)
   EXPECT_EQ(this->model->reads.load(), before + 1);
 }
 
-TEST_F(Talk, ProgressComesAboutOnceAMebibyte)
+TEST_F(ConversationTest, ProgressComesAboutOnceAMebibyte)
 {
   this->OpenModel();
   this->Ask({ 2, RegionRequest{ 1, 3, {} } }); // 128 partitions of about 20 kB
@@ -570,7 +570,7 @@ TEST_F(Talk, ProgressComesAboutOnceAMebibyte)
   EXPECT_EQ(this->Last<EndAnswer>().bytes, this->model->Description().original.bytes);
 }
 
-TEST_F(Talk, KeepsTheModelThatItHasOpened)
+TEST_F(ConversationTest, KeepsTheModelThatItHasOpened)
 {
   this->OpenModel();
   const auto old = this->model;
@@ -584,7 +584,7 @@ TEST_F(Talk, KeepsTheModelThatItHasOpened)
   this->ExpectError({ 3, AskPartitions({ 100 }) }, 404);
 }
 
-TEST_F(Talk, DrainingFinishesTheCurrentRequestOnly)
+TEST_F(ConversationTest, DrainingFinishesTheCurrentRequestOnly)
 {
   this->OpenModel();
   this->Ask({ 2, AskPartitions({ 0, 1, 2 }) });
@@ -601,7 +601,7 @@ TEST_F(Talk, DrainingFinishesTheCurrentRequestOnly)
   EXPECT_EQ(this->conversation.Closing(), CloseReason::GoingAway);
 }
 
-TEST_F(Talk, RandomConversationsStayInOrder)
+TEST_F(ConversationTest, RandomConversationsStayInOrder)
 {
   RandomMessages random(12);
   for (int round = 0; round < 200; ++round)

@@ -251,7 +251,7 @@ TEST_F(SomeOpenStores, AStrangersStoreKeepsNoOtherFromBeingServed)
   ASSERT_TRUE(catalog.Reload());
   EXPECT_EQ(catalog.Models().size(), 1u);
   EXPECT_TRUE(catalog.Find("b-good"));
-  EXPECT_EQ(told, std::vector<std::string>{ "a-view.kds: not a KdStream store: it has a view "
-                                            "'metadata'; it is left out, the other stores are "
-                                            "served" });
+  EXPECT_EQ(
+    told, std::vector<std::string>{ "a-view.kds: not a KdStream store: it has a view "
+                                    "'metadata'; this store is left out, the others are served" });
 }

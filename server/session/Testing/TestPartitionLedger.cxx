@@ -53,11 +53,11 @@ protected:
     bool ended = false;
   };
   // What answers the request.
-  static Heard Ask(Conversation& talk, const ClientMessage& message)
+  static Heard Ask(Conversation& conversation, const ClientMessage& message)
   {
-    talk.Receive(WriteClientMessage(message));
+    conversation.Receive(WriteClientMessage(message));
     Heard heard;
-    while (auto next = PullMessage(talk))
+    while (auto next = PullMessage(conversation))
     {
       if (const auto* frame = std::get_if<std::vector<std::uint8_t>>(&*next))
       {
@@ -95,24 +95,24 @@ TEST_F(Ledger, AConversationGetsItsShareAndIsToldWhenThereIsMore)
     this->refusals = 0;
     this->records.clear();
     const auto ledger = this->With(Share(0.25)); // 8
-    Conversation talk(this->catalog, ConversationLimits(), this->Ann(ledger));
-    Ask(talk, { 1, OpenRequest{ "dragon" } });
-    const auto heard = Ask(talk, { 2, RegionRequest{ 1, 3, {} } });
+    Conversation conversation(this->catalog, ConversationLimits(), this->Ann(ledger));
+    Ask(conversation, { 1, OpenRequest{ "dragon" } });
+    const auto heard = Ask(conversation, { 2, RegionRequest{ 1, 3, {} } });
     EXPECT_EQ(heard.partitions.size(), 8u);
     ASSERT_TRUE(heard.error);
     EXPECT_EQ(heard.error->code, 403);
     EXPECT_FALSE(heard.error->blob) << "of the whole request";
     EXPECT_NE(heard.error->message.find("the quota of 8 partitions"), std::string::npos);
-    EXPECT_NE(heard.error->message.find(": again at 1970-"), std::string::npos);
+    EXPECT_NE(heard.error->message.find(": try again at 1970-"), std::string::npos);
     EXPECT_FALSE(heard.ended);
     EXPECT_EQ(this->refusals, 1);
 
     // What was had may be had again, and what is not of the original is not counted.
     const std::vector<std::uint32_t> had(heard.partitions.begin(), heard.partitions.end());
-    EXPECT_EQ(Ask(talk, { 3, AskPartitions(had) }).partitions, heard.partitions);
-    EXPECT_TRUE(Ask(talk, { 4, AskPieces(0, { 1 }) }).ended);
+    EXPECT_EQ(Ask(conversation, { 3, AskPartitions(had) }).partitions, heard.partitions);
+    EXPECT_TRUE(Ask(conversation, { 4, AskPieces(0, { 1 }) }).ended);
     this->time += 100;
-    EXPECT_TRUE(Ask(talk, { 5, AskPartitions({ 0, 31 }) }).ended);
+    EXPECT_TRUE(Ask(conversation, { 5, AskPartitions({ 0, 31 }) }).ended);
   }
 }
 
@@ -120,10 +120,10 @@ TEST_F(Ledger, RegionsAreCounted)
 {
   QuotaLimits limits;
   limits.regionsPerMinute = 1;
-  Conversation talk(this->catalog, ConversationLimits(), this->Ann(this->With(limits)));
-  Ask(talk, { 1, OpenRequest{ "dragon" } });
-  EXPECT_TRUE(Ask(talk, { 2, RegionRequest{ 32, 0, {} } }).ended);
-  const auto heard = Ask(talk, { 3, RegionRequest{ 33, 0, {} } });
+  Conversation conversation(this->catalog, ConversationLimits(), this->Ann(this->With(limits)));
+  Ask(conversation, { 1, OpenRequest{ "dragon" } });
+  EXPECT_TRUE(Ask(conversation, { 2, RegionRequest{ 32, 0, {} } }).ended);
+  const auto heard = Ask(conversation, { 3, RegionRequest{ 33, 0, {} } });
   ASSERT_TRUE(heard.error);
   EXPECT_EQ(heard.error->code, 429) << "to be asked for again soon";
   EXPECT_TRUE(heard.partitions.empty());
@@ -131,11 +131,11 @@ TEST_F(Ledger, RegionsAreCounted)
 
 TEST_F(Ledger, EveryPartitionIsRecorded)
 {
-  Conversation talk(this->catalog, ConversationLimits(), this->Ann(this->With({})));
-  Ask(talk, { 1, OpenRequest{ "dragon" } });
-  Ask(talk, { 2, BlobsRequest{ { BlobId::LevelPiece(0, 1), BlobId::Partition(7) } } });
+  Conversation conversation(this->catalog, ConversationLimits(), this->Ann(this->With({})));
+  Ask(conversation, { 1, OpenRequest{ "dragon" } });
+  Ask(conversation, { 2, BlobsRequest{ { BlobId::LevelPiece(0, 1), BlobId::Partition(7) } } });
   this->model->damaged = { BlobId::Partition(8) };
-  Ask(talk, { 3, AskPartitions({ 8 }) });
+  Ask(conversation, { 3, AskPartitions({ 8 }) });
   ASSERT_EQ(this->records.size(), 1u) << "those that are sent alone";
   const auto& record = this->records.front();
   EXPECT_EQ(record.subject, "ann");

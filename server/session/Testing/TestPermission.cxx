@@ -41,7 +41,7 @@ protected:
     const auto refused = this->For(detail).RefuseBlob(this->model->Description(), blob);
     return refused ? refused->status : 200;
   }
-  Conversation Talk(const std::string& detail) const
+  Conversation ConversationTest(const std::string& detail) const
   {
     return Conversation(this->catalog, ConversationLimits(), this->For(detail));
   }
@@ -53,10 +53,10 @@ protected:
     std::set<std::uint32_t> ended;
     std::set<BlobId> blobs;
   };
-  static Heard Listen(Conversation& talk)
+  static Heard Listen(Conversation& conversation)
   {
     Heard heard;
-    while (auto message = PullMessage(talk))
+    while (auto message = PullMessage(conversation))
     {
       if (const auto* frame = std::get_if<std::vector<std::uint8_t>>(&*message))
       {
@@ -75,14 +75,14 @@ protected:
     }
     return heard;
   }
-  static void Ask(Conversation& talk, const ClientMessage& message)
+  static void Ask(Conversation& conversation, const ClientMessage& message)
   {
-    talk.Receive(WriteClientMessage(message));
+    conversation.Receive(WriteClientMessage(message));
   }
-  static void Open(Conversation& talk)
+  static void Open(Conversation& conversation)
   {
-    Ask(talk, { 1, OpenRequest{ "dragon" } });
-    EXPECT_TRUE(Listen(talk).errors.empty());
+    Ask(conversation, { 1, OpenRequest{ "dragon" } });
+    EXPECT_TRUE(Listen(conversation).errors.empty());
   }
 };
 
@@ -124,9 +124,9 @@ TEST_F(Access, OtherModelsAreRefusedWhetherTheyAreThereOrNot)
     ASSERT_TRUE(refused);
     EXPECT_EQ(refused->status, 403);
     EXPECT_EQ(refused->message, "the token is not for the model " + name);
-    auto talk = this->Talk("regions");
-    Ask(talk, { 1, OpenRequest{ name } });
-    EXPECT_EQ(Listen(talk).errors[1], 403u);
+    auto conversation = this->ConversationTest("regions");
+    Ask(conversation, { 1, OpenRequest{ name } });
+    EXPECT_EQ(Listen(conversation).errors[1], 403u);
   }
   EXPECT_TRUE(
     permission.RefuseBlob(this->catalog.Find("vase")->Description(), BlobId::LevelPiece(0, 1)));
@@ -143,20 +143,20 @@ TEST_F(Access, AConversationGivesWhatTheTokenAllows)
     { "regions", 10 } }; // request that is refused, and those after it
   for (const auto& [detail, firstRefused] : first)
   {
-    auto talk = this->Talk(detail);
-    Open(talk);
+    auto conversation = this->ConversationTest(detail);
+    Open(conversation);
     for (const auto& message : messages)
     {
-      Ask(talk, message);
-      const auto heard = Listen(talk);
+      Ask(conversation, message);
+      const auto heard = Listen(conversation);
       const bool refused = message.request >= firstRefused;
       EXPECT_EQ(
         heard.errors.count(message.request) && heard.errors.at(message.request) == 403, refused)
         << detail << " " << message.request;
       EXPECT_TRUE(!refused || heard.blobs.empty()) << detail << " " << message.request;
     }
-    EXPECT_TRUE(talk.IsPermitted());
-    EXPECT_FALSE(talk.Closing());
+    EXPECT_TRUE(conversation.IsPermitted());
+    EXPECT_FALSE(conversation.Closing());
   }
 }
 
@@ -167,9 +167,9 @@ TEST_F(Access, ADescriptionTellsNoMoreThanTheTokenAllows)
   ASSERT_GT(all.levels.size(), 12u);
   for (const std::string detail : { "preview", "levels", "regions" })
   {
-    auto talk = this->Talk(detail);
-    Ask(talk, { 1, OpenRequest{ "dragon" } });
-    const auto answer = ParseServerMessage(std::get<std::string>(*PullMessage(talk)));
+    auto conversation = this->ConversationTest(detail);
+    Ask(conversation, { 1, OpenRequest{ "dragon" } });
+    const auto answer = ParseServerMessage(std::get<std::string>(*PullMessage(conversation)));
     const auto& told = std::get<OpenedAnswer>(answer->body).model;
     const auto json = this->model->Json(*ParseDetail(detail));
     EXPECT_EQ(told, ParseModel(std::string(json->begin(), json->end())).Value());
@@ -187,50 +187,50 @@ TEST_F(Access, ADescriptionTellsNoMoreThanTheTokenAllows)
 
 TEST_F(Access, AConversationEndsWithItsToken)
 {
-  auto talk = this->Talk("regions");
-  Open(talk);
-  Ask(talk, { 2, AskPartitions({ 0, 1, 2 }) });
-  Ask(talk, { 3, AskPartitions({ 4 }) });
-  (void)PullMessage(talk);                   // begin
-  ASSERT_EQ(PullMessage(talk)->index(), 1u); // a frame
-  ASSERT_TRUE(PullMessage(talk));
+  auto conversation = this->ConversationTest("regions");
+  Open(conversation);
+  Ask(conversation, { 2, AskPartitions({ 0, 1, 2 }) });
+  Ask(conversation, { 3, AskPartitions({ 4 }) });
+  (void)PullMessage(conversation);                   // begin
+  ASSERT_EQ(PullMessage(conversation)->index(), 1u); // a frame
+  ASSERT_TRUE(PullMessage(conversation));
   this->time = 2000;
-  EXPECT_FALSE(talk.IsPermitted());
-  const auto heard = Listen(talk);
+  EXPECT_FALSE(conversation.IsPermitted());
+  const auto heard = Listen(conversation);
   EXPECT_EQ(heard.errors, (std::map<std::uint32_t, unsigned>{ { 2, 401 }, { 3, 401 } }));
   EXPECT_TRUE(heard.blobs.empty());
-  EXPECT_EQ(talk.Closing(), CloseReason::NotPermitted);
-  Ask(talk, { 4, AskPartitions({ 5 }) });
-  EXPECT_FALSE(PullMessage(talk));
+  EXPECT_EQ(conversation.Closing(), CloseReason::NotPermitted);
+  Ask(conversation, { 4, AskPartitions({ 5 }) });
+  EXPECT_FALSE(PullMessage(conversation));
 }
 
 TEST_F(Access, AnIdleConversationEndsToo)
 {
-  auto talk = this->Talk("regions");
-  Open(talk);
+  auto conversation = this->ConversationTest("regions");
+  Open(conversation);
   auto keys = forged::Keys();
   keys.revokedSubjects = { "ann" };
-  EXPECT_TRUE(talk.IsPermitted());
+  EXPECT_TRUE(conversation.IsPermitted());
   this->guard->Replace(keys);
-  EXPECT_FALSE(talk.IsPermitted());
-  EXPECT_EQ(Listen(talk).errors, (std::map<std::uint32_t, unsigned>{ { 0, 401 } }));
-  EXPECT_EQ(talk.Closing(), CloseReason::NotPermitted);
+  EXPECT_FALSE(conversation.IsPermitted());
+  EXPECT_EQ(Listen(conversation).errors, (std::map<std::uint32_t, unsigned>{ { 0, 401 } }));
+  EXPECT_EQ(conversation.Closing(), CloseReason::NotPermitted);
 }
 
 // What was being read meanwhile is not sent.
 TEST_F(Access, ABlobThatIsReadForAnExpiredTokenStaysHere)
 {
-  auto talk = this->Talk("regions");
-  Open(talk);
-  Ask(talk, { 2, AskPartitions({ 0 }) });
-  ASSERT_TRUE(talk.NextMessage()); // begin
-  EXPECT_FALSE(talk.NextMessage());
-  const auto errand = talk.TakeErrand();
-  ASSERT_TRUE(errand);
-  errand->Run();
+  auto conversation = this->ConversationTest("regions");
+  Open(conversation);
+  Ask(conversation, { 2, AskPartitions({ 0 }) });
+  ASSERT_TRUE(conversation.NextMessage()); // begin
+  EXPECT_FALSE(conversation.NextMessage());
+  const auto task = conversation.TakeTask();
+  ASSERT_TRUE(task);
+  task->Run();
   this->time = 2000;
-  talk.Finish(errand);
-  const auto heard = Listen(talk);
+  conversation.Finish(task);
+  const auto heard = Listen(conversation);
   EXPECT_TRUE(heard.blobs.empty());
   EXPECT_EQ(heard.errors.at(2), 401u);
 }

@@ -89,9 +89,9 @@ TEST_F(Folder, AnEmptyFolderIsAnEmptyCatalogAndAMissingOneAnError)
   {
     this->catalog.Look();
   }
-  EXPECT_EQ(
-    this->reports, std::vector<std::string>{ "stores: there is no such folder; the models of "
-                                             "before are served" })
+  EXPECT_EQ(this->reports,
+    std::vector<std::string>{
+      "stores: there is no such folder; the earlier models are still served" })
     << "once";
   const auto status = this->catalog.Reload();
   ASSERT_FALSE(status);
@@ -157,7 +157,8 @@ TEST_F(Folder, NotesLieBesideTheStoreAndMayChange)
 
   for (const auto& [wrong, what] :
     std::vector<std::pair<std::string, std::string>>{ { "{}", "notes: \"type\" is missing" },
-      { std::string(maximumNotesBytes + 1, ' '), "notes have at most 262144 bytes together" } })
+      { std::string(maximumNotesBytes + 1, ' '),
+        "the notes are too large: at most 262144 bytes together" } })
   {
     this->reports.clear();
     put(wrong);
@@ -392,7 +393,7 @@ TEST_F(Folder, ABlobOfNoBytesIsDamaged)
   const auto blob = model->ReadBlob(BlobId::Partition(0));
   ASSERT_FALSE(blob);
   EXPECT_EQ(blob.GetError().code, ErrorCode::Damaged);
-  EXPECT_EQ(blob.GetError().message, "partitions/0: 0 bytes are no blob");
+  EXPECT_EQ(blob.GetError().message, "partitions/0: 0 bytes cannot be a blob");
   const auto size = model->BlobSize(BlobId::Partition(0));
   ASSERT_FALSE(size);
   EXPECT_EQ(size.GetError().code, ErrorCode::Damaged);
@@ -446,7 +447,7 @@ TEST_F(Folder, AReloadKeepsWhatHasNotChangedAndWhatCannotBeReplaced)
     EXPECT_EQ(this->catalog.Find("sheet"), sheet) << "given up";
     ASSERT_EQ(this->reports.size(), static_cast<std::size_t>(i));
     EXPECT_EQ(
-      this->reports.back(), "sheet.kds: not a KdStream store; the store of before is served");
+      this->reports.back(), "sheet.kds: not a KdStream store; the earlier store is still served");
     this->catalog.Refresh();
     EXPECT_EQ(this->reports.size(), static_cast<std::size_t>(i)) << "told twice";
   }
@@ -466,8 +467,8 @@ TEST_F(Folder, AStoreThatGoesWhileTheFolderIsReadIsGone)
       fs::remove(this->folder / "going.kds");
     });
   const std::vector<std::string> told{
-    "first.kds: not a KdStream store; it is left out, the other stores are served",
-    "leading.kds: no such file; it is left out, the other stores are served"
+    "first.kds: not a KdStream store; this store is left out, the others are served",
+    "leading.kds: no such file; this store is left out, the others are served"
   };
   ASSERT_TRUE(watched.Reload());
   EXPECT_EQ(this->reports, told);
@@ -657,7 +658,7 @@ TEST_F(Folder, AStoreThatIsCutOffInPlaceIsNotCalledServed)
   ASSERT_TRUE(this->catalog.Reload());
   ASSERT_EQ(this->reports.size(), 1u);
   EXPECT_NE(
-    this->reports[0].find("; clients are told that it is damaged until a whole store is there"),
+    this->reports[0].find("; clients are told that it is damaged until the store is complete"),
     std::string::npos)
     << this->reports[0];
   const auto status = this->catalog.Find("a")->CheckUnchanged();

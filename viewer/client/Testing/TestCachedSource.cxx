@@ -179,7 +179,7 @@ TEST_F(TestCachedSource, ARegionIsAskedForWithoutWhatIsKept)
   const auto found = source.Take();
   ASSERT_EQ(found.size(), 1u);
   EXPECT_EQ(found[0].blob, protocol::BlobId::Partition(3));
-  // What is called back: the server's part there, ours here.
+  // What is cancelled: the server's part there, ours here.
   source.Send(region);
   SessionRequest cancel;
   cancel.kind = SessionRequest::Kind::Cancel;

@@ -368,7 +368,7 @@ TEST(TestDiskCache, AnothersFileBehindALinkIsLeftAlone)
   std::filesystem::create_symlink("../victim", folder / "cache/blobs.sqlite");
   const auto cache = DiskCache::Open(folder / "cache", plenty);
   ASSERT_FALSE(cache);
-  EXPECT_EQ(cache.GetError().message, "is not a file of this user's own, and is left alone");
+  EXPECT_EQ(cache.GetError().message, "does not belong to this user, and is not used");
   EXPECT_EQ(fixtures::ReadWhole(folder / "victim"), std::string(5000, 'v'));
   EXPECT_TRUE(std::filesystem::is_symlink(folder / "cache/blobs.sqlite"));
   // Nor is a file made where the link leads to nothing.
@@ -391,7 +391,7 @@ TEST(TestDiskCache, WhatOthersPutBesideTheFileIsLeftAlone)
       DiskCache::Open(folder / "cache", plenty, [&why](const std::string& text) { why = text; });
     ASSERT_TRUE(cache) << cache.GetError().message;
     EXPECT_EQ((*cache)->Find(Key(1)), Content(1)) << "it is read without them";
-    EXPECT_EQ(why, planted.string() + " is not a file of this user's own, and is left alone");
+    EXPECT_EQ(why, planted.string() + " does not belong to this user, and is not used");
     EXPECT_TRUE(std::filesystem::is_symlink(planted));
     EXPECT_FALSE(std::filesystem::exists(folder / "victim")) << ending;
   }

@@ -108,7 +108,7 @@ TEST(TestLocalClient, ABlobForWhichThereIsNoMemoryFailsAlone)
   }
 }
 
-TEST(TestLocalClient, WhatIsCalledBackDoesNotCome)
+TEST(TestLocalClient, WhatIsCancelledDoesNotCome)
 {
   const auto model = Named("a");
   LocalClient source({ model });

@@ -118,7 +118,7 @@ TEST_F(TestSecureClient, WhoDoesNotSpeakTlsIsToldApart)
   this->Start();
   const Error secure = Refusal(this->Url("http://"), "");
   EXPECT_EQ(secure.code, ErrorCode::InputOutput);
-  EXPECT_NE(secure.message.find("; does it speak https?"), std::string::npos) << secure.message;
+  EXPECT_NE(secure.message.find("; does it need https?"), std::string::npos) << secure.message;
 }
 
 TEST_F(TestSecureClient, AFileOfAuthoritiesHasToBeOne)
@@ -129,7 +129,7 @@ TEST_F(TestSecureClient, AFileOfAuthoritiesHasToBeOne)
   std::ofstream(none) << "no certificate";
   const Error error = Refusal(this->Url(), none.string());
   EXPECT_EQ(error.code, ErrorCode::InvalidInput);
-  EXPECT_EQ(error.message, none.string() + ": holds no certificate in PEM");
+  EXPECT_EQ(error.message, none.string() + ": contains no certificate in PEM format");
 }
 
 }

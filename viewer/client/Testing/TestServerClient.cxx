@@ -395,7 +395,7 @@ TEST_F(TestClientWithToken, ShowsTheLevelsWhereItMayHaveNoMore)
   DoubleTap(session, 1, 600, 300);
   Exchange(**client, session);
   EXPECT_NE(
-    session.GetStatus().error.find("the token is for the levels of torus"), std::string::npos)
+    session.GetStatus().error.find("the token only allows the levels of torus"), std::string::npos)
     << session.GetStatus().error;
   EXPECT_GT(session.Scene().surface->Whole().triangles.size(), 0u) << "what there is stays";
 }
@@ -424,7 +424,7 @@ TEST_F(TestClientWithToken, ShowsThePreviewWhereItMayHaveNoMore)
     }
     DoubleTap(session, 1, 600, 300);
     Exchange(**client, session);
-    EXPECT_NE(session.GetStatus().error.find("the token is for the preview of torus alone"),
+    EXPECT_NE(session.GetStatus().error.find("the token only allows the preview of torus"),
       std::string::npos)
       << session.GetStatus().error;
   }
@@ -434,7 +434,7 @@ TEST_F(TestClientWithToken, SaysWhyItIsRefused)
 {
   const auto without = ServerClient::Connect(this->Server->Url());
   ASSERT_FALSE(without);
-  EXPECT_NE(without.GetError().message.find("the server says 401: this server asks for a token"),
+  EXPECT_NE(without.GetError().message.find("the server says 401: this server requires a token"),
     std::string::npos)
     << without.GetError().message;
   for (const std::string wrong : { "a b", "a\r\nX: y", "a:b" })

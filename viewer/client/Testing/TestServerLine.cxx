@@ -98,7 +98,7 @@ ServerLineOptions Patient()
   return options;
 }
 
-// A line that streams, with model m open and partitions 1 and 2 owed by message 2.
+// A line that streams, with model m open and partitions 1 and 2 outstanding in message 2.
 void Stream(ServerLine& line, double now)
 {
   EXPECT_EQ(Actions(line), Names{ "connect" });
@@ -116,7 +116,7 @@ void Stream(ServerLine& line, double now)
   EXPECT_EQ(line.Trouble(), "");
 }
 
-TEST(TestServerLine, APatientLineTriesForAsLongAsItTakesAndAsksAgainForWhatIsOwed)
+TEST(TestServerLine, APatientLineTriesForAsLongAsItTakesAndAsksAgainForWhatIsOutstanding)
 {
   ServerLine line(Patient());
   Stream(line, 0);
@@ -159,7 +159,7 @@ TEST(TestServerLine, APatientLineTriesForAsLongAsItTakesAndAsksAgainForWhatIsOwe
 namespace
 {
 
-// A line that streams, with model m open, to which nothing is owed.
+// A line that streams, with model m open, to which nothing is outstanding.
 void StreamAtRest(ServerLine& line)
 {
   Stream(line, 0);
@@ -217,7 +217,7 @@ TEST(TestServerLine, WhoComesBackInVainSaysSo)
   EXPECT_EQ(events[0].message, "the connection to server:1 was lost: refused");
 }
 
-TEST(TestServerLine, HurryMakesTheNextTickTry)
+TEST(TestServerLine, RetryNowMakesTheNextTickTry)
 {
   ServerLine line(Patient());
   Actions(line);
@@ -226,14 +226,14 @@ TEST(TestServerLine, HurryMakesTheNextTickTry)
   Actions(line);
   line.Tick(0.1);
   EXPECT_EQ(Actions(line), Names{});
-  line.Hurry();
+  line.RetryNow();
   line.Tick(0.1);
   EXPECT_EQ(Actions(line), Names{ "connect" });
   line.Tick(100); // once
   EXPECT_EQ(Actions(line), Names{});
 }
 
-TEST(TestServerLine, AnImpatientLineFailsWhatIsOwedAndConnectsForTheNextRequest)
+TEST(TestServerLine, AnImpatientLineFailsWhatIsOutstandingAndConnectsForTheNextRequest)
 {
   ServerLineOptions options = Patient();
   options.patient = false;
@@ -255,10 +255,10 @@ TEST(TestServerLine, AnImpatientLineFailsWhatIsOwedAndConnectsForTheNextRequest)
   EXPECT_EQ(Actions(line), Names{ "connect" });
 }
 
-TEST(TestServerLine, GivesUpAConnectionThatOwesAndIsSilent)
+TEST(TestServerLine, GivesUpAConnectionThatIsStalled)
 {
   ServerLineOptions options = Patient();
-  options.longestSilence = 20;
+  options.silenceTimeout = 20;
   ServerLine line(options);
   Stream(line, 0);
   line.Tick(19);

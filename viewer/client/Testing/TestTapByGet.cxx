@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // A tap on a slow line without a stream: the session, the line and GETs, one after the other. What
 // was asked for before the tap does not keep it waiting, also where the line was quick until then,
-// so that much is under way.
+// so that much is in flight.
 #include "viewer/client/ServerLine.h"
 
 #include "filters/model/ModelJson.h"
@@ -157,10 +157,10 @@ TEST(TestTapByGet, ATapComesBeforeWhatWasAskedForEarlier)
   std::size_t others = 0;
   for (const BlobId& blob : host.Got)
   {
-    const bool isOnTheWay =
+    const bool isIntermediate =
       IsOfPiece(blob) && PieceOfBlob(blob, depths).node ==
                            cell >> (depths.partition - DepthOfNode(PieceOfBlob(blob, depths).node));
-    others += IsOfTree(blob) || isOnTheWay ? 0 : 1;
+    others += IsOfTree(blob) || isIntermediate ? 0 : 1;
   }
   EXPECT_LE(others, 3u);
   EXPECT_LE(before, 10u);

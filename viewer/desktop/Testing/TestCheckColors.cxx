@@ -27,16 +27,15 @@ const ScalarDescription height{ "height", 0, 1, 0, 1, {} };
 
 TEST(CheckColors, ArraysOfFacesAreSaidNotToBeShown)
 {
-  const std::string begin =
-    "the model has no array of numbers 'quality' to be coloured by; it has ";
-  EXPECT_EQ(Refused("quality", {}), begin + "none; arrays of faces are not shown");
-  EXPECT_EQ(Refused("quality", { height }), begin + "'height'; arrays of faces are not shown");
+  const std::string begin = "the model has no array of numbers 'quality' to colour it by; it has ";
+  EXPECT_EQ(Refused("quality", {}), begin + "none; arrays of faces cannot be shown");
+  EXPECT_EQ(Refused("quality", { height }), begin + "'height'; arrays of faces cannot be shown");
 }
 
 TEST(CheckColors, ASlipIsSaidToBeOne)
 {
   EXPECT_EQ(Refused("hight", { height }),
-    "the model has no array of numbers 'hight' to be coloured by; it has 'height'; did you mean "
+    "the model has no array of numbers 'hight' to colour it by; it has 'height'; did you mean "
     "height?");
 }
 

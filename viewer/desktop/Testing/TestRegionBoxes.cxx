@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Boxes before a surface: only their own pixels change, also where hollows are darker.
+// Boxes before a surface: only their own pixels change, also where ambient occlusion is drawn.
 #include "viewer/desktop/RegionBoxes.h"
 
 #include "Testing/Fixtures/ExtrudedSurface.h"
@@ -14,7 +14,7 @@ namespace
 
 constexpr int side = 200;
 
-// A plane across the line of sight, with hollows darker, and boxes. What is beside the picture
+// A plane across the line of sight, with ambient occlusion, and boxes. What is beside the picture
 // gives the near and far planes room.
 struct BoxedPlane
 {

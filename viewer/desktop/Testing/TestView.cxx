@@ -121,7 +121,7 @@ TEST_F(TestView, ALookThatWritesNothingSaysSo)
   ASSERT_EQ(this->View(offscreen), 0);
   EXPECT_EQ(this->Err.rfind("kdstream-view: showed ", 0), 0U) << this->Err;
   EXPECT_NE(this->Err.find(" pieces of http://"), std::string::npos) << this->Err;
-  EXPECT_NE(this->Err.find("wrote nothing: --screenshot FILE"), std::string::npos) << this->Err;
+  EXPECT_NE(this->Err.find("wrote no file: use --screenshot FILE"), std::string::npos) << this->Err;
   ASSERT_EQ(this->View(offscreen + "--stats s.json"), 0);
   EXPECT_EQ(this->Err, "");
   this->Write(
@@ -195,7 +195,7 @@ TEST_F(TestView, ADamagedBlobIsAnErrorLineAndTheRestIsShown)
   const auto incomplete = [](const std::string& name)
   {
     return "kdstream-view: warning: " + name +
-           ": is incomplete: a part of the model could not be loaded\n";
+           ": the picture is incomplete: a part of the model could not be loaded\n";
   };
   EXPECT_EQ(this->Err.find(incomplete("preview.png")), std::string::npos) << this->Err;
   EXPECT_NE(this->Err.find(incomplete("level.png")), std::string::npos) << this->Err;
@@ -217,8 +217,9 @@ TEST_F(TestView, APictureOfNothingIsNotWritten)
                          "--stats s.json --record r.jsonl" +
                          replay),
       1);
-    EXPECT_NE(this->Err.find("kdstream-view: error: none.png: is not written: nothing of the model "
-                             "could be shown\n"),
+    EXPECT_NE(
+      this->Err.find(
+        "kdstream-view: error: none.png: is not written: no part of the model could be shown\n"),
       std::string::npos)
       << this->Err;
     EXPECT_EQ(this->Err.find("error: p.png: is not written") == std::string::npos, replay.empty());
@@ -249,14 +250,14 @@ TEST_F(TestView, WrongUsageEndsWithTwoAndFailedWorkWithOne)
   const std::string offscreen = "--offscreen auto --size 64x64 ";
   const std::vector<std::tuple<std::string, int, std::string>> cases = {
     { offscreen + "--replay jpg.jsonl", 1,
-      " error: jpg.jsonl: line 2: 'w.jpg' does not end in .png, and pictures are written as PNG" },
+      " error: jpg.jsonl: line 2: 'w.jpg' must end in .png: pictures are written as PNG" },
     { offscreen + "--replay folder.jsonl", 1,
       " error: folder.jsonl: line 1: no/w.png: cannot create a file in no: No such file" },
     { offscreen + "--replay empty.jsonl", 1, " error: empty.jsonl: is empty" },
     { offscreen + "--replay blank.jsonl", 1, " error: blank.jsonl: has no steps" },
     { "", 1,
       " error: no window can be opened: X11: the environment variable DISPLAY is not set; "
-      "--offscreen auto draws without one" },
+      "use --offscreen auto to draw without a window" },
     { "--offscreen window", 2, "window" },
     { "--offscreen auto --size 0x5", 2, "0x5" },
     { "--offscreen auto --size 64x64x3", 2, "64x64x3" },
@@ -271,7 +272,7 @@ TEST_F(TestView, WrongUsageEndsWithTwoAndFailedWorkWithOne)
     { offscreen + "--screenshot v.jpg", 2, "'v.jpg' does not end in .png" },
     { offscreen + "--screenshot png", 2, "'png' does not end in .png" },
     { offscreen + "--stats no/such/file", 1, "no/such/file" },
-    { offscreen + "--stats a.json --report ./a.json", 2, "two outputs cannot be written to one" },
+    { offscreen + "--stats a.json --report ./a.json", 2, "two outputs cannot have the same file" },
   };
   for (const auto& [options, code, what] : cases)
   {
@@ -282,10 +283,10 @@ TEST_F(TestView, WrongUsageEndsWithTwoAndFailedWorkWithOne)
   }
   EXPECT_FALSE(std::filesystem::exists(this->Folder / "w.jpg"));
   EXPECT_EQ(this->Run("nowhere " + offscreen), 1);
-  EXPECT_EQ(this->Err, "kdstream-view: error: nowhere: there is no such file, and the address of a "
-                       "server is http://HOST:PORT or https://HOST:PORT\n");
+  EXPECT_EQ(this->Err, "kdstream-view: error: nowhere: there is no such file, and a server's "
+                       "address must be http://HOST:PORT or https://HOST:PORT\n");
   EXPECT_EQ(this->View("--ca m.pem " + offscreen), 2);
-  EXPECT_NE(this->Err.find("--ca is of no use without https"), std::string::npos) << this->Err;
+  EXPECT_NE(this->Err.find("--ca needs an https server"), std::string::npos) << this->Err;
   EXPECT_EQ(this->Run("https://127.0.0.1 --ca m.pem " + offscreen), 1);
   EXPECT_NE(this->Err.find("m.pem: cannot be read"), std::string::npos) << this->Err;
   ASSERT_EQ(::mkfifo((this->Folder / "pipe.kds").c_str(), 0600), 0);
@@ -295,7 +296,7 @@ TEST_F(TestView, WrongUsageEndsWithTwoAndFailedWorkWithOne)
   EXPECT_EQ(this->Err, "kdstream-view: error: pipe.kds: is a named pipe, not a file\n");
   std::filesystem::remove(this->Folder / "pipe.kds");
   EXPECT_EQ(this->Run(". " + offscreen), 1);
-  EXPECT_EQ(this->Err, "kdstream-view: error: .: no stores (.kds) are in this folder\n");
+  EXPECT_EQ(this->Err, "kdstream-view: error: .: this folder has no stores (.kds)\n");
   this->Write("m.kds", "SQLite format 3");
   EXPECT_EQ(this->Run("m.kds " + offscreen), 1);
   EXPECT_EQ(this->Err.rfind("kdstream-view: error: m.kds: ", 0), 0U) << this->Err;

@@ -98,7 +98,7 @@ TEST_F(TestViewCache, WhatWasSeenIsThereWithoutTheServer)
   this->Server.reset();
   ASSERT_EQ(this->Run(url + " " + look + "c.png --cache kept"), 0) << this->Err;
   EXPECT_EQ(this->Err.rfind("kdstream-view: warning: " + url + ": ", 0), 0u) << this->Err;
-  EXPECT_NE(this->Err.find("; what was seen before is shown\n"), std::string::npos) << this->Err;
+  EXPECT_NE(this->Err.find("; only cached data is shown\n"), std::string::npos) << this->Err;
   EXPECT_EQ(ReadText(this->Folder / "c.png"), ReadText(this->Folder / "a.png"));
   // Of much that was not seen, some is told, and how much more.
   ASSERT_EQ(this->Run(url + " " + look + "e.png --detail full --cache kept"), 1);
@@ -127,7 +127,7 @@ TEST_F(TestViewCache, AMeshIsSeenWhereNothingCanBeKept)
   EXPECT_NE(this->Err.find("kdstream-view: warning: nest.ply/below: cannot be created: "),
     std::string::npos)
     << this->Err;
-  EXPECT_NE(this->Err.find("the store that is made of the mesh is not kept\n"), std::string::npos);
+  EXPECT_NE(this->Err.find("the store made from the mesh is not cached\n"), std::string::npos);
   EXPECT_EQ(ReadText(this->Folder / "n.png"), seen);
   EXPECT_TRUE(std::filesystem::is_empty(this->Folder / "brief"));
 }
@@ -162,8 +162,7 @@ TEST_F(TestViewCache, WhatOthersPlantedIsLeftAlone)
     EXPECT_NE(
       this->Err.find("kdstream-view: warning: cache/stores" + name + ": "), std::string::npos)
       << what << ": " << this->Err;
-    EXPECT_NE(
-      this->Err.find("; the store that is made of the mesh is not kept\n"), std::string::npos)
+    EXPECT_NE(this->Err.find("; the store made from the mesh is not cached\n"), std::string::npos)
       << what << ": " << this->Err;
   };
   const auto begin = [&]
@@ -243,7 +242,7 @@ TEST_F(TestViewCache, ADamagedStoreIsMadeAnew)
   ASSERT_EQ(this->Run(look), 0) << this->Err;
   EXPECT_EQ(this->Err.rfind("kdstream-view: warning: cache/stores/" + key + "/mesh.kds: ", 0), 0u)
     << this->Err;
-  EXPECT_NE(this->Err.find("; the store is made of the mesh anew\n"), std::string::npos)
+  EXPECT_NE(this->Err.find("; the store is made from the mesh again\n"), std::string::npos)
     << this->Err;
   EXPECT_EQ(ReadText(this->Folder / "p.png"), seen);
   ASSERT_EQ(this->Run(look), 0);

@@ -69,7 +69,7 @@ TEST_F(TestViewPictures, ColoursByAnArray)
   EXPECT_GT(ShareThatDiffers(this->Folder / "d.png", this->Folder / "a.png"), 0.1);
   EXPECT_NE(ReadText(this->Folder / "r.json").find("&colours=by:reflectance"), std::string::npos);
   EXPECT_EQ(this->Run(look + "e.png --colour-by nothing"), 1);
-  EXPECT_NE(this->Err.find("the model has no array of numbers 'nothing' to be coloured by; it has "
+  EXPECT_NE(this->Err.find("the model has no array of numbers 'nothing' to colour it by; it has "
                            "'reflectance', 'classification'"),
     std::string::npos)
     << this->Err;
@@ -98,7 +98,7 @@ TEST_F(TestViewPictures, APictureHasALegend)
     const double share = ShareThatDiffers(this->Folder / "with.png", this->Folder / "without.png");
     EXPECT_GT(share, 0.01) << array;
     EXPECT_LT(share, 0.2) << array;
-    // Words, and the map's upper end or the class "ground", which no lamp shades.
+    // Words, and the map's upper end or the class "ground", which no light shades.
     const std::array<int, 3> words{ 235, 235, 235 };
     const std::array<int, 3> shown =
       array == "reflectance" ? std::array{ 250, 230, 36 } : std::array{ 160, 112, 60 };
@@ -155,7 +155,7 @@ TEST_F(TestViewPictures, ALinkOpensTheViewThatItTells)
     EXPECT_NE(this->Err.find(what), std::string::npos) << this->Err;
   }
   EXPECT_EQ(this->Run("'" + url + "#model=torus' --replay zoom.jsonl" + look + "d.png"), 2);
-  EXPECT_NE(this->Err.find("does not go with --replay"), std::string::npos) << this->Err;
+  EXPECT_NE(this->Err.find("cannot be combined with --replay"), std::string::npos) << this->Err;
 }
 
 // Lines, ends and figures of what was measured: in --screenshot, of a session or of its link.

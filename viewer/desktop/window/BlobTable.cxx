@@ -79,8 +79,8 @@ float DrawFacts(const PanelFacts& facts)
       std::to_string(*status.shownLevel) + " of " + std::to_string(facts.model->depths.finest) +
         (status.original ? ", and original" : "") +
         (status.targetLevel ? "; wanted " + std::to_string(*status.targetLevel) : ""));
-    Row("Of the original", ShareOfOriginal(facts));
-    Row("Error left by a budget", Number(status.errorLeft, "%.1f") + " points");
+    Row("Share of the original", ShareOfOriginal(facts));
+    Row("Remaining error", Number(status.remainingError, "%.1f") + " points");
     Row("Region", RegionText(status));
   }
   const auto fromCache = std::count_if(facts.blobs->begin(), facts.blobs->end(),

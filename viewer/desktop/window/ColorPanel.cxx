@@ -33,7 +33,7 @@ void DrawRange(const ScalarDescription& scalar, ColorChoice& colors)
   {
     colors.range = range;
   }
-  if (ImGui::Button("96 of 100 values"))
+  if (ImGui::Button("Middle 96 %"))
   {
     colors.range.reset();
   }

@@ -409,7 +409,7 @@ void DisplayWindow::SetTitle(const std::string& title)
   Display* display = DisplayOf(*this->Shown);
   const ::Window window = IdOf(*this->Shown);
   this->Shown->SetWindowName(whole.c_str());
-  // VTK sets the old property alone, which has no letters beyond Latin's.
+  // VTK sets only the old property, which has no letters beyond Latin's.
   XChangeProperty(display, window, XInternAtom(display, "_NET_WM_NAME", False),
     XInternAtom(display, "UTF8_STRING", False), 8, PropModeReplace,
     reinterpret_cast<const unsigned char*>(whole.data()), static_cast<int>(whole.size()));

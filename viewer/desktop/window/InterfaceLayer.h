@@ -92,9 +92,9 @@ private:
 // The code points of a UTF-8 text; what is no UTF-8 is passed over.
 std::set<char32_t> LettersOf(std::string_view text);
 
-// Fills the atlas with the desktop's sans serif font, of this height in pixels, and with whatever
-// other fonts have those of `letters` that it lacks; with the library's own small font where the
-// desktop has none.
+// Fills the atlas with the desktop's sans serif font, of this height in pixels, and with other
+// fonts that have the missing `letters`. Where the desktop has no font: the library's own small
+// one.
 void LoadFonts(ImFontAtlas& atlas, double height, const std::set<char32_t>& letters);
 
 }

@@ -16,7 +16,7 @@ Status CheckLength(const std::string& what, const std::string& text, std::size_t
   if (CountCharacters(text) > most)
   {
     return Error{ ErrorCode::LimitExceeded,
-      what + " may have " + std::to_string(most) + " characters" };
+      what + " may have at most " + std::to_string(most) + " characters" };
   }
   return {};
 }
@@ -71,12 +71,12 @@ Status NotesBook::Keep(
   if (note.link.size() > Note::longestLink)
   {
     return Error{ ErrorCode::LimitExceeded,
-      "this view has too many distances to be noted: remove some" };
+      "this view has too many distances for a note: remove some" };
   }
   if (!index && this->All.size() >= mostNotes)
   {
     return Error{ ErrorCode::LimitExceeded,
-      "there can be " + std::to_string(mostNotes) + " notes" };
+      "a model can have at most " + std::to_string(mostNotes) + " notes" };
   }
   std::vector<Note> notes = this->All;
   notes.insert(notes.end(), index ? 0 : 1, {});

@@ -88,8 +88,8 @@ void NotesPanel::DrawList(const NotesBook& book, NotesWishes& wishes)
   const std::vector<Note>& notes = book.Notes();
   if (notes.empty())
   {
-    Wrapped("There are no notes on this model. A note keeps what is seen now, with a title and a "
-            "text.");
+    Wrapped(
+      "This model has no notes yet. A note stores the current view, with a title and a text.");
   }
   for (std::size_t i = 0; i < notes.size(); ++i)
   {

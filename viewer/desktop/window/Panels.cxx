@@ -88,7 +88,7 @@ std::string DescribeSurface(const PanelFacts& facts)
     return "";
   }
   const bool original = status.original || (status.region && status.region->shown > 0);
-  const bool isCut = status.errorLeft > 2;
+  const bool isCut = status.remainingError > 2;
   const std::string level = std::to_string(*status.shownLevel);
   std::string text =
     isCut && original ? "Up to the original" : (isCut ? "Up to level " : "Level ") + level;
@@ -218,8 +218,8 @@ PanelWishes Panels::Draw(const PanelFacts& facts, const std::vector<Tile>& tiles
   return wishes;
 }
 
-// Tools and details appear in one place, settings and notes in another, and in a narrow window all
-// of them: what is opened takes the place of what was there.
+// Tools and details appear in one place, settings and notes in another; in a narrow window all
+// appear in one. A panel that is opened replaces the panel in its place.
 void Panels::CloseCovered(const PanelFacts& facts)
 {
   const std::array<bool*, 4> open{ &this->toolsOpen, &this->detailsOpen, &this->settingsOpen,
@@ -262,29 +262,29 @@ void Panels::DrawTools(const PanelFacts& facts, PanelWishes& wishes)
     }
     ImGui::SameLine();
   }
-  if (Button("Home", false, "The first view again (H)"))
+  if (Button("Home", false, "Back to the initial view (H)"))
   {
     wishes.steps.push_back(GoStep("home"));
   }
   ImGui::SameLine();
   ImGui::BeginDisabled(!facts.status.canUndo);
-  if (Button("Undo", false, "The view before the last jump (U)"))
+  if (Button("Undo", false, "Undo the last jump (U)"))
   {
     wishes.steps.push_back(GoStep("undo"));
   }
   ImGui::EndDisabled();
   ImGui::SameLine();
-  if (Button("Picture", false, "Write a picture (S)"))
+  if (Button("Picture", false, "Save a picture (S)"))
   {
     wishes.screenshot = true;
   }
   ImGui::SameLine();
-  if (Button("Tools", this->toolsOpen, "Sides, distances, links (T)"))
+  if (Button("Tools", this->toolsOpen, "Views, distances, links (T)"))
   {
     this->toolsOpen = !this->toolsOpen;
   }
   ImGui::SameLine();
-  if (Button("Details", this->detailsOpen, "What is shown, and what came of it (D)"))
+  if (Button("Details", this->detailsOpen, "Statistics of the view and the stream (D)"))
   {
     this->detailsOpen = !this->detailsOpen;
   }
@@ -294,12 +294,12 @@ void Panels::DrawTools(const PanelFacts& facts, PanelWishes& wishes)
     this->settingsOpen = !this->settingsOpen;
   }
   ImGui::SameLine();
-  if (Button(facts.fullScreen ? "Window" : "Full screen", false, "Full screen and back (F)"))
+  if (Button(facts.fullScreen ? "Window" : "Full screen", false, "Full screen on or off (F)"))
   {
     wishes.fullScreen = true;
   }
   ImGui::SameLine();
-  if (Button("?", this->helpOpen, "What mouse and keys do (F1)"))
+  if (Button("?", this->helpOpen, "Mouse and keys (F1)"))
   {
     this->helpOpen = !this->helpOpen;
   }
@@ -466,7 +466,7 @@ void Panels::DrawSettings(const PanelFacts& facts, ViewSettings& settings)
   Choice("Widest", settings.rings, 3u);
   ImGui::Checkbox("Boxes of its partitions", &settings.scene.boxes);
   DrawColorChoice(facts, settings.scene.colors);
-  ImGui::Checkbox("Relief: hollows are darker", &settings.scene.occlusion);
+  ImGui::Checkbox("Relief (ambient occlusion)", &settings.scene.occlusion);
   Text("At most");
   auto triangles = static_cast<float>(settings.triangles) / 1e6f;
   if (ImGui::SliderFloat("million triangles", &triangles, 0.01f, 20.0f, "%.2f",
@@ -475,18 +475,18 @@ void Panels::DrawSettings(const PanelFacts& facts, ViewSettings& settings)
     settings.triangles = static_cast<std::uint64_t>(triangles * 1e6f);
   }
   auto memory = static_cast<int>(settings.memory >> 20);
-  if (ImGui::SliderInt("MiB for them", &memory, 32, 16384, "%d",
+  if (ImGui::SliderInt("MiB of memory", &memory, 32, 16384, "%d",
         ImGuiSliderFlags_Logarithmic | ImGuiSliderFlags_AlwaysClamp))
   {
     settings.memory = static_cast<std::uint64_t>(memory) << 20;
   }
-  ImGui::Checkbox("Fetch ahead what may come next", &settings.fetchAhead);
+  ImGui::Checkbox("Prefetch what may be needed next", &settings.prefetch);
   if (HasSeveral(facts))
   {
     Text("Previews");
     Choice("At the bottom", settings.previews, PreviewPlace::Strip);
     ImGui::SameLine();
-    Choice("When asked for", settings.previews, PreviewPlace::PopUp);
+    Choice("On demand", settings.previews, PreviewPlace::PopUp);
   }
   ImGui::End();
 }
@@ -563,7 +563,7 @@ void Panels::DrawError(const PanelFacts& facts, PanelWishes& wishes)
   ImGui::End();
 }
 
-// Where an error is told, which has more to say, until there is none.
+// Where an error is reported, which has more to say, until there is none.
 void Panels::DrawWarnings(const PanelFacts& facts)
 {
   const std::string& error = facts.status.error;

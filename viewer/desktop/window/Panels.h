@@ -34,12 +34,12 @@ struct ViewSettings
   SceneSettings scene;
   unsigned rings = 1;
   std::uint64_t triangles = 0, memory = 0; // budgets
-  bool fetchAhead = true;
+  bool prefetch = true;
   PreviewPlace previews = PreviewPlace::Strip;
   bool operator==(const ViewSettings&) const = default;
 };
 
-// What is told.
+// What is reported.
 struct PanelFacts
 {
   int width = 0, height = 0; // of the window, pixels

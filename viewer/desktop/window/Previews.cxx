@@ -122,9 +122,9 @@ bool Previews::Load()
   }
   for (const ClientEvent& event : this->Source->Take())
   {
-    if (event.kind == ClientEvent::Kind::Opened && event.model.pose)
+    if (event.kind == ClientEvent::Kind::Opened && event.model.homeView)
     {
-      this->Entries[*this->Loading].up = event.model.pose->up;
+      this->Entries[*this->Loading].up = event.model.homeView->up;
     }
     Deliver(event, this->Session);
   }

@@ -30,7 +30,7 @@ public:
 
   // What is being done.
   std::string Progress() const;
-  // Each warning is told on stderr too.
+  // Each warning is reported on stderr too.
   // How it ended, once: nothing until then.
   std::optional<Result<OpenedSources>> Take();
 

@@ -43,7 +43,7 @@ void DrawSides(const PanelFacts& facts, PanelWishes& wishes)
   }
   bool spins = facts.status.spinning;
   ImGui::BeginDisabled(facts.recording); // no file tells of it
-  if (ImGui::Checkbox("Turn by itself", &spins))
+  if (ImGui::Checkbox("Turn automatically", &spins))
   {
     wishes.spin = spins;
   }
@@ -97,7 +97,7 @@ std::string DescribeMeasurement(
   const bool waits = measurement.from.waits || measurement.to->waits;
   return LengthText(measurement.Distance(), error) +
          (error > 0 ? " ± " + LengthText(error, error / 2) : "") + WithUnit("", unit) +
-         (waits                    ? " (the original is coming)"
+         (waits                    ? " (the original is loading)"
            : measurement.IsExact() ? ""
                                    : " (of a coarser level)") +
          ", height " + length(measurement.Height(up)) + ", across " +
@@ -152,8 +152,7 @@ void DrawSection(const PanelFacts& facts, PanelWishes& wishes)
       step.factor = depth;
       wishes.steps.push_back(step);
     }
-    AskForTool(
-      facts, wishes, "The mouse moves it, right drag turns it (C)", Tool::Section, "section");
+    AskForTool(facts, wishes, "Move by mouse, right drag turns (C)", Tool::Section, "section");
     wishes.saveOutline |= ImGui::Button("Save outline");
   }
   ImGui::PopID();
@@ -162,14 +161,14 @@ void DrawSection(const PanelFacts& facts, PanelWishes& wishes)
 void DrawLight(const PanelFacts& facts, PanelWishes& wishes)
 {
   Say("Light");
-  AskForTool(facts, wishes, "Comes from the mouse (I)", Tool::Light, "light");
-  AskForTool(facts, wishes, "A second one does", Tool::SecondLight, "second light");
+  AskForTool(facts, wishes, "Light from the mouse (I)", Tool::Light, "light");
+  AskForTool(facts, wishes, "Second light from the mouse", Tool::SecondLight, "second light");
   if (!facts.light)
   {
     return;
   }
   RakingLight light = *facts.light;
-  bool moved = Slider(facts, "bright", light.lamp.intensity, RakingLight::mostIntensity);
+  bool moved = Slider(facts, "bright", light.lightSource.intensity, RakingLight::mostIntensity);
   if (light.second)
   {
     moved |= Slider(facts, "the second", light.second->intensity, RakingLight::mostIntensity);
@@ -178,8 +177,8 @@ void DrawLight(const PanelFacts& facts, PanelWishes& wishes)
   const bool standard = ImGui::Button("Standard light");
   if (moved || standard)
   {
-    wishes.steps.push_back({ SessionStep::Kind::Lamps, {},
-      FormatLamps(standard ? std::nullopt : std::optional(light)) });
+    wishes.steps.push_back({ SessionStep::Kind::Lights, {},
+      FormatLights(standard ? std::nullopt : std::optional(light)) });
   }
 }
 
@@ -196,8 +195,7 @@ void DrawToolsPanel(const PanelFacts& facts, PanelWishes& wishes, bool& isOpen, 
     DrawSides(facts, wishes);
     ImGui::Separator();
     Say("Distances");
-    AskForTool(
-      facts, wishes, "Clicks measure: one point, then another (R)", Tool::Measure, "measure");
+    AskForTool(facts, wishes, "Measure: click two points (R)", Tool::Measure, "measure");
     DrawList(facts, wishes);
     if (!facts.measurements.empty() && ImGui::Button("Copy as text"))
     {

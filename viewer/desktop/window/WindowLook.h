@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // One window, one person, one session: what ViewInWindow shows. In four files: WindowView.cxx has
-// the frames, WindowDeeds.cxx what people do, WindowNotes.cxx what they do with notes,
+// the frames, WindowCommands.cxx what people do, WindowNotes.cxx what they do with notes,
 // WindowOutputs.cxx what is written and copied.
 #pragma once
 
@@ -39,7 +39,7 @@ inline double SteadySeconds()
   return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count();
 }
 
-inline constexpr std::size_t bytesAhead = std::size_t{ 1 } << 20;
+inline constexpr std::size_t windowPrefetchBytes = std::size_t{ 1 } << 20;
 
 // What the model is seen as.
 struct SceneSight
@@ -105,7 +105,10 @@ private:
     constexpr double share = 0.25; // of the time that their frames take
     return std::max(least, this->FrameSeconds / share);
   }
-  bool OwesOcclusion(double now) { return this->LacksOcclusion && this->Occlusion.Has(false, now); }
+  bool OcclusionPending(double now)
+  {
+    return this->LacksOcclusion && this->Occlusion.Has(false, now);
+  }
   bool PreviewsTurn() const { return this->Shelf && this->Shelf->AnyIsShown(); }
 
   ViewOptions Options;
@@ -130,11 +133,11 @@ private:
   OcclusionClock Occlusion;
   bool LacksOcclusion = false;    // the picture, which is to have it
   std::optional<SceneSight> Seen; // in the last picture
-  bool PressIsOfWords = false;
+  bool PressIsOfPanels = false;
   bool Ended = false;
   bool AskedToSave = false; // notes, before the end
-  bool OwesPicture = false;
-  int CaptionHeight = 0;          // of the picture that is owed, pixels
+  bool PicturePending = false;
+  int CaptionHeight = 0;          // of the picture that is outstanding, pixels
   std::deque<WindowEvent> Events; // that have not been handled yet
   // After each change: panels take their size in the second.
   int FramesLeft = 2;

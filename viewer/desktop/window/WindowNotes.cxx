@@ -40,7 +40,7 @@ void WindowLook::Fulfil(const NotesWishes& wishes)
   {
     const auto& [index, title, text] = *wishes.keep;
     const Status kept = book.Keep(index, title, text, this->Link());
-    this->Tell(kept ? "Save the notes, so that they stay." : kept.GetError().message);
+    this->Tell(kept ? "The note is not saved yet: use Save notes." : kept.GetError().message);
     if (kept)
     {
       this->Words.notes.EndEdit(book.Model());
@@ -70,7 +70,7 @@ void WindowLook::ShowNote(std::size_t index)
   const auto link = ParseViewLink(text);
   if (!link)
   {
-    this->Tell("The view of this note cannot be understood: " + link.GetError().message);
+    this->Tell("The view of this note is not valid: " + link.GetError().message);
     return;
   }
   this->Session.Do({ SessionStep::Kind::Link, {}, text });
@@ -101,12 +101,12 @@ void WindowLook::SaveNotes()
 // Not what was written and would be lost, the first time.
 void WindowLook::End()
 {
-  const bool isOwed = this->Session.Notes().HasUnsaved() || this->Words.notes.HasDraft();
-  const bool asks = isOwed && !this->AskedToSave;
+  const bool isOutstanding = this->Session.Notes().HasUnsaved() || this->Words.notes.HasDraft();
+  const bool asks = isOutstanding && !this->AskedToSave;
   this->AskedToSave = true;
   if (asks)
   {
-    this->Tell("There are notes that are not saved. Once more ends all the same.");
+    this->Tell("Some notes are not saved. Quit again to discard them.");
     return;
   }
   this->Ended = true;

@@ -30,7 +30,7 @@ std::string NewName(const std::string& model, const std::string& extension)
 
 void WindowLook::Copy(const std::string& text, const std::string& what)
 {
-  this->Tell(this->Clipboard.Put(text) ? what + " copied." : "There is no clipboard.");
+  this->Tell(this->Clipboard.Put(text) ? what + " copied." : "No clipboard is available.");
 }
 
 // For a browser, or for kdstream-view.
@@ -73,21 +73,21 @@ void WindowLook::SaveOutline()
 // come, as it is when that plays again.
 void WindowLook::AskForPicture()
 {
-  this->OwesPicture = true;
+  this->PicturePending = true;
   this->FramesLeft = 2;
   if (this->Session.IsRecording() && !this->Session.Viewer().IsIdle())
   {
-    this->Tell("The picture is taken when all of it has come.");
+    this->Tell("The picture will be saved when everything is loaded.");
   }
 }
 
 void WindowLook::TakePicture()
 {
-  this->OwesPicture = false;
+  this->PicturePending = false;
   const std::string model = this->Session.Viewer().GetStatus().model;
   if (model.empty() || this->Session.Viewer().GetStatus().vertices == 0)
   {
-    this->Tell("There is nothing to write a picture of yet.");
+    this->Tell("There is nothing to save a picture of yet.");
     return;
   }
   const std::string file = NewName(model, ".png");
@@ -110,7 +110,7 @@ Result<WindowPicture> WindowLook::PictureWith(InterfaceLayer::Part part)
   return picture;
 }
 
-// The model alone, as a recording that is played writes it.
+// Only the model, as a recording that is played writes it.
 Status WindowLook::WriteModelPicture(const std::string& file)
 {
   const auto picture = this->PictureWith(InterfaceLayer::Part::None);
@@ -118,7 +118,7 @@ Status WindowLook::WriteModelPicture(const std::string& file)
   return WritePng(PartOf(*picture, 0, 0, this->View.width, this->View.height), file);
 }
 
-// The model with its distances, and below it what it is, by whom, and what one may do with it.
+// The model with its distances, and below it title, credit and licence.
 Status WindowLook::WriteToldPicture(const std::string& file)
 {
   const auto picture = this->PictureWith(InterfaceLayer::Part::Background);

@@ -281,9 +281,9 @@ void WindowSession::OpenNext(int step)
   this->Open(static_cast<std::size_t>((now + step + count) % count));
 }
 
-void WindowSession::SetAhead(std::size_t bytes)
+void WindowSession::SetPrefetch(std::size_t bytes)
 {
-  this->Looks.SetAhead(bytes);
+  this->Looks.SetPrefetch(bytes);
 }
 
 void WindowSession::RemoveMeasurement(std::size_t index)

@@ -19,7 +19,7 @@ namespace kdstream
 class WindowSession
 {
 public:
-  // Begins to open what the options name. What fails is told on stderr too, as an error of
+  // Begins to open what the options name. What fails is reported on stderr too, as an error of
   // `program`.
   WindowSession(std::string program, const ViewOptions& options, SessionRecorder recorder);
 
@@ -56,7 +56,7 @@ public:
   void OpenNext(int step);
   // What could not be had, once more.
   void Retry();
-  void SetAhead(std::size_t bytes);
+  void SetPrefetch(std::size_t bytes);
   // As ViewerSession's; of neither a recording tells.
   void SetSpinning(bool spins) { this->Looks.SetSpinning(spins); }
   void RemoveMeasurement(std::size_t index);

@@ -54,7 +54,7 @@ WindowLook::WindowLook(std::string program, const ViewOptions& options,
   this->Scene.Renderer().PreserveColorBufferOff();
   window.AddRenderer(&this->Scene.Renderer());
   window.AddRenderer(&this->Boxes.Renderer());
-  this->Session.SetAhead(bytesAhead);
+  this->Session.SetPrefetch(windowPrefetchBytes);
 }
 
 void WindowLook::Run()
@@ -68,7 +68,7 @@ void WindowLook::Run()
     this->WakeIf(this->Display->TakeDamage());
     const double now = SteadySeconds();
     const bool turns = this->PreviewsTurn() && now - this->LastTurn >= this->TurningPause();
-    if (this->FramesLeft > 0 || turns || this->OwesOcclusion(now) ||
+    if (this->FramesLeft > 0 || turns || this->OcclusionPending(now) ||
         this->Session.Viewer().GetStatus().coasting)
     {
       this->Frame();
@@ -157,7 +157,7 @@ void WindowLook::Frame()
   this->FrameSeconds = SteadySeconds() - begin;
   this->Session.EndFrame(this->FrameSeconds, this->Input.Touching());
   this->Report.AddFrame(this->Session.Viewer().GetStatus(), this->Session.Viewer().Scene());
-  if (this->OwesPicture && (!this->Session.IsRecording() || this->Session.Viewer().IsIdle()))
+  if (this->PicturePending && (!this->Session.IsRecording() || this->Session.Viewer().IsIdle()))
   {
     this->TakePicture();
   }
@@ -181,7 +181,7 @@ std::vector<PanelWishes> WindowLook::DescribePanels(double seconds, ViewSettings
       this->Display->Width(), this->Display->Height(), wishes.empty() ? seconds : 0);
     const PanelFacts facts = this->Facts();
     wishes.push_back(this->Words.Draw(facts, this->Tiles, this->Shelf.get(), settings));
-    this->CaptionHeight = this->OwesPicture ? DrawCaption(facts, this->View.width) : 0;
+    this->CaptionHeight = this->PicturePending ? DrawCaption(facts, this->View.width) : 0;
     again = this->Interface.End();
   }
   if (again)
@@ -268,7 +268,7 @@ void WindowLook::AddTools(PanelFacts& facts) const
   {
     facts.sectionDepth = session.GetSection().Depth();
   }
-  facts.up = facts.model ? facts.model->pose.value_or(ModelPose{}).up : Vec3{ 0, 1, 0 };
+  facts.up = facts.model ? facts.model->homeView.value_or(HomeView{}).up : Vec3{ 0, 1, 0 };
 }
 
 void WindowLook::Tell(const std::string& note)

@@ -11,7 +11,7 @@ namespace kdstream
 {
 
 // Returns the exit code. Errors: those of DisplayWindow::Make, and of what cannot be written at the
-// end. What cannot be opened or shown is told in the window, and on stderr.
+// end. What cannot be opened or shown is reported in the window, and on stderr.
 Result<int> ViewInWindow(const std::string& program, const ViewOptions& options);
 
 }

@@ -112,11 +112,11 @@ ViewerScene Cut(ViewerScene scene)
   return scene;
 }
 
-// By two lamps from the sides, and with ridges that are lighter.
+// By two lights from the sides, and with ridges that are lighter.
 ViewerScene Raked(ViewerScene scene)
 {
   scene.lighting =
-    LightingOf(RakingLight{ { -0.95, 0.1, 1.1 }, RakingLamp{ 0.5, -0.6, 0.5 }, 0.6 });
+    LightingOf(RakingLight{ { -0.95, 0.1, 1.1 }, LightSource{ 0.5, -0.6, 0.5 }, 0.6 });
   return scene;
 }
 

@@ -36,7 +36,7 @@ inline constexpr const char* usualSuffix = ".vtk.png";
 inline constexpr const char* blackSuffix = ".vtk.black.png";
 inline constexpr const char* whiteSuffix = ".vtk.white.png";
 // With occlusion.
-inline constexpr const char* hollowSuffix = ".vtk.hollow.png";
+inline constexpr const char* occlusionSuffix = ".vtk.hollow.png";
 inline constexpr const char* darkerSuffix = ".vtk.darker.png";
 
 }

@@ -58,7 +58,7 @@ Status DrawAll(const ComparedScene& compared)
   KDSTREAM_TRY(DrawTo(compared.name + usualSuffix, **window));
   style.occlusion = true;
   drawn.SetStyle(style);
-  KDSTREAM_TRY(DrawTo(compared.name + hollowSuffix, **window));
+  KDSTREAM_TRY(DrawTo(compared.name + occlusionSuffix, **window));
   style.occlusion = false;
   drawn.SetStyle(style);
   auto* fill = vtkLight::SafeDownCast(drawn.Renderer().GetLights()->GetItemAsObject(1));

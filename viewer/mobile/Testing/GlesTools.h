@@ -37,13 +37,13 @@ inline void UploadTexels(
 }
 
 // A renderer and what it draws into. Throws, and so fails its test, where there is no OpenGL ES.
-struct Easel
+struct Canvas
 {
   int width, height;
   std::unique_ptr<EglOffscreen> target;
   std::unique_ptr<GlesRenderer> renderer;
 
-  Easel(int pixelsWide, int pixelsHigh)
+  Canvas(int pixelsWide, int pixelsHigh)
     : width(pixelsWide)
     , height(pixelsHigh)
   {
@@ -60,13 +60,13 @@ struct Easel
     }
     this->renderer = std::move(*drawing);
   }
-  ~Easel()
+  ~Canvas()
   {
     EXPECT_TRUE(this->target->MakeCurrent());
     this->renderer.reset();
   }
-  Easel(const Easel&) = delete;
-  Easel& operator=(const Easel&) = delete;
+  Canvas(const Canvas&) = delete;
+  Canvas& operator=(const Canvas&) = delete;
 
   Status Try(const ViewerScene& scene)
   {

@@ -19,8 +19,8 @@ namespace
 // The bounds, and what was measured with Mesa 22.3's llvmpipe. The mean of all channels' absolute
 // differences, 0-255: at most 0.14, of a cloud; 0.023 of surfaces.
 constexpr double mostMean = 0.2;
-// The same where hollows are darker: at most 0.20, of the dragon, where its depths leap.
-constexpr double mostHollowMean = 0.25;
+// The same where ambient occlusion is drawn: at most 0.20, of the dragon, where its depths leap.
+constexpr double mostOcclusionMean = 0.25;
 // The pixels that are model in one picture and background in the other, of those that are model in
 // either: at most 0.0022, on the outline of a cloud's splats, and 0.0012 of the dragon's.
 constexpr double mostSilhouette = 0.0025;
@@ -43,13 +43,13 @@ Image FromVtk(const ComparedScene& compared, const char* suffix)
   return image;
 }
 
-std::vector<bool> SilhouetteHere(Easel& easel, const ViewerScene& scene)
+std::vector<bool> SilhouetteHere(Canvas& canvas, const ViewerScene& scene)
 {
-  easel.renderer->SetBackground({ 0, 0, 0 }, { 0, 0, 0 });
-  const Image black = easel.Draw(scene);
-  easel.renderer->SetBackground({ 1, 1, 1 }, { 1, 1, 1 });
-  const Image white = easel.Draw(scene);
-  easel.renderer->SetBackground(backgroundBottom, backgroundTop);
+  canvas.renderer->SetBackground({ 0, 0, 0 }, { 0, 0, 0 });
+  const Image black = canvas.Draw(scene);
+  canvas.renderer->SetBackground({ 1, 1, 1 }, { 1, 1, 1 });
+  const Image white = canvas.Draw(scene);
+  canvas.renderer->SetBackground(backgroundBottom, backgroundTop);
   return Silhouette(black, white);
 }
 
@@ -69,13 +69,13 @@ double SilhouetteDistance(const std::vector<bool>& here, const std::vector<bool>
 void CompareScene(const ComparedScene& compared)
 {
   SCOPED_TRACE(compared.name);
-  Easel easel(compared.width, compared.height);
-  easel.renderer->SetColoring(compared.coloring);
-  const Image here = easel.Draw(compared.scene);
+  Canvas canvas(compared.width, compared.height);
+  canvas.renderer->SetColoring(compared.coloring);
+  const Image here = canvas.Draw(compared.scene);
   WritePngFile(compared.name + ".gles.png", here, compared.width, compared.height);
   const double mean = Compare(here, FromVtk(compared, usualSuffix)).mean;
   const auto there = Silhouette(FromVtk(compared, blackSuffix), FromVtk(compared, whiteSuffix));
-  const double silhouette = SilhouetteDistance(SilhouetteHere(easel, compared.scene), there);
+  const double silhouette = SilhouetteDistance(SilhouetteHere(canvas, compared.scene), there);
   EXPECT_LE(mean, mostMean);
   EXPECT_LE(silhouette, mostSilhouette);
 
@@ -85,8 +85,8 @@ void CompareScene(const ComparedScene& compared)
   EXPECT_GT(lightMean, 4 * mostMean);
   ViewerScene off = compared.scene;
   off.eye = off.focal + (off.eye - off.focal) * 1.01;
-  const double offMean = Compare(easel.Draw(off), FromVtk(compared, usualSuffix)).mean;
-  const double offSilhouette = SilhouetteDistance(SilhouetteHere(easel, off), there);
+  const double offMean = Compare(canvas.Draw(off), FromVtk(compared, usualSuffix)).mean;
+  const double offSilhouette = SilhouetteDistance(SilhouetteHere(canvas, off), there);
   EXPECT_GT(offMean, 2 * mostMean);
   EXPECT_GT(offSilhouette, 4 * mostSilhouette);
   std::cout << compared.name << ": mean difference " << mean << ", silhouette " << silhouette
@@ -94,52 +94,52 @@ void CompareScene(const ComparedScene& compared)
             << offSilhouette << "\n";
 }
 
-void CompareHollows(const ComparedScene& compared)
+void CompareOcclusion(const ComparedScene& compared)
 {
   SCOPED_TRACE(compared.name);
-  Easel easel(compared.width, compared.height);
-  easel.renderer->SetColoring(compared.coloring);
-  const Image plain = easel.Draw(compared.scene);
-  easel.renderer->SetOcclusion(true);
-  const Image here = easel.Draw(compared.scene);
+  Canvas canvas(compared.width, compared.height);
+  canvas.renderer->SetColoring(compared.coloring);
+  const Image plain = canvas.Draw(compared.scene);
+  canvas.renderer->SetOcclusion(true);
+  const Image here = canvas.Draw(compared.scene);
   WritePngFile(compared.name + ".gles.hollow.png", here, compared.width, compared.height);
-  const Image there = FromVtk(compared, hollowSuffix);
+  const Image there = FromVtk(compared, occlusionSuffix);
   const double mean = Compare(here, there).mean;
   const double plainMean = Compare(plain, there).mean;
-  EXPECT_LE(mean, mostHollowMean);
-  EXPECT_GT(plainMean, 2 * mostHollowMean);
+  EXPECT_LE(mean, mostOcclusionMean);
+  EXPECT_GT(plainMean, 2 * mostOcclusionMean);
   std::cout << compared.name << ": mean difference with occlusion " << mean << "; here without "
             << plainMean << "\n";
-  easel.renderer->SetOcclusion(false);
-  EXPECT_EQ(easel.Draw(compared.scene), plain);
+  canvas.renderer->SetOcclusion(false);
+  EXPECT_EQ(canvas.Draw(compared.scene), plain);
 }
 
-TEST(GlesAgainstVtk, DarkensTheSameHollows)
+TEST(GlesAgainstVtk, DarkensTheSameByOcclusion)
 {
   GlesRenderer::SetTileUpload(UploadPattern);
   for (const ComparedScene& compared : Scenes())
   {
-    CompareHollows(compared);
+    CompareOcclusion(compared);
   }
 }
 
 // The scene's own check would find the place of textures only by chance.
-TEST(GlesAgainstVtk, PaintsByTextures)
+TEST(GlesAgainstVtk, DrawsTextures)
 {
   GlesRenderer::SetTileUpload(UploadPattern);
   const auto textured = std::find_if(Scenes().begin(), Scenes().end(),
     [](const ComparedScene& scene) { return scene.name == "Textured"; });
   ASSERT_NE(textured, Scenes().end());
   const Image there = FromVtk(*textured, usualSuffix);
-  Easel easel(textured->width, textured->height);
-  EXPECT_LE(Compare(easel.Draw(textured->scene), there).mean, mostMean);
-  const std::size_t bytes = easel.renderer->GraphicsBytes();
+  Canvas canvas(textured->width, textured->height);
+  EXPECT_LE(Compare(canvas.Draw(textured->scene), there).mean, mostMean);
+  const std::size_t bytes = canvas.renderer->GraphicsBytes();
   ViewerScene plain = textured->scene;
   plain.tiles = nullptr;
-  EXPECT_GT(Compare(easel.Draw(plain), there).mean, 10 * mostMean);
-  EXPECT_LT(easel.renderer->GraphicsBytes() + 4 * 128 * 128, bytes);
+  EXPECT_GT(Compare(canvas.Draw(plain), there).mean, 10 * mostMean);
+  EXPECT_LT(canvas.renderer->GraphicsBytes() + 4 * 128 * 128, bytes);
   auto moved = std::make_shared<TileList>(*textured->scene.tiles);
-  for (PaintedPiece& each : *moved)
+  for (TexturedPiece& each : *moved)
   {
     TextureTile tile = *each.tile;
     for (auto& corners : tile.corners)
@@ -152,7 +152,7 @@ TEST(GlesAgainstVtk, PaintsByTextures)
     each.tile = std::make_shared<const TextureTile>(std::move(tile));
   }
   plain.tiles = moved;
-  EXPECT_GT(Compare(easel.Draw(plain), there).mean, 2 * mostMean);
+  EXPECT_GT(Compare(canvas.Draw(plain), there).mean, 2 * mostMean);
 }
 
 TEST(GlesAgainstVtk, DrawsTheSamePictures)

@@ -27,13 +27,13 @@ struct Pair
   Image plain, occluded;
 };
 
-Pair DrawBoth(Easel& easel, const ViewerScene& scene)
+Pair DrawBoth(Canvas& canvas, const ViewerScene& scene)
 {
-  easel.renderer->SetOcclusion(false);
+  canvas.renderer->SetOcclusion(false);
   Pair pair;
-  pair.plain = easel.Draw(scene);
-  easel.renderer->SetOcclusion(true);
-  pair.occluded = easel.Draw(scene);
+  pair.plain = canvas.Draw(scene);
+  canvas.renderer->SetOcclusion(true);
+  pair.occluded = canvas.Draw(scene);
   return pair;
 }
 
@@ -52,9 +52,9 @@ TEST(GlesOcclusion, APlaneStaysAsItIs)
     for (const double viewAngle : { 0.2, 1.2 })
     {
       SCOPED_TRACE(std::to_string(slope) + ", " + std::to_string(viewAngle));
-      Easel easel(width, height);
+      Canvas canvas(width, height);
       const double distance = 1.5 / std::tan(0.5 * viewAngle);
-      const Pair pair = DrawBoth(easel,
+      const Pair pair = DrawBoth(canvas,
         SceneBefore(Extruded({ { -1, -slope }, { 1, slope } }), { 0, 0, distance }, viewAngle));
       EXPECT_LE(Compare(pair.plain, pair.occluded).largest, 3);
     }
@@ -68,10 +68,10 @@ TEST(GlesOcclusion, APlaneStaysAsItIsWhereDepthsAreCoarse)
     for (const double viewAngle : { 0.05, 0.2, 1.2 })
     {
       SCOPED_TRACE(std::to_string(slope) + ", " + std::to_string(viewAngle));
-      Easel easel(width, height);
+      Canvas canvas(width, height);
       const Pair pair =
-        DrawBoth(easel, SceneBefore(AroundTheEye(Extruded({ { -1, -slope }, { 1, slope } })),
-                          { 0, 0, 5 }, viewAngle));
+        DrawBoth(canvas, SceneBefore(AroundTheEye(Extruded({ { -1, -slope }, { 1, slope } })),
+                           { 0, 0, 5 }, viewAngle));
       EXPECT_LE(Compare(pair.plain, pair.occluded).largest, 3);
     }
   }
@@ -79,8 +79,8 @@ TEST(GlesOcclusion, APlaneStaysAsItIsWhereDepthsAreCoarse)
 
 TEST(GlesOcclusion, AGrooveIsDarkWhereDepthsAreCoarse)
 {
-  Easel easel(width, height);
-  const Pair pair = DrawBoth(easel,
+  Canvas canvas(width, height);
+  const Pair pair = DrawBoth(canvas,
     SceneBefore(
       AroundTheEye(Extruded({ { -1, 0 }, { -0.15, 0 }, { 0, -0.3 }, { 0.15, 0 }, { 1, 0 } })),
       { 0, 0, 5 }));
@@ -116,8 +116,8 @@ TEST(GlesOcclusion, AShallowValleyIsDarkWhereItsTrianglesAreSmall)
 {
   const auto left = [](double slope, std::uint32_t quads)
   {
-    Easel easel(width, height);
-    return LeftAt(DrawBoth(easel, SceneBefore(Valley(slope, quads), { 0, 0, 5 })), 100, 75);
+    Canvas canvas(width, height);
+    return LeftAt(DrawBoth(canvas, SceneBefore(Valley(slope, quads), { 0, 0, 5 })), 100, 75);
   };
   EXPECT_LT(left(0.12, 200), 0.975);
   EXPECT_GT(left(0.12, 2), 0.99);
@@ -139,10 +139,10 @@ TEST(GlesOcclusion, AGrooveIsDark)
     {
       point = point * unit;
     }
-    Easel easel(width, height);
+    Canvas canvas(width, height);
     ViewerScene scene = SceneBefore(std::move(groove), { 0, 0, 5 * unit });
     scene.up = { 0, 1, 0 };
-    const Pair pair = DrawBoth(easel, scene);
+    const Pair pair = DrawBoth(canvas, scene);
     const double bottom = LeftAt(pair, 100, 75), wall = LeftAt(pair, 104, 75),
                  beside = LeftAt(pair, 130, 75);
     EXPECT_LT(bottom, 0.55);
@@ -152,8 +152,8 @@ TEST(GlesOcclusion, AGrooveIsDark)
   }
   std::vector<std::array<double, 2>> ridge = profile;
   ridge[2][1] = 0.3;
-  Easel easel(width, height);
-  const Pair pair = DrawBoth(easel, SceneBefore(Extruded(ridge), { 0, 0, 5 }));
+  Canvas canvas(width, height);
+  const Pair pair = DrawBoth(canvas, SceneBefore(Extruded(ridge), { 0, 0, 5 }));
   EXPECT_GT(LeftAt(pair, 100, 75), 0.97);
   EXPECT_LT(LeftAt(pair, 108, 75), 0.9); // its foot
 }
@@ -164,8 +164,8 @@ TEST(GlesOcclusion, OnlyWhatIsNearDarkens)
 {
   const Surface two =
     Joined(Extruded({ { -1, 0 }, { 1, 0 } }), Extruded({ { -0.2, 3 }, { 0.2, 3 } }));
-  Easel easel(width, height);
-  const Pair pair = DrawBoth(easel, SceneBefore(two, { 0, 0, 8 }));
+  Canvas canvas(width, height);
+  const Pair pair = DrawBoth(canvas, SceneBefore(two, { 0, 0, 8 }));
   EXPECT_NE(pair.plain[0], pair.plain[3 * (75 * width + 100)]); // there is a background
   EXPECT_LE(Compare(pair.plain, pair.occluded).largest, 3);
 }
@@ -175,11 +175,11 @@ TEST(GlesOcclusion, TheBackgroundStaysAsItIs)
 {
   const ViewerScene scene = SceneBefore(
     Extruded({ { -1, 0 }, { -0.2, 0 }, { 0, -0.6 }, { 0.2, 0 }, { 1, 0 } }), { 0, 0, 12 });
-  Easel easel(width, height);
-  easel.renderer->SetBackground({ 0, 0, 0 }, { 0, 0, 0 });
-  const Image black = easel.Draw(scene);
-  easel.renderer->SetBackground({ 1, 1, 1 }, { 1, 1, 1 });
-  const Pair pair = DrawBoth(easel, scene);
+  Canvas canvas(width, height);
+  canvas.renderer->SetBackground({ 0, 0, 0 }, { 0, 0, 0 });
+  const Image black = canvas.Draw(scene);
+  canvas.renderer->SetBackground({ 1, 1, 1 }, { 1, 1, 1 });
+  const Pair pair = DrawBoth(canvas, scene);
   std::size_t around = 0, darker = 0;
   for (std::size_t i = 0; i < black.size(); ++i)
   {
@@ -195,26 +195,26 @@ TEST(GlesOcclusion, TheBackgroundStaysAsItIs)
 TEST(GlesOcclusion, FollowsSizesAndSurvivesALostContext)
 {
   const ViewerScene scene = SceneOf(BumpySphere(40));
-  Easel easel(width, height);
-  const Pair pair = DrawBoth(easel, scene);
+  Canvas canvas(width, height);
+  const Pair pair = DrawBoth(canvas, scene);
   EXPECT_GT(Compare(pair.plain, pair.occluded).mean, 0.3);
   for (const Viewport& other :
     { Viewport{ 64, 48, 1 }, Viewport{ 1, 1, 1 }, Viewport{ 2, 149, 1 } })
   {
-    ASSERT_TRUE(easel.renderer->Draw(scene, other));
+    ASSERT_TRUE(canvas.renderer->Draw(scene, other));
   }
-  EXPECT_EQ(easel.Draw(scene), pair.occluded);
+  EXPECT_EQ(canvas.Draw(scene), pair.occluded);
   // The context is still there, so what is forgotten stays in it until it ends.
-  easel.renderer->Forget();
-  EXPECT_EQ(easel.Draw(scene), pair.occluded);
+  canvas.renderer->Forget();
+  EXPECT_EQ(canvas.Draw(scene), pair.occluded);
 }
 
 TEST(GlesOcclusion, NothingIsDrawnWithoutATriangle)
 {
   ViewerScene scene = SceneOf(Surface());
   scene.box = {};
-  Easel easel(width, height);
-  const Pair pair = DrawBoth(easel, scene);
+  Canvas canvas(width, height);
+  const Pair pair = DrawBoth(canvas, scene);
   EXPECT_EQ(pair.plain, pair.occluded);
 }
 

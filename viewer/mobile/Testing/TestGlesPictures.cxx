@@ -33,9 +33,9 @@ void ExpectBaseline(const std::string& name, const Image& drawn)
 
 Image DrawIn(SurfaceColoring coloring, const ViewerScene& scene)
 {
-  Easel easel(width, height);
-  easel.renderer->SetColoring(coloring);
-  return easel.Draw(scene);
+  Canvas canvas(width, height);
+  canvas.renderer->SetColoring(coloring);
+  return canvas.Draw(scene);
 }
 
 TEST(GlesPictures, Stone)

@@ -72,9 +72,9 @@ TEST(GlesRenderer, NeedsAContext)
   EXPECT_EQ(renderer.GetError().message, "no context of OpenGL ES 3.0 or WebGL 2 is current");
 }
 
-// What a session lets glide: at first the picture is that of the surface before, in the end that of
+// What a session lets morph: at first the picture is that of the surface before, in the end that of
 // the new one, and between neither; then nothing of it is left.
-TEST(GlesRenderer, GlidesFromTheSurfaceBefore)
+TEST(GlesRenderer, MorphsFromTheSurfaceBefore)
 {
   const auto model = fixtures::MakeModel(fixtures::DisplacedSphere(4), { 60, {}, 8 }, {}, {}, 2);
   const TreeDepths& depths = model->tree.depths;
@@ -82,14 +82,14 @@ TEST(GlesRenderer, GlidesFromTheSurfaceBefore)
   SurfaceParts parts;
   parts.Follow(true);
   PartNormals normals;
-  Easel easel(side, side);
+  Canvas canvas(side, side);
   ViewerScene scene = SceneOf(Surface{}, 1);
   scene.box = model->tree.boxes[1];
   scene.depths = depths;
-  const auto show = [&](double glided)
+  const auto show = [&](double morphed)
   {
-    easel.renderer->SetGlided(glided);
-    return easel.Draw(scene);
+    canvas.renderer->SetMorphed(morphed);
+    return canvas.Draw(scene);
   };
   const auto goOn = [&]
   {
@@ -98,10 +98,10 @@ TEST(GlesRenderer, GlidesFromTheSurfaceBefore)
     normals.GoTo(parts.Parts());
     ++scene.surfaceVersion;
     scene.surface =
-      std::make_shared<const DrawnSurface>(parts.Parts(), normals.Of(), *before, parts.Former());
+      std::make_shared<const DrawnSurface>(parts.Parts(), normals.Of(), *before, parts.Parents());
   };
   goOn();
-  EXPECT_FALSE(scene.surface->HasGlides()); // from nothing
+  EXPECT_FALSE(scene.surface->HasGeomorphs()); // from nothing
   const Image before = show(1);
   const std::size_t partitions = std::size_t{ 1 } << depths.partition;
   for (std::uint32_t partition = 0; partition < partitions; partition += 2)
@@ -109,43 +109,43 @@ TEST(GlesRenderer, GlidesFromTheSurfaceBefore)
     cut.active.push_back(PieceOfPartition(Resolution::Original(), partition, depths));
   }
   goOn();
-  ASSERT_TRUE(scene.surface->HasGlides());
+  ASSERT_TRUE(scene.surface->HasGeomorphs());
   const Image first = show(0), middle = show(0.5);
-  const int gliding = CountBuffers();
-  const std::size_t glidingBytes = easel.renderer->GraphicsBytes();
+  const int morphing = CountBuffers();
+  const std::size_t morphingBytes = canvas.renderer->GraphicsBytes();
   const Image last = show(1);
   const int arrived = CountBuffers();
   EXPECT_GT(Compare(last, before).mean, 20 * Compare(first, before).mean);
   EXPECT_GT(Compare(middle, before).mean, 5 * Compare(first, before).mean);
   EXPECT_GT(Compare(middle, last).mean, 5 * Compare(first, before).mean);
-  Easel fresh(side, side);
+  Canvas fresh(side, side);
   EXPECT_EQ(Compare(fresh.Draw(scene), last).pixels, 0u);
-  EXPECT_GT(gliding, arrived);
+  EXPECT_GT(morphing, arrived);
   EXPECT_EQ(CountBuffers(), arrived);
-  EXPECT_GT(glidingBytes, easel.renderer->GraphicsBytes());
-  EXPECT_EQ(easel.renderer->GraphicsBytes(), fresh.renderer->GraphicsBytes());
+  EXPECT_GT(morphingBytes, canvas.renderer->GraphicsBytes());
+  EXPECT_EQ(canvas.renderer->GraphicsBytes(), fresh.renderer->GraphicsBytes());
 }
 
 // As Draw promises it: 16 bytes a vertex, 4 more with colours, 6 a triangle; and the textures of
-// the hollows, of half the picture's sides.
+// ambient occlusion, of half the picture's sides.
 TEST(GlesRenderer, TellsHowMuchItHolds)
 {
   const Surface sphere = BumpySphere(24);
   const std::size_t points = sphere.points.size(), triangles = sphere.triangles.size();
-  Easel easel(side, side);
-  EXPECT_EQ(easel.renderer->GraphicsBytes(), 0u);
+  Canvas canvas(side, side);
+  EXPECT_EQ(canvas.renderer->GraphicsBytes(), 0u);
   ViewerScene scene = SceneOf(sphere, 1);
-  easel.Draw(scene);
-  EXPECT_EQ(easel.renderer->GraphicsBytes(), 16 * points + 6 * triangles);
-  easel.renderer->SetColoring(SurfaceColoring::Resolution);
-  easel.Draw(scene);
-  EXPECT_EQ(easel.renderer->GraphicsBytes(), 20 * points + 6 * triangles);
-  easel.renderer->SetColoring(SurfaceColoring::Own);
-  easel.renderer->SetOcclusion(true);
-  easel.Draw(scene);
-  EXPECT_EQ(easel.renderer->GraphicsBytes(), 16 * points + 6 * triangles + 6 * side * side / 4);
-  easel.renderer->Forget();
-  EXPECT_EQ(easel.renderer->GraphicsBytes(), 0u);
+  canvas.Draw(scene);
+  EXPECT_EQ(canvas.renderer->GraphicsBytes(), 16 * points + 6 * triangles);
+  canvas.renderer->SetColoring(SurfaceColoring::Resolution);
+  canvas.Draw(scene);
+  EXPECT_EQ(canvas.renderer->GraphicsBytes(), 20 * points + 6 * triangles);
+  canvas.renderer->SetColoring(SurfaceColoring::Own);
+  canvas.renderer->SetOcclusion(true);
+  canvas.Draw(scene);
+  EXPECT_EQ(canvas.renderer->GraphicsBytes(), 16 * points + 6 * triangles + 6 * side * side / 4);
+  canvas.renderer->Forget();
+  EXPECT_EQ(canvas.renderer->GraphicsBytes(), 0u);
 }
 
 // Cut after cut, of which only what differs goes to the graphics memory: the picture is that of a
@@ -156,7 +156,7 @@ TEST(GlesRenderer, DrawsWhatDiffersAsAllAnew)
   fixtures::CutWalk walk(*model, 11);
   SurfaceParts parts;
   PartNormals normals;
-  Easel kept(side, side);
+  Canvas kept(side, side);
   for (std::uint64_t step = 1; step <= 60; ++step, walk.Step())
   {
     ASSERT_TRUE(parts.GoTo(walk.Now(), model->Lookup()));
@@ -169,7 +169,7 @@ TEST(GlesRenderer, DrawsWhatDiffersAsAllAnew)
     kept.renderer->SetColoring(coloring);
     const Image picture = kept.Draw(scene);
     const int buffers = CountBuffers();
-    Easel fresh(side, side);
+    Canvas fresh(side, side);
     fresh.renderer->SetColoring(coloring);
     ASSERT_EQ(Compare(fresh.Draw(scene), picture).pixels, 0u) << "step " << step;
     ASSERT_EQ(CountBuffers(), buffers) << "step " << step;
@@ -178,60 +178,60 @@ TEST(GlesRenderer, DrawsWhatDiffersAsAllAnew)
 
 TEST(GlesRenderer, DrawsTheSameAgain)
 {
-  Easel easel(side, side);
+  Canvas canvas(side, side);
   const ViewerScene scene = SceneOf(BumpySphere(30));
-  const Image first = easel.Draw(scene);
-  EXPECT_EQ(Compare(easel.Draw(scene), first).pixels, 0u);
-  const Image nothing = easel.Draw(SceneOf(Surface{}, 2));
+  const Image first = canvas.Draw(scene);
+  EXPECT_EQ(Compare(canvas.Draw(scene), first).pixels, 0u);
+  const Image nothing = canvas.Draw(SceneOf(Surface{}, 2));
   EXPECT_GT(Compare(nothing, first).pixels, first.size() / 3 / 6);
-  EXPECT_EQ(Compare(easel.Draw(SceneOf(BumpySphere(30), 3)), first).pixels, 0u);
+  EXPECT_EQ(Compare(canvas.Draw(SceneOf(BumpySphere(30), 3)), first).pixels, 0u);
 }
 
 TEST(GlesRenderer, UploadsAnotherSurfaceOnlyForAnotherVersion)
 {
-  Easel easel(side, side);
-  const Image sphere = easel.Draw(SceneOf(BumpySphere(30), 1));
+  Canvas canvas(side, side);
+  const Image sphere = canvas.Draw(SceneOf(BumpySphere(30), 1));
   ViewerScene other = SceneOf(BumpySphere(4), 1);
-  EXPECT_EQ(Compare(easel.Draw(other), sphere).pixels, 0u);
+  EXPECT_EQ(Compare(canvas.Draw(other), sphere).pixels, 0u);
   other.surfaceVersion = 2;
-  EXPECT_GT(Compare(easel.Draw(other), sphere).pixels, 0u);
+  EXPECT_GT(Compare(canvas.Draw(other), sphere).pixels, 0u);
 }
 
 TEST(GlesRenderer, FreesWhatItReplaces)
 {
-  Easel easel(side, side);
-  easel.Draw(SceneOf(BumpySphere(201), 1));
+  Canvas canvas(side, side);
+  canvas.Draw(SceneOf(BumpySphere(201), 1));
   EXPECT_EQ(CountBuffers(), 4); // two chunks of vertices and indices
-  easel.renderer->SetColoring(SurfaceColoring::Partition);
-  easel.Draw(SceneOf(BumpySphere(201), 1));
+  canvas.renderer->SetColoring(SurfaceColoring::Partition);
+  canvas.Draw(SceneOf(BumpySphere(201), 1));
   EXPECT_EQ(CountBuffers(), 6);
-  easel.Draw(SceneOf(BumpySphere(20), 2));
+  canvas.Draw(SceneOf(BumpySphere(20), 2));
   EXPECT_EQ(CountBuffers(), 3);
   Surface cloud = BumpySphere(20);
   cloud.triangles.clear();
-  easel.Draw(SceneOf(cloud, 3));
+  canvas.Draw(SceneOf(cloud, 3));
   EXPECT_EQ(CountBuffers(), 3); // vertices, colours, radii
-  easel.Draw(SceneOf(Surface{}, 4));
+  canvas.Draw(SceneOf(Surface{}, 4));
   EXPECT_EQ(CountBuffers(), 0);
-  easel.Draw(SceneOf(BumpySphere(20), 5));
-  easel.renderer.reset();
+  canvas.Draw(SceneOf(BumpySphere(20), 5));
+  canvas.renderer.reset();
   EXPECT_EQ(CountBuffers(), 0);
 }
 
 TEST(GlesRenderer, ChangesItsColoring)
 {
-  Easel easel(side, side);
+  Canvas canvas(side, side);
   const ViewerScene scene = SceneOf(BumpySphere(30));
-  const Image stone = easel.Draw(scene);
-  easel.renderer->SetColoring(SurfaceColoring::Partition);
-  const Image partitions = easel.Draw(scene);
-  easel.renderer->SetColoring(SurfaceColoring::Resolution);
-  const Image resolutions = easel.Draw(scene);
+  const Image stone = canvas.Draw(scene);
+  canvas.renderer->SetColoring(SurfaceColoring::Partition);
+  const Image partitions = canvas.Draw(scene);
+  canvas.renderer->SetColoring(SurfaceColoring::Resolution);
+  const Image resolutions = canvas.Draw(scene);
   EXPECT_GT(Compare(partitions, stone).mean, 5.0);
   EXPECT_GT(Compare(resolutions, stone).mean, 5.0);
   EXPECT_GT(Compare(resolutions, partitions).mean, 5.0);
-  easel.renderer->SetColoring(SurfaceColoring::Stone);
-  EXPECT_EQ(Compare(easel.Draw(scene), stone).pixels, 0u);
+  canvas.renderer->SetColoring(SurfaceColoring::Stone);
+  EXPECT_EQ(Compare(canvas.Draw(scene), stone).pixels, 0u);
 }
 
 TEST(GlesRenderer, DrawsAnewInANewContext)
@@ -239,25 +239,25 @@ TEST(GlesRenderer, DrawsAnewInANewContext)
   const ViewerScene scene = SceneOf(BumpySphere(30));
   for (const auto coloring : { SurfaceColoring::Stone, SurfaceColoring::Resolution })
   {
-    Easel easel(side, side);
-    easel.renderer->SetColoring(coloring);
-    const Image before = easel.Draw(scene);
+    Canvas canvas(side, side);
+    canvas.renderer->SetColoring(coloring);
+    const Image before = canvas.Draw(scene);
     // The context goes, with all that was in it.
-    easel.target.reset();
-    easel.renderer->Forget();
-    const Status without = easel.renderer->Draw(scene, { side, side, 1 });
+    canvas.target.reset();
+    canvas.renderer->Forget();
+    const Status without = canvas.renderer->Draw(scene, { side, side, 1 });
     ASSERT_FALSE(without);
     EXPECT_EQ(MessageOf(without), "no context of OpenGL ES 3.0 or WebGL 2 is current");
-    easel.target = std::move(*EglOffscreen::Make(side, side));
-    EXPECT_EQ(Compare(easel.Draw(scene), before).pixels, 0u);
+    canvas.target = std::move(*EglOffscreen::Make(side, side));
+    EXPECT_EQ(Compare(canvas.Draw(scene), before).pixels, 0u);
     EXPECT_EQ(CountBuffers(), coloring == SurfaceColoring::Stone ? 2 : 3);
   }
 }
 
 TEST(GlesRenderer, KeepsItsPictureWhereASurfaceIsBad)
 {
-  Easel easel(side, side);
-  const Image good = easel.Draw(SceneOf(BumpySphere(20), 1));
+  Canvas canvas(side, side);
+  const Image good = canvas.Draw(SceneOf(BumpySphere(20), 1));
   std::uint64_t version = 1;
   const auto refuses = [&](const Surface& bad, const std::string& message)
   {
@@ -265,12 +265,12 @@ TEST(GlesRenderer, KeepsItsPictureWhereASurfaceIsBad)
     scene.surface = std::make_shared<const DrawnSurface>(bad);
     for (int again = 0; again < 2; ++again)
     {
-      const Status status = easel.Try(scene);
+      const Status status = canvas.Try(scene);
       ASSERT_FALSE(status) << message;
       EXPECT_EQ(status.GetError().code, ErrorCode::InvalidInput);
       EXPECT_NE(status.GetError().message.find(message), std::string::npos)
         << status.GetError().message;
-      EXPECT_EQ(Compare(easel.Read(), good).pixels, 0u) << message;
+      EXPECT_EQ(Compare(canvas.Read(), good).pixels, 0u) << message;
     }
   };
   for (const double value : { std::numeric_limits<double>::quiet_NaN(),
@@ -293,28 +293,28 @@ TEST(GlesRenderer, KeepsItsPictureWhereASurfaceIsBad)
   bad.points.clear();
   bad.sources.clear();
   refuses(bad, "triangle 0 has a vertex that does not exist");
-  EXPECT_EQ(Compare(easel.Draw(SceneOf(BumpySphere(20), ++version)), good).pixels, 0u);
+  EXPECT_EQ(Compare(canvas.Draw(SceneOf(BumpySphere(20), ++version)), good).pixels, 0u);
 }
 
 TEST(GlesRenderer, RefusesBadCamerasAndPictures)
 {
-  Easel easel(side, side);
+  Canvas canvas(side, side);
   const ViewerScene good = SceneOf(BumpySphere(20));
   ViewerScene bad = good;
   bad.eye = bad.focal;
-  EXPECT_EQ(MessageOf(easel.Try(bad)), "camera: the eye is at the focal point");
+  EXPECT_EQ(MessageOf(canvas.Try(bad)), "camera: the eye is at the focal point");
   bad = good;
   bad.eye[2] = std::numeric_limits<double>::quiet_NaN();
-  EXPECT_EQ(MessageOf(easel.Try(bad)), "camera: a coordinate is not finite");
+  EXPECT_EQ(MessageOf(canvas.Try(bad)), "camera: a coordinate is not finite");
   bad = good;
   bad.up = bad.eye - bad.focal;
-  EXPECT_EQ(MessageOf(easel.Try(bad)), "camera: up is zero or along the line of sight");
+  EXPECT_EQ(MessageOf(canvas.Try(bad)), "camera: up is zero or along the line of sight");
   bad = good;
   bad.viewAngle = 4.0;
-  EXPECT_NE(MessageOf(easel.Try(bad)).find("field of view"), std::string::npos);
+  EXPECT_NE(MessageOf(canvas.Try(bad)).find("field of view"), std::string::npos);
   for (const Viewport& viewport : { Viewport{ 0, 10, 1 }, Viewport{ 10, -1, 1 } })
   {
-    const Status status = easel.renderer->Draw(good, viewport);
+    const Status status = canvas.renderer->Draw(good, viewport);
     ASSERT_FALSE(status);
     EXPECT_EQ(status.GetError().code, ErrorCode::InvalidArgument);
   }
@@ -322,23 +322,23 @@ TEST(GlesRenderer, RefusesBadCamerasAndPictures)
 
 TEST(GlesRenderer, SaysThatTheGraphicsMemoryIsFull)
 {
-  Easel easel(side, side);
-  const Image nothing = easel.Draw(SceneOf(Surface{}, 1));
-  const Image sphere = easel.Draw(SceneOf(BumpySphere(20), 2));
+  Canvas canvas(side, side);
+  const Image nothing = canvas.Draw(SceneOf(Surface{}, 1));
+  const Image sphere = canvas.Draw(SceneOf(BumpySphere(20), 2));
   pretendedError = GL_OUT_OF_MEMORY;
-  Status status = easel.Try(SceneOf(BumpySphere(201), 3));
+  Status status = canvas.Try(SceneOf(BumpySphere(201), 3));
   pretendedError = GL_NO_ERROR;
   for (int again = 0; again < 2; ++again)
   {
     ASSERT_FALSE(status);
     EXPECT_EQ(status.GetError().code, ErrorCode::LimitExceeded);
     EXPECT_EQ(status.GetError().message,
-      "the graphics memory does not hold a surface of 80402 points and 160800 triangles");
-    EXPECT_EQ(Compare(easel.Read(), nothing).pixels, 0u);
+      "the graphics memory is too small for a surface of 80402 points and 160800 triangles");
+    EXPECT_EQ(Compare(canvas.Read(), nothing).pixels, 0u);
     EXPECT_EQ(CountBuffers(), 0);
-    status = easel.Try(SceneOf(BumpySphere(201), 3)); // not tried again
+    status = canvas.Try(SceneOf(BumpySphere(201), 3)); // not tried again
   }
-  EXPECT_EQ(Compare(easel.Draw(SceneOf(BumpySphere(20), 4)), sphere).pixels, 0u);
+  EXPECT_EQ(Compare(canvas.Draw(SceneOf(BumpySphere(20), 4)), sphere).pixels, 0u);
 }
 
 TEST(GlesRenderer, SaysThatAShaderIsRefused)
@@ -359,29 +359,29 @@ TEST(GlesRenderer, SaysThatAShaderIsRefused)
 // Points that fall together, triangles without an area, coordinates of any size.
 TEST(GlesRenderer, DrawsDegenerateSurfaces)
 {
-  Easel easel(side, side);
-  const Image nothing = easel.Draw(SceneOf(Surface{}, 1));
+  Canvas canvas(side, side);
+  const Image nothing = canvas.Draw(SceneOf(Surface{}, 1));
   Surface point;
   point.points.assign(3, Vec3{ 1, 2, 3 });
   point.sources.resize(3);
-  EXPECT_GE(Compare(easel.Draw(SceneOf(point, 2)), nothing).pixels, 4u); // 2 by 2
+  EXPECT_GE(Compare(canvas.Draw(SceneOf(point, 2)), nothing).pixels, 4u); // 2 by 2
   point.triangles = { { 0, 1, 2 }, { 0, 0, 0 } };
-  EXPECT_EQ(Compare(easel.Draw(SceneOf(point, 3)), nothing).pixels, 0u);
+  EXPECT_EQ(Compare(canvas.Draw(SceneOf(point, 3)), nothing).pixels, 0u);
   // A triangle and its mirror image: their normals cancel out.
   Surface both;
   both.points = { { -1, -1, 0 }, { 1, -1, 0 }, { 0, 1, 0 } };
   both.sources.resize(3);
   both.triangles = { { 0, 1, 2 }, { 0, 2, 1 } };
-  const Image cancelled = easel.Draw(SceneOf(both, 4));
+  const Image cancelled = canvas.Draw(SceneOf(both, 4));
   both.triangles.pop_back();
-  EXPECT_LE(Compare(cancelled, easel.Draw(SceneOf(both, 5))).mean, 6.0);
+  EXPECT_LE(Compare(cancelled, canvas.Draw(SceneOf(both, 5))).mean, 6.0);
   EXPECT_GT(Compare(cancelled, nothing).mean, 8.0);
 }
 
 TEST(GlesRenderer, DoesNotDependOnTheUnit)
 {
-  Easel easel(side, side);
-  const Image usual = easel.Draw(SceneOf(BumpySphere(30), 1));
+  Canvas canvas(side, side);
+  const Image usual = canvas.Draw(SceneOf(BumpySphere(30), 1));
   std::uint64_t version = 1;
   for (const double unit : { 0x1p-60, 0x1p-24, 0x1p24, 0x1p100 })
   {
@@ -392,16 +392,16 @@ TEST(GlesRenderer, DoesNotDependOnTheUnit)
     }
     ViewerScene scene = SceneOf(sphere, ++version);
     scene.eye = scene.focal + (scene.eye - scene.focal) * unit;
-    EXPECT_EQ(Compare(easel.Draw(scene), usual).pixels, 0u) << unit;
+    EXPECT_EQ(Compare(canvas.Draw(scene), usual).pixels, 0u) << unit;
   }
 }
 
 // The light is the camera's: turning model and camera together changes nothing.
 TEST(GlesRenderer, LightsFollowTheCamera)
 {
-  Easel easel(side, side);
+  Canvas canvas(side, side);
   ViewerScene scene = SceneOf(BumpySphere(30), 1);
-  const Image before = easel.Draw(scene);
+  const Image before = canvas.Draw(scene);
   Surface turned = scene.surface->Whole();
   const auto turn = [](const Vec3& p) { return Vec3{ p[2], p[0], p[1] }; };
   for (Vec3& p : turned.points)
@@ -411,15 +411,15 @@ TEST(GlesRenderer, LightsFollowTheCamera)
   scene = SceneOf(turned, 2);
   scene.eye = scene.focal + turn({ 1.5, 1.2, 4.8 });
   scene.up = turn({ 0, 1, 0 });
-  EXPECT_LE(Compare(easel.Draw(scene), before, 2).pixels, 20u);
+  EXPECT_LE(Compare(canvas.Draw(scene), before, 2).pixels, 20u);
 }
 
 // Other code has left the context in another state; the renderer says what it needs.
 TEST(GlesRenderer, ExpectsNothingOfTheContext)
 {
-  Easel easel(side, side);
+  Canvas canvas(side, side);
   const ViewerScene scene = SceneOf(BumpySphere(20));
-  const Image before = easel.Draw(scene);
+  const Image before = canvas.Draw(scene);
   glEnable(GL_CULL_FACE);
   glCullFace(GL_FRONT);
   glEnable(GL_BLEND);
@@ -432,7 +432,7 @@ TEST(GlesRenderer, ExpectsNothingOfTheContext)
   glColorMask(GL_FALSE, GL_FALSE, GL_FALSE, GL_FALSE);
   glViewport(0, 0, 3, 3);
   glUseProgram(0);
-  EXPECT_EQ(Compare(easel.Draw(scene), before).pixels, 0u);
+  EXPECT_EQ(Compare(canvas.Draw(scene), before).pixels, 0u);
 }
 
 TEST(EglOffscreen, RefusesImpossiblePictures)
@@ -451,8 +451,8 @@ TEST(EglOffscreen, RefusesImpossiblePictures)
 
 TEST(EglOffscreen, LivesBesideOthers)
 {
-  Easel small(side, side);
-  Easel wide(2 * side, side);
+  Canvas small(side, side);
+  Canvas wide(2 * side, side);
   const ViewerScene scene = SceneOf(BumpySphere(20));
   const Image first = small.Draw(scene);
   EXPECT_EQ(wide.Draw(scene).size(), 2 * first.size());

@@ -55,9 +55,9 @@ TEST(GlesTiles, NothingIsSeenOfThem)
   for (const TiledScene& tiled : MakeTiledScenes())
   {
     SCOPED_TRACE(tiled.name);
-    Easel easel(tiled.width, tiled.height);
-    easel.renderer->SetBackground({ 0, 0, 0 }, { 0, 0, 0 });
-    const Image here = easel.Draw(tiled.scene);
+    Canvas canvas(tiled.width, tiled.height);
+    canvas.renderer->SetBackground({ 0, 0, 0 }, { 0, 0, 0 });
+    const Image here = canvas.Draw(tiled.scene);
     WritePngFile(tiled.name + ".gles.png", here, tiled.width, tiled.height);
     const Image whole = FromVtk(tiled, wholeSuffix);
     const double desktop = Differing(FromVtk(tiled, tiledSuffix), whole),
@@ -66,7 +66,7 @@ TEST(GlesTiles, NothingIsSeenOfThem)
     EXPECT_LE(phone, mostDiffering);
     ViewerScene plain = tiled.scene;
     plain.tiles = nullptr;
-    EXPECT_GT(Differing(easel.Draw(plain), whole), 0.5);
+    EXPECT_GT(Differing(canvas.Draw(plain), whole), 0.5);
     std::cout << tiled.name << ": tiles by VTK " << desktop << ", by OpenGL ES " << phone << "\n";
   }
 }

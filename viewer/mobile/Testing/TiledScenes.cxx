@@ -84,7 +84,7 @@ public:
 
   std::shared_ptr<const TextureTile> TileOf(const Piece& piece) const
   {
-    PaintedTriangles painted{ piece.triangles, this->CornersOf(piece), {} };
+    TexturedTriangles painted{ piece.triangles, this->CornersOf(piece), {} };
     painted.materialOf.assign(piece.triangles.size(), 0);
     const auto made = MakeTile(painted, this->How, this->Source, { 0, longestTileSide });
     if (!made)
@@ -155,7 +155,7 @@ TiledScene LookFrom(
   made.scene.focal = made.scene.focal + made.scene.up * aside;
   made.scene.eye = made.scene.focal + away;
   auto tiles = std::make_shared<TileList>(), whole = std::make_shared<TileList>();
-  for (const PaintedPiece& painted : *made.scene.tiles)
+  for (const TexturedPiece& painted : *made.scene.tiles)
   {
     const Piece piece = OriginalPiece(server, painted.piece);
     tiles->push_back({ painted.piece, photograph.TileOf(piece) });

@@ -83,17 +83,17 @@ bool PagePicture::MayDrawSurface(double now) const
   return this->Pace.MayDraw(this->Page.Session().GetStatus().blobsWanted > 0, now);
 }
 
-// Makes the surface of what has come, for a later frame. What glides arrives first. Whether there
+// Makes the surface of what has come, for a later frame. What morphs arrives first. Whether there
 // is one.
-bool PagePicture::MakeSurface(double glided, double now)
+bool PagePicture::MakeSurface(double morphed, double now)
 {
-  if (glided < 1 || !this->MayDrawSurface(now))
+  if (morphed < 1 || !this->MayDrawSurface(now))
   {
     return false;
   }
   ViewerSession& session = this->Page.Session();
   const std::uint64_t version = session.Scene().surfaceVersion;
-  session.SetGlides(this->MayGlide && this->Page.IsWhole() && this->Glide.MayBegin(now));
+  session.SetGeomorphs(this->MayMorph && this->Page.IsWhole() && this->Geomorph.MayBegin(now));
   const double begin = this->Clock();
   session.BeginFrame();
   this->Pace.Made(this->Clock() - begin);
@@ -116,13 +116,13 @@ bool PagePicture::ChooseOcclusion(State state, double now)
   return this->Occlusion.Has(moves, now);
 }
 
-PagePicture::State PagePicture::StateOf(const ViewerScene& scene, double glided, double now)
+PagePicture::State PagePicture::StateOf(const ViewerScene& scene, double morphed, double now)
 {
   State state{ scene.surfaceVersion, scene.eye, scene.focal, scene.up, this->Window,
-    this->ColorsVersion, glided, scene.section, scene.capVersion, scene.lighting };
+    this->ColorsVersion, morphed, scene.section, scene.capVersion, scene.lighting };
   state.tiles = scene.tiles;
   state.occluded = this->ChooseOcclusion(state, now);
-  if (scene.surface->PointCount() == 0) // the ground alone, whatever moves before it
+  if (scene.surface->PointCount() == 0) // only the ground, whatever moves before it
   {
     state = State{};
     state.viewport = this->Window;
@@ -133,7 +133,7 @@ PagePicture::State PagePicture::StateOf(const ViewerScene& scene, double glided,
 void PagePicture::Render(const ViewerScene& scene, const State& state)
 {
   this->Renderer->SetColoring(ColoringOf(this->Chosen, scene.scalars));
-  this->Renderer->SetGlided(state.glided);
+  this->Renderer->SetMorphed(state.morphed);
   this->Renderer->SetOcclusion(state.occluded);
   const Status drawn = this->Renderer->Draw(scene, this->Window);
   this->DrawingError = drawn ? "" : drawn.GetError().message;
@@ -142,7 +142,7 @@ void PagePicture::Render(const ViewerScene& scene, const State& state)
   ++this->Frames;
 }
 
-// A new surface that glides looks at first as the one before it, and counts its time from there.
+// A new surface that morphs looks at first as the one before it, and counts its time from there.
 bool PagePicture::Draw()
 {
   if (!this->Renderer)
@@ -154,10 +154,10 @@ bool PagePicture::Draw()
   this->Page.FollowMemory(HeapBytes() + this->GraphicsBytes());
   session.Advance(begin);
   session.FollowView();
-  double glided = this->Glide.Share(begin);
+  double morphed = this->Geomorph.Share(begin);
   if (session.Scene().surface->PointCount() == 0)
   {
-    this->MakeSurface(glided, begin); // the first one is drawn at once
+    this->MakeSurface(morphed, begin); // the first one is drawn at once
     this->Pace.Made(0);
   }
   ViewerScene scene = session.Scene();
@@ -167,9 +167,9 @@ bool PagePicture::Draw()
   }
   const bool fresh = !this->Drawn || this->Drawn->surfaceVersion != scene.surfaceVersion;
   const bool made = !fresh && (this->Pace.PutsOff(session.GetStatus().blobsLoaded) ||
-                                this->MakeSurface(glided, begin));
-  const bool begins = fresh && this->Drawn && scene.surface->HasGlides();
-  const State state = this->StateOf(scene, begins ? 0 : glided, begin);
+                                this->MakeSurface(morphed, begin));
+  const bool begins = fresh && this->Drawn && scene.surface->HasGeomorphs();
+  const State state = this->StateOf(scene, begins ? 0 : morphed, begin);
   if (this->Drawn == state && !this->Again)
   {
     return made; // then there is more to do in the next frame
@@ -188,22 +188,22 @@ bool PagePicture::Draw()
   }
   if (begins)
   {
-    this->Glide.Begin(end);
+    this->Geomorph.Begin(end);
   }
   return true;
 }
 
-bool PagePicture::IsOnItsWay() const
+bool PagePicture::IsInFlight() const
 {
   const bool drawsSoon =
     this->Pace.IsPuttingOff() ||
     (this->Drawn && this->Drawn->surfaceVersion != this->Page.Session().Scene().surfaceVersion);
-  return this->IsGliding() || this->IsPlain() || drawsSoon;
+  return this->IsMorphing() || this->IsPlain() || drawsSoon;
 }
 
 void PagePicture::Describe(JsonWriter& json) const
 {
-  json.Member("gliding", this->IsGliding())
+  json.Member("gliding", this->IsMorphing())
     .Member("plain", this->IsPlain())
     .Member("frames", this->Frames)
     .Member("drawingError", this->DrawingError);

@@ -6,8 +6,8 @@
 #pragma once
 
 #include "filters/model/JsonWriter.h"
+#include "viewer/mobile/GeomorphClock.h"
 #include "viewer/mobile/GlesRenderer.h"
-#include "viewer/mobile/GlideClock.h"
 #include "viewer/mobile/SurfacePace.h"
 #include "viewer/mobile/web/PageSession.h"
 #include "viewer/session/look/Coloring.h"
@@ -35,8 +35,8 @@ public:
   void Resize(const Viewport& viewport);
   // The next frame draws, whatever has changed: if nothing has, the same picture again.
   void Redraw() { this->Again = true; }
-  // Whether new vertices glide to their places; not at first.
-  void SetGlides(bool glides) { this->MayGlide = glides; }
+  // Whether new vertices morph to their places; not at first.
+  void SetGeomorphs(bool geomorphs) { this->MayMorph = geomorphs; }
   void SetColors(const ColorChoice& colors);
   const ColorChoice& Colors() const { return this->Chosen; }
 
@@ -45,7 +45,7 @@ public:
   bool Draw();
 
   // Whether what is drawn is not yet what it comes to.
-  bool IsOnItsWay() const;
+  bool IsInFlight() const;
   // "gliding", "plain", "frames" and "drawingError" of the status, into an object.
   void Describe(JsonWriter& json) const;
   // Of buffers and textures.
@@ -59,7 +59,7 @@ private:
     Vec3 eye{}, focal{}, up{};
     Viewport viewport;
     std::uint64_t colorsVersion = 0;
-    double glided = 1;
+    double morphed = 1;
     std::optional<SectionPlane> section{};
     std::uint64_t capVersion = 0;
     SceneLighting lighting{};
@@ -68,11 +68,11 @@ private:
     bool operator==(const State&) const = default;
   };
 
-  bool IsGliding() const { return this->Drawn && this->Drawn->glided < 1; }
+  bool IsMorphing() const { return this->Drawn && this->Drawn->morphed < 1; }
   bool IsPlain() const { return this->Drawn && !this->Drawn->occluded; }
-  State StateOf(const ViewerScene& scene, double glided, double now);
+  State StateOf(const ViewerScene& scene, double morphed, double now);
   bool MayDrawSurface(double now) const;
-  bool MakeSurface(double glided, double now);
+  bool MakeSurface(double morphed, double now);
   bool ChooseOcclusion(State state, double now);
   void Render(const ViewerScene& scene, const State& state);
 
@@ -85,8 +85,8 @@ private:
   std::optional<State> Drawn;
   bool Again = false;
   SurfacePace Pace;
-  bool MayGlide = false;
-  GlideClock Glide;
+  bool MayMorph = false;
+  GeomorphClock Geomorph;
   OcclusionClock Occlusion;
   double LastPicture = -1; // begin of the last frame, where the view moved in it; else below 0
   std::uint64_t Frames = 0;

@@ -39,8 +39,8 @@ ServerLineOptions PatientLine()
   options.firstRetry = 1;
   options.jitter = 3;
   options.streamRetry = 60;
-  options.longestSilence = 20;
-  options.longestDebt = 60;
+  options.silenceTimeout = 20;
+  options.stallTimeout = 60;
   return options;
 }
 
@@ -80,7 +80,7 @@ std::string_view ModelAlone(std::string_view text)
 
 PageSession::PageSession(std::function<double()> clock)
   : Viewer(PhoneOptions(std::move(clock)))
-  , Talk(PatientLine())
+  , Connection(PatientLine())
 {
   this->Viewer.SetMemory(this->Memory.Shares());
   this->Viewer.SetPreviewsOnly(true);
@@ -97,7 +97,7 @@ void PageSession::BecomeWhole()
 }
 
 // Of the model that is open: it has what the first part of the viewer cannot show.
-bool PageSession::NeedsRest() const
+bool PageSession::NeedsSecondPart() const
 {
   if (this->Open.id.empty())
   {
@@ -157,7 +157,7 @@ void PageSession::Exchange(double now)
 {
   this->FollowTrouble();
   this->Send(now);
-  for (ClientEvent& event : this->Talk.TakeEvents())
+  for (ClientEvent& event : this->Connection.TakeEvents())
   {
     this->Receive(std::move(event));
   }
@@ -166,7 +166,7 @@ void PageSession::Exchange(double now)
 
 void PageSession::Receive(ClientEvent event)
 {
-  if (!this->Whole && this->NeedsRest())
+  if (!this->Whole && this->NeedsSecondPart())
   {
     this->Waiting.push_back(std::move(event));
   }
@@ -217,12 +217,12 @@ void PageSession::Send(const SessionRequest& request, double now)
 {
   Searched* const cancelled =
     request.kind == SessionRequest::Kind::Cancel ? this->FindSearch(request.id) : nullptr;
-  const bool isOwed = !cancelled || cancelled->isOwed;
+  const bool isOutstanding = !cancelled || cancelled->isOutstanding;
   if (cancelled)
   {
     this->Searches.erase(this->Searches.begin() + (cancelled - this->Searches.data()));
   }
-  if (!isOwed)
+  if (!isOutstanding)
   {
     return;
   }
@@ -232,21 +232,21 @@ void PageSession::Send(const SessionRequest& request, double now)
   }
   else
   {
-    this->Talk.Send(request, now);
+    this->Connection.Send(request, now);
   }
 }
 
 // When the server has gone, and when it is back.
 void PageSession::FollowTrouble()
 {
-  const bool isAway = this->Whole && !this->Talk.Trouble().empty();
+  const bool isAway = this->Whole && !this->Connection.Trouble().empty();
   if (std::exchange(this->IsAway, isAway) == isAway)
   {
     return;
   }
   if (isAway && this->Keeps)
   {
-    this->SearchOwed();
+    this->SearchOutstanding();
   }
   if (!isAway && std::exchange(this->Misses, false))
   {
@@ -254,15 +254,15 @@ void PageSession::FollowTrouble()
   }
 }
 
-void PageSession::SearchOwed()
+void PageSession::SearchOutstanding()
 {
-  std::map<std::uint32_t, SessionRequest> owed;
-  for (const auto& [blob, request] : this->Viewer.Parts().fetcher.Wishes().Book().AllOwed())
+  std::map<std::uint32_t, SessionRequest> outstanding;
+  for (const auto& [blob, request] : this->Viewer.Parts().fetcher.Wishes().Book().AllOutstanding())
   {
-    owed[request].id = request;
-    owed[request].blobs.push_back(blob);
+    outstanding[request].id = request;
+    outstanding[request].blobs.push_back(blob);
   }
-  for (auto& [id, request] : owed)
+  for (auto& [id, request] : outstanding)
   {
     if (!this->FindSearch(id))
     {
@@ -312,7 +312,7 @@ void PageSession::Found(std::uint32_t search, std::size_t index, std::vector<std
   this->Receive(std::move(event));
 }
 
-// What was found comes once more where the server owes it and something else of the same request.
+// What was found comes once more where it is outstanding, and something else of the same request.
 void PageSession::EndSearch(std::uint32_t search, bool isKept, double now)
 {
   Searched* const searched = this->FindSearch(search);
@@ -326,27 +326,27 @@ void PageSession::EndSearch(std::uint32_t search, bool isKept, double now)
     return;
   }
   const SessionRequest left = LeftOf(std::move(searched->request), searched->found);
-  const bool isOwed = searched->isOwed;
+  const bool isOutstanding = searched->isOutstanding;
   this->Searches.erase(this->Searches.begin() + (searched - this->Searches.data()));
   const bool fails = isKept && this->IsAway && !left.blobs.empty();
-  if (isOwed && (fails || left.blobs.empty()))
+  if (isOutstanding && (fails || left.blobs.empty()))
   {
     SessionRequest cancel;
     cancel.kind = SessionRequest::Kind::Cancel;
     cancel.id = search;
-    this->Talk.Send(cancel, now);
+    this->Connection.Send(cancel, now);
   }
   if (fails)
   {
     this->Misses = true;
     ClientEvent event;
     event.request = search;
-    event.message = "it is not kept on this device";
+    event.message = "it is not stored on this device";
     this->Receive(std::move(event));
   }
-  else if (!isOwed && !left.blobs.empty())
+  else if (!isOutstanding && !left.blobs.empty())
   {
-    this->Talk.Send(left, now);
+    this->Connection.Send(left, now);
   }
 }
 
@@ -370,7 +370,7 @@ std::string PageSession::Staleness() const
 
 std::string PageSession::MeasurementsJson() const
 {
-  const Vec3 up = this->Open.pose.value_or(ModelPose{}).up;
+  const Vec3 up = this->Open.homeView.value_or(HomeView{}).up;
   JsonWriter json;
   const auto put = [&](const char* key, const MeasuredPoint& end)
   {
@@ -397,19 +397,19 @@ std::string PageSession::MeasurementsJson() const
   return json.Text();
 }
 
-void PageSession::Describe(JsonWriter& json, bool isOnItsWay) const
+void PageSession::Describe(JsonWriter& json, bool isInFlight) const
 {
   const ViewerStatus status = this->Viewer.GetStatus();
   const ViewerScene scene = this->Viewer.Scene();
-  const bool waits =
-    !this->Whole && (this->NeedsRest() || status.picking || status.mode == ViewerMode::FullScreen);
+  const bool waits = !this->Whole && (this->NeedsSecondPart() || status.picking ||
+                                       status.mode == ViewerMode::FullScreen);
   json.Member("mode", kdstream::NameOf(status.mode))
     .Member("model", status.model)
     .Member("title", status.title)
     .Member("shownLevel", status.shownLevel)
     .Member("targetLevel", status.targetLevel)
     .Member("original", status.original)
-    .Member("errorLeft", status.errorLeft);
+    .Member("errorLeft", status.remainingError);
   json.Key("region").PutJson(FormatRegion(status.region));
   json.Member("vertices", status.vertices)
     .Member("triangles", status.triangles)
@@ -417,7 +417,7 @@ void PageSession::Describe(JsonWriter& json, bool isOnItsWay) const
     .Member("blobsWanted", status.blobsWanted)
     .Member("bytesLoaded", status.bytesLoaded)
     .Member("error", status.error.empty() ? this->Refusal : status.error)
-    .Member("idle", this->Viewer.IsIdle() && !isOnItsWay && !waits)
+    .Member("idle", this->Viewer.IsIdle() && !isInFlight && !waits)
     .Member("waits", waits)
     .Member("canUndo", status.canUndo)
     .Member("turnsOn", status.coasting)
@@ -429,12 +429,12 @@ void PageSession::Describe(JsonWriter& json, bool isOnItsWay) const
                        : std::nullopt)
     .Member("surface", scene.surfaceVersion)
     .Member("colored", HasOwnColors(*scene.surface))
-    .Member("connection", NameOf(this->Talk.GetState()))
-    .Member("trouble", this->Talk.Trouble())
+    .Member("connection", NameOf(this->Connection.GetState()))
+    .Member("trouble", this->Connection.Trouble())
     .Member("stale", this->Staleness());
   if (const auto& light = this->Viewer.GetLight())
   {
-    json.Member("lamp", light->lamp.intensity)
+    json.Member("lamp", light->lightSource.intensity)
       .Member("secondLamp", light->second ? std::optional(light->second->intensity) : std::nullopt)
       .Member("relief", light->relief);
   }

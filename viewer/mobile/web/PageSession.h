@@ -30,24 +30,24 @@ public:
 
   ViewerSession& Session() { return this->Viewer; }
   const ViewerSession& Session() const { return this->Viewer; }
-  ServerLine& Line() { return this->Talk; }
+  ServerLine& Line() { return this->Connection; }
 
   // The list of models as the server sent it. Errors: those of ParseModelList; the old list stays
   // then.
   Status SetModels(std::string_view json);
   // As ViewerSession's; a model that cannot be selected is named in the status.
   void SelectModel(const std::string& model);
-  // Shows what a link to a view tells (ViewLink.h). What is wrong with it is told in the status;
-  // its model opens all the same.
+  // Shows what a link to a view tells (ViewLink.h). What is wrong with it is reported in the
+  // status; its model opens all the same.
   void Follow(const std::string& link);
   // Takes at most about so many bytes of all memory (MemoryBudget); at first its standard.
   void SetMemory(std::size_t bytes);
   // So many are taken now.
   void FollowMemory(std::size_t taken);
   std::size_t MemoryBytes() const { return this->Memory.Bytes(); }
-  // The rest of the viewer is there (parts.js). Until then previews are all that is shown;
-  // and of models whose preview is points, that are lossless, or have no levels, nothing that the
-  // server sends is taken: it waits here.
+  // The rest of the viewer has come (parts.js). Until then only previews are shown. Models whose
+  // preview is points, that are lossless, or that have no levels, show nothing: what the server
+  // sends for them waits here.
   void BecomeWhole();
   bool IsWhole() const { return this->Whole; }
   // Carries between session and line what either has for the other. Call after every input.
@@ -66,7 +66,7 @@ public:
   std::optional<Arrival> TakeArrival();
   // The next search for blobs that the page may have kept, or "": its number and their paths at the
   // server, a line each. The server is asked for those that are not found. While nothing comes from
-  // the server, what it still owes is searched too; " again" stands behind the number then, since
+  // the server, what is outstanding is searched too; " again" stands behind the number then, since
   // the page may have kept more than it knew of when it searched first.
   std::string TakeSearch();
   // The blob `index` of the search; one that is damaged counts as not found. Of a search that has
@@ -80,9 +80,9 @@ public:
   // that were measured. from, to: where the ends are seen, [x, y] in pixels, or null; heights are
   // along the model's up.
   std::string MeasurementsJson() const;
-  // What to tell the person, into an object; page.js tells the members. isOnItsWay:
+  // What to tell the person, into an object; page.js tells the members. isInFlight:
   // whether what is drawn is not yet what it comes to.
-  void Describe(JsonWriter& json, bool isOnItsWay) const;
+  void Describe(JsonWriter& json, bool isInFlight) const;
 
 private:
   struct Searched
@@ -90,22 +90,22 @@ private:
     SessionRequest request;
     bool isTold = false;
     std::vector<protocol::BlobId> found;
-    bool isAgain = false; // while nothing comes from the server
-    bool isOwed = false;  // by the server too
+    bool isAgain = false;       // while nothing comes from the server
+    bool isOutstanding = false; // by the server too
   };
   void Send(double now);
   void Send(const SessionRequest& request, double now);
   Searched* FindSearch(std::uint32_t id);
   void FollowTrouble();
-  void SearchOwed();
+  void SearchOutstanding();
   void Receive(ClientEvent event);
   void Take(const ClientEvent& event);
-  bool NeedsRest() const;
+  bool NeedsSecondPart() const;
   std::string Staleness() const;
 
   MemoryBudget Memory;
   ViewerSession Viewer;
-  ServerLine Talk;
+  ServerLine Connection;
   std::string Refusal; // of the last selection
   bool Listed = false; // there is a list of models
   ModelDescription Open;

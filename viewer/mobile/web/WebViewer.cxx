@@ -270,18 +270,18 @@ extern "C"
   {
     viewer->outbox = viewer->page.Session().SectionOutline();
   }
-  // Intensities of the lamps and the relief, where there is raking light.
+  // Intensities of the lights and the relief, where there is raking light.
   EMSCRIPTEN_KEEPALIVE void ViewerDim(
-    WebViewer* viewer, double lamp, double secondLamp, double relief)
+    WebViewer* viewer, double lightSource, double secondLight, double relief)
   {
     auto light = viewer->page.Session().GetLight();
     if (light)
     {
-      light->lamp.intensity = lamp;
+      light->lightSource.intensity = lightSource;
       light->relief = relief;
       if (light->second)
       {
-        light->second->intensity = secondLamp;
+        light->second->intensity = secondLight;
       }
       viewer->page.Session().SetLight(light);
     }
@@ -338,19 +338,19 @@ extern "C"
   // Whether anything moves by itself: new vertices to their places, and what is let go.
   EMSCRIPTEN_KEEPALIVE void ViewerSetMotion(WebViewer* viewer, bool motion)
   {
-    viewer->picture.SetGlides(motion);
+    viewer->picture.SetGeomorphs(motion);
     viewer->page.Session().SetCoasting(motion);
   }
-  EMSCRIPTEN_KEEPALIVE void ViewerSetAhead(WebViewer* viewer, unsigned bytes)
+  EMSCRIPTEN_KEEPALIVE void ViewerSetPrefetch(WebViewer* viewer, unsigned bytes)
   {
-    viewer->page.Session().SetAhead(bytes);
+    viewer->page.Session().SetPrefetch(bytes);
   }
   EMSCRIPTEN_KEEPALIVE void ViewerSetRings(WebViewer* viewer, unsigned rings)
   {
     viewer->page.Session().SetRings(rings);
   }
-  // coloring: of SurfaceColoring, or beyond, of the array whose name the text is; map: of ColorMap,
-  // or beyond, the first; low and high: the ends of its range, or NaN.
+  // coloring: a SurfaceColoring; a larger number means the array whose name is the text. map: a
+  // ColorMap; a larger number means the first. low and high: the ends of its range, or NaN.
   EMSCRIPTEN_KEEPALIVE void ViewerSetColors(
     WebViewer* viewer, unsigned coloring, unsigned map, double low, double high)
   {
@@ -438,9 +438,9 @@ extern "C"
   {
     viewer->page.Line().Tick(now);
   }
-  EMSCRIPTEN_KEEPALIVE void ViewerHurry(WebViewer* viewer)
+  EMSCRIPTEN_KEEPALIVE void ViewerRetryNow(WebViewer* viewer)
   {
-    viewer->page.Line().Hurry();
+    viewer->page.Line().RetryNow();
   }
 
   // ---- what comes out
@@ -454,9 +454,9 @@ extern "C"
     actions.insert(actions.end(), viewer->actions.begin(), viewer->actions.end());
     viewer->actions.swap(actions);
   }
-  // The next thing to do for the line: 0 nothing, 1 connect, 2 send the text, 3 close, 4 fetch the
-  // path in the text, 5 search what is kept for the paths in the text, which come after the
-  // search's number, one a line ("7 again": PageSession::TakeSearch).
+  // The next action for the line: 0 nothing, 1 connect, 2 send the text, 3 close, 4 fetch the path
+  // in the text, 5 search the kept answers for the paths in the text. These are one a line, after
+  // the search's number ("7 again": PageSession::TakeSearch).
   EMSCRIPTEN_KEEPALIVE int ViewerNextAction(WebViewer* viewer)
   {
     if (std::string search = viewer->page.TakeSearch(); !search.empty())
@@ -519,9 +519,8 @@ extern "C"
   {
     return viewer->arrived.size();
   }
-  // The arrays that the model may be coloured by; and of the one that it
-  // is coloured by the range of the map, and the classes of a legend:
-  // {"arrays","low","high","classes"}.
+  // The arrays that the model may be coloured by; and of the array that colours it now the range of
+  // the map, and the classes of a legend: {"arrays","low","high","classes"}.
   EMSCRIPTEN_KEEPALIVE void ViewerArrays(WebViewer* viewer)
   {
     const auto scalars = viewer->page.Session().Scene().scalars;
@@ -564,7 +563,7 @@ extern "C"
   {
     kdstream::JsonWriter json;
     json.BeginObject();
-    viewer->page.Describe(json, viewer->picture.IsOnItsWay());
+    viewer->page.Describe(json, viewer->picture.IsInFlight());
     viewer->picture.Describe(json);
     json.EndObject();
     viewer->outbox = json.Text();

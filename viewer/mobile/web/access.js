@@ -19,7 +19,7 @@ export function askForToken() {
   field.setAttribute("aria-describedby", "token-wrong");
   const cancel = makeButton("Cancel", () => dialog.close(), { className: "plain" });
   const form = make("form", { method: "dialog" },
-    make("label", { htmlFor: "token", textContent: t("The token that you were given, or its link") }), field, label, wrong,
+    make("label", { htmlFor: "token", textContent: t("Your token, or the link that contains it") }), field, label, wrong,
     make("div", { className: "row" }, cancel, make("button", { className: "plain", textContent: t("Enter") })));
   const dialog = make("dialog", { id: "access-dialog", ariaLabel: t("A token") }, form);
   document.body.append(dialog);
@@ -29,7 +29,7 @@ export function askForToken() {
       entered = enterToken(field.value);
       if (!entered) {
         event.preventDefault();
-        wrong.textContent = t("This is no token: it would be a long word, or a link with #token= in it.");
+        wrong.textContent = t("This is not a token. Enter the token, or a link that contains #token=.");
         return;
       }
       rememberToken(box.checked);

@@ -46,7 +46,7 @@ function showModels(list) {
   markKept(models);
   const none = find("empty");
   none.hidden = models.length > 0;
-  say(none, t("This server has no models yet. They appear here as soon as it has one."));
+  say(none, t("This server has no models yet. New models appear here."));
   if (models.length && viewer.status().mode === "no model") {
     selectFirst();
   }
@@ -81,7 +81,7 @@ export async function goOnOnce() {
   });
 }
 
-// What a link shows, or, after a reload in full screen, that model again. Without a network one that is kept, or none.
+// What a link shows, or, after a reload in full screen, that model again. Offline one that is kept, or none.
 async function selectFirst() {
   if (linked) {
     followLink(linked);
@@ -153,7 +153,7 @@ export function colourBy(colors) {
 export function missColours() {
   if (colouring === coloursOfLink) {
     coloursOfLink = "";
-    linkTrouble = "this link to a view says nothing that can be understood about its colours";
+    linkTrouble = "this link to a view has an invalid value for colours";
     wake();
   }
 }
@@ -197,8 +197,8 @@ export function askAgain() {
 }
 
 export function tryNow() {
-  line.hurry();
-  rest.hurry();
+  line.retryNow();
+  rest.retryNow();
   refreshing.refresh();
   wake();
 }

@@ -96,7 +96,7 @@ export function listenToButtons() {
     } else if (target.name === "turning") {
       viewer.setTurning(Number(target.value));
     } else if (target.name === "ahead") {
-      viewer.setAhead(Number(target.value));
+      viewer.setPrefetch(Number(target.value));
     } else if (target.name === "rings") {
       viewer.setRings(Number(target.value));
     } else if (target.name === "coloring") {

@@ -16,7 +16,7 @@
     #frame = null;
     #link = ""; // of what was seen last
     #waiting = new Map(); // deeds that have no answer yet
-    #deeds = 0;
+    #commands = 0;
     #ready = false;
     #isSeen = false;
     #watch = new IntersectionObserver(([{ isIntersecting }]) => this.#see(isIntersecting), { rootMargin: "200px" });
@@ -147,7 +147,7 @@
         this.#frame.remove();
         this.#frame = null;
         this.#ready = false;
-        this.#waiting.forEach(({ reject }) => reject(new Error("The viewer sleeps.")));
+        this.#waiting.forEach(({ reject }) => reject(new Error("The viewer is unloaded.")));
         this.#waiting.clear();
         this.#tell("sleep");
       }
@@ -159,7 +159,7 @@
           reject(new Error("The viewer is not ready."));
           return;
         }
-        const id = ++this.#deeds;
+        const id = ++this.#commands;
         this.#waiting.set(id, { resolve, reject });
         this.#frame.contentWindow.postMessage({ kdstream: 1, id, deed, value }, this.#address().origin);
       });

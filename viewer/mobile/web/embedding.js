@@ -11,7 +11,7 @@
 
 import { hasToken } from "./line.js";
 
-const deeds = {
+const commands = {
   home: ({ viewer }) => viewer.goHome(),
   side: ({ viewer }, side) => viewer.lookFromSide(String(side)),
   spin: ({ viewer }, spins) => viewer.setSpinning(Boolean(spins)),
@@ -77,7 +77,7 @@ export class Embedding {
   }
 
   async #answer({ source, data }) {
-    const deed = Object.hasOwn(deeds, data?.deed) ? deeds[data.deed] : null;
+    const deed = Object.hasOwn(commands, data?.deed) ? commands[data.deed] : null;
     if (source !== window.parent || data?.kdstream !== 1) {
       return;
     }
@@ -87,9 +87,9 @@ export class Embedding {
     }
     const answer = (told) => source.postMessage({ kdstream: 1, id: data.id, ...told }, "*");
     if (!deed) {
-      answer({ error: "The viewer does not know this." });
+      answer({ error: "Unknown request." });
     } else if (!this.#mayTell()) {
-      answer({ error: "Models that need a token are shown, but nothing is told of them." });
+      answer({ error: "No details are given about models that need a token." });
     } else {
       const result = await deed(this.#page, data.value);
       this.#page.exchange();

@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // The list's pictures, and its search. Fetched after the first picture of the page, or where there are many models.
 //
-// A picture is made when its entry is first seen: of the model's preview, by a second viewer of the same WebAssembly on a
-// small canvas of its own that nobody sees, one at a time, and only while the page itself has nothing to do. It is kept by
-// the model's digest. What was fetched for it, the view finds when the model is chosen, and the other way round (`previews`
-// in line.js). Whoever saves data gets the pictures that are kept, and no others.
+// A picture is made when its entry is first seen: of the model's preview, by a second viewer of the same WebAssembly
+// on a small hidden canvas, one at a time, and only while the page itself is idle. It is kept under the model's
+// digest. The list and the view share what they fetch (`previews` in line.js). A browser that saves data shows only
+// the kept pictures.
 
 import { Line, isOffline, mayKeep } from "./line.js";
 import { entryOf, nameOf } from "./list.js";
@@ -197,7 +197,7 @@ export class Gallery {
     if (this.#models.size) {
       const found = document.getElementById("empty");
       found.hidden = words.length === 0;
-      found.textContent = left ? t("{n} models found", { n: left }) : t("No model is like this.");
+      found.textContent = left ? t("{n} models found", { n: left }) : t("No model matches.");
     }
   }
 }

@@ -72,7 +72,7 @@ export function showColours(list, viewer, colouring) {
   const key = keyOf(viewer, colouring);
   list.hidden = !key;
   list.style.flexWrap = "wrap";
-  list.setAttribute("aria-label", key?.name || t("Colours of detail"));
+  list.setAttribute("aria-label", key?.name || t("Colours by detail"));
   list.replaceChildren(...!key ? [] : key.colors.length ? [barOf(key)] : key.entries.map(entryOf));
   return Boolean(key);
 }
@@ -82,7 +82,7 @@ let array, map, from, to, rows;
 
 // choose is called with what a link would have: without a range where one of its ends is empty.
 function makeControls(arrays, choose) {
-  array = make("select", { ariaLabel: t("By an array") }, make("option", { value: "" }, t("By an array")),
+  array = make("select", { ariaLabel: t("By array") }, make("option", { value: "" }, t("By array")),
     ...arrays.map((value) => make("option", { value }, value)));
   map = make("select", { ariaLabel: t("Colour map") }, ...colorMaps.map((value, i) => make("option", { value }, i < 2 ? value : t("Blue to red"))));
   [from, to] = ["From", "To"].map((label) => make("input", { className: "plain", type: "number", step: "any", ariaLabel: t(label) }));

@@ -7,7 +7,7 @@ import { findBlob, findText, isPinned, storeBlobs, storeText, storedPathsOf } fr
 import { Action } from "./viewer.js";
 import { t } from "./words.js";
 
-const longestSilence = 20000; // ms, of an answer
+const stallTimeout = 20000; // ms, of an answer
 const mostListBytes = 16 << 20;
 const longestRetryAfter = 3600; // s
 const listPath = "/api/models.json";
@@ -16,9 +16,9 @@ const keepPause = 300; // ms, for which blobs are gathered before they are kept
 const textPath = /\/(model|notes)\.json$/;
 const blobPath = /^\/api\/models\/([^/]+)\/[0-9a-f]{32}\//;
 
-// What the server lets its guests have comes with the page's link (#token=…, before or after what else that tells), or is
-// entered. It is kept for this tab, or in this browser where the person wants it, and stays in no address or log; but a
-// browser may remember the link that was opened.
+// The server's token comes with the page's link (#token=…, before or after other keys), or is entered. It is kept for
+// this tab, or in this browser if the person wants that, and in no address or log. But a browser may remember the
+// link that was opened.
 let token = "";
 const tokenAlone = /^[\w.-]{1,4096}$/;
 const tokenInLink = /^(.*[#&])token=([\w.-]{1,4096})(?:&(.*))?$/;
@@ -86,7 +86,7 @@ export const mayKeep = () => !token;
 let offline = false;
 export const isOffline = () => offline;
 
-const notKept = () => ({ status: 404, bytes: new TextEncoder().encode('{"error":"it is not kept on this device"}'), retryAfter: 0 });
+const notKept = () => ({ status: 404, bytes: new TextEncoder().encode('{"error":"it is not stored on this device"}'), retryAfter: 0 });
 
 // All addresses are relative to the page's, so that it works below a path too.
 function addressOf(path) {
@@ -113,7 +113,7 @@ export async function get(path, mostBytes, cache = "default") {
   let timer = 0;
   const wait = () => {
     clearTimeout(timer);
-    timer = setTimeout(() => controller.abort(), longestSilence);
+    timer = setTimeout(() => controller.abort(), stallTimeout);
   };
   try {
     wait();
@@ -299,8 +299,8 @@ export class Line {
   }
 
   // Tries again now what would be tried again later.
-  hurry() {
-    this.#viewer.hurry();
+  retryNow() {
+    this.#viewer.retryNow();
     this.tick();
   }
 

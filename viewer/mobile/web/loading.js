@@ -4,7 +4,7 @@
 import { showMessage } from "./message.js";
 import { t } from "./words.js";
 
-const longestSilence = 20000; // ms
+const stallTimeout = 20000; // ms
 
 const box = document.getElementById("loading");
 const words = document.getElementById("loading-text");
@@ -30,13 +30,13 @@ export function hideLoading() {
 
 // Tells where nothing comes for long, for as long as nothing does. Returns what to call whenever something came, and at
 // the end with `true`.
-export function watchSilence() {
+export function watchStall() {
   let timer = 0;
   let told = false;
   const silent = () => {
     told = true;
     showMessage({
-      text: t("Nothing has come from the server for a while. Still waiting …"),
+      text: t("The server has sent nothing for a while. Still waiting …"),
       label: t("Reload"),
       act: () => location.reload(),
     });
@@ -47,7 +47,7 @@ export function watchSilence() {
       told = false;
       showMessage(null);
     }
-    timer = ended ? 0 : setTimeout(silent, longestSilence);
+    timer = ended ? 0 : setTimeout(silent, stallTimeout);
   };
   heard();
   return heard;

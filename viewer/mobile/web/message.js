@@ -20,7 +20,7 @@ const reload = () => ({ label: t("Reload"), act: () => location.reload() });
 
 // What the session says of a part that could not be had, for people who know no parts.
 function partSentence(error, name) {
-  const [, part, why] = error.match(/^((?:tree|boxes|levels|partitions|textures)\/\S+) of \S+ cannot be had: (.*)$/s) ?? [];
+  const [, part, why] = error.match(/^((?:tree|boxes|levels|partitions|textures)\/\S+) of \S+ cannot be loaded: (.*)$/s) ?? [];
   return sentence(part && !isRefusal(why)
     ? t("a part of “{name}” is missing ({part}): {why}", { name, part, why: inPlainWords(why) })
     : inPlainWords(part ? why : error));
@@ -54,15 +54,15 @@ export function findMessage(situation) {
   const again = { label: t("Try now"), act: situation.tryNow };
   const cure = situation.lacksToken ? { label: t("Enter it"), act: situation.askForToken } : again;
   const trying = (text) => `${sentence(text)} ${t("Trying again …")}`;
-  const noList = () => ({ text: trying(t("the list of models cannot be had: {why}", { why: listTrouble })), ...cure });
+  const noList = () => ({ text: trying(t("the list of models cannot be loaded: {why}", { why: listTrouble })), ...cure });
   if (situation.failed?.isPartMissing) {
     return { text: t("The viewer could not be loaded from the server."), stays: true, ...reload() };
   }
   if (situation.failed) {
-    return { text: t("The viewer has stopped: this device has not enough memory for what was to be shown."), stays: true, ...reload() };
+    return { text: t("The viewer has stopped: this device does not have enough memory for this view."), stays: true, ...reload() };
   }
   if (situation.contextLost) {
-    return { text: t("The device has taken the picture away. It is drawn again as soon as the device allows it."), ...reload() };
+    return { text: t("The device has stopped the 3D drawing. It continues as soon as the device allows it."), ...reload() };
   }
   if (!listed && listTrouble) {
     return noList();
@@ -73,8 +73,8 @@ export function findMessage(situation) {
   if (situation.offline) {
     const missing = status.error && !status.targetLevel; // not even its description
     return { text: missing
-      ? t("“{name}” is not kept on this device, and the server cannot be reached.", { name })
-      : t("The server cannot be reached. What this device has kept is shown."), good: !missing, ...again };
+      ? t("“{name}” is not stored on this device, and the server cannot be reached.", { name })
+      : t("The server cannot be reached. Stored data is shown."), good: !missing, ...again };
   }
   if (situation.rest.outdated) {
     return { text: t("There is a newer version of this viewer."), ...reload() };
@@ -92,10 +92,10 @@ export function findMessage(situation) {
     return noList();
   }
   if (status.stale === "removed") {
-    return { text: t("“{name}” is no longer on the server. What has been loaded can still be looked at.", { name }) };
+    return { text: t("“{name}” is no longer on the server. What is loaded can still be viewed.", { name }) };
   }
   if (status.stale === "replaced") {
-    return { text: t("The server has another “{name}” now.", { name: status.title || status.model }), ...reload() };
+    return { text: t("The server has a new version of “{name}”.", { name: status.title || status.model }), ...reload() };
   }
   if (situation.update) {
     return { text: t("There is a newer version of this viewer."), good: true, label: t("Reload"), act: situation.update };

@@ -245,7 +245,7 @@ export class Notes {
   #change(act) {
     const notes = [...this.#notes];
     act(notes);
-    const most = notes.length > mostNotes ? t("There can be {n} notes.", { n: mostNotes }) : "";
+    const most = notes.length > mostNotes ? t("A model can have at most {n} notes.", { n: mostNotes }) : "";
     this.remark.textContent = most;
     if (!most) {
       this.#written.set(this.#model, notes);
@@ -277,12 +277,12 @@ export class Notes {
   #save() {
     const file = new Blob([writeNotes(this.#notes)], { type: "application/json" });
     if (file.size > mostBytes) {
-      this.remark.textContent = t("These notes are too long to be served: shorten them.");
+      this.remark.textContent = t("These notes are too long for the server: shorten them.");
       return;
     }
     download(file, `${this.#model}.notes.json`);
     this.#unsaved.delete(this.#model);
-    this.remark.textContent = t("Put {file} beside {store} on the server: then all who see the model have the notes.",
+    this.remark.textContent = t("Copy {file} to the folder of {store} on the server: then everyone sees the notes.",
       { file: `${this.#model}.notes.json`, store: `${this.#model}.kds` });
   }
 }

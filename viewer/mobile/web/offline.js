@@ -80,7 +80,7 @@ async function checkKept(own) {
     own.done = Math.min(own.done, own.all - 1);
   }
   if (own.done < own.all) {
-    own.trouble = t("some of what was kept has been removed since");
+    own.trouble = t("some stored data was removed");
   }
 }
 
@@ -128,7 +128,7 @@ async function keepBlob(own, run, path) {
       return pause(t("the limit is reached"));
     }
     if (!await storeBlobs([{ path, bytes: bytes.buffer }], true)) {
-      return pause(t(storageTrouble() || "it cannot be kept"));
+      return pause(t(storageTrouble() || "it cannot be stored"));
     }
     addKept(path);
   } else if (status === 404) { // where there are no vertices there is no blob
@@ -181,7 +181,7 @@ function describeJob() {
   if (!job.all) {
     return "";
   }
-  return job.done === job.all ? t("Kept: it opens without a network.") : job.run ? `${part} …` : t("Paused after {part}", { part });
+  return job.done === job.all ? t("Stored: it opens offline.") : job.run ? `${part} …` : t("Paused after {part}", { part });
 }
 
 async function showOffline() {
@@ -190,7 +190,7 @@ async function showOffline() {
   find("keep-state").textContent = job ? describeJob() : "";
   const bytes = await storedBytes();
   find("stored").textContent = storageTrouble()
-    ? t("Nothing more can be kept: {why}.", { why: t(storageTrouble()) })
+    ? t("Nothing more can be stored: {why}.", { why: t(storageTrouble()) })
     : t("{bytes} of {limit} are used.", { bytes: size(bytes), limit: size(storageLimit()) });
   changed();
 }
@@ -233,7 +233,7 @@ function listenToOfflineOptions() {
     if (job) {
       const wasKeeping = job.run;
       job.run = null; // what it has asked for no longer counts
-      job = newJob(job.id, wasKeeping ? t("all that was kept has been removed") : "");
+      job = newJob(job.id, wasKeeping ? t("all stored data was removed") : "");
     }
     await emptyStorage();
     showOffline();

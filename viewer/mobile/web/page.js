@@ -35,7 +35,7 @@
 
 import { Fingers } from "./fingers.js";
 import { Line, takeToken } from "./line.js";
-import { hideLoading, showLoading, watchSilence } from "./loading.js";
+import { hideLoading, showLoading, watchStall } from "./loading.js";
 import { showEnd } from "./message.js";
 import { rememberedPreviews } from "./previews.js";
 import { tellOfPictures } from "./gl.js";
@@ -70,7 +70,7 @@ function setMemory() {
 function saveDataIfAsked() {
   const menu = find("menu").elements;
   menu.ahead.value = navigator.connection?.saveData ? "0" : menu.ahead.value;
-  viewer.setAhead(Number(menu.ahead.value));
+  viewer.setPrefetch(Number(menu.ahead.value));
 }
 
 async function start() {
@@ -85,7 +85,7 @@ async function start() {
   if (linkInAddress()) {
     rest.fetch(); // nothing is shown before
   }
-  const heard = watchSilence();
+  const heard = watchStall();
   try {
     shareViewer(await loadViewer((bytes) => {
       heard();

@@ -11,7 +11,7 @@ const secondPart = "kdstream-more.wasm";
 let first; // what the first part exports
 let firstCame;
 const firstIsThere = new Promise((resolve) => (firstCame = resolve));
-let kin; // the name by which the parts know each other: those of another version have another one
+let importModule; // the name by which the parts know each other: those of another version have another one
 let joined = false;
 let join;
 
@@ -42,7 +42,7 @@ async function read(name, heard) {
 }
 
 // By their place in the table.
-const standIns = new Proxy({}, {
+const stubs = new Proxy({}, {
   get: (_, place) => (...values) => {
     console.error(`function ${place} is not there yet`); // it lacks a guard: later.txt
     joinAtOnce();
@@ -56,8 +56,8 @@ const given = new Proxy(imports, {
     if (Object.hasOwn(known, name)) {
       return known[name];
     }
-    kin = name;
-    return standIns;
+    importModule = name;
+    return stubs;
   },
 });
 
@@ -76,7 +76,7 @@ export async function loadSecondPart(heard) {
   const bytes = await read(secondPart, heard);
   await firstIsThere;
   try {
-    await WebAssembly.instantiate(bytes, { [kin]: first });
+    await WebAssembly.instantiate(bytes, { [importModule]: first });
   } catch (error) {
     throw Object.assign(error, { outdated: true });
   }
@@ -98,6 +98,6 @@ function joinNow() {
   request.overrideMimeType("text/plain; charset=x-user-defined"); // a byte a character
   request.send();
   const bytes = Uint8Array.from(request.responseText, (character) => character.charCodeAt(0) & 0xff);
-  new WebAssembly.Instance(new WebAssembly.Module(bytes), { [kin]: first });
+  new WebAssembly.Instance(new WebAssembly.Module(bytes), { [importModule]: first });
   join();
 }

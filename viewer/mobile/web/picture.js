@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// A picture to carry away: the canvas on the page's background, with the lines over it, and below it what its colours mean,
+// A picture to save: the canvas on the page's background, with the lines over it, and below it what its colours mean,
 // title, credit and licence.
 
 import { make } from "./list.js";

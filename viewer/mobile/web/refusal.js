@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// What a server refuses, in a person's words: by the status of its answer and the seconds after which it wants to be asked
-// again (0: it does not say).
+// A server's refusal as a sentence for people: by the status of its answer and the seconds after which it wants to be
+// asked again (0: it does not say).
 
 import { language, t, translated } from "./words.js";
 
@@ -19,18 +19,18 @@ export function refusalOf(status, retryAfter = 0, hasToken = false) {
   switch (status) {
     case 401:
       return hasToken
-        ? t("the server asks for a token: the link has expired, or is for another server")
-        : t("the server asks for a token: open the link that you were given");
+        ? t("the server requires a token: your link has expired, or is for another server")
+        : t("the server requires a token: open the link that you were given");
     case 403:
       return when
-        ? t("what you may have of this is used up; there is more {when}", { when })
-        : t("the link that you were given does not allow this");
+        ? t("your quota for this model is used up; try again {when}", { when })
+        : t("your link does not allow this");
     case 404:
       return t("the server does not have it");
     case 429:
       return when
-        ? t("too much was asked of the server at once; it answers again {when}", { when })
-        : t("too much was asked of the server at once");
+        ? t("too many requests; the server answers again {when}", { when })
+        : t("too many requests");
     case 502:
     case 503:
     case 504:
@@ -48,12 +48,12 @@ const known = [
   [/^(\S+) cannot be opened: (.*)$/s, (name, why) => t("{name} cannot be opened: {why}", { name, why: inPlainWords(why) })],
   [/^the server (?:says \d{3}|refused): (.*)$/s, (why) => inPlainWords(why)], // a status of HTTP says nothing to most people
   [/^the server says (\d{3})$/, (status) => refusalOf(Number(status))],
-  [/^the quota of .* is used up: again at (\S+)$/, quotaRefusal],
-  [/^too many requests: ask again in (\d+) s$/, (seconds) => refusalOf(429, Number(seconds))],
-  [/^this server asks for a token$/, () => refusalOf(401)],
-  [/^the token is for the preview of .* alone$/, () => t("the link that you were given is for the preview alone")],
-  [/^the token is for the levels of .*, not its original$/, () => t("the link that you were given is not for the original")],
-  [/^the token is not for the model /, () => t("the link that you were given is not for this model")],
+  [/^the quota of .* is used up: try again at (\S+)$/, quotaRefusal],
+  [/^too many requests: try again in (\d+) s$/, (seconds) => refusalOf(429, Number(seconds))],
+  [/^this server requires a token$/, () => refusalOf(401)],
+  [/^the token only allows the preview of .*$/, () => t("your link only allows the preview")],
+  [/^the token only allows the levels of .*, not its original$/, () => t("your link does not allow the original")],
+  [/^the token is not for the model /, () => t("your link is not for this model")],
 ];
 
 // Whether a server says that it will not give something, and not that it, or the way to it, is broken.

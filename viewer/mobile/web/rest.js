@@ -43,7 +43,7 @@ export class Rest {
   }
 
   // Tries now what would be tried later.
-  hurry() {
+  retryNow() {
     this.#goOn();
   }
 

@@ -80,7 +80,7 @@ function showHint({ mode, shownLevel, region, measuring, tool }, wrong) {
     return;
   }
   if (measuring) {
-    say(find("hint"), t(coarse ? "Tap one point of the surface, then another" : "Click one point of the surface, then another"));
+    say(find("hint"), t(coarse ? "Tap two points on the surface" : "Click two points on the surface"));
     return;
   }
   knowsDoubleTap ||= region !== null;

@@ -1,10 +1,11 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// What this browser keeps of a server's models, in IndexedDB: the list, descriptions, and blobs by their paths, which name
-// model, digest and blob (origins have databases of their own). Blobs that were not asked to be kept go when all of them
-// are more than the limit, those that were used longest ago first.
+// What this browser keeps of a server's models, in IndexedDB: the list, descriptions, and blobs by their paths, which
+// name model, digest and blob. (Each origin has its own database.) Blobs that the person has not asked to keep are
+// removed when all of them exceed the limit, the least recently used first.
 //
-// Every function does nothing, or finds nothing, where the browser keeps nothing for us, storage is full, or was cleared
-// in between: the network is there. Sums are kept in the same transaction as what they sum, so tabs may share all this.
+// Every function does nothing, or finds nothing, where the browser stores nothing for us, or storage is full or was
+// cleared in between: then the network is used. Sums are stored in the same transaction as what they sum, so tabs may
+// share all this.
 
 const limits = [50e6, 200e6, 1e9];
 const limitKey = "kdstream.limit";
@@ -20,7 +21,7 @@ const done = (request) => new Promise((resolve, reject) => {
 function open() {
   opened ??= new Promise((resolve) => {
     const give = (database) => {
-      trouble = database ? "" : "this browser keeps nothing for this page";
+      trouble = database ? "" : "this browser stores nothing for this page";
       resolve(database);
     };
     try {

@@ -28,7 +28,7 @@ export function describeMeasurement({ distance, height, horizontal, error, exact
   }
   const length = (value) => formatLength(value, error, unit);
   const doubt = error > 0 ? ` ± ${formatLength(error, error / 2, unit)}` : "";
-  const told = waits ? ` ${t("(the original is coming)")}` : exact ? "" : ` ${t("(of a coarser level)")}`;
+  const told = waits ? ` ${t("(the original is loading)")}` : exact ? "" : ` ${t("(of a coarser level)")}`;
   return t("{distance}, height {height}, across {across}",
     { distance: `${length(distance)}${doubt}${told}`, height: length(height), across: length(horizontal) });
 }
@@ -68,7 +68,7 @@ export class Tools {
     page.canvas.after(this.#overlay);
     const side = (name) => makeButton(name, () => this.#do((viewer) => viewer.lookFromSide(name.toLowerCase())), { className: "tool" });
     const toggle = (id, text, act) => makeButton(text, act, { id, className: "tool" });
-    this.spin = toggle("spin", "Turn by itself", () => this.#do((viewer) => viewer.setSpinning(!page.status().spinning)));
+    this.spin = toggle("spin", "Turn automatically", () => this.#do((viewer) => viewer.setSpinning(!page.status().spinning)));
     this.measure = toggle("measure", "Measure", () => this.#do((viewer) => viewer.setTool(page.status().measuring ? tool.none : tool.measure)));
     this.looks = new Looks(page, (act) => this.#do(act));
     const share = navigator.share ? [makeButton("Share…", () => this.#share(), { className: "tool" })] : [];
@@ -109,7 +109,7 @@ export class Tools {
 
   async #copyLink() {
     await copyText(this.link());
-    this.#note("The link to this view is copied.");
+    this.#note("Link copied.");
   }
 
   async #share() {
@@ -124,7 +124,7 @@ export class Tools {
     const { unit } = this.#page.status();
     const lines = this.#page.viewer.measurements().map((each) => `${each.name}: ${describeMeasurement(each, unit)}`);
     await copyText(lines.join("\n"));
-    this.#note("The distances are copied.");
+    this.#note("Distances copied.");
   }
 
   async #savePicture() {
@@ -132,7 +132,7 @@ export class Tools {
     this.#page.redraw(); // a canvas keeps its picture for as long as this turn lasts
     const blob = await composePicture({ canvas: this.#page.canvas, overlay: (brush) => this.#paint(brush), key, words: this.#page.words() });
     download(blob, `${this.#page.status().model}.png`);
-    this.#note("The picture is saved.");
+    this.#note("Picture saved.");
   }
 
   // ---- lines over the picture

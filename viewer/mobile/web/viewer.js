@@ -97,8 +97,8 @@ class Viewer {
     this.#call("LeaveFullScreen");
   }
 
-  // All the pointers that are down now: [{ id, x, y, isPair }]; isPair: it stands for two fingers, whose other one has the
-  // next id.
+  // All the pointers that are down now: [{ id, x, y, isPair }]. isPair: the pointer stands for two fingers; the other
+  // finger has the next id.
   touches(seconds, pointers) {
     const values = new Float64Array(pointers.flatMap(({ id, x, y, isPair }) => [id, x, y, isPair]));
     if (this.#put(new Uint8Array(values.buffer))) {
@@ -204,8 +204,8 @@ class Viewer {
   }
 
   // Bytes that are fetched ahead of what is wanted.
-  setAhead(bytes) {
-    this.#call("SetAhead", bytes);
+  setPrefetch(bytes) {
+    this.#call("SetPrefetch", bytes);
   }
 
   // Whether anything moves by itself.
@@ -313,8 +313,8 @@ class Viewer {
     this.#call("Tick", now);
   }
 
-  hurry() {
-    this.#call("Hurry");
+  retryNow() {
+    this.#call("RetryNow");
   }
 
   // ---- what comes out
@@ -358,8 +358,8 @@ class Viewer {
     return this.#describe("Legend", "[]");
   }
 
-  // The arrays that the model may be coloured by; and of the one that it is coloured by the
-  // range of the map, and the classes: { arrays, low, high, classes }.
+  // The arrays that the model may be coloured by; and of the array that colours it now the range of the map, and the
+  // classes: { arrays, low, high, classes }.
   arrays() {
     this.#call("Arrays");
     return JSON.parse(this.#text());

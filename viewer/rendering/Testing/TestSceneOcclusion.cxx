@@ -48,9 +48,9 @@ TEST(SceneOcclusion, AGrooveIsDark)
   for (const int samples : { 0, 4 })
   {
     const WindowPicture plain = DrawGroove(false, WindowBackend::Egl, samples);
-    const WindowPicture hollow = DrawGroove(true, WindowBackend::Egl, samples);
-    EXPECT_LT(RedAt(hollow, side / 2, side / 2), 0.6 * RedAt(plain, side / 2, side / 2));
-    EXPECT_GE(RedAt(hollow, side / 4, side / 2), RedAt(plain, side / 4, side / 2) - 2);
+    const WindowPicture occluded = DrawGroove(true, WindowBackend::Egl, samples);
+    EXPECT_LT(RedAt(occluded, side / 2, side / 2), 0.6 * RedAt(plain, side / 2, side / 2));
+    EXPECT_GE(RedAt(occluded, side / 4, side / 2), RedAt(plain, side / 4, side / 2) - 2);
   }
 }
 
@@ -71,12 +71,12 @@ TEST(SceneOcclusion, APlaneStaysAsItIsWhereDepthsAreCoarse)
       EXPECT_TRUE(stage.scene->SetCamera({ { 0, 0, 5 }, { 0, 0, 0 }, { 0, 1, 0 }, viewAngle }));
       return stage.Draw();
     };
-    const WindowPicture plain = draw(false), hollow = draw(true);
+    const WindowPicture plain = draw(false), occluded = draw(true);
     for (int y = 0; y < side; ++y)
     {
       for (int x = 0; x < side; ++x)
       {
-        ASSERT_NEAR(RedAt(plain, x, y), RedAt(hollow, x, y), 3) << x << ", " << y;
+        ASSERT_NEAR(RedAt(plain, x, y), RedAt(occluded, x, y), 3) << x << ", " << y;
       }
     }
   }
@@ -87,8 +87,8 @@ TEST(SceneOcclusion, OsMesaDrawsTheSame)
   EXPECT_EQ(DrawGroove(true).rgb, DrawGroove(true, WindowBackend::OsMesa).rgb);
 }
 
-// Each in its own half of a window, one with hollows and one without; and again after a change of
-// size, and drawn into another window.
+// Each in its own half of a window, one with ambient occlusion and one without; and again after a
+// change of size, and drawn into another window.
 TEST(SceneOcclusion, StaysInItsPartOfTheWindow)
 {
   const Stage stage(WindowBackend::Egl, 2 * side, side);
@@ -99,7 +99,7 @@ TEST(SceneOcclusion, StaysInItsPartOfTheWindow)
   ASSERT_TRUE(left.SetCamera({ { 0, 0, 5 }, { 0, 0, 0 }, { 0, 1, 0 }, 0.6 }));
   left.Renderer().SetViewport(0, 0, 0.5, 1);
   stage.window->AddRenderer(&left.Renderer());
-  const WindowPicture plain = DrawGroove(false), hollow = DrawGroove(true);
+  const WindowPicture plain = DrawGroove(false), occluded = DrawGroove(true);
   for (int again = 0; again < 2; ++again)
   {
     const WindowPicture both = stage.Draw();
@@ -109,7 +109,7 @@ TEST(SceneOcclusion, StaysInItsPartOfTheWindow)
       for (int x = 0; x < side; ++x)
       {
         ASSERT_EQ(RedAt(both, x, y), RedAt(plain, x, y)) << x << ", " << y;
-        ASSERT_NEAR(RedAt(both, side + x, y), RedAt(hollow, x, y), 1) << x << ", " << y;
+        ASSERT_NEAR(RedAt(both, side + x, y), RedAt(occluded, x, y), 1) << x << ", " << y;
       }
     }
     stage.window->SetSize(side, side / 2);

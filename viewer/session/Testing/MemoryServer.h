@@ -35,7 +35,7 @@ public:
   MemoryServer(const Mesh& mesh, std::uint32_t verticesPerPartition, std::uint32_t cellVertices);
 
   const ModelDescription& Description() const { return this->Model; }
-  void SetPose(const ModelPose& pose) { this->Model.pose = pose; }
+  void SetHomeView(const HomeView& homeView) { this->Model.homeView = homeView; }
   const std::vector<Box>& Tree() const { return this->Boxes; }
   const CodecContext& Codec() const { return this->Context; }
   std::vector<std::uint8_t>& Blob(const protocol::BlobId& id) { return this->Blobs.at(id); }

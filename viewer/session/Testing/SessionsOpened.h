@@ -22,7 +22,7 @@ inline void OpenFullScreen(ViewerSession& session, MemoryServer& server)
   server.Serve(session);
 }
 
-// Until the view needs nothing more: what is fetched ahead is under way.
+// Until the view needs nothing more: what is prefetched is in flight.
 inline void OpenUntilIdle(ViewerSession& session, MemoryServer& server)
 {
   session.Resize({ width, height, 1 });

@@ -9,14 +9,7 @@
 #include <random>
 
 using namespace kdstream;
-using kdstream::testing::height;
-using kdstream::testing::MakeTorus;
-using kdstream::testing::MemoryServer;
-using kdstream::testing::onRingX;
-using kdstream::testing::onRingY;
-using kdstream::testing::OpenFullScreen;
-using kdstream::testing::OpenSmall;
-using kdstream::testing::width;
+using namespace kdstream::testing;
 using protocol::BlobId;
 using protocol::BlobKind;
 
@@ -55,7 +48,7 @@ TEST(TestCloudDetail, IsFineWhereOneLooksAndTheRestCostsNothing)
   server.Serve(session);
   EXPECT_TRUE(session.IsIdle());
   EXPECT_EQ(session.GetStatus().error, "");
-  EXPECT_EQ(session.GetStatus().errorLeft, 0);
+  EXPECT_EQ(session.GetStatus().remainingError, 0);
   EXPECT_EQ(session.GetStatus().shownLevel, server.Codec().depths.finest);
   EXPECT_GT(PartitionsSent(server), 0u);
   EXPECT_LT(PartitionsSent(server), server.Description().partitions / 4);
@@ -95,7 +88,7 @@ TEST(TestCloudDetail, PointsCountForTheBudget)
       session, &random, [&] { ASSERT_LE(session.Scene().surface->PointCount(), 2 * most); });
     ASSERT_TRUE(session.IsIdle());
     EXPECT_LE(session.Scene().surface->PointCount(), most + most / 4);
-    isBound = isBound || session.GetStatus().errorLeft > 0;
+    isBound = isBound || session.GetStatus().remainingError > 0;
   }
   EXPECT_TRUE(isBound);
 }

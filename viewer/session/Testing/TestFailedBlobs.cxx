@@ -29,7 +29,7 @@ TEST(TestFailedBlobs, WhatFailedIsToldAndNotAskedForBeforeRetry)
 {
   FailedBlobs failed = OfTorus();
   failed.Add(page, {}, "it is damaged", false);
-  EXPECT_EQ(failed.Message(), "tree/1 of torus cannot be had: it is damaged");
+  EXPECT_EQ(failed.Message(), "tree/1 of torus cannot be loaded: it is damaged");
   failed.Add(partition, PieceOf(partition), "it is damaged", false);
   EXPECT_TRUE(failed.Has(page));
   EXPECT_TRUE(failed.Has(PieceOf(partition)));
@@ -48,7 +48,7 @@ TEST(TestFailedBlobs, WhatMayBeDoneWithoutIsToldOnceItIsMissed)
   failed.ReportMissed([](PieceId) { return false; });
   EXPECT_EQ(failed.Message(), "");
   failed.ReportMissed([](PieceId piece) { return piece == PieceOf(partition); });
-  EXPECT_EQ(failed.Message(), "partitions/3 of torus cannot be had: it is damaged");
+  EXPECT_EQ(failed.Message(), "partitions/3 of torus cannot be loaded: it is damaged");
 }
 
 TEST(TestFailedBlobs, WhatWasLostIsAskedForAgainOnceTheConnectionIsBack)

@@ -38,7 +38,7 @@ struct Fetched : TorusModel
   // The first of what is in flight, and its request.
   std::pair<BlobId, std::uint32_t> Next() const
   {
-    return *this->fetcher.Wishes().Book().AllOwed().begin();
+    return *this->fetcher.Wishes().Book().AllOutstanding().begin();
   }
   Fetcher::Answer Answer(const BlobId& blob, std::uint32_t request)
   {
@@ -142,10 +142,10 @@ TEST(TestFetcher, DamagedBytesFailAndAreNotAskedForAgain)
   EXPECT_EQ(torus.Answer(preview, request).arrival, BlobArrival::Damaged);
   EXPECT_NE(torus.model.failed.Message(), "");
   torus.Update();
-  EXPECT_FALSE(torus.fetcher.Wishes().Book().IsOwed(preview));
+  EXPECT_FALSE(torus.fetcher.Wishes().Book().IsOutstanding(preview));
   torus.model.Retry();
   torus.Update();
-  EXPECT_TRUE(torus.fetcher.Wishes().Book().IsOwed(preview));
+  EXPECT_TRUE(torus.fetcher.Wishes().Book().IsOutstanding(preview));
 }
 
 TEST(TestFetcher, WhatWasLostIsAskedForAgainOnceSomethingComes)
@@ -154,14 +154,14 @@ TEST(TestFetcher, WhatWasLostIsAskedForAgainOnceSomethingComes)
   torus.Settle();
   torus.lod.SetDetail(DetailMode::Full);
   torus.Update();
-  const auto& owed = torus.fetcher.Wishes().Book().AllOwed();
-  const auto [lost, request] = *owed.begin();
-  const auto [next, other] = *owed.rbegin();
+  const auto& outstanding = torus.fetcher.Wishes().Book().AllOutstanding();
+  const auto [lost, request] = *outstanding.begin();
+  const auto [next, other] = *outstanding.rbegin();
   ASSERT_NE(request, other);
   EXPECT_TRUE(torus.fetcher.RequestFailed(request, "the connection is lost"));
   EXPECT_TRUE(torus.model.failed.Has(PieceOfBlob(lost, torus.model.Depths())));
   torus.Update();
-  EXPECT_FALSE(torus.fetcher.Wishes().Book().IsOwed(lost));
+  EXPECT_FALSE(torus.fetcher.Wishes().Book().IsOutstanding(lost));
   torus.Answer(next, other);
   EXPECT_FALSE(torus.model.failed.Has(PieceOfBlob(lost, torus.model.Depths())));
   EXPECT_EQ(torus.model.failed.Message(), "");

@@ -150,11 +150,11 @@ TEST_F(TestKnownTree, LiesAreErrorsThatNameTheBlob)
   ASSERT_EQ(add(root, this->server.Blob(root)), "added");
   ASSERT_EQ(add(page, this->server.Blob(page)), "added");
   EXPECT_EQ(
-    add(BlobId::TreePage(2), this->server.Blob(page)), "tree page 2: is no page of this tree");
-  EXPECT_EQ(
-    add(BlobId::PartitionBoxes(1), this->server.Blob(exact)), "boxes 1: the tree has none there");
+    add(BlobId::TreePage(2), this->server.Blob(page)), "tree page 2: is not a page of this tree");
+  EXPECT_EQ(add(BlobId::PartitionBoxes(1), this->server.Blob(exact)),
+    "boxes 1: the tree has no boxes at this node");
   // Boxes of other partitions.
   EXPECT_EQ(add(exact, this->server.Blob(BlobId::PartitionBoxes(255))),
-    "boxes 128: the box of partition 0 is not within what the tree's page tells");
+    "boxes 128: the box of partition 0 is not within the bounds of the tree's page");
   EXPECT_EQ(add(exact, this->server.Blob(exact)), "added");
 }

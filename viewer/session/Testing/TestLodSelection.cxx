@@ -113,7 +113,7 @@ TEST(TestLodSelection, TappedPartitionsComeBeforeAllElseButTheTree)
   { return std::find(order.begin(), order.end(), blob) - order.begin(); };
   EXPECT_LT(at(BlobId::Partition(5)), at(BlobId::Partition(2)));
   // Between them there is only the way to the second, before the first the way to that.
-  const auto isOnTheWay = [&](const BlobId& blob, std::uint32_t partition)
+  const auto isIntermediate = [&](const BlobId& blob, std::uint32_t partition)
   {
     const TreeDepths& depths = torus.model.Depths();
     const NodeId node = PieceOfBlob(blob, depths).node;
@@ -121,8 +121,8 @@ TEST(TestLodSelection, TappedPartitionsComeBeforeAllElseButTheTree)
   };
   for (auto i = 0; i < at(BlobId::Partition(2)); ++i)
   {
-    EXPECT_TRUE(isOnTheWay(order[static_cast<std::size_t>(i)], 5) ||
-                isOnTheWay(order[static_cast<std::size_t>(i)], 2));
+    EXPECT_TRUE(isIntermediate(order[static_cast<std::size_t>(i)], 5) ||
+                isIntermediate(order[static_cast<std::size_t>(i)], 2));
   }
 }
 
@@ -167,13 +167,13 @@ TEST(TestLodSelection, SmallerBudgetsAreCoarser)
   torus.FollowToTheEnd();
   ViewerStatus status;
   torus.lod.PutInto(status);
-  EXPECT_EQ(status.errorLeft, 0);
+  EXPECT_EQ(status.remainingError, 0);
   RefinementOptions few;
   few.triangles = 6000;
   torus.lod.SetBudgets(few, {});
   torus.Follow();
   torus.lod.PutInto(status);
-  EXPECT_GT(status.errorLeft, 0);
+  EXPECT_GT(status.remainingError, 0);
 }
 
 TEST(TestLodSelection, WhatANearerViewNeedsIsNotThereYet)

@@ -38,16 +38,16 @@ std::vector<Box> LiesOfBoxes(const std::vector<Box>& boxes, std::mt19937& random
       continue;
     }
     Box lie = parent;
-    const auto dice = random() % 4;
+    const auto generator = random() % 4;
     for (unsigned axis = 0; axis < 3; ++axis)
     {
       const double length = parent.hi[axis] - parent.lo[axis];
       const double a = parent.lo[axis] + part(random) * length,
                    b = parent.lo[axis] + part(random) * length;
-      if (dice < 2)
+      if (generator < 2)
       {
         lie.lo[axis] = std::min(a, b);
-        lie.hi[axis] = dice == 0 ? lie.lo[axis] : std::max(a, b); // a point, or any part
+        lie.hi[axis] = generator == 0 ? lie.lo[axis] : std::max(a, b); // a point, or any part
       }
     }
     lies[node] = lie;

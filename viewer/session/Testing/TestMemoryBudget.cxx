@@ -10,12 +10,7 @@
 #include <limits>
 
 using namespace kdstream;
-using kdstream::testing::ExpectClosed;
-using kdstream::testing::MemoryServer;
-using kdstream::testing::onRingX;
-using kdstream::testing::onRingY;
-using kdstream::testing::OpenFullScreen;
-using kdstream::testing::Torus;
+using namespace kdstream::testing;
 
 namespace
 {
@@ -88,7 +83,7 @@ TEST(TestMemoryBudget, LessMakesWhatIsSeenCoarserAndMoreFinerAgain)
   const ViewerStatus whole = session.GetStatus();
   const std::size_t held = session.Parts().model.Bytes();
   ASSERT_GT(whole.triangles, 12'000u);
-  ASSERT_EQ(whole.errorLeft, 0);
+  ASSERT_EQ(whole.remainingError, 0);
 
   session.SetMemory(SharesOf(8'000));
   server.Serve(session);
@@ -97,14 +92,14 @@ TEST(TestMemoryBudget, LessMakesWhatIsSeenCoarserAndMoreFinerAgain)
   EXPECT_EQ(less.error, "");
   EXPECT_LT(less.triangles, 10'000u);
   EXPECT_GT(less.triangles, 2'000u);
-  EXPECT_GT(less.errorLeft, 0);
+  EXPECT_GT(less.remainingError, 0);
   EXPECT_LT(session.Parts().model.Bytes(), held / 2);
   ExpectClosed(session);
 
   session.SetMemory(SharesOf(300'000));
   server.Serve(session);
   EXPECT_TRUE(session.IsIdle());
-  EXPECT_EQ(session.GetStatus().errorLeft, 0);
+  EXPECT_EQ(session.GetStatus().remainingError, 0);
   EXPECT_GT(session.GetStatus().triangles, whole.triangles / 2);
 }
 

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// In which order a view asks (doc/viewing.md#requests): the tree first, coarse before fine, the worst
-// first, the middle of the screen before its edges; and that nothing is asked for beyond it where
-// nothing is to be fetched ahead. What is expected is worked out from the server's own tables.
+// In which order a view asks (doc/viewing.md#requests): the tree first, coarse before fine, the
+// worst first, the middle of the screen before its edges; and that nothing is asked for beyond it
+// where nothing is to be prefetched. What is expected is worked out from the server's own tables.
 #include "viewer/session/SessionParts.h"
 #include "viewer/session/Testing/SessionsByView.h"
 
@@ -215,11 +215,11 @@ std::size_t Sent(std::size_t ahead, bool turnOff)
 {
   MemoryServer server = Torus();
   SessionOptions options;
-  options.aheadBytes = ahead;
+  options.prefetchBytes = ahead;
   ViewerSession session(options);
   if (turnOff)
   {
-    session.SetAhead(0);
+    session.SetPrefetch(0);
   }
   OpenFullScreen(session, server);
   session.Zoom(2, onRingX, onRingY);
@@ -234,7 +234,7 @@ std::size_t Sent(std::size_t ahead, bool turnOff)
   return server.sent.size();
 }
 
-TEST(TestRequestOrder, WhatIsTurnedOffIsNotFetchedAhead)
+TEST(TestRequestOrder, WhatIsTurnedOffIsNotPrefetched)
 {
   constexpr std::size_t much = std::size_t{ 4 } << 20;
   const std::size_t without = Sent(0, false);
@@ -242,16 +242,16 @@ TEST(TestRequestOrder, WhatIsTurnedOffIsNotFetchedAhead)
   EXPECT_EQ(Sent(much, true), without);
 }
 
-// What is under way ahead is called back.
-TEST(TestRequestOrder, TurningItOffCallsBackWhatIsUnderWay)
+// What is prefetched and in flight is cancelled.
+TEST(TestRequestOrder, TurningItOffCancelsWhatIsInFlight)
 {
   MemoryServer server = Torus();
   SessionOptions options;
-  options.aheadBytes = std::size_t{ 4 } << 20;
+  options.prefetchBytes = std::size_t{ 4 } << 20;
   ViewerSession session(options);
   OpenUntilIdle(session, server);
   ASSERT_GT(server.Outstanding().size(), 0u);
-  session.SetAhead(0);
+  session.SetPrefetch(0);
   server.Take(session);
   EXPECT_EQ(server.Outstanding().size(), 0u);
   const std::size_t sent = server.sent.size();

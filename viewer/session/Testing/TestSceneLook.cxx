@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// The lamps on a sphere: how bright each slope is, and how much brighter its neighbours are.
+// The lights on a sphere: how bright each slope is, and how much brighter its neighbours are.
 #include "viewer/session/Geometry.h"
 #include "viewer/session/look/SceneLook.h"
 
@@ -25,14 +25,15 @@ Shade ShadeOf(const Vec3& normal)
 {
   double light = sceneMaterial.ambient;
   Vec3 change{ 0, 0, 0 };
-  for (const SceneLight& lamp : sceneLights)
+  for (const SceneLight& lightSource : sceneLights)
   {
-    const Vec3 direction = Normalized(lamp.position);
+    const Vec3 direction = Normalized(lightSource.position);
     const double facing = Dot(normal, direction);
     if (facing > 0)
     {
-      light += sceneMaterial.diffuse * lamp.intensity * facing;
-      change = change + (direction - normal * facing) * (sceneMaterial.diffuse * lamp.intensity);
+      light += sceneMaterial.diffuse * lightSource.intensity * facing;
+      change =
+        change + (direction - normal * facing) * (sceneMaterial.diffuse * lightSource.intensity);
     }
   }
   return { light, Length(change) / light };

@@ -59,7 +59,7 @@ ViewerSession SessionWith(
 std::size_t PictureBytes(const ViewerSession& session)
 {
   std::size_t bytes = 0;
-  for (const PaintedPiece& each : *session.Scene().tiles)
+  for (const TexturedPiece& each : *session.Scene().tiles)
   {
     bytes += std::size_t{ 4 } * each.tile->width * each.tile->height;
   }

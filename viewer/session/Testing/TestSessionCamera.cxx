@@ -16,7 +16,7 @@ using namespace kdstream::testing;
 namespace
 {
 
-const ModelPose leaningBack{ { 0, 0, 1 }, { 0, -0.8, 0.6 }, false };
+const HomeView leaningBack{ { 0, 0, 1 }, { 0, -0.8, 0.6 }, false };
 
 // A sheet with hills, in the coordinates of a map, seen from the south: its box is mostly empty.
 Mesh MakeTerrain(std::uint32_t n)
@@ -257,13 +257,13 @@ TEST(TestSessionCamera, TheFirstViewIsTheModels)
 {
   MemoryServer server = SmallTorus();
   const Vec3 middle = FirstViewIn({ 800, 600, 1 }, server).focal;
-  for (const ModelPose& pose : { ModelPose{}, leaningBack, { { 1, 0, 0 }, { 0, 0, -1 }, true } })
+  for (const HomeView& homeView : { HomeView{}, leaningBack, { { 1, 0, 0 }, { 0, 0, -1 }, true } })
   {
-    server.SetPose(pose);
+    server.SetHomeView(homeView);
     const View view = FirstViewIn({ 800, 600, 1 }, server);
-    EXPECT_LT(Length(Normalized(view.eye - middle) - pose.view), 1e-12);
-    EXPECT_NEAR(Dot(view.orientation.Rotate({ 1, 0, 0 }), pose.up), 0, 1e-12);
-    EXPECT_GT(Dot(view.up, pose.up), 0.5);
+    EXPECT_LT(Length(Normalized(view.eye - middle) - homeView.view), 1e-12);
+    EXPECT_NEAR(Dot(view.orientation.Rotate({ 1, 0, 0 }), homeView.up), 0, 1e-12);
+    EXPECT_GT(Dot(view.up, homeView.up), 0.5);
   }
 }
 
@@ -273,7 +273,7 @@ TEST(TestSessionCamera, NobodyGetsLost)
   for (unsigned seed = 0; seed < 12; ++seed)
   {
     MemoryServer server = seed % 3 == 2 ? Terrain() : SmallTorus();
-    server.SetPose(leaningBack);
+    server.SetHomeView(leaningBack);
     SessionOptions options;
     options.detail = seed % 2 == 0 ? DetailMode::View : DetailMode::Level;
     ViewerSession session(options);
@@ -310,7 +310,7 @@ TEST(TestSessionCamera, ZoomingOutLeadsAway)
   {
     SCOPED_TRACE("seed " + std::to_string(seed));
     MemoryServer server = seed % 2 == 0 ? Terrain() : SmallTorus();
-    server.SetPose(leaningBack);
+    server.SetHomeView(leaningBack);
     ViewerSession session;
     Person person(seed, server, session);
     ASSERT_TRUE(session.SelectModel("torus"));
@@ -344,7 +344,7 @@ TEST(TestSessionCamera, ZoomingOutLeadsAway)
 TEST(TestSessionCamera, HomeIsTheFirstViewAndUndoTheOneBefore)
 {
   MemoryServer server = SmallTorus();
-  server.SetPose(leaningBack);
+  server.SetHomeView(leaningBack);
   ViewerSession session;
   Person person(99, server, session);
   ASSERT_TRUE(session.SelectModel("torus"));

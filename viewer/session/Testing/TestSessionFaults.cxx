@@ -43,9 +43,7 @@ TEST(TestSessionFaults, AnswersToCancelledRequestsAreIgnored)
   SessionOptions options = ByLevel();
   options.policy.tolerance = 4; // the preview is fine enough for the whole torus
   ViewerSession session(options);
-  Open(session);
-  session.EnterFullScreen();
-  server.Serve(session);
+  OpenFullScreen(session, server);
   const auto [x, y] = OnModel(session);
   fingers.Pinch(session, x, y, 16);
   std::uint32_t request = 0;
@@ -85,7 +83,7 @@ TEST(TestSessionFaults, DamagedBytesBecomeASentenceAndTheNextCoarserLevel)
   server.Serve(session, nullptr, [&] { ExpectClosed(session); });
   EXPECT_TRUE(session.IsIdle());
   ViewerStatus status = session.GetStatus();
-  EXPECT_EQ(status.error.rfind("levels/13/5 of torus cannot be had: ", 0), 0u) << status.error;
+  EXPECT_EQ(status.error.rfind("levels/13/5 of torus cannot be loaded: ", 0), 0u) << status.error;
   EXPECT_EQ(status.targetLevel, 13u);
   EXPECT_EQ(status.shownLevel, 12u);
   // Usable: once the blob is whole again, the next pinch gets it, and only it.
@@ -115,8 +113,8 @@ TEST(TestSessionFaults, ARefusedPartitionLeavesTheRestOfTheRegion)
   server.Serve(session, nullptr, [&] { ExpectClosed(session); });
   ViewerStatus status = session.GetStatus();
   EXPECT_TRUE(session.IsIdle());
-  EXPECT_EQ(
-    status.error, "partitions/" + std::to_string(bad) + " of torus cannot be had: it is damaged");
+  EXPECT_EQ(status.error,
+    "partitions/" + std::to_string(bad) + " of torus cannot be loaded: it is damaged");
   EXPECT_EQ(status.region->shown + 1, status.region->partitions);
   // It is not asked for again by itself, but by the next double tap.
   server.refused.clear();

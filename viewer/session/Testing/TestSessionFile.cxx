@@ -89,7 +89,7 @@ TEST(TestSessionFile, NamesTheLineAndWhatIsWrong)
     { R"({"t":"1","touches":[]})", "'t'" },
     { R"({"t":1,"touches":{}})", "'touches'" },
     { R"({"t":1,"touches":[{"id":1,"x":2}]})", "'y'" },
-    { R"({"t":1,"touches":[{"id":1.5,"x":2,"y":3}]})", "id is an integer" },
+    { R"({"t":1,"touches":[{"id":1.5,"x":2,"y":3}]})", "id must be an integer" },
     { R"({"t":1e999,"touches":[]})", "not a JSON object" },
     { R"({"t":1,"touches":[7]})", "not an object" },
   };

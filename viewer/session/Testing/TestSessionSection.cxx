@@ -294,31 +294,31 @@ TEST(TestSessionSection, LightComesFromTheFinger)
   Drag(fingers, *session, 400, 300, -200, 0);
   EXPECT_EQ(session->GetCamera(), before);
   ASSERT_TRUE(session->GetLight());
-  EXPECT_NEAR(session->GetLight()->lamp.x, -200 / (0.45 * height), 1e-9);
-  EXPECT_NEAR(session->GetLight()->lamp.y, 0, 1e-9);
-  const Vec3 from = session->Scene().lighting.lamps[0].position;
+  EXPECT_NEAR(session->GetLight()->lightSource.x, -200 / (0.45 * height), 1e-9);
+  EXPECT_NEAR(session->GetLight()->lightSource.y, 0, 1e-9);
+  const Vec3 from = session->Scene().lighting.lights[0].position;
   EXPECT_NEAR(Length(from), 1, 1e-9);
   EXPECT_LT(from[0], -0.7);
-  EXPECT_EQ(session->Scene().lighting.lamps[1].intensity, 0);
+  EXPECT_EQ(session->Scene().lighting.lights[1].intensity, 0);
   fingers.DoubleTap(*session, 790, 300); // beyond the rim: no lower than the horizon, and no region
-  EXPECT_NEAR(session->GetLight()->lamp.x, RakingLight::rim, 1e-9);
-  EXPECT_GT(session->Scene().lighting.lamps[0].position[2], 0.05);
+  EXPECT_NEAR(session->GetLight()->lightSource.x, RakingLight::rim, 1e-9);
+  EXPECT_GT(session->Scene().lighting.lights[0].position[2], 0.05);
   EXPECT_FALSE(session->GetStatus().region);
   session->SetTool(Tool::SecondLight);
   Drag(fingers, *session, 400, 300, 0, -100);
   ASSERT_TRUE(session->GetLight()->second);
   EXPECT_GT(session->GetLight()->second->y, 0.2);
-  EXPECT_GT(session->Scene().lighting.lamps[1].intensity, 0);
+  EXPECT_GT(session->Scene().lighting.lights[1].intensity, 0);
   fingers.Pinch(*session, 400, 300, 2);
   EXPECT_NE(session->GetCamera(), before) << "two fingers zoom as ever";
   session->SetLight({});
   EXPECT_EQ(session->Scene().lighting, SceneLighting{});
   const double nan = std::numeric_limits<double>::quiet_NaN();
-  session->SetLight(RakingLight{ { nan, 1e300, -4 }, RakingLamp{ 1e300, nan, nan }, 7 });
-  for (const SceneLight& lamp : session->Scene().lighting.lamps)
+  session->SetLight(RakingLight{ { nan, 1e300, -4 }, LightSource{ 1e300, nan, nan }, 7 });
+  for (const SceneLight& lightSource : session->Scene().lighting.lights)
   {
-    EXPECT_TRUE(std::isfinite(Length(lamp.position)));
-    EXPECT_GE(lamp.intensity, 0);
+    EXPECT_TRUE(std::isfinite(Length(lightSource.position)));
+    EXPECT_GE(lightSource.intensity, 0);
   }
   EXPECT_EQ(session->Scene().lighting.relief, 1);
   ASSERT_TRUE(session->SelectModel("other"));
@@ -350,7 +350,8 @@ TEST(TestSessionSection, ALinkTellsOfBoth)
   EXPECT_NEAR(a.offset, b.offset, 1e-7);
   ASSERT_TRUE(theirs.GetLight() && theirs.GetLight()->second);
   EXPECT_NEAR(mine->GetLight()->second->x, theirs.GetLight()->second->x, 1e-4);
-  EXPECT_NEAR(mine->GetLight()->lamp.intensity, theirs.GetLight()->lamp.intensity, 0.01);
+  EXPECT_NEAR(
+    mine->GetLight()->lightSource.intensity, theirs.GetLight()->lightSource.intensity, 0.01);
   EXPECT_EQ(FormatViewLink(theirs.Link()), text) << "told on as it came";
   for (const char* wrong : { "section=", "section=AAAA", "section=AAAAAAAAAAAAAAAAAAA",
          "lamps=", "lamps=!", "lamps=AAAA" })
@@ -364,7 +365,7 @@ TEST(TestSessionSection, FilesTellOfBoth)
   const std::string file = "{\"select\":\"torus\"}\n{\"wait\":\"idle\"}\n{\"section\":\"view\"}\n"
                            "{\"depth\":0.25}\n{\"tool\":\"section\"}\n{\"section\":\"flip\"}\n"
                            "{\"tool\":\"second light\"}\n{\"lamps\":\"" +
-                           FormatLamps(RakingLight{ { -0.5, 0.25, 1 }, {}, 0.5 }) +
+                           FormatLights(RakingLight{ { -0.5, 0.25, 1 }, {}, 0.5 }) +
                            "\"}\n{\"tool\":\"light\"}\n{\"lamps\":\"standard\"}\n";
   const auto steps = ParseSession(file);
   ASSERT_TRUE(steps) << steps.GetError().message;
@@ -377,7 +378,7 @@ TEST(TestSessionSection, FilesTellOfBoth)
     ASSERT_TRUE(Perform(step, session));
     server.Serve(session);
     again += FormatSessionStep(step) + "\n";
-    if (step.kind == SessionStep::Kind::Lamps && step.name != "standard")
+    if (step.kind == SessionStep::Kind::Lights && step.name != "standard")
     {
       ASSERT_TRUE(session.GetLight());
       EXPECT_NEAR(session.GetLight()->relief, 0.5, 0.01);
@@ -388,13 +389,13 @@ TEST(TestSessionSection, FilesTellOfBoth)
   EXPECT_FALSE(session.GetLight());
   ASSERT_TRUE(session.GetSection().Plane());
   EXPECT_NEAR(session.GetSection().Depth(), 0.75, 1e-9);
-  for (const auto& [wrong, what] :
-    std::vector<std::pair<std::string, std::string>>{
-      { "{\"section\":\"w\"}", "line 1: 'section' is one of 'x', 'y', 'z', 'view', 'flip', 'off'" },
-      { "{\"depth\":1.5}", "line 1: 'depth' is a number from 0 to 1" },
-      { "{\"depth\":\"x\"}", "line 1: 'depth' is a number from 0 to 1" },
-      { "{\"depth\":1,\"x\":1}", "line 1: unknown key 'x'" },
-      { "{\"lamps\":\"A\"}", "line 1: 'lamps': no light can be understood in this" } })
+  for (const auto& [wrong, what] : std::vector<std::pair<std::string, std::string>>{
+         { "{\"section\":\"w\"}",
+           "line 1: 'section' must be one of 'x', 'y', 'z', 'view', 'flip', 'off'" },
+         { "{\"depth\":1.5}", "line 1: 'depth' must be a number from 0 to 1" },
+         { "{\"depth\":\"x\"}", "line 1: 'depth' must be a number from 0 to 1" },
+         { "{\"depth\":1,\"x\":1}", "line 1: unknown key 'x'" },
+         { "{\"lamps\":\"A\"}", "line 1: 'lamps': this does not describe a light" } })
   {
     const auto parsed = ParseSession(wrong);
     ASSERT_FALSE(parsed) << wrong;

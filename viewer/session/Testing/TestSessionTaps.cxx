@@ -22,9 +22,7 @@ TEST(TestSessionTaps, OtherRingsChangeTheRegionThatIsThere)
   Fingers fingers;
   MemoryServer server = SmallTorus();
   ViewerSession session(ByLevel());
-  Open(session);
-  session.EnterFullScreen();
-  server.Serve(session);
+  OpenFullScreen(session, server);
   const auto [x, y] = OnModel(session);
   fingers.DoubleTap(session, x, y);
   server.Serve(session);
@@ -60,9 +58,7 @@ TEST(TestSessionTaps, ASmallRegionStaysUntilOneZooms)
   SessionOptions options = ByLevel();
   options.region.points = 10000;
   ViewerSession session(options);
-  Open(session);
-  session.EnterFullScreen();
-  server.Serve(session);
+  OpenFullScreen(session, server);
   const auto [x, y] = OnModel(session);
   fingers.DoubleTap(session, x, y);
   server.Serve(session);
@@ -118,9 +114,7 @@ TEST(TestSessionTaps, PicksOnPointsWhereThereAreNoTriangles)
   mesh.triangles = { { 0, 1, 2 } };
   MemoryServer server(mesh, 2000, 8);
   ViewerSession session(ByLevel());
-  Open(session);
-  session.EnterFullScreen();
-  server.Serve(session);
+  OpenFullScreen(session, server);
   const auto shown = session.Scene().surface;
   const Surface& coarse = shown->Whole();
   ASSERT_TRUE(coarse.triangles.empty());
@@ -255,16 +249,14 @@ TEST(TestSessionTaps, ATapThatNeedsTooMuchOfTheTreeIsDropped)
   SessionOptions options = ByLevel();
   options.region.treeBlobs = 2;
   ViewerSession session(options);
-  Open(session);
-  session.EnterFullScreen();
-  server.Serve(session);
+  OpenFullScreen(session, server);
   const auto [x, y] = OnModel(session);
   fingers.DoubleTap(session, x, y);
   server.Serve(session);
   EXPECT_FALSE(session.GetStatus().region);
   EXPECT_TRUE(session.IsIdle());
   EXPECT_EQ(session.GetStatus().error,
-    "What is around the tap cannot be told: too much of the tree is there.");
+    "The region around the tap is too large: it has too many partitions.");
 }
 
 TEST(TestSessionTaps, APageThatFailsEndsTheTapInWordsAndTheNextOneAsksAgain)
@@ -281,7 +273,7 @@ TEST(TestSessionTaps, APageThatFailsEndsTheTapInWordsAndTheNextOneAsksAgain)
   server.Serve(session);
   EXPECT_TRUE(session.IsIdle());
   EXPECT_FALSE(session.GetStatus().region);
-  EXPECT_EQ(session.GetStatus().error.rfind("tree/1 of torus cannot be had: ", 0), 0u)
+  EXPECT_EQ(session.GetStatus().error.rfind("tree/1 of torus cannot be loaded: ", 0), 0u)
     << session.GetStatus().error;
   server.Blob(BlobId::TreePage(1)) = whole;
   fingers.DoubleTap(session, x, y);

@@ -2,8 +2,8 @@
 // Textures of a model: wanted where the original is shown and seen closely, within their budget,
 // and where they belong.
 #include "viewer/session/Testing/SessionsByView.h"
-#include "viewer/session/paint/PaintedCorners.h"
-#include "viewer/session/paint/ShownTiles.h"
+#include "viewer/session/texture/ShownTiles.h"
+#include "viewer/session/texture/TexturedCorners.h"
 
 #include <gtest/gtest.h>
 
@@ -11,16 +11,7 @@
 #include <random>
 
 using namespace kdstream;
-using kdstream::testing::CountBoundaryEdges;
-using kdstream::testing::height;
-using kdstream::testing::MakeTorus;
-using kdstream::testing::MemoryServer;
-using kdstream::testing::onRingX;
-using kdstream::testing::onRingY;
-using kdstream::testing::OpenFullScreen;
-using kdstream::testing::OpenSmall;
-using kdstream::testing::TilePlaceOf;
-using kdstream::testing::width;
+using namespace kdstream::testing;
 using protocol::BlobId;
 using protocol::BlobKind;
 
@@ -55,7 +46,7 @@ std::size_t TexturesSent(const MemoryServer& server)
 }
 
 // Each vertex of the original is where its tile has it. How many parts are painted.
-std::size_t CountPaintedParts(const ViewerSession& session)
+std::size_t CountTexturedParts(const ViewerSession& session)
 {
   const ViewerScene scene = session.Scene();
   std::size_t painted = 0;
@@ -69,8 +60,8 @@ std::size_t CountPaintedParts(const ViewerSession& session)
     }
     ++painted;
     const TextureTile& tile = *found;
-    EXPECT_TRUE(CanPaint(part.surface, part.corners, tile));
-    const PaintedCorners corners = PaintedCornersOf(part.surface, part.corners, tile);
+    EXPECT_TRUE(CanTexture(part.surface, part.corners, tile));
+    const TexturedCorners corners = TexturedCornersOf(part.surface, part.corners, tile);
     EXPECT_EQ(corners.triangles.size(), part.surface.triangles.size());
     for (std::size_t v = 0; v < corners.points.size(); ++v)
     {
@@ -96,7 +87,7 @@ TEST(TestSessionTextures, AreWantedWhereTheOriginalIsSeenClosely)
   server.Serve(session);
   EXPECT_TRUE(session.IsIdle());
   EXPECT_EQ(session.GetStatus().error, "");
-  EXPECT_GT(CountPaintedParts(session), 0u);
+  EXPECT_GT(CountTexturedParts(session), 0u);
   EXPECT_LT(TexturesSent(server), server.Description().partitions / 2) << "what is not seen";
   for (const DrawnSurface::Part& each : session.Scene().surface->Parts())
   {
@@ -113,7 +104,7 @@ TEST(TestSessionTextures, AreWantedWhereTheOriginalIsSeenClosely)
   EXPECT_EQ(server.sent.size(), sent) << "what is here is not asked for again";
 }
 
-// The parts of the original that may be seen.
+// The parts of the original that may be visible.
 std::size_t CountSeenParts(const ViewerSession& session)
 {
   const auto& parts = session.Scene().surface->Parts();
@@ -134,7 +125,7 @@ TEST(TestSessionTextures, AreAllWantedWhereAllIsTheOriginal)
   OpenSmall(session, server);
   const std::size_t seen = CountSeenParts(session);
   EXPECT_GT(seen, server.Description().partitions / 2);
-  EXPECT_EQ(CountPaintedParts(session), seen);
+  EXPECT_EQ(CountTexturedParts(session), seen);
 
   ShownTiles tiles(std::size_t{ 1 } << 30);
   const auto wanted = [&](double spacing, bool all)
@@ -149,7 +140,7 @@ TEST(TestSessionTextures, AreAllWantedWhereAllIsTheOriginal)
 }
 
 // Two triangles of the piece, of which one has turned, around an edge that lies in two places.
-TEST(TestPaintedCorners, AVertexForEachPlace)
+TEST(TestTexturedCorners, AVertexForEachPlace)
 {
   Surface surface;
   surface.points = { {}, {}, {}, {} };
@@ -157,21 +148,22 @@ TEST(TestPaintedCorners, AVertexForEachPlace)
   TextureTile tile{ 10, 20, TileImage::Png, {}, {} };
   tile.corners = { { { { 6, 6 }, { 1, 2 }, { 3, 2 } } }, { { { 3, 4 }, { 1, 2 }, { 3, 2 } } } };
   const std::vector<std::uint32_t> corners{ 3 * 1 + 1, 3 * 0 + 0 };
-  ASSERT_TRUE(CanPaint(surface, corners, tile));
-  const PaintedCorners painted = PaintedCornersOf(surface, corners, tile);
+  ASSERT_TRUE(CanTexture(surface, corners, tile));
+  const TexturedCorners painted = TexturedCornersOf(surface, corners, tile);
   EXPECT_EQ(painted.points, (std::vector<VertexId>{ 0, 1, 2, 0, 2, 3 }));
   EXPECT_EQ(painted.triangles, (std::vector<Triangle>{ { 0, 1, 2 }, { 3, 4, 5 } }));
   const std::vector<std::array<float, 2>> places{ { 0.1f, 0.1f }, { 0.3f, 0.1f }, { 0.3f, 0.2f },
     { 0.6f, 0.3f }, { 0.1f, 0.1f }, { 0.3f, 0.1f } };
   EXPECT_EQ(painted.places, places);
 
-  EXPECT_FALSE(CanPaint(surface, std::vector<std::uint32_t>{ 0, 6 }, tile)) << "a triangle beyond";
-  EXPECT_FALSE(CanPaint(surface, std::vector<std::uint32_t>{ 0 }, tile));
-  EXPECT_FALSE(CanPaint(surface, {}, tile));
+  EXPECT_FALSE(CanTexture(surface, std::vector<std::uint32_t>{ 0, 6 }, tile))
+    << "a triangle beyond";
+  EXPECT_FALSE(CanTexture(surface, std::vector<std::uint32_t>{ 0 }, tile));
+  EXPECT_FALSE(CanTexture(surface, {}, tile));
 }
 
 // Hostile: a hub with another place in each of its triangles costs no square of their number.
-TEST(TestPaintedCorners, APointInManyPlaces)
+TEST(TestTexturedCorners, APointInManyPlaces)
 {
   constexpr std::uint32_t count = 200'000;
   Surface surface;
@@ -185,7 +177,7 @@ TEST(TestPaintedCorners, APointInManyPlaces)
     tile.corners.push_back({ { { x, 1 }, { 2, 2 }, { 3, 3 } } });
     corners.push_back(3 * i);
   }
-  const PaintedCorners painted = PaintedCornersOf(surface, corners, tile);
+  const TexturedCorners painted = TexturedCornersOf(surface, corners, tile);
   EXPECT_EQ(std::count(painted.points.begin(), painted.points.end(), 0u), count);
   EXPECT_EQ(painted.triangles.size(), count);
 }
@@ -222,7 +214,7 @@ TEST(TestSessionTextures, OfATappedRegionComeByOneLevelToo)
     server.Serve(session);
     EXPECT_TRUE(session.IsIdle());
     ASSERT_TRUE(session.GetStatus().region);
-    EXPECT_GE(CountPaintedParts(session), session.GetStatus().region->partitions / 2);
+    EXPECT_GE(CountTexturedParts(session), session.GetStatus().region->partitions / 2);
   }
 }
 
@@ -255,7 +247,7 @@ TEST(TestSessionTextures, ThatCannotBeHadAreNamedAndTheSurfaceStays)
     EXPECT_EQ(CountBoundaryEdges(session.Scene().surface->Whole().triangles), 0u);
     const std::string error = session.GetStatus().error;
     EXPECT_EQ(error.rfind("textures/", 0), 0u) << error;
-    EXPECT_NE(error.find(" of torus cannot be had: "), std::string::npos) << error;
+    EXPECT_NE(error.find(" of torus cannot be loaded: "), std::string::npos) << error;
     const std::size_t asked = server.log.size();
     session.SetRings(2);
     server.Serve(session);
@@ -267,7 +259,7 @@ TEST(TestSessionTextures, ThatCannotBeHadAreNamedAndTheSurfaceStays)
     server.lie = {};
     ASSERT_TRUE(session.SelectModel("torus")); // tries again
     server.Serve(session);
-    EXPECT_GT(CountPaintedParts(session), 0u);
+    EXPECT_GT(CountTexturedParts(session), 0u);
     EXPECT_EQ(session.GetStatus().error, "");
   }
 }
@@ -291,7 +283,7 @@ TEST(TestSessionTextures, StayWithinTheirBudget)
     server.Serve(session, &random, [&] { ASSERT_LE(session.Scene().tiles->size(), most); });
     ASSERT_TRUE(session.IsIdle());
     full += session.Scene().tiles->size() == most ? 1 : 0;
-    CountPaintedParts(session);
+    CountTexturedParts(session);
     if (step % 10 == 9)
     {
       session.GoHome();

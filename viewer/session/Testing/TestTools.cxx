@@ -58,12 +58,12 @@ TEST(TestTools, LightComesFromWhereTheFingerIs)
   InHand hand;
   hand.tools.TakeInHand(Tool::Light);
   EXPECT_TRUE(hand.Take(Kind::Rotate, 400, 300));
-  EXPECT_EQ(hand.tools.Light()->lamp.x, 0);
+  EXPECT_EQ(hand.tools.Light()->lightSource.x, 0);
   EXPECT_FALSE(hand.tools.Light()->second);
   EXPECT_FALSE(hand.Take(Kind::Pinch, 400, 300));
   hand.tools.TakeInHand(Tool::SecondLight);
   EXPECT_TRUE(hand.Take(Kind::Tap, 535, 300));
-  EXPECT_EQ(hand.tools.Light()->lamp.x, 0);
+  EXPECT_EQ(hand.tools.Light()->lightSource.x, 0);
   EXPECT_DOUBLE_EQ(hand.tools.Light()->second->x, 0.5);
   hand.tools.Reset();
   EXPECT_FALSE(hand.tools.Light());

@@ -12,17 +12,7 @@
 #include <vector>
 
 using namespace kdstream;
-using kdstream::testing::DoubleTap;
-using kdstream::testing::ExpectClosed;
-using kdstream::testing::height;
-using kdstream::testing::MakeTorus;
-using kdstream::testing::MemoryServer;
-using kdstream::testing::onRingX;
-using kdstream::testing::onRingY;
-using kdstream::testing::OpenFullScreen;
-using kdstream::testing::Torus;
-using kdstream::testing::VerticesOfOriginal;
-using kdstream::testing::width;
+using namespace kdstream::testing;
 using protocol::BlobId;
 using protocol::BlobKind;
 
@@ -184,7 +174,7 @@ TEST(TestViewDetail, WithPreviewsOnlyZoomsAndTapsWait)
   ViewerSession session;
   session.SetPreviewsOnly(true);
   OpenFullScreen(session, server);
-  session.SetAhead(1 << 20);
+  session.SetPrefetch(1 << 20);
   const std::size_t sent = server.sent.size();
   ASSERT_GT(sent, 0u);
   double clock = 0;
@@ -301,20 +291,20 @@ TEST(TestViewDetail, AServerThatLiesIsSurvived)
       session.Zoom(step % 3 == 2 ? 0.4 : 2.5, 100 + 40 * step, 300);
       server.lie = [&](const BlobId& blob, std::vector<std::uint8_t>& bytes)
       {
-        const auto dice = random() % 10;
-        if (dice == 0 && swaps)
+        const auto generator = random() % 10;
+        if (generator == 0 && swaps)
         {
           bytes = server.Blob(all[random() % all.size()]);
         }
-        else if (dice == 1)
+        else if (generator == 1)
         {
           bytes.resize(random() % (bytes.size() + 1));
         }
-        else if (dice == 2)
+        else if (generator == 2)
         {
           session.BlobArrived(static_cast<std::uint32_t>(random() % 100), blob, bytes, 0.01, false);
         }
-        return dice != 3; // else: it fails
+        return generator != 3; // else: it fails
       };
       do
       {
@@ -328,7 +318,7 @@ TEST(TestViewDetail, AServerThatLiesIsSurvived)
       } while (server.Answer(session, &random));
       EXPECT_TRUE(session.IsIdle());
       EXPECT_LT(session.GetStatus().triangles, 100'000u);
-      told += session.GetStatus().error.find(" of torus cannot be had") != std::string::npos;
+      told += session.GetStatus().error.find(" of torus cannot be loaded") != std::string::npos;
     }
     EXPECT_GT(told, 0u);
   }

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // What the session that chooses by the view asks a server for: in which order, what ahead, what it
-// calls back, and what it does about blobs that come late, damaged, or not at all.
+// cancels, and what it does about blobs that come late, damaged, or not at all.
 #include "viewer/session/SessionParts.h"
 #include "viewer/session/Testing/SessionsByView.h"
 
@@ -16,24 +16,14 @@
 #include <vector>
 
 using namespace kdstream;
-using kdstream::testing::DoubleTap;
-using kdstream::testing::ExpectClosed;
-using kdstream::testing::height;
-using kdstream::testing::MakeTorus;
-using kdstream::testing::MemoryServer;
-using kdstream::testing::onRingX;
-using kdstream::testing::onRingY;
-using kdstream::testing::OpenFullScreen;
-using kdstream::testing::Torus;
-using kdstream::testing::VerticesOfOriginal;
-using kdstream::testing::width;
+using namespace kdstream::testing;
 using protocol::BlobId;
 using protocol::BlobKind;
 
 namespace
 {
 
-// What is on the line when it is called back comes all the same: it is kept, once, and not asked
+// What is in flight when it is cancelled comes all the same: it is kept, once, and not asked
 // for again; what was never asked for is not taken.
 TEST(TestViewFetching, WhatComesLateIsKept)
 {
@@ -52,17 +42,17 @@ TEST(TestViewFetching, WhatComesLateIsKept)
   OpenFullScreen(session, server);
   session.Zoom(20, onRingX, onRingY);
   session.BeginFrame();
-  std::vector<std::pair<std::uint32_t, BlobId>> onTheLine;
+  std::vector<std::pair<std::uint32_t, BlobId>> inFlight;
   for (const SessionRequest& request : session.TakeRequests())
   {
     for (const BlobId& blob : request.blobs)
     {
-      onTheLine.emplace_back(request.id, blob);
+      inFlight.emplace_back(request.id, blob);
     }
   }
-  ASSERT_GT(onTheLine.size(), 2u);
+  ASSERT_GT(inFlight.size(), 2u);
   session.GoHome();
-  session.Zoom(20, width - onRingX, onRingY); // elsewhere: it is called back
+  session.Zoom(20, width - onRingX, onRingY); // elsewhere: it is cancelled
   session.BeginFrame();
   std::size_t cancels = 0;
   for (const SessionRequest& request : session.TakeRequests())
@@ -70,14 +60,14 @@ TEST(TestViewFetching, WhatComesLateIsKept)
     cancels += request.kind == SessionRequest::Kind::Cancel ? 1 : 0;
   }
   ASSERT_GT(cancels, 0u);
-  const auto damaged = onTheLine.front();
+  const auto damaged = inFlight.front();
   EXPECT_EQ(
     session.BlobArrived(damaged.first, damaged.second, std::vector<std::uint8_t>(100), 0.1, false),
     BlobArrival::Damaged);
   EXPECT_EQ(session.BlobArrived(damaged.first, BlobId::Partition(300),
               server.Blob(BlobId::Partition(300)), 0.1, false),
     BlobArrival::Unwanted); // not this request's
-  for (const auto& [request, blob] : onTheLine)
+  for (const auto& [request, blob] : inFlight)
   {
     EXPECT_EQ(session.BlobArrived(request, blob, server.Blob(blob), 0.1, false),
       blob == damaged.second ? BlobArrival::Unwanted : BlobArrival::Taken);
@@ -87,7 +77,7 @@ TEST(TestViewFetching, WhatComesLateIsKept)
   }
   EXPECT_EQ(session.GetStatus().error, "");
   EXPECT_GT(late.size(), 0u);
-  EXPECT_LE(late.size(), onTheLine.size()) << "each once";
+  EXPECT_LE(late.size(), inFlight.size()) << "each once";
   EXPECT_TRUE(std::none_of(late.begin(), late.end(),
     [](const std::string& line) { return line.find("partitions/300\"") != std::string::npos; }));
   server.Serve(session);
@@ -96,7 +86,7 @@ TEST(TestViewFetching, WhatComesLateIsKept)
   session.Zoom(20, onRingX, onRingY);
   server.Serve(session);
   std::size_t again = 0;
-  for (const auto& [request, blob] : onTheLine)
+  for (const auto& [request, blob] : inFlight)
   {
     again +=
       blob.kind != BlobKind::Tree && blob.kind != BlobKind::Boxes ? server.sent.count(blob) : 0;
@@ -106,11 +96,11 @@ TEST(TestViewFetching, WhatComesLateIsKept)
 }
 
 // What comes for a pinch to 1.4 times the size in the middle of the screen, after all was served.
-std::size_t BytesOfAPinch(std::size_t aheadBytes, std::uint64_t& before, Surface& shown)
+std::size_t BytesOfAPinch(std::size_t prefetchBytes, std::uint64_t& before, Surface& shown)
 {
   MemoryServer server = Torus();
   SessionOptions options;
-  options.aheadBytes = aheadBytes;
+  options.prefetchBytes = prefetchBytes;
   ViewerSession session(options);
   OpenFullScreen(session, server);
   EXPECT_TRUE(session.IsIdle());
@@ -127,7 +117,7 @@ std::size_t BytesOfAPinch(std::size_t aheadBytes, std::uint64_t& before, Surface
   return bytes - before;
 }
 
-TEST(TestViewFetching, WhatIsWantedNextIsFetchedAhead)
+TEST(TestViewFetching, WhatIsWantedNextIsPrefetched)
 {
   std::uint64_t without = 0, with = 0;
   Surface plain, ahead;
@@ -145,11 +135,11 @@ TEST(TestViewFetching, WhatIsWantedNextIsFetchedAhead)
   EXPECT_EQ(ahead.sources, plain.sources);
 }
 
-TEST(TestViewFetching, WhatIsFetchedAheadMakesWay)
+TEST(TestViewFetching, WhatIsPrefetchedMakesWay)
 {
   MemoryServer server = Torus();
   SessionOptions options;
-  options.aheadBytes = std::size_t{ 4 } << 20;
+  options.prefetchBytes = std::size_t{ 4 } << 20;
   ViewerSession session(options);
   OpenUntilIdle(session, server);
   const std::vector<BlobId> ahead = server.Outstanding();
@@ -170,7 +160,7 @@ TEST(TestViewFetching, WhatIsFetchedAheadMakesWay)
 }
 
 // As of a server that is away, while all that is seen is in the cache.
-TEST(TestViewFetching, WhatIsFetchedAheadMayFail)
+TEST(TestViewFetching, WhatIsPrefetchedMayFail)
 {
   MemoryServer server = Torus();
   SessionOptions options;
@@ -179,7 +169,7 @@ TEST(TestViewFetching, WhatIsFetchedAheadMayFail)
   server.lie = [seen = server.sent](const BlobId& blob, std::vector<std::uint8_t>&)
   { return seen.count(blob) > 0; };
   server.sent.clear();
-  options.aheadBytes = std::size_t{ 4 } << 20;
+  options.prefetchBytes = std::size_t{ 4 } << 20;
   ViewerSession session(options);
   OpenFullScreen(session, server);
   while (server.Take(session), !server.Outstanding().empty())
@@ -192,26 +182,26 @@ TEST(TestViewFetching, WhatIsFetchedAheadMayFail)
   // What is wanted is told.
   session.Zoom(6, onRingX, onRingY);
   server.Serve(session);
-  EXPECT_NE(session.GetStatus().error.find(" of torus cannot be had: "), std::string::npos);
+  EXPECT_NE(session.GetStatus().error.find(" of torus cannot be loaded: "), std::string::npos);
 }
 
-// A page keeps what comes undamaged; that something fetched ahead is damaged, no sentence tells.
+// A page keeps what comes undamaged; that something prefetched is damaged, no sentence tells.
 TEST(TestViewFetching, ADamagedBlobIsReportedToItsBringerAlsoWhereNobodyMissesIt)
 {
   MemoryServer server = Torus();
   SessionOptions options;
-  options.aheadBytes = std::size_t{ 4 } << 20;
+  options.prefetchBytes = std::size_t{ 4 } << 20;
   ViewerSession session(options);
   kdstream::testing::OpenUntilIdle(session, server);
-  ASSERT_FALSE(session.Parts().fetcher.Wishes().Book().AllOwed().empty());
-  const auto [blob, request] = *session.Parts().fetcher.Wishes().Book().AllOwed().rbegin();
+  ASSERT_FALSE(session.Parts().fetcher.Wishes().Book().AllOutstanding().empty());
+  const auto [blob, request] = *session.Parts().fetcher.Wishes().Book().AllOutstanding().rbegin();
   EXPECT_EQ(session.BlobArrived(request, blob, std::vector<std::uint8_t>(100), 0.1, false),
     BlobArrival::Damaged);
   EXPECT_EQ(session.GetStatus().error, "");
 }
 
 // Finer than level S and than the preview: can be shown without what is between.
-bool IsOnTheWay(PieceId piece, const TreeDepths& depths)
+bool IsIntermediate(PieceId piece, const TreeDepths& depths)
 {
   return !piece.resolution.IsOriginal() && piece.resolution.Depth() > depths.stitch &&
          piece.node > 1;
@@ -236,7 +226,7 @@ TEST(TestViewFetching, WhatFailsIsToldOnlyWhereItIsMissed)
   for (const BlobId& blob : server.sent)
   {
     const PieceId piece = IsOfPiece(blob) ? PieceOfBlob(blob, depths) : PieceId{};
-    if (IsOfPiece(blob) && IsOnTheWay(piece, depths))
+    if (IsOfPiece(blob) && IsIntermediate(piece, depths))
     {
       const bool isUsed = whole->Parts().model.surface.Pieces().count(piece) > 0;
       isUsed ? void(used = piece) : void(stepsAlone.insert(blob));
@@ -268,7 +258,7 @@ TEST(TestViewFetching, WhatFailsIsToldOnlyWhereItIsMissed)
   }
   ASSERT_GT(all.size(), 1u);
   EXPECT_NE(
-    look(server, all)->GetStatus().error.find(" of torus cannot be had: "), std::string::npos);
+    look(server, all)->GetStatus().error.find(" of torus cannot be loaded: "), std::string::npos);
 }
 
 // All that is asked for now is lost; how many requests that were.
@@ -337,13 +327,13 @@ TEST(TestViewFetching, WhatIsLostAgainIsHadToo)
     TurnALittle(lucky);
     server.Serve(lucky);
     TurnALittle(session);
-    std::vector<std::uint32_t> owing;
+    std::vector<std::uint32_t> unanswered;
     for (std::size_t come = 0; come < answers;)
     {
       session.BeginFrame();
       for (const SessionRequest& request : session.TakeRequests())
       {
-        owing.push_back(request.id);
+        unanswered.push_back(request.id);
         for (const BlobId& blob : request.blobs)
         {
           if (come < answers)
@@ -354,7 +344,7 @@ TEST(TestViewFetching, WhatIsLostAgainIsHadToo)
         }
       }
     }
-    for (const std::uint32_t request : owing)
+    for (const std::uint32_t request : unanswered)
     {
       session.RequestFailed(request, "the line was lost");
     }
@@ -411,7 +401,7 @@ TEST(TestViewFetching, WhatIsLostEachTimeIsNotAskedForWithoutEnd)
     most = std::max(most, times);
   }
   EXPECT_EQ(most, 2u);
-  EXPECT_NE(session.GetStatus().error.find(" cannot be had: no"), std::string::npos);
+  EXPECT_NE(session.GetStatus().error.find(" cannot be loaded: no"), std::string::npos);
 }
 
 // What is told of something else stays, and what came damaged is not asked for again.
@@ -468,7 +458,7 @@ TEST(TestViewFetching, ATapComesFirst)
   DoubleTap(session, 400, 300, clock);
   ASSERT_TRUE(session.GetStatus().picking || session.GetStatus().region);
   // The tree around it alone, then the way down to the partition: a piece of each level that is not
-  // there yet. What was under way before is called back.
+  // there yet. What was in flight before is cancelled.
   std::size_t before = 0;
   while (session.GetStatus().region == std::nullopt || session.GetStatus().region->shown == 0)
   {
@@ -500,7 +490,7 @@ TEST(TestViewFetching, ATapComesFirst)
   EXPECT_FALSE(session.GetStatus().region);
 }
 
-TEST(TestViewFetching, WhatIsNotWantedAnyMoreIsCalledBack)
+TEST(TestViewFetching, WhatIsNotWantedAnyMoreIsCancelled)
 {
   MemoryServer server = Torus();
   ViewerSession session;
@@ -524,9 +514,9 @@ TEST(TestViewFetching, WhatIsNotWantedAnyMoreIsCalledBack)
   EXPECT_TRUE(session.IsIdle());
 }
 
-// So that a turn is answered at once: little is under way on a slow line (the server's is 0.25 s a
+// So that a turn is answered at once: little is in flight on a slow line (the server's is 0.25 s a
 // blob), whatever fills the wish list.
-TEST(TestViewFetching, LittleIsUnderWayOnASlowLine)
+TEST(TestViewFetching, LittleIsInFlightOnASlowLine)
 {
   for (const DetailMode detail : { DetailMode::View, DetailMode::Full })
   {
@@ -541,12 +531,12 @@ TEST(TestViewFetching, LittleIsUnderWayOnASlowLine)
     server.Serve(session, nullptr,
       [&]
       {
-        std::size_t underWay = 0;
+        std::size_t inFlight = 0;
         for (const auto& blob : server.Outstanding())
         {
-          underWay += server.Blob(blob).size();
+          inFlight += server.Blob(blob).size();
         }
-        most = std::max(most, underWay);
+        most = std::max(most, inFlight);
       });
     std::size_t largest = 0, all = 0;
     for (const BlobId& blob : server.sent)

@@ -164,7 +164,7 @@ TEST(TestViewLink, AnotherVersionOfTheModelIsTold)
   const ViewerScene before = theirs.Scene();
   ASSERT_TRUE(theirs.Follow(link)); // of a model that is open
   EXPECT_EQ(theirs.GetStatus().error,
-    "This link was made of another version of torus: what it shows may have moved.");
+    "This link was made with another version of torus: its view may not fit.");
   EXPECT_GT(PixelsApart(before, theirs.Scene()), 10);
   theirs.UndoView();
   EXPECT_LT(PixelsApart(before, theirs.Scene()), 1e-9) << "it was a jump";
@@ -221,18 +221,18 @@ TEST(TestViewLink, TakesAnyText)
   EXPECT_FALSE(ParseViewLink("model=../etc"));
   EXPECT_TRUE(ParseViewLink("model=a&later=1&&x"));
   EXPECT_EQ(ParseViewLink("model=a&region=0.1").GetError().message,
-    "this link to a view says nothing that can be understood about its region");
+    "this link to a view has an invalid region");
   EXPECT_EQ(ParseViewLink(std::string(ViewLink::longest + 1, 'a')).GetError().message,
     "this link to a view is too long");
 }
 
 TEST(TestViewLink, SidesAreLevelAndOpposite)
 {
-  for (const ModelPose& pose : { ModelPose{}, ModelPose{ { 0, 0, 1 }, { 0, -0.8, 0.6 }, false },
-         ModelPose{ { 0, 0, 1 }, { 0, 0, 1 }, false } })
+  for (const HomeView& homeView : { HomeView{}, HomeView{ { 0, 0, 1 }, { 0, -0.8, 0.6 }, false },
+         HomeView{ { 0, 0, 1 }, { 0, 0, 1 }, false } })
   {
     MemoryServer server = SmallTorus();
-    server.SetPose(pose);
+    server.SetHomeView(homeView);
     ViewerSession session;
     Open(session);
     server.Serve(session);
@@ -243,24 +243,24 @@ TEST(TestViewLink, SidesAreLevelAndOpposite)
       return std::pair(Normalized(scene.eye - scene.focal), scene.up);
     };
     const auto [front, up] = look("front");
-    EXPECT_LT(Length(up - pose.up), 1e-9);
-    EXPECT_NEAR(Dot(front, pose.up), 0, 1e-9);
-    if (std::abs(Dot(pose.view, pose.up)) < 0.9)
+    EXPECT_LT(Length(up - homeView.up), 1e-9);
+    EXPECT_NEAR(Dot(front, homeView.up), 0, 1e-9);
+    if (std::abs(Dot(homeView.view, homeView.up)) < 0.9)
     {
-      EXPECT_GT(Dot(front, pose.view), 0.5);
+      EXPECT_GT(Dot(front, homeView.view), 0.5);
     }
     EXPECT_LT(Length(look("back").first + front), 1e-9);
-    EXPECT_LT(Length(look("right").first - Cross(pose.up, front)), 1e-9);
-    EXPECT_LT(Length(look("left").first + Cross(pose.up, front)), 1e-9);
+    EXPECT_LT(Length(look("right").first - Cross(homeView.up, front)), 1e-9);
+    EXPECT_LT(Length(look("left").first + Cross(homeView.up, front)), 1e-9);
     const auto [above, away] = look("top");
-    EXPECT_LT(Length(above - pose.up), 1e-9);
+    EXPECT_LT(Length(above - homeView.up), 1e-9);
     EXPECT_LT(Length(away + front), 1e-9) << "the front is below";
-    EXPECT_LT(Length(look("bottom").first + pose.up), 1e-9);
+    EXPECT_LT(Length(look("bottom").first + homeView.up), 1e-9);
     const ViewerScene bottom = session.Scene();
     EXPECT_FALSE(session.LookFromSide("inside"));
     EXPECT_EQ(session.Scene().eye, bottom.eye);
     session.UndoView();
-    EXPECT_LT(Length(Normalized(session.Scene().eye - session.Scene().focal) - pose.up), 1e-9);
+    EXPECT_LT(Length(Normalized(session.Scene().eye - session.Scene().focal) - homeView.up), 1e-9);
   }
 }
 

@@ -10,8 +10,7 @@
 #include <set>
 
 using namespace kdstream;
-using kdstream::testing::MakeTorus;
-using kdstream::testing::MemoryServer;
+using namespace kdstream::testing;
 
 namespace
 {
@@ -113,13 +112,13 @@ std::vector<PieceId> WhatTheScreenNeeds(
         const double deviation = std::max<double>(tree.FactsOf(piece)->most99,
           VertexSpacing(*tree.Around(node), double(model.levels[d].vertices) / first) / 6);
         const Box& box = *tree.Around(next.node);
-        const bool mayBeSeen = MaySeePartitionIn(next.node, camera, model, tree);
+        const bool mayBeVisible = MaySeePartitionIn(next.node, camera, model, tree);
         const double error = deviation * camera.PointsPerUnit(camera.DistanceTo(box));
-        seen += mayBeSeen ? 1 : 0;
+        seen += mayBeVisible ? 1 : 0;
         const double vertices =
           d < finest ? double(model.levels[d + 1].vertices) : double(model.vertices);
         const double leap = std::max(1.0, vertices / double(model.levels[d].vertices) / 2);
-        if (mayBeSeen && error > std::pow(leap, 0.375))
+        if (mayBeVisible && error > std::pow(leap, 0.375))
         {
           refined.insert(next);
           ++below;
@@ -209,7 +208,7 @@ TEST(TestViewRefinement, RefinesWhatWouldBeSeenToBeWrong)
     refinement.Follow({ camera, tree, Nothing(), nullptr, true }, {}, {});
     EXPECT_EQ(refinement.Pieces(), WhatTheScreenNeeds(camera, model, tree));
     EXPECT_TRUE(tree.TakeMissing().empty());
-    EXPECT_EQ(refinement.ErrorLeft(), 0);
+    EXPECT_EQ(refinement.RemainingError(), 0);
     sizes[i] = refinement.Pieces().size();
   }
   EXPECT_EQ(sizes[0], 0u); // small: the preview does
@@ -276,9 +275,9 @@ TEST(TestViewRefinement, BudgetsEndItAtTheLeastError)
     ViewRefinement some(model, options);
     some.Follow({ camera, tree, Nothing(), nullptr, true }, {}, {});
     EXPECT_LE(some.Pieces().size(), pieces);
-    EXPECT_GE(some.ErrorLeft(), left);
+    EXPECT_GE(some.RemainingError(), left);
     pieces = some.Pieces().size();
-    left = some.ErrorLeft();
+    left = some.RemainingError();
   }
   EXPECT_GT(left, 1);
   EXPECT_EQ(pieces, 0u); // fewer than the preview has
@@ -293,7 +292,7 @@ TEST(TestViewRefinement, BudgetsEndItAtTheLeastError)
     bytes += small.MemoryOf(piece);
   }
   EXPECT_LE(bytes, little.bytes);
-  EXPECT_GT(small.ErrorLeft(), 1);
+  EXPECT_GT(small.RemainingError(), 1);
   EXPECT_FALSE(small.Pieces().empty());
 
   // What is wanted anyway takes from the budget first.
@@ -425,7 +424,7 @@ TEST(TestViewRefinement, LiesAboutErrorsEndAtABudget)
   ViewRefinement refinement(model, options);
   Follow(refinement, Looking(model, 0.2), tree);
   EXPECT_GT(refinement.Pieces().size(), 3u);
-  EXPECT_GT(refinement.ErrorLeft(), 1e30);
+  EXPECT_GT(refinement.RemainingError(), 1e30);
   EXPECT_LT(refinement.Pieces().size(), 200u);
 }
 

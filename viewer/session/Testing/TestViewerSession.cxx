@@ -170,7 +170,7 @@ TEST(TestViewerSession, AWheelZoomsAsAPinchDoesAndBackShowsThePreviewAgain)
 }
 
 // Where the shape alone would do with the preview, paint does not.
-TEST(TestViewerSession, APaintedModelIsShownFiner)
+TEST(TestViewerSession, AColoredModelIsShownFiner)
 {
   Mesh torus = MakeTorus(200, 80);
   const auto levelOf = [&torus]()
@@ -490,9 +490,7 @@ TEST(TestViewerSession, AFasterZoomCancelsTheLevelInBetween)
   SessionOptions options = ByLevel();
   options.policy.tolerance = 4; // the preview is fine enough for the whole torus
   ViewerSession session(options);
-  Open(session);
-  session.EnterFullScreen();
-  server.Serve(session);
+  OpenFullScreen(session, server);
   server.log.clear();
   const auto [x, y] = OnModel(session);
   fingers.Pinch(session, x, y, 16);
@@ -581,9 +579,7 @@ TEST(TestViewerSession, MovingTheCameraDoesNotChooseAnew)
   SessionOptions options = ByLevel();
   options.policy.tolerance = 4;
   ViewerSession session(options);
-  Open(session);
-  session.EnterFullScreen();
-  server.Serve(session);
+  OpenFullScreen(session, server);
   const auto [x, y] = OnModel(session);
   fingers.DoubleTap(session, x, y);
   server.Serve(session);

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // One list of what is wanted: the order in which it is asked for, how much at a time, what is
-// called back, and what is fetched ahead.
+// cancelled, and what is prefetched.
 #include "viewer/session/line/WishList.h"
 
 #include <gtest/gtest.h>
@@ -12,7 +12,7 @@ using Kind = SessionRequest::Kind;
 namespace
 {
 
-constexpr std::size_t blobBytes = 8 * 1024; // of each: where nothing is known 64 KiB are under way
+constexpr std::size_t blobBytes = 8 * 1024; // of each: where nothing is known 64 KiB are in flight
 std::size_t BytesOf(const BlobId& /*blob*/)
 {
   return blobBytes;
@@ -70,7 +70,7 @@ TEST(TestWishList, AsMuchIsAskedForAsFillsTheLineInItsOrder)
   EXPECT_EQ(list.GetProgress().bytesLoaded, 8 * blobBytes);
 }
 
-TEST(TestWishList, WhatNobodyWantsIsCalledBackAndNothingIsAskedForTwice)
+TEST(TestWishList, WhatNobodyWantsIsCancelledAndNothingIsAskedForTwice)
 {
   WishList list(0);
   list.Want(Partitions(0, 8));
@@ -117,9 +117,9 @@ TEST(TestWishList, ThePreviewIsAskedForByItselfAndTheTreeAloneForATap)
   const auto cancels = tap.TakeOutgoing();
   ASSERT_EQ(cancels.size(), 2u);
   EXPECT_EQ(cancels[0].kind, Kind::Cancel);
-  EXPECT_TRUE(tap.Book().IsOwed(BlobId::TreePage(1)));
-  EXPECT_FALSE(tap.Book().IsOwed(BlobId::Partition(1)));
-  EXPECT_FALSE(tap.Book().IsOwed(BlobId::Texture(1)));
+  EXPECT_TRUE(tap.Book().IsOutstanding(BlobId::TreePage(1)));
+  EXPECT_FALSE(tap.Book().IsOutstanding(BlobId::Partition(1)));
+  EXPECT_FALSE(tap.Book().IsOutstanding(BlobId::Texture(1)));
 }
 
 // A quota that is used up refuses a request as a whole.
@@ -143,19 +143,19 @@ TEST(TestWishList, TheOriginalIsAskedForApartWhereThatIsWanted)
   }
 }
 
-TEST(TestWishList, WhatIsFetchedAheadIsNoProgressMakesWayAndHasItsEnd)
+TEST(TestWishList, WhatIsPrefetchedIsNoProgressMakesWayAndHasItsEnd)
 {
   const std::vector<PieceId> view{ { Resolution::Level(12), 2 } };
   WishList list(3 * blobBytes);
-  ASSERT_TRUE(list.MayAskAhead(view));
-  list.AskAhead(Partitions(0, 9), BytesOf);
+  ASSERT_TRUE(list.MayPrefetch(view));
+  list.Prefetch(Partitions(0, 9), BytesOf);
   EXPECT_EQ(BlobsOf(list.TakeOutgoing()), Partitions(0, 3)) << "so many bytes of a view";
   EXPECT_TRUE(list.IsIdle());
   EXPECT_FALSE(list.IsEmpty());
-  EXPECT_FALSE(list.MayAskAhead(view));
+  EXPECT_FALSE(list.MayPrefetch(view));
   list.Want({});
   EXPECT_TRUE(list.TakeOutgoing().empty()) << "it goes on";
-  EXPECT_TRUE(list.IsAhead(BlobId::Partition(2)));
+  EXPECT_TRUE(list.IsPrefetched(BlobId::Partition(2)));
   list.Want({ BlobId::Partition(40) });
   const auto cancels = list.TakeOutgoing();
   ASSERT_EQ(cancels.size(), 1u);
@@ -163,12 +163,12 @@ TEST(TestWishList, WhatIsFetchedAheadIsNoProgressMakesWayAndHasItsEnd)
   EXPECT_FALSE(list.IsIdle());
 
   WishList none(0);
-  EXPECT_FALSE(none.MayAskAhead(view));
-  none.SetAhead(blobBytes);
-  ASSERT_TRUE(none.MayAskAhead(view));
-  none.AskAhead(Partitions(0, 1), BytesOf);
-  EXPECT_TRUE(none.GiveUpAhead(BlobId::Partition(0)));
-  EXPECT_FALSE(none.GiveUpAhead(BlobId::Partition(0)));
+  EXPECT_FALSE(none.MayPrefetch(view));
+  none.SetPrefetch(blobBytes);
+  ASSERT_TRUE(none.MayPrefetch(view));
+  none.Prefetch(Partitions(0, 1), BytesOf);
+  EXPECT_TRUE(none.GiveUpPrefetch(BlobId::Partition(0)));
+  EXPECT_FALSE(none.GiveUpPrefetch(BlobId::Partition(0)));
   none.CloseModel();
   EXPECT_TRUE(none.IsEmpty());
 }

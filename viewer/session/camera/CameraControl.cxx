@@ -27,12 +27,12 @@ std::optional<Vec3> DirectionOfSide(std::string_view side, const Vec3& up, const
 }
 
 // Level, towards where the model is looked at from first.
-Vec3 LevelFront(const ModelPose& pose)
+Vec3 LevelFront(const HomeView& homeView)
 {
   constexpr double least = 0.1; // a first view from nearly above tells nothing about the front
-  const auto level = [&pose](const Vec3& v) { return v - pose.up * Dot(v, pose.up); };
-  const Vec3 front = level(pose.view);
-  return Normalized(Length(front) > least ? front : level(FrontOf(pose.up)));
+  const auto level = [&homeView](const Vec3& v) { return v - homeView.up * Dot(v, homeView.up); };
+  const Vec3 front = level(homeView.view);
+  return Normalized(Length(front) > least ? front : level(FrontOf(homeView.up)));
 }
 
 }
@@ -57,9 +57,9 @@ void CameraControl::Reset()
 void CameraControl::Fit()
 {
   const ModelDescription& model = this->Model.open->description;
-  const ModelPose pose = model.pose.value_or(ModelPose{});
-  this->Eye.SetUp(pose.up);
-  this->Eye.FitTo(model.box, LookingFrom(pose.view, pose.up));
+  const HomeView homeView = model.homeView.value_or(HomeView{});
+  this->Eye.SetUp(homeView.up);
+  this->Eye.FitTo(model.box, LookingFrom(homeView.view, homeView.up));
   this->EyeMoved = false;
   this->IsArriving = false;
   this->Turned.Stop();
@@ -194,19 +194,19 @@ void CameraControl::JumpHome()
 
 bool CameraControl::JumpToSide(std::string_view side)
 {
-  const ModelPose pose =
-    this->Model.open ? this->Model.open->description.pose.value_or(ModelPose{}) : ModelPose{};
-  const Vec3 front = LevelFront(pose);
-  const auto direction = DirectionOfSide(side, pose.up, front);
+  const HomeView homeView =
+    this->Model.open ? this->Model.open->description.homeView.value_or(HomeView{}) : HomeView{};
+  const Vec3 front = LevelFront(homeView);
+  const auto direction = DirectionOfSide(side, homeView.up, front);
   if (this->Model.open && direction)
   {
     const View before = this->Now();
     this->Fit();
     // From above and below the front is at the lower, or upper, edge of the screen.
-    const bool isLevel = std::abs(Dot(*direction, pose.up)) < 0.5;
-    const Vec3 right = Cross(pose.up, front);
+    const bool isLevel = std::abs(Dot(*direction, homeView.up)) < 0.5;
+    const Vec3 right = Cross(homeView.up, front);
     this->Eye.FitTo(this->Model.open->description.box,
-      isLevel ? LookingFrom(*direction, pose.up)
+      isLevel ? LookingFrom(*direction, homeView.up)
               : Quaternion::OfAxes(right, Cross(*direction, right), *direction));
     this->NoteJump(before);
   }

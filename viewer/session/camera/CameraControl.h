@@ -18,7 +18,7 @@ namespace kdstream
 
 // Every motion goes through Move, which stops the eye before the shown surface. Where the eye is
 // outside the model's box it is outside the surface; from there each way is straight and crosses no
-// triangle. So the eye stays outside, whatever the motions are. Zooming out alone goes through what
+// triangle. So the eye stays outside, whatever the motions are. Only zooming out goes through what
 // is behind the eye, to a place that is outside again: it always leads away.
 //
 // Some of the shown surface is near enough to the focal point to be on the screen
@@ -38,7 +38,7 @@ public:
 
   // Another model: what was seen of the last one is forgotten.
   void Reset();
-  // The first view: that of the description (ModelPose).
+  // The first view: that of the description (HomeView).
   void Fit();
   // As ViewerSession::Resize has it.
   void Resize(const Viewport& viewport);

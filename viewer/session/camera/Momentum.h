@@ -28,7 +28,7 @@ public:
   void Touch(double time);
   // It has turned the model, by so many pixels.
   void Follow(double time, double dx, double dy);
-  // It has gone, or is not alone any more.
+  // It has gone, or is not the only one any more.
   void Forget() { this->Steps.clear(); }
   // It lets go at (x, y): the model turns on, as fast as the finger was, unless that had come to
   // rest or took no time.

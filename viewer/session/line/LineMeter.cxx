@@ -31,7 +31,7 @@ void LineMeter::Arrived(std::size_t bytes, double seconds, bool alone)
   }
 }
 
-// What came alone took a round trip, and its own time on the line.
+// What came by itself took a round trip, and its own time on the line.
 double LineMeter::RoundTrip(double rate) const
 {
   return std::max(0.0, this->Alone.seconds - this->Alone.bytes / rate);

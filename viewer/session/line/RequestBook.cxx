@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Which requests are under way, and which blobs they still owe: step "request" of the pipeline
-// picture.
+// Which requests are in flight, and which of their blobs are outstanding: step "request" of the
+// pipeline picture.
 #include "viewer/session/line/RequestBook.h"
 
 #include <algorithm>
@@ -13,10 +13,10 @@ std::uint32_t RequestBook::Send(SessionRequest request)
 {
   request.id = ++this->LastId;
   Entry& entry = this->Open[request.id];
-  entry.owed.insert(request.blobs.begin(), request.blobs.end());
+  entry.outstanding.insert(request.blobs.begin(), request.blobs.end());
   for (const protocol::BlobId& blob : request.blobs)
   {
-    this->Owed[blob] = request.id;
+    this->Outstanding[blob] = request.id;
   }
   entry.request = request;
   this->Unsent.push_back(std::move(request));
@@ -26,9 +26,9 @@ std::uint32_t RequestBook::Send(SessionRequest request)
 void RequestBook::Cancel(std::uint32_t request)
 {
   const auto entry = this->Open.find(request);
-  for (const protocol::BlobId& blob : entry->second.owed)
+  for (const protocol::BlobId& blob : entry->second.outstanding)
   {
-    this->Owed.erase(blob);
+    this->Outstanding.erase(blob);
   }
   Entry cancelled = std::move(entry->second);
   this->Open.erase(entry);
@@ -53,24 +53,25 @@ void RequestBook::Cancel(std::uint32_t request)
 
 void RequestBook::CancelUnwanted(const std::set<protocol::BlobId>& wanted)
 {
-  this->CancelWhere(wanted, [](std::size_t useful, std::size_t owed) { return useful < owed; });
+  this->CancelWhere(
+    wanted, [](std::size_t useful, std::size_t outstanding) { return useful < outstanding; });
 }
 
 void RequestBook::CancelUseless(const std::set<protocol::BlobId>& wanted)
 {
-  this->CancelWhere(
-    wanted, [](std::size_t useful, std::size_t owed) { return useful == 0 && owed > 0; });
+  this->CancelWhere(wanted,
+    [](std::size_t useful, std::size_t outstanding) { return useful == 0 && outstanding > 0; });
 }
 
-void RequestBook::CancelWhere(
-  const std::set<protocol::BlobId>& wanted, bool (*cancels)(std::size_t useful, std::size_t owed))
+void RequestBook::CancelWhere(const std::set<protocol::BlobId>& wanted,
+  bool (*cancels)(std::size_t useful, std::size_t outstanding))
 {
   std::vector<std::uint32_t> cancelled;
   for (const auto& [id, entry] : this->Open)
   {
-    const auto useful = std::count_if(entry.owed.begin(), entry.owed.end(),
+    const auto useful = std::count_if(entry.outstanding.begin(), entry.outstanding.end(),
       [&](const protocol::BlobId& blob) { return wanted.count(blob) > 0; });
-    if (cancels(static_cast<std::size_t>(useful), entry.owed.size()))
+    if (cancels(static_cast<std::size_t>(useful), entry.outstanding.size()))
     {
       cancelled.push_back(id);
     }
@@ -93,18 +94,18 @@ void RequestBook::CancelAll()
 bool RequestBook::TakeLate(std::uint32_t request, const protocol::BlobId& blob)
 {
   const auto entry = this->Cancelled.find(request);
-  return entry != this->Cancelled.end() && entry->second.owed.erase(blob) > 0;
+  return entry != this->Cancelled.end() && entry->second.outstanding.erase(blob) > 0;
 }
 
 bool RequestBook::Settle(std::uint32_t request, const protocol::BlobId& blob)
 {
   const auto entry = this->Open.find(request);
-  if (entry == this->Open.end() || entry->second.owed.erase(blob) == 0)
+  if (entry == this->Open.end() || entry->second.outstanding.erase(blob) == 0)
   {
     return false;
   }
-  this->Owed.erase(blob);
-  if (entry->second.owed.empty())
+  this->Outstanding.erase(blob);
+  if (entry->second.outstanding.empty())
   {
     this->Open.erase(entry);
   }
@@ -129,13 +130,14 @@ std::vector<protocol::BlobId> RequestBook::Close(std::uint32_t request)
   {
     return {};
   }
-  std::vector<protocol::BlobId> owed(entry->second.owed.begin(), entry->second.owed.end());
-  for (const protocol::BlobId& blob : owed)
+  std::vector<protocol::BlobId> outstanding(
+    entry->second.outstanding.begin(), entry->second.outstanding.end());
+  for (const protocol::BlobId& blob : outstanding)
   {
-    this->Owed.erase(blob);
+    this->Outstanding.erase(blob);
   }
   this->Open.erase(entry);
-  return owed;
+  return outstanding;
 }
 
 const SessionRequest* RequestBook::Find(std::uint32_t request) const
@@ -154,7 +156,7 @@ std::string RequestBook::Describe() const
     {
       names.push_back("open " + entry.request.model);
     }
-    for (const protocol::BlobId& blob : entry.owed)
+    for (const protocol::BlobId& blob : entry.outstanding)
     {
       names.push_back(protocol::BlobName(blob));
     }

@@ -11,9 +11,9 @@ namespace kdstream
 
 using protocol::BlobId;
 
-WishList::WishList(std::size_t aheadBytes)
-  : AheadBytes(aheadBytes)
-  , AheadLeft(aheadBytes)
+WishList::WishList(std::size_t prefetchBytes)
+  : PrefetchBytes(prefetchBytes)
+  , PrefetchLeft(prefetchBytes)
 {
 }
 
@@ -29,8 +29,8 @@ void WishList::CloseModel()
 {
   this->Requests.CancelAll();
   this->Queue.clear();
-  this->Ahead.clear();
-  this->AheadOf.clear();
+  this->Prefetched.clear();
+  this->PrefetchedFor.clear();
   this->Counts = {};
 }
 
@@ -39,26 +39,26 @@ void WishList::Want(const std::vector<BlobId>& missing)
   std::set<BlobId> useful(missing.begin(), missing.end());
   if (missing.empty())
   {
-    useful.merge(this->Ahead);
+    useful.merge(this->Prefetched);
   }
-  this->Ahead.clear();
+  this->Prefetched.clear();
   this->Requests.CancelUseless(useful);
-  for (const auto& [blob, request] : this->Requests.AllOwed())
+  for (const auto& [blob, request] : this->Requests.AllOutstanding())
   {
     if (missing.empty() && useful.count(blob) > 0)
     {
-      this->Ahead.insert(blob);
+      this->Prefetched.insert(blob);
     }
   }
   this->Queue.clear();
   std::copy_if(missing.begin(), missing.end(), std::back_inserter(this->Queue),
-    [this](const BlobId& blob) { return !this->Requests.IsOwed(blob); });
+    [this](const BlobId& blob) { return !this->Requests.IsOutstanding(blob); });
 }
 
 void WishList::KeepTreeOnly()
 {
   std::set<BlobId> kept;
-  for (const auto& [blob, request] : this->Requests.AllOwed())
+  for (const auto& [blob, request] : this->Requests.AllOutstanding())
   {
     if (IsOfTree(blob))
     {
@@ -80,14 +80,14 @@ std::uint32_t WishList::Ask(std::vector<BlobId> blobs)
 std::size_t WishList::AskMore(const Estimate& bytesOf, const Manner& manner)
 {
   const std::size_t window = this->Meter.Window();
-  std::size_t underWay = 0, ofTree = 0;
-  for (const auto& [blob, request] : this->Requests.AllOwed())
+  std::size_t inFlight = 0, ofTree = 0;
+  for (const auto& [blob, request] : this->Requests.AllOutstanding())
   {
-    underWay += bytesOf(blob);
+    inFlight += bytesOf(blob);
   }
   const auto mayAsk = [&]
   { return !this->Queue.empty() && !(manner.treeOnly && !IsOfTree(this->Queue.front())); };
-  while (mayAsk() && underWay < window && this->Requests.RequestCount() < mostRequests)
+  while (mayAsk() && inFlight < window && this->Requests.RequestCount() < mostRequests)
   {
     const bool isAlone = this->Queue.front() == manner.alone;
     std::vector<BlobId> blobs;
@@ -106,7 +106,7 @@ std::size_t WishList::AskMore(const Estimate& bytesOf, const Manner& manner)
       blobs.push_back(blob);
       this->Queue.pop_front();
     } while (fits());
-    underWay += bytes;
+    inFlight += bytes;
     const bool isLone = this->Requests.Empty();
     const std::uint32_t id = this->Ask(std::move(blobs));
     this->LoneRequest = isLone ? id : this->LoneRequest;
@@ -115,50 +115,50 @@ std::size_t WishList::AskMore(const Estimate& bytesOf, const Manner& manner)
     this->IsIdle()
       ? Progress{}
       : Progress{ this->Counts.blobsLoaded,
-          this->Counts.blobsLoaded + this->Requests.AllOwed().size() + this->Queue.size(),
+          this->Counts.blobsLoaded + this->Requests.AllOutstanding().size() + this->Queue.size(),
           this->Counts.bytesLoaded };
   return ofTree;
 }
 
-bool WishList::MayAskAhead(const std::vector<PieceId>& view)
+bool WishList::MayPrefetch(const std::vector<PieceId>& view)
 {
-  if (this->AheadBytes == 0 || !this->IsEmpty())
+  if (this->PrefetchBytes == 0 || !this->IsEmpty())
   {
     return false;
   }
-  if (this->AheadOf != view)
+  if (this->PrefetchedFor != view)
   {
-    this->AheadOf = view;
-    this->AheadLeft = this->AheadBytes;
+    this->PrefetchedFor = view;
+    this->PrefetchLeft = this->PrefetchBytes;
   }
-  return this->AheadLeft > 0;
+  return this->PrefetchLeft > 0;
 }
 
-void WishList::AskAhead(const std::vector<BlobId>& next, const Estimate& bytesOf)
+void WishList::Prefetch(const std::vector<BlobId>& next, const Estimate& bytesOf)
 {
   std::vector<BlobId> blobs;
   std::size_t bytes = 0;
   for (const BlobId& blob : next)
   {
     bytes += bytesOf(blob);
-    if (bytes > this->Meter.Window() || bytes > this->AheadLeft)
+    if (bytes > this->Meter.Window() || bytes > this->PrefetchLeft)
     {
       break;
     }
     blobs.push_back(blob);
   }
-  this->AheadLeft -= blobs.empty() ? this->AheadLeft : std::min(bytes, this->AheadLeft);
-  this->Ahead = { blobs.begin(), blobs.end() };
+  this->PrefetchLeft -= blobs.empty() ? this->PrefetchLeft : std::min(bytes, this->PrefetchLeft);
+  this->Prefetched = { blobs.begin(), blobs.end() };
   if (!blobs.empty())
   {
     this->Ask(std::move(blobs));
   }
 }
 
-void WishList::SetAhead(std::size_t bytes)
+void WishList::SetPrefetch(std::size_t bytes)
 {
-  this->AheadBytes = this->AheadLeft = bytes;
-  if (bytes == 0 && this->IsOnlyAhead())
+  this->PrefetchBytes = this->PrefetchLeft = bytes;
+  if (bytes == 0 && this->IsOnlyPrefetched())
   {
     this->Requests.CancelUnwanted({});
   }
@@ -181,19 +181,20 @@ bool WishList::Arrived(
   return true;
 }
 
-bool WishList::GiveUpAhead(const BlobId& blob)
+bool WishList::GiveUpPrefetch(const BlobId& blob)
 {
-  const bool isAhead = this->Ahead.erase(blob) > 0;
-  this->AheadLeft = isAhead ? 0 : this->AheadLeft;
-  return isAhead;
+  const bool isPrefetched = this->Prefetched.erase(blob) > 0;
+  this->PrefetchLeft = isPrefetched ? 0 : this->PrefetchLeft;
+  return isPrefetched;
 }
 
-bool WishList::IsOnlyAhead() const
+bool WishList::IsOnlyPrefetched() const
 {
-  const auto& owed = this->Requests.AllOwed();
+  const auto& outstanding = this->Requests.AllOutstanding();
   return this->Requests.Empty() ||
-         (!owed.empty() && std::all_of(owed.begin(), owed.end(),
-                             [this](const auto& each) { return this->IsAhead(each.first); }));
+         (!outstanding.empty() &&
+           std::all_of(outstanding.begin(), outstanding.end(),
+             [this](const auto& each) { return this->IsPrefetched(each.first); }));
 }
 
 }

@@ -19,8 +19,8 @@
 namespace kdstream
 {
 
-// One list, whoever fills it. Requests are of a quarter of what may be under way, so that calling
-// one back costs little. When all of it is there, what would be wanted next is fetched ahead, which
+// One list, whoever fills it. Requests are of a quarter of what may be in flight, so that calling
+// one back costs little. When all of it is there, what would be wanted next is prefetched, which
 // makes way for what is wanted. O(log blobs) a blob, but for what goes through the whole list.
 class WishList
 {
@@ -29,8 +29,8 @@ public:
   using Estimate = std::function<std::size_t(const protocol::BlobId&)>;
   static constexpr std::size_t mostRequests = 8; // unfinished; servers refuse more than 16
 
-  // About so many bytes are fetched ahead of each view; 0: none.
-  explicit WishList(std::size_t aheadBytes);
+  // About so many bytes are prefetched for each view; 0: none.
+  explicit WishList(std::size_t prefetchBytes);
 
   // ---- what is wanted
   void Open(const std::string& model);
@@ -38,11 +38,12 @@ public:
   void CloseModel();
   // These, most urgent first, in place of what was wanted. What is on its way is not asked for
   // again; requests none of whose blobs is wanted are cancelled. Where nothing is missing what is
-  // fetched ahead goes on.
+  // prefetched goes on.
   void Want(const std::vector<protocol::BlobId>& missing);
   // Nothing more, until the next Want.
   void Clear() { this->Queue.clear(); }
-  // The same, and each request is cancelled that owes anything else than pages and boxes.
+  // The same, and each request is cancelled of which anything else than pages and boxes is
+  // outstanding.
   void KeepTreeOnly();
 
   // ---- asking
@@ -55,11 +56,11 @@ public:
   };
   // Returns how many pages and boxes it has asked for.
   std::size_t AskMore(const Estimate& bytesOf, const Manner& manner);
-  // Whether more may be fetched ahead of the view that wants these pieces.
-  bool MayAskAhead(const std::vector<PieceId>& view);
-  // For as much of these as may be under way, and is left of what is fetched ahead of a view.
-  void AskAhead(const std::vector<protocol::BlobId>& next, const Estimate& bytesOf);
-  void SetAhead(std::size_t bytes);
+  // Whether more may be prefetched for the view that wants these pieces.
+  bool MayPrefetch(const std::vector<PieceId>& view);
+  // For as much of these as may be in flight, and is left of what is prefetched for a view.
+  void Prefetch(const std::vector<protocol::BlobId>& next, const Estimate& bytesOf);
+  void SetPrefetch(std::size_t bytes);
 
   // ---- answers; false where nobody waits for them
   bool Opened(std::uint32_t request) { return this->Requests.SettleOpen(request); }
@@ -75,21 +76,21 @@ public:
   {
     return this->Requests.TakeLate(request, blob);
   }
-  // The request has failed: what it still owed.
+  // The request has failed: what is still outstanding of it.
   std::vector<protocol::BlobId> Close(std::uint32_t request)
   {
     return this->Requests.Close(request);
   }
-  bool IsAhead(const protocol::BlobId& blob) const { return this->Ahead.count(blob) > 0; }
-  // It has failed: whether it was fetched ahead. Then no more is, ahead of this view; once wanted
+  bool IsPrefetched(const protocol::BlobId& blob) const { return this->Prefetched.count(blob) > 0; }
+  // It has failed: whether it was prefetched. Then no more is, ahead of this view; once wanted
   // it is asked for again.
-  bool GiveUpAhead(const protocol::BlobId& blob);
+  bool GiveUpPrefetch(const protocol::BlobId& blob);
 
   // ---- how it stands
   // Whether nothing is wanted, nor on its way.
   bool IsEmpty() const { return this->Queue.empty() && this->Requests.Empty(); }
-  // The same but for what is fetched ahead.
-  bool IsIdle() const { return this->Queue.empty() && this->IsOnlyAhead(); }
+  // The same but for what is prefetched.
+  bool IsIdle() const { return this->Queue.empty() && this->IsOnlyPrefetched(); }
   // Since it was idle last.
   struct Progress
   {
@@ -102,15 +103,16 @@ public:
 
 private:
   std::uint32_t Ask(std::vector<protocol::BlobId> blobs);
-  bool IsOnlyAhead() const;
+  bool IsOnlyPrefetched() const;
 
   RequestBook Requests;
   LineMeter Meter;
-  std::deque<protocol::BlobId> Queue; // that has not been asked for
-  std::set<protocol::BlobId> Ahead;   // asked for though not wanted yet
-  std::vector<PieceId> AheadOf;       // the wanted pieces beyond which that was,
-  std::size_t AheadBytes, AheadLeft;  // bytes for a view, and what is left of them for this one
-  std::uint32_t LoneRequest = 0;      // sent while nothing was owed; none of it has come
+  std::deque<protocol::BlobId> Queue;    // that has not been asked for
+  std::set<protocol::BlobId> Prefetched; // asked for though not wanted yet
+  std::vector<PieceId> PrefetchedFor;    // the wanted pieces beyond which that was,
+  std::size_t PrefetchBytes,
+    PrefetchLeft;                // bytes for a view, and what is left of them for this one
+  std::uint32_t LoneRequest = 0; // sent while nothing was outstanding; none of it has come
   Progress Counts;
 };
 

@@ -21,8 +21,8 @@ namespace kdstream
 struct ColorChoice
 {
   SurfaceColoring coloring = SurfaceColoring::Own;
-  // Of Attribute alone: the array's name, the map of its numbers, and which
-  // numbers the map's ends stand for, low < high; nothing: the 2nd and the 98th percentile.
+  // Only for Attribute: the array's name; the map of its numbers; the numbers at the map's ends,
+  // low < high (nothing: the 2nd and the 98th percentile).
   std::string attribute{};
   ColorMap map = ColorMap::Viridis;
   std::optional<std::array<double, 2>> range{};
@@ -69,7 +69,7 @@ struct Coloring
 Coloring ColoringOf(const ColorChoice& choice, const ScalarDescriptions& scalars);
 
 // The array whose values are the points' colours: the model's own colours, or the attribute; null
-// where the surface has none, or colours are not those of points.
+// if the surface has none, or colours are not those of points.
 const Attribute* ColoredBy(const Surface& surface, const Coloring& coloring);
 // REQUIRES: array is ColoredBy of a surface that has the point.
 Color PointColor(const Attribute& array, const Coloring& coloring, std::size_t point);

@@ -1,19 +1,20 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Ambient occlusion in screen space: what every renderer computes from the depths of a picture, in
-// shading language that OpenGL 3.2 and OpenGL ES 3.0 both know. Step "render" of the pipeline
-// picture.
+// Ambient occlusion in screen space (SSAO): what every renderer computes from the depths of a
+// picture, in shading language that OpenGL 3.2 and OpenGL ES 3.0 both know. Step "render" of the
+// pipeline picture.
 //
-// Where a surface is hollow, light from around reaches it less: grooves, folds and the feet of what
-// stands out become darker, also on the side that is away from the lights. Around each place
-// horizons are looked for along lines across the picture, always in two opposite directions at once
-// (Bavoil, Sainz, Dimitrov: Image-Space Horizon-Based Ambient Occlusion, SIGGRAPH 2008): on a
-// plane, however it leans, one rises by what the other sinks, so that no normals are needed. How
-// far is looked is a share of the picture's height, so that every zoom shows the relief of its
-// size.
+// Less light from around reaches a hollow: grooves, folds and the feet of what stands out become
+// darker, also on the side that is away from the lights. Around each place horizons are searched
+// along lines across the picture, always in two opposite directions at once (Bavoil, Sainz,
+// Dimitrov: Image-Space Horizon-Based Ambient Occlusion, SIGGRAPH 2008). On a plane of any slope
+// one horizon rises by what the other sinks, so no normals are needed. The search radius is a share
+// of the picture's height, so every zoom shows the relief of its size.
 //
-// Four passes, the first three in half of the picture's width and height: the depths; occluded
-// light, by lines turned otherwise in each of 4 × 4 neighbours; the mean of such neighbours that
-// lie about as far away; the picture times that, nowhere but where the model is.
+// Four passes, the first three in half of the picture's width and height:
+// 1. the depths;
+// 2. occluded light, with lines of another direction in each of 4 × 4 neighbours;
+// 3. the mean of those neighbours that are about as far away;
+// 4. the picture times that, only where the model is.
 #pragma once
 
 namespace kdstream
@@ -50,12 +51,14 @@ vec3 positionAt(vec2 place)
 )";
 
 // How much is occluded, 0-1, in red. Along a line all places are multiples of one vector of whole
-// texels: where they were rounded each on its own, a plane would rise on both sides. The reach is
-// walked in 6 steps that become longer. A rise is less by `unsure`, the length that so many steps
-// of 24 bits of depth are there: where the eye is within the model's box one is as long as a texel,
-// and smooth surfaces would have the rings and worms of these. facet: FacetLength, in the unit of
-// the projection. Where that is longer than the reach, hollow edges between triangles are not the
-// model's relief but the end of its resolution, and shallow ones are left out.
+// texels: if each were rounded by itself, a plane would rise on both sides. The reach is walked in
+// 6 steps that become longer.
+// - `unsure` is subtracted from a rise: the length of this number of steps of 24 bits of depth
+//   there. Where the eye is within the model's box one step is as long as a texel, and smooth
+//   surfaces would get rings and worms.
+// - facet: FacetLength, in the unit of the projection. Where it is longer than the reach, hollow
+//   edges between triangles are not the model's relief but the end of its resolution, and shallow
+//   ones are left out.
 inline constexpr const char* occlusionFragment = R"(
 vec3 here, toEye;
 float reach;

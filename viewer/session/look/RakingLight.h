@@ -13,19 +13,19 @@
 namespace kdstream
 {
 
-struct RakingLamp
+struct LightSource
 {
   // On a disc of radius 1 before the eye, x to the right, y up: from the middle light comes from
   // the eye, at the rim from the side.
   double x = -0.9, y = 0.3;
   double intensity = 1; // 0-2
-  bool operator==(const RakingLamp&) const = default;
+  bool operator==(const LightSource&) const = default;
 };
 
 struct RakingLight
 {
-  RakingLamp lamp{};
-  std::optional<RakingLamp> second{};
+  LightSource lightSource{};
+  std::optional<LightSource> second{};
   double relief = 0; // how much lighter ridges are, and darker furrows: 0-1
   bool operator==(const RakingLight&) const = default;
 
@@ -38,10 +38,10 @@ inline double InRange(double value, double least, double most)
 {
   return std::isfinite(value) ? std::clamp(value, least, most) : least;
 }
-inline RakingLamp Confined(const RakingLamp& lamp)
+inline LightSource Confined(const LightSource& lightSource)
 {
-  RakingLamp confined{ InRange(lamp.x, -1e6, 1e6), InRange(lamp.y, -1e6, 1e6),
-    InRange(lamp.intensity, 0, RakingLight::mostIntensity) };
+  LightSource confined{ InRange(lightSource.x, -1e6, 1e6), InRange(lightSource.y, -1e6, 1e6),
+    InRange(lightSource.intensity, 0, RakingLight::mostIntensity) };
   const double from = std::sqrt(confined.x * confined.x + confined.y * confined.y);
   const double shorter = from > RakingLight::rim ? RakingLight::rim / from : 1;
   confined.x *= shorter;
@@ -50,7 +50,7 @@ inline RakingLamp Confined(const RakingLamp& lamp)
 }
 inline RakingLight Confined(const RakingLight& light)
 {
-  return { Confined(light.lamp),
+  return { Confined(light.lightSource),
     light.second ? std::optional(Confined(*light.second)) : std::nullopt,
     InRange(light.relief, 0, 1) };
 }
@@ -61,14 +61,14 @@ inline SceneLighting LightingOf(const std::optional<RakingLight>& light)
   SceneLighting lighting;
   if (light)
   {
-    const auto put = [&](std::size_t i, const RakingLamp& lamp, const Vec3& color)
+    const auto put = [&](std::size_t i, const LightSource& lightSource, const Vec3& color)
     {
-      const double square = lamp.x * lamp.x + lamp.y * lamp.y;
-      lighting.lamps[i] = { { lamp.x, lamp.y, std::sqrt(std::max(1 - square, 0.0)) }, color,
-        lamp.intensity };
+      const double square = lightSource.x * lightSource.x + lightSource.y * lightSource.y;
+      lighting.lights[i] = { { lightSource.x, lightSource.y, std::sqrt(std::max(1 - square, 0.0)) },
+        color, lightSource.intensity };
     };
-    put(0, light->lamp, sceneLights[0].color);
-    put(1, light->second.value_or(RakingLamp{ 0, 0, 0 }), sceneLights[1].color);
+    put(0, light->lightSource, sceneLights[0].color);
+    put(1, light->second.value_or(LightSource{ 0, 0, 0 }), sceneLights[1].color);
     lighting.relief = light->relief;
   }
   return lighting;

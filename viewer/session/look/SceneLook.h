@@ -32,7 +32,7 @@ inline constexpr std::array<SceneLight, 2> sceneLights{ {
 
 struct SceneLighting
 {
-  std::array<SceneLight, 2> lamps = sceneLights;
+  std::array<SceneLight, 2> lights = sceneLights;
   // By how much ridges are lighter and furrows darker than their light makes them: 0-1. Fully where
   // the surface bends by a radian within reliefShare of the picture's height.
   double relief = 0;

@@ -21,7 +21,7 @@ void FailedBlobs::Retry()
 
 std::string FailedBlobs::MessageOf(const BlobId& blob, const std::string& message) const
 {
-  return protocol::BlobName(blob) + " of " + this->Model + " cannot be had: " + message;
+  return protocol::BlobName(blob) + " of " + this->Model + " cannot be loaded: " + message;
 }
 
 void FailedBlobs::Add(const BlobId& blob, const std::optional<PieceId>& piece,

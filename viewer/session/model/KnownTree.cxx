@@ -193,7 +193,7 @@ Status KnownTree::AddBoxes(NodeId node, std::span<const std::uint8_t> bytes)
       return Error{ ErrorCode::InvalidInput,
         "boxes " + std::to_string(node) + ": the box of partition " +
           std::to_string(first + i - (NodeId{ 1 } << this->Depths.partition)) +
-          " is not within what the tree's page tells" };
+          " is not within the bounds of the tree's page" };
     }
   }
   Entry entry;

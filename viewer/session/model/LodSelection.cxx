@@ -13,7 +13,7 @@ namespace
 {
 
 constexpr std::size_t bytesOfTreeBlob = 1500; // about
-constexpr double nearerNext = 1.5;            // the view that is fetched ahead
+constexpr double nearerNext = 1.5;            // the view that is prefetched
 constexpr auto notTapped = std::numeric_limits<std::size_t>::max();
 
 // Which of the tapped partitions are below a piece: those are one interval of nodes.
@@ -62,7 +62,7 @@ void LodSelection::Open()
   const ModelDescription& model = this->Model.open->description;
   this->Chooser.emplace(Choosers{ LevelPolicy(LevelFactsOf(model), this->Options.policy),
     ViewRefinement(model, this->Options.refinement),
-    ViewRefinement(model, this->Options.refinement), SeenPartitions(model.depths) });
+    ViewRefinement(model, this->Options.refinement), VisiblePartitions(model.depths) });
   this->AimAtPreview();
 }
 
@@ -156,7 +156,7 @@ void LodSelection::Refine(const View& view)
     return;
   }
   FailedBlobs& failed = this->Model.failed;
-  this->Chooser->seen.LookThrough(view.camera, this->Model.open->isClosed);
+  this->Chooser->seen.Cull(view.camera, this->Model.open->isClosed);
   refinement.Follow(this->ViewOf(view.camera, view.inSteps), view.tapped, failed.Pieces());
   failed.ReportMissed([&](PieceId piece) { return refinement.IsMissed(piece); });
 }
@@ -355,7 +355,7 @@ void LodSelection::PutInto(ViewerStatus& status) const
   if (this->Chooser)
   {
     const ViewRefinement& refinement = this->Chooser->refinement;
-    status.errorLeft = this->ByView() ? refinement.ErrorLeft() : 0;
+    status.remainingError = this->ByView() ? refinement.RemainingError() : 0;
     status.targetLevel = this->ByView() ? this->Model.LevelOf(refinement.Finest()) : this->Target;
   }
   const ShownSurface& surface = this->Model.surface;

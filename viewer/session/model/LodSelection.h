@@ -4,9 +4,9 @@
 #pragma once
 
 #include "viewer/session/model/LevelPolicy.h"
-#include "viewer/session/model/SeenPartitions.h"
 #include "viewer/session/model/ShownModel.h"
 #include "viewer/session/model/ViewRefinement.h"
+#include "viewer/session/model/VisiblePartitions.h"
 
 #include <cstdint>
 #include <optional>
@@ -107,7 +107,7 @@ private:
   {
     LevelPolicy policy;
     ViewRefinement refinement, next; // for the view, and for one that is nearer
-    SeenPartitions seen;
+    VisiblePartitions seen;
   };
 
   ViewRefinement::View ViewOf(const Camera& camera, bool inSteps);

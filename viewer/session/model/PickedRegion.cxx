@@ -102,7 +102,7 @@ void PickedRegion::NoteAsked(std::size_t treeBlobs)
   if (this->Asked > this->Limits.treeBlobs)
   {
     this->Model.failed.Report(
-      "What is around the tap cannot be told: too much of the tree is there.");
+      "The region around the tap is too large: it has too many partitions.");
     this->DropPick();
   }
 }

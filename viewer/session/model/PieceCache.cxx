@@ -20,7 +20,7 @@ std::size_t MemoryOf(const Piece& piece)
 {
   std::size_t bytes = sizeof(Piece) + BytesOf(piece.positions) + BytesOf(piece.keys) +
                       BytesOf(piece.deviations) + BytesOf(piece.ancestors) +
-                      BytesOf(piece.reachBegin) + BytesOf(piece.reachNodes) +
+                      BytesOf(piece.childBegin) + BytesOf(piece.childNodes) +
                       BytesOf(piece.triangles) + BytesOf(piece.attributes);
   for (const Attribute& attribute : piece.attributes)
   {

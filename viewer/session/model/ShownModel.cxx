@@ -2,8 +2,8 @@
 // The model that is open: see ShownModel.h.
 #include "viewer/session/model/ShownModel.h"
 
-#include "viewer/session/model/SeenPartitions.h"
 #include "viewer/session/model/ViewRefinement.h"
+#include "viewer/session/model/VisiblePartitions.h"
 
 #include <algorithm>
 #include <utility>
@@ -55,7 +55,7 @@ void ShownModel::Add(Piece piece)
 {
   if (piece.id.resolution == this->Preview().resolution)
   {
-    this->open->isClosed = SeenPartitions::IsNearlyClosed(piece);
+    this->open->isClosed = VisiblePartitions::IsNearlyClosed(piece);
   }
   this->pieces.Add(std::move(piece));
 }

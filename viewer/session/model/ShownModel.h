@@ -10,8 +10,8 @@
 #include "viewer/session/model/KnownTree.h"
 #include "viewer/session/model/PieceCache.h"
 #include "viewer/session/model/ShownSurface.h"
-#include "viewer/session/paint/ShownTiles.h"
 #include "viewer/session/section/ShownSection.h"
+#include "viewer/session/texture/ShownTiles.h"
 
 #include <cstddef>
 #include <optional>

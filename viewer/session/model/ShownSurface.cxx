@@ -34,7 +34,7 @@ void ShownSurface::Reset(const TreeDepths& depths)
   this->Dirty = false;
   this->Closing = {};
   this->Parts = {};
-  this->Parts.Follow(this->Glides);
+  this->Parts.Follow(this->Geomorphs);
   this->Normals = {};
   this->Drawn = std::make_shared<DrawnSurface>();
   ++this->DrawnVersion;
@@ -145,7 +145,7 @@ Result<bool> ShownSurface::Draw(PieceCache& pieces)
   KDSTREAM_TRY(this->Parts.GoTo(*this->Shown, [&pieces](PieceId id) { return pieces.Find(id); }));
   this->Normals.GoTo(this->Parts.Parts());
   this->Drawn = std::make_shared<DrawnSurface>(
-    this->Parts.Parts(), this->Normals.Of(), *this->Drawn, this->Parts.Former());
+    this->Parts.Parts(), this->Normals.Of(), *this->Drawn, this->Parts.Parents());
   ++this->DrawnVersion;
   this->NoteWhatIsDrawn(pieces);
   return true;

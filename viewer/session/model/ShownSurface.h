@@ -68,11 +68,11 @@ public:
   // Errors: those of SurfaceParts, where pieces were evicted: pin Pieces().
   Result<bool> Draw(PieceCache& pieces);
   bool NeedsDrawing() const { return this->Dirty; }
-  // Whether the parts of the next surfaces glide from the one before.
-  void SetGlides(bool glides)
+  // Whether the parts of the next surfaces morph from the one before.
+  void SetGeomorphs(bool geomorphs)
   {
-    this->Glides = glides;
-    this->Parts.Follow(glides);
+    this->Geomorphs = geomorphs;
+    this->Parts.Follow(geomorphs);
   }
   // Whether the original's parts that are drawn from now on tell the corners of their triangles.
   void KeepCorners(bool keeps) { this->Parts.KeepCorners(keeps); }
@@ -95,7 +95,7 @@ private:
   std::optional<Cut> Shown;
   std::set<PieceId> Used;
   bool Dirty = false;
-  bool Glides = false;
+  bool Geomorphs = false;
   Closures Closing;
   SurfaceParts Parts;
   PartNormals Normals;

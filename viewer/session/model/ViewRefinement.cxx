@@ -127,7 +127,7 @@ std::size_t ViewRefinement::StepOf(Resolution resolution) const
 }
 
 // Of a piece, model units: how far it may be seen to be wrong.
-std::optional<double> ViewRefinement::DeviationOf(
+std::optional<double> ViewRefinement::GeometricErrorOf(
   std::size_t step, NodeId node, KnownTree& tree) const
 {
   const PieceId piece{ this->Steps[step].resolution, node };
@@ -154,7 +154,7 @@ double ViewRefinement::Weight(const Box& box, const Camera& camera)
 }
 
 // A box is mostly empty: what is known of the boxes in it tells more.
-bool ViewRefinement::MayBeSeen(Walk& walk, NodeId node) const
+bool ViewRefinement::MayBeVisible(Walk& walk, NodeId node) const
 {
   const auto known = walk.seen.find(node);
   if (known != walk.seen.end())
@@ -167,11 +167,11 @@ bool ViewRefinement::MayBeSeen(Walk& walk, NodeId node) const
   bool may = !box || (view.camera.MaySee(*box) && !isGone);
   if (may && box && DepthOfNode(node) < this->Depths.partition && view.tree.Around(2 * node))
   {
-    may = this->MayBeSeen(walk, 2 * node) || this->MayBeSeen(walk, 2 * node + 1);
+    may = this->MayBeVisible(walk, 2 * node) || this->MayBeVisible(walk, 2 * node + 1);
   }
   else if (may && view.seen)
   {
-    may = view.seen->MayBeSeen(node);
+    may = view.seen->MayBeVisible(node);
   }
   walk.seen.emplace(node, may);
   return may;
@@ -182,7 +182,7 @@ bool ViewRefinement::MayBeSeen(Walk& walk, NodeId node) const
 bool ViewRefinement::StandIn(const Walk& walk, std::size_t step, NodeId node) const
 {
   const PieceId piece{ this->Steps[step].resolution, node };
-  return this->IsOnTheWay(step) && walk.failed.count(piece) != 0 &&
+  return this->IsIntermediate(step) && walk.failed.count(piece) != 0 &&
          walk.failed.count(this->Above(piece, step - 1)) == 0;
 }
 
@@ -199,7 +199,7 @@ void ViewRefinement::PushBelow(Walk& walk, std::size_t step, NodeId node, double
   {
     return; // what is looked for would push out what is needed
   }
-  const auto deviation = this->DeviationOf(step, node, view.tree);
+  const auto deviation = this->GeometricErrorOf(step, node, view.tree);
   if (!deviation)
   {
     return;
@@ -209,7 +209,7 @@ void ViewRefinement::PushBelow(Walk& walk, std::size_t step, NodeId node, double
   const bool isTold = view.seen && view.seen->Knows(teller);
   if (view.seen && !isTold && !view.loaded.Peek(teller))
   {
-    walk.found[above].seen = 1; // which of what is below may be seen, that piece will tell
+    walk.found[above].seen = 1; // which of what is below may be visible, that piece will tell
     return;
   }
   const Step& next = this->Steps[step + 1];
@@ -224,15 +224,15 @@ void ViewRefinement::PushBelow(Walk& walk, std::size_t step, NodeId node, double
       view.tree.NeedAround(below.node);
       ++walk.found[above].seen; // perhaps
     }
-    else if (this->MayBeSeen(walk, below.node) &&
-             (!isTold || step >= this->Stitch || view.seen->MayBeSeen(below)))
+    else if (this->MayBeVisible(walk, below.node) &&
+             (!isTold || step >= this->Stitch || view.seen->MayBeVisible(below)))
     {
       ++walk.found[above].seen;
       const double bonus = walk.before.count(below) != 0 ? this->Options.deadBand : 1;
       const double error = this->ErrorIn(*box, *deviation, view.camera);
       const double own = error * Weight(*box, view.camera) * bonus;
       const double tolerance = this->Options.tolerance * next.leap;
-      const bool mayBeHad = this->IsOnTheWay(step + 1) || walk.failed.count(below) == 0;
+      const bool mayBeHad = this->IsIntermediate(step + 1) || walk.failed.count(below) == 0;
       if ((error * bonus > tolerance || standIn) && mayBeHad)
       {
         walk.waiting.push({ std::min(own, urgency), error, step + 1, below.node, above });
@@ -280,7 +280,8 @@ void ViewRefinement::Follow(
   this->WantWhatIsLeft(walk);
 }
 
-// Of what cannot be had: where all of what is below it that may be seen can be, nothing is missed.
+// Of what cannot be had: where all of what is below it that may be visible can be, nothing is
+// missed.
 void ViewRefinement::FindWhatIsMissed(Walk& walk)
 {
   for (auto piece = this->Refined.rbegin(); piece != this->Refined.rend(); ++piece) // finest first
@@ -317,7 +318,7 @@ void ViewRefinement::WantWhatIsLeft(const Walk& walk)
       this->Want(piece, found.urgency);
       if (this->StepOf(piece.resolution) > this->Stitch)
       {
-        this->WantOnTheWay(piece, walk.view, walk.failed);
+        this->WantIntermediate(piece, walk.view, walk.failed);
       }
     }
   }
@@ -334,7 +335,8 @@ void ViewRefinement::Want(PieceId piece, double urgency)
 
 // Until a piece finer than S comes, wants: what is loaded below it; and the finest loaded piece
 // above it, or else one above it that is worth fetching first.
-void ViewRefinement::WantOnTheWay(PieceId piece, const View& view, const std::set<PieceId>& failed)
+void ViewRefinement::WantIntermediate(
+  PieceId piece, const View& view, const std::set<PieceId>& failed)
 {
   if (view.loaded.Peek(piece))
   {
@@ -401,7 +403,7 @@ double ViewRefinement::UrgencyOf(PieceId piece, const Camera& camera, KnownTree&
   {
     return step > 0 ? 0 : std::numeric_limits<double>::infinity();
   }
-  const auto deviation = this->DeviationOf(step - 1, this->Above(piece, step - 1).node, tree);
+  const auto deviation = this->GeometricErrorOf(step - 1, this->Above(piece, step - 1).node, tree);
   return deviation ? this->ErrorIn(*box, *deviation, camera) * Weight(*box, camera) : 0;
 }
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Which pieces a view needs: the model is refined where its error on the screen is worst. Step
+// Which pieces a view needs: the model is refined where its screen-space error is worst. Step
 // "choose" of the pipeline picture; doc/viewing.md tells how.
 #pragma once
 
@@ -8,7 +8,7 @@
 #include "viewer/session/SessionOptions.h"
 #include "viewer/session/model/KnownTree.h"
 #include "viewer/session/model/PieceCache.h"
-#include "viewer/session/model/SeenPartitions.h"
+#include "viewer/session/model/VisiblePartitions.h"
 #include "viewer/session/section/SectionPlane.h"
 
 #include <cstddef>
@@ -64,9 +64,9 @@ public:
     const Camera& camera;
     KnownTree& tree;
     const PieceCache& loaded;
-    const SeenPartitions* seen = nullptr;  // null: all may be
-    bool inSteps = true;                   // fine pieces come by one on the way
-    const SectionPlane* section = nullptr; // that cuts some of it away
+    const VisiblePartitions* seen = nullptr; // null: all may be
+    bool inSteps = true;                     // fine pieces come by one on the way
+    const SectionPlane* section = nullptr;   // that cuts some of it away
   };
   // Works out what is wanted. `first` are partitions that are wanted anyway: the budgets are theirs
   // before all others'. `failed`: these pieces cannot be had. What of the tree is needed to go on
@@ -80,15 +80,15 @@ public:
   // The finest resolution among them; the preview's if there is none.
   Resolution Finest() const;
   // The largest error in points of what was not refined for want of budget; 0 if all was.
-  double ErrorLeft() const { return this->Left; }
+  double RemainingError() const { return this->Left; }
 
   // Whether a piece that cannot be had may be done without: it can be shown otherwise.
   bool MayDoWithout(PieceId piece) const
   {
-    return this->IsOnTheWay(this->StepOf(piece.resolution));
+    return this->IsIntermediate(this->StepOf(piece.resolution));
   }
-  // Whether such a piece leaves something coarser than the view needs: it is in the view, and not
-  // all of what is below it stands in for it, or will.
+  // Whether such a piece leaves something coarser than the view needs: it is in the view, and the
+  // pieces below it do not all replace it, now or later.
   bool IsMissed(PieceId piece) const { return this->Missed.count(piece) > 0; }
 
   // How urgent a piece is, wanted or not: what is not in view may be needed by a neighbour that is.
@@ -123,20 +123,20 @@ private:
 
   std::size_t StepOf(Resolution resolution) const;
   // Finer than S, and not the finest: shown or not, the pieces below can be shown.
-  bool IsOnTheWay(std::size_t step) const
+  bool IsIntermediate(std::size_t step) const
   {
     return step > this->Stitch && step + 1 < this->Allowed;
   }
   bool StandIn(const Walk& walk, std::size_t step, NodeId node) const;
-  std::optional<double> DeviationOf(std::size_t step, NodeId node, KnownTree& tree) const;
+  std::optional<double> GeometricErrorOf(std::size_t step, NodeId node, KnownTree& tree) const;
   double ErrorIn(const Box& box, double deviation, const Camera& camera) const;
   static double Weight(const Box& box, const Camera& camera);
-  bool MayBeSeen(Walk& walk, NodeId node) const;
+  bool MayBeVisible(Walk& walk, NodeId node) const;
   void PushBelow(Walk& walk, std::size_t step, NodeId node, double urgency) const;
   void Want(PieceId piece, double urgency);
   void FindWhatIsMissed(Walk& walk);
   void WantWhatIsLeft(const Walk& walk);
-  void WantOnTheWay(PieceId piece, const View& view, const std::set<PieceId>& failed);
+  void WantIntermediate(PieceId piece, const View& view, const std::set<PieceId>& failed);
   PieceId Above(PieceId piece, std::size_t step) const; // the piece of a coarser step
 
   RefinementOptions Options;

@@ -88,10 +88,10 @@ void Tools::ShineFrom(double x, double y, const Viewport& window)
   const double radius = share * std::max(std::min(window.width, window.height), 1);
   RakingLight light = this->Raking.value_or(RakingLight{});
   const bool isSecond = this->Hand == Tool::SecondLight;
-  RakingLamp lamp = isSecond ? light.second.value_or(RakingLamp{}) : light.lamp;
-  lamp.x = (x - 0.5 * window.width) / radius;
-  lamp.y = (0.5 * window.height - y) / radius;
-  (isSecond ? light.second.emplace() : light.lamp) = lamp;
+  LightSource lightSource = isSecond ? light.second.value_or(LightSource{}) : light.lightSource;
+  lightSource.x = (x - 0.5 * window.width) / radius;
+  lightSource.y = (0.5 * window.height - y) / radius;
+  (isSecond ? light.second.emplace() : light.lightSource) = lightSource;
   this->Raking = Confined(light);
 }
 
@@ -107,7 +107,7 @@ void Tools::PutInto(ViewLink& link, const Camera& camera) const
         { camera.PlaceOf(each.from.point), camera.PlaceOf(each.to->point) });
     }
   }
-  link.lamps = this->Raking;
+  link.lights = this->Raking;
   if (const SectionPlane* section = this->Model.Plane())
   {
     const Vec3 place = camera.PlaceOf(section->NearestTo(camera.PointAt({})));
@@ -117,7 +117,7 @@ void Tools::PutInto(ViewLink& link, const Camera& camera) const
 
 void Tools::TakeFrom(const ViewLink& link, const Camera& camera)
 {
-  this->Raking = link.lamps;
+  this->Raking = link.lights;
   this->Model.section.Set({});
   if (link.section)
   {

@@ -273,8 +273,8 @@ void CheckShares()
     };
     add(part->GetPointData(), part->GetNumberOfPoints());
     add(part->GetCellData(), part->GetNumberOfCells());
-    RankTeam team(*job);
-    const auto share = team.Run([&] { return ShareMesh(team, {}, *part, false, {}); });
+    RankGroup group(*job);
+    const auto share = group.Run([&] { return ShareMesh(group, {}, *part, false, {}); });
     Expect(static_cast<bool>(share), name + ": no share");
     if (share)
     {

@@ -516,7 +516,7 @@ void ExpectErrorOfInput(const std::string& folder)
     {
       FilterObserver heard(each);
       each == writer.Get() ? void(writer->Write()) : each->Update();
-      Expect(heard.error.find("its input was not made (rank 1 on ") != std::string::npos,
+      Expect(heard.error.find("its input could not be made (rank 1 on ") != std::string::npos,
         "the error is " + heard.error);
       Expect(each->GetErrorCode() != 0, "no error code");
     }

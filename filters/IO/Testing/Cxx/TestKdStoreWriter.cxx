@@ -82,7 +82,7 @@ TEST_F(TestKdStoreWriter, AStoreHoldsTheMeshWithItsArrays)
   EXPECT_TRUE(store->Verify().empty());
   EXPECT_EQ(store->Info().title, "A sphere");
   EXPECT_EQ(store->Info().unit, "mm");
-  EXPECT_EQ(store->Info().pose->up, (Vec3{ 0, 0, 1 }));
+  EXPECT_EQ(store->Info().homeView->up, (Vec3{ 0, 0, 1 }));
   EXPECT_EQ(store->Info().triangles, static_cast<std::uint64_t>(sphere->GetNumberOfPolys()));
   EXPECT_TRUE(store->Info().HasLevels());
   ASSERT_EQ(store->Info().attributes.size(), 2u);
@@ -165,7 +165,7 @@ TEST_F(TestKdStoreWriter, WhatCannotBeWrittenIsAnErrorAndNoFile)
   const std::vector<std::pair<vtkSmartPointer<vtkDataObject>, std::string>> cases{
     { MakePoints({}), "no vertices" },
     { MakePoints({ { 0, 0, 0 }, { nan, 0, 0 } }), "point 1: a coordinate is not finite" },
-    { offsets, "cell 0 has the corners from 0 up to 1000000 of a list of 3" },
+    { offsets, "cell 0 uses corners 0 to 1000000 of a list of 3" },
     { images.Get(), "partition 0 is a vtkImageData" },
   };
   for (const auto& [input, what] : cases)
@@ -210,7 +210,8 @@ TEST_F(TestKdStoreWriter, AFullDiskIsToldByItsCode)
   std::signal(SIGXFSZ, oldHandler);
   EXPECT_EQ(
     this->Writer->GetErrorCode(), static_cast<unsigned long>(vtkErrorCode::OutOfDiskSpaceError));
-  EXPECT_NE(heard.error.find("files may not grow so large here"), std::string::npos) << heard.error;
+  EXPECT_NE(heard.error.find("files cannot grow this large here"), std::string::npos)
+    << heard.error;
   EXPECT_TRUE(std::filesystem::is_empty(this->Folder.Path));
 }
 

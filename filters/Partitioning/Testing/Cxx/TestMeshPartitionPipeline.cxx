@@ -114,7 +114,7 @@ TYPED_TEST(MeshPartitionPipeline, ErrorsNameWhatIsWrongAndLeaveEmptyOutputs)
   } cases[] = {
     { MakePoints({ { 0, 0, 0 }, { 0, nan, 0 } }), 0, "point 1: a coordinate is not finite" },
     { outside, 0, "cell 8 uses point 9, but there are 9" },
-    { offsets, 0, "cell 0 has the corners from 0 up to 1000000 of a list of 3" },
+    { offsets, 0, "cell 0 uses corners 0 to 1000000 of a list of 3" },
     { MakePlate(3), 16, "number of partitions 16 is above the number of vertices, 9" },
   };
   for (const auto& c : cases)

@@ -445,7 +445,7 @@ TEST(PCLSurfaceReconstruction, HardCloudsGiveASurfaceOrSayWhyNot)
     { { { 0, 0, 0 }, { 1, 2, 3 }, { 2, 4, 6 }, { 3, 6, 9 }, { 7, 14, 21 } },
       "all points lie on one line" },
     { { { 0, 0, 0 }, { 0, nan, 0 }, { 1, 1, 1 } }, "point 1: a coordinate is not finite" },
-    { { { -1e308, 0, 0 }, { 1e308, 1, 0 }, { 0, 1, 1 } }, "too far apart" },
+    { { { -1e308, 0, 0 }, { 1e308, 1, 0 }, { 0, 1, 1 } }, "exceeds the range of doubles" },
     { { { 0, 0, 0 }, { 1, 0, 0 }, { 0, 1, 0 } }, nullptr },
     { { { 0, 0, 0 }, { 1, 0, 0 }, { 0, 1, 0 }, { 1, 1, 0 }, { 0.5, 0.5, 1 } }, nullptr },
     { { { 0, 0, 0 }, { 1e-30, 0, 0 }, { 1, 0, 0 }, { 0, 1, 0 }, { 0, 0, 1e30 } },

@@ -239,10 +239,10 @@ TEST(KdClusterSimplification, ErrorsNameWhatIsWrongAndLeaveAnEmptyOutput)
   } cases[] = {
     { MakePoints({ { 0, 0, 0 }, { 0, nan, 0 } }), 0, "point 1: a coordinate is not finite" },
     { outside, 0, "cell 8 uses point 9, but there are 9" },
-    { offsets, 0, "cell 0 has the corners from 0 up to 1000000 of a list of 3" },
+    { offsets, 0, "cell 0 uses corners 0 to 1000000 of a list of 3" },
     { MakePlate(3), 4, "Depth 4 is below the finest level of this input, at depth 3" },
     { MakePoints({ { -1e308, 0, 0 }, { 1e308, 0, 0 } }), 0,
-      "the mesh spans more than 2^127 (1.7e38) along x, the most that levels can be computed for" },
+      "the mesh spans more than 2^127 (1.7e38) along x, the limit for computing levels" },
   };
   for (const auto& c : cases)
   {

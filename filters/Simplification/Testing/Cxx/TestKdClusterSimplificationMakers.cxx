@@ -276,9 +276,10 @@ TEST(KdClusterSimplificationMakers, ArraysThatAreNoClusters)
   const std::pair<const char*, const char*> cases[] = {
     { "Half", "array \"Half\": value 1.500000 of point 1 is not a whole number" },
     { "NotANumber", "array \"NotANumber\": value nan of point 0 is not a whole number" },
-    { "Short", "the input has no such point array of cluster ids" }, // left out, with a warning
-    { "Vectors", "array \"Vectors\" has not one cluster id a point" },
-    { "Nothing", "the input has no such point array of cluster ids" },
+    { "Short",
+      "the input does not have this point array of cluster ids" }, // left out, with a warning
+    { "Vectors", "array \"Vectors\" must have one cluster id per point" },
+    { "Nothing", "the input does not have this point array of cluster ids" },
   };
   for (const auto& [name, message] : cases)
   {
@@ -293,7 +294,7 @@ TEST(KdClusterSimplificationMakers, ArraysThatAreNoClusters)
 }
 
 // Normals up, colours as they are given, and an array that is not carried.
-PolyData MakePainted(int side)
+PolyData MakeColored(int side)
 {
   PolyData input = MakePlate(side);
   vtkNew<vtkFloatArray> normals;
@@ -314,7 +315,7 @@ PolyData MakePainted(int side)
 
 TEST(KdClusterSimplificationMakers, NormalsAndColorsAreAveraged)
 {
-  const PolyData input = MakePainted(16);
+  const PolyData input = MakeColored(16);
   AddClusters(*input, "One", std::vector<double>(256, 3));
   for (const bool byArray : { false, true })
   {

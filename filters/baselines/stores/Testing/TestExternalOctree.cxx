@@ -152,7 +152,7 @@ TEST(ExternalOctree, SaysWhatIsWrong)
   };
   EXPECT_EQ(build({ 0, 1 << 20, false }).code, ErrorCode::InvalidArgument);
   EXPECT_EQ(build({ 10, 100, false }).message,
-    "the octree needs at least 8192 bytes of memory, 100 are allowed");
+    "the octree needs at least 8192 bytes of memory; the limit is 100");
   points[77][0] = INFINITY;
   EXPECT_EQ(build({ 10, 1 << 20, false }).message, "vertex 77: x is not finite");
   points.clear();

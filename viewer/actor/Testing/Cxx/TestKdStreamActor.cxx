@@ -387,7 +387,7 @@ TEST_F(TestKdStreamActor, ErrorsAreToldOnceAndOpenTriesAnew)
   EXPECT_GT(this->Covered(), 1000u);
   this->Actor->SetModelId("cube");
   EXPECT_FALSE(this->Actor->Open());
-  EXPECT_NE(heard.Take().find("there is no model cube, but later"), std::string::npos);
+  EXPECT_NE(heard.Take().find("there is no model cube; there are later"), std::string::npos);
   this->Actor->SetSource("");
   EXPECT_FALSE(this->Actor->Open());
   EXPECT_EQ(this->Actor->GetErrorCode(), vtkErrorCode::NoFileNameError);

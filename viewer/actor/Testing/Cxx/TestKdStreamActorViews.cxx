@@ -182,7 +182,7 @@ TEST_F(TestKdStreamActorViews, RefineNeedsAWindowAndSeconds)
   for (const double seconds : { nan, -1.0 })
   {
     EXPECT_FALSE(this->Actor->Refine(this->Renderer, seconds));
-    EXPECT_NE(heard.Take().find("Refine must have 0 seconds or more, not "), std::string::npos);
+    EXPECT_NE(heard.Take().find("Refine needs 0 seconds or more, not "), std::string::npos);
   }
   vtkNew<vtkRenderer> alone;
   EXPECT_FALSE(this->Actor->Refine(alone, 1));
@@ -381,22 +381,22 @@ TEST_F(TestKdStreamActorViews, TilesOfAPictureShowTheSameAndAreAsFineAsItsPixels
     0.02 * double(*drawn.begin()));
 }
 
-// Draws for the renderer's camera, then for another, as passes for shadows do for lamps.
-class LampPass : public vtkRenderPass
+// Draws for the renderer's camera, then for another, as passes for shadows do for lights.
+class LightPass : public vtkRenderPass
 {
 public:
-  static LampPass* New() { VTK_STANDARD_NEW_BODY(LampPass); }
-  vtkTypeMacro(LampPass, vtkRenderPass);
+  static LightPass* New() { VTK_STANDARD_NEW_BODY(LightPass); }
+  vtkTypeMacro(LightPass, vtkRenderPass);
   void Render(const vtkRenderState* state) override
   {
     vtkRenderer* const renderer = state->GetRenderer();
     this->Opaque->Render(state);
     const vtkSmartPointer<vtkCamera> camera = renderer->GetActiveCamera();
-    renderer->SetActiveCamera(this->Lamp);
+    renderer->SetActiveCamera(this->LightCamera);
     this->Opaque->Render(state);
     renderer->SetActiveCamera(camera);
   }
-  vtkNew<vtkCamera> Lamp;
+  vtkNew<vtkCamera> LightCamera;
 
 private:
   vtkNew<vtkOpaquePass> Opaque;
@@ -405,10 +405,10 @@ private:
 TEST_F(TestKdStreamActorViews, PassesOfOtherCamerasDoNotRefine)
 {
   this->Open(Surface());
-  vtkNew<LampPass> lamp;
-  lamp->Lamp->SetPosition(1.3, 0, 0);
+  vtkNew<LightPass> lightSource;
+  lightSource->LightCamera->SetPosition(1.3, 0, 0);
   vtkNew<vtkCameraPass> pass;
-  pass->SetDelegatePass(lamp);
+  pass->SetDelegatePass(lightSource);
   vtkOpenGLRenderer::SafeDownCast(this->Renderer)->SetPass(pass);
   ASSERT_TRUE(this->Actor->Refine(this->Renderer, deadline));
   const vtkIdType drawn = this->Actor->GetNumberOfDrawnTriangles();
@@ -417,7 +417,7 @@ TEST_F(TestKdStreamActorViews, PassesOfOtherCamerasDoNotRefine)
   EXPECT_EQ(this->Actor->GetNumberOfDrawnTriangles(), drawn);
 }
 
-// VTK's own: of shadows, whose lamps look from elsewhere; of depths; and what is seen through.
+// VTK's own: of shadows, whose lights look from elsewhere; of depths; and what is seen through.
 TEST_F(TestKdStreamActorViews, VtksPassesDrawTheRefinedModel)
 {
   this->Open(Surface());
@@ -434,12 +434,12 @@ TEST_F(TestKdStreamActorViews, VtksPassesDrawTheRefinedModel)
   };
   auto* const renderer = vtkOpenGLRenderer::SafeDownCast(this->Renderer);
 
-  vtkNew<vtkLight> lamp;
-  lamp->SetPositional(1);
-  lamp->SetPosition(1.5, 1, 4);
-  lamp->SetFocalPoint(0, 0, 0);
-  lamp->SetConeAngle(40);
-  this->Renderer->AddLight(lamp);
+  vtkNew<vtkLight> lightSource;
+  lightSource->SetPositional(1);
+  lightSource->SetPosition(1.5, 1, 4);
+  lightSource->SetFocalPoint(0, 0, 0);
+  lightSource->SetConeAngle(40);
+  this->Renderer->AddLight(lightSource);
   vtkNew<vtkShadowMapPass> shadows;
   vtkNew<vtkRenderPassCollection> both;
   both->AddItem(shadows->GetShadowMapBakerPass());

@@ -15,7 +15,7 @@ namespace kdstream::testing
 {
 
 // With colours and normals.
-inline Mesh PaintedTorus()
+inline Mesh ColoredTorus()
 {
   Mesh mesh = MakeTorus(420, 210);
   Paint(mesh);

@@ -170,7 +170,7 @@ void Walk::PinchThroughLevels()
   for (int i = 0; i < 6; ++i)
   {
     this->Phone.Pinch(585, 1266, 620, 260, 15, -20);
-    this->Phone.Settle(9); // not all comes before it is called back
+    this->Phone.Settle(9); // not all comes before it is cancelled
     outwards.insert(*this->Phone.Status().shownLevel);
   }
   this->Phone.Settle();
@@ -227,7 +227,7 @@ void Walk::LoseTheServer()
     this->Phone.Settle();
   }
   this->Phone.serverIsUp = true;
-  this->Phone.Do(Kind::Hurry);
+  this->Phone.Do(Kind::RetryNow);
   this->Phone.Do(Kind::Tick);
   this->Phone.Settle();
   this->Expect(this->Phone.Traced().Line().Trouble().empty(), "the server is back");
@@ -332,7 +332,7 @@ int main(int count, char** arguments)
   if (what == "torus" || what == "plate")
   {
     const bool torus = what == "torus";
-    const MemoryCatalog models(torus ? PaintedTorus() : MakePlate(), what);
+    const MemoryCatalog models(torus ? ColoredTorus() : MakePlate(), what);
     return Walk(models, torus, byView, what, arguments[3]).Run() ? 0 : 1;
   }
   if (isSlow)

@@ -98,17 +98,17 @@ void Recorder::Input(RecordedInput input)
     {
       case ServerLine::Action::Kind::Connect:
         this->Connecting = true;
-        this->Talk.reset();
+        this->Stream.reset();
         break;
       case ServerLine::Action::Kind::Send:
-        if (this->Talk)
+        if (this->Stream)
         {
-          this->Talk->Receive(action.text);
+          this->Stream->Receive(action.text);
         }
         break;
       case ServerLine::Action::Kind::Close:
         this->Connecting = false;
-        this->Talk.reset();
+        this->Stream.reset();
         break;
       case ServerLine::Action::Kind::Fetch:
         this->Fetches.push_back(action.fetch);
@@ -171,7 +171,7 @@ bool Recorder::Answer()
     this->Connecting = false;
     if (this->serverIsUp && this->HasStream)
     {
-      this->Talk = std::make_unique<Conversation>(this->catalog);
+      this->Stream = std::make_unique<Conversation>(this->catalog);
       this->Do(Kind::Opened);
     }
     else
@@ -186,7 +186,7 @@ bool Recorder::Answer()
     this->AnswerFetch();
     return true;
   }
-  auto message = this->Talk ? PullMessage(*this->Talk) : std::nullopt;
+  auto message = this->Stream ? PullMessage(*this->Stream) : std::nullopt;
   if (!message)
   {
     return false;
@@ -278,7 +278,7 @@ void Recorder::Break()
 {
   if (this->HasStream)
   {
-    this->Talk.reset();
+    this->Stream.reset();
     this->Do(Kind::Ended, { 0 }, "reset by peer");
   }
   else if (!this->Fetches.empty())

@@ -97,7 +97,7 @@ private:
   double Now = 0;
   bool Connecting = false;
   bool Damage = false;
-  std::unique_ptr<Conversation> Talk;
+  std::unique_ptr<Conversation> Stream;
   std::deque<HttpFetch> Fetches;
   TracedSession Session;
   std::uint64_t DrawnVersion = 0;

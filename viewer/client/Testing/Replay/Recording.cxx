@@ -33,7 +33,7 @@ constexpr std::array<KindFacts, 23> kinds{ { { InputKind::Resize, "resize", 3 },
   { InputKind::Text, "text", 0 }, { InputKind::Frame, "frame", 0 },
   { InputKind::Ended, "ended", 1 }, { InputKind::Fetched, "fetched", 1 },
   { InputKind::NotFetched, "not fetched", 0 }, { InputKind::Tick, "tick", 0 },
-  { InputKind::Hurry, "hurry", 0 }, { InputKind::Draw, "draw", 0 } } };
+  { InputKind::RetryNow, "hurry", 0 }, { InputKind::Draw, "draw", 0 } } };
 
 Error Wrong(const std::string& what)
 {

@@ -72,7 +72,7 @@ struct RecordedInput
     Fetched,
     NotFetched,
     Tick,
-    Hurry,
+    RetryNow,
     Draw
   };
   Kind kind = Kind::Draw;

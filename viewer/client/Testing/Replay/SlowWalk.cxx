@@ -61,7 +61,7 @@ void SlowWalk::Expect(bool condition, const char* what)
   }
 }
 
-// Zooms that come while much is owed.
+// Zooms that come while much is outstanding.
 void SlowWalk::Look()
 {
   this->Phone.Do(Kind::Resize, { 1170, 2532, 3 });
@@ -105,9 +105,9 @@ std::ptrdiff_t SlowWalk::OthersSent() const
     [&](const protocol::BlobId& blob)
     {
       const NodeId node = IsOfPiece(blob) ? PieceOfBlob(blob, depths).node : 0;
-      const bool isOnTheWay =
+      const bool isIntermediate =
         node != 0 && region && node == region->cell >> (depths.partition - DepthOfNode(node));
-      return !IsOfTree(blob) && !isOnTheWay;
+      return !IsOfTree(blob) && !isIntermediate;
     });
 }
 
@@ -131,7 +131,8 @@ void SlowWalk::TapOnTheWay()
   this->Phone.Settle();
   const auto region = this->Phone.Status().region;
   this->Expect(region && region->shown == region->partitions, "the region comes");
-  this->Expect(this->Phone.Traced().Session().GetStatus().errorLeft == 0, "all is fine enough");
+  this->Expect(
+    this->Phone.Traced().Session().GetStatus().remainingError == 0, "all is fine enough");
 }
 
 void SlowWalk::MeetBudgets()
@@ -141,7 +142,7 @@ void SlowWalk::MeetBudgets()
   this->Phone.Settle();
   const auto met = this->Phone.Status();
   this->Expect(met.triangles < whole && met.triangles < 18'000, "fewer triangles");
-  this->Expect(met.errorLeft > 0, "what is left is told");
+  this->Expect(met.remainingError > 0, "what is left is told");
   this->Phone.Pinch(585, 1266, 300, 600);
   this->Phone.Settle();
   this->TapSomewhere();
@@ -149,10 +150,10 @@ void SlowWalk::MeetBudgets()
   this->Expect(this->Phone.Status().triangles < 18'000, "near, too");
   this->Phone.Do(Kind::Budgets, { 2e6, double(std::size_t{ 1 } << 21) });
   this->Phone.Settle();
-  this->Expect(this->Phone.Status().errorLeft > 0, "memory is one, too");
+  this->Expect(this->Phone.Status().remainingError > 0, "memory is one, too");
   this->Phone.Do(Kind::Budgets, { 2e6, double(std::size_t{ 1 } << 28) });
   this->Phone.Settle();
-  this->Expect(this->Phone.Status().errorLeft == 0, "and finer again");
+  this->Expect(this->Phone.Status().remainingError == 0, "and finer again");
   this->Expect(this->IsIdle(), "all has come");
 }
 
@@ -160,7 +161,7 @@ void SlowWalk::MeetBudgets()
 
 bool WalkSlowly(bool stream, const std::string& file)
 {
-  const MemoryCatalog models(PaintedTorus(), "torus");
+  const MemoryCatalog models(ColoredTorus(), "torus");
   return SlowWalk(models, stream, file).Run();
 }
 

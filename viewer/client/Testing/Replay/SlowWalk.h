@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Records a walk on a line of 50 kB/s, each answer drawn for itself: zooms that are called back, a
-// tap while much is under way, and budgets that are met, made smaller and larger again.
+// Records a walk on a line of 50 kB/s, each answer drawn for itself: zooms that are cancelled, a
+// tap while much is in flight, and budgets that are met, made smaller and larger again.
 #pragma once
 
 #include <string>

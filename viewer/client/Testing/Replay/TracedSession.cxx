@@ -151,7 +151,7 @@ ServerLineOptions LineOptions()
   ServerLineOptions options;
   options.authority = "recorded:1";
   options.patient = true;
-  options.longestSilence = 20;
+  options.silenceTimeout = 20;
   return options;
 }
 
@@ -266,8 +266,8 @@ void TracedSession::Dispatch(const RecordedInput& input)
       return this->Server.Fetched(Error{ ErrorCode::InputOutput, input.payload }, input.time);
     case Kind::Tick:
       return this->Server.Tick(input.time);
-    case Kind::Hurry:
-      return this->Server.Hurry();
+    case Kind::RetryNow:
+      return this->Server.RetryNow();
     case Kind::Draw:
       this->Viewer.Advance(input.time);
       return this->Draw();

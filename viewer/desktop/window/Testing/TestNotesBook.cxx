@@ -64,11 +64,11 @@ TEST(TestNotesBook, WhatNotesMayNotBeIsNotKept)
   {
     longest += "é";
   }
-  EXPECT_EQ(wrong(longest + "é", "", ""), "a title may have 200 characters");
-  EXPECT_EQ(
-    wrong("a", std::string(Note::longestText + 1, 'x'), ""), "a note may have 4000 characters");
+  EXPECT_EQ(wrong(longest + "é", "", ""), "a title may have at most 200 characters");
+  EXPECT_EQ(wrong("a", std::string(Note::longestText + 1, 'x'), ""),
+    "a note may have at most 4000 characters");
   EXPECT_EQ(wrong("a", "", std::string(Note::longestLink + 1, 'x')),
-    "this view has too many distances to be noted: remove some");
+    "this view has too many distances for a note: remove some");
   EXPECT_EQ(book.Notes(), two);
   EXPECT_FALSE(book.IsUnsaved());
 
@@ -78,7 +78,7 @@ TEST(TestNotesBook, WhatNotesMayNotBeIsNotKept)
   {
     ASSERT_EQ(wrong("a", "", ""), "kept");
   }
-  EXPECT_EQ(wrong("a", "", ""), "there can be 100 notes");
+  EXPECT_EQ(wrong("a", "", ""), "a model can have at most 100 notes");
   EXPECT_TRUE(book.Keep(99, "b", "", "")) << "an old one changes";
 }
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// German. texts: what the page says, by what it says in English; sentences: what session and server say, whose {names} vary.
+// German. texts: the page's texts, by the English text; sentences: those of session and server, whose {names} vary.
 
 export const texts = {
   // the list
@@ -8,9 +8,9 @@ export const texts = {
   "Search the models": "Modelle suchen",
   "available offline": "offline verfügbar",
   "{n} models found": { one: "{n} Modell gefunden", other: "{n} Modelle gefunden" },
-  "No model is like this.": "Kein Modell passt dazu.",
-  "This server has no models yet. They appear here as soon as it has one.":
-    "Dieser Server hat noch keine Modelle. Sie erscheinen hier, sobald er eins hat.",
+  "No model matches.": "Kein Modell passt.",
+  "This server has no models yet. New models appear here.":
+    "Dieser Server hat noch keine Modelle. Neue Modelle erscheinen hier.",
   "Preview of {name}": "Vorschau von {name}",
 
   // the picture
@@ -18,8 +18,8 @@ export const texts = {
   "{name} in 3D": "{name} in 3D",
   "{name}: full screen": "{name}: ganzer Bildschirm",
   "{name}: original detail is shown": "{name}: das Original ist zu sehen",
-  "Arrow keys turn, with Shift they move. Plus and minus zoom. Enter opens the model, and brings the original detail in the middle. H goes to the first view, U one view back, Escape to the list.":
-    "Pfeiltasten drehen, mit Umschalt verschieben sie. Plus und Minus vergrößern und verkleinern. Die Eingabetaste öffnet das Modell und holt das Original in der Mitte. H führt zur ersten Ansicht, U eine Ansicht zurück, Escape zur Liste.",
+  "Arrow keys turn, with Shift they move. Plus and minus zoom. Enter opens the model, then loads the original at the centre. H resets the view, U undoes the last jump, Escape returns to the list.":
+    "Pfeiltasten drehen, mit Umschalt verschieben sie. Plus und Minus vergrößern und verkleinern. Die Eingabetaste öffnet das Modell und lädt dann das Original in der Mitte. H setzt die Ansicht zurück, U nimmt den letzten Sprung zurück, Escape führt zur Liste.",
   "Loading": "Lädt",
   "Loading the viewer": "Der Betrachter wird geladen",
   "Loading the viewer …": "Der Betrachter wird geladen …",
@@ -35,13 +35,13 @@ export const texts = {
   "{n} points": { one: "{n} Punkt", other: "{n} Punkte" },
   "{n} vertices": { one: "{n} Ecke", other: "{n} Ecken" },
   "{done} of {all} parts, {bytes}": "{done} von {all} Teilen, {bytes}",
-  "Tap one point of the surface, then another": "Einen Punkt der Oberfläche antippen, dann einen anderen",
-  "Click one point of the surface, then another": "Einen Punkt der Oberfläche anklicken, dann einen anderen",
+  "Tap two points on the surface": "Zwei Punkte der Oberfläche antippen",
+  "Click two points on the surface": "Zwei Punkte der Oberfläche anklicken",
   "Tap to turn the model": "Antippen, um das Modell zu drehen",
   "Double-tap the surface for its original detail": "Doppelt antippen zeigt dort das Original",
   "Double-click the surface for its original detail": "Ein Doppelklick zeigt dort das Original",
-  "Colours of detail": "Farben der Genauigkeit",
-  "By an array": "Nach Werten der Punkte",
+  "Colours by detail": "Farben der Genauigkeit",
+  "By array": "Nach Werten der Punkte",
   "Colour map": "Farbskala",
   "Blue to red": "Blau bis Rot",
   "From": "Von",
@@ -60,7 +60,7 @@ export const texts = {
 
   // buttons
   "Back to the list": "Zurück zur Liste",
-  "Back to the view before": "Zurück zur Ansicht davor",
+  "Back to the previous view": "Zurück zur vorigen Ansicht",
   "First view": "Erste Ansicht",
   "Tools": "Werkzeuge",
   "Options": "Einstellungen",
@@ -81,7 +81,7 @@ export const texts = {
   "Turning": "Drehen",
   "Previews": "Vorschauen",
   "Beside the list": "Neben der Liste",
-  "When asked for": "Auf Verlangen",
+  "On demand": "Auf Verlangen",
   "Upright": "Aufrecht",
   "Free": "Frei",
   "Original detail around a double tap": "Original um doppeltes Antippen",
@@ -89,16 +89,16 @@ export const texts = {
   "Near": "Nah",
   "Wide": "Weit",
   "Widest": "Weiter",
-  "What comes next": "Was als Nächstes kommt",
+  "Prefetching": "Vorausladen",
   "Fetch ahead": "Voraus laden",
   "Save data": "Daten sparen",
   "Show": "Zeigen",
   "Stone": "Stein",
   "Colours": "Farben",
   "Partitions": "Teile",
-  "Without a network": "Ohne Netz",
-  "Detail to keep": "Was behalten wird",
-  "Most to keep": "Wie viel behalten wird",
+  "Offline": "Offline",
+  "Detail to store": "Gespeicherte Genauigkeit",
+  "Storage limit": "Speichergrenze",
   "At most 50 MB": "Höchstens 50 MB",
   "At most 200 MB": "Höchstens 200 MB",
   "At most 1 GB": "Höchstens 1 GB",
@@ -108,14 +108,14 @@ export const texts = {
   "Go on": "Weiter",
   "Paused: {why}.": "Angehalten: {why}.",
   "Paused after {part}": "Angehalten nach {part}",
-  "Kept: it opens without a network.": "Behalten: Es öffnet sich auch ohne Netz.",
+  "Stored: it opens offline.": "Gespeichert: Es öffnet sich offline.",
   "{bytes} of {limit} are used.": "{bytes} von {limit} sind belegt.",
-  "Nothing more can be kept: {why}.": "Mehr kann nicht behalten werden: {why}.",
+  "Nothing more can be stored: {why}.": "Mehr kann nicht gespeichert werden: {why}.",
   "the limit is reached": "die Grenze ist erreicht",
-  "it cannot be kept": "es lässt sich nicht behalten",
-  "some of what was kept has been removed since": "einiges von dem, was behalten war, ist inzwischen entfernt",
-  "all that was kept has been removed": "alles Behaltene ist entfernt",
-  "this browser keeps nothing for this page": "dieser Browser speichert nichts für diese Seite",
+  "it cannot be stored": "es lässt sich nicht speichern",
+  "some stored data was removed": "einige gespeicherte Daten sind entfernt",
+  "all stored data was removed": "alle gespeicherten Daten sind entfernt",
+  "this browser stores nothing for this page": "dieser Browser speichert nichts für diese Seite",
   "the browser's storage is full": "der Speicher des Browsers ist voll",
 
   // about a model
@@ -132,7 +132,7 @@ export const texts = {
   "Right": "Rechts",
   "Top": "Oben",
   "Bottom": "Unten",
-  "Turn by itself": "Von selbst drehen",
+  "Turn automatically": "Automatisch drehen",
   "Distances": "Abstände",
   "Measure": "Messen",
   "Section": "Schnitt",
@@ -154,18 +154,18 @@ export const texts = {
   "Standard light": "Normales Licht",
   "Name of the distance": "Name des Abstands",
   "from here to …": "von hier bis …",
-  "(the original is coming)": "(das Original kommt noch)",
+  "(the original is loading)": "(das Original wird geladen)",
   "(of a coarser level)": "(auf einer gröberen Stufe)",
   "{distance}, height {height}, across {across}": "{distance}, Höhe {height}, waagerecht {across}",
   "Copy as text": "Als Text kopieren",
   "Copy this:": "Dies kopieren:",
-  "The distances are copied.": "Die Abstände sind kopiert.",
+  "Distances copied.": "Abstände kopiert.",
   "This view": "Diese Ansicht",
   "Copy link": "Link kopieren",
   "Share…": "Teilen…",
-  "The link to this view is copied.": "Der Link zu dieser Ansicht ist kopiert.",
+  "Link copied.": "Link kopiert.",
   "Save picture": "Bild speichern",
-  "The picture is saved.": "Das Bild ist gespeichert.",
+  "Picture saved.": "Bild gespeichert.",
 
   // notes
   "Notes": "Anmerkungen",
@@ -183,37 +183,37 @@ export const texts = {
   "Down": "Nach unten",
   "Edit": "Ändern",
   "A note needs a title.": "Eine Anmerkung braucht einen Titel.",
-  "There can be {n} notes.": "Es kann {n} Anmerkungen geben.",
-  "These notes are too long to be served: shorten them.": "Diese Anmerkungen sind zu lang für den Server: Kürzen Sie sie.",
-  "Put {file} beside {store} on the server: then all who see the model have the notes.": "Legen Sie {file} auf dem Server neben {store}: Dann haben alle die Anmerkungen, die das Modell sehen.",
+  "A model can have at most {n} notes.": "Ein Modell kann höchstens {n} Anmerkungen haben.",
+  "These notes are too long for the server: shorten them.": "Diese Anmerkungen sind zu lang für den Server: Kürzen Sie sie.",
+  "Copy {file} to the folder of {store} on the server: then everyone sees the notes.": "Kopieren Sie {file} auf dem Server in den Ordner von {store}: Dann sehen alle die Anmerkungen.",
 
   // tokens
   "A token": "Ein Token",
   "Your token": "Ihr Token",
-  "The token that you were given, or its link": "Das Token, das Sie bekommen haben, oder sein Link",
+  "Your token, or the link that contains it": "Ihr Token oder der Link, der es enthält",
   "Enter": "Eingeben",
   "Enter it": "Eingeben",
   "Remember it in this browser": "In diesem Browser merken",
   "Forget it now": "Jetzt vergessen",
-  "This is no token: it would be a long word, or a link with #token= in it.":
-    "Das ist kein Token: Es wäre ein langes Wort oder ein Link mit #token= darin.",
+  "This is not a token. Enter the token, or a link that contains #token=.":
+    "Das ist kein Token. Geben Sie das Token ein oder einen Link, der #token= enthält.",
 
   // what a server refuses
   "in {n} seconds": { one: "in {n} Sekunde", other: "in {n} Sekunden" },
   "at {time}": "um {time}",
-  "the server asks for a token: open the link that you were given":
+  "the server requires a token: open the link that you were given":
     "der Server verlangt ein Token: Öffnen Sie den Link, den Sie bekommen haben",
-  "the server asks for a token: the link has expired, or is for another server":
-    "der Server verlangt ein Token: Der Link ist abgelaufen oder gilt für einen anderen Server",
-  "the link that you were given does not allow this": "der Link, den Sie bekommen haben, erlaubt das nicht",
-  "the link that you were given is for the preview alone": "der Link, den Sie bekommen haben, gilt nur für die Vorschau",
-  "the link that you were given is not for the original": "der Link, den Sie bekommen haben, gilt nicht für das Original",
-  "the link that you were given is not for this model": "der Link, den Sie bekommen haben, gilt nicht für dieses Modell",
-  "what you may have of this is used up; there is more {when}": "was Sie davon haben dürfen, ist verbraucht; mehr gibt es {when}",
+  "the server requires a token: your link has expired, or is for another server":
+    "der Server verlangt ein Token: Ihr Link ist abgelaufen oder gilt für einen anderen Server",
+  "your link does not allow this": "Ihr Link erlaubt das nicht",
+  "your link only allows the preview": "Ihr Link erlaubt nur die Vorschau",
+  "your link does not allow the original": "Ihr Link erlaubt das Original nicht",
+  "your link is not for this model": "Ihr Link gilt nicht für dieses Modell",
+  "your quota for this model is used up; try again {when}": "Ihr Kontingent für dieses Modell ist verbraucht; wieder {when}",
   "the server does not have it": "der Server hat es nicht",
-  "too much was asked of the server at once": "vom Server wurde zu viel auf einmal verlangt",
-  "too much was asked of the server at once; it answers again {when}":
-    "vom Server wurde zu viel auf einmal verlangt; er antwortet wieder {when}",
+  "too many requests": "zu viele Anfragen",
+  "too many requests; the server answers again {when}":
+    "zu viele Anfragen; der Server antwortet wieder {when}",
   "the server is busy": "der Server ist beschäftigt",
   "the server is busy; it answers again {when}": "der Server ist beschäftigt; er antwortet wieder {when}",
   "the server says {status}": "der Server sagt {status}",
@@ -221,53 +221,53 @@ export const texts = {
   // what goes wrong
   "the server does not answer": "der Server antwortet nicht",
   "the server cannot be reached": "der Server ist nicht zu erreichen",
-  "the list of models cannot be had: {why}": "die Liste der Modelle ist nicht zu bekommen: {why}",
+  "the list of models cannot be loaded: {why}": "die Liste der Modelle ist nicht zu bekommen: {why}",
   "the connection to the server was lost: {why}": "die Verbindung zum Server ist abgerissen: {why}",
   "{name} cannot be opened: {why}": "{name} lässt sich nicht öffnen: {why}",
   "a part of “{name}” is missing ({part}): {why}": "ein Teil von „{name}“ fehlt ({part}): {why}",
   "the picture cannot be drawn: {why}": "das Bild lässt sich nicht zeichnen: {why}",
   "Trying again …": "Neuer Versuch …",
   "Connected again.": "Wieder verbunden.",
-  "Nothing has come from the server for a while. Still waiting …":
-    "Seit einer Weile ist nichts vom Server gekommen. Es wird weiter gewartet …",
+  "The server has sent nothing for a while. Still waiting …":
+    "Der Server hat seit einer Weile nichts geschickt. Es wird weiter gewartet …",
   "a part of the viewer cannot be loaded from the server": "ein Teil des Betrachters lässt sich nicht vom Server laden",
   "The viewer could not be loaded from the server.": "Der Betrachter ließ sich nicht vom Server laden.",
-  "The viewer has stopped: this device has not enough memory for what was to be shown.":
-    "Der Betrachter hat angehalten: Dieses Gerät hat zu wenig Speicher für das, was zu zeigen war.",
-  "The device has taken the picture away. It is drawn again as soon as the device allows it.":
-    "Das Gerät hat das Bild weggenommen. Es wird wieder gezeichnet, sobald das Gerät es erlaubt.",
-  "“{name}” is not kept on this device, and the server cannot be reached.":
+  "The viewer has stopped: this device does not have enough memory for this view.":
+    "Der Betrachter hat angehalten: Dieses Gerät hat zu wenig Speicher für diese Ansicht.",
+  "The device has stopped the 3D drawing. It continues as soon as the device allows it.":
+    "Das Gerät hat das Zeichnen in 3D angehalten. Es geht weiter, sobald das Gerät es erlaubt.",
+  "“{name}” is not stored on this device, and the server cannot be reached.":
     "„{name}“ ist auf diesem Gerät nicht gespeichert, und der Server ist nicht zu erreichen.",
-  "The server cannot be reached. What this device has kept is shown.":
-    "Der Server ist nicht zu erreichen. Gezeigt wird, was auf diesem Gerät gespeichert ist.",
-  "“{name}” is no longer on the server. What has been loaded can still be looked at.":
+  "The server cannot be reached. Stored data is shown.":
+    "Der Server ist nicht zu erreichen. Gespeicherte Daten werden gezeigt.",
+  "“{name}” is no longer on the server. What is loaded can still be viewed.":
     "„{name}“ gibt es auf dem Server nicht mehr. Was geladen wurde, ist noch zu sehen.",
-  "The server has another “{name}” now.": "Der Server hat jetzt ein anderes Modell „{name}“.",
+  "The server has a new version of “{name}”.": "Der Server hat eine neue Fassung von „{name}“.",
   "There is a newer version of this viewer.": "Es gibt eine neuere Fassung dieses Betrachters.",
   "This browser has no WebAssembly, or it is switched off.": "Dieser Browser hat kein WebAssembly, oder es ist abgeschaltet.",
   "This browser cannot draw in 3D: it has no WebGL 2, or it is switched off.":
     "Dieser Browser kann nicht in 3D zeichnen: Er hat kein WebGL 2, oder es ist abgeschaltet.",
   "The viewer needs JavaScript, which is switched off.": "Der Betrachter braucht JavaScript, und das ist abgeschaltet.",
-  "The viewer does not start. It needs a browser of the last few years, with JavaScript and WebGL 2; reloading the page may help too.":
-    "Der Betrachter startet nicht. Er braucht einen Browser der letzten Jahre mit JavaScript und WebGL 2; auch neu laden kann helfen.",
+  "The viewer does not start. It needs a recent browser with JavaScript and WebGL 2. Reloading the page may help.":
+    "Der Betrachter startet nicht. Er braucht einen neueren Browser mit JavaScript und WebGL 2. Neu laden kann helfen.",
 };
 
 export const sentences = {
   "it was closed": "sie wurde geschlossen",
   "the server does not answer": "der Server antwortet nicht",
-  "it brought nothing for too long": "zu lange kam nichts",
+  "nothing arrived for too long": "zu lange kam nichts",
   "its checksum is wrong": "die Prüfsumme stimmt nicht",
   "the server is stopping": "der Server hält an",
   "there is no model {name}": "es gibt kein Modell {name}",
   "the server has no model '{name}'": "der Server hat kein Modell „{name}“",
-  "the server ended without sending it": "der Server hat es nicht geschickt",
+  "the server stopped before sending it": "der Server hat es nicht geschickt",
   "the model has been replaced on the server; select it again":
     "das Modell wurde auf dem Server ersetzt; wählen Sie es noch einmal",
   "{what} of {name} is damaged on the server": "{what} von {name} ist auf dem Server beschädigt",
   "{name} is damaged on the server": "{name} ist auf dem Server beschädigt",
-  "{name} is being replaced: ask again": "{name} wird gerade ersetzt",
+  "{name} is being replaced: try again": "{name} wird gerade ersetzt",
   "this link to a view is too long": "dieser Link zu einer Ansicht ist zu lang",
-  "this link to a view says nothing that can be understood about its {part}": "dieser Link zu einer Ansicht ist nicht zu verstehen ({part})",
-  "this link names no model": "dieser Link nennt kein Modell",
-  "it is not kept on this device": "es ist auf diesem Gerät nicht gespeichert",
+  "this link to a view has an invalid value for {part}": "dieser Link zu einer Ansicht hat einen ungültigen Wert für {part}",
+  "this link does not name a model": "dieser Link nennt kein Modell",
+  "it is not stored on this device": "es ist auf diesem Gerät nicht gespeichert",
 };

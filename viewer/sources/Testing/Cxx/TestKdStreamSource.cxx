@@ -172,7 +172,7 @@ TEST_F(TestKdStreamSource, WhatIsKeptIsThereWithoutTheServer)
   FilterObserver heard(later);
   later->Update();
   EXPECT_NE(
-    heard.error.find("partitions/4 cannot be had: it was not seen before"), std::string::npos)
+    heard.error.find("partitions/4 cannot be loaded: it was not seen before"), std::string::npos)
     << heard.error;
 }
 
@@ -187,7 +187,7 @@ TEST_F(TestKdStreamSource, ErrorsNameTheServerAndWhatIsWrong)
     EXPECT_NE(heard.error.find("no Url is set"), std::string::npos) << heard.error;
   }
   this->Source->SetModelId("cube");
-  EXPECT_NE(this->Refusal().find("there is no model cube, but sphere"), std::string::npos);
+  EXPECT_NE(this->Refusal().find("there is no model cube; there are sphere"), std::string::npos);
   BuildTo(this->Models / "other.kds", fixtures::Torus(20, 10), 200);
   this->Serve(std::make_unique<StoreCatalog>(
     this->Models.Path, [](const std::filesystem::path&, const std::string&) {}));
@@ -210,7 +210,7 @@ TEST_F(TestKdStreamSource, ADamagedPartitionIsNamed)
   torus->model->damaged = protocol::BlobId::Partition(2);
   this->Serve(std::move(torus));
   const std::string error = this->Refusal();
-  EXPECT_NE(error.find("partitions/2 cannot be had"), std::string::npos) << error;
+  EXPECT_NE(error.find("partitions/2 cannot be loaded"), std::string::npos) << error;
 }
 
 TEST_F(TestKdStreamSource, ATokenSaysWhatMayBeHad)
@@ -219,14 +219,15 @@ TEST_F(TestKdStreamSource, ATokenSaysWhatMayBeHad)
     std::make_shared<TokenGuard>(forged::Keys(), [] { return std::int64_t{ 1000 }; }));
   this->Source->SetContentToLevel();
   const std::string none = this->Refusal();
-  EXPECT_NE(none.find("the server says 401: this server asks for a token"), std::string::npos)
+  EXPECT_NE(none.find("the server says 401: this server requires a token"), std::string::npos)
     << none;
   this->Source->SetToken(forged::Token(
     forged::header, R"({"sub":"ann","exp":2000,"models":["torus"],"detail":"levels"})"));
   EXPECT_GT(ContentOf(this->Update()).cells.size(), 1000u);
   this->Source->SetContentToOriginal();
   const std::string original = this->Refusal();
-  EXPECT_NE(original.find("the token is for the levels of torus"), std::string::npos) << original;
+  EXPECT_NE(original.find("the token only allows the levels of torus"), std::string::npos)
+    << original;
 }
 
 // A model whose blobs never come, until it is let go.

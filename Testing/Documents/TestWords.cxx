@@ -1,0 +1,179 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// The field's words: who searches product code for a term of the field finds what does it, and no
+// identifier has a word that was replaced by one (doc/design.md#words).
+#include "Testing/Documents/References.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <array>
+#include <cctype>
+#include <regex>
+
+namespace
+{
+
+using namespace kdstream;
+
+bool IsProductCode(const std::string& path)
+{
+  return (path.starts_with("filters/") || path.starts_with("server/") ||
+           path.starts_with("viewer/")) &&
+         path.find("/Testing/") == std::string::npos &&
+         (path.ends_with(".h") || path.ends_with(".cxx"));
+}
+
+bool IsOfName(char c)
+{
+  return std::isalnum(static_cast<unsigned char>(c)) || c == '_';
+}
+
+// The end of a string or character that begins at `at`; of a raw one, after its closing mark.
+std::size_t EndOfQuoted(const std::string& text, std::size_t at)
+{
+  const char mark = text[at];
+  if (mark == '"' && at > 0 && text[at - 1] == 'R')
+  {
+    const std::size_t open = text.find('(', at);
+    const std::string close = ")" + text.substr(at + 1, open - at - 1) + "\"";
+    const std::size_t end = text.find(close, open);
+    return end == std::string::npos ? text.size() : end + close.size();
+  }
+  for (++at; at < text.size() && text[at] != mark && text[at] != '\n'; ++at)
+  {
+    at += text[at] == '\\' ? 1 : 0;
+  }
+  return std::min(at + 1, text.size());
+}
+
+// A source without its comments, strings and characters.
+std::string CodeOf(const std::string& text)
+{
+  std::string code;
+  for (std::size_t at = 0; at < text.size();)
+  {
+    if (text.compare(at, 2, "//") == 0)
+    {
+      at = std::min(text.find('\n', at), text.size());
+    }
+    else if (text.compare(at, 2, "/*") == 0)
+    {
+      const std::size_t end = text.find("*/", at + 2);
+      at = end == std::string::npos ? text.size() : end + 2;
+      code += ' ';
+    }
+    else if (text[at] == '"' || (text[at] == '\'' && (at == 0 || !IsOfName(text[at - 1]))))
+    {
+      at = EndOfQuoted(text, at);
+      code += ' ';
+    }
+    else
+    {
+      code += text[at++];
+    }
+  }
+  return code;
+}
+
+// The words of all identifiers, in small letters: of "SetPrefetchBytes", set, prefetch, bytes.
+std::set<std::string> WordsOf(const std::string& code)
+{
+  std::set<std::string> words;
+  std::string word;
+  const auto end = [&]
+  {
+    words.insert(word);
+    word.clear();
+  };
+  for (std::size_t at = 0; at < code.size(); ++at)
+  {
+    const auto c = static_cast<unsigned char>(code[at]);
+    const bool begins =
+      std::isupper(c) && at > 0 && std::islower(static_cast<unsigned char>(code[at - 1]));
+    if (!std::isalpha(c) || begins)
+    {
+      end();
+    }
+    if (std::isalpha(c))
+    {
+      word += static_cast<char>(std::tolower(c));
+    }
+  }
+  end();
+  words.erase("");
+  return words;
+}
+
+using Pair = std::array<const char*, 2>;
+
+// What was said, and what is said.
+const Pair retired[] = { { "errand", "task" }, { "talk", "connection, stream" },
+  { "owed", "outstanding" }, { "owes", "outstanding" }, { "debt", "outstanding request" },
+  { "hurry", "retry now" }, { "fleeting", "no-store" }, { "seat", "connection slot" },
+  { "team", "rank group" }, { "deed", "command, action" }, { "hollow", "ambient occlusion" },
+  { "hollows", "ambient occlusion" }, { "lamp", "light" }, { "lamps", "lights" },
+  { "untangle", "repair fold-overs" }, { "untangling", "fold-over repair" },
+  { "glide", "geomorph" }, { "glides", "geomorphs" }, { "gliding", "morphing" },
+  { "surroundings", "environment" }, { "pose", "home view" } };
+
+// Each as an expression: words may be parted by nothing, "-", or the end of a line of a comment.
+const char* const terms[] = { "frustum", "level of detail", "screen-space error", "remaining error",
+  "geometric error", "geomorph", "fold-over", "ambient occlusion", "occlusion", "prefetch",
+  "in flight", "outstanding", "backoff", "rate limit", "stall timeout", "cancel", "hysteresis",
+  "connection slot", "rank group", "collective", "scatter", "dependency", "visibility",
+  "mixed-resolution", "home view", "immutable", "no-store" };
+
+std::regex ExpressionOf(const std::string& term)
+{
+  return std::regex(
+    std::regex_replace(term, std::regex("[ -]"), "[-_ ]?(\\n *(//|\\*)? *)?"), std::regex::icase);
+}
+
+TEST(Words, AreThoseOfIdentifiers)
+{
+  EXPECT_EQ(WordsOf(CodeOf("int SetSeatOf(x1'000); // lamp\nconst char* a = \"debt\"; /* owed */"
+                           "auto b = R\"x(team \" )x\", '\\'' + isTold;")),
+    (std::set<std::string>{
+      "int", "set", "seat", "of", "x", "const", "char", "a", "auto", "b", "r", "is", "told" }));
+}
+
+TEST(Words, TermsMayBePartedByLines)
+{
+  EXPECT_TRUE(std::regex_search("// a stall\n  // timeout", ExpressionOf("stall timeout")));
+  EXPECT_TRUE(std::regex_search("double stallTimeout", ExpressionOf("stall timeout")));
+  EXPECT_FALSE(std::regex_search("a stalled timeout", ExpressionOf("stall timeout")));
+}
+
+TEST(Words, ThatWereReplacedAreInNoIdentifierOfProductCode)
+{
+  std::size_t sources = 0;
+  for (const auto& [path, text] : ReadSourceTree(KDSTREAM_SOURCE_TREE).texts)
+  {
+    if (IsProductCode(path))
+    {
+      ++sources;
+      const std::set<std::string> words = WordsOf(CodeOf(text));
+      for (const auto& [old, now] : retired)
+      {
+        EXPECT_FALSE(words.contains(old))
+          << path << ": \"" << old << "\" in an identifier; say " << now;
+      }
+    }
+  }
+  EXPECT_GT(sources, 500U) << "not the tree of this project";
+}
+
+TEST(Words, OfTheFieldAreFoundInProductCode)
+{
+  const SourceTree tree = ReadSourceTree(KDSTREAM_SOURCE_TREE);
+  for (const char* term : terms)
+  {
+    const std::regex expression = ExpressionOf(term);
+    EXPECT_TRUE(std::any_of(tree.texts.begin(), tree.texts.end(),
+      [&](const auto& each)
+      { return IsProductCode(each.first) && std::regex_search(each.second, expression); }))
+      << "no product code says \"" << term << "\"";
+  }
+}
+
+}

@@ -1,0 +1,36 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Step "levels" on several ranks, a part of it: finds vertices in the same place that different
+// ranks have, and links them for the levels by clusters. For DistributedLevels.
+#pragma once
+
+#include "filters/Parallel/MpiGroup.h"
+#include "filters/outofcore/files/BucketFile.h"
+#include "filters/outofcore/mesh/MeshBlocks.h"
+
+#include <cstdint>
+#include <optional>
+#include <vector>
+
+namespace kdstream
+{
+
+struct DistributedCoincidence
+{
+  // Of each block of the mesh, those whose lower end it has, as CollapsedTriangleOf; none: no links
+  // were looked for.
+  std::optional<RecordBuckets<Triangle>> links;
+  std::vector<VertexId> foreign; // upper ends on other ranks, ascending
+
+  // Appends those of a block. Errors: InputOutput.
+  Status Load(std::size_t block, std::vector<Triangle>& triangles) const;
+};
+
+// Pairs of ranks in the tree of vertices that are in the same place, next to each other in the
+// order of leaves: those that ForEachCoincidentPair (CoincidentRanks.h) finds in the whole. Every
+// vertex goes to the process that its place's hash tells (16 or 32 bytes), every pair to the
+// process that has its lower end (8 bytes). Memory: `memory`, and the foreign ends. Errors:
+// InputOutput; MpiGroup's.
+Result<DistributedCoincidence> LinkCoincidentCollectively(
+  MpiGroup& group, SpillFolder& folder, const MeshBlocks& mesh, std::uint64_t memory);
+
+}

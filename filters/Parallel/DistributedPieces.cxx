@@ -1,0 +1,130 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "filters/Parallel/DistributedPieces.h"
+
+#include <cstring>
+
+namespace kdstream
+{
+namespace
+{
+
+constexpr std::uint64_t batchBytes = std::uint64_t{ 1 } << 22;
+
+// What the writer needs of a piece beside its blob. After it follow: deviations; the numbers of its
+// own vertices of which ranges are gathered, array after array; the blob.
+struct PieceHead
+{
+  std::uint64_t blobBytes = 0, scalarBytes = 0;
+  std::uint32_t node = 0, ownVertices = 0, triangles = 0, deviations = 0;
+};
+
+}
+
+Status DistributedPieces::Add(const Piece& piece, std::span<const std::uint8_t> blob)
+{
+  if (this->Writer != nullptr)
+  {
+    return this->Writer->AddPiece(piece, blob);
+  }
+  if (!this->Kept.IsOpen())
+  {
+    Result<SpillFile> file = this->Folder.CreateFile("encoded pieces", 0);
+    KDSTREAM_TRY(file);
+    this->Kept = std::move(*file);
+  }
+  std::vector<std::uint8_t> scalars;
+  for (std::size_t k = 0; piece.id.resolution.IsOriginal() && k < this->Scalars.size(); ++k)
+  {
+    const AttributeInfo& array = this->Scalars[k];
+    const std::vector<std::uint8_t>& values = FindAttribute(piece.attributes, array)->values;
+    scalars.insert(scalars.end(), values.begin(),
+      values.begin() + static_cast<std::ptrdiff_t>(piece.ownVertices * array.TupleSize()));
+  }
+  const PieceHead head{ blob.size(), scalars.size(), piece.id.node, piece.ownVertices,
+    static_cast<std::uint32_t>(piece.triangles.size()),
+    static_cast<std::uint32_t>(piece.deviations.size()) };
+  const std::span<const std::byte> parts[] = { std::as_bytes(std::span(&head, 1)),
+    std::as_bytes(std::span(piece.deviations)), std::as_bytes(std::span(scalars)),
+    std::as_bytes(blob) };
+  std::vector<std::byte> bytes;
+  for (const std::span<const std::byte> part : parts)
+  {
+    bytes.insert(bytes.end(), part.begin(), part.end());
+  }
+  const std::uint64_t end = this->Kept.Size() + bytes.size();
+  KDSTREAM_TRY(this->Kept.Write(this->Kept.Size(), bytes));
+  const std::size_t batches = this->BatchBegin.size();
+  if (batches > 1 && end - this->BatchBegin[batches - 2] <= batchBytes)
+  {
+    this->BatchBegin.back() = end;
+  }
+  else
+  {
+    this->BatchBegin.push_back(end);
+  }
+  return {};
+}
+
+Status DistributedPieces::Finish(Resolution resolution, std::uint64_t triangles)
+{
+  const Result<std::vector<std::uint64_t>> batches =
+    this->Group.Gather(this->BatchBegin.size() - 1);
+  KDSTREAM_TRY(batches);
+  for (std::size_t rank = 1; rank < this->Group.Count(); ++rank)
+  {
+    for (std::size_t batch = 0; batch < (*batches)[rank]; ++batch)
+    {
+      RankLists<std::byte> out(this->Group.Count());
+      if (rank == this->Group.Rank())
+      {
+        const std::uint64_t begin = this->BatchBegin[batch];
+        out[0].resize(static_cast<std::size_t>(this->BatchBegin[batch + 1] - begin));
+        KDSTREAM_TRY(this->Kept.Read(begin, out[0]));
+      }
+      const Result<RankLists<std::byte>> in = this->Group.Exchange(out);
+      KDSTREAM_TRY(in);
+      KDSTREAM_TRY(this->Write((*in)[rank], resolution));
+    }
+  }
+  this->Kept = {};
+  this->BatchBegin.assign(1, 0);
+  KDSTREAM_TRY(this->Group.Sum(std::span(&triangles, 1)));
+  return this->Writer == nullptr ? Status{} : this->Writer->FinishResolution(resolution, triangles);
+}
+
+// Writes pieces of another rank; there are none but on rank 0.
+Status DistributedPieces::Write(std::span<const std::byte> bytes, Resolution resolution)
+{
+  while (!bytes.empty())
+  {
+    PieceHead head;
+    std::memcpy(&head, bytes.data(), sizeof(head));
+    bytes = bytes.subspan(sizeof(head));
+    Piece piece; // as much of it as the writer reads
+    piece.id = { resolution, head.node };
+    piece.ownVertices = head.ownVertices;
+    piece.triangles.resize(head.triangles);
+    piece.deviations.resize(head.deviations);
+    if (head.deviations > 0)
+    {
+      std::memcpy(piece.deviations.data(), bytes.data(), head.deviations * sizeof(float));
+    }
+    bytes = bytes.subspan(head.deviations * sizeof(float));
+    const auto* scalar = reinterpret_cast<const std::uint8_t*>(bytes.data());
+    for (std::size_t k = 0; resolution.IsOriginal() && k < this->Scalars.size(); ++k)
+    {
+      const AttributeInfo& array = this->Scalars[k];
+      const std::size_t size = head.ownVertices * array.TupleSize();
+      piece.attributes.push_back({ array, { scalar, scalar + size } });
+      scalar += size;
+    }
+    bytes = bytes.subspan(head.scalarBytes);
+    const std::span<const std::uint8_t> blob(
+      reinterpret_cast<const std::uint8_t*>(bytes.data()), head.blobBytes);
+    KDSTREAM_TRY(this->Writer->AddPiece(piece, blob));
+    bytes = bytes.subspan(head.blobBytes);
+  }
+  return {};
+}
+
+}

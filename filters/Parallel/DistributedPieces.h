@@ -1,0 +1,52 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Step "store" of a parallel build: rank 0 gets the encoded pieces of all ranks, in their order,
+// and writes them. For DistributedBuilder.
+#pragma once
+
+#include "filters/Parallel/MpiGroup.h"
+#include "filters/core/pieces/Piece.h"
+#include "filters/outofcore/files/SpillFile.h"
+#include "filters/store/ScalarStatistics.h"
+#include "filters/store/StoreWriter.h"
+
+#include <cstdint>
+#include <span>
+#include <vector>
+
+namespace kdstream
+{
+
+// Takes the pieces of a resolution on each rank: rank 0, whose pieces come first, writes them at
+// once, the others keep them in a file until the resolution is complete.
+class DistributedPieces
+{
+public:
+  // attributes: of the model. writer: of rank 0; none elsewhere.
+  DistributedPieces(MpiGroup& group, SpillFolder& folder, std::span<const AttributeInfo> attributes,
+    StoreWriter* writer)
+    : Group(group)
+    , Folder(folder)
+    , Scalars(ScalarStatistics::ArraysOf(attributes))
+    , Writer(writer)
+  {
+  }
+
+  // Errors: those of the writer; InputOutput.
+  Status Add(const Piece& piece, std::span<const std::uint8_t> blob);
+  // All of a resolution's pieces of this rank have been added. The others' come to rank 0 in the
+  // order of ranks, about 4 MiB at a time, which is the order of nodes. triangles: those of this
+  // rank's pieces.
+  Status Finish(Resolution resolution, std::uint64_t triangles);
+
+private:
+  Status Write(std::span<const std::byte> bytes, Resolution resolution);
+
+  MpiGroup& Group;
+  SpillFolder& Folder;
+  std::vector<AttributeInfo> Scalars; // of which the writer gathers the ranges
+  StoreWriter* Writer;
+  SpillFile Kept;
+  std::vector<std::uint64_t> BatchBegin{ 0 }; // in the file, and the end
+};
+
+}

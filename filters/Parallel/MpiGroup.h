@@ -1,0 +1,58 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// The ranks that build one model: a RankGroup that knows who has which blocks (NodeShares), and
+// what steps out of core need of it (BlockGroup). For kdstream-build-mpi and vtkKdStoreWriter; no
+// step of building is here, and what goes from file to file is DistributedFiles' matter.
+#pragma once
+
+#include "filters/Parallel/NodeShares.h"
+#include "filters/outofcore/levels/BlockGroup.h"
+#include "filters/ranks/RankGroup.h"
+
+#include <cstddef>
+#include <cstdint>
+#include <functional>
+#include <span>
+#include <vector>
+
+namespace kdstream
+{
+
+class MpiGroup
+  : public RankGroup
+  , public BlockGroup
+{
+public:
+  // REQUIRES: messages that outlive the group.
+  explicit MpiGroup(RankMessages& messages);
+  ~MpiGroup() override;
+
+  // Who has which blocks.
+  NodeShares& Shares() { return this->Nodes; }
+  const NodeShares& Shares() const { return this->Nodes; }
+  std::size_t OwnerOf(std::size_t block, unsigned depth) const
+  {
+    return this->Nodes.OwnerOf(block, depth);
+  }
+
+  bool IsFirst() const override { return this->Rank() == 0; }
+  BlockRange Here(unsigned depth) const override
+  {
+    return this->Nodes.BlocksOf(this->Rank(), depth);
+  }
+  Status Sum(std::span<std::uint64_t> numbers) override { return this->RankGroup::Sum(numbers); }
+  // The greatest of all ranks' numbers.
+  Result<std::uint64_t> Most(std::uint64_t number) override;
+  Status Spread(std::vector<VertexId>& numbers) override;
+  Status Fetch(SpillFile& file, std::size_t elementBytes, std::span<const VertexId> begin,
+    unsigned depth, std::span<const VertexId> wanted) override;
+
+  // Equally many bytes for each block of a depth: gets those of other ranks' blocks.
+  Status Share(std::span<std::byte> blocks, unsigned depth);
+  // One sum of what all ranks add to it, rank after rank.
+  Result<double> AddInOrder(const std::function<Status(double& sum)>& add);
+
+private:
+  NodeShares Nodes;
+};
+
+}

@@ -1,0 +1,94 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// The components of one cell: which of its connected components become clusters of their own
+// (doc/design.md#clusters). Only for the makers of levels.
+#pragma once
+
+#include "filters/core/Types.h"
+
+#include <algorithm>
+#include <cstddef>
+#include <cstdint>
+#include <span>
+#include <vector>
+
+namespace kdstream
+{
+
+inline constexpr std::size_t mostCellComponents = 4; // a cell
+
+// A component of one cell while its sheets are decided.
+struct CellComponent
+{
+  std::uint64_t count = 0; // original vertices
+  Vec3 sum{};
+  bool surface = false;
+  std::size_t joined = 0; // the sheet that it becomes part of
+};
+
+// Decides which components of one cell become sheets, at most four. Components without triangles
+// are joined first. If there are more than 16 then, each of the smaller ones joins the nearest of
+// the 16 largest. Then, until four are left: of the smallest ones, the one that is nearest to
+// another joins that. Distances are those of means; of equals the one with the lowest vertex
+// counts. `components` are ordered by lowest vertex.
+void LimitComponents(std::vector<CellComponent>& components);
+
+// Groups the members of one cell into clusters.
+// members: ordered by lowest original vertex. root(m): the member's component, as the root's id.
+// describe(m): its CellComponent. Calls assign(m, local cluster); returns the number of clusters.
+// Local clusters are ordered by lowest vertex.
+template <class Root, class Describe, class Assign>
+std::size_t GroupCell(std::span<const VertexId> members, bool byComponents, const Root& root,
+  const Describe& describe, const Assign& assign)
+{
+  if (members.empty())
+  {
+    return 0;
+  }
+  if (!byComponents)
+  {
+    for (const VertexId m : members)
+    {
+      assign(m, 0);
+    }
+    return 1;
+  }
+  std::vector<VertexId> roots;
+  std::vector<CellComponent> components;
+  std::vector<std::size_t> componentOf(members.size());
+  for (std::size_t i = 0; i < members.size(); ++i)
+  {
+    const VertexId r = root(members[i]);
+    const auto found = std::find(roots.begin(), roots.end(), r);
+    componentOf[i] = static_cast<std::size_t>(found - roots.begin());
+    const CellComponent own = describe(members[i]);
+    if (found == roots.end())
+    {
+      roots.push_back(r);
+      components.push_back(own);
+      continue;
+    }
+    CellComponent& component = components[componentOf[i]];
+    component.count += own.count;
+    component.surface |= own.surface;
+    for (std::size_t k = 0; k < 3; ++k)
+    {
+      component.sum[k] += own.sum[k];
+    }
+  }
+  LimitComponents(components);
+  // Local numbers in the order of first appearance, which is that of the lowest vertex.
+  std::vector<std::size_t> number(components.size(), components.size());
+  std::size_t clusters = 0;
+  for (std::size_t i = 0; i < members.size(); ++i)
+  {
+    std::size_t& n = number[components[componentOf[i]].joined];
+    if (n == components.size())
+    {
+      n = clusters++;
+    }
+    assign(members[i], n);
+  }
+  return clusters;
+}
+
+}

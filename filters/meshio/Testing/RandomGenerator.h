@@ -1,0 +1,106 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Seeded choices for random test files.
+#pragma once
+
+#include <bit>
+#include <charconv>
+#include <cmath>
+#include <cstdint>
+#include <random>
+#include <string>
+#include <vector>
+
+namespace kdstream::test
+{
+
+class RandomGenerator
+{
+public:
+  explicit RandomGenerator(unsigned seed)
+    : Random(seed)
+  {
+  }
+
+  std::uint64_t Pick(std::uint64_t below)
+  {
+    return std::uniform_int_distribution<std::uint64_t>(0, below - 1)(this->Random);
+  }
+  bool Chance(double probability) { return std::bernoulli_distribution(probability)(this->Random); }
+  std::string PickOf(const std::vector<std::string>& words)
+  {
+    return words[this->Pick(words.size())];
+  }
+
+  // Any finite bits, often small.
+  template <class Real>
+  Real AnyReal()
+  {
+    if (this->Chance(0.5))
+    {
+      return std::uniform_real_distribution<Real>(-1, 1)(this->Random);
+    }
+    if constexpr (sizeof(Real) == 4)
+    {
+      const auto value = std::bit_cast<float>(static_cast<std::uint32_t>(this->Random()));
+      return std::isfinite(value) ? value : -0.0F;
+    }
+    else
+    {
+      const auto value = std::bit_cast<double>(this->Random());
+      return std::isfinite(value) ? value : -0.0;
+    }
+  }
+
+private:
+  std::mt19937_64 Random;
+};
+
+// The shortest text that is read as that value.
+template <class Real>
+std::string ShortText(Real value)
+{
+  char text[64];
+  return std::string(text, std::to_chars(text, text + sizeof(text), value).ptr);
+}
+
+// What a disk or a foe makes of good bytes: one change. lines: pieces of text that mean something.
+inline void Mutate(
+  std::string& bytes, RandomGenerator& generator, const std::vector<std::string>& lines)
+{
+  static const std::vector<std::string> numbers{ "0", "-1", "1", "255", "65536", "2147483648",
+    "4294967295", "4294967296", "-9223372036854775808", "18446744073709551615", "1e999", "nan",
+    "1.00000001", "x" };
+  const std::size_t at = generator.Pick(bytes.size());
+  switch (generator.Pick(8))
+  {
+    case 0: // one bit
+      bytes[at] = static_cast<char>(bytes[at] ^ (1 << generator.Pick(8)));
+      break;
+    case 1: // one byte
+      bytes[at] = static_cast<char>(generator.Pick(256));
+      break;
+    case 2: // the end is missing
+      bytes.resize(at + 1);
+      break;
+    case 3: // a part is missing
+      bytes.erase(at, 1 + generator.Pick(16));
+      break;
+    case 4: // a part is there twice
+      bytes.insert(generator.Pick(bytes.size()), bytes.substr(at, 1 + generator.Pick(64)));
+      break;
+    case 5: // four bytes that are all ones
+      bytes.replace(at, 4, "\xff\xff\xff\xff");
+      break;
+    case 6: // a number of the text
+    {
+      const std::size_t digit = std::min(bytes.find_first_of("0123456789", at), bytes.size());
+      const std::size_t end = std::min(bytes.find_first_not_of("0123456789", digit), bytes.size());
+      bytes.replace(digit, end - digit, generator.PickOf(numbers));
+      break;
+    }
+    default: // a line more
+      bytes.insert(std::min(bytes.find('\n', at) + 1, bytes.size()), generator.PickOf(lines));
+  }
+}
+
+}

@@ -1,0 +1,48 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// The processes that build one model together, each with some of its blocks: the seam between the
+// steps out of core and the transport between processes (filters/Parallel).
+//
+// A file has the same places in all processes. Each process fills in its own data, and fetches what
+// its blocks need of others into the same places of its own file; the rest of the file stays empty.
+#pragma once
+
+#include "filters/core/Types.h"
+#include "filters/core/levels/LevelBlocks.h"
+#include "filters/outofcore/files/SpillFile.h"
+
+#include <cstddef>
+#include <cstdint>
+#include <span>
+#include <vector>
+
+namespace kdstream
+{
+
+// A group of one; what several do is told by those that override it. Every process calls the
+// functions from Sum on, in the same order. Errors: those of the files and of carrying; the error
+// of any process is that of all.
+class BlockGroup
+{
+public:
+  virtual ~BlockGroup() = default;
+
+  virtual bool IsFirst() const { return true; }
+  // The blocks, cells of a depth, that this process has.
+  virtual BlockRange Here(unsigned depth) const { return { 0, std::size_t{ 1 } << depth }; }
+
+  // Adds up the numbers of all processes, one by one.
+  virtual Status Sum(std::span<std::uint64_t>) { return {}; }
+  // The greatest of all processes' numbers.
+  virtual Result<std::uint64_t> Most(std::uint64_t number) { return number; }
+  // Gives all processes what the first one has.
+  virtual Status Spread(std::vector<VertexId>&) { return {}; }
+  // Fetches elements of a file whose blocks are cells of `depth` and begin at begin[block]; begin
+  // has an end. wanted: numbers of elements, in any order; those that are here stay as they are.
+  virtual Status Fetch(SpillFile& /*file*/, std::size_t /*elementBytes*/,
+    std::span<const VertexId> /*begin*/, unsigned /*depth*/, std::span<const VertexId> /*wanted*/)
+  {
+    return {};
+  }
+};
+
+}

@@ -1,0 +1,20 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// How far the clusters of levels in files lie off, level by level.
+#pragma once
+
+#include "filters/core/tree/KdTree.h"
+#include "filters/outofcore/levels/BlockGroup.h"
+#include "filters/outofcore/levels/ExternalLevels.h"
+
+#include <vector>
+
+namespace kdstream
+{
+
+// GeometricErrorBins::Most99 of each level, the same in every process. Reads the clusters of each
+// level in files once. Memory: 64 KiB and a batch of records. group: each process has the clusters
+// of its own blocks, the first one those of the levels up to S. Errors: InputOutput.
+Result<std::vector<double>> GeometricErrorsOfLevels(
+  const ExternalLevels& levels, const TreeDepths& depths, BlockGroup* group = nullptr);
+
+}

@@ -1,0 +1,332 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// The ranks that make something together: what they tell each other, and how an error of one
+// becomes the error of all. For kdstream-build-mpi and the filters that have a Controller.
+//
+// A rank is a process of an MPI job, or of a vtkMultiProcessController; how bytes get from one to
+// the other is RankMessages' matter. Where a step goes wrong on one rank, by an error or an
+// exception, it leaves the step, up to whoever calls Run or Fail. The others learn it when they
+// next tell each other something: every call agrees first that nobody has failed. Before bytes are
+// sent all agree once more that there is memory for what comes. What goes wrong beyond that, where
+// there is no memory even for a few numbers, cannot be told any more: that is a BrokenGroup.
+#pragma once
+
+#include "filters/core/CaughtError.h"
+#include "filters/core/Result.h"
+#include "filters/core/Types.h"
+#include "filters/ranks/RankMessages.h"
+
+#include <algorithm>
+#include <cstddef>
+#include <cstdint>
+#include <cstring>
+#include <functional>
+#include <memory>
+#include <numeric>
+#include <optional>
+#include <span>
+#include <string>
+#include <type_traits>
+#include <utility>
+#include <vector>
+
+class vtkMultiProcessController;
+
+namespace kdstream
+{
+
+// One list for each rank: what goes to it, or what has come from it.
+template <class T>
+using RankLists = std::vector<std::vector<T>>;
+
+// Bytes that a rank sends in one round of an exchange in rounds, about; and at most as many
+// elements of a size.
+inline constexpr std::size_t roundBytes = std::size_t{ 1 } << 22;
+constexpr std::size_t ElementsOfRound(std::size_t elementBytes)
+{
+  return elementBytes < roundBytes ? roundBytes / elementBytes : 1;
+}
+// The rounds that so many elements take.
+constexpr std::uint64_t RoundsOf(std::uint64_t elements, std::size_t ofRound)
+{
+  return (elements + ofRound - 1) / ofRound;
+}
+
+// Thrown, on one rank, where it cannot reach the others any more. They wait for what does not come;
+// the end of this process ends them, too.
+struct BrokenGroup
+{
+  Error error;
+};
+
+// All calls but Rank, Count, Where and NameRank are made by all ranks, in the same order.
+class RankGroup
+{
+public:
+  // REQUIRES: messages, or a controller, that outlive the group.
+  explicit RankGroup(RankMessages& messages);
+  explicit RankGroup(vtkMultiProcessController& controller);
+
+  std::size_t Rank() const { return this->Messages.Rank(); }
+  std::size_t Count() const { return this->Messages.Count(); }
+
+  // This rank for messages: "rank 1 on node7".
+  std::string Where() const;
+  // An error of this rank, which names it then, unless it is the only one or was interrupted.
+  Error NameRank(Error error) const;
+
+  // What each rank has come to: the error of the lowest rank that has one, which it names.
+  Status Agree(const Status& own);
+  // Adds over the ranks, element by element.
+  Status Sum(std::span<std::uint64_t> numbers);
+  // The smallest lower and greatest upper ends of all ranks' boxes, one by one.
+  Status JoinBoxes(std::span<Box> boxes);
+  // One number of each rank, by rank.
+  Result<std::vector<std::uint64_t>> Gather(std::uint64_t number);
+  // Whether all ranks say so.
+  Result<bool> AllHave(bool has);
+  // The sum over the ranks before this one, and over all.
+  Result<std::pair<std::uint64_t, std::uint64_t>> CountBefore(std::uint64_t count);
+
+  // Sends a list to each rank and gets one of each; those to the rank itself are copied.
+  template <class T>
+  Result<RankLists<T>> Exchange(const RankLists<T>& lists)
+  {
+    RankLists<T> in(this->Count());
+    KDSTREAM_TRY(this->ExchangeOthers(lists, in, false));
+    in[this->Rank()] = lists[this->Rank()];
+    return in;
+  }
+  // The same of lists that nobody needs any more.
+  template <class T>
+  Result<RankLists<T>> Exchange(RankLists<T>&& lists)
+  {
+    RankLists<T> in(this->Count());
+    KDSTREAM_TRY(this->ExchangeOthers(lists, in, false));
+    in[this->Rank()] = std::move(lists[this->Rank()]);
+    return in;
+  }
+
+  // The same in rounds, so that the bytes in flight do not grow with the total. make(round, lists)
+  // -> Status fills the empty lists of one of this rank's rounds; take(from, span) -> Status gets
+  // what came. All ranks do as many rounds as the rank with the most.
+  template <class T, class Make, class TakeList>
+  Status ExchangeInRounds(std::uint64_t rounds, const Make& make, const TakeList& take)
+  {
+    RankLists<T> out(this->Count()), in(this->Count());
+    bool more = true;
+    for (std::uint64_t round = 0; more; ++round)
+    {
+      for (std::vector<T>& list : out)
+      {
+        list.clear();
+      }
+      if (round < rounds)
+      {
+        KDSTREAM_TRY(make(round, out));
+      }
+      const Result<bool> anyMore = this->ExchangeOthers(out, in, round + 1 < rounds);
+      KDSTREAM_TRY(anyMore);
+      more = *anyMore;
+      for (std::size_t from = 0; from < this->Count(); ++from)
+      {
+        const std::vector<T>& list = (from == this->Rank() ? out : in)[from];
+        KDSTREAM_TRY(take(from, std::span<const T>(list)));
+      }
+    }
+    return {};
+  }
+
+  // One round of an exchange, which those above are made of: lists to and from the other ranks;
+  // those from them take the place of what is in `in`. Whether any rank has more to send.
+  template <class T>
+  Result<bool> ExchangeOthers(const RankLists<T>& lists, RankLists<T>& in, bool more)
+  {
+    static_assert(std::is_trivially_copyable_v<T>);
+    std::vector<std::span<const std::byte>> out;
+    for (const std::vector<T>& list : lists)
+    {
+      out.push_back(std::as_bytes(std::span<const T>(list)));
+    }
+    return this->ExchangeBytes(
+      out,
+      [&](std::size_t from, std::size_t bytes)
+      {
+        in[from].resize(bytes / sizeof(T));
+        return std::as_writable_bytes(std::span<T>(in[from]));
+      },
+      more);
+  }
+
+  // Where keys of all ranks, put in order, are parted into one share for each rank: a key goes to
+  // the rank that ShareOf tells. A share has at most a quarter more keys than there are for each
+  // rank, or less; what is equal stays together. sorted: this rank's keys. The 4 * Count()^2 keys
+  // that decide, about, are on all ranks for a moment.
+  template <class Key>
+  Result<std::vector<Key>> PartInOrder(std::span<const Key> sorted)
+  {
+    std::uint64_t all = sorted.size();
+    KDSTREAM_TRY(this->Sum(std::span(&all, 1)));
+    // Each key of the sample stands for this number of keys of its rank, up to it. So between two
+    // of them there is at most this number of further keys of each rank.
+    const auto stride = static_cast<std::size_t>(
+      std::max<std::uint64_t>(1, all / (4 * this->Count() * this->Count())));
+    std::vector<Key> sample;
+    for (std::size_t i = stride; i <= sorted.size(); i += stride)
+    {
+      sample.push_back(sorted[i - 1]);
+    }
+    const auto came = this->Exchange(RankLists<Key>(this->Count(), sample));
+    KDSTREAM_TRY(came);
+    sample.clear();
+    for (const std::vector<Key>& theirs : *came)
+    {
+      sample.insert(sample.end(), theirs.begin(), theirs.end());
+    }
+    std::sort(sample.begin(), sample.end());
+    std::vector<Key> ends; // of all shares but the last
+    for (std::size_t rank = 1; rank < this->Count() && !sample.empty(); ++rank)
+    {
+      ends.push_back(sample[(rank * sample.size() + this->Count() - 1) / this->Count() - 1]);
+    }
+    return ends;
+  }
+  template <class Key>
+  static std::size_t ShareOf(const Key& key, const std::vector<Key>& ends)
+  {
+    return static_cast<std::size_t>(std::lower_bound(ends.begin(), ends.end(), key) - ends.begin());
+  }
+
+  // Tells all others that this rank cannot continue, and returns the error that all ranks end with,
+  // which names the failed rank: this one, or a lower one that failed at the same time. All ranks
+  // know the error once it has come through a call above.
+  Error Fail(const Error& error);
+  // The same with an error that all ranks have found at the same time, in the same words.
+  Error FailCollectively(const Error& error)
+  {
+    this->Failed = error;
+    return error;
+  }
+  // All are done: the error of a rank that is not.
+  Status Finish() { return this->AgreeOn(); }
+
+  // What all ranks do together, step by step: work() -> Result or Status. An exception, too, is the
+  // error of all; but a BrokenGroup comes through.
+  template <class Work>
+  auto Run(const Work& work) -> decltype(work())
+  {
+    decltype(work()) done = Error{};
+    try
+    {
+      done = work();
+    }
+    catch (const BrokenGroup&)
+    {
+      throw;
+    }
+    catch (...)
+    {
+      done = CaughtError();
+    }
+    const Status all = done ? this->Finish() : Status(this->Fail(done.GetError()));
+    return all ? std::move(done) : decltype(work())(all.GetError());
+  }
+
+protected:
+  // What every call begins with: nobody has failed. Each rank tells the others some numbers on the
+  // way, Count() + 1 at most. REQUIRES: own, or the same count of numbers on all ranks.
+  Status AgreeOn(std::span<const std::uint64_t> numbers = {}, const Error* own = nullptr);
+  std::uint64_t Told(std::size_t rank, std::size_t number) const
+  {
+    return this->AllTold[rank * (this->Count() + 2) + 1 + number];
+  }
+  // Agrees on what make() has come to, which takes memory.
+  template <class Make>
+  Status AgreeOnRoom(const Make& make)
+  {
+    std::optional<Error> error;
+    try
+    {
+      make();
+    }
+    catch (...)
+    {
+      error = CaughtError();
+    }
+    return this->AgreeOn({}, error ? &*error : nullptr);
+  }
+  // A step that the other ranks do at the same time.
+  template <class Step>
+  static auto Collective(const Step& step)
+  {
+    try
+    {
+      return step();
+    }
+    catch (...)
+    {
+      throw BrokenGroup{ CaughtError() };
+    }
+  }
+
+private:
+  using Room = std::function<std::span<std::byte>(std::size_t from, std::size_t bytes)>;
+
+  Result<bool> ExchangeBytes(
+    const std::vector<std::span<const std::byte>>& out, const Room& room, bool more);
+  void Swap(const std::vector<std::span<const std::byte>>& out,
+    const std::vector<std::span<std::byte>>& in);
+  Error ErrorOf(std::size_t rank, const Error* own);
+
+  std::unique_ptr<RankMessages> Own; // of a controller
+  std::optional<Error> Failed;
+  std::vector<std::uint64_t> AllTold; // of each rank whether it has failed, and numbers
+
+protected:
+  RankMessages& Messages;
+};
+
+// Lists, one after the other, each after its length.
+class RankMessage
+{
+public:
+  explicit RankMessage(std::vector<unsigned char> bytes = {})
+    : Bytes(std::move(bytes))
+  {
+  }
+  template <class T>
+  void Put(const std::vector<T>& list)
+  {
+    const std::uint64_t size = list.size() * sizeof(T);
+    this->Append(&size, sizeof(size));
+    this->Append(list.data(), size);
+  }
+  template <class T>
+  std::vector<T> Take()
+  {
+    std::uint64_t size = 0;
+    this->Copy(&size, sizeof(size));
+    std::vector<T> list(size / sizeof(T));
+    this->Copy(list.data(), size);
+    return list;
+  }
+  bool AtEnd() const { return this->At == this->Bytes.size(); }
+  std::vector<unsigned char> Release() { return std::move(this->Bytes); }
+
+private:
+  void Append(const void* from, std::size_t size)
+  {
+    const auto* const begin = static_cast<const unsigned char*>(from);
+    this->Bytes.insert(this->Bytes.end(), begin, begin + size);
+  }
+  void Copy(void* to, std::size_t size)
+  {
+    std::copy_n(
+      this->Bytes.begin() + std::ptrdiff_t(this->At), size, static_cast<unsigned char*>(to));
+    this->At += size;
+  }
+
+  std::vector<unsigned char> Bytes;
+  std::size_t At = 0;
+};
+
+}

@@ -1,0 +1,105 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// The pictures of a textured mesh, decoded, and its materials, in a folder: how kdstream-convert
+// hands them to the build, which holds no picture in memory. Between steps "read" and "encode" of
+// the pipeline picture.
+//
+// `paint` is an index: materials and sizes of pictures. `picture-N` has the texels of picture N as
+// squares of 64 × 64, RGBA, row by row of squares, those at the right and lower edge filled up with
+// zeros. Both programs are of one version, and the folder goes with the build.
+#pragma once
+
+#include "filters/texture/PictureTexels.h"
+#include "filters/texture/TexelSource.h"
+#include "filters/texture/TileCharts.h"
+
+#include <array>
+#include <cstdint>
+#include <filesystem>
+#include <memory>
+#include <span>
+#include <utility>
+#include <vector>
+
+namespace kdstream
+{
+
+// The texels of a picture's file.
+class MappedPicture
+{
+public:
+  // Errors: InputOutput. REQUIRES: a file of that size.
+  static Result<MappedPicture> Open(
+    const std::filesystem::path& file, std::size_t width, std::size_t height);
+  MappedPicture(MappedPicture&& other) noexcept
+    : Layout(std::exchange(other.Layout, {}))
+    , Bytes(std::exchange(other.Bytes, 0))
+  {
+  }
+  MappedPicture(const MappedPicture&) = delete;
+  MappedPicture& operator=(const MappedPicture&) = delete;
+  MappedPicture& operator=(MappedPicture&&) = delete;
+  ~MappedPicture();
+
+  const TexelLayout& Texels() const { return this->Layout; }
+
+private:
+  MappedPicture() = default;
+
+  TexelLayout Layout;
+  std::size_t Bytes = 0;
+};
+
+class TextureFolderWriter
+{
+public:
+  // Makes the folder, for so many pictures. Errors: InputOutput.
+  static Result<TextureFolderWriter> Create(
+    const std::filesystem::path& folder, std::size_t pictures);
+
+  // Decodes a picture into its file, row by row (DecodePictureRows). Memory besides: 256 bytes for
+  // each column of the picture; what is returned refers to the file, which the system keeps in
+  // memory as far as it has some. Errors: InputOutput where the file cannot be written; else those
+  // of decoding, and the picture counts as not added. Different ones from several threads at a
+  // time.
+  Result<MappedPicture> AddPicture(
+    std::uint32_t number, std::span<const std::uint8_t> bytes, std::uint64_t mostPixels);
+  // Pictures that were not added count as those that could not be read. Errors: InputOutput.
+  Status Finish(const std::vector<TexturedMaterial>& materials);
+
+private:
+  TextureFolderWriter(std::filesystem::path folder, std::size_t pictures)
+    : Folder(std::move(folder))
+    , Sizes(pictures)
+  {
+  }
+
+  std::filesystem::path Folder;
+  std::vector<std::array<std::uint32_t, 2>> Sizes; // of each picture; none: 0
+};
+
+// Reads it. A read takes 16 KiB, whatever the picture's size: what is read again comes from the
+// system's cache.
+class TextureFolder : public TexelSource
+{
+public:
+  // Errors: NotFound; InvalidInput for what is no such folder; InputOutput.
+  static Result<std::shared_ptr<const TextureFolder>> Open(const std::filesystem::path& folder);
+  ~TextureFolder() override;
+
+  const TextureSet& Content() const { return this->Textures; }
+  std::array<std::uint32_t, 2> SizeOf(std::uint32_t picture) const override
+  {
+    return this->Sizes[picture];
+  }
+  Status Read(std::uint32_t picture, const TexelBox& box, std::uint8_t* rgba) const override;
+
+private:
+  TextureFolder() = default;
+  Status OpenPicture(const std::filesystem::path& file, std::array<std::uint32_t, 2> size);
+
+  TextureSet Textures;
+  std::vector<std::array<std::uint32_t, 2>> Sizes;
+  std::vector<int> Descriptors; // -1: no texels
+};
+
+}

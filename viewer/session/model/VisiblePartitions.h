@@ -1,0 +1,91 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Visibility (frustum and back-face culling): what of a model may be visible, as far as loaded
+// pieces tell: under step "choose" of the pipeline picture.
+#pragma once
+
+#include "filters/core/pieces/Piece.h"
+#include "viewer/session/Camera.h"
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <map>
+#include <memory>
+#include <set>
+#include <vector>
+
+namespace kdstream
+{
+
+// A box is in view long before the surface in it is: most of it is empty. And the front of a closed
+// surface hides its back. So the triangles of loaded pieces say about where the surface is and
+// which way it faces:
+// - those of a level coarser than S, for the pieces of the next level that hold the children of its
+//   clusters;
+// - those of level S, whose clusters lie in one partition each, for the partitions.
+//
+// What is not loaded is unknown, and counts as visible.
+class VisiblePartitions
+{
+public:
+  VisiblePartitions() = default;
+  explicit VisiblePartitions(const TreeDepths& depths);
+
+  // Takes a piece of the levels from the preview's to S; others are passed over. O(triangles log
+  // partitions).
+  void Add(const Piece& piece);
+  // Whether a level, given as its one piece, is so nearly closed that its back is hidden: of 200
+  // edges at most one has a single triangle.
+  static bool IsNearlyClosed(const Piece& whole);
+
+  // Whether a piece has been added, and what it told is still known. It may have been evicted
+  // meanwhile.
+  bool Knows(PieceId piece) const;
+
+  // By this camera the questions below are asked. closed: what faces away is hidden. O(triangles)
+  // where it has moved, or pieces have come.
+  // A margin of 10 degrees and of half a triangle is left for what a level does not tell.
+  void Cull(const Camera& camera, bool closed);
+  // Whether anything of a piece of a level up to S may be visible, as the pieces of the level
+  // before tell that have been added.
+  bool MayBeVisible(PieceId piece) const { return this->Visible.count(piece) != 0; }
+  // Whether any partition in a node may be visible. O(log partitions).
+  bool MayBeVisible(NodeId node) const;
+
+private:
+  struct Face // a triangle, relative to an origin near it
+  {
+    std::array<float, 3> centre, normal; // of length 1
+    float radius = 0;                    // of a sphere around it
+  };
+  struct FaceList
+  {
+    Vec3 origin;
+    std::vector<Face> faces;
+  };
+  struct Partition
+  {
+    FaceList list;
+    bool visible = true;
+  };
+  struct Below // what a level below S tells of a piece of the next level
+  {
+    NodeId node;
+    FaceList list;
+  };
+  class Sight;
+  static Face FaceOf(const Piece& piece, const Triangle& t, const Vec3& origin);
+  void AddTo(FaceList& list, const Face& face);
+  void AddFaces(const Piece& piece);
+  void AddFacesAbove(const Piece& piece);
+  void MakeRoom();
+
+  TreeDepths Depths;
+  std::map<std::uint32_t, Partition> Partitions;
+  std::map<PieceId, std::vector<Below>> Above;
+  std::set<PieceId> Visible;
+  std::size_t Faces = 0;
+  std::shared_ptr<const Sight> Last; // that Seen is of; null where there are new faces
+};
+
+}

@@ -1,0 +1,173 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// The tiles of texture that paint what is shown: see ShownTiles.h.
+#include "viewer/session/texture/ShownTiles.h"
+
+#include <algorithm>
+#include <limits>
+#include <utility>
+
+namespace kdstream
+{
+namespace
+{
+
+constexpr double softPoints = 1.5; // of the screen between neighbouring vertices
+
+std::size_t PictureBytesOf(const TextureTile& tile)
+{
+  return std::size_t{ 4 } * tile.width * tile.height;
+}
+
+std::size_t BytesOf(const TextureTile& tile)
+{
+  return tile.image.size() + sizeof(tile.corners[0]) * tile.corners.size();
+}
+
+bool IsSoft(const Box& box, const Camera& camera, double spacing)
+{
+  const double distance = camera.DistanceTo(box);
+  return distance <= 0 || camera.PointsPerUnit(distance) * spacing > softPoints;
+}
+
+}
+
+ShownTiles::ShownTiles(std::size_t limit)
+  : Limit(limit)
+  , Here(std::make_shared<const TileList>())
+{
+}
+
+void ShownTiles::Reset(const ModelDescription& model, double spacing)
+{
+  *this = ShownTiles(this->Limit);
+  this->Depths = model.depths;
+  this->Spacing = spacing;
+  if (model.textures)
+  {
+    // What a server claims is a guess at most.
+    const std::uint64_t partitions = std::max<std::uint64_t>(model.partitions, 1);
+    const auto each = [partitions](std::uint64_t all)
+    { return std::clamp<std::uint64_t>(all / partitions, 1, protocol::maximumBlobBytes); };
+    this->Expected.bytes = static_cast<std::size_t>(each(model.textures->bytes));
+    this->Expected.picture = 4 * static_cast<std::size_t>(each(model.textures->texels));
+  }
+}
+
+void ShownTiles::SetLimit(std::size_t bytes)
+{
+  this->Limit = bytes;
+  this->Evict();
+}
+
+std::size_t ShownTiles::PictureBytes() const
+{
+  std::size_t bytes = 0;
+  for (const TexturedPiece& each : this->Kept)
+  {
+    bytes += PictureBytesOf(*each.tile);
+  }
+  return bytes;
+}
+
+// It goes last. False where it is not kept.
+bool ShownTiles::Touch(PieceId piece)
+{
+  const auto place = std::find_if(this->Kept.begin(), this->Kept.end(),
+    [piece](const TexturedPiece& each) { return each.piece == piece; });
+  if (place == this->Kept.end())
+  {
+    return false;
+  }
+  std::rotate(place, place + 1, this->Kept.end());
+  return true;
+}
+
+void ShownTiles::Follow(
+  const DrawnSurface& surface, const Camera& camera, const std::set<NodeId>& tapped, bool all)
+{
+  if (!this->AreThere())
+  {
+    return;
+  }
+  std::vector<std::pair<double, PieceId>> wanted; // by how far from the middle of the screen
+  for (const DrawnSurface::Part& part : surface.Parts())
+  {
+    const PieceId piece = part.part->piece;
+    if (!piece.resolution.IsOriginal() || part.part->surface.triangles.empty())
+    {
+      continue;
+    }
+    const Box& box = part.part->Bounds();
+    const bool isTapped = tapped.count(piece.node) > 0;
+    if (camera.MaySee(box) && (isTapped || all || IsSoft(box, camera, this->Spacing)))
+    {
+      wanted.emplace_back(isTapped ? 0 : camera.Eccentricity(box.lo * 0.5 + box.hi * 0.5), piece);
+    }
+  }
+  std::sort(wanted.begin(), wanted.end());
+  this->Lacking.clear();
+  std::size_t room = this->Limit;
+  for (const auto& [eccentricity, piece] : wanted)
+  {
+    const auto tile = FindTile(*this->Here, piece);
+    const std::size_t bytes = tile ? PictureBytesOf(*tile) : this->Expected.picture;
+    if (bytes > room)
+    {
+      break;
+    }
+    room -= bytes;
+    const auto blob =
+      protocol::BlobId::Texture(piece.node - (NodeId{ 1 } << this->Depths.partition));
+    if (!this->Touch(piece) && this->Failed.count(blob) == 0)
+    {
+      this->Lacking.push_back(blob);
+    }
+  }
+}
+
+Status ShownTiles::Add(
+  const protocol::BlobId& blob, std::span<const std::uint8_t> bytes, const Piece* piece)
+{
+  if (!piece)
+  {
+    return {};
+  }
+  auto tile = DecodeTextureTile(bytes, piece->triangles);
+  KDSTREAM_TRY(tile);
+  if (PictureBytesOf(*tile) > this->Limit)
+  {
+    this->Fail(blob); // no error: the colours of the vertices stay
+    return {};
+  }
+  if (!this->Touch(piece->id))
+  {
+    this->Kept.push_back({ piece->id, nullptr });
+  }
+  this->Kept.back().tile = std::make_shared<const TextureTile>(std::move(*tile));
+  this->Evict();
+  return {};
+}
+
+// Those that were wanted longest ago go first; those that are wanted now only where they do not
+// fit.
+void ShownTiles::Evict()
+{
+  std::size_t pictures = this->PictureBytes();
+  auto first = this->Kept.begin();
+  for (; pictures > this->Limit; ++first)
+  {
+    pictures -= PictureBytesOf(*first->tile);
+  }
+  this->Kept.erase(this->Kept.begin(), first);
+  this->Held = 0;
+  for (const TexturedPiece& each : this->Kept)
+  {
+    this->Held += BytesOf(*each.tile);
+  }
+  TileList here = this->Kept;
+  std::sort(here.begin(), here.end(),
+    [](const TexturedPiece& a, const TexturedPiece& b) { return a.piece < b.piece; });
+  this->Here = std::make_shared<const TileList>(std::move(here));
+}
+
+}

@@ -1,0 +1,85 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// The tiles of texture that paint what is shown as the original: which the view wants, and those
+// that have come. Between steps "choose" and "keep" of the pipeline picture.
+#pragma once
+
+#include "filters/codec/TextureTile.h"
+#include "filters/core/Result.h"
+#include "filters/core/drawing/DrawnSurface.h"
+#include "filters/core/pieces/Piece.h"
+#include "filters/model/ModelDescription.h"
+#include "filters/protocol/BlobId.h"
+#include "viewer/session/Camera.h"
+#include "viewer/session/texture/TileList.h"
+
+#include <cstddef>
+#include <cstdint>
+#include <memory>
+#include <set>
+#include <span>
+#include <vector>
+
+namespace kdstream
+{
+
+// A tile is wanted where a partition is drawn as the original and may be visible, and either was
+// tapped, or has its vertices so far apart on the screen that only their colours look soft, or
+// where all is to be shown as the original. Tiles in the middle of the screen come first, up to the
+// limit on decoded pictures. A tile that is not wanted any more stays until others need its room.
+// All functions are O(parts log parts), except Add.
+class ShownTiles
+{
+public:
+  explicit ShownTiles(std::size_t limit);
+
+  // Forgets everything. Of a model without textures nothing is wanted. spacing: of the original's
+  // vertices, in the model's unit.
+  void Reset(const ModelDescription& model, double spacing);
+  // Whether the model has any.
+  bool AreThere() const { return this->Expected.bytes > 0; }
+  // Bytes of decoded pictures, 4 a texel.
+  void SetLimit(std::size_t bytes);
+
+  // What the camera wants of a surface whose parts tell corners (SurfaceParts::KeepCorners).
+  // tapped: nodes of partitions. all: also of those whose vertices are near each other.
+  void Follow(
+    const DrawnSurface& surface, const Camera& camera, const std::set<NodeId>& tapped, bool all);
+  // Of what is wanted: what has neither come nor failed, the most urgent first.
+  const std::vector<protocol::BlobId>& Missing() const { return this->Lacking; }
+  // About, of a tile that has not come.
+  std::size_t ExpectedBytes() const { return this->Expected.bytes; }
+
+  // Any bytes may be given. piece: the decoded one that the tile paints, or null where it is not
+  // there any more: then nothing happens. Errors: of DecodeTextureTile.
+  Status Add(const protocol::BlobId& blob, std::span<const std::uint8_t> bytes, const Piece* piece);
+  // It is not asked for again until Retry.
+  void Fail(const protocol::BlobId& blob) { this->Failed.insert(blob); }
+  void Retry() { this->Failed.clear(); }
+  void Retry(const protocol::BlobId& blob) { this->Failed.erase(blob); }
+
+  // Never null; another object whenever other tiles are there.
+  const std::shared_ptr<const TileList>& Tiles() const { return this->Here; }
+  // Of the tiles as they came, and their corners.
+  std::size_t Bytes() const { return this->Held; }
+  // That decoded pictures take, 4 a texel.
+  std::size_t PictureBytes() const;
+
+private:
+  bool Touch(PieceId piece);
+  void Evict();
+
+  std::size_t Limit;
+  TreeDepths Depths;
+  double Spacing = 0; // of the original's vertices
+  struct
+  {
+    std::size_t bytes = 0, picture = 0; // 4 a texel
+  } Expected;                           // of a tile, on average
+  TileList Kept; // in the order in which they were wanted, the last ones last
+  std::shared_ptr<const TileList> Here;
+  std::vector<protocol::BlobId> Lacking;
+  std::set<protocol::BlobId> Failed;
+  std::size_t Held = 0;
+};
+
+}

@@ -1,0 +1,64 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// A painted part as renderers draw it: see TexturedCorners.h.
+#include "viewer/session/texture/TexturedCorners.h"
+
+#include <algorithm>
+
+namespace kdstream
+{
+namespace
+{
+
+// Of a point that are compared with another: where there are more, vertices are repeated.
+constexpr unsigned mostPlaces = 64;
+
+}
+
+bool CanTexture(
+  const Surface& surface, std::span<const std::uint32_t> corners, const TextureTile& tile)
+{
+  return !corners.empty() && corners.size() == surface.triangles.size() &&
+         std::all_of(corners.begin(), corners.end(),
+           [&tile](std::uint32_t corner) { return corner / 3 < tile.corners.size(); });
+}
+
+TexturedCorners TexturedCornersOf(
+  const Surface& surface, std::span<const std::uint32_t> corners, const TextureTile& tile)
+{
+  const float width = static_cast<float>(tile.width), height = static_cast<float>(tile.height);
+  TexturedCorners painted;
+  painted.triangles.reserve(surface.triangles.size());
+  // The vertices of a point are a list: the last one, and before each the one before it.
+  std::vector<VertexId> last(surface.points.size(), noVertex), before;
+  const auto vertexAt = [&](VertexId point, const std::array<float, 2>& place)
+  {
+    VertexId vertex = last[point];
+    for (unsigned i = 0; vertex != noVertex && painted.places[vertex] != place; ++i)
+    {
+      vertex = i < mostPlaces ? before[vertex] : noVertex;
+    }
+    if (vertex == noVertex)
+    {
+      vertex = static_cast<VertexId>(painted.points.size());
+      painted.points.push_back(point);
+      painted.places.push_back(place);
+      before.push_back(last[point]);
+      last[point] = vertex;
+    }
+    return vertex;
+  };
+  for (std::size_t i = 0; i < surface.triangles.size(); ++i)
+  {
+    const auto& coordinates = tile.corners[corners[i] / 3];
+    Triangle triangle{};
+    for (std::size_t k = 0; k < 3; ++k)
+    {
+      const TileCoordinate& at = coordinates[(corners[i] + k) % 3];
+      triangle[k] = vertexAt(surface.triangles[i][k], { at[0] / width, at[1] / height });
+    }
+    painted.triangles.push_back(triangle);
+  }
+  return painted;
+}
+
+}

@@ -1,0 +1,31 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// The tiles of texture that are there to paint parts of a surface. Step "render" of the pipeline
+// picture.
+#pragma once
+
+#include "filters/codec/TextureTile.h"
+#include "filters/core/pieces/Piece.h"
+
+#include <algorithm>
+#include <memory>
+#include <vector>
+
+namespace kdstream
+{
+
+struct TexturedPiece
+{
+  PieceId piece; // of the original
+  std::shared_ptr<const TextureTile> tile;
+};
+using TileList = std::vector<TexturedPiece>; // by piece, ascending
+
+// Null where none paints it. O(log).
+inline std::shared_ptr<const TextureTile> FindTile(const TileList& tiles, PieceId piece)
+{
+  const auto place = std::partition_point(
+    tiles.begin(), tiles.end(), [piece](const TexturedPiece& each) { return each.piece < piece; });
+  return place != tiles.end() && place->piece == piece ? place->tile : nullptr;
+}
+
+}
