@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// The mesh that k-means clusters, moved into the unit cube, and where clusters begin. For
-// KMeansClustering alone.
+// The mesh that k-means clusters, moved into the unit cube, and where clusters begin. Only for
+// KMeansClustering.
 #pragma once
 
 #include "filters/core/Execution.h"

@@ -41,7 +41,7 @@ struct BuildStep
   std::function<Status()> make;
 };
 
-// The bodies of the steps. Each tells its times that are not of the step's own name.
+// The bodies of the steps. A body reports its time where that is not of the step's own name.
 class BuildBackEnd
 {
 public:
@@ -60,7 +60,7 @@ public:
   virtual std::string InputName() const = 0;
   virtual Result<std::string> DigestOfInput() = 0;
   // Gives all parts of each resolution to `visit`, levels 0 … L and then the original, and calls
-  // `finished` behind the last part of each.
+  // `finished` after the last part of each.
   virtual Status ForEachPart(
     const PartVisit& visit, const std::function<Status(Resolution)>& finished) = 0;
   virtual Status WriteUnusedList(StoreWriter& writer) = 0;

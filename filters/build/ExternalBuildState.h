@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // What the phases of a build out of core share beside BuildState: files, and what earlier phases
-// have left that later ones look at. For ExternalBuilder.cxx and the phases alone.
+// have left that later ones look at. Only for ExternalBuilder.cxx and the phases.
 #pragma once
 
 #include "filters/build/Conductor.h"

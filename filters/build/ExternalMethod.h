@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// What a partition method does in a build out of core: its tree, its blocks, and the phases behind
-// "faces". For the builder and the methods (PartitionMethod.h) alone.
+// What a partition method does in a build out of core: its tree, its blocks, and the phases after
+// "faces". Only for the builder and the methods (PartitionMethod.h).
 #pragma once
 
 #include "filters/build/BuildMemory.h"

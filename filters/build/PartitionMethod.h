@@ -27,12 +27,12 @@ class PartitionMethod
 public:
   virtual ~PartitionMethod() = default;
   virtual std::string_view Name() const = 0; // as of kdstream-build's option: "kdtree"
-  // Whether the store has levels; without, it has partitions alone.
+  // Whether the store has levels; without, it has only partitions.
   virtual bool HasLevels() const = 0;
   // In memory. Of the options, verticesPerPartition or partitions are used by all.
   virtual Result<PartitionTree> Partition(
     const Mesh& mesh, const KdTreeOptions& options, const Execution& execution) const = 0;
-  // Out of core. Errors: LimitExceeded for what is built in memory alone.
+  // Out of core. Errors: LimitExceeded for what is only built in memory.
   virtual Result<const ExternalMethod*> External() const = 0;
 };
 

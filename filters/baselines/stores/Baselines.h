@@ -13,7 +13,7 @@ namespace kdstream
 {
 
 // Partitions without levels, and without cells below them (P = S = L, see TreeOfClustering): of an
-// octree about as many as the options say, by k-means exactly, in memory alone. Errors and
+// octree about as many as the options say, by k-means exactly, only in memory. Errors and
 // complexity: ClusterByOctree, PartitionByExternalOctree; ClusterByKMeans.
 const PartitionMethod& OctreeMethod();
 const PartitionMethod& KMeansMethod();

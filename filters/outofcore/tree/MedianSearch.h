@@ -55,12 +55,12 @@ struct MedianSearch
   double heapShare = 0; // the keys in both heaps as a share of all, 0 = as many as the memory holds
 };
 
-// A method: a range that holds the key of the wanted rank, of at most `keepable` keys, or that key
-// alone. Errors: those of the source and of spill files in `folder`.
+// A method: a range that holds the key of the wanted rank, of at most `keepable` keys, or only
+// that key. Errors: those of the source and of spill files in `folder`.
 using MedianMethod = Result<KeyRange> (*)(
   KeySource& keys, const MedianSearch& search, SpillFolder& folder);
 
-// 4.2.2-4.2.3: the mean as pivot, the keys nearest to it in two heaps; that key alone. Passes over
+// 4.2.2-4.2.3: the mean as pivot, the keys nearest to it in two heaps; only that key. Passes over
 // the n keys, a heap of h of them: 1 where the wanted key is among the h / 2 on its side of the
 // mean, n / (h / 2) at worst.
 Result<KeyRange> FindMedianByHeaps(KeySource& keys, const MedianSearch& search, SpillFolder&);
