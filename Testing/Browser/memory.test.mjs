@@ -132,11 +132,6 @@ for (const [asked, budget] of [["", 150], ["?memory=much", 150], ["?memory=-3", 
   });
 }
 
-// Where the screen shows the same as before.
-async function assertSeen(before_, what) {
-  assert.ok(difference(before_, await visit.around(await visit.centre())) < 0.01, what);
-}
-
 test("a context that is lost while one zooms, again and again", async () => {
   await openFullScreen(`${server.url}/?memory=${small}`, "relief");
   const centre = await visit.centre();

@@ -280,6 +280,41 @@ TEST_F(TestConvertVrml, ProtosAreWhatTheyStandFor)
   EXPECT_NEAR(VolumeOf(read), 1 + 8, 1e-5);
 }
 
+// Those after it take the later one; in a PROTO's body one that is defined there alone.
+TEST_F(TestConvertVrml, TheLaterOfTwoProtosCounts)
+{
+  const auto box = [](const std::string& size)
+  { return "Shape { geometry Box { size " + size + " } }"; };
+  const auto proto = [&](const std::string& size) { return "PROTO A [ ] { " + box(size) + " }\n"; };
+  const std::string told = "): nodes after it take that one";
+  EXPECT_NEAR(VolumeOf(this->Scene(proto("1 1 1") + "A { }\n" + proto("2 2 2") +
+                                     Transformed("translation 5 0 0", "DEF X A { }") +
+                                     Transformed("translation 9 0 0", "USE X"),
+                Warning("a second PROTO 'A' (line 4" + told))),
+    1 + 8 + 8, 1e-9);
+  // With other fields.
+  EXPECT_NEAR(VolumeOf(this->Scene(proto("1 1 1") + "PROTO A [ field SFVec3f t 1 1 1 ] { " +
+                                     box("IS t") + " }\nA { t 2 3 4 }",
+                Warning("a second PROTO 'A' (line 3" + told))),
+    24, 1e-9);
+  // The second is made of the first.
+  EXPECT_NEAR(VolumeOf(this->Scene(proto("1 1 1") + "PROTO A [ ] { Group { children [ A { } " +
+                                     Transformed("translation 5 0 0", "A { }") + " ] } }\nA { }",
+                Warning("a second PROTO 'A' (line 3" + told))),
+    2, 1e-9);
+  // The inner one ends with the body.
+  const std::string outer = "PROTO B [ ] { " + proto("2 2 2") + " A { } }\n";
+  EXPECT_NEAR(VolumeOf(this->Scene(proto("1 1 1") + outer + "A { }\n" +
+                                     Transformed("translation 5 0 0", "B { }") +
+                                     Transformed("translation 9 0 0", "A { }"),
+                Warning("a second PROTO 'A' (line 3" + told))),
+    1 + 8 + 1, 1e-9);
+  EXPECT_NEAR(VolumeOf(this->Scene(
+                outer + proto("1 1 1") + "A { }\n" + Transformed("translation 5 0 0", "B { }"),
+                Warning("a second PROTO 'A' (line 4" + told))),
+    1 + 8, 1e-9);
+}
+
 TEST_F(TestConvertVrml, NodesThatAreUsedAgainAreThereAgain)
 {
   const Mesh read = this->Scene(
@@ -442,7 +477,7 @@ TEST_F(TestConvertVrml, MistakesAreNamedWithTheirLine)
   this->WriteText("in.wrl", "#VRML V3.0 utf8\n");
   this->ExpectError("in.wrl", "is of another version than VRML 1 and 2");
   this->WriteText("in.wrl", "Shape { }\n");
-  this->ExpectError("in.wrl", "is not a VRML 2 file");
+  this->ExpectError("in.wrl", "is not a VRML file: its first line does not begin with '#VRML'");
   this->WriteText("in.wrl", std::string("\x1f\x8b\x08\0aaaa", 8));
   this->ExpectError("in.wrl", "truncated: its compressed text (gzip) ends at byte 8");
 }

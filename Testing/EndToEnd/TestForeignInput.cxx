@@ -80,12 +80,14 @@ TEST_F(TestForeignInput, ErrorsNameTheInputAndLeaveNothing)
   const Outcome badObj = this->Build({ "bad.obj", "-o", "m.kds" });
   EXPECT_EQ(badObj.exitCode, 1);
   EXPECT_EQ(badObj.err,
-    "kdstream-build: error: bad.obj: face 0 (line 2) names vertex 2, but there is only 1\n");
+    "kdstream-build: error: bad.obj: face 0 (line 2) names vertex 2, but there is only 1: correct "
+    "the file, or export it again\n");
   this->WriteText("bad.xyz", "1 2 3\n4 5\n");
   const Outcome bad = this->Build({ "bad.xyz", "-o", "m.kds" });
   EXPECT_EQ(bad.exitCode, 1);
-  EXPECT_EQ(
-    bad.err, "kdstream-build: error: bad.xyz: line 2: has 2 columns; those before have 3\n");
+  EXPECT_EQ(bad.err,
+    "kdstream-build: error: bad.xyz: line 2: has 2 columns; those before have 3: correct the file, "
+    "or export it again\n");
   const Outcome missing = this->Build({ "missing.vtp", "-o", "m.kds" });
   EXPECT_EQ(missing.exitCode, 1);
   EXPECT_EQ(missing.err.rfind("kdstream-build: error: missing.vtp: no such file", 0), 0U)

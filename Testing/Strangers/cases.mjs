@@ -277,6 +277,12 @@ export const cases = [
   one("an OBJ with a face of two corners", "a.obj", `${cubeObj}f 1 2\n`, cube, { says: /two|fewer than three/ }),
   one("an OBJ with indices of attributes that are not there", "a.obj",
     cubeObj.replace(/f (\d+) (\d+) (\d+) (\d+)/g, "f $1/0/9 $2/7/0 $3/0/9 $4/0/9"), cube, { says: /texture|normal|attribute/ }),
+  // What to do, of each kind of refusal.
+  one("advice: a PLY that is cut off", "a.ply", plyOf(corners, quads).split("\n").slice(0, -4).join("\n"), cube, { mustRefuse: true, refused: /truncated: .*: copy the file again, or export it again$/m }),
+  one("advice: an OBJ with a word for a number", "a.obj", cubeObj.replace("v 1", "v one"), cube, { mustRefuse: true, refused: /line \d+\).*: correct the file, or export it again$/m }),
+  one("advice: a text that is no STL", "a.stl", "some words\n", cube, { mustRefuse: true, refused: /: is not an STL file.*: give the file the ending of its format, or export it again$/m }),
+  one("advice: an OFF of four dimensions", "a.off", "4OFF\n1 0 0\n0 0 0 1\n", cube, { mustRefuse: true, refused: /which is not read: export it in another way, for example as \.ply$/m }),
+  one("advice: a glTF that is cut off", "a.glb", glb([{ mesh: 0 }]).subarray(0, -40), cube, { mustRefuse: true, refused: /it was cut: copy the file again, or export it again$/m }),
   one("an OBJ with an index of a place that is not there", "a.obj", `${cubeObj}f 1 2 99\n`, cube, { refused: /a\.obj.*99|99/ }),
   one("a star as one polygon, OBJ", "a.obj", objOf(star(9), [star(9).map((_, i) => i)]), { area: starArea(9), triangles: 16 }),
   one("a star as one polygon, PLY", "a.ply", plyOf(star(25), [star(25).map((_, i) => i)]), { area: starArea(25), triangles: 48 }),
@@ -477,6 +483,9 @@ export const cases = [
   one("a .vtk with a point that is not finite", "a.vtk", vtk("POLYDATA", [vtkPoints.replace("8 float", "9 float"), "nan 0 0", vtkPolygons.replace("6 30", "7 34"), "3 0 1 8"]), cube,
     { says: /1 point is not finite/, isRead: false }),
   one("a .vtk of polygons", "a.vtk", vtk("POLYDATA", [vtkPoints, vtkPolygons]), cube),
+  ...["METADATA\n", `METADATA\nINFORMATION 1\nNAME L2_NORM_RANGE LOCATION vtkDataArray\nDATA 2 1.7 1.8\n`, "METADATA\nCOMPONENT_NAMES\nx\ny\nz\n"].flatMap((block) => [
+    one(`a .vtk with ${block.split("\n")[1] || "empty"} METADATA before its DATASET`, "a.vtk", vtk("POLYDATA", [vtkPoints, vtkPolygons]).replace("DATASET", `${block}\nDATASET`), cube, { isRead: false }),
+    one(`a .vtk with ${block.split("\n")[1] || "empty"} METADATA behind its points`, "a.vtk", vtk("POLYDATA", [vtkPoints, block, vtkPolygons]), cube, { isRead: false })]),
   one("a .vtk whose polygons name a point that is not there", "a.vtk", vtk("POLYDATA", [vtkPoints, vtkPolygons.replace("4 3 0 4 7", "4 3 0 4 8")]), cube,
     { mustRefuse: true, refused: /a\.vtk: POLYGONS: cell 5 uses point 8, but there are 8/ }),
   one("a grid of .vtk that names a point that is not there", "a.vtk", vtk("UNSTRUCTURED_GRID", [vtkPoints, "CELLS 1 9\n8 0 1 2 3 4 5 6 8\nCELL_TYPES 1\n12"]), cube,
@@ -538,7 +547,9 @@ export const cases = [
     { volume: 2.5, area: 12, box: { low: [-0.5, 0, -0.5], high: [0.5, 2.5, 0.5] } }, { says: /decimal commas/, isRead: false }),
   one("VRML that exports names of nodes", "a.wrl", wrl(`DEF A ${cubeWrl()}\nEXPORT A\nEXPORT A AS B`), cube, { isRead: false }),
   one("VRML with a field of no value", "a.wrl", wrl(cubeWrl().replace("coordIndex [ 0", "coordIndex [ zero")), cube,
-    { mustRefuse: true, refused: /line 3: no value that the field may have \('coordIndex'\), in or before .*: mend that line/ }),
+    { mustRefuse: true, refused: /line 3: no value that the field may have \('coordIndex'\), in or before .*: correct the file, or export it again/ }),
+  one("VRML with a PROTO twice", "a.wrl", wrl(`PROTO A [ ] { ${cubeWrl()} }\nA { }\nPROTO A [ ] { Transform { scale 2 2 2 children ${cubeWrl()} } }
+    Transform { translation 5 0 0 children A { } }`), { triangles: 24, volume: 8 + 64, box: { low: [-1, -2, -2], high: [7, 2, 2] } }, { says: /a second PROTO 'A' \(line 4\)/, isRead: false }),
   one("VRML with decimal commas in a PROTO", "a.wrl", wrl(`PROTO P [ field MFVec3f places [ 0,5 0,5 0,5 ] field SFVec3f size 1,5 1,5 1,5 field SFVec3f at 0 0,5 0 ] {
     Transform { translation IS at children [ Shape { geometry Box { size IS size } } Shape { geometry PointSet { coord Coordinate { point IS places } } } ] } }
     P { size 2,5 2 2 at 1,5 0 0 places [ 0,25 1 1,5, 0 0 0,5 ] }`), { triangles: 12, unused: 2, volume: 10, area: 28, box: { low: [0.25, -1, -1], high: [2.75, 1, 1] } }, { says: /decimal commas/, isRead: false }),

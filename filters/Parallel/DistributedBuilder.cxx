@@ -168,7 +168,7 @@ public:
   Status FinishResolution(
     Resolution resolution, std::uint64_t triangles, StoreWriter* writer) override
   {
-    return this->PiecesFor(writer).Finish(resolution, triangles);
+    return this->PiecesFor(writer).Finish(resolution, triangles, this->Exec);
   }
   Status WriteUnusedList(StoreWriter& writer) override
   {

@@ -65,7 +65,8 @@ Status DistributedPieces::Add(const Piece& piece, std::span<const std::uint8_t> 
   return {};
 }
 
-Status DistributedPieces::Finish(Resolution resolution, std::uint64_t triangles)
+Status DistributedPieces::Finish(
+  Resolution resolution, std::uint64_t triangles, const Execution& execution)
 {
   const Result<std::vector<std::uint64_t>> batches =
     this->Group.Gather(this->BatchBegin.size() - 1);
@@ -89,7 +90,8 @@ Status DistributedPieces::Finish(Resolution resolution, std::uint64_t triangles)
   this->Kept = {};
   this->BatchBegin.assign(1, 0);
   KDSTREAM_TRY(this->Group.Sum(std::span(&triangles, 1)));
-  return this->Writer == nullptr ? Status{} : this->Writer->FinishResolution(resolution, triangles);
+  return this->Writer == nullptr ? Status{}
+                                 : this->Writer->FinishResolution(resolution, triangles, execution);
 }
 
 // Writes pieces of another rank; there are none but on rank 0.

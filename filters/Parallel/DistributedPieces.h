@@ -36,7 +36,7 @@ public:
   // All of a resolution's pieces of this rank have been added. The others' come to rank 0 in the
   // order of ranks, about 4 MiB at a time, which is the order of nodes. triangles: those of this
   // rank's pieces.
-  Status Finish(Resolution resolution, std::uint64_t triangles);
+  Status Finish(Resolution resolution, std::uint64_t triangles, const Execution& execution);
 
 private:
   Status Write(std::span<const std::byte> bytes, Resolution resolution);

@@ -31,9 +31,12 @@ void PrintLevels(const ModelDescription& info)
       level.deviation, level.deviation99);
   }
   const std::string unit = info.unit.empty() ? "in the unit of the coordinates" : "in " + info.unit;
-  std::cout << "\ndeviation  distance of the level's vertices from the original surface, " << unit
-            << ":\n           the largest, and the largest of the best 99 % of the vertices.\n     "
-               "      This is an estimate; use kdstream-store distance to measure a level.\n";
+  std::cout
+    << "\ndeviation  upper bound of the distance of the original from the level, " << unit
+    << ".\n"
+       "of 99 %    distance of the level's vertices from the original that 99 of 100 do not "
+       "exceed.\n"
+       "           This is an estimate; use kdstream-store distance to measure a level.\n";
 }
 
 }

@@ -110,7 +110,7 @@ Status BuildBackEnd::TakePieces(const PieceCutter& cutter, std::size_t count,
 Status BuildBackEnd::FinishResolution(
   Resolution resolution, std::uint64_t triangles, StoreWriter* writer)
 {
-  return writer->FinishResolution(resolution, triangles);
+  return writer->FinishResolution(resolution, triangles, this->State().Exec);
 }
 
 Result<BuildReport> ConductBuild(BuildBackEnd& backEnd, const std::filesystem::path& store)

@@ -88,7 +88,8 @@ Result<ForeignMesh> ReadPcdWithoutPcl(const std::filesystem::path&, const Execut
 {
   return Error{ ErrorCode::Unsupported,
     "reading .pcd files needs PCL, which was not there when KdStream was built: install libpcl-dev "
-    "(so it is called in Debian) and build kdstream-convert again" };
+    "(so it is called in Debian) and build kdstream-convert again",
+    {}, {}, Remedy::Told };
 }
 #endif
 
@@ -97,7 +98,8 @@ Result<ForeignMesh> ReadVrmlWithoutCoin(const std::filesystem::path&, const Exec
 {
   return Error{ ErrorCode::Unsupported,
     "reading .wrl files needs Coin, which was not there when KdStream was built: install "
-    "libcoin-dev (so it is called in Debian) and build kdstream-convert again" };
+    "libcoin-dev (so it is called in Debian) and build kdstream-convert again",
+    {}, {}, Remedy::Told };
 }
 #endif
 
@@ -166,16 +168,17 @@ Result<ForeignMesh> ReadForeignMesh(const std::filesystem::path& file,
   KDSTREAM_TRY(source);
   if (source->Size() == 0)
   {
-    return Error{ ErrorCode::InvalidInput, "is empty" };
+    return BadInput("is empty", Remedy::CopyAgain);
   }
   if (!read && !own && !gltf && !xyz)
   {
-    return Error{ ErrorCode::Unsupported, UnknownEndingHint(*source, ending) };
+    return Error{ ErrorCode::Unsupported, UnknownEndingHint(*source, ending), {}, {},
+      Remedy::Told };
   }
-  Result<ForeignMesh> result = own    ? ReadOwn(file, textures, execution)
-                               : gltf ? ReadGltf(file, textures, execution)
-                               : xyz  ? ReadXyz(file, columns, execution)
-                                      : read(file, execution);
+  Result<ForeignMesh> result = OfInput(own    ? ReadOwn(file, textures, execution)
+                                       : gltf ? ReadGltf(file, textures, execution)
+                                       : xyz  ? ReadXyz(file, columns, execution)
+                                              : read(file, execution));
   const Result<std::string_view> begin = source->Peek(contentFormatBytes);
   const bool isUnpacked = ending.starts_with(".wr") && begin && FormatOfContent(*begin) == ".gz";
   const std::string hint = isUnpacked ? std::string() : OtherFormatHint(*source, ending);
@@ -183,14 +186,14 @@ Result<ForeignMesh> ReadForeignMesh(const std::filesystem::path& file,
   {
     return hint.empty() || result.GetError().code != ErrorCode::InvalidInput
              ? result
-             : Error{ ErrorCode::InvalidInput, hint };
+             : BadInput(hint, Remedy::Told);
   }
   // Of formats whose readers give points as they are.
   const Result<std::vector<bool>> finite = DropNotFinite(result->mesh, {}, result->tolerance);
   KDSTREAM_TRY(finite);
   if (result->mesh.points.empty() && !hint.empty())
   {
-    return Error{ ErrorCode::InvalidInput, hint };
+    return BadInput(hint, Remedy::Told);
   }
   if (result->mesh.points.empty())
   {
@@ -202,7 +205,7 @@ Result<ForeignMesh> ReadForeignMesh(const std::filesystem::path& file,
     {
       message += "; " + warning;
     }
-    return Error{ ErrorCode::InvalidInput, message };
+    return OfInput(Error{ ErrorCode::InvalidInput, message });
   }
   DropUnfitAttributes(*result);
   AddShownColors(result->mesh, result->tolerance);

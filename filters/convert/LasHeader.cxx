@@ -16,9 +16,9 @@ namespace
 // Bytes of a point, from format 0 on; files may add some of their own.
 constexpr std::array<std::size_t, 11> leastPointBytes{ 20, 28, 26, 34, 57, 63, 30, 36, 38, 59, 67 };
 
-Error Wrong(const std::string& what)
+Error Wrong(const std::string& what, Remedy remedy = Remedy::Unknown)
 {
-  return { ErrorCode::InvalidInput, what };
+  return BadInput(what, remedy);
 }
 
 // How many points the header claims: of version 1.4 in a number of its own, if that is not 0.
@@ -94,18 +94,20 @@ Status TakePoints(std::string_view begin, unsigned minor, std::uint64_t fileSize
   if (header.points > held)
   {
     return Wrong("truncated: the header claims " + std::to_string(header.points) +
-                 " points, but the file holds " + std::to_string(held));
+                   " points, but the file holds " + std::to_string(held),
+      Remedy::CopyAgain);
   }
   header.pointsEnd = std::max(header.pointsBegin + header.points * header.pointBytes,
     EndOfPoints(begin, minor, header.pointsBegin, fileSize));
   const std::uint64_t most = (header.pointsEnd - header.pointsBegin) / header.pointBytes;
   if (header.points == 0)
   {
-    return Wrong(most == 0
-                   ? "has no points"
-                   : "its header counts no points, but the file holds " + std::to_string(most) +
-                       " behind it: the program that wrote it did not finish; repair the header, "
-                       "for example with lasinfo -repair");
+    return most == 0
+             ? Wrong("has no points")
+             : Wrong("its header counts no points, but the file holds " + std::to_string(most) +
+                       " behind it: the program that wrote it did not finish; repair the "
+                       "header, for example with lasinfo -repair",
+                 Remedy::Told);
   }
   return CheckPointCount(header.points);
 }
@@ -134,12 +136,12 @@ Result<LasHeader> ParseLasHeader(std::string_view begin, std::uint64_t fileSize)
 {
   if (!begin.starts_with("LASF"))
   {
-    return Wrong("is not a LAS file");
+    return Wrong("is not a LAS file", Remedy::Rename);
   }
   constexpr std::size_t oldest = 227; // bytes
   if (begin.size() < oldest)
   {
-    return Wrong("truncated: ends inside its header");
+    return Wrong("truncated: ends inside its header", Remedy::CopyAgain);
   }
   const unsigned major = LasNumberAt<std::uint8_t>(begin.data(), 24),
                  minor = LasNumberAt<std::uint8_t>(begin.data(), 25);
@@ -151,7 +153,7 @@ Result<LasHeader> ParseLasHeader(std::string_view begin, std::uint64_t fileSize)
   }
   if (minor == 4 && begin.size() < lasHeaderBytes)
   {
-    return Wrong("truncated: ends inside its header");
+    return Wrong("truncated: ends inside its header", Remedy::CopyAgain);
   }
   LasHeader header;
   const unsigned format = LasNumberAt<std::uint8_t>(begin.data(), 104);

@@ -14,6 +14,8 @@
 #include <cstdint>
 #include <optional>
 #include <string_view>
+#include <utility>
+#include <vector>
 
 namespace kdstream
 {
@@ -126,7 +128,8 @@ public:
       this->Damaged("has no DATASET, but fields or nothing: there is no mesh in it", true);
     }
     this->Damage.hasOtherNumbers = this->HasOtherNumbers;
-    this->Damage.order = this->Order;
+    this->Order.leftOut = std::move(this->LeftOut);
+    this->Damage.order = std::move(this->Order);
     this->Damage.lastPart =
       isWhole
         ? "what its parts hold does not fit together: they are whole up to the end of the file"
@@ -196,14 +199,16 @@ private:
     }
   }
 
-  // A block of METADATA ends with an empty line.
+  // A block of METADATA ends with an empty line, or before DATASET.
   void SkipToEmptyLine()
   {
-    for (bool isEmpty = false; !isEmpty;)
+    constexpr std::string_view next = "DATASET ";
+    for (bool isEnd = false; !isEnd;)
     {
       this->SkipLine();
-      const Result<std::string_view> ahead = this->Source.Peek(2);
-      isEmpty = !ahead || ahead->empty() || ahead->starts_with('\n') || ahead->starts_with("\r\n");
+      const Result<std::string_view> ahead = this->Source.Peek(next.size());
+      isEnd = !ahead || ahead->empty() || ahead->starts_with('\n') || ahead->starts_with("\r\n") ||
+              ahead->starts_with(next);
     }
   }
 
@@ -572,6 +577,7 @@ private:
     {
       return false;
     }
+    const bool isAfterNumbers = std::exchange(this->IsAfterNumbers, false);
     if (keyword == "DATASET")
     {
       return this->TakeDataset(this->Source.Position() - keyword.size());
@@ -583,9 +589,15 @@ private:
     }
     if (keyword == "METADATA")
     {
+      const std::uint64_t begin = this->Source.Position() - keyword.size();
       this->SkipToEmptyLine();
+      if (!isAfterNumbers)
+      {
+        this->LeftOut.push_back({ begin, this->Source.Position() });
+      }
       return true;
     }
+    this->IsAfterNumbers = true;
     if (IsOneOf(keyword, places))
     {
       const bool isPoints = keyword == "POINTS";
@@ -659,6 +671,8 @@ private:
   std::string Dataset;  // its type, in capitals
   std::uint64_t HeadEnd = 0;
   VtkOrder Order;
+  std::vector<std::array<std::uint64_t, 2>> LeftOut; // of Order
+  bool IsAfterNumbers = false;                       // of a part that METADATA may follow
   bool HasOtherNumbers = false;
 };
 

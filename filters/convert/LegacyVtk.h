@@ -3,18 +3,22 @@
 // "convert".
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <filesystem>
 #include <string>
+#include <vector>
 
 namespace kdstream
 {
 
-// Where the line of DATASET is, in bytes, if parts come before it, which VTK does not read; else
-// zeros.
+// What VTK does not read where it is, in bytes.
 struct VtkOrder
 {
+  // Where the line of DATASET is, if parts come before it; else zeros.
   std::uint64_t headEnd = 0, begin = 0, end = 0;
+  // Blocks of METADATA that follow no array: in the order of the file, from begin to end.
+  std::vector<std::array<std::uint64_t, 2>> leftOut{};
 };
 
 struct VtkDamage

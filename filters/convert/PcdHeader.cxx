@@ -53,8 +53,9 @@ public:
       KDSTREAM_TRY(more);
       if (!*more)
       {
-        return Error{ ErrorCode::InvalidInput,
-          this->Values.empty() ? "is not a PCD file" : "ends inside its header, before DATA" };
+        return this->Values.empty()
+                 ? BadInput("is not a PCD file", Remedy::Rename)
+                 : BadInput("ends inside its header, before DATA", Remedy::CopyAgain);
       }
       this->BodyBegin = this->Lines.End();
       std::vector<std::string_view> words;
@@ -85,9 +86,10 @@ public:
     const std::uint64_t least = data == "ascii" ? 2 * values : header.pointBytes;
     if (data != "binary_compressed" && header.points * least > body + 1)
     {
-      return Error{ ErrorCode::InvalidInput,
-        "the header claims " + std::to_string(header.points) + " points, at least " +
-          std::to_string(header.points * least) + " bytes; there are " + std::to_string(body) };
+      return BadInput("the header claims " + std::to_string(header.points) + " points, at least " +
+                        std::to_string(header.points * least) + " bytes; there are " +
+                        std::to_string(body),
+        Remedy::CopyAgain);
     }
     header.bodyBegin = this->BodyBegin;
     header.hasViewpoint = this->HasViewpoint();
@@ -117,8 +119,9 @@ public:
       }
       if (more && !*more && points < claimed)
       {
-        return Error{ ErrorCode::InvalidInput, "the header claims " + std::to_string(claimed) +
-                                                 " points; there are " + std::to_string(points) };
+        return BadInput("the header claims " + std::to_string(claimed) + " points; there are " +
+                          std::to_string(points),
+          Remedy::CopyAgain);
       }
       if (!more || !*more)
       {
@@ -291,7 +294,7 @@ private:
     if (std::find(std::begin(known), std::end(known), key) == std::end(known))
     {
       return this->Values.empty()
-               ? Error{ ErrorCode::InvalidInput, "is not a PCD file" }
+               ? BadInput("is not a PCD file", Remedy::Rename)
                : this->Lines.Wrong(QuotedText(words[0]) + " is unknown in a header");
     }
     key = key == "COLUMNS" ? "FIELDS" : key;
@@ -422,7 +425,7 @@ private:
 Result<std::uint64_t> CheckCompressedBody(ByteSource& source, PcdHeader& header)
 {
   const std::uint64_t begin = header.bodyBegin;
-  const Error cut{ ErrorCode::InvalidInput, "ends before its compressed points" };
+  const Error cut = BadInput("ends before its compressed points", Remedy::CopyAgain);
   if (source.Size() < begin + 8)
   {
     return cut;
@@ -439,9 +442,9 @@ Result<std::uint64_t> CheckCompressedBody(ByteSource& source, PcdHeader& header)
   const std::uint64_t room = source.Size() - begin - 8;
   if (sizes[0] > room)
   {
-    return Error{ ErrorCode::InvalidInput, "claims " + std::to_string(sizes[0]) +
-                                             " bytes of compressed points; there are " +
-                                             std::to_string(room) };
+    return BadInput("claims " + std::to_string(sizes[0]) +
+                      " bytes of compressed points; there are " + std::to_string(room),
+      Remedy::CopyAgain);
   }
   const std::uint64_t held = header.pointBytes > 0 ? sizes[1] / header.pointBytes : 0;
   if (held > header.points && held * header.pointBytes == sizes[1])

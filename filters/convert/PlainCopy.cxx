@@ -152,7 +152,7 @@ Result<PlainCopy> PlainCopy::WithDatasetFirst(
   const std::filesystem::path& file, const VtkOrder& order)
 {
   PlainCopy copy(file);
-  if (order.end == 0)
+  if (order.end == 0 && order.leftOut.empty())
   {
     return copy;
   }
@@ -163,7 +163,16 @@ Result<PlainCopy> PlainCopy::WithDatasetFirst(
   for (const auto& [begin, end] : { std::pair{ std::uint64_t{ 0 }, order.headEnd },
          { order.begin, order.end }, { order.headEnd, order.begin }, { order.end, size } })
   {
-    KDSTREAM_TRY(copy.Copy(*source, begin, end));
+    std::uint64_t at = begin;
+    for (const auto& [first, behind] : order.leftOut)
+    {
+      if (first >= begin && behind <= end)
+      {
+        KDSTREAM_TRY(copy.Copy(*source, at, first));
+        at = behind;
+      }
+    }
+    KDSTREAM_TRY(copy.Copy(*source, at, end));
   }
   return copy;
 }

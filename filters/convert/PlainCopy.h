@@ -31,7 +31,8 @@ public:
   static Result<PlainCopy> OfVtk(
     const std::filesystem::path& file, bool numbers, Tolerance& tolerance);
 
-  // Of a legacy .vtk file with its line of DATASET after the head. Errors: InputOutput.
+  // Of a legacy .vtk file with its line of DATASET after the head, and without the METADATA that
+  // VTK does not read. Errors: InputOutput.
   static Result<PlainCopy> WithDatasetFirst(
     const std::filesystem::path& file, const VtkOrder& order);
 

@@ -47,8 +47,8 @@ public:
       KDSTREAM_TRY(view);
       if (view->size() < bytes)
       {
-        return Error{ ErrorCode::InvalidInput,
-          "was cut while it was read, at point " + std::to_string(done) };
+        return BadInput(
+          "was cut while it was read, at point " + std::to_string(done), Remedy::Retry);
       }
       for (std::size_t i = 0; i < count; ++i)
       {
@@ -165,7 +165,8 @@ Result<ForeignMesh> ReadLas(const std::filesystem::path& file, const Execution& 
 #else
   return Error{ ErrorCode::Unsupported,
     "its points are compressed (LAZ), which is not read: make a .las of it, for example with "
-    "laszip -i in.laz -o out.las" };
+    "laszip -i in.laz -o out.las",
+    {}, {}, Remedy::Told };
 #endif
 }
 

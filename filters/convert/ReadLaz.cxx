@@ -42,15 +42,15 @@ public:
         laszip_open_reader(this->Laszip, file.c_str(), &compressed) != 0 ||
         laszip_get_point_pointer(this->Laszip, &point) != 0)
     {
-      return Error{ ErrorCode::InvalidInput, "it cannot be decompressed" };
+      return BadInput("it cannot be decompressed", Remedy::CopyAgain);
     }
     for (std::uint64_t i = 0; i < this->Header.points; ++i)
     {
       if (laszip_read_point(this->Laszip) != 0)
       {
-        return Error{ ErrorCode::InvalidInput, "truncated or damaged: point " + std::to_string(i) +
-                                                 " of " + std::to_string(this->Header.points) +
-                                                 " cannot be decompressed" };
+        return BadInput("truncated or damaged: point " + std::to_string(i) + " of " +
+                          std::to_string(this->Header.points) + " cannot be decompressed",
+          Remedy::CopyAgain);
       }
       this->Add(*point);
       if (i % pointsPerReport == 0)

@@ -134,7 +134,7 @@ Result<int> ReadByPcl(const std::filesystem::path& file, const PcdHeader& header
   stream.read(reinterpret_cast<char*>(body.data()), static_cast<std::streamsize>(bytes));
   if (unknown || !stream)
   {
-    return Error{ ErrorCode::InvalidInput, "truncated: the file has changed since it was opened" };
+    return BadInput("truncated: the file has changed since it was opened", Remedy::Retry);
   }
   const bool isCompressed = header.data == PcdData::Compressed;
   const int read = reader.readBodyBinary(body.data(), cloud, version, isCompressed, 0);
@@ -176,11 +176,11 @@ Result<Cloud> ReadCloud(const std::filesystem::path& file, const PcdHeader& head
   if (reason.empty() && (points != header.points || cloud.data.size() != points * cloud.point_step))
   {
     reason = "the header claims " + std::to_string(header.points) + " points, PCL found " +
-             std::to_string(points);
+             std::to_string(points) + ": write it again, with DATA ascii";
   }
   if (!reason.empty())
   {
-    return Error{ ErrorCode::InvalidInput, reason };
+    return BadInput(reason, Remedy::Told);
   }
   return cloud;
 }

@@ -134,8 +134,7 @@ public:
     TakeBlanks(line);
     return Error{ ErrorCode::InvalidInput,
       "line " + std::to_string(number) + ": " + Meaning(said) +
-        (line.empty() ? "" : ", in or before " + QuotedText(line)) +
-        ": mend that line, or write the file again" };
+        (line.empty() ? "" : ", in or before " + QuotedText(line)) };
   }
 
 private:
@@ -662,9 +661,10 @@ private:
       if (this->Inlines.count(file) > 0 || this->Inlines.size() >= deepestInlines ||
           ++this->InlinesRead > mostInlines)
       {
-        this->Fail({ ErrorCode::LimitExceeded, this->Inlines.count(file) > 0
-                                                 ? named + " contains itself"
-                                                 : named + ": there are too many of them" });
+        this->Fail({ ErrorCode::LimitExceeded,
+          this->Inlines.count(file) > 0 ? named + " contains itself"
+                                        : named + ": there are too many of them",
+          {}, {}, Remedy::Repair });
         return;
       }
       this->Inlines.insert(file);
@@ -674,7 +674,9 @@ private:
       this->Inlines.erase(file);
       if (!read)
       {
-        this->Fail({ read.GetError().code, named + ": " + read.GetError().message });
+        Error error = read.GetError();
+        error.message = named + ": " + error.message;
+        this->Fail(std::move(error));
       }
       return;
     }

@@ -137,8 +137,7 @@ private:
 // part: what is wrong with which part.
 Error Damaged(const std::string& part)
 {
-  return { ErrorCode::InvalidInput, "is damaged, or is not as its header says: " + part +
-                                      "; write it again by the program that it comes from" };
+  return { ErrorCode::InvalidInput, "is damaged, or is not as its header says: " + part };
 }
 
 // Whether the cells of each part name points that are there. Errors: InvalidInput naming part, cell

@@ -179,10 +179,11 @@ private:
     }
     if (this->SinceCount < this->Counted)
     {
-      return Error{ ErrorCode::InvalidInput,
-        "truncated: line " + std::to_string(this->CountLine) + " counts " +
-          std::to_string(this->Counted) + " points, and " + std::to_string(this->SinceCount) +
-          (this->SinceCount == 1 ? " is" : " are") + " there" };
+      return BadInput("truncated: line " + std::to_string(this->CountLine) + " counts " +
+                        std::to_string(this->Counted) + " points, and " +
+                        std::to_string(this->SinceCount) +
+                        (this->SinceCount == 1 ? " is" : " are") + " there",
+        Remedy::CopyAgain);
     }
     this->Out.tolerance.Count(Lapse::NotCounted, this->SinceCount - this->Counted,
       "line " + std::to_string(this->CountLine) + " counts " + std::to_string(this->Counted) +
@@ -288,7 +289,8 @@ private:
         this->PointSeen)
     {
       return this->Lines.Wrong("has commas and decimal points, which can be read in two ways: "
-                               "write numbers as 1234.5, with blanks between them");
+                               "write numbers as 1234.5, with blanks between them",
+        Remedy::Told);
     }
     this->Text = line;
     SplitWords(this->Text, separatorsButCommas, this->Words);
@@ -307,9 +309,10 @@ private:
     if (this->Words[0].size() == 5 &&
         this->Words[0].find_first_not_of("nNcCoOlLsS") == this->Words[0].npos)
     {
-      return Error{ ErrorCode::InvalidInput,
+      return BadInput(
         "is a grid of heights (Esri's ASCII grid), not points: make an .xyz of it, by "
-        "gdal_translate -of XYZ" };
+        "gdal_translate -of XYZ",
+        Remedy::Told);
     }
     if (this->Layout && this->NamesInFile > 0 && this->NamedColumns != this->ColumnCount)
     {
@@ -317,19 +320,21 @@ private:
           this->ColumnCount == 2 * this->NamedColumns)
       {
         return this->Lines.Wrong("has " + std::to_string(this->ColumnCount) +
-                                 " columns, and line " + std::to_string(this->NamesInFile) +
-                                 " names " + std::to_string(this->NamedColumns) +
-                                 ": decimal commas cannot be told from those between columns; "
-                                 "write 1.5 for 1,5, or semicolons between columns");
+                                   " columns, and line " + std::to_string(this->NamesInFile) +
+                                   " names " + std::to_string(this->NamedColumns) +
+                                   ": decimal commas cannot be told from those between columns; "
+                                   "write 1.5 for 1,5, or semicolons between columns",
+          Remedy::Told);
       }
       this->Layout = std::nullopt; // a remark, or names of something else
       this->OtherNames = this->NamesAlone ? this->NamesInFile : this->OtherNames;
     }
     if (this->Layout && this->NamedColumns != this->ColumnCount)
     {
-      return this->Lines.Wrong("has " + std::to_string(this->ColumnCount) +
-                               " columns, and --columns names " +
-                               std::to_string(this->NamedColumns));
+      return this->Lines.Wrong(
+        "has " + std::to_string(this->ColumnCount) + " columns, and --columns names " +
+          std::to_string(this->NamedColumns) + ": name each of them, and those to leave out -",
+        Remedy::Told);
     }
     if (this->ColumnCount < 3 || this->ColumnCount > mostXyzColumns)
     {
@@ -349,7 +354,7 @@ private:
     }
     if (const Status known = this->Columns->CheckCount(); !known)
     {
-      const Error wrong = this->Lines.Wrong(known.GetError().message);
+      const Error wrong = this->Lines.Wrong(known.GetError().message, Remedy::Told);
       if (!this->Shifted || !this->Shifted->CheckCount())
       {
         return wrong;

@@ -16,8 +16,8 @@ constexpr std::uint64_t mostTextPerByte = 200, alwaysText = std::uint64_t{ 1 } <
 
 Error Wrong(const std::string& what, std::size_t byte)
 {
-  return { ErrorCode::InvalidInput,
-    what + " at byte " + std::to_string(byte) + ", as gunzip will tell too" };
+  return BadInput(
+    what + " at byte " + std::to_string(byte) + ", as gunzip will tell too", Remedy::CopyAgain);
 }
 
 }
@@ -55,7 +55,8 @@ Result<UnpackedText> UnpackGzip(std::string_view bytes, std::uint64_t most)
     {
       return Error{ ErrorCode::LimitExceeded,
         "is compressed (gzip), and its text is longer than " + std::to_string(most) +
-          " bytes: unpack it with gunzip, and see what it is" };
+          " bytes: unpack it with gunzip, and see what it is",
+        {}, {}, Remedy::Told };
     }
     if (state == Z_STREAM_END)
     {

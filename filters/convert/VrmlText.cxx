@@ -134,7 +134,8 @@ public:
     if (!this->Open.empty())
     {
       return this->Wrong("ends inside what a '" + std::string(1, this->Open.back().bracket) +
-                         "' in line " + std::to_string(this->Open.back().line) + " begins");
+                           "' in line " + std::to_string(this->Open.back().line) + " begins",
+        Remedy::CopyAgain);
     }
     this->Out.floatsSuffice = this->Precision.FloatsSuffice();
     return std::move(this->Out);
@@ -148,7 +149,8 @@ private:
     std::string type;                  // the word before it: of a node, or a field
     std::size_t defined = 0;           // the number of its DEF
     std::string name;                  // after DEF
-    std::string proto;                 // the PROTO whose body this is
+    std::string proto;                 // the PROTO whose body this is, as it is written
+    std::string protoName;             // the same, as the file names it
     std::size_t textEnd = 0;           // of the text up to and with the bracket
     bool isLeftOut = false;            // a node
     bool hasKnownFields = false;       // a node of which the library knows all fields
@@ -167,9 +169,9 @@ private:
   };
   using Definitions = std::map<std::string, Definition, std::less<>>;
 
-  Error Wrong(const std::string& what) const
+  Error Wrong(const std::string& what, Remedy remedy = Remedy::Unknown) const
   {
-    return { ErrorCode::InvalidInput, "line " + std::to_string(this->Line) + ": " + what };
+    return BadInput("line " + std::to_string(this->Line) + ": " + what, remedy);
   }
 
   Status TakeHeader()
@@ -180,7 +182,7 @@ private:
     }
     if (this->File.starts_with("\xFF\xFE") || this->File.starts_with("\xFE\xFF"))
     {
-      return Error{ ErrorCode::InvalidInput, "is UTF-16: save it as UTF-8" };
+      return BadInput("is UTF-16: save it as UTF-8", Remedy::Told);
     }
     const std::size_t text = this->File.find_last_not_of(std::string_view("\0\x1a", 2)) + 1;
     const auto zeros =
@@ -191,9 +193,10 @@ private:
     this->Out.isFirst = head.starts_with("#vrml v1.0");
     if (!this->Out.isFirst && !head.starts_with("#vrml v2.0"))
     {
-      return Error{ ErrorCode::InvalidInput, head.starts_with("#vrml")
-                                               ? "is of another version than VRML 1 and 2"
-                                               : "is not a VRML 2 file" };
+      return head.starts_with("#vrml")
+               ? BadInput("is of another version than VRML 1 and 2", Remedy::SaveOtherwise)
+               : BadInput("is not a VRML file: its first line does not begin with '#VRML'",
+                   Remedy::Rename);
     }
     const auto* const end = std::find_if(this->File.begin(), this->File.end(), IsVrmlLineEnd);
     this->At = static_cast<std::size_t>(end - this->File.begin());
@@ -331,11 +334,14 @@ private:
       {
         opened.type.clear();
         opened.proto = std::exchange(this->Proto, {});
+        opened.protoName = std::exchange(this->ProtoName, {});
         this->NodesOf[opened.proto] = 0;
         this->Scopes.emplace_back();
+        this->Hidden.emplace_back();
       }
       else
       {
+        this->TakeProtoName(opened.type);
         KDSTREAM_TRY(this->CountNode(opened.type));
         this->LeaveOut(opened);
       }
@@ -387,6 +393,7 @@ private:
     {
       this->Scopes.pop_back();
       this->HeightOf[closed.proto] = height;
+      this->EndProto(closed);
     }
     else
     {
@@ -400,6 +407,48 @@ private:
     this->Forget();
     this->EndExtern();
     return {};
+  }
+
+  // Of a PROTO that the file has twice, the library would take the first: each further one is
+  // written by a name of its own, which the nodes after it take. Those in its body go with it.
+  std::string NameOfProto(std::string_view name)
+  {
+    std::string written(name);
+    if (!this->NodesOf.contains(written))
+    {
+      return written;
+    }
+    if (!std::exchange(this->HasProtoTwice, true))
+    {
+      this->Out.tolerance.Tell("a second PROTO " + QuotedText(name) + " (line " +
+                               std::to_string(this->Line) + "): nodes after it take that one");
+    }
+    while (this->NodesOf.contains(written))
+    {
+      written = std::string(name) + "_" + std::to_string(++this->ProtosNamed);
+    }
+    return written;
+  }
+
+  void TakeProtoName(std::string& type)
+  {
+    if (const auto found = this->ProtoNames.find(type);
+        found != this->ProtoNames.end() && found->second != type)
+    {
+      this->Out.text.replace(this->LastBegin, type.size(), found->second);
+      type = found->second;
+    }
+  }
+
+  void EndProto(const Bracket& body)
+  {
+    const auto inside = std::move(this->Hidden.back());
+    this->Hidden.pop_back();
+    std::for_each(inside.rbegin(), inside.rend(),
+      [&](const auto& hidden) { this->ProtoNames[hidden.first] = hidden.second; });
+    const auto [name, isNew] = this->ProtoNames.try_emplace(body.protoName, body.protoName);
+    this->Hidden.back().emplace_back(body.protoName, name->second);
+    name->second = body.proto;
   }
 
   // What a bracket holds is that high.
@@ -786,7 +835,10 @@ private:
     }
     if (this->Last == "PROTO")
     {
-      this->Proto = word;
+      const bool isPlain = written == word; // else the parser refuses it
+      written = isPlain ? this->NameOfProto(word) : written;
+      this->Proto = isPlain ? written : std::string(word);
+      this->ProtoName = word;
       this->ProtoDepth = this->Open.size();
     }
     else if (this->Last == "DEF")
@@ -852,6 +904,7 @@ private:
   std::string Last;           // word
   std::size_t LastBegin = 0;  // in the text
   std::string Defined, Proto; // whose bracket is to come
+  std::string ProtoName;      // of Proto, in the file
   std::size_t ProtoDepth = 0; // how many brackets were open at its name
   int RouteWords = 0;
   std::map<std::string, std::uint64_t, std::less<>> NodesOf; // of each PROTO
@@ -860,6 +913,11 @@ private:
   std::optional<ExternProto> Extern;
   std::set<std::string, std::less<>> Externs;
   std::vector<Definitions> Scopes{ 1 }; // of the file, and of each PROTO in whose body this is
+  // By the names in the file those that are written, and of each scope what its PROTOs have hidden.
+  std::map<std::string, std::string, std::less<>> ProtoNames;
+  std::vector<std::vector<std::pair<std::string, std::string>>> Hidden{ 1 };
+  std::uint64_t ProtosNamed = 0;
+  bool HasProtoTwice = false; // that was told
   std::size_t DefinedNodes = 0;
   bool HasNodesWithoutField = false;                              // that was told
   using Widths = std::map<std::string, std::size_t, std::less<>>; // of fields

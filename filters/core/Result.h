@@ -29,6 +29,20 @@ enum class ErrorCode
   Cancelled        // the caller's progress function asked to stop
 };
 
+// What a user does about an input that is refused: a program says it after the message
+// (filters/program/Program.cxx).
+enum class Remedy
+{
+  Unknown,       // none was named: whoever reads the input takes the one of the code (OfInput)
+  Told,          // the message says it
+  Repair,        // the content is wrong: correct it, or export it again
+  CopyAgain,     // the file is cut off
+  Rename,        // the file is not of the format that its name has
+  Retry,         // another program writes to it
+  SaveOtherwise, // well-formed, but not read
+  Divide         // more than can be read
+};
+
 struct Error
 {
   ErrorCode code = ErrorCode::InvalidInput;
@@ -37,7 +51,27 @@ struct Error
   std::string file = {};
   // Where in the file ("byte 4096"), unless the message tells.
   std::string place = {};
+  Remedy remedy = Remedy::Unknown;
 };
+
+// The error of an input, with the remedy of its code unless it has one.
+inline Error OfInput(Error error)
+{
+  if (error.remedy == Remedy::Unknown)
+  {
+    error.remedy = error.code == ErrorCode::InvalidInput    ? Remedy::Repair
+                   : error.code == ErrorCode::Unsupported   ? Remedy::SaveOtherwise
+                   : error.code == ErrorCode::LimitExceeded ? Remedy::Divide
+                                                            : Remedy::Unknown;
+  }
+  return error;
+}
+
+// An input that is wrong, where another remedy than that of the code helps.
+inline Error BadInput(std::string message, Remedy remedy)
+{
+  return { ErrorCode::InvalidInput, std::move(message), {}, {}, remedy };
+}
 
 // A value of T, or why there is none.
 template <class T>
@@ -119,6 +153,13 @@ Result<T> OfFile(const std::string& file, Result<T> result)
     return error;
   }
   return result;
+}
+
+// The same of a result.
+template <class T>
+Result<T> OfInput(Result<T> result)
+{
+  return result ? std::move(result) : Result<T>(OfInput(result.GetError()));
 }
 
 using Status = Result<void>;

@@ -62,7 +62,7 @@ private:
     this->FileInfo.ignoredAttributes = this->Reader->Info().ignoredAttributes;
     this->FileInfo.tolerance = this->Reader->Info().tolerance;
     this->FileInfo.tolerance.Add(this->Own);
-    return result;
+    return OfInput(std::move(result));
   }
 
   Result<std::size_t> ReadFinite(Mesh& mesh, std::size_t limit)

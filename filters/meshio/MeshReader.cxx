@@ -46,9 +46,10 @@ Result<std::unique_ptr<MeshReader>> OpenByEnding(const std::string& ending, Byte
   if (IsConvertedFormat(ending))
   {
     return Error{ ErrorCode::Unsupported,
-      ending + " files are not read in chunks; kdstream-convert makes a .ply of them" };
+      ending + " files are not read in chunks; kdstream-convert makes a .ply of them", {}, {},
+      Remedy::Told };
   }
-  return Error{ ErrorCode::Unsupported, UnknownEndingHint(source, ending) };
+  return Error{ ErrorCode::Unsupported, UnknownEndingHint(source, ending), {}, {}, Remedy::Told };
 }
 
 }
@@ -63,12 +64,13 @@ Result<std::unique_ptr<MeshReader>> OpenFinite(const std::filesystem::path& file
   KDSTREAM_TRY(source);
   const std::string ending = FileEnding(file);
   const std::string hint = OtherFormatHint(*source, ending);
-  auto reader = OfFile(file.string(), OpenByEnding(ending, std::move(*source), execution, scratch));
+  auto reader =
+    OfInput(OfFile(file.string(), OpenByEnding(ending, std::move(*source), execution, scratch)));
   const bool unreadable =
     reader ? (*reader)->Info().vertices == 0 : reader.GetError().code == ErrorCode::InvalidInput;
   if (!hint.empty() && unreadable)
   {
-    return Error{ ErrorCode::InvalidInput, hint, file.string() };
+    return OfFile(file.string(), Status(BadInput(hint, Remedy::Told))).GetError();
   }
   KDSTREAM_TRY(reader);
   return WithFinitePoints(std::move(*reader), file.string(), scratch);

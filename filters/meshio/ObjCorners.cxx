@@ -35,7 +35,7 @@ std::string PlaceInObj(const char* element, std::uint64_t index, const ObjStatem
 Error AtPlaceInObj(const std::string& place, const Error& error)
 {
   return error.code == ErrorCode::InvalidInput
-           ? Error{ ErrorCode::InvalidInput, place + ": " + error.message }
+           ? BadInput(place + ": " + error.message, error.remedy)
            : error;
 }
 

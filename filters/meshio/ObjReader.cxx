@@ -237,11 +237,11 @@ Status ObjReader::Start(const Execution& execution)
   KDSTREAM_TRY(surveyed);
   if (this->FileSize() == 0)
   {
-    return Error{ ErrorCode::InvalidInput, "the file is empty" };
+    return BadInput("the file is empty", Remedy::CopyAgain);
   }
   if (found.statements == 0)
   {
-    return Error{ ErrorCode::InvalidInput, "is not an OBJ file: no line says v, vt, vn or f" };
+    return BadInput("is not an OBJ file: no line says v, vt, vn or f", Remedy::Rename);
   }
   this->FileInfo.tolerance.Count(Lapse::PaddedEnd, this->Statements.GetLines().Padding());
   // What corners name in vain becomes no attribute. Of a cloud each point has its own.
@@ -429,8 +429,7 @@ Status ObjReader::NextOf(ObjKeyword wanted)
     KDSTREAM_TRY(more);
     if (!*more)
     {
-      return Error{ ErrorCode::InvalidInput,
-        "truncated: the file has changed since it was opened" };
+      return BadInput("truncated: the file has changed since it was opened", Remedy::Retry);
     }
     if (this->Statements.Keyword() == wanted)
     {

@@ -30,8 +30,9 @@ bool IsWideText(std::string_view begin)
 
 Error WideTextError()
 {
-  return { ErrorCode::InvalidInput,
-    "is text in UTF-16 or UTF-32, two or four bytes a character: save it as UTF-8 or ASCII" };
+  return BadInput(
+    "is text in UTF-16 or UTF-32, two or four bytes a character: save it as UTF-8 or ASCII",
+    Remedy::Told);
 }
 
 Result<std::uint64_t> CropToText(ByteSource& source)

@@ -225,9 +225,10 @@ Status BinaryStlReader::ReadPoints(std::vector<Vec3>& points, std::size_t number
     KDSTREAM_TRY(ahead);
     if (ahead->size() < facetBytes)
     {
-      return Error{ ErrorCode::InvalidInput,
-        "truncated: facet " + std::to_string(vertex / 3) + " of " + std::to_string(this->Facets) +
-          " expected at byte " + std::to_string(this->Source.Position()) };
+      return BadInput("truncated: facet " + std::to_string(vertex / 3) + " of " +
+                        std::to_string(this->Facets) + " expected at byte " +
+                        std::to_string(this->Source.Position()),
+        Remedy::CopyAgain);
     }
     const auto first = static_cast<std::size_t>(vertex % 3);
     const auto last = static_cast<std::size_t>(std::min<std::uint64_t>(
@@ -476,9 +477,9 @@ Error TextStlReader::Unexpected(std::string_view word, const std::string& expect
 {
   if (word.empty())
   {
-    return Error{ ErrorCode::InvalidInput, "truncated: facet " + std::to_string(this->At.facet) +
-                                             ": " + expected + " expected at byte " +
-                                             std::to_string(this->Source.Size()) };
+    return BadInput("truncated: facet " + std::to_string(this->At.facet) + ": " + expected +
+                      " expected at byte " + std::to_string(this->Source.Size()),
+      Remedy::CopyAgain);
   }
   return AtFacet(this->At.facet, QuotedText(word) + " where " + expected +
                                    " is expected, before byte " +
@@ -716,8 +717,7 @@ Status TextStlReader::ReadFacet()
     KDSTREAM_TRY(more);
     if (!*more)
     {
-      return Error{ ErrorCode::InvalidInput,
-        "truncated: the file has changed since it was opened" };
+      return BadInput("truncated: the file has changed since it was opened", Remedy::Retry);
     }
     finite = true;
     this->Facet.clear();
@@ -827,19 +827,20 @@ Result<std::unique_ptr<MeshReader>> OpenStlReader(ByteSource source, const Execu
   }
   if (head->empty())
   {
-    return Error{ ErrorCode::InvalidInput, "the file is empty" };
+    return BadInput("the file is empty", Remedy::CopyAgain);
   }
   if (!hasHeader)
   {
-    return Error{ ErrorCode::InvalidInput, "is not an STL file" };
+    return BadInput("is not an STL file", Remedy::Rename);
   }
   if (IsWord(head->substr(0, 5), "facet") || head->starts_with('#'))
   {
-    return Error{ ErrorCode::InvalidInput, "is not an STL file: a text begins with 'solid'" };
+    return BadInput("is not an STL file: a text begins with 'solid'", Remedy::Rename);
   }
-  return Error{ ErrorCode::InvalidInput,
-    "the header claims " + std::to_string(facets) + " triangles, " + std::to_string(size) +
-      " bytes with it; the file has " + std::to_string(source.Size()) };
+  return BadInput("the header claims " + std::to_string(facets) + " triangles, " +
+                    std::to_string(size) + " bytes with it; the file has " +
+                    std::to_string(source.Size()),
+    Remedy::CopyAgain);
 }
 
 }

@@ -116,9 +116,9 @@ double TextLines::Fraction() const
   return double(this->End()) / std::max(1.0, double(this->Source.Size()));
 }
 
-Error TextLines::Wrong(const std::string& message) const
+Error TextLines::Wrong(const std::string& message, Remedy remedy) const
 {
-  return { ErrorCode::InvalidInput, "line " + std::to_string(this->Count) + ": " + message };
+  return BadInput("line " + std::to_string(this->Count) + ": " + message, remedy);
 }
 
 void SplitWords(

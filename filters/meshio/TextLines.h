@@ -58,7 +58,7 @@ public:
   std::uint64_t Padding() const { return this->Zeros; }
 
   // "line 17: message".
-  Error Wrong(const std::string& message) const;
+  Error Wrong(const std::string& message, Remedy remedy = Remedy::Unknown) const;
 
 private:
   Status Open();

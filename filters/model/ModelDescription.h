@@ -38,8 +38,9 @@ struct ResolutionDescription
   std::uint64_t triangles = 0; // each once
   std::uint64_t pieces = 0;
   std::uint64_t bytes = 0;
-  // Of a level's vertices, model units; 0 for the original: the largest, and what 99 of 100 do not
-  // exceed. A single spike keeps the largest up through all levels; viewers steer by the other.
+  // Of a level, model units; 0 for the original: an upper bound of how far the original is from its
+  // surface, and what 99 of 100 of its vertices do not exceed, estimated. Viewers steer by this
+  // one.
   double deviation = 0;
   double deviation99 = 0;
   // Of a level: how many steps of the grid lie between the points that its vertices use, 1 …

@@ -87,6 +87,34 @@ int RunProgram(CLI::App& app, int argc, char** argv, const std::function<int()>&
   }
 }
 
+namespace
+{
+
+const char* AdviceOf(Remedy remedy)
+{
+  switch (remedy)
+  {
+    case Remedy::Repair:
+      return ": correct the file, or export it again";
+    case Remedy::CopyAgain:
+      return ": copy the file again, or export it again";
+    case Remedy::Rename:
+      return ": give the file the ending of its format, or export it again";
+    case Remedy::Retry:
+      return ": wait until no program writes to it, then try again";
+    case Remedy::SaveOtherwise:
+      return ": export it in another way, for example as .ply";
+    case Remedy::Divide:
+      return ": divide it into several files";
+    case Remedy::Unknown:
+    case Remedy::Told:
+      break;
+  }
+  return "";
+}
+
+}
+
 int PrintError(
   std::string_view program, const std::string& file, const Error& error, const std::string& output)
 {
@@ -98,7 +126,7 @@ int PrintError(
   }
   const std::string& named = error.file.empty() ? file : error.file;
   std::cerr << program << ": error: " << named << (named.empty() ? "" : ": ") << error.message
-            << (error.place.empty() ? "" : ", ") << error.place << "\n";
+            << (error.place.empty() ? "" : ", ") << error.place << AdviceOf(error.remedy) << "\n";
   return error.code == ErrorCode::InvalidArgument ? exitUsage : exitFailed;
 }
 

@@ -33,10 +33,10 @@ int RunProgram(CLI::App& app, int argc, char** argv, const std::function<int()>&
 // Errors: InvalidArgument for wrong usage.
 Result<bool> ParseCommandLine(CLI::App& app, int argc, char** argv);
 
-// Prints `program: error: FILE: what, where` on stderr; returns the exit code that goes with the
-// error: wrong usage for an InvalidArgument, failed work for everything else. FILE is the one that
-// the error names, else `file`, which may be empty. Work that was interrupted (Cancelled) says so,
-// blames no file, and names `output`, if there is one, as not written.
+// Prints `program: error: FILE: what, where: what to do` on stderr; returns the exit code that goes
+// with the error: wrong usage for an InvalidArgument, failed work for everything else. FILE is the
+// one that the error names, else `file`, which may be empty. Work that was interrupted (Cancelled)
+// says so, blames no file, and names `output`, if there is one, as not written.
 int PrintError(std::string_view program, const std::string& file, const Error& error,
   const std::string& output = {});
 

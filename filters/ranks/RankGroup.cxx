@@ -66,9 +66,10 @@ Status RankGroup::AgreeOn(std::span<const std::uint64_t> numbers, const Error* o
 Error RankGroup::ErrorOf(std::size_t rank, const Error* own)
 {
   Error error = rank == this->Rank() ? this->NameRank(*own) : Error{};
-  int code[] = { static_cast<int>(error.code) };
+  int code[] = { static_cast<int>(error.code), static_cast<int>(error.remedy) };
   this->Messages.Broadcast(rank, code);
   error.code = static_cast<ErrorCode>(code[0]);
+  error.remedy = static_cast<Remedy>(code[1]);
   for (std::string* const text : { &error.message, &error.file, &error.place })
   {
     this->Messages.Broadcast(rank, *text);

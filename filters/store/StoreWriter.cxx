@@ -2,8 +2,10 @@
 #include "filters/store/StoreWriter.h"
 
 #include "filters/core/SystemReason.h"
+#include "filters/core/tree/PieceDepth.h"
 #include "filters/files/NewFile.h"
 #include "filters/store/GeometricErrorList.h"
+#include "filters/store/LevelBounds.h"
 #include "filters/store/ScalarStatistics.h"
 #include "filters/store/Sqlite.h"
 #include "filters/store/Store.h"
@@ -11,6 +13,7 @@
 
 #include <algorithm>
 #include <cerrno>
+#include <mutex>
 #include <utility>
 
 namespace kdstream
@@ -71,6 +74,9 @@ struct StoreWriter::State
   std::unique_ptr<ContentDigest> digest{};
   std::unique_ptr<GeometricErrorList> deviations{}; // of the resolution that is being written
   PieceTable pieces{};
+  std::vector<std::uint64_t> begins{}; // of the pieces in the content, in the order of PieceIds
+  Statement contentRead{};
+  std::mutex reading{};
   std::vector<std::uint8_t> preview{};
   std::uint32_t unusedParts = 0;
   double farthest = -1; // of the unused vertices: from the box, in the largest of the three axes
@@ -85,6 +91,10 @@ struct StoreWriter::State
   Status WriteContentRow();
   Status WriteDirectoryRow();
   Status Insert(Statement& insert, std::int64_t part, std::span<const std::uint8_t> data) const;
+  // The blob of a piece that was added. Any number of threads. Errors: with the store's name.
+  Result<std::vector<std::uint8_t>> Read(PieceId id);
+  // Raises the levels' deviations to how far the original is from them at most.
+  Status BoundDeviations(const Execution& execution);
 
   // Why something could not be written, with the store's name: of a full disk, how much it lacks.
   Error Explain(const Error& error) const;
@@ -160,7 +170,7 @@ Result<std::unique_ptr<StoreWriter::State>> StoreWriter::State::Begin(
   NewFile::RemoveLeftovers(store);
   Result<NewFile> file = NewFile::Create(store);
   KDSTREAM_TRY(file);
-  auto state = std::make_unique<State>(State{ std::move(*file), std::move(info) });
+  auto state = std::unique_ptr<State>(new State{ std::move(*file), std::move(info) });
   state->deviations = std::make_unique<GeometricErrorList>(state->file.Folder());
   state->digest = std::make_unique<ContentDigest>(state->info);
   state->pieces = PieceTable(state->info.depths, state->info.HasLevels());
@@ -182,6 +192,10 @@ Result<std::unique_ptr<StoreWriter::State>> StoreWriter::State::Begin(
     Statement::Prepare(state->database.get(), "INSERT INTO content VALUES (?, ?)");
   KDSTREAM_TRY(directory);
   KDSTREAM_TRY(content);
+  Result<Statement> contentRead =
+    Statement::Prepare(state->database.get(), "SELECT data FROM content WHERE part = ?");
+  KDSTREAM_TRY(contentRead);
+  state->contentRead = std::move(*contentRead);
   state->directory = std::move(*directory);
   state->content = std::move(*content);
   return state;
@@ -256,6 +270,62 @@ Status StoreWriter::State::FinishBlobs()
   return this->directoryRow.empty() ? Status{} : this->WriteDirectoryRow();
 }
 
+Result<std::vector<std::uint8_t>> StoreWriter::State::Read(PieceId id)
+{
+  // Levels lie coarse to fine before the original, which may have fewer pieces than its depth.
+  std::size_t place = id.node - (NodeId{ 1 } << DepthOfNode(id.node));
+  const std::size_t before =
+    id.resolution.IsOriginal() ? this->info.levels.size() : id.resolution.Depth();
+  for (unsigned depth = 0; depth < before; ++depth)
+  {
+    place += std::size_t{ 1 } << PieceDepth(Resolution::Level(depth), this->info.depths);
+  }
+  std::uint64_t begin = this->begins.at(place);
+  std::vector<std::uint8_t> data;
+  data.reserve(this->pieces.At(id).bytes);
+  const std::lock_guard<std::mutex> lock(this->reading);
+  while (data.size() < this->pieces.At(id).bytes)
+  {
+    const auto row = static_cast<std::int64_t>(begin / contentRowBytes);
+    const auto offset = static_cast<std::size_t>(begin % contentRowBytes);
+    std::span<const std::uint8_t> part = this->contentRow; // not written yet
+    if (row < this->contentRows)
+    {
+      this->contentRead.Bind(1, row);
+      const Result<bool> found = this->contentRead.Step();
+      if (!found)
+      {
+        return this->Explain(found.GetError());
+      }
+      part = *found ? this->contentRead.Blob(0) : std::span<const std::uint8_t>{};
+    }
+    if (part.size() <= offset)
+    {
+      return this->Explain({ ErrorCode::InputOutput,
+        "row " + std::to_string(row) + " cannot be read back: is the disk sound?" });
+    }
+    part = part.subspan(offset);
+    part = part.first(std::min(part.size(), this->pieces.At(id).bytes - data.size()));
+    data.insert(data.end(), part.begin(), part.end());
+    begin += part.size();
+    this->contentRead.Reset();
+  }
+  return data;
+}
+
+Status StoreWriter::State::BoundDeviations(const Execution& execution)
+{
+  const Result<std::vector<double>> bounds = BoundLevels(
+    this->info, [&](PieceId id) { return this->Read(id); }, execution);
+  KDSTREAM_TRY(bounds);
+  for (std::size_t depth = 0; depth < bounds->size(); ++depth)
+  {
+    double& told = this->info.levels[depth].deviation;
+    told = std::max(told, (*bounds)[depth]);
+  }
+  return {};
+}
+
 Status StoreWriter::AddBoxes(NodeId node, std::span<const std::uint8_t> data)
 {
   this->S->digest->AddBoxes(node, data);
@@ -316,6 +386,7 @@ Status StoreWriter::AddPiece(const Piece& piece, std::span<const std::uint8_t> d
     return this->S->Explain(status.GetError());
   }
   this->S->pieces.At(piece.id) = FactsOf(piece.deviations, data.size());
+  this->S->begins.push_back(this->S->contentBytes);
   this->S->digest->AddPiece(piece.id, data);
   if (piece.id == PieceId{ Resolution::Level(PreviewLevel(info)), 1 })
   {
@@ -334,7 +405,8 @@ void StoreWriter::SetHomeView(const HomeView& homeView)
   this->S->info.homeView = homeView;
 }
 
-Status StoreWriter::FinishResolution(Resolution resolution, std::uint64_t triangles)
+Status StoreWriter::FinishResolution(
+  Resolution resolution, std::uint64_t triangles, const Execution& execution)
 {
   ModelDescription& info = this->S->info;
   ResolutionDescription& finished =
@@ -345,7 +417,7 @@ Status StoreWriter::FinishResolution(Resolution resolution, std::uint64_t triang
   KDSTREAM_TRY(deviations);
   finished.deviation99 = deviations->at99;
   finished.deviation = deviations->largest;
-  return {};
+  return resolution.IsOriginal() ? this->S->BoundDeviations(execution) : Status{};
 }
 
 Result<ModelDescription> StoreWriter::Finish()
@@ -373,6 +445,7 @@ Result<ModelDescription> StoreWriter::Finish()
   }
   state.directory = {};
   state.content = {};
+  state.contentRead = {};
   state.database.reset();
   KDSTREAM_TRY(OfFile(state.file.Target().string(), state.file.Finish()));
   return state.info;

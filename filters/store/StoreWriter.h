@@ -2,6 +2,7 @@
 // Writing a store: step "store" of the pipeline picture. The file appears whole or not at all.
 #pragma once
 
+#include "filters/core/Execution.h"
 #include "filters/core/Result.h"
 #include "filters/store/Store.h"
 
@@ -53,8 +54,10 @@ public:
   void SetHomeView(const HomeView& homeView);
 
   // Says that all pieces of a resolution are written, and how many triangles it has, each counted
-  // once. Errors: InputOutput.
-  Status FinishResolution(Resolution resolution, std::uint64_t triangles);
+  // once. Of the original, the last one: finds out how far it is from each level at most
+  // (LevelBounds.h). Errors: InputOutput; Cancelled.
+  Status FinishResolution(
+    Resolution resolution, std::uint64_t triangles, const Execution& execution = {});
 
   // Returns the metadata as stored.
   Result<ModelDescription> Finish();

@@ -90,7 +90,7 @@ private:
   template <class T>
   Result<double> Next()
   {
-    const Error cut{ ErrorCode::InvalidInput, "truncated: the file has changed since it was read" };
+    const Error cut = BadInput("truncated: the file has changed since it was read", Remedy::Retry);
     T value{};
     if (this->Encoding == PlyEncoding::Ascii)
     {
@@ -138,7 +138,8 @@ public:
     if (const PlyElement* strips = FindElement(*header, "tristrips"); strips && strips->count > 0)
     {
       return Error{ ErrorCode::Unsupported,
-        "triangle strips with pictures are not read; --textures off reads them without" };
+        "triangle strips with pictures are not read; --textures off reads them without", {}, {},
+        Remedy::Told };
     }
     KDSTREAM_TRY(this->ReadMesh(execution, HasCoordinatesOfFaces(*header)));
     this->MakeMaterials(*header);
@@ -251,7 +252,7 @@ private:
     }
     if (this->Out.textured.corners.size() != this->TheMesh().triangles.size())
     {
-      return Error{ ErrorCode::InvalidInput, "truncated: the file has changed since it was read" };
+      return BadInput("truncated: the file has changed since it was read", Remedy::Retry);
     }
     return {};
   }
@@ -302,7 +303,7 @@ private:
     const std::vector<Vec3>& points = this->TheMesh().points;
     if (!(vertex >= 0 && vertex < double(points.size())))
     {
-      return Error{ ErrorCode::InvalidInput, "truncated: the file has changed since it was read" };
+      return BadInput("truncated: the file has changed since it was read", Remedy::Retry);
     }
     this->Corners.push_back(points[static_cast<std::size_t>(vertex)]);
     return {};

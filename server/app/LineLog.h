@@ -22,7 +22,7 @@ public:
 
   // The line, with its end, that says that `count` lines are missing.
   using TellLost = std::string (*)(std::uint64_t count);
-  // "# 17 lines are lost"
+  // "# 17 lines were lost"
   static std::string LostAsText(std::uint64_t count);
 
   // Appends to `file`; "-" is stderr. Errors: InputOutput.

@@ -152,7 +152,7 @@ TEST(PolyDataMesh, NotFinite)
       const Result<std::vector<Vec3>> read = ReadPoints(*MakePoints(points), {});
       ASSERT_FALSE(read);
       EXPECT_EQ(read.GetError().code, ErrorCode::InvalidInput);
-      EXPECT_EQ(read.GetError().message, "point 17: a coordinate is not finite");
+      EXPECT_EQ(read.GetError().message.rfind("point 17: ", 0), 0U);
     }
   }
 }

@@ -51,9 +51,11 @@ Result<std::filesystem::path> PlaceOf(const std::string& uri, FilesBeside& files
       return found;
     }
   }
-  return Error{ ErrorCode::InvalidInput,
+  return BadInput(
     "the file " + QuotedText(uri) + ", in which its geometry is, " +
-      (LiesBelow(decoded) ? "is not there" : "lies outside its folder, where nothing is read") };
+      (LiesBelow(decoded) ? "is not there" : "lies outside its folder, where nothing is read") +
+      ": put it into the folder of the glTF, under this name",
+    Remedy::Told);
 }
 
 }
@@ -162,8 +164,9 @@ Status GltfBuffers::Find(std::size_t number, const std::filesystem::path& file, 
   const double length = NumberOf(told, 0);
   if (length > double(found.bytes.size()))
   {
-    return Error{ ErrorCode::InvalidInput, "claims " + told.dump() + " bytes of " + place +
-                                             "; it has " + std::to_string(found.bytes.size()) };
+    return BadInput("claims " + told.dump() + " bytes of " + place + "; it has " +
+                      std::to_string(found.bytes.size()),
+      Remedy::CopyAgain);
   }
   found.bytes = found.bytes.first(static_cast<std::size_t>(std::max(0.0, length)));
   this->BytesInAll += found.bytes.size();

@@ -141,7 +141,8 @@ Result<std::vector<std::uint8_t>> DecodeMeshopt(const Json&, std::span<const std
 {
   return Error{ ErrorCode::Unsupported,
     "is compressed by meshoptimizer, and libmeshoptimizer-dev was not there when KdStream was "
-    "built: save it without compression" };
+    "built: save it without compression",
+    {}, {}, Remedy::Told };
 }
 
 #endif
@@ -238,7 +239,8 @@ Result<DracoPart> DecodeDraco(std::span<const std::uint8_t>,
 {
   return Error{ ErrorCode::Unsupported,
     "is compressed by Draco, and libdraco-dev was not there when KdStream was built: save it "
-    "without compression" };
+    "without compression",
+    {}, {}, Remedy::Told };
 }
 
 #endif

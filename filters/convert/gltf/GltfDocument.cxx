@@ -41,17 +41,19 @@ Result<Json> ParseJson(const std::string& text, std::size_t begin)
     if (const std::string_view mark = std::string_view(text).substr(0, 2);
         mark == "\xFF\xFE" || mark == "\xFE\xFF")
     {
-      return GltfError("its JSON is UTF-16: save it as UTF-8");
+      return GltfError("its JSON is UTF-16: save it as UTF-8", Remedy::Told);
     }
     const std::size_t first = text.find_first_not_of(" \t\r\n\xEF\xBB\xBF");
     if (begin == 0 && first != std::string::npos && text[first] != '{')
     {
-      return GltfError("is not a glTF file: it begins neither with 'glTF' nor with '{'");
+      return GltfError(
+        "is not a glTF file: it begins neither with 'glTF' nor with '{'", Remedy::Rename);
     }
     const std::size_t at = failure.byte > 0 ? failure.byte - 1 : 0;
-    return GltfError(at >= text.size()
-                       ? "its JSON breaks off at byte " + std::to_string(begin + at)
-                       : "its JSON is damaged at byte " + std::to_string(begin + at));
+    return at >= text.size()
+             ? GltfError(
+                 "its JSON breaks off at byte " + std::to_string(begin + at), Remedy::CopyAgain)
+             : GltfError("its JSON is damaged at byte " + std::to_string(begin + at));
   }
   catch (const Json::exception&) // 1e999
   {
@@ -81,19 +83,22 @@ Result<std::string> ReadGlb(std::ifstream& file, std::uint64_t bytes, GltfDocume
   std::array<char, headBytes + chunkBytes> head{};
   if (bytes < head.size() || !file.read(head.data(), head.size()))
   {
-    return GltfError("ends in its head: it has " + std::to_string(bytes) + " bytes");
+    return GltfError(
+      "ends in its head: it has " + std::to_string(bytes) + " bytes", Remedy::CopyAgain);
   }
   const std::uint32_t version = NumberAt(head, 4), all = NumberAt(head, 8);
   const std::uint32_t length = NumberAt(head, headBytes);
   if (version != 2)
   {
     return GltfError(
-      "is a glTF of version " + std::to_string(version) + ", of which only version 2 is read");
+      "is a glTF of version " + std::to_string(version) + ", of which only version 2 is read",
+      Remedy::SaveOtherwise);
   }
   if (all > bytes)
   {
     return GltfError("claims " + std::to_string(all) + " bytes; the file has " +
-                     std::to_string(bytes) + ": it was cut");
+                       std::to_string(bytes) + ": it was cut",
+      Remedy::CopyAgain);
   }
   if (std::memcmp(head.data() + headBytes + 4, "JSON", 4) != 0)
   {
@@ -102,7 +107,8 @@ Result<std::string> ReadGlb(std::ifstream& file, std::uint64_t bytes, GltfDocume
   if (length > bytes - head.size())
   {
     return GltfError(
-      "byte 12: its JSON claims " + std::to_string(length) + " bytes, more than the file has");
+      "byte 12: its JSON claims " + std::to_string(length) + " bytes, more than the file has",
+      Remedy::CopyAgain);
   }
   const Result<std::string> text = ReadText(file, length);
   KDSTREAM_TRY(text);
@@ -167,12 +173,13 @@ Result<GltfDocument> ReadGltfDocument(const std::filesystem::path& file)
   const Json& version = Member(Member(document.json, "asset"), "version");
   if (!version.is_string())
   {
-    return GltfError("is no glTF: its JSON has no version of an asset");
+    return GltfError("is no glTF: its JSON has no version of an asset", Remedy::Rename);
   }
   if (!version.get_ref<const std::string&>().starts_with("2"))
   {
     return GltfError("is a glTF of version " + Quoted(version.get_ref<const std::string&>()) +
-                     ", of which only version 2 is read");
+                       ", of which only version 2 is read",
+      Remedy::SaveOtherwise);
   }
   return document;
 }
@@ -253,7 +260,8 @@ Status CheckGltfExtensions(const Json& json, std::optional<std::string>& notRead
       if (list == std::string_view("extensionsRequired") && !IsRead(name) && !ChangesLooks(name))
       {
         return Error{ ErrorCode::Unsupported,
-          "needs the extension " + Quoted(name) + ", which is not read: save it without" };
+          "needs the extension " + Quoted(name) + ", which is not read: save it without", {}, {},
+          Remedy::Told };
       }
       if (!IsRead(name))
       {

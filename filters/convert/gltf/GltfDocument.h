@@ -48,9 +48,9 @@ std::optional<std::vector<std::uint8_t>> DataOf(const std::string& uri);
 std::string NamesNone(
   const std::string& element, const nlohmann::json& index, const nlohmann::json& array);
 // Of InvalidInput.
-inline Error GltfError(const std::string& message)
+inline Error GltfError(const std::string& message, Remedy remedy = Remedy::Unknown)
 {
-  return { ErrorCode::InvalidInput, message };
+  return BadInput(message, remedy);
 }
 // The error with `where` before what is wrong.
 Error Within(const std::string& where, Error error);

@@ -109,14 +109,16 @@ private:
         {
           return Error{ ErrorCode::LimitExceeded,
             "its nodes show more than " + std::to_string(4 * GltfAccessor::mostZeros) +
-              " elements of accessors without a bufferView, no bytes of which are in the file" };
+              " elements of accessors without a bufferView, no bytes of which are in the file",
+            {}, {}, Remedy::Repair };
         }
         constexpr std::uint64_t most = noVertex - 1;
         return this->Claims.points <= most && this->Claims.triangles <= most
                  ? Status{}
                  : Status(Error{ ErrorCode::LimitExceeded,
                      "its nodes show more than " + std::to_string(most) +
-                       " points or triangles, more than can be read: show its meshes less often" });
+                       " points or triangles, more than can be read: show its meshes less often",
+                     {}, {}, Remedy::Told });
       }));
     return {};
   }

@@ -156,7 +156,7 @@ TEST(EdgeCandidates, WhatIsOutOfDateTakesNoMemory)
   std::uint32_t room = 0; // for how many there is memory
   for (; !queue.IsFull() && room < 3 * edges; ++room)
   {
-    queue.Push({ 0, room, room + 1, stamp, false });
+    queue.Push({ 1e30, room, room + 1, stamp, false }); // costlier than all that were popped
   }
   EXPECT_LT(room, 3 * edges);
 }

@@ -516,11 +516,11 @@ TEST(DrawSurface, SaysWhatIsMissingOrWrong)
   EXPECT_EQ(message({ depths, Resolution::Level(20) }),
     "level 20 is finer than the finest, " + std::to_string(depths.finest));
   EXPECT_EQ(message({ depths, Resolution::Level(3), { { Resolution::Original(), 31 } } }),
-    "node 31 is no piece of the original");
+    "node 31 is not a piece of the original");
   EXPECT_EQ(message({ depths, Resolution::Level(3), { { Resolution::Level(4), 2 } } }),
-    "node 2 is no piece of level 4");
+    "node 2 is not a piece of level 4");
   EXPECT_EQ(message({ depths, Resolution::Level(3), { { Resolution::Level(20), 1 } } }),
-    "node 1 is no piece of level 20");
+    "node 1 is not a piece of level 20");
   for (const PieceId second : { level, partition })
   {
     EXPECT_EQ(message({ depths, Resolution::Level(2), { partition, second } }),

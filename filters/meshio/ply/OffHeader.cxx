@@ -203,7 +203,7 @@ Status OffText::ReadKind()
   const std::string_view kind = first->substr(0, std::min(at, first->size()));
   if (at == std::string_view::npos || kind.find_first_not_of("STCNstc4n") != kind.npos)
   {
-    return Error{ ErrorCode::InvalidInput, "is not an OFF file: it does not begin with OFF" };
+    return BadInput("is not an OFF file: it does not begin with OFF", Remedy::Rename);
   }
   // In small letters n is that of normals: nOFF has its dimensions after it.
   const bool isSmall = first->substr(at, off.size()) == off;
@@ -214,7 +214,8 @@ Status OffText::ReadKind()
   if (LowercaseText(TakeWord(next)) == "binary")
   {
     return Error{ ErrorCode::Unsupported,
-      "is a binary OFF file, which is not read: save it as text, or as .ply" };
+      "is a binary OFF file, which is not read: save it as text, or as .ply", {}, {},
+      Remedy::Told };
   }
   const auto says = [&](const char* letters) { return kind.find_first_of(letters) != kind.npos; };
   const bool hasDimensions = says("n") && !isSmall, hasWeights = says("4");
@@ -392,7 +393,7 @@ Result<std::unique_ptr<MeshReader>> OpenOffReader(
 {
   if (source.Size() == 0)
   {
-    return Error{ ErrorCode::InvalidInput, "the file is empty" };
+    return BadInput("the file is empty", Remedy::CopyAgain);
   }
   Result<ByteSource> again = source.Again();
   KDSTREAM_TRY(again);

@@ -26,9 +26,10 @@ Error PlyPlace::Bad(const std::string& what) const
 
 Error PlyPlace::Truncated(std::uint64_t byte) const
 {
-  return Error{ ErrorCode::InvalidInput,
-    "truncated: " + this->element.name + " " + std::to_string(this->record) + " of " +
-      std::to_string(this->element.count) + " expected at byte " + std::to_string(byte) };
+  return BadInput("truncated: " + this->element.name + " " + std::to_string(this->record) + " of " +
+                    std::to_string(this->element.count) + " expected at byte " +
+                    std::to_string(byte),
+    Remedy::CopyAgain);
 }
 
 Error PlyPlace::BadIndex(std::int64_t index, const PlyFaceSink& sink) const
@@ -49,11 +50,11 @@ Error PlyPlace::BadListCount(const PlyProperty& property, std::int64_t count) co
 Error PlyPlace::ListPastEnd(
   const PlyProperty& property, std::int64_t count, std::uint64_t byte) const
 {
-  return Error{ ErrorCode::InvalidInput,
-    "truncated: " + this->element.name + " " + std::to_string(this->record) + " of " +
-      std::to_string(this->element.count) + ": list " + property.name + " at byte " +
-      std::to_string(byte) + " claims " + std::to_string(count) +
-      " values, which run past the end of the file" };
+  return BadInput("truncated: " + this->element.name + " " + std::to_string(this->record) + " of " +
+                    std::to_string(this->element.count) + ": list " + property.name + " at byte " +
+                    std::to_string(byte) + " claims " + std::to_string(count) +
+                    " values, which run past the end of the file",
+    Remedy::CopyAgain);
 }
 
 Error PlyPlace::RepeatsTooMuch() const

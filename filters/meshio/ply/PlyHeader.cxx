@@ -313,7 +313,7 @@ Result<PlyHeader> ReadPlyHeader(ByteSource& source)
   KDSTREAM_TRY(bytes);
   if (bytes->empty())
   {
-    return Error{ ErrorCode::InvalidInput, "the file is empty" };
+    return BadInput("the file is empty", Remedy::CopyAgain);
   }
   if (IsWideText(*bytes))
   {
@@ -328,7 +328,7 @@ Result<PlyHeader> ReadPlyHeader(ByteSource& source)
   const std::optional<std::string_view> first = lines.Next();
   if (!first || WordsOf(*first) != std::vector<std::string_view>{ "ply" })
   {
-    return Error{ ErrorCode::InvalidInput, "not a PLY file: its first line is not 'ply'" };
+    return BadInput("not a PLY file: its first line is not 'ply'", Remedy::Rename);
   }
   HeaderBuilder builder;
   while (const std::optional<std::string_view> line = lines.Next())
@@ -341,9 +341,9 @@ Result<PlyHeader> ReadPlyHeader(ByteSource& source)
     }
     KDSTREAM_TRY(builder.AddLine(words, lines.LineNumber()));
   }
-  return Error{ ErrorCode::InvalidInput, bytes->size() < ByteSource::blockSize
-                                           ? "truncated: the header has no end_header line"
-                                           : "the header has no end_header line in the first MiB" };
+  return bytes->size() < ByteSource::blockSize
+           ? BadInput("truncated: the header has no end_header line", Remedy::CopyAgain)
+           : Error{ ErrorCode::InvalidInput, "the header has no end_header line in the first MiB" };
 }
 
 }

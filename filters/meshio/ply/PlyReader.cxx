@@ -92,11 +92,12 @@ Status PlyReader::UnderstandVertices()
     if (found == element.properties.size())
     {
       const bool packed = element.Find("packed_position") < element.properties.size();
-      return Error{ ErrorCode::InvalidInput,
+      return BadInput(
         std::string("element 'vertex' has no property '") + names[k] + "'" +
           (packed ? ", but 'packed_position': compressed Gaussian splats are not read, export them "
                     "uncompressed"
-                  : "") };
+                  : ""),
+        packed ? Remedy::Told : Remedy::Repair);
     }
     const PlyProperty& property = element.properties[found];
     if (property.isList)
@@ -419,11 +420,11 @@ Status PlyReader::CheckTriangles(const FaceElement& faces) const
   {
     return {};
   }
-  return Error{ ErrorCode::InvalidInput,
-    "element '" + this->Header.elements[faces.element].name +
-      "': truncated, or a face of fewer than three vertices: " +
-      "the file has room for triangles alone, and up to face " + std::to_string(this->FacesRead) +
-      " there is another" };
+  return BadInput("element '" + this->Header.elements[faces.element].name +
+                    "': truncated, or a face of fewer than three vertices: " +
+                    "the file has room for triangles alone, and up to face " +
+                    std::to_string(this->FacesRead) + " there is another",
+    Remedy::CopyAgain);
 }
 
 Result<std::size_t> PlyReader::ReadSomeVertices(Mesh& mesh, std::size_t limit)

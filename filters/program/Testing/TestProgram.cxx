@@ -52,6 +52,37 @@ TEST(TestProgram, EveryExceptionBecomesOneLine)
   expect(RunThrowing(42), "unexpected: an exception without a message");
 }
 
+// An error of an input ends with what to do, after the place, unless its message tells.
+TEST(TestProgram, RefusalsSayWhatToDo)
+{
+  const auto said = [](const Error& error)
+  {
+    testing::internal::CaptureStderr();
+    PrintError("kdstream-test", "in.ply", error);
+    return testing::internal::GetCapturedStderr();
+  };
+  const std::string begin = "kdstream-test: error: in.ply: bad, byte 9";
+  const auto bad = [](ErrorCode code, Remedy remedy = Remedy::Unknown) {
+    return Error{ code, "bad", {}, "byte 9", remedy };
+  };
+  constexpr ErrorCode invalid = ErrorCode::InvalidInput;
+  EXPECT_EQ(said(bad(invalid)), begin + "\n");
+  EXPECT_EQ(said(bad(invalid, Remedy::Told)), begin + "\n");
+  EXPECT_EQ(said(OfInput(bad(invalid, Remedy::Told))), begin + "\n");
+  EXPECT_EQ(said(OfInput(bad(invalid))), begin + ": correct the file, or export it again\n");
+  EXPECT_EQ(said(OfInput(bad(ErrorCode::Unsupported))),
+    begin + ": export it in another way, for example as .ply\n");
+  EXPECT_EQ(
+    said(OfInput(bad(ErrorCode::LimitExceeded))), begin + ": divide it into several files\n");
+  EXPECT_EQ(said(OfInput(bad(ErrorCode::InputOutput))), begin + "\n");
+  EXPECT_EQ(said(OfInput(bad(invalid, Remedy::CopyAgain))),
+    begin + ": copy the file again, or export it again\n");
+  EXPECT_EQ(said(bad(invalid, Remedy::Rename)),
+    begin + ": give the file the ending of its format, or export it again\n");
+  EXPECT_EQ(said(bad(invalid, Remedy::Retry)),
+    begin + ": wait until no program writes to it, then try again\n");
+}
+
 TEST(TestProgram, InterruptedWorkBlamesNoFile)
 {
   testing::internal::CaptureStderr();

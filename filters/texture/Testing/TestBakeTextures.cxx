@@ -220,10 +220,9 @@ TEST(BakeTextures, CornersWithoutCoordinatesHaveTheMaterialsColour)
   textured.materials[0].color = { 1, 0, LinearOfBytes()[100], 1 };
   const Result<BakeReport> report = BakeTextures(textured);
   ASSERT_TRUE(report);
-  EXPECT_EQ(report->warnings,
-    std::vector<std::string>{
-      "2 triangles have no texture coordinates, or such that are no numbers (the first is triangle "
-      "2): the material's colour is taken" });
+  ASSERT_EQ(report->warnings.size(), 1U);
+  EXPECT_EQ(report->warnings[0].rfind("2 triangles ", 0), 0U);
+  EXPECT_NE(report->warnings[0].find("triangle 2"), std::string::npos) << "the first";
   EXPECT_EQ(ColorsOf(textured).Get(4, 0), 255);
   EXPECT_EQ(ColorsOf(textured).Get(4, 1), 0);
   EXPECT_EQ(ColorsOf(textured).Get(4, 2), 100);
@@ -237,9 +236,8 @@ TEST(BakeTextures, UnreadablePicturesAreNamed)
   textured.pictures[0].bytes = { 'G', 'I', 'F' };
   const Result<BakeReport> report = BakeTextures(textured);
   ASSERT_TRUE(report);
-  EXPECT_EQ(
-    report->warnings, std::vector<std::string>{
-                        "picture: it is no JPEG, PNG or WebP: the material's colour is taken" });
+  ASSERT_EQ(report->warnings.size(), 1U);
+  EXPECT_EQ(report->warnings[0].rfind("picture: ", 0), 0U);
   EXPECT_EQ(report->pictures, 0U);
   EXPECT_EQ(ColorsOf(textured).Get(2, 1), 255);
   EXPECT_EQ(ColorsOf(textured).Get(2, 0), 0);

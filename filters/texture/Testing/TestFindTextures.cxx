@@ -94,9 +94,11 @@ TEST(FindTextures, MaterialsThatDifferAreTold)
   const Result<TexturedFile> read = ReadTextured(
     folder.Write("a.obj", Obj("mtllib one.mtl\nmtllib two.mtl\n", false, "usemtl m\nf 1 2 3\n")));
   ASSERT_TRUE(read) << read.GetError().message;
-  EXPECT_EQ(read->warnings,
-    std::vector<std::string>{ "the material 'm' is in 'one.mtl' and, in another way, in 'two.mtl': "
-                              "the first counts for all faces" });
+  ASSERT_EQ(read->warnings.size(), 1U);
+  for (const char* name : { "'m'", "'one.mtl'", "'two.mtl'" })
+  {
+    EXPECT_NE(read->warnings[0].find(name), std::string::npos) << read->warnings[0];
+  }
 }
 
 TEST(FindTextures, WhatTexturedFilesHoldBesidesIsTold)
@@ -107,9 +109,9 @@ TEST(FindTextures, WhatTexturedFilesHoldBesidesIsTold)
     "a.obj", Obj("mtllib a.mtl\n", false, "vt 0 0\nusemtl m\nf 1/1 2/1 3/1\nl 1 2\nwhat 1\n") +
                std::string(100, '\0')));
   ASSERT_TRUE(read) << read.GetError().message;
-  EXPECT_EQ(read->warnings,
-    (std::vector<std::string>{ "not carried: 1 lines and free-form curves or surfaces",
-      "not carried: 1 line that is not a statement of OBJ: 'what' in line 9" }));
+  ASSERT_EQ(read->warnings.size(), 2U);
+  EXPECT_NE(read->warnings[0].find(": 1 line"), std::string::npos) << read->warnings[0];
+  EXPECT_NE(read->warnings[1].find("'what' in line 9"), std::string::npos) << read->warnings[1];
   EXPECT_EQ(read->tolerance.Of(Lapse::PaddedEnd), 100U);
 }
 

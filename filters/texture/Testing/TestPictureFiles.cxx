@@ -32,6 +32,13 @@ std::string ErrorOf(const Bytes& bytes, std::uint64_t most = mostPicturePixels)
   return picture ? "none" : picture.GetError().message;
 }
 
+ErrorCode CodeOf(const Bytes& bytes, std::uint64_t most = mostPicturePixels)
+{
+  const Result<Picture> picture = DecodePicture(bytes, most);
+  EXPECT_FALSE(picture);
+  return picture ? ErrorCode{} : picture.GetError().code;
+}
+
 }
 
 TEST(Picture, LosslessOnesComeBackToTheBit)
@@ -97,21 +104,20 @@ TEST(Picture, PngOfOddKindsBecomesBytes)
 
 TEST(Picture, CmykIsRefused)
 {
-  EXPECT_EQ(ErrorOf(CmykJpeg()), "it is a JPEG in CMYK, which is for print: save it in RGB");
+  EXPECT_NE(ErrorOf(CmykJpeg()).find("CMYK"), std::string::npos);
 }
 
 TEST(Picture, WhatClaimsTooMuchTakesNoMemory)
 {
   const Bytes one = RawPng(1, 1, 16, PNG_COLOR_TYPE_RGBA, Bytes(8), 8);
   const Bytes huge = PngClaiming(one, 60000, 60000);
-  EXPECT_EQ(ErrorOf(huge), "it claims 60000 x 60000 pixels, more than the limit of 1073741824");
-  EXPECT_EQ(ErrorOf(PngClaiming(one, 1U << 20, 1)),
-    "it claims 1048576 x 1 pixels, more than 131072 along a side");
+  EXPECT_EQ(CodeOf(huge), ErrorCode::LimitExceeded);
+  EXPECT_EQ(CodeOf(PngClaiming(one, 1U << 20, 1)), ErrorCode::LimitExceeded);
   const Picture small = Noise(20, 10, 3, 1);
   for (const PictureType type : { PictureType::Jpeg, PictureType::Png, PictureType::Webp })
   {
     const Bytes bytes = EncodePicture(small, type);
-    EXPECT_EQ(ErrorOf(bytes, 199), "it claims 20 x 10 pixels, more than the limit of 199");
+    EXPECT_EQ(CodeOf(bytes, 199), ErrorCode::LimitExceeded);
     EXPECT_EQ(ErrorOf(bytes, 200), "none");
   }
 }
@@ -132,7 +138,7 @@ TEST(Picture, ScansWithoutEndAreRefused)
     many.insert(many.end(), whole.begin() + static_cast<std::ptrdiff_t>(scan), whole.end() - 2);
   }
   many.insert(many.end(), { 0xFF, 0xD9 });
-  EXPECT_EQ(ErrorOf(many), "it is a damaged or truncated JPEG (more than 200 scans)");
+  EXPECT_NE(ErrorOf(many).find("200 scans"), std::string::npos);
 }
 
 TEST(Picture, ThoseThatNeedAllTexelsAreKnownBefore)

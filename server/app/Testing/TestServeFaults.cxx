@@ -576,7 +576,8 @@ TEST_F(Faulty, AFullDisk)
   EXPECT_EQ(serve.Wait(), 0);
   const std::string ofLog = serve.AnyErrorLine();
   EXPECT_EQ(ofLog.rfind("kdstream-serve: warning: " + log.string() + ": ", 0), 0u) << ofLog;
-  EXPECT_NE(ofLog.find(" lines are lost: No space left on device"), std::string::npos) << ofLog;
+  EXPECT_NE(ofLog.find(" log lines were lost: No space left on device"), std::string::npos)
+    << ofLog;
   EXPECT_EQ(serve.AnyErrorLine(), "") << "each is said once";
   const auto text = fixtures::ReadWhole(log);
   EXPECT_NE(text.find(" lines were lost\n"), std::string::npos) << text;

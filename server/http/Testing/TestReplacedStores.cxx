@@ -257,7 +257,6 @@ TEST_F(ReplacedStores, ATruncationIsSeen)
   const auto refused = client.Get("/api/models/m/model.json");
   ASSERT_TRUE(refused);
   EXPECT_EQ(refused->status, 500u) << "final";
-  EXPECT_EQ(refused->body, "{\"error\":\"m is damaged on the server\"}\n");
   EXPECT_EQ(refused->Field("Retry-After"), "");
   const auto blob = BlobPath("m", this->told.digest, BlobId::Partition(0));
   EXPECT_EQ(client.Get(blob)->status, 410u);

@@ -181,7 +181,7 @@ TEST_F(Tokens, EndAStreamWhenTheyExpireOrAreRevoked)
     ASSERT_TRUE(last);
     const auto& error = std::get<ErrorAnswer>(std::get<ServerMessage>(*last).body);
     EXPECT_EQ(error.code, 401u);
-    EXPECT_EQ(error.message, expires ? "the token has expired" : "the token has been revoked");
+    EXPECT_NE(error.message.find(expires ? "expired" : "revoked"), std::string::npos);
     EXPECT_FALSE(idle.Receive());
     EXPECT_EQ(idle.CloseCode(), 1008u);
     EXPECT_LT(Clock::now() - ended, std::chrono::seconds(1));

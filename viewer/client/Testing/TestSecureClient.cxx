@@ -113,7 +113,7 @@ TEST_F(TestSecureClient, WhoDoesNotSpeakTlsIsToldApart)
   this->Start(false);
   const Error plain = Refusal(this->Url(), "");
   EXPECT_EQ(plain.code, ErrorCode::InvalidInput);
-  EXPECT_NE(plain.message.find("does not speak TLS"), std::string::npos) << plain.message;
+  EXPECT_NE(plain.message.find("the TLS handshake failed"), std::string::npos) << plain.message;
   this->Server.reset();
   this->Start();
   const Error secure = Refusal(this->Url("http://"), "");

@@ -514,7 +514,7 @@ TEST_F(TestServerClient, SaysWhyThereIsNoConnection)
     });
   const auto page = ServerClient::Connect(other.Url());
   ASSERT_FALSE(page);
-  EXPECT_NE(page.GetError().message.find("is no KdStream server"), std::string::npos)
+  EXPECT_NE(page.GetError().message.find("is not a KdStream server"), std::string::npos)
     << page.GetError().message;
 }
 

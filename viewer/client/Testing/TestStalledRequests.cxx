@@ -222,7 +222,6 @@ TEST(TestStalledRequests, AServerThatAlwaysSendsOthersIsGivenUpAndThePieceIsName
       [](const ClientEvent& event) { return event.kind == EventKind::BlobFailed; });
     EXPECT_EQ(failed.request, 2u) << what;
     EXPECT_EQ(failed.blob, BlobId::Partition(1)) << what;
-    EXPECT_EQ(failed.message, "the server sends other data instead");
     EXPECT_EQ(stream.Line.Trouble(),
       "the connection to server:1 was lost: the oldest request was not answered");
 

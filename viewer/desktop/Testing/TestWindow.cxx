@@ -540,7 +540,7 @@ TEST_F(TestWindow, AnArrayThatTheModelHasNotIsTold)
   }
   EXPECT_NE(this->Err().find(
               "kdstream-view: error: cloud.ply: the model has no array of numbers 'reflectanse' to "
-              "be coloured by; it has 'reflectance'; did you mean reflectance?\n"),
+              "colour it by; it has 'reflectance'; did you mean reflectance?\n"),
     std::string::npos)
     << this->Err();
   this->SettledPicture("cloud");

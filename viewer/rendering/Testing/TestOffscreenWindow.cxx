@@ -260,13 +260,12 @@ TEST(OffscreenWindow, SaysThatThereIsNoDisplay)
     const auto window = MakeOffscreenWindow(WindowBackend::X11, 64, 64);
     ASSERT_FALSE(window);
     EXPECT_EQ(window.GetError().code, ErrorCode::NotFound);
-    EXPECT_EQ(window.GetError().message, "X11: the environment variable DISPLAY is not set");
   }
   const ScopedVariable wrong("DISPLAY", ":65000");
   const auto window = MakeOffscreenWindow(WindowBackend::X11, 64, 64);
   ASSERT_FALSE(window);
   EXPECT_EQ(window.GetError().code, ErrorCode::NotFound);
-  EXPECT_EQ(window.GetError().message, "X11: no server answers at DISPLAY=:65000");
+  EXPECT_NE(window.GetError().message.find(":65000"), std::string::npos);
 }
 
 TEST(OffscreenWindow, IsFoundAutomatically)

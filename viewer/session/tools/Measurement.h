@@ -17,8 +17,8 @@ struct MeasuredPoint
 {
   Vec3 point{};          // model units
   Resolution resolution; // the coarsest that had a part in what was picked
-  // The mesh that the store was built from is no farther away there: of a level the largest
-  // deviation of any of its vertices, and what the grid rounds.
+  // The mesh that the store was built from is no farther away there: of a level its deviation, and
+  // what the grid rounds.
   double error = 0;   // model units
   bool waits = false; // for the original, which is asked for
   bool operator==(const MeasuredPoint&) const = default;

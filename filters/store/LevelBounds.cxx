@@ -1,0 +1,578 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Bounds of levels: see LevelBounds.h. A branch and bound, partition by partition:
+//   1. A tree of balls over the vertices of a partition and the triangles at them. The vertices are
+//      numbered along the vertex tree, so runs of them lie together.
+//   2. For each level a tree of boxes over its triangles: of the whole level where that is small,
+//      else of the piece around the partition. Any part of a level bounds the distance from above.
+//   3. A ball is no farther from the level than its centre, and its radius. Where that is above the
+//      largest bound so far, the ball is halved; the farthest goes first.
+//   4. At the end of the tree each triangle is measured. All of it is at most as far from a
+//      triangle of the level as its farthest corner is, since triangles are convex.
+//   5. Where the level's share of visits is used up, the farthest ball left is the bound.
+#include "filters/store/LevelBounds.h"
+
+#include "filters/codec/PieceCodec.h"
+#include "filters/core/TriangleDistance.h"
+#include "filters/core/VectorMath.h"
+#include "filters/core/tree/PieceDepth.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <limits>
+#include <optional>
+#include <queue>
+#include <utility>
+
+namespace kdstream
+{
+namespace
+{
+
+using ReadBlob = std::function<Result<std::vector<std::uint8_t>>(PieceId)>;
+using Corners = std::array<Vec3, 3>;
+
+constexpr std::uint32_t verticesOfBall = 8; // at the end of the tree, at most
+constexpr std::uint32_t trianglesOfBox = 4; // at the end of the tree, at most
+constexpr std::uint64_t visitsOfVertex = 1; // for each level
+constexpr std::uint64_t visitsOfBall = 32;  // at most: what is found then is as good
+constexpr std::size_t batchPartitions = 16, batchBytes = std::size_t{ 1 } << 20;
+constexpr unsigned mostHalvings = 3; // of a triangle's edges
+
+double FarthestCorner(const Corners& from, const Corners& to)
+{
+  double most = 0;
+  for (const Vec3& p : from)
+  {
+    most = std::max(most, SquaredToTriangle(p, to[0], to[1], to[2]));
+  }
+  return std::sqrt(most);
+}
+
+struct Ball
+{
+  Vec3 centre{};
+  double radius = 0;
+};
+
+// The vertices of a partition, and the triangles whose lowest one each is.
+class BallTree
+{
+public:
+  explicit BallTree(Piece piece)
+    : Part(std::move(piece))
+  {
+    this->SortTriangles();
+    while ((std::size_t{ verticesOfBall } << this->Depth) < this->Part.ownVertices)
+    {
+      ++this->Depth;
+    }
+    this->Balls.resize(std::size_t{ 2 } << this->Depth);
+    this->Build(1, 0);
+  }
+
+  std::uint32_t Vertices() const { return this->Part.ownVertices; }
+  const Ball& At(std::size_t node) const { return this->Balls[node]; }
+  bool IsLeaf(std::size_t node) const { return node >= this->Balls.size() / 2; }
+
+  // visit(corners): of each triangle of a leaf; of a cloud's vertices, three times the point.
+  // Until it returns false.
+  template <class Visit>
+  void VisitLeaf(std::size_t node, const Visit& visit) const
+  {
+    const auto [begin, end] = this->RangeOf(node, this->Depth);
+    const std::vector<Vec3>& at = this->Part.positions;
+    for (std::uint32_t v = begin; v < end && this->Part.triangles.empty(); ++v)
+    {
+      if (!visit(Corners{ at[v], at[v], at[v] }))
+      {
+        return;
+      }
+    }
+    for (std::uint32_t i = this->TriangleBegin[begin]; i < this->TriangleBegin[end]; ++i)
+    {
+      const Triangle& t = this->Part.triangles[this->Order[i]];
+      if (!visit(Corners{ at[t[0]], at[t[1]], at[t[2]] }))
+      {
+        return;
+      }
+    }
+  }
+
+private:
+  // Each touches an own vertex, and own vertices come first: the lowest corner is one.
+  void SortTriangles()
+  {
+    const std::vector<Triangle>& triangles = this->Part.triangles;
+    const auto lowest = [](const Triangle& t) { return std::min({ t[0], t[1], t[2] }); };
+    this->TriangleBegin.assign(std::size_t{ this->Part.ownVertices } + 1, 0);
+    for (const Triangle& t : triangles)
+    {
+      ++this->TriangleBegin[lowest(t) + 1];
+    }
+    for (std::size_t v = 0; v < this->Part.ownVertices; ++v)
+    {
+      this->TriangleBegin[v + 1] += this->TriangleBegin[v];
+    }
+    this->Order.resize(triangles.size());
+    std::vector<std::uint32_t> next(this->TriangleBegin.begin(), this->TriangleBegin.end() - 1);
+    for (std::uint32_t i = 0; i < triangles.size(); ++i)
+    {
+      this->Order[next[lowest(triangles[i])]++] = i;
+    }
+  }
+
+  std::pair<std::uint32_t, std::uint32_t> RangeOf(std::size_t node, unsigned depth) const
+  {
+    const std::uint64_t place = node - (std::size_t{ 1 } << depth), all = this->Part.ownVertices;
+    return { static_cast<std::uint32_t>(place * all >> depth),
+      static_cast<std::uint32_t>((place + 1) * all >> depth) };
+  }
+
+  Box Build(std::size_t node, unsigned depth)
+  {
+    Box box;
+    Ball& ball = this->Balls[node];
+    if (depth < this->Depth)
+    {
+      box = this->Build(2 * node, depth + 1);
+      box.Add(this->Build(2 * node + 1, depth + 1));
+      ball = { Middle(box), 0 };
+      for (std::size_t child = 2 * node; child < 2 * node + 2; ++child)
+      {
+        const Ball& inner = this->Balls[child];
+        ball.radius =
+          std::max(ball.radius, Length(Minus(inner.centre, ball.centre)) + inner.radius);
+      }
+      ball.radius = std::min(ball.radius, Length(Minus(box.hi, ball.centre)));
+      return box;
+    }
+    const auto [begin, end] = this->RangeOf(node, depth);
+    const auto add = [&](const Vec3& p) { box.Add(p); };
+    std::for_each(this->Part.positions.begin() + begin, this->Part.positions.begin() + end, add);
+    this->VisitLeaf(node,
+      [&](const Corners& corners)
+      {
+        std::for_each(corners.begin(), corners.end(), add);
+        return true;
+      });
+    const Vec3 centre = Middle(box);
+    ball = { centre, box.Empty() ? 0 : Length(Minus(box.hi, centre)) };
+    return box;
+  }
+
+  static Vec3 Middle(const Box& box)
+  {
+    return box.Empty() ? Vec3{} : Times(Plus(box.lo, box.hi), 0.5);
+  }
+
+  Piece Part;
+  std::vector<std::uint32_t> TriangleBegin, Order; // of each own vertex
+  unsigned Depth = 0;                              // of the leaves
+  std::vector<Ball> Balls;                         // heap order; the first entry is unused
+};
+
+// Where a level is searched: triangles in a tree of boxes. They lie in the order of their lowest
+// vertices, and these along the vertex tree, so runs of them lie together and nothing is sorted.
+class LevelSurface
+{
+public:
+  // triangles: of `points`; none: each point is one. REQUIRES: there are points.
+  LevelSurface(std::vector<Vec3> points, std::vector<Triangle> triangles)
+    : Points(std::move(points))
+    , Triangles(std::move(triangles))
+  {
+    const std::size_t count =
+      this->Triangles.empty() ? this->Points.size() : this->Triangles.size();
+    this->Count = static_cast<std::uint32_t>(count);
+    while ((std::size_t{ trianglesOfBox } << this->Depth) < count)
+    {
+      ++this->Depth;
+    }
+    this->Boxes.resize(std::size_t{ 2 } << this->Depth);
+    const std::size_t leaves = std::size_t{ 1 } << this->Depth;
+    for (std::size_t node = 2 * leaves - 1; node > 0; --node)
+    {
+      Box& box = this->Boxes[node];
+      if (node < leaves)
+      {
+        box.Add(this->Boxes[2 * node]);
+        box.Add(this->Boxes[2 * node + 1]);
+        continue;
+      }
+      for (std::uint32_t i = this->Begin(node - leaves); i < this->Begin(node + 1 - leaves); ++i)
+      {
+        const Corners corners = this->CornersOf(i);
+        std::for_each(corners.begin(), corners.end(), [&](const Vec3& p) { box.Add(p); });
+      }
+    }
+  }
+
+  Corners CornersOf(std::uint32_t i) const
+  {
+    if (this->Triangles.empty())
+    {
+      return { this->Points[i], this->Points[i], this->Points[i] };
+    }
+    const Triangle& t = this->Triangles[i];
+    return { this->Points[t[0]], this->Points[t[1]], this->Points[t[2]] };
+  }
+
+  // How far a triangle near `p` is: one that is at most `enough` away, else the nearest, or the
+  // nearest of `mostVisits` boxes and triangles. found: where to begin; that triangle. visits:
+  // counts on.
+  double FindNear(const Vec3& p, double enough, std::uint32_t& found, std::uint64_t& visits,
+    std::uint64_t mostVisits = std::numeric_limits<std::uint64_t>::max()) const
+  {
+    Walk walk{ p, enough > 0 ? enough * enough : 0, this->SquaredFrom(p, found), found, mostVisits,
+      1 };
+    if (walk.best > walk.ends)
+    {
+      this->Search(1, walk);
+    }
+    found = walk.found;
+    visits += walk.visits;
+    return std::sqrt(walk.best);
+  }
+
+private:
+  struct Walk
+  {
+    const Vec3& from;
+    double ends, best; // squares: it ends when the best is so near
+    std::uint32_t found;
+    std::uint64_t mostVisits, visits;
+  };
+
+  void Search(std::size_t node, Walk& walk) const
+  {
+    const std::size_t leaves = this->Boxes.size() / 2;
+    ++walk.visits;
+    if (node >= leaves)
+    {
+      const std::uint32_t end = this->Begin(node + 1 - leaves);
+      for (std::uint32_t i = this->Begin(node - leaves); i < end; ++i)
+      {
+        ++walk.visits;
+        const double squared = this->SquaredFrom(walk.from, i);
+        if (squared < walk.best)
+        {
+          walk.best = squared;
+          walk.found = i;
+        }
+      }
+      return;
+    }
+    std::size_t near = 2 * node, far = 2 * node + 1;
+    double nearest = this->SquaredFromBox(walk.from, near);
+    double next = this->SquaredFromBox(walk.from, far);
+    if (next < nearest)
+    {
+      std::swap(near, far);
+      std::swap(nearest, next);
+    }
+    if (nearest < walk.best)
+    {
+      this->Search(near, walk);
+    }
+    if (next < walk.best && walk.best > walk.ends && walk.visits < walk.mostVisits)
+    {
+      this->Search(far, walk);
+    }
+  }
+
+  double SquaredFromBox(const Vec3& p, std::size_t node) const
+  {
+    const Box& box = this->Boxes[node];
+    double squared = 0;
+    for (std::size_t k = 0; k < 3; ++k)
+    {
+      const double outside = std::max({ box.lo[k] - p[k], p[k] - box.hi[k], 0.0 });
+      squared += outside * outside;
+    }
+    return squared;
+  }
+
+  double SquaredFrom(const Vec3& p, std::uint32_t i) const
+  {
+    const Corners c = this->CornersOf(i);
+    return SquaredToTriangle(p, c[0], c[1], c[2]);
+  }
+
+  std::uint32_t Begin(std::size_t leaf) const
+  {
+    return static_cast<std::uint32_t>(std::uint64_t{ leaf } * this->Count >> this->Depth);
+  }
+
+  std::vector<Vec3> Points;
+  std::vector<Triangle> Triangles;
+  std::uint32_t Count = 0;
+  unsigned Depth = 0;     // of the leaves
+  std::vector<Box> Boxes; // heap order; the first entry is unused
+};
+
+// No bound is below: about the radius of a ball of 16 vertices that are spread over half the
+// surface of the model's box. What is nearer to a level is not searched.
+double LeastBound(const ModelDescription& model)
+{
+  const Vec3 sides = Minus(model.box.hi, model.box.lo);
+  const double area = sides[0] * sides[1] + sides[1] * sides[2] + sides[2] * sides[0];
+  return 4 * std::sqrt(area / double(std::max<std::uint64_t>(1, model.vertices)));
+}
+
+// The bound of one level, as far as partitions have been added.
+class LevelBound
+{
+public:
+  LevelBound(const ModelDescription& model, const ReadBlob& read, unsigned depth,
+    std::uint64_t wholeVertices)
+    : Model(model)
+    , Read(read)
+    , Depth(depth)
+    , PiecesAt(model.levels[depth].vertices > wholeVertices
+                 ? PieceDepth(Resolution::Level(depth), model.depths)
+                 : 0)
+    , Most(LeastBound(model))
+  {
+  }
+
+  double Bound() const { return this->Most; }
+
+  Status Add(const BallTree& balls, std::uint32_t partition)
+  {
+    if (balls.Vertices() == 0)
+    {
+      return {};
+    }
+    const NodeId node = NodeOfPartition(partition, this->Model.depths) >>
+                        (this->Model.depths.partition - this->PiecesAt);
+    if (this->Loaded != node)
+    {
+      KDSTREAM_TRY(this->Load(node));
+    }
+    this->MostVisits += visitsOfVertex * balls.Vertices();
+    this->Search(balls);
+    return {};
+  }
+
+private:
+  // The triangles around a node; where it has none, those of the nearest node above that has some.
+  Status Load(NodeId node)
+  {
+    this->Loaded = node;
+    for (;; node /= 2)
+    {
+      Mesh mesh;
+      KDSTREAM_TRY(this->Gather(node, mesh));
+      if (this->IsPoints() ? !mesh.points.empty() : !mesh.triangles.empty())
+      {
+        this->Level.emplace(std::move(mesh.points), std::move(mesh.triangles));
+        this->Last = 0;
+        return {};
+      }
+      if (node == 1)
+      {
+        return Error{ ErrorCode::InvalidInput,
+          "level " + std::to_string(this->Depth) + " has neither triangles nor vertices" };
+      }
+    }
+  }
+
+  bool IsPoints() const { return this->Model.levels[this->Depth].triangles == 0; }
+
+  // All of the level's pieces in a node.
+  Status Gather(NodeId node, Mesh& mesh) const
+  {
+    const Resolution resolution = Resolution::Level(this->Depth);
+    const unsigned down = PieceDepth(resolution, this->Model.depths) - DepthOfNode(node);
+    for (std::uint32_t i = 0; i < (std::uint32_t{ 1 } << down); ++i)
+    {
+      const PieceId id{ resolution, (node << down) + i };
+      const Result<std::vector<std::uint8_t>> blob = this->Read(id);
+      KDSTREAM_TRY(blob);
+      const Result<Piece> piece = DecodePiece(*blob, id, this->Model.Codec());
+      KDSTREAM_TRY(piece);
+      const auto first = static_cast<VertexId>(mesh.points.size());
+      if (this->IsPoints() || !piece->triangles.empty())
+      {
+        mesh.points.insert(mesh.points.end(), piece->positions.begin(), piece->positions.end());
+      }
+      for (const Triangle& t : piece->triangles)
+      {
+        mesh.triangles.push_back({ first + t[0], first + t[1], first + t[2] });
+      }
+    }
+    return {};
+  }
+
+  void Search(const BallTree& balls)
+  {
+    std::priority_queue<std::pair<double, std::size_t>> farthest; // bounds of balls
+    const auto push = [&](std::size_t node, double most)
+    {
+      const Ball& ball = balls.At(node);
+      const double from = this->Level->FindNear(
+        ball.centre, this->Most - ball.radius, this->Last, this->Visits, visitsOfBall);
+      const double bound = std::min(most, from + ball.radius);
+      if (bound > this->Most)
+      {
+        farthest.emplace(bound, node);
+      }
+    };
+    push(1, std::numeric_limits<double>::infinity());
+    while (!farthest.empty() && farthest.top().first > this->Most)
+    {
+      const auto [bound, node] = farthest.top();
+      if (this->IsSpent())
+      {
+        this->Most = bound;
+        return;
+      }
+      farthest.pop();
+      if (!balls.IsLeaf(node))
+      {
+        push(2 * node, bound);
+        push(2 * node + 1, bound);
+        continue;
+      }
+      double most = 0;
+      balls.VisitLeaf(node,
+        [&](const Corners& corners)
+        {
+          most = this->IsSpent() ? bound : std::max(most, this->Measure(corners, mostHalvings));
+          return most < bound;
+        });
+      this->Most = std::max(this->Most, std::min(most, bound));
+    }
+  }
+
+  bool IsSpent() const { return this->Visits >= this->MostVisits; }
+
+  // How far all of a triangle is at most. Not looked at further where that is known already.
+  double Measure(const Corners& corners, unsigned halvings)
+  {
+    const auto& [a, b, c] = corners;
+    const Vec3 middle = Times(Plus(Plus(a, b), c), 1.0 / 3);
+    double most = FarthestCorner(corners, this->Level->CornersOf(this->Last));
+    if (most <= this->Most)
+    {
+      return most;
+    }
+    const double from = this->Level->FindNear(middle, 0, this->Last, this->Visits);
+    double radius = 0;
+    for (const Vec3& p : corners)
+    {
+      radius = std::max(radius, SquaredDistance(p, middle));
+    }
+    most = std::min({ most, from + std::sqrt(radius),
+      FarthestCorner(corners, this->Level->CornersOf(this->Last)) });
+    double least = from;
+    for (std::size_t k = 0; k < 3 && most > this->Most; ++k)
+    {
+      least = std::max(least, this->Level->FindNear(corners[k], 0, this->Last, this->Visits));
+      most = std::min(most, FarthestCorner(corners, this->Level->CornersOf(this->Last)));
+    }
+    if (most <= std::max(this->Most, 1.05 * least) || halvings == 0 || this->IsSpent())
+    {
+      return most;
+    }
+    const Vec3 ab = Times(Plus(a, b), 0.5), bc = Times(Plus(b, c), 0.5),
+               ca = Times(Plus(c, a), 0.5);
+    double parts = 0;
+    for (const Corners& part :
+      { Corners{ a, ab, ca }, Corners{ ab, b, bc }, Corners{ ca, bc, c }, Corners{ ab, bc, ca } })
+    {
+      parts = std::max(parts, this->Measure(part, halvings - 1));
+    }
+    return std::min(most, parts);
+  }
+
+  const ModelDescription& Model;
+  const ReadBlob& Read;
+  unsigned Depth, PiecesAt; // PiecesAt: depth of the nodes that are searched as a whole
+  NodeId Loaded = 0;
+  std::optional<LevelSurface> Level;
+  std::uint32_t Last = 0; // the triangle found last: the next one is often near
+  std::uint64_t Visits = 0, MostVisits = 0;
+  double Most;
+};
+
+}
+
+Result<std::vector<double>> BoundLevels(const ModelDescription& model, const ReadBlob& read,
+  const Execution& execution, std::uint64_t wholeVertices)
+{
+  std::vector<LevelBound> levels;
+  levels.reserve(model.levels.size());
+  for (unsigned depth = 0; depth < model.levels.size(); ++depth)
+  {
+    levels.emplace_back(model, read, depth, wholeVertices);
+  }
+  const CodecContext codec = model.Codec();
+  for (std::uint32_t partition = 0; partition < model.partitions && !levels.empty();)
+  {
+    const std::uint32_t first = partition;
+    std::vector<std::vector<std::uint8_t>> blobs;
+    for (std::size_t bytes = 0;
+         partition < model.partitions && blobs.size() < batchPartitions && bytes < batchBytes;
+         ++partition)
+    {
+      Result<std::vector<std::uint8_t>> blob =
+        read({ Resolution::Original(), NodeOfPartition(partition, model.depths) });
+      KDSTREAM_TRY(blob);
+      bytes += blob->size();
+      blobs.push_back(std::move(*blob));
+    }
+    std::vector<std::optional<BallTree>> balls(blobs.size());
+    std::vector<Status> statuses(std::max(blobs.size(), levels.size()));
+    const auto forAll = [&](std::size_t count, const std::function<Status(std::size_t)>& work)
+    {
+      execution.parallelFor(count, 1,
+        [&](std::size_t begin, std::size_t end)
+        {
+          for (std::size_t i = begin; i < end; ++i)
+          {
+            statuses[i] = work(i);
+          }
+        });
+      const auto failed = std::find_if(statuses.begin(), statuses.begin() + std::ptrdiff_t(count),
+        [](const Status& status) { return !status; });
+      return failed == statuses.begin() + std::ptrdiff_t(count) ? Status{} : *failed;
+    };
+    KDSTREAM_TRY(forAll(blobs.size(),
+      [&](std::size_t i) -> Status
+      {
+        const auto node = NodeOfPartition(first + static_cast<std::uint32_t>(i), model.depths);
+        Result<Piece> piece = DecodePiece(blobs[i], { Resolution::Original(), node }, codec);
+        KDSTREAM_TRY(piece);
+        balls[i].emplace(std::move(*piece));
+        return {};
+      }));
+    // The finest first: they take longest.
+    KDSTREAM_TRY(forAll(levels.size(),
+      [&](std::size_t i) -> Status
+      {
+        for (std::size_t k = 0; k < balls.size(); ++k)
+        {
+          KDSTREAM_TRY(
+            levels[levels.size() - 1 - i].Add(*balls[k], first + static_cast<std::uint32_t>(k)));
+        }
+        return {};
+      }));
+    KDSTREAM_TRY(execution.Report("encode", 1));
+  }
+  // What rounding takes from sums of a few products, and more.
+  double scale = 0;
+  for (std::size_t k = 0; k < 3; ++k)
+  {
+    scale = std::max({ scale, std::abs(model.box.lo[k]), std::abs(model.box.hi[k]) });
+  }
+  std::vector<double> bounds;
+  for (const LevelBound& level : levels)
+  {
+    bounds.push_back(level.Bound() * (1 + 1e-9) + 1e-14 * scale);
+  }
+  return bounds;
+}
+
+}

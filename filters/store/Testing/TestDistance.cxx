@@ -1,0 +1,254 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// What a store says of a level's deviation is true: no vertex of the original, and no point of its
+// triangles, is farther from the level. Measured by trying all of the level's triangles.
+#include "Testing/Fixtures/Meshes.h"
+#include "filters/core/TriangleDistance.h"
+#include "filters/core/VectorMath.h"
+#include "filters/store/LevelBounds.h"
+#include "filters/store/Testing/StoreTest.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <map>
+#include <utility>
+
+using namespace kdstream;
+using namespace kdstream::fixtures;
+
+namespace
+{
+
+using Corners = std::array<Vec3, 3>;
+
+// All triangles of a resolution; of one without, its vertices.
+std::vector<Corners> TrianglesOf(const Store& store, Resolution resolution)
+{
+  const ModelDescription& info = store.Info();
+  const bool points =
+    resolution.IsOriginal() ? info.triangles == 0 : info.levels[resolution.Depth()].triangles == 0;
+  std::vector<Corners> all;
+  for (const PieceId id : store.PieceIds())
+  {
+    if (id.resolution != resolution)
+    {
+      continue;
+    }
+    const Piece piece = *store.ReadPiece(id);
+    for (std::uint32_t v = 0; points && v < piece.ownVertices; ++v)
+    {
+      all.push_back({ piece.positions[v], piece.positions[v], piece.positions[v] });
+    }
+    for (const Triangle& t : piece.triangles)
+    {
+      all.push_back({ piece.positions[t[0]], piece.positions[t[1]], piece.positions[t[2]] });
+    }
+  }
+  return all;
+}
+
+// Corners, middles of edges, and the middle of each triangle.
+std::vector<Vec3> SamplesOf(const std::vector<Corners>& triangles)
+{
+  std::vector<Vec3> samples;
+  for (const auto& [a, b, c] : triangles)
+  {
+    for (const Vec3& weights : { Vec3{ 1, 0, 0 }, Vec3{ 0, 1, 0 }, Vec3{ 0, 0, 1 },
+           Vec3{ 0.5, 0.5, 0 }, Vec3{ 0, 0.5, 0.5 }, Vec3{ 1.0 / 3, 1.0 / 3, 1.0 / 3 } })
+    {
+      samples.push_back(
+        Plus(Plus(Times(a, weights[0]), Times(b, weights[1])), Times(c, weights[2])));
+    }
+  }
+  std::sort(samples.begin(), samples.end());
+  samples.erase(std::unique(samples.begin(), samples.end()), samples.end());
+  return samples;
+}
+
+// The largest distance of the samples from the triangles. Samples near the one that was the
+// farthest so far are no farther: only those are followed to the end that may be.
+double Farthest(const std::vector<Vec3>& samples, const std::vector<Corners>& triangles)
+{
+  double most = 0;
+  for (const Vec3& p : samples)
+  {
+    double nearest = std::numeric_limits<double>::infinity();
+    for (std::size_t i = 0; i < triangles.size() && nearest > most; ++i)
+    {
+      const auto& [a, b, c] = triangles[i];
+      nearest = std::min(nearest, SquaredDistance(p, NearestOnTriangle(p, a, b, c)));
+    }
+    most = std::max(most, nearest);
+  }
+  return std::sqrt(most);
+}
+
+// A ball with specks around it that are smaller than the cells of any level.
+Mesh BallWithSpecks()
+{
+  Mesh mesh = DisplacedSphere(4);
+  for (const Vec3& centre : { Vec3{ 1.4, 0, 0 }, Vec3{ 0, -1.5, 0.1 }, Vec3{ 0.2, 0.1, 1.6 } })
+  {
+    const auto first = static_cast<VertexId>(mesh.points.size());
+    for (const Vec3& offset :
+      { Vec3{ 0, 0, 0 }, Vec3{ 1e-3, 0, 0 }, Vec3{ 0, 1e-3, 0 }, Vec3{ 0, 0, 1e-3 } })
+    {
+      mesh.points.push_back(Plus(centre, offset));
+    }
+    for (const Triangle& t :
+      { Triangle{ 0, 2, 1 }, Triangle{ 0, 1, 3 }, Triangle{ 1, 2, 3 }, Triangle{ 0, 3, 2 } })
+    {
+      mesh.triangles.push_back({ first + t[0], first + t[1], first + t[2] });
+    }
+  }
+  return mesh;
+}
+
+// A hub with a rim, whose triangles are long and narrow.
+Mesh Fan(unsigned blades)
+{
+  Mesh mesh;
+  mesh.points.push_back({ 0, 0, 0 });
+  for (unsigned i = 0; i <= blades; ++i)
+  {
+    const double angle = 6 * double(i) / blades;
+    mesh.points.push_back({ std::cos(angle), std::sin(angle), i % 2 * 0.01 });
+    if (i > 0)
+    {
+      mesh.triangles.push_back({ 0, i, i + 1 });
+    }
+  }
+  return mesh;
+}
+
+class TestDistance : public StoreTest
+{
+protected:
+  // Holds what the store says against the slow way, and what is found piece by piece.
+  void Check(const Mesh& mesh, BuildOptions options = {})
+  {
+    options.tree.verticesPerPartition = 200;
+    this->Build(mesh, options);
+    const auto opened = Store::Open(this->File());
+    ASSERT_TRUE(opened);
+    const Store& store = **opened;
+    const auto read = [&](PieceId id) { return store.Read(BlobOfPiece(id, store.Info().depths)); };
+    const Result<std::vector<double>> byPiece = BoundLevels(store.Info(), read, {}, 0);
+    ASSERT_TRUE(byPiece) << byPiece.GetError().message;
+    const std::vector<Vec3> samples = SamplesOf(TrianglesOf(store, Resolution::Original()));
+    this->Measured.clear();
+    this->Told.clear();
+    for (unsigned depth = 0; depth < store.Info().levels.size(); ++depth)
+    {
+      const double most = Farthest(samples, TrianglesOf(store, Resolution::Level(depth)));
+      const double told = store.Info().levels[depth].deviation;
+      EXPECT_GE(told, most) << "level " << depth;
+      EXPECT_GE((*byPiece)[depth], most) << "level " << depth;
+      EXPECT_LE(store.Info().levels[depth].deviation99, told) << "level " << depth;
+      this->Measured.push_back(most);
+      this->Told.push_back(told);
+    }
+  }
+
+  std::vector<double> Measured, Told; // of each level
+};
+
+}
+
+TEST_F(TestDistance, NoPointOfASmoothSurfaceIsFartherThanTold)
+{
+  this->Check(Torus(60, 40));
+  this->Check(DisplacedSphere(4, { 1000, -2000, 3000 }));
+  this->Check(HeightField(50));
+}
+
+TEST_F(TestDistance, NoPointOfThinAndLoosePartsIsFartherThanTold)
+{
+  this->Check(NestedSpheres(3));
+  this->Check(ThinPlate(25));
+  this->Check(Tetrahedra(300));
+  this->Check(Soup(1000, 1));
+  this->Check(Fan(1500));
+  this->Check(Cloud(4));
+}
+
+TEST_F(TestDistance, HoldsForAllWaysToMakeLevels)
+{
+  BuildOptions options;
+  options.levels.maker = LevelMaker::Cluster;
+  this->Check(Torus(60, 40), options);
+  options.levels.representative = Representative::Mean;
+  options.levels.sheets = false;
+  this->Check(Torus(60, 40), options);
+  options.bits = 12;
+  this->Check(Torus(60, 40), options);
+}
+
+// Specks lie 0.4 to 0.6 off the ball; their planes tell nothing of that.
+TEST_F(TestDistance, WhatHasNoTriangleInALevelCounts)
+{
+  this->Check(BallWithSpecks());
+  for (std::size_t depth = 0; depth < this->Told.size(); ++depth)
+  {
+    EXPECT_LE(this->Told[depth], 2 * this->Measured[depth]) << "level " << depth;
+  }
+  EXPECT_GE(this->Measured.back(), 0.3);
+}
+
+TEST_F(TestDistance, IsTheSameForAnyNumberOfThreads)
+{
+  const Mesh mesh = BallWithSpecks();
+  this->Check(mesh);
+  const std::vector<double> told = this->Told;
+  Execution backwards; // each item by itself, the last first
+  backwards.parallelFor = [](std::size_t count, std::size_t, const Execution::Body& body)
+  {
+    for (std::size_t i = count; i-- > 0;)
+    {
+      body(i, i + 1);
+    }
+  };
+  BuildOptions options;
+  options.tree.verticesPerPartition = 200;
+  const BuildReport report = this->Build(mesh, options, backwards);
+  for (std::size_t depth = 0; depth < told.size(); ++depth)
+  {
+    EXPECT_EQ(report.info.levels[depth].deviation, told[depth]) << "level " << depth;
+  }
+}
+
+// SCRATCH
+#include <chrono>
+#include <cstdio>
+#include <cstdlib>
+#include <ctime>
+TEST(ScratchBound, Measure)
+{
+  const char* files = std::getenv("KDS_SCRATCH");
+  if (!files)
+  {
+    GTEST_SKIP();
+  }
+  std::string all = files;
+  for (std::size_t at = 0; at < all.size();)
+  {
+    const std::size_t end = std::min(all.find(':', at), all.size());
+    const std::string file = all.substr(at, end - at);
+    at = end + 1;
+    const auto store = *Store::Open(file);
+    const auto read = [&](PieceId id)
+    { return store->Read(BlobOfPiece(id, store->Info().depths)); };
+    const std::clock_t begin = std::clock();
+    const auto bounds = *BoundLevels(store->Info(), read);
+    const double seconds = double(std::clock() - begin) / CLOCKS_PER_SEC;
+    const Vec3 d = Minus(store->Info().box.hi, store->Info().box.lo);
+    std::printf("%s %.3f CPU s, ppm:", file.c_str(), seconds);
+    for (const double bound : bounds)
+    {
+      std::printf(" %.0f", 1e6 * bound / Length(d));
+    }
+    std::printf("\n");
+  }
+}
