@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: BSD-3-Clause
 # libkdstream: all that the VTK modules need, once, as a shared library under them; the programs link the same parts as static
 # libraries. It exports what KdStreamApi.map lists.
-set(parts core ranks vtkadapter)
+set(parts core baselines ranks vtkadapter)
 if(KDSTREAM_BUILD_TOOLS)
   list(APPEND parts codec model files store meshio outofcore build parallel)
   if(KDSTREAM_BUILD_SERVER)

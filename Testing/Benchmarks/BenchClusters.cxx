@@ -5,12 +5,12 @@
 //   BenchClusters OUTPUT_FOLDER MESH.ply …
 #include "Testing/Benchmarks/MeshPicture.h"
 #include "filters/adapter/PolyDataMesh.h"
+#include "filters/baselines/OctreeClustering.h"
 #include "filters/core/MeshDistance.h"
 #include "filters/core/Weld.h"
 #include "filters/core/levels/CollapseLevels.h"
 #include "filters/core/levels/SimplifyByClusters.h"
 #include "filters/core/tree/Clustering.h"
-#include "filters/core/tree/OctreeClustering.h"
 #include "filters/program/TbbExecution.h"
 
 #include <vtkCellArray.h>

@@ -8,12 +8,12 @@
 // are compared. Writes levels.csv and levels.png. Ends with 1 where a bar is missed.
 #include "Testing/Benchmarks/ErrorChart.h"
 #include "Testing/Benchmarks/LevelPeers.h"
+#include "filters/baselines/OctreeClustering.h"
 #include "filters/core/MeshDistance.h"
 #include "filters/core/Weld.h"
 #include "filters/core/levels/Levels.h"
 #include "filters/core/levels/SimplifyByClusters.h"
 #include "filters/core/tree/Clustering.h"
-#include "filters/core/tree/OctreeClustering.h"
 #include "filters/meshio/MeshReader.h"
 #include "filters/program/TbbExecution.h"
 

@@ -6,10 +6,10 @@
 // table2 prints the table and writes table2.csv; fig5 writes fig5-MESH.png, a mesh cut by all
 // three, and fig6.png, all meshes cut by the k-d tree.
 #include "Testing/Benchmarks/MeshPicture.h"
+#include "filters/baselines/KMeansClustering.h"
+#include "filters/baselines/OctreeClustering.h"
 #include "filters/core/Weld.h"
-#include "filters/core/tree/KMeansClustering.h"
 #include "filters/core/tree/KdTree.h"
-#include "filters/core/tree/OctreeClustering.h"
 #include "filters/core/tree/PartitionMeasures.h"
 #include "filters/meshio/MeshReader.h"
 #ifdef KDSTREAM_PCL_PEER

@@ -10,11 +10,12 @@
 // --memory: a third of the points' bytes, so that two depths of the tree lie out of core whatever
 // the size. Every time is also given as a multiple of a bare sequential read and write of the same
 // bytes in the same folder, measured just before. Writes table3.csv.
+#include "filters/baselines/OctreeClustering.h"
+#include "filters/baselines/stores/Baselines.h"
+#include "filters/baselines/stores/ExternalOctree.h"
 #include "filters/core/tree/KdTree.h"
-#include "filters/core/tree/OctreeClustering.h"
 #include "filters/meshio/MeshReader.h"
 #include "filters/outofcore/files/RecordFile.h"
-#include "filters/outofcore/tree/ExternalOctree.h"
 #include "filters/outofcore/tree/ExternalTree.h"
 #include "filters/program/Program.h"
 #include "filters/program/TbbExecution.h"
@@ -44,8 +45,8 @@ using namespace kdstream;
 
 using Clock = std::chrono::steady_clock;
 
-constexpr MedianMethod methods[] = { MedianMethod::Heaps, MedianMethod::Torben, MedianMethod::Sort,
-  MedianMethod::Histogram };
+constexpr MedianMethod methods[] = { FindMedianByHeaps, FindMedianByTorben, FindMedianBySort,
+  FindMedianByHistogram };
 
 template <class T>
 T Need(Result<T> result)
@@ -332,7 +333,7 @@ void RunTable(const NamedPoints& named, const Settings& settings, std::ofstream&
   const std::uint64_t ofPaper = std::uint64_t{ 256 } << 20;
   if (settings.memory == 0)
   {
-    Print(RunTree(named, settings, ofPaper, { ofPaper, MedianMethod::Automatic, 0, false }), csv);
+    Print(RunTree(named, settings, ofPaper, { ofPaper, FindMedianByHistogram, 0, false }), csv);
   }
 }
 
@@ -368,7 +369,7 @@ void PrintHeaps(const NamedPoints& named, const Settings& settings)
     std::fabs(rank - 50) <= 5 ? "holds" : "FAILS");
   for (const double share : { 0.01, 0.05, 0.1 })
   {
-    const Row row = RunTree(named, settings, memory, { memory, MedianMethod::Heaps, share, false });
+    const Row row = RunTree(named, settings, memory, { memory, FindMedianByHeaps, share, false });
     std::printf(" %12s", row.passes.c_str());
   }
   std::printf("\n");

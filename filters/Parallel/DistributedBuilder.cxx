@@ -15,12 +15,10 @@
 #include "filters/Parallel/ShareReader.h"
 #include "filters/build/BuildInput.h"
 #include "filters/build/BuildMemory.h"
+#include "filters/build/Conductor.h"
 #include "filters/build/ExternalBuilder.h"
-#include "filters/build/GuessHomeView.h"
 #include "filters/build/HubCheck.h"
 #include "filters/build/InputDigest.h"
-#include "filters/build/ModelFacts.h"
-#include "filters/build/PieceWriting.h"
 #include "filters/build/SharedSteps.h"
 #include "filters/build/UnusedParts.h"
 #include "filters/core/CaughtError.h"
@@ -63,39 +61,122 @@ struct DistributedInput
   std::optional<Mesh> share;
 };
 
-class DistributedBuilder
+class DistributedBuilder : public BuildBackEnd
 {
 public:
   DistributedBuilder(MpiGroup& group, SpillFolder folder, DistributedInput input,
-    const std::filesystem::path& store, const BuildOptions& options, const Execution& execution,
-    std::uint64_t stepMemory)
+    const BuildOptions& options, const Execution& execution, std::uint64_t stepMemory)
     : Group(group)
     , Files(std::move(folder))
     , Input(std::move(input))
-    , Store(store)
     , Options(options)
     , Exec(execution)
+    , Whole{ options, execution }
     , Memory(stepMemory)
   {
     // The libraries of MPI and VTK are no part of the steps' memory.
     this->Mesh.keptMemory = KeptMemory(this->Memory) + ResidentBytes();
   }
 
-  Result<BuildReport> Build()
+  BuildState& State() override { return this->Whole; }
+  Status MakeMesh() override { return this->Input.share ? this->TakeShare() : this->Read(); }
+  Status MakeTree() override
   {
-    KDSTREAM_TRY(this->Input.share ? this->TakeShare() : this->Read());
-    KDSTREAM_TRY(this->MakeTree());
-    KDSTREAM_TRY(this->MakeFaces());
-    KDSTREAM_TRY(this->MakeLevels());
     KDSTREAM_TRY(
-      Take(NumberExternally(this->Files, this->Mesh, this->Levels, this->Exec, &this->Group),
-        this->Numbers));
-    this->Clock.Finish("levels");
-    KDSTREAM_TRY(this->WriteStore());
-    KDSTREAM_TRY(this->Group.Finish());
-    ReportCosts(this->Files.Counts(), this->Clock, this->Report);
-    return std::move(this->Report);
+      Take(ComputeDepths(this->Mesh.vertexCount, this->Options.tree), this->Mesh.depths));
+    this->Group.Shares().Divide(DepthOfGroup(this->Group.Count(), this->Mesh.depths));
+    KDSTREAM_TRY(
+      Take(BuildTreeCollectively(this->Group, this->Files, this->Vertices.kept,
+             this->Vertices.begin[this->Group.Rank()], this->Memory, this->Mesh, this->Exec),
+        this->Whole.Boxes));
+    KDSTREAM_TRY(this->CountMerged());
+    this->Vertices.kept.points = {};
+    ReturnFreeMemory(this->Mesh.keptMemory);
+    return {};
   }
+
+  Status MakeFaces() override
+  {
+    this->Mesh.blockDepth = DepthOfBlocks(this->SizeOfBlocks(), this->Memory,
+      this->Group.Shares().DividedDepth(), this->Mesh.depths.partition);
+    KDSTREAM_TRY(ScatterFaces(
+      this->Group, this->Files, this->Share, this->Vertices, this->Memory, this->Mesh, this->Exec));
+    KDSTREAM_TRY(CheckHubs(this->Mesh, *this->Mesh.triangles, this->Options.memory));
+    this->Whole.Facts.welded = this->Vertices.welded;
+    this->Vertices = {};
+    this->Share = {};
+    ReturnFreeMemory(this->Mesh.keptMemory);
+    return {};
+  }
+
+  std::vector<BuildStep> StepsAfterFaces() override
+  {
+    return { { "levels", "levels", [this] { return this->MakeLevels(); } },
+      { "numbers", "levels", [this] { return this->MakeNumbers(); } } };
+  }
+
+  Status Describe() override
+  {
+    ModelFacts& facts = this->Whole.Facts;
+    KDSTREAM_TRY(Take(
+      GeometricErrorsOfLevels(this->Levels, this->Mesh.depths, &this->Group), facts.deviations));
+    facts.weld = this->Weld;
+    facts.vertices = this->Mesh.vertexCount;
+    facts.triangles = this->Mesh.triangleCount;
+    facts.unused = this->Unused.count;
+    facts.depths = this->Mesh.depths;
+    facts.partitions = std::uint64_t{ 1 } << facts.depths.partition;
+    MeasurePartitions(facts,
+      [&](std::size_t p) -> std::uint64_t
+      { return RangeOfCell(this->Mesh.vertexCount, facts.depths.partition, p).size; });
+    facts.box = this->Mesh.box;
+    facts.scalarType = this->Mesh.scalarType;
+    facts.attributes = this->Mesh.attributes;
+    return {};
+  }
+
+  std::string InputName() const override { return InputNameOf(this->Input.file, this->Options); }
+  Result<std::string> DigestOfInput() override
+  {
+    return this->Digest ? this->Digest->Take() : Result<std::string>(this->DigestOfShare);
+  }
+
+  Status ForEachPart(
+    const PartVisit& visit, const std::function<Status(Resolution)>& finished) override
+  {
+    const PartVisit andReturn = [&](const VertexTree& tree, const kdstream::Mesh& part,
+                                  Resolution resolution, const ModelPart& cut) -> Status
+    {
+      KDSTREAM_TRY(visit(tree, part, resolution, cut));
+      ReturnFreeMemory(this->Mesh.keptMemory);
+      return {};
+    };
+    return kdstream::ForEachPart(
+      this->Mesh, this->Levels, this->Numbers, andReturn, this->Exec, &this->Group, finished);
+  }
+
+  bool WritesStore() const override { return this->Group.IsFirst(); }
+  Status TakePieces(const PieceCutter& cutter, std::size_t count, const PieceEncoding& encoding,
+    StoreWriter* writer, const std::function<Status(std::size_t)>& written) override
+  {
+    DistributedPieces& pieces = this->PiecesFor(writer);
+    return EncodePieces(
+      cutter, count, encoding,
+      [&](const EncodedPiece& encoded) { return pieces.Add(encoded.piece, encoded.blob); },
+      this->Whole.Clock, this->Exec, written);
+  }
+  Status FinishResolution(
+    Resolution resolution, std::uint64_t triangles, StoreWriter* writer) override
+  {
+    return this->PiecesFor(writer).Finish(resolution, triangles, this->Exec);
+  }
+  Status WriteUnusedList(StoreWriter& writer) override
+  {
+    return WriteUnused(
+      this->Unused.vertices, this->Mesh.attributes, this->Mesh.scalarType, writer, this->Exec);
+  }
+  Status Agree() override { return this->Group.Finish(); }
+  SpillCounts Costs() override { return this->Files.Counts(); }
 
 private:
   // This rank's share of a mesh in memory; vertices welded.
@@ -106,7 +187,7 @@ private:
     MeshFileInfo info;
     info.scalarType = this->Input.share->scalarType;
     this->Input.share.reset();
-    this->Clock.Finish("read");
+    this->Whole.Clock.Finish("read");
     return this->WeldShares(info);
   }
 
@@ -125,7 +206,7 @@ private:
     }
     KDSTREAM_TRY(read);
     KDSTREAM_TRY(this->TakeTold(info));
-    this->Clock.Finish("read");
+    this->Whole.Clock.Finish("read");
     return this->WeldShares(info);
   }
 
@@ -184,12 +265,12 @@ private:
       {
         if (line.starts_with(ignoredMark))
         {
-          this->Report.ignoredAttributes.push_back(line.substr(ignoredMark.size()));
+          this->Whole.Report.ignoredAttributes.push_back(line.substr(ignoredMark.size()));
         }
-        this->Report.tolerance.Add(Tolerance::FromLines(line));
+        this->Whole.Report.tolerance.Add(Tolerance::FromLines(line));
       }
     }
-    const Status strict = this->Report.tolerance.Check(this->Options.strict);
+    const Status strict = this->Whole.Report.tolerance.Check(this->Options.strict);
     return strict ? strict : Status(this->Group.FailCollectively(strict.GetError()));
   }
 
@@ -215,12 +296,11 @@ private:
     this->Triangles = sums[0];
     this->Mesh.vertexCount = this->Vertices.Count();
     this->Mesh.floats = sums[1] == 0;
-    this->Mesh.scalarType = this->Report.scalarType = info.scalarType;
+    this->Mesh.scalarType = info.scalarType;
     this->Options.tellSize(this->Mesh.vertexCount, this->Triangles);
     this->Mesh.attributes = this->Share.attributes;
     this->Mesh.mayCoincide = sums[2] > 0 || !WeldingSeparates(this->Weld, this->Mesh.attributes);
     ReturnFreeMemory(this->Mesh.keptMemory);
-    this->Clock.Finish("tree");
     return CheckPartitionMemory(
       this->SizeOfBlocks(), this->Options.tree, this->Options.memory, false);
   }
@@ -242,22 +322,6 @@ private:
       this->Share.cellTupleBytes };
   }
 
-  Status MakeTree()
-  {
-    KDSTREAM_TRY(
-      Take(ComputeDepths(this->Mesh.vertexCount, this->Options.tree), this->Mesh.depths));
-    this->Group.Shares().Divide(DepthOfGroup(this->Group.Count(), this->Mesh.depths));
-    KDSTREAM_TRY(
-      Take(BuildTreeCollectively(this->Group, this->Files, this->Vertices.kept,
-             this->Vertices.begin[this->Group.Rank()], this->Memory, this->Mesh, this->Exec),
-        this->Boxes));
-    KDSTREAM_TRY(this->CountMerged());
-    this->Vertices.kept.points = {};
-    ReturnFreeMemory(this->Mesh.keptMemory);
-    this->Clock.Finish("tree");
-    return {};
-  }
-
   Status CountMerged()
   {
     const auto count = [&](const PlaceOfPoint& placeOf)
@@ -267,22 +331,7 @@ private:
     };
     return Take(CountMergedByGrid(GridOf(this->Options, this->Mesh.box, this->Mesh.scalarType),
                   this->Mesh.vertexCount, this->Mesh.mayCoincide, count),
-      this->Report.mergedByGrid);
-  }
-
-  Status MakeFaces()
-  {
-    this->Mesh.blockDepth = DepthOfBlocks(this->SizeOfBlocks(), this->Memory,
-      this->Group.Shares().DividedDepth(), this->Mesh.depths.partition);
-    KDSTREAM_TRY(ScatterFaces(
-      this->Group, this->Files, this->Share, this->Vertices, this->Memory, this->Mesh, this->Exec));
-    KDSTREAM_TRY(CheckHubs(this->Mesh, *this->Mesh.triangles, this->Options.memory));
-    this->Facts.welded = this->Vertices.welded;
-    this->Vertices = {};
-    this->Share = {};
-    ReturnFreeMemory(this->Mesh.keptMemory);
-    this->Clock.Finish("faces");
-    return {};
+      this->Whole.Report.mergedByGrid);
   }
 
   Status MakeLevels()
@@ -294,120 +343,48 @@ private:
         [&](const TreeBlock& block) { inconsistent += CountInconsistentEdges(block, this->Exec); }),
       this->Levels));
     KDSTREAM_TRY(this->Group.Sum(std::span(&inconsistent, 1)));
-    this->Facts.inconsistentEdges = inconsistent;
+    this->Whole.Facts.inconsistentEdges = inconsistent;
     return {};
   }
 
-  ModelDescription Describe()
+  Status MakeNumbers()
   {
-    ModelFacts& facts = this->Facts;
-    facts.vertices = this->Mesh.vertexCount;
-    facts.triangles = this->Mesh.triangleCount;
-    facts.unused = this->Unused.count;
-    facts.depths = this->Mesh.depths;
-    facts.partitions = std::uint64_t{ 1 } << facts.depths.partition;
-    MeasurePartitions(facts,
-      [&](std::size_t p) -> std::uint64_t
-      { return RangeOfCell(this->Mesh.vertexCount, facts.depths.partition, p).size; });
-    facts.box = this->Mesh.box;
-    facts.scalarType = this->Mesh.scalarType;
-    facts.attributes = this->Mesh.attributes;
-    BuildOptions used = this->Options;
-    used.weld = this->Weld;
-    return DescribeModel(used, facts, InputNameOf(this->Input.file, this->Options));
+    return Take(NumberExternally(this->Files, this->Mesh, this->Levels, this->Exec, &this->Group),
+      this->Numbers);
   }
 
-  Status WriteStore()
+  DistributedPieces& PiecesFor(StoreWriter* writer)
   {
-    KDSTREAM_TRY(Take(GeometricErrorsOfLevels(this->Levels, this->Mesh.depths, &this->Group),
-      this->Facts.deviations));
-    ModelDescription description = this->Describe();
-    description.inputDigest = this->DigestOfShare;
-    if (this->Digest)
+    if (!this->Pieces)
     {
-      KDSTREAM_TRY(Take(this->Digest->Take(), description.inputDigest));
+      this->Pieces.emplace(this->Group, this->Files, this->Mesh.attributes, writer);
     }
-    std::unique_ptr<StoreWriter> writer;
-    if (this->Group.IsFirst())
-    {
-      KDSTREAM_TRY(Take(StoreWriter::Create(this->Store, description), writer));
-    }
-    KDSTREAM_TRY(this->WritePieces(description.Codec(), writer.get()));
-    if (this->Group.IsFirst())
-    {
-      KDSTREAM_TRY(WriteTreePages(this->Boxes, this->Mesh.depths, *writer));
-      KDSTREAM_TRY(WriteUnused(
-        this->Unused.vertices, this->Mesh.attributes, this->Mesh.scalarType, *writer, this->Exec));
-      KDSTREAM_TRY(TellHomeView(this->Options, description, *writer));
-    }
-    this->Report.info = description;
-    KDSTREAM_TRY(this->Exec.Report("write", 0));
-    // Before the store is put in place all agree that nobody has failed.
-    KDSTREAM_TRY(this->Group.Finish());
-    if (this->Group.IsFirst())
-    {
-      KDSTREAM_TRY(Take(writer->Finish(), this->Report.info));
-    }
-    this->Clock.Finish("write");
-    return {};
-  }
-
-  Status WritePieces(const CodecContext& codec, StoreWriter* writer)
-  {
-    DistributedPieces pieces(this->Group, this->Files, this->Mesh.attributes, writer);
-    std::uint64_t triangles = 0; // of this rank's pieces of the resolution
-    const PieceSink add = [&](const EncodedPiece& encoded)
-    { return pieces.Add(encoded.piece, encoded.blob); };
-    const PartVisit visit = [&](const VertexTree& tree, const kdstream::Mesh& part,
-                              Resolution resolution, const ModelPart& cut) -> Status
-    {
-      const PieceCutter cutter(tree, part, resolution, this->Exec, cut);
-      const auto all = double(std::size_t{ 1 } << PieceDepth(resolution, this->Mesh.depths));
-      KDSTREAM_TRY(
-        EncodePieces(cutter, cutter.PieceCount(), { codec }, add, this->Clock, this->Exec,
-          [&](std::size_t written)
-          {
-            const double done = double(cut.firstPiece + written) / all;
-            return this->Exec.Report("encode", EncodedPart(resolution, this->Mesh.depths, done));
-          }));
-      triangles += cutter.TriangleCount();
-      ReturnFreeMemory(this->Mesh.keptMemory);
-      return {};
-    };
-    return ForEachPart(this->Mesh, this->Levels, this->Numbers, visit, this->Exec, &this->Group,
-      [&](Resolution resolution)
-      {
-        const std::uint64_t all = std::exchange(triangles, 0);
-        return pieces.Finish(resolution, all, this->Exec);
-      });
+    return *this->Pieces;
   }
 
   MpiGroup& Group;
   SpillFolder Files;
   DistributedInput Input;
-  const std::filesystem::path Store;
   const BuildOptions& Options;
   const Execution& Exec;
+  BuildState Whole; // of all ranks
   std::uint64_t Memory;
-  StepClock Clock;
   SpilledMesh Share;
   DistributedVertices Vertices;
   DistributedUnused Unused;
   MeshBlocks Mesh;
-  std::vector<Box> Boxes;
   ExternalLevels Levels;
   ExternalNumbers Numbers;
-  ModelFacts Facts;
+  std::optional<DistributedPieces> Pieces;
   std::uint64_t Triangles = 0; // of all ranks
   bool Weld = true;
   std::optional<InputDigest> Digest; // of the rank that writes the store, of a file
   std::string DigestOfShare;         // the same, of what ranks have in memory
-  BuildReport Report;
 };
 
 Status CheckOptions(const BuildOptions& options)
 {
-  if (options.partitioner != Partitioner::KdTree)
+  if (!options.partitioner->HasLevels())
   {
     return Error{ ErrorCode::Unsupported,
       "octree and k-means partitions are only for comparison: use kdstream-build" };
@@ -448,9 +425,9 @@ Result<BuildReport> BuildHere(MpiGroup& group, DistributedInput input,
   RemoveDeadFolders(parent);
   Result<SpillFolder> folder = SpillFolder::Create(parent);
   KDSTREAM_TRY(folder);
-  return DistributedBuilder(
-    group, std::move(*folder), std::move(input), store, options, execution, memory)
-    .Build();
+  DistributedBuilder builder(
+    group, std::move(*folder), std::move(input), options, execution, memory);
+  return ConductBuild(builder, store);
 }
 
 // The same; what goes wrong is reported to the others, who wait.

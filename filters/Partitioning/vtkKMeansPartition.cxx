@@ -3,7 +3,7 @@
 
 #include "filters/Partitioning/MeshPartitionWork.h"
 #include "filters/adapter/RangedSetters.h"
-#include "filters/core/tree/KMeansClustering.h"
+#include "filters/baselines/KMeansClustering.h"
 
 #include <vtkObjectFactory.h>
 

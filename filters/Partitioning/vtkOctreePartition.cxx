@@ -2,7 +2,7 @@
 #include "vtkOctreePartition.h"
 
 #include "filters/Partitioning/MeshPartitionWork.h"
-#include "filters/core/tree/OctreeClustering.h"
+#include "filters/baselines/OctreeClustering.h"
 
 #include <vtkObjectFactory.h>
 

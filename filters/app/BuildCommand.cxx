@@ -5,6 +5,7 @@
 #include "filters/app/DirectionText.h"
 #include "filters/app/ReadingOptions.h"
 #include "filters/app/TextureOptions.h"
+#include "filters/baselines/stores/Baselines.h"
 #include "filters/build/BuildMemory.h"
 #include "filters/files/WriteWhole.h"
 #include "filters/meshio/ObjReader.h"
@@ -296,9 +297,7 @@ Status Interpret(const CLI::App& app, BuildCommand& line)
     return Error{ ErrorCode::InvalidArgument,
       "--partitions: " + std::to_string(line.partitions) + " is not a power of two" };
   }
-  line.build.partitioner = line.partitioner == "octree"   ? Partitioner::Octree
-                           : line.partitioner == "kmeans" ? Partitioner::KMeans
-                                                          : Partitioner::KdTree;
+  line.build.partitioner = PartitionMethodOfName(line.partitioner);
   line.build.levels.maker = line.maker == "collapse" ? LevelMaker::Collapse : LevelMaker::Cluster;
   line.build.weld = line.weld == "on";
   line.build.levels.sheets = line.sheets == "on";
@@ -320,7 +319,7 @@ Status Interpret(const CLI::App& app, BuildCommand& line)
   }
   KDSTREAM_TRY(CheckFolder(line.build.temporaryFolder));
   KDSTREAM_TRY(InterpretQuality(line));
-  line.build.median = *MedianMethodOfName(line.median);
+  line.build.median = MedianMethodOfName(line.median);
   if (line.precision == "lossless")
   {
     line.build.bits = 0;
@@ -433,7 +432,7 @@ std::string HiddenColors(const std::vector<AttributeInfo>& attributes)
 
 std::vector<StepShare> SharesOfSteps(const BuildCommand& line)
 {
-  if (line.build.partitioner != Partitioner::KdTree)
+  if (!line.build.partitioner->HasLevels())
   {
     return {};
   }

@@ -82,7 +82,7 @@ Status CheckOptions(const BuildCommand& line)
   const auto refuse = [](const std::string& what) {
     return Error{ ErrorCode::InvalidArgument, what + ": use kdstream-build" };
   };
-  if (line.build.partitioner != Partitioner::KdTree)
+  if (!line.build.partitioner->HasLevels())
   {
     return refuse("--partitioner " + line.partitioner + " does not work on several ranks");
   }

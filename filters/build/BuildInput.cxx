@@ -2,6 +2,7 @@
 #include "filters/build/BuildInput.h"
 
 #include "filters/build/BuildMemory.h"
+#include "filters/build/ExternalMethod.h"
 #include "filters/build/SharedSteps.h"
 
 #include <algorithm>
@@ -95,12 +96,13 @@ Status CheckClaimedPartitions(
   // Vertices of triangles that share none are welded to far fewer, and no triangle may use them:
   // they count when that is known.
   const bool indexed = claimed.triangles == 0 || claimed.vertices <= claimed.triangles;
-  if (options.partitioner != Partitioner::KdTree || reader.Info().soup || !indexed ||
-      claimed.vertices == 0)
+  if (reader.Info().soup || !indexed || claimed.vertices == 0)
   {
     return {};
   }
-  return CheckPartitionMemory(claimed, options.tree, options.memory, mayBeWhole);
+  const Result<const ExternalMethod*> method = options.partitioner->External();
+  KDSTREAM_TRY(method);
+  return (*method)->CheckPartitions(claimed, options, mayBeWhole);
 }
 
 Status PrepareMesh(Mesh& mesh)

@@ -1,15 +1,12 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// The build in memory: see Builder.h. Steps: read, weld, tree, levels, number, cut and encode,
-// store.
+// The build in memory: see Builder.h, a back end of the conductor (Conductor.h).
 #include "filters/build/Builder.h"
 
 #include "filters/build/BuildInput.h"
 #include "filters/build/BuildMemory.h"
+#include "filters/build/Conductor.h"
 #include "filters/build/ExternalBuilder.h"
-#include "filters/build/GuessHomeView.h"
 #include "filters/build/InputDigest.h"
-#include "filters/build/ModelFacts.h"
-#include "filters/build/PieceWriting.h"
 #include "filters/build/SharedSteps.h"
 #include "filters/build/UnusedParts.h"
 #include "filters/core/EdgeCount.h"
@@ -34,97 +31,108 @@ namespace
 
 constexpr double treeMadePart = 0.7; // of step "tree", measured on 28 million triangles
 
-class StoreBuilder
+class MemoryBuilder : public BuildBackEnd
 {
 public:
-  StoreBuilder(Mesh mesh, const BuildOptions& options, const Execution& execution, StepClock clock)
+  // digest: waits for that of the input.
+  MemoryBuilder(Mesh mesh, bool weld, std::string name, std::function<Result<std::string>()> digest,
+    const BuildOptions& options, const Execution& execution, StepClock clock)
     : Input(std::move(mesh))
+    , Name(std::move(name))
+    , Digest(std::move(digest))
     , Options(options)
     , Exec(execution)
-    , Clock(std::move(clock))
+    , Build{ options, execution, std::move(clock) }
   {
+    this->Build.Facts.weld = weld;
   }
 
-  // digest: waits for that of the input.
-  Result<BuildReport> Build(const std::string& name, const std::filesystem::path& store,
-    const std::function<Result<std::string>()>& digest)
-  {
-    Result<VertexTree> numbered = this->BuildTree();
-    KDSTREAM_TRY(numbered);
-    for (const VertexTreeLevel& level : numbered->levels)
-    {
-      GeometricErrorBins bins;
-      std::for_each(level.deviations.begin(), level.deviations.end(),
-        [&](double deviation) { bins.Add(deviation); });
-      this->Facts.deviations.push_back(bins.Most99());
-    }
-    this->Clock.Finish("levels");
-    ModelDescription description = DescribeModel(this->Options, this->Facts, name);
-    KDSTREAM_TRY(Take(digest(), description.inputDigest));
-    Result<std::unique_ptr<StoreWriter>> writer = StoreWriter::Create(store, description);
-    KDSTREAM_TRY(writer);
-    KDSTREAM_TRY(this->WriteAll(*numbered, description.Codec(), **writer));
-    KDSTREAM_TRY(WriteUnused(this->Unused, **writer, this->Exec));
-    KDSTREAM_TRY(this->Exec.Report("write", 0));
-    KDSTREAM_TRY(TellHomeView(this->Options, description, **writer));
-    Result<ModelDescription> info = (*writer)->Finish();
-    KDSTREAM_TRY(info);
-    this->Clock.Finish("write");
-    BuildReport report;
-    report.info = std::move(*info);
-    report.scalarType = this->Facts.scalarType;
-    report.mergedByGrid = this->MergedByGrid;
-    report.seconds = this->Clock.Take();
-    return report;
-  }
+  BuildState& State() override { return this->Build; }
 
-private:
-  // Weld, tree, faces, levels, numbers; fills in what the store says of the model.
-  Result<VertexTree> BuildTree()
+  Status MakeMesh() override
   {
-    ModelFacts& facts = this->Facts;
     KDSTREAM_TRY(PrepareMesh(this->Input));
     KDSTREAM_TRY(this->Exec.Report("tree", 0));
-    facts.welded = this->Options.weld ? WeldVertices(this->Input, this->Exec) : 0;
+    ModelFacts& facts = this->Build.Facts;
+    facts.welded = facts.weld ? WeldVertices(this->Input, this->Exec) : 0;
     KDSTREAM_TRY(this->SetUnusedAside());
     // Welding may have left more than was counted on.
     KDSTREAM_TRY(CheckBuildMemory(this->Size(), this->Options.tree, this->Options.memory));
     this->Options.tellSize(this->Input.points.size(), this->Input.triangles.size());
+    return {};
+  }
+
+  Status MakeTree() override
+  {
     Execution upToGrid = this->Exec; // what merges on the grid is counted in the rest of the step
     upToGrid.progress = [this](std::string_view step, double done)
     { return this->Exec.progress(step, treeMadePart * done); };
     Result<PartitionTree> partitioned =
-      PartitionMesh(this->Input, this->Options.partitioner, this->Options.tree, upToGrid);
+      this->Options.partitioner->Partition(this->Input, this->Options.tree, upToGrid);
     KDSTREAM_TRY(partitioned);
-    KdTree& tree = partitioned->tree;
+    this->Tree = std::move(partitioned->tree);
+    ModelFacts& facts = this->Build.Facts;
     facts.partitions = partitioned->partitions;
-    facts.box = tree.boxes[1];
-    facts.depths = tree.depths;
+    facts.box = this->Tree.boxes[1];
+    facts.depths = this->Tree.depths;
     facts.scalarType = this->Input.scalarType;
     this->PlacesDiffer = this->AllPlacesDiffer();
-    KDSTREAM_TRY(this->CountMerged());
-    this->Clock.Finish("tree");
-    KDSTREAM_TRY(this->Exec.Report("faces", 0));
-    if (this->Options.partitioner == Partitioner::KdTree)
-    {
-      this->BucketByPartition(tree);
-    }
-    KDSTREAM_TRY(this->Exec.Report("faces", 0.5));
-    facts.inconsistentEdges =
-      CountInconsistentEdges(this->Input.triangles, this->Input.points.size(), this->Exec);
-    this->Measure(tree);
-    this->Clock.Finish("faces");
-    Result<ClusterLevels> levels = this->Options.partitioner == Partitioner::KdTree
-                                     ? this->MakeLevels(tree)
-                                     : Result<ClusterLevels>(ClusterLevels{});
-    KDSTREAM_TRY(levels);
-    KDSTREAM_TRY(this->Exec.Report("encode", 0));
-    this->Boxes = std::move(tree.boxes);
-    VertexTree numbered = NumberVertices(tree, std::move(*levels), this->Exec);
-    OrderLeaves(numbered, this->Input.points, this->Exec);
-    return numbered;
+    return this->CountMerged();
   }
 
+  Status MakeFaces() override
+  {
+    KDSTREAM_TRY(this->Exec.Report("faces", 0));
+    if (this->Options.partitioner->HasLevels())
+    {
+      this->BucketByPartition();
+    }
+    KDSTREAM_TRY(this->Exec.Report("faces", 0.5));
+    this->Build.Facts.inconsistentEdges =
+      CountInconsistentEdges(this->Input.triangles, this->Input.points.size(), this->Exec);
+    this->Measure();
+    return {};
+  }
+
+  std::vector<BuildStep> StepsAfterFaces() override
+  {
+    std::vector<BuildStep> steps;
+    if (this->Options.partitioner->HasLevels())
+    {
+      steps.push_back({ "levels", "levels", [this] { return this->MakeLevels(); } });
+    }
+    steps.push_back({ "numbers", "levels", [this] { return this->MakeNumbers(); } });
+    return steps;
+  }
+
+  Status Describe() override { return {}; } // the steps have
+  std::string InputName() const override { return this->Name; }
+  Result<std::string> DigestOfInput() override { return this->Digest(); }
+
+  Status ForEachPart(
+    const PartVisit& visit, const std::function<Status(Resolution)>& finished) override
+  {
+    const auto primitive =
+      this->Input.triangles.empty() ? PrimitiveType::Points : PrimitiveType::Triangles;
+    const auto whole = [&](Resolution resolution) -> Status
+    {
+      KDSTREAM_TRY(visit(this->Numbered, this->Input, resolution,
+        PartOfCell(resolution, this->Numbered.depths, 0, 0, primitive)));
+      return finished(resolution);
+    };
+    for (unsigned d = 0; d < this->Numbered.levels.size(); ++d)
+    {
+      KDSTREAM_TRY(whole(Resolution::Level(d)));
+    }
+    return whole(Resolution::Original());
+  }
+
+  Status WriteUnusedList(StoreWriter& writer) override
+  {
+    return WriteUnused(this->Unused, writer, this->Exec);
+  }
+
+private:
   Status SetUnusedAside()
   {
     const std::vector<bool> isUsed = FindUsedVertices(this->Input);
@@ -133,7 +141,7 @@ private:
     {
       KDSTREAM_TRY(CheckPartingMemory(SizeOf(this->Input), unused, this->Options.memory));
       this->Unused = TakeUnusedVertices(this->Input, isUsed);
-      this->Facts.unused = unused;
+      this->Build.Facts.unused = unused;
     }
     return {};
   }
@@ -147,13 +155,14 @@ private:
     return size;
   }
 
-  void BucketByPartition(KdTree& tree)
+  void BucketByPartition()
   {
+    const KdTree& tree = this->Tree;
     std::vector<std::uint32_t> partition = CellOfVertex(tree, tree.depths.partition, this->Exec);
     if (IsScattered(this->Input.triangles, partition))
     {
       partition = {};
-      GatheredMesh gathered = GatherMesh(this->Input, tree, this->Exec);
+      GatheredMesh gathered = GatherMesh(this->Input, this->Tree, this->Exec);
       this->Ids = std::move(gathered.ids);
       this->Buckets = std::move(gathered.buckets);
       return;
@@ -163,21 +172,39 @@ private:
       [&](VertexId v) { return partition[v]; }, this->Exec);
   }
 
-  Result<ClusterLevels> MakeLevels(const KdTree& tree)
+  Status MakeLevels()
   {
     const TriangleBuckets buckets = std::move(this->Buckets);
     const std::vector<VertexId> ids = std::move(this->Ids);
     LevelOptions options = this->Options.levels;
     options.mayCoincide = !this->PlacesDiffer;
     options.ids = ids;
-    options.mostClusters =
-      MostClusters(this->Size(), std::uint64_t{ 1 } << tree.depths.partition, this->Options.memory);
-    Result<ClusterLevels> levels = BuildLevels(this->Input, tree, buckets, options, this->Exec);
+    options.mostClusters = MostClusters(
+      this->Size(), std::uint64_t{ 1 } << this->Tree.depths.partition, this->Options.memory);
+    Result<ClusterLevels> levels =
+      BuildLevels(this->Input, this->Tree, buckets, options, this->Exec);
     if (!levels && levels.GetError().code == ErrorCode::LimitExceeded)
     {
       return BeyondMemory(levels.GetError().message, this->Options.memory);
     }
-    return levels;
+    return Take(std::move(levels), this->Levels);
+  }
+
+  Status MakeNumbers()
+  {
+    KDSTREAM_TRY(this->Exec.Report("encode", 0));
+    KdTree tree = std::move(this->Tree); // not needed any more
+    this->Build.Boxes = std::move(tree.boxes);
+    this->Numbered = NumberVertices(tree, std::move(this->Levels), this->Exec);
+    OrderLeaves(this->Numbered, this->Input.points, this->Exec);
+    for (const VertexTreeLevel& level : this->Numbered.levels)
+    {
+      GeometricErrorBins bins;
+      std::for_each(level.deviations.begin(), level.deviations.end(),
+        [&](double deviation) { bins.Add(deviation); });
+      this->Build.Facts.deviations.push_back(bins.Most99());
+    }
+    return {};
   }
 
   // Whether it is known that no two vertices are in the same place: what welding leaves can differ
@@ -189,7 +216,7 @@ private:
     {
       arrays.push_back(array.Info());
     }
-    return WeldingSeparates(this->Options.weld, arrays) &&
+    return WeldingSeparates(this->Build.Facts.weld, arrays) &&
            std::none_of(this->Input.points.begin(), this->Input.points.end(), HasNegativeZero);
   }
 
@@ -202,14 +229,15 @@ private:
         points.size(), [&](VertexId v) { return placeOf ? placeOf(points[v]) : points[v]; },
         this->Exec);
     };
-    return Take(CountMergedByGrid(GridOf(this->Options, this->Facts.box, this->Facts.scalarType),
-                  points.size(), !this->PlacesDiffer, count),
-      this->MergedByGrid);
+    const ModelFacts& facts = this->Build.Facts;
+    return Take(CountMergedByGrid(GridOf(this->Options, facts.box, facts.scalarType), points.size(),
+                  !this->PlacesDiffer, count),
+      this->Build.Report.mergedByGrid);
   }
 
-  void Measure(const KdTree& tree)
+  void Measure()
   {
-    ModelFacts& facts = this->Facts;
+    ModelFacts& facts = this->Build.Facts;
     facts.vertices = this->Input.points.size();
     facts.triangles = this->Input.triangles.size();
     for (const Attribute& attribute : this->Input.attributes)
@@ -217,52 +245,24 @@ private:
       facts.attributes.push_back(attribute.Info());
     }
     MeasurePartitions(facts,
-      [&](std::size_t p) -> std::uint64_t { return tree.Cell(tree.depths.partition, p).size(); });
-  }
-
-  Status WriteAll(const VertexTree& numbered, const CodecContext& codec, StoreWriter& writer)
-  {
-    for (unsigned d = 0; d < numbered.levels.size(); ++d)
-    {
-      KDSTREAM_TRY(this->WriteResolution(numbered, Resolution::Level(d), codec, writer));
-    }
-    KDSTREAM_TRY(this->WriteResolution(numbered, Resolution::Original(), codec, writer));
-    return WriteTreePages(this->Boxes, numbered.depths, writer);
-  }
-
-  Status WriteResolution(const VertexTree& numbered, Resolution resolution,
-    const CodecContext& codec, StoreWriter& writer)
-  {
-    const PieceCutter cutter(numbered, this->Input, resolution, this->Exec);
-    const std::size_t pieces =
-      resolution.IsOriginal() ? this->Facts.partitions : cutter.PieceCount();
-    KDSTREAM_TRY(WritePieces(cutter, pieces, { codec, this->Options.textures.get() }, writer,
-      this->Clock, this->Exec,
-      [&](std::size_t written)
-      {
-        const double part = double(written) / double(pieces);
-        return this->Exec.Report("encode", EncodedPart(resolution, numbered.depths, part));
-      }));
-    return writer.FinishResolution(resolution, cutter.TriangleCount(), this->Exec);
+      [&](std::size_t p) -> std::uint64_t
+      { return this->Tree.Cell(facts.depths.partition, p).size(); });
   }
 
   Mesh Input;
   Mesh Unused; // vertices of the input that no triangle uses
+  const std::string Name;
+  const std::function<Result<std::string>()> Digest;
   const BuildOptions& Options;
   const Execution& Exec;
-  StepClock Clock;
-  ModelFacts Facts;
+  BuildState Build;
   bool PlacesDiffer = false; // AllPlacesDiffer
+  KdTree Tree;               // up to the numbers, as the levels
   TriangleBuckets Buckets;   // the triangles by partition, from faces to levels
   std::vector<VertexId> Ids; // of each vertex, where it has another number since
-  std::vector<Box> Boxes;
-  std::uint64_t MergedByGrid = 0;
+  ClusterLevels Levels;
+  VertexTree Numbered;
 };
-
-}
-
-namespace
-{
 
 Result<BuildReport> BuildInMemory(const std::filesystem::path& input,
   const std::filesystem::path& store, const BuildOptions& options, const Execution& execution)
@@ -276,11 +276,10 @@ Result<BuildReport> BuildInMemory(const std::filesystem::path& input,
   Result<Mesh> mesh = ReadMesh(**reader, options, execution);
   KDSTREAM_TRY(mesh);
   clock.Finish("read");
-  BuildOptions used = options;
-  used.weld = options.weld || (*reader)->Info().soup;
-  Result<BuildReport> report =
-    StoreBuilder(std::move(*mesh), used, execution, std::move(clock))
-      .Build(InputNameOf(input, options), store, [&digest] { return digest.Take(); });
+  MemoryBuilder builder(
+    std::move(*mesh), options.weld || (*reader)->Info().soup, InputNameOf(input, options),
+    [&digest] { return digest.Take(); }, options, execution, std::move(clock));
+  Result<BuildReport> report = ConductBuild(builder, store);
   if (report)
   {
     report->ignoredAttributes = (*reader)->Info().ignoredAttributes;
@@ -356,8 +355,9 @@ Result<BuildReport> BuildStore(Mesh mesh, const std::string& name,
   const std::filesystem::path& store, const BuildOptions& options, const Execution& execution)
 {
   const std::string digest = InputDigestOf(mesh);
-  return StoreBuilder(std::move(mesh), options, execution, {})
-    .Build(name, store, [&digest] { return Result<std::string>(digest); });
+  MemoryBuilder builder(std::move(mesh), options.weld, name,
+    [&digest] { return Result<std::string>(digest); }, options, execution, {});
+  return ConductBuild(builder, store);
 }
 
 }

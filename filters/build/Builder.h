@@ -4,7 +4,7 @@
 // in memory what fits --memory, and hands over to ExternalBuilder.h what does not.
 #pragma once
 
-#include "filters/build/PartitionMesh.h"
+#include "filters/build/PartitionMethod.h"
 #include "filters/build/PieceTextures.h"
 #include "filters/core/Execution.h"
 #include "filters/core/levels/Levels.h"
@@ -27,7 +27,7 @@ namespace kdstream
 
 struct BuildOptions
 {
-  Partitioner partitioner = Partitioner::KdTree;
+  const PartitionMethod* partitioner = &KdTreeMethod(); // what the mesh is cut by
   KdTreeOptions tree;
   LevelOptions levels;
   bool weld = true;       // a soup (MeshFileInfo) is welded in any case
@@ -35,8 +35,8 @@ struct BuildOptions
   // Most bytes the build may take; 0 = no limit. A mesh that needs more is built out of core
   // (ExternalBuilder.h).
   std::uint64_t memory = 0;
-  MedianMethod median = MedianMethod::Automatic; // out of core
-  std::filesystem::path temporaryFolder;         // for what is out of core; empty: beside the store
+  MedianMethod median = nullptr;         // out of core; null: FindMedianByHistogram
+  std::filesystem::path temporaryFolder; // for what is out of core; empty: beside the store
   // Go on with an interrupted build of the same input and options. What one of others has left
   // stays as it is, and the build is refused.
   bool resume = false;

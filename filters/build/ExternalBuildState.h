@@ -1,11 +1,9 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// What the phases of a build out of core share: options, files, clock, and what earlier phases have
-// left that later ones look at. For ExternalBuilder.cxx, which lists the phases, and for them
-// alone.
+// What the phases of a build out of core share beside BuildState: files, and what earlier phases
+// have left that later ones look at. Only for ExternalBuilder.cxx and the phases.
 #pragma once
 
-#include "filters/build/Builder.h"
-#include "filters/build/StepClock.h"
+#include "filters/build/Conductor.h"
 #include "filters/core/Execution.h"
 #include "filters/outofcore/journal/BuildFolder.h"
 
@@ -19,25 +17,19 @@
 namespace kdstream
 {
 
-struct ExternalBuildState
+struct ExternalBuildState : BuildState
 {
-  const std::filesystem::path Input, Store;
-  const BuildOptions& Options;
-  const Execution& Exec;
-  const std::uint64_t Memory;          // of each step
+  std::filesystem::path Input, Store;
+  std::uint64_t Memory = 0;            // of each step
   std::optional<BuildFolder> Folder{}; // open before the first phase
-  StepClock Clock{};
-  BuildReport Report{};
-  std::string_view Step{}; // that is shown, and how much of it
+  std::string_view Step{};             // that is shown, and how much of it
   double StepDone = 0;
 
-  // By LoadMesh:
-  std::vector<Box> Boxes{};
-  std::vector<VertexId> PartitionBegin{}; // ranks, and the end; of an octree
-  std::uint64_t MostInBlock = 0;          // vertices; the same
+  // By LoadMesh, of partitions of any size; empty, and 0, of cells of a k-d tree:
+  std::vector<VertexId> PartitionBegin{}; // ranks, and the end
+  std::uint64_t MostInBlock = 0;          // vertices
 
   SpillFolder& Files() { return this->Folder->Files(); }
-  bool ByOctree() const { return this->Options.partitioner == Partitioner::Octree; }
 
   // For a function that does the part [begin, end) of a step. It reports its own progress from 0 to
   // 1 under any name; what is shown is the step's progress, which never runs back.

@@ -31,34 +31,32 @@ Result<std::uint64_t> CountMerged(ExternalBuildState& build, const MeshBlocks& m
     GridOf(build.Options, mesh.box, mesh.scalarType), mesh.vertexCount, mesh.mayCoincide, count);
 }
 
-// The blocks that the phase "faces" has made, maybe with another limit. begin: those of an
-// octree.
+std::uint64_t LargestOf(const MeshBlocks& blocks)
+{
+  std::uint64_t most = 0;
+  for (std::size_t block = 0; block < blocks.BlockCount(); ++block)
+  {
+    most = std::max(most, blocks.RangeOf(block).size);
+  }
+  return most;
+}
+
+// The blocks that the phase "faces" has made, maybe with another limit.
 Status TakeBlocks(
   const ExternalBuildState& build, std::vector<VertexId> begin, std::size_t count, MeshBlocks& mesh)
 {
-  unsigned depth = 0;
-  while (std::size_t{ 1 } << depth < count)
-  {
-    ++depth;
-  }
-  const auto largest = [](const MeshBlocks& blocks)
-  {
-    std::uint64_t most = 0;
-    for (std::size_t block = 0; block < blocks.BlockCount(); ++block)
-    {
-      most = std::max(most, blocks.RangeOf(block).size);
-    }
-    return most;
-  };
-  const std::uint64_t allowed = std::max(largest(mesh), build.MostInBlock);
+  const std::uint64_t allowed = std::max(LargestOf(mesh), build.MostInBlock);
   mesh.begin = std::move(begin);
-  if (build.ByOctree() ? largest(mesh) > allowed : depth < mesh.blockDepth)
+  mesh.blockDepth = 0;
+  while (std::size_t{ 1 } << mesh.blockDepth < count)
   {
-    return Error{ ErrorCode::LimitExceeded, "the interrupted build had more memory than this one: "
-                                            "raise --memory, or build without --resume" };
+    ++mesh.blockDepth;
   }
-  mesh.blockDepth = depth;
-  return {};
+  return LargestOf(mesh) <= allowed
+           ? Status{}
+           : Error{ ErrorCode::LimitExceeded,
+               "the interrupted build had more memory than this one: raise --memory, or build "
+               "without --resume" };
 }
 
 }

@@ -4,7 +4,7 @@
 #include "filters/build/MeshPhase.h"
 
 #include "filters/build/BuildInput.h"
-#include "filters/build/BuildMemory.h"
+#include "filters/build/ExternalMethod.h"
 #include "filters/build/SharedSteps.h"
 #include "filters/core/TakeResult.h"
 #include "filters/meshio/MeshReader.h"
@@ -121,11 +121,9 @@ Result<MeshFacts> LoadFacts(const ExternalBuildState& build)
   MeshFacts facts = LoadMeshFacts(blob);
   KDSTREAM_TRY(blob.Finish());
   KDSTREAM_TRY(facts.tolerance.Check(build.Options.strict)); // one that goes on from another
-  if (build.Options.partitioner == Partitioner::KdTree)
-  {
-    KDSTREAM_TRY(
-      CheckPartitionMemory(BlockedSizeOf(facts), build.Options.tree, build.Options.memory));
-  }
+  const Result<const ExternalMethod*> method = build.Options.partitioner->External();
+  KDSTREAM_TRY(method);
+  KDSTREAM_TRY((*method)->CheckPartitions(BlockedSizeOf(facts), build.Options, true));
   return facts;
 }
 

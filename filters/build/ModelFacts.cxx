@@ -38,14 +38,14 @@ ModelDescription DescribeModel(
     std::erase_if(info.attributes, IsTexturePaint);
     info.textures = options.textures->Describe();
   }
-  info.partitioner = NameOf(options.partitioner);
-  info.weld = options.weld;
+  info.partitioner = options.partitioner->Name();
+  info.weld = facts.weld;
   info.title = options.title;
   info.credit = options.credit;
   info.license = options.license;
   info.unit = options.unit;
   info.description = options.description;
-  if (options.partitioner != Partitioner::KdTree)
+  if (!options.partitioner->HasLevels())
   {
     return info;
   }

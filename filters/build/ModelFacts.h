@@ -22,6 +22,7 @@ struct ModelFacts
   std::uint64_t smallestPartition = 0, largestPartition = 0;
   Box box;
   ScalarType scalarType = ScalarType::Float32;
+  bool weld = true;                      // whether equal vertices were joined
   std::vector<AttributeInfo> attributes; // point arrays first
   std::vector<double> deviations;        // GeometricErrorBins::Most99 of each level
 };

@@ -266,7 +266,7 @@ std::vector<std::pair<std::string, std::string>> DescribeOptions(const BuildOpti
   return { { "--vertices-per-partition", std::to_string(options.tree.verticesPerPartition) },
     { "--partitions", partitions ? std::to_string(*partitions) : "" },
     { "--cell-vertices", std::to_string(options.tree.cellVertices) },
-    { "--partitioner", std::string(NameOf(options.partitioner)) },
+    { "--partitioner", std::string(options.partitioner->Name()) },
     { "--levels", options.levels.maker == LevelMaker::Collapse ? "collapse" : "cluster" },
     { "--representative",
       options.levels.representative == Representative::Quadric ? "quadric" : "mean" },

@@ -64,12 +64,4 @@ void MeasurePartitions(
   }
 }
 
-void ReportCosts(const SpillCounts& counts, StepClock& clock, BuildReport& report)
-{
-  report.temporaryBytes = counts.peakBytesOnDisk;
-  report.bytesRead = counts.bytesRead;
-  report.bytesWritten = counts.bytesWritten;
-  report.seconds = clock.Take();
-}
-
 }

@@ -6,10 +6,8 @@
 
 #include "filters/build/Builder.h"
 #include "filters/build/ModelFacts.h"
-#include "filters/build/StepClock.h"
 #include "filters/core/Execution.h"
 #include "filters/core/Result.h"
-#include "filters/outofcore/files/SpillFile.h"
 #include "filters/outofcore/mesh/TreeBlock.h"
 
 #include <cstddef>
@@ -44,8 +42,5 @@ std::uint64_t CountInconsistentEdges(const TreeBlock& block, const Execution& ex
 // Fills in the smallest and the largest of facts.partitions, which have sizeOf(p) vertices.
 void MeasurePartitions(
   ModelFacts& facts, const std::function<std::uint64_t(std::size_t partition)>& sizeOf);
-
-// What a build by files has cost, into its report.
-void ReportCosts(const SpillCounts& counts, StepClock& clock, BuildReport& report);
 
 }

@@ -1,17 +1,15 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Phase "tree": the vertices in the order of the leaves of a k-d tree, or of an octree's
-// partitions, and the boxes of the nodes.
+// Phase "tree": the vertices in the order of the partitions, and the boxes of the nodes.
 #include "filters/build/TreePhase.h"
 
-#include "filters/build/BuildMemory.h"
+#include "filters/build/ExternalMethod.h"
 #include "filters/build/MeshPhase.h"
 #include "filters/build/ModelFacts.h"
 #include "filters/core/TakeResult.h"
 #include "filters/core/VectorMath.h"
+#include "filters/core/tree/PointRecord.h"
 #include "filters/outofcore/files/BatchPass.h"
 #include "filters/outofcore/files/MemoryPlan.h"
-#include "filters/outofcore/mesh/OctreePartitions.h"
-#include "filters/outofcore/tree/ExternalTree.h"
 
 #include <algorithm>
 
@@ -19,28 +17,6 @@ namespace kdstream
 {
 namespace
 {
-
-template <class Scalar>
-Status MakeKdTree(
-  ExternalBuildState& build, const MeshFacts& facts, SpillFile& records, ExternalPartitions& result)
-{
-  KDSTREAM_TRY(Take(ComputeDepths(facts.vertices, build.Options.tree), result.depths));
-  ExternalTree tree;
-  ExternalTreeOptions options;
-  options.memory = build.Memory;
-  options.median = build.Options.median;
-  KDSTREAM_TRY(Take(BuildExternalTree<Scalar>(
-                      build.Files(), records, result.depths, options, build.Part("tree", 0.5, 1)),
-    tree));
-  result.boxes = std::move(tree.boxes);
-  result.records = std::move(tree.records);
-  result.recordsRead = facts.vertices; // all are in memory once at least
-  for (const ExternalDepthStatistics& depth : tree.statistics.depths)
-  {
-    result.recordsRead += depth.records + depth.medianRecords;
-  }
-  return {};
-}
 
 template <class Scalar>
 Result<SpillFile> RecordsOf(
@@ -90,11 +66,9 @@ Status MakeTreeOf(ExternalBuildState& build, const MeshFacts& facts)
   KDSTREAM_TRY(Take(build.Folder->TakeFile("mesh", "points"), points));
   KDSTREAM_TRY(Take(RecordsOf<Scalar>(build, points, facts.vertices, negativeZeros), records));
   ExternalPartitions tree;
-  KDSTREAM_TRY(build.ByOctree()
-                 ? Take(PartitionByExternalOctree<Scalar>(build.Files(), records,
-                          build.Options.tree, build.Memory, build.Part("tree", 0.5, 1)),
-                     tree)
-                 : MakeKdTree<Scalar>(build, facts, records, tree));
+  const Result<const ExternalMethod*> method = build.Options.partitioner->External();
+  KDSTREAM_TRY(method);
+  KDSTREAM_TRY(Take((*method)->Partition(build, facts, records), tree));
   build.Clock.Finish("tree");
   BlobWriter blob;
   blob.Add(tree.depths);
@@ -104,29 +78,6 @@ Status MakeTreeOf(ExternalBuildState& build, const MeshFacts& facts)
   blob.AddList(tree.begin);
   PhaseFile files[] = { { "records", std::move(tree.records) } };
   return build.Folder->Finish("tree", blob, files, { { "mesh", "points" } });
-}
-
-// Blocks of an octree: partitions one after the other, as many as fit.
-Status JoinPartitions(ExternalBuildState& build, const MeshFacts& facts, MeshBlocks& mesh)
-{
-  const std::vector<VertexId>& begin = build.PartitionBegin;
-  if (begin.size() < 2 || begin.size() - 1 > build.Boxes.size() / 2 || begin.front() != 0 ||
-      begin.back() != facts.vertices || !std::is_sorted(begin.begin(), begin.end()))
-  {
-    return Error{ ErrorCode::Damaged, "the octree of the interrupted build is incomplete" };
-  }
-  build.MostInBlock = MostBlockVertices(BlockedSizeOf(facts), build.Memory);
-  mesh.begin = JoinIntoBlocks(begin, build.MostInBlock);
-  for (std::size_t block = 0; block < mesh.BlockCount(); ++block)
-  {
-    if (const std::uint64_t size = mesh.RangeOf(block).size; size > build.MostInBlock)
-    {
-      return BeyondMemory("a partition of " + std::to_string(size) + " vertices; at most " +
-                            std::to_string(build.MostInBlock) + " can be held",
-        build.Options.memory);
-    }
-  }
-  return {};
 }
 
 }
@@ -160,9 +111,10 @@ Status LoadMesh(ExternalBuildState& build, MeshFacts& facts, MeshBlocks& mesh)
   mesh.scalarType = facts.scalarType;
   mesh.attributes = facts.attributes;
   mesh.mayCoincide = negativeZeros || !WeldingSeparates(facts.weld, facts.attributes);
-  mesh.blockDepth = DepthOfBlocks(BlockedSizeOf(facts), build.Memory, 0, mesh.depths.partition);
   mesh.keptMemory = KeptMemory(build.Memory);
-  return build.ByOctree() ? JoinPartitions(build, facts, mesh) : Status{};
+  const Result<const ExternalMethod*> method = build.Options.partitioner->External();
+  KDSTREAM_TRY(method);
+  return (*method)->PlanBlocks(build, facts, mesh);
 }
 
 }

@@ -4,6 +4,7 @@
 // or of an algorithm changes lines there, and nothing else may.
 #include "Testing/Fixtures/Attributes.h"
 #include "Testing/Fixtures/Meshes.h"
+#include "filters/baselines/stores/Baselines.h"
 #include "filters/build/Builder.h"
 #include "filters/program/TbbExecution.h"
 
@@ -52,7 +53,7 @@ std::vector<Way> Ways()
   ways.push_back(paper);
 
   Way octree{ "octree", usual };
-  octree.options.partitioner = Partitioner::Octree;
+  octree.options.partitioner = &OctreeMethod();
   ways.push_back(octree);
   return ways;
 }

@@ -3,6 +3,7 @@
 // threads and the median method; and what is wrong is said.
 #include "Testing/Fixtures/Attributes.h"
 #include "Testing/Fixtures/Meshes.h"
+#include "filters/baselines/stores/Baselines.h"
 #include "filters/build/Testing/ExternalBuilderTest.h"
 #include "filters/program/TbbExecution.h"
 
@@ -25,8 +26,8 @@ namespace fs = std::filesystem;
 
 TEST_F(ExternalBuilderTest, EveryMeshGivesTheStoreOfTheBuildInMemory)
 {
-  constexpr MedianMethod methods[] = { MedianMethod::Automatic, MedianMethod::Heaps,
-    MedianMethod::Torben, MedianMethod::Sort, MedianMethod::Histogram };
+  constexpr MedianMethod methods[] = { FindMedianByHistogram, FindMedianByHeaps, FindMedianByTorben,
+    FindMedianBySort };
   constexpr unsigned threads[] = { 1, 2, 5 };
   unsigned turn = 0;
   std::vector<NamedMesh> meshes = AllMeshes();
@@ -46,7 +47,7 @@ TEST_F(ExternalBuilderTest, EveryMeshGivesTheStoreOfTheBuildInMemory)
         const std::string expected = this->InMemory();
         {
           this->Probe.stepMemory = (turn % 2 == 0 ? 128 : 512) * KiB;
-          this->Options.median = methods[turn % 5];
+          this->Options.median = methods[turn % 4];
           const auto report = this->External(MakeTbbExecution(threads[turn % 3]));
           ASSERT_TRUE(report) << report.GetError().message;
           EXPECT_TRUE(this->Take() == expected);
@@ -93,8 +94,8 @@ TEST_F(ExternalBuilderTest, MemoryThreadsAndMedianChangeNothing)
     this->Write(mesh);
     const std::string expected = this->InMemory();
     std::set<std::uint64_t> passes;
-    for (const MedianMethod median : { MedianMethod::Automatic, MedianMethod::Heaps,
-           MedianMethod::Torben, MedianMethod::Sort, MedianMethod::Histogram })
+    for (const MedianMethod median :
+      { FindMedianByHistogram, FindMedianByHeaps, FindMedianByTorben, FindMedianBySort })
     {
       this->Options.median = median;
       for (const unsigned threads : { 1U, 2U, 5U })
@@ -210,9 +211,9 @@ TEST_F(ExternalBuilderTest, SaysWhatIsWrong)
                                   "property list uchar int vertex_indices\nend_header\n"
                                   "0 0 0\n1 0 0\n3 0 1 2\n";
   EXPECT_NE(message().find("face 0 (line 12) names vertex 2"), std::string::npos);
-  this->Options.partitioner = Partitioner::KMeans;
+  this->Options.partitioner = &KMeansMethod();
   EXPECT_NE(message().find("only be built in memory"), std::string::npos);
-  this->Options.partitioner = Partitioner::KdTree;
+  this->Options.partitioner = &KdTreeMethod();
   this->Options.memory = leastMemory - 1;
   EXPECT_NE(message().find("at least 64 MiB"), std::string::npos);
   this->ExpectNothingLeft();

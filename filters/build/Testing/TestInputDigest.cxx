@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // What a store says of the bytes that it was built from: the same for all builds of them.
 #include "Testing/Fixtures/Meshes.h"
+#include "filters/baselines/stores/Baselines.h"
 #include "filters/build/InputDigest.h"
 #include "filters/build/Testing/ExternalBuilderTest.h"
 #include "filters/model/ModelJson.h"
@@ -80,7 +81,7 @@ TEST_F(InputDigests, AreTheSameWhateverTheOptions)
   options.bits = 0;
   options.tree.verticesPerPartition = 300;
   check(options);
-  options.partitioner = Partitioner::Octree;
+  options.partitioner = &OctreeMethod();
   check(options);
   EXPECT_EQ(digests.size(), 4u);
   this->WriteText("other", "of another format");

@@ -2,6 +2,7 @@
 // Builds out of core that were killed: --resume goes on with what was done and fits, to the same
 // store to the byte.
 #include "Testing/Fixtures/Meshes.h"
+#include "filters/baselines/stores/Baselines.h"
 #include "filters/build/Testing/ExternalBuilderTest.h"
 
 #include <gtest/gtest.h>
@@ -193,7 +194,7 @@ TEST_F(ResumedBuild, ABuildOfOtherOptionsOrAnotherInputIsNotResumed)
     std::string::npos)
     << refused(other).message;
   other = same;
-  other.partitioner = Partitioner::KMeans; // in memory alone
+  other.partitioner = &KMeansMethod(); // in memory alone
   EXPECT_NE(refused(other).message.find("--resume: stores by k-means"), std::string::npos);
   other = same;
   other.memory = leastMemory - 1;
@@ -213,7 +214,7 @@ TEST_F(ResumedBuild, ABuildOfOtherOptionsOrAnotherInputIsNotResumed)
 TEST_F(ResumedBuild, WhatIsLeftIsToldInTheWordsOfTheProgress)
 {
   this->Write(Shuffled(Torus(96, 48), 2));
-  for (const Partitioner partitioner : { Partitioner::KdTree, Partitioner::Octree })
+  for (const PartitionMethod* const partitioner : { &KdTreeMethod(), &OctreeMethod() })
   {
     this->Options.partitioner = partitioner;
     this->Options.resume = false;

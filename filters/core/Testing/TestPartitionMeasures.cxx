@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Partition measures: by hand, against edges counted plainly, and where nothing is defined.
 #include "Testing/Fixtures/Meshes.h"
+#include "filters/baselines/OctreeClustering.h"
 #include "filters/core/Weld.h"
 #include "filters/core/tree/KdTree.h"
-#include "filters/core/tree/OctreeClustering.h"
 #include "filters/core/tree/PartitionMeasures.h"
 
 #include <gtest/gtest.h>

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "Testing/Fixtures/HardPoints.h"
+#include "filters/baselines/stores/Baselines.h"
 #include "filters/outofcore/files/RecordFile.h"
 #include "filters/outofcore/tree/ExternalTree.h"
 #include "filters/program/TbbExecution.h"
@@ -19,8 +20,8 @@ namespace fs = std::filesystem;
 namespace
 {
 
-const MedianMethod allMethods[] = { MedianMethod::Automatic, MedianMethod::Heaps,
-  MedianMethod::Torben, MedianMethod::Sort, MedianMethod::Histogram };
+const MedianMethod allMethods[] = { FindMedianByHistogram, FindMedianByHeaps, FindMedianByTorben,
+  FindMedianBySort };
 
 SpillFolder MakeFolder()
 {
@@ -148,7 +149,7 @@ TEST(ExternalTree, SmallMeshesOfEveryNumberOfVertices)
       const auto tree = BuildKdTree(hard.points, { 3, {}, 2 });
       ASSERT_TRUE(tree);
       Compare<double>(folder, hard.points, *tree,
-        { LeastMemory(n, tree->depths, 32), MedianMethod::Automatic, 0, n % 2 == 0 }, {});
+        { LeastMemory(n, tree->depths, 32), FindMedianByHistogram, 0, n % 2 == 0 }, {});
     }
   }
 }
@@ -164,7 +165,7 @@ TEST(ExternalTree, IsTheSameOnAnyNumberOfThreads)
     ASSERT_TRUE(tree);
     for (const unsigned threads : { 1U, 2U, 5U })
     {
-      const MedianMethod method = threads == 1 ? MedianMethod::Heaps : MedianMethod::Histogram;
+      const MedianMethod method = threads == 1 ? FindMedianByHeaps : FindMedianByHistogram;
       Compare<double>(
         folder, hard.points, *tree, { 2 << 20, method, 0, false }, MakeTbbExecution(threads));
     }
@@ -179,7 +180,7 @@ TEST(ExternalTree, ADepthCostsOneReadAndOneWrite)
   SpillFile file = FileOf<double>(folder, hard.points);
   const std::uint64_t bytes = file.Size();
   const auto external = BuildExternalTree<double>(
-    folder, file, tree->depths, { bytes / 4 + 4096, MedianMethod::Histogram, 0, false }, {});
+    folder, file, tree->depths, { bytes / 4 + 4096, FindMedianByHistogram, 0, false }, {});
   ASSERT_TRUE(external);
   const ExternalTreeStatistics& statistics = external->statistics;
   ASSERT_EQ(statistics.depths.size(), 2U);

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "Testing/Fixtures/HardPoints.h"
+#include "filters/baselines/stores/Baselines.h"
 #include "filters/outofcore/tree/MedianSearch.h"
 
 #include <gtest/gtest.h>
@@ -14,8 +15,8 @@ using namespace kdstream::fixtures;
 namespace
 {
 
-const MedianMethod allMethods[] = { MedianMethod::Automatic, MedianMethod::Heaps,
-  MedianMethod::Torben, MedianMethod::Sort, MedianMethod::Histogram };
+const MedianMethod allMethods[] = { FindMedianByHistogram, FindMedianByHeaps, FindMedianByTorben,
+  FindMedianBySort };
 
 // Keys in memory, given out in small blocks, to three slots in turn.
 class KeysInMemory : public KeySource
@@ -110,7 +111,7 @@ TEST(MedianSearch, EveryMethodFindsEveryRankOfHardInput)
           SCOPED_TRACE(hard.name + ", " + std::to_string(n) + ", rank " + std::to_string(rank) +
                        ", memory " + std::to_string(memory) + ", " +
                        std::string(NameOfMedianMethod(method)));
-          const auto range = FindMedian(method, keys, SearchOf(keys, rank, memory), folder);
+          const auto range = method(keys, SearchOf(keys, rank, memory), folder);
           ASSERT_TRUE(range);
           ASSERT_EQ(range->below, rank);
           ASSERT_EQ(range->inside, 1U);
@@ -133,7 +134,7 @@ TEST(MedianSearch, HistogramEndsWhereTheRangeCanBeKept)
     std::sort(sorted.begin(), sorted.end());
     MedianSearch search = SearchOf(keys, 1500, 4096);
     search.keepable = 200;
-    const auto range = FindMedian(MedianMethod::Histogram, keys, search, folder);
+    const auto range = FindMedianByHistogram(keys, search, folder);
     ASSERT_TRUE(range);
     EXPECT_LE(range->inside, 200U);
     EXPECT_LE(range->below, 1500U);
@@ -157,17 +158,17 @@ TEST(MedianSearch, PassesAreAsFewAsTheHeaderSays)
       KeysInMemory keys(hard.points);
       MedianSearch search = SearchOf(keys, 5000, memory);
       search.heapShare = share;
-      EXPECT_TRUE(FindMedian(method, keys, search, folder));
+      EXPECT_TRUE(method(keys, search, folder));
       return keys.Passes;
     };
     const std::uint64_t plenty = 1 << 20;
-    EXPECT_LE(passes(MedianMethod::Histogram, plenty, 0), 6U);
-    EXPECT_EQ(passes(MedianMethod::Heaps, plenty, 0), 1U);
-    EXPECT_LE(passes(MedianMethod::Heaps, plenty, 0.1), 20U);
-    EXPECT_LE(passes(MedianMethod::Torben, plenty, 0), 2100U);
-    EXPECT_EQ(passes(MedianMethod::Sort, plenty, 0), 2U);
+    EXPECT_LE(passes(FindMedianByHistogram, plenty, 0), 6U);
+    EXPECT_EQ(passes(FindMedianByHeaps, plenty, 0), 1U);
+    EXPECT_LE(passes(FindMedianByHeaps, plenty, 0.1), 20U);
+    EXPECT_LE(passes(FindMedianByTorben, plenty, 0), 2100U);
+    EXPECT_EQ(passes(FindMedianBySort, plenty, 0), 2U);
     // Runs of 256 keys, 7 of which are merged at a time: 40, 6.
-    EXPECT_EQ(passes(MedianMethod::Sort, 4096, 0), 3U);
+    EXPECT_EQ(passes(FindMedianBySort, 4096, 0), 3U);
   }
 }
 
@@ -179,7 +180,7 @@ TEST(MedianSearch, StopsWhenToldTo)
   {
     KeysInMemory keys(hard.points);
     keys.MostPasses = 0;
-    const auto range = FindMedian(method, keys, SearchOf(keys, 5000, 4096), folder);
+    const auto range = method(keys, SearchOf(keys, 5000, 4096), folder);
     ASSERT_FALSE(range);
     EXPECT_EQ(range.GetError().code, ErrorCode::Cancelled);
     EXPECT_EQ(folder.Counts().bytesOnDisk, 0U);

@@ -378,7 +378,7 @@ private:
       search.known = { { bin.first, 0 }, { bin.last, greatestId }, bin.below, bin.inside };
     }
     CellKeys<Scalar> keys(cell, axis, this->Plan.shape, this->Run, this->Fraction(0));
-    Result<KeyRange> median = FindMedian(this->Options.median, keys, search, this->Folder);
+    Result<KeyRange> median = this->Method()(keys, search, this->Folder);
     ReturnFreeMemory(); // the method's, before halves are written
     std::vector<ExternalDepthStatistics>& depths = this->Tree.statistics.depths;
     depths.resize(std::max<std::size_t>(depths.size(), cell.depth + 1));
@@ -391,11 +391,12 @@ private:
     return median;
   }
 
-  bool WantBins() const
+  MedianMethod Method() const
   {
-    return this->Options.median == MedianMethod::Histogram ||
-           this->Options.median == MedianMethod::Automatic;
+    return this->Options.median ? this->Options.median : FindMedianByHistogram;
   }
+
+  bool WantBins() const { return this->Method() == FindMedianByHistogram; }
 
   template <std::size_t Axis>
   Status Divide(

@@ -20,7 +20,7 @@ struct ExternalTreeOptions
 {
   // Bytes of memory that the build may take, the boxes that it returns included.
   std::uint64_t memory = std::uint64_t{ 256 } << 20;
-  MedianMethod median = MedianMethod::Automatic;
+  MedianMethod median = nullptr; // null: FindMedianByHistogram
   // Heaps only: the keys in both heaps as a share of the cell's (the paper's 10 % is 0.1); 0 = as
   // many as the memory holds.
   double heapShare = 0;

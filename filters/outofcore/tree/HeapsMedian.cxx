@@ -175,7 +175,7 @@ Side Without(Side side, const std::vector<OrderKey>& heap)
 
 }
 
-Result<KeyRange> FindMedianByHeaps(KeySource& keys, const MedianSearch& search)
+Result<KeyRange> FindMedianByHeaps(KeySource& keys, const MedianSearch& search, SpillFolder&)
 {
   std::uint64_t inHeaps = search.memory / sizeof(OrderKey);
   if (search.heapShare > 0)

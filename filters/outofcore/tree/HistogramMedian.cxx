@@ -68,7 +68,7 @@ struct Digits
 
 }
 
-Result<KeyRange> FindMedianByHistogram(KeySource& keys, const MedianSearch& search)
+Result<KeyRange> FindMedianByHistogram(KeySource& keys, const MedianSearch& search, SpillFolder&)
 {
   const std::uint64_t binsOfSlot =
     std::max<std::uint64_t>(16, search.memory / keys.Slots() / sizeof(std::uint32_t));

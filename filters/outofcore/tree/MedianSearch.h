@@ -1,34 +1,20 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// The median of what does not fit the memory, on the total order (coordinate, id): four exact
-// methods behind one interface. Paper sections 4.2.1-4.2.3.
+// The median of what does not fit the memory, on the total order (coordinate, id): exact
+// methods behind one interface. Paper sections 4.2.2-4.2.3; its baselines are in
+// filters/baselines/stores.
 #pragma once
 
 #include "filters/core/Result.h"
-#include "filters/outofcore/files/SpillFile.h"
 #include "filters/core/tree/OrderKey.h"
+#include "filters/outofcore/files/SpillFile.h"
 
 #include <cstddef>
 #include <cstdint>
 #include <functional>
-#include <optional>
 #include <span>
-#include <string_view>
 
 namespace kdstream
 {
-
-enum class MedianMethod
-{
-  Automatic, // the fastest that was measured: Histogram (Testing/Benchmarks, table3)
-  Heaps,     // 4.2.2-4.2.3: the mean as pivot, the keys nearest to it in two heaps
-  Torben,    // 4.2.1, the paper's baseline: bisects between the least and the greatest
-  Sort,      // external merge sort, the other baseline
-  Histogram  // counts in bins of the ordered bits: a fixed number of passes for any distribution
-};
-
-// "auto", "heaps", "torben", "sort", "histogram".
-std::string_view NameOfMedianMethod(MedianMethod method);
-std::optional<MedianMethod> MedianMethodOfName(std::string_view name);
 
 // The keys of one cell along one axis, read from the first to the last as often as a method likes.
 class KeySource
@@ -69,19 +55,18 @@ struct MedianSearch
   double heapShare = 0; // the keys in both heaps as a share of all, 0 = as many as the memory holds
 };
 
-// A range that holds the key of the wanted rank: only that key for Heaps, Torben and Sort; one of
-// at most `keepable` keys for Histogram. Passes over the n keys, a heap of h of them: Heaps 1 where
-// the wanted key is among the h / 2 on its side of the mean, n / (h / 2) at worst; Torben at most
-// the bits of the ratio between the extent and the least difference, 2,000 for doubles at worst;
-// Sort 1 + log of the number of runs to the base of the fan-in; Histogram at most (64 + 32) / 16,
-// the bins as fine as the memory allows. Errors: those of the source and of spill files (Sort).
-Result<KeyRange> FindMedian(
-  MedianMethod method, KeySource& keys, const MedianSearch& search, SpillFolder& folder);
+// A method: a range that holds the key of the wanted rank, of at most `keepable` keys, or only
+// that key. Errors: those of the source and of spill files in `folder`.
+using MedianMethod = Result<KeyRange> (*)(
+  KeySource& keys, const MedianSearch& search, SpillFolder& folder);
 
-// One method each, for FindMedian.
-Result<KeyRange> FindMedianByHeaps(KeySource& keys, const MedianSearch& search);
-Result<KeyRange> FindMedianByTorben(KeySource& keys, const MedianSearch& search);
-Result<KeyRange> FindMedianBySort(KeySource& keys, const MedianSearch& search, SpillFolder& folder);
-Result<KeyRange> FindMedianByHistogram(KeySource& keys, const MedianSearch& search);
+// 4.2.2-4.2.3: the mean as pivot, the keys nearest to it in two heaps; only that key. Passes over
+// the n keys, a heap of h of them: 1 where the wanted key is among the h / 2 on its side of the
+// mean, n / (h / 2) at worst.
+Result<KeyRange> FindMedianByHeaps(KeySource& keys, const MedianSearch& search, SpillFolder&);
+
+// Counts in bins of the ordered bits: at most (64 + 32) / 16 passes for any distribution, the bins
+// as fine as the memory allows. The fastest that was measured (Testing/Benchmarks, table3).
+Result<KeyRange> FindMedianByHistogram(KeySource& keys, const MedianSearch& search, SpillFolder&);
 
 }

@@ -3,6 +3,7 @@
 // were, whichever builder wrote the store.
 #include "Testing/Fixtures/Attributes.h"
 #include "Testing/Fixtures/Meshes.h"
+#include "filters/baselines/stores/Baselines.h"
 #include "filters/build/ExternalBuilder.h"
 #include "filters/codec/PartitionBoxes.h"
 #include "filters/codec/TreePage.h"
@@ -157,8 +158,8 @@ protected:
 TEST_F(StoreUnused, AScanWithOneStrayVertexLooksAsWithoutIt)
 {
   const Mesh survey = Survey();
-  for (const Partitioner partitioner :
-    { Partitioner::KdTree, Partitioner::Octree, Partitioner::KMeans })
+  for (const PartitionMethod* const partitioner :
+    { &KdTreeMethod(), &OctreeMethod(), &KMeansMethod() })
   {
     BuildOptions options = Options();
     options.partitioner = partitioner;

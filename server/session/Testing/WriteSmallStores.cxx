@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Writes the small stores of Corpus/FuzzStore, from which the fuzz targets start: one of each kind,
 // as small as it can be. WriteSmallStores FOLDER
+#include "filters/baselines/stores/Baselines.h"
 #include "filters/build/Builder.h"
 
 #include <cmath>
@@ -66,7 +67,7 @@ int main(int argc, char** argv)
   lossless.bits = 0;
   parts.tree.partitions = 8;
   parts.title = "A sheet";
-  octree.partitioner = Partitioner::Octree;
+  octree.partitioner = &OctreeMethod();
   octree.tree.partitions = 4;
   Mesh points = Tetrahedron();
   points.triangles.clear();

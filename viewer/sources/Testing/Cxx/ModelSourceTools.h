@@ -31,7 +31,7 @@ inline PolyData AsPolyData(const Mesh& mesh)
 
 // Lossless, in partitions of at most so many vertices.
 inline void BuildTo(const std::filesystem::path& file, const Mesh& mesh,
-  std::uint32_t verticesPerPartition, Partitioner partitioner = Partitioner::KdTree)
+  std::uint32_t verticesPerPartition, const PartitionMethod* partitioner = &KdTreeMethod())
 {
   BuildOptions options;
   options.bits = 0;

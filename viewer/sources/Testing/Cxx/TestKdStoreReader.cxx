@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Stores as VTK gets them: whole and in parts, each cell once however many pieces ask for it.
+#include "filters/baselines/stores/Baselines.h"
 #include "filters/core/UnusedVertices.h"
 #include "filters/core/tree/Region.h"
 #include "filters/store/Store.h"
@@ -36,7 +37,7 @@ class TestKdStoreReader : public ::testing::Test
 {
 protected:
   void Open(const Mesh& mesh, std::uint32_t verticesPerPartition = 200,
-    Partitioner partitioner = Partitioner::KdTree)
+    const PartitionMethod* partitioner = &KdTreeMethod())
   {
     BuildTo(this->File, mesh, verticesPerPartition, partitioner);
     this->Reader->SetFileName(this->File.c_str());
@@ -578,7 +579,7 @@ TEST_F(TestKdStoreReader, ArraysCanBeChosen)
 
 TEST_F(TestKdStoreReader, StoresWithoutLevelsGiveTheirPartitions)
 {
-  this->Open(this->Sphere, 200, Partitioner::Octree);
+  this->Open(this->Sphere, 200, &OctreeMethod());
   EXPECT_TRUE(ContentOf(this->Update()) == ContentOf(AsPolyData(this->Sphere)));
   EXPECT_EQ(this->Reader->GetFinestLevel(), -1);
   this->Reader->UpdatePiece(0, 3, 0);

@@ -3,11 +3,11 @@
 // equal counts. Step "tree" of the pipeline picture, in place of KdTree.
 #pragma once
 
+#include "filters/baselines/OctreeKey.h"
 #include "filters/core/Execution.h"
 #include "filters/core/Result.h"
 #include "filters/core/Types.h"
 #include "filters/core/tree/Clustering.h"
-#include "filters/core/tree/OctreeKey.h"
 
 #include <cstdint>
 #include <optional>

@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "filters/outofcore/mesh/OctreePartitions.h"
+#include "filters/baselines/stores/OctreePartitions.h"
 
+#include "filters/baselines/stores/ExternalOctree.h"
 #include "filters/core/tree/Clustering.h"
 #include "filters/core/tree/PointRecord.h"
 #include "filters/outofcore/files/RecordFile.h"
-#include "filters/outofcore/tree/ExternalOctree.h"
 
 #include <algorithm>
 #include <string>

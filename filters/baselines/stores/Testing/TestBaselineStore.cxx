@@ -2,6 +2,7 @@
 // Stores by the baselines: partitions without levels.
 #include "Testing/Fixtures/Invariants.h"
 #include "Testing/Fixtures/Meshes.h"
+#include "filters/baselines/stores/Baselines.h"
 #include "filters/build/Builder.h"
 #include "filters/core/pieces/Glue.h"
 #include "filters/core/tree/Region.h"
@@ -20,7 +21,7 @@ namespace fs = std::filesystem;
 namespace
 {
 
-class BaselineStore : public ::testing::TestWithParam<Partitioner>
+class BaselineStore : public ::testing::TestWithParam<const PartitionMethod*>
 {
 protected:
   BaselineStore()
@@ -56,7 +57,7 @@ TEST_P(BaselineStore, HoldsPartitionsAndNoLevels)
     EXPECT_TRUE(store.Verify().empty());
     EXPECT_FALSE(info.HasLevels());
     EXPECT_TRUE(info.levels.empty());
-    EXPECT_EQ(info.partitioner, NameOf(GetParam()));
+    EXPECT_EQ(info.partitioner, GetParam()->Name());
     EXPECT_EQ(store.PieceIds().size(), info.partitions);
     EXPECT_EQ(info.original.pieces, info.partitions);
 
@@ -156,7 +157,7 @@ TEST_P(BaselineStore, TakesAnyNumberOfPartitionsUpToTheVertices)
     options.tree.partitions = wanted;
     const auto report = BuildStore(mesh, "mesh", this->File, options);
     ASSERT_TRUE(report) << report.GetError().message;
-    if (GetParam() == Partitioner::KMeans)
+    if (GetParam() == &KMeansMethod())
     {
       EXPECT_EQ(report->info.partitions, wanted);
     }
@@ -171,7 +172,7 @@ TEST_P(BaselineStore, TakesAnyNumberOfPartitionsUpToTheVertices)
 }
 
 INSTANTIATE_TEST_SUITE_P(Partitioners, BaselineStore,
-  ::testing::Values(Partitioner::Octree, Partitioner::KMeans),
-  [](const auto& parameter) { return std::string(NameOf(parameter.param)); });
+  ::testing::Values(&OctreeMethod(), &KMeansMethod()),
+  [](const auto& parameter) { return std::string(parameter.param->Name()); });
 
 }

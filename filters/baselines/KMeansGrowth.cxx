@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "filters/core/tree/KMeansGrowth.h"
+#include "filters/baselines/KMeansGrowth.h"
 
 #include "filters/core/NearestPoint.h"
 #include "filters/core/VectorMath.h"

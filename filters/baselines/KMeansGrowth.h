@@ -3,9 +3,9 @@
 // edges of a mesh. Only for KMeansClustering.
 #pragma once
 
+#include "filters/baselines/KMeansClustering.h"
+#include "filters/baselines/KMeansSurface.h"
 #include "filters/core/Types.h"
-#include "filters/core/tree/KMeansClustering.h"
-#include "filters/core/tree/KMeansSurface.h"
 
 #include <algorithm>
 #include <cstddef>

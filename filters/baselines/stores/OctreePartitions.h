@@ -3,6 +3,7 @@
 // TreeOfClustering(ClusterByOctree) is in memory.
 #pragma once
 
+#include "filters/build/ExternalMethod.h"
 #include "filters/core/Execution.h"
 #include "filters/core/Result.h"
 #include "filters/core/Types.h"
@@ -16,21 +17,12 @@
 namespace kdstream
 {
 
-struct ExternalPartitions
-{
-  TreeDepths depths;           // P = S = L
-  std::vector<Box> boxes;      // of nodes 1 … 2^(P+1) - 1; those without a partition are empty
-  std::vector<VertexId> begin; // rank of the first vertex of each partition, and the end
-  SpillFile records; // PointRecord<Scalar>, partition by partition, ids ascending inside each
-  std::uint64_t recordsRead = 0; // all passes together
-};
-
 // Partitions vertices by an octree. points: records, ids ascending; consumed. The same partitions
-// as PartitionMesh's in memory. options: verticesPerPartition, or partitions; for these the octree
-// is made about 2 + log2(n / partitions) times, since a number is only met by trying.
-// Complexity and memory: ClusterByExternalOctree, and a pass for the boxes; 96 bytes a partition.
-// Errors: those of ClusterByExternalOctree; InvalidArgument for a number of partitions of 0 or
-// above n.
+// as OctreeMethod's in memory, and P = S = L. options: verticesPerPartition, or partitions; for
+// these the octree is made about 2 + log2(n / partitions) times, since a number is only met by
+// trying. Complexity and memory: ClusterByExternalOctree, and a pass for the boxes; 96 bytes a
+// partition. Errors: those of ClusterByExternalOctree; InvalidArgument for a number of partitions
+// of 0 or above n.
 template <class Scalar>
 Result<ExternalPartitions> PartitionByExternalOctree(SpillFolder& folder, SpillFile& points,
   const KdTreeOptions& options, std::uint64_t memory, const Execution& execution = {});

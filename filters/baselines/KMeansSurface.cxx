@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "filters/core/tree/KMeansSurface.h"
+#include "filters/baselines/KMeansSurface.h"
 
 #include "filters/core/Extent.h"
 #include "filters/core/Weld.h"

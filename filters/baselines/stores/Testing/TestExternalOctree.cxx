@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "Testing/Fixtures/HardPoints.h"
-#include "filters/core/tree/OctreeClustering.h"
+#include "filters/baselines/OctreeClustering.h"
+#include "filters/baselines/stores/ExternalOctree.h"
 #include "filters/outofcore/files/RecordFile.h"
-#include "filters/outofcore/tree/ExternalOctree.h"
 #include "filters/program/TbbExecution.h"
 
 #include <gtest/gtest.h>

@@ -3,7 +3,7 @@
 //   a. each vertex gets the 63-bit Morton key of its cell at the deepest level,
 //   b. cells are split by sorting their records into eight, by three bits of the key, in place,
 //   c. leaves are numbered as they lie: in Morton order.
-#include "filters/core/tree/OctreeClustering.h"
+#include "filters/baselines/OctreeClustering.h"
 
 #include "filters/core/Extent.h"
 #include "filters/core/Weld.h"

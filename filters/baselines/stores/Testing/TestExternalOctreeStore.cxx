@@ -3,6 +3,7 @@
 // limit and the threads, and however often the build was killed.
 #include "Testing/Fixtures/Attributes.h"
 #include "Testing/Fixtures/Meshes.h"
+#include "filters/baselines/stores/Baselines.h"
 #include "filters/build/ExternalBuilder.h"
 #include "filters/build/Testing/KilledBuild.h"
 #include "filters/meshio/MeshWriter.h"
@@ -45,7 +46,7 @@ protected:
     std::string name = (parent / "kdstream-octree-XXXXXX").string();
     this->Folder = ::mkdtemp(name.data());
     fs::create_directory(this->Folder / "spill");
-    this->Options.partitioner = Partitioner::Octree;
+    this->Options.partitioner = &OctreeMethod();
     this->Options.memory = leastMemory;
     this->Options.temporaryFolder = this->Folder / "spill";
     this->Options.tree.verticesPerPartition = 100;

@@ -2,9 +2,9 @@
 // Octree clustering out of core: see ExternalOctree.h. As the k-d tree's, all cells lie in one file
 // at the place that they have in the order of the leaves, and move between two files of the whole's
 // size. Every pass keeps the order of the records of a cell: ids stay ascending.
-#include "filters/outofcore/tree/ExternalOctree.h"
+#include "filters/baselines/stores/ExternalOctree.h"
 
-#include "filters/core/tree/OctreeKey.h"
+#include "filters/baselines/OctreeKey.h"
 #include "filters/outofcore/files/BatchPass.h"
 #include "filters/outofcore/files/MemoryPlan.h"
 #include "filters/outofcore/files/ReturnFreeMemory.h"

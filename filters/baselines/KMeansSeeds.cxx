@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "filters/core/tree/KMeansSurface.h"
+#include "filters/baselines/KMeansSurface.h"
 
+#include "filters/baselines/FaceClustering.h"
 #include "filters/core/DisjointSets.h"
 #include "filters/core/VectorMath.h"
-#include "filters/core/tree/FaceClustering.h"
 #include "filters/core/tree/KdTree.h"
 
 #include <algorithm>

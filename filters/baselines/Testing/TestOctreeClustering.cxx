@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Octree clustering against a recursion on exact numbers, and what holds for any input.
 #include "Testing/Fixtures/Meshes.h"
+#include "filters/baselines/OctreeClustering.h"
 #include "filters/core/Weld.h"
-#include "filters/core/tree/OctreeClustering.h"
 #include "filters/program/TbbExecution.h"
 
 #include <gtest/gtest.h>

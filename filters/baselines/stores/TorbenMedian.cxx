@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// The median by Torben's method (MedianSearch.h; paper 4.2.1), on the total order. Steps:
+// The median by Torben's method (Baselines.h; paper 4.2.1), on the total order. Steps:
 //   a. the pivot is half way between the least and the greatest key that may still be it: of their
 //      coordinates, or of their ids where the coordinates are equal,
 //   b. one pass counts the keys up to the pivot, and finds the greatest of them and the least
 //   after, c. one of the two is the wanted key, or the part that holds it goes on.
-#include "filters/outofcore/tree/MedianSearch.h"
+#include "filters/baselines/stores/Baselines.h"
 
 #include <algorithm>
 #include <vector>
@@ -43,7 +43,7 @@ OrderKey HalfWay(const OrderKey& first, const OrderKey& last)
 
 }
 
-Result<KeyRange> FindMedianByTorben(KeySource& keys, const MedianSearch& search)
+Result<KeyRange> FindMedianByTorben(KeySource& keys, const MedianSearch& search, SpillFolder&)
 {
   KeyRange range = search.known;
   std::vector<Counted> ofSlot(keys.Slots());

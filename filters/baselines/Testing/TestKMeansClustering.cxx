@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // K-means clustering: how many, whose, how they spread; and the parts it is made of.
 #include "Testing/Fixtures/Meshes.h"
+#include "filters/baselines/FaceClustering.h"
+#include "filters/baselines/KMeansClustering.h"
 #include "filters/core/NearestPoint.h"
 #include "filters/core/Weld.h"
-#include "filters/core/tree/FaceClustering.h"
-#include "filters/core/tree/KMeansClustering.h"
 #include "filters/core/tree/PartitionMeasures.h"
 
 #include <gtest/gtest.h>

@@ -5,11 +5,11 @@
 //   c. as often as the options say: all clusters grow from their seeds over the graph of edges
 //      (KMeansGrowth); the middle of each is its next seed,
 //   d. numbers by first vertices.
-#include "filters/core/tree/KMeansClustering.h"
+#include "filters/baselines/KMeansClustering.h"
 
+#include "filters/baselines/KMeansGrowth.h"
+#include "filters/baselines/KMeansSurface.h"
 #include "filters/core/VectorMath.h"
-#include "filters/core/tree/KMeansGrowth.h"
-#include "filters/core/tree/KMeansSurface.h"
 
 #include <limits>
 #include <string>

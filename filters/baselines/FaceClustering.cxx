@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Hierarchical face clustering: see FaceClustering.h. Steps: 1. a node a triangle, a link where two
 // share an edge  2. rounds: price links, match the cheapest, contract  3. numbers.
-#include "filters/core/tree/FaceClustering.h"
+#include "filters/baselines/FaceClustering.h"
 
 #include "filters/core/VectorMath.h"
 

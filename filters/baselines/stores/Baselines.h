@@ -1,0 +1,34 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// The paper's baselines for the builder: octree and k-means as partition methods, the medians by
+// Torben and by sorting, and all methods by the names of kdstream-build's options. Step "tree" of
+// the pipeline picture.
+#pragma once
+
+#include "filters/build/PartitionMethod.h"
+#include "filters/outofcore/tree/MedianSearch.h"
+
+#include <string_view>
+
+namespace kdstream
+{
+
+// Partitions without levels, and without cells below them (P = S = L, see TreeOfClustering): of an
+// octree about as many as the options say, by k-means exactly, only in memory. Errors and
+// complexity: ClusterByOctree, PartitionByExternalOctree; ClusterByKMeans.
+const PartitionMethod& OctreeMethod();
+const PartitionMethod& KMeansMethod();
+
+// 4.2.1, the paper's baseline: bisects between the least and the greatest. Passes: at most the bits
+// of the ratio between the extent and the least difference, 2,000 for doubles at worst.
+Result<KeyRange> FindMedianByTorben(KeySource& keys, const MedianSearch& search, SpillFolder&);
+// External merge sort. Passes: 1 + log of the number of runs to the base of the fan-in.
+Result<KeyRange> FindMedianBySort(KeySource& keys, const MedianSearch& search, SpillFolder& folder);
+
+// "kdtree", "octree", "kmeans"; null for others.
+const PartitionMethod* PartitionMethodOfName(std::string_view name);
+
+// "auto" (as "histogram"), "heaps", "torben", "sort", "histogram"; null, and "", for others.
+MedianMethod MedianMethodOfName(std::string_view name);
+std::string_view NameOfMedianMethod(MedianMethod method);
+
+}

@@ -1,0 +1,89 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// The one conductor of a build: its steps in order, and the store, over a back end that holds the
+// data in memory (Builder.cxx), in files (ExternalBuilder.cxx) or on ranks
+// (Parallel/DistributedBuilder.cxx). Step "build" of the pipeline picture.
+#pragma once
+
+#include "filters/build/Builder.h"
+#include "filters/build/ModelFacts.h"
+#include "filters/build/PieceWriting.h"
+#include "filters/build/StepClock.h"
+#include "filters/core/Execution.h"
+#include "filters/core/pieces/VertexTree.h"
+#include "filters/outofcore/files/SpillFile.h"
+#include "filters/outofcore/pieces/ExternalPieces.h"
+#include "filters/store/StoreWriter.h"
+
+#include <filesystem>
+#include <functional>
+#include <string>
+#include <utility>
+#include <vector>
+
+namespace kdstream
+{
+
+// What all builds have, whatever their back end.
+struct BuildState
+{
+  const BuildOptions& Options;
+  const Execution& Exec;
+  StepClock Clock{};
+  BuildReport Report{};
+  ModelFacts Facts{};
+  std::vector<Box> Boxes{}; // of the tree's nodes, heap order
+};
+
+struct BuildStep
+{
+  const char* name; // in the build folder
+  const char* step; // as progress calls it
+  std::function<Status()> make;
+};
+
+// The bodies of the steps. A body reports its time where that is not of the step's own name.
+class BuildBackEnd
+{
+public:
+  virtual ~BuildBackEnd() = default;
+  virtual BuildState& State() = 0;
+  // From the input to what ForEachPart visits; then the steps that depend on the partitions:
+  // "levels" and "numbers", where there are levels.
+  virtual Status MakeMesh() = 0;
+  virtual Status MakeTree() = 0;
+  virtual Status MakeFaces() = 0;
+  virtual std::vector<BuildStep> StepsAfterFaces() = 0;
+  // Whether an interrupted build has left what the step makes.
+  virtual bool IsFinished(const char* /*step*/) const { return false; }
+  // Fills in State().Facts and Boxes. All steps are made.
+  virtual Status Describe() = 0;
+  virtual std::string InputName() const = 0;
+  virtual Result<std::string> DigestOfInput() = 0;
+  // Gives all parts of each resolution to `visit`, levels 0 … L and then the original, and calls
+  // `finished` after the last part of each.
+  virtual Status ForEachPart(
+    const PartVisit& visit, const std::function<Status(Resolution)>& finished) = 0;
+  virtual Status WriteUnusedList(StoreWriter& writer) = 0;
+  virtual SpillCounts Costs() { return {}; }
+
+  // Of ranks, which share the pieces. Whether this one writes the store:
+  virtual bool WritesStore() const { return true; }
+  // writer: null where !WritesStore().
+  virtual Status TakePieces(const PieceCutter& cutter, std::size_t count,
+    const PieceEncoding& encoding, StoreWriter* writer,
+    const std::function<Status(std::size_t)>& written);
+  // triangles: of the pieces that were taken here.
+  virtual Status FinishResolution(
+    Resolution resolution, std::uint64_t triangles, StoreWriter* writer);
+  // Returns when no rank has failed.
+  virtual Status Agree() { return {}; }
+};
+
+// The steps with which every build begins, without bodies.
+inline constexpr std::pair<const char*, const char*> firstSteps[] = { { "mesh", "tree" },
+  { "tree", "tree" }, { "faces", "faces" } };
+
+// Builds the store. Errors: those of the back end, of StoreWriter and of TellHomeView; Cancelled.
+Result<BuildReport> ConductBuild(BuildBackEnd& backEnd, const std::filesystem::path& store);
+
+}

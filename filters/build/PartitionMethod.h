@@ -1,0 +1,42 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// The seam between the builder and what a mesh is cut by: the k-d tree here, the paper's baselines
+// in filters/baselines/stores. Step "tree" of the pipeline picture.
+#pragma once
+
+#include "filters/core/Execution.h"
+#include "filters/core/Result.h"
+#include "filters/core/Types.h"
+#include "filters/core/tree/KdTree.h"
+
+#include <string_view>
+
+namespace kdstream
+{
+
+class ExternalMethod; // ExternalMethod.h
+
+struct PartitionTree
+{
+  KdTree tree;
+  std::uint64_t partitions = 1; // nodes 2^P … 2^P + partitions - 1; 2^P of a k-d tree
+};
+
+// Objects of it live as long as the program.
+class PartitionMethod
+{
+public:
+  virtual ~PartitionMethod() = default;
+  virtual std::string_view Name() const = 0; // as of kdstream-build's option: "kdtree"
+  // Whether the store has levels; without, it has only partitions.
+  virtual bool HasLevels() const = 0;
+  // In memory. Of the options, verticesPerPartition or partitions are used by all.
+  virtual Result<PartitionTree> Partition(
+    const Mesh& mesh, const KdTreeOptions& options, const Execution& execution) const = 0;
+  // Out of core. Errors: LimitExceeded for what is only built in memory.
+  virtual Result<const ExternalMethod*> External() const = 0;
+};
+
+// The balanced k-d tree. Errors and complexity: BuildKdTree; BuildExternalTree.
+const PartitionMethod& KdTreeMethod();
+
+}
