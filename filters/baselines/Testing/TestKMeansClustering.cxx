@@ -3,6 +3,7 @@
 #include "Testing/Fixtures/Meshes.h"
 #include "filters/baselines/FaceClustering.h"
 #include "filters/baselines/KMeansClustering.h"
+#include "filters/baselines/Testing/ClusterSizes.h"
 #include "filters/core/NearestPoint.h"
 #include "filters/core/Weld.h"
 #include "filters/core/tree/PartitionMeasures.h"
@@ -25,16 +26,6 @@ Result<Clustering> Cluster(const Mesh& mesh, std::uint32_t partitions, KMeansOpt
 {
   options.partitions = partitions;
   return ClusterByKMeans(mesh.points, mesh.triangles, options);
-}
-
-std::vector<std::uint32_t> SizesOf(const Clustering& clustering)
-{
-  std::vector<std::uint32_t> sizes(clustering.clusters, 0);
-  for (const std::uint32_t c : clustering.clusterOf)
-  {
-    ++sizes.at(c);
-  }
-  return sizes;
 }
 
 // How many connected parts each label has; links join what has the same label.

@@ -2,6 +2,7 @@
 // Octree clustering against a recursion on exact numbers, and what holds for any input.
 #include "Testing/Fixtures/Meshes.h"
 #include "filters/baselines/OctreeClustering.h"
+#include "filters/baselines/Testing/ClusterSizes.h"
 #include "filters/core/Weld.h"
 #include "filters/program/TbbExecution.h"
 
@@ -16,16 +17,6 @@ using namespace kdstream::fixtures;
 
 namespace
 {
-
-std::vector<std::uint32_t> SizesOf(const Clustering& clustering)
-{
-  std::vector<std::uint32_t> sizes(clustering.clusters, 0);
-  for (const std::uint32_t c : clustering.clusterOf)
-  {
-    ++sizes.at(c);
-  }
-  return sizes;
-}
 
 std::vector<Box> BoxesOf(const std::vector<Vec3>& points, const Clustering& clustering)
 {

@@ -23,7 +23,7 @@ namespace
 {
 
 constexpr std::string_view placeStep = "tree";
-constexpr std::size_t grain = 1 << 12;
+constexpr std::size_t hashesPerTask = 1 << 12;
 
 using PlaceOf = std::function<Vec3(const Vec3&)>;
 
@@ -175,7 +175,7 @@ Status ForEachHash(const SpillFile& records, std::uint32_t count, const PlaceOf&
     const auto block = reader.Next();
     KDSTREAM_TRY(block);
     hashes.resize(block->size());
-    execution.parallelFor(hashes.size(), grain,
+    execution.parallelFor(hashes.size(), hashesPerTask,
       [&](std::size_t begin, std::size_t end)
       {
         for (std::size_t i = begin; i < end; ++i)

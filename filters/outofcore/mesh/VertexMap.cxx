@@ -14,7 +14,7 @@ namespace
 {
 
 constexpr std::string_view mapStep = "faces";
-constexpr std::size_t grain = 1 << 14;
+constexpr std::size_t trianglesPerTask = 1 << 14;
 
 using Visit = std::function<Status(std::span<const NumberedTriangle>)>;
 using CornerBuckets = RecordBuckets<NumberedTriangle>; // by one corner
@@ -79,7 +79,7 @@ private:
   Status ReadMapped(std::uint64_t first, std::span<NumberedTriangle> triangles)
   {
     KDSTREAM_TRY(ReadRecords<NumberedTriangle>(this->Triangles, first, triangles));
-    this->Exec.parallelFor(triangles.size(), grain,
+    this->Exec.parallelFor(triangles.size(), trianglesPerTask,
       [&](std::size_t begin, std::size_t end)
       {
         for (std::size_t i = begin; i < end; ++i)

@@ -1,0 +1,23 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// How many vertices each cluster has, for the tests of the baselines.
+#pragma once
+
+#include "filters/core/tree/Clustering.h"
+
+#include <cstdint>
+#include <vector>
+
+namespace kdstream
+{
+
+inline std::vector<std::uint32_t> SizesOf(const Clustering& clustering)
+{
+  std::vector<std::uint32_t> sizes(clustering.clusters, 0);
+  for (const std::uint32_t c : clustering.clusterOf)
+  {
+    ++sizes.at(c);
+  }
+  return sizes;
+}
+
+}
