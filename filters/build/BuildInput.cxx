@@ -109,7 +109,7 @@ Status PrepareMesh(Mesh& mesh)
 {
   if (mesh.points.empty())
   {
-    return Error{ ErrorCode::InvalidInput, "the mesh has no vertices" };
+    return BadInput("the mesh has no vertices", Remedy::Repair);
   }
   KDSTREAM_TRY(CheckAttributes(mesh.attributes, mesh.points.size(), mesh.triangles.size()));
   std::vector<AttributeInfo> infos;

@@ -108,7 +108,7 @@ constexpr Unread unread[] = { { ".3mf", "a 3MF file",
   { ".png", "a PNG picture", notMesh }, { ".jpg", "a JPEG picture", notMesh },
   { ".tif", "a TIFF picture or grid", notMesh }, { ".pdf", "a PDF document", notMesh },
   { ".html", "a page of the web (HTML), as servers send it instead of a file that is not there",
-    notMesh } };
+    "download the file itself" } };
 
 // Exactly the triangles that it counts after the header: no other file is so by chance.
 bool IsBinaryStl(std::string_view begin, std::uint64_t size)

@@ -835,7 +835,7 @@ Result<std::unique_ptr<MeshReader>> OpenStlReader(ByteSource source, const Execu
   }
   if (IsWord(head->substr(0, 5), "facet") || head->starts_with('#'))
   {
-    return BadInput("is not an STL file: a text begins with 'solid'", Remedy::Rename);
+    return BadInput("is not an STL file: a text begins with 'solid'", Remedy::Repair);
   }
   return BadInput("the header claims " + std::to_string(facets) + " triangles, " +
                     std::to_string(size) + " bytes with it; the file has " +

@@ -173,7 +173,7 @@ public:
     KDSTREAM_TRY(this->ReadVertices());
     if (this->Files.Get().vertices.count == 0 && !this->Part)
     {
-      return Error{ ErrorCode::InvalidInput, "the mesh has no vertices" };
+      return BadInput("the mesh has no vertices", Remedy::Repair);
     }
     KDSTREAM_TRY(this->ReadTriangles());
     return this->Files.Take();
