@@ -128,7 +128,7 @@ private:
   Picture Taken;
   PicturesInMemory Source;
   std::vector<std::uint8_t> Encoded;
-  Paint How;
+  TextureSet How;
 };
 
 // distance: of that at which all is seen. aside: how far the middle of the picture is from the
