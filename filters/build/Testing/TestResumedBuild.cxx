@@ -195,7 +195,7 @@ TEST_F(ResumedBuild, ABuildOfOtherOptionsOrAnotherInputIsNotResumed)
     << refused(other).message;
   other = same;
   other.partitioner = &KMeansMethod(); // in memory alone
-  EXPECT_NE(refused(other).message.find("--resume: stores by k-means"), std::string::npos);
+  EXPECT_NE(refused(other).message.find("--resume: k-means partitions"), std::string::npos);
   other = same;
   other.memory = leastMemory - 1;
   EXPECT_EQ(refused(other).message,
