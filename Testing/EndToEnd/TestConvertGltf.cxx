@@ -657,7 +657,8 @@ TEST_F(TestConvertGltf, ABufferThatNothingNeedsMayBeMissing)
                                                   "cannot be read, but no geometry needs it\n")),
     8, 1e-6);
   std::filesystem::remove(this->Folder / "mesh.bin");
-  this->ExpectError("in.gltf", "the file 'mesh.bin', in which its geometry is, is not there\n");
+  this->ExpectError("in.gltf", "the file 'mesh.bin', in which its geometry is, is not there: put "
+                               "it into the folder of the glTF, under this name\n");
 }
 
 // Parts of one accessor of places have their own points only; those without triangles all.
@@ -697,8 +698,8 @@ TEST_F(TestConvertGltf, WhatHasNoBytesIsBound)
 TEST_F(TestConvertGltf, ScenesThatShowNothingSayWhy)
 {
   this->WriteText("in.gltf", "{\"asset\":{\"version\":\"2.0\"},\"meshes\":[{\"primitives\":[]}]}");
-  this->ExpectError(
-    "in.gltf", "holds no points; no node of its scene shows a mesh that has points\n");
+  this->ExpectError("in.gltf", "holds no points; no node of its scene shows a mesh that has "
+                               "points: correct the file, or export it again\n");
 }
 
 TEST_F(TestConvertGltf, WhatIsShownTooOftenIsRefusedBeforeItTakesMemory)

@@ -132,7 +132,8 @@ TEST_F(TestConvertWarnings, MissingBuffersOfGltfAreNamed)
   std::string escaped = scene;
   escaped.replace(escaped.find("buffer.bin"), 10, "a%20b.bin");
   this->WriteText("in.gltf", escaped);
-  this->ExpectError("in.gltf", "the file 'a%20b.bin', in which its geometry is, is not there\n");
+  this->ExpectError("in.gltf", "the file 'a%20b.bin', in which its geometry is, is not there: put "
+                               "it into the folder of the glTF, under this name\n");
   this->WriteText("a b.bin", buffer.Bytes);
   EXPECT_EQ(this->Converted("in.gltf").points.size(), 3U);
   escaped.replace(escaped.find("a%20b.bin"), 9, "%2e%2e/a%20b.bin");

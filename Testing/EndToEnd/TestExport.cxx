@@ -353,8 +353,7 @@ TEST_F(TestExport, WhatCannotBeWrittenIsSaid)
   EXPECT_NE(noFolder.err.find("cannot be written"), std::string::npos) << noFolder.err;
   const Outcome name = this->Export({ "ring.kds", "www", "--model", "a b" });
   EXPECT_EQ(name.exitCode, 2);
-  EXPECT_NE(name.err.find("'a b' is no name that viewers can ask for"), std::string::npos)
-    << name.err;
+  EXPECT_NE(name.err.find("'a b' cannot be a model's name"), std::string::npos) << name.err;
   const Outcome page = this->Export({ "ring.kds", "www", "--page", "." });
   EXPECT_EQ(page.exitCode, 1);
   EXPECT_NE(page.err.find("is not a web page: it has no index.html"), std::string::npos)

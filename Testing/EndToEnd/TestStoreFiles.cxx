@@ -275,7 +275,7 @@ TEST_F(StoreFiles, EditRefusesWhatItCannotDo)
   const Outcome full = this->Store({ "edit", "m.kds", "--title", "x" });
   ::setrlimit(RLIMIT_FSIZE, &limits);
   EXPECT_EQ(full.exitCode, 1);
-  EXPECT_NE(full.err.find("takes " + std::to_string(whole.size()) + " bytes"), full.err.npos)
+  EXPECT_NE(full.err.find("needs " + std::to_string(whole.size()) + " bytes"), full.err.npos)
     << full.err;
   EXPECT_TRUE(ReadWhole(this->Folder / "m.kds") == whole);
   EXPECT_EQ(this->Files(), (Names{ "in.ply", "m.kds" }));

@@ -42,7 +42,7 @@ TEST_F(StoreProgram, HelpAndVersion)
   }
   const std::string edit = this->Store({ "edit", "--help" }).out;
   EXPECT_EQ(edit.find("SIGHUP"), std::string::npos) << "a server sees it by itself";
-  EXPECT_NE(edit.find("running server shows"), std::string::npos) << edit;
+  EXPECT_NE(edit.find("server shows the new texts"), std::string::npos) << edit;
   EXPECT_EQ(edit.find("--licence"), std::string::npos) << edit;
   EXPECT_NE(edit.find("--license TEXT"), std::string::npos) << edit;
 }

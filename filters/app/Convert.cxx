@@ -36,8 +36,8 @@ using namespace kdstream;
 
 constexpr const char* description =
   "Reads a whole mesh or point cloud in another program's format and writes it as .ply (or .vtp, "
-  ".stl, .obj, .wrl). kdstream-build calls it where needed; its memory is used in addition to that "
-  "program's --memory.";
+  ".stl, .obj, .wrl). kdstream-build calls it where needed; its memory is not part of that "
+  "program's limit.";
 
 constexpr const char* footer =
   "Formats:\n"

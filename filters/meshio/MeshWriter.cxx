@@ -548,7 +548,7 @@ std::vector<std::string> LossesOfFormat(const std::filesystem::path& file, const
   }
   if (!names.empty())
   {
-    losses.push_back("the format does not hold these attributes: " + names);
+    losses.push_back("this format cannot hold these attributes: " + names);
   }
   const bool stl = FileEnding(file) == ".stl";
   if (stl && mesh.scalarType == ScalarType::Float64)

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Bounds of levels: see LevelBounds.h. A branch and bound, partition by partition:
-//   1. A tree of balls over the vertices of a partition and the triangles at them. The vertices are
-//      numbered along the vertex tree, so runs of them lie together.
+//   1. A tree of balls over the triangles of a partition, halved along the longest side.
 //   2. For each level a tree of boxes over its triangles: of the whole level where that is small,
 //      else of the piece around the partition. Any part of a level bounds the distance from above.
 //   3. A ball is no farther from the level than its centre, and its radius. Where that is above the
@@ -20,6 +19,7 @@
 #include <array>
 #include <cmath>
 #include <limits>
+#include <numeric>
 #include <optional>
 #include <queue>
 #include <utility>
@@ -32,13 +32,13 @@ namespace
 using ReadBlob = std::function<Result<std::vector<std::uint8_t>>(PieceId)>;
 using Corners = std::array<Vec3, 3>;
 
-constexpr std::uint32_t verticesOfBall = 8;                     // at the end of the tree, at most
-constexpr std::uint32_t trianglesOfBox = 4;                     // at the end of the tree, at most
-constexpr std::uint64_t visitsOfVertex = 1;                     // for each level
-constexpr std::uint64_t visitsAtFirst = 100000;                 // besides
-constexpr std::uint64_t visitsOfBall = 32, visitsOfPoint = 256; // at most
+constexpr std::uint32_t trianglesOfBall = 8;    // at the end of the tree, at most
+constexpr std::uint32_t trianglesOfBox = 4;     // at the end of the tree, at most
+constexpr std::uint64_t visitsOfTriangle = 2;   // for each level
+constexpr std::uint64_t visitsAtFirst = 400000; // besides
+constexpr std::uint64_t visitsOfPoint = 256;    // at most
 constexpr std::size_t batchPartitions = 16, batchBytes = std::size_t{ 1 } << 20;
-constexpr unsigned mostHalvings = 3; // of a triangle's edges
+constexpr unsigned mostHalvings = 6; // of a triangle's edges
 
 double FarthestCorner(const Corners& from, const Corners& to)
 {
@@ -56,15 +56,19 @@ struct Ball
   double radius = 0;
 };
 
-// The vertices of a partition, and the triangles whose lowest one each is.
+// The triangles of a partition; a cloud's points, each as a triangle of one place. Halved along the
+// longest side of what their middles span.
 class BallTree
 {
 public:
   explicit BallTree(Piece piece)
     : Part(std::move(piece))
   {
-    this->SortTriangles();
-    while ((std::size_t{ verticesOfBall } << this->Depth) < this->Part.ownVertices)
+    const std::size_t count = this->Part.triangles.empty() ? std::size_t{ this->Part.ownVertices }
+                                                           : this->Part.triangles.size();
+    this->Order.resize(count);
+    std::iota(this->Order.begin(), this->Order.end(), 0U);
+    while ((std::size_t{ trianglesOfBall } << this->Depth) < count)
     {
       ++this->Depth;
     }
@@ -72,62 +76,62 @@ public:
     this->Build(1, 0);
   }
 
-  std::uint32_t Vertices() const { return this->Part.ownVertices; }
+  std::uint32_t Count() const { return static_cast<std::uint32_t>(this->Order.size()); }
   const Ball& At(std::size_t node) const { return this->Balls[node]; }
   bool IsLeaf(std::size_t node) const { return node >= this->Balls.size() / 2; }
 
-  // visit(corners): of each triangle of a leaf; of a cloud's vertices, three times the point.
-  // Until it returns false.
+  // visit(corners): of each triangle of a leaf.
   template <class Visit>
   void VisitLeaf(std::size_t node, const Visit& visit) const
   {
     const auto [begin, end] = this->RangeOf(node, this->Depth);
-    const std::vector<Vec3>& at = this->Part.positions;
-    for (std::uint32_t v = begin; v < end && this->Part.triangles.empty(); ++v)
+    for (std::uint32_t i = begin; i < end; ++i)
     {
-      if (!visit(Corners{ at[v], at[v], at[v] }))
-      {
-        return;
-      }
-    }
-    for (std::uint32_t i = this->TriangleBegin[begin]; i < this->TriangleBegin[end]; ++i)
-    {
-      const Triangle& t = this->Part.triangles[this->Order[i]];
-      if (!visit(Corners{ at[t[0]], at[t[1]], at[t[2]] }))
-      {
-        return;
-      }
+      visit(this->CornersOf(this->Order[i]));
     }
   }
 
 private:
-  // Each touches an own vertex, and own vertices come first: the lowest corner is one.
-  void SortTriangles()
+  Corners CornersOf(std::uint32_t i) const
   {
-    const std::vector<Triangle>& triangles = this->Part.triangles;
-    const auto lowest = [](const Triangle& t) { return std::min({ t[0], t[1], t[2] }); };
-    this->TriangleBegin.assign(std::size_t{ this->Part.ownVertices } + 1, 0);
-    for (const Triangle& t : triangles)
+    const std::vector<Vec3>& at = this->Part.positions;
+    if (this->Part.triangles.empty())
     {
-      ++this->TriangleBegin[lowest(t) + 1];
+      return { at[i], at[i], at[i] };
     }
-    for (std::size_t v = 0; v < this->Part.ownVertices; ++v)
-    {
-      this->TriangleBegin[v + 1] += this->TriangleBegin[v];
-    }
-    this->Order.resize(triangles.size());
-    std::vector<std::uint32_t> next(this->TriangleBegin.begin(), this->TriangleBegin.end() - 1);
-    for (std::uint32_t i = 0; i < triangles.size(); ++i)
-    {
-      this->Order[next[lowest(triangles[i])]++] = i;
-    }
+    const Triangle& t = this->Part.triangles[i];
+    return { at[t[0]], at[t[1]], at[t[2]] };
+  }
+
+  // Three times the middle, along one axis.
+  double MiddleOf(std::uint32_t i, std::size_t axis) const
+  {
+    const Corners corners = this->CornersOf(i);
+    return corners[0][axis] + corners[1][axis] + corners[2][axis];
   }
 
   std::pair<std::uint32_t, std::uint32_t> RangeOf(std::size_t node, unsigned depth) const
   {
-    const std::uint64_t place = node - (std::size_t{ 1 } << depth), all = this->Part.ownVertices;
+    const std::uint64_t place = node - (std::size_t{ 1 } << depth), all = this->Order.size();
     return { static_cast<std::uint32_t>(place * all >> depth),
       static_cast<std::uint32_t>((place + 1) * all >> depth) };
+  }
+
+  void Split(std::size_t node, unsigned depth)
+  {
+    const auto [begin, end] = this->RangeOf(node, depth);
+    const auto first = this->Order.begin() + begin, last = this->Order.begin() + end;
+    Box middles;
+    std::for_each(first, last,
+      [&](std::uint32_t i) {
+        middles.Add(Vec3{ this->MiddleOf(i, 0), this->MiddleOf(i, 1), this->MiddleOf(i, 2) });
+      });
+    const Vec3 sides = Minus(middles.hi, middles.lo);
+    const auto axis =
+      static_cast<std::size_t>(std::max_element(sides.begin(), sides.end()) - sides.begin());
+    std::nth_element(first, this->Order.begin() + this->RangeOf(2 * node, depth + 1).second, last,
+      [&](std::uint32_t i, std::uint32_t k)
+      { return std::pair(this->MiddleOf(i, axis), i) < std::pair(this->MiddleOf(k, axis), k); });
   }
 
   Box Build(std::size_t node, unsigned depth)
@@ -136,6 +140,7 @@ private:
     Ball& ball = this->Balls[node];
     if (depth < this->Depth)
     {
+      this->Split(node, depth);
       box = this->Build(2 * node, depth + 1);
       box.Add(this->Build(2 * node + 1, depth + 1));
       ball = { Middle(box), 0 };
@@ -148,15 +153,8 @@ private:
       ball.radius = std::min(ball.radius, Length(Minus(box.hi, ball.centre)));
       return box;
     }
-    const auto [begin, end] = this->RangeOf(node, depth);
-    const auto add = [&](const Vec3& p) { box.Add(p); };
-    std::for_each(this->Part.positions.begin() + begin, this->Part.positions.begin() + end, add);
-    this->VisitLeaf(node,
-      [&](const Corners& corners)
-      {
-        std::for_each(corners.begin(), corners.end(), add);
-        return true;
-      });
+    this->VisitLeaf(node, [&](const Corners& corners)
+      { std::for_each(corners.begin(), corners.end(), [&](const Vec3& p) { box.Add(p); }); });
     const Vec3 centre = Middle(box);
     ball = { centre, box.Empty() ? 0 : Length(Minus(box.hi, centre)) };
     return box;
@@ -168,9 +166,9 @@ private:
   }
 
   Piece Part;
-  std::vector<std::uint32_t> TriangleBegin, Order; // of each own vertex
-  unsigned Depth = 0;                              // of the leaves
-  std::vector<Ball> Balls;                         // heap order; the first entry is unused
+  std::vector<std::uint32_t> Order; // of the triangles: those of a node are together
+  unsigned Depth = 0;               // of the leaves
+  std::vector<Ball> Balls;          // heap order; the first entry is unused
 };
 
 // Where a level is searched: triangles in a tree of boxes. They lie in the order of their lowest
@@ -333,7 +331,7 @@ public:
     , PiecesAt(model.levels[depth].vertices > wholeVertices
                  ? PieceDepth(Resolution::Level(depth), model.depths)
                  : 0)
-    , Most(LeastBound(model))
+    , Most(std::max(LeastBound(model), model.levels[depth].deviation))
   {
   }
 
@@ -341,7 +339,7 @@ public:
 
   Status Add(const BallTree& balls, std::uint32_t partition)
   {
-    if (balls.Vertices() == 0)
+    if (balls.Count() == 0)
     {
       return {};
     }
@@ -352,7 +350,7 @@ public:
       KDSTREAM_TRY(this->Load(node));
     }
     // A partition does not pay for those before: its whole ball may be far too large a bound.
-    this->MostVisits = std::max(this->MostVisits, this->Visits) + visitsOfVertex * balls.Vertices();
+    this->MostVisits = std::max(this->MostVisits, this->Visits) + visitsOfTriangle * balls.Count();
     this->Search(balls);
     return {};
   }
@@ -407,91 +405,122 @@ private:
     return {};
   }
 
+  // What may be farther from the level than the bound so far: a ball, or a part of a triangle.
+  struct Suspect
+  {
+    double most = 0; // an upper bound of its distance
+    std::size_t ball = 0;
+    Corners corners{}; // of a part; ball is 0 then
+    unsigned halvings = 0;
+
+    bool operator<(const Suspect& other) const { return this->most < other.most; }
+  };
+
+  // Small balls first, then the farthest of all: so nothing large is left where visits run out.
   void Search(const BallTree& balls)
   {
-    std::priority_queue<std::pair<double, std::size_t>> farthest; // bounds of balls
-    const auto push = [&](std::size_t node, double most)
+    this->Suspects = {};
+    this->Descend(balls, 1);
+    while (!this->Suspects.empty() && this->Suspects.top().most > this->Most)
     {
-      const Ball& ball = balls.At(node);
-      const double from = this->Level->FindNear(
-        ball.centre, this->Most - ball.radius, this->Last, this->Visits, visitsOfBall);
-      const double bound = std::min(most, from + ball.radius);
-      if (bound > this->Most)
-      {
-        farthest.emplace(bound, node);
-      }
-    };
-    push(1, std::numeric_limits<double>::infinity());
-    while (!farthest.empty() && farthest.top().first > this->Most)
-    {
-      const auto [bound, node] = farthest.top();
+      const Suspect suspect = this->Suspects.top();
       if (this->IsSpent())
       {
-        this->Most = bound;
+        this->Most = suspect.most;
         return;
       }
-      farthest.pop();
-      if (!balls.IsLeaf(node))
+      this->Suspects.pop();
+      if (suspect.ball == 0)
       {
-        push(2 * node, bound);
-        push(2 * node + 1, bound);
-        continue;
+        this->Refine(suspect);
       }
-      double most = 0;
-      balls.VisitLeaf(node,
-        [&](const Corners& corners)
-        {
-          most = this->IsSpent() ? bound : std::max(most, this->Measure(corners, mostHalvings));
-          return most < bound;
-        });
-      this->Most = std::max(this->Most, std::min(most, bound));
+      else if (balls.IsLeaf(suspect.ball))
+      {
+        balls.VisitLeaf(suspect.ball,
+          [&](const Corners& corners) { this->Push(corners, suspect.most, mostHalvings); });
+      }
+      else
+      {
+        this->Push(balls, 2 * suspect.ball, suspect.most);
+        this->Push(balls, 2 * suspect.ball + 1, suspect.most);
+      }
     }
   }
 
-  bool IsSpent() const { return this->Visits >= this->MostVisits; }
-
-  double FindNear(const Vec3& p)
+  // In the order of the vertices, down to balls whose radius leaves room for a distance.
+  void Descend(const BallTree& balls, std::size_t node)
   {
-    return this->Level->FindNear(p, 0, this->Last, this->Visits, visitsOfPoint);
-  }
-
-  // How far all of a triangle is at most. Not looked at further where that is known already.
-  double Measure(const Corners& corners, unsigned halvings)
-  {
-    const auto& [a, b, c] = corners;
-    const Vec3 middle = Times(Plus(Plus(a, b), c), 1.0 / 3);
-    double most = FarthestCorner(corners, this->Level->CornersOf(this->Last));
-    if (most <= this->Most || this->IsSpent())
+    if (balls.At(node).radius <= this->Most / 2 || balls.IsLeaf(node))
     {
-      return most;
+      this->Push(balls, node, std::numeric_limits<double>::infinity());
+      return;
     }
-    const double from = this->FindNear(middle);
+    this->Descend(balls, 2 * node);
+    this->Descend(balls, 2 * node + 1);
+  }
+
+  void Push(const BallTree& balls, std::size_t node, double most)
+  {
+    const Ball& ball = balls.At(node);
+    most = std::min(most, this->FindNear(ball.centre, this->Most - ball.radius) + ball.radius);
+    if (most > this->Most)
+    {
+      this->Suspects.push({ most, node, {}, 0 });
+    }
+  }
+
+  void Push(const Corners& corners, double most, unsigned halvings)
+  {
+    most = std::min(most, FarthestCorner(corners, this->Level->CornersOf(this->Last)));
+    if (most <= this->Most)
+    {
+      return;
+    }
+    const Vec3 middle = Times(Plus(Plus(corners[0], corners[1]), corners[2]), 1.0 / 3);
     double radius = 0;
     for (const Vec3& p : corners)
     {
       radius = std::max(radius, SquaredDistance(p, middle));
     }
-    most = std::min({ most, from + std::sqrt(radius),
-      FarthestCorner(corners, this->Level->CornersOf(this->Last)) });
-    double least = from;
-    for (std::size_t k = 0; k < 3 && most > this->Most && !this->IsSpent(); ++k)
+    radius = std::sqrt(radius);
+    const double from = this->FindNear(middle, this->Most - radius);
+    most = std::min(
+      { most, from + radius, FarthestCorner(corners, this->Level->CornersOf(this->Last)) });
+    if (most > this->Most)
     {
-      least = std::max(least, this->FindNear(corners[k]));
-      most = std::min(most, FarthestCorner(corners, this->Level->CornersOf(this->Last)));
+      this->Suspects.push({ most, 0, corners, halvings });
     }
-    if (most <= std::max(this->Most, 1.05 * least) || halvings == 0 || this->IsSpent())
+  }
+
+  // A part of a triangle is as far as its farthest corner, nearly, or is cut in four.
+  void Refine(const Suspect& part)
+  {
+    const auto& [a, b, c] = part.corners;
+    double most = part.most, least = 0;
+    for (std::size_t k = 0; k < 3 && most > this->Most; ++k)
     {
-      return most;
+      least = std::max(least, this->FindNear(part.corners[k], 0));
+      most = std::min(most, FarthestCorner(part.corners, this->Level->CornersOf(this->Last)));
+    }
+    if (most <= std::max(this->Most, 1.05 * least) || part.halvings == 0)
+    {
+      this->Most = std::max(this->Most, most);
+      return;
     }
     const Vec3 ab = Times(Plus(a, b), 0.5), bc = Times(Plus(b, c), 0.5),
                ca = Times(Plus(c, a), 0.5);
-    double parts = 0;
-    for (const Corners& part :
+    for (const Corners& quarter :
       { Corners{ a, ab, ca }, Corners{ ab, b, bc }, Corners{ ca, bc, c }, Corners{ ab, bc, ca } })
     {
-      parts = std::max(parts, this->Measure(part, halvings - 1));
+      this->Push(quarter, most, part.halvings - 1);
     }
-    return std::min(most, parts);
+  }
+
+  bool IsSpent() const { return this->Visits >= this->MostVisits; }
+
+  double FindNear(const Vec3& p, double enough)
+  {
+    return this->Level->FindNear(p, enough, this->Last, this->Visits, visitsOfPoint);
   }
 
   const ModelDescription& Model;
@@ -502,6 +531,7 @@ private:
   std::uint32_t Last = 0; // the triangle found last: the next one is often near
   std::uint64_t Visits = 0, MostVisits = visitsAtFirst;
   double Most;
+  std::priority_queue<Suspect> Suspects; // of a partition, the farthest first
 };
 
 }

@@ -398,7 +398,7 @@ TEST(BuildMpi, SaysWhatItDoesNotDo)
     { "mesh.ply", "--resume" }, 2, "--resume does not work on several ranks: use kdstream-build");
   check(
     { "mesh.ply", "--reconstruct", "greedy" }, 2, "--reconstruct does not work on several ranks");
-  check({ "mesh.ply", "--memory", "8M" }, 1, "takes at least 64 MiB on each");
+  check({ "mesh.ply", "--memory", "8M" }, 1, "at least 64 MiB on each");
   check({ "mesh.ply", "--precision", "7" }, 2, "neither a number of bits from 8 to 24");
   EXPECT_EQ(Others(folder, { "mesh.ply" }), std::vector<std::string>{});
 }

@@ -184,10 +184,10 @@ TEST(PolyDataMesh, PointOutOfRangeInEachKindOfCell)
 TEST(PolyDataMesh, OffsetsThatAreNoOffsetsInEachKindOfCell)
 {
   const std::vector<std::pair<Ids, std::string>> cases{
-    { { 0, 1000000 }, "from 0 up to 1000000 of a list of 3" },
-    { { 0, 3, 1, 3 }, "from 3 up to 1 of a list of 3" },
-    { { -1000000, 3 }, "from -1000000 up to 3 of a list of 3" },
-    { { 1000000, 1000000 }, "from 1000000 up to 1000000 of a list of 3" },
+    { { 0, 1000000 }, "uses corners 0 to 1000000 of a list of 3" },
+    { { 0, 3, 1, 3 }, "uses corners 3 to 1 of a list of 3" },
+    { { -1000000, 3 }, "uses corners -1000000 to 3 of a list of 3" },
+    { { 1000000, 1000000 }, "uses corners 1000000 to 1000000 of a list of 3" },
     { {}, "no offsets" },
   };
   const Ids firstOfKind{ 0, 2, 4, 8 };

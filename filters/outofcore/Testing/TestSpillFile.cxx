@@ -183,7 +183,7 @@ TEST(SpillFile, AFullDiskSaysWhatWasNeeded)
   const Status status = writer.Finish();
   ASSERT_FALSE(status);
   EXPECT_NE(status.GetError().message.find("keys need "), std::string::npos);
-  EXPECT_NE(status.GetError().message.find("of which 50000 are there"), std::string::npos)
+  EXPECT_NE(status.GetError().message.find("of which 50000 are written"), std::string::npos)
     << status.GetError().message;
 }
 

@@ -152,10 +152,10 @@ TEST_F(HostileStore, AnotherSchemaIsRefusedAndNamed)
       "'content', 3, 'CREATE TABLE content (a)')",
       "its table 'content' differs from that of a store" },
     { "PRAGMA writable_schema = ON; INSERT INTO sqlite_schema SELECT * FROM sqlite_schema",
-      "its table 'metadata' is there twice" },
+      "its table 'metadata' appears twice" },
     { "PRAGMA writable_schema = ON; UPDATE sqlite_schema SET rootpage = (SELECT rootpage FROM "
       "sqlite_schema WHERE name = 'directory') WHERE name = 'content'",
-      "its table 'content' is there twice" },
+      "its table 'content' appears twice" },
     { "PRAGMA writable_schema = ON; UPDATE sqlite_schema SET type = 'thing' WHERE name = 'content'",
       "its schema has other objects than tables" },
     { "PRAGMA writable_schema = ON; UPDATE sqlite_schema SET tbl_name = 'directory' WHERE name = "

@@ -269,8 +269,8 @@ TEST_F(TestView, WrongUsageEndsWithTwoAndFailedWorkWithOne)
     { offscreen + "--replay missing.jsonl", 1, "missing.jsonl" },
     { offscreen + "--replay bad.jsonl", 1, "bad.jsonl: line 2: " },
     { offscreen + "--screenshot no/such/folder.png", 1, "no/such/folder.png" },
-    { offscreen + "--screenshot v.jpg", 2, "'v.jpg' does not end in .png" },
-    { offscreen + "--screenshot png", 2, "'png' does not end in .png" },
+    { offscreen + "--screenshot v.jpg", 2, "'v.jpg' must end in .png" },
+    { offscreen + "--screenshot png", 2, "'png' must end in .png" },
     { offscreen + "--stats no/such/file", 1, "no/such/file" },
     { offscreen + "--stats a.json --report ./a.json", 2, "two outputs cannot have the same file" },
   };

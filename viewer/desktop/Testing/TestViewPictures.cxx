@@ -149,7 +149,8 @@ TEST_F(TestViewPictures, ALinkOpensTheViewThatItTells)
   EXPECT_LT(ShareThatDiffers(this->Folder / "c.png", this->Folder / "e.png"), 0.002) << told;
   EXPECT_GT(ShareThatDiffers(this->Folder / "c.png", this->Folder / "a.png"), 0.1);
   for (const auto& [link, what] : { std::pair{ "#model=other", "no model 'other'" },
-         { "#model=torus&view=AAAA", "about its view" }, { "#model=a/b", "about its model" } })
+         { "#model=torus&view=AAAA", "invalid value for view" },
+         { "#model=a/b", "invalid value for model" } })
   {
     EXPECT_EQ(this->Run("'" + url + link + "'" + look + "d.png"), 1);
     EXPECT_NE(this->Err.find(what), std::string::npos) << this->Err;

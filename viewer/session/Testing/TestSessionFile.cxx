@@ -58,7 +58,7 @@ TEST(TestSessionFile, NamesTheLineAndWhatIsWrong)
   const std::vector<std::pair<std::string, std::string>> cases = {
     { "hello", "not a JSON object" },
     { "[1]", "not a JSON object" },
-    { "{}", "none of" },
+    { "{}", "unknown step" },
     { R"({"wait":"long"})", "'idle'" },
     { R"({"wait":1})", "'wait'" },
     { R"({"turning":"round"})", "'upright', 'free'" },

@@ -221,7 +221,7 @@ TEST(TestViewLink, TakesAnyText)
   EXPECT_FALSE(ParseViewLink("model=../etc"));
   EXPECT_TRUE(ParseViewLink("model=a&later=1&&x"));
   EXPECT_EQ(ParseViewLink("model=a&region=0.1").GetError().message,
-    "this link to a view has an invalid region");
+    "this link to a view has an invalid value for region");
   EXPECT_EQ(ParseViewLink(std::string(ViewLink::longest + 1, 'a')).GetError().message,
     "this link to a view is too long");
 }

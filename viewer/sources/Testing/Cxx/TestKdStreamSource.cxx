@@ -172,7 +172,7 @@ TEST_F(TestKdStreamSource, WhatIsKeptIsThereWithoutTheServer)
   FilterObserver heard(later);
   later->Update();
   EXPECT_NE(
-    heard.error.find("partitions/4 cannot be loaded: it was not seen before"), std::string::npos)
+    heard.error.find("partitions/4 cannot be loaded: it is not in the cache"), std::string::npos)
     << heard.error;
 }
 
@@ -192,7 +192,7 @@ TEST_F(TestKdStreamSource, ErrorsNameTheServerAndWhatIsWrong)
   this->Serve(std::make_unique<StoreCatalog>(
     this->Models.Path, [](const std::filesystem::path&, const std::string&) {}));
   this->Source->SetModelId("");
-  EXPECT_NE(this->Refusal().find("one has to be named: other, sphere"), std::string::npos);
+  EXPECT_NE(this->Refusal().find("name one of other, sphere"), std::string::npos);
   const std::string url = this->Source->GetUrl();
   this->Source->SetModelId("sphere");
   EXPECT_EQ(LoadedPartitions(this->Update()), 128u);
