@@ -156,7 +156,7 @@ TEST(Notes, AreBounded)
 
 TEST(Notes, HostileFilesAreRefusedInWords)
 {
-  EXPECT_EQ(ParseNotes("").GetError().message, "invalid JSON at byte 0 on");
+  EXPECT_EQ(ParseNotes("").GetError().message, "invalid JSON at byte 0");
   EXPECT_FALSE(ParseNotes("[]"));
   EXPECT_FALSE(ParseNotes(std::string(maximumNotesBytes, '[')));
   EXPECT_FALSE(ParseNotes("\xff\xfe{}"));

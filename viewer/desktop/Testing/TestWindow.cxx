@@ -454,7 +454,7 @@ TEST_F(TestWindow, NotesAreWrittenAndSteppedThrough)
   this->Open("vase.kds --size " + Size());
   const std::string first = this->SettledPicture("vase");
   // "Add a note here", its title and text, "Keep this note".
-  const std::string add = "sleep 1 key n sleep 1 mousemove 570 168 click 1 sleep 1 ";
+  const std::string add = "sleep 1 key n sleep 1 mousemove 570 153 click 1 sleep 1 ";
   Hands(add + "type 'A quakex'");
   Hands("key BackSpace");
   Hands("key Return"); // to the text
