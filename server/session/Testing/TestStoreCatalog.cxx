@@ -179,7 +179,7 @@ TEST_F(Folder, NotesLieBesideTheStoreAndMayChange)
   this->catalog.Refresh();
   EXPECT_EQ(this->catalog.ReadNotes("sheet").GetError().code, ErrorCode::NotFound);
   EXPECT_EQ(this->reports,
-    std::vector<std::string>{ "sheet.notes.json: is no file; the model is served without notes" });
+    std::vector<std::string>{ "sheet.notes.json: is not a file; the model is served without notes" });
 }
 
 TEST_F(Folder, DescribesAndReadsAStore)
