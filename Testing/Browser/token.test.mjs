@@ -114,7 +114,7 @@ test("a token that is entered is in no address at all", async () => {
   await visit.page.click("#message-action");
   await visit.page.fill("#token", "nonsense!");
   await visit.page.getByRole("button", { name: "Enter", exact: true }).click();
-  assert.match(await visit.page.locator("#token-wrong").textContent(), /^This is no token/);
+  assert.match(await visit.page.locator("#token-wrong").textContent(), /^This is not a token/);
   await visit.picture("token-1-dialog");
   await visit.page.fill("#token", `${server.url}/#token=${token}`);
   await visit.page.keyboard.press("Enter");
