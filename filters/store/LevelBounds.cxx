@@ -3,11 +3,13 @@
 //   1. A tree of balls over the triangles of a partition, halved along the longest side.
 //   2. For each level a tree of boxes over its triangles: of the whole level where that is small,
 //      else of the piece around the partition. Any part of a level bounds the distance from above.
-//   3. A ball is no farther from the level than its centre, and its radius. Where that is above the
-//      largest bound so far, the ball is halved; the farthest goes first.
-//   4. At the end of the tree each triangle is measured. All of it is at most as far from a
-//      triangle of the level as its farthest corner is, since triangles are convex.
-//   5. Where the level's share of visits is used up, the farthest ball left is the bound.
+//   3. A ball is no farther from the level than its centre, and its radius. The search begins with
+//      balls of at most half the largest bound so far. What is above that bound waits, and the
+//      farthest goes first: a ball is halved.
+//   4. At the end of the tree its triangles wait, too. All of one is at most as far from a triangle
+//      of the level as its farthest corner is, since triangles are convex. Where that is far above
+//      the distances of its corners, it is cut in four.
+//   5. Where the level's share of visits is used up, the farthest that waits is the bound.
 #include "filters/store/LevelBounds.h"
 
 #include "filters/codec/PieceCodec.h"

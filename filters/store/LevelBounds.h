@@ -23,8 +23,9 @@ namespace kdstream
 // number of threads may call it, several at once.
 //
 // Where the search ends in time, the bound is a little above the true maximum. Else it is above by
-// as much as the radius of a ball around some vertices: the search visits a fixed number of boxes
-// and triangles for each vertex and level. The same figures for any number of threads.
+// as much as the radius of a ball around some triangles: the search visits a number of boxes and
+// triangles of the level that grows with the triangles of the original, and no more. The figures
+// are the same for any number of threads.
 //
 // No bound is below four times the distance between vertices that are spread over half the surface
 // of the model's box: to tell less of a smooth surface takes a search for each vertex and level.
