@@ -20,9 +20,9 @@ struct ColoredPoint
 };
 
 // Where the surface is at (along, around), both 0-1. `along` runs from one pole to the other, where
-// the point must not depend on `around`; `around` comes back at 1 to where it was at 0.
-// Counter-clockwise triangles of growing `along` and `around` face outwards where the one's
-// direction times the other's does.
+// the point must not depend on `around`; `around` comes back at 1 to where it was at 0. The cross
+// product of the direction of growing `along` and that of growing `around` must point outwards; so
+// do the triangles then.
 using ColoredSurface = std::function<ColoredPoint(double along, double around)>;
 
 // Two poles and between them `rings` circles of `columns` points.
@@ -30,8 +30,8 @@ struct ClosedGrid
 {
   std::uint64_t rings = 0, columns = 0;
 
-  // With about so many vertices and so many columns a ring. Errors: InvalidArgument where that is
-  // fewer than 3 rings of 3 columns, or more than 2^32 vertices.
+  // A grid of about this number of vertices, with this number of columns in a ring. Errors:
+  // InvalidArgument for fewer than 3 rings of 3 columns, or more than 2^32 vertices.
   static Result<ClosedGrid> Of(std::uint64_t vertices, double columnsPerRing);
 
   std::uint64_t Vertices() const { return this->rings * this->columns + 2; }

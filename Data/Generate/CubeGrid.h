@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// The surface of a cube, cut into squares and these into triangles, by numbers alone: nothing of it
-// is held.
+// The surface of a cube, cut into squares and these into triangles, computed from indices: none of
+// it is held in memory.
 #pragma once
 
 #include "filters/core/Result.h"
@@ -18,8 +18,8 @@ struct CubeGrid
 {
   std::uint64_t side = 0;
 
-  // With about so many points (6 side² + 2). Errors: InvalidArgument for fewer than 8 or more than
-  // 2^32.
+  // A grid of about this number of points (6 side² + 2). Errors: InvalidArgument for fewer than 8
+  // or more than 2^32.
   static Result<CubeGrid> Of(std::uint64_t points);
 
   std::uint64_t Points() const { return 6 * this->side * this->side + 2; }

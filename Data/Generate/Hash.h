@@ -16,10 +16,10 @@ constexpr std::uint64_t Hash(std::uint64_t x)
   return x ^ (x >> 33);
 }
 
-// A permutation of 0 … count - 1 in no memory: a Feistel network over the smallest power of two
-// that holds them, walked on until it comes back below `count` (Black and Rogaway, "Ciphers with
-// arbitrary finite domains", 2002). Each call walks less than two steps on average. The same for
-// the same seed. For looks only: it hides nothing.
+// A permutation of 0 … count - 1 that needs no memory: a Feistel network over the smallest power of
+// two that is not less than `count`, applied again until the value is below `count` (cycle walking:
+// Black and Rogaway, "Ciphers with arbitrary finite domains", 2002). Fewer than two steps a call on
+// average. The same seed gives the same permutation. Not cryptographic.
 class Permutation
 {
 public:

@@ -18,8 +18,8 @@ struct ReliefOptions
   std::uint64_t seed = 1;
   bool shuffledTriangles = false; // in an order that looks random instead of side by side
   bool shuffledPoints = false;
-  // As fine as the relief of a ball of so many points, and without grain: the same shape, whatever
-  // the number of points. 0: as fine as its own points tell.
+  // Fine relief as a ball of this number of points would have, and no grain: the shape is then the
+  // same for any number of points. 0: as fine as the ball's own points allow.
   std::uint64_t detail = 0;
 };
 
@@ -43,7 +43,7 @@ private:
 };
 
 // As a binary little-endian PLY file: float x, y, z; triangles of uint. Closed and consistently
-// oriented. Its bytes do not depend on how many threads `execution` has. O(points) time, memory of
+// oriented. Its bytes do not depend on how many threads `execution` has. O(points) time, memory:
 // some blocks of the file. Errors: InputOutput; Cancelled.
 Status WriteRelief(const CubeGrid& grid, const ReliefOptions& options,
   const std::filesystem::path& file, const Execution& execution = {});

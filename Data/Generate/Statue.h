@@ -19,15 +19,16 @@ struct StatueOptions
 };
 
 // A bust of stone, about 1.8 high, standing on y = 0; closed. Its colour is that of the stone:
-// bands, veins, grain, an inscription around its foot, and dirt. The colour is a picture's, not a
-// vertex': finer than any vertices.
+// bands, veins, grain, an inscription around its foot, and dirt. The colour is meant for a texture:
+// it has finer detail than any vertices.
 ColoredSurface MakeStatue(std::uint64_t seed);
 
 // Writes NAME.obj, NAME.mtl and NAME-0.jpg, NAME-1.png, NAME-2.jpg, NAME-3.png beside it. Each
 // picture has a quarter of the way around, in four charts side by side with a gutter, two of them
-// upside down; each was exposed a little differently. Vertices are those of places: charts meet in
-// seams. The same files for the same options, but for other versions of the pictures' libraries.
-// Memory: a picture. Errors: those of ClosedGrid::Of; InputOutput; Cancelled.
+// upside down; each was exposed a little differently. Vertices are shared where charts meet, so
+// these edges are texture seams. The same options give the same files, as long as the image
+// libraries have the same version. Memory: a picture. Errors: those of ClosedGrid::Of; InputOutput;
+// Cancelled.
 Status WriteStatue(
   const StatueOptions& options, const std::filesystem::path& obj, const Execution& execution = {});
 

@@ -11,10 +11,10 @@ namespace kdstream::generate
 
 // About 1.8 high and 1.2 wide, standing on y = 0; hollow, closed. Gadroons around its foot, a
 // twisted rope around its neck and a little grain everywhere are in the surface itself; a frieze of
-// rosettes, a meander and rims are painted, and raised a little. seed: of grain and glaze.
+// rosettes, a meander and rims are coloured, and raised a little. seed: of grain and glaze.
 ColoredSurface MakeVase(std::uint64_t seed);
 
-// So many columns a ring make its triangles about as wide as high.
+// With this number of columns in a ring, triangles are about as wide as high.
 inline constexpr double vaseColumnsPerRing = 0.7;
 
 }

@@ -12,23 +12,24 @@
  * polygons and colours at vertices. OFF as text.
  *
  * Output: a vtkPolyData. Points are floats, or doubles where the file has doubles, or decimals that
- * floats do not hold. Polygons become triangles: a fan around their first vertex, those that are
- * not convex ear by ear; strips triangles of alternating orientation. A file without faces gives a
- * vertex cell for each point.
- * Normals, colours ("RGB", "RGBA") and texture coordinates are the active ones of their kind.
+ * floats do not hold. A convex polygon becomes a fan of triangles around its first vertex; other
+ * polygons are cut into ears; a strip becomes triangles of alternating orientation. A file without
+ * faces gives a vertex cell for each point. Normals, colours ("RGB", "RGBA") and texture
+ * coordinates are the active ones of their kind.
  *
- * The output information has, before anything is read, what the file's header says (or a first pass
- * over text without a header):
- * - NUMBER_OF_POINTS, if points of one place do not become one (Merging); NUMBER_OF_CELLS: faces,
- *   each polygon and strip as one, or the points of a cloud. What is dropped is counted there.
+ * Before anything is read, the output information has what the file's header says (for text without
+ * a header: what a first pass over it finds):
+ * - NUMBER_OF_POINTS, unless points in the same place are merged (Merging); NUMBER_OF_CELLS: the
+ *   number of faces (a polygon or strip counts as one), or of points of a cloud. What the reader
+ *   will drop is still counted.
  * - for each array an entry in vtkDataObject::POINT_DATA_VECTOR or CELL_DATA_VECTOR: FIELD_NAME,
  *   FIELD_ARRAY_TYPE, FIELD_NUMBER_OF_COMPONENTS, of points FIELD_NUMBER_OF_TUPLES.
  *
  * No header of these formats has bounds, or ranges of arrays.
  *
- * Complexity: linear in the size of the file. Text that does not say at its beginning what it has
- * (OBJ, STL, OFF) is read twice before: for the names of its arrays, and for its counts. Memory:
- * that of the mesh twice, while the arrays of VTK are filled. Aborting leaves an empty output.
+ * Complexity: linear in the size of the file. Text without such a header (OBJ, STL, OFF) is read
+ * two times more: for the names of its arrays, and for its counts. Memory: that of the mesh twice,
+ * while the arrays of VTK are filled. Aborting leaves an empty output.
  *
  * @sa vtkKdStoreWriter
  */
@@ -51,22 +52,22 @@ public:
 
   ///@{
   /**
-   * The file to read; its ending tells the format.
+   * The file to read; its extension gives the format.
    */
   vtkSetFilePathMacro(FileName);
   vtkGetFilePathMacro(FileName);
   ///@}
 
   /**
-   * Whether the file is there and a mesh, by its ending and its header; of text that does not
-   * say before what it has (OBJ, STL, OFF) by all of it. Nothing is changed or told.
+   * Whether the file exists and is a mesh, by its extension and its header. Text without a header
+   * (OBJ, STL, OFF) is read whole. Changes nothing and reports nothing.
    */
   virtual int CanReadFile(VTK_FILEPATH const char* name);
 
   ///@{
   /**
-   * Whether points of one place become one, where a format gives each triangle points of its own
-   * (STL). Points that differ in a bit of an array stay apart. Default on.
+   * Whether points in the same place become one, in a format that gives each triangle points of its
+   * own (STL). Points whose arrays differ in any bit stay apart. Default on.
    */
   vtkSetMacro(Merging, bool);
   vtkGetMacro(Merging, bool);
@@ -74,16 +75,16 @@ public:
   ///@}
 
   /**
-   * The arrays of points and of cells that the file has, known after UpdateInformation: which of
-   * them to read. Default all. Those of another file take their place when FileName changes; what
-   * was chosen of the same name stays.
+   * Which arrays of points and of cells are read: one entry for each array of the file, known after
+   * UpdateInformation. Default all. When FileName changes, the arrays of the new file replace those
+   * of the old one; an array of the same name keeps its setting.
    */
   vtkDataArraySelection* GetPointDataArraySelection() { return this->PointArrays; }
   vtkDataArraySelection* GetCellDataArraySelection() { return this->CellArrays; }
 
   ///@{
   /**
-   * Keys of what is told of the output before anything is read.
+   * Keys of what the output information says before anything is read.
    */
   static vtkInformationIdTypeKey* NUMBER_OF_POINTS();
   static vtkInformationIdTypeKey* NUMBER_OF_CELLS();

@@ -36,9 +36,8 @@
  * less memory than a partition needs. GetErrorCode is then OutOfDiskSpaceError (the disk, a quota,
  * the longest allowed file), CannotOpenFileError, NoFileNameError, or UnknownError.
  *
- * Of the numbers below, those out of their range are clamped; what is negative where it may not be,
- * or not a number, is refused with an error, and so is a vector that is not finite; the value
- * stays.
+ * Numbers below that are out of their range are clamped. A negative number where none is allowed,
+ * NaN, or a vector that is not finite is an error, and the old value stays.
  *
  * Complexity: O(n log n + t log t) for n points and t triangles; about 190 bytes a point on one
  * process.
@@ -123,7 +122,7 @@ public:
 
   ///@{
   /**
-   * Whether points of one place whose arrays agree too become one first. Default on.
+   * Whether points in the same place whose arrays are equal become one first. Default on.
    */
   vtkSetMacro(Weld, bool);
   vtkGetMacro(Weld, bool);
@@ -132,9 +131,9 @@ public:
 
   ///@{
   /**
-   * Whether points of different parts of a composite input that lie in one place become one, where
-   * there are no global ids to tell. Points of one part are never joined. Default off: Weld joins
-   * them, but where arrays differ.
+   * Whether points of different parts of a composite input that lie in the same place become one.
+   * Used only where the input has no global ids. Points of one part are never joined. Default off:
+   * Weld joins such points too, except where arrays differ.
    */
   vtkSetMacro(WeldByPlace, bool);
   vtkGetMacro(WeldByPlace, bool);
@@ -157,8 +156,8 @@ public:
 
   ///@{
   /**
-   * What is up, and from where the model is looked at first: directions, the second towards the
-   * eye. Where they are (0, 0, 0), the default, they are guessed by the shape.
+   * The up direction, and the direction from the model to the eye at the first view. (0, 0, 0), the
+   * default: guessed from the shape.
    */
   virtual void SetUp(double x, double y, double z);
   virtual void SetUp(const double value[3]);
@@ -171,7 +170,7 @@ public:
   ///@{
   /**
    * The processes that have the parts of the mesh. Default: vtkMultiProcessController's global one;
-   * null or a single process: this one has all.
+   * null or a single process: this process has the whole mesh.
    */
   virtual void SetController(vtkMultiProcessController* controller);
   vtkGetObjectMacro(Controller, vtkMultiProcessController);

@@ -16,8 +16,8 @@ namespace kdstream
 
 struct DistributedCoincidence
 {
-  // Of each block of the mesh, those whose lower end it has, as CollapsedTriangleOf; none: no links
-  // were looked for.
+  // For each block of the mesh, the links whose lower end it has, as CollapsedTriangleOf. Without a
+  // value: links were not looked for.
   std::optional<RecordBuckets<Triangle>> links;
   std::vector<VertexId> foreign; // upper ends on other ranks, ascending
 
@@ -25,9 +25,9 @@ struct DistributedCoincidence
   Status Load(std::size_t block, std::vector<Triangle>& triangles) const;
 };
 
-// Pairs of ranks in the tree of vertices that are in the same place, next to each other in the
-// order of leaves: those that ForEachCoincidentPair (CoincidentRanks.h) finds in the whole. Every
-// vertex goes to the process that its place's hash tells (16 or 32 bytes), every pair to the
+// Finds the pairs of vertices that are in the same place and follow each other in the order of
+// leaves: the pairs that ForEachCoincidentPair (CoincidentRanks.h) finds in the whole mesh. Every
+// vertex goes to the process given by the hash of its place (16 or 32 bytes), every pair to the
 // process that has its lower end (8 bytes). Memory: `memory`, and the foreign ends. Errors:
 // InputOutput; MpiGroup's.
 Result<DistributedCoincidence> LinkCoincidentCollectively(

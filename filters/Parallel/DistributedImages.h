@@ -28,10 +28,10 @@ struct FinerTriangles
   unsigned blockDepth;
 };
 
-// Writes the triangles of a level's blocks that are here, and of levels by clusters (links is not
-// null) the links. Images whose block lies on another rank go there, a block of the finer level a
-// round. How many triangles the level has, on all ranks. Memory: a block, and `memory` / 8 for what
-// comes. Errors: InputOutput; MpiGroup's.
+// Writes the triangles of this rank's blocks of a level; for levels by clusters (links is not null)
+// also the links. A triangle whose block lies on another rank is sent there, in one round for each
+// block of the finer level. Returns the number of triangles of the level on all ranks. Memory: a
+// block, and `memory` / 8 for what is received. Errors: InputOutput; MpiGroup's.
 Result<std::uint64_t> WriteDistributedImages(MpiGroup& group, SpillFolder& folder,
   const FinerTriangles& finer, std::uint64_t memory, LevelFile& level, LevelLinks* links);
 

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// LevelBlocks (core/levels) over ranks: lets a round of collapses (CollapseRound) go through the
-// blocks that this rank has, and tells the others what theirs need to know. For DistributedLevels.
+// LevelBlocks (core/levels) over ranks: lets a round of collapses (CollapseRound) go through this
+// rank's blocks, and sends the other ranks what their blocks need to know. For DistributedLevels.
 #pragma once
 
 #include "filters/Parallel/MpiGroup.h"
@@ -13,8 +13,8 @@
 namespace kdstream
 {
 
-// Between the passes of a round the ranks tell each other what parts of the level cost, and where
-// clusters go that others use. Errors: InputOutput; MpiGroup's.
+// Between the passes of a round the ranks exchange two things: what parts of the level cost, and
+// where the clusters go that other ranks use. Errors: InputOutput; MpiGroup's.
 class DistributedLevelBlocks : public FileLevelBlocks
 {
 public:

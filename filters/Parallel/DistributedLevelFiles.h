@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// What ranks do with the files of a level when each has made its clusters: number them over all
-// ranks, move them to other ranks. Only for DistributedLevels.cxx.
+// What happens to the files of a level after each rank has made its clusters: the clusters are
+// numbered over all ranks, and moved to other ranks. Only for DistributedLevels.cxx.
 #pragma once
 
 #include "filters/Parallel/MpiGroup.h"
@@ -27,18 +27,18 @@ public:
   DistributedLevelFiles(
     MpiGroup& group, SpillFolder& folder, const LevelArrays& arrays, bool byClusters);
 
-  // The elements of a level's or the mesh's blocks that are here. begin: of each block, and the
-  // end.
+  // The elements of this rank's blocks of a level or of the mesh. begin: the first element of each
+  // block, and the end.
   CellRange RangeHere(std::span<const VertexId> begin, unsigned depth) const;
 
-  // Numbers the clusters that all ranks have made of a level, in the blocks of the finer one: they
-  // move down in the files, and the entries of `map` in `mapped` with them. The area of all.
+  // Numbers the clusters of a level that all ranks have made in the blocks of the finer level. The
+  // clusters move down in the files, and so do the entries of `map` in `mapped`. Returns the area
+  // of all.
   Status Settle(LevelFile& level, LevelStates& states, SpillFile& map, const CellRange& mapped);
   // Blocks of a smaller depth: clusters move to the ranks that have these.
   Status MakeBlocks(LevelFile& level, LevelStates& states, unsigned blockDepth);
-  // All of a level that is needed whole, to rank 0: clusters, parents where there are any,
-  // triangles. states, links: those of the coarsest level so far, which has no parents; they go
-  // with it.
+  // Moves a level to rank 0 as far as it is needed whole: clusters, parents (if any), triangles.
+  // states, links: those of the coarsest level so far, which has no parents; they are moved, too.
   Status MoveToFirst(LevelFile& level, LevelStates& states, LevelLinks& links);
 
 private:

@@ -13,13 +13,13 @@
 namespace kdstream
 {
 
-// Builds the levels L … 0, by either maker: to the bit what BuildExternalLevels makes of the whole.
-// Each rank makes its own blocks of each level; where the next coarser level needs larger ones they
-// move to the rank of their first node. The levels up to S end on rank 0, whole; of the others each
-// rank has its blocks, and of the clusters that these use of others (LevelFile::foreign) what
-// rounds and pieces need. Memory: as BuildExternalLevels; `memory`, for what is looked for or
-// carried beside that; 4 bytes for each of the others' clusters. Errors: InputOutput; Cancelled;
-// MpiGroup's. seen: called with every block of the mesh that is here.
+// Builds the levels L … 0, by either maker: bit for bit the levels that BuildExternalLevels makes
+// of the whole mesh. Each rank makes its own blocks of each level. Where the next coarser level
+// needs larger blocks, they move to the rank of their first node. In the end rank 0 has the levels
+// up to S whole. Of the finer levels each rank has its blocks, and of the foreign clusters that
+// these use (LevelFile::foreign) what rounds and pieces need. Memory: as BuildExternalLevels;
+// `memory` for searches and messages; 4 bytes for each foreign cluster. Errors: InputOutput;
+// Cancelled; MpiGroup's. seen: called with every block of the mesh of this rank.
 Result<ExternalLevels> BuildLevelsCollectively(MpiGroup& group, SpillFolder& folder,
   const MeshBlocks& mesh, const LevelOptions& options, std::uint64_t memory,
   const Execution& execution, const std::function<void(const TreeBlock&)>& seen);

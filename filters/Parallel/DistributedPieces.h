@@ -16,8 +16,8 @@
 namespace kdstream
 {
 
-// Takes the pieces of a resolution on each rank: rank 0, whose pieces come first, writes them at
-// once, the others keep them in a file until the resolution is complete.
+// Takes the pieces of a resolution on each rank: rank 0, whose pieces come first, writes its pieces
+// at once; the other ranks keep theirs in a file until the resolution is complete.
 class DistributedPieces
 {
 public:
@@ -33,9 +33,9 @@ public:
 
   // Errors: those of the writer; InputOutput.
   Status Add(const Piece& piece, std::span<const std::uint8_t> blob);
-  // All of a resolution's pieces of this rank have been added. The others' come to rank 0 in the
-  // order of ranks, about 4 MiB at a time, which is the order of nodes. triangles: those of this
-  // rank's pieces.
+  // Called when all pieces of a resolution of this rank have been added. The other ranks send
+  // theirs to rank 0, one rank after the other, about 4 MiB at a time; so they arrive in the order
+  // of nodes. triangles: of this rank's pieces.
   Status Finish(Resolution resolution, std::uint64_t triangles, const Execution& execution);
 
 private:

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// In how many different places the vertices of all ranks are: what the grid of a parallel build
+// Counts the different places of the vertices of all ranks: what the grid of a parallel build
 // merges.
 #pragma once
 
@@ -14,10 +14,10 @@
 namespace kdstream
 {
 
-// Joins what is equal of all ranks' places, -0.0 and 0.0 being equal, and counts what is left: by
-// 64 bits of a hash, as CountPlacesExternally (PlaceCount.h). vertices: of this rank; allVertices:
-// of all. placeOf: the place of a point, itself if it is empty. Memory: `memory` and what a round
-// carries. Errors: InputOutput; MpiGroup's.
+// Counts the different places of all ranks' vertices (-0.0 and 0.0 are equal), by 64 bits of a
+// hash, as CountPlacesExternally (PlaceCount.h). vertices: of this rank; allVertices: of all ranks.
+// placeOf: maps a point to its place; empty: the point itself. Memory: `memory` and the bytes of a
+// round. Errors: InputOutput; MpiGroup's.
 Result<std::uint64_t> CountPlacesCollectively(MpiGroup& group, SpillFolder& folder,
   const VertexFiles& vertices, std::uint64_t allVertices,
   const std::function<Vec3(const Vec3&)>& placeOf, std::uint64_t memory);

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Vertices that no triangle uses, of a parallel build: after step "weld" they are set aside, and
-// rank 0, which writes the store, gets them. For DistributedBuilder.
+// Step "weld" of a parallel build, its end: takes out the vertices that no triangle uses, and sends
+// them to rank 0, which writes the store. For DistributedBuilder.
 #pragma once
 
 #include "filters/Parallel/DistributedWeld.h"
@@ -21,11 +21,11 @@ struct DistributedUnused
   VertexFiles vertices;
 };
 
-// Takes the vertices out of `vertices` that no rank's triangles use, and numbers the rest anew, in
-// their order.
-// - A rank names to each other rank the vertices of its triangles that this other has read (4 bytes
-//   each, once in a round). Of welded vertices that rank names the lowest equal to the rank that
-//   has it.
+// Takes the vertices that no rank's triangles use out of `vertices`, and numbers the rest anew, in
+// the same order.
+// - Each rank sends to each other rank the numbers of the vertices that its triangles use and the
+//   other rank has read (4 bytes each, once in a round). Of welded vertices it sends the lowest
+//   equal one, to the rank that has it.
 // - One pass for each section of marks; only very many vertices need more than one.
 //
 // share: its triangles have the file's numbers in their corners. Memory: `memory` and the bytes of

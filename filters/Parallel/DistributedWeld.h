@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Step "weld" of a parallel build: equal vertices become one, though different ranks have read
+// Step "weld" of a parallel build: equal vertices become one, even if different ranks have read
 // them. For DistributedBuilder.
 #pragma once
 
@@ -27,11 +27,11 @@ struct DistributedVertices
   VertexId Count() const { return this->begin.back(); }
 };
 
-// Joins vertices as WeldVertices does (Weld.h), if `weld` is set; numbers them.
+// Joins equal vertices as WeldVertices does (Weld.h), if `weld` is set, and numbers the vertices.
 // 1. Every vertex goes to the rank of its bytes' hash (28 bytes and its tuples). That rank finds
 //    the lowest number of equal ones.
-// 2. The rank that has read a joined vertex is told (8 bytes), and asks for the new number (4 bytes
-//    there and back).
+// 2. That rank reports each joined vertex to the rank that has read it (8 bytes), which asks for
+//    the new number (4 bytes there and back).
 //
 // Memory: `memory` and the bytes of a round. Errors: LimitExceeded for more than 2^32 - 2 vertices;
 // InvalidInput for none; InputOutput; Cancelled; MpiGroup's.

@@ -27,10 +27,10 @@ struct WeldedVertexFile
   std::uint64_t count = 0;
 };
 
-// Every vertex goes to the rank that the hash of its bytes tells, and there into a bucket; each
-// bucket is gone through by itself. share: this rank's vertices, which have the numbers from
-// `first` on; allVertices: of all ranks. Memory: `memory` and what a round carries. Errors:
-// InputOutput; Cancelled; MpiGroup's.
+// Every vertex goes to the rank given by the hash of its bytes, and into a bucket there; each
+// bucket is processed by itself. share: this rank's vertices, whose numbers begin at `first`;
+// allVertices: of all ranks. Memory: `memory` and the bytes of a round. Errors: InputOutput;
+// Cancelled; MpiGroup's.
 Result<WeldedVertexFile> FindEqualVertices(MpiGroup& group, SpillFolder& folder,
   const VertexFiles& share, VertexId first, std::uint64_t allVertices, std::uint64_t memory,
   const Execution& execution);

@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// The ranks that build one model: a RankGroup that knows who has which blocks (NodeShares), and
-// what steps out of core need of it (BlockGroup). For kdstream-build-mpi and vtkKdStoreWriter; no
-// step of building is here, and what goes from file to file is DistributedFiles' matter.
+// The ranks that build one model: a RankGroup that knows which rank has which blocks (NodeShares),
+// and implements what the steps out of core need (BlockGroup). For kdstream-build-mpi and
+// vtkKdStoreWriter. The steps of a build are not here, and neither are transfers from file to file
+// (DistributedFiles).
 #pragma once
 
 #include "filters/Parallel/NodeShares.h"
@@ -26,7 +27,7 @@ public:
   explicit MpiGroup(RankMessages& messages);
   ~MpiGroup() override;
 
-  // Who has which blocks.
+  // Which rank has which blocks.
   NodeShares& Shares() { return this->Nodes; }
   const NodeShares& Shares() const { return this->Nodes; }
   std::size_t OwnerOf(std::size_t block, unsigned depth) const

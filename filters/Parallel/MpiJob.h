@@ -20,8 +20,8 @@ public:
   MpiJob(const MpiJob&) = delete;
   MpiJob& operator=(const MpiJob&) = delete;
 
-  // All messages of a call of Move are in flight at the same time, and a rank that waits for long
-  // leaves its processor to others.
+  // All messages of one call of Move are in flight at the same time. A rank that waits for long
+  // gives up its processor.
   RankMessages& Messages() { return *this->OfRanks; }
 
 private:

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Which rank of a job has which nodes of the tree, and so which blocks of every depth and which
-// places of files that lie in the order of blocks.
+// Which rank of a job has which nodes of the tree. From this follow the blocks of every depth, and
+// the places in files that are in the order of blocks.
 #pragma once
 
 #include "filters/core/Types.h"
@@ -14,8 +14,9 @@
 namespace kdstream
 {
 
-// Nodes of one depth are dealt out in intervals that follow each other, about as many to each rank,
-// at least one to rank 0. A block of another depth goes with its first node, or with its ancestor.
+// The nodes of one depth are distributed in consecutive intervals, about as many to each rank, at
+// least one to rank 0. A block of another depth is on the rank of its first node, or of its
+// ancestor.
 class NodeShares
 {
 public:
@@ -24,7 +25,7 @@ public:
   {
   }
 
-  // Deals out the nodes of this depth; before that all goes to rank 0.
+  // Distributes the nodes of this depth; before this call everything is on rank 0.
   void Divide(unsigned depth) { this->NodeDepth = depth; }
   unsigned DividedDepth() const { return this->NodeDepth; }
 
@@ -32,8 +33,8 @@ public:
   BlockRange BlocksOf(std::size_t rank, unsigned depth) const;
   // The rank that has a block. O(log ranks).
   std::size_t OwnerOf(std::size_t block, unsigned depth) const;
-  // The first place of each rank, and the end, of a list whose blocks, cells of `depth`, begin at
-  // begin[block]; begin has an end.
+  // For a list in the order of blocks: the first place of each rank, and the end. begin: the first
+  // place of each block (a cell of `depth`), and the end.
   std::vector<std::uint64_t> PlacesOf(std::span<const VertexId> begin, unsigned depth) const;
 
 private:

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Numbers of vertices by place, in a file and, where they fit, in memory: what ranks ask each
-// other.
+// A table from place to number of a vertex, in a file, and in memory where it fits. Ranks ask each
+// other for its entries.
 #pragma once
 
 #include "filters/core/Types.h"
@@ -17,8 +17,8 @@ namespace kdstream
 class NumberTable
 {
 public:
-  // file: VertexId, `count` of them. memory: up to which they are held. Errors of both functions:
-  // InputOutput.
+  // file: `count` VertexIds. memory: the table is held in memory if it is not larger. Errors of
+  // both functions: InputOutput.
   static Result<NumberTable> Open(SpillFile file, std::uint64_t count, std::uint64_t memory);
 
   // Replaces places, in any order, by the numbers there. From the file O(p log p) for p places, 12

@@ -11,9 +11,9 @@
 namespace kdstream
 {
 
-// By all ranks, which have the same arrays. On rank 0 what InputDigestOf tells of the mesh whose
-// points and triangles are those of rank 0, then those of rank 1, …: rank 0 gets all their bytes
-// once, and holds 4 MiB of them. On others a text of no use. Errors: MpiGroup's.
+// Called by all ranks, which have the same arrays. Rank 0 gets what InputDigestOf gives for the
+// mesh of rank 0's points and triangles, then rank 1's, …: it receives all their bytes once, and
+// holds 4 MiB of them. The text on other ranks has no meaning. Errors: MpiGroup's.
 Result<std::string> DigestOfShares(MpiGroup& group, const Mesh& share);
 
 }

@@ -11,13 +11,14 @@
 namespace kdstream
 {
 
-// Gives of a file the vertices [r n / R, (r + 1) n / R) and of its faces the same, as if it held no
-// more; n as the header claims, the last share goes up to the end. Vertices have the file's numbers
-// in the corners of triangles. What lies before and between is skipped as the format allows
-// (MeshReader::SkipVertices): by seeking, or read and dropped. Corners are numbered as if no vertex
-// of another share were dropped: where some are, all must be read (`seek` false). Info().tolerance
-// counts what is in the share, and of what was found at opening the first share. Errors: the
-// reader's; InvalidInput where the file ends before the share.
+// Reads the share of rank r of R ranks, as if the file had nothing else: the vertices [r n / R, (r
+// + 1) n / R), n as the header claims, and the faces likewise. The last share goes up to the end of
+// the file. Vertices have the file's numbers in the corners of triangles. The rest is skipped as
+// the format allows (MeshReader::SkipVertices): by seeking, or read and dropped. Corners are
+// numbered as if no vertex of another share were dropped: if some are, everything must be read
+// (`seek` false). Info().tolerance counts the problems of this share; the first share also counts
+// those found when the file was opened. Errors: the reader's; InvalidInput where the file ends
+// before the share.
 class ShareReader : public MeshReader
 {
 public:

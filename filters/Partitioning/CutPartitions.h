@@ -22,8 +22,8 @@ namespace kdstream
 // The array "PartitionId".
 vtkSmartPointer<vtkIdTypeArray> NewPartitionIds(std::span<const std::uint32_t> partitionOf);
 
-// The partitions first … end - 1 of `input`, with their ghosts, as vtkMeshPartition's page tells.
-// generateIds: with "PartitionId". Runs on any threads; reports the step "partitions". Errors:
+// The partitions first … end - 1 of `input`, with their ghosts, as vtkMeshPartition describes.
+// generateIds: adds the array "PartitionId". Multithreaded; reports the step "partitions". Errors:
 // Cancelled. REQUIRES: elements of `input`, and their layout.
 Result<std::vector<vtkSmartPointer<vtkPolyData>>> CutPartitions(vtkPolyData& input,
   const PolyDataElements& elements, const PartitionLayout& layout, bool generateIds,

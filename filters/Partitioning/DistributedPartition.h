@@ -1,10 +1,12 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// vtkKdTreePartition on several ranks: one tree of what all of them have. Not installed.
+// vtkKdTreePartition on several ranks: one tree of the mesh of all ranks. Not installed.
 //
-// Steps: 1. which points and cells are this rank's, and their numbers in the mesh of all ranks,
-// 2. the tree, depth by depth: boxes and medians over the ranks (RadixMedians.h), 3. cells and
-// points to the ranks whose partitions they touch, 4. there they are put in the order of their
-// numbers, and cut as one process would (CutPartitions.h).
+// Steps:
+// 1. Find this rank's points and cells, and their numbers in the mesh of all ranks.
+// 2. Build the tree, depth by depth: boxes and medians over the ranks (RadixMedians.h).
+// 3. Send cells and points to the ranks whose partitions they touch.
+// 4. Put them there in the order of their numbers, and cut them as one process would
+//    (CutPartitions.h).
 #pragma once
 
 #include "filters/core/Execution.h"
@@ -40,12 +42,12 @@ struct DistributedOptions
   bool generateIds = false; // with "PartitionId"
 };
 
-// input: this rank's part. Called by all ranks together, with the same options; all return the same
-// error if one has any, which names its rank. Partitions are those of BuildKdTree over all ranks'
-// points in the order of their numbers: of their global ids where all ranks have them, whatever
-// these are, else those of rank 0 first. Memory: input and output twice. Errors: those of
-// PolyDataMesh and BuildKdTree; LimitExceeded for more than 2^32 - 2 points; Cancelled, on all
-// ranks where it is on one. An exception leaves by itself: it is for RankGroup::Run to tell.
+// input: this rank's part. Called by all ranks together, with the same options; if one has an
+// error, all return it; it names the rank. The partitions are those of BuildKdTree for the points
+// of all ranks. The order of points is that of their global ids, if all ranks have any; else rank
+// 0's come first, then rank 1's, …. Memory: input and output twice. Errors: those of PolyDataMesh
+// and BuildKdTree; LimitExceeded for more than 2^32 - 2 points; Cancelled, on all ranks if on one.
+// Exceptions are not caught: RankGroup::Run reports them.
 Result<DistributedPartitions> PartitionCollectively(RankGroup& ranks, vtkPolyData& input,
   const DistributedOptions& options, const Execution& execution);
 

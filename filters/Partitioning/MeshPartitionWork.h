@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// What vtkMeshPartition hands to its subclasses, gets back, and keeps. Not installed: its users
-// would need core.
+// What vtkMeshPartition gives its subclasses, gets back from them, and keeps. Not installed,
+// because users would need core.
 #pragma once
 
 #include "filters/core/Execution.h"
@@ -19,8 +19,8 @@ namespace kdstream
 
 struct MeshPartitionWork
 {
-  // In: the mesh, the user's options, and the filter's threads, progress and abort, which show the
-  // steps "tree", "octree", "faces", "seeds" and "k-means".
+  // In: the mesh, the user's options, and the filter's threads, progress and abort. The steps
+  // reported are "tree", "octree", "faces", "seeds" and "k-means".
   const std::vector<Vec3>& points;
   std::span<const Triangle> triangles;
   std::uint32_t verticesPerPartition;

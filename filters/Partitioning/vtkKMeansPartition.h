@@ -11,19 +11,19 @@
  * cluster. Then the point in the middle of a cluster is its next seed, NumberOfIterations times.
  * Hierarchical face clustering spreads the first seeds; nothing is random.
  *
- * There are exactly this number of partitions, none empty, numbered by their first points. Points
- * that no seed reaches along edges (in small components) go to the seed nearest in space. Without
- * triangles it is Lloyd's k-means. Coincident points count as connected.
+ * The number of partitions is exactly this; none is empty, and they are numbered by their first
+ * points. Points that no seed reaches along edges (in small components) go to the seed nearest in
+ * space. Without triangles it is Lloyd's k-means. Coincident points count as connected.
  *
- * Of the numbers below, those out of their range are clamped; what is negative where it may not be,
- * or not a number, is refused with an error, and the value stays.
+ * Numbers below that are out of their range are clamped. A negative number where none is allowed,
+ * or NaN, is an error, and the old value stays.
  *
  * Input, outputs, ghosts, errors: see vtkMeshPartition.
  *
  * Complexity: O(t log^2 t) for the seeds among t triangles, O((n + t) log n) an iteration; 200
  * bytes a point and 200 a triangle. Serial but for making the outputs.
  *
- * Source: section 4.1.1 of the paper named in the README. kdstream::ClusterByKMeans tells the
+ * Source: section 4.1.1 of the paper named in the README. kdstream::ClusterByKMeans describes the
  * costs.
  *
  * @sa vtkKdTreePartition vtkOctreePartition vtkPartitionMeasures
@@ -58,7 +58,7 @@ public:
 
   ///@{
   /**
-   * The weight of compactness: more of it gives straighter boundaries. 0 to 10^6; default 4.
+   * The weight of compactness: a larger weight gives straighter boundaries. 0 to 10^6; default 4.
    */
   virtual void SetCompactnessWeight(double value);
   vtkGetMacro(CompactnessWeight, double);
@@ -66,8 +66,8 @@ public:
 
   ///@{
   /**
-   * The weight of the number of points: more of it gives clusters of more equal sizes. 0 to 10^6;
-   * default 1.
+   * The weight of the number of points: a larger weight gives clusters of more equal sizes. 0 to
+   * 10^6; default 1.
    */
   virtual void SetCountWeight(double value);
   vtkGetMacro(CountWeight, double);

@@ -23,7 +23,7 @@
  *   are joined. Cells likewise.
  * - Ids are ignored, and passed as a plain array, if one id stands for points further apart than
  *   2^-20 of the diagonal, or for different cells, as where each process counts by itself.
- * - What vtkGhostType marks as another's does not count.
+ * - Points and cells that vtkGhostType marks as another process's do not count.
  * - Arrays of numbers are passed if all processes with points (cells) have them; a warning lists
  *   others.
  *
@@ -35,9 +35,9 @@
  * one process is an error of all, which names it: no input or one of another type, an error of its
  * input, other options than process 0, no memory left. GetErrorCode is then UnknownError.
  *
- * Complexity: O(n log n) for n points; 50 bytes a point. On several processes O(n) a depth of each
- * one's points, 12 or 24 sums over them of at most 8 MiB, and each point and cell is sent once to
- * each process that needs it.
+ * Complexity: O(n log n) for n points; 50 bytes a point. On several processes, for each depth: O(n)
+ * for a process's n points, and 12 or 24 sums over the processes of at most 8 MiB. Each point and
+ * cell is sent once to each process that needs it.
  *
  * Source: section 4.1 of the paper named in the README; the total order is ours.
  *
@@ -60,7 +60,7 @@ public:
   ///@{
   /**
    * The processes that cut one mesh together. Default: vtkMultiProcessController's global one; null
-   * or a single process: this one alone.
+   * or a single process: only this one.
    */
   virtual void SetController(vtkMultiProcessController* controller);
   vtkGetObjectMacro(Controller, vtkMultiProcessController);

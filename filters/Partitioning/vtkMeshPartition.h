@@ -43,8 +43,8 @@
  * number of points; a part that is not a vtkPolyData. GetErrorCode is then
  * vtkErrorCode::UnknownError, else NoError.
  *
- * Of the numbers below, those out of their range are clamped; what is negative where it may not be,
- * or not a number, is refused with an error, and the value stays.
+ * Numbers below that are out of their range are clamped. A negative number where none is allowed,
+ * or NaN, is an error, and the old value stays.
  *
  * Not made for subclasses outside this module: what a partitioner works on is not public.
  *
@@ -77,8 +77,8 @@ public:
 
   ///@{
   /**
-   * How large partitions are, ghosts not counted: the subclass tells whether at most or about. At
-   * least 1, at most 2^31 - 1; default 2000. Not used if NumberOfPartitions is set.
+   * How large partitions are, ghosts not counted: the subclass says whether this is a maximum or an
+   * average. At least 1, at most 2^31 - 1; default 2000. Not used if NumberOfPartitions is set.
    */
   virtual void SetVerticesPerPartition(vtkIdType value);
   vtkGetMacro(VerticesPerPartition, vtkIdType);
@@ -86,7 +86,7 @@ public:
 
   ///@{
   /**
-   * The number of partitions, at most the number of points: the subclass tells which numbers are
+   * The number of partitions, at most the number of points: the subclass says which numbers are
    * possible. 0, the default, chooses by VerticesPerPartition. At most 2^30.
    */
   virtual void SetNumberOfPartitions(vtkIdType value);
@@ -96,7 +96,7 @@ public:
   ///@{
   /**
    * Whether both outputs get the point array "PartitionId" (vtkIdTypeArray): the number of the
-   * partition that a point belongs to, which for a ghost is another one. Default off.
+   * partition that a point belongs to (for a ghost point this is another partition). Default off.
    */
   vtkSetMacro(GeneratePartitionIds, bool);
   vtkGetMacro(GeneratePartitionIds, bool);
@@ -105,8 +105,8 @@ public:
 
   ///@{
   /**
-   * Whether points of different parts of a composite input that lie in one place become one, where
-   * there are no global ids to tell. Points of one part are never joined. Default off.
+   * Whether points of different parts of a composite input that lie in the same place become one.
+   * Used only where the input has no global ids. Points of one part are never joined. Default off.
    */
   vtkSetMacro(WeldByPlace, bool);
   vtkGetMacro(WeldByPlace, bool);

@@ -6,8 +6,8 @@
  * A baseline to compare vtkKdTreePartition with. A cube of more than VerticesPerPartition points is
  * split into eight equal ones; those that hold points are the partitions, in Morton order. The root
  * is the cube around the centre of the points' box with its longest side. Cubes of 1/2^21 of its
- * side are not split: so points in one place, or nearer than that, may make a partition of more
- * than VerticesPerPartition.
+ * side are not split: so points that are nearer to each other may make a partition of more than
+ * VerticesPerPartition.
  *
  * An octree does not give every number of partitions. If NumberOfPartitions is set, any number up
  * to that of the points, the VerticesPerPartition whose number of partitions is nearest is used

@@ -12,10 +12,10 @@
  * Output port 0: a vtkTable, a row for each number that the array holds, ascending:
  *
  * - PartitionId (vtkIdType);
- * - Vertices, Triangles, OwnTriangles (vtkIdType): its points; the triangles that touch one of
- * them; and of these the ones that no partition of a lower number touches;
- * - BoundaryLength, Area (double, in the unit of the points) of the triangles that touch it: the
- *   boundary is where exactly one of them has an edge;
+ * - Vertices, Triangles, OwnTriangles (vtkIdType): its points; the triangles that touch one of its
+ *   points; and those of them that no partition of a lower number touches;
+ * - BoundaryLength, Area (double, in the unit of the points) of the triangles that touch it; the
+ *   boundary is the edges that only one of them has;
  * - Compactness (double): p^2 / (4 pi w) of boundary p and area w. 1 is a disc, a square cut out
  *   along edges is about 1.5, less is better. NaN without area or without boundary.
  *
@@ -23,8 +23,8 @@
  * compactness), and Minimum, Maximum, Mean, StandardDeviation and Ratio (maximum by minimum) of
  * Vertices, Triangles and Compactness (double), named "VerticesMinimum" and so on.
  *
- * Polygons and strips become triangles; vertices and lines have no part
- * in it. Points in one place count as one for edges. No points give no rows, and zeros.
+ * Polygons and strips become triangles; vertices and lines have no part in it. Points in one place
+ * count as one for edges. No points give no rows, and zeros.
  *
  * Complexity: O(n log n + t log t) for n points and t triangles; about 60 bytes a point, 60 a
  * triangle. Serial. Aborting leaves empty outputs. Errors, with empty outputs: no such array, or
@@ -51,8 +51,8 @@ public:
 
   ///@{
   /**
-   * Whether points of different parts of a composite input that lie in one place become one, where
-   * there are no global ids to tell. Points of one part are never joined. Default off.
+   * Whether points of different parts of a composite input that lie in the same place become one.
+   * Used only where the input has no global ids. Points of one part are never joined. Default off.
    */
   vtkSetMacro(WeldByPlace, bool);
   vtkGetMacro(WeldByPlace, bool);

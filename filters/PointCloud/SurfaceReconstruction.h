@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// A surface through or near a cloud of points, by PCL: what vtkPCLSurfaceReconstruction does,
+// Fits a surface through or near a point cloud, by PCL: what vtkPCLSurfaceReconstruction does,
 // without VTK.
 #pragma once
 
@@ -53,22 +53,22 @@ struct Reconstruction
   double spacing = 0; // median distance to the sixth nearest point, or the farthest of fewer
 };
 
-// Steps reported: "neighbors", "normals", "surface".
-// normals: none or one a point; those that are not finite or are zero are estimated. Points in one
-// place (after rounding to floats relative to the box' centre, in which PCL works) count once: the
-// lowest is used, the others are in no triangle. The result is the same whatever the threads.
-// Complexity: O(n log n) for normals and greedy, the surface's size for Poisson; memory some 400
-// bytes a point, and Poisson's octree. Errors: InvalidInput for fewer than three points in
-// different places, and for points that all lie on one line; LimitExceeded above 2^31 - 1 points;
-// Cancelled. REQUIRES: finite points.
+// Steps reported: "neighbors", "normals", "surface". normals: none or one a point; those that are
+// not finite or are zero are estimated. PCL works with floats relative to the box's centre. Points
+// that are in the same place after this rounding count once: the one of the lowest number is used,
+// the others are in no triangle. The result is the same whatever the threads. Complexity: O(n log
+// n) for normals and greedy, the surface's size for Poisson; memory some 400 bytes a point, and
+// Poisson's octree. Errors: InvalidInput for fewer than three points in different places, and for
+// points that all lie on one line; LimitExceeded above 2^31 - 1 points; Cancelled. REQUIRES: finite
+// points.
 Result<Reconstruction> ReconstructSurface(std::span<const Vec3> points,
   std::span<const Vec3> normals, const ReconstructionOptions& options, const Execution& execution);
 
 // Turns normals so that neighbours agree: which side of a cloud is outside (NormalOrientation.cxx).
-// Starts at the known normals, or in a part of the graph without any at its highest point (greatest
-// z), whose normal is turned upwards. Goes on over the edge with the most parallel normals (Hoppe
-// et al., Surface Reconstruction from Unorganized Points, 1992, section 3.3: the minimum spanning
-// tree of 1 - |n·n'|). Ties go to the lowest id.
+// Starts at the known normals. A part of the graph without a known normal starts at its highest
+// point (greatest z), whose normal is turned upwards. Then continues over the edge with the most
+// parallel normals (Hoppe et al., Surface Reconstruction from Unorganized Points, 1992, section
+// 3.3: the minimum spanning tree of 1 - |n·n'|). Ties go to the lowest id.
 //
 // points, normals, known: one a point; `known` normals are not turned. neighbors: k ids a point, in
 // any order, with or without the point itself; edges go both ways. O(n k log(n k)); memory about 8

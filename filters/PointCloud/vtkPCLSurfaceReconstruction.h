@@ -4,15 +4,15 @@
  * @brief makes a surface of a point cloud, by PCL
  *
  * Input: the points of a vtkPolyData; its cells are not looked at. Composite data sets of them are
- * taken as one cloud without ghosts, as vtkMeshPartition tells. Two methods:
+ * taken as one cloud without ghosts, as vtkMeshPartition describes. Two methods:
  *
  * Greedy (pcl::GreedyProjectionTriangulation) joins the points themselves. The output has the
  * input's points, bit for bit and in their order, their point data, and triangles between them;
- * where points are too far apart it has holes, and points that fit nowhere are in no triangle.
- * It suits scans of even density.
+ * where points are too far apart it has holes, and points that fit nowhere are in no triangle. It
+ * suits scans of even density.
  *
- * Poisson (pcl::Poisson) gives a surface near the points, closed where they surround what they
- * show. It has points of its own, each with the point data of the nearest input point. It suits
+ * Poisson (pcl::Poisson) gives a surface near the points; it is closed if the points surround the
+ * object. It has points of its own, each with the point data of the nearest input point. It suits
  * noisy clouds; TrimDistance removes what it adds where there are no points.
  *
  * Both outputs have the point array "Normals" (3 floats, unit length, the active normals): for
@@ -35,9 +35,8 @@
  * Neighbours and normals run on vtkSMPTools and can be aborted; PCL's own part is serial and
  * cannot. The result does not depend on backend and threads.
  *
- * Of the numbers below, those out of their range are clamped; what is negative where it may not be,
- * or not a number, is refused with an error, and so is a vector that is not finite; the value
- * stays.
+ * Numbers below that are out of their range are clamped. A negative number where none is allowed,
+ * NaN, or a vector that is not finite is an error, and the old value stays.
  *
  * Source: Marton, Rusu, Beetz: On Fast Surface Reconstruction Methods for Large and Noisy Datasets
  * (2009); Kazhdan, Bolitho, Hoppe: Poisson Surface Reconstruction (2006); Hoppe et al.: Surface
@@ -68,7 +67,7 @@ public:
   };
 
   /**
-   * The progress at which neighbours and normals are done and PCL begins, which tells nothing
+   * The progress at which neighbours and normals are done and PCL begins. PCL reports no progress
    * before it has finished.
    */
   static constexpr double SurfaceProgress = 0.4;
@@ -103,8 +102,8 @@ public:
 
   ///@{
   /**
-   * All points so near, in the input's unit, are taken for the plane instead, where they are three
-   * or more. 0, the default: not used.
+   * If this is not 0, the tangent plane is fitted to all points within this radius instead, in the
+   * input's unit, where they are three or more. Default 0.
    */
   virtual void SetNormalRadius(double value);
   vtkGetMacro(NormalRadius, double);
@@ -164,8 +163,8 @@ public:
 
   ///@{
   /**
-   * Greedy: the angles that triangles should have; larger ones are not made, smaller ones if it
-   * must be. Degrees, 0 to 180, default 10 and 120.
+   * Greedy: the angles that triangles should have; larger ones are not made, smaller ones only
+   * where nothing else fits. Degrees, 0 to 180, default 10 and 120.
    */
   virtual void SetMinimumAngle(double value);
   vtkGetMacro(MinimumAngle, double);
@@ -202,8 +201,8 @@ public:
 
   ///@{
   /**
-   * Poisson: triangles that are farther than so many spacings (see SearchRadius) from every point
-   * are dropped; the surface is no longer closed then. 0, the default: none.
+   * Poisson: drops the triangles that are farther than this from every point, in spacings (see
+   * SearchRadius). The surface is then no longer closed. 0, the default: drops none.
    */
   virtual void SetTrimDistance(double value);
   vtkGetMacro(TrimDistance, double);
@@ -211,8 +210,8 @@ public:
 
   ///@{
   /**
-   * Whether points of different parts of a composite input that lie in one place become one, where
-   * there are no global ids to tell. Points of one part are never joined. Default off.
+   * Whether points of different parts of a composite input that lie in the same place become one.
+   * Used only where the input has no global ids. Points of one part are never joined. Default off.
    */
   vtkSetMacro(WeldByPlace, bool);
   vtkGetMacro(WeldByPlace, bool);

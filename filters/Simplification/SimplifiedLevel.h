@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Which level of a mesh a filter is asked for, and making it: between the filter's parameters and
-// core. No VTK here.
+// Chooses which level of a mesh a filter is asked for, and makes it: between the filter's
+// parameters and core. No VTK here.
 #pragma once
 
 #include "filters/core/levels/Levels.h"
@@ -30,11 +30,11 @@ struct SimplifiedLevel
   unsigned finestDepth = 0;        // of the tree
 };
 
-// The level of a mesh with at least one point.
-// By depth: that level. By target: LevelMaker::Collapse goes on from the next finer level until
-// there are no more triangles than that; LevelMaker::Cluster, and points, give the level whose
-// number is nearest (the coarser of equals). Complexity and errors: BuildLevels, CollapseTo;
-// InvalidArgument for a depth below the finest.
+// The level of a mesh with at least one point. By depth: that level. By target:
+// LevelMaker::Collapse continues from the next finer level until the target is reached;
+// LevelMaker::Cluster, and point clouds, give the level whose number is nearest (of two, the
+// coarser). Complexity and errors: BuildLevels, CollapseTo; InvalidArgument for a depth below the
+// finest.
 Result<SimplifiedLevel> SimplifyMesh(
   const Mesh& mesh, const SimplificationOptions& options, const Execution& execution);
 

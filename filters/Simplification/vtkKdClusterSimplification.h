@@ -17,7 +17,7 @@
  * Any other clusters: name a point array of whole numbers with SetInputArrayToProcess(0, 0, 0,
  * vtkDataObject::FIELD_ASSOCIATION_POINTS, NAME), such as the PartitionId of vtkOctreePartition.
  * Points with the same number become one point, or one for each sheet. Tree, Maker, Depth and
- * TargetNumberOfTriangles do not matter then. An empty NAME takes that back.
+ * TargetNumberOfTriangles do not matter then. An empty NAME goes back to the tree.
  *
  * Output: a vtkPolyData with the triangles of the input between the new points, degenerate ones
  * dropped, one kept of each orientation. By Depth it has about 2^Depth points. Points are float if
@@ -41,13 +41,13 @@
  * Complexity: O((n + t) log n) for n points and t triangles. Memory beside input and output: about
  * 150 bytes a point, 60 a triangle. Runs on vtkSMPTools; the result does not depend on backend and
  * threads. Aborting leaves an empty output. Errors, with an empty output: a coordinate that is not
- * finite; a cell that uses a point that is not there; points that span more than 2^127
- * along an axis; Depth below the finest level; an array to process that is not there, or is not one
- * whole number for each point; a part that is not a vtkPolyData. GetErrorCode is then
+ * finite; a cell that uses a point that is not there; points that span more than 2^127 along an
+ * axis; Depth below the finest level; an array to process that is not there, or is not one whole
+ * number for each point; a part that is not a vtkPolyData. GetErrorCode is then
  * vtkErrorCode::UnknownError, else NoError.
  *
- * Of the numbers below, those out of their range are clamped; what is negative where it may not be,
- * or not a number, is refused with an error, and the value stays.
+ * Numbers below that are out of their range are clamped. A negative number where none is allowed,
+ * or NaN, is an error, and the old value stays.
  *
  * Source: section 4.3 of the paper named in the README, exactly so with Maker Cluster, Sheets off
  * and Representative Mean; sheets, quadrics, collapse in rounds and deviations are ours.
@@ -82,9 +82,9 @@ public:
 
   ///@{
   /**
-   * How levels coarser than the finest are made: Collapse (0, default), as kdstream-build and
-   * vtkKdStoreWriter do unless they are told otherwise, or Cluster (1), which is faster and takes
-   * soups and clouds apart evenly. Point sets are always clustered.
+   * How levels coarser than the finest are made: Collapse (0, default), the default of
+   * kdstream-build and vtkKdStoreWriter too, or Cluster (1), which is faster and treats triangle
+   * soups evenly. Point sets are always clustered.
    */
   vtkSetClampMacro(Maker, int, Collapse, Cluster);
   vtkGetMacro(Maker, int);
@@ -96,8 +96,8 @@ public:
   ///@{
   /**
    * The number of triangles wanted (of points, for a point set); 0, the default, chooses by Depth.
-   * Maker Collapse gives at most so many, as near to it as it can; Maker Cluster the level whose
-   * number is nearest. An input that has fewer gives its finest level.
+   * Maker Collapse gives at most this number, as near to it as it can; Maker Cluster gives the
+   * level whose number is nearest. An input that has fewer gives its finest level.
    */
   virtual void SetTargetNumberOfTriangles(vtkIdType value);
   vtkGetMacro(TargetNumberOfTriangles, vtkIdType);
@@ -106,8 +106,8 @@ public:
   ///@{
   /**
    * The level: about 2^Depth points. From 0, one point a sheet, to the depth of the finest level,
-   * which depends on the input (see GetFinestDepth); beyond that is an error. -1, the default, is
-   * the finest level. At most 30.
+   * which depends on the input (see GetFinestDepth); a larger value is an error. -1, the default,
+   * is the finest level. At most 30.
    */
   virtual void SetDepth(int value);
   vtkGetMacro(Depth, int);
@@ -115,8 +115,8 @@ public:
 
   ///@{
   /**
-   * Where in its cluster a point is put: Quadric (0, default) or Mean (1), in the box of the
-   * cluster's points in either case.
+   * Where the point of a cluster is put: Quadric (0, default) or Mean (1). Both stay in the box of
+   * the cluster's points.
    */
   vtkSetClampMacro(Representative, int, Quadric, Mean);
   vtkGetMacro(Representative, int);
@@ -128,7 +128,8 @@ public:
   ///@{
   /**
    * Whether every sheet of the surface in a cell (at most four; smaller ones join the nearest) gets
-   * its own point, or each cell one. Default on: two sides of a thin wall stay apart.
+   * its own point; off: one point for each cell. Default on, so that two sides of a thin wall stay
+   * apart.
    */
   vtkSetMacro(Sheets, bool);
   vtkGetMacro(Sheets, bool);
@@ -147,9 +148,9 @@ public:
 
   ///@{
   /**
-   * Whether points of different parts of a composite input that lie in one place become one, where
-   * there are no global ids to tell. Points of one part are never joined. Default off: Weld joins
-   * them, but where normals or colours differ.
+   * Whether points of different parts of a composite input that lie in the same place become one.
+   * Used only where the input has no global ids. Points of one part are never joined. Default off:
+   * Weld joins such points too, except where normals or colours differ.
    */
   vtkSetMacro(WeldByPlace, bool);
   vtkGetMacro(WeldByPlace, bool);
@@ -174,8 +175,8 @@ public:
   ///@}
 
   /**
-   * The depth of the finest level of the input that was last processed; -1 before, and where
-   * clusters were given.
+   * The depth of the finest level of the last input; -1 before the first one, and where clusters
+   * were given.
    */
   vtkGetMacro(FinestDepth, int);
 

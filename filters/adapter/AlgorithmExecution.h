@@ -20,9 +20,9 @@ struct StepShare
   double end = 1;
 };
 
-// Runs on vtkSMPTools; reports through UpdateProgress; stops when the filter is told to abort.
-// Steps that `shares` does not name are not reported, but can be stopped as well. The algorithm
-// must outlive the result.
+// Runs on vtkSMPTools; reports through UpdateProgress; stops when the filter is aborted. Steps that
+// `shares` does not name report no progress, but can be aborted too. The algorithm must outlive the
+// result.
 Execution MakeAlgorithmExecution(vtkAlgorithm& algorithm, std::vector<StepShare> shares);
 
 }

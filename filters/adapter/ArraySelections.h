@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// The arrays that a reader offers: which of a file's are read, and what is told of them before.
+// The arrays that a reader offers: which of a file's are read, and their entries in the output
+// information.
 #pragma once
 
 #include "filters/core/Attribute.h"
@@ -34,8 +35,8 @@ public:
   {
   }
 
-  // Names the arrays of the file and no others. What has been chosen of them stays; new ones are
-  // enabled.
+  // Lists exactly the arrays of the file. An array that was listed before keeps its setting; new
+  // ones are enabled.
   void Follow(std::span<const AttributeInfo> arrays) const;
   bool IsWanted(const AttributeInfo& array) const
   {

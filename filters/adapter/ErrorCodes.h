@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Core's errors as those that VTK's readers tell.
+// Converts core's errors to the codes of VTK's readers.
 #pragma once
 
 #include "filters/core/Result.h"

@@ -19,8 +19,8 @@ namespace kdstream
 // Lets an input port take what JoinPolyData does.
 void AcceptMeshes(vtkInformation& port);
 
-// The input as one vtkPolyData without ghosts (JoinPolyData); arrays that are left out are one
-// warning of the filter's.
+// The input as one vtkPolyData without ghosts (JoinPolyData); the filter gives one warning that
+// lists the arrays left out.
 Result<vtkSmartPointer<vtkPolyData>> JoinInput(
   vtkAlgorithm& filter, vtkDataObject& input, bool weldByPlace, const Execution& execution);
 
@@ -30,8 +30,9 @@ void WarnOfArrays(vtkAlgorithm& filter, const std::vector<std::string>& leftOut)
 // One warning where all processes have the same mesh, as where each has read the same file.
 void WarnOfSameMesh(vtkAlgorithm& filter);
 
-// Prints the error of a filter that reads no file; for its SetErrorCode: UnknownError. NoError, and
-// nothing is printed, where there is none, or the filter was told to abort.
+// Prints the error of a filter that reads no file, and returns the code for its SetErrorCode:
+// UnknownError. Without an error, or where the filter was aborted, prints nothing and returns
+// NoError.
 unsigned long ReportError(vtkAlgorithm& filter, const Status& status);
 
 }

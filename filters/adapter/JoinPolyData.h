@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// What a filter is given as one vtkPolyData without ghosts: itself, or the blocks of a composite
-// data set joined.
+// Makes one vtkPolyData without ghosts of a filter's input: the input itself, or the joined blocks
+// of a composite data set.
 #pragma once
 
 #include "filters/core/Execution.h"
@@ -16,7 +16,7 @@
 namespace kdstream
 {
 
-// When the input was changed last: a composite data set's own time does not tell of its blocks.
+// When the input was last changed: a composite data set's own time does not include its blocks.
 vtkMTimeType TimeOf(vtkDataObject& input);
 
 struct JoinedPolyData

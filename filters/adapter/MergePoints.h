@@ -33,8 +33,8 @@ struct MergedPoints
   bool byIds = false;            // there were global ids, and they were believed
 };
 
-// The square of how far apart points may lie that have one global id: 2^-20 of the diagonal of the
-// box of all points. Ids that stand for places further apart are not those of points.
+// The square of the greatest distance of points of the same global id: 2^-20 of the diagonal of the
+// box of all points. Ids of points further apart are not taken for ids of points.
 double MostApart(const Box& box);
 
 // With global ids: points of one id become the first of them that is not a copy, or the first copy;
@@ -44,11 +44,11 @@ double MostApart(const Box& box);
 // By place: a copy becomes the point that it is a copy of: the one with the same values in its
 // arrays, or else the first of another part. Without such a point the first copy stays. With
 // `weldByPlace` points of different parts become one in the same way, copies or not. The order is
-// that of the input. Copies of one part with the same values stay apart if the points of that place
-// do.
+// that of the input. Copies of one part with the same values stay apart if the points in the same
+// place do.
 //
-// Expected O(n + s log s) for s sorted points: copies and points in the same places, or, with ids
-// or weldByPlace, all. 8 bytes a point, and 12 or 28 for sorted ones.
+// Expected O(n + s log s) for s sorted points: these are copies and the points in the same places,
+// or, with ids or weldByPlace, all points. Memory: 8 bytes a point, and 12 or 28 a sorted point.
 MergedPoints MergePoints(const PartPoints& points, bool weldByPlace);
 
 }

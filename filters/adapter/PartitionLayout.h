@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Which vertices and elements go to which partition, and who owns them: between the tree and the
-// VTK arrays. No VTK here.
+// Which vertices and elements go to which partition, and which partition owns them: between the
+// tree and the VTK arrays. No VTK here.
 #pragma once
 
 #include "filters/core/TriangleBuckets.h"

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// The arrays of a vtkPolyData as core's attributes, and back: beside PolyDataMesh, which does
-// points and cells.
+// Turns the arrays of a vtkPolyData into core's attributes, and back. PolyDataMesh does points and
+// cells.
 #pragma once
 
 #include "filters/adapter/PolyDataMesh.h"
@@ -39,15 +39,14 @@ struct PolyDataAttributes
 //
 // Skipped, and listed: arrays that are not numeric, have no name, no or more than 255 components,
 // or a wrong number of tuples; a second array of a name; global ids of cells where some were cut
-// up. Skipped, and not listed: vtkGhostType, which is about one pipeline. O(values). REQUIRES:
-// `elements` read from `input`.
+// up. Skipped, and not listed: vtkGhostType, which has a meaning only within one pipeline.
+// O(values). REQUIRES: `elements` read from `input`.
 PolyDataAttributes ReadAttributes(vtkPolyData& input, const PolyDataElements& elements);
 
-// Adds the attributes to the arrays of `output`, with the roles that RoleOf and HoldsIds tell as
-// active normals, scalars, texture coordinates, global and pedigree ids. int64 becomes
-// vtkTypeInt64Array, or vtkIdTypeArray for ids.
-// Errors: InvalidInput, naming the attribute that has another number of tuples than `output` has
-// points or cells; nothing is added then.
+// Adds the attributes to the arrays of `output`, those with a role (RoleOf, HoldsIds) as active
+// normals, scalars, texture coordinates, global and pedigree ids. int64 becomes vtkTypeInt64Array,
+// or vtkIdTypeArray for ids. Errors: InvalidInput, naming the attribute that has another number of
+// tuples than `output` has points or cells; nothing is added then.
 Status WriteAttributes(std::span<const Attribute> attributes, vtkPolyData& output);
 
 }

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// The cells of a vtkPolyData one after the other: neither their places in the list of corners nor
-// point numbers are believed.
+// Visits the cells of a vtkPolyData one after the other. Trusts neither their places in the list of
+// corners nor point numbers.
 #pragma once
 
 #include "filters/core/Result.h"
@@ -16,9 +16,9 @@
 namespace kdstream
 {
 
-// Whether each cell's corners lie within the array's connectivity, which VTK takes for granted:
-// data of a file or of vtkCellArray::SetData may say anything. firstCell: the id of the array's
-// first cell in the vtkPolyData. O(cells). Errors: InvalidInput naming the cell.
+// Whether each cell's corners lie within the array's connectivity, which VTK does not check: a file
+// or vtkCellArray::SetData may have given any values. firstCell: the id of the array's first cell
+// in the vtkPolyData. O(cells). Errors: InvalidInput naming the cell.
 Status CheckOffsets(vtkCellArray& cells, vtkIdType firstCell);
 
 // Calls visit(cell, points) for each cell of one array; null is an array without cells. firstCell:

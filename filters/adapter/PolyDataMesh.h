@@ -17,7 +17,7 @@ namespace kdstream
 
 // The cells of a vtkPolyData, cut into single vertices, line segments and triangles, in this order.
 // Polygons are cut as core/CutPolygon.h says, strips become triangles of alternating orientation;
-// degenerate triangles stay. Cells of too few points have none.
+// degenerate triangles stay. Cells with too few points give no elements.
 struct PolyDataElements
 {
   std::vector<Triangle> corners; // a vertex is {a, a, a}, a segment {a, b, b}
@@ -31,8 +31,8 @@ struct PolyDataElements
   }
 };
 
-// The points as doubles, all of them finite, unless any may come.
-// O(n), 24 bytes a point. Errors: InvalidInput naming the point that is not finite; LimitExceeded.
+// The points as doubles. All must be finite, unless `any` is set. O(n), 24 bytes a point. Errors:
+// InvalidInput naming the point that is not finite; LimitExceeded.
 Result<std::vector<Vec3>> ReadPoints(
   vtkPolyData& input, const Execution& execution, bool any = false);
 
@@ -43,8 +43,8 @@ Result<PolyDataElements> ReadElements(vtkPolyData& input);
 // What ReadElements says is wrong with the cells; nothing is read where all is well. O(cells).
 Status CheckCells(vtkPolyData& input);
 
-// What core calls a mesh: points and triangles; vertex and line cells are left out. The errors of
-// both.
+// Makes core's mesh: points and triangles; vertex and line cells are left out. Errors: those of
+// ReadPoints and ReadElements.
 Result<Mesh> ReadMesh(vtkPolyData& input, const Execution& execution, bool any = false);
 
 }

@@ -12,8 +12,8 @@
 namespace kdstream
 {
 
-// Clamps as vtkSetClampMacro does; but refuses what is not a number, and what is negative and below
-// the range: an error, and the member stays.
+// Clamps as vtkSetClampMacro does. NaN, or a negative value below the range, is an error instead,
+// and the member stays.
 template <class Number>
 void SetInRange(vtkObject& object, const char* name, Number& member,
   std::type_identity_t<Number> value, std::type_identity_t<Number> least,

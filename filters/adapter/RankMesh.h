@@ -22,12 +22,12 @@ struct MeshShare
   bool areSame = false;             // whether all ranks have the same input, and any
 };
 
-// Called by all ranks. input: as for JoinPolyData. The shares of the ranks, one after the other,
-// are the mesh that ReadMesh and ReadAttributes make of JoinPolyData of all ranks' parts, one
-// rank's after the other's: the same points (merged by global ids, as copies or by place), order
-// and arrays. All shares have the same arrays and the same scalar type. Without ids a share is the
-// rank's own data; with ids it is an interval of ids, at most 5 / 4 of the average for any ids.
-// ready: what else is wrong with this rank. Exceptions are not caught: RankGroup::Run reports them.
+// Called by all ranks. input: as for JoinPolyData. The shares of rank 0, rank 1, … together are the
+// mesh that one process would get by JoinPolyData, ReadMesh and ReadAttributes of all parts: the
+// same points (merged by global ids, as copies or by place), order and arrays. All shares have the
+// same arrays and the same scalar type. Without ids a share is the rank's own data; with ids it is
+// an interval of ids, at most 5 / 4 of the average for any ids. ready: an earlier error of this
+// rank, or success. Exceptions are not caught: RankGroup::Run reports them.
 //
 // O(n log n) for the n points and corners of a rank. Each point goes to another rank once (56
 // bytes), and once more where there are ids. Memory: 250 bytes a point of the rank's and of what it

@@ -30,9 +30,9 @@ public:
   //
   // If all of the input was requested and all sources above give pieces (CAN_HANDLE_PIECE_REQUEST),
   // this process's piece is requested, of as many as there are processes. Other sources give what
-  // this process has, such as a file of its own. Where any process has failed outside RequestData,
-  // all print that as an error of their algorithm, which names the process; outputs are empty, and
-  // the code is UnknownError.
+  // this process has, such as a file of its own. If a process fails outside RequestData, all
+  // processes print its error, with the number of the process, as that of their algorithm; outputs
+  // are empty, and the code is UnknownError.
   static vtkExecutive* Make(
     vtkMultiProcessController* const& controller, std::function<void(unsigned long)> setErrorCode);
 
@@ -61,8 +61,8 @@ private:
 // Whether there are several processes.
 bool AreSeveral(vtkMultiProcessController* controller);
 
-// Where the others cannot be told any more and would wait for ever: the end of this process is that
-// of the job.
+// Ends this process, and so the whole job: for errors after which the other processes cannot be
+// informed any more and would wait forever.
 [[noreturn]] void EndProcess(const RankGroup& group, const Error& error);
 
 // RankGroup::Run, for RequestData: nothing is thrown.

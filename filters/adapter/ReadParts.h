@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// The parts of a mesh, as VTK has them, and what of them is no ghost: the first step of
-// JoinPolyData and ShareMesh.
+// Reads the parts of a mesh, as VTK has them, without ghosts: the first step of JoinPolyData and
+// ShareMesh.
 #pragma once
 
 #include "filters/adapter/MergePoints.h"
@@ -51,9 +51,8 @@ struct PartsRead
   TupleOfPart TupleOf(VertexId point) const;
 };
 
-// Dropped are the cells and points that JoinPolyData.h says. Errors: InvalidInput for a coordinate
-// that is not finite, or a cell that uses a point that is not there, naming the part;
-// LimitExceeded.
+// Drops the cells and points that JoinPolyData.h lists. Errors: InvalidInput for a coordinate that
+// is not finite, or a cell that uses a point that is not there, naming the part; LimitExceeded.
 Result<PartsRead> ReadParts(const std::vector<InputPart>& parts, const Execution& execution);
 
 }

@@ -34,14 +34,14 @@ struct SharedArray
   bool Is(int attribute) const;
 };
 
-// The array vtkGhostType; null where there is none, or none that can be used: a
-// vtkUnsignedCharArray with a value for each point or cell.
+// The array vtkGhostType; null where there is none that can be used. Usable is a
+// vtkUnsignedCharArray with one value for each point or cell.
 vtkUnsignedCharArray* FindGhosts(const PartData& part);
 
-// Those of the first part, in its order, that all others have with the same name, type and number
-// of components, and all with a tuple for each point or cell. vtkGhostType is not one of them. All
-// others are listed in `leftOut`, each once: `point array "A": not all parts have it`; so is a
-// vtkGhostType that cannot be used. kind: "point" or "cell". O(parts · arrays²).
+// The arrays that all parts have, in the order of the first part: with the same name, type and
+// number of components, and with a tuple for each point or cell. vtkGhostType is not among them.
+// All other arrays are listed in `leftOut`, each once: `point array "A": not all parts have it`; so
+// is a vtkGhostType that cannot be used. kind: "point" or "cell". O(parts · arrays²).
 std::vector<SharedArray> FindSharedArrays(
   std::span<const PartData> parts, const std::string& kind, std::vector<std::string>& leftOut);
 
@@ -50,8 +50,8 @@ const SharedArray* FindGlobalIds(std::span<const SharedArray> arrays);
 // Exact, beyond 2^53 too.
 std::int64_t IdOf(const SharedArray& ids, TupleOfPart tuple);
 
-// Removes the arrays of a wrong length and a vtkGhostType that cannot be used, as FindSharedArrays
-// lists them.
+// Removes what FindSharedArrays lists as unusable: arrays of a wrong length, and a vtkGhostType
+// that cannot be used.
 void RemoveUnusableArrays(
   const PartData& part, const std::string& kind, std::vector<std::string>& leftOut);
 

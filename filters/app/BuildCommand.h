@@ -47,24 +47,23 @@ void AddBuildOptions(CLI::App& app, BuildCommand& line);
 // Fills in line.build from what was parsed. Errors: InvalidArgument.
 Status Interpret(const CLI::App& app, BuildCommand& line);
 
-// Sets line.converts: for foreign formats, for surfaces of point clouds, and for meshes that
-// pictures paint, unless --textures is off. Returns warnings of pictures, a sentence each.
+// Sets line.converts: for foreign formats, for surfaces of point clouds, and for meshes with
+// textures, unless --textures is off. Returns warnings about the textures' images, a sentence each.
 std::vector<std::string> ChooseReader(BuildCommand& line);
 
-// A note before kdstream-convert reads a textured mesh: about how much memory that takes, if it is
-// more than the build's own; else empty.
+// The note printed before kdstream-convert reads a textured mesh: about how much memory that needs.
+// Empty if it is not more than the build needs.
 std::string MemoryOfConversion(const BuildCommand& line);
 
-// The parts of a build's time that its steps take, for the time left; none where they are not
-// known.
+// The share of each step in a build's time, to estimate the time left; empty where unknown.
 std::vector<StepShare> SharesOfSteps(const BuildCommand& line);
 
-// Lets the reporter tell rates in what the steps go through: the bytes of the file while it is
-// read, then what the build has found in it. The reporter must outlive the build.
+// Lets the reporter show rates: bytes of the file a second while it is read, later what the build
+// has counted in it. The reporter must outlive the build.
 void TellAmounts(BuildCommand& line, ProgressReporter& progress);
 
-// Whether a server would serve a store of this name, as far as it ends in .kds: it names the model
-// by what comes before. Errors: InvalidArgument.
+// Checks that a server can serve a store of this file name. The part before .kds becomes the
+// model's name. Errors: InvalidArgument.
 Status CheckStoreName(const std::filesystem::path& store);
 
 // Says on stderr, before the work, that a store of this name is not served.
@@ -73,8 +72,8 @@ void WarnOfEnding(std::string_view program, const BuildCommand& line);
 // What a build says on stderr beside errors.
 void PrintWarnings(std::string_view program, const BuildCommand& line, const BuildReport& report);
 
-// What the last line of a build says of the model: what was dropped or forgiven of the input, and
-// how the model stands if that was guessed; may be empty.
+// The end of a build's last line: what was dropped or repaired in the input, and the model's
+// orientation if it was guessed. May be empty.
 std::string LastWords(const BuildReport& report);
 
 // Writes the file of statistics that was asked for; returns the exit code.

@@ -19,12 +19,12 @@
 namespace kdstream
 {
 
-// With this begins a line of progress of kdstream-convert --progress-lines, which a fraction and
-// the step's name follow: "progress 0.25 surface".
+// A progress line of kdstream-convert --progress-lines begins with this mark; a fraction and the
+// step's name follow: "progress 0.25 surface".
 inline const std::string convertProgressMark = "progress ";
 
-// With this begins its line of what became of pictures: "textures PICTURES TEXELS TEXELS_PER_VERTEX
-// LOSS".
+// The line that says what became of textures' images begins with this mark: "textures PICTURES
+// TEXELS TEXELS_PER_VERTEX LOSS".
 inline const std::string convertTexturesMark = "textures ";
 
 // With this begins its line of a file that the input names, whose path follows.
@@ -40,13 +40,13 @@ std::optional<std::string> WhyNoPictures(std::string_view what = "pictures");
 class ConvertedInput
 {
 public:
-  // Runs the kdstream-convert that lies beside this program. The PLY lies in a new folder, made in
-  // `folder`, and nothing is left of it on an error; RemoveDeadFolders is called for it.
-  // arguments: further ones for kdstream-convert. keepTextures: whether pictures go to Paint(), if
-  // there are any. Progress is reported as step "convert", and by their names the steps of a
-  // reconstruction; the process is ended if that asks to stop. Errors: Cancelled; Unsupported where
-  // there is no kdstream-convert; InvalidInput with the text of its own error line, or how it ended
-  // without one; InputOutput where the PLY cannot be written, with the file or folder.
+  // Runs the kdstream-convert that lies beside this program. The PLY is written into a new folder
+  // in `folder`, which is removed on an error; RemoveDeadFolders is called for `folder`. arguments:
+  // more arguments for kdstream-convert. keepTextures: whether textures are kept for Paint(), if
+  // there are any. Progress is reported as step "convert"; the steps of a reconstruction are
+  // reported by their own names. The process is ended on a cancel. Errors: Cancelled; Unsupported
+  // if kdstream-convert is not installed; InvalidInput with the text of its error line, or, without
+  // one, how it ended; InputOutput where the PLY cannot be written, with the file or folder.
   static Result<ConvertedInput> Make(const std::string& input, const std::filesystem::path& folder,
     const std::vector<std::string>& arguments, bool keepTextures, const Execution& execution);
 
@@ -82,8 +82,8 @@ private:
 };
 
 // A whole mesh from a file of any format that the programs take: by MeshReader, or by
-// kdstream-convert with its PLY in the system's folder for temporary files. Memory: the mesh.
-// Errors: those of MeshReader and ConvertedInput, without the file's name.
+// kdstream-convert, whose PLY is put into the system's folder for temporary files. Memory: the
+// mesh. Errors: those of MeshReader and ConvertedInput, without the file's name.
 Result<Mesh> ReadAnyMesh(const std::string& file, const Execution& execution);
 
 }

@@ -25,13 +25,13 @@ struct ExportReport
   std::uint64_t files = 0, bytes = 0; // that were written
 };
 
-// Writes every path of doc/protocol.md#get below `folder`, texts also compressed (".gz"); a
-// list of models that is there is added to, and the same model replaced. The list is written last:
-// so a host that serves the folder never names what is not there. Notes go up with the model, and
-// go where there are none any more. Also rules for caching, for nginx (kdstream.nginx.conf) and
-// Apache (.htaccess). Reports the step "export". Errors: those of the store; InvalidInput for a
-// list or notes that are none; InputOutput; Cancelled. A model, or what a new digest of it has,
-// goes up whole or not at all.
+// Writes every path of doc/protocol.md#get below `folder`, texts also compressed (".gz"). If the
+// folder has a list of models, the model is added to it, or replaced. The list is written last, so
+// a host that serves the folder never lists a model that is not there. Notes are exported with the
+// model; if the model has no notes any more, the old ones are removed. Also rules for caching, for
+// nginx (kdstream.nginx.conf) and Apache (.htaccess). Reports the step "export". Errors: those of
+// the store; InvalidInput for a malformed list or malformed notes; InputOutput; Cancelled. The
+// files of a model (of one digest) appear all or not at all.
 Result<ExportReport> ExportStore(const Store& store, const std::filesystem::path& folder,
   const ExportOptions& options, const Execution& execution = {});
 

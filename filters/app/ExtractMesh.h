@@ -25,13 +25,13 @@ struct WantedMesh
   std::optional<unsigned> inContext; // of a region: the level around it
 };
 
-// Without vertices that no triangle uses. Errors: InvalidArgument, naming the option, where the
-// store has no such thing; NotFound where the file of resolutions cannot be read; those of reading
-// the store.
+// The mesh that the options ask for, without vertices that no triangle uses. Errors:
+// InvalidArgument, naming the option, for what the store does not have; NotFound where the file of
+// resolutions cannot be read; those of reading the store.
 Result<Mesh> ExtractMesh(const Store& store, const WantedMesh& wanted);
 
-// Whether the mesh is the whole original as it came in, with vertices that no triangle uses, and
-// the store has some: formats that hold only surfaces leave them out.
+// Whether the mesh is the whole original with vertices that no triangle uses, and the store has
+// some. Formats that hold only surfaces leave them out.
 bool HasUnused(const Store& store, const WantedMesh& wanted);
 
 // What a mesh has of the original.

@@ -10,8 +10,8 @@
 namespace kdstream
 {
 
-// The folders that were made for an output. They go again, where nothing is in them, unless Keep is
-// called: work that fails leaves nothing behind.
+// The folders that were made for an output. Empty ones are removed again, unless Keep is called: a
+// failed command leaves nothing.
 class OutputFolders
 {
 public:

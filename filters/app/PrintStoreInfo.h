@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// What kdstream-store info tells people of a store.
+// What kdstream-store info prints about a store.
 #pragma once
 
 #include "filters/model/ModelDescription.h"

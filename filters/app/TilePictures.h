@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// The pictures of texture tiles, and those of the input put together from them again: for
+// Decodes the pictures of texture tiles, and puts the input's pictures together from them: for
 // kdstream-store extract.
 #pragma once
 
@@ -14,16 +14,16 @@
 namespace kdstream
 {
 
-// The image of a partition's tile. Errors: Damaged, naming the blob, for what is none, or of
-// another size than the tile tells.
+// The image of a partition's tile. Errors: Damaged, naming the blob, for an image that cannot be
+// decoded, or whose size differs from the tile's.
 Result<Picture> DecodeTileImage(std::uint32_t partition, const TextureTile& tile);
 
 // RGBA, grey and opaque.
 Picture GreyPicture(std::size_t width, std::size_t height);
 
-// Puts what an exact tile, with its picture, has of the input's picture `number` into the canvas:
-// around the triangles of each chart, and a texel further. REQUIRES: the tile is exact and not
-// halved; the canvas is RGBA.
+// Copies an exact tile's part of the input's picture `number` into the canvas: the texels of the
+// triangles of each chart, and one more around them. REQUIRES: the tile is exact and not halved;
+// the canvas is RGBA.
 void PasteTile(
   std::uint32_t number, const TextureTile& tile, const Picture& picture, Picture& canvas);
 

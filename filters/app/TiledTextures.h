@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Textures of partitions from what kdstream-convert has left: part of step "encode" of the pipeline
-// picture.
+// Makes textures of partitions from what kdstream-convert has left: part of step "encode" of the
+// pipeline picture.
 #pragma once
 
 #include "filters/build/PieceTextures.h"

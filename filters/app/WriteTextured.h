@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Meshes with pictures as files: OBJ with its .mtl and pictures beside it, and GLB. For
+// Writes meshes with textures: OBJ with its .mtl and pictures beside it, and GLB. For
 // kdstream-store extract.
 #pragma once
 
@@ -15,19 +15,20 @@
 namespace kdstream
 {
 
-// What all of these write: the mesh with "Normals", and, where no picture paints, colours of
-// vertices. A picture is PNG bytes in its source, and its name is what it is called as a file.
-// Coordinates of corners are those that the material's transform makes of them; as they are where
-// the format has that transform itself. Every file appears whole or not at all. Errors:
-// LimitExceeded for more than the format can number; InputOutput.
+// What all of these functions write: the mesh with "Normals", and colours of vertices where there
+// is no texture. A picture's source holds PNG bytes, and its name becomes the file's name. Texture
+// coordinates are written with the material's transform applied, or without it where the format has
+// such a transform. Every file appears whole or not at all. Errors: LimitExceeded for more than the
+// format can number; InputOutput.
 
 // NAME.obj, NAME.mtl and NAME-PICTURE.png. The coordinates of the mesh in its scalar type, as the
 // shortest decimals that read back to the same value. A corner without coordinates has none.
 Status WriteTexturedObj(const std::filesystem::path& file, const TexturedMesh& textured);
 
-// Coordinates are floats: of doubles they are differences to the box's middle, where the node
-// stands. Vertices are split where coordinates of their corners differ. The format has y up and +z
-// in front: the node turns the mesh so, whose own up is `up`, of length 1, and coordinates stay.
+// Coordinates are floats. Doubles are written relative to the box's middle, which is the node's
+// translation. Vertices are split where texture coordinates of their corners differ. In glTF y is
+// up and +z is in front: the node rotates the mesh, whose own up direction is `up` (of length 1);
+// coordinates stay.
 Status WriteGlb(const std::filesystem::path& file, const TexturedMesh& textured, const Vec3& up);
 
 // u, v from the upper left, as the transform makes them.

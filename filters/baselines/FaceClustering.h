@@ -20,8 +20,8 @@ struct FaceClustering
   std::uint32_t clusters = 0;
 };
 
-// Joins triangles that share an edge, then the clusters, until `wanted` clusters are left, or none
-// that share an edge (one a component: then there are more).
+// Joins triangles that share an edge, then the clusters, until `wanted` clusters are left, or no
+// two clusters share an edge (one cluster for each component; these may be more).
 //
 // Works in rounds. Each is a matching of the dual graph: pairs in ascending order of their cost, a
 // cluster once a round, so that all grow alike. (Where a round would join fewer than an eighth, as

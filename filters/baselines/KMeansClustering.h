@@ -20,7 +20,7 @@ struct KMeansOptions
   // The mean number of vertices of a cluster, at least 1: K = ceil(n / N). Ignored where
   // `partitions` is given.
   std::uint32_t verticesPerPartition = 2000;
-  // K instead, 1 … n: there are exactly so many clusters.
+  // K instead, 1 … n: exactly this number of clusters.
   std::optional<std::uint32_t> partitions;
   std::uint32_t iterations = 5; // at least 1; the paper's five
   // The parts of the cost, each 0 to 10^6; that of the distance above 0.
@@ -33,14 +33,14 @@ struct KMeansOptions
 //
 // Input: n finite points; triangles name points. Without triangles it is Lloyd's k-means in space.
 //
-// Seeds: hierarchical face clustering (ClusterFaces) into K clusters spreads them: one at the
-// vertex nearest to the middle of each, of the fullest where components make more than K. Vertices
-// in components of less than half a mean cluster, and those that no triangle uses, get seeds by
-// their share of all vertices instead, spaced evenly along the order of a k-d tree. Nothing is
-// random: the same input gives the same clusters.
+// Seeds: hierarchical face clustering (ClusterFaces) into K clusters spreads them: one seed at the
+// vertex nearest to the middle of each cluster; if components make more than K clusters, only the
+// fullest get one. Vertices in components of less than half a mean cluster, and those that no
+// triangle uses, get seeds by their share of all vertices instead, spaced evenly along the order of
+// a k-d tree. Nothing is random: the same input gives the same clusters.
 //
 // An iteration grows all clusters from their seeds at once over the edges of the triangles, always
-// the cheapest vertex next. What a vertex that cluster c reaches costs is a sum of
+// the cheapest vertex next. The cost of a vertex that cluster c reaches is a sum of
 //
 // - distance: the way from the seed along edges, in radii of a mean cluster (a disc of 1/K of the
 //   area), so that clusters become geodesic Voronoi cells;
@@ -57,8 +57,8 @@ struct KMeansOptions
 // Complexity: O(t log^2 t) for the seeds and O((n + t) log n) an iteration, instead of the paper's
 // n K; memory about 200 bytes a vertex and 200 a triangle. Serial. Errors: InvalidArgument for no
 // vertices, K of 0 or above n, N or iterations of 0, or a weight out of its range; InvalidInput
-// beyond mostExtent (Extent.h); LimitExceeded beyond 2^32 - 2 vertices; Cancelled. Source:
-// paper 4.1.1, after [5] and [14].
+// beyond mostExtent (Extent.h); LimitExceeded beyond 2^32 - 2 vertices; Cancelled. Source: paper
+// 4.1.1, after [5] and [14].
 Result<Clustering> ClusterByKMeans(std::span<const Vec3> points,
   std::span<const Triangle> triangles, const KMeansOptions& options,
   const Execution& execution = {});

@@ -45,8 +45,8 @@ private:
   double MeanLength = 0;
 };
 
-// Grows all clusters at once, always by the cheapest vertex that one of them reaches. What a vertex
-// costs is said in KMeansClustering.h. Keeps a reference to the surface.
+// Grows all clusters at once, always by the cheapest vertex that one of them reaches.
+// KMeansClustering.h describes the cost of a vertex. Keeps a reference to the surface.
 class KMeansGrowth
 {
 public:

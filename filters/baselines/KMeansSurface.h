@@ -26,7 +26,7 @@ struct KMeansSurface
 Result<KMeansSurface> MakeKMeansSurface(
   std::span<const Vec3> points, std::span<const Triangle> triangles);
 
-// Step b (KMeansSeeds.cxx): a seed for each of so many clusters, all different, as
+// Step b (KMeansSeeds.cxx): a seed for each of this number of clusters, all different, as
 // KMeansClustering.h says. Errors: Cancelled.
 Result<std::vector<VertexId>> SpreadSeeds(
   const KMeansSurface& surface, std::uint32_t clusters, const Execution& execution);

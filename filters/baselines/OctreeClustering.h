@@ -21,8 +21,8 @@ struct OctreeOptions
   // A cell of more vertices is split (N of the paper), at least 1. Ignored where `partitions` is
   // given.
   std::uint32_t verticesPerPartition = 2000;
-  // A wanted number of clusters instead, 1 … n: an octree cannot give every number, so the N whose
-  // number of clusters is nearest is taken (of two as near the one with fewer clusters).
+  // The wanted number of clusters instead, 1 … n. An octree cannot give every number, so the N that
+  // gives the nearest number of clusters is used (of two as near, the one with fewer clusters).
   std::optional<std::uint32_t> partitions;
 };
 

@@ -12,7 +12,7 @@ namespace kdstream
 {
 
 // The deepest cells have sides of 1/2^21 of the root's. They are not split, whatever they hold: so
-// coincident vertices, and vertices nearer than that, may make a cluster of more than N.
+// vertices that are nearer to each other may make a cluster of more than N.
 inline constexpr unsigned octreeDeepest = 21;
 
 // The cube of the root: the centre of the vertices' box, its longest side.

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// The first step of a build: a file becomes a mesh in memory that a store can hold. Step "read" of
-// the pipeline picture.
+// The first step of a build: reads a file into a mesh in memory that a store can hold. Step "read"
+// of the pipeline picture.
 #pragma once
 
 #include "filters/build/BuildMemory.h"
@@ -13,9 +13,9 @@
 namespace kdstream
 {
 
-// Reads all there is. Stops as soon as options.memory does not allow what has been read, or what
-// the header claims in a file that is large enough for it. Errors: those of MeshReader, and with
-// options.strict of Tolerance::Check; LimitExceeded, Cancelled.
+// Reads the whole file. Stops as soon as options.memory is too small for what has been read, or for
+// what the header claims (if the file is large enough for the claim). Errors: those of MeshReader,
+// and with options.strict of Tolerance::Check; LimitExceeded, Cancelled.
 Result<Mesh> ReadMesh(
   MeshReader& reader, const BuildOptions& options, const Execution& execution = {});
 

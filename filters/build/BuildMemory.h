@@ -25,38 +25,39 @@ struct MeshSize
 };
 MeshSize SizeOf(const Mesh& mesh);
 
-// Bytes of the sums from which a cluster has its numbers and classes (AttributeSums); those of
-// normals and colours are in what a cluster takes anyway.
+// Bytes of the sums (AttributeSums) that give a cluster its numbers and classes. The sums of
+// normals and colours are not counted: every cluster has room for them.
 std::uint64_t SumBytesOf(std::span<const AttributeInfo> attributes);
 
 // Bytes that a build in memory takes at most, measured on surfaces, clouds, soups and meshes with
-// attributes (BuildMemory.StaysBelowTheMemoryLimit). partitions: some, or one that is large, are
-// held while they are encoded. clusters: of the finest level, at least one a cell, at most four;
-// known once the sheets are found.
+// attributes (BuildMemory.StaysBelowTheMemoryLimit). partitions: several, or a single large one,
+// are in memory while they are encoded. clusters: of the finest level, one to four for each cell;
+// known when the sheets have been found.
 std::uint64_t EstimateBuildMemory(
   const MeshSize& size, std::uint64_t partitions, std::uint64_t clusters);
 
 // Bytes that reading and welding take at most: measured on binary STL.
 std::uint64_t EstimateWeldMemory(const MeshSize& size);
 
-// Whether `limit` bytes (0 = no limit) allow to take so many unused vertices out of the mesh.
-// Errors: LimitExceeded.
+// Checks that `limit` bytes (0 = no limit) are enough to take this number of unused vertices out of
+// the mesh. Errors: LimitExceeded.
 Status CheckPartingMemory(const MeshSize& size, std::uint64_t unused, std::uint64_t limit);
 
-// Whether `limit` bytes (0 = no limit) allow the mesh the least that it needs: a cluster a cell.
-// Errors: LimitExceeded.
+// Checks that `limit` bytes (0 = no limit) are enough for the least that the mesh needs: one
+// cluster for each cell. Errors: LimitExceeded.
 Status CheckBuildMemory(const MeshSize& size, const KdTreeOptions& tree, std::uint64_t limit);
 
-// The same before welding, which may leave few of the vertices. With more vertices than triangles
-// (an STL: all corners) the result of welding is unknown: the least that a closed surface keeps is
-// counted, and CheckBuildMemory checks afterwards. Errors: LimitExceeded.
+// The same check before welding, which may merge most of the vertices. With more vertices than
+// triangles (an STL, which repeats all corners) the number after welding is unknown. Then the
+// smallest number that a closed surface can have is used, and CheckBuildMemory checks afterwards.
+// Errors: LimitExceeded.
 Status CheckUnweldedMemory(const MeshSize& size, const KdTreeOptions& tree, std::uint64_t limit);
 
 // The most clusters of the finest level that `limit` leaves room for; 0 = no limit.
 std::uint64_t MostClusters(const MeshSize& size, std::uint64_t partitions, std::uint64_t limit);
 
-// Of a build in blocks, out of core or on several ranks: what is left of a limit for its steps;
-// libraries, threads and SQLite take the rest.
+// For a build in blocks, out of core or on several ranks: the part of a limit that its steps may
+// use; libraries, threads and SQLite take the rest.
 std::uint64_t StepMemory(std::uint64_t limit);
 
 // How much of that a process may hold while freed memory stays with it (ReturnFreeMemory).
@@ -75,21 +76,21 @@ unsigned DepthOfBlocks(
 // The most vertices that a block may have, of a mesh whose vertices take the same everywhere.
 std::uint64_t MostBlockVertices(const BlockedSize& mesh, std::uint64_t memory);
 
-// The most bytes of files that a build out of core is likely to have at one time. soup: as
-// MeshFileInfo has it, when the vertices are the triangles' corners. Measured; 0 for no vertices.
+// The most bytes of files that a build out of core is likely to have at one time. soup: as in
+// MeshFileInfo; the vertices are then the triangles' corners. Measured; 0 for no vertices.
 std::uint64_t EstimateTemporaryBytes(const BlockedSize& mesh, bool soup, ScalarType scalars);
 
-// Whether partitions can be made in blocks within `limit` bytes: a partition is never divided. Of
-// some sizes only the least may be known. mayBeWhole: a limit that holds the whole mesh does, too,
-// as kdstream-build then builds it in memory; ranks do not. O(1). Errors: LimitExceeded, with what
-// a limit must be.
+// Checks that `limit` bytes are enough to make partitions in blocks; a block has at least one
+// partition. Some sizes may be lower bounds. mayBeWhole: a limit that holds the whole mesh is also
+// enough, because kdstream-build then builds in memory; ranks do not. O(1). Errors: LimitExceeded,
+// naming a limit that is enough.
 Status CheckPartitionMemory(
   const BlockedSize& mesh, const KdTreeOptions& tree, std::uint64_t limit, bool mayBeWhole = true);
 
 // "64 MiB", "12 KiB": for messages.
 std::string Mebibytes(std::uint64_t bytes);
 
-// LimitExceeded: `what` cannot be had with `limit` bytes.
+// LimitExceeded: `limit` bytes are not enough for `what`.
 Error BeyondMemory(const std::string& what, std::uint64_t limit);
 
 }

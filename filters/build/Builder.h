@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// From a mesh file to a store: conducts step "build" of the pipeline picture. What a caller needs
-// to build one, kdstream-build and the tests: BuildOptions, BuildReport, BuildStore, which builds
-// in memory what fits --memory, and hands over to ExternalBuilder.h what does not.
+// From a mesh file to a store: step "build" of the pipeline picture. Has what callers
+// (kdstream-build and tests) need to build a store: BuildOptions, BuildReport and BuildStore.
+// BuildStore builds in memory what fits --memory, and hands everything else over to
+// ExternalBuilder.h.
 #pragma once
 
 #include "filters/build/PartitionMethod.h"
@@ -37,27 +38,28 @@ struct BuildOptions
   std::uint64_t memory = 0;
   MedianMethod median = nullptr;         // out of core; null: FindMedianByHistogram
   std::filesystem::path temporaryFolder; // for what is out of core; empty: beside the store
-  // Go on with an interrupted build of the same input and options. What one of others has left
-  // stays as it is, and the build is refused.
+  // Continue an interrupted build of the same input and options. If the folder has files of another
+  // build, they stay, and the build is refused.
   bool resume = false;
-  // Called at most once, early, with a sentence for the user: with `resume`, from where the build
-  // continues; without it, from where it could have continued.
+  // Called at most once, early, with a sentence for the user. With `resume`: where the build
+  // continues. Without it: where it could have continued.
   std::function<void(const std::string& found)> tellEarlierBuild = [](const std::string&) {};
   // Called once the input has been read and welded, with the numbers that are left.
   std::function<void(std::uint64_t vertices, std::uint64_t triangles)> tellSize =
     [](std::uint64_t, std::uint64_t) {};
   bool strict = false; // refuse input of which something was dropped or forgiven (Tolerance.h)
   std::string title, credit, license, unit, description;
-  // What is up, and from where the model is looked at first: towards the eye. Guessed where they
-  // are not given (GuessHomeView.h). REQUIRES: directions (DirectionOf).
+  // The up direction, and the direction from the model to the eye at the first view. Guessed if not
+  // given (GuessHomeView.h). REQUIRES: directions (DirectionOf).
   std::optional<Vec3> up, view;
   // Makes textures of partitions, by arrays of paint that the input has; null: there are none.
   std::shared_ptr<const PieceTextures> textures;
   std::string inputName; // stored as the input's name; empty: that of the file
   // By whose bytes the input is known (InputDigest.h), one after the other; empty: the file.
   std::vector<std::filesystem::path> inputFiles;
-  // For an input that is made anew for each build from another file: that file, and all else that
-  // the input depends on. An interrupted build of the same file is the same build. Empty: none.
+  // For an input that is converted anew for each build: the file that it is converted from, and
+  // everything else that the conversion depends on. A build can be resumed if these are the same.
+  // Empty: not converted.
   std::filesystem::path convertedFrom;
   std::string convertedBy;
   std::vector<std::filesystem::path> convertedWith; // files that it names: pictures, materials
@@ -80,13 +82,12 @@ struct BuildReport
     seconds; // read, tree, faces, levels, encode, write, total
 };
 
-// Builds `store` from `input`. The store appears whole or not at all.
-// Complexity O(n log n + t log t); peak memory as EstimateBuildMemory
-// (BuildMemory.h). The content depends on input
-// and options alone. Errors: those of MeshReader and ComputeDepths; a mesh without vertices
-// or with attributes that no store can hold (PrepareMesh); with options.strict what
-// Tolerance::Check refuses; LimitExceeded; InputOutput; Cancelled; with options.resume those of
-// BuildFolder::Open. The message does not name the file.
+// Builds `store` from `input`. The store appears whole or not at all. Complexity O(n log n + t log
+// t); peak memory as EstimateBuildMemory (BuildMemory.h). The content depends only on input and
+// options. Errors: those of MeshReader and ComputeDepths; a mesh without vertices or with
+// attributes that no store can hold (PrepareMesh); with options.strict what Tolerance::Check
+// refuses; LimitExceeded; InputOutput; Cancelled; with options.resume those of BuildFolder::Open.
+// The message does not name the file.
 Result<BuildReport> BuildStore(const std::filesystem::path& input,
   const std::filesystem::path& store, const BuildOptions& options, const Execution& execution = {});
 

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// The one conductor of a build: its steps in order, and the store, over a back end that holds the
-// data in memory (Builder.cxx), in files (ExternalBuilder.cxx) or on ranks
+// The conductor of a build: does its steps in order, and writes the store. The data are in a back
+// end: in memory (Builder.cxx), in files (ExternalBuilder.cxx) or on ranks
 // (Parallel/DistributedBuilder.cxx). Step "build" of the pipeline picture.
 #pragma once
 
@@ -47,8 +47,8 @@ class BuildBackEnd
 public:
   virtual ~BuildBackEnd() = default;
   virtual BuildState& State() = 0;
-  // From the input to what ForEachPart visits; then the steps that depend on the partitions:
-  // "levels" and "numbers", where there are levels.
+  // All steps from the input up to the data that ForEachPart visits, and then the steps that depend
+  // on the partitions: "levels" and "numbers", if there are levels.
   virtual Status MakeMesh() = 0;
   virtual Status MakeTree() = 0;
   virtual Status MakeFaces() = 0;
@@ -60,7 +60,7 @@ public:
   virtual std::string InputName() const = 0;
   virtual Result<std::string> DigestOfInput() = 0;
   // Gives all parts of each resolution to `visit`, levels 0 … L and then the original, and calls
-  // `finished` after the last part of each.
+  // `finished` after the last part of each resolution.
   virtual Status ForEachPart(
     const PartVisit& visit, const std::function<Status(Resolution)>& finished) = 0;
   virtual Status WriteUnusedList(StoreWriter& writer) = 0;

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// What the phases of a build out of core share beside BuildState: files, and what earlier phases
-// have left that later ones look at. Only for ExternalBuilder.cxx and the phases.
+// What the phases of a build out of core share beside BuildState: files, and results of earlier
+// phases that later ones use. Only for ExternalBuilder.cxx and the phases.
 #pragma once
 
 #include "filters/build/Conductor.h"
@@ -31,8 +31,9 @@ struct ExternalBuildState : BuildState
 
   SpillFolder& Files() { return this->Folder->Files(); }
 
-  // For a function that does the part [begin, end) of a step. It reports its own progress from 0 to
-  // 1 under any name; what is shown is the step's progress, which never runs back.
+  // The Execution for a function that does the part [begin, end) of a step. The function reports
+  // its own progress from 0 to 1 under any name; users see the step's progress, which never goes
+  // back.
   Execution Part(const char* step, double begin, double end)
   {
     Execution part = this->Exec;

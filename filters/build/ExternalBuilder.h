@@ -22,21 +22,21 @@ struct ExternalBuildProbe
   std::uint64_t stepMemory = 0; // bytes for each step; 0: what options.memory leaves
 };
 
-// Builds `store` from `input` by files in options.temporaryFolder: the same store as the build in
+// Builds `store` from `input` with files in options.temporaryFolder: the same store as the build in
 // memory makes, to the byte. Peak memory: options.memory + 64 MiB, what libraries take included.
-// The build is a list of phases; what the finished ones left is taken up by a build with
-// options.resume. Errors: those of BuildStore, and of CheckExternalBuild.
+// The build is a list of phases; a build with options.resume continues after the last finished
+// phase. Errors: those of BuildStore, and of CheckExternalBuild.
 Result<BuildReport> BuildStoreExternally(const std::filesystem::path& input,
   const std::filesystem::path& store, const BuildOptions& options, const Execution& execution = {},
   const ExternalBuildProbe& probe = {});
 
-// What a build without options.resume throws away: what one with it would go on from, or what that
-// would need. Empty where there is nothing to go on from.
+// What a build without options.resume would throw away: the files from which a build with it would
+// continue, or what that build would need. Empty if there is nothing to continue from.
 std::string DescribeResumable(const std::filesystem::path& input,
   const std::filesystem::path& store, const BuildOptions& options);
 
-// Whether such a store can be built out of core. Errors: LimitExceeded for a limit below
-// leastMemory, and for what is built in memory alone (the baseline kmeans).
+// Checks that such a store can be built out of core. Errors: LimitExceeded for a limit below
+// leastMemory, and for the baseline kmeans, which works only in memory.
 Status CheckExternalBuild(const BuildOptions& options);
 
 }

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// What a partition method does in a build out of core: its tree, its blocks, and the phases after
+// What a partition method does in a build out of core: the tree, the blocks, and the phases after
 // "faces". Only for the builder and the methods (PartitionMethod.h).
 #pragma once
 
@@ -46,7 +46,8 @@ class ExternalMethod
 {
 public:
   virtual ~ExternalMethod() = default;
-  // Whether partitions of such a mesh fit the memory, before they are made: CheckPartitionMemory.
+  // Checks that partitions of such a mesh fit the memory, before they are made:
+  // CheckPartitionMemory.
   virtual Status CheckPartitions(const BlockedSize&, const BuildOptions&, bool /*mayBeWhole*/) const
   {
     return {};

@@ -9,12 +9,12 @@
 namespace kdstream
 {
 
-// Finishes the phase "faces". Takes triangles and arrays of the phase "mesh". Errors: those of
+// Does the phase "faces". Takes triangles and arrays from the phase "mesh". Errors: those of
 // LoadMesh; LimitExceeded for a vertex with too many triangles (CheckHubs); InputOutput; Cancelled.
 Status MakeFaces(ExternalBuildState& build);
 
-// The mesh as all phases up to "faces" leave it. Errors: those of LoadMesh; LimitExceeded where its
-// blocks were made with more memory.
+// Loads the mesh that the phases up to "faces" have made. Errors: those of LoadMesh; LimitExceeded
+// if its blocks were made with more memory.
 Status LoadBlocks(ExternalBuildState& build, MeshFacts& facts, MeshBlocks& mesh);
 
 }

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// How a model stands, where nobody says it: which direction is up, and from where it is looked at
-// first. For the builders: all of them guess by the preview as the store has it, so they agree.
+// Guesses how a model stands if the user does not say: which direction is up, and from where it is
+// seen first. All builders guess from the preview as the store has it, so they agree.
 #pragma once
 
 #include "filters/build/Builder.h"
@@ -14,32 +14,34 @@
 namespace kdstream
 {
 
-// The pose of a surface or cloud whose input had this ending (".stl"). A given direction stays.
+// The home view of a surface or cloud whose input had this extension (".stl"). A given direction
+// stays.
 //
 // Up is one of the six axes:
 // 1. glTF says that y is up, +z in front. VRML says that y is up.
 // 2. A flat shape (one side of the box, along y or z, is below a fifth of the next) lies, and is
-//    looked at from above. But a shape that is flat along y and faces -y nearly everywhere is a
-//    wall: z is up, and -y in front.
+//    seen from above. But a shape that is flat along y and faces -y nearly everywhere is a wall: z
+//    is up, and -y in front.
 // 3. Else the axis whose ends differ most in support is up. An end's support is the part of the
-//    box's face that is spanned by the points within a fiftieth of the box's diagonal of it; 0 if
-//    the middle of the surface is not above it. x has 0.1 less. This is the static stability of Fu,
-//    Cohen-Or, Dror and Sheffer, "Upright Orientation of Man-Made Objects" (SIGGRAPH 2008), for
-//    axes only, where they learn from several features. The end that spans more is below if it is
-//    the lower one, or spans 0.3 more.
+//    box's face that its points span: those within a fiftieth of the box's diagonal of the face. It
+//    is 0 if the middle of the surface is not above it. x has 0.1 less. This is the static
+//    stability of Fu, Cohen-Or, Dror and Sheffer, "Upright Orientation of Man-Made Objects"
+//    (SIGGRAPH 2008), for axes only; they learn from several features. The end with more support is
+//    the bottom if it is the lower one, or has 0.3 more.
 // 4. Where no axis has 0.1 more than the next: y for .obj, else z.
 //
 // The view is level, on the wider of the two sides; if neither is wider (by a fifth), in front
-// (FrontOf). The back becomes the front if it has half as much again of relief: edges by their
-// length and bend, of the triangles that face the eye. A shape lower than half of its narrower side
-// is seen from 30 degrees above.
+// (FrontOf). The back becomes the front if it has 1.5 times as much relief. Relief is the sum over
+// the edges of the triangles that face the eye, of length times bend. A shape lower than half of
+// its narrower side is seen from 30 degrees above.
 //
 // O(n log n) for n points and triangles. REQUIRES: given directions are of length 1 (DirectionOf).
 HomeView GuessHomeView(std::span<const Vec3> points, std::span<const Triangle> triangles,
   std::string_view ending, const std::optional<Vec3>& up, const std::optional<Vec3>& view);
 
-// Into the store that is being written: what the options say, and by its preview the rest; of a
-// store without levels only what they say. REQUIRES: all pieces are written. Errors: Damaged.
+// Writes the home view into the store that is being written: as far as the options give it, and the
+// rest as guessed from the store's preview. A store without levels gets only what the options give.
+// REQUIRES: all pieces are written. Errors: Damaged.
 Status TellHomeView(
   const BuildOptions& options, const ModelDescription& description, StoreWriter& writer);
 

@@ -25,8 +25,8 @@ namespace kdstream
 std::vector<std::filesystem::path> FilesOfInput(
   const std::filesystem::path& input, const BuildOptions& options);
 
-// The digest of files, one after the other, worked out by a thread of its own while they are built
-// from: they are read once more, mostly from the system's memory. 1 MiB of memory.
+// The digest of files, one after the other. A thread of its own computes it during the build: it
+// reads the files a second time, mostly from the system's page cache. 1 MiB of memory.
 class InputDigest
 {
 public:
@@ -35,8 +35,8 @@ public:
   InputDigest& operator=(const InputDigest&) = delete;
   ~InputDigest(); // does not wait for the end of the files
 
-  // XXH3-128, as 32 hexadecimal digits. Waits for it; to be called once. Errors: those of
-  // ByteSource, with the file.
+  // XXH3-128, as 32 hexadecimal digits. Waits until the digest is ready; call it once. Errors:
+  // those of ByteSource, with the file.
   Result<std::string> Take();
 
 private:
@@ -67,9 +67,10 @@ private:
   std::unique_ptr<Sum> Bytes;
 };
 
-// What the digest of a mesh that comes from no file is made of: calls visit(head, values,
-// elementBytes) for coordinates, triangles, and each array. Head, then the number of elements, then
-// these. Of a part of a mesh, which has the same arrays, heads are those of the whole.
+// Gives the data for the digest of a mesh that does not come from a file: calls visit(head, values,
+// elementBytes) for coordinates, triangles, and each array. The digest takes the head, then the
+// number of elements, then the elements. For a part of a mesh, which has the same arrays, the heads
+// are those of the whole mesh.
 Status ForEachDigested(
   const Mesh& mesh, const std::function<Status(std::span<const std::byte> head,
                       std::span<const std::byte> values, std::size_t elementBytes)>& visit);

@@ -10,13 +10,13 @@
 namespace kdstream
 {
 
-// Finishes the phase "mesh": points and triangles with their arrays, as the file has them.
-// Memory: build.Memory. Errors: those of MeshReader and CheckClaimedPartitions; InvalidInput for an
-// array without a name; InputOutput; Cancelled.
+// Does the phase "mesh": points and triangles with their arrays, as the file has them. Memory:
+// build.Memory. Errors: those of MeshReader and CheckClaimedPartitions; InvalidInput for an array
+// without a name; InputOutput; Cancelled.
 Status MakeMesh(ExternalBuildState& build);
 
-// What the phase has found. Errors: Damaged; LimitExceeded where partitions cannot be held
-// (CheckPartitionMemory).
+// Loads the results of the phase. Errors: Damaged; LimitExceeded if a partition does not fit the
+// memory (CheckPartitionMemory).
 Result<MeshFacts> LoadFacts(const ExternalBuildState& build);
 
 // What decides how much memory its blocks take.

@@ -33,8 +33,8 @@ CoordinateGrid GridOf(const BuildOptions& options, const Box& box, ScalarType sc
 ModelDescription DescribeModel(
   const BuildOptions& options, const ModelFacts& facts, const std::string& inputName);
 
-// Whether it is known that no two vertices are in the same place, -0.0 and 0.0 being unlike: what
-// welding leaves can differ by its arrays.
+// Whether it is certain that no two vertices are in the same place (-0.0 and 0.0 are different
+// here). Welded vertices can still be in the same place, if their arrays differ.
 bool WeldingSeparates(bool weld, const std::vector<AttributeInfo>& attributes);
 
 }

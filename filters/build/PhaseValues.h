@@ -32,7 +32,7 @@ struct MeshFacts
 };
 
 void Save(BlobWriter& blob, const MeshFacts& facts);
-// What is missing reads as zeros: BlobReader::Finish tells.
+// Missing values read as zeros; BlobReader::Finish reports them.
 MeshFacts LoadMeshFacts(BlobReader& blob);
 
 // Values to the blob, files to the list.
@@ -46,8 +46,8 @@ void Save(BlobWriter& blob, std::vector<PhaseFile>& files, ExternalNumbers&& num
 Result<ExternalNumbers> LoadExternalNumbers(
   BlobReader& blob, const BuildFolder& folder, std::string_view phase);
 
-// All options that decide the content of the files or the store, by the names of the command line,
-// with their values; empty for one that is not given.
+// All options that decide the content of the files or the store, by their names on the command
+// line, with their values. An option that is not given has an empty value.
 std::vector<std::pair<std::string, std::string>> DescribeOptions(const BuildOptions& options);
 
 }

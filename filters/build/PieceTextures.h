@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// The seam between builders and whoever makes textures of partitions: part of step "encode" of the
-// pipeline picture. Builders carry the paint of triangles (IsTexturePaint) as they carry any array,
-// and hand over each piece of the original when it is cut; what a picture is they do not know.
+// The seam between builders and the code that makes textures of partitions: part of step "encode"
+// of the pipeline picture. Builders carry the texture coordinates of triangles (IsTexturePaint) as
+// any other array, and hand over each piece of the original when it is cut. They know nothing of
+// images.
 #pragma once
 
 #include "filters/core/Result.h"
@@ -26,10 +27,10 @@ class PieceTextures
 public:
   virtual ~PieceTextures() = default;
 
-  // What the model says of them, but for the counts.
+  // What the model's description says of them, except counts.
   virtual TextureDescription Describe() const = 0;
-  // The texture of an original's piece; takes the arrays of paint out of it. Errors: InvalidInput
-  // where it has none; InputOutput; LimitExceeded.
+  // Makes the texture of a piece of the original; removes the arrays of texture coordinates from
+  // the piece. Errors: InvalidInput if the piece has none; InputOutput; LimitExceeded.
   virtual Result<EncodedTexture> Make(Piece& piece) const = 0;
 };
 

@@ -17,8 +17,8 @@
 namespace kdstream
 {
 
-// Most pieces in memory at once, encoded or waiting to be written; and of large ones the most
-// vertices together (one piece is always allowed).
+// Most pieces in memory at one time, encoded or waiting to be written. Large pieces are limited by
+// their vertices together (one piece is always allowed).
 inline constexpr std::size_t encodeBatch = 64;
 inline constexpr std::size_t encodeBatchVertices = std::size_t{ 1 } << 17;
 
@@ -36,26 +36,26 @@ struct EncodedPiece
   std::optional<EncodedTexture> texture{};
 };
 
-// Who takes a piece and its bytes. Errors end the work.
+// Takes a piece and its bytes. Errors end the work.
 using PieceSink = std::function<Status(const EncodedPiece&)>;
 
 // Cuts and encodes the first `count` pieces of a cutter, a batch at a time on all threads, and
-// gives them to `add` in order; `done` as `written` below.
+// gives them to `add` in order; `done`: as `written` of WritePieces.
 Status EncodePieces(const PieceCutter& cutter, std::size_t count, const PieceEncoding& encoding,
   const PieceSink& add, StepClock& clock, const Execution& execution,
   const std::function<Status(std::size_t)>& done);
 
 // Cuts, encodes and writes the first `count` pieces of a cutter, a batch at a time on all threads:
-// one is written, by any thread, while the next is encoded. written(i): called when pieces up to
-// the i-th are written; it may stop the work. Errors: those of the writer, of
-// textures and of `written`.
+// while one batch is written, by any thread, the next is encoded. written(i): called when pieces up
+// to the i-th are written; it may stop the work. Errors: those of the writer, of textures and of
+// `written`.
 Status WritePieces(const PieceCutter& cutter, std::size_t count, const PieceEncoding& encoding,
   StoreWriter& writer, StepClock& clock, const Execution& execution,
   const std::function<Status(std::size_t)>& written);
 
-// How much of step "encode" is done when the part `done` (0-1) of a resolution is written. Levels
-// come first, each with about twice the clusters of the one before, all of them with about a third
-// of the original's vertices.
+// The progress of step "encode" when the part `done` (0-1) of a resolution is written. Levels come
+// first. Each has about twice the clusters of the level before; together they have about a third of
+// the original's vertices.
 double EncodedPart(Resolution resolution, const TreeDepths& depths, double done);
 
 // The exact boxes of the partitions, and all pages of the tree. boxes: heap order. REQUIRES: all

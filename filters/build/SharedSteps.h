@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Small checks and counts that the three builders (in memory, out of core, on ranks) do alike, so
-// that each stands once: names of attributes, vertices that the grid merges. For the builders
-// alone; the steps themselves are in the folders of the pipeline picture.
+// Small checks and counts that the three builders (in memory, out of core, on ranks) share: names
+// of attributes, vertices that the grid merges. Only for the builders. The steps themselves are in
+// the folders of the pipeline picture.
 #pragma once
 
 #include "filters/build/Builder.h"
@@ -29,9 +29,10 @@ Status CheckAttributeNames(std::span<const AttributeInfo> attributes);
 // Bytes of a mesh's file that are worked on at once where a step may take `memory`.
 std::size_t ChunkOfRead(std::uint64_t memory);
 
-// How many vertices in different places the grid brings together. vertices: all of them.
-// mayCoincide: whether some may be in one place as they are. count: in how many different places
-// all vertices are, by placeOf, or as they are where it is empty. Errors: those of `count`.
+// The number of vertices that the grid merges, of those in different places. vertices: number of
+// all vertices. mayCoincide: whether some may be in the same place before the grid. count: counts
+// the different places, by placeOf, or, if it is empty, of the vertices as they are. Errors: those
+// of `count`.
 using PlaceOfPoint = std::function<Vec3(const Vec3&)>;
 Result<std::uint64_t> CountMergedByGrid(const CoordinateGrid& grid, std::uint64_t vertices,
   bool mayCoincide, const std::function<Result<std::uint64_t>(const PlaceOfPoint&)>& count);

@@ -9,13 +9,14 @@
 namespace kdstream
 {
 
-// Finishes the phase "tree": the vertices in the order of the leaves, and boxes. Takes the points
-// of the phase "mesh". Errors: those of LoadFacts; InvalidInput for no vertices; those of
+// Does the phase "tree": the vertices in the order of the leaves, and boxes. Takes the points of
+// the phase "mesh". Errors: those of LoadFacts; InvalidInput for no vertices; those of
 // BuildExternalTree and PartitionByExternalOctree.
 Status MakeTree(ExternalBuildState& build);
 
-// The mesh as the phases up to "tree" leave it, without triangles and arrays; fills in what `build`
-// has by it. Errors: Damaged; LimitExceeded for a partition that cannot be held.
+// Loads the mesh that the phases up to "tree" have made, without triangles and arrays, and sets
+// what `build` has from it. Errors: Damaged; LimitExceeded for a partition that does not fit the
+// memory.
 Status LoadMesh(ExternalBuildState& build, MeshFacts& facts, MeshBlocks& mesh);
 
 }

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// The list of vertices that no triangle uses, into a store: parts that are encoded as pieces of a
-// cloud, with exact coordinates. Step "encode" of the pipeline picture, for all builders.
+// Writes the list of vertices that no triangle uses into a store: in parts that are encoded as
+// pieces of a cloud, with exact coordinates. Step "encode" of the pipeline picture, for all
+// builders.
 #pragma once
 
 #include "filters/core/Execution.h"
@@ -14,9 +15,9 @@
 namespace kdstream
 {
 
-// Writes the list after all else; nothing where the model has none. unused: as TakeUnusedVertices
-// gives them, or files of them, in the order of the input. attributes: of the model. Memory: a part
-// and its bytes. Errors: those of the writer; InputOutput; Cancelled.
+// Writes the list after everything else, if the model has such vertices. unused: as
+// TakeUnusedVertices gives them, or files of them, in the order of the input. attributes: of the
+// model. Memory: a part and its bytes. Errors: those of the writer; InputOutput; Cancelled.
 Status WriteUnused(const Mesh& unused, StoreWriter& writer, const Execution& execution = {});
 Status WriteUnused(const VertexFiles& unused, std::span<const AttributeInfo> attributes,
   ScalarType scalarType, StoreWriter& writer, const Execution& execution = {});

@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Which entries give the parents of which vertices, and which parents these may share: what reader
-// and writer of ancestors both know. Layout: doc/formats.md, "Ancestors".
+// Which entry gives the parent of which vertices, and which earlier entries may have the same
+// parent: what reader and writer of ancestors both know. Layout: doc/formats.md, "Ancestors".
 //
 // Ancestors are stored level by level, fine to coarse, each cluster's parent once. At the finest
 // level an entry is a vertex; at every coarser level it is a cluster that some vertex has as its
 // ancestor, by ascending rank.
 //
-// An edge collapse has made a cluster of neighbours. So the parent of an entry is mostly that of an
+// Edge collapses make a cluster of neighbours. So the parent of an entry is mostly the parent of an
 // earlier entry that shares an edge with it (EarlierNeighbours). A parent with a single child so
 // far is more likely than one with more (SiblingGroups).
 #pragma once
@@ -55,8 +55,9 @@ public:
                                    this->Near.data() + this->Begin[entry + 1]);
   }
 
-  // Entries become those of the next coarser level: what joins two children of one is gone.
-  // placeOf: of each entry, that of its parent; all below `entries`. O(entries + edges).
+  // Goes to the next coarser level: entries become its entries, and edges between two children of
+  // one entry disappear. placeOf: for each entry, the place of its parent; all below `entries`.
+  // O(entries + edges).
   void Rise(std::span<const std::uint32_t> placeOf, std::size_t entries)
   {
     if (this->Begin.empty())
@@ -80,8 +81,8 @@ public:
   }
 
 private:
-  // Sorts edges by their ends. forEach: gives all of them to add(start, end), each time in the same
-  // order; those that do not ascend are left out.
+  // Sorts edges by their ends. forEach: calls add(start, end) for all edges, each time in the same
+  // order; edges that do not ascend are left out.
   template <class ForEach>
   void Collect(std::size_t entries, const ForEach& forEach)
   {
@@ -106,8 +107,7 @@ private:
   std::vector<std::uint32_t> FinerBegin, FinerNear; // kept, so that each level takes no memory anew
 };
 
-// The entries of one level in groups of siblings, as far as edges told them, one entry after the
-// other.
+// The entries of one level in groups of siblings, as far as edges tell, one entry after the other.
 class SiblingGroups
 {
 public:

@@ -14,8 +14,8 @@
 namespace kdstream
 {
 
-// The components of one type as unsigned integers in the order of their values, and back: the sign
-// bit is turned over, or all bits of a negative float.
+// Turns the components of one type into unsigned integers of the same order, and back: inverts the
+// sign bit, or, for a negative float, all bits.
 class ComponentOrder
 {
 public:
@@ -45,9 +45,9 @@ private:
   std::uint64_t Sign, Turned;
 };
 
-// Predicts components, as ordered integers, from those before. Of vertices, in the order of the
-// walk: the mean of what the gate's start and end have. Of triangles, in the order of the piece:
-// what the triangle before has.
+// Predicts components, as ordered integers, from earlier ones. For vertices, in the order of the
+// walk: the mean of the values at the gate's start and end. For triangles, in the order of the
+// piece: the value of the triangle before.
 class AttributePredictor
 {
 public:

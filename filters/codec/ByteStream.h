@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Bytes in and out: fixed and variable-length integers, and streams of integers as byte planes.
-// Nothing here trusts a length: a reader that runs out of bytes says where, and takes no memory for
-// what is absent.
+// Nothing here trusts a length: a reader that runs out of bytes reports the place, and takes no
+// memory for the missing bytes.
 #pragma once
 
 #include "filters/core/Result.h"
@@ -42,8 +42,8 @@ public:
   // LEB128: seven bits a byte, lowest first.
   void Varint(std::uint64_t value);
   // A stream: differences to the previous value (the first to 0) modulo 2^64, zigzagged, then one
-  // byte w, and w planes of one byte a value, the lowest first. w is the least that holds every
-  // value, but at least `minimumWidth`.
+  // byte w, and w planes of one byte a value, the lowest first. w is the smallest number of bytes
+  // that holds every value, but at least `minimumWidth`.
   void Stream(std::span<const std::uint64_t> values, unsigned minimumWidth = 0);
 
   std::vector<std::uint8_t> Take() { return std::move(this->Bytes); }
@@ -63,8 +63,8 @@ public:
   std::size_t Position() const { return this->Offset; }
   std::size_t Remaining() const { return this->Bytes.size() - this->Offset; }
 
-  // The error of a read that failed first, naming the byte offset; reads after it give zeros and
-  // empty spans.
+  // Whether a read has failed. The error is that of the first failed read, and names the byte
+  // offset; later reads give zeros and empty spans.
   bool Failed() const { return this->Failure; }
   Error Why() const;
   void Fail(std::string_view what);

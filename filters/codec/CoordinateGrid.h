@@ -17,8 +17,8 @@ struct CoordinateGrid
   ScalarType scalarType = ScalarType::Float32;
   Vec3 origin{}; // of grid point (0, 0, 0), model units; (0, 0, 0) in lossless
   double step = 1;
-  // Coordinates are whole multiples of so many steps, at least 1: of a level that can do with less
-  // (SpacingFor). 1 in lossless.
+  // Coordinates are whole multiples of this number of steps, at least 1: more than 1 for a level
+  // that needs no finer ones (SpacingFor). 1 in lossless.
   std::uint32_t spacing = 1;
 
   bool operator==(const CoordinateGrid&) const = default;
@@ -28,12 +28,12 @@ struct CoordinateGrid
   static CoordinateGrid Over(const Box& box, std::uint8_t bits, ScalarType scalarType);
   static CoordinateGrid Exact(ScalarType scalarType);
 
-  // The same grid, of which every so many-th point along each axis is used. Lossless stays as it
-  // is.
+  // The same grid, of which only every `steps`-th point along each axis is used. A lossless one
+  // stays as it is.
   CoordinateGrid Spaced(std::uint32_t steps) const;
-  // How many steps may lie between the points that vertices use that lie off by `deviation`, model
-  // units: no coordinate moves by more than a quarter of it, and 256 points are left along an axis.
-  // At least 1; in lossless always. REQUIRES: spacing == 1.
+  // The largest spacing, in steps, for vertices whose geometric error is `deviation` (model units):
+  // it moves no coordinate by more than a quarter of the error, and leaves 256 points along an
+  // axis. At least 1; always 1 in lossless. REQUIRES: spacing == 1.
   std::uint32_t SpacingFor(double deviation) const;
   // The greatest coordinate of a grid point.
   std::uint32_t Most() const

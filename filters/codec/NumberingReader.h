@@ -67,7 +67,7 @@ private:
   std::uint32_t Last = 0;
 };
 
-// Numbers the vertices that have a group, by group, then by place, then as the walk found them.
+// Numbers the vertices that have a group: by group, then by place, then by the order of the walk.
 // sortKeyOf(v): ascends with (x, y, z), and may be equal for different places; isBefore(v, w):
 // compares all three, then the walk's numbers. REQUIRES: groups are below `own`. `numbers` gets
 // those of own vertices.
@@ -95,9 +95,8 @@ void NumberByGroup(std::span<const std::uint32_t> groups, std::size_t own,
       keys[at] = sortKeyOf(v);
     }
   }
-  // 2. Sort each group. In a small one, count for each vertex how many come before it: that takes
-  // no
-  //    branches that are hard to predict. The counts add up to 0 + 1 + 2 … unless some keys are
+  // 2. Sort each group. In a small group, count for each vertex how many come before it; this needs
+  //    no branches that are hard to predict. The counts add up to 0 + 1 + 2 … unless some keys are
   //    equal.
   constexpr std::uint32_t few = 24;
   for (std::size_t g = 0; g < own && begin[g] < own; ++g)
@@ -125,8 +124,8 @@ void NumberByGroup(std::span<const std::uint32_t> groups, std::size_t own,
   }
 }
 
-// Reads the ghosts' keys and numbers them after the own vertices. `keys` gets the key, and
-// `numbers` the number, of each ghost. False: what is read are no keys.
+// Reads the ghosts' keys, and numbers the ghosts after the own vertices. `keys` gets the key, and
+// `numbers` the number, of each ghost. False if a key is malformed.
 bool ReadGhosts(SymbolReader& symbols, std::span<const WalkVertex> vertices, std::size_t own,
   std::span<VertexKey> keys, std::span<VertexId> numbers);
 

@@ -16,9 +16,9 @@
 namespace kdstream
 {
 
-// Triangles as one number each, its corners from the highest bits down, so that their order is that
-// of the numbers. Sorted by counting: by the second corner, then by the first, then the few that
-// have both in common. O(triangles + vertices), unless many have both in common.
+// Triangles as one number each, with the first corner in the highest bits, so that the numbers sort
+// as the triangles do. Sorted by counting: by the second corner, then by the first, then the few
+// that have both in common. O(triangles + vertices), unless many have both in common.
 class PackedTriangles
 {
 public:
@@ -32,8 +32,8 @@ public:
   {
   }
 
-  // The least rotation of a triangle; as numbers they need no branches that are hard to predict.
-  // REQUIRES: corners < vertices, at most `most` triangles.
+  // Adds a triangle, rotated so that its number is smallest; comparing numbers needs no branches
+  // that are hard to predict. REQUIRES: corners < vertices, at most `most` triangles.
   void Add(std::uint64_t a, std::uint64_t b, std::uint64_t c)
   {
     const std::uint64_t least =

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// The exact boxes of partitions, which a region goes by: fetched around a tap. Layout:
-// doc/formats.md.
+// The exact boxes of partitions, which decide what a region contains: a viewer fetches those around
+// a tap. Layout: doc/formats.md.
 #pragma once
 
 #include "filters/core/Result.h"
@@ -28,8 +28,8 @@ std::vector<NodeId> AllPartitionBoxes(const TreeDepths& depths);
 std::vector<std::uint8_t> EncodePartitionBoxes(
   std::span<const Box> boxes, NodeId node, const TreeDepths& depths);
 
-// The boxes of the partitions below `node`, ascending; empty ones where there are no vertices.
-// Errors: as DecodePiece; InvalidArgument where the node has none.
+// The boxes of the partitions below `node`, ascending; a partition without vertices has an empty
+// box. Errors: as DecodePiece; InvalidArgument for a node that has no such blob.
 Result<std::vector<Box>> DecodePartitionBoxes(
   std::span<const std::uint8_t> blob, NodeId node, const TreeDepths& depths);
 

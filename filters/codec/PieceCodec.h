@@ -2,10 +2,10 @@
 // A piece as bytes and back: steps "encode" and "decode" of the pipeline picture. Layout:
 // doc/formats.md.
 //
-// Triangles are coded by a walk over the surface, positions by parallelograms along it, everything
-// as symbols of an entropy coder (PieceReader.h, PieceWriter.h). Compiles to WebAssembly. The blob
-// ends with a checksum of itself (Seal.h). The decoder checks it first and does not rely on it: a
-// well sealed blob may be hostile.
+// Triangles are coded by a walk over the surface, positions by parallelograms along it, and
+// everything becomes symbols of an entropy coder (PieceReader.h, PieceWriter.h). Compiles to
+// WebAssembly. The blob ends with a checksum of itself (Seal.h). The decoder checks it first and
+// does not rely on it: a well sealed blob may be hostile.
 #pragma once
 
 #include "filters/codec/CoordinateGrid.h"
@@ -24,8 +24,8 @@ struct CodecContext
 {
   TreeDepths depths;
   CoordinateGrid grid;
-  // Of each level, how many of the grid's steps lie between the points that it uses (SpacingFor);
-  // empty: 1 of all.
+  // For each level, the spacing of its coordinates in steps of the grid (SpacingFor). Empty: 1 for
+  // all levels.
   std::vector<std::uint32_t> spacings{};
   // Of each level, how many clusters it has: no rank is above. Empty: that is not known.
   std::vector<std::uint64_t> clusters{};
@@ -38,26 +38,27 @@ struct CodecContext
   }
 };
 
-// Bytes of the parts of a blob: all of it; triangles, and which of their vertices are ghosts;
-// positions; numbers of own vertices; keys of own vertices; keys of ghosts; ancestors.
+// Bytes of the parts of a blob, in this order: the whole blob; triangles, and which of their
+// vertices are ghosts; positions; numbers of own vertices; keys of own vertices; keys of ghosts;
+// ancestors.
 struct EncodedBytes
 {
   double all = 0, triangles = 0, positions = 0, numbers = 0, ownKeys = 0, ghostKeys = 0,
          ancestors = 0;
 };
 
-// Encodes a piece but for its deviations, which a store tells of a whole piece. REQUIRES:
-// CheckPiece(piece, context.depths); vertices with the same ancestor at a level have the same ones
-// at all coarser levels; on a grid, positions anywhere. Deterministic; O(size). spent: for
-// benchmarks.
+// Encodes a piece without its deviations; a store has one geometric error for the whole piece.
+// REQUIRES: CheckPiece(piece, context.depths); vertices with the same ancestor at a level have the
+// same ones at all coarser levels; on a grid, positions anywhere. Deterministic; O(size). spent:
+// for benchmarks.
 std::vector<std::uint8_t> EncodePiece(
   const Piece& piece, const CodecContext& context, EncodedBytes* spent = nullptr);
 
-// Decodes the blob of piece `expected`. Any bytes may be given. The size of the blob bounds lengths
-// before memory is taken (at most 2 KiB for each byte of it, temporary memory included), and so
-// bounds the time. The result passes CheckPiece, and its ranks are of clusters that the levels
-// have. Errors: Damaged for a wrong checksum (Seal.h); InvalidInput with the byte offset;
-// Unsupported for an unknown codec version.
+// Decodes the blob of piece `expected`. The bytes may be hostile. The size of the blob bounds all
+// lengths before memory is taken (at most 2 KiB for each byte of the blob, temporary memory
+// included), and so bounds the time. The result passes CheckPiece, and its ranks are of clusters
+// that the levels have. Errors: Damaged for a wrong checksum (Seal.h); InvalidInput with the byte
+// offset; Unsupported for an unknown codec version.
 Result<Piece> DecodePiece(
   std::span<const std::uint8_t> blob, PieceId expected, const CodecContext& context);
 

@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Which of a piece's numbers each vertex of the walk has: what reader (NumberingReader.h) and
-// writer (NumberingWriter.cxx) both know. Layout: doc/formats.md, "Groups" and "Ghosts".
+// Which number in the piece each vertex of the walk has: what reader (NumberingReader.h) and writer
+// (NumberingWriter.cxx) both know. Layout: doc/formats.md, "Groups" and "Ghosts".
 //
 // Own vertices are numbered so that a cluster is a run of vertices that are near each other, and
 // inside a finest cluster by place. So their numbers fall into *groups*: runs of strictly ascending
-// (x, y, z). Each vertex tells its group, which is mostly that of a neighbour; a reader sorts each
-// group again. Ghosts tell their keys, which are mostly near those of a neighbour, and are numbered
-// by ascending key.
+// (x, y, z). For each own vertex its group is stored, which is mostly that of a neighbour; the
+// reader sorts each group again. For each ghost its key is stored, which is mostly near that of a
+// neighbour; ghosts are numbered by ascending key.
 #pragma once
 
 #include "filters/codec/PieceContexts.h"
@@ -48,11 +48,11 @@ struct GateGroups
     return firstOwn != noVertex ? firstOwn : last;
   }
 };
-// The symbol for a group that is none of the three; 0, 1 and 2 stand for these.
+// The symbol for a group that is none of the three, for which 0, 1 and 2 stand.
 inline constexpr unsigned otherGroup = 3;
 
-// The key that is nearest to that of ghost v: of the first vertex of its gate that is an earlier
-// ghost, or else of the ghost before it. keys: of the ghosts before v.
+// The key from which that of ghost v is predicted: the key of the first vertex of its gate that is
+// an earlier ghost, or else of the ghost before it. keys: of the ghosts before v.
 inline VertexKey ReferenceKey(
   std::span<const WalkVertex> vertices, std::size_t v, const VertexKey* keys, VertexKey last)
 {

@@ -20,8 +20,8 @@ namespace kdstream
 class PieceReader
 {
 public:
-  // piece: has its id and primitive, and its attributes but for their values. All arguments must
-  // live as long as the reader.
+  // piece: has its id and primitive, and its attributes without values. All arguments must live as
+  // long as the reader.
   PieceReader(
     SymbolReader& symbols, Piece& piece, const PieceShape& shape, const CoordinateGrid& grid)
     : Symbols(symbols)

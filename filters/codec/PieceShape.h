@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// What the counts in a blob's head, and its id, say about the arrays that follow: a piece's content
-// as symbols (PieceReader.h, PieceWriter.h).
+// What a piece's id and the counts in its blob's head say about the arrays that follow, the piece's
+// content as symbols (PieceReader.h, PieceWriter.h).
 #pragma once
 
 #include "filters/codec/TriangleWalk.h"
@@ -12,8 +12,8 @@
 namespace kdstream
 {
 
-// Which ancestors a piece tells: the ranks of so many of its vertices, at levels that follow each
-// other.
+// Which ancestors a piece stores: the ranks of the ancestors of a number of its vertices, at
+// consecutive levels.
 struct AncestorShape
 {
   std::size_t vertices = 0, levels = 0;

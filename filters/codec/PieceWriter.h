@@ -37,7 +37,7 @@ public:
   // Once.
   void Write();
 
-  // After Write: steps of the walk, which the head tells a reader.
+  // After Write: the number of steps of the walk, which is in the blob's head.
   std::size_t StepCount() const { return this->Walk.StepCount(); }
 
 private:
@@ -60,8 +60,8 @@ private:
 
 // ---- The numbers of vertices (NumberingWriter.cxx)
 
-// Writes the groups of own vertices. points: of each vertex of the walk, its coordinates as they
-// are coded. numbers: the piece's number of each. own: how many own vertices there are.
+// Writes the groups of own vertices. For each vertex of the walk, points: its coordinates as they
+// are coded, numbers: its number in the piece. own: number of own vertices.
 void WriteGroups(SymbolWriter& symbols, std::span<const WalkVertex> vertices,
   std::span<const Vec3> points, std::span<const VertexId> numbers, std::size_t own);
 
@@ -69,9 +69,9 @@ void WriteGroups(SymbolWriter& symbols, std::span<const WalkVertex> vertices,
 void WriteGhosts(SymbolWriter& symbols, std::span<const WalkVertex> vertices,
   std::span<const VertexKey> keys, std::span<const VertexId> numbers);
 
-// The positions, as differences to what a predictor says (PositionWriter.cxx).
-// points: of each vertex. Chooses the mode that takes the fewest bits, by planes only where it may;
-// deterministic.
+// Writes the positions, as differences from a predictor's values (PositionWriter.cxx). points: of
+// each vertex. Chooses the mode that takes the fewest bits, among them prediction by planes if that
+// is allowed; deterministic.
 template <class Predictor>
 void WritePositions(SymbolWriter& symbols, const CoordinateGrid& grid,
   std::span<const WalkVertex> vertices, const typename Predictor::Point* points, bool mayUsePlanes);

@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Predicts where a piece's vertices are, one after the other in the order of the walk: where
-// parallelograms of earlier vertices put them. What is coded is the difference to that
+// Predicts the positions of a piece's vertices, one after the other in the order of the walk, by
+// parallelograms of earlier vertices. What is coded is the difference from the prediction
 // (PositionReader.h, PositionWriter.cxx). Layout: doc/formats.md, "Positions".
 //
-// Along a surface a vertex may lie anywhere, across it hardly: a smooth surface goes on as the
-// triangles before it (SurfacePlane). So two coordinates may be stored first, and the third from
-// where these put it in the plane, in fewer bits.
+// A vertex may lie anywhere along a surface, but hardly off it: a smooth surface continues the
+// plane of the triangles before it (SurfacePlane). So two coordinates may be stored first; they and
+// the plane predict the third, which then needs fewer bits.
 //
 // A coordinate on the grid is an integer, 0 … 2^bits - 1, and is predicted in integers. A lossless
 // one is predicted in doubles, by a few operations that give the same bits everywhere; what is
@@ -38,15 +38,15 @@ enum class AxisTables : std::uint8_t
 // How a piece's positions are coded; chosen by the writer.
 struct PositionMode
 {
-  // How far beyond an edge the prediction lies, in eighths of how far the apex lies before the
-  // edge: 8 completes the parallelogram, less suits noisy surfaces.
+  // How far beyond an edge the prediction lies, in eighths of the apex's distance on the other
+  // side: 8 completes the parallelogram, less suits noisy surfaces.
   unsigned reach = 8;
   AxisTables tables = AxisTables::Shared;
 };
 inline constexpr unsigned mostReach = 8;
 
 // Coordinates on the grid, which are below 2^24; half-way is rounded up. Works on all axes at once
-// and modulo 2^32. A reader must Check every point: what it reads may be outside.
+// and modulo 2^32. A reader must call Check for every point, since what it reads may be outside.
 class GridPredictor
 {
 public:
@@ -71,14 +71,14 @@ public:
   {
     return grid.At({ point[0], point[1], point[2] });
   }
-  // Ascends with (x, y, z), as far as 64 bits tell points apart.
+  // Ascends with (x, y, z), as far as 64 bits can distinguish points.
   static std::uint64_t SortKeyOf(const Point& point)
   {
     return std::uint64_t{ point[0] } << 40 | std::uint64_t{ point[1] } << 16 | point[2] >> 8;
   }
 
-  // edges: the sum of the four vertices on the edges of two parallelograms; apexes: of the two
-  // behind.
+  // edges: the sum of the four vertices on the edges of two parallelograms; apexes: the sum of the
+  // two apexes.
   KDSTREAM_IN_LOOPS Point Predict(const Point& edges, const Point& apexes) const
   {
     using Signed = std::int32_t __attribute__((vector_size(16)));
@@ -210,9 +210,9 @@ KDSTREAM_IN_LOOPS typename Predictor::Point Predicted(const Predictor& predictor
   return v > 0 ? points[vertices[v].gate[0]] : typename Predictor::Point{};
 }
 
-// The plane of the triangle that a guided vertex was found at. Its normal is exact for points on
-// the grid; what follows is in doubles, each operation rounded. (With the second triangle's plane,
-// weighted by area, a level takes 0.1 % less, and decoding longer.)
+// The plane of the triangle from which the walk reached a guided vertex. Its normal is exact for
+// points on the grid; everything after it is in doubles, each operation rounded. (With the second
+// triangle's plane, weighted by area, a level takes 0.1 % less, and decoding longer.)
 class SurfacePlane
 {
 public:
@@ -231,9 +231,9 @@ public:
     this->Behind = Value((z & isX) | (x & isY) | (y & isZ));
   }
 
-  // The differences along x, y and z in the order in which they are stored: along the two axes that
-  // lie most in the plane (those that follow the third, in a circle), then the distance of the
-  // vertex from the plane.
+  // The differences along x, y and z in the order in which they are stored: first along the two
+  // axes that lie most in the plane (those that follow the third axis cyclically), then the
+  // distance of the vertex from the plane along the third.
   Point Told(const Point& difference) const
   {
     const Point told{ difference[(this->Across + 1) % 3], difference[(this->Across + 2) % 3] };
@@ -270,8 +270,8 @@ private:
   static double Value(std::uint64_t number) { return double(static_cast<std::int64_t>(number)); }
 
   // Where the plane is along the third axis, to the nearest step, halves to the even one, modulo
-  // 2^32. It rises by no more than the other two together, as its normal is longest along the
-  // third.
+  // 2^32. The plane rises by no more than the other two coordinates together, because its normal is
+  // longest along the third axis.
   KDSTREAM_IN_LOOPS std::uint32_t OffPlane(const Point& told) const
   {
     const double sum = this->Ahead * double(static_cast<std::int32_t>(told[0])) +

@@ -16,7 +16,7 @@
 namespace kdstream
 {
 
-// False: what is read is no mode, or none of this predictor's.
+// False: not a mode, or not one of this predictor.
 template <class Predictor>
 bool ReadPositionMode(SymbolReader& symbols, PositionMode& mode)
 {
@@ -32,7 +32,7 @@ bool ReadPositionMode(SymbolReader& symbols, PositionMode& mode)
 }
 
 // The differences of all vertices, before the first position is predicted: so the symbols of one
-// vertex do not wait for the position of another. False: one has too many bits.
+// vertex do not wait for the position of another. False: a difference has too many bits.
 template <class Predictor>
 bool ReadDifferences(SymbolReader& symbols, const PositionMode& mode,
   std::span<const WalkVertex> vertices, typename Predictor::Differences* differences)

@@ -18,12 +18,12 @@ namespace kdstream
 class RecentRanks
 {
 public:
-  // Symbols below stand for the ranks stored last, each once: 0 for the very last one.
+  // Symbols below this number mean the ranks stored last, each once: 0 is the very last one.
   static constexpr unsigned recent = 8;
   static constexpr unsigned next = 8;  // the rank after the largest that was stored, at first 0
   static constexpr unsigned other = 9; // a difference to Newest follows
 
-  // The symbol that tells a rank.
+  // The symbol of a rank.
   unsigned SymbolOf(std::uint64_t rank) const
   {
     const auto* end = this->Last.data() + this->Count;
@@ -32,7 +32,7 @@ public:
            : rank == this->NextRank ? next
                                     : other;
   }
-  // The rank that a symbol below `recent` tells. False: there is none.
+  // The rank of a symbol below `recent`. False: there is none.
   bool Find(unsigned symbol, std::uint64_t& rank) const
   {
     if (symbol >= this->Count)

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// What every encoded blob begins and ends with: part of the steps "encode" and "decode" of the
+// The head and the checksum of every encoded blob: part of the steps "encode" and "decode" of the
 // pipeline picture. A blob begins with its magic and the codec's version. It ends with a checksum
 // of all bytes before. So a blob that was damaged between the store and the viewer (by a proxy, a
 // CDN, a disk cache) is refused, not drawn. Layout: doc/formats.md, section 4.
@@ -33,11 +33,11 @@ void SealBlob(std::vector<std::uint8_t>& blob);
 // Whether the blob ends with the checksum of what is before that, whatever it is. O(size).
 bool IsSealed(std::span<const std::uint8_t> blob);
 
-// The blob without its checksum, once magic, version and checksum are found right; its content
+// The blob without its checksum, after magic, version and checksum have been checked; its content
 // starts at blobHeadSize. O(size), no memory taken. Errors: InvalidInput for another magic;
-// Unsupported for an unknown version, which is looked at before the checksum, since another version
-// may be sealed in another way; Damaged for a wrong checksum, or a blob too short to have one.
-// REQUIRES: magic.size() == magicSize.
+// Unsupported for an unknown version, which is checked before the checksum, because another version
+// may have another one; Damaged for a wrong checksum, or a blob too short to have one. REQUIRES:
+// magic.size() == magicSize.
 Result<std::span<const std::uint8_t>> UnsealBlob(
   std::span<const std::uint8_t> blob, std::string_view magic);
 

@@ -53,8 +53,8 @@ void SortFew(Item* items, std::size_t count, const IsBefore& isBefore)
   }
 }
 
-// Sorts, and keeps what is equal in order. `other` is for what is needed on the way. Runs of one,
-// two, four … are merged without branches that are hard to predict.
+// A stable sort. `other` is scratch memory. Merges runs of one, two, four …, without branches that
+// are hard to predict.
 template <class Item, class IsBefore>
 void SortByMerging(std::vector<Item>& items, std::vector<Item>& other, const IsBefore& isBefore)
 {

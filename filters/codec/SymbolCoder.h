@@ -8,8 +8,8 @@
 // bytes: half an octave of frequency a symbol. A number is a symbol for its size and raw bits for
 // the rest. The first contexts are for choices among a few: their tables are smaller.
 //
-// What a SymbolWriter is told by a method of a name, a SymbolReader gives by the method of that
-// name, in the same order and under the same contexts.
+// SymbolWriter and SymbolReader have methods of the same names: what a method of the writer takes,
+// the reader's returns, if they are called in the same order and with the same contexts.
 #pragma once
 
 #include "filters/codec/ByteStream.h"
@@ -94,8 +94,8 @@ private:
   std::vector<std::uint64_t> Raws;
 };
 
-// Where a reader is. A loop reads from a copy of its own, which compilers keep in registers, and
-// hands it back at the end (SymbolReader::Continue).
+// A reader's position. A loop reads from a copy of its own, which compilers keep in registers, and
+// gives it back at the end (SymbolReader::Continue).
 class SymbolCursor
 {
 public:
@@ -111,8 +111,8 @@ public:
   {
     return this->NumberUnder(this->TableFor(context));
   }
-  // The same for a number below 2^48: faster, as nothing is called. If it is greater, the cursor is
-  // Failed.
+  // The same for a number below 2^48: faster, because it calls no function. If the number is
+  // greater, the cursor is Failed.
   KDSTREAM_IN_LOOPS std::uint64_t Small(std::size_t context)
   {
     return this->SmallUnder(this->TableFor(context));
@@ -224,22 +224,23 @@ protected:
 class SymbolReader : public SymbolCursor
 {
 public:
-  // Reads the tables. Takes up to 4 KiB a table that is there: at most 256 bytes for a bit of the
-  // input. REQUIRES: 8 bytes can be read after `bytes`, whatever they are: a blob's checksum.
+  // Reads the tables. Memory: up to 4 KiB for each table that is present, at most 256 bytes for a
+  // bit of the input. REQUIRES: 8 bytes can be read after `bytes`, whatever they are: a blob's
+  // checksum.
   SymbolReader(std::span<const std::uint8_t> bytes, const SymbolContexts& contexts);
 
   // Goes on from where a copy has come to.
   void Continue(const SymbolCursor& cursor) { static_cast<SymbolCursor&>(*this) = cursor; }
-  // Whether all bytes were used and the coder is in the state that it starts from: REQUIRES that
-  // everything was read.
+  // Whether all bytes were used, and the coder is back in its initial state. REQUIRES: everything
+  // was read.
   bool AtEnd() const;
 
 private:
   void ReadTable(std::size_t context, unsigned bits);
   void AddTable(std::span<const std::uint32_t> frequencies, std::size_t firstSymbol);
 
-  // Entries: frequency << 17 | slot within the symbol << 7 | symbol. The first two tables have
-  // only symbol 0: those of contexts without one, choices and numbers.
+  // Entries: frequency << 17 | slot within the symbol << 7 | symbol. The first two tables have only
+  // symbol 0, for contexts without a table: one for choices, one for numbers.
   std::unique_ptr<std::uint32_t[]> Entries;
   std::size_t EntryCount = 0;
   std::vector<std::uint32_t> Begins;

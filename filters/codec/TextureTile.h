@@ -1,9 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// A partition's part of the pictures that paint the original, as bytes and back: a small picture,
-// into which the charts of its triangles are packed, and where in it the corners of the triangles
-// lie. Part of the steps "encode" and "decode" of the pipeline picture. Layout: doc/formats.md,
-// "Textures". The picture itself is an encoded image, which clients give to what their platform
-// decodes images with: nothing here looks inside.
+// Encodes and decodes the texture of a partition: a small picture, into which the charts of its
+// triangles are packed, and the corners' coordinates in it. Part of the steps "encode" and "decode"
+// of the pipeline picture. Layout: doc/formats.md, "Textures". The picture itself is an encoded
+// image, which clients decode with what their platform has. It is not decoded here.
 #pragma once
 
 #include "filters/core/Result.h"
@@ -29,13 +28,13 @@ enum class TileImage : std::uint8_t
 std::string_view NameOf(TileImage format);
 
 // Texels of the tile's picture from its left edge, and from its upper edge down: texel (i, j)
-// covers [i, i + 1) × [j, j + 1). Divided by width and height they are what glTF and OpenGL ES call
-// texture coordinates, for a picture whose first row is uploaded first.
+// covers [i, i + 1) × [j, j + 1). Divided by width and height they are the texture coordinates of
+// glTF, and of OpenGL ES if the first row is uploaded first.
 using TileCoordinate = std::array<float, 2>;
 
 // The longest side of a tile's picture: WebP's.
 inline constexpr std::uint32_t longestTileSide = 16383;
-// Steps of a texel that coordinates are rounded to, but for exact tiles.
+// Steps of a texel to which coordinates are rounded, except in exact tiles.
 inline constexpr unsigned tileSteps = 256;
 
 inline constexpr std::uint32_t noTileSource = std::numeric_limits<std::uint32_t>::max();
@@ -43,8 +42,8 @@ inline constexpr std::uint32_t noTileSource = std::numeric_limits<std::uint32_t>
 // Of an exact tile: a picture of the input as a material uses it.
 struct TileSource
 {
-  // Number among the input's; from their count on: as another factor or alpha shows it
-  // (doc/formats.md).
+  // The number of a picture of the input. Numbers from their count on: the same pictures with
+  // another factor or alpha mode (doc/formats.md).
   std::uint32_t picture = 0;
   std::uint32_t width = 1, height = 1;
   // From the coordinates that the input gives to those of the picture, 0-1 from its upper left:
@@ -58,8 +57,8 @@ struct TileSource
 struct TileChart
 {
   std::uint32_t source = noTileSource; // noTileSource: a patch, whose corners are all at (x, y)
-  // In texels of the source: where its upper left corner comes to lie, before all is halved. May be
-  // far outside the tile.
+  // Where the source's upper left corner lies in the tile, in texels of the source, before the tile
+  // is halved. May be far outside the tile.
   std::int64_t x = 0, y = 0;
   bool operator==(const TileChart&) const = default;
 };
@@ -76,7 +75,7 @@ struct ExactTile
   bool operator==(const ExactTile&) const = default;
 };
 
-// The head alone: what there is to decode and upload.
+// Only the head: what must be decoded and uploaded.
 struct TextureTileHead
 {
   std::uint32_t triangles = 0;
@@ -91,8 +90,8 @@ struct TextureTile
   std::uint32_t width = 1, height = 1;
   TileImage format = TileImage::Webp;
   std::vector<std::uint8_t> image;
-  // Of each triangle of the partition's piece, in its order. What an exact tile's are is told by
-  // `exact`: an encoder does not look at them, a decoder fills them in (PlaceOfCorner).
+  // For each triangle of the partition's piece, in its order. For an exact tile `exact` gives the
+  // coordinates: an encoder ignores these, a decoder fills them in (PlaceOfCorner).
   std::vector<std::array<TileCoordinate, 3>> corners;
   bool isExact = false;
   ExactTile exact{};
@@ -115,9 +114,9 @@ std::vector<std::uint8_t> EncodeTextureTile(
 Result<TextureTileHead> ReadTextureTileHead(std::span<const std::uint8_t> blob);
 
 // The whole tile. triangles: of the decoded original piece of the same partition (DecodePiece);
-// memory and time are bounded by their number and the blob's size. What the image's bytes are is
-// not looked at: whoever decodes them checks that it is of the specified size. Errors: those of
-// the head; InvalidInput for another number of triangles, and for what is no tile.
+// memory and time are bounded by their number and the blob's size. The image's bytes are not
+// checked: the code that decodes them must compare its size with the specified one. Errors: those
+// of the head; InvalidInput for another number of triangles, and for a malformed tile.
 Result<TextureTile> DecodeTextureTile(
   std::span<const std::uint8_t> blob, std::span<const Triangle> triangles);
 

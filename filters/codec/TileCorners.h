@@ -2,9 +2,10 @@
 // The corners of a tile's triangles as symbols: what reader and writer of a texture tile both know,
 // and what each does with it. Layout: doc/formats.md, "Textures".
 //
-// Triangles come in the piece's order, so most corners are at a vertex that has been met: then a
-// choice names one of the two pairs that were stored last there. A new pair is stored as its
-// difference to what closes a parallelogram with a neighbour, or to another corner.
+// Triangles come in the piece's order, so most corners are at a vertex that an earlier triangle
+// has. Then a choice selects one of the two coordinate pairs last stored at that vertex. A new pair
+// is stored as the difference from a prediction: by a parallelogram with a neighbour, or another
+// corner.
 #pragma once
 
 #include "filters/codec/ByteStream.h"
@@ -79,7 +80,7 @@ protected:
     TileCorner value;
   };
 
-  // The one that a symbol stands for, or null.
+  // The corner that a symbol means, or null.
   const TileCorner* PairOf(VertexId vertex, unsigned symbol) const
   {
     const Pairs& recent = this->Recent[vertex];
@@ -123,8 +124,8 @@ protected:
     return { TileContext::far, this->Last };
   }
 
-  // Triangle t is stored: what later ones may refer to. A vertex that it has twice keeps the pair
-  // of the last corner.
+  // Records triangle t, which has been stored, for later ones. If a vertex is twice in it, the pair
+  // of its last corner is kept.
   void Remember(std::size_t t)
   {
     for (std::size_t k = 0; k < 3; ++k)
@@ -167,8 +168,8 @@ protected:
   std::uint32_t LastChart = 0;
 
 private:
-  // The third corner of a triangle that has the corners `next` and `previous` of t, at the same
-  // pairs; null if it is none.
+  // The third corner of the triangle that has the corners `next` and `previous` of t with the same
+  // pairs; null if there is none.
   const TileCorner* Across(
     std::size_t t, std::size_t next, std::size_t previous, std::uint32_t other) const
   {
@@ -276,7 +277,7 @@ public:
   {
   }
 
-  // May be of none that there is.
+  // May be the number of a corner that does not exist.
   std::uint64_t Chart(std::size_t t)
   {
     const unsigned symbol = this->Symbols.Choice(TileContext::sameChart);

@@ -1,9 +1,10 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Pages of the tree: what is known of pieces before they are fetched. Layout: doc/formats.md.
+// Pages of the tree: what a viewer knows of pieces before it fetches them. Layout: doc/formats.md.
 //
-// A viewer walks down from the root along what it looks at, and fetches the pages on its way. So a
-// page is small, and its boxes are rounded: outward, to sixteenths of their parent's. The exact
-// boxes of partitions, which a region goes by, are blobs of their own (PartitionBoxes.h).
+// A viewer walks down from the root to the nodes in its view, and fetches the pages on its way. So
+// pages are small, and their boxes are rounded outward to sixteenths of the parent's box. The exact
+// boxes of partitions, which decide what a region contains, are blobs of their own
+// (PartitionBoxes.h).
 #pragma once
 
 #include "filters/core/Result.h"
@@ -20,33 +21,33 @@ namespace kdstream
 
 // ---- which node is in which page
 
-// A page belongs to a node and describes the nodes below it: 5 depths, or as many as there are. The
-// root's page describes 5 to 9 depths, so that the last pages are whole.
+// A page belongs to a node, and describes the nodes of the 5 depths below it (fewer at the end of
+// the tree). The root's page describes 5 to 9 depths, so that the last pages are full.
 inline constexpr unsigned treePageDepths = 5;
 
-// How many depths the page of `page` tells of. REQUIRES: IsTreePage(page, depths).
+// The number of depths that the page of `page` describes. REQUIRES: IsTreePage(page, depths).
 unsigned DepthsOfTreePage(NodeId page, const TreeDepths& depths);
 // Whether a node has a page: the root, and the nodes of the depths P - 5, P - 10 … down to 5.
 bool IsTreePage(NodeId node, const TreeDepths& depths);
-// The page that tells of a node: of a page's own node the page above, of the root its own.
-// REQUIRES: DepthOfNode(node) <= depths.partition.
+// The page that describes a node. A page's own node is described by the page above, the root by its
+// own. REQUIRES: DepthOfNode(node) <= depths.partition.
 NodeId TreePageOfNode(NodeId node, const TreeDepths& depths);
 // The nodes that have a page, ascending.
 std::vector<NodeId> TreePages(const TreeDepths& depths);
 
-// ---- what a page tells
+// ---- the content of a page
 
-// Of one piece. Deviations: of the own vertices of a level's piece, model units; what 99 of 100 do
-// not exceed, and the largest; 0 of the original's. bytes: of its blob; 0 where there is no such
-// piece. All are rounded up where a page tells them (RoundedUp).
+// Facts of one piece. Deviations: the geometric errors of its own vertices, in model units: that
+// which 99 of 100 do not exceed, and the largest; 0 for the original. bytes: of its blob; 0 if
+// there is no such piece. A page stores them rounded up (RoundedUp).
 struct PieceFacts
 {
   float most99 = 0, most = 0;
   std::uint32_t bytes = 0;
   bool operator==(const PieceFacts&) const = default;
 };
-// As a page tells it: bounds by at most a 16th more (or the largest float), bytes by at most an
-// 8th. Idempotent.
+// The facts as a page stores them: errors rounded up by at most a 16th (or to the largest float),
+// bytes by at most an 8th. Idempotent.
 PieceFacts RoundedUp(const PieceFacts& facts);
 
 // Of all pieces of a model: of the levels 0 … L, where it has levels, and of the partitions.
@@ -70,21 +71,21 @@ private:
   std::vector<std::vector<PieceFacts>> Rows; // levels 0 …, then the original
 };
 
-// The pieces that a page describes: those whose nodes it describes, and of the root's page those of
-// the root too; coarse to fine, nodes ascending.
+// The pieces that a page describes: those of the nodes that it describes; the root's page also
+// those of the root. Coarse to fine, nodes ascending.
 std::vector<PieceId> PiecesOfTreePage(NodeId page, const TreeDepths& depths, bool hasLevels);
-// Where in that list a piece stands. REQUIRES: the page tells of it. O(levels).
+// The place of a piece in that list. REQUIRES: the page describes it. O(levels).
 std::size_t PlaceInTreePage(NodeId page, PieceId piece, const TreeDepths& depths, bool hasLevels);
 
 struct TreePage
 {
   NodeId page = 1;
-  // By heap number under the page's node, which is 1 (its box is stored by the page above; the
-  // root's is the model's). Empty where there are no vertices. The first entry is unused.
+  // By heap number relative to the page's node, which is 1. Its own box is in the page above; the
+  // root's is the model's. A node without vertices has an empty box. The first entry is unused.
   std::vector<Box> boxes;
   std::vector<PieceFacts> facts; // as PiecesOfTreePage
 
-  // REQUIRES: a node at or below the page's, whose depth it tells of.
+  // REQUIRES: a node at or below the page's, at a depth that it describes.
   const Box& BoxOf(NodeId node) const { return this->boxes[this->PlaceOf(node)]; }
   std::size_t PlaceOf(NodeId node) const
   {
@@ -93,8 +94,8 @@ struct TreePage
   }
 };
 
-// The box of a node as pages tell it: rounded outward within its parent's, which is rounded
-// likewise; the root's is exact. boxes: exact, heap order, each in its parent's, of finite sides or
+// The box of a node as pages store it: rounded outward within its parent's, which is rounded
+// likewise; the root's is exact. boxes: exact, in heap order, each within its parent's, finite or
 // empty. O(depth).
 Box RoundedBoxOf(std::span<const Box> boxes, NodeId node);
 
@@ -109,9 +110,9 @@ TreePage RoundTreePage(
 // REQUIRES: a page of RoundTreePage or DecodeTreePage. Deterministic.
 std::vector<std::uint8_t> EncodeTreePage(const TreePage& page);
 
-// around: the box of the page's node, as the page above tells it. Any bytes may be given; whatever
-// they say, boxes lie in their parent's. Errors: as DecodePiece;
-// InvalidArgument where `page` has none, or where `around` is no box of finite sides.
+// around: the box of the page's node, as the page above has it. The bytes may be hostile: boxes
+// always lie within their parent's. Errors: as DecodePiece; InvalidArgument if `page` has no page,
+// or `around` is not a finite box.
 Result<TreePage> DecodeTreePage(std::span<const std::uint8_t> blob, NodeId page, const Box& around,
   const TreeDepths& depths, bool hasLevels);
 

@@ -2,21 +2,21 @@
 // The order in which a piece's triangles and vertices are coded: a walk over the surface.
 //
 // The walk starts at a triangle and crosses its edges. An edge that waits to be crossed is a
-// *gate*: it runs from its start to its end, along a triangle that is done, whose third corner is
-// the gate's *apex*. Gates form closed loops, the boundary of what is done. To cross a gate from a
-// to b is to find the triangle (b, a, x) on its other side. One step of the walk (WalkStep) says
+// *gate*: it runs from its start to its end, along a triangle that is coded, whose third corner is
+// the gate's *apex*. Gates form closed loops, the boundary of the coded part. To cross a gate from
+// a to b is to find the triangle (b, a, x) on its other side. One step of the walk (WalkStep) says
 // what x is: a new vertex, or the far end of the next or previous gate, or a vertex that is named
 // by number; or that there is no triangle. The walk goes on at an edge of the new triangle. Where
-// it ends, it goes back to the gate that began to wait last; where none waits, it starts again
-// elsewhere. So it spirals, and what it works on is what it had in hand a moment ago.
+// it ends, it returns to the gate that began to wait last; if no gate waits, it starts again
+// elsewhere. So it spirals, and mostly works on recently used data.
 //
 // Two edges are paired if they join the same two vertices in opposite directions. All other edges
 // (the third of three triangles, two in one direction, those of degenerate or duplicate triangles)
-// are a border to the walk, and the triangles behind them are starts of their own. So any list of
-// triangles comes back; only their order, and which corner is first, are the walk's.
+// are a border to the walk; it starts anew at the triangles on their other side. So any list of
+// triangles comes back; only their order, and which corner is first, change.
 //
 // A writer (WalkWriter.h) knows the triangles and finds the steps, a reader (WalkReader.h) follows
-// the steps and finds the triangles. Both do to the loops what is written here.
+// the steps and finds the triangles. Both change the loops as described here.
 //
 // After the cut-border machine (S. Gumhold, W. Strasser, "Real time compression of triangle mesh
 // connectivity", SIGGRAPH 1998) and Edgebreaker (J. Rossignac, 1999). Loops are only hints here:
@@ -51,12 +51,12 @@ enum class WalkStep : std::uint8_t
 // A vertex of the walk, by its number in it.
 struct WalkVertex
 {
-  // Where it was found: the start, end and apex of the gate. In a first triangle, three times the
-  // corner before it; for the first corner and for vertices without triangles, three times the
-  // vertex before it (of vertex 0: 0).
+  // Where the walk found it: the start, end and apex of the gate. In the first triangle of a walk:
+  // three times the corner before it. For a first corner and for vertices without triangles: three
+  // times the vertex before it (0 for vertex 0).
   std::array<std::uint32_t, 3> gate;
-  // Another triangle that faces the vertex across an edge, in the same order, its corners all lower
-  // numbers than the vertex; or `gate` again.
+  // Another triangle that faces the vertex across an edge, in the same order; its corners come
+  // before the vertex. If there is none, the same as `gate`.
   std::array<std::uint32_t, 3> second;
   std::uint32_t own;    // 1: the piece's own, 0: a ghost
   std::uint32_t guided; // 1: found at a gate, so that a parallelogram predicts where it is; or 0
@@ -89,8 +89,8 @@ struct WalkGate
   std::uint32_t next, previous;
 };
 
-// The memory of a walk. No vectors: they would set what is written anyway, and make the page
-// larger.
+// The memory of a walk. Not vectors: these would initialize what is written anyway, and make the
+// page larger.
 struct WalkArrays
 {
   explicit WalkArrays(const WalkCounts& counts)
@@ -105,9 +105,9 @@ struct WalkArrays
   std::unique_ptr<std::uint32_t[]> gateFrom;
 };
 
-// Where a walk is: the vertices that it found, the gates that wait, and the gate that it crosses.
-// Let it be a local variable of a function that everything is inlined into: compilers then keep it
-// in registers.
+// The state of a walk: the vertices found, the gates that wait, and the current gate. Should be a
+// local variable of a function into which everything is inlined, so that compilers keep it in
+// registers.
 class WalkState
 {
 public:
@@ -131,14 +131,14 @@ public:
   bool TakeGate();
   // Step Border: the gate leaves its loop.
   void EndAtBorder();
-  // The steps to a triangle, as the comments at WalkStep say. Each gives x, or none where the step
-  // is not possible here. After `CrossToBoth` the walk ends, after the others it goes on.
+  // The steps to a triangle, as described at WalkStep. Each returns x, or no vertex if the step is
+  // not possible here. After `CrossToBoth` the walk ends, after the others it goes on.
   std::uint32_t CrossToNew(bool own);
   std::uint32_t CrossToNext();
   std::uint32_t CrossToPrevious();
   std::uint32_t CrossToBoth();
   std::uint32_t CrossToKnown(std::uint32_t x); // REQUIRES: x < vertexCount
-  // The vertices that are left have no triangles. They come after the others: own ones, then
+  // Takes the remaining vertices, which have no triangles, after all others: first own ones, then
   // ghosts.
   void AddIsolatedVertices();
 
@@ -148,8 +148,8 @@ public:
   std::uint32_t left[2];     // how many ghosts and own vertices were not found yet
   std::uint32_t spareVertex; // after the last; only ever written to (GuideByNext)
   std::uint32_t vertexCount = 0, stacked = 0;
-  // The gate that is crossed: its number, by which its neighbours know it, and what it holds. A
-  // step after which the walk goes on moves this gate to the edge where it does.
+  // The current gate: its number, by which its neighbours refer to it, and its vertices. A step
+  // after which the walk goes on moves this gate to the next edge.
   std::uint32_t here = 0, a = 0, b = 0, apex = 0, next = 0, previous = 0;
 
 private:
@@ -214,7 +214,7 @@ KDSTREAM_IN_LOOPS void WalkState::EndAtBorder()
   this->Link(this->previous, this->next);
 }
 
-// The edge a -> x of the new triangle waits, before the gate that is crossed, which is x -> b from
+// The edge a -> x of the new triangle waits; it comes before the current gate, which is x -> b from
 // now on.
 KDSTREAM_IN_LOOPS void WalkState::StackLeaving(std::uint32_t x)
 {
@@ -238,9 +238,9 @@ KDSTREAM_IN_LOOPS std::uint32_t WalkState::CrossToNew(bool own)
   return x;
 }
 
-// `following` is the next gate, b -> x. The triangle behind it faces a across that edge: a second
-// prediction of a, if a comes after all three of its corners. If not, the prediction goes to the
-// spare vertex: a processor would often guess a branch here wrongly, and lose more time.
+// `following` is the next gate, b -> x. The triangle on its other side faces a across that edge: it
+// gives a second prediction of a, if a comes after all three of its corners. If not, the prediction
+// is written to the spare vertex; a branch would often be mispredicted, and cost more time.
 KDSTREAM_IN_LOOPS void WalkState::GuideByNext(const WalkGate& following)
 {
   const bool guides = this->a > std::max(std::max(this->b, following.end), following.apex);

@@ -23,7 +23,7 @@ public:
   {
   }
 
-  // Once. stepCount: how many steps there are. False: what is read is no walk of these counts.
+  // Call this once. stepCount: the number of steps. False: not a walk of these counts.
   bool Read(SymbolReader& symbols, std::size_t stepCount);
 
   // After Read: all vertices in the order of the walk, those without triangles last.

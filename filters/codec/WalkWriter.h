@@ -17,8 +17,8 @@ namespace kdstream
 class WalkWriter
 {
 public:
-  // The triangles' corners are the piece's vertices: 0 … counts.own - 1 are own ones, then come
-  // ghosts. REQUIRES: triangles.size() is counts.triangles.
+  // Corners of triangles are numbers of the piece's vertices: first the own ones, 0 … counts.own -
+  // 1, then ghosts. REQUIRES: triangles.size() is counts.triangles.
   WalkWriter(std::span<const Triangle> triangles, const WalkCounts& counts)
     : Counts(counts)
     , Arrays(counts)
@@ -29,7 +29,7 @@ public:
   // Once.
   void Write(SymbolWriter& symbols);
 
-  // After Write: how many steps it wrote, which a reader must be told.
+  // After Write: the number of steps written, which a reader needs.
   std::size_t StepCount() const { return this->Steps; }
   // After Write: all vertices in the order of the walk, those without triangles last.
   std::span<const WalkVertex> Vertices() const

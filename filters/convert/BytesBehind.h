@@ -32,9 +32,9 @@ inline Result<bool> AreZeros(ByteSource& source, std::uint64_t begin, std::uint6
   return true;
 }
 
-// Counts the bytes from `begin` to `end`: zeros are padding, what is as long as whole elements of
-// `elementBytes` is such elements, if areElements (where there is one) does not deny it. Returns
-// how many: the `counted` ones are before.
+// Counts the bytes from `begin` to `end`. Zeros are padding. A length of whole elements of
+// `elementBytes` counts as elements, unless areElements (if given) denies it. Returns the number of
+// elements; `counted` ones come before.
 inline Result<std::uint64_t> LookBehind(ByteSource& source, std::uint64_t begin, std::uint64_t end,
   std::uint64_t elementBytes, std::uint64_t counted, Tolerance& tolerance,
   const std::function<Result<bool>(std::uint64_t elements)>& areElements = {})

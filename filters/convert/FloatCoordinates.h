@@ -13,10 +13,10 @@ namespace kdstream
 // longest side of the bounding box.
 bool FloatsAreCoarse(double largest, double side);
 
-// To be called where coordinates were read as floats. Adds a warning if neighbouring floats at the
-// largest coordinate are farther apart than a millionth of the longest side of the bounding box: of
-// georeferenced coordinates the digits after the decimal point are lost. O(points).
-// largestRead: of the coordinates as they were read, where those of the mesh are others.
+// Call this where coordinates were read as floats. Adds a warning if neighbouring floats at the
+// largest coordinate are farther apart than a millionth of the longest side of the bounding box;
+// then georeferenced coordinates have lost digits after the decimal point. O(points). largestRead:
+// the largest coordinate as it was read, if the mesh's differ.
 void WarnOfFloats(ForeignMesh& read, std::optional<double> largestRead = {});
 
 }

@@ -11,9 +11,9 @@
 namespace kdstream
 {
 
-// One mesh after the other. An attribute stays if all parts that have points have it with one type;
-// where only some have colours, the others become white. What is dropped becomes a warning.
-// Errors: LimitExceeded.
+// Joins meshes, one after the other. An attribute stays if all parts with points have it with the
+// same type; if only some parts have colours, the others become white. A warning lists what is
+// dropped. Errors: LimitExceeded.
 Result<ForeignMesh> JoinParts(std::span<ForeignMesh> parts);
 
 // Colours of the mesh's points, each channel from 0 to 1, in sRGB; with alpha only if one is below

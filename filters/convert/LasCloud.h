@@ -112,8 +112,8 @@ private:
     std::memcpy(array.values.data(), values.data(), array.values.size());
   }
 
-  // 16 bits a channel; but many writers put 8 bits into them: most of the channels that are not 0
-  // decide.
+  // Colours of LAS have 16 bits a channel, but many writers store 8-bit values: the majority of the
+  // channels that are not 0 decides.
   void AddColors(ForeignMesh& result)
   {
     const bool eightBits = this->DimChannels > this->BrightChannels;

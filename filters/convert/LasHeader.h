@@ -45,10 +45,9 @@ T LasNumberAt(const char* bytes, std::size_t place)
 // The most bytes of a header that are looked at.
 inline constexpr std::size_t lasHeaderBytes = 375;
 
-// begin: of the file, as many bytes as it has, up to lasHeaderBytes. Errors: InvalidInput saying
-// what is wrong, whatever the bytes are: so many points are in the file, and places are in points.
-// Unsupported for formats beyond 10; LimitExceeded for more points than
-// meshes have.
+// begin: the first bytes of the file, up to lasHeaderBytes. Checks any bytes: that the file has the
+// claimed number of points, and a point the claimed fields. Errors: InvalidInput saying what is
+// wrong; Unsupported for formats beyond 10; LimitExceeded for more points than a mesh can have.
 Result<LasHeader> ParseLasHeader(std::string_view begin, std::uint64_t fileSize);
 
 }

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Where a legacy .vtk file is damaged: VTK's reader says that it is, but seldom where. Part of step
-// "convert".
+// Finds where a legacy .vtk file is damaged. VTK's reader says that it is damaged, but seldom
+// where. Part of step "convert".
 #pragma once
 
 #include <array>
@@ -23,15 +23,15 @@ struct VtkOrder
 
 struct VtkDamage
 {
-  // The first part that is not as its header says, for a message: "POINTS (line 5) has 20 of its 24
-  // numbers, then 'POLYGONS' (line 12)"; of a list of cells which cell. Places in binary files are
-  // bytes. Empty: none was found, or the file cannot be read.
+  // The first part that differs from its header, for a message: "POINTS (line 5) has 20 of its 24
+  // numbers, then 'POLYGONS' (line 12)"; in a list of cells it names the cell. Places in binary
+  // files are byte offsets. Empty: nothing was found, or the file cannot be read.
   std::string part;
-  // Numbers are missing: VTK crashes on such lists of cells, and reads less than there should be of
-  // others.
+  // Whether numbers are missing. VTK crashes on such lists of cells, and silently reads less of
+  // other lists.
   bool isCut = false;
-  // In small letters, where the part is one of which the name is not known: VTK says it, too,
-  // unless it knows the name, and something else is wrong.
+  // The unknown keyword at which the file is damaged, in lower case. VTK reports it too, unless VTK
+  // knows the keyword and something else is wrong.
   std::string unknownWord{};
   // A text has numbers that VTK does not read: not finite ones, and exponents of Fortran.
   bool hasOtherNumbers = false;

@@ -35,10 +35,10 @@ struct PcdHeader
   bool textOfFloats = false;   // PCL makes floats of x, y and z, which lose some of the decimals
 };
 
-// Also goes through an ascii body, of which every line must be a point's numbers. Keywords and the
-// names of fields that have a meaning may be in any case; VERSION, COUNT, HEIGHT, VIEWPOINT and
-// POINTS may be missing. Errors: InvalidInput saying which line is wrong, or that the file has
-// fewer points than it claims.
+// Also reads an ascii body, where every line must have the numbers of one point. Keywords, and
+// names of fields with a meaning, may be in any case; VERSION, COUNT, HEIGHT, VIEWPOINT and POINTS
+// may be missing. Errors: InvalidInput saying which line is wrong, or that the file has fewer
+// points than it claims.
 Result<PcdHeader> CheckPcdHeader(const std::filesystem::path& file);
 
 }

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Texts as VTK's readers want them, which know no byte order marks, no lines that end with \r
-// alone, nothing behind the text, no number that is not finite, and DATASET first. Part of step
+// Rewrites texts for VTK's readers. These do not accept byte order marks, lines that end with only
+// \r, bytes after the text, numbers that are not finite, or anything before DATASET. Part of step
 // "convert".
 #pragma once
 
@@ -15,23 +15,25 @@
 namespace kdstream
 {
 
-// What stands for a number that is not finite in a text that VTK reads: larger than places may be.
+// Written in place of a number that is not finite in a text for VTK: larger than coordinates may
+// be.
 inline constexpr const char* vtkNotFinite = "-3.4028230607370965e38";
 
 // A file in memory, which has a name as long as this lives; or another file as it is.
 class PlainCopy
 {
 public:
-  // Without what is after the text: Ctrl-Z, and zeros, which are counted. Of XML, where that may
-  // be any bytes before. Errors: InvalidInput for text in UTF-16 or UTF-32; InputOutput.
+  // An XML file without what follows its text: Ctrl-Z, or zeros, which are counted. XML with raw
+  // data may hold any bytes before that. Errors: InvalidInput for text in UTF-16 or UTF-32;
+  // InputOutput.
   static Result<PlainCopy> OfXml(const std::filesystem::path& file, Tolerance& tolerance);
-  // Of a legacy .vtk file that is a text, also without a byte order mark, and with \n at the end of
-  // each line. numbers: in lines of only numbers those that are not finite become vtkNotFinite,
-  // and exponents of Fortran (1.0D+00) those of C. Errors: the same.
+  // A legacy .vtk text file: likewise, and without a byte order mark, with \n at the end of each
+  // line. numbers: in lines of only numbers, those that are not finite become vtkNotFinite, and
+  // exponents of Fortran (1.0D+00) become those of C. Errors: the same.
   static Result<PlainCopy> OfVtk(
     const std::filesystem::path& file, bool numbers, Tolerance& tolerance);
 
-  // Of a legacy .vtk file with its line of DATASET after the head, and without the METADATA that
+  // A legacy .vtk file with its DATASET line directly after the head, and without the METADATA that
   // VTK does not read. Errors: InputOutput.
   static Result<PlainCopy> WithDatasetFirst(
     const std::filesystem::path& file, const VtkOrder& order);
@@ -42,7 +44,7 @@ public:
   PlainCopy& operator=(PlainCopy&&) = delete;
   ~PlainCopy();
 
-  // Of the copy, or of the file where nothing had to be changed.
+  // The path of the copy, or of the file itself if nothing had to be changed.
   const std::filesystem::path& File() const { return this->Path; }
 
 private:

@@ -12,7 +12,7 @@
 namespace kdstream
 {
 
-// Whether VertexId numbers so many points. Errors: LimitExceeded.
+// Whether VertexId can number this many points. Errors: LimitExceeded.
 inline Status CheckPointCount(std::uint64_t points)
 {
   return points < noVertex ? Status()

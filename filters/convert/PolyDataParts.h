@@ -9,8 +9,8 @@
 namespace kdstream
 {
 
-// Points, triangles and all arrays, without ghosts (JoinPolyData); what cannot be carried becomes a
-// warning. Errors: those of adapter's ReadMesh.
+// Points, triangles and all arrays, without ghosts (JoinPolyData); a warning lists what cannot be
+// carried. Errors: those of adapter's ReadMesh.
 Result<ForeignMesh> ReadPolyData(vtkPolyData& input, const Execution& execution);
 
 }

@@ -8,8 +8,8 @@
 namespace kdstream
 {
 
-// By LASzip, where that was there when KdStream was built. No memory is taken for what the header
-// claims. Errors: InvalidInput in LASzip's words, and at which point; Cancelled.
+// Reads LAZ by LASzip, if KdStream was built with it. Takes no memory for what the header claims.
+// Errors: InvalidInput with LASzip's message and the number of the point; Cancelled.
 Result<ForeignMesh> ReadLaz(
   const std::filesystem::path& file, const LasHeader& header, const Execution& execution);
 

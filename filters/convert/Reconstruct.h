@@ -13,9 +13,9 @@ enum class Reconstruct
   Poisson
 };
 
-// As vtkPCLSurfaceReconstruction with its defaults; attributes travel as it says. Steps reported:
-// "surface". Errors: InvalidInput for a mesh that has triangles, and that filter's; Unsupported
-// without PCL; Cancelled.
+// As vtkPCLSurfaceReconstruction with its defaults, also for attributes. Steps reported: "surface".
+// Errors: InvalidInput for a mesh that has triangles; those of that filter; Unsupported without
+// PCL; Cancelled.
 Result<ForeignMesh> ReconstructMesh(
   ForeignMesh cloud, Reconstruct method, const Execution& execution);
 

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Text that was compressed by gzip, as most scenes of VRML were when lines were slow. Part of step
-// "convert" of the pipeline picture.
+// Decompresses text that gzip has compressed, as many VRML scenes are. Part of step "convert" of
+// the pipeline picture.
 #pragma once
 
 #include "filters/core/Result.h"
@@ -21,10 +21,10 @@ struct UnpackedText
   std::uint64_t behind = 0; // bytes after the compressed ones, which are left out
 };
 
-// What gzip has compressed, several parts in a row too. Memory: the text, which grows with what is
-// there and never with what a length claims. Errors: InvalidInput naming the byte, for what is cut
-// off or damaged; LimitExceeded for more than `most` bytes of text, or than 200 for each byte of
-// the file, which no scene comes to.
+// The text of gzip data, also of several members in a row. Memory: the text, which grows as it is
+// decompressed, never by a claimed length. Errors: InvalidInput naming the byte, for truncated or
+// damaged data; LimitExceeded for more than `most` bytes of text, or more than 200 for each byte of
+// the file, which scenes do not reach.
 Result<UnpackedText> UnpackGzip(std::string_view bytes, std::uint64_t most);
 
 }

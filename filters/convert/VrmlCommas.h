@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Commas between digits in a VRML file: blanks, as the format has it, or decimal commas of a
-// program that writes numbers as its system's language does. Part of step "convert" of the pipeline
-// picture.
+// Decides whether commas between digits in a VRML file are separators, as in the format, or decimal
+// commas of a program that writes numbers by its system's language. Part of step "convert" of the
+// pipeline picture.
 #pragma once
 
 #include <cstddef>
@@ -32,9 +32,9 @@ struct VrmlCommaReading
   std::size_t size = 0; // of the numbers, in bytes; not known where commas are blanks
 };
 
-// text: what follows a field's name, or the bracket of its list. Decimal commas stand between
-// digits, without a blank, one for a number, and no number has a point. Where the numbers can be
-// read both ways, the first of these rules decides:
+// text: what follows a field's name, or the bracket of its list. A decimal comma stands between
+// digits, without a blank, and a number has only one; no number has a point then. Where the numbers
+// can be read both ways, the first of these rules decides:
 // 1. the reading with as many numbers as the field has;
 // 2. the reading with whole values;
 // 3. decimal, if the digits after a comma begin with 0 and another digit;

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// A face set of VRML as a mesh: its places as they are shared, its polygons cut, its colours and
-// normals by vertex, face or index. Part of step "convert" of the pipeline picture.
+// Makes a mesh of a VRML face set: joins shared places, cuts polygons, assigns colours and normals
+// by vertex, face or index. Part of step "convert" of the pipeline picture.
 #pragma once
 
 #include "filters/convert/ForeignMesh.h"
@@ -20,8 +20,8 @@ struct VrmlChannel
 {
   std::size_t count = 0; // 0: there are none
   bool perVertex = true;
-  // By vertex: as long as the face set's; by face: a number each. Empty: the number of the vertex,
-  // or of the face.
+  // Indices of values. By vertex: as long as the face set's; by face: one for each face. Empty: the
+  // number of the vertex, or of the face.
   std::span<const std::int32_t> index;
 };
 
@@ -39,11 +39,11 @@ struct VrmlFaces
   bool isShared = false;  // other shapes have these points, too
 };
 
-// Point i is vertex i; where corners of it differ in colour, normal or texture coordinate, further
-// vertices follow. Attributes: "RGB" where colours or a material are, "Normals", "TCoords". What is
-// forgiven is counted in the result's tolerance: faces of fewer than three corners, values that are
-// not there. O(corners). Errors: InvalidInput for an index of a point that is not there, naming
-// `what` and the face; LimitExceeded.
+// Point i becomes vertex i; if its corners differ in colour, normal or texture coordinate, more
+// vertices follow at the end. Attributes: "RGB" if there are colours or a material, "Normals",
+// "TCoords". The result's tolerance counts what is repaired: faces of fewer than three corners,
+// missing values. O(corners). Errors: InvalidInput for an index of a point that is not there,
+// naming `what` and the face; LimitExceeded.
 Result<ForeignMesh> ReadVrmlFaces(const VrmlFaces& faces, const std::string& what);
 
 }

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// The text of a VRML file, checked and made harmless before a library parses it. Part of step
+// Checks the text of a VRML file and makes it harmless, before a library parses it. Part of step
 // "convert" of the pipeline picture.
 #pragma once
 
@@ -24,16 +24,16 @@ struct VrmlUrl
   std::uint64_t line = 0;
 };
 
-// Left-out nodes of one kind: which, and why ("'Knob', which VRML does not have"); their number;
-// the line of the first, 0 where unknown.
+// The nodes of one kind that are left out: which and why ("'Knob', which VRML does not have"), how
+// many, and the line of the first (0: unknown).
 struct VrmlLeftOut
 {
   std::uint64_t count = 0, line = 0;
 };
 using VrmlNodesLeftOut = std::map<std::string, VrmlLeftOut>;
 
-// A float that stands for a number that is not finite, which the library would refuse: larger than
-// places may be.
+// Written in place of a number that is not finite, which the library would refuse: a float larger
+// than coordinates may be.
 inline constexpr const char* vrmlNotFinite = "-3.4028230607370965e38";
 
 // No file can have a name that begins so.
@@ -45,12 +45,12 @@ struct VrmlText
   // The same scene for the library. Lines stay where they are.
   // - Comments, ROUTEs (nothing is animated here), unknown fields and the content of textures
   //   become blanks; unknown nodes become empty groups.
-  // - Strings become empty, so that none names a file. Those of an Inline become numbers of `urls`,
-  //   after vrmlUrlBegin.
+  // - Strings become empty, so that none names a file. The URL of an Inline becomes vrmlUrlBegin
+  //   and a number of `urls`.
   // - Numbers have points instead of decimal commas (VrmlCommas.h), and e instead of D in
   //   exponents. Coordinates of points and heights that are not finite ("nan", "1.#IND") become
   //   vrmlNotFinite.
-  // - Names become names that the library accepts.
+  // - Names are replaced by ones that the library accepts.
   std::string text;
   std::vector<VrmlUrl> urls;
   bool floatsSuffice = true; // for the decimals of points and heights
@@ -60,11 +60,11 @@ struct VrmlText
   Tolerance tolerance{};
 };
 
-// Reads the text once. library: what it knows of VRML 1 (isFirst) and 2. Errors: InvalidInput
-// naming the line, for:
+// Reads the text once. library: the nodes and fields that it knows, of VRML 1 (isFirst) and 2.
+// Errors: InvalidInput naming the line, for:
 // - another format or version;
-// - brackets that do not match, are nested deeper than 400, or than 1000 by nodes that are used
-//   again;
+// - brackets that do not match, are nested deeper than 400, or deeper than 1000 where nodes are
+//   used again;
 // - a string without end; control characters;
 // - a node that contains itself (USE within its DEF, a PROTO within its body).
 //

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// What VTK's readers say, caught: they tell of bad input in messages only, and go on with an empty
-// mesh.
+// Catches the messages of VTK's readers, which report bad input only by messages and then go on
+// with an empty mesh.
 #pragma once
 
 #include "filters/core/Result.h"
@@ -15,8 +15,8 @@ class vtkOutputWindow;
 namespace kdstream
 {
 
-// From making one to its end all errors and warnings of VTK are collected instead of printed. Not
-// for use by two threads at once.
+// While an object of this class exists, all errors and warnings of VTK are collected instead of
+// printed. Not for two threads at once.
 class VtkMessages
 {
 public:
@@ -25,8 +25,8 @@ public:
   VtkMessages(const VtkMessages&) = delete;
   VtkMessages& operator=(const VtkMessages&) = delete;
 
-  // InvalidInput with the first error's text, if there was one. A warning that data could not be
-  // read is an error.
+  // InvalidInput with the text of the first error, if there was one. A warning that data could not
+  // be read counts as an error.
   Status FirstError() const;
   // All errors so far, each once.
   std::vector<std::string> Errors() const;
@@ -37,8 +37,8 @@ private:
   vtkSmartPointer<vtkOutputWindow> Before;
 };
 
-// "vtkSTLReader: Premature EOF" for what VTK prints of an object in a source file: one line,
-// without source file, address, and line ends.
+// VTK's message in one line, without source file, address and line ends: "vtkSTLReader: Premature
+// EOF".
 std::string PlainVtkMessage(const std::string& text);
 
 }

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// What the columns of an .xyz are: by names, or by a rule that looks at their values. Part of step
+// What the columns of an .xyz file mean: by names, or guessed from their values. Part of step
 // "convert".
 #pragma once
 
@@ -17,8 +17,7 @@ namespace kdstream
 
 inline constexpr std::size_t mostXyzColumns = 64;
 
-// Where the coordinates are, and what the other columns make up. Numbers are those of columns, from
-// 0.
+// Which columns are the coordinates, and what the others form. Columns are counted from 0.
 struct XyzLayout
 {
   enum class Kind
@@ -38,17 +37,19 @@ struct XyzLayout
   std::vector<Block> blocks;
 };
 
-// Of names: x y z; r g b (red green blue, rf gf bf); nx ny nz; i, intensity; class, classification;
-// -, which is left out; any other names a number. Case and quotes do not matter for these. Errors:
-// InvalidArgument for names without x y z, twice the same, a part of r g b or of nx ny nz.
+// The layout by names: x y z; r g b (red green blue, rf gf bf); nx ny nz; i, intensity; class,
+// classification; - for a column to leave out; any other name is a numeric array. Case and quotes
+// do not matter for these. Errors: InvalidArgument for names without x y z, a name twice, or only a
+// part of r g b or of nx ny nz.
 Result<XyzLayout> LayoutOfNames(const std::vector<std::string_view>& names);
-// The same of names in a file: of r g b or nx ny nz a part names numbers; of the same name the
-// first counts, others are called as their columns. parts: gets the names of such a part.
+// The same for names in a file, which is never an error: an incomplete r g b or nx ny nz is read as
+// plain numbers; of equal names the first counts, the other columns get names by their numbers.
+// parts: gets the names of incomplete groups.
 Result<XyzLayout> LayoutOfNamesInFile(
   const std::vector<std::string_view>& names, std::string& parts);
 
-// Whether words are such names of a line before the points: x, y and z among them, and none a
-// number.
+// Whether the words are such a line of names before the points: x, y and z are among them, and none
+// is a number.
 bool AreXyzNames(const std::vector<std::string_view>& words);
 // Whether none of them begins as a number does.
 bool AreOtherNames(const std::vector<std::string_view>& words);
@@ -66,16 +67,16 @@ public:
   // - Three columns are normals if all have length one (or are zero, or not finite: no normal).
   // - Three columns are colours if all are whole numbers from 0 to 255, or numbers from 0 to 1 that
   //   are neither all whole nor normals.
-  // - At most one normal, one colour and one other number are looked for. With 3 or 6 columns,
-  //   those that fit nothing are numbers.
+  // - At most one normal, one colour and one other number are searched for. With 3 or 6 columns, a
+  //   column that fits nothing else is a number.
   //
-  // Where several layouts fit, the first of these rules decides: the number is the last column, if
-  // it is an opacity of 255 for all; the only column that varies, or the only one that does not;
-  // the only one that looks like a class (below 32); the one that is least like its neighbours; the
-  // order "intensity r g b"; normals and colours first. readings: gets a sentence for what can be
-  // read in two ways.
+  // If several layouts fit, the first of these rules decides which column is the number: the last,
+  // if it is an opacity of 255 for all points; the only column that varies, or the only one that
+  // does not; the only one that looks like a class (below 32); the one that is least like its
+  // neighbours; the order "intensity r g b"; normals and colours first. readings: gets a sentence
+  // for what can be read in two ways.
   XyzLayout Guess(std::vector<std::string>& readings) const;
-  // Errors: InvalidInput for numbers of columns that are no such layout.
+  // Errors: InvalidInput for numbers of columns without a layout.
   Status CheckCount() const;
 
 private:
@@ -117,8 +118,9 @@ private:
   std::vector<double> Products; // sums, [a * Count + b] for a <= b
 };
 
-// The first column, where it may be no coordinate: a number or a time of each point, before x y z.
-// Of what rises it takes what a coordinate hardly is. O(1) a point.
+// Decides whether the first column is not a coordinate but a number or a time of each point, before
+// x y z. A rising column is taken for a number only if a coordinate would hardly rise so. O(1) a
+// point.
 class XyzFirstColumn
 {
 public:
@@ -137,11 +139,11 @@ public:
   {
     return this->Counts || this->NeverFalls || (this->Whole && !this->Repeats);
   }
-  // Counter needs three points, Rises twenty, or three of whole numbers that all rise; of columns
-  // that only all values tell X.
+  // What the column means. Counter needs three points; Rises needs twenty, or three of whole
+  // numbers that all rise. X where only all values can decide.
   Meaning Means() const;
-  // Of a column of which Means knows no more than X, by all its values, which are sorted: Shuffled
-  // for twenty points at least, Differs for three. O(n log n).
+  // For a column that is X by Means: decides by all its values, which it sorts. Shuffled needs at
+  // least twenty points, Differs three. O(n log n).
   Meaning MeansByAll(std::vector<double> values) const;
 
 private:

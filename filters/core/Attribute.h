@@ -63,19 +63,19 @@ AttributeRole RoleOf(const AttributeInfo& attribute);
 // Whether viewers may colour by the array: a point array of one component that is not VTK's own
 // (whose names begin with "vtk").
 bool IsScalar(const AttributeInfo& attribute);
-// Whether the numbers are names of classes, which have no mean: integers of one byte, and all
-// arrays whose name contains "class" or "label" (classification, scalar_Classification, …). Arrays
-// called intensity, reflectance, quality, confidence, grey or alpha never are.
+// Whether the values are classes, which have no mean: integers of one byte, and all arrays whose
+// name contains "class" or "label" (classification, scalar_Classification, …). Arrays called
+// intensity, reflectance, quality, confidence, grey or alpha never are.
 bool HoldsClasses(const AttributeInfo& scalar);
 
 // The most arrays that are numbers (IsScalar) which levels carry: the first ones.
 inline constexpr std::size_t mostScalars = 16;
-// Those that levels carry too: normals, colours and numbers, as means, and classes, as the most
-// frequent (LevelAttributes.h). In their order. O(attributes).
+// The arrays that levels have too, in their order: normals, colours and numbers, as means, and
+// classes, as the most frequent (LevelAttributes.h). O(attributes).
 std::vector<AttributeInfo> ArraysOfLevels(std::span<const AttributeInfo> attributes);
 
-// How pictures paint triangles, on their way through a build: the texture coordinates of a
-// triangle's three corners, six floats, and its material, a uint32. No store has them: they become
+// Texture coordinates and material of triangles, on their way through a build: for a triangle's
+// three corners six floats, and a uint32 for the material. Stores do not have them: they become
 // textures of partitions (filters/build/PieceTextures.h).
 inline constexpr std::string_view paintCornersName = "kdstream.corners";
 inline constexpr std::string_view paintMaterialName = "kdstream.material";
@@ -94,8 +94,8 @@ struct Attribute : AttributeInfo
   {
     return this->TupleSize() == 0 ? 0 : this->values.size() / this->TupleSize();
   }
-  // One component of a tuple as a double: exact but for integers beyond 2^53.
-  // REQUIRES: tuple < TupleCount(), component < components.
+  // One component of a tuple as a double: exact, except for integers beyond 2^53. REQUIRES: tuple <
+  // TupleCount(), component < components.
   double Get(std::size_t tuple, std::size_t component) const;
   // Rounds to the nearest value of the type, clamped to its range; NaN becomes 0 in integers.
   void Set(std::size_t tuple, std::size_t component, double value);
@@ -118,11 +118,12 @@ Status CheckAttributes(
   std::span<const Attribute> attributes, std::size_t points, std::size_t cells);
 
 // Whether a mesh may be stored with an array of that name: 1 to longestAttributeName bytes of UTF-8
-// without control characters, since metadata and messages are texts.
+// without control characters, because metadata and messages are texts.
 bool IsAttributeName(std::string_view name);
 
-// Whether the values are ids, as VTK's attributes GlobalIds and PedigreeIds: named so, integers of
-// one component. Levels have none: what they tell apart is one there. No scalars (IsScalar).
+// Whether the values are ids, as VTK's attributes GlobalIds and PedigreeIds: integers of one
+// component, and named so. Levels do not have them, because they merge what ids tell apart. Not for
+// colouring (IsScalar).
 bool HoldsIds(const AttributeInfo& attribute);
 
 }

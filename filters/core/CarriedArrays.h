@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Arrays of a mesh for a coarser one: any number of them, of points and of cells. What stores carry
-// in their levels is less, and made as levels are (levels/LevelAttributes.h).
+// Makes the arrays of a coarser mesh from those of a finer one: any number of arrays, of points and
+// of cells. Levels of stores carry fewer, made in another way (levels/LevelAttributes.h).
 #pragma once
 
 #include "filters/core/Attribute.h"
@@ -14,17 +14,17 @@
 namespace kdstream
 {
 
-// For each of `count` groups of tuples one: the mean of each component, over its finite values
-// (integers rounded to the nearest, halves away from 0), or of arrays of one component that hold
-// classes (HoldsClasses) the most frequent value (ClassVotes). Where a group has no tuples, or no
-// finite value: NaN, 0 in integers. groupOf: of each tuple its group; noVertex: none. Sums are in
-// double, over tuples ascending. O(values); 16 bytes a group, 64 for classes, beside the result.
+// Gives one tuple for each of `count` groups of tuples: the mean of each component over its finite
+// values (integers rounded to the nearest, halves away from 0). An array of one component that
+// holds classes (HoldsClasses) gets the most frequent value (ClassVotes). A group without tuples or
+// finite values gets NaN, or 0 in integers. groupOf: the group of each tuple, or noVertex. Sums are
+// in double, over tuples ascending. O(values); 16 bytes a group, 64 for classes, beside the result.
 // REQUIRES: as many tuples in each array.
 std::vector<Attribute> MeansOfGroups(
   std::span<const Attribute> arrays, std::span<const VertexId> groupOf, std::size_t count);
 
-// A coarser mesh: where its points are, and its triangles, each with its lowest point first,
-// sorted.
+// A coarser mesh: the positions of its points, and its triangles, sorted, each with its lowest
+// point first.
 struct CoarserSurface
 {
   std::span<const Vec3> points;
@@ -33,11 +33,11 @@ struct CoarserSurface
 
 // Arrays for the triangles of a coarser mesh: the means (MeansOfGroups) of the finer triangles that
 // belong to each. A finer triangle belongs to its image. If its image is not a coarser triangle, it
-// belongs to the one with most of its points' clusters; of several, to the one with the nearest
-// centre; of equals, to the first. A coarser triangle to which none belongs gets the tuple of the
-// first finer triangle that has a point in its first cluster. clusterOf: the coarser point of each
-// point of `mesh`. arrays: a tuple a triangle. O(t log t); where triangles vanish at a point, also
-// in how many others have the point.
+// belongs to the coarser triangle that has the most of its points' clusters; among several, to the
+// one with the nearest centre; among equals, to the first. A coarser triangle to which none belongs
+// gets the tuple of the first finer triangle that has a point in its first cluster. clusterOf: the
+// coarser point of each point of `mesh`. arrays: a tuple a triangle. O(t log t); where a triangle
+// becomes a point, also linear in the number of triangles at the point.
 std::vector<Attribute> CarryCells(std::span<const Attribute> arrays, const Mesh& mesh,
   std::span<const VertexId> clusterOf, const CoarserSurface& coarser,
   const Execution& execution = {});

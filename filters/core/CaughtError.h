@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Exceptions as errors. Nothing of ours throws, but memory runs out, and libraries throw: a
-// program, or a rank for which others wait, catches everything and says what it was.
+// Turns exceptions into errors. Our code does not throw, but memory runs out, and libraries throw:
+// a program, or a rank for which others wait, catches everything and reports it.
 #pragma once
 
 #include "filters/core/Result.h"

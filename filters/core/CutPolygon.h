@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// A polygon as triangles: the one way in which every reader cuts polygons, in chunks or whole, in
-// memory or out of core. Part of step "read" of the pipeline picture.
+// Cuts polygons into triangles: every reader uses this, in chunks or whole, in memory or out of
+// core. Part of step "read" of the pipeline picture.
 #pragma once
 
 #include "filters/core/Types.h"
@@ -19,11 +19,11 @@ class PolygonCutter
 {
 public:
   // The count - 2 triangles of a polygon, by the numbers of its corners (0 to count - 1), with its
-  // orientation; none for fewer than three corners. A fan around corner 0 if that is enough (a
-  // convex polygon; one whose dents are below a millionth of its area). Else ears of the polygon's
-  // projection along its normal (Newell's), which fill exactly a concave polygon. A polygon that
-  // crosses itself, lies in a line, or has corners that are not finite gets some triangles. Valid
-  // until the next call. O(count) for a fan, else expected O(count log count), 100 bytes a corner.
+  // orientation; none for fewer than three corners. A fan around corner 0 if the polygon is convex,
+  // or its dents are below a millionth of its area. Else ears of the polygon's projection along its
+  // normal (Newell's), which fill a concave polygon exactly. The triangles of a polygon that
+  // crosses itself, lies in a line, or has corners that are not finite are unspecified. Valid until
+  // the next call. O(count) for a fan, else expected O(count log count), 100 bytes a corner.
   std::span<const Triangle> Cut(std::span<const Vec3> corners);
   // Whether the last polygon became a fan around corner 0.
   bool IsFan() const { return this->Fan; }
@@ -40,7 +40,7 @@ private:
     Point lo, hi;
     std::uint32_t dents = 0;
   };
-  // A corner that is no ear as long as a dent is in its triangle.
+  // A corner that is not an ear while a dent is in its triangle.
   struct Waiting
   {
     std::uint32_t corner = 0, next = 0;

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // The seam between algorithms and whoever runs them: threads, progress, cancelling.
 //
-// Core never names a thread library. The VTK modules fill in vtkSMPTools, the tools TBB; the
-// default runs serially and reports to nobody. Every algorithm that takes an Execution gives the
-// same bits whatever is in it.
+// Core uses no thread library. VTK modules fill in vtkSMPTools, programs TBB; the default runs
+// serially and reports nothing. Every algorithm that takes an Execution gives the same bits with
+// any of them.
 #pragma once
 
 #include "filters/core/Result.h"
@@ -19,8 +19,8 @@ struct Execution
 {
   using Body = std::function<void(std::size_t begin, std::size_t end)>;
 
-  // Calls body on disjoint ranges that cover [0, count), each of at least `grain` items where there
-  // are as many, on any threads, and returns when all are done.
+  // Calls body on disjoint ranges that cover [0, count), on any threads, and returns when all are
+  // done. Each range has at least `grain` items, if there are as many.
   std::function<void(std::size_t count, std::size_t grain, const Body& body)> parallelFor =
     [](std::size_t count, std::size_t, const Body& body)
   {

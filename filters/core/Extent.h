@@ -8,12 +8,13 @@
 namespace kdstream
 {
 
-// The longest side of a mesh's box, in model units: 2^127, about 1.7e38. Whatever levels are made
-// of is a number up to there, so that a mesh of this size gets the levels of a small one, enlarged:
+// The longest side of a mesh's box, in model units: 2^127, about 1.7e38. Up to this size no number
+// overflows while levels are made, so a mesh gets the same levels as a smaller one, enlarged:
 //   - deviations are stored as floats, and are at most the box's diagonal: sqrt(3) × 2^127 is below
 //     the greatest float, 2^128;
-//   - whether a collapse turns a normal compares squares of products of areas (MergedStar): eighth
-//     powers, at most 9 × 2^(8 × 127) = 2^1019.2 of the doubles' 2^1024;
+//   - the check whether a collapse turns a normal compares squares of products of areas
+//     (MergedStar): eighth powers of lengths, at most 9 × 2^(8 × 127) = 2^1019.2 of the doubles'
+//     2^1024;
 //   - the minimum of a quadric (Quadric.h) takes the third power of its weight, an area, times a
 //     length. A weight is at most 10 × 2^254 a triangle, for its area and its boundary edges: up to
 //     2^41 triangles, each as long as the box, may come together in one cluster.

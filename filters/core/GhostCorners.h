@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Which corners of triangles lie outside an interval of vertices: the ghosts of whoever works on a
-// block of a mesh, or of a level.
+// Which corners of triangles lie outside an interval of vertices: the ghosts of a block of a mesh
+// or of a level.
 #pragma once
 
 #include "filters/core/RadixSort.h"
@@ -47,8 +47,8 @@ public:
     return vertices;
   }
 
-  // Replaces each in `triangles`, which has as many as there were: by replace(place of its vertex
-  // in Vertices()).
+  // Replaces each such corner in `triangles`, which are as many as before, by replace(place of its
+  // vertex in Vertices()).
   template <class Replace>
   void ReplaceIn(std::span<Triangle> triangles, const Replace& replace) const
   {

@@ -1,8 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Two doubles side by side: what is to be computed for many things is computed for two of them at
-// once. Each lane holds what a double would, to the bit: nothing is fused (-ffp-contract=off) or
-// reordered. Written with the vectors of GCC and Clang; where a machine has none they are two
-// doubles. For inner loops.
+// Two doubles side by side: computes the same for two things at once. Each lane holds what a double
+// would, bit for bit: nothing is fused (-ffp-contract=off) or reordered. Uses the vector types of
+// GCC and Clang; on machines without vector units they are two doubles. For inner loops.
 #pragma once
 
 #include "filters/core/BitCast.h"

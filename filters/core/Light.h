@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Colours, and the light that they stand for: sums and means of colours are those of light, or
-// edges of dark and bright would grow dark.
+// Colours, and linear light: sums and means of colours are computed in linear light, or edges
+// between dark and bright would become darker.
 #pragma once
 
 #include <array>
@@ -11,8 +11,8 @@ namespace kdstream
 
 using Color = std::array<double, 4>; // red, green, blue, alpha: 0-1
 
-// sRGB, as pictures and our vertex colours are, to linear light, in which colours are added up, and
-// back. 0-1.
+// Converts sRGB, the colour space of pictures and vertex colours, to linear light, in which colours
+// are added, and back. 0-1.
 double ToLinear(double value);
 double FromLinear(double value);
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// How far two meshes are from each other, by samples: what levels are judged by. Not in the web
+// Measures by samples how far two meshes are from each other: how levels are judged. Not in the web
 // build.
 #pragma once
 
@@ -31,12 +31,12 @@ struct MeshDistance
 // Measures the distance of `other` from `reference`.
 //
 // Samples are uniform over the area of a mesh's triangles, or over its vertices if it has no
-// triangle with an area. Each is followed to the exact closest point of the other mesh: on its
+// triangle with an area. For each sample finds the exact closest point of the other mesh: on its
 // triangles (degenerate ones are segments or points), or its vertices if it has no triangles. The
-// same figures for any number of threads. Sampled: a Hausdorff distance is a lower bound.
-// Complexity: O(t log t + samples log t) on average; memory about 100 bytes a triangle. Errors:
-// InvalidArgument for a mesh without vertices, a coordinate that is not finite, a triangle with an
-// index out of range, or 0 samples; Cancelled (step "distance").
+// figures do not depend on the number of threads. Because of the sampling a Hausdorff distance is a
+// lower bound. Complexity: O(t log t + samples log t) on average; memory about 100 bytes a
+// triangle. Errors: InvalidArgument for a mesh without vertices, a coordinate that is not finite, a
+// triangle with an index out of range, or 0 samples; Cancelled (step "distance").
 Result<MeshDistance> MeasureDistance(const Mesh& reference, const Mesh& other,
   const MeshDistanceOptions& options = {}, const Execution& execution = {});
 

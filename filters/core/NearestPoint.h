@@ -17,8 +17,8 @@ class NearestPoint
 public:
   explicit NearestPoint(std::span<const Vec3> points);
 
-  // The number of the nearest point, the lowest of those as near. REQUIRES: at least one point,
-  // differences whose squares are doubles.
+  // The number of the nearest point; of several as near, the lowest. REQUIRES: at least one point,
+  // and differences whose squares do not overflow.
   std::uint32_t Find(const Vec3& place) const;
 
 private:

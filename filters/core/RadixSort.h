@@ -12,9 +12,9 @@
 namespace kdstream
 {
 
-// Sorts entries by their upper 32 bits; entries in which these are equal keep their order. So it
-// sorts by all 64 bits if the upper halves are all different or the lower halves ascend beforehand.
-// O(entries); memory for the entries once more.
+// Sorts entries by their upper 32 bits; entries with equal upper bits keep their order. So the
+// result is sorted by all 64 bits if the upper halves are all different, or the lower halves
+// ascended before. O(entries); memory as much as the entries.
 inline void SortByUpperHalf(std::vector<std::uint64_t>& entries)
 {
   constexpr std::size_t fewest = 256;

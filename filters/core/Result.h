@@ -2,8 +2,9 @@
 // Errors as values: what every function outside VTK returns when its input may be bad.
 //
 // A Result<T> holds either a T or an Error. The message names the offending value and its place
-// ("vertex 17: x is not finite"); whoever opened a file adds it (OfFile). Nothing in core, codec,
-// meshio, store, protocol, session or client throws for bad input, logs, or exits.
+// ("vertex 17: x is not finite"); the function that opened the file adds the file's name (OfFile).
+// Nothing in core, codec, meshio, store, protocol, session or client throws for bad input, logs, or
+// exits.
 #pragma once
 
 #include <cassert>
@@ -29,7 +30,7 @@ enum class ErrorCode
   Cancelled        // the caller's progress function asked to stop
 };
 
-// What a user does about an input that is refused: a program says it after the message
+// What the user can do about a refused input: programs print this after the message
 // (filters/program/Program.cxx).
 enum class Remedy
 {
@@ -49,7 +50,7 @@ struct Error
   std::string message;
   // The file that it is about; empty where only the caller knows which.
   std::string file = {};
-  // Where in the file ("byte 4096"), unless the message tells.
+  // The place in the file ("byte 4096"), if it is not in the message.
   std::string place = {};
   Remedy remedy = Remedy::Unknown;
 };
@@ -142,7 +143,7 @@ private:
   std::optional<Error> Content;
 };
 
-// The result, whose error names the file unless it names one already: for whoever opened it.
+// The result; its error gets the name of the file if it has none: for the function that opened it.
 template <class T>
 Result<T> OfFile(const std::string& file, Result<T> result)
 {
@@ -166,8 +167,8 @@ using Status = Result<void>;
 
 }
 
-// How an error goes on, everywhere: leaves the function with the error of the Status or Result, if
-// it has one. The function returns a Status or a Result, too.
+// Passes an error on: returns from the function with the error of the Status or Result, if it has
+// one. For functions that return a Status or a Result.
 //
 //   KDSTREAM_TRY(output.Open(file));
 //   Result<Grid> grid = MakeGrid(box);

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// What the levels' numbers and classes come from: the sum of a cluster's values, and the votes for
-// its class. Trivially copyable records of AttributeSums. For LevelAttributes.cxx and
-// CarriedArrays.cxx alone.
+// The sums from which levels get their numbers and classes: the sum of a cluster's values, and the
+// votes for its class. Trivially copyable records of AttributeSums. Only for LevelAttributes.cxx
+// and CarriedArrays.cxx.
 #pragma once
 
 #include "filters/core/Attribute.h"
@@ -18,8 +18,8 @@
 namespace kdstream
 {
 
-// Of one component of an array: its mean. Values that are not finite are left out; where
-// none is left the mean is NaN, and 0 in arrays of integers.
+// The mean of one component of an array. Values that are not finite are left out; if none is left
+// the mean is NaN, or 0 in arrays of integers.
 class ScalarSum
 {
 public:
@@ -59,10 +59,10 @@ private:
   std::uint64_t Count = 0;
 };
 
-// Of an array that holds classes (HoldsClasses): the most frequent value. Votes for four values at
-// a time are counted: with at most four values in a cluster the winner is the most frequent one;
-// with more it lacks at most a fifth of all votes to the most frequent. Where all votes cancel each
-// other, the value of the lowest original vertex wins.
+// The most frequent value of an array that holds classes (HoldsClasses). Counts votes for four
+// values at a time. If a cluster has at most four values, the winner is the most frequent one; if
+// it has more, the most frequent one has at most a fifth of all votes more than the winner. If all
+// votes cancel each other, the value of the lowest original vertex wins.
 //
 // Source: Misra, Gries, "Finding repeated elements", 1982; how two summaries become one: Agarwal et
 // al., "Mergeable summaries", 2012.
@@ -116,8 +116,8 @@ public:
     }
     return this->All < noVertex && counted <= this->All;
   }
-  // The winner; of several the one whose bytes are the lowest number. 0 where nobody has voted, NaN
-  // in arrays of floating-point numbers.
+  // The winner; of several, the one with the lowest value. Without votes 0, or NaN in arrays of
+  // floating-point numbers.
   void AppendMean(Attribute& winners) const
   {
     std::size_t best = 0;

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Hashes for tables whose keys come from a file. Whoever made the file may have chosen keys that
-// meet in one place of a table, where each is compared with all before it. Under a seed that nobody
-// knows before the build such keys cannot be prepared.
+// Hashes for tables whose keys come from a file. The author of the file may have chosen keys that
+// collide, and each insertion would compare all of them. With a secret random seed for each run
+// such keys cannot be prepared.
 #pragma once
 
 #include "filters/core/Types.h"
@@ -16,8 +16,8 @@ namespace kdstream
 // Another one for each call and each process. No result may depend on it.
 std::uint64_t RandomSeed();
 
-// Of hashes that several passes or all ranks of a job must agree on: they say in which bucket a key
-// is looked at, and no table is made by them.
+// The seed of hashes on which several passes, or all ranks of a job, must agree. They only assign
+// keys to buckets; no hash table uses them.
 inline constexpr std::uint64_t agreedSeed = 0;
 
 // XXH3 with a seed.

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Sorting triangles by their vertices: by counting where the first vertices lie close together. For
+// Sorts triangles by their vertices: by counting if the first vertices are close to each other. For
 // images of levels and for pieces.
 #pragma once
 
@@ -40,9 +40,9 @@ inline Triangle RotateLowestFirst(const Triangle& t)
   return t[2] < t[0] && t[2] < t[1] ? right : std::min({ t, left, right });
 }
 
-// Sorts items, triangles or triangles with a number, into `sorted`, a range as long. Their first
-// vertices are in [first, first + vertices). next: scratch. O(items + vertices), and what sorting
-// takes of those with the same first vertex.
+// Sorts items (triangles, or triangles with a number) into `sorted`, a range of the same length.
+// Their first vertices are in [first, first + vertices). next: scratch. O(items + vertices), and
+// the time to sort items with the same first vertex.
 template <class Item>
 void SortByTriangle(std::span<const Item> items, VertexId first, std::size_t vertices,
   std::span<Item> sorted, std::vector<std::uint32_t>& next)
@@ -71,9 +71,9 @@ void SortByTriangle(std::span<const Item> items, VertexId first, std::size_t ver
   }
 }
 
-// Sorts triangles in place, lowest vertices first within each already, all of them < vertices.
-// unique: keeps one of equal ones. The same for any number of threads. O(triangles + vertices) and
-// the above; memory once more the triangles.
+// Sorts triangles in place; each already has its lowest vertex first, and all vertices are <
+// vertices. unique: keeps one of equal ones. The same for any number of threads. Time as above;
+// memory as much as the triangles.
 void SortTriangles(std::vector<Triangle>& triangles, std::size_t vertices, bool unique,
   const Execution& execution = {});
 

@@ -17,8 +17,8 @@ inline std::string SystemReason(int reason)
   return std::generic_category().message(reason);
 }
 
-// Whether a write failed for lack of room: on the disk, in a quota, or in the longest file that is
-// allowed.
+// Whether a write failed for lack of room: on the disk, in a quota, or because a file may not
+// become longer.
 inline bool IsDiskFull(int reason)
 {
   return reason == ENOSPC || reason == EDQUOT || reason == EFBIG;

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Which triangles touch which cell: step "faces" of the pipeline picture, which later steps start
-// from.
+// Finds which triangles touch which cell: step "faces" of the pipeline picture, the start of later
+// steps.
 #pragma once
 
 #include "filters/core/Execution.h"
@@ -15,7 +15,7 @@
 namespace kdstream
 {
 
-// For each bucket the triangles that touch one of its vertices, ascending (but see GatherMesh); a
+// For each bucket the triangles that touch one of its vertices, ascending (but see GatherMesh). A
 // triangle is in one to three buckets.
 struct TriangleBuckets
 {
@@ -29,9 +29,9 @@ struct TriangleBuckets
   }
 };
 
-// Sorts triangles into the buckets of their vertices: bucketOf(v) < buckets for every vertex v, and
-// may be called by several threads. The same for any number of threads. O(triangles + buckets);
-// memory 4 bytes an entry, and while it works at most 1 byte a triangle and 4 a bucket.
+// Sorts triangles into the buckets of their vertices: bucketOf(v) < buckets for every vertex v;
+// several threads may call it. The result does not depend on the number of threads. O(triangles +
+// buckets); memory 4 bytes an entry, and temporarily at most 1 byte a triangle and 4 a bucket.
 template <class BucketOf>
 TriangleBuckets BucketTriangles(std::span<const Triangle> triangles, std::size_t buckets,
   const BucketOf& bucketOf, const Execution& execution = {})
@@ -49,8 +49,8 @@ TriangleBuckets BucketTriangles(std::span<const Triangle> triangles, std::size_t
       add(c);
     }
   };
-  // Each chunk of triangles is counted on its own. The counts of all chunks before it then say
-  // where it puts its triangles.
+  // Counts each chunk of triangles separately. The counts of all chunks before a chunk say where
+  // its triangles go.
   const std::size_t chunk = std::max(std::size_t{ 1 } << 17, 4 * buckets);
   const std::size_t chunks = (triangles.size() + chunk - 1) / chunk;
   std::vector<std::uint32_t> counts(chunks * buckets, 0);

@@ -20,8 +20,8 @@ inline double SquaredToSegment(const Vec3& p, const Vec3& a, const Vec3& b)
   return Dot(d, d);
 }
 
-// Over the inside of the triangle the distance is that to its plane, elsewhere that to an edge. A
-// triangle without area is its edges.
+// If the point's projection is inside the triangle, the distance from its plane; else that from an
+// edge. A triangle without area is treated as its edges.
 inline double SquaredToTriangle(const Vec3& p, const Vec3& a, const Vec3& b, const Vec3& c)
 {
   const Vec3 u = Minus(b, a), v = Minus(c, a), w = Minus(p, a);
@@ -50,8 +50,8 @@ inline Vec3 NearestOnSegment(const Vec3& p, const Vec3& a, const Vec3& b)
   return { a[0] + t * edge[0], a[1] + t * edge[1], a[2] + t * edge[2] };
 }
 
-// Straight down on the triangle's plane, where that is between the edges; else, and of a triangle
-// without area, on an edge.
+// The projection on the triangle's plane, if it is between the edges; else, and for a triangle
+// without area, the nearest point of an edge.
 inline Vec3 NearestOnTriangle(const Vec3& p, const Vec3& a, const Vec3& b, const Vec3& c)
 {
   const Vec3 normal = Cross(Minus(b, a), Minus(c, a));

@@ -103,8 +103,8 @@ private:
   std::uint8_t Value = 0;
 };
 
-// A triangle mesh, or a point cloud if it has no triangles. Coordinates are held as doubles
-// whatever their type was: every float is a double, so nothing is rounded.
+// A triangle mesh, or a point cloud if it has no triangles. Coordinates are doubles, whatever type
+// they had in the file: a double holds every float exactly.
 struct Mesh
 {
   std::vector<Vec3> points;

@@ -9,8 +9,8 @@
 namespace kdstream
 {
 
-// The vector of length 1 that points the same way. Zero where there is none: of zero, and of what
-// is so long or short that its square is not finite, or 0.
+// The vector of length 1 in the same direction. Zero for a zero vector, and for one so long or
+// short that its square is not finite, or is 0.
 inline Vec3 UnitVector(const Vec3& v)
 {
   const double length = Length(v);
@@ -18,8 +18,8 @@ inline Vec3 UnitVector(const Vec3& v)
                                              : Vec3{};
 }
 
-// The same of any finite vector but zero: divided by its largest component first, which may change
-// the last bits.
+// The same for any finite vector except zero. Divides by the largest component first, which may
+// change the last bits.
 inline std::optional<Vec3> ScaledUnitVector(const Vec3& v)
 {
   const double largest = std::max({ std::abs(v[0]), std::abs(v[1]), std::abs(v[2]) });

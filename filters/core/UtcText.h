@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Times as people read them, of the logs, tokens and quotas. A header of its own: the C library's
-// calendar asks for the environment, which the page does not give.
+// Times as readable text, for logs, tokens and quotas. A header of its own, because the C library's
+// calendar functions need the environment, which the page does not have.
 #pragma once
 
 #include <cstdint>
@@ -10,8 +10,8 @@
 namespace kdstream
 {
 
-// Seconds since 1970 as "2026-11-27T01:02:03Z" (RFC 3339); of years that the C library knows, else
-// empty.
+// Seconds since 1970 as "2026-11-27T01:02:03Z" (RFC 3339); empty for years that the C library
+// cannot represent.
 inline std::string UtcText(std::int64_t seconds)
 {
   const std::time_t time = seconds;

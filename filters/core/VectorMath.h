@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Small arithmetic on points and vectors. Every result is rounded as it is written here: the
-// digests of stores depend on the order of operations.
+// Small arithmetic on points and vectors. Do not reorder operations: every result is rounded as
+// written here, and the digests of stores depend on it.
 #pragma once
 
 #include "filters/core/Types.h"

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// A file while it is written: under a random name of its own beside its target, whose place it
-// takes when it is whole. The one way in which this project writes files whole.
+// A file while it is written: under a random name beside its target, which it replaces when it is
+// complete. All files that this project writes whole are written so.
 #pragma once
 
 #include "filters/core/Result.h"
@@ -11,15 +11,15 @@
 namespace kdstream
 {
 
-// A file appears whole or not at all: one that is destroyed before Finish is removed. Nobody else's
-// file is opened or cut off on the way, whatever names and links others have put beside the target
-// (O_EXCL, O_NOFOLLOW, random letters).
+// A file appears whole or not at all: if the object is destroyed before Finish, the file is
+// removed. No other file is opened or truncated, whatever files and links others have put beside
+// the target (O_EXCL, O_NOFOLLOW, random letters).
 //
-// A new file has the permissions that the umask gives to new files. One that replaces another takes
-// over that one's owner, group and permissions: whoever has made it private finds it private
-// afterwards. Until then nobody can read the new one who may not read the old one. A symbolic link
-// is replaced itself; what it leads to stays as it is, and tells only how private the new file is.
-// (Programs follow the links that users name before they come here: CheckOutput.)
+// A new file gets its permissions by the umask. A file that replaces another gets the owner, group
+// and permissions of the old one: a private file stays private. Before Finish only those who may
+// read the old file can read the new one. A symbolic link is replaced itself. Its target stays as
+// it is, and only decides the permissions of the new file. (Programs resolve links that users name
+// before they call this: CheckOutput.)
 class NewFile
 {
 public:
@@ -45,8 +45,8 @@ public:
   // Appends bytes. Errors: InputOutput.
   Status Write(std::string_view bytes);
 
-  // After something could not be written: the errno of a disk on which nothing more has room, or 0.
-  // Tries it, at the end of the file, which is then of no use.
+  // Call this after a failed write: returns the errno of a full disk or quota, or 0. It tries to
+  // write at the end of the file, which must not be used afterwards.
   int WhyFull() const;
 
   enum class Lasts
@@ -54,8 +54,8 @@ public:
     PowerCuts, // file and folder wait for the disk
     Processes  // a temporary file
   };
-  // Puts the file in its target's place. Errors: InputOutput; then the target is as it was, unless
-  // the message says that it is in place.
+  // Puts the file in its target's place. Errors: InputOutput; the target is then unchanged, unless
+  // the message says that the file is in place.
   Status Finish(Lasts lasts = Lasts::PowerCuts);
 
 private:

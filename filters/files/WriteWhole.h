@@ -11,20 +11,21 @@
 namespace kdstream
 {
 
-// The file has these bytes whole, after a power cut too, or is as it was before: by a NewFile,
-// whose words on permissions and links hold. Errors: InputOutput, with the file's name.
+// Writes these bytes to a file. Afterwards, also after a power cut, the file has either all of
+// these bytes or its old content. By NewFile, which describes permissions and links. Errors:
+// InputOutput, with the file's name.
 Status WriteWhole(const std::filesystem::path& file, std::string_view bytes);
 
-// The same for what a user has named as an output, which may also be a terminal, a pipe, another
-// device or a descriptor (/dev/stdout): these are written to. Errors: InputOutput.
+// The same for an output that a user names. If it is a terminal, a pipe, another device or a
+// descriptor (/dev/stdout), the bytes are written to it directly. Errors: InputOutput.
 Status WriteToOutput(const std::filesystem::path& file, std::string_view bytes);
 
-// A file that is not there yet, in a folder that nobody else writes to: not waited for (SyncTree).
+// Writes a new file in a folder that nobody else writes to. Does not wait for the disk (SyncTree).
 // Errors: InputOutput, with the file's name.
 Status WriteAnew(const std::filesystem::path& file, std::string_view bytes);
 
-// Whether the name is that of a descriptor of this process, /dev/stdout or the like: a link that
-// leads to what is open, and not to its name.
+// Whether the name is that of a descriptor of this process, as /dev/stdout: a link to an open file,
+// not to a name.
 bool NamesDescriptor(const std::filesystem::path& file);
 
 // Whether it is a regular file, and not a link to one, of exactly these bytes.

@@ -19,8 +19,8 @@ public:
   // The most that one Peek can ask for.
   static constexpr std::size_t blockSize = std::size_t{ 1 } << 20;
 
-  // Errors: NotFound; InputOutput with the system's reason; InvalidInput for what is no regular
-  // file.
+  // Errors: NotFound; InputOutput with the system's reason; InvalidInput for anything except a
+  // regular file.
   static Result<ByteSource> Open(const std::filesystem::path& file);
 
   // The same file from its beginning, whatever its name means by now. Errors: InputOutput.
@@ -37,20 +37,20 @@ public:
   // blockSize.
   Result<std::string_view> Peek(std::size_t wanted);
 
-  // Goes on by `count` bytes. REQUIRES: count <= the size of the last Peek, less what was consumed
+  // Skips `count` bytes. REQUIRES: count <= the size of the last Peek, less what was consumed
   // since.
   void Consume(std::size_t count) { this->Begin += count; }
 
   // Goes to any place of the file. REQUIRES: Start() <= position <= Size().
   void Seek(std::uint64_t position);
 
-  // Makes the bytes [begin, end) all there is, and goes to the first. Positions stay those of the
-  // file. REQUIRES: Start() <= begin <= end <= Size().
+  // Restricts the source to the bytes [begin, end), and goes to the first. Positions stay those of
+  // the file. REQUIRES: Start() <= begin <= end <= Size().
   void Crop(std::uint64_t begin, std::uint64_t end);
   std::uint64_t Start() const { return this->First; }
 
-  // Size when the file was opened, or where it was cropped; Peek's view may end earlier if the file
-  // has been cut since.
+  // The size when the file was opened, or the end at which it was cropped. Peek's view may end
+  // earlier if the file has been truncated since.
   std::uint64_t Size() const { return this->FileSize; }
   std::uint64_t Position() const { return this->BufferOffset + this->Begin; }
   // REQUIRES: what was consumed lay inside the file (it does if every view came from Peek).

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Points that are not finite, and faces that name them, leave a mesh: for the readers of all
-// formats of step "read" (Tolerance.h).
+// Removes points that are not finite, and faces that use them, from a mesh: for the readers of all
+// formats, step "read" (Tolerance.h).
 #pragma once
 
 #include "filters/core/Result.h"
@@ -21,8 +21,8 @@ namespace kdstream
 // "whose y is nan". REQUIRES: a point that is not finite.
 std::string WhatIsNotFinite(const Vec3& point);
 
-// Which of a file's points were dropped, and the numbers of the others without them. Memory: some
-// 2 MiB, and those only once a point was dropped. Disk: a quarter of a byte a point of the file.
+// Which of a file's points were dropped, and the new numbers of the others. Memory: some 2 MiB, and
+// only after a point was dropped. Disk: a quarter of a byte for each point of the file.
 class DroppedPoints
 {
 public:
@@ -52,13 +52,13 @@ private:
 };
 
 // Drops the points from `begin` on that are not finite, with their tuples of point arrays, and adds
-// them to `dropped`; first: the number of point `begin` in the file. tolerance: where they are
-// counted, unless null. Errors: InputOutput.
+// them to `dropped`; first: the number of point `begin` in the file. tolerance: counts them, unless
+// null. Errors: InputOutput.
 Status DropPoints(
   Mesh& mesh, std::size_t begin, std::uint64_t first, DroppedPoints& dropped, Tolerance* tolerance);
 
-// Gives the corners of the triangles from `begin` on their new numbers. Returns, of each of these
-// triangles, whether it stays: whether it names no dropped point. Errors: InputOutput.
+// Gives the corners of the triangles from `begin` on their new numbers. Returns for each of these
+// triangles whether it stays, because it uses no dropped point. Errors: InputOutput.
 Result<std::vector<bool>> RenumberTriangles(Mesh& mesh, std::size_t begin, DroppedPoints& dropped);
 
 // Drops the triangles from `begin` on that do not stay, with their tuples of cell arrays.
@@ -77,9 +77,10 @@ void KeepOnly(std::vector<T>& list, const std::vector<bool>& kept)
   list.resize(left);
 }
 
-// The points of a whole mesh, as DropPoints does, and all triangles of faces that name them; both
-// are counted. begins: of each triangle, whether it is the first of its face; none: each is a face.
-// Returns of each triangle whether it stays, none where all do. Errors: InputOutput.
+// Drops the points of a whole mesh that are not finite, as DropPoints, and all triangles of faces
+// that use them; counts both. begins: for each triangle, whether it is the first of its face;
+// empty: each triangle is a face. Returns for each triangle whether it stays; empty if all do.
+// Errors: InputOutput.
 Result<std::vector<bool>> DropNotFinite(
   Mesh& mesh, const std::vector<bool>& begins, Tolerance& tolerance);
 

@@ -10,8 +10,8 @@
 namespace kdstream
 {
 
-// ".ply" for "Dragon.PLY"; empty if there is none. Only ASCII letters are made small, whatever the
-// locale.
+// ".ply" for "Dragon.PLY"; empty if there is none. Only ASCII letters become lower case, whatever
+// the locale.
 inline std::string FileEnding(const std::filesystem::path& file)
 {
   std::string ending = file.extension().string();

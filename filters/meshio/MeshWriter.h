@@ -12,7 +12,7 @@
 namespace kdstream
 {
 
-// Writes `mesh` in the format of the file's ending. The file appears whole or not at all: it is
+// Writes `mesh` in the format of the file's extension. The file appears whole or not at all: it is
 // written under a temporary name beside it and renamed.
 //   .ply   all attributes bit for bit, under the names of PlyArrays.h
 //   .vtp   all attributes bit for bit
@@ -25,7 +25,7 @@ namespace kdstream
 // read back to the same value). A mesh without triangles is a point cloud: .ply and .obj then have
 // only vertices, .vtp one vertex cell a point, .wrl a PointSet; .stl is refused.
 //
-// Memory: one block of 1 MiB. Errors: InvalidArgument for another ending, and for points without
+// Memory: one block of 1 MiB. Errors: InvalidArgument for another extension, and for points without
 // triangles in STL; InvalidInput for a triangle whose index is out of range, and for attributes
 // that CheckAttributes or IsAttributeName refuses; LimitExceeded for more than 2^31 points (the
 // formats' indices are signed), or more than 2^32 - 1 triangles in STL; InputOutput with the
@@ -35,8 +35,8 @@ Status WriteMesh(const std::filesystem::path& file, const Mesh& mesh);
 // The names of the attributes that WriteMesh leaves out of that file.
 std::vector<std::string> AttributesLeftOut(const std::filesystem::path& file, const Mesh& mesh);
 
-// What that file does not hold of the mesh, a sentence each, for a warning: attributes; in STL also
-// doubles.
+// What the file's format cannot hold of the mesh, a sentence each, for a warning: attributes; for
+// STL also doubles.
 std::vector<std::string> LossesOfFormat(const std::filesystem::path& file, const Mesh& mesh);
 
 }

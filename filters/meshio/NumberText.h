@@ -21,8 +21,8 @@ enum class NumberTextError
   OutOfRange  // it is one, too large for its type
 };
 
-// True if the decimal number `word` is nearer to zero than one.
-// REQUIRES: std::from_chars took the whole word for a floating-point number.
+// True if the absolute value of the decimal number `word` is below one. REQUIRES: std::from_chars
+// took the whole word for a floating-point number.
 bool IsBelowOne(std::string_view word);
 
 // A decimal number as it is written: digits × 10^power.
@@ -33,8 +33,8 @@ struct PlainDecimal
   bool negative = false;
 };
 
-// True for words of the usual form, -12.5e-3, of at most 18 digits that count: nearly all there
-// are. What else is a number is left to std::from_chars.
+// Reads words of the usual form, -12.5e-3, with at most 18 significant digits: nearly all numbers.
+// False for others, which std::from_chars must read.
 inline bool ScanDecimal(std::string_view word, PlainDecimal& decimal)
 {
   constexpr std::uint64_t mostDigits = 100000000000000000U; // one more fits
@@ -91,7 +91,7 @@ inline bool ScanDecimal(std::string_view word, PlainDecimal& decimal)
   return at == end && size > 0 && size <= mostExponent;
 }
 
-// "nan" or "inf", with its sign, for what old compilers of Windows write so: -1.#IND, 1.#QNAN00,
+// "nan" or "inf", with its sign, for the forms of old Windows compilers: -1.#IND, 1.#QNAN00,
 // 1.#INF. Empty for all other words.
 std::string_view SpecialNumber(std::string_view word);
 
@@ -119,7 +119,7 @@ inline bool NearestDouble(const PlainDecimal& decimal, double& value)
   return true;
 }
 
-// Reads a word as std::from_chars does, faster; false where that must be asked.
+// Reads a word as std::from_chars does, but faster; false if std::from_chars must read it.
 inline bool ReadPlain(std::string_view word, double& value)
 {
   PlainDecimal decimal;
@@ -133,8 +133,8 @@ inline bool ReadPlain(std::string_view word, float& value)
   {
     return false;
   }
-  // A double halfway between two floats could have been rounded to there. What comes here is zero
-  // or lies between 10^-22 and 10^38, where floats are neither denormal nor infinite.
+  // The double may have been rounded to a value halfway between two floats. Values here are zero or
+  // between 10^-22 and 10^38, where floats are neither denormal nor infinite.
   const std::uint64_t bits = BitCast<std::uint64_t>(nearest);
   constexpr std::uint64_t below = (std::uint64_t{ 1 } << 29) - 1, half = std::uint64_t{ 1 } << 28;
   if ((bits & below) == half)
@@ -145,9 +145,9 @@ inline bool ReadPlain(std::string_view word, float& value)
   return true;
 }
 
-// Reads the whole of `word` as a T. Floating-point text is rounded once, to the nearest T; what is
-// too small becomes zero; "nan" and "inf" are read, and 1.#QNAN and such, and exponents of Fortran.
-// Integers have no fraction and no exponent. A leading '+' is allowed.
+// Reads the whole of `word` as a T. Floating-point text is rounded once, to the nearest T; too
+// small numbers become zero. Also reads "nan", "inf", 1.#QNAN and similar words, and exponents of
+// Fortran. Integers have no fraction and no exponent. A leading '+' is allowed.
 template <class T>
 NumberTextError ParseNumber(std::string_view word, T& value)
 {
@@ -188,7 +188,7 @@ NumberTextError ParseNumber(std::string_view word, T& value)
   }
   if constexpr (std::is_floating_point_v<T>)
   {
-    // from_chars does not tell too small from too large.
+    // from_chars does not distinguish too small from too large.
     if (IsBelowOne(word))
     {
       value = word[0] == '-' ? -T{ 0 } : T{ 0 };
@@ -198,8 +198,8 @@ NumberTextError ParseNumber(std::string_view word, T& value)
   return NumberTextError::OutOfRange;
 }
 
-// Coordinates that were written as decimals: whether floats would give all of them again, if they
-// were written with as many decimals.
+// For coordinates that were written as decimals: whether floats, written with the same number of
+// decimals, would give the same text.
 class DecimalPrecision
 {
 public:

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// The corners of an OBJ file's faces, for all readers of its statements: the place, texture
-// coordinate and normal of each corner, what of that is forgiven, and what is refused. Part of step
-// "read".
+// Reads the corners of an OBJ file's faces, for all readers of its statements: the place, texture
+// coordinate and normal of each corner. Defines which errors are tolerated and which are refused.
+// Part of step "read".
 #pragma once
 
 #include "filters/core/Result.h"
@@ -22,7 +22,7 @@ using ObjCounts = std::array<std::uint64_t, 3>;
 
 // "face 0 (line 5)": what the statements stand at.
 std::string PlaceInObj(const char* element, std::uint64_t index, const ObjStatements& statements);
-// The error with such a place in front, if it is about the input.
+// Puts the place before the error's message, if the error is about the input.
 Error AtPlaceInObj(const std::string& place, const Error& error);
 
 class ObjCorners
@@ -31,11 +31,11 @@ public:
   // Numbers of place, texture coordinate and normal, from 1 on; 0: none.
   using Corner = std::array<std::uint32_t, 3>;
 
-  // Takes the corners of the face that `statements` stand at, the file's face number `face`.
-  // before: how many of each come before it; all: are in the file. Of the texture coordinates, or
-  // normals, of which a corner names one that does not exist, no corner has any: that is counted in
-  // `tolerance`. A face may have fewer than three corners. O(corners). Errors: InvalidInput for a
-  // place that does not exist, and for what is not a number.
+  // Takes the corners of the current face of `statements`, the file's face number `face`. before:
+  // how many positions, texture coordinates and normals come before it; all: how many are in the
+  // file. If a corner names a texture coordinate (or normal) that does not exist, no corner of the
+  // face has any, and `tolerance` counts this. A face may have fewer than three corners.
+  // O(corners). Errors: InvalidInput for a place that does not exist, and for what is not a number.
   Status Read(const ObjStatements& statements, const ObjCounts& before, const ObjCounts& all,
     std::uint64_t face, Tolerance& tolerance);
   // Valid until the next call.

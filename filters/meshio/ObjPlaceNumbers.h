@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// What the numbers after the coordinates of an OBJ file's vertices are: colours or normals. Part
-// of step "read".
+// What the numbers after an OBJ vertex's coordinates mean: colours or normals. Part of step "read".
 #pragma once
 
 #include "filters/meshio/ShownColors.h"
@@ -34,11 +33,11 @@ class ObjPlaceNumbers
 public:
   // text: what a vertex has after x y z. What is not a number is refused when it is read.
   void Add(std::string_view text);
-  // Three numbers are normals where most of them are of length one and some negative, else colours
-  // (ColorWhite). Of seven numbers or more the first three after x y z count; where the first is 1
-  // for all, and the last not opaque for all, it is a weight, and the next three count. Nothing
-  // where not all vertices have them. normalsNamed: whether faces name other normals. What could be
-  // read otherwise is reported.
+  // Three numbers are normals if most of them have length one and some are negative, else colours
+  // (ColorWhite). If a line has seven or more numbers, the first three after x y z count. But if
+  // the first of them is 1 for all vertices, and the last is not opaque for all, the first is a
+  // weight, and the next three count. Nothing if some vertices have no such numbers. normalsNamed:
+  // whether faces name other normals. Ambiguous cases are reported.
   ObjPlaceColumns Decide(std::uint64_t vertices, bool normalsNamed, Tolerance& tolerance) const;
 
 private:

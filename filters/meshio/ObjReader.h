@@ -23,7 +23,7 @@ inline constexpr const char* objMaterialsName = "materials and their textures";
 //
 // Skipped: groups, objects, smoothing, parameters, points. Skipped and named in
 // Info().ignoredAttributes: materials, lines and free-form shapes, and colours that not all places
-// have. Coordinates are floats where these tell the decimals of all of them apart, else doubles.
+// have. Coordinates are floats if these keep all decimals distinct, else doubles.
 //
 // A face may name any place of the file, so faces are read after all places. The text is read three
 // times, the first time when it is opened, to count. Memory: one block of the file, and what is
@@ -31,14 +31,14 @@ inline constexpr const char* objMaterialsName = "materials and their textures";
 // are made when the file is opened (ObjVertices.h), in `scratch`, or if that is empty in the
 // system's folder for temporary files; memory is some 10 MiB more then.
 //
-// Dropped and counted: faces of fewer than three corners; of a face the texture coordinates, or the
-// normals, if one of its corners names one that does not exist. Points may be not finite: see
+// Dropped and counted: faces of fewer than three corners; the texture coordinates (or normals) of a
+// face, if one of its corners names one that does not exist. Points may not be finite: see
 // FiniteReader.h.
 //
 // Errors, with the number of the line and of the vertex or face: InvalidInput for a file without
 // any statement of OBJ, text in UTF-16, text in place of a number, too many or too few numbers, a
 // place that does not exist, a statement of more than 16 MiB; LimitExceeded for more than 2^32 - 2
-// vertices; InputOutput; Cancelled by the execution, to which opening is reported as "read".
+// vertices; InputOutput; Cancelled. Opening is reported to the execution as "read".
 Result<std::unique_ptr<MeshReader>> OpenObjReader(
   ByteSource source, const Execution& execution, const std::filesystem::path& scratch);
 

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// The statements of a Wavefront OBJ file, one after the other: its lines without comments, and what
-// is written in them. Part of step "read". Libraries of materials, .mtl, have the same statements.
+// Splits a Wavefront OBJ file into statements: its lines without comments, and their words and
+// numbers. Part of step "read". Material libraries, .mtl, have the same statements.
 #pragma once
 
 #include "filters/core/Execution.h"
@@ -43,14 +43,14 @@ public:
   {
   }
 
-  // Goes to the next statement; false at the end. A line that ends with a backslash goes on in the
-  // next one, comments do not, nor does a name of which the backslash is the last character. A
-  // comment begins a line, or follows numbers; in a name # is a character like any other. Errors:
-  // InputOutput; a statement longer than longestStatement; text in UTF-16.
+  // Goes to the next statement; false at the end. A line that ends with a backslash continues on
+  // the next line, except comments, and names whose last character is the backslash. A comment
+  // begins a line, or follows numbers; in a name # is an ordinary character. Errors: InputOutput; a
+  // statement longer than longestStatement; text in UTF-16.
   Result<bool> Next();
   ObjKeyword Keyword() const { return this->Word; }
-  // The keyword in small letters, since capitals do not matter; and as it is written. Valid until
-  // the next call of Next.
+  // The keyword in lower case, because case does not matter; and as it is written. Valid until the
+  // next call of Next.
   std::string_view Name() const { return this->Folded; }
   std::string_view Written() const { return this->AsWritten; }
   // What follows the keyword. Valid until the next call of Next.
@@ -58,8 +58,8 @@ public:
   const TextLines& GetLines() const { return this->Lines; }
   void Restart() { this->Lines.Restart(); }
 
-  // Calls visit() at each statement of the whole text. Reports this pass, of step "read", as the
-  // share of it that begins at `before`. Errors: those of Next, of `visit` and of `execution`.
+  // Calls visit() at each statement of the whole text. Reports this pass as the part of step "read"
+  // that begins at `before`. Errors: those of Next, of `visit` and of `execution`.
   template <class Visit>
   Status ForEach(const Execution& execution, double before, double share, const Visit& visit)
   {
@@ -115,18 +115,18 @@ struct ObjPlace
 };
 
 // "x y z [w]" or "x y z r g b [a]"; asFloats: coordinates are rounded once, to floats; they may be
-// NaN or infinite. colorsAt: the number, from 0, that is red; 4: "x y z w r g b". Errors say what
-// is wrong, without the place.
+// NaN or infinite. colorsAt: the index of red, from 0; 4 means "x y z w r g b". Errors say what is
+// wrong, without the place.
 Status ParseObjPlace(
   std::string_view text, bool asFloats, ObjPlace& place, std::size_t colorsAt = 3);
 
-// "u [v …]"; what is too large a number is NaN: it tells no place in a picture.
+// "u [v …]"; a number that is too large becomes NaN, which is no place in a picture.
 Status ParseObjTextureCoordinate(std::string_view text, std::array<float, 2>& values);
 // "x y z", and at most one number more, which is not read.
 Status ParseObjNormal(std::string_view text, std::array<float, 3>& values);
 
-// The numbers of a corner's place, texture coordinate and normal, as the file has them: from one
-// on, or back from the last one before the face; noCorner for a missing one.
+// The numbers of a corner's place, texture coordinate and normal, as in the file: counted from one,
+// or (negative) back from the last one before the face; noCorner for a missing one.
 using ObjCorner = std::array<std::int64_t, 3>;
 inline constexpr std::int64_t noCorner = std::numeric_limits<std::int64_t>::max();
 inline constexpr std::array<const char*, 3> objPartNames{ "vertex", "texture coordinate",
@@ -135,9 +135,9 @@ inline constexpr std::array<const char*, 3> objPartNames{ "vertex", "texture coo
 // Errors as ParseObjPlace.
 Status ParseObjCorner(std::string_view word, ObjCorner& corner);
 
-// What a corner's number stands for. `before` elements of its kind come before the face, and `all`
-// are in the file. The result is a number from one on, or 0; and whether the element exists, or is
-// not named at all.
+// The element that a corner's number refers to. `before` elements of its kind come before the face,
+// and `all` are in the file. The result is its number, from one on, or 0; and whether it exists, or
+// is not named at all.
 struct ObjPart
 {
   std::uint32_t number = 0;

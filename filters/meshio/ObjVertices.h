@@ -13,13 +13,13 @@
 namespace kdstream
 {
 
-// Any corner may name anything, so that looking it up takes tables: they lie on disk. Memory: some
-// 10 MiB, whatever the file. Disk: 48 bytes a place, 8 a texture coordinate, 12 a normal, 4 a
-// corner and 4 a face, 16 a further vertex.
+// Any corner may name any element, so look-ups need tables, which are on disk. Memory: some 10 MiB,
+// whatever the file. Disk: 48 bytes a place, 8 a texture coordinate, 12 a normal, 4 a corner and 4
+// a face, 16 a further vertex.
 //
 // Vertex i is place i with the first combination that a corner makes of it; further combinations
-// are further vertices, by first appearance. Each is there once, unless a place has more than 64 of
-// them: welding joins those.
+// become further vertices, by first appearance. Each combination is one vertex, unless a place has
+// more than 64: welding joins the duplicates.
 class ObjVertices
 {
 public:
@@ -33,9 +33,9 @@ public:
     return this->TextureCoordinates.Append(values);
   }
   Status AddNormal(const std::array<float, 3>& values) { return this->Normals.Append(values); }
-  // … then all faces. Numbers of what is there, from 1; 0 for none (of texture coordinate and
-  // normal). No corners: a face without triangles. Errors: InputOutput; LimitExceeded for too many
-  // vertices.
+  // … then all faces. Corners are numbers of vertices, texture coordinates and normals, from 1; 0
+  // for no texture coordinate or normal. No corners: a face without triangles. Errors: InputOutput;
+  // LimitExceeded for too many vertices.
   using Corner = std::array<std::uint32_t, 3>;
   Status AddFace(std::span<const Corner> corners);
 

@@ -19,8 +19,8 @@
 namespace kdstream
 {
 
-// Open, Write…, Finish. The first error is kept: writing goes on as a no-op, and Finish returns it.
-// A file that is not finished is removed.
+// Open, Write…, Finish. After the first error Write does nothing, and Finish returns the error. A
+// file that is not finished is removed.
 class OutputFile
 {
 public:
@@ -29,8 +29,8 @@ public:
   OutputFile& operator=(const OutputFile&) = delete;
   ~OutputFile() = default;
 
-  // Errors: InputOutput with the system's reason, or for a name that belongs to something else than
-  // a regular file.
+  // Errors: InputOutput with the system's reason, or for a name of something other than a regular
+  // file.
   Status Open(const std::filesystem::path& file);
 
   void Write(std::string_view bytes)

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Readers append each polygon as a fan, which takes no places of vertices; here those fans that are
-// none are cut anew. Part of step "read".
+// Readers append each polygon as a fan, which needs no positions of vertices. This code cuts again
+// the polygons for which a fan is wrong. Part of step "read".
 #pragma once
 
 #include "filters/core/CutPolygon.h"
@@ -14,8 +14,8 @@
 namespace kdstream
 {
 
-// A fan of n - 2 triangles becomes the triangles of `cut`, of as many: `fan` holds what its corners
-// have, in the order of a fan around corner 0.
+// Replaces a fan of n - 2 triangles by the triangles of `cut`, of the same number. `fan` has the
+// values of its corners, in the order of a fan around corner 0.
 template <class Value>
 void ScatterToTriangles(std::span<std::array<Value, 3>> fan, std::span<const Triangle> cut)
 {
@@ -33,8 +33,8 @@ void ScatterToTriangles(std::span<std::array<Value, 3>> fan, std::span<const Tri
   }
 }
 
-// The polygons among triangles. Memory: 16 bytes a polygon of more than three corners that was
-// added since the last cut.
+// Collects the polygons among triangles. Memory: 16 bytes for each polygon of more than three
+// corners added since the last cut.
 class PolygonFaces
 {
 public:
@@ -49,7 +49,7 @@ public:
   bool Empty() const { return this->Fans.empty(); }
 
   // Cuts the polygons that were added, and forgets them: calls changed(first, cut) for each that is
-  // no fan. placeOf(vertex): a Result<Vec3>. Errors: those of placeOf.
+  // not a fan. placeOf(vertex): a Result<Vec3>. Errors: those of placeOf.
   template <class PlaceOf, class Changed>
   Status Cut(std::span<const Triangle> triangles, const PlaceOf& placeOf, const Changed& changed)
   {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Words of a file inside messages.
+// Words of a file, quoted in messages.
 #pragma once
 
 #include "filters/core/Texts.h"
@@ -10,8 +10,8 @@
 namespace kdstream
 {
 
-// 'word' in quotes, without control characters and at most 40 bytes of it; what is not UTF-8 is
-// not shown.
+// The word in quotes for a message: without control characters, at most 40 bytes; nothing of a text
+// that is not UTF-8.
 inline std::string QuotedText(std::string_view word)
 {
   std::string_view begin = word.substr(0, 40);
@@ -35,7 +35,7 @@ inline std::string QuotedText(std::string_view word)
   return text;
 }
 
-// What is wrong with a word that is not a number, if that is a decimal comma; else empty.
+// The sentence for a word that is not a number because it has a decimal comma; else empty.
 inline std::string DecimalCommaHint(std::string_view word)
 {
   constexpr std::string_view digits = "0123456789";

@@ -16,21 +16,21 @@
 namespace kdstream
 {
 
-// The file behind it: blocks, of which some are in memory. Memory: at most 2 MiB. Nothing is left
-// of the file when the object goes, however the process ends.
+// The file below the table: blocks, some of which are in memory. Memory: at most 2 MiB. The file
+// disappears with the object, however the process ends.
 class ScratchFile
 {
 public:
-  // folder: where the file's blocks lie; empty: the system's folder for temporary files.
-  // recordSize: bytes, at most a block.
+  // folder: where the file is made; empty: the system's folder for temporary files. recordSize: in
+  // bytes, at most a block.
   ScratchFile(std::filesystem::path folder, std::size_t recordSize);
   ScratchFile(const ScratchFile&) = delete;
   ScratchFile& operator=(const ScratchFile&) = delete;
   ~ScratchFile();
 
-  // The bytes of a record, zeros if it was never changed; `change`: whether they will be written
-  // to. Valid until the next call. Expected O(1). Errors: InputOutput, with the folder and what is
-  // in it.
+  // The bytes of a record, zeros if it was never changed. `change`: whether the caller will write
+  // to them. Valid until the next call. Expected O(1). Errors: InputOutput, with the folder and its
+  // purpose.
   Result<char*> At(std::uint64_t record, bool change)
   {
     const std::uint64_t block = record / this->RecordsPerBlock;

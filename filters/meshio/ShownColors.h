@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Colours that files have as floats, as integers of 16 bits, or as the spherical harmonics of
-// Gaussian splats, made into the array that viewers show. Part of step "read".
+// Converts colours that files have as floats, as 16-bit integers, or as the spherical harmonics of
+// Gaussian splats, into the array that viewers show. Part of step "read".
 #pragma once
 
 #include "filters/core/Types.h"
@@ -29,23 +29,23 @@ struct HiddenColors
   AttributeInfo shown{};  // the array to make: "RGB", or "RGBA" where that name is taken
 };
 
-// The arrays that may be colours, or nothing if colours are shown already (RoleOf) or there are
-// none. Known colours, in any case: red green blue, r g b, diffuse_red …, ambient_red …, as three
-// arrays of numbers of one type; one array of three or four components named rgb, rgba, color,
-// colour, colors, diffuse; rgb or rgba of one whole number of 32 bits; f_dc of three floats.
-// Possible colours: rgb or rgba of one number of another type.
+// The arrays that may be colours; nothing if there are none, or if viewers already show colours
+// (RoleOf). Certain colours, in lower or upper case: red green blue, r g b, diffuse_red …,
+// ambient_red …, as three arrays of numbers of one type; one array of three or four components
+// named rgb, rgba, color, colour, colors, diffuse; rgb or rgba of one whole number of 32 bits; f_dc
+// of three floats. Possible colours: rgb or rgba of one number of another type.
 std::optional<HiddenColors> FindHiddenColors(std::span<const AttributeInfo> attributes);
 
-// What is white in colours that are numbers, for every format: 1, 255 or 65535, by most of the
-// values. Zeros, and values that are not finite, say nothing. O(1) a value.
+// Finds the value of white in colours that are numbers, for every format: 1, 255 or 65535, by the
+// majority of values. Zeros, and values that are not finite, do not count. O(1) a value.
 class ColorWhite
 {
 public:
   // whole: values of a type of whole numbers, which are from 0 to 1 only if all are.
   void Add(double value, bool whole = false);
   double White() const;
-  // Where not all values agree: "as most of their values are: 1 of 24 is above it and counts as
-  // white"; else empty.
+  // A sentence part if not all values agree: "as most of their values are: 1 of 24 is above it and
+  // counts as white"; else empty.
   std::string Doubt() const;
 
 private:
@@ -54,8 +54,8 @@ private:
   bool Whole = false;
 };
 
-// What the numbers of an array rgb are: floats whose bits are 0x00RRGGBB or 0xFFRRGGBB, as PCL has
-// them, whole numbers 0xRRGGBB, or no colours. O(1) a value.
+// Finds out what the numbers of an array rgb are: floats whose bits are 0x00RRGGBB or 0xFFRRGGBB,
+// as in PCL, whole numbers 0xRRGGBB, or not colours. O(1) a value.
 class PackedColors
 {
 public:
@@ -84,7 +84,7 @@ public:
   // "red, green and blue of type float32 are shown as RGB: 1 is white".
   std::string Tell(std::span<const AttributeInfo> attributes) const;
   const AttributeInfo& Shown() const { return this->Colors.shown; }
-  // False where the values are no colours: nothing is appended, and Tell says so.
+  // False if the values are not colours: nothing is appended, and Tell says so.
   bool AreColors() const
   {
     return !this->Colors.maybe || this->Packed.AreBits() || this->Packed.AreNumbers();
@@ -96,10 +96,10 @@ private:
   PackedColors Packed;
 };
 
-// Adds such an array to a whole mesh, if it has such colours, and tells it.
+// Adds the colours of a whole mesh, if it has such arrays, and reports it.
 void AddShownColors(Mesh& mesh, Tolerance& tolerance);
 
-// The reader of a file with the array added, after all others. scale: that has looked at all
+// Wraps the reader of a file and adds the array, after all others. scale: after it has seen all
 // vertices.
 std::unique_ptr<MeshReader> WithShownColors(std::unique_ptr<MeshReader> reader, ColorScale scale);
 

@@ -25,10 +25,10 @@ public:
   {
   }
 
-  // Goes to the next line; false at the end. Lines end with \n or \r\n; with \r too in a text whose
-  // first MiB has some of these alone. The text begins after a byte order mark and ends before
-  // Ctrl-Z and zeros (PlainText.h). Memory: a block, and a line that is longer than one. Errors:
-  // InputOutput; a line that is longer than the longest; text in UTF-16.
+  // Goes to the next line; false at the end. Lines end with \n or \r\n; and also with \r, if the
+  // first MiB of the text has a \r without \n. The text begins after a byte order mark and ends
+  // before Ctrl-Z and zeros (PlainText.h). Memory: a block, and a line that is longer than one.
+  // Errors: InputOutput; a line that is longer than the longest; text in UTF-16.
   Result<bool> Next()
   {
     const char* const end = this->FindEnd();
@@ -116,7 +116,7 @@ private:
   std::uint64_t Zeros = 0;
 };
 
-// Cuts a line at any of the separators; `words` is emptied first.
+// Splits a line at any of the separators; `words` is emptied first.
 void SplitWords(
   std::string_view line, std::string_view separators, std::vector<std::string_view>& words);
 

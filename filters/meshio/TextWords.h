@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// The words of a text: of a line, and of a file across lines, in bounded memory. For all text
-// formats of step "read".
+// Splits text into words, within a line or across the lines of a file, in bounded memory. For all
+// text formats of step "read".
 #pragma once
 
 #include "filters/core/Result.h"
@@ -39,7 +39,7 @@ inline void TakeBlanks(std::string_view& text)
   }
 }
 
-// Takes the next word off the front; empty if there is none.
+// Removes the next word from the front and returns it; empty if there is none.
 inline std::string_view TakeWord(std::string_view& text)
 {
   const char* begin = text.data();
@@ -63,16 +63,16 @@ public:
   // Longer ones are cut: no number and no name that means anything is as long.
   static constexpr std::size_t longestWord = 4096;
 
-  // `source` must outlive this, and is what CropToText (PlainText.h) has left of it. It is read
-  // from where it stands; nobody else may move it.
+  // `source` must outlive this object, and must have been cropped by CropToText (PlainText.h). It
+  // is read from its current position; nothing else may move it.
   explicit TextWords(ByteSource& source)
     : Source(source)
   {
   }
 
   // Goes to the next word, across blanks and the ends of lines; empty at the end of the file. Valid
-  // until the next call. Of a longer word the first longestWord + 1 bytes come, then the rest as
-  // further words. Errors: InputOutput.
+  // until the next call. A longer word is returned in parts: its first longestWord + 1 bytes, then
+  // the rest as further words. Errors: InputOutput.
   Result<std::string_view> Next()
   {
     const char* begin = this->Cursor;
@@ -81,7 +81,7 @@ public:
       ++begin;
     }
     this->Cursor = begin;
-    // The word and the blank after it mostly lie in memory.
+    // The word and the blank after it are mostly in memory.
     if (this->End - begin <= static_cast<std::ptrdiff_t>(longestWord))
     {
       return this->NextAcrossBlocks();
@@ -95,13 +95,13 @@ public:
   }
   // Goes to the end of the line. Errors: InputOutput.
   Status SkipLine();
-  // What of the line is after the last word, up to longestWord bytes. Valid until the next call.
+  // The rest of the line after the last word, up to longestWord bytes. Valid until the next call.
   // Errors: InputOutput.
   Result<std::string_view> RestOfLine();
   // Goes on by `count` bytes of it. REQUIRES: no call since RestOfLine.
   void Skip(std::size_t count) { this->Cursor += count; }
 
-  // Byte after the last word. What was read to find it lies after Source's position.
+  // The byte after the last word. Source's position may be further, where the word's end was found.
   std::uint64_t Position() const
   {
     return this->Source.Position() + static_cast<std::uint64_t>(this->Cursor - this->Begin);

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// The one rule of tolerance that the readers of all formats share: what of a damaged file is
-// dropped or forgiven is counted by kind, and reported. doc/cli.md#tolerance tells users.
+// How tolerant the readers of all formats are: what of a damaged file is dropped or repaired is
+// counted by kind, and reported. For users: doc/cli.md#tolerance.
 #pragma once
 
 #include "filters/core/Result.h"
@@ -15,8 +15,8 @@
 namespace kdstream
 {
 
-// What is forgiven. Refused whatever the options say, by the readers themselves: indices of places
-// that do not exist, truncation, counts beyond the file.
+// What is tolerated. The readers always refuse, whatever the options say: indices of elements that
+// do not exist, truncated files, counts beyond the file.
 enum class Lapse : std::uint8_t
 {
   // Dropped:
@@ -43,33 +43,31 @@ inline constexpr std::size_t lapseKinds = 12;
 class Tolerance
 {
 public:
-  // Counts `number` further ones. first: where the first of them is ("vertex 17 (line 20)", "byte
-  // 684"); that of the first call counts.
+  // Counts `number` more cases. first: the place of the first of them ("vertex 17 (line 20)", "byte
+  // 684"); only that of the first call is kept.
   void Count(Lapse kind, std::uint64_t number, std::string_view first = {});
   std::uint64_t Of(Lapse kind) const { return this->Numbers[static_cast<std::size_t>(kind)]; }
   bool Any() const;
 
-  // A sentence about what can be read in two ways, and how it was read. --strict does not refuse
-  // it.
+  // Adds a sentence about something ambiguous, and how it was read. --strict does not refuse it.
   void Tell(std::string reading);
   const std::vector<std::string>& Readings() const { return this->ReadingTexts; }
 
-  // Adds what another part of the same file had.
+  // Adds the counts of another part of the same file.
   void Add(const Tolerance& other);
   // What was counted and reported after `before`, a former state of this.
   Tolerance Since(const Tolerance& before) const;
 
   // A sentence for each kind that was counted, then the readings: warnings without the file's name.
   std::vector<std::string> Warnings() const;
-  // The same in few words, for a line's end: "3 points and 2 faces dropped"; empty if there is
+  // A short summary for the end of a line: "3 points and 2 faces dropped"; empty if there is
   // nothing.
   std::string Summary() const;
-  // What a build or conversion with --strict says. Errors: InvalidInput where it is strict, of the
-  // first kind that was counted, with its place.
+  // For builds and conversions with --strict. Errors: InvalidInput if `strict` is set and something
+  // was counted: the first kind, with its place.
   Status Check(bool strict) const;
 
-  // As lines of text, between processes and in files, and back. Lines that are something else are
-  // passed over.
+  // Converts to lines of text, for files and other processes, and back. Other lines are skipped.
   std::string ToLines() const;
   static Tolerance FromLines(std::string_view lines);
 

@@ -2,9 +2,9 @@
 // Parses JSON: the one reader of the project's own files and messages, small enough for a phone's
 // page (doc/decisions/0032-libraries.md). Internal: not installed.
 //
-// Texts are hostile. Neither parsing nor its result recurses, however deep a text nests. Numbers
-// are rounded correctly. A number that is too large for a double is an error, and so is text that
-// is not UTF-8. Of a repeated key the last one counts, as in JavaScript.
+// Texts may be hostile. Neither parsing nor its result uses recursion, however deep a text nests.
+// Numbers are rounded correctly. A number that is too large for a double is an error, and so is
+// text that is not UTF-8. If a key is repeated, the last one counts, as in JavaScript.
 #pragma once
 
 #include "filters/core/Result.h"
@@ -160,8 +160,8 @@ public:
   JsonDocument& operator=(JsonDocument&&) = default;
 };
 
-// The memory is at most 25 bytes a byte of text: bound the text first.
-// Errors: InvalidInput naming the byte from which on it is no JSON.
+// Memory: at most 25 bytes for each byte of text, so limit the text first. Errors: InvalidInput
+// naming the byte at which the JSON is malformed.
 Result<JsonDocument> ParseJson(std::string_view text);
 
 // The member, or null where there is none. REQUIRES: an object. O(members).

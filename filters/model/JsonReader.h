@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Reads members of a JSON object with their types and ranges checked; remembers the first fault.
+// Reads members of a JSON object, and checks their types and ranges; remembers the first error.
 // Internal: not installed.
 #pragma once
 
@@ -14,7 +14,7 @@
 namespace kdstream
 {
 
-// A value in words, for a message. Only scalars are written out: a nested value may be of any
+// A value as text for a message. Only scalars are written out, because a nested value may have any
 // depth.
 std::string Show(const JsonValue& value);
 
@@ -51,8 +51,7 @@ public:
     const JsonValue& object, const char* key, std::size_t mostBytes, bool required = true);
   // The value of a member that was found.
   std::string TextIn(const JsonValue& value, const char* key, std::size_t mostBytes);
-  // An array of integers in the range, at most `most` of them; empty where an optional one is
-  // absent.
+  // An array of integers in the range, at most `most` of them; empty if an optional one is absent.
   std::vector<std::uint32_t> Integers(const JsonValue& object, const char* key,
     std::uint32_t lowest, std::uint32_t highest, std::size_t most, bool required);
   // An array of at most `most` values, or null.

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Writes JSON: the one way in which the project does, from the metadata of a store to the status of
-// a page. The same bytes on every platform.
+// Writes JSON: the only writer of the project, used from the metadata of a store to the status of a
+// page. The same bytes on every platform.
 #pragma once
 
 #include <charconv>
@@ -27,8 +27,8 @@ struct JsonStyle
 //   JsonWriter json;
 //   json.BeginObject().Member("id", 7).Member("box", [&](JsonWriter& box) { … }).EndObject();
 //
-// Values in an object are those of a member: Key first, or Member. In arrays, and outside, values
-// stand without keys.
+// A value in an object needs a key: call Key first, or Member. Values in arrays, and outermost
+// ones, have no keys.
 class JsonWriter
 {
 public:

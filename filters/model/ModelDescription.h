@@ -2,7 +2,7 @@
 // What is known of a model before any of its pieces: one description from the builder to the page.
 //
 // A builder fills it in, a store keeps it (row "model"), kdstream-store and kdstream-build print it
-// as statistics, a server tells it (model.json, the `opened` answer), and a viewer draws by it.
+// as statistics, a server sends it (model.json, the `opened` answer), and a viewer draws by it.
 // ModelJson.h writes and reads it.
 #pragma once
 
@@ -38,13 +38,13 @@ struct ResolutionDescription
   std::uint64_t triangles = 0; // each once
   std::uint64_t pieces = 0;
   std::uint64_t bytes = 0;
-  // Of a level, model units; 0 for the original: an upper bound of how far the original is from its
-  // surface, and what 99 of 100 of its vertices do not exceed, estimated. Viewers steer by this
-  // one.
+  // For a level, in model units: an upper bound of the distance of the original from the level's
+  // surface (deviation), and an estimate that 99 of 100 of its vertices do not exceed
+  // (deviation99), by which viewers choose levels. 0 for the original.
   double deviation = 0;
   double deviation99 = 0;
-  // Of a level: how many steps of the grid lie between the points that its vertices use, 1 …
-  // mostSpacing. 1 for the original.
+  // For a level: the spacing of its coordinates, in steps of the grid, 1 … mostSpacing. 1 for the
+  // original.
   std::uint32_t spacing = 1;
   bool operator==(const ResolutionDescription&) const = default;
 };
@@ -58,8 +58,7 @@ struct HomeView
   bool operator==(const HomeView&) const = default;
 };
 
-// Of a model whose original carries the pictures that paint it: a tile for each partition
-// (TextureTile.h).
+// For a model whose original has textures: one tile for each partition (TextureTile.h).
 struct TextureDescription
 {
   std::string format = "webp"; // of the tiles' images
@@ -82,12 +81,12 @@ struct UnusedDescription
 // The direction as a pose has it. Nothing where its length is 0 or not finite.
 std::optional<Vec3> DirectionOf(const Vec3& vector);
 
-// From where a model is looked at if nothing else is known: +z where y is up, as glTF has it; -y
-// where z is, as CAD has it; of another direction, whichever of the two is nearer to level.
+// The first view's direction if nothing else is known: +z if y is up, as in glTF; -y if z is up, as
+// in CAD; for another up direction, the one of these two that is nearer to horizontal.
 Vec3 FrontOf(const Vec3& up);
 
 // The values of an array that viewers may colour by (IsScalar), over the vertices of the original.
-// What is not finite does not count; all are 0 where nothing is.
+// Values that are not finite do not count; all members are 0 if there are no finite ones.
 struct ScalarDescription
 {
   std::string name;           // one of the model's point arrays
@@ -164,18 +163,18 @@ struct ModelDescription
   std::optional<HomeView> homeView;           // none: viewers take one as it is by default
   std::optional<TextureDescription> textures; // none: there are no tiles
 
-  // That the client may have whom a server tells it; servers with tokens.
+  // What the client of this description may have; only from servers with tokens.
   ModelDetail detail = ModelDetail::Regions;
 
-  // How it was built. Stores keep it and statistics tell it; servers do not.
+  // How it was built. Stores have it and statistics print it; servers do not send it.
   std::string input; // name of the file it was built from, without its folder
   // IsDigest: of that file's bytes, the same for all builds of it; empty where it is not known.
   std::string inputDigest;
   std::uint64_t welded = 0, inconsistentEdges = 0;
   std::uint64_t smallestPartition = 0, largestPartition = 0; // own vertices
   std::optional<UnusedDescription> unused; // none: triangles use all vertices, or it is a cloud
-  // As the options of kdstream-build name them. Partitioners other than kdtree make no levels,
-  // P = S = L, and any number of partitions; levelMaker and representative are empty then.
+  // As the options of kdstream-build name them. Partitioners other than kdtree make no levels: P =
+  // S = L, any number of partitions, and levelMaker and representative are empty.
   std::string partitioner = "kdtree";
   std::string levelMaker, representative;
   bool sheets = true, weld = true;
@@ -186,8 +185,8 @@ struct ModelDescription
   bool operator==(const ModelDescription&) const = default;
 };
 
-// As much of it as a client is told who may have so much: of finer resolutions no more than that
-// they are there.
+// The part of a description that a client of this access level gets: of finer resolutions only that
+// they exist.
 ModelDescription ToldWith(ModelDescription model, ModelDetail detail);
 
 // An entry of a server's list of models.
@@ -217,8 +216,8 @@ ModelSummary Summarize(const ModelDescription& model);
 // The level of the preview: min(L, 11).
 unsigned PreviewLevel(const ModelDescription& model);
 
-// Whether servers can serve a model by this name. The name stands in a path, of a URL and of a
-// folder. A name that begins with a dot would be that of a hidden file, "." or "..".
+// Whether servers can serve a model by this name. The name becomes part of a URL and of a file's
+// path. A name that begins with a dot would be that of a hidden file, "." or "..".
 inline constexpr std::string_view modelIdRule =
   "1 to 128 characters of A-Z a-z 0-9 . _ -, and no dot at the start";
 bool IsModelId(std::string_view id);

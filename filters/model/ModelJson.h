@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // A model's description as JSON and back. There is one form: a store keeps it with the facts of the
-// build ("build"), a server tells it with the model's id, and viewers read it. Statistics are for
+// build ("build"), a server sends it with the model's id, and viewers read it. Statistics are for
 // people and scripts.
 //
-// Doubles survive the way bit for bit, so that all compute with the same grid and box.
+// Doubles come back bit for bit, so that server and viewers compute with the same grid and box.
 #pragma once
 
 #include "filters/core/Result.h"
@@ -29,11 +29,11 @@ std::string WriteModel(const ModelDescription& model);
 std::string WriteModelList(
   const std::vector<ModelSummary>& models, const SiteDescription& site = {});
 
-// Errors: LimitExceeded for too many bytes; InvalidInput naming the member that is missing, of
-// another type or out of its range. Unknown members are ignored.
+// Errors: LimitExceeded for too many bytes; InvalidInput naming the member that is missing, of a
+// wrong type or out of range. Unknown members are ignored.
 Result<ModelDescription> ParseModel(std::string_view text);
 Result<std::vector<ModelSummary>> ParseModelList(std::string_view text);
-// Whether ParseModel takes what WriteModel makes of a model that came from a store: a store allows
+// Checks that ParseModel accepts what WriteModel writes of a model from a store: stores allow
 // longer texts. Errors: those of ParseModel.
 Status CheckServed(const ModelDescription& model);
 
@@ -51,7 +51,7 @@ Result<ModelDescription> ParseStoredModel(
 // Into an object: what kdstream-store info --json and kdstream-build --stats say of a store.
 void PutStatistics(JsonWriter& json, const ModelDescription& model, std::uint64_t storeBytes);
 
-// The description that servers tell as a value in a message.
+// The description that servers send, as a value in a message.
 void PutModel(JsonWriter& json, const ModelDescription& model);
 
 // Errors: InvalidInput naming the member that is wrong.

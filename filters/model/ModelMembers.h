@@ -21,7 +21,7 @@ std::string_view NameOf(ScalarType type);
 std::string_view NameOf(PrimitiveType type);
 std::string_view NameOf(AttributeAssociation association);
 
-// {"name","type","association","components"}, in words.
+// {"name","type","association","components"}, as texts.
 void PutAttributes(JsonWriter& json, const std::vector<AttributeInfo>& attributes);
 // "title", "credit", "license", "unit", and "description", if it has one.
 void PutTexts(JsonWriter& json, const ModelDescription& model);
@@ -37,19 +37,19 @@ void PutBox(JsonWriter& json, const Box& box);
 void PutResolution(JsonWriter& json, const ResolutionDescription& resolution);
 void PutLevels(JsonWriter& json, const std::vector<ResolutionDescription>& levels);
 
-// "unused", if it has such vertices.
+// "unused", if the model has such vertices.
 void PutUnused(JsonWriter& json, const ModelDescription& model);
-// "scalars", if the model has some: {"classes","name","range"}. "classes": each value, followed by
-// how many vertices have it; "range": least, low, high, most.
+// "scalars", if the model has any: {"classes","name","range"}. "classes": each value, followed by
+// its number of vertices; "range": smallest, low, high and largest value.
 void PutScalars(JsonWriter& json, const ModelDescription& model);
 // The bits of an axis, or "lossless".
 void PutBits(JsonWriter& json, const CoordinateGrid& grid);
 
-// Counts, depths, box, levels, original, pose and textures: whatever all forms that are read have
-// alike.
+// Reads what all forms have in common: counts, depths, box, levels, original, home view (`pose`)
+// and textures.
 void ReadShared(JsonReader& reader, const JsonValue& object, ModelDescription& model);
 void ReadScalars(JsonReader& reader, const JsonValue& object, ModelDescription& model);
-// The members that a store keeps and a server tells alike, and back. mostText: bytes of each text.
+// The members that stores and servers have in common, and back. mostText: bytes of each text.
 void PutDescription(JsonWriter& json, const ModelDescription& model);
 void ReadDescription(
   JsonReader& reader, const JsonValue& json, std::size_t mostText, ModelDescription& model);

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Notes on a model: texts, each with the view that it is about, in the order of a tour. They lie
-// beside the store, NAME.notes.json beside NAME.kds, and change while the store does not.
+// Notes on a model: texts, each with its view, in the order of a tour. They are in a file beside
+// the store, NAME.notes.json beside NAME.kds, and can be changed without changing the store.
 //
 // The file is a IIIF-style list of annotations (W3C Web Annotation, IIIF Presentation 3):
 //
@@ -41,13 +41,12 @@ struct Note
 inline constexpr std::size_t maximumNotesBytes = std::size_t{ 256 } << 10;
 inline constexpr std::size_t mostNotes = 100;
 
-// Members that are not known are passed over. Of a label in several languages that of the text
-// counts, else the first. Memory: about 24 bytes a byte of text.
-// Errors: LimitExceeded for a text of more than maximumNotesBytes; InvalidInput naming the number
-// of the note (from 1) and what is wrong with it.
+// Unknown members are skipped. If a label has several languages, that of the text counts, else the
+// first. Memory: about 24 bytes a byte of text. Errors: LimitExceeded for a text of more than
+// maximumNotesBytes; InvalidInput naming the number of the note (from 1) and what is wrong with it.
 Result<std::vector<Note>> ParseNotes(std::string_view text);
 
-// A text that ParseNotes makes the same notes of. REQUIRES: they are as Note says; together they
+// A text from which ParseNotes makes the same notes. REQUIRES: they are as Note says; together they
 // may still be more than maximumNotesBytes.
 std::string FormatNotes(const std::vector<Note>& notes);
 

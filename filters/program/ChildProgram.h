@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// A program of ours that another one runs: its messages come through a pipe, and it does not
-// outlive who has started it.
+// Runs another of our programs: its messages come through a pipe, and it ends if the program that
+// started it ends.
 #pragma once
 
 #include "filters/core/Result.h"
@@ -18,9 +18,8 @@ public:
   // Where a program of this name lies: beside this one. It need not be there.
   static std::filesystem::path Beside(const std::string& name);
 
-  // Starts it, with its stderr read here, and nothing as its input and output.
-  // Errors: LimitExceeded with the operating system's reason. A file that is no program ends with
-  // the exit code 127.
+  // Starts it: its stderr is read here, and its input and output are empty. Errors: LimitExceeded
+  // with the operating system's reason. A file that cannot be executed ends with the exit code 127.
   static Result<ChildProgram> Start(
     const std::filesystem::path& program, const std::vector<std::string>& arguments);
 

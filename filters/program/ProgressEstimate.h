@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// How fast a step goes and how long the work still takes, from fractions that are reported now and
-// then: what the programs' progress lines tell (doc/cli.md#progress).
+// Estimates how fast a step is and how long the work still takes, from progress reports: for the
+// programs' progress lines (doc/cli.md#progress).
 #pragma once
 
 #include <optional>
@@ -18,8 +18,8 @@ struct StepShare
   double share = 0;
 };
 
-// Nothing is reported before there is enough to tell it from. No clock of its own: times are
-// seconds since any moment.
+// Estimates nothing until there is enough data. Has no clock of its own: times are seconds since
+// any moment.
 class ProgressEstimate
 {
 public:
@@ -29,8 +29,8 @@ public:
   {
   }
 
-  // `fraction` (0-1) of the step is done. A step may begin with some of it done; one that falls
-  // back begins anew.
+  // Reports that `fraction` (0-1) of the step is done. A step may begin with a part of it done; if
+  // a fraction falls, the step begins anew.
   void Add(std::string_view step, double fraction, double seconds);
 
   // Parts of the step a second, since its beginning.

@@ -24,7 +24,7 @@ struct StepAmount
   std::string unit; // "B" for bytes, "triangles"; the plural
 };
 
-// All that a line of progress tells.
+// The values of a progress line.
 struct ProgressState
 {
   std::string step;
@@ -35,11 +35,11 @@ struct ProgressState
   std::optional<ProgressEstimate::Time> left;
 };
 
-// "levels 35 %, 42 s, 2.1 M triangles/s, about 40 s left". A fraction that tells nothing, at the
+// "levels 35 %, 42 s, 2.1 M triangles/s, about 40 s left". A fraction without meaning, at the
 // beginning and the end of a step, is left out.
 std::string ProgressText(const ProgressState& state);
-// The same after a bar: "levels   [##########          ]  35 %  42 s  …", at most `columns` wide.
-// Where the fraction tells nothing a part of the bar goes to and fro.
+// The same after a bar: "levels [########## ] 35 % 42 s …", at most `columns` wide. If the fraction
+// has no meaning, a part of the bar moves to and fro.
 std::string ProgressBar(const ProgressState& state, std::size_t columns);
 
 // "4 s", "3 min 20 s", "1 h 12 min"; "250 kB", "14 MB"; "2.1 M", "850 k".
@@ -47,9 +47,8 @@ std::string DurationText(double seconds);
 std::string BytesText(double bytes);
 std::string CountText(double count);
 
-// A bar on a terminal, a line every three seconds otherwise, nothing if quiet. The time goes on
-// while a step reports nothing, so that nobody takes the program for dead: a thread of its own
-// prints.
+// Prints a bar on a terminal, else a line every three seconds; nothing if quiet. Its own thread
+// updates the time while a step reports nothing, so that the program does not seem to hang.
 class ProgressReporter
 {
 public:

@@ -7,7 +7,7 @@
 namespace kdstream
 {
 
-// Runs on `threads` threads, 0 = all of the machine's. The result may be copied; it may not be used
+// Runs on `threads` threads, 0 = as many as the machine has. The result may be copied, but not used
 // by two algorithms at the same time.
 Execution MakeTbbExecution(unsigned threads);
 

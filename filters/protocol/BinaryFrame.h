@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Binary messages of the stream: blobs in frames of at most 64 KiB, and back into blobs.
+// Binary messages of the stream: splits blobs into frames of at most 64 KiB, and joins frames to
+// blobs.
 //
 // Layout (little-endian): request u32, kind u8, level u8, zero u16, number u32, offset u32, total
 // u32, then the payload: the blob's bytes [offset, offset + payload) of `total`. A frame is small
@@ -59,9 +60,9 @@ public:
     std::vector<std::uint8_t> bytes;
   };
 
-  // Takes the next frame; gives the blob that it completes, if any.
-  // Errors: InvalidInput for a gap, an overlap, another blob or total in the middle of one;
-  // LimitExceeded. After an error, the unfinished blob of the frame's request is forgotten.
+  // Takes the next frame; gives the blob that it completes, if any. Errors: InvalidInput for a gap,
+  // an overlap, or another blob or total before a blob is complete; LimitExceeded. After an error,
+  // the unfinished blob of the frame's request is forgotten.
   Result<std::optional<Blob>> Accept(const FrameView& frame);
 
   // Drops the unfinished blob of a request: call it when its `end` or `error` has come.

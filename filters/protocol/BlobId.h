@@ -56,8 +56,8 @@ struct BlobId
   }
 };
 
-// Whether the numbers are in the ranges that any model could have (whether a model has it is for
-// its server).
+// Whether the numbers are in the ranges that any model could have (the server checks whether its
+// model has the blob).
 bool IsValid(const BlobId& blob);
 
 // Whether it has some of the original's surface: a partition or its texture.
@@ -70,8 +70,8 @@ constexpr bool IsOfOriginal(const BlobId& blob)
 std::string BlobName(const BlobId& blob);
 
 // The inverse, strict: decimal numbers without sign, leading zeros or surrounding characters, in
-// range. Errors: NotFound where the name has none of these forms; InvalidArgument naming the
-// number that is wrong.
+// range. Errors: NotFound if the name has none of these forms; InvalidArgument naming the wrong
+// number.
 Result<BlobId> ParseBlobName(std::string_view name);
 
 }
@@ -80,8 +80,8 @@ namespace kdstream
 {
 
 // "levels/12/3", "partitions/7": a piece as the protocol names it, and back. REQUIRES
-// (PieceOfBlob): IsOfPiece(blob), or a texture, of which it is the piece that is painted; the
-// partition is one of the tree.
+// (PieceOfBlob): IsOfPiece(blob), or a texture, which gives the textured piece; the partition is
+// one of the tree.
 protocol::BlobId BlobOfPiece(PieceId piece, const TreeDepths& depths);
 bool IsOfPiece(const protocol::BlobId& blob); // no tree page, no boxes, no texture
 bool IsOfTree(const protocol::BlobId& blob);  // a page, or boxes

@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// The JSON messages of the stream: a client's requests, and a server's answers but for the blobs
+// The JSON messages of the stream: a client's requests, and a server's answers, except the blobs
 // themselves.
 //
 // Every request has an id that the client chooses (1 … 2^32 - 1, not one of an unfinished request
 // of its own). A request is answered by `opened`, or by `begin`, frames and `progress`, `end`; or
-// by `error` alone.
+// only by `error`.
 #pragma once
 
 #include "filters/core/Result.h"
@@ -31,7 +31,7 @@ struct MessageLimits
 };
 inline constexpr std::size_t maximumServerMessageBytes = maximumModelBytes + 4096;
 inline constexpr std::uint8_t maximumRings = 3;
-// `begin` lists the partitions of a region of at most so many.
+// `begin` lists the partitions of a region if they are at most this many.
 inline constexpr std::size_t maximumListedPartitions = 4096;
 
 // ---- from the client
@@ -60,8 +60,7 @@ struct BlobsRequest
   bool operator==(const BlobsRequest&) const = default;
 };
 
-// Ends the request whose id it carries. Not a request of its own: the answer is that request's
-// `end`.
+// Ends the request of this id. Has no answer of its own: the ended request gets its `end`.
 struct CancelRequest
 {
   bool operator==(const CancelRequest&) const = default;
@@ -77,9 +76,8 @@ struct ClientMessage
 // A long list can make the text longer than maximumClientMessageBytes: the caller must check.
 std::string WriteClientMessage(const ClientMessage& message);
 
-// Errors: LimitExceeded for too many bytes; InvalidInput for what is not a JSON object (the
-// conversation ends with both); InvalidArgument naming the member that is wrong (an error of this
-// request only).
+// Errors: LimitExceeded for too many bytes; InvalidInput for anything except a JSON object (both
+// end the conversation); InvalidArgument naming the wrong member (an error of only this request).
 Result<ClientMessage> ParseClientMessage(std::string_view text, const MessageLimits& limits = {});
 
 // The request id in a message that ParseClientMessage refused with InvalidArgument; 0 if there is
@@ -98,7 +96,7 @@ struct BeginAnswer
 {
   std::uint64_t blobs = 0; // that will be sent
   std::uint64_t bytes = 0; // about how many, from the averages of the model: for a progress bar
-  // Of a region: its partitions, nearest first, those of `except` too; absent if more than
+  // For a region: its partitions, nearest first, including those of `except`; absent if more than
   // maximumListedPartitions (the client can compute them).
   std::optional<std::vector<std::uint32_t>> partitions;
   bool operator==(const BeginAnswer&) const = default;

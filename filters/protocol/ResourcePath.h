@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// The GET paths of the interface. Clients and exporters make them, servers parse them.
+// The GET paths of the interface. Clients and exporters write them, servers parse them.
 //
 //   /api/models.json (alias /api/models)            the models
 //   /api/models/{id}/model.json                     one model's description
@@ -25,9 +25,9 @@ namespace kdstream::protocol
 inline constexpr std::string_view streamPath = "/api/stream";
 inline constexpr std::string_view streamSubprotocol = "kdstream.v2";
 
-// The Content-Security-Policy of the viewer's page, whoever serves it: it loads nothing from
-// elsewhere. connect-src names ws: and wss: because browsers differ in whether 'self' covers them.
-// No frame-ancestors: other sites may embed the viewer.
+// The Content-Security-Policy of the viewer's page, whatever serves it: the page loads nothing from
+// other hosts. connect-src names ws: and wss:, because in some browsers 'self' does not include
+// them. No frame-ancestors: other sites may embed the viewer.
 inline constexpr std::string_view pagePolicy =
   "default-src 'self'; script-src 'self' 'wasm-unsafe-eval'; connect-src 'self' ws: wss:; "
   "img-src 'self' data:; style-src 'self'; object-src 'none'; base-uri 'none'";
@@ -53,9 +53,9 @@ std::string ModelPath(std::string_view model);
 std::string NotesPath(std::string_view model);
 std::string BlobPath(std::string_view model, std::string_view digest, const BlobId& blob);
 
-// Parses the path of a URL, without query and fragment. Nothing is unescaped: no path of ours needs
-// a '%'. Errors: NotFound for a path of no known form; InvalidArgument for a known form with a
-// wrong id, digest or number.
+// Parses the path of a URL, without query and fragment. Percent-encoding is not decoded: no path of
+// ours needs it. Errors: NotFound for a path of no known form; InvalidArgument for a known form
+// with a wrong id, digest or number.
 Result<ResourcePath> ParseResourcePath(std::string_view path);
 
 }

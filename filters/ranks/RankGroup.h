@@ -1,13 +1,13 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// The ranks that make something together: what they tell each other, and how an error of one
-// becomes the error of all. For kdstream-build-mpi and the filters that have a Controller.
+// The ranks that make something together: how they communicate, and how an error of one becomes an
+// error of all. For kdstream-build-mpi and the filters that have a Controller.
 //
-// A rank is a process of an MPI job, or of a vtkMultiProcessController; how bytes get from one to
-// the other is RankMessages' matter. Where a step goes wrong on one rank, by an error or an
-// exception, it leaves the step, up to whoever calls Run or Fail. The others learn it when they
-// next tell each other something: every call agrees first that nobody has failed. Before bytes are
-// sent all agree once more that there is memory for what comes. What goes wrong beyond that, where
-// there is no memory even for a few numbers, cannot be told any more: that is a BrokenGroup.
+// A rank is a process of an MPI job, or of a vtkMultiProcessController; RankMessages transports the
+// bytes. If a step fails on one rank, by an error or an exception, this rank leaves the step, up to
+// the caller of Run or Fail. The others learn of it in their next collective call: every call first
+// agrees that no rank has failed. Before bytes are sent, all ranks agree once more that they have
+// memory for what they receive. If there is no memory even for a few numbers, a rank cannot report
+// its failure any more: that is a BrokenGroup.
 #pragma once
 
 #include "filters/core/CaughtError.h"
@@ -38,21 +38,21 @@ namespace kdstream
 template <class T>
 using RankLists = std::vector<std::vector<T>>;
 
-// Bytes that a rank sends in one round of an exchange in rounds, about; and at most as many
-// elements of a size.
+// About the bytes that a rank sends in one round of an exchange in rounds; and the number of
+// elements of a given size that fit.
 inline constexpr std::size_t roundBytes = std::size_t{ 1 } << 22;
 constexpr std::size_t ElementsOfRound(std::size_t elementBytes)
 {
   return elementBytes < roundBytes ? roundBytes / elementBytes : 1;
 }
-// The rounds that so many elements take.
+// The number of rounds for this number of elements.
 constexpr std::uint64_t RoundsOf(std::uint64_t elements, std::size_t ofRound)
 {
   return (elements + ofRound - 1) / ofRound;
 }
 
-// Thrown, on one rank, where it cannot reach the others any more. They wait for what does not come;
-// the end of this process ends them, too.
+// Thrown on a rank that cannot reach the others any more. The others would wait forever; the end of
+// this process ends them, too.
 struct BrokenGroup
 {
   Error error;
@@ -108,7 +108,7 @@ public:
 
   // The same in rounds, so that the bytes in flight do not grow with the total. make(round, lists)
   // -> Status fills the empty lists of one of this rank's rounds; take(from, span) -> Status gets
-  // what came. All ranks do as many rounds as the rank with the most.
+  // what was received. All ranks do as many rounds as the rank that needs the most.
   template <class T, class Make, class TakeList>
   Status ExchangeInRounds(std::uint64_t rounds, const Make& make, const TakeList& take)
   {
@@ -136,8 +136,8 @@ public:
     return {};
   }
 
-  // One round of an exchange, which those above are made of: lists to and from the other ranks;
-  // those from them take the place of what is in `in`. Whether any rank has more to send.
+  // One round of an exchange, the base of those above: sends the lists to the other ranks, and
+  // replaces the content of `in` by the lists received. Returns whether any rank has more to send.
   template <class T>
   Result<bool> ExchangeOthers(const RankLists<T>& lists, RankLists<T>& in, bool more)
   {
@@ -157,17 +157,17 @@ public:
       more);
   }
 
-  // Where keys of all ranks, put in order, are parted into one share for each rank: a key goes to
-  // the rank that ShareOf tells. A share has at most a quarter more keys than there are for each
-  // rank, or less; what is equal stays together. sorted: this rank's keys. The 4 * Count()^2 keys
-  // that decide, about, are on all ranks for a moment.
+  // Finds the keys at which the sorted keys of all ranks are divided into one share for each rank:
+  // a key goes to the rank given by ShareOf. A share has at most a quarter more keys than the
+  // average; equal keys stay together. sorted: this rank's keys. About 4 * Count()^2 keys are on
+  // all ranks for a moment.
   template <class Key>
   Result<std::vector<Key>> PartInOrder(std::span<const Key> sorted)
   {
     std::uint64_t all = sorted.size();
     KDSTREAM_TRY(this->Sum(std::span(&all, 1)));
-    // Each key of the sample stands for this number of keys of its rank, up to it. So between two
-    // of them there is at most this number of further keys of each rank.
+    // Each key of the sample stands for this number of keys of its rank, those up to it. So between
+    // two keys of the sample each rank has at most this number of keys.
     const auto stride = static_cast<std::size_t>(
       std::max<std::uint64_t>(1, all / (4 * this->Count() * this->Count())));
     std::vector<Key> sample;
@@ -196,11 +196,11 @@ public:
     return static_cast<std::size_t>(std::lower_bound(ends.begin(), ends.end(), key) - ends.begin());
   }
 
-  // Tells all others that this rank cannot continue, and returns the error that all ranks end with,
-  // which names the failed rank: this one, or a lower one that failed at the same time. All ranks
-  // know the error once it has come through a call above.
+  // Reports to all others that this rank cannot continue. Returns the error with which all ranks
+  // end; it names the failed rank: this one, or a lower one that failed at the same time. After one
+  // of the calls above has returned this error, all ranks know it.
   Error Fail(const Error& error);
-  // The same with an error that all ranks have found at the same time, in the same words.
+  // The same with an error that all ranks have found at the same time, with the same message.
   Error FailCollectively(const Error& error)
   {
     this->Failed = error;
@@ -209,8 +209,8 @@ public:
   // All are done: the error of a rank that is not.
   Status Finish() { return this->AgreeOn(); }
 
-  // What all ranks do together, step by step: work() -> Result or Status. An exception, too, is the
-  // error of all; but a BrokenGroup comes through.
+  // Runs what all ranks do together: work() -> Result or Status. An exception becomes an error of
+  // all ranks, too, except BrokenGroup, which is passed on.
   template <class Work>
   auto Run(const Work& work) -> decltype(work())
   {
@@ -232,8 +232,8 @@ public:
   }
 
 protected:
-  // What every call begins with: nobody has failed. Each rank tells the others some numbers on the
-  // way, Count() + 1 at most. REQUIRES: own, or the same count of numbers on all ranks.
+  // Begins every call: agrees that no rank has failed. Each rank sends the others a few numbers
+  // with it, Count() + 1 at most. REQUIRES: own, or the same count of numbers on all ranks.
   Status AgreeOn(std::span<const std::uint64_t> numbers = {}, const Error* own = nullptr);
   std::uint64_t Told(std::size_t rank, std::size_t number) const
   {

@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Bytes between the processes of a vtkMultiProcessController, the ranks: what RankGroup is made of.
+// Transports bytes between the processes of a vtkMultiProcessController, the ranks: the base of
+// RankGroup.
 //
-// The functions say nothing of errors: a rank calls them when it knows that the others do, too.
+// The functions report no errors: a rank calls them only when it knows that the others do, too.
 #pragma once
 
 #include <algorithm>
@@ -39,9 +40,9 @@ public:
   std::size_t Rank() const { return this->Mine; }
   std::size_t Count() const { return this->Ranks; }
 
-  // Sends and receives, at most one message to and one from each other rank. The others make the
-  // calls that these messages belong to in the same order. Here pair of ranks by pair, in an order
-  // that all have, as any controller can.
+  // Sends and receives, at most one message to and one from each other rank. The other ranks make
+  // their matching calls in the same order. This implementation sends between one pair of ranks
+  // after the other, in an order that all ranks share, which any controller can do.
   virtual void Move(std::span<const Outgoing> out, std::span<const Incoming> in);
   void Send(std::size_t rank, std::span<const std::byte> bytes);
   void Receive(std::size_t rank, std::span<std::byte> bytes);
@@ -73,8 +74,8 @@ public:
     }
     this->PassDown(std::as_writable_bytes(values));
   }
-  // The parts that all ranks have of `whole`, in it: rank r has lengths[r] bytes from offsets[r]
-  // on. mine: a copy of this rank's.
+  // Gathers the parts of all ranks into `whole`: rank r has lengths[r] bytes, from offsets[r] on.
+  // mine: a copy of this rank's part.
   void GatherParts(std::span<std::byte> whole, std::span<const std::size_t> offsets,
     std::span<const std::size_t> lengths, std::span<const std::byte> mine);
 

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// The deviations of a resolution's vertices until all are known: what a store says of them takes
-// all, and a level may have more than the memory holds. Only for StoreWriter.
+// The deviations of a resolution's vertices, until all are known: a store's figures depend on all
+// of them, and a level may have more than fit the memory. Only for StoreWriter.
 #pragma once
 
 #include "filters/core/Result.h"
@@ -32,8 +32,9 @@ public:
 
   // None is negative or NaN. Errors: InputOutput.
   Status Add(std::span<const float> deviations);
-  // Of all that were added, exactly, in whatever order; zeros if there are none. The list is empty
-  // then. O(n), two passes; memory inMemory floats and 512 KiB. Errors: InputOutput.
+  // The figures of all deviations that were added, exactly, whatever their order; zeros if there
+  // are none. Empties the list. O(n), two passes; memory inMemory floats and 512 KiB. Errors:
+  // InputOutput.
   Result<Summary> Finish();
 
 private:

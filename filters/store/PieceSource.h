@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Whoever has the pieces of a model: a store, or a server that is asked for them.
+// What has the pieces of a model: a store, or a server from which they are requested.
 #pragma once
 
 #include "filters/core/Execution.h"
@@ -22,8 +22,8 @@ public:
 
   virtual const ModelDescription& Info() const = 0;
 
-  // Decoded, in the order that is asked for. Reports the step "pieces". Errors: NotFound where the
-  // model has no such piece; Damaged, naming the blob; those of where it comes from; Cancelled.
+  // The decoded pieces, in the order of the ids. Reports the step "pieces". Errors: NotFound if the
+  // model has no such piece; Damaged, naming the blob; those of the source; Cancelled.
   virtual Result<std::vector<Piece>> ReadPieces(
     std::span<const PieceId> ids, const Execution& execution = {}) const = 0;
 

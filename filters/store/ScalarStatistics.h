@@ -16,11 +16,11 @@
 namespace kdstream
 {
 
-// Least and most are exact, and the classes. Percentiles are those of a sample of the vertices,
-// which is all of them where they are no more than SampleSize(): those whose hashes of partition
-// and place in it are the lowest. So the result does not depend on the order of the pieces, and
-// with 65,536 vertices the 2nd percentile is the 2nd to within 0.2 nearly always (three times its
-// standard deviation).
+// Minimum and maximum are exact, and so are classes. Percentiles are those of a sample of the
+// vertices: the SampleSize() vertices with the lowest hashes of partition and index, or all if
+// there are not more. So the result does not depend on the order of the pieces. With 65,536
+// vertices the 2nd percentile is exact to within 0.2 percent of all vertices nearly always (three
+// times its standard deviation).
 //
 // Memory: at most about 18 MiB, and a map of 256 classes an array.
 class ScalarStatistics
@@ -32,13 +32,13 @@ public:
   // attributes: of the model.
   explicit ScalarStatistics(std::span<const AttributeInfo> attributes);
 
-  // The own vertices of a piece of the original, each piece once. REQUIRES: it has the arrays.
-  // O(own vertices).
+  // Adds the own vertices of a piece of the original; call it once for each piece. REQUIRES: it has
+  // the arrays. O(own vertices).
   void Add(const Piece& piece);
   // O(sample log sample).
   std::vector<ScalarDescription> Describe() const;
 
-  // So many vertices: 65,536, fewer where there are more than 8 arrays.
+  // The size of the sample: 65,536 vertices, fewer if there are more than 8 arrays.
   std::size_t SampleSize() const;
 
 private:

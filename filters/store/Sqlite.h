@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// The little of SQLite that a store needs: a connection and a statement that close themselves, and
-// its errors as ours. For filters/store, and the quotas of a server.
+// The part of SQLite that a store needs: a connection and a statement that close themselves, and
+// its errors as ours. For filters/store, and a server's quotas.
 #pragma once
 
 #include "filters/core/Result.h"
@@ -29,33 +29,33 @@ using Database = std::unique_ptr<sqlite3, CloseDatabase>;
 inline constexpr int mostRowBytes = (64 << 20) + (64 << 10);
 
 // All of these treat the file as hostile: its views and triggers do not run, its schema may call no
-// function that has effects, cells of pages are checked, no value is larger than mostRowBytes, no
+// function that has effects, cells of pages are checked, values are at most mostRowBytes, no
 // temporary file is written, and the file is not mapped into memory. A schema may still have
-// expressions: compare it with the expected one first.
+// expressions, so compare it with the expected one first.
 
 // The file of an open descriptor, which must stay open as long as the database. Read-only and
-// immutable: no journal is looked for, no lock is taken, pages that were read are kept. A statement
-// ends with an error of code Damaged once it has taken, until Reset, 2 s and a second for each
-// 50 MB of the file, of the processor's time, or a million and as many steps as the file has bytes.
+// immutable: no journal, no locks, pages that were read stay in memory. A statement is limited
+// until Reset; beyond a limit it ends with an error of code Damaged. The limits: processor time of
+// 2 s and a second for each 50 MB of the file; a million steps and one for each byte of the file.
 Result<Database> OpenForReading(int descriptor);
-// The same, to write to a file that nobody else has open. There is no journal beside it.
+// The same, for writing to a file that nobody else has open. There is no journal file.
 Result<Database> OpenForWriting(int descriptor);
 // A file of our own, which is empty: what cannot be written stays half written.
 Result<Database> OpenEmpty(int descriptor);
-// A file that several programs may write to, made where there is none. Its statements may take any
-// time.
+// Opens a file that several programs may write to, and makes it if there is none. Its statements
+// may take any time.
 Result<Database> OpenForWriting(const std::filesystem::path& file);
 // From now on no value is larger.
 void LimitValues(sqlite3* database, std::size_t bytes);
 
-// What went wrong in the last call on `database`, in our words: SQLite's are about databases, and
-// to people a store is a file. Of code `code` unless another one says it better.
+// The error of the last call on `database`, in our words: SQLite's messages are about databases,
+// but for users a store is a file. Has the code `code`, unless another one fits better.
 Error SqliteError(sqlite3* database, ErrorCode code);
 
 Status Execute(sqlite3* database, const std::string& sql);
 Result<std::int64_t> QueryInteger(sqlite3* database, const std::string& sql);
 
-// Whether the tables and indexes are just these, each as its CREATE statement made it. Errors:
+// Whether the tables and indexes are exactly these, each as its CREATE statement made it. Errors:
 // those of a statement.
 Result<bool> HasSchema(sqlite3* database, std::span<const std::string_view> creations);
 

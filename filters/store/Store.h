@@ -25,44 +25,43 @@ struct BlobRow;   // StoreConnection.h
 struct FileState; // StoreFile.h
 
 // Reads one store. Any number of threads may read at once. The store is the file that was opened,
-// by one descriptor: where another file takes its name, the old one is read on. Where the file
+// by one descriptor: if another file takes its name, reads continue from the old one. If the file
 // itself is written to or truncated (its size, times or digest differ), every read fails from then
 // on.
 class Store final : public PieceSource
 {
 public:
-  // Opens and checks the metadata; a file that was changed in the last 20 ms is waited for. The
-  // file may be a stranger's: whatever it says, this takes at most 40 MiB, what a metadata of 1 MiB
-  // takes, and the time to read that. Errors: NotFound; InvalidInput where it is not a store,
-  // naming what it has; Damaged, naming what; Unsupported for another store version; InputOutput
-  // where the file cannot be opened or is being written; LimitExceeded for want of memory.
+  // Opens and checks the metadata; waits if the file was changed in the last 20 ms. The file may be
+  // hostile: whatever its content, this takes at most 40 MiB, which metadata of 1 MiB need, and the
+  // time to read these. Errors: NotFound; InvalidInput if it is not a store, naming what it has;
+  // Damaged, naming the damage; Unsupported for another store version; InputOutput if the file
+  // cannot be opened or is being written; LimitExceeded if there is not enough memory.
   static Result<std::shared_ptr<Store>> Open(const std::filesystem::path& file);
   ~Store() override;
 
   const ModelDescription& Info() const override { return this->Information; }
 
-  // Whether the file is still the one that was opened, as every read checks after it. Errors:
-  // Changed; InputOutput and LimitExceeded where it cannot be told.
+  // Checks that the file is still the one that was opened, as every read does afterwards. Errors:
+  // Changed; InputOutput and LimitExceeded if this cannot be found out.
   Status CheckUnchanged() const;
-  // The same without waiting for a disk; nothing where it cannot be told so.
+  // The same without waiting for a disk; nothing if that is not possible.
   std::optional<bool> LooksUnchanged() const;
   // What the file says of its content without being read.
   FileState State() const;
   // Whether the path `file` leads to the very file that is open, unchanged.
   bool IsFile(const std::filesystem::path& file) const;
 
-  // A blob as it is encoded, its checksum verified. Errors: NotFound where the model has no such
-  // blob; Damaged (message names the blob) where bytes are wrong; Changed where the file is no
-  // longer the one that was opened; InputOutput and LimitExceeded where the same may succeed later
-  // (the disk, memory).
+  // An encoded blob; its checksum is verified. Errors: NotFound if the model has no such blob;
+  // Damaged (naming the blob) if bytes are wrong; Changed if the file is no longer the one that was
+  // opened; InputOutput and LimitExceeded if the same may succeed later (the disk, memory).
   Result<std::vector<std::uint8_t>> Read(
     const protocol::BlobId& blob, const Execution& execution = {}) const override;
   // How many bytes it has; they are neither read nor checked.
   Result<std::uint64_t> Size(const protocol::BlobId& blob) const;
 
   // A part of the list of vertices that no triangle uses (UnusedList.h), encoded, and decoded: a
-  // cloud with the model's point arrays. Errors: besides, Damaged where it is not as long as it
-  // must be, or has other arrays.
+  // cloud with the model's point arrays. Errors: also Damaged if it has another length than it must
+  // have, or other arrays.
   Result<std::vector<std::uint8_t>> ReadUnusedBlob(std::uint32_t part) const;
   Result<Piece> ReadUnused(std::uint32_t part) const;
 
@@ -79,9 +78,10 @@ public:
   // What a damaged part of that list is called: "unused/0".
   static std::string UnusedName(std::uint32_t part);
 
-  // Reads and checks everything, digest included; the names and reasons of what is damaged, empty
-  // if whole. Where very much is, it stops, with an error that says so. Memory: of the tree, once
-  // all of its boxes have been read, however large a tree the store claims.
+  // Reads and checks everything, the digest too. Returns the names of damaged parts with the
+  // reasons; empty if the store is whole. Stops if very much is damaged, with an error that says
+  // so. Memory: that of the tree, and only after all of its boxes have been read, however large a
+  // tree the store claims.
   std::vector<Error> Verify(const Execution& execution = {}) const;
 
 private:

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// How the blobs lie in a store's tables: cut into rows that fill SQLite's pages, with a directory
-// of where each begins; before version 13 each in a row of its own. Only for Store::Connection.
+// How blobs are stored in the tables: cut into rows that fill SQLite's pages, with a directory of
+// their beginnings; before version 13 each blob in a row of its own. Only for Store::Connection.
 #pragma once
 
 #include "filters/model/ModelDescription.h"
@@ -36,8 +36,8 @@ struct BlobRow
 // A blob of a store, or its metadata, that is not what was written.
 Error DamagedBlob(const std::string& blob, const std::string& what);
 
-// The blobs of one open database, for one thread at a time. Errors of all: Damaged; InputOutput and
-// LimitExceeded where the same may succeed later.
+// The blobs of one open database, for one thread at a time. Errors of all functions: Damaged;
+// InputOutput and LimitExceeded if the same may succeed later.
 class StoreBlobs
 {
 public:
@@ -50,7 +50,7 @@ public:
   virtual Result<std::vector<std::uint8_t>> Read(const BlobRow& blob, std::uint64_t& bytesRead) = 0;
   // How many bytes it has; they are neither read nor checked.
   virtual Result<std::uint64_t> Size(const BlobRow& blob) = 0;
-  // note(row, error) for each row whose columns disagree with each other, as long as it returns
+  // Calls note(row, error) for each row whose columns contradict each other, as long as it returns
   // true.
   virtual Status VisitMislabelled(
     const std::function<bool(std::int64_t row, const Error& error)>& note) = 0;

@@ -19,15 +19,15 @@
 namespace kdstream
 {
 
-// What the store in an open file says of its model, checked but for what it says of the file.
-// Memory: 32 MiB, and what SQLite reads at once, twice. Errors: those of CheckStoreHead; Damaged;
+// The description of the model in an open store's file, checked, except its claims about the file.
+// Memory: 32 MiB, and twice what SQLite reads at once. Errors: those of CheckStoreHead; Damaged;
 // InputOutput and LimitExceeded.
 Result<ModelDescription> ReadStoredModel(int descriptor);
 
 // As many connections as threads have read at the same time. Any number of threads may read at
-// once; every read fails once the file is another one than that which was opened. Errors of all:
-// Changed; Damaged, naming the blob; InputOutput and LimitExceeded where the same may succeed
-// later.
+// once; every read fails when the file is no longer the one that was opened. Errors of all
+// functions: Changed; Damaged, naming the blob; InputOutput and LimitExceeded if the same may
+// succeed later.
 class Store::Connection
 {
 public:
@@ -36,12 +36,12 @@ public:
     std::unique_ptr<const StoreFile> file, const FileState& state, const ModelDescription& model);
   ~Connection();
 
-  // Whether what has just been read is of the model that was opened: whoever writes to the file
-  // changes its state first. Errors: Changed; InputOutput and LimitExceeded where it cannot be
-  // told.
+  // Checks that the data just read belong to the model that was opened: a program that writes to
+  // the file changes its state first. Errors: Changed; InputOutput and LimitExceeded if this cannot
+  // be found out.
   Status CheckUnchanged();
-  // The same only by the file's state, as far as the kernel knows it: nothing where that does not
-  // tell it. Waits for no disk.
+  // The same by the file's state only, as far as the kernel knows it; nothing if it does not. Does
+  // not wait for a disk.
   std::optional<bool> LooksUnchanged();
   FileState State();
   // Of all blobs so far, whether they were whole or not.
@@ -51,8 +51,8 @@ public:
   Result<std::vector<std::uint8_t>> Read(const BlobRow& blob);
   // How many bytes it has; they are neither read nor checked.
   Result<std::uint64_t> Size(const BlobRow& blob);
-  // note(id, error) for each row of a piece whose other columns do not agree with its id, as long
-  // as it returns true.
+  // Calls note(id, error) for each row of a piece whose other columns do not agree with its id, as
+  // long as it returns true.
   Status VisitMislabelled(const std::function<bool(std::int64_t id, const Error& error)>& note);
 
 private:

@@ -13,8 +13,9 @@
 namespace kdstream
 {
 
-// Each that is given takes the place of the store's; an empty text removes it. What is up and the
-// first view are taken to be known then. REQUIRES: `up` and `view` are directions (DirectionOf).
+// Texts and directions that replace those of a store, if they are given; an empty text removes the
+// old one. Up direction and first view then count as known, not guessed. REQUIRES: `up` and `view`
+// are directions (DirectionOf).
 struct StoreTexts
 {
   std::optional<std::string> title{};
@@ -25,12 +26,12 @@ struct StoreTexts
   std::optional<Vec3> up{}, view{};
 };
 
-// Tree, levels, partitions and digest stay. A changed copy takes the store's place as a whole, with
-// its permissions. A server that has the store open treats it as immutable, so the old file never
-// changes; and whatever ends this function leaves the old store or the new one. Needs disk space
-// for the copy. O(bytes of the store); where the file system shares blocks between files, next to
-// nothing. Errors: those of Store::Open; Unsupported for a store of an earlier version;
-// InputOutput, also where another process has replaced the store meanwhile; Cancelled.
+// Tree, levels, partitions and digest stay. A changed copy replaces the store, with the same
+// permissions. The old file is never changed, because a server that has it open treats it as
+// immutable. Whatever interrupts this function, either the old or the new store is there. Needs
+// disk space for the copy. O(bytes of the store); almost nothing if the file system shares blocks
+// between files. Errors: those of Store::Open; Unsupported for a store of an earlier version;
+// InputOutput, also if another process has replaced the store meanwhile; Cancelled.
 Result<ModelDescription> EditStore(
   const std::filesystem::path& store, const StoreTexts& texts, const Execution& execution = {});
 

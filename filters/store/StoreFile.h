@@ -26,19 +26,18 @@ struct FileState
   // Nothing at all has been done to it.
   bool operator==(const FileState& other) const;
 
-  // Of the file at a path; of none, all zero.
+  // The state of the file at a path; all zero if there is none.
   static FileState Of(const std::filesystem::path& file);
 };
 
-// One descriptor of a file, whatever happens to its name: a file that is renamed over or removed
-// stays readable. Threads: all may use it at once.
+// One descriptor of a file: the file stays readable even if it is renamed or removed, or another
+// file takes its name. Threads: all may use it at once.
 class StoreFile
 {
 public:
-  // Opens a file that nobody is changing: waits until its last change is older than what the file
-  // system's clock can tell apart (20 ms), so that a later change shows in its state.
-  // Errors: NotFound where there is no such file; InputOutput where it cannot be opened, or goes on
-  // changing.
+  // Opens a file that nobody is changing. Waits until its last change is older than the resolution
+  // of the file system's clock (20 ms), so that a later change shows in its state. Errors: NotFound
+  // if there is no such file; InputOutput if it cannot be opened, or keeps changing.
   static Result<std::unique_ptr<const StoreFile>> Open(const std::filesystem::path& file);
   ~StoreFile();
   StoreFile(const StoreFile&) = delete;

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Meshes out of a store, or of what a server has of one: any cut drawn as one surface, or
-// partitions glued together. Step "draw" of the pipeline picture, without a viewer.
+// Makes meshes from a store, or from a part that a server has sent: any cut drawn as one surface,
+// or partitions glued together. Step "draw" of the pipeline picture, without a viewer.
 #pragma once
 
 #include "filters/core/Result.h"
@@ -19,11 +19,11 @@ namespace kdstream
 // pieces have. Reads the pieces it needs, each once. Errors: those of CheckCut and ReadPieces.
 Result<Mesh> DrawStoreMesh(
   const PieceSource& store, const Cut& cut, const Execution& execution = {});
-// The same as a surface, which tells of each vertex where it comes from.
+// The same as a surface, which has the source of each vertex.
 Result<Surface> DrawStoreSurface(
   const PieceSource& store, const Cut& cut, const Execution& execution = {});
 
-// The same of a resolution with some pieces in it that are shown whole, and what lies between
+// The same for a base resolution, and some pieces that are shown whole, with what lies between
 // (MakeClosure). REQUIRES: pieces of this store.
 Result<Mesh> DrawStorePieces(const PieceSource& store, Resolution base,
   std::span<const PieceId> wanted, const Execution& execution = {});
@@ -34,8 +34,8 @@ Result<Mesh> GlueStoreMesh(const PieceSource& store, std::span<const std::uint32
   const Execution& execution = {});
 
 // Appends the vertices that no triangle uses (Store::ReadUnused) to the mesh of all partitions, or
-// to one with some of its point arrays: so a lossless original is whole. Errors: those of
-// ReadUnused; LimitExceeded for more vertices than a mesh has.
+// to one with only some of its point arrays. So a lossless original is complete. Errors: those of
+// ReadUnused; LimitExceeded for more vertices than a mesh can have.
 Status AddUnused(const Store& store, Mesh& mesh);
 
 }

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// The notes that lie beside a store: NAME.notes.json beside NAME.kds (filters/model/Notes.h has
-// their form).
+// The file of notes beside a store: NAME.notes.json beside NAME.kds (the format:
+// filters/model/Notes.h).
 #pragma once
 
 #include "filters/core/Result.h"
@@ -25,12 +25,12 @@ std::filesystem::path NotesFileOf(const std::filesystem::path& store);
 std::filesystem::path NotesFileIn(
   const std::filesystem::path& storeOrFolder, const std::string& model);
 
-// Reads at most maximumNotesBytes, and waits for no writer of a pipe. Errors: NotFound where there
-// is no such file; those of ParseNotes; InvalidInput for what is no file; InputOutput.
+// Reads at most maximumNotesBytes, and does not wait if the file is a pipe. Errors: NotFound if
+// there is no such file; those of ParseNotes; InvalidInput for anything except a file; InputOutput.
 Result<NotesText> ReadNotes(const std::filesystem::path& file);
 
-// The file has the notes whole, or as it was before. Errors: LimitExceeded where they would be more
-// than maximumNotesBytes; InputOutput.
+// Writes the notes. Afterwards the file has either all of them or its old content. Errors:
+// LimitExceeded for more than maximumNotesBytes; InputOutput.
 Status WriteNotes(const std::filesystem::path& file, const std::vector<Note>& notes);
 
 }

@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// The layout of a store inside SQLite, only for the reader and the writer. Described in
-// doc/formats.md.
+// The tables of a store in SQLite. Only for the reader and the writer. Described in doc/formats.md.
 #pragma once
 
 #include "filters/core/Result.h"
@@ -20,8 +19,8 @@ namespace kdstream
 
 inline constexpr int storeVersion = 13; // that is written
 
-// Versions that are still read: each blob is a row of the table of its kind. 10 has textures, 11 a
-// list of vertices that no triangle uses, 12 both.
+// Older versions that are still read, in which each blob is a row of the table of its kind. Version
+// 10 has textures, 11 a list of vertices that no triangle uses, 12 both.
 inline constexpr int oldestStoreVersion = 9;
 constexpr bool HasRowsOfBlobs(int version)
 {
@@ -57,11 +56,11 @@ std::vector<StoreTable> TablesOfStore(int version);
 // The statements that create them.
 std::string SchemaOfStore(int version);
 
-// All blobs, one after the other, are cut into rows of the table `content`. Each row but the last
-// has so many bytes: with what SQLite adds they fill eight pages to the last byte but 67.
+// All blobs, one after the other, are cut into rows of the table `content`. Each row except the
+// last has this number of bytes: with SQLite's overhead it fills eight pages, except for 67 bytes.
 inline constexpr std::size_t contentRowBytes = 8125;
 
-// A row of the table `directory` tells of this many blobs; the last one of the rest.
+// A row of the table `directory` describes this many blobs; the last row the rest.
 inline constexpr std::size_t blobsOfDirectoryRow = 80;
 
 // Where a blob is.
@@ -74,7 +73,7 @@ struct BlobPlace
 };
 // The row `part`, of blobs that follow each other. REQUIRES: 1 … blobsOfDirectoryRow of them.
 std::vector<std::uint8_t> EncodeDirectoryRow(std::uint64_t part, std::span<const BlobPlace> blobs);
-// Back: nothing where the row's checksum is wrong, or it has no such length.
+// The inverse: nothing if the row's checksum is wrong, or if its length is impossible.
 std::optional<std::vector<BlobPlace>> DecodeDirectoryRow(
   std::uint64_t part, std::span<const std::uint8_t> row);
 // XXH3-64 of a blob.
@@ -91,15 +90,14 @@ std::int64_t PieceRow(PieceId id);
 // Back: nothing where no piece of any store has that row.
 std::optional<PieceId> PieceOfRow(std::int64_t row);
 
-// XXH3-64 over what a row says and its data, so that a row that is damaged or in the wrong place is
-// noticed.
-// Of a row of tree, boxes, textures or unused.
+// XXH3-64 over the columns and data of a row of tree, boxes, textures or unused: finds rows that
+// are damaged or in the wrong place.
 std::int64_t NodeChecksum(NodeId node, std::span<const std::uint8_t> data);
 std::int64_t PieceChecksum(
   PieceId id, std::uint64_t vertices, std::uint64_t triangles, std::span<const std::uint8_t> data);
 
-// The content digest: XXH3-128, as 32 hexadecimal digits. It is over the coordinate grid, the
-// depths and the levels' spacings, then over the kind, key and XXH3-128 of every blob, in this
+// The content digest: XXH3-128, as 32 hexadecimal digits. It is computed over the coordinate grid,
+// the depths and the levels' spacings, then over the kind, key and XXH3-128 of every blob, in this
 // order: levels coarse to fine, partitions (each directly followed by its texture, if there are
 // textures), boxes, tree pages, each by ascending node, and the parts of the list of unused
 // vertices.
@@ -121,8 +119,8 @@ private:
   std::unique_ptr<State> Hash;
 };
 
-// A store may not have more than mostMetadataBytes of the row "model" (WriteStoredModel).
-// Errors: LimitExceeded.
+// Checks that the row "model" (WriteStoredModel) has at most mostMetadataBytes. Errors:
+// LimitExceeded.
 Status CheckMetadataSize(std::string_view json);
 
 }

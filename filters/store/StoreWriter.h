@@ -16,36 +16,35 @@ namespace kdstream
 {
 
 // Writes to a temporary file beside the store; Finish makes it durable (fsync) and renames it. A
-// writer that is destroyed before that removes its file. Who may read it: NewFile.h. The
-// error of a full disk says how much the store takes.
+// writer that is destroyed before that removes its file. Permissions: see NewFile.h. The error of a
+// full disk says how much the store needs.
 class StoreWriter
 {
 public:
-  // info: everything but the digest, the counts of bytes and pieces and the scalars, which the
+  // info: everything except the digest, the counts of bytes and pieces, and the scalars, which the
   // writer adds.
   static Result<std::unique_ptr<StoreWriter>> Create(
     const std::filesystem::path& store, ModelDescription info);
   ~StoreWriter();
 
-  // The pieces first, coarse to fine, nodes ascending; then all boxes of partitions, then all tree
-  // pages, ascending: the order of the digest.
-  // REQUIRES: pieces of the original have the arrays of which ranges are gathered
-  // (ScalarStatistics.h); no others are looked at.
-  // Errors: LimitExceeded for a blob that servers would not send; InputOutput.
+  // First add the pieces, coarse to fine, nodes ascending; then all boxes of partitions, then all
+  // tree pages, ascending: the order of the digest. REQUIRES: pieces of the original have the
+  // arrays whose ranges are gathered (ScalarStatistics.h); other arrays are not used. Errors:
+  // LimitExceeded for a blob that servers would not send; InputOutput.
   Status AddPiece(const Piece& piece, std::span<const std::uint8_t> data);
-  // Of textured models (info.textures), directly after the piece of the partition. texels: of its
-  // picture. Errors: as AddPiece.
+  // For textured models (info.textures): add the texture directly after the piece of the partition.
+  // texels: of its picture. Errors: as AddPiece.
   Status AddTexture(
     std::uint32_t partition, std::span<const std::uint8_t> data, std::uint64_t texels);
 
   Status AddBoxes(NodeId node, std::span<const std::uint8_t> data);
   Status AddTreePage(NodeId page, std::span<const std::uint8_t> data);
 
-  // Of models with unused vertices (info.unused), after all tree pages: the parts of the list
-  // (UnusedList.h), from the first on. Finds out which vertex is farthest. Errors: as AddPiece.
+  // For models with unused vertices (info.unused): add the parts of the list (UnusedList.h) after
+  // all tree pages, from the first on. Finds the farthest vertex. Errors: as AddPiece.
   Status AddUnused(const Piece& part, std::span<const std::uint8_t> data);
 
-  // What tree pages tell of the pieces that were added.
+  // What tree pages store about the pieces that were added.
   const PieceTable& Pieces() const;
 
   // The blob of the piece that viewers show first; empty before that was added.
@@ -53,8 +52,8 @@ public:
   // How the model stands; called before Finish, or not at all.
   void SetHomeView(const HomeView& homeView);
 
-  // Says that all pieces of a resolution are written, and how many triangles it has, each counted
-  // once. Of the original, the last one: finds out how far it is from each level at most
+  // Call this when all pieces of a resolution are written; `triangles`: of the resolution, each
+  // counted once. The original comes last: then finds upper bounds of its distance from each level
   // (LevelBounds.h). Errors: InputOutput; Cancelled.
   Status FinishResolution(
     Resolution resolution, std::uint64_t triangles, const Execution& execution = {});

@@ -13,10 +13,10 @@
 namespace kdstream
 {
 
-// prepare(codec): sets what a JPEG has besides its size and colours, whose defaults are set.
-// fill(number, row): the samples of a row of it, `components` a pixel.
+// prepare(codec): sets properties of the JPEG other than its size and colours; defaults are already
+// set. fill(number, row): fills in the samples of a row, `components` for each pixel.
 //
-// Errors end the process: there is nothing wrong with what we made, and memory is all it takes.
+// Errors end the process: our input is always valid, so the only cause is lack of memory.
 template <class Prepare, class Fill>
 std::vector<std::uint8_t> CompressJpeg(std::size_t width, std::size_t height,
   std::size_t components, J_COLOR_SPACE colors, const Prepare& prepare, const Fill& fill)

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// The files that a mesh names: pictures and libraries of materials, as other programs and other
-// systems write their names. Part of step "read" of the pipeline picture.
+// Finds the files that a mesh names: pictures and material libraries, whose names may be written by
+// other programs and other systems. Part of step "read" of the pipeline picture.
 #pragma once
 
 #include <filesystem>
@@ -12,10 +12,10 @@
 namespace kdstream
 {
 
-// Where a file that `base` names is: relative to base's folder. What is written absolute, or leads
-// out of that folder, as other machines write it (C:\scans\a.png, ../../a.png), is looked for by
-// its last part, in the folder itself. So a mesh reads no file outside its folder, but through
-// links that lie in it. Backslashes are slashes.
+// The path of a file that `base` names: relative to base's folder. If the name is absolute, or
+// leads out of that folder, as names from other machines do (C:\scans\a.png, ../../a.png), only its
+// last part is used, in the folder itself. So a mesh reads no file outside its folder, except
+// through links in it. Backslashes are slashes.
 std::filesystem::path FileBeside(const std::filesystem::path& base, std::string_view written);
 
 // What lies around names of files and materials, where a statement has them.
@@ -38,11 +38,11 @@ public:
   {
   }
 
-  // The file that `written` means, or where it should be if there is none. The first of these that
-  // exists: the name as it is written; without quotes; up to a comment; as an address has it (%20);
-  // with bytes that are not UTF-8 taken for Windows' Latin letters; in any case, if only one file
-  // fits; the same by its last part, in base's folder. A folder's names are read once, the first
-  // 65,536. Time: O(log n) of them.
+  // The file that `written` means, or the path where it should be if there is none. The first of
+  // these that exists: the name as it is written; without quotes; up to a comment; percent-decoded
+  // (%20); with bytes that are not UTF-8 taken for Windows' Latin letters; in upper or lower case,
+  // if only one file fits; the same for its last part, in base's folder. The names of a folder are
+  // read once, at most the first 65,536. Time: O(log n) of them.
   std::filesystem::path Find(std::string_view written);
   const std::filesystem::path& MeshFile() const { return this->Base; }
 

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Whether a mesh's file is painted by pictures, or by colours of materials: step "read" of the
-// pipeline picture goes another way then.
+// Finds out whether a mesh's file has textures, or colours of materials: then the readers of this
+// folder are used for step "read" of the pipeline picture.
 #pragma once
 
 #include "filters/core/Execution.h"
@@ -22,12 +22,11 @@ struct FoundTextures
   std::vector<std::string> warnings{};
 };
 
-// Of an .obj, whose materials are read, and a .ply (HasPictures); other files have none. Goes
-// through an .obj's text once for the names of libraries, and again if there are any; and, if
-// materials have pictures or such colours, until faces are found that use them. A file with colours
-// of all its vertices keeps those instead of colours of materials, and instead of pictures where no
-// face uses one that is there. Errors:
-// NotFound, InputOutput; what is wrong in the mesh is left to its reader.
+// For .obj, whose materials are read, and .ply (HasPictures); other formats have none here. Reads
+// an .obj's text once for the names of libraries, and again if there are any; and, if materials
+// have pictures or colours, until faces are found that use them. If all vertices of a file have
+// colours, it keeps these instead of colours of materials, and instead of pictures that are missing
+// or that no face uses. Errors: NotFound, InputOutput; errors in the mesh are left to its reader.
 Result<FoundTextures> FindTextures(const std::filesystem::path& file);
 
 // A file that has some: TexturedObj.h, TexturedPly.h.

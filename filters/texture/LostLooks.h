@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Values of materials that change how a surface looks and are not carried, as warnings. Part of
+// Warnings about values of materials that change how a surface looks but are not carried. Part of
 // step "read" of the pipeline picture.
 #pragma once
 
@@ -31,8 +31,8 @@ public:
     first = count++ == 0 ? material : first;
   }
 
-  // A sentence for each look that there is: "the metalness of the material 'gold' and of 2 others
-  // is not carried".
+  // A sentence for each kind of value: "the metalness of the material 'gold' and of 2 others is not
+  // carried".
   std::vector<std::string> Tell() const
   {
     static constexpr std::array<const char*, looks> names{ "metalness", "roughness", "emission",

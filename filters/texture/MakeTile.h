@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// A partition's part of the pictures: its triangles' charts cropped, packed into a small picture
-// and encoded. Part of step "encode" of the pipeline picture.
+// Makes the texture tile of a partition: its triangles' charts are cropped, packed into a small
+// picture and encoded. Part of step "encode" of the pipeline picture.
 #pragma once
 
 #include "filters/codec/TextureTile.h"
@@ -16,11 +16,11 @@ struct TileOptions
 {
   // Of WebP, 1-100; 0: lossless: texels bit for bit, and coordinates as the input has them.
   unsigned quality = 90;
-  // Texels of a side of a tile: what would be larger is halved until it is not. Lossless tiles may
+  // The longest side of a tile in texels; a larger tile is halved until it fits. Lossless tiles may
   // have longestTileSide.
   std::int64_t mostSide = 4096;
-  // Held while a tile of more than 2 million texels is made: one at a time, for their memory. Null:
-  // any number.
+  // Locked while a tile of more than 2 million texels is made, so that only one at a time takes
+  // that memory. Null: no limit.
   std::mutex* oneLarge = nullptr;
 };
 
@@ -40,18 +40,18 @@ struct MadeTile
   TileCounts counts;
 };
 
-// Packs the charts of FindTileCharts. Each has a gutter of two texels of its surroundings in its
-// picture, or beyond the edge by the wrap modes. A material's factor is multiplied in, in linear
-// light; alpha is 1 where the material is opaque.
+// Packs the charts of FindTileCharts. Each chart has a gutter of two texels: its surroundings in
+// its picture, or, beyond the picture's edge, by the wrap modes. A material's factor is multiplied
+// in, in linear light; alpha is 1 where the material is opaque.
 // - Triangles without a picture get a patch of their material's colour.
-// - Triangles that repeat their picture too often, or lie too far, get a patch of its mean colour.
-//   In a lossy tile of up to 64 of these colours, patches are so large that no other colour reaches
-//   their corners.
+// - Triangles that repeat their picture too often, or lie too far outside it, get a patch of its
+//   mean colour. In a lossy tile of up to 64 of these colours, patches are so large that no other
+//   colour reaches their corners.
 // - Texels that no chart covers are grey.
 //
 // Time: O(texels of the tile + triangles log triangles); memory: ten bytes a texel of the tile. The
 // same bytes for the same input and version of libwebp. Errors: those of the source; LimitExceeded
-// where libwebp refuses.
+// if libwebp refuses.
 Result<MadeTile> MakeTile(const TexturedTriangles& textured, const TextureSet& textures,
   const TexelSource& source, const TileOptions& options);
 

@@ -30,8 +30,8 @@ struct ObjMaterial
   bool clamp = false;
   std::array<double, 2> offset{}, scale{ 1, 1 }; // u, v up
 
-  // What is not carried: 0, black and opaque, unless they are told. `rough`: whether there is a Pr
-  // below 1.
+  // Values that are not carried; the defaults are 0, black and opaque. `rough`: whether there is a
+  // Pr below 1.
   double metalness = 0, emission = 0;
   std::optional<double> opacity{}, transparency{}; // d, Tr
   bool rough = false;
@@ -44,19 +44,19 @@ struct ObjMaterials
   std::vector<std::filesystem::path> libraries{}; // that are named, whether or not they are there
 };
 
-// The most libraries of a file, materials of all of them, and bytes of one: what is beyond is left
-// out, with a warning.
+// The most libraries of a file, the most materials of all of them, and the largest size of one in
+// bytes: more is left out, with a warning.
 inline constexpr std::size_t mostObjLibraries = 256, mostObjMaterials = 1 << 16;
 inline constexpr std::uint64_t mostObjLibraryBytes = std::uint64_t{ 1 } << 26;
 
 // The libraries that the "mtllib" statements of the mesh's file name, one after the other.
 // - line: of the statement.
-// - A name with blanks is taken whole if there is such a file (FilesBeside::Find), else as several
-//   names (each up to a blank, or to .mtl): at most 256 in a statement, of at most 1,024 statements
-//   that differ. Each file is read once.
-// - Read are newmtl, Kd, and map_Kd with the options -o -s -clamp, whose picture may lie beside the
-//   library too.
-// - Warnings: one for all other pictures; one each for Pm, Pr with it, Ke, and d or Tr, where their
+// - A name with blanks is one name if there is such a file (FilesBeside::Find), else several names
+//   (each up to a blank, or to .mtl): at most 256 in a statement, and at most 1,024 different
+//   statements. Each file is read once.
+// - Reads newmtl, Kd, and map_Kd with the options -o -s -clamp, whose picture may also be beside
+//   the library.
+// - Warnings: one for all other pictures; one each for Pm, Pr with it, Ke, and d or Tr, if their
 //   values change something; one for a missing library, or a line that cannot be understood.
 //
 // Memory: the materials.
@@ -69,10 +69,10 @@ public:
   }
 
   void Add(std::string_view names, std::uint64_t line);
-  // For a mesh that names materials but no library that is there: that of its own name, if there is
-  // one. Else nothing is added.
+  // If a mesh names materials but its libraries are missing: reads the library of the mesh's own
+  // name, if there is one.
   void AddOwn();
-  // What was found. Of materials of one name that differ a warning tells. Ends the use.
+  // The materials found. A warning names different materials of the same name. Call it last.
   ObjMaterials Take();
 
 private:

@@ -17,10 +17,11 @@ struct PackedBoxes
   std::vector<std::array<std::int64_t, 2>> places; // of each box, its left upper corner
 };
 
-// Boxes of these widths and heights (at least 1) beside each other, none over another, in shelves:
-// the highest first, from left to right and from above down. Of a few widths the one of the least
-// area that is no longer than mostSide is taken. Nothing: none is. O(n log n). Deterministic.
-// Source: next fit with decreasing heights (E. G. Coffman et al., SIAM J. Comput. 9(4), 1980).
+// Places boxes of these widths and heights (at least 1) beside each other without overlap, in
+// shelves: the highest first, from left to right and from top to bottom. Tries a few widths, and
+// takes the one of the least area whose sides are at most mostSide. Nothing: none fits. O(n log n).
+// Deterministic. Source: next fit with decreasing heights (E. G. Coffman et al., SIAM J. Comput.
+// 9(4), 1980).
 std::optional<PackedBoxes> PackBoxes(
   std::span<const std::array<std::int64_t, 2>> sizes, std::int64_t mostSide);
 

@@ -45,25 +45,25 @@ std::string NameOf(PictureType type);
 // By the ending of its name, in any case; Unknown for others.
 PictureType TypeOfName(const std::string& name);
 
-// Whether decoding it takes memory only for a few rows: of a WebP, an interlaced PNG and a
-// progressive JPEG all texels are needed at a time. By its headers; false for what is none.
+// Whether decoding needs memory for only a few rows: a WebP, an interlaced PNG and a progressive
+// JPEG need all texels at once. By the image's headers; false for anything else.
 bool IsDecodedByRows(std::span<const std::uint8_t> bytes);
 
 inline constexpr std::uint64_t mostPicturePixels = std::uint64_t{ 1 } << 30;
 // Along a side: a row takes memory by itself, and the squares of TextureFolder.h are 64 rows high.
 inline constexpr std::uint64_t mostPictureSide = std::uint64_t{ 1 } << 17;
 
-// Decodes the picture by what it is. 16-bit channels become bytes, palettes RGB or RGBA. Colours
-// are taken as sRGB whatever profile is embedded. mostPixels: no memory is taken for a picture that
-// claims more, and of less only for rows that are there. Peak memory: the texels, and what the
-// library needs: rows, of a progressive JPEG twice the texels again.
-// Errors, without the file's name: LimitExceeded with the size that is claimed, or where there is
-// no memory; InvalidInput for what is none of the three, truncated, damaged, a JPEG in CMYK or of
-// more scans than any program writes.
+// Decodes the picture by its content. 16-bit channels become bytes, palettes RGB or RGBA. Colours
+// are taken as sRGB, whatever profile is embedded. mostPixels: no memory is taken for a picture
+// that claims more; for a smaller one only as rows are decoded. Peak memory: the texels, and what
+// the library needs: some rows, or twice the texels for a progressive JPEG. Errors, without the
+// file's name: LimitExceeded with the claimed size, or for lack of memory; InvalidInput for another
+// format, a truncated or damaged picture, a JPEG in CMYK, or one with more scans than any program
+// writes.
 Result<Picture> DecodePicture(
   std::span<const std::uint8_t> bytes, std::uint64_t mostPixels = mostPicturePixels);
 
-// Who takes a picture as it is decoded. False: it cannot; it keeps why.
+// Takes a picture as it is decoded. False: it cannot; it keeps the reason.
 class PictureRows
 {
 public:
@@ -75,8 +75,8 @@ public:
   virtual Status Why() const = 0;
 };
 
-// The same row by row. Peak memory: a row, and what the library needs; but of an interlaced PNG and
-// of a WebP the texels. Errors: as above, when some rows may have been told; rows.Why().
+// The same row by row. Peak memory: a row, and what the library needs; for an interlaced PNG and a
+// WebP all texels. Errors: as above, possibly after some rows were delivered; those of rows.Why().
 Status DecodePictureRows(
   std::span<const std::uint8_t> bytes, std::uint64_t mostPixels, PictureRows& rows);
 
@@ -92,8 +92,8 @@ Status TellRows(const Picture& head, const std::uint8_t* texels, PictureRows& ro
 // What is reported where memory runs out.
 Error NoMemoryForPixels();
 
-// Whether so many pixels may be decoded. Errors: LimitExceeded with the size, also where a side is
-// longer than mostPictureSide; InvalidInput for none.
+// Checks that this number of pixels may be decoded. Errors: LimitExceeded with the size, also if a
+// side is longer than mostPictureSide; InvalidInput for no pixels.
 Status CheckPictureSize(std::uint64_t width, std::uint64_t height, std::uint64_t mostPixels);
 
 }

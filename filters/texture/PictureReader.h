@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// A mesh's pictures: one after the other into memory, or into the folder of a build's tiles. Part
-// of step "read" of the pipeline picture.
+// Reads a mesh's pictures, one after the other, into memory, or into the folder of a build's tiles.
+// Part of step "read" of the pipeline picture.
 #pragma once
 
 #include "filters/core/Execution.h"
@@ -43,16 +43,15 @@ public:
   {
   }
 
-  // Decodes those of these that are decoded by rows into the folder, several at a time, for Read to
-  // give. Others, and all that go into memory, Read decodes: one at a time, for the memory that
-  // they take. share: of step "textures", for its progress. Errors:
-  // Cancelled.
+  // Decodes pictures into the folder before Read asks for them, several at a time; only those that
+  // are decoded by rows. Read decodes all others, and all that go into memory, one at a time to
+  // limit the memory. share: of step "textures", for its progress. Errors: Cancelled.
   Status ReadAhead(
     const std::vector<std::uint32_t>& numbers, double share, const Execution& execution);
   // Nothing, and a warning, where it cannot be read. Errors: InputOutput of the folder.
   Result<std::optional<ReadablePicture>> Read(std::uint32_t number);
-  // So far: up to twenty pictures that could not be read, and the number of further ones; and those
-  // whose content is not what their names say.
+  // The warnings so far: up to twenty pictures that could not be read, and the number of others;
+  // and pictures whose content differs from their names.
   std::vector<std::string> Warnings() const;
 
 private:

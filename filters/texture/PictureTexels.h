@@ -41,7 +41,7 @@ struct TexelLayout
   }
 };
 
-// Nearest texels: nothing is mixed but by who asks. The picture must outlive it.
+// The nearest texels, without interpolation. The picture must outlive it.
 class PictureTexels
 {
 public:
@@ -64,8 +64,8 @@ public:
     return this->InCell(Cell(place[0], p.width, wrapU), Cell(place[1], p.height, wrapV));
   }
 
-  // The places of a triangle as columns and rows, from the upper left corner of the copy of the
-  // picture in which the triangle lies; nothing if it does not lie in a single copy of the
+  // The corners of a triangle in texels (columns and rows), from the upper left corner of the copy
+  // of the picture in which the triangle lies. Nothing if it is not within a single copy of the
   // unmirrored picture.
   std::optional<std::array<PlaceInPicture, 3>> CellsOf(
     const std::array<PlaceInPicture, 3>& at, TextureWrap wrapU, TextureWrap wrapV) const
@@ -87,7 +87,7 @@ public:
     }
     return cells;
   }
-  // Of a place that CellsOf tells, or between such.
+  // A place from CellsOf, or between such places.
   Texel AtCell(double column, double row) const
   {
     const auto inside = [](double at, std::size_t size)

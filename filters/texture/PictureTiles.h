@@ -12,10 +12,10 @@ namespace kdstream
 // Whether a picture's name has "<UDIM>", in any case.
 bool HasTiles(const std::string& name);
 
-// Gives each triangle whose picture's name has "<UDIM>" (in any case) the picture of its tile, the
-// one that its corners' mean lies in: 1001 + u + 10 v, u from the left and v from below, where 0 <=
+// Gives each triangle whose picture's name has "<UDIM>" (in any case) the picture of the tile in
+// which the mean of its corners lies: 1001 + u + 10 v, u from the left and v from below, where 0 <=
 // u < 10 and 0 <= v < 100; outside of these it has no picture. Tiles are clamped at their edges.
-// Materials are of formats whose v goes up (upsideDown).
+// The materials must be of formats whose v goes up (upsideDown).
 void SplitTiles(TexturedMesh& textured);
 
 }

@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// What the texels of a triangle add up to for its corners. Part of step "read" of the pipeline
-// picture.
+// Sums the texels of a triangle for its corners. Part of step "read" of the pipeline picture.
 #pragma once
 
 #include "filters/core/Light.h"
@@ -60,9 +59,9 @@ inline double SquareOf(const std::array<double, 3>& shown)
   return shown[0] * shown[0] + shown[1] * shown[1] + shown[2] * shown[2];
 }
 
-// Each side is cut into so many: rows of small triangles, upright and upside down by turns, looked
-// at in their middles, under the material's factor. at: the corners' places in the picture; area:
-// of the triangle. REQUIRES: 0 < cuts < 65536. O(cuts^2).
+// Cuts each side into `cuts` parts: rows of small triangles, alternately upright and upside down,
+// which are sampled in their centres and multiplied by the material's factor. at: the corners'
+// places in the picture; area: of the triangle. REQUIRES: 0 < cuts < 65536. O(cuts^2).
 TriangleSum SumTexels(const TexturedMaterial& material, const PictureTexels& texels,
   const std::array<PlaceInPicture, 3>& at, double area, std::size_t cuts);
 

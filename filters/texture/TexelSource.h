@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Where the texels of decoded pictures are: in memory, or in files that may be larger than it
+// Where the texels of decoded pictures are: in memory, or in files that may be larger than memory
 // (TextureFolder.h). Part of step "encode" of the pipeline picture: texture tiles.
 #pragma once
 
@@ -31,12 +31,12 @@ public:
 
   // Columns and rows; 0, 0: the picture could not be read. REQUIRES: a picture of the mesh's.
   virtual std::array<std::uint32_t, 2> SizeOf(std::uint32_t picture) const = 0;
-  // Four bytes a texel, RGBA, row by row, into rgba. REQUIRES: the box is in the picture. Errors:
-  // InputOutput.
+  // Reads a box of texels into rgba, four bytes each, row by row. REQUIRES: the box is in the
+  // picture. Errors: InputOutput.
   virtual Status Read(std::uint32_t picture, const TexelBox& box, std::uint8_t* rgba) const = 0;
 };
 
-// The same of a box that may lie anywhere, as the wrap modes repeat the picture. Four bytes a
+// The same for a box that may lie anywhere, because wrap modes repeat the picture. Four bytes a
 // texel. REQUIRES: the picture has texels.
 Result<std::vector<std::uint8_t>> ReadWrapped(const TexelSource& source, std::uint32_t picture,
   const TexelBox& box, TextureWrap wrapU, TextureWrap wrapV);

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// The paint of triangles as arrays that travel with a mesh through the build (IsTexturePaint), and
-// back. Between steps "read" and "encode" of the pipeline picture.
+// Texture coordinates and materials of triangles as arrays that travel with a mesh through the
+// build (IsTexturePaint), and back. Between steps "read" and "encode" of the pipeline picture.
 #pragma once
 
 #include "filters/core/pieces/Piece.h"
@@ -15,8 +15,8 @@ namespace kdstream
 // Adds the arrays to textured.mesh, in place of any of their names.
 void AddTextureArrays(TexturedMesh& textured);
 
-// Takes the arrays out of a piece. Nothing: it has not both, or one names a material that is not
-// there. The result refers to the piece's triangles.
+// Removes the arrays from a piece. Nothing if it does not have both, or if one names a material
+// that does not exist. The result refers to the piece's triangles.
 std::optional<TexturedTriangles> TakeTextureArrays(Piece& piece, std::size_t materials);
 
 }

@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// The pictures of a textured mesh, decoded, and its materials, in a folder: how kdstream-convert
-// hands them to the build, which holds no picture in memory. Between steps "read" and "encode" of
+// A folder with the decoded pictures of a textured mesh, and its materials: how kdstream-convert
+// passes them to the build, which holds no picture in memory. Between steps "read" and "encode" of
 // the pipeline picture.
 //
 // `paint` is an index: materials and sizes of pictures. `picture-N` has the texels of picture N as
 // squares of 64 × 64, RGBA, row by row of squares, those at the right and lower edge filled up with
-// zeros. Both programs are of one version, and the folder goes with the build.
+// zeros. Both programs have the same version, and the folder is removed with the build.
 #pragma once
 
 #include "filters/texture/PictureTexels.h"
@@ -52,15 +52,14 @@ private:
 class TextureFolderWriter
 {
 public:
-  // Makes the folder, for so many pictures. Errors: InputOutput.
+  // Makes the folder, for this number of pictures. Errors: InputOutput.
   static Result<TextureFolderWriter> Create(
     const std::filesystem::path& folder, std::size_t pictures);
 
-  // Decodes a picture into its file, row by row (DecodePictureRows). Memory besides: 256 bytes for
-  // each column of the picture; what is returned refers to the file, which the system keeps in
-  // memory as far as it has some. Errors: InputOutput where the file cannot be written; else those
-  // of decoding, and the picture counts as not added. Different ones from several threads at a
-  // time.
+  // Decodes a picture into its file, row by row (DecodePictureRows). Extra memory: 256 bytes for
+  // each column of the picture. The result maps the file, which the system keeps in memory as far
+  // as there is some. Errors: InputOutput if the file cannot be written; else those of decoding,
+  // and the picture is not added. Several threads may add different pictures at a time.
   Result<MappedPicture> AddPicture(
     std::uint32_t number, std::span<const std::uint8_t> bytes, std::uint64_t mostPixels);
   // Pictures that were not added count as those that could not be read. Errors: InputOutput.
@@ -77,12 +76,12 @@ private:
   std::vector<std::array<std::uint32_t, 2>> Sizes; // of each picture; none: 0
 };
 
-// Reads it. A read takes 16 KiB, whatever the picture's size: what is read again comes from the
-// system's cache.
+// Reads such a folder. A read takes 16 KiB, whatever the picture's size; repeated reads come from
+// the system's cache.
 class TextureFolder : public TexelSource
 {
 public:
-  // Errors: NotFound; InvalidInput for what is no such folder; InputOutput.
+  // Errors: NotFound; InvalidInput for another folder; InputOutput.
   static Result<std::shared_ptr<const TextureFolder>> Open(const std::filesystem::path& folder);
   ~TextureFolder() override;
 

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// A mesh whose triangles are painted by pictures, as the readers of textured formats give it,
-// before it is baked to colours of vertices. Part of step "read" of the pipeline picture.
+// A textured mesh, as the readers of textured formats return it, before its textures are baked to
+// vertex colours. Part of step "read" of the pipeline picture.
 #pragma once
 
 #include "filters/core/Light.h"
@@ -24,8 +24,8 @@ enum class TextureWrap
   Clamp
 };
 
-// u to the right, v down from the picture's upper edge, as glTF has them: 0-1 is the picture. Any
-// numbers; NaN where a corner has none.
+// u to the right, v down from the picture's upper edge, as in glTF: 0-1 is the picture. Any
+// numbers; NaN for a corner without coordinates.
 using PictureCoordinate = std::array<float, 2>;
 inline constexpr PictureCoordinate noPictureCoordinate{ std::numeric_limits<float>::quiet_NaN(),
   std::numeric_limits<float>::quiet_NaN() };

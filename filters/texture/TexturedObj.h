@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Wavefront OBJ files with the pictures of their materials, read whole. Part of step "read" of the
-// pipeline picture.
+// Reads Wavefront OBJ files, with the pictures of their materials, as a whole. Part of step "read"
+// of the pipeline picture.
 #pragma once
 
 #include "filters/core/Execution.h"
@@ -24,10 +24,10 @@ struct TexturedFile
   Tolerance tolerance{};
 };
 
-// As ObjReader.h reads it, with these differences:
-// - A vertex for each combination of place and normal, whatever texture coordinates its corners
-//   have. "Normals" are carried; colours of vertices are not where there are pictures (with a
-//   warning). Texture coordinates that are not numbers count as none.
+// As ObjReader.h, with these differences:
+// - One vertex for each combination of place and normal, whatever texture coordinates its corners
+//   have. "Normals" are carried. Colours of vertices are not carried if there are pictures (with a
+//   warning). Texture coordinates that are not numbers count as missing.
 // - Materials as in ObjMaterials.h: a picture replaces Kd, v goes up, -clamp on clamps, else
 //   pictures repeat. <UDIM> in a picture's name is the number of the tile, 1001 + u + 10 v, for
 //   tiles of u < 10 and v < 100. A material that no library has is white, with a warning that names

@@ -20,14 +20,14 @@ bool HasPictures(const PlyHeader& header);
 // Whether its vertices have colours.
 bool HasColorsOfVertices(const PlyHeader& header);
 
-// As PlyReader.h reads it, with the pictures: `texcoord` has u v for each corner of its face, v up;
-// `texnumber` the number of the picture, without it the first one. Pictures are looked for as
-// FileBeside tells, and repeat. "RGB", "RGBA" and "TCoords" are not carried: pictures paint
-// instead; a warning names colours that go. A texcoord of another length than two for each corner
-// counts as none (where no face has one, coordinates of vertices count, if there are some), and a
-// texnumber that no picture has as no picture, with warnings that name the first face. Memory: the
-// mesh and 60 bytes a triangle. Errors: those of PlyReader.h; Unsupported for triangle strips with
-// pictures.
+// As PlyReader.h, with the pictures: `texcoord` has u v for each corner of its face, v up;
+// `texnumber` the number of the picture, without it the first one. Pictures are searched for by
+// FileBeside, and repeat. "RGB", "RGBA" and "TCoords" are not carried, because the pictures replace
+// them; a warning names colours that are dropped. A texcoord of another length than two for each
+// corner counts as missing (if no face has a texcoord, coordinates of vertices are used, if there
+// are any). A texnumber without a picture counts as no picture. Warnings name the first such face.
+// Memory: the mesh and 60 bytes a triangle. Errors: those of PlyReader.h; Unsupported for triangle
+// strips with pictures.
 Result<TexturedFile> ReadTexturedPly(
   const std::filesystem::path& file, const Execution& execution = {});
 

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Which parts of which pictures the triangles of a partition need. Part of step "encode" of the
-// pipeline picture: texture tiles.
+// Finds which parts of which pictures the triangles of a partition need. Part of step "encode" of
+// the pipeline picture: texture tiles.
 #pragma once
 
 #include "filters/core/Types.h"
@@ -25,8 +25,8 @@ struct TextureSet
 };
 
 // For each material the number of its picture as the material shows it: the picture's own number
-// for the first material that has it; for another factor, or other alpha, a number from
-// textures.pictures on, equal for equal ones. Without a picture: noPicture.
+// for the first material that has it; for another factor or alpha mode, a number from
+// textures.pictures on, the same for equal ones. Without a picture: noPicture.
 std::vector<std::uint32_t> NumberShownPictures(const TextureSet& textures);
 
 // Triangles of a partition's piece.
@@ -74,13 +74,16 @@ struct TileCharts
   std::vector<std::array<std::array<double, 2>, 3>> texels;
 };
 
-// Steps: 1. Triangles of one material that share an edge, with the same coordinates there, are one
-// chart. 2. A chart that reaches over more than two pictures in a direction is cut into its
-// triangles. 3. Each chart is moved by whole periods of its picture, to begin in the first one.
-// 4. Charts of a material whose boxes together take no more than apart become one box. gutter:
-// texels around a box that count there. O(n log n), but for the last step, which looks at no more
-// than a few neighbours of each box. Deterministic. REQUIRES: corners and materials of each
-// triangle, materials that are there.
+// Steps:
+// 1. Triangles of one material that share an edge, with the same coordinates there, form one chart.
+// 2. A chart that spans more than two periods of its picture in a direction is cut into its
+//    triangles.
+// 3. Each chart is moved by whole periods of its picture, so that it begins in the first one.
+// 4. Charts of a material whose common box is not larger than their own boxes together share one
+//    box. gutter: texels around each box, included in its size.
+//
+//  O(n log n), but for the last step, which looks at no more than a few neighbours of each box.
+//  Deterministic. REQUIRES: corners and materials of each triangle, materials that are there.
 TileCharts FindTileCharts(const TexturedTriangles& textured, const TextureSet& textures,
   const TexelSource& source, std::int64_t gutter);
 

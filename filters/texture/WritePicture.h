@@ -11,9 +11,9 @@
 namespace kdstream
 {
 
-// The picture as a PNG, a WebP (both lossless, of 1-4 components) or a JPEG (of 1 or 3, the quality
-// 90). The same bytes for the same picture and versions of the libraries. REQUIRES: a known type;
-// what it can hold.
+// The picture as a PNG, a WebP (both lossless, of 1-4 components) or a JPEG (of 1 or 3, with
+// quality 90). The same bytes for the same picture and versions of the libraries. REQUIRES: a known
+// type that can hold the picture.
 std::vector<std::uint8_t> EncodePicture(const Picture& picture, PictureType type);
 
 // Encodes an RGBA picture as WebP, with a quality of 1-100, or lossless (0). alpha: whether alpha

@@ -2,9 +2,9 @@
 // How much of each model each subject may have in a time, and how much it has had: kept in an
 // SQLite file, which several servers may share.
 //
-// Every taking is one transaction of that file. So servers that share it never give more together
-// than a single one would, and what was entered is there after a restart (though after a power cut
-// the last takings may be missing).
+// Every entry is one transaction of that file. So servers that share it together never give more
+// than a single one would, and entries survive a restart (after a power cut the last ones may be
+// missing).
 #pragma once
 
 #include "filters/core/Result.h"
@@ -24,21 +24,21 @@ namespace kdstream
 // 0: any number.
 struct QuotaLimits
 {
-  // Of a model's partitions, 0 to 1, rounded down, but at least one. Each counts once, from when it
-  // was had first until the window has passed.
+  // The share of a model's partitions, 0 to 1, rounded down, but at least one partition. Each
+  // partition counts once, from its first delivery until the window has passed.
   double share = 0;
   std::chrono::seconds window{ 86400 };
   std::uint64_t bytesPerSecond = 0;   // of partitions, whose sizes add up over ten seconds
   std::uint32_t regionsPerMinute = 0; // that the server finds
 };
 
-// A model as quotas know it. Models of one original count together: those with equal digests, and
-// those that were built from the same input.
+// A model for quotas. Models of one original count together: those with equal digests, and those
+// that were built from the same input.
 struct CountedModel
 {
   std::string_view digest;      // of its content
   std::string_view inputDigest; // of what it was built from; empty where its store does not say
-  // How its original is divided: models of one original that are divided alike have the same
+  // How the original is divided: models of one original with the same division have the same
   // partitions, with the same numbers.
   std::string_view division;
   std::uint64_t partitions = 1;
@@ -55,25 +55,25 @@ class QuotaBook
 {
 public:
   using Clock = std::function<std::int64_t()>; // microseconds since 1970
-  // A file that another process holds is not tried again for so long: whoever comes then is refused
-  // at once.
+  // When another process holds the file's lock, the file is not tried again for this time: requests
+  // are refused at once.
   static constexpr std::chrono::milliseconds pauseOfLocked{ 100 };
 
-  // Opens the file, or makes it, only for this user. Without a clock, the system's. Errors:
-  // InputOutput.
+  // Opens the file, or makes it, readable only by this user. Without a clock, the system's is used.
+  // Errors: InputOutput.
   static Result<std::unique_ptr<QuotaBook>> Open(
     const std::filesystem::path& file, QuotaLimits limits, Clock clock = {});
   ~QuotaBook();
 
   using Taken = Result<std::optional<QuotaRefusal>>; // nothing: it may have it
-  // Enters that the subject gets a partition of `bytes` bytes. From any thread; waits for a disk,
-  // and for other servers at most 2 s. A call that throws, such as for want of memory, enters
-  // nothing. Errors: InputOutput. After an error the next call opens the file again, so quotas
-  // count as soon as the file is usable again.
-  // - The file was removed or replaced: one call fails and says so. Then the file of that name
-  //   counts, made anew if need be, but not in the folder on which its file system was mounted.
-  // - Only its log or its index was removed: nothing fails. All entries are in the file, and both
-  //   are made anew.
+  // Enters that the subject gets a partition of `bytes` bytes. From any thread; waits for the disk,
+  // and at most 2 s for other servers. A call that throws (lack of memory) enters nothing. Errors:
+  // InputOutput. After an error the next call opens the file again, so quotas count as soon as the
+  // file is usable again.
+  // - If the file was removed or replaced, one call fails and says so. Later calls use the file of
+  //   that name, and make it if it is missing; but not if its file system was unmounted.
+  // - If only its log or its index was removed, nothing fails: all entries are in the file, and
+  //   both are made again.
   Taken TakePartition(std::string_view subject, const CountedModel& model, std::uint32_t partition,
     std::uint64_t bytes);
   // The same for a region.

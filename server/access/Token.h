@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Tokens: what a server lets their bearers have, signed by whoever has the server's secret. JSON
-// Web Tokens (RFC 7519, 8725) of only one kind, HS256. No files, no clock.
+// Tokens: what a server allows their bearers, signed with the server's secret. JSON Web Tokens (RFC
+// 7519, 8725) of only one kind, HS256. No files, no clock.
 #pragma once
 
 #include "filters/core/Result.h"
@@ -36,18 +36,18 @@ struct TokenClaims
 inline constexpr std::size_t maximumTokenBytes = 4096;
 inline constexpr std::size_t maximumSubjectBytes = 256;
 
-// What a token says that is valid at `now`, in seconds since 1970. The signature is checked before
-// anything but the header is looked at, in a time that does not depend on how much of it is right.
-// Errors: InvalidInput, in words for its bearer, which contain nothing of the token.
+// The claims of a token that is valid at `now`, in seconds since 1970. The signature is checked
+// before anything except the header is read, in a time that does not depend on how much of it is
+// right. Errors: InvalidInput, with a message for the bearer that contains no part of the token.
 Result<TokenClaims> ReadToken(std::string_view token, const TokenKeys& keys, std::int64_t now);
 
-// Signed with the first of the keys. Errors: InvalidArgument for claims that no token may have:
-// a subject or a model that is none, too long a token.
+// Signed with the first of the keys. Errors: InvalidArgument for claims that no token may have: an
+// invalid subject or model, or too long a token.
 Result<std::string> WriteToken(
   const TokenClaims& claims, const TokenKeys& keys, std::int64_t issuedAt);
 
-// An id for a new token: 32 hexadecimal digits, by chance. Errors: InputOutput where the system
-// has no random numbers.
+// A random id for a new token: 32 hexadecimal digits. Errors: InputOutput if the system has no
+// random numbers.
 Result<std::string> MakeTokenId();
 
 // Whether it can be sent in a field of HTTP: a token's characters, and not too many of them.

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Lets in who has a valid token, and knows for how long. All functions from any thread.
+// Admits clients with a valid token, and knows how long it is valid. All functions from any thread.
 #pragma once
 
 #include "filters/core/Result.h"
@@ -35,10 +35,10 @@ public:
   // From now on these keys, and what they revoke, count.
   void Replace(TokenKeys keys);
 
-  // Errors: InvalidInput, in words for the bearer, where there is no token ("") or no valid one.
+  // Errors: InvalidInput, with a message for the bearer, if there is no token ("") or no valid one.
   Result<std::shared_ptr<const Pass>> Admit(std::string_view token) const;
 
-  // Whether it is still valid. Errors: InvalidInput, in words.
+  // Checks that it is still valid. Errors: InvalidInput, with a message.
   Status Check(const Pass& pass) const;
 
 private:
@@ -50,7 +50,7 @@ private:
 };
 
 // The token in an Authorization field ("Bearer TOKEN"), else the one among the subprotocols that a
-// browser offers for its WebSocket: the one with two dots. "" where there is none.
+// browser offers for its WebSocket: the one with two dots. "" if there is none.
 std::string_view FindToken(std::string_view authorization, std::string_view subprotocols = {});
 
 }

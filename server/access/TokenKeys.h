@@ -37,8 +37,8 @@ inline constexpr std::size_t leastSecretBytes = 32; // as many as HS256 makes of
 inline constexpr std::size_t maximumKeys = 16;
 inline constexpr std::size_t maximumKeysBytes = std::size_t{ 4 } << 20;
 
-// Errors: InvalidInput, naming the member; never with anything of a secret. A member that is not
-// known is an error: a misspelt "revoked" must not go unnoticed.
+// Errors: InvalidInput, naming the member, but never with any part of a secret. An unknown member
+// is an error, so that a misspelt "revoked" does not go unnoticed.
 Result<TokenKeys> ParseTokenKeys(std::string_view json);
 // Errors: those, NotFound, InputOutput.
 Result<TokenKeys> ReadTokenKeys(const std::filesystem::path& file);

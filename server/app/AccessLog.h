@@ -9,8 +9,8 @@
 //   {"time":"2026-01-31T12:00:00Z","sub":"ann","jti":"…","client":"127.0.0.1","model":"dragon",
 //    "digest":"…","original":"…","partition":12,"bytes":15000}
 //
-// Lines that the disk does not take are lost. A line counts them: "# 17 lines were lost", as JSON
-// {"lost":17}.
+// Lines that cannot be written are lost; a later line gives their number: "# 17 lines were lost",
+// as JSON {"lost":17}.
 #pragma once
 
 #include "filters/core/Result.h"

@@ -11,19 +11,19 @@
 namespace kdstream
 {
 
-// Takes as many as the system gives; their number, or nothing where there is no limit.
+// Raises the limit as far as the system allows; returns it, or nothing if there is no limit.
 std::optional<std::uint64_t> TakeDescriptors();
 
-// How many stores may stay open at a time, at most `wanted`: a quarter of what `limit` leaves, and
-// one. To be called before anything is opened. Errors: LimitExceeded where it is not enough for the
-// program with one store: the message has the number that is.
+// The number of stores that may stay open at a time, at most `wanted`: a quarter of the descriptors
+// that `limit` leaves, and one. Call this before anything is opened. Errors: LimitExceeded if
+// `limit` is not enough for the program with one store; the message has the number that is.
 Result<std::size_t> FitOpenStores(
   std::uint64_t limit, std::size_t wanted, const HttpServerOptions& server);
 
-// Sets server's connections to what `limit` descriptors are enough for, after what the program has
-// open and what it will open: event loops, listeners, watches, a file for each reader, stores that
-// come. To be called once stores, logs and quotas are open. Whether they became fewer. Errors:
-// LimitExceeded where not even a few are left.
+// Reduces the server's connections to what `limit` descriptors allow, beside what the program has
+// open and will open: event loops, listeners, watches, a file for each reader, further stores. Call
+// this when stores, logs and quotas are open. Returns whether connections were reduced. Errors:
+// LimitExceeded if not even a few are possible.
 Result<bool> FitConnections(std::uint64_t limit, HttpServerOptions& server);
 
 }

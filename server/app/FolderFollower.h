@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Reads the folder of stores on a thread of its own, at first and whenever it may have changed. A
-// disk that hangs holds only this thread: the program serves on and heeds its signals.
+// Reads the folder of stores on a thread of its own, first at the start and then whenever it may
+// have changed. A disk that hangs blocks only this thread: the program continues to serve and to
+// handle its signals.
 #pragma once
 
 #include "filters/core/Result.h"
@@ -21,7 +22,7 @@ namespace kdstream
 class FolderFollower
 {
 public:
-  // Told what goes wrong, from its thread.
+  // Called with errors, from its thread.
   using Warn = std::function<void(const std::string& what)>;
 
   // Begins to read the folder. REQUIRES: the catalog outlives it.

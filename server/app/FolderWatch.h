@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Reports when stores of a folder have come, changed or gone (inotify), and when another folder has
-// taken its name: by a rename, or because a link leads elsewhere now.
+// Reports when stores of a folder were added, changed or removed (inotify), and when another folder
+// has taken its name: by a rename, or by a link that now leads elsewhere.
 #pragma once
 
 #include "filters/core/Result.h"
@@ -24,8 +24,8 @@ public:
   // Becomes readable when something has happened in the folder.
   int Descriptor() const { return this->File; }
 
-  // Whether, since the last call, a writer has closed a NAME.kds, or one has got its name (as a
-  // link too) or lost it; or the folder is another one.
+  // Whether, since the last call, a writer has closed a NAME.kds, or a file (or link) has got or
+  // lost such a name; or the folder is another one.
   bool HasChanged();
 
 private:

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Lines of text for a file, or for stderr. A thread of their own writes them. So a disk that is
-// full or slow, or a pipe that nobody reads, costs lines, never the caller's time.
+// Writes lines of text to a file, or to stderr, on a thread of its own. So a disk that is full or
+// slow, or a pipe that nobody reads, costs lines, never the caller's time.
 #pragma once
 
 #include "filters/core/Result.h"
@@ -17,7 +17,7 @@ namespace kdstream
 class LineLog
 {
 public:
-  // Lines that wait for the disk take at most so many bytes; further ones are lost.
+  // The most bytes of lines that wait for the disk; further lines are lost.
   static constexpr std::size_t waitingBytes = std::size_t{ 4 } << 20;
 
   // The line, with its end, that says that `count` lines are missing.
@@ -36,18 +36,18 @@ public:
   // Writes what waits, for at most a second. What comes later is lost.
   void End() noexcept;
 
-  // With its end. Waits for nobody, and what there is no memory for is lost. From any thread.
+  // A line with its end. Never waits; lines for which there is no memory are lost. From any thread.
   void Add(std::string_view line) noexcept;
 
-  // How many lines have been lost so far, be it that too many waited or that they could not be
-  // written. The log itself says how many, once it takes lines again.
+  // The number of lines lost so far, because too many waited or because they could not be written.
+  // When the log can be written again, it says how many.
   std::uint64_t Lost() const;
 
   // Why the last lines that could not be written were not; empty where too many waited.
   std::string WhyLost() const;
 
-  // What comes from now on goes to what has the file's name now: log rotation. Errors: InputOutput;
-  // then the lines go on where they went.
+  // Opens the file of the log's name anew (log rotation); later lines go there. Errors:
+  // InputOutput; then lines still go to the old file.
   Status Reopen();
 
 private:

@@ -1,9 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// What kdstream-serve says on stderr.
+// The messages of kdstream-serve on stderr.
 //
-// While it starts, each line is written before the work goes on. Once it serves, a thread of its
-// own writes them, as it does the logs: where nobody reads stderr, lines are lost, but no client
-// waits.
+// During the start each line is written before the work continues. Later a thread of its own writes
+// them, like the logs: if nobody reads stderr, lines are lost, but no client waits.
 #pragma once
 
 #include "filters/core/Result.h"
@@ -26,7 +25,7 @@ public:
   {
   }
 
-  // "kdstream-serve: warning: FILE: what": what is wrong, though the server goes on. The file may
+  // "kdstream-serve: warning: FILE: what": an error after which the server continues. The file may
   // be "".
   void Warn(const std::string& file, const std::string& what);
   // "kdstream-serve: error: what"

@@ -27,9 +27,9 @@ public:
   // Whether others than its owner and group may read the file, and so sign tokens.
   bool IsForAll() const { return (this->Seen[0] & 07) != 0; }
 
-  // Reads the file again if another one has its name, or it was written to, since the last time;
-  // and if it could not be read for a reason that may pass, such as a lack of descriptors. Errors:
-  // those of ReadTokenKeys, once for each change; the former keys stay valid then.
+  // Reads the file again if it was replaced or written to since the last time, or if it could not
+  // be read for a temporary reason, such as a lack of descriptors. Errors: those of ReadTokenKeys,
+  // once for each change; the old keys stay valid then.
   Status Look();
   // Reads it in any case.
   Status Reload();

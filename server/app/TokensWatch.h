@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Follows the file of --tokens on a thread of its own: who is revoked must be gone within a second,
-// whatever the rest of the server does, reads stores or ends.
+// Watches the file of --tokens on a thread of its own: a revoked token must stop working within a
+// second, even while the rest of the server reads stores or ends.
 #pragma once
 
 #include "server/app/TokensFile.h"
@@ -17,7 +17,7 @@ namespace kdstream
 class TokensWatch
 {
 public:
-  // warn: told why the file cannot be read, from any thread.
+  // warn: called with the reason why the file cannot be read, from any thread.
   using Warn = std::function<void(const std::string& what)>;
 
   TokensWatch(TokensFile file, Warn warn);

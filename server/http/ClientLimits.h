@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Rate limits: how much each address may have, connections at a time and requests a minute.
+// Rate limits: how many connections at a time, and requests a minute, each address may have.
 // Internal to the server.
 #pragma once
 
@@ -20,15 +20,15 @@ namespace kdstream
 // texts unchanged.
 std::string PlainAddress(const std::string& address);
 
-// All functions may be called from any thread. An address is one of IPv4, or the first 64 bits of
-// one of IPv6, which is what one subscriber has.
+// All functions may be called from any thread. An address is an IPv4 address, or the first 64 bits
+// of an IPv6 address, which usually belong to one subscriber.
 class ClientLimits
 {
 public:
   using Clock = std::chrono::steady_clock;
 
-  // Without a number the default, which does not hold for this machine itself (loopback): behind it
-  // may be a proxy. 0: any number.
+  // Without a number: the default, which does not apply to this machine itself (loopback), because
+  // a proxy may be there. 0: no limit.
   ClientLimits(std::optional<std::size_t> connections, std::optional<std::size_t> requestsAMinute)
     : Connections(connections)
     , Requests(requestsAMinute)
@@ -37,12 +37,12 @@ public:
   static constexpr std::size_t defaultConnections = 100;
   static constexpr std::size_t defaultRequests = 6000; // a minute
 
-  // A connection slot of this address, kept while its client is connected; null if it has all of
-  // its own.
+  // A connection slot of this address, held while its client is connected; null if the address
+  // already has all that it may have.
   std::shared_ptr<void> TakeSlot(std::string_view address);
 
-  // Takes a request of this address: as many at once as it may have in a minute, which come back
-  // evenly. Where it has none left, after how many seconds there is one; else 0.
+  // Takes a request of this address. It may make all requests of a minute at once; they are
+  // restored evenly. If none is left, returns the seconds until there is one; else 0.
   std::chrono::seconds TakeRequest(std::string_view address, Clock::time_point now = Clock::now());
 
   // Addresses that are remembered.
@@ -65,7 +65,7 @@ private:
   std::size_t SweepAt = 1000;
 };
 
-// Which peers are proxies whose word is taken for the address of their client.
+// Which peers are trusted proxies, whose client addresses are believed.
 class TrustedProxies
 {
 public:
@@ -74,9 +74,9 @@ public:
 
   bool Holds(std::string_view address) const;
 
-  // The address of the client that `peer` speaks for, given the X-Forwarded-For fields that it has
-  // sent, joined by commas: the last in them that is no trusted proxy. The peer itself if it is not
-  // trusted, or names none.
+  // The address of the client behind `peer`, from the X-Forwarded-For fields that the peer has
+  // sent, joined by commas: the last address that is not a trusted proxy. The peer itself if it is
+  // not trusted, or names none.
   std::string ClientOf(const std::string& peer, std::string_view forwardedFor) const;
 
 private:

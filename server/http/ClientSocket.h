@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// The bytes from and to one client, plain or through TLS: one type for both, so that what is built
-// upon it (HTTP, WebSocket) is compiled once. Internal to the server.
+// The bytes from and to one client, plain or through TLS: one type for both, so that HTTP and
+// WebSocket code is compiled once. Internal to the server.
 #pragma once
 
 #include <boost/asio/basic_stream_socket.hpp>
@@ -25,14 +25,15 @@ namespace kdstream
 namespace asio = boost::asio;
 namespace beast = boost::beast;
 
-// What a connection's handlers run on: the event loop of one thread, so that they run one at a time
-// without a strand. For a strand Asio and Beast take memory wherever they keep one of any type
-// (any_io_executor), also where they may not fail: want of it would end the server.
+// The executor of a connection's handlers: the event loop of one thread, so that they run one at a
+// time without a strand. A strand, or an executor of any type (any_io_executor), would make Asio
+// and Beast allocate memory in places where they may not fail; lack of memory would then end the
+// server.
 using EventLoop = asio::io_context::executor_type;
 using TcpSocket = asio::basic_stream_socket<asio::ip::tcp, EventLoop>;
 
-// A handler of any type, called at most once. It has no executor of its own, so that Asio calls it
-// on the socket's.
+// A handler of any type, called at most once. It has no executor of its own, so Asio calls it on
+// the socket's.
 template <class... Arguments>
 class AnyHandler
 {
@@ -69,8 +70,8 @@ private:
   std::unique_ptr<Callable> Held;
 };
 
-// A connected socket as Boost's AsyncReadStream and AsyncWriteStream, which hide whether there is
-// TLS. Handlers run on the socket's executor. Functions: one at a time.
+// A connected socket as Boost's AsyncReadStream and AsyncWriteStream, with or without TLS. Handlers
+// run on the socket's executor. Functions: one at a time.
 class ClientSocket
 {
 public:
@@ -99,7 +100,7 @@ public:
   void ReadPlain(asio::mutable_buffer buffer, BytesHandler handler);
   // TLS's handshake; a plain socket is ready at once.
   void Handshake(ErrorHandler handler);
-  // Tells the client that nothing more will be sent.
+  // Informs the client that nothing more will be sent.
   void EndOutput(ErrorHandler handler);
 
   template <class Buffers, class Handler>

@@ -25,10 +25,10 @@ struct Admission
 
 void ServeHttp(ClientSocket socket, ServerState& state, Admission admission);
 
-// One WebSocket: moves messages between a socket and a Conversation (StreamConnection.cxx).
-// Accepts the upgrade whose Sec-WebSocket-Key is `key`, and serves the stream until the client
-// leaves. Then `record` is completed and logged. The slot is kept as long. The stream ends when
-// `permission` does.
+// One WebSocket: moves messages between a socket and a Conversation (StreamConnection.cxx). Accepts
+// the upgrade whose Sec-WebSocket-Key is `key`, and serves the stream until the client leaves. Then
+// `record` is completed and logged, and the slot is released. The stream ends when `permission`
+// does.
 void ServeStream(ClientSocket socket, ServerState& state, ConnectionSlot slot,
   Permission permission, AccessRecord record, const std::string& key);
 

@@ -37,8 +37,8 @@ struct HttpResponse
   std::string_view Field(std::string_view name) const;
 };
 
-// Status line and fields, with the empty line after them. isOld: for HTTP/1.0. strictTransport: for
-// so long browsers use no plain HTTP with this host; 0: they are told nothing.
+// Status line and fields, with the empty line after them. isOld: for HTTP/1.0. strictTransport: the
+// time for which browsers are to use only HTTPS with this host (HSTS); 0: the field is left out.
 std::string WriteResponseHead(
   const HttpResponse& response, bool isOld, bool keepAlive, std::chrono::seconds strictTransport);
 

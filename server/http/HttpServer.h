@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // The server on one port: HTTP/1.1 routes and the WebSocket stream, with or without TLS. Step
-// "serve" of the pipeline picture. Boost stays behind this header.
+// "serve" of the pipeline picture. This header hides Boost.
 #pragma once
 
 #include "filters/core/Result.h"
@@ -42,25 +42,26 @@ struct ListenAddress
 struct HttpServerOptions
 {
   ListenAddress address;
-  // Where the metrics are, in plain HTTP, without connection slots or limits; not at `address`
-  // then.
+  // The address for metrics, in plain HTTP, without connection slots or limits; they are then not
+  // at `address`.
   std::optional<ListenAddress> admin;
   unsigned threads = 2; // of the event loop, at least 1
   unsigned readers = 8; // threads that wait for disks, at least 1
   std::size_t maximumConnections = 1000;
-  // Beyond them, so many are told at a time that there is no place, and so many may be at the admin
-  // address. Further ones are closed without an answer.
+  // Connections in addition to the maximum, at which clients are told that there is no slot; and
+  // the same number for the admin address. Further ones are closed without an answer.
   std::size_t extraConnections = 64;
-  // Of one address, connections at a time and requests a minute, messages of streams included. 0:
-  // any number. Without a number the defaults of ClientLimits, not for this machine itself.
+  // Limits of one address: connections at a time, and requests a minute, including messages of
+  // streams. 0: no limit. Without a number: the defaults of ClientLimits, which do not apply to
+  // this machine itself.
   std::optional<std::size_t> connectionsOfAddress, requestsOfAddress;
   // Addresses and networks of proxies, whose X-Forwarded-For is taken for the client's address.
   std::vector<std::string> trustedProxies;
   // Their connections begin with a header of the PROXY protocol, which names the client instead.
   bool proxyProtocol = false;
-  // The hosts that requests may name (but those to /healthz and /readyz). None: any; but where it
-  // listens at loopback without TLS, only those that CannotBeRebound (RequestForm.h), as at
-  // `admin`.
+  // The hosts that requests may name (except requests for /healthz and /readyz). None: any host;
+  // but if the server listens only at loopback without TLS, only hosts that CannotBeRebound
+  // (RequestForm.h), as at `admin`.
   std::vector<std::string> allowedHosts;
   std::size_t headerBytes = 8192; // most of a request's header; a body none may have
   ConversationLimits stream;      // what the client of each may ask for at once
@@ -74,22 +75,22 @@ struct HttpServerOptions
 
   // PEM files. If both are given, the server speaks TLS and nothing else.
   std::filesystem::path tlsCertificate, tlsKey;
-  // For so long browsers use no plain HTTP with this host once they have used TLS (HSTS); 0: they
-  // are told nothing.
+  // The time for which browsers are to use only HTTPS with this host, once they have used TLS
+  // (HSTS); 0: the header is not sent.
   std::chrono::seconds strictTransport{ 365 * 24 * 3600 };
 
-  // How long a client may take for the handshake of TLS and to send a request's header, from the
+  // The time that a client has for the TLS handshake and for sending a request's header, from the
   // connection or the last answer on.
   std::chrono::milliseconds requestTimeout{ 30'000 };
-  // How long a client may take to receive an answer, 64 KiB of it, or a message of a stream (which
-  // is not larger), each plus a second for each `slowestBytes`. An answer waits as long for a disk;
-  // then the client is asked to try again (503).
+  // The time that a client has to receive an answer, 64 KiB of it, or a message of a stream (which
+  // is not larger), each plus a second for each `slowestBytes`. An answer waits for a disk at most
+  // this time; then the client is asked to try again (503).
   std::chrono::milliseconds answerTimeout{ 30'000 };
   std::size_t slowestBytes = 16384; // at least 1
   // A stream is closed when its client has sent nothing for so long, not even an answer to a ping.
   std::chrono::milliseconds streamTimeout{ 60'000 };
-  // Where connection slots are short, those of streams whose clients have been idle for so long are
-  // taken back; those of idle HTTP connections, at once.
+  // When connection slots are short, streams whose clients have been idle for this time lose
+  // theirs; idle HTTP connections lose theirs at once.
   std::chrono::milliseconds idleTimeout{ 60'000 };
   // How long Stop waits for the answers that are in flight.
   std::chrono::milliseconds drainTimeout{ 10'000 };
@@ -102,17 +103,16 @@ struct HttpServerOptions
   std::function<std::uint64_t()> lostLines;
 };
 
-// Whether the text may be one of HttpServerOptions::trustedProxies: an address ("10.0.0.1") or a
+// Whether the text is valid for HttpServerOptions::trustedProxies: an address ("10.0.0.1") or a
 // network ("10.0.0.0/8").
 bool IsNetwork(const std::string& text);
 
 class HttpServer
 {
 public:
-  // Listens and serves from threads of its own.
-  // Errors: InvalidArgument for the addresses, and those of proxies; InvalidInput for the TLS
-  // files; InputOutput where a port is taken or not allowed. REQUIRES: the catalog outlives the
-  // server.
+  // Listens and serves from threads of its own. Errors: InvalidArgument for invalid addresses, also
+  // of proxies; InvalidInput for the TLS files; InputOutput if a port is taken or not allowed.
+  // REQUIRES: the catalog outlives the server.
   static Result<std::unique_ptr<HttpServer>> Start(
     const Catalog& catalog, HttpServerOptions options);
 
@@ -123,19 +123,19 @@ public:
   std::string Url() const;      // "http://127.0.0.1:8700"
   std::string AdminUrl() const; // "" without one
 
-  // Reads certificate and key again, for connections to come. Without effect without TLS. Errors:
-  // those of Start about them; then the earlier ones stay.
+  // Reads certificate and key again, for new connections. Without TLS it does nothing. Errors:
+  // those of Start for these files; then the old ones stay.
   Status ReloadTls();
 
-  // From now on only finishes what is in flight: further requests are refused (503). Not from a
-  // callback, as the next two.
+  // From now on only finishes what is in flight: new requests are refused (503). Must not be called
+  // from a callback; the next two neither.
   void BeginDrain();
   // Whether that is finished, which it waits for, so long at most.
   bool WaitUntilDrained(std::chrono::milliseconds time);
   // Drains for at most drainTimeout, then takes no more connections and ends the threads.
   void Stop();
-  // Stops at once, and waits for disks for so long at most. False where one still holds a thread:
-  // who does not want to wait for it ends the process by _exit.
+  // Stops at once, and waits for disks at most this time. False if a disk still holds a thread: to
+  // end without waiting for it, the process must use _exit.
   bool StopWithin(std::chrono::milliseconds patience);
 
 private:

@@ -20,8 +20,8 @@
 namespace kdstream
 {
 
-// Whatever fails, memory, descriptors, the connection, leads to the next accept: a server that
-// accepts no more would be deaf, and nothing would wake it. Functions: from any thread, but Listen.
+// Whatever fails (memory, descriptors, the connection), the next accept follows: a server that
+// stopped accepting would never be woken again. Functions: from any thread, except Listen.
 class Listener
 {
 public:

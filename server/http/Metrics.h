@@ -15,7 +15,7 @@
 namespace kdstream
 {
 
-// How often something had which size.
+// A histogram: how often a value had which size.
 class Histogram
 {
 public:
@@ -68,7 +68,7 @@ public:
     Count
   };
   void CountRefusal(Reason reason) { ++this->Refusals[static_cast<std::size_t>(reason)]; }
-  // What the server itself could not do, for want of memory, descriptors or the disk.
+  // Failures of the server itself: memory, descriptors or the disk.
   enum class Failure
   {
     Accept,     // a connection could not be accepted
@@ -86,7 +86,7 @@ public:
   }
   void StreamClosed() { --this->OpenStreams; }
   void CountFailedBlob() { ++this->FailedBlobs; }
-  // A request waits for a reader, as so many do now; one has got it, after so long.
+  // A request waits for a reader, `waiting` now in all; one has got a reader, after this time.
   void CountWaiting(std::size_t waiting)
   {
     ++this->Queued;
@@ -97,8 +97,8 @@ public:
     ++this->Begun;
     this->Waits.Count(time);
   }
-  // From a request's arrival: until its answer was sent; on a stream, until its first and its last
-  // blob were.
+  // The time from a request's arrival until its answer was sent; for a stream, until its first and
+  // its last blob were sent.
   void CountAnswer(std::chrono::steady_clock::duration time) { this->Answers.Count(time); }
   void CountFirstBlob(std::chrono::steady_clock::duration time) { this->FirstBlobs.Count(time); }
   void CountLastBlob(std::chrono::steady_clock::duration time) { this->LastBlobs.Count(time); }

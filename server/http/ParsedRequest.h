@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// From a client's bytes, through Beast's parser, to a request as the routes see it. Internal to the
-// server.
+// Converts a client's request, parsed by Beast, into a request as the routes see it. Internal to
+// the server.
 #pragma once
 
 #include "server/http/HttpMessage.h"
@@ -21,7 +21,7 @@ namespace kdstream
 using RequestParser = boost::beast::http::request_parser<boost::beast::http::empty_body>;
 using ParsedRequest = RequestParser::value_type;
 
-// No header (its line and its fields) of more than so many bytes, and no body.
+// Limits: no header (its line and its fields) beyond this number of bytes, and no body.
 inline void SetLimits(RequestParser& parser, std::size_t headerBytes)
 {
   parser.header_limit(static_cast<std::uint32_t>(headerBytes));
@@ -29,7 +29,7 @@ inline void SetLimits(RequestParser& parser, std::size_t headerBytes)
   parser.eager(true);
 }
 
-// Whether a body is announced, be it an empty one in chunks: what follows the header is no request.
+// Whether a body is announced, even an empty chunked one: what follows the header is not a request.
 inline bool AnnouncesBody(const RequestParser& parser)
 {
   return parser.is_header_done() &&

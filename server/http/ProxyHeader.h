@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// What a proxy says of its client before the client's own bytes: the PROXY protocol, versions 1 and
-// 2 (haproxy.org, proxy-protocol.txt). Internal to the server.
+// Reads what a proxy says about its client before the client's own bytes: the PROXY protocol,
+// versions 1 and 2 (haproxy.org, proxy-protocol.txt). Internal to the server.
 #pragma once
 
 #include <cstddef>
@@ -10,22 +10,22 @@
 namespace kdstream
 {
 
-// Takes just the header's bytes off a connection, never one of what follows it. Trusts none of
-// them: it ends after mostBytes at the latest.
+// Takes only the header's bytes from a connection, never a byte after it. Trusts none of them: it
+// ends after mostBytes at the latest.
 class ProxyHeader
 {
 public:
   static constexpr std::size_t mostBytes = 4096;
 
-  // Where the next bytes belong: as many as are sure to come, none when all are there, or once they
-  // can no longer become a header.
+  // Where to read the next bytes: as many as the header certainly has; empty when it is complete,
+  // or cannot become a header any more.
   std::span<char> Space();
   // Space has been filled.
   void Take();
 
   bool IsMalformed() const { return this->Malformed; }
-  // The client's address; empty where the proxy speaks for itself, or does not tell. Of a header
-  // that is whole.
+  // The client's address; empty if the proxy speaks for itself, or gives none. Call it when the
+  // header is complete.
   const std::string& Client() const { return this->Address; }
 
 private:

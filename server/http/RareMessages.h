@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Which of a server's error messages are worth a line: where the system fails, it fails for
-// thousands in the same way. Internal to the server.
+// Decides which of a server's error messages are logged: a failing system fails thousands of times
+// in the same way. Internal to the server.
 #pragma once
 
 #include <chrono>
@@ -20,8 +20,8 @@ public:
   using Clock = std::chrono::steady_clock;
   static constexpr std::chrono::seconds pause{ 60 };
 
-  // The line to write now, if any: a message that was not reported for a minute, and how often it
-  // has come since. Where there is no memory to remember it, it is reported.
+  // The line to write now, if any: a message that was not reported in the last minute, and how
+  // often it has come since. If there is no memory to remember it, it is reported.
   std::optional<std::string> Take(std::string_view message, Clock::time_point now = Clock::now());
 
 private:

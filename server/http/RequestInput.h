@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// The bytes of a connection on their way to requests, one after the other. No sockets. Internal to
-// the server.
+// Splits the bytes of a connection into requests, one after the other. No sockets. Internal to the
+// server.
 #pragma once
 
 #include "server/http/ParsedRequest.h"
@@ -61,7 +61,7 @@ public:
              : std::optional(make_error_code(http::error::buffer_overflow));
   }
 
-  // Room for what comes next, and that so much of it has been filled.
+  // Room for the next bytes; and reports how much of it has been filled.
   auto Prepare()
   {
     return this->Bytes.prepare(boost::beast::read_size(this->Bytes, this->Bytes.max_size()));
@@ -73,7 +73,7 @@ public:
   bool HasMore() const { return this->Bytes.size() != 0; } // that is not yet parsed
 
 private:
-  // One before the request. Whether it can be told that there is none.
+  // Skips an empty line before the request. Whether it is certain that there is none.
   bool SkipEmptyLine()
   {
     if (this->Parser->got_some() || this->IsLineSkipped)

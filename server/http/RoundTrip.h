@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// What another thread does for a connection, and the way back to the connection's event loop.
+// Runs a task for a connection on another thread, and returns to the connection's event loop.
 // Internal to the server.
 #pragma once
 
@@ -25,7 +25,7 @@ struct HandlerPlace
   alignas(std::max_align_t) std::array<std::byte, 128> memory;
 };
 
-// An allocator that gives such a place, to one object at a time.
+// An allocator that gives this place to one object at a time.
 template <class Type>
 class ReservedMemory
 {
@@ -60,16 +60,16 @@ private:
 };
 
 // Sends `there` to another thread, and `here` back to the event loop. `begin` gets two functions.
-// The other thread calls the first: it does `there`, and then has the loop do here(true). Any
-// thread may call the second, which gives up: the loop does here(false), though `there` may still
-// wait for a disk. `here` is done once.
-// - Only `begin` may fail, for want of memory. The way back takes no memory: it could not fail on
-//   the other thread, since nothing of a connection may be touched, nor ended, but on its loop. So
+// The other thread calls the first, which runs `there`, and then makes the loop run here(true). Any
+// thread may call the second, which gives up: the loop runs here(false), even if `there` still
+// waits for a disk. `here` runs once.
+// - Only `begin` may fail, for lack of memory. The way back needs no memory, because an error on
+//   the other thread could not be handled: a connection may be used and ended only on its loop. So
 //   the loop frees what `here` holds.
-// - If the trip may be given up, `there` must not hold a connection: nobody knows when it is freed.
+// - If the trip may be given up, `there` must not hold a connection: it may be freed at any time.
 //
-// Returns another function that gives up. It may outlive the trip, of which it keeps nothing.
-// REQUIRES: `there` throws nothing.
+// Returns a function that gives up. It may outlive the trip, and keeps nothing of it alive.
+// REQUIRES: `there` does not throw.
 template <class Begin, class There, class Here>
 auto MakeRoundTrip(EventLoop loop, const Begin& begin, There there, Here here)
 {

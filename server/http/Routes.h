@@ -45,9 +45,9 @@ public:
     Perhaps, // Reading::Uncounted finds it out
     Yes
   };
-  // What an answer that is not given at once is read from: all that its request names has been
-  // found, and its client's permission too. The functions may wait for a disk; errors are responses
-  // too. REQUIRES: the routes outlive it.
+  // Reads an answer that is not given at once. All objects that the request names have been found,
+  // and its client's permission has been checked. The functions may wait for a disk; errors are
+  // responses too. REQUIRES: the routes outlive it.
   class Reading
   {
   public:
@@ -63,7 +63,7 @@ public:
     friend class Routes;
     std::function<std::optional<HttpResponse>(bool mayCount)> Read;
   };
-  // The answer where it waits for nobody, or what is to be read for it. From any thread.
+  // The answer, if it needs no waiting; else the Reading that makes it. From any thread.
   std::variant<HttpResponse, Reading> Find(const HttpRequest& request) const;
 
   // What the administrator may ask: /metrics, /healthz, /readyz. Waits for nobody.
@@ -72,8 +72,8 @@ public:
   // Whether the target asks how the server is: /healthz or /readyz.
   static bool IsProbe(std::string_view target);
 
-  // What a client (its address) may have with these fields of its request. Errors: InvalidInput, in
-  // words, where it needs a token and has no valid one: 401.
+  // The permission of a client (its address) with these fields of its request. Errors:
+  // InvalidInput, with a message for the client, if it needs a valid token and has none: 401.
   Result<Permission> Admit(const std::string& client, std::string_view authorization,
     std::string_view subprotocols = {}) const;
   // The answer to a client that may not have what it asks for, which is counted.
@@ -84,7 +84,7 @@ public:
     std::chrono::seconds retryAfter = std::chrono::seconds(0)) const;
 
   // Whether a page from `origin` (the header field; "" = not a browser) may open a stream at
-  // `host`: pages of this server may, and those that allowOrigin names. The server has to check,
+  // `host`: pages of this server may, and those that allowOrigin names. The server must check this,
   // because browsers open WebSockets to any host.
   bool MayStream(std::string_view origin, std::string_view host) const;
 

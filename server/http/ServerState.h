@@ -28,11 +28,11 @@ namespace kdstream
 {
 
 // A connection that can be asked to end when it has answered what is in flight. Functions: from any
-// thread, but those that are protected.
+// thread, except protected ones.
 //
-// Each of a connection's states has an end, which its own timers see to. Should one of them be lost
-// or never set, the server's reaper (EndOverdue) looks at all connections every second: so no slot
-// is lost for ever.
+// Timers end each of a connection's states. If a timer is lost or was never set, the server's
+// reaper (EndOverdue), which checks all connections every second, closes the connection; so no slot
+// is lost forever.
 class Drainable
 {
 public:
@@ -66,7 +66,7 @@ private:
   };
 };
 
-// Who is served: the socket's other end, or for a trusted proxy the client that it speaks for.
+// The address that is served: the socket's other end, or the client of a trusted proxy.
 struct Client
 {
   std::string peer;    // address of the other end
@@ -106,8 +106,8 @@ public:
   bool isLocal = false, isAdminLocal = false;
   WorkerPool Readers{ [this](WorkerPool::Clock::duration waited)
     { this->Counters.CountWait(waited); } };
-  // Of what counts against quotas. Others than the readers: where another process holds the quotas'
-  // file, only those wait who take something.
+  // Threads for what counts against quotas. Not the readers: if another process holds the quotas'
+  // file, only requests that take of a quota wait.
   WorkerPool Takers{ [this](WorkerPool::Clock::duration waited)
     { this->Counters.CountWait(waited); } };
   // Of TLS. Others than the readers: a disk that hangs keeps nobody from connecting.
@@ -115,7 +115,7 @@ public:
 
   bool IsTls() const { return !this->Options.tlsCertificate.empty(); }
 
-  // How long a client may take to receive so many bytes.
+  // How long a client may take to receive this number of bytes.
   std::chrono::milliseconds PatienceFor(std::size_t bytes) const
   {
     return this->Options.answerTimeout +
@@ -160,8 +160,8 @@ public:
     this->LogError(text.empty() ? "out of memory" : std::string_view(text));
   }
 
-  // What a connection's handler does. What it throws, for want of memory mostly, is logged and ends
-  // that connection alone.
+  // Runs a connection's handler. An exception, mostly lack of memory, is logged and ends only that
+  // connection.
   template <class Work, class Close>
   void Guard(const Work& work, const Close& close) noexcept
   {
@@ -177,8 +177,8 @@ public:
     }
   }
 
-  // Has one of the readers do it, or, if it takes of a quota, one of those for that. It must throw
-  // nothing.
+  // Runs the task on one of the readers, or, if it takes of a quota, on a thread for that. The task
+  // must not throw.
   void Read(bool takes, WorkerPool::Task task)
   {
     auto& pool = takes && this->Options.quotas ? this->Takers : this->Readers;
@@ -196,7 +196,7 @@ public:
     this->Handshakes.Add({ [this, work = std::move(work)] { this->Guard(work, [] {}); } });
   }
 
-  // An answer, or that there is no memory for one.
+  // An answer, or an error for lack of memory.
   template <class Work>
   std::optional<HttpResponse> Caught(const Work& answer)
   {
@@ -236,8 +236,8 @@ public:
       connection->Drain();
     }
   }
-  // Closes the connections that are in a state for longer than that may last, which their own
-  // timers should have done. Throws std::bad_alloc, before anything has changed.
+  // Closes the connections that are in a state for longer than it may last: their own timers should
+  // have done this. Throws std::bad_alloc, before anything has changed.
   void EndOverdue()
   {
     std::vector<std::shared_ptr<Drainable>> overdue;
@@ -270,8 +270,8 @@ public:
     return this->Changed.wait_for(lock, timeout, [this] { return this->Count == 0; });
   }
 
-  // A connection slot among maximumConnections, kept while a client is connected; null if all are
-  // taken and nobody is idle whose slot could be taken back.
+  // A connection slot among maximumConnections, held while a client is connected; null if all are
+  // taken, and no idle connection can give one back.
   std::shared_ptr<void> TakeSlot()
   {
     std::shared_ptr<Drainable> idle;
@@ -293,8 +293,8 @@ public:
       idle->GiveUp();
     }
     this->Counters.ConnectionOpened();
-    // Not under the lock, which the deleter takes: where there is no memory for the shared_ptr, the
-    // deleter is called at once.
+    // Not under the lock, because the deleter takes it: if there is no memory for the shared_ptr,
+    // the deleter is called at once.
     return std::shared_ptr<void>(
       this, [](void* state) { static_cast<ServerState*>(state)->GiveSlotBack(); });
   }

@@ -29,19 +29,19 @@ public:
   static constexpr std::uintmax_t maximumBytes = std::uintmax_t{ 64 } << 20;
   static constexpr std::uintmax_t keptBytes = std::uintmax_t{ 64 } << 20;
 
-  // Told of a file that cannot be served, and why: once until it can be, or Forget. From any
-  // thread.
+  // Called for a file that cannot be served, with the reason: once, until it can be served, or
+  // Forget. From any thread.
   using Report = std::function<void(const std::string& file, const std::string& what)>;
 
   // Errors: NotFound where `folder` is not a folder.
   static Result<StaticFiles> Open(const std::filesystem::path& folder, Report report = {});
 
   // The file at the path of a URL; for a folder, its index.html. Escapes (%20) are decoded once.
-  // With `acceptGzip`, the bytes of FILE.gz if it lies beside FILE. Whether they are those of FILE
-  // is not checked. Errors: InvalidArgument for malformed escapes; NotFound for everything but
+  // With `acceptGzip`, the bytes of FILE.gz if there is such a file; whether it is FILE compressed
+  // is not checked. Errors: InvalidArgument for malformed escapes; NotFound for everything except
   // regular files below the folder, so for hidden files, "..", and links that lead outside;
-  // LimitExceeded for a file that is too large; InputOutput.
-  // Copies share what they have read: it stays in memory, up to keptBytes, until Forget.
+  // LimitExceeded for a file that is too large; InputOutput. Copies share the files read, which
+  // stay in memory, up to keptBytes, until Forget.
   Result<std::shared_ptr<const StaticFile>> Read(
     std::string_view urlPath, bool acceptGzip = false) const;
 

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// The certificate that a server shows, and its key: read from files, and read again while
-// connections come. Internal to the server.
+// A server's certificate and its key: read from files, and read again while the server runs.
+// Internal to the server.
 #pragma once
 
 #include "filters/core/Result.h"
@@ -18,9 +18,9 @@ namespace kdstream
 class TlsCertificate
 {
 public:
-  // PEM files. From now on new connections have these; earlier ones keep theirs. Errors:
-  // InputOutput where a file cannot be read; InvalidInput where it holds something else, or the key
-  // of another certificate. Then all stays as it was.
+  // Loads PEM files. From now on new connections use these; earlier ones keep theirs. Errors:
+  // InputOutput if a file cannot be read; InvalidInput if it holds something else, or the key of
+  // another certificate. After an error nothing changes.
   Status Load(const std::filesystem::path& certificate, const std::filesystem::path& key);
 
   // What was loaded last; null if nothing was.

@@ -13,7 +13,7 @@ struct bio_st;
 namespace kdstream
 {
 
-// Functions: one at a time, from any thread. They wait for nobody; the handshake computes for a
+// Functions: one at a time, from any thread. They do not wait; the handshake computes for a
 // millisecond or more.
 class TlsEngine
 {
@@ -35,7 +35,7 @@ public:
   // At most mostWritten bytes.
   Outcome Write(const void* place, std::size_t bytes);
   static constexpr std::size_t mostWritten = 16384; // what one record holds
-  // Tells the other side that no more will be written.
+  // Informs the other side that nothing more will be written.
   void EndOutput();
 
   // What the socket has brought. Throws std::bad_alloc.

@@ -13,9 +13,9 @@
 namespace kdstream
 {
 
-// What reads and what writes may run side by side, as in a WebSocket: both may have something to
-// send, and the socket sends one thing at a time. Whoever has a handler waits until all is sent
-// that there is, so that a client that takes nothing cannot have more and more prepared for it.
+// A reading and a writing operation may run at the same time, as in a WebSocket. Both may have
+// something to send, but the socket sends one thing at a time. Every handler waits until everything
+// has been sent, so that nothing accumulates for a client that does not read.
 class TlsLayers final : public ClientSocket::Layers
 {
 public:
@@ -42,7 +42,8 @@ private:
   ClientSocket::Offload Elsewhere;
   std::array<char, 16384> Arrived{};
   std::vector<char> Leaving; // what is being sent, if anything
-  // Told then. Only the sending owns them: they own the connection, which owns this.
+  // Called then. Only the send operation owns the handlers: they own the connection, which owns
+  // this.
   std::weak_ptr<Handlers> UntilAllIsSent;
 };
 

@@ -31,8 +31,8 @@ enum class WebSocketError : std::uint16_t
   TooLarge = 1009
 };
 
-// Whether the bytes that have come so far may begin a text in UTF-8 (RFC 3629): neither surrogates
-// nor overlong forms, up to U+10FFFF.
+// Whether the bytes received so far may begin a UTF-8 text (RFC 3629): without surrogates and
+// overlong forms, up to U+10FFFF.
 class Utf8Check
 {
 public:
@@ -46,8 +46,8 @@ private:
   std::uint8_t Least = 0x80, Greatest = 0xbf; // the next of them
 };
 
-// What a client sends, in pieces of any size. It keeps no more than one message and one control
-// frame. An error is reported at the first byte that shows it, not at the end of the frame.
+// Reads what a client sends, in pieces of any size. Keeps at most one message and one control
+// frame. An error is reported at the first wrong byte, not at the end of the frame.
 class WebSocketReader
 {
 public:
@@ -70,7 +70,8 @@ public:
   // The next event; takes the bytes up to it.
   Event Take(std::string_view& bytes);
 
-  // Messages are no longer wanted: neither kept nor checked. Only control frames are events.
+  // Messages are no longer wanted: they are neither kept nor checked. Only control frames are
+  // events.
   void SkipMessages();
 
   const std::string& Message() const { return this->Text; }
@@ -138,7 +139,7 @@ std::string WriteCloseStatus(std::uint16_t status);
 
 // Whether the text is the base64 of 16 bytes, as a Sec-WebSocket-Key must be.
 bool IsWebSocketKey(std::string_view text);
-// Sec-WebSocket-Accept for such a key.
+// Sec-WebSocket-Accept for this key.
 std::string WebSocketAccept(std::string_view key);
 
 }

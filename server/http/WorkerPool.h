@@ -1,16 +1,15 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Threads for what those of the event loop must not wait for: disks, searches for regions,
-// handshakes of TLS. Internal to the server.
+// Threads for work that event loops must not wait for: disks, searches for regions, TLS handshakes.
+// Internal to the server.
 //
-// A disk that hangs delays only those who wait for it:
+// A disk that hangs delays only the requests that need it:
 //   - a source (a store, say) has at most half of the threads at a time; further tasks wait in a
-//     queue of the source, where they cost no thread;
-//   - who asks for what is being read already waits for that reading, without a thread;
-//   - a thread that is held for longer than `stalledAfter` is replaced by another, up to
-//     mostReplaced of them; once it is back there is one too many, which ends;
-//   - a task that is not done within `patience` is given up: its giveUp is called. Where all
-//   threads
-//     that a source may have are held by such tasks, further ones of it are given up at once.
+//     queue of the source, which needs no thread;
+//   - a request for something that is being read waits for that read, without a thread;
+//   - a thread that is blocked for longer than `stalledAfter` is replaced by another, up to
+//     mostReplaced of them; when it returns there is one thread too many, which ends;
+//   - a task that is not done within `patience` is given up: its giveUp is called. If such tasks
+//     block all threads that a source may have, further tasks of it are given up at once.
 #pragma once
 
 #include <chrono>
@@ -39,8 +38,8 @@ public:
   struct Task
   {
     Work work;
-    // Called once, from any thread, where the task has waited or run for too long: nobody waits for
-    // it any more. Where it has not begun it never will. Empty: it is never given up.
+    // Called once, from any thread, if the task has waited or run for too long: nobody waits for it
+    // any more. A task that has not begun is dropped. Empty: the task is never given up.
     Work giveUp = {};
     // What it waits for, by address; null: for nothing that may hang.
     const void* source = nullptr;
@@ -55,8 +54,8 @@ public:
   };
   static constexpr std::size_t mostReplaced = 256;
 
-  // onBegin: told of each task how long it has waited until it began or was given up; from any
-  // thread.
+  // onBegin: called for each task with the time that it waited until it began or was given up; from
+  // any thread.
   explicit WorkerPool(std::function<void(Clock::duration waited)> onBegin = {})
     : OnBegin(std::move(onBegin))
   {
@@ -67,12 +66,12 @@ public:
   void Start(unsigned threads) { this->Start(threads, Limits()); }
   // Finishes the work that is in progress; what has not begun is dropped.
   void Stop();
-  // The same for at most so long. False where a thread is still held: then Stop, and the
+  // The same, but waits at most this time. False if a thread is still blocked: then Stop, and the
   // destructor, wait for it.
   bool Stop(Clock::duration time);
 
-  // First come, first served, among those whose source may have a thread. How much waits at a time
-  // is for those who add to bound: a connection adds one at a time. Returns how many wait now.
+  // First come, first served, among tasks whose source may have a thread. Callers must limit how
+  // many tasks wait: a connection adds one at a time. Returns the number that wait now.
   std::size_t Add(Task task);
 
 private:

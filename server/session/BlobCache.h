@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Blobs that were read from stores, shared by all clients. A blob is in memory once, however many
-// clients it is sent to. The most recently requested blobs stay for the next client.
+// Blobs read from stores, shared by all clients: a blob is in memory once, however many clients get
+// it. The most recently requested blobs stay in memory.
 #pragma once
 
 #include "filters/core/Result.h"
@@ -26,7 +26,7 @@ public:
   // A model, which is not its id: another build of the same name is another one.
   using Model = std::uint64_t;
 
-  // Keeps at most so many bytes of blobs that nobody else holds. 0: none.
+  // Keeps at most this number of bytes of blobs that nobody else uses. 0: none.
   explicit BlobCache(std::size_t mostBytes)
     : Most(mostBytes)
   {
@@ -39,10 +39,10 @@ public:
   // The blob, if it is in memory; else null.
   BlobBytes Find(Model model, const protocol::BlobId& blob);
 
-  // The blob: found, or what read() returns, a Result<BlobBytes>. No thread waits for another,
-  // which a disk may hold: where two read the same at once, both get the bytes of the one that was
-  // first. (A server has them read one after the other, by WorkerPool.) Errors: those of read(),
-  // which are not kept.
+  // The blob: from the cache, or what read() returns, a Result<BlobBytes>. Threads do not wait for
+  // each other, because a disk may block one: if two read the same blob at the same time, both
+  // return the bytes of the first. (In a server WorkerPool makes such reads follow each other.)
+  // Errors: those of read(); they are not kept.
   template <class Read>
   Result<BlobBytes> Get(Model model, const protocol::BlobId& blob, const Read& read)
   {
@@ -55,7 +55,8 @@ public:
     return this->Keep({ model, blob }, *result);
   }
 
-  // What was found and what had to be read so far, and what is kept, whoever else holds it.
+  // How many blobs were found and how many were read so far, and the bytes kept, including those in
+  // use.
   CacheUse Use() const;
 
 private:

@@ -24,8 +24,8 @@ struct BlobList
 };
 
 // Errors: NotFound for a blob that the model does not have; InvalidArgument for a cell outside its
-// tree, or a region of more than `mostPartitions`; Damaged where the tree cannot be read. REQUIRES:
-// a request for blobs or a region.
+// tree, or a region of more than `mostPartitions`; Damaged if the tree cannot be read. REQUIRES: a
+// request for blobs or a region.
 Result<BlobList> ListBlobs(
   const ServedModel& model, const protocol::ClientMessage& message, std::size_t mostPartitions);
 

@@ -2,8 +2,8 @@
 // What a server serves, as the conversation and the routes see it: models, each with its
 // description, the boxes of its tree, and its blobs. Step "serve" of the pipeline picture.
 //
-// Behind it: stores (StoreCatalog), or plain memory in tests. Everything here may be called from
-// any thread.
+// Implemented by stores (StoreCatalog), or plain memory in tests. Everything here may be called
+// from any thread.
 #pragma once
 
 #include "filters/core/Result.h"
@@ -28,7 +28,7 @@ namespace kdstream
 
 using BlobBytes = std::shared_ptr<const std::vector<std::uint8_t>>;
 
-// One model, which never changes. Whoever holds the pointer can go on reading it, even when the
+// One model, which never changes. The pointer's owner can continue to read it, even when the
 // catalog has a newer build.
 class ServedModel
 {
@@ -36,21 +36,21 @@ public:
   virtual ~ServedModel() = default;
 
   virtual const ModelDescription& Description() const = 0;
-  // It as JSON, as clients are told that may have so much; written once for each detail.
+  // The description as JSON, for clients of this access level; written once for each level.
   BlobBytes Json(ModelDetail detail = ModelDetail::Regions) const;
 
-  // Whether the model can still be read as it is described. Errors: Changed where its store was
-  // written to; InputOutput where that cannot be told.
+  // Checks that the model can still be read as it is described. Errors: Changed if its store was
+  // written to; InputOutput if this cannot be found out.
   virtual Status CheckUnchanged() const { return {}; }
-  // The same where it can be told without a disk, else nothing. Waits for nobody.
+  // The same without a disk, if that is possible, else nothing. Never waits.
   virtual std::optional<bool> LooksUnchanged() const { return bool(this->CheckUnchanged()); }
 
-  // The boxes of nodes 1 … 2^(P+1) - 1, heap order, [0] unused; valid as long as the model.
-  // Errors: Damaged; Changed; InputOutput and LimitExceeded where the same may succeed later.
+  // The boxes of nodes 1 … 2^(P+1) - 1, heap order, [0] unused; valid as long as the model. Errors:
+  // Damaged; Changed; InputOutput and LimitExceeded if the same may succeed later.
   virtual Result<std::span<const Box>> Boxes() const = 0;
 
-  // Errors: NotFound where the model has no such blob; else those of Boxes. May take as long as a
-  // disk does, as Boxes may: not for threads that others wait for.
+  // Errors: NotFound if the model has no such blob; else those of Boxes. May wait for a disk, as
+  // Boxes may: not for threads on which others depend.
   virtual Result<BlobBytes> ReadBlob(const protocol::BlobId& blob) const = 0;
 
   // The blob, if it is in memory and may still be sent; else null. Waits for nobody.
@@ -98,8 +98,8 @@ public:
     return model && model->Description().digest == digest ? model : nullptr;
   }
 
-  // The notes on a model, as its file has them (filters/model/Notes.h). May wait for a disk.
-  // Errors: NotFound where there are none; InputOutput where they cannot be read for now.
+  // The notes on a model, as in its file (filters/model/Notes.h). May wait for a disk. Errors:
+  // NotFound if there are none; InputOutput if they cannot be read now.
   virtual Result<BlobBytes> ReadNotes(const std::string& /*id*/) const
   {
     return Error{ ErrorCode::NotFound, "there are no notes" };

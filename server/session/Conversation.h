@@ -2,10 +2,10 @@
 // One client's conversation: control messages in, control messages and frames out. Step "serve" of
 // the pipeline picture. No sockets, no threads.
 //
-// Answers are pulled one at a time, so that nothing is read from a store before the client has
-// taken what came before, and a cancel takes effect at the next pull. What takes long (a disk, a
-// large region) is a task, which may be done elsewhere while the conversation listens. Requests
-// are answered one after the other, as they came. The messages: doc/protocol.md.
+// Answers are pulled one at a time. So nothing is read from a store before the client has taken the
+// answer before, and a cancel takes effect at the next pull. Long work (a disk, a large region) is
+// a task, which may run elsewhere while the conversation takes messages. Requests are answered in
+// the order of their arrival. The messages: doc/protocol.md.
 #pragma once
 
 #include "filters/protocol/BinaryFrame.h"
@@ -39,8 +39,8 @@ enum class CloseReason : std::uint16_t
   TooLarge = 1009
 };
 
-// What a conversation's next message waits for: a model to be found, a region or a blob. It holds
-// all that it needs, so that it may outlive its conversation, but not the catalog.
+// The work that a conversation's next message waits for: to find a model, a region or a blob. It
+// holds everything that it needs except the catalog, so it may outlive its conversation.
 class Task
 {
 public:
@@ -53,8 +53,8 @@ public:
 
   // Whether it counts against a quota.
   bool Takes() const;
-  // The model that it reads, by address, and what of it, where others may read the same; to be
-  // asked before it is run. null, "": none.
+  // The address of the model that the task reads, and the name of what it reads, if other tasks may
+  // read the same; call these before it runs. null, "": none.
   const void* Source() const;
   std::string Part() const;
   // Does it, on any thread, once. What fails is kept for the conversation.
@@ -96,31 +96,31 @@ public:
   static constexpr std::size_t maximumPendingAnswers =
     64; // to messages that are no accepted requests
 
-  // What is beyond the limits is refused (400, 413, 429), and what `permission` does not allow
-  // (403). REQUIRES: the catalog outlives the conversation.
+  // Requests beyond the limits (400, 413, 429), and those that `permission` does not allow (403),
+  // are refused. REQUIRES: the catalog outlives the conversation.
   explicit Conversation(
     const Catalog& catalog, const ConversationLimits& limits = {}, Permission permission = {});
   ~Conversation();
 
-  // Takes a text message of any content and length. wait: the client has asked too often, and may
-  // ask again after that; requests but cancels are refused (429).
+  // Takes a text message of any content and length. wait: set if the client has asked too often; it
+  // may ask again after this time, and requests except cancels are refused (429).
   void Receive(std::string_view text, std::chrono::seconds wait = std::chrono::seconds(0));
   // Takes a binary message, which a client must not send.
   void ReceiveBinary();
-  // The server is stopping: the current request is finished, waiting and later ones are refused
+  // The server is stopping: the current request is finished, waiting and later requests are refused
   // (503), then the conversation closes.
   void Drain();
 
-  // Whether the client's token is still valid. Where it is not, the next message says so (401), and
-  // the conversation closes; nothing else is sent from then on.
+  // Whether the client's token is still valid. If not, the next message says so (401), and the
+  // conversation closes; nothing else is sent.
   bool IsPermitted() const { return !this->May.RefuseAll(); }
 
   // Whether the next message may be received now. False after the end, and while many answers are
   // pending for a client that does not read.
   bool AcceptsMessages() const;
 
-  // The next message to send, or nothing until more is received, or until a task is done.
-  // Waits for nobody.
+  // The next message to send; nothing if more must be received, or a task must be done first. Never
+  // waits.
   std::optional<Message> NextMessage();
   // The task that the next message waits for; null if there is none, or if it was taken before.
   std::shared_ptr<Task> TakeTask();
@@ -129,8 +129,8 @@ public:
   // Goes on without it, as if its disk could not be read: it may still be running.
   void GiveUp(const std::shared_ptr<Task>& task);
 
-  // Of the message that was pulled last: whether it ends the first blob of its request, or the
-  // last, and when that request was received.
+  // About the message that was pulled last: whether it ends the first or the last blob of its
+  // request, and when that request was received.
   struct Milestone
   {
     bool first = false, last = false;

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// The notes that lie beside the stores of a folder: NAME.notes.json beside NAME.kds. They may
-// change while the stores do not. May be called from any thread.
+// The notes beside the stores of a folder: NAME.notes.json beside NAME.kds. They may change while
+// the stores do not. All functions may be called from any thread.
 #pragma once
 
 #include "filters/core/Result.h"
@@ -22,21 +22,21 @@ namespace kdstream
 class NotesFiles
 {
 public:
-  // Told of a file that is wrong, once for each change of it.
+  // Called for an invalid file, once for each change of it.
   using Report = std::function<void(const std::filesystem::path& file, const std::string& what)>;
 
   NotesFiles(std::filesystem::path folder, Report report);
 
-  // The file as it is now, if ParseNotes takes it. Waits for a disk; reads at most
-  // maximumNotesBytes. Errors: NotFound where there is none, or none that is taken (which is
-  // reported); InputOutput where the disk does not read it.
+  // The current content of the file, if ParseNotes accepts it. Waits for a disk; reads at most
+  // maximumNotesBytes. Errors: NotFound if there is no file, or none that is accepted (which is
+  // reported); InputOutput if the disk cannot read it.
   Result<BlobBytes> Read(const std::string& id);
 
   // How many notes the model has, as it was read last. Waits for no disk.
   std::size_t Count(std::string_view id) const;
 
-  // Whether another file is there than was read last, or none any more. Of files that have not
-  // changed nothing is read.
+  // Whether the file is another one than was read last, or was removed. A file that has not changed
+  // is not read.
   bool HasChanged(const std::string& id) const;
 
   // Another number whenever a file has been found to be another, or gone.

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// What becomes of the original: quotas that limit who gets how much of it, and records of who got
-// what.
+// The hooks for delivery of the original: quotas that limit who gets how much of it, and records of
+// who got what.
 #pragma once
 
 #include "filters/model/ModelDescription.h"
@@ -34,16 +34,17 @@ class PartitionLedger
 {
 public:
   using OnPartition = std::function<void(const PartitionRecord&)>;
-  // Told why the quotas could not be kept; isNew: for the first time since they could.
+  // Called with the reason why the quotas could not be kept; isNew: the first time since they
+  // could.
   using OnFailure = std::function<void(const std::string& what, bool isNew)>;
 
   // quotas: null for none. The functions are called from any thread; may be empty.
   PartitionLedger(std::shared_ptr<QuotaBook> quotas, OnPartition onPartition,
     std::function<void()> onRefusal, OnFailure onFailure = {});
 
-  // Enters what the client will be sent; of the record only client and token need to be set.
-  // Nothing where it may be sent; else 403 for a share that is used up, 429 for what is asked for
-  // too fast, 503 where the quotas cannot be kept. Waits for a disk.
+  // Enters what is about to be sent to the client; of the record only client and token need to be
+  // set. Nothing if it may be sent; else 403 for a share that is used up, 429 for too fast
+  // requests, 503 if the quotas cannot be kept. Waits for a disk.
   std::optional<Refusal> TakePartition(const ModelDescription& model, PartitionRecord record) const;
   std::optional<Refusal> TakeRegion(
     const ModelDescription& model, const std::string& subject) const;

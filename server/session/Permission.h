@@ -6,7 +6,7 @@
 //   levels    all levels, and the pages of the tree
 //   regions   the original too, and the boxes of its partitions
 //
-// Of what is finer the description tells nothing (ToldWith).
+// The description has nothing about what is finer (ToldWith).
 //
 // All functions from any thread.
 #pragma once
@@ -33,19 +33,19 @@ public:
 
   // For everything: the server has no tokens, and keeps no ledger.
   Permission() = default;
-  // For what the token of `pass` allows, for as long as the guard takes it; both null: for
-  // everything. What `client` (its address) gets of the original goes through the ledger, if there
-  // is one.
+  // The permission of the token of `pass`, as long as the guard accepts it; both null: everything
+  // is allowed. What `client` (its address) gets of the original is entered into the ledger, if
+  // there is one.
   Permission(std::shared_ptr<const TokenGuard> guard, std::shared_ptr<const Pass> pass,
     std::shared_ptr<const PartitionLedger> ledger = {}, std::string client = {});
 
   // 401 where the token is valid no more.
   Refused RefuseAll() const;
-  // 403 where it is for other models. Says nothing of whether there is such a model.
+  // 403 if the token is for other models. Does not reveal whether there is such a model.
   Refused RefuseModel(std::string_view model) const;
   // 403 where it does not allow as much of the model.
   Refused RefuseBlob(const ModelDescription& model, const protocol::BlobId& blob) const;
-  // The same for all that a message asks for. REQUIRES: it is no open.
+  // The same for everything that a message asks for. REQUIRES: it is not an open.
   Refused RefuseRequest(
     const ModelDescription& model, const protocol::ClientMessage& message) const;
 
@@ -58,7 +58,7 @@ public:
   {
     return this->Ledger && protocol::IsOfOriginal(blob);
   }
-  // Enters that the client gets the partition, or its texture: it counts once. 403 or 429 beyond a
+  // Enters that the client gets a partition, or its texture: both count once. 403 or 429 beyond a
   // quota, 503. Waits for a disk.
   Refused TakePartition(
     const ModelDescription& model, std::uint32_t partition, std::uint64_t bytes) const;

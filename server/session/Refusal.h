@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// What a client is told that cannot have what it asks for: the same by GET and by stream.
+// The answer to a client that cannot have what it asks for: the same by GET and by stream.
 #pragma once
 
 #include "filters/core/Result.h"
@@ -24,13 +24,13 @@ struct Refusal
 // 429, to a client that may ask again after `wait`.
 std::string TooManyRequests(std::chrono::seconds wait);
 
-// Of what the model `model` should have: `what` is a blob's name, or "tree". 404 where there is no
-// such blob; 410 where the store has been changed; 503 for what may pass (memory, the disk); 500
-// for damage.
+// The refusal for a part that `model` should have: `what` is a blob's name, or "tree". 404 if there
+// is no such blob; 410 if the store has been changed; 503 for temporary causes (memory, the disk);
+// 500 for damage.
 Refusal RefusePart(const std::string& model, const std::string& what, const Error& error);
 
-// Of a model whose store has been changed: 503 until it is opened again, 500 where there is no
-// whole store any more. error: of ServedModel::CheckUnchanged.
+// The refusal for a model whose store has been changed: 503 until it is opened again, 500 if there
+// is no whole store any more. error: of ServedModel::CheckUnchanged.
 Refusal RefuseModel(const std::string& model, const Error& error);
 
 }

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// The stores of a folder as a catalog: every NAME.kds is the model NAME; NAME.notes.json, where it
-// is there, are the notes on it.
+// The stores of a folder as a catalog: every NAME.kds is the model NAME; NAME.notes.json, if it
+// exists, has the notes on it.
 #pragma once
 
 #include "server/session/BlobCache.h"
@@ -26,43 +26,42 @@ class StoreModel;
 class StoreCatalog : public Catalog
 {
 public:
-  // Gets what is wrong with a file: a store that is left out, notes (once for each change), a
-  // damaged blob (once for each), a disk that does not read it (once until it does), a folder that
-  // Look cannot read. Called from any thread, one at a time.
+  // Called with errors of files: a store that is left out, notes (once for each change), a damaged
+  // blob (once for each), a disk that cannot read (once, until it can), a folder that Look cannot
+  // read. Called from any thread, one at a time.
   using Report = std::function<void(const std::filesystem::path& file, const std::string& what)>;
 
   static constexpr std::chrono::seconds defaultGrace{ 3600 };
   static constexpr std::size_t defaultOpenStores = 64;
   static constexpr std::chrono::seconds patienceWithDisk{ 5 };
 
-  // A model that has been replaced is found by its digest for `grace` longer, so that two servers
+  // A model that has been replaced is still found by its digest during `grace`, so that two servers
   // behind a proxy can change at different times. All models share a BlobCache of `cacheBytes`.
-  // cacheBytes: of blobs that are kept in memory; openStores: how many stores stay open at a time.
+  // openStores: how many stores stay open at a time.
   StoreCatalog(std::filesystem::path folder, Report report,
     std::chrono::seconds grace = defaultGrace, std::size_t cacheBytes = BlobCache::defaultBytes,
     std::size_t openStores = defaultOpenStores);
   ~StoreCatalog() override;
 
-  // Reads the folder (not the folders in it), at first and whenever it may have changed. Models
-  // whose stores have not changed stay; of the stores those that were read last are open
-  // (OpenStores). Stores that cannot be opened and names that are not model ids
-  // are reported; where the name had a model before, that one stays. Models whose file is gone are
-  // found no more; one whose file was written to in place and is not a store any more is found, but
-  // not listed, and says that it is damaged. Pointers to earlier models stay valid. Errors:
-  // NotFound or InputOutput where the folder cannot be read, LimitExceeded where memory runs out:
-  // the models stay as they were, and Refresh tries again. A store that takes longer than
-  // patienceWithDisk is left to a thread of its own, and is seen, changed or not, once that has
-  // done it: a disk that hangs on one hides no other. Memory: the descriptions; and 48 bytes a node
-  // of each tree of which regions have been asked for.
+  // Reads the folder (without its subfolders). Call it at the start, and whenever the folder may
+  // have changed. Models whose stores have not changed stay; only the stores read last are open
+  // (OpenStores). Stores that cannot be opened, and names that are not model ids, are reported; if
+  // the name had a model before, that one stays. A model whose file was removed is not found any
+  // more. A model whose file was overwritten in place and is not a store any more is found but not
+  // listed; it reports that it is damaged. Pointers to earlier models stay valid. Errors: NotFound
+  // or InputOutput if the folder cannot be read, LimitExceeded if memory runs out: the models stay
+  // as they were, and Refresh tries again. A store that takes longer than patienceWithDisk is left
+  // to a thread of its own, and is listed when that thread is done: a disk that hangs on one store
+  // does not hide the others. Memory: the descriptions; and 48 bytes a node of each tree of which
+  // regions were requested.
   Status Reload();
 
   // What Reload does, where stores may have come or gone; but nothing is reported again.
   void Look();
 
-  // Call this now and then. It drops replaced models after their grace. It does what Reload does
-  // where a store was overwritten, its name leads to another file, its notes have changed, or a
-  // store or the folder could not be opened. What has been reported is not reported again. Throws
-  // nothing but for want of memory.
+  // Call this now and then. It removes replaced models after `grace`. It does what Reload does if a
+  // store was overwritten, its name leads to another file, its notes have changed, or a store or
+  // the folder could not be opened. Nothing is reported twice. Throws only for lack of memory.
   void Refresh();
 
   std::vector<std::shared_ptr<const ServedModel>> Models() const override;

@@ -20,12 +20,12 @@ namespace kdstream
 class Store;
 class StoreModel;
 
-// Told of a damaged blob, once for each; and when blobs begin not to be read, for a reason that may
-// pass (the disk, memory). Called from any thread.
+// Called once for each damaged blob; and when blobs cannot be read any more for a temporary reason
+// (the disk, memory). From any thread.
 using DamageReport = std::function<void(const std::string& what)>;
 
-// The stores that were read last, which stay open, so that thousands of models need only a few
-// descriptors. Models share it. All functions may be called from any thread.
+// The stores that were read last stay open; so thousands of models need only a few descriptors.
+// Models share this object. All functions may be called from any thread.
 class OpenStores
 {
 public:
@@ -36,8 +36,8 @@ public:
 
   // The store of `model`, if it is open; else null.
   std::shared_ptr<Store> Find(const StoreModel* model);
-  // Keeps it open, and lets go of those that were read longest ago. Whoever reads one of them still
-  // has it.
+  // Keeps the store open, and releases those that were read longest ago. Code that is reading one
+  // of these can still use it.
   void Keep(const StoreModel* model, std::shared_ptr<Store> store);
   void Remove(const StoreModel* model);
 
@@ -62,8 +62,8 @@ public:
   // Its file, if it is open, stays open: another one has taken its name.
   virtual void StayOpen() const = 0;
 
-  // Its file was written to and is not a store any more, nor is it being written: from now on
-  // CheckUnchanged says Damaged, of which clients need not ask again.
+  // The file was written to, and is neither a store any more nor being written: from now on
+  // CheckUnchanged returns Damaged, so that clients do not ask again.
   void MarkDamaged() const { this->Damaged = true; }
   bool IsDamaged() const { return this->Damaged; }
 
@@ -71,12 +71,12 @@ private:
   mutable std::atomic<bool> Damaged{ false };
 };
 
-// Opens the store `file` as the model `id`, whose blobs are kept in `cache`. Its tree is read when
-// it is asked for: if it is damaged that is reported, and only regions are refused; where it cannot
-// be read for another reason, it is tried again. stores: null keeps it open. A store that was let
-// go is opened again by its path; where another file is there by then, reading says Changed.
-// Errors: those of Store::Open; InvalidInput where its metadata cannot be told to a client;
-// LimitExceeded for want of memory. Throws nothing.
+// Opens the store `file` as the model `id`, whose blobs are kept in `cache`. The tree is read when
+// it is needed: if it is damaged, that is reported, and only regions are refused; if it cannot be
+// read for another reason, later requests try again. stores: null keeps the store open. A released
+// store is opened again by its path; if another file is there by then, reads fail with Changed.
+// Errors: those of Store::Open; InvalidInput if its metadata cannot be sent to clients;
+// LimitExceeded for lack of memory. Does not throw.
 Result<std::shared_ptr<const StoreModel>> OpenStoreModel(const std::filesystem::path& file,
   const std::string& id, std::shared_ptr<BlobCache> cache, DamageReport report,
   std::shared_ptr<OpenStores> stores = nullptr);

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// What vtkKdStreamActor has open: a session, where its model comes from, and the actors that draw
-// it. Conducts "receive" to "render" of the pipeline picture for a host that has a camera of its
+// The stream of a vtkKdStreamActor: its session, the source of its model, and the actors that draw
+// it. Runs the steps "receive" to "render" of the pipeline picture for a host with a camera of its
 // own.
 #pragma once
 
@@ -28,16 +28,16 @@ public:
   ActorStream(std::unique_ptr<ModelSource> source, double tolerance, std::uint64_t triangles,
     SurfaceActors::Told add, SurfaceActors::Told remove);
 
-  // Waits until the model is open and its preview is there; model: its name, empty for the only
-  // one. Errors: NotFound; InputOutput where nothing comes for that long.
+  // Waits until the model is open and its preview has arrived. model: its name, empty for the only
+  // one. Errors: NotFound; InputOutput if nothing arrives for this time.
   Status Open(const std::string& model, std::chrono::seconds timeout);
 
   void SetBudgets(std::uint64_t triangles, std::size_t bytes);
   void SetColors(const ColorChoice& colors);
   // Asks for what is needed there. Errors: those of CheckCamera.
   Status Look(const SceneCamera& camera, int width, int height);
-  // Takes what has come for at most so many seconds, one piece at least, and draws it. Errors:
-  // those of SurfaceActors.
+  // Takes and draws what has arrived, for at most this number of seconds, but at least one piece.
+  // Errors: those of SurfaceActors.
   Status TakeIn(double seconds);
   // Until something more has come.
   bool Wait(std::chrono::milliseconds atMost) { return this->Source->Wait(atMost); }

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// What a renderer of VTK's sees of a model: for the session, which chooses what to show, and for
-// the actors, which draw it.
+// What a VTK renderer sees of a model: for the session, which chooses what to show, and for the
+// actors, which draw it.
 #pragma once
 
 #include "viewer/rendering/SurfaceActors.h"
@@ -17,19 +17,18 @@ namespace kdstream
 struct RendererView
 {
   // A symmetric perspective view in the model's coordinates that contains the whole picture, at its
-  // resolution. Of a picture in tiles: the whole. Of a parallel projection: seen from an eye that
-  // is far away.
+  // resolution. For a tiled picture: the whole picture. For a parallel projection: seen from a
+  // distant eye.
   SceneCamera camera;
   int width = 1, height = 1;
   // Of what is drawn now: of tiles one of them.
   SurfaceActors::Sight sight;
 };
 
-// As the active camera has it by whatever of its properties: angle, window centre, explicit and
-// off-axis projections, transforms. placed: world from model. A window that has no size yet is
-// taken to get VTK's default of 300 x 300. None where nothing can be seen: a viewport or tile
-// without pixels, a matrix that cannot be inverted. REQUIRES: the renderer has a window and a
-// camera.
+// The view of the active camera, with all its properties: angle, window centre, explicit and
+// off-axis projections, transforms. placed: world from model. A window without a size counts as
+// VTK's default, 300 x 300. Nothing if nothing can be seen: a viewport or tile without pixels, a
+// matrix that cannot be inverted. REQUIRES: the renderer has a window and a camera.
 std::optional<RendererView> ViewOf(vtkRenderer& renderer, vtkMatrix4x4& placed);
 
 }

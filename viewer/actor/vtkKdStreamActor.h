@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 /**
  * @class   vtkKdStreamActor
- * @brief   a model of a server or a store in any renderer: as fine as the camera needs, as it comes
+ * @brief   a model of a server or a store in any renderer, refined for its camera as data arrive
  *
  * Added to a renderer it makes a plain vtkRenderWindow a viewer of models of any size:
  *
@@ -11,18 +11,18 @@
  *
  * When its bounds are first asked for, or a picture is first taken, it connects and waits for the
  * preview (about 4,000 triangles), as a mapper waits for its pipeline. Each picture then follows
- * the renderer's active camera: what the camera needs is requested, and what has come is drawn,
- * most urgent first, for at most SecondsPerFrame. While the window is idle a timer of its
- * interactor takes pictures as more comes, until all has come. Without an interactor Refine does
- * so, or the program's own pictures. At any time one surface without holes is drawn, within
- * NumberOfTriangles and MemoryLimit; where a view needs more, it is coarser.
+ * the renderer's active camera: what the camera needs is requested, and what has arrived is drawn,
+ * most urgent first, for at most SecondsPerFrame. While the window is idle, a timer of its
+ * interactor renders again as data arrive, until all have arrived. Without an interactor call
+ * Refine, or render again. At any time one surface without holes is drawn, within NumberOfTriangles
+ * and MemoryLimit; it is coarser if a view needs more.
  *
  * As a prop it is an assembly of actors in the model's coordinates, and can be moved, turned and
  * scaled (of scales that differ along axes the least counts; what is scaled to nothing along an
  * axis is not drawn). GetBounds is the box of the whole model from the first time on. Pickers
- * (vtkCellPicker, vtkPropPicker, vtkHardwareSelector) pick what is drawn. Its parts are its own:
- * leave them alone. Add it to a renderer: as a part of another vtkAssembly, which draws only
- * leaves, it is not refined. Textures are drawn if the model has them. Lights are the renderer's.
+ * (vtkCellPicker, vtkPropPicker, vtkHardwareSelector) pick what is drawn. Do not change its parts.
+ * Add it to a renderer: as a part of another vtkAssembly, which draws only leaves, it is not
+ * refined. Textures are drawn if the model has them. Lights are the renderer's.
  *
  * One renderer at a time draws an actor: it follows the camera of the last one, with any
  * projection: parallel, off axis, explicit matrices, a window centre, transforms. A picture in
@@ -33,16 +33,16 @@
  *
  * Errors: vtkErrorMacro names the server or file; GetErrorMessage and GetErrorCode have the last
  * error. Then there are no bounds, and nothing is drawn. vtkWarningMacro names, once, a part of a
- * model that cannot be had; that part stays coarser. Open connects anew: after an error, or where
- * the model was replaced.
+ * model that cannot be fetched; that part stays coarser. Open connects anew: after an error, or
+ * where the model was replaced.
  *
- * Of the numbers below, those out of their range are clamped; what is negative where it may not be,
- * or not a number, is refused with an error, and the value stays.
+ * Numbers below that are out of their range are clamped. A negative number where none is allowed,
+ * or NaN, is an error, and the old value stays.
  *
  * Complexity: a picture costs what its triangles cost, and SecondsPerFrame. Memory: MemoryLimit.
  * Threads: that of the window; a thread of its own only reads from the line or file.
  *
- * Source: section 5 of the paper named in the README; doc/viewing.md tells what is refined first.
+ * Source: section 5 of the paper named in the README; doc/viewing.md says what is refined first.
  *
  * @sa vtkKdStreamSource vtkKdStoreReader
  */
@@ -87,7 +87,7 @@ public:
 
   ///@{
   /**
-   * The name of the model; empty, the default: the only one that there is.
+   * The name of the model; empty, the default: the server's or folder's only one.
    */
   vtkSetMacro(ModelId, std::string);
   vtkGetMacro(ModelId, std::string);
@@ -95,9 +95,9 @@ public:
 
   ///@{
   /**
-   * As vtkKdStreamSource has them, for a server: its token, whose word is taken for its
-   * certificate, and a folder for what has come, of CacheSize bytes at most. Default none, the
-   * system's, none, and 10 GiB.
+   * As in vtkKdStreamSource, for a server: its token, a file of certificate authorities to trust,
+   * and a folder for a cache of at most CacheSize bytes. Default none, the system's, none, and 10
+   * GiB.
    */
   vtkSetMacro(Token, std::string);
   vtkGetMacro(Token, std::string);
@@ -111,7 +111,7 @@ public:
 
   ///@{
   /**
-   * Opening is given up after so many seconds in which nothing comes, 1 to 3600. Default 60.
+   * Opening fails if nothing arrives for this number of seconds, 1 to 3600. Default 60.
    */
   virtual void SetTimeout(int value);
   vtkGetMacro(Timeout, int);
@@ -119,7 +119,8 @@ public:
 
   ///@{
   /**
-   * About the most triangles that are drawn, 1000 or more; of a cloud, points. Default 2000000.
+   * About the maximum number of triangles (of a cloud, points) that are drawn, 1000 or more.
+   * Default 2000000.
    */
   virtual void SetNumberOfTriangles(vtkIdType value);
   vtkGetMacro(NumberOfTriangles, vtkIdType);
@@ -127,7 +128,7 @@ public:
 
   ///@{
   /**
-   * About the most bytes that what is drawn takes, decoded, 16 MiB or more. Default 512 MiB.
+   * About the maximum memory of what is drawn, decoded, in bytes, 16 MiB or more. Default 512 MiB.
    */
   virtual void SetMemoryLimit(vtkTypeUInt64 value);
   vtkGetMacro(MemoryLimit, vtkTypeUInt64);
@@ -135,8 +136,8 @@ public:
 
   ///@{
   /**
-   * An error of so many pixels is not seen, 0.01 to 100. Default 1. A model whose original has at
-   * most an eighth of NumberOfTriangles is shown four times as fine.
+   * The accepted screen-space error in pixels, 0.01 to 100. Default 1. A model whose original has
+   * at most an eighth of NumberOfTriangles is shown four times as fine.
    */
   virtual void SetTolerance(double value);
   vtkGetMacro(Tolerance, double);
@@ -144,9 +145,9 @@ public:
 
   ///@{
   /**
-   * A picture takes in what has come for at most about so many seconds, 0 to 10; one piece at
-   * least. Default 0.02. Where the window desires an update rate, as while one turns the model, at
-   * most a tenth of that time.
+   * The time, about, in seconds, for which a picture takes in what has arrived, 0 to 10; at least
+   * one piece. Default 0.02. If the window desires an update rate, as during an interaction, at
+   * most a tenth of the frame's time.
    */
   virtual void SetSecondsPerFrame(double value);
   vtkGetMacro(SecondsPerFrame, double);
@@ -154,7 +155,7 @@ public:
 
   ///@{
   /**
-   * Whether the window's interactor takes pictures as more comes. Default on.
+   * Whether the window's interactor renders again as data arrive. Default on.
    */
   vtkSetMacro(RefineWhenIdle, bool);
   vtkGetMacro(RefineWhenIdle, bool);
@@ -163,51 +164,51 @@ public:
 
   ///@{
   /**
-   * What the colours show: "own" (the model's colours or textures, else the property's colour),
-   * "none", "partition", "resolution", or the name of an array of numbers that the model's levels
-   * have. Default "own".
+   * What is coloured: "own" (the model's colours or textures, else the property's colour), "none",
+   * "partition", "resolution", or the name of an array of numbers that the model's levels have.
+   * Default "own".
    */
   vtkSetMacro(ColorBy, std::string);
   vtkGetMacro(ColorBy, std::string);
   ///@}
 
   /**
-   * Colour (of what has none of its own), opacity, representation, edges, shininess. Default: the
-   * stone of kdstream-view.
+   * Colour (of parts without one of their own), opacity, representation, edges, shininess. Default:
+   * the stone of kdstream-view.
    */
   vtkProperty* GetProperty() { return this->Property; }
 
   /**
-   * Connects anew, and waits for the preview. False: GetErrorMessage says why. Only needed to know
-   * of errors early, or after one.
+   * Connects anew, and waits for the preview. False: see GetErrorMessage. Only needed to learn of
+   * errors early, or to try again after one.
    */
   bool Open();
 
   ///@{
   /**
-   * The last error, a line, and its kind (vtkErrorCode.h; NoFileNameError where no Source is set);
-   * empty and NoError where there was none since it was opened.
+   * The last error, a line, and its kind (vtkErrorCode.h; NoFileNameError if no Source is set);
+   * empty and NoError if there was none since the source was opened.
    */
   std::string GetErrorMessage() const;
   vtkGetMacro(ErrorCode, unsigned long);
   ///@}
 
   /**
-   * Takes in what the renderer's camera needs for at most so many seconds, 0 or more, without
-   * taking pictures. True: all of it is there; the next picture draws it. A window that has no size
-   * before its first picture is taken to become 300 x 300 pixels, as VTK's do. Errors: a renderer
-   * that is in no window; a number that is negative or none.
+   * Takes in what the renderer's camera needs for at most this number of seconds, 0 or more,
+   * without rendering. True: all of it has arrived; the next picture draws it. A window without a
+   * size before its first picture counts as 300 x 300 pixels, VTK's default. Errors: a renderer
+   * without a window; a negative number, or NaN.
    */
   bool Refine(vtkRenderer* renderer, double seconds);
 
   /**
-   * Whether all that the camera of the last picture needs is there.
+   * Whether everything that the camera of the last picture needs has arrived.
    */
   bool IsComplete();
 
   ///@{
   /**
-   * What is drawn, and how many bytes have come for it: 0 before it is open.
+   * The number of triangles drawn, and the bytes received for them: 0 before it is open.
    */
   vtkIdType GetNumberOfDrawnTriangles() const;
   vtkIdType GetNumberOfDrawnPoints() const;
@@ -218,8 +219,8 @@ public:
   double* GetBounds() VTK_SIZEHINT(6) override;
 
   /**
-   * What was set of a vtkKdStreamActor, its place and a copy of its property; of other props what
-   * vtkProp3D copies. Parts stay each actor's own.
+   * Copies the settings of a vtkKdStreamActor, its place and a copy of its property; of other props
+   * what vtkProp3D copies. Each actor keeps its own parts.
    */
   void ShallowCopy(vtkProp* prop) override;
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// A source whose blobs are kept on the disk: what was seen before comes from there, also where the
+// A source that keeps its blobs on the disk: what was seen before comes from there, even if the
 // server cannot be reached. Step "receive" of the pipeline picture.
 #pragma once
 
@@ -22,8 +22,8 @@ public:
   // origin: of the server, without a slash at its end.
   CachedSource(
     std::unique_ptr<ModelSource> server, std::shared_ptr<DiskCache> cache, std::string origin);
-  // Without the server: the models that it had when they were last listed. What was never seen
-  // fails. Errors: NotFound where it never was.
+  // Opens the source without the server: with the models that it had when they were last listed.
+  // Requests for what was never seen fail. Errors: NotFound if the server was never seen.
   static Result<std::unique_ptr<CachedSource>> Offline(
     std::shared_ptr<DiskCache> cache, std::string origin);
 

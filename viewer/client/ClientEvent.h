@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// What has come from a server, for a session. Step "receive" of the pipeline
-// picture.
+// What has arrived from a server, for a session. Step "receive" of the pipeline picture.
 #pragma once
 
 #include "filters/model/ModelDescription.h"
@@ -30,7 +29,7 @@ struct ClientEvent
   ModelDescription model;
   protocol::BlobId blob;
   std::vector<std::uint8_t> bytes;
-  // Of a Blob: seconds since it was asked for, or since the blob before it had come, whichever is
+  // For a Blob: seconds since it was requested, or since the blob before it arrived, whichever is
   // later.
   double transmissionSeconds = 0;
   bool fromCache = false;

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// The thread of a ModelSource, and the events that it has for the session. Part of step "receive"
-// of the pipeline picture. Only for sources of this folder: no header of ours includes Boost's.
+// The thread of a ModelSource, and its events for the session. Part of step "receive" of the
+// pipeline picture. Only for sources of this folder, because this header includes Boost.
 #pragma once
 
 #include "viewer/client/ClientEvent.h"
@@ -21,13 +21,12 @@
 namespace kdstream
 {
 
-// Runs what is posted, one task at a time, in order. Functions: from any thread, where nothing else
-// is said.
+// Runs posted tasks one at a time, in order. Functions: from any thread, unless stated otherwise.
 class ClientThread
 {
 public:
-  // onFailure: called on the thread, in the catch clause, when a task throws (for want of memory
-  // mostly): that ends the task and not the program. If it throws itself, it is called again 0.1 s
+  // onFailure: called on the thread, in the catch clause, when a task throws (mostly for lack of
+  // memory): that ends the task, not the program. If it throws itself, it is called again 0.1 s
   // later.
   explicit ClientThread(std::function<void()> onFailure)
     : OnFailure(std::move(onFailure))
@@ -39,8 +38,8 @@ public:
   ClientThread& operator=(const ClientThread&) = delete;
   ~ClientThread() { this->Stop(); }
 
-  // Ends the thread when the running task ends; the others are not run. For an owner some of
-  // whose members, which tasks use, end before this. Not on the thread.
+  // Ends the thread when the running task ends; the other tasks are not run. For an owner whose
+  // members, which tasks use, are destroyed before this object. Not on the thread.
   void Stop()
   {
     this->Loop.stop();

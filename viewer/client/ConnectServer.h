@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// A server as a session's source, with what is kept on the disk of it. Step "receive" of the
-// pipeline picture.
+// A server as a session's source, with a cache on the disk. Step "receive" of the pipeline picture.
 #pragma once
 
 #include "filters/core/Execution.h"
@@ -25,8 +24,8 @@ struct ConnectedServer
   std::optional<Error> unreached; // why the server is away: the source has what was seen before
 };
 
-// cache: where what comes is kept (CachedSource), and found where the server cannot be reached;
-// null: nowhere. Else as ServerClient::Connect, also in its errors.
+// cache: where blobs are kept (CachedSource), and found if the server cannot be reached; null: no
+// cache. Else as ServerClient::Connect, also in its errors.
 Result<ConnectedServer> ConnectServer(const std::string& url, const std::string& token,
   const std::string& authorities, std::shared_ptr<DiskCache> cache,
   const Execution& execution = {});
@@ -44,13 +43,11 @@ struct ServerAddress
   bool operator==(const ServerAddress&) const = default;
 };
 
-// The server of an address, or what its cache has of it. Errors: besides those above, of
-// DiskCache::Open.
+// The server at an address, or what its cache has of it. Errors: also those of DiskCache::Open.
 Result<std::unique_ptr<ModelSource>> ConnectServer(
   const ServerAddress& address, const Execution& execution = {});
 
-// The name of the model that is wanted, or of the only one. Errors: NotFound, naming those that
-// there are.
+// The name of the wanted model, or of the only one. Errors: NotFound, naming the existing ones.
 Result<std::string> FindModel(const std::vector<ModelSummary>& models, const std::string& wanted);
 
 // A line each of all but the url, as PrintSelf has them. Of the token, whether there is one.

@@ -16,7 +16,7 @@
 namespace kdstream
 {
 
-// What an entry is: a blob of the build `digest` of a model, as `origin` serves it; descriptions
+// The key of an entry: a blob of the build `digest` of a model, as `origin` serves it; descriptions
 // and lists are entries too.
 struct CacheKey
 {
@@ -25,21 +25,20 @@ struct CacheKey
   std::string name; // "levels/12/3"
 };
 
-// One SQLite file, which several programs may use at a time. What was used last stays longest.
-// Entries are written by a thread of its own; one that was damaged on the disk is not found, and
-// is deleted. Threads: any.
+// One SQLite file, which several programs may use at a time. What was used last stays longest. A
+// thread of its own writes entries. An entry that is damaged on the disk is deleted, and counts as
+// missing. Threads: any.
 class DiskCache
 {
 public:
-  // In `folder`, which is made, readable only by its owner; one that is there stays as it is, and
-  // the file in it is only its owner's. Of another version's file, or a damaged one, nothing is
-  // kept. mostBytes: of entries' contents.
-  // Where the folder cannot be written to, what is there is read, and nothing is kept. So too where
-  // another program keeps the file busy; nothing of it is lost. A link there, or a file of another
-  // user's, is left alone.
-  // onTrouble: called once, by this or from a thread of its own, where nothing more can be kept (a
-  // full disk), or nothing for a while (another program keeps the file busy), with why; may be
-  // empty. Errors: InputOutput where neither can be done.
+  // Opens the cache in `folder`. A new folder is readable only by its owner; an existing one is not
+  // changed; the file in it is private in both cases. A file of another version, or a damaged one,
+  // is replaced. mostBytes: limit for the entries' contents. If the folder cannot be written to, or
+  // another program keeps the file busy, existing entries are read, and new ones are not kept. A
+  // link, or a file of another user, is not touched. onTrouble: called once with the reason, by
+  // this function or from its own thread, if nothing more can be kept (a full disk), or nothing for
+  // a while (a busy file); may be empty. Errors: InputOutput if the file can neither be read nor
+  // written.
   static Result<std::shared_ptr<DiskCache>> Open(const std::filesystem::path& folder,
     std::uint64_t mostBytes, std::function<void(const std::string& why)> onTrouble = {});
   // Writes what has been put.

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// A session's requests as plain GETs, one blob after the other, for servers without a stream. No
-// sockets, no clock.
+// Fetches a session's requests by plain GETs, one blob after the other, from servers without a
+// stream. No sockets, no clock.
 #pragma once
 
 #include "filters/core/Result.h"

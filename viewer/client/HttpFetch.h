@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// What is fetched from a server, and its answer, whoever fetches it.
+// A request to a server, and its answer, whatever code makes the request.
 #pragma once
 
 #include <algorithm>
@@ -23,8 +23,8 @@ struct HttpReply
   double retryAfter = 0; // s; what the server asks for with 429 and 503, 0 = nothing
 };
 
-// 429 and 503, and 502 and 504 of a proxy that finds no server, say nothing about what was asked
-// for: it is to be asked for again.
+// Whether to ask again: 429 and 503, and 502 and 504 of a proxy that cannot reach its server, say
+// nothing about the requested thing.
 constexpr bool IsBusy(unsigned status)
 {
   return status == 429 || (status >= 502 && status <= 504);
@@ -36,7 +36,7 @@ inline double RetryAfterIn(const std::string& field)
   return static_cast<double>(std::min(std::strtoul(field.c_str(), nullptr, 10), 3600ul));
 }
 
-// 401 and 403 are about who asks: nothing of the model can be had.
+// 401 and 403 are about the client: nothing of the model can be fetched.
 constexpr bool IsForbidden(unsigned status)
 {
   return status == 401 || status == 403;

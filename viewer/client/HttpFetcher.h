@@ -21,9 +21,9 @@ class context;
 namespace kdstream
 {
 
-// Fetches one thing at a time; connects when it has to, and once more if the server has closed the
-// kept connection. All calls and callbacks are on the context's thread. An answer that
-// makes no progress for 30 s is given up.
+// Fetches one thing at a time. Connects when necessary, and once more if the server has closed the
+// kept connection. All calls and callbacks are on the context's thread. Gives up an answer that
+// makes no progress for 30 s.
 class HttpFetcher
 {
 public:
@@ -34,7 +34,7 @@ public:
   ~HttpFetcher();
 
   // Errors given to the handler: InputOutput, with the server's address and the system's reason;
-  // InvalidInput where its certificate is not trusted; LimitExceeded. REQUIRES: the last fetch has
+  // InvalidInput if its certificate is not trusted; LimitExceeded. REQUIRES: the last fetch has
   // been answered.
   void Fetch(const HttpFetch& fetch, Handler handler);
 

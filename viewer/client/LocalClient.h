@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Stores of this machine as a session's source: what a server would send is read from the file, on
-// a thread of its own. Step "receive" of the pipeline picture.
+// Stores of this machine as a session's source: reads from the file what a server would send, on a
+// thread of its own. Step "receive" of the pipeline picture.
 #pragma once
 
 #include "filters/core/Result.h"
@@ -23,10 +23,10 @@ public:
   // Models by id. notes: the file of those on a model, by its id, if it is there.
   explicit LocalClient(std::vector<std::shared_ptr<const ServedModel>> models,
     std::map<std::string, std::filesystem::path> notes = {});
-  // A store, as the model of its name without the ending (ModelIdLike), or all stores of a folder.
-  // Errors: those of Store::Open and of StoreCatalog::Reload; NotFound for a folder without a store
-  // that can be read, naming what is wrong with the first.
-  // held: what the path needs, kept as long as this is.
+  // Opens a store, as the model of its file's name without extension (ModelIdLike), or all stores
+  // of a folder. Errors: those of Store::Open and of StoreCatalog::Reload; NotFound for a folder
+  // without a readable store, naming the first one's error. held: an object that must live as long
+  // as the path is used.
   static Result<std::unique_ptr<LocalClient>> Open(
     const std::filesystem::path& storeOrFolder, std::shared_ptr<const void> held = nullptr);
   // Ends the thread.

@@ -12,8 +12,8 @@
 namespace kdstream
 {
 
-// Every request is answered: by all its blobs, or by failures.
-// Threads: Send, Take and Wait may be called from any threads.
+// Every request is answered: by all its blobs, or by failures. Threads: Send, Take and Wait may be
+// called from any thread.
 class ModelSource
 {
 public:
@@ -22,8 +22,8 @@ public:
   virtual const std::vector<ModelSummary>& Models() const = 0;
 
   virtual void Send(const SessionRequest& request) = 0;
-  // The notes on a model that has some (ModelSummary::notes), as an event; none where they cannot
-  // be had.
+  // Requests the notes on a model that has some (ModelSummary::notes); they arrive as an event. No
+  // event if they cannot be fetched.
   virtual void AskForNotes(const std::string& model) = 0;
   // What has come since the last call, in order.
   virtual std::vector<ClientEvent> Take() = 0;

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// A session's line to a server on native sockets: requests out, blobs in, on a thread of its own.
-// Step "receive" of the pipeline picture. Boost stays in the source.
+// A session's connection to a server, on native sockets: sends requests and receives blobs, on a
+// thread of its own. Step "receive" of the pipeline picture. This header hides Boost.
 #pragma once
 
 #include "filters/core/Execution.h"
@@ -15,22 +15,22 @@
 namespace kdstream
 {
 
-// Talks to one server, through its stream, or by GETs if it has none (a static file server).
+// Communicates with one server, through its stream, or by GETs if it has none (a static file
+// server).
 //
-// When the connection is lost, the client connects again at once, and asks again for what has not
-// arrived; with the next Send, where all had. If that fails too, every outstanding request fails
-// with a sentence that says so, and the next Send connects anew.
+// When the connection is lost, the client connects again at once, and repeats requests for what has
+// not arrived. If nothing is outstanding, it connects with the next Send. If that fails too, every
+// outstanding request fails with a message, and the next Send connects anew.
 class ServerClient final : public ModelSource
 {
 public:
-  // Gets the list of models. Blocks until it is there, at most about 50 s; a busy server (429, 503)
-  // is asked five times, with pauses of up to 16 s.
-  // token: what the server lets this client have (kdstream-serve token); empty where it asks for
-  // none. authorities: a PEM file of those whose word is taken for the server's certificate; empty:
-  // those that the system trusts. Reports the step "waiting" every 20 ms. Errors: those of
-  // ParseServerUrl and MakeTlsContext; InvalidArgument for what is no token; InputOutput where the
-  // server cannot be reached; InvalidInput where its certificate is not trusted, or something else
-  // than a KdStream server answers; Cancelled.
+  // Gets the list of models. Blocks until it arrives, at most about 50 s; a busy server (429, 503)
+  // is asked five times, with pauses of up to 16 s. token: for servers that require one
+  // (kdstream-serve token); else empty. authorities: a PEM file of certificate authorities to
+  // trust; empty: those of the system. Reports the step "waiting" every 20 ms. Errors: those of
+  // ParseServerUrl and MakeTlsContext; InvalidArgument for a malformed token; InputOutput if the
+  // server cannot be reached; InvalidInput if its certificate is not trusted, or if it is not a
+  // KdStream server; Cancelled.
   static Result<std::unique_ptr<ServerClient>> Connect(const std::string& url,
     const std::string& token = {}, const std::string& authorities = {},
     const Execution& execution = {});

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// A session's line to a server: when to connect, what to send and to fetch, what to do when the
-// connection is lost. No sockets, no clock: the host does what TakeActions says and tells what
-// happened. The desktop's ServerClient and the page of the phone are such hosts. Step
-// "receive" of the pipeline picture.
+// Decides when to connect to a server, what to send and to fetch, and what to do when the
+// connection is lost. No sockets, no clock: the host does what TakeActions returns, and reports
+// what happened. Hosts are the desktop's ServerClient and the phone's page. Step "receive" of the
+// pipeline picture.
 #pragma once
 
 #include "filters/core/Result.h"
@@ -24,26 +24,25 @@ struct ServerLineOptions
 {
   // The server, for messages: "host:port".
   std::string authority;
-  // When the connection is lost while something is outstanding, the line connects again at once;
-  // while nothing is, with the next Send (a patient one also after idleRetry seconds), and without
-  // a word of trouble: a restart must not bring all clients back at the same time. If that fails
-  // too:
+  // When the connection is lost while something is outstanding, the line connects again at once. If
+  // nothing is outstanding, it connects with the next Send (a patient line also after idleRetry
+  // seconds), and reports no trouble: after a server's restart, not all clients should come back at
+  // the same time. If that fails too:
   // - not patient: everything that is outstanding fails, and the next Send connects anew;
-  // - patient: nothing fails. The line tries again after firstRetry seconds, then after twice as
-  //   long, up to longestRetry, until it succeeds. The same for GETs that find no server.
+  // - patient: nothing fails. The line tries again after firstRetry seconds, then after twice this
+  //   time, up to longestRetry, until it succeeds. The same for GETs that cannot reach a server.
   bool patient = false;
   double firstRetry = 0.5; // s
   double longestRetry = 8; // s
   double idleRetry = 2;    // s
-  // Each pause lasts up to so many times longer, by chance (from the time's last digits): after a
-  // server's restart its clients must not all come back at once.
+  // Each pause lasts up to this many times longer, at random (by the time's last digits), so that
+  // after a server's restart its clients do not all come back at once.
   double jitter = 0;
   // A busy server (IsBusy) is asked again after the time that it names, or after firstRetry and so
-  // on (backoff). If not patient: at most this number of times for one thing, which has failed
-  // then.
+  // on (backoff). If not patient: at most this number of times for one request, which then fails.
   std::size_t mostTries = 6;
-  // s; a server that had no stream is asked for one again after so long, when nothing else is to be
-  // had; 0 = never.
+  // s; a server that had no stream is asked for one again after this time, if GETs do not work
+  // either; 0 = never.
   double streamRetry = 0;
   double silenceTimeout = 0; // s; if something is outstanding and nothing has come for so long, the
                              // connection is given up; 0 = never (the host's sockets do that)
@@ -88,7 +87,7 @@ public:
   void SocketText(std::string_view text, double now);
   void SocketFrame(std::span<const std::uint8_t> message, double now);
   // refused: the server answered that it has no stream (not that it is busy, or that this client
-  // may not have one). why: a reason for the person to read. retryAfter: in how many seconds a busy
+  // may not have one). why: the reason, for the user. retryAfter: the seconds after which a busy
   // server wants to be asked again; 0 if it does not say.
   void SocketEnded(bool refused, const std::string& why, double now, double retryAfter = 0);
   void Fetched(const Result<HttpReply>& reply, double now);
@@ -105,7 +104,7 @@ public:
   // What has come for the session since the last call, in order.
   std::vector<ClientEvent> TakeEvents();
   State GetState() const { return this->Current; }
-  // Why nothing comes (the connection was lost, the server does not answer); empty when all is
+  // Why nothing arrives (the connection was lost, the server does not answer); empty when all is
   // well.
   const std::string& Trouble() const { return this->Why; }
 
@@ -129,8 +128,8 @@ private:
   State Current = State::Connecting;
   bool HasStreamed = false;
   bool MayRetryAtOnce = true; // the connection brought something since it was made
-  // The last connection broke the protocol, and nothing that is outstanding has come since. Then
-  // other messages do not allow a retry at once: if every frame is garbled, that would never end.
+  // The last connection broke the protocol, and no outstanding blob has arrived since. Then other
+  // messages do not allow an immediate retry: if every frame were garbled, retries would never end.
   bool Garbled = false;
   std::vector<SessionRequest> Early; // before it is known whether there is a stream
   StreamConversation Stream;

@@ -23,13 +23,13 @@
 namespace kdstream
 {
 
-// Which certificates are trusted: those that the system trusts, or, where a PEM file of authorities
-// is named, those that they have signed. TLS 1.2 at least.
-// Errors: NotFound, InvalidInput, naming the file.
+// Sets the trusted certificates: those that a PEM file of certificate authorities has signed, if
+// one is named, else those that the system trusts. At least TLS 1.2. Errors: NotFound,
+// InvalidInput, naming the file.
 Result<std::shared_ptr<boost::asio::ssl::context>> MakeTlsContext(const std::string& authorities);
 
-// A connection that is made anew where it has to be: an AsyncStream of Boost.Beast, so that HTTP
-// and WebSocket go over it alike. All calls and callbacks are on the context's thread.
+// A connection that is made anew when necessary. It is an AsyncStream of Boost.Beast, so that both
+// HTTP and WebSocket can use it. All calls and callbacks are on the context's thread.
 class ServerStream
 {
 public:
@@ -40,9 +40,10 @@ public:
   ServerStream(boost::asio::io_context& context, ServerUrl server,
     std::shared_ptr<boost::asio::ssl::context> tls);
 
-  // Finds the server, connects, and checks its certificate, in at most so long each. What `done`
-  // captures has to keep this alive. Errors given to it: InputOutput, with the system's reason;
-  // InvalidInput for a server whose certificate is not trusted or which does not speak TLS.
+  // Resolves the server's name, connects, and checks its certificate; each may take at most
+  // `atMost`. The captures of `done` must keep this object alive. Errors given to `done`:
+  // InputOutput, with the system's reason; InvalidInput for a server whose certificate is not
+  // trusted or which does not speak TLS.
   void Connect(std::chrono::seconds atMost, std::function<void(Status)> done);
   // Ends what is in flight, with an error.
   void Close();
@@ -77,8 +78,8 @@ private:
   std::optional<boost::asio::ssl::stream<next_layer_type&>> Secure;
 };
 
-// What Boost.Beast's WebSocket calls at its end: nothing is said that the closed socket does not
-// say.
+// Called by Boost.Beast's WebSocket at its end: nothing needs to be sent, because the socket is
+// closed.
 template <class Handler>
 void async_teardown(boost::beast::role_type role, ServerStream& stream, Handler&& handler)
 {

@@ -26,8 +26,8 @@ struct ServerUrl
 // Whether a text can be sent as a token: at most 4096 of the characters A-Z a-z 0-9 . _ -.
 bool IsToken(std::string_view text);
 
-// Parses http://HOST[:PORT][/] and https://HOST[:PORT][/].
-// Errors: InvalidArgument, naming what is wrong with it.
+// Parses http://HOST[:PORT][/] and https://HOST[:PORT][/]. Errors: InvalidArgument, naming what is
+// wrong.
 Result<ServerUrl> ParseServerUrl(std::string_view url);
 
 }

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// A session's requests as messages of the stream, and the server's answers as events. No sockets,
-// no clock.
+// Translates a session's requests into messages of the stream, and the server's answers into
+// events. No sockets, no clock.
 #pragma once
 
 #include "filters/core/Result.h"
@@ -23,7 +23,7 @@ namespace kdstream
 //
 // A session's request becomes one message, or several if its list is too long for one. At most
 // `mostUnfinished` messages are unanswered at a time, the others wait. The conversation always
-// knows what has not come yet, so that a new connection can continue where the old one ended. Times
+// knows what has not arrived yet, so a new connection can continue where the old one ended. Times
 // are seconds of any steady clock.
 class StreamConversation
 {
@@ -38,8 +38,8 @@ public:
 
   // A new connection: opens the model again and asks for everything that is still outstanding.
   void Restart(double now);
-  // Goes on with a model that was opened otherwise, at the next Restart. REQUIRES: nothing was
-  // sent.
+  // Continues, at the next Restart, with a model that was opened in another way. REQUIRES: nothing
+  // was sent.
   void Adopt(const std::string& model, const std::string& digest);
 
   // Whether something is to be asked for again later: the server was busy (IsBusy).
@@ -47,19 +47,19 @@ public:
   // Asks for it, if it was not asked for `most` times already; else it has failed.
   void AskAgain(std::size_t most, double now);
 
-  // Since when a blob is stalled: since when other things have come than the request that is
-  // outstanding longest, without progress of it. Infinite if it is not stalled. Progress is:
-  // - a byte of that request;
-  // - a byte of a request that was made before the first other answer came. A server may send these
-  //   first, cancelled ones too;
-  // - up to mostStrays messages in between that bring no bytes of either, such as those that
-  //   announce blobs.
+  // Since when the longest outstanding request is stalled: since other answers have arrived without
+  // progress of this one. Infinite if it is not stalled. Progress is:
+  // - a byte of this request;
+  // - a byte of a request that was made before the first other answer arrived, also of a cancelled
+  //   one, because a server may send these first;
+  // - up to mostStrays messages in between without bytes of either, such as those that announce
+  //   blobs.
   //
-  // So the slowest line makes progress, but a server that always sends something else does not.
+  // So even the slowest connection makes progress, but a server that always sends something else
+  // does not.
   double StalledSince() const;
   static constexpr std::size_t mostStrays = 64;
-  // The request that is outstanding longest (its next blob) has failed. REQUIRES: StalledSince() is
-  // finite.
+  // Fails the longest outstanding request (its next blob). REQUIRES: StalledSince() is finite.
   void FailStalled(const std::string& message);
 
   // Everything that is outstanding has failed; the next Send starts a new conversation.
@@ -129,7 +129,8 @@ private:
   double LastBlob = 0;
   Oldest Longest;          // outstanding,
   double LastProgress = 0; // with it;
-  // Messages that had been sent as the first other answer came since then; 0: none has come.
+  // Messages that had been sent when the first other answer arrived since then; 0: none has
+  // arrived.
   std::uint32_t AskedByThen = 0;
   std::size_t Strays = 0;    // messages that bring nothing of what was asked for, since then
   bool OthersCame = false;   // since the last progress

@@ -30,9 +30,9 @@ public:
   {
     std::function<void()> onOpen;
     std::function<void(std::span<const std::uint8_t> bytes, bool isText)> onMessage;
-    // The last call. refused: the server answers, but has no stream for us. why: the system's or
-    // our reason. retryAfter: in how many seconds a busy server wants to be asked again; 0 if it
-    // does not say.
+    // The last call. refused: the server answers, but has no stream for this client. why: the
+    // system's or our reason. retryAfter: the seconds after which a busy server wants to be asked
+    // again; 0 if it does not say.
     std::function<void(bool refused, const std::string& why, double retryAfter)> onEnd;
   };
 

@@ -8,9 +8,9 @@
 namespace kdstream
 {
 
-// scalars: of the model. Errors: NotFound where the colours are by an array that the model does not
-// have. The message lists the arrays, and the nearest name, or says that arrays of faces, which the
-// model may have, are not shown.
+// scalars: of the model. Errors: NotFound if the colours are by an array that the model does not
+// have. The message lists the arrays, and suggests the nearest name, or says that arrays of faces,
+// which the model may have, are not shown.
 Status CheckColors(const ColorChoice& colors, const ScalarDescriptions& scalars);
 
 }

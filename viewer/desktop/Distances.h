@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Distances that were measured, as they are seen: where, and in which words; in the window and in
-// pictures.
+// Shows measured distances: where they are drawn, and their text; in the window and in pictures.
 #pragma once
 
 #include "viewer/session/tools/Measurement.h"
@@ -15,7 +14,7 @@ namespace kdstream
 
 class ViewerSession;
 
-// A distance, and where its ends are seen: pixels from the window's upper left corner; nothing
+// A distance, and the pixels of its ends, from the window's upper left corner; nothing for an end
 // behind the eye.
 struct SeenMeasurement
 {

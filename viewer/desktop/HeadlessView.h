@@ -13,13 +13,13 @@
 namespace kdstream
 {
 
-// The steps of a session file, whose pictures can be written; none if no file is named. Errors:
-// NotFound; those of ParseSession.
+// Reads the steps of a session file, and checks that its pictures can be written; no steps if no
+// file is named. Errors: NotFound; those of ParseSession.
 Result<std::vector<SessionStep>> ReadReplay(const std::string& file);
 
-// Plays, and writes the outputs. Returns the exit code: a part of the model that could not be
-// loaded makes it a failure, but the session goes on without that part. Errors: those of what
-// cannot be played or written; InvalidArgument where a model has to be chosen.
+// Plays the session, and writes the outputs. Returns the exit code: that of a failure if a part of
+// the model could not be loaded, but the session continues without that part. Errors: for what
+// cannot be played or written; InvalidArgument if a model must be chosen.
 Result<int> ViewHeadless(const std::string& program, const ViewOptions& options,
   const std::vector<SessionStep>& replay, ModelSource& source);
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// The words of a legend, in the window and in pictures.
+// The texts of a legend, in the window and in pictures.
 #pragma once
 
 #include "viewer/session/look/ColorLegend.h"

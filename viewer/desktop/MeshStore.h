@@ -40,23 +40,22 @@ Result<std::filesystem::path> UserCacheFolder();
 // Whether the file is a store, by how it begins; false where it cannot be read.
 bool IsStore(const std::filesystem::path& file);
 
-// The place of this mesh's store in a cache, which is made; one that only this user, and root, may
-// write to. What others have put there is left alone. Errors: NotFound where the mesh is not there;
-// InputOutput where the cache, or something in it, cannot be used.
+// The place of this mesh's store in a cache. The cache is made if it does not exist; only this user
+// and root may write to it. Files of others in it are not touched. Errors: NotFound if there is no
+// such mesh; InputOutput if the cache, or something in it, cannot be used.
 Result<MeshPlace> PlaceOfMesh(
   const std::filesystem::path& mesh, const std::filesystem::path& cache);
 
-// Makes the store, by kdstream-build.
-// report: called ten times a second with how far that is ("levels 35 %, 42 s"), or with an empty
-// text; false stops it, and nothing is left behind. warn: called with each sentence that the build
-// warns of. Errors: Cancelled; those of the build, naming the file; NotFound where the program is
-// not there.
+// Makes the store, by kdstream-build. report: called ten times a second with the progress ("levels
+// 35 %, 42 s"), or with an empty text; false stops the build, and nothing is left behind. warn:
+// called with each warning of the build. Errors: Cancelled; those of the build, naming the file;
+// NotFound if the program does not exist.
 Status BuildStore(const std::filesystem::path& mesh, const MeshPlace& place,
   const std::function<bool(std::string_view progress)>& report,
   const std::function<void(std::string_view sentence)>& warn);
 
-// This one is used now. Of the others, those that were used longest ago go, until they have
-// `mostBytes` at most.
+// Marks this store as used now. Removes the least recently used of the others, until they have at
+// most `mostBytes`.
 void MakeRoomBeside(const MeshPlace& place, std::uint64_t mostBytes);
 
 }

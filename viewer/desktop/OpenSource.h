@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// What the command line names, as a source of models: a server, a store, a folder of stores, or a
-// mesh, of which a store is made first.
+// Opens what the command line names as a source of models: a server, a store, a folder of stores,
+// or a mesh, of which it first makes a store.
 #pragma once
 
 #include "filters/core/Result.h"
@@ -17,10 +17,9 @@ namespace kdstream
 // Whether it is a server that `source` names, and not a file.
 bool NamesServer(const std::string& source);
 
-// Blocks until the models are known. report, warn: those of BuildStore; a copy of warn is called
-// later too, from any thread. Errors: those of
-// ServerClient::Connect, LocalClient::Open and BuildStore; NotFound for what is neither a file nor
-// an address.
+// Blocks until the models are known. report, warn: those of BuildStore; a copy of warn may be
+// called later, too, from any thread. Errors: those of ServerClient::Connect, LocalClient::Open and
+// BuildStore; NotFound for something that is neither a file nor a URL.
 Result<std::unique_ptr<ModelSource>> OpenSource(const ViewOptions& options,
   const std::function<bool(std::string_view progress)>& report,
   const std::function<void(std::string_view sentence)>& warn);

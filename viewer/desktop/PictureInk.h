@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Words and flat shapes over the model, in a picture without a window: by VTK what Dear ImGui draws
-// in one.
+// Draws text and flat shapes over the model, by VTK, in a picture without a window. In a window
+// Dear ImGui does this.
 #pragma once
 
 #include "viewer/session/look/Palette.h"
@@ -22,8 +22,8 @@ class vtkTextActor;
 namespace kdstream
 {
 
-// Layers are drawn one over the other, each by a renderer of its own, without depths between
-// layers. Within a layer it is undefined which of two overlapping shapes is seen.
+// Layers are drawn one over the other, each by a renderer of its own, without depth tests between
+// layers. Within a layer it is undefined which of two overlapping shapes is on top.
 class PictureInk
 {
 public:
@@ -38,7 +38,7 @@ public:
     Place place;
     Rgba color;
   };
-  // layers: at least 1. Words are in the last one.
+  // layers: at least 1. Texts are in the last one.
   PictureInk(vtkRenderer& model, std::size_t layers);
   ~PictureInk();
   PictureInk(const PictureInk&) = delete;
@@ -49,8 +49,7 @@ public:
 
   // Takes everything away. any: whether something will be drawn.
   void Clear(bool any);
-  // Words in one line, `size` pixels high; who asks for them says where they are. They stay until
-  // Clear.
+  // Adds a line of text, `size` pixels high; the caller sets its position. It stays until Clear.
   vtkTextActor& AddText(const std::string& text, double size, const Color& color);
   double WidthOf(vtkTextActor& text); // pixels
   // A convex polygon. layer: from 0 on.

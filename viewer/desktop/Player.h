@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Plays a session without a person: steps in, requests to the source, frames to a window. Step
-// "replay" of the pipeline picture.
+// Plays a session without a user: gives steps to the session, requests to the source, and frames to
+// a window. Step "replay" of the pipeline picture.
 #pragma once
 
 #include "viewer/client/ModelSource.h"
@@ -31,9 +31,9 @@ struct PlayerOptions
   std::function<bool()> interrupted;
 };
 
-// Takes what the server sends during waits only, and uses the times in the steps instead of a
-// clock. So the same steps give the same gestures, picks and levels, however fast the server is.
-// What needs a model waits where the one that is chosen has not come.
+// Processes what the server sends only during waits, and uses the times in the steps instead of a
+// clock. So the same steps give the same gestures, picks and levels, however fast the server is. A
+// step that needs a model waits until the chosen model has arrived.
 class Player
 {
 public:
@@ -41,7 +41,7 @@ public:
   Player(ModelSource& source, ViewerSession& session, SessionWindow& window, PlayerOptions options);
 
   // Errors: those of the step, naming the model, the picture, or what is outstanding; NotFound for
-  // a picture that would show nothing, which is not written.
+  // a picture that would show nothing (it is not written).
   Status Play(const SessionStep& step);
 
 private:

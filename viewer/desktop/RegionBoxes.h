@@ -17,9 +17,9 @@ namespace kdstream
 // Width of their lines, points.
 inline constexpr double boxLineWidth = 1.5;
 
-// The boxes have a renderer of their own, drawn after the model's with its depths. In the model's
-// own renderer, SceneOcclusion (viewer/rendering, at the end of that renderer) would take them for
-// relief and darken the surface beside them.
+// The boxes have a renderer of their own, which uses the depths of the model's renderer and draws
+// after it. In the model's own renderer SceneOcclusion (viewer/rendering, at the end of that
+// renderer) would treat them as surface, and darken the surface beside them.
 class RegionBoxes
 {
 public:
@@ -28,8 +28,8 @@ public:
   // For vtkRenderWindow::AddRenderer, after the model's.
   vtkRenderer& Renderer() { return *this->Over; }
 
-  // Shows these, the picked one first; none hides them. center: what the renderer's coordinates are
-  // relative to.
+  // Shows these boxes, the picked one first; no boxes: shows none. center: the origin of the
+  // renderer's coordinates.
   void Show(const std::vector<Box>& boxes, const Vec3& center, double lineWidth);
 
 private:

@@ -20,11 +20,11 @@ public:
 
   // For vtkRenderWindow::AddRenderer. It stays the same.
   vtkRenderer& Renderer() { return this->Scene.Renderer(); }
-  // From the next picture on; occlusion: SceneStyle. The colours are the choice's for whatever
-  // model is shown (ColoringOf).
+  // Sets the colouring and ambient occlusion from the next picture on; occlusion: SceneStyle. The
+  // colours are the choice's for every model that is shown (ColoringOf).
   void SetLook(const ColorChoice& colors, bool occlusion);
 
-  // Takes surface and camera. Only a surface that has changed since the last time costs anything.
+  // Updates surface and camera. Only a surface that has changed since the last call takes time.
   // Errors: those of SurfaceScene.
   Status Follow(const ViewerScene& scene);
 

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Settings of a look as steps of a session file, so that a recording plays with what was set. What
-// is shown is the session's to know (Perform); how it is drawn is kept here.
+// Records settings of the display as steps of a session file, so that a recording is played with
+// the same settings. Steps about what is shown go to the session (Perform); how it is drawn is kept
+// here.
 #pragma once
 
 #include "viewer/rendering/SurfaceScene.h"

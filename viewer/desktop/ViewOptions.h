@@ -37,16 +37,16 @@ struct ViewOptions
 
 void AddViewOptions(CLI::App& app, ViewOptions& options);
 
-// Takes the link to a view that stands behind the source's #, and what it says of model, colours
-// and light. Errors: those of ParseViewLink; InvalidArgument with a session file, or another model.
+// Applies the link to a view, written after the source's #: its model, colours and light. Errors:
+// those of ParseViewLink; InvalidArgument with a session file, or with another model.
 Status TakeLink(ViewOptions& options);
 
-// What a session goes by that is looked at with these. Turning is free, until somebody says
+// The session's options for these options of the program. Turning is free until it is set
 // otherwise.
 SessionOptions SessionOptionsOf(const ViewOptions& options);
 
-// The result, with the file or the server that is at fault before an error's message,
-// unless that begins with it.
+// Puts the file or the server that caused the error before its message, unless the message begins
+// with it.
 template <class T>
 Result<T> At(const std::string& place, Result<T> result)
 {
@@ -65,8 +65,8 @@ Error NoWindow(const Error& why);
 // Why no picture can be written there; empty if it can.
 std::string CheckPicture(const std::string& file);
 
-// Before the work, so that nothing is done in vain. Outputs that are links become what they link
-// to.
+// Checks the outputs before the work, so that no work is wasted. Outputs that are links are
+// replaced by their targets.
 Status CheckOutputs(ViewOptions& options);
 
 // Nothing if no file is named.

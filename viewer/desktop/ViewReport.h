@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// What a whole look took: bytes, seconds, triangles, memory. The contract is
+// A report of a whole view: bytes, seconds, triangles, memory. Its format is promised in
 // doc/cli.md#report-of-a-viewer.
 #pragma once
 
@@ -13,7 +13,7 @@
 namespace kdstream
 {
 
-// The resident memory of this process now, bytes; 0 where it cannot be told.
+// The resident memory of this process now, in bytes; 0 if unknown.
 std::uint64_t ResidentMemory();
 
 class ViewReport

@@ -12,8 +12,8 @@ class GeomorphClock
 {
 public:
   static constexpr double duration = 0.15;
-  // Where fewer pictures were drawn in this time, new vertices had better be there at once: for
-  // `rest`, then it is tried again.
+  // If fewer pictures were drawn in this time, morphing is too slow, and new vertices appear at
+  // once: for `rest`, then it is tried again.
   static constexpr int fewestFrames = 5;
   static constexpr double rest = 10;
 

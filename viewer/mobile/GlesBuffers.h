@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// What of a session's scene lies in the graphics memory: the parts of its surface, the pictures of
-// its tiles, what fills its section. GlesRenderer draws it. Internal to viewer/mobile.
+// The parts of a session's scene in graphics memory: the parts of its surface, the pictures of its
+// tiles, the cap of its section. GlesRenderer draws them. Internal to viewer/mobile.
 #pragma once
 
 #include "filters/core/Result.h"
@@ -33,7 +33,7 @@ public:
     GLuint texture = 0;                        // of its picture
     std::vector<GlesChunk> chunks;
   };
-  // Positions are relative to the center, and then scaled: by the power of two that brings them to
+  // Positions are relative to the center, and then scaled by the power of two that brings them to
   // -1 … 1.
   struct Placement
   {
@@ -60,8 +60,8 @@ public:
   double Morphed() const { return this->MorphedShare; }
 
   // Uploads what has changed in the scene since the last time: parts of the surface, tiles,
-  // colouring, the cap. Buffers that are not needed are freed before anything is uploaded. outcome:
-  // of the surface, if it was uploaded; its errors are those of GlesRenderer::Draw.
+  // colouring, the cap. Buffers that are not needed any more are freed first. outcome: of the
+  // surface, if it was uploaded; its errors are those of GlesRenderer::Draw.
   void Follow(const ViewerScene& scene, Status& outcome);
 
   const std::vector<Part>& Parts() const { return this->PartList; }

@@ -26,15 +26,15 @@ enum AttributePlace : GLuint // as `location` in GlesShaders.h
 struct GlesChunk
 {
   GLuint vertexArray = 0;
-  // Of vertices, colours (0 without), indices or radii of a cloud, and (0 without) geomorphs and
-  // places in a texture.
+  // Buffers of vertices, colours (0 without), indices (for a cloud: radii), geomorphs (0 without)
+  // and texture coordinates (0 without).
   std::array<GLuint, 5> buffers{};
   GLsizei count = 0;        // of indices, or points of a cloud
   std::size_t bytes = 0;    // of all buffers, and
   std::size_t morphing = 0; // of that of geomorphs
 };
 
-// Whether there was room for it glGetError tells.
+// glGetError reports whether there was memory for it.
 GlesChunk UploadChunk(const SurfaceChunk& content);
 void FreeChunk(const GlesChunk& chunk);
 // What has arrived needs its former places no more.

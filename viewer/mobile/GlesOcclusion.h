@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Ambient occlusion in the phone's picture: the passes of viewer/session/look/OcclusionShaders.h
-// with OpenGL ES 3.0. Internal to viewer/mobile.
+// Draws ambient occlusion into the phone's picture: the passes of
+// viewer/session/look/OcclusionShaders.h with OpenGL ES 3.0. Internal to viewer/mobile.
 #pragma once
 
 #include "filters/core/Result.h"
@@ -38,15 +38,16 @@ public:
            static_cast<std::size_t>(this->Height);
   }
 
-  // Binds a framebuffer of half the picture's sides for the depths of the model, and clears it;
-  // draw it there. False where there is no memory for it: then the picture goes without.
+  // Binds and clears a framebuffer of half the picture's sides for the depths of the model; then
+  // draw the model. False if there is no memory for it; the picture is then drawn without
+  // occlusion.
   bool BeginDepths(const Viewport& picture);
-  // Finds the occluded light, and binds again what was bound before BeginDepths. facet:
-  // FacetLength, in the projection's unit. REQUIRES: an empty vertex array is bound.
+  // Computes the occlusion, and restores the binding of before BeginDepths. facet: FacetLength, in
+  // the projection's unit. REQUIRES: an empty vertex array is bound.
   void EndDepths(const GlesProjection& projection, double facet);
-  // Darkens the picture, where something is nearer than the background. REQUIRES: an empty vertex
-  // array is bound; the depths of the picture are in the bound framebuffer. Leaves blending on, and
-  // a depth test of its own.
+  // Darkens the picture where there is something nearer than the background. REQUIRES: an empty
+  // vertex array is bound; the depths of the picture are in the bound framebuffer. Leaves blending
+  // on, and changes the depth test.
   void Darken();
 
 private:

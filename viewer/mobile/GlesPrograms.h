@@ -25,8 +25,8 @@ public:
   static constexpr std::size_t relief = 4; // not of clouds
   static constexpr std::size_t paint = 8;  // by a texture; not of clouds
 
-  // Errors: Unsupported where no context of OpenGL ES 3.0 or WebGL 2 is current, or a shader is
-  // refused, with what the driver says.
+  // Errors: Unsupported if no context of OpenGL ES 3.0 or WebGL 2 is current, or if a shader does
+  // not compile, with the driver's message.
   static Result<std::unique_ptr<GlesPrograms>> Make();
   ~GlesPrograms();
   GlesPrograms(const GlesPrograms&) = delete;
@@ -53,8 +53,8 @@ void SetVector(GLuint program, const char* name, const Vec3& v);
 // Light and material. The program must be in use.
 void SetLook(GLuint program, const SceneLighting& lighting);
 
-// Compiles and links the concatenated texts. `name` is for messages.
-// Errors: Unsupported, with what the driver says.
+// Compiles and links the concatenated texts. `name` is for messages. Errors: Unsupported, with the
+// driver's message.
 Result<GLuint> MakeProgram(const char* name, std::initializer_list<const char*> vertexTexts,
   std::initializer_list<const char*> fragmentTexts);
 

@@ -2,8 +2,8 @@
 // Draws a session's scene with OpenGL ES 3.0: the phone's renderer. Step "render" of the pipeline
 // picture.
 //
-// The same sources draw natively, in whatever context is current, and, as WebGL 2, in the browser.
-// The picture is VTK's of the same scene (viewer/rendering).
+// The same sources draw natively, in any current context, and in the browser, as WebGL 2. The
+// picture is the same as VTK's of the scene (viewer/rendering).
 #pragma once
 
 #include "filters/core/Result.h"
@@ -22,49 +22,49 @@ class GlesOcclusion;
 class GlesPrograms;
 
 // Threads: that of the context. A context of OpenGL ES 3.0 or WebGL 2 must be current in every
-// call, the destructor included; all of the context's state but the bound framebuffer may change.
+// call, the destructor included; all of the context's state except the bound framebuffer may
+// change.
 class GlesRenderer
 {
 public:
-  // Compiles the shaders. Errors: Unsupported where no such context is current, or a shader is
-  // refused, with what the driver says.
+  // Compiles the shaders. Errors: Unsupported if no such context is current, or if a shader does
+  // not compile, with the driver's message.
   static Result<std::unique_ptr<GlesRenderer>> Make();
   ~GlesRenderer();
   GlesRenderer(const GlesRenderer&) = delete;
   GlesRenderer& operator=(const GlesRenderer&) = delete;
 
-  // The context was lost: its objects are gone. The next Draw makes everything anew in the context
-  // that is current then.
+  // Call this when the context was lost, and its objects with it. The next Draw makes everything
+  // anew in the context that is current then.
   void Forget();
 
   void SetColoring(const Coloring& coloring);
   // Whether ambient occlusion is drawn (viewer/session/look/OcclusionShaders.h), from the next Draw
-  // on; not at first. It draws the surface a second time, into a quarter of the pixels.
+  // on; default: not. It draws the surface a second time, into a quarter of the pixels.
   void SetOcclusion(bool occlusion) { this->HasOcclusion = occlusion; }
-  // Red, green, blue (0-1) of the gradient behind the model.
+  // Red, green, blue (0-1) of the background's gradient.
   void SetBackground(const Vec3& bottom, const Vec3& top);
 
-  // How far what morphs (DrawnSurface::Part) has come from where it stood in the surface before, in
-  // the next Draw: from 0, to 1, which it is at first. At 0 a new surface looks as the one before
-  // it.
+  // The progress of geomorphs (DrawnSurface::Part) in the next Draw: 0: the new surface looks as
+  // the one before it; 1, the default: vertices are at their own places.
   void SetMorphed(double share);
 
-  // What brings a tile's picture to a texture that is bound as GL_TEXTURE_2D, at once or later: as
-  // RGB, whose alpha is 1. Until then the texture has one texel without colour. Null, as at first:
-  // nothing is painted. One for all renderers.
+  // A function that loads a tile's picture into the texture bound as GL_TEXTURE_2D, at once or
+  // later: as RGB, with alpha 1. Until then the texture has one transparent texel. Null, the
+  // default: no textures. One for all renderers.
   using TileUpload = void (*)(unsigned texture, const TextureTile& tile);
   static void SetTileUpload(TileUpload upload);
 
   // Draws the scene into the lower left of the bound framebuffer, which needs a depth buffer; with
-  // several samples a pixel, edges are smooth. The surface goes to the graphics memory only where
-  // surfaceVersion is another one than last time, or the coloring is, and then only its parts that
-  // differ: 16 bytes a vertex (4 more with colours, and in a cloud; 16 more while it morphs),
-  // 6 a triangle; what is not drawn any more is freed first. viewport: as that of the session.
+  // several samples a pixel, edges are smooth. The surface is uploaded to graphics memory only if
+  // surfaceVersion or the coloring has changed, and then only the parts that differ: 16 bytes a
+  // vertex (4 more with colours, and in a cloud; 16 more while it morphs), 6 a triangle. Parts that
+  // are not drawn any more are freed first. viewport: that of the session.
   //
-  // Errors: InvalidArgument for an empty viewport and those of CheckCamera: nothing is drawn then.
-  // Those of CheckSurface: the surface before it stays. LimitExceeded where the graphics memory
-  // does not suffice: only the background is drawn. An error about the surface is said again at
-  // each Draw until there is another one. Those of Make after Forget.
+  // Errors: InvalidArgument for an empty viewport, and those of CheckCamera: nothing is drawn.
+  // Those of CheckSurface: the old surface stays. LimitExceeded if the graphics memory is not
+  // enough: only the background is drawn. Each Draw returns an error about the surface again, until
+  // there is another surface. After Forget also the errors of Make.
   Status Draw(const ViewerScene& scene, const Viewport& viewport);
 
   // Of all buffers and textures that it holds now. O(parts).

@@ -2,7 +2,7 @@
 // The shaders of GlesRenderer, in OpenGL ES Shading Language 3.00. Internal to viewer/mobile.
 //
 // Everything is highp: mediump has 16 bits on phones, too few for positions and for a highlight's
-// power. What VTK computes for the same scene is computed here in the same way.
+// power. They compute the same as VTK does for the same scene.
 #pragma once
 
 namespace kdstream::shaders
@@ -30,10 +30,11 @@ void main()
   fragment = vec4(mix(bottom, top, height), 1.0);
 })";
 
-// Positions minus the eye first: close to the eye nothing is lost by it. Then into the camera's
-// coordinates, and to the window: projection has the two scales and the two terms of the depth.
-// With CUT a plane cuts away what is above it. With PAINT a texture paints it; where that is not
-// there yet, and of no colour, the vertices' colours do.
+// Subtracts the eye from positions first, so that no precision is lost near the eye. Then
+// transforms into the camera's coordinates, and to the window: `projection` has the two scales and
+// the two terms of the depth. With CUT a plane cuts away what is above it. With PAINT a texture
+// gives the colour; until it is loaded, and where it is transparent, the vertices' colours are
+// used.
 inline constexpr const char* surfaceVertex = R"(
 layout(location = 0) in vec3 position;
 layout(location = 1) in vec4 normal;
@@ -79,7 +80,7 @@ void main()
 })";
 
 // Phong's model with the two directional lights of SceneLook.h. Followed by one of the two main
-// functions. With RELIEF ridges, where normals bend away from each other, are lighter.
+// functions. With RELIEF, ridges (where normals diverge) are lighter.
 inline constexpr const char* light = R"(
 in vec3 viewPosition;
 in vec3 viewNormal;
@@ -126,9 +127,9 @@ vec3 lit(vec3 normal)
   return baseColor * (material.x + material.y * diffuse) + highlightColor * material.z * specular;
 })";
 
-// The visible side is lit, whichever way a triangle faces. At an outline an interpolated normal may
-// turn away a little; it is stopped there (as in viewer/rendering/SurfaceScene.cxx). Where no
-// triangle has an area the normal faces the eye.
+// The visible side is lit, whichever way a triangle faces. Near an outline an interpolated normal
+// may face away a little; it is clamped (as in viewer/rendering/SurfaceScene.cxx). If no triangle
+// at a point has an area, the normal faces the eye.
 inline constexpr const char* surfaceFragment = R"(
 void main()
 {
@@ -159,8 +160,8 @@ void main()
 })";
 
 // Points are round splats, bent away from the eye at their rims, so that neighbours meet halfway.
-// They are lit by their normals, on the side that is seen; without normals as shallow domes, darker
-// the farther away (as viewer/rendering/CloudSplats.cxx).
+// With normals they are lit on the visible side; without normals they are drawn as shallow domes,
+// darker with the distance (as in viewer/rendering/CloudSplats.cxx).
 inline constexpr const char* cloudFragment = R"(
 void main()
 {

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Cuts a surface into what the graphics memory holds: chunks with 16-bit indices. Step "render" of
-// the pipeline picture. No OpenGL here.
+// Divides a surface into chunks with 16-bit indices for graphics memory. Step "render" of the
+// pipeline picture. No OpenGL here.
 #pragma once
 
 #include "filters/codec/TextureTile.h"
@@ -38,30 +38,30 @@ struct SurfaceChunk
   static constexpr std::size_t mostVertices = 65535;
 
   std::vector<ChunkVertex> vertices;
-  // Red, green, blue, 255: one a vertex; none for plain stone. The model's own go over smoothly
-  // from corner to corner; of those of partitions and resolutions the last corner of a triangle has
-  // the triangle's, so "flat" interpolation colours it.
+  // Red, green, blue, 255: one for each vertex; none for plain stone. The model's own colours are
+  // interpolated between corners. For partitions and resolutions the last corner of a triangle has
+  // the triangle's colour, and interpolation is "flat".
   std::vector<std::array<std::uint8_t, 4>> colors;
   std::vector<std::uint16_t> indices;    // 3 a triangle; none for a cloud
   std::vector<float> radii;              // of a cloud's splats, scaled: one a vertex
   std::vector<GeomorphVertex> geomorphs; // one a vertex; none where nothing morphs
-  // Where in its texture each vertex lies, 0-1 from the first row of the first texel; none where
-  // nothing paints it.
+  // Texture coordinates of each vertex, 0-1 from the first row of the first texel; none without a
+  // texture.
   std::vector<std::array<float, 2>> places;
 };
 
-// Hands out the chunks of a surface one after the other, so that never more than one is held.
+// Returns the chunks of a surface one after the other, so that only one is in memory.
 //
-// Triangles are taken in their order, and each chunk holds as many as have at most 65,535 vertices
-// together: a vertex is repeated in every chunk that has a triangle of it. Of a surface that
-// DrawSurface has put in order, piece by piece, few are: 1.4 % of the
-// Stanford dragon's 437,645 (4.7 % in the order of its file). A cloud repeats none; vertices
-// without triangles on a surface that has some are left out. A surface of at most 65,535 points, as
-// nearly every part is, becomes one chunk as it stands, such points with it.
+// Triangles are taken in order; a chunk holds as many as use at most 65,535 vertices together. A
+// vertex is repeated in every chunk that has one of its triangles. DrawSurface orders surfaces
+// piece by piece, so few vertices are repeated: 1.4 % of the Stanford dragon's 437,645 (4.7 % in
+// the order of its file). A cloud repeats none. On a surface with triangles, vertices without
+// triangles are left out. But a surface of at most 65,535 points, as nearly every part is, becomes
+// one chunk without changes, including such points.
 //
-// Colours cost 4 bytes a vertex and no repeated vertices: of a partition or a resolution, a
-// triangle has the colour of one of its corners (SceneRules.h), and is turned until that corner is
-// the last.
+// Colours cost 4 bytes a vertex and no repeated vertices: a triangle coloured by partition or
+// resolution has the colour of one of its corners (SceneRules.h), and is rotated so that this
+// corner is the last.
 //
 // Complexity O(points + triangles); memory 16 bytes a point beside the chunk, 40 for a moment at
 // first.
@@ -69,21 +69,21 @@ class ChunkCutter
 {
 public:
   // The surface, the radii and the coloring must outlive the cutter. Coordinates become (point -
-  // center) × scale. REQUIRES: CheckSurface(surface, center) has found nothing. normals: one a
-  // point, or none at all. radii: of a cloud's splats, one a point; else none.
+  // center) × scale. REQUIRES: CheckSurface(surface, center) has found nothing. normals: one for
+  // each point, or none. radii: of a cloud's splats, one for each point; else none.
   ChunkCutter(const Surface& surface, UnitNormals normals, std::span<const float> radii,
     const TreeDepths& depths, const Coloring& coloring, const Vec3& center, double scale);
 
   // In the model's unit, of a cloud's splats; 0 for a surface.
   double LargestRadius() const;
 
-  // From where the points morph: one a point, kept as long as the surface. A surface that does not
-  // become one chunk as it stands does not morph.
+  // The places from which the points morph: one for each point; must live as long as the surface. A
+  // surface morphs only if it becomes one chunk without changes.
   void SetGeomorph(const PartGeomorph& geomorph);
 
-  // By what the triangles are painted: corners as SurfacePart has them. Both are kept as long as
-  // the surface. A vertex that lies in two places of the tile is repeated. A surface that does not
-  // become one chunk so is not painted, nor is one whose corners the tile does not have.
+  // The texture corners of the triangles, as in SurfacePart. Both arguments must live as long as
+  // the surface. A vertex with two places in the tile is repeated. A surface is textured only if it
+  // still becomes one chunk, and if the tile has all its corners.
   void SetTexturedCorners(std::span<const std::uint32_t> corners, const TextureTile& tile);
 
   // Replaces `chunk` with the next one; false when there is none.

@@ -9,10 +9,10 @@
 namespace kdstream
 {
 
-// What arrives is decoded, becomes a surface, and goes to the graphics memory: in frames of their
-// own. Where much is shown, a phone takes long for the surface of every part that comes: no more
-// than a third of the time, so that fingers are followed between. Times are seconds of a steady
-// clock.
+// Spreads the work for arriving data over frames: decoding, making the surface, and uploading it to
+// graphics memory are done in different frames. If much is shown, a phone takes long to make a
+// surface for every part that arrives; this may take at most a third of the time, so that fingers
+// are followed in between. Times are seconds of a steady clock.
 class SurfacePace
 {
 public:
@@ -24,8 +24,9 @@ public:
   // Whether another surface may be made or drawn now. coming: whether more of it is on its way.
   bool MayDraw(bool coming, double now) const { return !coming || now >= this->Next; }
 
-  // Asked once in each frame that has no new surface to draw. loaded: blobs that have come so far.
-  // True where the surface is better made in the next one, since this one has decoded.
+  // Call this once in each frame that has no new surface to draw. loaded: number of blobs that have
+  // arrived so far. True if the surface is better made in the next frame, because this one has
+  // decoded.
   bool PutsOff(std::uint64_t loaded)
   {
     const bool came = std::exchange(this->Loaded, loaded) != loaded;

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// One maker of windows for each backend. Internal to viewer/offscreen; OffscreenWindow.h is for
-// everybody.
+// A function for each backend that makes windows. Internal to viewer/offscreen; OffscreenWindow.h
+// is public.
 //
-// There are two sets of definitions, and CMake takes one: GlxOnlyWindows.cxx for a VTK that knows
-// GLX windows only, such as Debian's 9.1, and OwnWindows.cxx for a VTK that has windows for EGL or
+// There are two sets of definitions, and CMake compiles one: GlxOnlyWindows.cxx for a VTK that has
+// only GLX windows, such as Debian's 9.1, and OwnWindows.cxx for a VTK that has windows for EGL or
 // OSMesa itself.
 #pragma once
 
@@ -22,8 +22,8 @@ namespace kdstream
 
 using WindowResult = Result<vtkSmartPointer<vtkRenderWindow>>;
 
-// Each: a window that draws off screen, of `width` × `height` pixels, with its context made and
-// checked.
+// Each returns a window that draws off screen, of `width` × `height` pixels, with its context made
+// and checked.
 WindowResult MakeEglWindow(int width, int height);
 WindowResult MakeOsMesaWindow(int width, int height);
 WindowResult MakeX11Window(int width, int height);
@@ -37,9 +37,9 @@ struct X11Disconnect
 };
 using X11Connection = std::unique_ptr<_XDisplay, X11Disconnect>;
 
-// Asks whether the display that DISPLAY names is there and has GLX: VTK ends the program if not. To
-// be held until VTK has a connection of its own, since some servers start anew when their last
-// client goes. Errors: NotFound.
+// Checks that there is a display of the name in DISPLAY, with GLX: without it VTK would end the
+// program. Keep the result until VTK has a connection of its own, because some servers restart when
+// their last client disconnects. Errors: NotFound.
 Result<X11Connection> ConnectToX11();
 
 }

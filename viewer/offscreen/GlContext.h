@@ -3,7 +3,7 @@
 //
 // Contexts of EGL, OSMesa and GLX may exist side by side, but the libraries do not know of each
 // other. So the current context is released before one of another library is made current;
-// otherwise the first library would believe that its context still is current.
+// otherwise the first library would treat its context as still current.
 #pragma once
 
 #include "filters/core/Result.h"
@@ -24,8 +24,8 @@ public:
   GlContext& operator=(const GlContext&) = delete;
   virtual ~GlContext();
 
-  // Makes this the context that all calls of OpenGL in this thread go to. Cheap if it is already.
-  // Errors: InputOutput if its library refuses; those of UseGlLibrary.
+  // Makes this the current context of this thread. Fast if it already is. Errors: InputOutput if
+  // its library refuses; those of UseGlLibrary.
   Status MakeCurrent();
   bool IsCurrent() const;
 
@@ -46,8 +46,8 @@ protected:
 // OpenGL.
 Result<std::unique_ptr<GlContext>> MakeEglContext();
 
-// A context of OSMesa, Mesa's renderer in main memory, likewise.
-// Errors: NotFound without libOSMesa; Unsupported if there is no such OpenGL.
+// A context of OSMesa, Mesa's renderer in main memory; otherwise the same. Errors: NotFound without
+// libOSMesa; Unsupported if there is no such OpenGL.
 Result<std::unique_ptr<GlContext>> MakeOsMesaContext();
 
 }

@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Whose OpenGL the process calls: EGL's, OSMesa's, or the system's (GLX). Internal to
+// Decides whose OpenGL the process calls: EGL's, OSMesa's, or the system's (GLX). Internal to
 // viewer/offscreen.
 //
-// A stock VTK reaches OpenGL in two ways: most functions through the pointers of GLEW, which are
-// one global table, the oldest (OpenGL 1.0 and 1.1) as linked symbols. Both are filled for GLX
-// only. GlSymbols.cxx, which is linked into the executable, stands in front of both; this file
-// decides whom it asks, and fills the tables anew when a context of another library becomes
-// current.
+// A stock VTK calls OpenGL in two ways: most functions by the pointers of GLEW, which are one
+// global table, and the oldest functions (OpenGL 1.0 and 1.1) as linked symbols. Both are filled
+// for GLX only. GlSymbols.cxx, which is linked into the executable, replaces both. This file
+// selects the library that it calls, and fills the tables anew when a context of another library
+// becomes current.
 #pragma once
 
 #include "filters/core/Result.h"
@@ -24,8 +24,7 @@ struct GlLibrary
   GlFunction (*find)(const char* function);
 };
 
-// The OpenGL that the program is linked to, with GLX: what runs where none of our contexts is
-// current.
+// The OpenGL to which the program is linked, with GLX: used when none of our contexts is current.
 const GlLibrary& SystemGlLibrary();
 
 // The library that was last given to UseGlLibrary; at first the system's.
@@ -40,12 +39,12 @@ Status UseGlLibrary(const GlLibrary& library);
 // How GlSymbols.cxx makes itself known, before main().
 struct GlSymbols
 {
-  // Points the linked symbols at `library`'s; the name of a function that is missing there, or
-  // null.
+  // Points the linked symbols at those of `library`. Returns the name of a function that is missing
+  // there, or null.
   const char* (*load)(const GlLibrary& library) = nullptr;
   // The exported glXGetProcAddressARB.
   GlFunction getProcAddress = nullptr;
-  // The function of this name in the libraries behind the executable; null if there is none.
+  // The function of this name in the linked libraries; null if there is none.
   GlFunction (*findInSystem)(const char* function) = nullptr;
 };
 void RegisterGlSymbols(const GlSymbols& symbols);

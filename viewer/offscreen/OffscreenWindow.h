@@ -2,9 +2,8 @@
 // Windows that draw without a screen (doc/design.md#pictures-without-a-screen). Step "render" of
 // the pipeline picture.
 //
-// On EGL, on OSMesa or on an X server, also where the VTK at hand was built for X11 only, as
-// Debian's is. An executable that makes such windows must be given to the CMake function
-// kdstream_enable_offscreen.
+// On EGL, on OSMesa or on an X server, also with a VTK that was built only for X11, as Debian's. An
+// executable that makes such windows must be given to the CMake function kdstream_enable_offscreen.
 #pragma once
 
 #include "filters/core/Result.h"
@@ -36,9 +35,9 @@ Result<WindowBackend> ParseWindowBackend(std::string_view name);
 // smoothed by 4 samples. Sizes are 1 … 8192 a side, and may be changed by SetSize at any time.
 // Windows of all backends may live side by side and draw in turn; a change of backend costs about 1
 // ms. A window's context ends with it. Threads: all windows of a process must be used from one
-// thread. Errors: InvalidArgument for a size; NotFound or Unsupported where the backend cannot draw
+// thread. Errors: InvalidArgument for a size; NotFound or Unsupported if the backend cannot draw
 // here, saying what is missing (library, device, configuration, context, display); for Auto what
-// each of them misses.
+// each backend lacks.
 Result<vtkSmartPointer<vtkRenderWindow>> MakeOffscreenWindow(
   WindowBackend backend, int width, int height);
 

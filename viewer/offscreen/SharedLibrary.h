@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // A shared library that is opened when it is first needed. Internal to viewer/offscreen.
 //
-// EGL and OSMesa are opened this way. So a program starts without one of them and can report that;
-// and OSMesa's OpenGL symbols (it exports them all) hide no others.
+// EGL and OSMesa are opened this way. So a program starts even if one is missing, and can report
+// that; and OSMesa's OpenGL symbols (it exports all of them) do not replace others.
 #pragma once
 
 #include "filters/core/Result.h"
@@ -19,8 +19,8 @@ namespace kdstream
 class SharedLibrary
 {
 public:
-  // Opens the first of `names` that exists. Errors: NotFound, with the loader's words for the last
-  // one.
+  // Opens the first of `names` that exists. Errors: NotFound, with the loader's message for the
+  // last one.
   static Result<SharedLibrary> Open(std::initializer_list<const char*> names)
   {
     std::string reason;

@@ -73,21 +73,22 @@ public:
   vtkSmartPointer<vtkRenderWindow> MakeWindow(int width, int height);
 
   /**
-   * Of the last SetBackendFromString, MakeWindow or UseForAllWindows (vtkErrorCode.h): NoError, or
-   * UnknownError where that was refused.
+   * The result of the last SetBackendFromString, MakeWindow or UseForAllWindows (vtkErrorCode.h):
+   * NoError or UnknownError.
    */
   vtkGetMacro(ErrorCode, unsigned long);
 
   /**
    * From now on vtkRenderWindow::New() makes such windows, and vtkRenderWindowInteractor::New()
-   * interactors without events. False, an error event and no change where nothing can draw here.
+   * interactors without events. If no backend can draw here: returns false with an error event, and
+   * changes nothing.
    */
   bool UseForAllWindows();
 
   /**
    * UseForAllWindows, with the backend that the environment variable KDSTREAM_OFFSCREEN names, if
-   * there is one. kdstream_enable_offscreen calls it before main. False where the name is wrong,
-   * which is an error message; whether the backend works is asked when the first window is made.
+   * it is set. kdstream_enable_offscreen calls it before main. False, with an error message, if the
+   * name is wrong; whether the backend works is checked when the first window is made.
    */
   static bool UseEnvironment();
 

@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // The points of a cloud as round splats, by VTK's shaders. Internal to viewer/rendering.
 //
-// VTK draws all points of an actor as squares of one size. So all get the size of the largest splat
-// in sight, and each discards what lies outside its own circle. That is as large as its radius
-// appears, and bent away from the eye at its rim, so that neighbours meet halfway. Points are lit
-// by their normals, on the side that is seen; without normals as shallow domes, darker the farther
-// away: all as in viewer/mobile/GlesShaders.h.
+// VTK draws all points of an actor as squares of one size. So all get the size of the largest
+// visible splat, and each discards the pixels outside its own circle. The circle has the splat's
+// radius on the screen, and is bent away from the eye at its rim, so that neighbours meet halfway.
+// With normals points are lit on the visible side; without normals they are drawn as shallow domes,
+// darker with the distance: all as in viewer/mobile/GlesShaders.h.
 #pragma once
 
 #include "viewer/session/look/SceneRules.h"
@@ -16,11 +16,11 @@ class vtkPolyDataMapper;
 namespace kdstream
 {
 
-// The point array of the radii, floats in the model's unit. A cloud also has point normals: VTK
-// lights no points without; (0, 0, 0) is none.
+// The point array of the radii, floats in the model's unit. A cloud also has point normals, because
+// VTK does not light points without them; (0, 0, 0) stands for no normal.
 inline constexpr const char* splatRadiusArray = "SplatRadius";
 
-// From now on the actor draws such points; or it draws surfaces again. isLit: SplatSight::isLit.
+// From now on the actor draws points; or it draws surfaces again. isLit: SplatSight::isLit.
 void DrawSplats(vtkActor& actor, vtkPolyDataMapper& mapper, bool isLit);
 void DrawNoSplats(vtkActor& actor, vtkPolyDataMapper& mapper);
 

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// The picture of a tile of texture, decoded: what scenes take as a TileDecoder. Whoever includes
-// this links filters/texture; scenes by themselves do without. Step "render" of the pipeline
-// picture.
+// Decodes the picture of a texture tile: a TileDecoder for scenes. Including this requires
+// filters/texture; the scenes themselves do not need it. Step "render" of the pipeline picture.
 #pragma once
 
 #include "filters/texture/Picture.h"

@@ -21,8 +21,8 @@ struct WindowPicture
   bool operator==(const WindowPicture&) const = default;
 };
 
-// Draws the window and gives back what it then shows, 3 × width × height bytes.
-// Errors: InputOutput if VTK gives back no pixels.
+// Draws the window, and returns its pixels, 3 × width × height bytes. Errors: InputOutput if VTK
+// returns no pixels.
 Result<WindowPicture> Pixels(vtkRenderWindow& window);
 
 // A part of it: its upper left corner and size, within the picture.

@@ -26,8 +26,8 @@ public:
   SceneOcclusion(const SceneOcclusion&) = delete;
   SceneOcclusion& operator=(const SceneOcclusion&) = delete;
 
-  // Darkens what the renderer has drawn, before its window shows it: to be called at its EndEvent.
-  // Nothing where its window is not of OpenGL, or has no depths that can be read. facet:
+  // Darkens what the renderer has drawn, before its window shows it: call this at its EndEvent.
+  // Does nothing if the window is not an OpenGL window, or its depths cannot be read. facet:
   // FacetLength of what is drawn; 0 for a cloud.
   void Darken(vtkRenderer& renderer, double facet);
 

@@ -41,12 +41,12 @@ public:
   // Of what is drawn, relative to the center.
   const Box& Bounds() const { return this->Extent; }
 
-  // Draws this from now on: as SurfaceScene::Update. normals: one a point, or none at all.
-  // REQUIRES: CheckSurface has found nothing. O(points + triangles).
+  // Draws this surface from now on: as SurfaceScene::Update. normals: one for each point, or none.
+  // REQUIRES: CheckSurface has found no error. O(points + triangles).
   void Show(const Surface& surface, const UnitNormals& normals, const TreeDepths& depths,
     const Vec3& center, const SceneStyle& style);
-  // The same with a texture, while the style has the model's own colours. False, and nothing has
-  // been shown, where the tile does not fit the part or its picture cannot be had.
+  // The same with a texture, if the style uses the model's own colours. False, with no change, if
+  // the tile does not fit the part or its picture cannot be decoded.
   struct TextureSource
   {
     std::shared_ptr<const TextureTile> tile;
@@ -57,10 +57,11 @@ public:
   void SetStyle(const SceneStyle& style);
   // A copy of it is what this is made of from now on; to be followed by SetStyle.
   void SetMaterial(vtkProperty& material);
-  // What is above the plane is not drawn until it is cut anew, or shows another surface. center: as
-  // in Show.
+  // Hides what is above the plane, until it is cut anew, or shows another surface. center: as in
+  // Show.
   void CutBy(const std::optional<SectionPlane>& plane, const Vec3& center);
-  // Before each picture: SceneLighting::relief, of what bends by a radian within so many pixels.
+  // Before each picture: SceneLighting::relief, for a bend of a radian within this number of
+  // pixels.
   void RaiseRelief(double relief, double pixels);
   // Before each picture: as AimSplats of CloudSplats.h, of triangles whether they are lit.
   void Aim(const SplatSight& sight);

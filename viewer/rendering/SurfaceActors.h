@@ -26,8 +26,8 @@ namespace kdstream
 class SurfaceActors
 {
 public:
-  // Told of an actor that is drawn from now on (perhaps once more), and of one that is drawn no
-  // more.
+  // Called for an actor that is drawn from now on (perhaps a second time), and for one that is not
+  // drawn any more.
   using Told = std::function<void(vtkActor&)>;
   SurfaceActors(Told add, Told remove);
   ~SurfaceActors();
@@ -41,9 +41,9 @@ public:
   void SetTileDecoder(TileDecoder decoder) { this->Decoder = decoder; }
   void SetStyle(const SceneStyle& style);
 
-  // What all are made of, but for colours of the model, and flat or smooth, which the style says.
-  // Costs nothing where it was not modified since the last time. Before the first call:
-  // sceneMaterial.
+  // Sets the material of all actors, except colours of the model, and flat or smooth shading, which
+  // the style sets. Costs nothing if it was not modified since the last call. Before the first
+  // call: sceneMaterial.
   void SetMaterial(vtkProperty& material);
 
   // Before each picture: what is above the section is not drawn; SceneLighting::relief.

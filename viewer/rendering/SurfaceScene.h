@@ -35,8 +35,8 @@ class SceneOcclusion;
 class ScenePart;
 class SurfaceActors;
 
-// Red, green and blue bytes, rows from the top down, of a tile's picture: what its image says, and
-// as large as it tells. Errors: whatever hinders that; the tile paints nothing then.
+// A tile's decoded picture: red, green and blue bytes, rows from the top down, in the size that the
+// tile states. Errors: of decoding; the tile is then not drawn.
 struct TilePicture
 {
   std::uint32_t width = 1, height = 1;
@@ -51,8 +51,8 @@ struct SceneStyle
   bool occlusion = false; // ambient occlusion (viewer/session/look/OcclusionShaders.h)
 };
 
-// A renderer with one surface, which may be replaced while the camera stays.
-// Threads: one at a time, that of the window.
+// A renderer with one surface, which may be replaced while the camera stays. Threads: only the
+// window's thread.
 class SurfaceScene
 {
 public:
@@ -64,14 +64,14 @@ public:
   // For vtkRenderWindow::AddRenderer. It stays the same for the scene's life.
   vtkRenderer& Renderer() { return *this->SceneRenderer; }
 
-  // Replaces what is drawn: triangles with normals weighted by area, or, where a surface has none,
-  // its points as round splats. center: a point near the surface; coordinates relative to it become
-  // floats, so that far-away origins cost no precision. depths: those of the surface's cut, for the
-  // colouring by partition. O(points + triangles). The surface is not kept. Errors, which leave the
-  // scene as it was: those of CheckSurface.
+  // Replaces what is drawn: triangles with normals weighted by area; or, for a surface without
+  // triangles, its points as round splats. center: a point near the surface; coordinates relative
+  // to it become floats, so that far-away origins cost no precision. depths: those of the surface's
+  // cut, for the colouring by partition. O(points + triangles). The surface is not kept. Errors:
+  // those of CheckSurface; then the scene does not change.
   Status Update(const Surface& surface, const TreeDepths& depths, const Vec3& center);
-  // The same, where only parts that differ from the last surface, or are painted by another tile,
-  // cost anything: each is an actor. tiles: null, or what paints parts that tell corners.
+  // The same, but only parts that differ from the last surface, or have another tile, cost time:
+  // each part is an actor. tiles: null, or the textures of parts with texture corners.
   Status Update(const DrawnSurface& surface, const TreeDepths& depths, const Vec3& center,
     const std::shared_ptr<const TileList>& tiles = nullptr);
   // Null, as at first: tiles paint nothing.
@@ -80,9 +80,8 @@ public:
   // O(points + triangles) where the coloring changes.
   void SetStyle(const SceneStyle& style);
 
-  // What is above the plane is not drawn; the cap is, in capColor. cap: null, or with triangles
-  // whose indices are in range, in the same coordinates as the surface; capVersion tells one from
-  // another.
+  // Hides what is above the plane, and draws the cap, in capColor. cap: null, or with triangles
+  // whose indices are in range, in the same coordinates as the surface; capVersion identifies it.
   void SetSection(const std::optional<SectionPlane>& plane,
     const std::shared_ptr<const Surface>& cap, std::uint64_t capVersion);
   void SetLighting(const SceneLighting& lighting);

@@ -11,8 +11,8 @@ class vtkTexture;
 namespace kdstream
 {
 
-// Its texels are mixed with their neighbours, and where several share a pixel, in halves and
-// quarters of the picture, as the page mixes them. What is beyond the edge is not looked at.
+// Its texels are interpolated, and mipmapped where several share a pixel, as in the page. Texture
+// coordinates are clamped to the picture.
 vtkSmartPointer<vtkTexture> MakeTileTexture(const TilePicture& picture);
 
 }

@@ -34,8 +34,8 @@ enum class Turning
   Free     // as a ball under the finger, and two fingers roll it
 };
 
-// Where a camera stands, whatever the model's size and place: lengths in radii of the sphere around
-// the fitted box, from its middle.
+// A camera's place, independent of the model's size and position: lengths are in radii of the
+// sphere around the fitted box, relative to its middle.
 struct CameraPlace
 {
   Vec3 focal{};
@@ -49,8 +49,8 @@ struct CameraPlace
 //
 // The state is the focal point, the distance to it, and an orientation; eye, up and rays follow
 // from these. In the camera's frame x is right, y up, and the view goes along -z. Model units
-// throughout. A viewer's vertical angle of view is fixed: its tangent is a literal, so that no
-// library function has a say in what is drawn.
+// throughout. A viewer's vertical angle of view is fixed: its tangent is a literal, so the picture
+// does not depend on the rounding of library functions.
 class Camera
 {
 public:
@@ -66,13 +66,13 @@ public:
   void SetTurning(Turning turning);
   Turning GetTurning() const { return this->Turns; }
 
-  // Looks along -z of the model, y up, unless told otherwise, so that all of `box` just fits into
-  // the window, portrait and landscape alike. Sets the limits of panning and zooming, in radii of
-  // the sphere around the box. An empty box counts as the unit cube.
+  // Sets the view in which all of `box` just fits into the window, portrait and landscape alike:
+  // along -z of the model with y up, or with the given orientation. Sets the limits of panning and
+  // zooming, in radii of the sphere around the box. An empty box counts as the unit cube.
   void FitTo(const Box& box, const Quaternion& orientation = {});
 
-  // The same view in another window, as large as it can be: all of the box is to be seen that was,
-  // and as much is left around it, so that a fitted view fits again. The distance is within the
+  // The same view in another window, as large as possible: all that was visible of the box stays
+  // visible, with the same margin, so that a fitted view fits again. The distance stays within the
   // limits of FitTo.
   void MoveTo(const Viewport& window);
   // Whether it looks as FitTo has it.
@@ -82,67 +82,68 @@ public:
   // A point of the model, in these lengths, and back.
   Vec3 PlaceOf(const Vec3& point) const;
   Vec3 PointAt(const Vec3& place) const;
-  // In a window of another shape the whole of the largest square in the middle is seen still.
-  // Within the limits of panning and zooming. REQUIRES: finite numbers, an orientation of length 1.
+  // In a window of another shape the largest square in the middle stays completely visible. Within
+  // the limits of panning and zooming. REQUIRES: finite numbers, an orientation of length 1.
   void SetPlace(const CameraPlace& place);
 
-  // As a camera of somebody else's looks, whatever it looks at. tangent: of half the vertical angle
-  // of view, above 0. REQUIRES: an eye that is not at the focal point, and up not along the line of
+  // Sets the view of another camera, whatever it looks at. tangent: of half the vertical angle of
+  // view, above 0. REQUIRES: an eye that is not at the focal point, and up not along the line of
   // sight.
   void LookFrom(const Vec3& eye, const Vec3& focal, const Vec3& up, double tangent);
 
   // A finger went from one pixel to the other: turns about the focal point. Free: as if a ball
   // under the window followed it (Bell's trackball: a sphere in the middle, a hyperbola around it,
-  // so it never jumps). Upright: across about the up axis, up and down about the screen's
-  // horizontal as far as straight above and below; in the middle as fast as the ball.
+  // so it never jumps). Upright: horizontal moves turn about the up axis, vertical ones about the
+  // screen's horizontal axis until straight above or below; in the middle as fast as with the ball.
   void Rotate(double fromX, double fromY, double toX, double toY);
-  // The picture turns clockwise about pixel (x, y), by an angle with this cosine and sine; where
-  // turning is upright nothing does.
+  // Turns the picture clockwise about pixel (x, y), by the angle of this cosine and sine. Does
+  // nothing if turning is upright.
   void Roll(double cosine, double sine, double x, double y);
-  // What lies in the focal plane follows a finger that moved by (dx, dy) pixels, as far as some of
-  // the fitted box stays on the screen: a point of it within 0.8 of the way from the middle to the
-  // nearest edge. That holds then however one turns.
+  // Moves what lies in the focal plane by (dx, dy) pixels. Stops so that some of the fitted box
+  // stays on the screen, however the model is turned afterwards: a point of it within 0.8 of the
+  // way from the middle to the nearest edge.
   void Pan(double dx, double dy);
   // Enlarges by `factor` > 0 (below 1: makes smaller) so that the point of the focal plane under
-  // pixel (x, y) stays there, as far as Pan goes. The distance stays between 1e-4 and 20 radii.
+  // pixel (x, y) stays there, within the limits of Pan. The distance stays between 1e-4 and 20
+  // radii.
   void Zoom(double factor, double x, double y);
-  // Moves the focal point along the view's axis to the depth of `point`, with eye and picture
-  // unchanged. Points behind the eye, outside the limits of the distance, or where the box could
-  // be turned off the screen then, change nothing.
+  // Moves the focal point along the view's axis to the depth of `point`, without changing eye and
+  // picture. Does nothing if the point is behind the eye, if the distance would be out of its
+  // limits, or if the box could then be turned off the screen.
   void FocusAtDepthOf(const Vec3& point);
-  // How far a point may be from the focal point so that it is on the screen whichever way one
-  // turns: 0.8 of the way to the nearest edge, there.
+  // How far a point may be from the focal point so that it is on the screen however the model is
+  // turned: 0.8 of the way to the nearest edge.
   double Reach() const { return this->Reach(this->EyeDistance); }
   // The focal point comes so near to `point`, on the straight way.
   void KeepInSight(const Vec3& point);
   // Away from the focal point, which stays, by a length of 0 or more; no farther than 20 radii.
   void StepBack(double length);
-  // Between this camera (0) and one that only panned and zoomed away from it (1): eye, focal point
-  // and distance on straight lines.
+  // A camera between this one (0) and one that has only panned and zoomed away from it (1): eye,
+  // focal point and distance move on straight lines.
   Camera PartOfTheWayTo(const Camera& moved, double part) const;
 
   Ray RayOf(double x, double y) const;
-  // Where a point is seen, pixels from the upper left corner, perhaps beside the window; nothing
-  // behind the eye.
+  // The pixel of a point, from the upper left corner, perhaps outside the window; nothing behind
+  // the eye.
   std::optional<std::array<double, 2>> PixelOf(const Vec3& point) const;
-  // Whether any of a box may be on the screen: true where it is, and at times where it is not. Of
-  // an empty box false.
+  // Whether a part of a box may be on the screen: always true if one is, sometimes also if none is.
+  // False for an empty box.
   bool MaySee(const Box& box) const;
-  // Of the planes through the eye that bound what is on the screen: ahead, and the four sides; of
-  // length 1.
+  // The inward normals, of length 1, of the five planes through the eye that bound what is visible:
+  // ahead, and the four sides.
   std::array<Vec3, 5> InwardNormals() const;
   // From the eye to the nearest point of a box that is not empty; 0 within it.
   double DistanceTo(const Box& box) const { return kdstream::DistanceTo(box, this->Eye()); }
-  // Points of the screen (pixels / pixel ratio) that a length of 1 takes at most, `distance` > 0
-  // away from the eye.
+  // The most points of the screen (pixels / pixel ratio) that a length of 1 can take at a distance
+  // of `distance` > 0 from the eye.
   double PointsPerUnit(double distance) const;
-  // How far from the middle of the screen a point is seen: 0 there, 1 at the middle of its upper
+  // How far from the middle of the screen a point appears: 0 there, 1 at the middle of the upper
   // edge; infinite behind the eye.
   double Eccentricity(const Vec3& point) const;
   // Pixels of one model unit in the focal plane; points of the screen.
   double PixelsPerUnit() const;
   double FocalPointsPerUnit() const { return this->PixelsPerUnit() / this->View.pixelRatio; }
-  // The tangent of the angle that so many points of the screen take, in its middle.
+  // The tangent of the angle of this number of points, in the middle of the screen.
   double TangentOf(double points) const
   {
     return points * this->View.pixelRatio / (this->PixelsPerUnit() * this->EyeDistance);

@@ -1,13 +1,13 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// How a session gets what it would like to see, and takes what comes. Step "request" of the
-// pipeline picture.
-//   1. the wish, at every input (LodSelection::Follow),
-//   2. the shown cut, and what is missing, in one list, most urgent first; what nobody wants any
-//      more is cancelled (LodSelection::Choose, WishList::Want),
-//   3. requests for as much of it as fills the connection (LineMeter), and more as it comes,
-//   4. when all of it is there, what the view would want next.
-// 2 looks at every vertex of the wanted pieces, so it is done once a frame, and where nothing is in
-// flight that one could wait for.
+// Fetches what a session wants to show, and takes what arrives. Step "request" of the pipeline
+// picture.
+//   1. Updates the wish, at every input (LodSelection::Follow).
+//   2. Chooses the shown cut, and lists what is missing, most urgent first; cancels requests that
+//      are not wanted any more (LodSelection::Choose, WishList::Want).
+//   3. Requests as much of the list as fills the connection (LineMeter), and more as it arrives.
+//   4. When everything has arrived, prefetches what the view would want next.
+// Step 2 visits every vertex of the wanted pieces, so it is done once a frame, and when nothing is
+// in flight.
 #pragma once
 
 #include "viewer/session/SessionTypes.h"
@@ -37,13 +37,13 @@ public:
   // Asks for the description of a model; of the last one nothing is wanted any more.
   void Select(const std::string& model);
 
-  // ---- asking, of the model that is open; true where the preview has just appeared: all is to be
-  // updated anew
+  // ---- requests, for the open model. True if the preview has just appeared: then everything must
+  // be updated anew.
   bool Update(LodSelection::View view);
   // At a frame.
   bool FollowView(const LodSelection::View& view);
-  // Much may be in flight, and it would come before what a tap needs: it is cancelled, but for the
-  // tree.
+  // Makes way for a tap: everything in flight would arrive before what the tap needs, so it is
+  // cancelled, except pages of the tree.
   void GiveWayToTap();
 
   // ---- what comes

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Vectors and quaternions of the viewers: the arithmetic under step "look" of the pipeline picture.
+// Vectors and quaternions of the viewers: the arithmetic below step "look" of the pipeline picture.
 //
-// Only + - * / and sqrt, which every platform rounds alike: the same touches give the same camera,
-// bit for bit, natively and in the browser.
+// Only + - * / and sqrt, which every platform rounds the same: so the same touches give the same
+// camera, bit for bit, natively and in the browser.
 #pragma once
 
 #include "filters/core/VectorMath.h"
@@ -49,8 +49,8 @@ struct Quaternion
   double w = 1, x = 0, y = 0, z = 0;
   bool operator==(const Quaternion&) const = default;
 
-  // The shortest rotation that takes direction `from` to direction `to`; none where they are
-  // opposite. REQUIRES: both of length 1.
+  // The shortest rotation from direction `from` to direction `to`; none if they are opposite.
+  // REQUIRES: both of length 1.
   static Quaternion Between(const Vec3& from, const Vec3& to)
   {
     const Vec3 axis = Cross(from, to);
@@ -81,8 +81,8 @@ struct Quaternion
     return v + t * w + Cross(axis, t);
   }
 
-  // The rotation that takes x, y and z to these. REQUIRES: of length 1, each at right angles to the
-  // others, right-handed.
+  // The rotation that takes the axes x, y and z to these. REQUIRES: of length 1, orthogonal,
+  // right-handed.
   static Quaternion OfAxes(const Vec3& x, const Vec3& y, const Vec3& z)
   {
     // The largest of the four components first: what the others are divided by.

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Fingers to gestures: the first step of "look" in the pipeline picture.
+// Recognizes gestures of fingers: the first step of "look" in the pipeline picture.
 //
 // One finger rotates, two pan and pinch, a double tap picks (paper sections 5.2 and 5.3). Nothing
-// here knows of cameras or meshes; what a gesture does is ViewerSession's affair.
+// here knows of cameras or meshes; ViewerSession decides what a gesture does.
 #pragma once
 
 #include <cstdint>
@@ -62,20 +62,18 @@ struct GestureThresholds
   double twistSlop = 0.17;   // sine of the angle by which two fingers turn before they twist
 };
 
-// What the touches of one frame mean. Rules:
+// Turns the touches of one frame into gestures. Rules:
 // - A *sequence* lasts from the moment the first finger is put down until the last one is lifted.
-// It
-//   is a tap only if it had one and the same finger throughout, which stayed within the slop and
-//   for at most tapSeconds. Two taps close in time and place are a double tap; a third one starts
-//   anew.
-// - Of more than two fingers the two that came first count; the others are ignored until one of the
-//   two is lifted. Whenever the two change, measuring starts anew, so that nothing jumps.
+//   It is a tap only if a single finger made it, stayed within the slop, and was down for at most
+//   tapSeconds. Two taps close in time and place are a double tap; a third one starts anew.
+// - If there are more than two fingers, the first two count; the others are ignored until one of
+//   the two is lifted. When the two change, measuring starts anew, so that nothing jumps.
 // - Two fingers are never lifted at the same moment. So the one that remains must move by the slop
 //   before it rotates.
 // - The product of a pinch's scales is the ratio of its last gap to its first (gaps below
-// smallestGap count as it). Touches with coordinates that are not finite are ignored; of touches
-// with the same id the first counts; a time that goes backwards or is not finite counts as the last
-// one. O(touches²) a frame.
+//   smallestGap count as it). Touches with coordinates that are not finite are ignored; of touches
+//   with the same id the first counts; a time that goes backwards or is not finite counts as the
+//   last one. O(touches²) a frame.
 class GestureRecognizer
 {
 public:

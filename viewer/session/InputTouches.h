@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Touches that stand for a mouse and for keys, the same in every window: part of the first step of
-// "look" in the pipeline picture. What they mean is GestureRecognizer's affair.
+// Touches in place of a mouse and of keys, the same in every window: part of the first step of
+// "look" in the pipeline picture. GestureRecognizer decides what they mean.
 #pragma once
 
 #include "viewer/session/Camera.h"
@@ -33,8 +33,8 @@ inline constexpr unsigned dragFrames = 4;
 TouchFrame DragByKey(
   const Viewport& window, double right, double down, bool pans, double time, unsigned frame);
 
-// Taps in the middle of the window, close enough to be a double tap where they are two: frames 0 to
-// tapFrames - 1 are the first, and so on.
+// Taps in the middle of the window, in time and place close enough for a double tap: frames 0 to
+// tapFrames - 1 are the first tap, and so on.
 inline constexpr unsigned tapFrames = 2;
 TouchFrame TapByKey(const Viewport& window, double time, unsigned frame);
 

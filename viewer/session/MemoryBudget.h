@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// What a viewer may take of memory, and what of that may be what. Between steps "choose" and "keep"
-// of the pipeline picture.
+// How much memory a viewer may take, and how it is shared. Between steps "choose" and "keep" of the
+// pipeline picture.
 #pragma once
 
 #include <cstddef>
@@ -25,19 +25,19 @@ struct MemoryShares
   bool operator==(const MemoryShares&) const = default;
 };
 
-// What one may hold that may show about so many triangles at a time, where what the view wants may
-// take about so many bytes, decoded and drawn. A region around a tap takes at most half of the
-// triangles (the other half is for the regions before it). Half as many bytes again are for decoded
-// pictures of textures.
+// The shares for a viewer that may show about this number of triangles at a time; the wanted pieces
+// may take about this number of bytes, decoded and drawn. A region around a tap takes at most half
+// of the triangles (the other half is for the regions before it). Decoded pictures of textures may
+// take half as many bytes in addition.
 MemoryShares SharesOfBudgets(std::uint64_t triangles, std::size_t viewBytes);
 
-// A budget for all that a page takes: the memory of its program, which never shrinks again, and
-// that of the graphics. Pieces may take two fifths of it. The rest is for what is drawn of them,
-// in both memories, for what is made anew while the old is still shown, and for the gaps between.
+// A budget for all memory of a page: that of its program, which never shrinks, and graphics memory.
+// Pieces may take two fifths of it. The rest is for drawing them, in both memories, for new
+// surfaces while the old ones are still shown, and for fragmentation.
 //
-// How much a model's pieces take is known beforehand on average only. So what is really taken is
-// followed: once that nears the budget, each growth makes the shares smaller, and what is shown
-// coarser, for as long as the viewer lives.
+// The memory of a model's pieces is known in advance only on average. So the real use is measured:
+// when it comes near the budget, each growth makes the shares smaller, and the shown surface
+// coarser, for the rest of the viewer's life.
 class MemoryBudget
 {
 public:
@@ -51,7 +51,7 @@ public:
   std::size_t Bytes() const { return this->Budget; }
   MemoryShares Shares() const;
 
-  // So many bytes are taken now, of all kinds. Whether the shares are smaller for that.
+  // The memory taken now, of all kinds. Returns whether the shares have become smaller.
   bool Follow(std::size_t taken);
 
 private:

@@ -4,24 +4,23 @@
 //
 //   {"t":0.25,"touches":[{"id":1,"x":640,"y":360}]}
 //       the fingers on the screen at that time, all of them
-//   {"wait":"idle"}             until everything that was asked for has come
+//   {"wait":"idle"}             until everything that was requested has arrived
 //   {"screenshot":"NAME.png"}   the picture as it is now
-//   {"select":"MODEL"}          choose a model; the one that is chosen already: full screen
+//   {"select":"MODEL"}          choose a model; if it is chosen already: full screen
 //   {"zoom":1.25,"x":640,"y":360}
-//       a wheel enlarges so much about that pixel
+//       a wheel enlarges by this factor about that pixel
 //   {"go":"home"}               the first view again; "undo": the one before the last jump; "back":
 //                               out of full screen
 //   {"side":"front"}            from there: front, back, left, right, top or bottom
-//   {"link":"model=…"}          what a link to a view says (ViewLink.h), but for colours and light
-//   {"tool":"measure"}          what fingers do from here on: measure, section, light, second
-//   light, or
-//                               none of these (as before it)
+//   {"link":"model=…"}          the view of a link (ViewLink.h), without its colours and light
+//   {"tool":"measure"}          what fingers do from here on: measure, section, light,
+//                               second light, or none of these (the default)
 //   {"section":"x"}             a plane through the middle: across x, y, z or the view; "flip": the
 //                               other side is cut away; "off"
 //   {"depth":0.4}               so much of the model is cut away: 0-1
 //   {"lamps":"…"}               light as in a link (ViewLink.h); "standard"
-//   {"turning":"upright"}       how fingers turn the model from here on: upright or free, which it
-//                               is before
+//   {"turning":"upright"}       how fingers turn the model from here on: upright, or free (the
+//                               default)
 //   {"detail":"level"}          view, level or full from here on
 //   {"rings":2}                 of the next regions
 //   {"triangles":300000,"memory":150000000}
@@ -92,15 +91,14 @@ struct SessionStep
 // Whether the step does nothing where no model is open: touches, zooms, jumps, a section.
 bool NeedsModel(const SessionStep& step);
 
-// Reads a session file's content; empty lines are skipped. O(size).
-// check: what a player has against a step, which is reported before it plays any.
-// Errors: InvalidInput naming the line and what is wrong in it; unknown keys are errors, and what
-// `check` says.
+// Reads a session file's content; empty lines are skipped. O(size). check: returns why a player
+// cannot play a step; called for all steps before any is played. Errors: InvalidInput naming the
+// line and what is wrong in it; unknown keys are errors, and so are those of `check`.
 Result<std::vector<SessionStep>> ParseSession(
   std::string_view text, const std::function<Status(const SessionStep&)>& check = {});
 
-// Does to the session what a person did: nothing for WaitForIdle and Screenshot, which are the
-// player's, nor for Colors, Light and Boxes, which are the scene's. Errors: those of SelectModel.
+// Applies a recorded step to the session. Does nothing for WaitForIdle and Screenshot, which the
+// player does, and for Colors, Light and Boxes, which the scene does. Errors: those of SelectModel.
 Status Perform(const SessionStep& step, ViewerSession& session);
 
 // The step as one line, without the line's end. Parsing it gives the same step again, bit for bit.

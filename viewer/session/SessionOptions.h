@@ -19,13 +19,13 @@ class ViewerSession;
 
 struct RefinementOptions
 {
-  // Points of the screen (pixels / pixel ratio): an error of so many is not seen. Above 0.
+  // The accepted screen-space error in points (pixels / pixel ratio). Above 0.
   double tolerance = 1;
   // A refined piece stays refined until its error is below the tolerance divided by this, at least
   // 1 (hysteresis). So small motions to and fro do not flicker.
   double deadBand = 1.25;
-  // A model whose original has at most this number of triangles (points, of a cloud) costs little.
-  // It is shown four times as fine: as the original, unless it is tiny on the screen.
+  // A model whose original has at most this number of triangles (points, of a cloud) is cheap to
+  // draw. It is shown four times as fine: as the original, unless it is tiny on the screen.
   std::uint64_t smallModel = 0;
   // Most triangles (points, of a cloud) that are shown, and most bytes for their pieces. Where a
   // view needs more, the remaining error grows.
@@ -35,13 +35,13 @@ struct RefinementOptions
 
 struct LevelPolicyOptions
 {
-  // A level is fine enough where its deviation is at most this many points (pixels / pixel ratio)
-  // on the screen. Above 0.
+  // A level is fine enough if its geometric error is at most this many points (pixels / pixel
+  // ratio) on the screen. Above 0.
   double tolerance = 1;
   // A level stays as long as the tolerance, divided or multiplied by this, would still choose it.
-  // So zooming to and fro around a border does not flicker. At least 1.
+  // So zooming back and forth across a threshold does not flicker. At least 1.
   double hysteresis = 1.25;
-  // What memory and frame rate allow: a level with more triangles is not chosen, but for the
+  // A limit for memory and frame rate: a level with more triangles is not chosen, except the
   // preview.
   std::uint64_t triangleBudget = 2'000'000;
 };
@@ -55,11 +55,11 @@ struct LodOptions
 
 struct RegionLimits
 {
-  // A pick may ask for so many pages and boxes of the tree.
+  // The most pages and boxes of the tree that a pick may ask for.
   std::size_t treeBlobs = 1000;
-  // A region takes at most so many partitions, nearest first,
+  // The most partitions of a region, nearest first,
   std::size_t partitions = 512;
-  // and about as many as have so many triangles, but at least the one that was picked.
+  // and about the most triangles of a region; it always has the picked partition.
   std::uint64_t triangles = std::numeric_limits<std::uint64_t>::max();
   // A region that has shrunk to fewer points than this on the screen is let go.
   double points = 32;
@@ -77,19 +77,19 @@ struct SessionOptions : LodOptions
   std::size_t treeBytes = standardTreeBytes;
   // Decoded pictures of textures that are kept, bytes.
   std::size_t pictureBytes = std::size_t{ 512 } << 20;
-  // Prefetch, by the view: when all that is wanted has come, pieces for a view nearer by half in
-  // the middle of the screen are fetched, once for each view, until about this number of bytes was
-  // requested. 0: no prefetch.
+  // Prefetch, by the view: when everything that is wanted has arrived, pieces for a view at half
+  // the distance, in the middle of the screen, are fetched, once for each view, up to about this
+  // number of bytes. 0: no prefetch.
   std::size_t prefetchBytes = 0;
   // Seconds of a steady clock, for parsing times only; without one these are 0.
   std::function<double()> clock;
-  // Blobs of which Statistics tells: the newest.
+  // The number of blobs in Statistics: the newest.
   std::size_t mostStatistics = 10'000;
   // All of the above that is held, at most.
   void TakeShares(const MemoryShares& shares);
   // After each input, `sink` is called with one line of JSON: the input, the state, the resulting
-  // requests. The same inputs give the same lines. The code that writes them is linked only where
-  // this is called: not in a page.
+  // requests. The same inputs give the same lines. The code that writes them is linked only into
+  // programs that call this, not into a page.
   void TraceTo(std::function<void(std::string_view)> sink);
 
 private:

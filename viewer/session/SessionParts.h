@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// What a session is made of, and how its parts are wired; ViewerSession is what others see of them.
-// Part of step "request" of the pipeline picture.
+// The parts of a session, and how they are connected; ViewerSession is its interface. Part of step
+// "request" of the pipeline picture.
 #pragma once
 
 #include "viewer/session/Fetcher.h"
@@ -41,8 +41,8 @@ struct SessionParts
 
   // What the person's view asks for now.
   LodSelection::View View() const;
-  // Every input ends in this: what one would like to see is compared with what is loaded and with
-  // what is in flight.
+  // Every input ends here: compares what the view wants with what is loaded and with what is in
+  // flight.
   void Update();
   // The level that the zoom asks for, and whether the region can still be seen.
   void FollowZoom();

@@ -21,9 +21,9 @@
 namespace kdstream
 {
 
-// What the session asks of a server. The host sends it by any means (a stream's message, or a GET
-// for each blob) and answers with Opened, BlobArrived, BlobFailed, RequestFailed and RequestEnded
-// of ViewerSession.
+// A session's request to a server. The host sends it by any means (a stream's message, or a GET for
+// each blob) and answers with Opened, BlobArrived, BlobFailed, RequestFailed and RequestEnded of
+// ViewerSession.
 struct SessionRequest
 {
   enum class Kind
@@ -95,17 +95,17 @@ enum class ViewerMode
 };
 const char* NameOf(ViewerMode mode);
 
-// What to tell the person.
+// The message for the user.
 struct ViewerStatus
 {
   ViewerMode mode = ViewerMode::NoModel;
   std::string model; // id, title
   std::string title;
-  // Of what is shown but for the tapped region; by the view, the finest of it, L where that is the
-  // original. Nothing before the preview has come.
+  // The level shown, without the tapped region. In view mode: the finest one; L if that is the
+  // original. Nothing before the preview has arrived.
   std::optional<unsigned> shownLevel;
-  // That the zoom asks for; by the view, the finest that is wanted. Nothing before the model is
-  // open.
+  // The level that the zoom asks for. In view mode: the finest wanted one. Nothing before the model
+  // is open.
   std::optional<unsigned> targetLevel;
   bool original = false;     // by the view: some of it is
   double remainingError = 0; // by the view: points on the screen that a budget leaves; else 0
@@ -132,8 +132,8 @@ struct ViewerStatus
 struct SessionTraffic
 {
   std::uint64_t blobs = 0, bytes = 0;
-  // Of these bytes those of pieces that no drawn surface has used, and of answers to requests that
-  // had been cancelled.
+  // The part of these bytes that was not used: pieces that no drawn surface has used, and answers
+  // to cancelled requests.
   std::uint64_t wasted = 0;
 };
 
@@ -150,8 +150,9 @@ struct BlobStatistics
   std::uint64_t bytes = 0;
   double transmissionSeconds = 0;
   double parsingSeconds = 0; // decoding and checking
-  // Of the first frame that shows it: drawing the surface and rendering it, shared among the blobs
-  // that this frame shows for the first time by their triangles. 0 if it has not been shown.
+  // Of the first frame that shows the blob: the time to draw the surface and to render it, divided
+  // by triangles among the blobs that this frame shows for the first time. 0 if the blob has not
+  // been shown.
   double renderingSeconds = 0;
   bool fromCache = false; // of the disk
 };

@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// A view that is told to another viewer: what a link to it says. Step "look" of the pipeline
+// Links to views, by which one viewer gives its view to another. Step "look" of the pipeline
 // picture.
 //
 //   model=dragon&digest=76cfa554&view=AX9…&turning=free&detail=level&region=1234.2
 //
-// is what stands behind the # of a viewer's address (doc/viewing.md#links-to-views).
+// is the text after the # of a viewer's URL (doc/viewing.md#links-to-views).
 #pragma once
 
 #include "filters/core/Result.h"
@@ -58,9 +58,9 @@ std::string FormatLights(const std::optional<RakingLight>& lights);
 // Errors: InvalidInput for what is none of these.
 Result<std::optional<RakingLight>> ParseLights(std::string_view text);
 
-// Takes any text. What it does not know it skips: a later version's links open as far as they can.
-// Errors: InvalidInput where the text is longer than ViewLink::longest, no model is named, or a
-// value is none that its key can have.
+// Parses any text. Unknown keys are skipped: a later version's links open as far as possible.
+// Errors: InvalidInput if the text is longer than ViewLink::longest, names no model, or has a value
+// that its key cannot have.
 Result<ViewLink> ParseViewLink(std::string_view text);
 
 }

@@ -19,7 +19,8 @@
 namespace kdstream
 {
 
-// What part of the output is wanted here: `piece` of `pieces`, with so many rings around.
+// Which part of the output is wanted here: `piece` of `pieces`, with this number of rings around
+// it.
 struct OutputShare
 {
   std::uint32_t piece = 0, pieces = 1;
@@ -42,8 +43,8 @@ struct OriginalFacts
     std::uint64_t points = 0, cells = 0;
   };
   std::vector<Partition> partitions;
-  // Of each of the model's arrays, over the finite values of its first component: empty where it
-  // has more than one, or no such value.
+  // For each of the model's arrays the range of the finite values of its first component: empty if
+  // it has more than one component, or no finite value.
   std::vector<std::optional<std::pair<double, double>>> ranges;
 };
 

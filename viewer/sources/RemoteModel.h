@@ -19,15 +19,15 @@ namespace kdstream
 class RemoteModel final : public PieceSource
 {
 public:
-  // Connects, and opens the model; where the server cannot be reached, what the cache has of it.
-  // Here and below the step "waiting" is reported every 20 ms. Errors: those of
-  // ServerClient::Connect; NotFound for a model that it does not have, naming those that it has;
-  // InputOutput where no answer comes; Cancelled.
+  // Connects, and opens the model; if the server cannot be reached, the cached one. While waiting
+  // (also in the functions below), the step "waiting" is reported every 20 ms. Errors: those of
+  // ServerClient::Connect; NotFound for a model that the server does not have, naming those that it
+  // has; InputOutput if no answer arrives; Cancelled.
   static Result<std::shared_ptr<const RemoteModel>> Open(
     const ServerAddress& address, const Execution& execution);
 
-  // Whether the server has this version of the model still, by one question to it. Where it has
-  // not, this is of no use any more. Errors: Cancelled.
+  // Asks the server whether it still has this version of the model. If not, this object must not be
+  // used any more. Errors: Cancelled.
   Result<bool> IsPresent(const Execution& execution) const;
 
   const ModelDescription& Info() const override { return this->Description; }

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// How sources run: on VTK's threads. While they wait, the unchanged progress is reported, so that
-// an observer can stop them; so can any other thread, by vtkAlgorithm::SetAbortExecute.
+// The execution of sources: on VTK's threads. While they wait, the unchanged progress is reported,
+// so that an observer can abort; so can any other thread, by vtkAlgorithm::SetAbortExecute.
 #pragma once
 
 #include "filters/core/Execution.h"
@@ -13,11 +13,11 @@ namespace kdstream
 // Where an Update begins: an abort of before counts no more.
 void ForgetAbort(vtkAlgorithm& source);
 
-// For what is opened before the information of a pipeline is told: progress is 0.
+// For opening, before the output information is known: progress is 0.
 Execution MakeOpeningExecution(vtkAlgorithm& source);
 
-// For what is read then. Progress never falls, though steps begin anew: "pieces" are four fifths of
-// it, "glue" is a tenth; of all others nothing but the time is reported.
+// For reading. Progress never falls, although steps begin anew: "pieces" are four fifths of it,
+// "glue" a tenth; all other steps report only that time passes.
 Execution MakeReadingExecution(vtkAlgorithm& source);
 
 }

@@ -21,9 +21,9 @@ struct ViewDemand
   std::uint64_t triangles = 2'000'000; // about the most; where more would be needed, it is coarser
 };
 
-// Pieces to be shown in the preview's place. Reads the pages of the tree along the way. Errors:
-// those of CheckCamera and of the source; Unsupported for a model without levels; Cancelled.
-// Reports the step "view".
+// The pieces to show in place of the preview. Reads the necessary pages of the tree. Errors: those
+// of CheckCamera and of the source; Unsupported for a model without levels; Cancelled. Reports the
+// step "view".
 Result<std::vector<PieceId>> ChooseByView(
   const PieceSource& source, const ViewDemand& demand, const Execution& execution = {});
 

@@ -40,23 +40,24 @@
  * - as partitions of the original, in COMPOSITE_DATA_META_DATA the BOUNDING_BOX of each partition's
  *   own points (of a server only if vtkKdStreamSource::BoundsOfPartitions is on).
  *
- * No piece is read for this. If vtkKdStoreReader::MeasureOriginal is on, the original is decoded
- * for more. The output's metadata have the BOUNDING_BOX of what was loaded, with ghosts.
+ * No piece is read for this. If vtkKdStoreReader::MeasureOriginal is on, the original is decoded to
+ * give more information. The output's metadata have the BOUNDING_BOX of what was loaded, with
+ * ghosts.
  *
  * Progress is reported while it waits, too. Aborting (SetAbortExecute of an observer or of another
  * thread) ends an Update within 100 ms, whatever it waits for, and leaves an empty output; the next
- * Update loads anew. Not interrupted are only the steps before the first and after the last piece
- * of one mesh, of a level or of a view: less than 0.1 s for each million triangles.
+ * Update loads anew. Only the steps before the first and after the last piece of a mesh, a level or
+ * a view are not interrupted: less than 0.1 s for each million triangles.
  *
  * Errors name the file or server, and what is wrong with the model. GetErrorCode is set
  * (vtkErrorCode.h; NoFileNameError without an address). After an error the next Update opens the
  * model anew.
  *
- * Of the numbers below, those out of their range are clamped; what is negative where it may not be,
- * or not a number, is refused with an error, and so is a vector that is not finite; the value
- * stays.
+ * Numbers below that are out of their range are clamped. A negative number where none is allowed,
+ * NaN, or a vector that is not finite is an error, and the old value stays.
  *
- * Complexity: of what is loaded, linear; a region reads the boxes of all partitions, 48 bytes each.
+ * Complexity: linear in what is loaded; a region also reads the boxes of all partitions, 48 bytes
+ * each.
  *
  * Source: sections 4 and 5 of the paper named in the README.
  */
@@ -147,7 +148,7 @@ public:
 
   ///@{
   /**
-   * The point that Content Region is around, model units; and how many rings of cells around the
+   * The centre of Content Region, in model units, and the number of rings of cells around the
    * partition nearest to it, 0 to 16. Default (0, 0, 0), and 1.
    */
   virtual void SetRegionPoint(double x, double y, double z);
@@ -159,9 +160,9 @@ public:
 
   ///@{
   /**
-   * The camera of Content View, as a vtkCamera has them: position, focal point and up in the
-   * model's coordinates, the vertical angle in degrees, above 0 and below 180. Default: from (0, 0,
-   * 1) to the origin, y up, 30.
+   * The camera of Content View, with the values of a vtkCamera: position, focal point and up in the
+   * model's coordinates, the vertical angle in degrees, above 0 and below 180. Default: from the
+   * point (0, 0, 1) to the origin, y up, 30.
    */
   virtual void SetCameraPosition(double x, double y, double z);
   virtual void SetCameraPosition(const double value[3]);
@@ -178,9 +179,9 @@ public:
 
   ///@{
   /**
-   * The picture that the camera takes, in pixels, each at least 1: the finer it is, the finer are
-   * the pieces. Default 800 x 600. Tolerance: an error of so many pixels is not seen, 0.01 to 100;
-   * default 1.
+   * The size of the camera's picture in pixels, each at least 1: larger pictures need finer pieces.
+   * Default 800 x 600. Tolerance: the accepted screen-space error in pixels, 0.01 to 100; default
+   * 1.
    */
   virtual void SetPictureSize(int width, int height);
   void SetPictureSize(const int size[2]) { this->SetPictureSize(size[0], size[1]); }
@@ -191,25 +192,25 @@ public:
 
   ///@{
   /**
-   * About the most triangles of Content View, at least 1000; the preview has up to about 5000.
-   * Default 2000000.
+   * About the maximum number of triangles of Content View, at least 1000; the preview has up to
+   * about 5000. Default 2000000.
    */
   virtual void SetNumberOfTriangles(vtkIdType value);
   vtkGetMacro(NumberOfTriangles, vtkIdType);
   ///@}
 
   /**
-   * The arrays of points and of cells that the model has, known after UpdateInformation: which of
-   * them to load. Default all. Those of another model take their place when it is opened; what was
-   * chosen of the same name stays.
+   * Which arrays of points and of cells are loaded: one entry for each array of the model, known
+   * after UpdateInformation. Default all. When another model is opened, its arrays replace those of
+   * the old one; an array of the same name keeps its setting.
    */
   vtkDataArraySelection* GetPointDataArraySelection() { return this->PointArrays; }
   vtkDataArraySelection* GetCellDataArraySelection() { return this->CellArrays; }
 
   ///@{
   /**
-   * What the model has, known after UpdateInformation: -1 and 0 before. A store by another
-   * partitioner than the k-d tree has no levels: -1.
+   * The depths of the model's finest level and preview, known after UpdateInformation; -1 and 0
+   * before. A store by another partitioner than the k-d tree has no levels: -1.
    */
   int GetFinestLevel() const;
   int GetPreviewLevel() const;
@@ -219,14 +220,15 @@ public:
   ///@}
 
   /**
-   * What LevelDepth may be, from -1 on, for a slider: to the finest level once it is known, to 62
-   * before.
+   * The range of LevelDepth, for a slider: from -1 to the finest level, or to 62 before that is
+   * known.
    */
   vtkGetVector2Macro(LevelRange, int);
 
   ///@{
   /**
-   * Keys of what is told before anything is loaded: of the output, and of each partition.
+   * Keys of what the output information says before anything is loaded: of the output, and of each
+   * partition.
    */
   static vtkInformationIdTypeKey* NUMBER_OF_POINTS();
   static vtkInformationIdTypeKey* NUMBER_OF_CELLS();
@@ -234,8 +236,8 @@ public:
 
   vtkMTimeType GetMTime() override;
 
-  // An abort counts from the begin of an Update, which asks for the time first; VTK forgets what
-  // comes before RequestData.
+  // Overridden because an abort counts from the beginning of an Update: VTK would forget an abort
+  // before RequestData.
   void SetAbortExecute(vtkTypeBool abort) override;
   int ComputePipelineMTime(vtkInformation* request, vtkInformationVector** input,
     vtkInformationVector* output, int port, vtkMTimeType* time) override;
@@ -245,13 +247,13 @@ protected:
   ~vtkKdModelSource() override;
 
   /**
-   * Opens the model, or gives the one that is open, if it is the present one. Null: `error` says
+   * Opens the model, or returns the open one if it is still the present one. Null: `error` says
    * why.
    */
   virtual std::shared_ptr<const kdstream::PieceSource> OpenModel(
     const kdstream::Execution& execution, kdstream::Error& error) = 0;
   /**
-   * The model that is open is of no use any more.
+   * The open model must not be used any more.
    */
   virtual void CloseModel() {}
   /**

@@ -3,9 +3,9 @@
  * @class   vtkKdStoreReader
  * @brief   reads a store: the file of kdstream-build, which KdStream's servers and viewers take
  *
- * Any part of it, at any resolution, without reading the rest: vtkKdModelSource tells what. The
- * file is opened anew whenever the pipeline asks for information; while it is open it stays the one
- * that was opened, even if another takes its name.
+ * Any part of it, at any resolution, without reading the rest: see vtkKdModelSource. The file is
+ * opened anew whenever the pipeline asks for information. An open file is used even if another
+ * takes its name.
  *
  * @sa vtkKdStreamSource vtkKdStoreWriter
  */
@@ -31,10 +31,10 @@ public:
 
   ///@{
   /**
-   * Whether all of the original is decoded, once, for more output information where Content is
-   * neither Level nor View: of each partition BOUNDING_BOX, NUMBER_OF_POINTS and NUMBER_OF_CELLS
-   * with its ghosts, and FIELD_RANGE of every array of one component. Default off: the information
-   * is that of the store's metadata, and loading a part reads only that part.
+   * Whether all of the original is decoded, once, for more output information if Content is neither
+   * Level nor View: for each partition BOUNDING_BOX, NUMBER_OF_POINTS and NUMBER_OF_CELLS with its
+   * ghosts, and FIELD_RANGE of every array of one component. Default off: the information is that
+   * of the store's metadata, and loading a part reads only that part.
    */
   vtkSetMacro(MeasureOriginal, bool);
   vtkGetMacro(MeasureOriginal, bool);
@@ -42,7 +42,7 @@ public:
   ///@}
 
   /**
-   * Whether the file is a store that can be opened. Nothing is changed or told.
+   * Whether the file is a store that can be opened. Changes nothing and reports nothing.
    */
   virtual int CanReadFile(VTK_FILEPATH const char* name);
 

@@ -3,13 +3,13 @@
  * @class   vtkKdStreamSource
  * @brief   reads a model of a server (kdstream-serve): any VTK program as its client
  *
- * Any part of the model, at any resolution: vtkKdModelSource tells what. Only what is asked for is
- * fetched. The connection stays open until the address changes; where it is lost, it is made anew.
- * Whenever the pipeline asks for information, the server is asked which model it has: one that was
- * replaced is opened anew.
+ * Any part of the model, at any resolution: see vtkKdModelSource. Only what is needed is fetched.
+ * The connection stays open until the URL changes; a lost connection is made anew. Whenever the
+ * pipeline asks for information, the server is asked which model it has: a replaced model is opened
+ * anew.
  *
- * A region needs the boxes of all partitions, about 40 bytes each. For the same reason the bounds
- * of partitions are told only where BoundsOfPartitions is on.
+ * A region needs the boxes of all partitions, about 40 bytes each. For the same reason the output
+ * information has the bounds of partitions only if BoundsOfPartitions is on.
  *
  * @sa vtkKdStoreReader vtkKdStreamActor vtkKdTextureReader
  */
@@ -49,7 +49,7 @@ public:
 
   ///@{
   /**
-   * What the server gives to its guests. Default none.
+   * The token that the server requires. Default none.
    */
   vtkSetMacro(Token, std::string);
   vtkGetMacro(Token, std::string);
@@ -57,8 +57,7 @@ public:
 
   ///@{
   /**
-   * A PEM file of those whose word is taken for the server's certificate; empty, the default: those
-   * that the system trusts.
+   * A PEM file of certificate authorities to trust; empty, the default: those of the system.
    */
   vtkSetMacro(CertificateAuthorities, std::string);
   vtkGetMacro(CertificateAuthorities, std::string);
@@ -66,8 +65,8 @@ public:
 
   ///@{
   /**
-   * A folder for what has come, so that it need not be fetched again, with or without the server;
-   * empty, the default: nothing is kept. CacheSize: its bytes at most; default 10 GiB.
+   * A folder for a cache, so that blobs need not be fetched again, with or without the server;
+   * empty, the default: no cache. CacheSize: its maximum size in bytes; default 10 GiB.
    */
   vtkSetMacro(CacheFolder, std::string);
   vtkGetMacro(CacheFolder, std::string);
@@ -77,7 +76,7 @@ public:
 
   ///@{
   /**
-   * After so many seconds in which nothing comes a read is given up, 1 to 3600. Default 60.
+   * A read fails if nothing arrives for this number of seconds, 1 to 3600. Default 60.
    */
   virtual void SetTimeout(int value);
   vtkGetMacro(Timeout, int);
@@ -85,7 +84,7 @@ public:
 
   ///@{
   /**
-   * Whether the boxes of all partitions are fetched, and told in COMPOSITE_DATA_META_DATA. Default
+   * Whether the boxes of all partitions are fetched, and put into COMPOSITE_DATA_META_DATA. Default
    * off.
    */
   vtkSetMacro(BoundsOfPartitions, bool);

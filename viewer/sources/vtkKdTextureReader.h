@@ -3,12 +3,13 @@
  * @class   vtkKdTextureReader
  * @brief   reads a partition of a textured model: its surface with texture coordinates, its picture
  *
- * Of a store (FileName), or of what a source has open (ModelSource): a server's model.
+ * From a store (FileName), or from the open model of a source (ModelSource), as a server's.
  *
- * Port 0 is a vtkPolyData: the partition's triangles, but those that a partition of a lower number
- * has too, so that all partitions together have each once. Points are split where their corners
- * have different places in the picture; "TCoords", two floats, are the active texture coordinates,
- * v upwards. The arrays of points come along, but colours, which the picture stands for.
+ * Port 0 is a vtkPolyData: the partition's triangles, without those that a partition of a lower
+ * number has too, so that all partitions together have each once. Points are split where their
+ * corners have different places in the picture; "TCoords", two floats, are the active texture
+ * coordinates, v upwards. All arrays of points are there, except colours, which the picture
+ * replaces.
  *
  * Port 1 is a vtkImageData of unsigned char, RGB or RGBA, sRGB, for vtkTexture's
  * SetInputConnection:
@@ -17,10 +18,9 @@
  *   mapper->SetInputConnection(reader->GetOutputPort());
  *   actor->SetTexture(texture);
  *
- * Aborting is as vtkKdModelSource has it. Errors name the file or server: one without textures, a
- * partition that there is not, what is damaged; GetErrorCode tells that there was one
- * (vtkErrorCode.h). Complexity: of the partition, linear; of a server's model two blobs are
- * fetched.
+ * Aborting works as in vtkKdModelSource. Errors name the file or server: no textures, a partition
+ * that does not exist, damage; GetErrorCode says that there was an error (vtkErrorCode.h).
+ * Complexity: linear in the partition; two blobs are fetched from a server.
  *
  * @sa vtkKdStoreReader vtkKdStreamSource
  */
@@ -64,14 +64,14 @@ public:
   ///@}
 
   /**
-   * Whether the file is a store with textures. Nothing is changed or told.
+   * Whether the file is a store with textures. Changes nothing and reports nothing.
    */
   virtual int CanReadFile(VTK_FILEPATH const char* name);
 
   ///@{
   /**
-   * A vtkKdStreamSource or vtkKdStoreReader, whose model is read instead of a file's, over its
-   * connection; what else it loads does not matter. Default none.
+   * A vtkKdStreamSource or vtkKdStoreReader. Its model is read instead of a file, over its
+   * connection; its other settings do not matter. Default none.
    */
   void SetModelSource(vtkKdModelSource* source);
   vtkKdModelSource* GetModelSource() const;
@@ -79,14 +79,14 @@ public:
 
   ///@{
   /**
-   * Which partition, from 0 on. Default 0.
+   * The number of the partition, from 0. Default 0.
    */
   virtual void SetPartition(vtkIdType value);
   vtkGetMacro(Partition, vtkIdType);
   ///@}
 
   /**
-   * How many the model has, known after UpdateInformation: 0 before.
+   * The number of partitions of the model, known after UpdateInformation: 0 before.
    */
   vtkIdType GetNumberOfModelPartitions() const;
 
@@ -98,8 +98,8 @@ public:
   vtkTypeBool ProcessRequest(vtkInformation* request, vtkInformationVector** inputVector,
     vtkInformationVector* outputVector) override;
 
-  // An abort counts from the begin of an Update, which asks for the time first; VTK forgets what
-  // comes before RequestData.
+  // Overridden because an abort counts from the beginning of an Update: VTK would forget an abort
+  // before RequestData.
   void SetAbortExecute(vtkTypeBool abort) override;
   int ComputePipelineMTime(vtkInformation* request, vtkInformationVector** input,
     vtkInformationVector* output, int port, vtkMTimeType* time) override;

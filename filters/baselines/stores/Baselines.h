@@ -12,14 +12,16 @@
 namespace kdstream
 {
 
-// Partitions without levels, and without cells below them (P = S = L, see TreeOfClustering): of an
-// octree about as many as the options say, by k-means exactly, only in memory. Errors and
-// complexity: ClusterByOctree, PartitionByExternalOctree; ClusterByKMeans.
+// The paper's baselines have only partitions: no levels, and no cells below partitions (P = S = L,
+// see TreeOfClustering). The octree gives about the wanted number of partitions; k-means gives
+// exactly this number, and works only in memory. Errors and complexity: ClusterByOctree,
+// PartitionByExternalOctree; ClusterByKMeans.
 const PartitionMethod& OctreeMethod();
 const PartitionMethod& KMeansMethod();
 
-// 4.2.1, the paper's baseline: bisects between the least and the greatest. Passes: at most the bits
-// of the ratio between the extent and the least difference, 2,000 for doubles at worst.
+// The paper's baseline (section 4.2.1): bisects between the smallest and the largest key. Passes:
+// at most the bits of the ratio between the extent and the least difference, 2,000 for doubles at
+// worst.
 Result<KeyRange> FindMedianByTorben(KeySource& keys, const MedianSearch& search, SpillFolder&);
 // External merge sort. Passes: 1 + log of the number of runs to the base of the fan-in.
 Result<KeyRange> FindMedianBySort(KeySource& keys, const MedianSearch& search, SpillFolder& folder);

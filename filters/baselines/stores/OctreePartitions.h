@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// An octree over vertices that do not fit the memory as the tree of a store: what
-// TreeOfClustering(ClusterByOctree) is in memory.
+// Builds an octree over vertices that do not fit the memory, as the tree of a store: what
+// TreeOfClustering(ClusterByOctree) gives in memory.
 #pragma once
 
 #include "filters/build/ExternalMethod.h"
@@ -18,9 +18,9 @@ namespace kdstream
 {
 
 // Partitions vertices by an octree. points: records, ids ascending; consumed. The same partitions
-// as OctreeMethod's in memory, and P = S = L. options: verticesPerPartition, or partitions; for
-// these the octree is made about 2 + log2(n / partitions) times, since a number is only met by
-// trying. Complexity and memory: ClusterByExternalOctree, and a pass for the boxes; 96 bytes a
+// as OctreeMethod's in memory, and P = S = L. options: verticesPerPartition, or partitions; for a
+// number of partitions the octree is made about 2 + log2(n / partitions) times, since N is found by
+// trial. Complexity and memory: ClusterByExternalOctree, and a pass for the boxes; 96 bytes a
 // partition. Errors: those of ClusterByExternalOctree; InvalidArgument for a number of partitions
 // of 0 or above n.
 template <class Scalar>

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// The numbers of a glTF: what an accessor claims is checked against its bytes, then read as it lies
-// there.
+// Reads the numbers of a glTF file: checks what an accessor claims against its bytes, then reads
+// them in place.
 #pragma once
 
 #include "filters/convert/gltf/GltfBuffers.h"
@@ -30,10 +30,10 @@ enum class GltfComponent
 class GltfAccessor
 {
 public:
-  // Of the document, by number. `sparse` elements lie over those of the bufferView, or over zeros
-  // where there is none: of these at most 2^20, since no bytes stand behind them. The document and
-  // the buffers must outlive it. Memory: of sparse ones all elements, else none. Errors:
-  // InvalidInput naming the accessor, Unsupported: those of GltfBuffers::ViewOf.
+  // The accessor of this number. `sparse` elements replace those of the bufferView, or zeros if it
+  // has none: then at most 2^20 elements, because no bytes of the file stand for them. The document
+  // and the buffers must outlive it. Memory: all elements of a sparse accessor, else none. Errors:
+  // InvalidInput naming the accessor; Unsupported; those of GltfBuffers::ViewOf.
   static constexpr std::uint64_t mostZeros = std::uint64_t{ 1 } << 20;
   static Result<GltfAccessor> Open(
     const GltfDocument& document, GltfBuffers& buffers, std::size_t number);
@@ -42,7 +42,7 @@ public:
   GltfAccessor(std::vector<std::uint8_t> elements, GltfComponent type, std::size_t components,
     bool normalized);
 
-  // What the JSON of an accessor tells, 0 where it is no kind that exists; Float likewise.
+  // What the JSON of an accessor says; 0 for an unknown type; the same for Float.
   static std::size_t ComponentsIn(const nlohmann::json& accessor);
   static GltfComponent TypeIn(const nlohmann::json& accessor);
 
@@ -51,8 +51,8 @@ public:
   GltfComponent Type() const { return this->ComponentType; }
   // A component of an element as it lies there. REQUIRES: both are there.
   double Get(std::size_t element, std::size_t component) const;
-  // The same, of whole numbers as parts of the largest that their type has: from 0 to 1, or -1
-  // to 1. Of those that the file says are normalized; `always`: of all of them.
+  // The same, with whole numbers scaled by the largest of their type: to 0 … 1, or -1 … 1. Only if
+  // the file says that they are normalized; `always`: in any case.
   double Part(std::size_t element, std::size_t component, bool always = false) const;
 
 private:

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// The bytes of a glTF: its buffers, wherever they are, and the views of them, decompressed where
+// The bytes of a glTF file: its buffers, wherever they are, and the views of them, decompressed if
 // they are compressed.
 #pragma once
 
@@ -26,8 +26,9 @@ class GltfBuffers
 {
 public:
   // Finds every buffer of a document of that file: in the .glb, in a data URI, or in a file in or
-  // below the file's folder (FilesBeside), which is mapped and not read. A buffer that is nowhere,
-  // or shorter than it claims, is left to whoever needs it. The document must outlive the buffers.
+  // below the file's folder (FilesBeside), which is mapped and not read. A missing buffer, or one
+  // that is shorter than it claims, is an error only when it is needed. The document must outlive
+  // the buffers.
   static GltfBuffers Open(const GltfDocument& document, const std::filesystem::path& file);
 
   struct View
@@ -35,19 +36,19 @@ public:
     GltfBytes bytes;
     std::uint64_t stride = 0; // from element to element, 0: they follow each other
   };
-  // One of the document's bufferViews. What is compressed is decompressed once, and stays in
-  // memory, 64 times as large as its bytes at most. REQUIRES: a number that is there. Errors:
-  // InvalidInput, continuing the sentence "bufferView 7 …"; Unsupported where
-  // libmeshoptimizer-dev was not there when KdStream was built.
+  // One of the document's bufferViews. A compressed one is decompressed once, to at most 64 times
+  // its size, and stays in memory. REQUIRES: there is a view of this number. Errors: InvalidInput,
+  // continuing the sentence "bufferView 7 …"; Unsupported if KdStream was built without
+  // libmeshoptimizer-dev.
   Result<View> ViewOf(std::size_t number);
 
   // The bytes as they lie in the file. Errors: as ViewOf. REQUIRES: a bufferView that is there.
   Result<GltfBytes> BytesOf(const nlohmann::json& view) const;
 
-  // Why ViewOf failed, where the buffer is not there or shorter than it claims: InvalidInput naming
-  // the file or the buffer; InputOutput.
+  // Why ViewOf failed, if the buffer is missing or shorter than it claims: InvalidInput naming the
+  // file or the buffer; InputOutput.
   const std::optional<Error>& Missing() const { return this->Missed; }
-  // The numbers of such buffers, whether or not anything needs them.
+  // The numbers of missing or short buffers, whether anything needs them or not.
   std::vector<std::size_t> WrongOnes() const;
   // How many bytes all buffers have that are there.
   std::uint64_t Size() const { return this->BytesInAll; }

@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Geometry of a glTF that is compressed, by meshoptimizer or Draco: optional parts, each by its
-// library.
+// Decompresses the geometry of glTF files, by meshoptimizer or Draco. Both libraries are optional.
 #pragma once
 
 #include "filters/convert/gltf/GltfAccessors.h"
@@ -22,9 +21,8 @@ namespace kdstream
 // How a bufferView is compressed (EXT_meshopt_compression, KHR_meshopt_compression), or null.
 const nlohmann::json& MeshoptOf(const nlohmann::json& view);
 
-// The view's bytes. What is claimed is held against `bytes` before memory is taken. Errors:
-// InvalidInput, continuing the sentence "bufferView 7 …"; Unsupported where there was no
-// libmeshoptimizer-dev.
+// The view's bytes. Claims are compared with `bytes` before memory is taken. Errors: InvalidInput,
+// continuing the sentence "bufferView 7 …"; Unsupported if built without libmeshoptimizer-dev.
 Result<std::vector<std::uint8_t>> DecodeMeshopt(
   const nlohmann::json& compressed, std::span<const std::uint8_t> bytes);
 
@@ -34,10 +32,10 @@ struct DracoPart
   std::map<std::string, GltfAccessor> attributes; // those that were asked for
 };
 
-// A mesh part that is compressed by KHR_draco_mesh_compression. attributes: names and numbers in
-// the compressed part; normalized: those whose whole numbers are parts of the largest. Memory: what
-// the library takes, some times the part. Errors: InvalidInput, continuing the sentence "… part 0:
-// …"; Unsupported where there was no libdraco-dev.
+// A mesh part that is compressed by KHR_draco_mesh_compression. attributes: names and their numbers
+// in the compressed part; normalized: those whose whole numbers are scaled by the largest of their
+// type. Memory: what the library takes, several times the part. Errors: InvalidInput, continuing
+// the sentence "… part 0: …"; Unsupported if built without libdraco-dev.
 Result<DracoPart> DecodeDraco(std::span<const std::uint8_t> bytes,
   const std::map<std::string, std::uint32_t>& attributes, const std::set<std::string>& normalized);
 

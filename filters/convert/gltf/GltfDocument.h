@@ -27,8 +27,8 @@ struct GltfDocument
   Tolerance tolerance{};         // bytes after the end of a .glb
 };
 
-// Peak memory: some times the JSON. Errors: InvalidInput, with the byte where the JSON breaks off
-// or is none, for what is no glTF, is shorter than it claims, or is of another version than 2.
+// Peak memory: several times the JSON. Errors: InvalidInput for a file that is not glTF 2, that is
+// shorter than it claims, or whose JSON is truncated or malformed (naming the byte).
 Result<GltfDocument> ReadGltfDocument(const std::filesystem::path& file);
 
 // A member, or null: also where the value is not an object.
@@ -41,8 +41,8 @@ double WholeOf(const nlohmann::json& value, double otherwise);
 std::size_t CountOf(const nlohmann::json& array);
 // The number of an element of an array, 2 or 2.0; its size where it is none.
 std::size_t IndexIn(const nlohmann::json& array, const nlohmann::json& index);
-// What is in a data URI: in base64 (RFC 4648, with line ends or not, also as names of files have
-// it), else its signs, some written as %HH. Nothing where it is neither.
+// The content of a data URI: base64 (RFC 4648, also URL-safe and with line ends), or characters,
+// some of them written as %HH. Nothing if it is neither.
 std::optional<std::vector<std::uint8_t>> DataOf(const std::string& uri);
 // "names image 7, but there are 2".
 std::string NamesNone(
@@ -55,9 +55,9 @@ inline Error GltfError(const std::string& message, Remedy remedy = Remedy::Unkno
 // The error with `where` before what is wrong.
 Error Within(const std::string& where, Error error);
 
-// Whether every extension that the file requires is read, or concerns only looks: `notRead` gets a
-// sentence that names those that the file uses and that are not read. Errors: Unsupported, naming
-// the extension.
+// Checks that every extension that the file requires is supported, or concerns only how it looks.
+// `notRead` gets a sentence naming the used extensions that are not supported. Errors: Unsupported,
+// naming the extension.
 Status CheckGltfExtensions(const nlohmann::json& json, std::optional<std::string>& notRead);
 
 }

@@ -28,9 +28,9 @@ struct GltfMaterials
   std::vector<std::string> warnings;
 };
 
-// Of a document of that file, beside which pictures are looked for (FilesBeside), and its buffers.
-// Nothing is read but the sizes of files. Memory: besides, pictures that are in the JSON itself,
-// each once.
+// The materials of a document of that file, and of its buffers; pictures are searched for beside
+// the file (FilesBeside). Reads only the sizes of files. Memory: also the pictures that are in the
+// JSON itself, each once.
 GltfMaterials ReadGltfMaterials(
   const GltfDocument& document, const GltfBuffers& buffers, const std::filesystem::path& file);
 

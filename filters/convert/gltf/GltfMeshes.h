@@ -31,7 +31,7 @@ struct GltfPart
   std::vector<PictureCoordinate> pictures; // the same: where its material's picture is looked at
   std::vector<Attribute> arrays;           // what else each point has
   std::size_t material = 0;                // the number of materials where it has none
-  // What moves a point with a skin: joints and their weights, so many a point.
+  // How a skin moves a point: joints and their weights, the same number for each point.
   std::vector<std::pair<std::uint32_t, double>> joints;
   std::size_t jointsOfPoint = 0;
   std::size_t lines = 0; // of which only points are kept
@@ -51,25 +51,25 @@ public:
     std::uint64_t parts = 0;    // that have points
     std::uint64_t coloured = 0; // of these, by themselves or by their material
     std::uint64_t zeros = 0;    // elements of all attributes and indices that have no bytes
-    // Arrays of the points, and how many parts have each: "Normals", "TCoords" (TEXCOORD_0),
-    // "texcoord_1", then all others by their names, except those that the reader uses up.
+    // The arrays of the points, with the number of parts that have each: "Normals", "TCoords"
+    // (TEXCOORD_0), "texcoord_1", then all others by their names, except those that the reader
+    // itself uses.
     std::vector<std::pair<AttributeInfo, std::uint64_t>> arrays{};
 
     void Add(const Claims& other);
   };
-  // Nothing is read but the JSON. REQUIRES: a mesh that is there. Errors: of points and corners
-  // that claim more than their bufferView has; as PartsOf.
+  // Reads only the JSON. REQUIRES: there is a mesh of this number. Errors: those of PartsOf; and
+  // for a claim of more points or corners than a bufferView has.
   Result<Claims> ClaimsOf(std::size_t mesh) const;
 
-  // The parts of a mesh that have places; of places that several parts have, each keeps those that
-  // its triangles name. weights: of the node that shows it, those of its shapes (morph targets);
-  // null: the mesh's own. Errors: InvalidInput naming the part, and what of it is not there, of
-  // another kind or number than it must be, or beyond its buffer; Unsupported naming the package
-  // for what is compressed.
+  // The parts of a mesh that have positions. If several parts share positions, each keeps those
+  // that its triangles use. weights: of the morph targets, from the node that shows the mesh; null:
+  // the mesh's own. Errors: InvalidInput naming the part, and what is missing, of a wrong type or
+  // number, or beyond its buffer; Unsupported naming the package that would decompress it.
   Result<std::vector<GltfPart>> PartsOf(std::size_t mesh, const nlohmann::json& weights);
 
-  // Points of those parts that are not finite, and triangles that name them, were dropped; so were
-  // last triangles that are not whole.
+  // Counts what was dropped of those parts: points that are not finite, with the triangles that use
+  // them, and incomplete last triangles.
   const Tolerance& Dropped() const { return this->DroppedPoints; }
 
 private:
@@ -89,8 +89,8 @@ private:
 
 class GltfNodes;
 
-// Moves a part as its skin stands in the scene: points and normals are the scene's then. REQUIRES:
-// it has joints. Errors: InvalidInput naming the skin.
+// Poses a part by its skin: points and normals are those of the scene then. REQUIRES: the part has
+// joints. Errors: InvalidInput naming the skin.
 Status ApplyGltfSkin(const GltfDocument& document, GltfBuffers& buffers, const GltfNodes& nodes,
   std::size_t skin, GltfPart& part);
 

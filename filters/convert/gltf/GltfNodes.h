@@ -40,11 +40,11 @@ public:
 
   // Finds the scene: the one that the file names, else the first, else all nodes that are not
   // children. Checks the nodes below it, without memory for their descendants. Errors: InvalidInput
-  // naming a missing thing that a scene or node names; a malformed matrix, translation, rotation or
-  // scale; a node that is its own descendant, or that has, through shared nodes, far more
-  // descendants than there are nodes.
+  // naming a missing object that a scene or node refers to; a malformed matrix, translation,
+  // rotation or scale; a node that is its own descendant, or that has, through shared nodes, far
+  // more descendants than there are nodes.
   Status Open();
-  // How the scene was chosen, where the file does not say, and what of it is hidden
+  // How the scene was chosen, if the file does not say, and what of it is hidden
   // (KHR_node_visibility).
   const std::vector<std::string>& Notes() const { return this->NoteTexts; }
 
@@ -54,8 +54,8 @@ public:
   using Visit = std::function<Status(std::size_t node, const GltfPlace& place)>;
   Status ForEachMesh(GltfBuffers& buffers, const Visit& visit) const;
 
-  // A node's place in the scene: of one that has several parents, by the first; of one outside the
-  // scene, none. REQUIRES: a node that is there; Open.
+  // A node's place in the scene. A node with several parents has its place by the first; one
+  // outside the scene has none. REQUIRES: there is a node of this number; Open.
   const GltfPlace& PlaceInScene(std::size_t node) const { return this->Places[node]; }
 
 private:

@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// What vertex colours cost where vertices merge: a quadric with colours. For EdgeCollapse and the
-// makers of levels.
+// The price of merging vertices of different colours: a quadric with colours. For EdgeCollapse and
+// the makers of levels.
 //
 // Source: Hoppe, "New quadric metric for simplifying meshes with appearance attributes", 1999,
-// without the attributes' rows: for any place the best colours are known at once, so that what is
-// left is a quadric of only the place.
+// without the rows of the attributes: the best colours follow from the place, so a quadric of only
+// the place remains.
 #pragma once
 
 #include "filters/core/Types.h"
@@ -16,21 +16,22 @@ namespace kdstream
 {
 
 // Over each triangle a colour is linear, c(x) = g·x + d with g in the triangle's plane. For a
-// vertex at x with the colour s this is the sum over triangles of area × |c(x) - s|²: how far the
-// vertex is from all that the triangles say about its place. Coordinates as those of Quadric.
+// vertex at x with the colour s this is the sum over triangles of area × |c(x) - s|²: how much the
+// vertex's colour differs from the colours of the triangles, extended to its place. Coordinates are
+// relative as those of Quadric.
 struct ColorQuadric
 {
-  // Of one triangle; nothing where it has no area, or where numbers overflow. colors: of its
-  // corners, each channel in model units, so that a difference of 1 costs what a distance of 1
-  // does; only for ColorAt in any unit.
+  // The quadric of one triangle; zero if it has no area, or if numbers overflow. colors: of its
+  // corners. Each channel is in model units, so that a difference of 1 costs as much as a distance
+  // of 1; for only ColorAt any unit will do.
   static ColorQuadric OfTriangle(
     const std::array<Vec3, 3>& corners, const std::array<Vec3, 3>& colors);
 
   void Add(const ColorQuadric& other);
   // What a place costs when the vertex there has the colour of ColorAt.
   Quadric Residual() const;
-  // The colour that costs least at a place. Far from the triangles it may be none that there is:
-  // clamp it. REQUIRES: area > 0.
+  // The colour with the least cost at a place. Far from the triangles it may be out of range: clamp
+  // it. REQUIRES: area > 0.
   Vec3 ColorAt(const Vec3& x) const;
 
   Quadric squares;              // sum of area × |c(x)|²

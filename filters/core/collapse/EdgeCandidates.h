@@ -33,13 +33,13 @@ struct EdgeCandidate
 };
 
 // A queue of candidates, cheapest first. Most of them never reach the front: a collapse nearby
-// makes them out of date, or enough vertices are gone before their turn. So they wait unsorted, in
-// buckets of half an octave of cost each. Only the cheapest bucket is sorted, by a heap: it gets
-// what is still current of the bucket, and candidates that come later and cost no more than the
-// bucket's. They leave the queue in their full order. Push O(1), or O(log h) for a heap of h;
-// memory 24 bytes for each candidate in the queue at once. Where vertices have hundreds of edges
-// far more are pushed than are ever current together: whoever pushes many drops those that are out
-// of date when the queue is full.
+// makes them out of date, or enough vertices have merged before their turn. So they wait unsorted,
+// in buckets of half an octave of cost each. Only the cheapest bucket is sorted, by a heap. The
+// heap gets the candidates of the bucket that are still current, and later ones that cost no more
+// than these. So candidates leave the queue fully sorted. Push O(1), or O(log h) for a heap of h;
+// memory 24 bytes for each candidate in the queue at once. Where vertices have hundreds of edges,
+// far more candidates are pushed than are ever current together: the caller then drops those that
+// are out of date when the queue is full.
 class EdgeCandidates
 {
 public:
@@ -48,18 +48,19 @@ public:
   {
   }
 
-  // Memory for so many at first, and for those that come before many of them are out of date: as
-  // much as MakeRoom would add.
+  // Reserves memory for this many at first, and for those that arrive before many are out of date:
+  // as much as MakeRoom would add.
   void Reserve(std::size_t candidates) { this->Slots.reserve(RoomFor(candidates)); }
   void Push(const EdgeCandidate& candidate);
   // Whether the next Push may take more memory.
   bool IsFull() const { return this->Free == none && this->Slots.size() == this->Slots.capacity(); }
-  // Makes room for more: by what is out of date if that is a third, else by memory. The order in
-  // which candidates leave stays. O(all); O(1) for each Push in between. REQUIRES: as Pop.
+  // Makes room for more candidates: drops those that are out of date, if they are at least a third,
+  // else takes more memory. The order in which candidates leave stays. O(all); O(1) for each Push
+  // in between. REQUIRES: as Pop.
   template <class IsCurrent>
   void MakeRoom(const IsCurrent& isCurrent);
   // Takes out the first candidate for which isCurrent(candidate) is true, and drops all before it.
-  // False: no candidate is current. REQUIRES: one that is out of date stays so.
+  // False: no candidate is current. REQUIRES: a candidate that is out of date stays out of date.
   template <class IsCurrent>
   bool Pop(EdgeCandidate& first, const IsCurrent& isCurrent);
 

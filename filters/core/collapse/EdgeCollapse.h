@@ -29,25 +29,26 @@ namespace kdstream
 struct CollapsePart
 {
   std::vector<Vec3> positions;
-  // Of each vertex: its triangles', and its boundary edges'. Of fixed ones anything will do, as of
-  // their attributes.
+  // Of each vertex: the sum of the quadrics of its triangles and boundary edges. Those of fixed
+  // vertices are not used, and neither are their attributes.
   std::vector<Quadric> quadrics;
-  // Of each vertex the sum of its triangles' area vectors, 0 where unknown; empty = of none. Where
-  // they are known triangles face as they do: see EdgeCollapse.
+  // Of each vertex the sum of its triangles' area vectors, 0 where unknown; empty: all unknown.
+  // Where they are known they decide how triangles may face: see EdgeCollapse.
   std::vector<Vec3> normals;
-  // 1 = stays as it is, and other parts may hold more of its triangles: the vertices of a part's
-  // border. Empty = none.
+  // 1: the vertex does not move, and other parts may have more of its triangles (the vertices of a
+  // part's border). Empty: none.
   std::vector<std::uint8_t> fixed;
   std::vector<Triangle> triangles; // three different vertices each
-  // Values that merging vertices should agree in, `components` for each vertex, in model units: a
-  // difference of 1 costs as much as a distance of 1. Each counts with the trace of its quadric.
+  // Values in which merging vertices should agree, `components` for each vertex, in model units: a
+  // difference of 1 costs as much as a distance of 1. Each is weighted with the trace of the
+  // vertex's quadric.
   std::size_t components = 0;
   std::vector<float> attributes;
-  // Of each vertex the sum of its triangles'; empty = without colours. Of fixed ones anything will
-  // do.
+  // Of each vertex the sum of its triangles' colour quadrics; empty: no colours. Those of fixed
+  // vertices are not used.
   std::vector<ColorQuadric> colorQuadrics;
   Box bounds; // no vertex is moved out of it
-  // An edge also costs at least so much × the squared distance by which the surface goes back
+  // An edge also costs at least this, times the squared distance by which the surface retreats
   // there.
   double areaPerVertex = 0;
   bool keepTopology = true; // false: collapse whatever the link condition says
@@ -56,21 +57,22 @@ struct CollapsePart
 // Vertex `from` has become part of `to`, which lies at `position` from now on.
 struct Merge
 {
-  // What the merge cost: area × squared distance. Of the merges so far the largest, so that the
-  // merges below a threshold are the first ones of a list.
+  // The largest cost (area × squared distance) of this and all earlier merges. So the merges below
+  // a threshold are the first ones of a list.
   double error;
   VertexId from;
   VertexId to;
   Vec3 position;
 };
 
-// Merges the ends of edges: the cheapest edge first, of equal ones that of the lowest vertices.
+// Merges the ends of edges: the cheapest edge first; of edges of equal cost, the one with the
+// lowest vertices.
 //
-// Where the merged vertex goes: where the sum of both quadrics is least, or to the best place on
-// the edge. An edge between the boundary and the rest goes to its end on the boundary. Boundary
-// edges are those of a single triangle, unless both ends are fixed. The quadrics include colours,
-// so edges between colours stay. Planes do not see when the tip of a limb goes back along it; so
-// the distance of the old vertices from the new triangles has a price too (areaPerVertex).
+// Place of the merged vertex: where the sum of both quadrics is least, or the best place on the
+// edge. If one end is on the boundary, the merged vertex stays there. A boundary edge has a single
+// triangle, and not both ends are fixed. The quadrics include colours, so edges between colours
+// stay. Plane quadrics do not notice when the tip of a limb retreats along the limb; so the
+// distance of the old vertices from the new triangles has a price too (areaPerVertex).
 //
 // Fold-over: where normals are known, a triangle faces the wrong way if it opposes the sum of its
 // corners' normals. A triangle that faces the right way must continue to; one that does not may
@@ -80,19 +82,20 @@ struct Merge
 // topology (link condition) or pinch the boundary. A refused edge is tried again when a neighbour
 // has changed:
 // - a bounded number of times for each vertex;
-// - in all, until several times as much has been looked at as a surface takes. From then on a merge
-//   is refused at the first triangle whose normal it would turn. Where hardly any merge is found
-//   for all that is looked at, Run stops and returns false. So tangled triangles, most of whose
-//   edges can never collapse, take time in proportion too.
+// - in all, until the work done is several times that for an ordinary surface. From then on a merge
+//   is refused at the first triangle whose normal it would turn. If hardly any edge that is checked
+//   can merge, Run stops and returns false. So tangled triangles, most of whose edges can never
+//   collapse, take linear time too.
 //
 // Any triangles are allowed: duplicates, folds and edges of many triangles only keep their
 // neighbourhood from collapsing. An edge whose ends have more than mostTriangles together, as at
 // the hub of a fan, waits until collapses around it have left fewer.
 //
-// Complexity: O(m log m) for m merges and edges of ordinary surfaces. For any triangles, an edge is
-// looked at when it is found and when an end has merged, and costs at most mostTriangles triangles
-// each time: linear in the size, but up to hundreds of times a surface where vertices have hundreds
-// of triangles. Memory about 350 bytes a vertex, with colours 530. The same bits on every machine.
+// Complexity: O(m log m) for m merges and edges of ordinary surfaces. For arbitrary triangles: an
+// edge is checked when it is found and when an end has merged, and each check visits at most
+// mostTriangles triangles. That is linear in the size, but up to hundreds of times slower than a
+// surface where vertices have hundreds of triangles. Memory about 350 bytes a vertex, with colours
+// 530. The same bits on every machine.
 class EdgeCollapse
 {
 public:
@@ -104,10 +107,10 @@ public:
 
   // Merges until at most `vertices` vertices and at most `triangles` triangles are left. Vertices
   // that are fixed or touch no triangle do not count. False: no edge can collapse any more, or too
-  // few to go on.
+  // few can.
   bool Run(std::size_t vertices, std::size_t triangles = any);
-  // Goes on until a merge has cost more than `error`, or at most `vertices` vertices are left.
-  // False as above.
+  // Continues until a merge has cost more than `error`, or at most `vertices` vertices are left.
+  // False as for Run.
   bool RunBeyond(double error, std::size_t vertices);
   // Fixes a vertex from now on, though it may be on the boundary still.
   void Fix(VertexId v) { this->Fixed[v] = 1; }

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Where the vertex goes that an edge collapses to, and what that costs. Only for EdgeCollapse.
+// The place of the vertex to which an edge collapses, and the cost. Only for EdgeCollapse.
 //
 // Source: Garland and Heckbert 1997; the choice between the edge and the place beside it is ours.
 #pragma once
@@ -80,8 +80,8 @@ PlacedVertex<Real> PlaceOnEdge(const EdgeToPlace<Real>& edge, const std::array<R
 }
 
 // Where to put the merged vertex: the best place on the edge, or the place beside the edge with the
-// least quadric, if that is better. It is inside `bounds`, and at most two lengths of the edge from
-// its middle. Without branches, since lanes would take them differently.
+// least quadric, if that is better. The place is inside `bounds`, and at most two lengths of the
+// edge from the edge's middle. Without branches, because the lanes may differ.
 template <class Real>
 PlacedVertex<Real> PlaceVertex(const EdgeToPlace<Real>& edge, const Box& bounds)
 {

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// The cheapest of many merges, found in passes: however many they are, none need be in memory. For
-// the makers of levels alone.
+// Selects the cheapest of many merges, in passes over them: none need be in memory. Only for the
+// makers of levels.
 #pragma once
 
 #include "filters/core/BitCast.h"
@@ -40,11 +40,11 @@ struct CheapestErrors
   }
 };
 
-// Finds the cheapest `count` >= 1 of a multiset of at least as many errors; the same as sorting
-// them by (error, place). forEach(visit) calls visit(error) for each error, none negative or NaN,
-// always in the same order, and returns a Status. It is called twice, or up to four times where
-// very many are nearly equal. sum(bins) adds the counts of other processes, which visit errors of
-// their own: `count` is of all of them. O(errors); memory 1 MiB.
+// Finds the cheapest `count` >= 1 of a sequence of at least as many errors; the same as sorting by
+// (error, position). forEach(visit) calls visit(error) for each error, none negative or NaN, always
+// in the same order, and returns a Status. It is called twice, or up to four times where very many
+// are nearly equal. sum(bins) adds the counts of other processes, which visit errors of their own:
+// `count` is of all of them. O(errors); memory 1 MiB.
 template <class ForEach, class Sum>
 Result<CheapestErrors> FindCheapest(const ForEach& forEach, std::uint64_t count, const Sum& sum)
 {

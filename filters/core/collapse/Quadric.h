@@ -15,8 +15,8 @@ namespace kdstream
 
 // Q(x) = x'Ax + 2 b'x + c, the sum of weight × squared distance over planes. With unit normals
 // trace A is the sum of the weights, so Q(x) / trace A is the mean squared distance. Coordinates
-// are relative to an origin that the user fixes: near the points, or digits are lost.
-// Real: double, or Lanes for two forms at once, with the same bits.
+// are relative to an origin that the caller chooses: near the points, or digits are lost. Real:
+// double, or Lanes for two forms at once, with the same bits.
 template <class Real>
 struct QuadraticForm
 {
@@ -32,9 +32,9 @@ struct QuadraticForm
   Real Trace() const { return this->a[0] + this->a[3] + this->a[5]; }
   // Never below 0.
   [[gnu::always_inline]] Real At(const std::array<Real, 3>& x) const;
-  // The point that minimises Q(x) + regularisation × trace A × |x - start|²: near `start` where the
-  // planes leave a direction open. `start` itself where there are no planes or the system cannot be
-  // solved.
+  // The point that minimises Q(x) + regularisation × trace A × |x - start|²: it stays near `start`
+  // along directions that the planes do not determine. `start` itself if there are no planes, or
+  // the system cannot be solved.
   [[gnu::always_inline]] std::array<Real, 3> Minimum(
     const std::array<Real, 3>& start, double regularisation) const;
 };
@@ -51,8 +51,8 @@ struct Quadric : QuadraticForm<double>
   void AddPlane(const Vec3& n, const Vec3& p, double weight);
 };
 
-// Where the triangles of a quadric face whose area vectors add up to `normal`; 0 where they face
-// all ways, so that there is no such direction.
+// The direction in which a quadric's triangles face, from the sum `normal` of their area vectors; 0
+// if they face all ways and have no common direction.
 inline Vec3 FacingOf(const Vec3& normal, const Quadric& quadric)
 {
   constexpr double leastAgreement = 0.25; // of the area

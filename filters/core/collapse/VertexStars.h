@@ -56,17 +56,16 @@ public:
   bool AnySide(VertexId v, const Test& test) const;
   // O(triangles of both).
   void Gather(VertexId u, VertexId v, EdgeStar& star) const;
-  // Hands v's triangles to u; those that have both u and v are removed. star: what Gather found.
-  // Calls loose(vertex) for each vertex other than v that has lost its last triangle. O(triangles
-  // of u, of v, and of the vertices that face the edge, at most manyTriangles of each).
+  // Moves v's triangles to u; removes those that have both u and v. star: what Gather found. Calls
+  // loose(vertex) for each vertex other than v that has lost its last triangle. O(triangles of u,
+  // of v, and of the vertices that face the edge, at most manyTriangles of each).
   template <class Loose>
   void Merge(VertexId u, VertexId v, const EdgeStar& star, const Loose& loose);
 
 private:
   static constexpr Corner none = std::numeric_limits<Corner>::max();
   // A vertex with more triangles than this keeps removed triangles in its list, as three times the
-  // same vertex. To take out each, the hub of a large fan would go through its whole list each
-  // time.
+  // same vertex: to remove each, the hub of a large fan would have to search its whole list.
   static constexpr std::uint32_t manyTriangles = 1024;
 
   StarSide SideAt(Corner corner) const;

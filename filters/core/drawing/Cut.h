@@ -19,13 +19,13 @@ namespace kdstream
 
 // A base resolution for everything, and finer pieces that may be shown. Any set of pieces is a cut:
 //   1. Where all pieces of a finer resolution are active, the finest such resolution is the base.
-//   2. A cluster of a level R <= d < S that is reached (it is of the base, or its parent is
-//      split) is split if all pieces of level d + 1 that hold its children are active.
+//   2. A cluster of a level R <= d < S that is reached (it is of the base, or its parent is split)
+//      is split if all pieces of level d + 1 that hold its children are active.
 //   3. Where a cluster of level S is reached, or the base is not coarser than S, each partition is
 //      shown at the finest active resolution >= S that covers it.
 //   4. Everything is shown at the finest node above it that is reached.
-// So pieces that are active and not reached show nothing: MakeClosure says what reaches them. Below
-// R levels are one piece each, so only rule 1 applies to them.
+// So pieces that are active but not reached show nothing: MakeClosure gives the pieces that are
+// needed to reach them. Below R levels are one piece each, so only rule 1 applies to them.
 struct Cut
 {
   TreeDepths depths;
@@ -33,8 +33,8 @@ struct Cut
   std::vector<PieceId> active{}; // ascending, each once
 };
 
-// Errors: InvalidArgument where the base is finer than L and not the original, or where an active
-// piece is none of this tree, or out of order. O(active).
+// Errors: InvalidArgument if the base is finer than L and not the original, or if an active piece
+// is not of this tree, or out of order. O(active).
 Status CheckCut(const Cut& cut);
 
 // The finest resolution all pieces of which are there (rule 1). O(active).
@@ -43,25 +43,26 @@ Resolution BaseOf(const Cut& cut);
 // Finds a loaded piece, or null.
 using PieceLookup = std::function<const Piece*(PieceId)>;
 
-// The pieces that drawing takes, ascending: those of the base that show anything, and active ones.
+// The pieces that drawing needs, ascending: those of the base that show anything, and active ones.
 // O(active log active + partitions).
 std::vector<PieceId> PiecesOf(const Cut& cut);
 // Those of them that `lookup` does not find, ascending.
 std::vector<PieceId> MissingPieces(const Cut& cut, const PieceLookup& lookup);
 
-// The dependency set: the pieces that must be active so that others are shown whole, over a base
-// that is loaded.
+// The dependency set: the pieces that must be active so that given pieces are shown whole, over a
+// base that is loaded.
 struct Closure
 {
   std::vector<PieceId> pieces;  // ascending: what is known to be needed, the wanted ones too
   std::vector<PieceId> missing; // those of them that are not loaded, ascending
 };
 
-// What shows all vertices of the wanted pieces at these pieces' resolution or finer. Only loaded
-// pieces tell which others their clusters reach: ask again when `missing` have come, until none is
-// missing; then `pieces` are the active ones of a cut. base: BaseOf the cut. wanted: in any order;
-// those that are not finer than the base cost nothing. O(v log v) for v vertices of the wanted
-// pieces, of those finer than S of level S.
+// The pieces that show all vertices of the wanted pieces at these pieces' resolution or finer. Only
+// loaded pieces say which child pieces their clusters have: so call this again when the `missing`
+// pieces have arrived, until none is missing. Then `pieces` are the active pieces of a cut. base:
+// BaseOf the cut. wanted: in any order; those that are not finer than the base cost nothing. O(v
+// log v) for v vertices of the wanted pieces, a wanted piece finer than S counts with the vertices
+// of level S.
 Closure MakeClosure(const TreeDepths& depths, Resolution base, std::span<const PieceId> wanted,
   const PieceLookup& lookup);
 

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// A surface as renderers take it: in parts, with the normals to light them by. Step "draw" of the
-// pipeline picture.
+// A surface as renderers take it: in parts, with normals for lighting. Step "draw" of the pipeline
+// picture.
 #pragma once
 
 #include "filters/core/drawing/PartNormals.h"
@@ -14,15 +14,15 @@
 namespace kdstream
 {
 
-// How a part stood in the surface before, for renderers that animate it (geomorph): for each of its
-// points the place, and the normal of any length, of the vertex that showed it there
-// (SurfaceParts::Parents).
+// How a part looked in the previous surface, for renderers that animate the change (geomorph): for
+// each of its points the position and normal (of any length) of its parent vertex, which showed it
+// before (SurfaceParts::Parents).
 struct PartGeomorph
 {
   std::vector<Vec3> points, normals;
 };
 
-// Does not change. Parts and normals that are the same objects as in another surface need not be
+// Immutable. If parts and normals are the same objects as in an earlier surface, they need not be
 // drawn anew.
 class DrawnSurface
 {
@@ -39,14 +39,13 @@ public:
   };
 
   DrawnSurface() = default;
-  // normals: as PartNormals tells, one for each part.
+  // normals: from PartNormals, one list for each part.
   DrawnSurface(SurfacePartList parts, const std::vector<PartNormals::Normals>& normals);
-  // The same; its parts morph from how they stood in the surface before. parents: as SurfaceParts
-  // tells. O(points) of the parts that differ.
+  // The same, with parts that morph from the previous surface. parents: from SurfaceParts.
+  // O(points) of the parts that differ.
   DrawnSurface(SurfacePartList parts, const std::vector<PartNormals::Normals>& normals,
     const DrawnSurface& before, const std::vector<ParentPoints>& parents);
-  // Any surface, as one part of its own. Where its triangles name points that it does not have, it
-  // has no normals.
+  // Any surface, as a single part. If its triangles name missing points, it has no normals.
   explicit DrawnSurface(Surface whole);
 
   const std::vector<Part>& Parts() const { return this->All; }

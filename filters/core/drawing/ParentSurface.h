@@ -31,7 +31,7 @@ public:
 
   // An own vertex of a piece, where it was shown itself. O(log points).
   std::optional<ParentPoint> Find(PieceId piece, std::uint32_t vertex) const;
-  // What showed a vertex: itself, or else the finest node above it that was shown. O(log points)
+  // The vertex itself if it was shown, else the finest node above it that was shown. O(log points)
   // for each level.
   std::optional<ParentPoint> FindAbove(const Surface::Source& vertex, const Lineage& lineage) const;
 

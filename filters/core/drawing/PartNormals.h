@@ -11,20 +11,21 @@
 namespace kdstream
 {
 
-// Of each point the sum of the area vectors (times two) of its triangles; 0 for a point without.
-// O(points + triangles). REQUIRES: indices below the number of points.
+// For each point the sum of the area vectors (times two) of its triangles; 0 for a point without
+// triangles. O(points + triangles). REQUIRES: indices below the number of points.
 std::vector<Vec3> SumOfNormals(std::span<const Vec3> points, std::span<const Triangle> triangles);
 
-// Of each point of each part the sum of the area vectors (times two) of all triangles around it in
-// the whole surface; 0 for points without triangles. Follows the parts from one cut to the next.
+// For each point of each part the sum of the area vectors (times two) of all triangles around it in
+// the whole surface; 0 for points without triangles. Updated from one cut to the next.
 class PartNormals
 {
 public:
   using Normals = std::shared_ptr<const std::vector<Vec3>>; // one a point of the part
 
-  // Normals that stay the same stay the same object. They depend only on the parts, not on what
-  // came before. O(points + triangles) of the parts that differ and of their neighbours, and O(log)
-  // for each other. REQUIRES: triangles name points of their part.
+  // Updates the normals to these parts. Normals that do not change stay the same object. The result
+  // depends only on the parts, not on earlier ones. O(points + triangles) of the parts that differ
+  // and of their neighbours, and O(log) for each other part. REQUIRES: triangles name points of
+  // their part.
   void GoTo(const SurfacePartList& parts);
 
   // In the order of the parts.

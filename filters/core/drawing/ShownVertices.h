@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Which vertices of a cut's pieces are shown, and by what the others are: for SurfaceParts.cxx
-// alone.
+// Which vertices of a cut's pieces are shown, and which vertices show the others. Only for
+// SurfaceParts.cxx.
 #pragma once
 
 #include "filters/core/drawing/Cut.h"
@@ -16,20 +16,21 @@
 namespace kdstream
 {
 
-// Finds the node of the cut above every vertex of its pieces. Pieces are gone through from coarse
-// to fine: whether a cluster is reached its parent knows, which is an own vertex of a coarser
-// piece. Where the parent's piece takes no part, the parent is not split, nor reached unless it is
-// of the base; so the finest ancestor whose piece takes part says where the vertex is shown. Of
-// pieces that contradict each other it makes some map all the same.
+// Finds the node of the cut above every vertex of its pieces. Pieces are processed from coarse to
+// fine. The parent of a cluster, an own vertex of a coarser piece, decides whether the cluster is
+// reached. If the parent's piece is not in the cut, the parent is not split, and not reached unless
+// it is of the base; then the finest ancestor whose piece is in the cut decides. For pieces that
+// contradict each other the result is some map, too.
 //
-// Goes from one cut to the next: a piece is gone through again only where a piece that its vertices
-// ask has come, gone, or shows other vertices than before. Pieces that were not there need not be
-// remembered: where one comes and shows anything, the ancestor that was asked instead is split.
+// Works incrementally from one cut to the next. A piece is processed again only if a piece that its
+// vertices depend on was added or removed, or shows other vertices than before. Missing pieces need
+// not be remembered: if one is added and shows anything, the ancestor used in its place is split.
 class ShownVertices
 {
 public:
-  // pieces: those of PiecesOf(cut), in this order; kept until the next call. The first time O(v log
-  // pieces) for v vertices; then so much of the pieces that are gone through again.
+  // pieces: those of PiecesOf(cut), in this order; they must live until the next call. The first
+  // call takes O(v log pieces) for v vertices; later calls the same for the pieces that are
+  // processed again.
   void GoTo(const Cut& cut, std::vector<const Piece*> pieces);
 
   const std::vector<const Piece*>& Pieces() const { return this->All; }
@@ -42,12 +43,12 @@ public:
     return this->Numbered[i]->shown[v] == this->All[i]->id.resolution;
   }
 
-  // The own vertex of a piece that shows a vertex of the i-th one. Nothing where only
-  // what is finer is shown, or where pieces contradict each other.
+  // The own vertex of a piece that shows a vertex of piece `i`. Nothing if only finer vertices are
+  // shown there, or if pieces contradict each other.
   using Place = ClusterOwners::Place;
   std::optional<Place> NodeAbove(std::size_t i, std::uint32_t v);
 
-  // The nodes above an own vertex of the i-th piece, as far as the pieces tell of them.
+  // The nodes above an own vertex of piece `i`, as far as the pieces know them.
   Lineage LineageOf(std::size_t i, std::uint32_t v);
 
 private:

@@ -40,8 +40,8 @@ struct Surface
 // 3. Degenerate triangles are dropped. Of triangles that coincide one is kept of each orientation.
 //
 // Complexity O(T log T) for T triangles in the pieces used, in practice nearly O(T). Errors: those
-// of CheckCut; NotFound where MissingPieces is not empty. Pieces may contradict each other, though
-// CheckPiece passes each: then the result has holes. Reports "glue"; Cancelled.
+// of CheckCut; NotFound if MissingPieces is not empty. If pieces contradict each other (CheckPiece
+// accepts each by itself), the result has holes. Reports "glue"; Cancelled.
 Result<Surface> DrawSurface(
   const Cut& cut, const PieceLookup& lookup, const Execution& execution = {});
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// The surface of a cut, piece by piece, so that the next cut costs only what differs from it. Step
+// Makes the surface of a cut piece by piece, so that the next cut costs only the differences. Step
 // "draw" of the pipeline picture.
 #pragma once
 
@@ -18,9 +18,9 @@
 namespace kdstream
 {
 
-// What one piece adds to a surface: its own vertices that are in the cut, and every triangle whose
-// finest corner is one of them (of equally fine corners, that of the lowest key). So each triangle
-// of the surface is in one part, and one part owns each point.
+// The part of a surface that comes from one piece: its own vertices that are in the cut, and every
+// triangle whose finest corner is one of them (among equally fine corners, the one of the lowest
+// key). So each triangle of the surface is in one part, and one part owns each point.
 struct SurfacePart
 {
   // A corner that another part owns.
@@ -32,18 +32,18 @@ struct SurfacePart
   };
 
   PieceId piece;
-  // The own points, in the order of the piece's vertices, then the borrowed ones, ascending.
-  // Triangles are sorted and their lowest index comes first. A surface that can be drawn by itself.
+  // The own points, in the order of the piece's vertices, then borrowed ones, ascending. Triangles
+  // are sorted and have their lowest index first. It can be drawn by itself.
   Surface surface;
   std::vector<std::uint32_t> own; // of each own point, the vertex of the piece
   std::vector<Borrowed> borrowed;
-  // Of each triangle the corner of the piece's triangles that its first corner was, 3 × the number
-  // of that triangle + 0 to 2; the others follow in turn. Where several have become one, the first
-  // of them. Empty unless it is asked for (SurfaceParts::KeepCorners).
+  // For each triangle, which corner of the piece's triangles its first corner was: 3 × the number
+  // of that triangle + 0 to 2; the other corners follow in turn. If several triangles have become
+  // one, the first of them. Empty unless SurfaceParts::KeepCorners is set.
   std::vector<std::uint32_t> corners;
 
-  // Of `surface`, which does not change any more; made when they are asked for first: O(n),
-  // O(n log n). Threads: one at a time.
+  // The box of `surface`, which must not change after the first call: O(n), O(n log n) for the
+  // tree. One thread at a time.
   const Box& Bounds() const;
   const SurfaceTree& Tree() const;
 
@@ -64,14 +64,15 @@ struct ParentPoint
   std::uint32_t part = 0, point = 0;
   bool operator==(const ParentPoint&) const = default;
 };
-// Of each point of a part what showed it before: the same vertex, or the node above it that stood
-// for it. Nothing where only what is finer was shown, or nothing is known.
+// For each point of a part, which vertex showed it before: the same vertex, or the node above it.
+// Nothing if only finer vertices were shown, or if it is unknown.
 using ParentPoints = std::vector<std::optional<ParentPoint>>;
 
 class ShownVertices;
 
-// Draws one cut after the other. A part that is the same in both stays the same object, so whoever
-// keeps what was made of a part (a buffer of the graphics memory) need only compare pointers.
+// Makes the parts of one cut after the other. A part that does not change stays the same object: so
+// to find out whether data made from a part (a buffer in graphics memory) are still valid, compare
+// pointers.
 class SurfaceParts
 {
 public:
@@ -80,20 +81,20 @@ public:
   SurfaceParts(SurfaceParts&&) noexcept;
   SurfaceParts& operator=(SurfaceParts&&) noexcept;
 
-  // Goes over to a cut of loaded pieces, by the rule of DrawSurface. The pieces need not be kept.
-  // The first time O(T log T) for T triangles of the pieces, in practice nearly O(T); then so much
-  // for pieces some of whose vertices are shown by others than before, and O(log) for each other.
-  // Errors, which leave the parts as they were: those of DrawSurface. Reports "glue", a piece a
-  // step; after Cancelled the parts are of no use any more.
+  // Changes to a cut of loaded pieces, by the rule of DrawSurface. The pieces need not be kept. The
+  // first call takes O(T log T) for T triangles of the pieces, in practice nearly O(T). Later calls
+  // take this for the pieces where other vertices are shown than before, and O(log) for each other
+  // piece. Errors: those of DrawSurface; the parts do not change then. Reports "glue", a piece a
+  // step; after Cancelled the parts must not be used any more.
   Status GoTo(const Cut& cut, const PieceLookup& lookup, const Execution& execution = {});
 
   const SurfacePartList& Parts() const { return this->All; }
 
-  // Whether each GoTo also finds what showed the points before: O(log points) for each point of the
-  // parts that it draws anew.
+  // Whether each GoTo also finds the parents of points: O(log points) for each point of the parts
+  // that it draws anew.
   void Follow(bool follows) { this->Follows = follows; }
-  // Whether parts of the original that are drawn from now on tell their triangles' corners, by
-  // which they are textured. O(T log T) for T triangles of each.
+  // Whether parts of the original that are drawn from now on get `corners`, which texturing needs.
+  // O(T log T) for T triangles of each.
   void KeepCorners(bool keeps) { this->KeepsCorners = keeps; }
   // Of each part, in their order; empty where it has stayed, or nothing is followed.
   const std::vector<ParentPoints>& Parents() const { return this->ParentsOfParts; }
@@ -108,7 +109,7 @@ private:
   std::vector<ParentPoints> ParentsOfParts;
 };
 
-// All parts as one surface, as DrawSurface tells. O(points + triangles).
+// All parts as one surface, the same as DrawSurface gives. O(points + triangles).
 Surface MergeParts(const SurfacePartList& parts);
 
 }

@@ -16,9 +16,10 @@ namespace kdstream
 // The box of the triangles of a surface, or, where it has none, of its points. O(n).
 Box BoundsOf(const Surface& surface);
 
-// Over the triangles of a surface, or, where it has none, its points: halved at the median of their
-// middles along the longest side of the box around these, until at most eight are left. O(n log n)
-// to make; 16 to 28 bytes a triangle. The surface is not kept.
+// A tree of boxes over the triangles of a surface, or over its points if it has no triangles. A
+// node is halved at the median of its triangles' centres, along the longest side of the centres'
+// box, until at most eight are left. O(n log n) to make; 16 to 28 bytes a triangle. The surface is
+// not kept.
 class SurfaceTree
 {
 public:
@@ -27,9 +28,9 @@ public:
   // The box of all of them; empty where there are none.
   const Box& Bounds() const { return this->Boxes[1]; }
 
-  // enter(box): how far away what is in a box is at least, or infinity where it is of no use; asked
-  // again before the farther of two is gone into. visit(i): of the triangle, or point, i. The
-  // nearer of two is gone into first.
+  // Visits the tree, the nearer child first. enter(box): a lower bound for the distance of anything
+  // in a box, or infinity to skip it; called again before the farther child is entered. visit(i):
+  // called for a triangle or point.
   template <class Enter, class Visit>
   void Walk(const Enter& enter, const Visit& visit) const
   {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// The components of one cell: which of its connected components become clusters of their own
+// Decides which connected components of one cell become clusters of their own
 // (doc/design.md#clusters). Only for the makers of levels.
 #pragma once
 
@@ -25,17 +25,17 @@ struct CellComponent
   std::size_t joined = 0; // the sheet that it becomes part of
 };
 
-// Decides which components of one cell become sheets, at most four. Components without triangles
-// are joined first. If there are more than 16 then, each of the smaller ones joins the nearest of
-// the 16 largest. Then, until four are left: of the smallest ones, the one that is nearest to
-// another joins that. Distances are those of means; of equals the one with the lowest vertex
-// counts. `components` are ordered by lowest vertex.
+// Decides which components of one cell become sheets, at most four. First joins all components
+// without triangles. If more than 16 are left, each of the smaller ones joins the nearest of the 16
+// largest. Then, until four are left, one of the smallest components joins another one: the pair
+// with the least distance. Distances are between means; among equals the lowest vertex decides.
+// `components` are ordered by lowest vertex.
 void LimitComponents(std::vector<CellComponent>& components);
 
-// Groups the members of one cell into clusters.
-// members: ordered by lowest original vertex. root(m): the member's component, as the root's id.
-// describe(m): its CellComponent. Calls assign(m, local cluster); returns the number of clusters.
-// Local clusters are ordered by lowest vertex.
+// Groups the members of one cell into clusters. members: ordered by lowest original vertex.
+// root(m): the id of the root of the member's component. describe(m): its CellComponent. Calls
+// assign(m, local cluster); returns the number of clusters. Local clusters are ordered by lowest
+// vertex.
 template <class Root, class Describe, class Assign>
 std::size_t GroupCell(std::span<const VertexId> members, bool byComponents, const Root& root,
   const Describe& describe, const Assign& assign)

@@ -37,17 +37,17 @@ struct ClusterOptions
   bool sheets = true;
   // Levels are made from L down to this depth.
   unsigned coarsestDepth = 0;
-  // Whether vertices may lie in the same place. False: it is known that no two do (of a welded
-  // mesh, say), and none are looked for.
+  // Whether vertices may lie in the same place. False: no two do (as in a welded mesh), and the
+  // search for them is skipped.
   bool mayCoincide = true;
   // Whether finest clusters of one partition that hold vertices in the same place are joined, also
-  // across cells. Set by the maker that does so (collapse).
+  // across cells. Set by the maker that needs this (collapse).
   bool joinCoincident = false;
-  // More clusters at the finest level than this are refused (LimitExceeded): they decide the
-  // memory; 0 = no limit.
+  // More clusters at the finest level than this are refused (LimitExceeded), because their number
+  // decides the memory; 0 = no limit.
   std::uint64_t mostClusters = 0;
-  // Of each vertex its id where the mesh has other numbers (GatherMesh), ascending inside each
-  // partition; empty: its number.
+  // The original id of each vertex, if the mesh has other numbers (GatherMesh); ascending inside
+  // each partition. Empty: the numbers are the ids.
   std::span<const VertexId> ids{};
 };
 
@@ -57,17 +57,16 @@ using VertexColor = std::array<std::uint8_t, 3>;
 // One level. Clusters are ordered by (cell, lowest original vertex).
 struct ClusterLevel
 {
-  // Representatives; inside the box of the cluster's original vertices, but where a collapse has
-  // moved them off (FoldOverRepair.h), and never outside the model's.
+  // Representatives. They are inside the box of the cluster's original vertices, unless a collapse
+  // or FoldOverRepair.h has moved them; never outside the model's box.
   std::vector<Vec3> positions;
   std::vector<double> deviations;      // sqrt(Q(x) / trace A), never below a child's; model units
   std::vector<VertexId> lowest;        // lowest original vertex of each cluster
   std::vector<VertexId> parents;       // cluster of the next coarser level; empty at the coarsest
   std::vector<Triangle> triangles;     // lowest cluster first, sorted, one of each orientation
   std::vector<Attribute> attributes{}; // means of normals and colours, a tuple a cluster
-  // Colours that replace the means of the array of the mesh's vertex colours
-  // (CollapseAttributes.h): of levels by collapse, of meshes with colours, until attributes are
-  // known.
+  // Colours that replace the means of the mesh's vertex colours (CollapseAttributes.h). Only for
+  // levels by collapse of meshes with colours, until their attributes are made.
   std::vector<VertexColor> vertexColors{};
 };
 
@@ -77,14 +76,14 @@ struct ClusterLevels
   std::vector<ClusterLevel> levels; // [depth]; empty below coarsestDepth
 };
 
-// Builds the levels L … coarsestDepth.
-// Input: n points, triangles with indices < n (degenerate and duplicate ones allowed), their tree,
-// and the triangles sorted into its partitions (BucketTriangles with CellOfVertex(tree, P)). Sums
-// are in double, relative to the centre of the model's box, over original ids ascending at level L
-// and over children by lowest id above: the same bits for any number of threads. Where a cluster's
-// quadric is empty the representative is the mean, the deviation the RMS distance of its vertices.
-// Complexity: O(n + t log t) a level, levels halve; memory about 440 bytes a finest cluster.
-// Errors: LimitExceeded; Cancelled. Source: paper 4.3; sheets, quadrics and deviations are ours.
+// Builds the levels L … coarsestDepth. Input: n points, triangles with indices < n (degenerate and
+// duplicate ones allowed), their tree, and the triangles sorted into its partitions
+// (BucketTriangles with CellOfVertex(tree, P)). Sums are in double, relative to the centre of the
+// model's box, over original ids ascending at level L, and over children by lowest id at coarser
+// levels: the same bits for any number of threads. If a cluster's quadric is empty, its
+// representative is the mean, and its deviation the RMS distance of its vertices. Complexity: O(n +
+// t log t) a level, levels halve; memory about 440 bytes a finest cluster. Errors: LimitExceeded;
+// Cancelled. Source: paper 4.3; sheets, quadrics and deviations are ours.
 Result<ClusterLevels> BuildClusterLevels(std::span<const Vec3> points,
   std::span<const Triangle> triangles, const KdTree& tree,
   const TriangleBuckets& partitionTriangles, const ClusterOptions& options,
@@ -95,9 +94,9 @@ Result<ClusterLevels> BuildClusterLevels(std::span<const Vec3> points,
 std::vector<Triangle> ImageOfTriangles(std::span<const Triangle> triangles,
   std::span<const VertexId> map, const Execution& execution = {});
 
-// The same where the map keeps partitions apart: those of partition p go to mapBegin[p] …
+// The same for a map that keeps partitions apart: those of partition p are mapped to mapBegin[p] …
 // mapBegin[p + 1] - 1. buckets: the triangles sorted into the partitions (BucketTriangles). Each
-// partition's part of the image needs nothing but its own triangles.
+// partition's part of the image needs only its own triangles.
 std::vector<Triangle> ImageInPartitions(std::span<const Triangle> triangles,
   const TriangleBuckets& buckets, std::span<const VertexId> map, std::span<const VertexId> mapBegin,
   const Execution& execution = {});

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// A level by clusters from the next finer one: whole, or the part in some cells of the tree. For
-// the makers of levels alone.
+// Makes a level by clusters from the next finer one: whole, or the part in some cells of the tree.
+// Only for the makers of levels.
 #pragma once
 
 #include "filters/core/Execution.h"
@@ -17,8 +17,8 @@
 namespace kdstream
 {
 
-// All clusters of a level that some cells hold, consecutive ones. What ties them to each other and
-// to the clusters of other cells is given in numbers of the level.
+// Consecutive clusters of a level: all that some cells hold. Links between them, and to clusters of
+// other cells, use numbers of the level.
 struct ClusterPart
 {
   std::span<const ClusterSum> clusters;
@@ -38,15 +38,15 @@ struct ClusterRules
 };
 
 // The clusters of level `depth`, without triangles, from those of level depth + 1: inside each cell
-// the connected ones join, at most four are left (CellComponents.h), or one without sheets.
-// Numbered by (cell, lowest original vertex), added up over children by lowest original vertex.
-// parents: of each cluster its place among the coarser ones. REQUIRES: no cell of `depth` is cut.
-// O(c log c + t).
+// the connected clusters join, so that at most four are left (CellComponents.h), or one without
+// sheets. Numbered by (cell, lowest original vertex); sums go over children by lowest original
+// vertex. parents: for each cluster its place among the coarser ones. REQUIRES: no cell of `depth`
+// is cut. O(c log c + t).
 CollapseState MakeCoarserClusters(const ClusterPart& below, unsigned depth,
   const ClusterRules& rules, std::vector<VertexId>& parents, const Execution& execution);
 
-// Appends the link that is left of a triangle with exactly two different corners. A link is mapped
-// as such a triangle.
+// Appends the link that remains of a triangle with exactly two different corners. A link is mapped
+// like such a triangle.
 inline void AppendLinkOf(const Triangle& t, std::vector<Link>& links)
 {
   const VertexId other = t[0] == t[1] ? t[2] : t[1];
@@ -68,8 +68,8 @@ void SortLinks(std::vector<Link>& links);
 std::vector<Link> ImageOfLinks(
   std::span<const Triangle> triangles, std::span<const Link> links, std::span<const VertexId> map);
 
-// The levels `depth` … coarsestDepth from the first of them: all of its clusters and triangles, and
-// its links; [depth], without attributes. Errors: Cancelled.
+// Makes the levels `depth` … coarsestDepth from level `depth`, of which all clusters, triangles and
+// links are given. Returns them without attributes. Errors: Cancelled.
 Result<std::vector<ClusterLevel>> BuildCoarserClusterLevels(CollapseState state,
   std::vector<Link> links, unsigned depth, const ClusterRules& rules, const Execution& execution);
 

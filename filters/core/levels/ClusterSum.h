@@ -14,9 +14,8 @@ namespace kdstream
 // Two clusters that are linked, the lower first.
 using Link = std::pair<VertexId, VertexId>;
 
-// What is known of a cluster beside its place in the level. For a finest cluster it is added up
-// over vertices, for a coarser one over clusters. Sums are relative to the centre of the model's
-// box.
+// What is known of a cluster, except its place in the level. For a finest cluster it is summed over
+// vertices, for a coarser one over clusters. Sums are relative to the centre of the model's box.
 struct ClusterSum
 {
   std::uint64_t count = 0; // original vertices
@@ -34,14 +33,14 @@ struct ClusterSum
   void AddVertex(VertexId v, const Vec3& absolute, const Vec3& relative);
   void Add(const ClusterSum& child);
 
-  // The representative, absolute; inside the box, so that what lies in a plane or in one place
-  // stays there exactly. Without -0.0, whose sign would depend on which vertex the box met first.
+  // The representative, in absolute coordinates; inside the box, so that points in a plane or in
+  // one place stay there exactly. Without -0.0, whose sign would depend on the order of the
+  // vertices.
   Vec3 Represent(Representative representative, const Vec3& origin) const;
-  // Where its triangles face, as long as their area; 0 where they face all ways: both sides of a
-  // thin wall, or a whole limb.
+  // The direction in which its triangles face, as long as their area; 0 if they face all ways, as
+  // the two sides of a thin wall or a whole limb.
   Vec3 Facing() const;
-  // sqrt(Q(x) / trace A); where the quadric is empty the RMS distance of the vertices. x is
-  // relative.
+  // sqrt(Q(x) / trace A); if the quadric is empty, the RMS distance of the vertices. x is relative.
   double GeometricErrorAt(const Vec3& x) const;
 };
 

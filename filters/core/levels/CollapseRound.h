@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// One round of collapses in parts: from a level in blocks to the next coarser one. For the makers
-// of levels alone.
+// One round of collapses in parts: from a level in blocks to the next coarser one. Only for the
+// makers of levels.
 //
 // Every part (a partition, or below S a node of the coarser level's pieces) collapses by itself,
 // with the clusters of other parts fixed, and leaves a list of its merges; one threshold cuts all
-// lists. Blocks tell each other nothing but that threshold and where their clusters go: the result
-// does not depend on how many there are.
+// lists. Blocks exchange only that threshold and the places to which their clusters go, so the
+// result does not depend on the number of blocks.
 #pragma once
 
 #include "filters/core/Execution.h"
@@ -23,13 +23,13 @@
 namespace kdstream
 {
 
-// Whether the level `depth` is made in parts: down to S, and below S while levels are large.
+// Whether the level `depth` is made in parts: down to S, and coarser than S while levels are large.
 // clusters, triangles: of the level below it.
 bool CollapsesInParts(
   const TreeDepths& depths, unsigned depth, std::size_t clusters, std::size_t triangles);
 
-// Clusters with triangles that level `depth` is to have: some more than 2^depth where they are few,
-// or limbs are lost. Those without triangles come on top of them.
+// The number of clusters with triangles that level `depth` is to have: more than 2^depth at small
+// levels, or limbs are lost. Clusters without triangles come in addition.
 std::size_t SurfaceWanted(unsigned depth);
 
 // Depth of the parts that the clusters of a level are collapsed in.
@@ -44,7 +44,7 @@ public:
     const CollapseSpace& space, Representative representative, bool sheets,
     const Execution& execution, const std::function<Status(double)>& report);
 
-  // Errors: those of the blocks and of report. Three passes over the blocks, up to four more where
+  // Errors: those of the blocks and of report. Three passes over the blocks, and up to four more if
   // nodes would hold too much.
   Status Run();
 

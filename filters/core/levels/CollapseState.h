@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// A level while coarser ones are made from it: whole, or a block of it. For the makers of levels
-// alone.
+// The state of a level while coarser ones are made from it: the whole level, or a block of it. Only
+// for the makers of levels.
 #pragma once
 
 #include "filters/core/Types.h"
@@ -15,11 +15,11 @@
 namespace kdstream
 {
 
-// The clusters of a block of a level, those at home in one cell of the tree. Before and after them
-// in the level, ascending, the clusters of other blocks that share a triangle with them (ghosts);
-// the triangles are all that touch an own cluster, sorted. What is known beside the level is known
-// of only the own clusters: ghosts stay where they are, and in a soup there are more of them. The
-// whole level is a block without ghosts.
+// The clusters of a block of a level: those at home in one cell of the tree. Before and after them
+// in the level, ascending, are the clusters of other blocks that share a triangle with them
+// (ghosts). The triangles are all that touch an own cluster, sorted. Sums and other data exist only
+// for own clusters: ghosts do not move, and a soup has more ghosts than own clusters. A whole level
+// is a block without ghosts.
 struct CollapseState
 {
   ClusterLevel level;

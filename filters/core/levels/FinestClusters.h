@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// The clusters of the finest level, where every maker of levels starts. For the makers of levels
-// alone.
+// The clusters of the finest level, where every maker of levels starts. Only for the makers of
+// levels.
 #pragma once
 
 #include "filters/core/TriangleBuckets.h"
@@ -13,8 +13,8 @@
 namespace kdstream
 {
 
-// The vertices of one cell of the tree, and those of other cells that its triangles use (ghosts).
-// The whole mesh is that of the root.
+// The vertices of one cell of the tree, and the vertices of other cells that its triangles use
+// (ghosts). For the root: the whole mesh.
 struct FinestInput
 {
   std::span<const Vec3> points; // those of a partition ascending by id
@@ -24,8 +24,8 @@ struct FinestInput
     partitionTriangles;            // for each of the cell's partitions those that touch it
   Vec3 origin;                     // of the sums: the centre of the model's box
   std::span<const VertexId> ids{}; // of each point in the mesh; empty: its place
-  // The vertex colours of the points, or null: clusters do not go across its edges
-  // (CollapseAttributes.h) but where a cell would have too many.
+  // The vertex colours of the points, or null. Clusters do not cross edges between colours
+  // (CollapseAttributes.h), unless a cell would then have too many clusters.
   const Attribute* vertexColors = nullptr;
 };
 
@@ -47,22 +47,22 @@ inline Vec3 CentreOf(const Box& box)
     box.lo[2] / 2 + box.hi[2] / 2 };
 }
 
-// Fills a level's positions, deviations and lowest vertices from its clusters, and raises the
-// clusters' deviations to their own where the children's are below it.
+// Fills in a level's positions, deviations and lowest vertices from its clusters. A cluster's
+// deviation is at least that of its children.
 void RepresentClusters(std::vector<ClusterSum>& clusters, Representative representative,
   const Vec3& origin, ClusterLevel& level, const Execution& execution);
 
-// Makes the clusters of level L of the tree, or of one of its cells: what they are does not depend
-// on the cell. Their triangles: ImageInPartitions. Sums, complexity and errors: see
-// BuildClusterLevels, whose first half of the progress it reports.
+// Makes the clusters of level L, of the whole tree or of one of its cells; the result is the same
+// in both cases. Their triangles: ImageInPartitions. Sums, complexity and errors: see
+// BuildClusterLevels. Reports the first half of its progress.
 Result<FinestClusters> BuildFinestClusters(
   const FinestInput& input, const ClusterOptions& options, const Execution& execution);
 
-// Where vertices are split, at texture seams and hard edges, levels would open slits between their
-// clusters (CoincidentClusters.cxx). Joins the clusters of one partition that finest.coincident
-// links; clusters of different partitions stay apart, since a cluster may not lie in both. A joined
-// cluster is at home in the cell of its lowest vertex. Adjusts all of `finest` but the level and
-// the links. cellsBelowPartition: how many depths the finest cells are below the partitions.
+// Joins clusters at split vertices (texture seams, hard edges), where levels would otherwise open
+// slits (CoincidentClusters.cxx): those that finest.coincident links, if they are in the same
+// partition. Clusters of different partitions stay apart, because a cluster lies in one partition.
+// A joined cluster is at home in the cell of its lowest vertex. Adjusts all of `finest` except the
+// level and the links. cellsBelowPartition: the number of depths from partitions to finest cells.
 // O(clusters + links).
 void JoinCoincidentClusters(FinestClusters& finest, unsigned cellsBelowPartition);
 

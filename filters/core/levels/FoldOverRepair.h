@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Moves representatives of a level where triangles face the wrong way. For the makers of
-// levels alone.
+// Moves representatives of a level where triangles face the wrong way. Only for the makers of
+// levels.
 //
-// A triangle should face where its clusters do: where the area vectors of their triangles, added
-// up, point to. Cells of a tree have any shape, so the means of three that touch may lie the other
-// way round, and where a cluster touches only two others its two triangles always lie on each
-// other. Only places change: the triangles stay the image of the original.
+// A triangle should face as its clusters do: in the direction of the sum of the area vectors of
+// their triangles. Cells of a tree have any shape, so the triangle of the means of three
+// neighbouring cells may be flipped. If a cluster touches only two others, its two triangles always
+// coincide. Only places change: the triangles stay the image of the original.
 #pragma once
 
 #include "filters/core/Execution.h"
@@ -28,18 +28,18 @@ struct MovedCluster
   double deviation; // from now on: never below what it was
 };
 
-// The parts of a block, a cell of `blockDepth`, of a level: those that its clusters have collapsed
-// in.
+// The parts of a block of a level, in which its clusters have collapsed. A block is a cell of
+// `blockDepth`.
 BlockParts PartsOfLevel(
   const TreeDepths& depths, unsigned level, unsigned blockDepth, std::size_t block);
 
-// One pass over a block: its own clusters that move, ascending. Each part moves its own clusters;
-// clusters of other parts stay at their places in the state. So the result depends only on the
-// part's own clusters and the triangles that touch them, not on blocks or threads. A cluster with
-// triangles that face the wrong way goes to a near place from where fewer do; if there is none, to
-// the place of a neighbour, where the triangles between both vanish. O(t) for t triangles. Source:
-// the half spaces around a star's kernel by relaxation, Agmon 1954, Motzkin and Schoenberg 1954;
-// the rest is ours.
+// One pass over a block. Returns its own clusters that move, ascending. Each part moves its own
+// clusters; clusters of other parts stay at their places in the state. So the result depends only
+// on the part's own clusters and the triangles that touch them, not on blocks or threads. A cluster
+// with triangles that face the wrong way moves to a near place where fewer of them do; if there is
+// none, to the place of a neighbour, so that the triangles between both vanish. O(t) for t
+// triangles. Source: the half spaces around a star's kernel by relaxation, Agmon 1954, Motzkin and
+// Schoenberg 1954; the rest is ours.
 std::vector<MovedCluster> RepairFoldOvers(const CollapseState& block, const CollapseSpace& space,
   unsigned level, const BlockParts& parts, const Execution& execution = {});
 

@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Collapses of a whole level at once, for levels coarser than S that are small. For the makers of
-// levels alone.
+// Collapses a whole level at once, for small levels coarser than S. Only for the makers of levels.
 #pragma once
 
 #include "filters/core/Result.h"
@@ -13,8 +12,8 @@
 namespace kdstream
 {
 
-// Where the sums of a level's clusters wait while its edges collapse, which takes about as much
-// memory as all that the level is. Here they stay where they are.
+// Where the sums of a level's clusters are put while its edges collapse; the collapse takes about
+// as much memory as the level. This class leaves them in memory.
 class SumsAside
 {
 public:
@@ -57,10 +56,11 @@ private:
   EdgeCollapse Engine;
 };
 
-// What merges from a whole level to the next coarser one, `depth`: until about `surface` clusters
-// with triangles are left, then on in nodes that would hold too much (MostOfNode), and where edges
-// do not do it by cells. Memory about 350 bytes a cluster of surfaces, beside the state without its
-// sums. Keeps references to below and depths. Errors: those of `aside`.
+// Decides what merges from a whole level to the next coarser one, `depth`. Edges collapse until
+// about `surface` clusters with triangles are left, and then further in nodes that would hold too
+// much (MostOfNode). If edges are not enough, clusters are grouped by cells. Memory about 350 bytes
+// a cluster of surfaces, beside the state without its sums. Keeps references to below and depths.
+// Errors: those of `aside`.
 Result<Merging> CollapseFreely(CollapseState& below, const CollapseSpace& space,
   const TreeDepths& depths, unsigned depth, std::size_t surface, bool sheets, SumsAside& aside);
 

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// About how far nearly all clusters of a level lie off, found in one pass: how coarse a grid the
-// level can do with depends on it, before any of its pieces is encoded.
+// Estimates in one pass the geometric error that nearly all clusters of a level stay below. The
+// grid's spacing for the level depends on it, before any of its pieces is encoded.
 #pragma once
 
 #include <cstddef>
@@ -11,8 +11,8 @@
 namespace kdstream
 {
 
-// How many clusters deviate by how much, in bins of a 32nd of an octave. Of a level in parts the
-// counts are added up. 64 KiB.
+// A histogram of the clusters' geometric errors, in bins of a 32nd of an octave. The counts of a
+// level's parts are added. 64 KiB.
 class GeometricErrorBins
 {
 public:

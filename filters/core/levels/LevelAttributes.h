@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Normals, colours and numbers of the levels: the last part of step "levels" of the pipeline
+// The normals, colours and numbers of levels: the last part of step "levels" of the pipeline
 // picture.
 #pragma once
 
@@ -14,46 +14,46 @@
 namespace kdstream
 {
 
-// Gives every level the attributes that a viewer draws by, under their name and type in the mesh:
-// normals, colours (RoleOf), numbers (IsScalar) and classes (HoldsClasses). Only the original has
-// other arrays (ArraysOfLevels).
-// - Colours: the mean of the light (Light.h) of the cluster's original vertices, as the nearest
-//   byte; of alpha its own mean, halves upwards. If the levels have colours of their own
-//   (ClusterLevel::vertexColors), these replace red, green and blue of the array of the mesh's
+// Gives every level the attributes that a viewer uses, with the name and type that they have in the
+// mesh: normals, colours (RoleOf), numbers (IsScalar) and classes (HoldsClasses). Only the original
+// has other arrays (ArraysOfLevels).
+// - Colours: the mean of the linear light (Light.h) of the cluster's original vertices, as the
+//   nearest byte; alpha is averaged as it is, halves upwards. If the levels have colours of their
+//   own (ClusterLevel::vertexColors), these replace red, green and blue of the array of the mesh's
 //   colours.
 // - Normals: the mean of the directions of the cluster's normals, of length 1. Tuples without a
-//   direction (all zero, or a component that is NaN or infinite) are left out. Where the directions
-//   cancel (their sum is shorter than 10^-9 of their number) it is the direction of the lowest
-//   original vertex that has one; where none has one it is (0, 0, 0).
+//   direction (all zero, or a component that is NaN or infinite) are left out. If the directions
+//   cancel (their sum is shorter than 10^-9 of their number), it is the direction of the lowest
+//   original vertex that has one; if none has one, it is (0, 0, 0).
 // - Numbers: ScalarSum of ScalarSums.h; integers are rounded to the nearest, halves away from 0.
 // - Classes: the most frequent (ClassVotes of ScalarSums.h).
 //
-// Sums are in double, over original vertices ascending at the finest level and over children by
-// lowest vertex above. Serial; O(n + c log c) for c clusters; AttributeSums of the finest level and
-// the next. REQUIRES: CheckAttributes(mesh.attributes, …), levels of this mesh. Source:
-// doc/design.md#attributes; the paper has none.
+// Sums are in double, over original vertices ascending at the finest level, and over children by
+// lowest vertex at coarser levels. Serial; O(n + c log c) for c clusters; AttributeSums of the
+// finest level and the next. REQUIRES: CheckAttributes(mesh.attributes, …), levels of this mesh.
+// See doc/design.md#attributes; the paper has no attributes.
 void AddLevelAttributes(const Mesh& mesh, ClusterLevels& levels);
 
 // The sums from which the means come, of all clusters of one level, or of those of one block of the
 // tree (VertexNumbers.h): a cluster of a level >= S is made of vertices and clusters of its own
-// block. The sums are bytes, a record a cluster, so they can wait in a file beside the rest of the
-// level. The records of two blocks, one after the other, are those of both.
+// block. The sums are bytes, one record for each cluster, so they can be kept in a file beside the
+// rest of the level. The records of two blocks can be concatenated.
 class AttributeSums
 {
 public:
   // Sums of nothing. attributes: of the mesh, those that are not in levels too (ArraysOfLevels).
   AttributeSums(std::span<const AttributeInfo> attributes, std::size_t clusters);
   // Sums as Bytes() gave them. Errors: InvalidInput, naming the cluster: bytes that are not whole
-  // records, or that no colours add up to.
+  // records, or that are not sums of any colours.
   static Result<AttributeSums> FromBytes(
     std::span<const AttributeInfo> attributes, std::vector<std::byte> bytes);
 
-  // Adds the tuples of original vertices, which ascend by id, to their clusters; of noVertex, those
-  // of other blocks, to none. attributes: of the vertices, among others those of these sums.
-  // REQUIRES: a tuple a vertex.
+  // Adds the tuples of original vertices, which ascend by id, to their clusters; vertices of
+  // noVertex, those of other blocks, are skipped. attributes: of the vertices; must include those
+  // of these sums. REQUIRES: one tuple for each vertex.
   void AddVertices(std::span<const Attribute> attributes, std::span<const VertexId> clusterOf);
   // The sums of the next coarser level's `count` clusters: over children by lowest original vertex.
-  // parents, lowest: of each cluster. O(c log c); 4 bytes a cluster beside the result.
+  // parents, lowest: one entry for each cluster. O(c log c); 4 bytes a cluster beside the result.
   AttributeSums MakeCoarser(
     std::span<const VertexId> parents, std::span<const VertexId> lowest, std::size_t count) const;
   // A tuple a cluster of each array, in their order.

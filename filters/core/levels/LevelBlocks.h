@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// A level in blocks, as a round of collapses goes through it: in memory or in files. For the makers
-// of levels alone.
+// A level in blocks, as a round of collapses visits it: in memory or in files. Only for the makers
+// of levels.
 #pragma once
 
 #include "filters/core/Result.h"
@@ -25,7 +25,7 @@ struct MergeList
   bool whole = false;    // nothing was left out
 };
 
-// When it is told where clusters go.
+// When it is known where clusters go.
 enum class TargetStage
 {
   Merged, // only by merges of edges
@@ -38,9 +38,9 @@ struct BlockRange
   std::size_t begin = 0, end = 0;
 };
 
-// What a round needs of a level. Blocks are the cells of one depth; parts, nodes of the same or a
-// larger depth, lie in one of them. Whoever implements it decides where all is held: one block, or
-// two (LoadAhead), are in memory at a time.
+// What a round needs of a level. Blocks are the cells of one depth; parts are nodes of the same or
+// a larger depth, each in one block. Implementations decide where the data are: one block, or two
+// (LoadAhead), are in memory at a time.
 class LevelBlocks
 {
 public:
@@ -48,8 +48,8 @@ public:
 
   // A power of two.
   virtual std::size_t Count() const = 0;
-  // The blocks of this process, where several processes make a level together. Each goes through
-  // its own blocks and calls all functions from Alone on, in the same order as the others.
+  // The blocks of this process, if several processes make a level together. Each visits its own
+  // blocks, and calls all functions from Alone on in the same order as the others.
   virtual BlockRange Here() const { return { 0, this->Count() }; }
   virtual bool Alone() const { return true; }
   // Adds up the numbers of all processes, one by one.
@@ -61,26 +61,26 @@ public:
 
   // Area of the triangles of all clusters (AddAreas) / number of clusters.
   virtual double AreaPerCluster() const = 0;
-  // Gets a block that Load is asked for next; on another thread than that which goes on with the
-  // one loaded last. What goes wrong Load tells.
+  // Fetches the block that Load will be asked for next. Called on another thread than the one that
+  // uses the current block. Load returns the errors.
   virtual void LoadAhead(std::size_t /*block*/) {}
   // The block until another one is loaded.
   virtual Result<const CollapseState*> Load(std::size_t block) = 0;
 
-  // The merge lists of the block's parts, ascending; those that Lists returns until another block's
-  // are asked for.
+  // Takes the merge lists of the block's parts, ascending. They stay those that Lists returns until
+  // lists of another block are asked for.
   virtual Status KeepLists(std::size_t block, std::vector<MergeList>&& lists) = 0;
   virtual Result<std::vector<MergeList>*> Lists(std::size_t block) = 0;
 
   // Where each own cluster of a block goes, numbered from the first own one.
   virtual Status KeepTargets(
     std::size_t block, TargetStage stage, std::span<const VertexId> targets) = 0;
-  // Where the ghosts of the block that was loaded last go, in their order: equal numbers for those
-  // that go to the same cluster.
+  // For the ghosts of the block that was loaded last, in their order: where they go. Equal numbers
+  // for ghosts that go to the same cluster.
   virtual Result<std::vector<VertexId>> GhostTargets(TargetStage stage) = 0;
 
-  // The block's part of the next coarser level (no ghosts, no triangles), and for each own cluster
-  // its parent there. Blocks come in order.
+  // Takes the block's part of the next coarser level (without ghosts and triangles), and for each
+  // own cluster its parent there. Blocks come in order.
   virtual Status KeepCoarser(
     std::size_t block, CollapseState&& coarser, std::vector<VertexId>&& parents) = 0;
 };

@@ -8,13 +8,13 @@ namespace kdstream
 {
 
 // Parts of the time of all levels in memory, measured on 28 million triangles: until the sheets of
-// the finest level are found, until its clusters are summed, and until these have their places.
+// the finest level are found, until its clusters are summed, and until these have positions.
 inline constexpr double componentsFoundPart = 0.06, clustersSummedPart = 0.28,
                         finestMadePart = 0.37;
 
-// The part of the time of all coarser levels that has passed when levels are made down to `depth`,
-// of which a part may be made too (11.25: level 12 and three quarters of level 11). A level takes
-// half as long as the next finer one.
+// The share of the time of all coarser levels that has passed when levels are made down to `depth`.
+// `depth` may have a fraction: 11.25 is level 12 and three quarters of level 11. A level takes half
+// as long as the next finer one.
 inline double CoarserPart(double depth, unsigned finest)
 {
   const double whole = std::floor(depth);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Levels of detail of a mesh: who makes them. Step "levels" of the pipeline picture.
+// Levels of detail of a mesh: chooses their maker. Step "levels" of the pipeline picture.
 #pragma once
 
 #include "filters/core/levels/ClusterLevels.h"
@@ -19,9 +19,9 @@ struct LevelOptions : ClusterOptions
   LevelMaker maker = LevelMaker::Collapse;
 };
 
-// Builds the levels L … options.coarsestDepth of a mesh by the maker asked for; a mesh without
-// triangles always by clusters. Input and errors: see BuildClusterLevels and BuildCollapseLevels.
-// The levels carry the means of normals and colours (AddLevelAttributes).
+// Builds the levels L … options.coarsestDepth of a mesh by the maker that the options name; a mesh
+// without triangles always by clusters. Input and errors: see BuildClusterLevels and
+// BuildCollapseLevels. The levels carry the means of normals and colours (AddLevelAttributes).
 Result<ClusterLevels> BuildLevels(const Mesh& mesh, const KdTree& tree,
   const TriangleBuckets& partitionTriangles, const LevelOptions& options,
   const Execution& execution = {});

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// One threshold for the merge lists of all parts: which merges a round of collapses makes. For
-// CollapseRound alone.
+// One threshold for the merge lists of all parts: decides which merges a round of collapses makes.
+// Only for CollapseRound.
 #pragma once
 
 #include "filters/core/collapse/MergeSelection.h"
@@ -33,10 +33,11 @@ public:
   {
   }
 
-  // The error of the last merge that is needed if the parts 0, stride, 2 stride … stand for all.
+  // The error of the last merge needed if the parts 0, stride, 2 stride … are a sample of all
+  // parts.
   Result<double> Estimate(std::size_t stride);
-  // Takes the cheapest merges of all parts until as many clusters with triangles are left as are
-  // wanted. Makes lists longer where they end before the threshold; report: progress of that.
+  // Takes the cheapest merges of all parts, until only the wanted number of clusters with triangles
+  // is left. Extends lists that end before the threshold; report: progress of that.
   Status Take(const std::function<Status(double)>& report);
 
 private:

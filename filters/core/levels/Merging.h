@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Which clusters of a level become one at the next coarser level: by merges of edges, and by
-// grouping what cannot merge. Only for the makers of levels.
+// Decides which clusters of a level become one at the next coarser level: by merges of edges, and
+// by grouping clusters that cannot merge. Only for the makers of levels.
 #pragma once
 
 #include "filters/core/collapse/EdgeCollapse.h"
@@ -14,8 +14,8 @@
 namespace kdstream
 {
 
-// Applies merges, which were made one after the other, to where clusters go. into: for each cluster
-// the one that it goes to, at first itself. The merges' numbers are places in this list.
+// Applies merges, in the order in which they were made. into: for each cluster the one that it goes
+// to, at first itself. The merges' numbers are positions in this list.
 void ApplyMerges(std::span<const Merge> merges, std::span<VertexId> into);
 
 // For each node whether it has any excess; empty if none has.
@@ -24,8 +24,8 @@ std::vector<std::uint8_t> FullNodes(std::span<const std::size_t> excess);
 // Most clusters that a node of a level's pieces may be the home of.
 std::size_t MostOfNode(const TreeDepths& depths, unsigned level);
 
-// Every own cluster of a block stands for itself at first. A cluster is at home in the cells that
-// hold its lowest original vertex; it keeps the place it has, unless merged or grouped.
+// Where each own cluster of a block goes; at first to itself. A cluster is at home in the cells
+// that hold its lowest original vertex; it keeps its position unless merged or grouped.
 class Merging
 {
 public:
@@ -39,19 +39,19 @@ public:
   // below: a block of the level; depth: of the next coarser one. Keeps references to both.
   Merging(const CollapseState& below, const TreeDepths& depths, unsigned depth);
 
-  // Applies merges that were made one after the other, numbered from the first own cluster. Homes
-  // are known after GroupLoose.
+  // Applies merges in the order in which they were made; their numbers count from the first own
+  // cluster. Homes are known after GroupLoose.
   void Apply(std::span<const Merge> merges);
   // Where ghosts go, in their order: equal numbers for those that go to the same cluster.
   void SetGhosts(std::span<const VertexId> targets);
-  // Groups the own clusters that no triangle touches, one a cell of this depth. REQUIRED before
-  // anything below is asked for.
+  // Groups the own clusters that no triangle touches, one a cell of this depth. REQUIRED before the
+  // functions below.
   void GroupLoose();
   // Groups all own clusters at home in the nodes for which full[node] is not 0 by cells of this
-  // depth, or by the sheets of cells. Nodes are those that pieces of this depth are made of.
+  // depth, or by the sheets of cells. The nodes are those of the pieces of this depth.
   void GroupNodes(std::span<const std::uint8_t> full, bool sheets);
 
-  // The cluster that now stands for `cluster`.
+  // The cluster that has replaced `cluster`.
   VertexId StandsFor(VertexId cluster) const { return this->Into[cluster]; }
   // Where each own cluster goes, numbered from the first of them.
   std::vector<VertexId> Targets() const;

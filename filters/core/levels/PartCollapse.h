@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// The collapses of the parts of a block, each on its own with the clusters of others fixed: part of
+// Collapses the parts of a block, each by itself with the clusters of other parts fixed: part of
 // step "levels" of the pipeline picture. Only for the makers of levels.
 #pragma once
 
@@ -41,20 +41,21 @@ struct PartTriangles
 class PartCollapse
 {
 public:
-  // share: clusters with triangles that a part is to keep on average; a part is collapsed at least
-  // so far. areaPerVertex: of the level. Keeps references to block and space.
+  // share: the number of clusters with triangles that a part keeps on average; every part is
+  // collapsed at least to this number. areaPerVertex: of the level. Keeps references to block and
+  // space.
   PartCollapse(const CollapseState& block, const CollapseSpace& space, const BlockParts& parts,
     std::size_t share, double areaPerVertex, const Execution& execution);
 
-  // How many clusters a part has, those without triangles too. Parts are numbered from the block's
-  // first one.
+  // The number of clusters of a part, including those without triangles. Parts are numbered from
+  // the block's first one.
   std::uint32_t ClustersOf(std::size_t part) const
   {
     return this->Of.begin[part + 1] - this->Of.begin[part];
   }
-  // Makes the lists of these parts anew. enough: merges that cost more need not all be found, once
-  // no more clusters are left than the share. A list that is made again with a greater `enough`
-  // begins with the same merges. O(m log m) for m clusters and triangles.
+  // Makes the lists of these parts anew. enough: when a part is down to the share, merges that cost
+  // more than this need not be found. A list made again with a greater `enough` begins with the
+  // same merges. O(m log m) for m clusters and triangles.
   void Collapse(
     std::span<const std::size_t> parts, double enough, std::span<MergeList> lists) const;
 

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // The merge lists of all parts of a level, in a round of collapses. The lists themselves are with
-// the level's blocks, in memory or in files; what is known of each is here, the same in every
+// the level's blocks, in memory or in files. Here is what is known of each list, the same in every
 // process. Only for CollapseRound.
 #pragma once
 
@@ -36,9 +36,9 @@ public:
   using UseLists = std::function<Status(std::size_t block, std::vector<MergeList>& lists)>;
   using PartFilter = std::function<bool(std::size_t part)>;
 
-  // parts: how many the level has, a power of two and at least as many as blocks. belowPart: depths
-  // from a part to the finest cells. share: clusters with triangles that a part is to keep on
-  // average. Keeps references.
+  // parts: their number, a power of two, at least that of the blocks. belowPart: depths from a part
+  // to the finest cells. share: the number of clusters with triangles that a part keeps on average.
+  // Keeps references.
   PartLists(LevelBlocks& blocks, const CollapseSpace& space, std::size_t parts, unsigned belowPart,
     std::size_t share, const Execution& execution);
 
@@ -49,12 +49,12 @@ public:
   const ListSummary& Of(std::size_t part) const { return this->Summaries[part]; }
   const std::vector<ListSummary>& All() const { return this->Summaries; }
 
-  // Makes the lists of the parts wanted in all blocks, and shares what is known of them. enough: as
-  // PartCollapse::Collapse. report(done): progress, 0-1.
+  // Makes the lists of the wanted parts in all blocks, and exchanges what is known of them. enough:
+  // as PartCollapse::Collapse. report(done): progress, 0-1.
   Status Make(const PartFilter& wanted, double enough, const std::function<Status(double)>& report);
   // The same in one block of this process, without sharing.
   Status MakeInBlock(std::size_t block, const PartFilter& wanted, double enough);
-  // Tells other processes what is known of the lists here. Call it in all of them.
+  // Exchanges what is known of the lists with other processes. Call it in all of them.
   Status Share();
   // Goes through the lists of this process, block by block.
   Status ForEachBlock(const UseLists& use);

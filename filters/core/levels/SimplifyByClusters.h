@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// One level by any clustering of the vertices: the octree's and k-means' meshes beside the k-d
-// tree's.
+// Makes one level by any clustering of the vertices: for comparing the octree and k-means with the
+// k-d tree.
 #pragma once
 
 #include "filters/core/Execution.h"
@@ -15,10 +15,10 @@ namespace kdstream
 {
 
 // One level of a mesh: a representative for each cluster, or for each sheet of the surface in it,
-// and the image of the triangles. As the finest level of BuildClusterLevels, which see, but for any
-// clusters. `lowest`, `parents` and coarser levels have no meaning to the caller here.
-// clusterOf, where it is not null: of each vertex its representative. Errors: InvalidArgument where
-// the clustering is not one of the mesh's vertices; Cancelled. Source: paper 4.3, Figs. 12-14.
+// and the image of the triangles. See the finest level of BuildClusterLevels; this works for any
+// clusters. `lowest`, `parents` and coarser levels have no meaning here. clusterOf, if not null:
+// the representative of each vertex. Errors: InvalidArgument if the clustering is not of the mesh's
+// vertices; Cancelled. Source: paper 4.3, Figs. 12-14.
 Result<ClusterLevel> SimplifyByClusters(const Mesh& mesh, const Clustering& clustering,
   const ClusterOptions& options, const Execution& execution = {},
   std::vector<VertexId>* clusterOf = nullptr);

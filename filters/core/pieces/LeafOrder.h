@@ -11,15 +11,15 @@
 namespace kdstream
 {
 
-// Sorts vertices by place: ascending x, then y, then z; those in one place by their numbers, which
-// must be unlike. points: of all vertices.
+// Sorts vertices by place: ascending x, then y, then z; those in the same place by their numbers,
+// which must differ. points: of all vertices.
 void SortByPlace(std::span<VertexId> vertices, std::span<const Vec3> points);
 
 // Numbers the vertices of each cluster of the finest level by place (SortByPlace). The codec
-// (filters/codec/PieceNumbering.h) sorts them again, so that their order costs no bytes. Clusters
-// stay the intervals that they are. A tree without levels is left alone: its vertices are numbered
-// by id.
-// points: of the original mesh. O(n log n of the largest cluster); clusters in parallel.
+// (filters/codec/PieceNumbering.h) sorts them again, so that their order costs no bytes. The
+// intervals of clusters do not change. A tree without levels is not changed: its vertices are
+// numbered by id. points: of the original mesh. O(n log n of the largest cluster); clusters in
+// parallel.
 void OrderLeaves(VertexTree& tree, std::span<const Vec3> points, const Execution& execution = {});
 
 }

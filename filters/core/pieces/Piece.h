@@ -57,13 +57,13 @@ struct Piece
 
   std::vector<Vec3> positions; // own, then ghosts
   std::vector<VertexKey> keys; // own (ascending), then ghosts (ascending)
-  // Of own vertices of a level, model units, while it is built. Blobs do not hold them: what is
-  // told of a piece is how far its vertices lie off at most.
+  // For own vertices of a level: their geometric errors in model units, while it is built. Blobs do
+  // not have them; a page of the tree has the largest of a piece.
   std::vector<float> deviations;
 
-  // Ranks of the ancestors at the levels R … min(d, S) - 1, R first (AncestorLevelsOf): for all
-  // vertices of the levels up to S, for the ghosts of every finer resolution. Empty up to R, and
-  // where S <= R.
+  // The ranks of the ancestors at the levels R … min(d, S) - 1, R first (AncestorLevelsOf): for all
+  // vertices of the levels up to S, and for the ghosts of every finer resolution. Empty for levels
+  // up to R, and if S <= R.
   std::vector<std::uint32_t> ancestors;
 
   // For own vertices of the levels R <= d < S: the nodes of the pieces of level d + 1 that hold
@@ -83,16 +83,16 @@ struct Piece
   std::span<const std::uint32_t> AncestorsOf(std::uint32_t v, const TreeDepths& depths) const;
 };
 
-// Whether a builder for a tree of these depths could have written `piece`: sizes agree; keys ascend
-// and lie in the piece's node (own) or outside it (ghosts); indices are in range; a cluster has one
-// parent, and reaches pieces that the next level has. For decoders: the drawing rule relies only on
-// what is checked here, so hostile bytes cannot reach it. O(size), and O(log) of it for clusters
-// that come again as ancestors.
+// Checks that a builder for a tree of these depths could have written `piece`: sizes agree; keys
+// ascend and lie in the piece's node (own) or outside it (ghosts); indices are in range; a cluster
+// has one parent, and its child pieces exist at the next level. For decoders: the drawing rule
+// relies only on what is checked here, so hostile bytes cannot break it. O(size), and O(log size)
+// for each cluster that is an ancestor again.
 Status CheckPiece(const Piece& piece, const TreeDepths& depths);
 
-// Whether all ranks of vertices below S, and of ancestors, are of clusters that the levels have.
-// clusters: of each level, how many; empty: nothing is known. REQUIRES: sizes of the piece agree.
-// Errors: InvalidInput.
+// Checks that all ranks of vertices coarser than S, and of ancestors, are below the number of
+// clusters of their level. clusters: of each level; empty: unknown, nothing is checked. REQUIRES:
+// sizes of the piece agree. Errors: InvalidInput.
 Status CheckRanks(
   const Piece& piece, const TreeDepths& depths, std::span<const std::uint64_t> clusters);
 

@@ -4,12 +4,12 @@
 //
 // A cluster of a level >= S is an interval of the numbered vertices (VertexTree.h), so its lowest
 // number follows from its parent's and from how many vertices the siblings before it hold:
-//   1. FirstOfCoarseClusters: the levels 0 … S, whole; or in parts FirstOfStitch, and LowerFirst
-//      from there up.
+//   1. FirstOfCoarseClusters: the levels 0 … S, whole; or in parts by FirstOfStitch for level S,
+//      and LowerFirst for coarser ones.
 //   2. FirstOfChildren: each finer level, all of it or the clusters of one block.
 //   3. OrderVertices: the original vertices of the mesh, or of the block.
-//   4. OrderLevel: a level, or what is at hand of it, as PieceCutter takes it; NumberPart the same
-//      for the original.
+//   4. OrderLevel: a level, or a part of it, as PieceCutter takes it; NumberPart does this for the
+//      original.
 // A block is a cell of a depth <= P: its partitions are numbered one after the other, and parents
 // and siblings of its clusters finer than S are its own. NumberVertices (VertexTree.h) does all of
 // it for a mesh in memory.
@@ -35,21 +35,22 @@ struct ClusterParents
 };
 
 // The lowest numbered vertex of each cluster of level S, of all or of those in some partitions.
-// Inside a partition clusters come by place (x, then y, then z), in one place by lowest original
-// vertex: an order that the codec tells in few bytes. counts: original vertices of each cluster;
-// clusters lie in one partition each, and are ordered by it. partitionBegin: the first number of
-// each partition, and the end. O(c log c), 12 bytes a cluster. REQUIRES: the counts of each
-// partition add up to its vertices.
+// Inside a partition clusters are ordered by place (x, then y, then z), and in the same place by
+// lowest original vertex: the codec stores this order in few bytes. counts: original vertices of
+// each cluster; clusters lie in one partition each, and are ordered by it. partitionBegin: the
+// first number of each partition, and the end. O(c log c), 12 bytes a cluster. REQUIRES: the counts
+// of each partition add up to its vertices.
 std::vector<VertexId> FirstOfStitch(const ClusterParents& level, std::span<const VertexId> counts,
   std::span<const VertexId> partitionBegin);
 
-// Lowers the lowest numbered vertices of clusters to those of their children, which are of a level
-// <= S. Before the first child, a parent's is noVertex.
+// Lowers the lowest numbered vertex of each cluster to the least of its children's, which are of a
+// level <= S. A parent is noVertex before its first child.
 void LowerFirst(std::span<const VertexId> parents, std::span<const VertexId> first,
   std::span<VertexId> firstOfParents);
 
-// Of the parents of clusters of level `depth` the nodes of its pieces that these are in: sorted,
-// none twice. first: the lowest numbered vertex of each cluster. O(c log c).
+// For the parents of clusters of level `depth`: the nodes of that level's pieces in which their
+// children are; sorted, without duplicates. first: the lowest numbered vertex of each cluster. O(c
+// log c).
 std::vector<ChildNode> ChildNodesOfParents(const VertexTree& tree, unsigned depth,
   std::span<const VertexId> first, std::span<const VertexId> parents);
 
@@ -62,20 +63,20 @@ std::vector<std::vector<VertexId>> FirstOfCoarseClusters(std::span<const Cluster
   std::span<const VertexId> counts, std::span<const VertexId> partitionBegin);
 
 // The lowest numbered vertex of each cluster of a level finer than S. The vertices of a cluster's
-// children follow each other from its own first one on; children are ordered as in FirstOfStitch.
-// level: clusters and all their siblings, in any order. counts: original vertices of each.
-// firstOfParents: of the clusters that level.parents are places in.
-// O(c log(siblings)); 12 bytes a cluster. Parents in parallel.
+// children follow each other, from the cluster's own first vertex on; children are ordered as in
+// FirstOfStitch. level: clusters and all their siblings, in any order. counts: original vertices of
+// each. firstOfParents: of the list of clusters to which level.parents refer. O(c log(siblings));
+// 12 bytes a cluster. Parents in parallel.
 std::vector<VertexId> FirstOfChildren(const ClusterParents& level, std::span<const VertexId> counts,
   std::span<const VertexId> firstOfParents, const Execution& execution = {});
 
-// The own vertices of a mesh or block in the order of their numbers: the i-th has the number
-// begin + i. Those of a finest cluster by place (SortByPlace, LeafOrder.h), or as they are where
-// `points` is empty.
-// clusterOf: the finest cluster of each vertex, noVertex for those of other blocks, which are left
-// out. first: of each finest cluster. points: of each vertex; vertices ascend by id. begin: the
-// lowest number of the block. O(n log(vertices of a cluster)); 8 bytes a vertex. Clusters in
-// parallel. REQUIRES: `first` as FirstOfChildren gives it, of all the block's clusters.
+// The own vertices of a mesh or block in the order of their numbers: the i-th has the number begin
+// + i. Vertices of a finest cluster are ordered by place (SortByPlace, LeafOrder.h), or stay as
+// they are if `points` is empty. clusterOf: the finest cluster of each vertex, noVertex for those
+// of other blocks, which are left out. first: of each finest cluster. points: of each vertex;
+// vertices ascend by id. begin: the lowest number of the block. O(n log(vertices of a cluster)); 8
+// bytes a vertex. Clusters in parallel. REQUIRES: `first` as FirstOfChildren gives it, of all the
+// block's clusters.
 std::vector<VertexId> OrderVertices(std::span<const VertexId> clusterOf,
   std::span<const VertexId> first, VertexId begin, std::span<const Vec3> points,
   const Execution& execution = {});
@@ -86,18 +87,18 @@ struct OrderedLevel
   std::vector<VertexId> places; // of each cluster before: where it is now
 };
 
-// Orders the clusters of a level, or those of it that are at hand, by their lowest numbers.
-// first: the lowest number of each cluster, all different. placesAbove: `places` of the next
-// coarser level, by which parents are named; if it is empty, the result names none. O(c log c + t
-// log t), 28 bytes a cluster beside the result.
+// Orders the clusters of a level, or of a part of it, by their lowest numbers. first: the lowest
+// number of each cluster, all different. placesAbove: `places` of the next coarser level, to which
+// parents refer; if it is empty, the result has no parents. O(c log c + t log t), 28 bytes a
+// cluster beside the result.
 OrderedLevel OrderLevel(ClusterLevel level, std::span<const VertexId> first,
   std::span<const VertexId> placesAbove, const Execution& execution = {});
 
 // 0 … keys.size() - 1 in the order of their keys, which are all unlike. O(n).
 std::vector<VertexId> OrderByKey(std::span<const VertexId> keys);
 
-// Says which original vertices are at hand: fills tree.numbers and tree.original.
-// numbers: of each vertex of the mesh at hand, own and ghosts, all different. O(n log n).
+// Sets which original vertices the tree has: fills tree.numbers and tree.original. numbers: of each
+// vertex of the mesh part, own and ghosts, all different. O(n log n).
 void NumberPart(VertexTree& tree, std::span<const VertexId> numbers);
 
 }

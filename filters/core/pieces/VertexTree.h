@@ -35,8 +35,8 @@ struct ChildNode
   friend auto operator<=>(const ChildNode&, const ChildNode&) = default;
 };
 
-// The clusters of a level that are at hand. The place of a cluster is its position in these lists;
-// its rank is the place that it has where the level is there whole.
+// The clusters of a level that are in memory. The place of a cluster is its position in these
+// lists; its rank is its place in the whole level.
 struct VertexTreeLevel
 {
   std::vector<VertexId> first;   // lowest numbered vertex of each cluster, ascending
@@ -68,7 +68,7 @@ struct VertexTree
   std::uint32_t PartitionOf(VertexId numbered, std::uint32_t guess = 0) const;
   VertexKey KeyOf(VertexId numbered, std::uint32_t guess = 0) const;
   // The place of the cluster of level `depth` >= S that holds a numbered vertex. O(log). REQUIRES:
-  // it is at hand.
+  // it is in memory.
   VertexId ClusterAt(unsigned depth, VertexId numbered) const;
 };
 
@@ -81,8 +81,8 @@ struct VertexTree
 VertexTree NumberVertices(
   const KdTree& tree, ClusterLevels levels, const Execution& execution = {});
 
-// Which pieces of a resolution are to be cut, and what they cannot tell of the model: for a mesh
-// that is at hand in part.
+// Which pieces of a resolution are to be cut, and what they need to know of the whole model: for a
+// mesh of which only a part is in memory.
 struct ModelPart
 {
   std::size_t firstPiece = 0; // of the resolution's 2^PieceDepth, nodes ascending
@@ -102,20 +102,18 @@ public:
   // Pieces of the original get all arrays, point arrays first; those of a level the level's.
   //
   // part: the pieces to be cut; without it, all pieces, and tree and mesh must be whole. The pieces
-  // of a part are the same, bit for bit, as those of the whole. A part needs (more does no harm):
+  // of a part are the same, bit for bit, as those of the whole. A part needs at least:
   // - of a level: all clusters of its pieces, every triangle that touches one of them, and the
-  // other
+  //   other
   //   clusters of these triangles (ghosts);
   // - of the original: the same vertices and triangles as a mesh, in which the triangles have the
-  // order
+  //   order
   //   of the whole, and their numbers in tree.numbers (NumberPart, OrderLevel in VertexNumbers.h);
   // - for a resolution coarser than S: the ranks of its clusters, and of a level R <= d < S their
   //   childNodes;
   // - for a resolution finer than R: the ancestors, with parents and ranks, on the levels R … S of
-  // all
-  //   clusters of a level up to S, or of the ghosts of a finer resolution; there also `first` of
-  //   level S.
-  // O(at hand + pieces).
+  //   all clusters of a level up to S, or of the ghosts of a finer resolution; there also `first`
+  //   of level S. O(size of the part + pieces).
   PieceCutter(const VertexTree& tree, const Mesh& mesh, Resolution resolution,
     const Execution& execution = {}, const std::optional<ModelPart>& part = {});
 
@@ -123,8 +121,8 @@ public:
   std::size_t PieceCount() const { return this->OwnBegin.size() - 1; }
   // The i-th piece of the part, nodes ascending. Any number of threads may cut at once.
   Piece Cut(std::size_t i) const;
-  // Triangles of the resolution whose lowest vertex is an own one of these pieces: over all parts
-  // each once.
+  // The triangles of the resolution whose lowest vertex is an own one of these pieces: over all
+  // parts, each triangle counts once.
   std::size_t TriangleCount() const { return this->OwnTriangles; }
   // Own vertices of these pieces.
   std::size_t VertexCount() const { return this->OwnBegin.back() - this->OwnBegin.front(); }

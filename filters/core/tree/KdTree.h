@@ -15,7 +15,7 @@
 namespace kdstream
 {
 
-// P, S and L of doc/design.md#depths: the depths of the partitions, of stitching, and of the finest
+// P, S and L of doc/design.md#depths: the depths of partitions, of stitching, and of the finest
 // level.
 struct TreeDepths
 {
@@ -37,11 +37,10 @@ struct KdTreeOptions
   std::uint32_t cellVertices = 8;
 };
 
-// The depths of the tree over `vertices` vertices.
-// P: smallest with ceil(n / 2^P) <= N. L: max(P, smallest with cells of at most cellVertices
-// vertices, min(11, floor(log2 n))). S: min(L, P + 4). Errors: InvalidArgument for no vertices, N
-// of 0, cellVertices above 1024, or a number of partitions that is no power of two or above n;
-// LimitExceeded beyond 2^32 - 2 vertices.
+// The depths of the tree over `vertices` vertices. P: smallest with ceil(n / 2^P) <= N. L: max(P,
+// smallest with cells of at most cellVertices vertices, min(11, floor(log2 n))). S: min(L, P + 4).
+// Errors: InvalidArgument for no vertices, N of 0, cellVertices above 1024, or a number of
+// partitions that is not a power of two or is above n; LimitExceeded beyond 2^32 - 2 vertices.
 Result<TreeDepths> ComputeDepths(std::size_t vertices, const KdTreeOptions& options);
 
 // The positions [begin, begin + size) of one cell in the order of the leaves.
@@ -50,8 +49,8 @@ struct CellRange
   std::uint64_t begin = 0, size = 0;
 };
 
-// Where cell `index` (0 … 2^depth - 1) of `depth` lies in the tree over `vertices` vertices: of
-// every cell the lower half gets floor, the upper ceil. O(depth).
+// Where cell `index` (0 … 2^depth - 1) of `depth` lies in the tree over `vertices` vertices: in
+// each split the lower half gets floor, the upper ceil. O(depth).
 CellRange RangeOfCell(std::uint64_t vertices, unsigned depth, std::uint64_t index);
 
 // The vertices of a mesh in the order of the leaves of a balanced k-d tree, and the boxes of its

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// How deep in the tree a resolution is cut into pieces, which levels, pieces and their files all go
-// by.
+// The depth of the tree at which a resolution is cut into pieces: used by levels, pieces and their
+// files.
 #pragma once
 
 #include "filters/core/Types.h"
@@ -19,8 +19,8 @@ unsigned PieceDepth(Resolution resolution, const TreeDepths& depths);
 // R, the finest level that is one piece whatever the model: min(L, 11).
 unsigned PreviewLevel(const TreeDepths& depths);
 
-// Which of their ancestors' ranks the vertices of a resolution carry (doc/design.md#numbers): at
-// `count` levels from `coarsest` = R on, down to min(d, S) - 1.
+// At which levels the vertices of a resolution carry their ancestors' ranks
+// (doc/design.md#numbers): `count` levels from `coarsest` = R on, down to min(d, S) - 1.
 struct AncestorLevels
 {
   unsigned coarsest = 0;
@@ -34,8 +34,8 @@ struct AncestorLevels
 };
 AncestorLevels AncestorLevelsOf(Resolution resolution, const TreeDepths& depths);
 
-// Whether clusters of a resolution name the pieces of the next level that hold their children:
-// those of the levels R <= d < S.
+// Whether clusters of a resolution have a list of their child pieces at the next level: those of
+// the levels R <= d < S.
 bool HasChildNodes(Resolution resolution, const TreeDepths& depths);
 
 constexpr NodeId NodeOfPartition(std::uint32_t partition, const TreeDepths& depths)

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// The records from which a k-d tree is built: a vertex's coordinates and its id. So comparing and
-// moving a vertex touches one place in memory, and in a spill file.
+// The records from which a k-d tree is built: a vertex's coordinates and its id together. So
+// comparing or moving a vertex accesses one place in memory, or in a spill file.
 #pragma once
 
 #include "filters/core/Types.h"
@@ -40,8 +40,8 @@ inline std::size_t LongestAxis(const Box& box)
   return side[0] >= side[1] && side[0] >= side[2] ? 0 : (side[1] >= side[2] ? 1 : 2);
 }
 
-// The lowest and the highest of some records' coordinates. A record is looked at whole, so that one
-// instruction compares all its axes: the lanes beside them, where its id is, hold anything.
+// The lowest and the highest coordinates of some records. One instruction compares all axes of a
+// whole record; the lanes beside the coordinates, which hold the id, may contain anything.
 template <class Scalar>
 class RecordBox
 {

@@ -1,10 +1,11 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // The medians of all nodes of a depth at once, for vertices that are on several ranks (paper 4.1,
-// step c): by their bits, so that ranks tell each other counts and no vertices.
+// step c): by their bits, so that ranks exchange counts, not vertices.
 //
-// Steps: 1. each rank counts its keys by their highest bits, 2. the counts are added over the
-// ranks: the bin that holds a node's median tells these bits, 3. again for the next bits, among the
-// keys that begin with those that are known.
+// Steps:
+// 1. Each rank counts its keys by their highest bits.
+// 2. The counts are added over the ranks: the bin that holds a node's median gives these bits.
+// 3. The same for the next bits, among the keys that begin with the known bits.
 #pragma once
 
 #include "filters/core/Result.h"
@@ -68,8 +69,8 @@ public:
 private:
   static constexpr unsigned bitsOfKey = 96; // 64 of the coordinate, 32 of the id
 
-  // How many bits a pass finds for each of some nodes: more while there are few nodes, so that bins
-  // take at most 8 MiB and are fewer than vertices.
+  // The number of bits that a pass finds for each of these nodes: more while there are few nodes,
+  // so that bins take at most 8 MiB and are fewer than vertices.
   static unsigned DigitFor(std::size_t nodes, std::uint64_t vertices)
   {
     if (nodes <= 4 && vertices >= std::uint64_t{ 1 } << 16)
@@ -79,7 +80,7 @@ private:
     return nodes <= std::size_t{ 1 } << 12 ? 8 : 4;
   }
 
-  // So many bits of a key from `shift` on, the lowest ones first.
+  // The bits of a key from `shift` on, the lowest ones first.
   static std::uint64_t KeyBits(const OrderKey& key, unsigned shift, unsigned bits)
   {
     const std::uint64_t from = shift >= 32 ? key.coordinate >> (shift - 32) : key.id >> shift;

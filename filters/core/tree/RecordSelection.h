@@ -2,10 +2,10 @@
 // The k-th of some records on the total order (coordinate, id): paper 4.1 step c, in memory.
 //
 // Steps, after R. W. Floyd and R. L. Rivest, "Expected time bounds for selection" (CACM 18, 1975):
-//   a. a sample tells a pivot just beyond the wanted rank, on the side where more records lie,
-//   b. the records are partitioned around it, without a branch that could be mispredicted,
-//   c. again for the part that holds the rank, which after two rounds is small.
-// The sample is drawn by a fixed rule; it changes the time, never the two halves.
+//   a. Choose a pivot by a sample: just beyond the wanted rank, on the side where more records are.
+//   b. Partition the records around it, without a branch that could be mispredicted.
+//   c. Repeat for the part that holds the rank, which is small after two rounds.
+// The sample is drawn by a fixed rule; it affects the time, never the two halves.
 #pragma once
 
 #include "filters/core/tree/PointRecord.h"
@@ -48,9 +48,9 @@ public:
   using Record = PointRecord<Scalar>;
   using Before = BeforePivot<Scalar, Axis>;
 
-  // Afterwards *nth is the record of that rank, those before it come before it in the order, those
-  // after it come after it. Expected O(n), 1.5 n comparisons; O(n log n) at worst. REQUIRES: first
-  // <= nth < last, ids that differ.
+  // Afterwards *nth is the record of that rank; smaller records are before it, larger ones after
+  // it. Expected O(n), 1.5 n comparisons; O(n log n) at worst. REQUIRES: first <= nth < last, ids
+  // that differ.
   static void Select(Record* first, Record* nth, Record* last)
   {
     constexpr unsigned mostRounds = 40;
@@ -80,8 +80,8 @@ private:
   static constexpr std::ptrdiff_t fewRecords = 32;
   static constexpr std::ptrdiff_t manyRecords = 600;
 
-  // Sorts a few records: counts for each how many come before it, and puts it there. That compares
-  // more pairs than needed, but without branches and several at a time, which is faster.
+  // Sorts a few records: counts for each how many are smaller, and puts it at that place. That
+  // compares more pairs than needed, but without branches and several at a time, which is faster.
   static void Sort(Record* first, Record* last)
   {
     constexpr std::size_t most = fewRecords;
@@ -159,8 +159,8 @@ private:
     return pivot;
   }
 
-  // Moves all records that come before *first in the order to the front, and *first after them;
-  // returns where that is. Moves every record, needed or not: asking would cost more.
+  // Moves all records smaller than *first to the front, and *first after them; returns its new
+  // place. Moves every record, even where not needed: a check would cost more.
   static Record* Partition(Record* first, Record* last)
   {
     const Before before(*first);

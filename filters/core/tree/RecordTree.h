@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// The k-d tree below one cell, over records in memory: what BuildKdTree uses for the root, and the
+// Builds the k-d tree below one cell, from records in memory: BuildKdTree uses it for the root, the
 // tree out of core for every cell that fits the memory.
 #pragma once
 
@@ -13,13 +13,12 @@
 namespace kdstream
 {
 
-// Orders records as the finest cells lie, ids ascending inside each.
-// Input: the records of cell `index` (0 … 2^depth - 1) at `depth` <= depths.finest, ids that
-// differ, finite coordinates whose differences are finite. Output: the records in order;
-// boxes[node] of every node of the subtree down to depths.partition, in a span of 2^(P+1) boxes. An
-// empty span: no boxes, and in finest cells any order.
-// Complexity: O(n (L - depth)); no memory that grows with n. Threads: nodes of one depth, then
-// subtrees; the result does not depend on them. Reports the step "tree" from 0 to 1. Errors:
+// Orders records by finest cell, ids ascending inside each. Input: the records of cell `index` (0 …
+// 2^depth - 1) at `depth` <= depths.finest, ids that differ, finite coordinates whose differences
+// are finite. Output: the records in order; boxes[node] of every node of the subtree down to
+// depths.partition, in a span of 2^(P+1) boxes. An empty span: no boxes, and in finest cells any
+// order. Complexity: O(n (L - depth)); no memory that grows with n. Threads: nodes of one depth,
+// then subtrees; the result does not depend on them. Reports the step "tree" from 0 to 1. Errors:
 // Cancelled. Source: paper 4.1.
 template <class Scalar>
 Status BuildRecordTree(std::span<PointRecord<Scalar>> records, unsigned depth, std::size_t index,

@@ -14,8 +14,8 @@
 // - PLY has no integers of 64 bits. An array NAME of these is written, and read, as uint
 //   NAME_int64_0 NAME_int64_1 … (or _uint64_), low half first. The types int64 and uint64 of some
 //   programs are read.
-// - Bytes that a property's name cannot have (blanks, control characters), or that would be read as
-//   something else, are written as %XX; a reader turns %XX into the byte.
+// - Bytes that a property's name cannot have (blanks, control characters), or that would change its
+//   meaning, are written as %XX; readers replace %XX by the byte.
 #pragma once
 
 #include "filters/core/Attribute.h"
@@ -36,18 +36,18 @@ struct PlyArray
   PlyType type = PlyType::Float32;     // of each property
 };
 
-// The arrays of an element, by first property. At most `most`: what is beyond, lists, names that
-// are no texts (IsAttributeName), second properties and second arrays of a name are in none. taken:
-// numbers of properties that are something else (coordinates). O(p log p) for p properties.
+// The arrays of an element, ordered by first property, at most `most`. Not among them: arrays
+// beyond `most`, lists, names that are not valid (IsAttributeName), and duplicate names. taken:
+// numbers of properties that are used otherwise (coordinates). O(p log p) for p properties.
 std::vector<PlyArray> FindPlyArrays(const PlyElement& element, AttributeAssociation association,
   std::span<const std::size_t> taken, std::size_t most);
 
-// Appends to `element` the properties under which FindPlyArrays finds these arrays again (of one
-// association; their values come in the order of the arrays, component by component).
-// REQUIRES: names that IsAttributeName accepts, no two equal.
+// Appends to `element` the properties from which FindPlyArrays makes these arrays again. All arrays
+// are of points, or all of cells; their values come in the order of the arrays, component by
+// component. REQUIRES: names that IsAttributeName accepts, all different.
 void AddPlyProperties(std::span<const Attribute* const> arrays, PlyElement& element);
 
-// Where one record's values go: gathers them in a row, then appends the row's tuples to the
+// Takes the values of one record: gathers them in a row, then appends the row's tuples to the
 // attributes. Memory: the attributes, and one row.
 class PlyArraySink
 {
@@ -79,9 +79,9 @@ public:
     const std::size_t column = property < this->ColumnOf.size() ? this->ColumnOf[property] : none;
     return column == none ? nullptr : this->Row.data() + this->ColumnList[column].rowOffset;
   }
-  // The row is one tuple of `times` points or triangles. False once rows were repeated for more
-  // than mostRepeated bytes in all: a polygon of many corners in a small file must not fill the
-  // memory.
+  // Appends the row as the tuple of `times` points or triangles. False if repeated rows would take
+  // more than mostRepeated bytes in all: so a polygon of many corners in a small file cannot fill
+  // the memory.
   bool Append(std::size_t times);
   // Room for `count` tuples of array k; returns the first.
   std::uint8_t* Extend(std::size_t array, std::size_t count);

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Where values lie in the binary records of a PLY file, and how they are loaded. For
-// only PlyBinaryBody.cxx.
+// Where values are in the binary records of a PLY file, and how they are loaded. Only for
+// PlyBinaryBody.cxx.
 #pragma once
 
 #include "filters/meshio/ply/PlyBody.h"
@@ -66,8 +66,8 @@ inline RecordSize SizeOfProperties(const PlyElement& element, std::size_t begin,
 // Polygons of more corners than this take the slow path.
 inline constexpr std::int64_t mostFastCorners = 64;
 
-// Where the corners lie in a face's record, if nothing else in it is a list and indices have four
-// bytes (as in nearly all files).
+// Where the corners are in a face's record, if it has no other list and indices have four bytes (as
+// in nearly all files).
 struct FaceLayout
 {
   bool applies = false;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// The records of a PLY file's body, in the order of the file: what the ascii and the binary
+// Reads the records of a PLY file's body, in the order of the file: what the ascii and the binary
 // encodings have in common. Part of step "read". PlyReader decides which element is read when; here
 // values become points and triangles.
 #pragma once
@@ -26,11 +26,10 @@
 namespace kdstream
 {
 
-// Takes the corners of a polygon or strip one by one and appends its triangles. Polygons become a
-// fan around their first corner, which PolygonFaces cuts anew where that is wrong; those of fewer
-// than three corners are counted. Strips become
-// triangles of alternating orientation, -1 begins a new strip; degenerate triangles stay as they
-// come. Memory: the triangles.
+// Takes the corners of a polygon or strip one by one and appends its triangles. A polygon becomes a
+// fan around its first corner, which PolygonFaces cuts again if a fan is wrong; polygons of fewer
+// than three corners are counted. A strip becomes triangles of alternating orientation; -1 begins a
+// new strip; degenerate triangles stay. Memory: the triangles.
 class PlyFaceSink
 {
 public:
@@ -124,9 +123,9 @@ private:
   VertexId Second = 0;
 };
 
-// A run of records of one element: `first` is the number of the next record that the source stands
-// at. Errors of all methods: InvalidInput naming element and record ("vertex 17: …", "truncated:
-// face 3 of 12 expected at byte 1234"), InputOutput.
+// Consecutive records of one element: `first` is the number of the record at which the source
+// stands. Errors of all methods: InvalidInput naming element and record ("vertex 17: …",
+// "truncated: face 3 of 12 expected at byte 1234"), InputOutput.
 class PlyBody
 {
 public:
@@ -144,13 +143,13 @@ public:
     const std::array<std::size_t, 3>& coordinates, std::uint64_t first, std::uint64_t count,
     std::vector<Vec3>& points, PlyArraySink& arrays) = 0;
 
-  // Appends the triangles of `count` faces, and a face's arrays for each of them. `list`: the
+  // Appends the triangles of `count` faces, and the face's tuple for each triangle. `list`: the
   // number of the property with the corners, a list of whole numbers.
   virtual Status ReadFaces(const PlyElement& element, std::size_t list, std::uint64_t first,
     std::uint64_t count, PlyFaceSink& sink, PlyArraySink& arrays) = 0;
 
-  // How many lines of text held more values than the header names, of the points and faces that
-  // were read since this was called last; and which the first of all was.
+  // The number of text lines with more values than the header names, in the points and faces read
+  // since the last call; and the first of these lines.
   std::uint64_t TakeLongLines() { return std::exchange(this->LongLines, 0); }
   const std::string& FirstLongLine() const { return this->FirstLong; }
 
@@ -177,8 +176,8 @@ std::optional<std::int64_t> WholeNumber(T value)
   return static_cast<std::int64_t>(value);
 }
 
-// A word as a number of a property's type: an integer may be written as 3.0, as programs do that
-// know numbers with decimals alone.
+// Reads a word as a number of a property's type. An integer may be written as 3.0, as some programs
+// do.
 template <class T>
 NumberTextError ParsePlyNumber(std::string_view word, T& value)
 {

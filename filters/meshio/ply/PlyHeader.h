@@ -98,7 +98,7 @@ struct PlyElement
   std::size_t FindCorners() const;
 };
 
-// Whether that is how the list of a face's corners is called: vertex_indices, vertex_index or
+// Whether the name is one for the list of a face's corners: vertex_indices, vertex_index or
 // vertex_indexes, in any case.
 bool IsNameOfCorners(std::string_view property);
 
@@ -106,8 +106,8 @@ struct PlyHeader
 {
   PlyEncoding encoding = PlyEncoding::Ascii;
   bool hasComments = false; // # begins one in the body (OffHeader.h)
-  // "'Created' (header line 3)": a line before the elements that is not the format's, nor ends with
-  // a number as the format's do; empty if there is none.
+  // A line before the elements that neither belongs to the format nor ends with a number:
+  // "'Created' (header line 3)"; empty if there is none.
   std::string strayLine{};
   std::vector<PlyElement> elements;
   std::vector<std::string> textures;     // of "comment TextureFile" lines, quoted for messages
@@ -117,10 +117,10 @@ struct PlyHeader
 // Reads the header and leaves `source` at the first byte of the body. Lines may end in LF, CRLF or
 // CR; "comment" and "obj_info" lines are skipped; both families of type names are known ("uchar"
 // and "uint8"), and int64 and uint64, which other programs add to the format's. The elements
-// "vertex", "face" and "tristrips" may be written in capitals; they are in small letters here. Of a
-// property that is named twice the first counts (Find). Errors: InvalidInput naming the line: not a
-// PLY file, no end_header in the first MiB, an unknown word or type, a count that is not a number
-// below 2^64, an element named twice.
+// "vertex", "face" and "tristrips" may be written in capitals, and become lower case. If a property
+// is named twice, the first counts (Find). Errors: InvalidInput naming the line: not a PLY file, no
+// end_header in the first MiB, an unknown word or type, a count that is not a number below 2^64, an
+// element named twice.
 Result<PlyHeader> ReadPlyHeader(ByteSource& source);
 
 }

@@ -20,29 +20,28 @@ namespace kdstream
 //
 // Read: element "vertex" (x, y, z of any scalar type), "face" and "tristrips" (the list that
 // PlyElement::FindCorners finds, of whole numbers of any type), and their other scalar properties
-// as attributes (names: PlyArrays.h), at most 255; of faces those that every element with faces
-// has. Everything else is skipped, and named in Info().ignoredAttributes. Bytes after the end are
-// counted, once that is reached.
+// as attributes (names: PlyArrays.h), at most 255; properties of faces only if every element with
+// faces has them. Everything else is skipped, and named in Info().ignoredAttributes. Bytes after
+// the end are counted when the end is reached.
 // - Coordinates are Float32 if x, y and z all are float or integers of at most 16 bits, which
 //   floats hold exactly; else Float64. ASCII values are rounded once, to the type of the header.
 // - A strip of fewer than three vertices has no triangle and is skipped; a polygon of fewer is
 //   counted.
 //
-// Memory: one block of the file, and what is appended to the caller's vectors. These grow with the
-// bytes that were read, never with what the header or a list claims. One face can have as many
-// triangles as the file has bytes; its attributes, repeated for each, may take 16 times the file's
-// bytes.
+// Memory: one block of the file, and the vectors that the caller passes. These grow with the bytes
+// that were read, never by a claim of the header or a list. One face can have as many triangles as
+// the file has bytes; its attributes, repeated for each, may take 16 times the file's bytes.
 class PlyReader : public MeshReader
 {
 public:
   // Errors: those of ReadPlyHeader; InvalidInput for a header without vertices, coordinates or
-  // corners; LimitExceeded for more vertices than VertexId can number.
-  // scratch: a folder for a table of places, which is made where polygons are read into a mesh
-  // without its vertices (see MeshReader::ReadTriangles); empty: the system's.
+  // corners; LimitExceeded for more vertices than VertexId can number. scratch: a folder for a
+  // table of positions, needed when polygons are read into a mesh without vertices (see
+  // MeshReader::ReadTriangles); empty: the system's.
   static Result<std::unique_ptr<MeshReader>> Open(
     ByteSource source, const std::filesystem::path& scratch = {});
-  // The same of a body, at which `source` stands, whose header was made elsewhere. told: what was
-  // found of it before.
+  // The same for a body at which `source` stands, with a header made by other code. told: what that
+  // code has counted.
   static Result<std::unique_ptr<MeshReader>> OpenAs(ByteSource source, PlyHeader header,
     const std::filesystem::path& scratch, const Tolerance& told = {});
 

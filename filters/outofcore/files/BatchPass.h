@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// One pass over the records of a file, many blocks at a time: read and worked on side by side, then
-// taken in order. What every step out of core is made of.
+// One pass over the records of a file, many blocks at a time: blocks are read and processed in
+// parallel, then taken in order. Every step out of core uses it.
 #pragma once
 
 #include "filters/core/Execution.h"
@@ -16,7 +16,7 @@
 namespace kdstream
 {
 
-// How many blocks are worked on at once, and how large each is. It depends only on the memory, so
+// How many blocks are processed at once, and how large each is. It depends only on the memory, so
 // that sums over slots do not depend on the number of threads.
 struct BatchShape
 {
@@ -39,9 +39,9 @@ public:
 
   // Reads the records [begin, end) of `file`. work(slot, records) -> Status is called for each
   // block, on any threads: slot i works on the blocks i, i + slots, …; the records may be changed.
-  // Or work(slot, records, number of the first) -> Status.
-  // Then after(used, last) -> Status, from the calling thread, for each batch: the slots [0, used)
-  // have worked, and `last` is the number of the record after the batch's.
+  // Or work(slot, records, number of the first) -> Status. After each batch after(used, last) ->
+  // Status is called from the calling thread: the slots [0, used) have results, and `last` is the
+  // number of the record after the batch's last one.
   template <class Work, class After>
   Status Over(const SpillFile& file, std::uint64_t begin, std::uint64_t end, const Work& work,
     const After& after)

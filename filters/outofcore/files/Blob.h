@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// What a finished phase of a build leaves for --resume besides its files: a few counts, boxes and
-// lists, as bytes and back. For the journal and the phases (PhaseValues of filters/build). Not to
-// be confused with a store's blobs (doc/formats.md).
+// The values that a finished phase of a build leaves for --resume besides its files: a few counts,
+// boxes and lists, as bytes and back. For the journal and the phases (PhaseValues of
+// filters/build). Not to be confused with a store's blobs (doc/formats.md).
 //
 // The same program on the same machine writes and reads a blob (a build folder's fingerprint says
-// so). Hence values are stored as they lie in memory.
+// so). Therefore values are stored as they are in memory.
 #pragma once
 
 #include "filters/core/Result.h"
@@ -63,9 +63,9 @@ private:
   std::vector<std::byte> Content;
 };
 
-// Reads what a BlobWriter wrote, in the same order. What is not there reads as zeros, empty lists
-// and texts; Finish tells. No memory is taken for a list that is longer than the bytes that are
-// left.
+// Reads what a BlobWriter wrote, in the same order. Missing values read as zeros, empty lists and
+// empty texts; Finish reports them. No memory is taken for a list that is longer than the remaining
+// bytes.
 class BlobReader
 {
 public:
@@ -111,8 +111,7 @@ public:
   // False as soon as something was not there: loops over a count that was read stop here.
   bool Good() const { return this->FirstError.HasValue(); }
 
-  // Errors: Damaged, with the offset, where something that was read was not there, or where bytes
-  // are left.
+  // Errors: Damaged, with the offset, if a value was missing, or if bytes are left.
   Status Finish() const
   {
     if (this->Good() && this->At < this->Content.size())

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Records sorted into buckets on the way to a file: the pass that brings together what belongs
-// together when it does not fit the memory.
+// Sorts records into buckets on the way to a file: the pass that brings together what belongs
+// together if it does not fit the memory.
 #pragma once
 
 #include "filters/outofcore/files/Blob.h"
@@ -18,13 +18,13 @@
 namespace kdstream
 {
 
-// A file of buckets of records of one size, which is known when it is made. A bucket keeps its
-// records in the order in which they came. The file is a list of blocks, each of one bucket; the
-// memory taken is a block a bucket while writing, a block while reading, and 4 bytes a block.
+// A file of buckets of records of one size. Records of a bucket keep their order. The file is a
+// list of blocks, each of one bucket. Memory: one block for each bucket while writing, one block
+// while reading, and 4 bytes a block.
 class BucketFile
 {
 public:
-  // expectedRecords: how many there will be at most. memory: bytes for the blocks of all buckets
+  // expectedRecords: an upper bound of their number. memory: bytes for the blocks of all buckets
   // together; a block has at least one record, and at most 1 MiB. REQUIRES: buckets, recordBytes >
   // 0. Errors: those of SpillFolder.
   static Result<BucketFile> Create(SpillFolder& folder, std::string_view purpose,
@@ -40,13 +40,14 @@ public:
   std::size_t BucketCount() const { return this->Buckets.size(); }
   std::uint64_t Size(std::size_t bucket) const { return this->Buckets[bucket].records; }
 
-  // Gives the records of a bucket to `visit`, block by block, whole records each. REQUIRES:
+  // Gives the records of a bucket to `visit`, block by block; blocks hold whole records. REQUIRES:
   // Finish() was called. Errors: those of SpillFile and of `visit`.
   Status ForEachBlock(std::size_t bucket,
     const std::function<Status(std::span<const std::byte> records)>& visit) const;
 
-  // For a phase of a build that leaves buckets (BuildFolder.h): what is not in the file, about 4
-  // bytes a block, and the file itself. REQUIRES: Finish() was called; nothing else is afterwards.
+  // For a phase of a build that leaves buckets (BuildFolder.h): writes what is not in the file,
+  // about 4 bytes a block, into `blob`, and returns the file. REQUIRES: Finish() was called; the
+  // object is not used afterwards.
   SpillFile Save(BlobWriter& blob);
   // What Save took apart. Errors: Damaged where the two do not fit each other.
   static Result<BucketFile> Restore(SpillFile file, std::size_t recordBytes, BlobReader& blob);

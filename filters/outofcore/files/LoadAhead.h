@@ -12,9 +12,9 @@
 namespace kdstream
 {
 
-// Calls use(item) for the items 0 … count - 1 in their order, which load(i) -> Result<Item> brings.
-// While one is used the next is loaded if the execution has a thread for it; `use` may run on
-// another thread than the one that called, never two at once. Memory: two items. Errors: those of
+// Calls use(item) for the items 0 … count - 1 in order; load(i) -> Result<Item> loads them. While
+// an item is used the next is loaded, if the execution has a thread for it. `use` may run on
+// another thread than the caller's, but never two at once. Memory: two items. Errors: those of
 // `load` and `use`; the first in the order of the items.
 template <class Load, class Use>
 Status ForEachLoaded(

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Folders for temporary files that are recognised after a process was killed: the next one that
-// makes such a folder beside them removes them.
+// Folders for temporary files that are recognized as left over after a process was killed: the next
+// process that makes such a folder beside them removes them.
 #pragma once
 
 #include "filters/core/Result.h"
@@ -11,7 +11,7 @@
 namespace kdstream
 {
 
-// A hidden folder of this process: ".kdstream-files-", the process' place and number, and random
+// A hidden folder of this process: ".kdstream-files-", the process's machine and number, and random
 // letters.
 struct LockedFolder
 {
@@ -22,10 +22,10 @@ struct LockedFolder
 // Makes a new one in `parent`, only for this user. Errors: InputOutput.
 Result<LockedFolder> MakeLockedFolder(const std::filesystem::path& parent);
 
-// Removes those in `parent` that are this user's and whose process has ended. On a disk of this
-// machine the lock tells that. On others, which may not lock, or only between the processes of one
-// machine, the process must have been one of this machine and be gone, or nothing in the folder
-// has been changed for a day. What cannot be removed stays.
+// Removes the folders in `parent` that belong to this user and whose process has ended. On a local
+// disk the lock shows this. Other file systems may not lock, or only between processes of one
+// machine; there the process must have run on this machine and be gone, or nothing in the folder
+// has changed for a day. What cannot be removed stays.
 void RemoveDeadFolders(const std::filesystem::path& parent);
 
 }

@@ -20,8 +20,8 @@ inline BatchShape ShapeOfPass(std::uint64_t memory, std::size_t recordBytes)
                     memory / (2 * slots * recordBytes), 1, spillBlockBytes / recordBytes)) };
 }
 
-// The parts of a pass come to the limit together: blocks a quarter, records that are kept and
-// histograms an eighth each, a method's own half. A cell in memory has all of it.
+// How the parts of a pass share the memory limit: blocks a quarter, records that are kept and
+// histograms an eighth each, the median method a half. A cell in memory may use all of it.
 struct MemoryPlan
 {
   // The least limit for records of a size.
@@ -33,7 +33,7 @@ struct MemoryPlan
     , keepable(std::max<std::uint64_t>(1, memory / 8 / recordBytes))
     , method(memory / 2)
   {
-    // A block is there twice: as it was read, and divided (or as keys, which are no larger).
+    // A block is in memory twice: as it was read, and divided (or as keys, which are not larger).
     const std::uint64_t records = memory / 4 / (2 * recordBytes);
     const std::uint64_t large = largeBlockBytes / recordBytes;
     this->shape.slots =

@@ -38,8 +38,8 @@ constexpr std::size_t RecordsOfBlock(std::size_t bytes)
   return std::max<std::size_t>(1, bytes / sizeof(Record));
 }
 
-// Writes records one after the other from number `first` on. The first error is kept: appending
-// goes on as a no-op, and Finish returns it.
+// Writes records one after the other from number `first` on. After the first error appending does
+// nothing, and Finish returns the error.
 template <SpillRecord Record>
 class RecordWriter
 {

@@ -11,9 +11,9 @@
 namespace kdstream
 {
 
-// A bit for each of a number of classes of hashes, by their upper halves: one that was seen, and
-// one that was seen twice. Equal hashes are in one class; of n unlike ones in c classes about n^2 /
-// c are in a class with another. All hashes are added once, then looked up.
+// Finds hashes that occur more than once. Hashes fall into classes by their upper halves; two bits
+// for each class: seen once, and seen twice. Equal hashes are in one class; of n different ones in
+// c classes about n^2 / c share a class with another. Add all hashes first, then look them up.
 class RepeatedHashes
 {
 public:

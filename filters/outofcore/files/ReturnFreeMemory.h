@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// How a process that promised --memory keeps what it holds small as the system sees it: memory that
-// was freed goes back at once, and threads share what they free. For the builders, between steps,
-// and for kdstream-build, as it begins. How much memory is free is FreeMemory of
-// filters/program/Program.h.
+// Keeps the memory of a process with --memory small, as the system sees it: freed memory is
+// returned at once, and threads share what they free. For the builders, between steps, and for
+// kdstream-build when it begins. FreeMemory of filters/program/Program.h says how much memory is
+// free.
 #pragma once
 
 #include <cstdint>
@@ -35,8 +35,9 @@ inline std::uint64_t ResidentBytes()
   return UINT64_MAX;
 }
 
-// For a program with a memory limit, before its threads begin. glibc gives each thread an arena of
-// its own, which keeps freed memory: the arenas of 16 threads held three times a limit of 64 MiB.
+// For a program with a memory limit: call it before its threads begin. glibc gives each thread an
+// arena of its own, which keeps freed memory: the arenas of 16 threads held three times a limit of
+// 64 MiB.
 inline void ShareArenas()
 {
 #ifdef __GLIBC__
@@ -44,9 +45,10 @@ inline void ShareArenas()
 #endif
 }
 
-// glibc keeps freed blocks of up to 32 MiB, in an arena a thread: the buffers of a pass would be
-// held beside the cell that comes next. But what goes back is filled with zeros when it is wanted
-// again, so it stays while the process holds no more than `keep` bytes.
+// Returns freed memory to the system if the process holds more than `keep` bytes. glibc keeps freed
+// blocks of up to 32 MiB, in one arena for each thread: so the buffers of one pass would stay
+// beside the cell that comes next. But returned memory is filled with zeros when it is needed
+// again, so below `keep` it is not returned.
 inline void ReturnFreeMemory(std::uint64_t keep = 0)
 {
 #ifdef __GLIBC__

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Elements of a spill file at ascending places that lie more or less close together: each page is
+// Reads elements of a spill file at ascending places, many of them close together: each page is
 // read once.
 #pragma once
 

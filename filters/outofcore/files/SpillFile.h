@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Files for what does not fit the memory: a folder that goes when its owner goes, files in it that
-// are read and written at any place in large blocks. Step "spill" of building out of core.
+// Files for data that do not fit the memory: a folder that is removed with its owner, and files in
+// it that are read and written at any place in large blocks. Step "spill" of building out of core.
 #pragma once
 
 #include "filters/core/Result.h"
@@ -18,8 +18,7 @@
 namespace kdstream
 {
 
-// What a block of records should have at least: smaller reads and writes cost more than their
-// bytes.
+// The minimum size of a block of records: smaller reads and writes cost more than their bytes.
 inline constexpr std::size_t spillBlockBytes = std::size_t{ 1 } << 20;
 
 // What the files of one folder have cost so far.
@@ -67,9 +66,9 @@ struct SpillLedger
 class SumOfWrites;
 }
 
-// One file of a folder; it is removed when this goes, unless it is what a finished phase of a build
-// left (BuildFolder.h): such a file can only be read. Moved, not copied. Any number of threads may
-// read and write at once, places that do not overlap.
+// One file of a folder. The file is removed with this object, unless a finished phase of a build
+// left it (BuildFolder.h); such a file can only be read. Can be moved, not copied. Any number of
+// threads may read and write places that do not overlap.
 class SpillFile
 {
 public:
@@ -81,9 +80,9 @@ public:
   bool IsOpen() const { return this->Descriptor >= 0; }
   std::uint64_t Size() const { return this->Bytes.load(); }
 
-  // All of `bytes`, from or to `offset`. Writing past the end makes the file longer. Errors:
-  // InputOutput with the system's reason, the place, and for a full disk what the file needs; also
-  // where the file ends before the bytes do.
+  // Reads or writes all of `bytes` at `offset`. Writing past the end makes the file longer. Errors:
+  // InputOutput with the system's reason, the place, and for a full disk the bytes that the file
+  // needs; also if the file ends before the bytes do.
   Status Read(std::uint64_t offset, std::span<std::byte> bytes) const;
   Status Write(std::uint64_t offset, std::span<const std::byte> bytes);
 
@@ -97,8 +96,8 @@ private:
   std::string Describe() const;
   // Waits until the disk has all that was written.
   Status Sync() const;
-  // The XXH3 of all bytes. Known where they were written in order, or the file is what a phase has
-  // left; else it is read. Errors: InputOutput.
+  // The XXH3 of all bytes. It is known if they were written in order, or if a phase has left the
+  // file; else the file is read. Errors: InputOutput.
   Result<std::uint64_t> Sum() const;
   Result<std::uint64_t> ReadSum() const;
 
@@ -115,8 +114,8 @@ private:
 };
 
 // A hidden folder with a name of its own below a given one. The destructor removes it with all its
-// content: at the end, after an error, and after a Cancelled, which is what Ctrl-C becomes in the
-// programs. The next build removes that of a killed process (LockedFolder.h).
+// content: at the end, after an error, and after Cancelled (Ctrl-C in the programs). The folder of
+// a killed process is removed by the next build (LockedFolder.h).
 class SpillFolder
 {
 public:
@@ -134,8 +133,8 @@ public:
 
   SpillCounts Counts() const;
 
-  // A new empty file that will need `bytes` in all; `purpose` is what messages call it. The bytes
-  // are taken from the disk now where the file system can do that. Errors: InputOutput, for a full
+  // A new empty file that will need `bytes` in all; `purpose` is its name in messages. The bytes
+  // are allocated on the disk now, if the file system can do that. Errors: InputOutput; for a full
   // disk with the bytes that are needed and those that are free.
   Result<SpillFile> CreateFile(std::string_view purpose, std::uint64_t bytes);
 

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// How attributes lie in files: of each vertex or triangle the values of all arrays together (its
-// tuple), so that one element is read at once. For whatever spills attributes (MeshSpill,
+// How attributes are stored in files: for each vertex or triangle the values of all arrays together
+// (its tuple), so that one element is read at once. For all code that spills attributes (MeshSpill,
 // MeshBlocks, LevelStates, the phase "faces").
 #pragma once
 
@@ -16,8 +16,8 @@
 namespace kdstream
 {
 
-// Of `count` elements the tuples of all arrays, one element after the other. REQUIRES: each array
-// has as many.
+// For `count` elements the tuples of all arrays, one element after the other. REQUIRES: each array
+// has this number of tuples.
 inline std::vector<std::byte> InterleaveTuples(
   std::span<const Attribute* const> arrays, std::size_t count)
 {

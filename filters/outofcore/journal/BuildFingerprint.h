@@ -20,20 +20,20 @@ struct BuildIdentity
   std::filesystem::path input; // its absolute path, size and time of change count
   // All that the store or the files of any phase depend on: names as the user knows them, values.
   std::vector<std::pair<std::string, std::string>> options;
-  // Files that the input names and that shape the store, too: as of the input path, size and time
-  // count, and also whether they are there.
+  // Files that the input refers to and that shape the store, too. As for the input, path, size and
+  // time count, and also whether they exist.
   std::vector<std::filesystem::path> named{};
 };
 // Errors: InputOutput where the input cannot be examined.
 Result<std::string> FingerprintOf(const BuildIdentity& identity);
 
-// Whether a build with the fingerprint `now` may resume a build with the fingerprint `earlier`.
-// Errors: InvalidArgument where the earlier build had other options, another input, or a version of
-// the input, or of a file that it names, from before a change: the message names them; Unsupported
-// where another program or version made it.
+// Checks that a build with the fingerprint `now` may resume one with the fingerprint `earlier`.
+// Errors: InvalidArgument if the options or the input differ, or if the input, or a file that it
+// refers to, has changed since; the message names them. Unsupported if another program or version
+// made the earlier build.
 Status CheckSameBuild(std::string_view earlier, std::string_view now);
 
-// The same for a build that does not want to go on with it, as the end of a sentence about the
+// What `now` would have to change to continue the earlier build, as the end of a sentence about the
 // files that are left: "to continue it with --resume, --title none (now \"Statue\") is needed".
 // REQUIRES: the fingerprints differ.
 std::string DescribeOtherBuild(std::string_view earlier, std::string_view now);

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// A folder of spill files that outlives a killed build: the next build of the same store takes it
-// up and goes on from the last finished phase (doc/design.md#whole-or-not-there,
-// doc/cli.md#resume).
+// A folder of spill files that outlives a killed build. The next build of the same store continues
+// after the last finished phase (doc/design.md#whole-or-not-there, doc/cli.md#resume).
 #pragma once
 
 #include "filters/core/Result.h"
@@ -22,8 +21,8 @@
 namespace kdstream
 {
 
-// A file of a phase, under the name by which it is asked for. It may be closed, where the phase has
-// nothing to leave, and it may be one that an earlier phase left.
+// A file of a phase, with the name by which it is asked for. It is closed if the phase leaves
+// nothing under this name; it may also be a file that an earlier phase left.
 struct PhaseFile
 {
   std::string name;
@@ -52,10 +51,10 @@ struct PhaseFileName
 //   BlobReader blob = folder.BlobOf("tree");
 //   Result<SpillFile> records = folder.TakeFile("tree", "records");
 //
-// The journal (PhaseJournal.h) is replaced by a write and a rename once the files are on the disk.
-// So a process that is killed, or a machine that stops, leaves the phases finished before, or those
-// and one more. Folder and lock are removed when this object and all its files are destroyed, after
-// errors too (doc/cli.md#resume); Keep changes that.
+// When the files are on the disk, the journal (PhaseJournal.h) is replaced by a write and a rename.
+// So after a kill or a power cut the phases finished before are there, with or without the current
+// one. Folder and lock are removed when this object and all its files are destroyed, after errors
+// too (doc/cli.md#resume), unless Keep is set.
 class BuildFolder
 {
 public:
@@ -67,24 +66,25 @@ public:
     SameBuild // phases of it may be usable
   };
 
-  // The folder of the builds of `store`: hidden, in temporaryFolder, or beside the store if that is
-  // empty. Its name holds a hash of the store's absolute path: builds of other stores do not meet.
+  // The folder for builds of `store`: a hidden folder in temporaryFolder, or, if that is empty,
+  // beside the store. Its name has a hash of the store's absolute path, so builds of different
+  // stores have different folders.
   static std::filesystem::path PathFor(
     const std::filesystem::path& store, const std::filesystem::path& temporaryFolder);
 
-  // Makes the folder, or takes it up. Without `resume` all that is there is thrown away; with it,
-  // what the journal does not name. A phase with a missing file or one of another size or sum, or
-  // written since, counts as not finished, and so do those after it; a damaged journal as none. The
-  // files are read for that, once. hook: for tests. Errors: InputOutput
-  // where the folder cannot be made or is not this user's; LimitExceeded where another process
-  // builds in it now (a lock on PATH.lock, which the system gives back with the process). With
-  // `resume` also, everything being left as it is, those of CheckSameBuild.
+  // Makes the folder, or opens an existing one. Without `resume` all its content is removed; with
+  // it, everything that the journal does not name. A phase counts as not finished if one of its
+  // files is missing, or has another size, sum or time; so do all phases after it. A damaged
+  // journal counts as no journal. Each file is read once for this check. hook: for tests. Errors:
+  // InputOutput if the folder cannot be made or is not this user's; LimitExceeded if another
+  // process is building in it (a lock on PATH.lock, which the system releases when the process
+  // ends). With `resume` also those of CheckSameBuild; nothing is changed then.
   static Result<BuildFolder> Open(const std::filesystem::path& path, std::string_view fingerprint,
     bool resume, FileHook hook = {});
 
-  // What a build of the same fingerprint could go on from with `resume`; none where there is no
-  // finished phase, or where a build is running there. Changes nothing, and takes the files' sizes
-  // and times for enough.
+  // From where a build of the same fingerprint could continue with `resume`. Nothing if no phase is
+  // finished, or if a build is running there. Changes nothing; checks only the files' sizes and
+  // times.
   static std::optional<LeftBuild> LeftIn(const std::filesystem::path& path);
 
   BuildFolder(BuildFolder&&) noexcept = default;
@@ -99,25 +99,26 @@ public:
   // The last of them. REQUIRES: FinishedPhases() > 0.
   const std::string& LastPhase() const { return this->Journal.phases.back().name; }
   Found WhatWasFound() const { return this->Earlier; }
-  // Whether phases had been finished that are not any more: their files are missing or damaged.
+  // Whether phases that were finished do not count any more, because their files are missing or
+  // damaged.
   bool HasLostPhases() const { return this->Lost; }
 
-  // The phase has left these files, which are closed and from now on only read; and no phase that
-  // is still to come needs what `givenUp` names of this and earlier ones (an empty file name means
-  // all of a phase), which is removed. Both or neither, wherever the process is killed. Waits for
-  // the disk. Errors: InputOutput; then the phase is not finished. REQUIRES: !Finished(phase);
+  // Finishes a phase: it leaves these files, which are closed and read-only from now on. `givenUp`
+  // names files of this and earlier phases that no later phase needs (an empty file name means all
+  // of a phase); they are removed. Both happen or neither, wherever the process is killed. Waits
+  // for the disk. Errors: InputOutput; then the phase is not finished. REQUIRES: !Finished(phase);
   // names of files differ; `files` come from Files().
   Status Finish(std::string_view phase, const BlobWriter& blob, std::span<PhaseFile> files = {},
     std::initializer_list<PhaseFileName> givenUp = {});
 
   // The values that a phase left. REQUIRES: Finished(phase).
   BlobReader BlobOf(std::string_view phase) const;
-  // A file that a phase left, for reading, any number of times; closed where the phase left it
-  // closed. Errors: InputOutput; NotFound for a name that it did not leave, or that was given up.
+  // A file that a phase left, for reading, any number of times; closed if the phase left it closed.
+  // Errors: InputOutput; NotFound for a name that the phase did not leave, or that was given up.
   Result<SpillFile> TakeFile(std::string_view phase, std::string_view file) const;
 
-  // Whether what finished phases left stays when this goes, for a later build with `resume`. Not at
-  // first.
+  // Whether the files of finished phases stay when this object is destroyed, for a later build with
+  // `resume`. Default: no.
   void Keep(bool keep);
 
 private:

@@ -17,7 +17,7 @@ namespace kdstream
 // A file that a phase has left.
 struct JournalFile
 {
-  // Of a file that the phase did not need, such as that of attributes that are not there.
+  // Closed: a file that the phase did not need, as that of attributes if there are none.
   static constexpr std::uint64_t noNumber = ~std::uint64_t{ 0 };
 
   std::string name;                // as the phase calls it
@@ -25,8 +25,8 @@ struct JournalFile
   std::uint64_t bytes = 0;         // exactly
   // How many phases were finished when the file was given up; 0: it is still needed.
   std::uint64_t releasedAfter = 0;
-  // When the file was last written, in nanoseconds: one that was written since, or another of the
-  // same size, is not what the phase has left.
+  // When the file was last written, in nanoseconds. If the time or the size differs, it is not the
+  // file that the phase has left.
   std::int64_t changed = 0;
   std::uint64_t sum = 0; // the XXH3 of its bytes
   bool operator==(const JournalFile&) const = default;
@@ -47,20 +47,20 @@ struct PhaseJournal
   bool operator==(const PhaseJournal&) const = default;
 };
 
-// A mark, the version of this layout, how many bytes all of it is, the journal, and an XXH3
-// checksum over all before it.
+// The journal as bytes: a mark, the version of this layout, the size in bytes, the journal itself,
+// and an XXH3 checksum over all before it.
 std::vector<std::byte> EncodeJournal(const PhaseJournal& journal);
 
 // Errors: Damaged for whatever EncodeJournal did not write, also by another version.
 Result<PhaseJournal> DecodeJournal(std::span<const std::byte> bytes);
 
-// What the first journalHeadBytes of a journal say of its size; 0 where they are not those of one:
-// nobody takes memory for a file that only has the name.
+// The size of a journal, from its first journalHeadBytes; 0 if these are not a journal's, so that
+// no memory is taken for another file of this name.
 inline constexpr std::size_t journalHeadBytes = 20;
 std::uint64_t ClaimedJournalBytes(std::span<const std::byte> head);
 
-// How many of the first phases a build can go on from: their files are there as the journal says,
-// or were given up when no phase after those needed them. isThere(file): whether a file of that
+// The number of finished phases from which a build can continue: their files exist as the journal
+// says, or were given up when no later phase needed them. isThere(file): whether a file of that
 // number, size, time and sum exists; called more than once.
 template <class IsThere>
 std::size_t UsablePhases(const PhaseJournal& journal, const IsThere& isThere)

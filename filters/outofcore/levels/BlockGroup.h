@@ -2,8 +2,9 @@
 // The processes that build one model together, each with some of its blocks: the seam between the
 // steps out of core and the transport between processes (filters/Parallel).
 //
-// A file has the same places in all processes. Each process fills in its own data, and fetches what
-// its blocks need of others into the same places of its own file; the rest of the file stays empty.
+// A file has the same layout in all processes. Each process fills in its own data, and fetches what
+// its blocks need from others into the same places of its own file; the rest of the file stays
+// empty.
 #pragma once
 
 #include "filters/core/Types.h"
@@ -18,9 +19,9 @@
 namespace kdstream
 {
 
-// A group of one; what several do is told by those that override it. Every process calls the
-// functions from Sum on, in the same order. Errors: those of the files and of carrying; the error
-// of any process is that of all.
+// A group of one process; subclasses implement several. Every process calls the functions from Sum
+// on, in the same order. Errors: those of the files and of the transport; an error of any process
+// is an error of all.
 class BlockGroup
 {
 public:
@@ -36,8 +37,9 @@ public:
   virtual Result<std::uint64_t> Most(std::uint64_t number) { return number; }
   // Gives all processes what the first one has.
   virtual Status Spread(std::vector<VertexId>&) { return {}; }
-  // Fetches elements of a file whose blocks are cells of `depth` and begin at begin[block]; begin
-  // has an end. wanted: numbers of elements, in any order; those that are here stay as they are.
+  // Fetches elements of a file whose blocks are cells of `depth`; begin[block] is the first element
+  // of a block, and the last entry the end. wanted: numbers of elements, in any order; this
+  // process's own are skipped.
   virtual Status Fetch(SpillFile& /*file*/, std::size_t /*elementBytes*/,
     std::span<const VertexId> /*begin*/, unsigned /*depth*/, std::span<const VertexId> /*wanted*/)
   {

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// A coarser level by clusters from a level in files, block by block. For the levels out of core
-// alone.
+// Makes a coarser level by clusters from a level in files, block by block. Only for the levels out
+// of core.
 #pragma once
 
 #include "filters/core/levels/ClusterRound.h"
@@ -22,9 +22,9 @@ struct LinkedLevel
   BlockRange here; // the blocks that are gone through
 };
 
-// Appends the clusters of level `depth` to what `coarser` writes, in blocks of the depth that
-// `below` has, and leaves in below's file of parents their numbers. Its triangles and links are the
-// caller's. report: called after each block with what is done, 0 … 1. Memory: a block without
+// Appends the clusters of level `depth` to `coarser`, in blocks of the same depth as those of
+// `below`, and writes their numbers into below's file of parents. The caller makes the triangles
+// and links. report: called after each block with the progress, 0 … 1. Memory: a block without
 // ghosts, about 520 bytes a cluster. Errors: InputOutput; those of report. REQUIRES: blocks are not
 // deeper than `depth`.
 Status MakeCoarserClustersInFiles(SpillFolder& folder, const LinkedLevel& below, unsigned depth,

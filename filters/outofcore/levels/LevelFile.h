@@ -76,8 +76,8 @@ Result<std::vector<Record>> ReadBlockRecords(const SpillFile& file, const LevelB
   return records;
 }
 
-// All of a level's triangles, each once, sorted: those of each block whose lowest cluster is its
-// own. memory 12 bytes a triangle. Errors: InputOutput.
+// All of a level's triangles, each once, sorted: from each block those whose lowest cluster is the
+// block's own. Memory 12 bytes a triangle. Errors: InputOutput.
 Result<std::vector<Triangle>> LoadAllTriangles(const LevelFile& level);
 
 // A level as one block, without ghosts: all its clusters and triangles. Errors: InputOutput.
@@ -93,11 +93,11 @@ public:
   {
   }
 
-  // expected: triangles of all blocks together, about; 0 = unknown. REQUIRES: level.begin is known.
-  // Errors of both: InputOutput.
+  // expected: about the sum of the triangles of all blocks; 0 = unknown. REQUIRES: level.begin is
+  // known. Errors of both: InputOutput.
   Status Begin(std::uint64_t expected);
-  // Those of the next block: triangles in numbers of the level's clusters, all that touch the
-  // block; others, degenerate and equal ones among them are dropped. O(t log t).
+  // Adds the triangles of the next block, as numbers of the level's clusters: all that touch the
+  // block. Others, degenerate ones and duplicates are dropped. O(t log t).
   Status Add(std::vector<Triangle>& mapped);
   // How many there are so far, each counted where its lowest cluster is.
   std::uint64_t TriangleCount() const { return this->Triangles; }

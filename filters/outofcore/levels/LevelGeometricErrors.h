@@ -13,7 +13,7 @@ namespace kdstream
 
 // GeometricErrorBins::Most99 of each level, the same in every process. Reads the clusters of each
 // level in files once. Memory: 64 KiB and a batch of records. group: each process has the clusters
-// of its own blocks, the first one those of the levels up to S. Errors: InputOutput.
+// of its own blocks, the first process also those of the levels up to S. Errors: InputOutput.
 Result<std::vector<double>> GeometricErrorsOfLevels(
   const ExternalLevels& levels, const TreeDepths& depths, BlockGroup* group = nullptr);
 

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// The links of a level by clusters, in a file: pairs of clusters that only collapsed triangles or
-// coincident vertices tie together. A link matters once both ends are in one cell, hence in one
-// block: any block that owns an end may keep it until then. Only for the levels out of core.
+// The links of a level by clusters, in a file: pairs of clusters that are connected only by
+// collapsed triangles or coincident vertices. A link matters when both ends are in one cell, and so
+// in one block; until then any block that owns an end may keep it. Only for the levels out of core.
 #pragma once
 
 #include "filters/core/Types.h"
@@ -36,9 +36,8 @@ public:
   }
 
   Status Begin(SpillFolder& folder);
-  // Those of the next block: what is left of triangles that collapsed to two of the level's
-  // clusters, of which the lower one is the block's. mapped: all such triangles, others perhaps.
-  // O(t log t).
+  // Adds the links of the next block: triangles that collapsed to two of the level's clusters, of
+  // which the lower is the block's. mapped: all such triangles; it may have others. O(t log t).
   Status Add(const std::vector<Triangle>& mapped);
 
 private:

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// What makers of levels need of a level in files beside the level itself, until the next coarser
-// one is made. Only for the levels out of core.
+// What makers of levels need of a level in files, in addition to the level itself, until the next
+// coarser one is made. Only for the levels out of core.
 #pragma once
 
 #include "filters/core/levels/CollapseState.h"
@@ -23,8 +23,8 @@ struct LevelArrays
 {
   std::size_t components = 0;            // of CollapseAttributes
   std::vector<AttributeInfo> attributes; // that levels carry
-  // Where in a tuple of them the level's vertex colours are; nothing where there is none, or it
-  // does not matter.
+  // The place of the level's vertex colours in a tuple of attributes; nothing if there are none, or
+  // if they are not needed.
   std::optional<std::size_t> vertexColors;
 
   std::size_t TupleBytes() const;
@@ -84,8 +84,8 @@ Result<AttributeSums> LoadAttributeSums(const LevelStates& states, const LevelAr
 // Makes blocks of a smaller depth of those that a level has, before its triangles are written.
 void MergeBlocks(LevelFile& level, unsigned blockDepth);
 
-// Replaces corners by what a file of VertexId has at their places. [first, end): where most of them
-// are; the others are read page by page. O(t log t). Errors: InputOutput.
+// Replaces each corner by the entry of a file of VertexId at its place. [first, end): where most
+// corners are; the others are read page by page. O(t log t). Errors: InputOutput.
 Status MapCorners(
   std::vector<Triangle>& triangles, const SpillFile& map, VertexId first, VertexId end);
 

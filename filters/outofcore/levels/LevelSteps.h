@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// The steps of making levels out of core that are the same whoever has the blocks: one process
+// The steps of making levels out of core that do not depend on who has the blocks: one process
 // (ExternalLevels.h) or several (filters/Parallel). Only for the makers of levels.
 #pragma once
 
@@ -29,24 +29,24 @@ public:
 
   bool ByClusters() const { return this->Clusters; }
   const LevelArrays& Arrays() const { return this->LevelsArrays; }
-  // Whether vertices in one place have to be linked where they are in different cells: known when
-  // all finest blocks are built. Those in one cell are in one cluster, and their links vanish.
+  // Whether vertices in the same place have to be linked if they are in different cells: known when
+  // all finest blocks are built. Vertices of one cell are in one cluster, so they need no link.
   bool LinksCoincident() const { return this->Clusters && this->MayCoincide; }
 
-  // The blocks of a level: at most as deep as `most`, but so large that a round to the next coarser
-  // level has that level's nodes in one of them.
+  // The depth of a level's blocks: at most `most`, and small enough that each node of the next
+  // coarser level is in one block.
   unsigned BlockDepthOf(unsigned level, unsigned most) const;
   // Whether the level coarser than this one, the coarsest so far, is made in files. states: of it.
   bool IsCoarserInFiles(const LevelFile& level, const LevelStates& states) const;
 
-  // Appends the finest clusters of a block of the mesh, the first of which is number firstCluster,
-  // and writes the cluster of each of its vertices, by rank.
+  // Appends the finest clusters of a block of the mesh, beginning with number firstCluster, and
+  // writes the cluster of each of its vertices, by rank.
   Status BuildFinestBlock(
     const TreeBlock& block, VertexId firstCluster, SpillFile& clusterOfRank, LevelWriter& writer);
 
-  // Moves the clusters of a level's blocks that are here where its triangles face the wrong way
-  // (FoldOverRepair.h): those of other blocks must be where they were at first. REQUIRES: the
-  // level's triangles are written. Not by clusters.
+  // Moves clusters of this process's blocks of a level where its triangles face the wrong way
+  // (FoldOverRepair.h). Clusters of other blocks must be at their original places. REQUIRES: the
+  // level's triangles are written. Not for levels by clusters.
   Status RepairFoldOvers(
     SpillFolder& folder, LevelFile& level, LevelStates& states, const BlockRange& here) const;
 
@@ -56,9 +56,9 @@ public:
   Status Join(
     SpillFolder& folder, const LinkedLevel& below, unsigned depth, LevelWriter& writer) const;
 
-  // All levels coarser than `level`, the last one in files, [depth], in memory; its parents are
-  // filled. states: of that level; given up early, to save their files' room. links: none where the
-  // levels are not by clusters.
+  // All levels coarser than `level`, which is the coarsest in files: [depth], in memory. Fills in
+  // the parents of `level`. states: of that level; removed early, to save disk space. links: none
+  // unless the levels are by clusters.
   Result<std::vector<ClusterLevel>> BuildCoarse(
     SpillFolder& folder, LevelFile& level, LevelStates states, const LevelLinks& links) const;
 
@@ -77,8 +77,8 @@ private:
   const CollapseSpace Space;
   const bool Clusters;
   const ClusterRules Rules;
-  // Whether it matters that vertices are in one place. Of levels by clusters not without sheets,
-  // and of a cloud: all of a cell are one cluster anyway.
+  // Whether it matters that vertices are in the same place. It does not for a cloud, and for levels
+  // by clusters without sheets, since all vertices of a cell are then one cluster anyway.
   const bool JoinsCoincident;
   bool MayCoincide; // vertices may be in one place
   LevelArrays LevelsArrays;

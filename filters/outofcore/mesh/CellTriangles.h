@@ -16,8 +16,8 @@ namespace kdstream
 {
 
 // For each vertex its rank: its place in the order of the tree's leaves. records: that order
-// (PointRecord<Scalar>), `count` of them, ids 0 … count - 1. A pass over the records where the
-// ranks fit half of the memory, else they are written and read once more. Peak memory: `memory` and
+// (PointRecord<Scalar>), `count` of them, ids 0 … count - 1. One pass over the records if the ranks
+// fit half of the memory; else the ranks are written and read once more. Peak memory: `memory` and
 // two blocks. Errors: InputOutput; Cancelled.
 template <class Scalar>
 Result<VertexMap> RankVertices(SpillFolder& folder, const SpillFile& records, std::uint32_t count,
@@ -46,10 +46,9 @@ private:
 };
 
 // For each cell of a depth the triangles that touch one of its vertices; a triangle is in one to
-// three cells. Corners become ranks. The order inside a cell is the input's only as far as the
-// numbers tell: sort by them. Memory and passes: MapTriangles; a quarter of `memory` is kept for
-// the cells' blocks. Errors: InputOutput; Cancelled. REQUIRES: ranks.count > 0 where there are
-// triangles.
+// three cells. Corners become ranks. To get the input's order inside a cell, sort by the numbers.
+// Memory and passes: MapTriangles; a quarter of `memory` is kept for the cells' blocks. Errors:
+// InputOutput; Cancelled. REQUIRES: ranks.count > 0 if there are triangles.
 Result<RecordBuckets<NumberedTriangle>> SortTrianglesIntoCells(SpillFolder& folder,
   const SpillFile& triangles, std::uint64_t count, const VertexMap& ranks, unsigned depth,
   std::uint64_t memory, const Execution& execution = {});

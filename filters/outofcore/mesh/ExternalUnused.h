@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Vertices that no triangle uses, of a mesh that does not fit the memory: what core's
-// TakeUnusedVertices does (UnusedVertices.h), after step "weld" of the pipeline picture.
+// Finds and removes vertices that no triangle uses, of a mesh that does not fit the memory: as
+// core's TakeUnusedVertices (UnusedVertices.h), after step "weld" of the pipeline picture.
 #pragma once
 
 #include "filters/core/Execution.h"
@@ -52,7 +52,7 @@ private:
   std::vector<bool> Marked;
 };
 
-// Marks the vertices that nameAll(section, mark) gives to `mark`, section by section: those of
+// Marks the vertices that nameAll(section, mark) passes to `mark`, section by section: those of
 // [Begin(section), End(section)). Memory: a bit for each vertex of a section. Errors: InputOutput;
 // those of nameAll.
 Result<VertexMarks> MarkVertices(SpillFolder& folder, const MapSections& sections,
@@ -68,9 +68,10 @@ struct PartedVertices
 Result<PartedVertices> PartVertices(
   SpillFolder& folder, VertexFiles vertices, const VertexMarks& marks);
 
-// The vertices that the triangles name, and the others. A pass over the triangles for each section
-// of the marks, one but for very many vertices; where there are unused vertices, one over all
-// vertices. Peak memory: `memory` and a few blocks. Errors: InputOutput; Cancelled.
+// Separates the vertices that triangles use from the others. One pass over the triangles for each
+// section of the marks; only very many vertices need more than one section. If there are unused
+// vertices, also one pass over all vertices. Peak memory: `memory` and a few blocks. Errors:
+// InputOutput; Cancelled.
 Result<PartedVertices> PartUnusedExternally(SpillFolder& folder, VertexFiles vertices,
   const SpillFile& triangles, std::uint64_t triangleCount, std::uint64_t memory,
   const Execution& execution = {});

@@ -32,10 +32,10 @@ struct ExternalWeld
 };
 
 // Joins vertices with bit-equal coordinates and bit-equal tuples to the lowest id and renumbers the
-// rest, keeping their order: what core's WeldVertices does (Weld.h), to the bit. Expected O(n); the
-// vertices are written and read once as buckets of equal hashes, where they do not fit, and what is
-// found in passes over the ids. Peak memory: `memory` and a few blocks, whatever is equal to
-// whatever. Errors: InputOutput; Cancelled.
+// rest, keeping their order: what core's WeldVertices does (Weld.h), to the bit. Expected O(n); if
+// the vertices do not fit the memory, they are written and read once as buckets of hashes, and the
+// matches in passes over the ids. Peak memory: `memory` and a few blocks, whatever vertices are
+// equal. Errors: InputOutput; Cancelled.
 Result<ExternalWeld> WeldExternally(
   SpillFolder& folder, VertexFiles input, std::uint64_t memory, const Execution& execution = {});
 

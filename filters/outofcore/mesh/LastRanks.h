@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Which vertices, in the order of the leaves, are in one place: for those who look for coincident
-// ones (CoincidentRanks.h, filters/Parallel).
+// Which vertices, in the order of the leaves, are in the same place: for code that looks for
+// coincident ones (CoincidentRanks.h, filters/Parallel).
 #pragma once
 
 #include "filters/core/Result.h"

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // A mesh in blocks: the files that the steps "tree" and "faces" of building out of core leave, and
-// how a block of them gets into memory.
+// loading a block of them.
 #pragma once
 
 #include "filters/core/Attribute.h"
@@ -25,8 +25,8 @@ struct MeshBlocks
   Box box;                 // the model's
   bool floats = true;      // whether the records hold floats
   unsigned blockDepth = 0; // at most depths.partition
-  // Where each block begins, and the end: of blocks that are no cells of a k-d tree, whose
-  // partitions may be of any size (OctreePartitions.h). Empty: cells of depth blockDepth.
+  // The first vertex of each block, and the end: for blocks that are not cells of a k-d tree, whose
+  // partitions may have any size (OctreePartitions.h). Empty: cells of depth blockDepth.
   std::vector<VertexId> begin;
   SpillFile records; // of an ExternalTree
   // Of each block those that touch it, corners are ranks; none of a cloud.
@@ -57,9 +57,9 @@ struct MeshBlocks
   Result<TreeBlock> Load(std::size_t block, BlockOrder order = BlockOrder::ById) const;
 };
 
-// The tree below a block's cell, over only its own vertices: what core's functions for a part of a
-// mesh take. Its depths count from the block; `order` and `cellBegin` in the block's numbers; no
-// boxes.
+// The tree below a block's cell, over only its own vertices, for core's functions that take a part
+// of a mesh. Its depths count from the block; `order` and `cellBegin` use the block's numbers; it
+// has no boxes.
 KdTree TreeOfBlock(const MeshBlocks& mesh, const TreeBlock& block);
 
 }

@@ -29,17 +29,17 @@ struct SpilledMesh
   bool fitFloats = true;                 // whether floats hold every coordinate exactly
 };
 
-// Reads all that a reader has left. Peak memory: a few chunks of about chunkBytes, whatever the
-// file holds, but for a face of that many corners. Errors: those of the reader; InvalidInput where
-// there are no vertices, or an array that no mesh can have (CheckAttributes); LimitExceeded for
-// more than 2^32 - 2 vertices or triangles; InputOutput; Cancelled.
-// part: of a mesh, so that it may have no vertices.
+// Reads the rest of a reader's file. Peak memory: a few chunks of about chunkBytes, whatever the
+// file holds; more only for a face that needs more. Errors: those of the reader; InvalidInput for
+// no vertices, or an array that no mesh can have (CheckAttributes); LimitExceeded for more than
+// 2^32 - 2 vertices or triangles; InputOutput; Cancelled. part: whether this is only a part of a
+// mesh, which may have no vertices.
 Result<SpilledMesh> SpillMesh(SpillFolder& folder, MeshReader& reader, std::size_t chunkBytes,
   const Execution& execution = {}, bool part = false);
 
-// The same of a mesh in memory, or a part of one: with no vertices, or corners that are numbers of
-// vertices elsewhere. Memory: its arrays once more, 16 bytes a triangle. Errors: as above, but
-// those of a reader.
+// The same for a mesh in memory, or for a part of one, which may have no vertices, or corners that
+// are numbers of vertices elsewhere. Memory: its arrays once more, 16 bytes a triangle. Errors: as
+// above, without those of a reader.
 Result<SpilledMesh> SpillMesh(SpillFolder& folder, const Mesh& mesh);
 
 }

@@ -15,12 +15,12 @@ namespace kdstream
 {
 
 // What core's CountPlaces counts (Weld.h; -0.0 and 0.0 are the same place), of the records of a
-// tree in any order. placeOf: what becomes of a point, such as its place on a grid; the point
-// itself if it is empty; called by several threads. Places are told apart by 64 bits of a hash: of
-// n different ones two fall together with a probability of n^2 / 2^65, and the count is then one
-// too low. That is good for a warning; do not build upon it. Two passes over the records; where
-// the hashes that may come twice do not fit the memory, another, and all hashes are written and
-// read once. Peak memory: `memory` and a few blocks, whatever is equal to whatever. Errors:
+// tree in any order. placeOf: maps a point to a place, such as its place on a grid; empty: the
+// point itself; called by several threads. Places are compared by 64 bits of a hash: among n
+// different ones, two are equal with a probability of n^2 / 2^65, and the count is then one too
+// low. This is exact enough for a warning, but not for other uses. Two passes over the records. If
+// the hashes that may be repeated do not fit the memory, one more pass, and all hashes are written
+// and read once. Peak memory: `memory` and a few blocks, whatever places are equal. Errors:
 // InputOutput; Cancelled.
 template <class Scalar>
 Result<std::uint64_t> CountPlacesExternally(SpillFolder& folder, const SpillFile& records,

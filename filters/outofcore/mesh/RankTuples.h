@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// The tuples of vertices' attributes in the order of the tree, out of core: step "faces" of
-// building, for those arrays.
+// Puts the tuples of vertices' attributes into the order of the tree, out of core: step "faces" of
+// building.
 #pragma once
 
 #include "filters/core/Execution.h"
@@ -15,10 +15,10 @@ namespace kdstream
 {
 
 // tuples: tupleBytes for each vertex, by id (VertexFiles). Returns a file of the same tuples by
-// rank, so that those of a block are one interval. ranks: RankVertices. Where they fit half of the
-// memory a pass over the tuples; else they are written and read once more, as buckets of ranks.
-// Peak memory: `memory` and a few blocks. Disk: a copy of the tuples, and another with the ranks
-// while it runs. Errors: InputOutput; Cancelled. REQUIRES: tupleBytes > 0.
+// rank, so that those of a block are one interval. ranks: RankVertices. If the ranks fit half of
+// the memory: one pass over the tuples; else the tuples are written and read once more, as buckets
+// of ranks. Peak memory: `memory` and a few blocks. Disk: a copy of the tuples, and another with
+// the ranks while it runs. Errors: InputOutput; Cancelled. REQUIRES: tupleBytes > 0.
 Result<SpillFile> SortTuplesByRank(SpillFolder& folder, const SpillFile& tuples,
   std::size_t tupleBytes, const VertexMap& ranks, std::uint64_t memory,
   const Execution& execution = {});

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// One cell of the tree with all that touches it, in memory: what the steps after the tree work on,
-// one block after the other.
+// One cell of the tree with everything that touches it, in memory: what the steps after the tree
+// process, one block after the other.
 #pragma once
 
 #include "filters/core/Types.h"
@@ -45,7 +45,7 @@ struct TreeBlock
 // Loads block `cell` of depth `depth`. records: those of an ExternalTree over `vertices` vertices
 // (PointRecord<Scalar>); triangles: SortTrianglesIntoCells at that depth. Ghosts are read in the
 // order of their ranks, a page of 16 KiB once. O(v + t + g log g) for v vertices, g of them ghosts,
-// and t triangles of the block, O(t log t) where they do not ascend in their file; memory about 80
+// and t triangles of the block, O(t log t) if these do not ascend in their file; memory about 80
 // bytes a vertex and 40 a triangle. Errors: InputOutput.
 template <class Scalar>
 Result<TreeBlock> LoadBlock(const SpillFile& records, std::uint32_t vertices,

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Maps from vertex numbers to vertex numbers that do not fit the memory (ids after welding, places
-// in the tree), and triangles led through them: the join of building out of core
+// in the tree), and applying them to triangles: the join of building out of core
 // (doc/design.md#faces).
 #pragma once
 
@@ -55,10 +55,10 @@ struct MapSections
   }
 };
 
-// Replaces each corner of the triangles by its entry of the map and gives them to `visit` in
-// blocks, never two at once; in any order, but the same for the same input and memory.
-// Where the map fits half of the memory that is one pass over the triangles; else the triangles are
-// sorted into buckets by a corner at a time, so that three more passes are written and read. Peak
+// Replaces each corner of the triangles by its entry of the map, and gives the triangles to `visit`
+// in blocks, never two at once. Their order is arbitrary, but the same for the same input and
+// memory. If the map fits half of the memory: one pass over the triangles. Else the triangles are
+// sorted into buckets by one corner after the other: three more passes of writing and reading. Peak
 // memory: `memory` and two blocks. Errors: InputOutput; Cancelled; those of `visit`. REQUIRES:
 // every corner < map.count.
 Status MapTriangles(SpillFolder& folder, const SpillFile& triangles, std::uint64_t count,

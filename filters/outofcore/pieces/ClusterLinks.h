@@ -13,8 +13,8 @@
 namespace kdstream
 {
 
-// The parents of clusters that follow each other: clusters of the next coarser level, whose numbers
-// are in [begin, end).
+// The parents of consecutive clusters: clusters of the next coarser level, whose numbers are in
+// [begin, end).
 struct ParentLinks
 {
   VertexId begin = 0, end = 0;
@@ -31,8 +31,8 @@ struct ClusterLinks
   ClusterParents Links() const { return { this->above.parents, this->lowest, this->positions }; }
 };
 
-// Of the clusters of a block of a level in files. Errors: InputOutput; Damaged, naming the cluster
-// whose parent is none.
+// Reads them for the clusters of a block of a level in files. Errors: InputOutput; Damaged, naming
+// the cluster with an invalid parent.
 Result<ParentLinks> ReadParents(const ExternalLevels& levels, unsigned depth, std::size_t block);
 Result<ClusterLinks> ReadLinks(const ExternalLevels& levels, unsigned depth, std::size_t block);
 

@@ -2,9 +2,9 @@
 // The numbers of the levels 0 … S of a mesh that does not fit the memory. Step "number" out of
 // core.
 //
-// A cluster's lowest number follows from those of level S. So these levels are gone through block
-// by block: level S is numbered, then lowest numbers follow upward, ranks downward, and what
-// clusters reach.
+// A cluster's lowest number follows from those of level S. So these levels are processed block by
+// block: level S is numbered, then lowest numbers follow upward, and ranks and child pieces
+// downward.
 #pragma once
 
 #include "filters/core/Result.h"
@@ -22,10 +22,10 @@
 namespace kdstream
 {
 
-// Numbers the levels in files up to S. O(c log c) for their c clusters, about 2^(S+1), sheets
-// multiply them. Memory: a block of a level at a time, about 70 bytes a cluster; the levels above
-// the files, 12 bytes a cluster; 4 bytes a partition. Errors: InputOutput; Damaged (ReadLinks).
-// group: the first one works, and all get what finer levels and CoarseTree need.
+// Numbers the levels in files up to S. O(c log c) for their c clusters, about 2^(S+1), more with
+// sheets. Memory: a block of a level at a time, about 70 bytes a cluster; the levels above the
+// files, 12 bytes a cluster; 4 bytes a partition. Errors: InputOutput; Damaged (ReadLinks). group:
+// the first process does the work, and all get what finer levels and CoarseTree need.
 Status NumberCoarseLevels(SpillFolder& folder, const MeshBlocks& mesh, const ExternalLevels& levels,
   ExternalNumbers& numbers, BlockGroup& group);
 
@@ -35,8 +35,8 @@ Status NumberCoarseLevels(SpillFolder& folder, const MeshBlocks& mesh, const Ext
 Result<std::vector<std::vector<VertexId>>> FirstAboveFiles(
   const ExternalLevels& levels, const ExternalNumbers& numbers);
 
-// The child nodes of the clusters above those of a block of level `depth`, by number of cluster.
-// tree: of it the depths and partitionBegin.
+// For the clusters above those of a block of level `depth` their child nodes, by number of cluster.
+// tree: only its depths and partitionBegin are used.
 Result<std::vector<ChildNode>> ReadChildNodesOfParents(const ExternalLevels& levels,
   const ExternalNumbers& numbers, const VertexTree& tree, unsigned depth, std::size_t block);
 

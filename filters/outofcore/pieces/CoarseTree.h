@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// The levels 0 … S of the vertex tree as parts of it need them, of a mesh that does not fit the
-// memory. Step "cut" out of core.
+// The levels 0 … S of the vertex tree, as far as parts of it need them, for a mesh that does not
+// fit the memory. Step "cut" out of core.
 #pragma once
 
 #include "filters/core/Result.h"
@@ -18,8 +18,8 @@
 namespace kdstream
 {
 
-// The levels above those in files are here whole, of the others what lies above some vertices.
-// Keeps references.
+// The levels that are not in files are in memory whole; of the levels in files, the ancestors of
+// given vertices are loaded. Keeps references.
 class CoarseTree
 {
 public:
@@ -27,7 +27,8 @@ public:
 
   // O(c log c) for the c clusters of level S and of the coarsest level in files. Memory: 24 bytes a
   // cluster above the files and its child nodes, 12 bytes a partition. Errors: InputOutput; Damaged
-  // (ReadLinks). group: all get what AncestorsOf needs; the child nodes are the first one's.
+  // (ReadLinks). group: all processes get what AncestorsOf needs; only the first one gets the child
+  // nodes.
   Status Load(BlockGroup& group);
 
   // Of the levels above the files: first, parents, child nodes.
@@ -35,14 +36,14 @@ public:
   // Of these the lowest numbered vertices, by number of cluster; the first one's of a group.
   const std::vector<std::vector<VertexId>>& First() const { return this->FirstOfWhole; }
 
-  // The ancestors of the numbered vertices of some partitions, `own`, and of others (`ghosts`),
-  // which ascend. For each level in files from R to S, [depth]: the clusters that hold them,
-  // parents and ranks; of level S also `first`. O(ghosts, and the level-S clusters of all their
-  // partitions). Errors: InputOutput.
+  // The ancestors of the numbered vertices `own` of some partitions, and of other vertices
+  // (`ghosts`), which ascend. For each level in files from R to S, [depth]: the clusters that hold
+  // these vertices, with parents and ranks; at level S also `first`. O(ghosts, and the level-S
+  // clusters of all their partitions). Errors: InputOutput.
   Result<std::vector<VertexTreeLevel>> AncestorsOf(
     const CellRange& own, std::span<const VertexId> ghosts) const;
-  // The same above clusters of a level in files up to S, whose ranks ascend; of that level them,
-  // without `first`.
+  // The same for ancestors of clusters of a level in files up to S, whose ranks ascend; includes
+  // these clusters, without `first`.
   Result<std::vector<VertexTreeLevel>> AncestorsOfRanks(
     unsigned depth, std::vector<VertexId> ranks) const;
 
@@ -51,8 +52,8 @@ private:
   Status LoadChildNodes();
   Status FindPartitions();
   Status Spread(BlockGroup& group);
-  // Clusters of level S, with the ranks of their parents: all of some partitions; those that hold
-  // vertices.
+  // Appends clusters of level S, with the ranks of their parents: all of some partitions; those
+  // that hold given vertices.
   Status AppendOwn(const CellRange& own, VertexTreeLevel& level) const;
   Status AppendHolders(std::span<const VertexId> numbers, VertexTreeLevel& level) const;
   Status ReadParentRanks(unsigned depth, VertexTreeLevel& level) const;

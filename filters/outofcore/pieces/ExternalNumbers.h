@@ -29,8 +29,8 @@ struct ChildNodeFile
   std::vector<std::uint64_t> begin; // of each block, and the end
 };
 
-// What NumberVertices and OrderLeaves would say of the whole, in files; of the levels above those
-// in files it follows quickly (CoarseTree, CoarseNumbers.h).
+// The results of NumberVertices and OrderLeaves for a mesh that does not fit the memory, in files.
+// Those of the levels that are not in files follow quickly from them (CoarseTree, CoarseNumbers.h).
 struct ExternalNumbers
 {
   // [depth], of the levels in files. The last three up to S only.
@@ -42,15 +42,15 @@ struct ExternalNumbers
 };
 
 // Numbers all clusters and vertices, from the top down: every level by the blocks of its file, the
-// original by those of the mesh. The same whatever the blocks are. A read of the links of each
-// level, three of those up to S, and of the records of the mesh; a write of 4 bytes a cluster (20
-// up to S) and vertex. O(n log n) for the largest block; memory: one block, about 45 bytes a
-// vertex, and the levels above those in files. Reports the step "levels" once for each four blocks
-// finer than S, from 0 to 1. Errors: InputOutput; Damaged, naming the cluster, where numbers of
-// clusters and vertices in the files do not fit together; Cancelled.
-// REQUIRES: levels of this mesh, 0 … L; levels.firstInFiles <= S; of a level in files up to S no
-// cluster in two blocks, nor siblings unless their parent is above the files.
-// group: each process numbers its own blocks; the levels up to S are with the first one.
+// original by those of the mesh. The result does not depend on the blocks. Reads the parents of
+// each level once (of those up to S three times), and the records of the mesh once; writes 4 bytes
+// a cluster (20 up to S) and 4 a vertex. O(n log n) for the largest block; memory: one block, about
+// 45 bytes a vertex, and the levels above those in files. Reports the step "levels" once for each
+// four blocks finer than S, from 0 to 1. Errors: InputOutput; Damaged, naming the cluster, if
+// numbers of clusters and vertices in the files contradict each other; Cancelled. REQUIRES: levels
+// of this mesh, 0 … L; levels.firstInFiles <= S; in a level in files up to S no cluster is in two
+// blocks, and neither are siblings, unless their parent's level is not in files. group: each
+// process numbers its own blocks; the first one also the levels up to S.
 Result<ExternalNumbers> NumberExternally(SpillFolder& folder, const MeshBlocks& mesh,
   const ExternalLevels& levels, const Execution& execution = {}, BlockGroup* group = nullptr);
 

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Step "cut" out of core: of a mesh that does not fit the memory, hands the cutter one part after
-// the other, each as if it were a whole mesh (PieceCutter of core cuts it). For the builders out of
-// core and on ranks.
+// Step "cut" out of core: gives the cutter one part of the mesh after the other, each as if it were
+// a whole mesh (core's PieceCutter cuts it). For the builders out of core and on ranks.
 #pragma once
 
 #include "filters/core/Execution.h"
@@ -18,7 +17,7 @@ namespace kdstream
 {
 
 // One part of a resolution, as PieceCutter takes it: PieceCutter(tree, mesh, resolution, execution,
-// part) cuts the pieces that the whole would give, bit for bit. tree and mesh are there until the
+// part) cuts the same pieces, bit for bit, as from the whole. tree and mesh are valid until the
 // visit returns; mesh is empty unless the resolution is the original.
 using PartVisit = std::function<Status(
   const VertexTree& tree, const Mesh& mesh, Resolution resolution, const ModelPart& part)>;
@@ -36,18 +35,17 @@ using PartVisit = std::function<Status(
 // - the ancestors of ghosts, or of the clusters of a level from R to S: about 8 bytes for each and
 //   a level, less where they are near each other.
 //
-// group: each process gets the parts of its own blocks, the first process those of the levels up to
-// S. finished: called after the last part of each resolution, in every process. Errors:
-// InputOutput; Damaged (NumberExternally); those of `visit`, which end it. REQUIRES: numbers of
-// these levels; blocks of a level finer than S are at most as deep as its pieces (PieceDepth).
+// group: each process gets the parts of its own blocks, the first process also those of the levels
+// up to S. finished: called after the last part of each resolution, in every process. Errors:
+// InputOutput; Damaged (NumberExternally); those of `visit`. REQUIRES: numbers of these levels;
+// blocks of a level finer than S are at most as deep as its pieces (PieceDepth).
 Status ForEachPart(const MeshBlocks& mesh, const ExternalLevels& levels,
   const ExternalNumbers& numbers, const PartVisit& visit, const Execution& execution = {},
   BlockGroup* group = nullptr, const std::function<Status(Resolution)>& finished = {});
 
-// The same for partitions of any size without levels (OctreePartitions.h): the parts of the
-// original only, a block of the mesh each. The vertices are numbered as they are ranked.
-// partitionBegin: the first rank of each partition, and the end. REQUIRES: mesh.begin of whole
-// partitions.
+// The same for partitions of any size without levels (OctreePartitions.h): only the parts of the
+// original, one for each block of the mesh. Vertices are numbered by rank. partitionBegin: the
+// first rank of each partition, and the end. REQUIRES: mesh.begin of whole partitions.
 Status ForEachPartOfPartitions(const MeshBlocks& mesh, std::span<const VertexId> partitionBegin,
   const PartVisit& visit, const Execution& execution = {});
 

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// What is gathered about a cell while its records are written: box, mean, count, and where its
-// coordinates lie. So its split needs no pass of its own.
+// Gathered about a cell while its records are written: box, mean, count, and the distribution of
+// its coordinates. So splitting the cell needs no extra pass.
 #pragma once
 
 #include "filters/core/tree/PointRecord.h"
@@ -45,8 +45,8 @@ public:
     }
   }
 
-  // The bin that holds the coordinate of `rank` among those added: its bounds, how many lie below
-  // it and in it. REQUIRES: rank below their number.
+  // The bin that holds the coordinate of `rank` among those added: its bounds, and how many
+  // coordinates are below it and in it. REQUIRES: rank below their number.
   struct Bin
   {
     std::uint64_t first = 0, last = 0; // OrderedBits, both included

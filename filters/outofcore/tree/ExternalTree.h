@@ -21,11 +21,11 @@ struct ExternalTreeOptions
   // Bytes of memory that the build may take, the boxes that it returns included.
   std::uint64_t memory = std::uint64_t{ 256 } << 20;
   MedianMethod median = nullptr; // null: FindMedianByHistogram
-  // Heaps only: the keys in both heaps as a share of the cell's (the paper's 10 % is 0.1); 0 = as
-  // many as the memory holds.
+  // Heaps only: the number of keys in both heaps as a share of the cell's (0.1 is the paper's 10
+  // %); 0 = as many as fit the memory.
   double heapShare = 0;
-  // Whether the points' file must stay as it is. Otherwise its place on the disk is used: the peak
-  // is twice the points' bytes instead of three times.
+  // Whether the points' file must not be changed. If it may, its disk space is reused: the peak is
+  // twice the points' bytes instead of three times.
   bool keepPoints = false;
 };
 
@@ -69,9 +69,9 @@ struct ExternalTree
 // Complexity: a read and a write of a cell for each depth that does not fit, and the cost of the
 // median. Memory: options.memory; blocks of up to 2 MiB. Disk: ExternalTreeOptions::keepPoints.
 // Reports the steps "survey" and "tree". Errors: InvalidArgument for no records; InvalidInput for a
-// coordinate that is not a number or is beyond mostExtent (Extent.h); LimitExceeded for a memory
-// that cannot hold one finest cell and a few blocks, with the bytes that would do; InputOutput
-// (spill files); Cancelled.
+// coordinate that is not a number or is beyond mostExtent (Extent.h); LimitExceeded if the memory
+// cannot hold one finest cell and a few blocks, with the bytes that are enough; InputOutput (spill
+// files); Cancelled.
 template <class Scalar>
 Result<ExternalTree> BuildExternalTree(SpillFolder& folder, SpillFile& points,
   const TreeDepths& depths, const ExternalTreeOptions& options, const Execution& execution = {});

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// The median of what does not fit the memory, on the total order (coordinate, id): exact
-// methods behind one interface. Paper sections 4.2.2-4.2.3; its baselines are in
+// Finds the median of keys that do not fit the memory, on the total order (coordinate, id): exact
+// methods with one interface. Paper sections 4.2.2-4.2.3; its baselines are in
 // filters/baselines/stores.
 #pragma once
 
@@ -20,19 +20,19 @@ namespace kdstream
 class KeySource
 {
 public:
-  // Called for each block, blocks of several slots at once, a slot's one after the other. Moves the
-  // keys that it is interested in to the front, and returns their number.
+  // Called for each block; blocks of different slots at the same time, those of one slot one after
+  // the other. Moves the wanted keys to the front, and returns their number.
   using Filter = std::function<std::size_t(std::size_t slot, std::span<OrderKey> keys)>;
-  // Called with those of each block in the order of the blocks, from the calling thread, while no
-  // filter runs.
+  // Called with the wanted keys of each block, in the order of the blocks, from the calling thread,
+  // while no filter runs.
   using Take = std::function<Status(std::span<const OrderKey>)>;
 
   virtual ~KeySource() = default;
   virtual std::size_t Slots() const = 0;
   // One pass. Blocks are given to slots by a rule that does not depend on the number of threads.
   virtual Status Pass(const Filter& filter, const Take& take) = 0;
-  // Counts a pass over the same keys that a method makes in files of its own, and tells whether to
-  // go on.
+  // Counts a pass over the same keys that a method makes in files of its own. Returns whether to go
+  // on.
   virtual Status OwnPass() = 0;
   virtual Status GoOn() const = 0;
 };
@@ -55,18 +55,19 @@ struct MedianSearch
   double heapShare = 0; // the keys in both heaps as a share of all, 0 = as many as the memory holds
 };
 
-// A method: a range that holds the key of the wanted rank, of at most `keepable` keys, or only
+// A method: finds a range of at most `keepable` keys that holds the key of the wanted rank, or only
 // that key. Errors: those of the source and of spill files in `folder`.
 using MedianMethod = Result<KeyRange> (*)(
   KeySource& keys, const MedianSearch& search, SpillFolder& folder);
 
-// 4.2.2-4.2.3: the mean as pivot, the keys nearest to it in two heaps; only that key. Passes over
-// the n keys, a heap of h of them: 1 where the wanted key is among the h / 2 on its side of the
-// mean, n / (h / 2) at worst.
+// 4.2.2-4.2.3: the mean as pivot, the keys nearest to it in two heaps; finds only that key. Number
+// of passes over n keys with heaps of h keys together: 1 if the wanted key is among the h / 2
+// nearest on its side of the mean, n / (h / 2) at worst.
 Result<KeyRange> FindMedianByHeaps(KeySource& keys, const MedianSearch& search, SpillFolder&);
 
-// Counts in bins of the ordered bits: at most (64 + 32) / 16 passes for any distribution, the bins
-// as fine as the memory allows. The fastest that was measured (Testing/Benchmarks, table3).
+// Counts in bins of the ordered bits: at most (64 + 32) / 16 passes for any distribution; the bins
+// are as fine as the memory allows. The fastest method that was measured (Testing/Benchmarks,
+// table3).
 Result<KeyRange> FindMedianByHistogram(KeySource& keys, const MedianSearch& search, SpillFolder&);
 
 }

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// What is to be known of all points before anything is done with them: that their coordinates are
-// numbers, box and mean.
+// What must be known of all points first: that their coordinates are numbers, their box and their
+// mean.
 #pragma once
 
 #include "filters/core/Execution.h"

@@ -13,12 +13,12 @@ struct PanelFacts;
 // Between Begin and End of a panel of ImGui.
 void DrawColorChoice(const PanelFacts& facts, ColorChoice& colors);
 
-// At the right edge, above what takes `below` pixels at the lower one; nothing where no attribute
-// is shown. Behind the panels, so it is in pictures that are written, too.
+// Draws the legend at the right edge, above the lowest `below` pixels; nothing if no attribute is
+// shown. It is in the background, so that it appears in pictures that are written, too.
 void DrawColorLegend(const PanelFacts& facts, const ColorChoice& colors, double below);
 
-// The model's own colours, by each of its arrays of numbers, and its own again. model: null without
-// one.
+// The next choice of colours: the model's own, then each of its arrays of numbers, then its own
+// again. model: null if none is open.
 ColorChoice NextColors(const ColorChoice& colors, const ModelDescription* model);
 
 }

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// A window on an X server: VTK's own with VTK's interactor, and what people do to it as events.
-// Fingers come by the X Input Extension, which VTK 9.1 does not listen to.
+// A window on an X server: VTK's own, with VTK's interactor. Reports mouse, keys and fingers as
+// events. Fingers come by the X Input Extension, which VTK 9.1 does not support.
 #pragma once
 
 #include "filters/core/Result.h"

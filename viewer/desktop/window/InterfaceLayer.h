@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Dear ImGui in a VTK window: a renderer on top of the others, and the way of mouse and keys to the
+// Dear ImGui in a VTK window: a renderer on top of the others, and passing mouse and keys to the
 // widgets.
 #pragma once
 
@@ -42,18 +42,19 @@ public:
   // Whether widgets were drawn at this pixel.
   bool IsOver(double x, double y) const;
 
-  // Widgets are described between these two. End returns whether they have to be once more: mouse
-  // and keys have done more than can be told at a time, or windows do not stand where they did
-  // before (a new one is measured first, unseen).
+  // Widgets are described between these two calls. End returns whether they must be described
+  // again: there are more mouse and key events than one pass can take, or windows have moved (a new
+  // window is first measured, invisibly).
   void Begin(int width, int height, double seconds);
   bool End();
 
-  // Whether it is settled which field keys belong into: nothing of the mouse is left to be told to
-  // the widgets, and no key but letters, which may have led to another field.
+  // Whether it is certain which field gets the keys: all mouse events have been passed to the
+  // widgets, and all keys except letters, which may have changed the field.
   bool IsSettled() const;
 
-  // What is drawn of what was described. Pictures of the model have what lies behind the widgets
-  // (ImGui's background), and what was drawn in front of them (its foreground), which is not shown.
+  // Which part of the interface is drawn. Pictures of the model include what is behind the widgets
+  // (ImGui's background), and a part in front of them that is not shown on the screen (its
+  // foreground).
   enum class Part
   {
     Shown, // all but the foreground
@@ -87,14 +88,13 @@ private:
   std::vector<Shape> Shapes;                  // when they were described last
 };
 
-// ---- The letters of the window's words: the desktop's fonts, by fontconfig (InterfaceFonts.cxx).
+// ---- The letters of the window's texts: the desktop's fonts, by fontconfig (InterfaceFonts.cxx).
 
-// The code points of a UTF-8 text; what is no UTF-8 is passed over.
+// The code points of a UTF-8 text; other bytes are skipped.
 std::set<char32_t> LettersOf(std::string_view text);
 
-// Fills the atlas with the desktop's sans serif font, of this height in pixels, and with other
-// fonts that have the missing `letters`. Where the desktop has no font: the library's own small
-// one.
+// Fills the atlas with the desktop's sans serif font, at this height in pixels, and with other
+// fonts for the missing `letters`. If the desktop has no font: the library's own small one.
 void LoadFonts(ImFontAtlas& atlas, double height, const std::set<char32_t>& letters);
 
 }

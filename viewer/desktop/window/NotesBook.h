@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// The notes on the model that is looked at: which one is shown, and what an author writes. No
-// widgets, no files.
+// The notes on the model that is viewed: which one is shown, and what an author writes. No widgets,
+// no files.
 #pragma once
 
 #include "filters/core/Result.h"
@@ -19,7 +19,7 @@ namespace kdstream
 class NotesBook
 {
 public:
-  // The model has these, but for what was written and not saved.
+  // The model has these notes now, except for what was written and not saved.
   void Open(const std::string& model, std::vector<Note> notes);
   // No model is looked at.
   void Close();
@@ -33,13 +33,13 @@ public:
   bool HasUnsaved() const { return !this->Written.empty(); }
 
   void ShowList() { this->At.reset(); }
-  // Shows the note and returns the link to its view, on this model whatever model it names.
-  // REQUIRES: index < Notes().size().
+  // Shows the note, and returns the link to its view, applied to this model whatever model the note
+  // names. REQUIRES: index < Notes().size().
   std::string Show(std::size_t index);
 
-  // In place of the note `index`, whose view and language it keeps, or as the last one. Blanks
-  // around the title are taken off. Errors: InvalidArgument for a note without a title;
-  // LimitExceeded for what Note says, and for more than mostNotes.
+  // Replaces the note `index`, whose view and language stay, or appends a note. Blanks around the
+  // title are removed. Errors: InvalidArgument for a note without a title; LimitExceeded for texts
+  // longer than Note allows, and for more than mostNotes.
   Status Keep(
     std::optional<std::size_t> index, std::string title, std::string text, const std::string& link);
   // By one place: step -1 or 1; at the ends nothing.

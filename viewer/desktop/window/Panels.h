@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// The words and buttons of the window, in Dear ImGui. What they do is the window's affair.
+// The panels of the window, in Dear ImGui. The window does what their buttons ask for.
 #pragma once
 
 #include "filters/model/ModelDescription.h"
@@ -118,15 +118,14 @@ private:
   std::array<bool, 4> WasOpen{}; // of tools, details, settings, notes: in the last frame
 };
 
-// What is shown, in numbers, and what came of it, a row a blob (paper, Tables 4-6): both within a
-// window, and how wide this has to be so that nothing is cut off,
-// pixels: known in the second frame.
+// Draws figures about what is shown, and a table with a row for each blob (paper, Tables 4-6),
+// within a window. Returns the width in pixels that the window needs so that nothing is cut off:
+// known in the second frame.
 float DrawFacts(const PanelFacts& facts);
 // The newest first. ratio: pixels a point.
 float DrawBlobTable(const std::deque<BlobStatistics>& blobs, double ratio);
 
-// What mouse, fingers and keys do to the window, as a list: a window of widgets, which closes
-// itself.
+// Draws a list of what mouse, fingers and keys do: a window of widgets, which closes itself.
 void DrawHelp(const PanelFacts& facts, bool& isOpen);
 
 }

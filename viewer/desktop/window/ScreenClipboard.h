@@ -17,9 +17,9 @@ public:
   ScreenClipboard(const ScreenClipboard&) = delete;
   ScreenClipboard& operator=(const ScreenClipboard&) = delete;
 
-  // UTF-8, at most 64 KiB. False where there is no X server.
+  // Copies UTF-8, at most 64 KiB. False if there is no X server.
   bool Put(std::string text);
-  // Answers those who have asked since the last call: call it several times a second.
+  // Answers requests since the last call: call it several times a second.
   void Serve();
 
 private:

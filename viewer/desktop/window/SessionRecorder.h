@@ -11,8 +11,8 @@
 namespace kdstream
 {
 
-// Every step is on the disk as soon as it is taken. What is played again waits where somebody has
-// waited: a step that comes when all was there has a wait before it.
+// Writes every step to the disk at once. If the user waited until everything had arrived before a
+// step, a wait is recorded before it, so that a replay waits there, too.
 class SessionRecorder
 {
 public:
@@ -24,8 +24,8 @@ public:
   // The session is idle; call before the steps that come then.
   void NoteIdle() { this->IsIdle = true; }
   void Add(const SessionStep& step);
-  // All that was asked for at the end is waited for too. Errors: InputOutput where anything could
-  // not be written.
+  // Ends with a wait for everything that was requested. Errors: InputOutput if anything could not
+  // be written.
   Status Finish();
 
 private:

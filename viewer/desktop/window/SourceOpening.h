@@ -23,15 +23,15 @@ class SourceOpening
 {
 public:
   SourceOpening(std::string program, const ViewOptions& options);
-  // Gives up: a build is stopped and leaves nothing behind, a server is waited for no more.
+  // Gives up: stops a build, which leaves nothing behind, or stops waiting for a server.
   ~SourceOpening();
   SourceOpening(const SourceOpening&) = delete;
   SourceOpening& operator=(const SourceOpening&) = delete;
 
   // What is being done.
   std::string Progress() const;
-  // Each warning is reported on stderr too.
-  // How it ended, once: nothing until then.
+  // Each warning is also printed on stderr. Returns the result once, when opening has ended; before
+  // that nothing.
   std::optional<Result<OpenedSources>> Take();
 
 private:

@@ -16,12 +16,12 @@ struct PanelWishes;
 void DrawToolsPanel(const PanelFacts& facts, PanelWishes& wishes, bool& isOpen, float top);
 // The distances as lines over the picture.
 void DrawDistances(const PanelFacts& facts);
-// Title, credit and licence in front of all, at the top, on their own ground. Returns the height
-// that they take, pixels; 0 where there is nothing to say.
+// Draws title, credit and licence on top of everything, at the upper edge, on a background of their
+// own. Returns their height in pixels; 0 if there is no text.
 int DrawCaption(const PanelFacts& facts, int width);
 
-// "12.35 ± 0.01 mm, height 3.2 mm, across 11.9 mm": as many digits as the error leaves, six where
-// there is none. up: of length 1.
+// "12.35 ± 0.01 mm, height 3.2 mm, across 11.9 mm": with as many digits as the error allows, six if
+// there is no error. up: of length 1.
 std::string DescribeMeasurement(
   const Measurement& measurement, const Vec3& up, const std::string& unit);
 

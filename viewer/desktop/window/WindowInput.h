@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Mouse, wheel, keys and fingers on the model, as steps of a session. What they mean is the
-// session's affair: the mouse's left button is a finger, its right one two.
+// Translates mouse, wheel, keys and fingers on the model into steps of a session. The session
+// decides what they mean: the mouse's left button is one finger, its right button two.
 #pragma once
 
 #include "viewer/desktop/window/WindowEvent.h"
@@ -19,8 +19,8 @@ public:
   // The part of the window that shows the model: its upper left corner, and its pixels.
   void SetView(double left, double top, const Viewport& view);
 
-  // The steps that an event leads to; of moves none yet (Flush). Keys: arrows turn, + and - zoom,
-  // Home and h go home, u and Backspace undo a jump, Return taps twice in the middle.
+  // The steps for an event; moves give none until Flush. Keys: arrows turn, + and - zoom, Home and
+  // h go home, u and Backspace undo a jump, Return taps twice in the middle.
   std::vector<SessionStep> Handle(const WindowEvent& event);
   // All moves since the last one, as one. Call before each frame.
   std::vector<SessionStep> Flush();

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// One window, one person, one session: what ViewInWindow shows. In four files: WindowView.cxx has
-// the frames, WindowCommands.cxx what people do, WindowNotes.cxx what they do with notes,
+// One window, one user, one session: what ViewInWindow shows. Four sources: WindowView.cxx has the
+// frames, WindowCommands.cxx the user's commands, WindowNotes.cxx the commands for notes,
 // WindowOutputs.cxx what is written and copied.
 #pragma once
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// A window's session and where its models come from: what the window knows beside its picture. No
+// A window's session, and its source of models: the state of the window other than its picture. No
 // VTK, no X.
 #pragma once
 
@@ -19,7 +19,7 @@ namespace kdstream
 class WindowSession
 {
 public:
-  // Begins to open what the options name. What fails is reported on stderr too, as an error of
+  // Starts to open what the options name. Errors are also printed on stderr, as errors of
   // `program`.
   WindowSession(std::string program, const ViewOptions& options, SessionRecorder recorder);
 
@@ -54,10 +54,10 @@ public:
   void Open(std::size_t model);
   // The next model of the list, or the one before: step 1 or -1.
   void OpenNext(int step);
-  // What could not be had, once more.
+  // Tries again to fetch what has failed.
   void Retry();
   void SetPrefetch(std::size_t bytes);
-  // As ViewerSession's; of neither a recording tells.
+  // As in ViewerSession; neither is recorded.
   void SetSpinning(bool spins) { this->Looks.SetSpinning(spins); }
   void RemoveMeasurement(std::size_t index);
   void NameMeasurement(std::size_t index, const std::string& name)
@@ -69,7 +69,7 @@ public:
   void BeginFrame(double time);
   void EndFrame(double seconds, bool isTouched);
 
-  // What is to be told for a moment since the last call; empty if nothing is.
+  // A message to show for a moment, since the last call; empty if there is none.
   std::string TakeNote() { return std::exchange(this->Note, {}); }
   // Texts that may be shown from now on, since the last call.
   std::string TakeTexts() { return std::exchange(this->Texts, {}); }

@@ -10,8 +10,9 @@
 namespace kdstream
 {
 
-// Returns the exit code. Errors: those of DisplayWindow::Make, and of what cannot be written at the
-// end. What cannot be opened or shown is reported in the window, and on stderr.
+// Returns the exit code. Errors: those of DisplayWindow::Make, and of outputs that cannot be
+// written at the end. Models that cannot be opened or shown are reported in the window, and on
+// stderr.
 Result<int> ViewInWindow(const std::string& program, const ViewOptions& options);
 
 }

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// The page's picture: when a frame makes a surface, when it draws, and how quick the device is.
-// Step "render" of the pipeline picture.
+// The page's picture: decides when a frame makes a surface, when it draws, and how fast the device
+// is. Step "render" of the pipeline picture.
 //
 // Lengths and positions are pixels of the canvas, times seconds of performance.now().
 #pragma once
@@ -40,8 +40,8 @@ public:
   void SetColors(const ColorChoice& colors);
   const ColorChoice& Colors() const { return this->Chosen; }
 
-  // Draws if anything has changed; true where it did, or where there is more to do in the next
-  // frame. Nothing without a renderer.
+  // Draws if anything has changed. True if it did, or if the next frame has more to do. Without a
+  // renderer it does nothing.
   bool Draw();
 
   // Whether what is drawn is not yet what it comes to.

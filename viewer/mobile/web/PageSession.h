@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// A session and its line to the server, as a page drives them: everything that the phone's page
-// knows beside its picture. Between steps "request" and "decode" of the pipeline picture.
+// A session and its connection to the server, as a page uses them: all state of the phone's page
+// except its picture. Between steps "request" and "decode" of the pipeline picture.
 //
 // No browser and no OpenGL here: PagePicture and WebViewer.cxx add these, page.js the sockets and
 // the clock.
@@ -37,24 +37,24 @@ public:
   Status SetModels(std::string_view json);
   // As ViewerSession's; a model that cannot be selected is named in the status.
   void SelectModel(const std::string& model);
-  // Shows what a link to a view tells (ViewLink.h). What is wrong with it is reported in the
-  // status; its model opens all the same.
+  // Shows the view of a link (ViewLink.h). Errors in the link are reported in the status; its model
+  // opens all the same.
   void Follow(const std::string& link);
-  // Takes at most about so many bytes of all memory (MemoryBudget); at first its standard.
+  // Takes at most about this much memory in all (MemoryBudget); at first its default.
   void SetMemory(std::size_t bytes);
-  // So many are taken now.
+  // The memory taken now.
   void FollowMemory(std::size_t taken);
   std::size_t MemoryBytes() const { return this->Memory.Bytes(); }
-  // The rest of the viewer has come (parts.js). Until then only previews are shown. Models whose
-  // preview is points, that are lossless, or that have no levels, show nothing: what the server
-  // sends for them waits here.
+  // The rest of the viewer has been loaded (parts.js). Until then only previews are shown. Models
+  // whose preview is points, that are lossless, or that have no levels, show nothing until then:
+  // what the server sends for them waits here.
   void BecomeWhole();
   bool IsWhole() const { return this->Whole; }
   // Carries between session and line what either has for the other. Call after every input.
   void Exchange(double now);
 
-  // A blob as it came, undamaged as far as the session has seen, and its path at the server: what a
-  // page may keep for later.
+  // A blob as it arrived, undamaged as far as the session has checked, and its path at the server:
+  // a page may store it for later.
   struct Arrival
   {
     std::string path;
@@ -64,24 +64,24 @@ public:
   void SetKeeps(bool keeps) { this->Keeps = keeps; }
   // The next one since the last call, or none.
   std::optional<Arrival> TakeArrival();
-  // The next search for blobs that the page may have kept, or "": its number and their paths at the
-  // server, a line each. The server is asked for those that are not found. While nothing comes from
-  // the server, what is outstanding is searched too; " again" stands behind the number then, since
-  // the page may have kept more than it knew of when it searched first.
+  // The next search for blobs that the page may have stored: its number and their paths at the
+  // server, a line each; or "". Blobs that are not found are requested from the server. While
+  // nothing arrives from the server, outstanding blobs are searched for, too; then " again" follows
+  // the number, because the page may have stored more since its first search.
   std::string TakeSearch();
-  // The blob `index` of the search; one that is damaged counts as not found. Of a search that has
-  // ended, or that nobody wants any more, nothing is taken.
+  // Takes the blob `index` of the search; a damaged one counts as not found. Ignored if the search
+  // has ended, or if nobody wants the blob any more.
   void Found(std::uint32_t search, std::size_t index, std::vector<std::uint8_t> bytes);
-  // isKept: a person has had the model kept. Then what is not found must not keep the rest waiting:
-  // it has failed until the server is back.
+  // isKept: the user has stored the model for offline use. Then blobs that are not found must not
+  // block the others: they have failed until the server is back.
   void EndSearch(std::uint32_t search, bool isKept, double now);
 
-  // [{"name","distance","height","horizontal","error","exact","waits","from","to"}]: the distances
-  // that were measured. from, to: where the ends are seen, [x, y] in pixels, or null; heights are
-  // along the model's up.
+  // The measured distances:
+  // [{"name","distance","height","horizontal","error","exact","waits","from","to"}]. from, to: the
+  // ends on the screen, [x, y] in pixels, or null; heights are along the model's up.
   std::string MeasurementsJson() const;
-  // What to tell the person, into an object; page.js tells the members. isInFlight:
-  // whether what is drawn is not yet what it comes to.
+  // Writes what the user sees into an object; page.js describes its members. isInFlight: whether
+  // the picture will still change by what is in flight.
   void Describe(JsonWriter& json, bool isInFlight) const;
 
 private:

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// What fingers, wheel and keys do to the camera, and what keeps a person from getting lost: step
-// "look" of the pipeline picture.
+// Moves the camera by fingers, wheel and keys, and keeps the user from getting lost: step "look" of
+// the pipeline picture.
 #pragma once
 
 #include "viewer/session/Camera.h"
@@ -16,15 +16,15 @@
 namespace kdstream
 {
 
-// Every motion goes through Move, which stops the eye before the shown surface. Where the eye is
-// outside the model's box it is outside the surface; from there each way is straight and crosses no
-// triangle. So the eye stays outside, whatever the motions are. Only zooming out goes through what
-// is behind the eye, to a place that is outside again: it always leads away.
+// Every motion goes through Move, which stops the eye before the shown surface. An eye outside the
+// model's box is outside the surface; from there it moves on straight lines that cross no triangle.
+// So the eye stays outside, whatever the motions are. Only zooming out may go through a surface
+// that is behind the eye, to a place that is outside again.
 //
-// Some of the shown surface is near enough to the focal point to be on the screen
+// Some of the shown surface stays near enough to the focal point to be on the screen
 // (Camera::KeepInSight).
 //
-// Without a model that is open nothing moves.
+// Without an open model nothing moves.
 class CameraControl
 {
 public:
@@ -46,33 +46,31 @@ public:
 
   // ---- jumps, each of which Undo takes back
   void JumpHome();
-  // Errors: false for another word (ViewerSession::LookFromSide).
+  // Errors: false for other words (ViewerSession::LookFromSide).
   bool JumpToSide(std::string_view side);
   // Where a link says. isJump: from where one was; otherwise it is the first view.
   void TakePlace(const std::optional<CameraPlace>& place, bool isJump);
   bool CanUndo() const { return !this->Earlier.empty(); }
   bool Undo(); // false where there was none
-  // As a host's own camera looks, which may be within the surface. False, and nothing has moved,
-  // where one looks so already; but where the host begins, that is a motion, too.
+  // Sets the view of a host's own camera, which may be inside the surface. False, and no change, if
+  // the view is the same; but the host's first call always counts as a motion.
   bool LookFrom(const Vec3& eye, const Vec3& focal, const Vec3& up, double tangent, bool begins);
 
-  // ---- fingers
-  // What fingers mean; call EndTouches after what is done about it.
+  // ---- fingers. Returns the gestures; call EndTouches after they have been used.
   std::vector<Gesture> BeginTouches(const TouchFrame& frame);
   void EndTouches(const TouchFrame& frame);
   void CancelTouches();
-  // One finger turns the model, two pan, roll and zoom. Where two zoom, the point of the surface
-  // under them stays there; if there is none, the point at the depth of the focal point. isTaken:
-  // another use was made of the gesture, but for the zoom.
+  // One finger turns the model, two pan, roll and zoom. When two zoom, the point of the surface
+  // under them stays there; if there is none, the point at the depth of the focal point. isTaken: a
+  // tool has used the gesture, so that only its zoom counts here.
   void Handle(const Gesture& gesture, double time, bool isTaken);
-  // As a pinch there, all at once; the model turns no more by itself. False where nothing is open,
-  // or for a factor that is not above 0, or not finite.
+  // Like a pinch there, at once; the model stops turning by itself. False if nothing is open, or if
+  // the factor is not finite or not above 0.
   bool ZoomAbout(double factor, double x, double y);
   // What lies under a finger.
   std::optional<SurfaceHit> PickUnder(double x, double y) const;
 
-  // ---- what turns by itself
-  // Whether the model turns on when it is let go.
+  // ---- turning by itself. Whether the model continues to turn after it is released.
   void SetCoasting(bool coasts);
   void SetSpinning(bool spins) { this->Turned.SetSpinning(spins); }
   bool Coasts() const { return this->Turned.TurnsOn(); }
@@ -83,8 +81,7 @@ public:
   };
   Advanced Advance(double time);
 
-  // ---- the surface
-  // There is another one, which may be around the eye: that steps back.
+  // ---- the surface. There is another surface; if it surrounds the eye, the eye steps back.
   void FollowSurface() { this->StepOutside(); }
   // All that is wanted has come: at the view of a link the eye stays inside until then.
   void Arrive();

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// How far an eye may go through a model, and where it is lost: under step "look" of the pipeline
-// picture.
+// How far an eye may move in a model without going through its surface, and keeping some of it in
+// sight: below step "look" of the pipeline picture.
 #pragma once
 
 #include "viewer/session/Camera.h"
@@ -9,13 +9,14 @@
 namespace kdstream
 {
 
-// How much of the straight way from one eye to another may be gone, 0-1: not up to the shown
-// surface or, where none is shown, the box. All of it leads away where it ends outside of the box.
-// slack: of a cloud's points, as PickSurface. REQUIRES (all of these): a model that is open.
+// How much of the straight way from one eye to another is free, 0-1: it ends before the shown
+// surface, or, if none is shown, before the box. The whole way is free if it leads away from the
+// model and ends outside the box. slack: for a cloud's points, as PickSurface. REQUIRES (all of
+// these): an open model.
 double FreePart(const ShownModel& model, const Camera& from, const Camera& to, double slack);
 
-// The focal point comes so near to some of the shown surface that this is on the screen whichever
-// way one turns. The camera itself knows no more than a box, of which most may be empty.
+// Moves the focal point so near to some of the shown surface that this stays on the screen however
+// the model is turned. The camera itself knows only a box, most of which may be empty.
 void KeepInSight(const ShownModel& model, Camera& camera);
 
 // Whether the surface, which is closed, is around the eye.

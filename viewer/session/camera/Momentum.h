@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// A model that turns by itself: on for a moment, when a finger has let it go, or on and on. Step
+// Turns a model by itself: for a moment after a finger has released it, or continuously. Step
 // "look" of the pipeline picture.
 #pragma once
 
@@ -12,9 +12,9 @@
 namespace kdstream
 {
 
-// What turns it are drags, as of a finger: in steps of a fixed time, so that the same touches lead
-// to the same view whatever the frames are. Times are seconds of the clock of touches; any may be
-// given. No clock, no camera of its own.
+// The model is turned by drags, like a finger's: in steps of a fixed time, so that the same touches
+// lead to the same view at any frame rate. Times are seconds of the clock of touches, and may have
+// any values. No clock, no camera of its own.
 class Momentum
 {
 public:
@@ -26,12 +26,12 @@ public:
 
   // One finger is down. Nothing where it was already.
   void Touch(double time);
-  // It has turned the model, by so many pixels.
+  // It has turned the model, by this number of pixels.
   void Follow(double time, double dx, double dy);
   // It has gone, or is not the only one any more.
   void Forget() { this->Steps.clear(); }
-  // It lets go at (x, y): the model turns on, as fast as the finger was, unless that had come to
-  // rest or took no time.
+  // The finger is released at (x, y): the model continues to turn, as fast as the finger was,
+  // unless the finger had stopped or took no time.
   void LetGo(double time, double x, double y, double pixelRatio);
   bool TurnsOn() const { return this->Coasting.has_value(); }
   void Stop() { this->Coasting.reset(); }
@@ -40,8 +40,8 @@ public:
   void SetSpinning(bool spins);
   bool IsSpinning() const { return this->Spins; }
 
-  // What has become due by that time: of turning on, none where nothing has. It ends where it has
-  // become slow, and where the clock is another one.
+  // The drags that are due by that time; none if the model does not turn. Turning ends when it has
+  // become slow, or when the clock has changed.
   std::vector<Drag> Advance(double time, double pixelRatio);
   // Of spinning, since the last call. REQUIRES: IsSpinning(), a finite time.
   Drag Spin(double time, const Viewport& window);

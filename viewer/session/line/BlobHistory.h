@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// How every blob came, what decoding it took, and what the frame took that showed it first: the
-// newest blobs of a session. And how much of what came was of no use.
+// A history of the newest blobs of a session: how each arrived, how long it took to decode, and how
+// long the frame took that first showed it. Also how many of the bytes were not used.
 #pragma once
 
 #include "viewer/session/SessionTypes.h"
@@ -22,7 +22,7 @@ public:
   // Of more blobs than `most` the oldest are forgotten.
   explicit BlobHistory(std::size_t most);
 
-  // A blob of so many bytes has come, of whatever kind; isWasted: nobody has waited for it.
+  // A blob of `bytes` bytes has arrived, of any kind; isWasted: nobody waited for it.
   void Count(std::size_t bytes, bool isWasted);
   // A piece has been decoded, and `entry` says how it came.
   void Add(PieceId piece, BlobStatistics entry);

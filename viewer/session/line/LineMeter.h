@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// How fast the line to the server is, and so how much to prefetch: step "request" of the
-// pipeline picture.
+// Measures the speed of the connection to the server, and so how much to prefetch: step "request"
+// of the pipeline picture.
 #pragma once
 
 #include <cstddef>
@@ -8,19 +8,19 @@
 namespace kdstream
 {
 
-// What has been asked for and has not come should fill the line, and no more: what is in flight
-// when one looks elsewhere must be waited for. A quarter of a second of the line does, or two round
-// trips where these take longer.
+// What is in flight should fill the connection, and no more: when the view changes, it must be
+// waited for. The right amount is a quarter of a second of the connection, or two round trips if
+// these take longer.
 class LineMeter
 {
 public:
-  // A blob of so many bytes came so many seconds after it was asked for or, if that is later, after
-  // the blob before it. alone: nothing else was in flight when it was asked for, so that it tells
-  // of the round trip too. Times of 0 or less, as of replays and of caches, tell nothing.
+  // A blob of `bytes` bytes arrived `seconds` after its request, or after the blob before it, if
+  // that is later. alone: nothing else was in flight when it was requested, so that the time
+  // includes the round trip. Times of 0 or less, as in replays and from caches, are ignored.
   void Arrived(std::size_t bytes, double seconds, bool alone);
 
-  // So many bytes may be in flight: 12 KiB to 4 MiB; where nothing is known, 64 KiB. While nothing
-  // has come behind something else, what came by itself tells how slow the line may be.
+  // The number of bytes that may be in flight: 12 KiB to 4 MiB; if nothing is known, 64 KiB. Until
+  // blobs have arrived directly after others, single blobs give a lower bound for the speed.
   std::size_t Window() const;
 
 private:

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Which requests are in flight, and which of their blobs are outstanding: step "request" of the
-// pipeline picture.
+// Keeps which requests are in flight, and which of their blobs are outstanding: step "request" of
+// the pipeline picture.
 #pragma once
 
 #include "viewer/session/SessionTypes.h"
@@ -14,30 +14,30 @@
 namespace kdstream
 {
 
-// Every blob is outstanding in at most one request. All O(log blobs), but for what is said
+// Every blob is outstanding in at most one request. All functions O(log blobs), unless stated
 // otherwise.
 class RequestBook
 {
 public:
-  // Gives the request the next id, which is returned, and notes what it will bring. REQUIRES: none
-  // of its blobs is outstanding already.
+  // Gives the request the next id, which is returned, and records its blobs as outstanding.
+  // REQUIRES: none of them is outstanding already.
   std::uint32_t Send(SessionRequest request);
-  // Cancels each request with an outstanding blob that is not in `wanted`; its blobs are
-  // outstanding nowhere then. `Open` is never cancelled so. O(outstanding blobs).
+  // Cancels each request with an outstanding blob that is not in `wanted`; none of its blobs are
+  // outstanding any more. `Open` is not cancelled by this. O(outstanding blobs).
   void CancelUnwanted(const std::set<protocol::BlobId>& wanted);
-  // Cancels each request with outstanding blobs of which none is in `wanted`, `Open` never. So what
-  // comes of the others is not asked for twice. O(outstanding blobs).
+  // Cancels each request with outstanding blobs if none of them is in `wanted`; never `Open`. So
+  // blobs of the other requests are not requested twice. O(outstanding blobs).
   void CancelUseless(const std::set<protocol::BlobId>& wanted);
   // Cancels everything. Ids go on.
   void CancelAll();
 
-  // An answer came: false if that request has no such blob outstanding (it was cancelled, or never
-  // asked).
+  // An answer has arrived. False if that request has no such blob outstanding (it was cancelled, or
+  // never sent).
   bool Settle(std::uint32_t request, const protocol::BlobId& blob);
   bool SettleOpen(std::uint32_t request);
-  // An answer came to a request that was cancelled after it had been sent: true if this
-  // blob of it is outstanding, the first time. Only of the last cancelledRequests, and of none
-  // before CancelAll.
+  // An answer has arrived for a request that was cancelled after it had been sent: true if the
+  // request has this blob outstanding, the first time. Only for the last cancelledRequests, and not
+  // for those before CancelAll.
   bool TakeLate(std::uint32_t request, const protocol::BlobId& blob);
   static constexpr std::size_t cancelledRequests = 64;
   // The request is over: what is still outstanding of it, nothing if it is not known (any more).
@@ -64,7 +64,7 @@ public:
 
 private:
   void Cancel(std::uint32_t request);
-  // Those of which so many outstanding blobs are in `wanted`.
+  // The requests with this number of outstanding blobs in `wanted`.
   void CancelWhere(const std::set<protocol::BlobId>& wanted,
     bool (*cancels)(std::size_t useful, std::size_t outstanding));
 

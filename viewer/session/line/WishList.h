@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// What is wanted and not there, most urgent first, and how it is got: as much of it is asked for as
-// fills the line, and more as it comes. Step "request" of the pipeline picture.
+// The list of what is wanted and not loaded, most urgent first, and fetching it: requests as much
+// as fills the connection, and more as it arrives. Step "request" of the pipeline picture.
 #pragma once
 
 #include "viewer/session/SessionTypes.h"
@@ -19,9 +19,10 @@
 namespace kdstream
 {
 
-// One list, whoever fills it. Requests are of a quarter of what may be in flight, so that calling
-// one back costs little. When all of it is there, what would be wanted next is prefetched, which
-// makes way for what is wanted. O(log blobs) a blob, but for what goes through the whole list.
+// A request has a quarter of what may be in flight, so that cancelling one costs little. When
+// everything on the list has arrived, what will probably be wanted next is prefetched; prefetches
+// make way for what is wanted. O(log blobs) a blob, except functions that go through the whole
+// list.
 class WishList
 {
 public:
@@ -29,21 +30,19 @@ public:
   using Estimate = std::function<std::size_t(const protocol::BlobId&)>;
   static constexpr std::size_t mostRequests = 8; // unfinished; servers refuse more than 16
 
-  // About so many bytes are prefetched for each view; 0: none.
+  // About this number of bytes is prefetched for each view; 0: none.
   explicit WishList(std::size_t prefetchBytes);
 
   // ---- what is wanted
   void Open(const std::string& model);
   // Of the model that was open nothing is wanted any more: all is cancelled.
   void CloseModel();
-  // These, most urgent first, in place of what was wanted. What is on its way is not asked for
-  // again; requests none of whose blobs is wanted are cancelled. Where nothing is missing what is
-  // prefetched goes on.
+  // Replaces the list by these blobs, most urgent first. Blobs in flight are not requested again;
+  // requests with no wanted blob are cancelled. If nothing is missing, prefetching continues.
   void Want(const std::vector<protocol::BlobId>& missing);
   // Nothing more, until the next Want.
   void Clear() { this->Queue.clear(); }
-  // The same, and each request is cancelled of which anything else than pages and boxes is
-  // outstanding.
+  // The same, and cancels each request with anything outstanding other than pages and boxes.
   void KeepTreeOnly();
 
   // ---- asking
@@ -64,7 +63,7 @@ public:
 
   // ---- answers; false where nobody waits for them
   bool Opened(std::uint32_t request) { return this->Requests.SettleOpen(request); }
-  // seconds: as LineMeter has them; of a blob from the cache they tell nothing.
+  // seconds: as in LineMeter; those of a cached blob are ignored.
   bool Arrived(std::uint32_t request, const protocol::BlobId& blob, std::size_t bytes,
     double seconds, bool fromCache);
   bool Failed(std::uint32_t request, const protocol::BlobId& blob)
@@ -82,14 +81,13 @@ public:
     return this->Requests.Close(request);
   }
   bool IsPrefetched(const protocol::BlobId& blob) const { return this->Prefetched.count(blob) > 0; }
-  // It has failed: whether it was prefetched. Then no more is, ahead of this view; once wanted
-  // it is asked for again.
+  // A blob has failed: returns whether it was prefetched. If so, nothing more is prefetched for
+  // this view; when the blob is wanted, it is requested again.
   bool GiveUpPrefetch(const protocol::BlobId& blob);
 
-  // ---- how it stands
-  // Whether nothing is wanted, nor on its way.
+  // ---- state. Whether nothing is wanted, and nothing is in flight.
   bool IsEmpty() const { return this->Queue.empty() && this->Requests.Empty(); }
-  // The same but for what is prefetched.
+  // The same without prefetches.
   bool IsIdle() const { return this->Queue.empty() && this->IsOnlyPrefetched(); }
   // Since it was idle last.
   struct Progress

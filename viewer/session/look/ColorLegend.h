@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// What colours mean, where they are those of an attribute: for the legends of all viewers. Step
-// "draw" of the pipeline picture.
+// What the colours of an attribute mean: for the legends of all viewers. Step "draw" of the
+// pipeline picture.
 #pragma once
 
 #include "viewer/session/look/Coloring.h"
@@ -14,9 +14,9 @@ namespace kdstream
 
 struct ColorLegend
 {
-  // Of a measure: colours from the low end to the high one, evenly spread; and round numbers with
-  // where they are, 0 … 1 from the low end, ascending. Where all is one number, that and its colour
-  // alone.
+  // For a measure: colours from the low end to the high one, evenly spaced; and round numbers with
+  // their places, 0 … 1 from the low end, ascending. If all values are the same number: only this
+  // number and its colour.
   struct Tick
   {
     double share = 0;
@@ -43,9 +43,9 @@ ColorLegend LegendOf(const Coloring& coloring, const ScalarDescriptions& scalars
 bool IsInLegend(
   const ScalarDescription::Class& each, const std::vector<ScalarDescription::Class>& all);
 
-// The multiples of 1, 2 or 5 times a power of ten between them, about five; both ends where there
-// is nothing round between numbers that hardly differ. REQUIRES: low < high, and their difference
-// is finite.
+// The multiples of 1, 2 or 5 times a power of ten between them, about five; only both ends if they
+// differ so little that there is no round number between them. REQUIRES: low < high, and their
+// difference is finite.
 std::vector<double> RoundNumbers(double low, double high);
 
 }

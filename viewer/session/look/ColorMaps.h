@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Numbers as colours: maps for measures, a palette for classes. Step "draw" of the pipeline
+// Maps numbers to colours: maps for measures, a palette for classes. Step "draw" of the pipeline
 // picture.
 #pragma once
 
@@ -28,9 +28,9 @@ std::optional<ColorMap> ParseColorMap(std::string_view name);
 // REQUIRES: share is 0, the low end of the range, to 1.
 Color ColorOf(ColorMap map, double share);
 
-// Of a class. isLas: 0 to 18 are those of LAS 1.4 (ASPRS, table 17), whose usual colours these are
-// (ground brown, vegetation green, water blue, buildings red, noise magenta); the norm names none.
-// Else a hue for each, as partitions have it.
+// The colour of a class. isLas: classes 0 to 18 are those of LAS 1.4 (ASPRS, table 17), with their
+// usual colours (ground brown, vegetation green, water blue, buildings red, noise magenta); the
+// standard names no colours. Otherwise each class has a hue, as partitions have.
 Color ClassColor(double value, bool isLas);
 
 }

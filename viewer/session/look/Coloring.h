@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// What a surface is coloured by: what a person has chosen, and what follows from it for the model
-// that is shown. Step "draw" of the pipeline picture.
+// What a surface is coloured by: the user's choice, and what follows from it for the model that is
+// shown. Step "draw" of the pipeline picture.
 #pragma once
 
 #include "filters/core/drawing/Surface.h"
@@ -30,7 +30,7 @@ struct ColorChoice
 };
 
 // The colours as session files, links and pages write them: "own", "none", "partition",
-// "resolution", or "by:NAME[:MAP[:LOW:HIGH]]". NAME is percent-encoded but for letters, digits,
+// "resolution", or "by:NAME[:MAP[:LOW:HIGH]]". NAME is percent-encoded, except letters, digits,
 // '-', '.' and '_'.
 std::string FormatColors(const ColorChoice& choice);
 // Nothing where the text is none of these.
@@ -47,7 +47,7 @@ struct Coloring
   }
 
   SurfaceColoring kind;
-  // Of Attribute alone.
+  // Only for Attribute.
   std::string attribute{};
   ColorMap map = ColorMap::Viridis;
   double low = 0, high = 1; // low <= high
@@ -64,12 +64,11 @@ struct Coloring
   }
 };
 
-// scalars: of the model. An array that is not among them is not coloured by: the model's own
-// colours are seen.
+// scalars: of the model. If the chosen array is not among them, the model's own colours are shown.
 Coloring ColoringOf(const ColorChoice& choice, const ScalarDescriptions& scalars);
 
-// The array whose values are the points' colours: the model's own colours, or the attribute; null
-// if the surface has none, or colours are not those of points.
+// The array whose values give the points' colours: the model's own colours, or the attribute; null
+// if the surface has none, or is not coloured by points.
 const Attribute* ColoredBy(const Surface& surface, const Coloring& coloring);
 // REQUIRES: array is ColoredBy of a surface that has the point.
 Color PointColor(const Attribute& array, const Coloring& coloring, std::size_t point);

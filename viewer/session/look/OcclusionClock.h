@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Which pictures have occlusion (OcclusionShaders.h): all of them on a quick device; on a slow one
-// those of a view that rests.
+// Decides which pictures have ambient occlusion (OcclusionShaders.h): all on a fast device; on a
+// slow one only those of a view at rest.
 #pragma once
 
 namespace kdstream
@@ -26,8 +26,8 @@ public:
     return now >= this->PausesUntil || now - this->LastMove >= stillness;
   }
 
-  // A picture came onto the screen. seconds: since the one before it, where these follow each
-  // other; its own time, where that is known. Waiting for new surfaces does not count.
+  // A picture was shown on the screen. seconds: since the one before it, if they follow each other;
+  // its own time, if that is known. Waiting for new surfaces does not count.
   void Drawn(bool occluded, double seconds, double now)
   {
     if (!this->Moves || !occluded)

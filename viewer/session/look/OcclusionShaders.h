@@ -3,18 +3,18 @@
 // picture, in shading language that OpenGL 3.2 and OpenGL ES 3.0 both know. Step "render" of the
 // pipeline picture.
 //
-// Less light from around reaches a hollow: grooves, folds and the feet of what stands out become
-// darker, also on the side that is away from the lights. Around each place horizons are searched
-// along lines across the picture, always in two opposite directions at once (Bavoil, Sainz,
-// Dimitrov: Image-Space Horizon-Based Ambient Occlusion, SIGGRAPH 2008). On a plane of any slope
-// one horizon rises by what the other sinks, so no normals are needed. The search radius is a share
-// of the picture's height, so every zoom shows the relief of its size.
+// Less ambient light reaches cavities: grooves, folds and the feet of protrusions become darker,
+// also on the side away from the lights. Around each pixel the horizons are searched along lines in
+// the picture, always in two opposite directions together (Bavoil, Sainz, Dimitrov: Image-Space
+// Horizon-Based Ambient Occlusion, SIGGRAPH 2008). On a plane of any slope one horizon rises by as
+// much as the other falls, so no normals are needed. The search radius is a share of the picture's
+// height, so every zoom shows relief of a matching size.
 //
 // Four passes, the first three in half of the picture's width and height:
 // 1. the depths;
 // 2. occluded light, with lines of another direction in each of 4 × 4 neighbours;
 // 3. the mean of those neighbours that are about as far away;
-// 4. the picture times that, only where the model is.
+// 4. the picture times this mean, only where the model is.
 #pragma once
 
 namespace kdstream
@@ -32,9 +32,9 @@ constexpr int HalfSide(int side)
 namespace shaders
 {
 
-// Before the following. depths: 0-1, 1 where nothing is. projection: the scales of x and y, and the
-// two terms of the depth, as of a matrix of OpenGL's. grid: width and height of the half picture,
-// reach in its texels, and the reach over the distance from the eye.
+// Comes before the following shaders. depths: 0-1, 1 for the background. projection: the scales of
+// x and y, and the two terms of the depth, as in an OpenGL matrix. grid: width and height of the
+// half picture, reach in its texels, and the reach divided by the distance from the eye.
 inline constexpr const char* occlusionDepths = R"(
 uniform highp sampler2D depths;
 uniform vec4 projection;
@@ -50,15 +50,15 @@ vec3 positionAt(vec2 place)
 }
 )";
 
-// How much is occluded, 0-1, in red. Along a line all places are multiples of one vector of whole
-// texels: if each were rounded by itself, a plane would rise on both sides. The reach is walked in
-// 6 steps that become longer.
-// - `unsure` is subtracted from a rise: the length of this number of steps of 24 bits of depth
-//   there. Where the eye is within the model's box one step is as long as a texel, and smooth
-//   surfaces would get rings and worms.
-// - facet: FacetLength, in the unit of the projection. Where it is longer than the reach, hollow
-//   edges between triangles are not the model's relief but the end of its resolution, and shallow
-//   ones are left out.
+// How much is occluded, 0-1, in red. All samples of a line are multiples of one vector of whole
+// texels: if each were rounded by itself, a plane would seem to rise on both sides. A line has 6
+// samples, at increasing distances up to the reach.
+// - `unsure` is subtracted from a rise: the length of this number of steps of a 24-bit depth there.
+//   If the eye is inside the model's box, one step is as long as a texel, and smooth surfaces would
+//   get visible bands.
+// - facet: FacetLength, in the unit of the projection. If it is longer than the reach, concave
+//   edges between triangles are not relief of the model but a limit of its resolution, and shallow
+//   ones are ignored.
 inline constexpr const char* occlusionFragment = R"(
 vec3 here, toEye;
 float reach;
@@ -66,8 +66,8 @@ float unsure;
 uniform float facet;
 const float depthSteps = 1.5;
 const vec2 ways[4] = vec2[4](vec2(1.0, 0.0), vec2(2.0, 1.0), vec2(1.0, 1.0), vec2(1.0, 2.0));
-// The sine of how far a place rises from the plane across the line of sight; -1 where nothing
-// is, out of reach, and out of the picture.
+// The sine of the angle by which a place rises from the plane across the line of sight; -1 for the
+// background, out of reach, and outside the picture.
 float rise(vec2 texel)
 {
   vec2 place = texel / grid.xy;

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Light from where a finger is: low, it shows reliefs and inscriptions that are flat from above.
-// Under step "render" of the pipeline picture.
+// Raking light from the direction of a finger: low light shows reliefs and inscriptions that are
+// invisible in light from the front. Below step "render" of the pipeline picture.
 #pragma once
 
 #include "viewer/session/look/SceneLook.h"
@@ -15,8 +15,8 @@ namespace kdstream
 
 struct LightSource
 {
-  // On a disc of radius 1 before the eye, x to the right, y up: from the middle light comes from
-  // the eye, at the rim from the side.
+  // On a disc of radius 1 before the eye, x to the right, y up: in the middle light comes from the
+  // eye, at the rim from the side.
   double x = -0.9, y = 0.3;
   double intensity = 1; // 0-2
   bool operator==(const LightSource&) const = default;

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// How a scene looks, whoever draws it: lights, material, background. Step "render" of the pipeline
+// The look of a scene in all renderers: lights, material, background. Step "render" of the pipeline
 // picture.
 //
-// The model stands like a piece in a museum: stone before a soft gradient, lit by a key light from
-// the upper left and a fill light, which both follow the camera.
+// The model is shown like a piece in a museum: stone before a soft gradient, lit by a key light
+// from the upper left and a fill light, which both follow the camera.
 #pragma once
 
 #include "filters/core/Types.h"
@@ -22,9 +22,9 @@ struct SceneLight
   double intensity;
   bool operator==(const SceneLight&) const = default;
 };
-// The fill light stands near the eye: so what is away from the key light still becomes darker the
-// more it turns away, to the outline, and its relief is seen. From the far side it would light
-// these places full on, where a slope makes no difference.
+// The fill light is near the eye. So parts away from the key light become darker towards the
+// outline, and their relief is visible. A fill light from the far side would light these parts
+// fully, and slopes would make no difference.
 inline constexpr std::array<SceneLight, 2> sceneLights{ {
   { { -0.75, 0.95, 0.75 }, { 1.0, 0.97, 0.91 }, 0.8 },
   { { 0.3, 0.2, 1.0 }, { 0.92, 0.95, 1.0 }, 0.36 },
@@ -33,8 +33,9 @@ inline constexpr std::array<SceneLight, 2> sceneLights{ {
 struct SceneLighting
 {
   std::array<SceneLight, 2> lights = sceneLights;
-  // By how much ridges are lighter and furrows darker than their light makes them: 0-1. Fully where
-  // the surface bends by a radian within reliefShare of the picture's height.
+  // How much lighter ridges, and how much darker furrows, are drawn than their light makes them:
+  // 0-1. The full effect is reached where the surface bends by a radian within reliefShare of the
+  // picture's height.
   double relief = 0;
   bool operator==(const SceneLighting&) const = default;
 };

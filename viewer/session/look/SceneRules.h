@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// What every renderer decides alike about a scene: what can be drawn, how near and how far, in
-// which colours, lit by which normals. Step "render" of the pipeline picture.
+// What every renderer decides in the same way about a scene: what can be drawn, the clipping
+// planes, the colours, and the normals for lighting. Step "render" of the pipeline picture.
 #pragma once
 
 #include "filters/core/Result.h"
@@ -27,10 +27,10 @@ struct SceneCamera
   double verticalFieldOfView = 0.5; // radians, above 0 and below pi
 };
 
-// Whether `surface` can be drawn with floats relative to `center`. O(points + triangles).
+// Checks that `surface` can be drawn with floats relative to `center`. O(points + triangles).
 // Errors: InvalidInput for a coordinate that is not finite relative to center, an index out of
-// range, sources or point arrays that are not one a point; LimitExceeded above 2^31 - 1 points or
-// corners.
+// range, or sources or point arrays that do not have one value for each point; LimitExceeded above
+// 2^31 - 1 points or corners.
 Status CheckSurface(const Surface& surface, const Vec3& center);
 
 // Errors: InvalidArgument for a value that is not finite, an eye at the focal point, an up
@@ -42,14 +42,14 @@ Box BoundsAround(const Surface& surface, const Vec3& center);
 // The same, farther out by `margin` on every side; empty bounds stay empty.
 Box Enlarged(const Box& bounds, double margin);
 
-// How long edges are about where triangles are smallest: the mean of some of each part's, of the
-// part where that is least; 0 without triangles. O(parts).
+// About the length of edges where triangles are smallest: the mean of some edges of each part, of
+// the part with the least; 0 without triangles. O(parts).
 double FacetLength(const DrawnSurface& surface);
 double FacetLength(const Surface& surface);
 
 // Distances from the eye along the line of sight, 0 < nearest < farthest, between which all of
-// `bounds` that is before the eye lies; around the focal point where bounds are empty.
-// REQUIRES: the eye is not at the focal point.
+// `bounds` before the eye lies; around the focal point if bounds are empty. REQUIRES: the eye is
+// not at the focal point.
 struct ClippingPlanes
 {
   double nearest = 0.0;
@@ -57,19 +57,19 @@ struct ClippingPlanes
 };
 ClippingPlanes PlanesAround(const Box& bounds, const Vec3& eye, const Vec3& focal);
 
-// The colours that the model came with, one a point: its first array of that role; null where there
-// is none. Light scales these bytes as it scales the stone's colour: sRGB as a screen shows it,
-// without going through linear light, as VTK does too. A fourth byte (alpha) is ignored: to blend,
-// all that is seen would have to be drawn from back to front.
+// The colours of the model itself, one for each point: its first array of that role; null if there
+// is none. Light scales these bytes as it scales the stone's colour: as sRGB values, without
+// conversion to linear light, as VTK does too. A fourth byte (alpha) is ignored: blending would
+// require drawing from back to front.
 const Attribute* OwnColors(const Surface& surface);
 // Whether any part has them.
 bool HasOwnColors(const DrawnSurface& surface);
 // REQUIRES: colors are OwnColors of a surface that has the point.
 Color OwnColor(const Attribute& colors, std::size_t point);
 
-// The unit normals to light the points by. Of a surface with triangles: ComputeVertexNormals. Of a
-// cloud: those that it came with, which may face either side; (0, 0, 0) where one is none; empty
-// where it has none at all.
+// The unit normals for lighting the points. For a surface with triangles: ComputeVertexNormals. For
+// a cloud: its own normals, which may face either side; (0, 0, 0) for a point without one; empty if
+// it has none at all.
 UnitNormals NormalsOf(const Surface& surface);
 
 // What the colour of a vertex or of a triangle follows from.
@@ -79,8 +79,8 @@ struct ColorSource
   Resolution resolution;
 };
 ColorSource ColorSourceOf(const Surface::Source& vertex, const TreeDepths& depths);
-// Of a triangle across a border: the lowest partition, its owner, and the finest resolution that it
-// touches. So a triangle's colour is always that of one of its corners.
+// The colour source of a triangle across a border: the lowest partition, its owner, and the finest
+// resolution that it touches. So a triangle's colour is always that of one of its corners.
 ColorSource Together(const ColorSource& a, const ColorSource& b);
 Color ColorOf(const ColorSource& source, SurfaceColoring coloring);
 

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// What cannot be had of a model, and the message about it. Under step "request" of the
-// pipeline picture.
+// What cannot be fetched of a model, and the message about it. Below step "request" of the pipeline
+// picture.
 #pragma once
 
 #include "filters/core/pieces/Piece.h"
@@ -16,9 +16,9 @@
 namespace kdstream
 {
 
-// A failed blob is not requested again before Retry. Blobs that failed together with their request,
-// as when the connection is lost, are requested again as soon as something comes over the line, and
-// once more each time one of them has come. So this ends where the server gives nobody the rest.
+// A failed blob is not requested again before Retry. Exception: blobs that failed together with
+// their request, as when the connection is lost, are requested again as soon as something arrives,
+// and again each time one of them has arrived. So this ends if the server never sends the rest.
 class FailedBlobs
 {
 public:
@@ -27,8 +27,8 @@ public:
 
   // Forgets all, so that it is asked for again.
   void Retry();
-  // piece: of the blob, if it is of one. isDoubtful: it may be done without, so the message waits
-  // until ReportMissed finds it missed.
+  // piece: the blob's piece, if it has one. isDoubtful: the view may not need it, so the message
+  // waits until ReportMissed finds that it does.
   void Add(const protocol::BlobId& blob, const std::optional<PieceId>& piece,
     const std::string& message, bool isDoubtful);
   // All of its request has failed.

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// What a viewer knows of a model's tree: the pages along what it looks at, and the exact boxes
-// around a tap. Step "choose" and "pick" of the pipeline picture.
+// What a viewer knows of a model's tree: the pages around its view, and the exact boxes around a
+// tap. Steps "choose" and "pick" of the pipeline picture.
 #pragma once
 
 #include "filters/codec/TreePage.h"
@@ -18,8 +18,8 @@
 namespace kdstream
 {
 
-// Not all of it is held at a time: beyond a limit the least recently used leave, and are missing
-// again when they are asked for. What a search needs is noted (TakeMissing).
+// Not all of it is in memory at a time: beyond a limit the least recently used pages are dropped,
+// and are missing when they are needed again. What a search needs is recorded (TakeMissing).
 class KnownTree : public TreeBoxes
 {
 public:
@@ -27,8 +27,7 @@ public:
   KnownTree(const TreeDepths& depths, bool hasLevels, const Box& root, std::size_t limit);
 
   // Takes a page of the tree or boxes of partitions. A page whose own box is not known any more is
-  // passed over. Errors: those of the decoders; InvalidInput where an exact box is not within the
-  // page's.
+  // ignored. Errors: those of the decoders; InvalidInput if an exact box is not within the page's.
   Status Add(const protocol::BlobId& blob, std::span<const std::uint8_t> bytes);
 
   const Box* Around(NodeId node) override;
@@ -36,14 +35,14 @@ public:
   void NeedAround(NodeId node) override;
   void NeedOfPartition(NodeId node) override;
 
-  // What is told of a piece; null where that page is not known. O(log pages + levels).
+  // The facts of a piece; null if its page is not known. O(log pages + levels).
   const PieceFacts* FactsOf(PieceId piece);
   void NeedFactsOf(PieceId piece);
-  // So many pages can be known at a time, whatever they tell.
+  // The number of pages that can be known at a time, whatever their content.
   std::size_t MostPages() const;
 
-  // Looks up the pages whose node's box passes `enter`, from the root down, depth by depth, as far
-  // as they are known: the next ones are missing. At most half of MostPages.
+  // Visits the pages whose node's box passes `enter`, from the root down, depth by depth, as far as
+  // they are known; the next ones are recorded as missing. At most half of MostPages.
   void Walk(const std::function<bool(NodeId page, const Box& box)>& enter);
 
   // What was needed and is not there, since the last call; pages first, coarse before fine.

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Which level of detail to show at a zoom: step "choose" of the pipeline picture (paper
-// section 5.2).
+// Chooses the level of detail for a zoom: step "choose" of the pipeline picture (paper section
+// 5.2).
 #pragma once
 
 #include "filters/model/ModelDescription.h"
@@ -19,15 +19,15 @@ struct LevelFacts
   double deviation = 0; // that 99 of 100 of its vertices do not exceed, model units
   std::uint64_t triangles = 0;
 };
-// Of the levels of a model that can be had, 0 first. Light and paint suffer before the shape does
-// (LightPartOf). Of a whole level the vertices are taken to be spread over half the surface of the
+// Facts about the available levels of a model, 0 first. Light and texture suffer before the shape
+// does (LightPartOf). The vertices of a level are assumed to be spread over half the surface of the
 // box.
 std::vector<LevelFacts> LevelFactsOf(const ModelDescription& model);
 
-// Chooses among the levels preview … L of one model: the coarsest whose deviation is small enough
-// on the screen; where none is, the finest that the budget allows. The preview itself is always
-// allowed. Finer zoom never gives a coarser level. Deviations that do not fall towards the finer
-// levels are taken as the maximum over it and all finer ones. O(levels) a question; no state.
+// Chooses among the levels preview … L of one model: the coarsest whose geometric error is small
+// enough on the screen; if there is none, the finest that the budget allows. The preview itself is
+// always allowed. Finer zoom never gives a coarser level. If errors do not decrease towards finer
+// levels, each counts as the maximum of its level and all finer ones. O(levels) a call; no state.
 class LevelPolicy
 {
 public:
@@ -39,8 +39,8 @@ public:
   // min(L, 11).
   unsigned PreviewLevel() const { return this->Preview; }
 
-  // The level for a scale of `pointsPerUnit` points a model unit in the focal plane, without
-  // history.
+  // The level for a scale of `pointsPerUnit` points of the screen for one model unit in the focal
+  // plane, without history.
   unsigned Choose(double pointsPerUnit) const { return this->Coarsest(pointsPerUnit, 1); }
   // The same, for a viewer that aims at `current` now.
   unsigned Choose(double pointsPerUnit, unsigned current) const;

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// LOD selection: which pieces of the open model one would like to see, which of these are shown,
-// and what is missing, in the order in which it is wanted. Step "choose" of the pipeline picture.
+// LOD selection: which pieces of the open model are wanted, which of them are shown, and which are
+// missing, most urgent first. Step "choose" of the pipeline picture.
 #pragma once
 
 #include "viewer/session/model/LevelPolicy.h"
@@ -17,12 +17,13 @@
 namespace kdstream
 {
 
-// By the view the wish is what ViewRefinement tells; by one level, the one that the zoom asks for,
-// or the next coarser one of which no piece has failed; or all of the original. And what was
-// tapped, always. Whatever of a view has come is shown; a level once it is whole.
+// In view mode the wish is given by ViewRefinement. In level mode it is the level that the zoom
+// asks for, or the next coarser one of which no piece has failed. In full mode it is all of the
+// original. Tapped regions are always wanted. In view mode whatever has arrived is shown; in level
+// mode a level is shown when it is whole.
 //
-// Most inputs only move the camera, and to look at every vertex of the wanted pieces at each would
-// be too much: Follow, which is cheap, says whether there is anything to choose anew (IsDue).
+// Most inputs only move the camera, and visiting every vertex of the wanted pieces at each would be
+// too slow. So Follow, which is fast, finds out whether a new choice is needed (IsDue).
 class LodSelection
 {
 public:
@@ -62,21 +63,20 @@ public:
   // Something is wanted, or has come, since the last choice.
   bool IsDue() const { return this->ChoiceIsDue; }
   void SetDue() { this->ChoiceIsDue = true; }
-  // Shows the best that is loaded. Returns what is missing and can be had, in the order in which it
-  // is wanted:
-  // 1. pages of the tree, without which nothing can be judged;
-  // 2. the way to each tapped partition, and the partition;
+  // Shows the best that is loaded. Returns what is missing and can be fetched, most urgent first:
+  // 1. pages of the tree, on which all choices depend;
+  // 2. what each tapped partition needs, and the partition;
   // 3. the most urgent pieces, coarse before fine by one level;
-  // 4. textures, which are drawn on what is there.
+  // 4. textures of what is loaded.
   //
-  // Nothing if the preview has just appeared: then everything is to be followed anew.
+  // Nothing if the preview has just appeared: then Follow must be called again.
   std::optional<std::vector<protocol::BlobId>> Choose(const View& view);
 
   // What is missing for a view that is nearer, the tree first, then the most urgent.
   std::vector<protocol::BlobId> WantedNext(const View& view);
   // About, of a blob that has not come.
   std::size_t BytesOf(const protocol::BlobId& blob) const;
-  // Whether any of the tree that is needed now is missing and can be had.
+  // Whether a part of the tree that is needed now is missing and can be fetched.
   bool WaitsForTree() const;
   // A piece that has failed may be done without (ViewRefinement).
   bool MayDoWithout(PieceId piece) const
@@ -91,7 +91,7 @@ public:
   std::uint64_t Choices() const { return this->ChoicesMade; }
 
 private:
-  // All that a choice goes by.
+  // Everything on which a choice depends.
   struct Situation
   {
     SurfaceWish wish;

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// What a double tap leads to: the partition nearest to the point under the finger, and the region
-// around that, as soon as enough of the tree is known (paper section 5.4). Step "pick" of the
+// What a double tap picks: the partition nearest to the point under the finger, and the region
+// around it, as soon as enough of the tree is known (paper section 5.4). Step "pick" of the
 // pipeline picture.
 #pragma once
 
@@ -31,15 +31,16 @@ public:
   // REQUIRES: the node of a partition.
   void PickCell(NodeId cell);
   bool IsPicking() const { return this->Point || this->Cell; }
-  // Goes on as far as what is known of the tree leads; what else is needed, the tree notes as
-  // missing. True where there is another region now. keepsLast: with that before it.
+  // Continues as far as the known part of the tree allows; the tree records as missing what else is
+  // needed. True if the region has changed. keepsLast: keeps the region before it, too.
   bool Follow(bool keepsLast);
-  // So many pages and boxes more were asked for: ends the pick, and says so, beyond the limit.
+  // This number of further pages and boxes was asked for: beyond the limit, ends the pick with a
+  // message.
   void NoteAsked(std::size_t treeBlobs);
   void DropPick();
 
-  // ---- the region
-  // Of this one, which is picked anew, and the next ones. Clamped to 1-3.
+  // ---- the region. The rings of this region, which is picked anew, and of the next ones. Clamped
+  // to 1-3.
   void SetRings(unsigned rings);
   // Where less may be held than when it was picked.
   void SetTriangles(std::uint64_t triangles, std::uint64_t viewTriangles);
@@ -57,7 +58,7 @@ public:
   std::pair<NodeId, unsigned> Key() const;
   // The boxes of its partitions, that of the picked one first; none without a region.
   std::vector<Box> Boxes() const;
-  // These two, of a region that there is. Appends what the section leaves of its partitions, and
+  // For an existing region. Appends its partitions, without those that the section cuts away, and
   // those of the regions before.
   void AddTo(std::vector<PieceId>& pieces) const;
   // How many of its partitions the section leaves, and how many of these are shown.

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Decoded pieces, kept while they are shown and as long as memory allows after: step "keep" of the
-// pipeline picture.
+// Decoded pieces, kept in memory while they are shown, and afterwards as long as memory allows:
+// step "keep" of the pipeline picture.
 #pragma once
 
 #include "filters/core/pieces/Piece.h"
@@ -14,12 +14,12 @@
 namespace kdstream
 {
 
-// Bytes of memory that a piece takes, but for the allocator's own.
+// Bytes of memory of a piece, without the allocator's own.
 std::size_t MemoryOf(const Piece& piece);
 
-// Pieces by id. Those that are pinned stay; of the others the least recently used leave when the
-// sum of all is above the limit. What is pinned may exceed the limit. All O(log pieces), but for
-// Pin, which is O(pieces).
+// Pieces by id. Pinned pieces stay, even if they exceed the limit; of the others the least recently
+// used are dropped when all together exceed the limit. All functions O(log pieces), except Pin,
+// which is O(pieces).
 class PieceCache
 {
 public:

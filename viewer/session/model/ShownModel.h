@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// The model that is open: what is known of it, what of it has come, and what of that is shown. What
-// the parts of a session share.
+// The open model: its description, what of it has arrived, and what of that is shown. The parts of
+// a session share it.
 #pragma once
 
 #include "filters/codec/PieceCodec.h"

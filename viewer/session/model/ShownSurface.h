@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// The surface that is shown: which cut, out of what is loaded, and its drawing. Step "draw" of the
-// pipeline picture.
+// The surface that is shown: its cut, chosen from what is loaded, and drawing it. Step "draw" of
+// the pipeline picture.
 #pragma once
 
 #include "filters/core/drawing/DrawnSurface.h"
@@ -25,7 +25,7 @@ struct SurfaceWish
 
 // Holds the shown cut of one model. All pieces of the shown cut are always loaded, so that one
 // whole surface is drawn at every moment: a finer base replaces the old one only when all of it has
-// come.
+// arrived.
 class ShownSurface
 {
 public:
@@ -33,8 +33,9 @@ public:
   // Forgets what is shown: the surface is empty.
   void Reset(const TreeDepths& depths);
 
-  // What a whole wish needs, and what of it is missing, ascending. Which pieces between a level and
-  // a region in it are needed is known only from other pieces: ask again after each that arrives.
+  // What a whole wish needs, and what is missing of it, ascending. Which pieces are needed between
+  // a level and a region in it is known only from other pieces: so ask again after each that
+  // arrives.
   struct Needs
   {
     std::set<PieceId> all; // to keep
@@ -44,15 +45,15 @@ public:
   // Shows the best cut that the loaded pieces allow. The first of these that is whole:
   // 1. the wished base with the loaded pieces;
   // 2. the shown base with these;
-  // 3. where `failed` holds a piece that 1 needs: only the wished base;
+  // 3. if `failed` has a piece that 1 needs: only the wished base;
   // 4. what is shown already.
   //
-  // Before anything is shown: the wished base, or nothing. The wish's pieces are taken in the
-  // wished base once that is loaded, until then in the shown one.
+  // If nothing is shown yet: the wished base, or nothing. The wished pieces are shown over the
+  // wished base when it is loaded, until then over the shown one.
   Needs ShowWhole(const SurfaceWish& wish, PieceCache& pieces, const std::set<PieceId>& failed);
 
-  // Shows, once the base is loaded, all that is loaded of what the pieces need: any set of pieces
-  // is a cut.
+  // When the base is loaded, shows all loaded pieces of those that the wish needs: any set of
+  // pieces is a cut.
   Needs ShowLoaded(const SurfaceWish& wish, PieceCache& pieces);
 
   bool IsEmpty() const { return !this->Shown.has_value(); }
@@ -64,8 +65,8 @@ public:
   // The pieces that the shown cut needs.
   const std::set<PieceId>& Pieces() const { return this->Used; }
 
-  // Draws what has changed of the shown cut; true if there is another surface.
-  // Errors: those of SurfaceParts, where pieces were evicted: pin Pieces().
+  // Draws what has changed of the shown cut; true if there is another surface. Errors: those of
+  // SurfaceParts, if pieces were evicted: pin Pieces().
   Result<bool> Draw(PieceCache& pieces);
   bool NeedsDrawing() const { return this->Dirty; }
   // Whether the parts of the next surfaces morph from the one before.
@@ -74,7 +75,7 @@ public:
     this->Geomorphs = geomorphs;
     this->Parts.Follow(geomorphs);
   }
-  // Whether the original's parts that are drawn from now on tell the corners of their triangles.
+  // Whether parts of the original that are drawn from now on get their triangles' texture corners.
   void KeepCorners(bool keeps) { this->Parts.KeepCorners(keeps); }
   const std::shared_ptr<const DrawnSurface>& GetSurface() const { return this->Drawn; }
   std::uint64_t Version() const { return this->DrawnVersion; }

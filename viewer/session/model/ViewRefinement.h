@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Which pieces a view needs: the model is refined where its screen-space error is worst. Step
-// "choose" of the pipeline picture; doc/viewing.md tells how.
+// Chooses which pieces a view needs: the model is refined where its screen-space error is worst.
+// Step "choose" of the pipeline picture; described in doc/viewing.md.
 #pragma once
 
 #include "filters/model/ModelDescription.h"
@@ -22,37 +22,38 @@
 namespace kdstream
 {
 
-// Light and colour are values at the vertices and are interpolated between them: variations between
-// vertices are lost, however near the surface is. So the deviation of a piece counts as at least
-// this part of the distance between its vertices (decision 6): a sixth for the normals; a third if
-// the model has vertex colours; a half if it has textures, which have more detail than vertices.
+// Light and colour are values at the vertices, interpolated between them: variations between
+// vertices are lost, however near the surface is. So the error of a piece is at least this part of
+// the distance between its vertices (decision 6): a sixth for the normals; a third if the model has
+// vertex colours; a half if it has textures, which have more detail than vertices.
 double LightPartOf(const ModelDescription& model);
 
-// About how far apart the vertices of a surface in a box are, spread over half the box's surface.
-// Model units.
+// About the distance of neighbouring vertices of a surface in a box, if they are spread over half
+// the box's surface. Model units.
 double VertexSpacing(const Box& box, double vertices);
 
-// Walks down from the preview, the most urgent piece first. A piece is wanted where the coarser
-// piece above it would be seen to be wrong, in the box of the piece: its error is the greater of
-// that bound's 99th percentile and of what light and colour need (decision 6), seen from where the
-// eye is nearest. What cannot be seen is not wanted. The finest pieces are the original's.
+// Walks down from the preview, the most urgent piece first. A piece is wanted if the coarser piece
+// above it would show a visible error in the box of the piece. The error is the larger of two
+// values: the geometric error that 99 of 100 vertices do not exceed, and what light and colour need
+// (decision 6); as seen from the nearest point of the box. Invisible pieces are not wanted. The
+// finest pieces are the original's.
 //
-// A step from one resolution to the next doubles the triangles; the one to the original may be a
-// leap, of six times as many. It is taken at an error that is larger by the power 3/8 of what it is
-// more than twice: so as many triangles more are worth as much (measured on the dragon).
+// A step from one resolution to the next doubles the triangles. The step to the original may be
+// larger, up to six times. If it multiplies the triangles by 2 f, its tolerance is multiplied by
+// f^(3/8), so that additional triangles gain as much as elsewhere (measured on the dragon).
 //
-// How urgent a piece is: its error in points, in the middle of the screen; half of that at the
-// upper and lower edges. Never more than the piece above it.
+// The urgency of a piece is its error in points, in the middle of the screen; half of that at the
+// upper and lower edges. It is never more than that of the piece above it.
 //
-// Of a way down only the last piece is wanted: what is needed of the others, down to level S, to
-// show it, MakeClosure says. Where it is finer than S and far below what is loaded, one on the way
-// is wanted too. Until it comes the finest that is loaded stands in for it.
+// On each way down only the last piece is wanted; MakeClosure adds what is needed of the others,
+// down to level S, to show it. If the last piece is finer than S and far below what is loaded, one
+// piece in between is wanted too. Until a piece arrives, the finest loaded one above it is shown.
 //
-// A piece that cannot be had is not wanted; the one above it is. What is below it is looked for
-// still, where it can be shown without it: finer than S; of the next step though nothing finer is
-// needed, to stand in for it. Without a server that may be on the disk.
+// If a piece has failed, the one above it is wanted. The search continues below a failed piece
+// where finer pieces can be shown without it: finer than S. There one step is searched even if
+// nothing finer is needed, because without a server such a piece may be on the disk.
 //
-// Whatever a server tells, the walk ends: at the original, or at a budget.
+// The walk always ends, whatever the server sends: at the original, or at a budget.
 class ViewRefinement
 {
 public:
@@ -68,9 +69,9 @@ public:
     bool inSteps = true;                     // fine pieces come by one on the way
     const SectionPlane* section = nullptr;   // that cuts some of it away
   };
-  // Works out what is wanted. `first` are partitions that are wanted anyway: the budgets are theirs
-  // before all others'. `failed`: these pieces cannot be had. What of the tree is needed to go on
-  // the tree notes as missing. O(p log p) for p pieces that are wanted.
+  // Finds what is wanted. `first`: partitions that are wanted in any case; budgets serve them
+  // first. `failed`: pieces that cannot be fetched. The tree records as missing which pages are
+  // needed to continue. O(p log p) for p wanted pieces.
   void Follow(const View& view, std::span<const PieceId> first, const std::set<PieceId>& failed);
   // Nothing is wanted but the preview.
   void Reset();
@@ -79,20 +80,20 @@ public:
   const std::vector<PieceId>& Pieces() const { return this->Wanted; }
   // The finest resolution among them; the preview's if there is none.
   Resolution Finest() const;
-  // The largest error in points of what was not refined for want of budget; 0 if all was.
+  // The largest error in points of what was not refined because of a budget; 0 if everything was.
   double RemainingError() const { return this->Left; }
 
-  // Whether a piece that cannot be had may be done without: it can be shown otherwise.
+  // Whether a failed piece is not needed, because it can be shown otherwise.
   bool MayDoWithout(PieceId piece) const
   {
     return this->IsIntermediate(this->StepOf(piece.resolution));
   }
-  // Whether such a piece leaves something coarser than the view needs: it is in the view, and the
-  // pieces below it do not all replace it, now or later.
+  // Whether the lack of this piece leaves something coarser than the view needs: the piece is in
+  // the view, and the pieces below it do not all replace it, now or later.
   bool IsMissed(PieceId piece) const { return this->Missed.count(piece) > 0; }
 
-  // How urgent a piece is, wanted or not: what is not in view may be needed by a neighbour that is.
-  // 0 where too little of the tree is known.
+  // How urgent a piece is, wanted or not: a visible neighbour may need a piece that is not in view.
+  // 0 if too little of the tree is known.
   double UrgencyOf(PieceId piece, const Camera& camera, KnownTree& tree) const;
 
   // About how many bytes the blob of a piece has.

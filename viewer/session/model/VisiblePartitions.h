@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Visibility (frustum and back-face culling): what of a model may be visible, as far as loaded
-// pieces tell: under step "choose" of the pipeline picture.
+// Visibility (frustum and back-face culling): which parts of a model may be visible, according to
+// loaded pieces: below step "choose" of the pipeline picture.
 #pragma once
 
 #include "filters/core/pieces/Piece.h"
@@ -17,9 +17,9 @@
 namespace kdstream
 {
 
-// A box is in view long before the surface in it is: most of it is empty. And the front of a closed
-// surface hides its back. So the triangles of loaded pieces say about where the surface is and
-// which way it faces:
+// Culling by boxes is not enough: most of a box is empty, and the front of a closed surface hides
+// its back. So the triangles of loaded pieces say about where the surface is and which way it
+// faces:
 // - those of a level coarser than S, for the pieces of the next level that hold the children of its
 //   clusters;
 // - those of level S, whose clusters lie in one partition each, for the partitions.
@@ -31,23 +31,23 @@ public:
   VisiblePartitions() = default;
   explicit VisiblePartitions(const TreeDepths& depths);
 
-  // Takes a piece of the levels from the preview's to S; others are passed over. O(triangles log
+  // Takes a piece of the levels from the preview's to S; others are ignored. O(triangles log
   // partitions).
   void Add(const Piece& piece);
-  // Whether a level, given as its one piece, is so nearly closed that its back is hidden: of 200
-  // edges at most one has a single triangle.
+  // Whether a level, given as its single piece, is so nearly closed that its back is hidden: at
+  // most one of 200 edges has a single triangle.
   static bool IsNearlyClosed(const Piece& whole);
 
-  // Whether a piece has been added, and what it told is still known. It may have been evicted
-  // meanwhile.
+  // Whether a piece has been added, and its facts are still known. The piece itself may have been
+  // evicted since.
   bool Knows(PieceId piece) const;
 
-  // By this camera the questions below are asked. closed: what faces away is hidden. O(triangles)
-  // where it has moved, or pieces have come.
-  // A margin of 10 degrees and of half a triangle is left for what a level does not tell.
+  // Sets the camera for the functions below. closed: surfaces that face away are hidden.
+  // O(triangles) if the camera has moved, or pieces have arrived. Allows a margin of 10 degrees and
+  // of half a triangle for the level's inaccuracy.
   void Cull(const Camera& camera, bool closed);
-  // Whether anything of a piece of a level up to S may be visible, as the pieces of the level
-  // before tell that have been added.
+  // Whether any of a piece of a level up to S may be visible, according to the pieces of the level
+  // before that have been added.
   bool MayBeVisible(PieceId piece) const { return this->Visible.count(piece) != 0; }
   // Whether any partition in a node may be visible. O(log partitions).
   bool MayBeVisible(NodeId node) const;

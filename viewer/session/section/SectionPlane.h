@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// A plane that cuts part of the model away. Under the steps "pick" and "render" of the pipeline
+// A plane that cuts part of the model away. Below the steps "pick" and "render" of the pipeline
 // picture.
 #pragma once
 
@@ -35,7 +35,7 @@ struct SectionPlane
   Vec3 NearestTo(const Vec3& point) const { return point - this->normal * this->Above(point); }
 
   // The part of a ray that is not cut away: from `begin` to `end`, both 0 or more along it; begin >
-  // end where nothing is left.
+  // end if nothing is left.
   struct Part
   {
     double begin = 0, end = std::numeric_limits<double>::infinity();
@@ -65,8 +65,8 @@ private:
   }
 };
 
-// The plane's own axes, around a point near what is drawn, as one sees them who looks against the
-// normal: x to the right, y up. Of planes across an axis these are two of the others.
+// The plane's own axes, around a point near what is drawn, seen against the normal: x to the right,
+// y up. For planes across an axis they are two of the other axes.
 struct SectionAxes
 {
   Vec3 origin, x, y;

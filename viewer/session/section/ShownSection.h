@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// The section that a person has put through the model: how it is moved, and what it shows. Under
+// The section that the user has put through the model: moving it, and its outline and cap. Below
 // the steps "look" and "draw" of the pipeline picture.
 #pragma once
 
@@ -25,24 +25,24 @@ public:
   const std::optional<SectionPlane>& Plane() const { return this->Cut; }
   // Normals of any length but 0; what is not finite changes nothing.
   void Set(const std::optional<SectionPlane>& plane);
-  // "x", "y", "z": across that axis; "view": across the line of sight. Through the middle of the
-  // box, and what is on the side of the eye (from the middle: toEye) is cut away. "flip": the other
-  // side is. "off". False, and nothing changes, for other words.
+  // Sets the section: "x", "y", "z": across that axis; "view": across the line of sight; through
+  // the middle of the box. The side of the eye is cut away (toEye: direction from the middle).
+  // "flip": cuts away the other side. "off". False, and no change, for other words.
   bool SetAlong(std::string_view word, const Vec3& toEye);
   // How much of the box's length along the normal is cut away: 0-1. 0 without a plane.
   double Depth() const;
   void SetDepth(double depth);
   // Along the normal, model units; so that more is kept where `length` is above 0.
   void Move(double length);
-  // About the point of the plane that is nearest to the middle of the box. Within 5 degrees of an
-  // axis it stays on that, until it is turned further.
+  // Turns the plane about its point nearest to the middle of the box. Within 5 degrees of an axis
+  // it snaps to the axis, until it is turned further.
   void Turn(const Quaternion& turn);
 
-  // Works out outline and, where the surface is closed, the cap, if plane or surface are others
-  // than last time. surfaceVersion: of `surface`. As CutSurface and CapOf.
+  // Computes the outline and, if the surface is closed, the cap, if plane or surface have changed.
+  // surfaceVersion: of `surface`. As CutSurface and CapOf.
   void Follow(const DrawnSurface& surface, std::uint64_t surfaceVersion, bool isClosed);
-  // What fills the plane where the model is solid; null where nothing is filled. Grows its version
-  // whenever it is another one.
+  // What fills the plane where the model is solid; null if nothing is filled. Its version grows
+  // whenever it changes.
   const std::shared_ptr<const Surface>& Cap() const { return this->Filling; }
   std::uint64_t CapVersion() const { return this->FillingVersion; }
   const std::vector<SectionSegment>& Outline() const { return this->Segments; }
@@ -50,11 +50,11 @@ public:
   // As PickSurface, of what is left: the surface, or the cap before it.
   std::optional<SurfaceHit> Pick(
     const DrawnSurface& surface, const Ray& ray, double slack = 0) const;
-  // The point of the outline that is nearest to `point`, if it is no farther away than `most`, with
-  // the triangle that it is on. O(segments).
+  // The point of the outline nearest to `point`, with its triangle, if it is at most `most` away.
+  // O(segments).
   std::optional<SurfaceHit> NearestOnOutline(const Vec3& point, double most) const;
 
-  // Of a hit on the cap, where there is no triangle.
+  // The triangle of a hit on the cap, where there is none.
   static constexpr std::size_t capPart = static_cast<std::size_t>(-1);
 
 private:

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Where a plane meets a surface: the outline, and the cap that fills it. Under step "draw" of the
+// Where a plane meets a surface: the outline, and the cap that fills it. Below step "draw" of the
 // pipeline picture.
 #pragma once
 
@@ -16,16 +16,16 @@
 namespace kdstream
 {
 
-// Where the plane goes through one triangle. The inside of a closed surface, whose triangles turn
-// left around their outward normals, is on the left of the way from `from` to `to`, as somebody
-// sees it who looks against the plane's normal.
+// Where the plane goes through one triangle. The triangles of a closed surface turn left around
+// their outward normals; seen against the plane's normal, the inside is then on the left of the way
+// from `from` to `to`.
 struct SectionSegment
 {
   Vec3 from{}, to{};
   std::uint32_t part = 0, triangle = 0; // as SurfaceHit has them
 };
 
-// Triangles that only touch the plane from one side have no segment. Where two triangles share an
+// Triangles that only touch the plane from one side have no segment. If two triangles share an
 // edge, their segments share an end, bit for bit. O(parts + triangles of the parts that the plane
 // meets).
 std::vector<SectionSegment> CutSurface(const DrawnSurface& surface, const SectionPlane& plane);
@@ -39,21 +39,19 @@ struct SectionLine
 // Each segment is in one line. O(n log n).
 std::vector<SectionLine> LinesOf(const std::vector<SectionSegment>& segments);
 
-// Points and triangles of the plane within the segments: what an odd number of them surrounds. Open
-// lines are closed first, each end to the nearest other one. Triangles turn left around the plane's
-// normal. Where segments cross between their ends, which those of a surface that does not meet
-// itself never do, it is wrong by less than the slab of the plane between two ends. O(n (log n +
-// m)) for m segments side by side.
+// Fills the outline with triangles by the even-odd rule. Open lines are closed first, each end to
+// the nearest other end. Triangles turn left around the plane's normal. If segments cross between
+// their ends, which happens only for a surface that intersects itself, the error is smaller than
+// the slab of the plane between two ends. O(n (log n + m)) for m segments side by side.
 //
-// The plane is swept (J. Nievergelt, F. P. Preparata: Plane-sweep algorithms for intersecting
-// geometric figures, 1982): between two neighbouring segments lies a trapezoid, until one of them
-// ends or another one begins between them.
+// A plane sweep (J. Nievergelt, F. P. Preparata: Plane-sweep algorithms for intersecting geometric
+// figures, 1982): two neighbouring segments enclose a trapezoid, until one of them ends or another
+// one begins between them.
 Surface CapOf(const std::vector<SectionSegment>& segments, const SectionPlane& plane);
 
-// The lines as SVG 1.1, one path, as one sees them who looks against the plane's normal. One unit
-// of the drawing is one of the model; where that is mm, cm, m or in, the drawing has its true size
-// on paper (a browser takes metres as 1000 mm). title, note: any text; the note tells how exact it
-// is. O(n).
+// The lines as SVG 1.1, one path, seen against the plane's normal. One unit of the drawing is one
+// of the model; if that is mm, cm, m or in, the drawing has its true size on paper (a browser takes
+// metres as 1000 mm). title, note: any text; the note says how exact the drawing is. O(n).
 std::string SectionDrawing(const std::vector<SectionLine>& lines, const SectionPlane& plane,
   std::string_view unit, std::string_view title, std::string_view note);
 

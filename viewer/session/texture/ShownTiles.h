@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// The tiles of texture that paint what is shown as the original: which the view wants, and those
-// that have come. Between steps "choose" and "keep" of the pipeline picture.
+// The texture tiles for what is shown as the original: which ones the view wants, and which have
+// arrived. Between steps "choose" and "keep" of the pipeline picture.
 #pragma once
 
 #include "filters/codec/TextureTile.h"
@@ -22,17 +22,17 @@
 namespace kdstream
 {
 
-// A tile is wanted where a partition is drawn as the original and may be visible, and either was
-// tapped, or has its vertices so far apart on the screen that only their colours look soft, or
-// where all is to be shown as the original. Tiles in the middle of the screen come first, up to the
-// limit on decoded pictures. A tile that is not wanted any more stays until others need its room.
-// All functions are O(parts log parts), except Add.
+// A tile is wanted if its partition is drawn as the original and may be visible, and one of these
+// holds: it was tapped; its vertices are so far apart on the screen that their colours alone look
+// blurred; everything is to be shown as the original. Tiles in the middle of the screen come first,
+// up to the limit on decoded pictures. A tile that is not wanted any more stays until others need
+// its memory. All functions are O(parts log parts), except Add.
 class ShownTiles
 {
 public:
   explicit ShownTiles(std::size_t limit);
 
-  // Forgets everything. Of a model without textures nothing is wanted. spacing: of the original's
+  // Forgets everything. For a model without textures nothing is wanted. spacing: of the original's
   // vertices, in the model's unit.
   void Reset(const ModelDescription& model, double spacing);
   // Whether the model has any.
@@ -40,8 +40,9 @@ public:
   // Bytes of decoded pictures, 4 a texel.
   void SetLimit(std::size_t bytes);
 
-  // What the camera wants of a surface whose parts tell corners (SurfaceParts::KeepCorners).
-  // tapped: nodes of partitions. all: also of those whose vertices are near each other.
+  // Finds what the camera wants for a surface whose parts have texture corners
+  // (SurfaceParts::KeepCorners). tapped: nodes of partitions. all: also tiles of partitions whose
+  // vertices are near each other.
   void Follow(
     const DrawnSurface& surface, const Camera& camera, const std::set<NodeId>& tapped, bool all);
   // Of what is wanted: what has neither come nor failed, the most urgent first.
@@ -49,8 +50,8 @@ public:
   // About, of a tile that has not come.
   std::size_t ExpectedBytes() const { return this->Expected.bytes; }
 
-  // Any bytes may be given. piece: the decoded one that the tile paints, or null where it is not
-  // there any more: then nothing happens. Errors: of DecodeTextureTile.
+  // The bytes may be hostile. piece: the decoded piece that the tile belongs to, or null if it is
+  // not in memory any more: then nothing happens. Errors: of DecodeTextureTile.
   Status Add(const protocol::BlobId& blob, std::span<const std::uint8_t> bytes, const Piece* piece);
   // It is not asked for again until Retry.
   void Fail(const protocol::BlobId& blob) { this->Failed.insert(blob); }

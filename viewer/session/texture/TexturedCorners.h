@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// A painted part as renderers draw it: a vertex for each place of the texture that a point has.
+// A textured part as renderers draw it: a vertex for each place in the texture that a point has.
 // Step "render" of the pipeline picture.
 #pragma once
 
@@ -21,7 +21,7 @@ struct TexturedCorners
   std::vector<Triangle> triangles;          // of vertices, in the order of the surface's
 };
 
-// Whether the tile has all corners that are told of a surface's triangles (SurfacePart::corners).
+// Whether the tile has all texture corners of a surface's triangles (SurfacePart::corners).
 // O(triangles).
 bool CanTexture(
   const Surface& surface, std::span<const std::uint32_t> corners, const TextureTile& tile);

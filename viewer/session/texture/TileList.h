@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// The tiles of texture that are there to paint parts of a surface. Step "render" of the pipeline
-// picture.
+// The texture tiles that are loaded for parts of a surface. Step "render" of the pipeline picture.
 #pragma once
 
 #include "filters/codec/TextureTile.h"

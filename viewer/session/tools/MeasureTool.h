@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Measuring: where a tap puts an end of a distance, and how it comes to lie on the original. Step
-// "pick" of the pipeline picture.
+// Measuring: picks the ends of a distance by taps, and moves them to the original. Step "pick" of
+// the pipeline picture.
 #pragma once
 
 #include "viewer/session/model/ShownModel.h"
@@ -17,12 +17,13 @@
 namespace kdstream
 {
 
-// An end is picked on what is shown, with the error of that. The partition around it is fetched as
-// the original, before all else; where a triangle there reaches into others, these too. After each
-// new surface the end is picked anew, by the same ray, until all corners there are the original's.
+// An end is picked on what is shown, with the error of that resolution. The partition around it is
+// then fetched as the original, before everything else; if a triangle there reaches into other
+// partitions, these too. After each new surface the end is picked again, by the same ray, until all
+// corners there are the original's.
 //
-// In a section an end near the outline is on that, and so on the surface; one within the cap is a
-// point of the plane, which is exact.
+// In a section, an end near the outline is on the outline, and so on the surface; an end within the
+// cap is a point of the plane, which is exact.
 class MeasureTool
 {
 public:
@@ -37,11 +38,11 @@ public:
   void Reset(); // another model
   // Oldest first.
   const std::vector<Measurement>& All() const { return this->Measured; }
-  // Begins a distance or ends the one that was begun. slack: the tangent of the angle that a finger
-  // covers. False where nothing was hit, or there are as many as may be.
+  // Begins a distance, or ends the one that was begun. slack: the tangent of the angle that a
+  // finger covers. False if nothing was hit, or if there are already as many distances as allowed.
   bool MeasureAt(const Ray& ray, double slack);
-  // As somebody else measured, in place of these: all points are on the original, to which they
-  // come when it is there.
+  // Replaces the distances by another user's: their points are on the original, to which they are
+  // moved when it has arrived.
   void Take(const std::vector<std::array<Vec3, 2>>& measured);
   void Name(std::size_t index, const std::string& name);
   void Remove(std::size_t index);
@@ -49,8 +50,8 @@ public:
 
   // Whether any end waits for the original.
   bool Waits() const { return !this->Ends.empty(); }
-  // Which partitions are around the ends that wait, as far as the tree is known; what else is
-  // needed, the tree notes as missing. Where something of that has failed an end stays on the
+  // Finds which partitions are around the waiting ends, as far as the tree is known; the tree
+  // records as missing what else is needed. If a part of that has failed, an end stays on the
   // level.
   void FollowTree();
   // On the surface that has just been drawn, by the finger of now.

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Distances that a person measures between two points of the surface. Step "pick" of the pipeline
+// Distances that the user measures between two points of the surface. Step "pick" of the pipeline
 // picture.
 #pragma once
 
@@ -17,15 +17,15 @@ struct MeasuredPoint
 {
   Vec3 point{};          // model units
   Resolution resolution; // the coarsest that had a part in what was picked
-  // The mesh that the store was built from is no farther away there: of a level its deviation, and
-  // what the grid rounds.
+  // An upper bound of the distance from the mesh of which the store was built: for a level its
+  // deviation, and the grid's rounding.
   double error = 0;   // model units
   bool waits = false; // for the original, which is asked for
   bool operator==(const MeasuredPoint&) const = default;
 };
 
-// How far the input's surface may be from what a resolution shows, model units; 0 for the original
-// of a lossless store.
+// An upper bound of the distance between the input's surface and that of a resolution, in model
+// units; 0 for the original of a lossless store.
 double ErrorBoundOf(Resolution resolution, const ModelDescription& model);
 
 struct Measurement
@@ -39,7 +39,7 @@ struct Measurement
   double Distance() const;                 // model units, straight
   double Height(const Vec3& up) const;     // of that along `up`, of length 1; below 0: downwards
   double Horizontal(const Vec3& up) const; // of that across it
-  // The distance in the input is no farther from that than this.
+  // The distance in the input differs from this one by at most this.
   double Error() const;
   // Both ends are on the original.
   bool IsExact() const;

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// The tools that a person may take in hand, and what fingers do with them: distances, a section,
-// raking light. Steps "look" and "draw" of the pipeline picture.
+// The tools that a user may choose, and what fingers do with them: distances, a section, raking
+// light. Steps "look" and "draw" of the pipeline picture.
 #pragma once
 
 #include "viewer/session/GestureRecognizer.h"
@@ -30,8 +30,8 @@ public:
   // Half a measurement is dropped.
   void TakeInHand(Tool tool);
   Tool InHand() const { return this->Hand; }
-  // Whether the tool in hand has a use for a gesture, which then is no motion of the camera, but
-  // for the zoom of a pinch.
+  // Whether the chosen tool uses a gesture. Then the gesture does not move the camera, except for
+  // the zoom of a pinch.
   bool Take(const Gesture& gesture, const Camera& camera);
 
   // There is another surface.
