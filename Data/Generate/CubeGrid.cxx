@@ -73,8 +73,8 @@ std::array<std::uint64_t, 3> CubeGrid::CornersOf(std::uint64_t triangle) const
 {
   const std::uint64_t m = this->side, square = triangle / 2;
   const std::uint64_t face = square / (m * m), row = square / m % m, column = square % m;
-  // On the far side of an axis the next axis, then the one after it, turn counter-clockwise; on the
-  // near side the other way round.
+  // On the far side of an axis, the next axis and then the one after it turn counter-clockwise; on
+  // the near side clockwise.
   const std::size_t axis = face / 2;
   std::size_t u = (axis + 1) % 3, v = (axis + 2) % 3;
   const bool far = face % 2 == 1;

@@ -26,7 +26,7 @@ struct CommandLine
   bool quiet = false;
 };
 
-// Of kinds that are no relief.
+// For kinds that are not reliefs.
 Status CheckPlain(const CommandLine& line)
 {
   if (line.relief.shuffledTriangles || line.relief.shuffledPoints)

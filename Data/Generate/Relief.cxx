@@ -88,8 +88,8 @@ Relief::Relief(const CubeGrid& grid, const ReliefOptions& options)
 
 Vec3 Relief::At(std::uint64_t point) const
 {
-  // From the cube to the ball so that squares stay about as large (P. Nowell, "Mapping a cube to a
-  // sphere", 2005).
+  // Maps the cube to the ball so that squares keep about the same size (P. Nowell, "Mapping a cube
+  // to a sphere", 2005).
   const CubeGrid::Place place = this->Grid.PlaceOf(point);
   Vec3 cube{}, square{};
   for (std::size_t k = 0; k < 3; ++k)

@@ -1,6 +1,9 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// A statue that photographs paint: see Statue.h. Steps: 1. its shape  2. its colour  3. charts:
-// which part of the surface each has, and where it lies in its picture  4. pictures, then the mesh.
+// A statue for textures from photographs: see Statue.h. Steps:
+// 1. its shape
+// 2. its colour
+// 3. charts: which part of the surface each has, and where it is in its picture
+// 4. pictures, then the mesh.
 #include "Data/Generate/Statue.h"
 
 #include "Data/Generate/Noise.h"
@@ -38,7 +41,7 @@ Profile ProfileAt(double along)
     profile.begin() + 1, profile.end() - 1, [along](const Profile& p) { return p.along >= along; });
   const Profile& before = *(next - 1);
   const double t = (along - before.along) / (next->along - before.along);
-  // Upright at each of them, but for the flat foot; the head is round.
+  // The outline is orthogonal to the axis at both ends, except at the flat foot; the head is round.
   const double share = next->radius == 0    ? 1 - std::sqrt(1 - t * t)
                        : before.radius == 0 ? t
                                             : Ease(t);

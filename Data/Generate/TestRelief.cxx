@@ -141,8 +141,8 @@ TEST(CubeGrid, IsAsLargeAsWanted)
   }
 }
 
-// Where ids come near 2^32 nothing may wrap: triangles at the ends of every side have corners whose
-// places are on it, next to each other.
+// Nothing may overflow when ids come near 2^32: triangles at the ends of every side have corners
+// whose places are on it, next to each other.
 TEST(CubeGrid, HoldsAtItsLargest)
 {
   const CubeGrid grid = GridOf(std::uint64_t{ 1 } << 32);
@@ -180,7 +180,7 @@ TEST(Permutation, IsOneAndItsInverse)
   }
 }
 
-// Neighbours are far apart, and where one goes tells nothing of where the next one goes.
+// Neighbouring inputs have distant outputs, and one output gives no information on the next.
 TEST(Permutation, Scatters)
 {
   constexpr std::uint64_t count = 300000000, samples = 10000;
@@ -217,8 +217,8 @@ TEST(Relief, HasNoCoincidentPoints)
   EXPECT_EQ(WeldVertices(mesh), 0u);
 }
 
-// The mean absolute difference from the mean of points `step` squares away along a row, over the
-// distance: relief of that size. A smooth ball has next to none at small steps.
+// The mean absolute difference from the mean of points `step` squares away along a row, divided by
+// the distance: the relief of that size. A smooth ball has almost none at small steps.
 TEST(Relief, IsRoughAtEveryScale)
 {
   const CubeGrid grid = GridOf(600000);

@@ -99,7 +99,7 @@ public:
 private:
   static std::array<double, 2> Between4(std::size_t i, double t)
   {
-    // Beyond the floor's middle the outline goes on mirrored.
+    // Beyond the middle of the floor the outline is mirrored.
     const std::array<double, 2> before =
       i > 0 ? corners[i - 1] : std::array<double, 2>{ -corners[1][0], corners[1][1] };
     const std::array<double, 2> after = i + 2 < corners.size() ? corners[i + 2] : corners[i + 1];

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Each class at work: the pictures of doc/from-vtk.md.
+// Uses each class, and draws the pictures of doc/from-vtk.md.
 //   ClassPictures MESH.ply TEXTURED.kds FOLDER
 #ifdef HAS_POINT_CLOUD
 #include <vtkPCLSurfaceReconstruction.h>

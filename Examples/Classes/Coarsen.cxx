@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Writes a coarser mesh, by edge collapse, and tells the largest geometric error of its points:
+// Writes a coarser mesh, by edge collapse, and prints the largest geometric error of its points:
 //   Coarsen MESH OUT.ply TRIANGLES
 #include <vtkDataArray.h>
 #include <vtkKdClusterSimplification.h>

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Tells what a partition of a textured model has, of a store:
+// Prints what a partition of a textured model in a store has:
 //   TexturedPartition STORE.kds PARTITION
 #include <vtkErrorCode.h>
 #include <vtkImageData.h>

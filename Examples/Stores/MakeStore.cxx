@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Makes a store of what a pipeline has: here of a sphere with its heights.
+// Makes a store of a pipeline's output: here of a sphere with its heights.
 //   MakeStore STORE.kds
 #include <vtkElevationFilter.h>
 #include <vtkKdStoreWriter.h>

@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Reads a mesh (PLY, STL, OBJ) and tells what is in it; what is wrong with it is an error with its
-// place:
+// Reads a mesh (PLY, STL, OBJ) and prints what is in it; an error names what is wrong, and where:
 //   MeshInfo MESH
 #include <vtkDataArraySelection.h>
 #include <vtkErrorCode.h>

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Reads a store in as many pieces as a parallel program has ranks, with one ring of ghosts, and
-// counts the triangles that are each piece's own:
+// counts each piece's own triangles:
 //   StoreGhosts STORE.kds PIECES
 #include <vtkCellData.h>
 #include <vtkDataArray.h>

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Draws a model of a server as finely as a camera needs it; only that is fetched:
+// Draws a model of a server as finely as a camera needs it, and fetches nothing else:
 //   StreamPicture http://HOST:PORT PICTURE.png
 #include <vtkActor.h>
 #include <vtkCamera.h>

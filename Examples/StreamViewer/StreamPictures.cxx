@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Pictures of a model as it comes: the preview, and all that the camera needs.
+// Draws a model as it arrives: the preview, and then everything that the camera needs.
 //   StreamPictures http://HOST:PORT|NAME.kds PREVIEW.png WHOLE.png
 #include <vtkCamera.h>
 #include <vtkKdStreamActor.h>

@@ -70,7 +70,7 @@ void Tell(const MeshFileInfo& file, bool merging, const ArraySelections& selecti
   selections.Tell(file.attributes, facts, outInfo);
 }
 
-// What was told of another file.
+// Removes what was known of another file.
 void Forget(vtkInformation& outInfo)
 {
   outInfo.Remove(vtkKdMeshReader::NUMBER_OF_POINTS());

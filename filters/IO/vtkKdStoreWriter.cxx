@@ -1,6 +1,10 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Steps: 1. the input as one mesh of core's  2. the build (filters/build). On several processes: 1.
-// what they have as shares of one mesh  2. the build of shares (filters/Parallel).
+// Steps:
+// 1. the input as one mesh of core's
+// 2. the build (filters/build).
+// On several processes:
+// 1. their inputs as shares of one mesh
+// 2. the build of shares (filters/Parallel).
 #include "vtkKdStoreWriter.h"
 
 #include "filters/Parallel/DistributedBuilder.h"
@@ -62,8 +66,8 @@ Result<std::optional<Vec3>> DirectionOfMember(const char* name, const double* me
                    : Error{ ErrorCode::InvalidArgument, std::string(name) + " is not a direction" };
 }
 
-// Of a file that is written: that a folder is not there is no FileNotFoundError, and nothing is
-// wrong with a format.
+// For a file that is written: a missing folder is not a FileNotFoundError, and formats cannot be
+// wrong.
 unsigned long CodeOf(const Error& error)
 {
   switch (error.code)

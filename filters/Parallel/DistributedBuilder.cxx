@@ -74,7 +74,7 @@ public:
     , Whole{ options, execution }
     , Memory(stepMemory)
   {
-    // The libraries of MPI and VTK are no part of the steps' memory.
+    // The libraries of MPI and VTK are not part of the steps' memory.
     this->Mesh.keptMemory = KeptMemory(this->Memory) + ResidentBytes();
   }
 
@@ -224,8 +224,8 @@ private:
       SpillMesh(this->Files, share, ChunkOfRead(this->Memory), this->Exec, true);
     if (seek && !alone)
     {
-      // A vertex that one rank drops changes the corners of all. And what one rank has assumed of
-      // the bytes that it has not read can be wrong.
+      // A vertex that one rank drops changes the corners of all ranks. And a rank's assumptions
+      // about bytes that it has not read may be wrong.
       const bool wrong = !spilled && spilled.GetError().code == ErrorCode::InvalidInput;
       const bool dropped = share.Info().tolerance.Of(Lapse::PointNotFinite) > 0;
       if (!spilled && !wrong)
@@ -244,8 +244,8 @@ private:
     return true;
   }
 
-  // What the file has and no store keeps: the rank that reads its end has seen all of it. And what
-  // was dropped or forgiven in each rank's share.
+  // Reports what the file has and no store keeps (the rank that reads its end has seen all of it),
+  // and what was dropped or repaired in each rank's share.
   Status TakeTold(const MeshFileInfo& info)
   {
     const std::size_t last = this->Group.Count() - 1;
@@ -430,7 +430,7 @@ Result<BuildReport> BuildHere(MpiGroup& group, DistributedInput input,
   return ConductBuild(builder, store);
 }
 
-// The same; what goes wrong is reported to the others, who wait.
+// The same; errors are reported to the other ranks, which wait.
 Result<BuildReport> Build(MpiGroup& group, DistributedInput input,
   const std::filesystem::path& store, const BuildOptions& options, const Execution& execution,
   std::uint64_t stepMemory)

@@ -1,8 +1,9 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Vertices in one place: see DistributedCoincidence.h.
-//   1. Each place with its rank to a process, and there into a bucket, by the place's hash.
-//   2. Bucket by bucket, ranks ascending: the last rank that was met in each place.
-//   3. The pairs that this gives, to the processes that have their lower ends.
+// Vertices in the same place: see DistributedCoincidence.h.
+//   1. Send each place with its rank to a process, and put it into a bucket there, by the place's
+//      hash.
+//   2. Go through each bucket, ranks ascending, and remember the last rank in each place.
+//   3. Send the resulting pairs to the processes that have their lower ends.
 #include "filters/Parallel/DistributedCoincidence.h"
 
 #include "filters/Parallel/NumberSet.h"
@@ -49,8 +50,8 @@ public:
   }
 
 private:
-  // Buckets of places: for each of some hashes one of each process, so that ranks ascend when they
-  // are gone through one after the other.
+  // Buckets of places. For some hashes there is one bucket for each process, so that ranks ascend
+  // when these buckets are read one after the other.
   Status SendPlaces()
   {
     const std::size_t processes = this->Group.Count();

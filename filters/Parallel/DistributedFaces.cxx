@@ -21,8 +21,8 @@ namespace
 {
 
 constexpr std::size_t trianglesAtOnce = std::size_t{ 1 } << 18; // triangles
-// Bytes of a triangle while its corners are looked up, beside its tuples: here, and of another rank
-// that asks.
+// Bytes of a triangle while its corners are looked up, without its tuples: on this rank, and on
+// another rank that answers.
 constexpr std::uint64_t bytesOfTriangle = 160;
 constexpr std::uint64_t bytesOfQuestion = 36;
 
@@ -59,8 +59,8 @@ private:
     return this->Group.OwnerOf(this->BlockOf(rank), this->Mesh.blockDepth);
   }
 
-  // For the vertices that are numbered here, and then for those that were read here, their ranks in
-  // the tree.
+  // Finds ranks in the tree: for the vertices that are numbered on this rank, and then for those
+  // that it has read.
   Status FindPlaces()
   {
     KDSTREAM_TRY(this->Mesh.floats ? this->SendPlaces<float>() : this->SendPlaces<double>());
@@ -168,7 +168,7 @@ private:
     return { begins[here.begin], begins[here.end] - begins[here.begin] };
   }
 
-  // The tuples of vertices to where they lie in the tree: by sections of it, each of which is then
+  // Sends the tuples of vertices to their places in the tree: in sections, each of which is then
   // written in order.
   Status ScatterTuples()
   {

@@ -32,8 +32,8 @@ RankLists<VertexId> ListsToAsk(
   return asked;
 }
 
-// One round: questions to and from the others, then the answers. wanted: of each other rank,
-// ascending. Whether any rank wants more.
+// One round: questions to and from the other ranks, then the answers. wanted: for each other rank,
+// ascending. Returns whether any rank wants more.
 Result<bool> FetchRound(MpiGroup& group, SpillFile& file, std::size_t elementBytes,
   const RankLists<VertexId>& wanted, bool more)
 {

@@ -103,8 +103,8 @@ Status DistributedLevelFiles::CountClusters(LevelFile& level)
   return {};
 }
 
-// In the clusters' order over all ranks. The numbers are taken out first: while a rank adds its
-// own the others wait.
+// Sums in the clusters' order over all ranks. The numbers are read first, because the other ranks
+// wait while a rank adds its own.
 Status DistributedLevelFiles::AddUpArea(LevelStates& states, const CellRange& own)
 {
   SpillFile file;
@@ -192,7 +192,7 @@ Status DistributedLevelFiles::ListToFirst(
   return this->SendToFirst(file, from, this->Group.IsFirst() ? 0 : size, std::move(places));
 }
 
-// The triangles [from, from + size) of a file to rank 0, which writes those of each rank from
+// Sends the triangles [from, from + size) of a file to rank 0, which writes those of each rank from
 // places[rank] on.
 Status DistributedLevelFiles::SendToFirst(
   SpillFile& file, std::uint64_t from, std::uint64_t size, std::vector<std::uint64_t> places)

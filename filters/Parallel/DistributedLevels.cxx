@@ -3,11 +3,11 @@
 // process, are in LevelSteps.h.
 //   1. The finest level, every rank its blocks (FinestClusters.h).
 //   2. Rounds from level to level (CollapseRound.h, ClusterRound.h): between their passes the ranks
-//      tell each other what parts of the level cost, and where clusters go that others use.
+//      exchange what parts of the level cost, and where clusters go that other ranks use.
 //   3. The coarse levels, on rank 0.
-// Clusters of a level are numbered over all ranks; how many come before those of a rank is known
-// when all have made theirs. Until then a rank counts from the first of the finer elements that it
-// has, which leaves room enough (DistributedLevelFiles::Settle).
+// Clusters of a level are numbered over all ranks; the first number of a rank is known only when
+// all ranks have made theirs. Until then a rank counts from the number of its first finer element,
+// which leaves enough room (DistributedLevelFiles::Settle).
 #include "filters/Parallel/DistributedLevels.h"
 
 #include "filters/Parallel/DistributedCoincidence.h"

@@ -10,8 +10,8 @@ namespace
 
 constexpr std::uint64_t batchBytes = std::uint64_t{ 1 } << 22;
 
-// What the writer needs of a piece beside its blob. After it follow: deviations; the numbers of its
-// own vertices of which ranges are gathered, array after array; the blob.
+// What the writer needs of a piece besides its blob. After it follow: deviations; the numbers of
+// its own vertices whose ranges are gathered, array after array; the blob.
 struct PieceHead
 {
   std::uint64_t blobBytes = 0, scalarBytes = 0;

@@ -22,7 +22,7 @@ std::uint64_t HashOf(const Vec3& place)
   return HashOfPlace(WithPositiveZeros(place), agreedSeed);
 }
 
-// Every place's hash to the rank that it tells, and there into a bucket.
+// Sends every place's hash to the rank that it gives, and into a bucket there.
 Status SendHashes(MpiGroup& group, const VertexFiles& vertices,
   const std::function<Vec3(const Vec3&)>& placeOf, RecordBuckets<std::uint64_t>& hashes)
 {

@@ -1,8 +1,12 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Steps: 1. marks of the vertices that were read here: every rank names the corners of its
-// triangles to who has read them  2. where vertices were welded, marks of those that stay here: who
-// has read a marked vertex names its number to who has that  3. each rank parts its vertices  4.
-// new numbers for all that were read  5. what no triangle uses goes to rank 0.
+// Steps:
+// 1. marks of the vertices that were read here: every rank sends the corners of its triangles to
+//    the rank that has read them
+// 2. if vertices were welded, marks of those that stay here: the rank that has read a marked vertex
+//    sends its number to the rank that has it
+// 3. each rank separates its vertices
+// 4. new numbers for all vertices that were read
+// 5. vertices that no triangle uses go to rank 0.
 #include "filters/Parallel/DistributedUnused.h"
 
 #include "filters/Parallel/DistributedFiles.h"
@@ -171,9 +175,8 @@ private:
       marks);
   }
 
-  // Step 4. map: of the vertices that were kept here, `count`, their place among those that are
-  // used here; none if all are. A vertex that is not used gets the number of any other: none asks
-  // for it.
+  // Step 4. map: for the `count` vertices that were kept here, their place among the used ones;
+  // empty if all are used. An unused vertex gets an arbitrary number, which is never asked for.
   Status Renumber(std::uint32_t count, std::optional<VertexMap> map)
   {
     const std::vector<VertexId> before = this->Vertices.begin;

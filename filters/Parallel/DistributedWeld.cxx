@@ -1,9 +1,10 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Welding on several ranks: see DistributedWeld.h.
 //   1. Which vertices go, and the lowest one that each of them equals (EqualVertices.h).
-//   2. That is told to those who have read the vertices.
-//   3. What stays is written anew and counted.
-//   4. The new numbers of all: those of vertices that go are asked from who has the lowest one.
+//   2. Report this to the ranks that have read the vertices.
+//   3. Write the vertices that stay, and count them.
+//   4. Find the new numbers of all; for a joined vertex, ask the rank that has the lowest equal
+//      one.
 #include "filters/Parallel/DistributedWeld.h"
 
 #include "filters/Parallel/DistributedFiles.h"
@@ -63,7 +64,7 @@ public:
   }
 
 private:
-  // What goes to those who have read it, and there into buckets by their vertices.
+  // What is sent to the ranks that have read the vertices, and put into buckets there.
   Status SendToReaders(WeldedVertexFile found)
   {
     Result<RecordBuckets<WeldedVertex>> buckets = RecordBuckets<WeldedVertex>::Create(this->Folder,
@@ -97,8 +98,8 @@ private:
     return {};
   }
 
-  // Writes the vertices that stay, and for each that was read its place among them; those that go
-  // once more, ascending.
+  // Writes the vertices that stay, and for each vertex read its place among them; then the joined
+  // vertices, ascending.
   Status KeepRest()
   {
     VertexFiles& kept = this->Vertices.kept;
@@ -226,8 +227,8 @@ private:
     return {};
   }
 
-  // The numbers of all vertices that were read here: of those that stay, their place among these;
-  // of joined ones, ascending, the result of NumberGone.
+  // The numbers of all vertices that were read here: for those that stay, their place among these;
+  // for joined ones, ascending, the result of NumberGone.
   Status MergeNumbers()
   {
     KDSTREAM_TRY(Take(this->Folder.CreateFile("numbers of vertices", 0), this->Vertices.numberOf));

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // The search for equal vertices: see EqualVertices.h.
-//   1. Every vertex to a rank, and there into a bucket, by the hash of its bytes.
-//   2. Bucket by bucket: the lowest vertex of each place, and then those that equal it.
+//   1. Send every vertex to a rank, and put it into a bucket there, by the hash of its bytes.
+//   2. In each bucket find the lowest vertex of each place, and then those that equal it.
 #include "filters/Parallel/EqualVertices.h"
 
 #include "filters/core/SeededHash.h"
@@ -25,8 +25,8 @@ namespace
 constexpr std::uint64_t entriesInCache = std::uint64_t{ 1 } << 15;
 constexpr std::uint64_t mostBucketsForCache = 256;
 
-// An entry is what a vertex is known by on its way: its place, its tuples, and after them its
-// number. The first two are its key.
+// An entry represents a vertex on its way: its place, its tuples, and after them its number. The
+// first two are its key.
 class EqualVertexSearch
 {
 public:

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Ranks tell each other a hash; the texts go only where hashes differ, for the message.
+// Ranks exchange a hash; they exchange texts only if hashes differ, for the message.
 #include "filters/Parallel/RankAgreement.h"
 
 #include "filters/build/PhaseValues.h"

@@ -41,8 +41,8 @@ ShareReader::Span ShareReader::SpanOf(std::uint64_t count) const
 // Goes to element `to`, or the end.
 Status ShareReader::GoTo(Skip skip, Span& span, std::uint64_t to)
 {
-  // Also where nothing is to be skipped: a reader that seeks on other ranks checks here, too, what
-  // it assumes there.
+  // Also if nothing is to be skipped: a reader that seeks on other ranks makes assumptions there,
+  // and must check them here.
   const Result<std::uint64_t> count = (*this->Reader.*skip)(to - std::min(to, span.at));
   KDSTREAM_TRY(count);
   span.at += *count;

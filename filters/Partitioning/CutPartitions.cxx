@@ -58,7 +58,7 @@ void MarkGhosts(
   }
 }
 
-// Turns one partition after the other into a vtkPolyData. Reads the input only: any number of
+// Turns one partition after the other into a vtkPolyData. Only reads the input: any number of
 // threads may call Make at once.
 class PartitionMaker
 {

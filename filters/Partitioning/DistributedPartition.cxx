@@ -68,14 +68,14 @@ vtkDataArray* IdsOf(vtkDataSetAttributes& data, vtkIdType count)
 
 using Bytes = std::vector<unsigned char>;
 
-// A point that a rank has, told to the rank that its id falls to.
+// A point that a rank has, sent to the rank whose share has its id.
 struct PointClaim
 {
   Vec3 place;
   std::int64_t id;
 };
 
-// What it is told: the point's number in the mesh of all, and whether it is that rank's.
+// The answer: the point's number in the mesh of all ranks, and whether it is that rank's.
 struct PointGrant
 {
   VertexId number;
@@ -103,7 +103,7 @@ struct ElementPlace
   }
 };
 
-// An element that a rank has, told to the rank that its cell's id falls to.
+// An element that a rank has, sent to the rank whose share has its cell's id.
 struct ElementClaim
 {
   ElementPlace place;
@@ -377,7 +377,7 @@ private:
     return {};
   }
 
-  // Whether each rank has read the same file, and nothing tells that points are the same.
+  // Whether each rank has read the same file, and nothing says that points are the same.
   Result<bool> AreSame() const
   {
     std::uint64_t hash = this->Points.size();
@@ -425,16 +425,16 @@ private:
     return static_cast<VertexId>(counted->first);
   }
 
-  // Points in the order of their ids. One that several have is the first one's: told by the rank
-  // whose share of the ids it falls to. False, and nothing is numbered, where ids are not those of
-  // points: one stands for places that are apart, as where each rank counts its own.
+  // Numbers points in the order of their ids. A point that several ranks have is the first one's;
+  // the rank decides whose share of the ids has it. False, and nothing is numbered, if the ids are
+  // not those of points: an id stands for places that are apart, as when each rank counts its own.
   Result<bool> NumberByIds(vtkDataArray* ids)
   {
     Box all = BoxOfPoints(this->Points);
     KDSTREAM_TRY(this->Ranks.JoinBoxes(std::span(&all, 1)));
     const std::vector<std::pair<std::int64_t, VertexId>> sorted = this->PointsById(ids);
-    // First by what only this rank has: else all points of one id, however many, would come to one
-    // rank.
+    // First checks what this rank alone has: otherwise all points of one id, however many, could be
+    // sent to one rank.
     Result<bool> believed = this->Ranks.AllHave(this->AreOfPoints(sorted, 5 * MostApart(all)));
     if (!believed || !*believed)
     {
@@ -498,7 +498,7 @@ private:
     return sorted;
   }
 
-  // Whether no id stands for places further apart than `most`, squared.
+  // Whether all places of an id are at most `most` (squared) apart.
   bool AreOfPoints(const std::vector<std::pair<std::int64_t, VertexId>>& sorted, double most) const
   {
     return std::adjacent_find(sorted.begin(), sorted.end(),
@@ -509,9 +509,9 @@ private:
              }) == sorted.end();
   }
 
-  // To each claim the number of its id among those of this rank's share, and whether it is the
-  // first of it, in the order of ranks. False: an id stands for places further apart than `most`,
-  // squared.
+  // Answers each claim with the number of its id among those of this rank's share, and whether it
+  // is the first with this id, in the order of ranks. False: an id stands for places further apart
+  // than `most` (squared).
   static bool Grant(const std::vector<std::vector<PointClaim>>& asked, double most,
     std::vector<std::vector<PointGrant>>& grants, VertexId& count)
   {
@@ -620,8 +620,8 @@ private:
     return this->Ranks.Agree(this->CutOwn(shipments, result));
   }
 
-  // What a rank tells of its arrays. Those of points count where it has points, those of cells
-  // where it has cells.
+  // What a rank reports about its arrays. Those of points count if it has points, those of cells if
+  // it has cells.
   struct ToldArrays
   {
     bool hasPoints = false, hasCells = false;
@@ -808,8 +808,9 @@ private:
     return {};
   }
 
-  // Cells by their ids where all ranks have them, and each stands for one cell, which several may
-  // have: with the same corners, and once on a rank. Told by the rank that an id falls to.
+  // Numbers cells by their ids, if all ranks have ids and each id stands for one cell. Several
+  // ranks may have a cell: with the same corners, and once on a rank. The rank decides whose share
+  // has the id.
   Status NumberCellsByIds()
   {
     vtkDataArray* const ids = IdsOf(*this->Input.GetCellData(), this->Input.GetNumberOfCells());

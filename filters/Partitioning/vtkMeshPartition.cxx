@@ -1,6 +1,9 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Steps: 1. the input as one mesh, its points and cells in core's types  2. the subclass: whose
-// each point is  3. who goes where (PartitionLayout)  4. each partition's arrays.
+// Steps:
+// 1. the input as one mesh, its points and cells in core's types
+// 2. the subclass assigns each point to a partition
+// 3. which elements go to which partition (PartitionLayout)
+// 4. each partition's arrays.
 #include "vtkMeshPartition.h"
 
 #include "filters/Partitioning/CutPartitions.h"

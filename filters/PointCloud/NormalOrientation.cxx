@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Steps: 1. the graph both ways  2. from every known normal, or a part's highest point, over the
-// most parallel edges first (Prim).
+// Steps:
+// 1. make the edges of the graph go both ways
+// 2. from every known normal, or a part's highest point, follow the most parallel edges first
+//    (Prim).
 #include "filters/PointCloud/SurfaceReconstruction.h"
 
 #include "filters/core/VectorMath.h"

@@ -1,7 +1,10 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Steps: 1. points relative to the box' centre, each place once  2. the nearest neighbours of each,
-// and with them the spacing  3. normals: fitted planes, oriented  4. PCL's surface  5. back to the
-// points that came in.
+// Steps:
+// 1. points relative to the box's centre, each place once
+// 2. the nearest neighbours of each, and with them the spacing
+// 3. normals: fitted planes, oriented
+// 4. PCL's surface
+// 5. back to the points of the input.
 #include "filters/PointCloud/SurfaceReconstruction.h"
 
 #include "filters/core/UnitVector.h"
@@ -31,8 +34,8 @@ using Cloud = pcl::PointCloud<pcl::PointNormal>;
 constexpr std::size_t grain = 1024;
 constexpr std::size_t batch = 1 << 16;     // points between two reports
 constexpr std::size_t spacingNeighbor = 6; // as many a vertex of a regular mesh has
-// Longest edge of a greedy surface: measured on the dragon's points, a regular and a random sphere;
-// less leaves holes, more gives folds.
+// The longest edge of a greedy surface, measured on the dragon's points, a regular and a random
+// sphere: a smaller value leaves holes, a larger one gives folds.
 constexpr double radiusInSpacings = 2.25;
 constexpr double unlimitedMu = 1e6;
 constexpr double lineTolerance = 1e-6; // second to first extent of points on a line
@@ -162,8 +165,8 @@ private:
     return this->CheckShape();
   }
 
-  // Three places at least, not on one line: the farthest from the first, and then one beside the
-  // line through both.
+  // Checks that there are at least three places that are not on one line: the farthest from the
+  // first, and then one beside the line through both.
   Status CheckShape() const
   {
     const std::size_t count = this->Places->size();
@@ -424,8 +427,8 @@ private:
     }
   }
 
-  // Those of the triangles, weighed by their areas. PCL's triangles show where the points' normals
-  // do.
+  // The normals of the triangles, weighted by their areas. PCL's triangles face as the points'
+  // normals do.
   void FindSurfaceNormals()
   {
     std::vector<Vec3>& normals = this->Output.normals;

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Steps: 1. the input as one cloud, its points and normals in core's types  2. the surface
-// (SurfaceReconstruction)  3. the output's points, arrays and triangles.
+// Steps:
+// 1. the input as one cloud, its points and normals in core's types
+// 2. the surface (SurfaceReconstruction)
+// 3. the output's points, arrays and triangles.
 #include "vtkPCLSurfaceReconstruction.h"
 
 #include "filters/PointCloud/SurfaceReconstruction.h"

@@ -1,6 +1,9 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Steps: 1. the input as one mesh: points, triangles and arrays in core's types  2. weld, tree,
-// level (core)  3. the other arrays for the level (CarriedArrays.h)  4. VTK arrays.
+// Steps:
+// 1. the input as one mesh: points, triangles and arrays in core's types
+// 2. weld, tree, level (core)
+// 3. the other arrays for the level (CarriedArrays.h)
+// 4. VTK arrays.
 #include "vtkKdClusterSimplification.h"
 
 #include "filters/Simplification/SimplifiedLevel.h"
@@ -51,8 +54,8 @@ namespace
 
 using namespace kdstream;
 
-// Cluster ids travel as an attribute while points are welded, so that only points of one cluster
-// are joined. VTK arrays without a name are skipped, so no other attribute is called so.
+// Cluster ids are an attribute while points are welded, so that only points of one cluster are
+// joined. VTK arrays without a name are skipped, so no other attribute has this name.
 const char* const clusterIdName = "";
 
 const char* const deviationName = "Deviation";
@@ -160,7 +163,7 @@ Result<Attribute> ReadClusterIds(vtkDataArray* array, vtkIdType points)
   return ids;
 }
 
-// The level of the clusters that `ids` tells; welds with them.
+// The level of the clusters given by `ids`; welds by them.
 Result<SimplifiedLevel> SimplifyClusters(Simplifiable& input, Attribute ids, bool weld,
   const ClusterOptions& options, const Execution& execution)
 {

@@ -1,6 +1,10 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Steps: 1. the parts  2. their points and the cells that are no ghosts  3. which points are the
-// same (MergePoints)  4. the arrays that all have  5. one vtkPolyData.
+// Steps:
+// 1. the parts
+// 2. their points, and the cells that are not ghosts
+// 3. which points are the same (MergePoints)
+// 4. the arrays that all parts have
+// 5. one vtkPolyData.
 #include "filters/adapter/JoinPolyData.h"
 
 #include "filters/adapter/MergePoints.h"
@@ -138,7 +142,7 @@ private:
     return std::adjacent_find(all.begin(), all.end()) == all.end();
   }
 
-  // By id, or as they come where there are no ids.
+  // By id, or in the given order if there are no ids.
   static std::vector<std::size_t> OrderOf(const KeptCells& kept, const SharedArray* ids)
   {
     std::vector<std::size_t> order(kept.from.size());

@@ -1,5 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Steps: 1. sort what may be the same by id or place  2. of each run that is the same, who stays
+// Steps:
+// 1. sort by id or place the points that may be the same
+// 2. in each run of the same points, decide which one stays
 // 3. new numbers.
 #include "filters/adapter/MergePoints.h"
 
@@ -162,7 +164,7 @@ private:
   }
 
   // The points of one place that stay and have the same values in their arrays, and which of them
-  // is the next for the part that is looked at.
+  // is the next one for the current part.
   struct Alike
   {
     std::vector<VertexId> kept;
@@ -219,8 +221,8 @@ private:
     }
   }
 
-  // The point that v is; noVertex: one of its own. Points of one part are different ones, but that
-  // all of a mesh in one part may have its copies in it.
+  // The point that v becomes; noVertex: a new one. Points of one part are different points, unless
+  // they are copies: a part that holds a whole mesh may have copies, too.
   VertexId Find(
     VertexId v, std::size_t part, Alike& alike, const std::vector<VertexId>& firstOf) const
   {

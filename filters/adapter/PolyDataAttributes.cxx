@@ -131,8 +131,8 @@ public:
   {
   }
 
-  // cells: for each tuple of the attributes the tuple of the arrays; null: the same. Active arrays
-  // come first, so that no other takes their names.
+  // cells: for each tuple of the attributes, the tuple of the arrays; null: the same. Active arrays
+  // come first, so that no other array takes their names.
   void Read(vtkDataSetAttributes& data, AttributeAssociation association, vtkIdType tuples,
     const std::span<const vtkIdType>* cells)
   {

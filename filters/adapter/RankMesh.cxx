@@ -1,7 +1,11 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Steps: 1. this rank's parts  2. the arrays that all ranks have  3. which points are the same:
-// told by the rank that their id or place falls to (MergePoints)  4. points' numbers  5. triangles
-// and arrays  6. what is to be in the order of ids goes to where it belongs.
+// Steps:
+// 1. this rank's parts
+// 2. the arrays that all ranks have
+// 3. which points are the same: the rank decides whose share has their id or place (MergePoints)
+// 4. points' numbers
+// 5. triangles and arrays
+// 6. what must be in the order of ids is sent to its rank.
 #include "filters/adapter/RankMesh.h"
 
 #include "filters/adapter/MergePoints.h"
@@ -39,7 +43,7 @@ namespace
 
 using Bytes = std::vector<unsigned char>;
 
-// A point that a rank has, told to the rank that its id or place falls to.
+// A point that a rank has, sent to the rank whose share has its id or place.
 struct PointClaim
 {
   Vec3 place;
@@ -198,7 +202,7 @@ private:
     const auto parts = this->Ranks.CountBefore(this->Parts.size());
     KDSTREAM_TRY(parts);
     std::tie(this->FirstPart, this->AllParts) = *parts;
-    // Of all ranks: parts with ghosts, ranks with points that are no floats, copies.
+    // Over all ranks: whether parts have ghosts, points are not floats, there are copies.
     const auto& copies = this->Input.points.isCopy;
     std::uint64_t sums[] = { static_cast<std::uint64_t>(
                                std::count_if(this->Parts.begin(), this->Parts.end(),
@@ -235,8 +239,8 @@ private:
            std::count(all->begin(), all->end(), all->front()) == std::ptrdiff_t(all->size());
   }
 
-  // Those of the first rank that counts, in its order, that all others have; active as they are on
-  // all.
+  // The arrays of the first rank that counts, in its order, which all other ranks have too; active
+  // if they are active on all.
   Status AgreeOnArrays(
     const std::vector<PartData>& parts, const std::string& kind, RankArrays& arrays)
   {
@@ -367,8 +371,8 @@ private:
     return static_cast<std::size_t>(hash % this->Ranks.Count());
   }
 
-  // Whether MergePoints might believe ids, only by this rank's points: else all points of one id,
-  // however many, would be told to one rank.
+  // Whether MergePoints might accept the ids, by this rank's points only: otherwise all points of
+  // one id, however many, would be sent to one rank.
   bool AreIdsOfPoints(const SharedArray& ids, const Box& box) const
   {
     std::vector<std::pair<std::int64_t, VertexId>> sorted;
@@ -615,8 +619,8 @@ private:
     return {};
   }
 
-  // As one rank would cut all of them: by the places of the points that corners are. What is not
-  // needed any more goes at once.
+  // Cuts polygons as one process would for the whole mesh: by the places of the points that the
+  // corners become. Frees at once what is not needed any more.
   Status ReadTriangles()
   {
     KDSTREAM_TRY(this->FindCellIds());
@@ -734,8 +738,8 @@ private:
     return std::adjacent_find(ids.begin(), ids.end()) == ids.end();
   }
 
-  // Ids that are none are an array like others; where cells were cut up on any rank, they stay
-  // behind on all.
+  // Ids that are not accepted are an ordinary array; if any rank has cut up cells, all ranks drop
+  // the ids of cells.
   Status DropCellIds(const PolyDataElements& elements, vtkPolyData& mesh)
   {
     vtkCellData& data = *mesh.GetCellData();
@@ -822,9 +826,9 @@ private:
     }
   }
 
-  // Rows of all ranks, in order, the first of them to rank 0: columns become this rank's; rowsOf
-  // tells where what came from each rank is now. What has the same order stays in the order of
-  // ranks.
+  // Distributes rows of all ranks in order, the first of them to rank 0. Columns become this
+  // rank's; rowsOf: where the rows received from each rank are now. Rows with the same key stay in
+  // the order of ranks.
   Status Scatter(const std::vector<OrderOfAll>& order, std::vector<Column>& columns,
     std::vector<std::vector<std::uint64_t>>& rowsOf)
   {

@@ -87,9 +87,9 @@ vtkExecutive* RankPipeline::Make(
   return pipeline;
 }
 
-// Whoever asks for data gets here on all ranks, or on none; but who asks for information may be one
-// whose input alone has changed. So what fails in that pass, or in any other before that for data,
-// is left to fail again when data are asked for.
+// A request for data comes on all ranks or on none. But a request for information may come only on
+// a rank whose input has changed. So an error in that pass, or in any other one before data are
+// requested, is not reported: it will occur again when data are requested.
 vtkTypeBool RankPipeline::ProcessRequest(
   vtkInformation* request, vtkInformationVector** input, vtkInformationVector* output)
 {
@@ -153,8 +153,8 @@ int RankPipeline::ForwardUpstream(vtkInformation* request)
   return this->IsAgreed ? 1 : 0;
 }
 
-// As VTK does later; but a composite data set of a type that the algorithm does not take would have
-// it run for each block.
+// VTK checks this too, but later; and for a composite data set of a type that the algorithm does
+// not accept VTK would run it for each block.
 Status RankPipeline::CheckInput()
 {
   vtkDataObject* const data = this->GetInputData(0, 0);
@@ -175,8 +175,8 @@ Status RankPipeline::CheckInput()
     std::string("its input is a ") + data->GetClassName() + ", which it does not accept" };
 }
 
-// What all have come to; where one has failed that is an error of the algorithm's, unless it has
-// told one.
+// Agrees on the result of all ranks. If one has failed, that is an error of the algorithm, unless
+// it has reported one.
 vtkTypeBool RankPipeline::AgreeOn(const Status& own)
 {
   RankGroup group(**this->Controller);

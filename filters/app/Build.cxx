@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// kdstream-build: a mesh file in, a store out. Step "build" of the pipeline picture. The contract
-// is doc/cli.md#kdstream-build.
+// kdstream-build: a mesh file in, a store out. Step "build" of the pipeline picture.
+// doc/cli.md#kdstream-build describes it.
 #include "filters/app/BuildCommand.h"
 #include "filters/app/ConvertedInput.h"
 #include "filters/app/OutputFolders.h"
@@ -88,8 +88,8 @@ Result<BuildReport> BuildFrom(BuildCommand& line, const std::filesystem::path& s
   const std::string ending = FileEnding(line.input);
   for (const std::filesystem::path& named : converted->Named())
   {
-    // Buffers hold a glTF's mesh; pictures do not, nor do materials. What is not there, or lies
-    // elsewhere, was not read: it can only be a picture.
+    // A glTF's buffers hold its mesh; pictures and materials are not in them. A file that is
+    // missing, or is somewhere else, was not read, so it can only be a picture.
     std::error_code failure;
     if ((ending == ".gltf" || ending == ".glb") &&
         TypeOfName(named.string()) == PictureType::Unknown &&

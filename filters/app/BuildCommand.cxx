@@ -401,8 +401,8 @@ std::string StatsOf(const BuildCommand& line, const BuildReport& report)
   return json.Text();
 }
 
-// Of a model without colours that viewers show, why those that it has are none; empty if there are
-// no such.
+// For a model without colours that viewers show: why the colours that it has are not shown; empty
+// if it has none.
 std::string HiddenColors(const std::vector<AttributeInfo>& attributes)
 {
   if (std::any_of(attributes.begin(), attributes.end(),
@@ -530,8 +530,8 @@ double StepOfFloats(const Box& box)
   return double(std::nextafter(farthest, std::numeric_limits<float>::infinity()) - farthest);
 }
 
-// How far vertices are from each other if they are spread over the two longest sides of the box: at
-// most about what they are on a surface that fills it.
+// The distance of vertices if they are spread over the two longest sides of the box: about the most
+// for a surface that fills the box.
 double SpacingOfVertices(const Box& box, std::uint64_t vertices)
 {
   std::array<double, 3> sides;
@@ -543,8 +543,8 @@ double SpacingOfVertices(const Box& box, std::uint64_t vertices)
   return std::sqrt(sides[2] / double(vertices) * sides[1]);
 }
 
-// Floats far from 0 lie so far apart that a surface has stairs: map coordinates in metres, of which
-// the northing has millions, by half a metre. Empty if they are fine.
+// Floats far from 0 are far apart, so that a surface gets steps: half a metre for map coordinates
+// in metres, whose northing is in the millions. Empty if they are fine enough.
 std::string CoarseFloats(const BuildReport& report, const std::string& unit)
 {
   constexpr double mostOfSpacing = 0.125; // more is seen

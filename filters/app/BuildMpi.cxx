@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // kdstream-build-mpi: kdstream-build on the ranks of an MPI job. Step "build" of the pipeline
-// picture. The contract is doc/cli.md#kdstream-build-mpi.
+// picture. doc/cli.md#kdstream-build-mpi describes it.
 #include "filters/Parallel/DistributedBuilder.h"
 #include "filters/Parallel/MpiGroup.h"
 #include "filters/Parallel/MpiJob.h"
@@ -35,7 +35,7 @@ constexpr const char* footer =
   "Example:\n"
   "  mpirun -np 4 kdstream-build-mpi dragon.ply -o dragon.kds";
 
-// Ranks share the machine's threads, and its memory: as many as are told to be on one host.
+// Ranks on one host share the machine's threads and memory.
 void ShareMachine(std::size_t ranksHere, bool memoryGiven, BuildCommand& line)
 {
   if (line.threads == 0)
@@ -49,7 +49,7 @@ void ShareMachine(std::size_t ranksHere, bool memoryGiven, BuildCommand& line)
   }
 }
 
-// How many ranks of the job are on this host, as Open MPI, MPICH and Slurm tell.
+// The number of ranks of the job on this host, as Open MPI, MPICH and Slurm give it.
 std::size_t RanksHere(std::size_t ranks)
 {
   for (const char* const name : { "OMPI_COMM_WORLD_LOCAL_SIZE", "MPI_LOCALNRANKS" })
@@ -221,8 +221,8 @@ int Build(MpiGroup& group, CLI::App& app, int argc, char** argv)
   return WriteStats(program, line, *report);
 }
 
-// The other ranks wait for this one. Only MPI can tell them, and does when a rank ends without a
-// farewell to it: the job ends.
+// The other ranks wait for this one. Only MPI can inform them: when a rank ends without
+// MPI_Finalize, MPI ends the job.
 [[noreturn]] void EndJob(const MpiGroup& group, const std::string& program, const Error& error)
 {
   std::cerr.clear(); // this rank speaks, whichever it is

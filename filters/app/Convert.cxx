@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// kdstream-convert: a mesh or point cloud of another program's format, as a PLY that kdstream-build
-// reads. A process of its own: VTK and PCL take what memory they like, and may end with the process
-// on hostile input.
+// kdstream-convert: converts a mesh or point cloud of another program's format to a PLY that
+// kdstream-build reads. It is a process of its own, because VTK and PCL take unbounded memory and
+// may crash on hostile input.
 #include "filters/app/ConvertedInput.h"
 #include "filters/app/OutputFolders.h"
 #include "filters/app/ReadingOptions.h"
@@ -63,8 +63,8 @@ struct CommandLine
   bool quiet = false, progressLines = false, strict = false;
 };
 
-// The line that is printed if a reader of the libraries crashes. Made before, since little is
-// allowed then.
+// The line printed if a library's reader crashes. Prepared in advance, because a signal handler may
+// do very little.
 std::array<char, 512> crashLine{};
 std::size_t crashLength = 0;
 
@@ -109,7 +109,7 @@ void CatchCrashes(const std::string& program, const std::string& file)
   }
 }
 
-// What a file claims must not bring the machine down: more memory than this, or than is free, is an
+// A file's claims must not exhaust the machine's memory: more than this, or than is free, is an
 // error.
 constexpr std::uint64_t leastMemory = std::uint64_t{ 1 } << 30;
 constexpr std::uint64_t memoryPerByte = 100; // of the file: compressed ones grow, pictures too
@@ -148,9 +148,9 @@ std::uint64_t MostMemory(const std::filesystem::path& input)
 {
   std::error_code status;
   const std::uintmax_t bytes = std::filesystem::file_size(input, status);
-  // Without a limit: a .gltf, pictures, and VRML with Inline (a compressed file may have it), whose
-  // bytes lie in other files too; and .obj, .ply and .off, whose readers are ours and trust no
-  // claim of the file.
+  // Files without a limit: a .gltf, pictures, and VRML with Inline (also in a compressed file),
+  // because bytes of other files belong to them; and .obj, .ply and .off, because our own readers
+  // trust no claim of the file.
   constexpr std::string_view gzipMark = "\x1f\x8b\x08";
   const std::string ending = FileEnding(input);
   const bool alone = !status && ending != ".gltf" && ending != ".obj" && ending != ".ply" &&
@@ -209,7 +209,7 @@ Result<ForeignMesh> Read(const CommandLine& line, const Execution& execution)
   }
 }
 
-// For kdstream-build. What would not be a line is no file that anybody names so.
+// For kdstream-build. A file whose name has a line end is not reported.
 void TellNamed(const std::vector<std::filesystem::path>& files)
 {
   for (const std::filesystem::path& file : files)
@@ -221,7 +221,7 @@ void TellNamed(const std::vector<std::filesystem::path>& files)
   }
 }
 
-// kdstream-build has what was forgiven as numbers, and tells it itself.
+// kdstream-build gets what was repaired as numbers, and reports it itself.
 void TellWarnings(const std::string& program, const CommandLine& line, const ForeignMesh& read)
 {
   std::vector<std::string> warnings = read.warnings;

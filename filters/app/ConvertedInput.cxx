@@ -1,6 +1,9 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Steps: 1. a folder for the PLY  2. start kdstream-convert, its stderr a pipe  3. read that until
-// it ends: progress, warnings, the error  4. how it ended.
+// Steps:
+// 1. a folder for the PLY
+// 2. start kdstream-convert, its stderr a pipe
+// 3. read the pipe until it ends: progress, warnings, the error
+// 4. how the process ended.
 #include "filters/app/ConvertedInput.h"
 
 #include "filters/files/Folders.h"

@@ -126,8 +126,8 @@ Status About(const fs::path& file, const Status& status)
            : Status{ Error{ status.GetError().code, status.GetError().message, file.string() } };
 }
 
-// The folder that the user names. All folders below it are entered one by one: it may be one that
-// others write to, and what they have put there leads nowhere else.
+// The folder that the user names. Folders below it are opened one after the other: others may be
+// able to write to them, and must not redirect this program by links.
 class TargetFolder
 {
 public:
@@ -206,9 +206,9 @@ private:
   std::vector<fs::path> Made; // by this, the outermost first
 };
 
-// What goes up whole or not at all: a model's folder, or, where that is up, the one of another
-// digest in it. What belongs into it is written into a hidden one beside it, waited for, and takes
-// its name at the end, or is removed. A folder that is up already stays where it is.
+// A folder that appears whole or not at all: a model's folder, or, if that exists, the folder of
+// another digest in it. Its files are written into a hidden folder beside it, which gets its name
+// at the end, when the disk has them, or is removed. An existing folder stays where it is.
 class NewFolder
 {
 public:

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Steps: 1. partition by partition: vertices, triangles, their materials; a lossy tile becomes a
-// picture  2. for each picture of a lossless input: its texels from all tiles that have some.
+// Steps:
+// 1. partition by partition: vertices, triangles, their materials; a lossy tile becomes a picture
+// 2. for each picture of a lossless input: its texels from all tiles that have some.
 #include "filters/app/ExtractTextured.h"
 
 #include "filters/app/TilePictures.h"

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// kdstream-store: what is in a store, whether it is whole, and meshes out of it. The contract is
-// doc/cli.md#kdstream-store.
+// kdstream-store: prints what is in a store, checks it, and extracts meshes.
+// doc/cli.md#kdstream-store describes it.
 #include "filters/store/Store.h"
 #include "filters/app/ConvertedInput.h"
 #include "filters/app/DirectionText.h"
@@ -285,8 +285,8 @@ private:
     return exitDone;
   }
 
-  // With the pictures of partitions, where nothing else is wanted; else a mesh without any as a
-  // .glb.
+  // With the pictures of partitions, if nothing else is asked for; otherwise a .glb without
+  // pictures.
   int ExtractTextured(const Store& store, const std::filesystem::path& output,
     const WantedPartitions& original, OutputFolders& folders, Moment begin) const
   {

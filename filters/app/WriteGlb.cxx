@@ -1,6 +1,9 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Steps: 1. a primitive for each material, its vertices split where coordinates differ  2. pictures
-// 3. the JSON that tells where all that lies, and how it stands  4. head, JSON and bytes.
+// Steps:
+// 1. a primitive for each material; vertices are split where coordinates differ
+// 2. pictures
+// 3. the JSON, which says where everything is, and the model's orientation
+// 4. head, JSON and bytes.
 #include "filters/app/WriteTextured.h"
 
 #include "filters/core/BitCast.h"
@@ -113,9 +116,8 @@ private:
     std::optional<std::size_t> normals{}, texture{}, colors{};
   };
 
-  // The model's directions that are x, y and z in the file, each of length 1 and across the others:
-  // the rows of the node's rotation. What is in front (FrontOf) looks along z, as the format has
-  // it.
+  // The model's directions that become x, y and z in the file, each of length 1 and orthogonal to
+  // the others: the rows of the node's rotation. The front (FrontOf) becomes +z, as in the format.
   static std::array<Vec3, 3> AxesOf(const Vec3& up)
   {
     const Vec3 front = FrontOf(up);

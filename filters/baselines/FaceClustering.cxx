@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Hierarchical face clustering: see FaceClustering.h. Steps: 1. a node a triangle, a link where two
-// share an edge  2. rounds: price links, match the cheapest, contract  3. numbers.
+// Hierarchical face clustering: see FaceClustering.h. Steps:
+// 1. a node for each triangle, a link where two share an edge
+// 2. rounds: price links, match the cheapest, contract
+// 3. numbers.
 #include "filters/baselines/FaceClustering.h"
 
 #include "filters/core/VectorMath.h"
@@ -116,8 +118,8 @@ std::vector<Link> LinksOf(std::span<const Vec3> points, std::span<const Triangle
   return links;
 }
 
-// Which clusters are joined in one round: for each its leader, the same for all that become one.
-// links: in ascending order of cost. At most until `wanted` are left.
+// Decides which clusters are joined in one round: for each its leader, the same for all that become
+// one. links: in ascending order of cost. Stops when `wanted` are left.
 std::vector<std::uint32_t> Match(std::size_t nodes, std::span<const Link> links, std::size_t wanted)
 {
   constexpr auto alone = static_cast<std::uint32_t>(-1);
@@ -133,8 +135,8 @@ std::vector<std::uint32_t> Match(std::size_t nodes, std::span<const Link> links,
       --left;
     }
   }
-  // In a star one pair a round is all there is. So where few were joined, those left over join
-  // their cheapest neighbour's pair, which bounds the rounds.
+  // In a star only one pair can match in a round. So if few were joined, those left over join their
+  // cheapest neighbour's pair, which limits the number of rounds.
   const auto partners = static_cast<std::size_t>(std::count(linked.begin(), linked.end(), true));
   if (nodes - left < partners / 8)
   {
@@ -154,8 +156,8 @@ std::vector<std::uint32_t> Match(std::size_t nodes, std::span<const Link> links,
   return leader;
 }
 
-// One round. Returns for each cluster the one that it is part of now, numbered by their first;
-// nodes and links become those of the new ones.
+// One round. Returns for each cluster the new one that contains it, numbered by their first
+// triangles; nodes and links become those of the new clusters.
 std::vector<std::uint32_t> Contract(
   std::vector<Node>& nodes, std::vector<Link>& links, std::size_t wanted, double meanTriangles)
 {

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // K-means clustering: see KMeansClustering.h. Steps:
-//   a. points to a box of side 1, vertices in one place to their lowest (KMeansSurface),
+//   a. move points into a box of side 1, and map vertices in the same place to the lowest one
+//      (KMeansSurface),
 //   b. seeds from hierarchical face clustering (KMeansSeeds),
 //   c. as often as the options say: all clusters grow from their seeds over the graph of edges
 //      (KMeansGrowth); the middle of each is its next seed,

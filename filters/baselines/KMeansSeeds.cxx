@@ -113,8 +113,8 @@ public:
     return {};
   }
 
-  // `count` of the vertices that are no seeds yet, spaced evenly along the order of a k-d tree: of
-  // those that are not in `parts`, if they are enough.
+  // Chooses `count` vertices that are not seeds yet, spaced evenly along the order of a k-d tree:
+  // of those that are not in `parts`, if they are enough.
   Status AddLoose(const std::vector<bool>& parts, std::size_t count, const Execution& execution)
   {
     if (count == 0)

@@ -2,7 +2,7 @@
 // Octree clustering: see OctreeClustering.h. Steps:
 //   a. each vertex gets the 63-bit Morton key of its cell at the deepest level,
 //   b. cells are split by sorting their records into eight, by three bits of the key, in place,
-//   c. leaves are numbered as they lie: in Morton order.
+//   c. leaves are numbered in Morton order.
 #include "filters/baselines/OctreeClustering.h"
 
 #include "filters/core/Extent.h"

@@ -15,8 +15,8 @@ namespace
 
 constexpr std::size_t readChunk = std::size_t{ 1 } << 18; // vertices or faces
 
-// What the header claims, if the file is large enough to hold it: 3 bytes a vertex and a face are
-// the least. Claims by themselves are no reason to refuse anything.
+// What the header claims, if the file is large enough for it: a vertex and a face have at least 3
+// bytes. Claims by themselves are not a reason to refuse anything.
 MeshSize ClaimedSize(const MeshReader& reader)
 {
   const MeshFileInfo& info = reader.Info();
@@ -93,8 +93,8 @@ Status CheckClaimedPartitions(
   const MeshReader& reader, const BuildOptions& options, bool mayBeWhole)
 {
   const BlockedSize claimed = ClaimedBlocks(reader);
-  // Vertices of triangles that share none are welded to far fewer, and no triangle may use them:
-  // they count when that is known.
+  // Unshared vertices of triangles become far fewer by welding, and vertices may be unused: they
+  // count only when their number is known.
   const bool indexed = claimed.triangles == 0 || claimed.vertices <= claimed.triangles;
   if (reader.Info().soup || !indexed || claimed.vertices == 0)
   {

@@ -25,8 +25,8 @@ std::uint64_t BytesPerCluster(const MeshSize& size)
 // Of a limit: for libraries, threads and SQLite.
 constexpr std::uint64_t mostKeptFromSteps = std::uint64_t{ 96 } << 20;
 
-// Bytes that a block takes at most in any step, for each of its vertices: measured on surfaces and
-// soups (Testing/EndToEnd).
+// The maximum number of bytes of a block in any step, for each of its vertices: measured on
+// surfaces and soups (Testing/EndToEnd).
 constexpr std::uint64_t bytesPerBlockVertex = 600;
 // For each triangle that it has beyond two a vertex, as surfaces have.
 constexpr std::uint64_t bytesPerBlockTriangle = 100;
@@ -104,8 +104,7 @@ std::uint64_t SumBytesOf(std::span<const AttributeInfo> attributes)
 std::uint64_t EstimateBuildMemory(
   const MeshSize& size, std::uint64_t partitions, std::uint64_t clusters)
 {
-  // The arrays, once more while they grow; of a batch the pieces, their blobs and what SQLite
-  // holds.
+  // The arrays, once more while they grow; in a batch the pieces, their blobs and SQLite's memory.
   const std::uint64_t inBatch = std::min<std::uint64_t>(size.attributeBytes,
     size.attributeBytes / std::max<std::uint64_t>(1, partitions) * encodeBatch);
   return (std::uint64_t{ 32 } << 20) + 44 * size.vertices + 40 * size.triangles +
@@ -195,8 +194,8 @@ Status CheckPartitionMemory(
   {
     return {};
   }
-  // The limit that would do: one that leaves this much for the steps, or one that the whole mesh
-  // fits. A mesh that fits already was larger before welding: then only the first counts.
+  // A limit that is enough: one that leaves this much for the steps, or one for the whole mesh in
+  // memory. If the mesh fits already, it was larger before welding: then only the first counts.
   const std::uint64_t inBlocks = std::min(bytes / 3 * 4, bytes + mostKeptFromSteps);
   const MeshSize whole{ mesh.vertices, mesh.triangles,
     mesh.vertices * mesh.pointTupleBytes + mesh.triangles * mesh.cellTupleBytes };

@@ -207,8 +207,8 @@ private:
     return {};
   }
 
-  // Whether it is known that no two vertices are in the same place: what welding leaves can differ
-  // by its arrays, or by the sign of a zero.
+  // Whether it is certain that no two vertices are in the same place: welded vertices can still
+  // differ by their arrays, or by the sign of a zero.
   bool AllPlacesDiffer() const
   {
     std::vector<AttributeInfo> arrays;

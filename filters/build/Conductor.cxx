@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// The conductor of a build: see Conductor.h. Steps: those of the back end, then what the store says
-// of the model, pieces, pages of the tree, unused vertices, home view.
+// The conductor of a build: see Conductor.h. Steps: those of the back end, then the model's
+// description, pieces, pages of the tree, unused vertices, home view.
 #include "filters/build/Conductor.h"
 
 #include "filters/build/GuessHomeView.h"

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // The build out of core: see ExternalBuilder.h. Phases:
-//   1. mesh     the file read in chunks, vertices welded, those that no triangle uses set aside,
+//   1. mesh     the file is read in chunks, vertices welded, those that no triangle uses set aside,
 //               triangles renumbered: MeshPhase.h
 //   2. tree     the vertices in the order of the leaves, boxes: TreePhase.h
 //   3. faces    triangles and attributes by blocks: FacesPhase.h
@@ -31,7 +31,7 @@ namespace kdstream
 namespace
 {
 
-// The step, as progress calls it, with which a build goes on after a phase.
+// The step, by its name in progress reports, with which a build continues after a phase.
 std::string StepAfter(std::string_view phase, const BuildOptions& options)
 {
   std::vector<std::pair<std::string_view, const char*>> steps(

@@ -141,8 +141,8 @@ public:
     return flat && flat->index == 1 && towards > oneSided * all;
   }
 
-  // How much of the floor is spanned by what touches it, where the shape would stand with this axis
-  // up: 0-1. 0 where it would fall.
+  // How much of the floor the points that touch it would span, if the shape stood with this axis
+  // up: 0-1. 0 if it would fall over.
   double StandsWith(const Axis& up) const
   {
     const std::size_t a = (up.index + 1) % 3, b = (up.index + 2) % 3;
@@ -249,8 +249,8 @@ double Shape::ReliefTowards(const Vec3& direction) const
   return area > 0 ? bends * Length(this->Sides) / area : 0;
 }
 
-// Which axis is up by its shape, if one is. A vase may be wider at its rim than at its foot:
-// only what could hardly stand otherwise is taken to be upside down in its file.
+// Which axis is up by its shape, if one is. A vase may be wider at its rim than at its foot: so a
+// shape is taken to be upside down only if it could hardly stand otherwise.
 std::optional<Axis> UpByShape(const Shape& shape)
 {
   std::optional<Axis> best;

@@ -118,7 +118,7 @@ InputDigest::InputDigest(std::vector<std::filesystem::path> files)
   }
   catch (const std::system_error&)
   {
-    // No further thread is to be had: Take does it.
+    // If no further thread can be started, Take does the work.
   }
 }
 

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Phase "mesh": the file in chunks, what the build must know of it, welding, and what no triangle
-// uses is set aside.
+// Phase "mesh": reads the file in chunks, gathers what the build must know, welds, and sets aside
+// vertices that no triangle uses.
 #include "filters/build/MeshPhase.h"
 
 #include "filters/build/BuildInput.h"

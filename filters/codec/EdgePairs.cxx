@@ -11,9 +11,8 @@ namespace kdstream
 
 // 1. Sort the half-edges by the lower vertex of each: those between the same two vertices are then
 //    near each other.
-// 2. Go through the half-edges of each lower vertex. One that finds no partner waits, in a list
-// that
-//    belongs to its higher vertex; one that runs the other way takes the first from that list.
+// 2. Go through the half-edges of each lower vertex. A half-edge without a partner waits in the
+//    list of its higher vertex; one in the other direction takes the first of that list.
 std::vector<std::uint32_t> PairEdges(std::span<const Triangle> triangles, std::size_t vertices)
 {
   constexpr std::uint32_t none = noVertex;
@@ -51,8 +50,8 @@ std::vector<std::uint32_t> PairEdges(std::span<const Triangle> triangles, std::s
       sorted[begin[std::min(from, to) + 1]++] = { number, std::max(from, to), from < to };
     });
 
-  // For each higher vertex, the list of those that wait, in the order of their numbers. All of a
-  // list run in one direction.
+  // For each higher vertex, the list of waiting half-edges, in the order of their numbers. All in a
+  // list run in the same direction.
   std::vector<std::uint32_t> first(vertices, none);
   const std::unique_ptr<std::uint32_t[]> last(new std::uint32_t[vertices]);
   const std::unique_ptr<std::uint32_t[]> next(new std::uint32_t[count]);

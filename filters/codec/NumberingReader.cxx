@@ -12,7 +12,7 @@ struct Ghost
   std::uint32_t vertex; // of the walk
 };
 
-// False: what is read is no key.
+// False: not a key.
 bool ReadKey(SymbolReader& symbols, VertexKey reference, VertexKey& key)
 {
   std::int64_t partition = PartitionOfKey(reference), index = IndexOfKey(reference);

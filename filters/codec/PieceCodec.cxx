@@ -20,7 +20,8 @@ namespace
 
 constexpr std::string_view pieceMagic = "KDP";
 
-// A blob holds a byte for so many of the piece, or more: what bounds a reader's memory and time.
+// A blob has at least a byte for this number of bytes of the piece: limits a reader's memory and
+// time.
 constexpr std::uint64_t mostExpansion = 128;
 
 // About what the piece takes in memory.

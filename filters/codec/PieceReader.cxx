@@ -68,7 +68,7 @@ bool PieceReader::ReadExactVertices()
 }
 
 // The points of all vertices, and the numbers of own ones. One loop adds a vertex's difference to
-// its prediction and reads its group: each of the two waits for what came before, but not for the
+// its prediction and reads its group: each of the two depends on earlier steps, but not on the
 // other.
 template <class Predictor>
 bool PieceReader::ReadPoints(typename Predictor::Point* points)
@@ -167,8 +167,8 @@ bool PieceReader::ReadArray(
   return true;
 }
 
-// Original: nothing is stored, they are the partition's from 0 on. Below S: the first is stored,
-// the others follow it. Else each: the first vertex of its cluster's interval.
+// Original: nothing is stored; the keys are the partition's from 0 on. Coarser than S: the first is
+// stored, the others follow it. Else each: the first vertex of its cluster's interval.
 bool PieceReader::ReadOwnKeys()
 {
   const std::size_t own = this->Shape.counts.own;
@@ -201,8 +201,8 @@ bool PieceReader::ReadOwnKeys()
   return true;
 }
 
-// Level by level, fine to coarse: of each vertex, then of each cluster that one of them is in, the
-// parent's rank.
+// Level by level, fine to coarse: for each vertex, and then for each cluster that has one of them,
+// the parent's rank.
 bool PieceReader::ReadAncestors()
 {
   const AncestorShape shape = this->Shape.Ancestors();

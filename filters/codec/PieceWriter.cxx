@@ -66,8 +66,8 @@ void PieceWriter::WriteArray(std::size_t context, const std::vector<std::uint64_
   }
 }
 
-// Original: nothing, they are the partition's from 0 on. Below S: the first, the others follow it.
-// Else each: the first vertex of its cluster's interval.
+// Original: nothing; the keys are the partition's from 0 on. Coarser than S: the first, the others
+// follow it. Else each: the first vertex of its cluster's interval.
 void PieceWriter::WriteOwnKeys()
 {
   const std::size_t own = this->Shape.counts.own;
@@ -93,8 +93,8 @@ void PieceWriter::WriteOwnKeys()
   }
 }
 
-// Level by level, fine to coarse: of each vertex, then of each cluster that one of them is in, the
-// parent's rank.
+// Level by level, fine to coarse: for each vertex, and then for each cluster that has one of them,
+// the parent's rank.
 void PieceWriter::WriteAncestors()
 {
   const AncestorShape shape = this->Shape.Ancestors();

@@ -10,8 +10,8 @@ namespace kdstream
 namespace
 {
 
-// About how many bits the differences take, in sixteenths of a bit: the raw ones, and the entropy
-// of the symbols.
+// About the number of bits of the differences, in sixteenths of a bit: the raw bits, and the
+// entropy of the symbols.
 class CostOfTables
 {
 public:
@@ -32,8 +32,8 @@ public:
     }
     return this->Raw + Entropy(all);
   }
-  // Each under its own, of which there are `more` beside the first. every: one of so many
-  // differences was added.
+  // Each under a table of its own, of which there are `more` beside the first. every: only one of
+  // this number of differences was added.
   std::uint64_t Apart(std::uint64_t every, std::uint64_t more) const
   {
     return this->Raw + Entropy(this->Sizes[0]) + Entropy(this->Sizes[1]) + Entropy(this->Sizes[2]) +

@@ -61,8 +61,8 @@ Result<std::span<const std::uint8_t>> UnsealBlob(
   {
     return Error{ ErrorCode::InvalidInput, "does not begin with \"" + std::string(magic) + "\"" };
   }
-  // Before the checksum: another version may have another one, or none, and "damaged" would send
-  // the reader looking for a fault where only a newer viewer is needed.
+  // Before the checksum, because another version may have another one, or none: "damaged" would
+  // send the user looking for a fault where only a newer viewer is needed.
   if (blob.size() > magicSize && blob[magicSize] != codecVersion)
   {
     return Error{ ErrorCode::Unsupported, "unknown codec version " +

@@ -21,8 +21,8 @@ constexpr std::uint32_t WeightOf(unsigned weightClass)
            : (weightClass % 2 == 1 ? 2U << (weightClass / 2) : 3U << (weightClass / 2 - 1));
 }
 
-// Frequencies that sum to 2^bits, each at least 1 where its class is not 0: a slot each, the others
-// by weight, and what rounding leaves to the first of the heaviest. False if there is no symbol.
+// Frequencies that sum to 2^bits. Each class that is not 0 gets one slot, and the rest is shared by
+// weight; what rounding leaves goes to the first of the heaviest. False if there is no symbol.
 bool FrequenciesOf(
   std::span<const std::uint8_t> classes, unsigned bits, std::span<std::uint32_t> frequencies)
 {

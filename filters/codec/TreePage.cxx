@@ -103,7 +103,7 @@ bool ReadCode(std::int64_t difference, std::uint32_t largest, std::uint32_t& las
   return true;
 }
 
-// False: they are no facts.
+// False: not facts of a piece.
 bool ReadFacts(SymbolReader& symbols, std::size_t count, std::vector<PieceFacts>& pieces)
 {
   FactCodes last;
@@ -174,8 +174,8 @@ std::size_t LongestSide(const Box& box)
   return longest;
 }
 
-// Calls visit(axis, upper, inner) for the sides of a child's box: `inner` is the one where the
-// parent's vertices were most likely divided, in the middle.
+// Calls visit(axis, upper, inner) for the sides of a child's box: `inner` is the side in the
+// middle, where the parent's vertices were most likely divided.
 template <class Visit>
 bool ForEachSide(const Box& parent, bool secondChild, const Visit& visit)
 {
@@ -210,7 +210,7 @@ void WriteBox(SymbolWriter& symbols, const Box& box, const Box& parent, bool sec
     });
 }
 
-// False: it is no box.
+// False: not a box.
 bool ReadBox(SymbolReader& symbols, Box& box, const Box& parent, bool secondChild)
 {
   const bool good = ForEachSide(parent, secondChild,
@@ -295,7 +295,7 @@ std::vector<NodeId> TreePages(const TreeDepths& depths)
   return pages;
 }
 
-// ---- what a page tells
+// ---- the content of a page
 
 PieceFacts RoundedUp(const PieceFacts& facts)
 {
@@ -314,7 +314,7 @@ PieceTable::PieceTable(const TreeDepths& depths, bool hasLevels)
 namespace
 {
 
-// Calls visit(resolution, first node, count of nodes) for each resolution that a page tells of,
+// Calls visit(resolution, first node, count of nodes) for each resolution that a page describes,
 // coarse to fine, until it returns false.
 template <class Visit>
 void ForEachRow(NodeId page, const TreeDepths& depths, bool hasLevels, const Visit& visit)

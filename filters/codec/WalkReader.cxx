@@ -12,8 +12,8 @@ namespace kdstream
 namespace
 {
 
-// All steps, and None after them. They come two to a symbol; after an odd last one comes 0. Empty
-// if it is not so.
+// Reads all steps, followed by None. A symbol has two steps; after an odd last one comes 0. Empty
+// if this is violated.
 std::vector<WalkStep> ReadSteps(SymbolReader& symbols, std::size_t count)
 {
   std::vector<WalkStep> steps(count + 2);
@@ -48,7 +48,7 @@ public:
   {
   }
 
-  // False: what is read is no walk.
+  // False: not a walk.
   KDSTREAM_IN_LOOPS bool Follow()
   {
     while (this->Done != this->End)
@@ -98,7 +98,7 @@ private:
     return true;
   }
 
-  // A vertex that was found, named by how many were found since; none if there is no such.
+  // A vertex that was found, by the number of vertices found after it; none if it does not exist.
   KDSTREAM_IN_LOOPS std::uint32_t ReadKnownVertex(std::size_t context)
   {
     const std::uint64_t since = this->Symbols.Small(context);
@@ -106,7 +106,7 @@ private:
                                      : none;
   }
 
-  // Crosses the gate that was taken, and those where the walk goes on, until it ends.
+  // Crosses the gate that was taken, and the gates of the walk after it, until it ends.
   KDSTREAM_IN_LOOPS bool CrossUntilEnd()
   {
     while (true)
@@ -137,7 +137,7 @@ private:
     }
   }
 
-  // The new triangle's third corner, or none where there can be no such step.
+  // The new triangle's third corner, or none if the step is not possible.
   KDSTREAM_IN_LOOPS std::uint32_t Cross(WalkStep step)
   {
     switch (step)

@@ -22,8 +22,8 @@ void WriteSteps(SymbolWriter& symbols, const std::vector<WalkStep>& steps)
   }
 }
 
-// Finds the steps. It has a half-edge of the piece for each gate: that on the other side, which the
-// gate's triangle does not own. Everything is inlined into WalkWriter::Write: see WalkState.
+// Finds the steps. For each gate it has a half-edge of the piece: the one on the other side, which
+// the gate's triangle does not own. Everything is inlined into WalkWriter::Write: see WalkState.
 class StepFinder : public WalkState
 {
 public:
@@ -102,7 +102,7 @@ private:
     this->Symbols.Number(context, this->vertexCount - 1 - number);
   }
 
-  // Crosses the gate that was taken, and those where the walk goes on, until it ends.
+  // Crosses the gate that was taken, and the gates of the walk after it, until it ends.
   KDSTREAM_IN_LOOPS void CrossUntilEnd()
   {
     while (true)
@@ -115,7 +115,7 @@ private:
         return;
       }
       this->TriangleDone[this->BehindHere / 4] = 1;
-      // The triangle's edges a -> x and x -> b, and what is behind them.
+      // The triangle's edges a -> x and x -> b, and the half-edges on their other sides.
       const std::uint32_t leaving = NextHalfEdge(this->BehindHere);
       const std::uint32_t entering = NextHalfEdge(leaving);
       this->Cross(step, StartOfHalfEdge(this->Triangles, entering));
@@ -123,8 +123,8 @@ private:
       {
         return;
       }
-      // The edge that was not crossed: of Next, a -> x, of Previous, x -> b, else both, of which a
-      // -> x was put on the stack.
+      // The edge that was not crossed: for Next a -> x, for Previous x -> b, else both, and a -> x
+      // was put on the stack.
       this->BehindHere = this->Pairs[step == WalkStep::Next ? leaving : entering];
       if (step != WalkStep::Next && step != WalkStep::Previous)
       {

@@ -71,7 +71,7 @@ Result<ForeignMesh> ReadOwn(
     Result<ForeignMesh> read = ReadInChunks(file, execution);
     if (read)
     {
-      // Who wants none is not told of them.
+      // No warnings if no textures are wanted.
       std::erase_if(read->warnings, [&](const std::string& warning)
         { return !textures.bake && warning == notCarried + objMaterialsName; });
       read->warnings.insert(read->warnings.begin(), found->warnings.begin(), found->warnings.end());
@@ -163,7 +163,7 @@ Result<ForeignMesh> ReadForeignMesh(const std::filesystem::path& file,
   const bool own = ending == ".ply" || ending == ".obj";
   const bool gltf = ending == ".glb" || ending == ".gltf";
   const ReadFormat read = FormatOf(ending);
-  // Says what is not there, or is a folder, in our words.
+  // A message for a missing file, or a folder.
   Result<ByteSource> source = ByteSource::Open(file);
   KDSTREAM_TRY(source);
   if (source->Size() == 0)

@@ -36,7 +36,7 @@ Status TakePlacement(std::string_view begin, LasHeader& header)
     header.offset[k] = LasNumberAt<double>(begin.data(), 155 + 8 * k);
     header.box.hi[k] = LasNumberAt<double>(begin.data(), 179 + 16 * k);
     header.box.lo[k] = LasNumberAt<double>(begin.data(), 187 + 16 * k);
-    // What is to be added and multiplied: numbers that stay numbers for every point.
+    // Numbers to add and multiply: they stay finite for every point.
     const bool isFinite = std::isfinite(header.scale[k] * 4294967296.0) &&
                           std::isfinite(header.offset[k]) && header.scale[k] != 0;
     if (!isFinite)
@@ -48,7 +48,7 @@ Status TakePlacement(std::string_view begin, LasHeader& header)
   return {};
 }
 
-// Where what follows the points begins, if the header names something: waves (1.3), or records of
+// Where the data after the points begin, if the header names any: waves (1.3), or records of
 // variable length after the points (1.4).
 std::uint64_t EndOfPoints(
   std::string_view begin, unsigned minor, std::uint64_t pointsBegin, std::uint64_t fileSize)

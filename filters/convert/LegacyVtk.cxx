@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Where a legacy .vtk file is damaged: see LegacyVtk.h. Steps: 1. the head: text or binary  2. part
-// by part: its head, then as many numbers as that tells.
+// Where a legacy .vtk file is damaged: see LegacyVtk.h. Steps:
+// 1. the head: text or binary
+// 2. part by part: its head, then as many numbers as the head says.
 #include "filters/convert/LegacyVtk.h"
 
 #include "filters/meshio/ByteSource.h"
@@ -46,8 +47,8 @@ bool IsSizeCertain(const std::string& type)
   return type.find("long") == std::string::npos && type != "vtkidtype";
 }
 
-// Parts of an array of points or cells: how many numbers each of them has, and where its head has
-// the type: after the name.
+// Parts of an array of points or cells: how many numbers each of them has, and the place of the
+// type in its head: after the name.
 struct ArrayPart
 {
   std::string_view keyword;
@@ -56,11 +57,11 @@ struct ArrayPart
 constexpr ArrayPart arrayParts[] = { { "VECTORS", 3 }, { "NORMALS", 3 }, { "TENSORS", 9 },
   { "TENSORS6", 6 }, { "GLOBAL_IDS", 1 }, { "PEDIGREE_IDS", 1 }, { "EDGE_FLAGS", 1 } };
 
-// Further words that VTK knows: of grids and graphs, whose sizes do not matter here.
+// Other keywords of VTK: of grids and graphs, whose sizes do not matter here.
 constexpr std::string_view otherKeywords[] = { "BLANKING", "EDGES", "VERTEX_DATA", "EDGE_DATA",
   "ROW_DATA", "CHILDREN" };
 
-// The first of the numbers that Fortran writes without a blank between them, "1.0-2.0", as a stream
+// The first of the numbers that Fortran writes without a blank in between, "1.0-2.0", as a stream
 // reads it; empty for any other word.
 std::string_view FirstOfGlued(std::string_view word)
 {
@@ -246,8 +247,8 @@ private:
       isCut);
   }
 
-  // The next number of a text. Numbers may be glued together, as VTK reads them, but not those of
-  // cells, of which it crashes where some are missing.
+  // The next number of a text. Numbers may be glued together, as VTK reads them, except those of
+  // cells: VTK crashes if some of these are missing.
   bool TakeNumber(std::uint64_t index, std::uint64_t count, double& value, bool isOfCells = false)
   {
     std::string_view word = this->Ahead();
@@ -284,8 +285,8 @@ private:
       true);
   }
 
-  // The texts of an array. In a text file each is a line; in a binary file each has its size before
-  // it, in one to eight bytes, as its first two bits say.
+  // Reads the texts of an array. In a text file each is a line; in a binary file each has its size
+  // before it, in one to eight bytes, according to its first two bits.
   bool TakeStrings(std::uint64_t count)
   {
     this->SkipLine();
@@ -330,7 +331,7 @@ private:
     return true;
   }
 
-  // The numbers after a head: of a text as words.
+  // The numbers after a head: in a text, as words.
   bool TakeNumbers(
     std::uint64_t count, std::uint64_t components, const std::string& type, bool isOfCells = false)
   {
@@ -452,8 +453,8 @@ private:
                                           std::to_string(cell));
   }
 
-  // Whether the next line is "OFFSETS TYPE". Of a binary file it may be numbers, too: no blank of
-  // which is skipped.
+  // Whether the next line is "OFFSETS TYPE". In a binary file the next bytes may be numbers, too,
+  // so no blanks are skipped.
   bool HasOffsets()
   {
     const Result<std::string_view> ahead = this->Source.Peek(longestWord);

@@ -82,7 +82,7 @@ public:
     header.values = values;
     const std::uint64_t body = fileSize > this->BodyBegin ? fileSize - this->BodyBegin : 0;
     const std::string& data = this->Values.at("DATA")[0];
-    // The least that so many points take: a digit and a separator a value.
+    // The minimum size of this number of points: a digit and a separator for each value.
     const std::uint64_t least = data == "ascii" ? 2 * values : header.pointBytes;
     if (data != "binary_compressed" && header.points * least > body + 1)
     {
@@ -100,9 +100,9 @@ public:
     return header;
   }
 
-  // PCL takes what is not a number for zero, and passes over lines that are too short: goes through
-  // the lines of an ascii body. What is not a point after the claimed ones is left, where it begins
-  // is returned. To be called after Read.
+  // Checks the lines of an ascii body, because PCL reads a word that is not a number as zero, and
+  // skips lines that are too short. Returns the place after the claimed points, if what follows are
+  // not points. Call it after Read.
   Result<std::uint64_t> CheckAsciiBody(PcdHeader& header)
   {
     this->FindPlaces();
@@ -317,7 +317,7 @@ private:
     return {};
   }
 
-  // The numbers of a line, nothing where there is no such line.
+  // The numbers of a line; nothing if there is no such line.
   Result<std::vector<std::uint64_t>> Numbers(const std::string& key) const
   {
     std::vector<std::uint64_t> numbers;
@@ -420,8 +420,7 @@ private:
   std::uint64_t BodyBegin = 0;
 };
 
-// The body of a compressed file begins with its two sizes.
-// Returns where it ends.
+// The body of a compressed file begins with its two sizes. Returns its end.
 Result<std::uint64_t> CheckCompressedBody(ByteSource& source, PcdHeader& header)
 {
   const std::uint64_t begin = header.bodyBegin;

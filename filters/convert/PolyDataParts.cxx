@@ -17,8 +17,8 @@ std::string CellsText(vtkIdType count, const std::string& kind)
   return std::to_string(count) + " " + kind + (count == 1 ? " cell" : " cells");
 }
 
-// Of the cells that a mesh has not: all but triangles. A cloud needs none, so its vertices are no
-// loss.
+// Warns of cells that a mesh does not have: all except triangles. A cloud needs no cells, so its
+// vertices are not a loss.
 void WarnOfCells(const PolyDataElements& elements, bool triangles, vtkPolyData& input,
   std::vector<std::string>& warnings)
 {

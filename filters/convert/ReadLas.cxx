@@ -75,9 +75,9 @@ private:
     return CheckPointCount(this->Header.points);
   }
 
-  // Whether the points that the header does not count may be points: all of them lie in its box.
-  // The box decides only if it is that of the counted points, of which the first and the last are
-  // checked; else they may be.
+  // Whether bytes after the points, which the header does not count, may be points: all of them
+  // must be in the header's box. The box decides only if it is that of the counted points, of which
+  // the first and the last are checked; else they may be points.
   Result<bool> MayBePoints(std::uint64_t begin, std::uint64_t points)
   {
     const std::uint64_t bytes = this->Header.pointBytes;

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// PCL's point clouds. Steps: 1. the header against the file's size  2. PCL reads  3. points,
-// attributes.
+// PCL's point clouds. Steps:
+// 1. check the header against the file's size
+// 2. PCL reads
+// 3. points, attributes.
 #include "filters/convert/FloatCoordinates.h"
 #include "filters/convert/ForeignMesh.h"
 #include "filters/convert/PcdHeader.h"
@@ -82,9 +84,9 @@ std::stringstream PlainLines(std::istream& text)
   return lines;
 }
 
-// A compressed body whose points are not: some programs write them so where compression does not
-// help. With a mark before every 32 bytes that says so (LZF: a run that is copied). REQUIRES: two
-// sizes at the beginning, and as many bytes after them as they say.
+// For a compressed body whose points are not compressed: some programs write this if compression
+// does not help. Adds a mark before every 32 bytes that says so (LZF: a run that is copied).
+// REQUIRES: two sizes at the beginning, and as many bytes after them as they say.
 std::vector<unsigned char> WithRunsMarked(const std::vector<unsigned char>& body)
 {
   constexpr std::size_t sizes = 8, longest = 32;

@@ -1,8 +1,10 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// VRML 2, and 1: parsed by Coin, joined to one mesh. Steps: 1. the text is checked, and made
-// harmless (VrmlText.h)  2. Coin makes a scene of it  3. shapes, where their transforms put them:
-// face sets, grids and points from their fields, solids as Coin's triangles  4. files
-// that an Inline names, the same way.
+// VRML 2, and 1: parsed by Coin, joined to one mesh. Steps:
+// 1. the text is checked and made harmless (VrmlText.h)
+// 2. Coin makes a scene of it
+// 3. shapes, at the places given by their transforms: face sets, grids and points from their
+//    fields, solids as Coin's triangles
+// 4. files that an Inline names, in the same way.
 #include "filters/convert/FloatCoordinates.h"
 #include "filters/convert/ForeignMesh.h"
 #include "filters/convert/JoinParts.h"
@@ -143,7 +145,7 @@ private:
     static std::string text;
     return text;
   }
-  // What Coin's words mean, with the name that they quote.
+  // The meaning of Coin's messages, with the name that they quote.
   static std::string Meaning(std::string_view said)
   {
     constexpr std::pair<std::string_view, const char*> meanings[] = {
@@ -204,8 +206,8 @@ void StartCoin()
   static_cast<void>(started);
 }
 
-// Whether Coin reads nodes of a kind as VRML 2 has them; those of Inventor, too, but the kinds of
-// NURBS, which have other fields there.
+// Whether Coin reads nodes of a kind as VRML 2 defines them: also those of Inventor, except NURBS,
+// which have other fields there.
 SoType TypeOfCoin(const std::string& type, bool isFirst)
 {
   const SoType second = SoType::fromName(("VRML" + type).c_str());
@@ -402,7 +404,7 @@ Transform Of(const SbMatrix& matrix)
 
 // --- Values of nodes -----------------------------------------------------------------------------
 
-// A field's node, or what a PROTO stands for.
+// The node of a field, or of a PROTO's instance.
 template <class Node>
 const Node* NodeOf(const SoSFNode& field)
 {
@@ -895,7 +897,7 @@ private:
     if (const auto* const box = As<SoVRMLBox>(node))
     {
       const SbVec3f size = box->size.getValue();
-      // A flat one is no more than a face.
+      // A flat grid is a single face.
       const auto isSide = [](float side) { return IsLength(side) || side == 0; };
       return isSide(size[0]) && isSide(size[1]) && isSide(size[2]) &&
              std::count(size.getValue(), size.getValue() + 3, 0.0F) <= 1;
@@ -958,8 +960,8 @@ private:
     return this->Transforms.empty() ? Transform{} : this->Transforms.back();
   }
 
-  // VRML 1 has transforms of many kinds, and files of VRML 2 have them now and then: Coin's matrix,
-  // in floats.
+  // VRML 1 has many kinds of transforms, and files of VRML 2 sometimes have them, too: uses Coin's
+  // matrix, in floats.
   Transform PlacedBy(SoCallbackAction& action) const
   {
     return this->Current.byMatrix ? this->Current.placed.After(Of(action.getModelMatrix()))
@@ -1482,7 +1484,7 @@ private:
     this->Tolerated.Count(Lapse::NodeLeftOut, count, names);
   }
 
-  // Of a material: its name for messages, and what of it was told.
+  // A material's name for messages, and which of its values were given.
   struct Material
   {
     std::string name;

@@ -42,8 +42,8 @@ namespace kdstream
 namespace
 {
 
-// Progress of the reader goes to the execution; a reader does not stop on abort, so neither does
-// this.
+// The reader's progress goes to the execution; a reader does not stop on abort, so this does not
+// either.
 template <class Reader>
 void Update(Reader& reader, const Execution& execution)
 {
@@ -61,7 +61,7 @@ void Update(Reader& reader, const Execution& execution)
   reader.RemoveObserver(command);
 }
 
-// VTK reads as many points and cells as a piece counts; looks for what the arrays have after them.
+// VTK reads as many points and cells as a piece counts; checks what its arrays have after them.
 class CountingReader : public vtkXMLPolyDataReader
 {
 public:
@@ -140,7 +140,7 @@ Error Damaged(const std::string& part)
   return { ErrorCode::InvalidInput, "is damaged, or is not as its header says: " + part };
 }
 
-// Whether the cells of each part name points that are there. Errors: InvalidInput naming part, cell
+// Checks that the cells of each part use existing points. Errors: InvalidInput naming part, cell
 // and point.
 Status CheckParts(vtkPolyData& mesh)
 {
@@ -177,8 +177,8 @@ Result<ForeignMesh> Finish(vtkPolyData* output, VtkMessages& messages, const Exe
   return mesh;
 }
 
-// Of a type of cells: its name, empty if VTK does not know it, and how many points such a cell has;
-// 0: any number.
+// A type of cells: its name, empty if VTK does not know it, and the number of its points; 0: any
+// number.
 struct CellShape
 {
   std::string name{};
@@ -239,8 +239,8 @@ Status CheckCellsOf(vtkUnstructuredGrid& grid)
   return fits;
 }
 
-// What VTK's filters take for granted of a grid: that its cells are, and that there are as many
-// points as it says. Arrays of a wrong length are taken out, and listed.
+// Checks what VTK's filters assume of a grid: that its cells are valid, and that it has as many
+// points as it says. Arrays of a wrong length are removed, and listed.
 Status CheckGrid(vtkDataSet& grid, std::vector<std::string>& dropped)
 {
   if (auto* const cells = vtkUnstructuredGrid::SafeDownCast(&grid))

@@ -1,6 +1,9 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Point clouds as text. Steps: 1. every line's words: what commas are  2. their numbers  3. what
-// the columns mean  4. points and attributes.
+// Point clouds as text. Steps:
+// 1. every line's words: what commas mean
+// 2. their numbers
+// 3. what the columns mean
+// 4. points and attributes.
 #include "filters/convert/ForeignMesh.h"
 #include "filters/convert/PointAttributes.h"
 #include "filters/convert/XyzColumns.h"
@@ -33,7 +36,7 @@ bool IsCount(const std::vector<std::string_view>& words)
   return words.size() == 1 && std::all_of(words[0].begin(), words[0].end(), IsDigit);
 }
 
-// What commas are, which the first line that has some tells.
+// The meaning of commas, decided by the first line that has some.
 enum class Commas
 {
   Unknown,
@@ -51,7 +54,7 @@ bool HasThousands(std::string_view word)
            word.begin() + static_cast<std::ptrdiff_t>(point), IsDigit);
 }
 
-// words: of a line, only at blanks and semicolons.
+// words: of a line, split only at blanks and semicolons.
 Commas CommasOf(const std::vector<std::string_view>& words)
 {
   std::size_t inner = 0, points = 0, both = 0, thousands = 0;
@@ -209,8 +212,8 @@ private:
     return false;
   }
 
-  // At commas, semicolons and tabs, where names have blanks and quotes, if so there are names of
-  // columns; else at blanks too.
+  // Splits at commas, semicolons and tabs (names may then have blanks and quotes), if this gives
+  // names of columns; else also at blanks.
   void SplitNames(std::string_view line)
   {
     this->Words.clear();
@@ -237,7 +240,7 @@ private:
     }
   }
 
-  // Words that name the columns, as some programs write before the points.
+  // Names of the columns, as some programs write them before the points.
   void TakeNames()
   {
     if (this->Columns || this->Layout || !AreXyzNames(this->Words))
@@ -364,7 +367,7 @@ private:
     return {};
   }
 
-  // Columns that are left out may have words.
+  // Ignored columns may have any words.
   void FindLeftOut(const XyzLayout& layout)
   {
     this->LeftOut.assign(this->ColumnCount, true);
@@ -488,7 +491,7 @@ private:
     if (means != Meaning::X)
     {
       XyzLayout shifted = this->Shifted->Guess(shiftedReadings);
-      // Whoever has no place for colours that are there is wrong.
+      // A layout without a place for existing colours is wrong.
       const bool fits = !this->WrongCount || Triples(shifted) >= Triples(plain);
       const bool isX = means == Meaning::Rises || means == Meaning::Differs;
       if (fits && !isX && this->PlacesVary())
@@ -549,7 +552,7 @@ private:
       [](const XyzLayout::Block& block) { return block.kind != XyzLayout::Kind::Number; });
   }
 
-  // Whether at least two of the columns 2 to 4 do: else they are no places.
+  // Whether at least two of the columns 2 to 4 could be coordinates: else they are not a place.
   bool PlacesVary() const
   {
     const std::vector<Vec3>& points = this->Out.mesh.points;
@@ -682,7 +685,7 @@ private:
   std::string PartNames;                     // of r g b or nx ny nz a part, which names numbers
   std::vector<float> Extra;                  // the columns but for the coordinates
   DecimalPrecision Precision;
-  // If the first column is not a coordinate, as long as that may be; none where the layout is
+  // The columns if the first one is not a coordinate, while that is possible; none if the layout is
   // known.
   std::optional<XyzColumns> Shifted;
   XyzFirstColumn First;

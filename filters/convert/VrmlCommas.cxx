@@ -1,6 +1,9 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Decimal commas of VRML: see VrmlCommas.h. Steps: 1. the numbers, and what separates them  2. how
-// many there are in both readings  3. whether these are whole values  4. what is regular.
+// Decimal commas of VRML: see VrmlCommas.h. Steps:
+// 1. the numbers, and what separates them
+// 2. how many there are in both readings
+// 3. whether these are whole values
+// 4. which reading is regular.
 #include "filters/convert/VrmlCommas.h"
 
 #include "filters/meshio/TextWords.h"

@@ -1,6 +1,9 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Steps: 1. the corners of each face, and which values they have  2. a vertex for each combination
-// of a point and its values  3. triangles  4. attributes.
+// Steps:
+// 1. the corners of each face, and their values
+// 2. a vertex for each combination of a point and its values
+// 3. triangles
+// 4. attributes.
 #include "filters/convert/VrmlFaces.h"
 
 #include "filters/convert/JoinParts.h"

@@ -44,8 +44,8 @@ bool IsTexture(std::string_view type)
          type == "Texture2";
 }
 
-// Nodes without geometry. Files have fields of X3D or of other programs in them, for which the
-// parser would refuse the whole file.
+// Nodes without geometry. Files use fields of X3D or of other programs in them, and the parser
+// would refuse the whole file because of these.
 bool ShowsNothing(std::string_view type)
 {
   constexpr std::string_view types[] = { "Viewpoint", "NavigationInfo", "Background", "Fog",
@@ -55,8 +55,8 @@ bool ShowsNothing(std::string_view type)
   return std::find(std::begin(types), std::end(types), type) != std::end(types);
 }
 
-// A number that is none, or is infinite, as programs of several systems print it: nan, -inf,
-// nan(ind), 1.#QNAN, -1.#IND.
+// A word for NaN or infinity, as programs of several systems print it: nan, -inf, nan(ind),
+// 1.#QNAN, -1.#IND.
 bool IsNotFiniteWord(std::string_view word)
 {
   std::string small(word.substr(word.starts_with('-') || word.starts_with('+') ? 1 : 0));
@@ -66,7 +66,7 @@ bool IsNotFiniteWord(std::string_view word)
          small == "inf" || small == "infinity";
 }
 
-// Whether "-1." goes on after it as "#IND" does, which is not a comment.
+// Whether "-1." continues as "#IND" does, which is not a comment.
 bool GoesOnAsNotFinite(std::string_view word, std::string_view behind)
 {
   constexpr std::string_view kinds[] = { "#IND", "#QNAN", "#SNAN", "#INF" };
@@ -79,8 +79,8 @@ bool GoesOnAsNotFinite(std::string_view word, std::string_view behind)
            });
 }
 
-// A name that the parser takes (VRML97, A.3); of VRML 1 letters, digits and _. What it would not
-// take becomes _ and two digits.
+// A name that the parser accepts (VRML97, A.3); in VRML 1 letters, digits and _. Each other
+// character becomes _ and two digits.
 std::string NameForParser(std::string_view name, bool isFirst)
 {
   std::string made;
@@ -161,7 +161,7 @@ private:
     std::size_t height = 0;            // of what is in it
   };
 
-  // What a name stands for, from its DEF on.
+  // The node of a name, from its DEF on.
   struct Definition
   {
     std::size_t number = 0;
@@ -409,8 +409,8 @@ private:
     return {};
   }
 
-  // Of a PROTO that the file has twice, the library would take the first: each further one is
-  // written by a name of its own, which the nodes after it take. Those in its body go with it.
+  // If the file has a PROTO twice, the library would use the first one for all nodes. So each
+  // further one gets a new name, also in the nodes after it and in its own body.
   std::string NameOfProto(std::string_view name)
   {
     std::string written(name);
@@ -466,7 +466,7 @@ private:
     return {};
   }
 
-  // Empties the text from `begin` on, but for its line ends: errors name lines.
+  // Empties the text from `begin` on, except line ends: errors name lines.
   void Clear(std::size_t begin)
   {
     const auto lines =
@@ -476,7 +476,7 @@ private:
     this->Out.text.append(static_cast<std::size_t>(lines), '\n');
   }
 
-  // A node of a kind that nobody knows here becomes an empty group.
+  // A node of an unknown kind becomes an empty group.
   void LeaveOut(Bracket& node)
   {
     const bool isExtern = this->Externs.contains(node.type);
@@ -527,8 +527,8 @@ private:
     return this->File.substr(at, std::max<std::size_t>(end - at, 1));
   }
 
-  // Fields that the library does not know are left out, with their values: what is up to the next
-  // field, or in VRML 1 the next node.
+  // Unknown fields are left out, with their values: everything up to the next field, or in VRML 1
+  // the next node.
   void LookForField(std::string_view word)
   {
     if (this->Open.empty() || this->Extern)
@@ -612,8 +612,8 @@ private:
     }
   }
 
-  // The floats of a value of a field; 0 of other fields, and of texture coordinates, which are not
-  // read.
+  // The number of floats of a field's value; 0 for other fields, and for texture coordinates, which
+  // are not read.
   std::size_t WidthOf(const Bracket& node, const std::string& field) const
   {
     if (node.hasKnownFields)
@@ -691,7 +691,7 @@ private:
     this->Out.tolerance.Count(Lapse::FieldNotKnown, isInside ? 0 : 1, place);
   }
 
-  // A node where a field's name should be. It counts as a child of the outer node, if that node has
+  // A node where a field's name should be. It counts as a child of the outer node, if that may have
   // children; else it is left out.
   void TakeNodeWithoutField(Bracket& node, std::string_view word)
   {

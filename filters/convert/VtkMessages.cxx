@@ -16,8 +16,8 @@ namespace
 
 constexpr std::size_t mostMessages = 20; // of each kind; a bad file can give one a line
 
-// Some readers only warn that data could not be read, and go on with what memory held: such a
-// warning is an error. All other warnings stay what they are.
+// Some readers only warn that data could not be read, and continue with uninitialized memory: such
+// a warning is an error. All other warnings stay warnings.
 bool TellsOfLostData(std::string text)
 {
   std::transform(text.begin(), text.end(), text.begin(),

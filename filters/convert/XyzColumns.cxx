@@ -428,8 +428,8 @@ bool XyzColumns::LooksLikeClass(std::size_t column) const
   return this->Columns[column].greatest <= mostClass;
 }
 
-// Of candidates with these rests that whose rest is the last column, where that is 255 for all, or
-// 1 beside colours from 0 to 1.
+// Among candidates with these remaining columns, the one whose remaining column is the last, if
+// that is 255 for all points, or 1 beside colours from 0 to 1.
 std::optional<std::size_t> XyzColumns::LookForOpacity(const std::vector<std::size_t>& rests) const
 {
   const auto found = std::find(rests.begin(), rests.end(), this->Count - 1);

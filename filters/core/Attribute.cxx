@@ -248,7 +248,7 @@ bool IsAttributeName(std::string_view name)
   for (std::size_t i = 0; i < name.size(); ++i)
   {
     const auto byte = static_cast<unsigned char>(name[i]);
-    // The control characters of Latin-1 (U+0080 to U+009F) are no text either.
+    // The control characters of Latin-1 (U+0080 to U+009F) are not text either.
     const bool latinControl = byte == 0xC2 && static_cast<unsigned char>(name[i + 1]) < 0xA0;
     if (byte < 0x20 || byte == 0x7F || latinControl)
     {

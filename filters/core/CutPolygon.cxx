@@ -1,9 +1,11 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Ear clipping (G. H. Meisters, "Polygons have ears", 1975). Steps: 1. a fan, where that serves
-// 2. corners into the plane  3. the corners that turn against the polygon (dents) into a k-d tree
-// 4. ears are cut, in rounds: a corner whose triangle holds a dent waits for that dent to go. Only
-// dents need to be looked at: of what reaches into a convex corner's triangle, the corner farthest
-// from the cut is one.
+// Ear clipping (G. H. Meisters, "Polygons have ears", 1975). Steps:
+// 1. A fan, if that is enough.
+// 2. Project the corners onto a plane.
+// 3. Put the corners that turn against the polygon (dents) into a k-d tree.
+// 4. Cut ears, in rounds: a corner whose triangle holds a dent waits until the dent is gone. Only
+//    dents need to be tested: if anything reaches into a convex corner's triangle, its corner
+//    farthest from the cut is a dent.
 #include "filters/core/CutPolygon.h"
 
 #include "filters/core/VectorMath.h"
@@ -77,8 +79,8 @@ void PolygonCutter::AddFan(std::size_t count)
   }
 }
 
-// Along the normal onto the plane of two axes, which turns nothing and keeps in exact numbers what
-// lies in such a plane. False: a fan serves.
+// Projects along the normal onto a plane of two axes, which keeps the orientation, and is exact for
+// polygons in such a plane. False: a fan is enough.
 bool PolygonCutter::Project(std::span<const Vec3> corners)
 {
   const Vec3 normal = NewellNormal(corners);
@@ -169,8 +171,8 @@ void PolygonCutter::Queue(std::uint32_t corner)
   }
 }
 
-// A round looks at every corner once, but not at the neighbours of the corners that it cut. Their
-// turn is in the next round, so triangles grow evenly and not into slivers.
+// A round visits every corner once, but not the neighbours of corners that it has cut. They are
+// visited in the next round, so that triangles grow evenly instead of becoming slivers.
 void PolygonCutter::CutQueued(Rule rule)
 {
   while (!this->NextBatch.empty() && this->Left > 3)

@@ -17,8 +17,8 @@ namespace
 
 using Counts = std::function<bool(VertexId)>;
 
-// How unevenly the edges around a vertex are used: of each directed edge from or to it the other
-// end's number, scattered. 0 where every edge is used as often in one direction as in the other.
+// A measure of how unevenly the edges around a vertex are used: hashes of the other ends' numbers,
+// with the sign of the direction. 0 if every edge is used equally often in both directions.
 std::uint64_t Hash(VertexId v)
 {
   return MixBits(v + std::uint64_t{ 1 }); // 0 would count as no edge
@@ -35,8 +35,8 @@ bool IsDegenerate(const Triangle& t)
   return t[0] == t[1] || t[1] == t[2] || t[2] == t[0];
 }
 
-// The edges whose lower end is one of the vertices [first, first + sums.size()), counts, and
-// has not all of its edges in balance. `triangles`: all that touch these vertices.
+// Collects the edges whose lower end is one of the vertices [first, first + sums.size()), counts,
+// and whose edges are not all balanced. `triangles`: all that touch these vertices.
 void CollectUnbalanced(std::span<const Triangle> triangles, std::span<const std::uint32_t> touching,
   VertexId first, std::vector<std::uint64_t>& sums, std::vector<DirectedEdge>& edges,
   const Counts& counts)

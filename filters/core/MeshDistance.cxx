@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Distances of meshes by samples: see MeshDistance.h.
 //   1. Sample both meshes: a triangle by its area, a place in it uniformly.
-//   2. A tree of boxes over each mesh's triangles (Boost.Geometry's R-tree).
-//   3. For each sample the nearest boxes, ever more until the next is farther than the nearest
-//   place.
+//   2. Make a tree of boxes over each mesh's triangles (Boost.Geometry's R-tree).
+//   3. For each sample visit the nearest boxes, until the next box is farther than the nearest
+//      point found.
 #include "filters/core/MeshDistance.h"
 
 #include "filters/core/MixBits.h"

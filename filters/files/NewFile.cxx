@@ -21,7 +21,8 @@ namespace kdstream
 namespace
 {
 
-// What a file is called until it is whole: ".NAME.", letters that nobody else has taken, and this.
+// A file's name until it is complete: ".NAME.", letters of a name that does not exist yet, and
+// this.
 constexpr std::string_view unfinished = ".unfinished";
 
 constexpr std::size_t randomLetters = 6;
@@ -57,8 +58,8 @@ Result<bool> IsLinked(int descriptor)
   return state.st_nlink > 0;
 }
 
-// The permissions that a new file begins with: whoever opens it now can read all that is written
-// later. The umask takes its part.
+// The permissions with which a new file begins: who opens it then could read all that is written
+// later. The umask is applied.
 mode_t FirstMode(const std::filesystem::path& target, const struct stat* replaced)
 {
   constexpr mode_t ofAnybody = 0666, ofOwner = 0600;
@@ -110,7 +111,7 @@ void NewFile::RemoveLeftovers(const std::filesystem::path& target)
   }
   for (const std::filesystem::path& path : left)
   {
-    // Those of writers that are no more are locked by nobody.
+    // Files of ended writers are not locked.
     int descriptor = ::open(path.c_str(), O_RDWR | O_CLOEXEC | O_NOFOLLOW | O_NONBLOCK);
     if (descriptor >= 0 && ::flock(descriptor, LOCK_EX | LOCK_NB) == 0)
     {
@@ -178,8 +179,8 @@ Status NewFile::Make()
   {
     return Error{ ErrorCode::InputOutput, "cannot be written: it is not a regular file" };
   }
-  // Now, so that what fails does so before the rename. A folder that others may read, but this user
-  // may only write to, cannot be waited for.
+  // Opened now, so that errors occur before the rename. A folder that this user may write but not
+  // read cannot be synced.
   this->FolderFile = ::open(this->Folder().c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC);
   if (this->FolderFile < 0 && errno != EACCES && errno != EPERM)
   {
@@ -229,7 +230,7 @@ Status NewFile::Write(std::string_view bytes)
 
 int NewFile::WhyFull() const
 {
-  // Some pages may have room where a piece had none; what follows them tells why there is no more.
+  // Single pages may have room where a whole piece had none; the error after them gives the reason.
   const std::vector<char> block(std::size_t{ 1 } << 16);
   const off_t end = ::lseek(this->File, 0, SEEK_END);
   for (std::size_t done = 0; done < block.size();)

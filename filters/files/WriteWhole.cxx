@@ -56,7 +56,7 @@ Status WriteToOutput(const std::filesystem::path& file, std::string_view bytes)
   {
     return WriteNewFile(file, bytes);
   }
-  // Never cut off, and never made: behind what a shell has redirected there already.
+  // Neither truncated nor made: appended to the output that a shell has redirected.
   const int descriptor = ::open(file.c_str(), O_WRONLY | O_APPEND | O_CLOEXEC | O_NOCTTY);
   if (descriptor < 0)
   {

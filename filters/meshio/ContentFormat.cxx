@@ -136,8 +136,8 @@ std::uint64_t LittleEndian(std::string_view bytes, std::size_t at, std::size_t c
   return value;
 }
 
-// Of a text without a mark: by the first word of its first line that is not a comment. Too little
-// to be believed of what could be binary.
+// The format of a text without a mark: by the first word of its first line that is not a comment.
+// Too weak for files that may be binary.
 std::string_view FormatOfText(std::string_view begin)
 {
   begin.remove_prefix(begin.starts_with(utf8Mark) ? utf8Mark.size() : 0);
@@ -187,7 +187,7 @@ std::string TellUnread(const Unread& format)
 // --- ZIP archives --------------------------------------------------------------------------------
 
 // The names in the first MiB of a ZIP archive's directory, which is at its end (APPNOTE.TXT, 4.3.12
-// and 4.3.16). None for an archive that is damaged or has 2^32 bytes or more.
+// and 4.3.16). None if the archive is damaged, or has 2^32 bytes or more.
 std::vector<std::string> NamesInZip(ByteSource& source)
 {
   constexpr std::uint64_t longestEnd = 22 + 0xFFFF;
@@ -223,8 +223,8 @@ std::vector<std::string> NamesInZip(ByteSource& source)
   return names;
 }
 
-// Formats that are ZIP archives themselves: by the ending of a name in them, or their own. Else
-// what of the archive could be read.
+// Names formats that are ZIP archives themselves: by the extension of a name in them, or of the
+// file. Otherwise names the files in the archive that could be read.
 std::string TellZip(const std::vector<std::string>& names, std::string_view itsEnding)
 {
   constexpr Mark inside[] = { { ".model", ".3mf" }, { ".usd", ".usdz" }, { ".usda", ".usdz" },

@@ -12,8 +12,8 @@ namespace kdstream
 namespace
 {
 
-// A reader whose errors name the file, and which drops what is not finite: the readers of the
-// formats give points as they are.
+// A reader whose errors name the file, and which drops points that are not finite: the readers of
+// the formats do not.
 class FiniteReader : public MeshReader
 {
 public:

@@ -140,8 +140,8 @@ Vec3 NormalOf(const Vec3& a, const Vec3& b, const Vec3& c)
 
 void WriteStl(OutputFile& file, const Mesh& mesh)
 {
-  // It must not begin with "solid", by which text files are told; VTK looks for a byte that is not
-  // ASCII instead.
+  // The header must not begin with "solid", by which programs recognize text files; VTK looks for a
+  // byte that is not ASCII instead.
   std::string header = "binary STL written by KdStream";
   header.resize(80, '\xff');
   file.Write(header);
@@ -191,8 +191,8 @@ void WriteColor(OutputFile& file, const Attribute& colors, std::size_t tuple)
   }
 }
 
-// The values of every tuple in a line. Tuples with a value that no text format can hold become
-// zeros.
+// Writes the values of each tuple in a line. Tuples with a value that text formats cannot hold
+// become zeros.
 void WriteTupleLines(OutputFile& file, const Attribute& array, std::string_view before)
 {
   for (std::size_t i = 0; i < array.TupleCount(); ++i)

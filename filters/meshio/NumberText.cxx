@@ -121,7 +121,7 @@ void DecimalPrecision::Add(std::string_view word)
   {
     return;
   }
-  // Floats tell all decimals of six digits apart, unless they are at the ends of their range.
+  // Floats keep all decimals of six digits distinct, except at the ends of their range.
   constexpr std::uint64_t sureDigits = 1000000;
   constexpr int farPower = 25;
   PlainDecimal decimal;

@@ -1,7 +1,9 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Reads Wavefront OBJ files in chunks: see ObjReader.h. Steps: 1. all statements: how many of what,
-// whether floats suffice, what corners name  2. where corners name more than places: tables on disk
-// 3. vertices  4. faces.
+// Reads Wavefront OBJ files in chunks: see ObjReader.h. Steps:
+// 1. all statements: counts, whether floats are enough, what corners name
+// 2. if corners name more than places: tables on disk
+// 3. vertices
+// 4. faces.
 #include "filters/meshio/ObjReader.h"
 
 #include "filters/meshio/DroppedPoints.h"

@@ -31,7 +31,7 @@ Status ParseReal(std::string_view word, T& value)
                                         : std::string(" is too large a number")));
 }
 
-// A number from 1 on, without a sign: nearly all corners are no more.
+// A number from 1 on, without a sign: nearly all corners are just this.
 bool ParseSmall(std::string_view word, std::int64_t& number)
 {
   constexpr std::size_t most = 10; // digits
@@ -90,8 +90,8 @@ bool EndsInBackslash(std::string_view text)
   return text.ends_with('\\');
 }
 
-// Whether a statement that ends in a backslash goes on in the next line. isName: it is one that
-// takes a name. begin: of its last line.
+// Whether a statement that ends in a backslash continues in the next line. isName: it is a
+// statement that takes a name. begin: of its last line.
 bool GoesOn(std::string_view text, bool isName, std::size_t begin)
 {
   const std::size_t backslash = text.rfind('\\');

@@ -12,8 +12,8 @@ namespace
 
 // Of a place that no corner has named yet.
 constexpr std::uint32_t unset = noVertex;
-// How many combinations of one place are looked through: one with very many would take time without
-// end.
+// The number of combinations of one place that are searched: a place with very many would take too
+// long.
 constexpr unsigned longestSearch = 64;
 
 }
@@ -32,7 +32,7 @@ Status ObjVertices::AddPlace(const ObjPlace& place)
   return this->Places.Append({ place.point, place.color, { unset, unset, 0 } });
 }
 
-// A further vertex, which becomes the first of its place that is looked at.
+// A further vertex, which becomes the first one searched for its place.
 Result<VertexId> ObjVertices::AddFurther(const Corner& corner, PlaceRecord owner)
 {
   const std::uint64_t number = this->Size();

@@ -114,8 +114,8 @@ protected:
     return {};
   }
 
-  // Appends the next `number` vertices, which are there. Where one of a facet is not finite, none
-  // of them is: a facet is dropped whole.
+  // Appends the next `number` vertices, which exist. If one vertex of a facet is not finite, all of
+  // them become NaN, so that the facet is dropped whole.
   virtual Status ReadPoints(std::vector<Vec3>& points, std::size_t number) = 0;
 
   // Counts a vertex of a facet that is not finite.
@@ -207,8 +207,9 @@ private:
   void LookAtAttributes(const char* bytes, std::size_t count);
   // Puts the vertices of `count` facets into Batch; false if one is not finite.
   bool Decode(const char* bytes, std::size_t count);
-  // What is not finite in Batch: counts the vertices [first, last), of which the first facet's have
-  // the numbers from 3 * facet on in the file, and makes all of a facet NaN.
+  // Finds what is not finite in Batch: counts the vertices [first, last), of which those of the
+  // first facet have the numbers from 3 * facet on in the file, and makes all values of a facet
+  // NaN.
   void SpreadNotFinite(std::uint64_t facet, std::size_t first, std::size_t last);
 
   std::uint64_t Facets;
@@ -331,7 +332,7 @@ bool IsWord(std::string_view word, std::string_view small)
            { return (c >= 'A' && c <= 'Z' ? static_cast<char>(c - 'A' + 'a') : c) == expected; });
 }
 
-// Whether words after "facet" are those of a facet's begin.
+// Whether words after "facet" are those of a facet's beginning.
 bool GoesOnAsFacet(std::string_view rest)
 {
   const std::string_view first = TakeWord(rest);
@@ -356,8 +357,8 @@ bool GoesOnAsFacet(std::string_view rest)
   return IsWord(outer, "outer") || IsWord(outer, "outerloop");
 }
 
-// The name of a solid goes on to the end of its line, unless there the next facet begins: then up
-// to it, or to the next solid. npos: to the end.
+// The name of a solid ends with its line, or before the next facet or solid in the same line. npos:
+// the end of the line.
 std::size_t EndOfName(std::string_view line, bool isEnd)
 {
   std::size_t solid = std::string_view::npos;
@@ -387,8 +388,8 @@ bool AreThreeNumbers(std::string_view rest)
   return true;
 }
 
-// A word that shows a facet, whose begin is damaged, in a text that is to be passed over; empty if
-// there is none. A solid may be called "outer", or "vertex".
+// A word that belongs to a facet whose beginning is damaged, in a text that is to be skipped; empty
+// if there is none. A solid may be called "outer", or "vertex".
 std::string_view WordOfFacet(std::string_view text)
 {
   for (std::string_view word = TakeWord(text); !word.empty(); word = TakeWord(text))
@@ -405,7 +406,7 @@ std::string_view WordOfFacet(std::string_view text)
   return {};
 }
 
-// A word where a facet could begin that is none of the format's, such as "color".
+// A word where a facet could begin that does not belong to the format, such as "color".
 bool IsForeignWord(std::string_view word)
 {
   constexpr std::size_t most = 40;
@@ -418,15 +419,15 @@ bool IsForeignWord(std::string_view word)
                      [&](std::string_view each) { return IsWord(word, each); });
 }
 
-// Where the text goes on: the next vertex of which facet.
+// Where the text continues: which vertex of which facet is next.
 struct TextState
 {
   bool inSolid = false;
   bool inFacet = false;
   std::size_t corner = 0; // of the facet: what comes next
   std::uint64_t facet = 0;
-  // What was found so far: solids without their end, words that are not the format's, facets of
-  // fewer than three vertices, and triangles of all others.
+  // Counts so far: solids without end, unknown words, facets of fewer than three vertices, and
+  // triangles of all others.
   std::uint64_t endless = 0, foreign = 0, small = 0, triangles = 0;
   std::string firstForeign{}, firstSmall{};
 };
@@ -451,8 +452,8 @@ private:
   Result<bool> NextVertex();
   // What stands between facets: true at the end of the text, or where a facet begins.
   Result<bool> PassBetween();
-  // Passes over a name or a remark, up to the facet that follows it or the end of the line. word:
-  // which is told to be wrong where a facet would be passed over; empty: one of the facet.
+  // Skips a name or a remark, up to the facet that follows it, or the end of the line. word: named
+  // in the error if this would skip a facet; empty: a word of the facet.
   Status SkipName(bool isEnd, const std::string& word = {});
   Status BeginFacet();
   Status ReadFacet();
@@ -567,7 +568,7 @@ Result<bool> TextStlReader::PassBetween()
   return false;
 }
 
-// Behind "facet". Of the normal nothing is made, so it may be no number.
+// After "facet". The normal is ignored, so it need not be a number.
 Status TextStlReader::BeginFacet()
 {
   static constexpr std::array<std::string_view, 6> begin{ "normal", "", "", "", "outer", "loop" };
@@ -771,8 +772,8 @@ Status TextStlReader::ReadPoints(std::vector<Vec3>& points, std::size_t number)
   return {};
 }
 
-// Whether the bytes where a binary file has its header and first triangle could be text. What
-// copying leaves behind a text (PlainText.h) is not looked at.
+// Whether the bytes where a binary file has its header and first triangle could be text. Bytes that
+// copying adds after a text (PlainText.h) are ignored.
 bool LooksLikeText(std::string_view head)
 {
   head.remove_prefix(head.starts_with(utf8Mark) ? utf8Mark.size() : 0);
@@ -785,8 +786,8 @@ bool LooksLikeText(std::string_view head)
            [](char c) { return (c >= '\0' && c < ' ' && !IsBlank(c)) || c == 0x7F; });
 }
 
-// Whether there is a triangle after the header of a binary file: with so many bytes after the end
-// as the header tells it, its count by itself is no proof.
+// Whether there is a triangle after the header of a binary file: if there are more bytes than the
+// count in the header says, the count alone does not prove that the file is binary.
 bool HasFacet(std::string_view head)
 {
   const std::string_view format = FormatOfContent(head);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// What of a damaged file was dropped or forgiven, in numbers and words: see Tolerance.h.
+// Counts what of a damaged file was dropped or repaired, and describes it: see Tolerance.h.
 #include "filters/meshio/Tolerance.h"
 
 #include <algorithm>

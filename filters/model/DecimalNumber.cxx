@@ -1,13 +1,12 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // A decimal number as the double that is nearest to it:
 //   1. take the number apart: an integer of digits, times a power of ten;
-//   2. where both fit into a double, one multiplication or division rounds correctly (Clinger 1990,
+//   2. if both fit into a double, one multiplication or division rounds correctly (Clinger 1990,
 //      "How to read floating point numbers accurately");
-//   3. else write it as a fraction of two natural numbers of any length, find the power of two
-//      between 1 and 2 times which it lies, and divide bit by bit; the remainder tells how to
-//      round.
-// And back: digit after digit of the exact fraction, until no other double is as near (Steele and
-// White 1990, "How to print floating-point numbers accurately"; Burger and Dybvig 1996).
+//   3. else write it as a fraction of two natural numbers of any length, scale it by a power of two
+//      into 1 … 2, and divide bit by bit; the remainder decides the rounding.
+// The inverse: digit after digit of the exact fraction, until no other double is as near (Steele
+// and White 1990, "How to print floating-point numbers accurately"; Burger and Dybvig 1996).
 #include "filters/model/DecimalNumber.h"
 
 #include <algorithm>
@@ -203,8 +202,8 @@ double DivideExactly(const Decimal& decimal)
   return std::ldexp(static_cast<double>(mantissa), power - bits + 1);
 }
 
-// Below, every number that is nearer to `value` than to the doubles beside it lies within `less`
-// below it and `more` above it; each is a fraction of `whole`.
+// All numbers nearer to `value` than to its neighbouring doubles are within `less` below it and
+// `more` above it; each is a fraction of `whole`.
 struct Interval
 {
   Natural value, less, more, whole;

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Steps: 1. no more values than there are characters that a value can follow: memory for these,
-// once
-// 2. value after value, each after the one before it; an array or object that is open knows the
-// one around it, so that there is no stack.
-// The grammar is that of RFC 8259.
+// Steps:
+// 1. count the characters that a value can follow, an upper bound for the number of values:
+//    allocate memory for these once
+// 2. value after value, each after the one before it; an open array or object knows the one around
+//    it, so no stack is needed. The grammar is that of RFC 8259.
 #include "filters/model/Json.h"
 
 #include "filters/core/Texts.h"
@@ -31,7 +31,7 @@ public:
     this->TextEnd = this->Document.Texts.get();
   }
 
-  // False: At is where it is no JSON.
+  // False: At is where the JSON is malformed.
   bool Parse()
   {
     bool isWhole = false; // the value that was begun last
@@ -143,7 +143,7 @@ private:
     return true;
   }
 
-  // Behind a whole value in one that is open: this ends, or another value follows.
+  // After a whole value in an open array or object: this ends, or another value follows.
   bool GoOn(bool& isWhole)
   {
     this->SkipSpace();

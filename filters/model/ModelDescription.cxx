@@ -24,7 +24,7 @@ bool IsHexDigit(char c)
   return (c >= '0' && c <= '9') || (c >= 'a' && c <= 'f');
 }
 
-// At most so many bytes of the text, and no part of a character.
+// At most this number of bytes of the text, without splitting a character.
 std::string BeginOf(const std::string& text, std::size_t mostBytes)
 {
   const std::string_view begin = std::string_view(text).substr(0, mostBytes);

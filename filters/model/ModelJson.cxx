@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// The one form of a description, and the list of models.
+// The form of a description, and the list of models.
 //
-// A store keeps the description with the facts of the build. A server sends it without these facts,
-// and with the model's id and, where a client may not have all of it, the detail that it may have.
+// A store has the description with the facts of the build. A server sends it without these facts,
+// but with the model's id; and with the access level, if a client may not have everything.
 #include "filters/model/ModelJson.h"
 
 #include "filters/core/Texts.h"

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// What stores keep: the description as servers tell it (ModelJson.cxx), and the facts of the build,
-// which are a store's own affair. Stores before version 13 have another form, which is read only.
+// What stores have: the description as servers send it (ModelJson.cxx), and the facts of the build,
+// which only stores have. Stores before version 13 have another form, which is only read.
 #include "filters/model/ModelJson.h"
 #include "filters/model/ModelMembers.h"
 

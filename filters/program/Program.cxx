@@ -34,7 +34,7 @@ extern "C" void OnInterrupt(int signal)
   std::signal(signal, SIG_DFL); // a second one ends the process
 }
 
-// Whether the file begins as a store: an SQLite database of the application "KDS1"
+// Whether the file begins like a store: an SQLite database of the application "KDS1"
 // (doc/formats.md).
 bool IsStore(const std::filesystem::path& file)
 {
@@ -216,7 +216,7 @@ Result<std::filesystem::path> CheckOutput(
   {
     target = target.parent_path() / fs::read_symlink(target, status);
   }
-  // Also of files that are still to be made; empty where it cannot be told.
+  // Also for files that do not exist yet; empty if it cannot be found out.
   const auto place = [&](const fs::path& path)
   { return fs::weakly_canonical(fs::absolute(path, status), status); };
   const fs::path there = place(target);

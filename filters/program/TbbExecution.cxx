@@ -16,8 +16,8 @@ namespace kdstream
 namespace
 {
 
-// TBB runs as many threads as there are cores, unless it is told that there may be more. What tells
-// it stays until the process ends: where memory runs out, TBB can neither destroy it nor throw.
+// TBB uses as many threads as there are cores, unless a global_control allows more. That object
+// stays until the process ends: if memory runs out, TBB can neither destroy it nor throw.
 void AllowThreads(int count)
 {
   static std::mutex mutex;

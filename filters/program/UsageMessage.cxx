@@ -130,7 +130,7 @@ bool LacksCommand(const CLI::App& app)
 }
 
 // The word that was most likely meant as the command: the nearest to a command's name, else the
-// first that is not an option; none if there are only options.
+// first that is not an option; nothing if there are only options.
 std::optional<std::string> WordForCommand(const CLI::App& app)
 {
   std::optional<std::string> first;
@@ -191,7 +191,7 @@ std::optional<std::string> EarlyWord(const CLI::App& app)
          words[0];
 }
 
-// An option that there is not explains most that follows from it, so it is looked for first.
+// An unknown option explains most other errors, so it is searched for first.
 std::optional<std::string> UnknownOption(const CLI::App& app)
 {
   const std::vector<std::string> names = OptionNames(app);

@@ -35,7 +35,7 @@ Error RankGroup::NameRank(Error error) const
   return error;
 }
 
-// The lowest rank with an error tells it to all.
+// The lowest rank with an error sends it to all.
 Status RankGroup::AgreeOn(std::span<const std::uint64_t> numbers, const Error* own)
 {
   if (this->Failed)
@@ -62,7 +62,7 @@ Status RankGroup::AgreeOn(std::span<const std::uint64_t> numbers, const Error* o
   return {};
 }
 
-// The error of a rank, told to all. own: on this rank, if it has any.
+// The error of a rank, sent to all. own: on this rank, if it has any.
 Error RankGroup::ErrorOf(std::size_t rank, const Error* own)
 {
   Error error = rank == this->Rank() ? this->NameRank(*own) : Error{};
@@ -96,7 +96,7 @@ Status RankGroup::Sum(std::span<std::uint64_t> numbers)
     Collective([&] { this->Messages.Combine(numbers, std::span(others), std::plus<>()); });
     return {};
   }
-  // So few are told while the ranks agree.
+  // The number of values exchanged while the ranks agree.
   KDSTREAM_TRY(this->AgreeOn(numbers));
   for (std::size_t i = 0; i < numbers.size(); ++i)
   {

@@ -31,8 +31,8 @@ RankMessages::RankMessages(vtkMultiProcessController& controller)
 
 RankMessages::~RankMessages() = default;
 
-// The pairs in ascending order, and in a pair the lower rank sends first: of all messages that are
-// waited for, that of the first pair can go.
+// The pairs in ascending order, and in a pair the lower rank sends first: so of all messages that
+// are waited for, that of the first pair can proceed.
 void RankMessages::Move(std::span<const Outgoing> out, std::span<const Incoming> in)
 {
   struct Step

@@ -1,15 +1,17 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Bounds of levels: see LevelBounds.h. A branch and bound, partition by partition:
-//   1. A tree of balls over the triangles of a partition, halved along the longest side.
-//   2. For each level a tree of boxes over its triangles: of the whole level where that is small,
-//      else of the piece around the partition. Any part of a level bounds the distance from above.
-//   3. A ball is no farther from the level than its centre, and its radius. The search begins with
-//      balls of at most half the largest bound so far. What is above that bound waits, and the
-//      farthest goes first: a ball is halved.
-//   4. At the end of the tree its triangles wait, too. All of one is at most as far from a triangle
-//      of the level as its farthest corner is, since triangles are convex. Where that is far above
-//      the distances of its corners, it is cut in four.
-//   5. Where the level's share of visits is used up, the farthest that waits is the bound.
+//   1. Make a tree of balls over the triangles of a partition, halved along the longest side.
+//   2. For each level make a tree of boxes over its triangles: of the whole level if it is small,
+//      else of the piece around the partition. The distance from any part of a level is an upper
+//      bound.
+//   3. A ball is at most as far from the level as its centre plus its radius. The search begins
+//      with balls of at most half the largest bound so far. Balls above that bound wait in a queue;
+//      the farthest is taken first and halved.
+//   4. The triangles of a ball that cannot be halved are put into the queue, too. A triangle is at
+//      most as far from a triangle of the level as its farthest corner, because triangles are
+//      convex. If this bound is far above the distances of its corners, the triangle is cut into
+//      four.
+//   5. When the level's share of visits is used up, the farthest entry of the queue is the bound.
 #include "filters/store/LevelBounds.h"
 
 #include "filters/codec/PieceCodec.h"
@@ -58,8 +60,8 @@ struct Ball
   double radius = 0;
 };
 
-// The triangles of a partition; a cloud's points, each as a triangle of one place. Halved along the
-// longest side of what their middles span.
+// The triangles of a partition; for a cloud, each point as a triangle without extent. Halved along
+// the longest side of the box of their centres.
 class BallTree
 {
 public:
@@ -173,8 +175,9 @@ private:
   std::vector<Ball> Balls;          // heap order; the first entry is unused
 };
 
-// Where a level is searched: triangles in a tree of boxes. They lie in the order of their lowest
-// vertices, and these along the vertex tree, so runs of them lie together and nothing is sorted.
+// The search structure of a level: triangles in a tree of boxes. Triangles are in the order of
+// their lowest vertices, and these along the vertex tree; so consecutive triangles are near each
+// other, and nothing is sorted.
 class LevelSurface
 {
 public:
@@ -219,9 +222,9 @@ public:
     return { this->Points[t[0]], this->Points[t[1]], this->Points[t[2]] };
   }
 
-  // How far a triangle near `p` is: one that is at most `enough` away, else the nearest, or the
-  // nearest of `mostVisits` boxes and triangles. found: where to begin; that triangle. visits:
-  // counts on.
+  // The distance of a triangle near `p`: one that is at most `enough` away, else the nearest, or
+  // the nearest among `mostVisits` boxes and triangles. found: where to begin; then that triangle.
+  // visits: is increased.
   double FindNear(const Vec3& p, double enough, std::uint32_t& found, std::uint64_t& visits,
     std::uint64_t mostVisits = std::numeric_limits<std::uint64_t>::max()) const
   {
@@ -312,8 +315,8 @@ private:
   std::vector<Box> Boxes; // heap order; the first entry is unused
 };
 
-// No bound is below: about the radius of a ball of 16 vertices that are spread over half the
-// surface of the model's box. What is nearer to a level is not searched.
+// No bound is below this: about the radius of a ball of 16 vertices that are spread over half the
+// surface of the model's box. Parts nearer to a level are not searched.
 double LeastBound(const ModelDescription& model)
 {
   const Vec3 sides = Minus(model.box.hi, model.box.lo);

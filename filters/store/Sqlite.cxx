@@ -19,8 +19,8 @@ namespace kdstream
 namespace
 {
 
-// A file name as an SQLite URI: everything but plain characters is percent-encoded.
-// Errors: InputOutput where the name is relative and the current folder is gone.
+// A file name as an SQLite URI: everything except plain characters is percent-encoded. Errors:
+// InputOutput if the name is relative and the current folder has been removed.
 Result<std::string> UriOf(const std::filesystem::path& file)
 {
   std::error_code status;
@@ -51,8 +51,8 @@ thread_local Work* current = nullptr;
 
 constexpr int stepsBetweenLooks = 100;
 
-// SQLite calls it now and then while a statement runs; another answer than 0 ends it. The bytes of
-// the file come as a pointer.
+// SQLite calls this now and then while a statement runs; a result other than 0 ends the statement.
+// The argument points to the size of the file.
 int HasTakenTooMuch(void* fileBytes)
 {
   if (!current)

@@ -17,8 +17,8 @@ namespace
 
 using protocol::BlobId;
 
-// What readers take memory for in advance (the tree, lists of pieces) grows with the pieces: one of
-// one vertex takes some 30 bytes, and 12 of the directory.
+// Readers allocate memory in proportion to the pieces (the tree, lists of pieces). A piece of one
+// vertex takes some 30 bytes, and 12 of the directory.
 Status CheckCounts(const ModelDescription& info, std::uint64_t fileBytes)
 {
   constexpr std::uint64_t leastRowBytes = 40;
@@ -113,7 +113,7 @@ std::string Store::UnusedName(std::uint32_t part)
   return "unused/" + std::to_string(part);
 }
 
-// Where the blob is. Errors: NotFound where the model has no such blob.
+// The place of a blob. Errors: NotFound if the model has no such blob.
 Result<BlobRow> Store::RowOf(const BlobId& blob) const
 {
   const ModelDescription& info = this->Information;
@@ -225,8 +225,8 @@ Result<Piece> Store::Decode(std::span<const std::uint8_t> blob, PieceId id) cons
   return piece;
 }
 
-// The original has them all; levels those that one looks at. Of numbers these are the ones of which
-// the metadata tells the range: earlier builds kept them for the original.
+// The original has all attributes; levels those that viewers use. Of numbers these are the ones
+// whose range is in the metadata: earlier builds kept them only for the original.
 bool Store::AttributesFit(const Piece& piece) const
 {
   const ModelDescription& model = this->Information;

@@ -1,7 +1,9 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Steps, from version 13 on: 1. the number of the blob, in the order in which they were written
-// 2. its place, from the row of the directory that tells of this number  3. the rows of the content
-// from where it begins to where it ends  4. its checksum.
+// Steps, from version 13 on:
+// 1. the number of the blob, in the order in which they were written
+// 2. its place, from the row of the directory that describes this number
+// 3. the rows of the content from its beginning to its end
+// 4. its checksum.
 #include "filters/store/StoreBlobs.h"
 
 #include "filters/codec/PartitionBoxes.h"
@@ -26,8 +28,8 @@ std::uint64_t NodesOfDepth(unsigned depth)
   return std::uint64_t{ 1 } << depth;
 }
 
-// The order of the digest: levels coarse to fine, partitions, each with its texture after it,
-// boxes, pages of the tree, the parts of the list of unused vertices.
+// The order of the digest: levels coarse to fine; partitions, each followed by its texture; boxes;
+// pages of the tree; the parts of the list of unused vertices.
 class BlobOrder
 {
 public:
@@ -210,8 +212,8 @@ private:
 
 // ---- before version 13
 
-// In the order of BlobTable: blobs, and how many bytes they have. SQLite would take a text for a
-// blob, of which it tells the characters as its length, and not the bytes.
+// In the order of BlobTable: the number of blobs, and of their bytes. SQLite would accept a text as
+// a blob, and return its number of characters instead of bytes.
 constexpr std::size_t tableCount = 5;
 constexpr std::array<const char*, 2 * tableCount> rowQueries{
   "SELECT data, checksum, vertices, triangles FROM pieces WHERE id = ? AND typeof(data) = 'blob'",
@@ -225,7 +227,7 @@ constexpr std::array<const char*, 2 * tableCount> rowQueries{
   "SELECT length(data) FROM textures WHERE partition = ? AND typeof(data) = 'blob'",
   "SELECT length(data) FROM unused WHERE part = ? AND typeof(data) = 'blob'",
 };
-// What a row says of itself is under its checksum, but for these two, which its id says as well.
+// A row's columns are covered by its checksum, except these two, which its id repeats.
 constexpr const char* selectMislabelled =
   "SELECT id, quote(resolution), quote(node) FROM pieces "
   "WHERE resolution IS NOT id >> 32 OR node IS NOT id & 0xFFFFFFFF";

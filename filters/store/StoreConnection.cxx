@@ -110,7 +110,7 @@ std::optional<bool> Store::Connection::LooksUnchanged()
   return now ? this->Compare(*now) : std::nullopt;
 }
 
-// Whether the file is what it was, where only its state tells that.
+// Whether the file is unchanged, if its state alone shows that.
 std::optional<bool> Store::Connection::Compare(const FileState& now)
 {
   const std::lock_guard lock(this->Mutex);

@@ -1,7 +1,10 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Steps: 1. the header of the file  2. each row of the schema, which must be a table of a store
-// 3. no table is missing  4. the page of the metadata has one row.
-// What the bytes mean: https://sqlite.org/fileformat2.html, sections 1.3, 1.6, 2.1 and 2.6.
+// Steps:
+// 1. the header of the file
+// 2. each row of the schema, which must be a table of a store
+// 3. no table is missing
+// 4. the page of the metadata has one row. The meaning of the bytes:
+//    https://sqlite.org/fileformat2.html, sections 1.3, 1.6, 2.1 and 2.6.
 #include "filters/store/StoreHead.h"
 
 #include "filters/core/SystemReason.h"
@@ -194,8 +197,8 @@ std::uint32_t NumberOf(std::uint64_t type, Bytes value)
   return isSmall ? NumberAt(value, 0, value.size()) : type == 9 ? 1 : 0;
 }
 
-// Nothing where the bytes do not begin with the type and the name of a row of a schema. It has the
-// other columns only where it lies in the page whole, and SQLite reads the same of it.
+// Nothing if the bytes do not begin with the type and the name of a row of a schema. The other
+// columns are set only if the row is completely in the page, and SQLite reads it in the same way.
 std::optional<SchemaRow> RowOfCell(Bytes cell, std::size_t pageBytes)
 {
   const std::uint64_t mostInPage = pageBytes - 35; // more goes to other pages
@@ -288,7 +291,7 @@ Result<std::vector<SchemaRow>> ReadRows(Bytes page)
     }
     rows.push_back(*row);
   }
-  // What is not a table tells best what the file is.
+  // An entry that is not a table says best what the file is.
   std::stable_partition(
     rows.begin(), rows.end(), [](const SchemaRow& row) { return row.type != "table"; });
   return rows;

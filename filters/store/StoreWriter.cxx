@@ -35,8 +35,8 @@ PieceFacts FactsOf(std::vector<float> deviations, std::size_t bytes)
   return { *at99, *std::max_element(at99, deviations.end()), static_cast<std::uint32_t>(bytes) };
 }
 
-// How far a point lies outside a box, along the axis where that is most: squares of the largest
-// doubles would not be finite.
+// The distance of a point from a box, along the axis where it is largest: squares of the largest
+// doubles would overflow.
 double DistanceFrom(const Box& box, const Vec3& point)
 {
   double most = 0;
@@ -84,7 +84,7 @@ struct StoreWriter::State
   static Result<std::unique_ptr<State>> Begin(
     const std::filesystem::path& store, ModelDescription info);
 
-  // Behind those before. Errors: with the store's name.
+  // Appends after the blobs before. Errors: with the store's name.
   Status AddBlob(std::span<const std::uint8_t> data);
   // The last rows. Errors: the same.
   Status FinishBlobs();
@@ -99,7 +99,7 @@ struct StoreWriter::State
   // Why something could not be written, with the store's name: of a full disk, how much it lacks.
   Error Explain(const Error& error) const;
 
-  // How many bytes the store takes, as far as what is written tells.
+  // The number of bytes that the store will take, estimated from what is written.
   std::uint64_t BytesInAll(std::uint64_t written) const;
 };
 
@@ -136,8 +136,9 @@ Error StoreWriter::State::Explain(const Error& error) const
     store };
 }
 
-// A vertex takes as much as those so far: of the original, if some of its are made; they carry
-// more. Of a level that is still to come there is a vertex for each cell at least.
+// Estimates the bytes of all pieces from those so far: a vertex takes the same; for the original,
+// as its own vertices so far, if there are any, because they have more attributes. A level that is
+// still to come has at least one vertex for each cell.
 std::uint64_t StoreWriter::State::BytesInAll(std::uint64_t written) const
 {
   constexpr double expected = 16; // of a vertex with its triangles, before anything is made

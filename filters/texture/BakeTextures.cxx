@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Pictures as colours of vertices: see BakeTextures.h.
-//   1. Which vertices are one place.
-//   2. Triangles without a picture, or without coordinates: their material's colour.
-//   3. Picture by picture: decode it; how finely its triangles are looked at; the sums of their
-//      texels, for their corners.
-//   4. The means, as bytes; what is lost, from sums that were made along the way.
+//   1. Find vertices in the same place.
+//   2. Triangles without a picture, or without coordinates, have their material's colour.
+//   3. For each picture: decode it; decide how finely its triangles are sampled; sum their texels
+//      for their corners.
+//   4. Compute the means, as bytes, and the loss, from sums that were made on the way.
 #include "filters/texture/BakeTextures.h"
 
 #include "filters/core/VectorMath.h"
@@ -38,7 +38,7 @@ constexpr std::size_t trianglesAtOnce = 16384;
 constexpr std::size_t trianglesOfTask = 64;
 constexpr double readShare = 0.3;    // of the progress: pictures that are decoded
 constexpr double mostCuts = 1 << 15; // of a side; before the limit for all
-// Triangles without area count so much, and none more than the most: sums stay numbers.
+// Triangles without area have this weight, and none has more than the maximum: sums stay finite.
 constexpr double leastArea = 1e-250, mostArea = 1e250;
 
 // The place of each vertex: the number of the lowest one with its coordinates and its normal.
@@ -244,8 +244,8 @@ private:
     ++this->Report.pictures;
     const PictureTexels texels((*picture)->Texels());
     const double thinning = this->FindThinning(texels, triangles, execution);
-    // Each triangle by itself, on any thread, while those before are added in their order: sums
-    // depend on no thread.
+    // Each triangle by itself, on any thread, while earlier ones are added in their order: so the
+    // sums do not depend on the threads.
     std::array<std::vector<TriangleSum>, 2> sums;
     sums.fill(std::vector<TriangleSum>(std::min(triangles.size(), trianglesAtOnce)));
     const std::size_t blocks = (triangles.size() + trianglesAtOnce - 1) / trianglesAtOnce;
@@ -383,7 +383,7 @@ private:
     return color;
   }
 
-  // In the mesh, in place of the colours that it had.
+  // Replaces the colours that the mesh had.
   void Keep(const std::vector<std::array<std::uint8_t, 4>>& colors)
   {
     Mesh& mesh = this->Textured.mesh;
@@ -404,7 +404,7 @@ private:
   }
 
   // Σ area (texel - Σ share × colour)², multiplied out: the texels' squares and their products with
-  // the shares were added up on the way, and the products of the shares follow from the cuts.
+  // the shares were summed in the loop, and the products of the shares follow from the cuts.
   void MeasureLoss(
     const std::vector<std::array<std::uint8_t, 4>>& colors, const Execution& execution)
   {

@@ -39,8 +39,8 @@ void OnJpegError(j_common_ptr codec)
   std::longjmp(escape->place, 1);
 }
 
-// Warnings of damaged data, where libjpeg would go on with grey. Of odd headers and bytes between
-// the parts there are many in good pictures.
+// Only warnings of damaged data, after which libjpeg would continue with grey. Odd headers, and
+// bytes between the parts, are common in valid pictures.
 void OnJpegMessage(j_common_ptr codec, int level)
 {
   const int code = codec->err->msg_code;
@@ -50,8 +50,8 @@ void OnJpegMessage(j_common_ptr codec, int level)
   }
 }
 
-// Each scan of a progressive JPEG goes over all of it, whatever few bytes it has: programs write
-// ten or so.
+// Each scan of a progressive JPEG is a pass over the whole picture, even if it has only a few
+// bytes: programs write about ten.
 constexpr int mostScans = 200;
 
 void OnJpegProgress(j_common_ptr codec)

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// WebP by libwebp. Of an animation there is no picture.
+// WebP by libwebp. Animations are refused.
 #include "filters/texture/Picture.h"
 
 #include <memory>

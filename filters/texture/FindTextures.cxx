@@ -83,7 +83,7 @@ bool HasColors(const std::vector<ObjMaterial>& materials)
   return colors.Count();
 }
 
-// What paints an .obj, as far as its statements have to be gone through to tell.
+// The textures of an .obj, reading only as many statements as needed to find out.
 struct TexturesOfObj
 {
   bool painted = false; // a face uses a picture that is there
@@ -92,8 +92,8 @@ struct TexturesOfObj
   bool places = false;
 };
 
-// What is wrong in the file is left to its reader. pictures: of each material whether it has one
-// that is there. Errors: InputOutput.
+// Errors in the file are left to its reader. pictures: for each material whether it has an existing
+// picture. Errors: InputOutput.
 Result<TexturesOfObj> FindTexturesOfObj(ObjStatements& statements,
   const std::vector<ObjMaterial>& materials, const std::vector<bool>& pictures)
 {
@@ -147,7 +147,7 @@ Result<TexturesOfObj> FindTexturesOfObj(ObjStatements& statements,
   return paint;
 }
 
-// A sentence for each picture that is not there, for colours that stand for it.
+// A sentence for each missing picture whose material has a colour in place of it.
 void TellMissing(const std::vector<ObjMaterial>& materials, const std::vector<bool>& pictures,
   std::vector<std::string>& warnings)
 {

@@ -1,6 +1,11 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Steps: 1. charts  2. a patch for each colour  3. pack all, halved until it fits  4. texels of
-// each chart, into the picture  5. where corners lie  6. encode the picture.
+// Steps:
+// 1. charts
+// 2. a patch for each colour
+// 3. pack all, halved until it fits
+// 4. copy the texels of each chart into the picture
+// 5. the places of corners
+// 6. encode the picture.
 #include "filters/texture/MakeTile.h"
 
 #include "filters/texture/PackBoxes.h"
@@ -17,8 +22,8 @@ namespace
 {
 
 constexpr std::int64_t gutter = 2; // of the tile's texels
-// Sides of patches, the same. Lossy WebP mixes the colours within its blocks: a large patch has a
-// whole one, wherever it lies.
+// Sides of square patches. Lossy WebP mixes colours within its blocks: a large patch contains a
+// whole block, wherever it is.
 constexpr std::int64_t smallPatch = 4, largePatch = 32, blockSide = 16;
 constexpr std::size_t mostLargePatches = 64;
 constexpr unsigned mostHalvings = 14;
@@ -343,7 +348,7 @@ private:
     }
   }
 
-  // Where a triangle's chart is, as an exact tile tells it: by its material's source.
+  // Where a triangle's chart is, for an exact tile: by its material's source.
   TileChart PlaceOfChart(std::size_t t)
   {
     const std::int64_t step = std::int64_t{ 1 } << this->Halvings;

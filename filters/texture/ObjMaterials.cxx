@@ -68,7 +68,7 @@ private:
   }
   void Take() { TakeWord(this->Rest); }
 
-  // One to three, as long as words are numbers and another word follows.
+  // One to three numbers, while another word follows.
   bool TakeNumbers(std::array<double, 3>& values)
   {
     std::size_t count = 0;
@@ -136,7 +136,7 @@ std::optional<double> LargestNumber(std::string_view text)
   return largest;
 }
 
-// Of values that are not carried; what is not a number counts as not told.
+// For values that are not carried; what is not a number counts as not given.
 void ReadLostLook(std::string_view name, std::string_view text, ObjMaterial& material)
 {
   const std::optional<double> value = LargestNumber(text);
@@ -166,8 +166,8 @@ void ReadLostLook(std::string_view name, std::string_view text, ObjMaterial& mat
   }
 }
 
-// Some programs write Tr 1 of what is opaque: by itself it says nothing, since nobody would see the
-// surface.
+// Some programs write Tr 1 for opaque materials: by itself it is ignored, because the surface would
+// be invisible.
 bool IsTransparent(const ObjMaterial& material)
 {
   const double through = material.transparency.value_or(0);
@@ -240,7 +240,7 @@ void ObjLibraries::Add(std::string_view names, std::uint64_t line)
   {
     words.push_back(word);
   }
-  // Each name is looked for in folders, which takes time.
+  // Each name is searched for in folders, which takes time.
   if (this->Statements.size() == mostStatements || words.size() > mostObjLibraries)
   {
     this->TellTooMany("line " + std::to_string(line) + ": libraries of materials");

@@ -33,8 +33,8 @@ bool IsDecodedByRows(std::span<const std::uint8_t> bytes)
   {
     return type == PictureType::Png && bytes.size() > interlacing && bytes[interlacing] == 0;
   }
-  // Segments: 0xFF, which, and a length that counts itself. What stands before the first frame is
-  // passed over.
+  // Segments: 0xFF, a type, and a length that includes itself. Skips everything before the first
+  // frame.
   for (std::size_t at = 2; at + 4 <= bytes.size() && bytes[at] == 0xFF;)
   {
     const std::uint8_t segment = bytes[at + 1];

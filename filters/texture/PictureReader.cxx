@@ -14,8 +14,7 @@ namespace
 constexpr std::size_t mostWarnings = 20;  // of pictures that cannot be read
 constexpr std::size_t picturesAtOnce = 8; // at most: between two reports of progress
 constexpr std::size_t typeBytes = 12;     // that TypeOfPicture looks at
-// What the largest picture may take: texels of 16 bits and four channels as they are, and profiles
-// beside them.
+// Upper bounds for the largest picture: texels of four 16-bit channels, and profiles.
 constexpr std::uint64_t bytesPerPixel = 8, bytesBeside = std::uint64_t{ 1 } << 24;
 
 // Of what is not a picture only the beginning.

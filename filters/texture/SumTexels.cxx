@@ -18,8 +18,8 @@ struct TexelValues
   Four shown; // sRGB, 0-255, and the square of all three
 };
 
-// Of parts that are all upright, or all upside down: floats, of so few that sums of whole numbers
-// stay exact, but for rows and columns.
+// Sums of parts that are all upright, or all upside down: in floats, and so few that sums of whole
+// numbers stay exact, except rows and columns.
 struct FewSums
 {
   static constexpr std::size_t most = 64;   // parts, times the square of a white texel: 0.7 × 2^24

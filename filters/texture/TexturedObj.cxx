@@ -1,8 +1,9 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Reads OBJ files with their materials: see TexturedObj.h. Steps: 1. all statements: how many of
-// what, whether floats suffice, the libraries  2. places, texture coordinates, normals; faces,
-// whose corners may name what comes later  3. vertices: of each place with each of its normals  4.
-// tiles.
+// Reads OBJ files with their materials: see TexturedObj.h. Steps:
+// 1. all statements: counts, whether floats are enough, the libraries
+// 2. places, texture coordinates, normals; faces, whose corners may name later elements
+// 3. vertices: one for each combination of place and normal
+// 4. tiles.
 #include "filters/texture/TexturedObj.h"
 
 #include "filters/core/Texts.h"

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Reads PLY files with pictures: see TexturedPly.h. Steps: 1. the mesh, by the reader of all PLY
-// files, which checks everything but  2. the coordinates of its faces' corners, for which the faces
-// are gone through again.
+// Reads PLY files with pictures: see TexturedPly.h. Steps:
+// 1. the mesh, by the reader of all PLY files, which checks everything except
+// 2. the texture coordinates of its faces' corners, for which the faces are read again.
 #include "filters/texture/TexturedPly.h"
 
 #include "filters/core/CutPolygon.h"
@@ -63,7 +63,7 @@ bool HasCoordinatesOfFaces(const PlyHeader& header)
   return faces && FindProperty(*faces, "texcoord", true);
 }
 
-// The values of a body's records, one after the other. What is there was checked when the mesh was
+// Reads the values of a body's records, one after the other. They were checked when the mesh was
 // read.
 class PlyValues
 {
@@ -376,7 +376,7 @@ private:
     this->Warn(this->Strange, this->FirstStrange, "triangle", strangeNumber);
   }
 
-  // What pictures stand for.
+  // The arrays that pictures replace.
   void DropTextures()
   {
     std::vector<Attribute>& arrays = this->TheMesh().attributes;

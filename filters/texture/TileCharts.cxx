@@ -19,8 +19,8 @@ namespace
 constexpr std::int64_t mostRepeats = 2; // of a picture along a side of a chart
 constexpr std::size_t neighboursOfBox = 64, mostRounds = 8;
 
-// A side of a triangle: its vertices, the lower one in the upper half, and the triangle's corner
-// that it begins at.
+// A side of a triangle: its vertices, the lower one in the upper half, and the corner of the
+// triangle at which it begins.
 struct Side
 {
   std::uint64_t vertices;

@@ -1,21 +1,21 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Four tables:
 // - which partitions of a model (its digest) a subject has had, and when;
-// - how many those are, so that nobody counts them;
+// - how many these are, so that nothing must be counted;
 // - paces (the generic cell rate algorithm): the time at which the allowed rate would have given
-//   all that was had. A pace is kept as long as that time is not too far ahead;
+//   everything that was taken. A request is allowed while that time is not too far ahead;
 // - which models have one original.
 //
 // Rows of a model stay under its digest, and all models of one original are looked up together. So
-// entries count that were made before it was known which models have one original.
+// entries also count if they were made before it was known which models have one original.
 //
-// A connection that has failed is closed, and the next call opens the file anew. So the file counts
-// again once the cause (a full disk, an absent folder, a read-only file system) is gone.
+// A connection that has failed is closed, and the next call opens the file anew. So the file is
+// used again when the cause (a full disk, an absent folder, a read-only file system) is gone.
 //
-// Servers share the file, its log and its index, and each has open what had these names once. So
-// each transaction checks whether the open files still have these names. A server that leaves a
-// file writes the log into it, and removes the log while no other server may write. Then no other
-// server enters anything in a log that nobody reads.
+// Servers share the file, its log and its index, and each keeps the files open that had these names
+// at first. So each transaction checks whether the open files still have these names. A server that
+// leaves a file writes the log into it, and removes the log while no other server may write. So no
+// server writes to a log that nobody reads.
 #include "server/access/QuotaBook.h"
 
 #include "filters/core/Texts.h"
@@ -48,7 +48,7 @@ constexpr const char* lockedFile = "the file is locked";
 constexpr std::int64_t second = 1'000'000; // in microseconds
 constexpr std::int64_t byteBurst = 10 * second, regionBurst = 60 * second;
 constexpr std::uint64_t largestBlob = protocol::maximumBlobBytes;
-// By so much the clock of a server may be wrong, or differ from that of another.
+// How much a server's clock may be wrong, or differ from that of another.
 constexpr std::int64_t clocksDiffer = 600 * second;
 
 constexpr const char* schema =
@@ -63,15 +63,15 @@ constexpr const char* schema =
   " PRIMARY KEY (subject, model)) WITHOUT ROWID;"
   "CREATE TABLE IF NOT EXISTS paces (subject TEXT, model TEXT, what TEXT, due INTEGER,"
   " PRIMARY KEY (subject, model, what)) WITHOUT ROWID;"
-  // Of models, by digest, and of inputs, whose names begin with "input ". Names with equal
-  // originals (the name of one of them) are of one original. partitions: 0 for inputs.
+  // Original of models, by digest, and of inputs, whose names begin with "input ". Names with equal
+  // `original` (the name of one of them) have one original. partitions: 0 for inputs.
   "CREATE TABLE IF NOT EXISTS originals (name TEXT PRIMARY KEY, original TEXT, division TEXT,"
   " partitions INTEGER) WITHOUT ROWID;"
   "CREATE INDEX IF NOT EXISTS originals_by_original ON originals (original);"
   "COMMIT;";
 
 // Partitions that were entered for two models before it was known that they have one original, and
-// that are divided alike: each counts once, from when it was had first.
+// that have the same division: each counts once, from its first delivery.
 constexpr const char* merge[] = {
   "DELETE FROM had WHERE EXISTS (SELECT 1 FROM originals AS here, originals AS there, had AS other"
   " WHERE here.name = had.model AND here.original = ?1 AND there.original = ?1"
@@ -100,10 +100,11 @@ std::int64_t SystemMicroseconds()
     .count();
 }
 
-// From when on a pace goes on: from `due`, as it is kept, or from now. A pace is ahead of `latest`
-// only where the clock was ahead, of this server or of another with the same file. By a little, it
-// still counts: each step back would be a whole new quota. By more it begins anew, or nobody would
-// be served until the clock has caught up.
+// From when on a pace continues: from `due`, as stored, or from now. A pace beyond `latest` means
+// that a clock was ahead, of this server or of another one with the same file. If it is only a
+// little beyond, it still counts, because otherwise each step back of the clock would give a whole
+// new quota. If it is far beyond, it begins anew, because otherwise nobody would be served until
+// the clock has caught up.
 std::int64_t DueFrom(std::optional<std::int64_t> due, std::int64_t now, std::int64_t latest)
 {
   return due && *due <= latest + clocksDiffer ? std::max(now, *due) : now;
@@ -132,8 +133,8 @@ std::filesystem::path FolderOf(const std::filesystem::path& file)
   return file.has_parent_path() ? file.parent_path() : ".";
 }
 
-// The devices of the folders above one, but its own: on one of them it is when its file system is
-// not mounted.
+// The devices of the folders above one, without its own: if its file system is not mounted, the
+// folder is on one of them.
 std::set<dev_t> DevicesAbove(const std::filesystem::path& folder)
 {
   std::error_code failed;
@@ -155,7 +156,7 @@ std::set<dev_t> DevicesAbove(const std::filesystem::path& folder)
   return devices;
 }
 
-// Makes the file, if it is not there, only for its owner: it tells who looked at what.
+// Makes the file, if it does not exist, only for its owner: it says who viewed what.
 void MakePrivate(const std::filesystem::path& file)
 {
   const int made = ::open(file.c_str(), O_RDWR | O_CREAT | O_EXCL | O_CLOEXEC, 0600);
@@ -221,8 +222,8 @@ struct QuotaBook::Connection
   {
     return this->logIdentity && IdentityOf(this->log) == this->logIdentity;
   }
-  // Whether the paths still lead to the file that is open, to its log and to its index: what is
-  // entered elsewhere no other server sees.
+  // Whether the paths still lead to the open file, its log and its index: other servers do not see
+  // entries made elsewhere.
   bool IsThere() const
   {
     return this->IsFileThere() && IdentityOf(this->log) == this->logIdentity &&
@@ -234,8 +235,8 @@ struct QuotaBook::Connection
   Status Tidy(std::int64_t before);
   // Rolls back what is not committed. Whether nothing is open then.
   bool RollBack();
-  // Leaves a file that was removed or replaced, or whose log was. Errors: the file is locked; then
-  // it is not left.
+  // Closes a file that was removed or replaced, or whose log was. Errors: the file is locked; then
+  // it stays open.
   Status Leave();
 
   bool IsLocked() const { return (sqlite3_errcode(this->database.get()) & 0xff) == SQLITE_BUSY; }
@@ -249,8 +250,8 @@ struct QuotaBook::Connection
   template <class... Values>
   Result<std::optional<std::string>> AskText(Statement& statement, const Values&... values);
 
-  // All models that have the original of this one, itself among them. It is entered first, if it
-  // is not there: hasEntered.
+  // All models that have the original of this one, including itself. It is entered first, if it is
+  // missing: hasEntered.
   Result<std::vector<CountedName>> ModelsLike(const CountedModel& model);
   Result<std::string> OriginalOf(const CountedModel& model);
   bool hasEntered = false;
@@ -268,8 +269,8 @@ struct QuotaBook::File
   std::set<dev_t> devicesAbove;         // its folder then
 
   Status Open(std::int64_t now);
-  // Where it was removed or replaced: opens the one that has its name now. Errors: also where that
-  // is another.
+  // If the file was removed or replaced: opens the one that has its name now. Errors: also if that
+  // is another one.
   Status Follow(std::int64_t now);
   Status Begin();
   Error WasReplaced() const
@@ -438,9 +439,10 @@ bool QuotaBook::Connection::RollBack()
   return sqlite3_get_autocommit(this->database.get()) != 0;
 }
 
-// What was entered goes into the file, wherever it is now. Its log may still lie beside another
-// file, which came in its place: SQLite would take it for that one's. Another server may have the
-// same log open and enter more meanwhile: the log goes while nobody can write, and holds nothing.
+// Entries of the log go into the file, wherever it is now. Its log may be beside another file that
+// has replaced it: SQLite would take it for that file's log. Another server may have the same log
+// open and add entries: so the log is removed only while nobody can write, and after it has been
+// emptied.
 Status QuotaBook::Connection::Leave()
 {
   const auto isLogEmpty = [this]
@@ -462,7 +464,8 @@ Status QuotaBook::Connection::Leave()
     {
       return begun.GetError();
     }
-    // A disk that takes nothing keeps what is in the log from the file, but nobody from leaving.
+    // If the disk is full, the log's content does not get into the file, but the server can still
+    // leave.
     if (!this->IsLogThere() || isLogEmpty() || status != SQLITE_OK || tried == mostTries)
     {
       break;
@@ -481,8 +484,8 @@ Status QuotaBook::Connection::Leave()
   return {};
 }
 
-// SQLite removes what has the name of the log as the last server closes the file. That may be
-// another's.
+// When the last server closes the file, SQLite removes the file with the name of the log, which may
+// be another one.
 QuotaBook::Connection::~Connection()
 {
   if (!this->identity)
@@ -557,7 +560,7 @@ Result<std::vector<CountedName>> QuotaBook::Connection::ModelsLike(const Counted
   return models;
 }
 
-// In place of none. Errors: InputOutput; then none is open.
+// Opens a file if none is open. Errors: InputOutput; then none is open.
 Status QuotaBook::File::Open(std::int64_t now)
 {
   const auto folder = IdentityOf(FolderOf(this->path));
@@ -596,12 +599,12 @@ Status QuotaBook::File::Follow(std::int64_t now)
   }
   this->open.reset();
   KDSTREAM_TRY(this->Open(now));
-  // Where only its log (-wal) was removed, all that was had is in the file.
+  // If only its log (-wal) was removed, all entries are in the file.
   const bool isSame = isThere && this->open->identity.value() == was;
   return isSame ? Status() : this->WasReplaced();
 }
 
-// From here on nobody else writes, nor removes the log: what is committed is in the file's log.
+// From here on no other server writes or removes the log: committed entries are in the file's log.
 Status QuotaBook::File::Begin()
 {
   const auto begun = this->open->Ask(this->open->begin);
@@ -640,8 +643,8 @@ QuotaBook::Taken QuotaBook::InTransaction(const CountedModel& model, const Work&
   auto& file = *this->Kept;
   const auto failures = file.failures.load();
   const std::lock_guard lock(file.mutex);
-  // It was tried meanwhile, or just now: who waits waits once, not one after all, nor do those who
-  // come from a queue.
+  // The file was tried in the meantime, or just now: each request waits at most once, not for all
+  // requests before it in the queue.
   if (file.failures != failures ||
       std::chrono::steady_clock::now() < file.lastFailure + pauseOfLocked)
   {
@@ -717,8 +720,8 @@ QuotaBook::Taken QuotaBook::TryTransaction(const CountedModel& model, const Work
   return taken;
 }
 
-// A partition that the subject has had within the window may be had again. What was had of models
-// that are divided otherwise counts by its share of the original.
+// A partition that the subject has had within the window may be sent again. What it had of models
+// with another division counts by its share of the original.
 QuotaBook::Taken QuotaBook::EnterPartition(
   const Holder& holder, std::uint32_t partition, std::int64_t now) const
 {
@@ -731,8 +734,8 @@ QuotaBook::Taken QuotaBook::EnterPartition(
   for (const CountedName& each : holder.models)
   {
     const std::string_view model = each.name;
-    // What was had in the future was had while the clock was ahead. It is not forgotten, or whoever
-    // waits for the clock to be set back had a new quota; nor does it count until that future.
+    // Entries in the future were made while the clock was ahead. They are not removed, because
+    // otherwise setting back the clock would give a new quota; but they do not count until then.
     KDSTREAM_TRY(file.Ask(file.date, now, subject, model, now + clocksDiffer));
     KDSTREAM_TRY(file.Ask(file.expire, subject, model, now - window));
     if (const int gone = sqlite3_changes(file.database.get()); gone > 0)
@@ -778,7 +781,7 @@ QuotaBook::Taken QuotaBook::EnterPartition(
   return std::optional<QuotaRefusal>();
 }
 
-// From when on the pace of all models of the original goes on.
+// From when on the pace of all models of the original continues.
 Result<std::int64_t> QuotaBook::DueOf(
   const Holder& holder, std::string_view what, std::int64_t now, std::int64_t latest)
 {
@@ -793,7 +796,7 @@ Result<std::int64_t> QuotaBook::DueOf(
   return from;
 }
 
-// One more may always be had while the pace is kept: a partition of any size passes.
+// One more is always allowed while the pace is kept: a partition of any size passes.
 QuotaBook::Taken QuotaBook::EnterBytes(
   const Holder& holder, std::uint64_t bytes, std::int64_t now) const
 {

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Steps of reading a token: 1. parse it  2. check the header: it must name HS256 and one of our
 // keys (nothing else is ever tried, whatever it says)  3. check the signature  4. only then read
-// the claims. Parsing, signing and checking (RFC 7515) are cjose's.
+// the claims. cjose does parsing, signing and checking (RFC 7515).
 #include "server/access/Token.h"
 
 #include "filters/model/Json.h"
@@ -31,8 +31,9 @@ namespace
 constexpr std::string_view tokenCharacters =
   "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789-_.";
 
-// Memory of cjose, which writes through the null pointer that it may be given: what the system
-// refuses it gets from here, and whoever called it throws. Nothing of it outlives a call.
+// Reserve memory for cjose, which does not check for null pointers: if the system refuses memory,
+// cjose gets it from here, and our function that called cjose throws. Nothing of it outlives a
+// call.
 class Reserve
 {
 public:
@@ -125,8 +126,8 @@ Error NotSigned()
   return { ErrorCode::LimitExceeded, "a signature cannot be computed" };
 }
 
-// The object in the text, in which no name comes twice: which of the two counts would be the
-// reader's choice.
+// The object in the text, in which no name occurs twice: otherwise parsers could disagree on which
+// one counts.
 std::optional<JsonDocument> ParseObject(const std::string& text)
 {
   auto json = ParseJson(text);
@@ -157,8 +158,7 @@ bool IsTypeOfToken(const JsonValue& type)
     [](char a, char b) { return std::toupper(static_cast<unsigned char>(a)) == b; });
 }
 
-// The header, up to the token's first dot. As no name comes twice in it, whoever reads it finds
-// the same.
+// The header, up to the token's first dot. Because no name occurs twice, all parsers find the same.
 std::optional<JsonDocument> ParseHeader(std::string_view token)
 {
   std::uint8_t* bytes = nullptr;

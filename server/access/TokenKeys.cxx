@@ -173,7 +173,7 @@ Result<TokenKeys> ReadTokenKeys(const std::filesystem::path& file)
     return Error{ errno == ENOENT ? ErrorCode::NotFound : ErrorCode::InputOutput,
       "cannot be read: " + SystemReason(errno) };
   }
-  // Not to its end: of a file that is too long the beginning tells.
+  // Not to its end: the beginning of a file that is too long is enough.
   std::string text(maximumKeysBytes + 1, '\0');
   input.read(text.data(), static_cast<std::streamsize>(text.size()));
   if (input.bad())

@@ -15,7 +15,7 @@ namespace kdstream
 namespace
 {
 
-// The first 1,000 characters, with quotes and everything but printable ASCII as \xHH, so that a
+// The first 1,000 characters, with quotes and everything except printable ASCII as \xHH, so that a
 // client cannot break the line.
 std::string Escaped(const std::string& text)
 {

@@ -83,8 +83,8 @@ std::optional<std::uint64_t> TakeDescriptors()
   return limit.rlim_cur == RLIM_INFINITY ? std::nullopt : std::optional(limit.rlim_cur);
 }
 
-// With few descriptors: half of what is left is for clients, an eighth for clients that are refused
-// for want of a slot, an eighth for the administrator, the rest for stores that come.
+// With few descriptors: half of the rest is for clients, an eighth for clients that are refused for
+// lack of a slot, an eighth for the administrator, the rest for further stores.
 Result<bool> FitConnections(std::uint64_t limit, HttpServerOptions& server)
 {
   constexpr std::uint64_t mostForOthers = 448;

@@ -81,7 +81,7 @@ void FolderFollower::Wait(int watched) const
   (void)!::read(this->Bell, &rung, sizeof rung);
 }
 
-// Where memory runs out something is left undone, and said: it goes on.
+// If memory runs out, something is left undone, and reported: it continues.
 void FolderFollower::Guarded(const std::function<void()>& work) const
 {
   try

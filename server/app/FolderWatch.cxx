@@ -107,7 +107,7 @@ bool FolderWatch::TakeEvents()
     {
       const auto* event = reinterpret_cast<const inotify_event*>(buffer.data() + at);
       const std::string_view name = event->len == 0 ? "" : event->name;
-      // What is created is whole only where it is a link: others tell when they are closed.
+      // A created file is complete only if it is a link; others are reported when they are closed.
       const bool isWhole = (event->mask & IN_CREATE) == 0 || this->IsLink(event->name);
       changed =
         changed || (event->mask & IN_Q_OVERFLOW) != 0 || (name.ends_with(".kds") && isWhole);

@@ -21,8 +21,8 @@ namespace kdstream
 namespace
 {
 
-// Does not wait for a pipe's reader: without one it fails. A new one is not for everybody: it tells
-// who looked at what.
+// Does not wait for a pipe's reader: without one it fails. A new file is private, because it says
+// who viewed what.
 int OpenFile(const std::string& file)
 {
   if (file == "-")
@@ -62,8 +62,8 @@ std::size_t WriteAll(int file, std::string_view text)
   return done;
 }
 
-// Takes back the last bytes, which this has just written, where the file ends with them. No pipe
-// gives them back, nor does a file to which somebody else has added more.
+// Removes the last bytes, which were just written, if the file ends with them. This is not possible
+// in a pipe, or if somebody else has appended to the file.
 bool TakeBack(int file, std::size_t bytes)
 {
   struct stat found
@@ -74,8 +74,8 @@ bool TakeBack(int file, std::size_t bytes)
          ::ftruncate(file, end - static_cast<off_t>(bytes)) == 0;
 }
 
-// Writes whole lines of the text: what of them a disk takes before it is full. The bytes that are
-// there then, which end amid a line only where they cannot be taken back.
+// Writes whole lines of the text, as many as fit on the disk. Returns the bytes written; they end
+// within a line only if the rest of that line could not be removed.
 std::size_t WriteLines(int file, std::string_view text)
 {
   const auto written = WriteAll(file, text);
@@ -91,8 +91,8 @@ std::uint64_t LinesIn(std::string_view text)
 
 }
 
-// What the thread that writes shares with those who have lines for it. It may outlive the log,
-// where it is stuck in a pipe.
+// Shared by the writing thread and the threads that have lines for it. It may outlive the log, if
+// it is blocked by a pipe.
 struct LineLog::Writer
 {
   std::mutex mutex;
@@ -131,7 +131,7 @@ struct LineLog::Writer
     this->changed.notify_all();
   }
 
-  // The text, and how many lines are missing after it or before it. Without the lock while it
+  // Writes the text, and the number of lines missing before or after it. Releases the lock while it
   // writes.
   void Write(std::unique_lock<std::mutex>& lock, const std::string& text)
   {

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// kdstream-serve: streams the stores of a folder. The contract is doc/cli.md#kdstream-serve; the
-// protocol is doc/protocol.md.
+// kdstream-serve: streams the stores of a folder. doc/cli.md#kdstream-serve describes it,
+// doc/protocol.md the protocol.
 #include "filters/core/CaughtError.h"
 #include "filters/program/Program.h"
 #include "kdstream/Version.h"
@@ -52,8 +52,8 @@ std::string InstalledWeb()
                                                                                   : "";
 }
 
-// Blocks the signals for ending and reloading in this thread and all that it starts, so that only
-// WaitForEnd receives them.
+// Blocks the signals for ending and reloading in this thread and in all threads that it starts, so
+// that only WaitForEnd receives them.
 sigset_t BlockSignals()
 {
   sigset_t signals;
@@ -157,7 +157,7 @@ void Reload(const Environment& around)
   Reopen(messages, line.auditLog, logs.audit);
 }
 
-// Where memory runs out something is left undone, and said: the server goes on.
+// If memory runs out, something is left undone, and reported: the server continues.
 template <class Work>
 void Try(Messages& messages, std::string_view what, const Work& work)
 {
@@ -343,7 +343,7 @@ Result<Logs> OpenLogs(ServeOptions& line)
   return logs;
 }
 
-// Who may have what, and how much; no file of keys where everybody may have all.
+// Who may have what, and how much; without a file of keys everybody may have everything.
 Result<std::optional<TokensFile>> OpenAccess(ServeOptions& line)
 {
   if (!line.quotaFile.empty())
@@ -362,7 +362,7 @@ Result<std::optional<TokensFile>> OpenAccess(ServeOptions& line)
   return std::optional(std::move(*tokens));
 }
 
-// Serves until it is told to end.
+// Serves until it is asked to end.
 void Run(const sigset_t& signals, const ServeOptions& line, Messages& messages,
   StoreCatalog& catalog, FolderFollower& folder, const Logs& logs, std::optional<TokensFile> tokens,
   HttpServer& server)

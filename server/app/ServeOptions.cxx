@@ -81,7 +81,7 @@ bool IsAddressOf6(const std::string& text)
 
 constexpr std::string_view smallAndDigits = "abcdefghijklmnopqrstuvwxyz0123456789";
 
-// As the field Host has it, but for the port: a name, or an address, of IPv6 in brackets.
+// As in the field Host, without the port: a name, or an address (IPv6 in brackets).
 bool IsHost(const std::string& text)
 {
   if (text.size() > 2 && text.front() == '[' && text.back() == ']')
@@ -94,8 +94,8 @@ bool IsHost(const std::string& text)
   return IsOf(small, std::string(smallAndDigits) + ".-_") && small.front() != '.';
 }
 
-// As browsers send it: SCHEME://HOST or SCHEME://HOST:PORT, in small letters, without the port that
-// the scheme has anyway.
+// An origin as browsers send it: SCHEME://HOST or SCHEME://HOST:PORT, in lower case, without the
+// scheme's default port.
 bool IsOrigin(const std::string& text)
 {
   const auto colon = text.find("://");

@@ -10,7 +10,7 @@ namespace kdstream
 namespace
 {
 
-// Streams look at their tokens as often again.
+// Streams check their tokens as often.
 constexpr std::chrono::milliseconds interval{ 250 };
 
 }

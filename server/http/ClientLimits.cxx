@@ -68,7 +68,7 @@ std::optional<bool> IsOf(std::string_view network, const ip::address& address)
            : std::optional(address.is_v6() && IsWithin(of, address.to_v6(), of.prefix_length()));
 }
 
-// Of an entry of X-Forwarded-For: some proxies name the client's port too, as in "1.2.3.4:567" and
+// For an entry of X-Forwarded-For: some proxies add the client's port, as in "1.2.3.4:567" and
 // "[::1]:567".
 std::string_view WithoutPort(std::string_view entry)
 {
@@ -123,7 +123,7 @@ std::shared_ptr<void> ClientLimits::TakeSlot(std::string_view address)
     }
     ++client.slots;
   }
-  // Where there is no memory for the shared_ptr, the deleter is called at once.
+  // If there is no memory for the shared_ptr, the deleter is called at once.
   return std::shared_ptr<void>(this,
     [key = std::move(key)](void* limits) { static_cast<ClientLimits*>(limits)->GiveBack(key); });
 }
@@ -164,7 +164,7 @@ std::chrono::seconds ClientLimits::TakeRequest(std::string_view address, Clock::
   return none;
 }
 
-// Forgets those who are gone, and could ask as often as those who have never been here.
+// Forgets addresses that are gone and have all their requests again, as if they were new.
 void ClientLimits::Sweep(Clock::time_point now, double most)
 {
   if (this->Clients.size() < this->SweepAt)

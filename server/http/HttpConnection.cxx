@@ -37,7 +37,7 @@ namespace
 //
 //   a proxy's header, TLS handshake      --request-timeout for both together
 //   the request's header                 --request-timeout
-//   a reader (of disks) has the request  --answer-timeout: 503 then. A client that has gone (its
+//   a reader (of disks) has the request  --answer-timeout: 503 then. A client that has left (its
 //                                        socket is reset) is not waited for.
 //   the answer is sent                   --answer-timeout for 64 KiB, and for all of it, each plus
 //                                        the time that --slowest allows for these bytes
@@ -90,7 +90,8 @@ public:
     asio::post(this->Executor,
       [self = this->shared_from_this()]
       {
-        // Nor has it become a WebSocket. Who came too late for a connection slot is still told so.
+        // And it has not become a WebSocket. A client that came too late for a slot is still
+        // answered.
         if (!self->Answering && self->Admitted.slot.ofAll)
         {
           self->Socket.Close();
@@ -148,8 +149,8 @@ private:
     this->EndBy(Clock::now() + time);
   }
 
-  // What a proxy says of its client, byte by byte where it does not say how long that is: what
-  // follows belongs to TLS or HTTP.
+  // Reads what a proxy says of its client, byte by byte while the header's length is unknown: the
+  // bytes after it belong to TLS or HTTP.
   void ReadIntroduction(const std::shared_ptr<ProxyHeader>& header)
   {
     const auto space = header->Space();
@@ -180,7 +181,7 @@ private:
     this->ShakeHands();
   }
 
-  // The client that the proxy has named; "": the proxy itself, which speaks for nobody then.
+  // The client that the proxy has named; "": the proxy itself, if it names no client.
   void Meet(const std::string& address)
   {
     auto& client = this->Admitted.client;
@@ -221,7 +222,7 @@ private:
     this->Parse();
   }
 
-  // Goes on with the request in what has come so far.
+  // Continues with the request in what has arrived so far.
   void Parse()
   {
     if (const auto ended = this->Input.Parse())
@@ -269,7 +270,7 @@ private:
     {
       this->OnRequest();
     }
-    // The client has gone, or took too long: there is nobody to answer.
+    // The client has left, or took too long: no answer can be sent.
     else if (isBegun && !this->Admitted.isAdmin)
     {
       this->Answer = {};
@@ -340,7 +341,7 @@ private:
     return SplitTarget({ target.data(), target.size() });
   }
 
-  // After how long the client may ask; 0: it may now. Finds out who it is.
+  // The time after which the client may ask; 0: now. Identifies the client.
   std::chrono::seconds TakeRequest()
   {
     auto& client = this->Admitted.client;
@@ -357,7 +358,7 @@ private:
     return { field.data(), field.size() };
   }
 
-  // In a form that nobody reads in another way (RFC 9112, 3.2). HTTP/1.0 has no field for it.
+  // In a form without another interpretation (RFC 9112, 3.2). HTTP/1.0 has no field for it.
   bool NamesOneHost(const RequestTarget& target) const
   {
     const auto& request = this->Input.Request();
@@ -366,10 +367,10 @@ private:
            ParseHost(this->HostField()) && (!target.host || ParseHost(*target.host));
   }
 
-  // A page that has had its own name resolved to this address (DNS rebinding) names its own host.
-  // Who listens only for this machine is asked by addresses, by the names of localhost, and by
-  // names that no stranger has. With TLS browsers compare the name with the certificate's.
-  // REQUIRES: NamesOneHost(target).
+  // In DNS rebinding, a page's own name resolves to this address, and the page's requests name its
+  // own host. A server that listens only for this machine is addressed by IP addresses, names of
+  // localhost, and names that strangers cannot have. With TLS browsers compare the name with the
+  // certificate's. REQUIRES: NamesOneHost(target).
   bool MayNameHost(const RequestTarget& target) const
   {
     const auto& state = this->State;
@@ -594,8 +595,8 @@ private:
     this->SendPart(asio::const_buffer(this->Head.data(), this->Head.size()));
   }
 
-  // The next part of the body, with what comes before it. Each has a time of its own: who takes
-  // nothing at all is not waited for as long as a large answer may take.
+  // Sends the next part of the body, with `before`. Each part has a timeout of its own: a client
+  // that reads nothing at all is dropped earlier than a large answer may take.
   void SendPart(asio::const_buffer before)
   {
     const auto bytes = std::min(this->BodyBytes - this->BodySent, bytesAtOnce);
@@ -672,8 +673,8 @@ private:
     }
   }
 
-  // Sends no more, and for a moment reads what the client still sends: if the socket were closed
-  // with unread bytes, the kernel would discard an answer that is still on its way.
+  // Sends nothing more, and for a moment reads what the client still sends: if the socket were
+  // closed with unread bytes, the kernel would discard an answer that is still on its way.
   void Close()
   {
     this->Expire(std::min(closePatience, this->State.PatienceFor(0)));
@@ -692,7 +693,7 @@ private:
     this->Socket.async_read_some(asio::buffer(this->Discarded),
       [self = this->shared_from_this()](beast::error_code error, std::size_t)
       {
-        // The socket's timer is no end of this: it is never looked at where there is always
+        // The socket's timer does not end this, because it is not checked while there is always
         // something to read.
         if (!error && Clock::now() < self->End())
         {

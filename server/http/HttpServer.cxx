@@ -25,14 +25,14 @@ bool IsNetwork(const std::string& text)
   return TrustedProxies::Parse({ text }).has_value();
 }
 
-// One listener, or two, on the first of a few event loops, each with a thread of its own. Every
-// connection runs on one of them, in turn.
+// One listener, or two, on the first of a few event loops, each with its own thread. Connections
+// are distributed over the loops in turn.
 struct HttpServer::Implementation
 {
   struct Loop
   {
     asio::io_context context{ 1 };
-    // Its thread waits for work until it is stopped, also while nobody accepts.
+    // Its thread waits for work until it is stopped, even if there are no connections.
     asio::executor_work_guard<EventLoop> working{ context.get_executor() };
   };
 
@@ -123,7 +123,8 @@ void HttpServer::Implementation::StartThreads()
   }
   if (this->State.IsTls())
   {
-    // Fewer than answer: however many knock, some processors are left for those who are in.
+    // Fewer than those that answer: with any number of new connections, some processors are left
+    // for existing ones.
     this->State.Handshakes.Start(std::max(1u, threads / 2));
   }
   this->Public.Accept();
@@ -208,8 +209,8 @@ void HttpServer::Implementation::ServeAdmin(TcpSocket socket)
   }
 }
 
-// A connection slot of its address first, so that one address takes no others' connection slots
-// back.
+// Takes a connection slot of the address first, so that one address cannot take back the slots of
+// others.
 Admission HttpServer::Implementation::Admit(const TcpSocket& socket)
 {
   Admission admission;
@@ -273,7 +274,7 @@ void HttpServer::Implementation::StopLoops(std::chrono::milliseconds drainTimeou
   this->Threads.clear();
 }
 
-// While the sockets of what they hold have their context. False where a disk holds one of their
+// While the sockets of what they hold still have their context. False if a disk blocks one of their
 // threads for longer than `patience`.
 bool HttpServer::Implementation::StopPools(std::optional<std::chrono::milliseconds> patience)
 {

@@ -127,8 +127,8 @@ void Listener::AcceptAfterPause()
   this->Pause.async_wait([this](beast::error_code) { this->Accept(); });
 }
 
-// The process is out of descriptors: who knocks is turned away at once, by means of the one that is
-// kept for this, instead of being left waiting.
+// The process is out of descriptors: uses the descriptor reserved for this to close new connections
+// at once, instead of letting them wait.
 void Listener::TurnAway()
 {
   const std::lock_guard lock(this->Mutex);

@@ -138,7 +138,7 @@ struct Routes::AskedBlob
   bool isKnown = false; // no byte of it is sent: the client has it, or asks for only the head
 };
 
-// What is to be read for it is changed once it has been read.
+// What must be read for it is changed after it has been read.
 template <class Change>
 Routes::Found Routes::Changed(Found found, Change change)
 {
@@ -182,7 +182,7 @@ Routes::Found Routes::Find(const HttpRequest& request) const
     { return this->Finished(request, std::move(response)); });
 }
 
-// What is no GET of a path.
+// Requests that are not a GET of a path.
 std::optional<HttpResponse> Routes::RefuseMisuse(const HttpRequest& request) const
 {
   if (request.method != "GET" && request.method != "HEAD")
@@ -303,7 +303,7 @@ std::optional<HttpResponse> Routes::AnswerOwn(std::string_view path, bool metric
   return std::nullopt;
 }
 
-// Whether clients are well sent here: not where it stops, nor where no model can be had.
+// Whether clients should be sent here: not while it stops, and not if no model can be served.
 HttpResponse Routes::AnswerReady() const
 {
   if (this->Options.isDraining && this->Options.isDraining())
@@ -433,8 +433,8 @@ HttpResponse Routes::AnswerNotes(const HttpRequest& request, const std::string& 
   return Cacheable(request, "application/json", std::move(*notes), std::move(tag), revalidate);
 }
 
-// A client that has just these bytes gets none, nor does one whose range lies beyond them: neither
-// counts.
+// A client that has exactly these bytes gets none, and neither does a client whose range is beyond
+// them: both do not count.
 Routes::Found Routes::FindBlob(const HttpRequest& request, AskedBlob asked) const
 {
   asked.tag = TagOfBlob(asked.model->Description().digest, asked.name);
@@ -506,7 +506,7 @@ std::optional<HttpResponse> Routes::ReadBlob(
   return this->AnswerWhole(request, asked, *blob, (*blob)->size());
 }
 
-// bytes: null where none of so many is sent.
+// bytes: null if none are sent; `size`: their number.
 HttpResponse Routes::AnswerWhole(const HttpRequest& request, const AskedBlob& asked,
   const BlobBytes& bytes, std::size_t length) const
 {
@@ -568,8 +568,8 @@ HttpResponse Routes::ReadFile(const HttpRequest& request, const std::string& pat
   if (!file)
   {
     const auto code = file.GetError().code;
-    // A file that is too large is none of this site: asking again would not help, nor is the server
-    // ill.
+    // A file that is too large cannot be a file of this site: asking again would not help, and the
+    // server is not faulty.
     const bool isMissing = code == ErrorCode::NotFound || code == ErrorCode::LimitExceeded;
     const unsigned status = isMissing                            ? 404
                             : code == ErrorCode::InvalidArgument ? 400

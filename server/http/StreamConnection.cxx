@@ -16,7 +16,7 @@
 //
 // Then the socket is closed. This ends the read and the write in flight, and only these keep the
 // stream alive. Neither waits for the other, and a reader (of disks) that works for the stream does
-// not keep it.
+// not keep it alive.
 #include "server/http/HttpConnection.h"
 
 #include "filters/protocol/ResourcePath.h"
@@ -56,8 +56,8 @@ public:
     , Slot(std::move(slot))
     , Record(std::move(record))
     , Stream(state.Models, state.Options.stream, std::move(permission))
-    // More than a conversation accepts, so that the conversation can refuse it in words; but not
-    // unlimited.
+    // More than a conversation accepts, so that the conversation can refuse it with a message; but
+    // not unlimited.
     , Frames(16 * state.Options.stream.message.bytes)
     , Arrived(bytesAtOnce)
     , Alarm(this->Socket.get_executor())
@@ -206,7 +206,8 @@ private:
       [self = this->shared_from_this()](beast::error_code error, std::size_t bytes)
       {
         self->Reading = false;
-        // Who has gone without a Close frame, or sends on and on after the end, is not waited for.
+        // A client that has left without a Close frame, or continues to send after the end, is not
+        // waited for.
         if (error || Clock::now() >= self->Deadline())
         {
           self->Socket.Close();
@@ -281,7 +282,7 @@ private:
 
   // ---- what the server says
 
-  // Sends head and body, then goes on with `then`.
+  // Sends head and body, then continues with `then`.
   void Send(std::string_view head, asio::const_buffer body, void (StreamConnection::*then)())
   {
     this->Writing = true;
@@ -327,7 +328,8 @@ private:
     }
   }
 
-  // A pong or a ping, but not two in a row: who sends ping after ping does not hold up its answers.
+  // A pong or a ping, but not two in a row: a client that sends many pings does not delay its
+  // answers.
   bool WriteControl()
   {
     const bool may = !std::exchange(this->WasControl, false);
@@ -432,8 +434,8 @@ private:
     }
   }
 
-  // Has the readers do what the conversation waits for. They do not keep the stream: its slot is
-  // free when its client has gone, though a disk may hang.
+  // Passes the conversation's task to the readers. They do not keep the stream alive: its slot is
+  // free when its client has left, even if a disk hangs.
   void RunTask()
   {
     const auto task = this->Stream.TakeTask();
@@ -473,8 +475,8 @@ private:
 
   // ---- the end
 
-  // Begins the closing handshake: a Close frame once what is being written is sent, and no message
-  // after it. IsOver: the client's has come, or what it sends is not understood.
+  // Begins the closing handshake: a Close frame after the current message, and no message after it.
+  // IsOver: the client's Close frame has arrived, or its input is malformed.
   void Close(std::uint16_t status)
   {
     if (this->Now == Phase::Closing) // ours is on its way
@@ -493,8 +495,8 @@ private:
   {
     if (!this->ClosedBy)
     {
-      // All that is outstanding has been given to the kernel. Who does not answer has gone, or
-      // sleeps: nobody waits for him, least of all the end of the server.
+      // Everything outstanding has been given to the kernel. A client that does not answer has
+      // left, or sleeps: nothing waits for it, in particular not the end of the server.
       this->ClosedBy = Clock::now() + std::min(closePatience, this->State.PatienceFor(0));
       this->SendFrame(WebSocketOpcode::Close, this->Status, &StreamConnection::GoOn);
     }
@@ -504,7 +506,7 @@ private:
     }
   }
 
-  // For a moment what the client still sends is read: if the socket were closed with unread bytes,
+  // Reads for a moment what the client still sends: if the socket were closed with unread bytes,
   // the kernel would discard the Close frame that is on its way.
   void EndOutput()
   {
@@ -538,11 +540,11 @@ private:
     return this->HeardAt + this->State.Options.streamTimeout / 2;
   }
 
-  // The conversation itself looks at its token before each message; who waits for none is told
-  // within this time.
+  // The conversation checks its token before each message; a client that waits for no message is
+  // informed within this time.
   static constexpr std::chrono::milliseconds tokenInterval{ 250 };
 
-  // One timer for all: it looks again when it goes off, and is set anew only if it would come too
+  // One timer for all: it checks again when it expires, and is set anew only if it would expire too
   // late.
   void Watch()
   {
@@ -629,8 +631,8 @@ private:
   bool PingIsDue = false;
   bool Pinged = false; // since something was heard
   bool IsOver = false; // nothing that the client sends matters any more
-  // When what is being written must be sent, and when all must have ended once our Close frame is
-  // on its way.
+  // When the current message must be sent, and when everything must have ended after our Close
+  // frame.
   Clock::time_point TakenBy;
   std::optional<Clock::time_point> ClosedBy;
   Timer Alarm;

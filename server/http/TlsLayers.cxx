@@ -17,10 +17,10 @@ namespace kdstream
 namespace
 {
 
-// As if the client had gone: there is nobody who could be answered.
+// As if the client had left: no answer can be sent.
 const beast::error_code noTls = asio::error::connection_aborted;
 
-// The beginning of what is to be written, in one place.
+// The beginning of what must be written, in one buffer.
 class FirstRecord
 {
 public:

@@ -11,7 +11,7 @@ namespace kdstream
 namespace
 {
 
-// So often it is looked for tasks that take too long, while there are any.
+// How often tasks that take too long are searched for, while there are tasks.
 constexpr std::chrono::milliseconds betweenLooks{ 100 };
 
 }
@@ -162,8 +162,8 @@ WorkerPool::Entry* WorkerPool::FindRunning(const Task& task)
   return found == this->Running.end() ? nullptr : &*found;
 }
 
-// Begins the task that has waited longest of those that may begin; the end of Running if there is
-// none. The lock is held.
+// Begins the task that has waited longest of those that may begin; returns the end of Running if
+// there is none. The lock is held.
 WorkerPool::Entries::iterator WorkerPool::Pick()
 {
   for (;;)
@@ -195,8 +195,8 @@ WorkerPool::Entries::iterator WorkerPool::Pick()
   }
 }
 
-// Moves it to `done`. Those who wait for the same part go on, each for itself: mostly they find it
-// in memory. The lock is held.
+// Moves the task to `done`. Tasks that wait for the same part continue, each by itself: mostly they
+// find it in memory. The lock is held.
 void WorkerPool::Finish(Entries::iterator entry, Entries& done)
 {
   const auto found = this->Sources.find(entry->task.source);

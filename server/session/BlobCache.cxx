@@ -58,7 +58,7 @@ BlobBytes BlobCache::Touch(EntryMap::iterator entry)
   return bytes;
 }
 
-// The bytes that whoever asks for the blob gets.
+// The bytes that every request for the blob gets.
 BlobBytes BlobCache::Keep(const Key& key, const BlobBytes& bytes)
 {
   const std::lock_guard lock(this->Mutex);
@@ -93,8 +93,8 @@ void BlobCache::LetGo(EntryMap::iterator entry)
   }
 }
 
-// Blobs that were let go and that nobody holds any more leave an entry: not more of them than there
-// are others.
+// Released blobs that nobody uses any more leave an entry: removes such entries when there are more
+// of them than of others.
 void BlobCache::Sweep()
 {
   constexpr std::size_t few = 1000;

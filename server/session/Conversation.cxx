@@ -43,7 +43,7 @@ std::string Task::Part() const
   return this->Request ? "" : protocol::BlobName(this->Blob);
 }
 
-// What an exception ends, for want of memory mostly, is an error.
+// An exception, mostly lack of memory, becomes an error.
 void Task::Run() noexcept
 {
   try
@@ -225,7 +225,7 @@ void Conversation::Drain()
   this->Waiting.clear();
 }
 
-// Of every request the client learns why it ends; where it had none, under the id 0.
+// The client is informed why each request ends; without an id of its own, under the id 0.
 void Conversation::EndUnlessPermitted()
 {
   const auto refused = this->Close ? std::nullopt : this->May.RefuseAll();
@@ -346,7 +346,7 @@ void Conversation::GiveUp(const std::shared_ptr<Task>& task)
   {
     return;
   }
-  // Of what is running only what nobody writes to is read.
+  // Of a running task only constant members are read.
   auto failed = std::make_shared<Task>(this->Models, this->Limits.partitions, this->May);
   failed->Request = task->Request;
   failed->Blob = task->Blob;
@@ -466,8 +466,8 @@ void Conversation::FinishOpening(Task& task)
   }
 }
 
-// Finishes the blob that was to come next, or reports to the client why it does not come. Where
-// none of the others can be read either, the request has ended.
+// Finishes the blob that was next, or reports to the client why it cannot be sent. If none of the
+// others can be read either, the request has ended.
 void Conversation::FinishBlob(Task& task)
 {
   Job& job = *this->Current;
@@ -491,7 +491,7 @@ void Conversation::FinishBlob(Task& task)
     { job.request, protocol::ErrorAnswer{ refusal.status, refusal.message, task.Blob } });
 }
 
-// The next message of the current request; nothing if that has been added to Answers instead, or
+// The next message of the current request; nothing if it has been added to Answers instead, or
 // waits for a task.
 std::optional<Conversation::Message> Conversation::Continue()
 {
@@ -519,7 +519,7 @@ std::optional<Conversation::Message> Conversation::Continue()
   return std::nullopt;
 }
 
-// Goes on to the next blob of the current request. False if it has to be read first.
+// Continues with the next blob of the current request. False if it must be read first.
 bool Conversation::HasBlob()
 {
   Job& job = *this->Current;

@@ -8,8 +8,8 @@ namespace kdstream
 namespace
 {
 
-// Partitions depend only on these: not on precision, levels or texts. Of welded vertices, or with
-// texture coordinates, there are other numbers.
+// Partitions depend only on these: not on precision, levels or texts. With welding, or with texture
+// coordinates, the numbers are different.
 std::string DivisionOf(const ModelDescription& model)
 {
   return model.partitioner + " " + std::to_string(model.partitions) + " of " +

@@ -74,8 +74,8 @@ bool MayPass(const Error& error)
   return error.code == ErrorCode::InputOutput || error.code == ErrorCode::LimitExceeded;
 }
 
-// It may be half of a copy that is in progress. A file that was a store before is waited for less:
-// meanwhile clients ask again and again.
+// The file may be a copy in progress. A file that was a store before is waited for less, because
+// clients ask again and again in the meantime.
 constexpr std::chrono::seconds patienceWithNew{ 10 }, patienceWithChanged{ 3 };
 
 bool WasWrittenJustNow(const std::filesystem::path& file, std::chrono::seconds patience)
@@ -131,7 +131,7 @@ Error UnreadableFolder(int number)
   }
 }
 
-// The stores of a folder, by name. By readdir: std::filesystem's iterator ends the program where it
+// The stores of a folder, by name. By readdir: std::filesystem's iterator ends the program if it
 // has no memory.
 Result<std::vector<std::filesystem::path>> FindStores(const std::filesystem::path& folder)
 {
@@ -159,8 +159,8 @@ Result<std::vector<std::filesystem::path>> FindStores(const std::filesystem::pat
   return files;
 }
 
-// Of a file that cannot be opened for that reason, where a model `old` was served from one of its
-// name: what clients get. A model whose file is beyond hope is marked so.
+// For a file that cannot be opened for that reason, when a model `old` of its name was served
+// before: what clients get. A model whose file cannot be a store any more is marked.
 std::string WhatIsServed(const StoreModel* old, const Error& error)
 {
   if (!old)
@@ -235,8 +235,8 @@ struct StoreCatalog::Opening
   bool isGone = false, isNew = false;
 };
 
-// The stores of the folder that have ids, and what becomes of each. The threads that open them
-// share this.
+// The stores of the folder with valid ids, and the result of each. Shared by the threads that open
+// them.
 struct StoreCatalog::Files
 {
   struct File
@@ -283,7 +283,8 @@ void StoreCatalog::Files::Open(const File& file, Patience patience) const
       this->reports->TellOnce(file.path, error.message + WhatIsServed(file.old.get(), error));
     }
   }
-  // When told to read all anew, also what could not be read before. It counts them for the list.
+  // If everything is to be read anew, also what could not be read before. Counts these for the
+  // list.
   const bool isServed = found.isSame || found.model || (file.old && !found.isGone);
   if (isServed && (patience == Patience::None || this->notes->HasChanged(file.id)))
   {
@@ -291,7 +292,7 @@ void StoreCatalog::Files::Open(const File& file, Patience patience) const
   }
 }
 
-// Opens those that may have changed. What a disk holds stays held: it is looked for next time.
+// Opens those that may have changed. Files blocked by a disk are tried again next time.
 void StoreCatalog::OpenAll(Files& files, Patience patience)
 {
   auto shared = std::make_shared<Files>(files);
@@ -374,8 +375,8 @@ void StoreCatalog::Publish(State state)
   this->Present = std::make_shared<const State>(std::move(state));
 }
 
-// The model of `file`: the one of before, if it is the same or there is no other. found: null while
-// a disk holds it.
+// The model of `file`: the old one, if the file is unchanged or there is no new one. found: null
+// while a disk blocks it.
 void StoreCatalog::Add(State& state, const std::filesystem::path& file, const std::string& id,
   const std::shared_ptr<const StoreModel>& old, const Opening* found) const
 {
@@ -446,7 +447,7 @@ void StoreCatalog::Refresh()
   }
 }
 
-// Also where a link leads to another file now, of which no folder tells.
+// Also if a link leads to another file now, which no folder reports.
 bool StoreCatalog::HasChanged(const State& present)
 {
   struct Looking

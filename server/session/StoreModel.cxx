@@ -18,7 +18,7 @@ namespace kdstream
 namespace
 {
 
-// What `read` returns; an exception, for want of memory mostly, becomes an error.
+// The result of `read`; an exception, mostly lack of memory, becomes an error.
 template <class Read>
 auto Caught(const Read& read) -> decltype(read())
 {
@@ -32,8 +32,8 @@ auto Caught(const Read& read) -> decltype(read())
   }
 }
 
-// Of a store that is let go while nobody reads it. What its file says of itself is known: by that,
-// and by the digest, it is the same when it is opened again.
+// A model whose store may be closed while nobody reads it. Its metadata and digest are known: by
+// these it is recognized when it is opened again.
 class ModelOfStore : public StoreModel
 {
 public:
@@ -173,7 +173,7 @@ private:
     return this->Kept;
   }
 
-  // Whether the file is what it was; opens it only where its state by itself does not tell that.
+  // Whether the file is unchanged; opens it only if its state alone does not show that.
   Status CheckFile() const
   {
     if (!this->FindOpen() && FileState::Of(this->File) == this->State())

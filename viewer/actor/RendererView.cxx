@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// What a renderer sees, from its camera's matrices. Steps: 1. which part of the picture the window
-// draws now (all of it, or a tile)  2. rays through the whole picture's corners, in the model's
-// coordinates  3. the symmetric view that they fit in.
+// What a renderer sees, from its camera's matrices. Steps:
+// 1. which part of the picture the window draws now (all of it, or a tile)
+// 2. rays through the whole picture's corners, in the model's coordinates
+// 3. the symmetric view that contains them.
 #include "viewer/actor/RendererView.h"
 
 #include "viewer/session/Geometry.h"
@@ -22,7 +23,7 @@ namespace kdstream
 namespace
 {
 
-// A parallel projection is that of an eye that is far away: of so many heights of the picture.
+// A parallel projection has a distant eye: this number of heights of the picture away.
 constexpr double farAway = 1e4;
 
 // What a window without a size gets.
@@ -81,7 +82,7 @@ SurfaceActors::Sight SightOf(
   sight.tangent = 1 / std::hypot(projection.GetElement(1, 0), projection.GetElement(1, 1));
   sight.height = static_cast<int>(height);
   sight.scale = scale;
-  // The depths that the matrix takes to -1 and 1: a camera's clipping range means nothing where the
+  // The depths that the matrix maps to -1 and 1: a camera's clipping range has no meaning if the
   // projection is explicit.
   const double a = projection.GetElement(2, 2);
   const double b = projection.GetElement(2, 3);

@@ -1,7 +1,10 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // A model in any renderer of VTK's. Step "render" of the pipeline picture. How a picture is taken:
-// 1. what the renderer's camera needs is asked for  2. what has come is taken in
-// 3. the parts that have changed are drawn anew  4. where more is to come, a timer is set.
+//
+// 1. request what the renderer's camera needs
+// 2. take in what has arrived
+// 3. draw the parts that have changed anew
+// 4. set a timer if more is to arrive.
 #include "vtkKdStreamActor.h"
 
 #include "filters/adapter/ErrorCodes.h"
@@ -299,8 +302,8 @@ void vtkKdStreamActor::SetAllocatedRenderTime(double seconds, vtkViewport* viewp
   }
 }
 
-// False: the window draws another tile of the picture that it began with the tile before. Tiles
-// come row by row, those without the model not at all.
+// False: the window draws another tile of the picture that it began with an earlier tile. Tiles
+// come row by row; tiles without the model do not come at all.
 bool vtkKdStreamActor::BeginsPicture(vtkRenderWindow& window)
 {
   const double* const tile = window.GetTileViewport();
@@ -363,8 +366,8 @@ void vtkKdStreamActor::BuildPaths(vtkAssemblyPaths* paths, vtkAssemblyPath* path
   this->Superclass::BuildPaths(paths, path);
 }
 
-// A timer that fires once, and is made anew: VTK 9.1's X11 interactor must not lose one that is
-// firing. So the last one goes when the next one fires.
+// Makes a new timer that fires once: VTK 9.1's X11 interactor must not lose a timer that is firing.
+// So the old timer is removed when the next one fires.
 void vtkKdStreamActor::WaitForIdle(vtkRenderer& renderer)
 {
   vtkRenderWindowInteractor* const interactor = renderer.GetRenderWindow()->GetInteractor();

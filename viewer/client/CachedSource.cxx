@@ -114,7 +114,7 @@ void CachedSource::Open(const SessionRequest& request)
   this->Found.push_back(std::move(event));
 }
 
-// They may change while the model does not: those that are here are for when there is no server.
+// Notes may change while the model does not: cached ones are for when there is no server.
 void CachedSource::AskForNotes(const std::string& model)
 {
   if (this->Server)

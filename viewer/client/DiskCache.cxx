@@ -31,8 +31,8 @@ namespace
 namespace fs = std::filesystem;
 
 constexpr int cacheVersion = 1; // of the layout
-// With another program that keeps the file busy: at a time, and in all while nobody waits; then it
-// is left alone for a while.
+// Limits while another program keeps the file busy: for each attempt, and in all when nobody waits;
+// then the file is left alone for a while.
 constexpr int patienceMilliseconds = 200;
 constexpr int mostTries = 5;
 constexpr std::chrono::seconds busyPause{ 10 };
@@ -107,8 +107,8 @@ Status MakeTables(sqlite3* database)
   return Execute(database, "COMMIT");
 }
 
-// Makes the tables, and makes them anew where another version made them. Where they are there
-// nothing is written: who writes into them is not waited for.
+// Makes the tables, and replaces those of another version. If they exist nothing is written, so
+// this does not wait for other writers.
 Status PrepareCache(sqlite3* database)
 {
   sqlite3_busy_timeout(database, patienceMilliseconds);
@@ -125,8 +125,8 @@ Error IsNotOurs(const fs::path& file)
   return { ErrorCode::InputOutput, isNotOurs, file.string() };
 }
 
-// In a folder that others may write to, the name may lead to anything: what others have put there
-// is neither changed nor believed.
+// In a folder that others may write to, the name may lead to anything: files of others are neither
+// changed nor trusted.
 bool IsOwn(const struct stat& found)
 {
   return S_ISREG(found.st_mode) && found.st_nlink == 1 &&
@@ -169,7 +169,7 @@ Status CheckCompanions(const fs::path& file)
   return {};
 }
 
-// isDamaged: told of an error after which the file is of no use.
+// isDamaged: called with an error after which the file cannot be used.
 Result<Database> OpenTables(const fs::path& file, bool& isDamaged)
 {
   KDSTREAM_TRY(MakeFile(file));
@@ -301,7 +301,7 @@ private:
 
 }
 
-// Two connections: one for whoever reads, one for the thread that writes.
+// Two connections: one for readers, one for the thread that writes.
 class DiskCache::File
 {
 public:
@@ -426,7 +426,7 @@ private:
     }
   }
 
-  // REQUIRES: Mutex is locked. After another program has kept the file busy, later entries are
+  // REQUIRES: Mutex is locked. If another program has kept the file busy, later entries are still
   // kept.
   void GiveUp(const std::string& why)
   {
@@ -439,7 +439,7 @@ private:
     }
   }
 
-  // Whoever ends the program waits for one try only.
+  // At the end of the program, this waits for only one attempt.
   Status DoPatiently(const std::vector<Task>& tasks)
   {
     for (int tries = 1;; ++tries)

@@ -102,7 +102,7 @@ private:
       });
   }
 
-  // Goes on with the answer in what has come so far; `error` is what the socket said.
+  // Continues with the answer in what has arrived so far; `error` is the socket's.
   void Parse(error_code error)
   {
     if (error == asio::error::eof && this->Parser->got_some())
@@ -143,7 +143,7 @@ private:
     this->Finish(std::move(reply));
   }
 
-  // A kept connection may have been closed meanwhile: that is no error yet.
+  // A kept connection may have been closed in between: that is not an error yet.
   void Lost(error_code error)
   {
     const bool untouched = !this->Parser || !this->Parser->got_some();

@@ -64,8 +64,8 @@ public:
     return answered.get();
   }
 
-  // The same, a few times where the server is busy, as one is that starts or ends. In between, as
-  // long as it asks for, but not for ever.
+  // The same, repeated a few times if the server is busy, as when it starts or ends. In between it
+  // waits as long as the server asks for, within limits.
   Result<HttpReply> FetchFromBusy(const HttpFetch& fetch, const Execution& execution)
   {
     constexpr int mostTries = 5;
@@ -99,8 +99,8 @@ public:
       });
   }
 
-  // Over a connection of its own: what is looked at does not wait. Only those that were asked for
-  // last come.
+  // Over a connection of its own, so that the view does not wait for it. Only the notes that were
+  // requested last arrive.
   void AskForNotes(const std::string& model)
   {
     this->Thread.Post(
@@ -181,7 +181,7 @@ private:
     this->Act();
   }
 
-  // To who waits for it in FetchAndWait.
+  // Passes it to the caller that waits in FetchAndWait.
   void Answer(Result<HttpReply> reply)
   {
     if (this->Waiting != nullptr)
@@ -352,7 +352,7 @@ ServerClient::ServerClient(std::unique_ptr<Line> line)
 
 ServerClient::~ServerClient() = default;
 
-// Of a line whose name server does not answer, the end may take long: nobody waits for it.
+// If a name server does not answer, a connection's end may take long: nothing waits for it.
 void ServerClient::LetGo(std::unique_ptr<Line> line)
 {
   std::thread([ending = std::move(line)]() mutable { ending.reset(); }).detach();

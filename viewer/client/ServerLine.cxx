@@ -137,7 +137,7 @@ void ServerLine::EndProbe(double now)
   this->FetchNext();
 }
 
-// Asks for a stream again, which goes on with what is open.
+// Asks for a stream again, which continues with the open model.
 void ServerLine::ProbeStream()
 {
   this->Probing = true;
@@ -168,7 +168,7 @@ void ServerLine::Disconnect(const std::string& why, double now, double retryAfte
   this->Flush();
 }
 
-// The connection is lost, and nobody waits for anything.
+// The connection is lost, and nothing is outstanding.
 void ServerLine::Idle(double now)
 {
   this->MayRetryAtOnce = false;
@@ -232,7 +232,7 @@ void ServerLine::Tick(double now)
   }
   if (this->Current == State::Getting && this->Options.streamRetry > 0 && now >= this->ProbeAt)
   {
-    // When something is in flight, it is looked at again later.
+    // If something is in flight, this is checked again later.
     this->Gets.IsIdle() ? this->ProbeStream() : void(this->ProbeAt = now + 1);
   }
   const bool isSilent = this->Current == State::Streaming && this->Options.silenceTimeout > 0 &&
@@ -291,7 +291,7 @@ void ServerLine::Flush()
 {
   for (std::string& message : this->Stream.TakeMessages())
   {
-    // What is said while there is no connection is said again by Restart.
+    // Messages that were lost without a connection are sent again by Restart.
     if (this->Current == State::Streaming)
     {
       this->Actions.push_back({ Action::Kind::Send, std::move(message), {} });

@@ -97,7 +97,7 @@ void StreamConversation::Cancel(std::uint32_t request)
     this->Waiting, [request](const Message& message) { return message.request == request; });
   for (auto& [wire, message] : this->Unfinished)
   {
-    // An open cannot be cancelled; its answer finds nobody.
+    // An open cannot be cancelled; its answer is ignored.
     const bool open = std::holds_alternative<protocol::OpenRequest>(message.content.body);
     if (message.request == request && !open)
     {
@@ -120,7 +120,7 @@ void StreamConversation::Flush(double now)
   }
 }
 
-// What is no longer outstanding must be told: without memory for that, nothing is taken.
+// What is no longer outstanding must be reported: without memory for that, nothing is taken.
 void StreamConversation::MakeRoomForEvent()
 {
   if (this->Events.size() == this->Events.capacity())

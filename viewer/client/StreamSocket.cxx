@@ -27,8 +27,8 @@ namespace websocket = beast::websocket;
 using boost::system::error_code;
 
 constexpr std::chrono::seconds socketConnectTimeout{ 10 };
-// After so long a silence the server is sent a ping; after as long again the connection is given
-// up.
+// After this time of silence the server is sent a ping; after this time again the connection is
+// given up.
 constexpr std::chrono::seconds silenceTimeout{ 20 };
 }
 

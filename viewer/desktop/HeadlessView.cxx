@@ -35,8 +35,7 @@ Status CheckStep(const SessionStep& step, const std::string& replay)
   return place ? Status{} : place.GetError();
 }
 
-// The model to begin with: the one that is named, or the only one; empty if the replay selects one
-// itself.
+// The first model: the one that is named, or the only one; empty if the replay selects one itself.
 Result<std::string> FirstModel(const ViewOptions& line, const std::vector<SessionStep>& steps,
   const std::vector<ModelSummary>& models)
 {
@@ -104,7 +103,7 @@ std::vector<SessionStep> Script(
   return steps;
 }
 
-// Of a look that leaves nothing behind, which would be silent, that it has worked.
+// For a view without outputs, which would print nothing: says that it has worked.
 void TellIfNothingIsWritten(const std::string& program, const ViewOptions& line,
   const std::vector<SessionStep>& steps, const ViewerSession& session)
 {
@@ -117,8 +116,7 @@ void TellIfNothingIsWritten(const std::string& program, const ViewOptions& line,
   }
 }
 
-// What is reported of parts that cannot be had, and of pictures that show nothing, or less than
-// they should.
+// Reports parts that cannot be fetched, and pictures that show nothing, or less than they should.
 class ToldFailures
 {
 public:
@@ -129,8 +127,8 @@ public:
   {
   }
 
-  // A part of the model that is looked at could not be loaded: the exit code. Of many, the first
-  // few are reported.
+  // A part of the viewed model could not be loaded: returns the exit code. Only the first few are
+  // reported.
   int Add(const std::string& sentence)
   {
     this->Incomplete.insert(this->Session.GetStatus().model);

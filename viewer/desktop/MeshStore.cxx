@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Stores of meshes that somebody looks at: see MeshStore.h.
+// Stores of meshes for viewing: see MeshStore.h.
 //
-// A mesh's store is FOLDER/stores/KEY/NAME.kds, where KEY tells its path, size and time of change:
-// a mesh that is written again gets another one. The time of the folder KEY is that of its last
-// use.
+// A mesh's store is FOLDER/stores/KEY/NAME.kds, where KEY is a hash of its path, size and time of
+// change: a mesh that is written again gets another one. The time of the folder KEY is that of its
+// last use.
 #include "viewer/desktop/MeshStore.h"
 
 #include "filters/core/SeededHash.h"

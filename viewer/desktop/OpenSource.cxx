@@ -26,8 +26,8 @@ Result<std::unique_ptr<ModelSource>> AsSource(Result<std::unique_ptr<Client>> cl
   return std::unique_ptr<ModelSource>(std::move(*client));
 }
 
-// Where what is fetched and built is kept; nothing where a look without a window does not ask for
-// it.
+// The folder for fetched blobs and built stores; nothing for a view without a window that does not
+// ask for it.
 Result<std::filesystem::path> CacheFolder(const ViewOptions& options)
 {
   return options.cache.empty()
@@ -101,8 +101,8 @@ public:
   std::filesystem::path Path; // empty: none could be made
 };
 
-// What the kept store is no good for is reported, and it is built anew. Where the cache cannot be
-// used for stores, the one of this mesh is made for this look only.
+// If the cached store cannot be used, that is reported, and it is built anew. If the cache cannot
+// be used at all, the store of this mesh is made only for this view.
 Result<std::unique_ptr<ModelSource>> OpenMesh(const std::filesystem::path& mesh,
   const ViewOptions& options, const std::function<bool(std::string_view progress)>& report,
   const std::function<void(std::string_view sentence)>& warn)

@@ -18,7 +18,7 @@ constexpr Color figureColor{ 255, 209, 102 };
 constexpr PictureInk::Rgba lineInk{ 255, 209, 102, 255 }, shadowInk{ 10, 12, 15, 200 };
 constexpr double figureSize = 13, figureHeight = 16; // points
 constexpr int cornersOfDisc = 24;
-// Layers, below the words.
+// Layers, below the texts.
 constexpr std::size_t shadowLayer = 0, lineLayer = 1, groundLayer = 2;
 
 using Corners = std::vector<PictureInk::Corner>;

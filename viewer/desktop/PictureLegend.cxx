@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// The legend of a picture: see PictureLegend.h. Steps: 1. the texts, which tell how wide it is  2.
-// the ground  3. the bar and its numbers, or a line a class.
+// The legend of a picture: see PictureLegend.h. Steps:
+// 1. the texts, which give its width
+// 2. the background
+// 3. the bar and its numbers, or a line for each class.
 #include "viewer/desktop/PictureLegend.h"
 
 #include "viewer/desktop/LegendText.h"

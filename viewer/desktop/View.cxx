@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// kdstream-view: looks at the models of a server, or of this machine. The contract is
-// doc/cli.md#kdstream-view.
+// kdstream-view: shows models of a server, or of this machine. doc/cli.md#kdstream-view describes
+// it.
 #include "filters/core/CaughtError.h"
 #include "viewer/desktop/HeadlessView.h"
 #include "viewer/desktop/OpenSource.h"
@@ -65,13 +65,15 @@ Result<int> ViewWithoutWindow(const std::string& program, const ViewOptions& opt
   return ViewHeadless(program, options, *replay, **source);
 }
 
-// Steps: what a link says; check where the outputs go; a window, or a look without one. Returns the
-// exit code.
+// Steps:
+// 1. the link
+// 2. check the outputs
+// 3. a window, or a view without one. Returns the exit code.
 Result<int> View(const std::string& program, ViewOptions options)
 {
   KDSTREAM_TRY(At(options.source, TakeLink(options)));
   KDSTREAM_TRY(CheckOutputs(options));
-  // A session file is played and ends: nobody has to do anything in a window.
+  // A session file is played and ends: the window needs no user.
   if (options.OpensWindow())
   {
     return ViewInWindow(program, options);

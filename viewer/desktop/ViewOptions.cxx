@@ -89,8 +89,8 @@ void AddPictureOptions(CLI::App& app, ViewOptions& line)
     ->group(group);
 }
 
-// "own", …, or the name of an array, which may be written as links have it too, if it is one of
-// these.
+// "own", …, or the name of an array; may also be written as in links, if it is one of the model's
+// arrays.
 ColorChoice ColorsOf(const std::string& text, ColorChoice colors)
 {
   const auto told = ParseColors(text);

@@ -15,7 +15,7 @@ namespace kdstream
 namespace
 {
 
-// The most resident memory that this process has had, bytes.
+// The maximum resident memory of this process so far, bytes.
 std::uint64_t PeakMemory()
 {
   rusage usage{};

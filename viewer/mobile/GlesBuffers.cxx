@@ -175,8 +175,8 @@ void GlesBuffers::Follow(const ViewerScene& scene, Status& outcome)
   this->FollowCap(scene);
 }
 
-// Makes the parts of the scene's surface those that are here. What is here already stays; what is
-// not needed is freed before anything is uploaded.
+// Makes the uploaded parts those of the scene's surface. Existing parts stay; parts that are not
+// needed are freed before anything is uploaded.
 Status GlesBuffers::Upload(const ViewerScene& scene)
 {
   const bool isCloud = scene.surface->TriangleCount() == 0 && scene.surface->PointCount() > 0;
@@ -234,8 +234,8 @@ Status GlesBuffers::Upload(const ViewerScene& scene)
   return {};
 }
 
-// Finds what all of it is drawn by, and takes over the chunks that stay as they are. Errors: those
-// of CheckSurface, before anything has changed.
+// Finds what the whole surface is drawn with, and keeps the chunks that do not change. Errors:
+// those of CheckSurface, before anything has changed.
 Status GlesBuffers::TakeOver(const ViewerScene& scene, std::vector<Part>& parts)
 {
   const Vec3 center = scene.box.Empty() ? Vec3{} : scene.box.lo * 0.5 + scene.box.hi * 0.5;
@@ -307,8 +307,8 @@ void GlesBuffers::UploadPart(Part& part)
   }
 }
 
-// Takes over the textures of tiles that paint parts still, lets go of the others, and then has
-// those brought that are new.
+// Keeps the textures of tiles that are still used, releases the others, and then requests the new
+// ones.
 void GlesBuffers::FollowTiles(std::vector<Part>& parts)
 {
   for (Part& part : parts)

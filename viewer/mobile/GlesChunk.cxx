@@ -33,7 +33,7 @@ GlesChunk UploadChunk(const SurfaceChunk& content)
   chunk.buffers[0] = MakeBuffer(chunk, GL_ARRAY_BUFFER, content.vertices);
   glVertexAttribPointer(
     AttributePlace::position, 3, GL_FLOAT, GL_FALSE, sizeof(ChunkVertex), nullptr);
-  // NOLINTNEXTLINE(performance-no-int-to-ptr): how OpenGL is told an offset
+  // NOLINTNEXTLINE(performance-no-int-to-ptr): OpenGL takes an offset as a pointer
   const auto* normals = reinterpret_cast<const void*>(offsetof(ChunkVertex, normal));
   glVertexAttribPointer(
     AttributePlace::normal, 4, GL_INT_2_10_10_10_REV, GL_TRUE, sizeof(ChunkVertex), normals);
@@ -58,7 +58,7 @@ GlesChunk UploadChunk(const SurfaceChunk& content)
     chunk.morphing = content.geomorphs.size() * sizeof(GeomorphVertex);
     glVertexAttribPointer(
       AttributePlace::away, 3, GL_FLOAT, GL_FALSE, sizeof(GeomorphVertex), nullptr);
-    // NOLINTNEXTLINE(performance-no-int-to-ptr): how OpenGL is told an offset
+    // NOLINTNEXTLINE(performance-no-int-to-ptr): OpenGL takes an offset as a pointer
     const auto* parent = reinterpret_cast<const void*>(offsetof(GeomorphVertex, normal));
     glVertexAttribPointer(AttributePlace::parentNormal, 4, GL_INT_2_10_10_10_REV, GL_TRUE,
       sizeof(GeomorphVertex), parent);

@@ -158,8 +158,8 @@ void GlesOcclusion::EndDepths(const GlesProjection& projection, double facet)
   glBindFramebuffer(GL_FRAMEBUFFER, static_cast<GLuint>(this->Before));
 }
 
-// At the depth of the background, and drawn where something is before it: at the model's outline on
-// those samples of a pixel that are the model's.
+// Drawn at the depth of the background, where something is in front of it: at the model's outline
+// only on those samples of a pixel that belong to the model.
 void GlesOcclusion::Darken()
 {
   BindTexture(1, this->Targets[mean].texture);

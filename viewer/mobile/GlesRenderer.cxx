@@ -21,8 +21,8 @@ namespace kdstream
 namespace
 {
 
-// The tangent of x in 0 … pi / 2 as Lambert's continued fraction. The library's would bring its
-// reduction of huge arguments along, which a page has to load.
+// The tangent of x in 0 … pi / 2 by Lambert's continued fraction. The library's function includes
+// code for huge arguments, which a page would have to load.
 double Tangent(double x)
 {
   double fraction = 31.0;

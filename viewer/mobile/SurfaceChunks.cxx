@@ -108,8 +108,8 @@ bool ChunkCutter::NextOfFew(SurfaceChunk& chunk)
   return true;
 }
 
-// As NextOfFew, but a vertex for each place of the tile that a point has. False where these are too
-// many: nothing has been done then but what Next clears.
+// As NextOfFew, but with a vertex for each place in the tile that a point has. False if these are
+// too many: then nothing is done except what Next clears.
 bool ChunkCutter::NextOfTextured(SurfaceChunk& chunk)
 {
   const TexturedCorners painted = TexturedCornersOf(this->Drawn, this->Corners, *this->Tile);

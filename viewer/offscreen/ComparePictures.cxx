@@ -20,8 +20,7 @@
 namespace
 {
 
-// False, with a message, where there is no picture of 8-bit RGB or RGBA. rgb gives it without
-// alpha.
+// False, with a message, if it is not a picture of 8-bit RGB or RGBA. rgb has no alpha.
 bool Read(const char* file, vtkImageExtractComponents& rgb)
 {
   vtkNew<vtkPNGReader> reader;

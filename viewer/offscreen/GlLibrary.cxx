@@ -25,8 +25,8 @@ constexpr GlLibrary systemLibrary{ "the system's OpenGL", &FindInSystem };
 constinit const GlLibrary* libraryInUse = &systemLibrary;
 constinit bool tablesAreFilled = true;
 
-// GLEW's table is filled through our glXGetProcAddressARB. It complains of a missing GLX display,
-// which only the system's contexts have, after everything else is done.
+// Fills GLEW's table by our glXGetProcAddressARB. At the end GLEW reports a missing GLX display,
+// which only the system's contexts have; everything else is done then.
 Status FillGlew(const GlLibrary& library)
 {
   glewExperimental = GL_TRUE;

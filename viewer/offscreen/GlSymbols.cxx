@@ -2,15 +2,15 @@
 // The OpenGL symbols that an executable exports so that a stock VTK can draw without GLX
 // (doc/design.md#pictures-without-a-screen).
 //
-// Debian's VTK 9.1 knows GLX windows only. Two kinds of its calls would go to GLX whatever context
-// is current:
+// Debian's VTK 9.1 has only GLX windows. Two kinds of its calls would go to GLX whatever context is
+// current:
 //  - GLEW asks `glXGetProcAddressARB` for every function of OpenGL 1.2 and later;
 //  - the functions of OpenGL 1.0 and 1.1 are symbols of libOpenGL or libGL, which know nothing of
-//  OSMesa.
-// A symbol of the executable goes before the same symbol of any shared library. So this file
-// defines all of these, and answers each from the library whose context is current (GlLibrary.h):
-// EGL, OSMesa, or the real one behind us. Stock VTK windows on X11 go on working: with none of our
-// contexts in use every call is passed on.
+//    OSMesa.
+// A symbol of the executable takes precedence over the same symbol of any shared library. So this
+// file defines all of these, and passes each call to the library whose context is current
+// (GlLibrary.h): EGL, OSMesa, or the system's. Stock VTK windows on X11 still work: with none of
+// our contexts in use every call is passed to the system's library.
 //
 // It must therefore be linked into the *executable* as an object file (an archive member would be
 // left out) and be exported by it: kdstream_enable_offscreen(target) in KdStreamOffscreen.cmake
@@ -93,7 +93,7 @@
 namespace
 {
 
-// Types and lists of parameters cannot stand in parentheses.
+// Types and parameter lists cannot be in parentheses.
 // NOLINTBEGIN(bugprone-macro-parentheses)
 struct Functions
 {
@@ -135,8 +135,8 @@ extern "C"
   KDSTREAM_FOR_EACH_GL_FUNCTION(KDSTREAM_FORWARD)
 #undef KDSTREAM_FORWARD
 
-  // What belongs to GLX (its names start with glX) is the system's in any case. Ours is found
-  // before it by dlsym, so a name that is asked of the system never comes back here.
+  // Functions of GLX (their names start with glX) are always the system's. dlsym would find ours
+  // first, so a name that is requested from the system never comes back here.
   __attribute__((visibility("default"))) kdstream::GlFunction glXGetProcAddressARB(
     const unsigned char* name)
   {

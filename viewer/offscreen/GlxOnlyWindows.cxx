@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Windows of a VTK that knows GLX only (doc/design.md#pictures-without-a-screen): EGL and OSMesa
-// contexts of our own under VTK's generic window, and VTK's X11 window taught to share the process
+// Windows for a VTK that has only GLX (doc/design.md#pictures-without-a-screen): EGL and OSMesa
+// contexts of our own under VTK's generic window, and VTK's X11 window, made to share the process
 // with them.
 #include "viewer/offscreen/BackendWindows.h"
 #include "viewer/offscreen/GlContext.h"
@@ -24,8 +24,8 @@ namespace kdstream
 namespace
 {
 
-// A window that is nothing but a context: all drawing goes to VTK's framebuffer objects, which have
-// its size.
+// A window that is only a context: all drawing goes to VTK's framebuffer objects, which have its
+// size.
 class ContextRenderWindow final : public vtkGenericOpenGLRenderWindow
 {
 public:

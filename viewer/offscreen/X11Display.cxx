@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Whether there is an X server to draw on: asked before VTK is, which aborts the program if there
-// is none.
+// Checks for an X server before VTK does, because VTK aborts the program if there is none.
 #include "viewer/offscreen/BackendWindows.h"
 
 #include <cstdlib>

@@ -20,10 +20,10 @@ namespace kdstream
 namespace
 {
 
-// Pixels across; radius, and distance along the line of sight, in the eye's unit. Of a parallel
-// projection w is 1, and depth goes with distance. splatPixels: of a length 1 at distance 1, the
-// least and the most, the model's unit. splatDepth: nearest, farthest, 1 / their difference,
-// whether the projection is parallel.
+// In pixels: splat diameter; radius, and distance along the line of sight, in the eye's unit. In a
+// parallel projection w is 1, and depth is proportional to distance. splatPixels: pixels of a
+// length 1 at distance 1, the minimum and the maximum, the model's unit. splatDepth: nearest,
+// farthest, 1 / their difference, whether the projection is parallel.
 constexpr const char* vertexDeclarations = "in float splatRadius;\n"
                                            "out vec3 splatVSOutput;\n"
                                            "//VTK::PositionVC::Dec";

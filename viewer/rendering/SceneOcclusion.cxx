@@ -26,8 +26,8 @@ namespace kdstream
 namespace
 {
 
-// As far away as can be, so that the depth test tells the model from the background. Both
-// attributes say where a corner is; VTK complains of one that is not used.
+// At the farthest depth, so that the depth test distinguishes the model from the background. Both
+// attributes give a corner's place, because VTK reports one that is not used.
 constexpr const char* vertexShader = R"(//VTK::System::Dec
 in vec4 ndCoordIn;
 in vec2 texCoordIn;
@@ -38,8 +38,8 @@ void main()
 constexpr const char* header = "//VTK::System::Dec\n";
 
 // The depth in the middle of each 2 × 2 pixels of an area (its left and bottom in the window, its
-// width and height). On a surface: the mean of two samples on either side of the middle, if both
-// are of the same surface. On a cloud, whose splats are not one surface: one of the samples.
+// width and height). For a surface: the mean of two samples on either side of the middle, if both
+// are of the same surface. For a cloud, whose splats are not one surface: one of the samples.
 std::string GatherShader(int samples)
 {
   const bool many = samples > 1;

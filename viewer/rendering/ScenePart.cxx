@@ -82,15 +82,14 @@ void RaiseReliefOf(vtkActor& actor, double relief, double pixels)
   uniforms->SetUniformf("reliefPixels", static_cast<float>(pixels));
 }
 
-// Lights every fragment of a surface on the visible side. VTK turns the normal by the triangle's
-// own facing; this is undone. Else a fold-over of a simplified level would be black among
-// neighbours whose normals face the eye. At an outline, interpolated normals turn away where the
-// triangle itself still faces the eye, by fifty degrees at coarse levels. They are stopped at the
-// outline: turned to the eye they would shine like the other side. Beyond, the triangle is a
-// fold-over.
+// Lights every fragment of a surface on the visible side. VTK flips the normal by the triangle's
+// own facing; this is undone. Otherwise a fold-over of a simplified level would be black among
+// neighbours whose normals face the eye. Near an outline, interpolated normals face away although
+// the triangle itself still faces the eye, by up to fifty degrees at coarse levels. They are
+// clamped to the outline: flipped to the eye they would be lit like the other side. Beyond that
+// angle the triangle is a fold-over.
 //
-// Relief: where the normals bend away from each other is a ridge, where towards each other a
-// furrow.
+// Relief: diverging normals are a ridge, converging ones a furrow.
 void FaceNormalsToTheEye(vtkActor& actor)
 {
   actor.GetShaderProperty()->AddFragmentShaderReplacement("//VTK::Light::Impl", true,
@@ -130,8 +129,8 @@ void PaintNothing(vtkActor& actor)
   }
 }
 
-// Not by the mapper's clipping planes: at edges of the surface these are told of places beside it,
-// and single pixels of what is cut away stay.
+// Not by the mapper's clipping planes: at edges of the surface, these are evaluated beside the
+// surface, and single pixels of what is cut away remain.
 void DiscardWhatIsAbove(vtkActor& actor)
 {
   vtkShaderProperty* shader = actor.GetShaderProperty();
@@ -182,7 +181,7 @@ vtkSmartPointer<vtkFloatArray> Radii(const Surface& cloud)
   return result;
 }
 
-// A colour for each of so many entries, given by color(0 … count - 1).
+// A colour for each of this number of entries, given by color(0 … count - 1).
 template <class ColorAt>
 vtkSmartPointer<vtkUnsignedCharArray> Colors(std::size_t count, const ColorAt& colorAt)
 {

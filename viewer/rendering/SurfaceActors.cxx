@@ -16,8 +16,8 @@ namespace kdstream
 namespace
 {
 
-// Each part is an actor, which costs time in every picture. Of more than so many all are drawn as
-// one: more than what is shown within a viewer's budgets.
+// Each part is an actor, which costs time in every picture. More parts than this, which is more
+// than a viewer's budgets allow, are drawn as one.
 constexpr std::size_t mostParts = 1024;
 
 }

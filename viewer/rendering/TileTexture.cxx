@@ -14,9 +14,8 @@ namespace kdstream
 namespace
 {
 
-// Uses the half or quarter of the picture that fits a pixel, as the page filters tiles
-// (viewer/mobile/GlesBuffers.cxx). Charts have a margin of their own picture that is enough for
-// these.
+// Uses the mipmap level (half or quarter of the picture) that fits a pixel, as the page filters
+// tiles (viewer/mobile/GlesBuffers.cxx). The margins of charts are large enough for these.
 class TileTexture : public vtkOpenGLTexture
 {
 public:

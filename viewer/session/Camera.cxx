@@ -16,8 +16,9 @@ constexpr double fitMargin = 1.08;
 constexpr double partOnScreen = 0.8; // of the way from the middle to an edge
 constexpr double mostElevation = 3;  // radians at a time: less than half a turn
 
-// An angle as the point of the unit circle, by arithmetic that every platform rounds alike: that of
-// a small part of it, squared over and over. Wrong by less than 1e-9 up to half a turn.
+// An angle as a point of the unit circle, by arithmetic that every platform rounds the same: starts
+// with a small part of the angle and squares repeatedly. The error is less than 1e-9 up to half a
+// turn.
 struct Direction2
 {
   double cosine = 1, sine = 0;
@@ -83,8 +84,8 @@ void Camera::FitTo(const Box& box, const Quaternion& orientation)
   this->EyeDistance = this->DistanceOfFit();
 }
 
-// The distances from the middle of the turned box at which the face nearest to the eye fills the
-// width of the window, and its height.
+// The two distances from the middle of the turned box at which the face nearest to the eye fills
+// the width and the height of the window.
 std::array<double, 2> Camera::FitDistances() const
 {
   // Half the box's extents along the camera's axes.
@@ -190,8 +191,8 @@ void Camera::Rotate(double fromX, double fromY, double toX, double toY)
   this->Turn = this->Turn.After(ball.Inverse());
 }
 
-// The orientation is made anew from where it looks: right, which is level, and the height of the
-// view. So rounding never adds up to a horizon that leans.
+// Computes the orientation anew from the view direction: right, which is horizontal, and the
+// elevation. So rounding errors never accumulate to a tilted horizon.
 void Camera::RotateUpright(double dx, double dy)
 {
   const double radians = 2.0 / std::min(this->View.width, this->View.height); // of a pixel
@@ -230,8 +231,8 @@ void Camera::Roll(double cosine, double sine, double x, double y)
   this->FocalPoint = this->Confined(pivot - this->Right() * right - this->Up() * up);
 }
 
-// How far the focal point may be from the box. A sphere of this radius about the focal point is on
-// the screen, with room left (partOnScreen); so is the nearest point of the box.
+// How far the focal point may be from the box. A sphere of this radius around the focal point is on
+// the screen, with a margin (partOnScreen); so is the nearest point of the box.
 double Camera::Reach(double distance) const
 {
   return partOnScreen * this->Tangent * std::min(1.0, this->Aspect()) * distance;
@@ -284,8 +285,7 @@ void Camera::Zoom(double factor, double x, double y)
   const double before = this->EyeDistance;
   this->EyeDistance =
     std::clamp(before / factor, nearestInRadii * this->Radius, farthestInRadii * this->Radius);
-  // In pixels of the new distance, the point under (x, y) has moved away from the middle by this
-  // much.
+  // In pixels at the new distance: how far the point under (x, y) has moved away from the middle.
   const double moved = before / this->EyeDistance - 1;
   this->Pan((this->View.width * 0.5 - x) * moved, (this->View.height * 0.5 - y) * moved);
 }

@@ -82,8 +82,9 @@ void Fetcher::GiveWayToTap()
   this->Lod.SetDue();
 }
 
-// While a tap waits for the tree nothing else is asked for; the preview by itself. What would be
-// wanted next is, while nothing is wanted: as far as it goes at a time, more when that has come.
+// While a tap waits for the tree nothing else is requested; the preview is requested by itself.
+// Prefetches only when nothing is wanted: as much as allowed at a time, and more when that has
+// arrived.
 void Fetcher::AskMore(const LodSelection::View& view)
 {
   const auto bytesOf = [this](const BlobId& blob) { return this->Lod.BytesOf(blob); };

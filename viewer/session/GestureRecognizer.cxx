@@ -208,8 +208,8 @@ void GestureRecognizer::MoveTwo(
   }
 }
 
-// How far two fingers turned that lay so to each other and lie so now. Fingers that are close tell
-// no angle.
+// The angle by which two fingers have turned, from their earlier to their present offset. If the
+// fingers are close, there is no angle.
 void GestureRecognizer::Twist(double fromX, double fromY, double toX, double toY, Gesture& pinch)
 {
   struct Angle

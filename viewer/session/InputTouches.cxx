@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Touches that stand for a mouse and for keys.
+// Touches in place of a mouse and of keys.
 #include "viewer/session/InputTouches.h"
 
 namespace kdstream

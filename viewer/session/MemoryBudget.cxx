@@ -9,10 +9,10 @@ namespace kdstream
 namespace
 {
 
-// Of the standard budget:
-// - 300,000 triangles of what is seen, which fill 3 million points of a screen where ten are a
-//   triangle; 500,000 in one level, which is there beside the level before it;
-// - regions of 200,000 triangles, which are there beside all that.
+// For the default budget:
+// - 300,000 visible triangles, which fill a screen of 3 million points at ten points a triangle;
+//   500,000 in one level, which is in memory together with the level before it;
+// - regions of 200,000 triangles, in addition to these.
 constexpr double bytesOfSeenTriangle = 500;
 constexpr double bytesOfLevelTriangle = 300;
 constexpr double bytesOfRegionTriangle = 750;

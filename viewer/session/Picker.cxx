@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// What lies under a finger: step "pick" of the pipeline picture.
+// Finds what is under a finger: step "pick" of the pipeline picture.
 //
 // T. Möller, B. Trumbore: Fast, Minimum Storage Ray/Triangle Intersection, 1997. A point of the
 // triangle is a + u (b - a) + v (c - a); setting it equal to o + t d gives three equations for t, u
@@ -17,8 +17,8 @@ namespace kdstream
 namespace
 {
 
-// By how much boxes are enlarged, so that rounding loses no hit. A point that is found in the box
-// of a triangle is in every box around it, enlarged by twice this.
+// How much boxes are enlarged, so that rounding loses no hit. A point found in the box of a
+// triangle is in every box around it that is enlarged by twice this.
 double MarginOf(const Box& box, const Ray& ray)
 {
   double reach = 0, origin = 0;
@@ -98,8 +98,9 @@ double EntryOf(const Ray& ray, const Box& box, double margin)
   return begin <= end ? begin : never;
 }
 
-// How far along a ray the points of a box are at least, of those that are no farther from the ray
-// than `slack` times that; never where there can be none. By the sphere around the box.
+// A lower bound for the distance along a ray of points in a box, among those whose distance from
+// the ray is at most `slack` times that; infinity if there can be none. By the sphere around the
+// box.
 double EntryOfCone(const Ray& ray, const Box& box, double slack, double margin)
 {
   const Vec3 middle = box.lo * 0.5 + box.hi * 0.5 - ray.origin;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Recorded sessions: what a person did, as JSON lines, to be played again. Step "replay" of the
+// Recorded sessions: what the user did, as JSON lines that can be played. Step "replay" of the
 // pipeline picture.
 #include "viewer/session/SessionFile.h"
 

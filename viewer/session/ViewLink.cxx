@@ -33,7 +33,7 @@ std::optional<std::vector<std::uint8_t>> ToBytes(std::string_view text)
   return isOfUrl ? Base64Decoded(text) : std::nullopt;
 }
 
-// The largest number of so many bytes that is even: 0, in the middle, stays 0.
+// The largest even number of this number of bytes: 0, in the middle, stays 0.
 double MostOf(unsigned bytes)
 {
   return std::ldexp(1.0, static_cast<int>(8 * bytes)) - 2;
@@ -190,8 +190,8 @@ std::optional<SectionPlane> ParseSection(std::string_view text)
   return section;
 }
 
-// Of each light 5 bytes: place on the disc, each 2 bytes from -1 to 1, and intensity; between them
-// the relief.
+// Of each light 5 bytes: place on the disc, each 2 bytes from -1 to 1, and intensity; then the
+// relief.
 constexpr unsigned discBytes = 2, shareBytes = 1;
 
 void PutLightSource(std::vector<std::uint8_t>& bytes, const LightSource& lightSource)

@@ -173,8 +173,8 @@ void TellBounds(vtkPartitionedDataSet& output, unsigned int partition, vtkPolyDa
   }
 }
 
-// The part of a level's surface that belongs to a share, with the triangles of others that touch
-// it, marked.
+// The part of a level's surface that belongs to a share, with the triangles of other shares that
+// touch it, marked.
 Mesh CutShare(const Surface& surface, std::vector<std::uint32_t> shareOf, const OutputShare& share,
   ScalarType scalarType)
 {

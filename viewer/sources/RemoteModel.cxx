@@ -105,7 +105,7 @@ Result<bool> RemoteModel::IsPresent(const Execution& execution) const
   return now && now->digest == this->Description.digest;
 }
 
-// All of these, or what is wrong with the first that cannot be had.
+// All of these, or the error of the first that cannot be fetched.
 Result<RemoteModel::Blobs> RemoteModel::Fetch(
   std::span<const protocol::BlobId> wanted, const Execution& execution) const
 {

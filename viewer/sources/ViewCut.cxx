@@ -37,7 +37,7 @@ public:
   {
   }
 
-  // The preview, which tells whether the surface is closed.
+  // The preview, which shows whether the surface is closed.
   Status Start()
   {
     const PieceId preview{ Resolution::Level(PreviewLevel(this->Depths)), 1 };
@@ -52,8 +52,8 @@ public:
     refinement.Follow({ camera, this->Tree, this->Pieces, &this->Partitions, false }, {}, {});
   }
 
-  // Reads the missing pages, and of the wanted pieces those up to level S, which say what is hidden
-  // and are needed for finer ones. Returns whether more may follow.
+  // Reads the missing pages, and the wanted pieces up to level S, which say what is hidden and are
+  // needed for finer ones. Returns whether more may follow.
   Result<bool> ReadMore(const std::vector<PieceId>& wanted)
   {
     const std::uint64_t known = this->Tree.Version();

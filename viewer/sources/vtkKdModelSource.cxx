@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Steps: 1. what is asked for, against what the model has  2. its pieces as VTK's data
-// (PieceOutput).
+// Steps:
+// 1. what is asked for, compared with what the model has
+// 2. its pieces as VTK's data (PieceOutput).
 #include "vtkKdModelSource.h"
 
 #include "filters/adapter/ArraySelections.h"
@@ -161,8 +162,8 @@ void SetBox(
 
 using Range = std::optional<std::pair<double, double>>;
 
-// Of an array of the original: what the model tells of it, or was measured. facts: null: nothing
-// was.
+// The range of an array of the original, from the model's description or as measured. facts: null:
+// nothing was measured.
 Range RangeOf(const ModelDescription& info, const AttributeInfo& array, const OriginalFacts* facts)
 {
   const ScalarDescription* const scalar =
@@ -373,7 +374,7 @@ int vtkKdModelSource::StopOpening()
   return 1;
 }
 
-// Makes Facts those of the model, or empty where they cannot be had. False: it was told to stop.
+// Sets Facts to those of the model, or to nothing if they cannot be fetched. False: cancelled.
 bool vtkKdModelSource::MeasureModel(const Execution& execution)
 {
   if (this->KnownFacts())
@@ -397,7 +398,7 @@ bool vtkKdModelSource::MeasureModel(const Execution& execution)
   return true;
 }
 
-// Of the model that is open, where they are asked for and were had; or null.
+// Facts of the open model, if they were asked for and found; or null.
 const OriginalFacts* vtkKdModelSource::KnownFacts() const
 {
   return this->WantsFacts() && this->Model->Info().digest == this->MeasuredDigest
@@ -405,7 +406,7 @@ const OriginalFacts* vtkKdModelSource::KnownFacts() const
            : nullptr;
 }
 
-// False: it was told to stop.
+// False: cancelled.
 bool vtkKdModelSource::TellPartitions(vtkInformation* outInfo, const Execution& execution)
 {
   const ModelDescription& info = this->Model->Info();

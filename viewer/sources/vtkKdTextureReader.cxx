@@ -1,6 +1,9 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Steps: 1. the model, and its tile, which tells how large the picture is  2. the piece
-// 3. triangles, points split by their places  4. the picture, from below.
+// Steps:
+// 1. the model, and its tile, which has the size of the picture
+// 2. the piece
+// 3. triangles; points split by their places
+// 4. the picture, from bottom to top.
 #include "vtkKdTextureReader.h"
 
 #include "filters/adapter/ErrorCodes.h"

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Octree clustering out of core: see ExternalOctree.h. As the k-d tree's, all cells lie in one file
-// at the place that they have in the order of the leaves, and move between two files of the whole's
-// size. Every pass keeps the order of the records of a cell: ids stay ascending.
+// Octree clustering out of core: see ExternalOctree.h. As in the k-d tree, all cells are in one
+// file, at their places in the order of the leaves, and move between two files of that size. Every
+// pass keeps the order of the records of a cell: ids stay ascending.
 #include "filters/baselines/stores/ExternalOctree.h"
 
 #include "filters/baselines/OctreeKey.h"
@@ -68,8 +68,8 @@ public:
     , Plan(options.memory, sizeof(Record))
     , Run(execution)
     , Count(points.Size() / sizeof(Record))
-    // A group in memory: its records, the same in order, and their keys, twice;
-    // the rest is the leaves.
+    // A group in memory: its records, again in order, and their keys, twice; the leaves may take
+    // the rest.
     , GroupRecords(options.memory / 8 * 7 / (2 * sizeof(Record) + 2 * sizeof(Item)))
   {
   }
@@ -229,8 +229,8 @@ private:
     return this->WriteGroups(cell, file, to, groups, counted);
   }
 
-  // Forms groups of the leaves and the deepest counted cells below `cell`, which has the places
-  // [place, place + 8^(deepest - depth)) of the table; there the counts give way to the number of
+  // Forms groups of the leaves and the deepest counted cells below `cell`, whose places in the
+  // table are [place, place + 8^(deepest - depth)); there the counts are replaced by the number of
   // the cell.
   void Gather(OctreeCell cell, std::size_t place, CountedCells& counted, std::uint64_t& begin,
     std::vector<Group>& groups) const

@@ -87,8 +87,8 @@ private:
     return std::uint64_t{ octree->clusterBegin.size() - 1 };
   }
 
-  // The most vertices of a partition for which there are about `wanted` partitions: those of
-  // ClusterByOctree. Fewer vertices never give fewer partitions.
+  // The size limit of partitions (in vertices) that gives about `wanted` partitions: those of
+  // ClusterByOctree. A smaller limit never gives fewer partitions.
   Result<std::uint32_t> SearchSize(std::uint64_t wanted)
   {
     if (wanted == 0)

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // The median by external merge sort (Baselines.h). Steps:
 //   a. one pass sorts as many keys as the memory holds at a time, and writes them as a run,
-//   b. as long as there are more runs than can be read side by side, groups of them are merged,
-//   c. the last merge writes nothing and ends at the wanted rank.
+//   b. while there are more runs than can be merged at once, groups of runs are merged,
+//   c. the last merge writes nothing, and ends at the wanted rank.
 #include "filters/baselines/stores/Baselines.h"
 
 #include "filters/outofcore/files/RecordFile.h"

@@ -70,8 +70,8 @@ double NumberAt(const std::uint8_t* place, GltfComponent type)
   return NumberAt<float>(place);
 }
 
-// Where `count` elements of `size` bytes lie, that an object (an accessor, or a part of a sparse
-// one) puts into its bufferView. told: the count as it is written.
+// Where the `count` elements of `size` bytes are that an object (an accessor, or a part of a sparse
+// one) has in its bufferView. told: the count as it is written.
 struct Elements
 {
   GltfBytes bytes; // from the first

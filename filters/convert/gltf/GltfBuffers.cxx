@@ -36,8 +36,8 @@ bool LiesBelow(const std::string& name)
   return !place.empty() && !place.is_absolute() && *place.begin() != "..";
 }
 
-// The file of a URI, whose characters may be written as %HH; or the file of exactly that name; or,
-// as for pictures, of that name as other systems write it.
+// The file of a URI. Tries: the URI with %HH decoded; the exact name; and, as for pictures, the
+// name as other systems write it.
 Result<std::filesystem::path> PlaceOf(const std::string& uri, FilesBeside& files)
 {
   const std::string decoded = PercentDecoded(uri).value_or(uri);
@@ -207,7 +207,7 @@ std::vector<std::size_t> GltfBuffers::WrongOnes() const
   return numbers;
 }
 
-// view: a bufferView, or what stands for it where it is compressed.
+// view: a bufferView, or its uncompressed fallback.
 Result<GltfBytes> GltfBuffers::BytesOf(const Json& view) const
 {
   const Json& buffers = Member(this->Document->json, "buffers");
@@ -267,7 +267,7 @@ Result<GltfBuffers::View> GltfBuffers::ViewOf(std::size_t number)
       {
         this->Decompressed.erase(entry);
         this->BytesDecompressed -= bytes->size();
-        // Who compresses may give the same bytes plain, for those who cannot decompress.
+        // A file may have the same bytes uncompressed, for programs that cannot decompress.
         const Result<GltfBytes> plain = this->BytesOf(view);
         if (!plain)
         {

@@ -25,8 +25,8 @@ using Json = nlohmann::json;
 
 #ifdef KDSTREAM_HAS_MESHOPTIMIZER
 
-// Of attributes, a byte for 64 at least: two bits tell that 16 bytes are zeros. Of corners, a byte
-// for a triangle, or for an index.
+// Attributes take at least a byte for 64 bytes: two bits say that 16 bytes are zeros. Corners take
+// at least a byte for a triangle, or for an index.
 bool MayHold(std::size_t bytes, const std::string& mode, double count, double stride)
 {
   const double least = mode == "ATTRIBUTES"  ? count * stride / 64

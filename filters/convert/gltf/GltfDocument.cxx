@@ -32,7 +32,7 @@ Result<Json> ParseJson(const std::string& text, std::size_t begin)
 {
   try
   {
-    // Copying leaves Ctrl-Z behind a text.
+    // Copying may leave Ctrl-Z at the end of a text.
     const std::size_t end = text.find_last_not_of(std::string_view("\x1A\0 \t\r\n", 6));
     return Json::parse(text.begin(), text.begin() + static_cast<std::ptrdiff_t>(end + 1));
   }
@@ -75,8 +75,8 @@ Result<std::string> ReadText(std::ifstream& file, std::uint64_t bytes)
   return text;
 }
 
-// A head of twelve bytes, a chunk of JSON, and one of bytes that may be missing; a chunk has its
-// length and kind before it.
+// A head of twelve bytes, a chunk of JSON, and an optional chunk of bytes; each chunk begins with
+// its length and kind.
 Result<std::string> ReadGlb(std::ifstream& file, std::uint64_t bytes, GltfDocument& document)
 {
   constexpr std::uint64_t headBytes = 12, chunkBytes = 8;

@@ -70,7 +70,7 @@ public:
     GltfMaterial read;
     const Json& pbr = Member(material, "pbrMetallicRoughness");
     const Json& core = Member(pbr, "baseColorTexture");
-    // Older than the core's way, which some write for those who do not know this one.
+    // An older extension, which some programs write for readers that do not know the core's way.
     const Json& glossy =
       Member(Member(material, "extensions"), "KHR_materials_pbrSpecularGlossiness");
     const bool isGlossy = core.is_null() && glossy.is_object();
@@ -150,8 +150,8 @@ private:
     }
   }
 
-  // Metalness counts where it is told: without a word it would be 1, which writers that know
-  // nothing of it do not mean.
+  // Metalness counts only if it is given: the default would be 1, but programs that do not support
+  // metalness do not mean that.
   void NoteValues(const Json& material, std::size_t number)
   {
     const Json& pbr = Member(material, "pbrMetallicRoughness");

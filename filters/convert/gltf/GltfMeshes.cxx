@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Steps for a part: 1. its attributes, as accessors, plain or out of Draco's bytes  2. places,
-// shaped by morph targets, normals, colours, texture coordinates, joints  3. corners, then
-// triangles as its mode joins them.
+// Steps for a part:
+// 1. its attributes, as accessors, plain or from Draco's bytes
+// 2. places (changed by morph targets), normals, colours, texture coordinates, joints
+// 3. corners, then triangles by its mode.
 #include "filters/convert/gltf/GltfMeshes.h"
 
 #include "filters/convert/gltf/GltfAccessors.h"
@@ -118,7 +119,7 @@ bool IsFinite(const Vec3& point)
   return std::isfinite(point[0]) && std::isfinite(point[1]) && std::isfinite(point[2]);
 }
 
-// Values of the points that stay, each of so many elements.
+// Values of the points that stay, each with this number of elements.
 template <class T>
 void KeepOf(const std::vector<bool>& stays, std::size_t elements, std::vector<T>& values)
 {
@@ -327,7 +328,7 @@ private:
     Result<DracoPart> decoded = DecodeDraco(view->bytes, numbers, normalized);
     if (!decoded)
     {
-      // Who compresses may give the same part plain, for those who cannot decompress.
+      // A file may have the same part uncompressed, for programs that cannot decompress.
       const std::size_t plain = IndexIn(this->Accessors, Member(this->Attributes, "POSITION"));
       return plain < CountOf(this->Accessors) &&
                  !Member(this->Accessors[plain], "bufferView").is_null()
@@ -650,7 +651,7 @@ void GltfMeshes::Claims::Add(const Claims& other)
   }
 }
 
-// Of an accessor; 0 of none.
+// The count of an accessor; 0 without one.
 Result<double> GltfMeshes::CountedBy(const Json& number) const
 {
   const Json& accessors = Member(this->Document.json, "accessors");
@@ -668,7 +669,7 @@ Result<double> GltfMeshes::CountedBy(const Json& number) const
   return std::max(0.0, WholeOf(Member(accessors[at], "count"), 0));
 }
 
-// Elements of a part that no bytes stand behind. What is compressed has its bytes elsewhere.
+// Elements of a part for which the file has no bytes. Compressed data have their bytes elsewhere.
 std::uint64_t GltfMeshes::ZerosOf(const Json& part) const
 {
   const Json& accessors = Member(this->Document.json, "accessors");

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Steps: 1. the scene's roots  2. all nodes below are checked, depth first, each once  3. the walk:
-// a stack of nodes and places, and of each node its instances.
+// Steps:
+// 1. the scene's roots
+// 2. check all nodes below, depth first, each once
+// 3. the walk: a stack of nodes and places, and the instances of each node.
 #include "filters/convert/gltf/GltfNodes.h"
 
 #include "filters/convert/gltf/GltfAccessors.h"
@@ -18,7 +20,7 @@ namespace
 
 using Json = nlohmann::json;
 
-// Whether it is missing, or an array of so many numbers.
+// Whether it is missing, or an array of this number of numbers.
 bool HasNumbers(const Json& node, const char* name, std::size_t count)
 {
   const Json& numbers = Member(node, name);

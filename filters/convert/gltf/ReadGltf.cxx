@@ -1,10 +1,11 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // glTF 2: a scene of many parts, joined to one mesh.
 //
-// Steps: 1. the JSON, its extensions, buffers and materials  2. the scene's nodes, checked; what
-// their meshes claim to have, added up before memory is taken  3. each mesh, at each of its places,
-// appended to one mesh  4. pictures baked, or colours as they are; floats where these are as fine
-// as what the file has.
+// Steps:
+// 1. the JSON, its extensions, buffers and materials
+// 2. check the scene's nodes; sum up the claims of their meshes, before memory is taken
+// 3. append each mesh, at each of its places, to one mesh
+// 4. bake pictures, or keep colours; convert to floats if these are as fine as the file's numbers.
 #include "filters/convert/ForeignMesh.h"
 #include "filters/convert/JoinParts.h"
 #include "filters/convert/gltf/GltfAccessors.h"
@@ -33,8 +34,8 @@ using Json = nlohmann::json;
 
 constexpr Color white{ 1, 1, 1, 1 };
 
-// Whether floats would lose what the part has. They do where they leave it fewer than 2^16 steps
-// along its longest side, and where those that it was written with are finer.
+// Whether floats would lose precision of the part: they would leave it fewer than 2^16 steps along
+// its longest side, and its own numbers are finer.
 bool NeedsDoubles(const Box& local, const Box& placed, const GltfPlace& place)
 {
   constexpr double leastSteps = 0x1p16, stepsOfFloats = 0x1p23, asFine = 4;

@@ -1,11 +1,12 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Edge collapse: see EdgeCollapse.h.
 //   1. The triangles around each vertex; edges, boundary, the first candidates.
-//   2. Take the cheapest candidate; skip it where an end has changed since.
-//   3. Measure how far the surface goes back: where that is dearer put it back at that cost.
-//   4. Leave it where topology or normals forbid it.
-//   5. Else merge: triangles on the edge go, the others move over to the vertex that stays.
-//   6. Candidates anew around it; what neighbours had left is tried again.
+//   2. Take the cheapest candidate; skip it if an end has changed since.
+//   3. Measure how far the surface would retreat; if this makes the merge more expensive, put the
+//      candidate back with the new cost.
+//   4. Refuse the merge if topology or normals forbid it.
+//   5. Else merge: triangles on the edge are removed, the others move to the vertex that stays.
+//   6. Add new candidates around it; retry edges of its neighbours that were refused.
 #include "filters/core/collapse/EdgeCollapse.h"
 
 #include "filters/core/VectorMath.h"
@@ -22,28 +23,28 @@ constexpr double offBoundary = 0.25; // of the error on the edge, for a place be
 constexpr double lengthCost = 1e-9;  // × length^4: of edges that cost nothing the shortest first
 // Edges between the vertices of folds: of what their merges and their retreat cost. Measured.
 constexpr double costOfFoldOvers = 0.01, retreatOfFoldOvers = 0.1;
-// Of parts with vertex colours: what a retreat costs there. Merges that spare the colours cost
-// more, and where there is none as much of the outline would go as they cost. Measured on the vase.
+// For parts with vertex colours: the price of a retreat. Merges that preserve the colours cost
+// more; without this factor as much of the outline would retreat instead. Measured on the vase.
 constexpr double retreatOfColored = 4;
-// How many retries each vertex has for its edges that could not collapse. Without this limit a mesh
-// that is all knots, whose vertices have hundreds of edges each, would take most of its time for
-// edges that never collapse.
+// How many retries each vertex has for its edges that could not collapse. Without this limit a
+// tangled mesh, whose vertices have hundreds of edges each, would spend most of its time on edges
+// that never collapse.
 constexpr std::size_t mostRetries = 256;
-// Nor once the part has taken so many steps for each vertex and triangle. Surfaces take up to 10
-// for large parts, and up to 70 for noisy ones of a few hundred vertices: hence the constant. In
-// parts of a soup retries took most of 100 to 400, the more the denser it is, and gained hardly a
-// merge.
+// No retries either after this number of steps for each vertex and triangle of the part. Surfaces
+// take up to 10 in large parts, and up to 70 in noisy parts of a few hundred vertices: hence the
+// constant. In parts of a soup retries took most of 100 to 400 steps, more in denser ones, and led
+// to hardly any merges.
 constexpr std::uint64_t stepsOfRetries = 16, leastStepsOfRetries = std::uint64_t{ 1 } << 16;
-// From there on each merge may have taken so many steps on average, or the part is given up.
+// From then on each merge may take this number of steps on average, or the part is given up.
 // Surfaces take 30 to 60. Where most edges are refused it was 5,000 to 30,000, for one merge of
-// thirty vertices. Tangles that still get coarser take 500: they are grouped by cells instead,
-// which costs little and looks no worse.
+// thirty vertices. Tangles that still become coarser take 500: they are grouped by cells instead,
+// which is fast and looks no worse.
 constexpr std::uint64_t mostStepsOfMerge = 256;
 
-// Surfaces have two triangles a vertex. More than so many a vertex are not worth more tries.
+// Surfaces have two triangles a vertex. Vertices with more than this are not worth more tries.
 constexpr std::size_t mostTrianglesOfVertex = 3;
-// In parts of a soup with more triangles a vertex than this, nearly every edge is refused, at the
-// cost of all that is around it. No edge is tried there, unless all of them cost little.
+// In parts of a soup with more triangles a vertex than this, nearly every edge is refused, after an
+// expensive check of everything around it. No edge is tried there, unless all of them are cheap.
 constexpr std::size_t hopelessTrianglesOfVertex = 8, fewTriangles = 4096;
 
 std::uint64_t MostStepsOfRetriesOf(std::size_t vertices, std::size_t triangles)
@@ -138,8 +139,8 @@ EdgeCollapse::EdgeCollapse(CollapsePart part)
   }
 }
 
-// Whether both ends are of triangles that face the wrong way. Such edges are cheaper in parts of
-// fine levels, so most folds go there; where all is free the tips of limbs would go with them.
+// Whether both ends touch triangles that face the wrong way. Such edges are cheaper in parts of
+// fine levels, so most folds disappear there. In free collapses this would remove tips of limbs.
 bool EdgeCollapse::IsFoldedOver(VertexId u, VertexId v) const
 {
   return !this->FoldedOver.empty() && this->FoldedOver[u] != 0 && this->FoldedOver[v] != 0;
@@ -349,7 +350,7 @@ bool EdgeCollapse::IsCurrent(const EdgeCandidate& edge) const
          !this->Fixed[edge.v];
 }
 
-// Whether nearly all that it looks at cannot collapse.
+// Whether nearly all edges that it checks cannot collapse.
 bool EdgeCollapse::IsHopeless() const
 {
   return !this->MayTryAgain() && this->Steps() > mostStepsOfMerge * this->Record.size();
@@ -403,7 +404,7 @@ bool EdgeCollapse::Take(std::size_t vertices, std::size_t triangles, double erro
   return true;
 }
 
-// Whether no triangle turns its normal, but for those that faced the wrong way before, and none
+// Whether no triangle turns its normal, except those that faced the wrong way before, and none
 // faces the wrong way that did not before.
 bool EdgeCollapse::KeepsFacing(VertexId u, VertexId v, const Vec3& position)
 {
@@ -486,7 +487,8 @@ bool EdgeCollapse::KeepsTopology(VertexId u, VertexId v)
 }
 
 // Whether some edge is in a triangle with u and in another with v, none of which holds both u and
-// v. Both ends of such an edge face the edge u v and are marked so. There are few, mostly none.
+// v. Both ends of such an edge face the edge u v and are marked. There are few of these edges,
+//    mostly none.
 bool EdgeCollapse::ShareAnEdgeOpposite(std::uint32_t facing) const
 {
   const auto& sides = this->Star.sides;
@@ -571,7 +573,7 @@ void EdgeCollapse::MergeAttributes(VertexId u, VertexId v)
   }
 }
 
-// Adds candidates for the edges of a vertex that has just been merged, and for those edges of its
+// Adds candidates for the edges of a vertex that has just been merged, and for edges of its
 // neighbours that could not collapse before.
 void EdgeCollapse::PushAround(VertexId u)
 {

@@ -49,7 +49,7 @@ public:
     const TreeDepths& depths = this->C.depths;
     if (this->Base < this->Stitch)
     {
-      // Nothing is reached without its cluster of level S, which tells of what is finer.
+      // Nothing is reached without its cluster of level S, which leads to finer ones.
       return id.resolution == this->Stitch ||
              std::binary_search(
                this->C.active.begin(), this->C.active.end(), PieceAbove(this->Stitch, id, depths));
@@ -217,8 +217,8 @@ private:
     }
   }
 
-  // The ancestors of the own vertices of wanted pieces that are loaded; of what is finer than S
-  // those of the clusters of level S.
+  // The ancestors of the own vertices of loaded wanted pieces; if these are finer than S, those of
+  // the clusters of level S.
   std::vector<std::span<const std::uint32_t>> RowsOf(const std::vector<PieceId>& wanted) const
   {
     std::vector<std::span<const std::uint32_t>> rows;
@@ -244,8 +244,8 @@ private:
     return rows;
   }
 
-  // The lowest key that a vertex in a node may have at S or finer; of the node after the last of
-  // its depth the key after all others.
+  // The lowest key that a vertex in a node may have at S or finer; for the node after the last of
+  // its depth, the key after all others.
   VertexKey FirstKey(NodeId node, unsigned depth) const
   {
     return VertexKey{ node - (NodeId{ 1 } << depth) } << (this->Depths.partition - depth + 32);

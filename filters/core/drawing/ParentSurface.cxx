@@ -53,8 +53,8 @@ std::optional<ParentPoint> ParentSurface::FindAbove(
   return found;
 }
 
-// Where the cluster of level S is not known: the lowest key that may be under it, or one beyond
-// all.
+// If the cluster of level S is not known: the lowest key that may be below it, or one after all
+// keys.
 VertexKey ParentSurface::LeastOf(VertexKey key) const
 {
   const bool anyCoarser = !this->Parts.empty() && this->Parts.front()->piece.resolution <
@@ -76,8 +76,8 @@ std::optional<ParentPoint> ParentSurface::LastUpTo(
                static_cast<std::uint32_t>(place - sources.begin() - 1) });
 }
 
-// The cluster of a resolution from S on whose interval holds a key. Those of other clusters of
-// level S, which have keys below `least`, do not.
+// The cluster of a resolution from S on whose interval contains a key. Clusters below another
+// cluster of level S, with keys less than `least`, do not count.
 std::optional<ParentPoint> ParentSurface::FindInterval(
   Resolution resolution, VertexKey key, VertexKey least) const
 {

@@ -1,8 +1,10 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Normals, part by part: see PartNormals.h.
-//   1. What the triangles of each part that differs give to its points, borrowed ones too.
-//   2. The own points of these, and of those that lend them points, sum up what all parts give.
-//   3. Borrowed points have the sums of their owners.
+//   1. For each part that differs: sum the triangles' area vectors at its points, also at borrowed
+//      ones.
+//   2. Own points of these parts, and of the parts that own their borrowed points: sum what all
+//      parts have.
+//   3. Borrowed points get the sums of their owners.
 #include "filters/core/drawing/PartNormals.h"
 
 #include "filters/core/VectorMath.h"
@@ -32,7 +34,7 @@ void ForEachLender(const SurfacePart& part, const Visit& visit)
 }
 
 // Calls visit(own, borrowed) for each point of [begin, end) that `part` borrows and `owner` shows,
-// with its numbers there. Both ascend.
+// with its numbers in both. Both ascend.
 template <class Visit>
 void ForEachLent(const SurfacePart& owner, const SurfacePart& part, std::size_t begin,
   std::size_t end, const Visit& visit)
@@ -90,8 +92,8 @@ void PartNormals::GoTo(const SurfacePartList& parts)
   }
 }
 
-// Other sums may have the own points of parts that differ from before, and of those that lend them
-// points, or lent some to what was there before.
+// Which sums may change: those of own points of parts that differ from before, and of parts that
+// own points borrowed by them, now or before.
 void PartNormals::TakeParts(const SurfacePartList& parts)
 {
   std::vector<std::unique_ptr<Known>> before = std::exchange(this->Numbered, {});

@@ -53,8 +53,8 @@ std::vector<std::uint64_t> Differences(
 
 }
 
-// Which pieces take part follows from the base and what is active, so nothing else need be told to
-// those that asked.
+// Which pieces are in the cut follows from the base and the active pieces, so pieces that depend on
+// others need no other information.
 void ShownVertices::GoTo(const Cut& cut, std::vector<const Piece*> pieces)
 {
   const Resolution base = BaseOf(cut);
@@ -141,7 +141,7 @@ bool ShownVertices::AskGhosts(const Piece& piece, Known& known)
   return changed;
 }
 
-// Also the pieces whose being active was asked for: those that clusters reach, and those that cover
+// Also the pieces that may have to be active: those that clusters reach, and those that cover
 // partitions.
 ShownVertices::Keys ShownVertices::TakeAsked(const Piece& piece)
 {

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // The drawing rule, part by part: see SurfaceParts.h.
 //   1. The cut's pieces (Cut.h), and where the cut shows their vertices (ShownVertices.h).
-//   2. Of each piece that has changed, the points that it shows: own vertices in the cut.
-//   3. Each of its triangles is drawn if its finest corner is one of these points. The other
-//      corners move up to their nodes of the cut, mostly points of other pieces: borrowed ones.
+//   2. For each piece that has changed, find the points that it shows: own vertices in the cut.
+//   3. Draw each of its triangles whose finest corner is one of these points. The other corners
+//      move up to their nodes of the cut, mostly points of other pieces (borrowed points).
 #include "filters/core/drawing/SurfaceParts.h"
 
 #include "filters/core/SortTriangles.h"
@@ -23,8 +23,8 @@ namespace
 constexpr auto stayed = static_cast<std::size_t>(-1);
 
 // The triangles in ascending order, each once. The lowest index of a triangle comes first, and few
-// triangles share it: so they go into a bucket for each lowest index, and two or three are left to
-// sort in a bucket. O(triangles + points), unless some points have very many triangles.
+// triangles share it. So triangles go into a bucket for each lowest index, and only two or three
+// must be sorted in a bucket. O(triangles + points), unless some points have very many triangles.
 std::vector<Triangle> SortedWithoutRepeats(
   const std::vector<Triangle>& triangles, std::size_t points)
 {
@@ -116,7 +116,7 @@ private:
   }
 
   // By the numbers of the piece's vertices. The corners that are in the cut themselves are the
-  // finest ones; in the pieces that own the others there are triangles of the same image.
+  // finest ones; triangles of the same image are also in the pieces that own the other corners.
   std::vector<Triangle> DrawnTriangles() const
   {
     std::vector<Triangle> drawn;
@@ -140,8 +140,8 @@ private:
     return drawn;
   }
 
-  // Corners that are no own points go up to the nodes above them. Nowhere, if only what is finer is
-  // shown there: such triangles are not drawn.
+  // Corners that are not own points move up to the nodes above them. If only finer vertices are
+  // shown there, there is no such node, and the triangle is not drawn.
   void AddBorrowedPoints(const std::vector<Triangle>& drawn)
   {
     std::vector<std::uint64_t> nodes(this->P.VertexCount(), noNode); // of each vertex
@@ -179,8 +179,9 @@ private:
     }
   }
 
-  // What shows a vertex: the number of the piece and that of its own vertex, so that the order is
-  // that of pieces. An own point is no other piece's: where one is above, it is taken at once.
+  // The node that shows a vertex: the number of its piece, and that of the own vertex, so that the
+  // order is that of pieces. No other piece shows an own point: if one is found on the way up, the
+  // search ends.
   std::uint64_t NodeOf(VertexId corner)
   {
     const auto node = this->View.NodeAbove(this->Number, corner);
@@ -252,7 +253,7 @@ private:
     }
   }
 
-  // False where a piece that lends a point has no such array.
+  // False if a piece that owns a borrowed point has no such array.
   bool AppendValues(Attribute& values, const Attribute& own) const
   {
     values.values.reserve(this->Part.surface.points.size() * values.TupleSize());
@@ -321,8 +322,8 @@ public:
     }
   }
 
-  // Of each point of a part; noVertex where its owner does not show it, which is so only where
-  // pieces contradict each other.
+  // For each point of a part; noVertex if its owner does not show it, which happens only if pieces
+  // contradict each other.
   std::vector<VertexId> Of(std::size_t number) const
   {
     const SurfacePart& part = *this->Parts[number];

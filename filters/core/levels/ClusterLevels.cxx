@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Levels by clustering: see ClusterLevels.h.
 //   1. The finest level: FinestClusters.h.
-//   2. The pairs of clusters that only collapsed triangles link.
-//   3. Each coarser level the same way from the level below it: ClusterRound.h.
+//   2. The pairs of clusters that are linked only by collapsed triangles.
+//   3. Each coarser level in the same way from the level below it: ClusterRound.h.
 #include "filters/core/levels/ClusterLevels.h"
 
 #include "filters/core/levels/ClusterRound.h"
@@ -39,8 +39,8 @@ std::vector<Triangle> ImageInPartitions(std::span<const Triangle> triangles,
   const TriangleBuckets& buckets, std::span<const VertexId> map, std::span<const VertexId> mapBegin,
   const Execution& execution)
 {
-  // A triangle of the image is made where its lowest vertex is; one partition's come after those of
-  // the one before.
+  // A triangle of the image is made in the partition of its lowest vertex; partitions follow each
+  // other in the list.
   const std::size_t partitions = buckets.begin.size() - 1;
   std::vector<std::vector<Triangle>> images(partitions);
   execution.parallelFor(partitions, 1,

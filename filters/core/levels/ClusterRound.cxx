@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // A coarser level by clusters: see ClusterRound.h.
 //   1. Inside each cell join clusters along triangles' edges and links.
-//   2. Number the components by cell and lowest vertex; add up, represent.
-//   3. The image of the triangles; what collapses leaves links.
+//   2. Number the components by cell and lowest vertex; sum up, find representatives.
+//   3. Make the image of the triangles; collapsed triangles leave links.
 #include "filters/core/levels/ClusterRound.h"
 
 #include "filters/core/DisjointSets.h"

@@ -57,8 +57,8 @@ Vec3 LightOf(const VertexColor& color)
   return { linear[color[0]], linear[color[1]], linear[color[2]] };
 }
 
-// What is known of the colour of a coarser cluster, as light: what each triangle of its children
-// says of its place, and the children's own colours.
+// Collects the colour of a coarser cluster, in linear light: what each triangle of its children
+// says about its place, and the children's own colours.
 class MergedColor
 {
 public:
@@ -102,8 +102,8 @@ private:
   double Area = 0;
 };
 
-// The colours of the clusters that those of a level with vertex colours become; their positions are
-// known. parents: of each own cluster.
+// The colours of a coarser level's clusters, whose positions are known, from those of the level
+// below. parents: of each own cluster.
 std::vector<VertexColor> CoarserVertexColors(const CollapseState& below, const CollapseSpace& space,
   std::span<const VertexId> parents, const ClusterLevel& coarser)
 {

@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Levels by edge collapse: see CollapseLevels.h.
 //   1. The finest level (FinestClusters.h), and the means of its vertex colours and normals.
-//   2. For each coarser level: collapse in parts (CollapseRound.h), freely below (FreeCollapse.h).
-//   3. Group what has no triangles, and the clusters of nodes that are too full (Merging.h).
-//   4. Number the new clusters, add up what they are made of (CoarserState.h); the triangles'
-//   image.
+//   2. For each coarser level: collapse in parts (CollapseRound.h), or freely for the coarsest
+//      levels (FreeCollapse.h).
+//   3. Group clusters without triangles, and the clusters of nodes that are too full (Merging.h).
+//   4. Number the new clusters, sum up their children (CoarserState.h); make the triangles' image.
 #include "filters/core/levels/CollapseLevels.h"
 
 #include "filters/core/levels/CoarserState.h"
@@ -144,8 +144,8 @@ public:
     return levels;
   }
 
-  // A state from the one below it that meets the target, collapsed freely; grouped by the cells of
-  // `depth` where edges do not do it. The caller tries ever smaller depths.
+  // Makes a state that meets the target from the finer one: collapses freely, and groups by the
+  // cells of `depth` if edges are not enough. The caller tries smaller and smaller depths.
   CollapseState CollapseTo(
     CollapseState& below, const CollapseTarget& target, unsigned depth, bool sheets) const
   {

@@ -1,12 +1,13 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // One round of collapses in parts: see CollapseRound.h.
-//   1. Lists of merges (PartLists). Some of the parts collapse as far as any may have to. They
-//      give an estimate of the threshold; the other parts collapse only a little beyond that.
-//   2. One threshold for all lists: how many merges of each are taken (MergeThreshold).
-//   3. Blocks tell each other where their clusters go.
-//   4. Nodes that would hold too many clusters take more merges, and if that does not do, their
+//   1. Make lists of merges (PartLists). A sample of the parts collapses as far as any part may
+//      have to, which gives an estimate of the threshold; the other parts collapse only a little
+//      beyond it.
+//   2. Find one threshold for all lists: how many merges of each are taken (MergeThreshold).
+//   3. Blocks exchange where their clusters go.
+//   4. Nodes that would hold too many clusters take more merges; if these are not enough, their
 //      clusters are grouped by cells.
-//   5. The blocks of the coarser level are made.
+//   5. Make the blocks of the coarser level.
 #include "filters/core/levels/CollapseRound.h"
 
 #include "filters/core/levels/CoarserState.h"
@@ -26,13 +27,13 @@ namespace
 constexpr std::size_t sampled = 8;    // of so many parts, one is for the estimate of the threshold
 constexpr double beyond = 1.5;        // the others collapse up to so many times the estimate
 constexpr std::size_t mostExtra = 32; // clusters of coarse levels; measured
-// Levels coarser than S are made in parts from this one on, and where there are more clusters than
-// such a level has, since no edge can collapse (thousands of small bodies, soups): they may not fit
-// the memory. These are numbers of their own, not the memory limit: the store must not depend on
-// that.
+// Levels coarser than S are made in parts from this level on, and where there are more clusters
+// than such a level has because edges cannot collapse (thousands of small bodies, soups): these may
+// not fit the memory. The numbers are constants and not the memory limit, because the store must
+// not depend on that.
 constexpr unsigned firstInParts = 16;
 constexpr std::size_t mostCollapsedFreely = (1 << firstInParts) + (1 << (firstInParts - 2));
-// So many triangles beyond two a cluster, as surfaces have, take the memory of a cluster
+// This number of triangles beyond two a cluster (which surfaces have) takes the memory of a cluster
 // (measured).
 constexpr std::size_t trianglesOfCluster = 10;
 
@@ -93,8 +94,8 @@ std::function<Status(double)> CollapseRound::ReportFrom(double from, double to) 
   return [this, from, to](double done) { return this->Report(from + (to - from) * done); };
 }
 
-// Nodes of the level's pieces. Each is in one block and has equally many parts, one after the
-// other.
+// The nodes of the level's pieces. Each node is in one block, and has the same number of
+// consecutive parts.
 std::size_t CollapseRound::NodeCount() const
 {
   return std::size_t{ 1 } << PieceDepth(Resolution::Level(this->Depth), this->Depths);
@@ -142,8 +143,8 @@ Status CollapseRound::KeepTargets()
   return this->Blocks.ShareTargets(TargetStage::Merged);
 }
 
-// Whether a node might hold too many clusters. Counts all that have no triangles, though some of
-// them may be grouped still.
+// Whether a node might hold too many clusters. Counts all that have no triangles, although some of
+// them may still be grouped.
 bool CollapseRound::MayOverflow(std::size_t node) const
 {
   const std::size_t parts = this->Lists.Count() / this->NodeCount();
@@ -174,8 +175,8 @@ bool CollapseRound::HasMore(std::size_t node) const
     [](const ListSummary& list) { return !list.whole || list.taken < list.merges; });
 }
 
-// Whether a node of the block that might hold too many clusters has any more to take. Blocks of
-// which no node has need not be loaded: where edges cannot collapse that is most of them.
+// Whether a node of the block that might hold too many clusters can take more merges. A block
+// without such a node need not be loaded: if edges cannot collapse, these are most blocks.
 bool CollapseRound::MayTakeMore(std::size_t block) const
 {
   const std::size_t nodes = this->NodeCount() / this->Blocks.Count();
@@ -219,8 +220,8 @@ Status CollapseRound::TakeMoreWhereFull()
   return {};
 }
 
-// excess: how many clusters each node has too many; 0 outside the block. Takes as many merges more
-// there, if there are any, and says whether there were.
+// excess: the number of clusters by which each node is too full; 0 outside the block. Takes this
+// number of further merges there, if there are any. Returns whether there were.
 Result<bool> CollapseRound::TakeMore(std::size_t block, const std::vector<std::size_t>& excess)
 {
   const std::size_t parts = this->Lists.Count() / excess.size();
@@ -250,8 +251,7 @@ Result<bool> CollapseRound::TakeMore(std::size_t block, const std::vector<std::s
   return any;
 }
 
-// Takes the cheapest `count` merges that are left of the parts [begin, end), which are in the
-// block.
+// Takes the cheapest `count` remaining merges of the parts [begin, end), which are in the block.
 Status CollapseRound::TakeMoreOfNode(
   std::size_t block, std::size_t begin, std::size_t end, std::size_t count)
 {

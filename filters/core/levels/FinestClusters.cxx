@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // The finest clusters: see FinestClusters.h.
-//   1. Inside each cell join vertices along edges and where they coincide: the sheets. Not along
-//   edges that cross one of the vertex colours.
+//   1. Inside each cell join vertices along edges and where they coincide: this gives the sheets.
+//      Do not join along edges that cross an edge between colours.
 //   2. Number the clusters by cell and lowest vertex.
 //   3. Find the boundary of the surface.
-//   4. Per cluster: sums, box and quadric; the representative and its deviation.
+//   4. For each cluster: sums, box and quadric; the representative and its deviation.
 #include "filters/core/levels/FinestClusters.h"
 
 #include "filters/core/DisjointSets.h"
@@ -152,7 +152,7 @@ private:
   }
 
   // Links vertices in the same place into a chain, in the order of the cells. A cell of any depth
-  // is a run in that order, so the part of a chain that lies in it is connected.
+  // is an interval in that order, so the part of a chain in the cell is connected.
   void JoinCoincident(std::vector<VertexId>& root, const std::vector<std::uint32_t>& cell)
   {
     const std::vector<VertexId> first =
@@ -218,8 +218,8 @@ private:
     return clusterBegin;
   }
 
-  // Adds up the vertices and triangles of each cluster, in the order of their numbers: so the sums
-  // are the same however the work is spread. In parts, with a report after each.
+  // Sums up the vertices and triangles of each cluster, in the order of their numbers, so that the
+  // sums do not depend on the threads. In parts, with a progress report after each.
   Status SumClusters(
     const std::vector<VertexId>& clusterBegin, const std::vector<std::uint8_t>& surface)
   {
@@ -298,8 +298,8 @@ private:
     }
   }
 
-  // Adds a triangle's plane and area vector, given twice as long, once to each of its clusters that
-  // are the partition's.
+  // Adds a triangle's plane and its area vector (given twice as long) once to each of its clusters
+  // that belong to the partition.
   void AddPlane(const Triangle& triangle, const QuadraticForm<Lanes>& planes,
     const std::array<Lanes, 3>& twice, std::size_t lane, VertexId firstCluster, VertexId endCluster)
   {
@@ -327,11 +327,11 @@ private:
     return cluster >= firstCluster && cluster < endCluster;
   }
 
-  // Finds the partition's own vertices that boundary edges end at, without a list of edges. For
-  // each triangle, a vertex adds the scattered number of the corner after it and subtracts that of
-  // the corner before it. An edge that is used equally often in both directions adds up to 0 at
-  // both ends; a boundary edge does not. (Several may add up to 0 by chance, at one vertex of 2^32:
-  // its boundary is then not held in place.) Returns whether a sum is not 0. Needs only the
+  // Finds the partition's own vertices at the ends of boundary edges, without a list of edges. For
+  // each triangle, a vertex adds the hash of the corner after it and subtracts that of the corner
+  // before it. An edge that is used equally often in both directions sums to 0 at both ends; a
+  // boundary edge does not. (By chance, with a probability of 2^-32, several sum to 0: the boundary
+  // at this vertex is then not held in place.) Returns whether a sum is not 0. Needs only the
   // partition's triangles.
   bool FindUnbalanced(std::size_t partition, VertexId firstCluster, VertexId endCluster,
     std::vector<std::uint32_t>& sums) const
@@ -357,8 +357,8 @@ private:
   }
 
   // Adds the planes through boundary edges to the partition's clusters, and the ends of these edges
-  // to their boundary sums. Looks only at edges with an own end: the partition has all triangles of
-  // these, so it sees whether an edge is on the boundary, which is to be in only one triangle.
+  // to their boundary sums. Looks only at edges with an own end: the partition has all triangles at
+  // such an edge, so it knows whether the edge is on the boundary (in only one triangle).
   void SumBoundary(std::size_t partition, VertexId firstCluster, VertexId endCluster,
     const std::vector<std::uint32_t>& unbalanced)
   {

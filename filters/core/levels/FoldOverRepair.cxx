@@ -1,9 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Of each part:
+// For each part:
 //   1. Find the triangles that face the wrong way; without any there is nothing to do.
 //   2. List the triangles of each cluster.
-//   3. Go through the clusters of such triangles, ascending, until none can be moved for the
-//   better.
+//   3. Go through the clusters of such triangles, ascending, until none can be improved.
 #include "filters/core/levels/FoldOverRepair.h"
 
 #include "filters/core/VectorMath.h"
@@ -24,18 +23,18 @@ namespace
 constexpr unsigned mostSweeps = 8;
 constexpr unsigned mostSteps = 16;    // of a relaxation
 constexpr double towardsPlanes = 0.5; // after each step: regularisation of the quadric
-// How far from the edges around it a vertex is to be at least, of their length: tried one after
-// the other.
+// The minimum distance of a vertex from the edges around it, as a share of their length: tried one
+// after the other.
 constexpr std::array<double, 2> margins = { 0.1, 0.02 };
 constexpr std::size_t mostSides = 256; // of a cluster that is moved
 
-// Largest deviations from a cluster's planes that a place is tried at, one after the other: what is
-// near is found first, whichever of a triangle's clusters it is of. In lengths of its longest edge.
-// Those beyond `mostOfCoarse` only in levels of 2^fineLevel clusters and more: in coarser ones a
-// spike is seen more than a fold.
+// The largest deviations from a cluster's planes at which a place is tried, one after the other:
+// near places are found first, for whichever of a triangle's clusters. In lengths of its longest
+// edge. Those beyond `mostOfCoarse` are used only in levels of at least 2^fineLevel clusters: in
+// coarser ones a spike is more visible than a fold.
 constexpr double mostOfCoarse = 0.07;
-// Of levels with colours, whose edges are long beside colours that let them be: bites out of the
-// outline are seen more than folds. Measured.
+// For levels with colours, which have long edges where colours do not matter: there a notch in the
+// outline is more visible than a fold. Measured.
 constexpr double mostOfColored = 0.04;
 constexpr unsigned fineLevel = 11;
 constexpr std::array<double, 7> limits = { 0.005, 0.01, 0.02, 0.04, 0.07, 0.15, 0.3 };
@@ -220,8 +219,8 @@ private:
       }));
   }
 
-  // Goes through the clusters that wait until none moves. Those that no place within the limit is
-  // better for wait on.
+  // Goes through the waiting clusters until none moves. Those without a better place within the
+  // limit continue to wait.
   void Repair(double limit)
   {
     bool any = true;
@@ -249,8 +248,8 @@ private:
   }
 
   // Moves a cluster, whose sides are gathered, to a place within the limit where fewer than
-  // `opposed` of its triangles face the wrong way: the one with the fewest, of equals the nearest
-  // to its planes. Returns whether there is one.
+  // `opposed` of its triangles face the wrong way: the place with the fewest; of equals, the
+  // nearest to its planes. Returns whether there is one.
   bool Move(VertexId c, std::size_t opposed, double limit)
   {
     const Vec3 old = this->PlaceOf(c);
@@ -309,9 +308,9 @@ private:
     return true;
   }
 
-  // From a place as little far as needed to where all triangles around it would face the right way,
-  // if there is such a place and it is found in a few steps. For a fixed edge and reference the
-  // places from where a triangle does so are a half space.
+  // The nearest place, starting from `place`, where all triangles around would face the right way,
+  // if there is one and it is found in a few steps. For a fixed edge and reference direction, the
+  // places where a triangle faces the right way form a half space.
   Vec3 Relaxed(Vec3 place, double margin, const Quadric& quadric) const
   {
     for (unsigned step = 0; step < mostSteps; ++step)

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Normals, colours and numbers of the levels: see LevelAttributes.h.
-//   1. The sums of the finest level's clusters over their original vertices, ascending.
-//   2. Level by level: the mean of each cluster, and its sum added to its parent's, children by
-//   lowest vertex.
+//   1. Sum up the finest level's clusters over their original vertices, ascending.
+//   2. Level by level: compute the mean of each cluster, and add its sum to its parent's, children
+//      by lowest vertex.
 #include "filters/core/levels/LevelAttributes.h"
 
 #include "filters/core/Light.h"

@@ -17,7 +17,7 @@ Result<double> MergeThreshold::Estimate(std::size_t stride)
   return cheapest->error;
 }
 
-// A list may leave out merges that cost more than its last one. Where that is not above the
+// A list may leave out merges that cost more than its last one. If the last one is not above the
 // threshold, the lists are made whole, and the threshold is found again.
 Status MergeThreshold::Take(const std::function<Status(double)>& report)
 {
@@ -56,8 +56,9 @@ Status MergeThreshold::Take(const std::function<Status(double)>& report)
   return this->Lists.Share();
 }
 
-// How many merges of the parts 0, stride … leave what is wanted of them. A part that is stuck with
-// more clusters than its share keeps them, and the others do not make up for it.
+// The number of merges of the parts 0, stride … that leave the wanted number of clusters. A part
+// that is stuck with more clusters than its share keeps them, and other parts do not compensate for
+// it.
 std::size_t MergeThreshold::CountToTake(std::size_t stride) const
 {
   const std::size_t share = this->Surface / this->Lists.Count();
@@ -106,8 +107,8 @@ Result<CheapestErrors> MergeThreshold::FindCheapestOf(std::size_t stride, std::s
     forEachError, count, [&](std::span<std::uint64_t> bins) { return this->Blocks.Sum(bins); });
 }
 
-// Merges whose error is just the threshold are taken in the order of the parts. Leaves to earlier
-// processes those that are in their parts.
+// Merges whose error equals the threshold are taken in the order of the parts. Those in parts of
+// earlier processes are left to these.
 Status MergeThreshold::LeaveTies(CheapestErrors& cheapest)
 {
   if (this->Blocks.Alone())

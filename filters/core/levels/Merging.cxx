@@ -122,7 +122,7 @@ void Merging::FindTouched()
   }
 }
 
-// After grouping: what had merged into a cluster goes where that went.
+// After grouping: a cluster that had merged into another goes where that one went.
 void Merging::Follow()
 {
   for (VertexId& to : this->Into)

@@ -11,8 +11,8 @@ namespace kdstream
 namespace
 {
 
-// A part collapses to this share of its clusters at most, so that the threshold finds what it
-// needs.
+// A part collapses at most to this share of its clusters, so that the threshold finds enough
+// merges.
 constexpr double deepest = 0.25;
 
 }

@@ -56,8 +56,8 @@ Status CheckKeys(const Piece& piece, const TreeDepths& depths)
   return {};
 }
 
-// Own vertices of the original are 0, 1, 2 …; ranks of own vertices of a level below S follow each
-// other.
+// Own vertices of the original are 0, 1, 2 …; ranks of own vertices of a level coarser than S are
+// consecutive.
 Status CheckOwnKeys(const Piece& piece, const TreeDepths& depths)
 {
   const bool dense =
@@ -129,7 +129,7 @@ Status CheckChildNodes(const Piece& piece, const TreeDepths& depths)
   return {};
 }
 
-// A cluster has one parent, whoever tells of it.
+// A cluster has one parent, in whichever list it occurs.
 Status CheckAncestors(const Piece& piece, const TreeDepths& depths)
 {
   const AncestorLevels levels = AncestorLevelsOf(piece.id.resolution, depths);

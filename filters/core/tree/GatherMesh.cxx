@@ -1,8 +1,9 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Gathering of a mesh: see GatherMesh.h.
-//   1. New numbers of the vertices, partition by partition; points and their arrays follow.
-//   2. Corners become new numbers; triangles are sorted by the partition of the lowest by counting.
-//   3. Buckets, and in each the order that the triangles had.
+//   1. Number the vertices anew, partition by partition; move points and their arrays accordingly.
+//   2. Replace corners by new numbers; sort triangles by the partition of the lowest corner, by
+//      counting.
+//   3. Make the buckets; within a bucket triangles keep their order.
 #include "filters/core/tree/GatherMesh.h"
 
 #include <algorithm>
@@ -143,8 +144,8 @@ private:
     }
   }
 
-  // Step 2. Returns where each triangle was. Each chunk is counted on its own; the counts of all
-  // chunks before it then say where it puts its triangles.
+  // Step 2. Returns where each triangle was. Counts each chunk separately; the counts of all chunks
+  // before a chunk say where its triangles go.
   std::vector<std::uint32_t> SortTriangles()
   {
     std::vector<Triangle>& triangles = this->Input.triangles;

@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Partition measures: see PartitionMeasures.h. Steps: 1. counts and areas, and the edges of the
-// triangles of every partition  2. edges sorted by (ends, partition): those that are alone are
-// boundary  3. compactness, spreads.
+// Partition measures: see PartitionMeasures.h. Steps:
+// 1. counts and areas, and the edges of the triangles of every partition
+// 2. sort edges by (ends, partition): edges that occur once are boundary
+// 3. compactness, statistics.
 #include "filters/core/tree/PartitionMeasures.h"
 
 #include "filters/core/VectorMath.h"
@@ -56,8 +57,8 @@ Status CheckClustering(std::size_t vertices, const Clustering& clustering)
   return {};
 }
 
-// The points around the origin, of an extent of 1 to 2, so that squares stay doubles; `unit`: what
-// 1 was, a power of two, so that nothing is rounded but by the move.
+// The points around the origin, scaled to an extent of 1 to 2, so that squares are in the range of
+// doubles. `unit`: the scale, a power of two, so that only the translation rounds.
 Result<std::vector<Vec3>> Scale(std::span<const Vec3> points, double& unit)
 {
   const Box box = BoxOfPoints(points);
@@ -136,7 +137,7 @@ void AddBoundaries(std::span<const Vec3> points, std::vector<PartitionEdge>& edg
   }
 }
 
-// Eq. (1), NaN where there is no area or no boundary.
+// Eq. (1), NaN without area or boundary.
 double CompactnessOf(const PartitionMeasure& partition)
 {
   const double compactness =

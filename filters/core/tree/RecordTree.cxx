@@ -1,7 +1,10 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // The k-d tree over records: see RecordTree.h. Steps as in the paper's section 4.1:
-//   a. the box of the cell's vertices,  b. its longest axis,  c. the median on the total order
-//   (coordinate, id), d. two halves,  e. again for each half.
+//   a. Find the box of the cell's vertices.
+//   b. Find its longest axis.
+//   c. Find the median on the total order (coordinate, id).
+//   d. Divide the cell into two halves.
+//   e. Repeat for each half.
 // The upper depths are split one after the other, all nodes of a depth in parallel; below
 // `forkDepths` every subtree is finished on its own while it is in the cache.
 #include "filters/core/tree/RecordTree.h"
@@ -77,7 +80,7 @@ private:
     return {};
   }
 
-  // Ids ascending. Finest cells hold a few vertices: counting who comes before is the fastest.
+  // Ids ascending. Finest cells hold a few vertices: counting the smaller ones is the fastest way.
   static void SortById(Records cell)
   {
     constexpr std::size_t few = 16;

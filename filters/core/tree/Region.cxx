@@ -84,7 +84,7 @@ void Need(TreeBoxes& boxes, const UnknownBox& unknown)
 }
 
 // Calls visit(partition's node, its box) for the partitions whose boxes pass `enter`. `nearest`:
-// the child nearer to it is looked into first.
+// the child nearer to it is visited first.
 template <class Enter, class Visit>
 class Descent
 {
@@ -153,7 +153,7 @@ private:
   std::vector<UnknownBox> Unknown;
 };
 
-// A cell's box moved outward by so many times the average of its sides.
+// A cell's box moved outward by a multiple of the average of its sides.
 Box Reach(const Box& cell, unsigned rings)
 {
   const double average =

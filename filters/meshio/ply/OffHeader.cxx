@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// OFF files as the text of a PLY: see OffHeader.h. Steps: 1. the header  2. all lines: what they
-// have after places and corners, whether floats suffice  3. the header of a PLY that says so.
+// OFF files as the text of a PLY: see OffHeader.h. Steps:
+// 1. the header
+// 2. all lines: what they have after places and corners, whether floats are enough
+// 3. a PLY header for this.
 #include "filters/meshio/ply/OffHeader.h"
 
 #include "filters/meshio/NumberText.h"
@@ -24,8 +26,8 @@ namespace
 constexpr std::size_t longestLine = std::size_t{ 16 } << 20;
 constexpr std::uint64_t linesPerReport = 1 << 16;
 
-// The numbers of a line after its place, or after its corners: at most three of a normal, four of
-// a colour, two of a texture.
+// The numbers of a line after its place, or after its corners: at most three of a normal, four of a
+// colour, two of a texture coordinate.
 struct Behind
 {
   static constexpr std::size_t most = 9;
@@ -43,7 +45,7 @@ bool IsNormal(const double* v)
 class OffColumns
 {
 public:
-  // others: numbers that are no colours, of which three are a normal if there is one.
+  // others: numbers that are not colours; if there is a normal, three of them.
   OffColumns(bool hasNormals, std::size_t others)
     : HasNormals(hasNormals)
     , Others(others)
@@ -73,7 +75,7 @@ public:
       }
     }
   }
-  // Whether all lines have the numbers that are no colours; and more: may they have others.
+  // Whether all lines have the numbers that are not colours; and whether some lines have more.
   bool HaveOthers(bool andMore) const
   {
     return this->Least >= this->Others && (andMore || this->Most == this->Others);
@@ -235,7 +237,7 @@ Status OffText::ReadKind()
                  ", which is not read" };
 }
 
-// The number of edges, in which nobody trusts: after that of faces, or alone on the next line.
+// The number of edges, which is ignored: after that of faces, or by itself on the next line.
 Status OffText::PassEdges()
 {
   this->Body = this->Lines.End();

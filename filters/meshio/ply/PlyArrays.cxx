@@ -101,8 +101,8 @@ void AppendEscaped(std::string& text, char byte)
   text += digits[value & 15U];
 }
 
-// The name of an array as properties have it; `guarded`: its first and last byte are escaped
-// whatever they are, so that it neither is nor ends in anything known.
+// The name of an array as a property's name. `guarded`: its first and last byte are escaped in any
+// case, so that it neither is nor ends like a known name.
 std::string Escape(std::string_view name, bool guarded)
 {
   std::string text;
@@ -218,7 +218,7 @@ private:
     {
       properties.push_back(*alpha);
     }
-    // A second group is no colour, or no texture coordinate, beside the first.
+    // A second group is neither a colour nor a texture coordinate, if there is a first one.
     const bool second = this->Names.contains(std::string(group.name)) ||
                         (group.color && this->Names.contains("RGBA"));
     if (!second)
@@ -339,8 +339,9 @@ void AddPlyProperties(std::span<const Attribute* const> arrays, PlyElement& elem
   {
     taken[p] = p;
   }
-  // An array whose properties would be read as something else gets guarded names. Guarding one can
-  // uncover another, so this goes on until all are read back; once all are guarded, they are.
+  // An array whose properties would be read as something else gets guarded names. Guarding one name
+  // can expose another, so this is repeated until all are read back correctly; if all are guarded,
+  // they are.
   std::vector<bool> guarded(arrays.size(), false);
   for (bool again = true; again;)
   {

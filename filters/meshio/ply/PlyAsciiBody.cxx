@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// ASCII PLY records: words between blanks, a line each, or the values of whole elements in one; and
-// those of OFF, which may have comments. Part of step "read".
+// ASCII PLY records: words between blanks, one record in a line, or all values of elements in one
+// line; and those of OFF, which may have comments. Part of step "read".
 #include "filters/meshio/NumberText.h"
 #include "filters/meshio/QuotedText.h"
 #include "filters/meshio/ply/PlyBody.h"
@@ -16,7 +16,7 @@ namespace kdstream
 namespace
 {
 
-// Longer words are no numbers.
+// Longer words are not numbers.
 constexpr std::size_t maximumWord = 4096;
 
 bool IsSeparator(char c)
@@ -80,13 +80,13 @@ private:
   ByteSource& Source;
   std::uint64_t Begin; // of the body
   Lines LinesAre = Lines::Unknown;
-  // Of the record: its words so far; its words on its first line (0 until it continues on another
-  // line); the place of its first byte.
+  // About the current record: its words so far; its words on its first line (0 until it continues
+  // on another line); the place of its first byte.
   std::uint64_t Words = 0, WordsOfFirstLine = 0, RecordBegin = 0;
 };
 
-// The place with the line that this byte is in, or ends. Goes through the file up to there, for an
-// error that ends the reading.
+// Adds to a place the line that this byte is in, or ends. Reads the file up to there, for an error
+// that ends the reading.
 PlyPlace AsciiBody::At(const PlyPlace& place, std::uint64_t byte) const
 {
   Result<ByteSource> again = this->Source.Again();
@@ -216,8 +216,7 @@ Status AsciiBody::KeepOrSkip(const PlyPlace& place, std::size_t property, PlyArr
     });
 }
 
-// Counts and indices are not held to their property's type: a list bounds them more closely than
-// that.
+// Counts and indices may exceed the range of their property's type: a list limits them more.
 Status AsciiBody::ReadInteger(const PlyPlace& place, std::string_view what, std::int64_t& value)
 {
   std::string_view word;
@@ -263,7 +262,7 @@ Status AsciiBody::SkipProperty(const PlyPlace& place, const PlyProperty& propert
   return {};
 }
 
-// A record that goes on into the line of the next one: how many of all its words its own line has.
+// A record that continues into the line of the next one: how many of its words are on its own line.
 Error AsciiBody::TooShort(const PlyPlace& place, std::uint64_t there, std::uint64_t all) const
 {
   const bool isPoint = place.element.name == "vertex" && place.element.properties.size() == 3;
@@ -272,8 +271,8 @@ Error AsciiBody::TooShort(const PlyPlace& place, std::uint64_t there, std::uint6
       std::to_string(all) + (isPoint ? " coordinates" : " values") };
 }
 
-// A record ends with its line, unless the values of whole elements stand in one. Where lines are
-// records, one may take several lines, but not a part of another.
+// A record ends with its line, unless all values of elements are in one line. If lines are records,
+// a record may take several lines, but a line cannot have parts of two.
 Status AsciiBody::EndRecord(const PlyPlace& place, bool isSkipped)
 {
   const std::uint64_t all = std::exchange(this->Words, 0);
@@ -311,9 +310,9 @@ Status AsciiBody::EndRecord(const PlyPlace& place, bool isSkipped)
   return {};
 }
 
-// A line goes on after its record. Where there are lines for all records, they have more values
-// than the header names; where there are no more lines than elements, each has a whole element, or
-// all. Errors: InvalidInput for other numbers of lines; InputOutput.
+// A line continues after its record. If there are lines for all records, lines have more values
+// than the header names. If there are not more lines than elements, each line has a whole element,
+// or all. Errors: InvalidInput for other numbers of lines; InputOutput.
 Status AsciiBody::LookAtLines(const PlyPlace& place)
 {
   if (this->LinesAre != Lines::Unknown)

@@ -312,9 +312,9 @@ Result<bool> BinaryBody<Swap>::ReadPoints(const PlyElement& element,
   return false;
 }
 
-// The fast path: reads faces as long as they lie in memory whole, have few corners and good
-// indices, and returns how many. What stops it is left to ReadFace, which goes on or says what is
-// wrong. Keeps: whether there are arrays.
+// The fast path: reads faces while they are completely in memory, have few corners and valid
+// indices; returns how many. ReadFace handles the face at which it stops, or reports what is wrong.
+// Keeps: whether there are arrays.
 template <bool Swap>
 template <bool Keeps>
 Result<std::size_t> BinaryBody<Swap>::ReadFaceRun(const FaceLayout& layout, const PlyPlace& first,

@@ -45,7 +45,7 @@ std::optional<PlyType> FindType(std::string_view name)
   return found == typeNames.end() ? std::nullopt : std::optional(found->type);
 }
 
-// Names go into messages and lists of names as they are. Those of arrays may be escaped
+// Names are used in messages and lists of names as they are. Those of arrays may be escaped
 // (PlyArrays).
 bool IsGoodName(std::string_view name)
 {
@@ -98,7 +98,7 @@ private:
   std::size_t Number = 0;
 };
 
-// Takes the words of one line after the other and builds the header.
+// Takes the words of one line after the other, and builds the header.
 class HeaderBuilder
 {
 public:

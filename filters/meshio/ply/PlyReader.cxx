@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Reads PLY files in chunks: step "read" of the pipeline picture. Here is decided which element is
-// read when; the records themselves are read by PlyBody.
+// Reads PLY files in chunks: step "read" of the pipeline picture. This class decides which element
+// is read when; PlyBody reads the records.
 #include "filters/meshio/ply/PlyReader.h"
 
 #include <algorithm>
@@ -176,7 +176,7 @@ void PlyReader::FindAttributes()
 }
 
 // The arrays that every element with faces has, in the order of the first element: a triangle
-// without a value could not be told from one with it.
+// without a value could not be distinguished from one with it.
 void PlyReader::FindFaceAttributes()
 {
   std::vector<std::vector<PlyArray>> ofElement;
@@ -271,8 +271,8 @@ void PlyReader::Prepare(Mesh& mesh) const
   }
 }
 
-// Brings the source to a record of an element: on from here, or on from the element's beginning if
-// that is ahead.
+// Moves the source to a record of an element: forward from here, or forward from the element's
+// beginning if that is ahead.
 Status PlyReader::MoveTo(std::size_t element, std::uint64_t record)
 {
   if (element < this->CurrentElement ||
@@ -387,8 +387,9 @@ Result<std::uint64_t> PlyReader::SkipSomeFaces(std::uint64_t count)
   return done;
 }
 
-// The bytes of each of the faces from here on, where there is just room for as many triangles: as a
-// polygon has three corners at least, all are triangles then. 0: they may differ.
+// The size in bytes of each of the remaining faces, if there is just enough room for the same
+// number of triangles: then all are triangles, because a polygon has at least three corners. 0:
+// sizes may differ.
 std::uint64_t PlyReader::BytesOfTriangles(const FaceElement& faces) const
 {
   const PlyElement& element = this->Header.elements[faces.element];
@@ -545,9 +546,9 @@ Status PlyReader::KeepPlaces()
   return {};
 }
 
-// What comes after the faces is passed over, so that a file that is cut there is refused. A header
-// that counts too few faces leaves some of them behind the last: they are not read, but not
-// silently. Blanks at the end of a file are no loss.
+// Skips what follows the faces, so that a file truncated there is refused. If the header counts too
+// few faces, some follow the last one: they are not read, but reported. Blanks at the end of a file
+// are ignored.
 Status PlyReader::LookBehindEnd()
 {
   this->LookedBehind = true;

@@ -55,7 +55,7 @@ struct FolderOwner
   pid_t process = 0;
 };
 
-// As the name of a folder tells: PLACE-PROCESS-LETTERS after its begin.
+// The parts of a folder's name: PLACE-PROCESS-LETTERS after its beginning.
 std::optional<FolderOwner> OwnerOf(const std::string& name)
 {
   if (!name.starts_with(lockedBegin))
@@ -114,7 +114,7 @@ bool IsUnchangedForLong(const fs::path& folder)
   return fs::file_time_type::clock::now() - last > longestPause;
 }
 
-// descriptor: of the folder, which nobody else has locked as far as can be known.
+// descriptor: of the folder, which nobody else has locked, as far as this can be found out.
 bool IsDead(int descriptor, bool locked, const fs::path& folder, const FolderOwner& owner)
 {
   if (locked && IsOnDiskOfMachine(descriptor))

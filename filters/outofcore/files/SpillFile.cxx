@@ -29,7 +29,7 @@ namespace
 // The kernel moves at most 2 GiB at once.
 constexpr std::size_t bytesAtOnce = std::size_t{ 1 } << 30;
 
-// " of which 123 are free", as far as the system tells.
+// " of which 123 are free", if the system reports it.
 std::uint64_t FreeBytes(const std::filesystem::path& folder)
 {
   struct statvfs state = {};
@@ -62,8 +62,8 @@ Error FullDisk(const detail::SpillLedger& ledger, std::string_view purpose, std:
 
 }
 
-// The sum of a file that is written from its begin to its end. Whoever writes at another place, or
-// once more, has it read afterwards.
+// The checksum of a file that is written from beginning to end. If a place is skipped or written
+// twice, the file is read afterwards.
 class detail::SumOfWrites
 {
 public:
@@ -80,7 +80,7 @@ public:
     }
   }
 
-  // Of a file of so many bytes, if they all came in order.
+  // For a file of this number of bytes, if all arrived in order.
   std::optional<std::uint64_t> Of(std::uint64_t size) const
   {
     const std::lock_guard lock(this->Mutex);

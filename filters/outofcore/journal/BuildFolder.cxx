@@ -31,7 +31,8 @@ namespace
 
 namespace fs = std::filesystem;
 
-// A locked file. It is removed while it is still locked: who locks it next has made another one.
+// A locked file. It is removed while it is still locked: the next process that locks it has made a
+// new one.
 class FileLock
 {
 public:
@@ -96,7 +97,7 @@ Result<std::shared_ptr<void>> Lock(const fs::path& path, const FileHook& hook)
       }
       return SystemError(path.string() + " cannot be locked", reason);
     }
-    // Whoever had it before may have removed it in between.
+    // The process that had it before may have removed it in between.
     const Result<bool> isSame = IsSameFile(descriptor, path);
     if (isSame && *isSame)
     {
@@ -108,7 +109,7 @@ Result<std::shared_ptr<void>> Lock(const fs::path& path, const FileHook& hook)
   }
 }
 
-// Anybody can tell its name beforehand, and the folder that it is in may be open to everybody.
+// Its name can be predicted, and others may be able to write to its folder.
 bool IsOwnFolder(const fs::path& path)
 {
   struct stat found = {};

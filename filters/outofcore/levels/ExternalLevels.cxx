@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // The levels out of core: see ExternalLevels.h. Steps, shared with the levels of several ranks, are
 // in LevelSteps.h.
-//   1. The finest level, block by block (FinestClusters.h); where every vertex goes, by rank.
+//   1. The finest level, block by block (FinestClusters.h); the cluster of every vertex, by rank.
 //   2. Rounds from level to level (CollapseRound.h, ClusterRound.h) on files.
 //   3. The coarse levels in memory.
 #include "filters/outofcore/levels/ExternalLevels.h"
@@ -24,16 +24,16 @@ namespace
 // What finding coincident vertices may take, for each vertex of a block: no more than other steps.
 constexpr std::uint64_t coincidentBytes = 200;
 constexpr std::uint64_t leastCoincidentMemory = std::uint64_t{ 1 } << 20;
-// Of a level in blocks: how many clusters one may have for each vertex that one of the mesh has.
-// Clusters take more (ExternalLevels.h), and two blocks of them are in memory.
+// For blocks of a level: the number of clusters allowed for each vertex that a block of the mesh
+// has. Clusters take more memory (ExternalLevels.h), and two blocks of them are in memory.
 constexpr double clustersOfBlock = 0.62;
 // What a triangle beyond two a vertex takes of what a vertex does.
 constexpr double triangleShare = 1.0 / 6;
 // Blocks whose triangles are mapped at the same time: each takes a tenth of what its vertices do.
 constexpr std::size_t imagesAtOnce = 4;
 
-// In order, lowest corner first, none twice; what has shrunk to a point goes, and to an edge unless
-// links are wanted.
+// Sorts the triangles, lowest corner first, without duplicates. Drops triangles that have become
+// points; and edges, unless links are wanted.
 void SortImage(std::vector<Triangle>& triangles, bool links)
 {
   std::erase_if(triangles,
@@ -118,8 +118,8 @@ private:
       this->Exec);
   }
 
-  // Links vertices in the same place that are in different cells, the next ones in the order of
-  // leaves.
+  // Links vertices in the same place that are in different cells, each with the next one in the
+  // order of leaves.
   Status FindCoincident()
   {
     const LevelFile& level = this->FileOf(this->Mesh.depths.finest);
@@ -144,16 +144,16 @@ private:
     return {};
   }
 
-  // How large a block is: its vertices or clusters, and as many more as its triangles take that are
-  // beyond those of a surface. over: the vertices or clusters that the triangles are of.
+  // The size of a block: its vertices or clusters, and an equivalent number for triangles beyond
+  // those of a surface. over: the number of vertices or clusters that the triangles use.
   static double SizeOf(std::uint64_t elements, std::uint64_t triangles, std::uint64_t over)
   {
     return double(elements) + double(triangles - std::min(triangles, 2 * over)) * triangleShare;
   }
 
-  // The depth of the largest blocks of a level that take no more memory than those of the mesh: the
-  // fewer, the fewer ghosts, and the less is read twice. A triangle of the finer level stands for
-  // its image, which is not known yet. level: in the blocks of the finer level, or of the mesh.
+  // The depth of the largest blocks of a level that take no more memory than those of the mesh:
+  // fewer blocks have fewer ghosts, and less is read twice. A triangle of the finer level counts
+  // for its image, which is not known yet. level: in the blocks of the finer level, or of the mesh.
   unsigned BlockDepthOf(const LevelFile& level)
   {
     const bool isFinest = level.depth == this->Mesh.depths.finest;

@@ -24,7 +24,7 @@ namespace
 
 // The share of the step's progress that the finest level takes.
 constexpr double finestShare = 0.4;
-// Of levels by clusters those with at most so many are made in memory, where all are needed whole.
+// Levels by clusters with at most this number are made in memory, where all are needed whole.
 constexpr VertexId mostInMemory = 1 << 14;
 
 // Writes them to a file, and reads them back.
@@ -174,8 +174,8 @@ Status LevelSteps::BuildFinestBlock(
   return writer.Append(state, sums);
 }
 
-// Of a mesh whose places differ, vertices in one place differ by the sign of a zero: the block
-// then has one that is negative.
+// In a mesh whose places differ, vertices in the same place differ by the sign of a zero: the block
+// then has a negative zero.
 LevelOptions LevelSteps::OptionsFor(const TreeBlock& block)
 {
   const bool negative =

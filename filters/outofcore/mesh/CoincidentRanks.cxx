@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Coincident vertices: see CoincidentRanks.h.
-//   1. Each place with its rank into a bucket by the place's hash; ranks ascend in each bucket.
-//   2. Bucket by bucket: the last rank that was met in each place.
+//   1. Put each place with its rank into a bucket, by the place's hash; ranks ascend in each
+//      bucket.
+//   2. In each bucket remember the last rank in each place.
 #include "filters/outofcore/mesh/CoincidentRanks.h"
 
 #include "filters/outofcore/files/BucketFile.h"

@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Welding out of core: see ExternalWeld.h.
-//   1. Where not all vertices fit the memory: finds those whose place has a hash that may come
-//      twice. Step 2 sees only these. Where these do not fit either, they go into buckets by a hash
-//      of their bytes: equal vertices meet in one bucket.
-//   2. Bucket by bucket: each vertex that equals a lower one, with the lowest of these.
-//   3. The map: new numbers for the vertices that stay, by id; then for those that go.
+//   1. If not all vertices fit the memory: find those whose place has a hash that may be repeated.
+//      Step 2 uses only these. If these do not fit either, put them into buckets by a hash of their
+//      bytes, so that equal vertices are in one bucket.
+//   2. In each bucket find each vertex that equals a lower one, and the lowest of these.
+//   3. Make the map: new numbers for the vertices that stay, by id; then for those that go.
 //   4. Moves the vertices that stay together.
 #include "filters/outofcore/mesh/ExternalWeld.h"
 
@@ -178,7 +178,7 @@ private:
     return {};
   }
 
-  // Step 1: where a vertex may have an equal. Returns how many such vertices there are at most.
+  // Step 1: which vertices may have an equal one. Returns an upper bound of their number.
   Result<std::uint64_t> FindRepeated()
   {
     RepeatedHashes& repeated =
@@ -199,7 +199,7 @@ private:
       },
       [&](std::size_t, std::uint64_t last) { return this->Report(0, 0.2, last); }));
     repeated.Finish();
-    // Each has one before it in its class, but for the first of the class.
+    // Each has one before it in its class, except the first of the class.
     return std::min<std::uint64_t>(
       this->Input.count, 2 * std::accumulate(repeats.begin(), repeats.end(), std::uint64_t{ 0 }));
   }
@@ -328,8 +328,8 @@ private:
     return byLowest.Finish();
   }
 
-  // visit(twin, entries of the section, its first number) for each record, with the section of the
-  // map that it belongs to; what is changed is kept.
+  // Calls visit(twin, entries of the section, its first number) for each record, with its section
+  // of the map; changes are kept.
   template <class Visit>
   Status ForEachSection(VertexMap& map, RecordBuckets<Twin>& records, const Visit& visit)
   {

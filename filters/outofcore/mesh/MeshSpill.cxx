@@ -73,7 +73,7 @@ public:
     KDSTREAM_TRY(CheckAttributes(none, 0, 0));
     output.vertices.tupleBytes = TupleBytes(output.attributes, AttributeAssociation::Point);
     output.cellTupleBytes = TupleBytes(output.attributes, AttributeAssociation::Cell);
-    // What the header claims is not taken from the disk: nobody knows yet whether it is true.
+    // The header's claim is not allocated on the disk, because it may be wrong.
     const std::pair<SpillFile*, std::string_view> files[] = {
       { &output.vertices.points, "vertices" }, { &output.triangles, "triangles" },
       { output.vertices.tupleBytes > 0 ? &output.vertices.tuples : nullptr,

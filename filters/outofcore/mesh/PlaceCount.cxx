@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Counting of places: see PlaceCount.h.
-//   1. Which hashes may come twice. The others are counted; these are sorted, if they fit.
-//   2. If not: the hash of each place into a bucket by its upper bits.
-//   3. Bucket by bucket: how many different ones.
+//   1. Find which hashes may be repeated. Count the others; sort these, if they fit the memory.
+//   2. If not: put the hash of each place into a bucket, by its upper bits.
+//   3. In each bucket count the different hashes.
 #include "filters/outofcore/mesh/PlaceCount.h"
 
 #include "filters/core/SeededHash.h"
@@ -32,8 +32,8 @@ std::uint64_t HashOf(const Vec3& place)
   return HashOfPlace(WithPositiveZeros(place), agreedSeed);
 }
 
-// Different numbers. Equal ones are dropped whenever there are too many, so that they take no more
-// memory than different ones.
+// A set of numbers. Duplicates are dropped whenever there are too many numbers, so that only
+// different ones take memory.
 class DifferentNumbers
 {
 public:
@@ -123,8 +123,8 @@ public:
 private:
   using Record = PointRecord<Scalar>;
 
-  // work(slot), on any threads, when the hashes of a block are in that slot; then take(slot) in the
-  // order of the blocks.
+  // work(slot) is called on any thread when the hashes of a block are in that slot; then
+  // take(slot), in the order of the blocks.
   template <class Work, class Take>
   Status ForEachBlock(double progress, const Work& work, const Take& take)
   {

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Tuples in the order of the tree: see RankTuples.h.
-//   1. Tuples with their ranks into buckets, by sections of the ranks.
-//   2. Section by section: each tuple to its place in memory, then all to the file.
+//   1. Put tuples with their ranks into buckets, by sections of the ranks.
+//   2. For each section: put each tuple into its place in memory, then write all to the file.
 #include "filters/outofcore/mesh/RankTuples.h"
 
 #include "filters/outofcore/files/BucketFile.h"

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// The numbers of the levels 0 … S: see CoarseNumbers.h, and VertexNumbers.h for what follows from
-// what.
+// The numbers of the levels 0 … S: see CoarseNumbers.h, and VertexNumbers.h for the order of the
+// computation.
 #include "filters/outofcore/pieces/CoarseNumbers.h"
 
 #include "filters/core/pieces/VertexNumbers.h"

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Numbers of a mesh in blocks: see ExternalNumbers.h, and VertexNumbers.h for what follows from
-// what.
+// The numbers of a mesh in blocks: see ExternalNumbers.h, and VertexNumbers.h for the order of the
+// computation.
 #include "filters/outofcore/pieces/ExternalNumbers.h"
 
 #include "filters/core/pieces/VertexNumbers.h"
@@ -100,8 +100,8 @@ private:
     return here.end - here.begin;
   }
 
-  // Fetches the lowest numbered vertices of those clusters of a level >= S that a file names at the
-  // places [begin, end) and other processes have, a few MiB at a time.
+  // Fetches the lowest numbered vertices of clusters of a level >= S: those that a file names at
+  // the places [begin, end), and that other processes have, a few MiB at a time.
   Status FetchFirst(
     unsigned depth, const SpillFile& clusters, std::uint64_t begin, std::uint64_t end)
   {
@@ -127,8 +127,8 @@ private:
     return {};
   }
 
-  // The parents of the clusters that are here may be elsewhere: blocks of coarser levels are
-  // larger.
+  // The parents of this process's clusters may be on other processes, because blocks of coarser
+  // levels are larger.
   Status FetchFirstOfParents(const LevelFile& level)
   {
     const BlockRange here = this->Group.Here(level.blockDepth);
@@ -137,8 +137,8 @@ private:
       IsAll(here, level.blockDepth) ? begin : level.begin[here.end]);
   }
 
-  // work(block) -> Status for each block that is here, some of them side by side: numbering takes a
-  // tenth of the memory that a block may take.
+  // Calls work(block) -> Status for each block of this process, some of them in parallel: numbering
+  // takes a tenth of the memory that a block may take.
   template <class Work>
   Status ForEachBlock(unsigned depth, const Work& work)
   {
@@ -216,7 +216,7 @@ private:
   }
 
   // The vertices of a block. Its ranks and its numbers are the same interval. Inside a finest
-  // cluster the order of ids matters for those only in the same place.
+  // cluster the order of ids matters only for vertices in the same place.
   Status NumberBlock(const CellRange& range, SpillFile& file) const
   {
     if (range.size == 0)
@@ -251,7 +251,7 @@ private:
     return WriteRecords<VertexId>(file, range.begin, std::span<const VertexId>(numbers));
   }
 
-  // The lowest numbered vertices of the finest clusters of a block, from cluster `begin` on; and
+  // The lowest numbered vertices of the finest clusters of a block, from cluster `begin` on. Checks
   // that each has room for its vertices after its lowest. clusterOf: of each vertex of the block.
   Result<std::vector<VertexId>> FirstOfFinest(
     const CellRange& range, VertexId begin, std::span<const VertexId> clusterOf) const

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// The k-d tree out of core: see ExternalTree.h. All cells lie in one file, each at its place in the
-// tree's order. A cell moves between two files of the size of the whole: to the other file when it
-// is split, into the first work file when it is finished.
+// The k-d tree out of core: see ExternalTree.h. All cells are in one file, each at its place in the
+// tree's order. There are two files of the size of the whole. A cell moves to the other file when
+// it is split, and to the first work file when it is finished.
 #include "filters/outofcore/tree/ExternalTree.h"
 
 #include "filters/core/tree/RecordSelection.h"
@@ -98,8 +98,8 @@ private:
   std::vector<std::size_t> Wanted;
 };
 
-// Writes the halves of a cell around its median to another file, and gathers what is to be known
-// about them. The records around the median that the method left undecided are kept till the end.
+// Writes the halves of a cell around its median to another file, and gathers their statistics.
+// Records around the median that the method left undecided are kept until the end.
 template <class Scalar, std::size_t Axis>
 class Partition
 {
@@ -468,8 +468,8 @@ private:
     return {};
   }
 
-  // What is done of the tree, `now` records of the current step included: every record is moved
-  // once for each depth that does not fit, and once in memory.
+  // How much of the tree is done, including `now` records of the current step. Every record is
+  // moved once for each depth that does not fit the memory, and once in memory.
   double Fraction(std::uint64_t now) const
   {
     const double all = double(this->Count) * double(this->ExternalDepths + 1);

@@ -1,13 +1,14 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // The median by selective sorting with two heaps (MedianSearch.h; paper 4.2.2-4.2.3). Steps:
-//   1. classify: a key up to the mean goes left, one after it right; the greatest on the left and
-//      the least on the right stay in the memory, in a min heap and a max heap,
-//   2. the interval: the counts tell on which side the wanted rank lies, and how far from the mean,
-//   3. nearer than the heap is large: the key is in the heap. Farther: again for the keys on that
+//   1. Classify: a key up to the mean goes left, a key after it right; the greatest on the left and
+//      the least on the right stay in memory, in a min heap and a max heap.
+//   2. Find the interval: the counts say on which side the wanted rank is, and how far from the
+//      mean.
+//   3. If this is within the heap's size, the key is in the heap. Else repeat for the keys on that
 //      side that were not in the heap, with their mean.
-// The paper writes what leaves the heaps to a left and a right file; here the next pass reads the
-// cell again and passes over the rest, and the halves are written once, when the median is known.
-// Where all coordinates that are left are equal, the pivot is the mean of the ids.
+// The paper writes keys that leave the heaps to a left and a right file. Here the next pass reads
+// the cell again and skips the other keys, and the halves are written once, when the median is
+// known. If all remaining coordinates are equal, the pivot is the mean of the ids.
 #include "filters/outofcore/tree/MedianSearch.h"
 
 #include <algorithm>

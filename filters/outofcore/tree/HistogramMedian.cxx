@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // The median by counting (MedianSearch.h). Steps, for the range that holds the wanted key:
-//   a. divide it into 2^16 bins of the ordered bits, or of the ids once all coordinates are equal,
-//   b. count the keys in each in one pass,  c. go on in the bin that holds the wanted rank,
-// until the bin's keys fit the memory. Each pass takes 16 of 64 + 32 bits, whatever the
-// distribution.
+//   a. Divide it into 2^16 bins of the ordered bits, or of the ids if all coordinates are equal.
+//   b. Count the keys in each bin in one pass.
+//   c. Repeat in the bin that holds the wanted rank, until the bin's keys fit the memory.
+// Each pass takes 16 of 64 + 32 bits, whatever the distribution.
 #include "filters/outofcore/tree/MedianSearch.h"
 
 #include <algorithm>

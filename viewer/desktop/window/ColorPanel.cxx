@@ -21,7 +21,7 @@ ImU32 Ink(const Color& color)
   return IM_COL32(color[0], color[1], color[2], 255);
 }
 
-// Which of the array's numbers the ends of the map stand for.
+// The numbers of the array at the ends of the map.
 void DrawRange(const ScalarDescription& scalar, ColorChoice& colors)
 {
   const Coloring now = ColoringOf(colors, std::vector<ScalarDescription>{ scalar });

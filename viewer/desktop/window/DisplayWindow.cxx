@@ -16,7 +16,7 @@
 #include <cstring>
 #include <utility>
 
-// After ours: they define words such as Status as macros.
+// After our headers: X11's define words such as Status as macros.
 #include <X11/Xatom.h>
 #include <X11/Xutil.h>
 #include <X11/extensions/XInput2.h>
@@ -180,7 +180,7 @@ void DisplayWindow::Add(WindowEvent event)
 {
   const bool isButton =
     event.kind == WindowEvent::Kind::Press || event.kind == WindowEvent::Kind::Release;
-  // What comes before a button is no later than that.
+  // Events before a button event are not later than it.
   event.time = this->ButtonTimes.empty() ? Seconds() : this->ButtonTimes.front();
   if (isButton && !this->ButtonTimes.empty())
   {
@@ -249,8 +249,8 @@ void DisplayWindow::Note(vtkObject* /*caller*/, unsigned long event, void* /*dat
   }
 }
 
-// Which come to the window as a mouse's otherwise: one at a time. Pinches of trackpads are told by
-// servers that know of gestures (version 2.4 of the extension).
+// Otherwise fingers come to the window as a mouse, one at a time. Servers that support gestures
+// (version 2.4 of the extension) also report pinches of trackpads.
 void DisplayWindow::ListenToFingers()
 {
   Display* display = DisplayOf(*this->Shown);
@@ -316,7 +316,7 @@ void DisplayWindow::TakeFingers()
   }
 }
 
-// Servers tell how much it has enlarged since it began.
+// Servers report the total scale since the pinch began.
 void DisplayWindow::AddPinch([[maybe_unused]] const void* data)
 {
 #ifdef XI_GesturePinchBegin
@@ -345,8 +345,8 @@ void DisplayWindow::Wait(std::chrono::milliseconds atMost)
   }
 }
 
-// The server's times of events by our clock, in order: when they happened, not when a slow frame
-// let us see them. The event that came through the quickest tells how the two clocks stand.
+// The times of the server's events by our clock, in order: when they happened, not when a slow
+// frame received them. The event with the shortest delay gives the difference of the two clocks.
 std::vector<double> DisplayWindow::TimesOf(const std::vector<unsigned long>& serverTimes)
 {
   std::vector<double> times;
@@ -369,7 +369,7 @@ std::vector<double> DisplayWindow::TimesOf(const std::vector<unsigned long>& ser
   return times;
 }
 
-// VTK's interactor does not tell when a button was pressed.
+// VTK's interactor does not report when a button was pressed.
 void DisplayWindow::NoteButtonTimes()
 {
   std::vector<unsigned long> serverTimes;

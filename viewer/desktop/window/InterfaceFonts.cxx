@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// The letters of the window's words: see InterfaceLayer.h.
+// The letters of the window's texts: see InterfaceLayer.h.
 #include "viewer/desktop/window/InterfaceLayer.h"
 
 #include <fontconfig/fontconfig.h>

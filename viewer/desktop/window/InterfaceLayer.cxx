@@ -80,7 +80,7 @@ bool TextWaits([[maybe_unused]] const ImGuiIO& io)
 #endif
 }
 
-// Draws what ImGui was told last, when all else of the window is drawn.
+// Draws ImGui's last output, after everything else in the window.
 class InterfaceProp : public vtkProp
 {
 public:
@@ -263,8 +263,9 @@ bool InterfaceLayer::TakesKeys() const
   return ImGui::GetIO().WantTextInput;
 }
 
-// What a key writes, or else that it is pressed in this frame; false where that has to wait for
-// the next one. A field takes what is written before keys, and knows a key again once it was up.
+// The text that a key writes, or else that it is pressed in this frame; false if it must wait for
+// the next frame. A field takes text before keys, and recognizes a key again only after it was
+// released.
 bool InterfaceLayer::TakeKey(const WindowEvent& event)
 {
   ImGuiIO& io = ImGui::GetIO();
@@ -302,7 +303,7 @@ bool InterfaceLayer::TakeKey(const WindowEvent& event)
   return true;
 }
 
-// As many as one frame can tell: of each button one change, of keys one press.
+// As many events as one frame can take: one change of each button, one press of a key.
 void InterfaceLayer::TakeEvents()
 {
   using Kind = WindowEvent::Kind;

@@ -94,7 +94,7 @@ void NotesPanel::DrawList(const NotesBook& book, NotesWishes& wishes)
   for (std::size_t i = 0; i < notes.size(); ++i)
   {
     ImGui::PushID(static_cast<int>(i));
-    // What follows ## is no word for ImGui, and none of a title is lost.
+    // ImGui does not show what follows ##, and so no part of a title is lost.
     if (ImGui::Selectable("##note"))
     {
       wishes.show = i;

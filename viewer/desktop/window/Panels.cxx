@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// The words and buttons of the window: see Panels.h. The list of blobs is BlobTable.cxx's.
+// The panels of the window: see Panels.h. BlobTable.cxx has the list of blobs.
 #include "viewer/desktop/window/Panels.h"
 
 #include "filters/program/ProgressReporter.h"
@@ -78,7 +78,7 @@ SessionStep GoStep(const char* where)
   return { SessionStep::Kind::Go, {}, where };
 }
 
-// "Level 14 of 16 · 33 k triangles", "Up to the original · 871 k triangles" where a budget leaves
+// "Level 14 of 16 · 33 k triangles", or "Up to the original · 871 k triangles" if a budget leaves
 // much of it coarser.
 std::string DescribeSurface(const PanelFacts& facts)
 {
@@ -219,7 +219,7 @@ PanelWishes Panels::Draw(const PanelFacts& facts, const std::vector<Tile>& tiles
 }
 
 // Tools and details appear in one place, settings and notes in another; in a narrow window all
-// appear in one. A panel that is opened replaces the panel in its place.
+// appear in the same place. A panel that is opened replaces the panel in its place.
 void Panels::CloseCovered(const PanelFacts& facts)
 {
   const std::array<bool*, 4> open{ &this->toolsOpen, &this->detailsOpen, &this->settingsOpen,
@@ -314,7 +314,7 @@ void Panels::DrawTitle(const PanelFacts& facts)
     this->BelowTitle = Scaled(facts, 64); // as settings are below the tools
     return;
   }
-  // Below the tools where there is no room beside them.
+  // Below the tools if there is no room beside them.
   const bool isNarrow = facts.width < narrowWidth * facts.ratio;
   ImGui::SetNextWindowPos(Place(gap * facts.ratio, (isNarrow ? 62 : gap) * facts.ratio));
   ImGui::Begin("##title", nullptr, plain | ImGuiWindowFlags_AlwaysAutoResize);

@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Texts for other programs to paste: see ScreenClipboard.h.
 //
-// A connection and an unseen window of its own: VTK's loop would drop what others ask.
+// Uses a connection and an invisible window of its own, because VTK's event loop would drop
+// requests of other programs.
 #include "viewer/desktop/window/ScreenClipboard.h"
 
 #include <array>
@@ -74,7 +75,7 @@ void ScreenClipboard::Serve()
   }
 }
 
-// The text itself, or in which forms it is to be had; None for others.
+// The text itself, or the available formats; None for others.
 void ScreenClipboard::State::Answer(const XSelectionRequestEvent& asked) const
 {
   XEvent answer{};

@@ -15,8 +15,8 @@ void WindowLook::TakeEvents()
   {
     this->Events.push_back(std::move(event));
   }
-  // However slow frames are: a key means what it does after the clicks before it, and a click what
-  // is seen after the key before it.
+  // Also with slow frames, a key must apply to the state after the clicks before it, and a click to
+  // what is visible after the key before it.
   bool wasCommand = false;
   while (!this->Events.empty() && !wasCommand)
   {
@@ -52,7 +52,7 @@ bool WindowLook::Handle(const WindowEvent& event)
   {
     this->PressIsOfPanels = isOverPanels;
   }
-  // To the words fingers are a mouse, where they began there.
+  // On the panels fingers act as a mouse, if they began there.
   const bool isFinger =
     event.kind == Kind::TouchBegin || event.kind == Kind::TouchMove || event.kind == Kind::TouchEnd;
   if (event.kind != Kind::Key && (!isFinger || this->PressIsOfPanels))

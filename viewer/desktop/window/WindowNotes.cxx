@@ -13,8 +13,8 @@ namespace kdstream
 namespace
 {
 
-// Beside the store, where the source is one or a folder of them; else here, for whoever has the
-// store.
+// Beside the store, if the source is a store or a folder of stores; otherwise in the current
+// folder, to be sent to the owner of the store.
 std::filesystem::path NotesFile(const std::string& source, const std::string& model)
 {
   std::error_code failure;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// What leaves a window: pictures, texts to paste, and what the command line asks for. See
+// The outputs of a window: pictures, texts to paste, and what the command line asks for. See
 // WindowLook.h.
 #include "viewer/desktop/OpenSource.h"
 #include "viewer/desktop/window/ToolsPanel.h"
@@ -69,8 +69,8 @@ void WindowLook::SaveOutline()
   }
 }
 
-// A picture is taken when what was done before it is on the screen; of a recording when all has
-// come, as it is when that plays again.
+// A picture is taken when the effect of all earlier actions is on the screen; in a recording when
+// everything has arrived, as in a replay.
 void WindowLook::AskForPicture()
 {
   this->PicturePending = true;
@@ -97,7 +97,7 @@ void WindowLook::TakePicture()
   this->Tell(written ? "Wrote " + file : written.GetError().message);
 }
 
-// The window with a part of its words and buttons. It is drawn, but not shown.
+// The window with some of its panels. It is drawn, but not shown.
 Result<WindowPicture> WindowLook::PictureWith(InterfaceLayer::Part part)
 {
   vtkRenderWindow& window = this->Display->Window();

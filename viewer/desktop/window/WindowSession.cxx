@@ -90,8 +90,8 @@ void WindowSession::TakeModel(const ModelDescription& model)
   }
 }
 
-// Of the model that the command line names, or the only one: of others nobody has said that they
-// have the array.
+// Only for the model that the command line names, or the only one: other models need not have the
+// array.
 void WindowSession::CheckWantedColors(const ModelDescription& model)
 {
   const bool isMeant = model.id == this->Options.model || this->Source->Models().size() == 1;

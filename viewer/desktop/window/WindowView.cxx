@@ -1,6 +1,10 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// A look in a window: see WindowView.h. Steps of a frame: 1. what people did  2. what has come
-// 3. the session's choice and surface  4. words and buttons  5. the picture.
+// A view in a window: see WindowView.h. Steps of a frame:
+// 1. what the user did
+// 2. what has arrived
+// 3. the session's choice and surface
+// 4. texts and buttons
+// 5. the picture.
 #include "viewer/desktop/window/WindowView.h"
 
 #include "viewer/desktop/window/ToolsPanel.h"
@@ -76,7 +80,7 @@ void WindowLook::Run()
   }
 }
 
-// Seconds until there may be something to do that the window does not tell of.
+// Seconds until there may be work that the window does not report.
 double WindowLook::Wait()
 {
   if (this->FramesLeft > 0 || this->Session.Viewer().GetStatus().coasting)
@@ -168,8 +172,8 @@ void WindowLook::Frame()
   }
 }
 
-// Until all of them stand where they will: a new panel is measured first, unseen, and pictures are
-// slow.
+// Repeats until all panels are in their final places: a new panel is first measured, invisibly, and
+// pictures are slow.
 std::vector<PanelWishes> WindowLook::DescribePanels(double seconds, ViewSettings& settings)
 {
   constexpr std::size_t mostRounds = 4;

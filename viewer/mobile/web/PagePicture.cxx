@@ -6,7 +6,7 @@
 
 #include <utility>
 
-// Only declared here: gl.js has the browser decode it.
+// Only declared here: in gl.js, the browser decodes it.
 // clang-format off
 EM_JS(void, kdstream_upload_picture, (unsigned texture, const void* begin, std::size_t bytes,
   unsigned format, unsigned width, unsigned height), {})
@@ -83,8 +83,8 @@ bool PagePicture::MayDrawSurface(double now) const
   return this->Pace.MayDraw(this->Page.Session().GetStatus().blobsWanted > 0, now);
 }
 
-// Makes the surface of what has come, for a later frame. What morphs arrives first. Whether there
-// is one.
+// Makes the surface of what has arrived, for a later frame. Geomorphs of the old surface are
+// finished first. Returns whether there is a new surface.
 bool PagePicture::MakeSurface(double morphed, double now)
 {
   if (morphed < 1 || !this->MayDrawSurface(now))
@@ -100,8 +100,8 @@ bool PagePicture::MakeSurface(double morphed, double now)
   return session.Scene().surfaceVersion != version;
 }
 
-// Whether the picture has occlusion. How quick the device is shows in the time to the browser's
-// next frame: what draws works on after Render has returned.
+// Whether the picture has occlusion. The speed of the device is measured by the time to the
+// browser's next frame, because drawing continues after Render has returned.
 bool PagePicture::ChooseOcclusion(State state, double now)
 {
   const std::optional<State>& last = this->Drawn;
@@ -142,7 +142,7 @@ void PagePicture::Render(const ViewerScene& scene, const State& state)
   ++this->Frames;
 }
 
-// A new surface that morphs looks at first as the one before it, and counts its time from there.
+// A new surface that morphs looks at first like the one before it, and its time starts then.
 bool PagePicture::Draw()
 {
   if (!this->Renderer)

@@ -19,8 +19,8 @@ namespace kdstream
 namespace
 {
 
-// What a phone bears: see MemoryBudget; regions of at most 192 partitions; no statistics of blobs,
-// which the page does not show.
+// The limits of a phone: see MemoryBudget; regions of at most 192 partitions; no statistics of
+// blobs, which the page does not show.
 SessionOptions PhoneOptions(std::function<double()> clock)
 {
   SessionOptions options;

@@ -1,13 +1,13 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// The viewer of the page: a session, its line to the server and its picture, as plain functions for
-// page.js. Step "render" of the pipeline picture.
+// The viewer of the page: a session, its connection to the server and its picture, as plain
+// functions for page.js. Step "render" of the pipeline picture.
 //
 // Texts and bytes go in through one buffer: page.js asks for room (ViewerInbox), copies them there,
 // and calls a function that takes what is there. Texts come out through another: a function fills
 // it, ViewerText and ViewerTextBytes say where it is. Lengths and positions are pixels of the
 // canvas, times seconds of performance.now().
 //
-// No input traps but for a lack of memory; page.js tells the person of that.
+// No input traps, except for lack of memory, which page.js reports to the user.
 #include "viewer/mobile/web/PagePicture.h"
 #include "viewer/mobile/web/PageSession.h"
 #include "viewer/session/InputTouches.h"
@@ -112,8 +112,8 @@ using kdstream::WebViewer;
 
 extern "C"
 {
-  // A lack of memory must trap: where operator new cannot throw, it would return null and go on.
-  // The linker puts this before the C library's own (--wrap).
+  // Lack of memory must trap: otherwise operator new, which cannot throw here, would return null
+  // and the program would continue. The linker puts this before the C library's own (--wrap).
   int __real_emscripten_resize_heap(std::size_t bytes);
   int __wrap_emscripten_resize_heap(std::size_t bytes);
   EMSCRIPTEN_KEEPALIVE int __wrap_emscripten_resize_heap(std::size_t bytes)
@@ -144,7 +144,7 @@ extern "C"
 
   // ---- texts and bytes
 
-  // Room for so many bytes; null where they are too many.
+  // Room for this number of bytes; null if they are too many.
   EMSCRIPTEN_KEEPALIVE char* ViewerInbox(WebViewer* viewer, std::size_t bytes)
   {
     if (bytes > kdstream::mostInbox)
@@ -245,7 +245,7 @@ extern "C"
   {
     viewer->page.Follow(viewer->inbox);
   }
-  // A link to what is seen, but for colours, as the text.
+  // A link to the present view, without colours, as the text.
   EMSCRIPTEN_KEEPALIVE void ViewerLink(WebViewer* viewer)
   {
     viewer->outbox = FormatViewLink(viewer->page.Session().Link());
@@ -383,7 +383,7 @@ extern "C"
   {
     viewer->picture.Resize({ std::max(width, 1), std::max(height, 1), pixelRatio });
   }
-  // Draws what has changed; whether anything had.
+  // Draws what has changed; returns whether anything had.
   EMSCRIPTEN_KEEPALIVE bool ViewerFrame(WebViewer* viewer)
   {
     return viewer->picture.Draw();
@@ -454,9 +454,9 @@ extern "C"
     actions.insert(actions.end(), viewer->actions.begin(), viewer->actions.end());
     viewer->actions.swap(actions);
   }
-  // The next action for the line: 0 nothing, 1 connect, 2 send the text, 3 close, 4 fetch the path
-  // in the text, 5 search the kept answers for the paths in the text. These are one a line, after
-  // the search's number ("7 again": PageSession::TakeSearch).
+  // The next action for the connection: 0 nothing, 1 connect, 2 send the text, 3 close, 4 fetch the
+  // path in the text, 5 search the stored answers for the paths in the text. These are one a line,
+  // after the search's number ("7 again": PageSession::TakeSearch).
   EMSCRIPTEN_KEEPALIVE int ViewerNextAction(WebViewer* viewer)
   {
     if (std::string search = viewer->page.TakeSearch(); !search.empty())
@@ -506,8 +506,8 @@ extern "C"
   {
     viewer->page.SetKeeps(keeps);
   }
-  // The bytes of the next blob that has come, while such are kept; the text is its path. 0 if there
-  // is none.
+  // The bytes of the next blob that has arrived, if such blobs are to be stored; the text is its
+  // path. 0 if there is none.
   EMSCRIPTEN_KEEPALIVE const std::uint8_t* ViewerArrival(WebViewer* viewer)
   {
     auto arrival = viewer->page.TakeArrival();
@@ -519,8 +519,8 @@ extern "C"
   {
     return viewer->arrived.size();
   }
-  // The arrays that the model may be coloured by; and of the array that colours it now the range of
-  // the map, and the classes of a legend: {"arrays","low","high","classes"}.
+  // The arrays that the model may be coloured by; and for the current array the range of the map,
+  // and the classes of a legend: {"arrays","low","high","classes"}.
   EMSCRIPTEN_KEEPALIVE void ViewerArrays(WebViewer* viewer)
   {
     const auto scalars = viewer->page.Session().Scene().scalars;
@@ -553,7 +553,7 @@ extern "C"
     const auto scalars = viewer->page.Session().Scene().scalars;
     return kdstream::HexOf(ColoringOf(viewer->picture.Colors(), scalars).Of(value));
   }
-  // What the colours of resolutions mean: [{"level","color"}], the finest first, of what is shown.
+  // The legend of the colours of resolutions that are shown: [{"level","color"}], the finest first.
   // level: -1 for the original; color: 0xrrggbb.
   EMSCRIPTEN_KEEPALIVE void ViewerLegend(WebViewer* viewer)
   {

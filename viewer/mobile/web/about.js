@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// What is known of a model, for its sheet: all of its texts, with links where they name addresses, its size and its
-// triangles. Fetched when it is first opened. Texts are a stranger's: they never become HTML, and links lead to http only.
+// The information about a model, for its panel: all of its texts, with links for URLs in them, its size and its triangles.
+// Fetched when it is first opened. Texts are untrusted: they never become HTML, and only http links are made.
 
 import { makeButton } from "./elements.js";
 import { make, nameOf } from "./list.js";
@@ -16,7 +16,7 @@ function linkTo(text) {
   return found ? make("a", { href: found.href, target: "_blank", rel: "noopener noreferrer nofollow", textContent: text }) : text;
 }
 
-// The text, its addresses as links. A full stop or bracket behind an address is the sentence's.
+// The text, its URLs as links. A full stop or bracket after a URL belongs to the sentence.
 export function withLinks(text) {
   const parts = [];
   let end = 0;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Tokens for who has one: a dialog to enter it, and the options that remember or forget it. Fetched when it is wanted.
+// Tokens: a dialog to enter one, and the options that remember or forget it. Fetched when needed.
 
 import { makeButton } from "./elements.js";
 import { enterToken, forgetToken, rememberToken, remembersToken } from "./line.js";

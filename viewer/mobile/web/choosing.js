@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Which model is shown, and how: the list, links to views, colours; and what could not be had, asked for again.
+// Which model is shown, and how: the list, links to views, colours; and requesting again what has failed.
 
 import { isOffline } from "./line.js";
 import { entryOf, findKept, markKept, readList, showEntries, showSite } from "./list.js";
@@ -123,7 +123,7 @@ export function closePreview() {
 
 // ---- links
 
-// The view that stands behind the # of the address; "" for none.
+// The view after the # of the URL; "" for none.
 export function linkInAddress() {
   return location.hash.match(/^#((?:.*&)?model=.*)$/)?.[1].slice(0, mostOfLink) ?? "";
 }
@@ -137,7 +137,7 @@ export function takeLink() {
 
 let hasDistances = false; // the last link, and nobody has taken them
 
-// Whether it had any since this was asked last.
+// Whether it had any since the last call.
 export const takeDistances = () => hasDistances && !(hasDistances = false);
 
 export let colouring = "own"; // as links have it
@@ -149,7 +149,7 @@ export function colourBy(colors) {
   find("menu").elements.coloring.forEach((radio) => (radio.checked = radio.value === colors));
 }
 
-// The model has none such.
+// The model has none of these.
 export function missColours() {
   if (colouring === coloursOfLink) {
     coloursOfLink = "";
@@ -184,7 +184,7 @@ export async function followLink(link) {
 
 // ---- once more
 
-// Asks anew for what could not be had.
+// Requests again what has failed.
 export function askAgain() {
   linkTrouble = "";
   line.distrustCache();

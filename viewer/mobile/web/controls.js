@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// What a person, the browser or a surrounding page asks for: buttons, keys, back and forward, tokens; and changes of
-// the network and of the canvas.
+// Commands of the user, the browser or a surrounding page: buttons, keys, back and forward, tokens; and changes of the network
+// and of the canvas.
 
 import { takeToken } from "./line.js";
 import { entryOf } from "./list.js";
@@ -31,7 +31,7 @@ export function followMode(before, { mode, model }) {
   }
 }
 
-// Whoever goes by keyboard stays where things go on: what had the focus may be hidden by now.
+// The keyboard focus moves to where work continues, because the focused element may be hidden.
 function keepFocus(mode, model) {
   if (!document.activeElement?.checkVisibility?.() || document.activeElement === document.body) {
     (mode === "full screen" ? canvas : entryOf(model))?.focus({ preventScroll: true });
@@ -112,8 +112,7 @@ export function listenToButtons() {
 }
 
 function listenToKeys() {
-  // Where the keys of a keyboard go is told to whoever goes from place to place by them, not to who presses one, nor
-  // to who has only opened a link.
+  // Only for users who navigate by keyboard the focus is announced; not after a single key press, or after opening a link.
   const isBy = (way) => (document.body.dataset.by = way);
   addEventListener("pointerdown", () => isBy("pointer"), true);
   addEventListener("keydown", ({ key }) => key === "Tab" && isBy("keys"), true);
@@ -143,7 +142,7 @@ function listenToKeys() {
   });
 }
 
-// ---- who else is there
+// ---- other windows
 
 export function listenToBrowser() {
   addEventListener("popstate", followHistory);

@@ -1,9 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // <kdstream-viewer src="https://SERVER" model="ID" view="…">: the viewer on anybody's page (doc/embedding.md).
 //
-// The viewer itself is the server's page in a frame, which shows one model and no list. The page and this element
-// exchange messages (embedding.js answers there). This is a plain script, since modules of other origins need that
-// server's permission.
+// The viewer itself is the server's page in a frame, which shows one model and no list. The page and this element exchange
+// messages (embedding.js answers there). This is a plain script, because modules of other origins need that server's permission.
 (() => {
   const here = new URL(document.currentScript.src);
   const mostAwake = 4; // frames at a time: browsers give a page few contexts to draw with

@@ -1,12 +1,11 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// The page in the frame of a <kdstream-viewer> (embed.js) on somebody's page: answers what that asks for, and tells it what
-// is seen.
+// The page in the frame of a <kdstream-viewer> (embed.js) on somebody's page: answers its messages, and reports what is visible.
 //
-// One finger scrolls that page, until a tap or two fingers have entered the viewer; then it turns the model, until one taps
-// beside the frame, or scrolls it away. A button shows the viewer on the whole screen; where the browser lets no frame do
-// that, in a tab of its own.
+// One finger scrolls that page, until a tap or two fingers have entered the viewer. Then it turns the model, until the user taps
+// beside the frame, or scrolls it away. A button shows the viewer in full screen, or in a tab of its own if the browser does not
+// allow frames to do that.
 //
-// Whoever embeds the viewer is not trusted with what a token gives: where there is one, only pages of the same origin are
+// Embedding pages are not trusted with what a token gives access to: if there is a token, only pages of the same origin are
 // answered.
 
 import { hasToken } from "./line.js";

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Fingers, mouse, wheel and keys on the canvas, as touches. What they mean is the session's affair; nothing here knows
-// of gestures.
+// Passes fingers, mouse, wheel and keys on the canvas to the session, as touches. The session decides what they mean; nothing
+// here knows of gestures.
 
 const wheelLine = 16; // points that a mouse's wheel means by a line
 const slop = 10; // points: who has moved less has tapped a page that one finger scrolls
@@ -16,7 +16,7 @@ export class Fingers {
   entered = true; // else one finger scrolls the page around this one's frame (embedding.js)
   onEnter = () => {};
 
-  // changed: called whenever the viewer has been told something, or should be (flush).
+  // changed: called whenever the viewer has got input, or should get it (flush).
   constructor(canvas, viewer, changed) {
     this.#canvas = canvas;
     this.#viewer = viewer;
@@ -34,7 +34,7 @@ export class Fingers {
     }
   }
 
-  // Tells the viewer of moves; call before drawing. All fingers' moves since the last frame are one.
+  // Passes moves to the viewer; call before drawing. All moves of fingers since the last frame are combined.
   flush() {
     if (this.#moved) {
       this.#tell(this.#moved);
@@ -133,7 +133,7 @@ export class Fingers {
     event.preventDefault();
     const { deltaY, deltaMode, ctrlKey, clientX, clientY } = event;
     const points = deltaMode === 0 ? deltaY : deltaY * wheelLine;
-    // Browsers tell of a trackpad's pinch as a wheel with the control key.
+    // Browsers report a trackpad's pinch as a wheel with the control key.
     const factor = Math.exp(-Math.max(-100, Math.min(100, points)) * (ctrlKey ? .01 : .002));
     const { x, y } = this.#pixel(clientX, clientY);
     this.#viewer.zoom(factor, x, y);
@@ -158,7 +158,7 @@ export class Fingers {
     this.#changed();
   }
 
-  // In the middle, for those who have no pointer. times: 2 for a double tap.
+  // In the middle, for users without a pointer. times: 2 for a double tap.
   tap(times) {
     this.#down.size || this.#viewer.byKey("Tap", times, performance.now() / 1000);
   }

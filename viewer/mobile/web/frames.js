@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Frames, only when something has changed; how the viewer stands after each, and the rest of it, for all who ask.
+// Frames, only when something has changed; the viewer's state after each, and the rest of it, for all that need it.
 
 import { Rest } from "./rest.js";
 import { canvas, fingers, line, viewer } from "./shared.js";
@@ -24,7 +24,7 @@ function drawFrame() {
   const before = lastStatus;
   lastStatus = viewer.failure ? before : viewer.status();
   show(before);
-  // After each picture one frame more: it tells how quick the device is.
+  // After each picture one more frame: it shows how fast the device is.
   if (drawn || lastStatus.plain || lastStatus.turnsOn) {
     wake();
   }
@@ -40,7 +40,7 @@ export function redraw() {
 export function startFrames(shows) {
   show = shows;
   const observer = new ResizeObserver(([{ contentBoxSize: [points], devicePixelContentBoxSize: [exact] = [] }]) => {
-    // An emulated screen tells points for pixels: what is told exactly only settles the rounding.
+    // An emulated screen reports points instead of pixels: the exact size only decides the rounding.
     const pixels = (side) => {
       const about = points[side] * devicePixelRatio;
       return Math.abs(exact?.[side] - about) < 2 ? exact[side] : Math.round(about);

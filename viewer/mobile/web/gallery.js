@@ -1,10 +1,9 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// The list's pictures, and its search. Fetched after the first picture of the page, or where there are many models.
+// The pictures of the list, and its search. Fetched after the first picture of the page, or if there are many models.
 //
-// A picture is made when its entry is first seen: of the model's preview, by a second viewer of the same WebAssembly
-// on a small hidden canvas, one at a time, and only while the page itself is idle. It is kept under the model's
-// digest. The list and the view share what they fetch (`previews` in line.js). A browser that saves data shows only
-// the kept pictures.
+// A picture is made when its entry is first visible: of the model's preview, by a second viewer of the same WebAssembly on a
+// small hidden canvas, one at a time, and only while the page itself is idle. It is stored under the model's digest. The list and
+// the view share what they fetch (`previews` in line.js). A browser that saves data shows only stored pictures.
 
 import { Line, isOffline, mayKeep } from "./line.js";
 import { entryOf, nameOf } from "./list.js";
@@ -184,7 +183,7 @@ export class Gallery {
     return picture;
   }
 
-  // Leaves those that have all the words.
+  // Keeps the entries that have all the words.
   #filter() {
     const words = plain(this.#search.hidden ? "" : this.#search.value).split(/\s+/).filter(Boolean);
     let left = 0;

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// What the viewer in WebAssembly calls: OpenGL ES 3 as a WebGL 2 context, and a clock.
+// The functions that the viewer in WebAssembly calls: OpenGL ES 3 as a WebGL 2 context, and a clock.
 //
-// Objects of WebGL are numbers over there; 0 is none.
+// In WebAssembly WebGL objects are numbers; 0 means none.
 
 const objects = new WeakMap(); // by context: its objects by number, which go with it, and places
 let things; // of the context that is used, and

@@ -34,9 +34,8 @@ function classesOf(name, present, viewer) {
   }));
 }
 
-// What the colours mean: the array's name, or "" for colours of detail, and either `entries`, [{ color, text }], or a
-// bar from the low end to the high one: its `colors`, and the labels at its `ends` and between them. null where the
-// model lacks the array.
+// The legend: the array's name, or "" for colours of detail, and either `entries`, [{ color, text }], or a bar from the low end
+// to the high one: its `colors`, and the labels at its `ends` and between them. null if the model does not have the array.
 export function keyOf(viewer, colouring) {
   const name = arrayOf(colouring);
   if (!name) {

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// The page's sockets: does what the viewer's line to the server wants, and tells it what happened. Step "receive" of
-// the pipeline picture.
+// The page's sockets: does what the viewer's connection to the server asks for, and reports what happened. Step "receive" of the
+// pipeline picture.
 
 import { refusalOf } from "./refusal.js";
 import { findBlob, findText, isPinned, storeBlobs, storeText, storedPathsOf } from "./storage.js";
@@ -16,9 +16,8 @@ const keepPause = 300; // ms, for which blobs are gathered before they are kept
 const textPath = /\/(model|notes)\.json$/;
 const blobPath = /^\/api\/models\/([^/]+)\/[0-9a-f]{32}\//;
 
-// The server's token comes with the page's link (#token=…, before or after other keys), or is entered. It is kept for
-// this tab, or in this browser if the person wants that, and in no address or log. But a browser may remember the
-// link that was opened.
+// The server's token is in the page's link (#token=…, before or after other keys), or is entered. It is stored for this tab, or
+// in this browser if the user wants that, and never in a URL or log. But a browser may remember the link that was opened.
 let token = "";
 const tokenAlone = /^[\w.-]{1,4096}$/;
 const tokenInLink = /^(.*[#&])token=([\w.-]{1,4096})(?:&(.*))?$/;
@@ -79,7 +78,7 @@ export function enterToken(given) {
 let lacking = false;
 export const lacksToken = () => lacking;
 
-// What takes a token is for those who have one, and not for whoever uses this browser next.
+// What needs a token is for its bearer, and not for the next user of this browser.
 export const mayKeep = () => !token;
 
 // Whether the list is that of an earlier day, as the server cannot be reached.
@@ -151,8 +150,8 @@ function join(parts, length) {
   return bytes;
 }
 
-// The list of models as bytes. Throws an error whose message says why there is none, with retryAfter where a busy server
-// has said it.
+// The list of models as bytes. Throws an error whose message says why there is none; retryAfter is set if a busy server has sent
+// it.
 export async function getList() {
   let answer;
   try {
@@ -304,8 +303,8 @@ export class Line {
     this.tick();
   }
 
-  // What has been fetched before is fetched from the server again, not from the browser's cache, which keeps a damaged blob
-  // for as long as a good one.
+  // From now on everything is fetched from the server, not from the browser's cache, which keeps a damaged blob as long as a good
+  // one.
   distrustCache() {
     this.#distrusted = new Set(this.#fetched);
   }
@@ -351,8 +350,7 @@ export class Line {
     socket?.close();
   }
 
-  // A browser does not tell why a connection could not be made: if the server answers otherwise, it has no stream for
-  // us.
+  // A browser does not say why a connection failed: if the server answers other requests, it has no stream for us.
   async #ended(socket, opened, reason) {
     let refused = false;
     let trouble = null;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// The list of models: an entry each, by title, with room for a picture. Pictures and search come with gallery.js, which is
+// The list of models: an entry for each, by title, with room for a picture. Pictures and search come with gallery.js, which is
 // fetched when there is time, or when there are many models.
 
 import { mayKeep } from "./line.js";

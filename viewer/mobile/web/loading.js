@@ -10,7 +10,7 @@ const box = document.getElementById("loading");
 const words = document.getElementById("loading-text");
 const bar = box.querySelector("progress");
 
-// text: what comes; part: of it, 0-1, or null where nobody knows.
+// text: what is loaded; part: the loaded share, 0-1, or null if unknown.
 export function showLoading(text, part) {
   box.hidden = false;
   const shown = part === null ? `${text} …` : `${text}: ${Math.floor(100 * part)}\u00a0%`;
@@ -28,7 +28,7 @@ export function hideLoading() {
   box.hidden = true;
 }
 
-// Tells where nothing comes for long, for as long as nothing does. Returns what to call whenever something came, and at
+// Reports if nothing arrives for long, until something does. Returns a function to call whenever something has arrived, and at
 // the end with `true`.
 export function watchStall() {
   let timer = 0;

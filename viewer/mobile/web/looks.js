@@ -7,7 +7,7 @@ import { t } from "./words.js";
 
 export const tool = { none: 0, measure: 1, section: 2, light: 3, secondLight: 4 };
 
-// A slider of 0-100 % of `most`, which tells `act` of each move.
+// A slider of 0-100 % of `most`, which calls `act` at each move.
 function makeSlider(id, text, most, act) {
   const range = make("input", { id, type: "range", min: 0, max: 100, step: 1 });
   range.addEventListener("input", () => act(range.value / 100 * most));

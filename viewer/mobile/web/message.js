@@ -18,7 +18,7 @@ dismiss.addEventListener("click", () => {
 
 const reload = () => ({ label: t("Reload"), act: () => location.reload() });
 
-// What the session says of a part that could not be had, for people who know no parts.
+// The session's message about a failed part, for users who do not know of parts.
 function partSentence(error, name) {
   const [, part, why] = error.match(/^((?:tree|boxes|levels|partitions|textures)\/\S+) of \S+ cannot be loaded: (.*)$/s) ?? [];
   return sentence(part && !isRefusal(why)

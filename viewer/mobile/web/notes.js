@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Notes on a model: visitors step through them, each with its view; authors write them, and save a file that belongs beside
-// the store (filters/model/Notes.h tells its form). Fetched when a model that has notes is full screen, or when they are to
-// be written. Texts are a stranger's: they never become HTML.
+// Notes on a model: visitors go through them, each with its view; authors write them, and save a file that belongs beside the
+// store (format: filters/model/Notes.h). Fetched when a model with notes is shown in full screen, or when notes are to be
+// written. Texts are untrusted: they never become HTML.
 
 import { download, group, makeButton } from "./elements.js";
 import { getOrFind } from "./line.js";

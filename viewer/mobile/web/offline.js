@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// What of the page works without a network: its own files (worker.js), a model that is kept on purpose, and the part of
-// the options that tells of both. What was merely looked at line.js keeps. Fetched after the first picture.
+// What works without a network: the page's own files (worker.js), models that the user has stored, and the part of the options
+// about both. line.js stores what was only viewed. Fetched after the first picture.
 
 import { addKept, get, isOffline, mayKeep } from "./line.js";
 import { refusalOf } from "./refusal.js";
@@ -58,8 +58,8 @@ function bytesUpTo(goal, { levels, original, textures }) {
 
 // ---- keeping one on purpose
 
-// run: null while it is paused; requests of a run before it no longer count. begin, paths: of the blobs; absent: those of
-// them that there are not.
+// run: null while it is paused; requests of an earlier run are ignored. begin, paths: of the blobs; absent: those that do not
+// exist.
 let job = null; // { id, goal, run, done, all, bytes, trouble, begin, paths, absent }
 
 const newJob = (id, trouble = "") => ({ id, run: null, done: 0, all: 0, bytes: 0, trouble, absent: new Set() });
@@ -195,8 +195,7 @@ async function showOffline() {
   changed();
 }
 
-// Of the model that is open, when the options are.
-// told: called whenever what is kept has changed.
+// Options of the open model. told: called whenever the stored data have changed.
 export async function openOfflineOptions(id, told) {
   if (changed !== told) {
     changed = told;

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Who made a model and how it may be used, in one line below its title. Texts are a stranger's: they never become HTML, and
-// links lead to http only.
+// Who made a model and how it may be used, in one line below its title. Texts are untrusted: they never become HTML, and only
+// http links are made.
 
 import { make } from "./list.js";
 

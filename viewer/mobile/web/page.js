@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// The phone's page: the list of models, one canvas for preview and full screen, and the words around them. All that is
-// shown and fetched is decided in WebAssembly (viewer/session, by way of viewer.js); here is only what a browser has to
-// do for it. This is where it starts; shared.js tells its parts.
+// The phone's page: the list of models, one canvas for preview and full screen, and the texts around them. WebAssembly decides
+// what is shown and fetched (viewer/session, by viewer.js); this code does only what a browser must do for it. It starts here;
+// shared.js lists its parts.
 //
 // What tests and pages around this one may rely on:
-// - #models holds one button [data-model="ID"] a model; #view is the canvas; #back leads back to the list; #status,
-//   #message say how it stands and what went wrong.
+// - #models holds one button [data-model="ID"] a model; #view is the canvas; #back leads back to the list; #status, #message say
+//   how it stands and what went wrong.
 // - window.kdstream.status() returns
 //     mode          "no model", "browsing" (the list and a preview) or "full screen"
 //     model, title  of the selected model
@@ -49,8 +49,8 @@ import { canvas, coarse, find, fingers, isEmbedded, line, shareLine, shareViewer
 
 /* global viewerBytes: of the WebAssembly's first part, by MakePage.cmake */
 
-// New vertices glide to their places, and what is let go turns on for a moment, but for people who want nothing to move
-// by itself.
+// New vertices morph to their places, and a released model continues to turn for a moment, except for users who prefer reduced
+// motion.
 function moveIfLiked() {
   const still = matchMedia("(prefers-reduced-motion: reduce)");
   const follow = () => viewer.setMotion(!still.matches);
@@ -66,7 +66,7 @@ function setMemory() {
   }
 }
 
-// Whoever has told the browser to save data gets nothing ahead.
+// If the browser saves data, nothing is prefetched.
 function saveDataIfAsked() {
   const menu = find("menu").elements;
   menu.ahead.value = navigator.connection?.saveData ? "0" : menu.ahead.value;

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// The WebAssembly, which comes in two parts (PartWasm.cmake): the first has what runs until there is a picture, the second
-// all else. They share a memory, and a table of functions, into which the second puts its own. Until it has come stand-ins
-// are there: they fetch it, and the page stands still meanwhile. So who needs the second part waits for it first (rest.js).
+// The WebAssembly has two parts (PartWasm.cmake): the first has what runs before the first picture, the second everything else.
+// They share a memory, and a table of functions, to which the second adds its own. Until it is loaded there are stubs: they fetch
+// it, and block the page meanwhile. So code that needs the second part waits for it first (rest.js).
 
 import { imports, useMemory } from "./gl.js";
 
@@ -71,7 +71,7 @@ export async function loadFirstPart(heard) {
   return first;
 }
 
-// Throws where it cannot be had; an error that is `outdated` where it is of another version.
+// Throws if it cannot be fetched; the error is `outdated` if it is of another version.
 export async function loadSecondPart(heard) {
   const bytes = await read(secondPart, heard);
   await firstIsThere;
@@ -83,7 +83,7 @@ export async function loadSecondPart(heard) {
   join();
 }
 
-// Some browsers compile so much only while the page goes on, and the server may be away: then the viewer has stopped.
+// Some browsers compile parts only while the page runs, and the server may be away: then the viewer has stopped.
 function joinAtOnce() {
   try {
     joinNow();

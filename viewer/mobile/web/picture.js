@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// A picture to save: the canvas on the page's background, with the lines over it, and below it what its colours mean,
-// title, credit and licence.
+// A picture to save: the canvas on the page's background, with the lines over it, and below it the legend, title, credit and
+// licence.
 
 import { make } from "./list.js";
 

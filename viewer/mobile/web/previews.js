@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Whether previews lie beside the list, or come in a window over it when they are asked for: until then nothing is fetched and
-// drawn (paper section 5.1). Style sheets do the rest, by two attributes of the body.
+// Whether previews are beside the list, or appear in a window over it on demand: until then nothing is fetched and drawn (paper
+// section 5.1). Style sheets do the rest, by two attributes of the body.
 
 const key = "kdstream.previews";
 

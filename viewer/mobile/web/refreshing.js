@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// The list of models, asked for again: where it cannot be had, while it is empty, and while the server cannot be reached.
+// Requests the list of models again: if that has failed, while it is empty, and while the server cannot be reached.
 
 import { getList, isOffline } from "./line.js";
 
@@ -19,8 +19,8 @@ export class Refreshing {
   #online;
   #ended;
 
-  // take: called with the bytes of a list; how many models it has, or throws where it is none. online: called when the
-  // server can be reached again; ended: after every attempt.
+  // take: called with the bytes of a list; returns the number of its models, or throws for a malformed list. online: called when
+  // the server can be reached again; ended: after every attempt.
   constructor(take, online, ended) {
     this.#take = take;
     this.#online = online;

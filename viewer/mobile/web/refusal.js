@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// A server's refusal as a sentence for people: by the status of its answer and the seconds after which it wants to be
-// asked again (0: it does not say).
+// A server's refusal as a sentence for users: by the status of its answer and the seconds after which it wants to be asked again
+// (0: not given).
 
 import { language, t, translated } from "./words.js";
 
@@ -59,7 +59,7 @@ const known = [
 // Whether a server says that it will not give something, and not that it, or the way to it, is broken.
 export const isRefusal = (text) => known.slice(4).some(([pattern]) => pattern.test(text.replace(known[2][0], "$1")));
 
-// The same in words for everybody, and in their language where its file has it.
+// The same as a sentence for users, and in their language if its file has it.
 export function inPlainWords(text) {
   for (const [pattern, say] of known) {
     const found = pattern.exec(text);

@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// The rest of the viewer (parts.js), for as long as it is not there: fetched again and again, and waited for by whom it is
-// needed.
+// Loads the rest of the viewer (parts.js): tries again and again, and lets code wait for it.
 
 import { isWhole, loadSecondPart } from "./parts.js";
 

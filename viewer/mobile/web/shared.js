@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// What the parts of the page share: the elements of its document, and the viewer with its line and its fingers, which
-// start() (page.js) puts here. These parts are, each on those before it: frames.js (when is drawn), choosing.js (which model,
-// seen how), sheets.js (options, tools, notes), controls.js (buttons, keys, the browser) and status.js (what is said of how
-// it stands). No module imports from one that imports from it, by way of others either (Testing/CheckIncludes.cmake).
+// What the parts of the page share: the elements of its document, and the viewer with its line and its fingers, which start()
+// (page.js) puts here. The parts, each using only those before it: frames.js (when to draw), choosing.js (which model, in which
+// view), sheets.js (options, tools, notes), controls.js (buttons, keys, the browser) and status.js (messages about the state).
+// Imports have no cycles, not even indirect ones (Testing/CheckIncludes.cmake).
 
 export const find = (id) => document.getElementById(id);
 export const canvas = find("view");

@@ -139,7 +139,7 @@ function showStatus(status) {
     `scaleX(${status.waits ? rest.part() : busy ? status.blobsLoaded / status.blobsWanted : 1})`;
 }
 
-// For who hears the page: what is seen, once it has come.
+// For screen readers: what is visible, when it has arrived.
 function tellAloud(status) {
   const { mode, region } = status;
   const name = nameOf(selectedModel());

@@ -1,11 +1,10 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// What this browser keeps of a server's models, in IndexedDB: the list, descriptions, and blobs by their paths, which
-// name model, digest and blob. (Each origin has its own database.) Blobs that the person has not asked to keep are
-// removed when all of them exceed the limit, the least recently used first.
+// What this browser stores of a server's models, in IndexedDB: the list, descriptions, and blobs by their paths, which name
+// model, digest and blob. (Each origin has its own database.) Blobs that the user has not asked to store are removed when all of
+// them exceed the limit, the least recently used first.
 //
-// Every function does nothing, or finds nothing, where the browser stores nothing for us, or storage is full or was
-// cleared in between: then the network is used. Sums are stored in the same transaction as what they sum, so tabs may
-// share all this.
+// If the browser does not allow storage, or if storage is full or was cleared, functions do nothing, or find nothing: then the
+// network is used. Sums are stored in the same transaction as what they sum, so several tabs may share the database.
 
 const limits = [50e6, 200e6, 1e9];
 const limitKey = "kdstream.limit";

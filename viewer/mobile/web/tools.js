@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Tools for looking: views from six sides, turning by itself, measuring, sections, light, links to views, pictures. Fetched
-// when they are first used. What they do is decided in WebAssembly; here are their buttons, and the lines over the picture.
+// Tools for viewing: views from six sides, turning by itself, measuring, sections, light, links to views, pictures. Fetched when
+// they are first used. WebAssembly decides what they do; here are their buttons, and the lines over the picture.
 
 import { download, group, makeButton } from "./elements.js";
 import { make } from "./list.js";
@@ -116,7 +116,7 @@ export class Tools {
     try {
       await navigator.share({ title: document.title, url: this.link() });
     } catch {
-      // nobody was told
+      // nobody has been informed
     }
   }
 

@@ -36,7 +36,7 @@ class Viewer {
   #self;
   #context = null; // of WebGL
 
-  // Set for good when the viewer has stopped: memory could not be had. Every call does nothing then.
+  // Set permanently when the viewer has stopped for lack of memory. Every call does nothing then.
   failure = null;
 
   constructor(functions) {
@@ -97,8 +97,8 @@ class Viewer {
     this.#call("LeaveFullScreen");
   }
 
-  // All the pointers that are down now: [{ id, x, y, isPair }]. isPair: the pointer stands for two fingers; the other
-  // finger has the next id.
+  // All pointers that are down now: [{ id, x, y, isPair }]. isPair: the pointer stands for two fingers; the other finger has the
+  // next id.
   touches(seconds, pointers) {
     const values = new Float64Array(pointers.flatMap(({ id, x, y, isPair }) => [id, x, y, isPair]));
     if (this.#put(new Uint8Array(values.buffer))) {
@@ -138,13 +138,13 @@ class Viewer {
     this.#call("SetSpinning", spins);
   }
 
-  // What stands behind the # of an address: model=…; what is wrong with it the status tells.
+  // The text after the # of a URL: model=…; errors in it are in the status.
   follow(link) {
     this.#putText(link);
     this.#call("Follow");
   }
 
-  // A link to what is seen, but for colours.
+  // A link to the present view, without colours.
   link() {
     this.#call("Link");
     return this.#text();
@@ -264,7 +264,7 @@ class Viewer {
     this.#call("Redraw");
   }
 
-  // Draws what has changed; whether anything had.
+  // Draws what has changed; returns whether anything had.
   frame() {
     return this.#call("Frame") === 1;
   }
@@ -342,7 +342,7 @@ class Viewer {
     this.#call("EndSearch", search, isKept, now);
   }
 
-  // Whether what comes is told by nextArrival, and what is kept is searched first.
+  // Whether arriving blobs are returned by nextArrival, and stored ones are searched first.
   setKeeps(keeps) {
     this.#call("SetKeeps", keeps);
   }
@@ -358,8 +358,8 @@ class Viewer {
     return this.#describe("Legend", "[]");
   }
 
-  // The arrays that the model may be coloured by; and of the array that colours it now the range of the map, and the
-  // classes: { arrays, low, high, classes }.
+  // The arrays that the model may be coloured by; and for the current array the range of the map, and the classes: { arrays, low,
+  // high, classes }.
   arrays() {
     this.#call("Arrays");
     return JSON.parse(this.#text());
@@ -375,7 +375,7 @@ class Viewer {
     return this.#describe("Memory", "{}");
   }
 
-  // What to tell the person: page.js says what is in it.
+  // The message for the user: page.js describes its members.
   status() {
     const status = this.#describe("Status", "{}");
     status.idle &&= !picturesAreWaiting();

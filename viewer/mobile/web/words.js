@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Words: what the page says, in the person's language, and numbers in them. English stands in the code; of each other
-// language one file (words/de.js) has what each of those texts is in it, and is fetched where the browser asks for that
-// language, or the address does (?lang=de). What a file lacks is said in English.
+// Texts: what the page says, in the user's language, and numbers in that language. English is in the code. For each other
+// language one file (words/de.js) translates these texts; it is fetched if the browser asks for that language, or the URL does
+// (?lang=de). Texts that a file lacks are shown in English.
 
 const directions = { de: "ltr", ar: "rtl" }; // of the languages that there are
 const longestWait = 3000; // ms, for a language's file: until it comes, English is better than nothing
@@ -20,8 +20,8 @@ let plurals = new Intl.PluralRules("en");
 
 export let language = "en"; // for numbers and times, too
 
-// Before anything is shown but what index.html has. A language that comes late is spoken from then on: `changed` is called
-// whenever one has come.
+// Called before anything is shown except index.html's content. A language that is loaded late is used from then on: `changed` is
+// called whenever one has been loaded.
 export async function chooseLanguage(changed) {
   const asked = [new URLSearchParams(location.search).get("lang") ?? "", ...navigator.languages]
     .map((each) => each.split("-")[0].toLowerCase());
@@ -100,7 +100,7 @@ function translate(root) {
 
 export const count = (number) => number.toLocaleString(language);
 
-// A figure and its unit, which stay in this order where words run from right to left.
+// A figure and its unit, which stay in this order in right-to-left text.
 export function figure(number, unit) {
   const text = `${number}\u00a0${unit}`;
   return document.documentElement.dir === "rtl" ? `\u2066${text}\u2069` : text;
@@ -112,7 +112,7 @@ export function kilobytes(bytes, digits = 1) {
     : figure((bytes / 1e6).toLocaleString(language, { minimumFractionDigits: digits, maximumFractionDigits: digits }), "MB");
 }
 
-// Where a budget leaves much of it coarser, the finest of it is told as such.
+// If a budget leaves much of it coarser, the finest part is described as such.
 export function describeSurface({ shownLevel, finestLevel, triangles, vertices, region, original, errorLeft }) {
   if (shownLevel === null) {
     return "";

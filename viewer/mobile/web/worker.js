@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// The service worker: keeps the page's own files, so that the page opens without a network. They are of one version, all
-// or none, whose digests are built in (MakePage.cmake); a server that has another in between is asked again next time.
-// Models are not its affair: storage.js keeps them.
+// The service worker: stores the page's own files, so that the page opens without a network. They are of one version, all or
+// none, whose digests are built in (MakePage.cmake); if a server has another version in between, it is asked again next time.
+// storage.js stores models.
 
 /* global pageVersion, pageFiles: { "page.js": SHA-256 } */
 
@@ -38,8 +38,8 @@ async function dropOthers() {
   await Promise.all(names.filter((other) => other.startsWith(ours) && other !== name).map((other) => caches.delete(other)));
 }
 
-// Where one is missing, the browser has cleared them: then all come from the server, until the next version. A language that
-// the address or the page asks for, and not the browser, is kept when it is first used.
+// If a file is missing, the browser has cleared the storage: then all come from the server, until the next version. A language
+// that the URL or the page asks for, but not the browser, is stored when it is first used.
 async function answerWith(file, request) {
   const cache = await caches.open(name).catch(() => null);
   const kept = await cache?.match(addressOf(file)).catch(() => null);

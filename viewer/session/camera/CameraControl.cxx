@@ -26,7 +26,7 @@ std::optional<Vec3> DirectionOfSide(std::string_view side, const Vec3& up, const
                             : std::nullopt;
 }
 
-// Level, towards where the model is looked at from first.
+// Horizontal, towards the side of the first view.
 Vec3 LevelFront(const HomeView& homeView)
 {
   constexpr double least = 0.1; // a first view from nearly above tells nothing about the front
@@ -88,8 +88,8 @@ void CameraControl::Move(Camera moved)
   }
 }
 
-// A finer surface may lie before the coarser one by which the eye was stopped. Not on the way to a
-// view of somebody else's: that was outside of the surface that comes.
+// A finer surface may be in front of the coarser one at which the eye was stopped. Not on the way
+// to the view of a link: that view was outside of the surface that will arrive.
 void CameraControl::StepOutside()
 {
   constexpr int mostWalls = 8;
@@ -108,9 +108,9 @@ void CameraControl::StepOutside()
   }
 }
 
-// The same view in another window. Who has zoomed has chosen the eye's place, which stays; else
-// what was seen of the model fits that window. If the model would be lost in it, and only a way
-// through the surface led back, the first one.
+// The same view in another window. After a zoom the eye stays where the user has put it; otherwise
+// what was visible of the model fits the new window. If the model would then be out of sight, and
+// only a way through the surface would lead back: the first view.
 void CameraControl::Take(const Camera& view, const Viewport& viewport)
 {
   this->Eye = view;
@@ -134,8 +134,8 @@ void CameraControl::Take(const Camera& view, const Viewport& viewport)
   }
 }
 
-// In the window as it is nothing changes. As long as nobody moves, each window shows what was seen
-// in the first one: a phone that is turned and turned back shows the same.
+// In the present window nothing changes. Until the user moves, each window shows what was visible
+// in the first one: a phone that is rotated and rotated back shows the same.
 void CameraControl::Refit(const Viewport& viewport)
 {
   Camera here = this->Eye;
@@ -238,8 +238,8 @@ void CameraControl::GoTo(const CameraPlace& place)
   this->Linked = LinkedView{ place, this->Eye };
 }
 
-// A window may still change its shape while it opens. So as long as nobody has moved from where a
-// link led, the link is followed anew; else false.
+// A window may still change its shape while it opens. So if the user has not moved since a link was
+// followed, the link is followed again; else false.
 bool CameraControl::GoToLinkedPlace(const Viewport& viewport)
 {
   if (!(this->Linked->eye == this->Eye))
@@ -378,7 +378,7 @@ void CameraControl::PanAndRoll(const Gesture& pinch)
   this->Move(moved);
 }
 
-// Where something is behind the eye it goes straight back through that.
+// If something is behind the eye, it goes straight back through that.
 void CameraControl::Zoom(double factor, double x, double y)
 {
   this->EyeMoved = true;

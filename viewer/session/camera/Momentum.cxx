@@ -9,8 +9,8 @@ namespace kdstream
 {
 namespace
 {
-// Turning on: each step slower than the one before, for about as far as a finger goes in a fifth of
-// a second.
+// Continuing to turn: each step is slower than the one before, in all about as far as a finger goes
+// in a fifth of a second.
 constexpr double coastStep = 1.0 / 120, coastSlowing = 0.96;
 constexpr double slowestCoast = 6;    // points a second
 constexpr double fastestCoast = 4000; // points a second
@@ -38,7 +38,8 @@ void Momentum::Follow(double time, double dx, double dy)
 
 void Momentum::LetGo(double time, double x, double y, double pixelRatio)
 {
-  // The first tells only when the second began: on a slow device one step may be all of the way.
+  // The first step is only complete when the second began: on a slow device one step may be the
+  // whole way.
   std::deque<Step>& steps = this->Steps;
   while (steps.size() > 1 && !(steps[1].time >= time - speedSeconds))
   {

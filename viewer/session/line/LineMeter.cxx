@@ -10,7 +10,7 @@ namespace
 {
 constexpr double leastWindow = 12 * 1024, firstWindow = 64 * 1024, mostWindow = 4096.0 * 1024;
 constexpr double leastAhead = 0.25; // s
-// What came before counts so much less with each blob: the last dozen tell.
+// Earlier blobs count less with each new one: the last dozen decide.
 constexpr double remembered = 0.92;
 }
 

@@ -5,7 +5,7 @@
 // public (CC0). Cividis: Nunez, Anderton, Renslow, "Optimizing colormaps with consideration for
 // color vision deficiency", PLoS ONE 13(7), 2018 (CC BY), as Matplotlib has it. Diverging:
 // Moreland, "Diverging color maps for scientific visualization", 2009, "cool to warm", which is
-// free to use. Of each 17 of its entries, evenly spread; between them colours are mixed.
+// free to use. From each map 17 entries, evenly spaced; colours between them are interpolated.
 #include "viewer/session/look/ColorMaps.h"
 
 #include <algorithm>
@@ -82,7 +82,7 @@ Color ColorOf(ColorMap map, double share)
 
 Color ClassColor(double value, bool isLas)
 {
-  // More hues than these nobody tells apart.
+  // People cannot distinguish more hues than these.
   const auto kind = static_cast<std::uint32_t>(std::clamp(std::abs(value), 0.0, 65535.0));
   return isLas && kind < lasColors.size() ? lasColors[kind] : PartitionColor(kind);
 }

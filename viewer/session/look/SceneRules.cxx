@@ -174,8 +174,8 @@ ClippingPlanes PlanesAround(const Box& bounds, const Vec3& eye, const Vec3& foca
     nearest = middle - reach;
     farthest = middle + reach;
   }
-  // A margin for rounding; and where the eye is inside the box, a near plane that leaves the 24
-  // bits of the depth buffer enough to tell surfaces apart.
+  // A margin for rounding; and if the eye is inside the box, a near plane that leaves a 24-bit
+  // depth buffer enough precision to separate surfaces.
   const double margin = 0.01 * (farthest - nearest) + 1e-6 * distance;
   const double farPlane = std::max(farthest + margin, distance * 1e-3);
   const double nearPlane = std::max(nearest - margin, farPlane * 1e-4);

@@ -31,7 +31,7 @@ struct Run
   double spacing = 0.0;
 };
 
-// The distance from point `from` to the fourth nearest of the run; to the farthest where there are
+// The distance from point `from` to its fourth nearest in the run; to the farthest if there are
 // fewer.
 double DistanceToNeighbour(const Surface& cloud, const Run& run, std::size_t from)
 {
@@ -56,8 +56,8 @@ double DistanceToNeighbour(const Surface& cloud, const Run& run, std::size_t fro
   return others == 0 ? 0.0 : nearest[std::min(neighbour, others) - 1];
 }
 
-// The mean of the least three quarters: where the order leaps to another side of the cloud, a few
-// points of a run have no neighbours in it.
+// The mean of the smallest three quarters: where the order jumps to another side of the cloud, a
+// few points of a run have no neighbours in it.
 double SpacingOf(const Surface& cloud, const Run& run)
 {
   std::vector<double> distances;
@@ -96,8 +96,9 @@ RunsOfResolutions FindRuns(const Surface& cloud)
   return all;
 }
 
-// Short runs have too few points to tell. They take the spacing of the run before them, the first
-// ones that of the run behind them: these lie close. Where all are short, each tells what it can.
+// Short runs have too few points for an estimate. They take the spacing of the run before them; the
+// first ones that of the run after them, which is near. If all runs are short, each uses its own
+// estimate.
 void FindSpacings(const Surface& cloud, std::vector<Run>& runs)
 {
   const auto first = std::find_if_not(runs.begin(), runs.end(), IsShort);

@@ -13,8 +13,8 @@ namespace kdstream
 
 std::array<float, 3> UnitNormal(const Vec3& v)
 {
-  // Scaled by the largest component first: areas of tiny or huge models squared leave the range of
-  // doubles.
+  // Scaled by the largest component first: squares of areas of tiny or huge models would leave the
+  // range of doubles.
   const double scale = std::max({ std::abs(v[0]), std::abs(v[1]), std::abs(v[2]) });
   if (!(scale > 0.0) || !std::isfinite(scale))
   {

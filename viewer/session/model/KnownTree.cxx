@@ -96,7 +96,7 @@ void KnownTree::NeedOfPartition(NodeId node)
   this->Missing.insert(BlobId::PartitionBoxes(BoxesOfPartition(node, this->Depths)));
 }
 
-// The pieces of the root are told of by its own page.
+// The root's own page describes the pieces of the root.
 NodeId KnownTree::PageOfFacts(PieceId piece) const
 {
   return TreePageOfNode(piece.node, this->Depths);

@@ -161,8 +161,8 @@ void LodSelection::Refine(const View& view)
   failed.ReportMissed([&](PieceId piece) { return refinement.IsMissed(piece); });
 }
 
-// For a tap to come, where one looks closely: the pages that tell of pieces in view no finer than
-// the level that the zoom asks for.
+// Prepares for a tap when the user has zoomed in: the pages that describe visible pieces up to the
+// level that the zoom asks for.
 void LodSelection::FollowLevel(const Camera& camera)
 {
   if (this->Model.open->description.detail != ModelDetail::Preview)

@@ -146,8 +146,8 @@ void PickedRegion::FollowZoom(double pointsPerUnit)
   }
 }
 
-// The region before the newly tapped one stays, with those before it, as long as all of them
-// together are within the budget, and not larger than one region may be.
+// The regions before the new one stay, if all of them together are within the budget, and not
+// larger than a single region may be.
 void PickedRegion::Keep(const Region& last)
 {
   this->Earlier.insert(this->Earlier.begin(), last.partitions.begin(), last.partitions.end());

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Decoded pieces, kept while they are shown and as long as memory allows after: step "keep" of the
-// pipeline picture.
+// Decoded pieces, kept in memory while they are shown, and afterwards as long as memory allows:
+// step "keep" of the pipeline picture.
 #include "viewer/session/model/PieceCache.h"
 
 #include <utility>

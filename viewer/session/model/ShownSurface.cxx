@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// The surface that is shown: which cut, out of what is loaded, and its drawing. Step "draw" of the
-// pipeline picture.
+// The surface that is shown: its cut, chosen from what is loaded, and drawing it. Step "draw" of
+// the pipeline picture.
 #include "viewer/session/model/ShownSurface.h"
 
 #include <algorithm>

@@ -16,8 +16,9 @@ namespace kdstream
 namespace
 {
 
-// Of a decoded piece (positions and keys, ghosts too, ancestors, triangles) and of what is drawn
-// and uploaded of it, for each triangle; TestViewRefinement compares it with MemoryOf(Piece).
+// Memory for each triangle: of a decoded piece (positions and keys, ghosts too, ancestors,
+// triangles), and of what is drawn and uploaded of it. TestViewRefinement compares it with
+// MemoryOf(Piece).
 constexpr double bytesOfTriangle = 120;
 
 }
@@ -153,7 +154,7 @@ double ViewRefinement::Weight(const Box& box, const Camera& camera)
   return 1 / (1 + std::min(away * away, 100.0));
 }
 
-// A box is mostly empty: what is known of the boxes in it tells more.
+// A box is mostly empty: the known boxes inside it are better.
 bool ViewRefinement::MayBeVisible(Walk& walk, NodeId node) const
 {
   const auto known = walk.seen.find(node);
@@ -177,8 +178,8 @@ bool ViewRefinement::MayBeVisible(Walk& walk, NodeId node) const
   return may;
 }
 
-// Whether what is below a piece is to stand in for it: it cannot be had. Of one step only, or
-// without a server all that was never seen would be looked for.
+// Whether finer pieces are to replace a failed piece. Only one step finer: otherwise, without a
+// server, everything that was never seen would be searched for.
 bool ViewRefinement::StandIn(const Walk& walk, std::size_t step, NodeId node) const
 {
   const PieceId piece{ this->Steps[step].resolution, node };
@@ -280,8 +281,8 @@ void ViewRefinement::Follow(
   this->WantWhatIsLeft(walk);
 }
 
-// Of what cannot be had: where all of what is below it that may be visible can be, nothing is
-// missed.
+// For pieces that have failed: if everything below one that may be visible can be fetched, the
+// piece is not missed.
 void ViewRefinement::FindWhatIsMissed(Walk& walk)
 {
   for (auto piece = this->Refined.rbegin(); piece != this->Refined.rend(); ++piece) // finest first
@@ -333,8 +334,8 @@ void ViewRefinement::Want(PieceId piece, double urgency)
   }
 }
 
-// Until a piece finer than S comes, wants: what is loaded below it; and the finest loaded piece
-// above it, or else one above it that is worth fetching first.
+// Until a piece finer than S arrives, wants: what is loaded below it; and the finest loaded piece
+// above it, or a piece in between that is worth fetching first.
 void ViewRefinement::WantIntermediate(
   PieceId piece, const View& view, const std::set<PieceId>& failed)
 {

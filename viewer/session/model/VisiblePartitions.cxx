@@ -155,7 +155,7 @@ void VisiblePartitions::AddFaces(const Piece& piece)
   }
 }
 
-// Each triangle tells of the pieces below its own corners.
+// Each triangle counts for the pieces below its own corners.
 void VisiblePartitions::AddFacesAbove(const Piece& piece)
 {
   std::vector<Below>& all = this->Above[piece.id];

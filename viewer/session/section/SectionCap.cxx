@@ -31,8 +31,8 @@ double SquareBetween(const Point& a, const Point& b)
   return (a[0] - b[0]) * (a[0] - b[0]) + (a[1] - b[1]) * (a[1] - b[1]);
 }
 
-// Segments between the ends of open lines, so that an odd number meets nowhere. A scan has few
-// holes: of more than some hundred ends the rest stays open.
+// Adds segments between the ends of open lines, so that no end is left. A scan has few holes: if
+// there are more than some hundred ends, the rest stays open.
 void CloseGaps(std::vector<std::array<Point, 2>>& segments)
 {
   constexpr std::size_t mostEnds = 512;

@@ -12,8 +12,8 @@ namespace kdstream
 namespace
 {
 
-// Between a point that is kept and one that is cut away, always in this order, so that all
-// triangles of an edge get the same.
+// Computed from the point that is kept to the one that is cut away, always in this order, so that
+// all triangles at an edge get the same point.
 Vec3 CrossingOf(const Vec3& kept, double below, const Vec3& away, double above)
 {
   const double share = below / (below - above);

@@ -148,7 +148,7 @@ Status ShownTiles::Add(
   return {};
 }
 
-// Those that were wanted longest ago go first; those that are wanted now only where they do not
+// Removes tiles that were wanted longest ago first; tiles that are wanted now only if they do not
 // fit.
 void ShownTiles::Evict()
 {

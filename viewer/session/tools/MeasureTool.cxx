@@ -101,7 +101,7 @@ std::optional<SurfaceHit> MeasureTool::EndOn(const Ray& ray, double slack) const
   return hit;
 }
 
-// Where an end is that somebody else tells of.
+// The place of an end in another user's measurement.
 std::optional<SurfaceHit> MeasureTool::EndAt(const Vec3& point, double error) const
 {
   constexpr double rounding = 1e-7; // of the model's size
@@ -219,7 +219,7 @@ void MeasureTool::FollowSurface(double slack)
       const MeasuredPoint before = this->PointOf(end);
       auto hit =
         end.isOfLink ? this->EndAt(end.ray.origin, before.error) : this->EndOn(end.ray, slack);
-      // The surface that was meant may lie behind another one by now, or beside the ray.
+      // The intended surface may now be behind another one, or beside the ray.
       const double tolerance = 2 * before.error + 1e-3 * Length(before.point - end.ray.origin);
       if (!end.isOfLink && (!hit || Length(hit->point - before.point) > tolerance))
       {
@@ -233,7 +233,7 @@ void MeasureTool::FollowSurface(double slack)
     });
 }
 
-// Whether what it waits for cannot be had.
+// Whether what it waits for has failed.
 bool MeasureTool::IsGivenUp(const End& end) const
 {
   const FailedBlobs& failed = this->Model.failed;

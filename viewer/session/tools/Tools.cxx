@@ -52,8 +52,8 @@ bool Tools::Take(const Gesture& gesture, const Camera& camera)
   return false;
 }
 
-// One finger moves the plane along its normal, as that is seen on the screen; where it points at
-// the eye, downwards is nearer.
+// One finger moves the plane along its normal, as it appears on the screen; if the normal points at
+// the eye, moving down brings the plane nearer.
 void Tools::DragSection(double dx, double dy, const Camera& camera)
 {
   constexpr double leastSeen = 0.3; // of the normal's length
